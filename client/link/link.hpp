@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/groom/groom.hpp"
+#include "schema/wire/messages.hpp"
+
+namespace hairnet::link {
+
+struct LinkOptions {
+  std::string host = "127.0.0.1";
+  std::uint16_t port = 7420;
+  std::string client_name = "hairnet-link";
+  double connect_timeout_s = 5;
+};
+
+// What the server told us, in order.
+struct Connected { wire::Welcome welcome; };
+struct Disconnected { wire::GoodbyeReason reason; std::string detail; };   // the last event
+using Event = std::variant<Connected, Disconnected, wire::GroomStatus, wire::CharacterAdded, wire::CharacterRemoved,
+                           wire::LevelRecord, wire::FrameBatch, wire::Error>;
+
+// One connection to a server. Owns its I/O thread; every call is for one thread and none blocks, but connect().
+class Link {
+ public:
+  explicit Link(LinkOptions options);
+  ~Link();                                       // says goodbye, waits a moment for it to leave
+  Result<wire::Welcome> connect();               // resolve, connect, hello, welcome; within the time-out
+  // Offers the groom; its bytes follow as far as the server lacks them. The same groom twice is one upload.
+  wire::GroomHash upload(const Groom& groom);
+  void add_character(std::uint32_t character, const wire::GroomHash& groom, LevelIndex level);
+  void set_level(std::uint32_t character, LevelIndex level);
+  void remove_character(std::uint32_t character);
+  // Poses captured at `capture_time_ns` of now_ns(); sent as one batch.
+  void push_poses(std::vector<wire::PoseSample> poses);
+  std::vector<Event> poll();                     // what arrived since the last call
+  [[nodiscard]] std::int64_t now_ns() const;     // this link's monotonic clock
+  [[nodiscard]] std::int64_t to_local_ns(std::int64_t server_time_ns) const;
+  void close();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace hairnet::link

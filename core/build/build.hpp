@@ -1,0 +1,35 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "core/build/level.hpp"
+#include "core/groom/groom.hpp"
+
+namespace hairnet {
+
+// Counts of one level's making, for people and tests.
+struct LevelReport {
+  std::size_t springs_before = 0, attachments_before = 0;   // before decimation
+  std::size_t springs_after = 0, attachments_after = 0;
+  std::size_t active_nodes = 0;
+  std::size_t degenerate_strands = 0;    // no points, one point, or no length: no mechanics
+  std::size_t contacts = 0;              // pairs of node and metaball that are on
+  double decimation_s = 0, total_s = 0;  // given by the caller's clock, 0 without one
+};
+
+struct BuildObserver {
+  // Fraction in [0, 1] done and what is being done now; return false to cancel (the build then returns early).
+  std::function<bool(double fraction, std::string_view stage)> progress;
+  std::function<double()> clock_s;       // for the times of the report; core reads no clock of its own
+};
+
+// `groom` must be sound (validate). Needs at least one strand point. Returns null only when cancelled.
+std::shared_ptr<const Level> build_level(const Groom& groom, const Material& material, const LevelSpec& spec,
+                                         const BuildObserver& observer = {}, LevelReport* report = nullptr);
+
+std::shared_ptr<const LevelSet> build_levels(const Groom& groom, const Material& material,
+                                             const BuildObserver& observer = {},
+                                             std::array<LevelReport, 4>* reports = nullptr);
+
+}  // namespace hairnet

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/geometry/vec.hpp"
+
+namespace hairnet {
+
+// A regular grid of nodes in head space. Node (i, j, k) has grid index i + nx (j + ny k) and lies at
+// origin + (i dx, j dy, k dz).
+struct Lattice {
+  Vec3f origin = Vec3f::Zero();     // m
+  Vec3f spacing = Vec3f::Ones();    // m, each > 0
+  std::array<int, 3> dims{0, 0, 0}; // nodes an axis, each >= 2; quadratic FFD needs >= 3
+
+  [[nodiscard]] std::size_t node_count() const {
+    return static_cast<std::size_t>(dims[0]) * static_cast<std::size_t>(dims[1]) * static_cast<std::size_t>(dims[2]);
+  }
+  [[nodiscard]] std::uint32_t index(int i, int j, int k) const {
+    return static_cast<std::uint32_t>(i + dims[0] * (j + dims[1] * k));
+  }
+  [[nodiscard]] std::array<int, 3> coordinates(std::uint32_t node) const {
+    const int n = static_cast<int>(node);
+    return {n % dims[0], n / dims[0] % dims[1], n / (dims[0] * dims[1])};
+  }
+  [[nodiscard]] Vec3f node(std::uint32_t node) const {
+    const auto [i, j, k] = coordinates(node);
+    return origin + Vec3f(static_cast<float>(i), static_cast<float>(j), static_cast<float>(k)).cwiseProduct(spacing);
+  }
+};
+
+// The static record of a level, sent to clients: which grid nodes are simulated, and how the others follow.
+// Everything about simulated nodes is ordered as `active_nodes`; "active index" is a position in it.
+struct LevelGeometry {
+  Lattice lattice;
+  std::vector<std::uint32_t> active_nodes;    // grid indices, ascending
+  std::vector<std::uint32_t> trimmed_nodes;   // grid indices, ascending; with the active nodes they are the whole grid
+  std::vector<std::uint32_t> trimmed_begin;   // trimmed node t combines entries [trimmed_begin[t], trimmed_begin[t + 1])
+  std::vector<std::uint32_t> trimmed_from;    // active index
+  std::vector<float> trimmed_weights;         // displacement of the trimmed node = sum weight * displacement(from)
+};
+
+// Displacements (head space, m) of every grid node, in index order, from those of the active nodes.
+void expand_displacements(const LevelGeometry& geometry, std::span<const Vec3f> active, std::span<Vec3f> grid_out);
+
+// Empty when sound (dims and counts agree, indices in range and ascending, numbers finite); else one line.
+std::string validate(const LevelGeometry& geometry);
+
+}  // namespace hairnet

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "core/geometry/triangle_mesh.hpp"
+#include "core/pose/pose.hpp"
+
+namespace hairnet {
+
+// The skull and body that a groom was made on, in head space at rest.
+struct Body {
+  TriangleMesh mesh;                                          // m; empty only in a groom not yet finished
+  std::vector<std::array<float, kBoneCount>> bone_weights;    // one entry a vertex, each >= 0, sum 1
+  std::array<Vec3f, kBoneCount> joints{Vec3f(0, 0, 0), Vec3f(0, -0.10f, -0.02f), Vec3f(0.03f, -0.16f, -0.01f),
+                                       Vec3f(-0.03f, -0.16f, -0.01f), Vec3f(0, -0.25f, -0.04f)};  // pivot of each bone
+  bool fitted_from_roots = false;                             // no mesh was given: the skull is an ellipsoid
+};
+
+// Smooth weights by position about the joints, for a mesh that has none.
+void generate_bone_weights(Body& body);
+
+// Vertices in the world: each bone moves its share (linear blend). `out` has as many entries as the mesh has vertices.
+void skin(const Body& body, const Pose& pose, std::vector<Vec3f>& out);
+
+}  // namespace hairnet

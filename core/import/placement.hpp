@@ -1,0 +1,57 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "core/geometry/triangle_mesh.hpp"
+#include "core/groom/groom.hpp"
+#include "core/import/strands.hpp"
+#include "core/result.hpp"
+
+namespace hairnet {
+
+enum class Axis : std::uint8_t { plus_x, minus_x, plus_y, minus_y, plus_z, minus_z };
+Result<Axis> parse_axis(std::string_view text);   // "+x", "-z", "y"
+
+// How a file's coordinates become head space: rotate (up to +Y, face to +Z), shift, scale.
+struct Placement {
+  Axis up = Axis::plus_y;
+  Axis face = Axis::plus_z;
+  double unit_m = 1;                  // metres a file unit
+  std::optional<Vec3> origin;         // head joint in file coordinates; without it, estimated from mesh or roots
+};
+
+// Refuses parallel axes and a unit that is not finite and positive.
+std::string validate(const Placement& placement);
+Vec3f place(const Placement& placement, const Vec3& origin, const Vec3f& file_point);
+
+struct StrandFile {
+  ImportedStrands strands;
+  std::string group;                  // name of the group its strands go to
+};
+
+struct GroomDef {
+  std::string name;
+  std::vector<StrandFile> files;
+  std::optional<TriangleMesh> body;   // same file coordinates as the strands
+  Placement placement;                // of strands
+  std::optional<Placement> body_placement;   // when the mesh lies in other axes or units
+  double hairs_in_all = 100'000;      // real hairs on the head, shared evenly over the strands
+  double root_length_m = 0.02;
+  double rooted_distance_m = 0.015;   // a first point within this of the skin is on the skull
+};
+
+struct ImportedGroom {
+  Groom groom;
+  std::vector<std::string> warnings;  // plain sentences: not the size of a head, single-point strands, …
+};
+
+// Strands and body to a groom in head space: weights generated, skull fitted from the roots where there is no body,
+// roots flagged by their distance to the skin.
+Result<ImportedGroom> assemble_groom(const GroomDef& def);
+
+// An ellipsoid skull with its mesh, fitted to the strands' first points (those far from the rest are left out).
+Body fit_skull(std::span<const Vec3f> roots_head);
+
+}  // namespace hairnet

@@ -1,0 +1,24 @@
+#pragma once
+
+#include "core/groom/body.hpp"
+#include "core/pose/pose.hpp"
+
+namespace hairnet {
+
+// Gives the bones that a client does not have (a headset gives only the head) by a stated rule: the neck takes half of
+// the head's rotation away from the trunk about the neck joint; the trunk stays upright, its yaw following the head's
+// with a first-order lag, and hangs from the neck joint; shoulders move with the trunk.
+class PoseCompletion {
+ public:
+  explicit PoseCompletion(const Body& body, double yaw_lag_s = 0.25);
+  // `head`: head space at rest to world; `elapsed_s` since the last call, 0 to start over.
+  Pose complete(const RigidTransform& head, double elapsed_s);
+
+ private:
+  Vec3 neck_joint_;   // where head and neck meet the trunk's axis, head space
+  double yaw_lag_s_;
+  double trunk_yaw_ = 0;
+  bool started_ = false;
+};
+
+}  // namespace hairnet

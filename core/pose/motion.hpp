@@ -1,0 +1,24 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/pose/pose.hpp"
+
+namespace hairnet {
+
+// A clip: poses at a fixed rate from time 0.
+struct Motion {
+  std::string name;
+  double rate_hz = 60;
+  std::vector<Pose> poses;               // at least one
+  std::vector<bool> teleports;           // per pose: it does not continue from the one before; empty = never
+
+  [[nodiscard]] double duration_s() const { return poses.empty() ? 0 : (static_cast<double>(poses.size()) - 1) / rate_hz; }
+  // Between poses interpolated, except into a teleport; before the first and after the last, those are held.
+  [[nodiscard]] Pose sample(double time_s) const;
+  // Whether a teleport lies in (from_s, to_s].
+  [[nodiscard]] bool teleports_within(double from_s, double to_s) const;
+};
+
+}  // namespace hairnet

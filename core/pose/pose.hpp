@@ -1,0 +1,42 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <string_view>
+
+#include "core/geometry/rigid_transform.hpp"
+
+namespace hairnet {
+
+enum class Bone : std::uint8_t { head, neck, left_shoulder, right_shoulder, upper_trunk };
+inline constexpr std::size_t kBoneCount = 5;
+inline constexpr std::array<std::string_view, kBoneCount> kBoneNames{"head", "neck", "left_shoulder",
+                                                                     "right_shoulder", "upper_trunk"};
+
+// The bones of one character at one moment. Each is a rigid skinning transform from head space at rest to the world:
+// x_world = bone x_rest. At rest all bones are equal. Metres; right-handed, +Y up, +Z out of the face.
+struct Pose {
+  std::array<RigidTransform, kBoneCount> bones;
+
+  [[nodiscard]] const RigidTransform& operator[](Bone b) const { return bones[static_cast<std::size_t>(b)]; }
+  [[nodiscard]] RigidTransform& operator[](Bone b) { return bones[static_cast<std::size_t>(b)]; }
+  [[nodiscard]] const RigidTransform& head() const { return bones[0]; }
+};
+
+// All bones at one transform: the character at rest, moved as a whole.
+Pose rigid_pose(const RigidTransform& whole);
+
+// Bone by bone `interpolate`; s as there.
+Pose interpolate(const Pose& a, const Pose& b, double s);
+
+// Every bone finite, with a rotation of unit length within 1e-3.
+bool is_valid(const Pose& pose);
+
+// The pose as the wire carries it: each number rounded to float, rotations renormalised afterwards in double by a fixed
+// rule. Idempotent, so that server, recording and client hold the same bits.
+Pose rounded_to_wire(const Pose& pose);
+
+// A jump too large to simulate: faster than 25 m/s or 2500 deg/s of the head between two poses `interval_s` apart.
+bool is_teleport(const Pose& from, const Pose& to, double interval_s);
+
+}  // namespace hairnet

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/build/level.hpp"
+#include "core/pose/pose.hpp"
+
+namespace hairnet {
+
+// One character's lattice: what is stored between steps (model section 0). Active order, axes of the head.
+struct LatticeState {
+  std::vector<Vec3f> displacement;   // R^-1 (p - t) - p^0, m
+  std::vector<Vec3f> velocity;       // R^-1 p', world velocity in head axes, m/s
+};
+
+// Steady wind; drag acts on the velocity relative to it.
+struct Environment {
+  Vec3 gravity{0, -9.81, 0};         // m/s^2, world
+  Vec3 wind = Vec3::Zero();          // m/s, world
+};
+
+struct StepInput {
+  Pose from, to;                     // at the start and the end of the step
+  double step_s = 1.0 / 30;
+  Environment environment;
+};
+
+struct SolverSettings {
+  int iterations = 16;               // of conjugate gradient
+};
+
+// Buffers of `step`, reused between characters; grows to the largest level met and stays.
+struct StepScratch;
+
+// Backward Euler (model section 6) by conjugate gradient with block-Jacobi preconditioning, started at the rest
+// velocity; float. The state must fit the level. A non-finite result is left in `state`: see is_finite.
+void step(const Level& level, const StepInput& input, const SolverSettings& settings, StepScratch& scratch,
+          LatticeState& state);
+
+// The lattice moves rigidly with the head and keeps its shape: displacements stay, velocities become the rest's.
+void teleport(LatticeState& state);
+
+void reset_to_rest(const Level& level, LatticeState& state);
+bool is_finite(const LatticeState& state);
+
+}  // namespace hairnet

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace hairnet::channel {
+
+// Cuts a byte stream into size-prefixed packets (u32 little endian, not counting itself). No I/O.
+class PacketSplitter {
+ public:
+  explicit PacketSplitter(std::size_t packet_bytes_max);
+  // Calls `on_packet` with each whole packet, prefix included, 8-byte aligned, valid during the call only. Returns false
+  // once a prefix is above the limit or below the least packet: the stream is then dead for good. Memory held never
+  // exceeds one packet.
+  bool feed(std::span<const std::uint8_t> bytes, const std::function<void(std::span<const std::uint8_t>)>& on_packet);
+  [[nodiscard]] std::size_t buffered_bytes() const { return filled_; }
+
+ private:
+  std::size_t packet_bytes_max_;
+  std::vector<std::uint64_t> buffer_;   // 64-bit words for alignment
+  std::size_t filled_ = 0;
+  bool dead_ = false;
+};
+
+}  // namespace hairnet::channel

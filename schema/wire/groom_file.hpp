@@ -1,0 +1,18 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/groom/groom.hpp"
+#include "core/result.hpp"
+#include "schema/wire/messages.hpp"
+
+namespace hairnet::wire {
+
+// A groom as a file and as uploaded: the same bytes. Encoding is deterministic.
+std::vector<std::uint8_t> encode_groom(const Groom& groom);
+Result<Groom> decode_groom(std::span<const std::uint8_t> bytes, const GroomLimits& limits = {});
+GroomHash hash_groom(std::span<const std::uint8_t> groom_bytes);
+
+}  // namespace hairnet::wire
