@@ -13,7 +13,7 @@ namespace hairnet {
 
 struct CharacterId {
   std::uint32_t slot = 0;
-  std::uint32_t generation = 0;   // zero is null
+  std::uint32_t generation = 0;  // zero is null
   friend bool operator==(const CharacterId&, const CharacterId&) = default;
   explicit operator bool() const { return generation != 0; }
 };
@@ -23,31 +23,31 @@ using ParallelFor = std::function<void(std::size_t count, const std::function<vo
 
 struct WorldDef {
   double tick_s = 1.0 / 30;
-  int substep_count = 1;          // poses are interpolated within the tick
+  int substep_count = 1;  // poses are interpolated within the tick
   std::uint32_t character_count_max = 65536;
   SolverSettings solver;
   Environment environment;
-  ParallelFor parallel_for;       // empty: one after the other
+  ParallelFor parallel_for;  // empty: one after the other
 };
 
 struct CharacterDef {
-  std::shared_ptr<const LevelSet> levels;   // null: only the rigid level can be set
+  std::shared_ptr<const LevelSet> levels;  // null: only the rigid level can be set
   LevelIndex level = LevelIndex::rigid;
   Pose pose;
 };
 
 struct StepReport {
-  std::uint32_t stepped = 0;          // characters with a lattice
+  std::uint32_t stepped = 0;  // characters with a lattice
   std::uint32_t teleports = 0;
-  std::uint32_t lattices_reset = 0;   // a non-finite lattice returned to rest
+  std::uint32_t lattices_reset = 0;  // a non-finite lattice returned to rest
 };
 
 // A character's lattice as frames and FFD need it. Valid until the world changes.
 struct LatticeView {
   LevelIndex level = LevelIndex::rigid;
-  const Level* model = nullptr;               // null when rigid
-  std::span<const Vec3f> displacement;        // active order, head space, m; empty when rigid
-  const Pose* pose = nullptr;                 // the one the last step ended at
+  const Level* model = nullptr;         // null when rigid
+  std::span<const Vec3f> displacement;  // active order, head space, m; empty when rigid
+  const Pose* pose = nullptr;           // the one the last step ended at
 };
 
 // All characters. One thread at a time; closed while step() runs. Deterministic: the same calls give the same bits for
@@ -59,21 +59,21 @@ class World {
   World(World&&) noexcept;
   World& operator=(World&&) noexcept;
 
-  [[nodiscard]] CharacterId add(const CharacterDef& def);   // null id when full
-  void remove(CharacterId id);                              // unknown ids are ignored
+  [[nodiscard]] CharacterId add(const CharacterDef& def);  // null id when full
+  void remove(CharacterId id);                             // unknown ids are ignored
   // The pose at the end of the next step. `teleport`: the lattice moves rigidly with the head. Also taken for one when
   // too large to simulate (is_teleport). Must be valid.
   void set_pose(CharacterId id, const Pose& pose, bool teleport = false);
   void set_levels(CharacterId id, std::shared_ptr<const LevelSet> levels);
   // The state is carried over by sampling the old lattice at the new nodes. False when that level is not there.
   bool set_level(CharacterId id, LevelIndex level);
-  StepReport step();                                        // exactly one tick
+  StepReport step();  // exactly one tick
 
   [[nodiscard]] bool contains(CharacterId id) const;
   [[nodiscard]] std::size_t character_count() const;
   [[nodiscard]] LatticeView lattice(CharacterId id) const;  // contains(id) must hold
   [[nodiscard]] const LatticeState& state(CharacterId id) const;
-  [[nodiscard]] std::uint64_t hash() const;                 // all live state, in order of slots
+  [[nodiscard]] std::uint64_t hash() const;  // all live state, in order of slots
 
  private:
   struct Impl;

@@ -10,7 +10,7 @@ namespace hairnet {
 
 // Counts of one level's making, for people and tests.
 struct LevelReport {
-  std::size_t springs_before = 0, attachments_before = 0;   // before decimation
+  std::size_t springs_before = 0, attachments_before = 0;  // before decimation
   std::size_t springs_after = 0, attachments_after = 0;
   std::size_t active_nodes = 0;
   std::size_t degenerate_strands = 0;    // no points, one point, or no length: no mechanics
@@ -21,7 +21,7 @@ struct LevelReport {
 struct BuildObserver {
   // Fraction in [0, 1] done and what is being done now; return false to cancel (the build then returns early).
   std::function<bool(double fraction, std::string_view stage)> progress;
-  std::function<double()> clock_s;       // for the times of the report; core reads no clock of its own
+  std::function<double()> clock_s;  // for the times of the report; core reads no clock of its own
 };
 
 // `groom` must be sound (validate). Needs at least one strand point. Returns null only when cancelled.

@@ -19,43 +19,42 @@ inline constexpr std::array<std::string_view, kLevelCount> kLevelNames{"high", "
 // What to build for one level. The rigid level has no lattice and is never built.
 struct LevelSpec {
   std::array<int, 3> dims;
-  std::size_t spring_count = 0;       // at most; fewer when the groom has fewer
+  std::size_t spring_count = 0;  // at most; fewer when the groom has fewer
   std::size_t attachment_count = 0;
 };
-inline constexpr std::array<LevelSpec, 4> kLevelSpecs{{{{10, 10, 10}, 800, 200},
-                                                       {{7, 7, 7}, 400, 100},
-                                                       {{5, 5, 5}, 200, 50},
-                                                       {{5, 5, 5}, 0, 0}}};
+inline constexpr std::array<LevelSpec, 4> kLevelSpecs{
+    {{{10, 10, 10}, 800, 200}, {{7, 7, 7}, 400, 100}, {{5, 5, 5}, 200, 50}, {{5, 5, 5}, 0, 0}}};
 
-// Stiffeners (section 2.2 of the paper), flat. Stiffener s acts on the weighted sum over entries [begin[s], begin[s+1]).
+// Stiffeners (section 2.2 of the paper), flat. Stiffener s acts on the weighted sum over entries [begin[s],
+// begin[s+1]).
 struct Stiffeners {
   std::vector<std::uint32_t> begin{0};
-  std::vector<std::uint16_t> nodes;      // active index, ascending within a stiffener
+  std::vector<std::uint16_t> nodes;  // active index, ascending within a stiffener
   std::vector<float> weights;
-  std::vector<float> stiffness;          // k, N/m
-  std::vector<float> damping;            // q, N s/m
-  std::vector<Vec3f> rest;               // epsilon_0 = sum w_j p_j^0, head space, m; a spring's rest length is its norm
+  std::vector<float> stiffness;  // k, N/m
+  std::vector<float> damping;    // q, N s/m
+  std::vector<Vec3f> rest;       // epsilon_0 = sum w_j p_j^0, head space, m; a spring's rest length is its norm
 
   [[nodiscard]] std::size_t count() const { return stiffness.size(); }
 };
 
 struct Metaball {
-  Bone bone = Bone::head;                // moves with it
-  Vec3f centre = Vec3f::Zero();          // head space at rest, m
-  std::vector<float> radius;             // rho, m, one an active node; 0 = the ball is off for that node
-  std::vector<float> potential;          // U, J, one an active node
+  Bone bone = Bone::head;        // moves with it
+  Vec3f centre = Vec3f::Zero();  // head space at rest, m
+  std::vector<float> radius;     // rho, m, one an active node; 0 = the ball is off for that node
+  std::vector<float> potential;  // U, J, one an active node
 };
 
 // One mechanical model of a groom, immutable and shared by all its characters. Per-node arrays are in active order.
 struct Level {
   LevelGeometry geometry;
-  std::vector<Vec3f> rest;               // p^0, head space, m
-  std::vector<float> mass;               // kg, hair and ether
-  std::vector<float> ether_stiffness;    // N/m
-  std::vector<float> ether_damping;      // N s/m
+  std::vector<Vec3f> rest;                 // p^0, head space, m
+  std::vector<float> mass;                 // kg, hair and ether
+  std::vector<float> ether_stiffness;      // N/m
+  std::vector<float> ether_damping;        // N s/m
   std::vector<std::array<float, 6>> drag;  // Q: xx xy xz yy yz zz, N s/m, head axes
-  Stiffeners springs;                    // weights sum to 0
-  Stiffeners attachments;                // weights sum to 1
+  Stiffeners springs;                      // weights sum to 0
+  Stiffeners attachments;                  // weights sum to 1
   std::vector<Metaball> metaballs;
 };
 

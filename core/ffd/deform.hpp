@@ -28,9 +28,8 @@ class Deformer {
 
  private:
   struct Site {
-    std::uint32_t base;   // grid index of the lowest node of the stencil
-    Vec3f t;              // local coordinate, in node spacings
-    std::uint8_t edge;    // per axis 2 bits: inside, below or above the quadratic range
+    std::uint32_t base;  // grid index of the lowest node of the stencil
+    Vec3f t;             // from the stencil's middle node (quadratic) or lowest (linear), in node spacings
   };
   Lattice lattice_;
   FfdKind kind_;

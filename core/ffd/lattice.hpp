@@ -13,9 +13,9 @@ namespace hairnet {
 // A regular grid of nodes in head space. Node (i, j, k) has grid index i + nx (j + ny k) and lies at
 // origin + (i dx, j dy, k dz).
 struct Lattice {
-  Vec3f origin = Vec3f::Zero();     // m
-  Vec3f spacing = Vec3f::Ones();    // m, each > 0
-  std::array<int, 3> dims{0, 0, 0}; // nodes an axis, each >= 2; quadratic FFD needs >= 3
+  Vec3f origin = Vec3f::Zero();      // m
+  Vec3f spacing = Vec3f::Ones();     // m, each > 0
+  std::array<int, 3> dims{0, 0, 0};  // nodes an axis, each >= 2; quadratic FFD needs >= 3
 
   [[nodiscard]] std::size_t node_count() const {
     return static_cast<std::size_t>(dims[0]) * static_cast<std::size_t>(dims[1]) * static_cast<std::size_t>(dims[2]);
@@ -37,11 +37,11 @@ struct Lattice {
 // Everything about simulated nodes is ordered as `active_nodes`; "active index" is a position in it.
 struct LevelGeometry {
   Lattice lattice;
-  std::vector<std::uint32_t> active_nodes;    // grid indices, ascending
-  std::vector<std::uint32_t> trimmed_nodes;   // grid indices, ascending; with the active nodes they are the whole grid
-  std::vector<std::uint32_t> trimmed_begin;   // trimmed node t combines entries [trimmed_begin[t], trimmed_begin[t + 1])
-  std::vector<std::uint32_t> trimmed_from;    // active index
-  std::vector<float> trimmed_weights;         // displacement of the trimmed node = sum weight * displacement(from)
+  std::vector<std::uint32_t> active_nodes;   // grid indices, ascending
+  std::vector<std::uint32_t> trimmed_nodes;  // grid indices, ascending; with the active nodes they are the whole grid
+  std::vector<std::uint32_t> trimmed_begin;  // trimmed node t combines entries [trimmed_begin[t], trimmed_begin[t + 1])
+  std::vector<std::uint32_t> trimmed_from;   // active index
+  std::vector<float> trimmed_weights;        // displacement of the trimmed node = sum weight * displacement(from)
 };
 
 // Displacements (head space, m) of every grid node, in index order, from those of the active nodes.

@@ -10,11 +10,11 @@
 namespace hairnet {
 
 struct StrandProperties {
-  float radius_m = 4e-5f;         // of one real hair, for drawing
-  float hair_count = 10;          // real hairs this strand stands for: multiplies stiffness, mass and drag
-  float root_length_m = 0.02f;    // lambda_0 of eq. 7; 0 = no root blend
-  std::uint16_t group = 0;        // index into Groom::group_names
-  bool rooted = true;             // its first point is on the skull
+  float radius_m = 4e-5f;       // of one real hair, for drawing
+  float hair_count = 10;        // real hairs this strand stands for: multiplies stiffness, mass and drag
+  float root_length_m = 0.02f;  // lambda_0 of eq. 7; 0 = no root blend
+  std::uint16_t group = 0;      // index into Groom::group_names
+  bool rooted = true;           // its first point is on the skull
 };
 
 // The immutable hairstyle: strands in head space (metres) as they lie on the upright head, and the body under them.
@@ -23,7 +23,7 @@ struct Groom {
   std::vector<Vec3f> points;                   // strand by strand, root first
   std::vector<std::uint32_t> strand_begin{0};  // strand s has points [strand_begin[s], strand_begin[s + 1])
   std::vector<StrandProperties> strands;
-  std::vector<std::string> group_names;        // at least one once there are strands
+  std::vector<std::string> group_names;  // at least one once there are strands
   Body body;
 
   [[nodiscard]] std::size_t strand_count() const { return strands.size(); }
@@ -42,7 +42,7 @@ struct GroomLimits {
   std::size_t point_count_max = 8'000'000;
   std::size_t vertex_count_max = 1'000'000;
   std::size_t group_count_max = 256;
-  float coordinate_max_m = 10;      // every coordinate's absolute value
+  float coordinate_max_m = 10;  // every coordinate's absolute value
 };
 
 // Empty when the groom is sound: consistent offsets, finite and bounded numbers, valid groups, weights and triangles.

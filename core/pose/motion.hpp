@@ -11,10 +11,12 @@ namespace hairnet {
 struct Motion {
   std::string name;
   double rate_hz = 60;
-  std::vector<Pose> poses;               // at least one
-  std::vector<bool> teleports;           // per pose: it does not continue from the one before; empty = never
+  std::vector<Pose> poses;      // at least one
+  std::vector<bool> teleports;  // per pose: it does not continue from the one before; empty = never
 
-  [[nodiscard]] double duration_s() const { return poses.empty() ? 0 : (static_cast<double>(poses.size()) - 1) / rate_hz; }
+  [[nodiscard]] double duration_s() const {
+    return poses.empty() ? 0 : (static_cast<double>(poses.size()) - 1) / rate_hz;
+  }
   // Between poses interpolated, except into a teleport; before the first and after the last, those are held.
   [[nodiscard]] Pose sample(double time_s) const;
   // Whether a teleport lies in (from_s, to_s].

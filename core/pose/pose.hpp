@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <string_view>
 
 #include "core/geometry/rigid_transform.hpp"
@@ -10,8 +11,8 @@ namespace hairnet {
 
 enum class Bone : std::uint8_t { head, neck, left_shoulder, right_shoulder, upper_trunk };
 inline constexpr std::size_t kBoneCount = 5;
-inline constexpr std::array<std::string_view, kBoneCount> kBoneNames{"head", "neck", "left_shoulder",
-                                                                     "right_shoulder", "upper_trunk"};
+inline constexpr std::array<std::string_view, kBoneCount> kBoneNames{"head", "neck", "left_shoulder", "right_shoulder",
+                                                                     "upper_trunk"};
 
 // The bones of one character at one moment. Each is a rigid skinning transform from head space at rest to the world:
 // x_world = bone x_rest. At rest all bones are equal. Metres; right-handed, +Y up, +Z out of the face.
@@ -32,8 +33,8 @@ Pose interpolate(const Pose& a, const Pose& b, double s);
 // Every bone finite, with a rotation of unit length within 1e-3.
 bool is_valid(const Pose& pose);
 
-// The pose as the wire carries it: each number rounded to float, rotations renormalised afterwards in double by a fixed
-// rule. Idempotent, so that server, recording and client hold the same bits.
+// The pose as the wire carries it: each number rounded to float and nothing else (so rotations are of unit length to
+// 1e-7). Idempotent, so that server, recording and client hold the same bits.
 Pose rounded_to_wire(const Pose& pose);
 
 // A jump too large to simulate: faster than 25 m/s or 2500 deg/s of the head between two poses `interval_s` apart.

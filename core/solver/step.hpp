@@ -10,36 +10,41 @@ namespace hairnet {
 
 // One character's lattice: what is stored between steps (model section 0). Active order, axes of the head.
 struct LatticeState {
-  std::vector<Vec3f> displacement;   // R^-1 (p - t) - p^0, m
-  std::vector<Vec3f> velocity;       // R^-1 p', world velocity in head axes, m/s
+  std::vector<Vec3f> displacement;  // R^-1 (p - t) - p^0, m
+  std::vector<Vec3f> velocity;      // R^-1 p', world velocity in head axes, m/s
 };
 
 // Steady wind; drag acts on the velocity relative to it.
 struct Environment {
-  Vec3 gravity{0, -9.81, 0};         // m/s^2, world
-  Vec3 wind = Vec3::Zero();          // m/s, world
+  Vec3 gravity{0, -9.81, 0};  // m/s^2, world
+  Vec3 wind = Vec3::Zero();   // m/s, world
 };
 
 struct StepInput {
-  Pose from, to;                     // at the start and the end of the step
+  Pose from, to;  // at the start and the end of the step
   double step_s = 1.0 / 30;
   Environment environment;
 };
 
 struct SolverSettings {
-  int iterations = 16;               // of conjugate gradient
+  int iterations = 16;  // of conjugate gradient
 };
 
-// Buffers of `step`, reused between characters; grows to the largest level met and stays.
-struct StepScratch;
+// Buffers of `step`, reused between characters; they grow to the largest level met and stay.
+struct StepScratch {
+  std::vector<Vec3f> rest_velocity, carried;  // R' p^0 and R d, an entry a node
+  std::vector<Vec3f> solution, residual, preconditioned, direction, product;
+  std::vector<Mat3f> diagonal, preconditioner;  // a node's own 3x3 block of the system, and the inverse of its whole
+  std::vector<Vec3f> spring_direction;
+  std::vector<float> spring_coefficient, attachment_coefficient;
+};
 
-// Backward Euler (model section 6) by conjugate gradient with block-Jacobi preconditioning, started at the rest
-// velocity; float. The state must fit the level. A non-finite result is left in `state`: see is_finite.
+// Backward Euler (model section 6) by matrix-free conjugate gradient with block-Jacobi preconditioning, started at the
+// rest velocity R' P^0; float, in the axes of the head at the end of the step. `state` must fit the level. A teleport
+// is not a step: the state is then left as it is, and the lattice moves rigidly with the head. A non-finite result is
+// left in `state`: see is_finite.
 void step(const Level& level, const StepInput& input, const SolverSettings& settings, StepScratch& scratch,
           LatticeState& state);
-
-// The lattice moves rigidly with the head and keeps its shape: displacements stay, velocities become the rest's.
-void teleport(LatticeState& state);
 
 void reset_to_rest(const Level& level, LatticeState& state);
 bool is_finite(const LatticeState& state);

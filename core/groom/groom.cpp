@@ -1,0 +1,79 @@
+#include "core/groom/groom.hpp"
+
+#include <cmath>
+
+namespace hairnet {
+namespace {
+
+std::string at(std::string_view what, std::size_t index, std::string_view fault) {
+  return std::string(what) + ' ' + std::to_string(index) + ": " + std::string(fault);
+}
+
+std::string over(std::string_view what, std::size_t count, std::size_t most) {
+  return std::to_string(count) + ' ' + std::string(what) + ", more than the limit of " + std::to_string(most);
+}
+
+bool within(const Vec3f& x, float most) {
+  return x.allFinite() && x.cwiseAbs().maxCoeff() <= most;
+}
+
+std::string validate_strands(const Groom& groom, const GroomLimits& limits) {
+  if (groom.strand_count() > limits.strand_count_max)
+    return over("strands", groom.strand_count(), limits.strand_count_max);
+  if (groom.points.size() > limits.point_count_max) return over("points", groom.points.size(), limits.point_count_max);
+  if (groom.group_names.size() > limits.group_count_max)
+    return over("groups", groom.group_names.size(), limits.group_count_max);
+  if (groom.strand_begin.size() != groom.strand_count() + 1 || groom.strand_begin.front() != 0 ||
+      groom.strand_begin.back() != groom.points.size())
+    return "strand offsets do not cover the points";
+  for (std::size_t s = 0; s < groom.strand_count(); ++s) {
+    const StrandProperties& strand = groom.strands[s];
+    if (groom.strand_begin[s] > groom.strand_begin[s + 1]) return at("strand", s, "offsets descend");
+    if (strand.group >= groom.group_names.size()) return at("strand", s, "its group does not exist");
+    if (!(strand.radius_m > 0 && strand.radius_m <= 0.01f)) return at("strand", s, "radius not in (0, 0.01] m");
+    if (!(strand.hair_count > 0 && strand.hair_count <= 1e6f)) return at("strand", s, "hair count not in (0, 1e6]");
+    if (!(strand.root_length_m >= 0 && strand.root_length_m <= 10))
+      return at("strand", s, "root length not in [0, 10] m");
+  }
+  for (std::size_t i = 0; i < groom.points.size(); ++i) {
+    if (!within(groom.points[i], limits.coordinate_max_m)) return at("point", i, "not finite or too far from the head");
+  }
+  return {};
+}
+
+std::string validate_body(const Body& body, const GroomLimits& limits) {
+  const TriangleMesh& mesh = body.mesh;
+  if (mesh.vertices.size() > limits.vertex_count_max)
+    return over("body vertices", mesh.vertices.size(), limits.vertex_count_max);
+  if (mesh.triangles.size() > 2 * limits.vertex_count_max)
+    return over("body triangles", mesh.triangles.size(), 2 * limits.vertex_count_max);
+  if (body.bone_weights.size() != mesh.vertices.size()) return "bone weights are not one entry a body vertex";
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    if (!within(mesh.vertices[v], limits.coordinate_max_m)) return at("body vertex", v, "not finite or too far away");
+    float sum = 0;
+    for (const float weight : body.bone_weights[v]) {
+      if (!(weight >= 0 && weight <= 1.001f)) return at("body vertex", v, "a bone weight is not in [0, 1]");
+      sum += weight;
+    }
+    if (std::abs(sum - 1) > 1e-3f) return at("body vertex", v, "bone weights do not sum to 1");
+  }
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (const std::uint32_t v : mesh.triangles[t]) {
+      if (v >= mesh.vertices.size()) return at("body triangle", t, "a vertex does not exist");
+    }
+  }
+  for (std::size_t b = 0; b < kBoneCount; ++b) {
+    if (!within(body.joints[b], limits.coordinate_max_m)) return at("joint", b, "not finite or too far away");
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string validate(const Groom& groom, const GroomLimits& limits) {
+  if (groom.strand_begin.empty()) return "strand offsets are missing";
+  std::string fault = validate_strands(groom, limits);
+  return fault.empty() ? validate_body(groom.body, limits) : fault;
+}
+
+}  // namespace hairnet
