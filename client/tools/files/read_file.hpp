@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/result.hpp"
+
+namespace hairnet {
+
+// Largest file the tools take: twice the largest real input there is room for in a groom.
+inline constexpr std::size_t kFileBytesMax = std::size_t{512} << 20;
+
+// The whole file. Refuses a directory, what cannot be opened, an empty file and one of more than `bytes_max` bytes;
+// the reason does not name the file. Reads pipes too.
+Result<std::vector<std::byte>> read_file(const std::string& path, std::size_t bytes_max = kFileBytesMax);
+
+// The same bytes as characters, for text formats.
+inline std::string_view as_text(const std::vector<std::byte>& bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+}  // namespace hairnet

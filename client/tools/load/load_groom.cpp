@@ -1,0 +1,16 @@
+#include "client/tools/load/load_groom.hpp"
+
+#include "client/tools/files/read_file.hpp"
+#include "client/tools/load/made_spec.hpp"
+#include "schema/wire/groom_file.hpp"
+
+namespace hairnet {
+
+Result<Groom> load_groom(const std::string& spec, const HairstyleOptions& made) {
+  if (is_made_spec(spec)) return make_hairstyle(made_name(spec), made);
+  const Result<std::vector<std::byte>> bytes = read_file(spec);
+  if (!bytes) return Refusal(bytes.error());
+  return wire::decode_groom({reinterpret_cast<const std::uint8_t*>(bytes->data()), bytes->size()});
+}
+
+}  // namespace hairnet

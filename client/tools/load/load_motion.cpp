@@ -1,0 +1,22 @@
+#include "client/tools/load/load_motion.hpp"
+
+#include <filesystem>
+#include <utility>
+
+#include "client/tools/files/read_file.hpp"
+#include "client/tools/load/made_spec.hpp"
+
+namespace hairnet {
+
+Result<Motion> load_motion(const std::string& spec, const BvhImport& import, const Body* body,
+                           const MotionOptions& made) {
+  if (is_made_spec(spec)) return make_motion(made_name(spec), made);
+  const Result<std::vector<std::byte>> bytes = read_file(spec);
+  if (!bytes) return Refusal(bytes.error());
+  Result<ImportedMotion> imported = decode_bvh(as_text(*bytes), import, body);
+  if (!imported) return Refusal(imported.error());
+  imported->motion.name = std::filesystem::path(spec).stem().string();
+  return std::move(imported->motion);
+}
+
+}  // namespace hairnet

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <chrono>
+#include <string>
+#include <string_view>
+
+namespace hairnet {
+
+// One line on stderr that redraws itself. Where stderr is no terminal, one line for each new stage instead.
+class ProgressBar {
+ public:
+  explicit ProgressBar(std::string title);
+  ~ProgressBar();  // clears the line
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+
+  // `fraction` in [0, 1] of the whole done, and what is being done now. Cheap to call often.
+  void show(double fraction, std::string_view stage);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  void draw(double fraction) const;
+
+  std::string title_;
+  std::string stage_;
+  bool is_terminal_;
+  bool drawn_ = false;
+  Clock::time_point drawn_at_{};
+};
+
+}  // namespace hairnet
