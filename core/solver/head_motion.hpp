@@ -1,0 +1,48 @@
+#pragma once
+
+#include <vector>
+
+#include "core/build/level.hpp"
+#include "core/solver/step.hpp"
+
+namespace hairnet {
+
+// Gravity that the design already bears (model section 4), head axes.
+inline const Vec3 kDesignGravity{0, -9.81, 0};
+
+// What one step's poses mean in the axes of the head at its end. Differences of positions are taken in double first, so
+// that the distance from the world's origin costs nothing.
+struct HeadMotion {
+  explicit HeadMotion(const StepInput& input)
+      : relative(input.to.head().inverse() * input.from.head()),
+        turn(relative.rotation.toRotationMatrix()),
+        turn_less_identity(turn - Mat3::Identity()),
+        step_s(input.step_s),
+        gravity_load(input.to.head().rotation.conjugate() * input.environment.gravity - kDesignGravity),
+        wind(input.to.head().rotation.conjugate() * input.environment.wind) {}
+
+  // R' p^0 = (B_1 p^0 - B_0 p^0) / h: the velocity of a point that moves rigidly with the head.
+  [[nodiscard]] Vec3 rest_velocity(const Vec3& rest) const {
+    return -(turn_less_identity * rest + relative.position) / step_s;
+  }
+
+  RigidTransform relative;  // head space at the start of the step -> head space at its end
+  Mat3 turn, turn_less_identity;
+  double step_s;
+  Vec3 gravity_load;  // g - R g_0, head axes, m/s^2
+  Vec3 wind;          // head axes, m/s
+};
+
+// Where a point that moves rigidly with `bone` ends, both in head space: (head_1^-1 B_1 B_0^-1 head_0) x.
+inline RigidTransform bone_carry(const StepInput& input, Bone bone) {
+  if (bone == Bone::head) return {};
+  return input.to.head().inverse() * input.to[bone] * input.from[bone].inverse() * input.from.head();
+}
+
+// Where a point fixed to `bone` at rest is at the end of the step, head space.
+inline Vec3 posed(const StepInput& input, Bone bone, const Vec3& rest) {
+  if (bone == Bone::head) return rest;
+  return (input.to.head().inverse() * input.to[bone]).point(rest);
+}
+
+}  // namespace hairnet

@@ -1,0 +1,181 @@
+#include "core/solver/reference_step.hpp"
+
+#include <cmath>
+
+#include "core/solver/head_motion.hpp"
+#include "core/solver/metaball.hpp"
+#include "core/solver/spring.hpp"
+
+namespace hairnet {
+namespace {
+
+// A stiffener's law linearised about some epsilon: sigma, d sigma / d eps and d sigma / d eps' (eqs. 1-2).
+struct Linearised {
+  const Stiffeners* stiffeners;
+  std::size_t index;
+  Mat3 d_eps, d_eps_dot;
+};
+
+struct System {
+  std::vector<Vec3> f;                 // forces on nodes
+  std::vector<Mat3> df_dp, df_dp_dot;  // of forces on single nodes: block diagonal
+  std::vector<Linearised> stiffeners;  // all others act through weighted sums
+};
+
+Vec3 weighted_sum(const Stiffeners& s, std::size_t index, const std::vector<Vec3>& nodes) {
+  Vec3 sum = Vec3::Zero();
+  for (std::uint32_t e = s.begin[index]; e < s.begin[index + 1]; ++e) sum += double{s.weights[e]} * nodes[s.nodes[e]];
+  return sum;
+}
+
+// f_i += w_i sigma (eq. 1)
+void scatter(const Stiffeners& s, std::size_t index, const Vec3& sigma, std::vector<Vec3>& nodes) {
+  for (std::uint32_t e = s.begin[index]; e < s.begin[index + 1]; ++e) nodes[s.nodes[e]] += double{s.weights[e]} * sigma;
+}
+
+Mat3 symmetric(const std::array<float, 6>& q) {
+  return Mat3f{{q[0], q[1], q[2]}, {q[1], q[3], q[4]}, {q[2], q[4], q[5]}}.cast<double>();
+}
+
+void add_springs(const Level& level, const WorldLattice& lattice, System& system) {
+  const Stiffeners& springs = level.springs;
+  for (std::size_t s = 0; s < springs.count(); ++s) {
+    const double k = springs.stiffness[s], q = springs.damping[s];
+    const Vec3 eps = weighted_sum(springs, s, lattice.P), eps_dot = weighted_sum(springs, s, lattice.P_dot);
+    if (!(eps.norm() > 0)) continue;
+    scatter(springs, s, spring_force(k, q, springs.rest[s].cast<double>().norm(), eps, eps_dot), system.f);
+    system.stiffeners.push_back({&springs, s, spring_jacobian(k, eps), spring_jacobian(q, eps)});
+  }
+}
+
+void add_attachments(const Level& level, const std::vector<Vec3>& rest, const std::vector<Vec3>& rest_dot,
+                     const WorldLattice& lattice, System& system) {
+  const Stiffeners& attachments = level.attachments;
+  for (std::size_t s = 0; s < attachments.count(); ++s) {
+    const double k = attachments.stiffness[s], q = attachments.damping[s];
+    const Vec3 eps = weighted_sum(attachments, s, lattice.P), eps_dot = weighted_sum(attachments, s, lattice.P_dot);
+    const Vec3 eps_0 = weighted_sum(attachments, s, rest), eps_0_dot = weighted_sum(attachments, s, rest_dot);  // eq. 5
+    scatter(attachments, s, -k * (eps - eps_0) - q * (eps_dot - eps_0_dot), system.f);                          // eq. 4
+    system.stiffeners.push_back({&attachments, s, -k * Mat3::Identity(), -q * Mat3::Identity()});
+  }
+}
+
+void add_node_forces(const Level& level, const StepInput& input, const std::vector<Vec3>& rest,
+                     const std::vector<Vec3>& rest_dot, const WorldLattice& lattice, System& system) {
+  const Mat3 R = input.to.head().rotation.toRotationMatrix();
+  for (std::size_t i = 0; i < level.rest.size(); ++i) {
+    const double k = level.ether_stiffness[i], q = level.ether_damping[i];
+    const Mat3 Q = R * symmetric(level.drag[i]) * R.transpose();
+    system.f[i] += -k * (lattice.P[i] - rest[i]) - q * (lattice.P_dot[i] - rest_dot[i]) +
+                   double{level.mass[i]} * (input.environment.gravity - R * kDesignGravity) -
+                   Q * (lattice.P_dot[i] - input.environment.wind);
+    system.df_dp[i] -= k * Mat3::Identity();
+    system.df_dp_dot[i] -= q * Mat3::Identity() + Q;
+  }
+}
+
+// Contact is linearised where the node would be if it moved with the ball's bone (contact.hpp), not at the start of the
+// step: `f` gets the force that the linearisation has at P, so that the step's formula stays the paper's.
+void add_contacts(const Level& level, const StepInput& input, const WorldLattice& lattice, System& system) {
+  for (const Metaball& ball : level.metaballs) {
+    const RigidTransform carry = input.to[ball.bone] * input.from[ball.bone].inverse();
+    const Vec3 centre = input.to[ball.bone].point(ball.centre.cast<double>());
+    for (std::size_t i = 0; i < level.rest.size(); ++i) {
+      const double rho = ball.radius[i], U = ball.potential[i];
+      const Vec3 with_bone = carry.point(lattice.P[i]);
+      const Vec3 r = with_bone - centre;
+      if (!(rho > 0) || !(r.norm() < rho) || !(r.norm() > 0)) continue;
+      const Mat3 K = -metaball_radial_stiffness(U, rho, r) * r.normalized() * r.normalized().transpose();
+      system.f[i] += metaball_force(U, rho, r) + K * (lattice.P[i] - with_bone);
+      system.df_dp[i] += K;
+    }
+  }
+}
+
+// a df/dp' x + b df/dp x, never assembled (paper 2.2)
+std::vector<Vec3> multiply(const System& system, double a, double b, const std::vector<Vec3>& x) {
+  std::vector<Vec3> out(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) out[i] = (a * system.df_dp_dot[i] + b * system.df_dp[i]) * x[i];
+  for (const Linearised& s : system.stiffeners) {
+    scatter(*s.stiffeners, s.index, (a * s.d_eps_dot + b * s.d_eps) * weighted_sum(*s.stiffeners, s.index, x), out);
+  }
+  return out;
+}
+
+double dot(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i].dot(b[i]);
+  return sum;
+}
+
+}  // namespace
+
+WorldLattice to_world(const Level& level, const RigidTransform& head, const LatticeState& state) {
+  WorldLattice lattice;
+  for (std::size_t i = 0; i < level.rest.size(); ++i) {
+    lattice.P.push_back(head.point(level.rest[i].cast<double>() + state.displacement[i].cast<double>()));
+    lattice.P_dot.push_back(head.vector(state.velocity[i].cast<double>()));
+  }
+  return lattice;
+}
+
+LatticeState to_head(const Level& level, const RigidTransform& head, const WorldLattice& lattice) {
+  const RigidTransform back = head.inverse();
+  LatticeState state;
+  for (std::size_t i = 0; i < level.rest.size(); ++i) {
+    state.displacement.push_back((back.point(lattice.P[i]) - level.rest[i].cast<double>()).cast<float>());
+    state.velocity.push_back(back.vector(lattice.P_dot[i]).cast<float>());
+  }
+  return state;
+}
+
+int reference_step(const Level& level, const StepInput& input, WorldLattice& lattice, double relative_residual) {
+  const std::size_t n = level.rest.size();
+  const double h = input.step_s;
+  std::vector<Vec3> rest(n), rest_dot(n);  // R P^0 and R' P^0 at the end of the step
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vec3 p = level.rest[i].cast<double>();
+    rest[i] = input.to.head().point(p);
+    rest_dot[i] = (rest[i] - input.from.head().point(p)) / h;
+  }
+
+  System system{
+      std::vector<Vec3>(n, Vec3::Zero()), std::vector<Mat3>(n, Mat3::Zero()), std::vector<Mat3>(n, Mat3::Zero()), {}};
+  add_node_forces(level, input, rest, rest_dot, lattice, system);
+  add_springs(level, lattice, system);
+  add_attachments(level, rest, rest_dot, lattice, system);
+  add_contacts(level, input, lattice, system);
+
+  // (M - h df/dp' - h^2 df/dp) dP' = h (f + h df/dp P')
+  const auto A = [&](const std::vector<Vec3>& x) {
+    std::vector<Vec3> product = multiply(system, -h, -h * h, x);
+    for (std::size_t i = 0; i < n; ++i) product[i] += double{level.mass[i]} * x[i];
+    return product;
+  };
+  std::vector<Vec3> r = multiply(system, 0, h * h, lattice.P_dot);
+  for (std::size_t i = 0; i < n; ++i) r[i] += h * system.f[i];
+
+  std::vector<Vec3> dP_dot(n, Vec3::Zero()), d = r;
+  double rho = dot(r, r);
+  const double enough = rho * relative_residual * relative_residual;
+  const int iterations_max = 20 * static_cast<int>(n) + 100;
+  int iteration = 0;
+  for (; iteration < iterations_max && rho > enough; ++iteration) {
+    const std::vector<Vec3> Ad = A(d);
+    const double alpha = rho / dot(d, Ad);
+    for (std::size_t i = 0; i < n; ++i) {
+      dP_dot[i] += alpha * d[i];
+      r[i] -= alpha * Ad[i];
+    }
+    const double rho_next = dot(r, r);
+    for (std::size_t i = 0; i < n; ++i) d[i] = r[i] + rho_next / rho * d[i];
+    rho = rho_next;
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    lattice.P_dot[i] += dP_dot[i];
+    lattice.P[i] += h * lattice.P_dot[i];
+  }
+  return iteration;
+}
+
+}  // namespace hairnet

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <vector>
+
+#include "core/build/level.hpp"
+#include "core/solver/step.hpp"
+
+namespace hairnet {
+
+// The lattice as the paper writes it: P and P' in world axes, an entry an active node.
+struct WorldLattice {
+  std::vector<Vec3> P, P_dot;
+};
+
+WorldLattice to_world(const Level& level, const RigidTransform& head, const LatticeState& state);
+LatticeState to_head(const Level& level, const RigidTransform& head, const WorldLattice& lattice);
+
+// Model section 6 in the paper's notation, in double and world axes: one linearised solve to `relative_residual`.
+// Written to be read beside the paper and to hold `step` to it, not to be fast. Returns the iterations that the solve
+// took.
+int reference_step(const Level& level, const StepInput& input, WorldLattice& lattice, double relative_residual = 1e-10);
+
+}  // namespace hairnet
