@@ -110,16 +110,18 @@ struct World::Impl {
       outcome = Outcome::teleported;
     } else {
       const Pose start = c.from;
+      bool finite = true;
       for (int substep = 0; substep < def.substep_count; ++substep) {
         const bool last = substep + 1 == def.substep_count;
         const Pose to = last ? c.to : interpolate(start, c.to, (substep + 1.0) / def.substep_count);
         if (level) {
-          hairnet::step(*level, {c.from, to, substep_s(), def.environment}, def.solver, scratch, c.state);
+          finite =
+              hairnet::step(*level, {c.from, to, substep_s(), def.environment}, def.solver, scratch, c.state) && finite;
           outcome = Outcome::stepped;
         }
         c.last_from = std::exchange(c.from, to);
       }
-      if (level && !is_finite(c.state)) {
+      if (!finite) {
         reset_to_rest(*level, c.state);
         outcome = Outcome::reset;
       }

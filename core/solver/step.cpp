@@ -134,8 +134,8 @@ double dot(std::span<const Vec3f> a, std::span<const Vec3f> b) {
   return sum;
 }
 
-// Conjugate gradient from y = 0; `residual` holds the right-hand side on entry.
-void solve(const Level& level, int iterations, StepScratch& s) {
+// Conjugate gradient from y = 0; `residual` holds the right-hand side on entry. False when the system is not finite.
+bool solve(const Level& level, int iterations, StepScratch& s) {
   const std::size_t n = level.rest.size();
   for (std::size_t i = 0; i < n; ++i) {
     s.solution[i].setZero();
@@ -159,11 +159,12 @@ void solve(const Level& level, int iterations, StepScratch& s) {
     rho = rho_next;
     for (std::size_t i = 0; i < n; ++i) s.direction[i] = s.preconditioned[i] + beta * s.direction[i];
   }
+  return std::isfinite(rho);
 }
 
 }  // namespace
 
-void step(const Level& level, const StepInput& input, const SolverSettings& settings, StepScratch& scratch,
+bool step(const Level& level, const StepInput& input, const SolverSettings& settings, StepScratch& scratch,
           LatticeState& state) {
   assert(state.displacement.size() == level.rest.size() && state.velocity.size() == level.rest.size());
   resize(scratch, level);
@@ -185,11 +186,12 @@ void step(const Level& level, const StepInput& input, const SolverSettings& sett
   }
 
   precondition(level, scratch);
-  solve(level, settings.iterations, scratch);
+  const bool finite = solve(level, settings.iterations, scratch);
   for (std::size_t i = 0; i < level.rest.size(); ++i) {
     state.displacement[i] = scratch.carried[i] + h * scratch.solution[i];
     state.velocity[i] = scratch.rest_velocity[i] + scratch.solution[i];
   }
+  return finite && is_sound(state);
 }
 
 void reset_to_rest(const Level& level, LatticeState& state) {
@@ -197,9 +199,10 @@ void reset_to_rest(const Level& level, LatticeState& state) {
   state.velocity.assign(level.rest.size(), Vec3f::Zero());
 }
 
-bool is_finite(const LatticeState& state) {
+bool is_sound(const LatticeState& state) {
   for (std::size_t i = 0; i < state.displacement.size(); ++i) {
-    if (!state.displacement[i].allFinite() || !state.velocity[i].allFinite()) return false;
+    // Written so that a NaN fails it.
+    if (!(state.displacement[i].norm() <= kDisplacementMax_m) || !state.velocity[i].allFinite()) return false;
   }
   return true;
 }

@@ -26,6 +26,9 @@ struct StepInput {
   Environment environment;
 };
 
+// No hair is this far from its design: a lattice that is has run away.
+inline constexpr float kDisplacementMax_m = 10;
+
 struct SolverSettings {
   int iterations = 16;  // of conjugate gradient
 };
@@ -41,12 +44,15 @@ struct StepScratch {
 
 // Backward Euler (model section 6) by matrix-free conjugate gradient with block-Jacobi preconditioning, started at the
 // rest velocity R' P^0; float, in the axes of the head at the end of the step. `state` must fit the level. A teleport
-// is not a step: the state is then left as it is, and the lattice moves rigidly with the head. A non-finite result is
-// left in `state`: see is_finite.
-void step(const Level& level, const StepInput& input, const SolverSettings& settings, StepScratch& scratch,
-          LatticeState& state);
+// is not a step: the state is then left as it is, and the lattice moves rigidly with the head. Returns false when the
+// system or its solution is not finite, or a node has run further than kDisplacementMax_m; the state is then worthless
+// (reset_to_rest).
+[[nodiscard]] bool step(const Level& level, const StepInput& input, const SolverSettings& settings,
+                        StepScratch& scratch, LatticeState& state);
 
 void reset_to_rest(const Level& level, LatticeState& state);
-bool is_finite(const LatticeState& state);
+
+// Every number finite, every displacement within kDisplacementMax_m.
+bool is_sound(const LatticeState& state);
 
 }  // namespace hairnet

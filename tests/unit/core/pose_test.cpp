@@ -1,0 +1,76 @@
+#include "core/pose/pose.hpp"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "core/pose/motion.hpp"
+#include "tests/support/levels.hpp"
+
+namespace hairnet {
+namespace {
+
+using support::turned;
+
+TEST(Pose, rounding_to_the_wire_is_idempotent_and_small) {
+  const Pose pose = rigid_pose(turned(1.234, {1, 2, 3}, {1.1, -2.2, 1000.3}));
+  const Pose once = rounded_to_wire(pose), twice = rounded_to_wire(once);
+  for (std::size_t b = 0; b < kBoneCount; ++b) {
+    EXPECT_EQ(once.bones[b].rotation.coeffs(), twice.bones[b].rotation.coeffs());
+    EXPECT_EQ(once.bones[b].position, twice.bones[b].position);
+    EXPECT_LT((once.bones[b].position - pose.bones[b].position).norm(), 1e-4);
+    EXPECT_LT(once.bones[b].rotation.angularDistance(pose.bones[b].rotation), 1e-6);
+  }
+}
+
+TEST(Pose, interpolates_the_short_way_round) {
+  Pose a = rigid_pose(turned(0, {0, 1, 0})), b = rigid_pose(turned(1, {0, 1, 0}, {0, 2, 0}));
+  for (RigidTransform& bone : b.bones) bone.rotation.coeffs() *= -1;
+  const Pose middle = interpolate(a, b, 0.5);
+  EXPECT_NEAR(middle.head().rotation.angularDistance(turned(0.5, {0, 1, 0}).rotation), 0, 1e-12);
+  EXPECT_NEAR(middle.head().position.y(), 1, 1e-12);
+}
+
+TEST(Pose, is_invalid_when_not_finite_or_not_a_rotation) {
+  Pose pose;
+  EXPECT_TRUE(is_valid(pose));
+  pose[Bone::neck].position.x() = std::numeric_limits<double>::infinity();
+  EXPECT_FALSE(is_valid(pose));
+  pose = {};
+  pose[Bone::left_shoulder].rotation.coeffs() *= 1.01;
+  EXPECT_FALSE(is_valid(pose));
+  pose = {};
+  pose[Bone::upper_trunk].rotation.x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(is_valid(pose));
+}
+
+TEST(Pose, a_snap_turn_and_a_leap_are_teleports_and_lively_motion_is_not) {
+  const Pose rest;
+  EXPECT_TRUE(is_teleport(rest, rigid_pose(turned(std::numbers::pi / 2, {0, 1, 0})), 1.0 / 30));
+  EXPECT_TRUE(is_teleport(rest, rigid_pose({Quat::Identity(), {1, 0, 0}}), 1.0 / 30));
+  EXPECT_FALSE(is_teleport(rest, rigid_pose(turned(0.5, {0, 1, 0}, {0.2, 0, 0})), 1.0 / 30));
+}
+
+TEST(RigidTransform, inverse_undoes_and_products_compose) {
+  const RigidTransform a = turned(0.7, {1, 1, 0}, {1, 2, 3}), b = turned(-1.3, {0, 1, 2}, {-1, 0, 4});
+  const Vec3 x(0.3, -0.2, 0.9);
+  EXPECT_LT((a.inverse().point(a.point(x)) - x).norm(), 1e-12);
+  EXPECT_LT(((a * b).point(x) - a.point(b.point(x))).norm(), 1e-12);
+}
+
+TEST(Motion, holds_its_ends_and_interpolates_between_but_not_into_a_teleport) {
+  Motion motion;
+  motion.rate_hz = 10;
+  for (int i = 0; i < 3; ++i) motion.poses.push_back(rigid_pose({Quat::Identity(), {i * 1.0, 0, 0}}));
+  EXPECT_NEAR(motion.sample(-1).head().position.x(), 0, 1e-12);
+  EXPECT_NEAR(motion.sample(0.05).head().position.x(), 0.5, 1e-12);
+  EXPECT_NEAR(motion.sample(9).head().position.x(), 2, 1e-12);
+  motion.teleports = {false, true, false};
+  EXPECT_NEAR(motion.sample(0.05).head().position.x(), 0, 1e-12);
+  EXPECT_NEAR(motion.sample(0.1).head().position.x(), 1, 1e-12);
+  EXPECT_TRUE(motion.teleports_within(0.05, 0.1));
+  EXPECT_FALSE(motion.teleports_within(0.1, 0.2));
+}
+
+}  // namespace
+}  // namespace hairnet

@@ -1,0 +1,238 @@
+#include "core/solver/step.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "core/solver/head_motion.hpp"
+#include "core/solver/reference_step.hpp"
+#include "tests/support/levels.hpp"
+
+namespace hairnet {
+namespace {
+
+using support::make_random_level;
+using support::make_random_state;
+using support::turned;
+
+constexpr SolverSettings kConverged{.iterations = 400};
+
+float largest(std::span<const Vec3f> nodes) {
+  float most = 0;
+  for (const Vec3f& node : nodes) most = std::max(most, node.norm());
+  return most;
+}
+
+Pose moved(double yaw_rad, const Vec3& position, double shoulder_rad = 0) {
+  Pose pose = rigid_pose(turned(yaw_rad, {0.3, 1, 0.2}, position));
+  pose[Bone::left_shoulder] = turned(shoulder_rad, {0, 0, 1}, position + Vec3(0.01, 0.005, 0));
+  return pose;
+}
+
+// Momentum sum m P' and angular momentum about the origin sum P x m P' of the change from `before` to `after`.
+struct Momentum {
+  Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
+};
+Momentum momentum_change(const Level& level, const WorldLattice& before, const WorldLattice& after) {
+  Momentum change;
+  for (std::size_t i = 0; i < level.rest.size(); ++i) {
+    const Vec3 impulse = double{level.mass[i]} * (after.P_dot[i] - before.P_dot[i]);
+    change.linear += impulse;
+    change.angular += before.P[i].cross(impulse);
+  }
+  return change;
+}
+
+TEST(Step, agrees_with_the_double_reference_from_the_same_state) {
+  StepScratch scratch;
+  for (unsigned seed = 1; seed <= 8; ++seed) {
+    const Level level = make_random_level({.seed = seed});
+    LatticeState state = make_random_state(level, 0.02f, 0.5f, seed);
+    StepInput input;
+    input.from = moved(0.1 * seed, {0.5, 1.5, -2.0 * seed});
+    input.to = moved(0.1 * seed + 0.08, {0.52, 1.49, -2.0 * seed + 0.03}, 0.2);
+    input.environment.wind = {1, 0.2, -0.5};
+    WorldLattice reference = to_world(level, input.from.head(), state);
+    reference_step(level, input, reference, 1e-12);
+    const LatticeState expected = to_head(level, input.to.head(), reference);
+    ASSERT_TRUE(step(level, input, kConverged, scratch, state));
+    for (std::size_t i = 0; i < level.rest.size(); ++i) {
+      EXPECT_LT((state.displacement[i] - expected.displacement[i]).norm(), 2e-6f) << "seed " << seed << " node " << i;
+      EXPECT_LT((state.velocity[i] - expected.velocity[i]).norm(), 6e-5f) << "seed " << seed << " node " << i;
+    }
+  }
+}
+
+TEST(Step, springs_alone_conserve_momentum_and_angular_momentum) {
+  const Level level = make_random_level({.attachment_count = 0, .ether = false, .drag = false, .metaballs = false});
+  LatticeState state = make_random_state(level, 0.02f, 0.5f, 3);
+  const StepInput input;
+  const WorldLattice before = to_world(level, input.from.head(), state);
+  WorldLattice after = before;
+  reference_step(level, input, after, 1e-13);
+  const Momentum change = momentum_change(level, before, after);
+  // Impulses are of the order of 1e-2 N s; weights in float sum to zero within 1e-8.
+  EXPECT_LT(change.linear.norm(), 1e-9);
+  EXPECT_LT(change.angular.norm(), 1e-9);
+
+  StepScratch scratch;
+  ASSERT_TRUE(step(level, input, kConverged, scratch, state));
+  const Momentum of_step = momentum_change(level, before, to_world(level, input.to.head(), state));
+  EXPECT_LT(of_step.linear.norm(), 1e-7);
+  EXPECT_LT(of_step.angular.norm(), 1e-7);
+}
+
+TEST(Step, the_upright_design_is_the_equilibrium_exactly) {
+  const Level level = make_random_level();
+  LatticeState state;
+  reset_to_rest(level, state);
+  StepScratch scratch;
+  StepInput input;
+  input.from = input.to = rigid_pose({Quat::Identity(), {3, 1.5, -2}});
+  for (int tick = 0; tick < 200; ++tick) ASSERT_TRUE(step(level, input, {}, scratch, state));
+  EXPECT_EQ(largest(state.displacement), 0.0f);
+  EXPECT_EQ(largest(state.velocity), 0.0f);
+}
+
+TEST(Step, facing_another_way_changes_nothing) {
+  const Level level = make_random_level();
+  LatticeState state;
+  reset_to_rest(level, state);
+  StepScratch scratch;
+  StepInput input;
+  input.from = input.to = rigid_pose(turned(2.1, {0, 1, 0}));
+  for (int tick = 0; tick < 200; ++tick) ASSERT_TRUE(step(level, input, {}, scratch, state));
+  EXPECT_LT(largest(state.displacement), 1e-9f);
+}
+
+TEST(Step, a_head_at_constant_translation_leaves_the_lattice_rigid_exactly) {
+  const Level level = make_random_level({.drag = false});
+  const Vec3 velocity(2.5, 0.25, -1.5);
+  for (const int iterations : {1, 4, 16, 200}) {
+    LatticeState state;
+    reset_to_rest(level, state);
+    for (Vec3f& v : state.velocity) v = velocity.cast<float>();
+    StepScratch scratch;
+    StepInput input;
+    input.to = rigid_pose({Quat::Identity(), {100, 1.5, 50}});
+    for (int tick = 0; tick < 300; ++tick) {
+      input.from = input.to;
+      for (RigidTransform& bone : input.to.bones) bone.position += input.step_s * velocity;
+      ASSERT_TRUE(step(level, input, {.iterations = iterations}, scratch, state));
+    }
+    EXPECT_LT(largest(state.displacement), 1e-6f) << iterations << " iterations";
+  }
+}
+
+TEST(Step, a_turning_head_deviates_by_the_square_of_the_angle_a_step) {
+  const Level level = make_random_level({.drag = false});
+  StepScratch scratch;
+  const auto deviation = [&](double angle_rad) {
+    LatticeState state;
+    reset_to_rest(level, state);
+    StepInput before, input;
+    before.from = rigid_pose(turned(-angle_rad, {0, 1, 0}));
+    before.to = input.from = rigid_pose(turned(0, {0, 1, 0}));
+    input.to = rigid_pose(turned(angle_rad, {0, 1, 0}));
+    const HeadMotion rest_motion(before);
+    for (std::size_t i = 0; i < level.rest.size(); ++i) {
+      state.velocity[i] = rest_motion.rest_velocity(level.rest[i].cast<double>()).cast<float>();
+    }
+    EXPECT_TRUE(step(level, input, kConverged, scratch, state));
+    return largest(state.displacement);
+  };
+  const float coarse = deviation(0.2), fine = deviation(0.1), finer = deviation(0.05);
+  EXPECT_NEAR(coarse / fine, 4, 0.4);
+  EXPECT_NEAR(fine / finer, 4, 0.2);
+  EXPECT_LT(finer, 0.05f * 0.05f * 0.25f);  // theta^2 times the lattice's reach
+}
+
+TEST(Step, more_iterations_come_closer_to_the_converged_solution) {
+  const Level level = make_random_level({.nodes_per_axis = 6, .spring_count = 300, .attachment_count = 40});
+  const LatticeState start = make_random_state(level, 0.02f, 0.5f, 5);
+  StepInput input;
+  input.from = moved(0, {0, 1.5, 0});
+  input.to = moved(0.1, {0.02, 1.5, 0});
+  WorldLattice lattice = to_world(level, input.from.head(), start);
+  reference_step(level, input, lattice, 1e-12);
+  const LatticeState converged = to_head(level, input.to.head(), lattice);
+  StepScratch scratch;
+  double last = 1e9;
+  for (const int iterations : {2, 4, 8, 16, 32}) {
+    LatticeState state = start;
+    ASSERT_TRUE(step(level, input, {.iterations = iterations}, scratch, state));
+    double error = 0;
+    for (std::size_t i = 0; i < level.rest.size(); ++i) {
+      error += static_cast<double>((state.displacement[i] - converged.displacement[i]).squaredNorm());
+    }
+    EXPECT_LT(error, last) << iterations << " iterations";
+    last = error;
+  }
+}
+
+TEST(Step, stiff_springs_and_few_iterations_stay_bounded_under_wild_poses) {
+  for (const int iterations : {1, 2, 4, 16}) {
+    const Level level = make_random_level({.spring_stiffness = 10, .seed = 7});
+    LatticeState state;
+    reset_to_rest(level, state);
+    StepScratch scratch;
+    std::mt19937 random(11);
+    StepInput input;
+    for (int tick = 0; tick < 3000; ++tick) {
+      input.from = input.to;
+      const RigidTransform jolt =
+          turned(0.5 * static_cast<double>(support::random_vec(random, 1).x()),
+                 support::random_vec(random, 1).cast<double>(), support::random_vec(random, 0.2f).cast<double>());
+      input.to = rigid_pose(input.from.head() * jolt);
+      ASSERT_TRUE(step(level, input, {.iterations = iterations}, scratch, state));
+      ASSERT_LT(largest(state.displacement), 3.0f) << "tick " << tick << ", " << iterations << " iterations";
+    }
+    input.from = input.to = rigid_pose({});
+    for (int tick = 0; tick < 30 * 60; ++tick)
+      ASSERT_TRUE(step(level, input, {.iterations = iterations}, scratch, state));
+    EXPECT_LT(largest(state.displacement), 1e-3f) << iterations << " iterations";
+  }
+}
+
+TEST(Step, steady_wind_ends_where_drag_and_ether_balance) {
+  const Level level = make_random_level({.spring_count = 0, .attachment_count = 0, .metaballs = false});
+  LatticeState state;
+  reset_to_rest(level, state);
+  StepScratch scratch;
+  StepInput input;
+  input.environment.wind = {4, 0, 1};
+  for (int tick = 0; tick < 3000; ++tick) ASSERT_TRUE(step(level, input, {}, scratch, state));
+  const Vec3f wind = input.environment.wind.cast<float>();
+  for (std::size_t i = 0; i < level.rest.size(); ++i) {
+    const auto& q = level.drag[i];
+    const Vec3f drag(q[0] * wind.x() + q[2] * wind.z(), q[1] * wind.x() + q[4] * wind.z(),
+                     q[2] * wind.x() + q[5] * wind.z());
+    EXPECT_LT((state.displacement[i] - drag / level.ether_stiffness[i]).norm(), 1e-5f);
+  }
+}
+
+TEST(Step, a_ball_that_moves_into_the_hair_pushes_it_out) {
+  Level level = make_random_level({.spring_count = 0, .attachment_count = 0, .drag = false});
+  LatticeState state;
+  reset_to_rest(level, state);
+  StepScratch scratch;
+  StepInput input;
+  for (int tick = 0; tick < 60; ++tick) {
+    input.from = input.to;
+    input.to[Bone::left_shoulder].position = Vec3(0, 0.05 * std::min(1.0, (tick + 1) / 15.0), 0);
+    ASSERT_TRUE(step(level, input, {}, scratch, state));
+  }
+  const Metaball& ball = level.metaballs[1];
+  const Vec3f centre = ball.centre + Vec3f(0, 0.05f, 0);
+  int touched = 0;
+  for (std::size_t i = 0; i < level.rest.size(); ++i) {
+    const float designed = (level.rest[i] - centre).norm();
+    if (ball.radius[i] <= 0 || designed >= ball.radius[i]) continue;
+    ++touched;
+    EXPECT_GT((level.rest[i] + state.displacement[i] - centre).norm(), designed);
+  }
+  EXPECT_GT(touched, 0);
+}
+
+}  // namespace
+}  // namespace hairnet

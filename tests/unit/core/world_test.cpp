@@ -1,0 +1,198 @@
+#include "core/world.hpp"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+#include <random>
+
+#include "tests/support/levels.hpp"
+
+namespace hairnet {
+namespace {
+
+std::shared_ptr<const LevelSet> make_levels() {
+  auto levels = std::make_shared<LevelSet>();
+  levels->levels[0] = support::make_random_level({.nodes_per_axis = 6, .spring_count = 200, .attachment_count = 30});
+  levels->levels[1] = support::make_random_level({.nodes_per_axis = 5});
+  levels->levels[2] = support::make_random_level({.nodes_per_axis = 4});
+  levels->levels[3] = support::make_random_level({.nodes_per_axis = 4, .spring_count = 0, .attachment_count = 0});
+  return levels;
+}
+
+Pose shaken(std::uint32_t character, int tick) {
+  const double t = tick / 30.0 + character;
+  Pose pose = rigid_pose(support::turned(0.6 * std::sin(5 * t), {0.2, 1, 0.1}, {0.2 * std::sin(3 * t), 1.5, 0}));
+  return rounded_to_wire(pose);
+}
+
+std::vector<std::uint64_t> hashes_of_a_run(const ParallelFor& parallel_for,
+                                           const std::shared_ptr<const LevelSet>& levels) {
+  WorldDef def;
+  def.parallel_for = parallel_for;
+  World world(def);
+  std::vector<CharacterId> ids;
+  for (std::uint32_t i = 0; i < 40; ++i)
+    ids.push_back(world.add({levels, static_cast<LevelIndex>(i % kLevelCount), shaken(i, 0)}));
+  std::vector<std::uint64_t> hashes;
+  for (int tick = 1; tick < 20; ++tick) {
+    for (std::uint32_t i = 0; i < ids.size(); ++i) world.set_pose(ids[i], shaken(i, tick));
+    if (tick == 7) world.remove(ids[3]);
+    if (tick == 9) world.set_level(ids[5], LevelIndex::low);
+    world.step();
+    hashes.push_back(world.hash());
+  }
+  return hashes;
+}
+
+TEST(World, gives_the_same_bits_in_whatever_order_characters_are_stepped) {
+  const auto levels = make_levels();
+  const auto forwards = hashes_of_a_run({}, levels);
+  const auto shuffled = hashes_of_a_run(
+      [random = std::make_shared<std::mt19937>(5)](std::size_t count, const std::function<void(std::size_t)>& body) {
+        std::vector<std::size_t> order(count);
+        std::iota(order.begin(), order.end(), 0u);
+        std::shuffle(order.begin(), order.end(), *random);
+        for (const std::size_t i : order) body(i);
+      },
+      levels);
+  EXPECT_EQ(forwards, shuffled);
+  EXPECT_NE(forwards.front(), forwards.back());
+}
+
+TEST(World, a_character_is_undisturbed_by_who_else_is_there) {
+  const auto levels = make_levels();
+  World alone({}), crowded({});
+  const CharacterId a = alone.add({levels, LevelIndex::high, shaken(9, 0)});
+  for (std::uint32_t i = 0; i < 9; ++i) (void)crowded.add({levels, LevelIndex::high, shaken(i, 0)});
+  const CharacterId b = crowded.add({levels, LevelIndex::high, shaken(9, 0)});
+  for (int tick = 1; tick < 15; ++tick) {
+    alone.set_pose(a, shaken(9, tick));
+    crowded.set_pose(b, shaken(9, tick));
+    alone.step();
+    crowded.step();
+  }
+  EXPECT_EQ(alone.state(a).displacement, crowded.state(b).displacement);
+}
+
+TEST(World, an_id_is_dead_once_removed_even_when_its_slot_is_taken_again) {
+  World world({});
+  const CharacterId first = world.add({nullptr, LevelIndex::rigid, {}});
+  world.remove(first);
+  const CharacterId second = world.add({nullptr, LevelIndex::rigid, {}});
+  EXPECT_FALSE(world.contains(first));
+  EXPECT_TRUE(world.contains(second));
+  EXPECT_FALSE(world.contains(CharacterId{}));
+  world.remove(first);
+  EXPECT_EQ(world.character_count(), 1u);
+}
+
+TEST(World, gives_a_null_id_when_full) {
+  WorldDef def;
+  def.character_count_max = 2;
+  World world(def);
+  EXPECT_TRUE(world.add({}));
+  EXPECT_TRUE(world.add({}));
+  EXPECT_FALSE(world.add({}));
+}
+
+TEST(World, a_teleport_keeps_the_lattices_shape_in_head_space) {
+  const auto levels = make_levels();
+  World world({});
+  const CharacterId id = world.add({levels, LevelIndex::medium, shaken(1, 0)});
+  for (int tick = 1; tick < 10; ++tick) {
+    world.set_pose(id, shaken(1, tick));
+    world.step();
+  }
+  const LatticeState before = world.state(id);
+  world.set_pose(id, rigid_pose(support::turned(2, {0, 1, 0}, {50, 0, 0})), true);
+  EXPECT_EQ(world.step().teleports, 1u);
+  EXPECT_EQ(world.state(id).displacement, before.displacement);
+  EXPECT_EQ(world.lattice(id).pose->head().position.x(), 50);
+}
+
+TEST(World, takes_a_jump_too_large_to_simulate_for_a_teleport) {
+  const auto levels = make_levels();
+  World world({});
+  const CharacterId id = world.add({levels, LevelIndex::low, Pose{}});
+  world.set_pose(id, rigid_pose({Quat::Identity(), {0, 0, 0.8}}));
+  EXPECT_EQ(world.step().teleports, 0u);
+  world.set_pose(id, rigid_pose({Quat::Identity(), {0, 0, 1.7}}));
+  EXPECT_EQ(world.step().teleports, 1u);
+  world.set_pose(id, rigid_pose(support::turned(1.5, {0, 1, 0}, {0, 0, 1.7})));
+  EXPECT_EQ(world.step().teleports, 1u);
+}
+
+TEST(World, switching_levels_at_steady_translation_stays_rigid) {
+  auto levels = std::make_shared<LevelSet>();
+  for (std::size_t i = 0; i < 4; ++i) {
+    levels->levels[i] = support::make_random_level({.nodes_per_axis = 6 - static_cast<int>(i), .drag = false});
+  }
+  World world({});
+  const CharacterId id = world.add({levels, LevelIndex::rigid, {}});
+  Pose pose;
+  for (int tick = 0; tick < 60; ++tick) {
+    pose.bones.fill({Quat::Identity(), Vec3(0, 0, 0.05 * tick)});
+    world.set_pose(id, pose);
+    world.step();
+    if (tick > 0) {
+      ASSERT_TRUE(world.set_level(id, static_cast<LevelIndex>((tick * 3) % 5)));
+    }
+    for (const Vec3f& d : world.lattice(id).displacement) ASSERT_LT(d.norm(), 2e-6f) << "tick " << tick;
+  }
+}
+
+TEST(World, switching_levels_keeps_an_affine_deformation) {
+  const auto levels = make_levels();
+  World world({});
+  const CharacterId id = world.add({levels, LevelIndex::high, {}});
+  WorldDef tilted;
+  tilted.environment.gravity = {3, -9.81, 0};
+  World leaning(tilted);
+  const CharacterId leaner = leaning.add({levels, LevelIndex::ether, {}});
+  for (int tick = 0; tick < 400; ++tick) leaning.step();
+  const Vec3f before = leaning.lattice(leaner).displacement[20];  // ether alone: everywhere the same lean
+  ASSERT_GT(before.norm(), 0.05f);
+  ASSERT_TRUE(leaning.set_level(leaner, LevelIndex::medium));
+  for (const Vec3f& d : leaning.lattice(leaner).displacement) EXPECT_LT((d - before).norm(), 0.02f);
+  EXPECT_FALSE(world.set_level(CharacterId{77, 1}, LevelIndex::low));
+  EXPECT_TRUE(world.set_level(id, LevelIndex::rigid));
+  EXPECT_TRUE(world.lattice(id).displacement.empty());
+}
+
+TEST(World, a_non_finite_lattice_returns_to_rest_and_is_counted) {
+  auto levels = std::make_shared<LevelSet>();
+  levels->levels[2] = support::make_random_level();
+  levels->levels[2].springs.stiffness[0] = std::numeric_limits<float>::quiet_NaN();
+  World world({});
+  const CharacterId id = world.add({levels, LevelIndex::low, {}});
+  world.set_pose(id, rigid_pose({Quat::Identity(), {0, 0, 0.1}}));
+  EXPECT_EQ(world.step().lattices_reset, 1u);
+  EXPECT_TRUE(is_sound(world.state(id)));
+}
+
+TEST(World, substeps_come_closer_to_small_steps) {
+  const auto levels = make_levels();
+  const auto run = [&](double tick_s, int substeps, int ticks) {
+    WorldDef def;
+    def.tick_s = tick_s;
+    def.substep_count = substeps;
+    def.solver.iterations = 100;
+    World world(def);
+    const CharacterId id = world.add({levels, LevelIndex::low, {}});
+    for (int tick = 1; tick <= ticks; ++tick) {
+      world.set_pose(id, rigid_pose({Quat::Identity(), {0.3 * tick / ticks, 0, 0}}));
+      world.step();
+    }
+    return world.state(id).displacement;
+  };
+  const auto truth = run(1.0 / 480, 1, 160);
+  const auto error = [&](const std::vector<Vec3f>& run_) {
+    double sum = 0;
+    for (std::size_t i = 0; i < truth.size(); ++i) sum += static_cast<double>((run_[i] - truth[i]).squaredNorm());
+    return sum;
+  };
+  EXPECT_LT(error(run(1.0 / 30, 4, 10)), 0.5 * error(run(1.0 / 30, 1, 10)));
+}
+
+}  // namespace
+}  // namespace hairnet
