@@ -1,24 +1,30 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 
 namespace hairnet::channel {
 
 // The offset from a peer's monotonic clock to ours, from the clock in its envelopes: the minimum-delay filter over a
-// sliding window (so that drift is followed). The estimate includes the least one-way delay.
+// sliding window (so that drift is followed). The estimate includes the least one-way delay. Any clock values are safe:
+// sums saturate.
 class ClockEstimate {
  public:
   explicit ClockEstimate(std::int64_t window_ns = 10'000'000'000);
+  // `now_ns` does not descend from call to call.
   void observe(std::int64_t peer_clock_ns, std::int64_t now_ns);
   [[nodiscard]] bool known() const { return !window_.empty(); }
   // A time on the peer's clock, on ours. known() must hold.
   [[nodiscard]] std::int64_t to_local(std::int64_t peer_time_ns) const;
+  [[nodiscard]] std::size_t sample_count() const { return window_.size(); }  // bounded, whatever the rate
 
  private:
-  struct Sample { std::int64_t at_ns, offset_ns; };
+  struct Sample {
+    std::int64_t at_ns, offset_ns;
+  };
   std::int64_t window_ns_;
-  std::deque<Sample> window_;   // offsets ascending: the first is the minimum
+  std::deque<Sample> window_;  // times and offsets ascending: the first is the minimum
 };
 
 }  // namespace hairnet::channel

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -7,20 +8,28 @@
 
 namespace hairnet::channel {
 
+// The least packet: size prefix, root offset, identifier and an empty table.
+inline constexpr std::size_t kPacketBytesLeast = 16;
+
 // Cuts a byte stream into size-prefixed packets (u32 little endian, not counting itself). No I/O.
 class PacketSplitter {
  public:
   explicit PacketSplitter(std::size_t packet_bytes_max);
-  // Calls `on_packet` with each whole packet, prefix included, 8-byte aligned, valid during the call only. Returns false
-  // once a prefix is above the limit or below the least packet: the stream is then dead for good. Memory held never
-  // exceeds one packet.
+  // Calls `on_packet` with each whole packet, prefix included, 8-byte aligned, valid during the call only; it must not
+  // call back into the splitter. Returns false once a prefix is above the limit or below the least packet: the stream
+  // is then dead for good. Memory grows with what arrives, not with what a prefix announces, and never past one packet.
   bool feed(std::span<const std::uint8_t> bytes, const std::function<void(std::span<const std::uint8_t>)>& on_packet);
   [[nodiscard]] std::size_t buffered_bytes() const { return filled_; }
 
  private:
+  // Moves bytes over until the buffer holds `until` of them; returns the rest.
+  std::span<const std::uint8_t> take(std::span<const std::uint8_t> bytes, std::size_t until);
+  [[nodiscard]] const std::uint8_t* data() const;
+  void kill();
+
   std::size_t packet_bytes_max_;
-  std::vector<std::uint64_t> buffer_;   // 64-bit words for alignment
-  std::size_t filled_ = 0;
+  std::vector<std::uint64_t> buffer_;  // 64-bit words for alignment
+  std::size_t filled_ = 0;             // bytes of the packet under way
   bool dead_ = false;
 };
 

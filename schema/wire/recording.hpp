@@ -8,7 +8,8 @@
 #include "core/result.hpp"
 #include "schema/wire/messages.hpp"
 
-// A server's recording: what a World was told, tick by tick, so that it can be stepped again to the same bits.
+// A server's recording: what a World was told, tick by tick, so that it can be stepped again to the same bits. Poses
+// are kept as floats: tell the World rounded_to_wire poses.
 namespace hairnet::wire {
 
 struct RecordingHeader {
@@ -17,23 +18,38 @@ struct RecordingHeader {
   std::int32_t iterations = 16;
   std::array<double, 3> gravity{0, -9.81, 0}, wind{0, 0, 0};
 };
-struct RecordedGroom { std::vector<std::uint8_t> bytes; };          // before the first tick that uses it
-struct RecordedAdd { std::uint64_t character = 0; GroomHash groom{}; bool levels_ready = false; LevelIndex level = LevelIndex::rigid; Pose pose; };
-struct RecordedLevel { std::uint64_t character = 0; LevelIndex level = LevelIndex::rigid; };   // from this tick on
-struct RecordedPose { std::uint64_t character = 0; bool teleport = false; Pose pose; };
+struct RecordedGroom {
+  std::vector<std::uint8_t> bytes;
+};  // before the first tick that uses it
+struct RecordedAdd {
+  std::uint64_t character = 0;
+  GroomHash groom{};
+  bool levels_ready = false;
+  LevelIndex level = LevelIndex::rigid;
+  Pose pose;
+};
+struct RecordedLevel {
+  std::uint64_t character = 0;
+  LevelIndex level = LevelIndex::rigid;
+};  // from this tick on
+struct RecordedPose {
+  std::uint64_t character = 0;
+  bool teleport = false;
+  Pose pose;
+};
 struct RecordedTick {
   std::uint64_t tick = 0;
   std::int64_t sample_time_ns = 0;
-  std::vector<std::uint64_t> removed;     // applied first, in order; then added, levels, poses; then the step
+  std::vector<std::uint64_t> removed;  // applied first, in order; then added, levels, poses; then the step
   std::vector<RecordedAdd> added;
   std::vector<RecordedLevel> levels;
   std::vector<RecordedPose> poses;
-  std::uint64_t state_hash = 0;           // World::hash after the step
+  std::uint64_t state_hash = 0;  // World::hash after the step
 };
 using RecordEntry = std::variant<RecordingHeader, RecordedGroom, RecordedTick>;
 
 // `character` is unique for the recording: session id << 32 | the client's number.
-std::vector<std::uint8_t> encode_record_entry(const RecordEntry& entry);      // size-prefixed
+std::vector<std::uint8_t> encode_record_entry(const RecordEntry& entry);  // size-prefixed
 // Takes one entry off the front of `bytes` (which moves on); an incomplete last entry is a refusal that says so.
 Result<RecordEntry> take_record_entry(std::span<const std::uint8_t>& bytes);
 

@@ -1,0 +1,44 @@
+#include "schema/channel/clock_estimate.hpp"
+
+#include <cassert>
+#include <limits>
+
+namespace hairnet::channel {
+namespace {
+
+// Samples closer than this share of the window are merged, which bounds the memory however fast a peer sends.
+constexpr std::int64_t kSamplesPerWindow = 256;
+
+std::int64_t saturating_add(std::int64_t a, std::int64_t b) {
+  std::int64_t sum = 0;
+  if (!__builtin_add_overflow(a, b, &sum)) return sum;
+  return a > 0 ? std::numeric_limits<std::int64_t>::max() : std::numeric_limits<std::int64_t>::min();
+}
+
+std::int64_t saturating_subtract(std::int64_t a, std::int64_t b) {
+  std::int64_t difference = 0;
+  if (!__builtin_sub_overflow(a, b, &difference)) return difference;
+  return a > b ? std::numeric_limits<std::int64_t>::max() : std::numeric_limits<std::int64_t>::min();
+}
+
+}  // namespace
+
+ClockEstimate::ClockEstimate(std::int64_t window_ns) : window_ns_(window_ns) {
+  assert(window_ns > 0);
+}
+
+void ClockEstimate::observe(std::int64_t peer_clock_ns, std::int64_t now_ns) {
+  const Sample sample{now_ns, saturating_subtract(now_ns, peer_clock_ns)};
+  while (!window_.empty() && window_.back().offset_ns >= sample.offset_ns) window_.pop_back();
+  const bool merged =
+      !window_.empty() && saturating_subtract(now_ns, window_.back().at_ns) < window_ns_ / kSamplesPerWindow;
+  if (!merged) window_.push_back(sample);
+  while (saturating_subtract(now_ns, window_.front().at_ns) > window_ns_) window_.pop_front();
+}
+
+std::int64_t ClockEstimate::to_local(std::int64_t peer_time_ns) const {
+  assert(known());
+  return saturating_add(peer_time_ns, window_.front().offset_ns);
+}
+
+}  // namespace hairnet::channel

@@ -1,0 +1,69 @@
+#include "schema/channel/packet_splitter.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+namespace hairnet::channel {
+namespace {
+
+constexpr std::size_t kPrefixBytes = 4;
+
+std::size_t words_for(std::size_t bytes) {
+  return (bytes + sizeof(std::uint64_t) - 1) / sizeof(std::uint64_t);
+}
+
+std::size_t packet_bytes(const std::uint8_t* prefix) {
+  const std::uint32_t counted =
+      prefix[0] | prefix[1] << 8 | prefix[2] << 16 | static_cast<std::uint32_t>(prefix[3]) << 24;
+  return kPrefixBytes + std::size_t{counted};
+}
+
+}  // namespace
+
+PacketSplitter::PacketSplitter(std::size_t packet_bytes_max) : packet_bytes_max_(packet_bytes_max) {}
+
+bool PacketSplitter::feed(std::span<const std::uint8_t> bytes,
+                          const std::function<void(std::span<const std::uint8_t>)>& on_packet) {
+  while (!dead_ && !bytes.empty()) {
+    if (filled_ < kPrefixBytes) {
+      bytes = take(bytes, kPrefixBytes);
+      if (filled_ < kPrefixBytes) break;
+    }
+    const std::size_t whole = packet_bytes(data());
+    if (whole < kPacketBytesLeast || whole > packet_bytes_max_) {
+      kill();
+      break;
+    }
+    bytes = take(bytes, whole);
+    if (filled_ < whole) break;
+    filled_ = 0;
+    on_packet({data(), whole});
+  }
+  return !dead_;
+}
+
+std::span<const std::uint8_t> PacketSplitter::take(std::span<const std::uint8_t> bytes, std::size_t until) {
+  const std::size_t taken = std::min(bytes.size(), until - filled_);
+  const std::size_t words = words_for(filled_ + taken);
+  if (words > buffer_.size()) {
+    // Doubling, so that a packet that trickles in is not copied over and over; but by what came, not by what the prefix
+    // promises, and never past the limit.
+    buffer_.reserve(std::min(std::max(words, 2 * buffer_.size()), words_for(packet_bytes_max_)));
+    buffer_.resize(words);
+  }
+  if (taken != 0) std::memcpy(reinterpret_cast<std::uint8_t*>(buffer_.data()) + filled_, bytes.data(), taken);
+  filled_ += taken;
+  return bytes.subspan(taken);
+}
+
+const std::uint8_t* PacketSplitter::data() const {
+  return reinterpret_cast<const std::uint8_t*>(buffer_.data());
+}
+
+void PacketSplitter::kill() {
+  dead_ = true;
+  filled_ = 0;
+  buffer_ = {};
+}
+
+}  // namespace hairnet::channel

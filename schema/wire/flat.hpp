@@ -1,0 +1,87 @@
+#pragma once
+
+#include <bit>
+#include <concepts>
+#include <cstring>
+#include <span>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "flatbuffers/flatbuffers.h"
+#include "pose_generated.h"
+#include "schema/wire/messages.hpp"
+#include "session_generated.h"
+
+// Between FlatBuffers and plain structs. For the sources of this folder alone: generated types stop here.
+namespace hairnet::wire {
+
+static_assert(std::endian::native == std::endian::little, "bulk data is copied as it lies in the buffer");
+
+fb::Hash flatten(const GroomHash& hash);
+GroomHash copy_out(const fb::Hash& hash);
+
+// Rounded to float as rounded_to_wire does; what comes back is exactly that.
+fb::Bones flatten(const Pose& pose);
+Pose copy_out(const fb::Bones& bones);
+
+inline Vec3f copy_out(const fb::Vec3& v) {
+  return {v.x(), v.y(), v.z()};
+}
+inline fb::Vec3 flatten(const Vec3f& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
+inline std::string_view view(const flatbuffers::String* text) {
+  return text ? text->string_view() : std::string_view();
+}
+
+// The same bytes at an 8-byte boundary: copied when they do not lie at one.
+class AlignedBytes {
+ public:
+  explicit AlignedBytes(std::span<const std::uint8_t> bytes);
+  AlignedBytes(const AlignedBytes&) = delete;
+  AlignedBytes& operator=(const AlignedBytes&) = delete;
+  [[nodiscard]] std::span<const std::uint8_t> bytes() const { return bytes_; }
+
+ private:
+  std::vector<std::uint64_t> copy_;
+  std::span<const std::uint8_t> bytes_;
+};
+
+// The root of a size-prefixed buffer, 8-byte aligned, that is exactly `bytes` and sound all through; else null.
+template <class Root>
+const Root* verified_root(std::span<const std::uint8_t> bytes, const char* identifier) {
+  // The verifier compares the identifier before it has made sure of the bytes that hold it.
+  if (bytes.size() < kPacketBytesMin || bytes.size() >= FLATBUFFERS_MAX_BUFFER_SIZE) return nullptr;
+  flatbuffers::Verifier::Options limits;
+  limits.max_depth = 8;
+  limits.max_tables = 64;
+  flatbuffers::Verifier verifier(bytes.data(), bytes.size(), limits);
+  if (!verifier.VerifySizePrefixedBuffer<Root>(identifier)) return nullptr;
+  return flatbuffers::GetSizePrefixedRoot<Root>(bytes.data());
+}
+
+// The verifier checks that a vector of structs lies within the buffer, not that it is aligned.
+template <class Struct>
+bool is_aligned(const flatbuffers::Vector<const Struct*>& structs) {
+  return reinterpret_cast<std::uintptr_t>(structs.Data()) % alignof(Struct) == 0;
+}
+
+// Scalars, or plain structs of the same layout.
+template <class To, class From>
+void copy_out(const flatbuffers::Vector<From>& from, std::vector<To>& to) {
+  static_assert(std::is_arithmetic_v<From> && sizeof(To) % sizeof(From) == 0);
+  to.resize(from.size() / (sizeof(To) / sizeof(From)));
+  if (!to.empty()) std::memcpy(static_cast<void*>(to.data()), from.Data(), to.size() * sizeof(To));
+}
+
+// The finished, size-prefixed buffer.
+template <class Root>
+std::vector<std::uint8_t> finish(flatbuffers::FlatBufferBuilder& builder, flatbuffers::Offset<Root> root,
+                                 const char* identifier) {
+  builder.FinishSizePrefixed(root, identifier);
+  return {builder.GetBufferPointer(), builder.GetBufferPointer() + builder.GetSize()};
+}
+
+}  // namespace hairnet::wire

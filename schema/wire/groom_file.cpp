@@ -1,0 +1,129 @@
+#include "schema/wire/groom_file.hpp"
+
+#include <sodium/crypto_generichash.h>
+
+#include "groom_generated.h"
+#include "schema/wire/flat.hpp"
+#include "schema/wire/text.hpp"
+
+namespace hairnet::wire {
+namespace {
+
+constexpr std::uint16_t kGroomVersion = 1;
+
+using flatbuffers::FlatBufferBuilder;
+
+// An array of structs of Scalars as one vector of them.
+template <class Scalar, class T>
+auto write_scalars(FlatBufferBuilder& to, const std::vector<T>& from) {
+  static_assert(sizeof(T) % sizeof(Scalar) == 0);
+  return to.CreateVector(reinterpret_cast<const Scalar*>(from.data()), from.size() * (sizeof(T) / sizeof(Scalar)));
+}
+
+auto write_strands(FlatBufferBuilder& to, const Groom& groom) {
+  std::vector<fb::StrandProperties> strands;
+  strands.reserve(groom.strand_count());
+  for (const StrandProperties& s : groom.strands)
+    strands.emplace_back(s.radius_m, s.hair_count, s.root_length_m, s.group, s.rooted);
+  return to.CreateVectorOfStructs(strands);
+}
+
+fb::Joints flatten_joints(const Body& body) {
+  const auto joint = [&](Bone bone) { return flatten(body.joints[static_cast<std::size_t>(bone)]); };
+  return {joint(Bone::head), joint(Bone::neck), joint(Bone::left_shoulder), joint(Bone::right_shoulder),
+          joint(Bone::upper_trunk)};
+}
+
+std::size_t bulk_bytes(const Groom& groom) {
+  const auto bytes = [](const auto& v) { return v.size() * sizeof(v[0]); };
+  return bytes(groom.points) + bytes(groom.strand_begin) + bytes(groom.strands) + bytes(groom.body.mesh.vertices) +
+         bytes(groom.body.mesh.triangles) + bytes(groom.body.bone_weights) +
+         groom.group_names.size() * (kTextBytesMax / 16);
+}
+
+std::string read_names(const fb::Groom& in, const GroomLimits& limits, Groom& out) {
+  if (!is_text(view(in.name()))) return "groom's name is not text";
+  out.name = view(in.name());
+  if (in.group_names()->size() > limits.group_count_max)
+    return std::to_string(in.group_names()->size()) + " groups, more than the limit of " +
+           std::to_string(limits.group_count_max);
+  for (const flatbuffers::String* name : *in.group_names()) {
+    if (!is_text(view(name))) return "a group's name is not text";
+    out.group_names.emplace_back(view(name));
+  }
+  return {};
+}
+
+std::string read_strands(const fb::Groom& in, Groom& out) {
+  if (!is_aligned(*in.strands())) return "strands are not aligned";
+  if (in.points()->size() % 3 != 0) return "points are not 3 numbers each";
+  out.strands.reserve(in.strands()->size());
+  for (const fb::StrandProperties* s : *in.strands())
+    out.strands.push_back({s->radius_m(), s->hair_count(), s->root_length_m(), s->group(), s->rooted()});
+  copy_out(*in.strand_begin(), out.strand_begin);
+  copy_out(*in.points(), out.points);
+  return {};
+}
+
+std::string read_body(const fb::Groom& in, Body& out) {
+  if (in.vertices()->size() % 3 != 0 || in.triangles()->size() % 3 != 0 || in.bone_weights()->size() % kBoneCount != 0)
+    return "body: vertices or triangles are not 3 numbers each, or bone weights not 5";
+  copy_out(*in.vertices(), out.mesh.vertices);
+  copy_out(*in.triangles(), out.mesh.triangles);
+  copy_out(*in.bone_weights(), out.bone_weights);
+  const fb::Joints& joints = *in.joints();
+  out.joints = {copy_out(joints.head()), copy_out(joints.neck()), copy_out(joints.left_shoulder()),
+                copy_out(joints.right_shoulder()), copy_out(joints.upper_trunk())};
+  out.fitted_from_roots = in.fitted_from_roots();
+  return {};
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> encode_groom(const Groom& groom) {
+  FlatBufferBuilder to(bulk_bytes(groom) + 4096);
+  const Body& body = groom.body;
+  const fb::Joints joints = flatten_joints(body);
+  std::vector<std::string> names;
+  for (const std::string& name : groom.group_names) names.push_back(fit_text(name));
+  // One after the other: the order of evaluation of arguments would decide the bytes.
+  const auto name = to.CreateString(fit_text(groom.name));
+  const auto group_names = to.CreateVectorOfStrings(names);
+  const auto strands = write_strands(to, groom);
+  const auto strand_begin = to.CreateVector(groom.strand_begin);
+  const auto points = write_scalars<float>(to, groom.points);
+  const auto vertices = write_scalars<float>(to, body.mesh.vertices);
+  const auto bone_weights = write_scalars<float>(to, body.bone_weights);
+  const auto triangles = write_scalars<std::uint32_t>(to, body.mesh.triangles);
+  const auto root = fb::CreateGroom(to, kGroomVersion, body.fitted_from_roots, name, group_names, strands, strand_begin,
+                                    points, &joints, vertices, bone_weights, triangles);
+  return finish(to, root, fb::GroomIdentifier());
+}
+
+Result<Groom> decode_groom(std::span<const std::uint8_t> bytes, const GroomLimits& limits) {
+  if (bytes.size() > kGroomBytesMax)
+    return Refusal(std::to_string(bytes.size()) + " bytes, more than the limit of " + std::to_string(kGroomBytesMax));
+  const AlignedBytes aligned(bytes);
+  const auto* root = verified_root<fb::Groom>(aligned.bytes(), fb::GroomIdentifier());
+  if (!root) return Refusal("not a whole and sound groom file");
+  if (root->version() != kGroomVersion)
+    return Refusal("groom file of version " + std::to_string(root->version()) + ", not " +
+                   std::to_string(kGroomVersion));
+  Groom groom;
+  std::string fault = read_names(*root, limits, groom);
+  if (fault.empty()) fault = read_strands(*root, groom);
+  if (fault.empty()) fault = read_body(*root, groom.body);
+  if (fault.empty()) fault = validate(groom, limits);
+  if (!fault.empty()) return Refusal(std::move(fault));
+  return groom;
+}
+
+GroomHash hash_groom(std::span<const std::uint8_t> groom_bytes) {
+  GroomHash hash;
+  static_assert(hash.size() == crypto_generichash_BYTES);
+  // Fails only for sizes of hash or key out of range.
+  crypto_generichash(hash.data(), hash.size(), groom_bytes.data(), groom_bytes.size(), nullptr, 0);
+  return hash;
+}
+
+}  // namespace hairnet::wire

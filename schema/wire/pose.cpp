@@ -1,0 +1,41 @@
+#include <cmath>
+
+#include "schema/wire/messages.hpp"
+
+namespace hairnet::wire {
+namespace {
+
+constexpr double kUnitTolerance = 1e-3;  // of a quaternion's length
+
+PoseRefusal validate_bone(const RigidTransform& bone) {
+  if (!bone.rotation.coeffs().allFinite() || !bone.position.allFinite()) return PoseRefusal::not_finite;
+  if (!(std::abs(bone.rotation.norm() - 1) <= kUnitTolerance)) return PoseRefusal::not_unit;
+  if (!(bone.position.cwiseAbs().maxCoeff() <= kPositionMax_m)) return PoseRefusal::too_far;
+  return PoseRefusal::none;
+}
+
+}  // namespace
+
+PoseRefusal validate_pose(const Pose& pose) {
+  for (const RigidTransform& bone : pose.bones) {
+    const PoseRefusal refusal = validate_bone(bone);
+    if (refusal != PoseRefusal::none) return refusal;
+  }
+  return PoseRefusal::none;
+}
+
+const char* to_string(PoseRefusal refusal) {
+  switch (refusal) {
+    case PoseRefusal::none:
+      return "none";
+    case PoseRefusal::not_finite:
+      return "not_finite";
+    case PoseRefusal::not_unit:
+      return "not_unit";
+    case PoseRefusal::too_far:
+      return "too_far";
+  }
+  return "unknown";
+}
+
+}  // namespace hairnet::wire

@@ -1,0 +1,180 @@
+#include "schema/wire/recording.hpp"
+
+#include <cmath>
+
+#include "recording_generated.h"
+#include "schema/wire/flat.hpp"
+#include "schema/wire/groom_file.hpp"
+
+namespace hairnet::wire {
+namespace {
+
+constexpr std::uint16_t kRecordingVersion = 1;
+constexpr std::int32_t kSubstepCountMax = 64;
+constexpr std::int32_t kIterationsMax = 10'000;
+constexpr double kAccelerationMax = 1000;  // m/s^2; of wind, m/s
+constexpr std::size_t kEntryBytesMax = kGroomBytesMax + 4096;
+
+using flatbuffers::FlatBufferBuilder;
+using flatbuffers::Offset;
+using Fault = std::string;
+
+struct Body {
+  fb::RecordBody type;
+  Offset<void> offset;
+};
+
+template <class Table>
+Body body(Offset<Table> table) {
+  return {fb::RecordBodyTraits<Table>::enum_value, table.Union()};
+}
+
+Body write(FlatBufferBuilder& to, const RecordingHeader& e) {
+  const fb::Vec3d gravity(e.gravity[0], e.gravity[1], e.gravity[2]), wind(e.wind[0], e.wind[1], e.wind[2]);
+  return body(
+      fb::CreateRecordedHeader(to, kRecordingVersion, e.tick_rate_hz, e.substep_count, e.iterations, &gravity, &wind));
+}
+
+Body write(FlatBufferBuilder& to, const RecordedGroom& e) {
+  return body(fb::CreateRecordedGroomDirect(to, &e.bytes));
+}
+
+Body write(FlatBufferBuilder& to, const RecordedTick& e) {
+  std::vector<fb::RecordedAdd> added;
+  for (const RecordedAdd& a : e.added)
+    added.emplace_back(a.character, flatten(a.groom), flatten(a.pose), static_cast<std::uint8_t>(a.level),
+                       a.levels_ready);
+  std::vector<fb::RecordedLevel> levels;
+  for (const RecordedLevel& l : e.levels) levels.emplace_back(l.character, static_cast<std::uint8_t>(l.level));
+  std::vector<fb::RecordedPose> poses;
+  poses.reserve(e.poses.size());
+  for (const RecordedPose& p : e.poses) poses.emplace_back(p.character, flatten(p.pose), p.teleport);
+  const auto removed_at = to.CreateVector(e.removed);
+  const auto added_at = to.CreateVectorOfStructs(added);
+  const auto levels_at = to.CreateVectorOfStructs(levels);
+  const auto poses_at = to.CreateVectorOfStructs(poses);
+  return body(
+      fb::CreateRecordedTick(to, e.tick, e.sample_time_ns, e.state_hash, removed_at, added_at, levels_at, poses_at));
+}
+
+bool copy_vector(const fb::Vec3d& from, std::array<double, 3>& to) {
+  to = {from.x(), from.y(), from.z()};
+  for (const double x : to) {
+    if (!(std::abs(x) <= kAccelerationMax)) return false;
+  }
+  return true;
+}
+
+Fault read(const fb::RecordedHeader& in, RecordingHeader& out) {
+  if (in.version() != kRecordingVersion)
+    return "recording of version " + std::to_string(in.version()) + ", not " + std::to_string(kRecordingVersion);
+  out.tick_rate_hz = in.tick_rate_hz();
+  out.substep_count = in.substep_count();
+  out.iterations = in.iterations();
+  if (out.tick_rate_hz < 1 || out.tick_rate_hz > kTickRateMax_hz) return "header: tick rate out of range";
+  if (out.substep_count < 1 || out.substep_count > kSubstepCountMax) return "header: substeps out of range";
+  if (out.iterations < 0 || out.iterations > kIterationsMax) return "header: iterations out of range";
+  if (!copy_vector(*in.gravity(), out.gravity) || !copy_vector(*in.wind(), out.wind))
+    return "header: gravity or wind not finite or too strong";
+  return {};
+}
+
+Fault read(const fb::RecordedGroom& in, RecordedGroom& out) {
+  copy_out(*in.bytes(), out.bytes);
+  return {};
+}
+
+Fault read_level(std::uint8_t from, LevelIndex& to) {
+  if (from > static_cast<std::uint8_t>(LevelIndex::rigid)) return "level " + std::to_string(from) + " does not exist";
+  to = static_cast<LevelIndex>(from);
+  return {};
+}
+
+Fault read_pose(const fb::Bones& from, Pose& to) {
+  to = copy_out(from);
+  const PoseRefusal refusal = validate_pose(to);
+  return refusal == PoseRefusal::none ? Fault() : std::string("pose: ") + to_string(refusal);
+}
+
+Fault read(const fb::RecordedAdd& in, RecordedAdd& out) {
+  out.character = in.character();
+  out.groom = copy_out(in.groom());
+  out.levels_ready = in.levels_ready();
+  Fault fault = read_level(in.level(), out.level);
+  return fault.empty() ? read_pose(in.bones(), out.pose) : fault;
+}
+
+Fault read(const fb::RecordedLevel& in, RecordedLevel& out) {
+  out.character = in.character();
+  return read_level(in.level(), out.level);
+}
+
+Fault read(const fb::RecordedPose& in, RecordedPose& out) {
+  out.character = in.character();
+  out.teleport = in.teleport();
+  return read_pose(in.bones(), out.pose);
+}
+
+template <class Struct, class Plain>
+Fault read_all(const flatbuffers::Vector<const Struct*>& in, std::vector<Plain>& out) {
+  if (!is_aligned(in)) return "entries not aligned";
+  out.reserve(in.size());
+  for (const Struct* entry : in) {
+    if (Fault fault = read(*entry, out.emplace_back()); !fault.empty()) return fault;
+  }
+  return {};
+}
+
+Fault read(const fb::RecordedTick& in, RecordedTick& out) {
+  out.tick = in.tick();
+  out.sample_time_ns = in.sample_time_ns();
+  out.state_hash = in.state_hash();
+  copy_out(*in.removed(), out.removed);
+  Fault fault = read_all(*in.added(), out.added);
+  if (fault.empty()) fault = read_all(*in.levels(), out.levels);
+  if (fault.empty()) fault = read_all(*in.poses(), out.poses);
+  return fault.empty() ? fault : "tick " + std::to_string(out.tick) + ": " + fault;
+}
+
+Fault read_body(const fb::RecordEntry& in, RecordEntry& out) {
+  switch (in.body_type()) {
+    case fb::RecordBody::RecordedHeader:
+      return read(*in.body_as_RecordedHeader(), out.emplace<RecordingHeader>());
+    case fb::RecordBody::RecordedGroom:
+      return read(*in.body_as_RecordedGroom(), out.emplace<RecordedGroom>());
+    case fb::RecordBody::RecordedTick:
+      return read(*in.body_as_RecordedTick(), out.emplace<RecordedTick>());
+    case fb::RecordBody::NONE:
+      break;
+  }
+  return "an entry of a kind that this version does not know";
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> encode_record_entry(const RecordEntry& entry) {
+  const auto* groom = std::get_if<RecordedGroom>(&entry);
+  FlatBufferBuilder builder(4096 + (groom ? groom->bytes.size() : 0));
+  const Body written = std::visit([&](const auto& e) { return write(builder, e); }, entry);
+  return finish(builder, fb::CreateRecordEntry(builder, written.type, written.offset), fb::RecordEntryIdentifier());
+}
+
+Result<RecordEntry> take_record_entry(std::span<const std::uint8_t>& bytes) {
+  constexpr std::size_t prefix_bytes = sizeof(std::uint32_t);
+  std::uint32_t counted = 0;
+  if (bytes.size() >= prefix_bytes) std::memcpy(&counted, bytes.data(), prefix_bytes);
+  const std::size_t entry_bytes = prefix_bytes + counted;
+  if (entry_bytes > kEntryBytesMax)
+    return Refusal("not a recording, or a damaged one: an entry of " + std::to_string(entry_bytes) + " bytes");
+  if (bytes.size() < prefix_bytes || bytes.size() < entry_bytes)
+    return Refusal("incomplete last entry: the recording ends " + std::to_string(bytes.size()) + " bytes into it");
+  const AlignedBytes aligned(bytes.first(entry_bytes));
+  const auto* root = verified_root<fb::RecordEntry>(aligned.bytes(), fb::RecordEntryIdentifier());
+  if (!root) return Refusal("not a recording, or a damaged one: an entry is not sound");
+  RecordEntry entry;
+  if (Fault fault = read_body(*root, entry); !fault.empty()) return Refusal(std::move(fault));
+  bytes = bytes.subspan(entry_bytes);
+  return entry;
+}
+
+}  // namespace hairnet::wire
