@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "core/geometry/triangle_mesh.hpp"
+
+namespace hairnet {
+
+// Nearest point, first hit and inside test on a fixed mesh, through a tree of bounding boxes. The mesh may be open, may
+// have inner shells and triangles without area. Copies what it needs; queries are const and may run on many threads.
+class MeshQuery {
+ public:
+  // Every triangle's indices must be in range, every vertex finite.
+  explicit MeshQuery(const TriangleMesh& mesh);
+
+  [[nodiscard]] bool empty() const { return corners_.empty(); }
+
+  struct Closest {
+    std::uint32_t triangle = 0;
+    double distance = std::numeric_limits<double>::infinity();  // m; infinite when the mesh is empty
+    Vec3 point = Vec3::Zero();
+    Vec3 barycentric = Vec3::Zero();  // of the triangle's three corners, sums to 1
+  };
+  // Only points nearer than `distance_max` are looked for; without one the distance is infinite.
+  [[nodiscard]] Closest closest(const Vec3& point, double distance_max = std::numeric_limits<double>::infinity()) const;
+
+  struct Hit {
+    std::uint32_t triangle = 0;
+    double distance = 0;  // m along the ray
+  };
+  // The nearest triangle on the ray, from either side. `direction` is a unit vector.
+  [[nodiscard]] std::optional<Hit> first_hit(const Vec3& origin, const Vec3& direction, double distance_max) const;
+
+  // Turns of the mesh about the point: 1 inside a closed mesh, 0 outside, between for an open one. Far clusters of
+  // triangles count as dipoles, so that it may be a few hundredths off (Barill et al. 2018, "Fast Winding Numbers").
+  [[nodiscard]] double winding_number(const Vec3& point) const;
+  [[nodiscard]] bool inside(const Vec3& point) const { return winding_number(point) > 0.5; }
+
+ private:
+  struct Corners {
+    Vec3 a, b, c;
+    std::uint32_t triangle;  // index in the mesh
+  };
+  struct Box {
+    Vec3 low, high;
+    std::uint32_t begin, end;    // triangles in corners_
+    std::uint32_t second;        // index of the second child, the first follows its parent; 0 = leaf
+    Vec3 dipole_centre, dipole;  // area-weighted centre and sum of area vectors
+    double dipole_radius;        // of a ball about dipole_centre that holds all triangles
+  };
+  std::uint32_t add_box(std::uint32_t begin, std::uint32_t end);
+  void find_closest(std::uint32_t box, const Vec3& point, Closest& best) const;
+  void find_hit(std::uint32_t box, const Vec3& origin, const Vec3& direction, std::optional<Hit>& best,
+                double& limit) const;
+  [[nodiscard]] double solid_angle(std::uint32_t box, const Vec3& point) const;
+
+  std::vector<Corners> corners_;  // in the tree's order
+  std::vector<Box> boxes_;        // root first
+};
+
+}  // namespace hairnet
