@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/groom/groom.hpp"
+#include "core/result.hpp"
 #include "schema/wire/messages.hpp"
 
 namespace hairnet::link {
@@ -20,17 +21,32 @@ struct LinkOptions {
 };
 
 // What the server told us, in order.
-struct Connected { wire::Welcome welcome; };
-struct Disconnected { wire::GoodbyeReason reason; std::string detail; };   // the last event
+struct Connected {
+  wire::Welcome welcome;
+};
+// The last event. `reason` is the server's, or client_leaves after close(), or none when the connection broke; `detail`
+// says in one line what happened.
+struct Disconnected {
+  wire::GoodbyeReason reason = wire::GoodbyeReason::none;
+  std::string detail;
+};
 using Event = std::variant<Connected, Disconnected, wire::GroomStatus, wire::CharacterAdded, wire::CharacterRemoved,
                            wire::LevelRecord, wire::FrameBatch, wire::Error>;
+
+struct LinkCounters {
+  std::uint64_t bytes_sent = 0, bytes_received = 0;
+  std::uint64_t frame_bytes_received = 0;  // of packets that hold frames
+  std::uint64_t frames_dropped = 0;        // not polled in time
+  std::uint64_t poses_dropped = 0;         // not sent in time
+};
 
 // One connection to a server. Owns its I/O thread; every call is for one thread and none blocks, but connect().
 class Link {
  public:
   explicit Link(LinkOptions options);
-  ~Link();                                       // says goodbye, waits a moment for it to leave
-  Result<wire::Welcome> connect();               // resolve, connect, hello, welcome; within the time-out
+  ~Link();  // says goodbye, waits a moment for it to leave
+  // Resolve, connect, hello, welcome; within the time-out. Once only: a link that ended is not used again.
+  Result<wire::Welcome> connect();
   // Offers the groom; its bytes follow as far as the server lacks them. The same groom twice is one upload.
   wire::GroomHash upload(const Groom& groom);
   void add_character(std::uint32_t character, const wire::GroomHash& groom, LevelIndex level);
@@ -38,9 +54,12 @@ class Link {
   void remove_character(std::uint32_t character);
   // Poses captured at `capture_time_ns` of now_ns(); sent as one batch.
   void push_poses(std::vector<wire::PoseSample> poses);
-  std::vector<Event> poll();                     // what arrived since the last call
-  [[nodiscard]] std::int64_t now_ns() const;     // this link's monotonic clock
+  // What arrived since the last call. A caller that never polls loses the oldest frames, not memory.
+  std::vector<Event> poll();
+  [[nodiscard]] std::int64_t now_ns() const;  // this link's monotonic clock
+  // A time on the server's clock, on now_ns(). Once connected.
   [[nodiscard]] std::int64_t to_local_ns(std::int64_t server_time_ns) const;
+  [[nodiscard]] LinkCounters counters() const;
   void close();
 
  private:

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <span>
@@ -11,23 +12,53 @@
 namespace hairnet::link {
 
 // Frames of one character, played out smoothly a little behind the newest: interpolated between two, held at the last
-// for a moment when none comes, then eased to rest.
+// for a moment when none comes, then eased to rest. Time is a parameter, always on the client's clock. One thread.
+//
+// A frame is late by its arrival less its sample time. Playing lags by the least lateness of the last frames, plus one
+// frame interval (there must be a frame to interpolate to), plus their jitter or half an interval, whichever is more.
 class Playout {
  public:
-  // Frames older than what was already played are dropped. Times on the client's clock.
-  void push(const wire::Frame& frame, std::int64_t sample_time_ns);
+  // Takes a frame whose poses were sampled at `sample_time_ns`, received at `arrival_time_ns`. One no newer than what
+  // was already played is dropped, and so is a duplicate.
+  void push(const wire::Frame& frame, std::int64_t sample_time_ns, std::int64_t arrival_time_ns);
+
   struct Sample {
-    bool valid = false;                          // false until the first frame
+    bool valid = false;  // false until the first frame
     Pose pose;
     LevelIndex level = LevelIndex::rigid;
-    std::span<const Vec3f> displacement;         // active order of `level`, head space, m; empty = rigid
+    std::span<const Vec3f> displacement;  // active order of `level`, head space, m; empty = rigid. Until the next call
+    std::int64_t time_ns = 0;             // the sample time that is shown; never goes back
   };
+  // What to draw at `render_time_ns`. An earlier time than the last is taken for the last.
   Sample sample(std::int64_t render_time_ns);
 
+  [[nodiscard]] std::uint64_t dropped_count() const { return dropped_count_; }
+  [[nodiscard]] std::int64_t delay_ns() const { return delay_ns_; }  // from sample time to play time
+
  private:
-  struct Held { std::int64_t time_ns; bool discontinuous; Pose pose; LevelIndex level; std::vector<Vec3f> displacement; };
-  std::deque<Held> frames_;
-  std::vector<Vec3f> sampled_;
+  struct Held {
+    std::int64_t time_ns = 0;
+    bool discontinuous = false;
+    Pose pose;
+    LevelIndex level = LevelIndex::rigid;
+    std::vector<Vec3f> displacement;
+  };
+  struct Arrival {
+    std::int64_t time_ns, lateness_ns;
+  };
+  void observe(std::int64_t sample_time_ns, std::int64_t arrival_time_ns);
+  [[nodiscard]] std::int64_t target_delay_ns() const;
+  void advance(std::int64_t render_time_ns);
+  void show_between(const Held& from, const Held& to);
+  void show_last(const Held& last);
+
+  std::deque<Held> frames_;       // by time; at most one at or before the play time once sampled
+  std::deque<Arrival> arrivals_;  // of the last frames, by arrival
+  Held shown_;                    // what sample() gave last
+  bool started_ = false;          // sample() has shown something
+  std::int64_t render_time_ns_ = 0;
+  std::int64_t delay_ns_ = 0;
+  std::uint64_t dropped_count_ = 0;
 };
 
 }  // namespace hairnet::link

@@ -1,0 +1,63 @@
+#include "client/link/send_queue.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace hairnet::link {
+namespace {
+
+bool holds_poses(const wire::Message& message) {
+  return std::holds_alternative<wire::PoseBatch>(message);
+}
+
+// The character's next pose after the one at `from` no longer continues from what the server saw last.
+void pass_on_teleport(std::deque<wire::Message>::iterator from, std::deque<wire::Message>::iterator end,
+                      std::uint32_t character) {
+  for (; from != end; ++from) {
+    auto* batch = std::get_if<wire::PoseBatch>(&*from);
+    if (!batch) continue;
+    const auto next = std::find_if(batch->poses.begin(), batch->poses.end(),
+                                   [&](const wire::PoseSample& pose) { return pose.character == character; });
+    if (next == batch->poses.end()) continue;
+    next->teleport = true;
+    return;
+  }
+}
+
+}  // namespace
+
+bool SendQueue::push(wire::Message message) {
+  if (messages_.size() - pose_batch_count_ >= kOthersMax) return false;
+  messages_.push_back(std::move(message));
+  return true;
+}
+
+void SendQueue::push_poses(std::vector<wire::PoseSample> poses) {
+  for (std::size_t begin = 0; begin < poses.size(); begin += wire::kPosesPerBatchMax) {
+    const std::size_t end = std::min(poses.size(), begin + wire::kPosesPerBatchMax);
+    messages_.push_back(wire::PoseBatch{
+        {poses.begin() + static_cast<std::ptrdiff_t>(begin), poses.begin() + static_cast<std::ptrdiff_t>(end)}});
+    if (++pose_batch_count_ > kPoseBatchesMax) drop_oldest_poses();
+  }
+}
+
+void SendQueue::drop_oldest_poses() {
+  const auto oldest = std::find_if(messages_.begin(), messages_.end(), holds_poses);
+  const wire::PoseBatch dropped = std::get<wire::PoseBatch>(std::move(*oldest));
+  const auto after = messages_.erase(oldest);
+  --pose_batch_count_;
+  poses_dropped_ += dropped.poses.size();
+  for (const wire::PoseSample& pose : dropped.poses) {
+    if (pose.teleport) pass_on_teleport(after, messages_.end(), pose.character);
+  }
+}
+
+std::optional<wire::Message> SendQueue::pop() {
+  if (messages_.empty()) return std::nullopt;
+  wire::Message message = std::move(messages_.front());
+  messages_.pop_front();
+  pose_batch_count_ -= holds_poses(message);
+  return message;
+}
+
+}  // namespace hairnet::link

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "schema/wire/messages.hpp"
+
+namespace hairnet::link {
+
+// What waits to be sent, in order, but for groom bytes. Bounded: when the connection does not keep up, the oldest pose
+// batches give way (newer poses supersede them). No I/O; one thread.
+class SendQueue {
+ public:
+  static constexpr std::size_t kPoseBatchesMax = 64;
+  static constexpr std::size_t kOthersMax = 65'536;
+
+  // False when full: more was asked for than any server takes.
+  [[nodiscard]] bool push(wire::Message message);
+  // In batches of at most kPosesPerBatchMax. A dropped pose's teleport passes to the character's next pose.
+  void push_poses(std::vector<wire::PoseSample> poses);
+  std::optional<wire::Message> pop();
+
+  [[nodiscard]] std::uint64_t poses_dropped() const { return poses_dropped_; }
+
+ private:
+  void drop_oldest_poses();
+
+  std::deque<wire::Message> messages_;
+  std::size_t pose_batch_count_ = 0;
+  std::uint64_t poses_dropped_ = 0;
+};
+
+}  // namespace hairnet::link

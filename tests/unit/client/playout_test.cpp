@@ -1,0 +1,187 @@
+#include "client/link/playout.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace hairnet::link {
+namespace {
+
+constexpr std::int64_t kMs = 1'000'000;
+constexpr std::int64_t kInterval = 40 * kMs;
+constexpr std::int64_t kLateness = 25 * kMs;
+constexpr std::int64_t kDelay = kLateness + kInterval * 3 / 2;
+
+// Displacements are whole multiples of a quantum, so what goes in comes out exactly.
+wire::Frame frame_at(int x, LevelIndex level = LevelIndex::high, bool discontinuous = false) {
+  wire::Frame frame;
+  frame.level = level;
+  frame.discontinuous = discontinuous;
+  frame.pose = rigid_pose({Quat::Identity(), Vec3(x, 0, 0)});
+  frame.quantum_m = 1e-4f;
+  if (level != LevelIndex::rigid)
+    frame.displacements = {static_cast<std::int16_t>(x), 0, 0, 0, static_cast<std::int16_t>(-x), 0};
+  return frame;
+}
+
+class Playing : public ::testing::Test {
+ protected:
+  void push(std::int64_t frame_index, int x, LevelIndex level = LevelIndex::high, bool discontinuous = false,
+            std::int64_t jitter_ns = 0) {
+    playout_.push(frame_at(x, level, discontinuous), frame_index * kInterval,
+                  frame_index * kInterval + kLateness + jitter_ns);
+  }
+  // Frames 0 … last, of x = 10 a frame, and a first sample so that playing has begun.
+  void push_line(std::int64_t last) {
+    for (std::int64_t i = 0; i <= last; ++i) push(i, static_cast<int>(10 * i));
+  }
+  Playout playout_;
+};
+
+TEST_F(Playing, is_not_valid_before_the_first_frame) {
+  EXPECT_FALSE(playout_.sample(0).valid);
+}
+
+TEST_F(Playing, lags_by_the_lateness_and_one_and_a_half_intervals) {
+  push_line(9);
+  const Playout::Sample sample = playout_.sample(8 * kInterval);
+  ASSERT_TRUE(sample.valid);
+  EXPECT_EQ(sample.time_ns, 8 * kInterval - kDelay);
+}
+
+TEST_F(Playing, linear_motion_is_played_exactly) {
+  push_line(9);
+  for (std::int64_t render = kDelay; render < kDelay + 9 * kInterval; render += 7 * kMs) {
+    const Playout::Sample sample = playout_.sample(render);
+    const double x = 10.0 * static_cast<double>(sample.time_ns) / static_cast<double>(kInterval);
+    EXPECT_NEAR(sample.pose.head().position.x(), x, 1e-9);
+    ASSERT_EQ(sample.displacement.size(), 2u);
+    EXPECT_NEAR(sample.displacement[0].x(), 1e-4 * x, 1e-8);
+    EXPECT_NEAR(sample.displacement[1].y(), -1e-4 * x, 1e-8);
+  }
+}
+
+TEST_F(Playing, rotation_is_slerped) {
+  const Quat turned(Eigen::AngleAxisd(1.0, Vec3::UnitY()));
+  wire::Frame from = frame_at(0), to = frame_at(0);
+  to.pose = rigid_pose({turned, Vec3::Zero()});
+  playout_.push(from, 0, kLateness);
+  playout_.push(to, kInterval, kInterval + kLateness);
+  const Playout::Sample sample = playout_.sample(kDelay + kInterval / 2);
+  EXPECT_NEAR(sample.pose.head().rotation.angularDistance(Quat::Identity()), 0.5, 1e-9);
+}
+
+TEST_F(Playing, time_never_goes_back_under_jitter_and_earlier_render_times) {
+  std::int64_t last = std::numeric_limits<std::int64_t>::min(), render = 0;
+  for (std::int64_t i = 0; i < 200; ++i) {
+    const std::int64_t jitter = (i * 7919 % 31) * kMs;  // 0 … 30 ms, irregular
+    push(i, static_cast<int>(i), LevelIndex::high, false, jitter);
+    for (int s = 0; s < 3; ++s) {
+      render = i * kInterval + kLateness + jitter + s * 5 * kMs - (i % 5 == 0 ? 9 * kMs : 0);
+      const Playout::Sample sample = playout_.sample(render);
+      EXPECT_GE(sample.time_ns, last);
+      last = sample.time_ns;
+    }
+  }
+}
+
+TEST_F(Playing, the_delay_grows_with_jitter_so_that_every_time_has_a_frame_after_it) {
+  constexpr std::int64_t kJitter = 60 * kMs;
+  std::size_t starved = 0;
+  for (std::int64_t now = 0; now < 400 * kInterval; now += 4 * kMs) {
+    // Every fifth frame comes 60 ms late; those after it wait behind it, as on TCP.
+    for (std::int64_t i = 0; i <= now / kInterval; ++i) {
+      std::int64_t arrival = i * kInterval + kLateness + (i % 5 == 0 ? kJitter : 0);
+      if (i % 5 == 1) arrival = std::max(arrival, (i - 1) * kInterval + kLateness + kJitter);
+      if (arrival <= now && arrival > now - 4 * kMs)
+        playout_.push(frame_at(static_cast<int>(i % 1000)), i * kInterval, arrival);
+    }
+    const Playout::Sample sample = playout_.sample(now);
+    if (!sample.valid || now < 200 * kInterval) continue;
+    const double x = std::fmod(static_cast<double>(sample.time_ns) / static_cast<double>(kInterval), 1000);
+    starved += std::abs(sample.pose.head().position.x() - x) > 1e-6;
+  }
+  EXPECT_EQ(starved, 0u);
+  EXPECT_EQ(playout_.delay_ns(), kLateness + kInterval + kJitter);
+  EXPECT_EQ(playout_.dropped_count(), 0u);
+}
+
+TEST_F(Playing, holds_for_100_ms_without_frames_then_eases_to_rest_in_half_a_second) {
+  push_line(4);
+  const std::int64_t newest = 4 * kInterval + kDelay;  // when frame 4 is shown
+  (void)playout_.sample(newest - kInterval);
+  EXPECT_NEAR(playout_.sample(newest + 99 * kMs).displacement[0].x(), 40e-4, 1e-8);
+  float last = 40e-4f;
+  for (int ms = 120; ms < 600; ms += 20) {
+    const Playout::Sample sample = playout_.sample(newest + ms * kMs);
+    EXPECT_LT(sample.displacement[0].x(), last);
+    EXPECT_GE(sample.displacement[0].x(), 0);
+    EXPECT_EQ(sample.pose.head().position.x(), 40);
+    last = sample.displacement[0].x();
+  }
+  EXPECT_EQ(playout_.sample(newest + 601 * kMs).displacement[0].x(), 0);
+}
+
+TEST_F(Playing, after_a_gap_the_way_begins_at_what_was_shown) {
+  push_line(4);
+  (void)playout_.sample(3 * kInterval + kDelay);
+  const std::int64_t resumed = 24 * kInterval + kLateness;
+  EXPECT_EQ(playout_.sample(resumed - kMs).displacement[0].x(), 0);
+  push(24, 1000);
+  const float first = playout_.sample(resumed).displacement[0].x();
+  EXPECT_LT(first, 5e-3f);
+  const float later = playout_.sample(resumed + 20 * kMs).displacement[0].x();
+  EXPECT_GT(later, first);
+  EXPECT_LT(later, 0.1f);
+}
+
+TEST_F(Playing, does_not_interpolate_into_a_discontinuous_frame) {
+  push_line(3);
+  push(4, 500, LevelIndex::high, true);
+  push(5, 510);
+  const auto shown_x = [&](std::int64_t time) { return playout_.sample(time + kDelay).pose.head().position.x(); };
+  EXPECT_NEAR(shown_x(3 * kInterval), 30, 1e-9);
+  EXPECT_NEAR(shown_x(4 * kInterval - 1), 30, 1e-9);
+  EXPECT_NEAR(shown_x(4 * kInterval), 500, 1e-9);
+  EXPECT_NEAR(shown_x(4 * kInterval + kInterval / 2), 505, 1e-9);
+}
+
+TEST_F(Playing, a_level_change_is_shown_at_its_frame_and_not_before) {
+  push_line(3);
+  push(4, 40, LevelIndex::low);
+  push(5, 50, LevelIndex::rigid);
+  EXPECT_EQ(playout_.sample(4 * kInterval - 1 + kDelay).level, LevelIndex::high);
+  EXPECT_EQ(playout_.sample(4 * kInterval + kDelay).level, LevelIndex::low);
+  EXPECT_EQ(playout_.sample(5 * kInterval - 1 + kDelay).displacement.size(), 2u);
+  const Playout::Sample rigid = playout_.sample(5 * kInterval + kDelay);
+  EXPECT_EQ(rigid.level, LevelIndex::rigid);
+  EXPECT_TRUE(rigid.displacement.empty());
+}
+
+TEST_F(Playing, drops_duplicates_and_what_was_already_played) {
+  push_line(5);
+  push(5, 77);
+  EXPECT_EQ(playout_.dropped_count(), 1u);
+  (void)playout_.sample(4 * kInterval + kDelay);
+  push(2, 99);
+  EXPECT_EQ(playout_.dropped_count(), 2u);
+  EXPECT_NEAR(playout_.sample(5 * kInterval + kDelay).pose.head().position.x(), 50, 1e-9);
+}
+
+TEST_F(Playing, frames_out_of_order_are_played_in_order) {
+  for (const std::int64_t i : {0, 2, 1, 3}) push(i, static_cast<int>(10 * i));
+  for (std::int64_t time = 0; time <= 3 * kInterval; time += 5 * kMs) {
+    const Playout::Sample sample = playout_.sample(time + kLateness + 3 * kInterval);
+    EXPECT_NEAR(sample.pose.head().position.x(), 10.0 * static_cast<double>(sample.time_ns) / kInterval, 1e-9);
+  }
+}
+
+TEST_F(Playing, memory_is_bounded_when_nobody_samples) {
+  for (std::int64_t i = 0; i < 10'000; ++i) push(i, 0);
+  EXPECT_EQ(playout_.dropped_count(), 10'000u - 256u);
+}
+
+}  // namespace
+}  // namespace hairnet::link
