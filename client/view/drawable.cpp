@@ -1,0 +1,52 @@
+#include "client/view/drawable.hpp"
+
+#include <cmath>
+
+namespace hairnet::view {
+namespace {
+
+std::string strand_fault(const DrawnCharacter& character) {
+  const auto& begin = character.strand_begin;
+  if (begin.empty()) {
+    return character.strand_points.empty() ? "" : "strand points without strand offsets";
+  }
+  for (std::size_t s = 0; s + 1 < begin.size(); ++s) {
+    if (begin[s] > begin[s + 1]) return "offset of strand " + std::to_string(s) + " is after its end";
+  }
+  if (begin.back() > character.strand_points.size()) {
+    return "strands end at point " + std::to_string(begin.back()) + " of " +
+           std::to_string(character.strand_points.size());
+  }
+  return "";
+}
+
+std::string triangle_fault(const DrawnCharacter& character) {
+  if (character.triangles == nullptr) return "";
+  const std::size_t count = character.body_vertices.size();
+  for (std::size_t t = 0; t < character.triangles->size(); ++t) {
+    for (const std::uint32_t corner : (*character.triangles)[t]) {
+      if (corner >= count) {
+        return "triangle " + std::to_string(t) + " names vertex " + std::to_string(corner) + " of " +
+               std::to_string(count);
+      }
+    }
+  }
+  return "";
+}
+
+bool colour_is_sound(const Vec3f& c) {
+  return c.allFinite() && c.minCoeff() >= 0.0f && c.maxCoeff() <= 1.0f;
+}
+
+}  // namespace
+
+std::string validate(const DrawnCharacter& character) {
+  if (std::string fault = strand_fault(character); !fault.empty()) return fault;
+  if (std::string fault = triangle_fault(character); !fault.empty()) return fault;
+  if (!colour_is_sound(character.hair_colour)) return "hair colour is not in 0 … 1";
+  if (!colour_is_sound(character.skin_colour)) return "skin colour is not in 0 … 1";
+  if (!(character.strand_width_m > 0.0f && character.strand_width_m <= 1.0f)) return "strand width is not in 0 … 1 m";
+  return "";
+}
+
+}  // namespace hairnet::view

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <GLES3/gl3.h>
+
+#include <utility>
+
+namespace hairnet::view {
+
+// Owns one OpenGL name. The context it was made in must be current when it goes.
+template <void (*kMake)(GLsizei, GLuint*), void (*kDelete)(GLsizei, const GLuint*)>
+class GlObject {
+ public:
+  GlObject() { kMake(1, &name_); }
+  GlObject(GlObject&& other) noexcept : name_(std::exchange(other.name_, 0)) {}
+  GlObject& operator=(GlObject&& other) noexcept {
+    std::swap(name_, other.name_);
+    return *this;
+  }
+  GlObject(const GlObject&) = delete;
+  GlObject& operator=(const GlObject&) = delete;
+  ~GlObject() {
+    if (name_ != 0) kDelete(1, &name_);
+  }
+  [[nodiscard]] GLuint name() const { return name_; }
+
+ private:
+  GLuint name_ = 0;
+};
+
+using Buffer = GlObject<glGenBuffers, glDeleteBuffers>;
+using VertexArray = GlObject<glGenVertexArrays, glDeleteVertexArrays>;
+using Texture = GlObject<glGenTextures, glDeleteTextures>;
+using Framebuffer = GlObject<glGenFramebuffers, glDeleteFramebuffers>;
+
+}  // namespace hairnet::view

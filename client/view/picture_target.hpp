@@ -1,0 +1,26 @@
+#pragma once
+
+#include "client/view/gl_objects.hpp"
+#include "client/view/renderer.hpp"
+
+namespace hairnet::view {
+
+// Where a picture is drawn: supersampled, sRGB with depth; and the small one that it is filtered into and read from.
+class PictureTarget {
+ public:
+  // Makes the targets anew when the size differs from the last. False when the GPU cannot.
+  bool resize(int width, int height, int supersample);
+  void begin_large() const;
+  void begin_small() const;  // binds the large picture as `source`
+  [[nodiscard]] Image read_small() const;
+  [[nodiscard]] int large_width() const { return width_ * supersample_; }
+  [[nodiscard]] int large_height() const { return height_ * supersample_; }
+  [[nodiscard]] int supersample() const { return supersample_; }
+
+ private:
+  int width_ = 0, height_ = 0, supersample_ = 0;
+  Texture large_, large_depth_, small_;
+  Framebuffer large_target_, small_target_;
+};
+
+}  // namespace hairnet::view

@@ -1,0 +1,79 @@
+#include "client/view/program.hpp"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "client/view/shader_text.hpp"
+
+namespace hairnet::view {
+namespace {
+
+std::string first_line(std::string log) {
+  log.resize(std::min(log.find('\n'), log.find('\0')) == std::string::npos ? log.size()
+                                                                           : std::min(log.find('\n'), log.find('\0')));
+  return log.empty() ? "no reason given" : log;
+}
+
+Result<GLuint> compile(GLenum stage, std::string_view file) {
+  const std::string_view studio = shader_text("studio.glsl"), own = shader_text(file);
+  if (own.empty()) return Refusal("shader " + std::string(file) + " is not built in");
+  const std::array<const char*, 2> texts{studio.data(), own.data()};
+  const std::array<GLint, 2> lengths{static_cast<GLint>(studio.size()), static_cast<GLint>(own.size())};
+  const GLuint shader = glCreateShader(stage);
+  glShaderSource(shader, 2, texts.data(), lengths.data());
+  glCompileShader(shader);
+  GLint fine = GL_FALSE;
+  glGetShaderiv(shader, GL_COMPILE_STATUS, &fine);
+  if (fine == GL_TRUE) return shader;
+  std::string log(1024, '\0');
+  glGetShaderInfoLog(shader, static_cast<GLsizei>(log.size()), nullptr, log.data());
+  glDeleteShader(shader);
+  return Refusal("shader " + std::string(file) + " does not compile: " + first_line(std::move(log)));
+}
+
+void bind_shared_names(GLuint program) {
+  const GLuint block = glGetUniformBlockIndex(program, "Studio");
+  if (block != GL_INVALID_INDEX) glUniformBlockBinding(program, block, kStudioBinding);
+  glUseProgram(program);
+  glUniform1i(glGetUniformLocation(program, "hair_first_depth"), kHairFirstDepthUnit);
+  glUniform1i(glGetUniformLocation(program, "hair_layers"), kHairLayersUnit);
+  glUniform1i(glGetUniformLocation(program, "body_depth"), kBodyDepthUnit);
+  glUniform1i(glGetUniformLocation(program, "source"), kSourceUnit);
+}
+
+}  // namespace
+
+Result<Program> Program::build(std::string_view vertex, std::string_view fragment) {
+  const Result<GLuint> first = compile(GL_VERTEX_SHADER, vertex);
+  if (!first) return Refusal(first.error());
+  const Result<GLuint> second = compile(GL_FRAGMENT_SHADER, fragment);
+  if (!second) {
+    glDeleteShader(*first);
+    return Refusal(second.error());
+  }
+  Program program(glCreateProgram());
+  for (const GLuint shader : {*first, *second}) {
+    glAttachShader(program.name_, shader);
+    glDeleteShader(shader);  // the program keeps it
+  }
+  glLinkProgram(program.name_);
+  GLint fine = GL_FALSE;
+  glGetProgramiv(program.name_, GL_LINK_STATUS, &fine);
+  if (fine != GL_TRUE) {
+    std::string log(1024, '\0');
+    glGetProgramInfoLog(program.name_, static_cast<GLsizei>(log.size()), nullptr, log.data());
+    return Refusal("shaders " + std::string(vertex) + " and " + std::string(fragment) +
+                   " do not link: " + first_line(std::move(log)));
+  }
+  bind_shared_names(program.name_);
+  return program;
+}
+
+Program::Program(Program&& other) noexcept : name_(std::exchange(other.name_, 0)) {}
+
+Program::~Program() {
+  if (name_ != 0) glDeleteProgram(name_);
+}
+
+}  // namespace hairnet::view

@@ -1,0 +1,47 @@
+#version 300 es
+precision highp float;
+precision highp int;
+precision highp sampler2D;
+precision highp sampler2DShadow;
+
+// What all shaders of a picture share: this text comes first in each of them. Lengths in m, world space, linear RGB.
+layout(std140) uniform Studio {
+  mat4 view_projection;
+  mat4 light_projection;    // world to the key light's clip space (orthographic)
+  vec4 eye;                 // xyz; w = exposure
+  vec4 light_direction[3];  // key, fill, rim: unit, towards the light
+  vec4 light_colour[3];
+  vec4 ambient_above;
+  vec4 ambient_below;
+  vec4 picture;      // width and height, px; px a metre covers at unit distance; unused
+  vec4 light_map;    // depth range, m; texel, m; 1 / side in texels; optical depth that saturates a layer
+  vec4 layer_depth;  // m behind the first hair at which the four layers end
+};
+
+uniform sampler2D hair_first_depth;   // depth of the first hair from the key light
+uniform sampler2D hair_layers;        // optical depth of hair up to each layer's end
+uniform sampler2DShadow body_depth;
+
+// Deep opacity maps (Yuksel and Keyser 2008): optical depth between the key light and a point.
+float hair_depth_at(vec2 uv, float depth) {
+  float behind = (depth - textureLod(hair_first_depth, uv, 0.0).r) * light_map.x;
+  vec4 tau = textureLod(hair_layers, uv, 0.0) * light_map.w;
+  vec4 begin = vec4(0.0, layer_depth.xyz);
+  vec4 part = clamp((behind - begin) / (layer_depth - begin), 0.0, 1.0);
+  return dot(part, tau - vec4(0.0, tau.xyz));
+}
+
+vec3 light_coordinates(vec3 position_world) {
+  vec4 clip = light_projection * vec4(position_world, 1.0);
+  return clip.xyz * 0.5 + 0.5;
+}
+
+bool in_light_map(vec3 c) {
+  return all(greaterThan(c, vec3(0.0))) && all(lessThan(c, vec3(1.0)));
+}
+
+// Linear to 0.6, then a shoulder that never reaches 1.
+vec3 tone_map(vec3 colour) {
+  vec3 x = colour * eye.w;
+  return mix(x, 1.0 - 0.4 * exp((0.6 - x) / 0.4), step(0.6, x));
+}
