@@ -1,0 +1,216 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "core/made/made.hpp"
+#include "core/made/random.hpp"
+#include "core/made/rig.hpp"
+#include "core/made/smooth.hpp"
+
+namespace hairnet {
+namespace {
+
+using made::Gesture;
+using made::Random;
+using made::smooth_step;
+
+constexpr double kTurn = 2 * std::numbers::pi;
+constexpr double kEaseIn_s = 0.5;
+constexpr double kEaseOut_s = 0.8;
+
+double wave(double hz, double t, double phase = 0) {
+  return std::sin(kTurn * (hz * t + phase));
+}
+
+// 1 at x = 0, 0 from |x| = 1/2 on, smooth to its third derivative.
+double bump(double x) {
+  return std::abs(x) < 0.5 ? std::pow(std::cos(std::numbers::pi * x), 4) : 0;
+}
+
+// What differs from one seed to the next: a phase, and how large and fast the person moves.
+struct Temper {
+  explicit Temper(std::uint32_t seed) {
+    Random random(seed, 7);
+    phase = random.unit();
+    size = random.between(0.9, 1.1);
+    pace = random.between(0.93, 1.07);
+  }
+  double phase, size, pace;
+};
+
+// Gaze that goes from one chance direction to the next, a glance at a time.
+struct Glances {
+  static constexpr double kHold_s = 1.1, kTurn_s = 0.55;
+  explicit Glances(std::uint32_t seed) {
+    Random random(seed, 11);
+    for (auto& target : targets)
+      target = {random.between(-1.1, 1.1), random.between(-0.45, 0.4), random.between(-0.2, 0.2)};
+    targets[0].setZero();
+  }
+  [[nodiscard]] Vec3 at(double t) const {
+    const auto glance = static_cast<std::size_t>(t / kHold_s);
+    const Vec3 &from = targets[glance % targets.size()], &to = targets[(glance + 1) % targets.size()];
+    return from + smooth_step(kHold_s - kTurn_s, kHold_s, t - static_cast<double>(glance) * kHold_s) * (to - from);
+  }
+  std::array<Vec3, 61> targets;  // yaw, pitch, roll
+};
+
+void step_along(Gesture& g, const Temper& temper, double t, double step_hz, double bob_m, double sway_m) {
+  const double stride_hz = step_hz / 2;  // a stride is two steps
+  g.lift_m = bob_m * (wave(step_hz, t, temper.phase) - 1) / 2;
+  g.sway_m = sway_m * wave(stride_hz, t, temper.phase);
+  g.trunk_yaw = 0.12 * wave(stride_hz, t, temper.phase + 0.25);
+  g.trunk_roll = 0.03 * wave(stride_hz, t, temper.phase);
+  g.head_yaw = -0.10 * wave(stride_hz, t, temper.phase + 0.25);
+  g.head_pitch = 0.04 * wave(step_hz, t, temper.phase + 0.1);
+  g.left_shoulder = g.trunk_yaw;
+  g.right_shoulder = -g.trunk_yaw;
+}
+
+Gesture still(const Temper&, std::uint32_t, double) {
+  return {};
+}
+
+Gesture nod(const Temper& temper, std::uint32_t, double t) {
+  return {.head_pitch = temper.size * 0.45 * wave(1.1 * temper.pace, t)};
+}
+
+Gesture shake(const Temper& temper, std::uint32_t, double t) {
+  const double yaw = temper.size * wave(1.25 * temper.pace, t);
+  return {.trunk_yaw = 0.08 * yaw, .head_yaw = 0.8 * yaw, .head_roll = 0.06 * wave(2.5 * temper.pace, t)};
+}
+
+Gesture look_around(const Temper&, std::uint32_t seed, double t) {
+  const Vec3 gaze = Glances(seed).at(t);
+  return {.trunk_yaw = 0.25 * gaze[0], .head_yaw = 0.75 * gaze[0], .head_pitch = gaze[1], .head_roll = gaze[2]};
+}
+
+Gesture walk(const Temper& temper, std::uint32_t, double t) {
+  Gesture g;
+  step_along(g, temper, t, 1.9 * temper.pace, 0.045 * temper.size, 0.02);
+  g.speed_m_per_s = 1.35 * temper.pace;
+  return g;
+}
+
+Gesture run(const Temper& temper, std::uint32_t, double t) {
+  Gesture g;
+  step_along(g, temper, t, 2.7 * temper.pace, 0.11 * temper.size, 0.025);
+  g.trunk_pitch = 0.16;
+  g.head_pitch -= 0.10;
+  g.speed_m_per_s = 3.4 * temper.pace;
+  return g;
+}
+
+Gesture jump(const Temper& temper, std::uint32_t, double t) {
+  const double cycle = t * temper.pace / 1.3;
+  const double x = cycle - std::floor(cycle);
+  const double crouch = bump((x - 0.24) / 0.42) + 0.8 * bump((x - 0.82) / 0.34);
+  const double flight = bump((x - 0.55) / 0.5);
+  Gesture g;
+  g.lift_m = temper.size * (0.42 * flight - 0.16 * crouch);
+  g.trunk_pitch = 0.30 * crouch;
+  g.head_pitch = -0.18 * crouch + 0.08 * flight;
+  g.left_shoulder = g.right_shoulder = -0.25 * flight;
+  return g;
+}
+
+Gesture dance(const Temper& temper, std::uint32_t, double t) {
+  const double beat = t * temper.pace * 2;  // 120 beats a minute
+  const auto bar = std::floor(beat / 4);
+  // Half a turn to the one side and back, every other bar.
+  const bool away = static_cast<long>(bar) % 2 == 0;
+  const double turn = smooth_step(1.0, 2.6, beat - 4 * bar);
+  Gesture g;
+  g.trunk_yaw = 2.4 * (away ? turn : 1 - turn) + 0.15 * wave(0.5, beat, temper.phase);
+  g.trunk_roll = temper.size * 0.14 * wave(0.25, beat, temper.phase);
+  g.trunk_pitch = 0.08 * wave(0.5, beat);
+  g.head_yaw = temper.size * 0.45 * wave(0.5, beat, temper.phase + 0.2);
+  g.head_roll = temper.size * 0.28 * wave(0.25, beat, temper.phase + 0.1);
+  g.head_pitch = temper.size * 0.20 * wave(1, beat);
+  g.lift_m = 0.07 * (wave(1, beat) - 1) / 2;
+  g.sway_m = 0.16 * wave(0.25, beat, temper.phase);
+  g.left_shoulder = 0.2 * wave(1, beat);
+  g.right_shoulder = 0.2 * wave(1, beat, 0.5);
+  return g;
+}
+
+// Every 1.5 s somewhere else, facing another way.
+Gesture teleport(const Temper& temper, std::uint32_t seed, double t) {
+  Gesture g = look_around(temper, seed, t);
+  const auto place = static_cast<std::uint32_t>(t / 1.5);
+  Random random(seed, 100 + place);
+  if (place > 0) {
+    g.place = Vec3(random.between(-3, 3), 0, random.between(-3, 3));
+    g.facing = random.between(-3, 3);
+  }
+  g.place_index = place;
+  return g;
+}
+
+struct Recipe {
+  MadeName name;
+  double duration_s;
+  Gesture (*gesture)(const Temper&, std::uint32_t seed, double t);
+};
+
+constexpr std::array<Recipe, 9> kRecipes{{
+    {{"still", "upright, at rest"}, 2, still},
+    {{"nod", "yes, about once a second"}, 5, nod},
+    {{"shake", "no, with lively turns of the head"}, 5, shake},
+    {{"look_around", "glances here and there"}, 8, look_around},
+    {{"walk", "straight ahead"}, 6, walk},
+    {{"run", "straight ahead, fast"}, 6, run},
+    {{"jump", "again and again on the spot"}, 6, jump},
+    {{"dance", "turns, tilts and bounces at 120 beats a minute"}, 8, dance},
+    {{"teleport", "glances, and every 1.5 s somewhere else"}, 7, teleport},
+}};
+
+constexpr auto kNames = [] {
+  std::array<MadeName, kRecipes.size()> names;
+  for (std::size_t i = 0; i < names.size(); ++i) names[i] = kRecipes[i].name;
+  return names;
+}();
+
+std::string fault_of(const MotionOptions& options) {
+  if (!(options.duration_s == 0 || (options.duration_s >= 2 && options.duration_s <= 600)))
+    return "duration of a made motion must be 2 to 600 s";
+  if (!(options.rate_hz >= 10 && options.rate_hz <= 240)) return "rate of a made motion must be 10 to 240 Hz";
+  return {};
+}
+
+}  // namespace
+
+std::span<const MadeName> motion_names() {
+  return kNames;
+}
+
+Result<Motion> make_motion(std::string_view name, const MotionOptions& options) {
+  const auto recipe = std::ranges::find(kRecipes, name, [](const Recipe& r) { return r.name.name; });
+  if (recipe == kRecipes.end()) {
+    std::string known;
+    for (const Recipe& r : kRecipes) known += (known.empty() ? "" : ", ") + std::string(r.name.name);
+    return Refusal("no made motion is called '" + std::string(name) + "'; there are " + known);
+  }
+  if (std::string fault = fault_of(options); !fault.empty()) return Refusal(std::move(fault));
+
+  const double duration_s = options.duration_s > 0 ? options.duration_s : recipe->duration_s;
+  const auto pose_count = static_cast<std::size_t>(std::lround(duration_s * options.rate_hz)) + 1;
+  const Temper temper(options.seed);
+  Motion motion{std::string(name), options.rate_hz, {}, {}};
+  double travelled_m = 0;
+  std::uint32_t place = 0;
+  for (std::size_t i = 0; i < pose_count; ++i) {
+    const double t = static_cast<double>(i) / options.rate_hz;
+    const double ease = smooth_step(0, kEaseIn_s, t) * (1 - smooth_step(duration_s - kEaseOut_s, duration_s - 0.1, t));
+    Gesture gesture = recipe->gesture(temper, options.seed, t);
+    travelled_m += ease * gesture.speed_m_per_s / options.rate_hz;
+    motion.poses.push_back(made::pose_of(gesture, ease, travelled_m));
+    motion.teleports.push_back(gesture.place_index != place);
+    place = gesture.place_index;
+  }
+  return motion;
+}
+
+}  // namespace hairnet
