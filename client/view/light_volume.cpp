@@ -11,6 +11,7 @@ namespace {
 constexpr int kCellsAcross = 56;
 constexpr float kCellMin_m = 0.004f;
 constexpr int kMargin = 2;               // empty cells about the hair
+constexpr float kFade = 5;               // cells beyond the grid over which its shade fades out
 constexpr float kHairShare = 0.22f;      // of blocked light that is lost rather than scattered on
 constexpr float kBodyExtinction = 1.6f;  // of a cell that holds skin
 constexpr float kRootsFull_per_m2 = 4e4f;
@@ -154,8 +155,11 @@ LightVolume::Left LightVolume::at(const Vec3f& position) const {
   const Vec3f at = (position - origin_) / cell_m_ - Vec3f::Constant(0.5f);
   std::array<int, 3> base{};
   Vec3f part;
+  float inside = 1;
   for (int axis = 0; axis < 3; ++axis) {
-    if (!(at[axis] > -1.5f && at[axis] < static_cast<float>(count_[axis]) + 0.5f)) return {};
+    const float outside = std::max(-at[axis], at[axis] - static_cast<float>(count_[axis] - 1));
+    if (!(outside < kFade)) return {};
+    inside *= 1.0f - std::max(outside, 0.0f) / kFade;
     base[axis] = std::clamp(static_cast<int>(std::floor(at[axis])), 0, count_[axis] - 2);
     part[axis] = std::clamp(at[axis] - static_cast<float>(base[axis]), 0.0f, 1.0f);
   }
@@ -166,7 +170,8 @@ LightVolume::Left LightVolume::at(const Vec3f& position) const {
         (x != 0 ? part.x() : 1 - part.x()) * (y != 0 ? part.y() : 1 - part.y()) * (z != 0 ? part.z() : 1 - part.z());
     sum += weight * cells_[index(base[0] + x, base[1] + y, base[2] + z)];
   }
-  return {sum.x(), sum.y(), sum.z(), std::min(sum.w(), 1.0f)};
+  const auto faded = [&](float left) { return std::lerp(1.0f, left, inside); };
+  return {faded(sum.x()), faded(sum.y()), faded(sum.z()), std::min(sum.w(), 1.0f) * inside};
 }
 
 }  // namespace hairnet::view

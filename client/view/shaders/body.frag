@@ -24,7 +24,7 @@ float hair_light_left(vec3 c) {
 
 // Red light travels furthest under the skin and so wraps furthest round the terminator.
 vec3 wrapped(float n_l) {
-  const vec3 wrap = vec3(0.45, 0.22, 0.15);
+  const vec3 wrap = vec3(0.34, 0.20, 0.15);
   vec3 x = clamp((n_l + wrap) / (1.0 + wrap), 0.0, 1.0);
   return x * x * (3.0 - 2.0 * x) * 0.35 + x * 0.65;
 }
