@@ -1,0 +1,62 @@
+#include "core/pose/complete_pose.hpp"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "tests/support/levels.hpp"
+
+namespace hairnet {
+namespace {
+
+using support::turned;
+
+TEST(PoseCompletion, a_head_at_rest_gives_the_rest_pose) {
+  const RigidTransform head{Quat::Identity(), {1, 1.6, -3}};
+  const Pose pose = PoseCompletion(Body{}).complete(head, 0);
+  for (const RigidTransform& bone : pose.bones) {
+    EXPECT_LT((bone.position - head.position).norm(), 1e-12);
+    EXPECT_NEAR(bone.rotation.angularDistance(head.rotation), 0, 1e-12);
+  }
+}
+
+TEST(PoseCompletion, bones_stay_joined_and_the_trunk_upright_for_any_head) {
+  const Body body;
+  const Vec3 neck_joint = body.joints[static_cast<std::size_t>(Bone::neck)].cast<double>();
+  std::mt19937 random(3);
+  PoseCompletion completion(body);
+  for (int i = 0; i < 500; ++i) {
+    const RigidTransform head = turned(4 * static_cast<double>(support::random_vec(random, 1).x()),
+                                       support::random_vec(random, 1).cast<double>(), {0, 1.6, 0});
+    const Pose pose = completion.complete(head, 1.0 / 60);
+    ASSERT_TRUE(is_valid(pose));
+    EXPECT_LT((pose[Bone::neck].point(Vec3::Zero()) - head.position).norm(), 1e-12);
+    EXPECT_LT((pose[Bone::neck].point(neck_joint) - pose[Bone::upper_trunk].point(neck_joint)).norm(), 1e-12);
+    EXPECT_NEAR(pose[Bone::upper_trunk].vector(Vec3::UnitY()).y(), 1, 1e-12);
+  }
+}
+
+TEST(PoseCompletion, the_neck_takes_half_of_a_nod) {
+  const Pose pose = PoseCompletion(Body{}).complete(turned(0.6, {1, 0, 0}), 0);
+  EXPECT_NEAR(pose[Bone::neck].rotation.angularDistance(turned(0.3, {1, 0, 0}).rotation), 0, 1e-9);
+  EXPECT_NEAR(pose[Bone::upper_trunk].rotation.angularDistance(Quat::Identity()), 0, 1e-9);
+}
+
+TEST(PoseCompletion, the_trunk_follows_the_heads_yaw_with_a_first_order_lag) {
+  PoseCompletion completion(Body{}, 0.25);
+  completion.complete({}, 0);
+  const RigidTransform looking_left = turned(1, {0, 1, 0});
+  Pose pose;
+  for (int i = 0; i < 15; ++i) pose = completion.complete(looking_left, 0.25 / 15);
+  EXPECT_NEAR(pose[Bone::upper_trunk].rotation.angularDistance(Quat::Identity()), 1 - std::exp(-1.0), 1e-9);
+}
+
+TEST(PoseCompletion, the_trunk_turns_the_short_way_round) {
+  PoseCompletion completion(Body{});
+  completion.complete(turned(3.0, {0, 1, 0}), 0);
+  const Pose pose = completion.complete(turned(-3.0, {0, 1, 0}), 0.1);
+  EXPECT_LT(pose[Bone::upper_trunk].rotation.angularDistance(turned(std::numbers::pi, {0, 1, 0}).rotation), 0.15);
+}
+
+}  // namespace
+}  // namespace hairnet
