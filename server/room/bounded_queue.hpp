@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+namespace hairnet::server {
+
+// The way from one thread to another: a queue bounded by the sum of its items' weights. Full means refused, never
+// blocked. Any thread may call anything.
+template <class T>
+class BoundedQueue {
+ public:
+  explicit BoundedQueue(std::size_t weight_max) : weight_max_(weight_max) {}
+
+  // False, and `item` is left alone, when it does not fit. An item heavier than the bound fits an empty queue.
+  bool try_put(T& item, std::size_t weight = 1) {
+    const std::lock_guard lock(mutex_);
+    if (!items_.empty() && weight_ + weight > weight_max_) return false;
+    weight_ += weight;
+    items_.emplace_back(std::move(item), weight);
+    return true;
+  }
+  // For what must not be lost and is bounded elsewhere (one an open session, one a groom).
+  void put(T item) {
+    const std::lock_guard lock(mutex_);
+    items_.emplace_back(std::move(item), 0);
+  }
+  bool take(T& out) {
+    const std::lock_guard lock(mutex_);
+    if (items_.empty()) return false;
+    out = std::move(items_.front().item);
+    weight_ -= items_.front().weight;
+    items_.pop_front();
+    return true;
+  }
+  // All there are now, in order; `out` is overwritten.
+  void take_all(std::vector<T>& out) {
+    out.clear();
+    const std::lock_guard lock(mutex_);
+    for (Item& i : items_) out.push_back(std::move(i.item));
+    items_.clear();
+    weight_ = 0;
+  }
+  [[nodiscard]] bool empty() const {
+    const std::lock_guard lock(mutex_);
+    return items_.empty();
+  }
+
+ private:
+  struct Item {
+    Item(T&& i, std::size_t w) : item(std::move(i)), weight(w) {}
+    T item;
+    std::size_t weight;
+  };
+  mutable std::mutex mutex_;
+  std::deque<Item> items_;
+  std::size_t weight_ = 0;
+  const std::size_t weight_max_;
+};
+
+}  // namespace hairnet::server

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <cstdint>
+
+namespace hairnet::server {
+
+using SessionId = std::uint32_t;  // counted from 1 as connections come
+
+// Names a character among those of all sessions, and in recordings: session id << 32 | the client's number.
+using CharacterKey = std::uint64_t;
+
+constexpr CharacterKey character_key(SessionId session, std::uint32_t number) {
+  return static_cast<CharacterKey>(session) << 32 | number;
+}
+constexpr SessionId session_of(CharacterKey key) {
+  return static_cast<SessionId>(key >> 32);
+}
+constexpr std::uint32_t number_of(CharacterKey key) {
+  return static_cast<std::uint32_t>(key);
+}
+
+}  // namespace hairnet::server

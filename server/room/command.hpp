@@ -1,0 +1,57 @@
+#pragma once
+
+#include <memory>
+#include <variant>
+#include <vector>
+
+#include "core/build/level.hpp"
+#include "schema/wire/messages.hpp"
+#include "server/room/bounded_queue.hpp"
+#include "server/room/character_key.hpp"
+#include "server/room/outlet.hpp"
+#include "server/room/pose_inbox.hpp"
+
+namespace hairnet::server {
+
+// What the I/O thread tells the tick thread, in order. Sessions have checked it: numbers exist, poses are valid.
+struct OpenSession {
+  SessionId session = 0;
+  std::shared_ptr<Outlet> outlet;
+};
+struct CloseSession {  // and its characters
+  SessionId session = 0;
+};
+struct AddCharacter {
+  CharacterKey character = 0;
+  wire::GroomHash groom{};
+  LevelIndex level = LevelIndex::high;
+};
+struct RemoveCharacter {
+  CharacterKey character = 0;
+};
+struct SetLevel {
+  CharacterKey character = 0;
+  LevelIndex level = LevelIndex::high;
+};
+struct PutPoses {
+  struct Entry {
+    CharacterKey character = 0;
+    TimedPose pose;
+  };
+  std::int64_t arrived_ns = 0;
+  std::vector<Entry> poses;
+};
+struct GroomReady {
+  wire::GroomHash groom{};
+  std::shared_ptr<const LevelSet> levels;
+  std::shared_ptr<const std::vector<std::uint8_t>> bytes;  // for the recording; null without one
+};
+struct ForgetGroom {  // no session holds it any more
+  wire::GroomHash groom{};
+};
+
+using Command =
+    std::variant<OpenSession, CloseSession, AddCharacter, RemoveCharacter, SetLevel, PutPoses, GroomReady, ForgetGroom>;
+using CommandQueue = BoundedQueue<Command>;  // weight: one a command and one a pose
+
+}  // namespace hairnet::server

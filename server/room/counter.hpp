@@ -1,0 +1,44 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+namespace hairnet::server {
+
+class Counter;
+
+// The counters of one part of the server, as members that enter themselves in its list.
+class CounterSet {
+ public:
+  CounterSet() = default;
+  CounterSet(const CounterSet&) = delete;
+  CounterSet& operator=(const CounterSet&) = delete;
+  [[nodiscard]] const std::vector<const Counter*>& counters() const { return counters_; }
+
+ private:
+  friend class Counter;
+  std::vector<const Counter*> counters_;
+};
+
+// A total that any thread may add to. Relaxed: it orders nothing.
+class Counter {
+ public:
+  Counter(CounterSet& set, std::string_view name) : name_(name) { set.counters_.push_back(this); }
+  Counter(const Counter&) = delete;
+  Counter& operator=(const Counter&) = delete;
+
+  void add(std::uint64_t n = 1) { value_.fetch_add(n, std::memory_order_relaxed); }
+  void raise_to(std::uint64_t n) {  // a maximum instead of a total; one thread
+    if (n > value()) value_.store(n, std::memory_order_relaxed);
+  }
+  [[nodiscard]] std::uint64_t value() const { return value_.load(std::memory_order_relaxed); }
+  [[nodiscard]] std::string_view name() const { return name_; }
+
+ private:
+  std::string_view name_;
+  std::atomic<std::uint64_t> value_{0};
+};
+
+}  // namespace hairnet::server

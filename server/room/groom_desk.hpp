@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "schema/wire/messages.hpp"
+#include "server/room/character_key.hpp"
+
+namespace hairnet::server {
+
+// Why something was refused; `reason` none means it was not.
+struct Refused {
+  wire::ErrorReason reason = wire::ErrorReason::none;
+  std::string detail;
+  explicit operator bool() const { return reason != wire::ErrorReason::none; }
+};
+
+// Where sessions hand in grooms. I/O thread. What a session is to hear (GroomNeed, GroomStatus, late errors) comes back
+// through its own message path, in order.
+class GroomDesk {
+ public:
+  virtual ~GroomDesk() = default;
+  virtual Refused offer(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns) = 0;
+  virtual Refused chunk(SessionId session, wire::GroomChunk chunk, std::int64_t now_ns) = 0;
+  // From now on the session uses the groom, so it stays. groom_unknown unless someone has offered it.
+  virtual Refused hold(SessionId session, const wire::GroomHash& groom) = 0;
+  [[nodiscard]] virtual bool ready(const wire::GroomHash& groom) const = 0;
+  // The session has ended: its unfinished uploads and holds go.
+  virtual void release(SessionId session, std::int64_t now_ns) = 0;
+};
+
+}  // namespace hairnet::server
