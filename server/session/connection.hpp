@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <vector>
+
+namespace hairnet::server {
+
+// The socket level as a session sees it. I/O thread.
+class Connection {
+ public:
+  virtual ~Connection() = default;
+  // Takes the bytes to be sent in order. Call it only while writable(); what waits is then bounded.
+  virtual void send(std::vector<std::uint8_t> packet) = 0;
+  // Little enough waits to be sent; PacketSink::on_writable tells when it becomes so again.
+  [[nodiscard]] virtual bool writable() const = 0;
+  // Sends what waits, within a moment, and closes. The sink is not called again. `reason` is for the log.
+  virtual void close(std::string_view reason) = 0;
+  [[nodiscard]] virtual std::string_view peer() const = 0;
+};
+
+// What a connection calls. I/O thread.
+class PacketSink {
+ public:
+  virtual ~PacketSink() = default;
+  virtual void on_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns) = 0;
+  virtual void on_broken_stream(std::int64_t now_ns) = 0;  // an impossible size prefix: nothing more can be read
+  virtual void on_writable(std::int64_t now_ns) = 0;
+  virtual void on_closed(std::string_view reason,
+                         std::int64_t now_ns) = 0;  // by the peer or the network; the last call
+};
+
+}  // namespace hairnet::server

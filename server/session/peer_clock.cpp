@@ -1,0 +1,30 @@
+#include "server/session/peer_clock.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+
+namespace hairnet::server {
+
+bool PeerClock::observe(std::int64_t peer_clock_ns, std::int64_t now_ns) {
+  if (peer_clock_ns > kClockMax_ns || peer_clock_ns < -kClockMax_ns) return false;
+  estimate_.observe(peer_clock_ns, now_ns);
+  peer_ns_ = peer_clock_ns;
+  const std::int64_t error_ns = estimate_.to_local(peer_clock_ns) - peer_clock_ns - offset_ns_;
+  if (!started_ || std::abs(error_ns) > kJump_ns) {
+    offset_ns_ += error_ns;
+  } else {
+    const auto step_ns =
+        static_cast<std::int64_t>(kSlew * static_cast<double>(std::max<std::int64_t>(0, now_ns - slewed_at_ns_)));
+    offset_ns_ += std::clamp(error_ns, -step_ns, step_ns);
+  }
+  started_ = true;
+  slewed_at_ns_ = now_ns;
+  return true;
+}
+
+std::optional<std::int64_t> PeerClock::to_server(std::int64_t peer_time_ns) const {
+  if (!started_ || peer_time_ns > peer_ns_ + kCaptureSpan_ns || peer_time_ns < peer_ns_ - kCaptureSpan_ns) return {};
+  return peer_time_ns + offset_ns_;
+}
+
+}  // namespace hairnet::server

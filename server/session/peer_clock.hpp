@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "schema/channel/clock_estimate.hpp"
+
+namespace hairnet::server {
+
+// A client's clock as the server follows it. The estimate jumps as better samples come and old ones leave; poses mapped
+// by it must not, so the offset in use slews towards it.
+class PeerClock {
+ public:
+  static constexpr std::int64_t kClockMax_ns = std::int64_t{1} << 61;  // either sign; sums then cannot overflow
+  static constexpr std::int64_t kCaptureSpan_ns = 60'000'000'000;      // between a capture and its envelope
+  static constexpr std::int64_t kJump_ns = 50'000'000;                 // a larger error is mended at once
+  static constexpr double kSlew = 0.01;                                // of elapsed time
+
+  // False when the clock is beyond kClockMax_ns; it is then not used.
+  bool observe(std::int64_t peer_clock_ns, std::int64_t now_ns);
+  // A capture time on the server's clock; none when implausibly far from the envelope that brought it.
+  [[nodiscard]] std::optional<std::int64_t> to_server(std::int64_t peer_time_ns) const;
+
+ private:
+  channel::ClockEstimate estimate_;
+  std::int64_t peer_ns_ = 0;    // newest envelope's
+  std::int64_t offset_ns_ = 0;  // in use
+  std::int64_t slewed_at_ns_ = 0;
+  bool started_ = false;
+};
+
+}  // namespace hairnet::server

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+
+#include "server/room/command.hpp"
+#include "server/room/groom_desk.hpp"
+#include "server/session/connection.hpp"
+#include "server/session/outbox.hpp"
+#include "server/session/peer_clock.hpp"
+#include "server/session/session_counters.hpp"
+#include "server/session/session_limits.hpp"
+#include "server/session/token_bucket.hpp"
+
+namespace hairnet::server {
+
+// What all sessions share. The I/O thread's, but for `tick`.
+struct SessionContext {
+  SessionLimits limits;
+  SessionCounters& counters;
+  CommandQueue& commands;
+  GroomDesk& grooms;
+  std::uint32_t tick_rate_hz = 30;
+  std::uint64_t groom_bytes_max = 0;
+  const std::atomic<std::uint64_t>& tick;
+  std::size_t character_count = 0;  // of all sessions
+};
+
+// One client's conversation: awaiting_hello -> active -> draining -> closed. I/O thread.
+class Session final : public PacketSink {
+ public:
+  enum class State : std::uint8_t { awaiting_hello, active, draining, closed };
+
+  Session(SessionId id, std::shared_ptr<Connection> connection, SessionContext& context, std::int64_t now_ns);
+
+  void on_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns) override;
+  void on_broken_stream(std::int64_t now_ns) override;
+  void on_writable(std::int64_t now_ns) override;
+  void on_closed(std::string_view reason, std::int64_t now_ns) override;
+  void on_message(wire::Envelope envelope, std::int64_t now_ns);
+
+  void send(const wire::Message& message, std::int64_t now_ns);
+  void flush(std::int64_t now_ns);  // as much of the outbox as the connection takes
+  void poll(std::int64_t now_ns);   // time-outs and slow consumers
+  // Says goodbye, sends what waits and closes. The characters leave at once.
+  void drain(wire::GoodbyeReason reason, std::string detail, std::int64_t now_ns);
+
+  [[nodiscard]] SessionId id() const { return id_; }
+  [[nodiscard]] State state() const { return state_; }
+  [[nodiscard]] Outbox& outbox() { return *outbox_; }
+
+ private:
+  struct Handler;
+
+  void on_hello(const wire::Hello& hello, std::int64_t now_ns);
+  void on_groom_offer(const wire::GroomOffer& offer, std::int64_t now_ns);
+  void on_groom_chunk(wire::GroomChunk chunk, std::int64_t now_ns);
+  void on_add_character(const wire::AddCharacter& add, std::int64_t now_ns);
+  void on_set_level(const wire::SetLevel& set, std::int64_t now_ns);
+  void on_remove_character(const wire::RemoveCharacter& remove, std::int64_t now_ns);
+  void on_pose_batch(const wire::PoseBatch& batch, std::int64_t now_ns);
+  void on_goodbye(const wire::Goodbye& goodbye, std::int64_t now_ns);
+  void on_unexpected(std::string_view detail, std::int64_t now_ns);
+
+  // Why a pose is not passed on; counted.
+  Refused check_pose(const wire::PoseSample& sample);
+  void refuse(const Refused& refused, std::int64_t now_ns, std::uint32_t character = 0,
+              const wire::GroomHash& groom = {});
+  void leave(std::int64_t now_ns);  // gives back everything held in the room and at the groom desk
+  void close(std::string_view reason, std::int64_t now_ns);
+
+  SessionId id_;
+  std::shared_ptr<Connection> connection_;
+  SessionContext* context_;
+  std::shared_ptr<Outbox> outbox_;
+  State state_ = State::awaiting_hello;
+  std::string name_;
+  PeerClock clock_;
+  TokenBucket messages_, poses_;
+  std::unordered_map<std::uint32_t, wire::GroomHash> characters_;
+  std::int64_t opened_ns_, heard_ns_;
+  std::int64_t full_since_ns_ = 0;  // the connection has taken nothing since; 0 = it does
+  std::int64_t drain_since_ns_ = 0;
+  std::int64_t pose_error_next_ns_;  // errors about poses are held to one a second
+  bool joined_ = false;              // the room knows the session
+};
+
+}  // namespace hairnet::server

@@ -1,0 +1,46 @@
+#pragma once
+
+#include "server/room/counter.hpp"
+
+namespace hairnet::server {
+
+struct SessionCounters : CounterSet {
+  Counter sessions_opened{*this, "sessions_opened"};
+  Counter sessions_active{*this, "sessions_active"};
+  Counter sessions_closed{*this, "sessions_closed"};
+  Counter sessions_refused_full{*this, "sessions_refused_full"};
+  Counter sessions_refused_version{*this, "sessions_refused_version"};
+  Counter sessions_closed_handshake_timeout{*this, "sessions_closed_handshake_timeout"};
+  Counter sessions_closed_idle{*this, "sessions_closed_idle"};
+  Counter sessions_closed_slow{*this, "sessions_closed_slow"};
+  Counter sessions_closed_over_rate{*this, "sessions_closed_over_rate"};
+  Counter sessions_closed_protocol_error{*this, "sessions_closed_protocol_error"};
+  Counter packets_received{*this, "packets_received"};
+  Counter packets_malformed{*this, "packets_malformed"};
+  Counter packets_invalid{*this, "packets_invalid"};
+  Counter packets_oversize{*this, "packets_oversize"};
+  Counter messages_unexpected{*this, "messages_unexpected"};
+  Counter messages_over_rate{*this, "messages_over_rate"};
+  Counter characters_added{*this, "characters_added"};
+  Counter characters_removed{*this, "characters_removed"};
+  Counter characters_refused{*this, "characters_refused"};
+  Counter levels_refused{*this, "levels_refused"};
+  Counter grooms_refused{*this, "grooms_refused"};
+  Counter chunks_refused{*this, "chunks_refused"};
+  Counter poses_received{*this, "poses_received"};
+  Counter poses_over_rate{*this, "poses_over_rate"};
+  Counter poses_dropped_busy{*this, "poses_dropped_busy"};
+  Counter poses_rejected_character{*this, "poses_rejected_character"};
+  Counter poses_rejected_time{*this, "poses_rejected_time"};
+  Counter poses_rejected_not_finite{*this, "poses_rejected_not_finite"};
+  Counter poses_rejected_not_unit{*this, "poses_rejected_not_unit"};
+  Counter poses_rejected_too_far{*this, "poses_rejected_too_far"};
+  Counter commands_dropped{*this, "commands_dropped"};
+  Counter frames_sent{*this, "frames_sent"};
+  Counter frames_superseded{*this, "frames_superseded"};
+  Counter packets_sent{*this, "packets_sent"};
+  Counter bytes_sent{*this, "bytes_sent"};
+  Counter errors_sent{*this, "errors_sent"};
+};
+
+}  // namespace hairnet::server

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+
+#include "server/session/session.hpp"
+
+namespace hairnet::server {
+
+// All sessions. I/O thread.
+class SessionRegistry {
+ public:
+  explicit SessionRegistry(SessionContext& context) : context_(&context) {}
+
+  // Null when the server is full or drains: the connection has then been told so and is closed. The sink lives until
+  // the poll after it has closed the connection or was told of its end.
+  PacketSink* open(std::shared_ptr<Connection> connection, std::int64_t now_ns);
+  [[nodiscard]] Session* find(SessionId id);
+  void flush(std::int64_t now_ns);
+  void poll(std::int64_t now_ns);
+  void drain(std::int64_t now_ns);  // all, and takes no more
+  [[nodiscard]] std::size_t count() const { return sessions_.size(); }
+
+ private:
+  SessionContext* context_;
+  std::map<SessionId, std::unique_ptr<Session>> sessions_;
+  SessionId last_id_ = 0;
+  bool draining_ = false;
+};
+
+}  // namespace hairnet::server

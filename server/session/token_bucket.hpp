@@ -1,0 +1,28 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+namespace hairnet::server {
+
+// A rate limit: `burst` at once, `rate_per_s` in the long run.
+class TokenBucket {
+ public:
+  TokenBucket(double rate_per_s, double burst, std::int64_t now_ns)
+      : rate_per_s_(rate_per_s), burst_(burst), tokens_(burst), at_ns_(now_ns) {}
+
+  bool take(double count, std::int64_t now_ns) {
+    tokens_ = std::min(burst_,
+                       tokens_ + rate_per_s_ * 1e-9 * static_cast<double>(std::max<std::int64_t>(0, now_ns - at_ns_)));
+    at_ns_ = std::max(at_ns_, now_ns);
+    if (tokens_ < count) return false;
+    tokens_ -= count;
+    return true;
+  }
+
+ private:
+  double rate_per_s_, burst_, tokens_;
+  std::int64_t at_ns_;
+};
+
+}  // namespace hairnet::server
