@@ -1,0 +1,79 @@
+#include "server/tick/groom_builder.hpp"
+
+#include <utility>
+
+#include "core/build/build.hpp"
+#include "schema/wire/groom_file.hpp"
+
+namespace hairnet::server {
+namespace {
+
+std::vector<std::uint8_t> joined(std::vector<std::vector<std::uint8_t>> chunks) {
+  std::size_t count = 0;
+  for (const auto& chunk : chunks) count += chunk.size();
+  std::vector<std::uint8_t> bytes;
+  bytes.reserve(count);
+  for (auto& chunk : chunks) {
+    bytes.insert(bytes.end(), chunk.begin(), chunk.end());
+    std::vector<std::uint8_t>().swap(chunk);
+  }
+  return bytes;
+}
+
+}  // namespace
+
+GroomBuilder::GroomBuilder(const GroomLimits& limits, std::size_t queue_max, bool keep_bytes)
+    : limits_(limits), keep_bytes_(keep_bytes), jobs_(queue_max), results_(0) {}
+
+bool GroomBuilder::try_put(GroomJob& job) {
+  if (!jobs_.try_put(job)) return false;
+  if (on_job) on_job();
+  return true;
+}
+
+bool GroomBuilder::poll() {
+  GroomJob job;
+  if (!jobs_.take(job)) return false;
+  GroomResult begun;
+  begun.hash = job.hash;
+  results_.put(std::move(begun));
+  if (on_result) on_result();
+  results_.put(build(std::move(job)));
+  if (on_result) on_result();
+  return true;
+}
+
+GroomResult GroomBuilder::build(GroomJob job) const {
+  GroomResult result;
+  result.hash = job.hash;
+  result.state = wire::GroomState::refused;
+  auto bytes = std::make_shared<const std::vector<std::uint8_t>>(joined(std::move(job.chunks)));
+  if (wire::hash_groom(*bytes) != job.hash) {
+    result.reason = wire::ErrorReason::groom_hash_mismatch;
+    result.detail = "the bytes do not have the offered hash";
+    return result;
+  }
+  Result<Groom> groom = wire::decode_groom(*bytes, limits_);
+  result.reason = wire::ErrorReason::groom_invalid;
+  if (!groom) {
+    result.detail = groom.error();
+    return result;
+  }
+  if (groom->points.empty()) {
+    result.detail = "the groom has no strand points";
+    return result;
+  }
+  BuildObserver observer;
+  observer.progress = [this](double, std::string_view) { return !cancelled_.load(); };
+  result.levels = build_levels(*groom, Material{}, observer);
+  if (!result.levels) {
+    result.detail = "the server is stopping";
+    return result;
+  }
+  result.reason = wire::ErrorReason::none;
+  result.state = wire::GroomState::ready;
+  if (keep_bytes_) result.bytes = std::move(bytes);
+  return result;
+}
+
+}  // namespace hairnet::server

@@ -1,0 +1,79 @@
+#include "server/tick/recorder.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+namespace hairnet::server {
+namespace {
+
+wire::RecordEntry to_entry(std::variant<wire::RecordingHeader, Recorder::Bytes, wire::RecordedTick>& item) {
+  if (auto* header = std::get_if<wire::RecordingHeader>(&item)) return *header;
+  if (auto* bytes = std::get_if<Recorder::Bytes>(&item)) return wire::RecordedGroom{**bytes};
+  return std::move(std::get<wire::RecordedTick>(item));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Recorder>> Recorder::create(const std::string& path, TickCounters& counters) {
+  std::FILE* file = std::fopen(path.c_str(), "wb");
+  if (!file) return Refusal("cannot write the recording " + path + ": " + std::strerror(errno));
+  return std::unique_ptr<Recorder>(new Recorder(file, path, counters));
+}
+
+Recorder::Recorder(std::FILE* file, std::string path, TickCounters& counters)
+    : file_(file), path_(std::move(path)), counters_(&counters), queue_(kQueueBytesMax) {}
+
+void Recorder::put(const wire::RecordingHeader& header) {
+  put(Item(std::in_place_type<wire::RecordingHeader>, header), sizeof(header));
+}
+
+void Recorder::put_groom(Bytes bytes) {
+  const std::size_t count = bytes->size();
+  put(std::move(bytes), count);
+}
+
+void Recorder::put(wire::RecordedTick tick) {
+  const std::size_t bytes = sizeof(tick) + tick.removed.size() * sizeof(tick.removed[0]) +
+                            tick.added.size() * sizeof(tick.added[0]) + tick.levels.size() * sizeof(tick.levels[0]) +
+                            tick.poses.size() * sizeof(tick.poses[0]);
+  put(std::move(tick), bytes);
+}
+
+void Recorder::put(Item&& item, std::size_t bytes) {
+  if (failed()) return;
+  if (!queue_.try_put(item, bytes)) return fail("the disk is too slow");
+  if (on_put) on_put();
+}
+
+bool Recorder::poll() {
+  queue_.take_all(taken_);
+  if (taken_.empty()) return false;
+  for (Item& item : taken_) {
+    if (!file_) break;
+    const bool is_tick = std::holds_alternative<wire::RecordedTick>(item);
+    const std::vector<std::uint8_t> bytes = wire::encode_record_entry(to_entry(item));
+    if (std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) != bytes.size()) {
+      fail(std::strerror(errno));
+      file_.reset();
+    } else if (is_tick) {
+      counters_->ticks_recorded.add();
+    }
+  }
+  taken_.clear();
+  if (file_ && std::fflush(file_.get()) != 0) {
+    fail(std::strerror(errno));
+    file_.reset();
+  }
+  return true;
+}
+
+void Recorder::fail(const char* why) {
+  if (failed_.exchange(true)) return;
+  counters_->recordings_failed.add();
+  spdlog::error("the recording {} ends here: {}", path_, why);
+}
+
+}  // namespace hairnet::server

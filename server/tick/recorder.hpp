@@ -1,0 +1,55 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <cstdio>
+#include <functional>
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/result.hpp"
+#include "schema/wire/recording.hpp"
+#include "server/room/bounded_queue.hpp"
+#include "server/tick/tick_counters.hpp"
+
+namespace hairnet::server {
+
+// Writes the recording. The tick thread puts, the recorder's thread writes; the tick never waits for a disk. What
+// cannot be written (a full disk, a writer too slow) ends the recording: what the file holds until then is whole.
+class Recorder {
+ public:
+  using Bytes = std::shared_ptr<const std::vector<std::uint8_t>>;
+  static constexpr std::size_t kQueueBytesMax = std::size_t{256} << 20;
+
+  static Result<std::unique_ptr<Recorder>> create(const std::string& path, TickCounters& counters);
+
+  void put(const wire::RecordingHeader& header);
+  void put_groom(Bytes bytes);
+  void put(wire::RecordedTick tick);
+  [[nodiscard]] bool failed() const { return failed_.load(std::memory_order_relaxed); }
+
+  // Writes what waits, on the recorder's thread. False when nothing did.
+  bool poll();
+
+  std::function<void()> on_put;  // wakes the recorder; set before use
+
+ private:
+  using Item = std::variant<wire::RecordingHeader, Bytes, wire::RecordedTick>;
+  struct CloseFile {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+  Recorder(std::FILE* file, std::string path, TickCounters& counters);
+  void put(Item&& item, std::size_t bytes);
+  void fail(const char* why);
+
+  std::unique_ptr<std::FILE, CloseFile> file_;
+  std::string path_;
+  TickCounters* counters_;
+  BoundedQueue<Item> queue_;
+  std::vector<Item> taken_;
+  std::atomic<bool> failed_{false};
+};
+
+}  // namespace hairnet::server

@@ -1,0 +1,64 @@
+#include "server/tick/simulation.hpp"
+
+#include <utility>
+
+namespace hairnet::server {
+
+void Simulation::put_levels(const wire::GroomHash& groom, std::shared_ptr<const LevelSet> levels) {
+  levels_[groom] = std::move(levels);
+}
+
+void Simulation::forget_levels(const wire::GroomHash& groom) {
+  levels_.erase(groom);
+}
+
+std::shared_ptr<const LevelSet> Simulation::levels(const wire::GroomHash& groom) const {
+  const auto found = levels_.find(groom);
+  return found == levels_.end() ? nullptr : found->second;
+}
+
+StepReport Simulation::step(const wire::RecordedTick& inputs) {
+  for (const CharacterKey key : inputs.removed) {
+    const auto placed = characters_.find(key);
+    if (placed == characters_.end()) continue;
+    world_.remove(placed->second.id);
+    characters_.erase(placed);
+  }
+  for (const wire::RecordedAdd& added : inputs.added) add(added);
+  for (const wire::RecordedLevel& change : inputs.levels) set_level(change);
+  for (const wire::RecordedPose& pose : inputs.poses) {
+    const auto placed = characters_.find(pose.character);
+    if (placed != characters_.end()) world_.set_pose(placed->second.id, pose.pose, pose.teleport);
+  }
+  return world_.step();
+}
+
+void Simulation::add(const wire::RecordedAdd& added) {
+  if (characters_.contains(added.character)) return;
+  CharacterDef def;
+  if (added.levels_ready) def.levels = levels(added.groom);
+  def.level = def.levels ? added.level : LevelIndex::rigid;
+  def.pose = added.pose;
+  const bool has_levels = def.levels != nullptr;
+  const CharacterId id = world_.add(def);
+  if (id) characters_[added.character] = {id, added.groom, has_levels};
+}
+
+void Simulation::set_level(const wire::RecordedLevel& change) {
+  const auto placed = characters_.find(change.character);
+  if (placed == characters_.end()) return;
+  Placed& character = placed->second;
+  if (!character.has_levels) {
+    auto set = levels(character.groom);
+    if (!set) return;
+    world_.set_levels(character.id, std::move(set));
+    character.has_levels = true;
+  }
+  world_.set_level(character.id, change.level);
+}
+
+LatticeView Simulation::lattice(CharacterKey key) const {
+  return world_.lattice(characters_.at(key).id);
+}
+
+}  // namespace hairnet::server

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+
+#include "core/world.hpp"
+#include "schema/wire/recording.hpp"
+#include "server/room/character_key.hpp"
+
+namespace hairnet::server {
+
+// The World, driven by exactly what a recording holds: the live server and a replay call the same function with the
+// same inputs, and so come to the same bits. Tick thread.
+class Simulation {
+ public:
+  explicit Simulation(const WorldDef& def) : world_(def) {}
+
+  // What a groom's hash stands for from now on.
+  void put_levels(const wire::GroomHash& groom, std::shared_ptr<const LevelSet> levels);
+  void forget_levels(const wire::GroomHash& groom);  // characters that have them keep them
+  [[nodiscard]] std::shared_ptr<const LevelSet> levels(const wire::GroomHash& groom) const;
+
+  // Applies what a tick was told and makes the step. Removed, added, levels, poses, in this order. What names no
+  // character is ignored, and so is an addition beyond the world's bound.
+  StepReport step(const wire::RecordedTick& inputs);
+
+  [[nodiscard]] bool contains(CharacterKey key) const { return characters_.contains(key); }
+  [[nodiscard]] LatticeView lattice(CharacterKey key) const;  // contains(key) must hold
+  [[nodiscard]] std::uint64_t hash() const { return world_.hash(); }
+  [[nodiscard]] std::size_t character_count() const { return characters_.size(); }
+
+ private:
+  struct Placed {
+    CharacterId id;
+    wire::GroomHash groom{};
+    bool has_levels = false;
+  };
+  void add(const wire::RecordedAdd& added);
+  void set_level(const wire::RecordedLevel& change);
+
+  World world_;
+  std::map<CharacterKey, Placed> characters_;
+  std::map<wire::GroomHash, std::shared_ptr<const LevelSet>> levels_;
+};
+
+}  // namespace hairnet::server

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+namespace hairnet::server {
+
+// When ticks are due: tick n at start + n / rate, whatever happens. A late tick runs at once, with its own due time as
+// its time; when more than `behind_max` are overdue, all but the newest are skipped.
+class TickClock {
+ public:
+  TickClock(std::uint32_t rate_hz, std::uint32_t behind_max, std::int64_t start_ns);
+
+  struct Tick {
+    std::uint64_t tick = 0;
+    std::int64_t time_ns = 0;   // when it was due
+    std::uint64_t skipped = 0;  // ticks left out before it
+    bool late = false;          // by more than half a period
+  };
+  // The tick to run now, if one is due.
+  std::optional<Tick> take(std::int64_t now_ns);
+  [[nodiscard]] std::int64_t next_due_ns() const { return due_ns(next_); }
+
+ private:
+  [[nodiscard]] std::int64_t due_ns(std::uint64_t tick) const;
+
+  std::uint32_t rate_hz_, behind_max_;
+  std::int64_t start_ns_;
+  std::uint64_t next_ = 0;
+};
+
+}  // namespace hairnet::server

@@ -1,0 +1,39 @@
+#pragma once
+
+#include "server/room/counter.hpp"
+
+namespace hairnet::server {
+
+struct TickCounters : CounterSet {
+  Counter ticks_run{*this, "ticks_run"};
+  Counter ticks_late{*this, "ticks_late"};
+  Counter ticks_skipped{*this, "ticks_skipped"};
+  Counter tick_ns_total{*this, "tick_ns_total"};
+  Counter tick_ns_max{*this, "tick_ns_max"};
+  Counter characters_stepped{*this, "characters_stepped"};
+  Counter teleports{*this, "teleports"};
+  Counter lattices_reset{*this, "lattices_reset"};
+  Counter levels_entered{*this, "levels_entered"};
+  Counter frames_published{*this, "frames_published"};
+  Counter level_records_sent{*this, "level_records_sent"};
+  Counter frames_dropped{*this, "frames_dropped"};  // not finite: never sent
+  Counter ticks_recorded{*this, "ticks_recorded"};
+  Counter recordings_failed{*this, "recordings_failed"};
+};
+
+struct GroomCounters : CounterSet {
+  Counter grooms_offered{*this, "grooms_offered"};
+  Counter grooms_shared{*this, "grooms_shared"};  // offers that needed no upload
+  Counter grooms_uploaded{*this, "grooms_uploaded"};
+  Counter grooms_ready{*this, "grooms_ready"};
+  Counter grooms_evicted{*this, "grooms_evicted"};
+  Counter grooms_refused_size{*this, "grooms_refused_size"};
+  Counter grooms_refused_limit{*this, "grooms_refused_limit"};
+  Counter grooms_refused_hash{*this, "grooms_refused_hash"};
+  Counter grooms_refused_invalid{*this, "grooms_refused_invalid"};
+  Counter grooms_refused_queue_full{*this, "grooms_refused_queue_full"};
+  Counter grooms_refused_stalled{*this, "grooms_refused_stalled"};
+  Counter groom_bytes_received{*this, "groom_bytes_received"};
+};
+
+}  // namespace hairnet::server

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace hairnet::server {
+
+// Runs the tick's independent loops on the calling thread and helpers. What is computed does not depend on their
+// number.
+class WorkerPool {
+ public:
+  explicit WorkerPool(std::size_t worker_count);  // the caller is one of them
+  ~WorkerPool();
+  WorkerPool(const WorkerPool&) = delete;
+  WorkerPool& operator=(const WorkerPool&) = delete;
+
+  // Calls body(i) for each i in [0, count) and returns when all are done. One caller at a time; `body` must not throw.
+  void parallel_for(std::size_t count, const std::function<void(std::size_t)>& body);
+
+ private:
+  void help();
+  void work();
+
+  std::mutex mutex_;
+  std::condition_variable begun_, ended_;
+  std::uint64_t round_ = 0;
+  std::size_t helping_ = 0;  // helpers that have not ended this round
+  bool stopping_ = false;
+  const std::function<void(std::size_t)>* body_ = nullptr;
+  std::size_t count_ = 0;
+  std::atomic<std::size_t> next_{0};
+  std::vector<std::thread> helpers_;
+};
+
+}  // namespace hairnet::server
