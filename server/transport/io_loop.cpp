@@ -1,0 +1,64 @@
+#include "server/transport/io_loop.hpp"
+
+#include <chrono>
+#include <csignal>
+#include <utility>
+
+#include "server/transport/io_loop_core.hpp"
+
+namespace hairnet::server {
+namespace {
+
+asio::awaitable<void> repeat(std::chrono::nanoseconds period, std::function<void()> task) {
+  asio::steady_timer timer(co_await asio::this_coro::executor);
+  while (true) {
+    timer.expires_after(period);
+    co_await timer.async_wait(asio::use_awaitable);
+    task();
+  }
+}
+
+void wait_for_signal(IoLoopCore& core, const std::shared_ptr<std::function<void()>>& task) {
+  core.signals.async_wait(asio::bind_executor(core.serial, [&core, task](const boost::system::error_code& error, int) {
+    if (error) return;
+    (*task)();
+    wait_for_signal(core, task);
+  }));
+}
+
+}  // namespace
+
+IoLoop::IoLoop() : core_(std::make_unique<IoLoopCore>()) {}
+IoLoop::~IoLoop() = default;
+
+void IoLoop::run() {
+  core_->context.run();
+}
+
+void IoLoop::poll() {
+  core_->context.poll();
+}
+
+void IoLoop::stop() {
+  core_->context.stop();
+}
+
+void IoLoop::post(std::function<void()> task) {
+  asio::post(core_->serial, std::move(task));
+}
+
+void IoLoop::every(std::int64_t period_ns, std::function<void()> task) {
+  asio::co_spawn(core_->serial, repeat(std::chrono::nanoseconds(period_ns), std::move(task)), asio::detached);
+}
+
+void IoLoop::on_terminate(std::function<void()> task) {
+  core_->signals.add(SIGTERM);
+  core_->signals.add(SIGINT);
+  wait_for_signal(*core_, std::make_shared<std::function<void()>>(std::move(task)));
+}
+
+std::int64_t monotonic_now_ns() {
+  return std::chrono::steady_clock::now().time_since_epoch().count();
+}
+
+}  // namespace hairnet::server

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+
+namespace hairnet::server {
+
+struct IoLoopCore;  // the Asio part, for the transport folder alone
+
+// The I/O thread's event loop. Everything handed to it runs one at a time on the thread that calls run() or poll().
+class IoLoop {
+ public:
+  IoLoop();
+  ~IoLoop();
+  IoLoop(const IoLoop&) = delete;
+  IoLoop& operator=(const IoLoop&) = delete;
+
+  void run();   // until stop()
+  void poll();  // what is ready now
+  void stop();  // any thread
+
+  void post(std::function<void()> task);                           // any thread
+  void every(std::int64_t period_ns, std::function<void()> task);  // for the loop's life
+  void on_terminate(std::function<void()> task);                   // SIGTERM or SIGINT, each time
+
+  [[nodiscard]] IoLoopCore& core() { return *core_; }
+
+ private:
+  std::unique_ptr<IoLoopCore> core_;
+};
+
+// The monotonic clock that all times of the server are on.
+std::int64_t monotonic_now_ns();
+
+}  // namespace hairnet::server
