@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "server/session/session_limits.hpp"
+#include "server/tick/groom_store.hpp"
+
+namespace hairnet::server {
+
+// Everything that can be set, and every limit.
+struct Config {
+  std::string bind = "127.0.0.1";
+  std::uint16_t port = 7420;  // 0: the system picks one
+  std::string port_file;      // the port in use is written here; empty: not
+  std::uint32_t tick_rate_hz = 30;
+  double pose_delay_ms = 25;  // an interval of a 60-72 Hz client and its jitter: the tick samples this far back
+  int substeps = 1;
+  int iterations = 16;
+  std::uint32_t ticks_behind_max = 3;  // more overdue ticks than this are skipped
+  std::uint32_t workers = 0;           // threads of the tick; 0: one less than the machine has, at least 1
+  std::string record;                  // recording file; empty: none
+  std::string log_level = "warn";
+  double counters_interval_s = 10;           // at log level debug
+  std::size_t command_weight_max = 262'144;  // commands and poses on their way to the tick
+  double drain_s = 2;                        // at shutdown, for clients to take what waits
+  SessionLimits sessions;
+  GroomStoreLimits grooms;
+};
+
+struct ParsedConfig {
+  Config config;
+  bool check_only = false;
+  int exit_code = -1;  // >= 0: end with it (help was asked for, or the configuration is wrong and has been told)
+};
+ParsedConfig parse_config(int argc, const char* const* argv);
+
+// Empty when the values agree with each other; else one line.
+std::string validate(const Config& config);
+// One line for people.
+std::string summary(const Config& config);
+
+}  // namespace hairnet::server

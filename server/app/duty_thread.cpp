@@ -1,0 +1,51 @@
+#include "server/app/duty_thread.hpp"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <utility>
+
+namespace hairnet::server {
+namespace {
+
+// Nice 19 and not SCHED_IDLE: on a machine that is busy throughout, a build must still come to its end.
+void lower_priority() {
+  constexpr int kNicest = 19;
+  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNicest);
+}
+
+}  // namespace
+
+DutyThread::DutyThread(std::function<bool()> poll, Priority priority)
+    : poll_(std::move(poll)), priority_(priority), thread_([this] { run(); }) {}
+
+DutyThread::~DutyThread() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  woken_.notify_one();
+  thread_.join();
+}
+
+void DutyThread::wake() {
+  {
+    const std::lock_guard lock(mutex_);
+    wake_ = true;
+  }
+  woken_.notify_one();
+}
+
+void DutyThread::run() {
+  if (priority_ == Priority::low) lower_priority();
+  while (true) {
+    while (poll_()) {
+    }
+    std::unique_lock lock(mutex_);
+    if (stopping_ && !wake_) return;
+    woken_.wait(lock, [this] { return wake_ || stopping_; });
+    wake_ = false;
+  }
+}
+
+}  // namespace hairnet::server

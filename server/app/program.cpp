@@ -1,0 +1,143 @@
+#include "server/app/program.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <atomic>
+#include <cstdio>
+#include <memory>
+#include <optional>
+
+#include "schema/wire/messages.hpp"
+#include "server/app/duty_thread.hpp"
+#include "server/app/metrics.hpp"
+#include "server/app/server.hpp"
+#include "server/app/tick_thread.hpp"
+#include "server/transport/io_loop.hpp"
+#include "server/transport/tcp_listener.hpp"
+
+namespace hairnet::server {
+namespace {
+
+constexpr std::int64_t kIoPeriod_ns = 20'000'000;  // time-outs, builder results
+constexpr int kExitBadConfiguration = 2;
+
+int refuse(const std::string& why) {
+  fmt::print(stderr, "hairnet-server: {}\n", why);
+  return kExitBadConfiguration;
+}
+
+bool write_port(const std::string& path, std::uint16_t port) {
+  // Renamed into place, so that whoever waits for the file never reads half a number.
+  const std::string part = path + ".part";
+  std::FILE* file = std::fopen(part.c_str(), "w");
+  if (!file) return false;
+  const bool written = std::fprintf(file, "%u\n", static_cast<unsigned>(port)) > 0;
+  return std::fclose(file) == 0 && written && std::rename(part.c_str(), path.c_str()) == 0;
+}
+
+void set_up_log(const std::string& level) {
+  auto logger = spdlog::stderr_logger_mt("hairnet");
+  logger->set_level(spdlog::level::from_str(level));
+  spdlog::set_default_logger(std::move(logger));
+}
+
+// On a signal: the port closes, clients are told and get what waits for them, then the loop stops.
+class Shutdown {
+ public:
+  Shutdown(IoLoop& loop, Server& server, TcpListener& listener, double drain_s)
+      : loop_(&loop), server_(&server), listener_(&listener), drain_ns_(static_cast<std::int64_t>(drain_s * 1e9)) {}
+
+  void begin(std::int64_t now_ns) {
+    if (begun_ns_) return loop_->stop();  // asked twice: at once
+    begun_ns_ = now_ns;
+    listener_->close();
+    server_->drain(now_ns);
+  }
+  void poll(std::int64_t now_ns) {
+    if (begun_ns_ && (server_->session_count() == 0 || now_ns - *begun_ns_ > drain_ns_)) loop_->stop();
+  }
+
+ private:
+  IoLoop* loop_;
+  Server* server_;
+  TcpListener* listener_;
+  std::int64_t drain_ns_;
+  std::optional<std::int64_t> begun_ns_;
+};
+
+// The threads beside the I/O thread. Ends them in the order of the data's way: tick, builder, recorder.
+class Threads {
+ public:
+  Threads(Server& server, Metrics& metrics, IoLoop& loop) : server_(&server) {
+    recorder_.emplace([&server] { return server.poll_recorder(); }, DutyThread::Priority::normal);
+    if (server.recorder()) server.recorder()->on_put = [this] { recorder_->wake(); };
+    server.builder().on_result = [&server, &loop] { loop.post([&server] { server.poll_io(monotonic_now_ns()); }); };
+    server.builder().on_job = [this] { builder_->wake(); };
+    builder_.emplace([&server] { return server.poll_builder(); }, DutyThread::Priority::low);
+    tick_.emplace(server, metrics.tick, [this, &server, &loop] {
+      if (flush_posted_.exchange(true)) return;  // a busy I/O thread flushes once for several ticks
+      loop.post([this, &server] {
+        flush_posted_ = false;
+        server.flush(monotonic_now_ns());
+      });
+    });
+  }
+  ~Threads() {
+    tick_.reset();
+    server_->builder().cancel();
+    builder_.reset();
+    recorder_.reset();
+  }
+
+ private:
+  Server* server_;
+  std::atomic<bool> flush_posted_{false};
+  std::optional<DutyThread> recorder_, builder_;
+  std::optional<TickThread> tick_;
+};
+
+void log_counters(const Metrics& metrics, double interval_s, IoLoop& loop) {
+  if (!spdlog::should_log(spdlog::level::debug)) return;
+  loop.every(static_cast<std::int64_t>(interval_s * 1e9),
+             [&metrics] { spdlog::debug("counters:\n{}", to_text(metrics)); });
+}
+
+}  // namespace
+
+int run_program(const Config& config) {
+  set_up_log(config.log_level);
+  Metrics metrics;
+  IoLoop loop;  // outlives the sessions, which hold its sockets
+  auto created = Server::create(config, metrics, monotonic_now_ns());
+  if (!created) return refuse(created.error());
+  Server& server = **created;
+  auto listener = TcpListener::create(loop, {config.bind, config.port, wire::kPacketBytesMax}, metrics.transport,
+                                      [&server](std::shared_ptr<Connection> connection, std::int64_t now_ns) {
+                                        return server.open(std::move(connection), now_ns);
+                                      });
+  if (!listener) return refuse(listener.error());
+  const std::uint16_t port = (*listener)->port();
+  if (!config.port_file.empty() && !write_port(config.port_file, port))
+    return refuse("cannot write the port file " + config.port_file);
+
+  Shutdown shutdown(loop, server, **listener, config.drain_s);
+  loop.on_terminate([&shutdown] { shutdown.begin(monotonic_now_ns()); });
+  loop.every(kIoPeriod_ns, [&server, &shutdown] {
+    const std::int64_t now_ns = monotonic_now_ns();
+    server.poll_io(now_ns);
+    shutdown.poll(now_ns);
+  });
+  log_counters(metrics, config.counters_interval_s, loop);
+  fmt::print("hairnet-server listening on {}:{}, {}\n", config.bind, port, summary(config));
+  std::fflush(stdout);
+  {
+    const Threads threads(server, metrics, loop);
+    loop.run();
+  }
+  fmt::print("hairnet-server stopped\n{}", to_text(metrics));
+  return 0;
+}
+
+}  // namespace hairnet::server

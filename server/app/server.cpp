@@ -1,0 +1,81 @@
+#include "server/app/server.hpp"
+
+#include <utility>
+
+namespace hairnet::server {
+namespace {
+
+SchedulerDef scheduler_def(const Config& config, WorkerPool& workers) {
+  SchedulerDef def;
+  def.tick_rate_hz = config.tick_rate_hz;
+  def.pose_delay_ns = static_cast<std::int64_t>(config.pose_delay_ms * 1e6);
+  def.world.substep_count = config.substeps;
+  def.world.character_count_max = static_cast<std::uint32_t>(config.sessions.character_count_max);
+  def.world.solver.iterations = config.iterations;
+  def.world.parallel_for = [&workers](std::size_t count, const std::function<void(std::size_t)>& body) {
+    workers.parallel_for(count, body);
+  };
+  return def;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Server>> Server::create(const Config& config, Metrics& metrics, std::int64_t now_ns) {
+  if (std::string wrong = validate(config); !wrong.empty()) return Refusal(std::move(wrong));
+  std::unique_ptr<Recorder> recorder;
+  if (!config.record.empty()) {
+    Result<std::unique_ptr<Recorder>> created = Recorder::create(config.record, metrics.tick);
+    if (!created) return Refusal(created.error());
+    recorder = std::move(*created);
+  }
+  return std::unique_ptr<Server>(new Server(config, metrics, std::move(recorder), now_ns));
+}
+
+Server::Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder> recorder, std::int64_t now_ns)
+    : metrics_(&metrics),
+      commands_(config.command_weight_max),
+      recorder_(std::move(recorder)),
+      builder_(config.grooms.groom, config.grooms.build_queue_max, recorder_ != nullptr),
+      grooms_(config.grooms, builder_, commands_, metrics.groom,
+              [this](SessionId id, const wire::Message& message, std::int64_t at_ns) {
+                if (Session* session = sessions_.find(id)) session->send(message, at_ns);
+              }),
+      context_{config.sessions,
+               metrics.session,
+               commands_,
+               grooms_,
+               config.tick_rate_hz,
+               config.grooms.groom_bytes_max,
+               tick_},
+      sessions_(context_),
+      workers_(config.workers),
+      tick_clock_(config.tick_rate_hz, config.ticks_behind_max, now_ns),
+      scheduler_(scheduler_def(config, workers_), commands_, metrics.room, metrics.tick, recorder_.get()) {}
+
+PacketSink* Server::open(std::shared_ptr<Connection> connection, std::int64_t now_ns) {
+  return sessions_.open(std::move(connection), now_ns);
+}
+
+void Server::poll_io(std::int64_t now_ns) {
+  grooms_.poll(now_ns);
+  sessions_.poll(now_ns);
+}
+
+bool Server::poll_tick(std::int64_t now_ns) {
+  const std::optional<TickClock::Tick> due = tick_clock_.take(now_ns);
+  if (!due) return false;
+  tick_.store(due->tick, std::memory_order_relaxed);
+  scheduler_.run_tick(*due, now_ns);
+  return true;
+}
+
+void Server::poll(std::int64_t now_ns) {
+  poll_io(now_ns);
+  poll_builder();
+  while (poll_tick(now_ns)) {
+  }
+  flush(now_ns);
+  poll_recorder();
+}
+
+}  // namespace hairnet::server

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+
+#include "core/result.hpp"
+#include "server/app/config.hpp"
+#include "server/app/metrics.hpp"
+#include "server/session/session_registry.hpp"
+#include "server/tick/groom_store.hpp"
+#include "server/tick/recorder.hpp"
+#include "server/tick/scheduler.hpp"
+#include "server/tick/worker_pool.hpp"
+
+namespace hairnet::server {
+
+// The whole server but sockets, threads and clocks. Four duties, each for one thread: I/O (sessions, groom store),
+// tick, builder, recorder. They meet in bounded queues only, so poll() can also run them all in turn on one thread.
+class Server {
+ public:
+  // `metrics` must outlive the server. Ticks are counted from `now_ns`.
+  static Result<std::unique_ptr<Server>> create(const Config& config, Metrics& metrics, std::int64_t now_ns);
+
+  // I/O thread.
+  PacketSink* open(std::shared_ptr<Connection> connection, std::int64_t now_ns);
+  void poll_io(std::int64_t now_ns);
+  void flush(std::int64_t now_ns) { sessions_.flush(now_ns); }
+  void drain(std::int64_t now_ns) { sessions_.drain(now_ns); }
+  [[nodiscard]] std::size_t session_count() const { return sessions_.count(); }
+  // Tick thread. True when a tick has run: there may be something to flush.
+  bool poll_tick(std::int64_t now_ns);
+  [[nodiscard]] std::int64_t next_tick_ns() const { return tick_clock_.next_due_ns(); }
+  // Builder thread.
+  bool poll_builder() { return builder_.poll(); }
+  // Recorder thread.
+  bool poll_recorder() { return recorder_ && recorder_->poll(); }
+
+  // All duties in turn, for tests.
+  void poll(std::int64_t now_ns);
+
+  [[nodiscard]] GroomBuilder& builder() { return builder_; }
+  [[nodiscard]] Recorder* recorder() { return recorder_.get(); }
+  [[nodiscard]] const Scheduler& scheduler() const { return scheduler_; }
+  [[nodiscard]] const GroomStore& grooms() const { return grooms_; }
+
+ private:
+  Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder> recorder, std::int64_t now_ns);
+
+  Metrics* metrics_;
+  std::atomic<std::uint64_t> tick_{0};  // the newest begun, for Welcome
+  CommandQueue commands_;
+  std::unique_ptr<Recorder> recorder_;
+  GroomBuilder builder_;
+  GroomStore grooms_;
+  SessionContext context_;
+  SessionRegistry sessions_;
+  WorkerPool workers_;
+  TickClock tick_clock_;
+  Scheduler scheduler_;
+};
+
+}  // namespace hairnet::server

@@ -1,0 +1,66 @@
+#include "server/app/config.hpp"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace hairnet::server {
+namespace {
+
+ParsedConfig parse(std::vector<const char*> words) {
+  words.insert(words.begin(), "hairnet-server");
+  return parse_config(static_cast<int>(words.size()), words.data());
+}
+
+TEST(Config, the_defaults_are_sound) {
+  const ParsedConfig parsed = parse({});
+  EXPECT_EQ(parsed.exit_code, -1);
+  EXPECT_EQ(parsed.config.port, 7420);
+  EXPECT_EQ(parsed.config.tick_rate_hz, 30u);
+  EXPECT_GE(parsed.config.workers, 1u);
+  EXPECT_EQ(validate(parsed.config), "");
+}
+
+TEST(Config, takes_every_flag_in_its_range) {
+  const ParsedConfig parsed = parse({"--bind",           "::1",   "--port",        "0", "--tick-rate",       "90",
+                                     "--pose-delay-ms",  "12.5",  "--substeps",    "2", "--iterations",      "8",
+                                     "--characters-max", "10",    "--clients-max", "3", "--groom-bytes-max", "4096",
+                                     "--workers",        "2",     "--record",      "a", "--port-file",       "b",
+                                     "--log-level",      "debug", "--check"});
+  EXPECT_EQ(parsed.exit_code, -1);
+  EXPECT_TRUE(parsed.check_only);
+  EXPECT_EQ(parsed.config.tick_rate_hz, 90u);
+  EXPECT_EQ(parsed.config.pose_delay_ms, 12.5);
+  EXPECT_EQ(parsed.config.sessions.character_count_max, 10u);
+  EXPECT_EQ(parsed.config.sessions.characters_per_session_max, 10u);
+  EXPECT_EQ(parsed.config.grooms.groom_bytes_max, 4096u);
+}
+
+TEST(Config, refuses_what_is_out_of_range_with_status_2) {
+  for (const std::vector<const char*>& words :
+       std::vector<std::vector<const char*>>{{"--port", "65536"},
+                                             {"--port", "-1"},
+                                             {"--tick-rate", "9"},
+                                             {"--tick-rate", "121"},
+                                             {"--tick-rate", "x"},
+                                             {"--pose-delay-ms", "nan"},
+                                             {"--pose-delay-ms", "-1"},
+                                             {"--substeps", "0"},
+                                             {"--iterations", "0"},
+                                             {"--characters-max", "0"},
+                                             {"--clients-max", "0"},
+                                             {"--groom-bytes-max", "1"},
+                                             {"--log-level", "loud"},
+                                             {"--bind", ""},
+                                             {"--nonsense"},
+                                             {"--record", "a", "--port-file", "a"}}) {
+    EXPECT_EQ(parse(words).exit_code, 2) << words[0];
+  }
+}
+
+TEST(Config, help_ends_with_status_0) {
+  EXPECT_EQ(parse({"--help"}).exit_code, 0);
+}
+
+}  // namespace
+}  // namespace hairnet::server

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "schema/wire/messages.hpp"
+#include "server/session/connection.hpp"
+
+namespace hairnet::server {
+
+// A connection to nowhere, which keeps what was sent, decoded.
+class FakeConnection final : public Connection {
+ public:
+  void send(std::vector<std::uint8_t> packet) override {
+    wire::Decoded decoded = wire::decode_packet(packet);
+    sound &= decoded.error == wire::DecodeError::none;
+    largest_packet_bytes = std::max(largest_packet_bytes, packet.size());
+    received.push_back(std::move(decoded.envelope));
+  }
+  [[nodiscard]] bool writable() const override { return takes_more; }
+  void close(std::string_view reason) override {
+    closed = true;
+    close_reason = reason;
+  }
+  [[nodiscard]] std::string_view peer() const override { return "nowhere"; }
+
+  // The messages of one kind, in order; they stay.
+  template <class T>
+  [[nodiscard]] std::vector<T> all() const {
+    std::vector<T> found;
+    for (const wire::Envelope& envelope : received) {
+      if (const T* message = std::get_if<T>(&envelope.message)) found.push_back(*message);
+    }
+    return found;
+  }
+
+  std::deque<wire::Envelope> received;
+  std::size_t largest_packet_bytes = 0;
+  bool takes_more = true, closed = false, sound = true;
+  std::string close_reason;
+};
+
+}  // namespace hairnet::server

@@ -1,0 +1,174 @@
+#include "server/room/pose_inbox.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace hairnet::server {
+namespace {
+
+using Put = PoseInbox::Put;
+using Kind = PoseInbox::Kind;
+
+constexpr std::int64_t kMs = 1'000'000;
+constexpr std::int64_t kStart_ns = 5'000'000'000;
+
+Pose at_x(double x) {
+  return rigid_pose({Quat::Identity(), {x, 0, 0}});
+}
+
+TimedPose timed(std::uint32_t sequence, std::int64_t at_ms, double x, bool teleport = false) {
+  return {sequence, kStart_ns + at_ms * kMs, teleport, at_x(x)};
+}
+
+class PoseInboxTest : public testing::Test {
+ protected:
+  Put put(const TimedPose& pose) { return inbox_.put(pose, pose.captured_ns); }
+  PoseInbox::Sample sample(std::int64_t at_ms) { return inbox_.sample(kStart_ns + at_ms * kMs); }
+  double x(std::int64_t at_ms) { return sample(at_ms).pose.head().position.x(); }
+
+  PoseInbox inbox_;
+};
+
+TEST_F(PoseInboxTest, has_no_sample_before_the_first_pose) {
+  EXPECT_EQ(sample(0).kind, Kind::none);
+}
+
+TEST_F(PoseInboxTest, holds_the_first_pose_at_times_before_it) {
+  put(timed(1, 0, 3));
+  EXPECT_EQ(sample(-25).kind, Kind::held);
+  EXPECT_EQ(x(-25), 3);
+}
+
+TEST_F(PoseInboxTest, is_exact_on_linear_motion_at_any_arrival_times) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> jitter(-3, 3);
+  std::int64_t sampled_ms = 0;
+  for (int i = 0; i < 200; ++i) {
+    const auto at_ms = static_cast<std::int64_t>(15 * i + jitter(random));
+    ASSERT_EQ(put(timed(static_cast<std::uint32_t>(i + 1), at_ms, 0.002 * static_cast<double>(at_ms))), Put::accepted);
+    for (; sampled_ms < at_ms - 25; sampled_ms += 7) {
+      if (sampled_ms > 20) {
+        ASSERT_NEAR(x(sampled_ms), 0.002 * static_cast<double>(sampled_ms), 1e-9);
+      }
+    }
+  }
+}
+
+TEST_F(PoseInboxTest, turns_at_constant_rate_between_two_rotations) {
+  const auto turned = [](double angle) {
+    return rigid_pose({Quat(Eigen::AngleAxisd(angle, Vec3::UnitY())), Vec3::Zero()});
+  };
+  inbox_.put({1, kStart_ns, false, turned(0)}, kStart_ns);
+  inbox_.put({2, kStart_ns + 20 * kMs, false, turned(0.4)}, kStart_ns + 20 * kMs);
+  EXPECT_NEAR(sample(5).pose.head().rotation.angularDistance(Quat::Identity()), 0.1, 1e-9);
+  EXPECT_NEAR(sample(15).pose.head().rotation.angularDistance(Quat::Identity()), 0.3, 1e-9);
+}
+
+// What latest-pose sampling gets wrong: 60-72 Hz against a 30 Hz tick beats, and velocity jitters by whole poses.
+TEST_F(PoseInboxTest, irregular_arrivals_sampled_at_the_tick_rate_give_a_smooth_velocity) {
+  std::mt19937 random(7);
+  std::uniform_int_distribution<std::int64_t> interval_us(13'000, 17'500);
+  const auto truth = [](double t_s) { return 0.3 * std::sin(4 * t_s); };
+  std::int64_t captured_ns = 0, tick_ns = 200 * kMs;
+  std::uint32_t sequence = 0;
+  double last_x = 0, last_v = 0, worst_v = 0, worst_a = 0;
+  int ticks = 0;
+  constexpr double kTick_s = 1.0 / 30;
+  while (captured_ns < 5'000 * kMs) {
+    captured_ns += interval_us(random) * 1000;
+    inbox_.put({++sequence, kStart_ns + captured_ns, false, at_x(truth(static_cast<double>(captured_ns) * 1e-9))},
+               kStart_ns + captured_ns);
+    for (; tick_ns <= captured_ns - 25 * kMs; tick_ns += 33'333'333) {
+      const double now_x = inbox_.sample(kStart_ns + tick_ns).pose.head().position.x();
+      const double v = (now_x - last_x) / kTick_s, mid_s = static_cast<double>(tick_ns) * 1e-9 - kTick_s / 2;
+      if (++ticks > 2) {
+        worst_v = std::max(worst_v, std::abs(v - 1.2 * std::cos(4 * mid_s)));
+        worst_a = std::max(worst_a, std::abs(v - last_v) / kTick_s);
+      }
+      last_x = now_x;
+      last_v = v;
+    }
+  }
+  EXPECT_GT(ticks, 100);
+  // The greatest velocity is 1.2 m/s, the greatest acceleration 4.8 m/s^2.
+  EXPECT_LT(worst_v, 0.02);
+  EXPECT_LT(worst_a, 6);
+}
+
+TEST_F(PoseInboxTest, extrapolates_along_the_last_poses_for_50_ms_and_then_holds) {
+  put(timed(1, 0, 0));
+  put(timed(2, 20, 0.2));
+  EXPECT_EQ(sample(45).kind, Kind::extrapolated);
+  EXPECT_NEAR(x(45), 0.45, 1e-9);
+  EXPECT_NEAR(x(70), 0.7, 1e-9);
+  EXPECT_EQ(sample(71).kind, Kind::stale);
+  EXPECT_NEAR(x(71), 0.7, 1e-9);
+  EXPECT_NEAR(x(60'000), 0.7, 1e-9);
+}
+
+TEST_F(PoseInboxTest, does_not_throw_the_jitter_of_two_close_poses_far) {
+  put(timed(1, 0, 0));
+  put(timed(2, 20, 0.2));
+  put(timed(3, 21, 0.25));  // 50 m/s over the last millisecond
+  EXPECT_LT(x(71), 0.25 + 0.05 * 0.25 / 0.021 + 1e-9);
+}
+
+TEST_F(PoseInboxTest, rejects_poses_that_are_not_newer) {
+  EXPECT_EQ(put(timed(5, 100, 0)), Put::accepted);
+  EXPECT_EQ(put(timed(5, 110, 0)), Put::out_of_order);
+  EXPECT_EQ(put(timed(4, 120, 0)), Put::out_of_order);
+  EXPECT_EQ(put(timed(6, 100, 0)), Put::out_of_order);
+  EXPECT_EQ(put(timed(6, 90, 0)), Put::out_of_order);
+  EXPECT_EQ(put(timed(6, 101, 0)), Put::accepted);
+}
+
+TEST_F(PoseInboxTest, takes_sequences_that_wrap) {
+  EXPECT_EQ(put(timed(0xffffffff, 0, 0)), Put::accepted);
+  EXPECT_EQ(put(timed(0, 10, 0)), Put::accepted);
+  EXPECT_EQ(put(timed(0xfffffffe, 20, 0)), Put::out_of_order);
+}
+
+TEST_F(PoseInboxTest, rejects_poses_from_more_than_a_second_away) {
+  const std::int64_t now_ns = kStart_ns + 10'000 * kMs;
+  EXPECT_EQ(inbox_.put(timed(1, 8'999, 0), now_ns), Put::stale);
+  EXPECT_EQ(inbox_.put(timed(1, 11'001, 0), now_ns), Put::future);
+  EXPECT_EQ(inbox_.put(timed(1, 9'001, 0), now_ns), Put::accepted);
+  EXPECT_EQ(inbox_.put(timed(2, 10'999, 0), now_ns), Put::accepted);
+}
+
+TEST_F(PoseInboxTest, a_teleport_happens_at_its_time_and_is_told_once) {
+  put(timed(1, 0, 0));
+  put(timed(2, 20, 10, true));
+  put(timed(3, 40, 10));
+  EXPECT_EQ(x(19), 0);
+  EXPECT_FALSE(sample(19).teleported);
+  const auto after = sample(21);
+  EXPECT_TRUE(after.teleported);
+  EXPECT_EQ(after.pose.head().position.x(), 10);
+  EXPECT_FALSE(sample(22).teleported);
+}
+
+TEST_F(PoseInboxTest, a_teleport_is_not_extrapolated_across) {
+  put(timed(1, 0, 0));
+  put(timed(2, 20, 10, true));
+  EXPECT_EQ(x(60), 10);
+}
+
+TEST_F(PoseInboxTest, a_teleport_that_arrives_late_is_still_told) {
+  put(timed(1, 0, 0));
+  sample(40);
+  inbox_.put(timed(2, 20, 10, true), kStart_ns + 41 * kMs);
+  EXPECT_TRUE(sample(42).teleported);
+}
+
+TEST_F(PoseInboxTest, a_teleport_is_not_lost_in_a_burst_of_poses) {
+  put(timed(1, 0, 0));
+  sample(1);
+  put(timed(2, 2, 5, true));
+  for (std::uint32_t i = 0; i < 4 * PoseInbox::kPosesMax; ++i) put(timed(3 + i, 3 + i, 5));
+  EXPECT_TRUE(sample(200).teleported);
+}
+
+}  // namespace
+}  // namespace hairnet::server

@@ -1,0 +1,332 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+
+#include "core/build/build.hpp"
+#include "fake_client.hpp"
+#include "schema/wire/groom_file.hpp"
+#include "schema/wire/recording.hpp"
+#include "server/tick/simulation.hpp"
+#include "small_groom.hpp"
+
+namespace hairnet::server {
+namespace {
+
+using testing::Each;
+using testing::ElementsAre;
+using testing::IsEmpty;
+using testing::Not;
+
+constexpr std::int64_t kMs = 1'000'000;
+constexpr std::int64_t kStart_ns = 1'000'000'000'000;
+
+// The head turns about the vertical and sways.
+Pose moving_pose(std::int64_t at_ns) {
+  const double t = static_cast<double>(at_ns - kStart_ns) * 1e-9;
+  return rigid_pose({Quat(Eigen::AngleAxisd(0.6 * std::sin(5 * t), Vec3::UnitY())), {0.1 * std::sin(3 * t), 1.6, 0}});
+}
+
+class ServerPollTest : public testing::Test {
+ protected:
+  void start(Config config = {}) {
+    config.workers = 2;
+    auto created = Server::create(config, metrics_, now_ns_);
+    ASSERT_TRUE(created) << created.error();
+    server_ = std::move(*created);
+  }
+  // Runs the server for `count` milliseconds; each client sends a pose of character 1 every 15 ms.
+  void run_ms(int count, const std::vector<FakeClient*>& senders = {}) {
+    for (int i = 0; i < count; ++i) {
+      now_ns_ += kMs;
+      if (i % 15 == 0) {
+        for (FakeClient* client : senders) client->pose(1, moving_pose(now_ns_), now_ns_);
+      }
+      server_->poll(now_ns_);
+    }
+  }
+  void add(FakeClient& client, LevelIndex level = LevelIndex::low) {
+    client.hello(now_ns_);
+    client.upload(bytes_, hash_, now_ns_);
+    client.say(wire::AddCharacter{1, hash_, level}, now_ns_);
+  }
+
+  Metrics metrics_;
+  std::int64_t now_ns_ = kStart_ns;
+  std::vector<std::uint8_t> bytes_ = wire::encode_groom(small_groom());
+  wire::GroomHash hash_ = wire::hash_groom(bytes_);
+  std::unique_ptr<Server> server_;
+};
+
+TEST_F(ServerPollTest, two_clients_of_one_groom_upload_it_once_and_both_get_its_frames) {
+  start();
+  FakeClient first(*server_, now_ns_), second(*server_, now_ns_, -5'000'000'000);
+  add(first);
+  add(second);
+  run_ms(500, {&first, &second});
+  for (const FakeClient* client : {&first, &second}) {
+    EXPECT_THAT(client->errors(), IsEmpty());
+    EXPECT_EQ(client->connection->all<wire::Welcome>().size(), 1u);
+    ASSERT_EQ(client->connection->all<wire::LevelRecord>().size(), 1u);
+    ASSERT_FALSE(client->connection->all<wire::GroomStatus>().empty());
+    EXPECT_EQ(client->connection->all<wire::GroomStatus>().back().state, wire::GroomState::ready);
+    const auto frames = client->frames(1);
+    ASSERT_GE(frames.size(), 14u);
+    const std::size_t nodes = client->connection->all<wire::LevelRecord>()[0].geometry.active_nodes.size();
+    EXPECT_EQ(frames.back().level, LevelIndex::low);
+    EXPECT_EQ(frames.back().displacements.size(), 3 * nodes);
+    EXPECT_THAT(frames.back().displacements, testing::Contains(testing::Ne(0)));
+    EXPECT_TRUE(client->connection->sound);
+  }
+  EXPECT_EQ(metrics_.groom.grooms_uploaded.value(), 1u);
+  EXPECT_EQ(metrics_.groom.grooms_shared.value(), 1u);
+  EXPECT_EQ(metrics_.groom.groom_bytes_received.value(), bytes_.size());
+}
+
+TEST_F(ServerPollTest, a_frame_names_the_pose_and_time_that_the_step_used) {
+  start();
+  FakeClient client(*server_, now_ns_, 7'000'000'000);
+  add(client);
+  run_ms(1000, {&client});
+  const auto batches = client.connection->all<wire::FrameBatch>();
+  ASSERT_GE(batches.size(), 25u);
+  for (std::size_t i = 10; i < batches.size(); ++i) {
+    EXPECT_EQ(batches[i].tick, batches[i - 1].tick + 1);
+    EXPECT_NEAR(static_cast<double>(batches[i].sample_time_ns - batches[i - 1].sample_time_ns), 1e9 / 30, 2);
+    // Poses come every 15 ms of a motion with at most 15 rad/s^2: linear between them within 15e-3^2 / 8 * 15.
+    const Pose truth = moving_pose(batches[i].sample_time_ns);
+    EXPECT_LT(batches[i].frames[0].pose.head().rotation.angularDistance(truth.head().rotation), 1e-3);
+  }
+}
+
+TEST_F(ServerPollTest, before_its_first_pose_a_character_has_no_frames) {
+  start();
+  FakeClient client(*server_, now_ns_);
+  add(client);
+  run_ms(200);
+  EXPECT_THAT(client.frames(1), IsEmpty());
+  run_ms(100, {&client});
+  EXPECT_THAT(client.frames(1), Not(IsEmpty()));
+}
+
+TEST_F(ServerPollTest, a_character_added_before_its_groom_is_uploaded_is_rigid_and_then_enters_its_level) {
+  start();
+  FakeClient client(*server_, now_ns_);
+  client.hello(now_ns_);
+  client.say(wire::GroomOffer{hash_, bytes_.size()}, now_ns_);
+  client.say(wire::AddCharacter{1, hash_, LevelIndex::medium}, now_ns_);
+  run_ms(200, {&client});
+  ASSERT_THAT(client.frames(1), Not(IsEmpty()));
+  EXPECT_EQ(client.frames(1).back().level, LevelIndex::rigid);
+  EXPECT_THAT(client.frames(1).back().displacements, IsEmpty());
+  EXPECT_THAT(client.connection->all<wire::LevelRecord>(), IsEmpty());
+  client.upload(bytes_, hash_, now_ns_);
+  run_ms(200, {&client});
+  EXPECT_EQ(client.frames(1).back().level, LevelIndex::medium);
+  // The record comes before the first frame of its level, which is marked.
+  bool recorded = false, entered = false;
+  for (const wire::Envelope& envelope : client.connection->received) {
+    recorded |= std::holds_alternative<wire::LevelRecord>(envelope.message);
+    const auto* batch = std::get_if<wire::FrameBatch>(&envelope.message);
+    if (!batch || batch->frames[0].level != LevelIndex::medium) continue;
+    EXPECT_TRUE(recorded);
+    if (!entered) {
+      EXPECT_TRUE(batch->frames[0].discontinuous);
+    }
+    entered = true;
+  }
+  EXPECT_TRUE(entered);
+}
+
+TEST_F(ServerPollTest, switching_levels_sends_each_record_once_and_marks_the_switch) {
+  start();
+  FakeClient client(*server_, now_ns_);
+  add(client, LevelIndex::low);
+  run_ms(200, {&client});
+  for (const LevelIndex level : {LevelIndex::ether, LevelIndex::low, LevelIndex::rigid, LevelIndex::ether}) {
+    const std::size_t before = client.frames(1).size();
+    client.say(wire::SetLevel{1, level}, now_ns_);
+    run_ms(100, {&client});
+    const auto frames = client.frames(1);
+    ASSERT_GT(frames.size(), before + 1);
+    EXPECT_EQ(frames.back().level, level);
+    EXPECT_FALSE(frames.back().discontinuous);
+    EXPECT_TRUE(frames[before].discontinuous);
+    EXPECT_EQ(frames.back().displacements.empty(), level == LevelIndex::rigid);
+  }
+  EXPECT_EQ(client.connection->all<wire::LevelRecord>().size(), 2u);
+}
+
+TEST_F(ServerPollTest, a_removed_character_has_no_frames_after_its_removal_is_told) {
+  start();
+  FakeClient client(*server_, now_ns_);
+  add(client);
+  run_ms(200, {&client});
+  client.say(wire::RemoveCharacter{1}, now_ns_);
+  run_ms(100);
+  ASSERT_EQ(client.connection->all<wire::CharacterRemoved>().size(), 1u);
+  bool removed = false;
+  for (const wire::Envelope& envelope : client.connection->received) {
+    removed |= std::holds_alternative<wire::CharacterRemoved>(envelope.message);
+    EXPECT_FALSE(removed && std::holds_alternative<wire::FrameBatch>(envelope.message));
+  }
+  EXPECT_EQ(server_->scheduler().simulation().character_count(), 0u);
+  client.say(wire::AddCharacter{1, hash_, LevelIndex::low}, now_ns_);
+  run_ms(100, {&client});
+  EXPECT_THAT(client.errors(), IsEmpty());
+  EXPECT_EQ(server_->scheduler().simulation().character_count(), 1u);
+}
+
+TEST_F(ServerPollTest, a_client_that_leaves_takes_its_characters_along_and_nobody_elses) {
+  start();
+  FakeClient leaves(*server_, now_ns_), stays(*server_, now_ns_);
+  add(leaves);
+  add(stays);
+  run_ms(200, {&leaves, &stays});
+  EXPECT_EQ(server_->scheduler().simulation().character_count(), 2u);
+  leaves.say(wire::Goodbye{wire::GoodbyeReason::client_leaves, ""}, now_ns_);
+  run_ms(100, {&stays});
+  EXPECT_TRUE(leaves.connection->closed);
+  EXPECT_EQ(server_->session_count(), 1u);
+  EXPECT_EQ(server_->scheduler().simulation().character_count(), 1u);
+  const std::size_t before = stays.frames(1).size();
+  run_ms(100, {&stays});
+  EXPECT_GE(stays.frames(1).size(), before + 2);
+}
+
+TEST_F(ServerPollTest, a_teleport_marks_one_frame_and_leaves_the_lattice_where_it_was_on_the_head) {
+  start();
+  FakeClient client(*server_, now_ns_);
+  add(client, LevelIndex::low);
+  run_ms(300);
+  client.pose(1, rigid_pose({}), now_ns_);
+  run_ms(500);
+  const auto rest = client.frames(1).back();
+  client.pose(1, rigid_pose({Quat::Identity(), {50, 0, 0}}), now_ns_, true);
+  const std::size_t before = client.frames(1).size();
+  run_ms(300);
+  const auto frames = client.frames(1);
+  int marked = 0;
+  for (std::size_t i = before; i < frames.size(); ++i) marked += frames[i].discontinuous;
+  EXPECT_EQ(marked, 1);
+  EXPECT_EQ(frames.back().pose.head().position.x(), 50);
+  for (std::size_t i = 0; i < rest.displacements.size(); ++i)
+    EXPECT_NEAR(frames.back().displacements[i] * frames.back().quantum_m, rest.displacements[i] * rest.quantum_m, 2e-3);
+}
+
+TEST_F(ServerPollTest, the_last_pose_holds_when_a_client_sends_no_more) {
+  start();
+  FakeClient client(*server_, now_ns_);
+  add(client);
+  run_ms(300, {&client});
+  run_ms(1000);
+  const auto frames = client.frames(1);
+  EXPECT_EQ(frames.back().pose.head().position, frames[frames.size() - 10].pose.head().position);
+  EXPECT_GT(metrics_.room.poses_stale.value(), 10u);
+  EXPECT_FALSE(client.connection->closed);
+}
+
+TEST_F(ServerPollTest, draining_tells_every_client_and_takes_no_new_one) {
+  start();
+  FakeClient client(*server_, now_ns_);
+  add(client);
+  run_ms(100, {&client});
+  server_->drain(now_ns_);
+  ASSERT_EQ(client.connection->all<wire::Goodbye>().size(), 1u);
+  EXPECT_EQ(client.connection->all<wire::Goodbye>()[0].reason, wire::GoodbyeReason::server_draining);
+  EXPECT_TRUE(client.connection->closed);
+  FakeClient late(*server_, now_ns_);
+  EXPECT_TRUE(late.connection->closed);
+  ASSERT_EQ(late.connection->all<wire::Goodbye>().size(), 1u);
+  run_ms(50);
+  EXPECT_EQ(server_->session_count(), 0u);
+}
+
+TEST_F(ServerPollTest, a_recording_steps_again_to_the_same_hash_every_tick) {
+  const std::string path = testing::TempDir() + "hairnet_server_poll_test.hairrec";
+  Config config;
+  config.record = path;
+  config.substeps = 2;
+  start(config);
+  FakeClient first(*server_, now_ns_), second(*server_, now_ns_);
+  add(first);
+  run_ms(200, {&first});
+  add(second, LevelIndex::medium);
+  run_ms(200, {&first, &second});
+  first.say(wire::SetLevel{1, LevelIndex::high}, now_ns_);
+  first.pose(1, rigid_pose({Quat::Identity(), {5, 0, 0}}), now_ns_, true);
+  run_ms(200, {&second});
+  second.say(wire::RemoveCharacter{1}, now_ns_);
+  run_ms(100, {&first});
+  server_.reset();
+
+  std::ifstream file(path, std::ios::binary);
+  const std::vector<std::uint8_t> recording{std::istreambuf_iterator<char>(file), {}};
+  std::remove(path.c_str());
+  std::span<const std::uint8_t> rest = recording;
+  auto header = wire::take_record_entry(rest);
+  ASSERT_TRUE(header) << header.error();
+  WorldDef def;
+  def.tick_s = 1.0 / std::get<wire::RecordingHeader>(*header).tick_rate_hz;
+  def.substep_count = std::get<wire::RecordingHeader>(*header).substep_count;
+  def.solver.iterations = std::get<wire::RecordingHeader>(*header).iterations;
+  Simulation simulation(def);
+  std::size_t ticks = 0, added = 0, removed = 0;
+  while (!rest.empty()) {
+    auto entry = wire::take_record_entry(rest);
+    ASSERT_TRUE(entry) << entry.error();
+    if (const auto* groom = std::get_if<wire::RecordedGroom>(&*entry)) {
+      const auto decoded = wire::decode_groom(groom->bytes);
+      ASSERT_TRUE(decoded) << decoded.error();
+      simulation.put_levels(wire::hash_groom(groom->bytes), build_levels(*decoded, Material{}));
+    } else {
+      const auto& tick = std::get<wire::RecordedTick>(*entry);
+      simulation.step(tick);
+      ASSERT_EQ(simulation.hash(), tick.state_hash) << "tick " << tick.tick;
+      ++ticks;
+      added += tick.added.size();
+      removed += tick.removed.size();
+    }
+  }
+  EXPECT_EQ(ticks, metrics_.tick.ticks_run.value());
+  EXPECT_EQ(added, 2u);
+  EXPECT_EQ(removed, 1u);
+}
+
+TEST_F(ServerPollTest, the_worker_count_changes_no_bit) {
+  std::vector<std::vector<wire::Frame>> runs;
+  for (const std::uint32_t workers : {1u, 4u}) {
+    Metrics metrics;
+    Config config;
+    config.workers = workers;
+    now_ns_ = kStart_ns;
+    auto created = Server::create(config, metrics, now_ns_);
+    ASSERT_TRUE(created);
+    server_ = std::move(*created);
+    FakeClient client(*server_, now_ns_);
+    add(client);
+    for (std::uint32_t character = 2; character < 10; ++character)
+      client.say(wire::AddCharacter{character, hash_, LevelIndex::low}, now_ns_);
+    for (int i = 0; i < 300; ++i) {
+      now_ns_ += kMs;
+      if (i % 15 == 0) {
+        wire::PoseBatch batch;
+        for (std::uint32_t character = 1; character < 10; ++character)
+          batch.poses.push_back({character, static_cast<std::uint32_t>(i + 1), now_ns_, false,
+                                 moving_pose(now_ns_ + character * 100 * kMs)});
+        client.say(batch, now_ns_);
+      }
+      server_->poll(now_ns_);
+    }
+    runs.push_back(client.frames(9));
+    server_.reset();
+  }
+  ASSERT_EQ(runs[0].size(), runs[1].size());
+  ASSERT_GT(runs[0].size(), 5u);
+  for (std::size_t i = 0; i < runs[0].size(); ++i) EXPECT_EQ(runs[0][i].displacements, runs[1][i].displacements);
+}
+
+}  // namespace
+}  // namespace hairnet::server

@@ -1,0 +1,362 @@
+#include "server/session/session.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "fake_connection.hpp"
+#include "server/session/session_registry.hpp"
+
+namespace hairnet::server {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+using wire::ErrorReason;
+using wire::GoodbyeReason;
+using State = Session::State;
+
+constexpr std::int64_t kSecond_ns = 1'000'000'000;
+
+class FakeDesk final : public GroomDesk {
+ public:
+  Refused offer(SessionId, const wire::GroomOffer&, std::int64_t) override { return {}; }
+  Refused chunk(SessionId, wire::GroomChunk, std::int64_t) override {
+    return {ErrorReason::unexpected_message, "not asked for"};
+  }
+  Refused hold(SessionId, const wire::GroomHash& groom) override {
+    return groom == known ? Refused{} : Refused{ErrorReason::groom_unknown, "offer it first"};
+  }
+  [[nodiscard]] bool ready(const wire::GroomHash&) const override { return false; }
+  void release(SessionId session, std::int64_t) override { released.push_back(session); }
+
+  wire::GroomHash known{1};
+  std::vector<SessionId> released;
+};
+
+class SessionTest : public testing::Test {
+ protected:
+  void say(const wire::Message& message) { session_.on_message({now_ns_, message}, now_ns_); }
+  void hello() { say(wire::Hello{wire::kProtocolVersion, "test"}); }
+  [[nodiscard]] std::vector<ErrorReason> errors() const {
+    std::vector<ErrorReason> reasons;
+    for (const auto& error : connection_->all<wire::Error>()) reasons.push_back(error.reason);
+    return reasons;
+  }
+  [[nodiscard]] std::vector<GoodbyeReason> goodbyes() const {
+    std::vector<GoodbyeReason> reasons;
+    for (const auto& goodbye : connection_->all<wire::Goodbye>()) reasons.push_back(goodbye.reason);
+    return reasons;
+  }
+  template <class T>
+  std::vector<T> commands() {
+    std::vector<Command> taken;
+    commands_.take_all(taken);
+    std::vector<T> found;
+    for (Command& command : taken) {
+      if (T* c = std::get_if<T>(&command)) found.push_back(std::move(*c));
+    }
+    return found;
+  }
+  static SessionLimits small_limits() {
+    SessionLimits limits;
+    limits.session_count_max = 2;
+    limits.character_count_max = 3;
+    limits.characters_per_session_max = 2;
+    limits.messages_per_s = 10;
+    limits.messages_burst = 40;
+    limits.poses_per_s = 100;
+    limits.poses_burst = 100;
+    return limits;
+  }
+  static wire::PoseBatch one_pose(const Pose& pose, std::int64_t at_ns, std::uint32_t character = 1) {
+    return {{{character, 1, at_ns, false, pose}}};
+  }
+
+  SessionCounters counters_;
+  CommandQueue commands_{1000};
+  FakeDesk desk_;
+  std::atomic<std::uint64_t> tick_{42};
+  SessionContext context_{small_limits(), counters_, commands_, desk_, 30, 1 << 20, tick_};
+  std::int64_t now_ns_ = 100 * kSecond_ns;
+  std::shared_ptr<FakeConnection> connection_ = std::make_shared<FakeConnection>();
+  Session session_{7, connection_, context_, now_ns_};
+};
+
+TEST_F(SessionTest, welcomes_a_hello_of_its_version) {
+  hello();
+  EXPECT_EQ(session_.state(), State::active);
+  const auto welcomes = connection_->all<wire::Welcome>();
+  ASSERT_EQ(welcomes.size(), 1u);
+  EXPECT_EQ(welcomes[0].session, 7u);
+  EXPECT_EQ(welcomes[0].tick, 42u);
+  EXPECT_EQ(welcomes[0].character_count_max, 2u);
+  EXPECT_EQ(commands<OpenSession>().size(), 1u);
+}
+
+TEST_F(SessionTest, refuses_another_version_by_name_and_closes) {
+  say(wire::Hello{wire::kProtocolVersion + 1, "test"});
+  EXPECT_THAT(errors(), ElementsAre(ErrorReason::version_unsupported));
+  EXPECT_THAT(goodbyes(), ElementsAre(GoodbyeReason::version_unsupported));
+  EXPECT_TRUE(connection_->closed);
+  EXPECT_EQ(counters_.sessions_refused_version.value(), 1u);
+  EXPECT_THAT(commands<OpenSession>(), IsEmpty());
+}
+
+TEST_F(SessionTest, closes_when_anything_comes_before_hello) {
+  say(wire::RemoveCharacter{1});
+  EXPECT_THAT(errors(), ElementsAre(ErrorReason::unexpected_message));
+  EXPECT_THAT(goodbyes(), ElementsAre(GoodbyeReason::protocol_error));
+  EXPECT_TRUE(connection_->closed);
+  EXPECT_EQ(counters_.messages_unexpected.value(), 1u);
+}
+
+TEST_F(SessionTest, refuses_a_second_hello_and_goes_on) {
+  hello();
+  hello();
+  EXPECT_THAT(errors(), ElementsAre(ErrorReason::unexpected_message));
+  EXPECT_EQ(session_.state(), State::active);
+  EXPECT_EQ(connection_->all<wire::Welcome>().size(), 1u);
+}
+
+TEST_F(SessionTest, refuses_messages_that_only_servers_send) {
+  hello();
+  say(wire::Welcome{});
+  say(wire::FrameBatch{});
+  say(wire::LevelRecord{});
+  EXPECT_THAT(errors(), testing::Each(ErrorReason::unexpected_message));
+  EXPECT_EQ(counters_.messages_unexpected.value(), 3u);
+  EXPECT_EQ(session_.state(), State::active);
+}
+
+TEST_F(SessionTest, passes_on_what_names_its_own_characters) {
+  hello();
+  say(wire::AddCharacter{1, desk_.known, LevelIndex::medium});
+  say(wire::SetLevel{1, LevelIndex::low});
+  say(one_pose(rigid_pose({}), now_ns_));
+  say(wire::RemoveCharacter{1});
+  EXPECT_THAT(errors(), IsEmpty());
+  std::vector<Command> taken;
+  commands_.take_all(taken);
+  ASSERT_EQ(taken.size(), 5u);
+  EXPECT_EQ(std::get<AddCharacter>(taken[1]).character, character_key(7, 1));
+  EXPECT_EQ(std::get<SetLevel>(taken[2]).level, LevelIndex::low);
+  EXPECT_EQ(std::get<PutPoses>(taken[3]).poses[0].pose.captured_ns, now_ns_);
+  EXPECT_EQ(std::get<RemoveCharacter>(taken[4]).character, character_key(7, 1));
+}
+
+TEST_F(SessionTest, names_the_reason_of_every_refused_character) {
+  hello();
+  say(wire::AddCharacter{0, desk_.known, LevelIndex::low});
+  say(wire::AddCharacter{1, wire::GroomHash{9}, LevelIndex::low});
+  say(wire::AddCharacter{1, desk_.known, LevelIndex::low});
+  say(wire::AddCharacter{1, desk_.known, LevelIndex::low});
+  say(wire::AddCharacter{2, desk_.known, LevelIndex::low});
+  say(wire::AddCharacter{3, desk_.known, LevelIndex::low});
+  say(wire::SetLevel{5, LevelIndex::low});
+  say(wire::RemoveCharacter{5});
+  EXPECT_THAT(errors(),
+              ElementsAre(ErrorReason::malformed, ErrorReason::groom_unknown, ErrorReason::character_exists,
+                          ErrorReason::limit_exceeded, ErrorReason::character_unknown, ErrorReason::character_unknown));
+  EXPECT_EQ(commands<AddCharacter>().size(), 2u);
+}
+
+TEST_F(SessionTest, the_bound_of_all_characters_holds_over_sessions_and_is_given_back) {
+  hello();
+  say(wire::AddCharacter{1, desk_.known, LevelIndex::low});
+  say(wire::AddCharacter{2, desk_.known, LevelIndex::low});
+  auto other_connection = std::make_shared<FakeConnection>();
+  Session other(8, other_connection, context_, now_ns_);
+  other.on_message({now_ns_, wire::Hello{}}, now_ns_);
+  other.on_message({now_ns_, wire::AddCharacter{1, desk_.known, LevelIndex::low}}, now_ns_);
+  other.on_message({now_ns_, wire::AddCharacter{2, desk_.known, LevelIndex::low}}, now_ns_);
+  ASSERT_EQ(other_connection->all<wire::Error>().size(), 1u);
+  EXPECT_EQ(other_connection->all<wire::Error>()[0].reason, ErrorReason::limit_exceeded);
+  say(wire::Goodbye{GoodbyeReason::client_leaves, ""});
+  EXPECT_EQ(context_.character_count, 1u);
+  other.on_message({now_ns_, wire::AddCharacter{2, desk_.known, LevelIndex::low}}, now_ns_);
+  EXPECT_EQ(other_connection->all<wire::Error>().size(), 1u);
+}
+
+TEST_F(SessionTest, refuses_bad_poses_by_reason_one_error_a_second_and_takes_the_good_ones) {
+  hello();
+  say(wire::AddCharacter{1, desk_.known, LevelIndex::low});
+  Pose not_finite = rigid_pose({}), not_unit = rigid_pose({});
+  not_finite[Bone::neck].position.y() = std::numeric_limits<double>::quiet_NaN();
+  not_unit[Bone::head].rotation.coeffs() *= 1.1;
+  const Pose too_far = rigid_pose({Quat::Identity(), {0, 2e4, 0}});
+  wire::PoseBatch batch;
+  for (const Pose& pose : {not_finite, not_unit, too_far, rigid_pose({})})
+    batch.poses.push_back({1, static_cast<std::uint32_t>(batch.poses.size() + 1), now_ns_, false, pose});
+  batch.poses.push_back({99, 1, now_ns_, false, rigid_pose({})});
+  batch.poses.push_back({1, 9, now_ns_ - 3600 * kSecond_ns, false, rigid_pose({})});
+  say(batch);
+  EXPECT_EQ(counters_.poses_rejected_not_finite.value(), 1u);
+  EXPECT_EQ(counters_.poses_rejected_not_unit.value(), 1u);
+  EXPECT_EQ(counters_.poses_rejected_too_far.value(), 1u);
+  EXPECT_EQ(counters_.poses_rejected_character.value(), 1u);
+  EXPECT_EQ(counters_.poses_rejected_time.value(), 1u);
+  EXPECT_THAT(errors(), ElementsAre(ErrorReason::pose_invalid));
+  const auto puts = commands<PutPoses>();
+  ASSERT_EQ(puts.size(), 1u);
+  EXPECT_EQ(puts[0].poses.size(), 1u);
+  now_ns_ += kSecond_ns;
+  say(one_pose(too_far, now_ns_));
+  EXPECT_EQ(errors().size(), 2u);
+}
+
+TEST_F(SessionTest, maps_capture_times_to_the_servers_clock) {
+  const std::int64_t offset_ns = -60 * kSecond_ns;
+  session_.on_message({now_ns_ + offset_ns, wire::Hello{}}, now_ns_);
+  session_.on_message({now_ns_ + offset_ns, wire::AddCharacter{1, desk_.known, LevelIndex::low}}, now_ns_);
+  session_.on_message({now_ns_ + offset_ns, one_pose(rigid_pose({}), now_ns_ + offset_ns - 4'000'000)}, now_ns_);
+  const auto puts = commands<PutPoses>();
+  ASSERT_EQ(puts.size(), 1u);
+  EXPECT_EQ(puts[0].poses[0].pose.captured_ns, now_ns_ - 4'000'000);
+}
+
+TEST_F(SessionTest, closes_a_client_above_the_message_rate) {
+  hello();
+  for (int i = 0; i < 100; ++i) say(wire::SetLevel{1, LevelIndex::low});
+  EXPECT_THAT(goodbyes(), ElementsAre(GoodbyeReason::over_rate));
+  EXPECT_TRUE(connection_->closed);
+  EXPECT_EQ(counters_.messages_over_rate.value(), 1u);
+}
+
+TEST_F(SessionTest, keeps_a_client_at_the_message_rate) {
+  hello();
+  for (int i = 0; i < 100; ++i) {
+    now_ns_ += kSecond_ns / 10;
+    say(wire::SetLevel{1, LevelIndex::low});
+  }
+  EXPECT_THAT(goodbyes(), IsEmpty());
+}
+
+TEST_F(SessionTest, drops_and_counts_poses_above_their_rate) {
+  hello();
+  say(wire::AddCharacter{1, desk_.known, LevelIndex::low});
+  wire::PoseBatch batch;
+  batch.poses.assign(80, {1, 1, now_ns_, false, rigid_pose({})});
+  say(batch);
+  say(batch);
+  EXPECT_EQ(counters_.poses_over_rate.value(), 80u);
+  EXPECT_EQ(session_.state(), State::active);
+}
+
+TEST_F(SessionTest, a_full_command_queue_refuses_and_loses_nothing) {
+  hello();
+  for (Command filler = SetLevel{}; commands_.try_put(filler);) filler = SetLevel{};
+  say(wire::AddCharacter{1, desk_.known, LevelIndex::low});
+  EXPECT_THAT(errors(), ElementsAre(ErrorReason::limit_exceeded));
+  EXPECT_EQ(context_.character_count, 0u);
+  EXPECT_THAT(commands<AddCharacter>(), IsEmpty());
+  say(wire::AddCharacter{1, desk_.known, LevelIndex::low});
+  EXPECT_EQ(commands<AddCharacter>().size(), 1u);
+}
+
+TEST_F(SessionTest, closes_without_a_hello_in_time) {
+  session_.poll(now_ns_ + 4 * kSecond_ns);
+  EXPECT_FALSE(connection_->closed);
+  session_.poll(now_ns_ + 6 * kSecond_ns);
+  EXPECT_THAT(goodbyes(), ElementsAre(GoodbyeReason::handshake_timeout));
+  EXPECT_TRUE(connection_->closed);
+}
+
+TEST_F(SessionTest, closes_when_nothing_is_heard_for_long) {
+  hello();
+  session_.poll(now_ns_ + 59 * kSecond_ns);
+  EXPECT_FALSE(connection_->closed);
+  session_.poll(now_ns_ + 61 * kSecond_ns);
+  EXPECT_THAT(goodbyes(), ElementsAre(GoodbyeReason::idle_timeout));
+}
+
+TEST_F(SessionTest, closes_a_client_that_takes_nothing) {
+  hello();
+  connection_->takes_more = false;
+  session_.outbox().push_frames(1, 0, {wire::Frame{}});
+  session_.flush(now_ns_);
+  session_.poll(now_ns_ + 9 * kSecond_ns);
+  EXPECT_EQ(session_.state(), State::active);
+  session_.poll(now_ns_ + 11 * kSecond_ns);
+  EXPECT_EQ(session_.state(), State::draining);
+  EXPECT_EQ(counters_.sessions_closed_slow.value(), 1u);
+  EXPECT_THAT(desk_.released, ElementsAre(7u));
+  session_.poll(now_ns_ + 14 * kSecond_ns);
+  EXPECT_TRUE(connection_->closed);
+}
+
+TEST_F(SessionTest, a_client_that_takes_something_now_and_then_is_kept) {
+  hello();
+  for (int i = 0; i < 10; ++i) {
+    connection_->takes_more = false;
+    session_.outbox().push_frames(1, 0, {wire::Frame{}});
+    session_.flush(now_ns_);
+    now_ns_ += 8 * kSecond_ns;
+    session_.poll(now_ns_);
+    connection_->takes_more = true;
+    session_.on_writable(now_ns_);
+    say(wire::SetLevel{1, LevelIndex::low});
+  }
+  EXPECT_EQ(session_.state(), State::active);
+}
+
+TEST_F(SessionTest, an_overflowing_outbox_closes_as_a_slow_consumer) {
+  context_.limits.control_bytes_max = 1000;
+  auto connection = std::make_shared<FakeConnection>();
+  Session session(9, connection, context_, now_ns_);
+  session.on_message({now_ns_, wire::Hello{}}, now_ns_);
+  connection->takes_more = false;
+  for (int i = 0; i < 30; ++i) session.on_message({now_ns_, wire::RemoveCharacter{5}}, now_ns_);
+  session.poll(now_ns_);
+  connection->takes_more = true;
+  session.on_writable(now_ns_);
+  ASSERT_EQ(connection->all<wire::Goodbye>().size(), 1u);
+  EXPECT_EQ(connection->all<wire::Goodbye>()[0].reason, GoodbyeReason::slow_consumer);
+  EXPECT_TRUE(connection->closed);
+}
+
+TEST_F(SessionTest, closes_on_a_packet_that_is_none) {
+  hello();
+  const std::vector<std::uint8_t> garbage(64, 0xa5);
+  session_.on_packet(garbage, now_ns_);
+  EXPECT_THAT(errors(), ElementsAre(ErrorReason::malformed));
+  EXPECT_THAT(goodbyes(), ElementsAre(GoodbyeReason::protocol_error));
+  EXPECT_EQ(counters_.packets_malformed.value(), 1u);
+}
+
+TEST_F(SessionTest, closes_on_a_broken_stream) {
+  hello();
+  session_.on_broken_stream(now_ns_);
+  EXPECT_THAT(goodbyes(), ElementsAre(GoodbyeReason::protocol_error));
+  EXPECT_EQ(counters_.packets_oversize.value(), 1u);
+}
+
+TEST_F(SessionTest, gives_everything_back_once_when_the_connection_ends) {
+  hello();
+  say(wire::AddCharacter{1, desk_.known, LevelIndex::low});
+  session_.on_closed("reset", now_ns_);
+  session_.on_closed("reset", now_ns_);
+  EXPECT_EQ(session_.state(), State::closed);
+  EXPECT_EQ(commands<CloseSession>().size(), 1u);
+  EXPECT_THAT(desk_.released, ElementsAre(7u));
+  EXPECT_EQ(context_.character_count, 0u);
+}
+
+TEST_F(SessionTest, a_full_server_says_so) {
+  SessionRegistry registry(context_);
+  std::vector<std::shared_ptr<FakeConnection>> connections;
+  for (int i = 0; i < 3; ++i) {
+    connections.push_back(std::make_shared<FakeConnection>());
+    EXPECT_EQ(registry.open(connections.back(), now_ns_) == nullptr, i == 2);
+  }
+  ASSERT_EQ(connections[2]->all<wire::Goodbye>().size(), 1u);
+  EXPECT_EQ(connections[2]->all<wire::Goodbye>()[0].reason, GoodbyeReason::server_full);
+  EXPECT_TRUE(connections[2]->closed);
+  registry.poll(now_ns_ + 6 * kSecond_ns);
+  registry.poll(now_ns_ + 6 * kSecond_ns);
+  EXPECT_EQ(registry.count(), 0u);
+}
+
+}  // namespace
+}  // namespace hairnet::server

@@ -1,0 +1,83 @@
+#include "server/tick/tick_clock.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <vector>
+
+#include "server/tick/worker_pool.hpp"
+
+namespace hairnet::server {
+namespace {
+
+constexpr std::int64_t kMs = 1'000'000;
+constexpr std::int64_t kStart_ns = 123'456'789;
+
+TEST(TickClock, ticks_fall_at_multiples_of_the_period_and_never_drift) {
+  TickClock clock(30, 3, kStart_ns);
+  for (std::uint64_t i = 0; i < 3000; ++i) {
+    const std::int64_t due_ns = clock.next_due_ns();
+    EXPECT_FALSE(clock.take(due_ns - 1));
+    const auto tick = clock.take(due_ns);
+    ASSERT_TRUE(tick);
+    EXPECT_EQ(tick->tick, i);
+    EXPECT_EQ(tick->time_ns, due_ns);
+    EXPECT_FALSE(tick->late);
+    EXPECT_EQ(tick->skipped, 0u);
+  }
+  EXPECT_EQ(clock.next_due_ns(), kStart_ns + 100'000 * kMs);
+}
+
+TEST(TickClock, a_late_tick_runs_at_once_with_its_own_time) {
+  TickClock clock(30, 3, kStart_ns);
+  clock.take(kStart_ns);
+  const auto tick = clock.take(kStart_ns + 60 * kMs);
+  ASSERT_TRUE(tick);
+  EXPECT_EQ(tick->tick, 1u);
+  EXPECT_EQ(tick->time_ns, kStart_ns + 33'333'333);
+  EXPECT_TRUE(tick->late);
+}
+
+TEST(TickClock, a_few_overdue_ticks_all_run) {
+  TickClock clock(100, 3, kStart_ns);
+  std::vector<std::uint64_t> ran;
+  while (const auto tick = clock.take(kStart_ns + 35 * kMs)) {
+    EXPECT_EQ(tick->skipped, 0u);
+    ran.push_back(tick->tick);
+  }
+  EXPECT_EQ(ran, (std::vector<std::uint64_t>{0, 1, 2, 3}));
+}
+
+TEST(TickClock, many_overdue_ticks_are_skipped_but_the_newest) {
+  TickClock clock(100, 3, kStart_ns);
+  const auto tick = clock.take(kStart_ns + 1005 * kMs);
+  ASSERT_TRUE(tick);
+  EXPECT_EQ(tick->tick, 100u);
+  EXPECT_EQ(tick->skipped, 100u);
+  EXPECT_EQ(tick->time_ns, kStart_ns + 1000 * kMs);
+  EXPECT_FALSE(clock.take(kStart_ns + 1005 * kMs));
+  EXPECT_EQ(clock.take(kStart_ns + 1010 * kMs)->skipped, 0u);
+}
+
+TEST(TickClock, keeps_its_time_over_years) {
+  TickClock clock(120, 3, 0);
+  const std::int64_t year_ns = 365ll * 24 * 3600 * 1000 * kMs;
+  const auto tick = clock.take(3 * year_ns);
+  ASSERT_TRUE(tick);
+  EXPECT_EQ(tick->time_ns, 3 * year_ns);
+  EXPECT_EQ(tick->tick, 3ull * 365 * 24 * 3600 * 120);
+}
+
+TEST(WorkerPool, calls_each_index_once_for_any_worker_count) {
+  for (const std::size_t workers : {1, 2, 5}) {
+    WorkerPool pool(workers);
+    for (int round = 0; round < 200; ++round) {
+      std::vector<std::atomic<int>> calls(round % 17);
+      pool.parallel_for(calls.size(), [&](std::size_t i) { ++calls[i]; });
+      for (const auto& count : calls) ASSERT_EQ(count, 1);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace hairnet::server
