@@ -184,6 +184,8 @@ void GlRenderer::draw_character(const DrawnCharacter& character, const Camera& c
   const float radius_m = std::max(0.52f * box.diagonal().norm(), 1e-3f), depth_m = 6 * radius_m;
   studio.light_projection = parallel(rig.towards[0], box.center(), radius_m, depth_m);
   studio.light_map = {depth_m, 2 * radius_m / LightMaps::kSide, 1.0f / LightMaps::kSide, kOpticalDepthMax};
+  // Followers are not in the maps: their spread blurs what their strand casts.
+  studio.picture[3] = std::max(1.25f / LightMaps::kSide, 0.35f * look_.follower_spread_m / radius_m);
   studio.layer_depth = Vec4f(0.03f, 0.09f, 0.25f, 2.0f) * radius_m;
   upload(studio);
   draw_light_maps(character, studio);

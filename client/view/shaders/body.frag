@@ -18,7 +18,7 @@ float body_light_left(vec3 c) {
 float hair_light_left(vec3 c) {
   float tau = 0.0;
   for (int y = -1; y <= 1; ++y)
-    for (int x = -1; x <= 1; ++x) tau += hair_depth_at(c.xy + 1.5 * vec2(x, y) * light_map.z, c.z);
+    for (int x = -1; x <= 1; ++x) tau += hair_depth_at(c.xy + 1.2 * vec2(x, y) * picture.w, c.z);
   return exp(-0.4 * tau / 9.0);
 }
 

@@ -53,13 +53,13 @@ vec3 hair_light(vec3 t, vec3 v, vec3 l, vec3 albedo, vec4 chance) {
   float glint = 0.4 + 1.2 * chance.w;
   float through = pow(max(-dot(v, l), 0.0), 6.0);
   return albedo * diffuse * mix(0.35, 1.0, facing) + vec3(0.40) * first * glint * facing +
-         2.4 * sqrt(albedo) * albedo * second * (0.7 + 0.6 * chance.y) * facing + 0.5 * albedo * through * diffuse;
+         2.4 * sqrt(albedo) * albedo / (1.0 + 1.5 * albedo) * second * (0.7 + 0.6 * chance.y) * facing + 0.5 * albedo * through * diffuse;
 }
 
 vec3 key_light_left(vec3 p, vec3 albedo) {
   vec3 c = light_coordinates(p);
   if (!in_light_map(c)) return vec3(1.0);
-  float reach = 1.25 * light_map.z;
+  float reach = picture.w;
   float tau = 0.0;
   tau += hair_depth_at(c.xy + reach * vec2(-0.5, -1.0), c.z);
   tau += hair_depth_at(c.xy + reach * vec2(1.0, -0.5), c.z);

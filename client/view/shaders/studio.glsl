@@ -13,7 +13,8 @@ layout(std140) uniform Studio {
   vec4 light_colour[3];
   vec4 ambient_above;
   vec4 ambient_below;
-  vec4 picture;      // width and height, px; px a metre covers at unit distance; unused
+  vec4 picture;      // width and height, px; px a metre covers at unit distance;
+                     // half-width of the blur of the hair's shadow, of the light map's side
   vec4 light_map;    // depth range, m; texel, m; 1 / side in texels; optical depth that saturates a layer
   vec4 layer_depth;  // m behind the first hair at which the four layers end
 };
