@@ -1,0 +1,56 @@
+#include "core/groom/body.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace hairnet {
+namespace {
+
+double rise(double from, double to, double x) {
+  const double t = std::clamp((x - from) / (to - from), 0.0, 1.0);
+  return t * t * (3 - 2 * t);
+}
+
+}  // namespace
+
+void generate_bone_weights(Body& body) {
+  const auto joint = [&](Bone b) -> Vec3 { return body.joints[static_cast<std::size_t>(b)].cast<double>(); };
+  const Vec3 head_joint = joint(Bone::head), neck_joint = joint(Bone::neck);
+  const double neck_m = std::max(head_joint.y() - neck_joint.y(), 0.02);
+  const double shoulder_y = 0.5 * (joint(Bone::left_shoulder).y() + joint(Bone::right_shoulder).y());
+  const double shoulder_m = std::max(0.5 * (joint(Bone::left_shoulder).x() - joint(Bone::right_shoulder).x()), 0.01);
+
+  body.bone_weights.clear();
+  body.bone_weights.reserve(body.mesh.vertices.size());
+  for (const Vec3f& vertex : body.mesh.vertices) {
+    const Vec3 p = vertex.cast<double>();
+    // The head ends along a plane that slants from the nape down to the throat, the neck where the shoulders rise.
+    const double slanted = p.y() - head_joint.y() + 0.45 * (p.z() - head_joint.z()) + 0.5 * neck_m;
+    const double head = rise(-0.25 * neck_m, 0.25 * neck_m, slanted);
+    const double trunk =
+        (1 - head) * (1 - rise(-0.35 * neck_m, 0.35 * neck_m, p.y() - neck_joint.y() - 0.35 * std::abs(p.x())));
+    // Shoulders fade into the trunk towards the breastbone and down the ribs.
+    const double shoulder = trunk * rise(shoulder_m, shoulder_m + 0.10, std::abs(p.x())) *
+                            rise(shoulder_y - 0.16, shoulder_y - 0.06, p.y());
+    const double left = p.x() > 0 ? shoulder : 0;
+    body.bone_weights.push_back({static_cast<float>(head), static_cast<float>(1 - head - trunk),
+                                 static_cast<float>(left), static_cast<float>(shoulder - left),
+                                 static_cast<float>(trunk - shoulder)});
+  }
+}
+
+void skin(const Body& body, const Pose& pose, std::vector<Vec3f>& out) {
+  assert(body.bone_weights.size() == body.mesh.vertices.size());
+  std::array<Eigen::Matrix<double, 3, 4>, kBoneCount> bones;
+  for (std::size_t b = 0; b < kBoneCount; ++b)
+    bones[b] << pose.bones[b].rotation.toRotationMatrix(), pose.bones[b].position;
+  out.resize(body.mesh.vertices.size());
+  for (std::size_t v = 0; v < out.size(); ++v) {
+    Eigen::Matrix<double, 3, 4> blend = Eigen::Matrix<double, 3, 4>::Zero();
+    for (std::size_t b = 0; b < kBoneCount; ++b) blend += static_cast<double>(body.bone_weights[v][b]) * bones[b];
+    out[v] = (blend * body.mesh.vertices[v].cast<double>().homogeneous()).cast<float>();
+  }
+}
+
+}  // namespace hairnet
