@@ -1,0 +1,33 @@
+#include "client/tools/sim/clip.hpp"
+
+#include <cmath>
+
+#include "client/tools/clip/upright.hpp"
+
+namespace hairnet::sim {
+namespace {
+
+constexpr double kEaseUpright_s = 1;
+
+}  // namespace
+
+Clip make_clip(const Motion& motion, double rate_hz, double settle_s) {
+  Clip clip;
+  // Rounding must not add a tick to a clip whose length is a whole number of them.
+  clip.motion_tick_count = static_cast<std::size_t>(std::ceil(motion.duration_s() * rate_hz - 1e-9));
+  for (std::size_t i = 0; i <= clip.motion_tick_count; ++i) {
+    const double time_s = static_cast<double>(i) / rate_hz;
+    clip.poses.push_back(rounded_to_wire(motion.sample(time_s)));
+    clip.teleports.push_back(i > 0 && motion.teleports_within(time_s - 1 / rate_hz, time_s));
+  }
+  const Pose last = clip.poses.back();
+  const Pose rest = upright(last);
+  const auto settle_tick_count = static_cast<std::size_t>(std::ceil(settle_s * rate_hz - 1e-9));
+  for (std::size_t i = 1; i <= settle_tick_count; ++i) {
+    clip.poses.push_back(rounded_to_wire(ease(last, rest, static_cast<double>(i) / rate_hz, kEaseUpright_s)));
+    clip.teleports.push_back(false);
+  }
+  return clip;
+}
+
+}  // namespace hairnet::sim

@@ -1,0 +1,116 @@
+#include "client/tools/sim/model_json.hpp"
+
+#include <nlohmann/json.hpp>
+#include <span>
+
+namespace hairnet::sim {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+template <class V>
+Json vector_json(const V& v) {
+  return {v[0], v[1], v[2]};
+}
+
+// Nodes and weights of stiffener `s`, by grid index.
+Json stiffener_json(const Level& level, const Stiffeners& stiffeners, std::size_t s) {
+  Json nodes = Json::array(), weights = Json::array();
+  for (std::uint32_t e = stiffeners.begin[s]; e < stiffeners.begin[s + 1]; ++e) {
+    nodes.push_back(level.geometry.active_nodes[stiffeners.nodes[e]]);
+    weights.push_back(stiffeners.weights[e]);
+  }
+  return {{"nodes", nodes}, {"weights", weights}, {"k", stiffeners.stiffness[s]}, {"q", stiffeners.damping[s]}};
+}
+
+Json springs_json(const Level& level) {
+  Json list = Json::array();
+  for (std::size_t s = 0; s < level.springs.count(); ++s) {
+    Json spring = stiffener_json(level, level.springs, s);
+    spring["rest_length"] = level.springs.rest[s].cast<double>().norm();
+    list.push_back(spring);
+  }
+  return list;
+}
+
+Json attachments_json(const Level& level) {
+  Json list = Json::array();
+  for (std::size_t s = 0; s < level.attachments.count(); ++s) {
+    Json attachment = stiffener_json(level, level.attachments, s);
+    attachment["rest"] = vector_json(level.attachments.rest[s]);
+    list.push_back(attachment);
+  }
+  return list;
+}
+
+Json trimmed_json(const LevelGeometry& g) {
+  Json list = Json::array();
+  for (std::size_t t = 0; t < g.trimmed_nodes.size(); ++t) {
+    Json from = Json::array(), weights = Json::array();
+    for (std::uint32_t e = g.trimmed_begin[t]; e < g.trimmed_begin[t + 1]; ++e) {
+      from.push_back(g.active_nodes[g.trimmed_from[e]]);
+      weights.push_back(g.trimmed_weights[e]);
+    }
+    list.push_back({{"node", g.trimmed_nodes[t]}, {"from", from}, {"weights", weights}});
+  }
+  return list;
+}
+
+Json metaballs_json(const Level& level) {
+  Json list = Json::array();
+  for (const Metaball& ball : level.metaballs) {
+    list.push_back({{"bone", kBoneNames[static_cast<std::size_t>(ball.bone)]},
+                    {"centre", vector_json(ball.centre)},
+                    {"radius", ball.radius},
+                    {"potential", ball.potential}});
+  }
+  return list;
+}
+
+// What this model does that model.md's formulas do not say, or leave open.
+Json notes_json() {
+  return {
+      "a metaball's force and radial stiffness are taken at B1 B0^-1 p (where the node would end if it moved with the "
+      "ball's bone over the step), not at the step's start p; the stiffness acts on p + h p'_1 - B1 B0^-1 p: "
+      "f = f_ball(r) - k_r r^ r^.(p + h p'_1 - B1 B0^-1 p), r = B1 B0^-1 p - B1 c",
+      "spring forces are linearised about the step's start with the positive semi-definite part only (k e e^T, q e "
+      "e^T)",
+      "gravity acts on every node's whole mass, ether's included, as g - R g0, g0 = (0, -9.81, 0)",
+      "drag tensors Q are in head axes and turn with the head: f = -R Q R^T (p' - wind)",
+      "a radius of 0 means that the ball is off for that node",
+      "at a reset the lattice moves rigidly with the head: displacements and velocities keep their components in head "
+      "axes, and no step is made",
+      "a tick's substeps interpolate the poses (position linear, rotation slerp)"};
+}
+
+}  // namespace
+
+std::string encode_model_json(const ModelDump& dump) {
+  const Level& level = *dump.level;
+  const Lattice& lattice = level.geometry.lattice;
+  Json json;
+  json["format"] = "hairnet-model";
+  json["version"] = 1;
+  json["rate_hz"] = dump.rate_hz;
+  json["substeps"] = dump.substep_count;
+  json["gravity"] = vector_json(dump.environment.gravity);
+  json["bones"] = kBoneNames;
+  json["lattice"] = {{"origin", vector_json(lattice.origin)},
+                     {"spacing", vector_json(lattice.spacing)},
+                     {"dims", vector_json(lattice.dims)}};
+  json["nodes"] = {{"active", level.geometry.active_nodes},
+                   {"mass", level.mass},
+                   {"ether_k", level.ether_stiffness},
+                   {"ether_q", level.ether_damping},
+                   {"drag", level.drag}};
+  json["trimmed"] = trimmed_json(level.geometry);
+  json["springs"] = springs_json(level);
+  json["attachments"] = attachments_json(level);
+  json["metaballs"] = metaballs_json(level);
+  json["wind"] = vector_json(dump.environment.wind);
+  json["resets"] = dump.resets;
+  json["notes"] = notes_json();
+  return json.dump() + "\n";
+}
+
+}  // namespace hairnet::sim

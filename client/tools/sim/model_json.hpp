@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "core/build/level.hpp"
+#include "core/solver/step.hpp"
+
+namespace hairnet::sim {
+
+struct ModelDump {
+  const Level* level = nullptr;
+  double rate_hz = 30;
+  int substep_count = 1;
+  Environment environment;
+  std::vector<std::size_t> resets;  // rows of --out whose step was a teleport
+};
+
+// One built model as JSON (README.md says what each field holds), so that a program that shares no code with this one
+// can integrate it. Every number reads back to the same bits.
+std::string encode_model_json(const ModelDump& dump);
+
+}  // namespace hairnet::sim

@@ -1,0 +1,127 @@
+#include "client/tools/sim/options.hpp"
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <cmath>
+#include <string_view>
+#include <vector>
+
+#include "client/tools/flags/in_range.hpp"
+#include "core/import/placement.hpp"
+
+namespace hairnet::sim {
+namespace {
+
+constexpr std::string_view kFooter = R"(Examples:
+  hairnet-sim --groom made:long_curly --motion made:nod --out nodes.npy
+  hairnet-sim --groom sintel.groom --motion walk.bvh --level low --rate 60 --settle 4
+  hairnet-sim --groom made:bob --motion made:run --solver converged --dump-model model.json --poses poses.npy
+  hairnet-sim --replay server.rec --trace replayed
+)";
+
+// A flag's text, checked and stored; CLI11 prints what the function returns after the flag's name.
+template <class T, class Parse>
+CLI::Option* add_parsed(CLI::App& app, const char* flag, T& target, const char* about, Parse parse) {
+  return app.add_option_function<std::string>(
+      flag,
+      [flag, &target, parse](const std::string& text) {
+        const Result<T> value = parse(text);
+        if (!value) throw CLI::ValidationError(flag, value.error());
+        target = *value;
+      },
+      about);
+}
+
+Result<LevelIndex> parse_lattice_level(const std::string& text) {
+  for (std::size_t i = 0; i + 1 < kLevelCount; ++i) {
+    if (text == kLevelNames[i]) return static_cast<LevelIndex>(i);
+  }
+  return Refusal("'" + text + "' is not one of high, medium, low, ether");
+}
+
+Result<Solver> parse_solver(const std::string& text) {
+  if (text == "default") return Solver::standard;
+  if (text == "converged") return Solver::converged;
+  return Refusal("'" + text + "' is not one of default, converged");
+}
+
+void add_motion_flags(CLI::App& app, SimulateOptions& o) {
+  add_parsed(app, "--up", o.bvh.up, "BVH: axis that points up (+y)", parse_axis);
+  add_parsed(app, "--face", o.bvh.face, "BVH: axis that the face looks along (+z)", parse_axis);
+  app.add_option("--unit", o.bvh.unit_m, "BVH: metres a file unit (1)")->check(in_range(1e-6, 1e3));
+  constexpr std::array<const char*, kBoneCount> kFlags{"--joint-head", "--joint-neck", "--joint-left-shoulder",
+                                                       "--joint-right-shoulder", "--joint-upper-trunk"};
+  for (std::size_t b = 0; b < kBoneCount; ++b)
+    app.add_option(kFlags[b], o.bvh.joint_names[b], "BVH: the joint for this bone (found by its usual names)");
+}
+
+// `wind` is filled while parsing and must outlive it.
+void add_simulation_flags(CLI::App& app, SimulateOptions& o, std::vector<double>& wind) {
+  app.add_option("--groom", o.groom, "groom file, or made:STYLE");
+  app.add_option("--motion", o.motion, "BVH file, or made:NAME");
+  app.add_option("--strands", o.hairstyle.strand_count, "made grooms: how many strands (the style's own)");
+  add_parsed(app, "--level", o.level, "high, medium, low or ether (high)", parse_lattice_level);
+  app.add_option("--rate", o.rate_hz, "ticks a second (30)")->check(in_range(1.0, 1000.0));
+  app.add_option("--substeps", o.substep_count, "steps a tick (1)")->check(CLI::Range(1, 1000));
+  app.add_option("--iterations", o.iterations, "of conjugate gradient a step, default solver")
+      ->check(CLI::Range(1, 100000));
+  add_parsed(app, "--solver", o.solver,
+             "default: what the server runs; converged: in double, each step's system solved to 1e-10", parse_solver);
+  app.add_option("--wind", wind, "steady wind, m/s, world: X Y Z")->expected(3)->check(in_range(-100.0, 100.0));
+  app.add_option("--settle", o.settle_s, "seconds added after the clip, the head easing upright, then still")
+      ->check(in_range(0.0, 3600.0));
+  app.add_option("--out", o.out, "node positions, world, m: ticks + 1 x nodes x 3, float32 .npy");
+  app.add_option("--velocities", o.velocities, "node velocities, world, m/s: the same shape");
+  app.add_option("--points", o.points, "deformed strand points, world, m: ticks + 1 x points x 3");
+  app.add_option("--poses", o.poses, "bone poses: ticks + 1 x bones x 7 (x y z, quaternion x y z w)");
+  app.add_option("--dump-model", o.dump_model, "the built model as JSON");
+  add_motion_flags(app, o);
+}
+
+// The relations between flags that CLI11 cannot state. Empty when in order.
+std::string check(const SimulateOptions& simulate, const ReplayOptions& replay) {
+  if (!replay.recording.empty()) {
+    if (!simulate.groom.empty() || !simulate.motion.empty())
+      return "--replay takes its grooms and motions from the recording: leave out --groom and --motion";
+    if (!replay.out.empty() && !replay.character) return "--replay with --out needs --character";
+    return {};
+  }
+  if (!replay.trace.empty() || replay.character) return "--trace and --character go with --replay";
+  if (simulate.groom.empty()) return "--groom is required (or --replay)";
+  const bool needs_motion = simulate.dump_model.empty() || !simulate.out.empty() || !simulate.velocities.empty() ||
+                            !simulate.points.empty() || !simulate.poses.empty();
+  if (simulate.motion.empty() && needs_motion) return "--motion is required";
+  return {};
+}
+
+}  // namespace
+
+std::variant<Options, int> parse_options(int argc, char** argv) {
+  SimulateOptions simulate;
+  ReplayOptions replay;
+  std::vector<double> wind;
+  std::uint64_t character = 0;
+
+  CLI::App app("Hair simulated without a server: files in, files out.", "hairnet-sim");
+  app.footer(std::string(kFooter));
+  app.failure_message([](const CLI::App* a, const CLI::Error& e) { return a->get_name() + ": " + e.what() + "\n"; });
+  add_simulation_flags(app, simulate, wind);
+  app.add_option("--replay", replay.recording, "a server's recording: step it again and check every tick's hash");
+  app.add_option("--trace", replay.trace, "--replay: folder for every frame of every character");
+  const auto* character_flag = app.add_option(
+      "--character", character, "--replay: whose nodes --out holds; client's number, or session << 32 | number");
+  try {
+    app.parse(argc, argv);
+    if (character_flag->count() > 0) replay.character = character;
+    replay.out = simulate.out;
+    const std::string wrong = check(simulate, replay);
+    if (!wrong.empty()) throw CLI::ValidationError(wrong);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? 0 : 2;
+  }
+  if (wind.size() == 3) simulate.wind = Vec3(wind[0], wind[1], wind[2]);
+  if (!replay.recording.empty()) return Options(replay);
+  return Options(simulate);
+}
+
+}  // namespace hairnet::sim

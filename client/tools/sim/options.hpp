@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "core/build/level.hpp"
+#include "core/import/bvh.hpp"
+#include "core/made/made.hpp"
+#include "core/solver/step.hpp"
+
+namespace hairnet::sim {
+
+enum class Solver : std::uint8_t { standard, converged };
+
+// A clip simulated without a server. Empty file names are not written.
+struct SimulateOptions {
+  std::string groom, motion;
+  HairstyleOptions hairstyle;
+  BvhImport bvh;
+  LevelIndex level = LevelIndex::high;
+  Solver solver = Solver::standard;
+  double rate_hz = 30;
+  int substep_count = 1;
+  int iterations = SolverSettings{}.iterations;
+  Vec3 wind = Vec3::Zero();  // m/s, world
+  double settle_s = 0;       // added after the clip: the head eases upright within 1 s, then is still
+  std::string out, velocities, points, poses, dump_model;
+};
+
+// A server's recording stepped again.
+struct ReplayOptions {
+  std::string recording;
+  std::string out;    // .npy of one character's nodes
+  std::string trace;  // folder
+  std::optional<std::uint64_t> character;
+};
+
+using Options = std::variant<SimulateOptions, ReplayOptions>;
+
+// What the command line asks for, or the exit code when the program is to end at once (help, or a usage error, already
+// printed in one line).
+std::variant<Options, int> parse_options(int argc, char** argv);
+
+}  // namespace hairnet::sim

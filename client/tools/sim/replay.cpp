@@ -1,0 +1,142 @@
+#include "client/tools/sim/replay.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "client/tools/files/read_file.hpp"
+#include "client/tools/npy/npy_writer.hpp"
+#include "client/tools/progress/progress_bar.hpp"
+#include "client/tools/sim/replayed_world.hpp"
+#include "client/tools/sim/trajectory_files.hpp"
+#include "client/tools/trace/frame_trace.hpp"
+
+namespace hairnet::sim {
+namespace {
+
+// The nodes of one character in the world, a row for each tick at which it has a lattice.
+class NodeFile {
+ public:
+  NodeFile(std::string path, std::uint64_t character) : path_(std::move(path)), character_(character) {}
+
+  Result<void> add(std::uint64_t tick, const ReplayedWorld& replayed) {
+    for (const auto& [key, character] : replayed.characters()) {
+      if (key != character_ && (key & 0xffffffff) != character_) continue;
+      const LatticeView view = replayed.world().lattice(character.id);
+      if (view.model == nullptr) continue;
+      if (const Result<void> opened = open(tick, key, *view.model); !opened) return opened;
+      writer_->append(nodes_->positions(view.pose->head(), view.displacement));
+    }
+    return {};
+  }
+  Result<void> finish() {
+    if (!writer_) return Refusal("character " + std::to_string(character_) + " never has a lattice in this recording");
+    if (const Result<void> finished = writer_->finish(); !finished) return Refusal(path_ + ": " + finished.error());
+    return {};
+  }
+
+ private:
+  // One array has one shape: a character that changes its lattice, or two of the same number, have none.
+  Result<void> open(std::uint64_t tick, std::uint64_t key, const Level& level) {
+    if (writer_ && key == key_ && &level == level_) return {};
+    if (writer_)
+      return Refusal("character " + std::to_string(character_) +
+                     (key == key_ ? " changes its level" : " is not the only one of that number") + " at tick " +
+                     std::to_string(tick) + ": use --trace");
+    Result<NpyWriter> writer = NpyWriter::create(path_, NpyType::float32, {level.geometry.lattice.node_count(), 3});
+    if (!writer) return Refusal(path_ + ": " + writer.error());
+    writer_ = std::move(*writer);
+    nodes_.emplace(level.geometry);
+    key_ = key;
+    level_ = &level;
+    return {};
+  }
+
+  std::string path_;
+  std::uint64_t character_, key_ = 0;
+  const Level* level_ = nullptr;
+  std::optional<NpyWriter> writer_;
+  std::optional<GridNodes> nodes_;
+};
+
+struct ReplayFiles {
+  std::optional<NodeFile> nodes;
+  std::optional<FrameTrace> trace;
+
+  static Result<ReplayFiles> create(const ReplayOptions& o) {
+    ReplayFiles files;
+    if (!o.out.empty()) files.nodes.emplace(o.out, *o.character);
+    if (!o.trace.empty()) {
+      Result<FrameTrace> trace = FrameTrace::create(o.trace);
+      if (!trace) return Refusal(trace.error());
+      files.trace = std::move(*trace);
+    }
+    return files;
+  }
+  Result<void> add(std::uint64_t tick, const ReplayedWorld& replayed) {
+    if (trace) {
+      for (const auto& [key, character] : replayed.characters()) {
+        const LatticeView view = replayed.world().lattice(character.id);
+        trace->add({tick, key, view.level, false, 0, *view.pose, view.displacement});
+      }
+    }
+    return nodes ? nodes->add(tick, replayed) : Result<void>();
+  }
+  Result<void> finish() {
+    if (trace) {
+      if (const Result<void> finished = trace->finish(); !finished) return finished;
+    }
+    return nodes ? nodes->finish() : Result<void>();
+  }
+};
+
+struct Totals {
+  std::size_t ticks = 0, grooms = 0, characters_max = 0;
+};
+
+// Reads entry after entry until the end, or to the reason why that cannot be.
+Result<void> replay_entries(std::span<const std::uint8_t> bytes, ReplayedWorld& replayed, ReplayFiles& files,
+                            ProgressBar& bar, Totals& totals) {
+  const std::size_t byte_count = bytes.size();
+  while (!bytes.empty()) {
+    const Result<wire::RecordEntry> entry = wire::take_record_entry(bytes);
+    if (!entry) return Refusal(entry.error());
+    const Result<void> taken = std::visit([&](const auto& e) { return replayed.take(e); }, *entry);
+    if (!taken) return taken;
+    totals.grooms += std::holds_alternative<wire::RecordedGroom>(*entry);
+    if (const auto* tick = std::get_if<wire::RecordedTick>(&*entry)) {
+      ++totals.ticks;
+      totals.characters_max = std::max(totals.characters_max, replayed.characters().size());
+      if (const Result<void> written = files.add(tick->tick, replayed); !written) return written;
+    }
+    bar.show(1 - static_cast<double>(bytes.size()) / static_cast<double>(byte_count), "replaying");
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<void> replay(const ReplayOptions& o) {
+  const Result<std::vector<std::byte>> bytes = read_file(o.recording);
+  if (!bytes) return Refusal(o.recording + ": " + bytes.error());
+  Result<ReplayFiles> files = ReplayFiles::create(o);
+  if (!files) return Refusal(files.error());
+
+  Totals totals;
+  Result<void> replayed_all;
+  {
+    ProgressBar bar("hairnet-sim");
+    ReplayedWorld replayed([&bar](double fraction, std::string_view stage) { bar.show(fraction, stage); });
+    replayed_all = replay_entries({reinterpret_cast<const std::uint8_t*>(bytes->data()), bytes->size()}, replayed,
+                                  *files, bar, totals);
+  }
+  const Result<void> finished = files->finish();
+  std::printf("%zu ticks replayed, at most %zu characters, %zu grooms: %s\n", totals.ticks, totals.characters_max,
+              totals.grooms, replayed_all ? "every state hash equal" : "not to the end");
+  if (!replayed_all) return Refusal(o.recording + ": " + replayed_all.error());
+  return finished;
+}
+
+}  // namespace hairnet::sim

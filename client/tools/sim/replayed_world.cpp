@@ -1,0 +1,131 @@
+#include "client/tools/sim/replayed_world.hpp"
+
+#include <cinttypes>
+#include <cmath>
+#include <cstdio>
+#include <string>
+#include <utility>
+
+#include "core/build/build.hpp"
+#include "schema/wire/groom_file.hpp"
+
+namespace hairnet::sim {
+namespace {
+
+std::string hex(std::uint64_t value) {
+  char text[17];
+  std::snprintf(text, sizeof text, "%016" PRIx64, value);
+  return text;
+}
+
+// "session 7 character 3": how people know a recording's character.
+std::string name_of(std::uint64_t character) {
+  return "session " + std::to_string(character >> 32) + " character " + std::to_string(character & 0xffffffff);
+}
+
+}  // namespace
+
+Result<void> ReplayedWorld::take(const wire::RecordingHeader& header) {
+  if (world_) return Refusal("a second header");
+  if (header.tick_rate_hz < 1 || header.tick_rate_hz > 1000 || header.substep_count < 1 || header.iterations < 1)
+    return Refusal("the header's rate, substeps or iterations are out of range");
+  WorldDef def;
+  def.tick_s = tick_s_ = 1.0 / header.tick_rate_hz;
+  def.substep_count = header.substep_count;
+  def.solver.iterations = header.iterations;
+  def.environment.gravity = Vec3(header.gravity.data());
+  def.environment.wind = Vec3(header.wind.data());
+  if (!def.environment.gravity.allFinite() || !def.environment.wind.allFinite())
+    return Refusal("the header's gravity or wind is not finite");
+  world_.emplace(def);
+  return {};
+}
+
+Result<void> ReplayedWorld::take(const wire::RecordedGroom& recorded) {
+  Result<Groom> groom = wire::decode_groom(recorded.bytes);
+  if (!groom) return Refusal("a groom: " + groom.error());
+  RecordedLevels& levels = grooms_[wire::hash_groom(recorded.bytes)];
+  if (!levels.levels) levels.groom = std::move(*groom);
+  return {};
+}
+
+Result<std::shared_ptr<const LevelSet>> ReplayedWorld::levels_of(const wire::GroomHash& hash) {
+  const auto found = grooms_.find(hash);
+  if (found == grooms_.end()) return Refusal("a groom that is not in the recording");
+  RecordedLevels& recorded = found->second;
+  if (!recorded.levels) {
+    if (recorded.groom->points.empty()) return Refusal("levels of a groom without strand points");
+    BuildObserver observer;
+    observer.progress = [this](double fraction, std::string_view stage) {
+      progress_(fraction, stage);
+      return true;
+    };
+    recorded.levels = build_levels(*recorded.groom, Material{}, observer);
+    recorded.groom.reset();
+  }
+  return recorded.levels;
+}
+
+Result<void> ReplayedWorld::add(const wire::RecordedAdd& added) {
+  if (characters_.contains(added.character)) return Refusal("adds " + name_of(added.character) + " twice");
+  if (!is_valid(added.pose)) return Refusal("adds " + name_of(added.character) + " with an invalid pose");
+  CharacterDef def;
+  if (added.levels_ready) {
+    Result<std::shared_ptr<const LevelSet>> levels = levels_of(added.groom);
+    if (!levels) return Refusal(levels.error());
+    def.levels = std::move(*levels);
+  }
+  if (!def.levels && added.level != LevelIndex::rigid)
+    return Refusal("adds " + name_of(added.character) + " at a level that is not built");
+  def.level = added.level;
+  def.pose = added.pose;
+  const CharacterId id = world_->add(def);
+  if (!id) return Refusal("more characters than a world holds");
+  characters_[added.character] = {id, added.groom, added.levels_ready};
+  return {};
+}
+
+Result<void> ReplayedWorld::set_level(const wire::RecordedLevel& level) {
+  const auto found = characters_.find(level.character);
+  if (found == characters_.end()) return Refusal("sets the level of unknown " + name_of(level.character));
+  Character& character = found->second;
+  if (!character.has_levels && level.level != LevelIndex::rigid) {
+    Result<std::shared_ptr<const LevelSet>> levels = levels_of(character.groom);
+    if (!levels) return Refusal(levels.error());
+    world_->set_levels(character.id, std::move(*levels));
+    character.has_levels = true;
+  }
+  world_->set_level(character.id, level.level);
+  return {};
+}
+
+Result<void> ReplayedWorld::take(const wire::RecordedTick& tick) {
+  if (!world_) return Refusal("a tick before the header");
+  const auto at_tick = [&](const std::string& what) {
+    return Refusal("tick " + std::to_string(tick.tick) + ": " + what);
+  };
+  for (const std::uint64_t character : tick.removed) {
+    const auto found = characters_.find(character);
+    if (found == characters_.end()) return at_tick("removes unknown " + name_of(character));
+    world_->remove(found->second.id);
+    characters_.erase(found);
+  }
+  for (const wire::RecordedAdd& added : tick.added) {
+    if (const Result<void> done = add(added); !done) return at_tick(done.error());
+  }
+  for (const wire::RecordedLevel& level : tick.levels) {
+    if (const Result<void> done = set_level(level); !done) return at_tick(done.error());
+  }
+  for (const wire::RecordedPose& pose : tick.poses) {
+    const auto found = characters_.find(pose.character);
+    if (found == characters_.end()) return at_tick("poses unknown " + name_of(pose.character));
+    if (!is_valid(pose.pose)) return at_tick("an invalid pose of " + name_of(pose.character));
+    world_->set_pose(found->second.id, pose.pose, pose.teleport);
+  }
+  world_->step();
+  if (world_->hash() != tick.state_hash)
+    return at_tick("the state differs: hash " + hex(world_->hash()) + ", recorded " + hex(tick.state_hash));
+  return {};
+}
+
+}  // namespace hairnet::sim

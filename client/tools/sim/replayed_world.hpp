@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string_view>
+
+#include "core/result.hpp"
+#include "core/world.hpp"
+#include "schema/wire/recording.hpp"
+
+namespace hairnet::sim {
+
+// The world that a recording's entries tell what to do. Grooms are built when a character first needs their levels.
+class ReplayedWorld {
+ public:
+  using BuildProgress = std::function<void(double fraction, std::string_view stage)>;
+  explicit ReplayedWorld(BuildProgress progress) : progress_(std::move(progress)) {}
+
+  // A header or groom. Refuses a second header, values out of range, and grooms that do not decode.
+  Result<void> take(const wire::RecordingHeader& header);
+  Result<void> take(const wire::RecordedGroom& groom);
+  // Applies a tick and steps. Refuses what the recording has no ground for, and a hash that differs.
+  Result<void> take(const wire::RecordedTick& tick);
+
+  [[nodiscard]] const World& world() const { return *world_; }
+  [[nodiscard]] double tick_s() const { return tick_s_; }
+  struct Character {
+    CharacterId id;
+    wire::GroomHash groom{};
+    bool has_levels = false;
+  };
+  [[nodiscard]] const std::map<std::uint64_t, Character>& characters() const { return characters_; }
+
+ private:
+  struct RecordedLevels {
+    std::optional<Groom> groom;  // until its levels are built
+    std::shared_ptr<const LevelSet> levels;
+  };
+  Result<std::shared_ptr<const LevelSet>> levels_of(const wire::GroomHash& hash);
+  Result<void> add(const wire::RecordedAdd& added);
+  Result<void> set_level(const wire::RecordedLevel& level);
+
+  BuildProgress progress_;
+  double tick_s_ = 0;
+  std::optional<World> world_;
+  std::map<wire::GroomHash, RecordedLevels> grooms_;
+  std::map<std::uint64_t, Character> characters_;
+};
+
+}  // namespace hairnet::sim

@@ -1,0 +1,11 @@
+#pragma once
+
+#include "client/tools/sim/options.hpp"
+#include "core/result.hpp"
+
+namespace hairnet::sim {
+
+// Loads, builds the one level asked for, steps the clip, writes the files and prints a summary line.
+Result<void> simulate(const SimulateOptions& options);
+
+}  // namespace hairnet::sim

@@ -1,0 +1,86 @@
+#include "client/tools/sim/stepper.hpp"
+
+#include <utility>
+
+#include "core/solver/reference_step.hpp"
+
+namespace hairnet::sim {
+namespace {
+
+// What the server runs: the world, with one character.
+class WorldStepper : public Stepper {
+ public:
+  explicit WorldStepper(const StepperDef& def)
+      : world_(world_def(def)), id_(world_.add({def.levels, def.level, def.start})) {}
+  StepReport step(const Pose& to, bool teleport) override {
+    world_.set_pose(id_, to, teleport);
+    return world_.step();
+  }
+  [[nodiscard]] const LatticeState& state() const override { return world_.state(id_); }
+
+ private:
+  static WorldDef world_def(const StepperDef& def) {
+    WorldDef world;
+    world.tick_s = def.tick_s;
+    world.substep_count = def.substep_count;
+    world.character_count_max = 1;
+    world.solver = def.solver;
+    world.environment = def.environment;
+    return world;
+  }
+  World world_;
+  CharacterId id_;
+};
+
+// The same ticks with every step's linear system solved in double. The lattice stays in double, in world axes.
+class ConvergedStepper : public Stepper {
+ public:
+  explicit ConvergedStepper(const StepperDef& def) : def_(def), level_((*def_.levels)[def.level]), from_(def.start) {
+    reset_to_rest(level_, state_);
+    lattice_ = to_world(level_, from_.head(), state_);
+  }
+
+  StepReport step(const Pose& to, bool teleport) override {
+    StepReport report;
+    if (teleport || is_teleport(from_, to, def_.tick_s)) {
+      move_rigidly(to.head() * from_.head().inverse());
+      report.teleports = 1;
+    } else {
+      step_smoothly(to);
+      report.stepped = 1;
+    }
+    from_ = to;
+    state_ = to_head(level_, to.head(), lattice_);
+    return report;
+  }
+  [[nodiscard]] const LatticeState& state() const override { return state_; }
+
+ private:
+  void move_rigidly(const RigidTransform& jump) {
+    for (Vec3& p : lattice_.P) p = jump.point(p);
+    for (Vec3& v : lattice_.P_dot) v = jump.vector(v);
+  }
+  void step_smoothly(const Pose& to) {
+    StepInput input{from_, from_, def_.tick_s / def_.substep_count, def_.environment};
+    for (int substep = 1; substep <= def_.substep_count; ++substep) {
+      input.from = std::exchange(
+          input.to, substep == def_.substep_count ? to : interpolate(from_, to, double(substep) / def_.substep_count));
+      reference_step(level_, input, lattice_);
+    }
+  }
+
+  StepperDef def_;
+  const Level& level_;  // kept alive by def_
+  Pose from_;
+  WorldLattice lattice_;
+  LatticeState state_;
+};
+
+}  // namespace
+
+std::unique_ptr<Stepper> make_stepper(Solver solver, const StepperDef& def) {
+  if (solver == Solver::converged) return std::make_unique<ConvergedStepper>(def);
+  return std::make_unique<WorldStepper>(def);
+}
+
+}  // namespace hairnet::sim

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "client/tools/npy/npy_writer.hpp"
+#include "client/tools/sim/options.hpp"
+#include "core/ffd/deform.hpp"
+#include "core/groom/groom.hpp"
+#include "core/solver/step.hpp"
+
+namespace hairnet::sim {
+
+// Every grid node of a lattice in world space, trimmed nodes through their combinations.
+class GridNodes {
+ public:
+  explicit GridNodes(const LevelGeometry& geometry);
+  // Positions, m: 3 numbers a node, valid until the next call. `displacement` in active order.
+  std::span<const float> positions(const RigidTransform& head, std::span<const Vec3f> displacement);
+  // Velocities, m/s. `from` to `to` is the head's last step of `step_s`; equal when it does not move.
+  std::span<const float> velocities(const RigidTransform& from, const RigidTransform& to, double step_s,
+                                    std::span<const Vec3f> velocity_head);
+  // Displacements in head space as of the last positions(), for every grid node.
+  [[nodiscard]] std::span<const Vec3f> displacements() const { return grid_; }
+
+ private:
+  const LevelGeometry& geometry_;
+  std::vector<Vec3f> active_, grid_;
+  std::vector<float> row_;
+};
+
+// The .npy files of one simulated clip, row by row; row 0 is the state before the first step.
+class TrajectoryFiles {
+ public:
+  // `groom` and `level` must outlive this. Refusals name the file.
+  static Result<TrajectoryFiles> create(const SimulateOptions& options, const Groom& groom, const Level& level);
+  // `step_from` is the pose that the last (sub)step of `step_s` began at; `pose` when there was none.
+  void add_row(const Pose& step_from, const Pose& pose, double step_s, const LatticeState& state);
+  Result<void> finish();
+
+ private:
+  struct File {
+    std::string path;
+    NpyWriter writer;
+  };
+  TrajectoryFiles(const Groom& groom, const Level& level) : groom_(groom), nodes_(level.geometry) {}
+  Result<void> open(std::optional<File>& file, const std::string& path, std::vector<std::size_t> row_shape);
+  void add_points(const RigidTransform& head);
+  void add_pose(const Pose& pose);
+
+  const Groom& groom_;
+  GridNodes nodes_;
+  std::optional<Deformer> deformer_;
+  std::vector<Vec3f> points_;
+  std::vector<float> row_;
+  std::optional<File> positions_file_, velocities_file_, points_file_, poses_file_;
+};
+
+}  // namespace hairnet::sim

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "client/tools/view/options.hpp"
+#include "core/groom/groom.hpp"
+#include "core/pose/motion.hpp"
+#include "core/result.hpp"
+
+namespace hairnet::viewer {
+
+// One character, loaded. Those with the same groom share it.
+struct Actor {
+  std::shared_ptr<const Groom> groom;
+  Motion motion;
+  LevelIndex level = LevelIndex::high;
+  Vec3f hair_colour = Vec3f::Zero();  // linear RGB
+};
+
+Result<std::vector<Actor>> load_cast(const std::vector<CharacterOptions>& characters);
+
+}  // namespace hairnet::viewer

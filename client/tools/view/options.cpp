@@ -1,0 +1,147 @@
+#include "client/tools/view/options.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+
+#include "client/tools/flags/in_range.hpp"
+#include "client/tools/view/character_spec.hpp"
+
+namespace hairnet::viewer {
+namespace {
+
+constexpr std::string_view kFooter = R"(A character is given as key=value, separated by commas:
+  groom=FILE or made:STYLE   motion=FILE.bvh or made:NAME   level=high|medium|low|ether|rigid
+  colour=brown|blonde|black|red|dark_blonde|dark_brown|auburn|grey|#rrggbb   strands=N (made grooms)
+  up=+y face=+z unit=1 (BVH axes and metres a unit)
+Time 0 is when the clips begin: heads rest upright until every lattice has arrived.
+Examples:
+  hairnet-view --character groom=made:long_curly,motion=made:dance --out frame.png
+  hairnet-view --connect host:7420 --character groom=a.groom,motion=walk.bvh,level=low --sheet s.png --times 0.5,1.2,2
+  hairnet-view --character groom=made:bob,motion=made:nod --duration 3 --trace received
+)";
+
+constexpr std::array<const char*, 4> kViewNames{"front", "side", "back", "three_quarter"};
+constexpr double kDuration_s_max = 24 * 3600;
+
+// Everything but numbers and file names, as typed.
+struct Texts {
+  std::string connect = "127.0.0.1:7420", times, views = "three_quarter", size = "480x540";
+  std::vector<std::string> characters;
+  bool no_draw = false;
+};
+
+std::vector<std::string> split(const std::string& text, char separator) {
+  std::vector<std::string> parts;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(separator, begin), text.size());
+    parts.push_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return parts;
+}
+
+[[noreturn]] void refuse(const std::string& flag, const std::string& why) {
+  throw CLI::ValidationError(flag, why);
+}
+
+double whole_number(const std::string& flag, const std::string& text, double least, double most) {
+  const Result<double> number = parse_number(text);
+  if (!number || *number != std::floor(*number) || *number < least || *number > most)
+    refuse(flag, "'" + text + "' is not a whole number in range");
+  return *number;
+}
+
+void take_server(ViewOptions& o, const std::string& text) {
+  const std::size_t colon = text.rfind(':');
+  if (colon == std::string::npos || colon == 0) refuse("--connect", "'" + text + "' is not HOST:PORT");
+  o.host = text.substr(0, colon);
+  o.port = static_cast<std::uint16_t>(whole_number("--connect", text.substr(colon + 1), 1, 65535));
+}
+
+void take_size(ViewOptions& o, const std::string& text) {
+  const std::vector<std::string> parts = split(text, 'x');
+  if (parts.size() != 2) refuse("--size", "'" + text + "' is not WIDTHxHEIGHT");
+  o.width = static_cast<int>(whole_number("--size", parts[0], 16, 8192));
+  o.height = static_cast<int>(whole_number("--size", parts[1], 16, 8192));
+}
+
+void take_times(ViewOptions& o, const std::string& text) {
+  if (text.empty()) return;
+  for (const std::string& part : split(text, ',')) {
+    const Result<double> time = parse_number(part);
+    if (!time) refuse("--times", time.error());
+    if (*time < 0 || *time > o.duration_s + o.settle_s) refuse("--times", part + " is not within the duration");
+    o.times_s.push_back(*time);
+  }
+  std::sort(o.times_s.begin(), o.times_s.end());
+}
+
+void take_views(ViewOptions& o, const std::string& text) {
+  for (const std::string& part : split(text, ',')) {
+    const auto name = std::find(kViewNames.begin(), kViewNames.end(), part);
+    if (name == kViewNames.end()) refuse("--views", "'" + part + "' is not one of front, side, back, three_quarter");
+    o.views.push_back(static_cast<View>(name - kViewNames.begin()));
+  }
+}
+
+void take_texts(ViewOptions& o, const Texts& texts) {
+  take_server(o, texts.connect);
+  take_size(o, texts.size);
+  take_times(o, texts.times);
+  take_views(o, texts.views);
+  for (const std::string& spec : texts.characters) {
+    const Result<CharacterOptions> character = parse_character(spec);
+    if (!character) refuse("--character", character.error());
+    o.characters.push_back(*character);
+  }
+  if (o.characters.empty()) refuse("--character", "at least one is required");
+  const bool draws = !o.out.empty() || !o.sheet.empty();
+  if (draws && texts.no_draw) refuse("--no-draw", "excludes --out and --sheet");
+  if (!draws && !texts.no_draw && o.trace.empty()) refuse("--out", "give it, or --sheet, --trace or --no-draw");
+  if (!o.sheet.empty() && o.times_s.empty()) refuse("--sheet", "needs --times");
+}
+
+void add_flags(CLI::App& app, ViewOptions& o, Texts& texts) {
+  app.add_option("--connect", texts.connect, "server, HOST:PORT (127.0.0.1:7420)");
+  app.add_option("--character", texts.characters, "a character to stream (below); once for each")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  app.add_option("--duration", o.duration_s, "seconds of the clips, which loop (6)")
+      ->check(in_range(0.1, kDuration_s_max));
+  app.add_option("--settle", o.settle_s, "seconds added, the heads easing upright, then still")
+      ->check(in_range(0.0, kDuration_s_max));
+  app.add_option("--pose-rate", o.pose_rate_hz, "poses a second (60)")->check(in_range(1.0, 1000.0));
+  app.add_option("--jitter", o.jitter_ms, "milliseconds by which poses are early or late, at random (0)")
+      ->check(in_range(0.0, 1000.0));
+  app.add_option("--out", o.out, "PNG: every character at the end");
+  app.add_option("--sheet", o.sheet, "PNG: a row for every character and view, a column for each of --times");
+  app.add_option("--times", texts.times, "seconds, separated by commas");
+  app.add_option("--views", texts.views, "front, side, back, three_quarter, separated by commas (three_quarter)");
+  app.add_option("--size", texts.size, "of one picture, WIDTHxHEIGHT (480x540)");
+  app.add_option("--trace", o.trace, "folder for every received frame");
+  app.add_flag("--no-draw", texts.no_draw, "stream and measure only");
+}
+
+}  // namespace
+
+std::variant<ViewOptions, int> parse_options(int argc, char** argv) {
+  ViewOptions options;
+  Texts texts;
+  CLI::App app("Streams characters to a hairnet server, plays out what comes back and makes pictures of it.",
+               "hairnet-view");
+  app.footer(std::string(kFooter));
+  app.failure_message([](const CLI::App* a, const CLI::Error& e) { return a->get_name() + ": " + e.what() + "\n"; });
+  add_flags(app, options, texts);
+  try {
+    app.parse(argc, argv);
+    take_texts(options, texts);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? 0 : 2;
+  }
+  return options;
+}
+
+}  // namespace hairnet::viewer

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/build/level.hpp"
+#include "core/import/bvh.hpp"
+#include "core/made/made.hpp"
+
+namespace hairnet::viewer {
+
+struct CharacterOptions {
+  std::string groom, motion;
+  LevelIndex level = LevelIndex::high;
+  std::optional<Vec3f> colour;  // linear RGB
+  HairstyleOptions hairstyle;
+  BvhImport bvh;
+};
+
+enum class View : std::uint8_t { front, side, back, three_quarter };
+
+struct ViewOptions {
+  std::string host = "127.0.0.1";
+  std::uint16_t port = 7420;
+  std::vector<CharacterOptions> characters;
+  double duration_s = 6;  // of the clips, which begin at time 0 when every lattice has arrived
+  double settle_s = 0;    // after them: heads ease upright within 1 s, then are still
+  double pose_rate_hz = 60;
+  double jitter_ms = 0;  // each pose is taken up to this much earlier or later
+  std::string out, sheet, trace;
+  std::vector<double> times_s;  // of the sheet's columns
+  std::vector<View> views;      // of the sheet's rows, each for every character
+  int width = 480, height = 540;
+};
+
+// What the command line asks for, or the exit code when the program is to end at once (help, or a usage error, already
+// printed in one line).
+std::variant<ViewOptions, int> parse_options(int argc, char** argv);
+
+}  // namespace hairnet::viewer

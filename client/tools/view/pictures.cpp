@@ -1,0 +1,174 @@
+#include "client/tools/view/pictures.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <numbers>
+#include <utility>
+
+#include "client/tools/clip/upright.hpp"
+#include "client/tools/files/write_file.hpp"
+#include "client/tools/progress/progress_bar.hpp"
+#include "client/view/renderer.hpp"
+#include "core/ffd/deform.hpp"
+
+namespace hairnet::viewer {
+namespace {
+
+constexpr float kFieldOfView_deg = 26;
+constexpr float kMargin = 1.12f;  // of the framed sphere
+// What is framed at least: head and neck, head space.
+constexpr std::array<float, 2> kHeadSpan_y{-0.20f, 0.22f};
+
+// Where a view looks from, before the character's heading turns it.
+Vec3f direction_of(View view) {
+  switch (view) {
+    case View::front:
+      return {0, 0.05f, 1};
+    case View::side:
+      return {1, 0.05f, 0};
+    case View::back:
+      return {0, 0.05f, -1};
+    case View::three_quarter:
+      return {0.64f, 0.12f, 0.77f};
+  }
+  return Vec3f::UnitZ();
+}
+
+// Centre and radius, head space, of what is to be seen of a groom at rest: the head and, as far as they hang, strands.
+struct Framing {
+  explicit Framing(const Groom& groom) {
+    float low = kHeadSpan_y[0], high = kHeadSpan_y[1], wide = 0.14f;
+    for (const Vec3f& p : groom.points) {
+      low = std::min(low, p.y());
+      high = std::max(high, p.y());
+      wide = std::max(wide, std::hypot(p.x(), p.z()));
+    }
+    centre_y = (low + high) / 2;
+    radius = std::max((high - low) / 2, wide);
+  }
+  float centre_y, radius;
+};
+
+// The camera keeps to the world, turned once to the heading that the clip begins with, and follows the head's place, so
+// that the head's turns and the hair's swing are seen.
+view::Camera camera_of(const Actor& actor, const Framing& framing, const Pose& pose, View view) {
+  const Quat heading = upright(actor.motion.poses.front()).head().rotation;
+  const Vec3f direction = (heading * direction_of(view).cast<double>()).normalized().cast<float>();
+  view::Camera camera;
+  camera.fov_deg = kFieldOfView_deg;
+  camera.target = pose.head().position.cast<float>() + Vec3f(0, framing.centre_y, 0);
+  const float half_angle = kFieldOfView_deg / 2 * std::numbers::pi_v<float> / 180;
+  camera.eye = camera.target + direction * (kMargin * framing.radius / std::sin(half_angle));
+  return camera;
+}
+
+// Fewer strands are drawn wider, so that a head looks covered at any density.
+float strand_width_m(const Groom& groom) {
+  constexpr float kWidth_m = 4e-4f, kCount = 10'000;
+  return kWidth_m *
+         std::clamp(std::sqrt(kCount / static_cast<float>(std::max<std::size_t>(1, groom.strand_count()))), 0.6f, 4.0f);
+}
+
+Result<void> write_png(const std::string& path, const view::Image& image) {
+  const Result<std::vector<std::uint8_t>> png = view::encode_png(image);
+  if (!png) return Refusal(path + ": " + png.error());
+  const Result<void> written = write_file(path, std::as_bytes(std::span(*png)));
+  if (!written) return Refusal(path + ": " + written.error());
+  return {};
+}
+
+class RenderedPictures : public Pictures {
+ public:
+  explicit RenderedPictures(std::unique_ptr<view::Renderer> renderer) : renderer_(std::move(renderer)) {}
+
+  Result<void> write(const ViewOptions& options, const std::vector<Actor>& cast,
+                     const StreamResult& streamed) override {
+    ProgressBar bar("hairnet-view");
+    if (!options.sheet.empty()) {
+      if (const Result<void> done = write_sheet(options, cast, streamed, bar); !done) return done;
+    }
+    return options.out.empty() ? Result<void>() : write_last(options, cast, streamed, bar);
+  }
+
+ private:
+  Result<void> write_sheet(const ViewOptions& options, const std::vector<Actor>& cast, const StreamResult& streamed,
+                           ProgressBar& bar) {
+    std::vector<view::Image> tiles;
+    const std::size_t count = cast.size() * options.views.size() * options.times_s.size();
+    for (std::size_t c = 0; c < cast.size(); ++c) {
+      for (const View view : options.views) {
+        for (std::size_t t = 0; t < options.times_s.size(); ++t) {
+          bar.show(static_cast<double>(tiles.size()) / static_cast<double>(count), "drawing");
+          Result<view::Image> tile = draw(options, cast[c], streamed.moments[t][c], streamed, view);
+          if (!tile) return Refusal(tile.error());
+          char caption[32];
+          std::snprintf(caption, sizeof caption, "%.2f s", options.times_s[t]);
+          view::draw_text(*tile, 8, 8, caption);
+          tiles.push_back(std::move(*tile));
+        }
+      }
+    }
+    return write_png(options.sheet, view::contact_sheet(tiles, static_cast<int>(options.times_s.size())));
+  }
+
+  Result<void> write_last(const ViewOptions& options, const std::vector<Actor>& cast, const StreamResult& streamed,
+                          ProgressBar& bar) {
+    std::vector<view::Image> tiles;
+    for (const View view : options.views) {
+      for (std::size_t c = 0; c < cast.size(); ++c) {
+        bar.show(static_cast<double>(c) / static_cast<double>(cast.size()), "drawing");
+        Result<view::Image> tile = draw(options, cast[c], streamed.moments.back()[c], streamed, view);
+        if (!tile) return Refusal(tile.error());
+        tiles.push_back(std::move(*tile));
+      }
+    }
+    return write_png(options.out, view::contact_sheet(tiles, static_cast<int>(cast.size())));
+  }
+
+  Result<view::Image> draw(const ViewOptions& options, const Actor& actor, const Moment& moment,
+                           const StreamResult& streamed, View view) {
+    const Groom& groom = *actor.groom;
+    deform(groom, moment, streamed);
+    skin(groom.body, moment.pose, body_vertices_);
+    view::DrawnCharacter drawn;
+    drawn.body_vertices = body_vertices_;
+    drawn.triangles = &groom.body.mesh.triangles;
+    drawn.strand_points = strand_points_;
+    drawn.strand_begin = groom.strand_begin;
+    drawn.strand_width_m = strand_width_m(groom);
+    drawn.hair_colour = actor.hair_colour;
+    return renderer_->draw(std::span(&drawn, 1), camera_of(actor, Framing(groom), moment.pose, view), options.width,
+                           options.height);
+  }
+
+  // Strand points of the moment, world space.
+  void deform(const Groom& groom, const Moment& moment, const StreamResult& streamed) {
+    strand_points_ = groom.points;
+    if (!moment.displacement.empty()) {
+      const LevelGeometry& geometry = streamed.geometries.at({moment.groom, moment.level});
+      const auto [deformer, is_new] = deformers_.try_emplace({moment.groom, moment.level}, nullptr);
+      if (is_new) deformer->second = std::make_unique<Deformer>(groom, geometry.lattice, FfdKind::quadratic);
+      grid_.resize(geometry.lattice.node_count());
+      expand_displacements(geometry, moment.displacement, grid_);
+      deformer->second->deform(grid_, strand_points_);
+    }
+    for (Vec3f& p : strand_points_) p = moment.pose.head().point(p.cast<double>()).cast<float>();
+  }
+
+  std::unique_ptr<view::Renderer> renderer_;
+  std::map<std::pair<wire::GroomHash, LevelIndex>, std::unique_ptr<Deformer>> deformers_;
+  std::vector<Vec3f> strand_points_, body_vertices_, grid_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Pictures>> make_pictures() {
+  Result<std::unique_ptr<view::Renderer>> renderer = view::Renderer::create();
+  if (!renderer) return Refusal(renderer.error());
+  return std::make_unique<RenderedPictures>(std::move(*renderer));
+}
+
+}  // namespace hairnet::viewer

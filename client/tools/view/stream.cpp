@@ -1,0 +1,231 @@
+#include "client/tools/view/stream.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <optional>
+#include <random>
+#include <string>
+#include <thread>
+
+#include "client/link/playout.hpp"
+#include "client/tools/progress/progress_bar.hpp"
+#include "client/tools/trace/frame_trace.hpp"
+#include "client/tools/view/performance.hpp"
+
+namespace hairnet::viewer {
+namespace {
+
+constexpr std::int64_t kLoop_ns = 1'000'000;
+constexpr std::int64_t kPlayInterval_ns = 8'000'000;  // how often a display would ask for a picture
+constexpr std::int64_t kUprightLeast_ns = 1'000'000'000;
+constexpr std::int64_t kGroomsReady_ns_max = 600'000'000'000;
+constexpr std::int64_t kRefusalDetail_ns = 500'000'000;  // within which an error says why a groom was refused
+
+std::int64_t to_ns(double seconds) {
+  return static_cast<std::int64_t>(std::llround(seconds * 1e9));
+}
+
+std::string plain(const wire::Error& error) {
+  std::string text = std::string("the server refuses: ") + wire::to_string(error.reason);
+  if (error.character != 0) text += ", character " + std::to_string(error.character);
+  return error.detail.empty() ? text : text + " (" + error.detail + ")";
+}
+
+// The stream while it runs. Characters are numbered from 1, in the order of the cast.
+class Streamer {
+ public:
+  Streamer(const ViewOptions& options, const std::vector<Actor>& cast, const std::vector<double>& moment_times_s)
+      : options_(options), cast_(cast), moment_times_s_(moment_times_s), link_(link_options(options)) {
+    for (const Actor& actor : cast) roles_.push_back({Performance(actor.motion, options.duration_s), {}, {}, false});
+  }
+
+  StreamResult run() {
+    result_.ended = open();
+    if (result_.ended) result_.ended = perform();
+    result_.statistics.take_counters(link_.counters());
+    if (trace_) {
+      const Result<void> finished = trace_->finish();
+      if (result_.ended) result_.ended = finished;
+    }
+    return std::move(result_);
+  }
+
+ private:
+  struct Role {
+    Performance performance;
+    wire::GroomHash groom{};
+    link::Playout playout;
+    bool at_level = false;  // a frame at the level asked for has come
+  };
+
+  static link::LinkOptions link_options(const ViewOptions& options) {
+    link::LinkOptions link;
+    link.host = options.host;
+    link.port = options.port;
+    link.client_name = "hairnet-view";
+    return link;
+  }
+
+  Result<void> open() {
+    if (!options_.trace.empty()) {
+      Result<FrameTrace> trace = FrameTrace::create(options_.trace);
+      if (!trace) return Refusal(trace.error());
+      trace_ = std::move(*trace);
+    }
+    const Result<wire::Welcome> welcome = link_.connect();
+    if (!welcome) return Refusal(welcome.error());
+    session_ = welcome->session;
+    for (std::size_t i = 0; i < cast_.size(); ++i) {
+      const auto same = std::find_if(cast_.begin(), cast_.begin() + static_cast<std::ptrdiff_t>(i),
+                                     [&](const Actor& a) { return a.groom == cast_[i].groom; });
+      const auto first = static_cast<std::size_t>(same - cast_.begin());
+      roles_[i].groom = first == i ? link_.upload(*cast_[i].groom) : roles_[first].groom;
+      link_.add_character(static_cast<std::uint32_t>(i + 1), roles_[i].groom, cast_[i].level);
+    }
+    return {};
+  }
+
+  // Everything that happens in real time.
+  Result<void> perform() {
+    ProgressBar bar("hairnet-view");
+    opened_ns_ = next_pose_ns_ = link_.now_ns();
+    const std::int64_t length_ns = to_ns(options_.duration_s + options_.settle_s);
+    while (true) {
+      if (const Result<void> taken = take_events(); !taken) return taken;
+      const std::int64_t now = link_.now_ns();
+      if (!zero_ns_) begin_when_ready(now);
+      if (refused_ns_ && now - *refused_ns_ > kRefusalDetail_ns) return Refusal("the server refuses a groom");
+      if (!zero_ns_ && now - opened_ns_ > kGroomsReady_ns_max) return Refusal("the lattices never arrived");
+      if (now >= next_pose_ns_) push_poses(now);
+      if (now >= next_play_ns_) play(now);
+      if (zero_ns_ && now >= *zero_ns_ + length_ns && result_.moments.size() == moment_times_s_.size()) return {};
+      show_progress(bar, now, length_ns);
+      std::this_thread::sleep_for(std::chrono::nanoseconds(kLoop_ns));
+    }
+  }
+
+  Result<void> take_events() {
+    for (link::Event& event : link_.poll()) {
+      const Result<void> taken = std::visit([this](auto& e) { return take(e); }, event);
+      if (!taken) return taken;
+    }
+    return {};
+  }
+  Result<void> take(const link::Disconnected& end) { return Refusal(end.detail); }
+  Result<void> take(const wire::Error& error) { return Refusal(plain(error)); }
+  Result<void> take(const wire::GroomStatus& status) {
+    if (status.state == wire::GroomState::refused) refused_ns_ = link_.now_ns();
+    return {};
+  }
+  Result<void> take(wire::LevelRecord& record) {
+    result_.geometries[{record.groom, record.level}] = std::move(record.geometry);
+    return {};
+  }
+  Result<void> take(const wire::FrameBatch& batch) {
+    const std::int64_t now = link_.now_ns(), sampled = link_.to_local_ns(batch.sample_time_ns);
+    result_.statistics.count_frames(batch, now - sampled);
+    for (const wire::Frame& frame : batch.frames) {
+      if (frame.character < 1 || frame.character > roles_.size())
+        return Refusal("the server sent a frame of unknown character " + std::to_string(frame.character));
+      if (const Result<void> taken = take(frame, batch, sampled, now); !taken) return taken;
+    }
+    return {};
+  }
+  Result<void> take(const wire::Frame& frame, const wire::FrameBatch& batch, std::int64_t sampled, std::int64_t now) {
+    Role& role = roles_[frame.character - 1];
+    wire::decode_displacements(frame, displacement_);
+    if (!displacement_.empty()) {
+      const auto geometry = result_.geometries.find({role.groom, frame.level});
+      if (geometry == result_.geometries.end() || geometry->second.active_nodes.size() != displacement_.size())
+        return Refusal("the server sent a frame that fits no level record");
+    }
+    role.at_level = role.at_level || frame.level == cast_[frame.character - 1].level;
+    role.playout.push(frame, sampled, now);
+    result_.statistics.count_displacement(frame.character, displacement_);
+    if (trace_) {
+      trace_->add({batch.tick, session_ << 32 | frame.character, frame.level, frame.discontinuous, frame.quantum_m,
+                   frame.pose, displacement_});
+    }
+    return {};
+  }
+  Result<void> take(const auto&) { return {}; }
+
+  // The clips begin together, once every character is simulated at its level.
+  void begin_when_ready(std::int64_t now) {
+    const bool ready = std::all_of(roles_.begin(), roles_.end(), [](const Role& role) { return role.at_level; });
+    if (ready && now >= opened_ns_ + kUprightLeast_ns) zero_ns_ = now + to_ns(Performance::kLeadIn_s);
+  }
+
+  [[nodiscard]] double time_s(std::int64_t ns) const {
+    return zero_ns_ ? 1e-9 * static_cast<double>(ns - *zero_ns_) : -Performance::kLeadIn_s;
+  }
+
+  void push_poses(std::int64_t now) {
+    const double to_s = time_s(now);
+    std::vector<wire::PoseSample> poses;
+    ++sequence_;
+    for (std::size_t i = 0; i < roles_.size(); ++i) {
+      wire::PoseSample sample;
+      sample.character = static_cast<std::uint32_t>(i + 1);
+      sample.sequence = sequence_;
+      sample.capture_time_ns = now;
+      sample.teleport = roles_[i].performance.jumps(last_pose_s_, to_s);
+      sample.pose = rounded_to_wire(roles_[i].performance.at(to_s));
+      poses.push_back(sample);
+    }
+    last_pose_s_ = to_s;
+    result_.statistics.count_poses(poses.size());
+    link_.push_poses(std::move(poses));
+
+    ++pose_count_;
+    const double jitter_s = 1e-3 * options_.jitter_ms * std::uniform_real_distribution<>(-1, 1)(random_);
+    next_pose_ns_ = opened_ns_ + to_ns(static_cast<double>(pose_count_) / options_.pose_rate_hz + jitter_s);
+  }
+
+  // Samples as a display would, so that play-out keeps time, and copies out the wanted moments.
+  void play(std::int64_t now) {
+    next_play_ns_ = now + kPlayInterval_ns;
+    const bool wanted = zero_ns_ && result_.moments.size() < moment_times_s_.size() &&
+                        time_s(now) >= moment_times_s_[result_.moments.size()];
+    std::vector<Moment> moment;
+    for (Role& role : roles_) {
+      const link::Playout::Sample sample = role.playout.sample(now);
+      if (!wanted || !sample.valid) continue;
+      moment.push_back(
+          {sample.pose, role.groom, sample.level, {sample.displacement.begin(), sample.displacement.end()}});
+    }
+    if (wanted) result_.moments.push_back(std::move(moment));
+  }
+
+  void show_progress(ProgressBar& bar, std::int64_t now, std::int64_t length_ns) const {
+    if (!zero_ns_) return bar.show(0, "waiting for the lattices");
+    bar.show(static_cast<double>(now - *zero_ns_) / static_cast<double>(length_ns), "streaming");
+  }
+
+  const ViewOptions& options_;
+  const std::vector<Actor>& cast_;
+  const std::vector<double>& moment_times_s_;
+  link::Link link_;
+  std::optional<FrameTrace> trace_;
+  std::vector<Role> roles_;
+  StreamResult result_;
+  std::uint64_t session_ = 0;
+  std::uint32_t sequence_ = 0;
+  std::uint64_t pose_count_ = 0;
+  std::int64_t opened_ns_ = 0, next_pose_ns_ = 0, next_play_ns_ = 0;
+  std::optional<std::int64_t> zero_ns_;  // when the clips begin
+  std::optional<std::int64_t> refused_ns_;
+  double last_pose_s_ = -Performance::kLeadIn_s;
+  std::vector<Vec3f> displacement_;
+  std::mt19937 random_{1};
+};
+
+}  // namespace
+
+StreamResult stream(const ViewOptions& options, const std::vector<Actor>& cast,
+                    const std::vector<double>& moment_times_s) {
+  return Streamer(options, cast, moment_times_s).run();
+}
+
+}  // namespace hairnet::viewer

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "client/link/link.hpp"
+#include "client/tools/view/cast.hpp"
+#include "client/tools/view/options.hpp"
+#include "client/tools/view/stream_statistics.hpp"
+#include "core/ffd/lattice.hpp"
+#include "core/pose/pose.hpp"
+#include "core/result.hpp"
+
+namespace hairnet::viewer {
+
+// What one character looks like at one moment, copied out so that drawing can wait until the stream has ended.
+struct Moment {
+  Pose pose;
+  wire::GroomHash groom{};
+  LevelIndex level = LevelIndex::rigid;
+  std::vector<Vec3f> displacement;  // active order, head space, m; empty = rigid
+};
+
+struct StreamResult {
+  std::vector<std::vector<Moment>> moments;  // [time][character]
+  std::map<std::pair<wire::GroomHash, LevelIndex>, LevelGeometry> geometries;
+  StreamStatistics statistics;
+  Result<void> ended;  // what cut the stream short, if anything
+};
+
+// Streams the cast in real time until `options` says it ends, writes the trace, and copies out what is shown at each of
+// `moment_times_s` (ascending). What was received before a failure is still returned.
+StreamResult stream(const ViewOptions& options, const std::vector<Actor>& cast,
+                    const std::vector<double>& moment_times_s);
+
+}  // namespace hairnet::viewer

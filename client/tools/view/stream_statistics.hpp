@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "client/link/link.hpp"
+#include "schema/wire/messages.hpp"
+
+namespace hairnet::viewer {
+
+// What a stream measures about itself.
+class StreamStatistics {
+ public:
+  void count_poses(std::size_t count) { poses_sent_ += count; }
+  // `latency_ns`: from the time at which the poses in the batch were sampled to its arrival.
+  void count_frames(const wire::FrameBatch& batch, std::int64_t latency_ns);
+  void take_counters(const link::LinkCounters& counters) { link_ = counters; }
+  // The size of the last lattice received, by character.
+  void count_displacement(std::uint32_t character, const std::vector<Vec3f>& displacement);
+
+  [[nodiscard]] std::uint64_t frame_count() const { return frame_count_; }
+  [[nodiscard]] std::uint64_t missed_tick_count() const { return missed_tick_count_; }
+  [[nodiscard]] double latency_ms(double quantile) const;
+  [[nodiscard]] std::string summary() const;  // lines
+
+ private:
+  struct Displaced {
+    double rms_mm = 0, max_mm = 0;
+  };
+  std::map<std::uint32_t, std::uint64_t> last_tick_;  // by character
+  std::map<std::uint32_t, Displaced> last_displacement_;
+  std::vector<std::int64_t> latencies_ns_;
+  std::uint64_t frame_count_ = 0, missed_tick_count_ = 0, poses_sent_ = 0;
+  link::LinkCounters link_;
+};
+
+}  // namespace hairnet::viewer

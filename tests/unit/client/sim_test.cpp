@@ -1,0 +1,248 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "client/tools/sim/clip.hpp"
+#include "client/tools/sim/model_json.hpp"
+#include "client/tools/sim/replayed_world.hpp"
+#include "client/tools/sim/stepper.hpp"
+#include "client/tools/sim/trajectory_files.hpp"
+#include "tests/support/levels.hpp"
+
+namespace hairnet::sim {
+namespace {
+
+Motion nod(double duration_s = 1) {
+  Motion motion;
+  for (int i = 0; i <= 60 * duration_s; ++i) {
+    const double angle = 0.4 * std::sin(6 * i / 60.0);
+    motion.poses.push_back(
+        rigid_pose({Quat(Eigen::AngleAxisd(angle, Vec3::UnitX())), Vec3(0.1 * std::sin(3 * i / 60.0), 1.6, 0)}));
+  }
+  return motion;
+}
+
+StepperDef stepper_def(const Clip& clip, int iterations = 16) {
+  auto levels = std::make_shared<LevelSet>();
+  levels->levels[0] = support::make_random_level();
+  StepperDef def;
+  def.levels = levels;
+  def.tick_s = 1.0 / 25;
+  def.solver.iterations = iterations;
+  def.start = clip.poses[0];
+  return def;
+}
+
+double rms_mm(std::span<const Vec3f> a, std::span<const Vec3f> b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += double{(a[i] - b[i]).squaredNorm()};
+  return 1e3 * std::sqrt(sum / static_cast<double>(a.size()));
+}
+
+TEST(Clip, has_a_pose_for_the_start_and_one_a_tick) {
+  const Clip clip = make_clip(nod(2), 25, 0);
+  EXPECT_EQ(clip.tick_count(), 50u);
+  EXPECT_EQ(clip.motion_tick_count, 50u);
+}
+
+TEST(Clip, settling_ends_upright_in_place_with_the_heading_kept) {
+  Motion motion;
+  const Quat yaw(Eigen::AngleAxisd(0.7, Vec3::UnitY()));
+  motion.poses = {rigid_pose({yaw * Quat(Eigen::AngleAxisd(0.5, Vec3::UnitX())), Vec3(1, 2, 3)})};
+  const Clip clip = make_clip(motion, 25, 2);
+  EXPECT_EQ(clip.tick_count(), 50u);
+  EXPECT_EQ(clip.motion_tick_count, 0u);
+  for (const RigidTransform& bone : clip.poses.back().bones) {
+    EXPECT_LT(bone.rotation.angularDistance(yaw), 1e-6);
+    EXPECT_LT((bone.position - Vec3(1, 2, 3)).norm(), 1e-6);
+  }
+  EXPECT_EQ(clip.poses[25].head().position, clip.poses.back().head().position);
+}
+
+TEST(Clip, a_teleport_falls_on_the_tick_that_passes_it) {
+  Motion motion = nod();
+  motion.teleports.assign(motion.poses.size(), false);
+  motion.teleports[31] = true;  // at 0.5167 s: in the tick from 0.48 to 0.52 s
+  const Clip clip = make_clip(motion, 25, 0);
+  for (std::size_t i = 0; i < clip.teleports.size(); ++i) EXPECT_EQ(clip.teleports[i], i == 13) << i;
+}
+
+TEST(Stepper, the_world_with_many_iterations_follows_the_converged_solver) {
+  const Clip clip = make_clip(nod(), 25, 0);
+  for (const int substeps : {1, 3}) {
+    StepperDef def = stepper_def(clip, 400);
+    def.substep_count = substeps;
+    const auto world = make_stepper(Solver::standard, def), converged = make_stepper(Solver::converged, def);
+    double motion_mm = 0;
+    for (std::size_t i = 1; i < clip.poses.size(); ++i) {
+      world->step(clip.poses[i], false);
+      converged->step(clip.poses[i], false);
+      const std::vector<Vec3f> rest(world->state().displacement.size(), Vec3f::Zero());
+      motion_mm = std::max(motion_mm, rms_mm(world->state().displacement, rest));
+      EXPECT_LT(rms_mm(world->state().displacement, converged->state().displacement), 0.01) << substeps << " " << i;
+    }
+    EXPECT_GT(motion_mm, 1);
+  }
+}
+
+TEST(Stepper, a_teleport_moves_the_lattice_rigidly_with_either_solver) {
+  const Clip clip = make_clip(nod(), 25, 0);
+  for (const Solver solver : {Solver::standard, Solver::converged}) {
+    const auto stepper = make_stepper(solver, stepper_def(clip));
+    for (std::size_t i = 1; i < clip.poses.size(); ++i) stepper->step(clip.poses[i], false);
+    const LatticeState before = stepper->state();
+    const Pose far = rigid_pose({Quat(Eigen::AngleAxisd(2, Vec3::UnitY())), Vec3(5, 0, 0)});
+    const StepReport report = stepper->step(far, true);
+    EXPECT_EQ(report.teleports, 1u);
+    EXPECT_LT(rms_mm(stepper->state().displacement, before.displacement), 1e-3);
+    EXPECT_LT(rms_mm(stepper->state().velocity, before.velocity), 1e-2);
+  }
+}
+
+TEST(GridNodes, a_lattice_at_rest_moves_as_one_with_the_head) {
+  const Level level = support::make_random_level();
+  GridNodes nodes(level.geometry);
+  const RigidTransform to{Quat(Eigen::AngleAxisd(0.2, Vec3::UnitY())), Vec3(1.1, 0, 0)};
+  const std::vector<Vec3f> still(level.rest.size(), Vec3f::Zero());
+  const std::span<const float> positions = nodes.positions(to, still);
+  for (std::uint32_t n = 0; n < level.geometry.lattice.node_count(); ++n) {
+    const Vec3 wanted = to.point(level.geometry.lattice.node(n).cast<double>());
+    for (int a = 0; a < 3; ++a) EXPECT_NEAR(positions[3 * n + a], wanted[a], 1e-6);
+  }
+}
+
+TEST(GridNodes, trimmed_nodes_follow_in_position_and_velocity) {
+  // Half of the nodes trimmed, each following its neighbour along x: at rest in the head both move as one.
+  Level level = support::make_random_level();
+  LevelGeometry& g = level.geometry;
+  g.active_nodes.clear();
+  g.trimmed_begin = {0};
+  for (std::uint32_t n = 0; n < g.lattice.node_count(); ++n) {
+    if (n % 2 == 0) {
+      g.active_nodes.push_back(n);
+      continue;
+    }
+    g.trimmed_nodes.push_back(n);
+    g.trimmed_from.push_back(n / 2);
+    g.trimmed_weights.push_back(1);
+    g.trimmed_begin.push_back(static_cast<std::uint32_t>(g.trimmed_from.size()));
+  }
+  ASSERT_EQ(validate(g), "");
+  GridNodes nodes(g);
+  const RigidTransform from{Quat(Eigen::AngleAxisd(0.1, Vec3::UnitZ())), Vec3(0, 1, 0)};
+  const RigidTransform to{Quat(Eigen::AngleAxisd(0.15, Vec3::UnitZ())), Vec3(0.2, 1, 0)};
+  const double h = 0.04;
+  // Active nodes at the velocity of the rest, R'p0, plus one of their own.
+  const Vec3 own(0.3, -0.2, 0.1);
+  std::vector<Vec3f> velocity_head;
+  for (const std::uint32_t n : g.active_nodes) {
+    const Vec3 p = g.lattice.node(n).cast<double>();
+    const Vec3 world = (to.point(p) - from.point(p)) / h + own;
+    velocity_head.push_back((to.rotation.conjugate() * world).cast<float>());
+  }
+  const std::span<const float> velocities = nodes.velocities(from, to, h, velocity_head);
+  for (std::uint32_t n = 0; n < g.lattice.node_count(); ++n) {
+    const Vec3 p = g.lattice.node(n).cast<double>();
+    const Vec3 wanted = (to.point(p) - from.point(p)) / h + own;
+    for (int a = 0; a < 3; ++a) EXPECT_NEAR(velocities[3 * n + a], wanted[a], 1e-4) << n;
+  }
+}
+
+TEST(ModelJson, holds_every_field_and_reads_back_to_the_same_bits) {
+  Level level = support::make_random_level();
+  ModelDump dump;
+  dump.level = &level;
+  dump.rate_hz = 25;
+  dump.substep_count = 2;
+  dump.environment.wind = Vec3(1, 0, 0.1);
+  dump.resets = {7};
+  const nlohmann::json json = nlohmann::json::parse(encode_model_json(dump));
+  EXPECT_EQ(json["format"], "hairnet-model");
+  EXPECT_EQ(json["version"], 1);
+  EXPECT_EQ(json["rate_hz"], 25);
+  EXPECT_EQ(json["substeps"], 2);
+  EXPECT_EQ(json["bones"].size(), kBoneCount);
+  EXPECT_EQ(json["resets"], nlohmann::json({7}));
+  EXPECT_FALSE(json["notes"].empty());
+  EXPECT_EQ(json["wind"][2].get<double>(), 0.1);
+  EXPECT_EQ(json["nodes"]["active"].size(), level.rest.size());
+  for (std::size_t i = 0; i < level.rest.size(); ++i) {
+    EXPECT_EQ(json["nodes"]["mass"][i].get<float>(), level.mass[i]);
+    EXPECT_EQ(json["nodes"]["ether_k"][i].get<float>(), level.ether_stiffness[i]);
+    EXPECT_EQ(json["nodes"]["ether_q"][i].get<float>(), level.ether_damping[i]);
+    EXPECT_EQ(json["nodes"]["drag"][i][5].get<float>(), level.drag[i][5]);
+  }
+  ASSERT_EQ(json["springs"].size(), level.springs.count());
+  ASSERT_EQ(json["attachments"].size(), level.attachments.count());
+  ASSERT_EQ(json["metaballs"].size(), level.metaballs.size());
+  const auto& spring = json["springs"][3];
+  for (std::size_t e = 0; e < spring["nodes"].size(); ++e) {
+    const std::uint32_t entry = level.springs.begin[3] + static_cast<std::uint32_t>(e);
+    EXPECT_EQ(spring["weights"][e].get<float>(), level.springs.weights[entry]);
+    EXPECT_EQ(spring["nodes"][e], level.geometry.active_nodes[level.springs.nodes[entry]]);
+  }
+  EXPECT_EQ(spring["rest_length"].get<double>(), level.springs.rest[3].cast<double>().norm());
+  EXPECT_EQ(json["attachments"][2]["rest"][1].get<float>(), level.attachments.rest[2].y());
+  EXPECT_EQ(json["metaballs"][1]["bone"], "left_shoulder");
+  EXPECT_EQ(json["metaballs"][1]["radius"].size(), level.rest.size());
+}
+
+class ReplayedTicks : public ::testing::Test {
+ protected:
+  void SetUp() override { ASSERT_TRUE(replayed_.take(wire::RecordingHeader{})); }
+  static wire::RecordedAdd rigid_character(std::uint64_t key) {
+    wire::RecordedAdd added;
+    added.character = key;
+    return added;
+  }
+  // Refused for `what`, where the hash of an empty tick would be in order.
+  void expect_refused(const wire::RecordedTick& tick, const std::string& what) {
+    const Result<void> taken = replayed_.take(tick);
+    ASSERT_FALSE(taken);
+    EXPECT_NE(taken.error().find(what), std::string::npos) << taken.error();
+  }
+  ReplayedWorld replayed_{[](double, std::string_view) {}};
+};
+
+TEST_F(ReplayedTicks, equal_hashes_are_taken_and_others_refused) {
+  World world(WorldDef{});
+  CharacterDef def;
+  ASSERT_TRUE(world.add(def));
+  world.step();
+  wire::RecordedTick tick;
+  tick.added = {rigid_character(1)};
+  tick.state_hash = world.hash();
+  EXPECT_TRUE(replayed_.take(tick));
+  tick.added.clear();
+  tick.tick = 1;
+  tick.state_hash ^= 1;
+  expect_refused(tick, "tick 1: the state differs");
+}
+
+TEST_F(ReplayedTicks, refuses_what_the_recording_has_no_ground_for) {
+  wire::RecordedTick tick;
+  tick.removed = {5};
+  expect_refused(tick, "removes unknown session 0 character 5");
+  tick = {};
+  tick.poses = {{5, false, Pose{}}};
+  expect_refused(tick, "poses unknown");
+  tick = {};
+  tick.levels = {{5, LevelIndex::high}};
+  expect_refused(tick, "unknown session 0 character 5");
+  tick = {};
+  tick.added = {rigid_character(1)};
+  tick.added[0].levels_ready = true;
+  expect_refused(tick, "a groom that is not in the recording");
+  EXPECT_FALSE(replayed_.take(wire::RecordingHeader{}));
+  EXPECT_FALSE(replayed_.take(wire::RecordedGroom{{1, 2, 3}}));
+}
+
+TEST_F(ReplayedTicks, refuses_a_tick_before_the_header) {
+  ReplayedWorld empty([](double, std::string_view) {});
+  EXPECT_FALSE(empty.take(wire::RecordedTick{}));
+}
+
+}  // namespace
+}  // namespace hairnet::sim

@@ -1,0 +1,126 @@
+#include <gtest/gtest.h>
+
+#include "client/tools/view/character_spec.hpp"
+#include "client/tools/view/hair_colour.hpp"
+#include "client/tools/view/performance.hpp"
+#include "client/tools/view/stream_statistics.hpp"
+
+namespace hairnet::viewer {
+namespace {
+
+// One second, the head moving along x and leaning.
+Motion leaning(double last_x) {
+  Motion motion;
+  for (int i = 0; i <= 60; ++i) {
+    const double s = i / 60.0;
+    motion.poses.push_back(rigid_pose({Quat(Eigen::AngleAxisd(0.3 + s, Vec3::UnitX())), Vec3(s * last_x, 1.5, 0)}));
+  }
+  return motion;
+}
+
+double lean(const Pose& pose) {
+  return pose.head().rotation.angularDistance(Quat::Identity());
+}
+
+TEST(Performance, begins_upright_where_the_clip_begins_and_eases_into_it) {
+  const Motion motion = leaning(1);
+  const Performance performance(motion, 3);
+  EXPECT_NEAR(lean(performance.at(-5)), 0, 1e-9);
+  EXPECT_EQ(performance.at(-5).head().position, motion.poses[0].head().position);
+  EXPECT_NEAR(lean(performance.at(-Performance::kLeadIn_s / 2)), 0.15, 1e-9);
+  EXPECT_NEAR(lean(performance.at(0)), 0.3, 1e-9);
+}
+
+TEST(Performance, loops_while_the_duration_lasts_then_eases_upright) {
+  const Motion motion = leaning(1);
+  const Performance performance(motion, 2.5);
+  EXPECT_NEAR(lean(performance.at(0.25)), lean(performance.at(1.25)), 1e-9);
+  EXPECT_NEAR(lean(performance.at(2.49)), 0.3 + 0.49, 1e-6);
+  EXPECT_NEAR(lean(performance.at(2.5)), 0.8, 1e-5);
+  EXPECT_NEAR(lean(performance.at(2.5 + Performance::kEaseUpright_s)), 0, 1e-9);
+  EXPECT_NEAR(performance.at(9).head().position.x(), 0.5, 1e-5);
+}
+
+TEST(Performance, an_end_that_does_not_meet_the_beginning_is_a_jump) {
+  const Motion travels = leaning(1);
+  const Performance performance(travels, 3);
+  EXPECT_FALSE(performance.jumps(0.2, 0.9));
+  EXPECT_TRUE(performance.jumps(0.95, 1.05));
+  EXPECT_FALSE(performance.jumps(1.1, 1.2));
+  EXPECT_FALSE(performance.jumps(-0.3, -0.2));
+  EXPECT_FALSE(performance.jumps(3.1, 4.1));
+}
+
+TEST(Performance, a_clip_that_closes_loops_without_a_jump) {
+  Motion closed = leaning(0);
+  closed.poses.back() = closed.poses.front();
+  EXPECT_FALSE(Performance(closed, 3).jumps(0.95, 1.05));
+}
+
+TEST(Performance, the_clips_own_teleports_are_jumps) {
+  Motion motion = leaning(0);
+  motion.teleports.assign(motion.poses.size(), false);
+  motion.teleports[30] = true;
+  const Performance performance(motion, 3);
+  EXPECT_TRUE(performance.jumps(0.45, 0.55));
+  EXPECT_TRUE(performance.jumps(1.45, 1.55));
+  EXPECT_FALSE(performance.jumps(0.55, 0.6));
+}
+
+TEST(CharacterSpec, takes_its_keys_in_any_order) {
+  const auto character = parse_character("level=low,motion=made:nod,groom=a.groom,strands=500,up=+z,face=-y,unit=0.01");
+  ASSERT_TRUE(character) << character.error();
+  EXPECT_EQ(character->groom, "a.groom");
+  EXPECT_EQ(character->motion, "made:nod");
+  EXPECT_EQ(character->level, LevelIndex::low);
+  EXPECT_EQ(character->hairstyle.strand_count, 500u);
+  EXPECT_EQ(character->bvh.up, Axis::plus_z);
+  EXPECT_EQ(character->bvh.unit_m, 0.01);
+}
+
+TEST(CharacterSpec, refuses_what_it_does_not_know_in_one_line) {
+  for (const char* spec : {"", ",", "groom=a", "motion=a", "groom=a,motion=b,level=best", "groom=a,motion=b,hat=red",
+                           "groom=a,motion=b,colour=#12345", "groom=a,motion=b,strands=-1", "groom=a,motion=b,unit=0",
+                           "groom=a,motion=b,unit=nan", "groom=,motion=b", "groom=a,motion=b,", "groom"}) {
+    const auto character = parse_character(spec);
+    ASSERT_FALSE(character) << spec;
+    EXPECT_EQ(character.error().find('\n'), std::string::npos);
+  }
+}
+
+TEST(HairColour, hexadecimal_colours_are_srgb) {
+  const auto colour = parse_hair_colour("#ff8000");
+  ASSERT_TRUE(colour);
+  EXPECT_NEAR(colour->x(), 1, 1e-6);
+  EXPECT_NEAR(colour->y(), 0.2158f, 1e-3);
+  EXPECT_EQ(colour->z(), 0);
+}
+
+wire::FrameBatch batch_of(std::uint64_t tick, std::vector<std::uint32_t> characters) {
+  wire::FrameBatch batch;
+  batch.tick = tick;
+  for (const std::uint32_t character : characters) {
+    batch.frames.emplace_back();
+    batch.frames.back().character = character;
+  }
+  return batch;
+}
+
+TEST(StreamStatistics, counts_the_ticks_each_character_missed) {
+  StreamStatistics statistics;
+  statistics.count_frames(batch_of(10, {1, 2}), 0);
+  statistics.count_frames(batch_of(11, {1}), 0);
+  statistics.count_frames(batch_of(14, {1, 2, 3}), 0);
+  EXPECT_EQ(statistics.frame_count(), 6u);
+  EXPECT_EQ(statistics.missed_tick_count(), 2u + 3u);
+}
+
+TEST(StreamStatistics, quantiles_of_latency) {
+  StreamStatistics statistics;
+  for (std::int64_t i = 0; i <= 100; ++i) statistics.count_frames(batch_of(1, {}), (100 - i) * 1'000'000);
+  EXPECT_EQ(statistics.latency_ms(0.5), 50);
+  EXPECT_EQ(statistics.latency_ms(0.95), 95);
+}
+
+}  // namespace
+}  // namespace hairnet::viewer

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "tests/support/npy_reader.hpp"
+
+namespace hairnet::whole {
+
+// A trace's arrays (client/tools/trace), by character and tick.
+struct Trace {
+  explicit Trace(const std::string& folder);
+
+  [[nodiscard]] std::int64_t level(std::size_t frame) const { return frames.row(frame)[2]; }
+  [[nodiscard]] std::size_t count(std::size_t frame) const { return static_cast<std::size_t>(frames.row(frame)[5]); }
+  // 3 numbers a node.
+  [[nodiscard]] const float* displacement(std::size_t frame) const {
+    return displacements.values.data() + 3 * frames.row(frame)[4];
+  }
+  [[nodiscard]] bool all_finite() const;
+
+  support::NpyArray<std::int64_t> frames;
+  support::NpyArray<float> quanta, poses, displacements;
+  std::map<std::pair<std::int64_t, std::int64_t>, std::size_t> by_character_and_tick;
+};
+
+struct FrameComparison {
+  std::size_t frames = 0, moving_frames = 0;  // compared; of these, with displacements other than 0
+  std::size_t unknown = 0;                    // received, but not computed
+  std::size_t levels_differ = 0, poses_differ = 0, counts_differ = 0, displacements_differ = 0;
+  std::size_t missed_ticks = 0;  // between a character's first and last frame
+  double error_mm_max = 0;       // of a displacement's coordinate
+  double error_quanta_max = 0;
+};
+
+// `received` came over the wire, `computed` from the recording.
+FrameComparison compare(const Trace& received, const Trace& computed);
+
+// Of the last frame of each character, over its nodes.
+std::map<std::int64_t, double> last_rms_mm(const Trace& trace);
+
+}  // namespace hairnet::whole

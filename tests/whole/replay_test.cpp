@@ -1,0 +1,98 @@
+#include <gmock/gmock.h>
+
+#include <fstream>
+
+#include "tests/whole/frame_comparison.hpp"
+#include "tests/whole/whole_test.hpp"
+
+namespace hairnet::whole {
+namespace {
+
+using ::testing::HasSubstr;
+
+// A busy machine skips ticks, and a slow build more of them.
+constexpr double kMissedShareMax = HAIRNET_SANITIZED ? 0.5 : 0.1;
+
+class Replay : public WholeTest {
+ protected:
+  // What every client of a recorded server must find in its trace.
+  void expect_same(const std::string& received_folder, const std::string& computed_folder) {
+    const Trace received(path(received_folder)), computed(path(computed_folder));
+    const FrameComparison result = compare(received, computed);
+    std::printf("%s: %zu frames (%zu moving), %zu ticks missed, error at most %.4f mm, %.4f quanta\n",
+                received_folder.c_str(), result.frames, result.moving_frames, result.missed_ticks, result.error_mm_max,
+                result.error_quanta_max);
+    EXPECT_GT(result.moving_frames, result.frames / 4);
+    EXPECT_EQ(result.unknown, 0u);
+    EXPECT_EQ(result.levels_differ, 0u);
+    EXPECT_EQ(result.poses_differ, 0u);
+    EXPECT_EQ(result.counts_differ, 0u);
+    EXPECT_EQ(result.displacements_differ, 0u);
+    EXPECT_LE(static_cast<double>(result.missed_ticks), kMissedShareMax * static_cast<double>(result.frames) + 3);
+    EXPECT_TRUE(received.all_finite());
+  }
+};
+
+TEST_F(Replay, every_received_frame_is_what_the_recording_computes_again) {
+  auto server = start_server({"--record", path("recording")});
+  auto view = start_view({"--character", "groom=made:long_curly,motion=made:dance,level=high,strands=300",  //
+                          "--character", "groom=made:bob,motion=made:teleport,level=low,strands=200",       //
+                          "--character", "groom=made:bob,motion=made:shake,level=medium,strands=200",       //
+                          "--duration", "2.5", "--trace", path("received")});
+  finish(*view, 0);
+  drain(*server);
+  auto sim = start("hairnet-sim", {"--replay", path("recording"), "--trace", path("computed")}, "sim");
+  finish(*sim, 0);
+  EXPECT_THAT(sim->out(), HasSubstr("every state hash equal"));
+  expect_same("received", "computed");
+}
+
+TEST_F(Replay, two_clients_at_once_each_get_their_own_characters) {
+  auto server = start_server({"--record", path("recording")});
+  const Arguments shared{"--duration", "1.5", "--pose-rate", "72", "--jitter", "4"};
+  Arguments a{"--character", "groom=made:bob,motion=made:nod,level=low,strands=200", "--trace", path("received_a")};
+  Arguments b{"--character", "groom=made:bob,motion=made:shake,level=low,strands=200", "--trace", path("received_b")};
+  a.insert(a.end(), shared.begin(), shared.end());
+  b.insert(b.end(), shared.begin(), shared.end());
+  auto view_a = start_view(a, "view_a"), view_b = start_view(b, "view_b");
+  finish(*view_a, 0);
+  finish(*view_b, 0);
+  drain(*server);
+  auto sim = start("hairnet-sim", {"--replay", path("recording"), "--trace", path("computed")}, "sim");
+  finish(*sim, 0);
+  expect_same("received_a", "computed");
+  expect_same("received_b", "computed");
+  EXPECT_NE(Trace(path("received_a")).frames.row(0)[1], Trace(path("received_b")).frames.row(0)[1]);
+}
+
+TEST_F(Replay, a_damaged_recording_has_a_plain_reason) {
+  auto server = start_server({"--record", path("recording")});
+  auto view = start_view(
+      {"--character", "groom=made:bob,motion=made:nod,level=low,strands=100", "--duration", "0.5", "--no-draw"});
+  finish(*view, 0);
+  drain(*server);
+  std::ifstream file(path("recording"), std::ios::binary);
+  const std::string whole((std::istreambuf_iterator<char>(file)), {});
+
+  std::ofstream(path("cut"), std::ios::binary) << whole.substr(0, whole.size() - 7);
+  auto cut = start("hairnet-sim", {"--replay", path("cut")}, "sim_cut");
+  finish(*cut, 1);
+  EXPECT_THAT(cut->err(), HasSubstr("hairnet-sim: "));
+
+  // A bit of the last tick's state hash: everything is sound but the state.
+  std::string changed = whole;
+  std::size_t differs_at_hash = 0;
+  for (std::size_t back = 1; back <= 64 && differs_at_hash == 0; ++back) {
+    changed = whole;
+    changed[changed.size() - back] = static_cast<char>(changed[changed.size() - back] ^ 1);
+    std::ofstream(path("changed"), std::ios::binary | std::ios::trunc) << changed;
+    auto sim = start("hairnet-sim", {"--replay", path("changed")}, "sim_changed");
+    const int code = sim->wait();
+    ASSERT_TRUE(code == 0 || code == 1) << code;
+    if (sim->err().find("the state differs") != std::string::npos) differs_at_hash = back;
+  }
+  EXPECT_GT(differs_at_hash, 0u);
+}
+
+}  // namespace
+}  // namespace hairnet::whole

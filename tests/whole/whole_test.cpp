@@ -1,0 +1,75 @@
+#include "tests/whole/whole_test.hpp"
+
+#include <signal.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <fstream>
+#include <thread>
+
+namespace hairnet::whole {
+
+void WholeTest::SetUp() {
+  const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
+  folder_ = std::filesystem::temp_directory_path() /
+            ("hairnet_" + std::string(info->name()).substr(0, 60) + "_" + std::to_string(::getpid()));
+  std::filesystem::create_directories(folder_);
+}
+
+void WholeTest::TearDown() {
+  if (HasFailure())
+    std::printf("kept: %s\n", folder_.c_str());
+  else
+    std::filesystem::remove_all(folder_);
+}
+
+std::unique_ptr<Process> WholeTest::start(const std::string& program, const Arguments& arguments,
+                                          const std::string& name) {
+  Arguments command{std::string(HAIRNET_BIN_DIR) + "/" + program};
+  command.insert(command.end(), arguments.begin(), arguments.end());
+  return std::make_unique<Process>(command, path(name));
+}
+
+std::unique_ptr<Process> WholeTest::start_server(const Arguments& more, const std::string& name) {
+  const std::string port_file = path(name + ".port");
+  Arguments arguments{"--port", "0", "--port-file", port_file};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  auto server = start("hairnet-server", arguments, name);
+  EXPECT_TRUE(wait_for_file(port_file, 1, *server)) << server->err();
+  std::ifstream(port_file) >> port_;
+  return server;
+}
+
+std::unique_ptr<Process> WholeTest::start_view(const Arguments& more, const std::string& name) {
+  Arguments arguments{"--connect", "127.0.0.1:" + port_};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return start("hairnet-view", arguments, name);
+}
+
+void WholeTest::finish(Process& process, int exit_code) {
+  EXPECT_EQ(process.wait(), exit_code) << process.out() << process.err();
+}
+
+void WholeTest::drain(Process& server) {
+  server.send(SIGTERM);
+  finish(server, 0);
+}
+
+bool WholeTest::wait_for_file(const std::string& file, std::size_t bytes, Process& process) {
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(5);
+  while (std::chrono::steady_clock::now() < deadline && process.running()) {
+    std::error_code none;
+    const auto size = std::filesystem::file_size(file, none);
+    if (!none && size >= bytes) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return false;
+}
+
+bool is_one_line(const std::string& text) {
+  return !text.empty() && text.find('\n') == text.size() - 1;
+}
+
+}  // namespace hairnet::whole

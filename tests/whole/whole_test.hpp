@@ -1,0 +1,42 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tests/whole/process.hpp"
+
+namespace hairnet::whole {
+
+// A folder of its own and the programs, by their names.
+class WholeTest : public ::testing::Test {
+ protected:
+  using Arguments = std::vector<std::string>;
+  void SetUp() override;
+  void TearDown() override;  // keeps the folder of a failed test
+
+  [[nodiscard]] std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  // Returns once the server listens. `name` is of its files: output, port.
+  std::unique_ptr<Process> start_server(const Arguments& more = {}, const std::string& name = "server");
+  // hairnet-view, connected to the server started last.
+  std::unique_ptr<Process> start_view(const Arguments& more, const std::string& name = "view");
+  std::unique_ptr<Process> start(const std::string& program, const Arguments& arguments, const std::string& name);
+  // Runs to the end; a code other than `exit_code` is a failure with the program's output.
+  void finish(Process& process, int exit_code);
+  // SIGTERM, and the end of it.
+  void drain(Process& server);
+  // Until `path` is a file of at least `bytes`; false after a long while, or once `process` has ended.
+  bool wait_for_file(const std::string& path, std::size_t bytes, Process& process);
+
+ private:
+  std::filesystem::path folder_;
+  std::string port_;
+};
+
+// "hairnet-x: reason" and nothing else.
+bool is_one_line(const std::string& text);
+
+}  // namespace hairnet::whole
