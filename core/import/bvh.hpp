@@ -12,8 +12,8 @@
 
 namespace hairnet {
 
-// How a skeleton's joints become bones. A name left empty is found by the usual joint names (Head, Neck, LeftShoulder or
-// LeftCollar, RightShoulder or RightCollar, Spine2 or Chest …); a bone still missing comes from PoseCompletion.
+// How a skeleton's joints become bones. A name left empty is found by the usual joint names (Head, Neck, LeftShoulder
+// or LeftCollar, RightShoulder or RightCollar, Spine2 or Chest …); a bone still missing comes from PoseCompletion.
 struct BvhImport {
   std::array<std::string, kBoneCount> joint_names;
   Axis up = Axis::plus_y;
@@ -22,8 +22,8 @@ struct BvhImport {
 };
 
 struct ImportedMotion {
-  Motion motion;                           // B = joint(t) joint(bind)^-1 A, the head joint at head space's origin
-  std::array<std::string, kBoneCount> joints;   // the joint each bone came from, empty when completed by rule
+  Motion motion;                               // B = joint(t) joint(bind)^-1 A, the head joint at head space's origin
+  std::array<std::string, kBoneCount> joints;  // the joint each bone came from, empty when completed by rule
   std::vector<std::string> warnings;
 };
 

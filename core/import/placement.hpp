@@ -1,8 +1,10 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/geometry/triangle_mesh.hpp"
 #include "core/groom/groom.hpp"
@@ -12,14 +14,20 @@
 namespace hairnet {
 
 enum class Axis : std::uint8_t { plus_x, minus_x, plus_y, minus_y, plus_z, minus_z };
-Result<Axis> parse_axis(std::string_view text);   // "+x", "-z", "y"
+Result<Axis> parse_axis(std::string_view text);  // "+x", "-z", "y"
+
+Vec3 direction(Axis axis);
+
+// Turns file axes so that `up` becomes +Y and `face` +Z; the third axis is up x face, so that nothing is mirrored. The
+// two must not be parallel.
+Mat3 rotation_to_head(Axis up, Axis face);
 
 // How a file's coordinates become head space: rotate (up to +Y, face to +Z), shift, scale.
 struct Placement {
   Axis up = Axis::plus_y;
   Axis face = Axis::plus_z;
-  double unit_m = 1;                  // metres a file unit
-  std::optional<Vec3> origin;         // head joint in file coordinates; without it, estimated from mesh or roots
+  double unit_m = 1;           // metres a file unit
+  std::optional<Vec3> origin;  // head joint in file coordinates; without it, estimated from mesh or roots
 };
 
 // Refuses parallel axes and a unit that is not finite and positive.
@@ -28,18 +36,18 @@ Vec3f place(const Placement& placement, const Vec3& origin, const Vec3f& file_po
 
 struct StrandFile {
   ImportedStrands strands;
-  std::string group;                  // name of the group its strands go to
+  std::string group;  // name of the group its strands go to
 };
 
 struct GroomDef {
   std::string name;
   std::vector<StrandFile> files;
-  std::optional<TriangleMesh> body;   // same file coordinates as the strands
-  Placement placement;                // of strands
-  std::optional<Placement> body_placement;   // when the mesh lies in other axes or units
-  double hairs_in_all = 100'000;      // real hairs on the head, shared evenly over the strands
+  std::optional<TriangleMesh> body;         // same file coordinates as the strands
+  Placement placement;                      // of strands
+  std::optional<Placement> body_placement;  // when the mesh lies in other axes or units
+  double hairs_in_all = 100'000;            // real hairs on the head, shared evenly over the strands
   double root_length_m = 0.02;
-  double rooted_distance_m = 0.015;   // a first point within this of the skin is on the skull
+  double rooted_distance_m = 0.015;  // a first point within this of the skin is on the skull
 };
 
 struct ImportedGroom {

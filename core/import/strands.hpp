@@ -22,7 +22,7 @@ enum class StrandFormat : std::uint8_t { yuksel_hair, tressfx, usc_data };
 // Memory taken is bounded by the size of `bytes`; every count is checked against it before anything is reserved.
 // Refuses non-finite points, truncation at any byte, wrong magic or version.
 Result<ImportedStrands> decode_yuksel_hair(std::span<const std::byte> bytes);
-Result<ImportedStrands> decode_tressfx(std::span<const std::byte> bytes);       // .tfx 3.0 and 4.0
+Result<ImportedStrands> decode_tressfx(std::span<const std::byte> bytes);  // .tfx 3.0 and 4.0
 Result<ImportedStrands> decode_usc_data(std::span<const std::byte> bytes);
 Result<ImportedStrands> decode_strands(StrandFormat format, std::span<const std::byte> bytes);
 

@@ -1,0 +1,164 @@
+#include "core/import/bvh.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdio>
+#include <span>
+
+#include "core/import/bvh_file.hpp"
+#include "core/pose/complete_pose.hpp"
+
+namespace hairnet {
+namespace {
+
+constexpr int kNone = -1;
+using JointOfBone = std::array<int, kBoneCount>;
+
+// "mixamorig:Left_Shoulder" -> "leftshoulder"
+std::string plain(std::string_view name) {
+  name.remove_prefix(name.find_last_of(':') + 1);  // npos + 1 = 0
+  std::string out;
+  for (const unsigned char letter : name) {
+    if (std::isalnum(letter)) out += static_cast<char>(std::tolower(letter));
+  }
+  return out;
+}
+
+int find_joint(const BvhFile& file, std::string_view name) {
+  const std::string wanted = plain(name);
+  const auto found =
+      std::ranges::find_if(file.joints, [&](const BvhFile::Joint& j) { return plain(j.name) == wanted; });
+  return found == file.joints.end() ? kNone : static_cast<int>(found - file.joints.begin());
+}
+
+// Names in the order in which they are looked for; where a spine or neck has several joints, the uppermost comes first.
+std::span<const std::string_view> usual_names(Bone bone) {
+  static constexpr std::array<std::string_view, 1> kHead{"head"};
+  static constexpr std::array<std::string_view, 3> kNeck{"neck2", "neck1", "neck"};
+  static constexpr std::array<std::string_view, 8> kLeft{"leftshoulder", "lshoulder",    "shoulderl", "leftcollar",
+                                                         "lcollar",      "leftclavicle", "lclavicle", "claviclel"};
+  static constexpr std::array<std::string_view, 8> kRight{"rightshoulder", "rshoulder",     "shoulderr", "rightcollar",
+                                                          "rcollar",       "rightclavicle", "rclavicle", "clavicler"};
+  static constexpr std::array<std::string_view, 11> kTrunk{
+      "upperchest", "chest4", "chest3", "chest2", "chest", "spine3", "spine2", "spine1", "spine", "thorax", "torso"};
+  switch (bone) {
+    case Bone::head:
+      return kHead;
+    case Bone::neck:
+      return kNeck;
+    case Bone::left_shoulder:
+      return kLeft;
+    case Bone::right_shoulder:
+      return kRight;
+    case Bone::upper_trunk:
+      return kTrunk;
+  }
+  return {};
+}
+
+Result<JointOfBone> find_joints(const BvhFile& file, const BvhImport& import) {
+  JointOfBone joints;
+  joints.fill(kNone);
+  for (std::size_t b = 0; b < kBoneCount; ++b) {
+    if (!import.joint_names[b].empty()) {
+      joints[b] = find_joint(file, import.joint_names[b]);
+      if (joints[b] == kNone) return Refusal("there is no joint '" + import.joint_names[b] + "'");
+      continue;
+    }
+    for (const std::string_view name : usual_names(static_cast<Bone>(b))) {
+      if ((joints[b] = find_joint(file, name)) != kNone) break;
+    }
+  }
+  if (joints[0] == kNone) {
+    std::string names;
+    for (const BvhFile::Joint& joint : file.joints) names += (names.empty() ? "" : ", ") + joint.name;
+    return Refusal("no joint is called Head; name it by flag, one of: " + names.substr(0, 400));
+  }
+  return joints;
+}
+
+// From file axes and units to ours.
+class Conversion {
+ public:
+  explicit Conversion(const BvhImport& import)
+      : turn_(rotation_to_head(import.up, import.face)), rotation_(turn_), unit_m_(import.unit_m) {}
+  [[nodiscard]] RigidTransform operator()(const RigidTransform& joint) const {
+    return {(rotation_ * joint.rotation * rotation_.conjugate()).normalized(), unit_m_ * (turn_ * joint.position)};
+  }
+
+ private:
+  Mat3 turn_;
+  Quat rotation_;
+  double unit_m_;
+};
+
+double height_m(const BvhFile& file, const Conversion& convert) {
+  double low = 0, high = 0;
+  bool first = true;
+  for (const RigidTransform& joint : file.bind_pose()) {
+    const double y = convert(joint).position.y();
+    low = first ? y : std::min(low, y);
+    high = first ? y : std::max(high, y);
+    first = false;
+  }
+  return high - low;
+}
+
+void warn(const BvhFile& file, const Conversion& convert, const BvhImport& import, ImportedMotion& imported) {
+  const double tall_m = height_m(file, convert);
+  if (!(tall_m >= 0.4 && tall_m <= 3)) {
+    char text[160];
+    std::snprintf(text, sizeof text, "the skeleton is %.3g m tall; --unit %.3g would make it a person", tall_m,
+                  tall_m > 0 ? import.unit_m * 1.6 / tall_m : import.unit_m);
+    imported.warnings.emplace_back(text);
+  }
+  for (std::size_t b = 0; b < kBoneCount; ++b) {
+    if (imported.joints[b].empty())
+      imported.warnings.push_back("no joint found for the bone " + std::string(kBoneNames[b]) + ": it follows by rule");
+  }
+}
+
+}  // namespace
+
+Result<ImportedMotion> decode_bvh(std::string_view text, const BvhImport& import, const Body* body) {
+  const Placement axes{import.up, import.face, import.unit_m, {}};
+  if (std::string fault = validate(axes); !fault.empty()) return Refusal(std::move(fault));
+  const Result<BvhFile> file = decode_bvh_file(text);
+  if (!file) return Refusal(file.error());
+  const Result<JointOfBone> joints = find_joints(*file, import);
+  if (!joints) return Refusal(joints.error());
+
+  ImportedMotion imported;
+  for (std::size_t b = 0; b < kBoneCount; ++b) {
+    if ((*joints)[b] != kNone) imported.joints[b] = file->joints[static_cast<std::size_t>((*joints)[b])].name;
+  }
+  const Conversion convert(import);
+  warn(*file, convert, import, imported);
+
+  // B = joint(t) joint(bind)^-1 A, A placing head space at the bind pose's head joint.
+  const std::vector<RigidTransform> bind = file->bind_pose();
+  const RigidTransform A{Quat::Identity(), convert(bind[static_cast<std::size_t>((*joints)[0])]).position};
+  PoseCompletion completion(body ? *body : Body{});
+  imported.motion.rate_hz = 1 / file->frame_time_s;
+  imported.motion.poses.reserve(file->frame_count);
+  for (std::size_t frame = 0; frame < file->frame_count; ++frame) {
+    const std::vector<RigidTransform> now = file->pose(frame);
+    const auto bone = [&](std::size_t b) {
+      const auto joint = static_cast<std::size_t>((*joints)[b]);
+      return convert(now[joint]) * convert(bind[joint]).inverse() * A;
+    };
+    Pose pose = completion.complete(bone(0), frame == 0 ? 0 : file->frame_time_s);
+    constexpr auto kTrunk = static_cast<std::size_t>(Bone::upper_trunk);
+    // Shoulders that have no joint of their own go with the trunk that was found.
+    if ((*joints)[kTrunk] != kNone) pose[Bone::left_shoulder] = pose[Bone::right_shoulder] = bone(kTrunk);
+    for (std::size_t b = 1; b < kBoneCount; ++b) {
+      if ((*joints)[b] != kNone) pose.bones[b] = bone(b);
+    }
+    imported.motion.poses.push_back(pose);
+  }
+  if (!std::ranges::all_of(imported.motion.poses, is_valid)) return Refusal("the motion's numbers are too large");
+  return imported;
+}
+
+}  // namespace hairnet

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/geometry/rigid_transform.hpp"
+#include "core/result.hpp"
+
+namespace hairnet {
+
+// A BVH file as it stands: the skeleton and a row of channel values a frame, in the file's own axes and units.
+struct BvhFile {
+  enum class Channel : std::uint8_t { x_position, y_position, z_position, x_rotation, y_rotation, z_rotation };
+  struct Joint {
+    std::string name;
+    int parent = -1;  // index of an earlier joint; -1 for a root
+    Vec3 offset = Vec3::Zero();
+    std::vector<Channel> channels;  // in the file's order, which is that of the rotations' product
+    std::size_t first_value = 0;    // of its channels in a row
+  };
+  std::vector<Joint> joints;
+  std::size_t values_per_frame = 0;
+  std::size_t frame_count = 0;
+  double frame_time_s = 0;
+  std::vector<float> values;  // frame by frame; positions in file units, rotations in degrees
+
+  // Joint to file world. Position channels take the offset's place, as exporters mean them. Frame by frame, all joints.
+  [[nodiscard]] std::vector<RigidTransform> pose(std::size_t frame) const;
+  // All rotations zero.
+  [[nodiscard]] std::vector<RigidTransform> bind_pose() const;
+};
+
+Result<BvhFile> decode_bvh_file(std::string_view text);
+
+}  // namespace hairnet

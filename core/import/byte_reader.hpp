@@ -1,0 +1,46 @@
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "core/geometry/vec.hpp"
+
+namespace hairnet {
+
+// Little-endian values from bytes at any alignment. The reads assert nothing: ask `has` first.
+class ByteReader {
+ public:
+  explicit ByteReader(std::span<const std::byte> bytes, std::size_t at = 0) : bytes_(bytes), at_(at) {}
+
+  [[nodiscard]] std::size_t at() const { return at_; }
+  [[nodiscard]] std::size_t remaining() const { return bytes_.size() - at_; }
+  [[nodiscard]] bool has(std::size_t bytes) const { return bytes <= remaining(); }
+  // Whether `count` items of `item_bytes` are still there; no product that could overflow.
+  [[nodiscard]] bool has(std::uint64_t count, std::size_t item_bytes) const {
+    return count <= remaining() / item_bytes;
+  }
+
+  void skip(std::size_t bytes) { at_ += bytes; }
+  std::uint16_t u16() { return static_cast<std::uint16_t>(little_endian(2)); }
+  std::uint32_t u32() { return little_endian(4); }
+  float f32() { return std::bit_cast<float>(u32()); }
+  Vec3f vec3f() {
+    const float x = f32(), y = f32(), z = f32();
+    return {x, y, z};
+  }
+
+ private:
+  std::uint32_t little_endian(std::size_t bytes) {
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < bytes; ++i) value |= std::to_integer<std::uint32_t>(bytes_[at_ + i]) << (8 * i);
+    at_ += bytes;
+    return value;
+  }
+
+  std::span<const std::byte> bytes_;
+  std::size_t at_;
+};
+
+}  // namespace hairnet
