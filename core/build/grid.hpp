@@ -1,0 +1,49 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/ffd/lattice.hpp"
+
+namespace hairnet {
+
+struct NodeWeight {
+  std::uint32_t node = 0;  // grid index
+  double weight = 0;
+};
+
+// Trilinear weights of one point: its nodes with a weight other than zero, ascending by grid index; they sum to 1.
+struct TrilinearWeights {
+  std::array<NodeWeight, 8> entries;
+  int count = 0;
+  [[nodiscard]] const NodeWeight* begin() const { return entries.data(); }
+  [[nodiscard]] const NodeWeight* end() const { return entries.data() + count; }
+};
+
+// A lattice in double precision. Grid coordinates count node spacings from the origin: node (i, j, k) is at (i, j, k),
+// and a point on a lattice plane has a whole number there.
+class Grid {
+ public:
+  explicit Grid(const Lattice& lattice)
+      : lattice_(lattice), origin_(lattice.origin.cast<double>()), spacing_(lattice.spacing.cast<double>()) {}
+
+  [[nodiscard]] const Lattice& lattice() const { return lattice_; }
+  [[nodiscard]] const Vec3& spacing() const { return spacing_; }  // m
+  [[nodiscard]] std::size_t node_count() const { return lattice_.node_count(); }
+
+  // A point within float rounding of a lattice plane lies on it: otherwise hair along a plane would wake the cells
+  // beside it by weights of 1e-7.
+  [[nodiscard]] Vec3 from_head(const Vec3f& head) const;
+  [[nodiscard]] Vec3 to_head(const Vec3& grid) const { return origin_ + grid.cwiseProduct(spacing_); }
+  [[nodiscard]] Vec3 node_head(std::uint32_t node) const;
+  // Length in metres of a difference of grid coordinates.
+  [[nodiscard]] double length(const Vec3& grid_vector) const { return grid_vector.cwiseProduct(spacing_).norm(); }
+
+  [[nodiscard]] TrilinearWeights weights(const Vec3& grid) const;
+
+ private:
+  Lattice lattice_;
+  Vec3 origin_, spacing_;
+};
+
+}  // namespace hairnet

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "core/build/grid.hpp"
+#include "core/groom/groom.hpp"
+#include "core/groom/material.hpp"
+
+namespace hairnet {
+
+// What the hair gives to each grid node: the integral along the strands of its trilinear weight times a density. It is
+// exact (each piece lies in one cell, where the weight is a cubic along it), so that sums over the nodes are the hair's
+// own, and it does not depend on how finely the polyline was drawn: curls keep their arc length.
+struct NodeShares {
+  explicit NodeShares(std::size_t node_count)
+      : mass(node_count), drag(node_count), hang_moment(node_count), touched(node_count) {}
+  std::vector<double> mass;                 // kg, hair alone
+  std::vector<std::array<double, 6>> drag;  // eq. 6: xx xy xz yy yz zz, N s/m
+  std::vector<double> hang_moment;          // kg m: mass times hanging length
+  std::vector<bool> touched;                // some piece of hair has a weight on the node
+};
+
+// The node hangs on the roots of the hair around it, this far below them (see ether.hpp); hair beside or above its root
+// stands as if it hung by kHangLengthMin.
+inline constexpr double kHangLengthMin = 0.015;  // m
+
+// Adds one strand. `polyline` in grid coordinates, without repeated points; its nodes are touched even if it is a
+// point.
+void add_strand_shares(const Grid& grid, std::span<const Vec3> polyline, const StrandProperties& strand,
+                       const Material& material, NodeShares& shares);
+
+}  // namespace hairnet

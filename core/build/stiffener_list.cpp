@@ -1,0 +1,59 @@
+#include "core/build/stiffener_list.hpp"
+
+#include <algorithm>
+
+#include "core/build/resample.hpp"
+
+namespace hairnet {
+namespace {
+
+// Appends the merge of two ascending lists, `plus` minus `minus`; nodes of both fold into one, or vanish.
+void append_difference(const TrilinearWeights& plus, const TrilinearWeights& minus, std::vector<NodeWeight>& entries) {
+  const NodeWeight* p = plus.begin();
+  const NodeWeight* m = minus.begin();
+  while (p != plus.end() || m != minus.end()) {
+    if (m == minus.end() || (p != plus.end() && p->node < m->node)) {
+      entries.push_back(*p++);
+    } else if (p == plus.end() || m->node < p->node) {
+      entries.push_back({m->node, -m->weight});
+      ++m;
+    } else {
+      if (p->weight != m->weight) entries.push_back({p->node, p->weight - m->weight});
+      ++p;
+      ++m;
+    }
+  }
+}
+
+void close_stiffener(double stiffness, double damping_time_s, std::uint16_t group, const std::array<Vec3, 2>& ends,
+                     StiffenerList& list) {
+  list.begin.push_back(static_cast<std::uint32_t>(list.entries.size()));
+  list.stiffness.push_back(stiffness);
+  list.damping.push_back(stiffness * damping_time_s);
+  list.group.push_back(group);
+  list.ends.push_back(ends);
+}
+
+}  // namespace
+
+void add_spring(const Grid& grid, const Vec3& from, const Vec3& to, const StrandProperties& strand,
+                const Material& material, StiffenerList& springs) {
+  const double chord = grid.length(to - from);
+  const double axial_n = static_cast<double>(strand.hair_count) * static_cast<double>(material.axial_stiffness_n);
+  if (chord < kLengthMin || !(axial_n > 0)) return;
+  append_difference(grid.weights(to), grid.weights(from), springs.entries);
+  close_stiffener(axial_n / std::max(chord, piece_length_min(grid)), material.spring_damping_time_s, strand.group,
+                  {from, to}, springs);
+}
+
+void add_attachment(const Grid& grid, const Vec3& point, const StrandProperties& strand, const Material& material,
+                    StiffenerList& attachments) {
+  const double stiffness =
+      static_cast<double>(strand.hair_count) * static_cast<double>(material.attachment_stiffness_n_per_m);
+  if (!(stiffness > 0)) return;
+  const TrilinearWeights weights = grid.weights(point);
+  attachments.entries.insert(attachments.entries.end(), weights.begin(), weights.end());
+  close_stiffener(stiffness, material.attachment_damping_time_s, strand.group, {point, point}, attachments);
+}
+
+}  // namespace hairnet

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/build/grid.hpp"
+#include "core/groom/groom.hpp"
+#include "core/groom/material.hpp"
+
+namespace hairnet {
+
+// Stiffeners while a level is built: grid indices and double, one for every piece of hair. Stiffener s has the entries
+// [begin[s], begin[s + 1]), ascending by node, none of them zero.
+struct StiffenerList {
+  std::vector<std::uint32_t> begin{0};
+  std::vector<NodeWeight> entries;
+  std::vector<double> stiffness;  // k, N/m
+  std::vector<double> damping;    // q, N s/m
+  std::vector<std::uint16_t> group;
+  std::vector<std::array<Vec3, 2>> ends;  // grid coordinates; an attachment has its point twice
+
+  [[nodiscard]] std::size_t count() const { return stiffness.size(); }
+  [[nodiscard]] std::span<const NodeWeight> weights(std::size_t s) const {
+    return {entries.data() + begin[s], entries.data() + begin[s + 1]};
+  }
+};
+
+// Eq. 3: weights of `to` minus those of `from`. k = stiffness of the strand over the chord, which counts as a tenth of
+// a cell at least. No spring without a chord or a stiffness.
+void add_spring(const Grid& grid, const Vec3& from, const Vec3& to, const StrandProperties& strand,
+                const Material& material, StiffenerList& springs);
+
+// Eq. 4: one point of the lattice, bound to the skull where it lies.
+void add_attachment(const Grid& grid, const Vec3& point, const StrandProperties& strand, const Material& material,
+                    StiffenerList& attachments);
+
+}  // namespace hairnet
