@@ -22,6 +22,7 @@ struct Character {
   LatticeState state;  // empty when rigid
   Pose from, to;       // of the last step; `from` = `to` between steps
   Pose last_from;      // where the last substep began: with `from` it gives the rest velocity
+  ContactRelease contact_release;
   bool teleport = false;
 };
 
@@ -104,6 +105,7 @@ struct World::Impl {
     const Level* level = model_of(c);
     const bool jumped = c.teleport || is_teleport(c.from, c.to, def.tick_s);
     c.teleport = false;
+    const double release = c.contact_release.update(c.to, def.tick_s);
     Outcome outcome = Outcome::idle;
     if (jumped) {
       c.last_from = c.to;
@@ -115,8 +117,9 @@ struct World::Impl {
         const bool last = substep + 1 == def.substep_count;
         const Pose to = last ? c.to : interpolate(start, c.to, (substep + 1.0) / def.substep_count);
         if (level) {
-          finite =
-              hairnet::step(*level, {c.from, to, substep_s(), def.environment}, def.solver, scratch, c.state) && finite;
+          finite = hairnet::step(*level, {c.from, to, substep_s(), def.environment, release}, def.solver, scratch,
+                                 c.state) &&
+                   finite;
           outcome = Outcome::stepped;
         }
         c.last_from = std::exchange(c.from, to);
@@ -261,6 +264,7 @@ std::uint64_t World::hash() const {
     const Character& c = slot.character;
     fnv.add(std::uint64_t{s});
     fnv.add(static_cast<std::uint64_t>(c.level));
+    fnv.add(c.contact_release.calm_s());
     for (const RigidTransform& bone : c.from.bones) {
       for (int i = 0; i < 4; ++i) fnv.add(bone.rotation.coeffs()[i]);
       for (int i = 0; i < 3; ++i) fnv.add(bone.position[i]);

@@ -1,13 +1,38 @@
 #include "core/solver/contact.hpp"
 
+#include <algorithm>
+
 #include "core/solver/head_motion.hpp"
 #include "core/solver/metaball.hpp"
 
 namespace hairnet {
+namespace {
+
+constexpr double kCalmTurn_rad = 0.17, kCalmShift_m = 0.02;
+constexpr double kCalmBefore_s = 1, kReleaseWithin_s = 0.5;
+
+// No bone is turned or shifted much against the head.
+bool is_calm(const Pose& pose) {
+  const RigidTransform to_head = pose.head().inverse();
+  for (const RigidTransform& bone : pose.bones) {
+    const RigidTransform relative = to_head * bone;
+    if (relative.rotation.angularDistance(Quat::Identity()) > kCalmTurn_rad) return false;
+    if (relative.position.norm() > kCalmShift_m) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+double ContactRelease::update(const Pose& pose, double elapsed_s) {
+  calm_s_ = is_calm(pose) ? std::min(calm_s_ + elapsed_s, kCalmBefore_s + kReleaseWithin_s) : 0;
+  return std::clamp((calm_s_ - kCalmBefore_s) / kReleaseWithin_s, 0.0, 1.0);
+}
 
 void add_contacts(const Level& level, const StepInput& input, const LatticeState& state, std::span<const Vec3f> carried,
                   std::span<Vec3f> load, std::span<Mat3f> diagonal) {
   const auto h = static_cast<float>(input.step_s);
+  const auto release = static_cast<float>(input.contact_release);
   for (const Metaball& ball : level.metaballs) {
     const RigidTransform carry = bone_carry(input, ball.bone);
     const Mat3f turn = carry.rotation.toRotationMatrix().cast<float>();
@@ -21,9 +46,11 @@ void add_contacts(const Level& level, const StepInput& input, const LatticeState
       const float distance = r.norm();
       if (!(distance < rho) || distance <= 0) continue;
       const Vec3f outward = r / distance;
-      const float k = metaball_radial_stiffness(ball.potential[i], rho, r);
+      const Vec3f to_home = level.rest[i] - with_bone;
+      const float U = ball.potential[i] * (1 - released_share(release, outward, to_home));
+      const float k = metaball_radial_stiffness(U, rho, r);
       const Vec3f otherwise = level.rest[i] + carried[i] - with_bone;
-      load[i] += metaball_force(ball.potential[i], rho, r) - k * outward.dot(otherwise) * outward;
+      load[i] += metaball_force(U, rho, r) - k * outward.dot(otherwise) * outward;
       diagonal[i] += (h * h * k) * outward * outward.transpose();
     }
   }

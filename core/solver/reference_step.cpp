@@ -81,10 +81,12 @@ void add_contacts(const Level& level, const StepInput& input, const WorldLattice
     const RigidTransform carry = input.to[ball.bone] * input.from[ball.bone].inverse();
     const Vec3 centre = input.to[ball.bone].point(ball.centre.cast<double>());
     for (std::size_t i = 0; i < level.rest.size(); ++i) {
-      const double rho = ball.radius[i], U = ball.potential[i];
+      const double rho = ball.radius[i];
       const Vec3 with_bone = carry.point(lattice.P[i]);
       const Vec3 r = with_bone - centre;
       if (!(rho > 0) || !(r.norm() < rho) || !(r.norm() > 0)) continue;
+      const Vec3 to_home = input.to.head().point(level.rest[i].cast<double>()) - with_bone;
+      const double U = ball.potential[i] * (1 - released_share(input.contact_release, Vec3(r.normalized()), to_home));
       const Mat3 K = -metaball_radial_stiffness(U, rho, r) * r.normalized() * r.normalized().transpose();
       system.f[i] += metaball_force(U, rho, r) + K * (lattice.P[i] - with_bone);
       system.df_dp[i] += K;

@@ -24,6 +24,20 @@ struct StepInput {
   Pose from, to;  // at the start and the end of the step
   double step_s = 1.0 / 30;
   Environment environment;
+  double contact_release = 0;  // of ContactRelease
+};
+
+// Balls around neck and shoulders can catch hair that swung to their wrong side, where the ether alone cannot free it.
+// Once head, neck, shoulders and trunk have been about as at rest to each other for a second, contacts that hold hair
+// away from its home are let go within another half second; any motion of the bones restores them at once.
+class ContactRelease {
+ public:
+  // The share to let go, 0 to 1, when `pose` has lasted `elapsed_s` more.
+  double update(const Pose& pose, double elapsed_s);
+  [[nodiscard]] double calm_s() const { return calm_s_; }
+
+ private:
+  double calm_s_ = 0;
 };
 
 // No hair is this far from its design: a lattice that is has run away.

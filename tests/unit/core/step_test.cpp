@@ -52,6 +52,7 @@ TEST(Step, agrees_with_the_double_reference_from_the_same_state) {
     input.from = moved(0.1 * seed, {0.5, 1.5, -2.0 * seed});
     input.to = moved(0.1 * seed + 0.08, {0.52, 1.49, -2.0 * seed + 0.03}, 0.2);
     input.environment.wind = {1, 0.2, -0.5};
+    input.contact_release = 0.2 * (seed % 4);
     WorldLattice reference = to_world(level, input.from.head(), state);
     reference_step(level, input, reference, 1e-12);
     const LatticeState expected = to_head(level, input.to.head(), reference);
@@ -198,6 +199,35 @@ TEST(Step, returns_to_the_design_from_any_crumpled_state) {
     for (int tick = 0; tick < 30 * 60; ++tick) ASSERT_TRUE(step(level, {}, {}, scratch, state));
     EXPECT_LT(largest(state.displacement), 1e-4f) << "seed " << seed;
   }
+}
+
+TEST(Step, a_calm_body_lets_go_of_hair_caught_behind_it) {
+  Level level = make_random_level({.spring_count = 0, .attachment_count = 0, .drag = false});
+  LatticeState caught;
+  reset_to_rest(level, caught);
+  const Vec3f centre = level.metaballs[0].centre;
+  for (std::size_t i = 0; i < level.rest.size(); ++i) caught.displacement[i] = 2 * (centre - level.rest[i]);  // across
+  const auto settle = [&](double release) {
+    LatticeState state = caught;
+    StepScratch scratch;
+    StepInput input;
+    input.contact_release = release;
+    for (int tick = 0; tick < 600; ++tick) EXPECT_TRUE(step(level, input, {}, scratch, state));
+    return largest(state.displacement);
+  };
+  EXPECT_GT(settle(0), 0.05f);
+  EXPECT_LT(settle(1), 1e-4f);
+}
+
+TEST(ContactRelease, comes_with_calm_and_goes_with_any_turn_of_the_head_against_the_body) {
+  ContactRelease release;
+  const Pose leaning = rigid_pose(turned(1, {1, 0, 0}));
+  for (int tick = 0; tick < 30; ++tick) EXPECT_NEAR(release.update(leaning, 1.0 / 30), 0, 1e-9);
+  for (int tick = 0; tick < 15; ++tick) release.update(leaning, 1.0 / 30);
+  EXPECT_NEAR(release.update(leaning, 1.0 / 30), 1, 1e-9);
+  Pose looking_aside = leaning;
+  looking_aside[Bone::head] = turned(0.5, {0, 1, 0});
+  EXPECT_EQ(release.update(looking_aside, 1.0 / 30), 0);
 }
 
 TEST(Step, steady_wind_ends_where_drag_and_ether_balance) {
