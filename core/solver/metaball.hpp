@@ -46,7 +46,7 @@ template <class S>
 S released_share(S release, const Eigen::Matrix<S, 3, 1>& outward, const Eigen::Matrix<S, 3, 1>& to_home) {
   const S distance = to_home.norm();
   if (!(distance > 0)) return S(0);
-  const S t = std::clamp(-outward.dot(to_home) / (S(0.25) * distance), S(0), S(1));
+  const S t = std::clamp(-outward.dot(to_home) / (S(0.1) * distance), S(0), S(1));
   return release * t * t * (3 - 2 * t);
 }
 
