@@ -222,7 +222,7 @@ void GlRenderer::draw_surfaces(const DrawnCharacter& character) const {
   glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
   gl_->programs.strand.use();
   gl_->programs.strand.set("hair", with(character.hair_colour, character.strand_width_m));
-  gl_->programs.strand.set("followers", Vec4f(look_.follower_spread_m, 1.0f / static_cast<float>(copies()), 0, 0));
+  gl_->programs.strand.set("follower_spread", look_.follower_spread_m);
   gl_->buffers.draw_ribbons(copies());
   glDepthMask(GL_TRUE);
 }

@@ -17,9 +17,9 @@ float body_light_left(vec3 c) {
 
 float hair_light_left(vec3 c) {
   float tau = 0.0;
-  for (int y = -1; y <= 1; ++y)
-    for (int x = -1; x <= 1; ++x) tau += hair_depth_at(c.xy + 1.2 * vec2(x, y) * picture.w, c.z);
-  return exp(-0.4 * tau / 9.0);
+  for (int y = 0; y < 4; ++y)
+    for (int x = 0; x < 4; ++x) tau += hair_depth_at(c.xy + (vec2(x, y) - 1.5) * 0.9 * picture.w, c.z);
+  return exp(-0.4 * tau / 16.0);
 }
 
 // Red light travels furthest under the skin and so wraps furthest round the terminator.
@@ -45,7 +45,8 @@ void main() {
   float left = in_light_map(c) ? body_light_left(c) * hair_light_left(c) : 1.0;
   vec3 light_left = vec3(left, surroundings.yz);
 
-  vec3 sum = albedo * mix(ambient_below.rgb, ambient_above.rgb, 0.5 + 0.5 * n.y) * surroundings.x;
+  vec3 sum = albedo * mix(ambient_below.rgb, ambient_above.rgb, 0.5 + 0.5 * n.y) *
+             pow(vec3(surroundings.x), 1.3 - albedo);  // skin lights skin, warmly, where little else does
   for (int i = 0; i < 3; ++i) {
     vec3 l = light_direction[i].xyz;
     sum += (albedo * wrapped(dot(n, l)) + (1.0 - surroundings.w) * sheen(n, l, v)) * light_colour[i].rgb * light_left[i];

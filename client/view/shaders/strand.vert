@@ -5,8 +5,8 @@ layout(location = 1) in vec4 tangent;   // xyz unit, root to tip
 layout(location = 2) in vec4 along;     // fraction of the strand's length; light left of: ambient, fill, rim
 layout(location = 3) in uint strand;
 
-uniform vec4 hair;       // albedo; width at the root, m
-uniform vec4 followers;  // spread, m; 1 / (copies a strand is drawn as)
+uniform vec4 hair;              // albedo; width at the root, m
+uniform float follower_spread;  // m
 
 out vec4 shade;          // colour; coverage of the core
 out vec2 across;         // px from the middle; half of the drawn width, px
@@ -29,7 +29,7 @@ vec4 random4(uint seed) {
 // Copies stray most in the middle; at the tips they gather again into locks.
 vec3 follower_offset(vec4 chance, float s) {
   if (gl_InstanceID == 0) return vec3(0.0);
-  float stray = followers.x * mix(0.55, 1.0, smoothstep(0.0, 0.25, s)) * mix(1.0, 0.7, smoothstep(0.5, 1.0, s));
+  float stray = follower_spread * mix(0.55, 1.0, smoothstep(0.0, 0.25, s)) * mix(1.0, 0.7, smoothstep(0.5, 1.0, s));
   float turn = 6.2832 * (chance.x + (chance.z - 0.5) * s);
   float z = 2.0 * chance.y - 1.0;
   return stray * vec3(sqrt(1.0 - z * z) * vec2(cos(turn), sin(turn)), z).xzy * sqrt(chance.w);
