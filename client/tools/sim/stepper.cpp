@@ -42,11 +42,12 @@ class ConvergedStepper : public Stepper {
 
   StepReport step(const Pose& to, bool teleport) override {
     StepReport report;
+    const double contact_release = contact_release_.update(to, def_.tick_s);
     if (teleport || is_teleport(from_, to, def_.tick_s)) {
       move_rigidly(to.head() * from_.head().inverse());
       report.teleports = 1;
     } else {
-      step_smoothly(to);
+      step_smoothly(to, contact_release);
       report.stepped = 1;
     }
     from_ = to;
@@ -60,8 +61,8 @@ class ConvergedStepper : public Stepper {
     for (Vec3& p : lattice_.P) p = jump.point(p);
     for (Vec3& v : lattice_.P_dot) v = jump.vector(v);
   }
-  void step_smoothly(const Pose& to) {
-    StepInput input{from_, from_, def_.tick_s / def_.substep_count, def_.environment};
+  void step_smoothly(const Pose& to, double contact_release) {
+    StepInput input{from_, from_, def_.tick_s / def_.substep_count, def_.environment, contact_release};
     for (int substep = 1; substep <= def_.substep_count; ++substep) {
       input.from = std::exchange(
           input.to, substep == def_.substep_count ? to : interpolate(from_, to, double(substep) / def_.substep_count));
@@ -72,6 +73,7 @@ class ConvergedStepper : public Stepper {
   StepperDef def_;
   const Level& level_;  // kept alive by def_
   Pose from_;
+  ContactRelease contact_release_;
   WorldLattice lattice_;
   LatticeState state_;
 };

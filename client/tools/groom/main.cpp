@@ -1,0 +1,112 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <functional>
+
+#include "client/tools/flags/in_range.hpp"
+#include "client/tools/groom/commands.hpp"
+
+namespace {
+
+using namespace hairnet;
+
+constexpr const char* kFooter = R"(Examples:
+  hairnet-groom make long_curly --length 0.45 --curl 0.8 --strands 8000 --out curls.groom
+  hairnet-groom import straight.hair --up +z --face +y --unit 0.0033 --out straight.groom
+  hairnet-groom import back.tfx side.tfx tail.tfx --face -z --unit 0.00254 --body head.obj --body-face +z --out tail.groom
+  hairnet-groom inspect curls.groom --levels
+  hairnet-groom list
+)";
+
+void parse_into(CLI::App& app, const char* flag, std::function<void(Axis)> store, const char* about) {
+  app.add_option_function<std::string>(
+      flag,
+      [flag, store](const std::string& text) {
+        const Result<Axis> axis = parse_axis(text);
+        if (!axis) throw CLI::ValidationError(flag, axis.error());
+        store(*axis);
+      },
+      about);
+}
+
+void add_hairstyle_flags(CLI::App& app, HairstyleOptions& o) {
+  app.add_option("--length", o.length_m, "m (the style's own)")->check(in_range(0.01, 1.2));
+  app.add_option("--curl", o.curl, "0 straight ... 1 tight curls (the style's own)")->check(in_range(0, 1));
+  app.add_option("--strands", o.strand_count, "density (the style's own, 10000 or so)")->check(CLI::Range(10, 100000));
+  app.add_option("--seed", o.seed, "another head of the same style (1)");
+}
+
+void add_import(CLI::App& app, groom::ImportOptions& o, std::vector<double>& origin) {
+  CLI::App& import = *app.add_subcommand("import", "strands that people have (.hair, .tfx, .data), to a groom file");
+  import.add_option("files", o.files, "strand files; each becomes a group")->required();
+  import.add_option("--out,-o", o.out, "groom file to write")->required();
+  parse_into(
+      import, "--up", [&o](Axis a) { o.placement.up = a; }, "axis that points up (+y)");
+  parse_into(
+      import, "--face", [&o](Axis a) { o.placement.face = a; }, "axis that the face looks along (+z)");
+  import.add_option("--unit", o.placement.unit_m, "metres a file unit (1)")->check(in_range(1e-6, 1e3));
+  import.add_option("--origin", origin, "head joint in file units, x,y,z (estimated)")->delimiter(',')->expected(3);
+  import.add_option("--body", o.body, "OBJ of the head or body under the hair (a skull fitted to the roots)");
+  parse_into(
+      import, "--body-up", [&o](Axis a) { o.body_up = a; }, "where the body's axes differ (as --up)");
+  parse_into(
+      import, "--body-face", [&o](Axis a) { o.body_face = a; }, "where the body's axes differ (as --face)");
+  import.add_option("--body-unit", o.body_unit_m, "where the body's unit differs (as --unit)")
+      ->check(in_range(1e-6, 1e3));
+  import.add_option("--group", o.groups, "name of each file's group, in order (the files' names)");
+  import.add_option("--hairs", o.hairs_in_all, "real hairs on the whole head (100000)")->check(in_range(1, 1e7));
+  import.add_option("--root-length", o.root_length_m, "m of hair that stays with the skin, lambda_0 (0.02)")
+      ->check(in_range(0, 10));
+  import.add_option("--name", o.name, "the groom's name (the out file's)");
+}
+
+int report(const Result<void>& done) {
+  if (done) return 0;
+  std::fprintf(stderr, "hairnet-groom: %s\n", done.error().c_str());
+  return 1;
+}
+
+int run(int argc, char** argv) {
+  CLI::App app("Imports, makes and inspects hairstyles.", "hairnet-groom");
+  app.footer(kFooter);
+  app.require_subcommand(1);
+  app.failure_message(
+      [](const CLI::App*, const CLI::Error& e) { return std::string("hairnet-groom: ") + e.what() + "\n"; });
+  groom::ImportOptions import;
+  std::vector<double> origin;
+  add_import(app, import, origin);
+  groom::MakeOptions make;
+  CLI::App& make_app = *app.add_subcommand("make", "one of our own hairstyles, to a groom file");
+  make_app.add_option("style", make.style, "see 'hairnet-groom list'")->required();
+  make_app.add_option("--out,-o", make.out, "groom file to write")->required();
+  add_hairstyle_flags(make_app, make.hairstyle);
+  groom::InspectOptions inspect;
+  CLI::App& inspect_app = *app.add_subcommand("inspect", "what a groom holds, and how its levels are built");
+  inspect_app.add_option("groom", inspect.groom, "groom file, or made:STYLE")->required();
+  inspect_app.add_flag("--levels", inspect.levels, "build the levels: counts before and after decimation, times");
+  add_hairstyle_flags(inspect_app, inspect.hairstyle);
+  CLI::App& list_app = *app.add_subcommand("list", "our own hairstyles and motions");
+  try {
+    app.parse(argc, argv);
+    if (!import.groups.empty() && import.groups.size() != import.files.size())
+      throw CLI::ValidationError("--group", "as many names as files, or none");
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? 0 : 2;
+  }
+  if (origin.size() == 3) import.placement.origin = Vec3(origin[0], origin[1], origin[2]);
+  if (app.got_subcommand("import")) return report(groom::import_groom(import));
+  if (make_app.parsed()) return report(groom::make_groom(make));
+  if (inspect_app.parsed()) return report(groom::inspect_groom(inspect));
+  if (list_app.parsed()) groom::list_made();
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr, "hairnet-groom: out of memory\n");
+    return 1;
+  }
+}

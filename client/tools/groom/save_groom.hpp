@@ -1,0 +1,13 @@
+#pragma once
+
+#include <string>
+
+#include "core/groom/groom.hpp"
+#include "core/result.hpp"
+
+namespace hairnet::groom {
+
+// Writes the groom's file and says so, with its size, on stdout.
+Result<void> save_groom(const Groom& groom, const std::string& path);
+
+}  // namespace hairnet::groom
