@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::array<std::size_t, kBoneCount> kBallsPerBone{2, 1, 1, 1, 2};
 constexpr double kReachLeast = 0.35, kReachMost = 0.55;  // m from the head joint
-constexpr int kSamplesPerAxis = 40;                      // of the inside, along the longest axis
+constexpr int kSamplesPerAxis = 28;                      // of the inside, along the longest axis
 constexpr std::size_t kSamplesLeast = 12;                // a bone with fewer has no part of this body
 constexpr int kMeansRounds = 24;
 constexpr double kHairMargin = 0.05;  // m that hair may swing beyond its farthest point

@@ -62,6 +62,7 @@ class Decimation {
 
   // False when cancelled.
   bool run() {
+    if (count_max_ > 0) merge_identical();
     if (count_max_ > 0 && !run_rounds(Order::by_cost)) return false;
     if (count_max_ > 0 && kind_ == StiffenerKind::attachment && !run_rounds(Order::by_distance)) return false;
     keep_survivors(most_important());
@@ -69,6 +70,25 @@ class Decimation {
   }
 
  private:
+  // Stiffeners with the very same ends are one, without any error. Strands that share a root, or are drawn twice, are
+  // common.
+  void merge_identical() {
+    std::vector<std::tuple<std::uint16_t, EndPoints, std::uint32_t>> keys;
+    keys.reserve(count_);
+    for (std::uint32_t s = 0; s < list_.count(); ++s) {
+      keys.emplace_back(list_.group[s], ordered_ends(list_.ends[s]), s);
+    }
+    std::ranges::sort(keys);
+    for (std::size_t first = 0, i = 1; i < keys.size() && count_ > count_max_; ++i) {
+      const auto& [group, ends, s] = keys[i];
+      if (group == std::get<0>(keys[first]) && ends == std::get<1>(keys[first])) {
+        merge(std::get<2>(keys[first]), s);
+      } else {
+        first = i;
+      }
+    }
+  }
+
   // Rounds until the count is reached or no pair is left. Few merges mean that neighbours worth merging were not among
   // the nearest: look further.
   bool run_rounds(Order order) {

@@ -1,0 +1,137 @@
+#include "core/build/ether.hpp"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "core/build/fit_lattice.hpp"
+#include "core/build/resample.hpp"
+#include "core/build/trim.hpp"
+#include "tests/unit/core/build_grooms.hpp"
+
+namespace hairnet {
+namespace {
+
+constexpr double kGravity = 9.81;
+
+struct Filled {
+  Grid grid;
+  NodeShares shares;
+  LevelGeometry geometry;
+  NodeMechanics nodes;
+};
+
+Filled fill(const Groom& groom, int n, const Material& material = {}) {
+  const Grid grid(fit_lattice(groom.points, {n, n, n}));
+  NodeShares shares(grid.node_count());
+  std::vector<Vec3> polyline;
+  for (std::size_t s = 0; s < groom.strand_count(); ++s) {
+    polyline_on_grid(grid, groom.strand_points(s), polyline);
+    add_strand_shares(grid, polyline, groom.strands[s], material, shares);
+  }
+  LevelGeometry geometry = trim(grid.lattice(), shares.touched);
+  NodeMechanics nodes = fill_ether(geometry, shares, material);
+  return {grid, std::move(shares), std::move(geometry), std::move(nodes)};
+}
+
+double sum(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0);
+}
+
+Groom make_curtain() {
+  Groom groom;
+  for (int s = 0; s < 30; ++s) {
+    const Vec3f root(0.01f * static_cast<float>(s % 6), 0.1f, 0.02f * static_cast<float>(s / 6));
+    support::add(groom, support::straight(root, {0, -1, 0}, 0.3f, 12));
+  }
+  return groom;
+}
+
+TEST(Ether, total_mass_is_the_hairs_and_half_as_much_again_at_every_level) {
+  const Groom groom = support::make_odd_groom();
+  const double hair = support::hair_length(groom) * static_cast<double>(Material{}.linear_density_kg_per_m);
+  for (const int n : {3, 5, 7, 10}) EXPECT_NEAR(sum(fill(groom, n).nodes.mass), 1.5 * hair, 1e-5 * hair);
+}
+
+TEST(Ether, a_node_that_moves_by_its_depth_is_in_balance_by_itself) {
+  // Head tilted: in head axes gravity turns from d to d'. Freely hanging hair turns with it, which moves a point at
+  // depth l by l (d' - d); the load of that node is m |g| (d' - d). Nodes at or above the roots stand stiff instead.
+  const Filled filled = fill(make_curtain(), 8);
+  const Vec3 turn = Vec3(0.6, -0.8, 0) - Vec3(0, -1, 0);
+  std::size_t hanging = 0;
+  for (std::size_t a = 0; a < filled.nodes.mass.size(); ++a) {
+    const double depth = 0.1 - filled.grid.node_head(filled.geometry.active_nodes[a]).y();
+    if (depth < kHangLengthMin) continue;
+    ++hanging;
+    const Vec3 ether = -filled.nodes.ether_stiffness[a] * depth * turn;
+    const Vec3 load = filled.nodes.mass[a] * kGravity * turn;
+    EXPECT_NEAR((ether + load).norm(), 0, 1e-4 * load.norm());
+  }
+  EXPECT_GT(hanging, filled.nodes.mass.size() / 2);
+}
+
+TEST(Ether, the_hanging_field_lies_in_the_lattice_exactly) {
+  // Trilinear weights take node depths to the depth of the hair: the balance of nodes is that of the strand.
+  const Groom groom = make_curtain();
+  const Grid grid(fit_lattice(groom.points, {8, 8, 8}));
+  for (const Vec3f& point : groom.points) {
+    double depth = 0;
+    for (const auto& [node, weight] : grid.weights(grid.from_head(point))) {
+      depth += weight * (0.1 - grid.node_head(node).y());
+    }
+    EXPECT_NEAR(depth, 0.1 - static_cast<double>(point.y()), 1e-6);
+  }
+}
+
+TEST(Ether, is_never_softer_than_free_hanging_and_no_stiffer_than_the_least_length) {
+  for (const int n : {3, 5, 7, 10}) {
+    const Groom groom = support::make_odd_groom();
+    const Filled filled = fill(groom, n);
+    for (std::size_t a = 0; a < filled.nodes.mass.size(); ++a) {
+      const double length = filled.nodes.mass[a] * kGravity / filled.nodes.ether_stiffness[a];
+      EXPECT_GE(length, kHangLengthMin * (1 - 1e-9));
+      EXPECT_LE(length, 1);
+      EXPECT_NEAR(filled.nodes.ether_damping[a],
+                  filled.nodes.ether_stiffness[a] * static_cast<double>(Material{}.ether_damping_time_s), 1e-9);
+    }
+  }
+}
+
+TEST(Ether, a_stiffer_material_is_a_total_shared_by_mass) {
+  Material gel;
+  gel.ether_stiffness_n_per_m = 1e4f;
+  const Filled filled = fill(support::make_odd_groom(), 7, gel);
+  EXPECT_NEAR(sum(filled.nodes.ether_stiffness), 1e4, 1e-3);
+  for (std::size_t a = 0; a < filled.nodes.mass.size(); ++a) {
+    EXPECT_NEAR(filled.nodes.ether_stiffness[a] / filled.nodes.mass[a], 1e4 / sum(filled.nodes.mass), 1e-2);
+  }
+}
+
+TEST(Ether, hair_that_stands_up_stands_stiff) {
+  Groom groom;
+  for (int s = 0; s < 10; ++s) {
+    support::add(groom, support::straight({0.01f * static_cast<float>(s), 0, 0}, {0, 1, 0}, 0.1f, 5));
+  }
+  const Filled filled = fill(groom, 6);
+  const double stiff = kGravity / kHangLengthMin;
+  for (std::size_t a = 0; a < filled.nodes.mass.size(); ++a) {
+    // Nodes just below the roots hang by the margin of the lattice, half a cell.
+    if (filled.grid.node_head(filled.geometry.active_nodes[a]).y() < 0) continue;
+    EXPECT_NEAR(filled.nodes.ether_stiffness[a] / filled.nodes.mass[a], stiff, 1e-6 * stiff);
+  }
+}
+
+TEST(Ether, nodes_without_hair_and_grooms_without_length_have_mass_and_stiffness) {
+  Groom groom;
+  support::add(groom, {{0.1f, 0.1f, 0.1f}});
+  const Filled filled = fill(groom, 5);
+  ASSERT_FALSE(filled.nodes.mass.empty());
+  for (std::size_t a = 0; a < filled.nodes.mass.size(); ++a) {
+    EXPECT_GT(filled.nodes.mass[a], 0);
+    EXPECT_GT(filled.nodes.ether_stiffness[a], 0);
+    EXPECT_TRUE(std::isfinite(filled.nodes.ether_stiffness[a]));
+  }
+}
+
+}  // namespace
+}  // namespace hairnet

@@ -1,0 +1,222 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "core/build/build.hpp"
+#include "tests/unit/core/build_grooms.hpp"
+
+namespace hairnet {
+namespace {
+
+template <class T>
+bool all_finite(const std::vector<T>& values) {
+  return std::ranges::all_of(values, [](const T& v) { return std::isfinite(v); });
+}
+
+void expect_sound(const Stiffeners& stiffeners, std::size_t node_count, float weight_sum, const Level& level) {
+  ASSERT_EQ(stiffeners.begin.size(), stiffeners.count() + 1);
+  ASSERT_EQ(stiffeners.nodes.size(), stiffeners.weights.size());
+  EXPECT_EQ(stiffeners.begin.back(), stiffeners.nodes.size());
+  EXPECT_EQ(stiffeners.damping.size(), stiffeners.count());
+  EXPECT_EQ(stiffeners.rest.size(), stiffeners.count());
+  EXPECT_TRUE(all_finite(stiffeners.weights) && all_finite(stiffeners.stiffness) && all_finite(stiffeners.damping));
+  for (std::size_t s = 0; s < stiffeners.count(); ++s) {
+    EXPECT_GT(stiffeners.stiffness[s], 0);
+    float sum = 0;
+    Vec3f rest = Vec3f::Zero();
+    for (std::uint32_t e = stiffeners.begin[s]; e < stiffeners.begin[s + 1]; ++e) {
+      ASSERT_LT(stiffeners.nodes[e], node_count);
+      if (e > stiffeners.begin[s]) {
+        EXPECT_LT(stiffeners.nodes[e - 1], stiffeners.nodes[e]);
+      }
+      sum += stiffeners.weights[e];
+      rest += stiffeners.weights[e] * level.rest[stiffeners.nodes[e]];
+    }
+    EXPECT_NEAR(sum, weight_sum, 1e-5f);
+    EXPECT_NEAR((rest - stiffeners.rest[s]).norm(), 0, 1e-6f);
+  }
+}
+
+void expect_sound(const Level& level) {
+  EXPECT_EQ(validate(level.geometry), "");
+  const std::size_t n = level.geometry.active_nodes.size();
+  ASSERT_GT(n, 0u);
+  ASSERT_EQ(level.rest.size(), n);
+  ASSERT_EQ(level.mass.size(), n);
+  ASSERT_EQ(level.ether_stiffness.size(), n);
+  ASSERT_EQ(level.ether_damping.size(), n);
+  ASSERT_EQ(level.drag.size(), n);
+  for (std::size_t i = 0; i < n; ++i) {
+    EXPECT_TRUE(level.rest[i].allFinite());
+    EXPECT_TRUE(std::isfinite(level.mass[i]) && level.mass[i] > 0);
+    EXPECT_TRUE(std::isfinite(level.ether_stiffness[i]) && level.ether_stiffness[i] > 0);
+    const auto& [xx, xy, xz, yy, yz, zz] = level.drag[i];
+    EXPECT_GE(xx, 0);
+    EXPECT_GE(xx * yy - xy * xy, -1e-6f * xx * yy);  // positive semi-definite: air never pushes forward
+    EXPECT_TRUE(std::isfinite(xz) && std::isfinite(yz) && zz >= 0);
+  }
+  expect_sound(level.springs, n, 0, level);
+  expect_sound(level.attachments, n, 1, level);
+}
+
+Groom groom_with_body(Groom groom) {
+  groom.body = support::make_plain_body();
+  return groom;
+}
+
+class BuildLevel : public testing::TestWithParam<std::size_t> {};
+
+TEST_P(BuildLevel, odd_strands_give_a_sound_level) {
+  const Groom groom = groom_with_body(support::make_odd_groom());
+  ASSERT_EQ(validate(groom), "");
+  LevelReport report;
+  const auto level = build_level(groom, {}, kLevelSpecs[GetParam()], {}, &report);
+  expect_sound(*level);
+  EXPECT_EQ(report.degenerate_strands, 4u);  // empty, one point, coincident points, hardly any length
+  EXPECT_EQ(report.active_nodes, level->rest.size());
+  EXPECT_EQ(report.springs_after, level->springs.count());
+  EXPECT_EQ(report.attachments_after, level->attachments.count());
+  EXPECT_EQ(report.springs_after, std::min(report.springs_before, kLevelSpecs[GetParam()].spring_count));
+  EXPECT_EQ(report.attachments_after, std::min(report.attachments_before, kLevelSpecs[GetParam()].attachment_count));
+  EXPECT_GT(report.contacts, 0u);
+}
+
+TEST_P(BuildLevel, each_odd_strand_alone_gives_a_sound_level) {
+  const Groom all = support::make_odd_groom();
+  for (std::size_t s = 30; s < all.strand_count(); ++s) {
+    if (all.strand_points(s).empty()) continue;
+    SCOPED_TRACE(s);
+    Groom groom;
+    support::add(groom, {all.strand_points(s).begin(), all.strand_points(s).end()}, all.strands[s]);
+    expect_sound(*build_level(groom, {}, kLevelSpecs[GetParam()]));
+  }
+}
+
+TEST_P(BuildLevel, every_groom_point_has_its_nodes_active) {
+  const Groom groom = support::make_odd_groom();
+  const auto level = build_level(groom, {}, kLevelSpecs[GetParam()]);
+  const Lattice& lattice = level->geometry.lattice;
+  for (const Vec3f& point : groom.points) {
+    const Vec3f at = (point - lattice.origin).cwiseQuotient(lattice.spacing);
+    const std::uint32_t nearest =
+        lattice.index(static_cast<int>(std::lround(at[0])), static_cast<int>(std::lround(at[1])),
+                      static_cast<int>(std::lround(at[2])));
+    EXPECT_TRUE(std::ranges::binary_search(level->geometry.active_nodes, nearest));
+  }
+}
+
+TEST_P(BuildLevel, unrooted_strands_have_no_attachment) {
+  Groom groom = support::make_head_of_hair(30);
+  for (StrandProperties& strand : groom.strands) strand.rooted = false;
+  LevelReport report;
+  const auto level = build_level(groom, {}, kLevelSpecs[GetParam()], {}, &report);
+  EXPECT_EQ(report.attachments_before, 0u);
+  EXPECT_EQ(level->attachments.count(), 0u);
+  expect_sound(*level);
+}
+
+TEST_P(BuildLevel, rest_positions_are_the_lattices_nodes) {
+  const auto level = build_level(support::make_head_of_hair(30), {}, kLevelSpecs[GetParam()]);
+  for (std::size_t i = 0; i < level->rest.size(); ++i) {
+    EXPECT_EQ(level->rest[i], level->geometry.lattice.node(level->geometry.active_nodes[i]));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Levels, BuildLevel, testing::Values(0, 1, 2, 3));
+
+TEST(BuildLevels, total_mass_and_drag_are_equal_at_every_level) {
+  const Groom groom = support::make_odd_groom();
+  const auto set = build_levels(groom, {});
+  const double hair_kg = support::hair_length(groom) * static_cast<double>(Material{}.linear_density_kg_per_m);
+  const double drag = 2 * support::hair_length(groom) * static_cast<double>(Material{}.air_drag_ns_per_m2);
+  for (const Level& level : set->levels) {
+    double mass = 0, trace = 0;
+    for (const float m : level.mass) mass += static_cast<double>(m);
+    for (const auto& q : level.drag) trace += static_cast<double>(q[0] + q[3] + q[5]);
+    EXPECT_NEAR(mass, 1.5 * hair_kg, 1e-5 * hair_kg);
+    EXPECT_NEAR(trace, drag, 1e-5 * drag);
+  }
+}
+
+TEST(BuildLevels, are_those_that_build_level_gives) {
+  const Groom groom = groom_with_body(support::make_odd_groom());
+  const auto set = build_levels(groom, {});
+  for (std::size_t i = 0; i < kLevelSpecs.size(); ++i) {
+    const auto one = build_level(groom, {}, kLevelSpecs[i]);
+    EXPECT_EQ(set->levels[i].mass, one->mass);
+    EXPECT_EQ(set->levels[i].springs.stiffness, one->springs.stiffness);
+    EXPECT_EQ(set->levels[i].springs.weights, one->springs.weights);
+    EXPECT_EQ(set->levels[i].geometry.trimmed_weights, one->geometry.trimmed_weights);
+    ASSERT_EQ(set->levels[i].metaballs.size(), one->metaballs.size());
+    for (std::size_t b = 0; b < one->metaballs.size(); ++b) {
+      EXPECT_EQ(set->levels[i].metaballs[b].radius, one->metaballs[b].radius);
+    }
+  }
+}
+
+TEST(BuildLevels, progress_never_falls_and_ends_at_one) {
+  std::vector<double> fractions;
+  BuildObserver observer;
+  observer.progress = [&](double fraction, std::string_view stage) {
+    EXPECT_FALSE(stage.empty());
+    fractions.push_back(fraction);
+    return true;
+  };
+  ASSERT_TRUE(build_levels(groom_with_body(support::make_head_of_hair(400)), {}, observer));
+  EXPECT_TRUE(std::ranges::is_sorted(fractions));
+  EXPECT_GE(fractions.front(), 0);
+  EXPECT_EQ(fractions.back(), 1);
+}
+
+TEST(BuildLevels, can_be_cancelled_at_every_call) {
+  const Groom groom = groom_with_body(support::make_head_of_hair(60));
+  int call_count = 0;
+  BuildObserver observer;
+  observer.progress = [&](double, std::string_view) { return ++call_count > 0; };
+  ASSERT_TRUE(build_levels(groom, {}, observer));
+  for (int stop = 1; stop <= call_count; ++stop) {
+    int calls = 0;
+    observer.progress = [&](double, std::string_view) { return ++calls < stop; };
+    EXPECT_FALSE(build_levels(groom, {}, observer));
+    EXPECT_EQ(calls, stop);  // it is not asked again
+  }
+}
+
+TEST(BuildLevels, report_gives_the_callers_time) {
+  double now_s = 0;
+  BuildObserver observer;
+  observer.clock_s = [&] { return now_s += 1; };
+  std::array<LevelReport, 4> reports;
+  ASSERT_TRUE(build_levels(support::make_head_of_hair(20), {}, observer, &reports));
+  for (const LevelReport& report : reports) {
+    EXPECT_EQ(report.decimation_s, 1);
+    EXPECT_EQ(report.total_s, 3);
+  }
+}
+
+TEST(BuildLevels, materials_without_stiffness_give_levels_of_ether_alone) {
+  Material material;
+  material.axial_stiffness_n = 0;
+  material.attachment_stiffness_n_per_m = 0;
+  material.air_drag_ns_per_m2 = 0;
+  const auto set = build_levels(support::make_odd_groom(), material);
+  for (const Level& level : set->levels) {
+    EXPECT_EQ(level.springs.count(), 0u);
+    expect_sound(level);
+  }
+}
+
+TEST(BuildLevels, the_coordinates_farthest_apart_that_a_groom_may_have_are_no_trouble) {
+  Groom groom;
+  support::add(groom, {{-10, -10, -10}, {10, 10, 10}});
+  support::add(groom, {{10, -10, 10}, {-10, 10, -10}, {0, 0, 0}});
+  support::add(groom, {{9.999f, 10, 10}, {10, 10, 10}});
+  ASSERT_EQ(validate(groom), "");
+  const auto set = build_levels(groom, {});
+  for (const Level& level : set->levels) expect_sound(level);
+}
+
+}  // namespace
+}  // namespace hairnet
