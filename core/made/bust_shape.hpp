@@ -1,0 +1,25 @@
+#pragma once
+
+#include "core/geometry/vec.hpp"
+
+namespace hairnet::made {
+
+// The bust as a signed distance field in head space, m: negative inside. Within a few centimetres of the skin it is a
+// distance to about a tenth; farther away a lower estimate of the right order.
+double bust_distance(const Vec3& p);
+
+// Outward unit gradient of the field.
+Vec3 bust_normal(const Vec3& p);
+
+// Moves `p` along the gradient until it is at least `clearance_m` off the skin; points already there stay.
+Vec3 push_out(Vec3 p, double clearance_m);
+
+// The nearest point of the skin, for a point within a centimetre or so of it.
+Vec3 onto_skin(Vec3 p);
+
+// Where the ray from the middle of the skull meets the skin, coming from outside. `direction` has unit length.
+Vec3 skin_along(const Vec3& direction);
+
+inline const Vec3 kSkullCentre{0, 0.062, 0.005};
+
+}  // namespace hairnet::made

@@ -1,0 +1,168 @@
+#include <array>
+#include <cmath>
+
+#include "core/made/loose.hpp"
+#include "core/made/made.hpp"
+#include "core/made/ponytail.hpp"
+
+namespace hairnet {
+namespace {
+
+using made::comb_from_parting;
+using made::LooseRecipe;
+using made::Root;
+using made::StyleOptions;
+
+void dress_long_straight(const StyleOptions& options, Groom& groom) {
+  LooseRecipe recipe;
+  recipe.comb = [](const Vec3& p, const Root& root) {
+    return Vec3(comb_from_parting(p, root, 0.0, 0.10, -0.035) + Vec3(0, 0, -0.30));
+  };
+  made::dress_loose(recipe, options, groom);
+}
+
+void dress_long_curly(const StyleOptions& options, Groom& groom) {
+  LooseRecipe recipe;
+  recipe.comb = [](const Vec3& p, const Root& root) {
+    return Vec3(comb_from_parting(p, root, 0.012, 0.10, -0.035) + Vec3(0, 0, -0.2));
+  };
+  recipe.lift_m = 0.036;
+  recipe.rise = 0.9;
+  recipe.bend_m = 0.028;
+  recipe.blunt = 0.35;
+  recipe.thinning = 0.3;
+  recipe.clumping = 0.75;
+  recipe.clumps = 320;
+  recipe.flyaway = 0.12;
+  made::dress_loose(recipe, options, groom);
+}
+
+void dress_wavy(const StyleOptions& options, Groom& groom) {
+  LooseRecipe recipe;
+  recipe.comb = [](const Vec3& p, const Root& root) {
+    return Vec3(comb_from_parting(p, root, 0.022, 0.10, -0.035) + Vec3(0, 0, -0.25));
+  };
+  recipe.lift_m = 0.028;
+  recipe.rise = 0.7;
+  recipe.blunt = 0.6;
+  recipe.thinning = 0.22;
+  recipe.clumping = 0.65;
+  recipe.flyaway = 0.07;
+  made::dress_loose(recipe, options, groom);
+}
+
+void dress_bob(const StyleOptions& options, Groom& groom) {
+  LooseRecipe recipe;
+  recipe.comb = [](const Vec3& p, const Root& root) {
+    return Vec3(comb_from_parting(p, root, 0.0, 0.055, -0.030) + Vec3(0, 0, -0.1));
+  };
+  recipe.lift_m = 0.026;
+  recipe.blunt = 1;
+  recipe.thinning = 0.05;
+  recipe.tuck = 0.9;
+  recipe.clumping = 0.3;
+  recipe.flyaway = 0.03;
+  recipe.fringe = {.half_angle_deg = 42, .depth_m = 0.045};
+  made::dress_loose(recipe, options, groom);
+}
+
+void dress_side_part(const StyleOptions& options, Groom& groom) {
+  LooseRecipe recipe;
+  recipe.comb = [](const Vec3& p, const Root& root) {
+    return Vec3(comb_from_parting(p, root, 0.032, 0.10, -0.035) + Vec3(0, 0, -0.25));
+  };
+  recipe.lift_m = 0.026;
+  recipe.blunt = 0.85;
+  recipe.tuck = 0.4;
+  recipe.fringe = {.half_angle_deg = 30, .depth_m = 0.035, .tip_height_m = 0.058, .sweep = -0.9, .length_m = 0.15};
+  made::dress_loose(recipe, options, groom);
+}
+
+void dress_short(const StyleOptions& options, Groom& groom) {
+  LooseRecipe recipe;
+  recipe.comb = [](const Vec3& p, const Root& root) {
+    // From the whorl at the crown outwards; in front, over to the side.
+    Vec3 away = comb_from_parting(p, root, 0.015, -0.035, -0.036);
+    away.x() -= 0.5 * std::max(0.0, p.z() / 0.08);
+    return away;
+  };
+  recipe.comb_reach_m = 0.5;
+  recipe.fall = 0.25;
+  recipe.rise = 1.1;
+  recipe.bend_m = 0.03;
+  recipe.lift_m = 0.020;
+  recipe.lift_rise_m = 0.02;
+  recipe.blunt = 0;
+  recipe.thinning = 0.4;
+  recipe.side_length = 0.4;
+  recipe.clumping = 0.6;
+  recipe.clumps = 420;
+  recipe.points = 12;
+  recipe.flyaway = 0.12;
+  made::dress_loose(recipe, options, groom);
+}
+
+struct Style {
+  MadeName name;
+  double length_m, curl;
+  std::size_t strand_count;
+  void (*dress)(const StyleOptions&, Groom&);
+};
+constexpr std::array<Style, 7> kStyles{{
+    {{"long_straight", "long and sleek, parted in the middle"}, 0.52, 0, 10'000, dress_long_straight},
+    {{"long_curly", "long, full, in loose ringlets"}, 0.46, 0.6, 9'000, dress_long_curly},
+    {{"wavy", "shoulder-length waves, parted a little to the left"}, 0.40, 0.25, 10'000, dress_wavy},
+    {{"bob", "chin-length, blunt, tips turned in, with a straight fringe"}, 0.25, 0, 10'000, dress_bob},
+    {{"side_part", "collar-length, parted on the left, with a swept stiff fringe"}, 0.33, 0, 10'000, dress_side_part},
+    {{"ponytail", "pulled back to a band behind the crown, the tail free"}, 0.42, 0.12, 10'000, made::dress_ponytail},
+    {{"short", "short and textured, longer on top"}, 0.055, 0, 12'000, dress_short},
+}};
+constexpr auto kStyleNames = [] {
+  std::array<MadeName, kStyles.size()> names;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    names[i] = kStyles[i].name;
+  }
+  return names;
+}();
+
+std::string check(const HairstyleOptions& options) {
+  if (options.length_m != 0 && !(options.length_m >= 0.01 && options.length_m <= 1.2)) {
+    return "hairstyle: length must be 0.01 to 1.2 m, or 0 for the style's own";
+  }
+  if (!(options.curl <= 1)) {
+    return "hairstyle: curl must be 0 to 1, or negative for the style's own";
+  }
+  if (options.strand_count != 0 && (options.strand_count < 10 || options.strand_count > 100'000)) {
+    return "hairstyle: strand count must be 10 to 100 000, or 0 for the style's own";
+  }
+  return {};
+}
+
+}  // namespace
+
+std::span<const MadeName> hairstyle_names() {
+  return kStyleNames;
+}
+
+Result<Groom> make_hairstyle(std::string_view name, const HairstyleOptions& options) {
+  if (std::string wrong = check(options); !wrong.empty()) {
+    return Refusal(std::move(wrong));
+  }
+  for (const Style& style : kStyles) {
+    if (style.name.name != name) {
+      continue;
+    }
+    Groom groom;
+    groom.name = name;
+    groom.body = make_bust();
+    style.dress({.length_m = options.length_m > 0 ? options.length_m : style.length_m,
+                 .curl = options.curl >= 0 ? options.curl : style.curl,
+                 .strand_count = options.strand_count > 0 ? options.strand_count : style.strand_count,
+                 .seed = options.seed},
+                groom);
+    return groom;
+  }
+  return Refusal("hairstyle: no style of the name '" + std::string(name.substr(0, 64)) + "'");
+}
+
+}  // namespace hairnet

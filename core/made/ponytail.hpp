@@ -1,0 +1,11 @@
+#pragma once
+
+#include "core/made/style.hpp"
+
+namespace hairnet::made {
+
+// All hair pulled back to a band behind the crown (group "pulled"); from there the tail falls (group "tail", its
+// strands start in mid-air); a few strands are wound round the band (group "wrap").
+void dress_ponytail(const StyleOptions& options, Groom& groom);
+
+}  // namespace hairnet::made
