@@ -1,36 +1,59 @@
 #include "core/pose/complete_pose.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 namespace hairnet {
 namespace {
 
-constexpr double kNeckShare = 0.5;
-constexpr double kTwistMin = 1e-6;  // below, the head hangs upside down and faces nowhere
+constexpr double kPi = std::numbers::pi;
+
+struct Yaw {
+  double angle;  // rad about +Y, in (-pi, pi]
+  double trust;  // 1 for a head tilted by up to 120 degrees, 0 upside down
+};
+
+// Swing-twist: rotation = swing * twist with the twist about +Y and the swing's axis horizontal.
+Yaw yaw_of(const Quat& rotation) {
+  const double twist_squared = rotation.w() * rotation.w() + rotation.y() * rotation.y();  // cos^2 of half the swing
+  const double t = std::clamp(4 * twist_squared, 0.0, 1.0);
+  const double angle = std::remainder(2 * std::atan2(rotation.y(), rotation.w()), 2 * kPi);
+  return {angle, t * t * (3 - 2 * t)};
+}
+
+// `rotation` moved so that it leaves the joint where `from` has it.
+RigidTransform about_joint(const Quat& rotation, const RigidTransform& from, const Vec3& joint) {
+  return {rotation, from.point(joint) - rotation * joint};
+}
 
 }  // namespace
+
+Quat neck_rotation(const Quat& trunk, const Quat& head) {
+  const Eigen::AngleAxisd bend(trunk.conjugate() * head);  // angle in [0, pi]
+  constexpr double kFullBend = 2 * kPi / 3;
+  const double share = bend.angle() <= kFullBend ? 0.5 * bend.angle() : kPi - bend.angle();
+  return (trunk * Quat(Eigen::AngleAxisd(share, bend.axis()))).normalized();
+}
 
 PoseCompletion::PoseCompletion(const Body& body, double yaw_lag_s)
     : neck_joint_(body.joints[static_cast<std::size_t>(Bone::neck)].cast<double>()), yaw_lag_s_(yaw_lag_s) {}
 
 Pose PoseCompletion::complete(const RigidTransform& head, double elapsed_s) {
-  // Yaw is the twist about +Y of the head's rotation (swing-twist); where there is none the trunk keeps its own.
-  const Quat& q = head.rotation;
-  if (q.w() * q.w() + q.y() * q.y() > kTwistMin) {
-    const double behind = std::remainder(2 * std::atan2(q.y(), q.w()) - trunk_yaw_, 2 * std::numbers::pi);
-    const bool follows = started_ && elapsed_s > 0 && yaw_lag_s_ > 0;
-    trunk_yaw_ += follows ? -std::expm1(-elapsed_s / yaw_lag_s_) * behind : behind;
+  const Yaw yaw = yaw_of(head.rotation);
+  if (!started_ || !(elapsed_s > 0)) {
+    trunk_yaw_ = yaw.angle;
+    started_ = true;
+  } else {
+    const double share = yaw_lag_s_ > 0 ? 1 - std::exp(-elapsed_s / yaw_lag_s_) : 1;
+    const double behind = std::remainder(yaw.angle - trunk_yaw_, 2 * kPi);
+    trunk_yaw_ = std::remainder(trunk_yaw_ + share * yaw.trust * behind, 2 * kPi);
   }
-  started_ = true;
-
-  Pose pose;
-  pose[Bone::head] = head;
   const Quat trunk(Eigen::AngleAxisd(trunk_yaw_, Vec3::UnitY()));
-  RigidTransform& neck = pose[Bone::neck];
-  neck = {trunk.slerp(kNeckShare, head.rotation).normalized(), head.position};  // joined at the head joint, the origin
-  pose[Bone::upper_trunk] = {trunk, neck.point(neck_joint_) - trunk * neck_joint_};
-  pose[Bone::left_shoulder] = pose[Bone::right_shoulder] = pose[Bone::upper_trunk];
+
+  Pose pose = rigid_pose(about_joint(trunk, head, neck_joint_));
+  pose[Bone::head] = head;
+  pose[Bone::neck] = about_joint(neck_rotation(trunk, head.rotation), head, neck_joint_);
   return pose;
 }
 

@@ -8,6 +8,8 @@ namespace hairnet {
 // Gives the bones that a client does not have (a headset gives only the head) by a stated rule: the neck takes half of
 // the head's rotation away from the trunk about the neck joint; the trunk stays upright, its yaw following the head's
 // with a first-order lag, and hangs from the neck joint; shoulders move with the trunk.
+// Continuous in the head's rotation everywhere: upside down, where yaw means nothing, the trunk's stands still, and
+// beyond 120 degrees, where no neck bends, the neck's share of the angle falls to none at 180.
 class PoseCompletion {
  public:
   explicit PoseCompletion(const Body& body, double yaw_lag_s = 0.25);
@@ -15,10 +17,13 @@ class PoseCompletion {
   Pose complete(const RigidTransform& head, double elapsed_s);
 
  private:
-  Vec3 neck_joint_;   // where head and neck meet the trunk's axis, head space
+  Vec3 neck_joint_;  // where head and neck meet the trunk's axis, head space
   double yaw_lag_s_;
   double trunk_yaw_ = 0;
   bool started_ = false;
 };
+
+// The neck's rotation between trunk and head, as PoseCompletion has it.
+Quat neck_rotation(const Quat& trunk, const Quat& head);
 
 }  // namespace hairnet
