@@ -46,8 +46,12 @@ void set_up_log(const std::string& level) {
 // On a signal: the port closes, clients are told and get what waits for them, then the loop stops.
 class Shutdown {
  public:
-  Shutdown(IoLoop& loop, Server& server, TcpListener& listener, double drain_s)
-      : loop_(&loop), server_(&server), listener_(&listener), drain_ns_(static_cast<std::int64_t>(drain_s * 1e9)) {}
+  Shutdown(IoLoop& loop, Server& server, TcpListener& listener, const TransportCounters& counters, double drain_s)
+      : loop_(&loop),
+        server_(&server),
+        listener_(&listener),
+        counters_(&counters),
+        drain_ns_(static_cast<std::int64_t>(drain_s * 1e9)) {}
 
   void begin(std::int64_t now_ns) {
     if (begun_ns_) return loop_->stop();  // asked twice: at once
@@ -56,13 +60,18 @@ class Shutdown {
     server_->drain(now_ns);
   }
   void poll(std::int64_t now_ns) {
-    if (begun_ns_ && (server_->session_count() == 0 || now_ns - *begun_ns_ > drain_ns_)) loop_->stop();
+    if (!begun_ns_) return;
+    // A closed session's bytes may still be on their way: the connection lives until its peer has read them.
+    const bool drained = server_->session_count() == 0 &&
+                         counters_->connections_closed.value() == counters_->connections_accepted.value();
+    if (drained || now_ns - *begun_ns_ > drain_ns_) loop_->stop();
   }
 
  private:
   IoLoop* loop_;
   Server* server_;
   TcpListener* listener_;
+  const TransportCounters* counters_;
   std::int64_t drain_ns_;
   std::optional<std::int64_t> begun_ns_;
 };
@@ -122,7 +131,7 @@ int run_program(const Config& config) {
   if (!config.port_file.empty() && !write_port(config.port_file, port))
     return refuse("cannot write the port file " + config.port_file);
 
-  Shutdown shutdown(loop, server, **listener, config.drain_s);
+  Shutdown shutdown(loop, server, **listener, metrics.transport, config.drain_s);
   loop.on_terminate([&shutdown] { shutdown.begin(monotonic_now_ns()); });
   loop.every(kIoPeriod_ns, [&server, &shutdown] {
     const std::int64_t now_ns = monotonic_now_ns();

@@ -130,7 +130,7 @@ void Session::on_hello(const wire::Hello& hello, std::int64_t now_ns) {
   state_ = State::active;
   joined_ = true;
   name_ = printable(hello.client_name);
-  context_->counters.sessions_active.add();
+  context_->counters.sessions_welcomed.add();
   context_->commands.put(OpenSession{id_, outbox_});
   spdlog::info("session {} opened by \"{}\" from {}", id_, name_, connection_->peer());
   wire::Welcome welcome;

@@ -6,7 +6,7 @@ namespace hairnet::server {
 
 struct SessionCounters : CounterSet {
   Counter sessions_opened{*this, "sessions_opened"};
-  Counter sessions_active{*this, "sessions_active"};
+  Counter sessions_welcomed{*this, "sessions_welcomed"};
   Counter sessions_closed{*this, "sessions_closed"};
   Counter sessions_refused_full{*this, "sessions_refused_full"};
   Counter sessions_refused_version{*this, "sessions_refused_version"};
