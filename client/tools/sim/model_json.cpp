@@ -73,6 +73,13 @@ Json notes_json() {
       "a metaball's force and radial stiffness are taken at B1 B0^-1 p (where the node would end if it moved with the "
       "ball's bone over the step), not at the step's start p; the stiffness acts on p + h p'_1 - B1 B0^-1 p: "
       "f = f_ball(r) - k_r r^ r^.(p + h p'_1 - B1 B0^-1 p), r = B1 B0^-1 p - B1 c",
+      "a calm body lets go of contacts that hold hair from its home: once every bone has been within 0.17 rad and 0.02 "
+      "m "
+      "of the head's transform for 1 s (counted by ticks, reset by any pose that is not), a share s of U rising "
+      "linearly "
+      "from 0 to 1 in a further 0.5 s is taken off: U (1 - s t^2 (3 - 2 t)), t = clamp(-r^.e / 0.1, 0, 1), e the "
+      "direction "
+      "from B1 B0^-1 p to the node's rest position",
       "spring forces are linearised about the step's start with the positive semi-definite part only (k e e^T, q e "
       "e^T)",
       "gravity acts on every node's whole mass, ether's included, as g - R g0, g0 = (0, -9.81, 0)",
