@@ -20,6 +20,7 @@ class PacketSplitter {
   // is then dead for good. Memory grows with what arrives, not with what a prefix announces, and never past one packet.
   bool feed(std::span<const std::uint8_t> bytes, const std::function<void(std::span<const std::uint8_t>)>& on_packet);
   [[nodiscard]] std::size_t buffered_bytes() const { return filled_; }
+  [[nodiscard]] std::size_t capacity_bytes() const { return buffer_.capacity() * sizeof(std::uint64_t); }
 
  private:
   // Moves bytes over until the buffer holds `until` of them; returns the rest.

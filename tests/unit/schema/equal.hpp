@@ -1,0 +1,151 @@
+#pragma once
+
+#include <algorithm>
+#include <tuple>
+
+#include "core/groom/groom.hpp"
+#include "schema/wire/messages.hpp"
+#include "schema/wire/recording.hpp"
+
+// Field by field and bit by bit (no tolerance): what comes back from the wire is what went out.
+namespace hairnet::wire {
+
+inline bool equal(const RigidTransform& a, const RigidTransform& b) {
+  return a.rotation.coeffs() == b.rotation.coeffs() && a.position == b.position;
+}
+
+inline bool equal(const Pose& a, const Pose& b) {
+  return std::equal(a.bones.begin(), a.bones.end(), b.bones.begin(),
+                    [](const RigidTransform& x, const RigidTransform& y) { return equal(x, y); });
+}
+
+inline bool equal(const StrandProperties& a, const StrandProperties& b) {
+  const auto all = [](const StrandProperties& s) {
+    return std::tie(s.radius_m, s.hair_count, s.root_length_m, s.group, s.rooted);
+  };
+  return all(a) == all(b);
+}
+
+template <class T>
+bool equal(const std::vector<T>& a, const std::vector<T>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const T& x, const T& y) {
+    if constexpr (requires { x == y; }) {
+      return x == y;
+    } else {
+      return equal(x, y);
+    }
+  });
+}
+
+inline bool equal(const Hello& a, const Hello& b) {
+  return a.protocol_version == b.protocol_version && a.client_name == b.client_name;
+}
+inline bool equal(const GroomOffer& a, const GroomOffer& b) {
+  return a.hash == b.hash && a.byte_count == b.byte_count;
+}
+inline bool equal(const GroomChunk& a, const GroomChunk& b) {
+  return a.hash == b.hash && a.offset == b.offset && a.bytes == b.bytes;
+}
+inline bool equal(const AddCharacter& a, const AddCharacter& b) {
+  return a.character == b.character && a.groom == b.groom && a.level == b.level;
+}
+inline bool equal(const SetLevel& a, const SetLevel& b) {
+  return a.character == b.character && a.level == b.level;
+}
+inline bool equal(const RemoveCharacter& a, const RemoveCharacter& b) {
+  return a.character == b.character;
+}
+inline bool equal(const PoseSample& a, const PoseSample& b) {
+  return std::tie(a.character, a.sequence, a.capture_time_ns, a.teleport) ==
+             std::tie(b.character, b.sequence, b.capture_time_ns, b.teleport) &&
+         equal(a.pose, b.pose);
+}
+inline bool equal(const PoseBatch& a, const PoseBatch& b) {
+  return equal(a.poses, b.poses);
+}
+inline bool equal(const Welcome& a, const Welcome& b) {
+  const auto all = [](const Welcome& w) {
+    return std::tie(w.protocol_version, w.session, w.tick_rate_hz, w.tick, w.character_count_max, w.groom_bytes_max);
+  };
+  return all(a) == all(b);
+}
+inline bool equal(const GroomNeed& a, const GroomNeed& b) {
+  return a.hash == b.hash && a.offset == b.offset;
+}
+inline bool equal(const GroomStatus& a, const GroomStatus& b) {
+  return a.hash == b.hash && a.state == b.state;
+}
+inline bool equal(const CharacterAdded& a, const CharacterAdded& b) {
+  return a.character == b.character && a.groom == b.groom && a.level == b.level;
+}
+inline bool equal(const CharacterRemoved& a, const CharacterRemoved& b) {
+  return a.character == b.character;
+}
+inline bool equal(const LevelGeometry& a, const LevelGeometry& b) {
+  const auto all = [](const LevelGeometry& g) {
+    return std::tie(g.lattice.dims, g.active_nodes, g.trimmed_nodes, g.trimmed_begin, g.trimmed_from,
+                    g.trimmed_weights);
+  };
+  return a.lattice.origin == b.lattice.origin && a.lattice.spacing == b.lattice.spacing && all(a) == all(b);
+}
+inline bool equal(const LevelRecord& a, const LevelRecord& b) {
+  return a.groom == b.groom && a.level == b.level && equal(a.geometry, b.geometry);
+}
+inline bool equal(const Frame& a, const Frame& b) {
+  const auto all = [](const Frame& f) {
+    return std::tie(f.character, f.level, f.discontinuous, f.quantum_m, f.displacements);
+  };
+  return all(a) == all(b) && equal(a.pose, b.pose);
+}
+inline bool equal(const FrameBatch& a, const FrameBatch& b) {
+  return a.tick == b.tick && a.sample_time_ns == b.sample_time_ns && equal(a.frames, b.frames);
+}
+inline bool equal(const Error& a, const Error& b) {
+  return std::tie(a.reason, a.character, a.groom, a.detail) == std::tie(b.reason, b.character, b.groom, b.detail);
+}
+inline bool equal(const Goodbye& a, const Goodbye& b) {
+  return a.reason == b.reason && a.detail == b.detail;
+}
+
+inline bool equal(const Groom& a, const Groom& b) {
+  const auto all = [](const Groom& g) {
+    return std::tie(g.name, g.group_names, g.points, g.strand_begin, g.body.mesh.vertices, g.body.mesh.triangles,
+                    g.body.bone_weights, g.body.joints, g.body.fitted_from_roots);
+  };
+  return all(a) == all(b) && equal(a.strands, b.strands);
+}
+
+inline bool equal(const RecordingHeader& a, const RecordingHeader& b) {
+  const auto all = [](const RecordingHeader& h) {
+    return std::tie(h.tick_rate_hz, h.substep_count, h.iterations, h.gravity, h.wind);
+  };
+  return all(a) == all(b);
+}
+inline bool equal(const RecordedGroom& a, const RecordedGroom& b) {
+  return a.bytes == b.bytes;
+}
+inline bool equal(const RecordedAdd& a, const RecordedAdd& b) {
+  return std::tie(a.character, a.groom, a.levels_ready, a.level) ==
+             std::tie(b.character, b.groom, b.levels_ready, b.level) &&
+         equal(a.pose, b.pose);
+}
+inline bool equal(const RecordedLevel& a, const RecordedLevel& b) {
+  return a.character == b.character && a.level == b.level;
+}
+inline bool equal(const RecordedPose& a, const RecordedPose& b) {
+  return a.character == b.character && a.teleport == b.teleport && equal(a.pose, b.pose);
+}
+inline bool equal(const RecordedTick& a, const RecordedTick& b) {
+  return std::tie(a.tick, a.sample_time_ns, a.state_hash, a.removed) ==
+             std::tie(b.tick, b.sample_time_ns, b.state_hash, b.removed) &&
+         equal(a.added, b.added) && equal(a.levels, b.levels) && equal(a.poses, b.poses);
+}
+
+// Two variants of the same alternative.
+template <class... T>
+bool equal(const std::variant<T...>& a, const std::variant<T...>& b) {
+  return a.index() == b.index() &&
+         std::visit([&](const auto& x) { return equal(x, std::get<std::decay_t<decltype(x)>>(b)); }, a);
+}
+
+}  // namespace hairnet::wire

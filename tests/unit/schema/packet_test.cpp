@@ -1,0 +1,319 @@
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <limits>
+#include <numeric>
+
+#include "schema/wire/messages.hpp"
+#include "tests/unit/schema/equal.hpp"
+#include "tests/unit/schema/random_messages.hpp"
+
+namespace hairnet::wire {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+Bytes encode(const Message& message) {
+  return encode_packet({1, message});
+}
+
+// The error of a message that is written down as it is and read again.
+DecodeError round_trip_error(const Message& message) {
+  return decode_packet(encode(message)).error;
+}
+
+// Every one of these is decoded on its own heap block, so that a sanitizer sees a byte read too far.
+DecodeError decode_error(const Bytes& packet) {
+  return decode_packet(packet).error;
+}
+
+TEST(Packet, gives_back_every_message_of_random_content) {
+  RandomMessages random(1);
+  for (int round = 0; round < 200; ++round) {
+    for (std::size_t kind = 0; kind < kMessageKinds; ++kind) {
+      const Envelope sent = random.envelope(kind);
+      ASSERT_EQ(sent.message.index(), kind);
+      const Bytes packet = encode_packet(sent);
+      const Decoded got = decode_packet(packet);
+      ASSERT_EQ(got.error, DecodeError::none) << "kind " << kind << ": " << got.detail;
+      EXPECT_EQ(got.envelope.clock_ns, sent.clock_ns);
+      EXPECT_TRUE(equal(got.envelope.message, sent.message)) << "kind " << kind;
+    }
+  }
+}
+
+TEST(Packet, has_its_size_and_identifier_where_the_protocol_says) {
+  RandomMessages random(2);
+  for (std::size_t kind = 0; kind < kMessageKinds; ++kind) {
+    const Bytes packet = encode_packet(random.envelope(kind));
+    ASSERT_GE(packet.size(), kPacketBytesMin);
+    const std::uint32_t counted = packet[0] | packet[1] << 8 | packet[2] << 16 | packet[3] << 24;
+    EXPECT_EQ(counted, packet.size() - 4);
+    EXPECT_EQ(std::memcmp(packet.data() + 8, "HNET", 4), 0);
+  }
+}
+
+TEST(Packet, is_the_same_bytes_for_the_same_message) {
+  for (std::size_t kind = 0; kind < kMessageKinds; ++kind) {
+    RandomMessages once(3 + kind), again(3 + kind);
+    EXPECT_EQ(encode_packet(once.envelope(kind)), encode_packet(again.envelope(kind)));
+  }
+}
+
+TEST(Packet, is_refused_at_every_truncation) {
+  RandomMessages random(4);
+  for (std::size_t kind = 0; kind < kMessageKinds; ++kind) {
+    const Bytes packet = encode_packet(random.envelope(kind));
+    for (std::size_t n = 0; n < packet.size(); ++n)
+      EXPECT_EQ(decode_error(Bytes(packet.begin(), packet.begin() + static_cast<std::ptrdiff_t>(n))),
+                DecodeError::malformed);
+  }
+}
+
+// The last bytes may be padding, which nobody misses.
+TEST(Packet, loses_nothing_but_padding_by_a_truncation_whose_prefix_agrees) {
+  RandomMessages random(5);
+  for (std::size_t kind = 0; kind < kMessageKinds; ++kind) {
+    const Envelope sent = random.envelope(kind);
+    const Bytes packet = encode_packet(sent);
+    for (std::size_t n = 4; n < packet.size(); ++n) {
+      Bytes cut(packet.begin(), packet.begin() + static_cast<std::ptrdiff_t>(n));
+      const auto counted = static_cast<std::uint32_t>(n - 4);
+      std::memcpy(cut.data(), &counted, 4);
+      const Decoded got = decode_packet(cut);
+      if (n + 8 > packet.size() && got.error == DecodeError::none) {
+        EXPECT_TRUE(equal(got.envelope.message, sent.message)) << "kind " << kind << ", " << n << " bytes";
+      } else {
+        EXPECT_EQ(got.error, DecodeError::malformed) << "kind " << kind << ", " << n << " bytes";
+      }
+    }
+  }
+}
+
+TEST(Packet, is_refused_with_extra_bytes) {
+  RandomMessages random(6);
+  for (std::size_t kind = 0; kind < kMessageKinds; ++kind) {
+    Bytes packet = encode_packet(random.envelope(kind));
+    packet.push_back(0);
+    EXPECT_EQ(decode_error(packet), DecodeError::malformed);
+  }
+}
+
+TEST(Packet, is_refused_with_another_identifier) {
+  Bytes packet = encode(RemoveCharacter{7});
+  std::memcpy(packet.data() + 8, "HNGR", 4);
+  EXPECT_EQ(decode_error(packet), DecodeError::malformed);
+}
+
+TEST(Packet, is_decoded_at_any_address) {
+  RandomMessages random(7);
+  for (std::size_t kind = 0; kind < kMessageKinds; ++kind) {
+    const Envelope sent = random.envelope(kind);
+    const Bytes packet = encode_packet(sent);
+    for (std::size_t shift = 0; shift < 8; ++shift) {
+      Bytes shifted(shift, 0xFF);
+      shifted.insert(shifted.end(), packet.begin(), packet.end());
+      const Decoded got = decode_packet(std::span(shifted).subspan(shift));
+      ASSERT_EQ(got.error, DecodeError::none);
+      EXPECT_TRUE(equal(got.envelope.message, sent.message));
+    }
+  }
+}
+
+// A single flipped bit is refused, or gives a message that is sound: it can be said again.
+TEST(Packet, survives_every_flipped_bit) {
+  RandomMessages random(8);
+  for (std::size_t kind = 0; kind < kMessageKinds; ++kind) {
+    Bytes packet = encode_packet(random.envelope(kind));
+    for (std::size_t bit = 0; bit < 8 * packet.size(); ++bit) {
+      const auto mask = static_cast<std::uint8_t>(1u << bit % 8);
+      packet[bit / 8] ^= mask;
+      const Decoded got = decode_packet(packet);
+      EXPECT_EQ(got.error == DecodeError::none, got.detail.empty());
+      if (got.error == DecodeError::none) {
+        EXPECT_EQ(decode_packet(encode_packet(got.envelope)).error, DecodeError::none) << "kind " << kind;
+      }
+      packet[bit / 8] ^= mask;
+    }
+  }
+}
+
+TEST(Packet, above_the_limit_is_too_large_whatever_it_holds) {
+  EXPECT_EQ(decode_error(Bytes(kPacketBytesMax + 1)), DecodeError::too_large);
+  EXPECT_EQ(decode_error(Bytes(kPacketBytesMax)), DecodeError::malformed);
+}
+
+TEST(Packet, is_not_written_above_the_limit) {
+  FrameBatch batch;
+  batch.frames.resize(40'000);
+  EXPECT_TRUE(encode(batch).empty());
+}
+
+TEST(Packet, carries_as_many_frames_as_frame_bytes_promises) {
+  RandomMessages random(9);
+  FrameBatch batch;
+  std::size_t bytes = 0;
+  while (true) {
+    Frame frame = random.frame();
+    bytes += frame_bytes(frame);
+    if (bytes > kPacketBytesMax - kPacketOverheadBytesMax) break;
+    batch.frames.push_back(std::move(frame));
+  }
+  const Bytes packet = encode(batch);
+  EXPECT_FALSE(packet.empty());
+  EXPECT_EQ(decode_error(packet), DecodeError::none);
+}
+
+TEST(Packet, carries_the_largest_chunk_and_pose_batch) {
+  EXPECT_EQ(round_trip_error(GroomChunk{{}, 0, Bytes(kGroomChunkBytesMax)}), DecodeError::none);
+  EXPECT_EQ(round_trip_error(GroomChunk{{}, 0, Bytes(kGroomChunkBytesMax + 1)}), DecodeError::invalid);
+  EXPECT_EQ(round_trip_error(GroomChunk{{}, 0, {}}), DecodeError::invalid);
+  PoseBatch batch;
+  batch.poses.resize(kPosesPerBatchMax);
+  EXPECT_EQ(round_trip_error(batch), DecodeError::none);
+  batch.poses.resize(kPosesPerBatchMax + 1);
+  EXPECT_EQ(round_trip_error(batch), DecodeError::invalid);
+}
+
+TEST(Packet, with_an_enum_out_of_range_is_invalid) {
+  const auto no_level = static_cast<LevelIndex>(5);
+  EXPECT_EQ(round_trip_error(AddCharacter{1, {}, no_level}), DecodeError::invalid);
+  EXPECT_EQ(round_trip_error(SetLevel{1, no_level}), DecodeError::invalid);
+  EXPECT_EQ(round_trip_error(CharacterAdded{1, {}, no_level}), DecodeError::invalid);
+  EXPECT_EQ(round_trip_error(GroomStatus{{}, static_cast<GroomState>(4)}), DecodeError::invalid);
+  EXPECT_EQ(round_trip_error(Error{static_cast<ErrorReason>(13), 0, {}, {}}), DecodeError::invalid);
+  EXPECT_EQ(round_trip_error(Error{}), DecodeError::invalid) << "an error without a reason";
+  EXPECT_EQ(round_trip_error(Goodbye{static_cast<GoodbyeReason>(10), {}}), DecodeError::invalid);
+  EXPECT_EQ(round_trip_error(Goodbye{}), DecodeError::invalid) << "a goodbye without a reason";
+  RandomMessages random(10);
+  EXPECT_EQ(round_trip_error(LevelRecord{{}, LevelIndex::rigid, random.geometry()}), DecodeError::invalid);
+}
+
+TEST(Packet, with_a_time_out_of_range_is_invalid) {
+  constexpr std::int64_t kFar_ns = std::numeric_limits<std::int64_t>::max();
+  EXPECT_EQ(decode_error(encode_packet({kFar_ns, RemoveCharacter{1}})), DecodeError::invalid);
+  EXPECT_EQ(decode_error(encode_packet({-kFar_ns, RemoveCharacter{1}})), DecodeError::invalid);
+  EXPECT_EQ(round_trip_error(FrameBatch{0, kFar_ns, {}}), DecodeError::invalid);
+  EXPECT_EQ(round_trip_error(PoseBatch{{PoseSample{1, 1, kFar_ns, false, {}}}}), DecodeError::invalid);
+}
+
+TEST(Packet, with_an_unusable_welcome_or_offer_is_invalid) {
+  EXPECT_EQ(round_trip_error(Welcome{1, 1, 0, 0, 1, 1}), DecodeError::invalid);
+  EXPECT_EQ(round_trip_error(Welcome{1, 1, kTickRateMax_hz + 1, 0, 1, 1}), DecodeError::invalid);
+  EXPECT_EQ(round_trip_error(GroomOffer{{}, 0}), DecodeError::invalid);
+}
+
+// One bad pose must not cost the others of its batch: the session judges each.
+TEST(Packet, delivers_unsound_poses_for_the_session_to_judge) {
+  PoseBatch batch;
+  batch.poses.resize(2);
+  batch.poses[0].pose[Bone::neck].position.x() = kNan;
+  const Decoded got = decode_packet(encode(batch));
+  ASSERT_EQ(got.error, DecodeError::none);
+  const auto& poses = std::get<PoseBatch>(got.envelope.message).poses;
+  EXPECT_EQ(validate_pose(poses[0].pose), PoseRefusal::not_finite);
+  EXPECT_EQ(validate_pose(poses[1].pose), PoseRefusal::none);
+}
+
+TEST(Packet, rounds_poses_as_rounded_to_wire_does) {
+  RandomMessages random(11);
+  Pose pose = random.pose();
+  for (RigidTransform& bone : pose.bones) {
+    bone.position *= 1 + 1e-10;
+    bone.rotation.coeffs() *= 1 + 1e-10;
+  }
+  const Decoded got = decode_packet(encode(PoseBatch{{PoseSample{1, 1, 0, false, pose}}}));
+  const Pose received = std::get<PoseBatch>(got.envelope.message).poses.at(0).pose;
+  EXPECT_TRUE(equal(received, rounded_to_wire(pose)));
+  EXPECT_FALSE(equal(received, pose));
+}
+
+TEST(Packet, with_an_unsound_frame_is_invalid) {
+  RandomMessages random(12);
+  Frame sound;
+  sound.level = LevelIndex::low;
+  sound.pose = random.pose();
+  sound.quantum_m = kQuantumMin_m;
+  sound.displacements.resize(9);
+  const auto error_of = [&](auto&& spoil) {
+    Frame frame = sound;
+    spoil(frame);
+    return round_trip_error(FrameBatch{1, 1, {sound, frame}});
+  };
+  EXPECT_EQ(error_of([](Frame&) {}), DecodeError::none);
+  EXPECT_EQ(error_of([](Frame& f) { f.pose[Bone::head].position.y() = kNan; }), DecodeError::invalid);
+  EXPECT_EQ(error_of([](Frame& f) { f.pose[Bone::head].rotation.coeffs() *= 1.1; }), DecodeError::invalid);
+  EXPECT_EQ(error_of([](Frame& f) { f.quantum_m = std::numeric_limits<float>::quiet_NaN(); }), DecodeError::invalid);
+  EXPECT_EQ(error_of([](Frame& f) { f.quantum_m = std::numeric_limits<float>::infinity(); }), DecodeError::invalid);
+  EXPECT_EQ(error_of([](Frame& f) { f.quantum_m = 0; }), DecodeError::invalid);
+  EXPECT_EQ(error_of([](Frame& f) { f.quantum_m = -kQuantumMin_m; }), DecodeError::invalid);
+  EXPECT_EQ(error_of([](Frame& f) { f.level = LevelIndex::rigid; }), DecodeError::invalid);
+  EXPECT_EQ(error_of([](Frame& f) { f.level = static_cast<LevelIndex>(9); }), DecodeError::invalid);
+  EXPECT_EQ(error_of([](Frame& f) { f.displacements.resize(10); }), DecodeError::invalid) << "a third of a node";
+}
+
+TEST(Packet, with_an_unsound_level_record_is_invalid) {
+  RandomMessages random(13);
+  LevelGeometry sound = random.geometry();
+  while (sound.trimmed_from.empty() || sound.trimmed_nodes.empty()) sound = random.geometry();
+  const auto error_of = [&](auto&& spoil) {
+    LevelRecord record{{}, LevelIndex::low, sound};
+    spoil(record.geometry);
+    return round_trip_error(record);
+  };
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  EXPECT_EQ(error_of([](LevelGeometry&) {}), DecodeError::none);
+  EXPECT_EQ(error_of([](LevelGeometry& g) { g.lattice.dims[0] = -1; }), DecodeError::invalid);
+  EXPECT_EQ(error_of([](LevelGeometry& g) { g.lattice.dims[2] = 1 << 30; }), DecodeError::invalid);
+  EXPECT_EQ(error_of([](LevelGeometry& g) { g.lattice.dims = {0, 0, 0}; }), DecodeError::invalid);
+  EXPECT_EQ(error_of([](LevelGeometry& g) { g.lattice.origin.x() = kInfinity; }), DecodeError::invalid);
+  EXPECT_EQ(error_of([](LevelGeometry& g) { g.lattice.origin.x() = 2 * kLatticeCoordinateMax_m; }),
+            DecodeError::invalid);
+  EXPECT_EQ(error_of([](LevelGeometry& g) { g.lattice.spacing.z() = 0; }), DecodeError::invalid);
+  EXPECT_EQ(error_of([](LevelGeometry& g) { g.active_nodes.push_back(0); }), DecodeError::invalid);
+  EXPECT_EQ(error_of([](LevelGeometry& g) { g.active_nodes.clear(); }), DecodeError::invalid);
+  EXPECT_EQ(error_of([](LevelGeometry& g) { g.trimmed_from[0] = 1u << 31; }), DecodeError::invalid);
+  EXPECT_EQ(error_of([](LevelGeometry& g) { g.trimmed_weights[0] = kInfinity; }), DecodeError::invalid);
+  EXPECT_EQ(error_of([](LevelGeometry& g) { g.trimmed_begin.clear(); }), DecodeError::invalid);
+  EXPECT_EQ(error_of([](LevelGeometry& g) { g.trimmed_begin.back() += 1; }), DecodeError::invalid);
+}
+
+// The counts inside a sound packet, each overwritten by one that the packet cannot hold.
+TEST(Packet, with_an_absurd_count_is_refused_without_the_memory_for_it) {
+  FrameBatch batch;
+  batch.frames.resize(1);
+  const Bytes sound = encode(batch);
+  for (std::size_t at = 0; at + 4 <= sound.size(); at += 4) {
+    for (const std::uint32_t count : {0x7FFFFFFFu, 0xFFFFFFFFu, 0x10000000u}) {
+      Bytes packet = sound;
+      std::memcpy(packet.data() + at, &count, 4);
+      const Decoded got = decode_packet(packet);
+      if (got.error != DecodeError::none) continue;
+      EXPECT_LE(std::get<FrameBatch>(got.envelope.message).frames.size(), 1u);
+    }
+  }
+}
+
+TEST(Packet, makes_text_fit_to_travel) {
+  const auto sent_name = [](std::string name) {
+    const Decoded got = decode_packet(encode(Hello{1, std::move(name)}));
+    EXPECT_EQ(got.error, DecodeError::none);
+    return std::get<Hello>(got.envelope.message).client_name;
+  };
+  EXPECT_EQ(sent_name("plain"), "plain");
+  EXPECT_EQ(sent_name(std::string("a\0b\x1b[31m\n", 9)), "a?b?[31m?");
+  EXPECT_EQ(sent_name("\xff\xc3"), "??");
+  EXPECT_EQ(sent_name(std::string(kTextBytesMax + 100, 'x')).size(), kTextBytesMax);
+}
+
+TEST(Packet, has_a_name_for_every_reason) {
+  for (std::uint8_t r = 0; r <= 12; ++r) EXPECT_STRNE(to_string(static_cast<ErrorReason>(r)), "unknown");
+  for (std::uint8_t r = 0; r <= 9; ++r) EXPECT_STRNE(to_string(static_cast<GoodbyeReason>(r)), "unknown");
+  for (std::uint8_t r = 0; r <= 3; ++r) EXPECT_STRNE(to_string(static_cast<DecodeError>(r)), "unknown");
+  for (std::uint8_t r = 0; r <= 3; ++r) EXPECT_STRNE(to_string(static_cast<PoseRefusal>(r)), "unknown");
+}
+
+}  // namespace
+}  // namespace hairnet::wire

@@ -1,0 +1,184 @@
+#include "tests/unit/schema/random_messages.hpp"
+
+#include <array>
+
+namespace hairnet::wire {
+
+std::int64_t RandomMessages::time_ns() {
+  return static_cast<std::int64_t>(integer(0, static_cast<std::uint64_t>(kTimeMax_ns))) * (coin() ? 1 : -1);
+}
+
+std::string RandomMessages::text() {
+  static const std::array<const char*, 5> kCharacters{"a", "?", "\u00e9", "\u6bdb", "\U0001F487"};
+  std::string text;
+  for (std::size_t n = integer(0, 40); n > 0; --n) text += kCharacters[integer(0, kCharacters.size() - 1)];
+  return text;
+}
+
+std::vector<std::uint8_t> RandomMessages::bytes(std::size_t count) {
+  std::vector<std::uint8_t> out(count);
+  for (std::uint8_t& byte : out) byte = static_cast<std::uint8_t>(integer(0, 255));
+  return out;
+}
+
+GroomHash RandomMessages::hash() {
+  GroomHash hash;
+  for (std::uint8_t& byte : hash) byte = static_cast<std::uint8_t>(integer(0, 255));
+  return hash;
+}
+
+LevelIndex RandomMessages::level(LevelIndex last) {
+  return static_cast<LevelIndex>(integer(0, static_cast<std::uint64_t>(last)));
+}
+
+Vec3f RandomMessages::vector(float most) {
+  const auto coordinate = [&] { return static_cast<float>(real(-most, most)); };
+  const float x = coordinate(), y = coordinate(), z = coordinate();
+  return {x, y, z};
+}
+
+Pose RandomMessages::pose() {
+  Pose pose;
+  for (RigidTransform& bone : pose.bones) {
+    const Vec3 axis = vector(1).cast<double>().normalized();
+    bone.rotation = Quat(Eigen::AngleAxisd(real(0, 3), axis));
+    bone.position = vector(1000).cast<double>();
+  }
+  return rounded_to_wire(pose);
+}
+
+// A random partition into active and trimmed nodes, each trimmed one of up to three active ones.
+LevelGeometry RandomMessages::geometry() {
+  LevelGeometry g;
+  g.lattice.origin = vector(1);
+  g.lattice.spacing = vector(0.01f).cwiseAbs() + Vec3f::Constant(0.01f);
+  for (int& n : g.lattice.dims) n = static_cast<int>(integer(2, 6));
+  g.trimmed_begin = {0};
+  g.active_nodes = {0};
+  for (std::uint32_t node = 1; node < g.lattice.node_count(); ++node) {
+    (coin() ? g.active_nodes : g.trimmed_nodes).push_back(node);
+  }
+  for (std::size_t t = 0; t < g.trimmed_nodes.size(); ++t) {
+    for (std::size_t n = integer(0, 3); n > 0; --n) {
+      g.trimmed_from.push_back(static_cast<std::uint32_t>(integer(0, g.active_nodes.size() - 1)));
+      g.trimmed_weights.push_back(static_cast<float>(real(-1, 1)));
+    }
+    g.trimmed_begin.push_back(static_cast<std::uint32_t>(g.trimmed_from.size()));
+  }
+  return g;
+}
+
+Frame RandomMessages::frame() {
+  Frame f;
+  f.character = static_cast<std::uint32_t>(integer(1, 0xFFFFFFFF));
+  f.level = level();
+  f.discontinuous = coin();
+  f.pose = pose();
+  if (f.level == LevelIndex::rigid) return f;
+  std::vector<Vec3f> displacement(integer(0, 60));
+  const auto largest_m = static_cast<float>(real(1e-5, 5));
+  for (Vec3f& d : displacement) d = vector(largest_m);
+  encode_displacements(displacement, f);
+  return f;
+}
+
+Message RandomMessages::message(std::size_t kind) {
+  const auto u32 = [&] { return static_cast<std::uint32_t>(integer(0, 0xFFFFFFFF)); };
+  const auto u64 = [&] { return integer(0, ~std::uint64_t{0}); };
+  switch (kind) {
+    case 0:
+      return Hello{static_cast<std::uint16_t>(integer(0, 0xFFFF)), text()};
+    case 1:
+      return GroomOffer{hash(), integer(1, ~std::uint64_t{0})};
+    case 2:
+      return GroomChunk{hash(), u64(), bytes(integer(1, 2000))};
+    case 3:
+      return AddCharacter{u32(), hash(), level()};
+    case 4:
+      return SetLevel{u32(), level()};
+    case 5:
+      return RemoveCharacter{u32()};
+    case 6: {
+      PoseBatch batch;
+      for (std::size_t n = integer(0, 6); n > 0; --n) batch.poses.push_back({u32(), u32(), time_ns(), coin(), pose()});
+      return batch;
+    }
+    case 7:
+      return Welcome{static_cast<std::uint16_t>(integer(0, 0xFFFF)),
+                     u64(),
+                     static_cast<std::uint32_t>(integer(1, kTickRateMax_hz)),
+                     u64(),
+                     u32(),
+                     u64()};
+    case 8:
+      return GroomNeed{hash(), u64()};
+    case 9:
+      return GroomStatus{hash(), static_cast<GroomState>(integer(0, 3))};
+    case 10:
+      return CharacterAdded{u32(), hash(), level()};
+    case 11:
+      return CharacterRemoved{u32()};
+    case 12:
+      return LevelRecord{hash(), level(LevelIndex::ether), geometry()};
+    case 13: {
+      FrameBatch batch{u64(), time_ns(), {}};
+      for (std::size_t n = integer(0, 6); n > 0; --n) batch.frames.push_back(frame());
+      return batch;
+    }
+    case 14:
+      return Error{static_cast<ErrorReason>(integer(1, 12)), u32(), coin() ? hash() : GroomHash{}, text()};
+    default:
+      return Goodbye{static_cast<GoodbyeReason>(integer(1, 9)), text()};
+  }
+}
+
+Groom RandomMessages::groom(std::size_t strand_count) {
+  Groom g;
+  g.name = text();
+  g.group_names = {text(), text()};
+  for (std::size_t s = 0; s < strand_count; ++s) {
+    std::vector<Vec3f> strand(integer(0, 16));
+    for (Vec3f& point : strand) point = vector(0.4f);
+    g.add_strand(strand, {static_cast<float>(real(1e-5, 1e-4)), static_cast<float>(real(1, 50)),
+                          static_cast<float>(real(0, 0.1)), static_cast<std::uint16_t>(integer(0, 1)), coin()});
+  }
+  const std::size_t vertex_count = integer(3, 50);
+  for (std::size_t v = 0; v < vertex_count; ++v) {
+    g.body.mesh.vertices.push_back(vector(1));
+    const auto share = static_cast<float>(real(0, 1));
+    g.body.bone_weights.push_back({share, 0, 1 - share, 0, 0});
+  }
+  const auto corner = [&] { return static_cast<std::uint32_t>(integer(0, vertex_count - 1)); };
+  for (std::size_t t = integer(0, 50); t > 0; --t) {
+    const std::uint32_t a = corner(), b = corner(), c = corner();
+    g.body.mesh.triangles.push_back({a, b, c});
+  }
+  for (Vec3f& joint : g.body.joints) joint = vector(0.5f);
+  g.body.fitted_from_roots = coin();
+  return g;
+}
+
+RecordingHeader RandomMessages::recording_header() {
+  RecordingHeader h;
+  h.tick_rate_hz = static_cast<std::uint32_t>(integer(1, 120));
+  h.substep_count = static_cast<std::int32_t>(integer(1, 8));
+  h.iterations = static_cast<std::int32_t>(integer(1, 64));
+  for (double& g : h.gravity) g = real(-20, 20);
+  for (double& w : h.wind) w = real(-20, 20);
+  return h;
+}
+
+RecordedTick RandomMessages::recorded_tick() {
+  const auto u64 = [&] { return integer(0, ~std::uint64_t{0}); };
+  RecordedTick t;
+  t.tick = u64();
+  t.sample_time_ns = time_ns();
+  t.state_hash = u64();
+  for (std::size_t n = integer(0, 3); n > 0; --n) t.removed.push_back(u64());
+  for (std::size_t n = integer(0, 3); n > 0; --n) t.added.push_back({u64(), hash(), coin(), level(), pose()});
+  for (std::size_t n = integer(0, 3); n > 0; --n) t.levels.push_back({u64(), level()});
+  for (std::size_t n = integer(0, 5); n > 0; --n) t.poses.push_back({u64(), coin(), pose()});
+  return t;
+}
+
+}  // namespace hairnet::wire

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <random>
+
+#include "core/groom/groom.hpp"
+#include "schema/wire/messages.hpp"
+#include "schema/wire/recording.hpp"
+
+namespace hairnet::wire {
+
+// Sound messages, grooms and entries of random content, the same for the same seed.
+class RandomMessages {
+ public:
+  explicit RandomMessages(std::uint64_t seed) : random_(seed) {}
+
+  Message message(std::size_t kind);  // of the kind at this index of Message
+  Envelope envelope(std::size_t kind) { return {time_ns(), message(kind)}; }
+  LevelGeometry geometry();
+  Frame frame();
+  Pose pose();
+  Groom groom(std::size_t strand_count);
+  RecordingHeader recording_header();
+  RecordedTick recorded_tick();
+
+  std::uint64_t integer(std::uint64_t least, std::uint64_t most) {
+    return std::uniform_int_distribution<std::uint64_t>(least, most)(random_);
+  }
+  double real(double least, double most) { return std::uniform_real_distribution<double>(least, most)(random_); }
+  bool coin() { return integer(0, 1) == 1; }
+
+ private:
+  std::int64_t time_ns();
+  std::string text();
+  GroomHash hash();
+  LevelIndex level(LevelIndex last = LevelIndex::rigid);
+  Vec3f vector(float most);
+  std::vector<std::uint8_t> bytes(std::size_t count);
+
+  std::mt19937_64 random_;
+};
+
+inline constexpr std::size_t kMessageKinds = std::variant_size_v<Message>;
+
+}  // namespace hairnet::wire

@@ -1,0 +1,121 @@
+#include "schema/wire/recording.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "tests/unit/schema/equal.hpp"
+#include "tests/unit/schema/random_messages.hpp"
+
+namespace hairnet::wire {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+std::vector<RecordEntry> some_recording(std::uint64_t seed) {
+  RandomMessages random(seed);
+  std::vector<RecordEntry> entries{random.recording_header()};
+  for (int n = 0; n < 20; ++n) {
+    if (n % 5 == 0) entries.emplace_back(RecordedGroom{Bytes(random.integer(0, 300), 7)});
+    entries.emplace_back(random.recorded_tick());
+  }
+  return entries;
+}
+
+Bytes encode_all(const std::vector<RecordEntry>& entries) {
+  Bytes bytes;
+  for (const RecordEntry& entry : entries) {
+    const Bytes one = encode_record_entry(entry);
+    bytes.insert(bytes.end(), one.begin(), one.end());
+  }
+  return bytes;
+}
+
+Result<RecordEntry> decode_one(const RecordEntry& entry) {
+  const Bytes bytes = encode_record_entry(entry);
+  std::span<const std::uint8_t> rest = bytes;
+  return take_record_entry(rest);
+}
+
+TEST(Recording, gives_back_every_entry_in_order) {
+  const std::vector<RecordEntry> entries = some_recording(1);
+  const Bytes bytes = encode_all(entries);
+  std::span<const std::uint8_t> rest = bytes;
+  for (const RecordEntry& entry : entries) {
+    const Result<RecordEntry> got = take_record_entry(rest);
+    ASSERT_TRUE(got) << got.error();
+    EXPECT_TRUE(equal(*got, entry));
+  }
+  EXPECT_TRUE(rest.empty());
+}
+
+TEST(Recording, says_that_its_last_entry_is_incomplete_and_keeps_the_rest) {
+  const std::vector<RecordEntry> entries{some_recording(2)[0], some_recording(2)[2]};
+  const Bytes bytes = encode_all(entries);
+  const std::size_t first_bytes = encode_record_entry(entries[0]).size();
+  for (std::size_t n = 0; n < bytes.size(); ++n) {
+    std::span<const std::uint8_t> rest = std::span(bytes).first(n);
+    if (n >= first_bytes) {
+      ASSERT_TRUE(take_record_entry(rest));
+    }
+    const std::size_t left = rest.size();
+    const Result<RecordEntry> got = take_record_entry(rest);
+    ASSERT_FALSE(got);
+    EXPECT_NE(got.error().find("incomplete"), std::string::npos) << got.error();
+    EXPECT_EQ(rest.size(), left);
+  }
+}
+
+TEST(Recording, survives_every_flipped_bit) {
+  Bytes bytes = encode_all({some_recording(3)[0], some_recording(3)[2]});
+  for (std::size_t bit = 0; bit < 8 * bytes.size(); ++bit) {
+    const auto mask = static_cast<std::uint8_t>(1u << bit % 8);
+    bytes[bit / 8] ^= mask;
+    std::span<const std::uint8_t> rest = bytes;
+    while (!rest.empty()) {
+      const std::size_t left = rest.size();
+      const Result<RecordEntry> got = take_record_entry(rest);
+      if (!got) break;
+      ASSERT_LT(rest.size(), left) << "an entry that takes no bytes";
+    }
+    bytes[bit / 8] ^= mask;
+  }
+}
+
+TEST(Recording, refuses_other_files) {
+  const Bytes packet = encode_packet({1, RemoveCharacter{1}});
+  std::span<const std::uint8_t> rest = packet;
+  EXPECT_FALSE(take_record_entry(rest));
+}
+
+TEST(Recording, refuses_settings_that_no_world_takes) {
+  const auto is_taken = [](auto&& change) {
+    RecordingHeader header;
+    change(header);
+    return decode_one(header).has_value();
+  };
+  EXPECT_TRUE(is_taken([](RecordingHeader&) {}));
+  EXPECT_FALSE(is_taken([](RecordingHeader& h) { h.tick_rate_hz = 0; }));
+  EXPECT_FALSE(is_taken([](RecordingHeader& h) { h.substep_count = 0; }));
+  EXPECT_FALSE(is_taken([](RecordingHeader& h) { h.iterations = -1; }));
+  EXPECT_FALSE(is_taken([](RecordingHeader& h) { h.gravity[1] = std::numeric_limits<double>::quiet_NaN(); }));
+  EXPECT_FALSE(is_taken([](RecordingHeader& h) { h.wind[0] = std::numeric_limits<double>::infinity(); }));
+}
+
+TEST(Recording, refuses_poses_and_levels_that_no_world_takes) {
+  RecordedTick tick;
+  tick.poses.resize(1);
+  EXPECT_TRUE(decode_one(tick));
+  tick.poses[0].pose[Bone::head].rotation.w() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(decode_one(tick));
+  tick.poses.clear();
+  tick.levels.push_back({1, static_cast<LevelIndex>(5)});
+  EXPECT_FALSE(decode_one(tick));
+  tick.levels.clear();
+  tick.added.resize(1);
+  tick.added[0].pose[Bone::neck].position.x() = 1e6;
+  EXPECT_FALSE(decode_one(tick));
+}
+
+}  // namespace
+}  // namespace hairnet::wire
