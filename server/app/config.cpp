@@ -16,7 +16,7 @@ constexpr const char* kExamples = R"(Examples:
   hairnet-server                                   127.0.0.1:7420, 30 Hz
   hairnet-server --bind 0.0.0.0 --tick-rate 60     all IPv4 interfaces, 60 Hz
   hairnet-server --port 0 --port-file port.txt     any free port, written to port.txt
-  hairnet-server --record run.hairrec              what the solver was told, to be stepped again
+  hairnet-server --record run.hnrec              what the solver was told, to be stepped again
   hairnet-server --check --tick-rate 90            say what would run, and end
 
 Exit status: 0 after SIGTERM or SIGINT, 2 when the configuration is wrong or the port is taken.)";
