@@ -32,8 +32,7 @@ Result<std::unique_ptr<Server>> Server::create(const Config& config, Metrics& me
 }
 
 Server::Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder> recorder, std::int64_t now_ns)
-    : metrics_(&metrics),
-      commands_(config.command_weight_max),
+    : commands_(config.command_weight_max),
       recorder_(std::move(recorder)),
       builder_(config.grooms.groom, config.grooms.build_queue_max, recorder_ != nullptr),
       grooms_(config.grooms, builder_, commands_, metrics.groom,

@@ -43,12 +43,10 @@ class Server {
   [[nodiscard]] GroomBuilder& builder() { return builder_; }
   [[nodiscard]] Recorder* recorder() { return recorder_.get(); }
   [[nodiscard]] const Scheduler& scheduler() const { return scheduler_; }
-  [[nodiscard]] const GroomStore& grooms() const { return grooms_; }
 
  private:
   Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder> recorder, std::int64_t now_ns);
 
-  Metrics* metrics_;
   std::atomic<std::uint64_t> tick_{0};  // the newest begun, for Welcome
   CommandQueue commands_;
   std::unique_ptr<Recorder> recorder_;

@@ -24,7 +24,6 @@ class GroomDesk {
   virtual Refused chunk(SessionId session, wire::GroomChunk chunk, std::int64_t now_ns) = 0;
   // From now on the session uses the groom, so it stays. groom_unknown unless someone has offered it.
   virtual Refused hold(SessionId session, const wire::GroomHash& groom) = 0;
-  [[nodiscard]] virtual bool ready(const wire::GroomHash& groom) const = 0;
   // The session has ended: its unfinished uploads and holds go.
   virtual void release(SessionId session, std::int64_t now_ns) = 0;
 };

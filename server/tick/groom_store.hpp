@@ -34,7 +34,7 @@ class GroomStore final : public GroomDesk {
   Refused offer(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns) override;
   Refused chunk(SessionId session, wire::GroomChunk chunk, std::int64_t now_ns) override;
   Refused hold(SessionId session, const wire::GroomHash& groom) override;
-  [[nodiscard]] bool ready(const wire::GroomHash& groom) const override;
+  [[nodiscard]] bool ready(const wire::GroomHash& groom) const;
   void release(SessionId session, std::int64_t now_ns) override;
   void poll(std::int64_t now_ns);  // results of the builder, stalled uploads
 

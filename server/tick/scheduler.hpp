@@ -29,7 +29,6 @@ class Scheduler {
 
   void run_tick(const TickClock::Tick& tick, std::int64_t now_ns);
 
-  [[nodiscard]] Room& room() { return room_; }
   [[nodiscard]] const Simulation& simulation() const { return simulation_; }
 
  private:

@@ -28,7 +28,6 @@ class FakeDesk final : public GroomDesk {
   Refused hold(SessionId, const wire::GroomHash& groom) override {
     return groom == known ? Refused{} : Refused{ErrorReason::groom_unknown, "offer it first"};
   }
-  [[nodiscard]] bool ready(const wire::GroomHash&) const override { return false; }
   void release(SessionId session, std::int64_t) override { released.push_back(session); }
 
   wire::GroomHash known{1};
