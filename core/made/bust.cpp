@@ -29,7 +29,7 @@ made::GridPlanes bust_planes() {
     x = -x;
   }
   across.insert(across.end(), right.begin(), right.end());
-  return {across, graded_planes(-0.37, 0.17, -0.040, 0.070, 0.0044, 0.0125),
+  return {across, graded_planes(-0.40, 0.17, -0.040, 0.070, 0.0044, 0.0150),
           graded_planes(-0.16, 0.15, -0.02, 0.14, 0.0055, 0.0125)};
 }
 

@@ -39,15 +39,15 @@ double face(const Vec3& p) {
   double d = ellipsoid(p, {0, 0.018, 0.040}, {0.0575, 0.072, 0.052});
   d = join(d, capsule(p, {0.049, -0.010, 0.018}, {0.016, -0.046, 0.072}, 0.015, 0.012), 0.03);  // jaw
   d = join(d, ellipsoid(p, {0, -0.045, 0.078}, {0.019, 0.016, 0.017}), 0.022);                  // chin
-  d = join(d, ellipsoid(p, {0, -0.012, 0.072}, {0.032, 0.033, 0.024}), 0.03);                   // mouth's mound
+  d = join(d, ellipsoid(p, {0, -0.014, 0.070}, {0.033, 0.034, 0.023}), 0.035);                   // mouth's mound
   d = join(d, ellipsoid(p, {0.040, 0.020, 0.068}, {0.019, 0.016, 0.017}), 0.03);                // cheekbone
   d = join(d, capsule(p, {0.012, 0.062, 0.092}, {0.044, 0.064, 0.074}, 0.008, 0.007), 0.018);   // brow
   d = carve(d, ellipsoid(p, {0.031, 0.046, 0.104}, {0.017, 0.011, 0.015}), 0.014);              // eye socket
   d = join(d, ellipsoid(p, {0.031, 0.0445, 0.0825}, {0.0135, 0.0105, 0.0115}), 0.006);          // eye and lids
   d = join(d, capsule(p, {0, 0.054, 0.097}, {0, 0.013, 0.1125}, 0.0055, 0.0080), 0.016);        // nose
   d = join(d, ellipsoid(p, {0.0085, 0.007, 0.106}, {0.0075, 0.006, 0.008}), 0.008);             // nostrils
-  d = join(d, ellipsoid(p, {0, -0.0158, 0.0965}, {0.020, 0.0056, 0.0080}), 0.006);              // upper lip
-  return join(d, ellipsoid(p, {0, -0.0268, 0.0945}, {0.0165, 0.0064, 0.0085}), 0.004);          // lower lip
+  d = join(d, ellipsoid(p, {0, -0.0160, 0.0915}, {0.0215, 0.0050, 0.0080}), 0.007);              // upper lip
+  return join(d, ellipsoid(p, {0, -0.0262, 0.0900}, {0.0180, 0.0058, 0.0085}), 0.004);          // lower lip
 }
 
 double ear(const Vec3& p) {
@@ -69,8 +69,8 @@ double torso(const Vec3& head_sided) {
   d = join(d, capsule(p, {0.030, -0.118, -0.048}, {0.138, -0.198, -0.042}, 0.028, 0.034), 0.06);   // trapezius
   d = join(d, capsule(p, {0.152, -0.218, -0.035}, {0.166, -0.345, -0.035}, 0.048, 0.042), 0.045);  // upper arm
   d = join(d, ellipsoid(p, {0.068, -0.222, -0.075}, {0.070, 0.065, 0.045}), 0.05);                 // shoulder blade
-  d = join(d, ellipsoid(p, {0.070, -0.315, 0.038}, {0.062, 0.058, 0.044}), 0.05);                  // breast
-  d = join(d, capsule(p, {0.018, -0.190, 0.030}, {0.135, -0.178, -0.018}, 0.009, 0.010), 0.022);   // collar bone
+  d = join(d, ellipsoid(p, {0.070, -0.315, 0.038}, {0.062, 0.058, 0.044}), 0.07);                  // breast
+  d = join(d, capsule(p, {0.018, -0.190, 0.026}, {0.135, -0.180, -0.018}, 0.009, 0.010), 0.045);   // collar bone
   return d;
 }
 
@@ -79,7 +79,6 @@ double torso(const Vec3& head_sided) {
 double bust_distance(const Vec3& point) {
   // Both halves at once; the rounding at the middle plane keeps pairs from meeting in a crease.
   const Vec3 p(std::sqrt(point.x() * point.x() + 9e-6), point.y(), point.z());
-  constexpr double kCutY = -0.345;  // below the armpits
   constexpr double kFar = 0.12;     // beyond this the other half of the body cannot matter
   const double above = p.y() + 0.115, below = -0.06 - p.y();
   double d = neck(p);
@@ -91,7 +90,9 @@ double bust_distance(const Vec3& point) {
   if (below > -kFar) {
     d = join(d, torso(p), 0.055);
   }
-  return carve(d, p.y() - kCutY, 0.02);
+  // Cut off in a bow: under the chest in the middle, through the armpits at the sides.
+  const double bow = -0.360 + 2.3 * p.x() * p.x();
+  return carve(d, (p.y() - bow) / std::sqrt(1 + 21 * p.x() * p.x()), 0.02);
 }
 
 Vec3 bust_normal(const Vec3& p) {

@@ -28,10 +28,19 @@ Vec3 face_normal(const Vec3& p) {
   return norm > 1e-9 ? Vec3(n / norm) : Vec3(Vec3::UnitX());
 }
 
-// `wish` without what would lead into the skin, the more so the nearer the skin is.
-Vec3 slide(const Vec3& wish, const Vec3& normal, double gap, double margin) {
-  const double inward = std::min(0.0, wish.dot(normal));
-  return wish - inward * (1 - smooth_step(0, margin, gap)) * normal;
+// `v` without `share` of what leads into the skin.
+Vec3 without_inward(const Vec3& v, const Vec3& normal, double share) {
+  return v - share * std::min(0.0, v.dot(normal)) * normal;
+}
+
+// Whether the last steps led nowhere, as in the hollow of an armpit; if so, they are taken back.
+bool going_round(Path& path, double step_m) {
+  constexpr std::size_t kSteps = 8;
+  if (path.size() <= kSteps || (path.back() - path[path.size() - 1 - kSteps]).norm() > 0.4 * kSteps * step_m) {
+    return false;
+  }
+  path.resize(path.size() - kSteps);
+  return true;
 }
 
 }  // namespace
@@ -44,17 +53,15 @@ Path grow(const Growth& growth) {
   double s = 0;
   while (s < growth.length_m) {
     const double step = std::min(growth.step_m, growth.length_m - s + 1e-6);
-    Vec3 wish = growth.wish(p, s);
     const double clearance = growth.clearance(p, s);
     const double gap = bust_distance(p) - clearance;
-    const bool near = gap < kMargin;
+    const double nearness = 1 - smooth_step(0, kMargin, gap);
+    const bool near = nearness > 0;
     const Vec3 normal = near ? bust_normal(p) : Vec3(Vec3::Zero());
-    if (near) {
-      wish = slide(wish, normal, gap, kMargin);
-    }
+    const Vec3 wish = without_inward(growth.wish({p, s, normal, nearness}), normal, nearness);
     direction += turn * (wish.normalized() - direction);
     if (near) {
-      direction = slide(direction, normal, gap, 0.3 * kMargin);
+      direction = without_inward(direction, normal, 1 - smooth_step(0, 0.3 * kMargin, gap));
     }
     direction.normalize();
     Vec3 next = p + step * direction;
@@ -75,6 +82,7 @@ Path grow(const Growth& growth) {
     s += moved;
     p = next;
     path.push_back(p);
+    if (going_round(path, step)) { break; }
     if (growth.done && growth.done(p, s)) {
       break;
     }

@@ -10,6 +10,14 @@ namespace hairnet::made {
 // A strand being made: points a few millimetres apart, root first, head space, m.
 using Path = std::vector<Vec3>;
 
+// Where a growing strand has got to.
+struct Here {
+  Vec3 p;           // head space, m
+  double s;         // arc length from the start, m
+  Vec3 normal;      // of the skin under it; zero away from the skin
+  double nearness;  // 1 where it lies on the skin, at its clearance or below; 0 from 12 mm above that
+};
+
 // What a strand follows as it grows.
 struct Growth {
   Vec3 start = Vec3::Zero();
@@ -17,8 +25,8 @@ struct Growth {
   double length_m = 0.3;
   double bend_m = 0.02;  // arc length over which it turns to where it wants to go: the hair's stiffness
   double step_m = 0.005;
-  // Where it wants to go at `p`, `s` metres from the start; not normalised, gravity included.
-  std::function<Vec3(const Vec3& p, double s)> wish;
+  // Where it wants to go; not normalised, gravity included.
+  std::function<Vec3(const Here&)> wish;
   // How far it keeps off the skin there.
   std::function<double(const Vec3& p, double s)> clearance;
   bool spares_face = true;                            // goes round the face instead of across it

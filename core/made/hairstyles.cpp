@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -9,6 +10,7 @@ namespace hairnet {
 namespace {
 
 using made::comb_from_parting;
+using made::comb_from_whorl;
 using made::LooseRecipe;
 using made::Root;
 using made::StyleOptions;
@@ -26,14 +28,17 @@ void dress_long_curly(const StyleOptions& options, Groom& groom) {
   recipe.comb = [](const Vec3& p, const Root& root) {
     return Vec3(comb_from_parting(p, root, 0.012, 0.10, -0.035) + Vec3(0, 0, -0.2));
   };
-  recipe.lift_m = 0.036;
+  recipe.lift_m = 0.034;
+  recipe.lift_rise_m = 0.075;
   recipe.rise = 0.9;
   recipe.bend_m = 0.028;
   recipe.blunt = 0.35;
   recipe.thinning = 0.3;
-  recipe.clumping = 0.75;
-  recipe.clumps = 320;
-  recipe.flyaway = 0.12;
+  recipe.clumping = 0.85;
+  recipe.locks = 230;
+  recipe.gathered_at = 0.5;
+  recipe.curl_disorder = 0.4;
+  recipe.flyaway = 0.09;
   made::dress_loose(recipe, options, groom);
 }
 
@@ -46,23 +51,25 @@ void dress_wavy(const StyleOptions& options, Groom& groom) {
   recipe.rise = 0.7;
   recipe.blunt = 0.6;
   recipe.thinning = 0.22;
-  recipe.clumping = 0.65;
+  recipe.clumping = 0.7;
+  recipe.gathered_at = 0.7;
+  recipe.curl_disorder = 0.5;
   recipe.flyaway = 0.07;
   made::dress_loose(recipe, options, groom);
 }
 
 void dress_bob(const StyleOptions& options, Groom& groom) {
   LooseRecipe recipe;
-  recipe.comb = [](const Vec3& p, const Root& root) {
-    return Vec3(comb_from_parting(p, root, 0.0, 0.055, -0.030) + Vec3(0, 0, -0.1));
-  };
+  recipe.comb = [](const Vec3& p, const Root&) { return comb_from_whorl(p, 0.0, 0.005); };
   recipe.lift_m = 0.026;
   recipe.blunt = 1;
   recipe.thinning = 0.05;
+  recipe.rise = 0.3;
   recipe.tuck = 0.9;
   recipe.clumping = 0.3;
   recipe.flyaway = 0.03;
-  recipe.fringe = {.half_angle_deg = 42, .depth_m = 0.045};
+  recipe.fringe = {.half_angle_deg = 54, .depth_m = 0.13, .wedge = 0.3, .length_m = 0.19};
+  recipe.front_deg = 180;
   made::dress_loose(recipe, options, groom);
 }
 
@@ -80,9 +87,9 @@ void dress_side_part(const StyleOptions& options, Groom& groom) {
 
 void dress_short(const StyleOptions& options, Groom& groom) {
   LooseRecipe recipe;
-  recipe.comb = [](const Vec3& p, const Root& root) {
+  recipe.comb = [](const Vec3& p, const Root&) {
     // From the whorl at the crown outwards; in front, over to the side.
-    Vec3 away = comb_from_parting(p, root, 0.015, -0.035, -0.036);
+    Vec3 away = comb_from_whorl(p, 0.012, -0.035);
     away.x() -= 0.5 * std::max(0.0, p.z() / 0.08);
     return away;
   };
@@ -95,8 +102,8 @@ void dress_short(const StyleOptions& options, Groom& groom) {
   recipe.blunt = 0;
   recipe.thinning = 0.4;
   recipe.side_length = 0.4;
-  recipe.clumping = 0.6;
-  recipe.clumps = 420;
+  recipe.clumping = 0.45;
+  recipe.locks = 420;
   recipe.points = 12;
   recipe.flyaway = 0.12;
   made::dress_loose(recipe, options, groom);
@@ -114,8 +121,8 @@ constexpr std::array<Style, 7> kStyles{{
     {{"wavy", "shoulder-length waves, parted a little to the left"}, 0.40, 0.25, 10'000, dress_wavy},
     {{"bob", "chin-length, blunt, tips turned in, with a straight fringe"}, 0.25, 0, 10'000, dress_bob},
     {{"side_part", "collar-length, parted on the left, with a swept stiff fringe"}, 0.33, 0, 10'000, dress_side_part},
-    {{"ponytail", "pulled back to a band behind the crown, the tail free"}, 0.42, 0.12, 10'000, made::dress_ponytail},
-    {{"short", "short and textured, longer on top"}, 0.055, 0, 12'000, dress_short},
+    {{"ponytail", "pulled back to a band behind the crown, the tail free"}, 0.44, 0.18, 10'000, made::dress_ponytail},
+    {{"short", "short and textured, longer on top"}, 0.055, 0, 14'000, dress_short},
 }};
 constexpr auto kStyleNames = [] {
   std::array<MadeName, kStyles.size()> names;

@@ -33,10 +33,9 @@ Path pulled(const Root& root, Random& random) {
   growth.step_m = 0.004;
   growth.bend_m = 0.008;
   growth.spares_face = false;
-  // Bent a little downwards on its way, as combed hair sags to the side of the head before it goes up to the band.
-  growth.wish = [goal, stray](const Vec3& p, double s) {
-    const Vec3 to = goal - p;
-    return Vec3(to.normalized() + stray * std::exp(-s / 0.05));
+  growth.wish = [goal, stray](const Here& at) {
+    const Vec3 to = goal - at.p;
+    return Vec3(to.normalized() + stray * std::exp(-at.s / 0.05));
   };
   growth.direction = 0.35 * root.normal + (goal - root.point).normalized();
   growth.clearance = [lift](const Vec3&, double s) { return std::min(0.5 * s, lift * (1 - std::exp(-s / 0.02))); };
@@ -56,17 +55,16 @@ Path tail(double length_m, Random& random) {
   const Vec3 stray = 0.035 * Vec3(random.symmetric(), random.symmetric(), random.symmetric());
   Growth growth;
   growth.start = on_band(angle, kBandRadius * ring) - 0.004 * kBandAxis;
-  growth.direction = kBandAxis + 0.30 * ring * radial;
+  growth.direction = kBandAxis + 0.45 * ring * radial;
   growth.length_m = length;
   growth.bend_m = 0.042;
   growth.spares_face = false;
-  const double spread = 0.030 * ring;
-  growth.wish = [=](const Vec3& p, double s) {
-    const Vec3 middle =
-        kBandCentre + spread * radial * smooth_step(0, 0.10, s) * (1 - 0.75 * smooth_step(0.4 * length_m, length_m, s));
+  const double spread = 0.038 * ring;
+  growth.wish = [=](const Here& at) {
+    const double gathered = smooth_step(0, 0.10, at.s) * (1 - 0.75 * smooth_step(0.4 * length_m, length_m, at.s));
     // Gathers sideways only: forwards and backwards the fall decides.
-    const double in = (middle.x() - p.x()) * 6;
-    return Vec3(Vec3(in, -1, 0) + stray + 0.8 * kBandAxis * std::exp(-s / 0.018));
+    const double in = 6 * (spread * radial.x() * gathered - at.p.x());
+    return Vec3(Vec3(in, -1, 0) + stray + 0.8 * kBandAxis * std::exp(-at.s / 0.018));
   };
   const double lift = 0.004 + 0.035 * (0.5 + 0.5 * ring * std::cos(angle));
   growth.clearance = [lift](const Vec3&, double s) { return lift * smooth_step(0.0, 0.1, s); };
@@ -97,7 +95,9 @@ void dress_ponytail(const StyleOptions& options, Groom& groom) {
   finish.points = 18;
   finish.group = group_index(groom, "pulled");
   finish.skin_clearance_m = 0.0015;
-  for (const Root& root : scatter_roots(pulled_count, options.seed)) {
+  // Nothing before the ears, which it would have to cross.
+  const auto keep = [](const Vec3& p) { return p.z() < -0.012 || p.y() > 0.066; };
+  for (const Root& root : scatter_roots(pulled_count, options.seed, keep)) {
     add_path(groom, pulled(root, random), finish);
   }
 

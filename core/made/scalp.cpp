@@ -49,15 +49,16 @@ double above_hairline(const Vec3& p) {
 }
 
 std::vector<Root> scatter_roots(std::size_t count, std::uint64_t seed, const std::function<bool(const Vec3&)>& keep) {
-  // Kronecker sequence of the plastic number's generalisation to three dimensions.
-  constexpr std::array<double, 3> kStep{0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
+  // Kronecker sequence of the plastic number in two dimensions. Whether to keep a root is left to chance: a third
+  // dimension of the sequence would pick rows.
+  constexpr std::array<double, 2> kStep{0.7548776662466927, 0.5698402909980532};
   Random random(seed, 11);
-  std::array<double, 3> u{random.unit(), random.unit(), random.unit()};
+  std::array<double, 2> u{random.unit(), random.unit()};
   std::vector<Root> roots;
   roots.reserve(count);
   // A region that holds no scalp must not hang the search.
   for (std::size_t tried = 0; roots.size() < count && tried < 400 * count + 10'000; ++tried) {
-    for (std::size_t a = 0; a < 3; ++a) {
+    for (std::size_t a = 0; a < 2; ++a) {
       u[a] += kStep[a] - (u[a] + kStep[a] >= 1 ? 1 : 0);
     }
     const double y = mix(-0.85, 1, u[0]), azimuth = 2 * std::numbers::pi * u[1];
@@ -74,7 +75,7 @@ std::vector<Root> scatter_roots(std::size_t count, std::uint64_t seed, const std
     const Vec3 normal = bust_normal(p);
     // Even over directions is not even over skin: area grows with distance squared over the cosine.
     const double area = (p - kSkullCentre).squaredNorm() / std::max(0.3, normal.dot(direction));
-    if (u[2] * 0.0155 > area) {
+    if (random.unit() * 0.0125 > area) {
       continue;
     }
     const double height = std::clamp((p.y() + 0.03) / 0.18, 0.0, 1.0);

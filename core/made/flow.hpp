@@ -1,0 +1,23 @@
+#pragma once
+
+#include "core/made/growth.hpp"
+#include "core/made/recipe.hpp"
+
+namespace hairnet::made {
+
+// What sets one strand apart from its neighbours.
+struct Temperament {
+  double length_m = 0;
+  double layer = 0.5;         // 0 nearest to the skin … 1 outermost
+  Vec3 stray = Vec3::Zero();  // added to where it wants to go
+  bool fringe = false;
+};
+
+// How a strand from `root` grows under the recipe, which must outlive the result.
+Growth flow_of(const LooseRecipe& recipe, const Root& root, const Temperament& temperament);
+
+bool in_fringe(const Fringe& fringe, const Root& root);
+
+double degrees_from_front(const Root& root);
+
+}  // namespace hairnet::made
