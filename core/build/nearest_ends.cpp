@@ -9,15 +9,15 @@ namespace {
 
 // nanoflann's names.
 struct EndCloud {
-  std::vector<EndPoints> points;
+  std::vector<std::array<float, 6>> points;
   [[nodiscard]] std::size_t kdtree_get_point_count() const { return points.size(); }
-  [[nodiscard]] double kdtree_get_pt(std::size_t i, std::size_t dim) const { return points[i][dim]; }
+  [[nodiscard]] float kdtree_get_pt(std::size_t i, std::size_t dim) const { return points[i][dim]; }
   template <class Box>
   bool kdtree_get_bbox(Box&) const {
     return false;
   }
 };
-using EndTree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, EndCloud>, EndCloud, 6>;
+using EndTree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, EndCloud>, EndCloud, 6>;
 
 // Neighbours in space side by side in memory: searches in large sets then miss the cache less.
 std::vector<std::uint32_t> cell_by_cell(const StiffenerList& list, std::span<const std::uint32_t> members) {
@@ -36,6 +36,16 @@ std::vector<std::uint32_t> cell_by_cell(const StiffenerList& list, std::span<con
   return ordered;
 }
 
+EndCloud cloud_of(const StiffenerList& list, std::span<const std::uint32_t> members) {
+  EndCloud cloud;
+  cloud.points.reserve(members.size());
+  for (const std::uint32_t s : members) {
+    const EndPoints ends = ordered_ends(list.ends[s]);
+    std::ranges::transform(ends, cloud.points.emplace_back().begin(), [](double x) { return static_cast<float>(x); });
+  }
+  return cloud;
+}
+
 }  // namespace
 
 EndPoints ordered_ends(const std::array<Vec3, 2>& ends) {
@@ -47,28 +57,32 @@ EndPoints ordered_ends(const std::array<Vec3, 2>& ends) {
   return {a[0], a[1], a[2], b[0], b[1], b[2]};
 }
 
-std::vector<std::pair<std::uint32_t, std::uint32_t>> nearest_pairs(const StiffenerList& list,
-                                                                   std::span<const std::uint32_t> members,
-                                                                   std::size_t neighbour_count) {
-  const std::vector<std::uint32_t> near = cell_by_cell(list, members);
+struct NearestEnds::Impl {
+  Impl(const StiffenerList& list, std::span<const std::uint32_t> all)
+      : members(cell_by_cell(list, all)),
+        cloud(cloud_of(list, members)),
+        tree(6, cloud, nanoflann::KDTreeSingleIndexAdaptorParams(12)) {}
+  std::vector<std::uint32_t> members;
   EndCloud cloud;
-  cloud.points.reserve(near.size());
-  for (const std::uint32_t s : near) cloud.points.push_back(ordered_ends(list.ends[s]));
-  const EndTree tree(6, cloud, nanoflann::KDTreeSingleIndexAdaptorParams(12));
+  EndTree tree;
+};
 
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
-  pairs.reserve(near.size() * neighbour_count);
+NearestEnds::NearestEnds(const StiffenerList& list, std::span<const std::uint32_t> members)
+    : impl_(std::make_unique<Impl>(list, members)) {}
+NearestEnds::~NearestEnds() = default;
+NearestEnds::NearestEnds(NearestEnds&&) noexcept = default;
+NearestEnds& NearestEnds::operator=(NearestEnds&&) noexcept = default;
+
+void NearestEnds::append_pairs(std::size_t begin, std::size_t end, std::size_t neighbour_count, Pairs& pairs) const {
   std::vector<std::uint32_t> found(neighbour_count + 1);  // itself among them
-  std::vector<double> distances(neighbour_count + 1);
-  for (std::size_t m = 0; m < near.size(); ++m) {
-    const std::size_t count = tree.knnSearch(cloud.points[m].data(), found.size(), found.data(), distances.data());
+  std::vector<float> distances(neighbour_count + 1);
+  for (std::size_t m = begin; m < end; ++m) {
+    const std::size_t count =
+        impl_->tree.knnSearch(impl_->cloud.points[m].data(), found.size(), found.data(), distances.data());
     for (std::size_t i = 0; i < count; ++i) {
-      if (found[i] != m) pairs.push_back(std::minmax({near[m], near[found[i]]}));
+      if (found[i] != m) pairs.push_back(std::minmax({impl_->members[m], impl_->members[found[i]]}));
     }
   }
-  std::ranges::sort(pairs);
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-  return pairs;
 }
 
 }  // namespace hairnet

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 #include "core/geometry/mesh_query.hpp"
 #include "core/import/placement.hpp"
@@ -47,14 +48,15 @@ std::vector<Vec3> unshifted_roots(const GroomDef& def) {
   return roots;
 }
 
-void warn_of_size(const SkullFit& skull, const Placement& placement, std::vector<std::string>& warnings) {
+// Empty when the roots make a head; else says what they make, and the unit that would fit.
+std::string size_misfit(const SkullFit& skull, const Placement& placement) {
   const double radius_m = skull.radius();
   const bool radius_fits = radius_m >= kRadiusMin_m && radius_m <= kRadiusMax_m;
   const bool width_fits = skull.width >= kWidthMin_m && skull.width <= kWidthMax_m;
-  if (radius_fits && width_fits) return;
-  warnings.push_back("this is not the size of a head: the roots lie on a skull of radius " +
-                     decimal(100 * radius_m, 3) + " cm and are " + decimal(100 * skull.width, 3) + " cm wide; --unit " +
-                     decimal(placement.unit_m * kUsualRadius_m / radius_m, 3) + " would make it one");
+  if (radius_fits && width_fits) return {};
+  return "this is not the size of a head: the roots lie on a skull of radius " + decimal(100 * radius_m, 3) +
+         " cm and are " + decimal(100 * skull.width, 3) + " cm wide; --unit " +
+         decimal(placement.unit_m * kUsualRadius_m / radius_m, 2) + " would make it one";
 }
 
 // Neck, shoulders and trunk of a mesh that reaches below the head: the shoulders are where it widens, seen from the
@@ -79,11 +81,27 @@ void estimate_joints(Body& body) {
   set_y(Bone::upper_trunk, top - 0.12f);
 }
 
-Body placed_body(const GroomDef& def, const Vec3& origin) {
+// Turns all triangles round when more of the mesh is wound inside out than not: what is inside is told by the winding.
+bool wind_outwards(TriangleMesh& mesh) {
+  Vec3 middle = Vec3::Zero();
+  for (const Vec3f& x : mesh.vertices) middle += x.cast<double>() / static_cast<double>(mesh.vertices.size());
+  double volume = 0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const auto corner = [&](std::uint32_t v) -> Vec3 { return mesh.vertices[v].cast<double>() - middle; };
+    volume += corner(a).dot(corner(b).cross(corner(c))) / 6;
+  }
+  if (!(volume < 0)) return false;
+  for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+  return true;
+}
+
+Body placed_body(const GroomDef& def, const Vec3& origin, std::vector<std::string>& warnings) {
   const Placement& placement = def.body_placement ? *def.body_placement : def.placement;
   Body body;
   body.mesh.triangles = def.body->triangles;
   for (const Vec3f& vertex : def.body->vertices) body.mesh.vertices.push_back(place(placement, origin, vertex));
+  if (wind_outwards(body.mesh))
+    warnings.emplace_back("the body's triangles were wound inside out and are turned round");
   estimate_joints(body);
   generate_bone_weights(body);
   return body;
@@ -147,14 +165,15 @@ Result<ImportedGroom> assemble_groom(const GroomDef& def) {
   groom.name = def.name;
 
   const SkullFit skull = fit_skull_shape(unshifted_roots(def));
-  warn_of_size(skull, def.placement, imported.warnings);
+  const std::string misfit = size_misfit(skull, def.placement);
+  if (!misfit.empty()) imported.warnings.push_back(misfit);
   const Vec3 joint = skull.centre + skull.radius() * kJointFromSkull;
   const Vec3 origin = origin_of(def.placement, joint);
   if (def.body) {
     const Placement& body_placement = def.body_placement ? *def.body_placement : def.placement;
     // Without an origin of its own the mesh shares the strands' head joint, found in head axes.
     const Vec3 joint_found = rotation_to_head(def.placement.up, def.placement.face) * origin * def.placement.unit_m;
-    groom.body = placed_body(def, origin_of(body_placement, joint_found));
+    groom.body = placed_body(def, origin_of(body_placement, joint_found), imported.warnings);
   } else {
     std::vector<Vec3f> roots;
     for (const Vec3& root : unshifted_roots(def)) {
@@ -170,7 +189,8 @@ Result<ImportedGroom> assemble_groom(const GroomDef& def) {
                                 decimal(origin.y(), 4) + ',' + decimal(origin.z(), 4) +
                                 " in file units; --origin sets it");
   }
-  if (std::string fault = validate(groom); !fault.empty()) return Refusal(std::move(fault));
+  if (std::string fault = validate(groom); !fault.empty())
+    return Refusal(misfit.empty() ? fault : fault + "; " + misfit);
   return imported;
 }
 

@@ -4,6 +4,7 @@
 #include <cctype>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 #include <span>
 
 #include "core/import/bvh_file.hpp"
@@ -36,10 +37,10 @@ int find_joint(const BvhFile& file, std::string_view name) {
 std::span<const std::string_view> usual_names(Bone bone) {
   static constexpr std::array<std::string_view, 1> kHead{"head"};
   static constexpr std::array<std::string_view, 3> kNeck{"neck2", "neck1", "neck"};
-  static constexpr std::array<std::string_view, 8> kLeft{"leftshoulder", "lshoulder",    "shoulderl", "leftcollar",
-                                                         "lcollar",      "leftclavicle", "lclavicle", "claviclel"};
-  static constexpr std::array<std::string_view, 8> kRight{"rightshoulder", "rshoulder",     "shoulderr", "rightcollar",
-                                                          "rcollar",       "rightclavicle", "rclavicle", "clavicler"};
+  static constexpr std::array<std::string_view, 8> kLeft{"leftcollar", "lcollar",      "leftclavicle", "lclavicle",
+                                                         "claviclel",  "leftshoulder", "lshoulder",    "shoulderl"};
+  static constexpr std::array<std::string_view, 8> kRight{"rightcollar", "rcollar",       "rightclavicle", "rclavicle",
+                                                          "clavicler",   "rightshoulder", "rshoulder",     "shoulderr"};
   static constexpr std::array<std::string_view, 11> kTrunk{
       "upperchest", "chest4", "chest3", "chest2", "chest", "spine3", "spine2", "spine1", "spine", "thorax", "torso"};
   switch (bone) {
@@ -57,6 +58,26 @@ std::span<const std::string_view> usual_names(Bone bone) {
   return {};
 }
 
+// Whether an elbow hangs right on it. Some skeletons call the upper arm a shoulder, and arms do not carry the skin that
+// hair lies on.
+bool is_upper_arm(const BvhFile& file, int joint) {
+  return std::ranges::any_of(file.joints, [joint](const BvhFile::Joint& child) {
+    const std::string name = plain(child.name);
+    return child.parent == joint &&
+           (name.find("elbow") != std::string::npos || name.find("forearm") != std::string::npos ||
+            name.find("lowerarm") != std::string::npos);
+  });
+}
+
+int find_usual_joint(const BvhFile& file, Bone bone) {
+  const bool is_shoulder = bone == Bone::left_shoulder || bone == Bone::right_shoulder;
+  for (const std::string_view name : usual_names(bone)) {
+    const int joint = find_joint(file, name);
+    if (joint != kNone && !(is_shoulder && is_upper_arm(file, joint))) return joint;
+  }
+  return kNone;
+}
+
 Result<JointOfBone> find_joints(const BvhFile& file, const BvhImport& import) {
   JointOfBone joints;
   joints.fill(kNone);
@@ -66,9 +87,7 @@ Result<JointOfBone> find_joints(const BvhFile& file, const BvhImport& import) {
       if (joints[b] == kNone) return Refusal("there is no joint '" + import.joint_names[b] + "'");
       continue;
     }
-    for (const std::string_view name : usual_names(static_cast<Bone>(b))) {
-      if ((joints[b] = find_joint(file, name)) != kNone) break;
-    }
+    joints[b] = find_usual_joint(file, static_cast<Bone>(b));
   }
   if (joints[0] == kNone) {
     std::string names;
@@ -78,18 +97,27 @@ Result<JointOfBone> find_joints(const BvhFile& file, const BvhImport& import) {
   return joints;
 }
 
-// From file axes and units to ours.
+// The least turn that brings `up` to +Y; a head over heels file turns about the axis its face looks along.
+Quat upright_turn(Axis up, Axis face) {
+  if (up == Axis::minus_y) return Quat(Eigen::AngleAxisd(std::numbers::pi, direction(face)));
+  return Quat::FromTwoVectors(direction(up), Vec3::UnitY());
+}
+
+// From file axes and units to the world's. Only up is turned: an actor who faces +x in the file does so in the world.
 class Conversion {
  public:
   explicit Conversion(const BvhImport& import)
-      : turn_(rotation_to_head(import.up, import.face)), rotation_(turn_), unit_m_(import.unit_m) {}
+      : turn_(upright_turn(import.up, import.face)),
+        facing_(turn_ * Quat(rotation_to_head(import.up, import.face)).conjugate()),
+        unit_m_(import.unit_m) {}
   [[nodiscard]] RigidTransform operator()(const RigidTransform& joint) const {
-    return {(rotation_ * joint.rotation * rotation_.conjugate()).normalized(), unit_m_ * (turn_ * joint.position)};
+    return {(turn_ * joint.rotation * turn_.conjugate()).normalized(), unit_m_ * (turn_ * joint.position)};
   }
+  // From head axes to the bind pose's.
+  [[nodiscard]] const Quat& facing() const { return facing_; }
 
  private:
-  Mat3 turn_;
-  Quat rotation_;
+  Quat turn_, facing_;
   double unit_m_;
 };
 
@@ -136,9 +164,9 @@ Result<ImportedMotion> decode_bvh(std::string_view text, const BvhImport& import
   const Conversion convert(import);
   warn(*file, convert, import, imported);
 
-  // B = joint(t) joint(bind)^-1 A, A placing head space at the bind pose's head joint.
+  // B = joint(t) joint(bind)^-1 A, A placing head space at the bind pose's head joint, facing as flagged.
   const std::vector<RigidTransform> bind = file->bind_pose();
-  const RigidTransform A{Quat::Identity(), convert(bind[static_cast<std::size_t>((*joints)[0])]).position};
+  const RigidTransform A{convert.facing(), convert(bind[static_cast<std::size_t>((*joints)[0])]).position};
   PoseCompletion completion(body ? *body : Body{});
   imported.motion.rate_hz = 1 / file->frame_time_s;
   imported.motion.poses.reserve(file->frame_count);
@@ -150,8 +178,11 @@ Result<ImportedMotion> decode_bvh(std::string_view text, const BvhImport& import
     };
     Pose pose = completion.complete(bone(0), frame == 0 ? 0 : file->frame_time_s);
     constexpr auto kTrunk = static_cast<std::size_t>(Bone::upper_trunk);
-    // Shoulders that have no joint of their own go with the trunk that was found.
-    if ((*joints)[kTrunk] != kNone) pose[Bone::left_shoulder] = pose[Bone::right_shoulder] = bone(kTrunk);
+    if ((*joints)[kTrunk] != kNone) {
+      // Shoulders and neck without a joint of their own go with the trunk that was found.
+      pose[Bone::left_shoulder] = pose[Bone::right_shoulder] = bone(kTrunk);
+      pose[Bone::neck] = completion.neck(bone(0), bone(kTrunk).rotation);
+    }
     for (std::size_t b = 1; b < kBoneCount; ++b) {
       if ((*joints)[b] != kNone) pose.bones[b] = bone(b);
     }

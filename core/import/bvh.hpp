@@ -12,17 +12,18 @@
 
 namespace hairnet {
 
-// How a skeleton's joints become bones. A name left empty is found by the usual joint names (Head, Neck, LeftShoulder
-// or LeftCollar, RightShoulder or RightCollar, Spine2 or Chest …); a bone still missing comes from PoseCompletion.
+// How a skeleton's joints become bones. A name left empty is found by the usual joint names (Head, Neck, LeftCollar or
+// LeftShoulder unless that is the upper arm, Chest2 or Spine2 ...). A bone still missing goes with the trunk where that
+// was found, else it comes from PoseCompletion.
 struct BvhImport {
   std::array<std::string, kBoneCount> joint_names;
   Axis up = Axis::plus_y;
-  Axis face = Axis::plus_z;
+  Axis face = Axis::plus_z;  // where the bind pose looks; the world's yaw is kept
   double unit_m = 1;
 };
 
 struct ImportedMotion {
-  Motion motion;                               // B = joint(t) joint(bind)^-1 A, the head joint at head space's origin
+  Motion motion;  // B = joint(t) joint(bind)^-1 A, A = head space at the bind pose's head joint
   std::array<std::string, kBoneCount> joints;  // the joint each bone came from, empty when completed by rule
   std::vector<std::string> warnings;
 };

@@ -127,7 +127,10 @@ class Parser {
       const std::string_view word = next();
       const auto found = std::ranges::find_if(kNames, [&](std::string_view name) { return same_word(name, word); });
       if (found == kNames.end()) return refuse("'" + shown(word) + "' is no channel");
-      joint.channels.push_back(static_cast<BvhFile::Channel>(found - kNames.begin()));
+      const auto channel = static_cast<BvhFile::Channel>(found - kNames.begin());
+      if (std::ranges::find(joint.channels, channel) != joint.channels.end())
+        return refuse("a joint has the channel " + shown(word) + " twice");
+      joint.channels.push_back(channel);
     }
     file_.values_per_frame += count;
     return true;

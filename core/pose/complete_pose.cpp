@@ -27,14 +27,15 @@ RigidTransform about_joint(const Quat& rotation, const RigidTransform& from, con
   return {rotation, from.point(joint) - rotation * joint};
 }
 
-}  // namespace
-
+// Half of the head's turn away from the trunk, less where no neck bends.
 Quat neck_rotation(const Quat& trunk, const Quat& head) {
   const Eigen::AngleAxisd bend(trunk.conjugate() * head);  // angle in [0, pi]
   constexpr double kFullBend = 2 * kPi / 3;
   const double share = bend.angle() <= kFullBend ? 0.5 * bend.angle() : kPi - bend.angle();
   return (trunk * Quat(Eigen::AngleAxisd(share, bend.axis()))).normalized();
 }
+
+}  // namespace
 
 PoseCompletion::PoseCompletion(const Body& body, double yaw_lag_s)
     : neck_joint_(body.joints[static_cast<std::size_t>(Bone::neck)].cast<double>()), yaw_lag_s_(yaw_lag_s) {}
@@ -53,8 +54,12 @@ Pose PoseCompletion::complete(const RigidTransform& head, double elapsed_s) {
 
   Pose pose = rigid_pose(about_joint(trunk, head, neck_joint_));
   pose[Bone::head] = head;
-  pose[Bone::neck] = about_joint(neck_rotation(trunk, head.rotation), head, neck_joint_);
+  pose[Bone::neck] = neck(head, trunk);
   return pose;
+}
+
+RigidTransform PoseCompletion::neck(const RigidTransform& head, const Quat& trunk) const {
+  return about_joint(neck_rotation(trunk, head.rotation), head, neck_joint_);
 }
 
 }  // namespace hairnet

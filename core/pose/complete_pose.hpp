@@ -15,6 +15,8 @@ class PoseCompletion {
   explicit PoseCompletion(const Body& body, double yaw_lag_s = 0.25);
   // `head`: head space at rest to world; `elapsed_s` since the last call, 0 to start over.
   Pose complete(const RigidTransform& head, double elapsed_s);
+  // The neck alone, between the head and a trunk that is known.
+  [[nodiscard]] RigidTransform neck(const RigidTransform& head, const Quat& trunk) const;
 
  private:
   Vec3 neck_joint_;  // where head and neck meet the trunk's axis, head space
@@ -22,8 +24,5 @@ class PoseCompletion {
   double trunk_yaw_ = 0;
   bool started_ = false;
 };
-
-// The neck's rotation between trunk and head, as PoseCompletion has it.
-Quat neck_rotation(const Quat& trunk, const Quat& head);
 
 }  // namespace hairnet

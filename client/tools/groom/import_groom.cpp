@@ -67,7 +67,7 @@ Result<void> import_groom(const ImportOptions& options) {
   def.hairs_in_all = options.hairs_in_all;
   def.root_length_m = options.root_length_m;
   const auto imported = assemble_groom(def);
-  if (!imported) return Refusal(imported.error());
+  if (!imported) return of_file(options.files.front(), imported.error());
   for (const std::string& warning : imported->warnings) std::fprintf(stderr, "note: %s\n", warning.c_str());
   return save_groom(imported->groom, options.out);
 }

@@ -108,5 +108,8 @@ int main(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     std::fprintf(stderr, "hairnet-groom: out of memory\n");
     return 1;
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "hairnet-groom: %s\n", e.what());
+    return 1;
   }
 }

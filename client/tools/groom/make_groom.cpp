@@ -7,7 +7,7 @@ namespace hairnet::groom {
 
 Result<void> make_groom(const MakeOptions& options) {
   const Result<Groom> made = make_hairstyle(options.style, options.hairstyle);
-  if (!made) return Refusal(made.error());
+  if (!made) return Refusal("made:" + options.style + ": " + made.error());
   return save_groom(*made, options.out);
 }
 
