@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <thread>
 
+#include "schema/wire/groom_file.hpp"
 #include "schema/wire/messages.hpp"
 
 namespace hairnet::server {
@@ -37,7 +38,7 @@ void add_options(CLI::App& app, ParsedConfig& parsed) {
       ->check(CLI::Range(1, 65536));
   app.add_option("--clients-max", c.sessions.session_count_max, "clients at once")->check(CLI::Range(1, 10000));
   app.add_option("--groom-bytes-max", c.grooms.groom_bytes_max, "bytes of one groom")
-      ->check(CLI::Range(std::size_t{1024}, std::size_t{1} << 30));
+      ->check(CLI::Range(std::size_t{1024}, wire::kGroomBytesMax));
   app.add_option("--workers", c.workers, "threads of a tick; 0: the machine's less one")->check(CLI::Range(0, 256));
   app.add_option("--record", c.record, "write a recording to this file");
   app.add_option("--log-level", c.log_level, "trace, debug, info, warn, error or off")

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "schema/channel/clock_estimate.hpp"
+#include "schema/wire/messages.hpp"
 
 namespace hairnet::server {
 
@@ -11,10 +12,10 @@ namespace hairnet::server {
 // by it must not, so the offset in use slews towards it.
 class PeerClock {
  public:
-  static constexpr std::int64_t kClockMax_ns = std::int64_t{1} << 61;  // either sign; sums then cannot overflow
-  static constexpr std::int64_t kCaptureSpan_ns = 60'000'000'000;      // between a capture and its envelope
-  static constexpr std::int64_t kJump_ns = 50'000'000;                 // a larger error is mended at once
-  static constexpr double kSlew = 0.01;                                // of elapsed time
+  static constexpr std::int64_t kClockMax_ns = wire::kTimeMax_ns;  // either sign; sums then cannot overflow
+  static constexpr std::int64_t kCaptureSpan_ns = 60'000'000'000;  // between a capture and its envelope
+  static constexpr std::int64_t kJump_ns = 50'000'000;             // a larger error is mended at once
+  static constexpr double kSlew = 0.01;                            // of elapsed time
 
   // False when the clock is beyond kClockMax_ns; it is then not used.
   bool observe(std::int64_t peer_clock_ns, std::int64_t now_ns);
