@@ -16,21 +16,21 @@ std::vector<double> graded_planes(double from, double to, double fine_from, doub
   while (planes.back() < to) {
     const double x = planes.back();
     const double away = std::max({fine_from - x, x - fine_to, 0.0});
-    planes.push_back(x + std::min(coarse, fine + 0.15 * away));
+    planes.push_back(x + std::min(coarse, fine + 0.2 * away));
   }
   return planes;
 }
 
 // Finer over the face, whose features are the smallest.
 made::GridPlanes bust_planes() {
-  const std::vector<double> right = graded_planes(0.0016, 0.24, 0, 0.050, 0.0046, 0.0125);
+  const std::vector<double> right = graded_planes(0.0016, 0.24, 0, 0.045, 0.0046, 0.0140);
   std::vector<double> across(right.rbegin(), right.rend());
   for (double& x : across) {
     x = -x;
   }
   across.insert(across.end(), right.begin(), right.end());
-  return {across, graded_planes(-0.40, 0.17, -0.040, 0.070, 0.0044, 0.0150),
-          graded_planes(-0.16, 0.15, -0.02, 0.14, 0.0055, 0.0125)};
+  return {across, graded_planes(-0.40, 0.17, -0.040, 0.060, 0.0038, 0.0150),
+          graded_planes(-0.16, 0.15, -0.03, 0.14, 0.0060, 0.0140)};
 }
 
 using BoneWeights = std::array<float, kBoneCount>;

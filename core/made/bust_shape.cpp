@@ -36,25 +36,25 @@ double cranium(const Vec3& p) {
 }
 
 double face(const Vec3& p) {
-  double d = ellipsoid(p, {0, 0.018, 0.040}, {0.0575, 0.072, 0.052});
-  d = join(d, capsule(p, {0.049, -0.010, 0.018}, {0.016, -0.046, 0.072}, 0.015, 0.012), 0.03);  // jaw
-  d = join(d, ellipsoid(p, {0, -0.045, 0.078}, {0.019, 0.016, 0.017}), 0.022);                  // chin
-  d = join(d, ellipsoid(p, {0, -0.014, 0.070}, {0.033, 0.034, 0.023}), 0.035);                   // mouth's mound
+  double d = ellipsoid(p, {0, 0.020, 0.040}, {0.0570, 0.070, 0.052});
+  d = join(d, capsule(p, {0.047, -0.007, 0.018}, {0.013, -0.046, 0.071}, 0.013, 0.011), 0.03);  // jaw
+  d = join(d, ellipsoid(p, {0, -0.046, 0.079}, {0.017, 0.014, 0.017}), 0.022);                  // chin
+  d = join(d, ellipsoid(p, {0, -0.014, 0.069}, {0.029, 0.024, 0.023}), 0.028);                  // mouth's mound
   d = join(d, ellipsoid(p, {0.040, 0.020, 0.068}, {0.019, 0.016, 0.017}), 0.03);                // cheekbone
   d = join(d, capsule(p, {0.012, 0.062, 0.092}, {0.044, 0.064, 0.074}, 0.008, 0.007), 0.018);   // brow
   d = carve(d, ellipsoid(p, {0.031, 0.046, 0.104}, {0.017, 0.011, 0.015}), 0.014);              // eye socket
   d = join(d, ellipsoid(p, {0.031, 0.0445, 0.0825}, {0.0135, 0.0105, 0.0115}), 0.006);          // eye and lids
   d = join(d, capsule(p, {0, 0.054, 0.097}, {0, 0.013, 0.1125}, 0.0055, 0.0080), 0.016);        // nose
   d = join(d, ellipsoid(p, {0.0085, 0.007, 0.106}, {0.0075, 0.006, 0.008}), 0.008);             // nostrils
-  d = join(d, ellipsoid(p, {0, -0.0160, 0.0915}, {0.0215, 0.0050, 0.0080}), 0.007);              // upper lip
-  return join(d, ellipsoid(p, {0, -0.0262, 0.0900}, {0.0180, 0.0058, 0.0085}), 0.004);          // lower lip
+  d = join(d, ellipsoid(p, {0, -0.0160, 0.0935}, {0.0200, 0.0052, 0.0085}), 0.006);             // upper lip
+  return join(d, ellipsoid(p, {0, -0.0262, 0.0915}, {0.0165, 0.0056, 0.0085}), 0.0045);          // lower lip
 }
 
 double ear(const Vec3& p) {
   // Turned out and leaning back: its own axes are a shear of the head's.
   const Vec3 q(p.x() + 0.35 * (p.z() + 0.004), p.y(), p.z() + 0.22 * (p.y() - 0.03));
-  double d = ellipsoid(q, {0.0750, 0.031, -0.004}, {0.0095, 0.031, 0.0180});
-  return carve(d, ellipsoid(q, {0.0865, 0.035, -0.001}, {0.0065, 0.017, 0.0095}), 0.008);
+  double d = ellipsoid(q, {0.0750, 0.031, -0.004}, {0.0110, 0.031, 0.0180});
+  return carve(d, ellipsoid(q, {0.0880, 0.035, -0.001}, {0.0070, 0.016, 0.0090}), 0.010);
 }
 
 double neck(const Vec3& p) {
@@ -79,7 +79,7 @@ double torso(const Vec3& head_sided) {
 double bust_distance(const Vec3& point) {
   // Both halves at once; the rounding at the middle plane keeps pairs from meeting in a crease.
   const Vec3 p(std::sqrt(point.x() * point.x() + 9e-6), point.y(), point.z());
-  constexpr double kFar = 0.12;     // beyond this the other half of the body cannot matter
+  constexpr double kFar = 0.12;  // beyond this the other half of the body cannot matter
   const double above = p.y() + 0.115, below = -0.06 - p.y();
   double d = neck(p);
   if (above > -kFar) {

@@ -47,16 +47,28 @@ Vec3 fringe_wish(const LooseRecipe& recipe, const Root& root, const Temperament&
   return held * along_skin(ahead, at.normal) + Vec3(0.25 * recipe.fringe.sweep, -1, 0) + temperament.stray;
 }
 
+// 0 in the middle of the fringe, 1 at its ends.
+double fringe_edge(const Fringe& fringe, const Root& root) {
+  return degrees_from_front(root) / std::max(fringe.half_angle_deg, 1e-6);
+}
+
 }  // namespace
 
 double degrees_from_front(const Root& root) {
   return std::abs(root.azimuth) * 180 / std::numbers::pi;
 }
 
-bool in_fringe(const Fringe& fringe, const Root& root) {
-  const double share = degrees_from_front(root) / std::max(fringe.half_angle_deg, 1e-6);
-  const double depth = fringe.depth_m * (1 - fringe.wedge * share * share);
-  return share < 1 && above_hairline(root.point) < depth;
+bool in_fringe(const LooseRecipe& recipe, const Root& root) {
+  const Fringe& fringe = recipe.fringe;
+  const double share = fringe_edge(fringe, root);
+  if (share >= 1) {
+    return false;
+  }
+  // A swept fringe comes from its own side of the parting.
+  if (fringe.sweep * recipe.comb(root.point, root).x() < 0) {
+    return false;
+  }
+  return above_hairline(root.point) < fringe.depth_m * (1 - fringe.wedge * share * share);
 }
 
 Growth flow_of(const LooseRecipe& recipe, const Root& root, const Temperament& temperament) {
@@ -74,7 +86,7 @@ Growth flow_of(const LooseRecipe& recipe, const Root& root, const Temperament& t
 
   // Who is rooted higher lies farther out, as it must pass over the others.
   const double height = mix(0.15, 1, smooth_step(-0.1, 0.95, root.height));
-  const double edge = degrees_from_front(root) / std::max(recipe.fringe.half_angle_deg, 1e-6);
+  const double edge = fringe_edge(recipe.fringe, root);
   const double flatter = temperament.fringe ? mix(0.6, 1, edge * edge) : 1;  // where it meets the rest, as the rest
   const double on_head = flatter * recipe.lift_m * height * mix(0.35, 1, temperament.layer);
   const double on_body = 0.003 + 0.55 * recipe.lift_m * temperament.layer;
@@ -83,7 +95,8 @@ Growth flow_of(const LooseRecipe& recipe, const Root& root, const Temperament& t
     return std::min(0.8 * s, rising * mix(on_body, on_head, smooth_step(-0.10, -0.01, p.y())));
   };
   if (temperament.fringe) {
-    const double tip_m = recipe.fringe.tip_height_m + 0.006 * (temperament.layer - 0.5);
+    const double longer = recipe.fringe.sweep == 0 ? 0.022 * edge * edge * edge * edge : 0;  // rounded at its ends
+    const double tip_m = recipe.fringe.tip_height_m - longer + 0.006 * (temperament.layer - 0.5);
     growth.done = [tip_m](const Vec3& p, double) { return p.y() < tip_m; };
   }
   return growth;

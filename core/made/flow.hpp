@@ -16,7 +16,7 @@ struct Temperament {
 // How a strand from `root` grows under the recipe, which must outlive the result.
 Growth flow_of(const LooseRecipe& recipe, const Root& root, const Temperament& temperament);
 
-bool in_fringe(const Fringe& fringe, const Root& root);
+bool in_fringe(const LooseRecipe& recipe, const Root& root);
 
 double degrees_from_front(const Root& root);
 

@@ -82,7 +82,9 @@ Path grow(const Growth& growth) {
     s += moved;
     p = next;
     path.push_back(p);
-    if (going_round(path, step)) { break; }
+    if (going_round(path, step)) {
+      break;
+    }
     if (growth.done && growth.done(p, s)) {
       break;
     }

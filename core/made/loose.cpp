@@ -63,7 +63,7 @@ class Dresser {
       const Root& root = roots[i];
       Lock lock;
       lock.root = root;
-      lock.fringe = in_fringe(recipe_.fringe, root);
+      lock.fringe = in_fringe(recipe_, root);
       lock.comb = recipe_.comb(root.point, root);
       lock.curl = make_curl(options_.curl, random_);
       lock.shortening = 1 - 0.35 * recipe_.thinning * random_.unit();
@@ -93,7 +93,7 @@ class Dresser {
   }
 
   void add_strand(const Root& root) {
-    const bool fringe = in_fringe(recipe_.fringe, root);
+    const bool fringe = in_fringe(recipe_, root);
     const Lock& lock = lock_of(root, fringe);
     const double chance = random_.unit();
     const double thinned = lock.shortening * (1 - recipe_.thinning * chance * chance * chance);

@@ -34,7 +34,7 @@ struct LooseRecipe {
   double flyaway = 0.05;       // waywardness of single strands
   int locks = 260;
   double clumping = 0.45;      // strands of a lock gather towards their tips, 0 … 1
-  double gathered_at = 0.9;      // the share of the length where that is complete
+  double gathered_at = 0.9;    // the share of the length where that is complete
   double curl_disorder = 0.9;  // of the phases within a lock, radians
   int points = 18;
   Fringe fringe;
