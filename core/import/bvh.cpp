@@ -8,6 +8,7 @@
 #include <span>
 
 #include "core/import/bvh_file.hpp"
+#include "core/import/text.hpp"
 #include "core/pose/complete_pose.hpp"
 
 namespace hairnet {
@@ -91,7 +92,7 @@ Result<JointOfBone> find_joints(const BvhFile& file, const BvhImport& import) {
   }
   if (joints[0] == kNone) {
     std::string names;
-    for (const BvhFile::Joint& joint : file.joints) names += (names.empty() ? "" : ", ") + joint.name;
+    for (const BvhFile::Joint& joint : file.joints) names += (names.empty() ? "" : ", ") + shown(joint.name);
     return Refusal("no joint is called Head; name it by flag, one of: " + names.substr(0, 400));
   }
   return joints;
@@ -121,14 +122,16 @@ class Conversion {
   double unit_m_;
 };
 
+// Between the lowest and the highest joint of the bind pose.
 double height_m(const BvhFile& file, const Conversion& convert) {
+  // Parents come before their children: no joint's chain is walked twice.
+  std::vector<Vec3> at;
   double low = 0, high = 0;
-  bool first = true;
-  for (const RigidTransform& joint : file.bind_pose()) {
-    const double y = convert(joint).position.y();
-    low = first ? y : std::min(low, y);
-    high = first ? y : std::max(high, y);
-    first = false;
+  for (const BvhFile::Joint& joint : file.joints) {
+    at.push_back(joint.parent < 0 ? joint.offset : at[static_cast<std::size_t>(joint.parent)] + joint.offset);
+    const double y = convert({Quat::Identity(), at.back()}).position.y();
+    low = at.size() == 1 ? y : std::min(low, y);
+    high = at.size() == 1 ? y : std::max(high, y);
   }
   return high - low;
 }
@@ -165,17 +168,17 @@ Result<ImportedMotion> decode_bvh(std::string_view text, const BvhImport& import
   warn(*file, convert, import, imported);
 
   // B = joint(t) joint(bind)^-1 A, A placing head space at the bind pose's head joint, facing as flagged.
-  const std::vector<RigidTransform> bind = file->bind_pose();
-  const RigidTransform A{convert.facing(), convert(bind[static_cast<std::size_t>((*joints)[0])]).position};
+  const auto index = [&](std::size_t b) { return static_cast<std::size_t>((*joints)[b]); };
+  const RigidTransform A{convert.facing(), convert(file->bind_pose(index(0))).position};
+  std::array<RigidTransform, kBoneCount> from_bind;  // joint(bind)^-1 A
+  for (std::size_t b = 0; b < kBoneCount; ++b) {
+    if ((*joints)[b] != kNone) from_bind[b] = convert(file->bind_pose(index(b))).inverse() * A;
+  }
   PoseCompletion completion(body ? *body : Body{});
   imported.motion.rate_hz = 1 / file->frame_time_s;
   imported.motion.poses.reserve(file->frame_count);
   for (std::size_t frame = 0; frame < file->frame_count; ++frame) {
-    const std::vector<RigidTransform> now = file->pose(frame);
-    const auto bone = [&](std::size_t b) {
-      const auto joint = static_cast<std::size_t>((*joints)[b]);
-      return convert(now[joint]) * convert(bind[joint]).inverse() * A;
-    };
+    const auto bone = [&](std::size_t b) { return convert(file->pose(frame, index(b))) * from_bind[b]; };
     Pose pose = completion.complete(bone(0), frame == 0 ? 0 : file->frame_time_s);
     constexpr auto kTrunk = static_cast<std::size_t>(Bone::upper_trunk);
     if ((*joints)[kTrunk] != kNone) {

@@ -12,7 +12,7 @@ namespace hairnet {
 namespace {
 
 constexpr std::size_t kDepthMax = 256;
-constexpr double kFrameTimeMax_s = 10;
+constexpr double kFrameTimeMin_s = 1e-4, kFrameTimeMax_s = 10;
 
 bool same_word(std::string_view a, std::string_view b) {
   return std::ranges::equal(a, b, [](unsigned char x, unsigned char y) { return std::tolower(x) == std::tolower(y); });
@@ -143,8 +143,8 @@ class Parser {
       return false;
     if (frame_count == 0) return refuse("there are no frames");
     if (file_.values_per_frame == 0) return refuse("no joint has a channel");
-    if (!(file_.frame_time_s > 0 && file_.frame_time_s <= kFrameTimeMax_s))
-      return refuse("the frame time is not in (0, 10] s");
+    if (!(file_.frame_time_s >= kFrameTimeMin_s && file_.frame_time_s <= kFrameTimeMax_s))
+      return refuse("the frame time is not in [0.0001, 10] s");
     // A value takes two characters at least, so that a false count costs no memory.
     if (frame_count > rest_.size() / (2 * file_.values_per_frame) + 1)
       return refuse(std::to_string(frame_count) + " frames do not fit into the rest of the file");
@@ -179,24 +179,21 @@ RigidTransform local_transform(const BvhFile::Joint& joint, const float* row) {
   return local;
 }
 
-std::vector<RigidTransform> transforms(const BvhFile& file, const float* row) {
-  std::vector<RigidTransform> world;
-  world.reserve(file.joints.size());
-  for (const BvhFile::Joint& joint : file.joints) {
-    const RigidTransform local = local_transform(joint, row);
-    world.push_back(joint.parent < 0 ? local : world[static_cast<std::size_t>(joint.parent)] * local);
-  }
-  return world;
+RigidTransform to_world(const BvhFile& file, int joint, const float* row) {
+  RigidTransform out;
+  for (; joint >= 0; joint = file.joints[static_cast<std::size_t>(joint)].parent)
+    out = local_transform(file.joints[static_cast<std::size_t>(joint)], row) * out;
+  return out;
 }
 
 }  // namespace
 
-std::vector<RigidTransform> BvhFile::pose(std::size_t frame) const {
-  return transforms(*this, values.data() + frame * values_per_frame);
+RigidTransform BvhFile::pose(std::size_t frame, std::size_t joint) const {
+  return to_world(*this, static_cast<int>(joint), values.data() + frame * values_per_frame);
 }
 
-std::vector<RigidTransform> BvhFile::bind_pose() const {
-  return transforms(*this, nullptr);
+RigidTransform BvhFile::bind_pose(std::size_t joint) const {
+  return to_world(*this, static_cast<int>(joint), nullptr);
 }
 
 Result<BvhFile> decode_bvh_file(std::string_view text) {

@@ -26,10 +26,11 @@ struct BvhFile {
   double frame_time_s = 0;
   std::vector<float> values;  // frame by frame; positions in file units, rotations in degrees
 
-  // Joint to file world. Position channels take the offset's place, as exporters mean them. Frame by frame, all joints.
-  [[nodiscard]] std::vector<RigidTransform> pose(std::size_t frame) const;
-  // All rotations zero.
-  [[nodiscard]] std::vector<RigidTransform> bind_pose() const;
+  // Joint to file world, by way of its ancestors alone (256 at most): the work does not grow with the rest of the
+  // skeleton. Position channels take the offset's place, as exporters mean them.
+  [[nodiscard]] RigidTransform pose(std::size_t frame, std::size_t joint) const;
+  // The same with all channels at rest: rotations zero, offsets as they are.
+  [[nodiscard]] RigidTransform bind_pose(std::size_t joint) const;
 };
 
 Result<BvhFile> decode_bvh_file(std::string_view text);

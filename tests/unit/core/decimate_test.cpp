@@ -2,66 +2,26 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <map>
 #include <numeric>
 
-#include "core/build/fit_lattice.hpp"
-#include "core/build/resample.hpp"
 #include "tests/unit/core/build_grooms.hpp"
+#include "tests/unit/core/build_lists.hpp"
 
 namespace hairnet {
 namespace {
+
+using support::attachments_of;
+using support::dense;
+using support::grid_of;
+using support::springs_of;
+using support::weight_matrix;
 
 Grid unit_grid(int n) {
   Lattice lattice;
   lattice.dims = {n, n, n};
   return Grid(lattice);
-}
-
-StiffenerList springs_of(const Groom& groom, const Grid& grid) {
-  StiffenerList springs;
-  std::vector<Vec3> polyline, cuts;
-  for (std::size_t s = 0; s < groom.strand_count(); ++s) {
-    polyline_on_grid(grid, groom.strand_points(s), polyline);
-    if (arc_length(grid, polyline) < kLengthMin) continue;
-    cut_points(grid, polyline, cuts);
-    for (std::size_t i = 1; i < cuts.size(); ++i) {
-      add_spring(grid, cuts[i - 1], cuts[i], groom.strands[s], {}, springs);
-    }
-  }
-  return springs;
-}
-
-StiffenerList attachments_of(const Groom& groom, const Grid& grid) {
-  StiffenerList attachments;
-  for (std::size_t s = 0; s < groom.strand_count(); ++s) {
-    if (groom.strand_points(s).empty()) continue;
-    add_attachment(grid, grid.from_head(groom.strand_points(s)[0]), groom.strands[s], {}, attachments);
-  }
-  return attachments;
-}
-
-Grid grid_of(const Groom& groom, int n) {
-  return Grid(fit_lattice(groom.points, {n, n, n}));
-}
-
-Eigen::VectorXd dense(const StiffenerList& list, std::size_t s, std::size_t node_count) {
-  Eigen::VectorXd w = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(node_count));
-  for (const auto& [node, weight] : list.weights(s)) w[node] = weight;
-  return w;
-}
-
-// Sum of k w w^T.
-Eigen::MatrixXd weight_matrix(const StiffenerList& list, std::size_t node_count) {
-  const auto n = static_cast<Eigen::Index>(node_count);
-  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(n, n);
-  for (std::size_t s = 0; s < list.count(); ++s) {
-    const Eigen::VectorXd w = dense(list, s, node_count);
-    sum += list.stiffness[s] * w * w.transpose();
-  }
-  return sum;
 }
 
 double total(const std::vector<double>& values) {
@@ -329,7 +289,7 @@ TEST(Decimating, reports_a_share_that_never_falls) {
 TEST(Decimating, many_coincident_stiffeners_are_no_trouble) {
   const Grid grid = unit_grid(5);
   StiffenerList springs, attachments;
-  for (int i = 0; i < 100'000; ++i) {   // hangs where any step is quadratic in them
+  for (int i = 0; i < 100'000; ++i) {  // hangs where any step is quadratic in them
     add_spring(grid, Vec3(1, 1.3, 1.4), Vec3(2, 1.6, 1.7), {}, {}, springs);
     add_attachment(grid, Vec3(1, 1.3, 1.4), {}, {}, attachments);
   }

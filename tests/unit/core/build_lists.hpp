@@ -1,0 +1,56 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "core/build/fit_lattice.hpp"
+#include "core/build/resample.hpp"
+#include "core/build/stiffener_list.hpp"
+
+// All stiffeners of a groom, and what they are together in weight space.
+namespace hairnet::support {
+
+inline StiffenerList springs_of(const Groom& groom, const Grid& grid) {
+  StiffenerList springs;
+  std::vector<Vec3> polyline, cuts;
+  for (std::size_t s = 0; s < groom.strand_count(); ++s) {
+    polyline_on_grid(grid, groom.strand_points(s), polyline);
+    if (arc_length(grid, polyline) < kLengthMin) continue;
+    cut_points(grid, polyline, cuts);
+    for (std::size_t i = 1; i < cuts.size(); ++i) {
+      add_spring(grid, cuts[i - 1], cuts[i], groom.strands[s], {}, springs);
+    }
+  }
+  return springs;
+}
+
+inline StiffenerList attachments_of(const Groom& groom, const Grid& grid) {
+  StiffenerList attachments;
+  for (std::size_t s = 0; s < groom.strand_count(); ++s) {
+    if (groom.strand_points(s).empty()) continue;
+    add_attachment(grid, grid.from_head(groom.strand_points(s)[0]), groom.strands[s], {}, attachments);
+  }
+  return attachments;
+}
+
+inline Grid grid_of(const Groom& groom, int n) {
+  return Grid(fit_lattice(groom.points, {n, n, n}));
+}
+
+inline Eigen::VectorXd dense(const StiffenerList& list, std::size_t s, std::size_t node_count) {
+  Eigen::VectorXd w = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(node_count));
+  for (const auto& [node, weight] : list.weights(s)) w[node] = weight;
+  return w;
+}
+
+// Sum of k w w^T.
+inline Eigen::MatrixXd weight_matrix(const StiffenerList& list, std::size_t node_count) {
+  const auto n = static_cast<Eigen::Index>(node_count);
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(n, n);
+  for (std::size_t s = 0; s < list.count(); ++s) {
+    const Eigen::VectorXd w = dense(list, s, node_count);
+    sum += list.stiffness[s] * w * w.transpose();
+  }
+  return sum;
+}
+
+}  // namespace hairnet::support

@@ -1,0 +1,82 @@
+#include <gtest/gtest.h>
+
+#include "core/build/build.hpp"
+#include "core/build/decimate.hpp"
+#include "core/import/placement.hpp"
+#include "tests/unit/core/build_lists.hpp"
+#include "tests/unit/core/import_files.hpp"
+#include "tests/unit/core/level_checks.hpp"
+
+namespace hairnet {
+namespace {
+
+struct RealHair {
+  const char* name;
+  const char* path;
+  StrandFormat format;
+  Placement placement;
+};
+
+// Straight and long, tied back, wavy to curly, layered.
+const RealHair kRealHair[] = {
+    {"straight",
+     "hair/yuksel_straight/straight.hair",
+     StrandFormat::yuksel_hair,
+     {Axis::plus_z, Axis::plus_y, 0.0033, {}}},
+    {"tail", "hair/amd_ponytail/tail.tfx", StrandFormat::tressfx, {Axis::plus_y, Axis::minus_z, 0.00254, {}}},
+    {"wavy", "hair/harolongo/harolongo.data", StrandFormat::usc_data, {Axis::plus_y, Axis::plus_z, 0.01, {}}},
+    {"layered", "hair/sintel/SintelHairOriginal-sintel_hair.16points.tfx", StrandFormat::tressfx, {}},
+};
+
+class RealHairs : public testing::TestWithParam<RealHair> {
+ protected:
+  void SetUp() override {
+    const auto path = test::shared_data() / GetParam().path;
+    if (!std::filesystem::exists(path)) GTEST_SKIP() << "no real hairstyle at " << path;
+    auto strands = decode_strands(GetParam().format, test::file_bytes(path));
+    ASSERT_TRUE(strands) << strands.error();
+    GroomDef def;
+    def.name = GetParam().name;
+    def.files.push_back({std::move(*strands), "hair"});
+    def.placement = GetParam().placement;
+    auto imported = assemble_groom(def);
+    ASSERT_TRUE(imported) << imported.error();
+    groom_ = std::move(imported->groom);
+  }
+  Groom groom_;
+};
+
+TEST_P(RealHairs, give_sound_levels_with_all_stiffeners_asked_for) {
+  std::array<LevelReport, 4> reports;
+  const auto set = build_levels(groom_, {}, {}, &reports);
+  for (std::size_t i = 0; i < kLevelSpecs.size(); ++i) {
+    support::expect_sound(set->levels[i]);
+    EXPECT_EQ(reports[i].springs_after, kLevelSpecs[i].spring_count);
+    EXPECT_EQ(reports[i].attachments_after, std::min(reports[i].attachments_before, kLevelSpecs[i].attachment_count));
+    EXPECT_GT(reports[i].contacts, 0u);
+  }
+}
+
+TEST_P(RealHairs, decimation_errs_far_less_than_a_random_part_of_the_springs_made_stiffer) {
+  const Grid grid = support::grid_of(groom_, 5);
+  StiffenerList springs = support::springs_of(groom_, grid);
+  const std::size_t count = 200;
+  const Eigen::MatrixXd all = support::weight_matrix(springs, grid.node_count());
+  Eigen::MatrixXd part = Eigen::MatrixXd::Zero(all.rows(), all.cols());
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t s = i * springs.count() / count;
+    const Eigen::VectorXd w = support::dense(springs, s, grid.node_count());
+    part += springs.stiffness[s] * w * w.transpose();
+  }
+  part *= all.trace() / part.trace();
+  ASSERT_TRUE(decimate(StiffenerKind::spring, count, springs));
+  const double error = (support::weight_matrix(springs, grid.node_count()) - all).norm();
+  EXPECT_LT(error, 0.5 * (part - all).norm());
+  EXPECT_LT(error, 0.1 * all.norm());
+}
+
+INSTANTIATE_TEST_SUITE_P(Styles, RealHairs, testing::ValuesIn(kRealHair),
+                         [](const auto& style) { return std::string(style.param.name); });
+
+}  // namespace
+}  // namespace hairnet
