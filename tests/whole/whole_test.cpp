@@ -9,7 +9,15 @@
 #include <fstream>
 #include <thread>
 
+#include "tests/whole/frame_comparison.hpp"
+
 namespace hairnet::whole {
+namespace {
+
+// A busy machine skips ticks, and a slow build more of them.
+constexpr double kMissedShareMax = HAIRNET_SANITIZED ? 0.5 : 0.2;
+
+}  // namespace
 
 void WholeTest::SetUp() {
   const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
@@ -55,6 +63,22 @@ void WholeTest::finish(Process& process, int exit_code) {
 void WholeTest::drain(Process& server) {
   server.send(SIGTERM);
   finish(server, 0);
+}
+
+void WholeTest::expect_same_frames(const std::string& received_folder, const std::string& computed_folder) {
+  const Trace received(path(received_folder)), computed(path(computed_folder));
+  const FrameComparison result = compare(received, computed);
+  std::printf("%s: %zu frames (%zu moving), %zu ticks missed, error at most %.4f mm, %.4f quanta\n",
+              received_folder.c_str(), result.frames, result.moving_frames, result.missed_ticks, result.error_mm_max,
+              result.error_quanta_max);
+  EXPECT_GT(result.moving_frames, 20u);
+  EXPECT_EQ(result.unknown, 0u);
+  EXPECT_EQ(result.levels_differ, 0u);
+  EXPECT_EQ(result.poses_differ, 0u);
+  EXPECT_EQ(result.counts_differ, 0u);
+  EXPECT_EQ(result.displacements_differ, 0u);
+  EXPECT_LE(static_cast<double>(result.missed_ticks), kMissedShareMax * static_cast<double>(result.frames) + 3);
+  EXPECT_TRUE(received.all_finite());
 }
 
 bool WholeTest::wait_for_file(const std::string& file, std::size_t bytes, Process& process) {
