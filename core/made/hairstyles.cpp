@@ -134,13 +134,13 @@ constexpr auto kStyleNames = [] {
 
 std::string check(const HairstyleOptions& options) {
   if (options.length_m != 0 && !(options.length_m >= 0.01 && options.length_m <= 1.2)) {
-    return "hairstyle: length must be 0.01 to 1.2 m, or 0 for the style's own";
+    return "length of a hairstyle must be 0.01 to 1.2 m";
   }
   if (!(options.curl <= 1)) {
-    return "hairstyle: curl must be 0 to 1, or negative for the style's own";
+    return "curl of a hairstyle must be 0 to 1";
   }
   if (options.strand_count != 0 && (options.strand_count < 10 || options.strand_count > 100'000)) {
-    return "hairstyle: strand count must be 10 to 100 000, or 0 for the style's own";
+    return "strand count of a hairstyle must be 10 to 100000";
   }
   return {};
 }
@@ -169,7 +169,11 @@ Result<Groom> make_hairstyle(std::string_view name, const HairstyleOptions& opti
                 groom);
     return groom;
   }
-  return Refusal("hairstyle: no style of the name '" + std::string(name.substr(0, 64)) + "'");
+  std::string known;
+  for (const Style& style : kStyles) {
+    known += (known.empty() ? "" : ", ") + std::string(style.name.name);
+  }
+  return Refusal("no hairstyle is called '" + std::string(name.substr(0, 64)) + "'; there are " + known);
 }
 
 }  // namespace hairnet

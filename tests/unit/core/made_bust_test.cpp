@@ -83,9 +83,15 @@ TEST(MadeBust, turns_scalp_with_the_head_and_shoulders_with_the_clavicles) {
   for (std::size_t i = 0; i < bust().mesh.vertices.size(); ++i) {
     const Vec3f& v = bust().mesh.vertices[i];
     const auto weight = [&](Bone bone) { return bust().bone_weights[i][static_cast<std::size_t>(bone)]; };
-    if (v.y() > 0.02f) ASSERT_FLOAT_EQ(weight(Bone::head), 1) << v.transpose();
-    if (v.x() > 0.15f && v.y() > -0.2f) ASSERT_GT(weight(Bone::left_shoulder), 0.9) << v.transpose();
-    if (v.y() < -0.20f) ASSERT_EQ(weight(Bone::head), 0) << v.transpose();
+    if (v.y() > 0.02f) {
+      ASSERT_FLOAT_EQ(weight(Bone::head), 1) << v.transpose();
+    }
+    if (v.x() > 0.15f && v.y() > -0.2f) {
+      ASSERT_GT(weight(Bone::left_shoulder), 0.9) << v.transpose();
+    }
+    if (v.y() < -0.20f) {
+      ASSERT_EQ(weight(Bone::head), 0) << v.transpose();
+    }
   }
 }
 

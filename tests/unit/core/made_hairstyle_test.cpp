@@ -163,8 +163,12 @@ TEST(MadeHairstyles, pull_all_of_a_ponytail_to_one_band) {
   EXPECT_LT(band.z(), -0.08f) << "behind the crown";
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {
     const auto strand = groom.strand_points(s);
-    if (in_group(s, "tail")) EXPECT_LT((strand.front() - band).norm(), 0.02f);
-    if (in_group(s, "pulled")) EXPECT_LT((strand.back() - band).norm(), 0.02f);
+    if (in_group(s, "tail")) {
+      EXPECT_LT((strand.front() - band).norm(), 0.02f);
+    }
+    if (in_group(s, "pulled")) {
+      EXPECT_LT((strand.back() - band).norm(), 0.02f);
+    }
   }
 }
 
