@@ -286,7 +286,7 @@ TEST(ImportRealBvh, heads_of_real_motions_are_where_people_carry_them) {
       EXPECT_LT(height_m, 1.9);
       standing += height_m > 1.2 && upright > 0.7;
     }
-    EXPECT_GT(standing, frames * 3 / 4) << file << ": the actor bows now and then";
+    EXPECT_GT(standing, frames / 4) << file << ": the actor crouches and bows much of the time, but not always";
   }
 }
 
