@@ -281,12 +281,12 @@ TEST(ImportRealBvh, heads_of_real_motions_are_where_people_carry_them) {
     std::size_t standing = 0;
     for (const Pose& pose : motion->motion.poses) {
       ASSERT_TRUE(is_valid(pose));
-      const double height_m = pose.head().position.y(), upright = pose.head().vector(Vec3::UnitY()).y();
+      const double height_m = pose.head().position.y();
       EXPECT_GT(height_m, 0.5);
       EXPECT_LT(height_m, 1.9);
-      standing += height_m > 1.2 && upright > 0.7;
+      standing += height_m > 1.2 && pose[Bone::upper_trunk].vector(Vec3::UnitY()).y() > 0.7;
     }
-    EXPECT_GT(standing, frames / 4) << file << ": the actor crouches and bows much of the time, but not always";
+    EXPECT_GT(standing, frames * 3 / 4) << file << ": he bows now and then, and looks at the floor as he walks";
   }
 }
 
