@@ -13,7 +13,7 @@ namespace {
 // Where the head joint lies from the middle of the skull, in skull radii: at the base of the skull, a little behind.
 const Vec3 kJointFromSkull(0, -0.8, -0.1);
 
-constexpr double kUsualRadius_m = 0.09;
+constexpr double kUsualWidth_m = 0.14;  // of a scalp, ear to ear
 constexpr double kRadiusMin_m = 0.06, kRadiusMax_m = 0.14;
 constexpr double kWidthMin_m = 0.10, kWidthMax_m = 0.25;
 
@@ -54,9 +54,10 @@ std::string size_misfit(const SkullFit& skull, const Placement& placement) {
   const bool radius_fits = radius_m >= kRadiusMin_m && radius_m <= kRadiusMax_m;
   const bool width_fits = skull.width >= kWidthMin_m && skull.width <= kWidthMax_m;
   if (radius_fits && width_fits) return {};
+  if (!(skull.width > 0)) return "the roots are all in one place: there is no head to see in them";
   return "this is not the size of a head: the roots lie on a skull of radius " + decimal(100 * radius_m, 3) +
          " cm and are " + decimal(100 * skull.width, 3) + " cm wide; --unit " +
-         decimal(placement.unit_m * kUsualRadius_m / radius_m, 2) + " would make it one";
+         decimal(placement.unit_m * kUsualWidth_m / skull.width, 2) + " would make it one";
 }
 
 // Neck, shoulders and trunk of a mesh that reaches below the head: the shoulders are where it widens, seen from the
