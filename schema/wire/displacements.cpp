@@ -1,13 +1,12 @@
 #include <algorithm>
 #include <cassert>
-#include <cmath>
 
 #include "schema/wire/messages.hpp"
 
 namespace hairnet::wire {
 namespace {
 
-constexpr double kIntegerMax = 32767;  // symmetric: -32768 is never sent
+constexpr float kIntegerMax = 32767;  // symmetric: -32768 is never sent
 
 float quantum_for(float largest_m) {
   float quantum_m = kQuantumMin_m;
@@ -15,27 +14,29 @@ float quantum_for(float largest_m) {
   return quantum_m;
 }
 
-std::int16_t quantise(float coordinate_m, double quantum_m) {
-  const double integer = std::clamp(std::nearbyint(coordinate_m / quantum_m), -kIntegerMax, kIntegerMax);
-  return static_cast<std::int16_t>(integer);
+// To the nearest integer, for any float up to 2^22: beyond 2^23 floats have no fraction left. Unlike std::nearbyint it
+// is four lanes wide in the instruction set that we build for.
+float nearest(float x) {
+  constexpr float kNoFraction = 1.5f * (1 << 23);
+  return (x + kNoFraction) - kNoFraction;
 }
 
 }  // namespace
 
 void encode_displacements(std::span<const Vec3f> displacement, Frame& frame) {
   frame.quantum_m = 0;
-  frame.displacements.clear();
+  frame.displacements.resize(3 * displacement.size());
   if (displacement.empty()) return;
-  float largest_m = 0;
-  for (const Vec3f& d : displacement) {
-    assert(d.allFinite());
-    largest_m = std::max(largest_m, d.cwiseAbs().maxCoeff());
+  const Eigen::Map<const Eigen::ArrayXf> coordinates(displacement.front().data(),
+                                                     static_cast<Eigen::Index>(frame.displacements.size()));
+  assert(coordinates.allFinite());
+  const float quantum_m = quantum_for(coordinates.abs().maxCoeff());
+  const float* coordinate_m = coordinates.data();
+  for (std::int16_t& integer : frame.displacements) {
+    const float quanta = std::min(std::max(*coordinate_m++ / quantum_m, -kIntegerMax), kIntegerMax);
+    integer = static_cast<std::int16_t>(nearest(quanta));
   }
-  frame.quantum_m = quantum_for(largest_m);
-  frame.displacements.reserve(3 * displacement.size());
-  for (const Vec3f& d : displacement) {
-    for (const float coordinate_m : d) frame.displacements.push_back(quantise(coordinate_m, frame.quantum_m));
-  }
+  frame.quantum_m = quantum_m;
 }
 
 void decode_displacements(const Frame& frame, std::vector<Vec3f>& displacement) {
