@@ -24,7 +24,6 @@ namespace {
 namespace asio = boost::asio;
 using asio::ip::tcp;
 using boost::system::error_code;
-using std::chrono::duration;
 using std::chrono::milliseconds;
 
 // A pose waits for at most one chunk of a groom, and for what the kernel holds unsent: both are kept small.
@@ -41,6 +40,10 @@ void tune(tcp::socket& socket) {
   setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &kUnsentBytesMax, sizeof kUnsentBytesMax);
   setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_USER_TIMEOUT, &kUnacknowledgedMax_ms,
              sizeof kUnacknowledgedMax_ms);
+}
+
+asio::steady_timer::duration seconds(double count) {
+  return std::chrono::duration_cast<asio::steady_timer::duration>(std::chrono::duration<double>(count));
 }
 
 std::int64_t steady_ns() {
@@ -165,9 +168,10 @@ struct Link::Impl {
       }
       if (!message) {
         error_code woken;
-        wake.expires_at(asio::steady_timer::time_point::max());
+        wake.expires_after(seconds(options.keep_alive_s));
         co_await wake.async_wait(asio::redirect_error(asio::use_awaitable, woken));
-        continue;
+        if (woken || ended || leaving) continue;
+        message = wire::PoseBatch{};  // nothing to say, but still here
       }
       if (!co_await write(std::move(*message))) co_return;
       if (goodbye) {
@@ -202,8 +206,8 @@ struct Link::Impl {
     });
   }
 
-  void end_after(duration<double> wait, std::string detail) {
-    deadline.expires_after(std::chrono::duration_cast<asio::steady_timer::duration>(wait));
+  void end_after(asio::steady_timer::duration wait, std::string detail) {
+    deadline.expires_after(wait);
     deadline.async_wait([this, detail = std::move(detail)](const error_code& ec) {
       if (!ec) end(leaving ? wire::GoodbyeReason::client_leaves : wire::GoodbyeReason::none, detail);
     });
@@ -264,7 +268,7 @@ Result<wire::Welcome> Link::connect() {
   std::future<Result<wire::Welcome>> answer = impl_->answer.get_future();
   asio::post(impl_->io, [impl = impl_.get()] {
     if (impl->ended) return;
-    impl->end_after(duration<double>(impl->options.connect_timeout_s),
+    impl->end_after(seconds(impl->options.connect_timeout_s),
                     "no welcome from " + impl->server_name() + " within the time-out");
     asio::co_spawn(impl->io, impl->run(), asio::detached);
   });

@@ -18,6 +18,7 @@ struct LinkOptions {
   std::uint16_t port = 7420;
   std::string client_name = "hairnet-link";
   double connect_timeout_s = 5;
+  double keep_alive_s = 15;  // after so long without anything to send, an empty pose batch goes out
 };
 
 // What the server told us, in order.

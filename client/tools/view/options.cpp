@@ -57,7 +57,8 @@ double whole_number(const std::string& flag, const std::string& text, double lea
 void take_server(ViewOptions& o, const std::string& text) {
   const std::size_t colon = text.rfind(':');
   if (colon == std::string::npos || colon == 0) refuse("--connect", "'" + text + "' is not HOST:PORT");
-  o.host = text.substr(0, colon);
+  const bool bracketed = text.front() == '[' && text[colon - 1] == ']';  // [::1]:7420
+  o.host = bracketed ? text.substr(1, colon - 2) : text.substr(0, colon);
   o.port = static_cast<std::uint16_t>(whole_number("--connect", text.substr(colon + 1), 1, 65535));
 }
 

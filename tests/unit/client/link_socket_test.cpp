@@ -286,6 +286,19 @@ TEST(Link, server_times_map_to_the_links_clock) {
   EXPECT_LE(mapped, after);
 }
 
+TEST(Link, a_link_with_nothing_to_send_still_shows_that_it_is_there) {
+  ScriptedServer server([](Peer& peer) {
+    peer.welcome();
+    for (int i = 0; i < 3; ++i) EXPECT_TRUE(peer.expect<wire::PoseBatch>().poses.empty());
+    peer.send(wire::Goodbye{});
+  });
+  LinkOptions options = server.options();
+  options.keep_alive_s = 0.005;
+  Link link(options);
+  ASSERT_TRUE(link.connect());
+  wait_for_end(link);
+}
+
 TEST(Link, connecting_twice_is_refused) {
   ScriptedServer server([](Peer& peer) {
     peer.welcome();
