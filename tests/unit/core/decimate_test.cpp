@@ -6,6 +6,7 @@
 #include <map>
 #include <numeric>
 
+#include "core/build/nearest_ends.hpp"
 #include "tests/unit/core/build_grooms.hpp"
 #include "tests/unit/core/build_lists.hpp"
 
@@ -254,6 +255,19 @@ TEST(Decimating, springs_never_grow_stiffer_in_all) {
     EXPECT_LT(less, trace);
     EXPECT_GT(less, 0.1 * trace);
     trace = less;
+  }
+}
+
+TEST(Decimating, springs_along_one_line_compare_alike_whichever_way_they_run) {
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> range(0, 5);
+  const auto vec = [&] {
+    const double x = range(random), y = range(random), z = range(random);
+    return Vec3(x, y, z);
+  };
+  for (int trial = 0; trial < 100; ++trial) {
+    const Vec3 a = vec(), b = vec();
+    EXPECT_EQ(ordered_ends({a, b}), ordered_ends({b, a}));
   }
 }
 
