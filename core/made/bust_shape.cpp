@@ -47,7 +47,7 @@ double face(const Vec3& p) {
   d = join(d, capsule(p, {0, 0.054, 0.097}, {0, 0.013, 0.1125}, 0.0055, 0.0080), 0.016);        // nose
   d = join(d, ellipsoid(p, {0.0085, 0.007, 0.106}, {0.0075, 0.006, 0.008}), 0.008);             // nostrils
   d = join(d, ellipsoid(p, {0, -0.0160, 0.0935}, {0.0200, 0.0052, 0.0085}), 0.006);             // upper lip
-  return join(d, ellipsoid(p, {0, -0.0262, 0.0915}, {0.0165, 0.0056, 0.0085}), 0.0045);          // lower lip
+  return join(d, ellipsoid(p, {0, -0.0262, 0.0915}, {0.0165, 0.0056, 0.0085}), 0.0045);         // lower lip
 }
 
 double ear(const Vec3& p) {

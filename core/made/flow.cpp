@@ -15,9 +15,9 @@ Vec3 parted_by_shoulders(const LooseRecipe& recipe, const Root& root, const Vec3
   if (beside <= 0) {
     return Vec3::Zero();
   }
-  const bool to_chest = degrees_from_front(root) < recipe.front_deg;
+  const bool to_chest = falls_to_chest(recipe, root);
   const double ahead =
-      to_chest ? std::clamp(14 * (0.040 - p.z()), 0.0, 0.8) : std::clamp(14 * (-0.070 - p.z()), -0.7, 0.0);
+      to_chest ? std::clamp(14 * (0.050 - p.z()), 0.0, 0.8) : std::clamp(14 * (-0.085 - p.z()), -0.7, 0.0);
   const double outside = std::clamp(14 * (std::abs(p.x()) - 0.090), 0.0, 0.9);
   return beside * Vec3(p.x() > 0 ? -outside : outside, 0, ahead);
 }
@@ -56,6 +56,10 @@ double fringe_edge(const Fringe& fringe, const Root& root) {
 
 double degrees_from_front(const Root& root) {
   return std::abs(root.azimuth) * 180 / std::numbers::pi;
+}
+
+bool falls_to_chest(const LooseRecipe& recipe, const Root& root) {
+  return degrees_from_front(root) < recipe.front_deg;
 }
 
 bool in_fringe(const LooseRecipe& recipe, const Root& root) {

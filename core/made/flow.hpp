@@ -16,6 +16,9 @@ struct Temperament {
 // How a strand from `root` grows under the recipe, which must outlive the result.
 Growth flow_of(const LooseRecipe& recipe, const Root& root, const Temperament& temperament);
 
+// Before the shoulders rather than behind them.
+bool falls_to_chest(const LooseRecipe& recipe, const Root& root);
+
 bool in_fringe(const LooseRecipe& recipe, const Root& root);
 
 double degrees_from_front(const Root& root);

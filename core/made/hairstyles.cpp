@@ -47,7 +47,8 @@ void dress_wavy(const StyleOptions& options, Groom& groom) {
   recipe.comb = [](const Vec3& p, const Root& root) {
     return Vec3(comb_from_parting(p, root, 0.022, 0.10, -0.035) + Vec3(0, 0, -0.25));
   };
-  recipe.lift_m = 0.028;
+  recipe.lift_m = 0.025;
+  recipe.lift_rise_m = 0.07;
   recipe.rise = 0.7;
   recipe.blunt = 0.6;
   recipe.thinning = 0.22;
@@ -78,7 +79,8 @@ void dress_side_part(const StyleOptions& options, Groom& groom) {
   recipe.comb = [](const Vec3& p, const Root& root) {
     return Vec3(comb_from_parting(p, root, 0.032, 0.10, -0.035) + Vec3(0, 0, -0.25));
   };
-  recipe.lift_m = 0.026;
+  recipe.lift_m = 0.023;
+  recipe.lift_rise_m = 0.065;
   recipe.blunt = 0.85;
   recipe.tuck = 0.4;
   recipe.fringe = {.half_angle_deg = 30, .depth_m = 0.035, .tip_height_m = 0.058, .sweep = -0.9, .length_m = 0.15};
@@ -117,7 +119,7 @@ struct Style {
 };
 constexpr std::array<Style, 7> kStyles{{
     {{"long_straight", "long and sleek, parted in the middle"}, 0.52, 0, 10'000, dress_long_straight},
-    {{"long_curly", "long, full, in loose ringlets"}, 0.46, 0.6, 9'000, dress_long_curly},
+    {{"long_curly", "long, full, in loose ringlets"}, 0.46, 0.6, 8'000, dress_long_curly},
     {{"wavy", "shoulder-length waves, parted a little to the left"}, 0.40, 0.25, 10'000, dress_wavy},
     {{"bob", "chin-length, blunt, tips turned in, with a straight fringe"}, 0.25, 0, 10'000, dress_bob},
     {{"side_part", "collar-length, parted on the left, with a swept stiff fringe"}, 0.33, 0, 10'000, dress_side_part},

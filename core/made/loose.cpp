@@ -76,14 +76,15 @@ class Dresser {
     }
   }
 
-  // The nearest lock in the same part of the hair and on the same side of the parting.
+  // The nearest lock in the same part of the hair, on the same side of the parting and of the shoulder.
   [[nodiscard]] const Lock& lock_of(const Root& root, bool fringe) const {
     const Vec3 comb = recipe_.comb(root.point, root);
     const Lock* best = &locks_.front();
     double best_distance = std::numeric_limits<double>::max();
     for (const Lock& lock : locks_) {
-      const double distance =
-          (lock.root.point - root.point).squaredNorm() + (lock.fringe != fringe || lock.comb.dot(comb) < 0 ? 1.0 : 0.0);
+      const bool apart = lock.fringe != fringe || falls_to_chest(recipe_, lock.root) != falls_to_chest(recipe_, root) ||
+                         lock.comb.dot(comb) < 0;
+      const double distance = (lock.root.point - root.point).squaredNorm() + (apart ? 1 : 0);
       if (distance < best_distance) {
         best_distance = distance;
         best = &lock;

@@ -15,7 +15,7 @@ namespace hairnet {
 Body make_bust();
 
 struct HairstyleOptions {
-  double length_m = 0;           // 0 = the style's own
+  double length_m = 0;           // of the longest strands, before curling; of the tail, if tied; 0 = the style's own
   double curl = -1;              // 0 straight … 1 tight curls; negative = the style's own
   std::size_t strand_count = 0;  // density; 0 = the style's own (10 000 or so)
   std::uint32_t seed = 1;
@@ -23,15 +23,15 @@ struct HairstyleOptions {
 struct MadeName {
   std::string_view name, description;
 };
-std::span<const MadeName> hairstyle_names();   // long_straight, long_curly, bob, ponytail, short, …
+std::span<const MadeName> hairstyle_names();  // long_straight, long_curly, bob, ponytail, short, …
 Result<Groom> make_hairstyle(std::string_view name, const HairstyleOptions& options = {});
 
 struct MotionOptions {
-  double duration_s = 0;         // 0 = the motion's own
+  double duration_s = 0;  // 0 = the motion's own
   double rate_hz = 60;
-  std::uint32_t seed = 1;        // phase and small variations
+  std::uint32_t seed = 1;  // phase and small variations
 };
-std::span<const MadeName> motion_names();      // nod, shake, look_around, walk, run, jump, dance, teleport
+std::span<const MadeName> motion_names();  // nod, shake, look_around, walk, run, jump, dance, teleport
 // Begins and ends upright at rest where the motion allows (run and walk travel).
 Result<Motion> make_motion(std::string_view name, const MotionOptions& options = {});
 

@@ -10,6 +10,8 @@ inline double smooth_step(double low, double high, double x) {
   return t * t * t * (t * (t * 6 - 15) + 10);
 }
 
-inline double mix(double a, double b, double t) { return a + (b - a) * t; }
+inline double mix(double a, double b, double t) {
+  return a + (b - a) * t;
+}
 
 }  // namespace hairnet::made
