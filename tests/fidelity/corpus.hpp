@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/groom/groom.hpp"
+#include "core/pose/motion.hpp"
+#include "core/result.hpp"
+
+namespace hairnet::fidelity {
+
+// The hairstyles and motions that the tables are made over: those that people made, read from the data folder beside
+// the project, and our own, named made:NAME. Unknown names and absent files are refused.
+inline constexpr std::string_view kRealGrooms[] = {"yuksel", "ponytail", "harolongo", "sintel"};
+inline constexpr std::string_view kRealMotions[] = {"cmu_131_01", "cmu_131_02", "dance_a",  "spinkick", "run",
+                                                    "jump",       "cartwheel",  "backflip", "spin",     "getup_faceup"};
+bool has_real_data();
+std::vector<std::string> made_grooms();
+
+// `made_strand_count`: of a made one; 0 = the style's own.
+Result<Groom> load_groom(std::string_view name, std::size_t made_strand_count = 0);
+
+// `body` says where the trunk is when a clip lacks bones.
+Result<Motion> load_motion(std::string_view name, const Body& body);
+
+// A motion as a lattice is stepped through it: one pose a tick, the first one upright at rest.
+struct Clip {
+  std::string name;
+  double rate_hz = 0;
+  std::vector<Pose> poses;
+  std::size_t lead_in_ticks = 0;  // the motion itself starts after these: keep them out of any figure
+
+  [[nodiscard]] std::size_t tick_count() const { return poses.size() - 1; }
+};
+
+// At `rate_hz`: a second of easing from upright rest into the motion's first pose, so that no run begins with a jump,
+// then at most `duration_s` of the motion.
+Clip make_clip(const Motion& motion, double rate_hz, double duration_s);
+
+}  // namespace hairnet::fidelity
