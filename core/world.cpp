@@ -35,11 +35,12 @@ struct Character {
   LevelIndex level = LevelIndex::rigid;
   LatticeState state;  // empty when rigid
   MaterialScale material;
-  Pose from, to;         // of the last step; `from` = `to` between steps
-  Pose last_from;        // where the last substep began: with `from` it gives the rest velocity
-  Pose still_pose;       // the bones have not left it for still_s
-  double still_s = 0;    // with kSleepAfter_s asleep
-  double easing_s = -1;  // since the rigid level was asked for; negative: it was not
+  Pose from, to;            // of the last step; `from` = `to` between steps
+  Pose last_from;           // where the last substep began: with `from` it gives the rest velocity
+  Pose still_pose;          // the bones have not left it for still_s
+  double still_s = 0;       // with kSleepAfter_s asleep
+  double easing_s = -1;     // since the rigid level was asked for; negative: it was not
+  double switched_s = 1e9;  // since the lattice was carried over from another level
   ContactRelease contact_release;
   bool teleport = false;
 
@@ -66,6 +67,15 @@ bool has_same_nodes(const Level* a, const Level* b) {
 bool is_at_rest(const LatticeState& state) {
   return std::ranges::all_of(state.displacement, [](const Vec3f& d) { return d.isZero(kStillShift_m); });
 }
+
+// What has come in of springs, attachments and contact since a switch of levels. They begin weak, not absent, so that
+// hair hardly sinks meanwhile.
+struct SwitchEase {
+  explicit SwitchEase(double since_s) : t(std::clamp(since_s / kSwitchEase_s, 0.0, 1.0)) {}
+  [[nodiscard]] double stiffness() const { return 0.1 + 0.9 * t * t; }
+  [[nodiscard]] double contact() const { return 0.02 + 0.98 * t * t; }
+  double t;
+};
 
 HeadMotion last_motion(const Character& c, double step_s) {
   StepInput input;
@@ -156,7 +166,7 @@ struct World::Impl {
     }
     if (c.is_asleep()) return Outcome::asleep;
     const double calm = c.contact_release.update(c.to, def.tick_s);
-    const double release = def.environment.wind.is_still() ? calm : 0;
+    const double release = std::max(def.environment.wind.is_still() ? calm : 0, 1 - SwitchEase(c.switched_s).contact());
     Outcome outcome = Outcome::idle;
     if (c.easing_s >= 0) {
       ease_to_rigid(c);
@@ -178,12 +188,18 @@ struct World::Impl {
 
   Outcome step_lattice(const Level& level, Character& c, double release, StepScratch& scratch) const {
     const Pose start = c.from;
+    const double stiffness_before = SwitchEase(c.switched_s).stiffness();
+    c.switched_s += def.tick_s;
+    const double stiffness = SwitchEase(c.switched_s).stiffness();
+    c.state.elastic_energy_max_j *= static_cast<float>(stiffness / stiffness_before);
+    MaterialScale material = c.material;
+    material.stiffness *= static_cast<float>(stiffness);
     for (int substep = 0; substep < def.substep_count; ++substep) {
       const bool is_last = substep + 1 == def.substep_count;
       const double share = (substep + 1.0) / def.substep_count;
       const Pose to = is_last ? c.to : interpolate(start, c.to, share);
       const double time_s = (static_cast<double>(tick) + share) * def.tick_s;
-      const StepInput input{c.from, to, substep_s(), def.environment, release, c.material, time_s};
+      const StepInput input{c.from, to, substep_s(), def.environment, release, material, time_s};
       const bool is_finite = hairnet::step(level, input, solver_of(c.level), scratch, c.state);
       c.last_from = std::exchange(c.from, to);
       if (!is_finite) {
@@ -326,6 +342,7 @@ bool World::set_level(CharacterId id, LevelIndex index) {
   LatticeState old_state = std::move(c->state);
   reset_to_rest(level, c->state);
   if (map) {
+    c->switched_s = 0;
     carry_over(*map, *old_level, std::move(old_state), motion, c->material, level, c->state);
   } else {
     add_rest_velocity(level, motion, 1, c->state);
@@ -401,6 +418,7 @@ std::uint64_t World::hash() const {
     fnv.add(c.contact_release.calm_s());
     fnv.add(c.still_s);
     fnv.add(c.easing_s);
+    fnv.add(c.switched_s);
     fnv.add(c.state.elastic_energy_max_j);
     for (const RigidTransform& bone : c.from.bones) {
       for (int i = 0; i < 4; ++i) fnv.add(bone.rotation.coeffs()[i]);

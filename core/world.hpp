@@ -31,6 +31,7 @@ struct WorldDef {
 };
 
 inline constexpr double kRigidEase_s = 0.3;
+inline constexpr double kSwitchEase_s = 0.5;
 inline constexpr double kSleepAfter_s = 2;
 
 struct CharacterDef {
@@ -71,8 +72,10 @@ class World {
   void set_pose(CharacterId id, const Pose& pose, bool teleport = false);
   // A lattice of the same nodes (built with another material) keeps its state, any other starts at rest.
   void set_levels(CharacterId id, std::shared_ptr<const LevelSet> levels);
-  // The state is carried over by least squares (LevelSet::maps). Into the rigid level the lattice is eased over
-  // kRigidEase_s, and keeps its old level until then. False when that level is not there.
+  // The state is carried over by least squares (LevelSet::maps). Its springs are then strained and
+  // its nodes inside the body where the old level's were not: stiffness and contact come in over kSwitchEase_s. Into
+  // the rigid level the lattice is eased over kRigidEase_s, and keeps its old level until then. False when that level
+  // is not there.
   bool set_level(CharacterId id, LevelIndex level);
   void set_material(CharacterId id, const MaterialScale& material);  // must be valid; from the next step on
   void set_environment(const Environment& environment);              // of all; from the next step on
