@@ -113,11 +113,11 @@ void store_level(const StrandMechanics& mechanics, const Material& material, con
   level.metaballs = fit_metaballs(body, level.rest, nodes.mass, material);
 }
 
-// Hair on a head upside down hangs twice its own length from its design, and stretches a little.
+// Hair on a head upside down hangs twice its own length from its design, and swings and stretches beyond.
 float displacement_max_m(const Lattice& lattice) {
   const Vec3f cells(static_cast<float>(lattice.dims[0] - 1), static_cast<float>(lattice.dims[1] - 1),
                     static_cast<float>(lattice.dims[2] - 1));
-  return 2 * lattice.spacing.cwiseProduct(cells).norm();
+  return 2.5f * lattice.spacing.cwiseProduct(cells).norm();
 }
 
 std::size_t contact_count(const Level& level) {

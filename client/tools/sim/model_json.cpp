@@ -95,7 +95,7 @@ Json notes_json() {
       "less what backward Euler adds by itself, max(q - h k, -h k / 3), h the length of a substep; it may be negative",
       "the lattice as a whole is drawn towards the design, in displacement and velocity against the head's, where a "
       "node "
-      "would be farther from it than twice the diagonal of the box of its lattice",
+      "would be farther from it than 2.5 times the diagonal of the box of its lattice",
       "gravity acts on every node's whole mass, ether's included, as g - R g0, g0 = (0, -9.81, 0)",
       "drag tensors Q are in head axes and turn with the head: f = -R Q R^T (p' - wind)",
       "a radius of 0 means that the ball is off for that node",

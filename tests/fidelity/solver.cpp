@@ -1,0 +1,214 @@
+// What cutting conjugate gradient off costs: the distance from the trajectory of the same steps solved to convergence,
+// over the motion itself, beside the time of a tick; and how far steps of a length lie from small ones.
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "client/tools/files/write_file.hpp"
+#include "core/build/build.hpp"
+#include "core/solver/step.hpp"
+#include "tests/fidelity/corpus.hpp"
+
+namespace {
+
+using namespace hairnet;
+using Json = nlohmann::ordered_json;
+using Clock = std::chrono::steady_clock;
+
+constexpr int kConverged = 400;
+constexpr double kSmall_s = 1.0 / 360;
+
+struct Options {
+  std::vector<std::string> grooms{"yuksel", "harolongo", "ponytail", "sintel"};
+  std::vector<std::string> motions{"dance_a", "cmu_131_02", "run"};
+  std::vector<std::string> levels{"high", "low"};
+  std::vector<double> rates_hz{25, 30, 60, 90};
+  std::vector<int> substeps{1, 2};
+  std::vector<int> iterations{4, 6, 8, 12, 16, 24};
+  std::vector<double> stiffness{1};
+  double duration_s = 3;
+  std::string json;
+};
+
+// Node displacements of every tick.
+struct Trajectory {
+  double tick_s = 0;
+  std::vector<std::vector<Vec3f>> ticks;
+  double step_us = 0;  // a tick
+};
+
+struct Setting {
+  double rate_hz = 0;
+  int substeps = 1, iterations = kConverged;
+};
+
+Trajectory run(const Level& level, const Motion& motion, const Setting& setting, float stiffness, double duration_s) {
+  const fidelity::Clip clip = fidelity::make_clip(motion, setting.rate_hz, duration_s);
+  Trajectory trajectory{1 / setting.rate_hz, {}, 0};
+  LatticeState state;
+  reset_to_rest(level, state);
+  StepScratch scratch;
+  ContactRelease release;
+  Clock::duration spent{};
+  for (std::size_t tick = 1; tick < clip.poses.size(); ++tick) {
+    StepInput input;
+    input.to = clip.poses[tick - 1];
+    input.step_s = trajectory.tick_s / setting.substeps;
+    input.material.stiffness = stiffness;
+    input.contact_release = release.update(clip.poses[tick], trajectory.tick_s);
+    const Clock::time_point begin = Clock::now();
+    for (int s = 1; s <= setting.substeps; ++s) {
+      input.from = input.to;
+      input.to = interpolate(clip.poses[tick - 1], clip.poses[tick], static_cast<double>(s) / setting.substeps);
+      if (!step(level, input, {.iterations = setting.iterations}, scratch, state)) reset_to_rest(level, state);
+    }
+    spent += Clock::now() - begin;
+    if (tick >= clip.lead_in_ticks) trajectory.ticks.push_back(state.displacement);
+  }
+  trajectory.step_us = 1e6 * std::chrono::duration<double>(spent).count() / static_cast<double>(clip.tick_count());
+  return trajectory;
+}
+
+// RMS over ticks and nodes, weighted by mass, of the difference over that of `truth`; sampled at the ticks of `a`.
+double relative_error(const Level& level, const Trajectory& a, const Trajectory& truth) {
+  double error2 = 0, motion2 = 0;
+  for (std::size_t t = 0; t < a.ticks.size(); ++t) {
+    const double at = static_cast<double>(t) * a.tick_s / truth.tick_s;
+    const auto low = static_cast<std::size_t>(at);
+    if (low + 1 >= truth.ticks.size()) break;
+    const auto s = static_cast<float>(at - static_cast<double>(low));
+    for (std::size_t i = 0; i < level.rest.size(); ++i) {
+      const Vec3f d = (1 - s) * truth.ticks[low][i] + s * truth.ticks[low + 1][i];
+      error2 += static_cast<double>(level.mass[i] * (a.ticks[t][i] - d).squaredNorm());
+      motion2 += static_cast<double>(level.mass[i] * d.squaredNorm());
+    }
+  }
+  return std::sqrt(error2 / std::max(motion2, 1e-30));
+}
+
+struct Sum {
+  double error = 0, most = 0, small_error = 0, us = 0;
+  int count = 0;
+  void add(double e, double small, double tick_us) {
+    error += e;
+    most = std::max(most, e);
+    small_error += small;
+    us += tick_us;
+    ++count;
+  }
+};
+using Key = std::tuple<std::string, double, double, int, int>;  // level, stiffness, rate, substeps, iterations
+
+void compare(const Options& o, const std::string& level_name, const Level& level, const Motion& motion,
+             double stiffness, std::map<Key, Sum>& sums) {
+  const auto k = static_cast<float>(stiffness);
+  const Trajectory small = run(level, motion, {1 / kSmall_s, 1, kConverged}, k, o.duration_s);
+  for (const double rate_hz : o.rates_hz) {
+    for (const int substeps : o.substeps) {
+      const Trajectory truth = run(level, motion, {rate_hz, substeps, kConverged}, k, o.duration_s);
+      sums[{level_name, stiffness, rate_hz, substeps, kConverged}].add(0, relative_error(level, truth, small),
+                                                                       truth.step_us);
+      for (const int iterations : o.iterations) {
+        const Trajectory cut = run(level, motion, {rate_hz, substeps, iterations}, k, o.duration_s);
+        sums[{level_name, stiffness, rate_hz, substeps, iterations}].add(
+            relative_error(level, cut, truth), relative_error(level, cut, small), cut.step_us);
+      }
+    }
+  }
+}
+
+void print(const std::map<Key, Sum>& sums) {
+  std::printf("\n%-7s %9s %6s %9s %11s %22s %20s %9s\n", "level", "stiffness", "rate", "substeps", "iterations",
+              "from converged (worst)", "from small steps", "us/tick");
+  for (const auto& [key, sum] : sums) {
+    const auto& [level, stiffness, rate_hz, substeps, iterations] = key;
+    const bool is_default =
+        substeps == substep_count_for(1 / rate_hz) && iterations == kLevelIterations[level == "high"     ? 0
+                                                                                     : level == "medium" ? 1
+                                                                                                         : 2];
+    std::printf("%-7s %9g %6g %9d %11s %14.1f %% (%3.0f) %18.1f %% %9.0f%s\n", level.c_str(), stiffness, rate_hz,
+                substeps, iterations == kConverged ? "converged" : std::to_string(iterations).c_str(),
+                100 * sum.error / sum.count, 100 * sum.most, 100 * sum.small_error / sum.count, sum.us / sum.count,
+                is_default ? "  <- default" : "");
+  }
+}
+
+Json json_of(const std::map<Key, Sum>& sums) {
+  Json rows = Json::array();
+  for (const auto& [key, sum] : sums) {
+    const auto& [level, stiffness, rate_hz, substeps, iterations] = key;
+    rows.push_back({{"level", level},
+                    {"stiffness", stiffness},
+                    {"rate_hz", rate_hz},
+                    {"substeps", substeps},
+                    {"iterations", iterations},
+                    {"error", sum.error / sum.count},
+                    {"error_max", sum.most},
+                    {"error_from_small_steps", sum.small_error / sum.count},
+                    {"us_per_tick", sum.us / sum.count}});
+  }
+  return rows;
+}
+
+int fail(const std::string& reason) {
+  std::fprintf(stderr, "hairnet-fidelity-solver: %s\n", reason.c_str());
+  return 1;
+}
+
+int run(const Options& o) {
+  std::map<Key, Sum> sums;
+  for (const std::string& groom_name : o.grooms) {
+    const Result<Groom> groom = fidelity::load_groom(groom_name, 4000);
+    if (!groom) return fail(groom.error());
+    for (const std::string& level_name : o.levels) {
+      const auto index =
+          static_cast<std::size_t>(std::find(kLevelNames.begin(), kLevelNames.end(), level_name) - kLevelNames.begin());
+      if (index >= kLevelSpecs.size()) return fail(level_name + ": no such level");
+      const auto level = build_level(*groom, Material{}, kLevelSpecs[index]);
+      for (const std::string& motion_name : o.motions) {
+        const Result<Motion> motion = fidelity::load_motion(motion_name, groom->body);
+        if (!motion) return fail(motion.error());
+        for (const double stiffness : o.stiffness) {
+          std::fprintf(stderr, "%s %s %s stiffness %g\n", groom_name.c_str(), level_name.c_str(), motion_name.c_str(),
+                       stiffness);
+          compare(o, level_name, *level, *motion, stiffness, sums);
+        }
+      }
+    }
+  }
+  print(sums);
+  if (o.json.empty()) return 0;
+  const std::string text = json_of(sums).dump(1) + "\n";
+  const Result<void> written = write_file(o.json, std::as_bytes(std::span(text)));
+  return written ? 0 : fail(written.error());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Trajectory error of cut-off conjugate gradient beside its time.", "hairnet-fidelity-solver");
+  app.footer(
+      "Examples:\n  hairnet-fidelity-solver\n"
+      "  hairnet-fidelity-solver --groom made:bob --motion made:dance --level low --stiffness 0.2 1 5\n");
+  Options o;
+  app.add_option("--groom", o.grooms, "hairstyles of the corpus");
+  app.add_option("--motion", o.motions, "motions of the corpus");
+  app.add_option("--level", o.levels, "high, medium, low");
+  app.add_option("--rate", o.rates_hz, "ticks a second")->check(CLI::Range(1.0, 1000.0));
+  app.add_option("--substeps", o.substeps, "steps a tick")->check(CLI::Range(1, 100));
+  app.add_option("--iterations", o.iterations, "of conjugate gradient")->check(CLI::Range(1, 1000));
+  app.add_option("--stiffness", o.stiffness, "times the default material's")->check(CLI::Range(0.01, 100.0));
+  app.add_option("--duration", o.duration_s, "seconds of each motion")->check(CLI::Range(0.5, 60.0));
+  app.add_option("--json", o.json, "the rows as JSON");
+  CLI11_PARSE(app, argc, argv);
+  return run(o);
+}
