@@ -31,7 +31,7 @@ struct MotionOptions {
   double rate_hz = 60;
   std::uint32_t seed = 1;  // phase and small variations
 };
-std::span<const MadeName> motion_names();  // nod, shake, look_around, walk, run, jump, dance, teleport
+std::span<const MadeName> motion_names();  // nod, shake, walk, dance, lean, upside_down, …
 // Begins and ends upright at rest where the motion allows (run and walk travel).
 Result<Motion> make_motion(std::string_view name, const MotionOptions& options = {});
 

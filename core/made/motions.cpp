@@ -135,6 +135,28 @@ Gesture dance(const Temper& temper, std::uint32_t, double t) {
   return g;
 }
 
+// Into a posture within a second and a half, held, and back.
+double posture(double t) {
+  return smooth_step(0.4, 1.9, t) * (1 - smooth_step(4.6, 6.1, t));
+}
+
+Gesture lean(const Temper&, std::uint32_t, double t) {
+  return {.trunk_roll = 1.2 * posture(t)};
+}
+
+Gesture lie_down(const Temper&, std::uint32_t, double t) {
+  return {.lift_m = -0.6 * posture(t), .trunk_pitch = -0.5 * std::numbers::pi * posture(t)};
+}
+
+Gesture upside_down(const Temper&, std::uint32_t, double t) {
+  return {.lift_m = -0.3 * posture(t), .trunk_pitch = 2.9 * posture(t)};
+}
+
+Gesture shrug(const Temper& temper, std::uint32_t, double t) {
+  const double up = 0.35 * temper.size * (1 - wave(0.6 * temper.pace, t, 0.25)) / 2;
+  return {.head_yaw = 0.9 * wave(0.3 * temper.pace, t), .shoulders_up = up};
+}
+
 // Every 1.5 s somewhere else, facing another way.
 Gesture teleport(const Temper& temper, std::uint32_t seed, double t) {
   Gesture g = look_around(temper, seed, t);
@@ -154,7 +176,7 @@ struct Recipe {
   Gesture (*gesture)(const Temper&, std::uint32_t seed, double t);
 };
 
-constexpr std::array<Recipe, 9> kRecipes{{
+constexpr std::array<Recipe, 13> kRecipes{{
     {{"still", "upright, at rest"}, 2, still},
     {{"nod", "yes, about once a second"}, 5, nod},
     {{"shake", "no, with lively turns of the head"}, 5, shake},
@@ -163,6 +185,10 @@ constexpr std::array<Recipe, 9> kRecipes{{
     {{"run", "straight ahead, fast"}, 6, run},
     {{"jump", "again and again on the spot"}, 6, jump},
     {{"dance", "turns, tilts and bounces at 120 beats a minute"}, 8, dance},
+    {{"shrug", "shoulders up and down, the head turning over them"}, 7, shrug},
+    {{"lean", "far to the side, held, and back"}, 7, lean},
+    {{"lie_down", "on the back, held, and up again"}, 7, lie_down},
+    {{"upside_down", "head over, held, and back"}, 7, upside_down},
     {{"teleport", "glances, and every 1.5 s somewhere else"}, 7, teleport},
 }};
 

@@ -33,10 +33,11 @@ Pose pose_of(const Gesture& g, double ease, double travelled_m) {
       whole * about(joint(Bone::upper_trunk), turn(ease * g.trunk_yaw, ease * g.trunk_pitch, ease * g.trunk_roll));
   pose[Bone::neck] = pose[Bone::upper_trunk] * about(joint(Bone::neck), share(kNeckShare));
   pose[Bone::head] = pose[Bone::neck] * about(joint(Bone::head), share(1 - kNeckShare));
-  pose[Bone::left_shoulder] =
-      pose[Bone::upper_trunk] * about(joint(Bone::left_shoulder), turn(-ease * g.left_shoulder, 0, 0));
+  pose[Bone::left_shoulder] = pose[Bone::upper_trunk] * about(joint(Bone::left_shoulder),
+                                                              turn(-ease * g.left_shoulder, 0, ease * g.shoulders_up));
   pose[Bone::right_shoulder] =
-      pose[Bone::upper_trunk] * about(joint(Bone::right_shoulder), turn(ease * g.right_shoulder, 0, 0));
+      pose[Bone::upper_trunk] *
+      about(joint(Bone::right_shoulder), turn(ease * g.right_shoulder, 0, -ease * g.shoulders_up));
   return pose;
 }
 

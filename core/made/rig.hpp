@@ -13,6 +13,7 @@ struct Gesture {
   double trunk_yaw = 0, trunk_pitch = 0, trunk_roll = 0;
   double head_yaw = 0, head_pitch = 0, head_roll = 0;  // against the trunk; the neck takes its share
   double left_shoulder = 0, right_shoulder = 0;        // forward about +Y
+  double shoulders_up = 0;                             // both, about +Z
   double speed_m_per_s = 0;                            // straight ahead
   Vec3 place = Vec3::Zero();                           // where on the floor, not eased
   double facing = 0;                                   // yaw there, not eased
