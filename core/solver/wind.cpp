@@ -46,7 +46,7 @@ double sine(double turns) {
 
 Vec3 random_direction(Random& random) {
   while (true) {
-    const Vec3 v(random.symmetric(), random.symmetric(), random.symmetric());
+    const Vec3 v{random.symmetric(), random.symmetric(), random.symmetric()};  // braces: in this order everywhere
     const double square = v.squaredNorm();
     if (square > 0.01 && square < 1) return v / std::sqrt(square);
   }

@@ -184,6 +184,14 @@ TEST(Wind, the_same_seed_blows_the_same_and_another_does_not) {
   }
 }
 
+TEST(Wind, blows_the_same_bits_from_every_compiler) {
+  const WindField field(make_storm());
+  const Vec3 expected{0x1.1b6ae36d71667p+2, 0x1.c39d290c0b68cp-2, -0x1.565b24a6f4ab2p+1};
+  const Vec3 expected_later{0x1.621fb98d9731bp+1, 0x1.06b3598688b92p-1, -0x1.4912dac1ec755p+1};
+  EXPECT_EQ(field.velocity({0.25, 1.5, -3}, 100), expected);
+  EXPECT_EQ(field.velocity({-7.5, 0.125, 40}, 86400.5), expected_later);
+}
+
 TEST(Wind, blows_as_smoothly_after_a_month_and_far_from_the_origin) {
   const WindField field(make_storm());
   const double month_s = 30 * 86'400.0;
