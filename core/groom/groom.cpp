@@ -73,6 +73,7 @@ std::string validate_body(const Body& body, const GroomLimits& limits) {
 std::string validate(const Groom& groom, const GroomLimits& limits) {
   if (groom.strand_begin.empty()) return "strand offsets are missing";
   std::string fault = validate_strands(groom, limits);
+  if (fault.empty()) fault = validate(groom.materials, groom.group_names.size());
   return fault.empty() ? validate_body(groom.body, limits) : fault;
 }
 

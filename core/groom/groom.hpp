@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/groom/body.hpp"
+#include "core/groom/material.hpp"
 
 namespace hairnet {
 
@@ -24,6 +25,7 @@ struct Groom {
   std::vector<std::uint32_t> strand_begin{0};  // strand s has points [strand_begin[s], strand_begin[s + 1])
   std::vector<StrandProperties> strands;
   std::vector<std::string> group_names;  // at least one once there are strands
+  MaterialSet materials;
   Body body;
 
   [[nodiscard]] std::size_t strand_count() const { return strands.size(); }

@@ -71,7 +71,7 @@ void print_levels(const Groom& groom) {
       bar.show(fraction, stage);
       return true;
     };
-    (void)build_levels(groom, {}, observer, &reports);
+    (void)build_levels(groom, observer, &reports);
   }
   std::printf("\nlevel   lattice   active   springs           attachments       contacts   decimation   total\n");
   for (std::size_t i = 0; i < reports.size(); ++i) {

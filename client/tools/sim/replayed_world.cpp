@@ -60,7 +60,7 @@ Result<std::shared_ptr<const LevelSet>> ReplayedWorld::levels_of(const wire::Gro
       progress_(fraction, stage);
       return true;
     };
-    recorded.levels = build_levels(*recorded.groom, Material{}, observer);
+    recorded.levels = build_levels(*recorded.groom, observer);
     recorded.groom.reset();
   }
   return recorded.levels;

@@ -62,7 +62,7 @@ std::shared_ptr<const LevelSet> build_one(const SimulateOptions& o, const Groom&
   };
   const auto index = static_cast<std::size_t>(o.level);
   auto levels = std::make_shared<LevelSet>();
-  levels->levels[index] = *build_level(groom, Material{}, kLevelSpecs[index], observer);
+  levels->levels[index] = *build_level(groom, kLevelSpecs[index], observer);
   return levels;
 }
 

@@ -280,7 +280,7 @@ TEST_F(ServerPollTest, a_recording_steps_again_to_the_same_hash_every_tick) {
     if (const auto* groom = std::get_if<wire::RecordedGroom>(&*entry)) {
       const auto decoded = wire::decode_groom(groom->bytes);
       ASSERT_TRUE(decoded) << decoded.error();
-      simulation.put_levels(wire::hash_groom(groom->bytes), build_levels(*decoded, Material{}));
+      simulation.put_levels(wire::hash_groom(groom->bytes), build_levels(*decoded));
     } else {
       const auto& tick = std::get<wire::RecordedTick>(*entry);
       simulation.step(tick);
