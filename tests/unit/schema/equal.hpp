@@ -110,7 +110,7 @@ inline bool equal(const Goodbye& a, const Goodbye& b) {
 inline bool equal(const Groom& a, const Groom& b) {
   const auto all = [](const Groom& g) {
     return std::tie(g.name, g.group_names, g.points, g.strand_begin, g.body.mesh.vertices, g.body.mesh.triangles,
-                    g.body.bone_weights, g.body.joints, g.body.fitted_from_roots);
+                    g.body.bone_weights, g.body.joints, g.body.fitted_from_roots, g.materials);
   };
   return all(a) == all(b) && equal(a.strands, b.strands);
 }

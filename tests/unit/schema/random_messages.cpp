@@ -132,10 +132,25 @@ Message RandomMessages::message(std::size_t kind) {
   }
 }
 
+Material RandomMessages::material() {
+  Material m;
+  for (float* value : {&m.axial_stiffness_n, &m.attachment_stiffness_n_per_m, &m.damping_ratio, &m.ether_mass_ratio,
+                       &m.ether_stiffness_per_s2, &m.ether_damping_ratio, &m.root_length_m, &m.metaball_potential_j})
+    *value = static_cast<float>(real(0.01, 10));
+  m.linear_density_kg_per_m = static_cast<float>(real(1e-7, 1e-3));
+  m.air_drag_ns_per_m2 = static_cast<float>(real(0, 1));
+  m.thickness_m = static_cast<float>(real(0, 0.1));
+  return m;
+}
+
 Groom RandomMessages::groom(std::size_t strand_count) {
   Groom g;
   g.name = text();
   g.group_names = {text(), text()};
+  g.materials.base = material();
+  for (std::uint16_t group = 0; group < 2; ++group) {
+    if (coin()) g.materials.set(group, material());
+  }
   for (std::size_t s = 0; s < strand_count; ++s) {
     std::vector<Vec3f> strand(integer(0, 16));
     for (Vec3f& point : strand) point = vector(0.4f);

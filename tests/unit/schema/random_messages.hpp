@@ -19,6 +19,7 @@ class RandomMessages {
   LevelGeometry geometry();
   Frame frame();
   Pose pose();
+  Material material();
   Groom groom(std::size_t strand_count);
   RecordingHeader recording_header();
   RecordedTick recorded_tick();
