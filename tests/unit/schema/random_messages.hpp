@@ -20,6 +20,8 @@ class RandomMessages {
   Frame frame();
   Pose pose();
   Material material();
+  MaterialScale material_scale();
+  Wind wind();
   Groom groom(std::size_t strand_count);
   RecordingHeader recording_header();
   RecordedTick recorded_tick();
