@@ -7,47 +7,43 @@
 namespace hairnet {
 namespace {
 
-constexpr double kHangingPerS2 = 9.81 / 0.2;  // |g| / l
+struct Range {
+  const char* name;
+  float MaterialScale::*value;
+  float low, high;
+};
+constexpr std::array<Range, 6> kRanges{{{"stiffness", &MaterialScale::stiffness, 0.01f, 100},
+                                        {"damping", &MaterialScale::damping, 0, 100},
+                                        {"density", &MaterialScale::density, 0.1f, 10},
+                                        {"ether_damping", &MaterialScale::ether_damping, 0, 100},
+                                        {"air_drag", &MaterialScale::air_drag, 0, 100},
+                                        {"gel_per_s2", &MaterialScale::gel_per_s2, 0, 10'000}}};
 
-float factor(double built, double wanted) {
-  if (built == wanted) return 1;
-  // What was built without can only be as much of nothing as possible.
-  if (!(built > 0)) return kScaleMax;
-  return std::clamp(static_cast<float>(wanted / built), kScaleMin, kScaleMax);
+// Of nothing there is no multiple: what was built as nothing stays so.
+float ratio(double wanted, double built) {
+  return built > 0 ? static_cast<float>(wanted / built) : 1;
 }
 
-// q / zeta of springs, but for the strand's own: q = 2 zeta (2 / pi) L sqrt(rho / EA) EA / L.
+// q of springs but for what the strand itself gives: q = 2 zeta (2 / pi) L sqrt(rho / EA) k, k = EA / length of the
+// spring.
 double axial_damping(const Material& m) {
   return static_cast<double>(m.damping_ratio) *
          std::sqrt(static_cast<double>(m.linear_density_kg_per_m) * static_cast<double>(m.axial_stiffness_n));
 }
 
-// q_e = 2 zeta_e sqrt(k_e m), k_e = m (|g| / l + gel)
-double ether_damping(const Material& m, double gel_per_s2) {
-  return static_cast<double>(m.ether_damping_ratio) * static_cast<double>(m.linear_density_kg_per_m) *
-         std::sqrt(kHangingPerS2 + gel_per_s2);
+// q_e / m = 2 zeta_e sqrt(k_e / m) at 0.2 m below the root, with k_e / m = |g| / l + gel.
+double ether_damping_over_mass(const Material& m, double gel_per_s2) {
+  return 2 * static_cast<double>(m.ether_damping_ratio) * std::sqrt(9.81 / 0.2 + gel_per_s2);
 }
 
 }  // namespace
 
 std::string validate(const MaterialScale& scale) {
-  struct Range {
-    const char* name;
-    float value, least, most;
-  };
-  const std::array<Range, 6> ranges{{
-      {"stiffness factor", scale.stiffness, kScaleMin, kScaleMax},
-      {"damping factor", scale.damping, kScaleMin, kScaleMax},
-      {"density factor", scale.density, kScaleMin, kScaleMax},
-      {"ether damping factor", scale.ether_damping, kScaleMin, kScaleMax},
-      {"air drag factor", scale.air_drag, kScaleMin, kScaleMax},
-      {"gel (1/s^2)", scale.gel_per_s2, 0, kGelMax_per_s2},
-  }};
-  for (const Range& range : ranges) {
-    if (!(range.value >= range.least && range.value <= range.most)) {
-      return std::string(range.name) + " is " + std::to_string(range.value) + ", not in [" +
-             std::to_string(range.least) + ", " + std::to_string(range.most) + ']';
-    }
+  for (const Range& range : kRanges) {
+    const float value = scale.*range.value;
+    if (value >= range.low && value <= range.high) continue;
+    return std::string("material scale ") + range.name + " is " + std::to_string(value) + ", must be from " +
+           std::to_string(range.low) + " to " + std::to_string(range.high);
   }
   return {};
 }
@@ -56,12 +52,13 @@ MaterialScale scale_between(const Material& built, const Material& wanted) {
   const auto gel_built = static_cast<double>(built.ether_stiffness_per_s2);
   const double gel = std::max(static_cast<double>(wanted.ether_stiffness_per_s2), gel_built);
   MaterialScale scale;
-  scale.stiffness = factor(built.axial_stiffness_n, wanted.axial_stiffness_n);
-  scale.damping = factor(axial_damping(built), axial_damping(wanted));
-  scale.density = factor(built.linear_density_kg_per_m, wanted.linear_density_kg_per_m);
-  scale.ether_damping = factor(ether_damping(built, gel_built), ether_damping(wanted, gel));
-  scale.air_drag = factor(built.air_drag_ns_per_m2, wanted.air_drag_ns_per_m2);
-  scale.gel_per_s2 = std::min(static_cast<float>(gel - gel_built), kGelMax_per_s2);
+  scale.stiffness = ratio(wanted.axial_stiffness_n, built.axial_stiffness_n);
+  scale.damping = ratio(axial_damping(wanted), axial_damping(built));
+  scale.density = ratio(wanted.linear_density_kg_per_m, built.linear_density_kg_per_m);
+  scale.ether_damping = ratio(ether_damping_over_mass(wanted, gel), ether_damping_over_mass(built, gel_built));
+  scale.air_drag = ratio(wanted.air_drag_ns_per_m2, built.air_drag_ns_per_m2);
+  scale.gel_per_s2 = static_cast<float>(gel - gel_built);
+  for (const Range& range : kRanges) scale.*range.value = std::clamp(scale.*range.value, range.low, range.high);
   return scale;
 }
 

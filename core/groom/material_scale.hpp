@@ -6,28 +6,26 @@
 
 namespace hairnet {
 
-// A change of material of one character while it lives: factors on what was built, so that levels stay shared. The
-// default changes nothing.
+// What one character changes while it runs in the material that its levels were built with: factors, and added gel. The
+// design stays the equilibrium and the state stays as it is, so nothing jumps. A character's own scale goes into every
+// step; changing lambda_0 is up to who draws, changing the thickness takes another build.
 struct MaterialScale {
-  float stiffness = 1;      // k of springs and attachments
-  float damping = 1;        // q of springs and attachments
-  float density = 1;        // mass, and with it the ether's stiffness, which stands in for hanging
-  float ether_damping = 1;  // q of the ether
-  float air_drag = 1;       // Q of eq. 6
-  float gel_per_s2 = 0;     // ether stiffness over mass, added
+  float stiffness = 1;      // of springs and attachments, k
+  float damping = 1;        // of springs and attachments, q
+  float density = 1;        // of all mass, and of the ether that stands in for the tension of hanging mass
+  float ether_damping = 1;  // of q_e, beside the density's
+  float air_drag = 1;       // of Q
+  float gel_per_s2 = 0;     // ether stiffness over mass, added to what was built
+
   friend bool operator==(const MaterialScale&, const MaterialScale&) = default;
 };
 
-// What a factor may be, and the gel. Solving in 8 to 16 iterations stands a stiffness about fifty times the default's.
-inline constexpr float kScaleMin = 0.02f, kScaleMax = 50;
-inline constexpr float kGelMax_per_s2 = 1e4f;
-
-// Empty when every value is finite and in its range; else one line that names the value and the range.
+// Empty when every value is finite and in its stated range; else one line that names the value and the range.
 std::string validate(const MaterialScale& scale);
 
-// What turns hair built of one material into about the other: exact for springs, mass and drag; the attachments go with
-// the springs' stiffness; the ether's damping is that of hair 0.2 m below its root. Root length and thickness are built
-// in, and so is gel: hair built with more of it than wanted keeps it. Values are kept within their ranges.
+// What turns hair built of one material into the other: exact for springs, mass and drag; attachments go with the
+// springs' stiffness; the ether's damping is right 0.2 m below the root and near it elsewhere. Hair that was built with
+// more gel than wanted keeps it. Every value within its range.
 MaterialScale scale_between(const Material& built, const Material& wanted);
 
 }  // namespace hairnet

@@ -4,6 +4,7 @@
 
 #include "core/solver/head_motion.hpp"
 #include "core/solver/metaball.hpp"
+#include "core/solver/node_terms.hpp"
 
 namespace hairnet {
 namespace {
@@ -47,7 +48,7 @@ void add_contacts(const Level& level, const StepInput& input, const LatticeState
       if (!(distance < rho) || distance <= 0) continue;
       const Vec3f outward = r / distance;
       const Vec3f to_home = level.rest[i] - with_bone;
-      const float U = ball.potential[i] * (1 - released_share(release, outward, to_home));
+      const float U = contact_potential(ball, input.material, i) * (1 - released_share(release, outward, to_home));
       const float k = metaball_radial_stiffness(U, rho, r);
       const Vec3f otherwise = level.rest[i] + carried[i] - with_bone;
       load[i] += metaball_force(U, rho, r) - k * outward.dot(otherwise) * outward;

@@ -51,7 +51,7 @@ TEST(Step, agrees_with_the_double_reference_from_the_same_state) {
     StepInput input;
     input.from = moved(0.1 * seed, {0.5, 1.5, -2.0 * seed});
     input.to = moved(0.1 * seed + 0.08, {0.52, 1.49, -2.0 * seed + 0.03}, 0.2);
-    input.environment.wind = {1, 0.2, -0.5};
+    input.environment.wind = WindField({.mean_m_per_s = {1, 0.2, -0.5}});
     input.contact_release = 0.2 * (seed % 4);
     WorldLattice reference = to_world(level, input.from.head(), state);
     reference_step(level, input, reference, 1e-12);
@@ -236,9 +236,9 @@ TEST(Step, steady_wind_ends_where_drag_and_ether_balance) {
   reset_to_rest(level, state);
   StepScratch scratch;
   StepInput input;
-  input.environment.wind = {4, 0, 1};
+  input.environment.wind = WindField({.mean_m_per_s = {4, 0, 1}});
   for (int tick = 0; tick < 3000; ++tick) ASSERT_TRUE(step(level, input, {}, scratch, state));
-  const Vec3f wind = input.environment.wind.cast<float>();
+  const Vec3f wind(4, 0, 1);
   for (std::size_t i = 0; i < level.rest.size(); ++i) {
     const auto& q = level.drag[i];
     const Vec3f drag(q[0] * wind.x() + q[2] * wind.z(), q[1] * wind.x() + q[4] * wind.z(),

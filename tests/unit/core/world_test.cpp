@@ -5,10 +5,18 @@
 #include <numeric>
 #include <random>
 
+#include "core/build/level_map.hpp"
 #include "tests/support/levels.hpp"
 
 namespace hairnet {
 namespace {
+
+// Levels alike but for their lattices; their nodes stand for the hair where maps are fitted.
+std::shared_ptr<const LevelSet> connected(const std::shared_ptr<LevelSet>& levels) {
+  const std::vector<Vec3f>& points = levels->levels[0].rest;
+  connect_levels(*levels, points, std::vector<float>(points.size(), 1.0f));
+  return levels;
+}
 
 std::shared_ptr<const LevelSet> make_levels() {
   auto levels = std::make_shared<LevelSet>();
@@ -16,7 +24,7 @@ std::shared_ptr<const LevelSet> make_levels() {
   levels->levels[1] = support::make_random_level({.nodes_per_axis = 5});
   levels->levels[2] = support::make_random_level({.nodes_per_axis = 4});
   levels->levels[3] = support::make_random_level({.nodes_per_axis = 4, .spring_count = 0, .attachment_count = 0});
-  return levels;
+  return connected(levels);
 }
 
 Pose shaken(std::uint32_t character, int tick) {
@@ -128,7 +136,7 @@ TEST(World, switching_levels_at_steady_translation_stays_rigid) {
     levels->levels[i] = support::make_random_level({.nodes_per_axis = 6 - static_cast<int>(i), .drag = false});
   }
   World world({});
-  const CharacterId id = world.add({levels, LevelIndex::rigid, {}});
+  const CharacterId id = world.add({connected(levels), LevelIndex::rigid, {}});
   Pose pose;
   for (int tick = 0; tick < 60; ++tick) {
     pose.bones.fill({Quat::Identity(), Vec3(0, 0, 0.05 * tick)});
@@ -141,7 +149,7 @@ TEST(World, switching_levels_at_steady_translation_stays_rigid) {
   }
 }
 
-TEST(World, switching_levels_keeps_an_affine_deformation) {
+TEST(World, switching_levels_keeps_a_lean) {
   const auto levels = make_levels();
   World world({});
   const CharacterId id = world.add({levels, LevelIndex::high, {}});
@@ -150,10 +158,14 @@ TEST(World, switching_levels_keeps_an_affine_deformation) {
   World leaning(tilted);
   const CharacterId leaner = leaning.add({levels, LevelIndex::ether, {}});
   for (int tick = 0; tick < 400; ++tick) leaning.step();
-  const Vec3f before = leaning.lattice(leaner).displacement[20];  // ether alone: everywhere the same lean
+  const auto mean = [&] {
+    const std::span<const Vec3f> d = leaning.lattice(leaner).displacement;
+    return Vec3f(std::accumulate(d.begin(), d.end(), Vec3f(Vec3f::Zero())) / static_cast<float>(d.size()));
+  };
+  const Vec3f before = mean();  // ether alone: about the same lean everywhere
   ASSERT_GT(before.norm(), 0.05f);
   ASSERT_TRUE(leaning.set_level(leaner, LevelIndex::medium));
-  for (const Vec3f& d : leaning.lattice(leaner).displacement) EXPECT_LT((d - before).norm(), 0.02f);
+  EXPECT_LT((mean() - before).norm(), 0.05f * before.norm());
   EXPECT_FALSE(world.set_level(CharacterId{77, 1}, LevelIndex::low));
   EXPECT_TRUE(world.set_level(id, LevelIndex::rigid));
   EXPECT_TRUE(world.lattice(id).displacement.empty());
@@ -167,7 +179,7 @@ TEST(World, a_non_finite_lattice_returns_to_rest_and_is_counted) {
   const CharacterId id = world.add({levels, LevelIndex::low, {}});
   world.set_pose(id, rigid_pose({Quat::Identity(), {0, 0, 0.1}}));
   EXPECT_EQ(world.step().lattices_reset, 1u);
-  EXPECT_TRUE(is_sound(world.state(id)));
+  for (const Vec3f& d : world.state(id).displacement) EXPECT_TRUE(d.isZero(0));
 }
 
 TEST(World, substeps_come_closer_to_small_steps) {
@@ -176,7 +188,7 @@ TEST(World, substeps_come_closer_to_small_steps) {
     WorldDef def;
     def.tick_s = tick_s;
     def.substep_count = substeps;
-    def.solver.iterations = 100;
+    def.iterations = 100;
     World world(def);
     const CharacterId id = world.add({levels, LevelIndex::low, {}});
     for (int tick = 1; tick <= ticks; ++tick) {
