@@ -70,6 +70,20 @@ std::string validate_body(const Body& body, const GroomLimits& limits) {
 
 }  // namespace
 
+void set_material(const Material& material, Groom& groom) {
+  groom.materials = {material, {}};
+  for (StrandProperties& strand : groom.strands) {
+    if (strand.rooted) strand.root_length_m = material.root_length_m;
+  }
+}
+
+void set_group_material(std::uint16_t group, const Material& material, Groom& groom) {
+  groom.materials.set(group, material);
+  for (StrandProperties& strand : groom.strands) {
+    if (strand.rooted && strand.group == group) strand.root_length_m = material.root_length_m;
+  }
+}
+
 std::string validate(const Groom& groom, const GroomLimits& limits) {
   if (groom.strand_begin.empty()) return "strand offsets are missing";
   std::string fault = validate_strands(groom, limits);

@@ -39,6 +39,10 @@ struct Groom {
   }
 };
 
+// All hair is of this material from now on, or all of one group; lambda_0 of rooted strands is set by it.
+void set_material(const Material& material, Groom& groom);
+void set_group_material(std::uint16_t group, const Material& material, Groom& groom);
+
 struct GroomLimits {
   std::size_t strand_count_max = 200'000;
   std::size_t point_count_max = 8'000'000;
