@@ -89,6 +89,11 @@ void carry_over(const LevelMap& map, const Level& old_level, LatticeState old_st
   add_rest_velocity(old_level, motion, -1, old_state);
   map.apply(old_state.displacement, state.displacement);
   map.apply(old_state.velocity, state.velocity);
+  float farthest_m = 0;
+  for (const Vec3f& d : state.displacement) farthest_m = std::max(farthest_m, d.norm());
+  if (farthest_m > level.displacement_max_m) {
+    for (Vec3f& d : state.displacement) d *= level.displacement_max_m / farthest_m;
+  }
   double kinetic_j = 0;
   for (std::size_t i = 0; i < level.rest.size(); ++i) {
     kinetic_j += 0.5 * static_cast<double>(material.density * level.mass[i] * state.velocity[i].squaredNorm());
@@ -150,7 +155,8 @@ struct World::Impl {
       c.still_pose = c.to;
     }
     if (c.is_asleep()) return Outcome::asleep;
-    const double release = c.contact_release.update(c.to, def.tick_s);
+    const double calm = c.contact_release.update(c.to, def.tick_s);
+    const double release = def.environment.wind.is_still() ? calm : 0;
     Outcome outcome = Outcome::idle;
     if (c.easing_s >= 0) {
       ease_to_rigid(c);

@@ -118,14 +118,11 @@ void store_level(const StrandMechanics& mechanics, const Material& material, con
   level.metaballs = fit_metaballs(body, level.rest, nodes.mass, material);
 }
 
-// Hair that has turned to the other side of the head joint and stretched by a half has come this many times its reach.
-constexpr float kReachFactor = 2.5f;
-
-float reach_m(const Groom& groom) {
-  const Vec3f joint = groom.body.joints[static_cast<std::size_t>(Bone::head)];
-  float farthest = 0;
-  for (const Vec3f& point : groom.points) farthest = std::max(farthest, (point - joint).norm());
-  return farthest;
+// Hair on a head upside down hangs twice its own length from its design, and stretches a little.
+float displacement_max_m(const Lattice& lattice) {
+  const Vec3f cells(static_cast<float>(lattice.dims[0] - 1), static_cast<float>(lattice.dims[1] - 1),
+                    static_cast<float>(lattice.dims[2] - 1));
+  return 2 * lattice.spacing.cwiseProduct(cells).norm();
 }
 
 std::size_t contact_count(const Level& level) {
@@ -155,7 +152,7 @@ bool make_level(const Groom& groom, const LevelSpec& spec, const BodyShape& body
 
   if (!progress.at(0.9, "fitting metaballs")) return false;
   level.geometry = trim(grid.lattice(), mechanics.shares.touched);
-  level.displacement_max_m = kReachFactor * reach_m(groom);
+  level.displacement_max_m = displacement_max_m(grid.lattice());
   store_level(mechanics, groom.materials.base, body, level);
 
   report.springs_after = level.springs.count();

@@ -48,7 +48,7 @@ struct Metaball {
 // One mechanical model of a groom, immutable and shared by all its characters. Per-node arrays are in active order.
 struct Level {
   LevelGeometry geometry;
-  float displacement_max_m = 10;       // where the solver stops a node: 2.5 times the reach of hair from the head joint
+  float displacement_max_m = 10;       // no node goes further from its design
   std::vector<Vec3f> rest;             // p^0, head space, m
   std::vector<float> mass;             // kg, hair and ether
   std::vector<float> ether_stiffness;  // N/m

@@ -84,9 +84,7 @@ void add_contacts(const Level& level, const StepInput& input, const WorldLattice
       const Vec3 with_bone = carry.point(lattice.P[i]);
       const Vec3 r = with_bone - centre;
       if (!(rho > 0) || !(r.norm() < rho) || !(r.norm() > 0)) continue;
-      const Vec3 to_home = input.to.head().point(level.rest[i].cast<double>()) - with_bone;
-      const double U = double{contact_potential(ball, input.material, i)} *
-                       (1 - released_share(input.contact_release, Vec3(r.normalized()), to_home));
+      const double U = (1 - input.contact_release) * double{contact_potential(ball, input.material, i)};
       const Mat3 K = -metaball_radial_stiffness(U, rho, r) * r.normalized() * r.normalized().transpose();
       system.f[i] += metaball_force(U, rho, r) + K * (lattice.P[i] - with_bone);
       system.df_dp[i] += K;

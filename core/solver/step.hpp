@@ -36,8 +36,9 @@ struct StepInput {
 };
 
 // Balls around neck and shoulders can catch hair that swung to their wrong side, where the ether alone cannot free it.
-// Once head, neck, shoulders and trunk have been about as at rest to each other for a second, contacts that hold hair
-// away from its home are let go within another half second; any motion of the bones restores them at once.
+// Once the head has been upright, and neck, shoulders and trunk about as at rest to it, for a second, contacts fade
+// within another half second: upright nothing presses hair into the body, and what is left of the forces leads home.
+// Any motion of the bones, or a tilt, restores contact at once.
 class ContactRelease {
  public:
   // The share to let go, 0 to 1, when `pose` has lasted `elapsed_s` more.

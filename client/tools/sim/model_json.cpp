@@ -82,20 +82,20 @@ Json notes_json() {
       "a metaball's force and radial stiffness are taken at B1 B0^-1 p (where the node would end if it moved with the "
       "ball's bone over the step), not at the step's start p; the stiffness acts on p + h p'_1 - B1 B0^-1 p: "
       "f = f_ball(r) - k_r r^ r^.(p + h p'_1 - B1 B0^-1 p), r = B1 B0^-1 p - B1 c",
-      "a calm body lets go of contacts that hold hair from its home: once every bone has been within 0.17 rad and 0.02 "
-      "m "
-      "of the head's transform for 1 s (counted by ticks, reset by any pose that is not), a share s of U rising "
+      "contact fades while the body is calm: once every bone has been within 0.17 rad and 0.02 m of the head's "
+      "transform "
+      "for 1 s (counted by ticks, reset by any pose that is not), and without wind, U is U (1 - s v), s rising "
       "linearly "
-      "from 0 to 1 in a further 0.5 s is taken off: U (1 - s t^2 (3 - 2 t)), t = clamp(-r^.e / 0.1, 0, 1), e the "
-      "direction "
-      "from B1 B0^-1 p to the node's rest position",
+      "from 0 to 1 in a further 0.5 s, v = t^2 (3 - 2 t), t = clamp((0.087 - tilt) / 0.07, 0, 1), tilt the angle "
+      "between "
+      "the head's up and +Y in rad",
       "spring forces are linearised about the step's start with the positive semi-definite part only (k e e^T, q e "
       "e^T)",
       "every q, of springs, attachments and ether, is what the solver uses at this rate and substeps: the material's "
       "less what backward Euler adds by itself, max(q - h k, -h k / 3), h the length of a substep; it may be negative",
       "the lattice as a whole is drawn towards the design, in displacement and velocity against the head's, where a "
       "node "
-      "would be farther from it than 2.5 times the greatest distance of hair from the head joint",
+      "would be farther from it than twice the diagonal of the box of its lattice",
       "gravity acts on every node's whole mass, ether's included, as g - R g0, g0 = (0, -9.81, 0)",
       "drag tensors Q are in head axes and turn with the head: f = -R Q R^T (p' - wind)",
       "a radius of 0 means that the ball is off for that node",

@@ -42,7 +42,8 @@ class ConvergedStepper : public Stepper {
 
   StepReport step(const Pose& to, bool teleport) override {
     StepReport report;
-    const double contact_release = contact_release_.update(to, def_.tick_s);
+    const double calm = contact_release_.update(to, def_.tick_s);
+    const double contact_release = def_.environment.wind.is_still() ? calm : 0;
     if (teleport || is_teleport(from_, to, def_.tick_s)) {
       move_rigidly(to.head() * from_.head().inverse());
       report.teleports = 1;
