@@ -43,7 +43,8 @@ std::span<const std::string_view> material_names();
 Result<Material> make_material(std::string_view name);     // refuses a name that is not there, listing those that are
 std::string_view material_name(const Material& material);  // "custom" when it has none
 
-// A groom's materials: one for all of it, and others for some of its groups.
+// A groom's materials: one for all of it, and others for some of its groups. Thickness and metaball potential are the
+// base's alone: nodes are shared by groups.
 struct GroupMaterial {
   std::uint16_t group = 0;  // index into Groom::group_names
   Material material;
