@@ -295,6 +295,14 @@ void Link::set_level(std::uint32_t character, LevelIndex level) {
   impl_->post_message(wire::SetLevel{character, level});
 }
 
+void Link::set_material(std::uint32_t character, const MaterialScale& scale) {
+  impl_->post_message(wire::SetMaterial{character, scale});
+}
+
+void Link::set_wind(const Wind& wind) {
+  impl_->post_message(wire::SetWind{wind});
+}
+
 void Link::remove_character(std::uint32_t character) {
   impl_->post_message(wire::RemoveCharacter{character});
 }

@@ -52,6 +52,9 @@ class Link {
   wire::GroomHash upload(const Groom& groom);
   void add_character(std::uint32_t character, const wire::GroomHash& groom, LevelIndex level);
   void set_level(std::uint32_t character, LevelIndex level);
+  // Refused with an Error when out of range.
+  void set_material(std::uint32_t character, const MaterialScale& scale);
+  void set_wind(const Wind& wind);  // of the whole room; whoever set it last wins
   void remove_character(std::uint32_t character);
   // Poses captured at `capture_time_ns` of now_ns(); sent as one batch.
   void push_poses(std::vector<wire::PoseSample> poses);

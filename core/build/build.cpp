@@ -38,30 +38,35 @@ struct StrandMechanics {
   std::size_t degenerate_strands = 0;
 };
 
-void add_strand(const Groom& groom, const Material& material, const Grid& grid, std::size_t strand,
-                StrandMechanics& mechanics) {
+void add_strand(const Groom& groom, const Grid& grid, std::size_t strand, StrandMechanics& mechanics) {
   const StrandProperties& properties = groom.strands[strand];
+  const Material& material = groom.materials.of(properties.group);
   std::vector<Vec3> polyline, cuts;
   polyline_on_grid(grid, groom.strand_points(strand), polyline);
   add_strand_shares(grid, polyline, properties, material, mechanics.shares);
-  if (arc_length(grid, polyline) < kLengthMin) {
+  const double length = arc_length(grid, polyline);
+  if (length < kLengthMin) {
     ++mechanics.degenerate_strands;
     return;
   }
+  const double hair_count = properties.hair_count, damping_time_s = axial_damping_time_s(material, length);
+  const double axial_n = hair_count * static_cast<double>(material.axial_stiffness_n);
   cut_points(grid, polyline, cuts);
   for (std::size_t i = 1; i < cuts.size(); ++i) {
-    add_spring(grid, cuts[i - 1], cuts[i], properties, material, mechanics.springs);
+    add_spring(grid, cuts[i - 1], cuts[i], axial_n, damping_time_s, properties.group, mechanics.springs);
   }
-  if (properties.rooted) add_attachment(grid, polyline.front(), properties, material, mechanics.attachments);
+  if (properties.rooted) {
+    const double attachment_n_per_m = hair_count * static_cast<double>(material.attachment_stiffness_n_per_m);
+    add_attachment(grid, polyline.front(), attachment_n_per_m, damping_time_s, properties.group, mechanics.attachments);
+  }
 }
 
 // False when cancelled.
-bool add_strands(const Groom& groom, const Material& material, const Grid& grid, const Progress& progress,
-                 StrandMechanics& mechanics) {
+bool add_strands(const Groom& groom, const Grid& grid, const Progress& progress, StrandMechanics& mechanics) {
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {
     const double fraction = static_cast<double>(s) / static_cast<double>(groom.strand_count());
     if (s % 1024 == 0 && !progress.at(0.3 * fraction, "cutting strands")) return false;
-    add_strand(groom, material, grid, s, mechanics);
+    add_strand(groom, grid, s, mechanics);
   }
   return true;
 }
@@ -104,7 +109,7 @@ void store_level(const StrandMechanics& mechanics, const Material& material, con
     std::array<float, 6>& drag = level.drag.emplace_back();
     for (int c = 0; c < 6; ++c) drag[c] = static_cast<float>(mechanics.shares.drag[active_nodes[a]][c]);
   }
-  const NodeMechanics nodes = fill_ether(level.geometry, mechanics.shares, material);
+  const NodeMechanics nodes = fill_ether(level.geometry, mechanics.shares);
   level.mass.assign(nodes.mass.begin(), nodes.mass.end());
   level.ether_stiffness.assign(nodes.ether_stiffness.begin(), nodes.ether_stiffness.end());
   level.ether_damping.assign(nodes.ether_damping.begin(), nodes.ether_damping.end());
@@ -129,14 +134,14 @@ std::size_t contact_count(const Level& level) {
 }
 
 // False when cancelled.
-bool make_level(const Groom& groom, const Material& material, const LevelSpec& spec, const BodyShape& body,
-                const Progress& progress, Level& level, LevelReport& report) {
+bool make_level(const Groom& groom, const LevelSpec& spec, const BodyShape& body, const Progress& progress,
+                Level& level, LevelReport& report) {
   const double start_s = progress.clock_s();
   const Grid grid(fit_lattice(groom.points, spec.dims));
   assert(grid.node_count() <= std::numeric_limits<std::uint16_t>::max());
 
   StrandMechanics mechanics{{}, {}, NodeShares(grid.node_count())};
-  if (!add_strands(groom, material, grid, progress, mechanics)) return false;
+  if (!add_strands(groom, grid, progress, mechanics)) return false;
   report.springs_before = mechanics.springs.count();
   report.attachments_before = mechanics.attachments.count();
   report.degenerate_strands = mechanics.degenerate_strands;
@@ -148,7 +153,7 @@ bool make_level(const Groom& groom, const Material& material, const LevelSpec& s
   if (!progress.at(0.9, "fitting metaballs")) return false;
   level.geometry = trim(grid.lattice(), mechanics.shares.touched);
   level.displacement_max_m = displacement_max_m(grid.lattice());
-  store_level(mechanics, material, body, level);
+  store_level(mechanics, groom.materials.base, body, level);
 
   report.springs_after = level.springs.count();
   report.attachments_after = level.attachments.count();
@@ -175,8 +180,8 @@ void connect(const Groom& groom, LevelSet& set) {
 
 }  // namespace
 
-std::shared_ptr<const Level> build_level(const Groom& groom, const Material& material, const LevelSpec& spec,
-                                         const BuildObserver& observer, LevelReport* report) {
+std::shared_ptr<const Level> build_level(const Groom& groom, const LevelSpec& spec, const BuildObserver& observer,
+                                         LevelReport* report) {
   const Progress progress{observer};
   if (!progress.at(0, "placing metaballs")) return nullptr;
   const BodyShape body = place_balls(groom);
@@ -184,12 +189,12 @@ std::shared_ptr<const Level> build_level(const Groom& groom, const Material& mat
   LevelReport own_report;
   LevelReport& counts = report ? *report : own_report;
   counts = {};
-  if (!make_level(groom, material, spec, body, progress, *level, counts)) return nullptr;
+  if (!make_level(groom, spec, body, progress, *level, counts)) return nullptr;
   return level;
 }
 
-std::shared_ptr<const LevelSet> build_levels(const Groom& groom, const Material& material,
-                                             const BuildObserver& observer, std::array<LevelReport, 4>* reports) {
+std::shared_ptr<const LevelSet> build_levels(const Groom& groom, const BuildObserver& observer,
+                                             std::array<LevelReport, 4>* reports) {
   if (!Progress{observer}.at(0, "placing metaballs")) return nullptr;
   const BodyShape body = place_balls(groom);
   auto set = std::make_shared<LevelSet>();
@@ -199,7 +204,7 @@ std::shared_ptr<const LevelSet> build_levels(const Groom& groom, const Material&
     const Progress progress{observer, static_cast<double>(i) * part, static_cast<double>(i + 1) * part};
     LevelReport& report = (reports ? *reports : own_reports)[i];
     report = {};
-    if (!make_level(groom, material, kLevelSpecs[i], body, progress, set->levels[i], report)) return nullptr;
+    if (!make_level(groom, kLevelSpecs[i], body, progress, set->levels[i], report)) return nullptr;
   }
   connect(groom, *set);
   return set;

@@ -25,11 +25,10 @@ struct BuildObserver {
 };
 
 // `groom` must be sound (validate). Needs at least one strand point. Returns null only when cancelled.
-std::shared_ptr<const Level> build_level(const Groom& groom, const Material& material, const LevelSpec& spec,
-                                         const BuildObserver& observer = {}, LevelReport* report = nullptr);
+std::shared_ptr<const Level> build_level(const Groom& groom, const LevelSpec& spec, const BuildObserver& observer = {},
+                                         LevelReport* report = nullptr);
 
-std::shared_ptr<const LevelSet> build_levels(const Groom& groom, const Material& material,
-                                             const BuildObserver& observer = {},
+std::shared_ptr<const LevelSet> build_levels(const Groom& groom, const BuildObserver& observer = {},
                                              std::array<LevelReport, 4>* reports = nullptr);
 
 }  // namespace hairnet

@@ -15,11 +15,19 @@ namespace hairnet {
 // own, and it does not depend on how finely the polyline was drawn: curls keep their arc length.
 struct NodeShares {
   explicit NodeShares(std::size_t node_count)
-      : mass(node_count), drag(node_count), hang_moment(node_count), touched(node_count) {}
+      : mass(node_count),
+        drag(node_count),
+        hang_moment(node_count),
+        gel_moment(node_count),
+        ether_damping_moment(node_count),
+        touched(node_count) {}
   std::vector<double> mass;                 // kg, hair alone
   std::vector<std::array<double, 6>> drag;  // eq. 6: xx xy xz yy yz zz, N s/m
-  std::vector<double> hang_moment;          // kg m: mass times hanging length
-  std::vector<bool> touched;                // some piece of hair has a weight on the node
+  // Mass times hanging length (kg m), times the material's ether stiffness (kg/s^2), and times its ether damping ratio
+  // (kg).
+  std::vector<double> hang_moment, gel_moment, ether_damping_moment;
+  double ether_mass = 0;      // kg, of the whole groom: shared by volume, not by where the hair is
+  std::vector<bool> touched;  // some piece of hair has a weight on the node
 };
 
 // The node hangs on the roots of the hair around it, this far below them (see ether.hpp); hair beside or above its root

@@ -36,24 +36,21 @@ void close_stiffener(double stiffness, double damping_time_s, std::uint16_t grou
 
 }  // namespace
 
-void add_spring(const Grid& grid, const Vec3& from, const Vec3& to, const StrandProperties& strand,
-                const Material& material, StiffenerList& springs) {
+void add_spring(const Grid& grid, const Vec3& from, const Vec3& to, double axial_stiffness_n, double damping_time_s,
+                std::uint16_t group, StiffenerList& springs) {
   const double chord = grid.length(to - from);
-  const double axial_n = static_cast<double>(strand.hair_count) * static_cast<double>(material.axial_stiffness_n);
-  if (chord < kLengthMin || !(axial_n > 0)) return;
+  if (chord < kLengthMin || !(axial_stiffness_n > 0)) return;
   append_difference(grid.weights(to), grid.weights(from), springs.entries);
-  close_stiffener(axial_n / std::max(chord, piece_length_min(grid)), material.spring_damping_time_s, strand.group,
-                  {from, to}, springs);
+  close_stiffener(axial_stiffness_n / std::max(chord, piece_length_min(grid)), damping_time_s, group, {from, to},
+                  springs);
 }
 
-void add_attachment(const Grid& grid, const Vec3& point, const StrandProperties& strand, const Material& material,
-                    StiffenerList& attachments) {
-  const double stiffness =
-      static_cast<double>(strand.hair_count) * static_cast<double>(material.attachment_stiffness_n_per_m);
-  if (!(stiffness > 0)) return;
+void add_attachment(const Grid& grid, const Vec3& point, double stiffness_n_per_m, double damping_time_s,
+                    std::uint16_t group, StiffenerList& attachments) {
+  if (!(stiffness_n_per_m > 0)) return;
   const TrilinearWeights weights = grid.weights(point);
   attachments.entries.insert(attachments.entries.end(), weights.begin(), weights.end());
-  close_stiffener(stiffness, material.attachment_damping_time_s, strand.group, {point, point}, attachments);
+  close_stiffener(stiffness_n_per_m, damping_time_s, group, {point, point}, attachments);
 }
 
 }  // namespace hairnet

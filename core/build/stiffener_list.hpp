@@ -5,8 +5,6 @@
 #include <vector>
 
 #include "core/build/grid.hpp"
-#include "core/groom/groom.hpp"
-#include "core/groom/material.hpp"
 
 namespace hairnet {
 
@@ -26,13 +24,13 @@ struct StiffenerList {
   }
 };
 
-// Eq. 3: weights of `to` minus those of `from`. k = stiffness of the strand over the chord, which counts as a tenth of
-// a cell at least. No spring without a chord or a stiffness.
-void add_spring(const Grid& grid, const Vec3& from, const Vec3& to, const StrandProperties& strand,
-                const Material& material, StiffenerList& springs);
+// Eq. 3: weights of `to` minus those of `from`. k = `axial_stiffness_n` over the chord, which counts as a tenth of a
+// cell at least; q = k times `damping_time_s`. No spring without a chord or a stiffness.
+void add_spring(const Grid& grid, const Vec3& from, const Vec3& to, double axial_stiffness_n, double damping_time_s,
+                std::uint16_t group, StiffenerList& springs);
 
-// Eq. 4: one point of the lattice, bound to the skull where it lies.
-void add_attachment(const Grid& grid, const Vec3& point, const StrandProperties& strand, const Material& material,
-                    StiffenerList& attachments);
+// Eq. 4: one point of the lattice, bound to the skull where it lies. None without a stiffness.
+void add_attachment(const Grid& grid, const Vec3& point, double stiffness_n_per_m, double damping_time_s,
+                    std::uint16_t group, StiffenerList& attachments);
 
 }  // namespace hairnet

@@ -70,9 +70,24 @@ std::string validate_body(const Body& body, const GroomLimits& limits) {
 
 }  // namespace
 
+void set_material(const Material& material, Groom& groom) {
+  groom.materials = {material, {}};
+  for (StrandProperties& strand : groom.strands) {
+    if (strand.rooted) strand.root_length_m = material.root_length_m;
+  }
+}
+
+void set_group_material(std::uint16_t group, const Material& material, Groom& groom) {
+  groom.materials.set(group, material);
+  for (StrandProperties& strand : groom.strands) {
+    if (strand.rooted && strand.group == group) strand.root_length_m = material.root_length_m;
+  }
+}
+
 std::string validate(const Groom& groom, const GroomLimits& limits) {
   if (groom.strand_begin.empty()) return "strand offsets are missing";
   std::string fault = validate_strands(groom, limits);
+  if (fault.empty()) fault = validate(groom.materials, groom.group_names.size());
   return fault.empty() ? validate_body(groom.body, limits) : fault;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/groom/body.hpp"
+#include "core/groom/material.hpp"
 
 namespace hairnet {
 
@@ -24,6 +25,7 @@ struct Groom {
   std::vector<std::uint32_t> strand_begin{0};  // strand s has points [strand_begin[s], strand_begin[s + 1])
   std::vector<StrandProperties> strands;
   std::vector<std::string> group_names;  // at least one once there are strands
+  MaterialSet materials;
   Body body;
 
   [[nodiscard]] std::size_t strand_count() const { return strands.size(); }
@@ -36,6 +38,10 @@ struct Groom {
     strands.push_back(properties);
   }
 };
+
+// All hair is of this material from now on, or all of one group; lambda_0 of rooted strands is set by it.
+void set_material(const Material& material, Groom& groom);
+void set_group_material(std::uint16_t group, const Material& material, Groom& groom);
 
 struct GroomLimits {
   std::size_t strand_count_max = 200'000;

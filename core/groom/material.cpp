@@ -1,9 +1,79 @@
 #include "core/groom/material.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 namespace hairnet {
+namespace {
+
+constexpr std::array<std::string_view, 5> kNames{"soft", "normal", "stiff", "gelled", "wet"};
+
+// Fine hair of 0.06 mm instead of 0.08 mm: about half the cross-section, so half the stiffness and mass, but nearly the
+// same drag, which in slow air hardly depends on thickness: it flies and sways.
+Material make_soft() {
+  Material m;
+  m.axial_stiffness_n = 2e-4f;
+  m.attachment_stiffness_n_per_m = 4e-3f;
+  m.damping_ratio = 0.12f;
+  m.linear_density_kg_per_m = 3.8e-6f;
+  m.air_drag_ns_per_m2 = 0.95e-5f;
+  m.ether_damping_ratio = 0.15f;
+  m.root_length_m = 0.012f;
+  m.thickness_m = 0.005f;
+  return m;
+}
+
+// Coarse hair of 0.1 mm: more mass, and bending stiffness, which goes with the fourth power of thickness. The lattice
+// has no other stiffness against bending than the ether's; and more of the hair stands with its root.
+Material make_stiff() {
+  Material m;
+  m.axial_stiffness_n = 2e-3f;
+  m.attachment_stiffness_n_per_m = 2e-2f;
+  m.linear_density_kg_per_m = 1e-5f;
+  m.air_drag_ns_per_m2 = 1.05e-5f;
+  m.ether_stiffness_per_s2 = 40;
+  m.ether_damping_ratio = 0.25f;
+  m.root_length_m = 0.03f;
+  m.thickness_m = 0.008f;
+  return m;
+}
+
+// Strands glued to each other: the style holds its shape as one piece (ether), and its inside is out of the wind.
+Material make_gelled() {
+  Material m;
+  m.axial_stiffness_n = 1e-3f;
+  m.attachment_stiffness_n_per_m = 2e-2f;
+  m.damping_ratio = 0.3f;
+  m.linear_density_kg_per_m = 8e-6f;
+  m.air_drag_ns_per_m2 = 0.5e-5f;
+  m.ether_stiffness_per_s2 = 400;
+  m.ether_damping_ratio = 0.6f;
+  m.root_length_m = 0.04f;
+  return m;
+}
+
+// Water doubles the mass or nearly so, and draws hair into clumps, each with little more drag than one hair; it damps
+// their rubbing, and lies close to the skin. Wet keratin is softer.
+Material make_wet() {
+  Material m;
+  m.axial_stiffness_n = 3e-4f;
+  m.damping_ratio = 0.5f;
+  m.linear_density_kg_per_m = 1.2e-5f;
+  m.air_drag_ns_per_m2 = 0.3e-5f;
+  m.ether_damping_ratio = 0.5f;
+  m.thickness_m = 0.004f;
+  return m;
+}
+
+const std::array<Material, kNames.size()>& named_materials() {
+  static const std::array<Material, kNames.size()> materials{make_soft(), Material{}, make_stiff(), make_gelled(),
+                                                             make_wet()};
+  return materials;
+}
+
+}  // namespace
 
 std::string validate(const Material& material) {
   struct Range {
@@ -12,14 +82,14 @@ std::string validate(const Material& material) {
   };
   const std::array<Range, 11> ranges{{
       {"axial stiffness (N per hair)", material.axial_stiffness_n, 0, 10},
-      {"spring damping time (s)", material.spring_damping_time_s, 0, 1},
       {"attachment stiffness (N/m per hair)", material.attachment_stiffness_n_per_m, 0, 100},
-      {"attachment damping time (s)", material.attachment_damping_time_s, 0, 1},
+      {"damping ratio", material.damping_ratio, 0, 10},
       {"linear density (kg/m per hair)", material.linear_density_kg_per_m, 1e-8f, 1e-2f},
       {"air drag (N s/m^2 per hair)", material.air_drag_ns_per_m2, 0, 1},
       {"ether mass ratio", material.ether_mass_ratio, 1e-3f, 100},
-      {"ether stiffness (N/m)", material.ether_stiffness_n_per_m, 0, 1e6f},
-      {"ether damping time (s)", material.ether_damping_time_s, 0, 10},
+      {"ether stiffness (1/s^2)", material.ether_stiffness_per_s2, 0, 1e5f},
+      {"ether damping ratio", material.ether_damping_ratio, 0, 10},
+      {"root length (m)", material.root_length_m, 0, 10},
       {"thickness (m)", material.thickness_m, 0, 0.1f},
       {"metaball potential (J)", material.metaball_potential_j, 0, 100},
   }};
@@ -28,6 +98,58 @@ std::string validate(const Material& material) {
       return std::string(range.name) + " is " + std::to_string(range.value) + ", not in [" +
              std::to_string(range.least) + ", " + std::to_string(range.most) + ']';
     }
+  }
+  return {};
+}
+
+double axial_damping_time_s(const Material& material, double strand_length_m) {
+  const double axial_stiffness_n = material.axial_stiffness_n;
+  if (!(axial_stiffness_n > 0)) return 0;  // no axial mode to damp
+  const double omega = std::numbers::pi / 2 / strand_length_m *
+                       std::sqrt(axial_stiffness_n / static_cast<double>(material.linear_density_kg_per_m));
+  return 2 * static_cast<double>(material.damping_ratio) / omega;
+}
+
+std::span<const std::string_view> material_names() {
+  return kNames;
+}
+
+Result<Material> make_material(std::string_view name) {
+  const auto found = std::ranges::find(kNames, name);
+  if (found != kNames.end()) return named_materials()[static_cast<std::size_t>(found - kNames.begin())];
+  std::string known;
+  for (const std::string_view n : kNames) known += (known.empty() ? "" : ", ") + std::string(n);
+  return Refusal("no material is called '" + std::string(name) + "': there are " + known);
+}
+
+std::string_view material_name(const Material& material) {
+  const auto found = std::ranges::find(named_materials(), material);
+  return found == named_materials().end() ? "custom"
+                                          : kNames[static_cast<std::size_t>(found - named_materials().begin())];
+}
+
+const Material& MaterialSet::of(std::uint16_t group) const {
+  const auto found = std::ranges::lower_bound(groups, group, {}, &GroupMaterial::group);
+  return found != groups.end() && found->group == group ? found->material : base;
+}
+
+void MaterialSet::set(std::uint16_t group, const Material& material) {
+  const auto at = std::ranges::lower_bound(groups, group, {}, &GroupMaterial::group);
+  if (at != groups.end() && at->group == group) {
+    at->material = material;
+  } else {
+    groups.insert(at, {group, material});
+  }
+}
+
+std::string validate(const MaterialSet& materials, std::size_t group_count) {
+  if (std::string fault = validate(materials.base); !fault.empty()) return "material: " + fault;
+  for (std::size_t i = 0; i < materials.groups.size(); ++i) {
+    const GroupMaterial& own = materials.groups[i];
+    const std::string at = "material of group " + std::to_string(own.group) + ": ";
+    if (own.group >= group_count) return at + "that group does not exist";
+    if (i > 0 && own.group <= materials.groups[i - 1].group) return at + "groups are not ascending";
+    if (std::string fault = validate(own.material); !fault.empty()) return at + fault;
   }
   return {};
 }

@@ -1,26 +1,66 @@
 #pragma once
 
+#include <cstdint>
+#include <span>
 #include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/result.hpp"
 
 namespace hairnet {
 
 // What the hair is made of, in real units, per real hair where it says so (StrandProperties::hair_count multiplies).
-// Defaults are model.md's for strands of 50 hairs, divided by 50.
+// Stiffness is what truncated solving bears, not hair's own (20 N): defaults are model.md's for strands of 50 hairs,
+// divided by 50.
+//
+// Damping is told as the share of critical damping of the slowest swing that it acts on, so that hair of any length and
+// stiffness is damped alike: 0 swings for ever, 1 comes back without swinging past.
 struct Material {
-  float axial_stiffness_n = 4e-4f;             // per hair; a spring of length L has k = this / L (eq. 3)
-  float spring_damping_time_s = 0.008f;        // q / k of springs
+  float axial_stiffness_n = 4e-4f;             // per hair, E A; a spring of length L has k = this / L (eq. 3)
   float attachment_stiffness_n_per_m = 6e-3f;  // per hair (eq. 4)
-  float attachment_damping_time_s = 0.010f;    // q / k of attachments
-  float linear_density_kg_per_m = 6.6e-6f;     // per hair
+  float damping_ratio = 0.16f;                 // of springs and attachments: of the strand's first axial mode
+  float linear_density_kg_per_m = 6.6e-6f;     // per hair, rho
   float air_drag_ns_per_m2 = 1e-5f;            // per hair: q of the drag tensor (eq. 6)
   float ether_mass_ratio = 0.5f;               // ether mass over hair mass
-  float ether_stiffness_n_per_m = 0.0f;        // total over the groom, shared by mass; never below free hanging
-  float ether_damping_time_s = 0.06f;          // q_e / k_e
+  float ether_stiffness_per_s2 = 0;            // gel: over mass, beside what freely hanging hair has
+  float ether_damping_ratio = 0.2f;            // of each node's swing about its design
+  float root_length_m = 0.02f;                 // lambda_0 of eq. 7, for strands that are given this material
   float thickness_m = 0.006f;                  // hair keeps this far off the skin
   float metaball_potential_j = 0.03f;          // least U of a metaball; raised where a load needs more
+  friend bool operator==(const Material&, const Material&) = default;
 };
 
 // Empty when every value is finite and in its stated range; else one line that names the value and the range.
 std::string validate(const Material& material);
+
+// q / k of the springs and the attachment of one strand: its first axial mode, a quarter wave, has omega = (pi / 2) / L
+// sqrt(E A / rho), and a ratio zeta of its critical damping is q / k = 2 zeta / omega.
+double axial_damping_time_s(const Material& material, double strand_length_m);
+
+// Named materials, chosen by eye and by figures. `normal` is Material{}.
+std::span<const std::string_view> material_names();
+Result<Material> make_material(std::string_view name);     // refuses a name that is not there, listing those that are
+std::string_view material_name(const Material& material);  // "custom" when it has none
+
+// A groom's materials: one for all of it, and others for some of its groups. Thickness and metaball potential are the
+// base's alone: nodes are shared by groups.
+struct GroupMaterial {
+  std::uint16_t group = 0;  // index into Groom::group_names
+  Material material;
+  friend bool operator==(const GroupMaterial&, const GroupMaterial&) = default;
+};
+struct MaterialSet {
+  Material base;
+  std::vector<GroupMaterial> groups;  // ascending by group
+
+  [[nodiscard]] const Material& of(std::uint16_t group) const;
+  // Replaces the group's own, if it has one.
+  void set(std::uint16_t group, const Material& material);
+  friend bool operator==(const MaterialSet&, const MaterialSet&) = default;
+};
+
+// Empty when sound for a groom of that many groups; else one line.
+std::string validate(const MaterialSet& materials, std::size_t group_count);
 
 }  // namespace hairnet

@@ -1,5 +1,7 @@
 #include "core/groom/material_scale.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace hairnet {
@@ -10,10 +12,29 @@ struct Range {
   float MaterialScale::*value;
   float low, high;
 };
-constexpr Range kRanges[] = {
-    {"stiffness", &MaterialScale::stiffness, 0.01f, 100}, {"damping", &MaterialScale::damping, 0, 100},
-    {"density", &MaterialScale::density, 0.1f, 10},       {"ether_damping", &MaterialScale::ether_damping, 0, 100},
-    {"air_drag", &MaterialScale::air_drag, 0, 100},       {"gel_per_s2", &MaterialScale::gel_per_s2, 0, 10'000}};
+constexpr std::array<Range, 6> kRanges{{{"stiffness", &MaterialScale::stiffness, 0.01f, 100},
+                                        {"damping", &MaterialScale::damping, 0, 100},
+                                        {"density", &MaterialScale::density, 0.1f, 10},
+                                        {"ether_damping", &MaterialScale::ether_damping, 0, 100},
+                                        {"air_drag", &MaterialScale::air_drag, 0, 100},
+                                        {"gel_per_s2", &MaterialScale::gel_per_s2, 0, 10'000}}};
+
+// Of nothing there is no multiple: what was built as nothing stays so.
+float ratio(double wanted, double built) {
+  return built > 0 ? static_cast<float>(wanted / built) : 1;
+}
+
+// q of springs but for what the strand itself gives: q = 2 zeta (2 / pi) L sqrt(rho / EA) k, k = EA / length of the
+// spring.
+double axial_damping(const Material& m) {
+  return static_cast<double>(m.damping_ratio) *
+         std::sqrt(static_cast<double>(m.linear_density_kg_per_m) * static_cast<double>(m.axial_stiffness_n));
+}
+
+// q_e / m = 2 zeta_e sqrt(k_e / m) at 0.2 m below the root, with k_e / m = |g| / l + gel.
+double ether_damping_over_mass(const Material& m, double gel_per_s2) {
+  return 2 * static_cast<double>(m.ether_damping_ratio) * std::sqrt(9.81 / 0.2 + gel_per_s2);
+}
 
 }  // namespace
 
@@ -25,6 +46,20 @@ std::string validate(const MaterialScale& scale) {
            std::to_string(range.low) + " to " + std::to_string(range.high);
   }
   return {};
+}
+
+MaterialScale scale_between(const Material& built, const Material& wanted) {
+  const auto gel_built = static_cast<double>(built.ether_stiffness_per_s2);
+  const double gel = std::max(static_cast<double>(wanted.ether_stiffness_per_s2), gel_built);
+  MaterialScale scale;
+  scale.stiffness = ratio(wanted.axial_stiffness_n, built.axial_stiffness_n);
+  scale.damping = ratio(axial_damping(wanted), axial_damping(built));
+  scale.density = ratio(wanted.linear_density_kg_per_m, built.linear_density_kg_per_m);
+  scale.ether_damping = ratio(ether_damping_over_mass(wanted, gel), ether_damping_over_mass(built, gel_built));
+  scale.air_drag = ratio(wanted.air_drag_ns_per_m2, built.air_drag_ns_per_m2);
+  scale.gel_per_s2 = static_cast<float>(gel - gel_built);
+  for (const Range& range : kRanges) scale.*range.value = std::clamp(scale.*range.value, range.low, range.high);
+  return scale;
 }
 
 }  // namespace hairnet

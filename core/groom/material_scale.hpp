@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include "core/groom/material.hpp"
+
 namespace hairnet {
 
 // What one character changes while it runs in the material that its levels were built with: factors, and added gel. The
@@ -11,7 +13,7 @@ struct MaterialScale {
   float stiffness = 1;      // of springs and attachments, k
   float damping = 1;        // of springs and attachments, q
   float density = 1;        // of all mass, and of the ether that stands in for the tension of hanging mass
-  float ether_damping = 1;  // of q_e
+  float ether_damping = 1;  // of q_e, beside the density's
   float air_drag = 1;       // of Q
   float gel_per_s2 = 0;     // ether stiffness over mass, added to what was built
 
@@ -20,5 +22,10 @@ struct MaterialScale {
 
 // Empty when every value is finite and in its stated range; else one line that names the value and the range.
 std::string validate(const MaterialScale& scale);
+
+// What turns hair built of one material into the other: exact for springs, mass and drag; attachments go with the
+// springs' stiffness; the ether's damping is right 0.2 m below the root and near it elsewhere. Hair that was built with
+// more gel than wanted keeps it. Every value within its range.
+MaterialScale scale_between(const Material& built, const Material& wanted);
 
 }  // namespace hairnet

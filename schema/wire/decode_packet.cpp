@@ -197,7 +197,7 @@ Fault read(const fb::Error& in, Error& out) {
   out.character = in.character();
   if (in.groom()) out.groom = copy_out(*in.groom());
   if (Fault fault =
-          read_enum(in.reason(), ErrorReason::malformed, ErrorReason::pose_invalid, "error reason", out.reason);
+          read_enum(in.reason(), ErrorReason::malformed, ErrorReason::not_allowed, "error reason", out.reason);
       !fault.empty())
     return fault;
   return read_text(in.detail(), "error detail", out.detail);
@@ -209,6 +209,16 @@ Fault read(const fb::Goodbye& in, Goodbye& out) {
       !fault.empty())
     return fault;
   return read_text(in.detail(), "goodbye detail", out.detail);
+}
+
+Fault read(const fb::SetMaterial& in, SetMaterial& out) {
+  out = {in.character(), copy_out(*in.scale())};
+  return {};
+}
+
+Fault read(const fb::SetWind& in, SetWind& out) {
+  out.wind = copy_out(*in.wind());
+  return {};
 }
 
 Fault read_body(const fb::Envelope& in, Message& out) {
@@ -245,6 +255,10 @@ Fault read_body(const fb::Envelope& in, Message& out) {
       return read(*in.body_as_Error(), out.emplace<Error>());
     case fb::Body::Goodbye:
       return read(*in.body_as_Goodbye(), out.emplace<Goodbye>());
+    case fb::Body::SetMaterial:
+      return read(*in.body_as_SetMaterial(), out.emplace<SetMaterial>());
+    case fb::Body::SetWind:
+      return read(*in.body_as_SetWind(), out.emplace<SetWind>());
     case fb::Body::NONE:
       break;
   }

@@ -123,6 +123,16 @@ Body write(FlatBufferBuilder& to, const Goodbye& m) {
   return body(fb::CreateGoodbye(to, to.CreateString(fit_text(m.detail)), static_cast<std::uint8_t>(m.reason)));
 }
 
+Body write(FlatBufferBuilder& to, const SetMaterial& m) {
+  const fb::MaterialScale scale = flatten(m.scale);
+  return body(fb::CreateSetMaterial(to, &scale, m.character));
+}
+
+Body write(FlatBufferBuilder& to, const SetWind& m) {
+  const fb::Wind wind = flatten(m.wind);
+  return body(fb::CreateSetWind(to, &wind));
+}
+
 // Bytes of the bulk that a message brings, so that the buffer is allocated once and never beyond the limit.
 std::size_t bulk_bytes(const Message& message) {
   if (const auto* chunk = std::get_if<GroomChunk>(&message)) return chunk->bytes.size();

@@ -51,4 +51,23 @@ AlignedBytes::AlignedBytes(std::span<const std::uint8_t> bytes) : bytes_(bytes) 
   bytes_ = {reinterpret_cast<const std::uint8_t*>(copy_.data()), bytes.size()};
 }
 
+fb::MaterialScale flatten(const MaterialScale& s) {
+  return {s.stiffness, s.damping, s.density, s.ether_damping, s.air_drag, s.gel_per_s2};
+}
+
+MaterialScale copy_out(const fb::MaterialScale& s) {
+  return {s.stiffness(), s.damping(), s.density(), s.ether_damping(), s.air_drag(), s.gel_per_s2()};
+}
+
+fb::Wind flatten(const Wind& w) {
+  const Vec3& mean = w.mean_m_per_s;
+  return {mean.x(), mean.y(), mean.z(), w.gust_ratio, w.gust_period_s, w.turbulence_rms_m_per_s, w.turbulence_scale_m,
+          w.seed};
+}
+
+Wind copy_out(const fb::Wind& w) {
+  return {{w.mean_x(), w.mean_y(), w.mean_z()}, w.gust_ratio(),         w.gust_period_s(),
+          w.turbulence_rms_m_per_s(),           w.turbulence_scale_m(), w.seed()};
+}
+
 }  // namespace hairnet::wire

@@ -25,6 +25,12 @@ GroomHash copy_out(const fb::Hash& hash);
 fb::Bones flatten(const Pose& pose);
 Pose copy_out(const fb::Bones& bones);
 
+fb::MaterialScale flatten(const MaterialScale& scale);
+MaterialScale copy_out(const fb::MaterialScale& scale);
+
+fb::Wind flatten(const Wind& wind);
+Wind copy_out(const fb::Wind& wind);
+
 inline Vec3f copy_out(const fb::Vec3& v) {
   return {v.x(), v.y(), v.z()};
 }

@@ -9,7 +9,7 @@
 namespace hairnet::wire {
 namespace {
 
-constexpr std::uint16_t kGroomVersion = 1;
+constexpr std::uint16_t kGroomVersion = 2;
 
 using flatbuffers::FlatBufferBuilder;
 
@@ -26,6 +26,30 @@ auto write_strands(FlatBufferBuilder& to, const Groom& groom) {
   for (const StrandProperties& s : groom.strands)
     strands.emplace_back(s.radius_m, s.hair_count, s.root_length_m, s.group, s.rooted);
   return to.CreateVectorOfStructs(strands);
+}
+
+fb::Material flatten_material(const Material& m) {
+  return {m.axial_stiffness_n,      m.attachment_stiffness_n_per_m,
+          m.damping_ratio,          m.linear_density_kg_per_m,
+          m.air_drag_ns_per_m2,     m.ether_mass_ratio,
+          m.ether_stiffness_per_s2, m.ether_damping_ratio,
+          m.root_length_m,          m.thickness_m,
+          m.metaball_potential_j};
+}
+
+Material read_material(const fb::Material& m) {
+  return {m.axial_stiffness_n(),      m.attachment_stiffness_n_per_m(),
+          m.damping_ratio(),          m.linear_density_kg_per_m(),
+          m.air_drag_ns_per_m2(),     m.ether_mass_ratio(),
+          m.ether_stiffness_per_s2(), m.ether_damping_ratio(),
+          m.root_length_m(),          m.thickness_m(),
+          m.metaball_potential_j()};
+}
+
+auto write_group_materials(FlatBufferBuilder& to, const MaterialSet& materials) {
+  std::vector<fb::GroupMaterial> groups;
+  for (const GroupMaterial& g : materials.groups) groups.emplace_back(flatten_material(g.material), g.group);
+  return to.CreateVectorOfStructs(groups);
 }
 
 fb::Joints flatten_joints(const Body& body) {
@@ -65,6 +89,17 @@ std::string read_strands(const fb::Groom& in, Groom& out) {
   return {};
 }
 
+std::string read_materials(const fb::Groom& in, const GroomLimits& limits, MaterialSet& out) {
+  if (in.version() < 2) return {};
+  if (!in.material() || !in.group_materials()) return "materials are missing";
+  if (!is_aligned(*in.group_materials())) return "materials of groups are not aligned";
+  if (in.group_materials()->size() > limits.group_count_max) return "more materials than a groom may have groups";
+  out.base = read_material(*in.material());
+  for (const fb::GroupMaterial* g : *in.group_materials())
+    out.groups.push_back({g->group(), read_material(g->material())});
+  return {};
+}
+
 std::string read_body(const fb::Groom& in, Body& out) {
   if (in.vertices()->size() % 3 != 0 || in.triangles()->size() % 3 != 0 || in.bone_weights()->size() % kBoneCount != 0)
     return "body: vertices or triangles are not 3 numbers each, or bone weights not 5";
@@ -95,8 +130,10 @@ std::vector<std::uint8_t> encode_groom(const Groom& groom) {
   const auto vertices = write_scalars<float>(to, body.mesh.vertices);
   const auto bone_weights = write_scalars<float>(to, body.bone_weights);
   const auto triangles = write_scalars<std::uint32_t>(to, body.mesh.triangles);
+  const fb::Material material = flatten_material(groom.materials.base);
+  const auto group_materials = write_group_materials(to, groom.materials);
   const auto root = fb::CreateGroom(to, kGroomVersion, body.fitted_from_roots, name, group_names, strands, strand_begin,
-                                    points, &joints, vertices, bone_weights, triangles);
+                                    points, &joints, vertices, bone_weights, triangles, &material, group_materials);
   return finish(to, root, fb::GroomIdentifier());
 }
 
@@ -106,12 +143,13 @@ Result<Groom> decode_groom(std::span<const std::uint8_t> bytes, const GroomLimit
   const AlignedBytes aligned(bytes);
   const auto* root = verified_root<fb::Groom>(aligned.bytes(), fb::GroomIdentifier());
   if (!root) return Refusal("not a whole and sound groom file");
-  if (root->version() != kGroomVersion)
-    return Refusal("groom file of version " + std::to_string(root->version()) + ", not " +
+  if (root->version() < 1 || root->version() > kGroomVersion)
+    return Refusal("groom file of version " + std::to_string(root->version()) + ", not 1 to " +
                    std::to_string(kGroomVersion));
   Groom groom;
   std::string fault = read_names(*root, limits, groom);
   if (fault.empty()) fault = read_strands(*root, groom);
+  if (fault.empty()) fault = read_materials(*root, limits, groom.materials);
   if (fault.empty()) fault = read_body(*root, groom.body);
   if (fault.empty()) fault = validate(groom, limits);
   if (!fault.empty()) return Refusal(std::move(fault));

@@ -44,6 +44,12 @@ const char* to_string(ErrorReason reason) {
       return "level_invalid";
     case ErrorReason::pose_invalid:
       return "pose_invalid";
+    case ErrorReason::material_invalid:
+      return "material_invalid";
+    case ErrorReason::wind_invalid:
+      return "wind_invalid";
+    case ErrorReason::not_allowed:
+      return "not_allowed";
   }
   return "unknown";
 }

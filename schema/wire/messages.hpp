@@ -9,13 +9,15 @@
 #include <vector>
 
 #include "core/build/level.hpp"
+#include "core/groom/material_scale.hpp"
 #include "core/pose/pose.hpp"
 #include "core/result.hpp"
+#include "core/solver/wind.hpp"
 
 // What client and server say to each other, as plain structs. PROTOCOL.md states bytes, states, limits and reasons.
 namespace hairnet::wire {
 
-inline constexpr std::uint16_t kProtocolVersion = 1;
+inline constexpr std::uint16_t kProtocolVersion = 2;
 inline constexpr std::size_t kPacketBytesMax = 4u << 20;      // size prefix included
 inline constexpr std::size_t kPacketBytesMin = 16;            // prefix, root, identifier, an empty table
 inline constexpr std::size_t kPacketOverheadBytesMax = 4096;  // of any packet, beside poses, frames, geometry or chunk
@@ -46,7 +48,10 @@ enum class ErrorReason : std::uint8_t {
   character_unknown,
   character_exists,
   level_invalid,
-  pose_invalid
+  pose_invalid,
+  material_invalid,
+  wind_invalid,
+  not_allowed
 };
 enum class GoodbyeReason : std::uint8_t {
   none,
@@ -96,6 +101,14 @@ struct PoseSample {
 };
 struct PoseBatch {
   std::vector<PoseSample> poses;
+};
+// Values as they came: the session judges them (validate), as it does poses.
+struct SetMaterial {
+  std::uint32_t character = 0;
+  MaterialScale scale;
+};
+struct SetWind {
+  Wind wind;
 };
 
 // Server to client.
@@ -156,9 +169,9 @@ struct Goodbye {
   std::string detail;
 };
 
-using Message =
-    std::variant<Hello, GroomOffer, GroomChunk, AddCharacter, SetLevel, RemoveCharacter, PoseBatch, Welcome, GroomNeed,
-                 GroomStatus, CharacterAdded, CharacterRemoved, LevelRecord, FrameBatch, Error, Goodbye>;
+using Message = std::variant<Hello, GroomOffer, GroomChunk, AddCharacter, SetLevel, RemoveCharacter, PoseBatch, Welcome,
+                             GroomNeed, GroomStatus, CharacterAdded, CharacterRemoved, LevelRecord, FrameBatch, Error,
+                             Goodbye, SetMaterial, SetWind>;
 
 // The unit on every transport: a message and its sender's monotonic clock.
 struct Envelope {
@@ -180,8 +193,8 @@ std::vector<std::uint8_t> encode_packet(const Envelope& envelope);
 std::size_t frame_bytes(const Frame& frame);
 
 // `packet` is exactly one packet, size prefix included. Verified, validated (ranges, counts, finite numbers, unit
-// rotations, consistent geometry), then copied out. Pose values are not refused here: their validity is a matter of
-// one pose, see validate_pose.
+// rotations, consistent geometry), then copied out. Values of poses, materials and winds are not refused here: their
+// validity is a matter of that one thing, see validate_pose and validate.
 struct Decoded {
   DecodeError error = DecodeError::none;
   std::string detail;

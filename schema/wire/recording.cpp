@@ -9,10 +9,10 @@
 namespace hairnet::wire {
 namespace {
 
-constexpr std::uint16_t kRecordingVersion = 1;
+constexpr std::uint16_t kRecordingVersion = 2;
 constexpr std::int32_t kSubstepCountMax = 64;
 constexpr std::int32_t kIterationsMax = 10'000;
-constexpr double kAccelerationMax = 1000;  // m/s^2; of wind, m/s
+constexpr double kAccelerationMax = 1000;  // m/s^2
 constexpr std::size_t kEntryBytesMax = kGroomBytesMax + 4096;
 
 using flatbuffers::FlatBufferBuilder;
@@ -30,9 +30,12 @@ Body body(Offset<Table> table) {
 }
 
 Body write(FlatBufferBuilder& to, const RecordingHeader& e) {
-  const fb::Vec3d gravity(e.gravity[0], e.gravity[1], e.gravity[2]), wind(e.wind[0], e.wind[1], e.wind[2]);
-  return body(
-      fb::CreateRecordedHeader(to, kRecordingVersion, e.tick_rate_hz, e.substep_count, e.iterations, &gravity, &wind));
+  const Wind& w = e.wind;
+  const fb::Vec3d gravity(e.gravity[0], e.gravity[1], e.gravity[2]);
+  const fb::Vec3d mean(w.mean_m_per_s.x(), w.mean_m_per_s.y(), w.mean_m_per_s.z());
+  return body(fb::CreateRecordedHeader(to, kRecordingVersion, e.tick_rate_hz, e.substep_count, e.iterations, &gravity,
+                                       &mean, w.gust_ratio, w.gust_period_s, w.turbulence_rms_m_per_s,
+                                       w.turbulence_scale_m, w.seed));
 }
 
 Body write(FlatBufferBuilder& to, const RecordedGroom& e) {
@@ -46,6 +49,9 @@ Body write(FlatBufferBuilder& to, const RecordedTick& e) {
                        a.levels_ready);
   std::vector<fb::RecordedLevel> levels;
   for (const RecordedLevel& l : e.levels) levels.emplace_back(l.character, static_cast<std::uint8_t>(l.level));
+  std::vector<fb::RecordedMaterial> materials;
+  for (const RecordedMaterial& m : e.materials) materials.emplace_back(m.character, flatten(m.scale));
+  const fb::Wind wind = e.wind ? flatten(*e.wind) : fb::Wind();
   std::vector<fb::RecordedPose> poses;
   poses.reserve(e.poses.size());
   for (const RecordedPose& p : e.poses) poses.emplace_back(p.character, flatten(p.pose), p.teleport);
@@ -53,8 +59,9 @@ Body write(FlatBufferBuilder& to, const RecordedTick& e) {
   const auto added_at = to.CreateVectorOfStructs(added);
   const auto levels_at = to.CreateVectorOfStructs(levels);
   const auto poses_at = to.CreateVectorOfStructs(poses);
-  return body(
-      fb::CreateRecordedTick(to, e.tick, e.sample_time_ns, e.state_hash, removed_at, added_at, levels_at, poses_at));
+  const auto materials_at = to.CreateVectorOfStructs(materials);
+  return body(fb::CreateRecordedTick(to, e.tick, e.sample_time_ns, e.state_hash, removed_at, added_at, levels_at,
+                                     poses_at, materials_at, e.wind ? &wind : nullptr));
 }
 
 bool copy_vector(const fb::Vec3d& from, std::array<double, 3>& to) {
@@ -74,9 +81,15 @@ Fault read(const fb::RecordedHeader& in, RecordingHeader& out) {
   if (out.tick_rate_hz < 1 || out.tick_rate_hz > kTickRateMax_hz) return "header: tick rate out of range";
   if (out.substep_count < 1 || out.substep_count > kSubstepCountMax) return "header: substeps out of range";
   if (out.iterations < 0 || out.iterations > kIterationsMax) return "header: iterations out of range";
-  if (!copy_vector(*in.gravity(), out.gravity) || !copy_vector(*in.wind(), out.wind))
-    return "header: gravity or wind not finite or too strong";
-  return {};
+  if (!copy_vector(*in.gravity(), out.gravity)) return "header: gravity not finite or too strong";
+  out.wind = {{in.wind()->x(), in.wind()->y(), in.wind()->z()},
+              in.gust_ratio(),
+              in.gust_period_s(),
+              in.turbulence_rms_m_per_s(),
+              in.turbulence_scale_m(),
+              in.wind_seed()};
+  const Fault fault = validate(out.wind);
+  return fault.empty() ? fault : "header: " + fault;
 }
 
 Fault read(const fb::RecordedGroom& in, RecordedGroom& out) {
@@ -109,6 +122,17 @@ Fault read(const fb::RecordedLevel& in, RecordedLevel& out) {
   return read_level(in.level(), out.level);
 }
 
+Fault read(const fb::RecordedMaterial& in, RecordedMaterial& out) {
+  out = {in.character(), copy_out(in.scale())};
+  return validate(out.scale);
+}
+
+Fault read_wind(const fb::Wind* in, std::optional<Wind>& out) {
+  if (!in) return {};
+  out = copy_out(*in);
+  return validate(*out);
+}
+
 Fault read(const fb::RecordedPose& in, RecordedPose& out) {
   out.character = in.character();
   out.teleport = in.teleport();
@@ -132,6 +156,8 @@ Fault read(const fb::RecordedTick& in, RecordedTick& out) {
   copy_out(*in.removed(), out.removed);
   Fault fault = read_all(*in.added(), out.added);
   if (fault.empty()) fault = read_all(*in.levels(), out.levels);
+  if (fault.empty()) fault = read_all(*in.materials(), out.materials);
+  if (fault.empty()) fault = read_wind(in.wind(), out.wind);
   if (fault.empty()) fault = read_all(*in.poses(), out.poses);
   return fault.empty() ? fault : "tick " + std::to_string(out.tick) + ": " + fault;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <variant>
 #include <vector>
@@ -16,7 +17,8 @@ struct RecordingHeader {
   std::uint32_t tick_rate_hz = 30;
   std::int32_t substep_count = 1;
   std::int32_t iterations = 0;  // 0: each level's own
-  std::array<double, 3> gravity{0, -9.81, 0}, wind{0, 0, 0};
+  std::array<double, 3> gravity{0, -9.81, 0};
+  Wind wind;
 };
 struct RecordedGroom {
   std::vector<std::uint8_t> bytes;
@@ -32,6 +34,10 @@ struct RecordedLevel {
   std::uint64_t character = 0;
   LevelIndex level = LevelIndex::rigid;
 };  // from this tick on
+struct RecordedMaterial {
+  std::uint64_t character = 0;
+  MaterialScale scale;
+};  // from this tick on
 struct RecordedPose {
   std::uint64_t character = 0;
   bool teleport = false;
@@ -40,9 +46,11 @@ struct RecordedPose {
 struct RecordedTick {
   std::uint64_t tick = 0;
   std::int64_t sample_time_ns = 0;
-  std::vector<std::uint64_t> removed;  // applied first, in order; then added, levels, poses; then the step
+  std::vector<std::uint64_t> removed;  // applied first, in order; then as they follow here; then the step
   std::vector<RecordedAdd> added;
   std::vector<RecordedLevel> levels;
+  std::vector<RecordedMaterial> materials;
+  std::optional<Wind> wind;  // from this tick on; of the whole room
   std::vector<RecordedPose> poses;
   std::uint64_t state_hash = 0;  // World::hash after the step
 };

@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <thread>
 
@@ -43,6 +44,17 @@ void add_options(CLI::App& app, ParsedConfig& parsed) {
   app.add_option("--groom-bytes-max", c.grooms.groom_bytes_max, "bytes of one groom")
       ->check(CLI::Range(std::size_t{1024}, wire::kGroomBytesMax));
   app.add_option("--workers", c.workers, "threads of a tick; 0: the machine's less one")->check(CLI::Range(0, 256));
+  app.add_option_function<std::array<double, 3>>(
+         "--wind", [&c](const std::array<double, 3>& v) { c.wind.mean_m_per_s = Vec3(v.data()); },
+         "mean wind, m/s, world: X Y Z")
+      ->default_str("0 0 0");
+  app.add_option("--gust", c.wind.gust_ratio, "the mean comes and goes by this share of it, 0 to 1");
+  app.add_option("--gust-period", c.wind.gust_period_s, "seconds of the slowest gust");
+  app.add_option("--turbulence", c.wind.turbulence_rms_m_per_s, "m/s of each component, root mean square");
+  app.add_option("--turbulence-scale", c.wind.turbulence_scale_m, "metres over which turbulence changes, at least 0.3");
+  app.add_option("--wind-seed", c.wind.seed, "another seed, another turbulence");
+  app.add_option("--wind-from-clients", c.sessions.wind_from_clients,
+                 "whether clients may set the wind of all: on, off");
   app.add_option("--record", c.record, "write a recording to this file");
   app.add_option("--log-level", c.log_level, "trace, debug, info, warn, error or off")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}));
@@ -83,6 +95,7 @@ ParsedConfig parse_config(int argc, const char* const* argv) {
 
 std::string validate(const Config& config) {
   const SessionLimits& s = config.sessions;
+  if (std::string fault = validate(config.wind); !fault.empty()) return fault;
   // A NaN passes a range check of the command line.
   if (!(config.pose_delay_ms >= 0 && config.pose_delay_ms <= 200)) return "--pose-delay-ms: not in 0 to 200";
   if (config.grooms.groom_bytes_max > config.grooms.upload_bytes_max)

@@ -12,6 +12,7 @@ SchedulerDef scheduler_def(const Config& config, WorkerPool& workers) {
   def.world.substep_count = config.substeps;
   def.world.character_count_max = static_cast<std::uint32_t>(config.sessions.character_count_max);
   def.world.iterations = config.iterations;
+  def.wind = config.wind;
   def.world.parallel_for = [&workers](std::size_t count, const std::function<void(std::size_t)>& body) {
     workers.parallel_for(count, body);
   };

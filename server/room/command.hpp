@@ -13,7 +13,8 @@
 
 namespace hairnet::server {
 
-// What the I/O thread tells the tick thread, in order. Sessions have checked it: numbers exist, poses are valid.
+// What the I/O thread tells the tick thread, in order. Sessions have checked it: numbers exist, poses, materials and
+// winds are valid.
 struct OpenSession {
   SessionId session = 0;
   std::shared_ptr<Outlet> outlet;
@@ -33,6 +34,13 @@ struct SetLevel {
   CharacterKey character = 0;
   LevelIndex level = LevelIndex::high;
 };
+struct SetMaterial {
+  CharacterKey character = 0;
+  MaterialScale scale;
+};
+struct SetWind {  // of all characters
+  Wind wind;
+};
 struct PutPoses {
   struct Entry {
     CharacterKey character = 0;
@@ -50,8 +58,8 @@ struct ForgetGroom {  // no session holds it any more
   wire::GroomHash groom{};
 };
 
-using Command =
-    std::variant<OpenSession, CloseSession, AddCharacter, RemoveCharacter, SetLevel, PutPoses, GroomReady, ForgetGroom>;
+using Command = std::variant<OpenSession, CloseSession, AddCharacter, RemoveCharacter, SetLevel, SetMaterial, SetWind,
+                             PutPoses, GroomReady, ForgetGroom>;
 using CommandQueue = BoundedQueue<Command>;  // weight: one a command and one a pose
 
 }  // namespace hairnet::server

@@ -16,6 +16,8 @@ namespace hairnet::server {
 struct Character {
   wire::GroomHash groom{};
   LevelIndex wanted = LevelIndex::high;  // as soon as the groom's levels are there
+  MaterialScale material;
+  bool material_changed = false;  // and the World not told
   PoseInbox inbox;
   bool placed = false;                   // in the World, from its first pose on
   LevelIndex level = LevelIndex::rigid;  // in the World

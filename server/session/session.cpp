@@ -85,6 +85,8 @@ struct Session::Handler {
   void operator()(wire::GroomChunk& m) const { session.on_groom_chunk(std::move(m), now_ns); }
   void operator()(wire::AddCharacter& m) const { session.on_add_character(m, now_ns); }
   void operator()(wire::SetLevel& m) const { session.on_set_level(m, now_ns); }
+  void operator()(wire::SetMaterial& m) const { session.on_set_material(m, now_ns); }
+  void operator()(wire::SetWind& m) const { session.on_set_wind(m, now_ns); }
   void operator()(wire::RemoveCharacter& m) const { session.on_remove_character(m, now_ns); }
   void operator()(wire::PoseBatch& m) const { session.on_pose_batch(m, now_ns); }
   void operator()(wire::Goodbye& m) const { session.on_goodbye(m, now_ns); }
@@ -203,6 +205,40 @@ void Session::on_set_level(const wire::SetLevel& set, std::int64_t now_ns) {
   if (refused) {
     context_->counters.levels_refused.add();
     refuse(refused, now_ns, set.character);
+  }
+}
+
+void Session::on_set_material(const wire::SetMaterial& set, std::int64_t now_ns) {
+  Refused refused;
+  Command command = SetMaterial{character_key(id_, set.character), set.scale};
+  if (!characters_.contains(set.character)) {
+    refused = {ErrorReason::character_unknown, "set_material of character " + std::to_string(set.character)};
+  } else if (std::string fault = validate(set.scale); !fault.empty()) {
+    refused = {ErrorReason::material_invalid, std::move(fault)};
+  } else if (!context_->commands.try_put(command)) {
+    context_->counters.commands_dropped.add();
+    refused = {ErrorReason::limit_exceeded, "the server is busy; try again"};
+  }
+  if (refused) {
+    context_->counters.materials_refused.add();
+    refuse(refused, now_ns, set.character);
+  }
+}
+
+void Session::on_set_wind(const wire::SetWind& set, std::int64_t now_ns) {
+  Refused refused;
+  Command command = SetWind{set.wind};
+  if (!context_->limits.wind_from_clients) {
+    refused = {ErrorReason::not_allowed, "this server's wind is not for clients to set"};
+  } else if (std::string fault = validate(set.wind); !fault.empty()) {
+    refused = {ErrorReason::wind_invalid, std::move(fault)};
+  } else if (!context_->commands.try_put(command)) {
+    context_->counters.commands_dropped.add();
+    refused = {ErrorReason::limit_exceeded, "the server is busy; try again"};
+  }
+  if (refused) {
+    context_->counters.winds_refused.add();
+    refuse(refused, now_ns);
   }
 }
 

@@ -61,6 +61,8 @@ class Session final : public PacketSink {
   void on_groom_chunk(wire::GroomChunk chunk, std::int64_t now_ns);
   void on_add_character(const wire::AddCharacter& add, std::int64_t now_ns);
   void on_set_level(const wire::SetLevel& set, std::int64_t now_ns);
+  void on_set_material(const wire::SetMaterial& set, std::int64_t now_ns);
+  void on_set_wind(const wire::SetWind& set, std::int64_t now_ns);
   void on_remove_character(const wire::RemoveCharacter& remove, std::int64_t now_ns);
   void on_pose_batch(const wire::PoseBatch& batch, std::int64_t now_ns);
   void on_goodbye(const wire::Goodbye& goodbye, std::int64_t now_ns);

@@ -25,6 +25,8 @@ struct SessionCounters : CounterSet {
   Counter characters_removed{*this, "characters_removed"};
   Counter characters_refused{*this, "characters_refused"};
   Counter levels_refused{*this, "levels_refused"};
+  Counter materials_refused{*this, "materials_refused"};
+  Counter winds_refused{*this, "winds_refused"};
   Counter grooms_refused{*this, "grooms_refused"};
   Counter chunks_refused{*this, "chunks_refused"};
   Counter poses_received{*this, "poses_received"};

@@ -11,7 +11,8 @@ struct SessionLimits {
   std::size_t characters_per_session_max = 1024;
   std::size_t control_bytes_max = std::size_t{32} << 20;  // unsent, a session; a level record is up to 100 KB
   std::size_t frame_packet_bytes_max = std::size_t{256} << 10;
-  double messages_per_s = 1000;  // groom bytes that were asked for are free
+  bool wind_from_clients = true;  // any of them may set the wind of all
+  double messages_per_s = 1000;   // groom bytes that were asked for are free
   double messages_burst = 2000;
   double poses_per_s = 200'000;
   double poses_burst = 200'000;

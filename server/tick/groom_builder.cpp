@@ -65,7 +65,7 @@ GroomResult GroomBuilder::build(GroomJob job) const {
   }
   BuildObserver observer;
   observer.progress = [this](double, std::string_view) { return !cancelled_.load(); };
-  result.levels = build_levels(*groom, Material{}, observer);
+  result.levels = build_levels(*groom, observer);
   if (!result.levels) {
     result.detail = "the server is stopping";
     return result;

@@ -38,6 +38,7 @@ void Recorder::put_groom(Bytes bytes) {
 void Recorder::put(wire::RecordedTick tick) {
   const std::size_t bytes = sizeof(tick) + tick.removed.size() * sizeof(tick.removed[0]) +
                             tick.added.size() * sizeof(tick.added[0]) + tick.levels.size() * sizeof(tick.levels[0]) +
+                            tick.materials.size() * sizeof(tick.materials[0]) +
                             tick.poses.size() * sizeof(tick.poses[0]);
   put(std::move(tick), bytes);
 }

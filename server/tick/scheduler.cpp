@@ -40,6 +40,7 @@ wire::RecordingHeader header_of(const SchedulerDef& def) {
   for (int a = 0; a < 3; ++a) {
     header.gravity[static_cast<std::size_t>(a)] = def.world.environment.gravity[a];
   }
+  header.wind = def.wind;
   return header;
 }
 
@@ -52,7 +53,7 @@ Scheduler::Scheduler(const SchedulerDef& def, CommandQueue& commands, RoomCounte
       counters_(&counters),
       recorder_(recorder),
       room_(room_counters),
-      simulation_(def_.world) {
+      simulation_(def_.world, def_.wind) {
   if (recorder_) recorder_->put(header_of(def_));
 }
 
@@ -67,6 +68,7 @@ void Scheduler::run_tick(const TickClock::Tick& tick, std::int64_t now_ns) {
   take_commands(now_ns);
   sample_poses();
   choose_levels();
+  change_materials();
   send_level_records(now_ns);
   step();
   publish(room_, simulation_, inputs_, def_.world.parallel_for, *counters_);
@@ -103,6 +105,13 @@ struct Scheduler::Taker {
   void operator()(const SetLevel& c) const {
     if (Character* character = scheduler.room_.find(c.character)) character->wanted = c.level;
   }
+  void operator()(const SetMaterial& c) const {
+    Character* character = scheduler.room_.find(c.character);
+    if (!character || character->material == c.scale) return;
+    character->material = c.scale;
+    character->material_changed = true;
+  }
+  void operator()(const SetWind& c) const { scheduler.inputs_.wind = c.wind; }
   void operator()(const PutPoses& c) const { scheduler.room_.put(c); }
   void operator()(GroomReady& c) const {
     scheduler.simulation_.put_levels(c.groom, std::move(c.levels));
@@ -167,6 +176,13 @@ void Scheduler::choose_levels() {
     character.level = character.wanted;
     inputs_.levels.push_back({key, character.level});
     counters_->levels_entered.add();
+  }
+}
+
+void Scheduler::change_materials() {
+  for (auto& [key, character] : room_.characters()) {
+    if (!character.placed || !std::exchange(character.material_changed, false)) continue;
+    inputs_.materials.push_back({key, character.material});
   }
 }
 

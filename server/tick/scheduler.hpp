@@ -16,6 +16,7 @@ namespace hairnet::server {
 
 struct SchedulerDef {
   WorldDef world;
+  Wind wind;  // until a client sets another
   std::uint32_t tick_rate_hz = 30;
   std::int64_t pose_delay_ns = 25'000'000;
 };
@@ -37,6 +38,7 @@ class Scheduler {
   void take_commands(std::int64_t now_ns);
   void sample_poses();
   void choose_levels();
+  void change_materials();
   void send_level_records(std::int64_t now_ns);
   void step();
   void record();

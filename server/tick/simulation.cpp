@@ -4,6 +4,15 @@
 
 namespace hairnet::server {
 
+Simulation::Simulation(const WorldDef& def, const Wind& wind) : environment_(def.environment), world_(def) {
+  set_wind(wind);
+}
+
+void Simulation::set_wind(const Wind& wind) {
+  environment_.wind = WindField(wind);
+  world_.set_environment(environment_);
+}
+
 void Simulation::put_levels(const wire::GroomHash& groom, std::shared_ptr<const LevelSet> levels) {
   levels_[groom] = std::move(levels);
 }
@@ -26,6 +35,11 @@ StepReport Simulation::step(const wire::RecordedTick& inputs) {
   }
   for (const wire::RecordedAdd& added : inputs.added) add(added);
   for (const wire::RecordedLevel& change : inputs.levels) set_level(change);
+  for (const wire::RecordedMaterial& change : inputs.materials) {
+    const auto placed = characters_.find(change.character);
+    if (placed != characters_.end()) world_.set_material(placed->second.id, change.scale);
+  }
+  if (inputs.wind) set_wind(*inputs.wind);
   for (const wire::RecordedPose& pose : inputs.poses) {
     const auto placed = characters_.find(pose.character);
     if (placed != characters_.end()) world_.set_pose(placed->second.id, pose.pose, pose.teleport);

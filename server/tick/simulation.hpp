@@ -14,15 +14,16 @@ namespace hairnet::server {
 // same inputs, and so come to the same bits. Tick thread.
 class Simulation {
  public:
-  explicit Simulation(const WorldDef& def) : world_(def) {}
+  // `wind` must be sound; it takes the place of def's.
+  explicit Simulation(const WorldDef& def, const Wind& wind = {});
 
   // What a groom's hash stands for from now on.
   void put_levels(const wire::GroomHash& groom, std::shared_ptr<const LevelSet> levels);
   void forget_levels(const wire::GroomHash& groom);  // characters that have them keep them
   [[nodiscard]] std::shared_ptr<const LevelSet> levels(const wire::GroomHash& groom) const;
 
-  // Applies what a tick was told and makes the step. Removed, added, levels, poses, in this order. What names no
-  // character is ignored, and so is an addition beyond the world's bound.
+  // Applies what a tick was told and makes the step: removed, added, levels, materials, wind, poses, in this order.
+  // What names no character is ignored, and so is an addition beyond the world's bound.
   StepReport step(const wire::RecordedTick& inputs);
 
   [[nodiscard]] bool contains(CharacterKey key) const { return characters_.contains(key); }
@@ -39,6 +40,9 @@ class Simulation {
   void add(const wire::RecordedAdd& added);
   void set_level(const wire::RecordedLevel& change);
 
+  void set_wind(const Wind& wind);
+
+  Environment environment_;
   World world_;
   std::map<CharacterKey, Placed> characters_;
   std::map<wire::GroomHash, std::shared_ptr<const LevelSet>> levels_;

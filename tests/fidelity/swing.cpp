@@ -145,11 +145,11 @@ int run(const Options& options) {
   for (const std::string& name : options.grooms) {
     const Result<Groom> groom = fidelity::load_groom(name, 4000);
     if (!groom) return std::fprintf(stderr, "hairnet-fidelity-swing: %s\n", groom.error().c_str()), 1;
-    const auto full = build_level(*groom, Material{}, kUndecimated);
+    const auto full = build_level(*groom, kUndecimated);
     const Swing truth = swing(*groom, *full, 100, 4, 200, false);
     add_row(rows, name, "undecimated", 100, 4, truth, truth);
     for (std::size_t i = 0; i < kLevelSpecs.size(); ++i) {
-      const auto level = build_level(*groom, Material{}, kLevelSpecs[i]);
+      const auto level = build_level(*groom, kLevelSpecs[i]);
       const std::string level_name(kLevelNames[i]);
       const int iterations = kLevelIterations[i];
       add_row(rows, name, level_name + " small steps", 100, 4, swing(*groom, *level, 100, 4, 200, false), truth);

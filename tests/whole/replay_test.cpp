@@ -26,6 +26,20 @@ TEST_F(Replay, every_received_frame_is_what_the_recording_computes_again) {
   expect_same_frames("received", "computed");
 }
 
+TEST_F(Replay, hair_of_other_materials_in_a_storm_is_computed_again_as_well) {
+  auto server = start_server({"--record", path("recording"), "--wind", "1", "0", "1"});
+  auto view = start_view({"--character", "groom=made:long_curly,motion=made:nod,level=medium,strands=300,material=soft",
+                          "--character", "groom=made:bob,motion=made:shake,level=low,strands=200,material=gelled",
+                          "--duration", "2", "--wind", "-3", "0", "2", "--gust", "0.5", "--turbulence", "1.5",
+                          "--wind-seed", "5", "--trace", path("received")});
+  finish(*view, 0);
+  drain(*server);
+  auto sim = start("hairnet-sim", {"--replay", path("recording"), "--trace", path("computed")}, "sim");
+  finish(*sim, 0);
+  EXPECT_THAT(sim->out(), HasSubstr("every state hash equal"));
+  expect_same_frames("received", "computed");
+}
+
 TEST_F(Replay, two_clients_at_once_each_get_their_own_characters) {
   auto server = start_server({"--record", path("recording")});
   const Arguments shared{"--duration", "1.5", "--pose-rate", "72", "--jitter", "4"};

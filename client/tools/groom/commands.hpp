@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/import/placement.hpp"
@@ -9,6 +10,13 @@
 #include "core/result.hpp"
 
 namespace hairnet::groom {
+
+struct MaterialOptions {
+  std::optional<Material> material;                               // of all hair; none: the groom's own
+  std::vector<std::pair<std::string, Material>> group_materials;  // by the group's name
+};
+// Refuses groups that are not there.
+Result<void> apply_materials(const MaterialOptions& options, Groom& groom);
 
 struct ImportOptions {
   std::vector<std::string> files;   // strands; the format is told by the file's name
@@ -18,7 +26,8 @@ struct ImportOptions {
   std::optional<Axis> body_up, body_face;  // where the mesh differs from the strands
   std::optional<double> body_unit_m;
   double hairs_in_all = 100'000;
-  double root_length_m = 0.02;
+  std::optional<double> root_length_m;  // whatever the material says
+  MaterialOptions materials;
   std::string name, out;
 };
 Result<void> import_groom(const ImportOptions& options);
@@ -26,6 +35,7 @@ Result<void> import_groom(const ImportOptions& options);
 struct MakeOptions {
   std::string style, out;
   HairstyleOptions hairstyle;
+  MaterialOptions materials;
 };
 Result<void> make_groom(const MakeOptions& options);
 

@@ -65,11 +65,15 @@ Result<void> import_groom(const ImportOptions& options) {
                                    {}};
   }
   def.hairs_in_all = options.hairs_in_all;
-  def.root_length_m = options.root_length_m;
-  const auto imported = assemble_groom(def);
+  auto imported = assemble_groom(def);
   if (!imported) return of_file(options.files.front(), imported.error());
   for (const std::string& warning : imported->warnings) std::fprintf(stderr, "note: %s\n", warning.c_str());
-  return save_groom(imported->groom, options.out);
+  Groom& groom = imported->groom;
+  if (const Result<void> applied = apply_materials(options.materials, groom); !applied) return applied;
+  if (options.root_length_m) {
+    for (StrandProperties& strand : groom.strands) strand.root_length_m = static_cast<float>(*options.root_length_m);
+  }
+  return save_groom(groom, options.out);
 }
 
 }  // namespace hairnet::groom

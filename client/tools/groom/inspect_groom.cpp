@@ -28,6 +28,16 @@ void print_lengths(const Groom& groom) {
               lengths.back());
 }
 
+void print_material(const Material& m) {
+  std::printf("material   %s: stiffness %g N a hair, attachments %g N/m, damping %g, density %g kg/m, drag %g Ns/m2,\n",
+              std::string(material_name(m)).c_str(), static_cast<double>(m.axial_stiffness_n),
+              static_cast<double>(m.attachment_stiffness_n_per_m), static_cast<double>(m.damping_ratio),
+              static_cast<double>(m.linear_density_kg_per_m), static_cast<double>(m.air_drag_ns_per_m2));
+  std::printf("           gel %g /s2, ether damping %g, roots %g m, %g m off the skin\n",
+              static_cast<double>(m.ether_stiffness_per_s2), static_cast<double>(m.ether_damping_ratio),
+              static_cast<double>(m.root_length_m), static_cast<double>(m.thickness_m));
+}
+
 void print_groups(const Groom& groom) {
   for (std::size_t g = 0; g < groom.group_names.size(); ++g) {
     std::size_t count = 0, rooted = 0;
@@ -35,8 +45,9 @@ void print_groups(const Groom& groom) {
       count += strand.group == g;
       rooted += strand.group == g && strand.rooted;
     }
-    std::printf("group      %-16s %zu strands, %zu with roots on the skull\n", groom.group_names[g].c_str(), count,
-                rooted);
+    const std::string material(material_name(groom.materials.of(static_cast<std::uint16_t>(g))));
+    std::printf("group      %-16s %zu strands, %zu with roots on the skull, %s\n", groom.group_names[g].c_str(), count,
+                rooted, material.c_str());
   }
 }
 
@@ -46,7 +57,12 @@ void print_groom(const Groom& groom) {
   std::printf("groom      %s\n", groom.name.c_str());
   std::printf("strands    %zu of %zu points, for %.0f hairs\n", groom.strand_count(), groom.points.size(), hairs);
   print_lengths(groom);
+  print_material(groom.materials.base);
   print_groups(groom);
+  for (const GroupMaterial& own : groom.materials.groups) {
+    std::printf("group      %s:\n", groom.group_names[own.group].c_str());
+    print_material(own.material);
+  }
   if (!groom.points.empty()) {
     Vec3f low = groom.points[0], high = low;
     for (const Vec3f& x : groom.points) {
@@ -71,7 +87,7 @@ void print_levels(const Groom& groom) {
       bar.show(fraction, stage);
       return true;
     };
-    (void)build_levels(groom, {}, observer, &reports);
+    (void)build_levels(groom, observer, &reports);
   }
   std::printf("\nlevel   lattice   active   springs           attachments       contacts   decimation   total\n");
   for (std::size_t i = 0; i < reports.size(); ++i) {

@@ -11,6 +11,7 @@ using namespace hairnet;
 
 constexpr const char* kFooter = R"(Examples:
   hairnet-groom make long_curly --length 0.45 --curl 0.8 --strands 8000 --out curls.groom
+  hairnet-groom make bob --material wet --group-material fringe=stiff --out bob.groom
   hairnet-groom import straight.hair --up +z --face +y --unit 0.0033 --out straight.groom
   hairnet-groom import back.tfx side.tfx tail.tfx --face -z --unit 0.00254 --body head.obj --body-face +z --out tail.groom
   hairnet-groom inspect curls.groom --levels
@@ -35,6 +36,33 @@ void add_hairstyle_flags(CLI::App& app, HairstyleOptions& o) {
   app.add_option("--seed", o.seed, "another head of the same style (1)");
 }
 
+Material named_material(const char* flag, const std::string& name) {
+  const Result<Material> material = make_material(name);
+  if (!material) throw CLI::ValidationError(flag, material.error());
+  return *material;
+}
+
+void add_material_flags(CLI::App& app, groom::MaterialOptions& o) {
+  app.add_option_function<std::string>(
+      "--material", [&o](const std::string& name) { o.material = named_material("--material", name); },
+      "of all hair: soft, normal, stiff, gelled or wet (normal)");
+  constexpr const char* kGroupFlag = "--group-material";
+  app.add_option_function<std::vector<std::string>>(
+         kGroupFlag,
+         [&o, kGroupFlag](const std::vector<std::string>& texts) {
+           for (const std::string& text : texts) {
+             const std::size_t equals = text.rfind('=');
+             if (equals == std::string::npos)
+               throw CLI::ValidationError(kGroupFlag, "'" + text + "' is not GROUP=MATERIAL");
+             o.group_materials.emplace_back(text.substr(0, equals),
+                                            named_material(kGroupFlag, text.substr(equals + 1)));
+           }
+         },
+         "of one group's hair: GROUP=MATERIAL; once for each")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+}
+
 void add_import(CLI::App& app, groom::ImportOptions& o, std::vector<double>& origin) {
   CLI::App& import = *app.add_subcommand("import", "strands that people have (.hair, .tfx, .data), to a groom file");
   import.add_option("files", o.files, "strand files; each becomes a group")->required();
@@ -54,8 +82,9 @@ void add_import(CLI::App& app, groom::ImportOptions& o, std::vector<double>& ori
       ->check(in_range(1e-6, 1e3));
   import.add_option("--group", o.groups, "name of each file's group, in order (the files' names)");
   import.add_option("--hairs", o.hairs_in_all, "real hairs on the whole head (100000)")->check(in_range(1, 1e7));
-  import.add_option("--root-length", o.root_length_m, "m of hair that stays with the skin, lambda_0 (0.02)")
+  import.add_option("--root-length", o.root_length_m, "m of hair that stays with the skin, lambda_0 (the material's)")
       ->check(in_range(0, 10));
+  add_material_flags(import, o.materials);
   import.add_option("--name", o.name, "the groom's name (the out file's)");
 }
 
@@ -79,6 +108,7 @@ int run(int argc, char** argv) {
   make_app.add_option("style", make.style, "see 'hairnet-groom list'")->required();
   make_app.add_option("--out,-o", make.out, "groom file to write")->required();
   add_hairstyle_flags(make_app, make.hairstyle);
+  add_material_flags(make_app, make.materials);
   groom::InspectOptions inspect;
   CLI::App& inspect_app = *app.add_subcommand("inspect", "what a groom holds, and how its levels are built");
   inspect_app.add_option("groom", inspect.groom, "groom file, or made:STYLE")->required();

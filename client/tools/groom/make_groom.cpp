@@ -6,8 +6,9 @@
 namespace hairnet::groom {
 
 Result<void> make_groom(const MakeOptions& options) {
-  const Result<Groom> made = make_hairstyle(options.style, options.hairstyle);
+  Result<Groom> made = make_hairstyle(options.style, options.hairstyle);
   if (!made) return Refusal("made:" + options.style + ": " + made.error());
+  if (const Result<void> applied = apply_materials(options.materials, *made); !applied) return applied;
   return save_groom(*made, options.out);
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "client/tools/flags/in_range.hpp"
+#include "client/tools/flags/wind_flags.hpp"
 #include "core/import/placement.hpp"
 
 namespace hairnet::sim {
@@ -25,7 +26,7 @@ CLI::Option* add_parsed(CLI::App& app, const char* flag, T& target, const char* 
   return app.add_option_function<std::string>(
       flag,
       [flag, &target, parse](const std::string& text) {
-        const Result<T> value = parse(text);
+        const auto value = parse(text);
         if (!value) throw CLI::ValidationError(flag, value.error());
         target = *value;
       },
@@ -55,8 +56,7 @@ void add_motion_flags(CLI::App& app, SimulateOptions& o) {
     app.add_option(kFlags[b], o.bvh.joint_names[b], "BVH: the joint for this bone (found by its usual names)");
 }
 
-// `wind` is filled while parsing and must outlive it.
-void add_simulation_flags(CLI::App& app, SimulateOptions& o, std::vector<double>& wind) {
+void add_simulation_flags(CLI::App& app, SimulateOptions& o) {
   app.add_option("--groom", o.groom, "groom file, or made:STYLE");
   app.add_option("--motion", o.motion, "BVH file, or made:NAME");
   app.add_option("--strands", o.hairstyle.strand_count, "made grooms: how many strands (the style's own)");
@@ -68,7 +68,9 @@ void add_simulation_flags(CLI::App& app, SimulateOptions& o, std::vector<double>
       ->check(CLI::Range(1, 100000));
   add_parsed(app, "--solver", o.solver,
              "default: what the server runs; converged: in double, each step's system solved to 1e-10", parse_solver);
-  app.add_option("--wind", wind, "steady wind, m/s, world: X Y Z")->expected(3)->check(in_range(-100.0, 100.0));
+  add_parsed(app, "--material", o.material, "of all hair, instead of the groom's own: soft, normal, stiff, gelled, wet",
+             make_material);
+  add_wind_flags(app, o.wind);
   app.add_option("--settle", o.settle_s, "seconds added after the clip, the head easing upright, then still")
       ->check(in_range(0.0, 3600.0));
   app.add_option("--out", o.out, "node positions, world, m: ticks + 1 x nodes x 3, float32 .npy");
@@ -89,6 +91,10 @@ std::string check(const SimulateOptions& simulate, const ReplayOptions& replay) 
   }
   if (!replay.trace.empty() || replay.character) return "--trace and --character go with --replay";
   if (simulate.groom.empty()) return "--groom is required (or --replay)";
+  if (std::string fault = validate(simulate.wind); !fault.empty()) return fault;
+  const bool is_steady = simulate.wind.gust_ratio == 0 && simulate.wind.turbulence_rms_m_per_s == 0;
+  if (!simulate.dump_model.empty() && !is_steady)
+    return "--dump-model holds a steady wind: leave out --gust and --turbulence";
   const bool needs_motion = simulate.dump_model.empty() || !simulate.out.empty() || !simulate.velocities.empty() ||
                             !simulate.points.empty() || !simulate.poses.empty();
   if (simulate.motion.empty() && needs_motion) return "--motion is required";
@@ -100,13 +106,12 @@ std::string check(const SimulateOptions& simulate, const ReplayOptions& replay) 
 std::variant<Options, int> parse_options(int argc, char** argv) {
   SimulateOptions simulate;
   ReplayOptions replay;
-  std::vector<double> wind;
   std::uint64_t character = 0;
 
   CLI::App app("Hair simulated without a server: files in, files out.", "hairnet-sim");
   app.footer(std::string(kFooter));
   app.failure_message([](const CLI::App* a, const CLI::Error& e) { return a->get_name() + ": " + e.what() + "\n"; });
-  add_simulation_flags(app, simulate, wind);
+  add_simulation_flags(app, simulate);
   app.add_option("--replay", replay.recording, "a server's recording: step it again and check every tick's hash");
   app.add_option("--trace", replay.trace, "--replay: folder for every frame of every character");
   const auto* character_flag = app.add_option(
@@ -120,7 +125,6 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? 0 : 2;
   }
-  if (wind.size() == 3) simulate.wind = Vec3(wind[0], wind[1], wind[2]);
   if (simulate.substep_count == 0) simulate.substep_count = substep_count_for(1 / simulate.rate_hz);
   if (!replay.recording.empty()) return Options(replay);
   return Options(simulate);

@@ -34,9 +34,10 @@ Result<void> ReplayedWorld::take(const wire::RecordingHeader& header) {
   def.substep_count = header.substep_count;
   def.iterations = header.iterations;
   def.environment.gravity = Vec3(header.gravity.data());
-  const Wind wind{.mean_m_per_s = Vec3(header.wind.data())};
-  if (!def.environment.gravity.allFinite() || !validate(wind).empty())
-    return Refusal("the header's gravity or wind is not finite");
+  if (!def.environment.gravity.allFinite()) return Refusal("the header's gravity is not finite");
+  if (const std::string fault = validate(header.wind); !fault.empty()) return Refusal("the header's " + fault);
+  def.environment.wind = WindField(header.wind);
+  environment_ = def.environment;
   world_.emplace(def);
   return {};
 }
@@ -60,7 +61,7 @@ Result<std::shared_ptr<const LevelSet>> ReplayedWorld::levels_of(const wire::Gro
       progress_(fraction, stage);
       return true;
     };
-    recorded.levels = build_levels(*recorded.groom, Material{}, observer);
+    recorded.levels = build_levels(*recorded.groom, observer);
     recorded.groom.reset();
   }
   return recorded.levels;
@@ -115,6 +116,17 @@ Result<void> ReplayedWorld::take(const wire::RecordedTick& tick) {
   }
   for (const wire::RecordedLevel& level : tick.levels) {
     if (const Result<void> done = set_level(level); !done) return at_tick(done.error());
+  }
+  for (const wire::RecordedMaterial& change : tick.materials) {
+    const auto found = characters_.find(change.character);
+    if (found == characters_.end()) return at_tick("sets the material of unknown " + name_of(change.character));
+    if (const std::string fault = validate(change.scale); !fault.empty()) return at_tick(fault);
+    world_->set_material(found->second.id, change.scale);
+  }
+  if (tick.wind) {
+    if (const std::string fault = validate(*tick.wind); !fault.empty()) return at_tick(fault);
+    environment_.wind = WindField(*tick.wind);
+    world_->set_environment(environment_);
   }
   for (const wire::RecordedPose& pose : tick.poses) {
     const auto found = characters_.find(pose.character);

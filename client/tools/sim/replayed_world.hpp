@@ -45,6 +45,7 @@ class ReplayedWorld {
 
   BuildProgress progress_;
   double tick_s_ = 0;
+  Environment environment_;
   std::optional<World> world_;
   std::map<wire::GroomHash, RecordedLevels> grooms_;
   std::map<std::uint64_t, Character> characters_;

@@ -48,6 +48,7 @@ struct Run {
 
 Result<Groom> load_sound_groom(const SimulateOptions& o) {
   Result<Groom> groom = load_groom(o.groom, o.hairstyle);
+  if (groom && o.material) set_material(*o.material, *groom);
   if (!groom) return Refusal(o.groom + ": " + groom.error());
   if (groom->points.empty()) return Refusal(o.groom + ": has no strand points, so there is nothing to simulate");
   return groom;
@@ -62,7 +63,7 @@ std::shared_ptr<const LevelSet> build_one(const SimulateOptions& o, const Groom&
   };
   const auto index = static_cast<std::size_t>(o.level);
   auto levels = std::make_shared<LevelSet>();
-  levels->levels[index] = *build_level(groom, Material{}, kLevelSpecs[index], observer);
+  levels->levels[index] = *build_level(groom, kLevelSpecs[index], observer);
   return levels;
 }
 
@@ -106,8 +107,8 @@ void print_summary(const SimulateOptions& o, const Clip& clip, const Level& leve
 
 Result<void> write_model(const SimulateOptions& o, const Level& level, std::vector<std::size_t> resets) {
   if (o.dump_model.empty()) return {};
-  const std::string json =
-      encode_model_json({&level, o.rate_hz, o.substep_count, Environment{}.gravity, o.wind, std::move(resets)});
+  const std::string json = encode_model_json(
+      {&level, o.rate_hz, o.substep_count, Environment{}.gravity, o.wind.mean_m_per_s, std::move(resets)});
   const Result<void> written = write_file(o.dump_model, std::as_bytes(std::span(json)));
   if (!written) return Refusal(o.dump_model + ": " + written.error());
   return {};
@@ -123,7 +124,7 @@ Result<void> simulate(const SimulateOptions& o) {
   def.tick_s = 1 / o.rate_hz;
   def.substep_count = o.substep_count;
   def.iterations = o.iterations;
-  def.environment.wind = WindField({.mean_m_per_s = o.wind});
+  def.environment.wind = WindField(o.wind);
 
   Run run;
   if (o.motion.empty()) {

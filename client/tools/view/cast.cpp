@@ -21,8 +21,8 @@ Result<std::vector<Actor>> load_cast(const std::vector<CharacterOptions>& charac
     }
     Result<Motion> motion = load_motion(options.motion, options.bvh, &groom->body);
     if (!motion) return Refusal(options.motion + ": " + motion.error());
-    cast.push_back(
-        {groom, std::move(*motion), options.level, options.colour.value_or(default_hair_colour(cast.size()))});
+    cast.push_back({groom, std::move(*motion), options.level, options.colour.value_or(default_hair_colour(cast.size())),
+                    options.material});
   }
   return cast;
 }

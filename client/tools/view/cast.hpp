@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "client/tools/view/options.hpp"
@@ -16,6 +17,7 @@ struct Actor {
   Motion motion;
   LevelIndex level = LevelIndex::high;
   Vec3f hair_colour = Vec3f::Zero();  // linear RGB
+  std::optional<Material> material;
 };
 
 Result<std::vector<Actor>> load_cast(const std::vector<CharacterOptions>& characters);

@@ -49,13 +49,19 @@ Result<void> set(CharacterOptions& o, const std::string& key, const std::string&
   if (key == "up") return store(parse_axis(value), o.bvh.up);
   if (key == "face") return store(parse_axis(value), o.bvh.face);
   if (key == "unit") return store(parse_unit(value), o.bvh.unit_m);
+  if (key == "material") {
+    const Result<Material> material = make_material(value);
+    if (!material) return Refusal(material.error());
+    o.material = *material;
+    return {};
+  }
   if (key == "colour") {
     const Result<Vec3f> colour = parse_hair_colour(value);
     if (!colour) return Refusal(colour.error());
     o.colour = *colour;
     return {};
   }
-  return Refusal(quoted(key) + " is not one of groom, motion, level, colour, strands, up, face, unit");
+  return Refusal(quoted(key) + " is not one of groom, motion, level, material, colour, strands, up, face, unit");
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "client/tools/flags/in_range.hpp"
+#include "client/tools/flags/wind_flags.hpp"
 #include "client/tools/view/character_spec.hpp"
 
 namespace hairnet::viewer {
@@ -14,6 +15,7 @@ namespace {
 
 constexpr std::string_view kFooter = R"(A character is given as key=value, separated by commas:
   groom=FILE or made:STYLE   motion=FILE.bvh or made:NAME   level=high|medium|low|ether|rigid
+  material=soft|normal|stiff|gelled|wet (a change while it runs)
   colour=brown|blonde|black|red|dark_blonde|dark_brown|auburn|grey|#rrggbb   strands=N (made grooms)
   up=+y face=+z unit=1 (BVH axes and metres a unit)
 Time 0 is when the clips begin: heads rest upright until every lattice has arrived.
@@ -26,11 +28,13 @@ Examples:
 constexpr std::array<const char*, 4> kViewNames{"front", "side", "back", "three_quarter"};
 constexpr double kDuration_s_max = 24 * 3600;
 
-// Everything but numbers and file names, as typed.
+// What cannot go straight into the options, as typed.
 struct Texts {
   std::string connect = "127.0.0.1:7420", times, views = "three_quarter", size = "480x540";
   std::vector<std::string> characters;
   bool no_draw = false;
+  Wind wind;
+  CLI::App* wind_flags = nullptr;
 };
 
 std::vector<std::string> split(const std::string& text, char separator) {
@@ -99,6 +103,10 @@ void take_texts(ViewOptions& o, const Texts& texts) {
     o.characters.push_back(*character);
   }
   if (o.characters.empty()) refuse("--character", "at least one is required");
+  if (texts.wind_flags->count_all() > 0) {
+    if (const std::string fault = validate(texts.wind); !fault.empty()) refuse("--wind", fault);
+    o.wind = texts.wind;
+  }
   const bool draws = !o.out.empty() || !o.sheet.empty();
   if (draws && texts.no_draw) refuse("--no-draw", "excludes --out and --sheet");
   if (!draws && !texts.no_draw && o.trace.empty()) refuse("--out", "give it, or --sheet, --trace or --no-draw");
@@ -124,6 +132,7 @@ void add_flags(CLI::App& app, ViewOptions& o, Texts& texts) {
   app.add_option("--size", texts.size, "of one picture, WIDTHxHEIGHT (480x540)");
   app.add_option("--trace", o.trace, "folder for every received frame");
   app.add_flag("--no-draw", texts.no_draw, "stream and measure only");
+  texts.wind_flags = add_wind_flags(app, texts.wind);
 }
 
 }  // namespace

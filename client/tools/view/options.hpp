@@ -7,15 +7,18 @@
 #include <vector>
 
 #include "core/build/level.hpp"
+#include "core/groom/material.hpp"
 #include "core/import/bvh.hpp"
 #include "core/made/made.hpp"
+#include "core/solver/wind.hpp"
 
 namespace hairnet::viewer {
 
 struct CharacterOptions {
   std::string groom, motion;
   LevelIndex level = LevelIndex::high;
-  std::optional<Vec3f> colour;  // linear RGB
+  std::optional<Vec3f> colour;       // linear RGB
+  std::optional<Material> material;  // while it runs; the groom's own stays what was built
   HairstyleOptions hairstyle;
   BvhImport bvh;
 };
@@ -29,7 +32,8 @@ struct ViewOptions {
   double duration_s = 6;  // of the clips, which begin at time 0 when every lattice has arrived
   double settle_s = 0;    // after them: heads ease upright within 1 s, then are still
   double pose_rate_hz = 60;
-  double jitter_ms = 0;  // each pose is taken up to this much earlier or later
+  double jitter_ms = 0;      // each pose is taken up to this much earlier or later
+  std::optional<Wind> wind;  // for the whole room
   std::string out, sheet, trace;
   std::vector<double> times_s;  // of the sheet's columns
   std::vector<View> views;      // of the sheet's rows, each for every character

@@ -81,8 +81,12 @@ class Streamer {
                                      [&](const Actor& a) { return a.groom == cast_[i].groom; });
       const auto first = static_cast<std::size_t>(same - cast_.begin());
       roles_[i].groom = first == i ? link_.upload(*cast_[i].groom) : roles_[first].groom;
-      link_.add_character(static_cast<std::uint32_t>(i + 1), roles_[i].groom, cast_[i].level);
+      const auto character = static_cast<std::uint32_t>(i + 1);
+      link_.add_character(character, roles_[i].groom, cast_[i].level);
+      if (cast_[i].material)
+        link_.set_material(character, scale_between(cast_[i].groom->materials.base, *cast_[i].material));
     }
+    if (options_.wind) link_.set_wind(*options_.wind);
     return {};
   }
 
@@ -144,8 +148,8 @@ class Streamer {
     role.playout.push(frame, sampled, now);
     result_.statistics.count_displacement(frame.character, displacement_);
     if (trace_) {
-      trace_->add({batch.tick, session_ << 32 | frame.character, frame.level, frame.discontinuous, frame.asleep, frame.quantum_m,
-                   frame.pose, displacement_});
+      trace_->add({batch.tick, session_ << 32 | frame.character, frame.level, frame.discontinuous, frame.asleep,
+                   frame.quantum_m, frame.pose, displacement_});
     }
     return {};
   }

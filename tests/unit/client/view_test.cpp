@@ -68,7 +68,8 @@ TEST(Performance, the_clips_own_teleports_are_jumps) {
 }
 
 TEST(CharacterSpec, takes_its_keys_in_any_order) {
-  const auto character = parse_character("level=low,motion=made:nod,groom=a.groom,strands=500,up=+z,face=-y,unit=0.01");
+  const auto character =
+      parse_character("level=low,motion=made:nod,groom=a.groom,strands=500,up=+z,face=-y,unit=0.01,material=wet");
   ASSERT_TRUE(character) << character.error();
   EXPECT_EQ(character->groom, "a.groom");
   EXPECT_EQ(character->motion, "made:nod");
@@ -76,12 +77,14 @@ TEST(CharacterSpec, takes_its_keys_in_any_order) {
   EXPECT_EQ(character->hairstyle.strand_count, 500u);
   EXPECT_EQ(character->bvh.up, Axis::plus_z);
   EXPECT_EQ(character->bvh.unit_m, 0.01);
+  EXPECT_EQ(character->material, *make_material("wet"));
 }
 
 TEST(CharacterSpec, refuses_what_it_does_not_know_in_one_line) {
   for (const char* spec : {"", ",", "groom=a", "motion=a", "groom=a,motion=b,level=best", "groom=a,motion=b,hat=red",
                            "groom=a,motion=b,colour=#12345", "groom=a,motion=b,strands=-1", "groom=a,motion=b,unit=0",
-                           "groom=a,motion=b,unit=nan", "groom=,motion=b", "groom=a,motion=b,", "groom"}) {
+                           "groom=a,motion=b,unit=nan", "groom=a,motion=b,material=wood", "groom=,motion=b",
+                           "groom=a,motion=b,", "groom"}) {
     const auto character = parse_character(spec);
     ASSERT_FALSE(character) << spec;
     EXPECT_EQ(character.error().find('\n'), std::string::npos);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <numeric>
 
 #include "core/build/fit_lattice.hpp"
@@ -21,16 +22,16 @@ struct Filled {
   NodeMechanics nodes;
 };
 
-Filled fill(const Groom& groom, int n, const Material& material = {}) {
+Filled fill(const Groom& groom, int n) {
   const Grid grid(fit_lattice(groom.points, {n, n, n}));
   NodeShares shares(grid.node_count());
   std::vector<Vec3> polyline;
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {
     polyline_on_grid(grid, groom.strand_points(s), polyline);
-    add_strand_shares(grid, polyline, groom.strands[s], material, shares);
+    add_strand_shares(grid, polyline, groom.strands[s], groom.materials.of(groom.strands[s].group), shares);
   }
   LevelGeometry geometry = trim(grid.lattice(), shares.touched);
-  NodeMechanics nodes = fill_ether(geometry, shares, material);
+  NodeMechanics nodes = fill_ether(geometry, shares);
   return {grid, std::move(shares), std::move(geometry), std::move(nodes)};
 }
 
@@ -91,20 +92,65 @@ TEST(Ether, is_never_softer_than_free_hanging_and_no_stiffer_than_the_least_leng
       const double length = filled.nodes.mass[a] * kGravity / filled.nodes.ether_stiffness[a];
       EXPECT_GE(length, kHangLengthMin * (1 - 1e-9));
       EXPECT_LE(length, 1);
-      EXPECT_NEAR(filled.nodes.ether_damping[a],
-                  filled.nodes.ether_stiffness[a] * static_cast<double>(Material{}.ether_damping_time_s), 1e-9);
     }
   }
 }
 
-TEST(Ether, a_stiffer_material_is_a_total_shared_by_mass) {
-  Material gel;
-  gel.ether_stiffness_n_per_m = 1e4f;
-  const Filled filled = fill(support::make_odd_groom(), 7, gel);
-  EXPECT_NEAR(sum(filled.nodes.ether_stiffness), 1e4, 1e-3);
-  for (std::size_t a = 0; a < filled.nodes.mass.size(); ++a) {
-    EXPECT_NEAR(filled.nodes.ether_stiffness[a] / filled.nodes.mass[a], 1e4 / sum(filled.nodes.mass), 1e-2);
+TEST(Ether, gel_is_added_to_hanging_and_is_the_same_in_all_at_every_level) {
+  const Groom plain = support::make_odd_groom();
+  Groom gelled = plain;
+  gelled.materials.base.ether_stiffness_per_s2 = 300;
+  for (const int n : {3, 5, 7, 10}) {
+    const Filled without = fill(plain, n), with = fill(gelled, n);
+    EXPECT_NEAR(sum(with.nodes.ether_stiffness) - sum(without.nodes.ether_stiffness), 300 * sum(with.nodes.mass),
+                1e-6 * sum(with.nodes.ether_stiffness));
+    for (std::size_t a = 0; a < with.nodes.mass.size(); ++a) {
+      EXPECT_NEAR((with.nodes.ether_stiffness[a] - without.nodes.ether_stiffness[a]) / with.nodes.mass[a], 300, 1e-6);
+    }
   }
+}
+
+TEST(Ether, damps_each_nodes_own_swing_by_the_ratio) {
+  Groom groom = support::make_odd_groom();
+  groom.materials.base.ether_stiffness_per_s2 = 100;
+  groom.materials.base.ether_damping_ratio = 0.35f;
+  const Filled filled = fill(groom, 7);
+  for (std::size_t a = 0; a < filled.nodes.mass.size(); ++a) {
+    const double m = filled.nodes.mass[a], k = filled.nodes.ether_stiffness[a], q = filled.nodes.ether_damping[a];
+    EXPECT_NEAR(q / (2 * std::sqrt(k * m)), 0.35, 1e-6);
+  }
+}
+
+TEST(Ether, groups_keep_their_own_materials) {
+  // A gelled fringe in front of a soft tail, far enough apart to share no node.
+  Groom groom;
+  for (int s = 0; s < 9; ++s) {
+    const Vec3f root(0.01f * static_cast<float>(s), 0.1f, 0);
+    support::add(groom, support::straight(root + Vec3f(0, 0, 0.3f), {0, -1, 0}, 0.3f, 12), {.group = 0});
+    support::add(groom, support::straight(root - Vec3f(0, 0, 0.3f), {0, -1, 0}, 0.3f, 12), {.group = 1});
+  }
+  groom.materials.base.ether_damping_ratio = 0.15f;
+  Material gel;
+  gel.ether_stiffness_per_s2 = 400;
+  gel.ether_damping_ratio = 0.6f;
+  gel.ether_mass_ratio = 0.9f;
+  groom.materials.set(0, gel);
+  const Filled filled = fill(groom, 8);
+  std::size_t in_fringe = 0, in_tail = 0;
+  for (std::size_t a = 0; a < filled.nodes.mass.size(); ++a) {
+    const std::uint32_t node = filled.geometry.active_nodes[a];
+    if (filled.shares.mass[node] == 0) continue;
+    const bool is_fringe = filled.grid.node_head(node).z() > 0;
+    (is_fringe ? in_fringe : in_tail)++;
+    const double m = filled.nodes.mass[a], k = filled.nodes.ether_stiffness[a], q = filled.nodes.ether_damping[a];
+    const double hang = kGravity * filled.shares.mass[node] / filled.shares.hang_moment[node];
+    EXPECT_NEAR(k / m - hang, is_fringe ? 400 : 0, 1e-4);
+    EXPECT_NEAR(q / (2 * std::sqrt(k * m)), is_fringe ? 0.6 : 0.15, 1e-6);
+  }
+  EXPECT_GT(in_fringe, 10u);
+  EXPECT_GT(in_tail, 10u);
+  const double hair = sum(filled.shares.mass);
+  EXPECT_NEAR(sum(filled.nodes.mass), hair * (1 + 0.5 * (0.9 + 0.5)), 1e-5 * hair);
 }
 
 TEST(Ether, hair_that_stands_up_stands_stiff) {

@@ -23,7 +23,7 @@ TEST_P(BuildLevel, odd_strands_give_a_sound_level) {
   const Groom groom = groom_with_body(support::make_odd_groom());
   ASSERT_EQ(validate(groom), "");
   LevelReport report;
-  const auto level = build_level(groom, {}, kLevelSpecs[GetParam()], {}, &report);
+  const auto level = build_level(groom, kLevelSpecs[GetParam()], {}, &report);
   expect_sound(*level);
   EXPECT_EQ(report.degenerate_strands, 4u);  // empty, one point, coincident points, hardly any length
   EXPECT_EQ(report.active_nodes, level->rest.size());
@@ -41,13 +41,13 @@ TEST_P(BuildLevel, each_odd_strand_alone_gives_a_sound_level) {
     SCOPED_TRACE(s);
     Groom groom;
     support::add(groom, {all.strand_points(s).begin(), all.strand_points(s).end()}, all.strands[s]);
-    expect_sound(*build_level(groom, {}, kLevelSpecs[GetParam()]));
+    expect_sound(*build_level(groom, kLevelSpecs[GetParam()]));
   }
 }
 
 TEST_P(BuildLevel, every_groom_point_has_its_nodes_active) {
   const Groom groom = support::make_odd_groom();
-  const auto level = build_level(groom, {}, kLevelSpecs[GetParam()]);
+  const auto level = build_level(groom, kLevelSpecs[GetParam()]);
   const Lattice& lattice = level->geometry.lattice;
   for (const Vec3f& point : groom.points) {
     const Vec3f at = (point - lattice.origin).cwiseQuotient(lattice.spacing);
@@ -62,14 +62,14 @@ TEST_P(BuildLevel, unrooted_strands_have_no_attachment) {
   Groom groom = support::make_head_of_hair(30);
   for (StrandProperties& strand : groom.strands) strand.rooted = false;
   LevelReport report;
-  const auto level = build_level(groom, {}, kLevelSpecs[GetParam()], {}, &report);
+  const auto level = build_level(groom, kLevelSpecs[GetParam()], {}, &report);
   EXPECT_EQ(report.attachments_before, 0u);
   EXPECT_EQ(level->attachments.count(), 0u);
   expect_sound(*level);
 }
 
 TEST_P(BuildLevel, rest_positions_are_the_lattices_nodes) {
-  const auto level = build_level(support::make_head_of_hair(30), {}, kLevelSpecs[GetParam()]);
+  const auto level = build_level(support::make_head_of_hair(30), kLevelSpecs[GetParam()]);
   for (std::size_t i = 0; i < level->rest.size(); ++i) {
     EXPECT_EQ(level->rest[i], level->geometry.lattice.node(level->geometry.active_nodes[i]));
   }
@@ -79,7 +79,7 @@ INSTANTIATE_TEST_SUITE_P(Levels, BuildLevel, testing::Values(0, 1, 2, 3));
 
 TEST(BuildLevels, total_mass_and_drag_are_equal_at_every_level) {
   const Groom groom = support::make_odd_groom();
-  const auto set = build_levels(groom, {});
+  const auto set = build_levels(groom);
   const double hair_kg = support::hair_length(groom) * static_cast<double>(Material{}.linear_density_kg_per_m);
   const double drag = 2 * support::hair_length(groom) * static_cast<double>(Material{}.air_drag_ns_per_m2);
   for (const Level& level : set->levels) {
@@ -93,9 +93,9 @@ TEST(BuildLevels, total_mass_and_drag_are_equal_at_every_level) {
 
 TEST(BuildLevels, are_those_that_build_level_gives) {
   const Groom groom = groom_with_body(support::make_odd_groom());
-  const auto set = build_levels(groom, {});
+  const auto set = build_levels(groom);
   for (std::size_t i = 0; i < kLevelSpecs.size(); ++i) {
-    const auto one = build_level(groom, {}, kLevelSpecs[i]);
+    const auto one = build_level(groom, kLevelSpecs[i]);
     EXPECT_EQ(set->levels[i].mass, one->mass);
     EXPECT_EQ(set->levels[i].springs.stiffness, one->springs.stiffness);
     EXPECT_EQ(set->levels[i].springs.weights, one->springs.weights);
@@ -115,7 +115,7 @@ TEST(BuildLevels, progress_never_falls_and_ends_at_one) {
     fractions.push_back(fraction);
     return true;
   };
-  ASSERT_TRUE(build_levels(groom_with_body(support::make_head_of_hair(400)), {}, observer));
+  ASSERT_TRUE(build_levels(groom_with_body(support::make_head_of_hair(400)), observer));
   EXPECT_TRUE(std::ranges::is_sorted(fractions));
   EXPECT_GE(fractions.front(), 0);
   EXPECT_EQ(fractions.back(), 1);
@@ -126,11 +126,11 @@ TEST(BuildLevels, can_be_cancelled_at_every_call) {
   int call_count = 0;
   BuildObserver observer;
   observer.progress = [&](double, std::string_view) { return ++call_count > 0; };
-  ASSERT_TRUE(build_levels(groom, {}, observer));
+  ASSERT_TRUE(build_levels(groom, observer));
   for (int stop = 1; stop <= call_count; ++stop) {
     int calls = 0;
     observer.progress = [&](double, std::string_view) { return ++calls < stop; };
-    EXPECT_FALSE(build_levels(groom, {}, observer));
+    EXPECT_FALSE(build_levels(groom, observer));
     EXPECT_EQ(calls, stop);  // it is not asked again
   }
 }
@@ -140,7 +140,7 @@ TEST(BuildLevels, report_gives_the_callers_time) {
   BuildObserver observer;
   observer.clock_s = [&] { return now_s += 1; };
   std::array<LevelReport, 4> reports;
-  ASSERT_TRUE(build_levels(support::make_head_of_hair(20), {}, observer, &reports));
+  ASSERT_TRUE(build_levels(support::make_head_of_hair(20), observer, &reports));
   for (const LevelReport& report : reports) {
     EXPECT_EQ(report.decimation_s, 1);
     EXPECT_EQ(report.total_s, 3);
@@ -148,11 +148,12 @@ TEST(BuildLevels, report_gives_the_callers_time) {
 }
 
 TEST(BuildLevels, materials_without_stiffness_give_levels_of_ether_alone) {
-  Material material;
+  Groom groom = support::make_odd_groom();
+  Material& material = groom.materials.base;
   material.axial_stiffness_n = 0;
   material.attachment_stiffness_n_per_m = 0;
   material.air_drag_ns_per_m2 = 0;
-  const auto set = build_levels(support::make_odd_groom(), material);
+  const auto set = build_levels(groom);
   for (const Level& level : set->levels) {
     EXPECT_EQ(level.springs.count(), 0u);
     expect_sound(level);
@@ -165,7 +166,7 @@ TEST(BuildLevels, the_coordinates_farthest_apart_that_a_groom_may_have_are_no_tr
   support::add(groom, {{10, -10, 10}, {-10, 10, -10}, {0, 0, 0}});
   support::add(groom, {{9.999f, 10, 10}, {10, 10, 10}});
   ASSERT_EQ(validate(groom), "");
-  const auto set = build_levels(groom, {});
+  const auto set = build_levels(groom);
   for (const Level& level : set->levels) expect_sound(level);
 }
 

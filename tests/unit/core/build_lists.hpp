@@ -5,9 +5,24 @@
 #include "core/build/fit_lattice.hpp"
 #include "core/build/resample.hpp"
 #include "core/build/stiffener_list.hpp"
+#include "core/groom/groom.hpp"
 
 // All stiffeners of a groom, and what they are together in weight space.
-namespace hairnet::support {
+namespace hairnet {
+
+// Of one strand's hair, damped by 8 ms.
+inline void add_spring(const Grid& grid, const Vec3& from, const Vec3& to, const StrandProperties& strand,
+                       const Material& material, StiffenerList& springs) {
+  add_spring(grid, from, to, static_cast<double>(strand.hair_count * material.axial_stiffness_n), 0.008, strand.group,
+             springs);
+}
+inline void add_attachment(const Grid& grid, const Vec3& point, const StrandProperties& strand,
+                           const Material& material, StiffenerList& attachments) {
+  add_attachment(grid, point, static_cast<double>(strand.hair_count * material.attachment_stiffness_n_per_m), 0.008,
+                 strand.group, attachments);
+}
+
+namespace support {
 
 inline StiffenerList springs_of(const Groom& groom, const Grid& grid) {
   StiffenerList springs;
@@ -53,4 +68,5 @@ inline Eigen::MatrixXd weight_matrix(const StiffenerList& list, std::size_t node
   return sum;
 }
 
-}  // namespace hairnet::support
+}  // namespace support
+}  // namespace hairnet

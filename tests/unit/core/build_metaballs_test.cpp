@@ -81,14 +81,14 @@ TEST(PlaceBalls, legs_get_none) {
 
 TEST(PlaceBalls, no_mesh_has_no_balls) {
   EXPECT_TRUE(place_balls(support::make_head_of_hair(5)).balls.empty());
-  const auto level = build_level(support::make_head_of_hair(5), {}, kLevelSpecs[2]);
+  const auto level = build_level(support::make_head_of_hair(5), kLevelSpecs[2]);
   EXPECT_TRUE(level->metaballs.empty());
 }
 
 class Contact : public testing::TestWithParam<std::size_t> {};
 
 TEST_P(Contact, does_nothing_in_the_design) {
-  const auto level = build_level(make_groom_with_body(), {}, kLevelSpecs[GetParam()]);
+  const auto level = build_level(make_groom_with_body(), kLevelSpecs[GetParam()]);
   ASSERT_EQ(level->metaballs.size(), 7u);
   for (const Metaball& ball : level->metaballs) {
     ASSERT_EQ(ball.radius.size(), level->rest.size());
@@ -102,9 +102,9 @@ TEST_P(Contact, does_nothing_in_the_design) {
 }
 
 TEST_P(Contact, carries_five_times_the_weight_within_five_millimetres) {
-  Material material;
-  material.metaball_potential_j = 0;  // as much as the load needs and no more
-  const auto level = build_level(make_groom_with_body(), material, kLevelSpecs[GetParam()]);
+  Groom groom = make_groom_with_body();
+  groom.materials.base.metaball_potential_j = 0;  // as much as the load needs and no more
+  const auto level = build_level(groom, kLevelSpecs[GetParam()]);
   std::size_t on = 0;
   for (const Metaball& ball : level->metaballs) {
     for (std::size_t i = 0; i < level->rest.size(); ++i) {
@@ -127,7 +127,7 @@ TEST_P(Contact, carries_five_times_the_weight_within_five_millimetres) {
 
 TEST_P(Contact, a_node_outside_is_held_off_the_skin_and_a_node_inside_goes_no_further_in) {
   const Groom groom = make_groom_with_body();
-  const auto level = build_level(groom, {}, kLevelSpecs[GetParam()]);
+  const auto level = build_level(groom, kLevelSpecs[GetParam()]);
   const MeshQuery skin(groom.body.mesh);
   for (const Metaball& ball : level->metaballs) {
     for (std::size_t i = 0; i < level->rest.size(); ++i) {

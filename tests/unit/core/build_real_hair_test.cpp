@@ -48,7 +48,7 @@ class RealHairs : public testing::TestWithParam<RealHair> {
 
 TEST_P(RealHairs, give_sound_levels_with_all_stiffeners_asked_for) {
   std::array<LevelReport, 4> reports;
-  const auto set = build_levels(groom_, {}, {}, &reports);
+  const auto set = build_levels(groom_, {}, &reports);
   for (std::size_t i = 0; i < kLevelSpecs.size(); ++i) {
     support::expect_sound(set->levels[i]);
     EXPECT_EQ(reports[i].springs_after, kLevelSpecs[i].spring_count);

@@ -10,6 +10,8 @@
 namespace hairnet {
 namespace {
 
+constexpr double kAxial_n = 4e-4, kAttachment_n_per_m = 6e-3, kDampingTime_s = 0.008;  // per hair
+
 struct Built {
   Grid grid;
   StiffenerList springs, attachments;
@@ -22,10 +24,13 @@ Built stiffeners_of(const Groom& groom, int n) {
     polyline_on_grid(built.grid, groom.strand_points(s), polyline);
     if (arc_length(built.grid, polyline) < kLengthMin) continue;
     cut_points(built.grid, polyline, cuts);
+    const double hair_count = groom.strands[s].hair_count;
+    const std::uint16_t group = groom.strands[s].group;
     for (std::size_t i = 1; i < cuts.size(); ++i) {
-      add_spring(built.grid, cuts[i - 1], cuts[i], groom.strands[s], {}, built.springs);
+      add_spring(built.grid, cuts[i - 1], cuts[i], hair_count * kAxial_n, kDampingTime_s, group, built.springs);
     }
-    add_attachment(built.grid, polyline.front(), groom.strands[s], {}, built.attachments);
+    add_attachment(built.grid, polyline.front(), hair_count * kAttachment_n_per_m, kDampingTime_s, group,
+                   built.attachments);
   }
   return built;
 }
@@ -90,20 +95,18 @@ TEST(Stiffening, springs_in_series_are_as_stiff_as_the_whole_strand) {
   ASSERT_GT(built.springs.count(), 5u);
   double compliance = 0;
   for (const double k : built.springs.stiffness) compliance += 1 / k;
-  const double stiffness = 30 * static_cast<double>(Material{}.axial_stiffness_n) / 0.4;
+  const double stiffness = 30 * kAxial_n / 0.4;
   EXPECT_NEAR(1 / compliance, stiffness, 1e-5 * stiffness);
 }
 
 TEST(Stiffening, damping_is_stiffness_times_the_time_constant) {
   const Built built = stiffeners_of(support::make_head_of_hair(10), 6);
   for (std::size_t s = 0; s < built.springs.count(); ++s) {
-    EXPECT_NEAR(built.springs.damping[s] / built.springs.stiffness[s], Material{}.spring_damping_time_s, 1e-9);
+    EXPECT_NEAR(built.springs.damping[s] / built.springs.stiffness[s], kDampingTime_s, 1e-9);
   }
   for (std::size_t s = 0; s < built.attachments.count(); ++s) {
-    EXPECT_NEAR(built.attachments.stiffness[s], 20 * static_cast<double>(Material{}.attachment_stiffness_n_per_m),
-                1e-9);
-    EXPECT_NEAR(built.attachments.damping[s] / built.attachments.stiffness[s], Material{}.attachment_damping_time_s,
-                1e-9);
+    EXPECT_NEAR(built.attachments.stiffness[s], 20 * kAttachment_n_per_m, 1e-9);
+    EXPECT_NEAR(built.attachments.damping[s] / built.attachments.stiffness[s], kDampingTime_s, 1e-9);
   }
 }
 
@@ -112,17 +115,17 @@ TEST(Stiffening, a_short_strand_is_no_stiffer_than_a_tenth_of_a_cell) {
   lattice.dims = {4, 4, 4};
   const Grid grid(lattice);
   StiffenerList springs;
-  add_spring(grid, Vec3(1.5, 1.5, 1.5), Vec3(1.501, 1.5, 1.5), {.hair_count = 1}, {}, springs);
+  add_spring(grid, Vec3(1.5, 1.5, 1.5), Vec3(1.501, 1.5, 1.5), kAxial_n, kDampingTime_s, 0, springs);
   ASSERT_EQ(springs.count(), 1u);
-  EXPECT_NEAR(springs.stiffness[0], static_cast<double>(Material{}.axial_stiffness_n) / 0.1, 1e-9);
+  EXPECT_NEAR(springs.stiffness[0], kAxial_n / 0.1, 1e-9);
 }
 
 TEST(Stiffening, a_chord_without_length_gives_no_spring) {
   Lattice lattice;
   lattice.dims = {4, 4, 4};
   StiffenerList springs;
-  add_spring(Grid(lattice), Vec3(1.5, 1.5, 1.5), Vec3(1.5, 1.5, 1.5), {}, {}, springs);
-  add_spring(Grid(lattice), Vec3(1.5, 1.5, 1.5), Vec3(1.5 + 5e-6, 1.5, 1.5), {}, {}, springs);
+  add_spring(Grid(lattice), Vec3(1.5, 1.5, 1.5), Vec3(1.5, 1.5, 1.5), kAxial_n, kDampingTime_s, 0, springs);
+  add_spring(Grid(lattice), Vec3(1.5, 1.5, 1.5), Vec3(1.5 + 5e-6, 1.5, 1.5), kAxial_n, kDampingTime_s, 0, springs);
   EXPECT_EQ(springs.count(), 0u);
   EXPECT_TRUE(springs.entries.empty());
 }
@@ -131,7 +134,7 @@ TEST(Stiffening, a_spring_across_a_cell_has_eight_nodes) {
   Lattice lattice;
   lattice.dims = {4, 4, 4};
   StiffenerList springs;
-  add_spring(Grid(lattice), Vec3(1, 1.3, 1.4), Vec3(2, 1.6, 1.7), {}, {}, springs);
+  add_spring(Grid(lattice), Vec3(1, 1.3, 1.4), Vec3(2, 1.6, 1.7), kAxial_n, kDampingTime_s, 0, springs);
   ASSERT_EQ(springs.count(), 1u);
   EXPECT_EQ(springs.weights(0).size(), 8u);
 }

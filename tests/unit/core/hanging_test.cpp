@@ -56,7 +56,7 @@ class Hanging : public testing::TestWithParam<double> {};
 TEST_P(Hanging, a_strand_is_a_pendulum_that_ends_vertical_at_any_tilt) {
   const float length_m = 0.3f;
   const Groom groom = make_lock(length_m);
-  const auto level = build_level(groom, {}, kLevelSpecs[0]);
+  const auto level = build_level(groom, kLevelSpecs[0]);
   const Vec3f direction = direction_after_tilt(groom, *level, GetParam());
   EXPECT_LT(degrees_from_vertical(direction), 4) << "points along " << direction.transpose();
   EXPECT_NEAR(direction.norm(), length_m, 0.05f * length_m);
@@ -66,9 +66,9 @@ INSTANTIATE_TEST_SUITE_P(Tilts, Hanging, testing::Values(15.0, 45.0, 90.0, 180.0
 
 TEST(Hanging, more_ether_stiffness_is_gel_that_holds_the_design) {
   const Groom groom = make_lock(0.3f);
-  Material gel;
-  gel.ether_stiffness_n_per_m = 5;
-  const auto soft = build_level(groom, {}, kLevelSpecs[0]), gelled = build_level(groom, gel, kLevelSpecs[0]);
+  Groom with_gel = groom;
+  with_gel.materials.base.ether_stiffness_per_s2 = 150;
+  const auto soft = build_level(groom, kLevelSpecs[0]), gelled = build_level(with_gel, kLevelSpecs[0]);
   const double from_soft = degrees_from_vertical(direction_after_tilt(groom, *soft, 45, 10));
   const double from_gelled = degrees_from_vertical(direction_after_tilt(groom, *gelled, 45, 10));
   EXPECT_GT(from_gelled, from_soft + 20);
@@ -78,7 +78,7 @@ TEST(Hanging, more_ether_stiffness_is_gel_that_holds_the_design) {
 TEST(Hanging, the_built_design_is_the_upright_equilibrium_exactly) {
   const Groom groom = make_lock(0.3f);
   for (const LevelSpec& spec : kLevelSpecs) {
-    const auto level = build_level(groom, {}, spec);
+    const auto level = build_level(groom, spec);
     LatticeState state;
     reset_to_rest(*level, state);
     StepScratch scratch;

@@ -20,7 +20,7 @@ class LevelMaps : public testing::Test {
     HairstyleOptions options;
     options.strand_count = 600;
     groom_ = new Groom(*make_hairstyle("long_straight", options));
-    levels_ = build_levels(*groom_, Material{});
+    levels_ = build_levels(*groom_);
   }
   static void TearDownTestSuite() {
     delete groom_;

@@ -107,19 +107,33 @@ inline bool equal(const Goodbye& a, const Goodbye& b) {
   return a.reason == b.reason && a.detail == b.detail;
 }
 
+inline bool equal(const SetMaterial& a, const SetMaterial& b) {
+  return a.character == b.character && a.scale == b.scale;
+}
+inline bool equal(const Wind& a, const Wind& b) {
+  const auto all = [](const Wind& w) {
+    return std::tie(w.mean_m_per_s, w.gust_ratio, w.gust_period_s, w.turbulence_rms_m_per_s, w.turbulence_scale_m,
+                    w.seed);
+  };
+  return all(a) == all(b);
+}
+inline bool equal(const SetWind& a, const SetWind& b) {
+  return equal(a.wind, b.wind);
+}
+
 inline bool equal(const Groom& a, const Groom& b) {
   const auto all = [](const Groom& g) {
     return std::tie(g.name, g.group_names, g.points, g.strand_begin, g.body.mesh.vertices, g.body.mesh.triangles,
-                    g.body.bone_weights, g.body.joints, g.body.fitted_from_roots);
+                    g.body.bone_weights, g.body.joints, g.body.fitted_from_roots, g.materials);
   };
   return all(a) == all(b) && equal(a.strands, b.strands);
 }
 
 inline bool equal(const RecordingHeader& a, const RecordingHeader& b) {
   const auto all = [](const RecordingHeader& h) {
-    return std::tie(h.tick_rate_hz, h.substep_count, h.iterations, h.gravity, h.wind);
+    return std::tie(h.tick_rate_hz, h.substep_count, h.iterations, h.gravity);
   };
-  return all(a) == all(b);
+  return all(a) == all(b) && equal(a.wind, b.wind);
 }
 inline bool equal(const RecordedGroom& a, const RecordedGroom& b) {
   return a.bytes == b.bytes;
@@ -132,13 +146,18 @@ inline bool equal(const RecordedAdd& a, const RecordedAdd& b) {
 inline bool equal(const RecordedLevel& a, const RecordedLevel& b) {
   return a.character == b.character && a.level == b.level;
 }
+inline bool equal(const RecordedMaterial& a, const RecordedMaterial& b) {
+  return a.character == b.character && a.scale == b.scale;
+}
 inline bool equal(const RecordedPose& a, const RecordedPose& b) {
   return a.character == b.character && a.teleport == b.teleport && equal(a.pose, b.pose);
 }
 inline bool equal(const RecordedTick& a, const RecordedTick& b) {
   return std::tie(a.tick, a.sample_time_ns, a.state_hash, a.removed) ==
              std::tie(b.tick, b.sample_time_ns, b.state_hash, b.removed) &&
-         equal(a.added, b.added) && equal(a.levels, b.levels) && equal(a.poses, b.poses);
+         equal(a.added, b.added) && equal(a.levels, b.levels) && equal(a.poses, b.poses) &&
+         equal(a.materials, b.materials) && a.wind.has_value() == b.wind.has_value() &&
+         (!a.wind || equal(*a.wind, *b.wind));
 }
 
 // Two variants of the same alternative.

@@ -183,7 +183,7 @@ TEST(Packet, with_an_enum_out_of_range_is_invalid) {
   EXPECT_EQ(round_trip_error(SetLevel{1, no_level}), DecodeError::invalid);
   EXPECT_EQ(round_trip_error(CharacterAdded{1, {}, no_level}), DecodeError::invalid);
   EXPECT_EQ(round_trip_error(GroomStatus{{}, static_cast<GroomState>(4)}), DecodeError::invalid);
-  EXPECT_EQ(round_trip_error(Error{static_cast<ErrorReason>(13), 0, {}, {}}), DecodeError::invalid);
+  EXPECT_EQ(round_trip_error(Error{static_cast<ErrorReason>(16), 0, {}, {}}), DecodeError::invalid);
   EXPECT_EQ(round_trip_error(Error{}), DecodeError::invalid) << "an error without a reason";
   EXPECT_EQ(round_trip_error(Goodbye{static_cast<GoodbyeReason>(10), {}}), DecodeError::invalid);
   EXPECT_EQ(round_trip_error(Goodbye{}), DecodeError::invalid) << "a goodbye without a reason";
@@ -215,6 +215,18 @@ TEST(Packet, delivers_unsound_poses_for_the_session_to_judge) {
   const auto& poses = std::get<PoseBatch>(got.envelope.message).poses;
   EXPECT_EQ(validate_pose(poses[0].pose), PoseRefusal::not_finite);
   EXPECT_EQ(validate_pose(poses[1].pose), PoseRefusal::none);
+}
+
+TEST(Packet, delivers_unsound_materials_and_winds_for_the_session_to_judge) {
+  SetMaterial material{7, {}};
+  material.scale.density = static_cast<float>(kNan);
+  SetWind wind;
+  wind.wind.mean_m_per_s.x() = 1e9;
+  const Decoded got_material = decode_packet(encode(material)), got_wind = decode_packet(encode(wind));
+  ASSERT_EQ(got_material.error, DecodeError::none);
+  ASSERT_EQ(got_wind.error, DecodeError::none);
+  EXPECT_NE(validate(std::get<SetMaterial>(got_material.envelope.message).scale), "");
+  EXPECT_NE(validate(std::get<SetWind>(got_wind.envelope.message).wind), "");
 }
 
 TEST(Packet, rounds_poses_as_rounded_to_wire_does) {
@@ -309,7 +321,7 @@ TEST(Packet, makes_text_fit_to_travel) {
 }
 
 TEST(Packet, has_a_name_for_every_reason) {
-  for (std::uint8_t r = 0; r <= 12; ++r) EXPECT_STRNE(to_string(static_cast<ErrorReason>(r)), "unknown");
+  for (std::uint8_t r = 0; r <= 15; ++r) EXPECT_STRNE(to_string(static_cast<ErrorReason>(r)), "unknown");
   for (std::uint8_t r = 0; r <= 9; ++r) EXPECT_STRNE(to_string(static_cast<GoodbyeReason>(r)), "unknown");
   for (std::uint8_t r = 0; r <= 3; ++r) EXPECT_STRNE(to_string(static_cast<DecodeError>(r)), "unknown");
   for (std::uint8_t r = 0; r <= 3; ++r) EXPECT_STRNE(to_string(static_cast<PoseRefusal>(r)), "unknown");

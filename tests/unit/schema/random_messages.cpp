@@ -126,16 +126,53 @@ Message RandomMessages::message(std::size_t kind) {
       return batch;
     }
     case 14:
-      return Error{static_cast<ErrorReason>(integer(1, 12)), u32(), coin() ? hash() : GroomHash{}, text()};
-    default:
+      return Error{static_cast<ErrorReason>(integer(1, 15)), u32(), coin() ? hash() : GroomHash{}, text()};
+    case 15:
       return Goodbye{static_cast<GoodbyeReason>(integer(1, 9)), text()};
+    case 16:
+      return SetMaterial{u32(), material_scale()};
+    default:
+      return SetWind{wind()};
   }
+}
+
+Material RandomMessages::material() {
+  Material m;
+  for (float* value : {&m.axial_stiffness_n, &m.attachment_stiffness_n_per_m, &m.damping_ratio, &m.ether_mass_ratio,
+                       &m.ether_stiffness_per_s2, &m.ether_damping_ratio, &m.root_length_m, &m.metaball_potential_j})
+    *value = static_cast<float>(real(0.01, 10));
+  m.linear_density_kg_per_m = static_cast<float>(real(1e-7, 1e-3));
+  m.air_drag_ns_per_m2 = static_cast<float>(real(0, 1));
+  m.thickness_m = static_cast<float>(real(0, 0.1));
+  return m;
+}
+
+MaterialScale RandomMessages::material_scale() {
+  MaterialScale s;
+  for (float* value : {&s.stiffness, &s.damping, &s.density, &s.ether_damping, &s.air_drag, &s.gel_per_s2})
+    *value = static_cast<float>(real(0.1, 10));
+  return s;
+}
+
+Wind RandomMessages::wind() {
+  Wind w;
+  w.mean_m_per_s = vector(20).cast<double>();
+  w.gust_ratio = real(0, 1);
+  w.gust_period_s = real(1, 100);
+  w.turbulence_rms_m_per_s = real(0, 20);
+  w.turbulence_scale_m = real(0.3, 100);
+  w.seed = integer(0, ~std::uint64_t{0});
+  return w;
 }
 
 Groom RandomMessages::groom(std::size_t strand_count) {
   Groom g;
   g.name = text();
   g.group_names = {text(), text()};
+  g.materials.base = material();
+  for (std::uint16_t group = 0; group < 2; ++group) {
+    if (coin()) g.materials.set(group, material());
+  }
   for (std::size_t s = 0; s < strand_count; ++s) {
     std::vector<Vec3f> strand(integer(0, 16));
     for (Vec3f& point : strand) point = vector(0.4f);
@@ -164,7 +201,7 @@ RecordingHeader RandomMessages::recording_header() {
   h.substep_count = static_cast<std::int32_t>(integer(1, 8));
   h.iterations = static_cast<std::int32_t>(integer(1, 64));
   for (double& g : h.gravity) g = real(-20, 20);
-  for (double& w : h.wind) w = real(-20, 20);
+  h.wind = wind();
   return h;
 }
 
@@ -177,6 +214,8 @@ RecordedTick RandomMessages::recorded_tick() {
   for (std::size_t n = integer(0, 3); n > 0; --n) t.removed.push_back(u64());
   for (std::size_t n = integer(0, 3); n > 0; --n) t.added.push_back({u64(), hash(), coin(), level(), pose()});
   for (std::size_t n = integer(0, 3); n > 0; --n) t.levels.push_back({u64(), level()});
+  for (std::size_t n = integer(0, 3); n > 0; --n) t.materials.push_back({u64(), material_scale()});
+  if (coin()) t.wind = wind();
   for (std::size_t n = integer(0, 5); n > 0; --n) t.poses.push_back({u64(), coin(), pose()});
   return t;
 }

@@ -19,6 +19,9 @@ class RandomMessages {
   LevelGeometry geometry();
   Frame frame();
   Pose pose();
+  Material material();
+  MaterialScale material_scale();
+  Wind wind();
   Groom groom(std::size_t strand_count);
   RecordingHeader recording_header();
   RecordedTick recorded_tick();

@@ -99,7 +99,8 @@ TEST(Recording, refuses_settings_that_no_world_takes) {
   EXPECT_FALSE(is_taken([](RecordingHeader& h) { h.substep_count = 0; }));
   EXPECT_FALSE(is_taken([](RecordingHeader& h) { h.iterations = -1; }));
   EXPECT_FALSE(is_taken([](RecordingHeader& h) { h.gravity[1] = std::numeric_limits<double>::quiet_NaN(); }));
-  EXPECT_FALSE(is_taken([](RecordingHeader& h) { h.wind[0] = std::numeric_limits<double>::infinity(); }));
+  EXPECT_FALSE(is_taken([](RecordingHeader& h) { h.wind.mean_m_per_s[0] = std::numeric_limits<double>::infinity(); }));
+  EXPECT_FALSE(is_taken([](RecordingHeader& h) { h.wind.gust_ratio = 2; }));
 }
 
 TEST(Recording, refuses_poses_and_levels_that_no_world_takes) {
@@ -114,6 +115,15 @@ TEST(Recording, refuses_poses_and_levels_that_no_world_takes) {
   tick.levels.clear();
   tick.added.resize(1);
   tick.added[0].pose[Bone::neck].position.x() = 1e6;
+  EXPECT_FALSE(decode_one(tick));
+  tick.added.clear();
+  tick.materials.resize(1);
+  tick.wind.emplace();
+  EXPECT_TRUE(decode_one(tick));
+  tick.materials[0].scale.stiffness = 0;
+  EXPECT_FALSE(decode_one(tick));
+  tick.materials.clear();
+  tick.wind->turbulence_scale_m = 0.1;
   EXPECT_FALSE(decode_one(tick));
 }
 

@@ -36,6 +36,22 @@ TEST(Config, takes_every_flag_in_its_range) {
   EXPECT_EQ(parsed.config.grooms.groom_bytes_max, 4096u);
 }
 
+TEST(Config, takes_a_wind_and_who_may_set_it) {
+  const ParsedConfig parsed =
+      parse({"--wind", "-3", "0.5", "2", "--gust", "0.4", "--gust-period", "6", "--turbulence", "1.5",
+             "--turbulence-scale", "0.7", "--wind-seed", "12", "--wind-from-clients", "off"});
+  ASSERT_EQ(parsed.exit_code, -1);
+  EXPECT_EQ(parsed.config.wind.mean_m_per_s, Vec3(-3, 0.5, 2));
+  EXPECT_EQ(parsed.config.wind.gust_ratio, 0.4);
+  EXPECT_EQ(parsed.config.wind.gust_period_s, 6);
+  EXPECT_EQ(parsed.config.wind.turbulence_rms_m_per_s, 1.5);
+  EXPECT_EQ(parsed.config.wind.turbulence_scale_m, 0.7);
+  EXPECT_EQ(parsed.config.wind.seed, 12u);
+  EXPECT_FALSE(parsed.config.sessions.wind_from_clients);
+  EXPECT_TRUE(parse({}).config.sessions.wind_from_clients);
+  EXPECT_TRUE(parse({"--wind-from-clients", "on"}).config.sessions.wind_from_clients);
+}
+
 TEST(Config, refuses_what_is_out_of_range_with_status_2) {
   for (const std::vector<const char*>& words :
        std::vector<std::vector<const char*>>{{"--port", "65536"},
@@ -53,6 +69,13 @@ TEST(Config, refuses_what_is_out_of_range_with_status_2) {
                                              {"--log-level", "loud"},
                                              {"--bind", ""},
                                              {"--nonsense"},
+                                             {"--wind", "1", "2"},
+                                             {"--wind", "1", "nan", "0"},
+                                             {"--wind", "61", "0", "0"},
+                                             {"--gust", "1.1"},
+                                             {"--turbulence", "-1"},
+                                             {"--turbulence-scale", "0.1"},
+                                             {"--wind-from-clients", "maybe"},
                                              {"--record", "a", "--port-file", "a"}}) {
     EXPECT_EQ(parse(words).exit_code, 2) << words[0];
   }

@@ -247,15 +247,83 @@ TEST_F(ServerPollTest, draining_tells_every_client_and_takes_no_new_one) {
   EXPECT_EQ(server_->session_count(), 0u);
 }
 
+TEST_F(ServerPollTest, the_wind_blows_on_all_clients_hair_and_the_last_to_set_it_wins) {
+  start();
+  FakeClient first(*server_, now_ns_), second(*server_, now_ns_);
+  add(first);
+  add(second);
+  first.pose(1, rigid_pose({}), now_ns_);
+  second.pose(1, rigid_pose({}), now_ns_);
+  run_ms(500);
+  // Mean displacement along x, in head axes, of the newest frame.
+  const auto blown_m = [](const FakeClient& client) {
+    const wire::Frame frame = client.frames(1).back();
+    double sum = 0;
+    for (std::size_t i = 0; i < frame.displacements.size(); i += 3) sum += frame.displacements[i];
+    return sum * static_cast<double>(frame.quantum_m) / static_cast<double>(frame.displacements.size() / 3);
+  };
+  EXPECT_NEAR(blown_m(first), 0, 1e-4);
+  const auto blow = [&](FakeClient& client, double x) {
+    wire::SetWind set;
+    set.wind.mean_m_per_s = {x, 0, 0};
+    client.say(set, now_ns_);
+    run_ms(1500);
+  };
+  blow(first, 3);
+  EXPECT_GT(blown_m(first), 2e-3);
+  EXPECT_GT(blown_m(second), 2e-3);
+  blow(second, -3);
+  EXPECT_LT(blown_m(first), -2e-3);
+  EXPECT_LT(blown_m(second), -2e-3);
+  EXPECT_THAT(first.errors(), IsEmpty());
+}
+
+TEST_F(ServerPollTest, a_material_is_one_characters_and_outlives_its_levels) {
+  Config config;
+  config.wind.mean_m_per_s = {4, 0, 0};
+  start(config);
+  FakeClient plain(*server_, now_ns_), gelled(*server_, now_ns_);
+  add(plain);
+  add(gelled);
+  // Before its first pose, and so before it is in the world.
+  gelled.say(wire::SetMaterial{1, {.gel_per_s2 = 2000}}, now_ns_);
+  plain.pose(1, rigid_pose({}), now_ns_);
+  gelled.pose(1, rigid_pose({}), now_ns_);
+  run_ms(1500);
+  const auto largest_m = [](const FakeClient& client) {
+    const wire::Frame frame = client.frames(1).back();
+    int most = 0;
+    for (const std::int16_t d : frame.displacements) most = std::max(most, std::abs(int{d}));
+    return most * static_cast<double>(frame.quantum_m);
+  };
+  EXPECT_LT(largest_m(gelled), 0.3 * largest_m(plain));
+  gelled.say(wire::SetLevel{1, LevelIndex::medium}, now_ns_);
+  run_ms(1500);
+  EXPECT_EQ(gelled.frames(1).back().level, LevelIndex::medium);
+  EXPECT_LT(largest_m(gelled), 0.3 * largest_m(plain));
+  gelled.say(wire::SetMaterial{1, {}}, now_ns_);
+  run_ms(1500);
+  EXPECT_GT(largest_m(gelled), 0.5 * largest_m(plain));
+}
+
 TEST_F(ServerPollTest, a_recording_steps_again_to_the_same_hash_every_tick) {
   const std::string path = testing::TempDir() + "hairnet_server_poll_test.hairrec";
   Config config;
   config.record = path;
   config.substeps = 2;
+  config.wind.mean_m_per_s = {1, 0, 0.5};
+  config.wind.turbulence_rms_m_per_s = 1;
   start(config);
   FakeClient first(*server_, now_ns_), second(*server_, now_ns_);
   add(first);
   run_ms(200, {&first});
+  wire::SetWind storm;
+  storm.wind.mean_m_per_s = {-3, 0, 0};
+  storm.wind.gust_ratio = 0.5;
+  storm.wind.turbulence_rms_m_per_s = 2;
+  storm.wind.seed = 99;
+  first.say(storm, now_ns_);
+  first.say(wire::SetMaterial{1, {.stiffness = 4, .density = 0.5f, .gel_per_s2 = 30}}, now_ns_);
   add(second, LevelIndex::medium);
   run_ms(200, {&first, &second});
   first.say(wire::SetLevel{1, LevelIndex::high}, now_ns_);
@@ -275,15 +343,15 @@ TEST_F(ServerPollTest, a_recording_steps_again_to_the_same_hash_every_tick) {
   def.tick_s = 1.0 / std::get<wire::RecordingHeader>(*header).tick_rate_hz;
   def.substep_count = std::get<wire::RecordingHeader>(*header).substep_count;
   def.iterations = std::get<wire::RecordingHeader>(*header).iterations;
-  Simulation simulation(def);
-  std::size_t ticks = 0, added = 0, removed = 0;
+  Simulation simulation(def, std::get<wire::RecordingHeader>(*header).wind);
+  std::size_t ticks = 0, added = 0, removed = 0, materials = 0, winds = 0;
   while (!rest.empty()) {
     auto entry = wire::take_record_entry(rest);
     ASSERT_TRUE(entry) << entry.error();
     if (const auto* groom = std::get_if<wire::RecordedGroom>(&*entry)) {
       const auto decoded = wire::decode_groom(groom->bytes);
       ASSERT_TRUE(decoded) << decoded.error();
-      simulation.put_levels(wire::hash_groom(groom->bytes), build_levels(*decoded, Material{}));
+      simulation.put_levels(wire::hash_groom(groom->bytes), build_levels(*decoded));
     } else {
       const auto& tick = std::get<wire::RecordedTick>(*entry);
       simulation.step(tick);
@@ -291,11 +359,15 @@ TEST_F(ServerPollTest, a_recording_steps_again_to_the_same_hash_every_tick) {
       ++ticks;
       added += tick.added.size();
       removed += tick.removed.size();
+      materials += tick.materials.size();
+      winds += tick.wind.has_value();
     }
   }
   EXPECT_EQ(ticks, metrics_.tick.ticks_run.value());
   EXPECT_EQ(added, 2u);
   EXPECT_EQ(removed, 1u);
+  EXPECT_EQ(materials, 1u);
+  EXPECT_EQ(winds, 1u);
 }
 
 TEST_F(ServerPollTest, the_worker_count_changes_no_bit) {

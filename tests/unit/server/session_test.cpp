@@ -129,6 +129,55 @@ TEST_F(SessionTest, refuses_messages_that_only_servers_send) {
   EXPECT_EQ(session_.state(), State::active);
 }
 
+TEST_F(SessionTest, passes_on_sound_materials_and_winds) {
+  hello();
+  say(wire::AddCharacter{1, desk_.known, LevelIndex::medium});
+  wire::SetMaterial material{1, {}};
+  material.scale.stiffness = 3;
+  wire::SetWind wind;
+  wind.wind.mean_m_per_s = {4, 0, 1};
+  say(material);
+  say(wind);
+  EXPECT_THAT(errors(), IsEmpty());
+  std::vector<Command> taken;
+  commands_.take_all(taken);
+  ASSERT_EQ(taken.size(), 4u);
+  EXPECT_EQ(std::get<SetMaterial>(taken[2]).character, character_key(7, 1));
+  EXPECT_EQ(std::get<SetMaterial>(taken[2]).scale, material.scale);
+  EXPECT_EQ(std::get<SetWind>(taken[3]).wind.mean_m_per_s, wind.wind.mean_m_per_s);
+}
+
+TEST_F(SessionTest, refuses_unsound_materials_and_winds_whole_and_goes_on) {
+  hello();
+  say(wire::AddCharacter{1, desk_.known, LevelIndex::medium});
+  say(wire::SetMaterial{2, {}});
+  wire::SetMaterial material{1, {}};
+  material.scale.density = std::numeric_limits<float>::quiet_NaN();
+  say(material);
+  wire::SetWind wind;
+  wind.wind.turbulence_scale_m = 0.1;
+  say(wind);
+  EXPECT_THAT(errors(),
+              ElementsAre(ErrorReason::character_unknown, ErrorReason::material_invalid, ErrorReason::wind_invalid));
+  EXPECT_THAT(connection_->all<wire::Error>()[1].detail, testing::HasSubstr("density"));
+  EXPECT_THAT(connection_->all<wire::Error>()[2].detail, testing::HasSubstr("turbulence scale"));
+  EXPECT_EQ(counters_.materials_refused.value(), 2u);
+  EXPECT_EQ(counters_.winds_refused.value(), 1u);
+  EXPECT_EQ(session_.state(), State::active);
+  std::vector<Command> taken;
+  commands_.take_all(taken);
+  EXPECT_EQ(taken.size(), 2u) << "the session and its character";
+}
+
+TEST_F(SessionTest, keeps_the_wind_to_itself_when_told_so) {
+  context_.limits.wind_from_clients = false;
+  hello();
+  say(wire::SetWind{});
+  EXPECT_THAT(errors(), ElementsAre(ErrorReason::not_allowed));
+  EXPECT_EQ(counters_.winds_refused.value(), 1u);
+  EXPECT_THAT(commands<SetWind>(), IsEmpty());
+}
+
 TEST_F(SessionTest, passes_on_what_names_its_own_characters) {
   hello();
   say(wire::AddCharacter{1, desk_.known, LevelIndex::medium});
