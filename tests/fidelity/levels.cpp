@@ -144,7 +144,7 @@ int run(const Options& o) {
   for (const std::string& name : o.grooms) {
     const Result<Groom> groom = fidelity::load_groom(name, 2000);
     if (!groom) return fail(groom.error());
-    const auto levels = build_levels(*groom, Material{});
+    const auto levels = build_levels(*groom);
     Hair hair(*groom, *levels);
     for (const LevelIndex from : {LevelIndex::high, LevelIndex::medium, LevelIndex::low, LevelIndex::ether}) {
       for (const LevelIndex to : {LevelIndex::high, LevelIndex::medium, LevelIndex::low, LevelIndex::ether}) {

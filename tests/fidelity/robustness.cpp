@@ -214,7 +214,7 @@ void show(const Trial& t, Json& rows, bool& all_passed) {
 }
 
 void test_groom(const std::string& name, const Groom& groom, const Options& o, Json& rows, bool& all_passed) {
-  const auto levels = build_levels(groom, Material{});
+  const auto levels = build_levels(groom);
   for (std::size_t i = 0; i < kLevelSpecs.size(); ++i) {
     const auto level = static_cast<LevelIndex>(i);
     Tester resting(name, levels, level);

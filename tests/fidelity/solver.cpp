@@ -173,7 +173,7 @@ int run(const Options& o) {
       const auto index =
           static_cast<std::size_t>(std::find(kLevelNames.begin(), kLevelNames.end(), level_name) - kLevelNames.begin());
       if (index >= kLevelSpecs.size()) return fail(level_name + ": no such level");
-      const auto level = build_level(*groom, Material{}, kLevelSpecs[index]);
+      const auto level = build_level(*groom, kLevelSpecs[index]);
       for (const std::string& motion_name : o.motions) {
         const Result<Motion> motion = fidelity::load_motion(motion_name, groom->body);
         if (!motion) return fail(motion.error());

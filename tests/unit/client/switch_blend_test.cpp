@@ -56,7 +56,7 @@ TEST(SwitchBlend, no_hair_jumps_when_levels_change_at_rest) {
   HairstyleOptions options;
   options.strand_count = 500;
   const Groom groom = *make_hairstyle("long_straight", options);
-  const auto levels = build_levels(groom, Material{});
+  const auto levels = build_levels(groom);
   World world({});
   const Pose tilted = rigid_pose({Quat(Eigen::AngleAxisd(0.6, Vec3::UnitZ())), Vec3::Zero()});
   const CharacterId id = world.add({levels, LevelIndex::high, tilted});
