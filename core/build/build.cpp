@@ -5,13 +5,16 @@
 #include <limits>
 
 #include "core/build/body_balls.hpp"
+#include "core/build/cloth.hpp"
 #include "core/build/decimate.hpp"
 #include "core/build/ether.hpp"
 #include "core/build/fit_lattice.hpp"
+#include "core/build/knots.hpp"
 #include "core/build/metaballs.hpp"
 #include "core/build/node_shares.hpp"
 #include "core/build/resample.hpp"
 #include "core/build/stiffener_list.hpp"
+#include "core/build/threads.hpp"
 #include "core/build/trim.hpp"
 
 namespace hairnet {
@@ -29,18 +32,19 @@ struct Progress {
   [[nodiscard]] double clock_s() const { return observer.clock_s ? observer.clock_s() : 0; }
 };
 
-// What all strands give to one lattice, before any of it is reduced.
-struct StrandMechanics {
+// What a groom gives to one lattice, before any of it is reduced.
+struct GroomMechanics {
   StiffenerList springs, attachments;
+  StiffenerList ties;  // the knots' springs, which no hair's may displace
   NodeShares shares;
   std::size_t degenerate_strands = 0;
 };
 
-void add_strand(const Groom& groom, const Material& material, const Grid& grid, std::size_t strand,
-                StrandMechanics& mechanics) {
-  const StrandProperties& properties = groom.strands[strand];
+// A strand, or what has the mechanics of one.
+void add_strand(std::span<const Vec3f> points, const StrandProperties& properties, const Material& material,
+                const Grid& grid, GroomMechanics& mechanics) {
   std::vector<Vec3> polyline, cuts;
-  polyline_on_grid(grid, groom.strand_points(strand), polyline);
+  polyline_on_grid(grid, points, polyline);
   add_strand_shares(grid, polyline, properties, material, mechanics.shares);
   if (arc_length(grid, polyline) < kLengthMin) {
     ++mechanics.degenerate_strands;
@@ -55,20 +59,53 @@ void add_strand(const Groom& groom, const Material& material, const Grid& grid, 
 
 // False when cancelled.
 bool add_strands(const Groom& groom, const Material& material, const Grid& grid, const Progress& progress,
-                 StrandMechanics& mechanics) {
+                 GroomMechanics& mechanics) {
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {
     const double fraction = static_cast<double>(s) / static_cast<double>(groom.strand_count());
     if (s % 1024 == 0 && !progress.at(0.3 * fraction, "cutting strands")) return false;
-    add_strand(groom, material, grid, s, mechanics);
+    add_strand(groom.strand_points(s), groom.strands[s], material, grid, mechanics);
+  }
+  std::vector<Vec3f> middle;
+  for (const Strip& strip : groom.strips) {
+    middle_of(groom, strip, middle);
+    add_strand(middle, strip.properties, material, grid, mechanics);
   }
   return true;
 }
 
+// Threads, cloth and knots. Stiffeners merge within a group only, so fabric's groups are other ones than hair's, and
+// each knot is one.
+void add_fabric(const Groom& groom, const Material& material, const Grid& grid, GroomMechanics& mechanics) {
+  const std::size_t group_count = groom.group_names.size();
+  for (const Thread& thread : groom.threads) {
+    const ThreadAsStrand strand(thread, material, static_cast<std::uint16_t>(group_count + thread.group));
+    add_strand(groom.points_of(thread.points), strand.properties, strand.material, grid, mechanics);
+  }
+  for (const Cloth& cloth : groom.cloths) {
+    const auto group = static_cast<std::uint16_t>(group_count + cloth.group);
+    add_cloth(grid, groom.points, cloth, group, mechanics.springs, mechanics.attachments);
+    add_cloth_shares(grid, groom.points, cloth, mechanics.shares);
+  }
+  for (std::size_t k = 0; k < groom.knots.size(); ++k) {
+    add_knot(grid, groom.points, groom.knots[k], static_cast<std::uint16_t>(k), mechanics.ties);
+    add_knot_mass(grid, groom.points, groom.knots[k], mechanics.shares);
+  }
+}
+
+// Knots may take a quarter of a level's springs, and what hair and fabric leave. False when cancelled.
+bool decimate_springs(std::size_t count_max, const std::function<bool(double)>& keep_going, GroomMechanics& mechanics) {
+  const std::size_t left_over = count_max - std::min(count_max, mechanics.springs.count());
+  if (!decimate(StiffenerKind::spring, std::max(count_max / 4, left_over), mechanics.ties)) return false;
+  if (!decimate(StiffenerKind::spring, count_max - mechanics.ties.count(), mechanics.springs, keep_going)) return false;
+  append(mechanics.ties, mechanics.springs);
+  return true;
+}
+
 // False when cancelled.
-bool decimate_both(const LevelSpec& spec, const Progress& progress, StrandMechanics& mechanics) {
+bool decimate_both(const LevelSpec& spec, const Progress& progress, GroomMechanics& mechanics) {
   const auto springs_done = [&](double share) { return progress.at(0.3 + 0.5 * share, "merging springs"); };
   const auto attachments_done = [&](double share) { return progress.at(0.8 + 0.1 * share, "merging attachments"); };
-  return decimate(StiffenerKind::spring, spec.spring_count, mechanics.springs, springs_done) &&
+  return decimate_springs(spec.spring_count, springs_done, mechanics) &&
          decimate(StiffenerKind::attachment, spec.attachment_count, mechanics.attachments, attachments_done);
 }
 
@@ -93,7 +130,7 @@ Stiffeners store_stiffeners(const StiffenerList& list, const std::vector<std::ui
   return stored;
 }
 
-void store_level(const StrandMechanics& mechanics, const Material& material, const BodyShape& body, Level& level) {
+void store_level(const GroomMechanics& mechanics, const Material& material, const BodyShape& body, Level& level) {
   const std::vector<std::uint32_t>& active_nodes = level.geometry.active_nodes;
   std::vector<std::uint32_t> active_index(level.geometry.lattice.node_count(), 0);
   for (std::uint32_t a = 0; a < active_nodes.size(); ++a) {
@@ -126,9 +163,10 @@ bool make_level(const Groom& groom, const Material& material, const LevelSpec& s
   const Grid grid(fit_lattice(groom.points, spec.dims));
   assert(grid.node_count() <= std::numeric_limits<std::uint16_t>::max());
 
-  StrandMechanics mechanics{{}, {}, NodeShares(grid.node_count())};
+  GroomMechanics mechanics{{}, {}, {}, NodeShares(grid.node_count())};
   if (!add_strands(groom, material, grid, progress, mechanics)) return false;
-  report.springs_before = mechanics.springs.count();
+  add_fabric(groom, material, grid, mechanics);
+  report.springs_before = mechanics.springs.count() + mechanics.ties.count();
   report.attachments_before = mechanics.attachments.count();
   report.degenerate_strands = mechanics.degenerate_strands;
 
