@@ -4,12 +4,13 @@
 
 #include "groom_generated.h"
 #include "schema/wire/flat.hpp"
+#include "schema/wire/groom_features.hpp"
 #include "schema/wire/text.hpp"
 
 namespace hairnet::wire {
 namespace {
 
-constexpr std::uint16_t kGroomVersion = 1;
+constexpr std::uint16_t kGroomVersion = 2;  // version 1 has strands and a body alone
 
 using flatbuffers::FlatBufferBuilder;
 
@@ -95,8 +96,12 @@ std::vector<std::uint8_t> encode_groom(const Groom& groom) {
   const auto vertices = write_scalars<float>(to, body.mesh.vertices);
   const auto bone_weights = write_scalars<float>(to, body.bone_weights);
   const auto triangles = write_scalars<std::uint32_t>(to, body.mesh.triangles);
-  const auto root = fb::CreateGroom(to, kGroomVersion, body.fitted_from_roots, name, group_names, strands, strand_begin,
-                                    points, &joints, vertices, bone_weights, triangles);
+  const FlatFeatures features = write_features(to, groom);
+  const auto root =
+      fb::CreateGroom(to, kGroomVersion, body.fitted_from_roots, name, group_names, strands, strand_begin, points,
+                      &joints, vertices, bone_weights, triangles, features.root_blend_counts,
+                      features.root_blend_points, features.clusters, features.threads, features.strips, features.cloths,
+                      features.cloth_triangles, features.cloth_root_distances, features.knots, features.knot_points);
   return finish(to, root, fb::GroomIdentifier());
 }
 
@@ -106,12 +111,13 @@ Result<Groom> decode_groom(std::span<const std::uint8_t> bytes, const GroomLimit
   const AlignedBytes aligned(bytes);
   const auto* root = verified_root<fb::Groom>(aligned.bytes(), fb::GroomIdentifier());
   if (!root) return Refusal("not a whole and sound groom file");
-  if (root->version() != kGroomVersion)
-    return Refusal("groom file of version " + std::to_string(root->version()) + ", not " +
+  if (root->version() < 1 || root->version() > kGroomVersion)
+    return Refusal("groom file of version " + std::to_string(root->version()) + ", not 1 to " +
                    std::to_string(kGroomVersion));
   Groom groom;
   std::string fault = read_names(*root, limits, groom);
   if (fault.empty()) fault = read_strands(*root, groom);
+  if (fault.empty()) fault = read_features(*root, groom);
   if (fault.empty()) fault = read_body(*root, groom.body);
   if (fault.empty()) fault = validate(groom, limits);
   if (!fault.empty()) return Refusal(std::move(fault));
