@@ -38,8 +38,8 @@ std::string surface_fault(const DrawnSurface& surface) {
   if (surface.kind == DrawnSurface::Kind::strip && surface.points.size() % 2 != 0) return "a point without its partner";
   for (const auto& triangle : surface.triangles) {
     for (const std::uint32_t corner : triangle) {
-      if (corner >= surface.points.size())
-        return "a triangle names point " + std::to_string(corner) + " of " + std::to_string(surface.points.size());
+      if (corner < surface.first_index || corner - surface.first_index >= surface.points.size())
+        return "a triangle names point " + std::to_string(corner) + ", which is not there";
     }
   }
   if (!(surface.opacity >= 0.0f && surface.opacity <= 1.0f)) return "opacity is not in 0 … 1";

@@ -30,7 +30,9 @@ class FabricBuilder {
   void add_cloth(const DrawnSurface& cloth) {
     std::vector<Vec3f> normals(cloth.points.size(), Vec3f::Zero());
     begin();
-    for (const auto& [a, b, c] : cloth.triangles) {
+    for (const auto& corners : cloth.triangles) {
+      const std::uint32_t a = corners[0] - cloth.first_index, b = corners[1] - cloth.first_index,
+                          c = corners[2] - cloth.first_index;
       if (!drawable(cloth.points[a]) || !drawable(cloth.points[b]) || !drawable(cloth.points[c])) continue;
       const Vec3f area = (cloth.points[b] - cloth.points[a]).cross(cloth.points[c] - cloth.points[a]);
       for (const std::uint32_t corner : {a, b, c}) normals[corner] += area;

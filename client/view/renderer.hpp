@@ -35,10 +35,11 @@ struct DrawnSurface {
   enum class Kind : std::uint8_t { cloth, strip, thread };
   Kind kind = Kind::cloth;
   std::span<const Vec3f> points;  // a strip's: left, right … from the root; a thread's: its line
-  std::span<const std::array<std::uint32_t, 3>> triangles;  // of a cloth; indices into `points`
-  Vec3f colour{0.8f, 0.8f, 0.8f};                           // linear RGB albedo; a strip has the hair's
-  float opacity = 1;                                        // of a cloth; below 1 light and what is behind come through
-  float radius_m = 1e-3f;                                   // of a thread
+  std::span<const std::array<std::uint32_t, 3>> triangles{};  // of a cloth; its first point has the index `first_index`
+  std::uint32_t first_index = 0;
+  Vec3f colour{0.8f, 0.8f, 0.8f};  // linear RGB albedo; a strip has the hair's
+  float opacity = 1;               // of a cloth; below 1 light and what is behind come through
+  float radius_m = 1e-3f;          // of a thread
 };
 
 // What one character looks like at one moment, all in world space, m.

@@ -79,9 +79,16 @@ std::vector<view::DrawnSurface> surfaces_of(const Groom& groom, std::span<const 
   using Kind = view::DrawnSurface::Kind;
   std::vector<view::DrawnSurface> surfaces;
   const auto own = [&](const PointRange& range) { return points.subspan(range.begin, range.count()); };
-  for (const Thread& t : groom.threads) surfaces.push_back({Kind::thread, own(t.points), {}, t.colour, 1, t.radius_m});
-  for (const Strip& s : groom.strips) surfaces.push_back({Kind::strip, own(s.points), {}});
-  for (const Cloth& c : groom.cloths) surfaces.push_back({Kind::cloth, points, c.triangles, c.colour, c.opacity});
+  for (const Thread& t : groom.threads)
+    surfaces.push_back({.kind = Kind::thread, .points = own(t.points), .colour = t.colour, .radius_m = t.radius_m});
+  for (const Strip& s : groom.strips) surfaces.push_back({.kind = Kind::strip, .points = own(s.points)});
+  for (const Cloth& c : groom.cloths)
+    surfaces.push_back({.kind = Kind::cloth,
+                        .points = own(c.points),
+                        .triangles = c.triangles,
+                        .first_index = c.points.begin,
+                        .colour = c.colour,
+                        .opacity = c.opacity});
   return surfaces;
 }
 
