@@ -38,7 +38,7 @@ class Plait {
   Plait(const Tie& tie, double length_m) : core_(make_core(tie, length_m)), along_(core_), length_m_(along_.length()) {}
 
   // Length of plait above the cord.
-  [[nodiscard]] double tied_at() const { return std::max(length_m_ - 0.06, 0.7 * length_m_); }
+  [[nodiscard]] double tied_at() const { return std::max(length_m_ - 0.075, 0.7 * length_m_); }
   // How thick the plait is there, relative to its full.
   [[nodiscard]] double fullness(double s) const {
     return mix(0.75, 1, smooth_step(0, 0.04, s)) * mix(1, 0.55, smooth_step(0.1, tied_at(), s));
@@ -79,7 +79,7 @@ void append_plaited(const Plait& plait, int lock, double length_m, Random& rando
     const double tuft = smooth_step(plait.tied_at() - 0.004, plait.tied_at() + 0.03, s);
     const double in_lock =
         0.0088 * plait.fullness(s) * mix(1, 0.75, smooth_step(plait.tied_at() - 0.03, plait.tied_at(), s));
-    const double radius = ring * (in_lock + 0.008 * tuft) * smooth_step(-0.01, 0.02, s);
+    const double radius = ring * (in_lock + 0.003 * tuft) * smooth_step(-0.01, 0.02, s);
     const double round = angle + turn * s / kPeriod;
     path.push_back(at.middle + radius * (std::cos(round) * at.side + std::sin(round) * at.back));
   }
@@ -145,7 +145,7 @@ void dress_plait(const StyleOptions& options, Groom& groom) {
     Path path = pulled(root, tie, random);
     const double chance = random.unit();
     append_plaited(plait, static_cast<int>(random.next() % kLocks),
-                   plait.length() * (1 - 0.25 * chance * chance * chance), random, path);
+                   plait.length() * (1 - 0.15 * chance * chance * chance), random, path);
     Curl wave = make_curl(options.curl, random);
     wave.radius_m *= 0.25;  // plaited hair cannot curl far
     add_path(groom, curled(path, wave), finish);

@@ -13,6 +13,7 @@ namespace hairnet::made {
 namespace {
 
 const Tie kBand{Vec3(0, 0.098, -0.118), Vec3(0, 0.42, -0.91).normalized(), 0.0125};
+const Vec3f kBandColour(0.30f, 0.02f, 0.05f);
 
 // Out of the band, over in an arch and down, spreading and then tapering.
 Path tail(double length_m, Random& random) {
@@ -51,7 +52,7 @@ std::vector<std::uint32_t> add_band(Groom& groom) {
   };
   Cloth cloth;
   cloth.group = group_index(groom, "band");
-  cloth.colour = Vec3f(0.30f, 0.02f, 0.05f);
+  cloth.colour = kBandColour;
   cloth.stretch_stiffness_n_per_m = 100;
   cloth.shear_stiffness_n_per_m = 30;
   cloth.area_density_kg_per_m2 = 0.3f;
@@ -101,8 +102,9 @@ void dress_ponytail(const StyleOptions& options, Groom& groom) {
   const std::vector<std::uint32_t> band = add_band(groom);
   tied.insert(tied.end(), band.begin(), band.end());
   add_knot(groom, std::move(tied), 600);
-  std::vector<std::uint32_t> bow =
-      add_bow(groom, kBand.centre + (kBand.radius_m + 0.006) * kBand.up(), kBand.up(), {0.30f, 0.02f, 0.05f});
+  // On the side of the head, where the tail does not hide it.
+  const Vec3 seat = kBand.centre + (kBand.radius_m + 0.007) * kBand.up() - 0.010 * kBand.axis;
+  std::vector<std::uint32_t> bow = add_bow(groom, seat, (kBand.up() - 0.6 * kBand.axis).normalized(), kBandColour);
   bow.insert(bow.end(), band.begin(), band.begin() + 8);
   add_knot(groom, std::move(bow), 300);
 }
