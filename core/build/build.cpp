@@ -73,6 +73,11 @@ bool add_strands(const Groom& groom, const Material& material, const Grid& grid,
   return true;
 }
 
+// A stiffener may reach into cells with no hair or cloth of their own: a knot's frame, a triangle's corner.
+void touch_nodes(const StiffenerList& list, NodeShares& shares) {
+  for (const NodeWeight& entry : list.entries) shares.touched[entry.node] = true;
+}
+
 // Threads, cloth and knots. Stiffeners merge within a group only, so fabric's groups are other ones than hair's, and
 // each knot is one.
 void add_fabric(const Groom& groom, const Material& material, const Grid& grid, GroomMechanics& mechanics) {
@@ -90,6 +95,8 @@ void add_fabric(const Groom& groom, const Material& material, const Grid& grid, 
     add_knot(grid, groom.points, groom.knots[k], static_cast<std::uint16_t>(k), mechanics.ties);
     add_knot_mass(grid, groom.points, groom.knots[k], mechanics.shares);
   }
+  touch_nodes(mechanics.ties, mechanics.shares);
+  touch_nodes(mechanics.springs, mechanics.shares);
 }
 
 // Knots may take a quarter of a level's springs, and what hair and fabric leave. False when cancelled.

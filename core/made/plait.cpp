@@ -151,12 +151,12 @@ void dress_plait(const StyleOptions& options, Groom& groom) {
     add_path(groom, curled(path, wave), finish);
   }
   const std::vector<std::uint32_t> wound = add_cord(plait, groom);
-  add_knot(groom, points_at(groom, tie.centre, 0.016), 400);
+  add_knot(groom, points_at(groom, tie.centre, 0.016), 300);
   for (double s = 0.03; s < plait.tied_at() - 0.01; s += kPeriod / 2)
     add_knot(groom, points_at(groom, plait.place(s).middle, 0.022), 250);
   std::vector<std::uint32_t> tied = points_at(groom, plait.place(plait.tied_at()).middle, 0.012);
   tied.insert(tied.end(), wound.begin(), wound.end());
-  add_knot(groom, std::move(tied), 400);
+  add_knot(groom, std::move(tied), 300);
 }
 
 }  // namespace hairnet::made

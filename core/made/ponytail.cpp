@@ -101,7 +101,7 @@ void dress_ponytail(const StyleOptions& options, Groom& groom) {
   std::vector<std::uint32_t> tied = held_points(groom);
   const std::vector<std::uint32_t> band = add_band(groom);
   tied.insert(tied.end(), band.begin(), band.end());
-  add_knot(groom, std::move(tied), 600);
+  add_knot(groom, std::move(tied), 300);
   // On the side of the head, where the tail does not hide it.
   const Vec3 seat = kBand.centre + (kBand.radius_m + 0.007) * kBand.up() - 0.010 * kBand.axis;
   std::vector<std::uint32_t> bow = add_bow(groom, seat, (kBand.up() - 0.6 * kBand.axis).normalized(), kBandColour);
