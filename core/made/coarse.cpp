@@ -13,7 +13,8 @@ std::vector<Vec3f> edges_about(std::span<const Vec3f> line, double width_m) {
   std::vector<Vec3f> edges;
   Vec3 side = Vec3::UnitX();
   for (std::size_t i = 0; i < line.size(); ++i) {
-    const Vec3 p = line[i].cast<double>();
+    // A strip begins a little behind its root, so that roots in a row leave no gap at the parting.
+    const Vec3 p = i > 0 ? line[i].cast<double>() : onto_skin((1.3f * line[0] - 0.3f * line[1]).cast<double>());
     const Vec3 along = (line[std::min(i + 1, line.size() - 1)] - line[i > 0 ? i - 1 : 0]).cast<double>().normalized();
     const Vec3 flat = along.cross(bust_normal(p));
     // Where hair stands off the skin the last direction is as good as any.

@@ -19,7 +19,7 @@ const Vec3f kBandColour(0.30f, 0.02f, 0.05f);
 Path tail(double length_m, Random& random) {
   const double angle = 2 * std::numbers::pi * random.unit();
   const double ring = std::sqrt(random.unit());
-  const Vec3 radial = std::sin(angle) * Vec3::UnitX() + std::cos(angle) * kBand.up();
+  const Vec3 radial = std::sin(angle) * Vec3::UnitX() + std::cos(angle) * kBand.down();
   const double thin = random.unit();
   const double length = length_m * (1 - 0.32 * thin * thin);
   const Vec3 stray = 0.035 * Vec3(random.symmetric(), random.symmetric(), random.symmetric());
@@ -103,9 +103,9 @@ void dress_ponytail(const StyleOptions& options, Groom& groom) {
   tied.insert(tied.end(), band.begin(), band.end());
   add_knot(groom, std::move(tied), 300);
   // On the side of the head, where the tail does not hide it.
-  const Vec3 seat = kBand.centre + (kBand.radius_m + 0.007) * kBand.up() - 0.010 * kBand.axis;
-  std::vector<std::uint32_t> bow = add_bow(groom, seat, (kBand.up() - 0.6 * kBand.axis).normalized(), kBandColour);
-  bow.insert(bow.end(), band.begin(), band.begin() + 8);
+  const Vec3 seat = kBand.centre - (kBand.radius_m + 0.008) * kBand.down() - 0.008 * kBand.axis;
+  std::vector<std::uint32_t> bow = add_bow(groom, seat, (-kBand.down() - 0.35 * kBand.axis).normalized(), kBandColour);
+  bow.insert(bow.end(), band.begin() + 8, band.begin() + 17);  // the upper side of the band
   add_knot(groom, std::move(bow), 300);
 }
 

@@ -10,6 +10,7 @@ namespace hairnet::made {
 namespace {
 
 constexpr double kRibbonWidth = 0.020, kLoopLength = 0.052, kEndLength = 0.14;
+constexpr double kEndClearance = 0.013;  // the ends lie on hair that lies on skin
 
 Cloth satin(Groom& groom, const Vec3f& colour) {
   Cloth cloth;
@@ -64,11 +65,11 @@ std::vector<std::uint32_t> add_bow(Groom& groom, const Vec3& centre, const Vec3&
     const auto end = [&](int column, int row) {
       const double s = kEndLength * row / (kDown - 1.0) * (side > 0 ? 1 : 0.86);
       const double width = kRibbonWidth * mix(0.5, 1, smooth_step(0, 0.03, s)) * (column - 1) * 0.5;
-      const Vec3 line = centre + side * 0.42 * (0.02 * (1 - std::exp(-s / 0.02)) + 0.12 * s) * right +
+      const Vec3 line = centre + side * (0.036 * (1 - std::exp(-s / 0.025)) + 0.06 * s) * right +
                         (0.012 * (1 - std::exp(-s / 0.02)) + 0.003 * std::sin(s / 0.018)) * out;
       return Vec3(line - Vec3(0, s, 0) + width * right);
     };
-    const std::uint32_t top = add_cloth_grid(groom, {3, kDown, false, end}, 0.004, satin(groom, colour));
+    const std::uint32_t top = add_cloth_grid(groom, {3, kDown, false, end}, kEndClearance, satin(groom, colour));
     tied.push_back(top + 1);
   }
   // The wound piece in the middle, which hides where the others meet.

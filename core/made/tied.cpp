@@ -8,7 +8,7 @@
 namespace hairnet::made {
 
 Vec3 Tie::on_ring(double angle, double radius_m_at) const {
-  return centre + radius_m_at * (std::sin(angle) * Vec3::UnitX() + std::cos(angle) * up());
+  return centre + radius_m_at * (std::sin(angle) * Vec3::UnitX() + std::cos(angle) * down());
 }
 
 bool is_pulled_back(const Vec3& root) {
@@ -17,7 +17,7 @@ bool is_pulled_back(const Vec3& root) {
 
 Path pulled(const Root& root, const Tie& tie, Random& random) {
   const Vec3 across = root.point - tie.centre;
-  const double angle = std::atan2(across.dot(Vec3::UnitX()), across.dot(tie.up())) + 0.12 * random.symmetric();
+  const double angle = std::atan2(across.dot(Vec3::UnitX()), across.dot(tie.down())) + 0.12 * random.symmetric();
   const Vec3 goal = tie.on_ring(angle, tie.radius_m * std::sqrt(random.between(0.25, 1.0)));
   const double far = (root.point - goal).norm();
   const double lift = random.between(0.0015, 0.0065) * smooth_step(0.0, 0.1, far) + 0.0015;

@@ -10,8 +10,8 @@ struct Tie {
   Vec3 axis = -Vec3::UnitZ();  // out of the head, unit
   double radius_m = 0.0125;
 
-  [[nodiscard]] Vec3 up() const { return axis.cross(Vec3::UnitX()).normalized(); }
-  // At an angle about the axis from `up` towards +X.
+  [[nodiscard]] Vec3 down() const { return axis.cross(Vec3::UnitX()).normalized(); }
+  // At an angle about the axis from `down` towards +X.
   [[nodiscard]] Vec3 on_ring(double angle, double radius_m_at) const;
 };
 

@@ -19,6 +19,7 @@ struct ImportOptions {
   std::optional<double> body_unit_m;
   double hairs_in_all = 100'000;
   double root_length_m = 0.02;
+  double root_spread = 0;  // of each strand's own root length, a share
   std::string name, out;
 };
 Result<void> import_groom(const ImportOptions& options);

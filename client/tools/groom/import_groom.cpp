@@ -5,6 +5,7 @@
 #include "client/tools/files/write_file.hpp"
 #include "client/tools/groom/commands.hpp"
 #include "client/tools/groom/save_groom.hpp"
+#include "core/groom/root_lengths.hpp"
 #include "core/import/obj.hpp"
 #include "core/import/strands.hpp"
 
@@ -66,8 +67,14 @@ Result<void> import_groom(const ImportOptions& options) {
   }
   def.hairs_in_all = options.hairs_in_all;
   def.root_length_m = options.root_length_m;
-  const auto imported = assemble_groom(def);
+  auto imported = assemble_groom(def);
   if (!imported) return of_file(options.files.front(), imported.error());
+  if (options.root_spread > 0) {
+    RootLengths lengths;
+    lengths.root_length_m = static_cast<float>(options.root_length_m);
+    lengths.spread = static_cast<float>(options.root_spread);
+    set_root_lengths(lengths, kEveryGroup, imported->groom);
+  }
   for (const std::string& warning : imported->warnings) std::fprintf(stderr, "note: %s\n", warning.c_str());
   return save_groom(imported->groom, options.out);
 }

@@ -8,7 +8,7 @@ in vec3 place_on_strip;
 
 out vec4 colour;
 
-const float kHairsAcross = 34.0;  // of a strip's texture
+const float kHairsAcross = 24.0;  // of a strip's texture
 
 float chance(vec2 at) { return fract(sin(dot(at, vec2(12.9898, 78.233))) * 43758.5453); }
 
@@ -34,7 +34,7 @@ vec4 hair_of_strip(vec3 albedo) {
                    chance(vec2(hair, place_on_strip.z + 0.6)), chance(vec2(hair, place_on_strip.z + 0.9)));
   float side = abs(2.0 * place_on_strip.x - 1.0);
   float s = place_on_strip.y;
-  if (s > 1.0 - 0.18 * luck.x || luck.y < smoothstep(0.55, 1.0, side) * mix(0.5, 1.0, s) || luck.w < 0.35 * s) discard;
+  if (s > 1.0 - 0.18 * luck.x || luck.y < smoothstep(0.55, 1.0, side) * smoothstep(0.02, 0.4, s) || luck.w < 0.35 * s) discard;
   albedo *= mix(0.7, 1.35, luck.z) * mix(0.6, 1.0, smoothstep(0.0, 0.2, s)) * mix(1.0, 1.2, s);
   return vec4(min(albedo, vec3(0.95)), luck.w);
 }
