@@ -32,7 +32,7 @@ Vec4f with(const Vec3f& v, float w) {
 }
 
 struct Programs {
-  Program background, body, body_depth, strand, strand_depth, strand_layers, resolve;
+  Program background, body, body_depth, fabric, strand, strand_depth, strand_layers, resolve;
 
   static Result<Programs> build() {
     Result<Program> background = Program::build("screen.vert", "background.frag");
@@ -41,6 +41,8 @@ struct Programs {
     if (!body) return Refusal(body.error());
     Result<Program> body_depth = Program::build("body_depth.vert", "depth_only.frag");
     if (!body_depth) return Refusal(body_depth.error());
+    Result<Program> fabric = Program::build("fabric.vert", "fabric.frag");
+    if (!fabric) return Refusal(fabric.error());
     Result<Program> strand = Program::build("strand.vert", "strand.frag");
     if (!strand) return Refusal(strand.error());
     Result<Program> strand_depth = Program::build("strand_depth.vert", "depth_only.frag");
@@ -49,8 +51,8 @@ struct Programs {
     if (!strand_layers) return Refusal(strand_layers.error());
     Result<Program> resolve = Program::build("screen.vert", "resolve.frag");
     if (!resolve) return Refusal(resolve.error());
-    return Programs{std::move(*background),   std::move(*body),          std::move(*body_depth), std::move(*strand),
-                    std::move(*strand_depth), std::move(*strand_layers), std::move(*resolve)};
+    return Programs{std::move(*background), std::move(*body),         std::move(*body_depth),    std::move(*fabric),
+                    std::move(*strand),     std::move(*strand_depth), std::move(*strand_layers), std::move(*resolve)};
   }
 };
 
@@ -63,7 +65,9 @@ Eigen::AlignedBox3f box_of(std::span<const Vec3f> points) {
 }
 
 Eigen::AlignedBox3f box_of(const DrawnCharacter& character) {
-  return box_of(character.body_vertices).merged(box_of(character.strand_points));
+  Eigen::AlignedBox3f box = box_of(character.body_vertices).merged(box_of(character.strand_points));
+  for (const DrawnSurface& surface : character.surfaces) box = box.merged(box_of(surface.points));
+  return box;
 }
 
 class GlRenderer final : public Renderer {
@@ -174,12 +178,14 @@ void GlRenderer::draw_character(const DrawnCharacter& character, const Camera& c
                                 Studio& studio) {
   const LightVolume volume(character, static_cast<float>(copies()), rig);
   const BodySurface body = make_surface(character, volume);
+  const FabricMesh fabric = make_fabric(character, volume);
   StrandRibbons ribbons = make_ribbons(character, volume);
   sort_far_to_near(ribbons, camera);
-  gl_->buffers.fill(body, ribbons);
+  gl_->buffers.fill(body, fabric, ribbons);
 
   // The maps cover the hair: what the body's far parts cast on each other matters less than sharp hair.
-  const Eigen::AlignedBox3f box = ribbons.box.isEmpty() ? body.box : ribbons.box;
+  const Eigen::AlignedBox3f hair = ribbons.box.merged(fabric.box);
+  const Eigen::AlignedBox3f box = hair.isEmpty() ? body.box : hair;
   if (box.isEmpty()) return;
   const float radius_m = std::max(0.52f * box.diagonal().norm(), 1e-3f), depth_m = 6 * radius_m;
   studio.light_projection = parallel(rig.towards[0], box.center(), radius_m, depth_m);
@@ -196,6 +202,7 @@ void GlRenderer::draw_light_maps(const DrawnCharacter& character, const Studio& 
   gl_->light_maps.begin_body_depth();
   gl_->programs.body_depth.use();
   gl_->buffers.draw_body();
+  gl_->buffers.draw_opaque_fabric();
   gl_->light_maps.begin_first_depth();
   gl_->programs.strand_depth.use();
   gl_->buffers.draw_strand_lines();
@@ -216,6 +223,8 @@ void GlRenderer::draw_surfaces(const DrawnCharacter& character) const {
   gl_->programs.body.set("skin", character.skin_colour);
   gl_->programs.body.set("hair_albedo", character.hair_colour);
   gl_->buffers.draw_body();
+  gl_->programs.fabric.use();
+  gl_->buffers.draw_fabric();
 
   glDepthMask(GL_FALSE);
   glEnable(GL_BLEND);

@@ -24,6 +24,7 @@ LightVolume::LightVolume(const DrawnCharacter& character, float copies, const Li
   extinction_.assign(size, 0.0f);
   cells_.assign(size, Cell::Zero());
   add_hair(character, copies);
+  for (const DrawnSurface& surface : character.surfaces) add_strip(surface);
   add_body(character);
   gather_ambient();
   trace(rig.towards[1], 1);
@@ -34,6 +35,12 @@ bool LightVolume::lay_out(const DrawnCharacter& character) {
   Eigen::AlignedBox3f box;
   for (const Vec3f& p : character.strand_points) {
     if (drawable(p)) box.extend(p);
+  }
+  for (const DrawnSurface& surface : character.surfaces) {
+    if (surface.kind != DrawnSurface::Kind::strip) continue;
+    for (const Vec3f& p : surface.points) {
+      if (drawable(p)) box.extend(p);
+    }
   }
   if (box.isEmpty()) return false;
   const Vec3f size = box.sizes();
@@ -67,6 +74,22 @@ void LightVolume::add_hair(const DrawnCharacter& character, float copies) {
       if (!drawable(a) || !drawable(b) || !find(0.5f * (a + b), cell)) continue;
       extinction_[cell] += std::min((b - a).norm(), 4.0f * cell_m_) * per_m;
     }
+  }
+}
+
+// A strip shades as the hair that it stands for, and its root is as much of a scalp as it is wide. Cloth and threads
+// are thin beside hair and left out.
+void LightVolume::add_strip(const DrawnSurface& surface) {
+  if (surface.kind != DrawnSurface::Kind::strip) return;
+  const auto& points = surface.points;
+  for (std::size_t i = 0; i + 3 < points.size(); i += 2) {
+    const Vec3f middle = 0.25f * (points[i] + points[i + 1] + points[i + 2] + points[i + 3]);
+    const float width = std::min((points[i + 1] - points[i]).norm(), 4.0f * cell_m_);
+    const float length = std::min((points[i + 2] - points[i]).norm(), 4.0f * cell_m_);
+    std::size_t cell = 0;
+    if (!drawable(middle) || !std::isfinite(width * length) || !find(middle, cell)) continue;
+    extinction_[cell] += kHairShare * width * length / (cell_m_ * cell_m_);
+    if (i == 0) cells_[cell].w() += width / cell_m_;
   }
 }
 

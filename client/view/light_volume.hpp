@@ -31,6 +31,7 @@ class LightVolume {
   [[nodiscard]] bool find(const Vec3f& position, std::size_t& cell) const;
   bool lay_out(const DrawnCharacter& character);
   void add_hair(const DrawnCharacter& character, float copies);
+  void add_strip(const DrawnSurface& surface);
   void add_body(const DrawnCharacter& character);
   void gather_ambient();
   void sweep(const std::array<int, 3>& towards, float weight);

@@ -30,14 +30,27 @@ struct Camera {
   float fov_deg = 30;  // vertical
 };
 
+// What else is drawn in the hair: a cloth; a strip, a ribbon of textured hair; a thread, a round cord.
+struct DrawnSurface {
+  enum class Kind : std::uint8_t { cloth, strip, thread };
+  Kind kind = Kind::cloth;
+  std::span<const Vec3f> points;  // a strip's: left, right … from the root; a thread's: its line
+  std::span<const std::array<std::uint32_t, 3>> triangles{};  // of a cloth; its first point has the index `first_index`
+  std::uint32_t first_index = 0;
+  Vec3f colour{0.8f, 0.8f, 0.8f};  // linear RGB albedo; a strip has the hair's
+  float opacity = 1;               // of a cloth; below 1 light and what is behind come through
+  float radius_m = 1e-3f;          // of a thread
+};
+
 // What one character looks like at one moment, all in world space, m.
 struct DrawnCharacter {
   std::span<const Vec3f> body_vertices;  // skinned
   const std::vector<std::array<std::uint32_t, 3>>* triangles = nullptr;
   std::span<const Vec3f> strand_points;
   std::span<const std::uint32_t> strand_begin;  // strand_count + 1
-  float strand_width_m = 4e-4f;                 // drawn width at the root; tapers to the tip
-  Vec3f hair_colour{0.16f, 0.07f, 0.03f};       // linear RGB albedo
+  std::span<const DrawnSurface> surfaces;
+  float strand_width_m = 4e-4f;            // drawn width at the root; tapers to the tip
+  Vec3f hair_colour{0.16f, 0.07f, 0.03f};  // linear RGB albedo
   Vec3f skin_colour{0.75f, 0.52f, 0.42f};
 };
 

@@ -3,16 +3,20 @@
 #include <algorithm>
 #include <cassert>
 #include <limits>
+#include <optional>
 
 #include "core/build/body_balls.hpp"
+#include "core/build/cloth.hpp"
 #include "core/build/decimate.hpp"
 #include "core/build/ether.hpp"
 #include "core/build/fit_lattice.hpp"
+#include "core/build/knots.hpp"
 #include "core/build/level_map.hpp"
 #include "core/build/metaballs.hpp"
 #include "core/build/node_shares.hpp"
 #include "core/build/resample.hpp"
 #include "core/build/stiffener_list.hpp"
+#include "core/build/threads.hpp"
 #include "core/build/trim.hpp"
 #include "core/ffd/deform.hpp"
 
@@ -31,25 +35,27 @@ struct Progress {
   [[nodiscard]] double clock_s() const { return observer.clock_s ? observer.clock_s() : 0; }
 };
 
-// What all strands give to one lattice, before any of it is reduced.
-struct StrandMechanics {
+// What a groom gives to one lattice, before any of it is reduced.
+struct GroomMechanics {
   StiffenerList springs, attachments;
+  StiffenerList ties;  // the knots' springs, which no hair's may displace
   NodeShares shares;
   std::size_t degenerate_strands = 0;
 };
 
-void add_strand(const Groom& groom, const Grid& grid, std::size_t strand, StrandMechanics& mechanics) {
-  const StrandProperties& properties = groom.strands[strand];
-  const Material& material = groom.materials.of(properties.group);
+// A strand, or what has the mechanics of one, with a damping time of its own.
+void add_strand(std::span<const Vec3f> points, const StrandProperties& properties, const Material& material,
+                const Grid& grid, GroomMechanics& mechanics, std::optional<double> own_damping_time_s = {}) {
   std::vector<Vec3> polyline, cuts;
-  polyline_on_grid(grid, groom.strand_points(strand), polyline);
+  polyline_on_grid(grid, points, polyline);
   add_strand_shares(grid, polyline, properties, material, mechanics.shares);
   const double length = arc_length(grid, polyline);
   if (length < kLengthMin) {
     ++mechanics.degenerate_strands;
     return;
   }
-  const double hair_count = properties.hair_count, damping_time_s = axial_damping_time_s(material, length);
+  const double hair_count = properties.hair_count;
+  const double damping_time_s = own_damping_time_s.value_or(axial_damping_time_s(material, length));
   const double axial_n = hair_count * static_cast<double>(material.axial_stiffness_n);
   cut_points(grid, polyline, cuts);
   for (std::size_t i = 1; i < cuts.size(); ++i) {
@@ -62,20 +68,62 @@ void add_strand(const Groom& groom, const Grid& grid, std::size_t strand, Strand
 }
 
 // False when cancelled.
-bool add_strands(const Groom& groom, const Grid& grid, const Progress& progress, StrandMechanics& mechanics) {
+bool add_strands(const Groom& groom, const Grid& grid, const Progress& progress, GroomMechanics& mechanics) {
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {
     const double fraction = static_cast<double>(s) / static_cast<double>(groom.strand_count());
     if (s % 1024 == 0 && !progress.at(0.3 * fraction, "cutting strands")) return false;
-    add_strand(groom, grid, s, mechanics);
+    const StrandProperties& properties = groom.strands[s];
+    add_strand(groom.strand_points(s), properties, groom.materials.of(properties.group), grid, mechanics);
+  }
+  std::vector<Vec3f> middle;
+  for (const Strip& strip : groom.strips) {
+    middle_of(groom, strip, middle);
+    add_strand(middle, strip.properties, groom.materials.of(strip.properties.group), grid, mechanics);
   }
   return true;
 }
 
+// A stiffener may reach into cells with no hair or cloth of their own: a knot's frame, a triangle's corner.
+void touch_nodes(const StiffenerList& list, NodeShares& shares) {
+  for (const NodeWeight& entry : list.entries) shares.touched[entry.node] = true;
+}
+
+// Threads, cloth and knots. Stiffeners merge within a group only, so fabric's groups are other ones than hair's, and
+// each knot is one.
+void add_fabric(const Groom& groom, const Grid& grid, GroomMechanics& mechanics) {
+  const std::size_t group_count = groom.group_names.size();
+  for (const Thread& thread : groom.threads) {
+    const ThreadAsStrand strand(thread, groom.materials.base, static_cast<std::uint16_t>(group_count + thread.group));
+    add_strand(groom.points_of(thread.points), strand.properties, strand.material, grid, mechanics,
+               double{thread.damping_time_s});
+  }
+  for (const Cloth& cloth : groom.cloths) {
+    const auto group = static_cast<std::uint16_t>(group_count + cloth.group);
+    add_cloth(grid, groom.points, cloth, group, mechanics.springs, mechanics.attachments);
+    add_cloth_shares(grid, groom.points, cloth, groom.materials.base, mechanics.shares);
+  }
+  for (std::size_t k = 0; k < groom.knots.size(); ++k) {
+    add_knot(grid, groom.points, groom.knots[k], static_cast<std::uint16_t>(k), mechanics.ties);
+    add_knot_mass(grid, groom.points, groom.knots[k], groom.materials.base, mechanics.shares);
+  }
+  touch_nodes(mechanics.ties, mechanics.shares);
+  touch_nodes(mechanics.springs, mechanics.shares);
+}
+
+// Knots may take a quarter of a level's springs, and what hair and fabric leave. False when cancelled.
+bool decimate_springs(std::size_t count_max, const std::function<bool(double)>& keep_going, GroomMechanics& mechanics) {
+  const std::size_t left_over = count_max - std::min(count_max, mechanics.springs.count());
+  if (!decimate(StiffenerKind::spring, std::max(count_max / 4, left_over), mechanics.ties)) return false;
+  if (!decimate(StiffenerKind::spring, count_max - mechanics.ties.count(), mechanics.springs, keep_going)) return false;
+  append(mechanics.ties, mechanics.springs);
+  return true;
+}
+
 // False when cancelled.
-bool decimate_both(const LevelSpec& spec, const Progress& progress, StrandMechanics& mechanics) {
+bool decimate_both(const LevelSpec& spec, const Progress& progress, GroomMechanics& mechanics) {
   const auto springs_done = [&](double share) { return progress.at(0.3 + 0.5 * share, "merging springs"); };
   const auto attachments_done = [&](double share) { return progress.at(0.8 + 0.1 * share, "merging attachments"); };
-  return decimate(StiffenerKind::spring, spec.spring_count, mechanics.springs, springs_done) &&
+  return decimate_springs(spec.spring_count, springs_done, mechanics) &&
          decimate(StiffenerKind::attachment, spec.attachment_count, mechanics.attachments, attachments_done);
 }
 
@@ -100,7 +148,7 @@ Stiffeners store_stiffeners(const StiffenerList& list, const std::vector<std::ui
   return stored;
 }
 
-void store_level(const StrandMechanics& mechanics, const Material& material, const BodyShape& body, Level& level) {
+void store_level(const GroomMechanics& mechanics, const Material& material, const BodyShape& body, Level& level) {
   const std::vector<std::uint32_t>& active_nodes = level.geometry.active_nodes;
   std::vector<std::uint32_t> active_index(level.geometry.lattice.node_count(), 0);
   for (std::uint32_t a = 0; a < active_nodes.size(); ++a) {
@@ -140,9 +188,10 @@ bool make_level(const Groom& groom, const LevelSpec& spec, const BodyShape& body
   const Grid grid(fit_lattice(groom.points, spec.dims));
   assert(grid.node_count() <= std::numeric_limits<std::uint16_t>::max());
 
-  StrandMechanics mechanics{{}, {}, NodeShares(grid.node_count())};
+  GroomMechanics mechanics{{}, {}, {}, NodeShares(grid.node_count())};
   if (!add_strands(groom, grid, progress, mechanics)) return false;
-  report.springs_before = mechanics.springs.count();
+  add_fabric(groom, grid, mechanics);
+  report.springs_before = mechanics.springs.count() + mechanics.ties.count();
   report.attachments_before = mechanics.attachments.count();
   report.degenerate_strands = mechanics.degenerate_strands;
 

@@ -13,7 +13,7 @@ struct LevelReport {
   std::size_t springs_before = 0, attachments_before = 0;  // before decimation
   std::size_t springs_after = 0, attachments_after = 0;
   std::size_t active_nodes = 0;
-  std::size_t degenerate_strands = 0;    // no points, one point, or no length: no mechanics
+  std::size_t degenerate_strands = 0;    // or threads: no points, one point, or no length: no mechanics
   std::size_t contacts = 0;              // pairs of node and metaball that are on
   double decimation_s = 0, total_s = 0;  // given by the caller's clock, 0 without one
 };
@@ -24,7 +24,7 @@ struct BuildObserver {
   std::function<double()> clock_s;  // for the times of the report; core reads no clock of its own
 };
 
-// `groom` must be sound (validate). Needs at least one strand point. Returns null only when cancelled.
+// `groom` must be sound (validate). Needs at least one point. Returns null only when cancelled.
 std::shared_ptr<const Level> build_level(const Groom& groom, const LevelSpec& spec, const BuildObserver& observer = {},
                                          LevelReport* report = nullptr);
 

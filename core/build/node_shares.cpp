@@ -30,6 +30,15 @@ std::array<double, 6> drag_tensor(const Vec3& direction) {
 
 }  // namespace
 
+void add_mass(std::uint32_t node, double mass, double hang_length, const Material& material, NodeShares& shares) {
+  shares.touched[node] = true;
+  shares.mass[node] += mass;
+  shares.ether_mass += mass * static_cast<double>(material.ether_mass_ratio);
+  shares.hang_moment[node] += mass * std::max(hang_length, kHangLengthMin);
+  shares.gel_moment[node] += mass * static_cast<double>(material.ether_stiffness_per_s2);
+  shares.ether_damping_moment[node] += mass * static_cast<double>(material.ether_damping_ratio);
+}
+
 void add_strand_shares(const Grid& grid, std::span<const Vec3> polyline, const StrandProperties& strand,
                        const Material& material, NodeShares& shares) {
   // Gauss's rule of two points integrates cubics exactly.
@@ -37,7 +46,6 @@ void add_strand_shares(const Grid& grid, std::span<const Vec3> polyline, const S
   const double hair_count = strand.hair_count;
   const double density = hair_count * static_cast<double>(material.linear_density_kg_per_m);
   const double air_drag = hair_count * static_cast<double>(material.air_drag_ns_per_m2);
-  const double gel_per_s2 = material.ether_stiffness_per_s2, ether_damping_ratio = material.ether_damping_ratio;
   for (const Vec3& point : polyline) {
     for (const auto& [node, weight] : grid.weights(point)) shares.touched[node] = true;
   }
@@ -45,7 +53,6 @@ void add_strand_shares(const Grid& grid, std::span<const Vec3> polyline, const S
   for (std::size_t i = 1; i < polyline.size(); ++i) {
     const Vec3 &a = polyline[i - 1], &b = polyline[i];
     const double length = grid.length(b - a);
-    shares.ether_mass += static_cast<double>(material.ether_mass_ratio) * density * length;
     const std::array<double, 6> drag = drag_tensor((b - a).cwiseProduct(grid.spacing()) / length);
     split_by_cells(a, b, fractions);
     for (std::size_t f = 1; f < fractions.size(); ++f) {
@@ -57,11 +64,7 @@ void add_strand_shares(const Grid& grid, std::span<const Vec3> polyline, const S
           const double piece = 0.5 * share * length * weight, mass = density * piece;
           const int level = grid.lattice().coordinates(node)[1];
           const double below_root = (polyline.front()[1] - level) * grid.spacing()[1];
-          shares.touched[node] = true;
-          shares.mass[node] += mass;
-          shares.hang_moment[node] += mass * std::max(below_root, kHangLengthMin);
-          shares.gel_moment[node] += mass * gel_per_s2;
-          shares.ether_damping_moment[node] += mass * ether_damping_ratio;
+          add_mass(node, mass, below_root, material, shares);
           for (int c = 0; c < 6; ++c) shares.drag[node][c] += air_drag * piece * drag[c];
         }
       }

@@ -34,6 +34,10 @@ struct NodeShares {
 // stands as if it hung by kHangLengthMin.
 inline constexpr double kHangLengthMin = 0.015;  // m
 
+// Adds hair or fabric that weighs `mass` (kg) on the node and hangs `hang_length` (m) below its root, in the ether of
+// `material`.
+void add_mass(std::uint32_t node, double mass, double hang_length, const Material& material, NodeShares& shares);
+
 // Adds one strand. `polyline` in grid coordinates, without repeated points; its nodes are touched even if it is a
 // point.
 void add_strand_shares(const Grid& grid, std::span<const Vec3> polyline, const StrandProperties& strand,

@@ -39,10 +39,26 @@ void close_stiffener(double stiffness, double damping_time_s, std::uint16_t grou
 void add_spring(const Grid& grid, const Vec3& from, const Vec3& to, double axial_stiffness_n, double damping_time_s,
                 std::uint16_t group, StiffenerList& springs) {
   const double chord = grid.length(to - from);
-  if (chord < kLengthMin || !(axial_stiffness_n > 0)) return;
+  add_spring(grid, from, to, {axial_stiffness_n / std::max(chord, piece_length_min(grid)), damping_time_s, group},
+             springs);
+}
+
+void add_spring(const Grid& grid, const Vec3& from, const Vec3& to, const SpringLaw& law, StiffenerList& springs) {
+  if (grid.length(to - from) < kLengthMin || !(law.stiffness_n_per_m > 0)) return;
   append_difference(grid.weights(to), grid.weights(from), springs.entries);
-  close_stiffener(axial_stiffness_n / std::max(chord, piece_length_min(grid)), damping_time_s, group, {from, to},
-                  springs);
+  close_stiffener(law.stiffness_n_per_m, law.damping_time_s, law.group, {from, to}, springs);
+}
+
+void append(const StiffenerList& more, StiffenerList& list) {
+  for (std::size_t s = 0; s < more.count(); ++s) {
+    const auto weights = more.weights(s);
+    list.entries.insert(list.entries.end(), weights.begin(), weights.end());
+    list.begin.push_back(static_cast<std::uint32_t>(list.entries.size()));
+  }
+  list.stiffness.insert(list.stiffness.end(), more.stiffness.begin(), more.stiffness.end());
+  list.damping.insert(list.damping.end(), more.damping.begin(), more.damping.end());
+  list.group.insert(list.group.end(), more.group.begin(), more.group.end());
+  list.ends.insert(list.ends.end(), more.ends.begin(), more.ends.end());
 }
 
 void add_attachment(const Grid& grid, const Vec3& point, double stiffness_n_per_m, double damping_time_s,

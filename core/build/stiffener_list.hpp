@@ -29,6 +29,16 @@ struct StiffenerList {
 void add_spring(const Grid& grid, const Vec3& from, const Vec3& to, double axial_stiffness_n, double damping_time_s,
                 std::uint16_t group, StiffenerList& springs);
 
+// A spring of stiffness k (N/m), whatever its length; none without a chord or a stiffness.
+struct SpringLaw {
+  double stiffness_n_per_m = 0, damping_time_s = 0;
+  std::uint16_t group = 0;
+};
+void add_spring(const Grid& grid, const Vec3& from, const Vec3& to, const SpringLaw& law, StiffenerList& springs);
+
+// Puts all of `more` behind what is in `list`.
+void append(const StiffenerList& more, StiffenerList& list);
+
 // Eq. 4: one point of the lattice, bound to the skull where it lies. None without a stiffness.
 void add_attachment(const Grid& grid, const Vec3& point, double stiffness_n_per_m, double damping_time_s,
                     std::uint16_t group, StiffenerList& attachments);

@@ -67,21 +67,6 @@ std::array<FfdWeight, 27> quadratic_ffd_weights(const Lattice& lattice, const Ve
   return weights;
 }
 
-std::vector<float> root_blend(const Groom& groom) {
-  std::vector<float> blend(groom.points.size(), 1.0f);
-  for (std::size_t s = 0; s < groom.strand_count(); ++s) {
-    const float lambda_0 = groom.strands[s].root_length_m;
-    if (!groom.strands[s].rooted || lambda_0 <= 0) continue;
-    double lambda = 0;
-    for (std::uint32_t i = groom.strand_begin[s]; i < groom.strand_begin[s + 1]; ++i) {
-      if (i > groom.strand_begin[s]) lambda += static_cast<double>((groom.points[i] - groom.points[i - 1]).norm());
-      const double ratio = lambda / static_cast<double>(lambda_0);
-      blend[i] = static_cast<float>(-std::expm1(-ratio * ratio));
-    }
-  }
-  return blend;
-}
-
 Deformer::Deformer(const Lattice& lattice, std::span<const Vec3f> points_head, std::span<const float> blend,
                    FfdKind kind)
     : lattice_(lattice),

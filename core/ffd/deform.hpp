@@ -12,8 +12,8 @@ namespace hairnet {
 
 enum class FfdKind : std::uint8_t { quadratic, linear };
 
-// delta(lambda) of eq. 7 for every groom point: 0 = moves rigidly with the head, 1 = follows the lattice. 1 throughout
-// a strand with no root on the skull, or with root_length_m = 0.
+// delta(lambda) of eq. 7, or of the group's own curve, for every groom point: 0 = moves rigidly with the head, 1 =
+// follows the lattice. 1 throughout what has no root on the skull, or root_length_m = 0.
 std::vector<float> root_blend(const Groom& groom);
 
 // The 27 nodes and weights that move one point by quadratic FFD (model section 7), grid indices.
@@ -34,6 +34,7 @@ class Deformer {
 
   // `blend`: delta of each point, or empty for 1. Points may lie outside the lattice (linear extrapolation).
   Deformer(const Lattice& lattice, std::span<const Vec3f> points_head, std::span<const float> blend, FfdKind kind);
+  // All points of the groom: strands', threads', strips' and cloths' alike.
   Deformer(const Groom& groom, const Lattice& lattice, FfdKind kind);
 
   // points_out[i] = x_i + delta_i sum_j w_j(x_i) displacement_j, head space, m. `grid_displacements` has an entry for

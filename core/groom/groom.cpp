@@ -2,16 +2,11 @@
 
 #include <cmath>
 
+#include "core/groom/fault.hpp"
+#include "core/groom/validate_features.hpp"
+
 namespace hairnet {
 namespace {
-
-std::string at(std::string_view what, std::size_t index, std::string_view fault) {
-  return std::string(what) + ' ' + std::to_string(index) + ": " + std::string(fault);
-}
-
-std::string over(std::string_view what, std::size_t count, std::size_t most) {
-  return std::to_string(count) + ' ' + std::string(what) + ", more than the limit of " + std::to_string(most);
-}
 
 bool within(const Vec3f& x, float most) {
   return x.allFinite() && x.cwiseAbs().maxCoeff() <= most;
@@ -23,17 +18,11 @@ std::string validate_strands(const Groom& groom, const GroomLimits& limits) {
   if (groom.points.size() > limits.point_count_max) return over("points", groom.points.size(), limits.point_count_max);
   if (groom.group_names.size() > limits.group_count_max)
     return over("groups", groom.group_names.size(), limits.group_count_max);
-  if (groom.strand_begin.size() != groom.strand_count() + 1 || groom.strand_begin.front() != 0 ||
-      groom.strand_begin.back() != groom.points.size())
+  if (groom.strand_begin.size() != groom.strand_count() + 1 || groom.strand_begin.front() != 0)
     return "strand offsets do not cover the points";
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {
-    const StrandProperties& strand = groom.strands[s];
     if (groom.strand_begin[s] > groom.strand_begin[s + 1]) return at("strand", s, "offsets descend");
-    if (strand.group >= groom.group_names.size()) return at("strand", s, "its group does not exist");
-    if (!(strand.radius_m > 0 && strand.radius_m <= 0.01f)) return at("strand", s, "radius not in (0, 0.01] m");
-    if (!(strand.hair_count > 0 && strand.hair_count <= 1e6f)) return at("strand", s, "hair count not in (0, 1e6]");
-    if (!(strand.root_length_m >= 0 && strand.root_length_m <= 10))
-      return at("strand", s, "root length not in [0, 10] m");
+    if (const std::string fault = fault_of(groom.strands[s], groom); !fault.empty()) return at("strand", s, fault);
   }
   for (std::size_t i = 0; i < groom.points.size(); ++i) {
     if (!within(groom.points[i], limits.coordinate_max_m)) return at("point", i, "not finite or too far from the head");
@@ -84,10 +73,32 @@ void set_group_material(std::uint16_t group, const Material& material, Groom& gr
   }
 }
 
+void Groom::add_cloth(std::span<const Vec3f> vertices, Cloth cloth) {
+  cloth.points = append(vertices);
+  for (auto& triangle : cloth.triangles) {
+    for (std::uint32_t& corner : triangle) corner += cloth.points.begin;
+  }
+  cloths.push_back(std::move(cloth));
+}
+
+void middle_of(const Groom& groom, const Strip& strip, std::vector<Vec3f>& line) {
+  line.clear();
+  const std::span<const Vec3f> edges = groom.points_of(strip.points);
+  for (std::size_t i = 0; i + 1 < edges.size(); i += 2) line.push_back(0.5f * (edges[i] + edges[i + 1]));
+}
+
+void append_triangles(const Strip& strip, std::vector<std::array<std::uint32_t, 3>>& triangles) {
+  for (std::uint32_t left = strip.points.begin; left + 3 < strip.points.end; left += 2) {
+    triangles.push_back({left, left + 1, left + 2});
+    triangles.push_back({left + 2, left + 1, left + 3});
+  }
+}
+
 std::string validate(const Groom& groom, const GroomLimits& limits) {
   if (groom.strand_begin.empty()) return "strand offsets are missing";
   std::string fault = validate_strands(groom, limits);
   if (fault.empty()) fault = validate(groom.materials, groom.group_names.size());
+  if (fault.empty()) fault = validate_features(groom, limits);
   return fault.empty() ? validate_body(groom.body, limits) : fault;
 }
 

@@ -6,7 +6,9 @@
 #include <vector>
 
 #include "core/groom/body.hpp"
+#include "core/groom/fabric.hpp"
 #include "core/groom/material.hpp"
+#include "core/groom/root_blend.hpp"
 
 namespace hairnet {
 
@@ -18,37 +20,89 @@ struct StrandProperties {
   bool rooted = true;           // its first point is on the skull
 };
 
-// The immutable hairstyle: strands in head space (metres) as they lie on the upright head, and the body under them.
+// A lock of hair drawn as one ribbon of textured hair. It has the mechanics of a strand along its middle.
+struct Strip {
+  PointRange points;            // left, right, left, right … from the root
+  StrandProperties properties;  // radius_m is of no use here
+};
+
+// A strand drawn as a lock: copies that follow it at an offset of their own. They add no hair: hair_count says how many
+// real hairs the strand and its copies stand for.
+struct Cluster {
+  std::uint32_t strand = 0;
+  std::uint16_t copy_count = 6;
+  float radius_m = 0.004f;  // of the lock, a little beyond the root
+  float tip_radius_m = 0.002f;
+};
+
+// The immutable hairstyle: strands in head space (metres) as they lie on the upright head, what else is in the hair,
+// and the body under them.
 struct Groom {
   std::string name;
-  std::vector<Vec3f> points;                   // strand by strand, root first
+  // Strand by strand, root first; then those of the threads, of the strips and of the cloths. All of them follow the
+  // lattice.
+  std::vector<Vec3f> points;
   std::vector<std::uint32_t> strand_begin{0};  // strand s has points [strand_begin[s], strand_begin[s + 1])
   std::vector<StrandProperties> strands;
-  std::vector<std::string> group_names;  // at least one once there are strands
+  std::vector<std::string> group_names;  // at least one once there is anything that has a group
   MaterialSet materials;
+  std::vector<RootBlend> root_blends;  // one a group, or none at all: eq. 7 everywhere
+  std::vector<Cluster> clusters;
+  std::vector<Thread> threads;
+  std::vector<Strip> strips;
+  std::vector<Cloth> cloths;
+  std::vector<Knot> knots;
   Body body;
 
   [[nodiscard]] std::size_t strand_count() const { return strands.size(); }
   [[nodiscard]] std::span<const Vec3f> strand_points(std::size_t s) const {
     return {points.data() + strand_begin[s], points.data() + strand_begin[s + 1]};
   }
+  [[nodiscard]] std::span<const Vec3f> points_of(const PointRange& range) const {
+    return {points.data() + range.begin, points.data() + range.end};
+  }
+
+  // Each sets the properties' range. Strands go first, then threads, strips, cloths.
   void add_strand(std::span<const Vec3f> strand, const StrandProperties& properties) {
-    points.insert(points.end(), strand.begin(), strand.end());
+    append(strand);
     strand_begin.push_back(static_cast<std::uint32_t>(points.size()));
     strands.push_back(properties);
+  }
+  void add_thread(std::span<const Vec3f> polyline, Thread thread) {
+    thread.points = append(polyline);
+    threads.push_back(thread);
+  }
+  void add_strip(std::span<const Vec3f> edges, const StrandProperties& properties) {
+    const PointRange range = append(edges);
+    strips.push_back({range, properties});
+  }
+  // The cloth's triangles count from the first of `vertices`.
+  void add_cloth(std::span<const Vec3f> vertices, Cloth cloth);
+
+ private:
+  PointRange append(std::span<const Vec3f> more) {
+    const auto begin = static_cast<std::uint32_t>(points.size());
+    points.insert(points.end(), more.begin(), more.end());
+    return {begin, static_cast<std::uint32_t>(points.size())};
   }
 };
 
 // All hair is of this material from now on, or all of one group; lambda_0 of rooted strands is set by it.
 void set_material(const Material& material, Groom& groom);
 void set_group_material(std::uint16_t group, const Material& material, Groom& groom);
+// The line along a strip's middle, a point a pair.
+void middle_of(const Groom& groom, const Strip& strip, std::vector<Vec3f>& line);
+// Two triangles between each two pairs of a strip, indices into Groom::points.
+void append_triangles(const Strip& strip, std::vector<std::array<std::uint32_t, 3>>& triangles);
 
 struct GroomLimits {
   std::size_t strand_count_max = 200'000;
   std::size_t point_count_max = 8'000'000;
   std::size_t vertex_count_max = 1'000'000;
   std::size_t group_count_max = 256;
-  float coordinate_max_m = 10;  // every coordinate's absolute value
+  std::size_t copy_count_max = 64;      // of one cluster
+  std::size_t fabric_count_max = 4096;  // threads, strips, cloths, and knots: of each so many
+  float coordinate_max_m = 10;          // every coordinate's absolute value
 };
 
 // Empty when the groom is sound: consistent offsets, finite and bounded numbers, valid groups, weights and triangles.

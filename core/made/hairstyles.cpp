@@ -2,9 +2,13 @@
 #include <array>
 #include <cmath>
 
+#include "core/groom/root_lengths.hpp"
+#include "core/made/coarse.hpp"
 #include "core/made/loose.hpp"
 #include "core/made/made.hpp"
+#include "core/made/plait.hpp"
 #include "core/made/ponytail.hpp"
+#include "core/made/veil.hpp"
 
 namespace hairnet {
 namespace {
@@ -85,6 +89,36 @@ void dress_side_part(const StyleOptions& options, Groom& groom) {
   recipe.tuck = 0.4;
   recipe.fringe = {.half_angle_deg = 30, .depth_m = 0.035, .tip_height_m = 0.058, .sweep = -0.9, .length_m = 0.15};
   made::dress_loose(recipe, options, groom);
+  // Gel: the fringe lets go of the skull later than the rest, and never wholly.
+  const auto fringe = made::group_index(groom, "fringe");
+  groom.root_blends.resize(groom.group_names.size());
+  groom.root_blends[fringe].points = {{1, 0.08f}, {2.5f, 0.4f}, {5, 0.75f}};
+  // Beside the parting hair stands up before it falls.
+  RootLengths lengths;
+  lengths.regions = {{Vec3f(0.032f, 0.165f, 0.04f), 0.06f, 0.04f}};
+  lengths.spread = 0.3f;
+  lengths.seed = static_cast<std::uint32_t>(options.seed);
+  set_root_lengths(lengths, kEveryGroup, groom);
+}
+
+void dress_veiled(const StyleOptions& options, Groom& groom) {
+  dress_long_straight(options, groom);
+  made::add_veil(std::max(0.12, 1.3 * options.length_m), groom);
+}
+
+void dress_locks(const StyleOptions& options, Groom& groom) {
+  dress_wavy(options, groom);
+  made::turn_into_clusters(6, 0.0045, groom);
+  RootLengths lengths;
+  lengths.spread = 0.3f;
+  lengths.seed = static_cast<std::uint32_t>(options.seed);
+  set_root_lengths(lengths, kEveryGroup, groom);
+}
+
+void dress_strips(const StyleOptions& options, Groom& groom) {
+  dress_long_straight(options, groom);
+  // As wide together as the scalp is round, twice over.
+  made::turn_into_strips(std::clamp(0.6 / std::sqrt(static_cast<double>(options.strand_count)), 0.004, 0.03), groom);
 }
 
 void dress_short(const StyleOptions& options, Groom& groom) {
@@ -117,14 +151,26 @@ struct Style {
   std::size_t strand_count;
   void (*dress)(const StyleOptions&, Groom&);
 };
-constexpr std::array<Style, 7> kStyles{{
+constexpr std::array<Style, 11> kStyles{{
     {{"long_straight", "long and sleek, parted in the middle"}, 0.52, 0, 10'000, dress_long_straight},
     {{"long_curly", "long, full, in loose ringlets"}, 0.46, 0.6, 8'000, dress_long_curly},
     {{"wavy", "shoulder-length waves, parted a little to the left"}, 0.40, 0.25, 10'000, dress_wavy},
     {{"bob", "chin-length, blunt, tips turned in, with a straight fringe"}, 0.25, 0, 10'000, dress_bob},
     {{"side_part", "collar-length, parted on the left, with a swept stiff fringe"}, 0.33, 0, 10'000, dress_side_part},
-    {{"ponytail", "pulled back to a band behind the crown, the tail free"}, 0.44, 0.18, 10'000, made::dress_ponytail},
+    {{"ponytail", "pulled back to a band with a bow behind the crown, the tail free"},
+     0.44,
+     0.18,
+     10'000,
+     made::dress_ponytail},
     {{"short", "short and textured, longer on top"}, 0.055, 0, 14'000, dress_short},
+    {{"plait", "pulled back and plaited from the nape, knotted all along, a cord at its end"},
+     0.42,
+     0,
+     6'000,
+     made::dress_plait},
+    {{"veiled", "long and sleek under a veil that is pinned across the crown"}, 0.52, 0, 10'000, dress_veiled},
+    {{"locks", "waves of few strands, each drawn as a lock that follows it"}, 0.40, 0.25, 1'600, dress_locks},
+    {{"strips", "long and sleek, in ribbons of textured hair"}, 0.52, 0, 1'000, dress_strips},
 }};
 constexpr auto kStyleNames = [] {
   std::array<MadeName, kStyles.size()> names;

@@ -5,57 +5,27 @@
 #include <numbers>
 
 #include "core/made/bust_shape.hpp"
+#include "core/made/ribbon.hpp"
 #include "core/made/smooth.hpp"
+#include "core/made/tied.hpp"
 
 namespace hairnet::made {
 namespace {
 
-const Vec3 kBandCentre{0, 0.098, -0.118};
-const Vec3 kBandAxis = Vec3(0, 0.42, -0.91).normalized();  // out of the head
-const Vec3 kBandUp = Vec3::UnitX().cross(kBandAxis).normalized() * -1.0;
-constexpr double kBandRadius = 0.0125;
-
-Vec3 on_band(double angle, double radius) {
-  return kBandCentre + radius * (std::sin(angle) * Vec3::UnitX() + std::cos(angle) * kBandUp);
-}
-
-// Along the scalp to the band, as a taut thread would lie, each strand to its own place in it.
-Path pulled(const Root& root, Random& random) {
-  const Vec3 across = root.point - kBandCentre;
-  const double angle = std::atan2(across.dot(Vec3::UnitX()), across.dot(kBandUp)) + 0.12 * random.symmetric();
-  const Vec3 goal = on_band(angle, kBandRadius * std::sqrt(random.between(0.25, 1.0)));
-  const double far = (root.point - goal).norm();
-  const double lift = random.between(0.0015, 0.0065) * smooth_step(0.0, 0.1, far) + 0.0015;
-  const Vec3 stray = 0.05 * Vec3(random.symmetric(), random.symmetric(), random.symmetric());
-  Growth growth;
-  growth.start = root.point;
-  growth.length_m = 0.6;
-  growth.step_m = 0.004;
-  growth.bend_m = 0.008;
-  growth.spares_face = false;
-  growth.wish = [goal, stray](const Here& at) {
-    const Vec3 to = goal - at.p;
-    return Vec3(to.normalized() + stray * std::exp(-at.s / 0.05));
-  };
-  growth.direction = 0.35 * root.normal + (goal - root.point).normalized();
-  growth.clearance = [lift](const Vec3&, double s) { return std::min(0.5 * s, lift * (1 - std::exp(-s / 0.02))); };
-  growth.done = [goal](const Vec3& p, double) { return (goal - p).norm() < 0.005; };
-  Path path = grow(growth);
-  path.push_back(goal + 0.004 * kBandAxis);
-  return path;
-}
+const Tie kBand{Vec3(0, 0.098, -0.118), Vec3(0, 0.42, -0.91).normalized(), 0.0125};
+const Vec3f kBandColour(0.30f, 0.02f, 0.05f);
 
 // Out of the band, over in an arch and down, spreading and then tapering.
 Path tail(double length_m, Random& random) {
   const double angle = 2 * std::numbers::pi * random.unit();
   const double ring = std::sqrt(random.unit());
-  const Vec3 radial = std::sin(angle) * Vec3::UnitX() + std::cos(angle) * kBandUp;
+  const Vec3 radial = std::sin(angle) * Vec3::UnitX() + std::cos(angle) * kBand.down();
   const double thin = random.unit();
   const double length = length_m * (1 - 0.32 * thin * thin);
   const Vec3 stray = 0.035 * Vec3(random.symmetric(), random.symmetric(), random.symmetric());
   Growth growth;
-  growth.start = on_band(angle, kBandRadius * ring) - 0.004 * kBandAxis;
-  growth.direction = kBandAxis + 0.45 * ring * radial;
+  growth.start = kBand.on_ring(angle, kBand.radius_m * ring) - 0.004 * kBand.axis;
+  growth.direction = kBand.axis + 0.45 * ring * radial;
   growth.length_m = length;
   growth.bend_m = 0.042;
   growth.spares_face = false;
@@ -64,49 +34,58 @@ Path tail(double length_m, Random& random) {
     const double gathered = smooth_step(0, 0.10, at.s) * (1 - 0.75 * smooth_step(0.4 * length_m, length_m, at.s));
     // Gathers sideways only: forwards and backwards the fall decides.
     const double in = 6 * (spread * radial.x() * gathered - at.p.x());
-    return Vec3(Vec3(in, -1, 0) + stray + 0.8 * kBandAxis * std::exp(-at.s / 0.018));
+    return Vec3(Vec3(in, -1, 0) + stray + 0.8 * kBand.axis * std::exp(-at.s / 0.018));
   };
   const double lift = 0.004 + 0.035 * (0.5 + 0.5 * ring * std::cos(angle));
   growth.clearance = [lift](const Vec3&, double s) { return lift * smooth_step(0.0, 0.1, s); };
   return grow(growth);
 }
 
-// A turn and a half of hair that hides the band.
-Path wrap(Random& random) {
-  Path path;
-  const double from = 2 * std::numbers::pi * random.unit(), along = random.between(-0.007, 0.007);
-  const double radius = kBandRadius + random.between(0.0005, 0.0030) * (1 - std::abs(along) / 0.012);
-  for (int i = 0; i <= 40; ++i) {
-    const double t = i / 40.0;
-    path.push_back(on_band(from + 3 * std::numbers::pi * t, radius) + (along + 0.002 * (t - 0.5)) * kBandAxis);
-  }
-  return path;
+// The band, a ring of cloth on the hair where it is tied. Returns its points.
+std::vector<std::uint32_t> add_band(Groom& groom) {
+  constexpr int kRound = 24, kRows = 4;
+  constexpr double kWidth = 0.016;
+  const auto at = [](int column, int row) {
+    const double angle = 2 * std::numbers::pi * column / kRound, along = kWidth * (row / (kRows - 1.0) - 0.5);
+    const double gathered = 0.0006 * (column % 2);
+    return Vec3(kBand.on_ring(angle, kBand.radius_m + 0.003 - 12 * along * along + gathered) + along * kBand.axis);
+  };
+  Cloth cloth;
+  cloth.group = group_index(groom, "band");
+  cloth.colour = kBandColour;
+  cloth.stretch_stiffness_n_per_m = 100;
+  cloth.shear_stiffness_n_per_m = 30;
+  cloth.area_density_kg_per_m2 = 0.3f;
+  std::vector<std::uint32_t> points;
+  const std::uint32_t first = add_cloth_grid(groom, {kRound, kRows, true, at}, 0, cloth);
+  for (std::uint32_t i = 0; i < kRound * kRows; ++i) points.push_back(first + i);
+  return points;
+}
+
+// What the band holds: the ends of what is pulled into it and the beginnings of the tail.
+std::vector<std::uint32_t> held_points(const Groom& groom) {
+  std::vector<std::uint32_t> points;
+  for (std::size_t s = 0; s < groom.strand_count(); ++s)
+    points.push_back(groom.strands[s].rooted ? groom.strand_begin[s + 1] - 1 : groom.strand_begin[s]);
+  return points;
 }
 
 }  // namespace
 
 void dress_ponytail(const StyleOptions& options, Groom& groom) {
-  const std::size_t wrap_count = options.strand_count / 50;
   const std::size_t tail_count = options.strand_count * 2 / 5;
-  const std::size_t pulled_count = options.strand_count - tail_count - wrap_count;
+  const std::size_t pulled_count = options.strand_count - tail_count;
   Random random(options.seed, 31);
   StrandFinish finish;
   finish.hair_count = kHairsInAll / static_cast<double>(options.strand_count);
   finish.points = 18;
   finish.group = group_index(groom, "pulled");
   finish.skin_clearance_m = 0.0015;
-  // Nothing before the ears, which it would have to cross.
-  const auto keep = [](const Vec3& p) { return p.z() < -0.012 || p.y() > 0.066; };
-  for (const Root& root : scatter_roots(pulled_count, options.seed, keep)) {
-    add_path(groom, pulled(root, random), finish);
+  for (const Root& root : scatter_roots(pulled_count, options.seed, is_pulled_back)) {
+    add_path(groom, pulled(root, kBand, random), finish);
   }
 
   finish.rooted = false;
-  finish.group = group_index(groom, "wrap");
-  for (std::size_t i = 0; i < wrap_count; ++i) {
-    add_path(groom, wrap(random), finish);
-  }
-
   finish.group = group_index(groom, "tail");
   finish.skin_clearance_m = 0.003;
   finish.points = curl_points(options.curl, options.length_m, 20);
@@ -118,6 +97,16 @@ void dress_ponytail(const StyleOptions& options, Groom& groom) {
     curl.phase += 0.7 * random.symmetric();
     add_path(groom, curled(path, curl), finish);
   }
+
+  std::vector<std::uint32_t> tied = held_points(groom);
+  const std::vector<std::uint32_t> band = add_band(groom);
+  tied.insert(tied.end(), band.begin(), band.end());
+  add_knot(groom, std::move(tied), 300);
+  // On the side of the head, where the tail does not hide it.
+  const Vec3 seat = kBand.centre - (kBand.radius_m + 0.008) * kBand.down() - 0.008 * kBand.axis;
+  std::vector<std::uint32_t> bow = add_bow(groom, seat, (-kBand.down() - 0.35 * kBand.axis).normalized(), kBandColour);
+  bow.insert(bow.end(), band.begin() + 8, band.begin() + 17);  // the upper side of the band
+  add_knot(groom, std::move(bow), 300);
 }
 
 }  // namespace hairnet::made

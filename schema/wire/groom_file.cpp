@@ -4,12 +4,13 @@
 
 #include "groom_generated.h"
 #include "schema/wire/flat.hpp"
+#include "schema/wire/groom_features.hpp"
 #include "schema/wire/text.hpp"
 
 namespace hairnet::wire {
 namespace {
 
-constexpr std::uint16_t kGroomVersion = 2;
+constexpr std::uint16_t kGroomVersion = 2;  // version 1 has strands and a body alone
 
 using flatbuffers::FlatBufferBuilder;
 
@@ -132,8 +133,12 @@ std::vector<std::uint8_t> encode_groom(const Groom& groom) {
   const auto triangles = write_scalars<std::uint32_t>(to, body.mesh.triangles);
   const fb::Material material = flatten_material(groom.materials.base);
   const auto group_materials = write_group_materials(to, groom.materials);
+  const FlatFeatures features = write_features(to, groom);
   const auto root = fb::CreateGroom(to, kGroomVersion, body.fitted_from_roots, name, group_names, strands, strand_begin,
-                                    points, &joints, vertices, bone_weights, triangles, &material, group_materials);
+                                    points, &joints, vertices, bone_weights, triangles, &material, group_materials,
+                                    features.root_blend_counts, features.root_blend_points, features.clusters,
+                                    features.threads, features.strips, features.cloths, features.cloth_triangles,
+                                    features.cloth_root_distances, features.knots, features.knot_points);
   return finish(to, root, fb::GroomIdentifier());
 }
 
@@ -150,6 +155,7 @@ Result<Groom> decode_groom(std::span<const std::uint8_t> bytes, const GroomLimit
   std::string fault = read_names(*root, limits, groom);
   if (fault.empty()) fault = read_strands(*root, groom);
   if (fault.empty()) fault = read_materials(*root, limits, groom.materials);
+  if (fault.empty()) fault = read_features(*root, groom);
   if (fault.empty()) fault = read_body(*root, groom.body);
   if (fault.empty()) fault = validate(groom, limits);
   if (!fault.empty()) return Refusal(std::move(fault));

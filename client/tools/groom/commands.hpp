@@ -27,6 +27,7 @@ struct ImportOptions {
   std::optional<double> body_unit_m;
   double hairs_in_all = 100'000;
   std::optional<double> root_length_m;  // whatever the material says
+  double root_spread = 0;               // of each strand's own root length, a share
   MaterialOptions materials;
   std::string name, out;
 };

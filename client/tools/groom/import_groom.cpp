@@ -5,6 +5,7 @@
 #include "client/tools/files/write_file.hpp"
 #include "client/tools/groom/commands.hpp"
 #include "client/tools/groom/save_groom.hpp"
+#include "core/groom/root_lengths.hpp"
 #include "core/import/obj.hpp"
 #include "core/import/strands.hpp"
 
@@ -72,6 +73,13 @@ Result<void> import_groom(const ImportOptions& options) {
   if (const Result<void> applied = apply_materials(options.materials, groom); !applied) return applied;
   if (options.root_length_m) {
     for (StrandProperties& strand : groom.strands) strand.root_length_m = static_cast<float>(*options.root_length_m);
+  }
+  if (options.root_spread > 0) {
+    RootLengths lengths;
+    lengths.root_length_m =
+        options.root_length_m ? static_cast<float>(*options.root_length_m) : groom.materials.base.root_length_m;
+    lengths.spread = static_cast<float>(options.root_spread);
+    set_root_lengths(lengths, kEveryGroup, groom);
   }
   return save_groom(groom, options.out);
 }

@@ -45,17 +45,51 @@ void print_groups(const Groom& groom) {
       count += strand.group == g;
       rooted += strand.group == g && strand.rooted;
     }
+    const auto others = [g](const auto& all, auto group_of) {
+      return std::ranges::count_if(all, [&](const auto& one) { return group_of(one) == g; });
+    };
+    const auto own = [](const auto& one) { return one.group; };
+    const auto fabrics = others(groom.threads, own) + others(groom.cloths, own);
+    if (count == 0 && fabrics > 0) {
+      std::printf("group      %-16s %zd threads or cloths\n", groom.group_names[g].c_str(), fabrics);
+      continue;
+    }
     const std::string material(material_name(groom.materials.of(static_cast<std::uint16_t>(g))));
     std::printf("group      %-16s %zu strands, %zu with roots on the skull, %s\n", groom.group_names[g].c_str(), count,
                 rooted, material.c_str());
   }
 }
 
+// What is in the hair besides strands, each kind on a line if there is any.
+void print_features(const Groom& groom) {
+  std::size_t copies = 0, triangles = 0, pinned = 0, tied = 0;
+  for (const Cluster& cluster : groom.clusters) copies += cluster.copy_count;
+  for (const Cloth& cloth : groom.cloths) {
+    triangles += cloth.triangles.size();
+    pinned += !cloth.root_distance_m.empty();
+  }
+  for (const Knot& knot : groom.knots) tied += knot.points.size();
+  if (!groom.clusters.empty())
+    std::printf("clusters   %zu, of %zu more drawn strands\n", groom.clusters.size(), copies);
+  if (!groom.threads.empty()) std::printf("threads    %zu\n", groom.threads.size());
+  if (!groom.strips.empty()) std::printf("strips     %zu\n", groom.strips.size());
+  if (!groom.cloths.empty())
+    std::printf("cloths     %zu of %zu triangles, %zu pinned to the skull\n", groom.cloths.size(), triangles, pinned);
+  if (!groom.knots.empty()) std::printf("knots      %zu, tying %zu points\n", groom.knots.size(), tied);
+  for (std::size_t g = 0; g < groom.root_blends.size(); ++g) {
+    if (!groom.root_blends[g].points.empty())
+      std::printf("root blend %-16s a curve of %zu points\n", groom.group_names[g].c_str(),
+                  groom.root_blends[g].points.size());
+  }
+}
+
 void print_groom(const Groom& groom) {
   double hairs = 0;
   for (const StrandProperties& strand : groom.strands) hairs += static_cast<double>(strand.hair_count);
+  for (const Strip& strip : groom.strips) hairs += static_cast<double>(strip.properties.hair_count);
   std::printf("groom      %s\n", groom.name.c_str());
-  std::printf("strands    %zu of %zu points, for %.0f hairs\n", groom.strand_count(), groom.points.size(), hairs);
+  std::printf("strands    %zu of %u points, for %.0f hairs%s\n", groom.strand_count(), groom.strand_begin.back(), hairs,
+              groom.strips.empty() ? "" : " with the strips");
   print_lengths(groom);
   print_material(groom.materials.base);
   print_groups(groom);
@@ -63,6 +97,7 @@ void print_groom(const Groom& groom) {
     std::printf("group      %s:\n", groom.group_names[own.group].c_str());
     print_material(own.material);
   }
+  print_features(groom);
   if (!groom.points.empty()) {
     Vec3f low = groom.points[0], high = low;
     for (const Vec3f& x : groom.points) {
@@ -108,7 +143,7 @@ Result<void> inspect_groom(const InspectOptions& options) {
   if (!groom) return Refusal(options.groom + ": " + groom.error());
   print_groom(*groom);
   if (!options.levels) return {};
-  if (groom->points.empty()) return Refusal(options.groom + ": there is no strand to build levels from");
+  if (groom->points.empty()) return Refusal(options.groom + ": there is nothing to build levels from");
   print_levels(*groom);
   return {};
 }

@@ -84,6 +84,8 @@ void add_import(CLI::App& app, groom::ImportOptions& o, std::vector<double>& ori
   import.add_option("--hairs", o.hairs_in_all, "real hairs on the whole head (100000)")->check(in_range(1, 1e7));
   import.add_option("--root-length", o.root_length_m, "m of hair that stays with the skin, lambda_0 (the material's)")
       ->check(in_range(0, 10));
+  import.add_option("--root-spread", o.root_spread, "each strand's own lambda_0 is up to this share more or less (0)")
+      ->check(in_range(0, 0.95));
   add_material_flags(import, o.materials);
   import.add_option("--name", o.name, "the groom's name (the out file's)");
 }

@@ -6,12 +6,14 @@
 #include <cstdio>
 #include <map>
 #include <numbers>
+#include <optional>
 #include <utility>
 
 #include "client/tools/clip/upright.hpp"
 #include "client/tools/files/write_file.hpp"
 #include "client/tools/progress/progress_bar.hpp"
 #include "client/view/renderer.hpp"
+#include "core/ffd/cluster_strands.hpp"
 #include "core/ffd/deform.hpp"
 
 namespace hairnet::viewer {
@@ -66,10 +68,28 @@ view::Camera camera_of(const Actor& actor, const Framing& framing, const Pose& p
 }
 
 // Fewer strands are drawn wider, so that a head looks covered at any density.
-float strand_width_m(const Groom& groom) {
+float strand_width_m(std::size_t drawn_strand_count) {
   constexpr float kWidth_m = 4e-4f, kCount = 10'000;
   return kWidth_m *
-         std::clamp(std::sqrt(kCount / static_cast<float>(std::max<std::size_t>(1, groom.strand_count()))), 0.6f, 4.0f);
+         std::clamp(std::sqrt(kCount / static_cast<float>(std::max<std::size_t>(1, drawn_strand_count))), 0.6f, 4.0f);
+}
+
+// `points` are the groom's, deformed.
+std::vector<view::DrawnSurface> surfaces_of(const Groom& groom, std::span<const Vec3f> points) {
+  using Kind = view::DrawnSurface::Kind;
+  std::vector<view::DrawnSurface> surfaces;
+  const auto own = [&](const PointRange& range) { return points.subspan(range.begin, range.count()); };
+  for (const Thread& t : groom.threads)
+    surfaces.push_back({.kind = Kind::thread, .points = own(t.points), .colour = t.colour, .radius_m = t.radius_m});
+  for (const Strip& s : groom.strips) surfaces.push_back({.kind = Kind::strip, .points = own(s.points)});
+  for (const Cloth& c : groom.cloths)
+    surfaces.push_back({.kind = Kind::cloth,
+                        .points = own(c.points),
+                        .triangles = c.triangles,
+                        .first_index = c.points.begin,
+                        .colour = c.colour,
+                        .opacity = c.opacity});
+  return surfaces;
 }
 
 Result<void> write_png(const std::string& path, const view::Image& image) {
@@ -137,30 +157,38 @@ class RenderedPictures : public Pictures {
     drawn.body_vertices = body_vertices_;
     drawn.triangles = &groom.body.mesh.triangles;
     drawn.strand_points = strand_points_;
-    drawn.strand_begin = groom.strand_begin;
-    drawn.strand_width_m = strand_width_m(groom);
+    drawn.strand_begin = clusters_->strand_begin();
+    drawn.strand_width_m = strand_width_m(drawn.strand_begin.size() - 1);
+    const std::vector<view::DrawnSurface> surfaces = surfaces_of(groom, points_);
+    drawn.surfaces = surfaces;
     drawn.hair_colour = actor.hair_colour;
     return renderer_->draw(std::span(&drawn, 1), camera_of(actor, Framing(groom), moment.pose, view), options.width,
                            options.height);
   }
 
-  // Strand points of the moment, world space.
+  // The moment's points in world space: the groom's, and those of the strands that are drawn.
   void deform(const Groom& groom, const Moment& moment, const StreamResult& streamed) {
-    strand_points_ = groom.points;
+    points_ = groom.points;
     if (!moment.displacement.empty()) {
       const LevelGeometry& geometry = streamed.geometries.at({moment.groom, moment.level});
       const auto [deformer, is_new] = deformers_.try_emplace({moment.groom, moment.level}, nullptr);
       if (is_new) deformer->second = std::make_unique<Deformer>(groom, geometry.lattice, FfdKind::quadratic);
       grid_.resize(geometry.lattice.node_count());
       expand_displacements(geometry, moment.displacement, grid_);
-      deformer->second->deform(grid_, strand_points_);
+      deformer->second->deform(grid_, points_);
     }
-    for (Vec3f& p : strand_points_) p = moment.pose.head().point(p.cast<double>()).cast<float>();
+    clusters_.emplace(groom);
+    strand_points_.resize(clusters_->point_count());
+    clusters_->follow(points_, strand_points_);
+    for (auto* points : {&points_, &strand_points_}) {
+      for (Vec3f& p : *points) p = moment.pose.head().point(p.cast<double>()).cast<float>();
+    }
   }
 
   std::unique_ptr<view::Renderer> renderer_;
   std::map<std::pair<wire::GroomHash, LevelIndex>, std::unique_ptr<Deformer>> deformers_;
-  std::vector<Vec3f> strand_points_, body_vertices_, grid_;
+  std::optional<ClusterStrands> clusters_;  // of the groom drawn last
+  std::vector<Vec3f> points_, strand_points_, body_vertices_, grid_;
 };
 
 }  // namespace

@@ -7,21 +7,6 @@ uniform vec3 hair_albedo;
 
 out vec4 colour;
 
-float body_light_left(vec3 c) {
-  float lit = 0.0;
-  for (int y = -1; y <= 1; ++y)
-    for (int x = -1; x <= 1; ++x)
-      lit += textureLod(body_depth, vec3(c.xy + 1.3 * vec2(x, y) * light_map.z, c.z), 0.0);
-  return lit / 9.0;
-}
-
-float hair_light_left(vec3 c) {
-  float tau = 0.0;
-  for (int y = 0; y < 4; ++y)
-    for (int x = 0; x < 4; ++x) tau += hair_depth_at(c.xy + (vec2(x, y) - 1.5) * 0.9 * picture.w, c.z);
-  return exp(-0.4 * tau / 16.0);
-}
-
 // Red light travels furthest under the skin and so wraps furthest round the terminator.
 vec3 wrapped(float n_l) {
   const vec3 wrap = vec3(0.34, 0.20, 0.15);

@@ -219,6 +219,102 @@ TEST_F(ViewRenderer, hides_the_further_character_behind_the_nearer_in_either_ord
   EXPECT_EQ(draw(pair).rgba, image.rgba);
 }
 
+// A sheet of 20 cm, facing the camera or with its back to it.
+struct Sheet {
+  explicit Sheet(bool facing) : triangles{{{0, 1, 2}, {0, 2, 3}}} {
+    if (!facing) std::swap(points[1], points[3]);
+  }
+  std::array<Vec3f, 4> points{Vec3f(-0.1f, -0.1f, 0), Vec3f(0.1f, -0.1f, 0), Vec3f(0.1f, 0.1f, 0),
+                              Vec3f(-0.1f, 0.1f, 0)};
+  std::array<std::array<std::uint32_t, 3>, 2> triangles;
+  [[nodiscard]] DrawnSurface surface(float opacity = 1) const {
+    return {.points = points, .triangles = triangles, .colour = Vec3f(0.02f, 0.7f, 0.02f), .opacity = opacity};
+  }
+};
+
+TEST_F(ViewRenderer, shows_cloth_from_both_sides) {
+  const Image empty = draw_nothing();
+  for (const bool facing : {true, false}) {
+    const Sheet sheet(facing);
+    const DrawnSurface surface = sheet.surface();
+    DrawnCharacter character;
+    character.surfaces = std::span(&surface, 1);
+    const Image image = draw(std::span(&character, 1));
+    for (const float at : {-0.08f, 0.0f, 0.08f}) {
+      const auto [r, g, b] = pixel(image, column_of(at), row_of(at));
+      EXPECT_GT(g, 2 * r) << facing;
+      EXPECT_GT(g, 60) << "lit, " << facing;
+    }
+    EXPECT_EQ(difference(image, empty, column_of(0.14f), row_of(0)), 0);
+  }
+}
+
+TEST_F(ViewRenderer, lets_sight_through_thin_cloth_and_hides_what_is_behind_thick) {
+  Scene scene;
+  scene.body = sphere({0, 0, -0.12f}, 0.06f);
+  const Sheet sheet(true);
+  std::array<double, 3> red{};
+  for (std::size_t i = 0; i < red.size(); ++i) {
+    const DrawnSurface surface = sheet.surface(0.5f * static_cast<float>(i));
+    DrawnCharacter character = scene.character();
+    character.skin_colour = Vec3f(0.8f, 0.02f, 0.02f);
+    character.surfaces = std::span(&surface, 1);
+    const Image image = draw(std::span(&character, 1));
+    for (int x = kSide / 2 - 4; x < kSide / 2 + 4; ++x) red[i] += pixel(image, x, kSide / 2)[0];
+  }
+  EXPECT_GT(red[0], red[1] + 150);
+  EXPECT_GT(red[1], red[2] + 150);
+}
+
+TEST_F(ViewRenderer, shows_threads_round_and_strips_in_the_hairs_colour) {
+  const std::array<Vec3f, 3> line{Vec3f(-0.1f, 0.1f, 0), Vec3f(0, 0.1f, 0), Vec3f(0.1f, 0.1f, 0)};
+  const std::array<Vec3f, 6> edges{Vec3f(-0.02f, 0, 0),     Vec3f(0.02f, 0, 0),      Vec3f(-0.02f, -0.06f, 0),
+                                   Vec3f(0.02f, -0.06f, 0), Vec3f(-0.02f, -0.2f, 0), Vec3f(0.02f, -0.2f, 0)};
+  const std::array<DrawnSurface, 2> surfaces{
+      DrawnSurface{
+          .kind = DrawnSurface::Kind::thread, .points = line, .colour = {0.02f, 0.02f, 0.8f}, .radius_m = 0.01f},
+      DrawnSurface{.kind = DrawnSurface::Kind::strip, .points = edges}};
+  DrawnCharacter character;
+  character.hair_colour = Vec3f(0.6f, 0.05f, 0.05f);
+  character.surfaces = surfaces;
+  const Image image = draw(std::span(&character, 1)), empty = draw_nothing();
+  EXPECT_GT(pixel(image, column_of(0.05f), row_of(0.1f))[2], 2 * pixel(image, column_of(0.05f), row_of(0.1f))[0]);
+  EXPECT_GT(difference(image, empty, column_of(0.05f), row_of(0.1f) - 1), 60) << "as wide as its radius asks";
+  EXPECT_EQ(difference(image, empty, column_of(0.05f), row_of(0.1f) + 5), 0);
+  EXPECT_GT(pixel(image, column_of(0), row_of(-0.05f))[0], pixel(image, column_of(0), row_of(-0.05f))[2] + 60);
+}
+
+TEST_F(ViewRenderer, refuses_surfaces_that_make_no_sense_and_leaves_out_what_is_not_finite) {
+  Sheet sheet(true);
+  DrawnSurface surface = sheet.surface();
+  DrawnCharacter character;
+  character.surfaces = std::span(&surface, 1);
+  const auto refusal = [&] {
+    const auto image = renderer_->draw(std::span(&character, 1), kCamera, kSide, kSide);
+    return image ? std::string("drawn") : image.error();
+  };
+  surface.first_index = 1;
+  EXPECT_THAT(refusal(), testing::HasSubstr("surface 0: a triangle names point 0"));
+  surface = sheet.surface(1.5f);
+  EXPECT_THAT(refusal(), testing::HasSubstr("opacity"));
+  surface = sheet.surface();
+  surface.colour.x() = kNan;
+  EXPECT_THAT(refusal(), testing::HasSubstr("colour"));
+  surface = {.kind = DrawnSurface::Kind::strip, .points = std::span(sheet.points).first(3)};
+  EXPECT_THAT(refusal(), testing::HasSubstr("partner"));
+  surface = {.kind = DrawnSurface::Kind::thread, .points = sheet.points, .radius_m = 0};
+  EXPECT_THAT(refusal(), testing::HasSubstr("radius"));
+  sheet.points[2] = Vec3f(kNan, INFINITY, 1e30f);
+  for (const auto kind : {DrawnSurface::Kind::cloth, DrawnSurface::Kind::strip, DrawnSurface::Kind::thread}) {
+    surface = sheet.surface();
+    surface.kind = kind;
+    EXPECT_EQ(refusal(), "drawn");
+    surface.points = {};
+    surface.triangles = {};
+    EXPECT_EQ(refusal(), "drawn");
+  }
+}
+
 TEST_F(ViewRenderer, leaves_out_points_that_are_not_finite) {
   Scene scene, clean;
   scene.body = clean.body = sphere({0, 0, 0}, 0.06f);

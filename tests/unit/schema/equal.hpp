@@ -26,6 +26,39 @@ inline bool equal(const StrandProperties& a, const StrandProperties& b) {
   return all(a) == all(b);
 }
 
+inline bool equal(const PointRange& a, const PointRange& b) {
+  return a.begin == b.begin && a.end == b.end;
+}
+inline bool equal(const RootBlend& a, const RootBlend& b) {
+  return a.points == b.points;
+}
+inline bool equal(const Cluster& a, const Cluster& b) {
+  const auto all = [](const Cluster& c) { return std::tie(c.strand, c.copy_count, c.radius_m, c.tip_radius_m); };
+  return all(a) == all(b);
+}
+inline bool equal(const Thread& a, const Thread& b) {
+  const auto all = [](const Thread& t) {
+    return std::tie(t.group, t.rooted, t.root_length_m, t.radius_m, t.colour, t.axial_stiffness_n, t.damping_time_s,
+                    t.pin_stiffness_n_per_m, t.linear_density_kg_per_m, t.air_drag_ns_per_m2);
+  };
+  return equal(a.points, b.points) && all(a) == all(b);
+}
+inline bool equal(const Strip& a, const Strip& b) {
+  return equal(a.points, b.points) && equal(a.properties, b.properties);
+}
+inline bool equal(const Cloth& a, const Cloth& b) {
+  const auto all = [](const Cloth& c) {
+    return std::tie(c.group, c.triangles, c.root_distance_m, c.root_length_m, c.colour, c.opacity,
+                    c.stretch_stiffness_n_per_m, c.shear_stiffness_n_per_m, c.damping_time_s, c.pin_stiffness_n_per_m,
+                    c.area_density_kg_per_m2, c.air_drag_ns_per_m3);
+  };
+  return equal(a.points, b.points) && all(a) == all(b);
+}
+inline bool equal(const Knot& a, const Knot& b) {
+  const auto all = [](const Knot& k) { return std::tie(k.points, k.stiffness_n_per_m, k.damping_time_s, k.mass_kg); };
+  return all(a) == all(b);
+}
+
 template <class T>
 bool equal(const std::vector<T>& a, const std::vector<T>& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const T& x, const T& y) {
@@ -126,7 +159,9 @@ inline bool equal(const Groom& a, const Groom& b) {
     return std::tie(g.name, g.group_names, g.points, g.strand_begin, g.body.mesh.vertices, g.body.mesh.triangles,
                     g.body.bone_weights, g.body.joints, g.body.fitted_from_roots, g.materials);
   };
-  return all(a) == all(b) && equal(a.strands, b.strands);
+  return all(a) == all(b) && equal(a.strands, b.strands) && equal(a.root_blends, b.root_blends) &&
+         equal(a.clusters, b.clusters) && equal(a.threads, b.threads) && equal(a.strips, b.strips) &&
+         equal(a.cloths, b.cloths) && equal(a.knots, b.knots);
 }
 
 inline bool equal(const RecordingHeader& a, const RecordingHeader& b) {

@@ -179,6 +179,7 @@ Groom RandomMessages::groom(std::size_t strand_count) {
     g.add_strand(strand, {static_cast<float>(real(1e-5, 1e-4)), static_cast<float>(real(1, 50)),
                           static_cast<float>(real(0, 0.1)), static_cast<std::uint16_t>(integer(0, 1)), coin()});
   }
+  if (coin()) add_features(g);
   const std::size_t vertex_count = integer(3, 50);
   for (std::size_t v = 0; v < vertex_count; ++v) {
     g.body.mesh.vertices.push_back(vector(1));
@@ -193,6 +194,55 @@ Groom RandomMessages::groom(std::size_t strand_count) {
   for (Vec3f& joint : g.body.joints) joint = vector(0.5f);
   g.body.fitted_from_roots = coin();
   return g;
+}
+
+void RandomMessages::add_features(Groom& g) {
+  const auto number = [&](double least, double most) { return static_cast<float>(real(least, most)); };
+  const auto group = [&] { return static_cast<std::uint16_t>(integer(0, 1)); };
+  const auto points = [&](std::size_t count) {
+    std::vector<Vec3f> all(count);
+    for (Vec3f& p : all) p = vector(0.4f);
+    return all;
+  };
+  const auto colour = [&] { return Vec3f(vector(1).cwiseAbs()); };
+  if (coin()) g.root_blends = {{}, {{{number(0.1, 1), number(0, 0.5)}, {number(1.1, 9), number(0.5, 1)}}}};
+  for (std::uint32_t s = 0; s < g.strand_count(); s += 3)
+    g.clusters.push_back({s, static_cast<std::uint16_t>(integer(0, 9)), number(0, 0.01), number(0, 0.01)});
+  for (std::size_t i = integer(0, 3); i > 0; --i) {
+    g.add_thread(points(integer(2, 9)), {{},
+                                         group(),
+                                         coin(),
+                                         number(0, 0.1),
+                                         number(1e-4, 1e-2),
+                                         colour(),
+                                         number(0, 9),
+                                         number(0, 1),
+                                         number(0, 99),
+                                         number(1e-5, 1e-2),
+                                         number(0, 1e-2)});
+  }
+  for (std::size_t i = integer(0, 3); i > 0; --i) {
+    g.add_strip(points(2 * integer(2, 6)), {number(1e-5, 1e-4), number(1, 50), number(0, 0.1), group(), coin()});
+  }
+  for (std::size_t i = integer(0, 3); i > 0; --i) {
+    const std::size_t count = integer(3, 12);
+    Cloth cloth{{},           group(),        {},
+                {},           number(0, 0.1), colour(),
+                number(0, 1), number(0, 99),  number(0, 99),
+                number(0, 1), number(0, 99),  number(1e-3, 1),
+                number(0, 9)};
+    for (std::uint32_t t = 0; t + 2 < count; ++t) cloth.triangles.push_back({t, t + 2, t + 1});
+    if (coin()) {
+      for (std::size_t p = 0; p < count; ++p) cloth.root_distance_m.push_back(number(0, 1));
+    }
+    g.add_cloth(points(count), cloth);
+  }
+  for (std::size_t i = g.points.empty() ? 0 : integer(0, 3); i > 0; --i) {
+    Knot knot{{}, number(0, 999), number(0, 1), number(0, 0.1)};
+    for (std::size_t p = integer(2, 6); p > 0; --p)
+      knot.points.push_back(static_cast<std::uint32_t>(integer(0, g.points.size() - 1)));
+    g.knots.push_back(knot);
+  }
 }
 
 RecordingHeader RandomMessages::recording_header() {

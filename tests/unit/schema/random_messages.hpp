@@ -38,6 +38,7 @@ class RandomMessages {
   GroomHash hash();
   LevelIndex level(LevelIndex last = LevelIndex::rigid);
   Vec3f vector(float most);
+  void add_features(Groom& groom);  // threads, strips, cloths, knots, clusters, root blends
   std::vector<std::uint8_t> bytes(std::size_t count);
 
   std::mt19937_64 random_;

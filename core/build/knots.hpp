@@ -1,0 +1,25 @@
+#pragma once
+
+#include <span>
+
+#include "core/build/node_shares.hpp"
+#include "core/build/stiffener_list.hpp"
+#include "core/groom/fabric.hpp"
+
+namespace hairnet {
+
+// A knot on the lattice is a small rigid truss. Its joints are up to kKnotJointsMax of the tied points, spread as far
+// apart as they lie (points at one place of a lattice cannot part), and four corners of a tetrahedron about their mean,
+// half a knot's extent away, without which points in a plane or on a line could shear past each other. A spring joins
+// each two joints: all act between two points of the lattice, so they push nothing as a whole. Each has k = stiffness /
+// (joints - 1).
+inline constexpr std::size_t kKnotJointsMax = 6;
+void add_knot(const Grid& grid, std::span<const Vec3f> points_head, const Knot& knot, std::uint16_t group,
+              StiffenerList& ties);
+
+// The knot's own mass, shared by the nodes around its mean point; it hangs as the hair there does, so that the shares
+// of all hair must be in already.
+void add_knot_mass(const Grid& grid, std::span<const Vec3f> points_head, const Knot& knot, const Material& material,
+                   NodeShares& shares);
+
+}  // namespace hairnet

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/groom/groom.hpp"
+
+namespace hairnet {
+
+// The strands that are drawn for a groom: its own, then the copies of its clusters, which need no FFD of their own. A
+// copy keeps its place across its strand: at an offset in a frame that is carried along the strand without twisting.
+class ClusterStrands {
+ public:
+  explicit ClusterStrands(const Groom& groom);
+
+  // Offsets of all drawn strands into the points that follow() gives: the groom's own first, as they stand in the
+  // groom.
+  [[nodiscard]] std::span<const std::uint32_t> strand_begin() const { return strand_begin_; }
+  [[nodiscard]] std::size_t point_count() const { return strand_begin_.back(); }
+
+  // `points`: of the groom, deformed, head space. `points_out`: point_count() of them; the strands' own are copied.
+  void follow(std::span<const Vec3f> points, std::span<Vec3f> points_out) const;
+
+ private:
+  struct Copy {
+    std::uint32_t begin, end;      // the points that it follows
+    float angle;                   // about the strand, radians
+    float ring;                    // share of the cluster's radius, 0 … 1
+    float radius_m, tip_radius_m;  // of the cluster
+  };
+  std::size_t own_point_count_;
+  std::vector<Copy> copies_;
+  std::vector<std::uint32_t> strand_begin_;
+};
+
+}  // namespace hairnet

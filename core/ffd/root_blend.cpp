@@ -1,0 +1,55 @@
+#include "core/ffd/deform.hpp"
+
+namespace hairnet {
+namespace {
+
+const RootBlend& blend_of(const Groom& groom, std::uint16_t group) {
+  static const RootBlend kEquation7;
+  return groom.root_blends.empty() ? kEquation7 : groom.root_blends[group];
+}
+
+// Along a line of points from its root.
+void blend_line(const RootBlend& blend, float root_length_m, std::span<const Vec3f> line, std::span<float> delta) {
+  double lambda = 0;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (i > 0) lambda += static_cast<double>((line[i] - line[i - 1]).norm());
+    delta[i] = static_cast<float>(blend_at(blend, lambda / static_cast<double>(root_length_m)));
+  }
+}
+
+}  // namespace
+
+std::vector<float> root_blend(const Groom& groom) {
+  std::vector<float> delta(groom.points.size(), 1.0f);
+  for (std::size_t s = 0; s < groom.strand_count(); ++s) {
+    const StrandProperties& strand = groom.strands[s];
+    if (!strand.rooted || strand.root_length_m <= 0) continue;
+    blend_line(blend_of(groom, strand.group), strand.root_length_m, groom.strand_points(s),
+               {delta.data() + groom.strand_begin[s], delta.data() + groom.strand_begin[s + 1]});
+  }
+  for (const Thread& thread : groom.threads) {
+    if (!thread.rooted || thread.root_length_m <= 0) continue;
+    blend_line(blend_of(groom, thread.group), thread.root_length_m, groom.points_of(thread.points),
+               {delta.data() + thread.points.begin, delta.data() + thread.points.end});
+  }
+  std::vector<Vec3f> middle;
+  std::vector<float> middle_delta;
+  for (const Strip& strip : groom.strips) {
+    if (!strip.properties.rooted || strip.properties.root_length_m <= 0) continue;
+    middle_of(groom, strip, middle);
+    middle_delta.resize(middle.size());
+    blend_line(blend_of(groom, strip.properties.group), strip.properties.root_length_m, middle, middle_delta);
+    for (std::size_t i = 0; i < strip.points.count(); ++i) delta[strip.points.begin + i] = middle_delta[i / 2];
+  }
+  for (const Cloth& cloth : groom.cloths) {
+    if (cloth.root_length_m <= 0) continue;
+    const RootBlend& blend = blend_of(groom, cloth.group);
+    for (std::size_t i = 0; i < cloth.root_distance_m.size(); ++i) {
+      const double ratio = static_cast<double>(cloth.root_distance_m[i]) / static_cast<double>(cloth.root_length_m);
+      delta[cloth.points.begin + i] = static_cast<float>(blend_at(blend, ratio));
+    }
+  }
+  return delta;
+}
+
+}  // namespace hairnet

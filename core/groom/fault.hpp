@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace hairnet {
+
+// How a groom's faults are worded: what, which of them, why not.
+inline std::string at(std::string_view what, std::size_t index, std::string_view fault) {
+  return std::string(what) + ' ' + std::to_string(index) + ": " + std::string(fault);
+}
+
+inline std::string over(std::string_view what, std::size_t count, std::size_t most) {
+  return std::to_string(count) + ' ' + std::string(what) + ", more than the limit of " + std::to_string(most);
+}
+
+}  // namespace hairnet

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+namespace hairnet {
+
+// How a group's hair lets go of the skull: delta of eq. 7 over the arc length from the root, in units of lambda_0.
+// Without points it is eq. 7 itself, 1 - exp(-(lambda / lambda_0)^2).
+struct RootBlend {
+  // (lambda / lambda_0, delta), the first rising, the second never falling and within [0, 1]. The curve begins at (0,
+  // 0), goes through all of them smoothly and without overshooting, and stays at the last.
+  std::vector<std::array<float, 2>> points;
+};
+
+// delta at lambda / lambda_0 >= 0.
+double blend_at(const RootBlend& blend, double lambda_ratio);
+
+inline constexpr std::size_t kRootBlendPointsMax = 64;
+
+// Empty when sound; else one line.
+std::string validate(const RootBlend& blend);
+
+}  // namespace hairnet

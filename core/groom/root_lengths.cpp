@@ -1,0 +1,31 @@
+#include "core/groom/root_lengths.hpp"
+
+#include <algorithm>
+#include <random>
+
+namespace hairnet {
+
+float root_length_at(const RootLengths& lengths, const Vec3f& root_head) {
+  // Where regions overlap, each counts by its weight; together they never count for more than all.
+  float sum = 0, weighted = 0;
+  for (const RootLengthRegion& region : lengths.regions) {
+    const float u = (root_head - region.centre).squaredNorm() / (region.radius_m * region.radius_m);
+    const float weight = u < 1 ? (1 - u) * (1 - u) : 0;
+    sum += weight;
+    weighted += weight * region.root_length_m;
+  }
+  return sum < 1 ? (1 - sum) * lengths.root_length_m + weighted : weighted / sum;
+}
+
+void set_root_lengths(const RootLengths& lengths, int group, Groom& groom) {
+  std::mt19937_64 random(lengths.seed);  // its numbers are the standard's, unlike those of distributions
+  const float spread = std::clamp(lengths.spread, 0.0f, 0.95f);
+  for (std::size_t s = 0; s < groom.strand_count(); ++s) {
+    const auto chance = static_cast<float>(static_cast<double>(random() >> 11) * 0x1p-52 - 1);  // [-1, 1)
+    StrandProperties& strand = groom.strands[s];
+    if (!strand.rooted || groom.strand_points(s).empty() || (group != kEveryGroup && strand.group != group)) continue;
+    strand.root_length_m = root_length_at(lengths, groom.strand_points(s)[0]) * (1 + spread * chance);
+  }
+}
+
+}  // namespace hairnet

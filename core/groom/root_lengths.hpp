@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/groom/groom.hpp"
+
+namespace hairnet {
+
+// Hair rooted near `centre` has another root length than the rest; in between it changes smoothly.
+struct RootLengthRegion {
+  Vec3f centre = Vec3f::Zero();  // head space, m
+  float radius_m = 0.05f;        // no influence beyond
+  float root_length_m = 0.02f;   // at the centre
+};
+
+// lambda_0 of eq. 7 over a head.
+struct RootLengths {
+  float root_length_m = 0.02f;  // where no region reaches
+  std::vector<RootLengthRegion> regions;
+  float spread = 0;  // each strand's own lambda_0 is up to this share longer or shorter, at random; 0 … 0.95
+  std::uint32_t seed = 1;
+};
+
+// lambda_0 at a root, before the spread.
+float root_length_at(const RootLengths& lengths, const Vec3f& root_head);
+
+// Sets lambda_0 of every rooted strand of `group` (of all groups: kEveryGroup) by its root. The same seed gives the
+// same bits, and a strand's chance does not depend on which groups are set.
+inline constexpr int kEveryGroup = -1;
+void set_root_lengths(const RootLengths& lengths, int group, Groom& groom);
+
+}  // namespace hairnet

@@ -1,0 +1,178 @@
+#include "core/groom/validate_features.hpp"
+
+#include <algorithm>
+
+#include "core/groom/fault.hpp"
+
+namespace hairnet {
+namespace {
+
+struct Range {
+  std::string_view name;
+  float value, least, most;
+};
+
+// Written so that NaN fails.
+std::string out_of_range(std::initializer_list<Range> ranges) {
+  for (const Range& range : ranges) {
+    if (range.value >= range.least && range.value <= range.most) continue;
+    return std::string(range.name) + " is " + std::to_string(range.value) + ", not in [" + std::to_string(range.least) +
+           ", " + std::to_string(range.most) + ']';
+  }
+  return {};
+}
+
+bool is_colour(const Vec3f& c) {
+  return c.allFinite() && c.minCoeff() >= 0 && c.maxCoeff() <= 1;
+}
+
+// Threads, strips and cloths take up the points after the strands' one after the other.
+class Points {
+ public:
+  explicit Points(const Groom& groom) : next_(groom.strand_begin.back()), count_(groom.points.size()) {}
+
+  // Its run of points must be the next, of `least` points and a multiple of `unit`.
+  std::string take(const PointRange& range, std::size_t least, std::size_t unit) {
+    if (range.begin != next_ || range.end < range.begin || range.end > count_)
+      return "its points do not follow those before it";
+    next_ = range.end;
+    return range.count() < least || range.count() % unit != 0 ? "too few points, or one without its partner" : "";
+  }
+  [[nodiscard]] bool all_taken() const { return next_ == count_; }
+
+ private:
+  std::size_t next_, count_;
+};
+
+std::string fault_of(const Cluster& cluster, const Groom& groom, const GroomLimits& limits) {
+  if (cluster.strand >= groom.strand_count()) return "its strand does not exist";
+  if (cluster.copy_count > limits.copy_count_max) return over("copies", cluster.copy_count, limits.copy_count_max);
+  return out_of_range(
+      {{"radius (m)", cluster.radius_m, 0, 0.1f}, {"radius at the tip (m)", cluster.tip_radius_m, 0, 0.1f}});
+}
+
+std::string fault_of(const Thread& thread, const Groom& groom) {
+  if (thread.group >= groom.group_names.size()) return "its group does not exist";
+  if (!is_colour(thread.colour)) return "colour is not in [0, 1]";
+  return out_of_range({{"root length (m)", thread.root_length_m, 0, 10},
+                       {"radius (m)", thread.radius_m, 1e-6f, 0.05f},
+                       {"axial stiffness (N)", thread.axial_stiffness_n, 0, 1000},
+                       {"damping time (s)", thread.damping_time_s, 0, 1},
+                       {"pin stiffness (N/m)", thread.pin_stiffness_n_per_m, 0, 1e4f},
+                       {"linear density (kg/m)", thread.linear_density_kg_per_m, 1e-6f, 1},
+                       {"air drag (N s/m^2)", thread.air_drag_ns_per_m2, 0, 10}});
+}
+
+std::string fault_of(const Cloth& cloth, const Groom& groom, const GroomLimits& limits) {
+  if (cloth.group >= groom.group_names.size()) return "its group does not exist";
+  if (!is_colour(cloth.colour)) return "colour is not in [0, 1]";
+  if (cloth.triangles.size() > 2 * limits.vertex_count_max)
+    return over("triangles", cloth.triangles.size(), 2 * limits.vertex_count_max);
+  for (std::size_t t = 0; t < cloth.triangles.size(); ++t) {
+    const auto& [a, b, c] = cloth.triangles[t];
+    const auto foreign = [&](std::uint32_t v) { return v < cloth.points.begin || v >= cloth.points.end; };
+    if (foreign(a) || foreign(b) || foreign(c)) return at("triangle", t, "a point is not the cloth's own");
+    if (a == b || b == c || c == a) return at("triangle", t, "a corner comes twice");
+  }
+  if (!cloth.root_distance_m.empty() && cloth.root_distance_m.size() != cloth.points.count())
+    return "distances from the pins are neither none nor one a point";
+  for (std::size_t i = 0; i < cloth.root_distance_m.size(); ++i) {
+    if (!(cloth.root_distance_m[i] >= 0 && cloth.root_distance_m[i] <= 100))
+      return at("point", i, "distance from the pins not in [0, 100] m");
+  }
+  return out_of_range({{"root length (m)", cloth.root_length_m, 0, 10},
+                       {"opacity", cloth.opacity, 0, 1},
+                       {"stretch stiffness (N/m)", cloth.stretch_stiffness_n_per_m, 0, 1e5f},
+                       {"shear stiffness (N/m)", cloth.shear_stiffness_n_per_m, 0, 1e5f},
+                       {"damping time (s)", cloth.damping_time_s, 0, 1},
+                       {"pin stiffness (N/m)", cloth.pin_stiffness_n_per_m, 0, 1e4f},
+                       {"area density (kg/m^2)", cloth.area_density_kg_per_m2, 1e-4f, 100},
+                       {"air drag (N s/m^3)", cloth.air_drag_ns_per_m3, 0, 1000}});
+}
+
+std::string fault_of(const Knot& knot, const Groom& groom) {
+  if (knot.points.size() < 2) return "ties fewer than two points";
+  for (const std::uint32_t p : knot.points) {
+    if (p >= groom.points.size()) return "a tied point does not exist";
+  }
+  return out_of_range({{"stiffness (N/m)", knot.stiffness_n_per_m, 0, 1e5f},
+                       {"damping time (s)", knot.damping_time_s, 0, 1},
+                       {"mass (kg)", knot.mass_kg, 0, 1}});
+}
+
+std::string validate_root_blends(const Groom& groom) {
+  if (!groom.root_blends.empty() && groom.root_blends.size() != groom.group_names.size())
+    return "root blends are neither none nor one a group";
+  for (std::size_t g = 0; g < groom.root_blends.size(); ++g) {
+    if (const std::string fault = validate(groom.root_blends[g]); !fault.empty()) return at("group", g, fault);
+  }
+  return {};
+}
+
+std::string validate_clusters(const Groom& groom, const GroomLimits& limits) {
+  if (groom.clusters.size() > groom.strand_count())
+    return over("clusters", groom.clusters.size(), groom.strand_count());
+  std::size_t drawn_points = groom.points.size();
+  for (std::size_t c = 0; c < groom.clusters.size(); ++c) {
+    const Cluster& cluster = groom.clusters[c];
+    if (const std::string fault = fault_of(cluster, groom, limits); !fault.empty()) return at("cluster", c, fault);
+    drawn_points += cluster.copy_count * groom.strand_points(cluster.strand).size();
+  }
+  if (drawn_points > limits.point_count_max)
+    return over("points with the clusters'", drawn_points, limits.point_count_max);
+  return {};
+}
+
+std::string validate_point_owners(const Groom& groom, const GroomLimits& limits) {
+  Points points(groom);
+  for (std::size_t i = 0; i < groom.threads.size(); ++i) {
+    std::string fault = points.take(groom.threads[i].points, 2, 1);
+    if (fault.empty()) fault = fault_of(groom.threads[i], groom);
+    if (!fault.empty()) return at("thread", i, fault);
+  }
+  for (std::size_t i = 0; i < groom.strips.size(); ++i) {
+    std::string fault = points.take(groom.strips[i].points, 4, 2);
+    if (fault.empty()) fault = fault_of(groom.strips[i].properties, groom);
+    if (!fault.empty()) return at("strip", i, fault);
+  }
+  for (std::size_t i = 0; i < groom.cloths.size(); ++i) {
+    std::string fault = points.take(groom.cloths[i].points, 3, 1);
+    if (fault.empty()) fault = fault_of(groom.cloths[i], groom, limits);
+    if (!fault.empty()) return at("cloth", i, fault);
+  }
+  return points.all_taken() ? "" : "strands, threads, strips and cloths do not cover the points";
+}
+
+}  // namespace
+
+std::string fault_of(const StrandProperties& properties, const Groom& groom) {
+  if (properties.group >= groom.group_names.size()) return "its group does not exist";
+  if (!(properties.radius_m > 0 && properties.radius_m <= 0.01f)) return "radius not in (0, 0.01] m";
+  if (!(properties.hair_count > 0 && properties.hair_count <= 1e6f)) return "hair count not in (0, 1e6]";
+  if (!(properties.root_length_m >= 0 && properties.root_length_m <= 10)) return "root length not in [0, 10] m";
+  return {};
+}
+
+std::string validate_features(const Groom& groom, const GroomLimits& limits) {
+  for (const auto& [name, count] : {std::pair<std::string_view, std::size_t>{"threads", groom.threads.size()},
+                                    {"strips", groom.strips.size()},
+                                    {"cloths", groom.cloths.size()},
+                                    {"knots", groom.knots.size()}}) {
+    if (count > limits.fabric_count_max) return over(name, count, limits.fabric_count_max);
+  }
+  if (groom.strand_begin.back() > groom.points.size()) return "strand offsets go beyond the points";
+  std::string fault = validate_root_blends(groom);
+  if (fault.empty()) fault = validate_clusters(groom, limits);
+  if (fault.empty()) fault = validate_point_owners(groom, limits);
+  std::size_t tied_points = 0;
+  for (std::size_t k = 0; fault.empty() && k < groom.knots.size(); ++k) {
+    tied_points += groom.knots[k].points.size();
+    fault = fault_of(groom.knots[k], groom);
+    if (!fault.empty()) return at("knot", k, fault);
+  }
+  if (fault.empty() && tied_points > limits.point_count_max)
+    return over("tied points", tied_points, limits.point_count_max);
+  return fault;
+}
+
+}  // namespace hairnet

@@ -1,0 +1,231 @@
+#include "schema/wire/groom_features.hpp"
+
+#include "schema/wire/flat.hpp"
+
+namespace hairnet::wire {
+namespace {
+
+using flatbuffers::FlatBufferBuilder;
+
+template <class T>
+auto write(FlatBufferBuilder& to, const std::vector<T>& scalars) {
+  return scalars.empty() ? flatbuffers::Offset<flatbuffers::Vector<T>>() : to.CreateVector(scalars);
+}
+
+template <class T>
+auto write_structs(FlatBufferBuilder& to, const std::vector<T>& structs) {
+  return structs.empty() ? flatbuffers::Offset<flatbuffers::Vector<const T*>>() : to.CreateVectorOfStructs(structs);
+}
+
+std::uint32_t count_of(const PointRange& range) {
+  return static_cast<std::uint32_t>(range.count());
+}
+
+fb::StrandProperties flatten(const StrandProperties& s) {
+  return {s.radius_m, s.hair_count, s.root_length_m, s.group, s.rooted};
+}
+StrandProperties copy_out(const fb::StrandProperties& s) {
+  return {s.radius_m(), s.hair_count(), s.root_length_m(), s.group(), s.rooted()};
+}
+
+fb::Thread flatten(const Thread& t) {
+  return {count_of(t.points),
+          t.group,
+          t.rooted,
+          t.root_length_m,
+          t.radius_m,
+          wire::flatten(t.colour),
+          t.axial_stiffness_n,
+          t.damping_time_s,
+          t.pin_stiffness_n_per_m,
+          t.linear_density_kg_per_m,
+          t.air_drag_ns_per_m2};
+}
+Thread copy_out(const fb::Thread& t, const PointRange& points) {
+  return {points,
+          t.group(),
+          t.rooted(),
+          t.root_length_m(),
+          t.radius_m(),
+          wire::copy_out(t.colour()),
+          t.axial_stiffness_n(),
+          t.damping_time_s(),
+          t.pin_stiffness_n_per_m(),
+          t.linear_density_kg_per_m(),
+          t.air_drag_ns_per_m2()};
+}
+
+fb::Cloth flatten(const Cloth& c) {
+  return {count_of(c.points),
+          static_cast<std::uint32_t>(c.triangles.size()),
+          c.group,
+          !c.root_distance_m.empty(),
+          c.root_length_m,
+          wire::flatten(c.colour),
+          c.opacity,
+          c.stretch_stiffness_n_per_m,
+          c.shear_stiffness_n_per_m,
+          c.damping_time_s,
+          c.pin_stiffness_n_per_m,
+          c.area_density_kg_per_m2,
+          c.air_drag_ns_per_m3};
+}
+Cloth copy_out(const fb::Cloth& c, const PointRange& points) {
+  return {points,
+          c.group(),
+          {},
+          {},
+          c.root_length_m(),
+          wire::copy_out(c.colour()),
+          c.opacity(),
+          c.stretch_stiffness_n_per_m(),
+          c.shear_stiffness_n_per_m(),
+          c.damping_time_s(),
+          c.pin_stiffness_n_per_m(),
+          c.area_density_kg_per_m2(),
+          c.air_drag_ns_per_m3()};
+}
+
+// Takes an absent vector for an empty one, piece by piece.
+template <class T>
+class Pieces {
+ public:
+  explicit Pieces(const flatbuffers::Vector<T>* all) : all_(all) {}
+  // The next `count` of them; false when there are not so many.
+  template <class To>
+  bool take(std::size_t count, std::vector<To>& out) {
+    static_assert(sizeof(To) % sizeof(T) == 0);
+    constexpr std::size_t kEach = sizeof(To) / sizeof(T);
+    const std::size_t left = (all_ ? all_->size() : 0) - next_;
+    if (count > left / kEach) return false;
+    out.resize(count);
+    if (count > 0) std::memcpy(static_cast<void*>(out.data()), all_->data() + next_, count * sizeof(To));
+    next_ += count * kEach;
+    return true;
+  }
+  [[nodiscard]] bool all_taken() const { return next_ == (all_ ? all_->size() : 0); }
+
+ private:
+  const flatbuffers::Vector<T>* all_;
+  std::size_t next_ = 0;
+};
+
+// A vector of structs that may be absent, as a range to walk over.
+template <class Struct>
+std::span<const Struct> structs(const flatbuffers::Vector<const Struct*>* all) {
+  if (!all || all->size() == 0) return {};
+  return {reinterpret_cast<const Struct*>(all->Data()), all->size()};
+}
+
+template <class Struct>
+bool is_aligned_or_absent(const flatbuffers::Vector<const Struct*>* all) {
+  return !all || is_aligned(*all);
+}
+
+std::string read_root_blends(const fb::Groom& in, Groom& out) {
+  Pieces points(in.root_blend_points());
+  if (in.root_blend_counts()) {
+    for (const std::uint16_t count : *in.root_blend_counts()) {
+      if (!points.take(count, out.root_blends.emplace_back().points)) return "fewer root blend points than counted";
+    }
+  }
+  return points.all_taken() ? "" : "more root blend points than counted";
+}
+
+// Hands out the points after the strands'; validate finds those that are not there.
+class PointCounter {
+ public:
+  explicit PointCounter(const Groom& groom) : next_(groom.strand_begin.empty() ? 0 : groom.strand_begin.back()) {}
+  // Saturates: a range beyond the last index ends before it begins or outside the points, and either is refused.
+  PointRange take(std::uint32_t count) {
+    const std::uint32_t begin = next_;
+    next_ = count > ~next_ ? ~std::uint32_t{0} : next_ + count;
+    return {begin, next_};
+  }
+
+ private:
+  std::uint32_t next_;
+};
+
+std::string read_cloths(const fb::Groom& in, PointCounter& points, Groom& out) {
+  Pieces triangles(in.cloth_triangles());
+  Pieces distances(in.cloth_root_distances());
+  for (const fb::Cloth& c : structs(in.cloths())) {
+    Cloth& cloth = out.cloths.emplace_back(copy_out(c, points.take(c.point_count())));
+    if (!triangles.take(c.triangle_count(), cloth.triangles)) return "fewer cloth triangles than counted";
+    if (c.pinned() && !distances.take(c.point_count(), cloth.root_distance_m))
+      return "fewer distances on cloth than counted";
+  }
+  return triangles.all_taken() && distances.all_taken() ? "" : "more of cloths than counted";
+}
+
+std::string read_knots(const fb::Groom& in, Groom& out) {
+  Pieces points(in.knot_points());
+  for (const fb::Knot& k : structs(in.knots())) {
+    Knot& knot = out.knots.emplace_back();
+    if (!points.take(k.point_count(), knot.points)) return "fewer tied points than counted";
+    knot.stiffness_n_per_m = k.stiffness_n_per_m();
+    knot.damping_time_s = k.damping_time_s();
+    knot.mass_kg = k.mass_kg();
+  }
+  return points.all_taken() ? "" : "more tied points than counted";
+}
+
+}  // namespace
+
+FlatFeatures write_features(FlatBufferBuilder& to, const Groom& groom) {
+  std::vector<std::uint16_t> blend_counts;
+  std::vector<float> blend_points, distances;
+  std::vector<fb::Cluster> clusters;
+  std::vector<fb::Thread> threads;
+  std::vector<fb::Strip> strips;
+  std::vector<fb::Cloth> cloths;
+  std::vector<fb::Knot> knots;
+  std::vector<std::uint32_t> triangles, tied;
+  for (const RootBlend& blend : groom.root_blends) {
+    blend_counts.push_back(static_cast<std::uint16_t>(blend.points.size()));
+    for (const auto& point : blend.points) blend_points.insert(blend_points.end(), point.begin(), point.end());
+  }
+  for (const Cluster& c : groom.clusters) clusters.emplace_back(c.strand, c.copy_count, c.radius_m, c.tip_radius_m);
+  for (const Thread& t : groom.threads) threads.push_back(flatten(t));
+  for (const Strip& s : groom.strips) strips.emplace_back(count_of(s.points), flatten(s.properties));
+  for (const Cloth& c : groom.cloths) {
+    cloths.push_back(flatten(c));
+    for (const auto& triangle : c.triangles) triangles.insert(triangles.end(), triangle.begin(), triangle.end());
+    distances.insert(distances.end(), c.root_distance_m.begin(), c.root_distance_m.end());
+  }
+  for (const Knot& k : groom.knots) {
+    knots.emplace_back(static_cast<std::uint32_t>(k.points.size()), k.stiffness_n_per_m, k.damping_time_s, k.mass_kg);
+    tied.insert(tied.end(), k.points.begin(), k.points.end());
+  }
+  FlatFeatures flat;  // one after the other: the order decides the bytes
+  flat.root_blend_counts = write(to, blend_counts);
+  flat.root_blend_points = write(to, blend_points);
+  flat.clusters = write_structs(to, clusters);
+  flat.threads = write_structs(to, threads);
+  flat.strips = write_structs(to, strips);
+  flat.cloths = write_structs(to, cloths);
+  flat.cloth_triangles = write(to, triangles);
+  flat.cloth_root_distances = write(to, distances);
+  flat.knots = write_structs(to, knots);
+  flat.knot_points = write(to, tied);
+  return flat;
+}
+
+std::string read_features(const fb::Groom& in, Groom& out) {
+  if (!is_aligned_or_absent(in.clusters()) || !is_aligned_or_absent(in.threads()) ||
+      !is_aligned_or_absent(in.strips()) || !is_aligned_or_absent(in.cloths()) || !is_aligned_or_absent(in.knots()))
+    return "clusters, threads, strips, cloths or knots are not aligned";
+  std::string fault = read_root_blends(in, out);
+  if (!fault.empty()) return fault;
+  for (const fb::Cluster& c : structs(in.clusters()))
+    out.clusters.push_back({c.strand(), c.copy_count(), c.radius_m(), c.tip_radius_m()});
+  PointCounter points(out);
+  for (const fb::Thread& t : structs(in.threads())) out.threads.push_back(copy_out(t, points.take(t.point_count())));
+  for (const fb::Strip& s : structs(in.strips()))
+    out.strips.push_back({points.take(s.point_count()), copy_out(s.properties())});
+  fault = read_cloths(in, points, out);
+  return fault.empty() ? read_knots(in, out) : fault;
+}
+
+}  // namespace hairnet::wire

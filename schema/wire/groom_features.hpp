@@ -1,0 +1,32 @@
+#pragma once
+
+#include <string>
+
+#include "core/groom/groom.hpp"
+#include "groom_generated.h"
+
+// The parts of a groom file that are neither strands nor body. For groom_file.cpp alone.
+namespace hairnet::wire {
+
+struct FlatFeatures {
+  template <class T>
+  using Vector = flatbuffers::Offset<flatbuffers::Vector<T>>;
+  Vector<std::uint16_t> root_blend_counts;
+  Vector<float> root_blend_points;
+  Vector<const fb::Cluster*> clusters;
+  Vector<const fb::Thread*> threads;
+  Vector<const fb::Strip*> strips;
+  Vector<const fb::Cloth*> cloths;
+  Vector<std::uint32_t> cloth_triangles;
+  Vector<float> cloth_root_distances;
+  Vector<const fb::Knot*> knots;
+  Vector<std::uint32_t> knot_points;
+};
+
+// What a groom does not have is left out of the buffer.
+FlatFeatures write_features(flatbuffers::FlatBufferBuilder& to, const Groom& groom);
+
+// Empty when the counts agree; else one line. `out` has its strands and points already.
+std::string read_features(const fb::Groom& in, Groom& out);
+
+}  // namespace hairnet::wire
