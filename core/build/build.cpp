@@ -8,6 +8,7 @@
 #include "core/build/decimate.hpp"
 #include "core/build/ether.hpp"
 #include "core/build/fit_lattice.hpp"
+#include "core/build/match_response.hpp"
 #include "core/build/metaballs.hpp"
 #include "core/build/node_shares.hpp"
 #include "core/build/resample.hpp"
@@ -65,11 +66,18 @@ bool add_strands(const Groom& groom, const Material& material, const Grid& grid,
 }
 
 // False when cancelled.
-bool decimate_both(const LevelSpec& spec, const Progress& progress, StrandMechanics& mechanics) {
-  const auto springs_done = [&](double share) { return progress.at(0.3 + 0.5 * share, "merging springs"); };
-  const auto attachments_done = [&](double share) { return progress.at(0.8 + 0.1 * share, "merging attachments"); };
-  return decimate(StiffenerKind::spring, spec.spring_count, mechanics.springs, springs_done) &&
-         decimate(StiffenerKind::attachment, spec.attachment_count, mechanics.attachments, attachments_done);
+bool decimate_both(const Grid& grid, const LevelSpec& spec, const Progress& progress, StrandMechanics& mechanics) {
+  const auto springs_done = [&](double share) { return progress.at(0.3 + 0.3 * share, "merging springs"); };
+  const auto attachments_done = [&](double share) { return progress.at(0.6 + 0.1 * share, "merging attachments"); };
+  return decimate(grid, StiffenerKind::spring, spec.spring_count, mechanics.springs, springs_done) &&
+         decimate(grid, StiffenerKind::attachment, spec.attachment_count, mechanics.attachments, attachments_done);
+}
+
+// Of every grid node; 0 for trimmed ones.
+std::vector<std::uint32_t> active_indices(const LevelGeometry& geometry) {
+  std::vector<std::uint32_t> indices(geometry.lattice.node_count(), 0);
+  for (std::uint32_t a = 0; a < geometry.active_nodes.size(); ++a) indices[geometry.active_nodes[a]] = a;
+  return indices;
 }
 
 // To active indices and float; the rest is taken of what is stored, so that the design is in balance to the last bit
@@ -95,9 +103,8 @@ Stiffeners store_stiffeners(const StiffenerList& list, const std::vector<std::ui
 
 void store_level(const StrandMechanics& mechanics, const Material& material, const BodyShape& body, Level& level) {
   const std::vector<std::uint32_t>& active_nodes = level.geometry.active_nodes;
-  std::vector<std::uint32_t> active_index(level.geometry.lattice.node_count(), 0);
+  const std::vector<std::uint32_t> active_index = active_indices(level.geometry);
   for (std::uint32_t a = 0; a < active_nodes.size(); ++a) {
-    active_index[active_nodes[a]] = a;
     level.rest.push_back(level.geometry.lattice.node(active_nodes[a]));
     std::array<float, 6>& drag = level.drag.emplace_back();
     for (int c = 0; c < 6; ++c) drag[c] = static_cast<float>(mechanics.shares.drag[active_nodes[a]][c]);
@@ -109,6 +116,16 @@ void store_level(const StrandMechanics& mechanics, const Material& material, con
   level.springs = store_stiffeners(mechanics.springs, active_index, level.rest);
   level.attachments = store_stiffeners(mechanics.attachments, active_index, level.rest);
   level.metaballs = fit_metaballs(body, level.rest, nodes.mass, material);
+}
+
+// False when cancelled.
+bool match_springs(const StiffenerList& all_springs, const StiffenerList& all_attachments, const Progress& progress,
+                   Level& level) {
+  if (level.springs.count() == all_springs.count()) return true;
+  const std::vector<std::uint32_t> active_index = active_indices(level.geometry);
+  const auto matched = [&](double share) { return progress.at(0.75 + 0.25 * share, "matching the springs"); };
+  return match_response(store_stiffeners(all_springs, active_index, level.rest),
+                        store_stiffeners(all_attachments, active_index, level.rest), level, matched);
 }
 
 std::size_t contact_count(const Level& level) {
@@ -133,12 +150,17 @@ bool make_level(const Groom& groom, const Material& material, const LevelSpec& s
   report.degenerate_strands = mechanics.degenerate_strands;
 
   const double decimation_start_s = progress.clock_s();
-  if (!decimate_both(spec, progress, mechanics)) return false;
+  const StiffenerList all_springs = mechanics.springs, all_attachments = mechanics.attachments;
+  if (!decimate_both(grid, spec, progress, mechanics)) return false;
   report.decimation_s = progress.clock_s() - decimation_start_s;
 
-  if (!progress.at(0.9, "fitting metaballs")) return false;
+  if (!progress.at(0.7, "fitting metaballs")) return false;
   level.geometry = trim(grid.lattice(), mechanics.shares.touched);
   store_level(mechanics, material, body, level);
+
+  const double matching_start_s = progress.clock_s();
+  if (!match_springs(all_springs, all_attachments, progress, level)) return false;
+  report.decimation_s += progress.clock_s() - matching_start_s;
 
   report.springs_after = level.springs.count();
   report.attachments_after = level.attachments.count();
