@@ -152,15 +152,12 @@ bool make_level(const Groom& groom, const Material& material, const LevelSpec& s
   const double decimation_start_s = progress.clock_s();
   const StiffenerList all_springs = mechanics.springs, all_attachments = mechanics.attachments;
   if (!decimate_both(grid, spec, progress, mechanics)) return false;
-  report.decimation_s = progress.clock_s() - decimation_start_s;
-
   if (!progress.at(0.7, "fitting metaballs")) return false;
   level.geometry = trim(grid.lattice(), mechanics.shares.touched);
   store_level(mechanics, material, body, level);
 
-  const double matching_start_s = progress.clock_s();
   if (!match_springs(all_springs, all_attachments, progress, level)) return false;
-  report.decimation_s += progress.clock_s() - matching_start_s;
+  report.decimation_s = progress.clock_s() - decimation_start_s;
 
   report.springs_after = level.springs.count();
   report.attachments_after = level.attachments.count();

@@ -92,7 +92,7 @@ class Decimation {
  private:
   [[nodiscard]] Cluster cluster_of(std::size_t s) const {
     const double k = list_.stiffness[s], q = list_.damping[s];
-    const double length = kind_ == StiffenerKind::spring ? grid_.length(list_.ends[s][1] - list_.ends[s][0]) : 1.0;
+    const double length = kind_ == StiffenerKind::spring ? length_of(list_.weights(s)) : 1.0;
     Cluster cluster{k * length, k * length * length, q * length * length, {}};
     for (const auto& [node, weight] : list_.weights(s)) cluster.weights.push_back({node, cluster.share * weight});
     return cluster;
@@ -243,6 +243,7 @@ class Decimation {
   [[nodiscard]] std::vector<NodeWeight> mean_weights(const Cluster& cluster) const {
     std::vector<NodeWeight> kept, pulling, pulled;
     for (const auto& [node, weight] : cluster.weights) {
+      if (weight == 0) continue;
       (weight > 0 ? pulling : pulled).push_back({node, weight / cluster.share});
     }
     append_greatest(pulling, kind_ == StiffenerKind::spring ? kNodesAnEnd : kNodesAnAttachment, kept);
@@ -250,6 +251,16 @@ class Decimation {
     std::ranges::sort(kept, {}, &NodeWeight::node);
     return kept;
   }
+
+  [[nodiscard]] double length_of(std::span<const NodeWeight> weights) const {
+    Vec3 vector = Vec3::Zero();
+    for (const auto& [node, weight] : weights) vector += weight * grid_.node_head(node);
+    return vector.norm();
+  }
+
+  // Leaving out weights may shorten a spring that is the mean of many directions to almost nothing; its stiffness does
+  // not grow beyond this length's.
+  [[nodiscard]] double length_min(std::uint32_t s) const { return 0.1 * grid_.length(chords_[s][1] - chords_[s][0]); }
 
   void store(const std::vector<std::uint32_t>& survivors) {
     StiffenerList kept;
@@ -259,9 +270,7 @@ class Decimation {
       const auto own = list_.weights(s);
       const std::vector<NodeWeight> weights =
           is_merged ? mean_weights(cluster) : std::vector<NodeWeight>(own.begin(), own.end());
-      Vec3 vector = Vec3::Zero();
-      for (const auto& [node, weight] : weights) vector += weight * grid_.node_head(node);
-      const double length = kind_ == StiffenerKind::spring ? vector.norm() : 1.0;
+      const double length = kind_ == StiffenerKind::spring ? std::max(length_of(weights), length_min(s)) : 1.0;
       kept.entries.insert(kept.entries.end(), weights.begin(), weights.end());
       kept.begin.push_back(static_cast<std::uint32_t>(kept.entries.size()));
       kept.stiffness.push_back(is_merged ? cluster.moment / (length * length) : list_.stiffness[s]);

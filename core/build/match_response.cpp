@@ -298,6 +298,7 @@ bool match_response(const Stiffeners& all_springs, const Stiffeners& all_attachm
   ResponseError error(wanted, mass, level);
   VectorXd x = error.start(), gradient;
   double value = error.value(x, &gradient);
+  if (!std::isfinite(value)) return true;
   CurvatureMemory memory;
   for (int i = 0; i < kIterations; ++i) {
     if (keep_going && !keep_going(static_cast<double>(i) / kIterations)) return false;

@@ -63,7 +63,7 @@ ChordCloud cloud_of(std::span<const Chord> chords, std::span<const std::uint32_t
 }  // namespace
 
 double squared_distance(const Chord& a, const Chord& b) {
-  const Vec3 middle = 0.5 * (a[0] + a[1] - b[0] - b[1]);
+  const Vec3 middle = 0.5 * ((a[0] + a[1]) - (b[0] + b[1]));
   const Vec3 vector_a = a[1] - a[0], vector_b = b[1] - b[0];
   const Vec3 vector = vector_a.dot(vector_b) < 0 ? Vec3(vector_a + vector_b) : Vec3(vector_a - vector_b);
   return middle.squaredNorm() + kVectorWeight * kVectorWeight * vector.squaredNorm();

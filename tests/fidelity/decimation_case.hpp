@@ -20,7 +20,7 @@ inline constexpr double kMerged_rms_aim = 0.10, kRandom_ratio_aim = 2, kRandom_r
 struct DecimationOptions {
   std::size_t point_count_max = 10'000;
   std::size_t target_seed_count = 5;  // random subsets at the target; elsewhere other_seed_count
-  std::size_t other_seed_count = 2;
+  std::size_t other_seed_count = 1;
 };
 
 // Distances relative to the truth's RMS motion.
