@@ -12,6 +12,7 @@
 #include "core/build/fit_lattice.hpp"
 #include "core/build/knots.hpp"
 #include "core/build/level_map.hpp"
+#include "core/build/match_response.hpp"
 #include "core/build/metaballs.hpp"
 #include "core/build/node_shares.hpp"
 #include "core/build/resample.hpp"
@@ -111,20 +112,29 @@ void add_fabric(const Groom& groom, const Grid& grid, GroomMechanics& mechanics)
 }
 
 // Knots may take a quarter of a level's springs, and what hair and fabric leave. False when cancelled.
-bool decimate_springs(std::size_t count_max, const std::function<bool(double)>& keep_going, GroomMechanics& mechanics) {
+bool decimate_springs(const Grid& grid, std::size_t count_max, const std::function<bool(double)>& keep_going,
+                      GroomMechanics& mechanics) {
+  constexpr StiffenerKind kSpring = StiffenerKind::spring;
   const std::size_t left_over = count_max - std::min(count_max, mechanics.springs.count());
-  if (!decimate(StiffenerKind::spring, std::max(count_max / 4, left_over), mechanics.ties)) return false;
-  if (!decimate(StiffenerKind::spring, count_max - mechanics.ties.count(), mechanics.springs, keep_going)) return false;
+  if (!decimate(grid, kSpring, std::max(count_max / 4, left_over), mechanics.ties)) return false;
+  if (!decimate(grid, kSpring, count_max - mechanics.ties.count(), mechanics.springs, keep_going)) return false;
   append(mechanics.ties, mechanics.springs);
   return true;
 }
 
 // False when cancelled.
-bool decimate_both(const LevelSpec& spec, const Progress& progress, GroomMechanics& mechanics) {
-  const auto springs_done = [&](double share) { return progress.at(0.3 + 0.5 * share, "merging springs"); };
-  const auto attachments_done = [&](double share) { return progress.at(0.8 + 0.1 * share, "merging attachments"); };
-  return decimate_springs(spec.spring_count, springs_done, mechanics) &&
-         decimate(StiffenerKind::attachment, spec.attachment_count, mechanics.attachments, attachments_done);
+bool decimate_both(const Grid& grid, const LevelSpec& spec, const Progress& progress, GroomMechanics& mechanics) {
+  const auto springs_done = [&](double share) { return progress.at(0.3 + 0.3 * share, "merging springs"); };
+  const auto attachments_done = [&](double share) { return progress.at(0.6 + 0.1 * share, "merging attachments"); };
+  return decimate_springs(grid, spec.spring_count, springs_done, mechanics) &&
+         decimate(grid, StiffenerKind::attachment, spec.attachment_count, mechanics.attachments, attachments_done);
+}
+
+// Of every grid node; 0 for trimmed ones.
+std::vector<std::uint32_t> active_indices(const LevelGeometry& geometry) {
+  std::vector<std::uint32_t> indices(geometry.lattice.node_count(), 0);
+  for (std::uint32_t a = 0; a < geometry.active_nodes.size(); ++a) indices[geometry.active_nodes[a]] = a;
+  return indices;
 }
 
 // To active indices and float; the rest is taken of what is stored, so that the design is in balance to the last bit
@@ -150,9 +160,8 @@ Stiffeners store_stiffeners(const StiffenerList& list, const std::vector<std::ui
 
 void store_level(const GroomMechanics& mechanics, const Material& material, const BodyShape& body, Level& level) {
   const std::vector<std::uint32_t>& active_nodes = level.geometry.active_nodes;
-  std::vector<std::uint32_t> active_index(level.geometry.lattice.node_count(), 0);
+  const std::vector<std::uint32_t> active_index = active_indices(level.geometry);
   for (std::uint32_t a = 0; a < active_nodes.size(); ++a) {
-    active_index[active_nodes[a]] = a;
     level.rest.push_back(level.geometry.lattice.node(active_nodes[a]));
     std::array<float, 6>& drag = level.drag.emplace_back();
     for (int c = 0; c < 6; ++c) drag[c] = static_cast<float>(mechanics.shares.drag[active_nodes[a]][c]);
@@ -171,6 +180,16 @@ float displacement_max_m(const Lattice& lattice) {
   const Vec3f cells(static_cast<float>(lattice.dims[0] - 1), static_cast<float>(lattice.dims[1] - 1),
                     static_cast<float>(lattice.dims[2] - 1));
   return 2.5f * lattice.spacing.cwiseProduct(cells).norm();
+}
+
+// False when cancelled.
+bool match_springs(const StiffenerList& all_springs, const StiffenerList& all_attachments, const Progress& progress,
+                   Level& level) {
+  if (level.springs.count() == all_springs.count()) return true;
+  const std::vector<std::uint32_t> active_index = active_indices(level.geometry);
+  const auto matched = [&](double share) { return progress.at(0.75 + 0.25 * share, "matching the springs"); };
+  return match_response(store_stiffeners(all_springs, active_index, level.rest),
+                        store_stiffeners(all_attachments, active_index, level.rest), level, matched);
 }
 
 std::size_t contact_count(const Level& level) {
@@ -196,13 +215,17 @@ bool make_level(const Groom& groom, const LevelSpec& spec, const BodyShape& body
   report.degenerate_strands = mechanics.degenerate_strands;
 
   const double decimation_start_s = progress.clock_s();
-  if (!decimate_both(spec, progress, mechanics)) return false;
-  report.decimation_s = progress.clock_s() - decimation_start_s;
-
-  if (!progress.at(0.9, "fitting metaballs")) return false;
+  StiffenerList all_springs = mechanics.springs;
+  append(mechanics.ties, all_springs);
+  const StiffenerList all_attachments = mechanics.attachments;
+  if (!decimate_both(grid, spec, progress, mechanics)) return false;
+  if (!progress.at(0.7, "fitting metaballs")) return false;
   level.geometry = trim(grid.lattice(), mechanics.shares.touched);
   level.displacement_max_m = displacement_max_m(grid.lattice());
   store_level(mechanics, groom.materials.base, body, level);
+
+  if (!match_springs(all_springs, all_attachments, progress, level)) return false;
+  report.decimation_s = progress.clock_s() - decimation_start_s;
 
   report.springs_after = level.springs.count();
   report.attachments_after = level.attachments.count();

@@ -1,82 +1,117 @@
 #include "core/build/decimate.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <numeric>
-#include <optional>
 #include <queue>
 
-#include "core/build/nearest_ends.hpp"
+#include "core/build/nearest_chords.hpp"
 
 namespace hairnet {
 namespace {
 
-constexpr std::size_t kNeighbourCount = 6;  // measured: as good as 20
+constexpr std::size_t kNeighbourCount = 6;
 
-// How a round orders the pairs that it looks at.
-enum class Order { by_cost, by_distance };
+// One stiffener, or many merged. `share` is what an average weighs it by: k L of springs, k of attachments.
+struct Cluster {
+  double share = 0;
+  double moment = 0;                // sum k L^2; attachments: sum k
+  double damping_moment = 0;        // the same of q
+  std::vector<NodeWeight> weights;  // sum share w, ascending by node
+};
 
 struct Candidate {
-  double key;  // cost, or squared distance
-  std::uint32_t kept, merged;
-  friend bool operator==(const Candidate&, const Candidate&) = default;
+  double cost;
+  std::uint32_t a, b;                  // a < b
+  std::uint32_t version_a, version_b;  // of the clusters when the cost was found
 };
 
-// Least key first; indices break ties, so that the result does not depend on the heap.
+// Least cost first; indices break ties, so that the result does not depend on the heap.
 struct Later {
-  bool operator()(const Candidate& a, const Candidate& b) const {
-    return std::tie(a.key, a.kept, a.merged) > std::tie(b.key, b.kept, b.merged);
+  bool operator()(const Candidate& x, const Candidate& y) const {
+    return std::tie(x.cost, x.a, x.b) > std::tie(y.cost, y.a, y.b);
   }
 };
 
-double dot(std::span<const NodeWeight> a, std::span<const NodeWeight> b) {
-  double sum = 0;
-  std::size_t i = 0, j = 0;
-  while (i < a.size() && j < b.size()) {
-    if (a[i].node == b[j].node) {
-      sum += a[i++].weight * b[j++].weight;
-    } else if (a[i].node < b[j].node) {
-      ++i;
-    } else {
+std::vector<NodeWeight> sum_of(const std::vector<NodeWeight>& a, const std::vector<NodeWeight>& b) {
+  std::vector<NodeWeight> sum;
+  sum.reserve(a.size() + b.size());
+  auto i = a.begin(), j = b.begin();
+  while (i != a.end() && j != b.end()) {
+    if (i->node == j->node) {
+      sum.push_back({i->node, (i++)->weight + j->weight});
       ++j;
+    } else {
+      sum.push_back(i->node < j->node ? *i++ : *j++);
     }
   }
+  sum.insert(sum.end(), i, a.end());
+  sum.insert(sum.end(), j, b.end());
   return sum;
+}
+
+// Of the weights with one sign: the `count` greatest, scaled to the sum of all.
+void append_greatest(std::vector<NodeWeight> side, std::size_t count, std::vector<NodeWeight>& kept) {
+  const auto sum = [](const std::vector<NodeWeight>& weights) {
+    return std::accumulate(weights.begin(), weights.end(), 0.0, [](double s, const auto& w) { return s + w.weight; });
+  };
+  const double whole = sum(side);
+  std::ranges::stable_sort(side, std::greater{}, [](const NodeWeight& w) { return std::abs(w.weight); });
+  if (side.size() > count) side.resize(count);
+  const double left = sum(side);
+  for (NodeWeight& w : side) kept.push_back({w.node, w.weight * (whole / left)});
 }
 
 class Decimation {
  public:
-  Decimation(StiffenerKind kind, std::size_t count_max, StiffenerList& list,
+  Decimation(const Grid& grid, StiffenerKind kind, std::size_t count_max, StiffenerList& list,
              const std::function<bool(double)>& keep_going)
-      : kind_(kind),
+      : grid_(grid),
+        kind_(kind),
         count_max_(count_max),
         list_(list),
         keep_going_(keep_going),
         count_start_(list.count()),
         count_(list.count()),
-        representative_(list.count()),
-        norm2_(list.count()) {
-    std::iota(representative_.begin(), representative_.end(), 0);
-    for (std::size_t s = 0; s < count_; ++s) norm2_[s] = dot(list_.weights(s), list_.weights(s));
+        chords_(list.ends),
+        version_(list.count(), 0),
+        merged_into_(list.count()) {
+    std::iota(merged_into_.begin(), merged_into_.end(), 0);
+    for (std::size_t s = 0; s < count_; ++s) clusters_.push_back(cluster_of(s));
   }
 
   // False when cancelled.
   bool run() {
     if (count_max_ > 0) merge_identical();
-    if (count_max_ > 0 && !run_rounds(Order::by_cost)) return false;
-    if (count_max_ > 0 && kind_ == StiffenerKind::attachment && !run_rounds(Order::by_distance)) return false;
-    keep_survivors(most_important());
+    if (count_max_ > 0 && !run_rounds()) return false;
+    store(most_important());
     return report();
   }
 
  private:
+  [[nodiscard]] Cluster cluster_of(std::size_t s) const {
+    const double k = list_.stiffness[s], q = list_.damping[s];
+    const double length = kind_ == StiffenerKind::spring ? length_of(list_.weights(s)) : 1.0;
+    Cluster cluster{k * length, k * length * length, q * length * length, {}};
+    for (const auto& [node, weight] : list_.weights(s)) cluster.weights.push_back({node, cluster.share * weight});
+    return cluster;
+  }
+
   // Stiffeners with the very same ends are one, without any error. Strands that share a root, or are drawn twice, are
   // common.
   void merge_identical() {
-    std::vector<std::tuple<std::uint16_t, EndPoints, std::uint32_t>> keys;
+    std::vector<std::tuple<std::uint16_t, std::array<double, 6>, std::uint32_t>> keys;
     keys.reserve(count_);
     for (std::uint32_t s = 0; s < list_.count(); ++s) {
-      keys.emplace_back(list_.group[s], ordered_ends(list_.ends[s]), s);
+      std::array<double, 6> ends;
+      const auto by_coordinates = [](const Vec3& a, const Vec3& b) {
+        return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
+      };
+      const auto [low, high] = std::minmax(list_.ends[s][0], list_.ends[s][1], by_coordinates);
+      std::ranges::copy(low, ends.begin());
+      std::ranges::copy(high, ends.begin() + 3);
+      keys.emplace_back(list_.group[s], ends, s);
     }
     std::ranges::sort(keys);
     for (std::size_t first = 0, i = 1; i < keys.size() && count_ > count_max_; ++i) {
@@ -89,26 +124,25 @@ class Decimation {
     }
   }
 
-  // Rounds until the count is reached or no pair is left. Few merges mean that neighbours worth merging were not among
-  // the nearest: look further.
-  bool run_rounds(Order order) {
+  // Rounds until the count is reached or no pair is left. Few merges mean that the near ones are merged into each other
+  // already: look further.
+  bool run_rounds() {
     std::size_t neighbour_count = kNeighbourCount;
     while (count_ > count_max_) {
       const std::vector<std::vector<std::uint32_t>> groups = members_by_group();
-      std::size_t group_size_max = 0;
-      for (const auto& members : groups) group_size_max = std::max(group_size_max, members.size());
+      if (std::ranges::all_of(groups, [](const auto& members) { return members.size() < 2; })) return true;
       const std::size_t before = count_;
-      if (!run_round(order, groups, neighbour_count)) return false;
-      if (count_ == before && neighbour_count >= group_size_max) return true;
-      if (before - count_ <= before / 32) neighbour_count = std::min(2 * neighbour_count, group_size_max);
+      if (!run_round(groups, neighbour_count)) return false;
+      if (before - count_ <= before / 32) neighbour_count = std::min(2 * neighbour_count, before);
     }
     return true;
   }
 
-  bool run_round(Order order, const std::vector<std::vector<std::uint32_t>>& groups, std::size_t neighbour_count) {
+  // False when cancelled.
+  bool run_round(const std::vector<std::vector<std::uint32_t>>& groups, std::size_t neighbour_count) {
     std::vector<Candidate> candidates;
     for (const auto& members : groups) {
-      if (!append_candidates(order, members, neighbour_count, candidates)) return false;
+      if (!append_candidates(members, neighbour_count, candidates)) return false;
     }
     std::priority_queue<Candidate, std::vector<Candidate>, Later> heap(Later{}, std::move(candidates));
     const std::size_t round_end = std::max(count_max_, count_ / 2);
@@ -116,107 +150,133 @@ class Decimation {
       if (popped % 4096 == 0 && !report()) return false;
       const Candidate candidate = heap.top();
       heap.pop();
-      const std::uint32_t a = find(candidate.kept), b = find(candidate.merged);
+      const auto [a, b] = std::minmax({find(candidate.a), find(candidate.b)});
       if (a == b) continue;
-      const std::optional<Candidate> now = evaluate(order, a, b);
-      if (!now) continue;
-      // Stiffness only grows, and cost with it: an old entry is never dearer than the pair is now.
-      if (*now == candidate) {
-        merge(candidate.kept, candidate.merged);
+      // What has merged since lies elsewhere and weighs more.
+      if (a == candidate.a && b == candidate.b && version_[a] == candidate.version_a &&
+          version_[b] == candidate.version_b) {
+        merge(a, b);
       } else {
-        heap.push(*now);
+        heap.push(evaluate(a, b));
       }
     }
     return true;
   }
 
   // False when cancelled.
-  bool append_candidates(Order order, const std::vector<std::uint32_t>& members, std::size_t neighbour_count,
+  bool append_candidates(const std::vector<std::uint32_t>& members, std::size_t neighbour_count,
                          std::vector<Candidate>& candidates) const {
     constexpr std::size_t kPart = 8192;
-    const NearestEnds nearest(list_, members);
-    NearestEnds::Pairs pairs;
+    const NearestChords nearest(chords_, members);
+    NearestChords::Pairs pairs;
     for (std::size_t begin = 0; begin < members.size(); begin += kPart) {
       if (!report()) return false;
       pairs.clear();
       nearest.append_pairs(begin, std::min(begin + kPart, members.size()), neighbour_count, pairs);
       std::ranges::sort(pairs);
       pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-      for (const auto& [a, b] : pairs) {
-        if (const auto candidate = evaluate(order, a, b)) candidates.push_back(*candidate);
-      }
+      for (const auto& [a, b] : pairs) candidates.push_back(evaluate(a, b));
     }
     return true;
   }
 
-  std::optional<Candidate> evaluate(Order order, std::uint32_t a, std::uint32_t b) const {
-    if (order == Order::by_distance) {
-      const double distance2 = (list_.ends[a][0] - list_.ends[b][0]).squaredNorm();
-      const bool a_is_stiffer =
-          list_.stiffness[a] != list_.stiffness[b] ? list_.stiffness[a] > list_.stiffness[b] : a < b;
-      return a_is_stiffer ? Candidate{distance2, a, b} : Candidate{distance2, b, a};
-    }
-    const double overlap = dot(list_.weights(a), list_.weights(b));
-    if (overlap == 0) return std::nullopt;
-    const double b_into_a = merge_of(kind_, list_.stiffness[b], norm2_[a], norm2_[b], overlap).cost;
-    const double a_into_b = merge_of(kind_, list_.stiffness[a], norm2_[b], norm2_[a], overlap).cost;
-    const bool keeps_a = b_into_a != a_into_b ? b_into_a < a_into_b : a < b;
-    return keeps_a ? Candidate{b_into_a, a, b} : Candidate{a_into_b, b, a};
+  // Ward's cost.
+  [[nodiscard]] Candidate evaluate(std::uint32_t a, std::uint32_t b) const {
+    const double moment_a = clusters_[a].moment, moment_b = clusters_[b].moment;
+    const double cost = moment_a * moment_b / (moment_a + moment_b) * squared_distance(chords_[a], chords_[b]);
+    return {cost, a, b, version_[a], version_[b]};
   }
 
   void merge(std::uint32_t kept, std::uint32_t merged) {
-    const double overlap = dot(list_.weights(kept), list_.weights(merged));
-    const double k = list_.stiffness[merged];
-    const double gain = merge_of(kind_, k, norm2_[kept], norm2_[merged], overlap).gain;
-    list_.stiffness[kept] += gain;
-    list_.damping[kept] += list_.damping[merged] * gain / k;
-    representative_[merged] = kept;
+    Cluster &a = clusters_[kept], &b = clusters_[merged];
+    Chord &chord_a = chords_[kept], &chord_b = chords_[merged];
+    if ((chord_a[1] - chord_a[0]).dot(chord_b[1] - chord_b[0]) < 0) {
+      std::swap(chord_b[0], chord_b[1]);
+      for (NodeWeight& w : b.weights) w.weight = -w.weight;
+    }
+    const double share = a.share + b.share;
+    for (std::size_t end : {0u, 1u}) chord_a[end] = (a.share * chord_a[end] + b.share * chord_b[end]) / share;
+    a.share = share;
+    a.moment += b.moment;
+    a.damping_moment += b.damping_moment;
+    a.weights = sum_of(a.weights, b.weights);
+    b.weights = {};
+    merged_into_[merged] = kept;
+    ++version_[kept];
     --count_;
   }
 
-  // The stiffener that s was merged into; itself while it is there.
+  // The cluster that s was merged into; itself while it is there.
   std::uint32_t find(std::uint32_t s) {
-    while (representative_[s] != s) {
-      representative_[s] = representative_[representative_[s]];
-      s = representative_[s];
+    while (merged_into_[s] != s) {
+      merged_into_[s] = merged_into_[merged_into_[s]];
+      s = merged_into_[s];
     }
     return s;
   }
 
-  std::vector<std::vector<std::uint32_t>> members_by_group() const {
+  [[nodiscard]] std::vector<std::vector<std::uint32_t>> members_by_group() const {
     std::map<std::uint16_t, std::vector<std::uint32_t>> by_group;
-    for (std::uint32_t s = 0; s < representative_.size(); ++s) {
-      if (representative_[s] == s) by_group[list_.group[s]].push_back(s);
+    for (std::uint32_t s = 0; s < merged_into_.size(); ++s) {
+      if (merged_into_[s] == s) by_group[list_.group[s]].push_back(s);
     }
     std::vector<std::vector<std::uint32_t>> groups;
     for (auto& [group, members] : by_group) groups.push_back(std::move(members));
     return groups;
   }
 
-  // At most count_max_ of those that are left, ascending: without the ones whose loss costs least, k^2 |w|^4.
-  std::vector<std::uint32_t> most_important() const {
+  // At most count_max_ of those that are left, ascending: without those of least moment.
+  [[nodiscard]] std::vector<std::uint32_t> most_important() const {
     std::vector<std::uint32_t> left;
-    for (std::uint32_t s = 0; s < representative_.size(); ++s) {
-      if (representative_[s] == s) left.push_back(s);
+    for (std::uint32_t s = 0; s < merged_into_.size(); ++s) {
+      if (merged_into_[s] == s) left.push_back(s);
     }
     if (left.size() > count_max_) {
-      std::ranges::stable_sort(left, std::greater{}, [&](std::uint32_t s) { return list_.stiffness[s] * norm2_[s]; });
+      std::ranges::stable_sort(left, std::greater{}, [&](std::uint32_t s) { return clusters_[s].moment; });
       left.resize(count_max_);
       std::ranges::sort(left);
     }
     return left;
   }
 
-  void keep_survivors(const std::vector<std::uint32_t>& survivors) {
+  // The weights of a merged stiffener, the least ones left out.
+  [[nodiscard]] std::vector<NodeWeight> mean_weights(const Cluster& cluster) const {
+    std::vector<NodeWeight> kept, pulling, pulled;
+    for (const auto& [node, weight] : cluster.weights) {
+      if (weight == 0) continue;
+      (weight > 0 ? pulling : pulled).push_back({node, weight / cluster.share});
+    }
+    append_greatest(pulling, kind_ == StiffenerKind::spring ? kNodesAnEnd : kNodesAnAttachment, kept);
+    append_greatest(pulled, kNodesAnEnd, kept);
+    std::ranges::sort(kept, {}, &NodeWeight::node);
+    return kept;
+  }
+
+  [[nodiscard]] double length_of(std::span<const NodeWeight> weights) const {
+    Vec3 vector = Vec3::Zero();
+    for (const auto& [node, weight] : weights) vector += weight * grid_.node_head(node);
+    return vector.norm();
+  }
+
+  // Leaving out weights may shorten a spring that is the mean of many directions to almost nothing; its stiffness does
+  // not grow beyond this length's.
+  [[nodiscard]] double length_min(std::uint32_t s) const { return 0.1 * grid_.length(chords_[s][1] - chords_[s][0]); }
+
+  void store(const std::vector<std::uint32_t>& survivors) {
     StiffenerList kept;
     for (const std::uint32_t s : survivors) {
-      const auto weights = list_.weights(s);
+      const Cluster& cluster = clusters_[s];
+      const bool is_merged = version_[s] > 0;
+      const auto own = list_.weights(s);
+      const std::vector<NodeWeight> weights =
+          is_merged ? mean_weights(cluster) : std::vector<NodeWeight>(own.begin(), own.end());
+      const double length = kind_ == StiffenerKind::spring ? std::max(length_of(weights), length_min(s)) : 1.0;
       kept.entries.insert(kept.entries.end(), weights.begin(), weights.end());
       kept.begin.push_back(static_cast<std::uint32_t>(kept.entries.size()));
-      kept.stiffness.push_back(list_.stiffness[s]);
-      kept.damping.push_back(list_.damping[s]);
+      kept.stiffness.push_back(is_merged ? cluster.moment / (length * length) : list_.stiffness[s]);
+      kept.damping.push_back(is_merged ? cluster.damping_moment / (length * length) : list_.damping[s]);
       kept.group.push_back(list_.group[s]);
-      kept.ends.push_back(list_.ends[s]);
+      kept.ends.push_back(chords_[s]);
     }
     list_ = std::move(kept);
     count_ = list_.count();
@@ -228,29 +288,24 @@ class Decimation {
     return keep_going_(all > 0 ? static_cast<double>(count_start_ - count_) / all : 1.0);
   }
 
+  const Grid& grid_;
   StiffenerKind kind_;
   std::size_t count_max_;
   StiffenerList& list_;
   const std::function<bool(double)>& keep_going_;
   std::size_t count_start_, count_;
-  std::vector<std::uint32_t> representative_;  // union-find: into which each was merged
-  std::vector<double> norm2_;                  // |w|^2
+  std::vector<Cluster> clusters_;
+  std::vector<Chord> chords_;
+  std::vector<std::uint32_t> version_;      // merges into each
+  std::vector<std::uint32_t> merged_into_;  // union-find
 };
 
 }  // namespace
 
-Merge merge_of(StiffenerKind kind, double stiffness_merged, double kept_norm2, double merged_norm2, double dot) {
-  const double k = stiffness_merged;
-  const double gain = kind == StiffenerKind::attachment ? k : k * dot * dot / (kept_norm2 * kept_norm2);
-  const double cost =
-      k * k * merged_norm2 * merged_norm2 - 2 * k * gain * dot * dot + gain * gain * kept_norm2 * kept_norm2;
-  return {gain, std::max(cost, 0.0)};
-}
-
-bool decimate(StiffenerKind kind, std::size_t count_max, StiffenerList& list,
+bool decimate(const Grid& grid, StiffenerKind kind, std::size_t count_max, StiffenerList& list,
               const std::function<bool(double)>& keep_going) {
   if (list.count() <= count_max) return true;
-  return Decimation(kind, count_max, list, keep_going).run();
+  return Decimation(grid, kind, count_max, list, keep_going).run();
 }
 
 }  // namespace hairnet

@@ -69,7 +69,7 @@ TEST_P(RealHairs, decimation_errs_far_less_than_a_random_part_of_the_springs_mad
     part += springs.stiffness[s] * w * w.transpose();
   }
   part *= all.trace() / part.trace();
-  ASSERT_TRUE(decimate(StiffenerKind::spring, count, springs));
+  ASSERT_TRUE(decimate(grid, StiffenerKind::spring, count, springs));
   const double error = (support::weight_matrix(springs, grid.node_count()) - all).norm();
   EXPECT_LT(error, 0.5 * (part - all).norm());
   EXPECT_LT(error, 0.1 * all.norm());

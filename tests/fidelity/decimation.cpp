@@ -1,0 +1,108 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "client/tools/files/write_file.hpp"
+#include "tests/fidelity/decimation_report.hpp"
+
+namespace {
+
+using namespace hairnet;
+using namespace hairnet::fidelity;
+
+constexpr double kRate_hz = 25, kDuration_s = 3;
+constexpr std::size_t kMadeStrandCount = 3000;
+constexpr int kTruthNodes = 14;
+
+constexpr const char* kExamples = R"(
+Examples:
+  hairnet-fidelity-decimation --quick
+  hairnet-fidelity-decimation --json all.json --plot decimation.svg
+  hairnet-fidelity-decimation --groom sintel --groom made:ponytail --motion dance_a --lattices)";
+
+struct Options {
+  std::vector<std::string> grooms, motions;
+  std::string json, plot;
+  bool is_quick = false, has_lattices = false;
+};
+
+void say(const std::string& line) {
+  std::fprintf(stderr, "%s\n", line.c_str());
+}
+
+// No path, no file.
+Result<void> write_text(const std::string& path, const std::string& text) {
+  if (path.empty()) return {};
+  const auto written = write_file(path, std::as_bytes(std::span(text)));
+  if (!written) return Refusal(path + ": " + written.error());
+  return {};
+}
+
+// What is not chosen: real hairstyles and motions where there are any, some of our own hairstyles.
+void complete(Options& options) {
+  if (options.grooms.empty()) {
+    if (has_real_data()) options.grooms.assign(std::begin(kRealGrooms), std::end(kRealGrooms));
+    for (const char* made : {"made:long_curly", "made:bob", "made:ponytail"}) options.grooms.emplace_back(made);
+    if (options.is_quick) options.grooms.resize(2);
+  }
+  if (options.motions.empty()) {
+    options.motions = has_real_data() ? std::vector<std::string>{"dance_a", "cmu_131_01", "spinkick"}
+                                      : std::vector<std::string>{"made:nod", "made:shake", "made:walk"};
+    if (options.is_quick) options.motions.resize(1);
+  }
+}
+
+Result<void> measure(const std::string& groom_name, const Options& options, DecimationReport& report) {
+  DecimationOptions counts;
+  if (options.is_quick) counts.target_seed_count = counts.other_seed_count = 1;
+  auto groom = load_groom(groom_name, kMadeStrandCount);
+  if (!groom) return Refusal(groom.error());
+  groom->name = groom_name;
+  for (const std::string& name : options.motions) {
+    const auto motion = load_motion(name, groom->body);
+    if (!motion) return Refusal(motion.error());
+    const Clip clip = make_clip(*motion, kRate_hz, kDuration_s);
+    auto rows = measure_decimation(*groom, clip, counts, say);
+    if (!rows) return Refusal(rows.error());
+    report.rows.insert(report.rows.end(), rows->begin(), rows->end());
+    if (!options.has_lattices) continue;
+    auto lattices = measure_lattices(*groom, clip, kTruthNodes, counts, say);
+    if (!lattices) return Refusal(lattices.error());
+    report.lattices.insert(report.lattices.end(), lattices->begin(), lattices->end());
+  }
+  return {};
+}
+
+Result<void> run(Options options) {
+  complete(options);
+  DecimationReport report;
+  for (const std::string& groom : options.grooms) {
+    const auto done = measure(groom, options, report);
+    if (!done) return done;
+    // After each, so that a long run which is stopped leaves what it has.
+    if (const auto written = write_text(options.json, json_of(report)); !written) return written;
+  }
+  std::printf("%s", tables_of(report).c_str());
+  return write_text(options.plot, plot_of(report));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app("How far a decimated model lies from all springs and attachments, integrated to convergence");
+  app.add_option("--groom", options.grooms, "yuksel, ponytail, harolongo, sintel or made:NAME; again for more [seven]");
+  app.add_option("--motion", options.motions, "a motion of the corpus or made:NAME; again for more [three real ones]");
+  app.add_flag("--quick", options.is_quick, "two hairstyles, one motion, one random subset");
+  app.add_flag("--lattices", options.has_lattices, "hold the lattices against one of 14 nodes an axis too (slow)");
+  app.add_option("--json", options.json, "write every figure to this file");
+  app.add_option("--plot", options.plot, "draw mean error against count to this file (SVG)");
+  app.footer(kExamples);
+  CLI11_PARSE(app, argc, argv);
+  const auto done = run(std::move(options));
+  if (done) return 0;
+  std::fprintf(stderr, "hairnet-fidelity-decimation: %s\n", done.error().c_str());
+  return 1;
+}

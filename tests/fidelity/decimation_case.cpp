@@ -1,0 +1,142 @@
+#include "tests/fidelity/decimation_case.hpp"
+
+#include <cstdio>
+#include <limits>
+#include <memory>
+
+#include "core/build/build.hpp"
+#include "tests/fidelity/random_subset.hpp"
+
+namespace hairnet::fidelity {
+namespace {
+
+constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
+
+std::shared_ptr<const Level> build(const Groom& groom, int nodes, std::size_t spring_count,
+                                   std::size_t attachment_count) {
+  return build_level(groom, {{nodes, nodes, nodes}, spring_count, attachment_count});
+}
+
+std::string text(const char* format, auto... values) {
+  char line[256];
+  std::snprintf(line, sizeof line, format, values...);
+  return line;
+}
+
+// What the models of one lattice are held against.
+struct Truth {
+  std::shared_ptr<const Level> level;
+  std::vector<Vec3f> points;
+  double motion_m = 0;
+};
+
+Result<Truth> find_truth(const Groom& groom, const Clip& clip, const StrandPoints& strands, int nodes) {
+  Truth truth{build(groom, nodes, kAll, kAll), {}, 0};
+  const auto trajectory = integrate(*truth.level, clip);
+  if (!trajectory) return Refusal(trajectory.error());
+  truth.points = strands.deform(*truth.level, *trajectory);
+  truth.motion_m = rms_motion(truth.points, strands.rest());
+  if (!(truth.motion_m > 0)) return Refusal(groom.name + ", " + clip.name + ": nothing moves");
+  return truth;
+}
+
+Result<Distance> relative_distance(const Level& level, const Clip& clip, const StrandPoints& strands,
+                                   const Truth& truth) {
+  const auto trajectory = integrate(level, clip);
+  if (!trajectory) return Refusal(trajectory.error());
+  const Distance metres = distance(strands.deform(level, *trajectory), truth.points);
+  return Distance{metres.rms / truth.motion_m, metres.p95 / truth.motion_m};
+}
+
+Result<Distance> random_distance(const Clip& clip, const StrandPoints& strands, const Truth& truth,
+                                 const DecimationRow& row, std::size_t seed_count) {
+  Distance mean;
+  for (std::size_t seed = 1; seed <= seed_count; ++seed) {
+    Level level = *truth.level;
+    level.springs = random_subset(truth.level->springs, row.spring_count, 2 * seed);
+    level.attachments = random_subset(truth.level->attachments, row.attachment_count, 2 * seed + 1);
+    const auto one = relative_distance(level, clip, strands, truth);
+    if (!one) return one;
+    mean.rms += one->rms / static_cast<double>(seed_count);
+    mean.p95 += one->p95 / static_cast<double>(seed_count);
+  }
+  return mean;
+}
+
+Result<Distance> stiffer_distance(const Clip& clip, const StrandPoints& strands, const Truth& truth) {
+  Level level = *truth.level;
+  for (Stiffeners* list : {&level.springs, &level.attachments}) {
+    for (float& k : list->stiffness) k *= 1.01f;
+    for (float& q : list->damping) q *= 1.01f;
+  }
+  return relative_distance(level, clip, strands, truth);
+}
+
+Result<DecimationRow> measure_count(const Groom& groom, const Clip& clip, const StrandPoints& strands,
+                                    const Truth& truth, int nodes, std::size_t count,
+                                    const DecimationOptions& options) {
+  const auto merged = build(groom, nodes, count, count / 4);
+  DecimationRow row;
+  row.groom = groom.name;
+  row.motion = clip.name;
+  row.lattice_nodes = nodes;
+  row.spring_count = merged->springs.count();
+  row.attachment_count = merged->attachments.count();
+  row.spring_count_all = truth.level->springs.count();
+  row.attachment_count_all = truth.level->attachments.count();
+  row.motion_m = truth.motion_m;
+  const bool is_target = nodes == kTargetNodes && count == kTargetSpringCount;
+  const auto of_merged = relative_distance(*merged, clip, strands, truth);
+  if (!of_merged) return Refusal(of_merged.error());
+  const auto of_random =
+      random_distance(clip, strands, truth, row, is_target ? options.target_seed_count : options.other_seed_count);
+  if (!of_random) return Refusal(of_random.error());
+  row.merged = *of_merged;
+  row.random = *of_random;
+  if (is_target) {
+    const auto of_stiffer = stiffer_distance(clip, strands, truth);
+    if (!of_stiffer) return Refusal(of_stiffer.error());
+    row.stiffer_rms = of_stiffer->rms;
+  }
+  return row;
+}
+
+}  // namespace
+
+Result<std::vector<DecimationRow>> measure_decimation(const Groom& groom, const Clip& clip,
+                                                      const DecimationOptions& options, const Say& say) {
+  const StrandPoints strands(groom, options.point_count_max);
+  std::vector<DecimationRow> rows;
+  for (const int nodes : kLatticeNodes) {
+    const auto truth = find_truth(groom, clip, strands, nodes);
+    if (!truth) return Refusal(truth.error());
+    for (const std::size_t count : kSpringCounts) {
+      auto row = measure_count(groom, clip, strands, *truth, nodes, count, options);
+      if (!row) return Refusal(row.error());
+      say(text("%s, %s, %d^3, %zu+%zu of %zu+%zu: merged %.1f %%, random %.1f %% of %.1f mm", row->groom.c_str(),
+               row->motion.c_str(), nodes, row->spring_count, row->attachment_count, row->spring_count_all,
+               row->attachment_count_all, 100 * row->merged.rms, 100 * row->random.rms, 1e3 * row->motion_m));
+      rows.push_back(std::move(*row));
+    }
+  }
+  return rows;
+}
+
+Result<std::vector<LatticeRow>> measure_lattices(const Groom& groom, const Clip& clip, int truth_nodes,
+                                                 const DecimationOptions& options, const Say& say) {
+  const StrandPoints strands(groom, options.point_count_max);
+  const auto truth = find_truth(groom, clip, strands, truth_nodes);
+  if (!truth) return Refusal(truth.error());
+  std::vector<LatticeRow> rows;
+  for (const int nodes : kLatticeNodes) {
+    const auto level = build(groom, nodes, kAll, kAll);
+    const auto one = relative_distance(*level, clip, strands, *truth);
+    if (!one) return Refusal(one.error());
+    rows.push_back({groom.name, clip.name, nodes, truth_nodes, truth->motion_m, *one});
+    say(text("%s, %s, all stiffeners on %d^3: %.1f %% off %d^3", groom.name.c_str(), clip.name.c_str(), nodes,
+             100 * one->rms, truth_nodes));
+  }
+  return rows;
+}
+
+}  // namespace hairnet::fidelity

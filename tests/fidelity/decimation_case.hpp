@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tests/fidelity/trajectory.hpp"
+
+namespace hairnet::fidelity {
+
+inline constexpr int kLatticeNodes[] = {10, 7, 5};                     // an axis
+inline constexpr std::size_t kSpringCounts[] = {1600, 800, 400, 200};  // with a quarter as many attachments
+inline constexpr int kTargetNodes = 10;
+inline constexpr std::size_t kTargetSpringCount = 800;  // where the aim is set
+inline constexpr double kMerged_rms_aim = 0.10, kRandom_ratio_aim = 2, kRandom_ratio_least = 1.4;
+
+struct DecimationOptions {
+  std::size_t point_count_max = 10'000;
+  std::size_t target_seed_count = 5;  // random subsets at the target; elsewhere other_seed_count
+  std::size_t other_seed_count = 1;
+};
+
+// Distances relative to the truth's RMS motion.
+struct DecimationRow {
+  std::string groom, motion;
+  int lattice_nodes = 0;  // an axis
+  std::size_t spring_count = 0, attachment_count = 0;
+  std::size_t spring_count_all = 0, attachment_count_all = 0;
+  double motion_m = 0;                // RMS distance of the truth from rigid motion
+  Distance merged, random;            // random: mean over seeds
+  std::optional<double> stiffer_rms;  // all stiffeners kept, 1 % stiffer: how far a small error is carried
+};
+
+// A coarser lattice with all stiffeners against a fine one.
+struct LatticeRow {
+  std::string groom, motion;
+  int lattice_nodes = 0, truth_nodes = 0;
+  double motion_m = 0;
+  Distance distance;
+};
+
+using Say = std::function<void(const std::string&)>;
+
+// All counts on all lattices, of one groom and one clip.
+Result<std::vector<DecimationRow>> measure_decimation(const Groom& groom, const Clip& clip,
+                                                      const DecimationOptions& options, const Say& say);
+Result<std::vector<LatticeRow>> measure_lattices(const Groom& groom, const Clip& clip, int truth_nodes,
+                                                 const DecimationOptions& options, const Say& say);
+
+}  // namespace hairnet::fidelity

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <vector>
+
+#include "core/build/node_matrix.hpp"
+#include "core/solver/reference_step.hpp"
+
+namespace hairnet::fidelity {
+
+// The step of reference_step.cpp, solved directly: the system is assembled once a step, as a sparse matrix over the
+// nodes, and factored. Its cost hardly depends on the number of springs, so that tens of thousands are affordable.
+class DirectStep {
+ public:
+  explicit DirectStep(const Level& level);  // kept by reference
+
+  // False when the system is not positive definite, or its solution not finite; the lattice is then worthless.
+  [[nodiscard]] bool step(const StepInput& input, WorldLattice& lattice);
+
+ private:
+  void add_nodes(const StepInput& input, const WorldLattice& lattice);
+  void add_springs(const StepInput& input, const WorldLattice& lattice);
+  void add_attachments(const StepInput& input, const WorldLattice& lattice);
+  void add_contacts(const StepInput& input, const WorldLattice& lattice);
+
+  const Level& level_;
+  std::vector<double> spring_weights_, attachment_weights_;
+  NodeMatrix matrix_;       // M - h df/dp' - h^2 df/dp
+  std::vector<Vec3> load_;  // h (f + h df/dp P')
+};
+
+}  // namespace hairnet::fidelity

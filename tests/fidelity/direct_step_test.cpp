@@ -1,0 +1,68 @@
+#include "tests/fidelity/direct_step.hpp"
+
+#include <gtest/gtest.h>
+
+#include "core/build/build.hpp"
+#include "tests/unit/core/build_grooms.hpp"
+
+namespace hairnet::fidelity {
+namespace {
+
+struct Case {
+  const char* name;
+  LevelSpec spec;
+  double turn_rad;  // of the head in the step
+};
+
+class DirectSteps : public testing::TestWithParam<Case> {};
+
+// Away from rest, among balls and in wind, so that every force acts.
+TEST_P(DirectSteps, are_those_of_the_reference) {
+  Groom groom = support::make_head_of_hair(60);
+  groom.body = support::make_plain_body();
+  const auto level = build_level(groom, GetParam().spec);
+  ASSERT_GT(level->springs.count(), 0u);
+  LatticeState state;
+  reset_to_rest(*level, state);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> range(-1, 1);
+  for (std::size_t i = 0; i < level->rest.size(); ++i) {
+    for (int a = 0; a < 3; ++a) {
+      state.displacement[i][a] = 0.01f * range(random);
+      state.velocity[i][a] = 0.3f * range(random);
+    }
+  }
+  StepInput input;
+  input.from = rigid_pose({Quat(Eigen::AngleAxisd(0.4, Vec3(1, 2, 0.5).normalized())), Vec3(0.3, 1.6, -2)});
+  input.to = input.from;
+  for (RigidTransform& bone : input.to.bones) {
+    bone.rotation = Quat(Eigen::AngleAxisd(GetParam().turn_rad, Vec3(0.2, 1, 0.1).normalized())) * bone.rotation;
+    bone.position += Vec3(0.02, 0.01, -0.03);
+  }
+  input.step_s = 1.0 / 25;
+  input.environment.wind = WindField({.mean_m_per_s = {2, 0, 1}});
+  input.contact_release = 0.4;
+
+  WorldLattice expected = to_world(*level, input.from.head(), state), direct = expected;
+  const WorldLattice before = expected;
+  reference_step(*level, input, expected, 1e-13);
+  DirectStep solver(*level);
+  ASSERT_TRUE(solver.step(input, direct));
+  double moved = 0, error = 0;
+  for (std::size_t i = 0; i < level->rest.size(); ++i) {
+    moved = std::max(moved, (expected.P_dot[i] - before.P_dot[i]).norm());
+    error = std::max(error, (direct.P_dot[i] - expected.P_dot[i]).norm());
+    EXPECT_NEAR((direct.P[i] - expected.P[i]).norm(), 0, 1e-9);
+  }
+  EXPECT_GT(moved, 0.1);
+  EXPECT_LT(error, 1e-8 * moved);
+}
+
+INSTANTIATE_TEST_SUITE_P(Models, DirectSteps,
+                         testing::Values(Case{"all_springs", {{6, 6, 6}, 100'000, 100'000}, 0.1},
+                                         Case{"few_springs", {{6, 6, 6}, 50, 10}, 0.1},
+                                         Case{"steady_head", {{4, 5, 6}, 100, 20}, 0}),
+                         [](const auto& c) { return std::string(c.param.name); });
+
+}  // namespace
+}  // namespace hairnet::fidelity
