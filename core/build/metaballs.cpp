@@ -1,36 +1,33 @@
 #include "core/build/metaballs.hpp"
 
+#include "core/build/skin_profile.hpp"
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 namespace hairnet {
 namespace {
 
 constexpr double kLoad = 5 * 9.81;                                 // m/s^2 on the node's mass
 constexpr double kDent = 0.005;                                    // m that the load may press in
-constexpr double kRadiusRatioLeast = 0.7, kRadiusRatioMost = 1.4;  // of the ball's typical radius
 constexpr double kRadiusRatioOff = 1.0 / 3;
 // The force rises inwards to rho / sqrt(5) only: a dent must end well before.
 constexpr double kRadiusLeast = 3 * kDent;  // m
 
-// From the centre to the skin in a direction: the outermost skin that the ball may reach, since a head has inner shells
-// (mouth, eyes). Looked for from outside.
-double skin_distance(const MeshQuery& skin, const BodyBall& ball, const Vec3& direction) {
-  const double most = kRadiusRatioMost * ball.radius;
-  const auto hit = skin.first_hit(ball.centre + most * direction, -direction, most);
-  const double distance = hit ? most - hit->distance : most;
-  return std::max(distance, kRadiusRatioLeast * ball.radius);
-}
+double env(const char* n, double d) { const char* v = std::getenv(n); return v ? std::atof(v) : d; }
 
-double fitted_radius(const MeshQuery& skin, const BodyBall& ball, const Vec3& node, bool is_inside,
-                     double thickness_m) {
+// How far the node may go in towards the centre.
+double own_travel(const SkinProfile& skin, const BodyBall& ball, const Vec3& node, bool is_inside, double thickness_m) {
   const Vec3 from_centre = node - ball.centre;
   const double distance = from_centre.norm();
+  if (is_inside || distance < 1e-6) return 0;
+  return std::max(0.0, distance - skin.distance(from_centre) - thickness_m);
+}
+
+double radius_of(const BodyBall& ball, double distance, double travel) {
   const double off_below = std::max(kRadiusRatioOff * ball.radius, kRadiusLeast);
-  if (distance < off_below) return 0;
-  const double to_skin = skin_distance(skin, ball, from_centre / distance);
   // A little less than the distance, so that u >= 1 in float as well.
-  const double radius = std::min(to_skin + (is_inside ? 0 : thickness_m), distance * (1 - 1e-6));
+  const double radius = std::min(distance - travel, distance * (1 - 1e-6));
   return radius < off_below ? 0 : radius;
 }
 
@@ -43,7 +40,8 @@ double potential_for_load(double radius, double load_n) {
 }  // namespace
 
 std::vector<Metaball> fit_metaballs(const BodyShape& shape, std::span<const Vec3f> rest_head,
-                                    std::span<const double> mass, const Material& material) {
+                                    std::span<const double> mass, const Material& material,
+                                    const HairStencils& stencils) {
   std::vector<bool> is_inside;
   for (const Vec3f& node : rest_head) is_inside.push_back(shape.skin.inside(node.cast<double>()));
 
@@ -51,13 +49,24 @@ std::vector<Metaball> fit_metaballs(const BodyShape& shape, std::span<const Vec3
   for (const BodyBall& ball : shape.balls) {
     Metaball metaball{ball.bone, ball.centre.cast<float>(), {}, {}};
     const BodyBall stored{ball.bone, metaball.centre.cast<double>(), ball.radius};
+    const SkinProfile profile(shape.skin, stored);
+    std::vector<double> travel;
     for (std::size_t i = 0; i < rest_head.size(); ++i) {
-      const double radius = fitted_radius(shape.skin, stored, rest_head[i].cast<double>(), is_inside[i],
-                                          static_cast<double>(material.thickness_m));
+      travel.push_back(own_travel(profile, stored, rest_head[i].cast<double>(), is_inside[i],
+                                          static_cast<double>(material.thickness_m) + env("HN_K", 0) * stencils.spacing_m));
+    }
+    std::vector<double> clearance;
+    for (std::size_t p = 0; p + 1 < stencils.begin.size(); ++p) {
+      const Vec3 r = shape.hair.points[p].cast<double>() - stored.centre;
+      clearance.push_back(std::max(0.0, r.norm() - profile.distance(r)) + env("HN_TOL", 0));
+    }
+    if (env("HN_CLEAR", 1) > 0) limit_travel(stencils, clearance, travel);
+    for (std::size_t i = 0; i < rest_head.size(); ++i) {
+      const double radius = radius_of(stored, (rest_head[i].cast<double>() - stored.centre).norm(), travel[i]);
       const double least = static_cast<double>(material.metaball_potential_j);
       metaball.radius.push_back(static_cast<float>(radius));
       metaball.potential.push_back(
-          radius > 0 ? static_cast<float>(std::max(least, potential_for_load(radius, kLoad * mass[i]))) : 0.0f);
+          radius > 0 ? static_cast<float>(std::max(least * env("HN_U", 1), potential_for_load(radius, env("HN_LOAD", 1) * kLoad * mass[i]))) : 0.0f);
     }
     metaballs.push_back(std::move(metaball));
   }

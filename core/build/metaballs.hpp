@@ -13,6 +13,7 @@ namespace hairnet {
 // does nothing there. A ball that would be less than a third of its size is off for that node.
 // Potentials: the material's, or as much as lets 5 m_i |g| in by 5 mm. `mass` in kg, one entry a node of `rest_head`.
 std::vector<Metaball> fit_metaballs(const BodyShape& shape, std::span<const Vec3f> rest_head,
-                                    std::span<const double> mass, const Material& material);
+                                    std::span<const double> mass, const Material& material,
+                                    const HairStencils& stencils = {});
 
 }  // namespace hairnet
