@@ -108,8 +108,7 @@ void store_level(const StrandMechanics& mechanics, const Material& material, con
   level.ether_damping.assign(nodes.ether_damping.begin(), nodes.ether_damping.end());
   level.springs = store_stiffeners(mechanics.springs, active_index, level.rest);
   level.attachments = store_stiffeners(mechanics.attachments, active_index, level.rest);
-  level.metaballs =
-      fit_metaballs(body, level.rest, nodes.mass, material, make_stencils(level.geometry, body.hair));
+  level.metaballs = fit_metaballs(body, make_stencils(level.geometry, body.hair), level.rest, nodes.mass, material);
 }
 
 std::size_t contact_count(const Level& level) {

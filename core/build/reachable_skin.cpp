@@ -7,12 +7,12 @@
 namespace hairnet {
 namespace {
 
-constexpr double kPointCount = 2000;
+constexpr double kPointCount = 1500;
 constexpr std::size_t kHairPointsMost = 600;
-constexpr double kLongStrand = 0.95;               // quantile of the strands' lengths
+constexpr double kLongStrand = 0.95;                     // quantile of the strands' lengths
 constexpr double kReachLeast = 0.03, kReachMost = 0.25;  // m
-constexpr double kFreeAbove = 0.05;                // m without skin above a point that hair can come to
-constexpr double kSkip = 1e-4;                     // m
+constexpr double kFreeAbove = 0.05;                      // m without skin above a point that hair can come to
+constexpr double kSkip = 1e-4;                           // m
 
 double strand_length(const Groom& groom, std::size_t strand) {
   const auto points = groom.strand_points(strand);
@@ -43,46 +43,67 @@ double distance_to(const std::vector<Vec3>& points, const Vec3& from) {
   return std::sqrt(least2);
 }
 
+// The box around the hair, grown by what hair can reach.
+struct Reach {
+  Reach(const std::vector<Vec3>& hair, double reach_m) {
+    for (const Vec3& point : hair) {
+      low = low.cwiseMin(point - Vec3::Constant(reach_m));
+      high = high.cwiseMax(point + Vec3::Constant(reach_m));
+    }
+  }
+  [[nodiscard]] bool holds(const Vec3& p) const { return (p - low).minCoeff() > 0 && (high - p).minCoeff() > 0; }
+
+  Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;
+};
+
+struct Triangle {
+  Triangle(const TriangleMesh& mesh, const std::array<std::uint32_t, 3>& indices) : corners(indices) {
+    const Vec3 a = mesh.vertices[indices[0]].cast<double>(), b = mesh.vertices[indices[1]].cast<double>(),
+               c = mesh.vertices[indices[2]].cast<double>();
+    middle = (a + b + c) / 3;
+    const Vec3 cross = (b - a).cross(c - a);
+    area = 0.5 * cross.norm();
+    normal = area > 0 ? Vec3(cross.normalized()) : Vec3::Zero();
+  }
+  std::array<std::uint32_t, 3> corners;
+  Vec3 middle, normal;
+  double area;
+};
+
+std::array<double, kBoneCount> bone_weights(const Body& body, const Triangle& triangle) {
+  std::array<double, kBoneCount> weights{};
+  for (const std::uint32_t corner : triangle.corners) {
+    for (std::size_t b = 0; b < kBoneCount; ++b) weights[b] += static_cast<double>(body.bone_weights[corner][b]) / 3;
+  }
+  return weights;
+}
+
 }  // namespace
 
 std::vector<SkinPoint> reachable_skin(const Groom& groom, const MeshQuery& skin) {
   const double reach_m = reach_of(groom);
   const std::vector<Vec3> hair = some_hair(groom);
-  Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;
-  for (const Vec3& point : hair) {
-    low = low.cwiseMin(point - Vec3::Constant(reach_m));
-    high = high.cwiseMax(point + Vec3::Constant(reach_m));
+  const Reach reach(hair, reach_m);
+  std::vector<Triangle> triangles;
+  double area = 0;
+  for (const auto& indices : groom.body.mesh.triangles) {
+    const Triangle triangle(groom.body.mesh, indices);
+    if (triangle.area == 0 || !reach.holds(triangle.middle)) continue;
+    triangles.push_back(triangle);
+    area += triangle.area;
   }
-  struct Piece {
-    Vec3 middle, area;
-    std::array<std::uint32_t, 3> corners;
-  };
-  std::vector<Piece> pieces;
-  double area_sum = 0;
-  for (const auto& t : groom.body.mesh.triangles) {
-    const Vec3 a = groom.body.mesh.vertices[t[0]].cast<double>(), b = groom.body.mesh.vertices[t[1]].cast<double>(),
-               c = groom.body.mesh.vertices[t[2]].cast<double>();
-    const Vec3 middle = (a + b + c) / 3;
-    if ((middle - low).minCoeff() < 0 || (high - middle).minCoeff() < 0) continue;
-    pieces.push_back({middle, 0.5 * (b - a).cross(c - a), t});
-    area_sum += pieces.back().area.norm();
-  }
+
   std::vector<SkinPoint> points;
-  double owed = 0;
-  for (const Piece& piece : pieces) {
-    const double area = piece.area.norm();
-    owed += kPointCount * area / area_sum;
-    if (owed < 0.5) continue;
-    const double share = std::round(owed);
-    owed -= share;
-    const Vec3 normal = piece.area / area;
-    const double weight = share * (1 - distance_to(hair, piece.middle) / reach_m);
-    if (weight <= 0 || skin.first_hit(piece.middle + kSkip * normal, normal, kFreeAbove)) continue;
-    SkinPoint point{piece.middle, normal, {}, weight};
-    for (const std::uint32_t corner : piece.corners) {
-      for (std::size_t b = 0; b < kBoneCount; ++b) point.bone_weights[b] += static_cast<double>(groom.body.bone_weights[corner][b]) / 3;
-    }
-    points.push_back(point);
+  double owed = 0;  // points, for the area passed by
+  for (const Triangle& triangle : triangles) {
+    owed += kPointCount * triangle.area / area;
+    const double count = std::round(owed);
+    if (count < 1) continue;
+    owed -= count;
+    const double weight = count * (1 - distance_to(hair, triangle.middle) / reach_m);
+    const Vec3& normal = triangle.normal;
+    if (weight <= 0 || skin.first_hit(triangle.middle + kSkip * normal, normal, kFreeAbove)) continue;
+    points.push_back({triangle.middle, normal, bone_weights(groom.body, triangle), weight});
   }
   return points;
 }

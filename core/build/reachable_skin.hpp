@@ -15,8 +15,8 @@ struct SkinPoint {
   double weight;  // how near it lies to hair: 1 under it, 0 from half the length of a long strand on
 };
 
-// The outer skin near the hair as points spread evenly by area. Skin that faces other skin (mouth, eyelids, arms against
-// the chest) does not count.
+// The outer skin near the hair as points spread evenly by area. Skin that faces other skin (mouth, eyelids, arms
+// against the chest) does not count.
 std::vector<SkinPoint> reachable_skin(const Groom& groom, const MeshQuery& skin);
 
 }  // namespace hairnet

@@ -8,7 +8,7 @@ namespace hairnet::fidelity {
 namespace {
 
 constexpr float kReach_m = 0.25F;  // beyond the hair's box
-constexpr double kCell_m = 0.015;
+constexpr double kCell_m = 0.008;
 constexpr double kCornerOfCell_m = 0.87 * kCell_m;  // from its middle, and a little
 
 Body near_hair(const Groom& groom) {
