@@ -11,11 +11,13 @@ namespace {
 
 constexpr double kBoneWeightLeast = 0.3;                  // of a bone, for skin to count as moved by it
 constexpr double kRadiusLeast = 0.02, kRadiusMost = 0.2;  // m, of a ball inscribed in the skin
+constexpr double kInscribedSlack = 0.05;                  // of the radius: facets are no smooth skin
 constexpr double kRadiusOfInscribed = 1.15;               // the typical distance to the skin is more than the least
 constexpr int kShrinkRounds = 12;
 constexpr std::size_t kSkinPerCandidate = 3;
-constexpr double kGainLeast = 0.0007;  // m of error: a further ball that takes less away is not worth its time
-constexpr double kErrorMost = 0.1;     // m, of skin that no ball stands for
+constexpr double kGainLeast = 0.0007;   // m of error: a further ball that takes less away is not worth its time
+constexpr double kErrorEnough = 0.005;  // m
+constexpr double kErrorMost = 0.1;      // m, of skin that no ball stands for
 constexpr double kSlopeMost_rad = 1.05;
 // How far hair slides along the skin, m: on the head that carries it, and on a trunk that turns under it.
 constexpr double kSlideOnHead = 0.04, kSlideOnTrunk = 0.1;
@@ -48,7 +50,7 @@ std::vector<Target> make_targets(const std::vector<SkinPoint>& skin) {
 
 const SkinPoint* nearest_within(const std::vector<SkinPoint>& skin, const Vec3& centre, double radius) {
   const SkinPoint* nearest = nullptr;
-  double nearest2 = radius * radius * (1 - 1e-6);
+  double nearest2 = std::pow((1 - kInscribedSlack) * radius, 2);
   for (const SkinPoint& s : skin) {
     const double distance2 = (s.point - centre).squaredNorm();
     if (distance2 >= nearest2) continue;
@@ -168,7 +170,7 @@ std::vector<std::size_t> with_one_more(const Choice& choice, std::vector<std::si
 std::vector<std::size_t> choose(const Choice& choice) {
   std::vector<std::size_t> chosen;
   double error = choice.error(chosen);
-  while (chosen.size() < kBallCountMost) {
+  while (chosen.size() < kBallCountMost && error > kErrorEnough) {
     std::vector<std::size_t> more = with_one_more(choice, chosen);
     const double less = choice.error(more);
     if (error - less < kGainLeast) break;
