@@ -187,7 +187,7 @@ BodyBall::BodyBall(const MeshQuery& skin, Bone of, const Vec3& c, double r)
 
 BodyShape place_balls(const Groom& groom) {
   BodyShape shape{MeshQuery(groom.body.mesh), {}, sample_hair(groom)};
-  const std::vector<SkinPoint> skin = reachable_skin(groom, shape.skin);
+  const std::vector<SkinPoint> skin = reachable_skin(groom, shape.hair, shape.skin);
   const std::vector<Candidate> candidates = make_candidates(skin, shape.skin);
   if (candidates.empty()) return shape;
   for (const std::size_t chosen : choose(Choice(candidates, make_targets(skin)))) {

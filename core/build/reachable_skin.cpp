@@ -30,10 +30,10 @@ double reach_of(const Groom& groom) {
   return std::clamp(0.5 * *nth, kReachLeast, kReachMost);
 }
 
-std::vector<Vec3> some_hair(const Groom& groom) {
+std::vector<Vec3> some_of(const HairSample& hair) {
   std::vector<Vec3> points;
-  const std::size_t stride = groom.points.size() / kHairPointsMost + 1;
-  for (std::size_t p = 0; p < groom.points.size(); p += stride) points.push_back(groom.points[p].cast<double>());
+  const std::size_t stride = hair.points.size() / kHairPointsMost + 1;
+  for (std::size_t p = 0; p < hair.points.size(); p += stride) points.push_back(hair.points[p].cast<double>());
   return points;
 }
 
@@ -80,9 +80,9 @@ std::array<double, kBoneCount> bone_weights(const Body& body, const Triangle& tr
 
 }  // namespace
 
-std::vector<SkinPoint> reachable_skin(const Groom& groom, const MeshQuery& skin) {
+std::vector<SkinPoint> reachable_skin(const Groom& groom, const HairSample& sample, const MeshQuery& skin) {
   const double reach_m = reach_of(groom);
-  const std::vector<Vec3> hair = some_hair(groom);
+  const std::vector<Vec3> hair = some_of(sample);
   const Reach reach(hair, reach_m);
   std::vector<Triangle> triangles;
   double area = 0;

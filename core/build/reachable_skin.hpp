@@ -3,6 +3,7 @@
 #include <array>
 #include <vector>
 
+#include "core/build/hair_sample.hpp"
 #include "core/geometry/mesh_query.hpp"
 #include "core/groom/groom.hpp"
 
@@ -17,6 +18,6 @@ struct SkinPoint {
 
 // The outer skin near the hair as points spread evenly by area. Skin that faces other skin (mouth, eyelids, arms
 // against the chest) does not count.
-std::vector<SkinPoint> reachable_skin(const Groom& groom, const MeshQuery& skin);
+std::vector<SkinPoint> reachable_skin(const Groom& groom, const HairSample& hair, const MeshQuery& skin);
 
 }  // namespace hairnet
