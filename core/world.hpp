@@ -23,12 +23,16 @@ using ParallelFor = std::function<void(std::size_t count, const std::function<vo
 
 struct WorldDef {
   double tick_s = 1.0 / 30;
-  int substep_count = 1;  // poses are interpolated within the tick
+  int substep_count = 0;  // 0: substep_count_for(tick_s); poses are interpolated within the tick
+  int iterations = 0;     // of conjugate gradient a step; 0: kLevelIterations
   std::uint32_t character_count_max = 65536;
-  SolverSettings solver;
   Environment environment;
   ParallelFor parallel_for;  // empty: one after the other
 };
+
+inline constexpr double kRigidEase_s = 0.3;
+inline constexpr double kSwitchEase_s = 0.5;
+inline constexpr double kSleepAfter_s = 2;
 
 struct CharacterDef {
   std::shared_ptr<const LevelSet> levels;  // null: only the rigid level can be set
@@ -40,6 +44,7 @@ struct StepReport {
   std::uint32_t stepped = 0;  // characters with a lattice
   std::uint32_t teleports = 0;
   std::uint32_t lattices_reset = 0;  // a non-finite lattice returned to rest
+  std::uint32_t asleep = 0;          // characters at rest that were not stepped
 };
 
 // A character's lattice as frames and FFD need it. Valid until the world changes.
@@ -48,6 +53,7 @@ struct LatticeView {
   const Level* model = nullptr;         // null when rigid
   std::span<const Vec3f> displacement;  // active order, head space, m; empty when rigid
   const Pose* pose = nullptr;           // the one the last step ended at
+  bool asleep = false;                  // nothing of this has changed since the last tick, nor will it before it wakes
 };
 
 // All characters. One thread at a time; closed while step() runs. Deterministic: the same calls give the same bits for
@@ -64,10 +70,18 @@ class World {
   // The pose at the end of the next step. `teleport`: the lattice moves rigidly with the head. Also taken for one when
   // too large to simulate (is_teleport). Must be valid.
   void set_pose(CharacterId id, const Pose& pose, bool teleport = false);
+  // A lattice of the same nodes (built with another material) keeps its state, any other starts at rest.
   void set_levels(CharacterId id, std::shared_ptr<const LevelSet> levels);
-  // The state is carried over by sampling the old lattice at the new nodes. False when that level is not there.
+  // The state is carried over by least squares (LevelSet::maps). Its springs are then strained and
+  // its nodes inside the body where the old level's were not: stiffness and contact come in over kSwitchEase_s. Into
+  // the rigid level the lattice is eased over kRigidEase_s, and keeps its old level until then. False when that level
+  // is not there.
   bool set_level(CharacterId id, LevelIndex level);
-  StepReport step();  // exactly one tick
+  void set_material(CharacterId id, const MaterialScale& material);  // must be valid; from the next step on
+  void set_environment(const Environment& environment);              // of all; from the next step on
+  // Exactly one tick. A character whose bones and hair have been still for kSleepAfter_s falls asleep and is not
+  // stepped until its pose, its level, its material or the environment changes; any wind keeps all awake.
+  StepReport step();
 
   [[nodiscard]] bool contains(CharacterId id) const;
   [[nodiscard]] std::size_t character_count() const;

@@ -34,7 +34,7 @@ void Playout::push(const wire::Frame& frame, std::int64_t sample_time_ns, std::i
     frames_.clear();
     frames_.push_back(shown_);
   }
-  Held held{sample_time_ns, frame.discontinuous, frame.pose, frame.level, {}};
+  Held held{sample_time_ns, frame.discontinuous, frame.asleep, frame.pose, frame.level, {}};
   wire::decode_displacements(frame, held.displacement);
   const auto place =
       std::find_if(frames_.begin(), frames_.end(), [&](const Held& other) { return other.time_ns > sample_time_ns; });
@@ -125,7 +125,7 @@ void Playout::show_between(const Held& from, const Held& to) {
 void Playout::show_last(const Held& last) {
   const std::int64_t waited = shown_.time_ns - last.time_ns - kHold_ns;
   const double eased = std::clamp(static_cast<double>(waited) / static_cast<double>(kEaseToRest_ns), 0.0, 1.0);
-  const auto left = static_cast<float>(1 - smoothstep(eased));
+  const float left = last.asleep ? 1 : static_cast<float>(1 - smoothstep(eased));
   shown_.pose = last.pose;
   shown_.level = last.level;
   shown_.displacement = last.displacement;

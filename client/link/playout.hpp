@@ -12,7 +12,7 @@
 namespace hairnet::link {
 
 // Frames of one character, played out smoothly a little behind the newest: interpolated between two, held at the last
-// for a moment when none comes, then eased to rest. Time is a parameter, always on the client's clock. One thread.
+// for a moment when none comes, then eased to rest; a sleeping character is held until it wakes. Time is a parameter, always on the client's clock. One thread.
 //
 // A frame is late by its arrival less its sample time. Playing lags by the least lateness of the last frames, plus one
 // frame interval (there must be a frame to interpolate to), plus their jitter or half an interval, whichever is more.
@@ -39,6 +39,7 @@ class Playout {
   struct Held {
     std::int64_t time_ns = 0;
     bool discontinuous = false;
+    bool asleep = false;  // held for as long as nothing newer comes
     Pose pose;
     LevelIndex level = LevelIndex::rigid;
     std::vector<Vec3f> displacement;

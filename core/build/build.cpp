@@ -8,11 +8,13 @@
 #include "core/build/decimate.hpp"
 #include "core/build/ether.hpp"
 #include "core/build/fit_lattice.hpp"
+#include "core/build/level_map.hpp"
 #include "core/build/metaballs.hpp"
 #include "core/build/node_shares.hpp"
 #include "core/build/resample.hpp"
 #include "core/build/stiffener_list.hpp"
 #include "core/build/trim.hpp"
+#include "core/ffd/deform.hpp"
 
 namespace hairnet {
 namespace {
@@ -111,6 +113,13 @@ void store_level(const StrandMechanics& mechanics, const Material& material, con
   level.metaballs = fit_metaballs(body, make_stencils(level.geometry, body.hair), level.rest, nodes.mass, material);
 }
 
+// Hair on a head upside down hangs twice its own length from its design, and stretches a little.
+float displacement_max_m(const Lattice& lattice) {
+  const Vec3f cells(static_cast<float>(lattice.dims[0] - 1), static_cast<float>(lattice.dims[1] - 1),
+                    static_cast<float>(lattice.dims[2] - 1));
+  return 2 * lattice.spacing.cwiseProduct(cells).norm();
+}
+
 std::size_t contact_count(const Level& level) {
   std::size_t count = 0;
   for (const Metaball& ball : level.metaballs) {
@@ -138,6 +147,7 @@ bool make_level(const Groom& groom, const Material& material, const LevelSpec& s
 
   if (!progress.at(0.9, "fitting metaballs")) return false;
   level.geometry = trim(grid.lattice(), mechanics.shares.touched);
+  level.displacement_max_m = displacement_max_m(grid.lattice());
   store_level(mechanics, material, body, level);
 
   report.springs_after = level.springs.count();
@@ -146,6 +156,21 @@ bool make_level(const Groom& groom, const Material& material, const LevelSpec& s
   report.contacts = contact_count(level);
   report.total_s = progress.clock_s() - start_s;
   return progress.at(1, "level built");
+}
+
+// An even part of the hair's points stands for all of them in the maps between levels.
+void connect(const Groom& groom, LevelSet& set) {
+  constexpr std::size_t kMapPoints = 6000;
+  const std::vector<float> blend = root_blend(groom);
+  const std::size_t stride = std::max<std::size_t>(1, groom.points.size() / kMapPoints);
+  std::vector<Vec3f> some_points;
+  std::vector<float> some_blend;
+  // Strands of equal length would else give the same point of each again and again.
+  for (std::size_t p = 0; p < groom.points.size(); p += stride + (p / stride) % 2) {
+    some_points.push_back(groom.points[p]);
+    some_blend.push_back(blend[p]);
+  }
+  connect_levels(set, some_points, some_blend);
 }
 
 }  // namespace
@@ -176,6 +201,7 @@ std::shared_ptr<const LevelSet> build_levels(const Groom& groom, const Material&
     report = {};
     if (!make_level(groom, material, kLevelSpecs[i], body, progress, set->levels[i], report)) return nullptr;
   }
+  connect(groom, *set);
   return set;
 }
 

@@ -48,20 +48,29 @@ struct Metaball {
 // One mechanical model of a groom, immutable and shared by all its characters. Per-node arrays are in active order.
 struct Level {
   LevelGeometry geometry;
-  std::vector<Vec3f> rest;                 // p^0, head space, m
-  std::vector<float> mass;                 // kg, hair and ether
-  std::vector<float> ether_stiffness;      // N/m
-  std::vector<float> ether_damping;        // N s/m
+  float displacement_max_m = 10;       // no node goes further from its design
+  std::vector<Vec3f> rest;             // p^0, head space, m
+  std::vector<float> mass;             // kg, hair and ether
+  std::vector<float> ether_stiffness;  // N/m
+  std::vector<float> ether_damping;    // N s/m
   std::vector<std::array<float, 6>> drag;  // Q: xx xy xz yy yz zz, N s/m, head axes
   Stiffeners springs;                      // weights sum to 0
   Stiffeners attachments;                  // weights sum to 1
   std::vector<Metaball> metaballs;
 };
 
-// A groom's levels, indexed by LevelIndex; `rigid` needs none.
+class LevelMap;
+
+// A groom's levels, indexed by LevelIndex; `rigid` needs none. `maps[from][to]` carry a lattice over (level_map.hpp); one
+// that is not there leaves a character at rest on its new level.
 struct LevelSet {
   std::array<Level, 4> levels;
+  std::array<std::array<std::shared_ptr<const LevelMap>, 4>, 4> maps;
+
   [[nodiscard]] const Level& operator[](LevelIndex i) const { return levels[static_cast<std::size_t>(i)]; }
+  [[nodiscard]] const LevelMap* map(LevelIndex from, LevelIndex to) const {
+    return maps[static_cast<std::size_t>(from)][static_cast<std::size_t>(to)].get();
+  }
 };
 
 }  // namespace hairnet

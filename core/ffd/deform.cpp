@@ -35,7 +35,37 @@ Vec3f weighted_sum(const Lattice& lattice, std::uint32_t base, const std::array<
   return sum;
 }
 
+Deformer::Site site_of(const Lattice& lattice, FfdKind kind, const Vec3f& point) {
+  const bool quadratic = kind == FfdKind::quadratic;
+  const Vec3f g = (point - lattice.origin).cwiseQuotient(lattice.spacing);
+  std::array<int, 3> lowest{};
+  Vec3f t;
+  for (int a = 0; a < 3; ++a) {
+    const auto axis = static_cast<std::size_t>(a);
+    // Clamped as float: a point may be so far away that its node index has no int.
+    const float nearest = quadratic ? std::clamp(std::round(g[a]), 1.0f, static_cast<float>(lattice.dims[axis] - 2))
+                                    : std::clamp(std::floor(g[a]), 0.0f, static_cast<float>(lattice.dims[axis] - 2));
+    lowest[axis] = static_cast<int>(nearest) - (quadratic ? 1 : 0);
+    t[a] = g[a] - nearest;
+  }
+  return {lattice.index(lowest[0], lowest[1], lowest[2]), t};
+}
+
 }  // namespace
+
+std::array<FfdWeight, 27> quadratic_ffd_weights(const Lattice& lattice, const Vec3f& point_head) {
+  const auto [base, t] = site_of(lattice, FfdKind::quadratic, point_head);
+  const auto row = static_cast<std::uint32_t>(lattice.dims[0]);
+  const auto slice = row * static_cast<std::uint32_t>(lattice.dims[1]);
+  const std::array<std::array<float, 3>, 3> w{quadratic_weights(t.x()), quadratic_weights(t.y()),
+                                              quadratic_weights(t.z())};
+  std::array<FfdWeight, 27> weights;
+  for (std::uint32_t e = 0; e < 27; ++e) {
+    const std::uint32_t i = e % 3, j = e / 3 % 3, k = e / 9;
+    weights[e] = {base + i + j * row + k * slice, w[0][i] * w[1][j] * w[2][k]};
+  }
+  return weights;
+}
 
 std::vector<float> root_blend(const Groom& groom) {
   std::vector<float> blend(groom.points.size(), 1.0f);
@@ -61,21 +91,7 @@ Deformer::Deformer(const Lattice& lattice, std::span<const Vec3f> points_head, s
   assert(blend_.empty() || blend_.size() == points_.size());
   assert(kind == FfdKind::linear || *std::min_element(lattice.dims.begin(), lattice.dims.end()) >= 3);
   sites_.reserve(points_.size());
-  for (const Vec3f& x : points_) {
-    const Vec3f g = (x - lattice.origin).cwiseQuotient(lattice.spacing);
-    std::array<int, 3> lowest{};
-    Vec3f t;
-    for (int a = 0; a < 3; ++a) {
-      const auto axis = static_cast<std::size_t>(a);
-      const bool quadratic = kind == FfdKind::quadratic;
-      // Clamped as float: a point may be so far away that its node index has no int.
-      const float nearest = quadratic ? std::clamp(std::round(g[a]), 1.0f, static_cast<float>(lattice.dims[axis] - 2))
-                                      : std::clamp(std::floor(g[a]), 0.0f, static_cast<float>(lattice.dims[axis] - 2));
-      lowest[axis] = static_cast<int>(nearest) - (quadratic ? 1 : 0);
-      t[a] = g[a] - nearest;
-    }
-    sites_.push_back({lattice.index(lowest[0], lowest[1], lowest[2]), t});
-  }
+  for (const Vec3f& x : points_) sites_.push_back(site_of(lattice, kind, x));
 }
 
 Deformer::Deformer(const Groom& groom, const Lattice& lattice, FfdKind kind)

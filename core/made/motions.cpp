@@ -5,15 +5,14 @@
 #include <string>
 
 #include "core/made/made.hpp"
-#include "core/made/random.hpp"
 #include "core/made/rig.hpp"
 #include "core/made/smooth.hpp"
+#include "core/random.hpp"
 
 namespace hairnet {
 namespace {
 
 using made::Gesture;
-using made::Random;
 using made::smooth_step;
 
 constexpr double kTurn = 2 * std::numbers::pi;

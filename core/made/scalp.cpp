@@ -6,8 +6,8 @@
 #include <numbers>
 
 #include "core/made/bust_shape.hpp"
-#include "core/made/random.hpp"
 #include "core/made/smooth.hpp"
+#include "core/random.hpp"
 
 namespace hairnet::made {
 namespace {

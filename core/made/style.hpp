@@ -4,7 +4,7 @@
 
 #include "core/groom/groom.hpp"
 #include "core/made/growth.hpp"
-#include "core/made/random.hpp"
+#include "core/random.hpp"
 
 namespace hairnet::made {
 

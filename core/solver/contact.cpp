@@ -1,15 +1,26 @@
 #include "core/solver/contact.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/solver/head_motion.hpp"
 #include "core/solver/metaball.hpp"
+#include "core/solver/node_terms.hpp"
 
 namespace hairnet {
 namespace {
 
 constexpr double kCalmTurn_rad = 0.17, kCalmShift_m = 0.02;
 constexpr double kCalmBefore_s = 1, kReleaseWithin_s = 0.5;
+
+// Hair hangs as it was designed up to the first tilt; from the second on contacts must hold it.
+constexpr double kUprightTilt_rad = 0.017, kTilted_rad = 0.087;
+
+double uprightness(const Pose& pose) {
+  const double tilt_rad = std::acos(std::clamp(pose.head().vector(Vec3::UnitY()).y(), -1.0, 1.0));
+  const double t = std::clamp((kTilted_rad - tilt_rad) / (kTilted_rad - kUprightTilt_rad), 0.0, 1.0);
+  return t * t * (3 - 2 * t);
+}
 
 // No bone is turned or shifted much against the head.
 bool is_calm(const Pose& pose) {
@@ -26,7 +37,7 @@ bool is_calm(const Pose& pose) {
 
 double ContactRelease::update(const Pose& pose, double elapsed_s) {
   calm_s_ = is_calm(pose) ? std::min(calm_s_ + elapsed_s, kCalmBefore_s + kReleaseWithin_s) : 0;
-  return std::clamp((calm_s_ - kCalmBefore_s) / kReleaseWithin_s, 0.0, 1.0);
+  return uprightness(pose) * std::clamp((calm_s_ - kCalmBefore_s) / kReleaseWithin_s, 0.0, 1.0);
 }
 
 void add_contacts(const Level& level, const StepInput& input, const LatticeState& state, std::span<const Vec3f> carried,
@@ -46,8 +57,7 @@ void add_contacts(const Level& level, const StepInput& input, const LatticeState
       const float distance = r.norm();
       if (!(distance < rho) || distance <= 0) continue;
       const Vec3f outward = r / distance;
-      const Vec3f to_home = level.rest[i] - with_bone;
-      const float U = ball.potential[i] * (1 - released_share(release, outward, to_home));
+      const float U = (1 - release) * contact_potential(ball, input.material, i);
       const float k = metaball_radial_stiffness(U, rho, r);
       const Vec3f otherwise = level.rest[i] + carried[i] - with_bone;
       load[i] += metaball_force(U, rho, r) - k * outward.dot(otherwise) * outward;

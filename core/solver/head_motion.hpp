@@ -18,8 +18,7 @@ struct HeadMotion {
         turn(relative.rotation.toRotationMatrix()),
         turn_less_identity(turn - Mat3::Identity()),
         step_s(input.step_s),
-        gravity_load(input.to.head().rotation.conjugate() * input.environment.gravity - kDesignGravity),
-        wind(input.to.head().rotation.conjugate() * input.environment.wind) {}
+        gravity_load(input.to.head().rotation.conjugate() * input.environment.gravity - kDesignGravity) {}
 
   // R' p^0 = (B_1 p^0 - B_0 p^0) / h: the velocity of a point that moves rigidly with the head.
   [[nodiscard]] Vec3 rest_velocity(const Vec3& rest) const {
@@ -30,7 +29,6 @@ struct HeadMotion {
   Mat3 turn, turn_less_identity;
   double step_s;
   Vec3 gravity_load;  // g - R g_0, head axes, m/s^2
-  Vec3 wind;          // head axes, m/s
 };
 
 // Where a point that moves rigidly with `bone` ends, both in head space: (head_1^-1 B_1 B_0^-1 head_0) x.

@@ -40,14 +40,4 @@ S metaball_radial_stiffness(S U, S rho, const Eigen::Matrix<S, 3, 1>& r) {
   return (6 * U / (rho * rho)) * (1 - u) * std::max(5 * u - 1, u + std::sqrt(u));
 }
 
-// How much of a contact is let go (0 to 1) while the body is calm, `release` = 1: all of it where the ball pushes the
-// node away from its home, so that hair caught behind a shoulder or between balls comes back. Pushes towards home stay.
-template <class S>
-S released_share(S release, const Eigen::Matrix<S, 3, 1>& outward, const Eigen::Matrix<S, 3, 1>& to_home) {
-  const S distance = to_home.norm();
-  if (!(distance > 0)) return S(0);
-  const S t = std::clamp(-outward.dot(to_home) / (S(0.1) * distance), S(0), S(1));
-  return release * t * t * (3 - 2 * t);
-}
-
 }  // namespace hairnet

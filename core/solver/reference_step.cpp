@@ -4,6 +4,7 @@
 
 #include "core/solver/head_motion.hpp"
 #include "core/solver/metaball.hpp"
+#include "core/solver/node_terms.hpp"
 #include "core/solver/spring.hpp"
 
 namespace hairnet {
@@ -33,14 +34,10 @@ void scatter(const Stiffeners& s, std::size_t index, const Vec3& sigma, std::vec
   for (std::uint32_t e = s.begin[index]; e < s.begin[index + 1]; ++e) nodes[s.nodes[e]] += double{s.weights[e]} * sigma;
 }
 
-Mat3 symmetric(const std::array<float, 6>& q) {
-  return Mat3f{{q[0], q[1], q[2]}, {q[1], q[3], q[4]}, {q[2], q[4], q[5]}}.cast<double>();
-}
-
-void add_springs(const Level& level, const WorldLattice& lattice, System& system) {
+void add_springs(const Level& level, const StepInput& input, const WorldLattice& lattice, System& system) {
   const Stiffeners& springs = level.springs;
   for (std::size_t s = 0; s < springs.count(); ++s) {
-    const double k = springs.stiffness[s], q = springs.damping[s];
+    const auto [k, q] = stiffener_terms(springs, input.material, s, static_cast<float>(input.step_s));
     const Vec3 eps = weighted_sum(springs, s, lattice.P), eps_dot = weighted_sum(springs, s, lattice.P_dot);
     if (!(eps.norm() > 0)) continue;
     scatter(springs, s, spring_force(k, q, springs.rest[s].cast<double>().norm(), eps, eps_dot), system.f);
@@ -48,27 +45,29 @@ void add_springs(const Level& level, const WorldLattice& lattice, System& system
   }
 }
 
-void add_attachments(const Level& level, const std::vector<Vec3>& rest, const std::vector<Vec3>& rest_dot,
-                     const WorldLattice& lattice, System& system) {
+void add_attachments(const Level& level, const StepInput& input, const std::vector<Vec3>& rest,
+                     const std::vector<Vec3>& rest_dot, const WorldLattice& lattice, System& system) {
   const Stiffeners& attachments = level.attachments;
   for (std::size_t s = 0; s < attachments.count(); ++s) {
-    const double k = attachments.stiffness[s], q = attachments.damping[s];
+    const auto [k, q] = stiffener_terms(attachments, input.material, s, static_cast<float>(input.step_s));
     const Vec3 eps = weighted_sum(attachments, s, lattice.P), eps_dot = weighted_sum(attachments, s, lattice.P_dot);
     const Vec3 eps_0 = weighted_sum(attachments, s, rest), eps_0_dot = weighted_sum(attachments, s, rest_dot);  // eq. 5
-    scatter(attachments, s, -k * (eps - eps_0) - q * (eps_dot - eps_0_dot), system.f);                          // eq. 4
-    system.stiffeners.push_back({&attachments, s, -k * Mat3::Identity(), -q * Mat3::Identity()});
+    scatter(attachments, s, -double{k} * (eps - eps_0) - double{q} * (eps_dot - eps_0_dot), system.f);          // eq. 4
+    system.stiffeners.push_back({&attachments, s, -double{k} * Mat3::Identity(), -double{q} * Mat3::Identity()});
   }
 }
 
 void add_node_forces(const Level& level, const StepInput& input, const std::vector<Vec3>& rest,
                      const std::vector<Vec3>& rest_dot, const WorldLattice& lattice, System& system) {
   const Mat3 R = input.to.head().rotation.toRotationMatrix();
+  const NodeWind wind(level.geometry.lattice, input);
   for (std::size_t i = 0; i < level.rest.size(); ++i) {
-    const double k = level.ether_stiffness[i], q = level.ether_damping[i];
-    const Mat3 Q = R * symmetric(level.drag[i]) * R.transpose();
+    const double m = node_mass(level, input.material, i), k = ether_stiffness(level, input.material, i),
+                 q = ether_damping(level, input.material, i, static_cast<float>(input.step_s));
+    const Mat3 Q = R * drag_tensor(level, input.material, i).cast<double>() * R.transpose();
+    const Vec3 u = R * wind.at(level.geometry.active_nodes[i]).cast<double>();
     system.f[i] += -k * (lattice.P[i] - rest[i]) - q * (lattice.P_dot[i] - rest_dot[i]) +
-                   double{level.mass[i]} * (input.environment.gravity - R * kDesignGravity) -
-                   Q * (lattice.P_dot[i] - input.environment.wind);
+                   m * (input.environment.gravity - R * kDesignGravity) - Q * (lattice.P_dot[i] - u);
     system.df_dp[i] -= k * Mat3::Identity();
     system.df_dp_dot[i] -= q * Mat3::Identity() + Q;
   }
@@ -85,8 +84,7 @@ void add_contacts(const Level& level, const StepInput& input, const WorldLattice
       const Vec3 with_bone = carry.point(lattice.P[i]);
       const Vec3 r = with_bone - centre;
       if (!(rho > 0) || !(r.norm() < rho) || !(r.norm() > 0)) continue;
-      const Vec3 to_home = input.to.head().point(level.rest[i].cast<double>()) - with_bone;
-      const double U = ball.potential[i] * (1 - released_share(input.contact_release, Vec3(r.normalized()), to_home));
+      const double U = (1 - input.contact_release) * double{contact_potential(ball, input.material, i)};
       const Mat3 K = -metaball_radial_stiffness(U, rho, r) * r.normalized() * r.normalized().transpose();
       system.f[i] += metaball_force(U, rho, r) + K * (lattice.P[i] - with_bone);
       system.df_dp[i] += K;
@@ -144,14 +142,14 @@ int reference_step(const Level& level, const StepInput& input, WorldLattice& lat
   System system{
       std::vector<Vec3>(n, Vec3::Zero()), std::vector<Mat3>(n, Mat3::Zero()), std::vector<Mat3>(n, Mat3::Zero()), {}};
   add_node_forces(level, input, rest, rest_dot, lattice, system);
-  add_springs(level, lattice, system);
-  add_attachments(level, rest, rest_dot, lattice, system);
+  add_springs(level, input, lattice, system);
+  add_attachments(level, input, rest, rest_dot, lattice, system);
   add_contacts(level, input, lattice, system);
 
   // (M - h df/dp' - h^2 df/dp) dP' = h (f + h df/dp P')
   const auto A = [&](const std::vector<Vec3>& x) {
     std::vector<Vec3> product = multiply(system, -h, -h * h, x);
-    for (std::size_t i = 0; i < n; ++i) product[i] += double{level.mass[i]} * x[i];
+    for (std::size_t i = 0; i < n; ++i) product[i] += double{node_mass(level, input.material, i)} * x[i];
     return product;
   };
   std::vector<Vec3> r = multiply(system, 0, h * h, lattice.P_dot);

@@ -1,10 +1,14 @@
 #pragma once
 
+#include <array>
+#include <limits>
 #include <span>
 #include <vector>
 
 #include "core/build/level.hpp"
+#include "core/groom/material_scale.hpp"
 #include "core/pose/pose.hpp"
+#include "core/solver/wind.hpp"
 
 namespace hairnet {
 
@@ -12,12 +16,14 @@ namespace hairnet {
 struct LatticeState {
   std::vector<Vec3f> displacement;  // R^-1 (p - t) - p^0, m
   std::vector<Vec3f> velocity;      // R^-1 p', world velocity in head axes, m/s
+  // The most elastic energy that the last step may have left, J; infinite when no step on this level with this material
+  // came before (hold_to_energy_limit in step.cpp).
+  float elastic_energy_max_j = std::numeric_limits<float>::infinity();
 };
 
-// Steady wind; drag acts on the velocity relative to it.
 struct Environment {
   Vec3 gravity{0, -9.81, 0};  // m/s^2, world
-  Vec3 wind = Vec3::Zero();   // m/s, world
+  WindField wind;             // drag acts on the velocity relative to it
 };
 
 struct StepInput {
@@ -25,11 +31,14 @@ struct StepInput {
   double step_s = 1.0 / 30;
   Environment environment;
   double contact_release = 0;  // of ContactRelease
+  MaterialScale material;      // the character's own, on what the level was built with
+  double time_s = 0;           // at the end of the step, for the wind
 };
 
 // Balls around neck and shoulders can catch hair that swung to their wrong side, where the ether alone cannot free it.
-// Once head, neck, shoulders and trunk have been about as at rest to each other for a second, contacts that hold hair
-// away from its home are let go within another half second; any motion of the bones restores them at once.
+// Once the head has been upright, and neck, shoulders and trunk about as at rest to it, for a second, contacts fade
+// within another half second: upright nothing presses hair into the body, and what is left of the forces leads home.
+// Any motion of the bones, or a tilt, restores contact at once.
 class ContactRelease {
  public:
   // The share to let go, 0 to 1, when `pose` has lasted `elapsed_s` more.
@@ -40,12 +49,18 @@ class ContactRelease {
   double calm_s_ = 0;
 };
 
-// No hair is this far from its design: a lattice that is has run away.
-inline constexpr float kDisplacementMax_m = 10;
-
 struct SolverSettings {
-  int iterations = 16;  // of conjugate gradient
+  int iterations = 12;  // of conjugate gradient
 };
+
+// Measured (tests/fidelity/solver.md): with steps of at most this length, and so many iterations on each level, a
+// trajectory errs by less than a seventh of the motion on the high level and a hundredth on the low. An ether level's
+// system is block diagonal: its preconditioner solves it.
+inline constexpr double kStepMax_s = 1.0 / 50;
+inline constexpr std::array<int, kLevelCount> kLevelIterations{12, 10, 8, 1, 0};
+
+// The least number of steps in a tick that keeps them within kStepMax_s.
+int substep_count_for(double tick_s);
 
 // Buffers of `step`, reused between characters; they grow to the largest level met and stay.
 struct StepScratch {
@@ -54,19 +69,27 @@ struct StepScratch {
   std::vector<Mat3f> diagonal, preconditioner;  // a node's own 3x3 block of the system, and the inverse of its whole
   std::vector<Vec3f> spring_direction;
   std::vector<float> spring_coefficient, attachment_coefficient;
+  std::vector<float> spring_elongation;        // |eps| - |eps_0|, m
+  std::vector<Vec3f> attachment_displacement;  // eps - eps_0, m
 };
 
 // Backward Euler (model section 6) by matrix-free conjugate gradient with block-Jacobi preconditioning, started at the
 // rest velocity R' P^0; float, in the axes of the head at the end of the step. `state` must fit the level. A teleport
-// is not a step: the state is then left as it is, and the lattice moves rigidly with the head. Returns false when the
-// system or its solution is not finite, or a node has run further than kDisplacementMax_m; the state is then worthless
-// (reset_to_rest).
+// is not a step: the state is then left as it is, and the lattice moves rigidly with the head. No number of iterations
+// and no stiffness makes the lattice run away (core/README.md says why). Returns false when the system or its solution
+// is not finite; the state is then worthless (reset_to_rest).
 [[nodiscard]] bool step(const Level& level, const StepInput& input, const SolverSettings& settings,
                         StepScratch& scratch, LatticeState& state);
 
 void reset_to_rest(const Level& level, LatticeState& state);
 
-// Every number finite, every displacement within kDisplacementMax_m.
-bool is_sound(const LatticeState& state);
+// Kinetic energy relative to the rest's motion and elastic energy (springs, attachments, ether), J. `motion`: of the
+// step that led to `state`.
+struct LatticeEnergy {
+  double kinetic_j = 0, elastic_j = 0;
+};
+struct HeadMotion;
+LatticeEnergy energy(const Level& level, const MaterialScale& material, const HeadMotion& motion,
+                     const LatticeState& state);
 
 }  // namespace hairnet

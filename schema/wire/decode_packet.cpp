@@ -160,6 +160,7 @@ Fault read_frame(const fb::FrameHeader& in, const std::uint8_t* nodes, Frame& ou
   if (Fault fault = read_level(in.level(), out.level); !fault.empty()) return fault;
   out.character = in.character();
   out.discontinuous = in.discontinuous();
+  out.asleep = in.asleep();
   out.quantum_m = in.quantum_m();
   out.pose = copy_out(in.bones());
   if (const PoseRefusal refusal = validate_pose(out.pose); refusal != PoseRefusal::none)

@@ -106,7 +106,7 @@ Body write(FlatBufferBuilder& to, const FrameBatch& m) {
   std::size_t byte_count = 0;
   for (const Frame& f : m.frames) {
     headers.emplace_back(f.character, static_cast<std::uint32_t>(f.displacements.size() / 3), f.quantum_m,
-                         flatten(f.pose), static_cast<std::uint8_t>(f.level), f.discontinuous);
+                         flatten(f.pose), static_cast<std::uint8_t>(f.level), f.discontinuous, f.asleep);
     byte_count += f.displacements.size() * sizeof(std::int16_t);
   }
   const auto frames = to.CreateVectorOfStructs(headers);

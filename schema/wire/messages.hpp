@@ -133,6 +133,7 @@ struct Frame {
   std::uint32_t character = 0;
   LevelIndex level = LevelIndex::rigid;
   bool discontinuous = false;               // teleport, reset or level switch: do not interpolate from the last frame
+  bool asleep = false;                      // nothing will change, and no frame come, before the character wakes
   Pose pose;                                // the one the step used
   float quantum_m = 0;                      // displacement = quantum * integer; error at most quantum / 2 a coordinate
   std::vector<std::int16_t> displacements;  // 3 an active node, head space; empty = rigid or asleep

@@ -15,7 +15,7 @@ namespace hairnet::wire {
 struct RecordingHeader {
   std::uint32_t tick_rate_hz = 30;
   std::int32_t substep_count = 1;
-  std::int32_t iterations = 16;
+  std::int32_t iterations = 0;  // 0: each level's own
   std::array<double, 3> gravity{0, -9.81, 0}, wind{0, 0, 0};
 };
 struct RecordedGroom {

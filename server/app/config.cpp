@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <thread>
 
+#include "core/solver/step.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "schema/wire/messages.hpp"
 
@@ -32,8 +33,10 @@ void add_options(CLI::App& app, ParsedConfig& parsed) {
   app.add_option("--port-file", c.port_file, "write the port in use to this file");
   app.add_option("--tick-rate", c.tick_rate_hz, "steps and frames a second")->check(CLI::Range(10, 120));
   app.add_option("--pose-delay-ms", c.pose_delay_ms, "poses are sampled this far back")->check(CLI::Range(0.0, 200.0));
-  app.add_option("--substeps", c.substeps, "solver steps a tick")->check(CLI::Range(1, 16));
-  app.add_option("--iterations", c.iterations, "of conjugate gradient a step")->check(CLI::Range(1, 256));
+  app.add_option("--substeps", c.substeps, "solver steps a tick (as many as keep a step within 1/50 s)")
+      ->check(CLI::Range(1, 16));
+  app.add_option("--iterations", c.iterations, "of conjugate gradient a step (each level's own)")
+      ->check(CLI::Range(1, 256));
   app.add_option("--characters-max", c.sessions.character_count_max, "characters of all clients")
       ->check(CLI::Range(1, 65536));
   app.add_option("--clients-max", c.sessions.session_count_max, "clients at once")->check(CLI::Range(1, 10000));
@@ -93,11 +96,12 @@ std::string validate(const Config& config) {
 }
 
 std::string summary(const Config& config) {
-  return fmt::format(
-      "{} Hz, pose delay {} ms, {} substep{} of {} iterations, {} worker{}, at most {} clients and {} characters{}",
-      config.tick_rate_hz, config.pose_delay_ms, config.substeps, config.substeps == 1 ? "" : "s", config.iterations,
-      config.workers, config.workers == 1 ? "" : "s", config.sessions.session_count_max,
-      config.sessions.character_count_max, config.record.empty() ? "" : ", recording to " + config.record);
+  const int substeps = config.substeps > 0 ? config.substeps : substep_count_for(1.0 / config.tick_rate_hz);
+  return fmt::format("{} Hz, pose delay {} ms, {} substep{}, {} worker{}, at most {} clients and {} characters{}",
+                     config.tick_rate_hz, config.pose_delay_ms, substeps, substeps == 1 ? "" : "s", config.workers,
+                     config.workers == 1 ? "" : "s", config.sessions.session_count_max,
+                     config.sessions.character_count_max,
+                     config.record.empty() ? "" : ", recording to " + config.record);
 }
 
 }  // namespace hairnet::server

@@ -15,8 +15,8 @@ struct Config {
   std::string port_file;      // the port in use is written here; empty: not
   std::uint32_t tick_rate_hz = 30;
   double pose_delay_ms = 25;  // an interval of a 60-72 Hz client and its jitter: the tick samples this far back
-  int substeps = 1;
-  int iterations = 16;
+  int substeps = 0;    // 0: as many as keep a step within kStepMax_s
+  int iterations = 0;  // 0: each level's own
   std::uint32_t ticks_behind_max = 3;  // more overdue ticks than this are skipped
   std::uint32_t workers = 0;           // threads of the tick; 0: one less than the machine has, at least 1
   std::string record;                  // recording file; empty: none

@@ -11,7 +11,7 @@ SchedulerDef scheduler_def(const Config& config, WorkerPool& workers) {
   def.pose_delay_ns = static_cast<std::int64_t>(config.pose_delay_ms * 1e6);
   def.world.substep_count = config.substeps;
   def.world.character_count_max = static_cast<std::uint32_t>(config.sessions.character_count_max);
-  def.world.solver.iterations = config.iterations;
+  def.world.iterations = config.iterations;
   def.world.parallel_for = [&workers](std::size_t count, const std::function<void(std::size_t)>& body) {
     workers.parallel_for(count, body);
   };

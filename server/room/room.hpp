@@ -21,6 +21,8 @@ struct Character {
   LevelIndex level = LevelIndex::rigid;  // in the World
   Pose pose;                             // the one last given to the World
   bool discontinuous = false;            // of this tick's frame
+  LevelIndex shown = LevelIndex::rigid;  // of the last frame; easing into the rigid level takes a while
+  bool sleep_told = false;               // the last frame said that it is asleep
 };
 
 // A session as the room knows it. It sees its own characters.

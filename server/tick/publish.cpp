@@ -25,6 +25,7 @@ wire::Frame make_frame(CharacterKey key, const Character& character, const Latti
   frame.character = number_of(key);
   frame.level = lattice.level;
   frame.discontinuous = character.discontinuous;
+  frame.asleep = lattice.asleep;
   frame.pose = character.pose;
   if (!lattice.displacement.empty()) wire::encode_displacements(lattice.displacement, frame);
   return frame;
@@ -34,8 +35,10 @@ void publish(Room& room, const Simulation& simulation, const wire::RecordedTick&
              TickCounters& counters) {
   std::vector<Made> made;
   made.reserve(simulation.character_count());
-  for (const auto& [key, character] : room.characters()) {
-    if (character.placed && simulation.contains(key)) made.push_back({key, &character, {}});
+  for (auto& [key, character] : room.characters()) {
+    if (!character.placed || !simulation.contains(key)) continue;
+    const bool asleep = simulation.lattice(key).asleep && !character.discontinuous;
+    if (!std::exchange(character.sleep_told, asleep) || !asleep) made.push_back({key, &character, {}});
   }
   parallel_for(made.size(), [&](std::size_t i) {
     const LatticeView lattice = simulation.lattice(made[i].key);

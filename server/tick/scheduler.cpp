@@ -23,6 +23,7 @@ bool at_rest(const LatticeView& lattice) {
 
 SchedulerDef completed(SchedulerDef def) {
   def.world.tick_s = 1.0 / def.tick_rate_hz;
+  if (def.world.substep_count == 0) def.world.substep_count = substep_count_for(def.world.tick_s);
   if (!def.world.parallel_for) {
     def.world.parallel_for = [](std::size_t count, const std::function<void(std::size_t)>& body) {
       for (std::size_t i = 0; i < count; ++i) body(i);
@@ -35,10 +36,9 @@ wire::RecordingHeader header_of(const SchedulerDef& def) {
   wire::RecordingHeader header;
   header.tick_rate_hz = def.tick_rate_hz;
   header.substep_count = def.world.substep_count;
-  header.iterations = def.world.solver.iterations;
+  header.iterations = def.world.iterations;
   for (int a = 0; a < 3; ++a) {
     header.gravity[static_cast<std::size_t>(a)] = def.world.environment.gravity[a];
-    header.wind[static_cast<std::size_t>(a)] = def.world.environment.wind[a];
   }
   return header;
 }
@@ -165,7 +165,6 @@ void Scheduler::choose_levels() {
     if (!character.placed || character.level == character.wanted) continue;
     if (character.wanted != LevelIndex::rigid && !simulation_.levels(character.groom)) continue;
     character.level = character.wanted;
-    character.discontinuous = true;
     inputs_.levels.push_back({key, character.level});
     counters_->levels_entered.add();
   }
@@ -197,7 +196,17 @@ void Scheduler::step() {
   counters_->characters_stepped.add(report.stepped);
   counters_->teleports.add(report.teleports);
   counters_->lattices_reset.add(report.lattices_reset);
+  counters_->characters_asleep.add(report.asleep);
   if (report.lattices_reset > 0) mark_reset_lattices();
+  mark_level_switches();
+}
+
+void Scheduler::mark_level_switches() {
+  for (auto& [key, character] : room_.characters()) {
+    if (!character.placed) continue;
+    const LevelIndex level = simulation_.lattice(key).level;
+    if (std::exchange(character.shown, level) != level) character.discontinuous = true;
+  }
 }
 
 void Scheduler::mark_reset_lattices() {

@@ -47,6 +47,7 @@ class Scheduler {
   void send_level_record(CharacterKey key, const wire::GroomHash& groom, LevelIndex level, std::int64_t now_ns);
   void record_groom(const wire::GroomHash& groom);
   void mark_reset_lattices();
+  void mark_level_switches();
 
   SchedulerDef def_;
   CommandQueue* commands_;

@@ -11,6 +11,7 @@ struct TickCounters : CounterSet {
   Counter tick_ns_total{*this, "tick_ns_total"};
   Counter tick_ns_max{*this, "tick_ns_max"};
   Counter characters_stepped{*this, "characters_stepped"};
+  Counter characters_asleep{*this, "characters_asleep"};  // not stepped: at rest
   Counter teleports{*this, "teleports"};
   Counter lattices_reset{*this, "lattices_reset"};
   Counter levels_entered{*this, "levels_entered"};

@@ -15,6 +15,7 @@ struct Trace {
 
   [[nodiscard]] std::int64_t level(std::size_t frame) const { return frames.row(frame)[2]; }
   [[nodiscard]] std::size_t count(std::size_t frame) const { return static_cast<std::size_t>(frames.row(frame)[5]); }
+  [[nodiscard]] bool asleep(std::size_t frame) const { return frames.row(frame)[6] != 0; }
   // 3 numbers a node.
   [[nodiscard]] const float* displacement(std::size_t frame) const {
     return displacements.values.data() + 3 * frames.row(frame)[4];
@@ -30,7 +31,7 @@ struct FrameComparison {
   std::size_t frames = 0, moving_frames = 0;  // compared; of these, with displacements other than 0
   std::size_t unknown = 0;                    // received, but not computed
   std::size_t levels_differ = 0, poses_differ = 0, counts_differ = 0, displacements_differ = 0;
-  std::size_t missed_ticks = 0;  // between a character's first and last frame
+  std::size_t missed_ticks = 0;  // between a character's first and last frame, while it was awake
   double error_mm_max = 0;       // of a displacement's coordinate
   double error_quanta_max = 0;
 };

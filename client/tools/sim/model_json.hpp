@@ -13,8 +13,9 @@ struct ModelDump {
   const Level* level = nullptr;
   double rate_hz = 30;
   int substep_count = 1;
-  Environment environment;
-  std::vector<std::size_t> resets;  // rows of --out whose step was a teleport
+  Vec3 gravity{0, -9.81, 0};         // m/s^2, world
+  Vec3 wind_m_per_s = Vec3::Zero();  // the steady wind, world
+  std::vector<std::size_t> resets;   // rows of --out whose step was a teleport
 };
 
 // One built model as JSON (README.md says what each field holds), so that a program that shares no code with this one

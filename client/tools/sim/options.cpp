@@ -62,8 +62,9 @@ void add_simulation_flags(CLI::App& app, SimulateOptions& o, std::vector<double>
   app.add_option("--strands", o.hairstyle.strand_count, "made grooms: how many strands (the style's own)");
   add_parsed(app, "--level", o.level, "high, medium, low or ether (high)", parse_lattice_level);
   app.add_option("--rate", o.rate_hz, "ticks a second (30)")->check(in_range(1.0, 1000.0));
-  app.add_option("--substeps", o.substep_count, "steps a tick (1)")->check(CLI::Range(1, 1000));
-  app.add_option("--iterations", o.iterations, "of conjugate gradient a step, default solver")
+  app.add_option("--substeps", o.substep_count, "steps a tick (as many as keep a step within 1/50 s)")
+      ->check(CLI::Range(1, 1000));
+  app.add_option("--iterations", o.iterations, "of conjugate gradient a step, default solver (the level's own)")
       ->check(CLI::Range(1, 100000));
   add_parsed(app, "--solver", o.solver,
              "default: what the server runs; converged: in double, each step's system solved to 1e-10", parse_solver);
@@ -120,6 +121,7 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
     return app.exit(e) == 0 ? 0 : 2;
   }
   if (wind.size() == 3) simulate.wind = Vec3(wind[0], wind[1], wind[2]);
+  if (simulate.substep_count == 0) simulate.substep_count = substep_count_for(1 / simulate.rate_hz);
   if (!replay.recording.empty()) return Options(replay);
   return Options(simulate);
 }

@@ -22,8 +22,8 @@ struct SimulateOptions {
   LevelIndex level = LevelIndex::high;
   Solver solver = Solver::standard;
   double rate_hz = 30;
-  int substep_count = 1;
-  int iterations = SolverSettings{}.iterations;
+  int substep_count = 0;     // 0: substep_count_for the rate
+  int iterations = 0;        // 0: the level's own
   Vec3 wind = Vec3::Zero();  // m/s, world
   double settle_s = 0;       // added after the clip: the head eases upright within 1 s, then is still
   std::string out, velocities, points, poses, dump_model;

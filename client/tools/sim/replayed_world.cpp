@@ -27,15 +27,15 @@ std::string name_of(std::uint64_t character) {
 
 Result<void> ReplayedWorld::take(const wire::RecordingHeader& header) {
   if (world_) return Refusal("a second header");
-  if (header.tick_rate_hz < 1 || header.tick_rate_hz > 1000 || header.substep_count < 1 || header.iterations < 1)
+  if (header.tick_rate_hz < 1 || header.tick_rate_hz > 1000 || header.substep_count < 1 || header.iterations < 0)
     return Refusal("the header's rate, substeps or iterations are out of range");
   WorldDef def;
   def.tick_s = tick_s_ = 1.0 / header.tick_rate_hz;
   def.substep_count = header.substep_count;
-  def.solver.iterations = header.iterations;
+  def.iterations = header.iterations;
   def.environment.gravity = Vec3(header.gravity.data());
-  def.environment.wind = Vec3(header.wind.data());
-  if (!def.environment.gravity.allFinite() || !def.environment.wind.allFinite())
+  const Wind wind{.mean_m_per_s = Vec3(header.wind.data())};
+  if (!def.environment.gravity.allFinite() || !validate(wind).empty())
     return Refusal("the header's gravity or wind is not finite");
   world_.emplace(def);
   return {};

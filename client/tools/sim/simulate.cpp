@@ -104,10 +104,10 @@ void print_summary(const SimulateOptions& o, const Clip& clip, const Level& leve
     std::printf("the lattice was not finite %zu times and returned to rest\n", run.lattices_reset);
 }
 
-Result<void> write_model(const SimulateOptions& o, const Level& level, const Environment& environment,
-                         std::vector<std::size_t> resets) {
+Result<void> write_model(const SimulateOptions& o, const Level& level, std::vector<std::size_t> resets) {
   if (o.dump_model.empty()) return {};
-  const std::string json = encode_model_json({&level, o.rate_hz, o.substep_count, environment, std::move(resets)});
+  const std::string json =
+      encode_model_json({&level, o.rate_hz, o.substep_count, Environment{}.gravity, o.wind, std::move(resets)});
   const Result<void> written = write_file(o.dump_model, std::as_bytes(std::span(json)));
   if (!written) return Refusal(o.dump_model + ": " + written.error());
   return {};
@@ -122,8 +122,8 @@ Result<void> simulate(const SimulateOptions& o) {
   def.level = o.level;
   def.tick_s = 1 / o.rate_hz;
   def.substep_count = o.substep_count;
-  def.solver.iterations = o.iterations;
-  def.environment.wind = o.wind;
+  def.iterations = o.iterations;
+  def.environment.wind = WindField({.mean_m_per_s = o.wind});
 
   Run run;
   if (o.motion.empty()) {
@@ -144,7 +144,7 @@ Result<void> simulate(const SimulateOptions& o) {
     }
     print_summary(o, clip, (*def.levels)[o.level], run);
   }
-  return write_model(o, (*def.levels)[o.level], def.environment, run.resets);
+  return write_model(o, (*def.levels)[o.level], run.resets);
 }
 
 }  // namespace hairnet::sim

@@ -24,7 +24,7 @@ class WorldStepper : public Stepper {
     world.tick_s = def.tick_s;
     world.substep_count = def.substep_count;
     world.character_count_max = 1;
-    world.solver = def.solver;
+    world.iterations = def.iterations;
     world.environment = def.environment;
     return world;
   }
@@ -42,7 +42,8 @@ class ConvergedStepper : public Stepper {
 
   StepReport step(const Pose& to, bool teleport) override {
     StepReport report;
-    const double contact_release = contact_release_.update(to, def_.tick_s);
+    const double calm = contact_release_.update(to, def_.tick_s);
+    const double contact_release = def_.environment.wind.is_still() ? calm : 0;
     if (teleport || is_teleport(from_, to, def_.tick_s)) {
       move_rigidly(to.head() * from_.head().inverse());
       report.teleports = 1;
@@ -51,6 +52,7 @@ class ConvergedStepper : public Stepper {
       report.stepped = 1;
     }
     from_ = to;
+    ++tick_;
     state_ = to_head(level_, to.head(), lattice_);
     return report;
   }
@@ -62,10 +64,12 @@ class ConvergedStepper : public Stepper {
     for (Vec3& v : lattice_.P_dot) v = jump.vector(v);
   }
   void step_smoothly(const Pose& to, double contact_release) {
-    StepInput input{from_, from_, def_.tick_s / def_.substep_count, def_.environment, contact_release};
+    const double substep_s = def_.tick_s / def_.substep_count;
+    StepInput input{from_, from_, substep_s, def_.environment, contact_release, {}, tick_ * def_.tick_s};
     for (int substep = 1; substep <= def_.substep_count; ++substep) {
       input.from = std::exchange(
           input.to, substep == def_.substep_count ? to : interpolate(from_, to, double(substep) / def_.substep_count));
+      input.time_s += substep_s;
       reference_step(level_, input, lattice_);
     }
   }
@@ -73,6 +77,7 @@ class ConvergedStepper : public Stepper {
   StepperDef def_;
   const Level& level_;  // kept alive by def_
   Pose from_;
+  double tick_ = 0;
   ContactRelease contact_release_;
   WorldLattice lattice_;
   LatticeState state_;

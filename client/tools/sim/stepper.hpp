@@ -13,7 +13,7 @@ struct StepperDef {
   LevelIndex level = LevelIndex::high;
   double tick_s = 1.0 / 30;
   int substep_count = 1;
-  SolverSettings solver;
+  int iterations = 0;  // 0: the level's own
   Environment environment;
   Pose start;
 };

@@ -16,6 +16,7 @@ struct TracedFrame {
   std::uint64_t character = 0;  // session << 32 | client's number
   LevelIndex level = LevelIndex::rigid;
   bool discontinuous = false;
+  bool asleep = false;
   float quantum_m = 0;  // 0 = not quantised
   Pose pose;
   std::span<const Vec3f> displacement;  // active order, head space, m

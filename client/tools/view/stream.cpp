@@ -144,7 +144,7 @@ class Streamer {
     role.playout.push(frame, sampled, now);
     result_.statistics.count_displacement(frame.character, displacement_);
     if (trace_) {
-      trace_->add({batch.tick, session_ << 32 | frame.character, frame.level, frame.discontinuous, frame.quantum_m,
+      trace_->add({batch.tick, session_ << 32 | frame.character, frame.level, frame.discontinuous, frame.asleep, frame.quantum_m,
                    frame.pose, displacement_});
     }
     return {};

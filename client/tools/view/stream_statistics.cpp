@@ -10,9 +10,10 @@ void StreamStatistics::count_frames(const wire::FrameBatch& batch, std::int64_t 
   latencies_ns_.push_back(latency_ns);
   for (const wire::Frame& frame : batch.frames) {
     ++frame_count_;
-    const auto [last, is_first] = last_tick_.try_emplace(frame.character, batch.tick);
-    if (!is_first && batch.tick > last->second + 1) missed_tick_count_ += batch.tick - last->second - 1;
-    last->second = batch.tick;
+    const auto [last, is_first] = last_frame_.try_emplace(frame.character);
+    if (!is_first && batch.tick > last->second.tick + 1 && !last->second.asleep)
+      missed_tick_count_ += batch.tick - last->second.tick - 1;
+    last->second = {batch.tick, frame.asleep};
   }
 }
 

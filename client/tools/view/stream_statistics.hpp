@@ -29,7 +29,11 @@ class StreamStatistics {
   struct Displaced {
     double rms_mm = 0, max_mm = 0;
   };
-  std::map<std::uint32_t, std::uint64_t> last_tick_;  // by character
+  struct LastFrame {
+    std::uint64_t tick = 0;
+    bool asleep = false;  // none is due before the character wakes
+  };
+  std::map<std::uint32_t, LastFrame> last_frame_;  // by character
   std::map<std::uint32_t, Displaced> last_displacement_;
   std::vector<std::int64_t> latencies_ns_;
   std::uint64_t frame_count_ = 0, missed_tick_count_ = 0, poses_sent_ = 0;

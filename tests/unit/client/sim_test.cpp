@@ -9,6 +9,7 @@
 #include "client/tools/sim/replayed_world.hpp"
 #include "client/tools/sim/stepper.hpp"
 #include "client/tools/sim/trajectory_files.hpp"
+#include "core/solver/node_terms.hpp"
 #include "tests/support/levels.hpp"
 
 namespace hairnet::sim {
@@ -30,7 +31,7 @@ StepperDef stepper_def(const Clip& clip, int iterations = 16) {
   StepperDef def;
   def.levels = levels;
   def.tick_s = 1.0 / 25;
-  def.solver.iterations = iterations;
+  def.iterations = iterations;
   def.start = clip.poses[0];
   return def;
 }
@@ -156,7 +157,7 @@ TEST(ModelJson, holds_every_field_and_reads_back_to_the_same_bits) {
   dump.level = &level;
   dump.rate_hz = 25;
   dump.substep_count = 2;
-  dump.environment.wind = Vec3(1, 0, 0.1);
+  dump.wind_m_per_s = Vec3(1, 0, 0.1);
   dump.resets = {7};
   const nlohmann::json json = nlohmann::json::parse(encode_model_json(dump));
   EXPECT_EQ(json["format"], "hairnet-model");
@@ -171,7 +172,7 @@ TEST(ModelJson, holds_every_field_and_reads_back_to_the_same_bits) {
   for (std::size_t i = 0; i < level.rest.size(); ++i) {
     EXPECT_EQ(json["nodes"]["mass"][i].get<float>(), level.mass[i]);
     EXPECT_EQ(json["nodes"]["ether_k"][i].get<float>(), level.ether_stiffness[i]);
-    EXPECT_EQ(json["nodes"]["ether_q"][i].get<float>(), level.ether_damping[i]);
+    EXPECT_EQ(json["nodes"]["ether_q"][i].get<float>(), ether_damping(level, {}, i, 1.0f / 50));
     EXPECT_EQ(json["nodes"]["drag"][i][5].get<float>(), level.drag[i][5]);
   }
   ASSERT_EQ(json["springs"].size(), level.springs.count());

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-namespace hairnet::made {
+namespace hairnet {
 
 // SplitMix64 with its own mapping to reals: the standard library's distributions differ between vendors.
 class Random {
@@ -26,4 +26,4 @@ class Random {
   std::uint64_t state_;
 };
 
-}  // namespace hairnet::made
+}  // namespace hairnet

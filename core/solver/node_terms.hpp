@@ -1,0 +1,72 @@
+#pragma once
+
+#include <algorithm>
+#include <utility>
+
+#include "core/build/level.hpp"
+#include "core/groom/material_scale.hpp"
+#include "core/solver/damping.hpp"
+#include "core/solver/step.hpp"
+#include "core/solver/wind.hpp"
+
+// What a level's numbers are for a character with a material scale of its own.
+namespace hairnet {
+
+inline float node_mass(const Level& level, const MaterialScale& material, std::size_t node) {
+  return material.density * level.mass[node];
+}
+
+// The built part stands in for the tension of hanging hair and grows with its mass.
+inline float ether_stiffness(const Level& level, const MaterialScale& material, std::size_t node) {
+  return material.density * (level.ether_stiffness[node] + material.gel_per_s2 * level.mass[node]);
+}
+
+// As the solver takes it (damping.hpp).
+inline float ether_damping(const Level& level, const MaterialScale& material, std::size_t node, float step_s) {
+  return solver_damping(ether_stiffness(level, material, node),
+                        material.density * material.ether_damping * level.ether_damping[node], step_s);
+}
+
+inline Mat3f drag_tensor(const Level& level, const MaterialScale& material, std::size_t node) {
+  const std::array<float, 6>& q = level.drag[node];
+  Mat3f Q;
+  Q << q[0], q[1], q[2], q[1], q[3], q[4], q[2], q[4], q[5];
+  return material.air_drag * Q;
+}
+
+// Potential of a ball for a node: heavier hair needs more to be held.
+inline float contact_potential(const Metaball& ball, const MaterialScale& material, std::size_t node) {
+  return std::max(material.density, 1.0f) * ball.potential[node];
+}
+
+// k, and q as the solver takes it.
+inline std::pair<float, float> stiffener_terms(const Stiffeners& stiffeners, const MaterialScale& material,
+                                               std::size_t s, float step_s) {
+  const float k = material.stiffness * stiffeners.stiffness[s];
+  return {k, solver_damping(k, material.damping * stiffeners.damping[s], step_s)};
+}
+
+// Air velocity at the nodes of a lattice at the end of a step, head axes, m/s.
+class NodeWind {
+ public:
+  NodeWind(const Lattice& lattice, const StepInput& input) : lattice_(lattice) {
+    const WindField& field = input.environment.wind;
+    is_still_ = field.is_still();
+    if (!is_still_) wind_ = wind_on(field, lattice, input.to.head(), input.time_s);
+  }
+  [[nodiscard]] Vec3f at(std::uint32_t grid_node) const {
+    if (is_still_) return Vec3f::Zero();
+    const auto [i, j, k] = lattice_.coordinates(grid_node);
+    return wind_.at({fraction(i, 0), fraction(j, 1), fraction(k, 2)});
+  }
+
+ private:
+  [[nodiscard]] float fraction(int coordinate, std::size_t axis) const {
+    return static_cast<float>(coordinate) / static_cast<float>(lattice_.dims[axis] - 1);
+  }
+  const Lattice& lattice_;
+  bool is_still_;
+  LatticeWind wind_;
+};
+
+}  // namespace hairnet

@@ -1,0 +1,162 @@
+#include "core/solver/wind.hpp"
+
+#include <cassert>
+#include <cmath>
+#include <numbers>
+
+#include "core/random.hpp"
+
+namespace hairnet {
+namespace {
+
+constexpr double kTurn = 2 * std::numbers::pi;
+constexpr double kSpeedMax_m_per_s = 60;  // a hurricane
+constexpr double kTurbulenceMax_m_per_s = 20;
+constexpr double kTurbulenceScaleMax_m = 100;
+constexpr double kGustPeriodMin_s = 0.2, kGustPeriodMax_s = 120;
+
+// Wave vectors come in sets of six: two polarisations on each of three perpendicular axes, by which each component of
+// the velocity gets the same share.
+constexpr int kEddySets = 4;
+
+// Sine by its series, |turns| <= 1/4: within 1e-13, and the same bits from every compiler and library.
+double sine_of_quarter(double turns) {
+  constexpr std::array<double, 10> kSeries = [] {
+    std::array<double, 10> series{1};  // 1, -1/3!, 1/5!, ...
+    for (std::size_t n = 1; n < series.size(); ++n) {
+      series[n] = -series[n - 1] / (2 * static_cast<double>(n) * (2 * static_cast<double>(n) + 1));
+    }
+    return series;
+  }();
+  const double x = kTurn * turns, xx = x * x;
+  double sum = 0;
+  for (std::size_t n = kSeries.size(); n-- > 0;) sum = kSeries[n] + xx * sum;
+  return x * sum;
+}
+
+// cos(2 pi turns)
+double cosine(double turns) {
+  const double part = std::abs(turns - std::floor(turns + 0.5));  // [0, 1/2]: cosine is even
+  return sine_of_quarter(0.25 - part);
+}
+
+double sine(double turns) {
+  return cosine(turns - 0.25);
+}
+
+Vec3 random_direction(Random& random) {
+  while (true) {
+    const Vec3 v{random.symmetric(), random.symmetric(), random.symmetric()};  // braces: in this order everywhere
+    const double square = v.squaredNorm();
+    if (square > 0.01 && square < 1) return v / std::sqrt(square);
+  }
+}
+
+std::array<Vec3, 3> random_axes(Random& random) {
+  const Vec3 a = random_direction(random);
+  Vec3 across = a.cross(random_direction(random));
+  while (across.squaredNorm() < 0.01) across = a.cross(random_direction(random));
+  const Vec3 b = across / std::sqrt(across.squaredNorm());
+  return {a, b, a.cross(b)};
+}
+
+}  // namespace
+
+std::string validate(const Wind& wind) {
+  if (!wind.mean_m_per_s.allFinite() || !(wind.mean_m_per_s.norm() <= kSpeedMax_m_per_s))
+    return "wind speed is not in [0, " + std::to_string(kSpeedMax_m_per_s) + "] m/s";
+  struct Range {
+    const char* name;
+    double value, least, most;
+  };
+  const std::array<Range, 4> ranges{{
+      {"gust ratio", wind.gust_ratio, 0, 1},
+      {"gust period (s)", wind.gust_period_s, kGustPeriodMin_s, kGustPeriodMax_s},
+      {"turbulence (m/s)", wind.turbulence_rms_m_per_s, 0, kTurbulenceMax_m_per_s},
+      {"turbulence scale (m)", wind.turbulence_scale_m, kTurbulenceScaleMin_m, kTurbulenceScaleMax_m},
+  }};
+  for (const Range& range : ranges) {
+    if (!(range.value >= range.least && range.value <= range.most)) {
+      return std::string(range.name) + " is " + std::to_string(range.value) + ", not in [" +
+             std::to_string(range.least) + ", " + std::to_string(range.most) + ']';
+    }
+  }
+  return {};
+}
+
+WindField::WindField(const Wind& wind) {
+  assert(validate(wind).empty());
+  const bool is_moving = wind.mean_m_per_s != Vec3::Zero();
+  if (!is_moving && wind.turbulence_rms_m_per_s == 0) return;
+  auto modes = std::make_shared<Modes>();
+  modes->mean = wind.mean_m_per_s;
+  if (is_moving && wind.gust_ratio > 0) {
+    Random random(wind.seed, 0);
+    modes->gust_ratio = wind.gust_ratio;
+    // No whole ratio between the periods, so that gusts do not come by the clock; shares sum to 1, so |g| <= 1.
+    for (const auto& [quicker, share] : {std::pair{1.0, 0.5}, {2.236, 0.3}, {4.583, 0.2}}) {
+      modes->gusts.push_back({quicker / wind.gust_period_s, random.unit(), share});
+    }
+  }
+  if (wind.turbulence_rms_m_per_s > 0) {
+    Random random(wind.seed, 1);
+    // A component's mean square is sum_m |a_m . e|^2 / 2, and each set of six has sum_m a_m a_m^T = 2 a^2 I.
+    const double amplitude = wind.turbulence_rms_m_per_s / std::sqrt(double{kEddySets});
+    for (int set = 0; set < kEddySets; ++set) {
+      const std::array<Vec3, 3> axes = random_axes(random);
+      for (std::size_t along = 0; along < 3; ++along) {
+        for (std::size_t aside = 1; aside < 3; ++aside) {
+          const double wave_number = random.between(0.25, 1) / (kTurn * wind.turbulence_scale_m);
+          // An eddy turns over in about its own length over its speed.
+          const double turnover_hz = wave_number * wind.turbulence_rms_m_per_s;
+          modes->turbulence.push_back({wave_number * axes[along], amplitude * axes[(along + aside) % 3],
+                                       turnover_hz * random.symmetric(), random.unit()});
+        }
+      }
+    }
+  }
+  modes_ = std::move(modes);
+}
+
+Vec3 WindField::velocity(const Vec3& point_world, double time_s) const {
+  if (!modes_) return Vec3::Zero();
+  double gust = 0, gust_sum_s = 0;  // g and its integral over time
+  for (const Gust& g : modes_->gusts) {
+    const double turns = g.frequency_hz * time_s + g.phase;
+    gust += g.share * cosine(turns);
+    gust_sum_s += g.share * sine(turns) / (kTurn * g.frequency_hz);
+  }
+  Vec3 velocity = (1 + modes_->gust_ratio * gust) * modes_->mean;
+  const Vec3 carried = point_world - (time_s + modes_->gust_ratio * gust_sum_s) * modes_->mean;  // x - X(t)
+  for (const Eddy& eddy : modes_->turbulence) {
+    velocity += cosine(eddy.wave_vector.dot(carried) + eddy.frequency_hz * time_s + eddy.phase) * eddy.amplitude;
+  }
+  return velocity;
+}
+
+Vec3f LatticeWind::at(const Vec3f& fraction) const {
+  const auto mix = [](const Vec3f& a, const Vec3f& b, float t) { return Vec3f(a + t * (b - a)); };
+  const auto edge = [&](std::size_t corner) { return mix(corners[corner], corners[corner + 1], fraction[0]); };
+  return mix(mix(edge(0), edge(2), fraction[1]), mix(edge(4), edge(6), fraction[1]), fraction[2]);
+}
+
+LatticeWind wind_on(const WindField& field, const Lattice& lattice, const RigidTransform& head, double time_s) {
+  LatticeWind wind;
+  if (field.is_still()) return wind;
+  const Quat to_head = head.rotation.conjugate();
+  if (!field.is_turbulent()) {
+    wind.corners.fill((to_head * field.velocity(head.position, time_s)).cast<float>());
+    return wind;
+  }
+  const Vec3 origin = lattice.origin.cast<double>();
+  const Vec3 size =
+      lattice.spacing.cast<double>().cwiseProduct(Vec3(lattice.dims[0] - 1, lattice.dims[1] - 1, lattice.dims[2] - 1));
+  for (std::size_t corner = 0; corner < wind.corners.size(); ++corner) {
+    const Vec3 sides(corner & 1 ? 1 : 0, corner & 2 ? 1 : 0, corner & 4 ? 1 : 0);
+    const Vec3 point_world = head.point(origin + sides.cwiseProduct(size));
+    wind.corners[corner] = (to_head * field.velocity(point_world, time_s)).cast<float>();
+  }
+  return wind;
+}
+
+}  // namespace hairnet

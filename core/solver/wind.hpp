@@ -1,0 +1,80 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/ffd/lattice.hpp"
+#include "core/geometry/rigid_transform.hpp"
+
+namespace hairnet {
+
+// The wind of a room, world axes. The default is still air.
+struct Wind {
+  Vec3 mean_m_per_s = Vec3::Zero();
+  double gust_ratio = 0;     // the mean's speed comes and goes between (1 - ratio) and (1 + ratio) times its own
+  double gust_period_s = 4;  // of the slowest gust; two quicker ones ride on it
+  double turbulence_rms_m_per_s = 0;  // of each component
+  // The least length over which turbulence changes: its wave numbers are 1/(4 scale) to 1/scale rad/m, so the smallest
+  // eddies are pi scale across. Shorter than kTurbulenceScaleMin_m, a lattice could not carry it.
+  double turbulence_scale_m = 0.6;
+  std::uint64_t seed = 1;
+};
+inline constexpr double kTurbulenceScaleMin_m = 0.3;
+
+// Empty when every value is finite and in its range; else one line that names the value and the range.
+std::string validate(const Wind& wind);
+
+// Air velocity everywhere and at any time, from a sound Wind. Immutable and cheap to copy. The same Wind gives the same
+// bits on every machine: no library's sine or distribution is used.
+//
+//     u(x, t) = mean (1 + ratio g(t)) + sum_m a_m cos(k_m . (x - X(t)) + w_m t + phi_m),     |g| <= 1
+//
+// Each a_m is perpendicular to its wave vector k_m, so the field is free of divergence. X(t) is the way that the wind
+// has come by t: turbulence is carried along with it (Taylor's frozen turbulence), while the eddies' own w_m let it
+// change on the way.
+class WindField {
+ public:
+  WindField() = default;  // still air
+  explicit WindField(const Wind& wind);
+
+  [[nodiscard]] bool is_still() const { return !modes_; }
+  // False when the velocity is the same everywhere.
+  [[nodiscard]] bool is_turbulent() const { return modes_ && !modes_->turbulence.empty(); }
+  [[nodiscard]] Vec3 velocity(const Vec3& point_world, double time_s) const;  // m/s; exactly zero in still air
+
+ private:
+  // Phases and frequencies in turns, so that reducing them costs no precision.
+  struct Gust {
+    double frequency_hz, phase, share;
+  };
+  struct Eddy {
+    Vec3 wave_vector;  // turns a metre
+    Vec3 amplitude;    // m/s
+    double frequency_hz, phase;
+  };
+  struct Modes {
+    Vec3 mean;
+    double gust_ratio = 0;
+    std::vector<Gust> gusts;
+    std::vector<Eddy> turbulence;
+  };
+  std::shared_ptr<const Modes> modes_;  // null in still air
+};
+
+// The wind over one lattice: its velocity at the corners of the box of nodes, in the axes of the head, trilinear
+// between them. A wave of wave number k is off by at most (k L)^2 / 8 of its amplitude, L the box's longest side, so
+// turbulence is off by at most (L / scale)^2 / 8 of its rms in the mean of the squares.
+struct LatticeWind {
+  std::array<Vec3f, 8> corners{Vec3f::Zero(), Vec3f::Zero(), Vec3f::Zero(), Vec3f::Zero(),
+                               Vec3f::Zero(), Vec3f::Zero(), Vec3f::Zero(), Vec3f::Zero()};  // corner i + 2 j + 4 k
+
+  // `fraction` of the way along the box on each axis: node (i, j, k) is at (i / (nx - 1), j / (ny - 1), k / (nz - 1)).
+  [[nodiscard]] Vec3f at(const Vec3f& fraction) const;
+};
+
+LatticeWind wind_on(const WindField& field, const Lattice& lattice, const RigidTransform& head, double time_s);
+
+}  // namespace hairnet

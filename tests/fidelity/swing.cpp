@@ -1,0 +1,183 @@
+// How hair swings out after the head was moved aside and stopped: frequency and decay, at every level and rate, with
+// the viscosity as asked for and with what the solver adds taken off it, against the undecimated model in small steps.
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "client/tools/files/write_file.hpp"
+#include "core/build/build.hpp"
+#include "core/ffd/deform.hpp"
+#include "core/world.hpp"
+#include "tests/fidelity/corpus.hpp"
+
+namespace {
+
+using namespace hairnet;
+using Json = nlohmann::ordered_json;
+
+constexpr double kPush_m = 0.12, kPush_s = 0.25, kWatch_s = 3;
+constexpr LevelSpec kUndecimated{{10, 10, 10}, std::size_t(-1), std::size_t(-1)};
+
+// From rest aside, smoothly, to a stop.
+Pose pushed(double time_s) {
+  const double t = std::clamp(time_s / kPush_s, 0.0, 1.0);
+  return rigid_pose({Quat::Identity(), Vec3(kPush_m * t * t * t * (10 + t * (-15 + 6 * t)), 1.5, 0)});
+}
+
+// The viscosity for which solver_damping gives what was asked for.
+Level with_numerical_damping(Level level, double step_s) {
+  const auto h = static_cast<float>(step_s);
+  for (Stiffeners* s : {&level.springs, &level.attachments}) {
+    for (std::size_t i = 0; i < s->count(); ++i) s->damping[i] += h * s->stiffness[i];
+  }
+  for (std::size_t i = 0; i < level.rest.size(); ++i) level.ether_damping[i] += h * level.ether_stiffness[i];
+  return level;
+}
+
+// Mean displacement aside of the hair that swings most: points in the lower half of their strands.
+class Tips {
+ public:
+  Tips(const Groom& groom, const Level& level) : level_(level), deformer_(deformer(groom, level)) {}
+
+  double aside_m(const LatticeState& state) {
+    grid_.resize(level_.geometry.lattice.node_count());
+    expand_displacements(level_.geometry, state.displacement, grid_);
+    moved_.resize(rest_.size());
+    deformer_->deform(grid_, moved_);
+    double sum = 0;
+    for (std::size_t i = 0; i < rest_.size(); ++i) sum += static_cast<double>(moved_[i].x() - rest_[i].x());
+    return sum / static_cast<double>(rest_.size());
+  }
+
+ private:
+  std::optional<Deformer> deformer(const Groom& groom, const Level& level) {
+    constexpr std::size_t kPoints = 3000;
+    const std::size_t stride = std::max<std::size_t>(1, groom.points.size() / 2 / kPoints);
+    std::size_t count = 0;
+    for (std::size_t s = 0; s < groom.strand_count(); ++s) {
+      const auto points = groom.strand_points(s);
+      for (std::size_t p = points.size() / 2; p < points.size(); ++p) {
+        if (count++ % stride == 0) rest_.push_back(points[p]);
+      }
+    }
+    return Deformer(level.geometry.lattice, rest_, {}, FfdKind::quadratic);
+  }
+
+  const Level& level_;
+  std::vector<Vec3f> rest_, grid_, moved_;
+  std::optional<Deformer> deformer_;
+};
+
+struct Swing {
+  double frequency_hz = 0, damping_ratio = 0;
+};
+
+// From the first extremum after the head has stopped and the one after it, each of a parabola through three samples.
+Swing measured(const std::vector<double>& aside_m, double interval_s) {
+  struct Extremum {
+    double time_s, value_m;
+  };
+  std::vector<Extremum> extrema;
+  for (std::size_t i = 1; i + 1 < aside_m.size() && extrema.size() < 2; ++i) {
+    const double a = aside_m[i - 1], b = aside_m[i], c = aside_m[i + 1];
+    if (static_cast<double>(i) * interval_s <= kPush_s || (b - a) * (c - b) > 0) continue;
+    const double curve = a - 2 * b + c, shift = curve == 0 ? 0 : 0.5 * (a - c) / curve;
+    extrema.push_back({(static_cast<double>(i) + shift) * interval_s, b - 0.25 * (a - c) * shift});
+  }
+  if (extrema.size() < 2 || extrema[0].value_m * extrema[1].value_m >= 0) return {};
+  const double half_s = extrema[1].time_s - extrema[0].time_s;
+  const double decrement = std::log(-extrema[0].value_m / extrema[1].value_m) / std::numbers::pi;
+  return {0.5 / half_s, decrement / std::sqrt(1 + decrement * decrement)};
+}
+
+Swing swing(const Groom& groom, const Level& level, double rate_hz, int substeps, int iterations, bool as_asked) {
+  const double step_s = 1 / (rate_hz * substeps);
+  const Level run_level = as_asked ? with_numerical_damping(level, step_s) : level;
+  Tips tips(groom, run_level);
+  LatticeState state;
+  reset_to_rest(run_level, state);
+  StepScratch scratch;
+  std::vector<double> aside_m{0};
+  const int ticks = static_cast<int>(kWatch_s * rate_hz);
+  for (int tick = 0; tick < ticks; ++tick) {
+    const Pose start = pushed(tick / rate_hz), end = pushed((tick + 1) / rate_hz);
+    for (int s = 0; s < substeps; ++s) {
+      StepInput input;
+      input.from = interpolate(start, end, static_cast<double>(s) / substeps);
+      input.to = interpolate(start, end, (s + 1.0) / substeps);
+      input.step_s = step_s;
+      if (!step(run_level, input, {.iterations = iterations}, scratch, state)) return {};
+    }
+    aside_m.push_back(tips.aside_m(state));
+  }
+  return measured(aside_m, 1 / rate_hz);
+}
+
+struct Options {
+  std::vector<std::string> grooms;
+  std::string json;
+};
+
+void add_row(Json& rows, const std::string& groom, const std::string& what, double rate_hz, int substeps,
+             const Swing& s, const Swing& truth) {
+  std::printf("%-18s %-24s %3.0f Hz x %d   %5.2f Hz %+5.0f %%   zeta %.3f %+.3f\n", groom.c_str(), what.c_str(),
+              rate_hz, substeps, s.frequency_hz, 100 * (s.frequency_hz / truth.frequency_hz - 1), s.damping_ratio,
+              s.damping_ratio - truth.damping_ratio);
+  std::fflush(stdout);
+  rows.push_back({{"groom", groom},
+                  {"model", what},
+                  {"rate_hz", rate_hz},
+                  {"substeps", substeps},
+                  {"frequency_hz", s.frequency_hz},
+                  {"damping_ratio", s.damping_ratio}});
+}
+
+int run(const Options& options) {
+  Json rows = Json::array();
+  for (const std::string& name : options.grooms) {
+    const Result<Groom> groom = fidelity::load_groom(name, 4000);
+    if (!groom) return std::fprintf(stderr, "hairnet-fidelity-swing: %s\n", groom.error().c_str()), 1;
+    const auto full = build_level(*groom, Material{}, kUndecimated);
+    const Swing truth = swing(*groom, *full, 100, 4, 200, false);
+    add_row(rows, name, "undecimated", 100, 4, truth, truth);
+    for (std::size_t i = 0; i < kLevelSpecs.size(); ++i) {
+      const auto level = build_level(*groom, Material{}, kLevelSpecs[i]);
+      const std::string level_name(kLevelNames[i]);
+      const int iterations = kLevelIterations[i];
+      add_row(rows, name, level_name + " small steps", 100, 4, swing(*groom, *level, 100, 4, 200, false), truth);
+      for (const double rate_hz : {25.0, 30.0, 60.0, 90.0}) {
+        const int substeps = substep_count_for(1 / rate_hz);
+        add_row(rows, name, level_name + " as asked", rate_hz, 1, swing(*groom, *level, rate_hz, 1, iterations, true),
+                truth);
+        add_row(rows, name, level_name, rate_hz, substeps, swing(*groom, *level, rate_hz, substeps, iterations, false),
+                truth);
+      }
+    }
+  }
+  if (options.json.empty()) return 0;
+  const std::string text = rows.dump(1) + "\n";
+  const Result<void> written = write_file(options.json, std::as_bytes(std::span(text)));
+  if (!written) return std::fprintf(stderr, "hairnet-fidelity-swing: %s\n", written.error().c_str()), 1;
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Frequency and decay of hair that swings, at every level and rate.", "hairnet-fidelity-swing");
+  app.footer(
+      "Examples:\n  hairnet-fidelity-swing\n  hairnet-fidelity-swing --groom yuksel made:bob --json swing.json\n");
+  Options options{{"yuksel", "harolongo", "sintel", "made:long_straight"}, {}};
+  app.add_option("--groom", options.grooms, "hairstyles of the corpus");
+  app.add_option("--json", options.json, "the rows as JSON");
+  CLI11_PARSE(app, argc, argv);
+  return run(options);
+}
