@@ -1,11 +1,12 @@
 #include "core/build/hair_sample.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <cmath>
 #include <map>
 #include <numbers>
+
+#include "core/ffd/deform.hpp"
 
 namespace hairnet {
 namespace {
@@ -13,34 +14,6 @@ namespace {
 constexpr std::size_t kSampleCount = 4000;
 constexpr int kSweeps = 12;
 constexpr double kWeightLeast = 1e-3;
-
-// delta(lambda) of eq. 7.
-float blend_at(double lambda_m, const StrandProperties& strand) {
-  const auto lambda_0 = static_cast<double>(strand.root_length_m);
-  if (!strand.rooted || lambda_0 <= 0) return 1;
-  return static_cast<float>(-std::expm1(-(lambda_m / lambda_0) * (lambda_m / lambda_0)));
-}
-
-// Model section 7: the 27 nodes nearest to a point and their quadratic weights. The lattice's margin keeps every point
-// within half a cell of a node that is not at the border.
-struct GridStencil {
-  GridStencil(const Lattice& grid, const Vec3f& point) : lattice(grid) {
-    for (int a = 0; a < 3; ++a) {
-      const auto g = static_cast<double>((point[a] - lattice.origin[a]) / lattice.spacing[a]);
-      middle[a] = std::clamp(static_cast<int>(std::lround(g)), 1, lattice.dims[a] - 2);
-      const double t = std::clamp(g - middle[a], -0.5, 0.5);
-      weights[a] = {0.5 * (0.5 - t) * (0.5 - t), 0.75 - t * t, 0.5 * (0.5 + t) * (0.5 + t)};
-    }
-  }
-  [[nodiscard]] double weight(int n) const { return weights[0][n % 3] * weights[1][n / 3 % 3] * weights[2][n / 9]; }
-  [[nodiscard]] std::uint32_t node(int n) const {
-    return lattice.index(middle[0] + n % 3 - 1, middle[1] + n / 3 % 3 - 1, middle[2] + n / 9 - 1);
-  }
-
-  const Lattice& lattice;
-  std::array<int, 3> middle{};
-  std::array<std::array<double, 3>, 3> weights{};
-};
 
 // Grid nodes as the active nodes that move them.
 class Followed {
@@ -73,19 +46,15 @@ class Followed {
 }  // namespace
 
 HairSample sample_hair(const Groom& groom) {
+  const std::vector<float> blend = root_blend(groom);
+  const double share = static_cast<double>(kSampleCount) / static_cast<double>(std::max<std::size_t>(1, blend.size()));
   HairSample sample;
-  const double share =
-      static_cast<double>(kSampleCount) / static_cast<double>(std::max<std::size_t>(1, groom.points.size()));
-  for (std::size_t s = 0; s < groom.strand_count(); ++s) {
-    double lambda_m = 0;
-    for (std::uint32_t p = groom.strand_begin[s]; p < groom.strand_begin[s + 1]; ++p) {
-      if (p > groom.strand_begin[s]) lambda_m += static_cast<double>((groom.points[p] - groom.points[p - 1]).norm());
-      // Even over points and along strands alike, however many points a strand has.
-      const double turn = p * (std::numbers::phi - 1);
-      if (turn - std::floor(turn) >= share) continue;
-      sample.points.push_back(groom.points[p]);
-      sample.blend.push_back(blend_at(lambda_m, groom.strands[s]));
-    }
+  for (std::size_t p = 0; p < groom.points.size(); ++p) {
+    // Even over points and along strands alike, however many points a strand has.
+    const double turn = static_cast<double>(p) * (std::numbers::phi - 1);
+    if (turn - std::floor(turn) >= share) continue;
+    sample.points.push_back(groom.points[p]);
+    sample.blend.push_back(blend[p]);
   }
   return sample;
 }
@@ -96,10 +65,8 @@ HairStencils make_stencils(const LevelGeometry& geometry, const HairSample& hair
   std::map<std::uint32_t, double> weight_of;
   for (std::size_t p = 0; p < hair.points.size(); ++p) {
     weight_of.clear();
-    const GridStencil stencil(geometry.lattice, hair.points[p]);
-    for (int n = 0; n < 27; ++n) {
-      const double weight = static_cast<double>(hair.blend[p]) * stencil.weight(n);
-      followed.add(stencil.node(n), weight, weight_of);
+    for (const auto& [node, weight] : quadratic_ffd_weights(geometry.lattice, hair.points[p])) {
+      followed.add(node, static_cast<double>(hair.blend[p]) * static_cast<double>(weight), weight_of);
     }
     for (const auto& [node, weight] : weight_of) {
       if (weight < kWeightLeast) continue;
