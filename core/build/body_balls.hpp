@@ -2,27 +2,32 @@
 
 #include <vector>
 
-#include "core/geometry/mesh_query.hpp"
+#include "core/build/hair_sample.hpp"
+#include "core/build/skin_profile.hpp"
 #include "core/groom/groom.hpp"
 
 namespace hairnet {
 
 // A ball that stands for a part of the body (section 3.3), before it is fitted to a lattice's nodes.
 struct BodyBall {
-  Bone bone = Bone::head;
-  Vec3 centre = Vec3::Zero();  // head space at rest, inside the mesh, m
-  double radius = 0;           // typical distance from the centre to the skin, m
+  BodyBall(const MeshQuery& skin, Bone of, const Vec3& centre, double radius);
+
+  Bone bone;
+  Vec3 centre;          // head space at rest, inside the mesh, m; exact in float
+  double radius;        // typical distance from the centre to the skin, m
+  SkinProfile profile;  // the skin in every direction
 };
 
-// Where the body is solid, and the balls that fill it. Const once made.
+// Where the body is solid, the balls that fill it and the hair that they keep out. Const once made.
 struct BodyShape {
   MeshQuery skin;
   std::vector<BodyBall> balls;
+  HairSample hair;
 };
 
-// Places balls inside each bone's part of the body: two in the head, one in the neck and in each shoulder, two in the
-// upper trunk, less where the mesh has no such part. Only what hair can reach counts: a whole body's legs get none.
-// Deterministic.
+// As many balls, up to kBallCountMost, as lessen the error against the skin that hair can reach: about one for a skull,
+// six to ten with shoulders. Ordered by bone. Deterministic.
+inline constexpr std::size_t kBallCountMost = 10;
 BodyShape place_balls(const Groom& groom);
 
 }  // namespace hairnet

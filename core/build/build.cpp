@@ -172,7 +172,7 @@ void store_level(const GroomMechanics& mechanics, const Material& material, cons
   level.ether_damping.assign(nodes.ether_damping.begin(), nodes.ether_damping.end());
   level.springs = store_stiffeners(mechanics.springs, active_index, level.rest);
   level.attachments = store_stiffeners(mechanics.attachments, active_index, level.rest);
-  level.metaballs = fit_metaballs(body, level.rest, nodes.mass, material);
+  level.metaballs = fit_metaballs(body, make_stencils(level.geometry, body.hair), level.rest, nodes.mass, material);
 }
 
 // Hair on a head upside down hangs twice its own length from its design, and swings and stretches beyond.

@@ -6,32 +6,34 @@
 namespace hairnet {
 namespace {
 
-constexpr double kLoad = 5 * 9.81;                                 // m/s^2 on the node's mass
-constexpr double kDent = 0.005;                                    // m that the load may press in
-constexpr double kRadiusRatioLeast = 0.7, kRadiusRatioMost = 1.4;  // of the ball's typical radius
+constexpr double kLoad = 5 * 9.81;  // m/s^2 on the node's mass
+constexpr double kDent = 0.005;     // m that the load may press in
 constexpr double kRadiusRatioOff = 1.0 / 3;
 // The force rises inwards to rho / sqrt(5) only: a dent must end well before.
 constexpr double kRadiusLeast = 3 * kDent;  // m
 
-// From the centre to the skin in a direction: the outermost skin that the ball may reach, since a head has inner shells
-// (mouth, eyes). Looked for from outside.
-double skin_distance(const MeshQuery& skin, const BodyBall& ball, const Vec3& direction) {
-  const double most = kRadiusRatioMost * ball.radius;
-  const auto hit = skin.first_hit(ball.centre + most * direction, -direction, most);
-  const double distance = hit ? most - hit->distance : most;
-  return std::max(distance, kRadiusRatioLeast * ball.radius);
+// How far a node outside may come in if it is hair itself.
+double own_travel(const BodyBall& ball, const Vec3& from_centre, double thickness_m) {
+  const double distance = from_centre.norm();
+  if (distance == 0) return 0;
+  return std::max(0.0, distance - ball.profile.distance(from_centre) - thickness_m);
 }
 
-double fitted_radius(const MeshQuery& skin, const BodyBall& ball, const Vec3& node, bool is_inside,
-                     double thickness_m) {
-  const Vec3 from_centre = node - ball.centre;
-  const double distance = from_centre.norm();
-  const double off_below = std::max(kRadiusRatioOff * ball.radius, kRadiusLeast);
-  if (distance < off_below) return 0;
-  const double to_skin = skin_distance(skin, ball, from_centre / distance);
+double radius_after(const BodyBall& ball, double distance, double travel) {
   // A little less than the distance, so that u >= 1 in float as well.
-  const double radius = std::min(to_skin + (is_inside ? 0 : thickness_m), distance * (1 - 1e-6));
-  return radius < off_below ? 0 : radius;
+  const double radius = std::min(distance - travel, distance * (1 - 1e-6));
+  return radius < std::max(kRadiusRatioOff * ball.radius, kRadiusLeast) ? 0 : radius;
+}
+
+// How far each point of the hair is off the skin that the ball stands for.
+std::vector<double> clearances(const BodyBall& ball, const HairSample& hair) {
+  std::vector<double> clearance_m;
+  for (const Vec3f& point : hair.points) {
+    const Vec3 r = point.cast<double>() - ball.centre;
+    const double distance = r.norm();
+    clearance_m.push_back(distance > 0 ? std::max(0.0, distance - ball.profile.distance(r)) : 0);
+  }
+  return clearance_m;
 }
 
 // U for which f = (6U / rho^2) (1 - u)^2 r carries the load at r = rho - kDent.
@@ -42,18 +44,25 @@ double potential_for_load(double radius, double load_n) {
 
 }  // namespace
 
-std::vector<Metaball> fit_metaballs(const BodyShape& shape, std::span<const Vec3f> rest_head,
-                                    std::span<const double> mass, const Material& material) {
+std::vector<Metaball> fit_metaballs(const BodyShape& shape, const HairStencils& stencils,
+                                    std::span<const Vec3f> rest_head, std::span<const double> mass,
+                                    const Material& material) {
   std::vector<bool> is_inside;
   for (const Vec3f& node : rest_head) is_inside.push_back(shape.skin.inside(node.cast<double>()));
 
   std::vector<Metaball> metaballs;
   for (const BodyBall& ball : shape.balls) {
-    Metaball metaball{ball.bone, ball.centre.cast<float>(), {}, {}};
-    const BodyBall stored{ball.bone, metaball.centre.cast<double>(), ball.radius};
+    std::vector<double> distance, travel;
     for (std::size_t i = 0; i < rest_head.size(); ++i) {
-      const double radius = fitted_radius(shape.skin, stored, rest_head[i].cast<double>(), is_inside[i],
-                                          static_cast<double>(material.thickness_m));
+      const Vec3 from_centre = rest_head[i].cast<double>() - ball.centre;
+      distance.push_back(from_centre.norm());
+      travel.push_back(is_inside[i] ? 0 : own_travel(ball, from_centre, static_cast<double>(material.thickness_m)));
+    }
+    limit_travel(stencils, clearances(ball, shape.hair), travel);
+
+    Metaball metaball{ball.bone, ball.centre.cast<float>(), {}, {}};
+    for (std::size_t i = 0; i < rest_head.size(); ++i) {
+      const double radius = radius_after(ball, distance[i], travel[i]);
       const double least = static_cast<double>(material.metaball_potential_j);
       metaball.radius.push_back(static_cast<float>(radius));
       metaball.potential.push_back(

@@ -31,13 +31,11 @@ std::map<Bone, int> balls_by_bone(const BodyShape& shape) {
   return counts;
 }
 
-TEST(PlaceBalls, gives_every_part_of_the_body_its_balls) {
+TEST(PlaceBalls, a_body_with_shoulders_has_six_to_ten_on_all_its_bones) {
   const BodyShape shape = place_balls(make_groom_with_body());
-  EXPECT_EQ(balls_by_bone(shape), (std::map<Bone, int>{{Bone::head, 2},
-                                                       {Bone::neck, 1},
-                                                       {Bone::left_shoulder, 1},
-                                                       {Bone::right_shoulder, 1},
-                                                       {Bone::upper_trunk, 2}}));
+  EXPECT_GE(shape.balls.size(), 6u);
+  EXPECT_LE(shape.balls.size(), kBallCountMost);
+  EXPECT_EQ(balls_by_bone(shape).size(), kBoneCount);
 }
 
 TEST(PlaceBalls, centres_are_inside_the_body) {
@@ -67,10 +65,20 @@ TEST(PlaceBalls, balls_lie_in_their_own_part) {
   }
 }
 
-TEST(PlaceBalls, a_skull_alone_has_two) {
+TEST(PlaceBalls, a_skull_alone_has_one_or_two) {
   Groom groom = support::make_head_of_hair(50);
   support::add_ellipsoid(groom.body, {0, 0.05f, 0}, {0.08f, 0.1f, 0.09f}, Bone::head);
-  EXPECT_EQ(balls_by_bone(place_balls(groom)), (std::map<Bone, int>{{Bone::head, 2}}));
+  const std::size_t count = place_balls(groom).balls.size();
+  EXPECT_GE(count, 1u);
+  EXPECT_LE(count, 2u);
+}
+
+TEST(PlaceBalls, a_round_head_has_one_in_its_middle) {
+  Groom groom = support::make_head_of_hair(50);
+  support::add_ellipsoid(groom.body, {0, 0.01f, 0}, {0.09f, 0.09f, 0.09f}, Bone::head);
+  const BodyShape shape = place_balls(groom);
+  ASSERT_EQ(shape.balls.size(), 1u);
+  EXPECT_NEAR((shape.balls[0].centre - Vec3(0, 0.01, 0)).norm(), 0, 0.01);
 }
 
 TEST(PlaceBalls, legs_get_none) {
@@ -89,7 +97,7 @@ class Contact : public testing::TestWithParam<std::size_t> {};
 
 TEST_P(Contact, does_nothing_in_the_design) {
   const auto level = build_level(make_groom_with_body(), kLevelSpecs[GetParam()]);
-  ASSERT_EQ(level->metaballs.size(), 7u);
+  ASSERT_GE(level->metaballs.size(), 6u);
   for (const Metaball& ball : level->metaballs) {
     ASSERT_EQ(ball.radius.size(), level->rest.size());
     ASSERT_EQ(ball.potential.size(), level->rest.size());
@@ -125,53 +133,116 @@ TEST_P(Contact, carries_five_times_the_weight_within_five_millimetres) {
   EXPECT_GT(on, level->rest.size());
 }
 
-TEST_P(Contact, a_node_outside_is_held_off_the_skin_and_a_node_inside_goes_no_further_in) {
+TEST_P(Contact, a_node_inside_goes_no_further_in) {
   const Groom groom = make_groom_with_body();
   const auto level = build_level(groom, kLevelSpecs[GetParam()]);
   const MeshQuery skin(groom.body.mesh);
+  std::size_t inside = 0;
   for (const Metaball& ball : level->metaballs) {
     for (std::size_t i = 0; i < level->rest.size(); ++i) {
-      if (ball.radius[i] == 0) continue;
-      const Vec3 node = level->rest[i].cast<double>(), centre = ball.centre.cast<double>();
-      if (skin.inside(node)) continue;
-      // No farther out than the skin along the ray, plus the hair's thickness, unless the ball is at its least size.
-      const double distance = (node - centre).norm();
-      const auto last = skin.first_hit(node, (centre - node) / distance, distance);
-      const double to_skin = last ? distance - last->distance : 0;
-      EXPECT_LE(static_cast<double>(ball.radius[i]), std::max(to_skin, 0.14) + 0.0061);
+      if (ball.radius[i] == 0 || !skin.inside(level->rest[i].cast<double>())) continue;
+      ++inside;
+      EXPECT_NEAR(ball.radius[i], (level->rest[i] - ball.centre).norm(), 1e-6f);
     }
   }
+  EXPECT_GT(inside, 0u);
+}
+
+TEST_P(Contact, hair_stays_outside_when_all_nodes_go_in_as_far_as_they_may) {
+  const Groom groom = make_groom_with_body();
+  const auto level = build_level(groom, kLevelSpecs[GetParam()]);
+  const BodyShape shape = place_balls(groom);
+  const HairStencils stencils = make_stencils(level->geometry, shape.hair);
+  ASSERT_EQ(level->metaballs.size(), shape.balls.size());
+  std::size_t tight = 0;
+  for (std::size_t b = 0; b < shape.balls.size(); ++b) {
+    const Metaball& ball = level->metaballs[b];
+    for (std::size_t p = 0; p < shape.hair.points.size(); ++p) {
+      double moved = 0;
+      for (std::uint32_t e = stencils.begin[p]; e < stencils.begin[p + 1]; ++e) {
+        const std::uint32_t i = stencils.nodes[e];
+        if (ball.radius[i] == 0) continue;
+        moved += stencils.weights[e] * static_cast<double>((level->rest[i] - ball.centre).norm() - ball.radius[i]);
+      }
+      const Vec3 r = shape.hair.points[p].cast<double>() - shape.balls[b].centre;
+      const double clearance = std::max(0.0, r.norm() - shape.balls[b].profile.distance(r));
+      EXPECT_LE(moved, clearance + 1e-3);
+      if (clearance < 0.01) ++tight;
+    }
+  }
+  EXPECT_GT(tight, 0u);
 }
 
 INSTANTIATE_TEST_SUITE_P(Levels, Contact, testing::Values(0, 1, 2, 3));
 
-TEST(Contact, around_a_sphere_the_limit_is_the_skin_plus_the_thickness) {
+// One ball in the middle of an ellipsoid, and no hair but the nodes.
+std::vector<float> radii_around(const Vec3f& ellipsoid, double radius, const std::vector<Vec3f>& nodes) {
   Body body;
-  support::add_ellipsoid(body, {0, 0, 0}, {0.1f, 0.1f, 0.1f}, Bone::head);
-  const BodyShape shape{MeshQuery(body.mesh), {{Bone::head, Vec3::Zero(), 0.1}}};
-  const std::vector<Vec3f> nodes{{0, 0.2f, 0},  {0.15f, 0, 0.1f}, {0, 0.103f, 0},
-                                 {0.08f, 0, 0}, {0, 0.02f, 0},    {0, 0, 0}};
+  support::add_ellipsoid(body, {0, 0, 0}, ellipsoid, Bone::head);
+  BodyShape shape{MeshQuery(body.mesh), {}, {}};
+  shape.balls.emplace_back(shape.skin, Bone::head, Vec3::Zero(), radius);
   const std::vector<double> mass(nodes.size(), 1e-3);
-  const std::vector<Metaball> balls = fit_metaballs(shape, nodes, mass, {});
-  ASSERT_EQ(balls.size(), 1u);
-  EXPECT_NEAR(balls[0].radius[0], 0.106, 1e-3);  // far outside: skin plus thickness
-  EXPECT_NEAR(balls[0].radius[1], 0.106, 1e-3);
-  EXPECT_NEAR(balls[0].radius[2], 0.103, 1e-5);  // just outside: where it lies
-  EXPECT_NEAR(balls[0].radius[3], 0.08, 1e-5);   // inside: where it lies
-  EXPECT_EQ(balls[0].radius[4], 0);              // too deep: off
-  EXPECT_EQ(balls[0].radius[5], 0);              // at the centre: off
+  return fit_metaballs(shape, {}, nodes, mass, {})[0].radius;
 }
 
-TEST(Contact, a_ball_reaches_the_skin_on_both_sides_of_a_long_head) {
-  Body body;
-  support::add_ellipsoid(body, {0, 0, 0}, {0.08f, 0.1f, 0.11f}, Bone::head);
-  const BodyShape shape{MeshQuery(body.mesh), {{Bone::head, Vec3::Zero(), 0.095}}};
-  const std::vector<Vec3f> nodes{{0.3f, 0, 0}, {0, 0.3f, 0}, {0, 0, 0.3f}};
-  const std::vector<double> mass(nodes.size(), 1e-3);
-  const Metaball ball = fit_metaballs(shape, nodes, mass, {})[0];
-  EXPECT_NEAR(ball.radius[0], 0.086, 1e-3);
-  EXPECT_NEAR(ball.radius[1], 0.106, 1e-3);
-  EXPECT_NEAR(ball.radius[2], 0.116, 1e-3);
+TEST(Contact, around_a_sphere_the_limit_is_the_skin_plus_the_thickness) {
+  const std::vector<float> radius =
+      radii_around({0.1f, 0.1f, 0.1f}, 0.1,
+                   {{0, 0.2f, 0}, {0.15f, 0, 0.1f}, {0, 0.103f, 0}, {0.08f, 0, 0}, {0, 0.02f, 0}, {0, 0, 0}});
+  EXPECT_NEAR(radius[0], 0.106, 1e-3);  // far outside: skin plus thickness
+  EXPECT_NEAR(radius[1], 0.106, 1e-3);
+  EXPECT_NEAR(radius[2], 0.103, 1e-5);  // just outside: where it lies
+  EXPECT_NEAR(radius[3], 0.08, 1e-5);   // inside: where it lies
+  EXPECT_EQ(radius[4], 0);              // too deep: off
+  EXPECT_EQ(radius[5], 0);              // at the centre: off
+}
+
+TEST(Contact, around_a_long_head_the_limit_follows_the_skin_or_what_rises_beside_it) {
+  const std::vector<float> radius =
+      radii_around({0.08f, 0.1f, 0.11f}, 0.095, {{0.3f, 0, 0}, {0, 0.3f, 0}, {0, 0, 0.3f}});
+  EXPECT_GT(radius[0], 0.0855f);
+  EXPECT_LT(radius[0], 0.0915f);
+  EXPECT_GT(radius[1], 0.1055f);
+  EXPECT_LT(radius[1], 0.109f);
+  EXPECT_NEAR(radius[2], 0.116, 1e-3);
+}
+
+// One point that two nodes move, and another that the second moves alone.
+HairStencils two_points() {
+  HairStencils stencils;
+  stencils.begin = {0, 2, 3};
+  stencils.nodes = {0, 1, 1};
+  stencils.weights = {0.75, 0.25, 1};
+  return stencils;
+}
+
+TEST(LimitTravel, keeps_what_no_point_forbids) {
+  std::vector<double> travel{0.02, 0.04};
+  limit_travel(two_points(), std::vector<double>{0.03, 0.04}, travel);
+  EXPECT_EQ(travel, (std::vector<double>{0.02, 0.04}));
+}
+
+TEST(LimitTravel, lowers_the_nodes_of_a_point_too_near_by_their_weights) {
+  std::vector<double> travel{0.02, 0.04};
+  limit_travel(two_points(), std::vector<double>{0.01, 0.04}, travel);
+  EXPECT_NEAR(0.75 * travel[0] + 0.25 * travel[1], 0.01, 1e-9);
+  EXPECT_NEAR((0.02 - travel[0]) / (0.04 - travel[1]), 3, 1e-6);
+}
+
+TEST(LimitTravel, lets_nothing_in_where_hair_lies_on_the_skin) {
+  std::vector<double> travel{0.5, 0.4};
+  limit_travel(two_points(), std::vector<double>{0, 0}, travel);
+  EXPECT_NEAR(travel[0], 0, 1e-6);
+  EXPECT_NEAR(travel[1], 0, 1e-6);
+}
+
+TEST(SampleHair, takes_points_from_all_along_the_strands) {
+  const HairSample sample = sample_hair(support::make_head_of_hair(4000));
+  EXPECT_GT(sample.points.size(), 3500u);
+  EXPECT_LT(sample.points.size(), 4500u);
+  const auto is_low = [](const Vec3f& point) { return point.y() < -0.1f; };
+  EXPECT_GT(std::ranges::count_if(sample.points, is_low), 500);
+  EXPECT_GT(std::ranges::count(sample.blend, 0.0f), 100);
 }
 
 }  // namespace
