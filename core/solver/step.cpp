@@ -98,17 +98,19 @@ double elastic_energy_j(const Level& level, const MaterialScale& material, const
 }
 
 // A lattice with more elastic energy than its last step may have left is drawn towards the design, where it has none,
-// until it has not. In ordinary motion this never acts. The springs are measured for the step on return.
+// until it has not. In ordinary motion this hardly ever acts. The springs are measured for the step on return.
 void hold_to_energy_limit(const Level& level, const MaterialScale& material, StepScratch& s, LatticeState& state) {
-  constexpr double kRounding = 1e-3, kRounding_j = 1e-12;
-  constexpr float kDraw = 0.8f, kDrawLeast = 0.05f;
+  constexpr double kRounding = 1e-3, kRounding_j = 1e-12, kDrawLeast = 0.5;
+  constexpr int kDraws = 20;
   measure(level, state, s);
   const double most_j = double{state.elastic_energy_max_j} * (1 + kRounding) + kRounding_j;
-  for (float drawn = 1; elastic_energy_j(level, material, s, state) > most_j; drawn *= kDraw) {
-    const float by = drawn > kDrawLeast ? kDraw : 0;
-    for (Vec3f& d : state.displacement) d *= by;
+  for (int draw = 1; draw <= kDraws; ++draw) {
+    const double energy_j = elastic_energy_j(level, material, s, state);
+    if (!(energy_j > most_j)) return;
+    // Springs that have hardly turned have an energy that goes with the square of the displacement.
+    const double by = draw < kDraws ? std::max(kDrawLeast, 0.999 * std::sqrt(most_j / energy_j)) : 0;
+    for (Vec3f& d : state.displacement) d *= static_cast<float>(by);
     measure(level, state, s);
-    if (by == 0) break;
   }
 }
 

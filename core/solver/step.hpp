@@ -53,7 +53,7 @@ struct SolverSettings {
   int iterations = 16;  // of conjugate gradient
 };
 
-// Measured (tests/fidelity/solver.md): with steps of at most this length, and so many iterations on each level, a
+// Measured (tests/fidelity/README.md): with steps of at most this length, and so many iterations on each level, a
 // trajectory errs by less than a seventh of the motion on the high level, a twentieth on the medium and a fiftieth on
 // the low. An ether level's system is block diagonal: its preconditioner solves it.
 inline constexpr double kStepMax_s = 1.0 / 50;
