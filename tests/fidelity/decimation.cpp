@@ -60,18 +60,21 @@ Result<void> measure(const std::string& groom_name, const Options& options, Deci
   auto groom = load_groom(groom_name, kMadeStrandCount);
   if (!groom) return Refusal(groom.error());
   groom->name = groom_name;
+  std::vector<Clip> clips;
   for (const std::string& name : options.motions) {
     const auto motion = load_motion(name, groom->body);
     if (!motion) return Refusal(motion.error());
-    const Clip clip = make_clip(*motion, kRate_hz, kDuration_s);
-    auto rows = measure_decimation(*groom, clip, counts, say);
-    if (!rows) return Refusal(rows.error());
-    report.rows.insert(report.rows.end(), rows->begin(), rows->end());
-    if (!options.has_lattices) continue;
-    auto lattices = measure_lattices(*groom, clip, kTruthNodes, counts, say);
+    clips.push_back(make_clip(*motion, kRate_hz, kDuration_s));
+  }
+  if (options.has_lattices) {
+    auto lattices = measure_lattices(*groom, clips, kTruthNodes, counts, say);
     if (!lattices) return Refusal(lattices.error());
     report.lattices.insert(report.lattices.end(), lattices->begin(), lattices->end());
+    return {};
   }
+  auto rows = measure_decimation(*groom, clips, counts, say);
+  if (!rows) return Refusal(rows.error());
+  report.rows.insert(report.rows.end(), rows->begin(), rows->end());
   return {};
 }
 
@@ -96,7 +99,8 @@ int main(int argc, char** argv) {
   app.add_option("--groom", options.grooms, "yuksel, ponytail, harolongo, sintel or made:NAME; again for more [seven]");
   app.add_option("--motion", options.motions, "a motion of the corpus or made:NAME; again for more [three real ones]");
   app.add_flag("--quick", options.is_quick, "two hairstyles, one motion, one random subset");
-  app.add_flag("--lattices", options.has_lattices, "hold the lattices against one of 14 nodes an axis too (slow)");
+  app.add_flag("--lattices", options.has_lattices,
+               "hold lattices, with all stiffeners, against one of 14 nodes an axis instead (slow)");
   app.add_option("--json", options.json, "write every figure to this file");
   app.add_option("--plot", options.plot, "draw mean error against count to this file (SVG)");
   app.footer(kExamples);

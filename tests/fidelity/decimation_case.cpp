@@ -23,20 +23,19 @@ std::string text(const char* format, auto... values) {
   return line;
 }
 
-// What the models of one lattice are held against.
+// What the models of one lattice are held against: all of its stiffeners, over one clip.
 struct Truth {
-  std::shared_ptr<const Level> level;
+  const Level* level = nullptr;
   std::vector<Vec3f> points;
   double motion_m = 0;
 };
 
-Result<Truth> find_truth(const Groom& groom, const Clip& clip, const StrandPoints& strands, int nodes) {
-  Truth truth{build(groom, nodes, kAll, kAll), {}, 0};
-  const auto trajectory = integrate(*truth.level, clip);
+Result<Truth> find_truth(const Level& level, const Clip& clip, const StrandPoints& strands) {
+  const auto trajectory = integrate(level, clip);
   if (!trajectory) return Refusal(trajectory.error());
-  truth.points = strands.deform(*truth.level, *trajectory);
+  Truth truth{&level, strands.deform(level, *trajectory), 0};
   truth.motion_m = rms_motion(truth.points, strands.rest());
-  if (!(truth.motion_m > 0)) return Refusal(groom.name + ", " + clip.name + ": nothing moves");
+  if (!(truth.motion_m > 0)) return Refusal(clip.name + ": nothing moves");
   return truth;
 }
 
@@ -72,21 +71,18 @@ Result<Distance> stiffer_distance(const Clip& clip, const StrandPoints& strands,
   return relative_distance(level, clip, strands, truth);
 }
 
-Result<DecimationRow> measure_count(const Groom& groom, const Clip& clip, const StrandPoints& strands,
-                                    const Truth& truth, int nodes, std::size_t count,
-                                    const DecimationOptions& options) {
-  const auto merged = build(groom, nodes, count, count / 4);
+Result<DecimationRow> measure_model(const Level& merged, const Clip& clip, const StrandPoints& strands,
+                                    const Truth& truth, const DecimationOptions& options) {
   DecimationRow row;
-  row.groom = groom.name;
   row.motion = clip.name;
-  row.lattice_nodes = nodes;
-  row.spring_count = merged->springs.count();
-  row.attachment_count = merged->attachments.count();
+  row.lattice_nodes = merged.geometry.lattice.dims[0];
+  row.spring_count = merged.springs.count();
+  row.attachment_count = merged.attachments.count();
   row.spring_count_all = truth.level->springs.count();
   row.attachment_count_all = truth.level->attachments.count();
   row.motion_m = truth.motion_m;
-  const bool is_target = nodes == kTargetNodes && count == kTargetSpringCount;
-  const auto of_merged = relative_distance(*merged, clip, strands, truth);
+  const bool is_target = row.lattice_nodes == kTargetNodes && row.spring_count == kTargetSpringCount;
+  const auto of_merged = relative_distance(merged, clip, strands, truth);
   if (!of_merged) return Refusal(of_merged.error());
   const auto of_random =
       random_distance(clip, strands, truth, row, is_target ? options.target_seed_count : options.other_seed_count);
@@ -103,38 +99,46 @@ Result<DecimationRow> measure_count(const Groom& groom, const Clip& clip, const 
 
 }  // namespace
 
-Result<std::vector<DecimationRow>> measure_decimation(const Groom& groom, const Clip& clip,
+Result<std::vector<DecimationRow>> measure_decimation(const Groom& groom, std::span<const Clip> clips,
                                                       const DecimationOptions& options, const Say& say) {
   const StrandPoints strands(groom, options.point_count_max);
   std::vector<DecimationRow> rows;
   for (const int nodes : kLatticeNodes) {
-    const auto truth = find_truth(groom, clip, strands, nodes);
-    if (!truth) return Refusal(truth.error());
-    for (const std::size_t count : kSpringCounts) {
-      auto row = measure_count(groom, clip, strands, *truth, nodes, count, options);
-      if (!row) return Refusal(row.error());
-      say(text("%s, %s, %d^3, %zu+%zu of %zu+%zu: merged %.1f %%, random %.1f %% of %.1f mm", row->groom.c_str(),
-               row->motion.c_str(), nodes, row->spring_count, row->attachment_count, row->spring_count_all,
-               row->attachment_count_all, 100 * row->merged.rms, 100 * row->random.rms, 1e3 * row->motion_m));
-      rows.push_back(std::move(*row));
+    const auto all = build(groom, nodes, kAll, kAll);
+    std::vector<std::shared_ptr<const Level>> models;
+    for (const std::size_t count : kSpringCounts) models.push_back(build(groom, nodes, count, count / 4));
+    for (const Clip& clip : clips) {
+      const auto truth = find_truth(*all, clip, strands);
+      if (!truth) return Refusal(truth.error());
+      for (const auto& merged : models) {
+        auto row = measure_model(*merged, clip, strands, *truth, options);
+        if (!row) return Refusal(row.error());
+        row->groom = groom.name;
+        say(text("%s, %s, %d^3, %zu+%zu of %zu+%zu: merged %.1f %%, random %.1f %% of %.1f mm", row->groom.c_str(),
+                 row->motion.c_str(), nodes, row->spring_count, row->attachment_count, row->spring_count_all,
+                 row->attachment_count_all, 100 * row->merged.rms, 100 * row->random.rms, 1e3 * row->motion_m));
+        rows.push_back(std::move(*row));
+      }
     }
   }
   return rows;
 }
 
-Result<std::vector<LatticeRow>> measure_lattices(const Groom& groom, const Clip& clip, int truth_nodes,
+Result<std::vector<LatticeRow>> measure_lattices(const Groom& groom, std::span<const Clip> clips, int truth_nodes,
                                                  const DecimationOptions& options, const Say& say) {
   const StrandPoints strands(groom, options.point_count_max);
-  const auto truth = find_truth(groom, clip, strands, truth_nodes);
-  if (!truth) return Refusal(truth.error());
+  const auto fine = build(groom, truth_nodes, kAll, kAll);
   std::vector<LatticeRow> rows;
-  for (const int nodes : kLatticeNodes) {
-    const auto level = build(groom, nodes, kAll, kAll);
-    const auto one = relative_distance(*level, clip, strands, *truth);
-    if (!one) return Refusal(one.error());
-    rows.push_back({groom.name, clip.name, nodes, truth_nodes, truth->motion_m, *one});
-    say(text("%s, %s, all stiffeners on %d^3: %.1f %% off %d^3", groom.name.c_str(), clip.name.c_str(), nodes,
-             100 * one->rms, truth_nodes));
+  for (const Clip& clip : clips) {
+    const auto truth = find_truth(*fine, clip, strands);
+    if (!truth) return Refusal(truth.error());
+    for (const int nodes : kLatticeNodes) {
+      const auto one = relative_distance(*build(groom, nodes, kAll, kAll), clip, strands, *truth);
+      if (!one) return Refusal(one.error());
+      rows.push_back({groom.name, clip.name, nodes, truth_nodes, truth->motion_m, *one});
+      say(text("%s, %s, all stiffeners on %d^3: %.1f %% off %d^3", groom.name.c_str(), clip.name.c_str(), nodes,
+               100 * one->rms, truth_nodes));
+    }
   }
   return rows;
 }

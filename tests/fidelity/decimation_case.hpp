@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -44,10 +45,10 @@ struct LatticeRow {
 
 using Say = std::function<void(const std::string&)>;
 
-// All counts on all lattices, of one groom and one clip.
-Result<std::vector<DecimationRow>> measure_decimation(const Groom& groom, const Clip& clip,
+// All counts on all lattices, of one groom and some clips.
+Result<std::vector<DecimationRow>> measure_decimation(const Groom& groom, std::span<const Clip> clips,
                                                       const DecimationOptions& options, const Say& say);
-Result<std::vector<LatticeRow>> measure_lattices(const Groom& groom, const Clip& clip, int truth_nodes,
+Result<std::vector<LatticeRow>> measure_lattices(const Groom& groom, std::span<const Clip> clips, int truth_nodes,
                                                  const DecimationOptions& options, const Say& say);
 
 }  // namespace hairnet::fidelity

@@ -112,8 +112,8 @@ std::string grid_of(const Axes& axes) {
 }  // namespace
 
 std::string tables_of(const DecimationReport& report) {
+  if (report.rows.empty()) return lattice_table(report);
   std::string tables = means_table(report) + "\n" + target_table(report);
-  if (!report.lattices.empty()) tables += "\n" + lattice_table(report);
   const Mean target = mean_of(report.rows, kTargetNodes, kTargetSpringCount);
   if (target.count > 0) {
     tables += text(
