@@ -41,7 +41,8 @@ struct Character {
   double still_s = 0;       // with kSleepAfter_s asleep
   double easing_s = -1;     // since the rigid level was asked for; negative: it was not
   double switched_s = 1e9;  // since the lattice was carried over from another level
-  ContactRelease contact_release;
+  double stiffness = 1;     // of the last step, as eased
+  CalmRelease calm_release;
   bool teleport = false;
 
   [[nodiscard]] bool is_asleep() const { return still_s >= kSleepAfter_s; }
@@ -165,7 +166,7 @@ struct World::Impl {
       c.still_pose = c.to;
     }
     if (c.is_asleep()) return Outcome::asleep;
-    const double calm = c.contact_release.update(c.to, def.tick_s);
+    const double calm = c.calm_release.update(c.to, def.tick_s);
     const double release = std::max(def.environment.wind.is_still() ? calm : 0, 1 - SwitchEase(c.switched_s).contact());
     Outcome outcome = Outcome::idle;
     if (c.easing_s >= 0) {
@@ -188,10 +189,10 @@ struct World::Impl {
 
   Outcome step_lattice(const Level& level, Character& c, double release, StepScratch& scratch) const {
     const Pose start = c.from;
-    const double stiffness_before = SwitchEase(c.switched_s).stiffness();
     c.switched_s += def.tick_s;
-    const double stiffness = SwitchEase(c.switched_s).stiffness();
-    c.state.elastic_energy_max_j *= static_cast<float>(stiffness / stiffness_before);
+    const double calm = def.environment.wind.is_still() ? c.calm_release.stiffness() : 1;
+    const double stiffness = SwitchEase(c.switched_s).stiffness() * calm;
+    c.state.elastic_energy_max_j *= static_cast<float>(stiffness / std::exchange(c.stiffness, stiffness));
     MaterialScale material = c.material;
     material.stiffness *= static_cast<float>(stiffness);
     for (int substep = 0; substep < def.substep_count; ++substep) {
@@ -415,10 +416,13 @@ std::uint64_t World::hash() const {
     const Character& c = slot.character;
     fnv.add(std::uint64_t{s});
     fnv.add(static_cast<std::uint64_t>(c.level));
-    fnv.add(c.contact_release.calm_s());
+    fnv.add(c.calm_release.calm_s());
+    fnv.add(c.stiffness);
     fnv.add(c.still_s);
     fnv.add(c.easing_s);
     fnv.add(c.switched_s);
+    const MaterialScale& m = c.material;
+    for (const float x : {m.stiffness, m.damping, m.density, m.ether_damping, m.air_drag, m.gel_per_s2}) fnv.add(x);
     fnv.add(c.state.elastic_energy_max_j);
     for (const RigidTransform& bone : c.from.bones) {
       for (int i = 0; i < 4; ++i) fnv.add(bone.rotation.coeffs()[i]);

@@ -32,7 +32,7 @@ struct WorldDef {
 
 inline constexpr double kRigidEase_s = 0.3;
 inline constexpr double kSwitchEase_s = 0.5;
-inline constexpr double kSleepAfter_s = 2;
+inline constexpr double kSleepAfter_s = 4.5;  // after CalmRelease has done its work
 
 struct CharacterDef {
   std::shared_ptr<const LevelSet> levels;  // null: only the rigid level can be set

@@ -11,7 +11,8 @@ namespace hairnet {
 namespace {
 
 constexpr double kCalmTurn_rad = 0.17, kCalmShift_m = 0.02;
-constexpr double kCalmBefore_s = 1, kReleaseWithin_s = 0.5;
+constexpr double kContactAfter_s = 1, kContactWithin_s = 1.5;
+constexpr double kSpringsAfter_s = 3, kSpringsWithin_s = 4, kStiffnessLeft = 0.01;
 
 // Hair hangs as it was designed up to the first tilt; from the second on contacts must hold it.
 constexpr double kUprightTilt_rad = 0.017, kTilted_rad = 0.087;
@@ -35,9 +36,14 @@ bool is_calm(const Pose& pose) {
 
 }  // namespace
 
-double ContactRelease::update(const Pose& pose, double elapsed_s) {
-  calm_s_ = is_calm(pose) ? std::min(calm_s_ + elapsed_s, kCalmBefore_s + kReleaseWithin_s) : 0;
-  return uprightness(pose) * std::clamp((calm_s_ - kCalmBefore_s) / kReleaseWithin_s, 0.0, 1.0);
+double CalmRelease::update(const Pose& pose, double elapsed_s) {
+  calm_s_ = is_calm(pose) ? std::min(calm_s_ + elapsed_s, kSpringsWithin_s) : 0;
+  const double upright = uprightness(pose);
+  const auto come = [this](double from_s, double to_s) {
+    return std::clamp((calm_s_ - from_s) / (to_s - from_s), 0.0, 1.0);
+  };
+  stiffness_ = 1 - (1 - kStiffnessLeft) * upright * come(kSpringsAfter_s, kSpringsWithin_s);
+  return upright * come(kContactAfter_s, kContactWithin_s);
 }
 
 void add_contacts(const Level& level, const StepInput& input, const LatticeState& state, std::span<const Vec3f> carried,

@@ -30,23 +30,27 @@ struct StepInput {
   Pose from, to;  // at the start and the end of the step
   double step_s = 1.0 / 30;
   Environment environment;
-  double contact_release = 0;  // of ContactRelease
+  double contact_release = 0;  // of CalmRelease
   MaterialScale material;      // the character's own, on what the level was built with
   double time_s = 0;           // at the end of the step, for the wind
 };
 
-// Balls around neck and shoulders can catch hair that swung to their wrong side, where the ether alone cannot free it.
-// Once the head has been upright, and neck, shoulders and trunk about as at rest to it, for a second, contacts fade
-// within another half second: upright nothing presses hair into the body, and what is left of the forces leads home.
-// Any motion of the bones, or a tilt, restores contact at once.
-class ContactRelease {
+// Hair that was thrown about can be caught where ether alone cannot free it: on the wrong side of balls around neck and
+// shoulders, or folded through itself, its springs as long as designed. Upright nothing presses hair into the body, and
+// without balls and springs all that is left of the forces leads home. So once the head has been upright, and neck,
+// shoulders and trunk about as at rest to it, for a second, contacts fade within half a second; after three seconds,
+// when hair that is not caught has come to rest, springs and attachments fade within another. Any motion of the bones,
+// or a tilt, restores them at once.
+class CalmRelease {
  public:
-  // The share to let go, 0 to 1, when `pose` has lasted `elapsed_s` more.
+  // The share of contact to let go, 0 to 1, when `pose` has lasted `elapsed_s` more.
   double update(const Pose& pose, double elapsed_s);
+  // What is left of the stiffness of springs and attachments after the last update, never 0.
+  [[nodiscard]] double stiffness() const { return stiffness_; }
   [[nodiscard]] double calm_s() const { return calm_s_; }
 
  private:
-  double calm_s_ = 0;
+  double calm_s_ = 0, stiffness_ = 1;
 };
 
 struct SolverSettings {

@@ -57,7 +57,7 @@ Trajectory run(const Level& level, const Motion& motion, const Setting& setting,
   LatticeState state;
   reset_to_rest(level, state);
   StepScratch scratch;
-  ContactRelease release;
+  CalmRelease release;
   Clock::duration spent{};
   for (std::size_t tick = 1; tick < clip.poses.size(); ++tick) {
     StepInput input;

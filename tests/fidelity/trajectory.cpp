@@ -12,7 +12,7 @@ namespace hairnet::fidelity {
 Result<Trajectory> integrate(const Level& level, const Clip& clip) {
   const double tick_s = 1 / clip.rate_hz;
   DirectStep solver(level);
-  ContactRelease release;
+  CalmRelease release;
   LatticeState rest;
   reset_to_rest(level, rest);
   WorldLattice lattice = to_world(level, clip.poses.front().head(), rest);

@@ -88,7 +88,8 @@ Json notes_json() {
       "linearly "
       "from 0 to 1 in a further 0.5 s, v = t^2 (3 - 2 t), t = clamp((0.087 - tilt) / 0.07, 0, 1), tilt the angle "
       "between "
-      "the head's up and +Y in rad",
+      "the head's up and +Y in rad; after 3 s, k and q of springs and attachments fade alike within 1 s, to 0.01 at v "
+      "= 1",
       "spring forces are linearised about the step's start with the positive semi-definite part only (k e e^T, q e "
       "e^T)",
       "every q, of springs, attachments and ether, is what the solver uses at this rate and substeps: the material's "

@@ -42,13 +42,12 @@ class ConvergedStepper : public Stepper {
 
   StepReport step(const Pose& to, bool teleport) override {
     StepReport report;
-    const double calm = contact_release_.update(to, def_.tick_s);
-    const double contact_release = def_.environment.wind.is_still() ? calm : 0;
+    const double contact_release = calm_release_.update(to, def_.tick_s);
     if (teleport || is_teleport(from_, to, def_.tick_s)) {
       move_rigidly(to.head() * from_.head().inverse());
       report.teleports = 1;
     } else {
-      step_smoothly(to, contact_release);
+      step_smoothly(to, def_.environment.wind.is_still() ? contact_release : 0);
       report.stepped = 1;
     }
     from_ = to;
@@ -66,6 +65,7 @@ class ConvergedStepper : public Stepper {
   void step_smoothly(const Pose& to, double contact_release) {
     const double substep_s = def_.tick_s / def_.substep_count;
     StepInput input{from_, from_, substep_s, def_.environment, contact_release, {}, tick_ * def_.tick_s};
+    if (def_.environment.wind.is_still()) input.material.stiffness *= static_cast<float>(calm_release_.stiffness());
     for (int substep = 1; substep <= def_.substep_count; ++substep) {
       input.from = std::exchange(
           input.to, substep == def_.substep_count ? to : interpolate(from_, to, double(substep) / def_.substep_count));
@@ -78,7 +78,7 @@ class ConvergedStepper : public Stepper {
   const Level& level_;  // kept alive by def_
   Pose from_;
   double tick_ = 0;
-  ContactRelease contact_release_;
+  CalmRelease calm_release_;
   WorldLattice lattice_;
   LatticeState state_;
 };

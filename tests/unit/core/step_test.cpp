@@ -282,8 +282,8 @@ TEST(Step, a_calm_body_lets_go_of_hair_caught_behind_it) {
   EXPECT_LT(settle(1), 1e-4f);
 }
 
-TEST(ContactRelease, comes_with_calm_and_goes_with_any_turn_of_the_head_against_the_body) {
-  ContactRelease release;
+TEST(CalmRelease, comes_with_calm_and_goes_with_any_turn_of_the_head_against_the_body) {
+  CalmRelease release;
   const Pose upright = rigid_pose(turned(1, {0, 1, 0}));
   for (int tick = 0; tick < 30; ++tick) EXPECT_NEAR(release.update(upright, 1.0 / 30), 0, 1e-9);
   for (int tick = 0; tick < 15; ++tick) release.update(upright, 1.0 / 30);
@@ -293,8 +293,18 @@ TEST(ContactRelease, comes_with_calm_and_goes_with_any_turn_of_the_head_against_
   EXPECT_EQ(release.update(looking_aside, 1.0 / 30), 0);
 }
 
-TEST(ContactRelease, a_tilted_head_keeps_all_contact_however_calm) {
-  ContactRelease release;
+TEST(CalmRelease, springs_fade_only_after_hair_has_had_time_to_come_to_rest) {
+  CalmRelease release;
+  for (int tick = 0; tick < 90; ++tick) release.update(Pose{}, 1.0 / 30);
+  EXPECT_NEAR(release.stiffness(), 1, 1e-9);
+  for (int tick = 0; tick < 30; ++tick) release.update(Pose{}, 1.0 / 30);
+  EXPECT_NEAR(release.stiffness(), 0.01, 1e-9);
+  release.update(rigid_pose(turned(0.2, {1, 0, 0})), 1.0 / 30);
+  EXPECT_EQ(release.stiffness(), 1);
+}
+
+TEST(CalmRelease, a_tilted_head_keeps_all_contact_however_calm) {
+  CalmRelease release;
   for (int tick = 0; tick < 90; ++tick) EXPECT_EQ(release.update(rigid_pose(turned(0.1, {1, 0, 0})), 1.0 / 30), 0);
 }
 

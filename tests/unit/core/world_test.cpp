@@ -217,7 +217,7 @@ TEST(World, a_still_character_sleeps_and_wakes_by_motion_wind_and_change_of_leve
     }
     return -1;
   };
-  EXPECT_GE(until_asleep(), 2 * 30);
+  EXPECT_GE(until_asleep(), static_cast<int>(kSleepAfter_s * 30) - 1);
   EXPECT_TRUE(world.lattice(id).asleep);
   const LatticeState asleep = world.state(id);
   const std::uint64_t hash = world.hash();
