@@ -64,12 +64,18 @@ void set_material(const Material& material, Groom& groom) {
   for (StrandProperties& strand : groom.strands) {
     if (strand.rooted) strand.root_length_m = material.root_length_m;
   }
+  for (auto& [points, strip] : groom.strips) {
+    if (strip.rooted) strip.root_length_m = material.root_length_m;
+  }
 }
 
 void set_group_material(std::uint16_t group, const Material& material, Groom& groom) {
   groom.materials.set(group, material);
   for (StrandProperties& strand : groom.strands) {
     if (strand.rooted && strand.group == group) strand.root_length_m = material.root_length_m;
+  }
+  for (auto& [points, strip] : groom.strips) {
+    if (strip.rooted && strip.group == group) strip.root_length_m = material.root_length_m;
   }
 }
 

@@ -42,6 +42,16 @@ Result<TriangleMesh> read_mesh(const std::string& file) {
   return mesh;
 }
 
+void spread_root_lengths(const ImportOptions& options, Groom& groom) {
+  for (std::uint16_t group = 0; group < groom.group_names.size(); ++group) {
+    RootLengths lengths;
+    const double of_material = static_cast<double>(groom.materials.of(group).root_length_m);
+    lengths.root_length_m = static_cast<float>(options.root_length_m.value_or(of_material));
+    lengths.spread = static_cast<float>(options.root_spread);
+    set_root_lengths(lengths, group, groom);
+  }
+}
+
 }  // namespace
 
 Result<void> import_groom(const ImportOptions& options) {
@@ -74,13 +84,7 @@ Result<void> import_groom(const ImportOptions& options) {
   if (options.root_length_m) {
     for (StrandProperties& strand : groom.strands) strand.root_length_m = static_cast<float>(*options.root_length_m);
   }
-  if (options.root_spread > 0) {
-    RootLengths lengths;
-    lengths.root_length_m =
-        options.root_length_m ? static_cast<float>(*options.root_length_m) : groom.materials.base.root_length_m;
-    lengths.spread = static_cast<float>(options.root_spread);
-    set_root_lengths(lengths, kEveryGroup, groom);
-  }
+  if (options.root_spread > 0) spread_root_lengths(options, groom);
   return save_groom(groom, options.out);
 }
 
