@@ -6,6 +6,7 @@
 #include "core/solver/metaball.hpp"
 #include "core/solver/node_terms.hpp"
 #include "core/solver/spring.hpp"
+#include "core/solver/weighted_sum.hpp"
 
 namespace hairnet {
 namespace {
@@ -22,17 +23,6 @@ struct System {
   std::vector<Mat3> df_dp, df_dp_dot;  // of forces on single nodes: block diagonal
   std::vector<Linearised> stiffeners;  // all others act through weighted sums
 };
-
-Vec3 weighted_sum(const Stiffeners& s, std::size_t index, const std::vector<Vec3>& nodes) {
-  Vec3 sum = Vec3::Zero();
-  for (std::uint32_t e = s.begin[index]; e < s.begin[index + 1]; ++e) sum += double{s.weights[e]} * nodes[s.nodes[e]];
-  return sum;
-}
-
-// f_i += w_i sigma (eq. 1)
-void scatter(const Stiffeners& s, std::size_t index, const Vec3& sigma, std::vector<Vec3>& nodes) {
-  for (std::uint32_t e = s.begin[index]; e < s.begin[index + 1]; ++e) nodes[s.nodes[e]] += double{s.weights[e]} * sigma;
-}
 
 void add_springs(const Level& level, const StepInput& input, const WorldLattice& lattice, System& system) {
   const Stiffeners& springs = level.springs;

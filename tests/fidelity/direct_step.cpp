@@ -7,19 +7,10 @@
 #include "core/solver/metaball.hpp"
 #include "core/solver/node_terms.hpp"
 #include "core/solver/spring.hpp"
+#include "core/solver/weighted_sum.hpp"
 
 namespace hairnet::fidelity {
 namespace {
-
-Vec3 weighted_sum(const Stiffeners& s, std::size_t index, const std::vector<Vec3>& nodes) {
-  Vec3 sum = Vec3::Zero();
-  for (std::uint32_t e = s.begin[index]; e < s.begin[index + 1]; ++e) sum += double{s.weights[e]} * nodes[s.nodes[e]];
-  return sum;
-}
-
-void scatter(const Stiffeners& s, std::size_t index, const Vec3& sigma, std::vector<Vec3>& nodes) {
-  for (std::uint32_t e = s.begin[index]; e < s.begin[index + 1]; ++e) nodes[s.nodes[e]] += double{s.weights[e]} * sigma;
-}
 
 std::span<const std::uint16_t> nodes_of(const Stiffeners& s, std::size_t index) {
   return {s.nodes.data() + s.begin[index], s.nodes.data() + s.begin[index + 1]};

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <vector>
+
+#include "core/build/level.hpp"
+
+// Eqs. 1-2 in double, for steps that are written to be read: what a stiffener acts on, and how it acts back.
+namespace hairnet {
+
+// epsilon = sum_j w_j p_j
+inline Vec3 weighted_sum(const Stiffeners& s, std::size_t index, const std::vector<Vec3>& nodes) {
+  Vec3 sum = Vec3::Zero();
+  for (std::uint32_t e = s.begin[index]; e < s.begin[index + 1]; ++e) sum += double{s.weights[e]} * nodes[s.nodes[e]];
+  return sum;
+}
+
+// f_i += w_i sigma
+inline void scatter(const Stiffeners& s, std::size_t index, const Vec3& sigma, std::vector<Vec3>& nodes) {
+  for (std::uint32_t e = s.begin[index]; e < s.begin[index + 1]; ++e) nodes[s.nodes[e]] += double{s.weights[e]} * sigma;
+}
+
+}  // namespace hairnet
