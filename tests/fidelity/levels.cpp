@@ -6,17 +6,16 @@
 #include <cstdio>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <span>
 #include <string>
 #include <tuple>
 #include <utility>
 #include <vector>
 
-#include "client/tools/files/write_file.hpp"
 #include "core/build/build.hpp"
 #include "core/ffd/deform.hpp"
 #include "core/world.hpp"
 #include "tests/fidelity/corpus.hpp"
+#include "tests/fidelity/write_json.hpp"
 
 namespace {
 
@@ -165,10 +164,7 @@ int run(const Options& o) {
   }
   Json json = Json::array();
   print(rows, json);
-  if (o.json.empty()) return 0;
-  const std::string text = json.dump(1) + "\n";
-  const Result<void> written = write_file(o.json, std::as_bytes(std::span(text)));
-  return written ? 0 : fail(written.error());
+  return fidelity::write_json("hairnet-fidelity-levels", o.json, json);
 }
 
 }  // namespace

@@ -9,14 +9,13 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <random>
-#include <span>
 #include <string>
 #include <vector>
 
-#include "client/tools/files/write_file.hpp"
 #include "core/build/build.hpp"
 #include "core/world.hpp"
 #include "tests/fidelity/corpus.hpp"
+#include "tests/fidelity/write_json.hpp"
 
 namespace {
 
@@ -239,12 +238,8 @@ int run(const Options& o) {
     if (!groom) return std::fprintf(stderr, "hairnet-fidelity-robustness: %s\n", groom.error().c_str()), 1;
     test_groom(name, *groom, o, rows, all_passed);
   }
-  if (!o.json.empty()) {
-    const std::string text = rows.dump(1) + "\n";
-    const Result<void> written = write_file(o.json, std::as_bytes(std::span(text)));
-    if (!written) return std::fprintf(stderr, "hairnet-fidelity-robustness: %s\n", written.error().c_str()), 1;
-  }
-  return all_passed ? 0 : 1;
+  const int unwritten = fidelity::write_json("hairnet-fidelity-robustness", o.json, rows);
+  return all_passed ? unwritten : 1;
 }
 
 }  // namespace

@@ -8,15 +8,14 @@
 #include <cstdio>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <span>
 #include <string>
 #include <tuple>
 #include <vector>
 
-#include "client/tools/files/write_file.hpp"
 #include "core/build/build.hpp"
 #include "core/solver/step.hpp"
 #include "tests/fidelity/corpus.hpp"
+#include "tests/fidelity/write_json.hpp"
 
 namespace {
 
@@ -186,10 +185,7 @@ int run(const Options& o) {
     }
   }
   print(sums);
-  if (o.json.empty()) return 0;
-  const std::string text = json_of(sums).dump(1) + "\n";
-  const Result<void> written = write_file(o.json, std::as_bytes(std::span(text)));
-  return written ? 0 : fail(written.error());
+  return fidelity::write_json("hairnet-fidelity-solver", o.json, json_of(sums));
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // How hair swings out, without contact, after the head was moved aside and stopped: frequency and decay, at every level
-// and rate, with the viscosity as asked for and with what the solver adds taken off it, against the undecimated model in
-// small steps.
+// and rate, with the viscosity as asked for and with what the solver adds taken off it, against the undecimated model
+// in small steps.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -9,15 +9,14 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
-#include "client/tools/files/write_file.hpp"
 #include "core/build/build.hpp"
 #include "core/ffd/deform.hpp"
 #include "core/world.hpp"
 #include "tests/fidelity/corpus.hpp"
+#include "tests/fidelity/write_json.hpp"
 
 namespace {
 
@@ -164,11 +163,7 @@ int run(const Options& options) {
       }
     }
   }
-  if (options.json.empty()) return 0;
-  const std::string text = rows.dump(1) + "\n";
-  const Result<void> written = write_file(options.json, std::as_bytes(std::span(text)));
-  if (!written) return std::fprintf(stderr, "hairnet-fidelity-swing: %s\n", written.error().c_str()), 1;
-  return 0;
+  return fidelity::write_json("hairnet-fidelity-swing", options.json, rows);
 }
 
 }  // namespace
