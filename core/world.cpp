@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "core/build/level_map.hpp"
+#include "core/solver/calm_release.hpp"
+#include "core/solver/energy.hpp"
 #include "core/solver/head_motion.hpp"
 
 namespace hairnet {

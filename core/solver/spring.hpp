@@ -27,8 +27,9 @@ inline Mat3 spring_jacobian_exact(double k, double q, double rest_length, const 
 }
 
 // |eps_0 + delta| - |eps_0| without cancellation: exactly 0 for delta = 0.
-inline float elongation(const Vec3f& rest, const Vec3f& delta) {
-  return (2.0f * rest + delta).dot(delta) / ((rest + delta).norm() + rest.norm());
+template <class S>
+S elongation(const Eigen::Matrix<S, 3, 1>& rest, const Eigen::Matrix<S, 3, 1>& delta) {
+  return (S(2) * rest + delta).dot(delta) / ((rest + delta).norm() + rest.norm());
 }
 
 }  // namespace hairnet

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "core/build/build.hpp"
+#include "core/solver/calm_release.hpp"
 #include "core/solver/step.hpp"
 #include "tests/fidelity/corpus.hpp"
 #include "tests/fidelity/write_json.hpp"

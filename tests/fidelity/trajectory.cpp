@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/ffd/deform.hpp"
+#include "core/solver/calm_release.hpp"
 #include "tests/fidelity/direct_step.hpp"
 
 namespace hairnet::fidelity {

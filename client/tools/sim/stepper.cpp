@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "core/solver/calm_release.hpp"
 #include "core/solver/reference_step.hpp"
 
 namespace hairnet::sim {

@@ -67,8 +67,8 @@ TEST(Spring, elongation_is_the_difference_of_lengths_and_exactly_zero_undeformed
   for (int trial = 0; trial < 100; ++trial) {
     const Vec3 rest = random_vec(random, 0.05).cast<float>().cast<double>();
     const Vec3 delta = random_vec(random, 0.02).cast<float>().cast<double>();
-    EXPECT_NEAR(elongation(rest.cast<float>(), delta.cast<float>()), (rest + delta).norm() - rest.norm(), 2e-8);
-    EXPECT_EQ(elongation(rest.cast<float>(), Vec3f::Zero()), 0.0f);
+    EXPECT_NEAR(elongation<float>(rest.cast<float>(), delta.cast<float>()), (rest + delta).norm() - rest.norm(), 2e-8);
+    EXPECT_EQ(elongation<float>(rest.cast<float>(), Vec3f::Zero()), 0.0f);
   }
 }
 

@@ -8,6 +8,7 @@
 #include "core/build/build.hpp"
 #include "core/ffd/deform.hpp"
 #include "core/made/made.hpp"
+#include "core/solver/energy.hpp"
 #include "core/solver/head_motion.hpp"
 #include "core/solver/step.hpp"
 

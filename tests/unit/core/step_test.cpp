@@ -4,6 +4,8 @@
 
 #include <random>
 
+#include "core/solver/calm_release.hpp"
+#include "core/solver/energy.hpp"
 #include "core/solver/head_motion.hpp"
 #include "core/solver/reference_step.hpp"
 #include "tests/support/levels.hpp"

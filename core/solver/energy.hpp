@@ -1,0 +1,17 @@
+#pragma once
+
+#include "core/groom/material_scale.hpp"
+#include "core/solver/head_motion.hpp"
+#include "core/solver/step.hpp"
+
+namespace hairnet {
+
+// Kinetic energy relative to the rest's motion and elastic energy (springs, attachments, ether), J. `motion`: of the
+// step that led to `state`.
+struct LatticeEnergy {
+  double kinetic_j = 0, elastic_j = 0;
+};
+LatticeEnergy energy(const Level& level, const MaterialScale& material, const HeadMotion& motion,
+                     const LatticeState& state);
+
+}  // namespace hairnet

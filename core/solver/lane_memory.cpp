@@ -1,0 +1,53 @@
+#include "core/solver/lane_memory.hpp"
+
+#include <algorithm>
+
+#include "core/solver/step_terms.hpp"
+
+namespace hairnet {
+
+LaneMemory LaneBlock::carve(const LaneSizes& sizes, const LevelView& level) {
+  LaneMemory memory;
+  struct Part {
+    float** at;
+    std::size_t floats;
+  };
+  const std::size_t node_vectors = level.node_count * sizes.vector, node_blocks = level.node_count * sizes.block;
+  const std::array parts{
+      Part{&terms_, kStepTermCount * sizes.real},
+      Part{&memory.displacement, node_vectors},
+      Part{&memory.velocity, node_vectors},
+      Part{&memory.rest_velocity, node_vectors},
+      Part{&memory.carried, node_vectors},
+      Part{&memory.solution, node_vectors},
+      Part{&memory.residual, node_vectors},
+      Part{&memory.preconditioned, node_vectors},
+      Part{&memory.direction, node_vectors},
+      Part{&memory.product, node_vectors},
+      Part{&memory.diagonal, node_blocks},
+      Part{&memory.preconditioner, node_blocks},
+      Part{&memory.spring_direction, level.springs.count * sizes.vector},
+      Part{&memory.spring_elongation, level.springs.count * sizes.real},
+      Part{&memory.spring_coefficient, level.springs.count * sizes.real},
+      Part{&memory.attachment_displacement, level.attachments.count * sizes.vector},
+      Part{&memory.attachment_coefficient, level.attachments.count * sizes.real},
+      Part{&memory.ball_centre, level.metaball_count * sizes.vector},
+      Part{&memory.elastic_energy_max_j, sizes.real},
+      Part{&memory.speed_max, sizes.real},
+      Part{&memory.is_finite, sizes.real},
+  };
+  constexpr std::size_t kLine = std::tuple_size_v<decltype(Line::floats)>;
+  const auto lines = [](std::size_t floats) { return (floats + kLine - 1) / kLine; };
+  std::size_t count = 0;
+  for (const Part& part : parts) count += lines(part.floats);
+  if (lines_.size() < count) lines_.resize(count);
+  Line* next = lines_.data();
+  for (const Part& part : parts) {
+    *part.at = next->floats.data();
+    next += lines(part.floats);
+  }
+  memory.terms = terms_;
+  return memory;
+}
+
+}  // namespace hairnet

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "core/solver/level_view.hpp"
+
+namespace hairnet {
+
+// The working memory of one step in one layout (lanes_inl.hpp). A pointer says what stands there for each node, spring
+// or attachment; all are carved from one block, in the order in which a step goes through them.
+struct LaneMemory {
+  const float* terms = nullptr;  // StepTerms, a Real each
+
+  // Vectors of nodes. `velocity` becomes R v - R' P^0 within a step, `residual` begins as the right-hand side b.
+  float *displacement, *velocity, *rest_velocity, *carried;
+  float *solution, *residual, *preconditioned, *direction, *product;
+  float *diagonal, *preconditioner;  // Blocks of nodes: a node's own part of the system; the inverse of its whole
+
+  float* spring_direction;                        // Vectors, eps / |eps|
+  float *spring_elongation, *spring_coefficient;  // Reals: |eps| - |eps_0|, m; h (h k + q)
+  float* attachment_displacement;                 // Vectors, eps - eps_0
+  float* attachment_coefficient;                  // Reals
+  float* ball_centre;                             // Vectors
+
+  float *elastic_energy_max_j, *speed_max, *is_finite;  // a Real each: what the step leaves (LatticeState; 1 or 0)
+};
+
+// Floats of one Real, Vector and Block of a layout.
+struct LaneSizes {
+  std::size_t real, vector, block;
+};
+
+// Grows to the largest level met and stays, so that steps allocate nothing once it has.
+class LaneBlock {
+ public:
+  LaneMemory carve(const LaneSizes& sizes, const LevelView& level);
+  [[nodiscard]] float* terms() { return terms_; }
+
+ private:
+  struct alignas(64) Line {
+    std::array<float, 16> floats;
+  };
+  std::vector<Line> lines_;
+  float* terms_ = nullptr;
+};
+
+}  // namespace hairnet

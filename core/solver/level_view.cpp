@@ -1,0 +1,64 @@
+#include "core/solver/level_view.hpp"
+
+#include <algorithm>
+
+namespace hairnet {
+namespace {
+
+StiffenerView view(const Stiffeners& s, const float* rest_length) {
+  return {s.count(),
+          s.begin.data(),
+          s.nodes.data(),
+          s.weights.data(),
+          s.stiffness.data(),
+          s.damping.data(),
+          s.rest.empty() ? nullptr : s.rest.front().data(),
+          rest_length};
+}
+
+void put_rest_lengths(const Stiffeners& springs, std::vector<float>& length) {
+  length.clear();
+  for (const Vec3f& rest : springs.rest) length.push_back(rest.norm());
+}
+
+void put_wind_fractions(const LevelGeometry& geometry, std::vector<float>& fraction) {
+  fraction.clear();
+  for (const std::uint32_t node : geometry.active_nodes) {
+    const auto coordinates = geometry.lattice.coordinates(node);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      fraction.push_back(static_cast<float>(coordinates[axis]) / static_cast<float>(geometry.lattice.dims[axis] - 1));
+    }
+  }
+}
+
+void put_metaballs(const Level& level, std::vector<MetaballView>& balls) {
+  balls.clear();
+  for (std::size_t bone = 0; bone < kBoneCount; ++bone) {
+    for (const Metaball& ball : level.metaballs) {
+      if (static_cast<std::size_t>(ball.bone) != bone) continue;
+      balls.push_back({bone, ball.centre.data(), ball.radius.data(), ball.potential.data()});
+    }
+  }
+}
+
+}  // namespace
+
+LevelView view(const Level& level, bool is_windy, LevelViewScratch& scratch) {
+  put_rest_lengths(level.springs, scratch.rest_length);
+  if (is_windy) put_wind_fractions(level.geometry, scratch.wind_fraction);
+  put_metaballs(level, scratch.metaballs);
+  return {level.rest.size(),
+          level.displacement_max_m,
+          level.rest.empty() ? nullptr : level.rest.front().data(),
+          level.mass.data(),
+          level.ether_stiffness.data(),
+          level.ether_damping.data(),
+          level.drag.empty() ? nullptr : level.drag.front().data(),
+          is_windy ? scratch.wind_fraction.data() : nullptr,
+          view(level.springs, scratch.rest_length.data()),
+          view(level.attachments, nullptr),
+          scratch.metaballs.data(),
+          scratch.metaballs.size()};
+}
+
+}  // namespace hairnet

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "core/build/level.hpp"
+
+namespace hairnet {
+
+// A level as the kernels read it: plain pointers into it, since nothing that is compiled for several instruction sets
+// may call what other files compile for one.
+struct StiffenerView {
+  std::size_t count;
+  const std::uint32_t* begin;
+  const std::uint16_t* nodes;
+  const float *weights, *stiffness, *damping;
+  const float* rest;         // xyz xyz …
+  const float* rest_length;  // |eps_0|, springs only
+};
+
+struct MetaballView {
+  std::size_t bone;
+  const float *centre, *radius, *potential;
+};
+
+struct LevelView {
+  std::size_t node_count;
+  float displacement_max_m;
+  const float *rest, *mass, *ether_stiffness, *ether_damping;
+  const float* drag;           // xx xy xz yy yz zz of each node
+  const float* wind_fraction;  // of the way along the box, xyz of each node (LatticeWind); null in still air
+  StiffenerView springs, attachments;
+  const MetaballView* metaballs;  // those of one bone side by side
+  std::size_t metaball_count;
+};
+
+// What a view points to beside the level itself. Grows to the largest level met and stays.
+struct LevelViewScratch {
+  std::vector<float> rest_length, wind_fraction;
+  std::vector<MetaballView> metaballs;
+};
+
+// Valid as long as `level` and until `scratch` is used again.
+LevelView view(const Level& level, bool is_windy, LevelViewScratch& scratch);
+
+}  // namespace hairnet

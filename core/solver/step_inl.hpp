@@ -1,0 +1,450 @@
+// Included once for each instruction set (Highway's foreach_target).
+#if defined(HAIRNET_STEP_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef HAIRNET_STEP_INL
+#undef HAIRNET_STEP_INL
+#else
+#define HAIRNET_STEP_INL
+#endif
+
+#include <cstddef>
+
+#include "core/solver/lane_memory.hpp"
+#include "core/solver/lanes_inl.hpp"
+#include "core/solver/level_view.hpp"
+#include "core/solver/step_terms.hpp"
+
+// One step of the lattices in one layout (`Lanes`: a crowd or a single character). What it solves, and why it cannot
+// run away, is written in step.hpp; the law of each force beside its like in reference_step.cpp.
+HWY_BEFORE_NAMESPACE();
+namespace hairnet {
+namespace HWY_NAMESPACE {
+
+template <class Lanes>
+struct Step {
+  using Real = typename Lanes::Real;
+  using Mask = typename Lanes::Mask;
+  using Vector = typename Lanes::Vector;
+  using Block = typename Lanes::Block;
+  using L = Lanes;
+  static constexpr std::size_t kReal = Lanes::kReal, kVector = Lanes::kVector, kBlock = Lanes::kBlock;
+
+  const LevelView& level;
+  const LaneMemory& m;
+  const Real h;
+
+  Step(const LevelView& level_of_all, const LaneMemory& memory)
+      : level(level_of_all), m(memory), h(term(offsetof(StepTerms, step_s))) {}
+
+  // A step of all: m.displacement and m.velocity are the states at its start, and at its end.
+  HWY_INLINE void run(int iterations) {
+    hold_to_energy_limit();
+    carry();
+    add_node_forces();
+    add_springs();
+    add_attachments();
+    add_contacts();
+    if (level.wind_fraction) add_wind();
+    precondition();
+    advance(solve(iterations));
+  }
+
+  HWY_INLINE Real term(std::size_t byte) const { return L::load_real(m.terms + byte / sizeof(float) * kReal); }
+  HWY_INLINE Vector vector_term(std::size_t byte) const {
+    return L::load_components(m.terms + byte / sizeof(float) * kReal);
+  }
+
+  struct Turn {
+    Vector x, y, z;  // columns
+  };
+  HWY_INLINE Turn turn_term(std::size_t byte) const {
+    return {vector_term(byte), vector_term(byte + 3 * sizeof(float)), vector_term(byte + 6 * sizeof(float))};
+  }
+  static HWY_INLINE Vector turned(const Turn& turn, const Vector& a) {
+    return L::add_scaled(L::z(a), turn.z, L::add_scaled(L::y(a), turn.y, L::scale(L::x(a), turn.x)));
+  }
+  struct Motion {
+    Turn turn;
+    Vector shift;
+  };
+  HWY_INLINE Motion motion_term(std::size_t byte) const {
+    return {turn_term(byte + offsetof(StepTerms::Motion, turn)),
+            vector_term(byte + offsetof(StepTerms::Motion, shift))};
+  }
+  static HWY_INLINE Vector moved(const Motion& motion, const Vector& a) {
+    return L::add(turned(motion.turn, a), motion.shift);
+  }
+
+  static HWY_INLINE Real squared(const Vector& a) { return L::dot(a, a); }
+  static HWY_INLINE Real half() { return L::real(0.5f); }
+
+  static HWY_INLINE Vector node(const float* nodes, std::size_t i) { return L::load_vector(nodes + i * kVector); }
+  static HWY_INLINE void put(const Vector& a, float* nodes, std::size_t i) { L::store_vector(a, nodes + i * kVector); }
+  static HWY_INLINE Real real_at(const float* p, std::size_t i) { return L::load_real(p + i * kReal); }
+  static HWY_INLINE void put(Real a, float* p, std::size_t i) { L::store_real(a, p + i * kReal); }
+  static HWY_INLINE Block block_at(const float* p, std::size_t i) { return L::load_block(p + i * kBlock); }
+  static HWY_INLINE void put(const Block& a, float* p, std::size_t i) { L::store_block(a, p + i * kBlock); }
+
+  // sum_j w_j nodes_j of stiffener s
+  static HWY_INLINE Vector weighted_sum(const StiffenerView& stiffeners, std::size_t s, const float* nodes) {
+    std::size_t e = stiffeners.begin[s];
+    Vector sum = L::scale(L::real(stiffeners.weights[e]), node(nodes, stiffeners.nodes[e]));
+    for (++e; e < stiffeners.begin[s + 1]; ++e) {
+      sum = L::add_scaled(L::real(stiffeners.weights[e]), node(nodes, stiffeners.nodes[e]), sum);
+    }
+    return sum;
+  }
+  // nodes_j += w_j sigma
+  static HWY_INLINE void scatter(const StiffenerView& stiffeners, std::size_t s, const Vector& sigma, float* nodes) {
+    for (std::size_t e = stiffeners.begin[s]; e < stiffeners.begin[s + 1]; ++e) {
+      const std::size_t j = stiffeners.nodes[e];
+      put(L::add_scaled(L::real(stiffeners.weights[e]), sigma, node(nodes, j)), nodes, j);
+    }
+  }
+  // nodes_j += w_j^2 block
+  static HWY_INLINE void scatter_block(const StiffenerView& stiffeners, std::size_t s, const Block& block,
+                                       float* nodes) {
+    for (std::size_t e = stiffeners.begin[s]; e < stiffeners.begin[s + 1]; ++e) {
+      const std::size_t j = stiffeners.nodes[e];
+      const float w = stiffeners.weights[e];
+      put(L::add_scaled(L::real(w * w), block, block_at(nodes, j)), nodes, j);
+    }
+  }
+
+  HWY_INLINE Real node_mass(std::size_t i) const { return term(offsetof(StepTerms, density)) * L::real(level.mass[i]); }
+  // The built part stands in for the tension of hanging hair and grows with its mass.
+  HWY_INLINE Real ether_stiffness(std::size_t i) const {
+    return term(offsetof(StepTerms, density)) *
+           hn::MulAdd(term(offsetof(StepTerms, gel_per_s2)), L::real(level.mass[i]), L::real(level.ether_stiffness[i]));
+  }
+  // damping.hpp
+  HWY_INLINE Real solver_damping(Real k, Real q) const {
+    const Real numerical = h * k;
+    return hn::Max(q - numerical, L::real(-1.0f / 3) * numerical);
+  }
+  struct Law {
+    Real k, q;
+  };
+  HWY_INLINE Law ether_law(std::size_t i) const {
+    const Real k = ether_stiffness(i);
+    const Real q =
+        term(offsetof(StepTerms, density)) * term(offsetof(StepTerms, ether_damping)) * L::real(level.ether_damping[i]);
+    return {k, solver_damping(k, q)};
+  }
+  HWY_INLINE Law law(const StiffenerView& stiffeners, std::size_t s) const {
+    const Real k = term(offsetof(StepTerms, stiffness)) * L::real(stiffeners.stiffness[s]);
+    return {k, solver_damping(k, term(offsetof(StepTerms, damping)) * L::real(stiffeners.damping[s]))};
+  }
+  HWY_INLINE Block drag(std::size_t i) const {
+    return L::scale(term(offsetof(StepTerms, air_drag)), L::block(level.drag + 6 * i));
+  }
+
+  // Springs and attachments as they lie in head space: |eps| - |eps_0| with the direction of eps, and eps - eps_0.
+  HWY_INLINE void measure() {
+    const Real none = L::real(0);
+    for (std::size_t s = 0; s < level.springs.count; ++s) {
+      const Vector delta = weighted_sum(level.springs, s, m.displacement);
+      const Vector rest = L::vector(level.springs.rest + 3 * s);
+      const Vector eps = L::add(rest, delta);
+      const Real length = hn::Sqrt(squared(eps)), rest_length = L::real(level.springs.rest_length[s]);
+      const Real both = length + rest_length, by = L::real(1) / (length * both);
+      // A spring of no length has no direction, and no force until it has one.
+      const Mask has_length = length > none;
+      put(L::scale(hn::IfThenElse(has_length, both * by, none), eps), m.spring_direction, s);
+      // |eps_0 + delta| - |eps_0| without cancellation: exactly 0 for delta = 0.
+      const Real change = L::dot(L::add(L::add(rest, rest), delta), delta) * (length * by);
+      put(hn::IfThenElse(has_length, change, none - rest_length), m.spring_elongation, s);
+    }
+    for (std::size_t s = 0; s < level.attachments.count; ++s) {
+      put(weighted_sum(level.attachments, s, m.displacement), m.attachment_displacement, s);
+    }
+  }
+
+  // Of springs and attachments as measured, and of the ether, J.
+  HWY_INLINE Real elastic_energy() const {
+    Real springs = L::real(0), ether = L::real(0);
+    Vector attachments = L::zero();
+    for (std::size_t s = 0; s < level.springs.count; ++s) {
+      const Real elongation = real_at(m.spring_elongation, s);
+      springs = hn::MulAdd(L::real(level.springs.stiffness[s]) * elongation, elongation, springs);
+    }
+    for (std::size_t s = 0; s < level.attachments.count; ++s) {
+      const Vector shift = node(m.attachment_displacement, s);
+      attachments = L::add_products(L::scale(L::real(level.attachments.stiffness[s]), shift), shift, attachments);
+    }
+    for (std::size_t i = 0; i < level.node_count; ++i) {
+      ether = hn::MulAdd(ether_stiffness(i), squared(node(m.displacement, i)), ether);
+    }
+    return half() * hn::MulAdd(term(offsetof(StepTerms, stiffness)), springs + L::sum_of(attachments), ether);
+  }
+
+  // A lattice with more elastic energy than its last step may have left is drawn towards the design, where it has none,
+  // until it has not. In ordinary motion this hardly ever acts. The springs are measured for the step on return.
+  HWY_INLINE void hold_to_energy_limit() {
+    constexpr float kRounding = 1e-3f, kRounding_j = 1e-12f, kDrawLeast = 0.5f;
+    constexpr int kDraws = 20;
+    measure();
+    const Real most =
+        hn::MulAdd(term(offsetof(StepTerms, elastic_energy_max_j)), L::real(1 + kRounding), L::real(kRounding_j));
+    for (int draw = 1; draw <= kDraws; ++draw) {
+      const Real energy = elastic_energy();
+      const Mask is_over = energy > most;
+      if (hn::AllFalse(L::d, is_over)) return;
+      // Springs that have hardly turned have an energy that goes with the square of the displacement.
+      Real by = hn::Max(L::real(kDrawLeast), L::real(0.999f) * hn::Sqrt(most / energy));
+      if (draw == kDraws) by = L::real(0);
+      by = hn::IfThenElse(is_over, by, L::real(1));
+      for (std::size_t i = 0; i < level.node_count; ++i) {
+        put(L::scale(by, node(m.displacement, i)), m.displacement, i);
+      }
+      measure();
+    }
+  }
+
+  // Into the head's new axes: R d, R v - R' P^0 (m.velocity from here on) and the rest's velocity R' P^0.
+  HWY_INLINE void carry() {
+    const Turn turn = turn_term(offsetof(StepTerms, turn));
+    const Motion rest_velocity = motion_term(offsetof(StepTerms, rest_velocity));
+    for (std::size_t i = 0; i < level.node_count; ++i) {
+      const Vector rest_rate = moved(rest_velocity, L::vector(level.rest + 3 * i));
+      put(rest_rate, m.rest_velocity, i);
+      put(turned(turn, node(m.displacement, i)), m.carried, i);
+      put(L::subtract(turned(turn, node(m.velocity, i)), rest_rate), m.velocity, i);
+    }
+  }
+
+  // Forces on single nodes at y = 0 times h into m.residual, with the inertia M (R v - R' P^0); the nodes' own blocks
+  // of A into m.diagonal and m.preconditioner.
+  HWY_INLINE void add_node_forces() {
+    const Vector gravity = vector_term(offsetof(StepTerms, gravity_load));
+    for (std::size_t i = 0; i < level.node_count; ++i) {
+      const Real mass = node_mass(i);
+      const Law ether = ether_law(i);
+      const Block Q = drag(i);
+      const Vector still_air = L::multiply(Q, node(m.rest_velocity, i));
+      const Vector pull = L::add_scaled(ether.k, node(m.carried, i), still_air);
+      const Vector force = L::subtract(L::scale(mass, gravity), pull);
+      put(L::add_scaled(h, force, L::scale(mass, node(m.velocity, i))), m.residual, i);
+      const Block own = L::add_diagonal(hn::MulAdd(h, hn::MulAdd(h, ether.k, ether.q), mass), L::scale(h, Q));
+      put(own, m.diagonal, i);
+      put(own, m.preconditioner, i);
+    }
+  }
+
+  // The part of the drag that the wind makes, h Q u.
+  HWY_INLINE void add_wind() {
+    for (std::size_t i = 0; i < level.node_count; ++i) {
+      const float* at = level.wind_fraction + 3 * i;
+      const Vector wind = mix(face(at, 0), face(at, 4), at[2]);
+      put(L::add_scaled(h, L::multiply(drag(i), wind), node(m.residual, i)), m.residual, i);
+    }
+  }
+  HWY_INLINE Vector corner(std::size_t c) const {
+    return vector_term(offsetof(StepTerms, wind) + c * 3 * sizeof(float));
+  }
+  HWY_INLINE Vector face(const float* at, std::size_t c) const {
+    return mix(mix(corner(c), corner(c + 1), at[0]), mix(corner(c + 2), corner(c + 3), at[0]), at[1]);
+  }
+  static HWY_INLINE Vector mix(const Vector& a, const Vector& b, float t) {
+    return L::add_scaled(L::real(t), L::subtract(b, a), a);
+  }
+
+  // Springs at y = 0 (eq. 3): the direction at the start of the step, the elongation there and its change by the rest
+  // motion over the step.
+  HWY_INLINE void add_springs() {
+    const Turn turn = turn_term(offsetof(StepTerms, turn));
+    const Turn rest_rate_of = turn_term(offsetof(StepTerms, rest_velocity) + offsetof(StepTerms::Motion, turn));
+    for (std::size_t s = 0; s < level.springs.count; ++s) {
+      const Law spring = law(level.springs, s);
+      const Vector e = turned(turn, node(m.spring_direction, s));
+      const Real rest_rate = L::dot(e, turned(rest_rate_of, L::vector(level.springs.rest + 3 * s)));  // R' eps_0 . e
+      const Real elongation = real_at(m.spring_elongation, s);
+      const Real hk_q = hn::MulAdd(h, spring.k, spring.q), coefficient = h * hk_q;
+      const Real tension = hn::MulAdd(hk_q, rest_rate, spring.k * elongation);
+      put(e, m.spring_direction, s);
+      put(hn::MulAdd(h, rest_rate, elongation), m.spring_elongation, s);
+      put(coefficient, m.spring_coefficient, s);
+      scatter(level.springs, s, L::scale(L::real(0) - h * tension, e), m.residual);
+      scatter_block(level.springs, s, L::scale(coefficient, L::square(e)), m.preconditioner);
+    }
+  }
+
+  // Attachments at y = 0 (eq. 4).
+  HWY_INLINE void add_attachments() {
+    const Turn turn = turn_term(offsetof(StepTerms, turn));
+    for (std::size_t s = 0; s < level.attachments.count; ++s) {
+      const Law attachment = law(level.attachments, s);
+      const Real coefficient = h * hn::MulAdd(h, attachment.k, attachment.q);
+      put(coefficient, m.attachment_coefficient, s);
+      const Vector pull = turned(turn, node(m.attachment_displacement, s));
+      scatter(level.attachments, s, L::scale(L::real(0) - h * attachment.k, pull), m.residual);
+      for (std::size_t e = level.attachments.begin[s]; e < level.attachments.begin[s + 1]; ++e) {
+        const std::size_t j = level.attachments.nodes[e];
+        const float w = level.attachments.weights[e];
+        put(L::add_diagonal(L::real(w * w) * coefficient, block_at(m.preconditioner, j)), m.preconditioner, j);
+      }
+    }
+  }
+
+  // A ball's force is taken where the node would end if it moved rigidly with the ball's own bone, and its stiffness
+  // acts on the way it moves otherwise. So a body at constant velocity exerts nothing new, and a fast one cannot be
+  // jumped through.
+  HWY_INLINE void add_contacts() {
+    for (std::size_t first = 0, last = 0; first < level.metaball_count; first = last) {
+      const std::size_t bone = level.metaballs[first].bone;
+      while (last < level.metaball_count && level.metaballs[last].bone == bone) ++last;
+      const Motion carry = motion_term(offsetof(StepTerms, carry) + bone * sizeof(StepTerms::Motion));
+      const Motion posed = motion_term(offsetof(StepTerms, posed) + bone * sizeof(StepTerms::Motion));
+      for (std::size_t b = first; b < last; ++b) {
+        put(moved(posed, L::vector(level.metaballs[b].centre)), m.ball_centre, b);
+      }
+      for (std::size_t i = 0; i < level.node_count; ++i) {
+        const Vector place = L::add(L::vector(level.rest + 3 * i), node(m.displacement, i));
+        const Vector with_bone = moved(carry, place);
+        for (std::size_t b = first; b < last; ++b) {
+          if (level.metaballs[b].radius[i] > 0) add_contact(level.metaballs[b], i, with_bone, node(m.ball_centre, b));
+        }
+      }
+    }
+  }
+
+  // metaball.hpp
+  HWY_INLINE void add_contact(const MetaballView& ball, std::size_t i, const Vector& with_bone, const Vector& centre) {
+    const Vector r = L::subtract(with_bone, centre);
+    const Real distance2 = squared(r), radius2 = L::real(ball.radius[i] * ball.radius[i]);
+    const Mask is_inside = hn::And(distance2<radius2, distance2> L::real(0));
+    if (hn::AllFalse(L::d, is_inside)) return;
+    const Real u = distance2 / radius2, one = L::real(1);
+    const Real slope = L::real(6 * ball.potential[i]) * term(offsetof(StepTerms, contact)) / radius2;  // 6 U / rho^2
+    const Real k = slope * (one - u) * hn::Max(hn::MulSub(L::real(5), u, one), u + hn::Sqrt(u));
+    const Real h2k_r2 = hn::IfThenElseZero(is_inside, h * h * k / distance2);
+    const Vector place = L::add(L::vector(level.rest + 3 * i), node(m.carried, i));
+    const Real otherwise = L::dot(r, L::subtract(place, with_bone));
+    const Real push = hn::IfThenElseZero(is_inside, h * slope * (one - u) * (one - u) - h * k / distance2 * otherwise);
+    put(L::add_scaled(push, r, node(m.residual, i)), m.residual, i);
+    const Block own = L::scale(h2k_r2, L::square(r));
+    put(L::add_scaled(one, own, block_at(m.diagonal, i)), m.diagonal, i);
+    put(L::add_scaled(one, own, block_at(m.preconditioner, i)), m.preconditioner, i);
+  }
+
+  // Inverses of A's 3x3 diagonal blocks.
+  HWY_INLINE void precondition() {
+    for (std::size_t i = 0; i < level.node_count; ++i) {
+      put(L::inverse(block_at(m.preconditioner, i)), m.preconditioner, i);
+    }
+  }
+
+  // product = A direction, computed from the stiffeners: the matrix is never assembled (paper 2.2). Before that,
+  // direction = preconditioned + beta direction. Returns direction . product.
+  HWY_INLINE Real multiply(Real beta) {
+    Vector own = L::zero(), held = L::zero();
+    Real stretched = L::real(0);
+    for (std::size_t i = 0; i < level.node_count; ++i) {
+      const Vector direction = L::add_scaled(beta, node(m.direction, i), node(m.preconditioned, i));
+      const Vector product = L::multiply(block_at(m.diagonal, i), direction);
+      put(direction, m.direction, i);
+      put(product, m.product, i);
+      own = L::add_products(direction, product, own);
+    }
+    for (std::size_t s = 0; s < level.springs.count; ++s) {
+      const Vector e = node(m.spring_direction, s);
+      const Real stretch = L::dot(e, weighted_sum(level.springs, s, m.direction));
+      const Real tension = real_at(m.spring_coefficient, s) * stretch;
+      stretched = hn::MulAdd(tension, stretch, stretched);
+      scatter(level.springs, s, L::scale(tension, e), m.product);
+    }
+    for (std::size_t s = 0; s < level.attachments.count; ++s) {
+      const Vector shift = weighted_sum(level.attachments, s, m.direction);
+      const Vector pull = L::scale(real_at(m.attachment_coefficient, s), shift);
+      held = L::add_products(pull, shift, held);
+      scatter(level.attachments, s, pull, m.product);
+    }
+    return L::sum_of(own) + stretched + L::sum_of(held);
+  }
+
+  // Goes `alpha` along direction. Returns residual . preconditioned.
+  HWY_INLINE Real go(Real alpha) {
+    Vector rho = L::zero();
+    for (std::size_t i = 0; i < level.node_count; ++i) {
+      const Vector residual = L::subtract_scaled(alpha, node(m.product, i), node(m.residual, i));
+      const Vector preconditioned = L::multiply(block_at(m.preconditioner, i), residual);
+      put(L::add_scaled(alpha, node(m.direction, i), node(m.solution, i)), m.solution, i);
+      put(residual, m.residual, i);
+      put(preconditioned, m.preconditioned, i);
+      rho = L::add_products(residual, preconditioned, rho);
+    }
+    return L::sum_of(rho);
+  }
+
+  struct Solved {
+    Real work;  // y.b, J
+    Real rho;   // finite if all is
+  };
+
+  // Conjugate gradient from y = 0; m.residual holds the right-hand side on entry. A character that has converged, or
+  // whose system is broken, stays where it is while others go on.
+  HWY_INLINE Solved solve(int iterations) {
+    const Real none = L::real(0);
+    for (std::size_t i = 0; i < level.node_count; ++i) {
+      for (float* nodes : {m.solution, m.direction, m.product}) put(L::zero(), nodes, i);
+    }
+    Real rho = go(none), work = none, beta = none;
+    const Real enough = L::real(1e-12f) * rho;  // of float's own rounding: iterating on would only stir it
+    Mask goes_on = rho > none;
+    for (int iteration = 0; iteration < iterations && !hn::AllFalse(L::d, goes_on); ++iteration) {
+      const Real curvature = multiply(beta);
+      goes_on = hn::And(goes_on, curvature > none);
+      const Real alpha = hn::IfThenElseZero(goes_on, rho / curvature);
+      work = hn::MulAdd(alpha, rho, work);  // b.direction = rho: what b has lost so far is conjugate to it
+      const Real rho_next = go(alpha);
+      beta = hn::IfThenElseZero(goes_on, rho_next / rho);
+      rho = rho_next;
+      goes_on = hn::And(goes_on, rho > enough);
+    }
+    return {work, rho};
+  }
+
+  // The states at the end of the step, and what the next one must know of this.
+  HWY_INLINE void advance(const Solved& solved) {
+    Real kinetic_end = L::real(0), kinetic_change = L::real(0), farthest2 = L::real(0), fastest2 = L::real(0);
+    for (std::size_t i = 0; i < level.node_count; ++i) {
+      const Vector y = node(m.solution, i), change = L::subtract(y, node(m.velocity, i));
+      const Vector displacement = L::add_scaled(h, y, node(m.carried, i));
+      const Real mass = node_mass(i), speed2 = squared(y);
+      kinetic_end = hn::MulAdd(mass, speed2, kinetic_end);
+      kinetic_change = hn::MulAdd(mass, squared(change), kinetic_change);
+      farthest2 = hn::Max(squared(displacement), farthest2);
+      fastest2 = hn::Max(speed2, fastest2);
+      put(displacement, m.displacement, i);
+    }
+    for (std::size_t s = 0; s < level.springs.count; ++s) {
+      const Real rate = L::dot(node(m.spring_direction, s), weighted_sum(level.springs, s, m.solution));
+      put(hn::MulAdd(h, rate, real_at(m.spring_elongation, s)), m.spring_elongation, s);
+    }
+    for (std::size_t s = 0; s < level.attachments.count; ++s) {
+      put(weighted_sum(level.attachments, s, m.displacement), m.attachment_displacement, s);
+    }
+    // Of the linearised step, at least: a viscosity is -h k / 3 or more (damping.hpp), so y.(h^2 K / 2 + h Q) y is no
+    // less than y.(h^2 K + h Q) y / 4, that is (y.b - |y|^2_M) / 4.
+    const Real dissipation =
+        hn::MulAdd(L::real(0.25f), hn::Max(solved.work - kinetic_end, L::real(0)), half() * kinetic_change);
+    put(elastic_energy() + dissipation, m.elastic_energy_max_j, 0);
+
+    const Mask is_finite = hn::And(hn::IsFinite(solved.rho + kinetic_end + kinetic_change), hn::IsFinite(farthest2));
+    put(hn::IfThenElseZero(is_finite, L::real(1)), m.is_finite, 0);
+
+    // Drawn in as a whole, so that the hair keeps its shape.
+    const Real most = L::real(level.displacement_max_m), farthest = hn::Sqrt(farthest2);
+    const Real by = hn::IfThenElse(farthest > most, most / farthest, L::real(1));
+    put(by * hn::Sqrt(fastest2), m.speed_max, 0);
+    for (std::size_t i = 0; i < level.node_count; ++i) {
+      put(L::scale(by, node(m.displacement, i)), m.displacement, i);
+      put(L::add_scaled(by, node(m.solution, i), node(m.rest_velocity, i)), m.velocity, i);
+    }
+  }
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace hairnet
+HWY_AFTER_NAMESPACE();
+
+#endif

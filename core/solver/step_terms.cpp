@@ -1,0 +1,69 @@
+#include "core/solver/step_terms.hpp"
+
+#include <algorithm>
+#include <type_traits>
+
+#include "core/solver/head_motion.hpp"
+#include "core/solver/wind.hpp"
+
+namespace hairnet {
+namespace {
+
+static_assert(std::is_trivially_copyable_v<StepTerms> && sizeof(StepTerms) % sizeof(float) == 0);
+
+void put(const Mat3& m, float (&out)[9]) {
+  Eigen::Map<Mat3f>{out} = m.cast<float>();
+}
+void put(const Vec3& v, float (&out)[3]) {
+  Eigen::Map<Vec3f>{out} = v.cast<float>();
+}
+void put(const RigidTransform& t, StepTerms::Motion& out) {
+  put(t.rotation.toRotationMatrix(), out.turn);
+  put(t.position, out.shift);
+}
+
+// Only of the bones that have balls; the head's own stay the identity.
+void put_bones(const Level& level, const StepInput& input, StepTerms& terms) {
+  std::array<bool, kBoneCount> is_wanted{};
+  for (const Metaball& ball : level.metaballs) is_wanted[static_cast<std::size_t>(ball.bone)] = true;
+  const RigidTransform to_head = input.to.head().inverse();
+  for (std::size_t b = 1; b < kBoneCount; ++b) {
+    if (!is_wanted[b]) continue;
+    const RigidTransform posed = to_head * input.to.bones[b];
+    put(posed, terms.posed[b]);
+    put(posed * (input.from.bones[b].inverse() * input.from.head()), terms.carry[b]);
+  }
+}
+
+}  // namespace
+
+StepTerms step_terms(const Level& level, const StepInput& input, const LatticeState& state) {
+  StepTerms terms;
+  const HeadMotion motion(input);
+  terms.step_s = static_cast<float>(input.step_s);
+  put(motion.turn, terms.turn);
+  put(Mat3(motion.turn_less_identity / -input.step_s), terms.rest_velocity.turn);
+  put(Vec3(motion.relative.position / -input.step_s), terms.rest_velocity.shift);
+  put(motion.gravity_load, terms.gravity_load);
+
+  const MaterialScale& material = input.material;
+  terms.stiffness = material.stiffness;
+  terms.damping = material.damping;
+  terms.density = material.density;
+  terms.ether_damping = material.ether_damping;
+  terms.air_drag = material.air_drag;
+  terms.gel_per_s2 = material.gel_per_s2;
+  terms.contact = static_cast<float>(1 - input.contact_release) * std::max(material.density, 1.0f);
+  terms.elastic_energy_max_j = state.elastic_energy_max_j;
+
+  put_bones(level, input, terms);
+  if (!input.environment.wind.is_still()) {
+    const LatticeWind wind = wind_on(input.environment.wind, level.geometry.lattice, input.to.head(), input.time_s);
+    for (std::size_t corner = 0; corner < wind.corners.size(); ++corner) {
+      Eigen::Map<Vec3f>{terms.wind[corner]} = wind.corners[corner];
+    }
+  }
+  return terms;
+}
+
+}  // namespace hairnet

@@ -1,0 +1,37 @@
+#pragma once
+
+#include "core/build/level.hpp"
+#include "core/solver/step.hpp"
+
+namespace hairnet {
+
+// One character's part in a step beside its state, as the kernels read it: floats and nothing else, so that many
+// characters' terms can lie side by side. Axes of the head at the end of the step; matrices by columns. The default
+// is a character at rest that does not move.
+struct StepTerms {
+  struct Motion {  // x -> turn x + shift
+    float turn[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    float shift[3] = {};
+  };
+
+  float step_s = 1;
+  float turn[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};  // of vectors, from the head's axes at the start
+  Motion rest_velocity{{}, {}};                 // R' p^0 = turn p^0 + shift, m/s
+  float gravity_load[3] = {};                   // g - R g_0, m/s^2
+
+  // The character's own material (MaterialScale), and what is left of contact.
+  float stiffness = 1, damping = 1, density = 1, ether_damping = 1, air_drag = 1, gel_per_s2 = 0;
+  float contact = 1;
+
+  float elastic_energy_max_j = 0;  // of LatticeState
+
+  Motion posed[kBoneCount];  // a point fixed to the bone at rest -> where it is at the end
+  Motion carry[kBoneCount];  // a point -> where it ends if it moves with the bone
+
+  float wind[8][3] = {};  // at the corners of the lattice (LatticeWind), m/s
+};
+inline constexpr std::size_t kStepTermCount = sizeof(StepTerms) / sizeof(float);
+
+StepTerms step_terms(const Level& level, const StepInput& input, const LatticeState& state);
+
+}  // namespace hairnet

@@ -1,0 +1,164 @@
+#include "core/solver/crowd_step.hpp"
+
+#include <gtest/gtest.h>
+
+#include <hwy/targets.h>
+#include <bit>
+#include <random>
+
+#include "core/solver/reference_step.hpp"
+#include "tests/support/levels.hpp"
+
+namespace hairnet {
+namespace {
+
+using support::make_random_level;
+using support::make_random_state;
+using support::turned;
+
+constexpr std::size_t kSubsteps = 2;
+
+// Characters of one level with poses, materials and winds of their own. The third is at rest, the fifth has more energy
+// than its last step may have left.
+struct Cast {
+  Level level = make_random_level({.seed = 5});
+  std::vector<LatticeState> states;
+  std::vector<std::array<StepInput, kSubsteps>> inputs;
+
+  explicit Cast(std::size_t count) {
+    for (std::size_t c = 0; c < count; ++c) {
+      const auto seed = static_cast<unsigned>(c + 1);
+      states.push_back(make_random_state(level, 0.02f, 0.5f, seed));
+      if (c == 4) states[c].elastic_energy_max_j = 1e-6f;
+      inputs.emplace_back();
+      for (std::size_t s = 0; s < kSubsteps; ++s) put_input(seed, s, inputs[c][s]);
+      if (c == 2) {
+        reset_to_rest(level, states[c]);
+        inputs[c].fill({});
+      }
+    }
+  }
+
+  static void put_input(unsigned seed, std::size_t substep, StepInput& input) {
+    const auto pose_at = [seed](double s) {
+      const Vec3 place(0.5 + 0.05 * s, 1.5, -2.0 * seed);
+      Pose pose = rigid_pose(turned(0.1 * seed + 0.1 * s, {0.3, 1, 0.2}, place));
+      pose[Bone::left_shoulder] = turned(0.2 * s, {0, 0, 1}, place + Vec3(0.01, 0.005, 0));
+      return pose;
+    };
+    input.from = pose_at(static_cast<double>(substep));
+    input.to = pose_at(static_cast<double>(substep) + 1);
+    input.step_s = 1.0 / (40 + seed);
+    input.contact_release = 0.2 * (seed % 4);
+    input.material.stiffness = 0.5f + 0.1f * static_cast<float>(seed);
+    input.material.gel_per_s2 = static_cast<float>(seed % 3);
+    input.material.density = 0.8f + 0.05f * static_cast<float>(seed);
+    if (seed % 2) input.environment.wind = WindField({.mean_m_per_s = {1, 0.2, -0.1 * seed}});
+  }
+
+  [[nodiscard]] std::vector<LatticeState> alone() const {
+    std::vector<LatticeState> result = states;
+    StepScratch scratch;
+    for (std::size_t c = 0; c < result.size(); ++c) {
+      for (const StepInput& input : inputs[c]) EXPECT_TRUE(step(level, input, {}, scratch, result[c]));
+    }
+    return result;
+  }
+
+  // Characters `which`, side by side in this order.
+  [[nodiscard]] std::vector<LatticeState> together(const std::vector<std::size_t>& which) const {
+    std::vector<LatticeState> result;
+    for (const std::size_t c : which) result.push_back(states[c]);
+    std::vector<CrowdMember> members;
+    for (std::size_t l = 0; l < which.size(); ++l) members.push_back({inputs[which[l]], &result[l]});
+    StepScratch scratch;
+    step_crowd(level, members, {}, scratch);
+    for (const CrowdMember& member : members) EXPECT_TRUE(member.is_finite);
+    return result;
+  }
+};
+
+std::vector<std::uint32_t> bits(const LatticeState& state) {
+  std::vector<std::uint32_t> all;
+  for (const std::vector<Vec3f>* nodes : {&state.displacement, &state.velocity}) {
+    for (const Vec3f& node : *nodes) {
+      for (int a = 0; a < 3; ++a) all.push_back(std::bit_cast<std::uint32_t>(node[a]));
+    }
+  }
+  all.push_back(std::bit_cast<std::uint32_t>(state.elastic_energy_max_j));
+  all.push_back(std::bit_cast<std::uint32_t>(state.speed_max_m_per_s));
+  return all;
+}
+
+// Each instruction set that this machine has, and the plain scalar code.
+class InstructionSets : public testing::TestWithParam<std::int64_t> {
+ protected:
+  void SetUp() override { hwy::SetSupportedTargetsForTest(GetParam()); }
+  void TearDown() override { hwy::SetSupportedTargetsForTest(0); }
+};
+
+std::vector<std::int64_t> instruction_sets() {
+  std::vector<std::int64_t> sets;
+  for (std::int64_t left = hwy::SupportedTargets(); left != 0; left &= left - 1) sets.push_back(left & -left);
+  return sets;
+}
+
+TEST_P(InstructionSets, a_character_in_a_crowd_ends_in_the_bits_that_it_ends_in_alone) {
+  const Cast cast(crowd_width());
+  const std::vector<LatticeState> alone = cast.alone();
+  std::vector<std::size_t> all(crowd_width());
+  for (std::size_t c = 0; c < all.size(); ++c) all[c] = c;
+  const std::vector<LatticeState> together = cast.together(all);
+  for (std::size_t c = 0; c < all.size(); ++c) EXPECT_EQ(bits(alone[c]), bits(together[c])) << "character " << c;
+}
+
+TEST_P(InstructionSets, who_is_beside_a_character_and_in_which_lane_it_is_changes_no_bit) {
+  const Cast cast(8);
+  const std::vector<LatticeState> alone = cast.alone();
+  const std::vector<std::vector<std::size_t>> crowds{{4}, {1, 4}, {7, 0, 4}, {4, 2, 6, 3}};
+  for (const auto& crowd : crowds) {
+    if (crowd.size() > crowd_width()) continue;
+    const std::vector<LatticeState> together = cast.together(crowd);
+    for (std::size_t l = 0; l < crowd.size(); ++l) EXPECT_EQ(bits(alone[crowd[l]]), bits(together[l]));
+  }
+}
+
+TEST_P(InstructionSets, agrees_with_the_double_reference_from_the_same_state) {
+  const Cast cast(6);
+  StepScratch scratch;
+  for (const std::size_t c : {0, 1, 3, 5}) {
+    const StepInput& input = cast.inputs[c].front();
+    LatticeState state = cast.states[c];
+    WorldLattice reference = to_world(cast.level, input.from.head(), state);
+    reference_step(cast.level, input, reference, 1e-12);
+    const LatticeState expected = to_head(cast.level, input.to.head(), reference);
+    ASSERT_TRUE(step(cast.level, input, {.iterations = 400}, scratch, state));
+    for (std::size_t i = 0; i < state.displacement.size(); ++i) {
+      EXPECT_LT((state.displacement[i] - expected.displacement[i]).norm(), 2e-6f);
+      EXPECT_LT((state.velocity[i] - expected.velocity[i]).norm(), 6e-5f);
+    }
+  }
+}
+
+TEST_P(InstructionSets, a_broken_state_is_told_and_harms_no_one_beside_it) {
+  Cast cast(std::min<std::size_t>(crowd_width(), 4));
+  const std::vector<LatticeState> alone = cast.alone();
+  if (cast.states.size() < 2) return;
+  cast.states[1].velocity[0].x() = std::numeric_limits<float>::quiet_NaN();
+  std::vector<CrowdMember> members;
+  for (std::size_t c = 0; c < cast.states.size(); ++c) members.push_back({cast.inputs[c], &cast.states[c]});
+  StepScratch scratch;
+  step_crowd(cast.level, members, {}, scratch);
+  for (std::size_t c = 0; c < cast.states.size(); ++c) {
+    EXPECT_EQ(members[c].is_finite, c != 1);
+    if (c != 1) {
+      EXPECT_EQ(bits(alone[c]), bits(cast.states[c]));
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, InstructionSets, testing::ValuesIn(instruction_sets()),
+                         [](const auto& set) { return std::string(hwy::TargetName(set.param)); });
+
+}  // namespace
+}  // namespace hairnet
