@@ -17,6 +17,7 @@
 #include "core/build/node_shares.hpp"
 #include "core/build/resample.hpp"
 #include "core/build/stiffener_list.hpp"
+#include "core/build/stiffener_order.hpp"
 #include "core/build/threads.hpp"
 #include "core/build/trim.hpp"
 #include "core/ffd/deform.hpp"
@@ -225,6 +226,8 @@ bool make_level(const Groom& groom, const LevelSpec& spec, const BodyShape& body
   store_level(mechanics, groom.materials.base, body, level);
 
   if (!match_springs(all_springs, all_attachments, progress, level)) return false;
+  order_by_nodes(level.springs);
+  order_by_nodes(level.attachments);
   report.decimation_s = progress.clock_s() - decimation_start_s;
 
   report.springs_after = level.springs.count();

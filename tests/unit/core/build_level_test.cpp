@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "core/build/build.hpp"
+#include "core/build/stiffener_order.hpp"
 #include "tests/unit/core/build_grooms.hpp"
 #include "tests/unit/core/level_checks.hpp"
 
@@ -75,7 +77,40 @@ TEST_P(BuildLevel, rest_positions_are_the_lattices_nodes) {
   }
 }
 
+TEST_P(BuildLevel, stiffeners_come_in_the_order_of_their_nodes) {
+  const auto level = build_level(support::make_odd_groom(), kLevelSpecs[GetParam()]);
+  for (const Stiffeners* list : {&level->springs, &level->attachments}) {
+    const auto nodes = [&](std::size_t s) {
+      return std::span(list->nodes).subspan(list->begin[s], list->begin[s + 1] - list->begin[s]);
+    };
+    for (std::size_t s = 1; s < list->count(); ++s) {
+      EXPECT_FALSE(std::ranges::lexicographical_compare(nodes(s), nodes(s - 1))) << "stiffener " << s;
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Levels, BuildLevel, testing::Values(0, 1, 2, 3));
+
+TEST(StiffenerOrder, each_stiffener_keeps_its_law_and_equal_nodes_their_order) {
+  Stiffeners list;
+  const std::vector<std::vector<std::uint16_t>> nodes{{4, 5}, {1, 7, 9}, {1, 7}, {4, 5}, {0, 9}};
+  for (std::size_t s = 0; s < nodes.size(); ++s) {
+    const auto label = static_cast<float>(s);
+    list.nodes.insert(list.nodes.end(), nodes[s].begin(), nodes[s].end());
+    list.weights.insert(list.weights.end(), nodes[s].size(), label);
+    list.begin.push_back(static_cast<std::uint32_t>(list.nodes.size()));
+    list.stiffness.push_back(label);
+    list.damping.push_back(10 * label);
+    list.rest.push_back(Vec3f::Constant(100 * label));
+  }
+  order_by_nodes(list);
+  EXPECT_EQ(list.nodes, (std::vector<std::uint16_t>{0, 9, 1, 7, 1, 7, 9, 4, 5, 4, 5}));
+  EXPECT_EQ(list.begin, (std::vector<std::uint32_t>{0, 2, 4, 7, 9, 11}));
+  EXPECT_EQ(list.weights, (std::vector<float>{4, 4, 2, 2, 1, 1, 1, 0, 0, 3, 3}));
+  EXPECT_EQ(list.stiffness, (std::vector<float>{4, 2, 1, 0, 3}));
+  EXPECT_EQ(list.damping, (std::vector<float>{40, 20, 10, 0, 30}));
+  for (std::size_t s = 0; s < list.count(); ++s) EXPECT_EQ(list.rest[s], Vec3f::Constant(100 * list.stiffness[s]));
+}
 
 TEST(BuildLevels, total_mass_and_drag_are_equal_at_every_level) {
   const Groom groom = support::make_odd_groom();
