@@ -1,11 +1,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <span>
+#include <thread>
 
 #include "core/build/build.hpp"
 #include "core/build/stiffener_order.hpp"
+#include "tests/support/equal_levels.hpp"
 #include "tests/unit/core/build_grooms.hpp"
 #include "tests/unit/core/level_checks.hpp"
 
@@ -167,6 +170,51 @@ TEST(BuildLevels, can_be_cancelled_at_every_call) {
     observer.progress = [&](double, std::string_view) { return ++calls < stop; };
     EXPECT_FALSE(build_levels(groom, observer));
     EXPECT_EQ(calls, stop);  // it is not asked again
+  }
+}
+
+// Each loop on threads of its own.
+ParallelFor on_threads(std::size_t thread_count) {
+  return [thread_count](std::size_t count, const std::function<void(std::size_t)>& body) {
+    std::atomic<std::size_t> next = 0;
+    std::vector<std::thread> threads;
+    for (std::size_t t = 0; t < thread_count; ++t) {
+      threads.emplace_back([&] {
+        for (std::size_t i = next++; i < count; i = next++) body(i);
+      });
+    }
+    for (std::thread& thread : threads) thread.join();
+  };
+}
+
+void last_first(std::size_t count, const std::function<void(std::size_t)>& body) {
+  while (count > 0) body(--count);
+}
+
+TEST(BuildLevels, any_number_of_threads_and_any_order_give_the_same_bits) {
+  const Groom groom = groom_with_body(support::make_head_of_hair(1500));
+  const auto alone = build_levels(groom);
+  for (const ParallelFor& parallel_for : {on_threads(2), on_threads(5), ParallelFor(last_first)}) {
+    support::expect_equal(*alone, *build_levels(groom, {}, nullptr, parallel_for));
+  }
+}
+
+TEST(BuildLevels, threads_ask_one_at_a_time_and_not_again_once_cancelled) {
+  const Groom groom = groom_with_body(support::make_head_of_hair(200));
+  for (const int stop : {1, 2, 9, 30}) {
+    std::atomic<int> asking = 0;
+    int calls = 0;
+    double last = 0;
+    BuildObserver observer;
+    observer.progress = [&](double fraction, std::string_view) {
+      EXPECT_EQ(++asking, 1);
+      EXPECT_GE(fraction, last);
+      last = fraction;
+      --asking;
+      return ++calls < stop;
+    };
+    EXPECT_FALSE(build_levels(groom, observer, nullptr, on_threads(4)));
+    EXPECT_EQ(calls, stop);
   }
 }
 
