@@ -1,12 +1,12 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <span>
 
 #include "core/build/level.hpp"
 #include "core/groom/groom.hpp"
+#include "core/parallel_for.hpp"
 #include "core/solver/step.hpp"
 
 namespace hairnet {
@@ -17,9 +17,6 @@ struct CharacterId {
   friend bool operator==(const CharacterId&, const CharacterId&) = default;
   explicit operator bool() const { return generation != 0; }
 };
-
-// Calls body(i) for each i in [0, count), in any order and on any threads, and returns when all are done.
-using ParallelFor = std::function<void(std::size_t count, const std::function<void(std::size_t)>& body)>;
 
 struct WorldDef {
   double tick_s = 1.0 / 30;

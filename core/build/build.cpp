@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "core/build/body_balls.hpp"
+#include "core/build/build_progress.hpp"
 #include "core/build/cloth.hpp"
 #include "core/build/decimate.hpp"
 #include "core/build/ether.hpp"
@@ -17,24 +18,13 @@
 #include "core/build/node_shares.hpp"
 #include "core/build/resample.hpp"
 #include "core/build/stiffener_list.hpp"
+#include "core/build/stiffener_order.hpp"
 #include "core/build/threads.hpp"
 #include "core/build/trim.hpp"
 #include "core/ffd/deform.hpp"
 
 namespace hairnet {
 namespace {
-
-// A part [begin, end] of the caller's whole progress.
-struct Progress {
-  const BuildObserver& observer;
-  double begin = 0, end = 1;
-
-  // False to cancel.
-  [[nodiscard]] bool at(double fraction, std::string_view stage) const {
-    return !observer.progress || observer.progress(begin + fraction * (end - begin), stage);
-  }
-  [[nodiscard]] double clock_s() const { return observer.clock_s ? observer.clock_s() : 0; }
-};
 
 // What a groom gives to one lattice, before any of it is reduced.
 struct GroomMechanics {
@@ -69,7 +59,7 @@ void add_strand(std::span<const Vec3f> points, const StrandProperties& propertie
 }
 
 // False when cancelled.
-bool add_strands(const Groom& groom, const Grid& grid, const Progress& progress, GroomMechanics& mechanics) {
+bool add_strands(const Groom& groom, const Grid& grid, const LevelProgress& progress, GroomMechanics& mechanics) {
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {
     const double fraction = static_cast<double>(s) / static_cast<double>(groom.strand_count());
     if (s % 1024 == 0 && !progress.at(0.3 * fraction, "cutting strands")) return false;
@@ -113,21 +103,24 @@ void add_fabric(const Groom& groom, const Grid& grid, GroomMechanics& mechanics)
 
 // Knots may take a quarter of a level's springs, and what hair and fabric leave. False when cancelled.
 bool decimate_springs(const Grid& grid, std::size_t count_max, const std::function<bool(double)>& keep_going,
-                      GroomMechanics& mechanics) {
+                      const ParallelFor& parallel_for, GroomMechanics& mechanics) {
   constexpr StiffenerKind kSpring = StiffenerKind::spring;
   const std::size_t left_over = count_max - std::min(count_max, mechanics.springs.count());
   if (!decimate(grid, kSpring, std::max(count_max / 4, left_over), mechanics.ties)) return false;
-  if (!decimate(grid, kSpring, count_max - mechanics.ties.count(), mechanics.springs, keep_going)) return false;
+  if (!decimate(grid, kSpring, count_max - mechanics.ties.count(), mechanics.springs, keep_going, parallel_for))
+    return false;
   append(mechanics.ties, mechanics.springs);
   return true;
 }
 
 // False when cancelled.
-bool decimate_both(const Grid& grid, const LevelSpec& spec, const Progress& progress, GroomMechanics& mechanics) {
+bool decimate_both(const Grid& grid, const LevelSpec& spec, const LevelProgress& progress,
+                   const ParallelFor& parallel_for, GroomMechanics& mechanics) {
   const auto springs_done = [&](double share) { return progress.at(0.3 + 0.3 * share, "merging springs"); };
   const auto attachments_done = [&](double share) { return progress.at(0.6 + 0.1 * share, "merging attachments"); };
-  return decimate_springs(grid, spec.spring_count, springs_done, mechanics) &&
-         decimate(grid, StiffenerKind::attachment, spec.attachment_count, mechanics.attachments, attachments_done);
+  return decimate_springs(grid, spec.spring_count, springs_done, parallel_for, mechanics) &&
+         decimate(grid, StiffenerKind::attachment, spec.attachment_count, mechanics.attachments, attachments_done,
+                  parallel_for);
 }
 
 // Of every grid node; 0 for trimmed ones.
@@ -158,7 +151,8 @@ Stiffeners store_stiffeners(const StiffenerList& list, const std::vector<std::ui
   return stored;
 }
 
-void store_level(const GroomMechanics& mechanics, const Material& material, const BodyShape& body, Level& level) {
+void store_level(const GroomMechanics& mechanics, const Material& material, const BodyShape& body,
+                 const ParallelFor& parallel_for, Level& level) {
   const std::vector<std::uint32_t>& active_nodes = level.geometry.active_nodes;
   const std::vector<std::uint32_t> active_index = active_indices(level.geometry);
   for (std::uint32_t a = 0; a < active_nodes.size(); ++a) {
@@ -172,7 +166,8 @@ void store_level(const GroomMechanics& mechanics, const Material& material, cons
   level.ether_damping.assign(nodes.ether_damping.begin(), nodes.ether_damping.end());
   level.springs = store_stiffeners(mechanics.springs, active_index, level.rest);
   level.attachments = store_stiffeners(mechanics.attachments, active_index, level.rest);
-  level.metaballs = fit_metaballs(body, make_stencils(level.geometry, body.hair), level.rest, nodes.mass, material);
+  level.metaballs =
+      fit_metaballs(body, make_stencils(level.geometry, body.hair), level.rest, nodes.mass, material, parallel_for);
 }
 
 // Hair on a head upside down hangs twice its own length from its design, and swings and stretches beyond.
@@ -183,8 +178,8 @@ float displacement_max_m(const Lattice& lattice) {
 }
 
 // False when cancelled.
-bool match_springs(const StiffenerList& all_springs, const StiffenerList& all_attachments, const Progress& progress,
-                   Level& level) {
+bool match_springs(const StiffenerList& all_springs, const StiffenerList& all_attachments,
+                   const LevelProgress& progress, Level& level) {
   if (level.springs.count() == all_springs.count()) return true;
   const std::vector<std::uint32_t> active_index = active_indices(level.geometry);
   const auto matched = [&](double share) { return progress.at(0.75 + 0.25 * share, "matching the springs"); };
@@ -201,8 +196,8 @@ std::size_t contact_count(const Level& level) {
 }
 
 // False when cancelled.
-bool make_level(const Groom& groom, const LevelSpec& spec, const BodyShape& body, const Progress& progress,
-                Level& level, LevelReport& report) {
+bool make_level(const Groom& groom, const LevelSpec& spec, const BodyShape& body, const LevelProgress& progress,
+                const ParallelFor& parallel_for, Level& level, LevelReport& report) {
   const double start_s = progress.clock_s();
   const Grid grid(fit_lattice(groom.points, spec.dims));
   assert(grid.node_count() <= std::numeric_limits<std::uint16_t>::max());
@@ -218,13 +213,15 @@ bool make_level(const Groom& groom, const LevelSpec& spec, const BodyShape& body
   StiffenerList all_springs = mechanics.springs;
   append(mechanics.ties, all_springs);
   const StiffenerList all_attachments = mechanics.attachments;
-  if (!decimate_both(grid, spec, progress, mechanics)) return false;
+  if (!decimate_both(grid, spec, progress, parallel_for, mechanics)) return false;
   if (!progress.at(0.7, "fitting metaballs")) return false;
   level.geometry = trim(grid.lattice(), mechanics.shares.touched);
   level.displacement_max_m = displacement_max_m(grid.lattice());
-  store_level(mechanics, groom.materials.base, body, level);
+  store_level(mechanics, groom.materials.base, body, parallel_for, level);
 
   if (!match_springs(all_springs, all_attachments, progress, level)) return false;
+  order_by_nodes(level.springs);
+  order_by_nodes(level.attachments);
   report.decimation_s = progress.clock_s() - decimation_start_s;
 
   report.springs_after = level.springs.count();
@@ -235,8 +232,10 @@ bool make_level(const Groom& groom, const LevelSpec& spec, const BodyShape& body
   return progress.at(1, "level built");
 }
 
+}  // namespace
+
 // An even part of the hair's points stands for all of them in the maps between levels.
-void connect(const Groom& groom, LevelSet& set) {
+void connect_levels(const Groom& groom, LevelSet& set, const ParallelFor& parallel_for) {
   constexpr std::size_t kMapPoints = 6000;
   const std::vector<float> blend = root_blend(groom);
   const std::size_t stride = std::max<std::size_t>(1, groom.points.size() / kMapPoints);
@@ -247,38 +246,37 @@ void connect(const Groom& groom, LevelSet& set) {
     some_points.push_back(groom.points[p]);
     some_blend.push_back(blend[p]);
   }
-  connect_levels(set, some_points, some_blend);
+  connect_levels(set, some_points, some_blend, parallel_for);
 }
 
-}  // namespace
-
 std::shared_ptr<const Level> build_level(const Groom& groom, const LevelSpec& spec, const BuildObserver& observer,
-                                         LevelReport* report) {
-  const Progress progress{observer};
-  if (!progress.at(0, "placing metaballs")) return nullptr;
+                                         LevelReport* report, const ParallelFor& parallel_for) {
+  BuildProgress progress(observer, 1);
+  if (!progress.at(0, 0, "placing metaballs")) return nullptr;
   const BodyShape body = place_balls(groom);
   auto level = std::make_shared<Level>();
   LevelReport own_report;
   LevelReport& counts = report ? *report : own_report;
   counts = {};
-  if (!make_level(groom, spec, body, progress, *level, counts)) return nullptr;
+  if (!make_level(groom, spec, body, {progress}, parallel_for, *level, counts)) return nullptr;
   return level;
 }
 
 std::shared_ptr<const LevelSet> build_levels(const Groom& groom, const BuildObserver& observer,
-                                             std::array<LevelReport, 4>* reports) {
-  if (!Progress{observer}.at(0, "placing metaballs")) return nullptr;
+                                             std::array<LevelReport, 4>* reports, const ParallelFor& parallel_for) {
+  BuildProgress progress(observer, kLevelSpecs.size());
+  if (!progress.at(0, 0, "placing metaballs")) return nullptr;
   const BodyShape body = place_balls(groom);
   auto set = std::make_shared<LevelSet>();
   std::array<LevelReport, 4> own_reports;
-  for (std::size_t i = 0; i < kLevelSpecs.size(); ++i) {
-    const double part = 1.0 / static_cast<double>(kLevelSpecs.size());
-    const Progress progress{observer, static_cast<double>(i) * part, static_cast<double>(i + 1) * part};
+  std::array<bool, kLevelSpecs.size()> is_made{};
+  run(parallel_for, kLevelSpecs.size(), [&](std::size_t i) {
     LevelReport& report = (reports ? *reports : own_reports)[i];
     report = {};
-    if (!make_level(groom, kLevelSpecs[i], body, progress, set->levels[i], report)) return nullptr;
-  }
-  connect(groom, *set);
+    is_made[i] = make_level(groom, kLevelSpecs[i], body, {progress, i}, parallel_for, set->levels[i], report);
+  });
+  if (std::ranges::find(is_made, false) != is_made.end()) return nullptr;
+  connect_levels(groom, *set, parallel_for);
   return set;
 }
 

@@ -5,6 +5,7 @@
 
 #include "core/build/level.hpp"
 #include "core/groom/groom.hpp"
+#include "core/parallel_for.hpp"
 
 namespace hairnet {
 
@@ -18,17 +19,23 @@ struct LevelReport {
   double decimation_s = 0, total_s = 0;  // given by the caller's clock, 0 without one
 };
 
+// Asked by one thread at a time, of all that `parallel_for` runs.
 struct BuildObserver {
   // Fraction in [0, 1] done and what is being done now; return false to cancel (the build then returns early).
   std::function<bool(double fraction, std::string_view stage)> progress;
   std::function<double()> clock_s;  // for the times of the report; core reads no clock of its own
 };
 
-// `groom` must be sound (validate). Needs at least one point. Returns null only when cancelled.
+// `groom` must be sound (validate). Needs at least one point. Returns null only when cancelled. The same groom gives
+// the same bits for any `parallel_for`, whose body must be free to call it again; empty: one after the other.
 std::shared_ptr<const Level> build_level(const Groom& groom, const LevelSpec& spec, const BuildObserver& observer = {},
-                                         LevelReport* report = nullptr);
+                                         LevelReport* report = nullptr, const ParallelFor& parallel_for = {});
 
 std::shared_ptr<const LevelSet> build_levels(const Groom& groom, const BuildObserver& observer = {},
-                                             std::array<LevelReport, 4>* reports = nullptr);
+                                             std::array<LevelReport, 4>* reports = nullptr,
+                                             const ParallelFor& parallel_for = {});
+
+// Makes the maps between levels that were built of `groom` before.
+void connect_levels(const Groom& groom, LevelSet& set, const ParallelFor& parallel_for = {});
 
 }  // namespace hairnet

@@ -1,6 +1,7 @@
 #include "core/build/decimate.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <map>
 #include <numeric>
@@ -66,12 +67,13 @@ void append_greatest(std::vector<NodeWeight> side, std::size_t count, std::vecto
 class Decimation {
  public:
   Decimation(const Grid& grid, StiffenerKind kind, std::size_t count_max, StiffenerList& list,
-             const std::function<bool(double)>& keep_going)
+             const std::function<bool(double)>& keep_going, const ParallelFor& parallel_for)
       : grid_(grid),
         kind_(kind),
         count_max_(count_max),
         list_(list),
         keep_going_(keep_going),
+        parallel_for_(parallel_for),
         count_start_(list.count()),
         count_(list.count()),
         chords_(list.ends),
@@ -166,18 +168,25 @@ class Decimation {
   // False when cancelled.
   bool append_candidates(const std::vector<std::uint32_t>& members, std::size_t neighbour_count,
                          std::vector<Candidate>& candidates) const {
-    constexpr std::size_t kPart = 8192;
+    constexpr std::size_t kPart = 4096;
     const NearestChords nearest(chords_, members);
-    NearestChords::Pairs pairs;
-    for (std::size_t begin = 0; begin < members.size(); begin += kPart) {
-      if (!report()) return false;
-      pairs.clear();
-      nearest.append_pairs(begin, std::min(begin + kPart, members.size()), neighbour_count, pairs);
+    std::vector<std::vector<Candidate>> found((members.size() + kPart - 1) / kPart);
+    std::atomic<bool> is_cancelled = false;
+    hairnet::run(parallel_for_, found.size(), [&](std::size_t part) {
+      if (is_cancelled) return;
+      if (!report()) {
+        is_cancelled = true;
+        return;
+      }
+      NearestChords::Pairs pairs;
+      nearest.append_pairs(part * kPart, std::min((part + 1) * kPart, members.size()), neighbour_count, pairs);
       std::ranges::sort(pairs);
       pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-      for (const auto& [a, b] : pairs) candidates.push_back(evaluate(a, b));
-    }
-    return true;
+      found[part].reserve(pairs.size());
+      for (const auto& [a, b] : pairs) found[part].push_back(evaluate(a, b));
+    });
+    for (const auto& part : found) candidates.insert(candidates.end(), part.begin(), part.end());
+    return !is_cancelled;
   }
 
   // Ward's cost.
@@ -293,6 +302,7 @@ class Decimation {
   std::size_t count_max_;
   StiffenerList& list_;
   const std::function<bool(double)>& keep_going_;
+  const ParallelFor& parallel_for_;
   std::size_t count_start_, count_;
   std::vector<Cluster> clusters_;
   std::vector<Chord> chords_;
@@ -303,9 +313,9 @@ class Decimation {
 }  // namespace
 
 bool decimate(const Grid& grid, StiffenerKind kind, std::size_t count_max, StiffenerList& list,
-              const std::function<bool(double)>& keep_going) {
+              const std::function<bool(double)>& keep_going, const ParallelFor& parallel_for) {
   if (list.count() <= count_max) return true;
-  return Decimation(grid, kind, count_max, list, keep_going).run();
+  return Decimation(grid, kind, count_max, list, keep_going, parallel_for).run();
 }
 
 }  // namespace hairnet

@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "core/build/stiffener_list.hpp"
+#include "core/parallel_for.hpp"
 
 namespace hairnet {
 
@@ -22,9 +23,9 @@ inline constexpr std::size_t kNodesAnAttachment = 16;
 // nearest_chords.hpp. When each group has come down to one and there are still too many, the least m are dropped.
 //
 // Looking at all pairs would be quadratic. Candidates are the few nearest, found in rounds that each halve the number:
-// near-linear. `keep_going` (may be empty) is called now and then with the share done; when it returns false, so does
-// decimate, and `list` is then of no use.
+// near-linear. `keep_going` (may be empty) is called now and then with the share done, on any thread of
+// `parallel_for`; when it returns false, so does decimate, and `list` is then of no use.
 [[nodiscard]] bool decimate(const Grid& grid, StiffenerKind kind, std::size_t count_max, StiffenerList& list,
-                            const std::function<bool(double)>& keep_going = {});
+                            const std::function<bool(double)>& keep_going = {}, const ParallelFor& parallel_for = {});
 
 }  // namespace hairnet

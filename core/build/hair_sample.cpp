@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <map>
 #include <numbers>
 
 #include "core/ffd/deform.hpp"
@@ -15,6 +14,34 @@ constexpr std::size_t kSampleCount = 4000;
 constexpr int kSweeps = 12;
 constexpr double kWeightLeast = 1e-3;
 
+// Sums of weights by active node, few of all of them at once.
+class WeightSums {
+ public:
+  explicit WeightSums(std::size_t node_count) : sums_(node_count), is_in_(node_count) {}
+
+  void add(std::uint32_t node, double weight) {
+    if (!is_in_[node]) nodes_.push_back(node);
+    is_in_[node] = true;
+    sums_[node] += weight;
+  }
+
+  // Calls use(node, weight) for each, ascending by node, and forgets them.
+  void take(const auto& use) {
+    std::ranges::sort(nodes_);
+    for (const std::uint32_t node : nodes_) {
+      use(node, sums_[node]);
+      sums_[node] = 0;
+      is_in_[node] = false;
+    }
+    nodes_.clear();
+  }
+
+ private:
+  std::vector<double> sums_;
+  std::vector<bool> is_in_;
+  std::vector<std::uint32_t> nodes_;
+};
+
 // Grid nodes as the active nodes that move them.
 class Followed {
  public:
@@ -23,14 +50,11 @@ class Followed {
     for (std::uint32_t t = 0; t < geometry.trimmed_nodes.size(); ++t) place_[geometry.trimmed_nodes[t]] = {false, t};
   }
 
-  void add(std::uint32_t node, double weight, std::map<std::uint32_t, double>& weight_of) const {
+  void add(std::uint32_t node, double weight, WeightSums& sums) const {
     const auto [is_active, index] = place_[node];
-    if (is_active) {
-      weight_of[index] += weight;
-      return;
-    }
+    if (is_active) return sums.add(index, weight);
     for (std::uint32_t e = geometry_.trimmed_begin[index]; e < geometry_.trimmed_begin[index + 1]; ++e) {
-      weight_of[geometry_.trimmed_from[e]] += weight * static_cast<double>(geometry_.trimmed_weights[e]);
+      sums.add(geometry_.trimmed_from[e], weight * static_cast<double>(geometry_.trimmed_weights[e]));
     }
   }
 
@@ -62,17 +86,16 @@ HairSample sample_hair(const Groom& groom) {
 HairStencils make_stencils(const LevelGeometry& geometry, const HairSample& hair) {
   const Followed followed(geometry);
   HairStencils stencils;
-  std::map<std::uint32_t, double> weight_of;
+  WeightSums sums(geometry.active_nodes.size());
   for (std::size_t p = 0; p < hair.points.size(); ++p) {
-    weight_of.clear();
     for (const auto& [node, weight] : quadratic_ffd_weights(geometry.lattice, hair.points[p])) {
-      followed.add(node, static_cast<double>(hair.blend[p]) * static_cast<double>(weight), weight_of);
+      followed.add(node, static_cast<double>(hair.blend[p]) * static_cast<double>(weight), sums);
     }
-    for (const auto& [node, weight] : weight_of) {
-      if (weight < kWeightLeast) continue;
+    sums.take([&](std::uint32_t node, double weight) {
+      if (weight < kWeightLeast) return;
       stencils.nodes.push_back(node);
       stencils.weights.push_back(weight);
-    }
+    });
     stencils.begin.push_back(static_cast<std::uint32_t>(stencils.nodes.size()));
   }
   return stencils;

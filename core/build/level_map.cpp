@@ -4,6 +4,7 @@
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <cassert>
+#include <optional>
 #include <vector>
 
 #include "core/ffd/deform.hpp"
@@ -90,29 +91,43 @@ bool has_same_nodes(const LevelGeometry& a, const LevelGeometry& b) {
 
 }  // namespace
 
-// (F^T F + follow) to = (F^T F_from + follow S) from
-struct LevelMap::LeastSquares {
-  LeastSquares(const Level& from, const Level& to, std::span<const Vec3f> points, std::span<const float> blend) {
-    const Matrix F = ffd_matrix(to, points, blend), F_from = ffd_matrix(from, points, blend);
-    Matrix normal = F.transpose() * F;
-    const auto count = static_cast<double>(to.rest.size());
-    const double follow = kFollow * std::max(normal.diagonal().sum() / count, 1e-9);
+// A level as an end of maps: its F, and F^T F + follow, factored, for the maps to it.
+struct LevelMap::End {
+  End(const Level& of, std::span<const Vec3f> points, std::span<const float> blend)
+      : level(&of), F(ffd_matrix(of, points, blend)), F_transposed(F.transpose()) {
+    assert(points.size() == blend.size());
+    Matrix normal = F_transposed * F;
+    const auto count = static_cast<double>(of.rest.size());
+    follow = kFollow * std::max(normal.diagonal().sum() / count, 1e-9);
     Matrix identity(normal.rows(), normal.cols());
     identity.setIdentity();
     normal += follow * identity;
-    factor.compute(normal);
-    assert(factor.info() == Eigen::Success);
-    right = Matrix(F.transpose() * F_from) + follow * sampling_matrix(from, to);
+    factor = std::make_shared<const Factor>(normal);
+    assert(factor->info() == Eigen::Success);
   }
-  Eigen::SimplicialLDLT<Matrix> factor;
+
+  using Factor = Eigen::SimplicialLDLT<Matrix>;
+  const Level* level;
+  Matrix F, F_transposed;
+  double follow = 0;
+  std::shared_ptr<const Factor> factor;
+};
+
+// (F^T F + follow) to = (F^T F_from + follow S) from
+struct LevelMap::LeastSquares {
+  LeastSquares(const End& from, const End& to)
+      : factor(to.factor),
+        right(Matrix(to.F_transposed * from.F) + to.follow * sampling_matrix(*from.level, *to.level)) {}
+  std::shared_ptr<const End::Factor> factor;  // of all maps to one level
   Matrix right;
 };
 
-LevelMap::LevelMap(const Level& from, const Level& to, std::span<const Vec3f> points_head,
-                   std::span<const float> blend) {
-  assert(points_head.size() == blend.size());
-  if (has_same_nodes(from.geometry, to.geometry)) return;
-  least_squares_ = std::make_unique<const LeastSquares>(from, to, points_head, blend);
+LevelMap::LevelMap(const Level& from, const Level& to, std::span<const Vec3f> points_head, std::span<const float> blend)
+    : LevelMap(End(from, points_head, blend), End(to, points_head, blend)) {}
+
+LevelMap::LevelMap(const End& from, const End& to) {
+  if (has_same_nodes(from.level->geometry, to.level->geometry)) return;
+  least_squares_ = std::make_unique<const LeastSquares>(from, to);
 }
 
 LevelMap::~LevelMap() = default;
@@ -126,19 +141,22 @@ void LevelMap::apply(std::span<const Vec3f> from, std::span<Vec3f> to) const {
   for (std::size_t i = 0; i < from.size(); ++i) {
     old_nodes.row(static_cast<Eigen::Index>(i)) = from[i].cast<double>().transpose();
   }
-  const Eigen::MatrixX3d nodes = least_squares_->factor.solve(least_squares_->right * old_nodes);
+  const Eigen::MatrixX3d nodes = least_squares_->factor->solve(least_squares_->right * old_nodes);
   for (std::size_t i = 0; i < to.size(); ++i) {
     to[i] = nodes.row(static_cast<Eigen::Index>(i)).transpose().cast<float>();
   }
 }
 
-void connect_levels(LevelSet& set, std::span<const Vec3f> points_head, std::span<const float> blend) {
-  for (std::size_t from = 0; from < set.levels.size(); ++from) {
-    for (std::size_t to = 0; to < set.levels.size(); ++to) {
-      if (from == to) continue;
-      set.maps[from][to] = std::make_shared<const LevelMap>(set.levels[from], set.levels[to], points_head, blend);
-    }
-  }
+void connect_levels(LevelSet& set, std::span<const Vec3f> points_head, std::span<const float> blend,
+                    const ParallelFor& parallel_for) {
+  const std::size_t count = set.levels.size();
+  std::vector<std::optional<LevelMap::End>> ends(count);
+  run(parallel_for, count, [&](std::size_t i) { ends[i].emplace(set.levels[i], points_head, blend); });
+  run(parallel_for, count * count, [&](std::size_t pair) {
+    const std::size_t from = pair / count, to = pair % count;
+    if (from == to) return;
+    set.maps[from][to] = std::shared_ptr<const LevelMap>(new LevelMap(*ends[from], *ends[to]));
+  });
 }
 
 }  // namespace hairnet

@@ -46,12 +46,13 @@ double potential_for_load(double radius, double load_n) {
 
 std::vector<Metaball> fit_metaballs(const BodyShape& shape, const HairStencils& stencils,
                                     std::span<const Vec3f> rest_head, std::span<const double> mass,
-                                    const Material& material) {
+                                    const Material& material, const ParallelFor& parallel_for) {
   std::vector<bool> is_inside;
   for (const Vec3f& node : rest_head) is_inside.push_back(shape.skin.inside(node.cast<double>()));
 
-  std::vector<Metaball> metaballs;
-  for (const BodyBall& ball : shape.balls) {
+  std::vector<Metaball> metaballs(shape.balls.size());
+  run(parallel_for, metaballs.size(), [&](std::size_t b) {
+    const BodyBall& ball = shape.balls[b];
     std::vector<double> distance, travel;
     for (std::size_t i = 0; i < rest_head.size(); ++i) {
       const Vec3 from_centre = rest_head[i].cast<double>() - ball.centre;
@@ -60,7 +61,9 @@ std::vector<Metaball> fit_metaballs(const BodyShape& shape, const HairStencils& 
     }
     limit_travel(stencils, clearances(ball, shape.hair), travel);
 
-    Metaball metaball{ball.bone, ball.centre.cast<float>(), {}, {}};
+    Metaball& metaball = metaballs[b];
+    metaball.bone = ball.bone;
+    metaball.centre = ball.centre.cast<float>();
     for (std::size_t i = 0; i < rest_head.size(); ++i) {
       const double radius = radius_after(ball, distance[i], travel[i]);
       const double least = static_cast<double>(material.metaball_potential_j);
@@ -68,8 +71,7 @@ std::vector<Metaball> fit_metaballs(const BodyShape& shape, const HairStencils& 
       metaball.potential.push_back(
           radius > 0 ? static_cast<float>(std::max(least, potential_for_load(radius, kLoad * mass[i]))) : 0.0f);
     }
-    metaballs.push_back(std::move(metaball));
-  }
+  });
   return metaballs;
 }
 

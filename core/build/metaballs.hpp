@@ -5,6 +5,7 @@
 
 #include "core/build/body_balls.hpp"
 #include "core/build/level.hpp"
+#include "core/parallel_for.hpp"
 
 namespace hairnet {
 
@@ -16,6 +17,6 @@ namespace hairnet {
 // entry a node of `rest_head`.
 std::vector<Metaball> fit_metaballs(const BodyShape& shape, const HairStencils& stencils,
                                     std::span<const Vec3f> rest_head, std::span<const double> mass,
-                                    const Material& material);
+                                    const Material& material, const ParallelFor& parallel_for = {});
 
 }  // namespace hairnet

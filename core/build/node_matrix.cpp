@@ -10,6 +10,8 @@ void add_scaled(const SymmetricBlock& from, double scale, SymmetricBlock& to) {
   for (std::size_t c = 0; c < 6; ++c) to[c] += scale * from[c];
 }
 
+using Factor = Eigen::SparseMatrix<double>;
+
 // Where (row, column) of a block is in it.
 constexpr std::size_t kPlace[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
 
@@ -79,6 +81,26 @@ bool NodeMatrix::factor() {
   fill_values();
   factors_.factorize(matrix_);
   return factors_.info() == Eigen::Success;
+}
+
+// As Eigen's own solve, which goes through the factors once for each column; here all columns of a row lie side by side
+// and one pass serves them all.
+Eigen::MatrixXd NodeMatrix::solve(const Eigen::MatrixXd& loads) const {
+  using RowByRow = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  const auto& lower = factors_.matrixL().nestedExpression();  // below the unit diagonal, column by column
+  RowByRow x = factors_.permutationP() * loads;
+  for (Eigen::Index i = 0; i < x.rows(); ++i) {
+    for (Factor::InnerIterator entry(lower, i); entry; ++entry) {
+      if (entry.row() > i) x.row(entry.row()) -= entry.value() * x.row(i);
+    }
+  }
+  x = factors_.vectorD().asDiagonal().inverse() * x;
+  for (Eigen::Index i = x.rows(); i-- > 0;) {
+    for (Factor::InnerIterator entry(lower, i); entry; ++entry) {
+      if (entry.row() > i) x.row(i) -= entry.value() * x.row(entry.row());
+    }
+  }
+  return factors_.permutationPinv() * x;
 }
 
 void NodeMatrix::fill_values() {

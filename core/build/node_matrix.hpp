@@ -32,7 +32,7 @@ class NodeMatrix {
   // False when it is not positive definite.
   [[nodiscard]] bool factor();
   // Solves for each column; rows 3 i .. 3 i + 2 belong to node i. The matrix must be factored.
-  [[nodiscard]] Eigen::MatrixXd solve(const Eigen::MatrixXd& loads) const { return factors_.solve(loads); }
+  [[nodiscard]] Eigen::MatrixXd solve(const Eigen::MatrixXd& loads) const;
 
  private:
   void fill_values();

@@ -1,9 +1,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <span>
+#include <thread>
 
 #include "core/build/build.hpp"
+#include "core/build/stiffener_order.hpp"
+#include "tests/support/equal_levels.hpp"
 #include "tests/unit/core/build_grooms.hpp"
 #include "tests/unit/core/level_checks.hpp"
 
@@ -75,7 +80,40 @@ TEST_P(BuildLevel, rest_positions_are_the_lattices_nodes) {
   }
 }
 
+TEST_P(BuildLevel, stiffeners_come_in_the_order_of_their_nodes) {
+  const auto level = build_level(support::make_odd_groom(), kLevelSpecs[GetParam()]);
+  for (const Stiffeners* list : {&level->springs, &level->attachments}) {
+    const auto nodes = [&](std::size_t s) {
+      return std::span(list->nodes).subspan(list->begin[s], list->begin[s + 1] - list->begin[s]);
+    };
+    for (std::size_t s = 1; s < list->count(); ++s) {
+      EXPECT_FALSE(std::ranges::lexicographical_compare(nodes(s), nodes(s - 1))) << "stiffener " << s;
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Levels, BuildLevel, testing::Values(0, 1, 2, 3));
+
+TEST(StiffenerOrder, each_stiffener_keeps_its_law_and_equal_nodes_their_order) {
+  Stiffeners list;
+  const std::vector<std::vector<std::uint16_t>> nodes{{4, 5}, {1, 7, 9}, {1, 7}, {4, 5}, {0, 9}};
+  for (std::size_t s = 0; s < nodes.size(); ++s) {
+    const auto label = static_cast<float>(s);
+    list.nodes.insert(list.nodes.end(), nodes[s].begin(), nodes[s].end());
+    list.weights.insert(list.weights.end(), nodes[s].size(), label);
+    list.begin.push_back(static_cast<std::uint32_t>(list.nodes.size()));
+    list.stiffness.push_back(label);
+    list.damping.push_back(10 * label);
+    list.rest.push_back(Vec3f::Constant(100 * label));
+  }
+  order_by_nodes(list);
+  EXPECT_EQ(list.nodes, (std::vector<std::uint16_t>{0, 9, 1, 7, 1, 7, 9, 4, 5, 4, 5}));
+  EXPECT_EQ(list.begin, (std::vector<std::uint32_t>{0, 2, 4, 7, 9, 11}));
+  EXPECT_EQ(list.weights, (std::vector<float>{4, 4, 2, 2, 1, 1, 1, 0, 0, 3, 3}));
+  EXPECT_EQ(list.stiffness, (std::vector<float>{4, 2, 1, 0, 3}));
+  EXPECT_EQ(list.damping, (std::vector<float>{40, 20, 10, 0, 30}));
+  for (std::size_t s = 0; s < list.count(); ++s) EXPECT_EQ(list.rest[s], Vec3f::Constant(100 * list.stiffness[s]));
+}
 
 TEST(BuildLevels, total_mass_and_drag_are_equal_at_every_level) {
   const Groom groom = support::make_odd_groom();
@@ -132,6 +170,51 @@ TEST(BuildLevels, can_be_cancelled_at_every_call) {
     observer.progress = [&](double, std::string_view) { return ++calls < stop; };
     EXPECT_FALSE(build_levels(groom, observer));
     EXPECT_EQ(calls, stop);  // it is not asked again
+  }
+}
+
+// Each loop on threads of its own.
+ParallelFor on_threads(std::size_t thread_count) {
+  return [thread_count](std::size_t count, const std::function<void(std::size_t)>& body) {
+    std::atomic<std::size_t> next = 0;
+    std::vector<std::thread> threads;
+    for (std::size_t t = 0; t < thread_count; ++t) {
+      threads.emplace_back([&] {
+        for (std::size_t i = next++; i < count; i = next++) body(i);
+      });
+    }
+    for (std::thread& thread : threads) thread.join();
+  };
+}
+
+void last_first(std::size_t count, const std::function<void(std::size_t)>& body) {
+  while (count > 0) body(--count);
+}
+
+TEST(BuildLevels, any_number_of_threads_and_any_order_give_the_same_bits) {
+  const Groom groom = groom_with_body(support::make_head_of_hair(1500));
+  const auto alone = build_levels(groom);
+  for (const ParallelFor& parallel_for : {on_threads(2), on_threads(5), ParallelFor(last_first)}) {
+    support::expect_equal(*alone, *build_levels(groom, {}, nullptr, parallel_for));
+  }
+}
+
+TEST(BuildLevels, threads_ask_one_at_a_time_and_not_again_once_cancelled) {
+  const Groom groom = groom_with_body(support::make_head_of_hair(200));
+  for (const int stop : {1, 2, 9, 30}) {
+    std::atomic<int> asking = 0;
+    int calls = 0;
+    double last = 0;
+    BuildObserver observer;
+    observer.progress = [&](double fraction, std::string_view) {
+      EXPECT_EQ(++asking, 1);
+      EXPECT_GE(fraction, last);
+      last = fraction;
+      --asking;
+      return ++calls < stop;
+    };
+    EXPECT_FALSE(build_levels(groom, observer, nullptr, on_threads(4)));
+    EXPECT_EQ(calls, stop);
   }
 }
 

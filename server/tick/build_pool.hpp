@@ -1,0 +1,42 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstddef>
+#include <functional>
+#include <list>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace hairnet::server {
+
+// Runs the loops of a groom's build on the calling thread and others, which take over its priority. A loop's body may
+// run a loop in turn. Made for one build and gone after it: threads cost nothing beside a build.
+class BuildPool {
+ public:
+  explicit BuildPool(std::size_t thread_count);  // the caller is one of them
+  ~BuildPool();
+  BuildPool(const BuildPool&) = delete;
+  BuildPool& operator=(const BuildPool&) = delete;
+
+  // Calls body(i) for each i in [0, count) and returns when all are done. `body` must not throw.
+  void parallel_for(std::size_t count, const std::function<void(std::size_t)>& body);
+
+ private:
+  struct Loop {
+    const std::function<void(std::size_t)>& body;
+    std::size_t count, next = 0, done = 0;
+  };
+  void help();
+  void run_next(Loop& loop, std::unique_lock<std::mutex>& lock);
+  Loop* open_loop();
+
+  // Held but while a body runs. Bodies take milliseconds; there is nothing to gain from more than one lock.
+  std::mutex mutex_;
+  std::condition_variable begun_, ended_;
+  std::list<Loop> loops_;  // the outermost, which have the largest bodies, first
+  bool stopping_ = false;
+  std::vector<std::thread> helpers_;
+};
+
+}  // namespace hairnet::server
