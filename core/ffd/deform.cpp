@@ -8,24 +8,26 @@
 namespace hairnet {
 namespace {
 
-// Room for vectors that hang over the end.
-std::vector<float> make_sorted(std::size_t count) {
-  return std::vector<float>(count + kDeformOverhang, 0.0f);
+// Vectors hang over the end: the last entry again and again.
+void add_overhang(std::vector<float>& sorted) {
+  sorted.resize(sorted.size() + kDeformOverhang, sorted.empty() ? 0.0f : sorted.back());
 }
 
 // Lays component `axis` of one entry a point in the sorted order.
 std::vector<float> sorted_axis(std::span<const Vec3f> vectors, int axis, std::span<const std::uint32_t> order) {
-  std::vector<float> sorted = make_sorted(order.size());
+  std::vector<float> sorted(order.size());
   std::ranges::transform(order, sorted.begin(), [&](std::uint32_t p) { return vectors[p][axis]; });
+  add_overhang(sorted);
   return sorted;
 }
 
 // `numbers` may be empty: all are `otherwise`.
 std::vector<float> sorted_numbers(std::span<const float> numbers, float otherwise,
                                   std::span<const std::uint32_t> order) {
-  std::vector<float> sorted = make_sorted(order.size());
+  std::vector<float> sorted(order.size());
   std::ranges::transform(order, sorted.begin(),
                          [&](std::uint32_t p) { return numbers.empty() ? otherwise : numbers[p]; });
+  add_overhang(sorted);
   return sorted;
 }
 
@@ -77,6 +79,8 @@ void Deformer::sort_points(std::span<const Vec3f> points_head, std::span<const f
   }
   for (int a = 0; a < 3; ++a) points_[static_cast<std::size_t>(a)] = sorted_axis(points_head, a, order_);
   points_[3] = sorted_numbers(blend, 1, order_);
+  for (const std::uint32_t p : order_) places_.push_back(3 * p);
+  places_.resize(order_.size() + kDeformOverhang, places_.empty() ? 0 : places_.back());
 }
 
 WideDeform Deformer::work(std::span<const Vec3f> grid_displacements, std::span<Vec3f> points_out) const {
@@ -89,7 +93,7 @@ WideDeform Deformer::work(std::span<const Vec3f> grid_displacements, std::span<V
     work.points[n] = points_[n].data();
     work.slopes[n] = slopes_[n].data();
   }
-  work.order = order_.data();
+  work.places = places_.data();
   for (int a = 0; a < 3; ++a) work.inverse_spacing[a] = 1 / lattice_.spacing[a];
   work.row = static_cast<std::uint32_t>(lattice_.dims[0]);
   work.slice = work.row * static_cast<std::uint32_t>(lattice_.dims[1]);

@@ -50,6 +50,7 @@ class Deformer {
   FfdKind kind_;
   std::vector<DeformCell> cells_;
   std::vector<std::uint32_t> order_;          // sorted point -> point
+  std::vector<std::uint32_t> places_;
   std::array<std::vector<float>, 4> points_;  // sorted, as the kernel reads them: x, y, z, delta
   std::array<std::vector<float>, 4> slopes_;  // likewise tangents and d delta / ds, or empty
 };

@@ -27,6 +27,11 @@ static_assert(kLanes <= kDeformOverhang);
 constexpr float kFar = 1e9f;
 constexpr float kSqrtHalf = 0.70710678f;
 
+// Along one axis, how a cell's points find their weights: scale and offset of x, and scale of the tangent.
+struct AxisFrame {
+  V scale, offset, rate;
+};
+
 // Along one axis: of the terms after the first, and how those weights grow per metre along the strand.
 template <int kNodes>
 struct AxisWeights {
@@ -34,68 +39,89 @@ struct AxisWeights {
   V slope[kNodes - 1];
 };
 
-// Quadratic, model section 7: with u = (1/2 - t)/sqrt 2 and v = (1/2 + t)/sqrt 2, w_a = u u and w_c = v v. Outside
-// 0 <= u <= 1/sqrt 2 the tangent there goes on, u' (2 u - u') with u' the nearest within: 0, or 1/2 - t - 1/2 = -t.
-template <bool kOutside>
-HWY_INLINE void set_weights(V x, V along, float inverse_spacing, float centre, AxisWeights<3>& axis) {
+template <int kNodes>
+HWY_INLINE AxisFrame make_frame(float inverse_spacing, float centre) {
   const D d;
-  const V half_width = hn::Set(d, kSqrtHalf);
-  V u = hn::NegMulAdd(x, hn::Set(d, kSqrtHalf * inverse_spacing), hn::Set(d, kSqrtHalf * (0.5f + centre)));
+  if constexpr (kNodes == 3) {
+    return {hn::Set(d, kSqrtHalf * inverse_spacing), hn::Set(d, kSqrtHalf * (0.5f + centre)),
+            hn::Set(d, 2 * kSqrtHalf * inverse_spacing)};
+  } else {
+    return {hn::Set(d, inverse_spacing), hn::Set(d, centre), hn::Set(d, inverse_spacing)};
+  }
+}
+
+// Quadratic, model section 7: with u = (1/2 - t)/sqrt 2 and v = (1/2 + t)/sqrt 2, w_a = u u and w_c = v v. Where u is
+// not in [0, 1/sqrt 2] the tangent from the nearest such u' goes on: u' (2 u - u'); likewise v.
+template <bool kOutside>
+HWY_INLINE void set_weights(V x, V along, const AxisFrame& frame, AxisWeights<3>& axis) {
+  const D d;
+  const V width = hn::Set(d, kSqrtHalf);
+  V u = hn::NegMulAdd(x, frame.scale, frame.offset);
   if constexpr (kOutside) u = hn::Min(hn::Max(u, hn::Set(d, -kFar)), hn::Set(d, kFar));
-  V v = hn::Sub(half_width, u);
+  V v = hn::Sub(width, u);
   V u_in = u, v_in = v;
   if constexpr (kOutside) {
     const V zero = hn::Zero(d);
-    u_in = hn::Min(hn::Max(u, zero), half_width);
-    v_in = hn::Min(hn::Max(v, zero), half_width);
+    u_in = hn::Min(hn::Max(u, zero), width);
+    v_in = hn::Min(hn::Max(v, zero), width);
     u = hn::Sub(hn::Add(u, u), u_in);
     v = hn::Sub(hn::Add(v, v), v_in);
   }
   axis.w[0] = hn::Mul(u_in, u);
   axis.w[1] = hn::Mul(v_in, v);
-  const V rate = hn::Mul(along, hn::Set(d, 2 * kSqrtHalf * inverse_spacing));
+  const V rate = hn::Mul(along, frame.rate);
   axis.slope[0] = hn::Neg(hn::Mul(u_in, rate));
   axis.slope[1] = hn::Mul(v_in, rate);
 }
 
 template <bool kOutside>
-HWY_INLINE void set_weights(V x, V along, float inverse_spacing, float centre, AxisWeights<2>& axis) {
+HWY_INLINE void set_weights(V x, V along, const AxisFrame& frame, AxisWeights<2>& axis) {
   const D d;
-  V t = hn::MulSub(x, hn::Set(d, inverse_spacing), hn::Set(d, centre));
+  V t = hn::MulSub(x, frame.scale, frame.offset);
   if constexpr (kOutside) t = hn::Min(hn::Max(t, hn::Set(d, -kFar)), hn::Set(d, kFar));
   axis.w[0] = t;
-  axis.slope[0] = hn::Mul(along, hn::Set(d, inverse_spacing));
+  axis.slope[0] = hn::Mul(along, frame.rate);
 }
 
-// terms[4 e + c]: component c of term e = i + kNodes (j + kNodes k); index 0 along an axis is the node that t counts
-// from, the others are the differences from it.
+// Along the axis whose neighbours are kStride apart: leaves the node that t counts from, then the differences from it.
+template <int kNodes, int kStride, class V4>
+HWY_INLINE void difference_lines(V4* n) {
+#pragma GCC unroll 9
+  for (int line = 0; line < kNodes * kNodes; ++line) {
+    V4* const at = n + line / kStride * kStride * kNodes + line % kStride;
+    if constexpr (kNodes == 3) {
+      const V4 low = at[0], middle = at[kStride];
+      at[0] = middle;
+      at[kStride] = hn::Sub(low, middle);
+      at[2 * kStride] = hn::Sub(at[2 * kStride], middle);
+    } else {
+      at[kStride] = hn::Sub(at[kStride], at[0]);
+    }
+  }
+}
+
+// terms[4 e + c]: component c of term e = i + kNodes (j + kNodes k).
 template <int kNodes>
 HWY_INLINE void difference_nodes(const WideDeform& work, const float* last_node, std::uint32_t base,
                                  float* HWY_RESTRICT terms) {
   constexpr int kCount = kNodes * kNodes * kNodes;
   const D4 d4;
+  const float* HWY_RESTRICT nodes = work.displacements + 3 * std::size_t{base};
+  const std::size_t row = 3 * std::size_t{work.row}, slice = 3 * std::size_t{work.slice};
+  const std::uint32_t highest = base + (kNodes - 1) * (1 + work.row + work.slice);
+  const float* highest_node = highest + 1 == work.node_count ? last_node : work.displacements + 3 * std::size_t{highest};
   for (std::size_t c = 0; c < 3; c += hn::Lanes(d4)) {
     hn::Vec<D4> n[kCount];
-    for (int e = 0; e < kCount; ++e) {
+#pragma GCC unroll 26
+    for (int e = 0; e < kCount - 1; ++e) {
       const int i = e % kNodes, j = e / kNodes % kNodes, k = e / (kNodes * kNodes);
-      const std::uint32_t node = base + i + j * work.row + k * work.slice;
-      const float* from = work.displacements + 3 * std::size_t{node};
-      if (e == kCount - 1 && node + 1 == work.node_count) from = last_node;
-      n[e] = hn::LoadU(d4, from + c);
+      n[e] = hn::LoadU(d4, nodes + 3 * i + j * row + k * slice + c);
     }
-    for (int stride = 1; stride < kCount; stride *= kNodes) {
-      for (int line = 0; line < kCount / kNodes; ++line) {
-        auto* const at = n + line / stride * stride * kNodes + line % stride;
-        if constexpr (kNodes == 3) {
-          const auto low = at[0], middle = at[stride], high = at[2 * stride];
-          at[0] = middle;
-          at[stride] = hn::Sub(low, middle);
-          at[2 * stride] = hn::Sub(high, middle);
-        } else {
-          at[stride] = hn::Sub(at[stride], at[0]);
-        }
-      }
-    }
+    n[kCount - 1] = hn::LoadU(d4, highest_node + c);
+    difference_lines<kNodes, 1>(n);
+    difference_lines<kNodes, kNodes>(n);
+    difference_lines<kNodes, kNodes * kNodes>(n);
+#pragma GCC unroll 27
     for (int e = 0; e < kCount; ++e) hn::StoreU(n[e], d4, terms + 4 * e + c);
   }
 }
@@ -138,35 +164,48 @@ HWY_INLINE V component(const float* HWY_RESTRICT terms, const AxisWeights<kNodes
   return line<kNodes>(plane, axes[2].w);
 }
 
-// To the caller's order.
-HWY_INLINE void scatter(V x, V y, V z, const std::uint32_t* HWY_RESTRICT order, std::size_t count,
-                        float* HWY_RESTRICT out) {
+// To the caller's order. Lanes beyond the cell write too: theirs are points of the next cell, which writes them again,
+// or beyond the last cell copies of its last point.
+HWY_INLINE void scatter(V x, V y, V z, const std::uint32_t* HWY_RESTRICT places, float* HWY_RESTRICT out) {
   const D d;
-  HWY_ALIGN float xyz[3 * kLanes];
-  hn::StoreInterleaved3(x, y, z, d, xyz);
-  for (std::size_t i = 0; i < count; ++i) __builtin_memcpy(out + 3 * std::size_t{order[i]}, xyz + 3 * i, 12);
+  HWY_ALIGN float xy[2 * kLanes], only_z[kLanes];
+  hn::StoreInterleaved2(x, y, d, xy);
+  hn::Store(z, d, only_z);
+#pragma GCC unroll 16
+  for (std::size_t i = 0; i < kLanes; ++i) {
+    float* to = out + places[i];
+    __builtin_memcpy(to, xy + 2 * i, 2 * sizeof(float));
+    to[2] = only_z[i];
+  }
 }
 
 template <int kNodes, bool kOutside, bool kTangents>
 HWY_NOINLINE void deform_cell(const WideDeform& work, const DeformCell& cell, const float* HWY_RESTRICT terms) {
   const D d;
-  for (std::size_t p = cell.begin; p < cell.end; p += kLanes) {
+  AxisFrame frames[3];
+  for (int a = 0; a < 3; ++a) frames[a] = make_frame<kNodes>(work.inverse_spacing[a], cell.centre[a]);
+  const float* const points[] = {work.points[0], work.points[1], work.points[2], work.points[3]};
+  const float* const slopes[] = {work.slopes[0], work.slopes[1], work.slopes[2], work.slopes[3]};
+  const std::uint32_t* const places = work.places;
+  float* const points_out = work.points_out;
+  float* const tangents_out = work.tangents_out;
+  const std::size_t end = cell.end;
+  for (std::size_t p = cell.begin; p < end; p += kLanes) {
     V x[3], along[3], u[3], du[3];
     AxisWeights<kNodes> axes[3];
     for (int a = 0; a < 3; ++a) {
-      x[a] = hn::LoadU(d, work.points[a] + p);
-      along[a] = kTangents ? hn::LoadU(d, work.slopes[a] + p) : hn::Zero(d);
-      set_weights<kOutside>(x[a], along[a], work.inverse_spacing[a], cell.centre[a], axes[a]);
+      x[a] = hn::LoadU(d, points[a] + p);
+      along[a] = kTangents ? hn::LoadU(d, slopes[a] + p) : hn::Zero(d);
+      set_weights<kOutside>(x[a], along[a], frames[a], axes[a]);
     }
     for (int c = 0; c < 3; ++c) u[c] = component<kNodes, kTangents>(terms + c, axes, du[c]);
-    const V delta = hn::LoadU(d, work.points[3] + p);
+    const V delta = hn::LoadU(d, points[3] + p);
     for (int c = 0; c < 3; ++c) x[c] = hn::MulAdd(delta, u[c], x[c]);
-    const std::size_t count = HWY_MIN(kLanes, cell.end - p);
-    scatter(x[0], x[1], x[2], work.order + p, count, work.points_out);
+    scatter(x[0], x[1], x[2], places + p, points_out);
     if constexpr (kTangents) {
-      const V delta_slope = hn::LoadU(d, work.slopes[3] + p);
+      const V delta_slope = hn::LoadU(d, slopes[3] + p);
       for (int c = 0; c < 3; ++c) along[c] = hn::MulAdd(delta, du[c], hn::MulAdd(delta_slope, u[c], along[c]));
-      scatter(along[0], along[1], along[2], work.order + p, count, work.tangents_out);
+      scatter(along[0], along[1], along[2], places + p, tangents_out);
     }
   }
 }
