@@ -8,6 +8,7 @@
 #include "core/groom/groom.hpp"
 #include "core/parallel_for.hpp"
 #include "core/solver/step.hpp"
+#include "core/world/character.hpp"
 
 namespace hairnet {
 
@@ -26,10 +27,6 @@ struct WorldDef {
   Environment environment;
   ParallelFor parallel_for;  // empty: one after the other
 };
-
-inline constexpr double kRigidEase_s = 0.3;
-inline constexpr double kSwitchEase_s = 0.5;
-inline constexpr double kSleepAfter_s = 4.5;  // after CalmRelease has done its work
 
 struct CharacterDef {
   std::shared_ptr<const LevelSet> levels;  // null: only the rigid level can be set

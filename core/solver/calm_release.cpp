@@ -21,11 +21,11 @@ double uprightness(const Pose& pose) {
 
 // No bone is turned or shifted much against the head.
 bool is_calm(const Pose& pose) {
-  const RigidTransform to_head = pose.head().inverse();
+  static const double kTurnCosine = std::cos(kCalmTurn_rad / 2);
   for (const RigidTransform& bone : pose.bones) {
-    const RigidTransform relative = to_head * bone;
-    if (relative.rotation.angularDistance(Quat::Identity()) > kCalmTurn_rad) return false;
-    if (relative.position.norm() > kCalmShift_m) return false;
+    if (std::abs(bone.rotation.dot(pose.head().rotation)) < kTurnCosine) return false;
+    // The bone's origin at rest is the head joint's.
+    if ((bone.position - pose.head().position).squaredNorm() > kCalmShift_m * kCalmShift_m) return false;
   }
   return true;
 }
@@ -34,7 +34,7 @@ bool is_calm(const Pose& pose) {
 
 double CalmRelease::update(const Pose& pose, double elapsed_s) {
   calm_s_ = is_calm(pose) ? std::min(calm_s_ + elapsed_s, kSpringsWithin_s) : 0;
-  const double upright = uprightness(pose);
+  const double upright = calm_s_ > kContactAfter_s ? uprightness(pose) : 0;
   const auto come = [this](double from_s, double to_s) {
     return std::clamp((calm_s_ - from_s) / (to_s - from_s), 0.0, 1.0);
   };

@@ -84,6 +84,10 @@ std::size_t crowd_width() {
   return crowd_sizes().real;
 }
 
+std::size_t crowd_least() {
+  return crowd_width() >= 16 ? 3 : std::min<std::size_t>(crowd_width(), 2);
+}
+
 void step_crowd(const Level& level, std::span<CrowdMember> members, const SolverSettings& settings,
                 StepScratch& scratch) {
   assert(members.size() <= crowd_width());

@@ -16,6 +16,9 @@ struct CrowdMember {
 // How many characters go side by side on this machine: 16 with AVX-512, 8 with AVX2, 4 or 1 elsewhere.
 std::size_t crowd_width();
 
+// From how many on a crowd is quicker than one after the other; measured with hairnet-bench.
+std::size_t crowd_least();
+
 // `step` for up to crowd_width() characters of one level at once, in the same bits: a lane is a character, and none
 // knows of the others. The time is that of a full crowd however few they are.
 void step_crowd(const Level& level, std::span<CrowdMember> members, const SolverSettings& settings,

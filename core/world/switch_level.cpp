@@ -1,0 +1,113 @@
+#include "core/world/switch_level.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/build/level_map.hpp"
+#include "core/solver/energy.hpp"
+#include "core/solver/head_motion.hpp"
+
+namespace hairnet {
+namespace {
+
+constexpr float kRestShift_m = 3e-4f;
+
+bool is_at_rest(const LatticeState& state) {
+  return std::ranges::all_of(state.displacement, [](const Vec3f& d) { return d.isZero(kRestShift_m); });
+}
+
+bool has_same_nodes(const Level* a, const Level* b) {
+  return a && b && a->geometry.lattice.dims == b->geometry.lattice.dims && a->rest == b->rest;
+}
+
+HeadMotion last_motion(const Character& c, double step_s) {
+  StepInput input;
+  input.from = c.last_from;
+  input.to = c.from;
+  input.step_s = step_s;
+  return HeadMotion(input);
+}
+
+void add_rest_velocity(const Level& level, const HeadMotion& motion, float sign, LatticeState& state) {
+  for (std::size_t i = 0; i < level.rest.size(); ++i) {
+    state.velocity[i] += sign * motion.rest_velocity(level.rest[i].cast<double>()).cast<float>();
+  }
+}
+
+// Velocity beyond the rest's is carried over; the rest's is an exact function of the poses. Kinetic energy that the map
+// would add is taken away again.
+void carry_over(const LevelMap& map, const Level& old_level, LatticeState old_state, const HeadMotion& motion,
+                const MaterialScale& material, const Level& level, LatticeState& state) {
+  const double kinetic_max_j = energy(old_level, material, motion, old_state).kinetic_j;
+  add_rest_velocity(old_level, motion, -1, old_state);
+  map.apply(old_state.displacement, state.displacement);
+  map.apply(old_state.velocity, state.velocity);
+  float farthest_m = 0;
+  for (const Vec3f& d : state.displacement) farthest_m = std::max(farthest_m, d.norm());
+  if (farthest_m > level.displacement_max_m) {
+    for (Vec3f& d : state.displacement) d *= level.displacement_max_m / farthest_m;
+  }
+  double kinetic_j = 0;
+  for (std::size_t i = 0; i < level.rest.size(); ++i) {
+    kinetic_j += 0.5 * static_cast<double>(material.density * level.mass[i] * state.velocity[i].squaredNorm());
+  }
+  if (kinetic_j > kinetic_max_j) {
+    const auto by = static_cast<float>(std::sqrt(kinetic_max_j / kinetic_j));
+    for (Vec3f& v : state.velocity) v *= by;
+  }
+  add_rest_velocity(level, motion, 1, state);
+}
+
+void switch_to_rigid(Character& c) {
+  if (!c.model() || is_at_rest(c.state)) {
+    c.level = LevelIndex::rigid;
+    c.state = {};
+  } else if (c.easing_s < 0) {
+    c.easing_s = 0;
+  }
+}
+
+}  // namespace
+
+void switch_level(LevelIndex to, double substep_s, Character& c) {
+  c.wake();
+  if (to == LevelIndex::rigid) return switch_to_rigid(c);
+  const Level* old_level = c.model();
+  const HeadMotion motion = last_motion(c, substep_s);
+  if (std::exchange(c.easing_s, -1) >= 0) {
+    // Easing has no velocity of its own.
+    const std::vector<Vec3f> displacement = std::move(c.state.displacement);
+    reset_to_rest(*old_level, c.state);
+    c.state.displacement = displacement;
+    add_rest_velocity(*old_level, motion, 1, c.state);
+  }
+  if (to == c.level) return;
+  const LevelMap* map = old_level ? c.levels->map(c.level, to) : nullptr;
+  c.level = to;
+  const Level& level = *c.model();
+  LatticeState old_state = std::move(c.state);
+  reset_to_rest(level, c.state);
+  if (map) {
+    c.switched_s = 0;
+    carry_over(*map, *old_level, std::move(old_state), motion, c.material, level, c.state);
+  } else {
+    add_rest_velocity(level, motion, 1, c.state);
+  }
+}
+
+void replace_levels(std::shared_ptr<const LevelSet> levels, double substep_s, Character& c) {
+  const std::shared_ptr<const LevelSet> old_levels = std::exchange(c.levels, std::move(levels));
+  const Level* old_level = c.level == LevelIndex::rigid || !old_levels ? nullptr : &(*old_levels)[c.level];
+  c.wake();
+  if (has_same_nodes(old_level, c.model())) {
+    c.state.elastic_energy_max_j = std::numeric_limits<float>::infinity();
+    return;
+  }
+  c.easing_s = -1;
+  c.state = {};
+  const LevelIndex level = std::exchange(c.level, LevelIndex::rigid);
+  if (level == LevelIndex::rigid || c.levels) switch_level(level, substep_s, c);
+}
+
+}  // namespace hairnet
