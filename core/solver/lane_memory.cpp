@@ -31,6 +31,7 @@ LaneMemory LaneBlock::carve(const LaneSizes& sizes, const LevelView& level) {
       Part{&memory.spring_coefficient, level.springs.count * sizes.real},
       Part{&memory.attachment_displacement, level.attachments.count * sizes.vector},
       Part{&memory.attachment_coefficient, level.attachments.count * sizes.real},
+      Part{&memory.pull, (level.springs.count + level.attachments.count) * sizes.vector},
       Part{&memory.ball_centre, level.metaball_count * sizes.vector},
       Part{&memory.elastic_energy_max_j, sizes.real},
       Part{&memory.speed_max, sizes.real},

@@ -22,6 +22,7 @@ struct LaneMemory {
   float *spring_elongation, *spring_coefficient;  // Reals: |eps| - |eps_0|, m; h (h k + q)
   float* attachment_displacement;                 // Vectors, eps - eps_0
   float* attachment_coefficient;                  // Reals
+  float* pull;                                    // Vectors, sigma of springs, then of attachments
   float* ball_centre;                             // Vectors
 
   float *elastic_energy_max_j, *speed_max, *is_finite;  // a Real each: what the step leaves (LatticeState; 1 or 0)

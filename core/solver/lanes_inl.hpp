@@ -34,6 +34,7 @@ struct Crowd {
 
   static constexpr D d{};
   static constexpr std::size_t kReal = hn::MaxLanes(D()), kVector = 3 * kReal, kBlock = 6 * kReal;  // floats in memory
+  static constexpr bool kIsCrowd = true;
 
   static HWY_INLINE Real real(float x) { return hn::Set(d, x); }
   static HWY_INLINE Real load_real(const float* p) { return hn::Load(d, p); }
@@ -147,15 +148,18 @@ struct Single {
 
   static constexpr D d{};
   static constexpr std::size_t kReal = 1, kVector = 4, kBlock = 12;
+  static constexpr bool kIsCrowd = false;
 
   static HWY_INLINE Real real(float x) { return hn::Set(d, x); }
   static HWY_INLINE Real load_real(const float* p) { return hn::Set(d, *p); }
   static HWY_INLINE void store_real(Real a, float* p) { *p = hn::GetLane(a); }
 
   static HWY_INLINE Vector zero() { return {hn::Zero(d)}; }
+  // Loads that never wait for a store: a padded copy on the stack would.
   static HWY_INLINE Vector vector(const float* xyz) {
-    HWY_ALIGN const float padded[4] = {xyz[0], xyz[1], xyz[2], 0};
-    return {hn::Load(d, padded)};
+    const hn::FixedTag<float, 2> pair;
+    const hn::FixedTag<float, 1> one;
+    return {hn::Combine(d, hn::ZeroExtendVector(pair, hn::LoadU(one, xyz + 2)), hn::LoadU(pair, xyz))};
   }
   static HWY_INLINE Vector load_vector(const float* p) { return {hn::Load(d, p)}; }
   static HWY_INLINE void store_vector(const Vector& a, float* p) { hn::Store(a.v, d, p); }
@@ -191,8 +195,10 @@ struct Single {
     hn::Store(a.z, d, p + 8);
   }
   static HWY_INLINE Block block(const float* p) {
-    HWY_ALIGN const float columns[12] = {p[0], p[1], p[2], 0, p[1], p[3], p[4], 0, p[2], p[4], p[5], 0};
-    return load_block(columns);
+    const Real low = hn::LoadU(d, p), high = hn::LoadU(d, p + 2), xyz = hn::IfThenElseZero(hn::FirstN(d, 3), low);
+    const Real z = hn::IfThenElseZero(hn::FirstN(d, 3), from<0, 2, 3>(high));
+    const Real y = hn::IfThenElse(hn::FirstN(d, 2), from<1, 3, 3>(low), from<3, 3, 1>(z));
+    return {xyz, hn::IfThenElseZero(hn::FirstN(d, 3), y), z};
   }
   static HWY_INLINE Block scale(Real s, const Block& a) { return {s * a.x, s * a.y, s * a.z}; }
   static HWY_INLINE Block add_diagonal(Real s, const Block& a) {
@@ -216,14 +222,13 @@ struct Single {
   }
 
  private:
-  static HWY_INLINE Real yzx(Real a) {
-    HWY_ALIGN static constexpr std::int32_t kFrom[4] = {1, 2, 0, 3};
+  template <std::int32_t kX, std::int32_t kY, std::int32_t kZ>
+  static HWY_INLINE Real from(Real a) {
+    HWY_ALIGN static constexpr std::int32_t kFrom[4] = {kX, kY, kZ, 3};
     return hn::TableLookupLanes(a, hn::SetTableIndices(d, kFrom));
   }
-  static HWY_INLINE Real zxy(Real a) {
-    HWY_ALIGN static constexpr std::int32_t kFrom[4] = {2, 0, 1, 3};
-    return hn::TableLookupLanes(a, hn::SetTableIndices(d, kFrom));
-  }
+  static HWY_INLINE Real yzx(Real a) { return from<1, 2, 0>(a); }
+  static HWY_INLINE Real zxy(Real a) { return from<2, 0, 1>(a); }
   static HWY_INLINE Real cross(Real a, Real b) { return hn::MulSub(yzx(a), zxy(b), zxy(a) * yzx(b)); }
 };
 #endif

@@ -41,12 +41,35 @@ void put_metaballs(const Level& level, std::vector<MetaballView>& balls) {
   }
 }
 
+void put_incidences(const Level& level, LevelViewScratch& scratch) {
+  auto& begin = scratch.incidence_begin;
+  begin.assign(level.rest.size() + 2, 0);
+  for (const Stiffeners* list : {&level.springs, &level.attachments}) {
+    for (const std::uint16_t node : list->nodes) ++begin[node + 2u];
+  }
+  for (std::size_t i = 2; i < begin.size(); ++i) begin[i] += begin[i - 1];
+  scratch.incidence_stiffeners.resize(begin.back());
+  scratch.incidence_weights.resize(begin.back());
+  std::size_t first = 0;
+  for (const Stiffeners* list : {&level.springs, &level.attachments}) {
+    for (std::size_t s = 0; s < list->count(); ++s) {
+      for (std::uint32_t e = list->begin[s]; e < list->begin[s + 1]; ++e) {
+        const std::uint32_t at = begin[list->nodes[e] + 1u]++;
+        scratch.incidence_stiffeners[at] = static_cast<std::uint16_t>(first + s);
+        scratch.incidence_weights[at] = list->weights[e];
+      }
+    }
+    first += list->count();
+  }
+}
+
 }  // namespace
 
 LevelView view(const Level& level, bool is_windy, LevelViewScratch& scratch) {
   put_rest_lengths(level.springs, scratch.rest_length);
   if (is_windy) put_wind_fractions(level.geometry, scratch.wind_fraction);
   put_metaballs(level, scratch.metaballs);
+  put_incidences(level, scratch);
   return {level.rest.size(),
           level.displacement_max_m,
           level.rest.empty() ? nullptr : level.rest.front().data(),
@@ -57,6 +80,7 @@ LevelView view(const Level& level, bool is_windy, LevelViewScratch& scratch) {
           is_windy ? scratch.wind_fraction.data() : nullptr,
           view(level.springs, scratch.rest_length.data()),
           view(level.attachments, nullptr),
+          {scratch.incidence_begin.data(), scratch.incidence_stiffeners.data(), scratch.incidence_weights.data()},
           scratch.metaballs.data(),
           scratch.metaballs.size()};
 }

@@ -24,6 +24,13 @@ struct MetaballView {
   const float *centre, *radius, *potential;
 };
 
+// Which stiffeners act on a node: springs, then attachments, numbered on.
+struct IncidenceView {
+  const std::uint32_t* begin;
+  const std::uint16_t* stiffeners;
+  const float* weights;
+};
+
 struct LevelView {
   std::size_t node_count;
   float displacement_max_m;
@@ -31,6 +38,7 @@ struct LevelView {
   const float* drag;           // xx xy xz yy yz zz of each node
   const float* wind_fraction;  // of the way along the box, xyz of each node (LatticeWind); null in still air
   StiffenerView springs, attachments;
+  IncidenceView incidences;
   const MetaballView* metaballs;  // those of one bone side by side
   std::size_t metaball_count;
 };
@@ -39,6 +47,9 @@ struct LevelView {
 struct LevelViewScratch {
   std::vector<float> rest_length, wind_fraction;
   std::vector<MetaballView> metaballs;
+  std::vector<std::uint32_t> incidence_begin;
+  std::vector<std::uint16_t> incidence_stiffeners;
+  std::vector<float> incidence_weights;
 };
 
 // Valid as long as `level` and until `scratch` is used again.

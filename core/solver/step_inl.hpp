@@ -28,8 +28,9 @@ struct Step {
   using L = Lanes;
   static constexpr std::size_t kReal = Lanes::kReal, kVector = Lanes::kVector, kBlock = Lanes::kBlock;
 
-  const LevelView& level;
-  const LaneMemory& m;
+  // Copies, so that the compiler knows that no store of a number changes them.
+  const LevelView level;
+  const LaneMemory m;
   const Real h;
 
   Step(const LevelView& level_of_all, const LaneMemory& memory)
@@ -84,6 +85,17 @@ struct Step {
   static HWY_INLINE Block block_at(const float* p, std::size_t i) { return L::load_block(p + i * kBlock); }
   static HWY_INLINE void put(const Block& a, float* p, std::size_t i) { L::store_block(a, p + i * kBlock); }
 
+  // The same where most have the eight nodes of one cell.
+  static constexpr std::size_t kCellNodes = 8;
+  static HWY_INLINE Vector cell_sum(const StiffenerView& stiffeners, std::size_t s, const float* nodes) {
+    const std::size_t begin = stiffeners.begin[s];
+    if (stiffeners.begin[s + 1] - begin != kCellNodes) return weighted_sum(stiffeners, s, nodes);
+    Vector sum = L::scale(L::real(stiffeners.weights[begin]), node(nodes, stiffeners.nodes[begin]));
+    for (std::size_t e = 1; e < kCellNodes; ++e) {
+      sum = L::add_scaled(L::real(stiffeners.weights[begin + e]), node(nodes, stiffeners.nodes[begin + e]), sum);
+    }
+    return sum;
+  }
   // sum_j w_j nodes_j of stiffener s
   static HWY_INLINE Vector weighted_sum(const StiffenerView& stiffeners, std::size_t s, const float* nodes) {
     std::size_t e = stiffeners.begin[s];
@@ -142,7 +154,7 @@ struct Step {
   HWY_INLINE void measure() {
     const Real none = L::real(0);
     for (std::size_t s = 0; s < level.springs.count; ++s) {
-      const Vector delta = weighted_sum(level.springs, s, m.displacement);
+      const Vector delta = cell_sum(level.springs, s, m.displacement);
       const Vector rest = L::vector(level.springs.rest + 3 * s);
       const Vector eps = L::add(rest, delta);
       const Real length = hn::Sqrt(squared(eps)), rest_length = L::real(level.springs.rest_length[s]);
@@ -307,23 +319,24 @@ struct Step {
     }
   }
 
-  // metaball.hpp
+  // metaball.hpp, with slope = 6 U / rho^2.
   HWY_INLINE void add_contact(const MetaballView& ball, std::size_t i, const Vector& with_bone, const Vector& centre) {
+    const float radius2 = ball.radius[i] * ball.radius[i];
     const Vector r = L::subtract(with_bone, centre);
-    const Real distance2 = squared(r), radius2 = L::real(ball.radius[i] * ball.radius[i]);
-    const Mask is_inside = hn::And(distance2<radius2, distance2> L::real(0));
+    const Real distance2 = squared(r);
+    const Mask is_inside = hn::And(distance2<L::real(radius2), distance2> L::real(0));
     if (hn::AllFalse(L::d, is_inside)) return;
-    const Real u = distance2 / radius2, one = L::real(1);
-    const Real slope = L::real(6 * ball.potential[i]) * term(offsetof(StepTerms, contact)) / radius2;  // 6 U / rho^2
-    const Real k = slope * (one - u) * hn::Max(hn::MulSub(L::real(5), u, one), u + hn::Sqrt(u));
-    const Real h2k_r2 = hn::IfThenElseZero(is_inside, h * h * k / distance2);
+    const Real u = distance2 * L::real(1 / radius2), one = L::real(1), out = one - u;
+    const Real slope = L::real(6 * ball.potential[i] / radius2) * term(offsetof(StepTerms, contact));
+    const Real k = slope * out * hn::Max(hn::MulSub(L::real(5), u, one), u + hn::Sqrt(u));
+    const Real hk_r2 = hn::IfThenElseZero(is_inside, h * k / distance2);
     const Vector place = L::add(L::vector(level.rest + 3 * i), node(m.carried, i));
     const Real otherwise = L::dot(r, L::subtract(place, with_bone));
-    const Real push = hn::IfThenElseZero(is_inside, h * slope * (one - u) * (one - u) - h * k / distance2 * otherwise);
+    const Real push = hn::IfThenElseZero(is_inside, hn::NegMulAdd(hk_r2, otherwise, h * slope * out * out));
     put(L::add_scaled(push, r, node(m.residual, i)), m.residual, i);
-    const Block own = L::scale(h2k_r2, L::square(r));
-    put(L::add_scaled(one, own, block_at(m.diagonal, i)), m.diagonal, i);
-    put(L::add_scaled(one, own, block_at(m.preconditioner, i)), m.preconditioner, i);
+    const Block square = L::square(r);
+    put(L::add_scaled(h * hk_r2, square, block_at(m.diagonal, i)), m.diagonal, i);
+    put(L::add_scaled(h * hk_r2, square, block_at(m.preconditioner, i)), m.preconditioner, i);
   }
 
   // Inverses of A's 3x3 diagonal blocks.
@@ -334,40 +347,73 @@ struct Step {
   }
 
   // product = A direction, computed from the stiffeners: the matrix is never assembled (paper 2.2). Before that,
-  // direction = preconditioned + beta direction. Returns direction . product.
-  HWY_INLINE Real multiply(Real beta) {
-    Vector own = L::zero(), held = L::zero();
-    Real stretched = L::real(0);
+  // the solution goes `alpha` along the old direction, and direction = preconditioned + beta direction. Returns
+  // direction . product.
+  HWY_INLINE Real multiply(Real alpha, Real beta) {
     for (std::size_t i = 0; i < level.node_count; ++i) {
-      const Vector direction = L::add_scaled(beta, node(m.direction, i), node(m.preconditioned, i));
-      const Vector product = L::multiply(block_at(m.diagonal, i), direction);
+      const Vector old = node(m.direction, i);
+      put(L::add_scaled(alpha, old, node(m.solution, i)), m.solution, i);
+      const Vector direction = L::add_scaled(beta, old, node(m.preconditioned, i));
       put(direction, m.direction, i);
-      put(product, m.product, i);
-      own = L::add_products(direction, product, own);
+      if constexpr (!L::kIsCrowd) put(L::multiply(block_at(m.diagonal, i), direction), m.product, i);
     }
-    for (std::size_t s = 0; s < level.springs.count; ++s) {
-      const Vector e = node(m.spring_direction, s);
-      const Real stretch = L::dot(e, weighted_sum(level.springs, s, m.direction));
-      const Real tension = real_at(m.spring_coefficient, s) * stretch;
-      stretched = hn::MulAdd(tension, stretch, stretched);
-      scatter(level.springs, s, L::scale(tension, e), m.product);
+    if constexpr (L::kIsCrowd) {
+      pull_all();
+      return gather_pulls();
+    } else {
+      return scatter_pulls();
     }
-    for (std::size_t s = 0; s < level.attachments.count; ++s) {
-      const Vector shift = weighted_sum(level.attachments, s, m.direction);
-      const Vector pull = L::scale(real_at(m.attachment_coefficient, s), shift);
-      held = L::add_products(pull, shift, held);
-      scatter(level.attachments, s, pull, m.product);
-    }
-    return L::sum_of(own) + stretched + L::sum_of(held);
   }
 
-  // Goes `alpha` along direction. Returns residual . preconditioned.
+  // c e e^T applied to what the direction does to a spring, and to an attachment c times that.
+  HWY_INLINE Vector spring_pull(std::size_t s) const {
+    const Vector e = node(m.spring_direction, s);
+    return L::scale(real_at(m.spring_coefficient, s) * L::dot(e, cell_sum(level.springs, s, m.direction)), e);
+  }
+  HWY_INLINE Vector attachment_pull(std::size_t s) const {
+    return L::scale(real_at(m.attachment_coefficient, s), weighted_sum(level.attachments, s, m.direction));
+  }
+
+  // In a crowd memory is what takes time. Each stiffener writes its pull once and the nodes collect theirs, which takes
+  // half the traffic of adding each pull to its nodes, and the same additions in the same order.
+  HWY_INLINE void pull_all() {
+    for (std::size_t s = 0; s < level.springs.count; ++s) put(spring_pull(s), m.pull, s);
+    float* pull = m.pull + level.springs.count * kVector;
+    for (std::size_t s = 0; s < level.attachments.count; ++s) put(attachment_pull(s), pull, s);
+  }
+  HWY_INLINE Real gather_pulls() {
+    const IncidenceView& incidences = level.incidences;
+    Vector curvature = L::zero();
+    for (std::size_t i = 0; i < level.node_count; ++i) {
+      const Vector direction = node(m.direction, i);
+      Vector product = L::multiply(block_at(m.diagonal, i), direction);
+      for (std::size_t e = incidences.begin[i]; e < incidences.begin[i + 1]; ++e) {
+        product = L::add_scaled(L::real(incidences.weights[e]), node(m.pull, incidences.stiffeners[e]), product);
+      }
+      put(product, m.product, i);
+      curvature = L::add_products(direction, product, curvature);
+    }
+    return L::sum_of(curvature);
+  }
+
+  HWY_INLINE Real scatter_pulls() {
+    for (std::size_t s = 0; s < level.springs.count; ++s) scatter(level.springs, s, spring_pull(s), m.product);
+    for (std::size_t s = 0; s < level.attachments.count; ++s) {
+      scatter(level.attachments, s, attachment_pull(s), m.product);
+    }
+    Vector curvature = L::zero();
+    for (std::size_t i = 0; i < level.node_count; ++i) {
+      curvature = L::add_products(node(m.direction, i), node(m.product, i), curvature);
+    }
+    return L::sum_of(curvature);
+  }
+
+  // The residual where the solution will be. Returns residual . preconditioned.
   HWY_INLINE Real go(Real alpha) {
     Vector rho = L::zero();
     for (std::size_t i = 0; i < level.node_count; ++i) {
       const Vector residual = L::subtract_scaled(alpha, node(m.product, i), node(m.residual, i));
       const Vector preconditioned = L::multiply(block_at(m.preconditioner, i), residual);
-      put(L::add_scaled(alpha, node(m.direction, i), node(m.solution, i)), m.solution, i);
       put(residual, m.residual, i);
       put(preconditioned, m.preconditioned, i);
       rho = L::add_products(residual, preconditioned, rho);
@@ -387,18 +433,21 @@ struct Step {
     for (std::size_t i = 0; i < level.node_count; ++i) {
       for (float* nodes : {m.solution, m.direction, m.product}) put(L::zero(), nodes, i);
     }
-    Real rho = go(none), work = none, beta = none;
+    Real rho = go(none), work = none, alpha = none, beta = none;
     const Real enough = L::real(1e-12f) * rho;  // of float's own rounding: iterating on would only stir it
     Mask goes_on = rho > none;
     for (int iteration = 0; iteration < iterations && !hn::AllFalse(L::d, goes_on); ++iteration) {
-      const Real curvature = multiply(beta);
+      const Real curvature = multiply(alpha, beta);
       goes_on = hn::And(goes_on, curvature > none);
-      const Real alpha = hn::IfThenElseZero(goes_on, rho / curvature);
+      alpha = hn::IfThenElseZero(goes_on, rho / curvature);
       work = hn::MulAdd(alpha, rho, work);  // b.direction = rho: what b has lost so far is conjugate to it
       const Real rho_next = go(alpha);
       beta = hn::IfThenElseZero(goes_on, rho_next / rho);
       rho = rho_next;
       goes_on = hn::And(goes_on, rho > enough);
+    }
+    for (std::size_t i = 0; i < level.node_count; ++i) {
+      put(L::add_scaled(alpha, node(m.direction, i), node(m.solution, i)), m.solution, i);
     }
     return {work, rho};
   }
@@ -417,7 +466,7 @@ struct Step {
       put(displacement, m.displacement, i);
     }
     for (std::size_t s = 0; s < level.springs.count; ++s) {
-      const Real rate = L::dot(node(m.spring_direction, s), weighted_sum(level.springs, s, m.solution));
+      const Real rate = L::dot(node(m.spring_direction, s), cell_sum(level.springs, s, m.solution));
       put(hn::MulAdd(h, rate, real_at(m.spring_elongation, s)), m.spring_elongation, s);
     }
     for (std::size_t s = 0; s < level.attachments.count; ++s) {
