@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
 
@@ -8,6 +9,9 @@
 #include "core/parallel_for.hpp"
 
 namespace hairnet {
+
+// Raised whenever the same groom gives other levels than before: levels kept on disk are then built anew.
+inline constexpr std::uint32_t kBuildVersion = 1;
 
 // Counts of one level's making, for people and tests.
 struct LevelReport {

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -58,6 +59,10 @@ struct Level {
   Stiffeners attachments;                  // weights sum to 1
   std::vector<Metaball> metaballs;
 };
+
+// Empty when a solver may run it, whoever made it (counts agree, indices in range, numbers finite, weights and rests
+// those of the nodes); else one line.
+std::string validate(const Level& level);
 
 class LevelMap;
 

@@ -20,6 +20,7 @@ constexpr const char* kExamples = R"(Examples:
   hairnet-server --bind 0.0.0.0 --tick-rate 60     all IPv4 interfaces, 60 Hz
   hairnet-server --port 0 --port-file port.txt     any free port, written to port.txt
   hairnet-server --record run.hnrec              what the solver was told, to be stepped again
+  hairnet-server --level-cache levels            builds no groom twice
   hairnet-server --check --tick-rate 90            say what would run, and end
 
 Exit status: 0 after SIGTERM or SIGINT, 2 when the configuration is wrong or the port is taken.)";
@@ -44,6 +45,14 @@ void add_options(CLI::App& app, ParsedConfig& parsed) {
   app.add_option("--groom-bytes-max", c.grooms.groom_bytes_max, "bytes of one groom")
       ->check(CLI::Range(std::size_t{1024}, wire::kGroomBytesMax));
   app.add_option("--workers", c.workers, "threads of a tick; 0: the machine's less one")->check(CLI::Range(0, 256));
+  app.add_option("--build-threads", c.build_threads,
+                 "threads of a groom's build, of low priority; 0: what the machine has, at most 4")
+      ->check(CLI::Range(0, 64));
+  app.add_option("--level-cache", c.level_cache,
+                 "keep built levels in this folder, so that the next server need not build them; "
+                 "without it none are kept");
+  app.add_option("--level-cache-mib", c.level_cache_mib, "MiB kept there; those used least lately go first")
+      ->check(CLI::Range(1, 1 << 20));
   app.add_option_function<std::array<double, 3>>(
          "--wind", [&c](const std::array<double, 3>& v) { c.wind.mean_m_per_s = Vec3(v.data()); },
          "mean wind, m/s, world: X Y Z")
@@ -83,6 +92,7 @@ ParsedConfig parse_config(int argc, const char* const* argv) {
   }
   Config& config = parsed.config;
   if (config.workers == 0) config.workers = std::max(2u, std::thread::hardware_concurrency()) - 1;
+  if (config.build_threads == 0) config.build_threads = std::clamp(std::thread::hardware_concurrency(), 1u, 4u);
   config.sessions.characters_per_session_max =
       std::min(config.sessions.characters_per_session_max, config.sessions.character_count_max);
   config.grooms.upload_bytes_max = std::max(config.grooms.upload_bytes_max, 4 * config.grooms.groom_bytes_max);
@@ -110,11 +120,12 @@ std::string validate(const Config& config) {
 
 std::string summary(const Config& config) {
   const int substeps = config.substeps > 0 ? config.substeps : substep_count_for(1.0 / config.tick_rate_hz);
-  return fmt::format("{} Hz, pose delay {} ms, {} substep{}, {} worker{}, at most {} clients and {} characters{}",
+  return fmt::format("{} Hz, pose delay {} ms, {} substep{}, {} worker{}, at most {} clients and {} characters{}{}",
                      config.tick_rate_hz, config.pose_delay_ms, substeps, substeps == 1 ? "" : "s", config.workers,
                      config.workers == 1 ? "" : "s", config.sessions.session_count_max,
                      config.sessions.character_count_max,
-                     config.record.empty() ? "" : ", recording to " + config.record);
+                     config.record.empty() ? "" : ", recording to " + config.record,
+                     config.level_cache.empty() ? "" : ", levels kept in " + config.level_cache);
 }
 
 }  // namespace hairnet::server

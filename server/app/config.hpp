@@ -20,8 +20,11 @@ struct Config {
   int iterations = 0;         // 0: each level's own
   std::uint32_t ticks_behind_max = 3;  // more overdue ticks than this are skipped
   std::uint32_t workers = 0;           // threads of the tick; 0: one less than the machine has, at least 1
-  Wind wind;                           // until a client sets another
-  std::string record;                  // recording file; empty: none
+  std::uint32_t build_threads = 0;     // threads of a groom's build; 0: what the machine has, at most 4
+  std::string level_cache;             // folder of built levels; empty: none are kept
+  std::uint64_t level_cache_mib = 1024;
+  Wind wind;           // until a client sets another
+  std::string record;  // recording file; empty: none
   std::string log_level = "warn";
   double counters_interval_s = 10;           // at log level debug
   std::size_t command_weight_max = 262'144;  // commands and poses on their way to the tick

@@ -16,6 +16,7 @@ struct Metrics {
   RoomCounters room;
   TickCounters tick;
   GroomCounters groom;
+  LevelCacheCounters level_cache;
 };
 
 // "name value", a line each, of those that are not zero.

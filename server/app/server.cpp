@@ -19,6 +19,11 @@ SchedulerDef scheduler_def(const Config& config, WorkerPool& workers) {
   return def;
 }
 
+std::optional<LevelCache> make_level_cache(const Config& config, LevelCacheCounters& counters) {
+  if (config.level_cache.empty()) return std::nullopt;
+  return LevelCache(config.level_cache, config.level_cache_mib << 20, counters);
+}
+
 }  // namespace
 
 Result<std::unique_ptr<Server>> Server::create(const Config& config, Metrics& metrics, std::int64_t now_ns) {
@@ -35,7 +40,9 @@ Result<std::unique_ptr<Server>> Server::create(const Config& config, Metrics& me
 Server::Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder> recorder, std::int64_t now_ns)
     : commands_(config.command_weight_max),
       recorder_(std::move(recorder)),
-      builder_(config.grooms.groom, config.grooms.build_queue_max, recorder_ != nullptr),
+      level_cache_(make_level_cache(config, metrics.level_cache)),
+      builder_(config.grooms.groom, config.grooms.build_queue_max, recorder_ != nullptr, config.build_threads,
+               level_cache_ ? &*level_cache_ : nullptr),
       grooms_(config.grooms, builder_, commands_, metrics.groom,
               [this](SessionId id, const wire::Message& message, std::int64_t at_ns) {
                 if (Session* session = sessions_.find(id)) session->send(message, at_ns);

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 
 #include "core/result.hpp"
 #include "server/app/config.hpp"
@@ -50,6 +51,7 @@ class Server {
   std::atomic<std::uint64_t> tick_{0};  // the newest begun, for Welcome
   CommandQueue commands_;
   std::unique_ptr<Recorder> recorder_;
+  std::optional<LevelCache> level_cache_;
   GroomBuilder builder_;
   GroomStore grooms_;
   SessionContext context_;

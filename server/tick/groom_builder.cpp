@@ -4,6 +4,7 @@
 
 #include "core/build/build.hpp"
 #include "schema/wire/groom_file.hpp"
+#include "server/tick/build_pool.hpp"
 
 namespace hairnet::server {
 namespace {
@@ -22,8 +23,14 @@ std::vector<std::uint8_t> joined(std::vector<std::vector<std::uint8_t>> chunks) 
 
 }  // namespace
 
-GroomBuilder::GroomBuilder(const GroomLimits& limits, std::size_t queue_max, bool keep_bytes)
-    : limits_(limits), keep_bytes_(keep_bytes), jobs_(queue_max), results_(0) {}
+GroomBuilder::GroomBuilder(const GroomLimits& limits, std::size_t queue_max, bool keep_bytes, std::size_t thread_count,
+                           LevelCache* cache)
+    : limits_(limits),
+      keep_bytes_(keep_bytes),
+      thread_count_(thread_count),
+      cache_(cache),
+      jobs_(queue_max),
+      results_(0) {}
 
 bool GroomBuilder::try_put(GroomJob& job) {
   if (!jobs_.try_put(job)) return false;
@@ -63,9 +70,7 @@ GroomResult GroomBuilder::build(GroomJob job) const {
     result.detail = "the groom has no strand points";
     return result;
   }
-  BuildObserver observer;
-  observer.progress = [this](double, std::string_view) { return !cancelled_.load(); };
-  result.levels = build_levels(*groom, observer);
+  result.levels = levels_of(job.hash, *groom);
   if (!result.levels) {
     result.detail = "the server is stopping";
     return result;
@@ -74,6 +79,24 @@ GroomResult GroomBuilder::build(GroomJob job) const {
   result.state = wire::GroomState::ready;
   if (keep_bytes_) result.bytes = std::move(bytes);
   return result;
+}
+
+std::shared_ptr<const LevelSet> GroomBuilder::levels_of(const wire::GroomHash& hash, const Groom& groom) const {
+  BuildPool pool(thread_count_);
+  const ParallelFor parallel_for = [&pool](std::size_t count, const std::function<void(std::size_t)>& body) {
+    pool.parallel_for(count, body);
+  };
+  if (cache_) {
+    if (const std::shared_ptr<LevelSet> cached = cache_->find(hash)) {
+      connect_levels(groom, *cached, parallel_for);
+      return cached;
+    }
+  }
+  BuildObserver observer;
+  observer.progress = [this](double, std::string_view) { return !cancelled_.load(); };
+  std::shared_ptr<const LevelSet> levels = build_levels(groom, observer, nullptr, parallel_for);
+  if (cache_ && levels) cache_->put(hash, *levels);
+  return levels;
 }
 
 }  // namespace hairnet::server

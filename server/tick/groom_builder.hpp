@@ -11,6 +11,7 @@
 #include "core/groom/groom.hpp"
 #include "schema/wire/messages.hpp"
 #include "server/room/bounded_queue.hpp"
+#include "server/tick/level_cache.hpp"
 
 namespace hairnet::server {
 
@@ -28,11 +29,14 @@ struct GroomResult {
   std::shared_ptr<const std::vector<std::uint8_t>> bytes;  // when asked to keep them
 };
 
-// Uploaded bytes to levels: check the hash, decode, build. Seconds of work, so it has a thread of low priority of its
-// own; the I/O thread puts jobs and takes results.
+// Uploaded bytes to levels: check the hash, decode, build, or read from the cache what was built before. A second of
+// work, so it has a thread of low priority of its own, which brings others like it for a build; the I/O thread puts
+// jobs and takes results.
 class GroomBuilder {
  public:
-  GroomBuilder(const GroomLimits& limits, std::size_t queue_max, bool keep_bytes);
+  // `thread_count`: of a build, the builder's own among them. `cache`: null for none; must outlive the builder.
+  GroomBuilder(const GroomLimits& limits, std::size_t queue_max, bool keep_bytes, std::size_t thread_count = 1,
+               LevelCache* cache = nullptr);
 
   // False when the queue is full.
   bool try_put(GroomJob& job);
@@ -45,9 +49,13 @@ class GroomBuilder {
 
  private:
   GroomResult build(GroomJob job) const;
+  // Null when cancelled.
+  std::shared_ptr<const LevelSet> levels_of(const wire::GroomHash& hash, const Groom& groom) const;
 
   GroomLimits limits_;
   bool keep_bytes_;
+  std::size_t thread_count_;
+  LevelCache* cache_;
   BoundedQueue<GroomJob> jobs_;
   BoundedQueue<GroomResult> results_;  // at most two a job
   std::atomic<bool> cancelled_{false};

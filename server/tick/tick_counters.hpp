@@ -37,4 +37,19 @@ struct GroomCounters : CounterSet {
   Counter groom_bytes_received{*this, "groom_bytes_received"};
 };
 
+// Of files of levels; those rejected are built anew.
+struct LevelCacheCounters : CounterSet {
+  Counter level_cache_hits{*this, "level_cache_hits"};
+  Counter level_cache_misses{*this, "level_cache_misses"};
+  Counter level_cache_rejected_unreadable{*this, "level_cache_rejected_unreadable"};
+  Counter level_cache_rejected_format{*this, "level_cache_rejected_format"};
+  Counter level_cache_rejected_version{*this, "level_cache_rejected_version"};
+  Counter level_cache_rejected_groom{*this, "level_cache_rejected_groom"};
+  Counter level_cache_rejected_damaged{*this, "level_cache_rejected_damaged"};
+  Counter level_cache_rejected_unsound{*this, "level_cache_rejected_unsound"};
+  Counter level_cache_written{*this, "level_cache_written"};
+  Counter level_cache_writes_failed{*this, "level_cache_writes_failed"};
+  Counter level_cache_evicted{*this, "level_cache_evicted"};
+};
+
 }  // namespace hairnet::server

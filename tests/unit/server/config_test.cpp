@@ -18,15 +18,45 @@ TEST(Config, the_defaults_are_sound) {
   EXPECT_EQ(parsed.config.port, 7420);
   EXPECT_EQ(parsed.config.tick_rate_hz, 30u);
   EXPECT_GE(parsed.config.workers, 1u);
+  EXPECT_GE(parsed.config.build_threads, 1u);
+  EXPECT_EQ(parsed.config.level_cache, "");
   EXPECT_EQ(validate(parsed.config), "");
 }
 
 TEST(Config, takes_every_flag_in_its_range) {
-  const ParsedConfig parsed = parse({"--bind",           "::1",   "--port",        "0", "--tick-rate",       "90",
-                                     "--pose-delay-ms",  "12.5",  "--substeps",    "2", "--iterations",      "8",
-                                     "--characters-max", "10",    "--clients-max", "3", "--groom-bytes-max", "4096",
-                                     "--workers",        "2",     "--record",      "a", "--port-file",       "b",
-                                     "--log-level",      "debug", "--check"});
+  const ParsedConfig parsed = parse({"--bind",
+                                     "::1",
+                                     "--port",
+                                     "0",
+                                     "--tick-rate",
+                                     "90",
+                                     "--pose-delay-ms",
+                                     "12.5",
+                                     "--substeps",
+                                     "2",
+                                     "--iterations",
+                                     "8",
+                                     "--characters-max",
+                                     "10",
+                                     "--clients-max",
+                                     "3",
+                                     "--groom-bytes-max",
+                                     "4096",
+                                     "--workers",
+                                     "2",
+                                     "--record",
+                                     "a",
+                                     "--port-file",
+                                     "b",
+                                     "--log-level",
+                                     "debug",
+                                     "--check",
+                                     "--build-threads",
+                                     "3",
+                                     "--level-cache",
+                                     "c",
+                                     "--level-cache-mib",
+                                     "7"});
   EXPECT_EQ(parsed.exit_code, -1);
   EXPECT_TRUE(parsed.check_only);
   EXPECT_EQ(parsed.config.tick_rate_hz, 90u);
@@ -34,6 +64,9 @@ TEST(Config, takes_every_flag_in_its_range) {
   EXPECT_EQ(parsed.config.sessions.character_count_max, 10u);
   EXPECT_EQ(parsed.config.sessions.characters_per_session_max, 10u);
   EXPECT_EQ(parsed.config.grooms.groom_bytes_max, 4096u);
+  EXPECT_EQ(parsed.config.build_threads, 3u);
+  EXPECT_EQ(parsed.config.level_cache, "c");
+  EXPECT_EQ(parsed.config.level_cache_mib, 7u);
 }
 
 TEST(Config, takes_a_wind_and_who_may_set_it) {
@@ -66,6 +99,9 @@ TEST(Config, refuses_what_is_out_of_range_with_status_2) {
                                              {"--characters-max", "0"},
                                              {"--clients-max", "0"},
                                              {"--groom-bytes-max", "1"},
+                                             {"--build-threads", "65"},
+                                             {"--level-cache-mib", "0"},
+                                             {"--level-cache-mib", "1048577"},
                                              {"--log-level", "loud"},
                                              {"--bind", ""},
                                              {"--nonsense"},

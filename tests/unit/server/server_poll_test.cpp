@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 
@@ -368,6 +369,44 @@ TEST_F(ServerPollTest, a_recording_steps_again_to_the_same_hash_every_tick) {
   EXPECT_EQ(removed, 1u);
   EXPECT_EQ(materials, 1u);
   EXPECT_EQ(winds, 1u);
+}
+
+TEST_F(ServerPollTest, levels_that_a_server_built_before_give_the_same_bits) {
+  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "levels_of_a_server";
+  std::filesystem::remove_all(folder);
+  std::vector<std::vector<wire::Frame>> runs;
+  std::vector<std::uint64_t> hashes;
+  for (const std::uint64_t hits : {0u, 1u}) {
+    Metrics metrics;
+    Config config;
+    config.workers = 1;
+    config.build_threads = 2;
+    config.level_cache = folder;
+    now_ns_ = kStart_ns;
+    auto created = Server::create(config, metrics, now_ns_);
+    ASSERT_TRUE(created) << created.error();
+    server_ = std::move(*created);
+    FakeClient client(*server_, now_ns_);
+    add(client, LevelIndex::high);
+    run_ms(300, {&client});
+    client.say(wire::SetLevel{1, LevelIndex::low}, now_ns_);  // by the maps, which are no part of the file
+    run_ms(300, {&client});
+    EXPECT_EQ(metrics.level_cache.level_cache_hits.value(), hits);
+    EXPECT_EQ(metrics.level_cache.level_cache_misses.value(), 1 - hits);
+    EXPECT_EQ(metrics.level_cache.level_cache_written.value(), 1 - hits);
+    EXPECT_EQ(metrics.groom.grooms_ready.value(), 1u);
+    runs.push_back(client.frames(1));
+    hashes.push_back(server_->scheduler().simulation().hash());
+    server_.reset();
+  }
+  std::filesystem::remove_all(folder);
+  EXPECT_EQ(hashes[0], hashes[1]);
+  ASSERT_EQ(runs[0].size(), runs[1].size());
+  ASSERT_GT(runs[0].size(), 10u);
+  for (std::size_t i = 0; i < runs[0].size(); ++i) {
+    EXPECT_EQ(runs[0][i].level, runs[1][i].level);
+    EXPECT_EQ(runs[0][i].displacements, runs[1][i].displacements);
+  }
 }
 
 TEST_F(ServerPollTest, the_worker_count_changes_no_bit) {

@@ -1,0 +1,118 @@
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <limits>
+
+#include "core/build/level.hpp"
+
+namespace hairnet {
+namespace {
+
+// Far beyond anything that is built, and far from where the solver's sums overflow.
+constexpr float kMost = 1e9f;
+constexpr float kWeightMost = 1e3f;
+constexpr float kRadiusLeast_m = 1e-3f;  // a smaller ball's force per metre grows without bound
+// What rounding to float may leave of sums that are exact by construction.
+constexpr double kSumTolerance = 1e-4;
+constexpr double kRestTolerance_m = 1e-4;
+
+bool within(float value, float least, float most = kMost) {
+  return value >= least && value <= most;  // false for a NaN
+}
+
+bool all_within(const std::vector<float>& values, float least, float most = kMost) {
+  for (const float value : values) {
+    if (!within(value, least, most)) return false;
+  }
+  return true;
+}
+
+bool is_positive_semi_definite(const std::array<float, 6>& q) {
+  for (const float c : q) {
+    if (!within(c, -kMost)) return false;
+  }
+  Eigen::Matrix3d drag;
+  drag << q[0], q[1], q[2], q[1], q[3], q[4], q[2], q[4], q[5];
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(drag, Eigen::EigenvaluesOnly);
+  return eigen.eigenvalues()[0] >= -1e-5 * std::abs(eigen.eigenvalues()[2]);
+}
+
+std::string validate_nodes(const Level& level) {
+  const std::size_t count = level.geometry.active_nodes.size();
+  if (count == 0 || count > std::numeric_limits<std::uint16_t>::max()) return "nodes: none, or more than have an index";
+  if (level.rest.size() != count || level.mass.size() != count || level.ether_stiffness.size() != count ||
+      level.ether_damping.size() != count || level.drag.size() != count)
+    return "nodes: counts disagree";
+  for (std::size_t i = 0; i < count; ++i) {
+    if (level.rest[i] != level.geometry.lattice.node(level.geometry.active_nodes[i]))
+      return "nodes: one is not where the lattice has it";
+    if (!is_positive_semi_definite(level.drag[i])) return "nodes: a drag that pushes forward, or is no number";
+  }
+  if (!all_within(level.mass, std::numeric_limits<float>::min())) return "nodes: a mass is not finite and positive";
+  if (!all_within(level.ether_stiffness, 0) || !all_within(level.ether_damping, 0))
+    return "nodes: ether is not finite and positive";
+  return {};
+}
+
+std::string validate_counts(const Stiffeners& list) {
+  const std::size_t count = list.stiffness.size();
+  if (list.begin.size() != count + 1 || list.damping.size() != count || list.rest.size() != count ||
+      list.weights.size() != list.nodes.size())
+    return "counts disagree";
+  if (list.begin.front() != 0 || list.begin.back() != list.nodes.size()) return "offsets are not those of the entries";
+  for (std::size_t s = 0; s < count; ++s) {
+    if (list.begin[s] >= list.begin[s + 1]) return "one without nodes, or offsets that descend";
+  }
+  return {};
+}
+
+// `weight_sum`: 0 of a spring, 1 of an attachment.
+std::string validate_stiffeners(const Stiffeners& list, double weight_sum, const Level& level) {
+  if (std::string fault = validate_counts(list); !fault.empty()) return fault;
+  if (!all_within(list.weights, -kWeightMost, kWeightMost)) return "a weight is not finite, or too large";
+  if (!all_within(list.stiffness, std::numeric_limits<float>::min())) return "a stiffness is not finite and positive";
+  if (!all_within(list.damping, 0)) return "a damping is not finite, or negative";
+  for (std::size_t s = 0; s < list.count(); ++s) {
+    double sum = 0, size = 0;
+    Vec3 rest = Vec3::Zero();
+    for (std::uint32_t e = list.begin[s]; e < list.begin[s + 1]; ++e) {
+      if (list.nodes[e] >= level.rest.size()) return "a node does not exist";
+      if (e > list.begin[s] && list.nodes[e - 1] >= list.nodes[e]) return "nodes do not ascend";
+      const double weight = list.weights[e];
+      sum += weight;
+      size += std::abs(weight);
+      rest += weight * level.rest[list.nodes[e]].cast<double>();
+    }
+    if (!(std::abs(sum - weight_sum) <= kSumTolerance * std::max(1.0, size))) return "weights have another sum";
+    if (!((rest - list.rest[s].cast<double>()).norm() <= kRestTolerance_m * std::max(1.0, size)))
+      return "a rest is not that of the nodes";
+  }
+  return {};
+}
+
+std::string validate_metaballs(const Level& level) {
+  for (const Metaball& ball : level.metaballs) {
+    if (static_cast<std::size_t>(ball.bone) >= kBoneCount) return "metaballs: no such bone";
+    if (!(ball.centre.cwiseAbs().maxCoeff() <= kMost)) return "metaballs: a centre is not finite";
+    if (ball.radius.size() != level.rest.size() || ball.potential.size() != level.rest.size())
+      return "metaballs: counts disagree";
+    if (!all_within(ball.potential, 0)) return "metaballs: a potential is not finite, or negative";
+    for (const float radius : ball.radius) {
+      if (radius != 0 && !within(radius, kRadiusLeast_m)) return "metaballs: a radius is not finite, or too small";
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string validate(const Level& level) {
+  if (std::string fault = validate(level.geometry); !fault.empty()) return fault;
+  if (!within(level.displacement_max_m, std::numeric_limits<float>::min())) return "no bound on displacements";
+  if (std::string fault = validate_nodes(level); !fault.empty()) return fault;
+  if (std::string fault = validate_stiffeners(level.springs, 0, level); !fault.empty()) return "springs: " + fault;
+  if (std::string fault = validate_stiffeners(level.attachments, 1, level); !fault.empty())
+    return "attachments: " + fault;
+  return validate_metaballs(level);
+}
+
+}  // namespace hairnet

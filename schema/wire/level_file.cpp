@@ -1,0 +1,239 @@
+#include "schema/wire/level_file.hpp"
+
+#include <sodium/crypto_generichash.h>
+
+#include <algorithm>
+#include <cassert>
+
+#include "core/build/build.hpp"
+#include "levels_generated.h"
+#include "schema/wire/flat.hpp"
+
+namespace hairnet::wire {
+namespace {
+
+constexpr std::uint32_t kLayoutVersion = 1;
+constexpr std::array<char, 8> kMagic{'H', 'N', 'L', 'E', 'V', 'E', 'L', 'S'};
+
+// The header but its checksum. All fields lie at their natural alignment, so that this is its layout in memory as well.
+struct Header {
+  std::array<char, 8> magic = kMagic;
+  std::uint32_t layout_version = kLayoutVersion;
+  std::uint32_t build_version = kBuildVersion;
+  std::array<std::array<std::uint32_t, 5>, kLevelSpecs.size()> specs = flat_specs();
+  GroomHash groom{};
+  std::uint64_t payload_bytes = 0;
+
+  static std::array<std::array<std::uint32_t, 5>, kLevelSpecs.size()> flat_specs() {
+    std::array<std::array<std::uint32_t, 5>, kLevelSpecs.size()> flat;
+    for (std::size_t i = 0; i < flat.size(); ++i) {
+      const LevelSpec& spec = kLevelSpecs[i];
+      for (std::size_t axis = 0; axis < 3; ++axis) flat[i][axis] = static_cast<std::uint32_t>(spec.dims[axis]);
+      flat[i][3] = static_cast<std::uint32_t>(spec.spring_count);
+      flat[i][4] = static_cast<std::uint32_t>(spec.attachment_count);
+    }
+    return flat;
+  }
+};
+static_assert(std::is_trivially_copyable_v<Header> && std::has_unique_object_representations_v<Header>);
+
+using Checksum = std::array<std::uint8_t, crypto_generichash_BYTES>;
+constexpr std::size_t kChecksumAt = sizeof(Header);
+static_assert(kChecksumAt + sizeof(Checksum) == kLevelFileHeaderBytes);
+static_assert(kLevelFileHeaderBytes % 8 == 0, "the payload keeps the buffer's alignment");
+
+Checksum checksum_of(std::span<const std::uint8_t> file) {
+  crypto_generichash_state state;
+  crypto_generichash_init(&state, nullptr, 0, sizeof(Checksum));
+  crypto_generichash_update(&state, file.data(), kChecksumAt);
+  const auto payload = file.subspan(kLevelFileHeaderBytes);
+  crypto_generichash_update(&state, payload.data(), payload.size());
+  Checksum checksum;
+  crypto_generichash_final(&state, checksum.data(), checksum.size());
+  return checksum;
+}
+
+using flatbuffers::FlatBufferBuilder;
+using flatbuffers::Offset;
+
+template <class T>
+Offset<flatbuffers::Vector<float>> write_floats(FlatBufferBuilder& to, const std::vector<T>& from) {
+  static_assert(sizeof(T) % sizeof(float) == 0);
+  return to.CreateVector(reinterpret_cast<const float*>(from.data()), from.size() * (sizeof(T) / sizeof(float)));
+}
+
+Offset<fb::Stiffeners> write(FlatBufferBuilder& to, const Stiffeners& list) {
+  const auto rest = write_floats(to, list.rest);
+  const auto begin = to.CreateVector(list.begin);
+  const auto nodes = to.CreateVector(list.nodes);
+  return fb::CreateStiffeners(to, begin, nodes, to.CreateVector(list.weights), to.CreateVector(list.stiffness),
+                              to.CreateVector(list.damping), rest);
+}
+
+struct FlatBalls {
+  std::vector<std::uint8_t> bones;
+  std::vector<Vec3f> centres;
+  std::vector<float> radii, potentials;
+};
+
+FlatBalls flatten_balls(const std::vector<Metaball>& balls) {
+  FlatBalls flat;
+  for (const Metaball& ball : balls) {
+    flat.bones.push_back(static_cast<std::uint8_t>(ball.bone));
+    flat.centres.push_back(ball.centre);
+    flat.radii.insert(flat.radii.end(), ball.radius.begin(), ball.radius.end());
+    flat.potentials.insert(flat.potentials.end(), ball.potential.begin(), ball.potential.end());
+  }
+  return flat;
+}
+
+Offset<fb::BuiltLevel> write(FlatBufferBuilder& to, const Level& level) {
+  const LevelGeometry& g = level.geometry;
+  const fb::Vec3 origin = flatten(g.lattice.origin), spacing = flatten(g.lattice.spacing);
+  const auto dims = [&](std::size_t axis) { return static_cast<std::uint32_t>(g.lattice.dims[axis]); };
+  const FlatBalls balls = flatten_balls(level.metaballs);
+  const auto active_nodes = to.CreateVector(g.active_nodes), trimmed_nodes = to.CreateVector(g.trimmed_nodes);
+  const auto trimmed_begin = to.CreateVector(g.trimmed_begin), trimmed_from = to.CreateVector(g.trimmed_from);
+  const auto trimmed_weights = to.CreateVector(g.trimmed_weights);
+  const auto rest = write_floats(to, level.rest), drag = write_floats(to, level.drag);
+  const auto mass = to.CreateVector(level.mass), ether_stiffness = to.CreateVector(level.ether_stiffness),
+             ether_damping = to.CreateVector(level.ether_damping);
+  const auto springs = write(to, level.springs), attachments = write(to, level.attachments);
+  const auto bones = to.CreateVector(balls.bones);
+  const auto centres = write_floats(to, balls.centres), radii = write_floats(to, balls.radii),
+             potentials = write_floats(to, balls.potentials);
+  return fb::CreateBuiltLevel(to, &origin, &spacing, dims(0), dims(1), dims(2), active_nodes, trimmed_nodes,
+                              trimmed_begin, trimmed_from, trimmed_weights, level.displacement_max_m, rest, mass,
+                              ether_stiffness, ether_damping, drag, springs, attachments, bones, centres, radii,
+                              potentials);
+}
+
+// Like copy_out, but false where the last element is not whole.
+template <class To, class From>
+bool read(const flatbuffers::Vector<From>& from, std::vector<To>& to) {
+  if (from.size() % (sizeof(To) / sizeof(From)) != 0) return false;
+  copy_out(from, to);
+  return true;
+}
+
+bool read(const fb::Stiffeners& in, Stiffeners& out) {
+  return read(*in.begin(), out.begin) && !out.begin.empty() && read(*in.nodes(), out.nodes) &&
+         read(*in.weights(), out.weights) && read(*in.stiffness(), out.stiffness) && read(*in.damping(), out.damping) &&
+         read(*in.rest(), out.rest);
+}
+
+bool read_balls(const fb::BuiltLevel& in, std::size_t node_count, std::vector<Metaball>& out) {
+  FlatBalls flat;
+  if (!read(*in.ball_bones(), flat.bones) || !read(*in.ball_centres(), flat.centres) ||
+      !read(*in.ball_radii(), flat.radii) || !read(*in.ball_potentials(), flat.potentials))
+    return false;
+  const std::size_t count = flat.bones.size();
+  if (flat.centres.size() != count || flat.radii.size() != count * node_count ||
+      flat.potentials.size() != count * node_count)
+    return false;
+  for (std::size_t b = 0; b < count; ++b) {
+    const auto of = [&](const std::vector<float>& all) {
+      const auto first = all.begin() + static_cast<std::ptrdiff_t>(b * node_count);
+      return std::vector<float>(first, first + static_cast<std::ptrdiff_t>(node_count));
+    };
+    out.push_back({static_cast<Bone>(flat.bones[b]), flat.centres[b], of(flat.radii), of(flat.potentials)});
+  }
+  return true;
+}
+
+bool read(const fb::BuiltLevel& in, const LevelSpec& spec, Level& out) {
+  LevelGeometry& g = out.geometry;
+  const std::array<std::uint32_t, 3> dims{in.node_count_x(), in.node_count_y(), in.node_count_z()};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (dims[axis] != static_cast<std::uint32_t>(spec.dims[axis])) return false;
+  }
+  g.lattice = {copy_out(*in.origin()), copy_out(*in.spacing()), spec.dims};
+  out.displacement_max_m = in.displacement_max_m();
+  return read(*in.active_nodes(), g.active_nodes) && read(*in.trimmed_nodes(), g.trimmed_nodes) &&
+         read(*in.trimmed_begin(), g.trimmed_begin) && !g.trimmed_begin.empty() &&
+         read(*in.trimmed_from(), g.trimmed_from) && read(*in.trimmed_weights(), g.trimmed_weights) &&
+         read(*in.rest(), out.rest) && read(*in.mass(), out.mass) && read(*in.ether_stiffness(), out.ether_stiffness) &&
+         read(*in.ether_damping(), out.ether_damping) && read(*in.drag(), out.drag) &&
+         read(*in.springs(), out.springs) && out.springs.count() <= spec.spring_count &&
+         read(*in.attachments(), out.attachments) && out.attachments.count() <= spec.attachment_count &&
+         read_balls(in, out.rest.size(), out.metaballs);
+}
+
+// Empty, or what is wrong.
+std::string read(std::span<const std::uint8_t> payload, LevelSet& set) {
+  const AlignedBytes aligned(payload);
+  const auto* root = verified_root<fb::BuiltLevels>(aligned.bytes(), fb::BuiltLevelsIdentifier());
+  if (!root || root->levels()->size() != set.levels.size()) return "not a whole and sound buffer of levels";
+  for (std::size_t i = 0; i < set.levels.size(); ++i) {
+    const std::string name(kLevelNames[i]);
+    if (!read(*root->levels()->Get(static_cast<flatbuffers::uoffset_t>(i)), kLevelSpecs[i], set.levels[i]))
+      return "level " + name + ": counts disagree";
+    if (std::string fault = validate(set.levels[i]); !fault.empty()) return "level " + name + ": " + fault;
+  }
+  return {};
+}
+
+// What a header says before its bytes are known to be whole.
+LevelFileFault fault_of(const Header& header, const GroomHash& groom) {
+  const Header own;
+  if (header.magic != own.magic) return LevelFileFault::not_a_level_file;
+  if (header.layout_version != own.layout_version || header.build_version != own.build_version ||
+      header.specs != own.specs)
+    return LevelFileFault::other_version;
+  return header.groom == groom ? LevelFileFault::none : LevelFileFault::other_groom;
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> encode_levels(const GroomHash& groom, const LevelSet& set) {
+  FlatBufferBuilder to;
+  std::vector<Offset<fb::BuiltLevel>> levels;
+  for (const Level& level : set.levels) levels.push_back(write(to, level));
+  const auto payload = finish(to, fb::CreateBuiltLevels(to, to.CreateVector(levels)), fb::BuiltLevelsIdentifier());
+  std::vector<std::uint8_t> bytes(kLevelFileHeaderBytes + payload.size());
+  Header header;
+  header.groom = groom;
+  std::memcpy(bytes.data(), &header, sizeof(header));
+  std::ranges::copy(payload, bytes.begin() + kLevelFileHeaderBytes);
+  seal_level_file(bytes);
+  return bytes;
+}
+
+DecodedLevels decode_levels(std::span<const std::uint8_t> bytes, const GroomHash& groom) {
+  if (bytes.size() < kLevelFileHeaderBytes) return {LevelFileFault::damaged, "no whole header", nullptr};
+  Header header;
+  std::memcpy(&header, bytes.data(), sizeof(header));
+  switch (const LevelFileFault fault = fault_of(header, groom); fault) {
+    case LevelFileFault::not_a_level_file:
+      return {fault, "not a file of levels", nullptr};
+    case LevelFileFault::other_version:
+      return {fault, "built by another version, or to other specs", nullptr};
+    case LevelFileFault::other_groom:
+      return {fault, "levels of another groom", nullptr};
+    case LevelFileFault::none:
+    case LevelFileFault::damaged:
+    case LevelFileFault::unsound:
+      break;
+  }
+  const auto payload = bytes.subspan(kLevelFileHeaderBytes);
+  if (header.payload_bytes != payload.size())
+    return {LevelFileFault::damaged,
+            std::to_string(payload.size()) + " bytes of levels, not " + std::to_string(header.payload_bytes), nullptr};
+  const Checksum checksum = checksum_of(bytes);
+  if (!std::ranges::equal(checksum, bytes.subspan(kChecksumAt, checksum.size())))
+    return {LevelFileFault::damaged, "the checksum is another one", nullptr};
+  auto set = std::make_shared<LevelSet>();
+  if (std::string fault = read(payload, *set); !fault.empty())
+    return {LevelFileFault::unsound, std::move(fault), nullptr};
+  return {LevelFileFault::none, {}, std::move(set)};
+}
+
+void seal_level_file(std::span<std::uint8_t> bytes) {
+  assert(bytes.size() >= kLevelFileHeaderBytes);
+  const std::uint64_t payload_bytes = bytes.size() - kLevelFileHeaderBytes;
+  std::memcpy(bytes.data() + offsetof(Header, payload_bytes), &payload_bytes, sizeof(payload_bytes));
+  const Checksum checksum = checksum_of(bytes);
+  std::ranges::copy(checksum, bytes.begin() + kChecksumAt);
+}
+
+}  // namespace hairnet::wire

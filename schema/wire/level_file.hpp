@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/build/level.hpp"
+#include "schema/wire/messages.hpp"
+
+namespace hairnet::wire {
+
+// The levels built of a groom, as a file: a header, then a FlatBuffer of levels.fbs. Every byte counts; little endian.
+//
+//   offset  bytes  header
+//        0      8  magic "HNLEVELS"
+//        8      4  version of this layout
+//       12      4  kBuildVersion: of what makes levels of a groom
+//       16     80  the levels' specs as asked for, four times: nodes x, y, z, springs, attachments
+//       96     32  hash of the groom
+//      128      8  bytes of the payload
+//      136     32  BLAKE2b-256 of all the bytes before and after this
+//      168         payload
+inline constexpr std::size_t kLevelFileHeaderBytes = 168;
+inline constexpr std::size_t kLevelFileBytesMax = std::size_t{256} << 20;
+
+enum class LevelFileFault : std::uint8_t {
+  none,
+  not_a_level_file,
+  other_version,  // of the layout or of the build, or other specs
+  other_groom,
+  damaged,  // bytes are missing, too many, or not those that were written
+  unsound,  // the bytes that were written, and yet no levels that may be run
+};
+
+struct DecodedLevels {
+  LevelFileFault fault = LevelFileFault::none;
+  std::string detail;                // one line, when there is a fault
+  std::shared_ptr<LevelSet> levels;  // every level is valid; the maps between them are not part of the file
+};
+
+// Deterministic. The levels must be sound (validate).
+std::vector<std::uint8_t> encode_levels(const GroomHash& groom, const LevelSet& set);
+DecodedLevels decode_levels(std::span<const std::uint8_t> bytes, const GroomHash& groom);
+
+// Writes the length and the checksum of what is there into the header. At least a header.
+void seal_level_file(std::span<std::uint8_t> bytes);
+
+}  // namespace hairnet::wire

@@ -1,0 +1,92 @@
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+
+#include "core/build/build.hpp"
+#include "tests/unit/core/build_grooms.hpp"
+
+namespace hairnet {
+namespace {
+
+const Level& sound_level() {
+  static const auto level = [] {
+    Groom groom = support::make_odd_groom();
+    groom.body = support::make_plain_body();
+    return build_level(groom, kLevelSpecs[2]);
+  }();
+  return *level;
+}
+
+TEST(ValidateLevel, levels_as_built_are_sound) {
+  Groom groom = support::make_odd_groom();
+  for (const Body& body : {Body{}, support::make_plain_body()}) {
+    groom.body = body;
+    const auto set = build_levels(groom);
+    for (const Level& level : set->levels) EXPECT_EQ(validate(level), "");
+  }
+}
+
+struct Spoiling {
+  const char* name;
+  std::function<void(Level&)> spoil;
+};
+
+TEST(ValidateLevel, refuses_what_no_solver_may_run) {
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInfinite = std::numeric_limits<float>::infinity();
+  const std::vector<Spoiling> spoilings{
+      {"no lattice", [](Level& l) { l.geometry.lattice.dims[1] = 0; }},
+      {"an active node beyond the grid", [](Level& l) { l.geometry.active_nodes.back() = 125; }},
+      {"no bound", [](Level& l) { l.displacement_max_m = kNan; }},
+      {"a node elsewhere", [](Level& l) { l.rest[3][1] += 1e-3f; }},
+      {"a node nowhere", [](Level& l) { l.rest[3][1] = kNan; }},
+      {"rest too short", [](Level& l) { l.rest.pop_back(); }},
+      {"mass too short", [](Level& l) { l.mass.pop_back(); }},
+      {"no mass", [](Level& l) { l.mass[0] = 0; }},
+      {"infinite mass", [](Level& l) { l.mass[0] = kInfinite; }},
+      {"negative ether", [](Level& l) { l.ether_stiffness[0] = -1; }},
+      {"ether damping that is no number", [](Level& l) { l.ether_damping[0] = kNan; }},
+      {"drag too long", [](Level& l) { l.drag.emplace_back(); }},
+      {"drag that pushes", [](Level& l) { l.drag[0] = {1, 2, 0, 1, 0, 1}; }},
+      {"drag that is no number", [](Level& l) { l.drag[0][5] = kNan; }},
+      {"no first offset", [](Level& l) { l.springs.begin.clear(); }},
+      {"a first offset that is not 0", [](Level& l) { l.springs.begin[0] = 1; }},
+      {"an offset beyond the entries", [](Level& l) { l.springs.begin[1] = 1u << 30; }},
+      {"a last offset beyond the entries", [](Level& l) { ++l.attachments.begin.back(); }},
+      {"offsets that descend", [](Level& l) { std::swap(l.springs.begin[1], l.springs.begin[2]); }},
+      {"a node that does not exist", [](Level& l) { l.springs.nodes.back() = 60000; }},
+      {"nodes that do not ascend", [](Level& l) { l.springs.nodes[1] = l.springs.nodes[0]; }},
+      {"weights of another sum", [](Level& l) { l.springs.weights[0] += 0.01f; }},
+      {"an attachment's weights of another sum", [](Level& l) { l.attachments.weights[0] += 0.01f; }},
+      {"a weight that is no number", [](Level& l) { l.attachments.weights[0] = kNan; }},
+      {"weights too short", [](Level& l) { l.springs.weights.pop_back(); }},
+      {"no stiffness", [](Level& l) { l.springs.stiffness[0] = 0; }},
+      {"infinite stiffness", [](Level& l) { l.attachments.stiffness[0] = kInfinite; }},
+      {"negative damping", [](Level& l) { l.springs.damping[0] = -1; }},
+      {"another rest", [](Level& l) { l.springs.rest[0][0] += 0.01f; }},
+      {"a rest that is no number", [](Level& l) { l.attachments.rest[0][2] = kNan; }},
+      {"rests too short", [](Level& l) { l.springs.rest.pop_back(); }},
+      {"no such bone", [](Level& l) { l.metaballs[0].bone = static_cast<Bone>(kBoneCount); }},
+      {"a centre that is no number", [](Level& l) { l.metaballs[0].centre[0] = kNan; }},
+      {"radii too short", [](Level& l) { l.metaballs[0].radius.pop_back(); }},
+      {"a radius near zero", [](Level& l) { l.metaballs[0].radius[0] = 1e-30f; }},
+      {"a radius that is no number", [](Level& l) { l.metaballs[0].radius[0] = kNan; }},
+      {"a negative potential", [](Level& l) { l.metaballs[0].potential[0] = -1; }},
+  };
+  ASSERT_FALSE(sound_level().metaballs.empty());
+  for (const Spoiling& spoiling : spoilings) {
+    Level level = sound_level();
+    ASSERT_EQ(validate(level), "");
+    spoiling.spoil(level);
+    const std::string fault = validate(level);
+    EXPECT_NE(fault, "") << spoiling.name;
+    EXPECT_EQ(fault.find('\n'), std::string::npos);
+  }
+}
+
+TEST(ValidateLevel, refuses_a_level_without_nodes) {
+  EXPECT_NE(validate(Level{}), "");
+}
+
+}  // namespace
+}  // namespace hairnet

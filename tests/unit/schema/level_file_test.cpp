@@ -1,0 +1,160 @@
+#include "schema/wire/level_file.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <random>
+
+#include "core/build/build.hpp"
+#include "schema/wire/groom_file.hpp"
+#include "tests/support/equal_levels.hpp"
+#include "tests/unit/core/build_grooms.hpp"
+
+namespace hairnet::wire {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+Groom groom_of(int strand_count) {
+  Groom groom = support::make_head_of_hair(strand_count);
+  groom.body = support::make_plain_body();
+  return groom;
+}
+
+class LevelFile : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    levels_ = build_levels(groom_of(40));
+    bytes_ = encode_levels(kGroom, *levels_);
+  }
+  static void TearDownTestSuite() { levels_.reset(); }
+  static Bytes spoilt(std::size_t at) {
+    Bytes bytes = bytes_;
+    bytes[at] ^= 1;
+    return bytes;
+  }
+
+  static constexpr GroomHash kGroom{1, 2, 3};
+  static std::shared_ptr<const LevelSet> levels_;
+  static Bytes bytes_;
+};
+std::shared_ptr<const LevelSet> LevelFile::levels_;
+Bytes LevelFile::bytes_;
+
+TEST_F(LevelFile, comes_back_bit_for_bit) {
+  const DecodedLevels decoded = decode_levels(bytes_, kGroom);
+  ASSERT_EQ(decoded.fault, LevelFileFault::none) << decoded.detail;
+  for (std::size_t i = 0; i < levels_->levels.size(); ++i) {
+    SCOPED_TRACE(kLevelNames[i]);
+    support::expect_equal(levels_->levels[i], decoded.levels->levels[i]);
+  }
+  EXPECT_EQ(encode_levels(kGroom, *decoded.levels), bytes_);
+}
+
+TEST_F(LevelFile, of_a_groom_with_the_maps_made_again_is_the_whole_set) {
+  const DecodedLevels decoded = decode_levels(bytes_, kGroom);
+  ASSERT_TRUE(decoded.levels);
+  connect_levels(groom_of(40), *decoded.levels);
+  support::expect_equal(*levels_, *decoded.levels);
+}
+
+TEST_F(LevelFile, without_springs_or_balls_comes_back) {
+  Groom groom = support::make_head_of_hair(3);
+  groom.materials.base.axial_stiffness_n = 0;
+  groom.materials.base.attachment_stiffness_n_per_m = 0;
+  const auto set = build_levels(groom);
+  const DecodedLevels decoded = decode_levels(encode_levels(kGroom, *set), kGroom);
+  ASSERT_EQ(decoded.fault, LevelFileFault::none) << decoded.detail;
+  support::expect_equal(set->levels[0], decoded.levels->levels[0]);
+}
+
+TEST_F(LevelFile, is_refused_at_every_truncation) {
+  for (std::size_t size = 0; size < bytes_.size(); ++size) {
+    const DecodedLevels decoded = decode_levels(std::span(bytes_).first(size), kGroom);
+    ASSERT_EQ(decoded.fault, LevelFileFault::damaged) << size;
+    ASSERT_FALSE(decoded.levels);
+    ASSERT_FALSE(decoded.detail.empty());
+  }
+}
+
+TEST_F(LevelFile, sealed_again_at_a_truncation_is_refused_still) {
+  for (std::size_t size = kLevelFileHeaderBytes; size < bytes_.size(); size += size < 2000 ? 1 : 997) {
+    Bytes bytes(bytes_.begin(), bytes_.begin() + static_cast<std::ptrdiff_t>(size));
+    seal_level_file(bytes);
+    ASSERT_EQ(decode_levels(bytes, kGroom).fault, LevelFileFault::unsound) << size;
+  }
+}
+
+TEST_F(LevelFile, with_bytes_behind_it_is_refused) {
+  Bytes bytes = bytes_;
+  bytes.resize(bytes.size() + 8);
+  EXPECT_EQ(decode_levels(bytes, kGroom).fault, LevelFileFault::damaged);
+  seal_level_file(bytes);
+  EXPECT_EQ(decode_levels(bytes, kGroom).fault, LevelFileFault::unsound);
+}
+
+TEST_F(LevelFile, says_what_is_other_about_it) {
+  EXPECT_EQ(decode_levels(spoilt(0), kGroom).fault, LevelFileFault::not_a_level_file);
+  EXPECT_EQ(decode_levels(spoilt(8), kGroom).fault, LevelFileFault::other_version);   // of the layout
+  EXPECT_EQ(decode_levels(spoilt(12), kGroom).fault, LevelFileFault::other_version);  // of the build
+  EXPECT_EQ(decode_levels(spoilt(16), kGroom).fault, LevelFileFault::other_version);  // specs
+  EXPECT_EQ(decode_levels(spoilt(95), kGroom).fault, LevelFileFault::other_version);
+  EXPECT_EQ(decode_levels(spoilt(96), kGroom).fault, LevelFileFault::other_groom);
+  EXPECT_EQ(decode_levels(spoilt(128), kGroom).fault, LevelFileFault::damaged);
+  EXPECT_EQ(decode_levels(spoilt(136), kGroom).fault, LevelFileFault::damaged);
+  EXPECT_EQ(decode_levels(bytes_, GroomHash{9}).fault, LevelFileFault::other_groom);
+  EXPECT_EQ(decode_levels(Bytes(4096, 0), kGroom).fault, LevelFileFault::not_a_level_file);
+}
+
+TEST_F(LevelFile, with_any_bit_flipped_is_refused) {
+  std::mt19937 random(1);
+  for (int n = 0; n < 500; ++n) {
+    Bytes bytes = bytes_;
+    bytes[random() % bytes.size()] ^= static_cast<std::uint8_t>(1u << random() % 8);
+    const DecodedLevels decoded = decode_levels(bytes, kGroom);
+    ASSERT_NE(decoded.fault, LevelFileFault::none);
+    ASSERT_FALSE(decoded.levels);
+  }
+}
+
+// Whatever the checksum says: refused, or levels that a solver may run.
+TEST_F(LevelFile, spoilt_and_sealed_again_never_gives_an_unsound_level) {
+  static constexpr std::array<std::uint32_t, 9> kNasty{0,          1,          4,          0xFFFF,    0x7FFFFFFF,
+                                                       0x80000000, 0xFFFFFFFF, 0x7FC00000, 0x7F800000};
+  std::mt19937 random(2);
+  int accepted = 0, refused = 0;
+  for (int n = 0; n < 3000; ++n) {
+    Bytes bytes = bytes_;
+    for (std::size_t change = 1 + random() % 3; change > 0; --change) {
+      // Half of them in the tables and offsets, which are few among the numbers and lie at both ends.
+      const std::size_t span = n % 2 ? bytes.size() - kLevelFileHeaderBytes : 600;
+      std::size_t at = kLevelFileHeaderBytes + random() % span;
+      if (n % 4 == 2) at = bytes.size() - 1 - random() % span;
+      if (random() % 2) {
+        bytes[at] ^= static_cast<std::uint8_t>(1u << random() % 8);
+      } else {
+        const std::uint32_t word = kNasty[random() % kNasty.size()];
+        at = std::min(at / 4 * 4, bytes.size() - 4);
+        std::memcpy(bytes.data() + at, &word, 4);
+      }
+    }
+    seal_level_file(bytes);
+    const DecodedLevels decoded = decode_levels(bytes, kGroom);
+    (decoded.fault == LevelFileFault::none ? accepted : refused)++;
+    ASSERT_EQ(decoded.fault == LevelFileFault::none, decoded.levels != nullptr);
+    if (!decoded.levels) {
+      ASSERT_EQ(decoded.fault, LevelFileFault::unsound);
+      ASSERT_FALSE(decoded.detail.empty());
+      continue;
+    }
+    for (std::size_t i = 0; i < kLevelSpecs.size(); ++i) {
+      ASSERT_EQ(validate(decoded.levels->levels[i]), "") << "mutation " << n;
+      ASSERT_EQ(decoded.levels->levels[i].geometry.lattice.dims, kLevelSpecs[i].dims);
+    }
+  }
+  EXPECT_GT(accepted, 30) << "too wild to reach the validation of values";
+  EXPECT_GT(refused, 30) << "too tame";
+}
+
+}  // namespace
+}  // namespace hairnet::wire
