@@ -41,7 +41,8 @@ void put_metaballs(const Level& level, std::vector<MetaballView>& balls) {
   }
 }
 
-void put_incidences(const Level& level, LevelViewScratch& scratch) {
+IncidenceView put_incidences(const Level& level, LevelViewScratch& scratch) {
+  // Counted one place on, so that filling a node's entries leaves begin[node + 1] where the next ones begin.
   auto& begin = scratch.incidence_begin;
   begin.assign(level.rest.size() + 2, 0);
   for (const Stiffeners* list : {&level.springs, &level.attachments}) {
@@ -61,15 +62,15 @@ void put_incidences(const Level& level, LevelViewScratch& scratch) {
     }
     first += list->count();
   }
+  return {begin.data(), scratch.incidence_stiffeners.data(), scratch.incidence_weights.data()};
 }
 
 }  // namespace
 
-LevelView view(const Level& level, bool is_windy, LevelViewScratch& scratch) {
+LevelView view(const Level& level, const ViewFor& what_for, LevelViewScratch& scratch) {
   put_rest_lengths(level.springs, scratch.rest_length);
-  if (is_windy) put_wind_fractions(level.geometry, scratch.wind_fraction);
+  if (what_for.wind) put_wind_fractions(level.geometry, scratch.wind_fraction);
   put_metaballs(level, scratch.metaballs);
-  put_incidences(level, scratch);
   return {level.rest.size(),
           level.displacement_max_m,
           level.rest.empty() ? nullptr : level.rest.front().data(),
@@ -77,10 +78,10 @@ LevelView view(const Level& level, bool is_windy, LevelViewScratch& scratch) {
           level.ether_stiffness.data(),
           level.ether_damping.data(),
           level.drag.empty() ? nullptr : level.drag.front().data(),
-          is_windy ? scratch.wind_fraction.data() : nullptr,
+          what_for.wind ? scratch.wind_fraction.data() : nullptr,
           view(level.springs, scratch.rest_length.data()),
           view(level.attachments, nullptr),
-          {scratch.incidence_begin.data(), scratch.incidence_stiffeners.data(), scratch.incidence_weights.data()},
+          what_for.crowd ? put_incidences(level, scratch) : IncidenceView{},
           scratch.metaballs.data(),
           scratch.metaballs.size()};
 }

@@ -38,7 +38,7 @@ struct LevelView {
   const float* drag;           // xx xy xz yy yz zz of each node
   const float* wind_fraction;  // of the way along the box, xyz of each node (LatticeWind); null in still air
   StiffenerView springs, attachments;
-  IncidenceView incidences;
+  IncidenceView incidences;       // for crowds only
   const MetaballView* metaballs;  // those of one bone side by side
   std::size_t metaball_count;
 };
@@ -52,7 +52,11 @@ struct LevelViewScratch {
   std::vector<float> incidence_weights;
 };
 
+struct ViewFor {
+  bool wind = false, crowd = false;
+};
+
 // Valid as long as `level` and until `scratch` is used again.
-LevelView view(const Level& level, bool is_windy, LevelViewScratch& scratch);
+LevelView view(const Level& level, const ViewFor& what_for, LevelViewScratch& scratch);
 
 }  // namespace hairnet

@@ -43,7 +43,6 @@ struct Step {
     add_node_forces();
     add_springs();
     add_attachments();
-    add_contacts();
     if (level.wind_fraction) add_wind();
     precondition();
     advance(solve(iterations));
@@ -224,22 +223,34 @@ struct Step {
     }
   }
 
+  // What acts on a node alone: b's part, and its own block of A.
+  struct NodeSystem {
+    Vector load;
+    Block own;
+  };
+
   // Forces on single nodes at y = 0 times h into m.residual, with the inertia M (R v - R' P^0); the nodes' own blocks
   // of A into m.diagonal and m.preconditioner.
   HWY_INLINE void add_node_forces() {
-    const Vector gravity = vector_term(offsetof(StepTerms, gravity_load));
+    place_balls();
     for (std::size_t i = 0; i < level.node_count; ++i) {
-      const Real mass = node_mass(i);
-      const Law ether = ether_law(i);
-      const Block Q = drag(i);
-      const Vector still_air = L::multiply(Q, node(m.rest_velocity, i));
-      const Vector pull = L::add_scaled(ether.k, node(m.carried, i), still_air);
-      const Vector force = L::subtract(L::scale(mass, gravity), pull);
-      put(L::add_scaled(h, force, L::scale(mass, node(m.velocity, i))), m.residual, i);
-      const Block own = L::add_diagonal(hn::MulAdd(h, hn::MulAdd(h, ether.k, ether.q), mass), L::scale(h, Q));
-      put(own, m.diagonal, i);
-      put(own, m.preconditioner, i);
+      NodeSystem system = free_node(i);
+      add_contacts(i, system);
+      put(system.load, m.residual, i);
+      put(system.own, m.diagonal, i);
+      put(system.own, m.preconditioner, i);
     }
+  }
+
+  // Inertia, ether, gravity and drag in still air.
+  HWY_INLINE NodeSystem free_node(std::size_t i) const {
+    const Real mass = node_mass(i);
+    const Law ether = ether_law(i);
+    const Block Q = drag(i);
+    const Vector pull = L::add_scaled(ether.k, node(m.carried, i), L::multiply(Q, node(m.rest_velocity, i)));
+    const Vector force = L::subtract(L::scale(mass, vector_term(offsetof(StepTerms, gravity_load))), pull);
+    return {L::add_scaled(h, force, L::scale(mass, node(m.velocity, i))),
+            L::add_diagonal(hn::MulAdd(h, hn::MulAdd(h, ether.k, ether.q), mass), L::scale(h, Q))};
   }
 
   // The part of the drag that the wind makes, h Q u.
@@ -297,46 +308,49 @@ struct Step {
     }
   }
 
-  // A ball's force is taken where the node would end if it moved rigidly with the ball's own bone, and its stiffness
-  // acts on the way it moves otherwise. So a body at constant velocity exerts nothing new, and a fast one cannot be
-  // jumped through.
-  HWY_INLINE void add_contacts() {
-    for (std::size_t first = 0, last = 0; first < level.metaball_count; first = last) {
-      const std::size_t bone = level.metaballs[first].bone;
-      while (last < level.metaball_count && level.metaballs[last].bone == bone) ++last;
-      const Motion carry = motion_term(offsetof(StepTerms, carry) + bone * sizeof(StepTerms::Motion));
-      const Motion posed = motion_term(offsetof(StepTerms, posed) + bone * sizeof(StepTerms::Motion));
-      for (std::size_t b = first; b < last; ++b) {
-        put(moved(posed, L::vector(level.metaballs[b].centre)), m.ball_centre, b);
-      }
-      for (std::size_t i = 0; i < level.node_count; ++i) {
-        const Vector place = L::add(L::vector(level.rest + 3 * i), node(m.displacement, i));
-        const Vector with_bone = moved(carry, place);
-        for (std::size_t b = first; b < last; ++b) {
-          if (level.metaballs[b].radius[i] > 0) add_contact(level.metaballs[b], i, with_bone, node(m.ball_centre, b));
-        }
-      }
+  HWY_INLINE void place_balls() {
+    for (std::size_t b = 0; b < level.metaball_count; ++b) {
+      const MetaballView& ball = level.metaballs[b];
+      const Motion posed = motion_term(offsetof(StepTerms, posed) + ball.bone * sizeof(StepTerms::Motion));
+      put(moved(posed, L::vector(ball.centre)), m.ball_centre, b);
     }
   }
 
-  // metaball.hpp, with slope = 6 U / rho^2.
-  HWY_INLINE void add_contact(const MetaballView& ball, std::size_t i, const Vector& with_bone, const Vector& centre) {
-    const float radius2 = ball.radius[i] * ball.radius[i];
-    const Vector r = L::subtract(with_bone, centre);
+  // A ball's force is taken where the node would end if it moved rigidly with the ball's own bone, and its stiffness
+  // acts on the way it moves otherwise. So a body at constant velocity exerts nothing new, and a fast one cannot be
+  // jumped through.
+  HWY_INLINE void add_contacts(std::size_t i, NodeSystem& system) const {
+    const Vector rest = L::vector(level.rest + 3 * i), place = L::add(rest, node(m.displacement, i));
+    const Vector carried = L::add(rest, node(m.carried, i));
+    std::size_t bone = kBoneCount;
+    Vector with_bone = place;
+    for (std::size_t b = 0; b < level.metaball_count; ++b) {
+      const MetaballView& ball = level.metaballs[b];
+      if (!(ball.radius[i] > 0)) continue;
+      if (ball.bone != bone) {
+        bone = ball.bone;
+        with_bone = moved(motion_term(offsetof(StepTerms, carry) + bone * sizeof(StepTerms::Motion)), place);
+      }
+      add_contact(ball.radius[i], ball.potential[i], L::subtract(with_bone, node(m.ball_centre, b)),
+                  L::subtract(carried, with_bone), system);
+    }
+  }
+
+  // metaball.hpp, with slope = 6 U / rho^2. `r`: from the ball's centre; `otherwise`: the way that the node moves
+  // beside the bone's.
+  HWY_INLINE void add_contact(float radius, float potential, const Vector& r, const Vector& otherwise,
+                              NodeSystem& system) const {
+    const float radius2 = radius * radius;
     const Real distance2 = squared(r);
     const Mask is_inside = hn::And(distance2<L::real(radius2), distance2> L::real(0));
     if (hn::AllFalse(L::d, is_inside)) return;
     const Real u = distance2 * L::real(1 / radius2), one = L::real(1), out = one - u;
-    const Real slope = L::real(6 * ball.potential[i] / radius2) * term(offsetof(StepTerms, contact));
+    const Real slope = L::real(6 * potential / radius2) * term(offsetof(StepTerms, contact));
     const Real k = slope * out * hn::Max(hn::MulSub(L::real(5), u, one), u + hn::Sqrt(u));
     const Real hk_r2 = hn::IfThenElseZero(is_inside, h * k / distance2);
-    const Vector place = L::add(L::vector(level.rest + 3 * i), node(m.carried, i));
-    const Real otherwise = L::dot(r, L::subtract(place, with_bone));
-    const Real push = hn::IfThenElseZero(is_inside, hn::NegMulAdd(hk_r2, otherwise, h * slope * out * out));
-    put(L::add_scaled(push, r, node(m.residual, i)), m.residual, i);
-    const Block square = L::square(r);
-    put(L::add_scaled(h * hk_r2, square, block_at(m.diagonal, i)), m.diagonal, i);
-    put(L::add_scaled(h * hk_r2, square, block_at(m.preconditioner, i)), m.preconditioner, i);
+    const Real push = hn::NegMulAdd(hk_r2, L::dot(r, otherwise), h * slope * out * out);
+    system.load = L::add_scaled(hn::IfThenElseZero(is_inside, push), r, system.load);
+    system.own = L::add_scaled(h * hk_r2, L::square(r), system.own);
   }
 
   // Inverses of A's 3x3 diagonal blocks.
@@ -350,62 +364,67 @@ struct Step {
   // the solution goes `alpha` along the old direction, and direction = preconditioned + beta direction. Returns
   // direction . product.
   HWY_INLINE Real multiply(Real alpha, Real beta) {
+    Vector own = L::zero();
     for (std::size_t i = 0; i < level.node_count; ++i) {
       const Vector old = node(m.direction, i);
       put(L::add_scaled(alpha, old, node(m.solution, i)), m.solution, i);
       const Vector direction = L::add_scaled(beta, old, node(m.preconditioned, i));
       put(direction, m.direction, i);
-      if constexpr (!L::kIsCrowd) put(L::multiply(block_at(m.diagonal, i), direction), m.product, i);
+      if constexpr (!L::kIsCrowd) own = put_own_product(direction, i, own);
     }
+    const Real of_springs = pull_springs(), of_attachments = pull_attachments();
+    if constexpr (L::kIsCrowd) own = collect_pulls();
+    return L::sum_of(own) + of_springs + of_attachments;
+  }
+
+  // Each stiffener's pull goes to its nodes, as it comes in the layout of one. In a crowd memory is what takes time:
+  // pulls are written down, and collected by the nodes after all, which is half the traffic.
+  HWY_INLINE void give_pull(const StiffenerView& stiffeners, std::size_t s, const Vector& pull, float* pulls) {
     if constexpr (L::kIsCrowd) {
-      pull_all();
-      return gather_pulls();
+      put(pull, pulls, s);
     } else {
-      return scatter_pulls();
+      scatter(stiffeners, s, pull, m.product);
     }
   }
-
-  // c e e^T applied to what the direction does to a spring, and to an attachment c times that.
-  HWY_INLINE Vector spring_pull(std::size_t s) const {
-    const Vector e = node(m.spring_direction, s);
-    return L::scale(real_at(m.spring_coefficient, s) * L::dot(e, cell_sum(level.springs, s, m.direction)), e);
+  HWY_INLINE Real pull_springs() {
+    Real curvature = L::real(0);
+    for (std::size_t s = 0; s < level.springs.count; ++s) {
+      const Vector e = node(m.spring_direction, s);
+      const Real stretch = L::dot(e, cell_sum(level.springs, s, m.direction));
+      const Real tension = real_at(m.spring_coefficient, s) * stretch;
+      give_pull(level.springs, s, L::scale(tension, e), m.pull);
+      curvature = hn::MulAdd(tension, stretch, curvature);
+    }
+    return curvature;
   }
-  HWY_INLINE Vector attachment_pull(std::size_t s) const {
-    return L::scale(real_at(m.attachment_coefficient, s), weighted_sum(level.attachments, s, m.direction));
-  }
-
-  // In a crowd memory is what takes time. Each stiffener writes its pull once and the nodes collect theirs, which takes
-  // half the traffic of adding each pull to its nodes, and the same additions in the same order.
-  HWY_INLINE void pull_all() {
-    for (std::size_t s = 0; s < level.springs.count; ++s) put(spring_pull(s), m.pull, s);
-    float* pull = m.pull + level.springs.count * kVector;
-    for (std::size_t s = 0; s < level.attachments.count; ++s) put(attachment_pull(s), pull, s);
-  }
-  HWY_INLINE Real gather_pulls() {
-    const IncidenceView& incidences = level.incidences;
+  HWY_INLINE Real pull_attachments() {
     Vector curvature = L::zero();
+    for (std::size_t s = 0; s < level.attachments.count; ++s) {
+      const Vector shift = weighted_sum(level.attachments, s, m.direction);
+      const Vector pull = L::scale(real_at(m.attachment_coefficient, s), shift);
+      give_pull(level.attachments, s, pull, m.pull + level.springs.count * kVector);
+      curvature = L::add_products(pull, shift, curvature);
+    }
+    return L::sum_of(curvature);
+  }
+  HWY_INLINE Vector put_own_product(const Vector& direction, std::size_t i, const Vector& own) {
+    const Vector product = L::multiply(block_at(m.diagonal, i), direction);
+    put(product, m.product, i);
+    return L::add_products(direction, product, own);
+  }
+  HWY_INLINE Vector collect_pulls() {
+    const IncidenceView& incidences = level.incidences;
+    Vector own = L::zero();
     for (std::size_t i = 0; i < level.node_count; ++i) {
       const Vector direction = node(m.direction, i);
       Vector product = L::multiply(block_at(m.diagonal, i), direction);
+      own = L::add_products(direction, product, own);
       for (std::size_t e = incidences.begin[i]; e < incidences.begin[i + 1]; ++e) {
         product = L::add_scaled(L::real(incidences.weights[e]), node(m.pull, incidences.stiffeners[e]), product);
       }
       put(product, m.product, i);
-      curvature = L::add_products(direction, product, curvature);
     }
-    return L::sum_of(curvature);
-  }
-
-  HWY_INLINE Real scatter_pulls() {
-    for (std::size_t s = 0; s < level.springs.count; ++s) scatter(level.springs, s, spring_pull(s), m.product);
-    for (std::size_t s = 0; s < level.attachments.count; ++s) {
-      scatter(level.attachments, s, attachment_pull(s), m.product);
-    }
-    Vector curvature = L::zero();
-    for (std::size_t i = 0; i < level.node_count; ++i) {
-      curvature = L::add_products(node(m.direction, i), node(m.product, i), curvature);
-    }
-    return L::sum_of(curvature);
+    return own;
   }
 
   // The residual where the solution will be. Returns residual . preconditioned.
