@@ -2,99 +2,115 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
+#include <numeric>
+#include <tuple>
 
 namespace hairnet {
 namespace {
 
-// Weights of the stencil's nodes along one axis (model section 7). Beyond half a spacing outside the middle node of the
-// outermost stencil the border nodes extrapolate linearly, which meets the parabola in value and slope.
-std::array<float, 3> quadratic_weights(float t) {
-  if (t < -0.5f) return {-t, 1 + t, 0};
-  if (t > 0.5f) return {0, 1 - t, t};
-  return {0.5f * (0.5f - t) * (0.5f - t), 0.75f - t * t, 0.5f * (0.5f + t) * (0.5f + t)};
+// Room for vectors that hang over the end.
+std::vector<float> make_sorted(std::size_t count) {
+  return std::vector<float>(count + kDeformOverhang, 0.0f);
 }
 
-std::array<float, 2> linear_weights(float t) {
-  return {1 - t, t};
+// Lays component `axis` of one entry a point in the sorted order.
+std::vector<float> sorted_axis(std::span<const Vec3f> vectors, int axis, std::span<const std::uint32_t> order) {
+  std::vector<float> sorted = make_sorted(order.size());
+  std::ranges::transform(order, sorted.begin(), [&](std::uint32_t p) { return vectors[p][axis]; });
+  return sorted;
 }
 
-template <std::size_t N>
-Vec3f weighted_sum(const Lattice& lattice, std::uint32_t base, const std::array<std::array<float, N>, 3>& w,
-                   std::span<const Vec3f> displacements) {
-  const auto row = static_cast<std::uint32_t>(lattice.dims[0]);
-  const auto slice = row * static_cast<std::uint32_t>(lattice.dims[1]);
-  Vec3f sum = Vec3f::Zero();
-  for (std::uint32_t k = 0; k < N; ++k) {
-    for (std::uint32_t j = 0; j < N; ++j) {
-      const Vec3f* node = displacements.data() + base + j * row + k * slice;
-      const float wjk = w[1][j] * w[2][k];
-      for (std::size_t i = 0; i < N; ++i) sum += (w[0][i] * wjk) * node[i];
-    }
-  }
-  return sum;
+// `numbers` may be empty: all are `otherwise`.
+std::vector<float> sorted_numbers(std::span<const float> numbers, float otherwise,
+                                  std::span<const std::uint32_t> order) {
+  std::vector<float> sorted = make_sorted(order.size());
+  std::ranges::transform(order, sorted.begin(),
+                         [&](std::uint32_t p) { return numbers.empty() ? otherwise : numbers[p]; });
+  return sorted;
 }
 
-Deformer::Site site_of(const Lattice& lattice, FfdKind kind, const Vec3f& point) {
-  const bool quadratic = kind == FfdKind::quadratic;
-  const Vec3f g = (point - lattice.origin).cwiseQuotient(lattice.spacing);
-  std::array<int, 3> lowest{};
-  Vec3f t;
+DeformCell make_cell(const Lattice& lattice, FfdKind kind, const FfdSite& site, std::uint32_t begin) {
+  DeformCell cell{begin, begin, site.base, site.outside, {}};
+  const std::array<int, 3> lowest = lattice.coordinates(site.base);
   for (int a = 0; a < 3; ++a) {
-    const auto axis = static_cast<std::size_t>(a);
-    // Clamped as float: a point may be so far away that its node index has no int.
-    const float nearest = quadratic ? std::clamp(std::round(g[a]), 1.0f, static_cast<float>(lattice.dims[axis] - 2))
-                                    : std::clamp(std::floor(g[a]), 0.0f, static_cast<float>(lattice.dims[axis] - 2));
-    lowest[axis] = static_cast<int>(nearest) - (quadratic ? 1 : 0);
-    t[a] = g[a] - nearest;
+    const int from = lowest[static_cast<std::size_t>(a)] + (kind == FfdKind::quadratic ? 1 : 0);
+    cell.centre[a] = lattice.origin[a] / lattice.spacing[a] + static_cast<float>(from);
   }
-  return {lattice.index(lowest[0], lowest[1], lowest[2]), t};
+  return cell;
 }
 
 }  // namespace
 
-std::array<FfdWeight, 27> quadratic_ffd_weights(const Lattice& lattice, const Vec3f& point_head) {
-  const auto [base, t] = site_of(lattice, FfdKind::quadratic, point_head);
-  const auto row = static_cast<std::uint32_t>(lattice.dims[0]);
-  const auto slice = row * static_cast<std::uint32_t>(lattice.dims[1]);
-  const std::array<std::array<float, 3>, 3> w{quadratic_weights(t.x()), quadratic_weights(t.y()),
-                                              quadratic_weights(t.z())};
-  std::array<FfdWeight, 27> weights;
-  for (std::uint32_t e = 0; e < 27; ++e) {
-    const std::uint32_t i = e % 3, j = e / 3 % 3, k = e / 9;
-    weights[e] = {base + i + j * row + k * slice, w[0][i] * w[1][j] * w[2][k]};
-  }
-  return weights;
+Deformer::Deformer(const Lattice& lattice, std::span<const Vec3f> points_head, std::span<const float> blend,
+                   FfdKind kind)
+    : lattice_(lattice), kind_(kind) {
+  assert(blend.empty() || blend.size() == points_head.size());
+  assert(kind == FfdKind::linear || *std::min_element(lattice.dims.begin(), lattice.dims.end()) >= 3);
+  sort_points(points_head, blend);
 }
 
 Deformer::Deformer(const Lattice& lattice, std::span<const Vec3f> points_head, std::span<const float> blend,
-                   FfdKind kind)
-    : lattice_(lattice),
-      kind_(kind),
-      points_(points_head.begin(), points_head.end()),
-      blend_(blend.begin(), blend.end()) {
-  assert(blend_.empty() || blend_.size() == points_.size());
-  assert(kind == FfdKind::linear || *std::min_element(lattice.dims.begin(), lattice.dims.end()) >= 3);
-  sites_.reserve(points_.size());
-  for (const Vec3f& x : points_) sites_.push_back(site_of(lattice, kind, x));
+                   const RestTangents& rest, FfdKind kind)
+    : Deformer(lattice, points_head, blend, kind) {
+  assert(rest.direction.size() == points_head.size() && rest.blend_slope.size() == points_head.size());
+  for (int a = 0; a < 3; ++a) slopes_[static_cast<std::size_t>(a)] = sorted_axis(rest.direction, a, order_);
+  slopes_[3] = sorted_numbers(rest.blend_slope, 0, order_);
 }
 
 Deformer::Deformer(const Groom& groom, const Lattice& lattice, FfdKind kind)
     : Deformer(lattice, groom.points, root_blend(groom), kind) {}
 
-void Deformer::deform(std::span<const Vec3f> grid_displacements, std::span<Vec3f> points_out) const {
-  assert(grid_displacements.size() == lattice_.node_count() && points_out.size() == points_.size());
-  for (std::size_t i = 0; i < points_.size(); ++i) {
-    const auto& [base, t] = sites_[i];
-    const Vec3f moved =
-        kind_ == FfdKind::quadratic
-            ? weighted_sum<3>(lattice_, base,
-                              {quadratic_weights(t.x()), quadratic_weights(t.y()), quadratic_weights(t.z())},
-                              grid_displacements)
-            : weighted_sum<2>(lattice_, base, {linear_weights(t.x()), linear_weights(t.y()), linear_weights(t.z())},
-                              grid_displacements);
-    points_out[i] = points_[i] + (blend_.empty() ? 1.0f : blend_[i]) * moved;
+void Deformer::sort_points(std::span<const Vec3f> points_head, std::span<const float> blend) {
+  std::vector<FfdSite> sites;
+  sites.reserve(points_head.size());
+  for (const Vec3f& x : points_head) sites.push_back(ffd_site(lattice_, kind_, x));
+  order_.resize(points_head.size());
+  std::iota(order_.begin(), order_.end(), 0u);
+  // Within a stencil in the caller's order, so that what is written lies close together.
+  std::ranges::sort(order_, {}, [&](std::uint32_t p) { return std::tuple(sites[p].base, sites[p].outside, p); });
+  for (std::uint32_t n = 0; n < order_.size(); ++n) {
+    const FfdSite& site = sites[order_[n]];
+    if (cells_.empty() || cells_.back().base != site.base || cells_.back().outside != site.outside) {
+      cells_.push_back(make_cell(lattice_, kind_, site, n));
+    }
+    cells_.back().end = n + 1;
   }
+  for (int a = 0; a < 3; ++a) points_[static_cast<std::size_t>(a)] = sorted_axis(points_head, a, order_);
+  points_[3] = sorted_numbers(blend, 1, order_);
+}
+
+WideDeform Deformer::work(std::span<const Vec3f> grid_displacements, std::span<Vec3f> points_out) const {
+  static_assert(sizeof(Vec3f) == 3 * sizeof(float));
+  assert(grid_displacements.size() == lattice_.node_count() && points_out.size() == order_.size());
+  WideDeform work{};
+  work.cells = cells_.data();
+  work.cell_count = cells_.size();
+  for (std::size_t n = 0; n < 4; ++n) {
+    work.points[n] = points_[n].data();
+    work.slopes[n] = slopes_[n].data();
+  }
+  work.order = order_.data();
+  for (int a = 0; a < 3; ++a) work.inverse_spacing[a] = 1 / lattice_.spacing[a];
+  work.row = static_cast<std::uint32_t>(lattice_.dims[0]);
+  work.slice = work.row * static_cast<std::uint32_t>(lattice_.dims[1]);
+  work.node_count = static_cast<std::uint32_t>(lattice_.node_count());
+  work.displacements = grid_displacements.data()->data();
+  work.points_out = points_out.data()->data();
+  return work;
+}
+
+void Deformer::deform(std::span<const Vec3f> grid_displacements, std::span<Vec3f> points_out) const {
+  if (order_.empty()) return;
+  wide_deform(kind_, work(grid_displacements, points_out));
+}
+
+void Deformer::deform(std::span<const Vec3f> grid_displacements, std::span<Vec3f> points_out,
+                      std::span<Vec3f> tangents_out) const {
+  assert((has_tangents() || order_.empty()) && tangents_out.size() == order_.size());
+  if (order_.empty()) return;
+  WideDeform both = work(grid_displacements, points_out);
+  both.tangents_out = tangents_out.data()->data();
+  wide_deform(kind_, both);
 }
 
 }  // namespace hairnet

@@ -5,48 +5,53 @@
 #include <span>
 #include <vector>
 
+#include "core/ffd/bspline.hpp"
 #include "core/ffd/lattice.hpp"
+#include "core/ffd/rest_tangents.hpp"
+#include "core/ffd/wide_deform.hpp"
 #include "core/groom/groom.hpp"
 
 namespace hairnet {
-
-enum class FfdKind : std::uint8_t { quadratic, linear };
 
 // delta(lambda) of eq. 7, or of the group's own curve, for every groom point: 0 = moves rigidly with the head, 1 =
 // follows the lattice. 1 throughout what has no root on the skull, or root_length_m = 0.
 std::vector<float> root_blend(const Groom& groom);
 
-// The 27 nodes and weights that move one point by quadratic FFD (model section 7), grid indices.
-struct FfdWeight {
-  std::uint32_t node;
-  float weight;
-};
-std::array<FfdWeight, 27> quadratic_ffd_weights(const Lattice& lattice, const Vec3f& point_head);
-
-// Deforms a fixed set of points, given at rest in head space, by displacements of the lattice's nodes.
+// Deforms a fixed set of points, given at rest in head space, by displacements of the lattice's nodes. Points are
+// sorted by stencil once, here; what deform() writes is in the caller's order. It allocates nothing, and several
+// threads may call it at once. A point's result does not depend on where it stands among the points.
 class Deformer {
  public:
-  // Where a point is in the lattice.
-  struct Site {
-    std::uint32_t base;  // grid index of the lowest node of the stencil
-    Vec3f t;             // from the stencil's middle node (quadratic) or lowest (linear), in node spacings
-  };
-
   // `blend`: delta of each point, or empty for 1. Points may lie outside the lattice (linear extrapolation).
   Deformer(const Lattice& lattice, std::span<const Vec3f> points_head, std::span<const float> blend, FfdKind kind);
+  // Gives tangents too. An entry of `rest` for each point.
+  Deformer(const Lattice& lattice, std::span<const Vec3f> points_head, std::span<const float> blend,
+           const RestTangents& rest, FfdKind kind);
   // All points of the groom: strands', threads', strips' and cloths' alike.
   Deformer(const Groom& groom, const Lattice& lattice, FfdKind kind);
 
-  // points_out[i] = x_i + delta_i sum_j w_j(x_i) displacement_j, head space, m. `grid_displacements` has an entry for
-  // every grid node (expand_displacements makes it); `points_out` one for each point.
+  // points_out[i] = x_i + delta_i u(x_i), u(x) = sum_j w_j(x) displacement_j; head space, m. `grid_displacements` has
+  // an entry for every grid node (expand_displacements makes it); `points_out` one for each point.
   void deform(std::span<const Vec3f> grid_displacements, std::span<Vec3f> points_out) const;
+  // And d(points_out)/ds by the arc length s at rest: with t the rest tangent and J the gradient of u,
+  //     t + delta J t + (d delta / ds) u.
+  // The last term is as large as the others near the root, where delta rises. Not of unit length: hair that is drawn
+  // out has longer tangents. Needs RestTangents at construction.
+  void deform(std::span<const Vec3f> grid_displacements, std::span<Vec3f> points_out,
+              std::span<Vec3f> tangents_out) const;
+
+  [[nodiscard]] bool has_tangents() const { return !slopes_[0].empty(); }
 
  private:
+  void sort_points(std::span<const Vec3f> points_head, std::span<const float> blend);
+  [[nodiscard]] WideDeform work(std::span<const Vec3f> grid_displacements, std::span<Vec3f> points_out) const;
+
   Lattice lattice_;
   FfdKind kind_;
-  std::vector<Vec3f> points_;
-  std::vector<float> blend_;
-  std::vector<Site> sites_;
+  std::vector<DeformCell> cells_;
+  std::vector<std::uint32_t> order_;          // sorted point -> point
+  std::array<std::vector<float>, 4> points_;  // sorted, as the kernel reads them: x, y, z, delta
+  std::array<std::vector<float>, 4> slopes_;  // likewise tangents and d delta / ds, or empty
 };
 
 }  // namespace hairnet

@@ -12,21 +12,21 @@
 namespace hairnet {
 
 struct CrowdMember {
-  const StepInput* input;
-  LatticeState* state;
+  std::span<const StepInput> inputs;
+  LatticeState* state = nullptr;
   bool is_finite = true;
 };
-
-using CrowdScratch = StepScratch;
 
 inline std::size_t crowd_width() {
   return 16;
 }
 
 inline void step_crowd(const Level& level, std::span<CrowdMember> members, const SolverSettings& settings,
-                       CrowdScratch& scratch) {
+                       StepScratch& scratch) {
   for (CrowdMember& member : members) {
-    member.is_finite = step(level, *member.input, settings, scratch, *member.state);
+    for (const StepInput& input : member.inputs) {
+      member.is_finite = member.is_finite && step(level, input, settings, scratch, *member.state);
+    }
   }
 }
 

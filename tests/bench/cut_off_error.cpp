@@ -1,5 +1,6 @@
 #include "tests/bench/cut_off_error.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -69,6 +70,12 @@ int CutOffError::iterations_for(double error, int most) const {
     if (of_ours(iterations) <= error) return iterations;
   }
   return most;
+}
+
+int CutOffError::naive_iterations_for(double error, int most) const {
+  int iterations = 16;
+  while (iterations < most && !(of_naive(iterations) <= error)) iterations *= 2;
+  return std::min(iterations, most);
 }
 
 }  // namespace hairnet::bench

@@ -6,6 +6,7 @@
 #include "tests/bench/accuracy_table.hpp"
 #include "tests/bench/crowd_adapter.hpp"
 #include "tests/bench/crowd_table.hpp"
+#include "tests/bench/ffd_table.hpp"
 #include "tests/bench/instructions.hpp"
 #include "tests/bench/isa.hpp"
 #include "tests/bench/paper_table.hpp"
@@ -48,6 +49,7 @@ int run(const Options& options) {
   print_header(header);
   const auto wants = [&](Section section) { return std::ranges::count(options.sections, section) > 0; };
   if (wants(Section::paper)) measure_paper_table(*subject, options, report);
+  if (wants(Section::ffd)) measure_ffd(*subject, report);
   if (wants(Section::accuracy)) measure_accuracy(*subject, options, report);
   if (wants(Section::crowd)) measure_crowds(*subject, options, report);
 

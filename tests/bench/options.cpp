@@ -26,6 +26,7 @@ void make_quick(Options& o) {
   o.crowd_low = 64;
   o.memory_low = 100;
   o.duration_s = 1;
+  o.naive_iterations_max = 0;
   o.motions.resize(1);
 }
 
@@ -40,7 +41,7 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   app.failure_message([](const CLI::App* a, const CLI::Error& e) { return a->get_name() + ": " + e.what() + "\n"; });
   app.add_option("--groom", o.groom, "a hairstyle of the fidelity corpus (made:long_straight)");
   app.add_option("--motion", o.motions, "its motions, by commas; times are of the first")->delimiter(',');
-  app.add_option("--section", o.sections, "paper, accuracy, crowd, by commas (all)")
+  app.add_option("--section", o.sections, "paper, ffd, accuracy, crowd, by commas (all)")
       ->delimiter(',')
       ->transform(CLI::CheckedTransformer(kSections));
   app.add_option("--isa", o.isa, "instruction set of the kernels: best, avx3, avx2, sse4, scalar (best)");

@@ -66,6 +66,13 @@ std::vector<Variant> make_variants(const Subject& subject, const Level& level, c
   variants.push_back({"scalar", "scalar", as_good, equal_error, make_single(level, cast, as_good)});
   variants.push_back({"single", isa, as_good, equal_error, make_single(level, cast, as_good)});
   variants.push_back({"crowd", isa, as_good, equal_error, make_crowd(level, cast, as_good)});
+  if (cell.springs > 0 && o.naive_iterations_max > 0) {
+    const PerformerSettings patient{shipped_step.naive_iterations_for(shipped_error, o.naive_iterations_max),
+                                    shipped_steps, 0};
+    const double error = shipped_step.of_naive(patient.iterations);
+    variants.push_back({"naive, shipped", isa, patient, error, make_baseline(Baseline::naive, level, cast, patient)});
+    variants.push_back({"fair, shipped", isa, patient, error, make_baseline(Baseline::fair, level, cast, patient)});
+  }
   variants.push_back({"single, shipped", isa, as_shipped, shipped_error, make_single(level, cast, as_shipped)});
   variants.push_back({"crowd, shipped", isa, as_shipped, shipped_error, make_crowd(level, cast, as_shipped)});
   return variants;

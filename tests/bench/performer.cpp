@@ -118,18 +118,26 @@ class CrowdPerformer final : public OurPerformer {
     bool is_finite = true;
     for (std::size_t begin = 0; begin < states_.size(); begin += members_.size()) {
       const std::size_t count = std::min(members_.size(), states_.size() - begin);
-      for (std::size_t s = 0; s < inputs_[begin].size(); ++s) {
-        for (std::size_t m = 0; m < count; ++m) members_[m] = {&inputs_[begin + m][s], &states_[begin + m]};
-        step_crowd(level_, std::span(members_).first(count), solver_, scratch_);
-        for (std::size_t m = 0; m < count; ++m) is_finite &= members_[m].is_finite;
+      for (std::size_t frame = 0; frame < cast_.frame_count; ++frame) {
+        is_finite &= perform_frame(begin, count, frame);
       }
     }
     return is_finite;
   }
 
  private:
+  // As a world does: the steps of one frame at a time.
+  bool perform_frame(std::size_t begin, std::size_t count, std::size_t frame) {
+    for (std::size_t m = 0; m < count; ++m) {
+      const std::size_t steps = inputs_[begin + m].size() / cast_.frame_count;
+      members_[m] = {std::span(inputs_[begin + m]).subspan(frame * steps, steps), &states_[begin + m]};
+    }
+    step_crowd(level_, std::span(members_).first(count), solver_, scratch_);
+    return std::ranges::all_of(std::span(members_).first(count), &CrowdMember::is_finite);
+  }
+
   std::vector<CrowdMember> members_;
-  CrowdScratch scratch_;
+  StepScratch scratch_;
 };
 
 }  // namespace

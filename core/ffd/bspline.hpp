@@ -1,0 +1,27 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/ffd/lattice.hpp"
+
+namespace hairnet {
+
+enum class FfdKind : std::uint8_t { quadratic, linear };
+
+// Where a point is in the lattice.
+struct FfdSite {
+  std::uint32_t base;  // grid index of the lowest node of its stencil: 3 x 3 x 3 nodes (quadratic) or 2 x 2 x 2
+  Vec3f t;             // from the stencil's middle node (quadratic) or lowest (linear), in node spacings
+  bool outside;        // it lies where the border nodes extrapolate linearly: t beyond [-1/2, 1/2], or [0, 1]
+};
+FfdSite ffd_site(const Lattice& lattice, FfdKind kind, const Vec3f& point_head);
+
+// The 27 nodes and weights that move one point by quadratic FFD (model section 7), grid indices.
+struct FfdWeight {
+  std::uint32_t node;
+  float weight;
+};
+std::array<FfdWeight, 27> quadratic_ffd_weights(const Lattice& lattice, const Vec3f& point_head);
+
+}  // namespace hairnet

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <span>
+
+#include "core/ffd/bspline.hpp"
+
+namespace hairnet {
+
+// One hair point at rest, in head space: what the FFD moves.
+struct RestPoint {
+  Vec3 x = Vec3::Zero();        // m
+  double delta = 1;             // root blend
+  Vec3 tangent = Vec3::Zero();  // dx / ds along the strand
+  double delta_slope = 0;       // d delta / ds, 1/m
+};
+
+struct DeformedPoint {
+  Vec3 x;        // head space, m
+  Vec3 tangent;  // dx / ds, s the arc length at rest
+};
+
+// Model section 7 in double as it is written there, a point at a time: the measure of the wide kernel, not for use.
+DeformedPoint reference_deform(const Lattice& lattice, FfdKind kind, const RestPoint& point,
+                               std::span<const Vec3f> grid_displacements);
+
+}  // namespace hairnet
