@@ -74,7 +74,7 @@ int CutOffError::iterations_for(double error, int most) const {
 
 int CutOffError::naive_iterations_for(double error, int most) const {
   int iterations = 16;
-  while (iterations < most && !(of_naive(iterations) <= error)) iterations *= 2;
+  while (iterations < most && !(of_naive(iterations) <= error)) iterations += iterations / 4;
   return std::min(iterations, most);
 }
 

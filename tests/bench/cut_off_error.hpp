@@ -16,7 +16,7 @@ class CutOffError {
   [[nodiscard]] double of_naive(int iterations) const;  // infinite when it runs away
   // The fewest iterations of ours that err no more than `error`, up to `most`.
   [[nodiscard]] int iterations_for(double error, int most) const;
-  // Of the naive step, doubled from 16 on.
+  // Of the naive step, to a quarter.
   [[nodiscard]] int naive_iterations_for(double error, int most) const;
 
  private:

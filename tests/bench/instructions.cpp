@@ -24,11 +24,7 @@ int count_instructions(const Subject& subject, const Options& o) {
   const PerformerSettings settings{.iterations = kLevelIterations[i]};
   const auto steps = static_cast<std::size_t>(o.callgrind_steps);
   const Cast cast = make_cast(*level, subject.motions.front(), {kRate_hz, crowd_width(), steps}, settings.iterations);
-  std::unique_ptr<Performer> performer;
-  if (o.kernel == "crowd") performer = make_crowd(*level, cast, settings);
-  if (o.kernel == "single") performer = make_single(*level, cast, settings);
-  if (o.kernel == "naive") performer = make_baseline(Baseline::naive, *level, cast, settings);
-  if (o.kernel == "fair") performer = make_baseline(Baseline::fair, *level, cast, settings);
+  const auto performer = o.kernel == "crowd" ? make_crowd(*level, cast, settings) : make_single(*level, cast, settings);
   performer->rewind();
   const bool is_finite = perform_steps(*performer);
   std::printf("%s, %s: %zu characters x %zu steps x %d iterations = divide the instructions by %zu; %s\n",

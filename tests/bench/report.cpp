@@ -6,6 +6,7 @@ namespace hairnet::bench {
 namespace {
 
 std::string cell(const Json& value) {
+  if (value.is_null()) return {};
   std::string text = value.is_string() ? value.get<std::string>() : value.dump();
   std::ranges::replace(text, ',', ';');
   return text;
