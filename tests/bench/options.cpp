@@ -34,13 +34,14 @@ std::vector<Section> sections_of(const std::vector<std::string>& names) {
 }
 
 void make_quick(Options& o) {
-  o.repetitions = 2;
+  o.repetitions = 1;
   o.characters = 16;
   o.crowd_high = 32;
   o.crowd_low = 64;
   o.memory_low = 100;
-  o.duration_s = 1;
+  o.duration_s = 0.5;
   o.naive_iterations_max = 0;
+  o.shipped_cells_only = true;
   o.motions.resize(1);
 }
 

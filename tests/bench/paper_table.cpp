@@ -34,6 +34,12 @@ Level build(const Groom& groom, const Cell& cell) {
   return level;
 }
 
+bool is_shipped(const Cell& cell) {
+  return std::ranges::any_of(kLevelSpecs, [&](const LevelSpec& spec) {
+    return cell.balls && spec.dims[0] == cell.nodes_per_axis && spec.spring_count == cell.springs;
+  });
+}
+
 int shipped_iterations(const Cell& cell) {
   const LevelIndex index = cell.springs == 0           ? LevelIndex::ether
                            : cell.nodes_per_axis == 10 ? LevelIndex::high
@@ -181,6 +187,7 @@ void measure_paper_table(const Subject& subject, const Options& options, Report&
       "what is shipped (as precise). Error: of the trajectory from the converged one, over the RMS motion.\n",
       kPaperIterations);
   for (const Cell& cell : kCells) {
+    if (options.shipped_cells_only && !is_shipped(cell)) continue;
     measure_cell(subject, options, cell, report);
     std::fflush(stdout);
   }
