@@ -3,8 +3,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
-#include <cmath>
 #include <cstdio>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -16,15 +14,18 @@
 #include "core/solver/calm_release.hpp"
 #include "core/solver/step.hpp"
 #include "tests/fidelity/corpus.hpp"
+#include "tests/fidelity/cut_off.hpp"
 #include "tests/fidelity/write_json.hpp"
 
 namespace {
 
 using namespace hairnet;
+using fidelity::integrate;
+using fidelity::kConverged;
+using fidelity::NodeTrajectory;
+using fidelity::relative_error;
 using Json = nlohmann::ordered_json;
-using Clock = std::chrono::steady_clock;
 
-constexpr int kConverged = 400;
 constexpr double kSmall_s = 1.0 / 360;
 
 struct Options {
@@ -38,62 +39,6 @@ struct Options {
   double duration_s = 3;
   std::string json;
 };
-
-// Node displacements of every tick.
-struct Trajectory {
-  double tick_s = 0;
-  std::vector<std::vector<Vec3f>> ticks;
-  double step_us = 0;  // a tick
-};
-
-struct Setting {
-  double rate_hz = 0;
-  int substeps = 1, iterations = kConverged;
-};
-
-Trajectory run(const Level& level, const Motion& motion, const Setting& setting, float stiffness, double duration_s) {
-  const fidelity::Clip clip = fidelity::make_clip(motion, setting.rate_hz, duration_s);
-  Trajectory trajectory{1 / setting.rate_hz, {}, 0};
-  LatticeState state;
-  reset_to_rest(level, state);
-  StepScratch scratch;
-  CalmRelease release;
-  Clock::duration spent{};
-  for (std::size_t tick = 1; tick < clip.poses.size(); ++tick) {
-    StepInput input;
-    input.to = clip.poses[tick - 1];
-    input.step_s = trajectory.tick_s / setting.substeps;
-    input.material.stiffness = stiffness;
-    input.contact_release = release.update(clip.poses[tick], trajectory.tick_s);
-    const Clock::time_point begin = Clock::now();
-    for (int s = 1; s <= setting.substeps; ++s) {
-      input.from = input.to;
-      input.to = interpolate(clip.poses[tick - 1], clip.poses[tick], static_cast<double>(s) / setting.substeps);
-      if (!step(level, input, {.iterations = setting.iterations}, scratch, state)) reset_to_rest(level, state);
-    }
-    spent += Clock::now() - begin;
-    if (tick >= clip.lead_in_ticks) trajectory.ticks.push_back(state.displacement);
-  }
-  trajectory.step_us = 1e6 * std::chrono::duration<double>(spent).count() / static_cast<double>(clip.tick_count());
-  return trajectory;
-}
-
-// RMS over ticks and nodes, weighted by mass, of the difference over that of `truth`; sampled at the ticks of `a`.
-double relative_error(const Level& level, const Trajectory& a, const Trajectory& truth) {
-  double error2 = 0, motion2 = 0;
-  for (std::size_t t = 0; t < a.ticks.size(); ++t) {
-    const double at = static_cast<double>(t) * a.tick_s / truth.tick_s;
-    const auto low = static_cast<std::size_t>(at);
-    if (low + 1 >= truth.ticks.size()) break;
-    const auto s = static_cast<float>(at - static_cast<double>(low));
-    for (std::size_t i = 0; i < level.rest.size(); ++i) {
-      const Vec3f d = (1 - s) * truth.ticks[low][i] + s * truth.ticks[low + 1][i];
-      error2 += static_cast<double>(level.mass[i] * (a.ticks[t][i] - d).squaredNorm());
-      motion2 += static_cast<double>(level.mass[i] * d.squaredNorm());
-    }
-  }
-  return std::sqrt(error2 / std::max(motion2, 1e-30));
-}
 
 struct Sum {
   double error = 0, most = 0, small_error = 0, us = 0;
@@ -111,16 +56,16 @@ using Key = std::tuple<std::string, double, double, int, int>;  // level, stiffn
 void compare(const Options& o, const std::string& level_name, const Level& level, const Motion& motion,
              double stiffness, std::map<Key, Sum>& sums) {
   const auto k = static_cast<float>(stiffness);
-  const Trajectory small = run(level, motion, {1 / kSmall_s, 1, kConverged}, k, o.duration_s);
+  const NodeTrajectory small = integrate(level, motion, {1 / kSmall_s, 1, kConverged}, k, o.duration_s);
   for (const double rate_hz : o.rates_hz) {
     for (const int substeps : o.substeps) {
-      const Trajectory truth = run(level, motion, {rate_hz, substeps, kConverged}, k, o.duration_s);
+      const NodeTrajectory truth = integrate(level, motion, {rate_hz, substeps, kConverged}, k, o.duration_s);
       sums[{level_name, stiffness, rate_hz, substeps, kConverged}].add(0, relative_error(level, truth, small),
-                                                                       truth.step_us);
+                                                                       truth.tick_us);
       for (const int iterations : o.iterations) {
-        const Trajectory cut = run(level, motion, {rate_hz, substeps, iterations}, k, o.duration_s);
+        const NodeTrajectory cut = integrate(level, motion, {rate_hz, substeps, iterations}, k, o.duration_s);
         sums[{level_name, stiffness, rate_hz, substeps, iterations}].add(
-            relative_error(level, cut, truth), relative_error(level, cut, small), cut.step_us);
+            relative_error(level, cut, truth), relative_error(level, cut, small), cut.tick_us);
       }
     }
   }

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+// The boundary to the baselines. They are compiled for the instruction set of the machine that builds them, into a
+// shared library that shows nothing else, so that no inline function of Eigen or ours exists in two versions: plain
+// numbers only.
+namespace hairnet::bench {
+
+struct PlainStiffeners {
+  std::size_t count = 0;
+  const std::uint32_t* begin = nullptr;  // entries [begin[s], begin[s + 1]) of stiffener s
+  const std::uint16_t* nodes = nullptr;
+  const double* weights = nullptr;
+  const double* stiffness = nullptr;    // k, N/m
+  const double* damping = nullptr;      // q as the solver takes it, N s/m
+  const double* rest_length = nullptr;  // m; of springs
+};
+
+// A level for steps of one length. Vectors are three numbers a node, head space.
+struct PlainLevel {
+  std::size_t node_count = 0;
+  const double* rest = nullptr;             // m
+  const double* mass = nullptr;             // kg
+  const double* ether_stiffness = nullptr;  // N/m
+  const double* ether_damping = nullptr;    // as the solver takes it, N s/m
+  const double* drag = nullptr;             // xx xy xz yy yz zz, N s/m
+  PlainStiffeners springs, attachments;
+  std::size_t ball_count = 0;
+  const double* ball_radius = nullptr;     // m, node_count a ball
+  const double* ball_potential = nullptr;  // J, likewise
+};
+
+struct PlainTransform {
+  double rotation[9];  // column by column
+  double position[3];
+};
+
+struct PlainBall {
+  PlainTransform carry;  // its bone's motion over the step, world
+  double centre[3];      // at the end of the step, world
+};
+
+struct PlainInput {
+  double step_s;
+  PlainTransform head_from, head_to;
+  double gravity[3], design_gravity[3];  // world; head axes
+  const PlainBall* balls;
+  double contact_release;
+};
+
+// Model section 6 in world axes and double, solved by conjugate gradient from dP' = 0 without a preconditioner, as the
+// paper does it. Still air; no limit to energy.
+class BaselineStep {
+ public:
+  virtual ~BaselineStep() = default;
+  // P and P', world, three numbers a node. False when the result is not finite.
+  virtual bool step(const PlainInput& input, double* P, double* P_dot) = 0;
+};
+
+struct BaselineSettings {
+  int iterations = 16;
+  double relative_residual = 0;  // may end the iterations before
+};
+
+#define HAIRNET_BASELINE_API __attribute__((visibility("default")))
+
+// Assembled anew each step from triplets. `level` and what it points to must outlive it.
+HAIRNET_BASELINE_API std::unique_ptr<BaselineStep> make_naive_step(const PlainLevel& level,
+                                                                   const BaselineSettings& settings);
+// The same into a matrix whose pattern is made once: values are added at positions known beforehand.
+HAIRNET_BASELINE_API std::unique_ptr<BaselineStep> make_fair_step(const PlainLevel& level,
+                                                                  const BaselineSettings& settings);
+
+}  // namespace hairnet::bench

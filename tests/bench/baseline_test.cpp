@@ -1,0 +1,102 @@
+#include <gtest/gtest.h>
+
+#include "core/solver/reference_step.hpp"
+#include "tests/bench/performer.hpp"
+#include "tests/support/levels.hpp"
+
+namespace hairnet::bench {
+namespace {
+
+using support::make_random_level;
+using support::make_random_state;
+using support::turned;
+
+constexpr double kFrame_s = 1.0 / 25;
+
+Pose moved(double yaw_rad, const Vec3& position, double shoulder_rad = 0) {
+  Pose pose = rigid_pose(turned(yaw_rad, {0.3, 1, 0.2}, position));
+  pose[Bone::left_shoulder] = turned(shoulder_rad, {0, 0, 1}, position + Vec3(0.01, 0.005, 0));
+  return pose;
+}
+
+// Crumpled lattices whose heads turn and whose shoulders move, with contact that is partly let go.
+Cast random_cast(const Level& level) {
+  Cast cast{kFrame_s, 1, {}};
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    Player player{make_random_state(level, 0.02f, 0.5f, seed), {}, {0.2 * seed}};
+    player.poses = {moved(0.1 * seed, {0.5, 1.5, -2.0 * seed}),
+                    moved(0.1 * seed + 0.08, {0.52, 1.49, -2.0 * seed + 0.03}, 0.2)};
+    cast.players.push_back(player);
+  }
+  return cast;
+}
+
+class Baselines : public testing::TestWithParam<Baseline> {};
+
+TEST_P(Baselines, agree_with_the_reference_when_their_solver_converges) {
+  const Level level = make_random_level();
+  const Cast cast = random_cast(level);
+  const auto performer =
+      make_baseline(GetParam(), level, cast, {.iterations = 4000, .steps_per_frame = 1, .relative_residual = 1e-12});
+  performer->rewind();
+  ASSERT_TRUE(performer->perform());
+  const std::vector<LatticeState> states = performer->states();
+  for (std::size_t c = 0; c < cast.players.size(); ++c) {
+    const StepInput input = step_input(cast, cast.players[c], 0, 0, 1);
+    WorldLattice reference = to_world(level, input.from.head(), cast.players[c].state);
+    const WorldLattice before = reference;
+    reference_step(level, input, reference, 1e-12);
+    const LatticeState expected = to_head(level, input.to.head(), reference);
+    double moved_m = 0;
+    for (std::size_t i = 0; i < level.rest.size(); ++i) {
+      moved_m = std::max(moved_m, (reference.P[i] - before.P[i]).norm());
+      EXPECT_LT((states[c].displacement[i] - expected.displacement[i]).norm(), 1e-7f);
+      EXPECT_LT((states[c].velocity[i] - expected.velocity[i]).norm(), 1e-6f);
+    }
+    EXPECT_GT(moved_m, 0.01);
+  }
+}
+
+TEST_P(Baselines, stop_at_their_iterations) {
+  const Level level = make_random_level();
+  const Cast cast = random_cast(level);
+  const auto few = make_baseline(GetParam(), level, cast, {.iterations = 2});
+  const auto more = make_baseline(GetParam(), level, cast, {.iterations = 3});
+  few->rewind();
+  more->rewind();
+  ASSERT_TRUE(few->perform() && more->perform());
+  EXPECT_NE(few->hash(), more->hash());
+  const std::string hash = few->hash();
+  few->rewind();
+  EXPECT_NE(few->hash(), hash);
+  ASSERT_TRUE(few->perform());
+  EXPECT_EQ(few->hash(), hash);
+}
+
+TEST_P(Baselines, take_what_is_not_finite_for_a_failure) {
+  const Level level = make_random_level();
+  Cast cast = random_cast(level);
+  cast.players[1].state.velocity[3].x() = std::numeric_limits<float>::quiet_NaN();
+  const auto performer = make_baseline(GetParam(), level, cast, {});
+  performer->rewind();
+  EXPECT_FALSE(performer->perform());
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Baselines, testing::Values(Baseline::naive, Baseline::fair),
+                         [](const auto& c) { return c.param == Baseline::naive ? "naive" : "fair"; });
+
+TEST(Performers, crowd_and_single_give_the_same_bits) {
+  const Level level = make_random_level();
+  const Cast cast = random_cast(level);
+  for (const int iterations : {3, 12}) {
+    const auto single = make_single(level, cast, {.iterations = iterations, .steps_per_frame = 2});
+    const auto crowd = make_crowd(level, cast, {.iterations = iterations, .steps_per_frame = 2});
+    single->rewind();
+    crowd->rewind();
+    ASSERT_TRUE(single->perform() && crowd->perform());
+    EXPECT_EQ(single->hash(), crowd->hash());
+  }
+}
+
+}  // namespace
+}  // namespace hairnet::bench

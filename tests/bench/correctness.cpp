@@ -1,0 +1,70 @@
+#include "tests/bench/correctness.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <limits>
+
+#include "core/solver/reference_step.hpp"
+
+namespace hairnet::bench {
+namespace {
+
+constexpr std::size_t kPlayers = 3;
+constexpr int kConverged = 1000, kBaselineConverged = 20'000;
+constexpr double kResidual = 1e-10;
+constexpr double kBaselineOff_m = 1e-6, kOff_m = 2e-5;  // in double; in float
+
+// A few players and one frame; no step is held to an energy that the last one left.
+Cast some_of(const Cast& cast) {
+  Cast some{cast.frame_s, 1, {}};
+  for (std::size_t c = 0; c < std::min(kPlayers, cast.players.size()); ++c) {
+    Player player = cast.players[c * cast.players.size() / kPlayers];
+    player.poses.resize(2);
+    player.contact_releases.resize(1);
+    player.state.elastic_energy_max_j = std::numeric_limits<float>::infinity();
+    some.players.push_back(std::move(player));
+  }
+  return some;
+}
+
+double most_off_m(Performer& performer, const std::vector<LatticeState>& truth) {
+  performer.rewind();
+  if (!performer.perform()) return std::numeric_limits<double>::infinity();
+  const std::vector<LatticeState> states = performer.states();
+  double most = 0;
+  for (std::size_t c = 0; c < truth.size(); ++c) {
+    for (std::size_t i = 0; i < truth[c].displacement.size(); ++i) {
+      most = std::max(most, static_cast<double>((states[c].displacement[i] - truth[c].displacement[i]).norm()));
+    }
+  }
+  return most;
+}
+
+}  // namespace
+
+double check_against_reference(const Level& level, const Cast& cast, const std::string& where, Report& report) {
+  const Cast some = some_of(cast);
+  std::vector<LatticeState> truth;
+  for (const Player& player : some.players) {
+    const StepInput input = step_input(some, player, 0, 0, 1);
+    WorldLattice lattice = to_world(level, input.from.head(), player.state);
+    reference_step(level, input, lattice, kResidual);
+    truth.push_back(to_head(level, input.to.head(), lattice));
+  }
+  const auto check = [&](const char* name, std::unique_ptr<Performer> performer, double bound_m) {
+    const double off_m = most_off_m(*performer, truth);
+    if (off_m <= bound_m) return off_m;
+    char text[160];
+    std::snprintf(text, sizeof text, ": %s is %.3g m off the reference, which is more than %.3g m", name, off_m,
+                  bound_m);
+    report.fail(where + text);
+    return off_m;
+  };
+  const PerformerSettings baseline{kBaselineConverged, 1, kResidual}, ours{kConverged, 1, 0};
+  check("naive", make_baseline(Baseline::naive, level, some, baseline), kBaselineOff_m);
+  check("fair", make_baseline(Baseline::fair, level, some, baseline), kBaselineOff_m);
+  return std::max(check("single", make_single(level, some, ours), kOff_m),
+                  check("crowd", make_crowd(level, some, ours), kOff_m));
+}
+
+}  // namespace hairnet::bench

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/pose/motion.hpp"
+#include "core/world.hpp"
+#include "server/tick/worker_pool.hpp"
+
+namespace hairnet::bench {
+
+struct CrowdSpec {
+  LevelIndex level = LevelIndex::high;
+  std::size_t count = 0;
+  double rate_hz = 25;
+  int substeps = 0, iterations = 0;  // as WorldDef: 0 is as shipped
+  std::size_t threads = 1;
+};
+
+// Characters of one level in a world, each elsewhere in the same motion.
+class Crowd {
+ public:
+  // `run_s`: how much of the motion will be stepped. `motion` must outlive it.
+  Crowd(std::shared_ptr<const LevelSet> levels, const Motion& motion, const CrowdSpec& spec, double run_s);
+
+  double tick();  // one tick; the seconds that World::step took
+  [[nodiscard]] std::string hash() const;
+  [[nodiscard]] std::uint32_t stepped() const { return report_.stepped; }  // in the last tick
+  [[nodiscard]] std::uint32_t resets() const { return resets_; }
+
+ private:
+  const Motion& motion_;
+  CrowdSpec spec_;
+  server::WorkerPool workers_;
+  World world_;
+  std::vector<CharacterId> ids_;
+  std::vector<double> starts_s_;
+  std::size_t ticks_ = 0;
+  StepReport report_;
+  std::uint32_t resets_ = 0;
+};
+
+}  // namespace hairnet::bench

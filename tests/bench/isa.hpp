@@ -1,0 +1,23 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "core/result.hpp"
+
+// The instruction set that Highway's kernels run on, and what machine this is.
+namespace hairnet::bench {
+
+std::vector<std::string> isa_names();  // that this machine has and the kernels are compiled for, best first
+
+// "best", or one of isa_names(). Of all kernels, from now on; refused when it is not there.
+Result<void> use_isa(const std::string& name);
+
+// As asked for and in use.
+std::string isa_in_use();
+
+std::string cpu_model();
+std::size_t thread_count();  // of the machine
+
+}  // namespace hairnet::bench

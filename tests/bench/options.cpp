@@ -1,0 +1,91 @@
+#include "tests/bench/options.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <string_view>
+#include <utility>
+
+#include "client/tools/flags/in_range.hpp"
+
+namespace hairnet::bench {
+namespace {
+
+constexpr const char* kFooter = R"(Examples:
+  hairnet-bench
+  hairnet-bench --quick
+  hairnet-bench --groom harolongo --motion dance_a,cmu_131_02,run --json bench.json --csv bench.csv
+  hairnet-bench --section crowd --isa avx2 --threads 1
+  valgrind --tool=callgrind --toggle-collect='*perform_steps*' hairnet-bench --callgrind high --kernel crowd
+)";
+
+constexpr std::array<std::pair<std::string_view, Section>, 4> kSections{
+    {{"paper", Section::paper}, {"ffd", Section::ffd}, {"accuracy", Section::accuracy}, {"crowd", Section::crowd}}};
+
+std::vector<Section> sections_of(const std::vector<std::string>& names) {
+  std::vector<Section> sections;
+  for (const std::string& name : names) {
+    const auto known = std::ranges::find(kSections, name, &std::pair<std::string_view, Section>::first);
+    if (known == kSections.end())
+      throw CLI::ValidationError("--section", "'" + name + "' is not one of paper, ffd, accuracy, crowd");
+    sections.push_back(known->second);
+  }
+  return sections;
+}
+
+void make_quick(Options& o) {
+  o.repetitions = 1;
+  o.characters = 16;
+  o.crowd_high = 32;
+  o.crowd_low = 64;
+  o.memory_low = 100;
+  o.duration_s = 0.5;
+  o.naive_iterations_max = 0;
+  o.shipped_cells_only = true;
+  o.motions.resize(1);
+}
+
+}  // namespace
+
+std::variant<Options, int> parse_options(int argc, char** argv) {
+  Options o;
+  std::vector<std::string> sections;
+  bool quick = false;
+  CLI::App app("How fast a step is, beside the paper's own way in the same run, and whether it is still right.",
+               "hairnet-bench");
+  app.footer(kFooter);
+  app.failure_message([](const CLI::App* a, const CLI::Error& e) { return a->get_name() + ": " + e.what() + "\n"; });
+  app.add_option("--groom", o.groom, "a hairstyle of the fidelity corpus (made:long_straight)");
+  app.add_option("--motion", o.motions, "its motions, by commas; times are of the first")->delimiter(',');
+  app.add_option("--section", sections, "paper, ffd, accuracy, crowd, by commas (all)")->delimiter(',');
+  app.add_option("--isa", o.isa, "instruction set of the kernels: best, avx3, avx2, sse4, scalar (best)");
+  app.add_option("--threads", o.threads, "of the crowd beside one alone; 0 = all (0)")
+      ->check(CLI::Range(std::size_t{0}, std::size_t{1024}));
+  app.add_option("--repetitions", o.repetitions, "of each time; the least counts (7)")->check(CLI::Range(1, 1000));
+  app.add_option("--characters", o.characters, "of the paper's table (64)")
+      ->check(CLI::Range(std::size_t{1}, std::size_t{100'000}));
+  app.add_option("--crowd-high", o.crowd_high, "characters of the high crowd (1024)")
+      ->check(CLI::Range(std::size_t{1}, std::size_t{65'536}));
+  app.add_option("--crowd-low", o.crowd_low, "characters of the low crowd (4096)")
+      ->check(CLI::Range(std::size_t{1}, std::size_t{65'536}));
+  app.add_option("--duration", o.duration_s, "seconds of each motion that errors are over (4)")
+      ->check(in_range(0.5, 60.0));
+  app.add_option("--json", o.json, "file for the rows");
+  app.add_option("--csv", o.csv, "file for the rows");
+  app.add_flag("--quick", quick, "few characters and repetitions: whether it is right, not how fast");
+  app.add_option("--callgrind", o.callgrind, "high or low: after set-up only a crowd's steps, to count instructions of")
+      ->check(CLI::IsMember({"high", "low"}));
+  app.add_option("--kernel", o.kernel, "of --callgrind: crowd or single (crowd)")
+      ->check(CLI::IsMember({"crowd", "single"}));
+  app.add_option("--steps", o.callgrind_steps, "of --callgrind (4)")->check(CLI::Range(1, 100'000));
+  try {
+    app.parse(argc, argv);
+    if (!sections.empty()) o.sections = sections_of(sections);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? 0 : 2;
+  }
+  if (quick) make_quick(o);
+  return o;
+}
+
+}  // namespace hairnet::bench

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "core/build/build.hpp"
+#include "core/pose/motion.hpp"
+#include "tests/bench/options.hpp"
+#include "tests/bench/report.hpp"
+
+namespace hairnet::bench {
+
+// The hairstyle and the motions that everything is measured on.
+struct Subject {
+  Groom groom;
+  std::vector<Motion> motions;
+};
+Result<Subject> load_subject(const Options& options);
+
+}  // namespace hairnet::bench
