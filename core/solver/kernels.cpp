@@ -13,11 +13,6 @@ namespace hairnet {
 namespace HWY_NAMESPACE {
 
 using CrowdLanes = Crowd<hn::CappedTag<float, 16>>;
-#if HWY_TARGET == HWY_SCALAR
-using SingleLanes = CrowdLanes;
-#else
-using SingleLanes = Single;
-#endif
 
 template <class Lanes>
 constexpr LaneSizes sizes_of() {
@@ -27,14 +22,14 @@ LaneSizes crowd_sizes_here() {
   return sizes_of<CrowdLanes>();
 }
 LaneSizes single_sizes_here() {
-  return sizes_of<SingleLanes>();
+  return sizes_of<Single>();
 }
 
 void crowd_kernel_here(const LevelView& level, const LaneMemory& memory, int iterations) {
   Step<CrowdLanes>(level, memory).run(iterations);
 }
 void single_kernel_here(const LevelView& level, const LaneMemory& memory, int iterations) {
-  Step<SingleLanes>(level, memory).run(iterations);
+  Step<Single>(level, memory).run(iterations);
 }
 
 #if HWY_TARGET == HWY_SCALAR

@@ -132,7 +132,12 @@ struct Crowd {
   static HWY_INLINE Real minor(Real a, Real b, Real c, Real e) { return hn::MulSub(a, b, c * e); }
 };
 
-#if HWY_TARGET != HWY_SCALAR
+#if HWY_TARGET == HWY_SCALAR
+// One character, where there are no registers of four: a crowd of one.
+struct Single : Crowd<hn::CappedTag<float, 1>> {
+  static constexpr bool kIsCrowd = false;
+};
+#else
 // One character: a Vector is [x y z 0] in one register, a Real the same number in all its lanes. In memory a Real is
 // one float.
 struct Single {

@@ -2,7 +2,7 @@
 
 #include <cstdio>
 
-#include "tests/bench/crowd_adapter.hpp"
+#include "core/solver/crowd_step.hpp"
 #include "tests/bench/performer.hpp"
 
 namespace hairnet::bench {

@@ -3,8 +3,8 @@
 #include <span>
 
 #include "client/tools/files/write_file.hpp"
+#include "core/solver/crowd_step.hpp"
 #include "tests/bench/accuracy_table.hpp"
-#include "tests/bench/crowd_adapter.hpp"
 #include "tests/bench/crowd_table.hpp"
 #include "tests/bench/ffd_table.hpp"
 #include "tests/bench/instructions.hpp"

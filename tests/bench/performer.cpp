@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "tests/bench/crowd_adapter.hpp"
+#include "core/solver/crowd_step.hpp"
 #include "tests/bench/plain_model.hpp"
 #include "tests/bench/state_hash.hpp"
 

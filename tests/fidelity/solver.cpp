@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "core/build/build.hpp"
-#include "core/solver/calm_release.hpp"
 #include "core/solver/step.hpp"
 #include "tests/fidelity/corpus.hpp"
 #include "tests/fidelity/cut_off.hpp"
