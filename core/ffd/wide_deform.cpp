@@ -88,7 +88,7 @@ HWY_INLINE void set_weights(V x, V along, const AxisFrame& frame, AxisWeights<2>
 // Along the axis whose neighbours are kStride apart: leaves the node that t counts from, then the differences from it.
 template <int kNodes, int kStride, class V4>
 HWY_INLINE void difference_lines(V4* n) {
-#pragma GCC unroll 9
+  HWY_UNROLL(9)
   for (int line = 0; line < kNodes * kNodes; ++line) {
     V4* const at = n + line / kStride * kStride * kNodes + line % kStride;
     if constexpr (kNodes == 3) {
@@ -115,7 +115,7 @@ HWY_NOINLINE void difference_nodes(const WideDeform& work, const float* last_nod
       highest + 1 == work.node_count ? last_node : work.displacements + 3 * std::size_t{highest};
   for (std::size_t c = 0; c < 3; c += hn::Lanes(d4)) {
     hn::Vec<D4> n[kCount];
-#pragma GCC unroll 26
+    HWY_UNROLL(26)
     for (int e = 0; e < kCount - 1; ++e) {
       const int i = e % kNodes, j = e / kNodes % kNodes, k = e / (kNodes * kNodes);
       n[e] = hn::LoadU(d4, nodes + 3 * i + j * row + k * slice + c);
@@ -124,7 +124,7 @@ HWY_NOINLINE void difference_nodes(const WideDeform& work, const float* last_nod
     difference_lines<kNodes, 1>(n);
     difference_lines<kNodes, kNodes>(n);
     difference_lines<kNodes, kNodes * kNodes>(n);
-#pragma GCC unroll 27
+    HWY_UNROLL(27)
     for (int e = 0; e < kCount; ++e) hn::StoreU(n[e], d4, terms + 4 * e + c);
   }
 }
@@ -174,7 +174,7 @@ HWY_INLINE void scatter(V x, V y, V z, const std::uint32_t* HWY_RESTRICT places,
   HWY_ALIGN float xy[2 * kLanes], only_z[kLanes];
   hn::StoreInterleaved2(x, y, d, xy);
   hn::Store(z, d, only_z);
-#pragma GCC unroll 16
+  HWY_UNROLL(16)
   for (std::size_t i = 0; i < kLanes; ++i) {
     float* to = out + places[i];
     __builtin_memcpy(to, xy + 2 * i, 2 * sizeof(float));
