@@ -11,8 +11,9 @@
 // subtractions of vectors of three. Every point of the cell then takes 26 multiply-adds a component, as many as
 // Horner's scheme on powers of t, whose coefficients take twice the work; the sum over 27 nodes takes 39 and a third
 // weight an axis. The same terms serve outside the lattice, where the weights are linear: no other path is needed. A
-// constant field has differences of exactly zero. Summing cells of 4, 8, 16 or 32 points or fewer over their nodes
-// instead changed the time of 10 000 points on 10 x 10 x 10 nodes by -3 to +8 %: there is no such path.
+// constant field has differences of exactly zero. Summing cells of at most 4, 8, 16 or 32 points over their nodes
+// instead changed the time of 10 000 points on 10 x 10 x 10 nodes by -3 to +18 %, mostly for the worse: there is no
+// such path.
 
 HWY_BEFORE_NAMESPACE();
 namespace hairnet {
