@@ -1,6 +1,5 @@
 #include "core/ffd/bspline.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 namespace hairnet {
@@ -25,7 +24,7 @@ FfdSite ffd_site(const Lattice& lattice, FfdKind kind, const Vec3f& point_head) 
     const auto axis = static_cast<std::size_t>(a);
     // Clamped as float: a point may be so far away that its node index has no int.
     const float low = quadratic ? 1.0f : 0.0f, high = static_cast<float>(lattice.dims[axis] - 2);
-    const float nearest = std::clamp(quadratic ? std::round(g[a]) : std::floor(g[a]), low, high);
+    const float nearest = std::fmin(std::fmax(quadratic ? std::round(g[a]) : std::floor(g[a]), low), high);
     lowest[axis] = static_cast<int>(nearest) - (quadratic ? 1 : 0);
     site.t[a] = g[a] - nearest;
     site.outside |= quadratic ? std::abs(site.t[a]) > 0.5f : site.t[a] < 0 || site.t[a] > 1;

@@ -2,90 +2,98 @@
 
 #include <algorithm>
 #include <cassert>
+#include <limits>
 #include <numeric>
 #include <tuple>
 
 namespace hairnet {
 namespace {
 
-// Vectors hang over the end: the last entry again and again.
-void add_overhang(std::vector<float>& sorted) {
-  sorted.resize(sorted.size() + kDeformOverhang, sorted.empty() ? 0.0f : sorted.back());
+// Number of each point in sorted order, and the last one's again for vectors that hang over the end.
+template <class Number, class Of>
+std::vector<Number> sorted(std::span<const std::uint32_t> order, const Of& of) {
+  std::vector<Number> numbers;
+  numbers.reserve(order.size() + kDeformOverhang);
+  for (const std::uint32_t p : order) numbers.push_back(of(p));
+  numbers.resize(order.size() + kDeformOverhang, order.empty() ? Number{} : numbers.back());
+  return numbers;
 }
 
-// Lays component `axis` of one entry a point in the sorted order.
-std::vector<float> sorted_axis(std::span<const Vec3f> vectors, int axis, std::span<const std::uint32_t> order) {
-  std::vector<float> sorted(order.size());
-  std::ranges::transform(order, sorted.begin(), [&](std::uint32_t p) { return vectors[p][axis]; });
-  add_overhang(sorted);
-  return sorted;
+std::array<std::vector<float>, 4> sorted_four(std::span<const std::uint32_t> order, std::span<const Vec3f> vectors,
+                                              std::span<const float> fourth) {
+  std::array<std::vector<float>, 4> four;
+  for (int axis = 0; axis < 3; ++axis) {
+    four[static_cast<std::size_t>(axis)] = sorted<float>(order, [&](std::uint32_t p) { return vectors[p][axis]; });
+  }
+  four[3] = sorted<float>(order, [&](std::uint32_t p) { return fourth.empty() ? 1.0f : fourth[p]; });
+  return four;
 }
 
-// `numbers` may be empty: all are `otherwise`.
-std::vector<float> sorted_numbers(std::span<const float> numbers, float otherwise,
-                                  std::span<const std::uint32_t> order) {
-  std::vector<float> sorted(order.size());
-  std::ranges::transform(order, sorted.begin(),
-                         [&](std::uint32_t p) { return numbers.empty() ? otherwise : numbers[p]; });
-  add_overhang(sorted);
-  return sorted;
+// By stencil; those of one stencil in the caller's order, so that what is written for it lies close together.
+std::vector<std::uint32_t> order_by_stencil(std::span<const FfdSite> sites) {
+  std::vector<std::uint32_t> order(sites.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::ranges::sort(order, {}, [&](std::uint32_t p) { return std::tuple(sites[p].base, sites[p].outside, p); });
+  return order;
 }
 
 DeformCell make_cell(const Lattice& lattice, FfdKind kind, const FfdSite& site, std::uint32_t begin) {
   DeformCell cell{begin, begin, site.base, site.outside, {}};
   const std::array<int, 3> lowest = lattice.coordinates(site.base);
   for (int a = 0; a < 3; ++a) {
-    const int from = lowest[static_cast<std::size_t>(a)] + (kind == FfdKind::quadratic ? 1 : 0);
-    cell.centre[a] = lattice.origin[a] / lattice.spacing[a] + static_cast<float>(from);
+    const int centre = lowest[static_cast<std::size_t>(a)] + (kind == FfdKind::quadratic ? 1 : 0);
+    cell.centre[a] = lattice.origin[a] / lattice.spacing[a] + static_cast<float>(centre);
   }
   return cell;
+}
+
+std::vector<DeformCell> make_cells(const Lattice& lattice, FfdKind kind, std::span<const FfdSite> sites,
+                                   std::span<const std::uint32_t> order) {
+  std::vector<DeformCell> cells;
+  for (std::uint32_t n = 0; n < order.size(); ++n) {
+    const FfdSite& site = sites[order[n]];
+    if (cells.empty() || cells.back().base != site.base || cells.back().outside != site.outside) {
+      cells.push_back(make_cell(lattice, kind, site, n));
+    }
+    cells.back().end = n + 1;
+  }
+  return cells;
 }
 
 }  // namespace
 
 Deformer::Deformer(const Lattice& lattice, std::span<const Vec3f> points_head, std::span<const float> blend,
-                   FfdKind kind)
-    : lattice_(lattice), kind_(kind) {
+                   const RestTangents* rest, FfdKind kind)
+    : lattice_(lattice), kind_(kind), point_count_(points_head.size()) {
   assert(blend.empty() || blend.size() == points_head.size());
   assert(kind == FfdKind::linear || *std::min_element(lattice.dims.begin(), lattice.dims.end()) >= 3);
-  sort_points(points_head, blend);
+  assert(points_head.size() <= std::numeric_limits<std::uint32_t>::max() / 3);
+  std::vector<FfdSite> sites;
+  sites.reserve(points_head.size());
+  for (const Vec3f& x : points_head) sites.push_back(ffd_site(lattice, kind, x));
+  const std::vector<std::uint32_t> order = order_by_stencil(sites);
+  cells_ = make_cells(lattice, kind, sites, order);
+  places_ = sorted<std::uint32_t>(order, [](std::uint32_t p) { return 3 * p; });
+  points_ = sorted_four(order, points_head, blend);
+  if (rest == nullptr) return;
+  assert(rest->direction.size() == points_head.size() && rest->blend_slope.size() == points_head.size());
+  slopes_ = sorted_four(order, rest->direction, rest->blend_slope);
 }
 
 Deformer::Deformer(const Lattice& lattice, std::span<const Vec3f> points_head, std::span<const float> blend,
+                   FfdKind kind)
+    : Deformer(lattice, points_head, blend, nullptr, kind) {}
+
+Deformer::Deformer(const Lattice& lattice, std::span<const Vec3f> points_head, std::span<const float> blend,
                    const RestTangents& rest, FfdKind kind)
-    : Deformer(lattice, points_head, blend, kind) {
-  assert(rest.direction.size() == points_head.size() && rest.blend_slope.size() == points_head.size());
-  for (int a = 0; a < 3; ++a) slopes_[static_cast<std::size_t>(a)] = sorted_axis(rest.direction, a, order_);
-  slopes_[3] = sorted_numbers(rest.blend_slope, 0, order_);
-}
+    : Deformer(lattice, points_head, blend, &rest, kind) {}
 
 Deformer::Deformer(const Groom& groom, const Lattice& lattice, FfdKind kind)
     : Deformer(lattice, groom.points, root_blend(groom), kind) {}
 
-void Deformer::sort_points(std::span<const Vec3f> points_head, std::span<const float> blend) {
-  std::vector<FfdSite> sites;
-  sites.reserve(points_head.size());
-  for (const Vec3f& x : points_head) sites.push_back(ffd_site(lattice_, kind_, x));
-  order_.resize(points_head.size());
-  std::iota(order_.begin(), order_.end(), 0u);
-  // Within a stencil in the caller's order, so that what is written lies close together.
-  std::ranges::sort(order_, {}, [&](std::uint32_t p) { return std::tuple(sites[p].base, sites[p].outside, p); });
-  for (std::uint32_t n = 0; n < order_.size(); ++n) {
-    const FfdSite& site = sites[order_[n]];
-    if (cells_.empty() || cells_.back().base != site.base || cells_.back().outside != site.outside) {
-      cells_.push_back(make_cell(lattice_, kind_, site, n));
-    }
-    cells_.back().end = n + 1;
-  }
-  for (int a = 0; a < 3; ++a) points_[static_cast<std::size_t>(a)] = sorted_axis(points_head, a, order_);
-  points_[3] = sorted_numbers(blend, 1, order_);
-  for (const std::uint32_t p : order_) places_.push_back(3 * p);
-  places_.resize(order_.size() + kDeformOverhang, places_.empty() ? 0 : places_.back());
-}
-
-WideDeform Deformer::work(std::span<const Vec3f> grid_displacements, std::span<Vec3f> points_out) const {
+WideDeform Deformer::make_work(std::span<const Vec3f> grid_displacements, std::span<Vec3f> points_out) const {
   static_assert(sizeof(Vec3f) == 3 * sizeof(float));
-  assert(grid_displacements.size() == lattice_.node_count() && points_out.size() == order_.size());
+  assert(grid_displacements.size() == lattice_.node_count() && points_out.size() == point_count_);
   WideDeform work{};
   work.cells = cells_.data();
   work.cell_count = cells_.size();
@@ -104,17 +112,17 @@ WideDeform Deformer::work(std::span<const Vec3f> grid_displacements, std::span<V
 }
 
 void Deformer::deform(std::span<const Vec3f> grid_displacements, std::span<Vec3f> points_out) const {
-  if (order_.empty()) return;
-  wide_deform(kind_, work(grid_displacements, points_out));
+  if (point_count_ == 0) return;
+  wide_deform(kind_, make_work(grid_displacements, points_out));
 }
 
 void Deformer::deform(std::span<const Vec3f> grid_displacements, std::span<Vec3f> points_out,
                       std::span<Vec3f> tangents_out) const {
-  assert((has_tangents() || order_.empty()) && tangents_out.size() == order_.size());
-  if (order_.empty()) return;
-  WideDeform both = work(grid_displacements, points_out);
-  both.tangents_out = tangents_out.data()->data();
-  wide_deform(kind_, both);
+  assert(has_tangents() && tangents_out.size() == point_count_);
+  if (point_count_ == 0) return;
+  WideDeform work = make_work(grid_displacements, points_out);
+  work.tangents_out = tangents_out.data()->data();
+  wide_deform(kind_, work);
 }
 
 }  // namespace hairnet

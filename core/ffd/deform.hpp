@@ -19,12 +19,13 @@ std::vector<float> root_blend(const Groom& groom);
 
 // Deforms a fixed set of points, given at rest in head space, by displacements of the lattice's nodes. Points are
 // sorted by stencil once, here; what deform() writes is in the caller's order. It allocates nothing, and several
-// threads may call it at once. A point's result does not depend on where it stands among the points.
+// threads may call it at once. A point's bits depend on that point and the lattice alone, not on what points it is
+// among.
 class Deformer {
  public:
   // `blend`: delta of each point, or empty for 1. Points may lie outside the lattice (linear extrapolation).
   Deformer(const Lattice& lattice, std::span<const Vec3f> points_head, std::span<const float> blend, FfdKind kind);
-  // Gives tangents too. An entry of `rest` for each point.
+  // Gives tangents too. `rest` has an entry for each point.
   Deformer(const Lattice& lattice, std::span<const Vec3f> points_head, std::span<const float> blend,
            const RestTangents& rest, FfdKind kind);
   // All points of the groom: strands', threads', strips' and cloths' alike.
@@ -33,26 +34,28 @@ class Deformer {
   // points_out[i] = x_i + delta_i u(x_i), u(x) = sum_j w_j(x) displacement_j; head space, m. `grid_displacements` has
   // an entry for every grid node (expand_displacements makes it); `points_out` one for each point.
   void deform(std::span<const Vec3f> grid_displacements, std::span<Vec3f> points_out) const;
-  // And d(points_out)/ds by the arc length s at rest: with t the rest tangent and J the gradient of u,
+  // And tangents_out[i] = d(points_out)/ds, s the arc length at rest: with t the rest tangent and J the gradient of u,
   //     t + delta J t + (d delta / ds) u.
-  // The last term is as large as the others near the root, where delta rises. Not of unit length: hair that is drawn
-  // out has longer tangents. Needs RestTangents at construction.
+  // The last term is as large as the others near the root, where delta rises. Not of unit length: where hair is drawn
+  // out, tangents are longer. Needs RestTangents at construction.
   void deform(std::span<const Vec3f> grid_displacements, std::span<Vec3f> points_out,
               std::span<Vec3f> tangents_out) const;
 
+  [[nodiscard]] std::size_t point_count() const { return point_count_; }
   [[nodiscard]] bool has_tangents() const { return !slopes_[0].empty(); }
 
  private:
-  void sort_points(std::span<const Vec3f> points_head, std::span<const float> blend);
-  [[nodiscard]] WideDeform work(std::span<const Vec3f> grid_displacements, std::span<Vec3f> points_out) const;
+  Deformer(const Lattice& lattice, std::span<const Vec3f> points_head, std::span<const float> blend,
+           const RestTangents* rest, FfdKind kind);
+  [[nodiscard]] WideDeform make_work(std::span<const Vec3f> grid_displacements, std::span<Vec3f> points_out) const;
 
   Lattice lattice_;
   FfdKind kind_;
+  std::size_t point_count_;
   std::vector<DeformCell> cells_;
-  std::vector<std::uint32_t> order_;          // sorted point -> point
+  // Sorted, with kDeformOverhang more entries, as WideDeform names them.
   std::vector<std::uint32_t> places_;
-  std::array<std::vector<float>, 4> points_;  // sorted, as the kernel reads them: x, y, z, delta
-  std::array<std::vector<float>, 4> slopes_;  // likewise tangents and d delta / ds, or empty
+  std::array<std::vector<float>, 4> points_, slopes_;
 };
 
 }  // namespace hairnet

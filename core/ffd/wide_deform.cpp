@@ -7,10 +7,13 @@
 
 // A lane is a point. Along one axis the three weights of quadratic FFD sum to one, so with middle node b
 //     w_a a + w_b b + w_c c = b + w_a (a - b) + w_c (c - b),
-// and linear FFD is a + t (c - a). Differencing a stencil's nodes so along x, y and z (its "terms") takes 54
-// subtractions of vectors of three; every point of the cell then takes 26 multiply-adds a component, where the sum over
-// 27 nodes takes 39. Horner's scheme on coefficients of powers of t would take as many, but more to make them; and the
-// weights hold outside the lattice as well, where they are linear and no one polynomial is.
+// and linear FFD is a + t (c - a). Differencing a stencil's nodes so along x, y and z (into its "terms") takes 54
+// subtractions of vectors of three. Every point of the cell then takes 26 multiply-adds a component, as many as
+// Horner's scheme on powers of t, whose coefficients take twice the work; the sum over 27 nodes takes 39 and a third
+// weight an axis. The same terms serve outside the lattice, where the weights are linear: no other path is needed. A
+// constant field has differences of exactly zero. Summing cells of at most 4, 8, 16 or 32 points over their nodes
+// instead changed the time of 10 000 points on 10 x 10 x 10 nodes by -3 to +18 %, mostly for the worse: there is no
+// such path.
 
 HWY_BEFORE_NAMESPACE();
 namespace hairnet {
@@ -86,7 +89,7 @@ HWY_INLINE void set_weights(V x, V along, const AxisFrame& frame, AxisWeights<2>
 // Along the axis whose neighbours are kStride apart: leaves the node that t counts from, then the differences from it.
 template <int kNodes, int kStride, class V4>
 HWY_INLINE void difference_lines(V4* n) {
-#pragma GCC unroll 9
+  HWY_UNROLL(9)
   for (int line = 0; line < kNodes * kNodes; ++line) {
     V4* const at = n + line / kStride * kStride * kNodes + line % kStride;
     if constexpr (kNodes == 3) {
@@ -102,17 +105,18 @@ HWY_INLINE void difference_lines(V4* n) {
 
 // terms[4 e + c]: component c of term e = i + kNodes (j + kNodes k).
 template <int kNodes>
-HWY_INLINE void difference_nodes(const WideDeform& work, const float* last_node, std::uint32_t base,
-                                 float* HWY_RESTRICT terms) {
+HWY_NOINLINE void difference_nodes(const WideDeform& work, const float* last_node, std::uint32_t base,
+                                   float* HWY_RESTRICT terms) {
   constexpr int kCount = kNodes * kNodes * kNodes;
   const D4 d4;
   const float* HWY_RESTRICT nodes = work.displacements + 3 * std::size_t{base};
   const std::size_t row = 3 * std::size_t{work.row}, slice = 3 * std::size_t{work.slice};
   const std::uint32_t highest = base + (kNodes - 1) * (1 + work.row + work.slice);
-  const float* highest_node = highest + 1 == work.node_count ? last_node : work.displacements + 3 * std::size_t{highest};
+  const float* highest_node =
+      highest + 1 == work.node_count ? last_node : work.displacements + 3 * std::size_t{highest};
   for (std::size_t c = 0; c < 3; c += hn::Lanes(d4)) {
     hn::Vec<D4> n[kCount];
-#pragma GCC unroll 26
+    HWY_UNROLL(26)
     for (int e = 0; e < kCount - 1; ++e) {
       const int i = e % kNodes, j = e / kNodes % kNodes, k = e / (kNodes * kNodes);
       n[e] = hn::LoadU(d4, nodes + 3 * i + j * row + k * slice + c);
@@ -121,7 +125,7 @@ HWY_INLINE void difference_nodes(const WideDeform& work, const float* last_node,
     difference_lines<kNodes, 1>(n);
     difference_lines<kNodes, kNodes>(n);
     difference_lines<kNodes, kNodes * kNodes>(n);
-#pragma GCC unroll 27
+    HWY_UNROLL(27)
     for (int e = 0; e < kCount; ++e) hn::StoreU(n[e], d4, terms + 4 * e + c);
   }
 }
@@ -171,7 +175,7 @@ HWY_INLINE void scatter(V x, V y, V z, const std::uint32_t* HWY_RESTRICT places,
   HWY_ALIGN float xy[2 * kLanes], only_z[kLanes];
   hn::StoreInterleaved2(x, y, d, xy);
   hn::Store(z, d, only_z);
-#pragma GCC unroll 16
+  HWY_UNROLL(16)
   for (std::size_t i = 0; i < kLanes; ++i) {
     float* to = out + places[i];
     __builtin_memcpy(to, xy + 2 * i, 2 * sizeof(float));

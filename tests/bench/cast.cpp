@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/solver/calm_release.hpp"
+
 namespace hairnet::bench {
 namespace {
 

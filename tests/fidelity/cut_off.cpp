@@ -4,6 +4,8 @@
 #include <chrono>
 #include <cmath>
 
+#include "core/solver/calm_release.hpp"
+
 namespace hairnet::fidelity {
 
 NodeTrajectory follow(const Stepper& stepper, const Clip& clip, int substeps, float stiffness) {

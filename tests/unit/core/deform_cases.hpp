@@ -1,0 +1,78 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "core/ffd/deform.hpp"
+#include "tests/support/levels.hpp"
+
+// Lattices, shapes of them and points of all sorts, for tests of the wide FFD.
+namespace hairnet::deform_cases {
+
+inline Lattice make_lattice(std::array<int, 3> dims) {
+  return {Vec3f(-0.1f, -0.3f, -0.15f), Vec3f(0.03f, 0.05f, 0.04f), dims};
+}
+
+inline std::vector<Vec3f> random_displacements(const Lattice& lattice, float size_m, unsigned seed) {
+  std::mt19937 random(seed);
+  std::vector<Vec3f> displacements(lattice.node_count());
+  for (Vec3f& d : displacements) d = support::random_vec(random, size_m);
+  return displacements;
+}
+
+// Points with all that a Deformer takes of them.
+struct Points {
+  std::vector<Vec3f> x;
+  std::vector<float> blend;
+  RestTangents rest;
+
+  void add(const Vec3f& point, std::mt19937& random) {
+    std::uniform_real_distribution<float> unit(0, 1);
+    x.push_back(point);
+    blend.push_back(x.size() % 5 == 0 ? 0.0f : x.size() % 5 == 1 ? 1.0f : unit(random));
+    rest.direction.push_back(support::random_vec(random, 1).normalized());
+    rest.blend_slope.push_back(100 * unit(random));
+  }
+  [[nodiscard]] Deformer deformer(const Lattice& lattice, FfdKind kind) const {
+    return {lattice, x, blend, rest, kind};
+  }
+};
+
+// Everywhere in the grid, crowded and sparse; on nodes; on cells' borders; just within and beyond the grid's; a head's
+// width outside.
+inline Points make_points(const Lattice& lattice, unsigned seed) {
+  std::mt19937 random(seed);
+  Points points;
+  const Vec3f size(lattice.spacing.cwiseProduct(Vec3f(static_cast<float>(lattice.dims[0] - 1),
+                                                      static_cast<float>(lattice.dims[1] - 1),
+                                                      static_cast<float>(lattice.dims[2] - 1))));
+  const Vec3f centre = lattice.origin + 0.5f * size;
+  const auto in_box = [&](float scale) {
+    return Vec3f(centre + support::random_vec(random, 1).cwiseProduct(0.5f * scale * size));
+  };
+  for (int i = 0; i < 1000; ++i) points.add(in_box(1), random);
+  for (int i = 0; i < 300; ++i) points.add(centre + support::random_vec(random, 0.01f), random);
+  for (int i = 0; i < 400; ++i) points.add(in_box(1.3f), random);
+  for (int i = 0; i < 200; ++i) points.add(in_box(4), random);
+  for (std::uint32_t n = 0; n < lattice.node_count(); ++n) {
+    points.add(lattice.node(n), random);
+    points.add(lattice.node(n) + 0.5f * lattice.spacing, random);
+    points.add(lattice.node(n) - 0.5f * lattice.spacing, random);
+  }
+  return points;
+}
+
+// How far a point lies outside, as a factor on displacements: linear extrapolation multiplies the axes'.
+inline double reach(const Lattice& lattice, const Vec3f& x) {
+  double factor = 1;
+  for (int a = 0; a < 3; ++a) {
+    const double g = static_cast<double>((x[a] - lattice.origin[a]) / lattice.spacing[a]);
+    const double most = lattice.dims[static_cast<std::size_t>(a)] - 1.0;
+    factor *= 1 + 2 * std::max({0.0, -g, g - most});
+  }
+  return factor;
+}
+
+}  // namespace hairnet::deform_cases
