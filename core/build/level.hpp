@@ -39,6 +39,8 @@ struct Stiffeners {
   [[nodiscard]] std::size_t count() const { return stiffness.size(); }
 };
 
+inline constexpr std::size_t kMetaballCountMost = 64;  // of a level
+
 struct Metaball {
   Bone bone = Bone::head;        // moves with it
   Vec3f centre = Vec3f::Zero();  // head space at rest, m

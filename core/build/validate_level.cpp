@@ -90,6 +90,7 @@ std::string validate_stiffeners(const Stiffeners& list, double weight_sum, const
 }
 
 std::string validate_metaballs(const Level& level) {
+  if (level.metaballs.size() > kMetaballCountMost) return "metaballs: more than 64";
   for (const Metaball& ball : level.metaballs) {
     if (static_cast<std::size_t>(ball.bone) >= kBoneCount) return "metaballs: no such bone";
     if (!(ball.centre.cwiseAbs().maxCoeff() <= kMost)) return "metaballs: a centre is not finite";

@@ -16,6 +16,7 @@ struct LaneMemory {
   // Vectors of nodes. `velocity` becomes R v - R' P^0 within a step, `residual` begins as the right-hand side b.
   float *displacement, *velocity, *rest_velocity, *carried;
   float *solution, *residual, *preconditioned, *direction, *product;
+  float* held;                       // Reals of nodes: what attachments add to the diagonal
   float *diagonal, *preconditioner;  // Blocks of nodes: a node's own part of the system; the inverse of its whole
 
   float* spring_direction;                        // Vectors, eps / |eps|
@@ -23,7 +24,7 @@ struct LaneMemory {
   float* attachment_displacement;                 // Vectors, eps - eps_0
   float* attachment_coefficient;                  // Reals
   float* pull;                                    // Vectors, sigma of springs, then of attachments
-  float* ball_centre;                             // Vectors
+  float *ball_centre, *from_ball;                 // Vectors of balls: where they are, and from there to a node
 
   float *elastic_energy_max_j, *speed_max, *is_finite;  // a Real each: what the step leaves (LatticeState; 1 or 0)
 };

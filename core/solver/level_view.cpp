@@ -1,6 +1,6 @@
 #include "core/solver/level_view.hpp"
 
-#include <algorithm>
+#include <cassert>
 
 namespace hairnet {
 namespace {
@@ -32,6 +32,7 @@ void put_wind_fractions(const LevelGeometry& geometry, std::vector<float>& fract
 }
 
 void put_metaballs(const Level& level, std::vector<MetaballView>& balls) {
+  assert(level.metaballs.size() <= kMetaballCountMost);
   balls.clear();
   for (std::size_t bone = 0; bone < kBoneCount; ++bone) {
     for (const Metaball& ball : level.metaballs) {

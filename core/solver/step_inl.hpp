@@ -6,7 +6,9 @@
 #define HAIRNET_STEP_INL
 #endif
 
+#include <bit>
 #include <cstddef>
+#include <cstdint>
 
 #include "core/solver/lane_memory.hpp"
 #include "core/solver/lanes_inl.hpp"
@@ -84,31 +86,37 @@ struct Step {
   static HWY_INLINE Block block_at(const float* p, std::size_t i) { return L::load_block(p + i * kBlock); }
   static HWY_INLINE void put(const Block& a, float* p, std::size_t i) { L::store_block(a, p + i * kBlock); }
 
-  // The same where most have the eight nodes of one cell.
+  // Most stiffeners have the eight nodes of one cell: loops over those are unrolled.
   static constexpr std::size_t kCellNodes = 8;
-  static HWY_INLINE Vector cell_sum(const StiffenerView& stiffeners, std::size_t s, const float* nodes) {
-    const std::size_t begin = stiffeners.begin[s];
-    if (stiffeners.begin[s + 1] - begin != kCellNodes) return weighted_sum(stiffeners, s, nodes);
-    Vector sum = L::scale(L::real(stiffeners.weights[begin]), node(nodes, stiffeners.nodes[begin]));
-    for (std::size_t e = 1; e < kCellNodes; ++e) {
-      sum = L::add_scaled(L::real(stiffeners.weights[begin + e]), node(nodes, stiffeners.nodes[begin + e]), sum);
-    }
-    return sum;
+  static HWY_INLINE bool is_in_cell(const StiffenerView& stiffeners, std::size_t s) {
+    return stiffeners.begin[s + 1] - stiffeners.begin[s] == kCellNodes;
   }
+
   // sum_j w_j nodes_j of stiffener s
   static HWY_INLINE Vector weighted_sum(const StiffenerView& stiffeners, std::size_t s, const float* nodes) {
-    std::size_t e = stiffeners.begin[s];
-    Vector sum = L::scale(L::real(stiffeners.weights[e]), node(nodes, stiffeners.nodes[e]));
-    for (++e; e < stiffeners.begin[s + 1]; ++e) {
-      sum = L::add_scaled(L::real(stiffeners.weights[e]), node(nodes, stiffeners.nodes[e]), sum);
+    const std::size_t begin = stiffeners.begin[s], end = stiffeners.begin[s + 1];
+    const auto weighted = [&](std::size_t e, const Vector& sum) HWY_ATTR {
+      return L::add_scaled(L::real(stiffeners.weights[e]), node(nodes, stiffeners.nodes[e]), sum);
+    };
+    Vector sum = L::scale(L::real(stiffeners.weights[begin]), node(nodes, stiffeners.nodes[begin]));
+    if (is_in_cell(stiffeners, s)) {
+      for (std::size_t j = 1; j < kCellNodes; ++j) sum = weighted(begin + j, sum);
+    } else {
+      for (std::size_t e = begin + 1; e < end; ++e) sum = weighted(e, sum);
     }
     return sum;
   }
   // nodes_j += w_j sigma
   static HWY_INLINE void scatter(const StiffenerView& stiffeners, std::size_t s, const Vector& sigma, float* nodes) {
-    for (std::size_t e = stiffeners.begin[s]; e < stiffeners.begin[s + 1]; ++e) {
+    const std::size_t begin = stiffeners.begin[s], end = stiffeners.begin[s + 1];
+    const auto give = [&](std::size_t e) HWY_ATTR {
       const std::size_t j = stiffeners.nodes[e];
       put(L::add_scaled(L::real(stiffeners.weights[e]), sigma, node(nodes, j)), nodes, j);
+    };
+    if (is_in_cell(stiffeners, s)) {
+      for (std::size_t j = 0; j < kCellNodes; ++j) give(begin + j);
+    } else {
+      for (std::size_t e = begin; e < end; ++e) give(e);
     }
   }
   // nodes_j += w_j^2 block
@@ -153,7 +161,7 @@ struct Step {
   HWY_INLINE void measure() {
     const Real none = L::real(0);
     for (std::size_t s = 0; s < level.springs.count; ++s) {
-      const Vector delta = cell_sum(level.springs, s, m.displacement);
+      const Vector delta = weighted_sum(level.springs, s, m.displacement);
       const Vector rest = L::vector(level.springs.rest + 3 * s);
       const Vector eps = L::add(rest, delta);
       const Real length = hn::Sqrt(squared(eps)), rest_length = L::real(level.springs.rest_length[s]);
@@ -239,6 +247,7 @@ struct Step {
       put(system.load, m.residual, i);
       put(system.own, m.diagonal, i);
       put(system.own, m.preconditioner, i);
+      put(L::real(0), m.held, i);
     }
   }
 
@@ -303,7 +312,7 @@ struct Step {
       for (std::size_t e = level.attachments.begin[s]; e < level.attachments.begin[s + 1]; ++e) {
         const std::size_t j = level.attachments.nodes[e];
         const float w = level.attachments.weights[e];
-        put(L::add_diagonal(L::real(w * w) * coefficient, block_at(m.preconditioner, j)), m.preconditioner, j);
+        put(hn::MulAdd(L::real(w * w), coefficient, real_at(m.held, j)), m.held, j);
       }
     }
   }
@@ -322,18 +331,31 @@ struct Step {
   HWY_INLINE void add_contacts(std::size_t i, NodeSystem& system) const {
     const Vector rest = L::vector(level.rest + 3 * i), place = L::add(rest, node(m.displacement, i));
     const Vector carried = L::add(rest, node(m.carried, i));
+    // First which balls touch, then what they do: so the one thing that is hard to foresee is asked once a node.
+    std::uint64_t touching = 0;  // a bit a ball
+    static_assert(kMetaballCountMost <= 64);
     std::size_t bone = kBoneCount;
     Vector with_bone = place;
     for (std::size_t b = 0; b < level.metaball_count; ++b) {
       const MetaballView& ball = level.metaballs[b];
-      if (!(ball.radius[i] > 0)) continue;
       if (ball.bone != bone) {
         bone = ball.bone;
         with_bone = moved(motion_term(offsetof(StepTerms, carry) + bone * sizeof(StepTerms::Motion)), place);
       }
-      add_contact(ball.radius[i], ball.potential[i], L::subtract(with_bone, node(m.ball_centre, b)),
-                  L::subtract(carried, with_bone), system);
+      const Vector r = L::subtract(with_bone, node(m.ball_centre, b));
+      put(r, m.from_ball, b);
+      const bool touches = !hn::AllFalse(L::d, squared(r) < L::real(ball.radius[i] * ball.radius[i]));
+      touching |= static_cast<std::uint64_t>(touches) << b;
     }
+    for (; touching != 0; touching &= touching - 1) {
+      const auto b = static_cast<std::size_t>(std::countr_zero(touching));
+      const Vector r = node(m.from_ball, b), otherwise = L::subtract(carried, L::add(r, node(m.ball_centre, b)));
+      add_contact(level.metaballs[b].radius[i], level.metaballs[b].potential[i], r, otherwise, system);
+    }
+  }
+
+  static HWY_INLINE Mask is_inside(float radius, Real distance2) {
+    return hn::And(distance2<L::real(radius * radius), distance2> L::real(0));
   }
 
   // metaball.hpp, with slope = 6 U / rho^2. `r`: from the ball's centre; `otherwise`: the way that the node moves
@@ -342,21 +364,21 @@ struct Step {
                               NodeSystem& system) const {
     const float radius2 = radius * radius;
     const Real distance2 = squared(r);
-    const Mask is_inside = hn::And(distance2<L::real(radius2), distance2> L::real(0));
-    if (hn::AllFalse(L::d, is_inside)) return;
+    const Mask inside = hn::And(distance2<L::real(radius2), distance2> L::real(0));
     const Real u = distance2 * L::real(1 / radius2), one = L::real(1), out = one - u;
     const Real slope = L::real(6 * potential / radius2) * term(offsetof(StepTerms, contact));
     const Real k = slope * out * hn::Max(hn::MulSub(L::real(5), u, one), u + hn::Sqrt(u));
-    const Real hk_r2 = hn::IfThenElseZero(is_inside, h * k / distance2);
+    const Real hk_r2 = hn::IfThenElseZero(inside, h * k / distance2);
     const Real push = hn::NegMulAdd(hk_r2, L::dot(r, otherwise), h * slope * out * out);
-    system.load = L::add_scaled(hn::IfThenElseZero(is_inside, push), r, system.load);
+    system.load = L::add_scaled(hn::IfThenElseZero(inside, push), r, system.load);
     system.own = L::add_scaled(h * hk_r2, L::square(r), system.own);
   }
 
   // Inverses of A's 3x3 diagonal blocks.
   HWY_INLINE void precondition() {
     for (std::size_t i = 0; i < level.node_count; ++i) {
-      put(L::inverse(block_at(m.preconditioner, i)), m.preconditioner, i);
+      const Block whole = L::add_diagonal(real_at(m.held, i), block_at(m.preconditioner, i));
+      put(L::inverse(whole), m.preconditioner, i);
     }
   }
 
@@ -390,7 +412,7 @@ struct Step {
     Real curvature = L::real(0);
     for (std::size_t s = 0; s < level.springs.count; ++s) {
       const Vector e = node(m.spring_direction, s);
-      const Real stretch = L::dot(e, cell_sum(level.springs, s, m.direction));
+      const Real stretch = L::dot(e, weighted_sum(level.springs, s, m.direction));
       const Real tension = real_at(m.spring_coefficient, s) * stretch;
       give_pull(level.springs, s, L::scale(tension, e), m.pull);
       curvature = hn::MulAdd(tension, stretch, curvature);
@@ -485,7 +507,7 @@ struct Step {
       put(displacement, m.displacement, i);
     }
     for (std::size_t s = 0; s < level.springs.count; ++s) {
-      const Real rate = L::dot(node(m.spring_direction, s), cell_sum(level.springs, s, m.solution));
+      const Real rate = L::dot(node(m.spring_direction, s), weighted_sum(level.springs, s, m.solution));
       put(hn::MulAdd(h, rate, real_at(m.spring_elongation, s)), m.spring_elongation, s);
     }
     for (std::size_t s = 0; s < level.attachments.count; ++s) {
