@@ -22,7 +22,7 @@ struct CharacterId {
 struct WorldDef {
   double tick_s = 1.0 / 30;
   int substep_count = 0;  // 0: substep_count_for(tick_s); poses are interpolated within the tick
-  int iterations = 0;     // of conjugate gradient a step; 0: kLevelIterations
+  int iterations = 0;     // of conjugate gradient a step; 0: iterations_for
   std::uint32_t character_count_max = 65536;
   Environment environment;
   ParallelFor parallel_for;  // empty: one after the other

@@ -29,6 +29,12 @@ int substep_count_for(double tick_s) {
   return std::max(1, static_cast<int>(std::ceil(tick_s / kStepMax_s - kRounding)));
 }
 
+int iterations_for(LevelIndex level, double step_s) {
+  constexpr double kRounding = 1e-9;
+  const int longest = kLevelIterations[static_cast<std::size_t>(level)];
+  return static_cast<int>(std::ceil(longest * step_s / kStepMax_s - kRounding));
+}
+
 bool step(const Level& level, const StepInput& input, const SolverSettings& settings, StepScratch& scratch,
           LatticeState& state) {
   assert(state.displacement.size() == level.rest.size() && state.velocity.size() == level.rest.size());

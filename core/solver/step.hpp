@@ -42,11 +42,15 @@ struct SolverSettings {
   int iterations = 16;  // of conjugate gradient
 };
 
-// Measured (tests/fidelity/README.md): with steps of at most this length, and so many iterations on each level, a
-// trajectory errs by less than a seventh of the motion on the high level, a twentieth on the medium and a fiftieth on
-// the low. An ether level's system is block diagonal: its preconditioner solves it.
+// Measured (tests/fidelity/README.md): with steps of at most this length, and so many iterations on each level in one of
+// this length, a trajectory errs by about a tenth of the motion on the high level and a hundredth on the low. An ether
+// level's system is block diagonal: its preconditioner solves it.
 inline constexpr double kStepMax_s = 1.0 / 50;
 inline constexpr std::array<int, kLevelCount> kLevelIterations{16, 10, 8, 1, 0};
+
+// Shorter steps need fewer for the same error: what slows conjugate gradient down is the square root of the condition
+// number, and that goes with the step's length.
+int iterations_for(LevelIndex level, double step_s);
 
 // The least number of steps in a tick that keeps them within kStepMax_s.
 int substep_count_for(double tick_s);

@@ -39,8 +39,8 @@ void Batches::step(const TickTerms& terms, int iterations, const Batch& batch) {
     put_inputs(terms, character, inputs_of(i));
     scratch->members[i] = {inputs_of(i), &character.state};
   }
-  const auto index = static_cast<std::size_t>(items_[batch.begin].character->level);
-  step_members(*batch.level, iterations > 0 ? iterations : kLevelIterations[index], *scratch);
+  const int own = iterations_for(items_[batch.begin].character->level, terms.substep_s());
+  step_members(*batch.level, iterations > 0 ? iterations : own, *scratch);
   for (std::size_t i = 0; i < count; ++i) {
     const Item& item = items_[batch.begin + i];
     *item.outcome = end_tick(terms, inputs_of(i), scratch->members[i].is_finite, *item.character);

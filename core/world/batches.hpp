@@ -19,7 +19,7 @@ class Batches {
   // Characters of one level one after the other, so that they share batches.
   void add(Character& character, Outcome& outcome);
 
-  // Steps all and ends their tick. `iterations`: of conjugate gradient; 0: kLevelIterations.
+  // Steps all and ends their tick. `iterations`: of conjugate gradient; 0: iterations_for.
   void step(const TickTerms& terms, int iterations, const ParallelFor& parallel_for);
 
  private:

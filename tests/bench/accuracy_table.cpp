@@ -27,7 +27,7 @@ struct StepTimes {
 };
 
 StepTimes time_steps(const Subject& subject, const Level& level, LevelIndex index, const Options& o) {
-  const int shipped = kLevelIterations[static_cast<std::size_t>(index)];
+  const int shipped = iterations_for(index, 1 / kTimedRate_hz);
   const Cast cast = make_cast(level, subject.motions.front(), {kTimedRate_hz, o.characters, 2}, shipped);
   std::vector<std::unique_ptr<Performer>> performers;
   std::vector<Lap> laps;

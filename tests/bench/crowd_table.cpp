@@ -1,12 +1,11 @@
 #include "tests/bench/crowd_table.hpp"
 
-#include <unistd.h>
+#include <malloc.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 
 #include "tests/bench/crowd.hpp"
 #include "tests/bench/cut_off_error.hpp"
@@ -64,10 +63,10 @@ void measure_level(const Subject& subject, const Options& o, const std::shared_p
                    LevelIndex index, Report& report) {
   const Level& level = (*levels)[index];
   const std::string name(kLevelNames[static_cast<std::size_t>(index)]);
-  const int shipped = kLevelIterations[static_cast<std::size_t>(index)];
   const std::size_t count = index == LevelIndex::high ? o.crowd_high : o.crowd_low;
   const std::size_t threads = o.threads ? o.threads : thread_count();
   for (const double rate_hz : kRates_hz) {
+    const int shipped = iterations_for(index, 1 / rate_hz / substep_count_for(1 / rate_hz));
     const double naive_s = naive_step_s(subject, level, rate_hz, shipped, o.repetitions);
     const CutOffError error(subject, level, rate_hz, 1, o.duration_s);
     const int equal = error.iterations_for(error.of_naive(kPaperIterations), kIterationsMost);
@@ -105,19 +104,18 @@ void measure_level(const Subject& subject, const Options& o, const std::shared_p
   }
 }
 
-std::size_t resident_bytes() {
-  std::ifstream statm("/proc/self/statm");
-  std::size_t pages = 0, resident_pages = 0;
-  statm >> pages >> resident_pages;
-  return resident_pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+// What the heap holds, mapped blocks too; what was freed before and is used again counts as well.
+std::size_t heap_bytes() {
+  const struct mallinfo2 info = mallinfo2();
+  return info.uordblks + info.hblkhd;
 }
 
 void measure_memory(const Subject& subject, const std::shared_ptr<const LevelSet>& levels, LevelIndex index,
                     std::size_t count, Report& report) {
-  const std::size_t before = resident_bytes();
+  const std::size_t before = heap_bytes();
   Crowd crowd(levels, subject.motions.front(), {index, count, kRates_hz[0], 0, 0, thread_count()}, 1);
   for (int tick = 0; tick < 3; ++tick) crowd.tick();
-  const double grown = static_cast<double>(resident_bytes()) - static_cast<double>(before);
+  const double grown = static_cast<double>(heap_bytes()) - static_cast<double>(before);
   const std::size_t state = (*levels)[index].rest.size() * 2 * sizeof(Vec3f);
   const std::string name(kLevelNames[static_cast<std::size_t>(index)]);
   std::printf("memory: %zu %s characters: %.1f MB, %.0f bytes each, of which %zu are nodes\n", count, name.c_str(),
@@ -136,7 +134,6 @@ void measure_crowds(const Subject& subject, const Options& options, Report& repo
       "\nDistinct characters through World::step: us of a character and tick on one thread, times the naive step,\n"
       "characters that a core keeps up with, and that all threads do.\n");
   const auto levels = build_both(subject.groom);
-  // Before other crowds leave memory to be used again.
   measure_memory(subject, levels, LevelIndex::low, options.memory_low, report);
   measure_memory(subject, levels, LevelIndex::high, options.crowd_high, report);
   for (const LevelIndex index : {LevelIndex::high, LevelIndex::low}) {

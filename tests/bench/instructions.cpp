@@ -21,7 +21,7 @@ int count_instructions(const Subject& subject, const Options& o) {
   const LevelIndex index = o.callgrind == "high" ? LevelIndex::high : LevelIndex::low;
   const auto i = static_cast<std::size_t>(index);
   const auto level = build_level(subject.groom, kLevelSpecs[i]);
-  const PerformerSettings settings{.iterations = kLevelIterations[i]};
+  const PerformerSettings settings{.iterations = iterations_for(index, 1 / kRate_hz)};
   const auto steps = static_cast<std::size_t>(o.callgrind_steps);
   const Cast cast = make_cast(*level, subject.motions.front(), {kRate_hz, crowd_width(), steps}, settings.iterations);
   const auto performer = o.kernel == "crowd" ? make_crowd(*level, cast, settings) : make_single(*level, cast, settings);

@@ -44,7 +44,7 @@ int shipped_iterations(const Cell& cell) {
   const LevelIndex index = cell.springs == 0           ? LevelIndex::ether
                            : cell.nodes_per_axis == 10 ? LevelIndex::high
                                                        : LevelIndex::low;
-  return kLevelIterations[static_cast<std::size_t>(index)];
+  return iterations_for(index, 1 / kRate_hz / substep_count_for(1 / kRate_hz));
 }
 
 struct Variant {

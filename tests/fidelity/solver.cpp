@@ -75,10 +75,9 @@ void print(const std::map<Key, Sum>& sums) {
               "from converged (worst)", "from small steps", "us/tick");
   for (const auto& [key, sum] : sums) {
     const auto& [level, stiffness, rate_hz, substeps, iterations] = key;
-    const bool is_default =
-        substeps == substep_count_for(1 / rate_hz) && iterations == kLevelIterations[level == "high"     ? 0
-                                                                                     : level == "medium" ? 1
-                                                                                                         : 2];
+    const auto index = std::find(kLevelNames.begin(), kLevelNames.end(), level) - kLevelNames.begin();
+    const bool is_default = substeps == substep_count_for(1 / rate_hz) &&
+                            iterations == iterations_for(static_cast<LevelIndex>(index), 1 / rate_hz / substeps);
     std::printf("%-7s %9g %6g %9d %11s %14.1f %% (%3.0f) %18.1f %% %9.0f%s\n", level.c_str(), stiffness, rate_hz,
                 substeps, iterations == kConverged ? "converged" : std::to_string(iterations).c_str(),
                 100 * sum.error / sum.count, 100 * sum.most, 100 * sum.small_error / sum.count, sum.us / sum.count,

@@ -152,10 +152,10 @@ int run(const Options& options) {
     for (std::size_t i = 0; i < kLevelSpecs.size(); ++i) {
       const auto level = build_level(*groom, kLevelSpecs[i]);
       const std::string level_name(kLevelNames[i]);
-      const int iterations = kLevelIterations[i];
       add_row(rows, name, level_name + " small steps", 100, 4, swing(*groom, *level, 100, 4, 200, false), truth);
       for (const double rate_hz : {25.0, 30.0, 60.0, 90.0}) {
         const int substeps = substep_count_for(1 / rate_hz);
+        const int iterations = iterations_for(static_cast<LevelIndex>(i), 1 / rate_hz / substeps);
         add_row(rows, name, level_name + " as asked", rate_hz, 1, swing(*groom, *level, rate_hz, 1, iterations, true),
                 truth);
         add_row(rows, name, level_name, rate_hz, substeps, swing(*groom, *level, rate_hz, substeps, iterations, false),

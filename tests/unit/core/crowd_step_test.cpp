@@ -158,6 +158,21 @@ TEST_P(InstructionSets, a_broken_state_is_told_and_harms_no_one_beside_it) {
   }
 }
 
+#if HWY_ARCH_X86
+TEST(InstructionSetsThatFuse, come_to_the_same_bits_whatever_their_width) {
+  constexpr std::int64_t kFusing = HWY_AVX2 | HWY_AVX3;
+  if ((hwy::SupportedTargets() & HWY_TARGETS & kFusing) != kFusing) GTEST_SKIP() << "this machine has not both";
+  std::vector<std::vector<LatticeState>> results;
+  const std::vector<std::size_t> crowd{0, 1, 2, 3, 4, 5, 6, 7};
+  for (const std::int64_t set : {HWY_AVX2, HWY_AVX3}) {
+    hwy::SetSupportedTargetsForTest(set);
+    results.push_back(Cast(crowd.size()).together(crowd));
+  }
+  hwy::SetSupportedTargetsForTest(0);
+  for (const std::size_t c : crowd) EXPECT_EQ(bits(results[0][c]), bits(results[1][c])) << "character " << c;
+}
+#endif
+
 INSTANTIATE_TEST_SUITE_P(All, InstructionSets, testing::ValuesIn(instruction_sets()),
                          [](const auto& set) { return std::string(hwy::TargetName(set.param)); });
 
