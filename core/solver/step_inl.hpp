@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "core/solver/damping.hpp"
 #include "core/solver/lane_memory.hpp"
 #include "core/solver/lanes_inl.hpp"
 #include "core/solver/level_view.hpp"
@@ -138,7 +139,7 @@ struct Step {
   // damping.hpp
   HWY_INLINE Real solver_damping(Real k, Real q) const {
     const Real numerical = h * k;
-    return hn::Max(q - numerical, L::real(-1.0f / 3) * numerical);
+    return hn::Max(q - numerical, L::real(-static_cast<float>(kNumericalDampingShare)) * numerical);
   }
   struct Law {
     Real k, q;
@@ -344,7 +345,7 @@ struct Step {
       }
       const Vector r = L::subtract(with_bone, node(m.ball_centre, b));
       put(r, m.from_ball, b);
-      const bool touches = !hn::AllFalse(L::d, squared(r) < L::real(ball.radius[i] * ball.radius[i]));
+      const bool touches = !hn::AllFalse(L::d, hn::Lt(squared(r), L::real(ball.radius[i] * ball.radius[i])));
       touching |= static_cast<std::uint64_t>(touches) << b;
     }
     for (; touching != 0; touching &= touching - 1) {
@@ -354,17 +355,13 @@ struct Step {
     }
   }
 
-  static HWY_INLINE Mask is_inside(float radius, Real distance2) {
-    return hn::And(distance2<L::real(radius * radius), distance2> L::real(0));
-  }
-
   // metaball.hpp, with slope = 6 U / rho^2. `r`: from the ball's centre; `otherwise`: the way that the node moves
   // beside the bone's.
   HWY_INLINE void add_contact(float radius, float potential, const Vector& r, const Vector& otherwise,
                               NodeSystem& system) const {
     const float radius2 = radius * radius;
     const Real distance2 = squared(r);
-    const Mask inside = hn::And(distance2<L::real(radius2), distance2> L::real(0));
+    const Mask inside = hn::And(hn::Lt(distance2, L::real(radius2)), hn::Gt(distance2, L::real(0)));
     const Real u = distance2 * L::real(1 / radius2), one = L::real(1), out = one - u;
     const Real slope = L::real(6 * potential / radius2) * term(offsetof(StepTerms, contact));
     const Real k = slope * out * hn::Max(hn::MulSub(L::real(5), u, one), u + hn::Sqrt(u));
@@ -450,7 +447,7 @@ struct Step {
   }
 
   // The residual where the solution will be. Returns residual . preconditioned.
-  HWY_INLINE Real go(Real alpha) {
+  HWY_INLINE Real update_residual(Real alpha) {
     Vector rho = L::zero();
     for (std::size_t i = 0; i < level.node_count; ++i) {
       const Vector residual = L::subtract_scaled(alpha, node(m.product, i), node(m.residual, i));
@@ -474,7 +471,7 @@ struct Step {
     for (std::size_t i = 0; i < level.node_count; ++i) {
       for (float* nodes : {m.solution, m.direction, m.product}) put(L::zero(), nodes, i);
     }
-    Real rho = go(none), work = none, alpha = none, beta = none;
+    Real rho = update_residual(none), work = none, alpha = none, beta = none;
     const Real enough = L::real(1e-12f) * rho;  // of float's own rounding: iterating on would only stir it
     Mask goes_on = rho > none;
     for (int iteration = 0; iteration < iterations && !hn::AllFalse(L::d, goes_on); ++iteration) {
@@ -482,7 +479,7 @@ struct Step {
       goes_on = hn::And(goes_on, curvature > none);
       alpha = hn::IfThenElseZero(goes_on, rho / curvature);
       work = hn::MulAdd(alpha, rho, work);  // b.direction = rho: what b has lost so far is conjugate to it
-      const Real rho_next = go(alpha);
+      const Real rho_next = update_residual(alpha);
       beta = hn::IfThenElseZero(goes_on, rho_next / rho);
       rho = rho_next;
       goes_on = hn::And(goes_on, rho > enough);
