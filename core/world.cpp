@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cassert>
+#include <deque>
 #include <functional>
 #include <tuple>
 #include <utility>
@@ -100,7 +101,7 @@ struct World::Impl {
   }
 
   WorldDef def;
-  std::vector<Slot> slots;
+  std::deque<Slot> slots;  // never moved, nor more of them than have been in use at once
   std::vector<std::uint32_t> free_slots;
   std::size_t live_count = 0;
   std::vector<std::uint32_t> order;  // live slots as arrange() puts them
