@@ -191,9 +191,9 @@ TEST(Packet, with_an_enum_out_of_range_is_invalid) {
   EXPECT_EQ(round_trip_error(SetLevel{1, no_level}), DecodeError::invalid);
   EXPECT_EQ(round_trip_error(CharacterAdded{1, {}, no_level}), DecodeError::invalid);
   EXPECT_EQ(round_trip_error(GroomStatus{{}, static_cast<GroomState>(4)}), DecodeError::invalid);
-  EXPECT_EQ(round_trip_error(Error{static_cast<ErrorReason>(16), 0, {}, {}}), DecodeError::invalid);
+  EXPECT_EQ(round_trip_error(Error{static_cast<ErrorReason>(static_cast<int>(kErrorReasonLast) + 1), 0, {}, {}}), DecodeError::invalid);
   EXPECT_EQ(round_trip_error(Error{}), DecodeError::invalid) << "an error without a reason";
-  EXPECT_EQ(round_trip_error(Goodbye{static_cast<GoodbyeReason>(10), {}}), DecodeError::invalid);
+  EXPECT_EQ(round_trip_error(Goodbye{static_cast<GoodbyeReason>(static_cast<int>(kGoodbyeReasonLast) + 1), {}}), DecodeError::invalid);
   EXPECT_EQ(round_trip_error(Goodbye{}), DecodeError::invalid) << "a goodbye without a reason";
   RandomMessages random(10);
   EXPECT_EQ(round_trip_error(LevelRecord{{}, LevelIndex::rigid, random.geometry()}), DecodeError::invalid);
