@@ -41,6 +41,7 @@ Session::Session(SessionId id, std::shared_ptr<Connection> connection, SessionCo
 void Session::on_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns) {
   if (state_ == State::draining || state_ == State::closed) return;
   context_->counters.packets_received.add();
+  context_->counters.histograms.received_packet_bytes.observe(static_cast<double>(packet.size()));
   wire::Decoded decoded = wire::decode_packet(packet);
   if (decoded.error == wire::DecodeError::none) {
     on_message(std::move(decoded.envelope), now_ns);
@@ -339,6 +340,7 @@ void Session::flush(std::int64_t now_ns) {
       return;
     }
     context_->counters.packets_sent.add();
+    context_->counters.histograms.sent_packet_bytes.observe(static_cast<double>(packet.size()));
     context_->counters.bytes_sent.add(packet.size());
     connection_->send(std::move(packet));
   }

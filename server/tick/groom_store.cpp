@@ -183,6 +183,9 @@ void GroomStore::poll(std::int64_t now_ns) {
     }
     groom = next;
   }
+  counters_->gauges.grooms.set(static_cast<double>(grooms_.size()));
+  counters_->gauges.groom_upload_bytes.set(static_cast<double>(upload_bytes_));
+  counters_->gauges.groom_level_bytes.set(static_cast<double>(level_bytes_));
 }
 
 void GroomStore::take(GroomResult result, std::int64_t now_ns) {
