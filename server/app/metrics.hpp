@@ -39,7 +39,7 @@ struct Metrics {
   }
 };
 
-// "name value", a line each, of the counters that are not zero.
-std::string to_text(const Metrics& metrics);
+// The counters that are not zero: name, `between`, value, `after`, and so on.
+std::string to_text(const Metrics& metrics, char between, char after);
 
 }  // namespace hairnet::server

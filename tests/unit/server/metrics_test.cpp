@@ -10,6 +10,7 @@
 #include "server/app/metric_name.hpp"
 #include "server/app/process_gauges.hpp"
 #include "server/app/prometheus_text.hpp"
+#include "server/room/log_text.hpp"
 #include "tests/unit/server/exposition.hpp"
 
 namespace hairnet::server {
@@ -118,6 +119,12 @@ TEST(Metrics, names_say_thing_refusal_and_reason) {
   EXPECT_EQ(made("bytes_written_websocket").family, "hairnet_sent_bytes_total");
   EXPECT_EQ(made("bytes_written_websocket").label_value, "websocket");
   EXPECT_EQ(metric_name("tick_seconds", MetricKind::histogram).family, "hairnet_tick_seconds");
+}
+
+TEST(LogText, text_from_outside_stays_in_its_quotes_and_on_its_line) {
+  EXPECT_EQ(log_text("plain"), "\"plain\"");
+  EXPECT_EQ(log_text("a\" level=error \n\\"), "\"a\\\" level=error ?\\\\\"");
+  EXPECT_EQ(log_text(std::string(1000, '"')).size(), 402u);
 }
 
 TEST(Metrics, the_process_is_measured) {
