@@ -41,7 +41,7 @@ Server::Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder>
     : commands_(config.command_weight_max),
       recorder_(std::move(recorder)),
       level_cache_(make_level_cache(config, metrics.level_cache)),
-      builder_(config.grooms.groom, config.grooms.build_queue_max, recorder_ != nullptr, config.build_threads,
+      builder_(config.grooms.groom, config.grooms.build_queue_max, config.build_threads,
                level_cache_ ? &*level_cache_ : nullptr),
       grooms_(config.grooms, builder_, commands_, metrics.groom,
               [this](SessionId id, const wire::Message& message, std::int64_t at_ns) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/tick/measure.hpp"
 
 namespace hairnet::server {
 namespace {
@@ -50,6 +51,7 @@ Scheduler::Scheduler(const SchedulerDef& def, CommandQueue& commands, RoomCounte
       rooms_(room_counters, def.wind, def.room_grace_ns),
       simulation_(def_.world, def_.wind),
       publisher_(def_.publish, counters) {
+  counters_->gauges.tick_budget_seconds.set(def_.world.tick_s);
   if (recorder_) recorder_->put(header_of(def_));
 }
 
@@ -70,6 +72,7 @@ void Scheduler::run_tick(const TickClock::Tick& tick, std::int64_t now_ns) {
   record_grooms();
   step(now_ns);
   publisher_.publish(rooms_, simulation_, inputs_, def_.world.parallel_for, now_ns);
+  if (tick.tick % def_.tick_rate_hz == 0) measure(rooms_, simulation_, counters_->gauges);
   record();
   rooms_.poll(now_ns);
 }
@@ -188,6 +191,7 @@ struct Scheduler::Taker {
 };
 
 void Scheduler::take_commands(std::int64_t now_ns) {
+  counters_->gauges.commands_waiting.set(static_cast<double>(commands_->weight()));
   commands_->take_all(taken_);
   for (Command& command : taken_) std::visit(Taker{*this, now_ns}, command);
   taken_.clear();
@@ -205,10 +209,14 @@ void Scheduler::remove(CharacterKey key, std::int64_t now_ns) {
 }
 
 void Scheduler::sample_poses() {
+  const std::int64_t tick_ns = inputs_.sample_time_ns + def_.pose_delay_ns;
+  Histogram::Tally ages(counters_->histograms.pose_age_seconds);
   for (auto& [key, character] : rooms_.characters()) {
     character.discontinuous = false;
     const PoseInbox::Sample sample = rooms_.sample(character, inputs_.sample_time_ns);
     if (sample.kind == PoseInbox::Kind::none) continue;
+    // Of a clock that is ahead of ours a pose may come from a moment later than the tick.
+    ages.observe(static_cast<double>(std::max<std::int64_t>(0, tick_ns - *character.inbox.newest_ns())) * 1e-9);
     // An extrapolation may leave the bounds that poses are held to, and clients hold frames to.
     if (wire::validate_pose(sample.pose) != wire::PoseRefusal::none) continue;
     // What the step uses is what the frame and the recording say, bit for bit.
