@@ -99,6 +99,8 @@ void add_server(List& list, Config& c) {
   list.number(c.pose_delay_ms, "pose_delay_ms", 0, 200, "poses are sampled this far back");
   list.whole(c.ticks_behind_max, "ticks_behind_max", 1, 1000, "more overdue ticks than this are skipped");
   list.whole(c.workers, "workers", 0, 256, "threads of a tick; 0: the machine's less one");
+  list.text(c.token_key_file, "token_key_file",
+            "clients need tokens signed by the key in this file (hairnet-token key); empty: they need none");
   list.number(c.drain_s, "drain_s", 0, 600, "at shutdown, for clients to take what waits for them");
   list.text(c.record, "record", "write a recording to this file; empty: none");
 }
@@ -131,6 +133,11 @@ void add_limits(List& list, Config& c) {
   list.whole(s.character_count_max, "characters_max", 1, 65'536, "characters of all clients");
   list.whole(s.characters_per_session_max, "characters_per_client_max", 1, 65'536,
              "characters of one client; the lower of this and all of them");
+  list.whole(s.room_count_max, "rooms_max", 1, 65'536, "rooms at once");
+  list.whole(s.sessions_per_room_max, "clients_per_room_max", 1, 10'000, "clients of one room");
+  list.whole(s.characters_per_room_max, "characters_per_room_max", 1, 65'536, "characters of one room");
+  list.whole(s.downloads_per_session_max, "downloads_per_client_max", 1, 65'536,
+             "grooms of others that a client may have asked for at once");
   list.whole(s.control_bytes_max, "control_bytes_max", 1 << 20, kGiB,
              "unsent answers and level records of a client; more ends its session");
   list.whole(s.frame_packet_bytes_max, "frame_packet_bytes_max", 4096, static_cast<std::int64_t>(wire::kPacketBytesMax),
@@ -143,6 +150,8 @@ void add_limits(List& list, Config& c) {
   list.number(s.poses_burst, "poses_burst", 1, 1e8, "poses of a client, at once");
   list.seconds(s.handshake_timeout_ns, "handshake_timeout_s", 0.1, 600, "without a Hello, a client is told goodbye");
   list.seconds(s.idle_timeout_ns, "idle_timeout_s", 1, 86'400, "without a word, a client is told goodbye");
+  list.seconds(s.resume_grace_ns, "resume_grace_s", 0, 3600, "a client may come back so long after its connection broke");
+  list.seconds(c.room_grace_ns, "room_grace_s", 0, 86'400, "an empty room, and its wind, stays so long");
   list.seconds(s.slow_consumer_ns, "slow_consumer_s", 0.1, 600, "without reading, a client is told goodbye");
   list.seconds(s.drain_timeout_ns, "goodbye_timeout_s", 0, 600, "for a client to take its goodbye");
 }

@@ -71,7 +71,7 @@ struct PutPoses {
 struct GroomReady {
   wire::GroomHash groom{};
   std::shared_ptr<const LevelSet> levels;
-  std::shared_ptr<const std::vector<std::uint8_t>> bytes;  // for the recording; null without one
+  std::shared_ptr<const std::vector<std::uint8_t>> bytes;  // for the recording
 };
 struct ForgetGroom {  // no session holds it any more
   wire::GroomHash groom{};

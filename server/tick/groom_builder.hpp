@@ -26,7 +26,7 @@ struct GroomResult {
   wire::ErrorReason reason = wire::ErrorReason::none;   // when refused
   std::string detail;
   std::shared_ptr<const LevelSet> levels;
-  std::shared_ptr<const std::vector<std::uint8_t>> bytes;  // when asked to keep them
+  std::shared_ptr<const std::vector<std::uint8_t>> bytes;  // of the file, when it is ready
 };
 
 // Uploaded bytes to levels: check the hash, decode, build, or read from the cache what was built before. A second of
