@@ -106,6 +106,7 @@ ParsedConfig parse_config(int argc, const char* const* argv) {
 std::string validate(const Config& config) {
   const SessionLimits& s = config.sessions;
   if (std::string fault = validate(config.wind); !fault.empty()) return fault;
+  if (std::string fault = validate(config.transport); !fault.empty()) return fault;
   // A NaN passes a range check of the command line.
   if (!(config.pose_delay_ms >= 0 && config.pose_delay_ms <= 200)) return "--pose-delay-ms: not in 0 to 200";
   if (config.grooms.groom_bytes_max > config.grooms.upload_bytes_max)
