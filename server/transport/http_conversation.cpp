@@ -170,7 +170,7 @@ class Conversation {
     const bool body_follows = with_body && reply.status != 304;
     if (body_follows) piece += reply.body;
     std::uint64_t left = body_follows && reply.body.empty() ? reply.file_bytes : 0;
-    for (std::uint64_t offset = 0; !piece.empty();) {
+    for (std::uint64_t offset = 0;;) {
       if (left > 0) {  // the first piece leaves with the header
         const std::size_t before = piece.size();
         piece.resize(before + std::min<std::uint64_t>(left, kFilePieceBytes));
@@ -189,11 +189,9 @@ class Conversation {
         stream_->close();
         co_return false;
       }
+      if (left == 0) co_return true;
       piece.clear();
-      if (left > 0) piece.reserve(kFilePieceBytes);
-      if (left == 0) break;
     }
-    co_return true;
   }
 
   std::optional<HttpReply> refuse_upgrade(const Request& request) {

@@ -36,7 +36,8 @@ std::uint64_t address_number(const asio::ip::address& address) {
 
 std::string shown(const tcp::endpoint& endpoint) {
   asio::ip::address address = endpoint.address();
-  if (address.is_v6() && address.to_v6().is_v4_mapped()) address = make_address_v4(asio::ip::v4_mapped, address.to_v6());
+  if (address.is_v6() && address.to_v6().is_v4_mapped())
+    address = make_address_v4(asio::ip::v4_mapped, address.to_v6());
   std::ostringstream text;
   text << tcp::endpoint(address, endpoint.port());
   return text.str();
