@@ -33,7 +33,6 @@ void pass_on_discontinuities(const wire::FrameBatch& dropped, wire::FrameBatch& 
 }  // namespace
 
 bool EventQueue::push(Event event) {
-  const std::lock_guard lock(mutex_);
   if (ended_) return true;
   if (const auto* batch = std::get_if<wire::FrameBatch>(&event)) {
     frame_bytes_ += bytes_of(*batch);
@@ -49,7 +48,6 @@ bool EventQueue::push(Event event) {
 }
 
 void EventQueue::push_last(Disconnected event) {
-  const std::lock_guard lock(mutex_);
   if (ended_) return;
   ended_ = true;
   events_.emplace_back(std::move(event));
@@ -66,18 +64,10 @@ void EventQueue::drop_oldest_frames() {
 }
 
 std::vector<Event> EventQueue::take_all() {
-  std::deque<Event> taken;
-  {
-    const std::lock_guard lock(mutex_);
-    taken.swap(events_);
-    frame_bytes_ = other_bytes_ = 0;
-  }
-  return {std::make_move_iterator(taken.begin()), std::make_move_iterator(taken.end())};
-}
-
-std::uint64_t EventQueue::frames_dropped() const {
-  const std::lock_guard lock(mutex_);
-  return frames_dropped_;
+  frame_bytes_ = other_bytes_ = 0;
+  std::vector<Event> taken{std::make_move_iterator(events_.begin()), std::make_move_iterator(events_.end())};
+  events_.clear();
+  return taken;
 }
 
 }  // namespace hairnet::link

@@ -1,47 +1,26 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <string>
-#include <variant>
 #include <vector>
 
+#include "client/link/address.hpp"
+#include "client/link/events.hpp"
+#include "client/link/link_core.hpp"
 #include "core/groom/groom.hpp"
 #include "core/result.hpp"
-#include "schema/wire/messages.hpp"
 
 namespace hairnet::link {
 
 struct LinkOptions {
-  std::string host = "127.0.0.1";
-  std::uint16_t port = 7420;
-  std::string client_name = "hairnet-link";
-  double connect_timeout_s = 5;
-  double keep_alive_s = 15;  // after so long without anything to send, an empty pose batch goes out
+  Address server;
+  TlsOptions tls;
+  CoreOptions core;
 };
 
-// What the server told us, in order.
-struct Connected {
-  wire::Welcome welcome;
-};
-// The last event. `reason` is the server's, or client_leaves after close(), or none when the connection broke; `detail`
-// says in one line what happened.
-struct Disconnected {
-  wire::GoodbyeReason reason = wire::GoodbyeReason::none;
-  std::string detail;
-};
-using Event = std::variant<Connected, Disconnected, wire::GroomStatus, wire::CharacterAdded, wire::CharacterRemoved,
-                           wire::LevelRecord, wire::FrameBatch, wire::Error>;
-
-struct LinkCounters {
-  std::uint64_t bytes_sent = 0, bytes_received = 0;
-  std::uint64_t frame_bytes_received = 0;  // of packets that hold frames
-  std::uint64_t frames_dropped = 0;        // not polled in time
-  std::uint64_t poses_dropped = 0;         // not sent in time
-};
-
-// One connection to a server. Owns its I/O thread; every call is for one thread and none blocks, but connect().
+// A client's conversation with a server over a socket: a LinkCore, and a thread that drives it. Every call is for one
+// thread and none blocks, but connect().
 class Link {
  public:
   explicit Link(LinkOptions options);

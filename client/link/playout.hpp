@@ -12,7 +12,8 @@
 namespace hairnet::link {
 
 // Frames of one character, played out smoothly a little behind the newest: interpolated between two, held at the last
-// for a moment when none comes, then eased to rest; a sleeping character is held until it wakes. Time is a parameter, always on the client's clock. One thread.
+// for a moment when none comes, then eased to rest; a sleeping character is held until it wakes. Time is a parameter,
+// always on the client's clock. One thread.
 //
 // A frame is late by its arrival less its sample time. Playing lags by the least lateness of the last frames, plus one
 // frame interval (there must be a frame to interpolate to), plus their jitter or half an interval, whichever is more.
