@@ -1,9 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <variant>
+#include <vector>
 
+#include "client/link/frame.hpp"
 #include "schema/wire/messages.hpp"
 
 namespace hairnet::link {
@@ -11,8 +14,7 @@ namespace hairnet::link {
 // What a server told its client, in order.
 struct Connected {
   wire::Welcome welcome;
-  bool again = false;    // after Reconnecting; all that was asked for is being said anew
-  bool resumed = false;  // the server still had the session
+  bool again = false;  // after Reconnecting; `welcome.resumed` says whether the server still had the session
 };
 // The connection is lost and will be made anew; Connected or Disconnected follows.
 struct Reconnecting {
@@ -26,7 +28,20 @@ struct Disconnected {
   wire::GoodbyeReason reason = wire::GoodbyeReason::none;
   std::string detail;
 };
-using Event = std::variant<Connected, Reconnecting, Disconnected, wire::GroomStatus, wire::CharacterAdded,
-                           wire::CharacterRemoved, wire::LevelRecord, wire::FrameBatch, wire::Error>;
+// How frames of a level are read.
+struct LevelKnown {
+  wire::GroomHash groom{};
+  LevelIndex level = LevelIndex::high;
+  std::shared_ptr<const LevelGeometry> geometry;
+};
+// A groom that was requested: its file's bytes, as wire::decode_groom takes them; or null, and why in one line.
+struct GroomFetched {
+  wire::GroomHash hash{};
+  std::shared_ptr<const std::vector<std::uint8_t>> bytes;
+  std::string fault;
+};
+using Event =
+    std::variant<Connected, Reconnecting, Disconnected, wire::GroomStatus, wire::CharacterAdded, wire::CharacterRemoved,
+                 wire::MemberJoined, wire::MemberLeft, LevelKnown, FrameBatch, GroomFetched, wire::Error>;
 
 }  // namespace hairnet::link

@@ -232,6 +232,18 @@ void Link::set_wind(const Wind& wind) {
   impl_->ask([&](LinkCore& core) { core.set_wind(wind); });
 }
 
+void Link::observe(const wire::Observe& wanted) {
+  impl_->ask([&](LinkCore& core) { core.observe(wanted); });
+}
+
+void Link::report_importance(const std::vector<wire::MemberImportance>& members) {
+  impl_->ask([&](LinkCore& core) { core.report_importance(members); });
+}
+
+void Link::request_groom(const wire::GroomHash& hash) {
+  impl_->ask([&](LinkCore& core) { core.request_groom(hash); });
+}
+
 void Link::remove_character(std::uint32_t character) {
   impl_->ask([&](LinkCore& core) { core.remove_character(character); });
 }

@@ -16,6 +16,8 @@ constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::max();
 constexpr std::int64_t kGoodbyeWait_ns = 400'000'000;
 // A session that lasted so long was no failed attempt: the next one comes soon again.
 constexpr std::int64_t kStable_ns = 5'000'000'000;
+// After a resume the server tells of all members at once; who is not among them by then has left meanwhile.
+constexpr std::int64_t kMembersToldAgain_ns = 1'000'000'000;
 
 std::int64_t to_ns(double seconds) {
   return std::llround(seconds * 1e9);
@@ -23,13 +25,15 @@ std::int64_t to_ns(double seconds) {
 
 // A refusal of a whole groom, after which its bytes are of no use.
 bool ends_upload(const wire::Error& error) {
-  return error.character == 0 && error.groom != wire::GroomHash{};
+  return error.reason != wire::ErrorReason::groom_unavailable && error.character == 0 &&
+         error.groom != wire::GroomHash{};
 }
 
 // The same client would be refused again, by the same server or the next.
 bool is_final(GoodbyeReason reason) {
   return reason == GoodbyeReason::client_leaves || reason == GoodbyeReason::protocol_error ||
-         reason == GoodbyeReason::version_unsupported;
+         reason == GoodbyeReason::version_unsupported || reason == GoodbyeReason::token_refused ||
+         reason == GoodbyeReason::session_taken_over;
 }
 
 bool may_come_first(const wire::Message& message) {
@@ -40,7 +44,11 @@ bool may_come_first(const wire::Message& message) {
 }  // namespace
 
 LinkCore::LinkCore(CoreOptions options)
-    : options_(std::move(options)), backoff_(options_.seed), splitter_(wire::kPacketBytesMax), uploads_(kChunkBytes) {}
+    : options_(std::move(options)),
+      backoff_(options_.seed),
+      splitter_(wire::kPacketBytesMax),
+      uploads_(kChunkBytes),
+      members_(options_.catalog ? options_.catalog : std::make_shared<LevelCatalog>(), options_.decode_share) {}
 
 void LinkCore::start() {
   if (state_ == State::idle) state_ = State::wanting;
@@ -53,7 +61,7 @@ void LinkCore::offer_groom(const wire::GroomHash& hash, Roster::Bytes bytes) {
 }
 
 void LinkCore::add_character(std::uint32_t character, const wire::GroomHash& groom, LevelIndex level) {
-  const wire::AddCharacter added{character, groom, level};
+  const wire::AddCharacter added{character, groom, level, {}};
   roster_.add(added);
   say(added);
 }
@@ -79,6 +87,15 @@ void LinkCore::set_wind(const Wind& wind) {
 void LinkCore::remove_character(std::uint32_t character) {
   roster_.remove(character);
   say(wire::RemoveCharacter{character});
+}
+
+void LinkCore::observe(wire::Observe wanted) {
+  roster_.observe(wanted);
+  say(std::move(wanted));
+}
+
+void LinkCore::request_groom(const wire::GroomHash& hash) {
+  if (const auto request = fetch_.request(hash)) say(*request);
 }
 
 void LinkCore::push_poses(std::vector<wire::PoseSample> poses) {
@@ -109,6 +126,13 @@ void LinkCore::poll(std::int64_t now_ns) {
     if (queue_.empty()) say(wire::PoseBatch{});  // nothing to say, but still here
     sent_ns_ = now_ns;
   }
+  if (active()) {
+    if (std::optional<wire::ReportImportance> report = importance_.take(now_ns)) say(std::move(*report));
+    if (now_ns >= members_due_ns_) {
+      members_due_ns_ = kNever_ns;
+      tell_left(members_.drop_unconfirmed());
+    }
+  }
   if (now_ns < deadline_ns_) return;
   switch (state_) {
     case State::waiting:
@@ -132,8 +156,9 @@ void LinkCore::poll(std::int64_t now_ns) {
 
 std::int64_t LinkCore::next_deadline_ns() const {
   if (ended()) return kNever_ns;
-  const std::int64_t keep_alive_ns = active() ? sent_ns_ + to_ns(options_.keep_alive_s) : kNever_ns;
-  return std::min({deadline_ns_, give_up_ns_, keep_alive_ns});
+  const std::int64_t least_ns = std::min(deadline_ns_, give_up_ns_);
+  if (!active()) return least_ns;
+  return std::min({least_ns, members_due_ns_, importance_.due_ns(), sent_ns_ + to_ns(options_.keep_alive_s)});
 }
 
 bool LinkCore::wants_close() const {
@@ -153,6 +178,13 @@ void LinkCore::on_open(std::int64_t) {
   state_ = State::greeting;
   wire::Hello hello;
   hello.client_name = options_.client_name;
+  hello.room = options_.room;
+  hello.token = options_.token;
+  hello.role = options_.role;
+  if (welcome_) {
+    hello.session = welcome_->session;
+    hello.secret = welcome_->secret;
+  }
   queue_.clear();
   if (!queue_.push(std::move(hello))) end(GoodbyeReason::none, "no room for a hello");
 }
@@ -170,6 +202,11 @@ void LinkCore::lose(GoodbyeReason reason, std::string detail, std::int64_t now_n
     if (now_ns - active_since_ns_ >= kStable_ns) backoff_.reset();
     give_up_ns_ = options_.give_up_after_s > 0 ? now_ns + to_ns(options_.give_up_after_s) : kNever_ns;
   }
+  for (const auto& [number, character] : roster_.characters()) {
+    if (std::optional<wire::HairState> state = members_.hair_state(number)) roster_.remember(number, std::move(*state));
+  }
+  members_.forget_frames();
+  members_due_ns_ = kNever_ns;
   queue_.clear();
   uploads_.clear();
   state_ = State::waiting;
@@ -222,7 +259,8 @@ void LinkCore::on_packet(std::span<const std::uint8_t> packet, std::int64_t now_
     return lose(GoodbyeReason::protocol_error, "the server sent a bad packet: " + decoded.detail, now_ns);
   wire::Message& message = decoded.envelope.message;
   // A new session may be of another server, whose clock is another.
-  if (std::holds_alternative<wire::Welcome>(message) && state_ == State::greeting) clock_ = channel::ClockEstimate();
+  if (const auto* welcome = std::get_if<wire::Welcome>(&message); welcome && !welcome->resumed)
+    clock_ = channel::ClockEstimate();
   clock_.observe(decoded.envelope.clock_ns, now_ns);
   if (std::holds_alternative<wire::FrameBatch>(message)) counters_.frame_bytes_received += packet.size();
   if (state_ == State::greeting && !may_come_first(message))
@@ -242,14 +280,38 @@ void LinkCore::on(wire::Welcome& welcome, std::int64_t now_ns) {
   deadline_ns_ = give_up_ns_ = kNever_ns;
   active_since_ns_ = now_ns;
   const bool again = welcome_.has_value();
+  const bool resumed = again && welcome.resumed;
   welcome_ = welcome;
   counters_.reconnects += again;
-  push(Connected{welcome, again, false});
-  Roster::Again wishes = roster_.say_again(false);
+  counters_.resumes += resumed;
+  push(Connected{welcome, again});
+  if (resumed) {
+    members_.expect_all_again();
+    members_due_ns_ = now_ns + kMembersToldAgain_ns;
+  } else {
+    tell_left(members_.drop_all());
+  }
+  say_all_again(resumed);
+}
+
+void LinkCore::say_all_again(bool resumed) {
+  Roster::Again wishes = roster_.say_again(resumed);
   for (auto& [hash, bytes] : wishes.offers) {
     if (const auto offer = uploads_.offer(hash, std::move(bytes))) say(*offer);
   }
   for (wire::Message& message : wishes.messages) say(std::move(message));
+  for (const wire::GroomRequest& request : fetch_.request_again()) say(request);
+  if (resumed)
+    importance_.say_all_again();
+  else
+    importance_.forget_all();
+}
+
+void LinkCore::tell_left(const std::vector<std::uint32_t>& members) {
+  for (const std::uint32_t member : members) {
+    importance_.forget(member);
+    push(wire::MemberLeft{member});
+  }
 }
 
 void LinkCore::on(wire::GroomNeed& need, std::int64_t) {
@@ -266,23 +328,75 @@ void LinkCore::on(wire::GroomStatus& status, std::int64_t) {
 
 void LinkCore::on(wire::CharacterAdded& added, std::int64_t) {
   roster_.on_added(added.character);
-  push(added);
+  if (members_.add_own(added)) push(added);
 }
 
 void LinkCore::on(wire::CharacterRemoved& removed, std::int64_t) {
   roster_.on_removed(removed.character);
+  members_.remove_own(removed.character);
   push(removed);
 }
 
-void LinkCore::on(wire::LevelRecord& record, std::int64_t) {
-  push(std::move(record));
+void LinkCore::on(wire::MemberJoined& joined, std::int64_t) {
+  if (members_.join(joined)) push(joined);
 }
 
-void LinkCore::on(wire::FrameBatch& batch, std::int64_t) {
-  push(std::move(batch));
+void LinkCore::on(wire::MemberLeft& left, std::int64_t) {
+  importance_.forget(left.member);
+  if (members_.leave(left.member)) push(left);
+}
+
+void LinkCore::on(wire::LevelRecord& record, std::int64_t) {
+  LevelKnown known{record.groom, record.level, {}};
+  known.geometry = members_.learn(std::move(record));
+  push(std::move(known));
+}
+
+void LinkCore::on(wire::GroomData& data, std::int64_t) {
+  if (std::optional<GroomFetched> fetched = fetch_.take(data)) push(std::move(*fetched));
+}
+
+void LinkCore::on(wire::FrameBatch& batch, std::int64_t now_ns) {
+  FrameBatch decoded{batch.tick, batch.sample_time_ns, {}};
+  if (!sink_) decoded.frames.reserve(batch.frames.size());
+  wire::RequestKeyframes keyframes;
+  for (const wire::Frame& frame : batch.frames) {
+    const Members::Taken taken = members_.take(frame, batch.tick, now_ns);
+    ++counters_.frames_received;
+    counters_.frames_unknown += taken.outcome == Members::Outcome::unknown;
+    counters_.frames_undecodable += taken.outcome == Members::Outcome::undecodable;
+    if (taken.wants_keyframe && keyframes.members.size() < wire::kMembersPerMessageMax)
+      keyframes.members.push_back(frame.member);
+    if (taken.outcome != Members::Outcome::unknown) pass_on(batch, frame, taken, decoded);
+  }
+  if (!keyframes.members.empty()) say(std::move(keyframes));
+  if (!decoded.frames.empty()) push(std::move(decoded));
+}
+
+void LinkCore::pass_on(const wire::FrameBatch& batch, const wire::Frame& frame, const Members::Taken& taken,
+                       FrameBatch& decoded) {
+  if (sink_) {
+    sink_->on_frame({batch.tick, batch.sample_time_ns, frame, taken.character, taken.discontinuous,
+                     taken.outcome == Members::Outcome::undecodable, taken.integers,
+                     taken.integers ? &taken.pose : nullptr, taken.geometry.get()});
+  } else if (taken.integers) {
+    Frame& out = decoded.frames.emplace_back();
+    out.member = frame.member;
+    out.character = taken.character;
+    out.level = frame.level;
+    out.error_class = frame.error_class;
+    out.discontinuous = taken.discontinuous;
+    out.asleep = frame.asleep;
+    out.step_s = static_cast<float>(frame.step_stride) / static_cast<float>(welcome_->tick_rate_hz);
+    out.pose = taken.pose;
+    out.displacements = taken.integers->nodes;
+    out.velocities = taken.integers->velocities;
+    out.geometry = taken.geometry;
+  }
 }
 
 void LinkCore::on(wire::Error& error, std::int64_t) {
+  if (error.reason == wire::ErrorReason::groom_unavailable) fetch_.refuse(error.groom);
   if (ends_upload(error)) {
     uploads_.drop(error.groom);
     roster_.on_refused(error.groom);

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -10,6 +11,10 @@
 #include "client/link/backoff.hpp"
 #include "client/link/event_queue.hpp"
 #include "client/link/events.hpp"
+#include "client/link/groom_fetch.hpp"
+#include "client/link/importance.hpp"
+#include "client/link/level_catalog.hpp"
+#include "client/link/members.hpp"
 #include "client/link/roster.hpp"
 #include "client/link/send_queue.hpp"
 #include "client/link/upload_queue.hpp"
@@ -21,11 +26,15 @@ namespace hairnet::link {
 
 struct CoreOptions {
   std::string client_name = "hairnet-link";
+  std::string room, token;  // empty: the lobby; none
+  wire::Role role = wire::Role::participant;
   double connect_timeout_s = 5;  // from the attempt to the welcome
   double keep_alive_s = 15;      // after so long without anything to send, an empty pose batch goes out
   bool reconnect = true;         // once welcomed; a first attempt that fails is the last
   double give_up_after_s = 0;    // of trying to reconnect; 0: never
   std::uint64_t seed = 1;        // of the waits between attempts
+  double decode_share = 1;       // of the members, whose frames are decoded; those of the others are only counted
+  std::shared_ptr<LevelCatalog> catalog = {};  // shared by cores of one thread; null: one of its own
 };
 
 struct LinkCounters {
@@ -33,8 +42,32 @@ struct LinkCounters {
   std::uint64_t frame_bytes_received = 0;  // of packets that hold frames
   std::uint64_t frames_dropped = 0;        // not polled in time
   std::uint64_t poses_dropped = 0;         // not sent in time
-  std::uint64_t reconnects = 0;            // welcomes after the first
-  std::uint64_t resumes = 0;               // of these, by a server that still had the session
+  std::uint64_t frames_received = 0;
+  std::uint64_t frames_undecodable = 0;  // what they refer to was missing, or their bytes were wrong
+  std::uint64_t frames_unknown = 0;      // of no member that was told of, or no newer than the last
+  std::uint64_t reconnects = 0;          // welcomes after the first
+  std::uint64_t resumes = 0;             // of these, by a server that still had the session
+};
+
+// A frame as it came, before any copy.
+struct ReceivedFrame {
+  std::uint64_t tick = 0;
+  std::int64_t sample_time_ns = 0;  // server clock
+  const wire::Frame& frame;
+  std::uint32_t character = 0;  // one's own number; 0: another's
+  bool discontinuous = false;   // the frame's own, or of one before it that could not be decoded
+  bool undecodable = false;
+  const codec::Integers* integers = nullptr;  // null: not decoded
+  const Pose* pose = nullptr;                 // likewise
+  const LevelGeometry* geometry = nullptr;    // likewise, or rigid
+};
+
+// Takes frames in place of events: for who drives many cores. Called within on_bytes() and on_packet(), not to call
+// back.
+class FrameSink {
+ public:
+  virtual ~FrameSink() = default;
+  virtual void on_frame(const ReceivedFrame& frame) = 0;
 };
 
 // A client's whole conversation with a server, without socket, clock and thread: bytes and times in, packets and events
@@ -67,6 +100,12 @@ class LinkCore {
   void set_wind(const Wind& wind);
   void remove_character(std::uint32_t character);
   void push_poses(std::vector<wire::PoseSample> poses);
+  void observe(wire::Observe wanted);
+  // Said a few times a second at most, and what has changed enough to matter.
+  void report_importance(std::span<const wire::MemberImportance> members) { importance_.report(members); }
+  // Another's groom: GroomFetched follows, or an Error (groom_unavailable).
+  void request_groom(const wire::GroomHash& hash);
+  void set_frame_sink(FrameSink* sink) { sink_ = sink; }
   void leave(std::int64_t now_ns);  // says goodbye; ended() follows
   std::vector<Event> take_events() { return events_.take_all(); }
   [[nodiscard]] bool active() const { return state_ == State::active; }
@@ -100,12 +139,19 @@ class LinkCore {
   void on(wire::GroomStatus& status, std::int64_t now_ns);
   void on(wire::CharacterAdded& added, std::int64_t now_ns);
   void on(wire::CharacterRemoved& removed, std::int64_t now_ns);
+  void on(wire::MemberJoined& joined, std::int64_t now_ns);
+  void on(wire::MemberLeft& left, std::int64_t now_ns);
   void on(wire::LevelRecord& record, std::int64_t now_ns);
+  void on(wire::GroomData& data, std::int64_t now_ns);
   void on(wire::FrameBatch& batch, std::int64_t now_ns);
   void on(wire::Error& error, std::int64_t now_ns);
   void on(wire::Goodbye& goodbye, std::int64_t now_ns);
 
   void say(wire::Message message);
+  void say_all_again(bool resumed);
+  void pass_on(const wire::FrameBatch& batch, const wire::Frame& frame, const Members::Taken& taken,
+               FrameBatch& decoded);
+  void tell_left(const std::vector<std::uint32_t>& members);
   void push(Event event);
   void lose(wire::GoodbyeReason reason, std::string detail, std::int64_t now_ns);
   void end(wire::GoodbyeReason reason, std::string detail);
@@ -114,8 +160,9 @@ class LinkCore {
   State state_ = State::idle;
   bool connection_ = false;  // from on_opening() to on_closed()
   bool goodbye_taken_ = false;
-  std::int64_t deadline_ns_ = std::numeric_limits<std::int64_t>::max();  // of the state
-  std::int64_t give_up_ns_ = std::numeric_limits<std::int64_t>::max();   // while reconnecting
+  std::int64_t deadline_ns_ = std::numeric_limits<std::int64_t>::max();     // of the state
+  std::int64_t give_up_ns_ = std::numeric_limits<std::int64_t>::max();      // while reconnecting
+  std::int64_t members_due_ns_ = std::numeric_limits<std::int64_t>::max();  // all told of again, after a resume
   std::int64_t active_since_ns_ = 0;
   std::int64_t sent_ns_ = 0;  // when a packet, or a sign of life, went out last
   Backoff backoff_;
@@ -124,6 +171,10 @@ class LinkCore {
   Roster roster_;
   UploadQueue uploads_;
   SendQueue queue_;
+  Members members_;
+  Importance importance_;
+  GroomFetch fetch_;
+  FrameSink* sink_ = nullptr;
   EventQueue events_;
   LinkCounters counters_;
   std::optional<wire::Welcome> welcome_;

@@ -9,7 +9,7 @@ void Roster::offer(const wire::GroomHash& hash, Bytes bytes) {
 }
 
 void Roster::add(const wire::AddCharacter& added) {
-  characters_[added.character] = {added.groom, added.level, {}, false};
+  characters_[added.character] = {added.groom, added.level, {}, added.state, false};
 }
 
 void Roster::set_level(const wire::SetLevel& wanted) {
@@ -25,6 +25,11 @@ void Roster::set_material(const wire::SetMaterial& wanted) {
 void Roster::remove(std::uint32_t character) {
   characters_.erase(character);
   leaving_.insert(character);
+}
+
+void Roster::remember(std::uint32_t character, wire::HairState state) {
+  if (const auto found = characters_.find(character); found != characters_.end())
+    found->second.state = std::move(state);
 }
 
 void Roster::on_ready(const wire::GroomHash& hash) {
@@ -58,12 +63,13 @@ Roster::Again Roster::say_again(bool resumed) {
     if (character.confirmed) {
       again.messages.push_back(wire::SetLevel{number, character.level});
     } else {
-      again.messages.push_back(wire::AddCharacter{number, character.groom, character.level});
+      again.messages.push_back(wire::AddCharacter{number, character.groom, character.level, character.state});
       if (resumed) said_twice_.insert(number);
     }
     if (character.material) again.messages.push_back(wire::SetMaterial{number, *character.material});
   }
   if (wind_) again.messages.push_back(*wind_);
+  if (observe_) again.messages.push_back(*observe_);
   return again;
 }
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "schema/wire/messages.hpp"
@@ -20,7 +21,8 @@ class Roster {
     wire::GroomHash groom{};
     LevelIndex level = LevelIndex::high;
     std::optional<MaterialScale> material;
-    bool confirmed = false;  // CharacterAdded has come
+    std::optional<wire::HairState> state;  // as it was when the connection broke
+    bool confirmed = false;                // CharacterAdded has come
   };
 
   void offer(const wire::GroomHash& hash, Bytes bytes);  // kept until the groom is refused
@@ -28,7 +30,10 @@ class Roster {
   void set_level(const wire::SetLevel& wanted);
   void set_material(const wire::SetMaterial& wanted);
   void set_wind(const wire::SetWind& wanted) { wind_ = wanted; }
+  void observe(wire::Observe wanted) { observe_ = std::move(wanted); }
   void remove(std::uint32_t character);
+  // The hair of a character is to go on from there, should the server have forgotten it.
+  void remember(std::uint32_t character, wire::HairState state);
 
   void on_ready(const wire::GroomHash& hash);
   void on_refused(const wire::GroomHash& hash) { grooms_.erase(hash); }
@@ -56,6 +61,7 @@ class Roster {
   std::set<std::uint32_t> leaving_;     // removed, and not confirmed
   std::set<std::uint32_t> said_twice_;  // characters of which the server may have heard already
   std::optional<wire::SetWind> wind_;
+  std::optional<wire::Observe> observe_;
 };
 
 }  // namespace hairnet::link
