@@ -231,10 +231,16 @@ std::size_t frame_bytes(const Frame& frame) {
   return packed_bytes(frame, 0);
 }
 
+void set_clock(std::span<std::uint8_t> packet, std::int64_t clock_ns) {
+  auto* root = flatbuffers::GetMutableRoot<flatbuffers::Table>(packet.data() + sizeof(flatbuffers::uoffset_t));
+  [[maybe_unused]] const bool is_set = root->SetField<std::int64_t>(fb::Envelope::VT_CLOCK_NS, clock_ns, clock_ns);
+}
+
 std::vector<std::uint8_t> encode_packet(const Envelope& envelope) {
   const std::size_t bulk = bulk_bytes(envelope.message);
   if (bulk > kPacketBytesMax) return {};
   FlatBufferBuilder builder(bulk + kPacketOverheadBytesMax);
+  builder.ForceDefaults(envelope.clock_ns == 0);  // the clock is there to be set later
   const Body written = std::visit([&](const auto& message) { return write(builder, message); }, envelope.message);
   const auto root = fb::CreateEnvelope(builder, envelope.clock_ns, written.type, written.offset);
   std::vector<std::uint8_t> packet = finish(builder, root, fb::EnvelopeIdentifier());

@@ -280,6 +280,9 @@ const char* to_string(GoodbyeReason reason);
 // may not travel becomes '?', what is too long is cut). Empty when the packet would exceed kPacketBytesMax.
 std::vector<std::uint8_t> encode_packet(const Envelope& envelope);
 
+// Sets the clock of a packet of encode_packet, which may have waited since.
+void set_clock(std::span<std::uint8_t> packet, std::int64_t clock_ns);
+
 // Bytes that a frame takes in a batch, at most. Batches whose frames sum to at most kPacketBytesMax -
 // kPacketOverheadBytesMax can be sent.
 std::size_t frame_bytes(const Frame& frame);
