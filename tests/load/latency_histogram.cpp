@@ -67,6 +67,7 @@ double LatencyHistogram::quantile_ms(double share) const {
   std::uint64_t seen = 0;
   for (std::size_t i = 0; i < bins_.size(); ++i) {
     seen += bins_[i];
+    if (seen == count_) return max_ms();
     if (seen >= std::max<std::uint64_t>(wanted, 1)) {
       const double upper_ns = axis().value(static_cast<double>(i) + 1);
       return std::clamp(upper_ns * 1e-6, min_ms(), max_ms());

@@ -37,7 +37,7 @@ details{margin:.5rem 0}
 )";
 
 std::string number(double value) {
-  return std::abs(value) >= 1e5 ? fmt::format("{:.0f}", value) : fmt::format("{:.4g}", value);
+  return std::abs(value) >= 1e3 ? fmt::format("{:.0f}", value) : fmt::format("{:.4g}", value);
 }
 
 class Page {
