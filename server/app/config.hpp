@@ -9,7 +9,7 @@
 
 namespace hairnet::server {
 
-// Everything that can be set, and every limit.
+// Everything that can be set, and every limit. settings.cpp has each one's flag, key and range.
 struct Config {
   std::string bind = "127.0.0.1";
   std::uint16_t port = 7420;  // 0: the system picks one
@@ -28,6 +28,8 @@ struct Config {
   std::string log_level = "warn";
   double counters_interval_s = 10;           // at log level debug
   std::size_t command_weight_max = 262'144;  // commands and poses on their way to the tick
+  std::string token_key_file;                      // clients need tokens signed by it; empty: none
+  std::int64_t room_grace_ns = 10'000'000'000;     // that an empty room, and its wind, stays
   double drain_s = 2;                        // at shutdown, for clients to take what waits
   SessionLimits sessions;
   GroomStoreLimits grooms;
@@ -42,6 +44,8 @@ ParsedConfig parse_config(int argc, const char* const* argv);
 
 // Empty when the values agree with each other; else one line.
 std::string validate(const Config& config);
+// Every setting as a configuration file has it.
+std::string to_text(const Config& config);
 // One line for people.
 std::string summary(const Config& config);
 

@@ -40,6 +40,7 @@ bool write_port(const std::string& path, std::uint16_t port) {
 void set_up_log(const std::string& level) {
   auto logger = spdlog::stderr_logger_mt("hairnet");
   logger->set_level(spdlog::level::from_str(level));
+  logger->set_pattern("time=%Y-%m-%dT%H:%M:%S.%eZ level=%l %v", spdlog::pattern_time_type::utc);
   spdlog::set_default_logger(std::move(logger));
 }
 
@@ -110,7 +111,7 @@ class Threads {
 void log_counters(const Metrics& metrics, double interval_s, IoLoop& loop) {
   if (!spdlog::should_log(spdlog::level::debug)) return;
   loop.every(static_cast<std::int64_t>(interval_s * 1e9),
-             [&metrics] { spdlog::debug("counters:\n{}", to_text(metrics)); });
+             [&metrics] { spdlog::debug("event=counters {}", to_text(metrics, '=', ' ')); });
 }
 
 }  // namespace
@@ -145,7 +146,7 @@ int run_program(const Config& config) {
     const Threads threads(server, metrics, loop);
     loop.run();
   }
-  fmt::print("hairnet-server stopped\n{}", to_text(metrics));
+  fmt::print("hairnet-server stopped\n{}", to_text(metrics, ' ', '\n'));
   return 0;
 }
 

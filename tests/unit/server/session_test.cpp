@@ -28,16 +28,22 @@ class FakeDesk final : public GroomDesk {
   Refused hold(SessionId, const wire::GroomHash& groom) override {
     return groom == known ? Refused{} : Refused{ErrorReason::groom_unknown, "offer it first"};
   }
+  void tell_states(SessionId session, std::int64_t) override { told.push_back(session); }
+  std::shared_ptr<const std::vector<std::uint8_t>> bytes(const wire::GroomHash& groom) override {
+    return groom == known ? file : nullptr;
+  }
   void release(SessionId session, std::int64_t) override { released.push_back(session); }
 
   wire::GroomHash known{1};
-  std::vector<SessionId> released;
+  std::vector<SessionId> released, told;
+  std::shared_ptr<const std::vector<std::uint8_t>> file =
+      std::make_shared<const std::vector<std::uint8_t>>(200'000, std::uint8_t{7});
 };
 
 class SessionTest : public testing::Test {
  protected:
   void say(const wire::Message& message) { session_.on_message({now_ns_, message}, now_ns_); }
-  void hello() { say(wire::Hello{wire::kProtocolVersion, "test"}); }
+  void hello() { say(wire::Hello{wire::kProtocolVersion, "test", "", "", wire::Role::participant, 0, {}}); }
   [[nodiscard]] std::vector<ErrorReason> errors() const {
     std::vector<ErrorReason> reasons;
     for (const auto& error : connection_->all<wire::Error>()) reasons.push_back(error.reason);
