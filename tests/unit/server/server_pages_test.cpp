@@ -62,12 +62,12 @@ TEST_F(Pages, ready_when_all_is_well) {
 TEST_F(Pages, metrics_are_sound_and_say_whether_it_is_ready) {
   for (const bool draining : {false, true}) {
     health_.draining = draining;
-    const HttpResponse page = page("/metrics");
-    EXPECT_EQ(page.status, 200);
-    EXPECT_THAT(page.content_type, testing::HasSubstr("version=0.0.4"));
+    const HttpResponse answer = page("/metrics");
+    EXPECT_EQ(answer.status, 200);
+    EXPECT_THAT(answer.content_type, testing::HasSubstr("version=0.0.4"));
     Exposition exposition;
     std::string fault;
-    ASSERT_TRUE(parse_exposition(page.body, exposition, fault)) << fault;
+    ASSERT_TRUE(parse_exposition(answer.body, exposition, fault)) << fault;
     EXPECT_EQ(exposition.value("hairnet_ready"), draining ? 0 : 1);
   }
 }
