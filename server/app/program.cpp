@@ -133,7 +133,7 @@ int run_program(const Config& config) {
   set_up_log(config.log_level);
   Metrics metrics;
   IoLoop loop;  // outlives the sessions, which hold its sockets
-  auto created = Server::create(config, metrics, monotonic_now_ns());
+  auto created = Server::create(config, metrics, monotonic_now_ns(), monotonic_now_ns);
   if (!created) return refuse(created.error());
   Server& server = **created;
   Health health;
