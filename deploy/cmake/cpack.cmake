@@ -19,18 +19,14 @@ set(CPACK_PRE_BUILD_SCRIPTS ${CMAKE_CURRENT_SOURCE_DIR}/cmake/move_etc.cmake)
 
 set(debian ${CMAKE_CURRENT_SOURCE_DIR}/debian)
 set(CPACK_DEBIAN_SERVER_PACKAGE_NAME hairnet-server)
-set(CPACK_COMPONENT_SERVER_DESCRIPTION "Simulation service for the hair of many characters
- Takes head poses from clients, steps one lattice a character at a fixed rate,
- and streams the lattices to everyone in a room.")
+set(CPACK_COMPONENT_SERVER_DESCRIPTION "hairnet-server takes head poses from clients, steps one lattice a character at
+a fixed rate, and streams the lattices to everyone in a room.")
 set(CPACK_DEBIAN_SERVER_PACKAGE_CONTROL_EXTRA
     ${debian}/conffiles ${debian}/postinst ${debian}/prerm ${debian}/postrm)
 set(CPACK_DEBIAN_SERVER_PACKAGE_CONTROL_STRICT_PERMISSION ON)
-set(CPACK_DEBIAN_SERVER_PACKAGE_DEPENDS init-system-helpers)
 
 set(CPACK_DEBIAN_TOOLS_PACKAGE_NAME hairnet-tools)
-set(CPACK_COMPONENT_TOOLS_DESCRIPTION "Tools of the hair simulation service
- hairnet-groom imports and makes hairstyles, hairnet-view streams and draws them,
- hairnet-sim simulates files, hairnet-token makes tokens of entry.")
-set(CPACK_DEBIAN_TOOLS_PACKAGE_SHLIBDEPS ON)
+set(CPACK_COMPONENT_TOOLS_DESCRIPTION "hairnet-groom imports and makes hairstyles, hairnet-view streams and draws
+them, hairnet-sim simulates files, hairnet-token makes tokens of entry.")
 set(CPACK_DEBIAN_TOOLS_PACKAGE_RECOMMENDS libgl1-mesa-dri)   # drawing without a screen
 include(CPack)
