@@ -39,9 +39,11 @@ class Fnv {
 }  // namespace
 
 struct World::Impl {
-  explicit Impl(WorldDef d) : def(std::move(d)) {
-    assert(def.tick_s > 0 && def.substep_count >= 0 && def.iterations >= 0);
-    if (def.substep_count == 0) def.substep_count = substep_count_for(def.tick_s);
+  explicit Impl(const WorldDef& d) : def(d), plans(plans_of(d)), environments{d.environment} {}
+
+  static StepPlans plans_of(const WorldDef& d) {
+    assert(d.tick_s > 0 && d.substep_count >= 0 && d.iterations >= 0);
+    return {d.tick_s, d.substep_count > 0 ? d.substep_count : substep_count_for(d.tick_s), d.iterations};
   }
 
   [[nodiscard]] const Slot* find(CharacterId id) const {
@@ -53,19 +55,26 @@ struct World::Impl {
     const Slot* slot = std::as_const(*this).find(id);
     return slot ? &slots[id.slot].character : nullptr;
   }
-  [[nodiscard]] TickTerms terms() const { return {def.tick_s, def.substep_count, &def.environment, tick}; }
+  [[nodiscard]] TickTerms terms() const { return {def.tick_s, environments, &plans, tick}; }
 
-  // Characters of one level side by side, costly levels first, so that no worker is left with a long one at the end.
+  // Those whose turn comes in the same ticks on one level side by side, costly levels first, so that no worker is left
+  // with a long one at the end.
   void arrange() {
     order.clear();
     for (std::uint32_t s = 0; s < slots.size(); ++s) {
-      if (slots[s].live) order.push_back(s);
-    }
-    std::ranges::sort(order, {}, [this](std::uint32_t s) {
       const Character& c = slots[s].character;
-      return std::tuple(c.level, std::bit_cast<std::uintptr_t>(c.model()), s);
-    });
+      if (!slots[s].live || c.held) continue;
+      order.push_back({c.level, c.stride, c.phase % c.stride, std::bit_cast<std::uintptr_t>(c.model()), s});
+    }
+    std::ranges::sort(order, {},
+                      [](const Placed& p) { return std::tuple(p.level, p.model, p.stride, p.turn, p.slot); });
     is_arranged = true;
+  }
+  [[nodiscard]] Character& at(std::size_t i) { return slots[order[i].slot].character; }
+
+  void need_environment(std::uint32_t index) {
+    assert(index < kEnvironmentCountMax);
+    if (index >= environments.size()) environments.resize(index + 1, def.environment);
   }
 
   void begin_ticks() {
@@ -74,7 +83,7 @@ struct World::Impl {
     outcomes.resize(order.size());
     const auto begin_chunk = [&](std::size_t chunk) {
       for (std::size_t i = chunk * kChunk; i < std::min(order.size(), (chunk + 1) * kChunk); ++i) {
-        outcomes[i] = begin_tick(shared, slots[order[i]].character);
+        outcomes[i] = begin_tick(shared, at(i));
       }
     };
     run(def.parallel_for, (order.size() + kChunk - 1) / kChunk, std::cref(begin_chunk));
@@ -83,10 +92,10 @@ struct World::Impl {
   void step_batches() {
     batches.clear();
     for (std::size_t i = 0; i < order.size(); ++i) {
-      if (outcomes[i] == Outcome::stepped) batches.add(slots[order[i]].character, outcomes[i]);
+      if (outcomes[i] == Outcome::stepped) batches.add(at(i), outcomes[i]);
       if (outcomes[i] == Outcome::eased) is_arranged = false;
     }
-    batches.step(terms(), def.iterations, def.parallel_for);
+    batches.step(terms(), def.now_ns, def.parallel_for);
   }
 
   [[nodiscard]] StepReport report() const {
@@ -96,17 +105,29 @@ struct World::Impl {
       sum.teleports += outcome == Outcome::teleported;
       sum.lattices_reset += outcome == Outcome::reset;
       sum.asleep += outcome == Outcome::asleep;
+      sum.waiting += outcome == Outcome::waiting;
     }
+    sum.held = static_cast<std::uint32_t>(live_count - order.size());
+    sum.costs = batches.costs();
     return sum;
   }
 
   WorldDef def;
+  StepPlans plans;
+  std::vector<Environment> environments;
   std::deque<Slot> slots;  // never moved, nor more of them than have been in use at once
   std::vector<std::uint32_t> free_slots;
   std::size_t live_count = 0;
-  std::vector<std::uint32_t> order;  // live slots as arrange() puts them
-  bool is_arranged = false;          // order still fits who is there, on which level
-  std::vector<Outcome> outcomes;     // of the last tick, in this order
+  struct Placed {
+    LevelIndex level;
+    std::uint8_t stride;
+    std::uint32_t turn;
+    std::uintptr_t model;
+    std::uint32_t slot;
+  };
+  std::vector<Placed> order;      // live slots but the held ones, as arrange() puts them
+  bool is_arranged = false;       // order still fits who is there, on which level and stride
+  std::vector<Outcome> outcomes;  // of the last tick, in this order
   Batches batches;
   std::uint64_t tick = 0;
 };
@@ -131,6 +152,11 @@ CharacterId World::add(const CharacterDef& def) {
   slot.character = {};
   slot.character.levels = def.levels;
   slot.character.from = slot.character.to = slot.character.last_from = slot.character.still_pose = def.pose;
+  slot.character.last_step_s = impl_->def.tick_s;
+  slot.character.at_tick = impl_->tick;
+  slot.character.phase = index;
+  slot.character.environment = def.environment;
+  impl_->need_environment(def.environment);
   ++impl_->live_count;
   impl_->is_arranged = false;
   const CharacterId id{index, slot.generation};
@@ -160,14 +186,14 @@ void World::set_pose(CharacterId id, const Pose& pose, bool teleport) {
 void World::set_levels(CharacterId id, std::shared_ptr<const LevelSet> levels) {
   Character* c = impl_->find(id);
   if (!c) return;
-  replace_levels(std::move(levels), impl_->terms().substep_s(), *c);
+  replace_levels(std::move(levels), *c);
   impl_->is_arranged = false;
 }
 
 bool World::set_level(CharacterId id, LevelIndex index) {
   Character* c = impl_->find(id);
   if (!c || (index != LevelIndex::rigid && !c->levels)) return false;
-  switch_level(index, impl_->terms().substep_s(), *c);
+  switch_level(index, *c);
   impl_->is_arranged = false;
   return true;
 }
@@ -181,9 +207,36 @@ void World::set_material(CharacterId id, const MaterialScale& material) {
   c->wake();
 }
 
-void World::set_environment(const Environment& environment) {
-  impl_->def.environment = environment;
-  for (Slot& slot : impl_->slots) slot.character.wake();
+void World::set_environment(std::uint32_t index, const Environment& environment) {
+  impl_->need_environment(index);
+  impl_->environments[index] = environment;
+  for (Slot& slot : impl_->slots) {
+    if (slot.character.environment == index) slot.character.wake();
+  }
+}
+
+void World::set_stride(CharacterId id, int stride) {
+  assert(stride == 1 || stride == 2 || stride == kStrideMax);
+  Character* c = impl_->find(id);
+  if (!c || c->stride == stride) return;
+  c->stride = static_cast<std::uint8_t>(stride);
+  impl_->is_arranged = false;
+}
+
+void World::set_held(CharacterId id, bool held) {
+  Character* c = impl_->find(id);
+  if (!c || c->held == held) return;
+  if (held) {
+    hold(*c);
+  } else {
+    release(impl_->tick, *c);
+  }
+  impl_->is_arranged = false;
+}
+
+bool World::set_state(CharacterId id, std::span<const Vec3f> displacement, std::span<const Vec3f> velocity) {
+  Character* c = impl_->find(id);
+  return c && replace_state(displacement, velocity, *c);
 }
 
 StepReport World::step() {
@@ -206,7 +259,8 @@ LatticeView World::lattice(CharacterId id) const {
   const Slot* slot = std::as_const(*impl_).find(id);
   assert(slot);
   const Character& c = slot->character;
-  return {c.level, c.model(), c.state.displacement, &c.from, c.is_asleep()};
+  const bool stepped = c.changed_tick == impl_->tick && !c.held;
+  return {c.level, c.model(), c.state.displacement, &c.from, c.is_asleep(), stepped, c.jumped};
 }
 
 const LatticeState& World::state(CharacterId id) const {
@@ -232,9 +286,15 @@ std::uint64_t World::hash() const {
     for (const float x : {m.stiffness, m.damping, m.density, m.ether_damping, m.air_drag, m.gel_per_s2}) fnv.add(x);
     fnv.add(c.state.elastic_energy_max_j);
     fnv.add(c.state.speed_max_m_per_s);
-    for (const RigidTransform& bone : c.from.bones) {
-      for (int i = 0; i < 4; ++i) fnv.add(bone.rotation.coeffs()[i]);
-      for (int i = 0; i < 3; ++i) fnv.add(bone.position[i]);
+    fnv.add(std::uint64_t{c.environment} << 8 | std::uint64_t{c.stride} << 4 |
+            std::uint64_t{c.velocity_beyond_rest} << 3 | std::uint64_t{c.held} << 2 | std::uint64_t{c.due} << 1 |
+            std::uint64_t{c.teleport});
+    fnv.add(c.held ? 0 : impl_->tick - c.at_tick);
+    for (const Pose* pose : {&c.from, &c.to}) {
+      for (const RigidTransform& bone : pose->bones) {
+        for (int i = 0; i < 4; ++i) fnv.add(bone.rotation.coeffs()[i]);
+        for (int i = 0; i < 3; ++i) fnv.add(bone.position[i]);
+      }
     }
     for (const Vec3f& d : c.state.displacement) fnv.add(d);
     for (const Vec3f& v : c.state.velocity) fnv.add(v);

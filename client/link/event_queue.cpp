@@ -7,35 +7,41 @@
 namespace hairnet::link {
 namespace {
 
-std::size_t bytes_of(const wire::FrameBatch& batch) {
+std::size_t bytes_of(const FrameBatch& batch) {
   std::size_t bytes = sizeof(Event);
-  for (const wire::Frame& frame : batch.frames)
-    bytes += sizeof frame + frame.displacements.size() * sizeof(frame.displacements[0]);
+  for (const Frame& frame : batch.frames)
+    bytes += sizeof frame + (frame.displacements.size() + frame.velocities.size()) * sizeof(std::int16_t);
   return bytes;
 }
 
 std::size_t bytes_of(const Event& event) {
-  const auto* record = std::get_if<wire::LevelRecord>(&event);
-  if (!record) return sizeof(Event) + wire::kTextBytesMax;
-  const LevelGeometry& g = record->geometry;
-  return sizeof(Event) + 4 * (g.active_nodes.size() + g.trimmed_nodes.size() + g.trimmed_begin.size() +
-                              g.trimmed_from.size() + g.trimmed_weights.size());
+  if (const auto* known = std::get_if<LevelKnown>(&event)) {
+    const LevelGeometry& g = *known->geometry;
+    return sizeof(Event) + 4 * (g.active_nodes.size() + g.trimmed_nodes.size() + g.trimmed_begin.size() +
+                                g.trimmed_from.size() + g.trimmed_weights.size());
+  }
+  const auto* fetched = std::get_if<GroomFetched>(&event);
+  return sizeof(Event) + wire::kTextBytesMax + (fetched && fetched->bytes ? fetched->bytes->size() : 0);
 }
 
 // A jump that the reader never sees still parts the frames around it.
-void pass_on_discontinuities(const wire::FrameBatch& dropped, wire::FrameBatch& next) {
-  for (const wire::Frame& frame : dropped.frames) {
-    if (!frame.discontinuous) continue;
-    for (wire::Frame& later : next.frames) later.discontinuous |= later.character == frame.character;
+void pass_on_jump(std::uint32_t member, std::deque<Event>::iterator from, std::deque<Event>::iterator end) {
+  for (; from != end; ++from) {
+    auto* batch = std::get_if<FrameBatch>(&*from);
+    if (!batch) continue;
+    const auto next = std::find_if(batch->frames.begin(), batch->frames.end(),
+                                   [&](const Frame& frame) { return frame.member == member; });
+    if (next == batch->frames.end()) continue;
+    next->discontinuous = true;
+    return;
   }
 }
 
 }  // namespace
 
 bool EventQueue::push(Event event) {
-  const std::lock_guard lock(mutex_);
   if (ended_) return true;
-  if (const auto* batch = std::get_if<wire::FrameBatch>(&event)) {
+  if (const auto* batch = std::get_if<FrameBatch>(&event)) {
     frame_bytes_ += bytes_of(*batch);
     events_.push_back(std::move(event));
     while (frame_bytes_ > kFrameBytesMax) drop_oldest_frames();
@@ -49,35 +55,28 @@ bool EventQueue::push(Event event) {
 }
 
 void EventQueue::push_last(Disconnected event) {
-  const std::lock_guard lock(mutex_);
   if (ended_) return;
   ended_ = true;
   events_.emplace_back(std::move(event));
 }
 
 void EventQueue::drop_oldest_frames() {
-  const auto holds_frames = [](const Event& e) { return std::holds_alternative<wire::FrameBatch>(e); };
-  const auto oldest = std::find_if(events_.begin(), events_.end(), holds_frames);
-  const wire::FrameBatch dropped = std::get<wire::FrameBatch>(std::move(*oldest));
-  const auto next = std::find_if(events_.erase(oldest), events_.end(), holds_frames);
-  if (next != events_.end()) pass_on_discontinuities(dropped, std::get<wire::FrameBatch>(*next));
+  const auto oldest = std::find_if(events_.begin(), events_.end(),
+                                   [](const Event& e) { return std::holds_alternative<FrameBatch>(e); });
+  const FrameBatch dropped = std::get<FrameBatch>(std::move(*oldest));
+  const auto after = events_.erase(oldest);
+  for (const Frame& frame : dropped.frames) {
+    if (frame.discontinuous) pass_on_jump(frame.member, after, events_.end());
+  }
   frame_bytes_ -= bytes_of(dropped);
   frames_dropped_ += dropped.frames.size();
 }
 
 std::vector<Event> EventQueue::take_all() {
-  std::deque<Event> taken;
-  {
-    const std::lock_guard lock(mutex_);
-    taken.swap(events_);
-    frame_bytes_ = other_bytes_ = 0;
-  }
-  return {std::make_move_iterator(taken.begin()), std::make_move_iterator(taken.end())};
-}
-
-std::uint64_t EventQueue::frames_dropped() const {
-  const std::lock_guard lock(mutex_);
-  return frames_dropped_;
+  frame_bytes_ = other_bytes_ = 0;
+  std::vector<Event> taken{std::make_move_iterator(events_.begin()), std::make_move_iterator(events_.end())};
+  events_.clear();
+  return taken;
 }
 
 }  // namespace hairnet::link

@@ -2,14 +2,13 @@
 
 #include <cstdint>
 #include <deque>
-#include <mutex>
 #include <vector>
 
-#include "client/link/link.hpp"
+#include "client/link/events.hpp"
 
 namespace hairnet::link {
 
-// What arrived and was not yet polled, in order. Any thread. Bounded: the oldest frames give way and are counted.
+// What arrived and was not yet taken, in order. One thread. Bounded: the oldest frames give way and are counted.
 class EventQueue {
  public:
   static constexpr std::size_t kFrameBytesMax = std::size_t{32} << 20;
@@ -20,12 +19,11 @@ class EventQueue {
   // The last event; always taken, and nothing after it.
   void push_last(Disconnected event);
   std::vector<Event> take_all();
-  [[nodiscard]] std::uint64_t frames_dropped() const;
+  [[nodiscard]] std::uint64_t frames_dropped() const { return frames_dropped_; }
 
  private:
   void drop_oldest_frames();
 
-  mutable std::mutex mutex_;
   std::deque<Event> events_;
   std::size_t frame_bytes_ = 0, other_bytes_ = 0;
   std::uint64_t frames_dropped_ = 0;

@@ -1,47 +1,26 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <string>
-#include <variant>
 #include <vector>
 
+#include "client/link/address.hpp"
+#include "client/link/events.hpp"
+#include "client/link/link_core.hpp"
 #include "core/groom/groom.hpp"
 #include "core/result.hpp"
-#include "schema/wire/messages.hpp"
 
 namespace hairnet::link {
 
 struct LinkOptions {
-  std::string host = "127.0.0.1";
-  std::uint16_t port = 7420;
-  std::string client_name = "hairnet-link";
-  double connect_timeout_s = 5;
-  double keep_alive_s = 15;  // after so long without anything to send, an empty pose batch goes out
+  Address server;
+  TlsOptions tls;
+  CoreOptions core;
 };
 
-// What the server told us, in order.
-struct Connected {
-  wire::Welcome welcome;
-};
-// The last event. `reason` is the server's, or client_leaves after close(), or none when the connection broke; `detail`
-// says in one line what happened.
-struct Disconnected {
-  wire::GoodbyeReason reason = wire::GoodbyeReason::none;
-  std::string detail;
-};
-using Event = std::variant<Connected, Disconnected, wire::GroomStatus, wire::CharacterAdded, wire::CharacterRemoved,
-                           wire::LevelRecord, wire::FrameBatch, wire::Error>;
-
-struct LinkCounters {
-  std::uint64_t bytes_sent = 0, bytes_received = 0;
-  std::uint64_t frame_bytes_received = 0;  // of packets that hold frames
-  std::uint64_t frames_dropped = 0;        // not polled in time
-  std::uint64_t poses_dropped = 0;         // not sent in time
-};
-
-// One connection to a server. Owns its I/O thread; every call is for one thread and none blocks, but connect().
+// A client's conversation with a server over a socket: a LinkCore, and a thread that drives it. Every call is for one
+// thread and none blocks, but connect().
 class Link {
  public:
   explicit Link(LinkOptions options);
@@ -54,7 +33,12 @@ class Link {
   void set_level(std::uint32_t character, LevelIndex level);
   // Refused with an Error when out of range.
   void set_material(std::uint32_t character, const MaterialScale& scale);
-  void set_wind(const Wind& wind);  // of the whole room; whoever set it last wins
+  void set_wind(const Wind& wind);            // of the whole room; whoever set it last wins
+  void observe(const wire::Observe& wanted);  // of others; every frame of all at first
+  // Of members; said a few times a second at most, and what has changed enough to matter.
+  void report_importance(const std::vector<wire::MemberImportance>& members);
+  // Another's groom: GroomFetched follows, or an Error (groom_unavailable).
+  void request_groom(const wire::GroomHash& hash);
   void remove_character(std::uint32_t character);
   // Poses captured at `capture_time_ns` of now_ns(); sent as one batch.
   void push_poses(std::vector<wire::PoseSample> poses);

@@ -1,6 +1,7 @@
 #include "client/link/playout.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace hairnet::link {
@@ -10,6 +11,7 @@ constexpr std::size_t kFramesMax = 256;   // held while nobody samples
 constexpr std::size_t kArrivalsMax = 60;  // two seconds at 30 Hz
 constexpr std::int64_t kIntervalDefault_ns = 33'333'333;
 constexpr std::int64_t kHold_ns = 100'000'000;
+constexpr std::int64_t kCubic_ns_max = 250'000'000;
 constexpr std::int64_t kEaseToRest_ns = 500'000'000;
 // The delay changes by at most this share of the time that passes: slower or faster motion that nobody notices.
 constexpr double kSlewMax = 0.1;
@@ -18,9 +20,22 @@ double smoothstep(double s) {
   return s * s * (3 - 2 * s);
 }
 
+// The same rotation, by less than half a turn.
+Quat nearer(const Quat& q) {
+  return q.w() < 0 ? Quat(-q.coeffs()) : q;
+}
+
 }  // namespace
 
-void Playout::push(const wire::Frame& frame, std::int64_t sample_time_ns, std::int64_t arrival_time_ns) {
+// Over a long gap a velocity says nothing about the way.
+bool Playout::is_cubic(const Held& from, const Held& to) {
+  const std::size_t count = to.displacement.size();
+  return count > 0 && to.velocity.size() == count && from.velocity.size() == count &&
+         from.displacement.size() == count && to.geometry && to.geometry->active_nodes.size() == count &&
+         to.time_ns - from.time_ns <= kCubic_ns_max;
+}
+
+void Playout::push(const Frame& frame, std::int64_t sample_time_ns, std::int64_t arrival_time_ns) {
   observe(sample_time_ns, arrival_time_ns);
   const auto after =
       std::find_if(frames_.begin(), frames_.end(), [&](const Held& held) { return held.time_ns >= sample_time_ns; });
@@ -34,8 +49,10 @@ void Playout::push(const wire::Frame& frame, std::int64_t sample_time_ns, std::i
     frames_.clear();
     frames_.push_back(shown_);
   }
-  Held held{sample_time_ns, frame.discontinuous, frame.asleep, frame.pose, frame.level, {}};
-  wire::decode_displacements(frame, held.displacement);
+  Held held{sample_time_ns, frame.discontinuous, frame.asleep, frame.pose, frame.level, {}, {}, 0, frame.geometry};
+  held.step_ns = std::llround(1e9 * double{frame.step_s});
+  codec::dequantise_nodes(frame.displacements, frame.error_class, held.displacement);
+  codec::dequantise_velocities(frame.velocities, frame.error_class, held.velocity);
   const auto place =
       std::find_if(frames_.begin(), frames_.end(), [&](const Held& other) { return other.time_ns > sample_time_ns; });
   frames_.insert(place, std::move(held));
@@ -65,6 +82,7 @@ std::int64_t Playout::target_delay_ns() const {
     std::nth_element(intervals.begin(), middle, intervals.end());
     interval = *middle;
   }
+  interval = std::max(interval, frames_.back().step_ns);
   return least + interval + std::max(interval / 2, most - least);
 }
 
@@ -114,6 +132,7 @@ void Playout::show_between(const Held& from, const Held& to) {
   }
   const double s = static_cast<double>(shown_.time_ns - from.time_ns) / static_cast<double>(to.time_ns - from.time_ns);
   shown_.pose = interpolate(from.pose, to.pose, s);
+  if (is_cubic(from, to)) return show_cubic(from, to, s);
   // An empty frame is a lattice at rest.
   shown_.displacement.assign(std::max(from.displacement.size(), to.displacement.size()), Vec3f::Zero());
   for (std::size_t i = 0; i < from.displacement.size(); ++i)
@@ -122,8 +141,41 @@ void Playout::show_between(const Held& from, const Held& to) {
     shown_.displacement[i] += static_cast<float>(s) * to.displacement[i];
 }
 
+// With x = p^0 + d the node in the head's axes, w the head's angular velocity in them and t its position, p' = t' + R
+// (w x x
+// + d'). Both are constant as `interpolate` moves the head; so d' follows from the node's velocity R^-1 p' that the
+// frame brings. That one is the mean over the step that ended there: half a step's change leads to the moment itself.
+void Playout::show_cubic(const Held& from, const Held& to, double s) {
+  const double duration_s = 1e-9 * static_cast<double>(to.time_ns - from.time_ns);
+  const RigidTransform &a = from.pose.head(), &b = to.pose.head();
+  const Quat turn = nearer(a.rotation.conjugate() * b.rotation);  // from the axes of `to` into those of `from`
+  const Eigen::AngleAxisd angle(turn);
+  const Vec3f spin = (angle.axis() * angle.angle() / duration_s).cast<float>();
+  const Vec3 drift = (b.position - a.position) / duration_s;
+  const Vec3f drift_a = (a.rotation.conjugate() * drift).cast<float>();
+  const Vec3f drift_b = (b.rotation.conjugate() * drift).cast<float>();
+  const Eigen::Matrix3f turned = turn.toRotationMatrix().cast<float>(), back = turned.transpose();
+  const double step_s = std::min(duration_s, 1e-9 * static_cast<double>(to.step_ns));
+  const auto half_step = static_cast<float>(step_s / duration_s / 2);
+
+  const double s2 = s * s, s3 = s2 * s;
+  const auto at_from = static_cast<float>(2 * s3 - 3 * s2 + 1), at_to = static_cast<float>(3 * s2 - 2 * s3);
+  const auto slope_from = static_cast<float>((s3 - 2 * s2 + s) * duration_s);
+  const auto slope_to = static_cast<float>((s3 - s2) * duration_s);
+  const LevelGeometry& geometry = *to.geometry;
+  shown_.displacement.resize(to.displacement.size());
+  for (std::size_t i = 0; i < to.displacement.size(); ++i) {
+    const Vec3f rest = geometry.lattice.node(geometry.active_nodes[i]);
+    const Vec3f &d_from = from.displacement[i], &d_to = to.displacement[i];
+    const Vec3f &v_from = from.velocity[i], &v_to = to.velocity[i];
+    const Vec3f rate_from = v_from + half_step * (turned * v_to - v_from) - drift_a - spin.cross(Vec3f(rest + d_from));
+    const Vec3f rate_to = v_to + half_step * (v_to - back * v_from) - drift_b - spin.cross(Vec3f(rest + d_to));
+    shown_.displacement[i] = at_from * d_from + at_to * d_to + slope_from * rate_from + slope_to * rate_to;
+  }
+}
+
 void Playout::show_last(const Held& last) {
-  const std::int64_t waited = shown_.time_ns - last.time_ns - kHold_ns;
+  const std::int64_t waited = shown_.time_ns - last.time_ns - std::max(kHold_ns, 2 * last.step_ns);
   const double eased = std::clamp(static_cast<double>(waited) / static_cast<double>(kEaseToRest_ns), 0.0, 1.0);
   const float left = last.asleep ? 1 : static_cast<float>(1 - smoothstep(eased));
   shown_.pose = last.pose;

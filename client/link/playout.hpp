@@ -3,16 +3,20 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <span>
 #include <vector>
 
+#include "client/link/frame.hpp"
 #include "core/build/level.hpp"
-#include "schema/wire/messages.hpp"
 
 namespace hairnet::link {
 
 // Frames of one character, played out smoothly a little behind the newest: interpolated between two, held at the last
-// for a moment when none comes, then eased to rest; a sleeping character is held until it wakes. Time is a parameter, always on the client's clock. One thread.
+// for a moment when none comes, then eased to rest; a sleeping character is held until it wakes. Time is a parameter,
+// always on the client's clock. One thread.
+//
+// Between frames that bring velocities hair moves by a cubic that keeps them (Hermite), else in a straight line.
 //
 // A frame is late by its arrival less its sample time. Playing lags by the least lateness of the last frames, plus one
 // frame interval (there must be a frame to interpolate to), plus their jitter or half an interval, whichever is more.
@@ -20,7 +24,7 @@ class Playout {
  public:
   // Takes a frame whose poses were sampled at `sample_time_ns`, received at `arrival_time_ns`. One no newer than what
   // was already played is dropped, and so is a duplicate.
-  void push(const wire::Frame& frame, std::int64_t sample_time_ns, std::int64_t arrival_time_ns);
+  void push(const Frame& frame, std::int64_t sample_time_ns, std::int64_t arrival_time_ns);
 
   struct Sample {
     bool valid = false;  // false until the first frame
@@ -43,6 +47,9 @@ class Playout {
     Pose pose;
     LevelIndex level = LevelIndex::rigid;
     std::vector<Vec3f> displacement;
+    std::vector<Vec3f> velocity;  // of each node in the world, head axes, m/s, over the step that ended here; or empty
+    std::int64_t step_ns = 0;     // of that step; 0: not known
+    std::shared_ptr<const LevelGeometry> geometry;
   };
   struct Arrival {
     std::int64_t time_ns, lateness_ns;
@@ -51,6 +58,8 @@ class Playout {
   [[nodiscard]] std::int64_t target_delay_ns() const;
   void advance(std::int64_t render_time_ns);
   void show_between(const Held& from, const Held& to);
+  static bool is_cubic(const Held& from, const Held& to);
+  void show_cubic(const Held& from, const Held& to, double s);
   void show_last(const Held& last);
 
   std::deque<Held> frames_;       // by time; at most one at or before the play time once sampled

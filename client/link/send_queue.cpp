@@ -33,6 +33,9 @@ bool SendQueue::push(wire::Message message) {
 }
 
 void SendQueue::push_poses(std::vector<wire::PoseSample> poses) {
+  if (!jumped_.empty()) {
+    for (wire::PoseSample& pose : poses) pose.teleport |= jumped_.erase(pose.character) != 0;
+  }
   for (std::size_t begin = 0; begin < poses.size(); begin += wire::kPosesPerBatchMax) {
     const std::size_t end = std::min(poses.size(), begin + wire::kPosesPerBatchMax);
     messages_.push_back(wire::PoseBatch{
@@ -58,6 +61,21 @@ std::optional<wire::Message> SendQueue::pop() {
   messages_.pop_front();
   pose_batch_count_ -= holds_poses(message);
   return message;
+}
+
+void SendQueue::clear() {
+  for (const wire::Message& message : messages_) {
+    if (const auto* batch = std::get_if<wire::PoseBatch>(&message)) drop_poses(batch->poses);
+  }
+  messages_.clear();
+  pose_batch_count_ = 0;
+}
+
+void SendQueue::drop_poses(const std::vector<wire::PoseSample>& poses) {
+  poses_dropped_ += poses.size();
+  for (const wire::PoseSample& pose : poses) {
+    if (pose.teleport) jumped_.insert(pose.character);
+  }
 }
 
 }  // namespace hairnet::link

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <set>
 #include <vector>
 
 #include "schema/wire/messages.hpp"
@@ -21,6 +22,11 @@ class SendQueue {
   // In batches of at most kPosesPerBatchMax. A dropped pose's teleport passes to the character's next pose.
   void push_poses(std::vector<wire::PoseSample> poses);
   std::optional<wire::Message> pop();
+  // All that waits is lost, as the connection is. A teleport among the lost poses passes to the character's next pose.
+  void clear();
+  // These poses are not sent at all, likewise.
+  void drop_poses(const std::vector<wire::PoseSample>& poses);
+  [[nodiscard]] bool empty() const { return messages_.empty(); }
 
   [[nodiscard]] std::uint64_t poses_dropped() const { return poses_dropped_; }
 
@@ -29,6 +35,7 @@ class SendQueue {
 
   std::deque<wire::Message> messages_;
   std::size_t pose_batch_count_ = 0;
+  std::set<std::uint32_t> jumped_;  // characters whose next pose continues from none that was sent
   std::uint64_t poses_dropped_ = 0;
 };
 

@@ -25,6 +25,11 @@ void UploadQueue::drop(const wire::GroomHash& hash) {
   std::erase(wanted_, hash);
 }
 
+void UploadQueue::clear() {
+  uploads_.clear();
+  wanted_.clear();
+}
+
 std::optional<wire::GroomChunk> UploadQueue::next_chunk() {
   if (wanted_.empty()) return std::nullopt;
   const wire::GroomHash hash = wanted_.front();

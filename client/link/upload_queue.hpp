@@ -24,6 +24,8 @@ class UploadQueue {
   bool need(const wire::GroomNeed& need);
   // The server has all of it, or refused it: the bytes are let go.
   void drop(const wire::GroomHash& hash);
+  // The server has forgotten them all, or is about to be asked anew.
+  void clear();
   // The next piece of the groom that has been asked for longest; none when nothing is wanted.
   std::optional<wire::GroomChunk> next_chunk();
 

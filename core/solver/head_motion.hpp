@@ -18,7 +18,7 @@ struct HeadMotion {
         turn(relative.rotation.toRotationMatrix()),
         turn_less_identity(turn - Mat3::Identity()),
         step_s(input.step_s),
-        gravity_load(input.to.head().rotation.conjugate() * input.environment.gravity - kDesignGravity) {}
+        gravity_load(input.to.head().rotation.conjugate() * input.environment->gravity - kDesignGravity) {}
 
   // R' p^0 = (B_1 p^0 - B_0 p^0) / h: the velocity of a point that moves rigidly with the head.
   [[nodiscard]] Vec3 rest_velocity(const Vec3& rest) const {

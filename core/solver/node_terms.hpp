@@ -50,7 +50,7 @@ inline std::pair<float, float> stiffener_terms(const Stiffeners& stiffeners, con
 class NodeWind {
  public:
   NodeWind(const Lattice& lattice, const StepInput& input) : lattice_(lattice) {
-    const WindField& field = input.environment.wind;
+    const WindField& field = input.environment->wind;
     is_still_ = field.is_still();
     if (!is_still_) wind_ = wind_on(field, lattice, input.to.head(), input.time_s);
   }

@@ -57,7 +57,7 @@ void add_node_forces(const Level& level, const StepInput& input, const std::vect
     const Mat3 Q = R * drag_tensor(level, input.material, i).cast<double>() * R.transpose();
     const Vec3 u = R * wind.at(level.geometry.active_nodes[i]).cast<double>();
     system.f[i] += -k * (lattice.P[i] - rest[i]) - q * (lattice.P_dot[i] - rest_dot[i]) +
-                   m * (input.environment.gravity - R * kDesignGravity) - Q * (lattice.P_dot[i] - u);
+                   m * (input.environment->gravity - R * kDesignGravity) - Q * (lattice.P_dot[i] - u);
     system.df_dp[i] -= k * Mat3::Identity();
     system.df_dp_dot[i] -= q * Mat3::Identity() + Q;
   }

@@ -28,14 +28,15 @@ struct Environment {
   Vec3 gravity{0, -9.81, 0};  // m/s^2, world
   WindField wind;             // drag acts on the velocity relative to it
 };
+inline const Environment kCalmEnvironment{};
 
 struct StepInput {
   Pose from, to;  // at the start and the end of the step
   double step_s = 1.0 / 30;
-  Environment environment;
-  double contact_release = 0;  // of CalmRelease
-  MaterialScale material;      // the character's own, on what the level was built with
-  double time_s = 0;           // at the end of the step, for the wind
+  const Environment* environment = &kCalmEnvironment;  // outlives the step
+  double contact_release = 0;                          // of CalmRelease
+  MaterialScale material;                              // the character's own, on what the level was built with
+  double time_s = 0;                                   // at the end of the step, for the wind
 };
 
 struct SolverSettings {

@@ -57,8 +57,8 @@ StepTerms step_terms(const Level& level, const StepInput& input, const LatticeSt
   terms.elastic_energy_max_j = state.elastic_energy_max_j;
 
   put_bones(level, input, terms);
-  if (!input.environment.wind.is_still()) {
-    const LatticeWind wind = wind_on(input.environment.wind, level.geometry.lattice, input.to.head(), input.time_s);
+  if (!input.environment->wind.is_still()) {
+    const LatticeWind wind = wind_on(input.environment->wind, level.geometry.lattice, input.to.head(), input.time_s);
     for (std::size_t corner = 0; corner < wind.corners.size(); ++corner) {
       Eigen::Map<Vec3f>{terms.wind[corner]} = wind.corners[corner];
     }

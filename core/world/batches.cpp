@@ -1,5 +1,6 @@
 #include "core/world/batches.hpp"
 
+#include <algorithm>
 #include <functional>
 #include <utility>
 
@@ -11,25 +12,41 @@ void Batches::clear() {
 }
 
 void Batches::add(Character& character, Outcome& outcome) {
-  const Level* level = character.model();
+  const Level* model = character.model();
+  const int ticks = character.step_ticks;
   const std::size_t index = items_.size();
   items_.push_back({&character, &outcome});
-  if (batches_.empty() || batches_.back().level != level || index - batches_.back().begin == width_) {
-    batches_.push_back({level, index, index});
-  }
+  const bool fits = !batches_.empty() && batches_.back().model == model && batches_.back().ticks == ticks &&
+                    index - batches_.back().begin < width_;
+  if (!fits) batches_.push_back({model, character.level, ticks, index, index, 0});
   batches_.back().end = index + 1;
 }
 
-void Batches::step(const TickTerms& terms, int iterations, const ParallelFor& parallel_for) {
-  const auto step_one = [&](std::size_t b) { step(terms, iterations, batches_[b]); };
+void Batches::step(const TickTerms& terms, ClockNs now_ns, const ParallelFor& parallel_for) {
+  const auto step_one = [&](std::size_t b) {
+    const std::int64_t begin_ns = now_ns ? now_ns() : 0;
+    step(terms, batches_[b]);
+    if (now_ns) batches_[b].step_ns = now_ns() - begin_ns;
+  };
   run(parallel_for, batches_.size(), std::cref(step_one));  // a reference, since a std::function of it would allocate
 }
 
-void Batches::step(const TickTerms& terms, int iterations, const Batch& batch) {
+StepCosts Batches::costs() const {
+  StepCosts costs;
+  for (const Batch& batch : batches_) {
+    StepCost& cost = costs.of(batch.level, batch.ticks);
+    cost.step_ns += batch.step_ns;
+    cost.character_steps += static_cast<std::uint32_t>(batch.end - batch.begin);
+  }
+  return costs;
+}
+
+void Batches::step(const TickTerms& terms, const Batch& batch) {
   std::unique_ptr<Scratch> scratch = take_scratch();
   const std::size_t count = batch.end - batch.begin;
-  const auto substep_count = static_cast<std::size_t>(terms.substep_count);
-  scratch->inputs.resize(width_ * substep_count);
+  const StepPlan& plan = terms.plans->of(batch.level, batch.ticks);
+  const auto substep_count = static_cast<std::size_t>(plan.substep_count);
+  scratch->inputs.resize(std::max(scratch->inputs.size(), width_ * substep_count));
   scratch->members.resize(count);
   const auto inputs_of = [&](std::size_t member) {
     return std::span(scratch->inputs).subspan(member * substep_count, substep_count);
@@ -39,8 +56,7 @@ void Batches::step(const TickTerms& terms, int iterations, const Batch& batch) {
     put_inputs(terms, character, inputs_of(i));
     scratch->members[i] = {inputs_of(i), &character.state};
   }
-  const int own = iterations_for(items_[batch.begin].character->level, terms.substep_s());
-  step_members(*batch.level, iterations > 0 ? iterations : own, *scratch);
+  step_members(*batch.model, plan.iterations, *scratch);
   for (std::size_t i = 0; i < count; ++i) {
     const Item& item = items_[batch.begin + i];
     *item.outcome = end_tick(terms, inputs_of(i), scratch->members[i].is_finite, *item.character);

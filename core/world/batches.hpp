@@ -8,19 +8,21 @@
 #include "core/parallel_for.hpp"
 #include "core/solver/crowd_step.hpp"
 #include "core/world/character.hpp"
+#include "core/world/step_cost.hpp"
 
 namespace hairnet {
 
-// Those characters that are to be stepped in one tick, packed into batches of one level. Buffers stay from tick to
-// tick.
+// Those characters that are to be stepped in one tick, packed into batches of one level and as many ticks. Buffers
+// stay from tick to tick.
 class Batches {
  public:
   void clear();
-  // Characters of one level one after the other, so that they share batches.
+  // Characters of one level and one stride one after the other, so that they share batches.
   void add(Character& character, Outcome& outcome);
 
-  // Steps all and ends their tick. `iterations`: of conjugate gradient; 0: iterations_for.
-  void step(const TickTerms& terms, int iterations, const ParallelFor& parallel_for);
+  // Steps all and ends their tick. `now_ns` may be null: then nothing is timed.
+  void step(const TickTerms& terms, ClockNs now_ns, const ParallelFor& parallel_for);
+  [[nodiscard]] StepCosts costs() const;  // of the last step
 
  private:
   struct Item {
@@ -28,8 +30,11 @@ class Batches {
     Outcome* outcome;
   };
   struct Batch {
-    const Level* level;
+    const Level* model;
+    LevelIndex level;
+    int ticks;
     std::size_t begin, end;  // items
+    std::int64_t step_ns;
   };
   // What one batch at a time works with.
   struct Scratch {
@@ -38,7 +43,7 @@ class Batches {
     std::vector<CrowdMember> members;
   };
 
-  void step(const TickTerms& terms, int iterations, const Batch& batch);
+  void step(const TickTerms& terms, const Batch& batch);
   void step_members(const Level& level, int iterations, Scratch& scratch) const;
   std::unique_ptr<Scratch> take_scratch();
   void put_scratch(std::unique_ptr<Scratch> scratch);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "core/world/rest_motion.hpp"
+
 namespace hairnet {
 namespace {
 
@@ -11,6 +13,11 @@ namespace {
 constexpr double kStillShift_m = 3e-4;
 constexpr double kStillTurn_rad = 1e-3;
 constexpr float kStillSpeed_m_per_s = 1e-3f;
+
+// Of a state from outside. A coordinate may have been rounded to the wire's coarsest millimetre; no head moves faster
+// than 25 m/s and 2500 deg/s (is_teleport), so hair within a metre of it hardly does than this.
+constexpr float kStateSlack_m = 0.002f;
+constexpr float kStateSpeedMax_m_per_s = 100;
 
 bool is_still(const Pose& a, const Pose& b) {
   static const double kTurnCosine = std::cos(kStillTurn_rad / 2);
@@ -31,13 +38,13 @@ struct SwitchEase {
 };
 
 // The displacements shrink along a smooth curve to none, where the rigid level begins.
-void ease_to_rigid(double tick_s, Character& c) {
-  const auto left = [](double elapsed_s) {
-    const double t = std::clamp(elapsed_s / kRigidEase_s, 0.0, 1.0);
+void ease_to_rigid(double elapsed_s, Character& c) {
+  const auto left = [](double since_s) {
+    const double t = std::clamp(since_s / kRigidEase_s, 0.0, 1.0);
     return 1 - t * t * (3 - 2 * t);
   };
   const double before = left(c.easing_s);
-  c.easing_s += tick_s;
+  c.easing_s += elapsed_s;
   const double after = left(c.easing_s);
   if (after <= 0) {
     c.level = LevelIndex::rigid;
@@ -50,60 +57,85 @@ void ease_to_rigid(double tick_s, Character& c) {
 
 // Springs and contact as calm and a switch of levels leave them.
 void ease_in(const TickTerms& terms, double calm_release, Character& c) {
-  const bool is_still_air = terms.environment->wind.is_still();
+  const bool is_still_air = terms.environment(c).wind.is_still();
   c.contact_release = std::max(is_still_air ? calm_release : 0, 1 - SwitchEase(c.switched_s).contact());
-  c.switched_s += terms.tick_s;
+  c.switched_s += terms.plan(c).interval_s;
   const double stiffness = SwitchEase(c.switched_s).stiffness() * (is_still_air ? c.calm_release.stiffness() : 1);
   c.state.elastic_energy_max_j *= static_cast<float>(stiffness / std::exchange(c.stiffness, stiffness));
 }
 
 // Counts towards sleep while no node moves against the head.
-void count_stillness(double tick_s, Character& c) {
+void count_stillness(double elapsed_s, Character& c) {
   if (c.state.speed_max_m_per_s > kStillSpeed_m_per_s) return c.wake();
-  c.still_s += tick_s;
+  c.still_s += elapsed_s;
   if (!c.is_asleep()) return;
   for (Vec3f& v : c.state.velocity) v.setZero();
   c.last_from = c.from;
 }
 
+bool has_turn(const TickTerms& terms, const Character& c) {
+  return c.due || (terms.tick + c.phase) % c.stride == 0;
+}
+
+// The rest's velocity over the first substep to come, in the axes of the head at its start.
+void add_rest_velocity_to_come(const StepPlan& plan, Character& c) {
+  const Pose first = interpolate(c.from, c.to, 1.0 / plan.substep_count);
+  const RigidTransform motion = c.from.head().inverse() * first.head();
+  const Level& level = *c.model();
+  for (std::size_t i = 0; i < level.rest.size(); ++i) {
+    const Vec3 rest = level.rest[i].cast<double>();
+    c.state.velocity[i] += ((motion.point(rest) - rest) / plan.substep_s()).cast<float>();
+  }
+}
+
 }  // namespace
 
 Outcome begin_tick(const TickTerms& terms, Character& c) {
-  const bool jumped = std::exchange(c.teleport, false) || is_teleport(c.from, c.to, terms.tick_s);
-  if (jumped || !terms.environment->wind.is_still() || !is_still(c.still_pose, c.to)) {
+  if (!has_turn(terms, c)) return Outcome::waiting;
+  c.due = false;
+  c.step_ticks = static_cast<std::uint8_t>(terms.tick + 1 - c.at_tick);
+  c.at_tick = terms.tick + 1;
+  const StepPlan& plan = terms.plan(c);
+  c.jumped = std::exchange(c.teleport, false) || is_teleport(c.from, c.to, plan.interval_s);
+  if (c.jumped || !terms.environment(c).wind.is_still() || !is_still(c.still_pose, c.to)) {
     c.wake();
     c.still_pose = c.to;
   }
   if (c.is_asleep()) return Outcome::asleep;
-  const double calm_release = c.calm_release.update(c.to, terms.tick_s);
+  c.changed_tick = c.at_tick;
+  c.last_step_s = plan.substep_s();
+  const double calm_release = c.calm_release.update(c.to, plan.interval_s);
   Outcome outcome = Outcome::idle;
   if (c.easing_s >= 0) {
-    ease_to_rigid(terms.tick_s, c);
+    ease_to_rigid(plan.interval_s, c);
     outcome = Outcome::eased;
-  } else if (jumped) {
+  } else if (c.jumped) {
     outcome = Outcome::teleported;
   } else if (c.model()) {
+    if (std::exchange(c.velocity_beyond_rest, false)) add_rest_velocity_to_come(plan, c);
     ease_in(terms, calm_release, c);
     return Outcome::stepped;
   }
-  c.last_from = jumped ? c.to : interpolate(c.from, c.to, (terms.substep_count - 1.0) / terms.substep_count);
+  c.last_from = c.jumped ? c.to : interpolate(c.from, c.to, (plan.substep_count - 1.0) / plan.substep_count);
   c.from = c.to;
-  if (outcome == Outcome::idle) c.still_s += terms.tick_s;
+  if (outcome == Outcome::idle) c.still_s += plan.interval_s;
   return outcome;
 }
 
 void put_inputs(const TickTerms& terms, const Character& c, std::span<StepInput> inputs) {
+  const StepPlan& plan = terms.plan(c);
+  const std::uint64_t first_tick = terms.tick + 1 - c.step_ticks;
   for (std::size_t s = 0; s < inputs.size(); ++s) {
     StepInput& input = inputs[s];
     const double share = static_cast<double>(s + 1) / static_cast<double>(inputs.size());
     input.from = s == 0 ? c.from : inputs[s - 1].to;
     input.to = s + 1 == inputs.size() ? c.to : interpolate(c.from, c.to, share);
-    input.step_s = terms.substep_s();
-    input.environment = *terms.environment;
+    input.step_s = plan.substep_s();
+    input.environment = &terms.environment(c);
     input.contact_release = c.contact_release;
     input.material = c.material;
     input.material.stiffness *= static_cast<float>(c.stiffness);
-    input.time_s = (static_cast<double>(terms.tick) + share) * terms.tick_s;
+    input.time_s = (static_cast<double>(first_tick) + share * c.step_ticks) * terms.tick_s;
   }
 }
 
@@ -112,10 +144,44 @@ Outcome end_tick(const TickTerms& terms, std::span<const StepInput> inputs, bool
   c.from = c.to;
   if (!is_finite) {
     reset_to_rest(*c.model(), c.state);
+    c.jumped = true;
     return Outcome::reset;
   }
-  count_stillness(terms.tick_s, c);
+  count_stillness(terms.plan(c).interval_s, c);
   return Outcome::stepped;
+}
+
+void hold(Character& c) {
+  c.held = true;
+  if (c.model() && !c.velocity_beyond_rest) add_rest_velocity(*c.model(), last_motion(c), -1, c.state);
+  c.last_from = c.from;
+  c.velocity_beyond_rest = true;
+}
+
+void release(std::uint64_t tick, Character& c) {
+  c.held = false;
+  c.due = c.teleport = true;
+  c.at_tick = tick;
+  c.wake();
+}
+
+bool replace_state(std::span<const Vec3f> displacement, std::span<const Vec3f> velocity, Character& c) {
+  const Level* level = c.model();
+  if (!level || c.easing_s >= 0) return false;
+  const std::size_t count = level->rest.size();
+  if (displacement.size() != count || (!velocity.empty() && velocity.size() != count)) return false;
+  const float farthest_m = level->displacement_max_m + kStateSlack_m;
+  // Written so that what is not a number fails.
+  const auto within = [](float most) { return [most](const Vec3f& x) { return x.squaredNorm() <= most * most; }; };
+  if (!std::ranges::all_of(displacement, within(farthest_m))) return false;
+  if (!std::ranges::all_of(velocity, within(kStateSpeedMax_m_per_s))) return false;
+  reset_to_rest(*level, c.state);
+  std::ranges::copy(displacement, c.state.displacement.begin());
+  std::ranges::copy(velocity, c.state.velocity.begin());
+  c.last_from = velocity.empty() ? c.from : c.last_from;
+  c.velocity_beyond_rest = velocity.empty();
+  c.wake();
+  return true;
 }
 
 }  // namespace hairnet

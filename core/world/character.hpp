@@ -7,6 +7,7 @@
 #include "core/build/level.hpp"
 #include "core/solver/calm_release.hpp"
 #include "core/solver/step.hpp"
+#include "core/world/step_plan.hpp"
 
 namespace hairnet {
 
@@ -20,8 +21,10 @@ struct Character {
   LevelIndex level = LevelIndex::rigid;
   LatticeState state;  // empty when rigid
   MaterialScale material;
-  Pose from, to;            // of the last tick; `from` = `to` between ticks
+  std::uint32_t environment = 0;
+  Pose from, to;            // `from`: at at_tick, where the state stands; `to`: the newest
   Pose last_from;           // where the last substep began: with `from` it gives the rest velocity
+  double last_step_s = 0;   // the length of that substep
   Pose still_pose;          // the bones have not left it for still_s
   double still_s = 0;       // with kSleepAfter_s asleep
   double easing_s = -1;     // since the rigid level was asked for; negative: it was not
@@ -29,7 +32,16 @@ struct Character {
   double stiffness = 1;     // what calm and the switch left of it in the last tick
   double contact_release = 0;
   CalmRelease calm_release;
-  bool teleport = false;
+  std::uint64_t at_tick = 0;           // ticks that the state has behind it
+  std::uint64_t changed_tick = ~0ull;  // at_tick when it last changed
+  std::uint32_t phase = 0;             // of its turns: it has one when tick + phase is a multiple of the stride
+  std::uint8_t stride = 1;             // 1, 2 or 4
+  std::uint8_t step_ticks = 1;         // of its last turn
+  bool held = false;                   // has no turns
+  bool due = false;                    // has one in the next tick, whatever the phase
+  bool teleport = false;               // asked for
+  bool jumped = false;                 // in its last turn
+  bool velocity_beyond_rest = false;   // velocities are less the rest's, whose motion is not known yet
 
   [[nodiscard]] const Level* model() const {
     return level == LevelIndex::rigid || !levels ? nullptr : &(*levels)[level];
@@ -41,22 +53,33 @@ struct Character {
 // What every character of a tick shares.
 struct TickTerms {
   double tick_s = 0;
-  int substep_count = 1;
-  const Environment* environment = nullptr;
+  std::span<const Environment> environments;
+  const StepPlans* plans = nullptr;
   std::uint64_t tick = 0;
 
-  [[nodiscard]] double substep_s() const { return tick_s / substep_count; }
+  [[nodiscard]] const StepPlan& plan(const Character& c) const { return plans->of(c.level, c.step_ticks); }
+  [[nodiscard]] const Environment& environment(const Character& c) const { return environments[c.environment]; }
 };
 
-enum class Outcome : std::uint8_t { idle, stepped, eased, teleported, reset, asleep };
+enum class Outcome : std::uint8_t { waiting, idle, stepped, eased, teleported, reset, asleep };
 
-// All of a tick but the stepping. `stepped`: the lattice is to be stepped; else the character's tick is done.
+// All of a tick but the stepping. `waiting`: it is not the character's turn. `stepped`: the lattice is to be stepped;
+// else the character's tick is done.
 Outcome begin_tick(const TickTerms& terms, Character& character);
 
-// The steps of the tick of a character to be stepped; as many as substeps.
+// The steps of the turn of a character to be stepped; as many as its plan's substeps.
 void put_inputs(const TickTerms& terms, const Character& character, std::span<StepInput> inputs);
 
 // After the last of them. A lattice that is not finite returns to rest.
 Outcome end_tick(const TickTerms& terms, std::span<const StepInput> inputs, bool is_finite, Character& character);
+
+// A character nobody sees has no turns. Released, it moves rigidly with the head to the newest pose in the next tick,
+// `tick`, and then goes on with the velocity that its hair had against the head.
+void hold(Character& character);
+void release(std::uint64_t tick, Character& character);
+
+// Another lattice state on the present level, as World::set_state takes it. False and nothing done when it is not
+// sound.
+bool replace_state(std::span<const Vec3f> displacement, std::span<const Vec3f> velocity, Character& character);
 
 }  // namespace hairnet

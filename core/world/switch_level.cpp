@@ -6,7 +6,7 @@
 
 #include "core/build/level_map.hpp"
 #include "core/solver/energy.hpp"
-#include "core/solver/head_motion.hpp"
+#include "core/world/rest_motion.hpp"
 
 namespace hairnet {
 namespace {
@@ -19,20 +19,6 @@ bool is_at_rest(const LatticeState& state) {
 
 bool has_same_nodes(const Level* a, const Level* b) {
   return a && b && a->geometry.lattice.dims == b->geometry.lattice.dims && a->rest == b->rest;
-}
-
-HeadMotion last_motion(const Character& c, double step_s) {
-  StepInput input;
-  input.from = c.last_from;
-  input.to = c.from;
-  input.step_s = step_s;
-  return HeadMotion(input);
-}
-
-void add_rest_velocity(const Level& level, const HeadMotion& motion, float sign, LatticeState& state) {
-  for (std::size_t i = 0; i < level.rest.size(); ++i) {
-    state.velocity[i] += sign * motion.rest_velocity(level.rest[i].cast<double>()).cast<float>();
-  }
 }
 
 // Velocity beyond the rest's is carried over; the rest's is an exact function of the poses. Kinetic energy that the map
@@ -70,11 +56,11 @@ void switch_to_rigid(Character& c) {
 
 }  // namespace
 
-void switch_level(LevelIndex to, double substep_s, Character& c) {
+void switch_level(LevelIndex to, Character& c) {
   c.wake();
   if (to == LevelIndex::rigid) return switch_to_rigid(c);
   const Level* old_level = c.model();
-  const HeadMotion motion = last_motion(c, substep_s);
+  const HeadMotion motion = last_motion(c);
   if (std::exchange(c.easing_s, -1) >= 0) {
     // Easing has no velocity of its own.
     const std::vector<Vec3f> displacement = std::move(c.state.displacement);
@@ -96,7 +82,7 @@ void switch_level(LevelIndex to, double substep_s, Character& c) {
   }
 }
 
-void replace_levels(std::shared_ptr<const LevelSet> levels, double substep_s, Character& c) {
+void replace_levels(std::shared_ptr<const LevelSet> levels, Character& c) {
   const std::shared_ptr<const LevelSet> old_levels = std::exchange(c.levels, std::move(levels));
   const Level* old_level = c.level == LevelIndex::rigid || !old_levels ? nullptr : &(*old_levels)[c.level];
   c.wake();
@@ -107,7 +93,7 @@ void replace_levels(std::shared_ptr<const LevelSet> levels, double substep_s, Ch
   c.easing_s = -1;
   c.state = {};
   const LevelIndex level = std::exchange(c.level, LevelIndex::rigid);
-  if (level == LevelIndex::rigid || c.levels) switch_level(level, substep_s, c);
+  if (level == LevelIndex::rigid || c.levels) switch_level(level, c);
 }
 
 }  // namespace hairnet

@@ -32,7 +32,8 @@ struct Integers {
 };
 inline constexpr float kVelocityStepsPer_s = 32;  // a velocity unit is 32 steps a second: 16 mm/s in the normal class
 
-// `pose` must be valid and within the wire's bounds; `last` keeps quaternions on one side (q and -q turn alike) and may be null.
+// `pose` must be valid and within the wire's bounds; `last` keeps quaternions on one side (q and -q turn alike) and may
+// be null.
 void quantise_pose(const Pose& pose, const Integers* last, Integers& out);
 // The pose that steps, frames and clients use, rounded to float as rounded_to_wire does.
 Pose dequantise_pose(const Integers& integers);
@@ -53,7 +54,7 @@ class Neighbours {
 
  private:
   friend struct NeighbourAccess;
-  // up to the codec
+  std::vector<std::array<std::uint32_t, 3>> nodes_;
 };
 
 // Earlier frames of the same character, level and class, at equal distances in time, newest first: t-s, t-2s, t-3s.
@@ -64,8 +65,9 @@ inline constexpr std::size_t kHistoryMax = 3;
 // Appends the frame's content to `out`. `neighbours`: of the frame's level; null exactly when it has no nodes.
 void encode_frame(const Integers& frame, History history, const Neighbours* neighbours, std::vector<std::uint8_t>& out);
 
-// For any bytes: true and a frame equal to what was encoded, or false (then `out` is unspecified). `bytes` is exactly one content;
-// trailing bytes are refused. `history` and `neighbours` must be those of the encoder. `has_velocities`: they were encoded.
+// For any bytes: true and a frame equal to what was encoded, or false (then `out` is unspecified). `bytes` is exactly
+// one content; trailing bytes are refused. `history` and `neighbours` must be those of the encoder. `has_velocities`:
+// they were encoded.
 [[nodiscard]] bool decode_frame(std::span<const std::uint8_t> bytes, History history, const Neighbours* neighbours,
                                 bool has_velocities, Integers& out);
 
@@ -74,13 +76,16 @@ void encode_frame(const Integers& frame, History history, const Neighbours* neig
 struct NodeRange {
   std::uint32_t first = 0, count = 0;  // active nodes
 };
+inline constexpr std::size_t kRangeBytesMin = 640;  // holds any bones and any node
 struct EncodedRange {
   NodeRange nodes;
   std::vector<std::uint8_t> bytes;
 };
+// `bytes_max`: at least kRangeBytesMin.
 std::vector<EncodedRange> encode_ranges(const Integers& frame, History history, const Neighbours* neighbours,
                                         std::size_t bytes_max);
-// Fills the range's part of `out`, whose nodes are already as many as the level has. `with_bones`: it is the first range.
+// Fills the range's part of `out`, whose nodes are already as many as the level has. `with_bones`: it is the first
+// range.
 [[nodiscard]] bool decode_range(std::span<const std::uint8_t> bytes, NodeRange range, bool with_bones, History history,
                                 const Neighbours* neighbours, bool has_velocities, Integers& out);
 

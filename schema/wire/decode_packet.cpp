@@ -3,6 +3,7 @@
 #include "core/ffd/lattice.hpp"
 #include "envelope_generated.h"
 #include "schema/wire/flat.hpp"
+#include "schema/wire/groom_file.hpp"
 #include "schema/wire/text.hpp"
 
 // Each `read` copies a verified table out and returns what is wrong with its values: empty, or one line. Counts are
@@ -42,7 +43,14 @@ Fault read_time(std::int64_t from_ns, const char* name, std::int64_t& to_ns) {
 
 Fault read(const fb::Hello& in, Hello& out) {
   out.protocol_version = in.protocol_version();
-  return read_text(in.client_name(), "client name", out.client_name);
+  const std::string_view token = view(in.token());
+  if (token.size() > kTokenBytesMax) return "token: longer than " + std::to_string(kTokenBytesMax) + " bytes";
+  out.token = token;
+  out.session = in.session();
+  if (in.secret()) out.secret = copy_out(*in.secret());
+  Fault fault = read_text(in.client_name(), "client name", out.client_name);
+  if (fault.empty()) fault = read_text(in.room(), "room", out.room);
+  return fault.empty() ? read_enum(in.role(), Role::participant, Role::observer, "role", out.role) : fault;
 }
 
 Fault read(const fb::GroomOffer& in, GroomOffer& out) {
@@ -61,10 +69,84 @@ Fault read(const fb::GroomChunk& in, GroomChunk& out) {
   return {};
 }
 
+Fault read_state(const fb::HairState& in, HairState& out) {
+  const std::size_t count = in.displacements()->size();
+  if (count > kHairStateIntegersMax) return "hair state: more than " + std::to_string(kHairStateIntegersMax) + " integers";
+  if (in.velocities()->size() != 0 && in.velocities()->size() != count) return "hair state: counts differ";
+  out.step_m = in.step_m();
+  copy_out(*in.displacements(), out.displacements);
+  copy_out(*in.velocities(), out.velocities);
+  return read_enum(in.level(), LevelIndex::high, LevelIndex::ether, "level of a hair state", out.level);
+}
+
 Fault read(const fb::AddCharacter& in, AddCharacter& out) {
   out.character = in.character();
   out.groom = copy_out(*in.groom());
+  if (in.state()) {
+    if (Fault fault = read_state(*in.state(), out.state.emplace()); !fault.empty()) return fault;
+  }
   return read_level(in.level(), out.level);
+}
+
+Fault read(const fb::Observe& in, Observe& out) {
+  if (in.members()->size() > kMembersPerMessageMax)
+    return "observe: more than " + std::to_string(kMembersPerMessageMax) + " members";
+  out.count = in.count();
+  out.radius_m = in.radius_m();
+  if (in.from()) out.from = copy_out(*in.from());
+  copy_out(*in.members(), out.members);
+  out.stride = in.stride();
+  out.velocities = in.velocities();
+  Fault fault = read_enum(in.mode(), ObserveMode::all, ObserveMode::list, "observe mode", out.mode);
+  return fault.empty() ? read_enum(in.error_class(), codec::ErrorClass::fine, codec::ErrorClass::coarse, "error class",
+                                   out.error_class)
+                       : fault;
+}
+
+Fault read(const fb::ReportImportance& in, ReportImportance& out) {
+  const auto& members = *in.members();
+  if (members.size() > kMembersPerMessageMax)
+    return "importance: more than " + std::to_string(kMembersPerMessageMax) + " members";
+  if (!is_aligned(members)) return "importance: members not aligned";
+  out.members.reserve(members.size());
+  for (const fb::MemberImportance* m : members) {
+    if (!(m->screen_height() >= 0 && m->screen_height() <= kScreenHeightMax))
+      return "importance: screen height not in [0, 100]";
+    out.members.push_back({m->member(), m->screen_height(), m->in_view()});
+  }
+  return {};
+}
+
+Fault read(const fb::RequestKeyframes& in, RequestKeyframes& out) {
+  if (in.members()->size() > kMembersPerMessageMax)
+    return "keyframes: more than " + std::to_string(kMembersPerMessageMax) + " members";
+  copy_out(*in.members(), out.members);
+  return {};
+}
+
+Fault read(const fb::GroomRequest& in, GroomRequest& out) {
+  out = {copy_out(*in.hash()), in.offset()};
+  return {};
+}
+
+Fault read(const fb::GroomData& in, GroomData& out) {
+  out.hash = copy_out(*in.hash());
+  out.byte_count = in.byte_count();
+  out.offset = in.offset();
+  copy_out(*in.bytes(), out.bytes);
+  const bool fits = out.byte_count <= kGroomBytesMax && out.offset <= out.byte_count &&
+                    out.bytes.size() <= out.byte_count - out.offset && out.bytes.size() <= kGroomChunkBytesMax;
+  return fits ? Fault() : "groom data: not within the groom";
+}
+
+Fault read(const fb::MemberJoined& in, MemberJoined& out) {
+  out = {in.member(), in.session(), in.character(), copy_out(*in.groom())};
+  return {};
+}
+
+Fault read(const fb::MemberLeft& in, MemberLeft& out) {
+  out.member = in.member();
+  return {};
 }
 
 Fault read(const fb::SetLevel& in, SetLevel& out) {
@@ -96,8 +178,19 @@ Fault read(const fb::PoseBatch& in, PoseBatch& out) {
 }
 
 Fault read(const fb::Welcome& in, Welcome& out) {
-  out = {in.protocol_version(),    in.session(),        in.tick_rate_hz(), in.tick(),
-         in.character_count_max(), in.groom_bytes_max()};
+  out.protocol_version = in.protocol_version();
+  out.session = in.session();
+  out.tick_rate_hz = in.tick_rate_hz();
+  out.tick = in.tick();
+  out.character_count_max = in.character_count_max();
+  out.groom_bytes_max = in.groom_bytes_max();
+  if (in.secret()) out.secret = copy_out(*in.secret());
+  out.resumed = in.resumed();
+  out.resume_grace_s = in.resume_grace_s();
+  if (!(out.resume_grace_s >= 0 && out.resume_grace_s <= 1e6f)) return "welcome: grace out of range";
+  if (Fault fault = read_time(in.pose_delay_ns(), "welcome's pose delay", out.pose_delay_ns); !fault.empty())
+    return fault;
+  if (Fault fault = read_text(in.room(), "room", out.room); !fault.empty()) return fault;
   const bool sound = out.tick_rate_hz >= 1 && out.tick_rate_hz <= kTickRateMax_hz;
   return sound ? Fault() : "welcome: tick rate not in [1, " + std::to_string(kTickRateMax_hz) + "] Hz";
 }
@@ -115,6 +208,7 @@ Fault read(const fb::GroomStatus& in, GroomStatus& out) {
 Fault read(const fb::CharacterAdded& in, CharacterAdded& out) {
   out.character = in.character();
   out.groom = copy_out(*in.groom());
+  out.member = in.member();
   return read_level(in.level(), out.level);
 }
 
@@ -155,23 +249,59 @@ Fault read(const fb::LevelRecord& in, LevelRecord& out) {
   return fault.empty() ? fault : "level record: " + fault;
 }
 
-// `nodes` holds at least the bytes the header announces.
-Fault read_frame(const fb::FrameHeader& in, const std::uint8_t* nodes, Frame& out) {
-  if (Fault fault = read_level(in.level(), out.level); !fault.empty()) return fault;
-  out.character = in.character();
-  out.discontinuous = in.discontinuous();
-  out.asleep = in.asleep();
-  out.quantum_m = in.quantum_m();
-  out.pose = copy_out(in.bones());
-  if (const PoseRefusal refusal = validate_pose(out.pose); refusal != PoseRefusal::none)
-    return std::string("frame's pose: ") + to_string(refusal);
-  const std::size_t node_count = in.node_count();
-  const float quantum_least_m = node_count == 0 ? 0 : kQuantumMin_m;
-  if (!(out.quantum_m >= quantum_least_m && out.quantum_m <= kQuantumMax_m)) return "frame: quantum out of range";
-  if (node_count == 0) return {};
-  if (out.level == LevelIndex::rigid) return "frame: rigid, yet with nodes";
-  out.displacements.resize(3 * node_count);
-  std::memcpy(out.displacements.data(), nodes, node_count * kNodeBytes);
+// Takes what is packed off the front of a span; false at its end or when it is not sound.
+class Unpacker {
+ public:
+  explicit Unpacker(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
+  [[nodiscard]] bool empty() const { return bytes_.empty(); }
+  bool take(std::uint8_t& value) {
+    if (bytes_.empty()) return false;
+    value = bytes_.front();
+    bytes_ = bytes_.subspan(1);
+    return true;
+  }
+  bool take_varint(std::uint32_t& value) {
+    std::uint64_t sum = 0;
+    for (unsigned shift = 0; shift < 35; shift += 7) {
+      std::uint8_t byte = 0;
+      if (!take(byte)) return false;
+      sum |= std::uint64_t{byte & 0x7fu} << shift;
+      if (byte & 0x80) continue;
+      value = static_cast<std::uint32_t>(sum);
+      return sum <= 0xffffffffu;
+    }
+    return false;
+  }
+  bool take(std::size_t count, std::span<const std::uint8_t>& out) {
+    if (count > bytes_.size()) return false;
+    out = bytes_.first(count);
+    bytes_ = bytes_.subspan(count);
+    return true;
+  }
+
+ private:
+  std::span<const std::uint8_t> bytes_;
+};
+
+Fault read_frame(Unpacker& in, std::uint32_t member_before, Frame& out) {
+  std::uint32_t step = 0, byte_count = 0;
+  std::uint8_t head = 0, reference = 0;
+  if (!in.take_varint(step) || !in.take(head) || !in.take(reference) || !in.take_varint(byte_count) ||
+      !in.take(byte_count, out.content))
+    return "frame batch: ends within a frame";
+  if (step == 0 || step > 0xffffffffu - member_before) return "frame batch: members do not ascend";
+  out.member = member_before + step;
+  if (Fault fault = read_level(head & 7, out.level); !fault.empty()) return fault;
+  out.discontinuous = (head & 8) != 0;
+  out.asleep = (head & 16) != 0;
+  out.velocities = (head & 32) != 0;
+  if ((head >> 6) >= codec::kErrorClassCount) return "frame: no such error class";
+  out.error_class = static_cast<codec::ErrorClass>(head >> 6);
+  out.order = reference & 3;
+  const unsigned stride = reference >> 2 & 3u, step_stride = reference >> 4 & 3u;
+  if (stride == 3 || step_stride == 3 || reference >> 6 != 0) return "frame: no such stride";
+  out.stride = static_cast<std::uint8_t>(1u << stride);
+  out.step_stride = static_cast<std::uint8_t>(1u << step_stride);
   return {};
 }
 
@@ -179,17 +309,15 @@ Fault read(const fb::FrameBatch& in, FrameBatch& out) {
   out.tick = in.tick();
   if (Fault fault = read_time(in.sample_time_ns(), "frames' sample time", out.sample_time_ns); !fault.empty())
     return fault;
-  const auto& frames = *in.frames();
-  if (!is_aligned(frames)) return "frame batch: frames not aligned";
-  std::uint64_t byte_count = 0;
-  for (const fb::FrameHeader* f : frames) byte_count += std::uint64_t{f->node_count()} * kNodeBytes;
-  if (byte_count != in.nodes()->size()) return "frame batch: node counts and node bytes disagree";
-  out.frames.reserve(frames.size());
-  const std::uint8_t* nodes = in.nodes()->Data();
-  for (const fb::FrameHeader* f : frames) {
-    if (Fault fault = read_frame(*f, nodes, out.frames.emplace_back()); !fault.empty()) return fault;
-    nodes += f->node_count() * kNodeBytes;
+  auto storage = std::make_shared<std::vector<std::uint8_t>>();
+  copy_out(*in.frames(), *storage);
+  Unpacker packed(*storage);
+  std::uint32_t member = 0;
+  while (!packed.empty()) {
+    if (Fault fault = read_frame(packed, member, out.frames.emplace_back()); !fault.empty()) return fault;
+    member = out.frames.back().member;
   }
+  out.storage = std::move(storage);
   return {};
 }
 
@@ -197,7 +325,7 @@ Fault read(const fb::Error& in, Error& out) {
   out.character = in.character();
   if (in.groom()) out.groom = copy_out(*in.groom());
   if (Fault fault =
-          read_enum(in.reason(), ErrorReason::malformed, ErrorReason::not_allowed, "error reason", out.reason);
+          read_enum(in.reason(), ErrorReason::malformed, kErrorReasonLast, "error reason", out.reason);
       !fault.empty())
     return fault;
   return read_text(in.detail(), "error detail", out.detail);
@@ -205,7 +333,7 @@ Fault read(const fb::Error& in, Error& out) {
 
 Fault read(const fb::Goodbye& in, Goodbye& out) {
   if (Fault fault =
-          read_enum(in.reason(), GoodbyeReason::client_leaves, GoodbyeReason::over_rate, "goodbye reason", out.reason);
+          read_enum(in.reason(), GoodbyeReason::client_leaves, kGoodbyeReasonLast, "goodbye reason", out.reason);
       !fault.empty())
     return fault;
   return read_text(in.detail(), "goodbye detail", out.detail);
@@ -259,6 +387,20 @@ Fault read_body(const fb::Envelope& in, Message& out) {
       return read(*in.body_as_SetMaterial(), out.emplace<SetMaterial>());
     case fb::Body::SetWind:
       return read(*in.body_as_SetWind(), out.emplace<SetWind>());
+    case fb::Body::Observe:
+      return read(*in.body_as_Observe(), out.emplace<Observe>());
+    case fb::Body::ReportImportance:
+      return read(*in.body_as_ReportImportance(), out.emplace<ReportImportance>());
+    case fb::Body::RequestKeyframes:
+      return read(*in.body_as_RequestKeyframes(), out.emplace<RequestKeyframes>());
+    case fb::Body::GroomRequest:
+      return read(*in.body_as_GroomRequest(), out.emplace<GroomRequest>());
+    case fb::Body::GroomData:
+      return read(*in.body_as_GroomData(), out.emplace<GroomData>());
+    case fb::Body::MemberJoined:
+      return read(*in.body_as_MemberJoined(), out.emplace<MemberJoined>());
+    case fb::Body::MemberLeft:
+      return read(*in.body_as_MemberLeft(), out.emplace<MemberLeft>());
     case fb::Body::NONE:
       break;
   }

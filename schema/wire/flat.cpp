@@ -29,6 +29,19 @@ GroomHash copy_out(const fb::Hash& hash) {
   return out;
 }
 
+fb::Secret flatten(const SessionSecret& secret) {
+  fb::Secret flat;
+  static_assert(sizeof flat == sizeof secret);
+  std::memcpy(&flat, secret.data(), sizeof flat);
+  return flat;
+}
+
+SessionSecret copy_out(const fb::Secret& secret) {
+  SessionSecret out;
+  std::memcpy(out.data(), &secret, sizeof out);
+  return out;
+}
+
 fb::Bones flatten(const Pose& pose) {
   return {flatten(pose[Bone::head]), flatten(pose[Bone::neck]), flatten(pose[Bone::left_shoulder]),
           flatten(pose[Bone::right_shoulder]), flatten(pose[Bone::upper_trunk])};

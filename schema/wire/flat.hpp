@@ -21,6 +21,9 @@ static_assert(std::endian::native == std::endian::little, "bulk data is copied a
 fb::Hash flatten(const GroomHash& hash);
 GroomHash copy_out(const fb::Hash& hash);
 
+fb::Secret flatten(const SessionSecret& secret);
+SessionSecret copy_out(const fb::Secret& secret);
+
 // Rounded to float as rounded_to_wire does; what comes back is exactly that.
 fb::Bones flatten(const Pose& pose);
 Pose copy_out(const fb::Bones& bones);

@@ -1,5 +1,7 @@
 #include "schema/wire/messages.hpp"
 
+#include <algorithm>
+
 namespace hairnet::wire {
 
 const char* to_string(DecodeError error) {
@@ -50,6 +52,16 @@ const char* to_string(ErrorReason reason) {
       return "wind_invalid";
     case ErrorReason::not_allowed:
       return "not_allowed";
+    case ErrorReason::token_invalid:
+      return "token_invalid";
+    case ErrorReason::room_invalid:
+      return "room_invalid";
+    case ErrorReason::observe_invalid:
+      return "observe_invalid";
+    case ErrorReason::state_invalid:
+      return "state_invalid";
+    case ErrorReason::groom_unavailable:
+      return "groom_unavailable";
   }
   return "unknown";
 }
@@ -76,8 +88,36 @@ const char* to_string(GoodbyeReason reason) {
       return "server_full";
     case GoodbyeReason::over_rate:
       return "over_rate";
+    case GoodbyeReason::token_refused:
+      return "token_refused";
+    case GoodbyeReason::room_refused:
+      return "room_refused";
+    case GoodbyeReason::session_taken_over:
+      return "session_taken_over";
   }
   return "unknown";
+}
+
+std::string validate(const Observe& observe) {
+  if (observe.stride != 1 && observe.stride != 2 && observe.stride != 4) return "stride is not 1, 2 or 4";
+  if (observe.mode == ObserveMode::radius && !(observe.radius_m >= 0 && observe.radius_m <= kObserveRadiusMax_m))
+    return "radius_m is not in [0, " + std::to_string(static_cast<int>(kObserveRadiusMax_m)) + "]";
+  if (observe.from && !(observe.from->allFinite() && observe.from->cwiseAbs().maxCoeff() <= kPositionMax_m))
+    return "the point it is measured from is not finite or too far";
+  return {};
+}
+
+std::string validate(const HairState& state) {
+  if (state.displacements.empty() || state.displacements.size() % 3 != 0) return "not 3 integers a node";
+  if (!(state.step_m > 0 && state.step_m <= kHairStateStepMax_m)) return "step_m is not in (0, 0.001]";
+  return {};
+}
+
+bool is_room_name(std::string_view name) {
+  const auto is_plain = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' || c == '_' || c == '-';
+  };
+  return name.size() <= kRoomNameBytesMax && std::all_of(name.begin(), name.end(), is_plain);
 }
 
 }  // namespace hairnet::wire

@@ -3,8 +3,11 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -13,23 +16,29 @@
 #include "core/pose/pose.hpp"
 #include "core/result.hpp"
 #include "core/solver/wind.hpp"
+#include "schema/codec/frame_codec.hpp"
 
 // What client and server say to each other, as plain structs. PROTOCOL.md states bytes, states, limits and reasons.
 namespace hairnet::wire {
 
-inline constexpr std::uint16_t kProtocolVersion = 2;
+inline constexpr std::uint16_t kProtocolVersion = 3;
 inline constexpr std::size_t kPacketBytesMax = 4u << 20;      // size prefix included
 inline constexpr std::size_t kPacketBytesMin = 16;            // prefix, root, identifier, an empty table
 inline constexpr std::size_t kPacketOverheadBytesMax = 4096;  // of any packet, beside poses, frames, geometry or chunk
 inline constexpr std::size_t kGroomChunkBytesMax = 256u << 10;
 inline constexpr std::size_t kPosesPerBatchMax = 4096;
+inline constexpr std::size_t kMembersPerMessageMax = 4096;          // of Observe, ReportImportance, RequestKeyframes
+inline constexpr std::size_t kHairStateIntegersMax = 3u << 18;      // of the largest lattice
+inline constexpr std::size_t kRoomNameBytesMax = 64;
+inline constexpr std::size_t kTokenBytesMax = 4096;
+inline constexpr std::uint32_t kStrideMax = 4;      // 1, 2 or 4 ticks
+inline constexpr float kObserveRadiusMax_m = 20'000;
+inline constexpr float kHairStateStepMax_m = 1e-3f;
+inline constexpr float kScreenHeightMax = 100;      // a head's height over the screen's
 inline constexpr std::size_t kTextBytesMax = 1024;                  // any string
 inline constexpr double kPositionMax_m = 10'000;                    // any coordinate of a pose, absolute
 inline constexpr std::int64_t kTimeMax_ns = std::int64_t{1} << 61;  // any time, absolute: sums cannot overflow
 inline constexpr std::uint32_t kTickRateMax_hz = 1000;
-inline constexpr float kQuantumMin_m = 1e-4f;
-inline constexpr float kQuantumMax_m = kQuantumMin_m * 8192;
-inline constexpr std::size_t kNodeBytes = 3 * sizeof(std::int16_t);
 inline constexpr std::uint32_t kLatticeNodesPerAxisMax = 64;
 inline constexpr float kLatticeCoordinateMax_m = 100;  // origin and spacing, absolute
 
@@ -51,8 +60,14 @@ enum class ErrorReason : std::uint8_t {
   pose_invalid,
   material_invalid,
   wind_invalid,
-  not_allowed
+  not_allowed,
+  token_invalid,
+  room_invalid,
+  observe_invalid,
+  state_invalid,
+  groom_unavailable
 };
+inline constexpr ErrorReason kErrorReasonLast = ErrorReason::groom_unavailable;
 enum class GoodbyeReason : std::uint8_t {
   none,
   client_leaves,
@@ -63,13 +78,27 @@ enum class GoodbyeReason : std::uint8_t {
   idle_timeout,
   slow_consumer,
   server_full,
-  over_rate
+  over_rate,
+  token_refused,
+  room_refused,
+  session_taken_over
 };
+inline constexpr GoodbyeReason kGoodbyeReasonLast = GoodbyeReason::session_taken_over;
+
+// What may be seen of a session only by who holds it: it lets a client continue it over a new connection.
+using SessionSecret = std::array<std::uint8_t, 16>;
+
+enum class Role : std::uint8_t { participant, observer };  // an observer has no characters of its own
 
 // Client to server.
 struct Hello {
   std::uint16_t protocol_version = kProtocolVersion;
   std::string client_name;
+  std::string room = {};   // empty: the lobby
+  std::string token = {};  // empty: none
+  Role role = Role::participant;
+  std::uint64_t session = 0;  // to be continued; 0: a new one
+  SessionSecret secret{};     // of that session
 };
 struct GroomOffer {
   GroomHash hash{};
@@ -80,10 +109,17 @@ struct GroomChunk {
   std::uint64_t offset = 0;
   std::vector<std::uint8_t> bytes;
 };
+// A lattice as its owner last had it: displacement = step * integer, velocity = 32 step/s * integer, 3 an active node.
+struct HairState {
+  LevelIndex level = LevelIndex::high;
+  float step_m = 0;
+  std::vector<std::int16_t> displacements, velocities;  // as many; velocities may be empty: at rest
+};
 struct AddCharacter {
   std::uint32_t character = 0;
   GroomHash groom{};
-  LevelIndex level = LevelIndex::high;
+  LevelIndex level = LevelIndex::high;  // the finest that it is given
+  std::optional<HairState> state = {};       // what it goes on from; none: its design
 };
 struct SetLevel {
   std::uint32_t character = 0;
@@ -107,8 +143,36 @@ struct SetMaterial {
   std::uint32_t character = 0;
   MaterialScale scale;
 };
-struct SetWind {
+struct SetWind {  // of the session's room
   Wind wind;
+};
+// Which members of its room a session is sent, and how finely. Its own characters always.
+enum class ObserveMode : std::uint8_t { all, nearest, radius, list };
+struct Observe {
+  ObserveMode mode = ObserveMode::all;
+  std::uint32_t count = 0;             // nearest: so many
+  float radius_m = 0;                  // radius: heads within it
+  std::optional<Vec3f> from;           // what nearest and radius are measured from, world; none: its own nearest head
+  std::vector<std::uint32_t> members;  // list
+  codec::ErrorClass error_class = codec::ErrorClass::normal;
+  std::uint32_t stride = 1;  // ticks between frames, at least: 1, 2, 4
+  bool velocities = false;   // of nodes, beside their displacements
+};
+// How a client sees members, as often as it likes to say it; what it does not name stays as it was.
+struct MemberImportance {
+  std::uint32_t member = 0;
+  float screen_height = 0;  // of the head, over the screen's
+  bool in_view = true;
+};
+struct ReportImportance {
+  std::vector<MemberImportance> members;
+};
+struct RequestKeyframes {
+  std::vector<std::uint32_t> members;  // the next frame of these refers to none before; empty: of all
+};
+struct GroomRequest {  // another's groom, which the client lacks; answered by GroomData
+  GroomHash hash{};
+  std::uint64_t offset = 0;
 };
 
 // Server to client.
@@ -119,6 +183,11 @@ struct Welcome {
   std::uint64_t tick = 0;
   std::uint32_t character_count_max = 0;
   std::uint64_t groom_bytes_max = 0;
+  std::string room = {};
+  SessionSecret secret{};
+  bool resumed = false;             // the session that Hello named goes on, with its characters and grooms
+  float resume_grace_s = 0;         // how long a session outlives its connection
+  std::int64_t pose_delay_ns = 0;   // a tick samples poses this far before its own time
 };
 struct GroomNeed {
   GroomHash hash{};
@@ -129,10 +198,26 @@ struct GroomStatus {
   GroomHash hash{};
   GroomState state = GroomState::queued;
 };
-struct CharacterAdded {
+struct GroomData {  // the groom's bytes from `offset` on; pieces come in order
+  GroomHash hash{};
+  std::uint64_t byte_count = 0;  // of the whole
+  std::uint64_t offset = 0;
+  std::vector<std::uint8_t> bytes;
+};
+struct CharacterAdded {  // to its owner
   std::uint32_t character = 0;
   GroomHash groom{};
   LevelIndex level = LevelIndex::rigid;
+  std::uint32_t member = 0;  // its number in frames
+};
+struct MemberJoined {  // to all others in the room
+  std::uint32_t member = 0;
+  std::uint64_t session = 0;    // the owner's
+  std::uint32_t character = 0;  // the owner's number for it
+  GroomHash groom{};
+};
+struct MemberLeft {
+  std::uint32_t member = 0;
 };
 struct CharacterRemoved {
   std::uint32_t character = 0;
@@ -142,19 +227,25 @@ struct LevelRecord {
   LevelIndex level = LevelIndex::high;
   LevelGeometry geometry;
 };
+// A frame as it travels. `content` is codec::encode_frame's; what it was predicted from are the `order` frames of the member
+// that this session was sent last, `stride` ticks apart.
 struct Frame {
-  std::uint32_t character = 0;
+  std::uint32_t member = 0;
   LevelIndex level = LevelIndex::rigid;
-  bool discontinuous = false;               // teleport, reset or level switch: do not interpolate from the last frame
-  bool asleep = false;                      // nothing will change, and no frame come, before the character wakes
-  Pose pose;                                // the one the step used
-  float quantum_m = 0;                      // displacement = quantum * integer; error at most quantum / 2 a coordinate
-  std::vector<std::int16_t> displacements;  // 3 an active node, head space; empty = rigid or asleep
+  codec::ErrorClass error_class = codec::ErrorClass::normal;
+  bool discontinuous = false;  // teleport, reset or level switch: do not interpolate from the last frame
+  bool asleep = false;         // nothing will change, and no frame come, before the character wakes
+  bool velocities = false;     // the content has them
+  std::uint8_t order = 0;      // 0 to 3
+  std::uint8_t stride = 1;     // 1, 2 or 4; of no meaning at order 0
+  std::uint8_t step_stride = 1;  // ticks from one step of the character to the next
+  std::span<const std::uint8_t> content;
 };
 struct FrameBatch {
   std::uint64_t tick = 0;
   std::int64_t sample_time_ns = 0;  // server clock: when the poses were sampled (tick time - pose delay)
-  std::vector<Frame> frames;
+  std::vector<Frame> frames;        // members ascend
+  std::shared_ptr<const std::vector<std::uint8_t>> storage = {};  // what the contents of a decoded batch lie in
 };
 struct Error {
   ErrorReason reason = ErrorReason::none;
@@ -171,7 +262,8 @@ struct Goodbye {
 
 using Message = std::variant<Hello, GroomOffer, GroomChunk, AddCharacter, SetLevel, RemoveCharacter, PoseBatch, Welcome,
                              GroomNeed, GroomStatus, CharacterAdded, CharacterRemoved, LevelRecord, FrameBatch, Error,
-                             Goodbye, SetMaterial, SetWind>;
+                             Goodbye, SetMaterial, SetWind, Observe, ReportImportance, RequestKeyframes, GroomRequest,
+                             GroomData, MemberJoined, MemberLeft>;
 
 // The unit on every transport: a message and its sender's monotonic clock.
 struct Envelope {
@@ -188,8 +280,11 @@ const char* to_string(GoodbyeReason reason);
 // may not travel becomes '?', what is too long is cut). Empty when the packet would exceed kPacketBytesMax.
 std::vector<std::uint8_t> encode_packet(const Envelope& envelope);
 
-// Bytes that a frame takes in a batch. Batches whose frames sum to at most kPacketBytesMax - kPacketOverheadBytesMax
-// can be sent.
+// Sets the clock of a packet of encode_packet, which may have waited since.
+void set_clock(std::span<std::uint8_t> packet, std::int64_t clock_ns);
+
+// Bytes that a frame takes in a batch, at most. Batches whose frames sum to at most kPacketBytesMax -
+// kPacketOverheadBytesMax can be sent.
 std::size_t frame_bytes(const Frame& frame);
 
 // `packet` is exactly one packet, size prefix included. Verified, validated (ranges, counts, finite numbers, unit
@@ -202,15 +297,15 @@ struct Decoded {
 };
 Decoded decode_packet(std::span<const std::uint8_t> packet);
 
+// Empty when sound (ranges, finite numbers); else one line. A hair state's count is its level's to judge.
+std::string validate(const Observe& observe);
+std::string validate(const HairState& state);
+// A room's name: 1 to kRoomNameBytesMax bytes of letters, digits and . _ - of ASCII, or empty for the lobby.
+bool is_room_name(std::string_view name);
+
 // Why a pose is refused.
 enum class PoseRefusal : std::uint8_t { none, not_finite, not_unit, too_far };
 PoseRefusal validate_pose(const Pose& pose);
 const char* to_string(PoseRefusal refusal);
-
-// Quantises to the smallest quantum of 0.1 mm * 2^n that holds every displacement; fills `quantum_m` and
-// `displacements`. A coordinate d comes back within quantum / 2 + 2^-23 |d| (the latter is float rounding).
-// Displacements must be finite; beyond 32767 * kQuantumMax_m (26 km) they are cut off.
-void encode_displacements(std::span<const Vec3f> displacement, Frame& frame);
-void decode_displacements(const Frame& frame, std::vector<Vec3f>& displacement);
 
 }  // namespace hairnet::wire

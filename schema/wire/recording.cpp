@@ -1,5 +1,6 @@
 #include "schema/wire/recording.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "recording_generated.h"
@@ -9,7 +10,7 @@
 namespace hairnet::wire {
 namespace {
 
-constexpr std::uint16_t kRecordingVersion = 2;
+constexpr std::uint16_t kRecordingVersion = 3;
 constexpr std::int32_t kSubstepCountMax = 64;
 constexpr std::int32_t kIterationsMax = 10'000;
 constexpr double kAccelerationMax = 1000;  // m/s^2
@@ -42,16 +43,33 @@ Body write(FlatBufferBuilder& to, const RecordedGroom& e) {
   return body(fb::CreateRecordedGroomDirect(to, &e.bytes));
 }
 
+Offset<flatbuffers::Vector<float>> write_vectors(FlatBufferBuilder& to, const std::vector<Vec3f>& vectors) {
+  static_assert(sizeof(Vec3f) == 3 * sizeof(float));
+  return to.CreateVector(vectors.empty() ? nullptr : vectors.front().data(), 3 * vectors.size());
+}
+
 Body write(FlatBufferBuilder& to, const RecordedTick& e) {
   std::vector<fb::RecordedAdd> added;
   for (const RecordedAdd& a : e.added)
-    added.emplace_back(a.character, flatten(a.groom), flatten(a.pose), static_cast<std::uint8_t>(a.level),
-                       a.levels_ready);
+    added.emplace_back(a.character, flatten(a.groom), flatten(a.pose), a.room,
+                       static_cast<std::uint8_t>(a.level), a.levels_ready);
   std::vector<fb::RecordedLevel> levels;
   for (const RecordedLevel& l : e.levels) levels.emplace_back(l.character, static_cast<std::uint8_t>(l.level));
   std::vector<fb::RecordedMaterial> materials;
   for (const RecordedMaterial& m : e.materials) materials.emplace_back(m.character, flatten(m.scale));
-  const fb::Wind wind = e.wind ? flatten(*e.wind) : fb::Wind();
+  std::vector<fb::RecordedWind> winds;
+  for (const RecordedWind& w : e.winds) winds.emplace_back(flatten(w.wind), w.room);
+  std::vector<fb::RecordedStride> strides;
+  for (const RecordedStride& s : e.strides) strides.emplace_back(s.character, s.stride);
+  std::vector<fb::RecordedHold> holds;
+  for (const RecordedHold& h : e.holds) holds.emplace_back(h.character, h.held);
+  std::vector<fb::RecordedState> states;
+  std::vector<Vec3f> displacements, velocities;
+  for (const RecordedState& s : e.states) {
+    states.emplace_back(s.character, static_cast<std::uint32_t>(s.displacements.size()));
+    displacements.insert(displacements.end(), s.displacements.begin(), s.displacements.end());
+    velocities.insert(velocities.end(), s.velocities.begin(), s.velocities.end());
+  }
   std::vector<fb::RecordedPose> poses;
   poses.reserve(e.poses.size());
   for (const RecordedPose& p : e.poses) poses.emplace_back(p.character, flatten(p.pose), p.teleport);
@@ -60,8 +78,15 @@ Body write(FlatBufferBuilder& to, const RecordedTick& e) {
   const auto levels_at = to.CreateVectorOfStructs(levels);
   const auto poses_at = to.CreateVectorOfStructs(poses);
   const auto materials_at = to.CreateVectorOfStructs(materials);
+  const auto winds_at = to.CreateVectorOfStructs(winds);
+  const auto strides_at = to.CreateVectorOfStructs(strides);
+  const auto holds_at = to.CreateVectorOfStructs(holds);
+  const auto states_at = to.CreateVectorOfStructs(states);
+  const auto displacements_at = write_vectors(to, displacements);
+  const auto velocities_at = write_vectors(to, velocities);
   return body(fb::CreateRecordedTick(to, e.tick, e.sample_time_ns, e.state_hash, removed_at, added_at, levels_at,
-                                     poses_at, materials_at, e.wind ? &wind : nullptr));
+                                     poses_at, materials_at, winds_at, strides_at, holds_at, states_at,
+                                     displacements_at, velocities_at));
 }
 
 bool copy_vector(const fb::Vec3d& from, std::array<double, 3>& to) {
@@ -112,6 +137,7 @@ Fault read_pose(const fb::Bones& from, Pose& to) {
 Fault read(const fb::RecordedAdd& in, RecordedAdd& out) {
   out.character = in.character();
   out.groom = copy_out(in.groom());
+  out.room = in.room();
   out.levels_ready = in.levels_ready();
   Fault fault = read_level(in.level(), out.level);
   return fault.empty() ? read_pose(in.bones(), out.pose) : fault;
@@ -127,10 +153,47 @@ Fault read(const fb::RecordedMaterial& in, RecordedMaterial& out) {
   return validate(out.scale);
 }
 
-Fault read_wind(const fb::Wind* in, std::optional<Wind>& out) {
-  if (!in) return {};
-  out = copy_out(*in);
-  return validate(*out);
+Fault read(const fb::RecordedStride& in, RecordedStride& out) {
+  out = {in.character(), in.stride()};
+  return out.stride == 1 || out.stride == 2 || out.stride == 4 ? Fault() : "stride is not 1, 2 or 4";
+}
+
+Fault read(const fb::RecordedHold& in, RecordedHold& out) {
+  out = {in.character(), in.held()};
+  return {};
+}
+
+Fault read(const fb::RecordedWind& in, RecordedWind& out) {
+  out = {in.room(), copy_out(in.wind())};
+  return validate(out.wind);
+}
+
+Fault read_vectors(const flatbuffers::Vector<float>& in, std::vector<Vec3f>& out) {
+  if (in.size() % 3 != 0) return "state: not 3 numbers a node";
+  copy_out(in, out);
+  const bool finite = std::all_of(out.begin(), out.end(), [](const Vec3f& v) { return v.allFinite(); });
+  return finite ? Fault() : "state: not finite";
+}
+
+Fault read_states(const fb::RecordedTick& in, std::vector<RecordedState>& out) {
+  const auto& states = *in.states();
+  if (!is_aligned(states)) return "states not aligned";
+  std::vector<Vec3f> displacements, velocities;
+  Fault fault = read_vectors(*in.state_displacements(), displacements);
+  if (fault.empty()) fault = read_vectors(*in.state_velocities(), velocities);
+  if (!fault.empty()) return fault;
+  std::uint64_t node_count = 0;
+  for (const fb::RecordedState* state : states) node_count += state->node_count();
+  if (node_count != displacements.size() || node_count != velocities.size()) return "states: counts differ";
+  std::ptrdiff_t first = 0;
+  for (const fb::RecordedState* state : states) {
+    const std::ptrdiff_t last = first + static_cast<std::ptrdiff_t>(state->node_count());
+    out.push_back({state->character(),
+                   {displacements.begin() + first, displacements.begin() + last},
+                   {velocities.begin() + first, velocities.begin() + last}});
+    first = last;
+  }
+  return {};
 }
 
 Fault read(const fb::RecordedPose& in, RecordedPose& out) {
@@ -157,7 +220,10 @@ Fault read(const fb::RecordedTick& in, RecordedTick& out) {
   Fault fault = read_all(*in.added(), out.added);
   if (fault.empty()) fault = read_all(*in.levels(), out.levels);
   if (fault.empty()) fault = read_all(*in.materials(), out.materials);
-  if (fault.empty()) fault = read_wind(in.wind(), out.wind);
+  if (fault.empty()) fault = read_all(*in.strides(), out.strides);
+  if (fault.empty()) fault = read_all(*in.holds(), out.holds);
+  if (fault.empty()) fault = read_all(*in.winds(), out.winds);
+  if (fault.empty()) fault = read_states(in, out.states);
   if (fault.empty()) fault = read_all(*in.poses(), out.poses);
   return fault.empty() ? fault : "tick " + std::to_string(out.tick) + ": " + fault;
 }

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <variant>
 #include <vector>
@@ -18,7 +17,7 @@ struct RecordingHeader {
   std::int32_t substep_count = 1;
   std::int32_t iterations = 0;  // 0: each level's own
   std::array<double, 3> gravity{0, -9.81, 0};
-  Wind wind;
+  Wind wind;  // of rooms that no tick has given another
 };
 struct RecordedGroom {
   std::vector<std::uint8_t> bytes;
@@ -26,6 +25,7 @@ struct RecordedGroom {
 struct RecordedAdd {
   std::uint64_t character = 0;
   GroomHash groom{};
+  std::uint32_t room = 0;  // whose wind it stands in
   bool levels_ready = false;
   LevelIndex level = LevelIndex::rigid;
   Pose pose;
@@ -37,6 +37,22 @@ struct RecordedLevel {
 struct RecordedMaterial {
   std::uint64_t character = 0;
   MaterialScale scale;
+};  // from this tick on
+struct RecordedStride {
+  std::uint64_t character = 0;
+  std::uint8_t stride = 1;
+};  // from this tick on
+struct RecordedHold {
+  std::uint64_t character = 0;
+  bool held = false;
+};  // from this tick on
+struct RecordedState {
+  std::uint64_t character = 0;
+  std::vector<Vec3f> displacements, velocities;  // head space, m and m/s, of the level it is on
+};
+struct RecordedWind {
+  std::uint32_t room = 0;
+  Wind wind;
 };  // from this tick on
 struct RecordedPose {
   std::uint64_t character = 0;
@@ -50,7 +66,10 @@ struct RecordedTick {
   std::vector<RecordedAdd> added;
   std::vector<RecordedLevel> levels;
   std::vector<RecordedMaterial> materials;
-  std::optional<Wind> wind;  // from this tick on; of the whole room
+  std::vector<RecordedStride> strides;
+  std::vector<RecordedHold> holds;
+  std::vector<RecordedState> states;
+  std::vector<RecordedWind> winds;
   std::vector<RecordedPose> poses;
   std::uint64_t state_hash = 0;  // World::hash after the step
 };

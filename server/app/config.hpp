@@ -6,6 +6,7 @@
 #include "core/solver/wind.hpp"
 #include "server/session/session_limits.hpp"
 #include "server/tick/groom_store.hpp"
+#include "server/transport/transport_options.hpp"
 
 namespace hairnet::server {
 
@@ -28,9 +29,12 @@ struct Config {
   std::string log_level = "warn";
   double counters_interval_s = 10;           // at log level debug
   std::size_t command_weight_max = 262'144;  // commands and poses on their way to the tick
+  std::string token_key_file;                      // clients need tokens signed by it; empty: none
+  std::int64_t room_grace_ns = 10'000'000'000;     // that an empty room, and its wind, stays
   double drain_s = 2;                        // at shutdown, for clients to take what waits
   SessionLimits sessions;
   GroomStoreLimits grooms;
+  TransportOptions transport;  // but its address and port: those above
 };
 
 struct ParsedConfig {

@@ -1,9 +1,13 @@
 #include "server/app/server.hpp"
 
+#include <chrono>
+#include <fstream>
 #include <utility>
 
 namespace hairnet::server {
 namespace {
+
+constexpr std::size_t kTokenKeyFileBytesMax = 4096;
 
 SchedulerDef scheduler_def(const Config& config, WorkerPool& workers) {
   SchedulerDef def;
@@ -13,6 +17,8 @@ SchedulerDef scheduler_def(const Config& config, WorkerPool& workers) {
   def.world.character_count_max = static_cast<std::uint32_t>(config.sessions.character_count_max);
   def.world.iterations = config.iterations;
   def.wind = config.wind;
+  def.publish.packet_bytes_max = config.sessions.frame_packet_bytes_max;
+  def.room_grace_ns = config.room_grace_ns;
   def.world.parallel_for = [&workers](std::size_t count, const std::function<void(std::size_t)>& body) {
     workers.parallel_for(count, body);
   };
@@ -22,6 +28,19 @@ SchedulerDef scheduler_def(const Config& config, WorkerPool& workers) {
 std::optional<LevelCache> make_level_cache(const Config& config, LevelCacheCounters& counters) {
   if (config.level_cache.empty()) return std::nullopt;
   return LevelCache(config.level_cache, config.level_cache_mib << 20, counters);
+}
+
+// An empty key when there is none in the file.
+channel::TokenKey read_token_key(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string text(kTokenKeyFileBytesMax, '\0');
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  return channel::TokenKey::parse(text);
+}
+
+std::int64_t unix_time_s() {
+  return std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
 }  // namespace
@@ -34,14 +53,21 @@ Result<std::unique_ptr<Server>> Server::create(const Config& config, Metrics& me
     if (!created) return Refusal(created.error());
     recorder = std::move(*created);
   }
-  return std::unique_ptr<Server>(new Server(config, metrics, std::move(recorder), now_ns));
+  std::optional<channel::TokenKey> token_key;
+  if (!config.token_key_file.empty()) {
+    token_key.emplace(read_token_key(config.token_key_file));
+    if (token_key->empty())
+      return Refusal("token key file " + config.token_key_file + ": cannot be read, or is no key of hairnet-token's");
+  }
+  return std::unique_ptr<Server>(new Server(config, metrics, std::move(recorder), std::move(token_key), now_ns));
 }
 
-Server::Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder> recorder, std::int64_t now_ns)
+Server::Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder> recorder,
+               std::optional<channel::TokenKey> token_key, std::int64_t now_ns)
     : commands_(config.command_weight_max),
       recorder_(std::move(recorder)),
       level_cache_(make_level_cache(config, metrics.level_cache)),
-      builder_(config.grooms.groom, config.grooms.build_queue_max, recorder_ != nullptr, config.build_threads,
+      builder_(config.grooms.groom, config.grooms.build_queue_max, config.build_threads,
                level_cache_ ? &*level_cache_ : nullptr),
       grooms_(config.grooms, builder_, commands_, metrics.groom,
               [this](SessionId id, const wire::Message& message, std::int64_t at_ns) {
@@ -53,7 +79,10 @@ Server::Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder>
                grooms_,
                config.tick_rate_hz,
                config.grooms.groom_bytes_max,
-               tick_},
+               tick_,
+               static_cast<std::int64_t>(config.pose_delay_ms * 1e6),
+               std::move(token_key),
+               unix_time_s},
       sessions_(context_),
       workers_(config.workers),
       tick_clock_(config.tick_rate_hz, config.ticks_behind_max, now_ns),

@@ -46,7 +46,8 @@ class Server {
   [[nodiscard]] const Scheduler& scheduler() const { return scheduler_; }
 
  private:
-  Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder> recorder, std::int64_t now_ns);
+  Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder> recorder,
+         std::optional<channel::TokenKey> token_key, std::int64_t now_ns);
 
   std::atomic<std::uint64_t> tick_{0};  // the newest begun, for Welcome
   CommandQueue commands_;

@@ -18,6 +18,11 @@ namespace hairnet::server {
 struct OpenSession {
   SessionId session = 0;
   std::shared_ptr<Outlet> outlet;
+  std::string room;
+  bool resumed = false;  // the session is there and gets a new outlet
+};
+struct DetachSession {  // its connection is lost; its characters stay
+  SessionId session = 0;
 };
 struct CloseSession {  // and its characters
   SessionId session = 0;
@@ -25,7 +30,8 @@ struct CloseSession {  // and its characters
 struct AddCharacter {
   CharacterKey character = 0;
   wire::GroomHash groom{};
-  LevelIndex level = LevelIndex::high;
+  LevelIndex level = LevelIndex::high;  // the finest
+  std::optional<wire::HairState> state;
 };
 struct RemoveCharacter {
   CharacterKey character = 0;
@@ -38,8 +44,21 @@ struct SetMaterial {
   CharacterKey character = 0;
   MaterialScale scale;
 };
-struct SetWind {  // of all characters
+struct SetWind {  // of the session's room
+  SessionId session = 0;
   Wind wind;
+};
+struct SetObserve {
+  SessionId session = 0;
+  wire::Observe observe;
+};
+struct SetImportance {
+  SessionId session = 0;
+  std::vector<wire::MemberImportance> members;
+};
+struct MakeKeyframes {
+  SessionId session = 0;
+  std::vector<std::uint32_t> members;  // none: all
 };
 struct PutPoses {
   struct Entry {
@@ -52,14 +71,14 @@ struct PutPoses {
 struct GroomReady {
   wire::GroomHash groom{};
   std::shared_ptr<const LevelSet> levels;
-  std::shared_ptr<const std::vector<std::uint8_t>> bytes;  // for the recording; null without one
+  std::shared_ptr<const std::vector<std::uint8_t>> bytes;  // for the recording
 };
 struct ForgetGroom {  // no session holds it any more
   wire::GroomHash groom{};
 };
 
-using Command = std::variant<OpenSession, CloseSession, AddCharacter, RemoveCharacter, SetLevel, SetMaterial, SetWind,
-                             PutPoses, GroomReady, ForgetGroom>;
+using Command = std::variant<OpenSession, DetachSession, CloseSession, AddCharacter, RemoveCharacter, SetLevel, SetMaterial,
+                             SetWind, SetObserve, SetImportance, MakeKeyframes, PutPoses, GroomReady, ForgetGroom>;
 using CommandQueue = BoundedQueue<Command>;  // weight: one a command and one a pose
 
 }  // namespace hairnet::server

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
+#include <vector>
 
 #include "schema/wire/messages.hpp"
 #include "server/room/character_key.hpp"
@@ -24,6 +26,10 @@ class GroomDesk {
   virtual Refused chunk(SessionId session, wire::GroomChunk chunk, std::int64_t now_ns) = 0;
   // From now on the session uses the groom, so it stays. groom_unknown unless someone has offered it.
   virtual Refused hold(SessionId session, const wire::GroomHash& groom) = 0;
+  // Says again how the grooms are that the session holds.
+  virtual void tell_states(SessionId session, std::int64_t now_ns) = 0;
+  // The file of a groom that is ready; null when it is not here.
+  virtual std::shared_ptr<const std::vector<std::uint8_t>> bytes(const wire::GroomHash& groom) = 0;
   // The session has ended: its unfinished uploads and holds go.
   virtual void release(SessionId session, std::int64_t now_ns) = 0;
 };

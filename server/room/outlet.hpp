@@ -11,10 +11,13 @@ namespace hairnet::server {
 class Outlet {
  public:
   virtual ~Outlet() = default;
-  // Kept in order and never dropped; sent before any frame that is still waiting.
+  // Kept in order and never dropped.
   virtual void push(const wire::Message& message, std::int64_t now_ns) = 0;
-  // A newer frame of a character takes the place of one not yet sent.
-  virtual void push_frames(std::uint64_t tick, std::int64_t sample_time_ns, std::vector<wire::Frame> frames) = 0;
+  // One tick's frames as packets; in order with messages, and taken by the session only as a whole tick.
+  virtual void push_frames(std::vector<std::vector<std::uint8_t>> packets, std::size_t frame_count) = 0;
+  // Before frames are made. True when too many ticks' frames wait: they are dropped, and nothing sent before may be
+  // referred to.
+  virtual bool make_way() = 0;
 };
 
 }  // namespace hairnet::server

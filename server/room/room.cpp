@@ -1,31 +1,102 @@
 #include "server/room/room.hpp"
 
+#include <algorithm>
+
 namespace hairnet::server {
 
-void Room::open(SessionId session, std::shared_ptr<Outlet> outlet) {
-  observers_[session].outlet = std::move(outlet);
+Room& Rooms::room_named(const std::string& name) {
+  if (const auto found = by_name_.find(name); found != by_name_.end()) return rooms_[found->second];
+  auto room = std::find_if(rooms_.begin(), rooms_.end(), [](const Room& r) { return !r.in_use; });
+  if (room == rooms_.end()) room = rooms_.insert(rooms_.end(), Room{});
+  const auto index = static_cast<std::uint32_t>(room - rooms_.begin());
+  *room = {};
+  room->index = index;
+  room->in_use = true;
+  room->name = name;
+  room->wind = wind_;
+  by_name_.emplace(name, index);
+  counters_->rooms_opened.add();
+  return *room;
 }
 
-void Room::close(SessionId session) {
-  observers_.erase(session);
+Observer& Rooms::open(SessionId session, const std::string& name, std::shared_ptr<Outlet> outlet) {
+  Room& room = room_named(name);
+  room.empty_since_ns = 0;
+  Observer& observer = observers_[session];
+  observer.session = session;
+  observer.room = room.index;
+  observer.outlet = std::move(outlet);
+  room.observers.push_back(&observer);
+  return observer;
 }
 
-void Room::add(CharacterKey key, const wire::GroomHash& groom, LevelIndex level) {
+void Rooms::close(SessionId session, std::int64_t now_ns) {
+  const auto found = observers_.find(session);
+  if (found == observers_.end()) return;
+  Room& room = rooms_[found->second.room];
+  std::erase(room.observers, &found->second);
+  observers_.erase(found);
+  note_empty(room, now_ns);
+}
+
+Character* Rooms::add(CharacterKey key, const wire::GroomHash& groom, LevelIndex finest) {
+  const Observer* owner = observer(session_of(key));
+  if (!owner) return nullptr;
+  Room& room = rooms_[owner->room];
   Character& character = characters_[key];
+  character.key = key;
+  character.room = room.index;
   character.groom = groom;
-  character.wanted = level;
+  character.finest = finest;
+  if (room.free_seats.empty()) {
+    character.seat = static_cast<std::uint32_t>(room.seats.size());
+    room.seats.emplace_back();
+  } else {
+    character.seat = room.free_seats.back();
+    room.free_seats.pop_back();
+  }
+  Room::Seat& seat = room.seats[character.seat];
+  seat.character = &character;
+  ++seat.occupancy;
+  ++room.member_count;
+  return &character;
 }
 
-void Room::remove(CharacterKey key) {
-  characters_.erase(key);
+void Rooms::remove(CharacterKey key, std::int64_t now_ns) {
+  const auto found = characters_.find(key);
+  if (found == characters_.end()) return;
+  Room& room = rooms_[found->second.room];
+  room.seats[found->second.seat].character = nullptr;
+  room.free_seats.push_back(found->second.seat);
+  --room.member_count;
+  characters_.erase(found);
+  note_empty(room, now_ns);
 }
 
-Character* Room::find(CharacterKey key) {
+void Rooms::note_empty(Room& room, std::int64_t now_ns) {
+  if (room.is_empty() && room.empty_since_ns == 0) room.empty_since_ns = now_ns;
+}
+
+void Rooms::poll(std::int64_t now_ns) {
+  for (Room& room : rooms_) {
+    if (!room.in_use || room.empty_since_ns == 0 || now_ns - room.empty_since_ns < grace_ns_) continue;
+    by_name_.erase(room.name);
+    room.in_use = false;
+    counters_->rooms_closed.add();
+  }
+}
+
+Character* Rooms::find(CharacterKey key) {
   const auto found = characters_.find(key);
   return found == characters_.end() ? nullptr : &found->second;
 }
 
-void Room::put(const PutPoses& batch) {
+Observer* Rooms::observer(SessionId session) {
+  const auto found = observers_.find(session);
+  return found == observers_.end() ? nullptr : &found->second;
+}
+
+void Rooms::put(const PutPoses& batch) {
   for (const PutPoses::Entry& entry : batch.poses) {
     Character* character = find(entry.character);
     if (!character) {
@@ -49,7 +120,7 @@ void Room::put(const PutPoses& batch) {
   }
 }
 
-PoseInbox::Sample Room::sample(Character& character, std::int64_t time_ns) {
+PoseInbox::Sample Rooms::sample(Character& character, std::int64_t time_ns) {
   PoseInbox::Sample sample = character.inbox.sample(time_ns);
   if (sample.kind == PoseInbox::Kind::extrapolated) counters_->poses_extrapolated.add();
   if (sample.kind == PoseInbox::Kind::stale) counters_->poses_stale.add();

@@ -1,63 +1,86 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <memory>
-#include <set>
-#include <utility>
+#include <string>
+#include <vector>
 
+#include "core/solver/wind.hpp"
+#include "server/room/character.hpp"
 #include "server/room/command.hpp"
-#include "server/room/pose_inbox.hpp"
+#include "server/room/observer.hpp"
 #include "server/room/room_counters.hpp"
 
 namespace hairnet::server {
 
-// One character as the room knows it; its lattice lives in the World.
-struct Character {
-  wire::GroomHash groom{};
-  LevelIndex wanted = LevelIndex::high;  // as soon as the groom's levels are there
-  MaterialScale material;
-  bool material_changed = false;  // and the World not told
-  PoseInbox inbox;
-  bool placed = false;                   // in the World, from its first pose on
-  LevelIndex level = LevelIndex::rigid;  // in the World
-  Pose pose;                             // the one last given to the World
-  bool discontinuous = false;            // of this tick's frame
-  LevelIndex shown = LevelIndex::rigid;  // of the last frame; easing into the rigid level takes a while
-  bool sleep_told = false;               // the last frame said that it is asleep
+// Characters that can see each other. Its index names it to the World and in recordings.
+struct Room {
+  struct Seat {
+    Character* character = nullptr;
+    std::uint32_t occupancy = 0;  // counts who has sat here
+  };
+  std::uint32_t index = 0;
+  bool in_use = false;
+  std::string name;
+  std::vector<Seat> seats;
+  std::vector<std::uint32_t> free_seats;
+  std::size_t member_count = 0;
+  std::vector<Observer*> observers;
+  Wind wind;
+  bool wind_changed = true;         // and the World not told
+  int stride_max = 1;               // of the frames its observers are sent
+  std::int64_t empty_since_ns = 0;  // 0: it is not
+
+  [[nodiscard]] bool is_empty() const { return member_count == 0 && observers.empty(); }
 };
 
-// A session as the room knows it. It sees its own characters.
-struct Observer {
-  std::shared_ptr<Outlet> outlet;
-  std::set<std::pair<wire::GroomHash, LevelIndex>> records_sent;
-};
-
-// The characters of all sessions and who sees them. Ordered by key, so that everything done in turn is done in the same
-// order in every run. Tick thread.
-class Room {
+// All rooms, their characters and observers. Characters and observers are ordered by key, so that everything done in turn
+// is done in the same order in every run. Tick thread.
+class Rooms {
  public:
-  explicit Room(RoomCounters& counters) : counters_(&counters) {}
+  Rooms(RoomCounters& counters, const Wind& wind, std::int64_t grace_ns)
+      : counters_(&counters), wind_(wind), grace_ns_(grace_ns) {}
 
-  void open(SessionId session, std::shared_ptr<Outlet> outlet);
-  void close(SessionId session);  // its characters must be gone
-  void add(CharacterKey key, const wire::GroomHash& groom, LevelIndex level);
-  void remove(CharacterKey key);
+  // The session's observer; its room is made when there is none of that name.
+  Observer& open(SessionId session, const std::string& room, std::shared_ptr<Outlet> outlet);
+  void close(SessionId session, std::int64_t now_ns);  // its characters must be gone
+  // Null when the session is not known.
+  Character* add(CharacterKey key, const wire::GroomHash& groom, LevelIndex finest);
+  void remove(CharacterKey key, std::int64_t now_ns);
   void put(const PutPoses& batch);
+  // Rooms that have been empty for the grace are gone.
+  void poll(std::int64_t now_ns);
 
   // Null when unknown.
   [[nodiscard]] Character* find(CharacterKey key);
+  [[nodiscard]] Observer* observer(SessionId session);
+  [[nodiscard]] Room& room(std::uint32_t index) { return rooms_[index]; }
   [[nodiscard]] std::map<CharacterKey, Character>& characters() { return characters_; }
   [[nodiscard]] const std::map<CharacterKey, Character>& characters() const { return characters_; }
   [[nodiscard]] std::map<SessionId, Observer>& observers() { return observers_; }
+  [[nodiscard]] std::deque<Room>& rooms() { return rooms_; }  // some not in use
+  [[nodiscard]] std::size_t room_count() const { return by_name_.size(); }
 
   // The character's pose at a time of the server clock.
   PoseInbox::Sample sample(Character& character, std::int64_t time_ns);
 
  private:
+  Room& room_named(const std::string& name);
+  void note_empty(Room& room, std::int64_t now_ns);
+
   RoomCounters* counters_;
+  Wind wind_;  // of a new room
+  std::int64_t grace_ns_;
   std::map<CharacterKey, Character> characters_;
   std::map<SessionId, Observer> observers_;
+  std::deque<Room> rooms_;
+  std::map<std::string, std::uint32_t> by_name_;
 };
+
+constexpr std::uint32_t member_of(const Character& character) {
+  return character.seat + 1;
+}
 
 }  // namespace hairnet::server

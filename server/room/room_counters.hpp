@@ -5,6 +5,8 @@
 namespace hairnet::server {
 
 struct RoomCounters : CounterSet {
+  Counter rooms_opened{*this, "rooms_opened"};
+  Counter rooms_closed{*this, "rooms_closed"};
   Counter poses_accepted{*this, "poses_accepted"};
   Counter poses_rejected_stale{*this, "poses_rejected_stale"};  // captured more than 1 s ago
   Counter poses_rejected_out_of_order{

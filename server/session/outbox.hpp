@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <deque>
-#include <map>
 #include <mutex>
 #include <vector>
 
@@ -11,39 +10,43 @@
 
 namespace hairnet::server {
 
-// What waits to be sent to one client. Control messages keep their order within a bound of bytes; of frames there is
-// one a character, the newest. The tick and I/O threads push, the I/O thread takes.
+// What waits to be sent to one client, in order: messages, within a bound of bytes, and the frames of at most
+// kTicksWaitingMax ticks. Frames are predicted from those before them, so they give way all together (make_way). The tick and I/O
+// threads push, the I/O thread takes.
 class Outbox final : public Outlet {
  public:
-  Outbox(std::size_t control_bytes_max, std::size_t frame_packet_bytes_max, SessionCounters& counters);
+  static constexpr std::size_t kTicksWaitingMax = 3;
+
+  Outbox(std::size_t control_bytes_max, SessionCounters& counters);
 
   void push(const wire::Message& message, std::int64_t now_ns) override;
-  void push_frames(std::uint64_t tick, std::int64_t sample_time_ns, std::vector<wire::Frame> frames) override;
+  void push_frames(std::vector<std::vector<std::uint8_t>> packets, std::size_t frame_count) override;
+  bool make_way() override;
   // The session's last word: drops waiting frames, and all that is pushed later.
   void push_goodbye(const wire::Goodbye& goodbye, std::int64_t now_ns);
 
-  // The next packet: control first, then frames of one tick up to the packet bound. False when nothing waits.
+  // The next packet, its clock set to `now_ns`. False when nothing waits.
   bool take(std::vector<std::uint8_t>& packet, std::int64_t now_ns);
 
-  // A control message did not fit: the client misses it, so the session must end.
+  // A message did not fit: the client misses it, so the session must end.
   [[nodiscard]] bool overflowed() const;
 
  private:
-  struct WaitingFrame {
-    std::uint64_t tick = 0;
-    std::int64_t sample_time_ns = 0;
-    wire::Frame frame;
+  struct Waiting {
+    std::vector<std::uint8_t> packet;
+    std::uint64_t tick = 0;         // counts pushes of frames; 0: a message
+    std::size_t frame_count = 0;    // of the tick, at its last packet
   };
   void push_packet(std::vector<std::uint8_t> packet);
-  wire::FrameBatch take_frames();
+  void drop_frames();
 
-  const std::size_t control_bytes_max_, frame_packet_bytes_max_;
+  const std::size_t control_bytes_max_;
   SessionCounters* counters_;
   mutable std::mutex mutex_;
-  std::deque<std::vector<std::uint8_t>> control_;
+  std::deque<Waiting> waiting_;
   std::size_t control_bytes_ = 0;
-  std::map<std::uint32_t, WaitingFrame> frames_;
-  std::uint32_t turn_ = 0;  // the character to send next, so that a slow client gets all its characters in turn
+  std::uint64_t last_tick_ = 0;
+  std::size_t ticks_waiting_ = 0;
   bool overflowed_ = false, closed_ = false;
 };
 

@@ -1,9 +1,13 @@
 #include "server/session/session.hpp"
 
+#include <sodium.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <limits>
 #include <utility>
 
+#include "schema/channel/token.hpp"
 #include "server/room/log_text.hpp"
 
 namespace hairnet::server {
@@ -14,29 +18,21 @@ using wire::GoodbyeReason;
 
 constexpr std::int64_t kPoseErrorInterval_ns = 1'000'000'000;
 constexpr std::size_t kFreeChunkLeast_bytes = 4096;  // a smaller chunk counts as a message
-
-// A peer's text for the log: no control characters, not long.
-std::string printable(std::string_view text) {
-  std::string out(text.substr(0, 64));
-  for (char& c : out) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
-  }
-  return out;
-}
+constexpr std::size_t kDownloadPiece_bytes = 64 << 10;  // frames wait for no more than this
 
 }  // namespace
 
 Session::Session(SessionId id, std::shared_ptr<Connection> connection, SessionContext& context, std::int64_t now_ns)
-    : id_(id),
-      connection_(std::move(connection)),
+    : connection_(std::move(connection)),
       context_(&context),
-      outbox_(std::make_shared<Outbox>(context.limits.control_bytes_max, context.limits.frame_packet_bytes_max,
-                                       context.counters)),
+      outbox_(std::make_shared<Outbox>(context.limits.control_bytes_max, context.counters)),
       messages_(context.limits.messages_per_s, context.limits.messages_burst, now_ns),
       poses_(context.limits.poses_per_s, context.limits.poses_burst, now_ns),
       opened_ns_(now_ns),
       heard_ns_(now_ns),
       pose_error_next_ns_(now_ns) {
+  identity_.id = id;
+  randombytes_buf(identity_.secret.data(), identity_.secret.size());
   context_->counters.sessions_opened.add();
 }
 
@@ -76,7 +72,14 @@ void Session::on_writable(std::int64_t now_ns) {
 }
 
 void Session::on_closed(std::string_view reason, std::int64_t now_ns) {
-  close(reason, now_ns);
+  if (state_ != State::active || context_->limits.resume_grace_ns == 0) return close(reason, now_ns);
+  spdlog::info("event=session_detached session={} why={}", id(), log_text(reason));
+  context_->counters.sessions_detached.add();
+  state_ = State::detached;
+  detached_since_ns_ = now_ns;
+  connection_ = nullptr;
+  downloads_.clear();
+  context_->commands.put(DetachSession{id()});
 }
 
 struct Session::Handler {
@@ -86,12 +89,16 @@ struct Session::Handler {
   void operator()(wire::Hello& m) const { session.on_hello(m, now_ns); }
   void operator()(wire::GroomOffer& m) const { session.on_groom_offer(m, now_ns); }
   void operator()(wire::GroomChunk& m) const { session.on_groom_chunk(std::move(m), now_ns); }
-  void operator()(wire::AddCharacter& m) const { session.on_add_character(m, now_ns); }
+  void operator()(wire::AddCharacter& m) const { session.on_add_character(std::move(m), now_ns); }
   void operator()(wire::SetLevel& m) const { session.on_set_level(m, now_ns); }
   void operator()(wire::SetMaterial& m) const { session.on_set_material(m, now_ns); }
   void operator()(wire::SetWind& m) const { session.on_set_wind(m, now_ns); }
   void operator()(wire::RemoveCharacter& m) const { session.on_remove_character(m, now_ns); }
   void operator()(wire::PoseBatch& m) const { session.on_pose_batch(m, now_ns); }
+  void operator()(wire::Observe& m) const { session.on_observe(std::move(m), now_ns); }
+  void operator()(wire::ReportImportance& m) const { session.on_report_importance(std::move(m), now_ns); }
+  void operator()(wire::RequestKeyframes& m) const { session.on_request_keyframes(std::move(m), now_ns); }
+  void operator()(wire::GroomRequest& m) const { session.on_groom_request(m, now_ns); }
   void operator()(wire::Goodbye& m) const { session.on_goodbye(m, now_ns); }
   void operator()(const auto&) const { session.on_unexpected("a message that only servers send", now_ns); }
 };
@@ -132,23 +139,120 @@ void Session::on_hello(const wire::Hello& hello, std::int64_t now_ns) {
     drain(GoodbyeReason::version_unsupported, detail, now_ns);
     return;
   }
+  if (!try_resume(hello, now_ns) && join(hello, now_ns)) welcome(false, now_ns);
+}
+
+bool Session::try_resume(const wire::Hello& hello, std::int64_t now_ns) {
+  if (hello.session == 0 || !context_->directory) return false;
+  auto identity = hello.session <= std::numeric_limits<SessionId>::max()
+                      ? context_->directory->take_over(*this, static_cast<SessionId>(hello.session), hello.secret, now_ns)
+                      : std::nullopt;
+  if (!identity) {
+    context_->counters.sessions_not_resumed.add();
+    return false;
+  }
+  identity_ = std::move(*identity);
   state_ = State::active;
   joined_ = true;
-  name_ = printable(hello.client_name);
-  context_->counters.sessions_welcomed.add();
-  context_->commands.put(OpenSession{id_, outbox_});
-  spdlog::info("event=session_opened session={} client={} peer={}", id_, log_text(name_), connection_->peer());
+  context_->counters.sessions_resumed.add();
+  spdlog::info("event=session_resumed session={} peer={}", id(), connection_->peer());
+  welcome(true, now_ns);
+  context_->commands.put(OpenSession{id(), outbox_, identity_.room, true});
+  context_->grooms.tell_states(id(), now_ns);
+  return true;
+}
+
+bool Session::join(const wire::Hello& hello, std::int64_t now_ns) {
+  SessionCounters& counters = context_->counters;
+  const SessionLimits& limits = context_->limits;
+  identity_.name = hello.client_name;
+  identity_.room = hello.room;
+  identity_.role = hello.role;
+  identity_.character_count_max = hello.role == wire::Role::observer ? 0 : limits.characters_per_session_max;
+  Refused refused;
+  const RoomCensus::Count room = context_->rooms.count(hello.room);
+  if (!wire::is_room_name(hello.room))
+    refused = {ErrorReason::room_invalid, "a room's name is at most 64 of a-z A-Z 0-9 . _ -"};
+  else if (room.sessions == 0 && context_->rooms.room_count() >= limits.room_count_max)
+    refused = {ErrorReason::limit_exceeded, "the server holds its " + std::to_string(limits.room_count_max) + " rooms"};
+  else if (room.sessions >= limits.sessions_per_room_max)
+    refused = {ErrorReason::limit_exceeded,
+               "the room holds its " + std::to_string(limits.sessions_per_room_max) + " clients"};
+  if (refused) {
+    counters.sessions_refused_room.add();
+    end(refused, GoodbyeReason::room_refused, now_ns);
+    return false;
+  }
+  if (!check_token(hello, now_ns)) return false;
+  state_ = State::active;
+  joined_ = true;
+  context_->rooms.enter(identity_.room);
+  counters.sessions_welcomed.add();
+  spdlog::info("event=session_opened session={} client={} room={} peer={}", id(), log_text(identity_.name),
+               log_text(identity_.room), connection_->peer());
+  return true;
+}
+
+bool Session::check_token(const wire::Hello& hello, std::int64_t now_ns) {
+  if (!context_->token_key) return true;
+  const auto claims = channel::verify(hello.token, *context_->token_key, context_->unix_time_s(), hello.room);
+  Refused refused;
+  if (!claims)
+    refused = {ErrorReason::token_invalid, std::string(channel::to_string(claims.error()))};
+  else if (claims->role == channel::TokenRole::observer && hello.role == wire::Role::participant)
+    refused = {ErrorReason::token_invalid, "the token lets its bearer observe only"};
+  if (refused) {
+    context_->counters.sessions_refused_token.add();
+    end(refused, GoodbyeReason::token_refused, now_ns);
+    return false;
+  }
+  if (claims->characters_max)
+    identity_.character_count_max = std::min<std::size_t>(identity_.character_count_max, *claims->characters_max);
+  return true;
+}
+
+void Session::end(const Refused& refused, GoodbyeReason reason, std::int64_t now_ns) {
+  refuse(refused, now_ns);
+  drain(reason, refused.detail, now_ns);
+}
+
+// The answer comes before anything that the tick says to the session.
+void Session::welcome(bool resumed, std::int64_t now_ns) {
   wire::Welcome welcome;
-  welcome.session = id_;
+  welcome.session = id();
   welcome.tick_rate_hz = context_->tick_rate_hz;
   welcome.tick = context_->tick.load(std::memory_order_relaxed);
-  welcome.character_count_max = static_cast<std::uint32_t>(context_->limits.characters_per_session_max);
+  welcome.character_count_max = static_cast<std::uint32_t>(identity_.character_count_max);
   welcome.groom_bytes_max = context_->groom_bytes_max;
+  welcome.room = identity_.room;
+  welcome.secret = identity_.secret;
+  welcome.resumed = resumed;
+  welcome.resume_grace_s = static_cast<float>(static_cast<double>(context_->limits.resume_grace_ns) * 1e-9);
+  welcome.pose_delay_ns = context_->pose_delay_ns;
   send(welcome, now_ns);
+  if (!resumed) context_->commands.put(OpenSession{id(), outbox_, identity_.room, false});
+}
+
+SessionIdentity Session::surrender(std::int64_t now_ns) {
+  context_->counters.sessions_closed_taken_over.add();
+  if (connection_) {
+    connection_->send(wire::encode_packet({now_ns, wire::Goodbye{GoodbyeReason::session_taken_over, ""}}));
+    connection_->close(to_string(GoodbyeReason::session_taken_over));
+  }
+  joined_ = false;
+  state_ = State::closed;
+  context_->counters.sessions_closed.add();
+  return std::move(identity_);
+}
+
+Refused Session::put(Command command) {
+  if (context_->commands.try_put(command)) return {};
+  context_->counters.commands_dropped.add();
+  return {ErrorReason::limit_exceeded, "the server is busy; try again"};
 }
 
 void Session::on_groom_offer(const wire::GroomOffer& offer, std::int64_t now_ns) {
-  if (const Refused refused = context_->grooms.offer(id_, offer, now_ns)) {
+  if (const Refused refused = context_->grooms.offer(id(), offer, now_ns)) {
     context_->counters.grooms_refused.add();
     refuse(refused, now_ns, 0, offer.hash);
   }
@@ -157,53 +261,60 @@ void Session::on_groom_offer(const wire::GroomOffer& offer, std::int64_t now_ns)
 void Session::on_groom_chunk(wire::GroomChunk chunk, std::int64_t now_ns) {
   const wire::GroomHash hash = chunk.hash;
   const bool was_free = chunk.bytes.size() >= kFreeChunkLeast_bytes;
-  if (const Refused refused = context_->grooms.chunk(id_, std::move(chunk), now_ns)) {
+  if (const Refused refused = context_->grooms.chunk(id(), std::move(chunk), now_ns)) {
     context_->counters.chunks_refused.add();
     refuse(refused, now_ns, 0, hash);
     if (was_free) messages_.take(1, now_ns);  // only wanted bytes are free
   }
 }
 
-void Session::on_add_character(const wire::AddCharacter& add, std::int64_t now_ns) {
+void Session::on_add_character(wire::AddCharacter add, std::int64_t now_ns) {
   const SessionLimits& limits = context_->limits;
   Refused refused;
   if (add.character == 0)
     refused = {ErrorReason::malformed, "character 0 names none; numbers start at 1"};
-  else if (characters_.contains(add.character))
+  else if (identity_.role == wire::Role::observer)
+    refused = {ErrorReason::not_allowed, "an observer has no characters"};
+  else if (identity_.characters.contains(add.character))
     refused = {ErrorReason::character_exists, "character " + std::to_string(add.character) + " exists"};
-  else if (characters_.size() >= limits.characters_per_session_max)
+  else if (identity_.characters.size() >= identity_.character_count_max)
     refused = {ErrorReason::limit_exceeded,
-               "at most " + std::to_string(limits.characters_per_session_max) + " characters a session"};
+               "at most " + std::to_string(identity_.character_count_max) + " characters a session"};
+  else if (context_->rooms.count(identity_.room).characters >= limits.characters_per_room_max)
+    refused = {ErrorReason::limit_exceeded,
+               "the room holds its " + std::to_string(limits.characters_per_room_max) + " characters"};
   else if (context_->character_count >= limits.character_count_max)
     refused = {ErrorReason::limit_exceeded,
                "the server holds its " + std::to_string(limits.character_count_max) + " characters"};
   else
-    refused = context_->grooms.hold(id_, add.groom);
-  if (!refused) {
-    Command command = AddCharacter{character_key(id_, add.character), add.groom, add.level};
-    if (!context_->commands.try_put(command)) {
-      context_->counters.commands_dropped.add();
-      refused = {ErrorReason::limit_exceeded, "the server is busy; try again"};
+    refused = context_->grooms.hold(id(), add.groom);
+  if (!refused && add.state) {
+    if (std::string fault = wire::validate(*add.state); !fault.empty()) {
+      // The hair starts at rest; the character is none the worse.
+      context_->counters.states_refused.add();
+      refuse({ErrorReason::state_invalid, std::move(fault)}, now_ns, add.character, add.groom);
+      add.state.reset();
     }
   }
+  if (!refused)
+    refused = put(AddCharacter{character_key(id(), add.character), add.groom, add.level, std::move(add.state)});
   if (refused) {
     context_->counters.characters_refused.add();
     refuse(refused, now_ns, add.character, add.groom);
     return;
   }
-  characters_.emplace(add.character, add.groom);
+  identity_.characters.emplace(add.character, add.groom);
   ++context_->character_count;
+  context_->rooms.add_character(identity_.room);
   context_->counters.characters_added.add();
 }
 
 void Session::on_set_level(const wire::SetLevel& set, std::int64_t now_ns) {
   Refused refused;
-  Command command = SetLevel{character_key(id_, set.character), set.level};
-  if (!characters_.contains(set.character)) {
+  if (!identity_.characters.contains(set.character)) {
     refused = {ErrorReason::character_unknown, "set_level of character " + std::to_string(set.character)};
-  } else if (!context_->commands.try_put(command)) {
-    context_->counters.commands_dropped.add();
-    refused = {ErrorReason::limit_exceeded, "the server is busy; try again"};
+  } else {
+    refused = put(SetLevel{character_key(id(), set.character), set.level});
   }
   if (refused) {
     context_->counters.levels_refused.add();
@@ -213,14 +324,12 @@ void Session::on_set_level(const wire::SetLevel& set, std::int64_t now_ns) {
 
 void Session::on_set_material(const wire::SetMaterial& set, std::int64_t now_ns) {
   Refused refused;
-  Command command = SetMaterial{character_key(id_, set.character), set.scale};
-  if (!characters_.contains(set.character)) {
+  if (!identity_.characters.contains(set.character)) {
     refused = {ErrorReason::character_unknown, "set_material of character " + std::to_string(set.character)};
   } else if (std::string fault = validate(set.scale); !fault.empty()) {
     refused = {ErrorReason::material_invalid, std::move(fault)};
-  } else if (!context_->commands.try_put(command)) {
-    context_->counters.commands_dropped.add();
-    refused = {ErrorReason::limit_exceeded, "the server is busy; try again"};
+  } else {
+    refused = put(SetMaterial{character_key(id(), set.character), set.scale});
   }
   if (refused) {
     context_->counters.materials_refused.add();
@@ -230,14 +339,12 @@ void Session::on_set_material(const wire::SetMaterial& set, std::int64_t now_ns)
 
 void Session::on_set_wind(const wire::SetWind& set, std::int64_t now_ns) {
   Refused refused;
-  Command command = SetWind{set.wind};
   if (!context_->limits.wind_from_clients) {
     refused = {ErrorReason::not_allowed, "this server's wind is not for clients to set"};
   } else if (std::string fault = validate(set.wind); !fault.empty()) {
     refused = {ErrorReason::wind_invalid, std::move(fault)};
-  } else if (!context_->commands.try_put(command)) {
-    context_->counters.commands_dropped.add();
-    refused = {ErrorReason::limit_exceeded, "the server is busy; try again"};
+  } else {
+    refused = put(SetWind{id(), set.wind});
   }
   if (refused) {
     context_->counters.winds_refused.add();
@@ -246,15 +353,16 @@ void Session::on_set_wind(const wire::SetWind& set, std::int64_t now_ns) {
 }
 
 void Session::on_remove_character(const wire::RemoveCharacter& remove, std::int64_t now_ns) {
-  if (characters_.erase(remove.character) == 0) {
+  if (identity_.characters.erase(remove.character) == 0) {
     context_->counters.characters_refused.add();
     refuse({ErrorReason::character_unknown, "remove of character " + std::to_string(remove.character)}, now_ns,
            remove.character);
     return;
   }
   --context_->character_count;
+  context_->rooms.remove_character(identity_.room);
   context_->counters.characters_removed.add();
-  context_->commands.put(RemoveCharacter{character_key(id_, remove.character)});
+  context_->commands.put(RemoveCharacter{character_key(id(), remove.character)});
 }
 
 void Session::on_pose_batch(const wire::PoseBatch& batch, std::int64_t now_ns) {
@@ -264,9 +372,9 @@ void Session::on_pose_batch(const wire::PoseBatch& batch, std::int64_t now_ns) {
     counters.poses_over_rate.add(batch.poses.size());
     return;
   }
-  PutPoses put;
-  put.arrived_ns = now_ns;
-  put.poses.reserve(batch.poses.size());
+  PutPoses batch_put;
+  batch_put.arrived_ns = now_ns;
+  batch_put.poses.reserve(batch.poses.size());
   for (const wire::PoseSample& sample : batch.poses) {
     if (const Refused refused = check_pose(sample)) {
       if (now_ns >= pose_error_next_ns_) {
@@ -275,17 +383,17 @@ void Session::on_pose_batch(const wire::PoseBatch& batch, std::int64_t now_ns) {
       }
       continue;
     }
-    put.poses.push_back({character_key(id_, sample.character),
+    batch_put.poses.push_back({character_key(id(), sample.character),
                          {sample.sequence, *clock_.to_server(sample.capture_time_ns), sample.teleport, sample.pose}});
   }
-  const std::size_t count = put.poses.size();
-  Command command = std::move(put);
+  const std::size_t count = batch_put.poses.size();
+  Command command = std::move(batch_put);
   if (count > 0 && !context_->commands.try_put(command, 1 + count)) counters.poses_dropped_busy.add(count);
 }
 
 Refused Session::check_pose(const wire::PoseSample& sample) {
   SessionCounters& counters = context_->counters;
-  if (!characters_.contains(sample.character)) {
+  if (!identity_.characters.contains(sample.character)) {
     counters.poses_rejected_character.add();
     return {ErrorReason::character_unknown, "pose of character " + std::to_string(sample.character)};
   }
@@ -311,8 +419,49 @@ Refused Session::check_pose(const wire::PoseSample& sample) {
   return {};
 }
 
+void Session::on_observe(wire::Observe observe, std::int64_t now_ns) {
+  Refused refused;
+  if (std::string fault = wire::validate(observe); !fault.empty())
+    refused = {ErrorReason::observe_invalid, std::move(fault)};
+  else
+    refused = put(SetObserve{id(), std::move(observe)});
+  if (!refused) return;
+  context_->counters.observes_refused.add();
+  refuse(refused, now_ns);
+}
+
+void Session::on_report_importance(wire::ReportImportance report, std::int64_t now_ns) {
+  const std::size_t count = report.members.size();
+  Command command = SetImportance{id(), std::move(report.members)};
+  if (context_->commands.try_put(command, 1 + count)) return;
+  context_->counters.commands_dropped.add();
+  refuse({ErrorReason::limit_exceeded, "the server is busy; try again"}, now_ns);
+}
+
+void Session::on_request_keyframes(wire::RequestKeyframes request, std::int64_t now_ns) {
+  context_->counters.keyframes_requested.add();
+  if (const Refused refused = put(MakeKeyframes{id(), std::move(request.members)})) refuse(refused, now_ns);
+}
+
+void Session::on_groom_request(const wire::GroomRequest& request, std::int64_t now_ns) {
+  Refused refused;
+  auto bytes = context_->grooms.bytes(request.hash);
+  const bool again = std::ranges::any_of(downloads_, [&](const Download& d) { return d.hash == request.hash; });
+  if (!bytes || request.offset > bytes->size())
+    refused = {ErrorReason::groom_unavailable, bytes ? "beyond the groom's end" : "the groom is not here"};
+  else if (downloads_.size() >= context_->limits.downloads_per_session_max)
+    refused = {ErrorReason::limit_exceeded, "too many grooms are asked for at once"};
+  if (refused) {
+    context_->counters.downloads_refused.add();
+    return refuse(refused, now_ns, 0, request.hash);
+  }
+  if (again) return;
+  downloads_.push_back({request.hash, request.offset, std::move(bytes)});
+  flush(now_ns);
+}
+
 void Session::on_goodbye(const wire::Goodbye& goodbye, std::int64_t now_ns) {
-  spdlog::info("event=client_leaves session={} why={}", id_, log_text(goodbye.detail));
+  spdlog::info("event=client_leaves session={} why={}", id(), log_text(goodbye.detail));
   close(to_string(GoodbyeReason::client_leaves), now_ns);
 }
 
@@ -323,21 +472,22 @@ void Session::on_unexpected(std::string_view detail, std::int64_t now_ns) {
 
 void Session::refuse(const Refused& refused, std::int64_t now_ns, std::uint32_t character,
                      const wire::GroomHash& groom) {
-  spdlog::debug("event=refused session={} reason={} why={}", id_, to_string(refused.reason), log_text(refused.detail));
+  spdlog::debug("event=refused session={} reason={} why={}", id(), to_string(refused.reason), log_text(refused.detail));
   send(wire::Error{refused.reason, character, groom, refused.detail}, now_ns);
 }
 
 void Session::send(const wire::Message& message, std::int64_t now_ns) {
-  if (state_ == State::closed) return;
+  if (state_ == State::closed || !connection_) return;  // who resumes is told anew
   outbox_->push(message, now_ns);
   flush(now_ns);
 }
 
 void Session::flush(std::int64_t now_ns) {
-  if (state_ == State::closed) return;
+  if (state_ == State::closed || !connection_) return;
   std::vector<std::uint8_t> packet;
   while (connection_->writable()) {
     if (!outbox_->take(packet, now_ns)) {
+      if (send_download(now_ns)) continue;
       if (state_ == State::draining) close("drained", now_ns);
       return;
     }
@@ -349,10 +499,29 @@ void Session::flush(std::int64_t now_ns) {
   if (full_since_ns_ == 0) full_since_ns_ = now_ns;
 }
 
+bool Session::send_download(std::int64_t now_ns) {
+  if (downloads_.empty() || state_ != State::active) return false;
+  Download& download = downloads_.front();
+  wire::GroomData data{download.hash, download.bytes->size(), download.offset, {}};
+  const auto rest = std::span(*download.bytes).subspan(download.offset);
+  const auto piece = rest.first(std::min(rest.size(), kDownloadPiece_bytes));
+  data.bytes.assign(piece.begin(), piece.end());
+  download.offset += piece.size();
+  context_->counters.download_bytes_sent.add(piece.size());
+  if (download.offset == download.bytes->size()) downloads_.pop_front();
+  outbox_->push(data, now_ns);
+  return true;
+}
+
 void Session::poll(std::int64_t now_ns) {
   const SessionLimits& limits = context_->limits;
   SessionCounters& counters = context_->counters;
   if (state_ == State::closed) return;
+  if (state_ == State::detached) {
+    if (now_ns - detached_since_ns_ <= limits.resume_grace_ns) return;
+    counters.sessions_closed_grace_over.add();
+    return close("not resumed", now_ns);
+  }
   if (state_ == State::draining) {
     if (now_ns - drain_since_ns_ > limits.drain_timeout_ns) close("drain time-out", now_ns);
     return;
@@ -371,7 +540,8 @@ void Session::poll(std::int64_t now_ns) {
 
 void Session::drain(GoodbyeReason reason, std::string detail, std::int64_t now_ns) {
   if (state_ == State::draining || state_ == State::closed) return;
-  spdlog::info("event=session_ends session={} reason={} why={}", id_, to_string(reason), log_text(detail));
+  spdlog::info("event=session_ends session={} reason={} why={}", id(), to_string(reason), log_text(detail));
+  if (!connection_) return close(to_string(reason), now_ns);
   state_ = State::draining;
   drain_since_ns_ = now_ns;
   leave(now_ns);
@@ -382,19 +552,21 @@ void Session::drain(GoodbyeReason reason, std::string detail, std::int64_t now_n
 void Session::leave(std::int64_t now_ns) {
   if (!joined_) return;
   joined_ = false;
-  context_->character_count -= characters_.size();
-  characters_.clear();
-  context_->commands.put(CloseSession{id_});
-  context_->grooms.release(id_, now_ns);
+  context_->character_count -= identity_.characters.size();
+  context_->rooms.leave(identity_.room, identity_.characters.size());
+  identity_.characters.clear();
+  downloads_.clear();
+  context_->commands.put(CloseSession{id()});
+  context_->grooms.release(id(), now_ns);
 }
 
 void Session::close(std::string_view reason, std::int64_t now_ns) {
   if (state_ == State::closed) return;
   state_ = State::closed;
   leave(now_ns);
-  connection_->close(reason);
+  if (connection_) connection_->close(reason);
   context_->counters.sessions_closed.add();
-  spdlog::info("event=session_closed session={} reason={}", id_, log_text(reason));
+  spdlog::info("event=session_closed session={} reason={}", id(), log_text(reason));
 }
 
 }  // namespace hairnet::server

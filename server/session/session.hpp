@@ -2,17 +2,23 @@
 
 #include <atomic>
 #include <cstdint>
+#include <deque>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
-#include <unordered_map>
+#include <vector>
 
+#include "schema/channel/token.hpp"
 #include "server/room/command.hpp"
 #include "server/room/groom_desk.hpp"
 #include "server/session/connection.hpp"
 #include "server/session/outbox.hpp"
 #include "server/session/peer_clock.hpp"
+#include "server/session/room_census.hpp"
 #include "server/session/session_counters.hpp"
+#include "server/session/session_directory.hpp"
 #include "server/session/session_limits.hpp"
 #include "server/session/token_bucket.hpp"
 
@@ -27,13 +33,19 @@ struct SessionContext {
   std::uint32_t tick_rate_hz = 30;
   std::uint64_t groom_bytes_max = 0;
   const std::atomic<std::uint64_t>& tick;
+  std::int64_t pose_delay_ns = 0;
+  std::optional<channel::TokenKey> token_key = {};  // none: no tokens are asked for
+  std::function<std::int64_t()> unix_time_s = [] { return std::int64_t{0}; };  // for tokens
+  SessionDirectory* directory = nullptr;
   std::size_t character_count = 0;  // of all sessions
+  RoomCensus rooms = {};
 };
 
-// One client's conversation: awaiting_hello -> active -> draining -> closed. I/O thread.
+// One client's conversation: awaiting_hello -> active -> draining -> closed. When its connection breaks an active one is
+// detached, until another takes over its identity or the grace is over. I/O thread.
 class Session final : public PacketSink {
  public:
-  enum class State : std::uint8_t { awaiting_hello, active, draining, closed };
+  enum class State : std::uint8_t { awaiting_hello, active, detached, draining, closed };
 
   Session(SessionId id, std::shared_ptr<Connection> connection, SessionContext& context, std::int64_t now_ns);
 
@@ -49,7 +61,12 @@ class Session final : public PacketSink {
   // Says goodbye, sends what waits and closes. The characters leave at once.
   void drain(wire::GoodbyeReason reason, std::string detail, std::int64_t now_ns);
 
-  [[nodiscard]] SessionId id() const { return id_; }
+  // Another connection goes on with this session: it ends without leaving the room.
+  SessionIdentity surrender(std::int64_t now_ns);
+
+  [[nodiscard]] SessionId id() const { return identity_.id; }
+  [[nodiscard]] const wire::SessionSecret& secret() const { return identity_.secret; }
+  [[nodiscard]] bool is_joined() const { return joined_; }
   [[nodiscard]] State state() const { return state_; }
   [[nodiscard]] Outbox& outbox() { return *outbox_; }
 
@@ -57,14 +74,24 @@ class Session final : public PacketSink {
   struct Handler;
 
   void on_hello(const wire::Hello& hello, std::int64_t now_ns);
+  bool try_resume(const wire::Hello& hello, std::int64_t now_ns);
+  // False when the session was refused and ends.
+  bool join(const wire::Hello& hello, std::int64_t now_ns);
+  bool check_token(const wire::Hello& hello, std::int64_t now_ns);
+  void welcome(bool resumed, std::int64_t now_ns);
+  void end(const Refused& refused, wire::GoodbyeReason reason, std::int64_t now_ns);
   void on_groom_offer(const wire::GroomOffer& offer, std::int64_t now_ns);
   void on_groom_chunk(wire::GroomChunk chunk, std::int64_t now_ns);
-  void on_add_character(const wire::AddCharacter& add, std::int64_t now_ns);
+  void on_add_character(wire::AddCharacter add, std::int64_t now_ns);
   void on_set_level(const wire::SetLevel& set, std::int64_t now_ns);
   void on_set_material(const wire::SetMaterial& set, std::int64_t now_ns);
   void on_set_wind(const wire::SetWind& set, std::int64_t now_ns);
   void on_remove_character(const wire::RemoveCharacter& remove, std::int64_t now_ns);
   void on_pose_batch(const wire::PoseBatch& batch, std::int64_t now_ns);
+  void on_observe(wire::Observe observe, std::int64_t now_ns);
+  void on_report_importance(wire::ReportImportance report, std::int64_t now_ns);
+  void on_request_keyframes(wire::RequestKeyframes request, std::int64_t now_ns);
+  void on_groom_request(const wire::GroomRequest& request, std::int64_t now_ns);
   void on_goodbye(const wire::Goodbye& goodbye, std::int64_t now_ns);
   void on_unexpected(std::string_view detail, std::int64_t now_ns);
 
@@ -72,21 +99,29 @@ class Session final : public PacketSink {
   Refused check_pose(const wire::PoseSample& sample);
   void refuse(const Refused& refused, std::int64_t now_ns, std::uint32_t character = 0,
               const wire::GroomHash& groom = {});
-  void leave(std::int64_t now_ns);  // gives back everything held in the room and at the groom desk
+  // Passes a command on; else says that it was not.
+  Refused put(Command command);
+  bool send_download(std::int64_t now_ns);  // the next piece of a groom; false when there is none
+  void leave(std::int64_t now_ns);          // gives back everything held in the room and at the groom desk
   void close(std::string_view reason, std::int64_t now_ns);
 
-  SessionId id_;
-  std::shared_ptr<Connection> connection_;
+  struct Download {
+    wire::GroomHash hash{};
+    std::uint64_t offset = 0;
+    std::shared_ptr<const std::vector<std::uint8_t>> bytes;
+  };
+
+  SessionIdentity identity_;
+  std::shared_ptr<Connection> connection_;  // null when detached
   SessionContext* context_;
   std::shared_ptr<Outbox> outbox_;
   State state_ = State::awaiting_hello;
-  std::string name_;
   PeerClock clock_;
   TokenBucket messages_, poses_;
-  std::unordered_map<std::uint32_t, wire::GroomHash> characters_;
+  std::deque<Download> downloads_;
   std::int64_t opened_ns_, heard_ns_;
   std::int64_t full_since_ns_ = 0;  // the connection has taken nothing since; 0 = it does
-  std::int64_t drain_since_ns_ = 0;
+  std::int64_t drain_since_ns_ = 0, detached_since_ns_ = 0;
   std::int64_t pose_error_next_ns_;  // errors about poses are held to one a second
   bool joined_ = false;              // the room knows the session
 };

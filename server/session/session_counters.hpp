@@ -22,11 +22,18 @@ struct SessionCounters : CounterSet {
   Counter sessions_welcomed{*this, "sessions_welcomed"};
   Counter sessions_closed{*this, "sessions_closed"};
   Counter sessions_refused_full{*this, "sessions_refused_full"};
+  Counter sessions_refused_token{*this, "sessions_refused_token"};
+  Counter sessions_refused_room{*this, "sessions_refused_room"};
+  Counter sessions_detached{*this, "sessions_detached"};
+  Counter sessions_resumed{*this, "sessions_resumed"};
+  Counter sessions_not_resumed{*this, "sessions_not_resumed"};  // asked for, but unknown or over; new ones were made
   Counter sessions_refused_version{*this, "sessions_refused_version"};
   Counter sessions_closed_handshake_timeout{*this, "sessions_closed_handshake_timeout"};
   Counter sessions_closed_idle{*this, "sessions_closed_idle"};
   Counter sessions_closed_slow{*this, "sessions_closed_slow"};
   Counter sessions_closed_over_rate{*this, "sessions_closed_over_rate"};
+  Counter sessions_closed_taken_over{*this, "sessions_closed_taken_over"};
+  Counter sessions_closed_grace_over{*this, "sessions_closed_grace_over"};
   Counter sessions_closed_protocol_error{*this, "sessions_closed_protocol_error"};
   Counter packets_received{*this, "packets_received"};
   Counter packets_malformed{*this, "packets_malformed"};
@@ -37,11 +44,16 @@ struct SessionCounters : CounterSet {
   Counter characters_added{*this, "characters_added"};
   Counter characters_removed{*this, "characters_removed"};
   Counter characters_refused{*this, "characters_refused"};
+  Counter states_refused{*this, "hair_states_refused"};
   Counter levels_refused{*this, "levels_refused"};
   Counter materials_refused{*this, "materials_refused"};
   Counter winds_refused{*this, "winds_refused"};
   Counter grooms_refused{*this, "grooms_refused"};
   Counter chunks_refused{*this, "chunks_refused"};
+  Counter observes_refused{*this, "observes_refused"};
+  Counter downloads_refused{*this, "downloads_refused"};
+  Counter download_bytes_sent{*this, "download_bytes_sent"};
+  Counter keyframes_requested{*this, "keyframes_requested"};
   Counter poses_received{*this, "poses_received"};
   Counter poses_over_rate{*this, "poses_over_rate"};
   Counter poses_dropped_busy{*this, "poses_dropped_busy"};

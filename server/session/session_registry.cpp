@@ -1,5 +1,7 @@
 #include "server/session/session_registry.hpp"
 
+#include <sodium.h>
+
 #include <utility>
 
 namespace hairnet::server {
@@ -17,6 +19,18 @@ PacketSink* SessionRegistry::open(std::shared_ptr<Connection> connection, std::i
   return sessions_.emplace(id, std::move(session)).first->second.get();
 }
 
+std::optional<SessionIdentity> SessionRegistry::take_over(Session& heir, SessionId id, const wire::SessionSecret& secret,
+                                                          std::int64_t now_ns) {
+  const auto found = sessions_.find(id);
+  if (found == sessions_.end() || !found->second->is_joined() || found->second.get() == &heir) return std::nullopt;
+  const wire::SessionSecret& expected = found->second->secret();
+  if (sodium_memcmp(expected.data(), secret.data(), expected.size()) != 0) return std::nullopt;
+  auto node = sessions_.extract(heir.id());
+  SessionIdentity identity = found->second->surrender(now_ns);
+  surrendered_.push_back(std::exchange(found->second, std::move(node.mapped())));
+  return identity;
+}
+
 Session* SessionRegistry::find(SessionId id) {
   const auto found = sessions_.find(id);
   return found == sessions_.end() ? nullptr : found->second.get();
@@ -27,6 +41,7 @@ void SessionRegistry::flush(std::int64_t now_ns) {
 }
 
 void SessionRegistry::poll(std::int64_t now_ns) {
+  surrendered_.clear();
   std::erase_if(sessions_, [](const auto& entry) { return entry.second->state() == Session::State::closed; });
   context_->counters.gauges.clients.set(static_cast<double>(sessions_.size()));
   for (auto& [id, session] : sessions_) session->poll(now_ns);

@@ -3,19 +3,23 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
+#include <vector>
 
 #include "server/session/session.hpp"
 
 namespace hairnet::server {
 
 // All sessions. I/O thread.
-class SessionRegistry {
+class SessionRegistry final : public SessionDirectory {
  public:
-  explicit SessionRegistry(SessionContext& context) : context_(&context) {}
+  explicit SessionRegistry(SessionContext& context) : context_(&context) { context.directory = this; }
 
   // Null when the server is full or drains: the connection has then been told so and is closed. The sink lives until
   // the poll after it has closed the connection or was told of its end.
   PacketSink* open(std::shared_ptr<Connection> connection, std::int64_t now_ns);
+  std::optional<SessionIdentity> take_over(Session& heir, SessionId id, const wire::SessionSecret& secret,
+                                           std::int64_t now_ns) override;
   [[nodiscard]] Session* find(SessionId id);
   void flush(std::int64_t now_ns);
   void poll(std::int64_t now_ns);
@@ -25,6 +29,7 @@ class SessionRegistry {
  private:
   SessionContext* context_;
   std::map<SessionId, std::unique_ptr<Session>> sessions_;
+  std::vector<std::unique_ptr<Session>> surrendered_;  // until their connections are closed for good
   SessionId last_id_ = 0;
   bool draining_ = false;
 };

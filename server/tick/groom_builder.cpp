@@ -23,10 +23,9 @@ std::vector<std::uint8_t> joined(std::vector<std::vector<std::uint8_t>> chunks) 
 
 }  // namespace
 
-GroomBuilder::GroomBuilder(const GroomLimits& limits, std::size_t queue_max, bool keep_bytes, std::size_t thread_count,
+GroomBuilder::GroomBuilder(const GroomLimits& limits, std::size_t queue_max, std::size_t thread_count,
                            LevelCache* cache)
     : limits_(limits),
-      keep_bytes_(keep_bytes),
       thread_count_(thread_count),
       cache_(cache),
       jobs_(queue_max),
@@ -77,7 +76,7 @@ GroomResult GroomBuilder::build(GroomJob job) const {
   }
   result.reason = wire::ErrorReason::none;
   result.state = wire::GroomState::ready;
-  if (keep_bytes_) result.bytes = std::move(bytes);
+  result.bytes = std::move(bytes);
   return result;
 }
 

@@ -26,7 +26,7 @@ struct GroomResult {
   wire::ErrorReason reason = wire::ErrorReason::none;   // when refused
   std::string detail;
   std::shared_ptr<const LevelSet> levels;
-  std::shared_ptr<const std::vector<std::uint8_t>> bytes;  // when asked to keep them
+  std::shared_ptr<const std::vector<std::uint8_t>> bytes;  // of the file, when it is ready
 };
 
 // Uploaded bytes to levels: check the hash, decode, build, or read from the cache what was built before. A second of
@@ -35,7 +35,7 @@ struct GroomResult {
 class GroomBuilder {
  public:
   // `thread_count`: of a build, the builder's own among them. `cache`: null for none; must outlive the builder.
-  GroomBuilder(const GroomLimits& limits, std::size_t queue_max, bool keep_bytes, std::size_t thread_count = 1,
+  GroomBuilder(const GroomLimits& limits, std::size_t queue_max, std::size_t thread_count = 1,
                LevelCache* cache = nullptr);
 
   // False when the queue is full.
@@ -53,7 +53,6 @@ class GroomBuilder {
   std::shared_ptr<const LevelSet> levels_of(const wire::GroomHash& hash, const Groom& groom) const;
 
   GroomLimits limits_;
-  bool keep_bytes_;
   std::size_t thread_count_;
   LevelCache* cache_;
   BoundedQueue<GroomJob> jobs_;

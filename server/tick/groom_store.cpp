@@ -71,11 +71,31 @@ Refused GroomStore::offer(SessionId session, const wire::GroomOffer& offer, std:
   }
   if (!held) counters_->grooms_shared.add();
   notify_(session, wire::GroomNeed{offer.hash, offer.byte_count}, now_ns);
-  const GroomState state = entry.state == State::ready      ? GroomState::ready
-                           : entry.state == State::building ? GroomState::building
-                                                            : GroomState::queued;
-  notify_(session, wire::GroomStatus{offer.hash, state}, now_ns);
+  notify_(session, wire::GroomStatus{offer.hash, state_of(entry)}, now_ns);
   return {};
+}
+
+wire::GroomState GroomStore::state_of(const Entry& entry) {
+  return entry.state == State::ready      ? GroomState::ready
+         : entry.state == State::building ? GroomState::building
+                                          : GroomState::queued;
+}
+
+void GroomStore::tell_states(SessionId session, std::int64_t now_ns) {
+  for (const auto& [hash, entry] : grooms_) {
+    if (!entry.holders.contains(session)) continue;
+    if (entry.state == State::uploading && entry.uploader == session)
+      notify_(session, wire::GroomNeed{hash, entry.received}, now_ns);
+    else
+      notify_(session, wire::GroomStatus{hash, state_of(entry)}, now_ns);
+  }
+}
+
+std::shared_ptr<const std::vector<std::uint8_t>> GroomStore::bytes(const wire::GroomHash& hash) {
+  const auto groom = grooms_.find(hash);
+  if (groom == grooms_.end()) return nullptr;
+  groom->second.used = ++uses_;
+  return groom->second.bytes;
 }
 
 Refused GroomStore::begin_upload(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns) {
@@ -226,6 +246,7 @@ void GroomStore::take_ready(Grooms::iterator groom, GroomResult result, std::int
   upload_bytes_ -= entry.byte_count;
   counters_->grooms_ready.add();
   spdlog::info("event=groom_ready groom={} level_bytes={}", hex(groom->first), bytes);
+  entry.bytes = result.bytes;
   commands_->put(GroomReady{groom->first, std::move(result.levels), std::move(result.bytes)});
   tell_state(groom, GroomState::ready, now_ns);
 }

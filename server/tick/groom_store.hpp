@@ -35,6 +35,8 @@ class GroomStore final : public GroomDesk {
   Refused chunk(SessionId session, wire::GroomChunk chunk, std::int64_t now_ns) override;
   Refused hold(SessionId session, const wire::GroomHash& groom) override;
   [[nodiscard]] bool ready(const wire::GroomHash& groom) const;
+  void tell_states(SessionId session, std::int64_t now_ns) override;
+  std::shared_ptr<const std::vector<std::uint8_t>> bytes(const wire::GroomHash& groom) override;
   void release(SessionId session, std::int64_t now_ns) override;
   void poll(std::int64_t now_ns);  // results of the builder, stalled uploads
 
@@ -51,11 +53,13 @@ class GroomStore final : public GroomDesk {
     SessionId uploader = 0;
     std::int64_t progress_ns = 0;
     std::set<SessionId> holders;
-    std::size_t level_bytes = 0;
+    std::size_t level_bytes = 0;                             // and those of the file
+    std::shared_ptr<const std::vector<std::uint8_t>> bytes;  // of the file, once ready
     std::uint64_t used = 0;  // order of last use, to evict by
   };
   using Grooms = std::map<wire::GroomHash, Entry>;
 
+  static wire::GroomState state_of(const Entry& entry);
   [[nodiscard]] std::size_t held_by(SessionId session) const;
   Refused begin_upload(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns);
   Refused finish_upload(Grooms::iterator groom, std::int64_t now_ns);

@@ -1,69 +1,231 @@
 #include "server/tick/publish.hpp"
 
 #include <algorithm>
-#include <utility>
-#include <vector>
+#include <bit>
 
 namespace hairnet::server {
 namespace {
 
-bool all_finite(std::span<const Vec3f> displacement) {
-  return std::all_of(displacement.begin(), displacement.end(), [](const Vec3f& d) { return d.allFinite(); });
+using codec::ErrorClass;
+
+constexpr std::uint64_t kStrideMax = wire::kStrideMax;
+
+// The class asked for, or the first coarser one whose 16 bits hold any displacement of the level.
+ErrorClass holding_class(ErrorClass wanted, const Level* level) {
+  auto index = static_cast<std::size_t>(wanted);
+  while (level && index + 1 < codec::kErrorClassCount && 32767 * codec::kStep_m[index] < level->displacement_max_m) ++index;
+  return static_cast<ErrorClass>(index);
 }
 
-struct Made {
-  CharacterKey key = 0;
-  const Character* character = nullptr;
-  wire::Frame frame;
-  bool sound = true;
+struct Coding {
+  std::uint8_t order = 0, stride = 1;
 };
+
+// The highest order that both ends have the frames for.
+Coding coding_for(const View& view, const Character& character, ErrorClass error_class, std::uint64_t tick) {
+  if (view.sent_count == 0 || view.level != character.shown || view.error_class != error_class) return {};
+  const std::uint64_t stride = tick - view.sent[0];
+  if (stride > kStrideMax || !std::has_single_bit(stride)) return {};
+  Coding coding{0, static_cast<std::uint8_t>(stride)};
+  while (coding.order < view.sent_count && view.sent[coding.order] == tick - stride * (coding.order + 1u) &&
+         character.history.find(error_class, view.sent[coding.order]))
+    ++coding.order;
+  return coding.order == 0 ? Coding{} : coding;
+}
+
+std::uint32_t variant_of(Character& character, ErrorClass error_class, Coding coding, bool velocities) {
+  for (std::size_t i = 0; i < character.variant_count; ++i) {
+    const FrameVariant& v = character.variants[i];
+    if (v.error_class == error_class && v.order == coding.order && v.stride == coding.stride && v.velocities == velocities)
+      return static_cast<std::uint32_t>(i);
+  }
+  if (character.variant_count == character.variants.size()) character.variants.emplace_back();
+  FrameVariant& added = character.variants[character.variant_count];
+  added.error_class = error_class;
+  added.order = coding.order;
+  added.stride = coding.stride;
+  added.velocities = velocities;
+  return static_cast<std::uint32_t>(character.variant_count++);
+}
+
+void note_sent(View& view, const Character& character, ErrorClass error_class, std::uint64_t tick) {
+  if (view.level != character.shown || view.error_class != error_class) view.sent_count = 0;
+  view.level = character.shown;
+  view.error_class = error_class;
+  std::shift_right(view.sent.begin(), view.sent.end(), 1);
+  view.sent[0] = tick;
+  view.sent_count = static_cast<std::uint8_t>(std::min<std::size_t>(view.sent_count + 1u, view.sent.size()));
+  view.sleep_told = character.asleep;
+  view.discontinuity_owed = false;
+}
 
 }  // namespace
 
-wire::Frame make_frame(CharacterKey key, const Character& character, const LatticeView& lattice) {
-  wire::Frame frame;
-  frame.character = number_of(key);
-  frame.level = lattice.level;
-  frame.discontinuous = character.discontinuous;
-  frame.asleep = lattice.asleep;
-  frame.pose = character.pose;
-  if (!lattice.displacement.empty()) wire::encode_displacements(lattice.displacement, frame);
-  return frame;
+void Publisher::publish(Rooms& rooms, const Simulation& simulation, const wire::RecordedTick& tick,
+                        const ParallelFor& parallel_for, std::int64_t now_ns) {
+  const Terms terms{rooms, simulation, tick, now_ns};
+  characters_.clear();
+  for (auto& [key, character] : rooms.characters()) {
+    character.variant_count = 0;
+    character.changed = false;
+    if (!character.placed || !simulation.contains(key)) continue;
+    follow_level(terms, character);
+    characters_.push_back(&character);
+  }
+  observers_.clear();
+  for (auto& [session, observer] : rooms.observers()) {
+    observer.requests.clear();
+    if (observer.outlet) observers_.push_back(&observer);
+  }
+  const auto look_at = [&](std::size_t i) { look(terms, *characters_[i]); };
+  const auto request_for = [&](std::size_t i) { request(terms, rooms.rooms()[i]); };
+  const auto encode_one = [&](std::size_t i) { encode(terms, *characters_[i]); };
+  const auto send_to = [&](std::size_t i) { send(terms, *observers_[i]); };
+  run(parallel_for, characters_.size(), look_at);
+  run(parallel_for, rooms.rooms().size(), request_for);
+  run(parallel_for, characters_.size(), encode_one);
+  run(parallel_for, observers_.size(), send_to);
 }
 
-void publish(Room& room, const Simulation& simulation, const wire::RecordedTick& tick, const ParallelFor& parallel_for,
-             TickCounters& counters) {
-  std::vector<Made> made;
-  made.reserve(simulation.character_count());
-  for (auto& [key, character] : room.characters()) {
-    if (!character.placed || !simulation.contains(key)) continue;
-    const bool asleep = simulation.lattice(key).asleep && !character.discontinuous;
-    if (!std::exchange(character.sleep_told, asleep) || !asleep) made.push_back({key, &character, {}});
-  }
-  parallel_for(made.size(), [&](std::size_t i) {
-    const LatticeView lattice = simulation.lattice(made[i].key);
-    made[i].sound = all_finite(lattice.displacement);
-    if (made[i].sound) made[i].frame = make_frame(made[i].key, *made[i].character, lattice);
-  });
+void Publisher::follow_level(const Terms& terms, Character& character) {
+  const LatticeView lattice = terms.simulation.lattice(character.key);
+  if (lattice.level == character.shown) return;
+  character.shown = lattice.level;
+  character.discontinuous = true;
+  character.history.clear();
+  character.neighbours = nullptr;
+  if (!lattice.model) return;
+  auto& neighbours = neighbours_[{character.groom, lattice.level}];
+  if (!neighbours) neighbours = std::make_shared<const codec::Neighbours>(lattice.model->geometry);
+  character.neighbours = neighbours;
+}
 
-  // Keys are in order, so a session's frames lie side by side.
-  for (auto first = made.begin(); first != made.end();) {
-    const SessionId session = session_of(first->key);
-    const auto last = std::find_if(first, made.end(), [&](const Made& m) { return session_of(m.key) != session; });
-    std::vector<wire::Frame> frames;
-    frames.reserve(static_cast<std::size_t>(last - first));
-    for (auto m = first; m != last; ++m) {
-      if (m->sound)
-        frames.push_back(std::move(m->frame));
-      else
-        counters.frames_dropped.add();
-    }
-    counters.frames_published.add(frames.size());
-    const auto observer = room.observers().find(session);
-    if (observer != room.observers().end())
-      observer->second.outlet->push_frames(tick.tick, tick.sample_time_ns, std::move(frames));
-    first = last;
+void Publisher::forget_groom(const wire::GroomHash& groom) {
+  std::erase_if(neighbours_, [&](const auto& entry) { return entry.first.first == groom; });
+}
+
+void Publisher::look(const Terms& terms, Character& character) const {
+  const LatticeView lattice = terms.simulation.lattice(character.key);
+  character.discontinuous = character.discontinuous || (lattice.stepped && lattice.jumped);
+  character.asleep = lattice.asleep && !character.discontinuous;
+  character.changed = (lattice.stepped && !lattice.asleep) || character.discontinuous;
+  const bool sound = std::all_of(lattice.displacement.begin(), lattice.displacement.end(),
+                                 [](const Vec3f& d) { return d.allFinite(); });
+  if (sound) return;
+  counters_->frames_dropped.add();
+  character.changed = character.asleep = false;
+}
+
+void Publisher::request(const Terms& terms, Room& room) const {
+  if (!room.in_use) return;
+  room.stride_max = 1;
+  for (Observer* observer : room.observers) {
+    if (observer->outlet) room.stride_max = std::max(room.stride_max, request(terms, room, *observer));
   }
+}
+
+int Publisher::request(const Terms& terms, const Room& room, Observer& observer) const {
+  const std::uint64_t tick = terms.tick.tick;
+  if (observer.outlet->make_way()) {
+    observer.forget_sent();
+    observer.congestion_stride = std::min(2 * observer.congestion_stride, static_cast<int>(kStrideMax));
+    observer.congestion_eases_at = tick + def_.congestion_ticks;
+    counters_->observers_congested.add();
+  } else if (observer.congestion_stride > 1 && tick >= observer.congestion_eases_at) {
+    observer.congestion_stride /= 2;
+    observer.congestion_eases_at = tick + def_.congestion_ticks;
+  }
+  const auto stride = std::max<std::uint64_t>(observer.observe.stride, static_cast<std::uint64_t>(observer.congestion_stride));
+  observer.views.resize(room.seats.size());
+  for (std::size_t s = 0; s < room.seats.size(); ++s) {
+    Character* character = room.seats[s].character;
+    if (!character || !character->placed) continue;
+    View& view = observer.views[s];
+    if (!character->asleep) view.sleep_told = false;
+    if (!view.wanted || !view.in_view) continue;
+    view.discontinuity_owed = view.discontinuity_owed || character->discontinuous;
+    const bool due = character->changed && (view.sent_count == 0 || tick - view.sent[0] >= stride);
+    if (!due && (!character->asleep || view.sleep_told)) continue;
+    const Level* model = terms.simulation.lattice(character->key).model;
+    if (model && observer.records_sent.emplace(character->groom, character->shown).second) {
+      counters_->level_records_sent.add();
+      observer.outlet->push(wire::LevelRecord{character->groom, character->shown, model->geometry}, terms.now_ns);
+    }
+    const ErrorClass error_class = holding_class(observer.observe.error_class, model);
+    const Coding coding = coding_for(view, *character, error_class, tick);
+    const bool velocities = observer.observe.velocities && model;
+    observer.requests.push_back({character, variant_of(*character, error_class, coding, velocities), view.discontinuity_owed});
+    note_sent(view, *character, error_class, tick);
+  }
+  return static_cast<int>(stride);
+}
+
+void Publisher::encode(const Terms& terms, Character& character) const {
+  const std::span variants(character.variants.data(), character.variant_count);
+  if (variants.empty()) return;
+  const LatticeView lattice = terms.simulation.lattice(character.key);
+  const std::uint64_t tick = terms.tick.tick;
+  const auto strides = static_cast<std::uint64_t>(std::max(terms.rooms.room(character.room).stride_max, character.stride));
+  const std::uint64_t keep_from = tick - std::min(tick, codec::kHistoryMax * strides);
+  std::array<codec::Integers*, codec::kErrorClassCount> integers{};
+  for (const FrameVariant& variant : variants) {
+    codec::Integers*& now = integers[static_cast<std::size_t>(variant.error_class)];
+    if (now) continue;
+    now = &character.history.add(variant.error_class, tick, keep_from);
+    now->bones = character.bones.bones;
+    codec::quantise_nodes(lattice.displacement, variant.error_class, now->nodes);
+    now->velocities.clear();
+  }
+  // What has velocities is coded last: until then the integers have none.
+  for (const bool velocities : {false, true}) {
+    for (FrameVariant& variant : variants) {
+      if (variant.velocities != velocities) continue;
+      codec::Integers& now = *integers[static_cast<std::size_t>(variant.error_class)];
+      if (velocities && now.velocities.empty())
+        codec::quantise_velocities(terms.simulation.velocity(character.key), variant.error_class, now.velocities);
+      std::array<const codec::Integers*, codec::kHistoryMax> history{};
+      for (std::size_t k = 0; k < variant.order; ++k)
+        history[k] = character.history.find(variant.error_class, tick - variant.stride * (k + 1));
+      variant.content.clear();
+      codec::encode_frame(now, std::span(history).first(variant.order), character.neighbours.get(), variant.content);
+    }
+  }
+  counters_->frames_encoded.add(variants.size());
+}
+
+void Publisher::send(const Terms& terms, Observer& observer) const {
+  if (observer.requests.empty()) return;
+  std::vector<std::vector<std::uint8_t>> packets;
+  wire::FrameBatch batch{terms.tick.tick, terms.tick.sample_time_ns, {}};
+  std::size_t bytes = 0;
+  const auto flush = [&] {
+    packets.push_back(wire::encode_packet({terms.now_ns, std::move(batch)}));
+    batch = {terms.tick.tick, terms.tick.sample_time_ns, {}};
+    bytes = 0;
+  };
+  for (const Observer::Request& request : observer.requests) {
+    const Character& character = *request.character;
+    const FrameVariant& variant = character.variants[request.variant];
+    wire::Frame frame;
+    frame.member = member_of(character);
+    frame.level = character.shown;
+    frame.error_class = variant.error_class;
+    frame.discontinuous = request.discontinuous;
+    frame.asleep = character.asleep;
+    frame.velocities = variant.velocities;
+    frame.order = variant.order;
+    frame.stride = variant.stride;
+    frame.step_stride = static_cast<std::uint8_t>(character.stride);
+    frame.content = variant.content;
+    const std::size_t frame_bytes = wire::frame_bytes(frame);
+    if (bytes + frame_bytes > def_.packet_bytes_max && !batch.frames.empty()) flush();
+    bytes += frame_bytes;
+    batch.frames.push_back(frame);
+  }
+  flush();
+  counters_->frames_published.add(observer.requests.size());
+  for (const auto& packet : packets) counters_->frame_bytes_published.add(packet.size());
+  observer.outlet->push_frames(std::move(packets), observer.requests.size());
 }
 
 }  // namespace hairnet::server

@@ -1,18 +1,52 @@
 #pragma once
 
-#include "core/world.hpp"
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "core/parallel_for.hpp"
 #include "server/room/room.hpp"
 #include "server/tick/simulation.hpp"
 #include "server/tick/tick_counters.hpp"
 
 namespace hairnet::server {
 
-// One character's lattice as it is sent: the pose the step used, and the displacements quantised. `key` must be placed.
-wire::Frame make_frame(CharacterKey key, const Character& character, const LatticeView& lattice);
+struct PublishDef {
+  std::size_t packet_bytes_max = std::size_t{256} << 10;
+  std::uint64_t congestion_ticks = 60;  // before a stride that a slow connection was put on is halved again
+};
 
-// Makes the frames of all placed characters and leaves them in their observers' outlets. A sleeping character has one
-// frame that says so, then none until it wakes.
-void publish(Room& room, const Simulation& simulation, const wire::RecordedTick& tick, const ParallelFor& parallel_for,
-             TickCounters& counters);
+// From lattices to each observer's packets: what changed is looked at, then each observer says which coding of it it can
+// decode, then each coding is made once, then packets are put together. Tick thread, workers.
+class Publisher {
+ public:
+  Publisher(const PublishDef& def, TickCounters& counters) : def_(def), counters_(&counters) {}
+
+  void publish(Rooms& rooms, const Simulation& simulation, const wire::RecordedTick& tick, const ParallelFor& parallel_for,
+               std::int64_t now_ns);
+  void forget_groom(const wire::GroomHash& groom);
+
+ private:
+  struct Terms {
+    Rooms& rooms;
+    const Simulation& simulation;
+    const wire::RecordedTick& tick;
+    std::int64_t now_ns;
+  };
+  void look(const Terms& terms, Character& character) const;
+  void follow_level(const Terms& terms, Character& character);
+  void request(const Terms& terms, Room& room) const;
+  int request(const Terms& terms, const Room& room, Observer& observer) const;  // the stride it is sent at
+  void encode(const Terms& terms, Character& character) const;
+  void send(const Terms& terms, Observer& observer) const;
+
+  PublishDef def_;
+  TickCounters* counters_;
+  std::map<std::pair<wire::GroomHash, LevelIndex>, std::shared_ptr<const codec::Neighbours>> neighbours_;
+  std::vector<Character*> characters_;
+  std::vector<Observer*> observers_;
+};
 
 }  // namespace hairnet::server

@@ -4,22 +4,17 @@
 #include <utility>
 
 #include "server/tick/measure.hpp"
-#include "server/tick/publish.hpp"
 
 namespace hairnet::server {
 namespace {
 
-bool same_bits(const Pose& a, const Pose& b) {
-  for (std::size_t i = 0; i < kBoneCount; ++i) {
-    if (a.bones[i].rotation.coeffs() != b.bones[i].rotation.coeffs() || a.bones[i].position != b.bones[i].position)
-      return false;
-  }
-  return true;
-}
+constexpr std::uint64_t kInterestTicks = 8;   // from one look at who wants to see whom to the next, unless something changed
+constexpr double kMotionSmoothing_s = 0.3;
+constexpr double kTurnLever_m = 0.2;          // of hair about the head: what a turn moves it by
+constexpr float kScreenHeightUnreported = 0.25f;
 
-bool at_rest(const LatticeView& lattice) {
-  return std::all_of(lattice.displacement.begin(), lattice.displacement.end(),
-                     [](const Vec3f& d) { return d.isZero(0); });
+wire::HairState* fitting(std::optional<wire::HairState>& state, LevelIndex level) {
+  return state && state->level == level ? &*state : nullptr;
 }
 
 SchedulerDef completed(SchedulerDef def) {
@@ -53,8 +48,9 @@ Scheduler::Scheduler(const SchedulerDef& def, CommandQueue& commands, RoomCounte
       commands_(&commands),
       counters_(&counters),
       recorder_(recorder),
-      room_(room_counters),
-      simulation_(def_.world, def_.wind) {
+      rooms_(room_counters, def.wind, def.room_grace_ns),
+      simulation_(def_.world, def_.wind),
+      publisher_(def_.publish, counters) {
   counters_->gauges.tick_budget_seconds.set(def_.world.tick_s);
   if (recorder_) recorder_->put(header_of(def_));
 }
@@ -69,13 +65,16 @@ void Scheduler::run_tick(const TickClock::Tick& tick, std::int64_t now_ns) {
 
   take_commands(now_ns);
   sample_poses();
+  look_around();
   choose_levels();
   change_materials();
-  send_level_records(now_ns);
-  step();
-  publish(room_, simulation_, inputs_, def_.world.parallel_for, *counters_);
-  if (tick.tick % def_.tick_rate_hz == 0) measure(room_, simulation_, counters_->gauges);
+  change_winds();
+  record_grooms();
+  step(now_ns);
+  publisher_.publish(rooms_, simulation_, inputs_, def_.world.parallel_for, now_ns);
+  if (tick.tick % def_.tick_rate_hz == 0) measure(rooms_, simulation_, counters_->gauges);
   record();
+  rooms_.poll(now_ns);
 }
 
 struct Scheduler::Taker {
@@ -83,45 +82,110 @@ struct Scheduler::Taker {
   std::int64_t now_ns;
 
   Outlet* outlet(SessionId session) const {
-    const auto observer = scheduler.room_.observers().find(session);
-    return observer == scheduler.room_.observers().end() ? nullptr : observer->second.outlet.get();
+    const Observer* observer = scheduler.rooms_.observer(session);
+    return observer ? observer->outlet.get() : nullptr;
   }
-  void operator()(OpenSession& c) const { scheduler.room_.open(c.session, std::move(c.outlet)); }
+  void tell_members(const Observer& observer) const {
+    for (const Room::Seat& seat : scheduler.rooms_.room(observer.room).seats) {
+      if (seat.character) tell_joined(observer, *seat.character);
+    }
+  }
+  void tell_joined(const Observer& observer, const Character& c) const {
+    if (!observer.outlet) return;
+    const SessionId owner = session_of(c.key);
+    const std::uint32_t member = member_of(c);
+    if (owner == observer.session)
+      observer.outlet->push(wire::CharacterAdded{number_of(c.key), c.groom, c.shown, member}, now_ns);
+    else
+      observer.outlet->push(wire::MemberJoined{member, owner, number_of(c.key), c.groom}, now_ns);
+  }
+  void operator()(OpenSession& c) const {
+    Observer* observer = c.resumed ? scheduler.rooms_.observer(c.session) : nullptr;
+    if (!observer) {
+      observer = &scheduler.rooms_.open(c.session, c.room, std::move(c.outlet));
+    } else {
+      observer->outlet = std::move(c.outlet);
+      observer->records_sent.clear();
+      observer->forget_sent();
+    }
+    tell_members(*observer);
+  }
+  void operator()(const DetachSession& c) const {
+    if (Observer* observer = scheduler.rooms_.observer(c.session)) observer->outlet = nullptr;
+  }
   void operator()(const CloseSession& c) const {
-    auto& characters = scheduler.room_.characters();
+    auto& characters = scheduler.rooms_.characters();
     const auto first = characters.lower_bound(character_key(c.session, 0));
     std::vector<CharacterKey> keys;
     for (auto it = first; it != characters.end() && session_of(it->first) == c.session; ++it) keys.push_back(it->first);
-    for (const CharacterKey key : keys) scheduler.remove(key);
-    scheduler.room_.close(c.session);
+    for (const CharacterKey key : keys) scheduler.remove(key, now_ns);
+    scheduler.rooms_.close(c.session, now_ns);
   }
-  void operator()(const AddCharacter& c) const {
-    scheduler.room_.add(c.character, c.groom, c.level);
-    const LevelIndex level = scheduler.simulation_.levels(c.groom) ? c.level : LevelIndex::rigid;
-    if (Outlet* to = outlet(session_of(c.character)))
-      to->push(wire::CharacterAdded{number_of(c.character), c.groom, level}, now_ns);
+  void operator()(AddCharacter& c) const {
+    Character* character = scheduler.rooms_.add(c.character, c.groom, c.level);
+    if (!character) return;
+    character->state = std::move(c.state);
+    Room& room = scheduler.rooms_.room(character->room);
+    for (Observer* observer : room.observers) {
+      observer->observe_changed = true;
+      tell_joined(*observer, *character);
+    }
   }
   void operator()(const RemoveCharacter& c) const {
-    scheduler.remove(c.character);
+    scheduler.remove(c.character, now_ns);
     if (Outlet* to = outlet(session_of(c.character))) to->push(wire::CharacterRemoved{number_of(c.character)}, now_ns);
   }
   void operator()(const SetLevel& c) const {
-    if (Character* character = scheduler.room_.find(c.character)) character->wanted = c.level;
+    if (Character* character = scheduler.rooms_.find(c.character)) character->finest = c.level;
   }
   void operator()(const SetMaterial& c) const {
-    Character* character = scheduler.room_.find(c.character);
+    Character* character = scheduler.rooms_.find(c.character);
     if (!character || character->material == c.scale) return;
     character->material = c.scale;
     character->material_changed = true;
   }
-  void operator()(const SetWind& c) const { scheduler.inputs_.wind = c.wind; }
-  void operator()(const PutPoses& c) const { scheduler.room_.put(c); }
+  void operator()(const SetWind& c) const {
+    const Observer* observer = scheduler.rooms_.observer(c.session);
+    if (!observer) return;
+    Room& room = scheduler.rooms_.room(observer->room);
+    room.wind = c.wind;
+    room.wind_changed = true;
+  }
+  void operator()(SetObserve& c) const {
+    Observer* observer = scheduler.rooms_.observer(c.session);
+    if (!observer) return;
+    observer->observe = std::move(c.observe);
+    observer->observe_changed = true;
+  }
+  void operator()(const SetImportance& c) const {
+    Observer* observer = scheduler.rooms_.observer(c.session);
+    if (!observer) return;
+    const Room& room = scheduler.rooms_.room(observer->room);
+    observer->views.resize(room.seats.size());
+    for (const wire::MemberImportance& m : c.members) {
+      // A member that has left meanwhile is no fault.
+      if (m.member == 0 || m.member > room.seats.size() || !room.seats[m.member - 1].character) continue;
+      View& view = Scheduler::view_of(*observer, room, m.member - 1);
+      view.screen_height = m.screen_height;
+      view.in_view = m.in_view;
+    }
+  }
+  void operator()(const MakeKeyframes& c) const {
+    Observer* observer = scheduler.rooms_.observer(c.session);
+    if (!observer) return;
+    if (c.members.empty()) observer->forget_sent();
+    for (const std::uint32_t member : c.members) {
+      if (member != 0 && member <= observer->views.size()) observer->views[member - 1].forget_sent();
+    }
+  }
+  void operator()(const PutPoses& c) const { scheduler.rooms_.put(c); }
   void operator()(GroomReady& c) const {
     scheduler.simulation_.put_levels(c.groom, std::move(c.levels));
     if (scheduler.recorder_ && c.bytes) scheduler.unrecorded_[c.groom] = std::move(c.bytes);
   }
   void operator()(const ForgetGroom& c) const {
     scheduler.simulation_.forget_levels(c.groom);
+    scheduler.publisher_.forget_groom(c.groom);
     scheduler.unrecorded_.erase(c.groom);
   }
 };
@@ -133,111 +197,180 @@ void Scheduler::take_commands(std::int64_t now_ns) {
   taken_.clear();
 }
 
-void Scheduler::remove(CharacterKey key) {
-  const Character* character = room_.find(key);
+void Scheduler::remove(CharacterKey key, std::int64_t now_ns) {
+  const Character* character = rooms_.find(key);
   if (!character) return;
   if (character->placed) inputs_.removed.push_back(key);
-  room_.remove(key);
+  const wire::MemberLeft left{member_of(*character)};
+  for (Observer* observer : rooms_.room(character->room).observers) {
+    if (observer->outlet && observer->session != session_of(key)) observer->outlet->push(left, now_ns);
+  }
+  rooms_.remove(key, now_ns);
 }
 
 void Scheduler::sample_poses() {
   const std::int64_t tick_ns = inputs_.sample_time_ns + def_.pose_delay_ns;
   Histogram::Tally ages(counters_->histograms.pose_age_seconds);
-  for (auto& [key, character] : room_.characters()) {
+  for (auto& [key, character] : rooms_.characters()) {
     character.discontinuous = false;
-    const PoseInbox::Sample sample = room_.sample(character, inputs_.sample_time_ns);
+    const PoseInbox::Sample sample = rooms_.sample(character, inputs_.sample_time_ns);
     if (sample.kind == PoseInbox::Kind::none) continue;
     // Of a clock that is ahead of ours a pose may come from a moment later than the tick.
     ages.observe(static_cast<double>(std::max<std::int64_t>(0, tick_ns - *character.inbox.newest_ns())) * 1e-9);
-    // What the step uses is what the frame and the recording say, bit for bit.
-    const Pose pose = rounded_to_wire(sample.pose);
     // An extrapolation may leave the bounds that poses are held to, and clients hold frames to.
-    if (wire::validate_pose(pose) != wire::PoseRefusal::none) continue;
+    if (wire::validate_pose(sample.pose) != wire::PoseRefusal::none) continue;
+    // What the step uses is what the frame and the recording say, bit for bit.
+    const codec::Integers before = character.bones;
+    codec::quantise_pose(sample.pose, character.placed ? &before : nullptr, character.bones);
+    if (character.placed && !sample.teleported && before.bones == character.bones.bones) {
+      character.motion_m_per_s *= static_cast<float>(1 - def_.world.tick_s / kMotionSmoothing_s);
+      continue;  // the World holds it
+    }
+    const Pose pose_before = std::exchange(character.pose, codec::dequantise_pose(character.bones));
     if (character.placed)
-      move(key, character, sample, pose);
+      move(character, sample, pose_before);
     else
-      place(key, character, pose);
+      place(character);
   }
 }
 
-void Scheduler::place(CharacterKey key, Character& character, const Pose& pose) {
+void Scheduler::place(Character& character) {
   const bool ready = simulation_.levels(character.groom) != nullptr;
   character.placed = true;
   character.discontinuous = true;
-  character.level = ready ? character.wanted : LevelIndex::rigid;
-  character.pose = pose;
-  inputs_.added.push_back({key, character.groom, ready, character.level, pose});
+  character.level = LevelIndex::rigid;
+  if (ready) character.level = character.state ? std::max(character.state->level, character.finest) : character.finest;
+  inputs_.added.push_back({character.key, character.groom, character.room, ready, character.level, character.pose});
+  if (character.level != LevelIndex::rigid) bring_state(character);
 }
 
-void Scheduler::move(CharacterKey key, Character& character, const PoseInbox::Sample& sample, const Pose& pose) {
-  if (!sample.teleported && same_bits(pose, character.pose)) return;  // the World holds it
-  // The same test as the World's, so that the frame says what the step did.
-  character.discontinuous = sample.teleported || is_teleport(character.pose, pose, def_.world.tick_s);
-  character.pose = pose;
-  inputs_.poses.push_back({key, character.discontinuous, pose});
+void Scheduler::move(Character& character, const PoseInbox::Sample& sample, const Pose& before) {
+  inputs_.poses.push_back({character.key, sample.teleported, character.pose});
+  const RigidTransform &from = before.head(), &to = character.pose.head();
+  const double moved_m = (to.position - from.position).norm() + kTurnLever_m * to.rotation.angularDistance(from.rotation);
+  const auto share = static_cast<float>(std::min(1.0, def_.world.tick_s / kMotionSmoothing_s));
+  character.motion_m_per_s += share * (static_cast<float>(moved_m / def_.world.tick_s) - character.motion_m_per_s);
 }
 
-void Scheduler::choose_levels() {
-  for (auto& [key, character] : room_.characters()) {
-    if (!character.placed || character.level == character.wanted) continue;
-    if (character.wanted != LevelIndex::rigid && !simulation_.levels(character.groom)) continue;
-    character.level = character.wanted;
-    inputs_.levels.push_back({key, character.level});
-    counters_->levels_entered.add();
+View& Scheduler::view_of(Observer& observer, const Room& room, std::size_t seat) {
+  View& view = observer.views[seat];
+  if (view.occupancy != room.seats[seat].occupancy) {
+    view = {};
+    view.occupancy = room.seats[seat].occupancy;
+  }
+  return view;
+}
+
+void Scheduler::look_around() {
+  for (auto& [key, character] : rooms_.characters()) {
+    character.seen = false;
+    character.screen_height = 0;
+  }
+  for (Room& room : rooms_.rooms()) {
+    if (!room.in_use) continue;
+    for (Observer* observer : room.observers) look_around(room, *observer);
   }
 }
 
+void Scheduler::look_around(const Room& room, Observer& observer) {
+  if (!observer.outlet) return;
+  observer.views.resize(room.seats.size());
+  const bool by_place =
+      observer.observe.mode == wire::ObserveMode::nearest || observer.observe.mode == wire::ObserveMode::radius;
+  const bool look = observer.observe_changed || (by_place && (inputs_.tick + observer.session) % kInterestTicks == 0);
+  if (look) {
+    heads_.clear();
+    for (std::size_t s = 0; s < room.seats.size(); ++s) {
+      const Character* c = room.seats[s].character;
+      heads_.push_back({static_cast<std::uint32_t>(s + 1), c ? c->pose.head().position : Vec3::Zero(),
+                        c && session_of(c->key) == observer.session, c && c->placed});
+    }
+    choose_members(observer.observe, heads_, wanted_);
+    // Somebody who has no pose yet is looked at again once there is one.
+    observer.observe_changed =
+        by_place && std::ranges::any_of(heads_, [](const MemberHead& head) { return !head.placed; });
+  }
+  for (std::size_t s = 0; s < room.seats.size(); ++s) {
+    Character* c = room.seats[s].character;
+    if (!c) continue;
+    View& view = view_of(observer, room, s);
+    if (look) view.wanted = wanted_[s];
+    if (!view.wanted || !view.in_view) continue;
+    c->seen = true;
+    c->screen_height = std::max(c->screen_height, view.screen_height < 0 ? kScreenHeightUnreported : view.screen_height);
+  }
+}
+
+void Scheduler::choose_levels() {
+  for (auto& [key, character] : rooms_.characters()) {
+    if (!character.placed) continue;
+    if (character.held == character.seen) {
+      character.held = !character.seen;
+      inputs_.holds.push_back({key, character.held});
+    }
+    if (character.level == character.finest) continue;
+    if (character.finest != LevelIndex::rigid && !simulation_.levels(character.groom)) continue;
+    enter(character, character.finest);
+  }
+}
+
+void Scheduler::enter(Character& character, LevelIndex level) {
+  if (character.level == LevelIndex::rigid && character.state && level != LevelIndex::rigid)
+    level = std::max(level, character.state->level);
+  character.level = level;
+  inputs_.levels.push_back({character.key, level});
+  counters_->levels_entered.add();
+  if (level != LevelIndex::rigid) bring_state(character);
+}
+
+void Scheduler::bring_state(Character& character) {
+  if (const wire::HairState* state = fitting(character.state, character.level)) {
+    wire::RecordedState& recorded = inputs_.states.emplace_back();
+    recorded.character = character.key;
+    const auto copy = [](const std::vector<std::int16_t>& integers, float unit, std::vector<Vec3f>& to) {
+      for (std::size_t i = 0; i + 2 < integers.size(); i += 3)
+        to.push_back(unit * Vec3f(integers[i], integers[i + 1], integers[i + 2]));
+    };
+    copy(state->displacements, state->step_m, recorded.displacements);
+    copy(state->velocities, codec::kVelocityStepsPer_s * state->step_m, recorded.velocities);
+    recorded.velocities.resize(recorded.displacements.size(), Vec3f::Zero());
+  }
+  character.state.reset();
+}
+
 void Scheduler::change_materials() {
-  for (auto& [key, character] : room_.characters()) {
+  for (auto& [key, character] : rooms_.characters()) {
     if (!character.placed || !std::exchange(character.material_changed, false)) continue;
     inputs_.materials.push_back({key, character.material});
   }
 }
 
-void Scheduler::send_level_records(std::int64_t now_ns) {
+void Scheduler::change_winds() {
+  for (Room& room : rooms_.rooms()) {
+    if (room.in_use && std::exchange(room.wind_changed, false)) inputs_.winds.push_back({room.index, room.wind});
+  }
+}
+
+void Scheduler::record_grooms() {
+  if (!recorder_) return;
   for (const wire::RecordedAdd& added : inputs_.added) {
     if (added.levels_ready) record_groom(added.groom);
-    send_level_record(added.character, added.groom, added.level, now_ns);
   }
-  for (const wire::RecordedLevel& change : inputs_.levels) {
-    const wire::GroomHash& groom = room_.find(change.character)->groom;
-    record_groom(groom);
-    send_level_record(change.character, groom, change.level, now_ns);
-  }
+  for (const wire::RecordedLevel& change : inputs_.levels) record_groom(rooms_.find(change.character)->groom);
 }
 
-void Scheduler::send_level_record(CharacterKey key, const wire::GroomHash& groom, LevelIndex level,
-                                  std::int64_t now_ns) {
-  if (level == LevelIndex::rigid) return;
-  const auto observer = room_.observers().find(session_of(key));
-  if (observer == room_.observers().end() || !observer->second.records_sent.emplace(groom, level).second) return;
-  counters_->level_records_sent.add();
-  observer->second.outlet->push(wire::LevelRecord{groom, level, (*simulation_.levels(groom))[level].geometry}, now_ns);
-}
-
-void Scheduler::step() {
+void Scheduler::step(std::int64_t now_ns) {
   const StepReport report = simulation_.step(inputs_);
   counters_->characters_stepped.add(report.stepped);
   counters_->teleports.add(report.teleports);
   counters_->lattices_reset.add(report.lattices_reset);
   counters_->characters_asleep.add(report.asleep);
-  if (report.lattices_reset > 0) mark_reset_lattices();
-  mark_level_switches();
-}
-
-void Scheduler::mark_level_switches() {
-  for (auto& [key, character] : room_.characters()) {
-    if (!character.placed) continue;
-    const LevelIndex level = simulation_.lattice(key).level;
-    if (std::exchange(character.shown, level) != level) character.discontinuous = true;
-  }
-}
-
-void Scheduler::mark_reset_lattices() {
-  // A lattice at exact rest has just been reset, or lies still anyway: a discontinuity of nothing.
-  for (auto& [key, character] : room_.characters()) {
-    if (character.placed && character.level != LevelIndex::rigid && at_rest(simulation_.lattice(key)))
-      character.discontinuous = true;
+  for (const CharacterKey key : simulation_.states_refused()) {
+    counters_->states_refused.add();
+    const Observer* owner = rooms_.observer(session_of(key));
+    if (owner && owner->outlet)
+      owner->outlet->push(wire::Error{wire::ErrorReason::state_invalid, number_of(key), {}, "the hair state does not fit the level"},
+                          now_ns);
   }
 }
 

@@ -6,7 +6,9 @@
 #include <vector>
 
 #include "server/room/command.hpp"
+#include "server/room/interest.hpp"
 #include "server/room/room.hpp"
+#include "server/tick/publish.hpp"
 #include "server/tick/recorder.hpp"
 #include "server/tick/simulation.hpp"
 #include "server/tick/tick_clock.hpp"
@@ -16,9 +18,11 @@ namespace hairnet::server {
 
 struct SchedulerDef {
   WorldDef world;
-  Wind wind;  // until a client sets another
+  PublishDef publish;
+  Wind wind;  // of a room, until a client sets another
   std::uint32_t tick_rate_hz = 30;
   std::int64_t pose_delay_ns = 25'000'000;
+  std::int64_t room_grace_ns = 10'000'000'000;  // that an empty room stays
 };
 
 // From poses to frames: one call a tick. Tick thread.
@@ -37,28 +41,35 @@ class Scheduler {
 
   void take_commands(std::int64_t now_ns);
   void sample_poses();
+  void look_around();
+  void look_around(const Room& room, Observer& observer);
   void choose_levels();
   void change_materials();
-  void send_level_records(std::int64_t now_ns);
-  void step();
+  void change_winds();
+  void record_grooms();
+  void step(std::int64_t now_ns);
   void record();
 
-  void remove(CharacterKey key);
-  void place(CharacterKey key, Character& character, const Pose& pose);
-  void move(CharacterKey key, Character& character, const PoseInbox::Sample& sample, const Pose& pose);
-  void send_level_record(CharacterKey key, const wire::GroomHash& groom, LevelIndex level, std::int64_t now_ns);
+  void remove(CharacterKey key, std::int64_t now_ns);
+  void place(Character& character);
+  void move(Character& character, const PoseInbox::Sample& sample, const Pose& before);
+  void enter(Character& character, LevelIndex level);
+  void bring_state(Character& character);
   void record_groom(const wire::GroomHash& groom);
-  void mark_reset_lattices();
-  void mark_level_switches();
+  // The session's view of who sits there now.
+  static View& view_of(Observer& observer, const Room& room, std::size_t seat);
 
   SchedulerDef def_;
   CommandQueue* commands_;
   TickCounters* counters_;
   Recorder* recorder_;
-  Room room_;
+  Rooms rooms_;
   Simulation simulation_;
+  Publisher publisher_;
   std::vector<Command> taken_;
   wire::RecordedTick inputs_;                              // of the tick being made
+  std::vector<MemberHead> heads_;                          // of one room at a time
+  std::vector<bool> wanted_;
   std::map<wire::GroomHash, Recorder::Bytes> unrecorded_;  // bytes of grooms that the recording does not hold yet
 };
 

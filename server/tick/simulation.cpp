@@ -4,13 +4,16 @@
 
 namespace hairnet::server {
 
-Simulation::Simulation(const WorldDef& def, const Wind& wind) : environment_(def.environment), world_(def) {
-  set_wind(wind);
-}
+Simulation::Simulation(const WorldDef& def, const Wind& wind)
+    : environment_(def.environment), world_([&] {
+        WorldDef windy = def;
+        windy.environment.wind = WindField(wind);
+        return windy;
+      }()) {}
 
-void Simulation::set_wind(const Wind& wind) {
+void Simulation::set_wind(std::uint32_t room, const Wind& wind) {
   environment_.wind = WindField(wind);
-  world_.set_environment(environment_);
+  world_.set_environment(room, environment_);
 }
 
 void Simulation::put_levels(const wire::GroomHash& groom, std::shared_ptr<const LevelSet> levels) {
@@ -39,7 +42,22 @@ StepReport Simulation::step(const wire::RecordedTick& inputs) {
     const auto placed = characters_.find(change.character);
     if (placed != characters_.end()) world_.set_material(placed->second.id, change.scale);
   }
-  if (inputs.wind) set_wind(*inputs.wind);
+  for (const wire::RecordedStride& change : inputs.strides) {
+    const auto placed = characters_.find(change.character);
+    if (placed != characters_.end()) world_.set_stride(placed->second.id, change.stride);
+  }
+  for (const wire::RecordedHold& change : inputs.holds) {
+    const auto placed = characters_.find(change.character);
+    if (placed != characters_.end()) world_.set_held(placed->second.id, change.held);
+  }
+  states_refused_.clear();
+  for (const wire::RecordedState& state : inputs.states) {
+    const auto placed = characters_.find(state.character);
+    if (placed == characters_.end()) continue;
+    if (!world_.set_state(placed->second.id, state.displacements, state.velocities))
+      states_refused_.push_back(state.character);
+  }
+  for (const wire::RecordedWind& change : inputs.winds) set_wind(change.room, change.wind);
   for (const wire::RecordedPose& pose : inputs.poses) {
     const auto placed = characters_.find(pose.character);
     if (placed != characters_.end()) world_.set_pose(placed->second.id, pose.pose, pose.teleport);
@@ -53,6 +71,7 @@ void Simulation::add(const wire::RecordedAdd& added) {
   if (added.levels_ready) def.levels = levels(added.groom);
   def.level = def.levels ? added.level : LevelIndex::rigid;
   def.pose = added.pose;
+  def.environment = added.room;
   const bool has_levels = def.levels != nullptr;
   const CharacterId id = world_.add(def);
   if (id) characters_[added.character] = {id, added.groom, has_levels};
@@ -69,6 +88,10 @@ void Simulation::set_level(const wire::RecordedLevel& change) {
     character.has_levels = true;
   }
   world_.set_level(character.id, change.level);
+}
+
+std::span<const Vec3f> Simulation::velocity(CharacterKey key) const {
+  return world_.state(characters_.at(key).id).velocity;
 }
 
 LatticeView Simulation::lattice(CharacterKey key) const {

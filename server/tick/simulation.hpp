@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <span>
+#include <vector>
 
 #include "core/world.hpp"
 #include "schema/wire/recording.hpp"
@@ -14,7 +16,7 @@ namespace hairnet::server {
 // same inputs, and so come to the same bits. Tick thread.
 class Simulation {
  public:
-  // `wind` must be sound; it takes the place of def's.
+  // `wind`, of rooms that have no other, must be sound; it takes the place of def's.
   explicit Simulation(const WorldDef& def, const Wind& wind = {});
 
   // What a groom's hash stands for from now on.
@@ -22,12 +24,16 @@ class Simulation {
   void forget_levels(const wire::GroomHash& groom);  // characters that have them keep them
   [[nodiscard]] std::shared_ptr<const LevelSet> levels(const wire::GroomHash& groom) const;
 
-  // Applies what a tick was told and makes the step: removed, added, levels, materials, wind, poses, in this order.
+  // Applies what a tick was told and makes the step: removed, added, levels, materials, strides, holds, states,
+  // winds, poses, in this order.
   // What names no character is ignored, and so is an addition beyond the world's bound.
   StepReport step(const wire::RecordedTick& inputs);
 
   [[nodiscard]] bool contains(CharacterKey key) const { return characters_.contains(key); }
   [[nodiscard]] LatticeView lattice(CharacterKey key) const;  // contains(key) must hold
+  [[nodiscard]] std::span<const Vec3f> velocity(CharacterKey key) const;  // of the lattice's nodes, head space, m/s
+  // Whose brought state the last step found not to fit.
+  [[nodiscard]] const std::vector<CharacterKey>& states_refused() const { return states_refused_; }
   [[nodiscard]] std::uint64_t hash() const { return world_.hash(); }
   [[nodiscard]] std::size_t character_count() const { return characters_.size(); }
 
@@ -40,12 +46,13 @@ class Simulation {
   void add(const wire::RecordedAdd& added);
   void set_level(const wire::RecordedLevel& change);
 
-  void set_wind(const Wind& wind);
+  void set_wind(std::uint32_t room, const Wind& wind);
 
-  Environment environment_;
+  Environment environment_;  // but for the wind, of all rooms
   World world_;
   std::map<CharacterKey, Placed> characters_;
   std::map<wire::GroomHash, std::shared_ptr<const LevelSet>> levels_;
+  std::vector<CharacterKey> states_refused_;
 };
 
 }  // namespace hairnet::server

@@ -58,6 +58,10 @@ struct TickCounters : CounterSet {
   Counter lattices_reset{*this, "lattices_reset"};
   Counter levels_entered{*this, "levels_entered"};
   Counter frames_published{*this, "frames_published"};
+  Counter frames_encoded{*this, "frames_encoded"};  // codings made; several observers share one
+  Counter frame_bytes_published{*this, "frame_bytes_published"};
+  Counter observers_congested{*this, "observers_congested"};  // frames of several ticks were dropped for one
+  Counter states_refused{*this, "states_refused"};            // hair states that did not fit
   Counter level_records_sent{*this, "level_records_sent"};
   Counter frames_dropped{*this, "frames_dropped"};  // not finite: never sent
   Counter ticks_recorded{*this, "ticks_recorded"};

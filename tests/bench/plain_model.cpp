@@ -60,11 +60,11 @@ void PlainModel::take(const Stiffeners& stiffeners, double step_s, const Materia
 }
 
 PlainStep::PlainStep(const Level& level, const StepInput& input) : input_{} {
-  assert(input.environment.wind.is_still());
+  assert(input.environment->wind.is_still());
   input_.step_s = input.step_s;
   input_.head_from = plain(input.from.head());
   input_.head_to = plain(input.to.head());
-  std::copy_n(input.environment.gravity.data(), 3, input_.gravity);
+  std::copy_n(input.environment->gravity.data(), 3, input_.gravity);
   std::copy_n(kDesignGravity.data(), 3, input_.design_gravity);
   input_.contact_release = input.contact_release;
   for (const Metaball& ball : level.metaballs) {

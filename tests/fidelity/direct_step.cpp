@@ -41,7 +41,7 @@ void DirectStep::add_nodes(const StepInput& input, const WorldLattice& lattice) 
     const Mat3 Q = R * drag_tensor(level_, input.material, i).cast<double>() * R.transpose();
     const Vec3 u = R * wind.at(level_.geometry.active_nodes[i]).cast<double>();
     const Vec3 f = -k * (lattice.P[i] - rest) - q * (lattice.P_dot[i] - rest_dot) +
-                   m * (input.environment.gravity - R * kDesignGravity) - Q * (lattice.P_dot[i] - u);
+                   m * (input.environment->gravity - R * kDesignGravity) - Q * (lattice.P_dot[i] - u);
     load_[i] += h * (f - h * k * lattice.P_dot[i]);
     matrix_.add(i, isotropic_and_axial(m + h * q + h * h * k, 0, Vec3::Zero()));
     matrix_.add(i, scaled(h, {Q(0, 0), Q(0, 1), Q(0, 2), Q(1, 1), Q(1, 2), Q(2, 2)}));

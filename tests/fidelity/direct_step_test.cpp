@@ -40,7 +40,8 @@ TEST_P(DirectSteps, are_those_of_the_reference) {
     bone.position += Vec3(0.02, 0.01, -0.03);
   }
   input.step_s = 1.0 / 25;
-  input.environment.wind = WindField({.mean_m_per_s = {2, 0, 1}});
+  const Environment windy{.wind = WindField({.mean_m_per_s = {2, 0, 1}})};
+  input.environment = &windy;
   input.contact_release = 0.4;
 
   WorldLattice expected = to_world(*level, input.from.head(), state), direct = expected;

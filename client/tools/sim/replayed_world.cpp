@@ -80,6 +80,7 @@ Result<void> ReplayedWorld::add(const wire::RecordedAdd& added) {
     return Refusal("adds " + name_of(added.character) + " at a level that is not built");
   def.level = added.level;
   def.pose = added.pose;
+  def.environment = added.room;
   const CharacterId id = world_->add(def);
   if (!id) return Refusal("more characters than a world holds");
   characters_[added.character] = {id, added.groom, added.levels_ready};
@@ -123,10 +124,26 @@ Result<void> ReplayedWorld::take(const wire::RecordedTick& tick) {
     if (const std::string fault = validate(change.scale); !fault.empty()) return at_tick(fault);
     world_->set_material(found->second.id, change.scale);
   }
-  if (tick.wind) {
-    if (const std::string fault = validate(*tick.wind); !fault.empty()) return at_tick(fault);
-    environment_.wind = WindField(*tick.wind);
-    world_->set_environment(environment_);
+  for (const wire::RecordedStride& change : tick.strides) {
+    const auto found = characters_.find(change.character);
+    if (found == characters_.end()) return at_tick("sets the stride of unknown " + name_of(change.character));
+    world_->set_stride(found->second.id, change.stride);
+  }
+  for (const wire::RecordedHold& change : tick.holds) {
+    const auto found = characters_.find(change.character);
+    if (found == characters_.end()) return at_tick("holds unknown " + name_of(change.character));
+    world_->set_held(found->second.id, change.held);
+  }
+  for (const wire::RecordedState& state : tick.states) {
+    const auto found = characters_.find(state.character);
+    if (found == characters_.end()) return at_tick("sets the state of unknown " + name_of(state.character));
+    world_->set_state(found->second.id, state.displacements, state.velocities);  // one refused was refused then, too
+  }
+  for (const wire::RecordedWind& change : tick.winds) {
+    if (const std::string fault = validate(change.wind); !fault.empty()) return at_tick(fault);
+    if (change.room >= kEnvironmentCountMax) return at_tick("a room of too high an index");
+    environment_.wind = WindField(change.wind);
+    world_->set_environment(change.room, environment_);
   }
   for (const wire::RecordedPose& pose : tick.poses) {
     const auto found = characters_.find(pose.character);

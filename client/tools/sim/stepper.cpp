@@ -65,7 +65,7 @@ class ConvergedStepper : public Stepper {
   }
   void step_smoothly(const Pose& to, double contact_release) {
     const double substep_s = def_.tick_s / def_.substep_count;
-    StepInput input{from_, from_, substep_s, def_.environment, contact_release, {}, tick_ * def_.tick_s};
+    StepInput input{from_, from_, substep_s, &def_.environment, contact_release, {}, tick_ * def_.tick_s};
     if (def_.environment.wind.is_still()) input.material.stiffness *= static_cast<float>(calm_release_.stiffness());
     for (int substep = 1; substep <= def_.substep_count; ++substep) {
       input.from = std::exchange(

@@ -59,11 +59,9 @@ double whole_number(const std::string& flag, const std::string& text, double lea
 }
 
 void take_server(ViewOptions& o, const std::string& text) {
-  const std::size_t colon = text.rfind(':');
-  if (colon == std::string::npos || colon == 0) refuse("--connect", "'" + text + "' is not HOST:PORT");
-  const bool bracketed = text.front() == '[' && text[colon - 1] == ']';  // [::1]:7420
-  o.host = bracketed ? text.substr(1, colon - 2) : text.substr(0, colon);
-  o.port = static_cast<std::uint16_t>(whole_number("--connect", text.substr(colon + 1), 1, 65535));
+  const Result<link::Address> address = link::parse_address(text);
+  if (!address) refuse("--connect", address.error());
+  o.server = *address;
 }
 
 void take_size(ViewOptions& o, const std::string& text) {
@@ -114,7 +112,7 @@ void take_texts(ViewOptions& o, const Texts& texts) {
 }
 
 void add_flags(CLI::App& app, ViewOptions& o, Texts& texts) {
-  app.add_option("--connect", texts.connect, "server, HOST:PORT (127.0.0.1:7420)");
+  app.add_option("--connect", texts.connect, "server, HOST:PORT or tcp://, tls://, ws:// or wss:// and that (127.0.0.1:7420)");
   app.add_option("--character", texts.characters, "a character to stream (below); once for each")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);

@@ -6,6 +6,7 @@
 #include <variant>
 #include <vector>
 
+#include "client/link/address.hpp"
 #include "core/build/level.hpp"
 #include "core/groom/material.hpp"
 #include "core/import/bvh.hpp"
@@ -26,8 +27,7 @@ struct CharacterOptions {
 enum class View : std::uint8_t { front, side, back, three_quarter };
 
 struct ViewOptions {
-  std::string host = "127.0.0.1";
-  std::uint16_t port = 7420;
+  link::Address server;
   std::vector<CharacterOptions> characters;
   double duration_s = 6;  // of the clips, which begin at time 0 when every lattice has arrived
   double settle_s = 0;    // after them: heads ease upright within 1 s, then are still

@@ -61,9 +61,8 @@ class Streamer {
 
   static link::LinkOptions link_options(const ViewOptions& options) {
     link::LinkOptions link;
-    link.host = options.host;
-    link.port = options.port;
-    link.client_name = "hairnet-view";
+    link.server = options.server;
+    link.core.client_name = "hairnet-view";
     return link;
   }
 

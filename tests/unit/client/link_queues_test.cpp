@@ -133,11 +133,11 @@ TEST(SendQueue, refuses_more_messages_than_its_bound) {
   EXPECT_FALSE(queue.push(wire::RemoveCharacter{1}));
 }
 
-wire::FrameBatch frames_at(std::uint64_t tick, std::size_t numbers, bool discontinuous = false) {
-  wire::FrameBatch batch;
+FrameBatch frames_at(std::uint64_t tick, std::size_t numbers, bool discontinuous = false) {
+  FrameBatch batch;
   batch.tick = tick;
   batch.frames.resize(1);
-  batch.frames[0].character = 1;
+  batch.frames[0].member = 1;
   batch.frames[0].discontinuous = discontinuous;
   batch.frames[0].displacements.resize(numbers);
   return batch;
@@ -145,27 +145,27 @@ wire::FrameBatch frames_at(std::uint64_t tick, std::size_t numbers, bool discont
 
 TEST(EventQueue, events_come_in_order_and_only_once) {
   EventQueue events;
-  ASSERT_TRUE(events.push(wire::CharacterAdded{1, {}, LevelIndex::high}));
+  ASSERT_TRUE(events.push(wire::CharacterAdded{1, {}, LevelIndex::high, 1}));
   ASSERT_TRUE(events.push(frames_at(5, 3)));
   const std::vector<Event> taken = events.take_all();
   ASSERT_EQ(taken.size(), 2u);
   EXPECT_TRUE(std::holds_alternative<wire::CharacterAdded>(taken[0]));
-  EXPECT_TRUE(std::holds_alternative<wire::FrameBatch>(taken[1]));
+  EXPECT_TRUE(std::holds_alternative<FrameBatch>(taken[1]));
   EXPECT_TRUE(events.take_all().empty());
 }
 
 TEST(EventQueue, the_oldest_frames_give_way_are_counted_and_pass_on_their_jumps) {
   EventQueue events;
   constexpr std::size_t kNumbers = EventQueue::kFrameBytesMax / 4 / sizeof(std::int16_t);  // a quarter of the bound
-  ASSERT_TRUE(events.push(wire::CharacterAdded{1, {}, LevelIndex::high}));
+  ASSERT_TRUE(events.push(wire::CharacterAdded{1, {}, LevelIndex::high, 1}));
   for (std::uint64_t tick = 0; tick < 5; ++tick) ASSERT_TRUE(events.push(frames_at(tick, kNumbers, tick == 1)));
   EXPECT_EQ(events.frames_dropped(), 2u);
   const std::vector<Event> taken = events.take_all();
   ASSERT_EQ(taken.size(), 4u);
   EXPECT_TRUE(std::holds_alternative<wire::CharacterAdded>(taken[0]));
-  EXPECT_EQ(std::get<wire::FrameBatch>(taken[1]).tick, 2u);
-  EXPECT_TRUE(std::get<wire::FrameBatch>(taken[1]).frames[0].discontinuous);
-  EXPECT_FALSE(std::get<wire::FrameBatch>(taken[2]).frames[0].discontinuous);
+  EXPECT_EQ(std::get<FrameBatch>(taken[1]).tick, 2u);
+  EXPECT_TRUE(std::get<FrameBatch>(taken[1]).frames[0].discontinuous);
+  EXPECT_FALSE(std::get<FrameBatch>(taken[2]).frames[0].discontinuous);
 }
 
 TEST(EventQueue, nothing_comes_after_the_end) {

@@ -72,8 +72,9 @@ class ScriptedServer {
   ~ScriptedServer() { thread_.join(); }
   [[nodiscard]] LinkOptions options(double timeout_s = 20) const {
     LinkOptions options;
-    options.port = acceptor_.local_endpoint().port();
-    options.connect_timeout_s = timeout_s;
+    options.server.port = acceptor_.local_endpoint().port();
+    options.core.connect_timeout_s = timeout_s;
+    options.core.reconnect = false;
     return options;
   }
 
@@ -127,7 +128,7 @@ TEST(Link, a_refused_connection_has_a_plain_reason) {
   LinkOptions options;
   {
     asio::io_context io;
-    options.port = tcp::acceptor(io, {asio::ip::address_v4::loopback(), 0}).local_endpoint().port();
+    options.server.port = tcp::acceptor(io, {asio::ip::address_v4::loopback(), 0}).local_endpoint().port();
   }
   Link link(options);
   const Result<wire::Welcome> welcome = link.connect();
@@ -293,7 +294,7 @@ TEST(Link, a_link_with_nothing_to_send_still_shows_that_it_is_there) {
     peer.send(wire::Goodbye{});
   });
   LinkOptions options = server.options();
-  options.keep_alive_s = 0.005;
+  options.core.keep_alive_s = 0.005;
   Link link(options);
   ASSERT_TRUE(link.connect());
   wait_for_end(link);

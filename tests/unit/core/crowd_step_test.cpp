@@ -17,6 +17,7 @@ using support::make_random_state;
 using support::turned;
 
 constexpr std::size_t kSubsteps = 2;
+constexpr unsigned kSeedMax = 32;
 
 // Characters of one level with poses, materials and winds of their own. The third is at rest, the fifth has more energy
 // than its last step may have left.
@@ -39,6 +40,16 @@ struct Cast {
     }
   }
 
+  // Lives as long as the program, as inputs only point to it.
+  static const Environment& environment_of(unsigned seed) {
+    static const std::vector<Environment> environments = [] {
+      std::vector<Environment> all(kSeedMax + 1);
+      for (unsigned s = 1; s <= kSeedMax; s += 2) all[s].wind = WindField({.mean_m_per_s = {1, 0.2, -0.1 * s}});
+      return all;
+    }();
+    return environments.at(seed);
+  }
+
   static void put_input(unsigned seed, std::size_t substep, StepInput& input) {
     const auto pose_at = [seed](double s) {
       const Vec3 place(0.5 + 0.05 * s, 1.5, -2.0 * seed);
@@ -53,7 +64,7 @@ struct Cast {
     input.material.stiffness = 0.5f + 0.1f * static_cast<float>(seed);
     input.material.gel_per_s2 = static_cast<float>(seed % 3);
     input.material.density = 0.8f + 0.05f * static_cast<float>(seed);
-    if (seed % 2) input.environment.wind = WindField({.mean_m_per_s = {1, 0.2, -0.1 * seed}});
+    input.environment = &environment_of(seed);
   }
 
   [[nodiscard]] std::vector<LatticeState> alone() const {

@@ -146,5 +146,26 @@ TEST(CrowdWorld, allocates_nothing_once_it_has_warmed_up) {
   EXPECT_EQ(allocation_count, before);
 }
 
+TEST(CrowdWorld, allocates_nothing_while_strides_change_and_characters_are_held_and_released) {
+  Crowd crowd;
+  for (std::size_t c = 0; c < 70; ++c) crowd.add(c);
+  const auto change = [&](int round) {
+    for (std::size_t c = 0; c < crowd.ids.size(); ++c) {
+      crowd.world.set_stride(crowd.ids[c], 1 << (c + static_cast<std::size_t>(round)) % 3);
+      crowd.world.set_held(crowd.ids[c], (c + static_cast<std::size_t>(round)) % 5 == 0);
+    }
+  };
+  for (int t = 0; t < 16; ++t) {
+    change(t);
+    crowd.tick();
+  }
+  const std::size_t before = allocation_count;
+  for (int t = 0; t < 8; ++t) {
+    change(t);
+    crowd.tick();
+  }
+  EXPECT_EQ(allocation_count, before);
+}
+
 }  // namespace
 }  // namespace hairnet

@@ -53,7 +53,8 @@ TEST(Step, agrees_with_the_double_reference_from_the_same_state) {
     StepInput input;
     input.from = moved(0.1 * seed, {0.5, 1.5, -2.0 * seed});
     input.to = moved(0.1 * seed + 0.08, {0.52, 1.49, -2.0 * seed + 0.03}, 0.2);
-    input.environment.wind = WindField({.mean_m_per_s = {1, 0.2, -0.5}});
+    const Environment windy{.wind = WindField({.mean_m_per_s = {1, 0.2, -0.5}})};
+    input.environment = &windy;
     input.contact_release = 0.2 * (seed % 4);
     WorldLattice reference = to_world(level, input.from.head(), state);
     reference_step(level, input, reference, 1e-12);
@@ -316,7 +317,8 @@ TEST(Step, steady_wind_ends_where_drag_and_ether_balance) {
   reset_to_rest(level, state);
   StepScratch scratch;
   StepInput input;
-  input.environment.wind = WindField({.mean_m_per_s = {4, 0, 1}});
+  const Environment windy{.wind = WindField({.mean_m_per_s = {4, 0, 1}})};
+  input.environment = &windy;
   for (int tick = 0; tick < 3000; ++tick) ASSERT_TRUE(step(level, input, {}, scratch, state));
   const Vec3f wind(4, 0, 1);
   for (std::size_t i = 0; i < level.rest.size(); ++i) {

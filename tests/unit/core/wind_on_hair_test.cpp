@@ -39,7 +39,7 @@ LatticeState settled(const Level& level, const Environment& environment, const M
   StepScratch scratch;
   StepInput input;
   input.step_s = 1.0 / 60;
-  input.environment = environment;
+  input.environment = &environment;
   input.material = material;
   for (int tick = 0; tick < 1200; ++tick) {
     input.time_s += input.step_s;

@@ -71,7 +71,14 @@ bool equal(const std::vector<T>& a, const std::vector<T>& b) {
 }
 
 inline bool equal(const Hello& a, const Hello& b) {
-  return a.protocol_version == b.protocol_version && a.client_name == b.client_name;
+  const auto all = [](const Hello& h) {
+    return std::tie(h.protocol_version, h.client_name, h.room, h.token, h.role, h.session, h.secret);
+  };
+  return all(a) == all(b);
+}
+inline bool equal(const HairState& a, const HairState& b) {
+  const auto all = [](const HairState& s) { return std::tie(s.level, s.step_m, s.displacements, s.velocities); };
+  return all(a) == all(b);
 }
 inline bool equal(const GroomOffer& a, const GroomOffer& b) {
   return a.hash == b.hash && a.byte_count == b.byte_count;
@@ -80,7 +87,8 @@ inline bool equal(const GroomChunk& a, const GroomChunk& b) {
   return a.hash == b.hash && a.offset == b.offset && a.bytes == b.bytes;
 }
 inline bool equal(const AddCharacter& a, const AddCharacter& b) {
-  return a.character == b.character && a.groom == b.groom && a.level == b.level;
+  return a.character == b.character && a.groom == b.groom && a.level == b.level &&
+         a.state.has_value() == b.state.has_value() && (!a.state || equal(*a.state, *b.state));
 }
 inline bool equal(const SetLevel& a, const SetLevel& b) {
   return a.character == b.character && a.level == b.level;
@@ -98,7 +106,8 @@ inline bool equal(const PoseBatch& a, const PoseBatch& b) {
 }
 inline bool equal(const Welcome& a, const Welcome& b) {
   const auto all = [](const Welcome& w) {
-    return std::tie(w.protocol_version, w.session, w.tick_rate_hz, w.tick, w.character_count_max, w.groom_bytes_max);
+    return std::tie(w.protocol_version, w.session, w.tick_rate_hz, w.tick, w.character_count_max, w.groom_bytes_max,
+                    w.room, w.secret, w.resumed, w.resume_grace_s, w.pose_delay_ns);
   };
   return all(a) == all(b);
 }
@@ -109,7 +118,7 @@ inline bool equal(const GroomStatus& a, const GroomStatus& b) {
   return a.hash == b.hash && a.state == b.state;
 }
 inline bool equal(const CharacterAdded& a, const CharacterAdded& b) {
-  return a.character == b.character && a.groom == b.groom && a.level == b.level;
+  return a.character == b.character && a.groom == b.groom && a.level == b.level && a.member == b.member;
 }
 inline bool equal(const CharacterRemoved& a, const CharacterRemoved& b) {
   return a.character == b.character;
@@ -126,12 +135,40 @@ inline bool equal(const LevelRecord& a, const LevelRecord& b) {
 }
 inline bool equal(const Frame& a, const Frame& b) {
   const auto all = [](const Frame& f) {
-    return std::tie(f.character, f.level, f.discontinuous, f.quantum_m, f.displacements);
+    return std::tie(f.member, f.level, f.error_class, f.discontinuous, f.asleep, f.velocities, f.order, f.stride,
+                    f.step_stride);
   };
-  return all(a) == all(b) && equal(a.pose, b.pose);
+  return all(a) == all(b) && std::equal(a.content.begin(), a.content.end(), b.content.begin(), b.content.end());
 }
 inline bool equal(const FrameBatch& a, const FrameBatch& b) {
   return a.tick == b.tick && a.sample_time_ns == b.sample_time_ns && equal(a.frames, b.frames);
+}
+inline bool equal(const Observe& a, const Observe& b) {
+  const auto all = [](const Observe& o) {
+    return std::tie(o.mode, o.count, o.radius_m, o.from, o.members, o.error_class, o.stride, o.velocities);
+  };
+  return all(a) == all(b);
+}
+inline bool equal(const MemberImportance& a, const MemberImportance& b) {
+  return a.member == b.member && a.screen_height == b.screen_height && a.in_view == b.in_view;
+}
+inline bool equal(const ReportImportance& a, const ReportImportance& b) {
+  return equal(a.members, b.members);
+}
+inline bool equal(const RequestKeyframes& a, const RequestKeyframes& b) {
+  return a.members == b.members;
+}
+inline bool equal(const GroomRequest& a, const GroomRequest& b) {
+  return a.hash == b.hash && a.offset == b.offset;
+}
+inline bool equal(const GroomData& a, const GroomData& b) {
+  return a.hash == b.hash && a.byte_count == b.byte_count && a.offset == b.offset && a.bytes == b.bytes;
+}
+inline bool equal(const MemberJoined& a, const MemberJoined& b) {
+  return a.member == b.member && a.session == b.session && a.character == b.character && a.groom == b.groom;
+}
+inline bool equal(const MemberLeft& a, const MemberLeft& b) {
+  return a.member == b.member;
 }
 inline bool equal(const Error& a, const Error& b) {
   return std::tie(a.reason, a.character, a.groom, a.detail) == std::tie(b.reason, b.character, b.groom, b.detail);
@@ -174,8 +211,8 @@ inline bool equal(const RecordedGroom& a, const RecordedGroom& b) {
   return a.bytes == b.bytes;
 }
 inline bool equal(const RecordedAdd& a, const RecordedAdd& b) {
-  return std::tie(a.character, a.groom, a.levels_ready, a.level) ==
-             std::tie(b.character, b.groom, b.levels_ready, b.level) &&
+  return std::tie(a.character, a.groom, a.room, a.levels_ready, a.level) ==
+             std::tie(b.character, b.groom, b.room, b.levels_ready, b.level) &&
          equal(a.pose, b.pose);
 }
 inline bool equal(const RecordedLevel& a, const RecordedLevel& b) {
@@ -187,12 +224,24 @@ inline bool equal(const RecordedMaterial& a, const RecordedMaterial& b) {
 inline bool equal(const RecordedPose& a, const RecordedPose& b) {
   return a.character == b.character && a.teleport == b.teleport && equal(a.pose, b.pose);
 }
+inline bool equal(const RecordedStride& a, const RecordedStride& b) {
+  return a.character == b.character && a.stride == b.stride;
+}
+inline bool equal(const RecordedHold& a, const RecordedHold& b) {
+  return a.character == b.character && a.held == b.held;
+}
+inline bool equal(const RecordedState& a, const RecordedState& b) {
+  return a.character == b.character && a.displacements == b.displacements && a.velocities == b.velocities;
+}
+inline bool equal(const RecordedWind& a, const RecordedWind& b) {
+  return a.room == b.room && equal(a.wind, b.wind);
+}
 inline bool equal(const RecordedTick& a, const RecordedTick& b) {
   return std::tie(a.tick, a.sample_time_ns, a.state_hash, a.removed) ==
              std::tie(b.tick, b.sample_time_ns, b.state_hash, b.removed) &&
          equal(a.added, b.added) && equal(a.levels, b.levels) && equal(a.poses, b.poses) &&
-         equal(a.materials, b.materials) && a.wind.has_value() == b.wind.has_value() &&
-         (!a.wind || equal(*a.wind, *b.wind));
+         equal(a.materials, b.materials) && equal(a.strides, b.strides) && equal(a.holds, b.holds) &&
+         equal(a.states, b.states) && equal(a.winds, b.winds);
 }
 
 // Two variants of the same alternative.

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <deque>
 #include <limits>
 #include <numeric>
 
@@ -147,7 +148,11 @@ TEST(Packet, above_the_limit_is_too_large_whatever_it_holds) {
 
 TEST(Packet, is_not_written_above_the_limit) {
   FrameBatch batch;
-  batch.frames.resize(40'000);
+  const Bytes content(110);
+  for (std::uint32_t member = 1; member <= 40'000; ++member) {
+    batch.frames.emplace_back().member = member;
+    batch.frames.back().content = content;
+  }
   EXPECT_TRUE(encode(batch).empty());
 }
 
@@ -155,11 +160,14 @@ TEST(Packet, carries_as_many_frames_as_frame_bytes_promises) {
   RandomMessages random(9);
   FrameBatch batch;
   std::size_t bytes = 0;
+  std::deque<Bytes> contents;
   while (true) {
-    Frame frame = random.frame();
+    Frame frame = random.frame(contents.emplace_back());
+    frame.content = contents.back();
+    frame.member = batch.frames.empty() ? 1 : batch.frames.back().member + 1000;
     bytes += frame_bytes(frame);
     if (bytes > kPacketBytesMax - kPacketOverheadBytesMax) break;
-    batch.frames.push_back(std::move(frame));
+    batch.frames.push_back(frame);
   }
   const Bytes packet = encode(batch);
   EXPECT_FALSE(packet.empty());
@@ -183,9 +191,9 @@ TEST(Packet, with_an_enum_out_of_range_is_invalid) {
   EXPECT_EQ(round_trip_error(SetLevel{1, no_level}), DecodeError::invalid);
   EXPECT_EQ(round_trip_error(CharacterAdded{1, {}, no_level}), DecodeError::invalid);
   EXPECT_EQ(round_trip_error(GroomStatus{{}, static_cast<GroomState>(4)}), DecodeError::invalid);
-  EXPECT_EQ(round_trip_error(Error{static_cast<ErrorReason>(16), 0, {}, {}}), DecodeError::invalid);
+  EXPECT_EQ(round_trip_error(Error{static_cast<ErrorReason>(static_cast<int>(kErrorReasonLast) + 1), 0, {}, {}}), DecodeError::invalid);
   EXPECT_EQ(round_trip_error(Error{}), DecodeError::invalid) << "an error without a reason";
-  EXPECT_EQ(round_trip_error(Goodbye{static_cast<GoodbyeReason>(10), {}}), DecodeError::invalid);
+  EXPECT_EQ(round_trip_error(Goodbye{static_cast<GoodbyeReason>(static_cast<int>(kGoodbyeReasonLast) + 1), {}}), DecodeError::invalid);
   EXPECT_EQ(round_trip_error(Goodbye{}), DecodeError::invalid) << "a goodbye without a reason";
   RandomMessages random(10);
   EXPECT_EQ(round_trip_error(LevelRecord{{}, LevelIndex::rigid, random.geometry()}), DecodeError::invalid);
@@ -243,27 +251,24 @@ TEST(Packet, rounds_poses_as_rounded_to_wire_does) {
 }
 
 TEST(Packet, with_an_unsound_frame_is_invalid) {
-  RandomMessages random(12);
+  const Bytes content{1, 2, 3};
   Frame sound;
   sound.level = LevelIndex::low;
-  sound.pose = random.pose();
-  sound.quantum_m = kQuantumMin_m;
-  sound.displacements.resize(9);
+  sound.content = content;
   const auto error_of = [&](auto&& spoil) {
-    Frame frame = sound;
-    spoil(frame);
-    return round_trip_error(FrameBatch{1, 1, {sound, frame}});
+    Frame first = sound, second = sound;
+    first.member = 5;
+    second.member = 6;
+    spoil(second);
+    return round_trip_error(FrameBatch{1, 1, {first, second}, nullptr});
   };
   EXPECT_EQ(error_of([](Frame&) {}), DecodeError::none);
-  EXPECT_EQ(error_of([](Frame& f) { f.pose[Bone::head].position.y() = kNan; }), DecodeError::invalid);
-  EXPECT_EQ(error_of([](Frame& f) { f.pose[Bone::head].rotation.coeffs() *= 1.1; }), DecodeError::invalid);
-  EXPECT_EQ(error_of([](Frame& f) { f.quantum_m = std::numeric_limits<float>::quiet_NaN(); }), DecodeError::invalid);
-  EXPECT_EQ(error_of([](Frame& f) { f.quantum_m = std::numeric_limits<float>::infinity(); }), DecodeError::invalid);
-  EXPECT_EQ(error_of([](Frame& f) { f.quantum_m = 0; }), DecodeError::invalid);
-  EXPECT_EQ(error_of([](Frame& f) { f.quantum_m = -kQuantumMin_m; }), DecodeError::invalid);
-  EXPECT_EQ(error_of([](Frame& f) { f.level = LevelIndex::rigid; }), DecodeError::invalid);
-  EXPECT_EQ(error_of([](Frame& f) { f.level = static_cast<LevelIndex>(9); }), DecodeError::invalid);
-  EXPECT_EQ(error_of([](Frame& f) { f.displacements.resize(10); }), DecodeError::invalid) << "a third of a node";
+  EXPECT_EQ(error_of([](Frame& f) { f.member = 5; }), DecodeError::invalid) << "twice the same";
+  EXPECT_EQ(error_of([](Frame& f) { f.member = 4; }), DecodeError::invalid) << "descending";
+  EXPECT_EQ(error_of([](Frame& f) { f.level = static_cast<LevelIndex>(5); }), DecodeError::invalid);
+  EXPECT_EQ(error_of([](Frame& f) { f.error_class = static_cast<codec::ErrorClass>(3); }), DecodeError::invalid);
+  EXPECT_EQ(error_of([](Frame& f) { f.stride = 8; }), DecodeError::invalid);
+  EXPECT_EQ(error_of([](Frame& f) { f.step_stride = 8; }), DecodeError::invalid);
 }
 
 TEST(Packet, with_an_unsound_level_record_is_invalid) {
@@ -296,6 +301,7 @@ TEST(Packet, with_an_unsound_level_record_is_invalid) {
 TEST(Packet, with_an_absurd_count_is_refused_without_the_memory_for_it) {
   FrameBatch batch;
   batch.frames.resize(1);
+  batch.frames[0].member = 1;
   const Bytes sound = encode(batch);
   for (std::size_t at = 0; at + 4 <= sound.size(); at += 4) {
     for (const std::uint32_t count : {0x7FFFFFFFu, 0xFFFFFFFFu, 0x10000000u}) {
@@ -310,7 +316,7 @@ TEST(Packet, with_an_absurd_count_is_refused_without_the_memory_for_it) {
 
 TEST(Packet, makes_text_fit_to_travel) {
   const auto sent_name = [](std::string name) {
-    const Decoded got = decode_packet(encode(Hello{1, std::move(name)}));
+    const Decoded got = decode_packet(encode(Hello{1, std::move(name), {}, {}, Role::participant, 0, {}}));
     EXPECT_EQ(got.error, DecodeError::none);
     return std::get<Hello>(got.envelope.message).client_name;
   };
@@ -321,8 +327,10 @@ TEST(Packet, makes_text_fit_to_travel) {
 }
 
 TEST(Packet, has_a_name_for_every_reason) {
-  for (std::uint8_t r = 0; r <= 15; ++r) EXPECT_STRNE(to_string(static_cast<ErrorReason>(r)), "unknown");
-  for (std::uint8_t r = 0; r <= 9; ++r) EXPECT_STRNE(to_string(static_cast<GoodbyeReason>(r)), "unknown");
+  for (std::uint8_t r = 0; r <= static_cast<std::uint8_t>(kErrorReasonLast); ++r)
+     EXPECT_STRNE(to_string(static_cast<ErrorReason>(r)), "unknown");
+  for (std::uint8_t r = 0; r <= static_cast<std::uint8_t>(kGoodbyeReasonLast); ++r)
+     EXPECT_STRNE(to_string(static_cast<GoodbyeReason>(r)), "unknown");
   for (std::uint8_t r = 0; r <= 3; ++r) EXPECT_STRNE(to_string(static_cast<DecodeError>(r)), "unknown");
   for (std::uint8_t r = 0; r <= 3; ++r) EXPECT_STRNE(to_string(static_cast<PoseRefusal>(r)), "unknown");
 }

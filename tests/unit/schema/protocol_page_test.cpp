@@ -54,7 +54,7 @@ std::vector<Bytes> vectors() {
 }
 
 TEST(ProtocolPage, documents_every_error_and_what_to_do) {
-  for (std::uint8_t r = 1; r <= static_cast<std::uint8_t>(ErrorReason::not_allowed); ++r) {
+  for (std::uint8_t r = 1; r <= static_cast<std::uint8_t>(kErrorReasonLast); ++r) {
     const std::string name = to_string(static_cast<ErrorReason>(r));
     const std::vector<std::string> row = row_of(name, 3);
     ASSERT_FALSE(row.empty()) << name;
@@ -63,7 +63,7 @@ TEST(ProtocolPage, documents_every_error_and_what_to_do) {
 }
 
 TEST(ProtocolPage, documents_every_goodbye_and_what_to_do) {
-  for (std::uint8_t r = 1; r <= static_cast<std::uint8_t>(GoodbyeReason::over_rate); ++r) {
+  for (std::uint8_t r = 1; r <= static_cast<std::uint8_t>(kGoodbyeReasonLast); ++r) {
     const std::string name = to_string(static_cast<GoodbyeReason>(r));
     EXPECT_FALSE(row_of(name, 4).empty()) << name;
   }
@@ -86,6 +86,13 @@ TEST(ProtocolPage, states_the_limits_that_hold) {
   EXPECT_EQ(stated("kGroomChunkBytesMax"), std::to_string(kGroomChunkBytesMax));
   EXPECT_EQ(stated("kGroomBytesMax"), std::to_string(kGroomBytesMax));
   EXPECT_EQ(stated("kPosesPerBatchMax"), std::to_string(kPosesPerBatchMax));
+  EXPECT_EQ(stated("kMembersPerMessageMax"), std::to_string(kMembersPerMessageMax));
+  EXPECT_EQ(stated("kHairStateIntegersMax"), std::to_string(kHairStateIntegersMax));
+  EXPECT_EQ(stated("kRoomNameBytesMax"), std::to_string(kRoomNameBytesMax));
+  EXPECT_EQ(stated("kTokenBytesMax"), std::to_string(kTokenBytesMax));
+  EXPECT_EQ(stated("kStrideMax"), std::to_string(kStrideMax));
+  EXPECT_EQ(stated("kObserveRadiusMax_m"), std::to_string(static_cast<int>(kObserveRadiusMax_m)));
+  EXPECT_EQ(stated("kScreenHeightMax"), std::to_string(static_cast<int>(kScreenHeightMax)));
   EXPECT_EQ(stated("kTextBytesMax"), std::to_string(kTextBytesMax));
   EXPECT_EQ(stated("kPositionMax_m"), std::to_string(static_cast<int>(kPositionMax_m)));
   EXPECT_EQ(stated("kTimeMax_ns"), std::to_string(kTimeMax_ns));
@@ -100,13 +107,17 @@ TEST(ProtocolPage, states_the_version) {
 }
 
 TEST(ProtocolPage, has_vectors_that_are_what_is_written_and_read) {
+  const Bytes content{0xAA, 0xBB};
   Frame frame;
-  frame.character = 7;
+  frame.member = 300;
   frame.level = LevelIndex::low;
-  encode_displacements(std::vector<Vec3f>{Vec3f(1e-3f, -2e-3f, 3e-3f)}, frame);
-  const std::vector<Envelope> said{{1'000'000'000, Hello{2, "example"}},
+  frame.order = 3;
+  frame.stride = 2;
+  frame.step_stride = 2;
+  frame.content = content;
+  const std::vector<Envelope> said{{1'000'000'000, Hello{3, "example", "hall", "", Role::participant, 0, {}}},
                                    {2'000'000'000, SetLevel{7, LevelIndex::low}},
-                                   {3'000'000'000, FrameBatch{42, 2'975'000'000, {frame}}}};
+                                   {3'000'000'000, FrameBatch{42, 2'975'000'000, {frame}, nullptr}}};
   const std::vector<Bytes> packets = vectors();
   ASSERT_EQ(packets.size(), said.size());
   for (std::size_t i = 0; i < said.size(); ++i) {

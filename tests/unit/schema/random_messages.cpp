@@ -68,18 +68,72 @@ LevelGeometry RandomMessages::geometry() {
   return g;
 }
 
-Frame RandomMessages::frame() {
+Frame RandomMessages::frame(std::vector<std::uint8_t>& content) {
   Frame f;
-  f.character = static_cast<std::uint32_t>(integer(1, 0xFFFFFFFF));
   f.level = level();
+  f.error_class = static_cast<codec::ErrorClass>(integer(0, 2));
   f.discontinuous = coin();
-  f.pose = pose();
-  if (f.level == LevelIndex::rigid) return f;
-  std::vector<Vec3f> displacement(integer(0, 60));
-  const auto largest_m = static_cast<float>(real(1e-5, 5));
-  for (Vec3f& d : displacement) d = vector(largest_m);
-  encode_displacements(displacement, f);
+  f.asleep = coin();
+  f.velocities = coin();
+  f.order = static_cast<std::uint8_t>(integer(0, 3));
+  f.stride = static_cast<std::uint8_t>(1 << integer(0, 2));
+  f.step_stride = static_cast<std::uint8_t>(1 << integer(0, 2));
+  content = bytes(integer(0, 300));
+  f.content = content;
   return f;
+}
+
+FrameBatch RandomMessages::frame_batch() {
+  FrameBatch batch;
+  batch.tick = integer(0, ~std::uint64_t{0});
+  batch.sample_time_ns = time_ns();
+  auto storage = std::make_shared<std::vector<std::uint8_t>>();
+  std::uint32_t member = 0;
+  std::vector<std::size_t> begins;
+  for (std::size_t n = integer(0, 6); n > 0; --n) {
+    std::vector<std::uint8_t> content;
+    Frame f = frame(content);
+    f.member = member += static_cast<std::uint32_t>(integer(1, coin() ? 3 : 0x0fffffff));
+    begins.push_back(storage->size());
+    storage->insert(storage->end(), content.begin(), content.end());
+    f.content = {};
+    batch.frames.push_back(f);
+  }
+  for (std::size_t i = 0; i < begins.size(); ++i) {
+    const std::size_t end = i + 1 < begins.size() ? begins[i + 1] : storage->size();
+    batch.frames[i].content = std::span(*storage).subspan(begins[i], end - begins[i]);
+  }
+  batch.storage = std::move(storage);
+  return batch;
+}
+
+HairState RandomMessages::hair_state() {
+  HairState state;
+  state.level = level(LevelIndex::ether);
+  state.step_m = static_cast<float>(real(1e-5, 1e-3));
+  state.displacements.resize(3 * integer(1, 60));
+  for (std::int16_t& d : state.displacements) d = static_cast<std::int16_t>(integer(0, 0xffff));
+  if (coin()) state.velocities.assign(state.displacements.rbegin(), state.displacements.rend());
+  return state;
+}
+
+Observe RandomMessages::observe() {
+  Observe o;
+  o.mode = static_cast<ObserveMode>(integer(0, 3));
+  o.count = static_cast<std::uint32_t>(integer(0, 0xFFFFFFFF));
+  o.radius_m = static_cast<float>(real(0, 100));
+  if (coin()) o.from = vector(100);
+  for (std::size_t n = integer(0, 5); n > 0; --n) o.members.push_back(static_cast<std::uint32_t>(integer(0, 0xFFFFFFFF)));
+  o.error_class = static_cast<codec::ErrorClass>(integer(0, 2));
+  o.stride = 1u << integer(0, 2);
+  o.velocities = coin();
+  return o;
+}
+
+SessionSecret RandomMessages::secret() {
+  SessionSecret secret;
+  for (std::uint8_t& byte : secret) byte = static_cast<std::uint8_t>(integer(0, 255));
+  return secret;
 }
 
 Message RandomMessages::message(std::size_t kind) {
@@ -87,13 +141,21 @@ Message RandomMessages::message(std::size_t kind) {
   const auto u64 = [&] { return integer(0, ~std::uint64_t{0}); };
   switch (kind) {
     case 0:
-      return Hello{static_cast<std::uint16_t>(integer(0, 0xFFFF)), text()};
+    {
+      Hello hello{static_cast<std::uint16_t>(integer(0, 0xFFFF)), text(), text(), text(), Role::participant, 0, {}};
+      if (coin()) hello.role = Role::observer;
+      if (coin()) {
+        hello.session = integer(1, ~std::uint64_t{0});
+        hello.secret = secret();
+      }
+      return hello;
+    }
     case 1:
       return GroomOffer{hash(), integer(1, ~std::uint64_t{0})};
     case 2:
       return GroomChunk{hash(), u64(), bytes(integer(1, 2000))};
     case 3:
-      return AddCharacter{u32(), hash(), level()};
+      return AddCharacter{u32(), hash(), level(), coin() ? std::optional(hair_state()) : std::nullopt};
     case 4:
       return SetLevel{u32(), level()};
     case 5:
@@ -109,30 +171,50 @@ Message RandomMessages::message(std::size_t kind) {
                      static_cast<std::uint32_t>(integer(1, kTickRateMax_hz)),
                      u64(),
                      u32(),
-                     u64()};
+                     u64(),
+                     text(),
+                     secret(),
+                     coin(),
+                     static_cast<float>(real(0, 100)),
+                     time_ns()};
     case 8:
       return GroomNeed{hash(), u64()};
     case 9:
       return GroomStatus{hash(), static_cast<GroomState>(integer(0, 3))};
     case 10:
-      return CharacterAdded{u32(), hash(), level()};
+      return CharacterAdded{u32(), hash(), level(), u32()};
     case 11:
       return CharacterRemoved{u32()};
     case 12:
       return LevelRecord{hash(), level(LevelIndex::ether), geometry()};
-    case 13: {
-      FrameBatch batch{u64(), time_ns(), {}};
-      for (std::size_t n = integer(0, 6); n > 0; --n) batch.frames.push_back(frame());
-      return batch;
-    }
+    case 13:
+      return frame_batch();
     case 14:
-      return Error{static_cast<ErrorReason>(integer(1, 15)), u32(), coin() ? hash() : GroomHash{}, text()};
+      return Error{static_cast<ErrorReason>(integer(1, static_cast<std::uint64_t>(kErrorReasonLast))), u32(), coin() ? hash() : GroomHash{}, text()};
     case 15:
-      return Goodbye{static_cast<GoodbyeReason>(integer(1, 9)), text()};
+      return Goodbye{static_cast<GoodbyeReason>(integer(1, static_cast<std::uint64_t>(kGoodbyeReasonLast))), text()};
     case 16:
       return SetMaterial{u32(), material_scale()};
-    default:
+    case 17:
       return SetWind{wind()};
+    case 18:
+      return observe();
+    case 19: {
+      ReportImportance report;
+      for (std::size_t n = integer(0, 6); n > 0; --n)
+        report.members.push_back({u32(), static_cast<float>(real(0, 2)), coin()});
+      return report;
+    }
+    case 20:
+      return RequestKeyframes{{u32(), u32()}};
+    case 21:
+      return GroomRequest{hash(), u64()};
+    case 22:
+      return GroomData{hash(), 5000, integer(0, 3000), bytes(integer(0, 2000))};
+    case 23:
+      return MemberJoined{u32(), u64(), u32(), hash()};
+    default:
+      return MemberLeft{u32()};
   }
 }
 
@@ -262,10 +344,21 @@ RecordedTick RandomMessages::recorded_tick() {
   t.sample_time_ns = time_ns();
   t.state_hash = u64();
   for (std::size_t n = integer(0, 3); n > 0; --n) t.removed.push_back(u64());
-  for (std::size_t n = integer(0, 3); n > 0; --n) t.added.push_back({u64(), hash(), coin(), level(), pose()});
+  for (std::size_t n = integer(0, 3); n > 0; --n) t.added.push_back({u64(), hash(), static_cast<std::uint32_t>(integer(0, 99)), coin(), level(), pose()});
   for (std::size_t n = integer(0, 3); n > 0; --n) t.levels.push_back({u64(), level()});
   for (std::size_t n = integer(0, 3); n > 0; --n) t.materials.push_back({u64(), material_scale()});
-  if (coin()) t.wind = wind();
+  for (std::size_t n = integer(0, 2); n > 0; --n) t.winds.push_back({static_cast<std::uint32_t>(integer(0, 99)), wind()});
+  for (std::size_t n = integer(0, 3); n > 0; --n) t.strides.push_back({u64(), static_cast<std::uint8_t>(1 << integer(0, 2))});
+  for (std::size_t n = integer(0, 3); n > 0; --n) t.holds.push_back({u64(), coin()});
+  for (std::size_t n = integer(0, 70); n > 0; --n) {
+    RecordedState state;
+    state.character = u64();
+    for (std::size_t i = integer(0, 4); i > 0; --i) {
+      state.displacements.push_back(vector(1));
+      state.velocities.push_back(vector(1));
+    }
+    t.states.push_back(std::move(state));
+  }
   for (std::size_t n = integer(0, 5); n > 0; --n) t.poses.push_back({u64(), coin(), pose()});
   return t;
 }

@@ -17,7 +17,10 @@ class RandomMessages {
   Message message(std::size_t kind);  // of the kind at this index of Message
   Envelope envelope(std::size_t kind) { return {time_ns(), message(kind)}; }
   LevelGeometry geometry();
-  Frame frame();
+  Frame frame(std::vector<std::uint8_t>& content);  // of member 0; `content` is what the frame's lies in
+  FrameBatch frame_batch();
+  HairState hair_state();
+  Observe observe();
   Pose pose();
   Material material();
   MaterialScale material_scale();
@@ -35,6 +38,7 @@ class RandomMessages {
  private:
   std::int64_t time_ns();
   std::string text();
+  SessionSecret secret();
   GroomHash hash();
   LevelIndex level(LevelIndex last = LevelIndex::rigid);
   Vec3f vector(float most);

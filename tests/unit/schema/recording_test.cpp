@@ -118,12 +118,22 @@ TEST(Recording, refuses_poses_and_levels_that_no_world_takes) {
   EXPECT_FALSE(decode_one(tick));
   tick.added.clear();
   tick.materials.resize(1);
-  tick.wind.emplace();
+  tick.winds.resize(1);
   EXPECT_TRUE(decode_one(tick));
   tick.materials[0].scale.stiffness = 0;
   EXPECT_FALSE(decode_one(tick));
   tick.materials.clear();
-  tick.wind->turbulence_scale_m = 0.1;
+  tick.winds[0].wind.turbulence_scale_m = 0.1;
+  EXPECT_FALSE(decode_one(tick));
+  tick.winds.clear();
+  tick.strides.resize(1);
+  EXPECT_TRUE(decode_one(tick));
+  tick.strides[0].stride = 3;
+  EXPECT_FALSE(decode_one(tick));
+  tick.strides.clear();
+  tick.states = {{1, {Vec3f::Zero()}, {Vec3f::Zero()}}};
+  EXPECT_TRUE(decode_one(tick));
+  tick.states[0].velocities[0].x() = std::numeric_limits<float>::infinity();
   EXPECT_FALSE(decode_one(tick));
 }
 

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <memory>
 
 #include "fake_connection.hpp"
 #include "server/app/server.hpp"
+#include "tests/support/frame_reader.hpp"
 
 namespace hairnet::server {
 
@@ -19,7 +22,23 @@ class FakeClient {
     if (sink_ && !connection->closed)
       sink_->on_packet(wire::encode_packet({now_ns + clock_offset_ns_, message}), now_ns);
   }
-  void hello(std::int64_t now_ns) { say(wire::Hello{wire::kProtocolVersion, "fake"}, now_ns); }
+  void hello(std::int64_t now_ns, const std::string& room = "") {
+    wire::Hello hello;
+    hello.client_name = "fake";
+    hello.room = room;
+    say(hello, now_ns);
+  }
+  // Goes on with another's session.
+  void resume(const wire::Welcome& welcome, std::int64_t now_ns) {
+    wire::Hello hello;
+    hello.session = welcome.session;
+    hello.secret = welcome.secret;
+    say(hello, now_ns);
+  }
+  void break_connection(std::int64_t now_ns) {
+    connection->closed = true;
+    sink_->on_closed("broken", now_ns);
+  }
   void upload(const std::vector<std::uint8_t>& bytes, const wire::GroomHash& hash, std::int64_t now_ns) {
     say(wire::GroomOffer{hash, bytes.size()}, now_ns);
     const auto needs = connection->all<wire::GroomNeed>();
@@ -32,14 +51,46 @@ class FakeClient {
   void pose(std::uint32_t character, const Pose& pose, std::int64_t now_ns, bool teleport = false) {
     say(wire::PoseBatch{{{character, ++sequence_, now_ns + clock_offset_ns_, teleport, pose}}}, now_ns);
   }
-  [[nodiscard]] std::vector<wire::Frame> frames(std::uint32_t character) const {
-    std::vector<wire::Frame> found;
-    for (const wire::FrameBatch& batch : connection->all<wire::FrameBatch>()) {
-      for (const wire::Frame& frame : batch.frames) {
-        if (frame.character == character) found.push_back(frame);
+  // As a client would understand it; none may be unreadable.
+  struct SeenFrame {
+    std::uint64_t tick = 0;
+    std::uint32_t member = 0;
+    LevelIndex level = LevelIndex::rigid;
+    bool discontinuous = false, asleep = false;
+    unsigned order = 0;
+    Pose pose;
+    std::vector<std::int16_t> displacements, velocities;
+  };
+  [[nodiscard]] std::vector<SeenFrame> all_frames() const {
+    FrameReader reader;
+    std::vector<SeenFrame> seen;
+    std::vector<std::string> faults;
+    for (const wire::Envelope& envelope : connection->received) {
+      if (const auto* added = std::get_if<wire::CharacterAdded>(&envelope.message)) reader.take(*added);
+      if (const auto* joined = std::get_if<wire::MemberJoined>(&envelope.message)) reader.take(*joined);
+      if (const auto* record = std::get_if<wire::LevelRecord>(&envelope.message)) reader.take(*record);
+      const auto* batch = std::get_if<wire::FrameBatch>(&envelope.message);
+      if (!batch) continue;
+      for (const ReadFrame& read : reader.take(*batch, faults)) {
+        const wire::Frame& f = read.frame;
+        seen.push_back({read.tick, f.member, f.level, f.discontinuous, f.asleep, f.order, read.pose, read.integers.nodes,
+                        read.integers.velocities});
       }
     }
-    return found;
+    EXPECT_TRUE(faults.empty()) << faults.size() << " faults, the first: " << faults.front();
+    return seen;
+  }
+  [[nodiscard]] std::vector<SeenFrame> member_frames(std::uint32_t member) const {
+    std::vector<SeenFrame> seen = all_frames();
+    std::erase_if(seen, [&](const SeenFrame& frame) { return frame.member != member; });
+    return seen;
+  }
+  // Of its own character.
+  [[nodiscard]] std::vector<SeenFrame> frames(std::uint32_t character) const {
+    for (const wire::CharacterAdded& added : connection->all<wire::CharacterAdded>()) {
+      if (added.character == character) return member_frames(added.member);
+    }
+    return {};
   }
   [[nodiscard]] std::vector<wire::ErrorReason> errors() const {
     std::vector<wire::ErrorReason> reasons;

@@ -1,88 +1,183 @@
 #include "server/tick/publish.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <limits>
-
-#include "tests/support/levels.hpp"
+#include "tests/support/frame_reader.hpp"
 
 namespace hairnet::server {
 namespace {
 
+using testing::ElementsAre;
+using testing::IsEmpty;
+
 class FakeOutlet final : public Outlet {
  public:
   void push(const wire::Message&, std::int64_t) override {}
-  void push_frames(std::uint64_t tick, std::int64_t, std::vector<wire::Frame> pushed) override {
-    ticks.push_back(tick);
-    frames.insert(frames.end(), pushed.begin(), pushed.end());
+  void push_frames(std::vector<std::vector<std::uint8_t>> packets, std::size_t frame_count) override {
+    ++ticks_waiting;
+    frames_announced += frame_count;
+    for (const auto& packet : packets)
+      batches.push_back(std::get<wire::FrameBatch>(wire::decode_packet(packet).envelope.message));
   }
-  std::vector<std::uint64_t> ticks;
-  std::vector<wire::Frame> frames;
+  bool make_way() override { return std::exchange(full, false); }
+
+  // What the newest tick brought, by member.
+  std::vector<wire::Frame> newest(std::uint64_t tick) const {
+    std::vector<wire::Frame> frames;
+    for (const wire::FrameBatch& batch : batches) {
+      if (batch.tick == tick) frames.insert(frames.end(), batch.frames.begin(), batch.frames.end());
+    }
+    return frames;
+  }
+  std::vector<wire::FrameBatch> batches;
+  std::size_t ticks_waiting = 0, frames_announced = 0;
+  bool full = false;
 };
 
-void in_turn(std::size_t count, const std::function<void(std::size_t)>& body) {
-  for (std::size_t i = 0; i < count; ++i) body(i);
-}
-
-LatticeView view(const std::vector<Vec3f>& displacement) {
-  LatticeView lattice;
-  lattice.level = LevelIndex::low;
-  lattice.displacement = displacement;
-  return lattice;
-}
-
-TEST(Publish, a_frame_holds_displacements_within_half_its_quantum) {
-  std::mt19937 random(3);
-  for (const float size_m : {1e-5f, 0.003f, 0.3f, 3.5f, 40.0f}) {
-    std::vector<Vec3f> displacement;
-    for (int i = 0; i < 300; ++i) displacement.push_back(support::random_vec(random, size_m));
-    const wire::Frame frame = make_frame(character_key(3, 9), Character{}, view(displacement));
-    EXPECT_EQ(frame.character, 9u);
-    std::vector<Vec3f> decoded;
-    wire::decode_displacements(frame, decoded);
-    ASSERT_EQ(decoded.size(), displacement.size());
-    for (std::size_t i = 0; i < decoded.size(); ++i) {
-      EXPECT_LE((decoded[i] - displacement[i]).cwiseAbs().maxCoeff(), 0.5f * frame.quantum_m + 1e-6f * size_m);
+// Rigid characters that move with every tick: frames are poses.
+class PublishTest : public testing::Test {
+ protected:
+  std::shared_ptr<FakeOutlet> open(SessionId session) {
+    auto outlet = std::make_shared<FakeOutlet>();
+    rooms_.open(session, "", outlet);
+    return outlet;
+  }
+  Character& add(SessionId session, std::uint32_t number) {
+    Character& character = *rooms_.add(character_key(session, number), {}, LevelIndex::rigid);
+    character.placed = true;
+    inputs_.added.push_back({character.key, {}, 0, false, LevelIndex::rigid, pose()});
+    return character;
+  }
+  void tick() {
+    ++inputs_.tick;
+    for (auto& [key, character] : rooms_.characters()) {
+      character.discontinuous = false;
+      codec::quantise_pose(pose(), nullptr, character.bones);
+      inputs_.poses.push_back({key, false, pose()});
     }
-    EXPECT_LE(frame.quantum_m, std::max(1e-4f, 2 * size_m / 32767)) << "no coarser than needed";
+    for (auto& [session, observer] : rooms_.observers()) observer.views.resize(rooms_.room(observer.room).seats.size());
+    simulation_.step(inputs_);
+    publisher_.publish(rooms_, simulation_, inputs_, {}, 1);
+    inputs_.added.clear();
+    inputs_.poses.clear();
   }
+  Pose pose() const { return rigid_pose({Quat::Identity(), {0.01 * static_cast<double>(inputs_.tick), 1, 0}}); }
+  static std::vector<int> orders(const std::vector<wire::Frame>& frames) {
+    std::vector<int> all;
+    for (const wire::Frame& frame : frames) all.push_back(frame.order);
+    return all;
+  }
+
+  RoomCounters room_counters_;
+  TickCounters counters_;
+  Rooms rooms_{room_counters_, Wind{}, 0};
+  Simulation simulation_{WorldDef{}};
+  Publisher publisher_{PublishDef{.packet_bytes_max = 4096, .congestion_ticks = 8}, counters_};
+  wire::RecordedTick inputs_;
+};
+
+TEST_F(PublishTest, everyone_gets_everyone_coded_once) {
+  const auto first = open(1), second = open(2);
+  add(1, 4);
+  add(2, 4);
+  add(2, 5);
+  for (int t = 0; t < 5; ++t) tick();
+  for (const auto& outlet : {first, second}) {
+    EXPECT_EQ(outlet->frames_announced, 15u);
+    std::vector<std::uint32_t> members;
+    for (const wire::Frame& frame : outlet->newest(5)) members.push_back(frame.member);
+    EXPECT_THAT(members, ElementsAre(1, 2, 3));
+  }
+  EXPECT_EQ(counters_.frames_encoded.value(), 15u) << "not once an observer";
+  EXPECT_EQ(counters_.frames_published.value(), 30u);
 }
 
-TEST(Publish, a_rigid_character_is_a_pose_alone) {
-  Character character;
-  character.pose = rigid_pose({Quat::Identity(), {1, 2, 3}});
-  character.discontinuous = true;
-  const wire::Frame frame = make_frame(character_key(3, 9), character, LatticeView{});
-  EXPECT_EQ(frame.level, LevelIndex::rigid);
-  EXPECT_TRUE(frame.discontinuous);
-  EXPECT_EQ(frame.pose.head().position, Vec3(1, 2, 3));
-  EXPECT_TRUE(frame.displacements.empty());
+TEST_F(PublishTest, the_order_rises_with_what_was_sent) {
+  const auto outlet = open(1);
+  add(1, 1);
+  std::vector<int> seen;
+  for (std::uint64_t t = 1; t <= 5; ++t) {
+    tick();
+    seen.push_back(outlet->newest(t).at(0).order);
+  }
+  EXPECT_THAT(seen, ElementsAre(0, 1, 2, 3, 3));
 }
 
-TEST(Publish, each_observer_gets_its_own_placed_characters) {
-  RoomCounters room_counters;
-  TickCounters counters;
-  Room room(room_counters);
-  Simulation simulation(WorldDef{});
-  auto first = std::make_shared<FakeOutlet>(), second = std::make_shared<FakeOutlet>();
-  room.open(1, first);
-  room.open(2, second);
-  wire::RecordedTick inputs;
-  inputs.tick = 5;
-  for (const CharacterKey key : {character_key(1, 4), character_key(2, 4), character_key(2, 5), character_key(2, 6)}) {
-    room.add(key, {}, LevelIndex::low);
-    if (key == character_key(2, 6)) continue;  // no pose yet
-    room.find(key)->placed = true;
-    inputs.added.push_back({key, {}, false, LevelIndex::rigid, rigid_pose({})});
+TEST_F(PublishTest, a_late_joiner_begins_at_the_beginning_and_disturbs_nobody) {
+  const auto early = open(1);
+  add(1, 1);
+  for (int t = 0; t < 5; ++t) tick();
+  const auto late = open(2);
+  tick();
+  EXPECT_THAT(orders(late->newest(6)), ElementsAre(0));
+  EXPECT_THAT(orders(early->newest(6)), ElementsAre(3));
+}
+
+TEST_F(PublishTest, a_connection_that_does_not_keep_up_begins_anew_with_fewer_frames) {
+  const auto slow = open(1), other = open(2);
+  add(1, 1);
+  for (int t = 0; t < 5; ++t) tick();
+  slow->full = true;
+  std::vector<std::uint64_t> ticks;
+  for (std::uint64_t t = 6; t <= 24; ++t) {
+    tick();
+    const auto frames = slow->newest(t);
+    if (frames.empty()) continue;
+    ticks.push_back(t);
+    EXPECT_EQ(frames[0].discontinuous, t == 6) << "it may have missed one";
+    if (ticks.size() <= 4) {
+      EXPECT_EQ(frames[0].order, ticks.size() - 1) << "tick " << t;
+    }
   }
-  simulation.step(inputs);
-  publish(room, simulation, inputs, in_turn, counters);
-  ASSERT_EQ(first->frames.size(), 1u);
-  EXPECT_EQ(first->frames[0].character, 4u);
-  ASSERT_EQ(second->frames.size(), 2u);
-  EXPECT_EQ(second->frames[1].character, 5u);
-  EXPECT_EQ(second->ticks, std::vector<std::uint64_t>{5});
-  EXPECT_EQ(counters.frames_published.value(), 3u);
+  ASSERT_GE(ticks.size(), 12u);
+  EXPECT_EQ(ticks[1] - ticks[0], 2u);
+  EXPECT_EQ(ticks.back() - ticks[ticks.size() - 2], 1u) << "the stride comes back";
+  EXPECT_EQ(counters_.observers_congested.value(), 1u);
+  EXPECT_EQ(other->frames_announced, 24u);
+}
+
+TEST_F(PublishTest, an_observers_stride_is_kept_and_predicted_over) {
+  const auto outlet = open(1);
+  rooms_.observer(1)->observe.stride = 4;
+  add(1, 1);
+  for (int t = 0; t < 13; ++t) tick();
+  EXPECT_EQ(outlet->frames_announced, 4u);
+  EXPECT_THAT(orders(outlet->newest(13)), ElementsAre(3));
+  EXPECT_EQ(outlet->newest(13).at(0).stride, 4);
+}
+
+TEST_F(PublishTest, a_seat_taken_anew_is_another_member_to_everyone) {
+  const auto outlet = open(1);
+  add(1, 1);
+  for (int t = 0; t < 5; ++t) tick();
+  inputs_.removed.push_back(character_key(1, 1));
+  rooms_.remove(character_key(1, 1), 0);
+  Character& next = add(1, 2);
+  rooms_.observer(1)->views[next.seat] = {};
+  tick();
+  EXPECT_THAT(orders(outlet->newest(6)), ElementsAre(0));
+}
+
+TEST_F(PublishTest, nobody_is_sent_what_is_out_of_view_or_not_wanted) {
+  const auto outlet = open(1);
+  add(1, 1);
+  add(1, 2);
+  add(1, 3);
+  tick();
+  rooms_.observer(1)->views[0].in_view = false;
+  rooms_.observer(1)->views[1].wanted = false;
+  tick();
+  ASSERT_EQ(outlet->newest(2).size(), 1u);
+  EXPECT_EQ(outlet->newest(2)[0].member, 3u);
+}
+
+TEST_F(PublishTest, many_frames_are_cut_into_packets_of_the_bound) {
+  const auto outlet = open(1);
+  for (std::uint32_t c = 1; c <= 500; ++c) add(1, c);
+  tick();
+  EXPECT_EQ(outlet->newest(1).size(), 500u);
+  EXPECT_GT(outlet->batches.size(), 3u);
 }
 
 }  // namespace

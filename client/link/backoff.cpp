@@ -1,0 +1,24 @@
+#include "client/link/backoff.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace hairnet::link {
+namespace {
+
+// SplitMix64 (Steele, Lea, Flood 2014): eight bytes of state, for there may be thousands of these.
+std::uint64_t next_random(std::uint64_t& state) {
+  std::uint64_t z = state += 0x9e3779b97f4a7c15;
+  z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9;
+  z = (z ^ z >> 27) * 0x94d049bb133111eb;
+  return z ^ z >> 31;
+}
+
+}  // namespace
+
+std::int64_t Backoff::next_ns() {
+  const std::int64_t bound_ns = std::exchange(bound_ns_, std::min(2 * bound_ns_, kBoundMost_ns));
+  return static_cast<std::int64_t>(next_random(state_) % static_cast<std::uint64_t>(bound_ns + 1));
+}
+
+}  // namespace hairnet::link

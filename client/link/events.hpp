@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "client/link/frame.hpp"
+#include "schema/wire/messages.hpp"
+
+namespace hairnet::link {
+
+// What a server told its client, in order.
+struct Connected {
+  wire::Welcome welcome;
+  bool again = false;  // after Reconnecting; `welcome.resumed` says whether the server still had the session
+};
+// The connection is lost and will be made anew; Connected or Disconnected follows.
+struct Reconnecting {
+  wire::GoodbyeReason reason = wire::GoodbyeReason::none;  // the server's; none when the connection broke
+  std::string detail;
+  double wait_s = 0;  // before the next attempt
+};
+// The last event. `reason` is the server's, or client_leaves after leaving, or none when the connection broke; `detail`
+// says in one line what happened.
+struct Disconnected {
+  wire::GoodbyeReason reason = wire::GoodbyeReason::none;
+  std::string detail;
+};
+// How frames of a level are read.
+struct LevelKnown {
+  wire::GroomHash groom{};
+  LevelIndex level = LevelIndex::high;
+  std::shared_ptr<const LevelGeometry> geometry;
+};
+// A groom that was requested: its file's bytes, as wire::decode_groom takes them; or null, and why in one line.
+struct GroomFetched {
+  wire::GroomHash hash{};
+  std::shared_ptr<const std::vector<std::uint8_t>> bytes;
+  std::string fault;
+};
+using Event =
+    std::variant<Connected, Reconnecting, Disconnected, wire::GroomStatus, wire::CharacterAdded, wire::CharacterRemoved,
+                 wire::MemberJoined, wire::MemberLeft, LevelKnown, FrameBatch, GroomFetched, wire::Error>;
+
+}  // namespace hairnet::link

@@ -1,0 +1,40 @@
+#include "client/link/groom_fetch.hpp"
+
+#include <utility>
+
+#include "schema/wire/groom_file.hpp"
+
+namespace hairnet::link {
+
+std::optional<wire::GroomRequest> GroomFetch::request(const wire::GroomHash& hash) {
+  if (!fetches_.try_emplace(hash).second) return std::nullopt;
+  return wire::GroomRequest{hash, 0};
+}
+
+std::vector<wire::GroomRequest> GroomFetch::request_again() const {
+  std::vector<wire::GroomRequest> requests;
+  for (const auto& [hash, bytes] : fetches_) requests.push_back({hash, bytes.size()});
+  return requests;
+}
+
+std::optional<GroomFetched> GroomFetch::take(const wire::GroomData& data) {
+  const auto found = fetches_.find(data.hash);
+  if (found == fetches_.end()) return std::nullopt;  // refused or given up meanwhile
+  std::vector<std::uint8_t>& bytes = found->second;
+  if (data.byte_count > wire::kGroomBytesMax) return fail(data.hash, "larger than a groom may be");
+  if (data.offset != bytes.size() || data.bytes.size() > data.byte_count - data.offset)
+    return fail(data.hash, "its pieces do not fit together");
+  bytes.insert(bytes.end(), data.bytes.begin(), data.bytes.end());
+  if (bytes.size() < data.byte_count) return std::nullopt;
+  if (wire::hash_groom(bytes) != data.hash) return fail(data.hash, "its bytes are not those of its hash");
+  GroomFetched fetched{data.hash, std::make_shared<const std::vector<std::uint8_t>>(std::move(bytes)), {}};
+  fetches_.erase(found);
+  return fetched;
+}
+
+GroomFetched GroomFetch::fail(const wire::GroomHash& hash, std::string why) {
+  fetches_.erase(hash);
+  return {hash, nullptr, std::move(why)};
+}
+
+}  // namespace hairnet::link

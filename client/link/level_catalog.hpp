@@ -1,0 +1,29 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "schema/codec/frame_codec.hpp"
+#include "schema/wire/messages.hpp"
+
+namespace hairnet::link {
+
+// What frames of a level are read with. Immutable.
+struct KnownLevel {
+  explicit KnownLevel(LevelGeometry g) : geometry(std::move(g)), neighbours(geometry) {}
+  LevelGeometry geometry;
+  codec::Neighbours neighbours;
+};
+
+// Level records, kept once for all cores that are told the same. One thread.
+class LevelCatalog {
+ public:
+  std::shared_ptr<const KnownLevel> keep(wire::LevelRecord record);
+
+ private:
+  std::map<std::pair<wire::GroomHash, LevelIndex>, std::weak_ptr<const KnownLevel>> levels_;
+};
+
+}  // namespace hairnet::link

@@ -1,0 +1,422 @@
+#include "client/link/link_core.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace hairnet::link {
+namespace {
+
+using wire::GoodbyeReason;
+
+// A pose waits for at most one chunk of a groom: it is kept small.
+constexpr std::size_t kChunkBytes = 64u << 10;
+static_assert(kChunkBytes <= wire::kGroomChunkBytesMax);
+constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::max();
+constexpr std::int64_t kGoodbyeWait_ns = 400'000'000;
+// A session that lasted so long was no failed attempt: the next one comes soon again.
+constexpr std::int64_t kStable_ns = 5'000'000'000;
+// After a resume the server tells of all members at once; who is not among them by then has left meanwhile.
+constexpr std::int64_t kMembersToldAgain_ns = 1'000'000'000;
+
+std::int64_t to_ns(double seconds) {
+  return std::llround(seconds * 1e9);
+}
+
+// A refusal of a whole groom, after which its bytes are of no use.
+bool ends_upload(const wire::Error& error) {
+  return error.reason != wire::ErrorReason::groom_unavailable && error.character == 0 &&
+         error.groom != wire::GroomHash{};
+}
+
+// The same client would be refused again, by the same server or the next.
+bool is_final(GoodbyeReason reason) {
+  return reason == GoodbyeReason::client_leaves || reason == GoodbyeReason::protocol_error ||
+         reason == GoodbyeReason::version_unsupported || reason == GoodbyeReason::token_refused ||
+         reason == GoodbyeReason::session_taken_over;
+}
+
+bool may_come_first(const wire::Message& message) {
+  return std::holds_alternative<wire::Welcome>(message) || std::holds_alternative<wire::Error>(message) ||
+         std::holds_alternative<wire::Goodbye>(message);
+}
+
+}  // namespace
+
+LinkCore::LinkCore(CoreOptions options)
+    : options_(std::move(options)),
+      backoff_(options_.seed),
+      splitter_(wire::kPacketBytesMax),
+      uploads_(kChunkBytes),
+      members_(options_.catalog ? options_.catalog : std::make_shared<LevelCatalog>(), options_.decode_share) {}
+
+void LinkCore::start() {
+  if (state_ == State::idle) state_ = State::wanting;
+}
+
+void LinkCore::offer_groom(const wire::GroomHash& hash, Roster::Bytes bytes) {
+  roster_.offer(hash, bytes);
+  if (!active()) return;
+  if (const auto offer = uploads_.offer(hash, std::move(bytes))) say(*offer);
+}
+
+void LinkCore::add_character(std::uint32_t character, const wire::GroomHash& groom, LevelIndex level) {
+  const wire::AddCharacter added{character, groom, level, {}};
+  roster_.add(added);
+  say(added);
+}
+
+void LinkCore::set_level(std::uint32_t character, LevelIndex level) {
+  const wire::SetLevel wanted{character, level};
+  roster_.set_level(wanted);
+  say(wanted);
+}
+
+void LinkCore::set_material(std::uint32_t character, const MaterialScale& scale) {
+  const wire::SetMaterial wanted{character, scale};
+  roster_.set_material(wanted);
+  say(wanted);
+}
+
+void LinkCore::set_wind(const Wind& wind) {
+  const wire::SetWind wanted{wind};
+  roster_.set_wind(wanted);
+  say(wanted);
+}
+
+void LinkCore::remove_character(std::uint32_t character) {
+  roster_.remove(character);
+  say(wire::RemoveCharacter{character});
+}
+
+void LinkCore::observe(wire::Observe wanted) {
+  roster_.observe(wanted);
+  say(std::move(wanted));
+}
+
+void LinkCore::request_groom(const wire::GroomHash& hash) {
+  if (const auto request = fetch_.request(hash)) say(*request);
+}
+
+void LinkCore::push_poses(std::vector<wire::PoseSample> poses) {
+  if (active())
+    queue_.push_poses(std::move(poses));
+  else
+    queue_.drop_poses(poses);
+}
+
+// The roster says it again where there is no session yet, or no longer.
+void LinkCore::say(wire::Message message) {
+  if (active() && !queue_.push(std::move(message)))
+    end(GoodbyeReason::none, "more messages wait to be sent than the server takes");
+}
+
+void LinkCore::leave(std::int64_t now_ns) {
+  if (state_ == State::leaving || ended()) return;
+  if (!active() || !queue_.push(wire::Goodbye{GoodbyeReason::client_leaves, ""}))
+    return end(GoodbyeReason::client_leaves, "closed by this client");
+  state_ = State::leaving;
+  deadline_ns_ = now_ns + kGoodbyeWait_ns;
+}
+
+void LinkCore::poll(std::int64_t now_ns) {
+  if (ended()) return;
+  if (now_ns >= give_up_ns_) return end(GoodbyeReason::none, "gave up reconnecting");
+  if (active() && now_ns - sent_ns_ >= to_ns(options_.keep_alive_s)) {
+    if (queue_.empty()) say(wire::PoseBatch{});  // nothing to say, but still here
+    sent_ns_ = now_ns;
+  }
+  if (active()) {
+    if (std::optional<wire::ReportImportance> report = importance_.take(now_ns)) say(std::move(*report));
+    if (now_ns >= members_due_ns_) {
+      members_due_ns_ = kNever_ns;
+      tell_left(members_.drop_unconfirmed());
+    }
+  }
+  if (now_ns < deadline_ns_) return;
+  switch (state_) {
+    case State::waiting:
+      state_ = State::wanting;
+      deadline_ns_ = kNever_ns;
+      break;
+    case State::opening:
+    case State::greeting:
+      lose(GoodbyeReason::none, "no welcome from the server within the time-out", now_ns);
+      break;
+    case State::leaving:
+      end(GoodbyeReason::client_leaves, "closed by this client");
+      break;
+    case State::idle:
+    case State::wanting:
+    case State::active:
+    case State::ended:
+      break;
+  }
+}
+
+std::int64_t LinkCore::next_deadline_ns() const {
+  if (ended()) return kNever_ns;
+  const std::int64_t least_ns = std::min(deadline_ns_, give_up_ns_);
+  if (!active()) return least_ns;
+  return std::min({least_ns, members_due_ns_, importance_.due_ns(), sent_ns_ + to_ns(options_.keep_alive_s)});
+}
+
+bool LinkCore::wants_close() const {
+  return connection_ && (ended() || state_ == State::waiting || state_ == State::wanting);
+}
+
+void LinkCore::on_opening(std::int64_t now_ns) {
+  if (!wants_connection()) return;
+  connection_ = true;
+  state_ = State::opening;
+  deadline_ns_ = now_ns + to_ns(options_.connect_timeout_s);
+  splitter_ = channel::PacketSplitter(wire::kPacketBytesMax);
+}
+
+void LinkCore::on_open(std::int64_t) {
+  if (state_ != State::opening) return;
+  state_ = State::greeting;
+  wire::Hello hello;
+  hello.client_name = options_.client_name;
+  hello.room = options_.room;
+  hello.token = options_.token;
+  hello.role = options_.role;
+  if (welcome_) {
+    hello.session = welcome_->session;
+    hello.secret = welcome_->secret;
+  }
+  queue_.clear();
+  if (!queue_.push(std::move(hello))) end(GoodbyeReason::none, "no room for a hello");
+}
+
+void LinkCore::on_closed(std::string detail, std::int64_t now_ns) {
+  if (!std::exchange(connection_, false)) return;
+  if (state_ == State::leaving) return end(GoodbyeReason::client_leaves, "closed by this client");
+  if (state_ == State::opening || state_ == State::greeting || state_ == State::active)
+    lose(GoodbyeReason::none, std::move(detail), now_ns);
+}
+
+void LinkCore::lose(GoodbyeReason reason, std::string detail, std::int64_t now_ns) {
+  if (!welcome_ || !options_.reconnect || is_final(reason)) return end(reason, std::move(detail));
+  if (active()) {
+    if (now_ns - active_since_ns_ >= kStable_ns) backoff_.reset();
+    give_up_ns_ = options_.give_up_after_s > 0 ? now_ns + to_ns(options_.give_up_after_s) : kNever_ns;
+  }
+  for (const auto& [number, character] : roster_.characters()) {
+    if (std::optional<wire::HairState> state = members_.hair_state(number)) roster_.remember(number, std::move(*state));
+  }
+  members_.forget_frames();
+  members_due_ns_ = kNever_ns;
+  queue_.clear();
+  uploads_.clear();
+  state_ = State::waiting;
+  const std::int64_t wait_ns = backoff_.next_ns();
+  deadline_ns_ = now_ns + wait_ns;
+  push(Reconnecting{reason, std::move(detail), 1e-9 * static_cast<double>(wait_ns)});
+}
+
+void LinkCore::end(GoodbyeReason reason, std::string detail) {
+  if (ended()) return;
+  state_ = State::ended;
+  queue_.clear();
+  uploads_.clear();
+  end_detail_ = detail;
+  events_.push_last({reason, std::move(detail)});
+}
+
+void LinkCore::push(Event event) {
+  if (!events_.push(std::move(event))) end(GoodbyeReason::none, "this client does not poll its events");
+}
+
+std::vector<std::uint8_t> LinkCore::take_packet(std::int64_t now_ns) {
+  if (!connection_ || ended() || goodbye_taken_) return {};
+  if (state_ != State::greeting && state_ != State::active && state_ != State::leaving) return {};
+  std::optional<wire::Message> message = queue_.pop();
+  if (!message && active()) {
+    if (std::optional<wire::GroomChunk> chunk = uploads_.next_chunk()) message = std::move(*chunk);
+  }
+  if (!message) return {};
+  goodbye_taken_ = std::holds_alternative<wire::Goodbye>(*message);
+  sent_ns_ = now_ns;
+  std::vector<std::uint8_t> packet = wire::encode_packet({now_ns, std::move(*message)});
+  counters_.bytes_sent += packet.size();
+  return packet;
+}
+
+void LinkCore::on_bytes(std::span<const std::uint8_t> bytes, std::int64_t now_ns) {
+  if (!connection_ || ended()) return;
+  const bool sound =
+      splitter_.feed(bytes, [this, now_ns](std::span<const std::uint8_t> packet) { on_packet(packet, now_ns); });
+  const bool listens = state_ == State::greeting || state_ == State::active;
+  if (!sound && listens) lose(GoodbyeReason::protocol_error, "the server sent a packet of impossible size", now_ns);
+}
+
+void LinkCore::on_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns) {
+  if (state_ != State::greeting && state_ != State::active) return;
+  counters_.bytes_received += packet.size();
+  wire::Decoded decoded = wire::decode_packet(packet);
+  if (decoded.error != wire::DecodeError::none)
+    return lose(GoodbyeReason::protocol_error, "the server sent a bad packet: " + decoded.detail, now_ns);
+  wire::Message& message = decoded.envelope.message;
+  // A new session may be of another server, whose clock is another.
+  if (const auto* welcome = std::get_if<wire::Welcome>(&message); welcome && !welcome->resumed)
+    clock_ = channel::ClockEstimate();
+  clock_.observe(decoded.envelope.clock_ns, now_ns);
+  if (std::holds_alternative<wire::FrameBatch>(message)) counters_.frame_bytes_received += packet.size();
+  if (state_ == State::greeting && !may_come_first(message))
+    return lose(GoodbyeReason::protocol_error, "the server sent something else than a welcome", now_ns);
+  const auto take = [this, now_ns](auto& m) {
+    if constexpr (requires { on(m, now_ns); })
+      on(m, now_ns);
+    else
+      lose(GoodbyeReason::protocol_error, "the server sent a message that only clients send", now_ns);
+  };
+  std::visit(take, message);
+}
+
+void LinkCore::on(wire::Welcome& welcome, std::int64_t now_ns) {
+  if (state_ != State::greeting) return lose(GoodbyeReason::protocol_error, "the server sent a second welcome", now_ns);
+  state_ = State::active;
+  deadline_ns_ = give_up_ns_ = kNever_ns;
+  active_since_ns_ = now_ns;
+  const bool again = welcome_.has_value();
+  const bool resumed = again && welcome.resumed;
+  welcome_ = welcome;
+  counters_.reconnects += again;
+  counters_.resumes += resumed;
+  push(Connected{welcome, again});
+  if (resumed) {
+    members_.expect_all_again();
+    members_due_ns_ = now_ns + kMembersToldAgain_ns;
+  } else {
+    tell_left(members_.drop_all());
+  }
+  say_all_again(resumed);
+}
+
+void LinkCore::say_all_again(bool resumed) {
+  Roster::Again wishes = roster_.say_again(resumed);
+  for (auto& [hash, bytes] : wishes.offers) {
+    if (const auto offer = uploads_.offer(hash, std::move(bytes))) say(*offer);
+  }
+  for (wire::Message& message : wishes.messages) say(std::move(message));
+  for (const wire::GroomRequest& request : fetch_.request_again()) say(request);
+  if (resumed)
+    importance_.say_all_again();
+  else
+    importance_.forget_all();
+}
+
+void LinkCore::tell_left(const std::vector<std::uint32_t>& members) {
+  for (const std::uint32_t member : members) {
+    importance_.forget(member);
+    push(wire::MemberLeft{member});
+  }
+}
+
+void LinkCore::on(wire::GroomNeed& need, std::int64_t) {
+  uploads_.need(need);  // a groom that was dropped meanwhile is no longer known
+}
+
+void LinkCore::on(wire::GroomStatus& status, std::int64_t) {
+  // Merely queued it may still be on its way from another client, and that one may leave.
+  if (status.state != wire::GroomState::queued) uploads_.drop(status.hash);
+  if (status.state == wire::GroomState::ready) roster_.on_ready(status.hash);
+  if (status.state == wire::GroomState::refused) roster_.on_refused(status.hash);
+  push(status);
+}
+
+void LinkCore::on(wire::CharacterAdded& added, std::int64_t) {
+  roster_.on_added(added.character);
+  if (members_.add_own(added)) push(added);
+}
+
+void LinkCore::on(wire::CharacterRemoved& removed, std::int64_t) {
+  roster_.on_removed(removed.character);
+  members_.remove_own(removed.character);
+  push(removed);
+}
+
+void LinkCore::on(wire::MemberJoined& joined, std::int64_t) {
+  if (members_.join(joined)) push(joined);
+}
+
+void LinkCore::on(wire::MemberLeft& left, std::int64_t) {
+  importance_.forget(left.member);
+  if (members_.leave(left.member)) push(left);
+}
+
+void LinkCore::on(wire::LevelRecord& record, std::int64_t) {
+  LevelKnown known{record.groom, record.level, {}};
+  known.geometry = members_.learn(std::move(record));
+  push(std::move(known));
+}
+
+void LinkCore::on(wire::GroomData& data, std::int64_t) {
+  if (std::optional<GroomFetched> fetched = fetch_.take(data)) push(std::move(*fetched));
+}
+
+void LinkCore::on(wire::FrameBatch& batch, std::int64_t now_ns) {
+  FrameBatch decoded{batch.tick, batch.sample_time_ns, {}};
+  if (!sink_) decoded.frames.reserve(batch.frames.size());
+  wire::RequestKeyframes keyframes;
+  for (const wire::Frame& frame : batch.frames) {
+    const Members::Taken taken = members_.take(frame, batch.tick, now_ns);
+    ++counters_.frames_received;
+    counters_.frames_unknown += taken.outcome == Members::Outcome::unknown;
+    counters_.frames_undecodable += taken.outcome == Members::Outcome::undecodable;
+    if (taken.wants_keyframe && keyframes.members.size() < wire::kMembersPerMessageMax)
+      keyframes.members.push_back(frame.member);
+    if (taken.outcome != Members::Outcome::unknown) pass_on(batch, frame, taken, decoded);
+  }
+  if (!keyframes.members.empty()) say(std::move(keyframes));
+  if (!decoded.frames.empty()) push(std::move(decoded));
+}
+
+void LinkCore::pass_on(const wire::FrameBatch& batch, const wire::Frame& frame, const Members::Taken& taken,
+                       FrameBatch& decoded) {
+  if (sink_) {
+    sink_->on_frame({batch.tick, batch.sample_time_ns, frame, taken.character, taken.discontinuous,
+                     taken.outcome == Members::Outcome::undecodable, taken.integers,
+                     taken.integers ? &taken.pose : nullptr, taken.geometry.get()});
+  } else if (taken.integers) {
+    Frame& out = decoded.frames.emplace_back();
+    out.member = frame.member;
+    out.character = taken.character;
+    out.level = frame.level;
+    out.error_class = frame.error_class;
+    out.discontinuous = taken.discontinuous;
+    out.asleep = frame.asleep;
+    out.step_s = static_cast<float>(frame.step_stride) / static_cast<float>(welcome_->tick_rate_hz);
+    out.pose = taken.pose;
+    out.displacements = taken.integers->nodes;
+    out.velocities = taken.integers->velocities;
+    out.geometry = taken.geometry;
+  }
+}
+
+void LinkCore::on(wire::Error& error, std::int64_t) {
+  if (error.reason == wire::ErrorReason::groom_unavailable) fetch_.refuse(error.groom);
+  if (ends_upload(error)) {
+    uploads_.drop(error.groom);
+    roster_.on_refused(error.groom);
+  }
+  if (!roster_.on_error(error)) push(std::move(error));
+}
+
+void LinkCore::on(wire::Goodbye& goodbye, std::int64_t now_ns) {
+  lose(goodbye.reason, "the server says goodbye: " + goodbye.detail, now_ns);
+}
+
+std::int64_t LinkCore::to_local_ns(std::int64_t server_time_ns) const {
+  return clock_.known() ? clock_.to_local(server_time_ns) : server_time_ns;
+}
+
+LinkCounters LinkCore::counters() const {
+  LinkCounters counters = counters_;
+  counters.frames_dropped = events_.frames_dropped();
+  counters.poses_dropped = queue_.poses_dropped();
+  return counters;
+}
+
+}  // namespace hairnet::link

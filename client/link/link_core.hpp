@@ -1,0 +1,184 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "client/link/backoff.hpp"
+#include "client/link/event_queue.hpp"
+#include "client/link/events.hpp"
+#include "client/link/groom_fetch.hpp"
+#include "client/link/importance.hpp"
+#include "client/link/level_catalog.hpp"
+#include "client/link/members.hpp"
+#include "client/link/roster.hpp"
+#include "client/link/send_queue.hpp"
+#include "client/link/upload_queue.hpp"
+#include "schema/channel/clock_estimate.hpp"
+#include "schema/channel/packet_splitter.hpp"
+#include "schema/wire/messages.hpp"
+
+namespace hairnet::link {
+
+struct CoreOptions {
+  std::string client_name = "hairnet-link";
+  std::string room, token;  // empty: the lobby; none
+  wire::Role role = wire::Role::participant;
+  double connect_timeout_s = 5;  // from the attempt to the welcome
+  double keep_alive_s = 15;      // after so long without anything to send, an empty pose batch goes out
+  bool reconnect = true;         // once welcomed; a first attempt that fails is the last
+  double give_up_after_s = 0;    // of trying to reconnect; 0: never
+  std::uint64_t seed = 1;        // of the waits between attempts
+  double decode_share = 1;       // of the members, whose frames are decoded; those of the others are only counted
+  std::shared_ptr<LevelCatalog> catalog = {};  // shared by cores of one thread; null: one of its own
+};
+
+struct LinkCounters {
+  std::uint64_t bytes_sent = 0, bytes_received = 0;
+  std::uint64_t frame_bytes_received = 0;  // of packets that hold frames
+  std::uint64_t frames_dropped = 0;        // not polled in time
+  std::uint64_t poses_dropped = 0;         // not sent in time
+  std::uint64_t frames_received = 0;
+  std::uint64_t frames_undecodable = 0;  // what they refer to was missing, or their bytes were wrong
+  std::uint64_t frames_unknown = 0;      // of no member that was told of, or no newer than the last
+  std::uint64_t reconnects = 0;          // welcomes after the first
+  std::uint64_t resumes = 0;             // of these, by a server that still had the session
+};
+
+// A frame as it came, before any copy.
+struct ReceivedFrame {
+  std::uint64_t tick = 0;
+  std::int64_t sample_time_ns = 0;  // server clock
+  const wire::Frame& frame;
+  std::uint32_t character = 0;  // one's own number; 0: another's
+  bool discontinuous = false;   // the frame's own, or of one before it that could not be decoded
+  bool undecodable = false;
+  const codec::Integers* integers = nullptr;  // null: not decoded
+  const Pose* pose = nullptr;                 // likewise
+  const LevelGeometry* geometry = nullptr;    // likewise, or rigid
+};
+
+// Takes frames in place of events: for who drives many cores. Called within on_bytes() and on_packet(), not to call
+// back.
+class FrameSink {
+ public:
+  virtual ~FrameSink() = default;
+  virtual void on_frame(const ReceivedFrame& frame) = 0;
+};
+
+// A client's whole conversation with a server, without socket, clock and thread: bytes and times in, packets and events
+// out. Whoever owns it drives it so, from one thread, with times of one monotonic clock that never go back:
+//
+//   start()                     once; then after whatever happens:
+//   poll(now)                   time-outs; due again at next_deadline_ns() at the latest
+//   wants_connection()          open one: on_opening(), then on_open() or on_closed()
+//   take_packet(now)            while it gives packets and the connection takes them: send them
+//   wants_half_close()          when all taken is sent: send the end, read on
+//   wants_close()               close at once: on_closed()
+//
+// What arrives goes into on_bytes() (a stream) or on_packet() (a message each), the end into on_closed().
+//
+// When the connection breaks it asks for a new one after a while, and then says again what its caller asked for. Calls
+// of the caller are taken in every state; what cannot be sent now is said later, but poses, which are dropped.
+class LinkCore {
+ public:
+  explicit LinkCore(CoreOptions options);
+  LinkCore(const LinkCore&) = delete;
+  LinkCore& operator=(const LinkCore&) = delete;
+
+  // The caller's side.
+  void start();
+  // `bytes` is the groom's file and `hash` its hash; kept for as long as they may have to be sent again.
+  void offer_groom(const wire::GroomHash& hash, Roster::Bytes bytes);
+  void add_character(std::uint32_t character, const wire::GroomHash& groom, LevelIndex level);
+  void set_level(std::uint32_t character, LevelIndex level);
+  void set_material(std::uint32_t character, const MaterialScale& scale);
+  void set_wind(const Wind& wind);
+  void remove_character(std::uint32_t character);
+  void push_poses(std::vector<wire::PoseSample> poses);
+  void observe(wire::Observe wanted);
+  // Said a few times a second at most, and what has changed enough to matter.
+  void report_importance(std::span<const wire::MemberImportance> members) { importance_.report(members); }
+  // Another's groom: GroomFetched follows, or an Error (groom_unavailable).
+  void request_groom(const wire::GroomHash& hash);
+  void set_frame_sink(FrameSink* sink) { sink_ = sink; }
+  void leave(std::int64_t now_ns);  // says goodbye; ended() follows
+  std::vector<Event> take_events() { return events_.take_all(); }
+  [[nodiscard]] bool active() const { return state_ == State::active; }
+  [[nodiscard]] bool ended() const { return state_ == State::ended; }
+  [[nodiscard]] const std::string& end_detail() const { return end_detail_; }             // once ended()
+  [[nodiscard]] const std::optional<wire::Welcome>& welcome() const { return welcome_; }  // the last one
+  // A time on the server's clock, on ours. As it is while no server's clock is known.
+  [[nodiscard]] std::int64_t to_local_ns(std::int64_t server_time_ns) const;
+  [[nodiscard]] LinkCounters counters() const;
+
+  // The connection's side.
+  void poll(std::int64_t now_ns);
+  [[nodiscard]] std::int64_t next_deadline_ns() const;
+  [[nodiscard]] bool wants_connection() const { return state_ == State::wanting && !connection_; }
+  [[nodiscard]] bool wants_half_close() const { return connection_ && state_ == State::leaving && goodbye_taken_; }
+  [[nodiscard]] bool wants_close() const;
+  void on_opening(std::int64_t now_ns);
+  void on_open(std::int64_t now_ns);
+  void on_bytes(std::span<const std::uint8_t> bytes, std::int64_t now_ns);
+  void on_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns);  // exactly one, size prefix included
+  // `detail`: one line that says why it could not be opened or how it ended.
+  void on_closed(std::string detail, std::int64_t now_ns);
+  // The next packet to send, stamped with the time; empty when there is none.
+  std::vector<std::uint8_t> take_packet(std::int64_t now_ns);
+
+ private:
+  enum class State : std::uint8_t { idle, waiting, wanting, opening, greeting, active, leaving, ended };
+
+  void on(wire::Welcome& welcome, std::int64_t now_ns);
+  void on(wire::GroomNeed& need, std::int64_t now_ns);
+  void on(wire::GroomStatus& status, std::int64_t now_ns);
+  void on(wire::CharacterAdded& added, std::int64_t now_ns);
+  void on(wire::CharacterRemoved& removed, std::int64_t now_ns);
+  void on(wire::MemberJoined& joined, std::int64_t now_ns);
+  void on(wire::MemberLeft& left, std::int64_t now_ns);
+  void on(wire::LevelRecord& record, std::int64_t now_ns);
+  void on(wire::GroomData& data, std::int64_t now_ns);
+  void on(wire::FrameBatch& batch, std::int64_t now_ns);
+  void on(wire::Error& error, std::int64_t now_ns);
+  void on(wire::Goodbye& goodbye, std::int64_t now_ns);
+
+  void say(wire::Message message);
+  void say_all_again(bool resumed);
+  void pass_on(const wire::FrameBatch& batch, const wire::Frame& frame, const Members::Taken& taken,
+               FrameBatch& decoded);
+  void tell_left(const std::vector<std::uint32_t>& members);
+  void push(Event event);
+  void lose(wire::GoodbyeReason reason, std::string detail, std::int64_t now_ns);
+  void end(wire::GoodbyeReason reason, std::string detail);
+
+  const CoreOptions options_;
+  State state_ = State::idle;
+  bool connection_ = false;  // from on_opening() to on_closed()
+  bool goodbye_taken_ = false;
+  std::int64_t deadline_ns_ = std::numeric_limits<std::int64_t>::max();     // of the state
+  std::int64_t give_up_ns_ = std::numeric_limits<std::int64_t>::max();      // while reconnecting
+  std::int64_t members_due_ns_ = std::numeric_limits<std::int64_t>::max();  // all told of again, after a resume
+  std::int64_t active_since_ns_ = 0;
+  std::int64_t sent_ns_ = 0;  // when a packet, or a sign of life, went out last
+  Backoff backoff_;
+  channel::PacketSplitter splitter_;
+  channel::ClockEstimate clock_;
+  Roster roster_;
+  UploadQueue uploads_;
+  SendQueue queue_;
+  Members members_;
+  Importance importance_;
+  GroomFetch fetch_;
+  FrameSink* sink_ = nullptr;
+  EventQueue events_;
+  LinkCounters counters_;
+  std::optional<wire::Welcome> welcome_;
+  std::string end_detail_;
+};
+
+}  // namespace hairnet::link

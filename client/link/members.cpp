@@ -1,0 +1,167 @@
+#include "client/link/members.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace hairnet::link {
+namespace {
+
+// Between two requests for a keyframe of one member: the answer takes a round trip.
+constexpr std::int64_t kKeyframeWait_ns = 500'000'000;
+
+}  // namespace
+
+bool Members::join(const wire::MemberJoined& joined) {
+  Member member;
+  member.session = joined.session;
+  member.character = joined.character;
+  member.groom = joined.groom;
+  return put(joined.member, std::move(member));
+}
+
+bool Members::add_own(const wire::CharacterAdded& added) {
+  Member member;
+  member.character = added.character;
+  member.groom = added.groom;
+  member.own = true;
+  return put(added.member, std::move(member));
+}
+
+bool Members::put(std::uint32_t number, Member member) {
+  const auto [found, is_new] = members_.try_emplace(number);
+  Member& known = found->second;
+  const bool same = !is_new && known.own == member.own && known.session == member.session &&
+                    known.character == member.character && known.groom == member.groom;
+  if (same)
+    known.confirmed = true;
+  else
+    known = std::move(member);
+  return !same;
+}
+
+bool Members::leave(std::uint32_t member) {
+  return members_.erase(member) != 0;
+}
+
+void Members::remove_own(std::uint32_t character) {
+  std::erase_if(members_, [&](const auto& m) { return m.second.own && m.second.character == character; });
+}
+
+std::shared_ptr<const LevelGeometry> Members::learn(wire::LevelRecord record) {
+  const std::pair key{record.groom, record.level};
+  std::shared_ptr<const KnownLevel> known = catalog_->keep(std::move(record));
+  levels_[key] = known;
+  for (auto& [number, member] : members_) {
+    if (member.groom == key.first) member.levels[static_cast<std::size_t>(key.second)] = known;
+  }
+  return {known, &known->geometry};
+}
+
+// The same members in every run, whatever their order.
+bool Members::decodes(std::uint32_t number) const {
+  if (decode_share_ >= 1) return true;
+  const std::uint32_t mixed = number * 0x9e3779b1u;
+  return static_cast<double>(mixed) < decode_share_ * 4294967296.0;
+}
+
+const KnownLevel* Members::level_of(Member& member, LevelIndex level) const {
+  std::shared_ptr<const KnownLevel>& known = member.levels[static_cast<std::size_t>(level)];
+  if (!known) {
+    if (const auto found = levels_.find({member.groom, level}); found != levels_.end()) known = found->second;
+  }
+  return known.get();
+}
+
+Members::Taken Members::take(const wire::Frame& frame, std::uint64_t tick, std::int64_t now_ns) {
+  Taken taken;
+  const auto found = members_.find(frame.member);
+  if (found == members_.end()) return taken;
+  Member& member = found->second;
+  if (member.last_tick && tick <= *member.last_tick) return taken;
+  member.last_tick = tick;
+  taken.character = member.own ? member.character : 0;
+  taken.discontinuous = frame.discontinuous || member.jumped;
+  if (!decodes(frame.member)) {
+    taken.outcome = Outcome::skipped;
+    return taken;
+  }
+  if (decode(member, frame, tick, taken)) {
+    taken.outcome = Outcome::decoded;
+    member.jumped = member.keyframe_asked = false;
+    return taken;
+  }
+  taken.outcome = Outcome::undecodable;
+  member.jumped = taken.discontinuous;
+  taken.wants_keyframe = !member.keyframe_asked || now_ns - member.keyframe_asked_ns >= kKeyframeWait_ns;
+  if (taken.wants_keyframe) member.keyframe_asked_ns = now_ns;
+  member.keyframe_asked = true;
+  return taken;
+}
+
+bool Members::decode(Member& member, const wire::Frame& frame, std::uint64_t tick, Taken& taken) const {
+  const bool rigid = frame.level == LevelIndex::rigid;
+  const KnownLevel* level = rigid ? nullptr : level_of(member, frame.level);
+  if (!rigid && !level) return false;
+  const std::size_t integer_count = rigid ? 0 : 3 * level->geometry.active_nodes.size();
+  std::array<const codec::Integers*, codec::kHistoryMax> history{};
+  for (std::size_t k = 0; k < frame.order; ++k) {
+    const Past& past = member.past[(member.newest + kSlotCount - k) % kSlotCount];
+    if (!past.valid || past.tick != tick - (k + 1) * frame.stride || past.integers.nodes.size() != integer_count)
+      return false;
+    history[k] = &past.integers;
+  }
+  const std::size_t slot = (member.newest + 1) % kSlotCount;
+  Past& next = member.past[slot];
+  next.valid = false;
+  if (!codec::decode_frame(frame.content, codec::History(history.data(), frame.order),
+                           level ? &level->neighbours : nullptr, frame.velocities, next.integers))
+    return false;
+  taken.pose = codec::dequantise_pose(next.integers);
+  if (wire::validate_pose(taken.pose) != wire::PoseRefusal::none) return false;
+  next.valid = true;
+  next.tick = tick;
+  next.level = frame.level;
+  next.error_class = frame.error_class;
+  member.newest = slot;
+  taken.integers = &next.integers;
+  if (level) taken.geometry = {member.levels[static_cast<std::size_t>(frame.level)], &level->geometry};
+  return true;
+}
+
+std::optional<wire::HairState> Members::hair_state(std::uint32_t character) const {
+  const auto found = std::find_if(members_.begin(), members_.end(),
+                                  [&](const auto& m) { return m.second.own && m.second.character == character; });
+  if (found == members_.end()) return std::nullopt;
+  const Past& last = found->second.past[found->second.newest];
+  if (!last.valid || last.integers.nodes.empty()) return std::nullopt;
+  return wire::HairState{last.level, codec::kStep_m[static_cast<std::size_t>(last.error_class)], last.integers.nodes,
+                         last.integers.velocities};
+}
+
+void Members::forget_frames() {
+  for (auto& [number, member] : members_) {
+    for (Past& past : member.past) past.valid = false;
+    member.keyframe_asked = false;
+  }
+}
+
+void Members::expect_all_again() {
+  for (auto& [number, member] : members_) member.confirmed = false;
+}
+
+std::vector<std::uint32_t> Members::drop_unconfirmed() {
+  std::vector<std::uint32_t> left;
+  for (const auto& [number, member] : members_) {
+    if (!member.confirmed && !member.own) left.push_back(number);
+  }
+  std::erase_if(members_, [](const auto& m) { return !m.second.confirmed; });
+  return left;
+}
+
+std::vector<std::uint32_t> Members::drop_all() {
+  expect_all_again();
+  levels_.clear();
+  return drop_unconfirmed();
+}
+
+}  // namespace hairnet::link

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "client/link/level_catalog.hpp"
+#include "schema/codec/frame_codec.hpp"
+#include "schema/wire/messages.hpp"
+
+namespace hairnet::link {
+
+// The members of the room as this session was told of them, and the recent frames of each, from which the next are
+// decoded. One thread.
+class Members {
+ public:
+  // `decode_share`: of the members, whose frames are decoded; the others' are only counted.
+  Members(std::shared_ptr<LevelCatalog> catalog, double decode_share)
+      : catalog_(std::move(catalog)), decode_share_(decode_share) {}
+
+  // False when nothing is new by it: told again after a resume.
+  bool join(const wire::MemberJoined& joined);
+  bool add_own(const wire::CharacterAdded& added);
+  bool leave(std::uint32_t member);
+  void remove_own(std::uint32_t character);
+  std::shared_ptr<const LevelGeometry> learn(wire::LevelRecord record);
+
+  enum class Outcome : std::uint8_t {
+    decoded,
+    skipped,      // not of the share that is decoded
+    undecodable,  // what it refers to is missing, or its bytes are wrong; counts as a jump of the next
+    unknown,      // no such member, or no newer than the last
+  };
+  struct Taken {
+    Outcome outcome = Outcome::unknown;
+    bool wants_keyframe = false;
+    bool discontinuous = false;                     // the frame's own, or that of an undecodable one before it
+    std::uint32_t character = 0;                    // one's own number; 0: another's
+    const codec::Integers* integers = nullptr;      // decoded; until the next take of the member
+    Pose pose;                                      // decoded
+    std::shared_ptr<const LevelGeometry> geometry;  // decoded; null: rigid
+  };
+  Taken take(const wire::Frame& frame, std::uint64_t tick, std::int64_t now_ns);
+
+  // The last lattice of an own character, where one was decoded.
+  [[nodiscard]] std::optional<wire::HairState> hair_state(std::uint32_t character) const;
+
+  // The connection broke: frames of the next refer to none before it.
+  void forget_frames();
+  // The session goes on; the server tells of all members anew. Afterwards: who was not told of has left.
+  void expect_all_again();
+  std::vector<std::uint32_t> drop_unconfirmed();
+  // The session is lost. Returns all others.
+  std::vector<std::uint32_t> drop_all();
+
+ private:
+  // Frames decoded last, one more than a frame may refer to: that is where the next one goes.
+  static constexpr std::size_t kSlotCount = codec::kHistoryMax + 1;
+  struct Past {
+    bool valid = false;
+    std::uint64_t tick = 0;
+    LevelIndex level = LevelIndex::rigid;
+    codec::ErrorClass error_class = codec::ErrorClass::normal;
+    codec::Integers integers;
+  };
+  struct Member {
+    std::uint64_t session = 0;  // the owner's; 0: this one
+    std::uint32_t character = 0;
+    wire::GroomHash groom{};
+    bool own = false, confirmed = true;
+    bool jumped = false;  // an undecodable frame was discontinuous
+    std::optional<std::uint64_t> last_tick;
+    std::int64_t keyframe_asked_ns = 0;
+    bool keyframe_asked = false;
+    std::size_t newest = 0;  // slot
+    std::array<Past, kSlotCount> past;
+    std::array<std::shared_ptr<const KnownLevel>, 4> levels;  // looked up already
+  };
+  bool put(std::uint32_t number, Member member);
+  [[nodiscard]] bool decodes(std::uint32_t number) const;
+  [[nodiscard]] const KnownLevel* level_of(Member& member, LevelIndex level) const;
+  [[nodiscard]] bool decode(Member& member, const wire::Frame& frame, std::uint64_t tick, Taken& taken) const;
+
+  std::shared_ptr<LevelCatalog> catalog_;
+  double decode_share_;
+  std::unordered_map<std::uint32_t, Member> members_;
+  std::map<std::pair<wire::GroomHash, LevelIndex>, std::shared_ptr<const KnownLevel>> levels_;
+};
+
+}  // namespace hairnet::link

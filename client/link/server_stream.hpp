@@ -1,0 +1,39 @@
+#pragma once
+
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/io_context.hpp>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "client/link/address.hpp"
+
+// Sockets to a server, behind one face. For the sources of this folder that know Asio.
+namespace hairnet::link {
+
+namespace asio = boost::asio;
+
+// One connection over one of the transports. Everything on the thread of its io_context.
+class ServerStream {
+ public:
+  struct Read {
+    std::span<const std::uint8_t> bytes;  // until the next read
+    std::string fault;                    // one line, when the connection has ended
+  };
+
+  virtual ~ServerStream() = default;
+  // Resolves, connects, shakes hands. Empty, or one line that says why not.
+  virtual asio::awaitable<std::string> open() = 0;
+  // A piece of the stream, or one message of a transport that has them.
+  virtual asio::awaitable<Read> read() = 0;
+  // Of a transport with messages: one packet. False when the connection has ended; read() then says why.
+  virtual asio::awaitable<bool> write(std::span<const std::uint8_t> bytes) = 0;
+  virtual void half_close() = 0;  // nothing more will be written
+  virtual void close() = 0;       // whatever waits ends soon
+  [[nodiscard]] virtual bool has_messages() const = 0;
+};
+
+std::unique_ptr<ServerStream> make_server_stream(asio::io_context& io, const Address& address, const TlsOptions& tls);
+
+}  // namespace hairnet::link

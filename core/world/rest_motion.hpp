@@ -1,0 +1,24 @@
+#pragma once
+
+#include "core/solver/head_motion.hpp"
+#include "core/world/character.hpp"
+
+namespace hairnet {
+
+// Of the head over the last substep.
+inline HeadMotion last_motion(const Character& c) {
+  StepInput input;
+  input.from = c.last_from;
+  input.to = c.from;
+  input.step_s = c.last_step_s;
+  return HeadMotion(input);
+}
+
+// `sign` times the velocity of hair that moves rigidly with the head, in its axes at the end of `motion`.
+inline void add_rest_velocity(const Level& level, const HeadMotion& motion, float sign, LatticeState& state) {
+  for (std::size_t i = 0; i < level.rest.size(); ++i) {
+    state.velocity[i] += sign * motion.rest_velocity(level.rest[i].cast<double>()).cast<float>();
+  }
+}
+
+}  // namespace hairnet

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "core/build/level.hpp"
+#include "core/world/step_plan.hpp"
+
+namespace hairnet {
+
+using ClockNs = std::int64_t (*)();  // monotonic, called on any thread
+
+// What stepping characters took.
+struct StepCost {
+  std::int64_t step_ns = 0;           // the sum over all workers
+  std::uint32_t character_steps = 0;  // a character's turn each, of however many ticks
+};
+
+// By level, and by how many ticks the steps went over.
+struct StepCosts {
+  std::array<std::array<StepCost, kStrideMax>, kLevelCount> sums{};
+
+  [[nodiscard]] StepCost& of(LevelIndex level, int ticks) {
+    return sums[static_cast<std::size_t>(level)][static_cast<std::size_t>(ticks - 1)];
+  }
+  [[nodiscard]] const StepCost& of(LevelIndex level, int ticks) const {
+    return sums[static_cast<std::size_t>(level)][static_cast<std::size_t>(ticks - 1)];
+  }
+};
+
+}  // namespace hairnet

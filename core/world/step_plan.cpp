@@ -1,0 +1,39 @@
+#include "core/world/step_plan.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/solver/step.hpp"
+
+namespace hairnet {
+namespace {
+
+// Of the steps that the ticks would take one by one, and of each one's iterations.
+constexpr std::array<double, kStrideMax> kStepShare{1, 3.0 / 4, 2.0 / 3, 1.0 / 2};
+constexpr std::array<double, kStrideMax> kIterationShare{1, 3.0 / 5, 3.0 / 5, 3.0 / 5};
+
+StepPlan plan_over(double tick_s, int ticks, int substep_count, int iterations, bool is_iterated) {
+  const auto n = static_cast<std::size_t>(ticks - 1);
+  if (!is_iterated) return {ticks * tick_s, substep_count, iterations};
+  constexpr double kRounding = 1e-9;
+  // Where steps cannot be parted so finely, those that are left have the iterations of the others.
+  const double steps = ticks * substep_count * kStepShare[n];
+  const double whole_steps = std::max(1.0, std::floor(steps + kRounding));
+  const double iterations_each = iterations * kIterationShare[n] * steps / whole_steps;
+  return {ticks * tick_s, static_cast<int>(whole_steps), std::max(1, static_cast<int>(std::lround(iterations_each)))};
+}
+
+}  // namespace
+
+StepPlans::StepPlans(double tick_s, int substep_count, int iterations) {
+  for (std::size_t l = 0; l < kLevelCount; ++l) {
+    const auto level = static_cast<LevelIndex>(l);
+    const int own = iterations > 0 ? iterations : iterations_for(level, tick_s / substep_count);
+    const bool is_iterated = kLevelIterations[l] > 1;
+    for (int ticks = 1; ticks <= kStrideMax; ++ticks) {
+      plans_[l][static_cast<std::size_t>(ticks - 1)] = plan_over(tick_s, ticks, substep_count, own, is_iterated);
+    }
+  }
+}
+
+}  // namespace hairnet

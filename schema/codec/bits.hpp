@@ -1,0 +1,88 @@
+#pragma once
+
+#include <bit>
+#include <cassert>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <vector>
+
+// Bits in the order of their use: the first bit of a stream is the lowest of its first byte, and a number's lowest bit
+// comes first. The last byte is filled up with zeros.
+namespace hairnet::codec {
+
+// To a span's bytes through a word; whoever makes it sees to the room.
+class BitWriter {
+ public:
+  explicit BitWriter(std::uint8_t* out) : begin_(out), out_(out) {}
+
+  // The low `count` bits of `bits`, 0 to 56; higher ones must be 0.
+  void put(std::uint64_t bits, unsigned count) {
+    assert(count <= 56 && (bits >> count) == 0);
+    word_ |= bits << used_;
+    used_ += count;
+    flush();
+  }
+
+  // Bytes written; the writer is then done with.
+  std::size_t finish() {
+    if (used_ > 0) *out_++ = static_cast<std::uint8_t>(word_);
+    return static_cast<std::size_t>(out_ - begin_);
+  }
+
+ private:
+  // Whole bytes go out, all eight of the word at once; at most 7 bits stay. Writes up to 7 bytes beyond what counts.
+  void flush() {
+    for (unsigned b = 0; b < 8; ++b) out_[b] = static_cast<std::uint8_t>(word_ >> 8 * b);  // compiles to one store
+    out_ += used_ >> 3;
+    word_ >>= used_ & ~7u;
+    used_ &= 7u;
+  }
+
+  std::uint8_t* begin_;
+  std::uint8_t* out_;
+  std::uint64_t word_ = 0;
+  unsigned used_ = 0;  // bits of word_, at most 7 between calls
+};
+
+// Bytes that a BitWriter may touch beyond those it counts.
+inline constexpr std::size_t kWriterSlackBytes = 8;
+
+// Beyond the end it reads zeros without end, and knows it.
+class BitReader {
+ public:
+  explicit BitReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
+
+  // The next 56 bits or more, the lowest first; nothing is used up.
+  [[nodiscard]] std::uint64_t peek() const {
+    const std::size_t at = bit_ >> 3;
+    std::uint64_t word = 0;
+    if (at + 8 <= bytes_.size()) [[likely]] {
+      for (unsigned b = 0; b < 8; ++b) word |= std::uint64_t{bytes_[at + b]} << 8 * b;  // compiles to one load
+    } else {
+      for (std::size_t b = 0; at + b < bytes_.size(); ++b) word |= std::uint64_t{bytes_[at + b]} << 8 * b;
+    }
+    return word >> (bit_ & 7);
+  }
+  void skip(unsigned count) { bit_ += count; }
+
+  // 0 to 56 bits.
+  std::uint64_t take(unsigned count) {
+    const std::uint64_t bits = peek() & ((std::uint64_t{1} << count) - 1);
+    skip(count);
+    return bits;
+  }
+
+  [[nodiscard]] bool beyond_end() const { return bit_ > 8 * bytes_.size(); }
+  // All bytes were needed, none too many, and what fills up the last one is zero.
+  [[nodiscard]] bool ends_here() const {
+    return !beyond_end() && 8 * bytes_.size() - bit_ < 8 && ((bit_ & 7) == 0 || bytes_.back() >> (bit_ & 7) == 0);
+  }
+
+ private:
+  std::span<const std::uint8_t> bytes_;
+  std::size_t bit_ = 0;
+};
+
+}  // namespace hairnet::codec

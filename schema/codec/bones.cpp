@@ -1,0 +1,215 @@
+#include "schema/codec/bones.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include "schema/codec/golomb.hpp"
+
+// Position and rotation of each bone are predicted from the earlier frames, the error of one bone corrects the
+// prediction of the next, and the largest component of a quaternion follows from the three others.
+namespace hairnet::codec {
+namespace {
+
+using U32 = std::uint32_t;
+using BoneArray = std::array<U32, kBoneIntegers>;  // unsigned: everything is modulo 2^32
+
+constexpr std::size_t kPerBone = 7;
+constexpr std::size_t kRotation = 3;  // where a bone's quaternion begins
+constexpr unsigned kWeightBits = 2;   // of the choice of a prediction
+constexpr unsigned kParameterBits = 5;
+constexpr unsigned kParameterMax = 31;
+
+U32 half(U32 x) {
+  return static_cast<U32>(static_cast<std::int32_t>(x) >> 1);
+}
+
+// a, plus halves of the first and the second difference; missing frames continue the others evenly.
+BoneArray predict(History history, unsigned choice) {
+  BoneArray out{};
+  if (history.empty()) return out;
+  for (std::size_t i = 0; i < kBoneIntegers; ++i) {
+    const U32 a = static_cast<U32>(history[0]->bones[i]);
+    const U32 b = history.size() > 1 ? static_cast<U32>(history[1]->bones[i]) : a;
+    const U32 first = a - b;
+    const U32 second = history.size() > 2 ? first - (b - static_cast<U32>(history[2]->bones[i])) : 0;
+    out[i] = a;
+    if (choice >= 1) out[i] += first;
+    if (choice == 2) out[i] += half(second);
+    if (choice == 3) out[i] += second;
+  }
+  return out;
+}
+
+struct Choices {
+  unsigned weights = 0;
+  bool chain_positions = false, chain_rotations = false;  // a bone's errors correct the next bone's prediction
+  unsigned k_positions = 0, k_rotations = 0;
+  [[nodiscard]] bool chains(std::size_t component) const {
+    return component < kRotation ? chain_positions : chain_rotations;
+  }
+  [[nodiscard]] unsigned k(std::size_t component) const { return component < kRotation ? k_positions : k_rotations; }
+};
+
+// The component of a quaternion that is not predicted but follows.
+struct Largest {
+  unsigned component = 0;  // 0 to 3
+  bool negative = false;
+};
+
+Largest largest_of(const U32* quaternion) {
+  Largest out;
+  std::int64_t most = -1;
+  for (unsigned c = 0; c < 4; ++c) {
+    const std::int64_t value = static_cast<std::int32_t>(quaternion[c]);
+    if (std::abs(value) <= most) continue;
+    most = std::abs(value);
+    out = {c, value < 0};
+  }
+  return out;
+}
+
+U32 implied(const U32* quaternion, Largest largest) {
+  constexpr std::int64_t kOne = std::int64_t{1} << 15;  // 1 / kRotationStep
+  std::int64_t rest = kOne * kOne;
+  for (unsigned c = 0; c < 4; ++c) {
+    if (c == largest.component) continue;
+    const std::int64_t value = std::clamp<std::int64_t>(static_cast<std::int32_t>(quaternion[c]), -kOne, kOne);
+    rest -= value * value;
+  }
+  // Exact: the root of a whole number below 2^53 is rounded right, and no such number lies close below a square.
+  const auto root = static_cast<U32>(std::sqrt(static_cast<double>(std::max<std::int64_t>(rest, 0))));
+  return largest.negative ? 0u - root : root;
+}
+
+std::int32_t as_signed(U32 x) {
+  return static_cast<std::int32_t>(x);
+}
+
+// Visits all integers in their order. visit(i, prediction, k) codes integer i and returns its value; say_largest codes
+// which component follows, where there is no history to tell.
+template <class Visit, class SayLargest>
+void walk(const BoneArray& predicted, bool intra, const Choices& choices, BoneArray& values, Visit visit,
+          SayLargest say_largest) {
+  std::array<U32, kPerBone> error{};
+  for (std::size_t bone = 0; bone < kBoneCount; ++bone) {
+    const U32* from = predicted.data() + kPerBone * bone;
+    U32* value = values.data() + kPerBone * bone;
+    const Largest largest = intra ? say_largest(value + kRotation) : largest_of(from + kRotation);
+    const std::size_t skipped = kRotation + largest.component;
+    for (std::size_t c = 0; c < kPerBone; ++c) {
+      if (c == skipped) continue;
+      const U32 expected = from[c] + (choices.chains(c) ? error[c] : 0);
+      value[c] = visit(kPerBone * bone + c, expected, choices.k(c));
+      error[c] = value[c] - from[c];
+    }
+    value[skipped] = visit(kPerBone * bone + skipped, implied(value + kRotation, largest), 0);
+    error[skipped] = value[skipped] - from[skipped];
+  }
+}
+
+// What is left of positions (0) and rotations (1) by a prediction, folded; the first differences along the bones too.
+struct Residuals {
+  std::array<std::array<U32, kBoneIntegers>, 2> folded{};  // unchained, chained
+  std::array<std::array<unsigned, 2>, 2> bits{};           // [position or rotation][unchained or chained], roughly
+};
+
+Residuals residuals_of(const BoneArray& values, const BoneArray& predicted) {
+  Residuals out;
+  BoneArray error;
+  for (std::size_t i = 0; i < kBoneIntegers; ++i) error[i] = values[i] - predicted[i];
+  for (std::size_t i = 0; i < kBoneIntegers; ++i) {
+    out.folded[0][i] = fold(as_signed(error[i]));
+    out.folded[1][i] = i < kPerBone ? out.folded[0][i] : fold(as_signed(error[i] - error[i - kPerBone]));
+    const std::size_t part = i % kPerBone < kRotation ? 0 : 1;
+    for (std::size_t chained = 0; chained < 2; ++chained)
+      out.bits[part][chained] += static_cast<unsigned>(std::bit_width(out.folded[chained][i]));
+  }
+  return out;
+}
+
+// The parameter that takes fewest bits for the positions' or the rotations' part of `folded`, among those near its
+// mean.
+unsigned best_parameter(const std::array<U32, kBoneIntegers>& folded, bool rotations) {
+  std::uint64_t sum = 0;
+  const std::size_t begin = rotations ? kRotation : 0, end = rotations ? kPerBone : kRotation;
+  for (std::size_t bone = 0; bone < kBoneIntegers; bone += kPerBone)
+    for (std::size_t c = begin; c < end; ++c) sum += folded[bone + c];
+  const auto mean_bits = static_cast<unsigned>(std::bit_width(sum / (kBoneCount * (end - begin))));
+  unsigned best = 0, least = ~0u;
+  for (unsigned k = mean_bits > 4 ? mean_bits - 4 : 0; k <= std::min(mean_bits, kParameterMax); ++k) {
+    unsigned bits = 0;
+    for (std::size_t bone = 0; bone < kBoneIntegers; bone += kPerBone) {
+      for (std::size_t c = begin; c < end; ++c)
+        bits +=
+            2 * static_cast<unsigned>(std::bit_width(std::uint64_t{folded[bone + c]} + (std::uint64_t{1} << k))) - k;
+    }
+    if (bits >= least) continue;
+    least = bits;
+    best = k;
+  }
+  return best;
+}
+
+Choices choose(const BoneArray& values, History history) {
+  Choices best;
+  unsigned least = ~0u;
+  const unsigned weight_choices = history.size() < 2 ? 1u : history.size() < 3 ? 2u : 4u;
+  for (unsigned weights = 0; weights < weight_choices; ++weights) {
+    const Residuals left = residuals_of(values, predict(history, weights));
+    const bool chain_positions = left.bits[0][1] < left.bits[0][0], chain_rotations = left.bits[1][1] < left.bits[1][0];
+    const unsigned bits = left.bits[0][chain_positions] + left.bits[1][chain_rotations];
+    if (bits >= least) continue;
+    least = bits;
+    best = {weights, chain_positions, chain_rotations, best_parameter(left.folded[chain_positions], false),
+            best_parameter(left.folded[chain_rotations], true)};
+  }
+  return best;
+}
+
+}  // namespace
+
+void encode_bones(const Integers& frame, History history, BitWriter& writer) {
+  const bool intra = history.empty();
+  BoneArray values;
+  for (std::size_t i = 0; i < kBoneIntegers; ++i) values[i] = static_cast<U32>(frame.bones[i]);
+  const Choices best = choose(values, history);
+  writer.put(best.weights, kWeightBits);
+  writer.put(best.chain_positions, 1);
+  writer.put(best.chain_rotations, 1);
+  writer.put(best.k_positions, kParameterBits);
+  writer.put(best.k_rotations, kParameterBits);
+  walk(
+      predict(history, best.weights), intra, best, values,
+      [&](std::size_t i, U32 expected, unsigned k) {
+        put_exponential(writer, fold(as_signed(values[i] - expected)), k);
+        return values[i];
+      },
+      [&](const U32* quaternion) {
+        const Largest largest = largest_of(quaternion);
+        writer.put(largest.component, 2);
+        writer.put(largest.negative, 1);
+        return largest;
+      });
+}
+
+void decode_bones(BitReader& reader, History history, Integers& frame) {
+  Choices choices;
+  choices.weights = static_cast<unsigned>(reader.take(kWeightBits));
+  choices.chain_positions = reader.take(1) != 0;
+  choices.chain_rotations = reader.take(1) != 0;
+  choices.k_positions = static_cast<unsigned>(reader.take(kParameterBits));
+  choices.k_rotations = static_cast<unsigned>(reader.take(kParameterBits));
+  BoneArray values{};
+  walk(
+      predict(history, choices.weights), history.empty(), choices, values,
+      [&](std::size_t, U32 expected, unsigned k) {
+        return expected + static_cast<U32>(unfold(take_exponential(reader, k)));
+      },
+      [&](const U32*) {
+        const auto component = static_cast<unsigned>(reader.take(2));
+        return Largest{component, reader.take(1) != 0};
+      });
+  for (std::size_t i = 0; i < kBoneIntegers; ++i) frame.bones[i] = as_signed(values[i]);
+}
+
+}  // namespace hairnet::codec

@@ -1,0 +1,15 @@
+#pragma once
+
+#include "schema/codec/bits.hpp"
+#include "schema/codec/frame_codec.hpp"
+
+namespace hairnet::codec {
+
+// The pose of a frame. Reads beyond the end decode to something; the reader knows.
+void encode_bones(const Integers& frame, History history, BitWriter& writer);
+void decode_bones(BitReader& reader, History history, Integers& frame);
+
+// More bytes than any pose takes.
+inline constexpr std::size_t kBonesBytesMax = 512;
+
+}  // namespace hairnet::codec

@@ -1,0 +1,98 @@
+#include <cassert>
+
+#include "schema/codec/bones.hpp"
+#include "schema/codec/frame_nodes.hpp"
+
+namespace hairnet::codec {
+namespace {
+
+// The spatial weights that leave least; judged by some of the nodes.
+unsigned choose_spatial(std::span<const NodeNeighbours> neighbours, NodeRange range, const std::int16_t* nodes,
+                        const std::int16_t* predicted) {
+  constexpr std::uint32_t kSamplesMax = 128;
+  const std::uint32_t stride = range.count / kSamplesMax + 1;
+  std::array<std::uint32_t, kSpatialWeights.size()> sums{};
+  const auto error = [&](std::uint32_t i, unsigned axis) {
+    return static_cast<std::int16_t>(nodes[3 * i + axis] - predicted[3 * i + axis]);
+  };
+  for (std::uint32_t i = 0; i < range.count; i += stride) {
+    std::array<int, 3> known{};
+    unsigned count = 0;
+    for (const std::uint32_t neighbour : neighbours[range.first + i]) {
+      const std::uint32_t at = neighbour - range.first;
+      if (at >= range.count) break;
+      for (unsigned axis = 0; axis < 3; ++axis) known[axis] += error(at, axis);
+      ++count;
+    }
+    for (std::size_t choice = 0; choice < sums.size(); ++choice) {
+      const int weight = kSpatialWeights[choice].per_neighbour[count];
+      for (unsigned axis = 0; axis < 3; ++axis)
+        sums[choice] += static_cast<std::uint32_t>(std::abs(error(i, axis) - ((weight * known[axis] + 16) >> 5)));
+    }
+  }
+  return static_cast<unsigned>(std::ranges::min_element(sums) - sums.begin());
+}
+
+// The scale that makes velocities of displacements best, in the sense of least squares.
+int choose_velocity_scale(const Integers& frame, std::span<const std::int16_t> before, NodeRange range) {
+  std::int64_t product = 0, square = 0;
+  for (std::size_t i = 3 * std::size_t{range.first}; i < 3 * (std::size_t{range.first} + range.count); ++i) {
+    const int moved = frame.nodes[i] - before[i];
+    product += std::int64_t{moved} * frame.velocities[i];
+    square += std::int64_t{moved} * moved;
+  }
+  if (square == 0 || product <= 0) return 0;
+  return static_cast<int>(
+      std::min<std::int64_t>((kVelocityScaleOne * product + square / 2) / square, (1 << kVelocityScaleBits) - 1));
+}
+
+void encode_plane(std::span<const NodeNeighbours> neighbours, NodeRange range, const Expectation& expectation,
+                  const std::int16_t* nodes, NodeScratch& scratch, BitWriter& writer) {
+  const unsigned spatial = choose_spatial(neighbours, range, nodes, scratch.predicted.data());
+  writer.put(spatial, kSpatialBits);
+  code_nodes(neighbours, range, scratch.predicted.data(), scratch.motion.data(), kSpatialWeights[spatial], expectation,
+             scratch.coded, EncodeNode(writer), nodes);
+}
+
+void encode_nodes(const Integers& frame, History history, std::span<const NodeNeighbours> neighbours, NodeRange range,
+                  BitWriter& writer) {
+  NodeScratch scratch(range.count);
+  const unsigned choice = choose_temporal(frame, history, range);
+  writer.put(choice, kTemporalBits[history.size()]);
+  const TemporalWeights& temporal = kTemporalWeights[history.size()][choice];
+  predict_nodes(history, range, temporal, scratch.predicted, scratch.motion);
+  encode_plane(neighbours, range, kDisplacementExpectation[temporal.frames],
+               frame.nodes.data() + 3 * std::size_t{range.first}, scratch, writer);
+  if (frame.velocities.empty()) return;
+  int scale = 0;
+  if (!history.empty()) {
+    scale = choose_velocity_scale(frame, history[0]->nodes, range);
+    writer.put(static_cast<std::uint64_t>(scale), kVelocityScaleBits);
+  }
+  predict_velocities(frame, history, range, scale, scratch);
+  encode_plane(neighbours, range, kVelocityExpectation, frame.velocities.data() + 3 * std::size_t{range.first}, scratch,
+               writer);
+}
+
+}  // namespace
+
+void append_content(const Integers& frame, History history, const Neighbours* neighbours, NodeRange range,
+                    bool with_bones, std::vector<std::uint8_t>& out) {
+  assert(history.size() <= kHistoryMax);
+  assert(frame.nodes.size() == (neighbours ? 3 * neighbours->node_count() : 0));
+  assert(frame.velocities.empty() || frame.velocities.size() == frame.nodes.size());
+  const std::size_t begin = out.size();
+  out.resize(begin + kBonesBytesMax + kNodeBytesMax * range.count + kWriterSlackBytes);
+  BitWriter writer(out.data() + begin);
+  if (with_bones) encode_bones(frame, history, writer);
+  if (range.count > 0) encode_nodes(frame, history, NeighbourAccess::of(*neighbours), range, writer);
+  out.resize(begin + writer.finish());
+}
+
+void encode_frame(const Integers& frame, History history, const Neighbours* neighbours,
+                  std::vector<std::uint8_t>& out) {
+  const NodeRange all{0, static_cast<std::uint32_t>(frame.nodes.size() / 3)};
+  append_content(frame, history, neighbours, all, true, out);
+}
+
+}  // namespace hairnet::codec

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+
+#include "schema/codec/bits.hpp"
+
+// Codes of integers: small ones short, none without end.
+namespace hairnet::codec {
+
+// 0, -1, 1, -2, ... to 0, 1, 2, 3, ...; modulo 2^16 and 2^32.
+inline std::uint16_t fold(std::int16_t x) {
+  return static_cast<std::uint16_t>((x << 1) ^ (x >> 15));
+}
+inline std::int16_t unfold(std::uint16_t z) {
+  return static_cast<std::int16_t>((z >> 1) ^ -(z & 1));
+}
+inline std::uint32_t fold(std::int32_t x) {
+  return (static_cast<std::uint32_t>(x) << 1) ^ static_cast<std::uint32_t>(x >> 31);
+}
+inline std::int32_t unfold(std::uint32_t z) {
+  return static_cast<std::int32_t>((z >> 1) ^ (0u - (z & 1)));
+}
+
+// Rice: z >> k as zeros and a one, then the low k bits of z. From kRiceZerosMax zeros on there is no one, and all of
+// z's 16 bits follow.
+inline constexpr unsigned kRiceZerosMax = 14;
+inline constexpr unsigned kRiceBitsMax = kRiceZerosMax + 16;
+
+inline void put_rice(BitWriter& writer, std::uint16_t z, unsigned k) {
+  const unsigned zeros = z >> k;
+  if (zeros >= kRiceZerosMax) [[unlikely]] {
+    writer.put(std::uint64_t{z} << kRiceZerosMax, kRiceBitsMax);
+    return;
+  }
+  const std::uint64_t low = z & ((1u << k) - 1);
+  writer.put((low << 1 | 1) << zeros, zeros + 1 + k);
+}
+
+// The code at the bottom of `word`, of which it takes `length` bits.
+inline std::uint16_t rice_at(std::uint64_t word, unsigned k, unsigned& length) {
+  const auto zeros = static_cast<unsigned>(std::countr_zero(word | std::uint64_t{1} << kRiceZerosMax));
+  if (zeros == kRiceZerosMax) [[unlikely]] {
+    length = kRiceBitsMax;
+    return static_cast<std::uint16_t>(word >> kRiceZerosMax);
+  }
+  length = zeros + 1 + k;
+  return static_cast<std::uint16_t>(zeros << k | (word >> (zeros + 1) & ((1u << k) - 1)));
+}
+
+// Exponential Golomb: with y = z + 2^k, as many zeros as y has bits beyond k + 1, a one, and y without its highest bit.
+// For 32-bit z; at most 32 - k zeros.
+inline void put_exponential(BitWriter& writer, std::uint32_t z, unsigned k) {
+  const std::uint64_t y = std::uint64_t{z} + (std::uint64_t{1} << k);
+  const auto low_bits = static_cast<unsigned>(std::bit_width(y)) - 1;
+  writer.put(std::uint64_t{1} << (low_bits - k), low_bits - k + 1);
+  writer.put(y & ((std::uint64_t{1} << low_bits) - 1), low_bits);
+}
+
+inline std::uint32_t take_exponential(BitReader& reader, unsigned k) {
+  const auto zeros = std::min(static_cast<unsigned>(std::countr_zero(reader.peek() | std::uint64_t{1} << 55)), 32 - k);
+  reader.skip(zeros + 1);
+  const unsigned low_bits = zeros + k;
+  const std::uint64_t y = reader.take(low_bits) | std::uint64_t{1} << low_bits;
+  return static_cast<std::uint32_t>(y - (std::uint64_t{1} << k));
+}
+
+}  // namespace hairnet::codec

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "schema/codec/frame_codec.hpp"
+
+// What a coordinate is expected to be after its values a, b, c of t-s, t-2s, t-3s: a, plus shares of the first
+// difference a - b and of the second a - 2b + c. How much of each differs from motion to motion, so the frame says it.
+namespace hairnet::codec {
+
+struct TemporalWeights {
+  std::uint8_t frames;         // of the history that are used; 0: the prediction is 0
+  std::int16_t first, second;  // eighths
+};
+// Those a frame can choose from, by order; so many bits say which.
+inline constexpr std::array<unsigned, kHistoryMax + 1> kTemporalBits{0, 1, 3, 4};
+inline constexpr std::array<std::array<TemporalWeights, 16>, kHistoryMax + 1> kTemporalWeights{{
+    {{{0, 0, 0}}},
+    {{{1, 0, 0}, {0, 0, 0}}},
+    {{{2, 8, 0}, {2, 7, 0}, {2, 6, 0}, {2, 5, 0}, {2, 4, 0}, {2, 2, 0}, {1, 0, 0}, {0, 0, 0}}},
+    {{{3, 8, 8},
+      {3, 8, 6},
+      {3, 8, 4},
+      {3, 8, 0},
+      {3, 7, 8},
+      {3, 7, 6},
+      {3, 7, 4},
+      {3, 6, 8},
+      {3, 6, 6},
+      {3, 6, 4},
+      {3, 6, 2},
+      {3, 5, 6},
+      {3, 5, 4},
+      {2, 4, 0},
+      {1, 0, 0},
+      {0, 0, 0}}},
+}};
+
+// From the frames that the weights use. All modulo 2^16. `motion` is the size of the highest difference that the
+// history has (0 of orders 0 and 1), a node's three coordinates together, at most kMotionMax: where it is large, so is
+// the error to be expected.
+inline constexpr int kMotionMax = 8191;
+void predict_nodes(History history, NodeRange range, TemporalWeights weights, std::span<std::int16_t> predicted,
+                   std::span<std::uint16_t> motion);
+
+// The index of those that fit the range best; judged by some of its nodes.
+unsigned choose_temporal(const Integers& frame, History history, NodeRange range);
+
+}  // namespace hairnet::codec

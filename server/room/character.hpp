@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/groom/material_scale.hpp"
+#include "schema/wire/messages.hpp"
+#include "server/room/character_key.hpp"
+#include "server/room/frame_history.hpp"
+#include "server/room/pose_inbox.hpp"
+
+namespace hairnet::server {
+
+// One coding of a character's frame of this tick; several observers share it.
+struct FrameVariant {
+  codec::ErrorClass error_class = codec::ErrorClass::normal;
+  std::uint8_t order = 0, stride = 1;
+  bool velocities = false;
+  std::vector<std::uint8_t> content;
+};
+
+// One character as its room knows it; its lattice lives in the World. Tick thread.
+struct Character {
+  CharacterKey key = 0;
+  std::uint32_t room = 0;  // index
+  std::uint32_t seat = 0;  // in its room; the member number less one
+  wire::GroomHash groom{};
+  LevelIndex finest = LevelIndex::high;  // that its owner asks for
+  MaterialScale material;
+  bool material_changed = false;         // and the World not told
+  std::optional<wire::HairState> state;  // brought by its owner, until it is used
+  PoseInbox inbox;
+
+  bool placed = false;                   // in the World, from its first pose on
+  LevelIndex level = LevelIndex::rigid;  // that the World was told
+  int stride = 1;                        // that the World was told
+  bool held = false;                     // nobody sees it: not stepped
+  Pose pose;                             // the one last given to the World
+  codec::Integers bones;                 // as integers; no nodes
+  float motion_m_per_s = 0;              // of the head, turning included; smoothed
+
+  // As its observers see it, at the present tick.
+  float screen_height = 0;  // the largest
+  bool seen = true;
+
+  // This tick's frame.
+  bool changed = false;                  // there is something to send
+  bool asleep = false;
+  bool discontinuous = false;
+  LevelIndex shown = LevelIndex::rigid;  // that the lattice is on; easing into the rigid level takes a while
+  std::vector<FrameVariant> variants;    // of which the first variant_count are of this tick
+  std::size_t variant_count = 0;
+  FrameHistory history;                  // of frames at level `shown`
+  std::shared_ptr<const codec::Neighbours> neighbours;  // of level `shown`; null when rigid
+};
+
+}  // namespace hairnet::server

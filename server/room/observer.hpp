@@ -1,0 +1,65 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "schema/wire/messages.hpp"
+#include "server/room/character_key.hpp"
+#include "server/room/outlet.hpp"
+
+namespace hairnet::server {
+
+struct Character;
+
+// What one session sees of one member.
+struct View {
+  std::uint32_t occupancy = 0;  // of the seat, when this began; 0: not yet
+  bool wanted = true;           // by the session's Observe
+  bool in_view = true;          // as last reported
+  float screen_height = -1;     // as last reported; negative: never
+
+  std::array<std::uint64_t, codec::kHistoryMax> sent{};  // ticks of the last frames, newest first
+  std::uint8_t sent_count = 0;
+  LevelIndex level = LevelIndex::rigid;  // of those
+  codec::ErrorClass error_class = codec::ErrorClass::normal;
+  bool sleep_told = false;        // the last frame said that it is asleep
+  bool discontinuity_owed = false;  // not yet told
+
+  void forget_sent() {
+    discontinuity_owed = discontinuity_owed || sent_count > 0;
+    sent_count = 0;
+    sleep_told = false;
+  }
+};
+
+// A session as its room knows it. Tick thread.
+struct Observer {
+  SessionId session = 0;
+  std::uint32_t room = 0;
+  std::shared_ptr<Outlet> outlet;  // null while its connection is lost
+  wire::Observe observe;
+  bool observe_changed = true;
+  std::vector<View> views;  // by seat
+  std::set<std::pair<wire::GroomHash, LevelIndex>> records_sent;
+  int congestion_stride = 1;              // ticks between frames that its connection keeps up with
+  std::uint64_t congestion_eases_at = 0;  // tick
+
+  // This tick's frames.
+  struct Request {
+    const Character* character = nullptr;
+    std::uint32_t variant = 0;
+    bool discontinuous = false;
+  };
+  std::vector<Request> requests;
+
+  // Nothing it was ever sent may be referred to.
+  void forget_sent() {
+    for (View& view : views) view.forget_sent();
+  }
+};
+
+}  // namespace hairnet::server

@@ -1,0 +1,111 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "client/link/link_core.hpp"
+
+namespace hairnet::link {
+
+inline constexpr std::int64_t kMs = 1'000'000;
+inline constexpr std::int64_t kServerClock_ns = 7'000'000'000'000;  // ahead of the client's
+
+inline wire::GroomHash hash_of(std::uint8_t first) {
+  wire::GroomHash hash{};
+  hash[0] = first;
+  return hash;
+}
+
+// A core, the clock it lives by, and the server's end of its connection, all in the test's hand.
+class CoreDriver {
+ public:
+  explicit CoreDriver(CoreOptions options = {}) : core(std::move(options)) {}
+
+  // Opens a connection as the core wants one, waiting as long as it says.
+  void open() {
+    for (int i = 0; i < 10 && !core.wants_connection(); ++i) pass_to_deadline();
+    ASSERT_TRUE(core.wants_connection());
+    core.on_opening(now_ns);
+    core.on_open(now_ns);
+  }
+  void connect(wire::Welcome welcome = {}) {
+    core.start();
+    open();
+    expect<wire::Hello>();
+    send(std::move(welcome));
+  }
+  // What the driver of a socket does when the core wants it closed.
+  void close_as_wanted() {
+    if (core.wants_close()) core.on_closed("", now_ns);
+  }
+  void pass(std::int64_t duration_ns) {
+    now_ns += duration_ns;
+    core.poll(now_ns);
+  }
+  void pass_to_deadline() {
+    const std::int64_t deadline_ns = core.next_deadline_ns();
+    if (deadline_ns == std::numeric_limits<std::int64_t>::max()) return;
+    now_ns = std::max(now_ns, deadline_ns);
+    core.poll(now_ns);
+  }
+
+  [[nodiscard]] std::vector<std::uint8_t> packet(wire::Message message) const {
+    return wire::encode_packet({kServerClock_ns + now_ns, std::move(message)});
+  }
+  void send(wire::Message message) { core.on_bytes(packet(std::move(message)), now_ns); }
+
+  // What the core says next; nothing when it has nothing to say.
+  std::optional<wire::Message> take() {
+    const std::vector<std::uint8_t> bytes = core.take_packet(now_ns);
+    if (bytes.empty()) return std::nullopt;
+    wire::Decoded decoded = wire::decode_packet(bytes);
+    EXPECT_EQ(decoded.error, wire::DecodeError::none) << decoded.detail;
+    EXPECT_EQ(decoded.envelope.clock_ns, now_ns);
+    return std::move(decoded.envelope.message);
+  }
+  template <class T>
+  T expect() {
+    std::optional<wire::Message> message = take();
+    const bool right = message && std::holds_alternative<T>(*message);
+    EXPECT_TRUE(right) << (message ? static_cast<int>(message->index()) : -1);
+    return right ? std::get<T>(std::move(*message)) : T{};
+  }
+  std::vector<wire::Message> take_all() {
+    std::vector<wire::Message> all;
+    while (std::optional<wire::Message> message = take()) all.push_back(std::move(*message));
+    return all;
+  }
+
+  // The events of one kind since the last call; the others are lost.
+  template <class T>
+  std::vector<T> events() {
+    std::vector<T> found;
+    for (Event& event : core.take_events()) {
+      if (auto* e = std::get_if<T>(&event)) found.push_back(std::move(*e));
+    }
+    return found;
+  }
+  template <class T>
+  std::optional<T> event() {
+    std::vector<T> found = events<T>();
+    if (found.empty()) return std::nullopt;
+    return std::move(found.front());
+  }
+
+  std::int64_t now_ns = 1'000'000'000;
+  LinkCore core;
+};
+
+inline wire::Welcome welcome_to(std::uint64_t session, bool resumed = false) {
+  wire::Welcome welcome;
+  welcome.session = session;
+  welcome.secret[0] = static_cast<std::uint8_t>(session);
+  welcome.resumed = resumed;
+  return welcome;
+}
+
+}  // namespace hairnet::link

@@ -1,0 +1,304 @@
+#include "client/link/link_core.hpp"
+
+#include <gmock/gmock.h>
+
+#include <numeric>
+
+#include "schema/wire/groom_file.hpp"
+#include "tests/unit/client/core_driver.hpp"
+
+namespace hairnet::link {
+namespace {
+
+using ::testing::HasSubstr;
+
+Roster::Bytes some_bytes(std::size_t count) {
+  std::vector<std::uint8_t> bytes(count);
+  std::iota(bytes.begin(), bytes.end(), std::uint8_t{0});
+  return std::make_shared<const std::vector<std::uint8_t>>(std::move(bytes));
+}
+
+std::vector<wire::PoseSample> pose_of(std::uint32_t character, bool teleport = false) {
+  wire::PoseSample pose;
+  pose.character = character;
+  pose.teleport = teleport;
+  return {pose};
+}
+
+TEST(LinkCore, wants_a_connection_once_started_and_not_before) {
+  CoreDriver d;
+  d.pass(1000 * kMs);
+  EXPECT_FALSE(d.core.wants_connection());
+  d.core.start();
+  EXPECT_TRUE(d.core.wants_connection());
+  d.core.on_opening(d.now_ns);
+  EXPECT_FALSE(d.core.wants_connection());
+}
+
+TEST(LinkCore, says_hello_first_and_nothing_more_before_the_welcome) {
+  CoreOptions options;
+  options.client_name = "tester";
+  options.room = "hall";
+  options.token = "a.b.c";
+  options.role = wire::Role::observer;
+  CoreDriver d(options);
+  d.core.add_character(1, hash_of(1), LevelIndex::low);
+  d.core.start();
+  d.open();
+  const auto hello = d.expect<wire::Hello>();
+  EXPECT_EQ(hello.protocol_version, wire::kProtocolVersion);
+  EXPECT_EQ(hello.client_name, "tester");
+  EXPECT_EQ(hello.room, "hall");
+  EXPECT_EQ(hello.token, "a.b.c");
+  EXPECT_EQ(hello.role, wire::Role::observer);
+  EXPECT_EQ(hello.session, 0u);
+  d.core.push_poses(pose_of(1));
+  EXPECT_FALSE(d.take());
+  EXPECT_EQ(d.core.counters().poses_dropped, 1u);
+}
+
+TEST(LinkCore, what_was_asked_for_before_the_welcome_is_said_after_it) {
+  CoreDriver d;
+  d.core.offer_groom(hash_of(1), some_bytes(100));
+  d.core.add_character(7, hash_of(1), LevelIndex::high);
+  d.core.set_level(7, LevelIndex::low);
+  d.core.set_wind({});
+  d.core.add_character(8, hash_of(1), LevelIndex::high);
+  d.core.remove_character(8);
+  d.connect();
+  EXPECT_EQ(d.expect<wire::GroomOffer>().byte_count, 100u);
+  EXPECT_EQ(d.expect<wire::AddCharacter>().level, LevelIndex::low);
+  d.expect<wire::SetWind>();
+  EXPECT_FALSE(d.take());
+  EXPECT_TRUE(d.core.active());
+  EXPECT_FALSE(d.event<Connected>()->again);
+}
+
+TEST(LinkCore, a_stream_is_understood_however_it_is_cut) {
+  CoreDriver d;
+  d.core.start();
+  d.open();
+  std::vector<std::uint8_t> stream = d.packet(welcome_to(5));
+  for (std::uint32_t member = 1; member <= 3; ++member) {
+    const auto joined = d.packet(wire::MemberJoined{member, 9, 1, hash_of(2)});
+    stream.insert(stream.end(), joined.begin(), joined.end());
+  }
+  for (const std::uint8_t& byte : stream) d.core.on_bytes({&byte, 1}, d.now_ns);
+  EXPECT_EQ(d.events<wire::MemberJoined>().size(), 3u);
+}
+
+TEST(LinkCore, a_first_attempt_that_fails_is_the_last) {
+  CoreDriver d;
+  d.core.start();
+  d.core.on_opening(d.now_ns);
+  d.core.on_closed("cannot connect to there", d.now_ns);
+  ASSERT_TRUE(d.core.ended());
+  EXPECT_EQ(d.event<Disconnected>()->detail, "cannot connect to there");
+  EXPECT_EQ(d.core.next_deadline_ns(), std::numeric_limits<std::int64_t>::max());
+}
+
+TEST(LinkCore, a_server_that_says_nothing_runs_into_the_time_out) {
+  for (const bool opened : {false, true}) {
+    CoreDriver d;
+    d.core.start();
+    d.core.on_opening(d.now_ns);
+    if (opened) d.core.on_open(d.now_ns);
+    d.pass(4999 * kMs);
+    EXPECT_FALSE(d.core.ended());
+    d.pass(kMs);
+    EXPECT_TRUE(d.core.ended());
+    EXPECT_TRUE(d.core.wants_close());
+    d.close_as_wanted();
+    EXPECT_FALSE(d.core.wants_close());
+    EXPECT_THAT(d.event<Disconnected>()->detail, HasSubstr("time-out"));
+  }
+}
+
+TEST(LinkCore, only_a_welcome_an_error_or_a_goodbye_may_come_first) {
+  for (const wire::Message& message :
+       {wire::Message(wire::GroomStatus{}), wire::Message(wire::FrameBatch{}), wire::Message(wire::MemberLeft{1})}) {
+    CoreDriver d;
+    d.core.start();
+    d.open();
+    d.send(message);
+    EXPECT_EQ(d.event<Disconnected>()->reason, wire::GoodbyeReason::protocol_error);
+  }
+  CoreDriver d;
+  d.core.start();
+  d.open();
+  d.send(wire::Error{wire::ErrorReason::token_invalid, 0, {}, "expired"});
+  d.send(wire::Goodbye{wire::GoodbyeReason::token_refused, "go away"});
+  const std::vector<Event> events = d.core.take_events();
+  ASSERT_EQ(events.size(), 2u);
+  EXPECT_EQ(std::get<wire::Error>(events[0]).reason, wire::ErrorReason::token_invalid);
+  EXPECT_EQ(std::get<Disconnected>(events[1]).reason, wire::GoodbyeReason::token_refused);
+}
+
+TEST(LinkCore, a_server_that_breaks_the_protocol_is_left_for_good) {
+  std::vector<std::uint8_t> garbage{64, 0, 0, 0};
+  garbage.resize(68, 0x40);
+  CoreDriver sender;
+  for (const std::vector<std::uint8_t>& bytes :
+       {std::vector<std::uint8_t>{0xff, 0xff, 0xff, 0xff}, garbage, sender.packet(wire::Welcome{}),
+        sender.packet(wire::SetLevel{1, LevelIndex::low})}) {
+    CoreDriver d;
+    d.connect();
+    d.core.on_bytes(bytes, d.now_ns);
+    EXPECT_EQ(d.event<Disconnected>()->reason, wire::GoodbyeReason::protocol_error);
+    EXPECT_TRUE(d.core.wants_close());
+  }
+}
+
+TEST(LinkCore, a_message_transport_gives_one_packet_a_message) {
+  CoreDriver d;
+  d.core.start();
+  d.open();
+  d.core.on_packet(d.packet(welcome_to(1)), d.now_ns);
+  EXPECT_TRUE(d.core.active());
+  std::vector<std::uint8_t> two = d.packet(wire::MemberLeft{1});
+  const std::vector<std::uint8_t> second = two;
+  two.insert(two.end(), second.begin(), second.end());
+  d.core.on_packet(two, d.now_ns);
+  EXPECT_EQ(d.event<Disconnected>()->reason, wire::GoodbyeReason::protocol_error);
+}
+
+TEST(LinkCore, leaving_says_goodbye_and_waits_a_moment_for_it_to_be_taken) {
+  CoreDriver d;
+  d.connect();
+  d.core.push_poses(pose_of(1));
+  d.core.leave(d.now_ns);
+  EXPECT_FALSE(d.core.wants_half_close());
+  d.expect<wire::PoseBatch>();
+  EXPECT_EQ(d.expect<wire::Goodbye>().reason, wire::GoodbyeReason::client_leaves);
+  EXPECT_TRUE(d.core.wants_half_close());
+  EXPECT_FALSE(d.core.ended());
+  d.core.on_closed("the server closed", d.now_ns);
+  EXPECT_EQ(d.event<Disconnected>()->reason, wire::GoodbyeReason::client_leaves);
+
+  CoreDriver stuck;
+  stuck.connect();
+  stuck.core.leave(stuck.now_ns);
+  stuck.pass(400 * kMs);
+  EXPECT_TRUE(stuck.core.ended());
+  EXPECT_TRUE(stuck.core.wants_close());
+}
+
+TEST(LinkCore, leaving_before_there_is_a_session_ends_at_once) {
+  CoreDriver d;
+  d.core.start();
+  d.open();
+  d.core.leave(d.now_ns);
+  EXPECT_TRUE(d.core.ended());
+  EXPECT_FALSE(d.take());
+}
+
+TEST(LinkCore, a_sign_of_life_goes_out_when_there_is_nothing_else) {
+  CoreDriver d;
+  d.connect();
+  d.pass(14'999 * kMs);
+  EXPECT_FALSE(d.take());
+  d.pass_to_deadline();
+  EXPECT_TRUE(d.expect<wire::PoseBatch>().poses.empty());
+  const std::int64_t before = d.now_ns;
+  d.pass_to_deadline();
+  EXPECT_EQ(d.now_ns - before, 15'000 * kMs);
+}
+
+TEST(LinkCore, deadlines_move_on_though_nobody_takes_what_there_is_to_send) {
+  CoreDriver d;
+  d.connect();
+  for (int i = 0; i < 100; ++i) {
+    d.core.poll(d.now_ns = d.core.next_deadline_ns());
+    EXPECT_GT(d.core.next_deadline_ns(), d.now_ns);
+  }
+  EXPECT_EQ(d.take_all().size(), 1u);
+}
+
+TEST(LinkCore, server_times_map_to_the_cores_clock) {
+  CoreDriver d;
+  d.connect();
+  EXPECT_EQ(d.core.to_local_ns(kServerClock_ns + d.now_ns), d.now_ns);
+}
+
+TEST(LinkCore, grooms_of_others_come_in_pieces_and_are_checked) {
+  const std::vector<std::uint8_t> bytes = *some_bytes(1000);
+  const wire::GroomHash hash = wire::hash_groom(bytes);
+  const auto piece = [&](std::size_t begin, std::size_t end) {
+    return wire::GroomData{
+        hash,
+        bytes.size(),
+        begin,
+        {bytes.begin() + static_cast<std::ptrdiff_t>(begin), bytes.begin() + static_cast<std::ptrdiff_t>(end)}};
+  };
+  CoreDriver d;
+  d.connect();
+  d.core.request_groom(hash);
+  d.core.request_groom(hash);
+  EXPECT_EQ(d.expect<wire::GroomRequest>().offset, 0u);
+  EXPECT_FALSE(d.take());
+  d.send(piece(0, 300));
+  EXPECT_FALSE(d.event<GroomFetched>());
+  d.send(piece(300, 1000));
+  const std::optional<GroomFetched> fetched = d.event<GroomFetched>();
+  ASSERT_TRUE(fetched && fetched->bytes);
+  EXPECT_EQ(*fetched->bytes, bytes);
+
+  d.core.request_groom(hash);
+  d.send(piece(1, 300));  // a piece is missing
+  EXPECT_FALSE(d.event<GroomFetched>()->fault.empty());
+  d.core.request_groom(hash);
+  wire::GroomData wrong = piece(0, 1000);
+  wrong.bytes[10] ^= 1;
+  d.send(wrong);
+  EXPECT_THAT(d.event<GroomFetched>()->fault, HasSubstr("hash"));
+  d.send(piece(0, 1000));  // not asked for
+  EXPECT_FALSE(d.event<GroomFetched>());
+}
+
+TEST(LinkCore, a_groom_that_is_not_to_be_had_can_be_asked_for_again) {
+  CoreDriver d;
+  d.connect();
+  d.core.offer_groom(hash_of(3), some_bytes(10));
+  d.core.request_groom(hash_of(3));
+  d.take_all();
+  d.send(wire::Error{wire::ErrorReason::groom_unavailable, 0, hash_of(3), ""});
+  EXPECT_TRUE(d.event<wire::Error>());
+  d.core.request_groom(hash_of(3));
+  d.expect<wire::GroomRequest>();
+  d.send(wire::GroomNeed{hash_of(3), 4});  // one's own upload of it goes on
+  EXPECT_EQ(d.expect<wire::GroomChunk>().bytes.size(), 6u);
+}
+
+TEST(LinkCore, importance_is_said_a_few_times_a_second_and_only_when_it_changes) {
+  CoreDriver d;
+  d.connect();
+  std::vector<wire::MemberImportance> seen{{1, 0.5f, true}, {2, 0.25f, false}};
+  const auto report = [&] {
+    d.core.report_importance(seen);
+    d.core.poll(d.now_ns);
+  };
+  report();
+  EXPECT_EQ(d.expect<wire::ReportImportance>().members.size(), 2u);
+  report();
+  d.pass(1000 * kMs);
+  EXPECT_FALSE(d.take());
+  seen[0].screen_height = 0.52f;  // not worth a word
+  seen[1].in_view = true;
+  report();
+  const auto said = d.expect<wire::ReportImportance>();
+  ASSERT_EQ(said.members.size(), 1u);
+  EXPECT_EQ(said.members[0].member, 2u);
+  EXPECT_TRUE(said.members[0].in_view);
+  std::size_t count = 0;
+  for (int ms = 0; ms < 1000; ms += 10) {
+    d.pass(10 * kMs);
+    seen[0].screen_height = 0.1f + 0.001f * static_cast<float>(ms);
+    report();
+    count += d.take_all().size();
+  }
+  EXPECT_GE(count, 2u);
+  EXPECT_LE(count, 4u);
+}
+
+}  // namespace
+}  // namespace hairnet::link

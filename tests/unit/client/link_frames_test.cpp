@@ -1,0 +1,289 @@
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "tests/unit/client/core_driver.hpp"
+
+namespace hairnet::link {
+namespace {
+
+constexpr std::uint32_t kOwnMember = 31, kOther = 40;
+constexpr std::uint32_t kOwnCharacter = 7;
+
+LevelGeometry small_grid() {
+  LevelGeometry geometry;
+  geometry.lattice.dims = {3, 3, 3};
+  for (std::uint32_t node = 0; node < 27; ++node) geometry.active_nodes.push_back(node);
+  geometry.trimmed_begin = {0};
+  return geometry;
+}
+
+// What a character looks like at a tick: something smooth, of which every integer changes.
+codec::Integers moving(std::uint64_t tick, std::uint32_t member, bool velocities = false) {
+  codec::Integers integers;
+  const double t = 0.1 * static_cast<double>(tick) + member;
+  codec::quantise_pose(rigid_pose({Quat(Eigen::AngleAxisd(t, Vec3::UnitY())), Vec3(t, 1, 2)}), nullptr, integers);
+  for (int i = 0; i < 81; ++i) {
+    integers.nodes.push_back(static_cast<std::int16_t>(std::lround(100 * std::sin(t + i))));
+    if (velocities) integers.velocities.push_back(static_cast<std::int16_t>(std::lround(9 * std::cos(t + i))));
+  }
+  return integers;
+}
+
+class Receiving : public ::testing::Test {
+ protected:
+  explicit Receiving(CoreOptions options = {}) : d(std::move(options)) { settle(5); }
+  void settle(std::uint64_t session) {
+    d.connect(welcome_to(session));
+    d.core.add_character(kOwnCharacter, hash_of(1), LevelIndex::low);
+    tell_members();
+    d.take_all();
+    d.core.take_events();
+  }
+  void tell_members() {
+    d.send(wire::CharacterAdded{kOwnCharacter, hash_of(1), LevelIndex::low, kOwnMember});
+    d.send(wire::MemberJoined{kOther, 9, 1, hash_of(2)});
+    for (const std::uint8_t groom : {std::uint8_t{1}, std::uint8_t{2}})
+      d.send(wire::LevelRecord{hash_of(groom), LevelIndex::low, small_grid()});
+  }
+  struct Coded {
+    int order = 0;
+    int stride = 1;
+    bool discontinuous = false, velocities = false;
+    bool damaged = false;
+  };
+  void send_frame(std::uint64_t tick, std::uint32_t member, Coded coded) {
+    std::vector<codec::Integers> past;
+    std::vector<const codec::Integers*> history;
+    for (int k = 1; k <= coded.order; ++k)
+      past.push_back(moving(tick - static_cast<std::uint64_t>(k * coded.stride), member, coded.velocities));
+    for (const codec::Integers& p : past) history.push_back(&p);
+    const codec::Neighbours neighbours(small_grid());
+    std::vector<std::uint8_t> content;
+    codec::encode_frame(moving(tick, member, coded.velocities), history, &neighbours, content);
+    if (coded.damaged) content.resize(content.size() / 2);
+    wire::FrameBatch batch;
+    batch.tick = tick;
+    batch.sample_time_ns = static_cast<std::int64_t>(tick) * 33 * kMs;
+    wire::Frame frame;
+    frame.member = member;
+    frame.level = LevelIndex::low;
+    frame.discontinuous = coded.discontinuous;
+    frame.velocities = coded.velocities;
+    frame.order = static_cast<std::uint8_t>(coded.order);
+    frame.stride = static_cast<std::uint8_t>(coded.stride);
+    frame.step_stride = 2;
+    frame.content = content;
+    batch.frames.push_back(frame);
+    d.send(batch);
+  }
+  std::optional<Frame> received() {
+    std::optional<FrameBatch> batch = d.event<FrameBatch>();
+    if (!batch) return std::nullopt;
+    EXPECT_EQ(batch->frames.size(), 1u);
+    return batch->frames.at(0);
+  }
+  CoreDriver d;
+};
+
+TEST_F(Receiving, frames_come_back_as_they_were_whatever_they_refer_to) {
+  for (const int stride : {1, 2, 4}) {
+    const std::uint64_t first = static_cast<std::uint64_t>(1000 * stride);
+    for (int i = 0; i < 6; ++i) {
+      const std::uint64_t tick = first + static_cast<std::uint64_t>(i * stride);
+      send_frame(tick, kOther, {std::min(i, 3), stride});
+      const std::optional<Frame> frame = received();
+      ASSERT_TRUE(frame);
+      EXPECT_EQ(frame->member, kOther);
+      EXPECT_EQ(frame->character, 0u);
+      EXPECT_EQ(frame->level, LevelIndex::low);
+      EXPECT_EQ(frame->displacements, moving(tick, kOther).nodes);
+      EXPECT_TRUE(frame->velocities.empty());
+      EXPECT_FLOAT_EQ(frame->step_s, 2.0f / 30);
+      EXPECT_NEAR(frame->pose.head().position.x(), 0.1 * static_cast<double>(tick) + kOther, 1e-4);
+      ASSERT_TRUE(frame->geometry);
+      EXPECT_EQ(frame->geometry->active_nodes.size(), 27u);
+    }
+  }
+  EXPECT_EQ(d.core.counters().frames_undecodable, 0u);
+  EXPECT_EQ(d.core.counters().frames_received, 18u);
+}
+
+TEST_F(Receiving, ones_own_frames_carry_ones_own_number) {
+  send_frame(10, kOwnMember, {});
+  const std::optional<Frame> frame = received();
+  ASSERT_TRUE(frame);
+  EXPECT_EQ(frame->character, kOwnCharacter);
+  EXPECT_EQ(frame->member, kOwnMember);
+}
+
+TEST_F(Receiving, velocities_come_along) {
+  send_frame(10, kOther, {0, 1, false, true});
+  send_frame(11, kOther, {1, 1, false, true});
+  const std::vector<FrameBatch> batches = d.events<FrameBatch>();
+  ASSERT_EQ(batches.size(), 2u);
+  EXPECT_EQ(batches[1].frames[0].velocities, moving(11, kOther, true).velocities);
+}
+
+TEST_F(Receiving, a_frame_that_refers_to_one_that_never_came_is_counted_and_a_keyframe_asked_for_once) {
+  send_frame(10, kOther, {});
+  send_frame(12, kOther, {1, 1});  // 11 is missing
+  EXPECT_EQ(d.core.counters().frames_undecodable, 1u);
+  EXPECT_THAT(d.expect<wire::RequestKeyframes>().members, ::testing::ElementsAre(kOther));
+  send_frame(13, kOther, {1, 1});
+  EXPECT_FALSE(d.take());
+  d.pass(500 * kMs);
+  send_frame(14, kOther, {1, 1});  // the answer must have been lost
+  d.expect<wire::RequestKeyframes>();
+  EXPECT_EQ(d.events<FrameBatch>().size(), 1u);
+  send_frame(15, kOther, {});
+  send_frame(16, kOther, {1, 1});
+  EXPECT_EQ(d.events<FrameBatch>().size(), 2u);
+  EXPECT_EQ(d.core.counters().frames_undecodable, 3u);
+  send_frame(18, kOther, {1, 1});
+  d.expect<wire::RequestKeyframes>();  // another fault, another request
+  EXPECT_TRUE(d.core.active());
+}
+
+TEST_F(Receiving, the_stride_must_be_that_of_the_frames_before) {
+  for (const std::uint64_t tick : {10u, 12u, 14u}) send_frame(tick, kOther, {});
+  send_frame(15, kOther, {1, 1});
+  send_frame(16, kOther, {2, 2});  // 14 and 12
+  EXPECT_EQ(d.core.counters().frames_undecodable, 1u);
+  EXPECT_EQ(d.events<FrameBatch>().size(), 4u);
+}
+
+TEST_F(Receiving, damaged_content_is_no_reason_to_leave) {
+  send_frame(10, kOther, {0, 1, false, false, true});
+  EXPECT_EQ(d.core.counters().frames_undecodable, 1u);
+  EXPECT_TRUE(d.core.active());
+  d.expect<wire::RequestKeyframes>();
+}
+
+TEST_F(Receiving, a_jump_that_could_not_be_decoded_parts_the_frames_around_it) {
+  send_frame(10, kOther, {});
+  send_frame(11, kOther, {0, 1, true, false, true});
+  send_frame(12, kOther, {});
+  send_frame(13, kOther, {});
+  const std::vector<FrameBatch> batches = d.events<FrameBatch>();
+  ASSERT_EQ(batches.size(), 3u);
+  EXPECT_FALSE(batches[0].frames[0].discontinuous);
+  EXPECT_TRUE(batches[1].frames[0].discontinuous);
+  EXPECT_FALSE(batches[2].frames[0].discontinuous);
+}
+
+TEST_F(Receiving, frames_of_nobody_and_of_the_past_are_counted) {
+  send_frame(10, 99, {});
+  send_frame(10, kOther, {});
+  send_frame(10, kOther, {});
+  send_frame(9, kOther, {});
+  d.send(wire::MemberLeft{kOther});
+  send_frame(11, kOther, {});
+  EXPECT_EQ(d.core.counters().frames_unknown, 4u);
+  EXPECT_EQ(d.events<FrameBatch>().size(), 1u);
+  EXPECT_FALSE(d.take());
+}
+
+TEST_F(Receiving, a_level_without_its_record_cannot_be_decoded) {
+  d.send(wire::MemberJoined{41, 9, 2, hash_of(3)});
+  send_frame(10, 41, {});
+  EXPECT_EQ(d.core.counters().frames_undecodable, 1u);
+  d.send(wire::LevelRecord{hash_of(3), LevelIndex::low, small_grid()});
+  send_frame(11, 41, {});
+  EXPECT_EQ(d.core.counters().frames_undecodable, 1u);
+}
+
+TEST_F(Receiving, after_a_resume_the_first_frame_must_stand_alone) {
+  send_frame(10, kOther, {});
+  d.core.on_closed("the cable", d.now_ns);
+  d.open();
+  d.expect<wire::Hello>();
+  d.send(welcome_to(5, true));
+  tell_members();
+  d.core.take_events();
+  send_frame(11, kOther, {1, 1});
+  EXPECT_EQ(d.core.counters().frames_undecodable, 1u);
+  send_frame(12, kOther, {});
+  EXPECT_EQ(d.events<FrameBatch>().size(), 1u);
+}
+
+TEST_F(Receiving, hair_goes_on_from_its_last_lattice_on_a_server_that_forgot) {
+  send_frame(10, kOwnMember, {0, 1, false, true});
+  send_frame(11, kOwnMember, {1, 1, false, true});
+  d.core.on_closed("the cable", d.now_ns);
+  d.open();
+  d.expect<wire::Hello>();
+  d.send(welcome_to(6));
+  const auto added = d.expect<wire::AddCharacter>();
+  ASSERT_TRUE(added.state);
+  EXPECT_EQ(added.state->level, LevelIndex::low);
+  EXPECT_FLOAT_EQ(added.state->step_m, 0.5e-3f);
+  EXPECT_EQ(added.state->displacements, moving(11, kOwnMember).nodes);
+  EXPECT_EQ(added.state->velocities, moving(11, kOwnMember, true).velocities);
+}
+
+class CountingSink : public FrameSink {
+ public:
+  void on_frame(const ReceivedFrame& frame) override {
+    ++frames;
+    decoded += frame.integers != nullptr;
+    bytes += frame.frame.content.size();
+    undecodable += frame.undecodable;
+    if (!frame.integers) return;
+    EXPECT_EQ(frame.integers->nodes, moving(frame.tick, frame.frame.member).nodes);
+  }
+  std::size_t frames = 0, decoded = 0, bytes = 0, undecodable = 0;
+};
+
+TEST_F(Receiving, a_sink_takes_frames_in_place_of_events) {
+  CountingSink sink;
+  d.core.set_frame_sink(&sink);
+  send_frame(10, kOther, {});
+  send_frame(12, kOther, {1, 1});
+  EXPECT_EQ(sink.frames, 2u);
+  EXPECT_EQ(sink.decoded, 1u);
+  EXPECT_EQ(sink.undecodable, 1u);
+  EXPECT_GT(sink.bytes, 50u);
+  EXPECT_TRUE(d.core.take_events().empty());
+}
+
+TEST(LinkCoreShare, only_a_share_of_the_members_is_decoded_and_all_are_counted) {
+  CoreOptions options;
+  options.decode_share = 0.25;
+  CoreDriver d(options);
+  d.connect();
+  CountingSink sink;
+  d.core.set_frame_sink(&sink);
+  const codec::Neighbours neighbours(small_grid());
+  d.send(wire::LevelRecord{hash_of(2), LevelIndex::low, small_grid()});
+  wire::FrameBatch batch;
+  batch.tick = 10;
+  std::vector<std::vector<std::uint8_t>> contents(1000);
+  for (std::uint32_t member = 1; member <= 1000; ++member) {
+    d.send(wire::MemberJoined{member, 9, member, hash_of(2)});
+    codec::encode_frame(moving(10, member), {}, &neighbours, contents[member - 1]);
+    wire::Frame frame;
+    frame.member = member;
+    frame.level = LevelIndex::low;
+    frame.content = contents[member - 1];
+    batch.frames.push_back(frame);
+  }
+  d.send(batch);
+  EXPECT_EQ(sink.frames, 1000u);
+  EXPECT_NEAR(static_cast<double>(sink.decoded), 250, 25);
+  EXPECT_EQ(sink.undecodable, 0u);
+  EXPECT_EQ(d.core.counters().frames_received, 1000u);
+}
+
+TEST(LevelCatalog, cores_that_are_told_the_same_share_one_record) {
+  LevelCatalog catalog;
+  const auto a = catalog.keep({hash_of(1), LevelIndex::low, small_grid()});
+  const auto b = catalog.keep({hash_of(1), LevelIndex::low, small_grid()});
+  EXPECT_EQ(a, b);
+  LevelGeometry other = small_grid();
+  other.lattice.spacing *= 2;
+  EXPECT_NE(catalog.keep({hash_of(1), LevelIndex::low, other}), a);
+}
+
+}  // namespace
+}  // namespace hairnet::link

@@ -1,0 +1,357 @@
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <set>
+
+#include "tests/unit/client/core_driver.hpp"
+
+namespace hairnet::link {
+namespace {
+
+Roster::Bytes ten_bytes() {
+  return std::make_shared<const std::vector<std::uint8_t>>(10);
+}
+
+// A client with one groom and one character, both confirmed, at low level.
+class Settled : public ::testing::Test {
+ protected:
+  explicit Settled(CoreOptions options = {}) : d(std::move(options)) {
+    d.connect(welcome_to(5));
+    d.core.offer_groom(hash_of(1), ten_bytes());
+    d.core.add_character(7, hash_of(1), LevelIndex::low);
+    d.take_all();
+    d.send(wire::GroomStatus{hash_of(1), wire::GroomState::ready});
+    d.send(wire::CharacterAdded{7, hash_of(1), LevelIndex::low, 31});
+    d.core.take_events();
+  }
+  void break_off() { d.core.on_closed("the cable", d.now_ns); }
+  void come_back(const wire::Welcome& welcome) {
+    d.open();
+    hello = d.expect<wire::Hello>();
+    d.send(welcome);
+  }
+
+  CoreDriver d;
+  wire::Hello hello;
+};
+
+TEST(Backoff, waits_are_spread_over_a_bound_that_doubles) {
+  std::int64_t bound_ns = Backoff::kBoundLeast_ns;
+  std::vector<double> shares;
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    Backoff backoff(seed);
+    bound_ns = Backoff::kBoundLeast_ns;
+    for (int i = 0; i < 10; ++i) {
+      const std::int64_t wait_ns = backoff.next_ns();
+      EXPECT_GE(wait_ns, 0);
+      EXPECT_LE(wait_ns, bound_ns);
+      shares.push_back(static_cast<double>(wait_ns) / static_cast<double>(bound_ns));
+      bound_ns = std::min(2 * bound_ns, Backoff::kBoundMost_ns);
+    }
+  }
+  EXPECT_EQ(bound_ns, Backoff::kBoundMost_ns);
+  double mean = 0;
+  for (const double share : shares) mean += share / static_cast<double>(shares.size());
+  EXPECT_NEAR(mean, 0.5, 0.05);
+  EXPECT_LT(*std::min_element(shares.begin(), shares.end()), 0.02);
+  EXPECT_GT(*std::max_element(shares.begin(), shares.end()), 0.98);
+}
+
+TEST(Backoff, the_same_seed_waits_the_same) {
+  Backoff a(9), b(9), c(10);
+  bool differs = false;
+  for (int i = 0; i < 10; ++i) {
+    const std::int64_t wait_ns = a.next_ns();
+    EXPECT_EQ(wait_ns, b.next_ns());
+    differs |= wait_ns != c.next_ns();
+  }
+  EXPECT_TRUE(differs);
+}
+
+TEST_F(Settled, a_broken_connection_is_made_anew_after_the_wait_it_tells) {
+  break_off();
+  const std::optional<Reconnecting> lost = d.event<Reconnecting>();
+  ASSERT_TRUE(lost);
+  EXPECT_EQ(lost->detail, "the cable");
+  EXPECT_LE(lost->wait_s, 0.1);
+  EXPECT_FALSE(d.core.wants_connection());
+  const std::int64_t before = d.now_ns;
+  d.pass_to_deadline();
+  EXPECT_NEAR(1e-9 * static_cast<double>(d.now_ns - before), lost->wait_s, 1e-8);
+  EXPECT_TRUE(d.core.wants_connection());
+}
+
+TEST_F(Settled, hello_names_the_session_and_its_secret) {
+  break_off();
+  come_back(welcome_to(5, true));
+  EXPECT_EQ(hello.session, 5u);
+  EXPECT_EQ(hello.secret, welcome_to(5).secret);
+  const std::optional<Connected> connected = d.event<Connected>();
+  ASSERT_TRUE(connected);
+  EXPECT_TRUE(connected->again);
+  EXPECT_TRUE(connected->welcome.resumed);
+  EXPECT_EQ(d.core.counters().resumes, 1u);
+}
+
+TEST_F(Settled, after_a_resume_only_what_the_server_may_have_missed_is_said_again) {
+  d.core.offer_groom(hash_of(2), ten_bytes());
+  d.core.add_character(8, hash_of(2), LevelIndex::high);
+  d.core.set_level(7, LevelIndex::ether);
+  break_off();
+  come_back(welcome_to(5, true));
+  EXPECT_EQ(d.expect<wire::GroomOffer>().hash, hash_of(2));
+  const auto level = d.expect<wire::SetLevel>();
+  EXPECT_EQ(level.character, 7u);
+  EXPECT_EQ(level.level, LevelIndex::ether);
+  EXPECT_EQ(d.expect<wire::AddCharacter>().character, 8u);
+  EXPECT_FALSE(d.take());
+  d.send(wire::Error{wire::ErrorReason::character_exists, 8, {}, ""});  // it had arrived before
+  d.send(wire::CharacterAdded{7, hash_of(1), LevelIndex::low, 31});     // told anew
+  EXPECT_TRUE(d.core.take_events().size() == 2u);                       // Reconnecting, Connected
+  d.send(wire::Error{wire::ErrorReason::character_exists, 8, {}, ""});  // this one is the caller's
+  EXPECT_TRUE(d.event<wire::Error>());
+}
+
+TEST_F(Settled, a_removal_that_was_not_confirmed_is_said_again_and_may_have_arrived) {
+  d.core.remove_character(7);
+  break_off();
+  come_back(welcome_to(5, true));
+  EXPECT_EQ(d.expect<wire::RemoveCharacter>().character, 7u);
+  EXPECT_FALSE(d.take());
+  d.core.take_events();
+  d.send(wire::Error{wire::ErrorReason::character_unknown, 7, {}, ""});
+  EXPECT_TRUE(d.core.take_events().empty());
+}
+
+TEST_F(Settled, a_server_that_forgot_is_told_everything) {
+  d.core.set_material(7, {});
+  d.core.set_wind({});
+  wire::Observe observe;
+  observe.mode = wire::ObserveMode::nearest;
+  observe.count = 3;
+  d.core.observe(observe);
+  break_off();
+  come_back(welcome_to(6));
+  EXPECT_EQ(d.expect<wire::GroomOffer>().hash, hash_of(1));
+  const auto added = d.expect<wire::AddCharacter>();
+  EXPECT_EQ(added.character, 7u);
+  EXPECT_EQ(added.level, LevelIndex::low);
+  EXPECT_EQ(d.expect<wire::SetMaterial>().character, 7u);
+  d.expect<wire::SetWind>();
+  EXPECT_EQ(d.expect<wire::Observe>().count, 3u);
+  EXPECT_FALSE(d.take());
+  d.send(wire::GroomNeed{hash_of(1), 0});
+  EXPECT_EQ(d.expect<wire::GroomChunk>().bytes.size(), 10u);
+  break_off();
+  come_back(welcome_to(6, true));
+  EXPECT_EQ(hello.session, 6u);
+}
+
+TEST_F(Settled, a_refused_groom_is_not_offered_again) {
+  d.send(wire::GroomStatus{hash_of(1), wire::GroomState::refused});
+  break_off();
+  come_back(welcome_to(6));
+  d.expect<wire::AddCharacter>();
+  EXPECT_FALSE(d.take());
+}
+
+TEST_F(Settled, a_draining_server_is_come_back_to) {
+  d.send(wire::Goodbye{wire::GoodbyeReason::server_draining, "later"});
+  EXPECT_EQ(d.event<Reconnecting>()->reason, wire::GoodbyeReason::server_draining);
+  EXPECT_TRUE(d.core.wants_close());
+  EXPECT_FALSE(d.core.wants_connection());
+  d.pass(200 * kMs);
+  EXPECT_FALSE(d.core.wants_connection());  // the old one is still there
+  d.close_as_wanted();
+  EXPECT_TRUE(d.core.wants_connection());
+}
+
+TEST_F(Settled, refusals_that_would_be_repeated_end_it) {
+  for (const wire::GoodbyeReason reason :
+       {wire::GoodbyeReason::version_unsupported, wire::GoodbyeReason::token_refused,
+        wire::GoodbyeReason::session_taken_over, wire::GoodbyeReason::protocol_error}) {
+    CoreDriver c;
+    c.connect();
+    c.core.on_closed("the cable", c.now_ns);
+    c.open();
+    c.send(wire::Goodbye{reason, ""});
+    EXPECT_TRUE(c.core.ended());
+    EXPECT_EQ(c.event<Disconnected>()->reason, reason);
+  }
+}
+
+TEST_F(Settled, waits_grow_while_nothing_works_and_are_short_again_after_a_good_while) {
+  const auto longest_of = [&](int attempts) {
+    double longest_s = 0;
+    for (int i = 0; i < attempts; ++i) {
+      for (int k = 0; k < 10 && !d.core.wants_connection(); ++k) d.pass_to_deadline();
+      d.core.on_opening(d.now_ns);
+      d.core.on_closed("refused", d.now_ns);
+      longest_s = std::max(longest_s, d.event<Reconnecting>()->wait_s);
+    }
+    return longest_s;
+  };
+  break_off();
+  const double longest_s = longest_of(40);
+  EXPECT_GT(longest_s, 4);
+  EXPECT_LE(longest_s, 5);
+  come_back(welcome_to(6));
+  d.pass(100 * kMs);
+  d.core.take_events();
+  break_off();  // a welcome alone is no sign of health
+  for (int i = 0; i < 5; ++i) (void)longest_of(1);
+  EXPECT_GT(longest_of(30), 4);
+  come_back(welcome_to(7));
+  d.pass(6000 * kMs);
+  d.core.take_events();
+  break_off();
+  EXPECT_LE(d.event<Reconnecting>()->wait_s, 0.1);
+}
+
+class Impatient : public Settled {
+ protected:
+  static CoreOptions options() {
+    CoreOptions options;
+    options.give_up_after_s = 30;
+    return options;
+  }
+  Impatient() : Settled(options()) {}
+};
+
+TEST_F(Impatient, gives_up_after_the_time_asked_for) {
+  break_off();
+  const std::int64_t lost_ns = d.now_ns;
+  while (!d.core.ended()) {
+    d.pass_to_deadline();
+    ASSERT_LE(d.now_ns - lost_ns, 30'000 * kMs);
+    if (!d.core.wants_connection()) continue;
+    d.core.on_opening(d.now_ns);
+    d.core.on_closed("refused", d.now_ns);
+  }
+  EXPECT_EQ(d.now_ns - lost_ns, 30'000 * kMs);
+  EXPECT_TRUE(d.event<Disconnected>());
+}
+
+TEST_F(Impatient, an_outage_that_ends_in_time_does_not_count_for_the_next) {
+  for (int i = 0; i < 5; ++i) {
+    break_off();
+    come_back(welcome_to(5, true));
+    d.pass(20'000 * kMs);
+    ASSERT_TRUE(d.core.active());
+  }
+}
+
+TEST(LinkCoreWithoutReconnect, a_broken_connection_is_the_end) {
+  CoreOptions options;
+  options.reconnect = false;
+  CoreDriver d(options);
+  d.connect();
+  d.core.on_closed("the cable", d.now_ns);
+  EXPECT_EQ(d.event<Disconnected>()->detail, "the cable");
+}
+
+TEST_F(Settled, a_teleport_that_was_lost_passes_to_the_next_pose_sent) {
+  wire::PoseSample pose;
+  pose.character = 7;
+  pose.teleport = true;
+  d.core.push_poses({pose});  // waits
+  break_off();
+  pose.teleport = false;
+  d.core.push_poses({pose});  // nowhere to go
+  EXPECT_EQ(d.core.counters().poses_dropped, 2u);
+  come_back(welcome_to(5, true));
+  d.take_all();
+  d.core.push_poses({pose});
+  EXPECT_TRUE(d.expect<wire::PoseBatch>().poses[0].teleport);
+  d.core.push_poses({pose});
+  EXPECT_FALSE(d.expect<wire::PoseBatch>().poses[0].teleport);
+}
+
+TEST_F(Settled, another_servers_clock_begins_anew) {
+  break_off();
+  d.open();
+  d.expect<wire::Hello>();
+  constexpr std::int64_t kOther_ns = 42;
+  d.core.on_bytes(wire::encode_packet({kOther_ns, welcome_to(6)}), d.now_ns);
+  EXPECT_EQ(d.core.to_local_ns(kOther_ns), d.now_ns);
+}
+
+TEST_F(Settled, members_told_again_are_no_news_and_those_not_told_again_have_left) {
+  for (const std::uint32_t member : {40u, 41u, 42u}) d.send(wire::MemberJoined{member, 9, member, hash_of(3)});
+  EXPECT_EQ(d.events<wire::MemberJoined>().size(), 3u);
+  break_off();
+  come_back(welcome_to(5, true));
+  d.core.take_events();
+  d.send(wire::MemberJoined{40, 9, 40, hash_of(3)});
+  d.send(wire::MemberJoined{41, 9, 41, hash_of(4)});  // of another groom: another character
+  d.send(wire::MemberJoined{43, 9, 43, hash_of(3)});
+  EXPECT_EQ(d.events<wire::MemberJoined>().size(), 2u);
+  d.pass(1000 * kMs);
+  const std::vector<wire::MemberLeft> left = d.events<wire::MemberLeft>();
+  ASSERT_EQ(left.size(), 1u);
+  EXPECT_EQ(left[0].member, 42u);
+}
+
+TEST_F(Settled, a_new_session_begins_with_nobody) {
+  d.send(wire::MemberJoined{40, 9, 1, hash_of(3)});
+  break_off();
+  come_back(welcome_to(6));
+  EXPECT_EQ(d.event<wire::MemberLeft>()->member, 40u);
+}
+
+TEST_F(Settled, a_groom_on_its_way_goes_on_where_it_broke_off) {
+  d.core.request_groom(hash_of(8));
+  d.take_all();
+  d.send(wire::GroomData{hash_of(8), 100, 0, std::vector<std::uint8_t>(60)});
+  break_off();
+  come_back(welcome_to(5, true));
+  d.expect<wire::SetLevel>();
+  EXPECT_EQ(d.expect<wire::GroomRequest>().offset, 60u);
+}
+
+// What a network simulator does: the connection breaks after any byte, and the client ends where it would have.
+TEST(LinkCoreUnderLoss, a_break_at_any_byte_is_survived) {
+  const auto script = [](const CoreDriver& d, bool resumed) {
+    std::vector<std::uint8_t> stream;
+    for (const wire::Message& message :
+         {wire::Message(welcome_to(5, resumed)), wire::Message(wire::GroomNeed{hash_of(1), 0}),
+          wire::Message(wire::CharacterAdded{7, hash_of(1), LevelIndex::rigid, 31}),
+          wire::Message(wire::MemberJoined{40, 9, 1, hash_of(3)}),
+          wire::Message(wire::GroomStatus{hash_of(1), wire::GroomState::ready})}) {
+      const std::vector<std::uint8_t> packet = d.packet(message);
+      stream.insert(stream.end(), packet.begin(), packet.end());
+    }
+    return stream;
+  };
+  const std::size_t length = script(CoreDriver(), false).size();
+  const std::size_t welcome_bytes = CoreDriver().packet(welcome_to(5)).size();
+  for (std::size_t cut = welcome_bytes; cut < length; ++cut) {
+    for (const bool resumed : {false, true}) {
+      CoreDriver d;
+      d.core.offer_groom(hash_of(1), ten_bytes());
+      d.core.add_character(7, hash_of(1), LevelIndex::high);
+      d.core.start();
+      d.open();
+      const std::vector<std::uint8_t> first = script(d, false);
+      d.core.on_bytes({first.data(), cut}, d.now_ns);
+      d.core.on_closed("the cable", d.now_ns);
+      d.open();
+      d.core.on_bytes(script(d, resumed), d.now_ns);
+      ASSERT_TRUE(d.core.active());
+      std::set<std::uint32_t> members;
+      for (const Event& event : d.core.take_events()) {
+        if (const auto* joined = std::get_if<wire::MemberJoined>(&event)) {
+          EXPECT_TRUE(members.insert(joined->member).second);
+        }
+        if (const auto* left = std::get_if<wire::MemberLeft>(&event)) {
+          EXPECT_EQ(members.erase(left->member), 1u);
+        }
+      }
+      EXPECT_EQ(members, std::set<std::uint32_t>{40});
+      EXPECT_EQ(d.core.counters().reconnects, 1u);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace hairnet::link
