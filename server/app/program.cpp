@@ -6,6 +6,7 @@
 
 #include <atomic>
 #include <cstdio>
+#include <ctime>
 #include <memory>
 #include <optional>
 
@@ -136,6 +137,7 @@ int run_program(const Config& config) {
   auto created = Server::create(config, metrics, monotonic_now_ns(), monotonic_now_ns);
   if (!created) return refuse(created.error());
   Server& server = **created;
+  metrics.program.start_time_seconds.set(static_cast<double>(std::time(nullptr)));
   Health health;
   ServerPages pages(metrics, [&health, &metrics] {
     Health now = health;
