@@ -6,7 +6,7 @@ namespace hairnet::codec {
 
 void put_long_node(BitWriter& writer, const Folded& z, unsigned k) {
   for (const std::uint16_t integer : z) {
-    const unsigned zeros = integer >> k;
+    const unsigned zeros = static_cast<unsigned>(integer) >> k;
     if (zeros < kZerosMax) {
       writer.put(std::uint64_t{1} << zeros, zeros + 1);
     } else {
@@ -14,7 +14,7 @@ void put_long_node(BitWriter& writer, const Folded& z, unsigned k) {
     }
   }
   for (const std::uint16_t integer : z) {
-    const unsigned bits = integer >> k < kZerosMax ? k : 16;
+    const unsigned bits = static_cast<unsigned>(integer) >> k < kZerosMax ? k : 16;
     writer.put(integer & ((1u << bits) - 1), bits);
   }
 }
