@@ -4,13 +4,17 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <array>
 #include <cstdio>
+#include <limits>
+#include <set>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "core/solver/step.hpp"
-#include "schema/wire/groom_file.hpp"
 #include "schema/wire/messages.hpp"
+#include "server/app/config_file.hpp"
+#include "server/app/settings.hpp"
 
 namespace hairnet::server {
 namespace {
@@ -21,64 +25,71 @@ constexpr const char* kExamples = R"(Examples:
   hairnet-server --port 0 --port-file port.txt     any free port, written to port.txt
   hairnet-server --record run.hnrec              what the solver was told, to be stepped again
   hairnet-server --level-cache levels            builds no groom twice
+  hairnet-server --config server.toml --port 7421  settings of a file, but for the port
+  hairnet-server --bind :: --tls-certificate chain.pem --tls-key key.pem --web-root web
+                                                   browsers and headsets as well, over TLS
   hairnet-server --check --tick-rate 90            say what would run, and end
 
 Exit status: 0 after SIGTERM or SIGINT, 2 when the configuration is wrong or the port is taken.)";
 
-void add_options(CLI::App& app, ParsedConfig& parsed) {
-  Config& c = parsed.config;
-  app.add_option("--bind", c.bind, "numeric address to listen on")
-      ->check(CLI::Validator(
-          [](const std::string& text) { return text.empty() ? std::string("must not be empty") : std::string(); },
-          "ADDRESS"));
-  app.add_option("--port", c.port, "TCP port; 0 picks a free one")->check(CLI::Range(0, 65535));
-  app.add_option("--port-file", c.port_file, "write the port in use to this file");
-  app.add_option("--tick-rate", c.tick_rate_hz, "steps and frames a second")->check(CLI::Range(10, 120));
-  app.add_option("--pose-delay-ms", c.pose_delay_ms, "poses are sampled this far back")->check(CLI::Range(0.0, 200.0));
-  app.add_option("--substeps", c.substeps, "solver steps a tick (as many as keep a step within 1/50 s)")
-      ->check(CLI::Range(1, 16));
-  app.add_option("--iterations", c.iterations, "of conjugate gradient a step (each level's own)")
-      ->check(CLI::Range(1, 256));
-  app.add_option("--characters-max", c.sessions.character_count_max, "characters of all clients")
-      ->check(CLI::Range(1, 65536));
-  app.add_option("--clients-max", c.sessions.session_count_max, "clients at once")->check(CLI::Range(1, 10000));
-  app.add_option("--groom-bytes-max", c.grooms.groom_bytes_max, "bytes of one groom")
-      ->check(CLI::Range(std::size_t{1024}, wire::kGroomBytesMax));
-  app.add_option("--workers", c.workers, "threads of a tick; 0: the machine's less one")->check(CLI::Range(0, 256));
-  app.add_option("--build-threads", c.build_threads,
-                 "threads of a groom's build, of low priority; 0: what the machine has, at most 4")
-      ->check(CLI::Range(0, 64));
-  app.add_option("--level-cache", c.level_cache,
-                 "keep built levels in this folder, so that the next server need not build them; "
-                 "without it none are kept");
-  app.add_option("--level-cache-mib", c.level_cache_mib, "MiB kept there; those used least lately go first")
-      ->check(CLI::Range(1, 1 << 20));
-  app.add_option_function<std::array<double, 3>>(
-         "--wind", [&c](const std::array<double, 3>& v) { c.wind.mean_m_per_s = Vec3(v.data()); },
-         "mean wind, m/s, world: X Y Z")
-      ->default_str("0 0 0");
-  app.add_option("--gust", c.wind.gust_ratio, "the mean comes and goes by this share of it, 0 to 1");
-  app.add_option("--gust-period", c.wind.gust_period_s, "seconds of the slowest gust");
-  app.add_option("--turbulence", c.wind.turbulence_rms_m_per_s, "m/s of each component, root mean square");
-  app.add_option("--turbulence-scale", c.wind.turbulence_scale_m, "metres over which turbulence changes, at least 0.3");
-  app.add_option("--wind-seed", c.wind.seed, "another seed, another turbulence");
-  app.add_option("--wind-from-clients", c.sessions.wind_from_clients,
-                 "whether clients may set the wind of all: on, off");
-  app.add_option("--record", c.record, "write a recording to this file");
-  app.add_option("--log-level", c.log_level, "trace, debug, info, warn, error or off")
-      ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}));
-  app.add_flag("--check", parsed.check_only, "check the configuration, say what it is, and end");
+// What a flag was given, kept until the file has been read: flags win.
+using Given = std::vector<std::pair<const Setting*, Setting::Value>>;
+
+std::string words_about(const Setting& s) {
+  std::string text = s.about + " (" + to_toml(s.get());
+  if (s.kind() == Setting::Kind::whole && s.whole_most < std::numeric_limits<std::int64_t>::max())
+    text += fmt::format("; {} to {}", s.whole_least, s.whole_most);
+  if (s.kind() == Setting::Kind::number) text += fmt::format("; {} to {}", s.number_least, s.number_most);
+  if (!s.choices.empty()) text += fmt::format("; {}", fmt::join(s.choices, ", "));
+  return text + ")";
+}
+
+void add_flag(CLI::App& app, const Setting& setting, Given& given) {
+  app.add_option_function<std::vector<std::string>>(
+         setting.flag,
+         [&setting, &given](const std::vector<std::string>& words) {
+           Setting::Value value;
+           std::string fault;
+           if (!parse_words(setting, words, value, fault)) throw CLI::ValidationError(setting.flag, fault);
+           given.emplace_back(&setting, std::move(value));
+         },
+         words_about(setting))
+      ->expected(setting.kind() == Setting::Kind::triple ? 3 : 1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::Throw)
+      ->type_name("")
+      ->group("[" + setting.section + "]");
+}
+
+// What was left open, from what is known.
+void complete(Config& config, const std::set<std::string>& named) {
+  if (config.workers == 0) config.workers = std::max(2u, std::thread::hardware_concurrency()) - 1;
+  if (config.build_threads == 0) config.build_threads = std::clamp(std::thread::hardware_concurrency(), 1u, 4u);
+  config.sessions.characters_per_session_max =
+      std::min(config.sessions.characters_per_session_max, config.sessions.character_count_max);
+  if (named.count("grooms.upload_bytes_max") == 0)
+    config.grooms.upload_bytes_max = std::max(config.grooms.upload_bytes_max, 4 * config.grooms.groom_bytes_max);
+}
+
+ParsedConfig refused(const std::string& why) {
+  fmt::print(stderr, "hairnet-server: {}\n", why);
+  ParsedConfig parsed;
+  parsed.exit_code = 2;
+  return parsed;
 }
 
 }  // namespace
 
 ParsedConfig parse_config(int argc, const char* const* argv) {
   ParsedConfig parsed;
+  const std::vector<Setting> settings = settings_of(parsed.config);
   CLI::App app("Simulates the hair of many characters for clients that stream head poses.", "hairnet-server");
   app.footer(kExamples);
   app.get_formatter()->column_width(28);
-  app.option_defaults()->always_capture_default();
-  add_options(app, parsed);
+  std::string file;
+  app.add_option("--config", file, "TOML file of settings; flags override it")->type_name("FILE");
+  app.add_flag("--check", parsed.check_only, "check the configuration, say what it is, and end");
+  Given given;
+  for (const Setting& setting : settings) add_flag(app, setting, given);
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp&) {
@@ -86,20 +97,22 @@ ParsedConfig parse_config(int argc, const char* const* argv) {
     parsed.exit_code = 0;
     return parsed;
   } catch (const CLI::ParseError& error) {
-    fmt::print(stderr, "hairnet-server: {}\n", error.what());
-    parsed.exit_code = 2;
-    return parsed;
+    return refused(error.what());
   }
-  Config& config = parsed.config;
-  if (config.workers == 0) config.workers = std::max(2u, std::thread::hardware_concurrency()) - 1;
-  if (config.build_threads == 0) config.build_threads = std::clamp(std::thread::hardware_concurrency(), 1u, 4u);
-  config.sessions.characters_per_session_max =
-      std::min(config.sessions.characters_per_session_max, config.sessions.character_count_max);
-  config.grooms.upload_bytes_max = std::max(config.grooms.upload_bytes_max, 4 * config.grooms.groom_bytes_max);
-  if (const std::string wrong = validate(config); !wrong.empty()) {
-    fmt::print(stderr, "hairnet-server: {}\n", wrong);
-    parsed.exit_code = 2;
+  std::set<std::string> named;
+  if (!file.empty()) {
+    auto read = read_config_file(file, settings);
+    if (!read) return refused(read.error());
+    named = std::move(*read);
+  } else if (app.count("--config") > 0) {
+    return refused("--config: must not be empty");
   }
+  for (const auto& [setting, value] : given) {
+    setting->set(value);
+    named.insert(setting->name());
+  }
+  complete(parsed.config, named);
+  if (const std::string wrong = validate(parsed.config); !wrong.empty()) return refused(wrong);
   return parsed;
 }
 
@@ -107,16 +120,20 @@ std::string validate(const Config& config) {
   const SessionLimits& s = config.sessions;
   if (std::string fault = validate(config.wind); !fault.empty()) return fault;
   if (std::string fault = validate(config.transport); !fault.empty()) return fault;
-  // A NaN passes a range check of the command line.
-  if (!(config.pose_delay_ms >= 0 && config.pose_delay_ms <= 200)) return "--pose-delay-ms: not in 0 to 200";
   if (config.grooms.groom_bytes_max > config.grooms.upload_bytes_max)
-    return "one groom may not be larger than all uploads together";
+    return fmt::format("grooms.groom_bytes_max ({}) exceeds grooms.upload_bytes_max ({})",
+                       config.grooms.groom_bytes_max, config.grooms.upload_bytes_max);
   if (s.frame_packet_bytes_max > wire::kPacketBytesMax - wire::kPacketOverheadBytesMax)
     return "a packet of frames would exceed the protocol's packet bound";
   if (s.characters_per_session_max > s.character_count_max) return "more characters a session than in all";
   if (!config.record.empty() && config.record == config.port_file)
     return "the recording and the port file are the same file";
   return {};
+}
+
+std::string to_text(const Config& config) {
+  Config copy = config;
+  return config_file_text(settings_of(copy));
 }
 
 std::string summary(const Config& config) {

@@ -10,7 +10,7 @@
 
 namespace hairnet::server {
 
-// Everything that can be set, and every limit.
+// Everything that can be set, and every limit. settings.cpp has each one's flag, key and range.
 struct Config {
   std::string bind = "127.0.0.1";
   std::uint16_t port = 7420;  // 0: the system picks one
@@ -44,6 +44,8 @@ ParsedConfig parse_config(int argc, const char* const* argv);
 
 // Empty when the values agree with each other; else one line.
 std::string validate(const Config& config);
+// Every setting as a configuration file has it.
+std::string to_text(const Config& config);
 // One line for people.
 std::string summary(const Config& config);
 

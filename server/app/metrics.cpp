@@ -4,12 +4,11 @@
 
 namespace hairnet::server {
 
-std::string to_text(const Metrics& metrics) {
+std::string to_text(const Metrics& metrics, char between, char after) {
   std::string text;
-  for (const CounterSet* set : std::initializer_list<const CounterSet*>{
-           &metrics.transport, &metrics.session, &metrics.room, &metrics.tick, &metrics.groom, &metrics.level_cache}) {
+  for (const CounterSet* set : metrics.counter_sets()) {
     for (const Counter* counter : set->counters()) {
-      if (counter->value() != 0) text += fmt::format("{} {}\n", counter->name(), counter->value());
+      if (counter->value() != 0) text += fmt::format("{}{}{}{}", counter->name(), between, counter->value(), after);
     }
   }
   return text;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <string>
 
 #include "server/room/room_counters.hpp"
@@ -9,7 +10,15 @@
 
 namespace hairnet::server {
 
-// All counters of the server. Any thread.
+struct ProgramGauges : GaugeSet {
+  Gauge ready{*this, "ready"};                            // 1 while /readyz says so
+  Gauge start_time_seconds{*this, "start_time_seconds"};  // since 1970
+  Gauge cpu_seconds{*this, "cpu_seconds"};                // of all threads, since the start
+  Gauge resident_memory_bytes{*this, "resident_memory_bytes"};
+  Gauge open_files{*this, "open_files"};
+};
+
+// All counters, gauges and histograms of the server. Any thread.
 struct Metrics {
   TransportCounters transport;
   SessionCounters session;
@@ -17,9 +26,20 @@ struct Metrics {
   TickCounters tick;
   GroomCounters groom;
   LevelCacheCounters level_cache;
+  ProgramGauges program;
+
+  [[nodiscard]] std::array<const CounterSet*, 6> counter_sets() const {
+    return {&transport, &session, &room, &tick, &groom, &level_cache};
+  }
+  [[nodiscard]] std::array<const GaugeSet*, 4> gauge_sets() const {
+    return {&program, &session.gauges, &tick.gauges, &groom.gauges};
+  }
+  [[nodiscard]] std::array<const HistogramSet*, 2> histogram_sets() const {
+    return {&session.histograms, &tick.histograms};
+  }
 };
 
-// "name value", a line each, of those that are not zero.
-std::string to_text(const Metrics& metrics);
+// The counters that are not zero: name, `between`, value, `after`, and so on.
+std::string to_text(const Metrics& metrics, char between, char after);
 
 }  // namespace hairnet::server

@@ -4,6 +4,7 @@
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdio>
 #include <memory>
@@ -13,6 +14,7 @@
 #include "server/app/duty_thread.hpp"
 #include "server/app/metrics.hpp"
 #include "server/app/server.hpp"
+#include "server/app/server_pages.hpp"
 #include "server/app/tick_thread.hpp"
 #include "server/transport/io_loop.hpp"
 #include "server/transport/listener.hpp"
@@ -40,6 +42,7 @@ bool write_port(const std::string& path, std::uint16_t port) {
 void set_up_log(const std::string& level) {
   auto logger = spdlog::stderr_logger_mt("hairnet");
   logger->set_level(spdlog::level::from_str(level));
+  logger->set_pattern("time=%Y-%m-%dT%H:%M:%S.%eZ level=%l %v", spdlog::pattern_time_type::utc);
   spdlog::set_default_logger(std::move(logger));
 }
 
@@ -54,6 +57,19 @@ TransportOptions transport_options(const Config& config) {
     admission.connections_max = 2 * config.sessions.session_count_max + admission.arrivals_max + admission.http_max;
   return options;
 }
+
+// The server's own pages, as the port asks for them.
+class PagesService final : public HttpService {
+ public:
+  explicit PagesService(ServerPages& pages) : pages_(&pages) {}
+  HttpResponse handle(const HttpRequest& request) override {
+    ServerPages::Page page = pages_->page(request.path);
+    return {page.status, std::move(page.content_type), std::move(page.body)};
+  }
+
+ private:
+  ServerPages* pages_;
+};
 
 // On a signal: the port closes, clients are told and get what waits for them, then the loop stops.
 class Shutdown {
@@ -122,7 +138,7 @@ class Threads {
 void log_counters(const Metrics& metrics, double interval_s, IoLoop& loop) {
   if (!spdlog::should_log(spdlog::level::debug)) return;
   loop.every(static_cast<std::int64_t>(interval_s * 1e9),
-             [&metrics] { spdlog::debug("counters:\n{}", to_text(metrics)); });
+             [&metrics] { spdlog::debug("event=counters {}", to_text(metrics, '=', ' ')); });
 }
 
 }  // namespace
@@ -134,17 +150,30 @@ int run_program(const Config& config) {
   auto created = Server::create(config, metrics, monotonic_now_ns());
   if (!created) return refuse(created.error());
   Server& server = **created;
-  auto listener = Listener::create(loop, transport_options(config), metrics.transport,
-                                   [&server](std::shared_ptr<Connection> connection, std::int64_t now_ns) {
-                                     return server.open(std::move(connection), now_ns);
-                                   });
+  Health health;
+  ServerPages pages(metrics, [&health, &metrics] {
+    health.last_tick_ns = std::max(health.last_tick_ns, metrics.tick.gauges.last_tick_ns.load());
+    health.now_ns = monotonic_now_ns();
+    return health;
+  });
+  PagesService service(pages);
+  auto listener = Listener::create(
+      loop, transport_options(config), metrics.transport,
+      [&server](std::shared_ptr<Connection> connection, std::int64_t now_ns) {
+        return server.open(std::move(connection), now_ns);
+      },
+      &service);
   if (!listener) return refuse(listener.error());
   const std::uint16_t port = (*listener)->port();
   if (!config.port_file.empty() && !write_port(config.port_file, port))
     return refuse("cannot write the port file " + config.port_file);
 
   Shutdown shutdown(loop, server, **listener, metrics.transport, config.drain_s);
-  loop.on_terminate([&shutdown] { shutdown.begin(monotonic_now_ns()); });
+  health = {.accepting = true, .last_tick_ns = monotonic_now_ns()};
+  loop.on_terminate([&shutdown, &health] {
+    health.draining = true;
+    shutdown.begin(monotonic_now_ns());
+  });
   loop.every(kIoPeriod_ns, [&server, &shutdown] {
     const std::int64_t now_ns = monotonic_now_ns();
     server.poll_io(now_ns);
@@ -157,7 +186,7 @@ int run_program(const Config& config) {
     const Threads threads(server, metrics, loop);
     loop.run();
   }
-  fmt::print("hairnet-server stopped\n{}", to_text(metrics));
+  fmt::print("hairnet-server stopped\n{}", to_text(metrics, ' ', '\n'));
   return 0;
 }
 

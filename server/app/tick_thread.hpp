@@ -18,6 +18,7 @@ class TickThread {
 
  private:
   void run();
+  void count_tick(std::int64_t begun_ns, std::int64_t done_ns);
 
   Server* server_;
   TickCounters* counters_;

@@ -44,6 +44,10 @@ class BoundedQueue {
     items_.clear();
     weight_ = 0;
   }
+  [[nodiscard]] std::size_t weight() const {
+    const std::lock_guard lock(mutex_);
+    return weight_;
+  }
   [[nodiscard]] bool empty() const {
     const std::lock_guard lock(mutex_);
     return items_.empty();

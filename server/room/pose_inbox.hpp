@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "core/pose/pose.hpp"
@@ -36,6 +37,11 @@ class PoseInbox {
   // Between two poses: interpolated, but a teleport happens at once, at its own time. Before the first: that one. After
   // the newest: along the last two for at most kExtrapolationMax_ns, then held there.
   Sample sample(std::int64_t time_ns);
+
+  // When the newest pose was captured; none has come: nothing.
+  [[nodiscard]] std::optional<std::int64_t> newest_ns() const {
+    return poses_.empty() ? std::nullopt : std::optional(poses_.back().timed.captured_ns);
+  }
 
  private:
   struct Held {

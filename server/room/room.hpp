@@ -48,6 +48,7 @@ class Room {
   // Null when unknown.
   [[nodiscard]] Character* find(CharacterKey key);
   [[nodiscard]] std::map<CharacterKey, Character>& characters() { return characters_; }
+  [[nodiscard]] const std::map<CharacterKey, Character>& characters() const { return characters_; }
   [[nodiscard]] std::map<SessionId, Observer>& observers() { return observers_; }
 
   // The character's pose at a time of the server clock.

@@ -4,6 +4,8 @@
 
 #include <utility>
 
+#include "server/room/log_text.hpp"
+
 namespace hairnet::server {
 namespace {
 
@@ -41,6 +43,7 @@ Session::Session(SessionId id, std::shared_ptr<Connection> connection, SessionCo
 void Session::on_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns) {
   if (state_ == State::draining || state_ == State::closed) return;
   context_->counters.packets_received.add();
+  context_->counters.histograms.received_packet_bytes.observe(static_cast<double>(packet.size()));
   wire::Decoded decoded = wire::decode_packet(packet);
   if (decoded.error == wire::DecodeError::none) {
     on_message(std::move(decoded.envelope), now_ns);
@@ -134,7 +137,8 @@ void Session::on_hello(const wire::Hello& hello, std::int64_t now_ns) {
   name_ = printable(hello.client_name);
   context_->counters.sessions_welcomed.add();
   context_->commands.put(OpenSession{id_, outbox_});
-  spdlog::info("session {} opened by \"{}\" from {}", id_, name_, connection_->peer());
+  spdlog::info("event=session_opened session={} client={} peer={} transport={}", id_, log_text(name_),
+               connection_->peer(), connection_->transport());
   wire::Welcome welcome;
   welcome.session = id_;
   welcome.tick_rate_hz = context_->tick_rate_hz;
@@ -309,7 +313,7 @@ Refused Session::check_pose(const wire::PoseSample& sample) {
 }
 
 void Session::on_goodbye(const wire::Goodbye& goodbye, std::int64_t now_ns) {
-  spdlog::info("session {} says goodbye: {}", id_, printable(goodbye.detail));
+  spdlog::info("event=client_leaves session={} why={}", id_, log_text(goodbye.detail));
   close(to_string(GoodbyeReason::client_leaves), now_ns);
 }
 
@@ -320,7 +324,7 @@ void Session::on_unexpected(std::string_view detail, std::int64_t now_ns) {
 
 void Session::refuse(const Refused& refused, std::int64_t now_ns, std::uint32_t character,
                      const wire::GroomHash& groom) {
-  spdlog::debug("session {}: {}: {}", id_, to_string(refused.reason), refused.detail);
+  spdlog::debug("event=refused session={} reason={} why={}", id_, to_string(refused.reason), log_text(refused.detail));
   send(wire::Error{refused.reason, character, groom, refused.detail}, now_ns);
 }
 
@@ -339,6 +343,7 @@ void Session::flush(std::int64_t now_ns) {
       return;
     }
     context_->counters.packets_sent.add();
+    context_->counters.histograms.sent_packet_bytes.observe(static_cast<double>(packet.size()));
     context_->counters.bytes_sent.add(packet.size());
     connection_->send(std::move(packet));
   }
@@ -367,7 +372,7 @@ void Session::poll(std::int64_t now_ns) {
 
 void Session::drain(GoodbyeReason reason, std::string detail, std::int64_t now_ns) {
   if (state_ == State::draining || state_ == State::closed) return;
-  spdlog::info("session {} ends: {} ({})", id_, to_string(reason), printable(detail));
+  spdlog::info("event=session_ends session={} reason={} why={}", id_, to_string(reason), log_text(detail));
   state_ = State::draining;
   drain_since_ns_ = now_ns;
   leave(now_ns);
@@ -390,7 +395,7 @@ void Session::close(std::string_view reason, std::int64_t now_ns) {
   leave(now_ns);
   connection_->close(reason);
   context_->counters.sessions_closed.add();
-  spdlog::info("session {} closed: {}", id_, reason);
+  spdlog::info("event=session_closed session={} reason={}", id_, log_text(reason));
 }
 
 }  // namespace hairnet::server

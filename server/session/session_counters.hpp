@@ -1,10 +1,23 @@
 #pragma once
 
 #include "server/room/counter.hpp"
+#include "server/room/gauge.hpp"
+#include "server/room/histogram.hpp"
 
 namespace hairnet::server {
 
+struct SessionGauges : GaugeSet {
+  Gauge clients{*this, "clients"};
+};
+
+struct SessionHistograms : HistogramSet {
+  Histogram received_packet_bytes{*this, "received_packet_bytes", {64, 256, 1024, 4096, 16'384, 65'536, 262'144}};
+  Histogram sent_packet_bytes{*this, "sent_packet_bytes", {64, 256, 1024, 4096, 16'384, 65'536, 262'144}};
+};
+
 struct SessionCounters : CounterSet {
+  SessionGauges gauges;
+  SessionHistograms histograms;
   Counter sessions_opened{*this, "sessions_opened"};
   Counter sessions_welcomed{*this, "sessions_welcomed"};
   Counter sessions_closed{*this, "sessions_closed"};

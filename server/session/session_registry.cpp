@@ -28,6 +28,7 @@ void SessionRegistry::flush(std::int64_t now_ns) {
 
 void SessionRegistry::poll(std::int64_t now_ns) {
   std::erase_if(sessions_, [](const auto& entry) { return entry.second->state() == Session::State::closed; });
+  context_->counters.gauges.clients.set(static_cast<double>(sessions_.size()));
   for (auto& [id, session] : sessions_) session->poll(now_ns);
 }
 

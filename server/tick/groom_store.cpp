@@ -4,6 +4,8 @@
 
 #include <utility>
 
+#include "server/room/log_text.hpp"
+
 namespace hairnet::server {
 namespace {
 
@@ -183,6 +185,9 @@ void GroomStore::poll(std::int64_t now_ns) {
     }
     groom = next;
   }
+  counters_->gauges.grooms.set(static_cast<double>(grooms_.size()));
+  counters_->gauges.groom_upload_bytes.set(static_cast<double>(upload_bytes_));
+  counters_->gauges.groom_level_bytes.set(static_cast<double>(level_bytes_));
 }
 
 void GroomStore::take(GroomResult result, std::int64_t now_ns) {
@@ -220,13 +225,14 @@ void GroomStore::take_ready(Grooms::iterator groom, GroomResult result, std::int
   level_bytes_ += bytes;
   upload_bytes_ -= entry.byte_count;
   counters_->grooms_ready.add();
-  spdlog::info("groom {} is ready: {} KiB of levels", hex(groom->first), bytes / 1024);
+  spdlog::info("event=groom_ready groom={} level_bytes={}", hex(groom->first), bytes);
   commands_->put(GroomReady{groom->first, std::move(result.levels), std::move(result.bytes)});
   tell_state(groom, GroomState::ready, now_ns);
 }
 
 void GroomStore::take_refused(Grooms::iterator groom, const GroomResult& result, std::int64_t now_ns) {
-  spdlog::info("groom {} is refused: {}", hex(groom->first), result.detail);
+  spdlog::info("event=groom_refused groom={} reason={} why={}", hex(groom->first), to_string(result.reason),
+               log_text(result.detail));
   Entry& entry = groom->second;
   const wire::Error error{result.reason, 0, groom->first, result.detail};
   if (result.reason == ErrorReason::groom_hash_mismatch) {

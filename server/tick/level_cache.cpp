@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "schema/wire/level_file.hpp"
+#include "server/room/log_text.hpp"
 
 namespace hairnet::server {
 namespace {
@@ -184,7 +185,7 @@ fs::path LevelCache::path_of(const wire::GroomHash& groom) const {
 
 void LevelCache::count(const std::string& detail, const fs::path& path, Counter& counter) {
   counter.add();
-  spdlog::info("levels in {} are built anew: {}", path.string(), detail);
+  spdlog::info("event=levels_rebuilt file={} why={}", log_text(path.string()), log_text(detail));
 }
 
 int LevelCache::write(const fs::path& path, std::span<const std::uint8_t> bytes) const {
@@ -199,7 +200,7 @@ int LevelCache::write(const fs::path& path, std::span<const std::uint8_t> bytes)
 }
 
 void LevelCache::warn_once(const std::string& what) {
-  if (!warned_) spdlog::warn("levels are not kept in {}: {}", folder_.string(), what);
+  if (!warned_) spdlog::warn("event=levels_not_kept folder={} why={}", log_text(folder_.string()), log_text(what));
   warned_ = true;
 }
 

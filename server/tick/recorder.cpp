@@ -6,6 +6,8 @@
 #include <cstring>
 #include <utility>
 
+#include "server/room/log_text.hpp"
+
 namespace hairnet::server {
 namespace {
 
@@ -74,7 +76,7 @@ bool Recorder::poll() {
 void Recorder::fail(const char* why) {
   if (failed_.exchange(true)) return;
   counters_->recordings_failed.add();
-  spdlog::error("the recording {} ends here: {}", path_, why);
+  spdlog::error("event=recording_ended file={} why={}", log_text(path_), log_text(why));
 }
 
 }  // namespace hairnet::server

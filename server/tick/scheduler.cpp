@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/tick/measure.hpp"
 #include "server/tick/publish.hpp"
 
 namespace hairnet::server {
@@ -54,6 +55,7 @@ Scheduler::Scheduler(const SchedulerDef& def, CommandQueue& commands, RoomCounte
       recorder_(recorder),
       room_(room_counters),
       simulation_(def_.world, def_.wind) {
+  counters_->gauges.tick_budget_seconds.set(def_.world.tick_s);
   if (recorder_) recorder_->put(header_of(def_));
 }
 
@@ -72,6 +74,7 @@ void Scheduler::run_tick(const TickClock::Tick& tick, std::int64_t now_ns) {
   send_level_records(now_ns);
   step();
   publish(room_, simulation_, inputs_, def_.world.parallel_for, *counters_);
+  if (tick.tick % def_.tick_rate_hz == 0) measure(room_, simulation_, counters_->gauges);
   record();
 }
 
@@ -124,6 +127,7 @@ struct Scheduler::Taker {
 };
 
 void Scheduler::take_commands(std::int64_t now_ns) {
+  counters_->gauges.commands_waiting.set(static_cast<double>(commands_->weight()));
   commands_->take_all(taken_);
   for (Command& command : taken_) std::visit(Taker{*this, now_ns}, command);
   taken_.clear();
@@ -137,10 +141,14 @@ void Scheduler::remove(CharacterKey key) {
 }
 
 void Scheduler::sample_poses() {
+  const std::int64_t tick_ns = inputs_.sample_time_ns + def_.pose_delay_ns;
+  Histogram::Tally ages(counters_->histograms.pose_age_seconds);
   for (auto& [key, character] : room_.characters()) {
     character.discontinuous = false;
     const PoseInbox::Sample sample = room_.sample(character, inputs_.sample_time_ns);
     if (sample.kind == PoseInbox::Kind::none) continue;
+    // Of a clock that is ahead of ours a pose may come from a moment later than the tick.
+    ages.observe(static_cast<double>(std::max<std::int64_t>(0, tick_ns - *character.inbox.newest_ns())) * 1e-9);
     // What the step uses is what the frame and the recording say, bit for bit.
     const Pose pose = rounded_to_wire(sample.pose);
     // An extrapolation may leave the bounds that poses are held to, and clients hold frames to.

@@ -1,13 +1,55 @@
 #pragma once
 
+#include <atomic>
+#include <cstdint>
+
 #include "server/room/counter.hpp"
+#include "server/room/gauge.hpp"
+#include "server/room/histogram.hpp"
 
 namespace hairnet::server {
 
+// As of the last tick, or the last second where that is enough.
+struct TickGauges : GaugeSet {
+  Gauge tick_budget_seconds{*this, "tick_budget_seconds"};  // a tick's period
+  Gauge commands_waiting{*this, "commands_waiting"};        // and poses, on their way to the tick
+  Gauge rooms{*this, "rooms"};
+  Gauge characters_at_high{*this, "characters_at_high"};  // by the level of the lattice, asleep or not
+  Gauge characters_at_medium{*this, "characters_at_medium"};
+  Gauge characters_at_low{*this, "characters_at_low"};
+  Gauge characters_at_ether{*this, "characters_at_ether"};
+  Gauge characters_at_rigid{*this, "characters_at_rigid"};
+  Gauge characters_in_state_stepped{*this, "characters_in_state_stepped"};
+  Gauge characters_in_state_asleep{*this, "characters_in_state_asleep"};    // at rest
+  Gauge characters_in_state_held{*this, "characters_in_state_held"};        // nobody sees them
+  Gauge characters_in_state_waiting{*this, "characters_in_state_waiting"};  // for their first pose
+  Gauge step_cost_seconds_at_high{*this, "step_cost_seconds_at_high"};      // of one character's step, as measured
+  Gauge step_cost_seconds_at_medium{*this, "step_cost_seconds_at_medium"};
+  Gauge step_cost_seconds_at_low{*this, "step_cost_seconds_at_low"};
+  Gauge step_cost_seconds_at_ether{*this, "step_cost_seconds_at_ether"};
+  Gauge step_cost_seconds_at_rigid{*this, "step_cost_seconds_at_rigid"};
+  std::atomic<std::int64_t> last_tick_ns{0};  // when the newest tick was done; 0: none yet
+};
+
+struct TickHistograms : HistogramSet {
+  Histogram tick_seconds{*this,
+                         "tick_seconds",
+                         {0.0005, 0.001, 0.002, 0.004, 0.006, 0.008, 0.011, 0.016, 0.022, 0.033, 0.05, 0.1, 0.25, 1}};
+  // Of the tick's period; above 1 is an overrun.
+  Histogram tick_budget_used_ratio{
+      *this, "tick_budget_used_ratio", {0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1, 1.5, 2, 4, 8}};
+  // From the newest pose's capture to the tick, of each character.
+  Histogram pose_age_seconds{
+      *this, "pose_age_seconds", {0.005, 0.01, 0.015, 0.02, 0.025, 0.03, 0.04, 0.05, 0.075, 0.1, 0.15, 0.25, 0.5, 1}};
+};
+
 struct TickCounters : CounterSet {
+  TickGauges gauges;
+  TickHistograms histograms;
   Counter ticks_run{*this, "ticks_run"};
   Counter ticks_late{*this, "ticks_late"};
   Counter ticks_skipped{*this, "ticks_skipped"};
+  Counter ticks_overrun{*this, "ticks_overrun"};  // took longer than their period
   Counter tick_ns_total{*this, "tick_ns_total"};
   Counter tick_ns_max{*this, "tick_ns_max"};
   Counter characters_stepped{*this, "characters_stepped"};
@@ -22,7 +64,14 @@ struct TickCounters : CounterSet {
   Counter recordings_failed{*this, "recordings_failed"};
 };
 
+struct GroomGauges : GaugeSet {
+  Gauge grooms{*this, "grooms"};
+  Gauge groom_upload_bytes{*this, "groom_upload_bytes"};  // of uploads under way, as announced
+  Gauge groom_level_bytes{*this, "groom_level_bytes"};    // of all levels in memory
+};
+
 struct GroomCounters : CounterSet {
+  GroomGauges gauges;
   Counter grooms_offered{*this, "grooms_offered"};
   Counter grooms_shared{*this, "grooms_shared"};  // offers that needed no upload
   Counter grooms_uploaded{*this, "grooms_uploaded"};

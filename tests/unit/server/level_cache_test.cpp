@@ -133,9 +133,9 @@ TEST_F(LevelCacheTest, a_folder_that_cannot_be_written_is_one_warning_and_no_fai
     }
   }
   const std::string said = testing::internal::GetCapturedStdout();
-  const std::size_t first = said.find("levels are not kept in");
+  const std::size_t first = said.find("event=levels_not_kept folder=");
   EXPECT_NE(first, std::string::npos) << said;
-  EXPECT_EQ(said.find("levels are not kept in", first + 1), std::string::npos) << said;
+  EXPECT_EQ(said.find("event=levels_not_kept folder=", first + 1), std::string::npos) << said;
   EXPECT_EQ(counters_.level_cache_misses.value(), 3u);
   EXPECT_EQ(counters_.level_cache_writes_failed.value(), 3u);
   EXPECT_EQ(read(folder_).size(), 3u);

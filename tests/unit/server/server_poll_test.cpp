@@ -102,6 +102,36 @@ TEST_F(ServerPollTest, a_frame_names_the_pose_and_time_that_the_step_used) {
   }
 }
 
+TEST_F(ServerPollTest, gauges_and_histograms_say_what_runs) {
+  start();
+  FakeClient client(*server_, now_ns_);
+  add(client);
+  client.say(wire::AddCharacter{2, hash_, LevelIndex::high}, now_ns_);  // never has a pose
+  run_ms(1500, {&client});
+  const TickGauges& tick = metrics_.tick.gauges;
+  EXPECT_EQ(metrics_.session.gauges.clients.value(), 1);
+  EXPECT_EQ(metrics_.groom.gauges.grooms.value(), 1);
+  EXPECT_GT(metrics_.groom.gauges.groom_level_bytes.value(), 0);
+  EXPECT_EQ(metrics_.groom.gauges.groom_upload_bytes.value(), 0);
+  EXPECT_EQ(tick.characters_at_low.value(), 1);
+  EXPECT_EQ(tick.characters_at_high.value(), 0);
+  EXPECT_EQ(tick.characters_in_state_stepped.value(), 1);
+  EXPECT_EQ(tick.characters_in_state_waiting.value(), 1);
+  EXPECT_NEAR(tick.tick_budget_seconds.value(), 1.0 / 30, 1e-12);
+  // A pose every 15 ms that arrives at once is at most 15 ms old at a tick; the 40 ticks or so after the first are
+  // counted.
+  const Histogram& age = metrics_.tick.histograms.pose_age_seconds;
+  std::uint64_t within_15_ms = 0, all = 0;
+  for (std::size_t i = 0; i <= age.bound_count(); ++i) {
+    all += age.count(i);
+    if (i < age.bound_count() && age.bound(i) <= 0.015) within_15_ms += age.count(i);
+  }
+  EXPECT_GE(all, 40u);
+  EXPECT_EQ(within_15_ms, all);
+  EXPECT_GT(metrics_.session.histograms.sent_packet_bytes.sum(), 0);
+  EXPECT_GT(metrics_.session.histograms.received_packet_bytes.sum(), 0);
+}
+
 TEST_F(ServerPollTest, before_its_first_pose_a_character_has_no_frames) {
   start();
   FakeClient client(*server_, now_ns_);

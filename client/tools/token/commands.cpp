@@ -1,0 +1,73 @@
+#include "client/tools/token/commands.hpp"
+
+#include <ctime>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "client/tools/files/read_file.hpp"
+
+namespace hairnet::token {
+namespace {
+
+constexpr std::size_t kKeyFileBytesMax = 4096;
+
+Result<channel::TokenKey> read_key(const std::string& path) {
+  const auto bytes = read_file(path, kKeyFileBytesMax);
+  if (!bytes) return Refusal(path + ": " + bytes.error());
+  channel::TokenKey key = channel::TokenKey::parse(as_text(*bytes));
+  if (key.empty()) return Refusal(path + ": is no key; 'hairnet-token key' makes one");
+  return key;
+}
+
+std::string utc(std::int64_t time_s) {
+  const std::time_t time = time_s;
+  std::tm parts{};
+  char text[32] = "";
+  if (gmtime_r(&time, &parts)) std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
+  return text;
+}
+
+std::string state(const channel::TokenClaims& claims, std::int64_t now_s) {
+  if (now_s >= claims.expires_s) return "expired";
+  if (claims.not_before_s && now_s < *claims.not_before_s) return "not yet good";
+  return "good";
+}
+
+}  // namespace
+
+Result<std::string> make_key() {
+  const channel::TokenKey key = channel::TokenKey::make_random();
+  if (key.empty()) return Refusal("the system has no randomness");
+  return key.to_text();
+}
+
+Result<std::string> make_token(const MakeOptions& options, std::int64_t now_s) {
+  const Result<channel::TokenKey> key = read_key(options.key_file);
+  if (!key) return Refusal(key.error());
+  channel::TokenClaims claims = options.claims;
+  claims.expires_s = now_s + options.expires_s;
+  if (options.not_before_s) claims.not_before_s = now_s + *options.not_before_s;
+  if (std::string wrong = validate(claims); !wrong.empty()) return Refusal(std::move(wrong));
+  std::string token = sign(claims, *key);
+  if (read_claims(token, *key) != claims) return Refusal("the name is not valid UTF-8");
+  return token;
+}
+
+Result<std::string> show_token(const ShowOptions& options, std::int64_t now_s) {
+  const Result<channel::TokenKey> key = read_key(options.key_file);
+  if (!key) return Refusal(key.error());
+  const auto claims = read_claims(options.token, *key);
+  if (!claims) return Refusal("the token is refused: " + std::string(to_string(claims.error())));
+  nlohmann::ordered_json json;
+  json["state"] = state(*claims, now_s);
+  json["room"] = claims->room ? nlohmann::ordered_json(*claims->room) : nlohmann::ordered_json(nullptr);
+  json["role"] = claims->role == channel::TokenRole::observer ? "observer" : "participant";
+  json["expires"] = utc(claims->expires_s);
+  if (claims->not_before_s) json["not_before"] = utc(*claims->not_before_s);
+  if (claims->characters_max) json["characters_max"] = *claims->characters_max;
+  if (claims->strands_max) json["strands_max"] = *claims->strands_max;
+  if (!claims->name.empty()) json["name"] = claims->name;
+  return json.dump(2);
+}
+
+}  // namespace hairnet::token

@@ -1,0 +1,31 @@
+#include "client/tools/token/duration.hpp"
+
+#include <charconv>
+
+namespace hairnet::token {
+namespace {
+
+constexpr std::int64_t kDay_s = 86'400;
+constexpr std::int64_t kMost_s = 3653 * kDay_s;
+
+// 0 for what is no unit.
+std::int64_t unit_s(std::string_view unit) {
+  if (unit.empty() || unit == "s") return 1;
+  if (unit == "m") return 60;
+  if (unit == "h") return 3600;
+  return unit == "d" ? kDay_s : 0;
+}
+
+}  // namespace
+
+std::optional<std::int64_t> parse_duration_s(std::string_view text) {
+  std::int64_t count = 0;
+  const char* const last = text.data() + text.size();
+  const auto [end, fault] = std::from_chars(text.data(), last, count);
+  if (fault != std::errc()) return std::nullopt;
+  const std::int64_t unit = unit_s({end, static_cast<std::size_t>(last - end)});
+  if (unit == 0 || count < 1 || count > kMost_s / unit) return std::nullopt;
+  return count * unit;
+}
+
+}  // namespace hairnet::token

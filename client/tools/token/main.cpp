@@ -1,0 +1,104 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <ctime>
+#include <functional>
+#include <iostream>
+
+#include "client/tools/token/commands.hpp"
+#include "client/tools/token/duration.hpp"
+
+namespace {
+
+using namespace hairnet;
+
+constexpr const char* kFooter = R"(Examples:
+  (umask 077; hairnet-token key > token.key)
+  hairnet-token make --key-file token.key --room stage --role participant --expires 12h --characters-max 2
+  hairnet-token make --key-file token.key --any-room --role observer --expires 30d --name "wall display"
+  hairnet-token show --key-file token.key TOKEN
+)";
+
+CLI::Option* add_duration(CLI::App& app, const char* flag, std::function<void(std::int64_t)> store, const char* about) {
+  return app.add_option_function<std::string>(
+      flag,
+      [flag, store](const std::string& text) {
+        const auto seconds = token::parse_duration_s(text);
+        if (!seconds) throw CLI::ValidationError(flag, "'" + text + "' is no duration like 90s, 15m, 12h or 30d");
+        store(*seconds);
+      },
+      about);
+}
+
+void add_make(CLI::App& app, token::MakeOptions& o) {
+  CLI::App& make = *app.add_subcommand("make", "a token for one user, on standard output");
+  make.add_option("--key-file", o.key_file, "the server's key")->required();
+  CLI::Option_group& where = *make.add_option_group("Room", "one of the two");
+  where.add_option_function<std::string>(
+      "--room", [&o](const std::string& room) { o.claims.room = room; }, "good in this room; '' is the lobby");
+  where.add_flag_callback(
+      "--any-room", [&o] { o.claims.room.reset(); }, "good in every room");
+  where.require_option(1);
+  make.add_option_function<std::string>(
+          "--role",
+          [&o](const std::string& role) {
+            o.claims.role = role == "observer" ? channel::TokenRole::observer : channel::TokenRole::participant;
+          },
+          "participant, or observer: without characters of its own")
+      ->required()
+      ->check(CLI::IsMember({"participant", "observer"}));
+  add_duration(
+      make, "--expires", [&o](std::int64_t s) { o.expires_s = s; }, "good for so long: 90s, 15m, 12h, 30d (1h)");
+  add_duration(
+      make, "--not-before", [&o](std::int64_t s) { o.not_before_s = s; }, "good only from so far in the future on");
+  make.add_option_function<std::uint32_t>(
+      "--characters-max", [&o](std::uint32_t n) { o.claims.characters_max = n; }, "characters (the server's limit)");
+  make.add_option_function<std::uint64_t>(
+      "--strands-max", [&o](std::uint64_t n) { o.claims.strands_max = n; },
+      "strands of all grooms (the server's limit)");
+  make.add_option("--name", o.claims.name, "for people and logs");
+}
+
+int report(const Result<std::string>& result) {
+  if (!result) {
+    std::fprintf(stderr, "hairnet-token: %s\n", result.error().c_str());
+    return 1;
+  }
+  std::printf("%s\n", result->c_str());
+  return 0;
+}
+
+int run(int argc, char** argv) {
+  CLI::App app("Makes keys and tokens that say who may enter which room of a hairnet-server.", "hairnet-token");
+  app.footer(kFooter);
+  app.require_subcommand(1);
+  app.failure_message(
+      [](const CLI::App*, const CLI::Error& e) { return std::string("hairnet-token: ") + e.what() + "\n"; });
+  token::MakeOptions make;
+  add_make(app, make);
+  token::ShowOptions show;
+  CLI::App& show_app = *app.add_subcommand("show", "what a token grants, and whether it is good now");
+  show_app.add_option("--key-file", show.key_file, "the server's key")->required();
+  show_app.add_option("token", show.token, "the token; without it, the first line of standard input");
+  CLI::App& key_app = *app.add_subcommand("key", "a new key, on standard output: keep it as secret as a password");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? 0 : 2;
+  }
+  const std::int64_t now_s = std::time(nullptr);
+  if (key_app.parsed()) return report(token::make_key());
+  if (!show_app.parsed()) return report(token::make_token(make, now_s));
+  if (show.token.empty()) std::getline(std::cin, show.token);
+  return report(token::show_token(show, now_s));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "hairnet-token: %s\n", e.what());
+    return 1;
+  }
+}

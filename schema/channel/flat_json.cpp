@@ -1,0 +1,87 @@
+#include "schema/channel/flat_json.hpp"
+
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+namespace hairnet::channel {
+namespace {
+
+constexpr int kDepthMax = 8;
+
+// Each handler says whether to go on; the first no ends the parse.
+class Collector final : public nlohmann::json_sax<nlohmann::json> {
+ public:
+  FlatJson take() { return std::move(members_); }
+
+  bool null() override { return put(std::monostate()); }
+  bool boolean(bool value) override { return put(value); }
+  bool number_integer(std::int64_t value) override { return put(value); }
+  bool number_unsigned(std::uint64_t value) override {
+    constexpr std::uint64_t kMost = std::numeric_limits<std::int64_t>::max();
+    return value > kMost ? put(static_cast<double>(value)) : put(static_cast<std::int64_t>(value));
+  }
+  bool number_float(double value, const std::string&) override { return put(value); }
+  bool string(std::string& value) override {
+    if (depth_ != 2 || !list_) return put(std::move(value));
+    list_->push_back(std::move(value));
+    return true;
+  }
+  bool binary(nlohmann::json::binary_t&) override { return false; }  // not of JSON
+  bool start_object(std::size_t) override {
+    if (depth_ == 1) put(std::monostate());
+    spoil_list();
+    return ++depth_ <= kDepthMax;
+  }
+  bool end_object() override { return leave(); }
+  bool start_array(std::size_t) override {
+    if (depth_ == 0) return false;
+    spoil_list();
+    if (depth_ == 1) {
+      put(std::vector<std::string>());
+      list_ = std::get_if<std::vector<std::string>>(&members_.at(name_));
+    }
+    return ++depth_ <= kDepthMax;
+  }
+  bool end_array() override { return leave(); }
+  bool key(std::string& name) override {
+    if (depth_ != 1) return true;
+    name_ = std::move(name);
+    return !members_.contains(name_);
+  }
+  bool parse_error(std::size_t, const std::string&, const nlohmann::detail::exception&) override { return false; }
+
+ private:
+  template <class T>
+  bool put(T value) {
+    if (depth_ == 0) return false;  // a bare value is no object
+    if (depth_ == 1) members_[name_] = std::move(value);
+    spoil_list();
+    return true;
+  }
+  // A list with anything but text in it holds nothing.
+  void spoil_list() {
+    if (depth_ < 2 || !list_) return;
+    list_ = nullptr;
+    members_[name_] = std::monostate();
+  }
+  bool leave() {
+    if (--depth_ == 1) list_ = nullptr;
+    return true;
+  }
+
+  int depth_ = 0;
+  std::string name_;
+  FlatJson members_;
+  std::vector<std::string>* list_ = nullptr;  // the one being read
+};
+
+}  // namespace
+
+std::optional<FlatJson> parse_flat_json(std::string_view text) {
+  Collector collector;
+  if (!nlohmann::json::sax_parse(text.begin(), text.end(), &collector)) return std::nullopt;
+  return collector.take();
+}
+
+}  // namespace hairnet::channel

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+#include <vector>
+
+namespace hairnet::channel {
+
+inline constexpr std::size_t kTokenBytesMax = 4096;
+inline constexpr std::size_t kTokenKeyBytesMin = 32;  // RFC 7518, 3.2: no shorter than the hash
+inline constexpr std::size_t kTokenKeyBytesMax = 256;
+
+// A secret that tokens are signed and verified with. Wiped when it goes.
+class TokenKey {
+ public:
+  // kTokenKeyBytesMin to kTokenKeyBytesMax bytes; else an empty key, which signs and verifies nothing.
+  explicit TokenKey(std::vector<std::uint8_t> bytes);
+  TokenKey(const TokenKey&) = delete;
+  TokenKey& operator=(const TokenKey&) = delete;
+  TokenKey(TokenKey&&) = default;
+  TokenKey& operator=(TokenKey&&) = delete;
+  ~TokenKey();
+
+  static TokenKey make_random();
+  // A key file's text: base64url without padding, and white space after it. An empty key when it is anything else.
+  static TokenKey parse(std::string_view text);
+  [[nodiscard]] std::string to_text() const;
+
+  [[nodiscard]] bool empty() const { return bytes_.empty(); }
+  [[nodiscard]] const std::vector<std::uint8_t>& bytes() const { return bytes_; }
+
+ private:
+  std::vector<std::uint8_t> bytes_;
+};
+
+enum class JwtRefusal : std::uint8_t { malformed, bad_signature };
+
+// A JSON Web Token (RFC 7519) signed with HMAC-SHA256 (HS256 of RFC 7518) in compact form: the payload as JSON text,
+// whatever it holds, once the signature is good. Compares in constant time. Any other algorithm, `none` above all, an
+// extension that must be understood, and a field of the header that comes twice are malformed.
+tl::expected<std::string, JwtRefusal> open_jwt(std::string_view token, const TokenKey& key);
+// Empty when the key is.
+std::string sign_jwt(std::string_view payload_json, const TokenKey& key);
+
+}  // namespace hairnet::channel

@@ -1,0 +1,171 @@
+#include "schema/channel/token.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <utility>
+#include <vector>
+
+#include "schema/channel/flat_json.hpp"
+
+namespace hairnet::channel {
+namespace {
+
+constexpr std::string_view kAudience = "hairnet";
+constexpr std::int64_t kCharactersMax = std::numeric_limits<std::uint32_t>::max();
+constexpr std::int64_t kStrandsMax = 1'000'000'000'000;
+
+bool is_name(std::string_view text) {
+  if (text.size() > kTokenNameBytesMax) return false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto c = static_cast<unsigned char>(text[i]);
+    if (c < 0x20 || c == 0x7f) return false;
+    // U+0080 to U+009F, controls as well; the parser has seen to it that this is UTF-8.
+    if (c == 0xc2 && i + 1 < text.size() && static_cast<unsigned char>(text[i + 1]) < 0xa0) return false;
+  }
+  return true;
+}
+
+// Reads claims one by one, and remembers whether one was not as it must be.
+class ClaimReader {
+ public:
+  explicit ClaimReader(const FlatJson& claims) : claims_(&claims) {}
+  [[nodiscard]] bool sound() const { return sound_; }
+  void fail() { sound_ = false; }
+
+  std::optional<std::string> text(const char* name) {
+    const FlatJsonValue* value = find(name);
+    if (!value) return std::nullopt;
+    if (const auto* text = std::get_if<std::string>(value)) return *text;
+    sound_ = false;
+    return std::nullopt;
+  }
+  std::optional<std::int64_t> whole(const char* name, std::int64_t most) {
+    const FlatJsonValue* value = find(name);
+    if (!value) return std::nullopt;
+    const auto* whole = std::get_if<std::int64_t>(value);
+    if (whole && *whole >= 0 && *whole <= most) return *whole;
+    sound_ = false;
+    return std::nullopt;
+  }
+  // RFC 7519's NumericDate, which may have a fraction.
+  std::optional<std::int64_t> time_s(const char* name, bool up) {
+    const FlatJsonValue* value = find(name);
+    const double* number = value ? std::get_if<double>(value) : nullptr;
+    if (!number) return whole(name, kTokenTimeMax_s);
+    if (*number >= 0 && *number <= static_cast<double>(kTokenTimeMax_s))
+      return static_cast<std::int64_t>(up ? std::ceil(*number) : std::floor(*number));
+    sound_ = false;
+    return std::nullopt;
+  }
+  [[nodiscard]] bool for_us() const {
+    const FlatJsonValue* value = find("aud");
+    if (!value) return true;
+    if (const auto* one = std::get_if<std::string>(value)) return *one == kAudience;
+    const auto* several = std::get_if<std::vector<std::string>>(value);
+    return several && std::find(several->begin(), several->end(), kAudience) != several->end();
+  }
+
+ private:
+  [[nodiscard]] const FlatJsonValue* find(const char* name) const {
+    const auto found = claims_->find(name);
+    return found == claims_->end() ? nullptr : &found->second;
+  }
+
+  const FlatJson* claims_;
+  bool sound_ = true;
+};
+
+std::optional<TokenRole> role_of(const std::optional<std::string>& text) {
+  if (text == "participant") return TokenRole::participant;
+  if (text == "observer") return TokenRole::observer;
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::string_view to_string(TokenRefusal refusal) {
+  switch (refusal) {
+    case TokenRefusal::malformed:
+      return "malformed";
+    case TokenRefusal::bad_signature:
+      return "bad_signature";
+    case TokenRefusal::expired:
+      return "expired";
+    case TokenRefusal::not_yet:
+      return "not_yet";
+    case TokenRefusal::wrong_audience:
+      return "wrong_audience";
+    case TokenRefusal::wrong_room:
+      return "wrong_room";
+  }
+  return "unknown";
+}
+
+bool is_room_name(std::string_view text) {
+  return text.size() <= kTokenRoomBytesMax && std::all_of(text.begin(), text.end(), [](char c) {
+           return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '.' || c == '_' ||
+                  c == '-';
+         });
+}
+
+std::string validate(const TokenClaims& claims) {
+  const auto is_time = [](std::int64_t t) { return t >= 0 && t <= kTokenTimeMax_s; };
+  if (claims.room && !is_room_name(*claims.room)) return "a room is up to 64 letters, digits, '.', '_' and '-'";
+  if (!is_time(claims.expires_s) || !is_time(claims.not_before_s.value_or(0))) return "a time is not in 1970 to 9999";
+  if (claims.not_before_s && *claims.not_before_s >= claims.expires_s) return "it expires before it is good";
+  if (claims.strands_max.value_or(0) > static_cast<std::uint64_t>(kStrandsMax)) return "strands_max is too large";
+  if (!is_name(claims.name)) return "a name is up to 256 bytes, without control characters";
+  return {};
+}
+
+std::string sign(const TokenClaims& claims, const TokenKey& key) {
+  nlohmann::ordered_json json;
+  if (claims.room) json["room"] = *claims.room;
+  json["role"] = claims.role == TokenRole::observer ? "observer" : "participant";
+  json["exp"] = claims.expires_s;
+  if (claims.not_before_s) json["nbf"] = *claims.not_before_s;
+  if (claims.characters_max) json["characters_max"] = *claims.characters_max;
+  if (claims.strands_max) json["strands_max"] = *claims.strands_max;
+  if (!claims.name.empty()) json["name"] = claims.name;
+  return sign_jwt(json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace), key);
+}
+
+tl::expected<TokenClaims, TokenRefusal> read_claims(std::string_view token, const TokenKey& key) {
+  const tl::expected<std::string, JwtRefusal> payload = open_jwt(token, key);
+  if (!payload)
+    return tl::unexpected(payload.error() == JwtRefusal::bad_signature ? TokenRefusal::bad_signature
+                                                                       : TokenRefusal::malformed);
+  const std::optional<FlatJson> json = parse_flat_json(*payload);
+  if (!json) return tl::unexpected(TokenRefusal::malformed);
+  ClaimReader reader(*json);
+  if (!reader.for_us()) return tl::unexpected(TokenRefusal::wrong_audience);
+  TokenClaims claims;
+  claims.room = reader.text("room");
+  const std::optional<TokenRole> role = role_of(reader.text("role"));
+  const std::optional<std::int64_t> expires_s = reader.time_s("exp", false);
+  claims.not_before_s = reader.time_s("nbf", true);
+  if (const auto most = reader.whole("characters_max", kCharactersMax))
+    claims.characters_max = static_cast<std::uint32_t>(*most);
+  if (const auto most = reader.whole("strands_max", kStrandsMax))
+    claims.strands_max = static_cast<std::uint64_t>(*most);
+  claims.name = reader.text("name").value_or("");
+  if (!reader.sound() || !role || !expires_s || (claims.room && !is_room_name(*claims.room)) || !is_name(claims.name))
+    return tl::unexpected(TokenRefusal::malformed);
+  claims.role = *role;
+  claims.expires_s = *expires_s;
+  return claims;
+}
+
+tl::expected<TokenClaims, TokenRefusal> verify(std::string_view token, const TokenKey& key, std::int64_t now_s,
+                                               std::string_view room) {
+  tl::expected<TokenClaims, TokenRefusal> claims = read_claims(token, key);
+  if (!claims) return claims;
+  if (now_s >= claims->expires_s) return tl::unexpected(TokenRefusal::expired);
+  if (claims->not_before_s && now_s < *claims->not_before_s) return tl::unexpected(TokenRefusal::not_yet);
+  if (claims->room && *claims->room != room) return tl::unexpected(TokenRefusal::wrong_room);
+  return claims;
+}
+
+}  // namespace hairnet::channel

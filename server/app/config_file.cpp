@@ -1,0 +1,105 @@
+#include "server/app/config_file.hpp"
+
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <fstream>
+#include <optional>
+#include <string_view>
+
+namespace hairnet::server {
+namespace {
+
+std::optional<Setting::Triple> triple_of(const toml::array& array) {
+  Setting::Triple triple{};
+  if (array.size() != triple.size()) return std::nullopt;
+  for (std::size_t i = 0; i < triple.size(); ++i) {
+    if (!array[i].is_number()) return std::nullopt;
+    triple[i] = *array[i].value<double>();
+  }
+  return triple;
+}
+
+// None for what no setting takes: dates, tables, other arrays.
+std::optional<Setting::Value> value_of(const toml::node& node) {
+  if (const auto* b = node.as_boolean()) return Setting::Value(b->get());
+  if (const auto* i = node.as_integer()) return Setting::Value(i->get());
+  if (const auto* f = node.as_floating_point()) return Setting::Value(f->get());
+  if (const auto* s = node.as_string()) return Setting::Value(s->get());
+  if (const auto* a = node.as_array()) {
+    if (const auto triple = triple_of(*a)) return Setting::Value(*triple);
+  }
+  return std::nullopt;
+}
+
+class Reader {
+ public:
+  Reader(const std::string& path, const std::vector<Setting>& settings) : path_(&path), settings_(&settings) {}
+
+  Result<std::set<std::string>> read(const toml::table& file) {
+    for (const auto& [section, node] : file) {
+      const std::string_view name = section.str();
+      if (std::none_of(settings_->begin(), settings_->end(), [&](const Setting& s) { return s.section == name; }))
+        return fault(node, fmt::format("there is no {} '{}'", node.is_table() ? "section" : "key", name));
+      if (!node.is_table()) return fault(node, fmt::format("'{}' is a section, not a key", name));
+      if (std::string wrong = read_section(name, *node.as_table()); !wrong.empty()) return Refusal(std::move(wrong));
+    }
+    return std::move(names_);
+  }
+
+ private:
+  std::string read_section(std::string_view section, const toml::table& table) {
+    for (const auto& [key, node] : table) {
+      const std::string name = fmt::format("{}.{}", section, key.str());
+      const auto setting =
+          std::find_if(settings_->begin(), settings_->end(), [&](const Setting& s) { return s.name() == name; });
+      if (setting == settings_->end()) return place(node, fmt::format("there is no key '{}'", name));
+      std::optional<Setting::Value> value = value_of(node);
+      if (!value) return place(node, name + ": is of a type that no setting takes");
+      if (const std::string wrong = check(*setting, *value); !wrong.empty()) return place(node, name + ": " + wrong);
+      setting->set(*value);
+      names_.insert(name);
+    }
+    return {};
+  }
+  Refusal fault(const toml::node& node, const std::string& what) const { return Refusal(place(node, what)); }
+  std::string place(const toml::node& node, const std::string& what) const {
+    return fmt::format("{}:{}: {}", *path_, node.source().begin.line, what);
+  }
+
+  const std::string* path_;
+  const std::vector<Setting>* settings_;
+  std::set<std::string> names_;
+};
+
+}  // namespace
+
+Result<std::set<std::string>> read_config_file(const std::string& path, const std::vector<Setting>& settings) {
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream || stream.peek() == std::char_traits<char>::eof()) {
+    // An empty file sets nothing; a folder opens, and then cannot be read.
+    if (stream.eof() && !stream.bad()) return std::set<std::string>();
+    return Refusal(path + ": cannot be read");
+  }
+  try {
+    return Reader(path, settings).read(toml::parse(stream));
+  } catch (const toml::parse_error& error) {
+    return Refusal(fmt::format("{}:{}: {}", path, error.source().begin.line, error.description()));
+  }
+}
+
+std::string config_file_text(const std::vector<Setting>& settings) {
+  std::string text;
+  std::string_view section;
+  for (const Setting& s : settings) {
+    if (s.section != section) {
+      text += fmt::format("{}[{}]\n", section.empty() ? "" : "\n", s.section);
+      section = s.section;
+    }
+    text += fmt::format("{} = {}\n", s.key, to_toml(s.get()));
+  }
+  return text;
+}
+
+}  // namespace hairnet::server

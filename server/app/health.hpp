@@ -1,0 +1,21 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace hairnet::server {
+
+// What /readyz answers by. All times on the server's monotonic clock.
+struct Health {
+  bool accepting = false;         // the port is open
+  bool draining = false;          // a signal has asked it to end
+  std::int64_t last_tick_ns = 0;  // when the newest tick was done, or when the ticks were started
+  std::int64_t now_ns = 0;
+};
+
+inline constexpr std::int64_t kTickStallMax_ns = 1'000'000'000;
+
+// Empty when the server takes clients and its ticks are on time; else one line that says why not.
+std::string not_ready(const Health& health);
+
+}  // namespace hairnet::server

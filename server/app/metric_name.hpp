@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace hairnet::server {
+
+// What Prometheus calls one of our counters, gauges or histograms: `poses_rejected_stale` is
+// hairnet_poses_rejected_total{reason="stale"}.
+struct MetricName {
+  std::string family;
+  std::string label_name, label_value;  // empty: none
+};
+enum class MetricKind { counter, gauge, histogram };
+
+MetricName metric_name(std::string_view name, MetricKind kind);
+
+}  // namespace hairnet::server

@@ -1,0 +1,32 @@
+#include "server/app/server_pages.hpp"
+
+#include <utility>
+
+#include "server/app/process_gauges.hpp"
+#include "server/app/prometheus_text.hpp"
+
+namespace hairnet::server {
+
+ServerPages::ServerPages(Metrics& metrics, std::function<Health()> health)
+    : metrics_(&metrics), health_(std::move(health)) {}
+
+ServerPages::Page ServerPages::page(std::string_view path) {
+  if (path == "/healthz") return {.body = "alive\n"};
+  if (path == "/readyz") return ready_page();
+  if (path == "/metrics") return metrics_page();
+  return {.status = 404, .body = "no such page\n"};
+}
+
+ServerPages::Page ServerPages::ready_page() const {
+  const std::string why = not_ready(health_());
+  if (why.empty()) return {.body = "ready\n"};
+  return {.status = 503, .body = why + "\n"};
+}
+
+ServerPages::Page ServerPages::metrics_page() {
+  metrics_->program.ready.set(not_ready(health_()).empty() ? 1 : 0);
+  read_process(metrics_->program);
+  return {.content_type = kPrometheusContentType, .body = prometheus_text(*metrics_)};
+}
+
+}  // namespace hairnet::server

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace hairnet::server {
+
+// One thing that can be set, by a flag and by a key of the configuration file, and its place in a Config.
+struct Setting {
+  using Triple = std::array<double, 3>;
+  using Value = std::variant<bool, std::int64_t, double, std::string, Triple>;
+  enum class Kind : std::uint8_t { toggle, whole, number, text, triple };  // in the order of Value's alternatives
+
+  std::string section, key;  // of the file
+  std::string flag;          // with its dashes
+  std::string about;         // for --help and for the comment in the file
+  std::function<Value()> get;
+  std::function<void(const Value&)> set;  // of a value that check() has passed
+  std::int64_t whole_least = 0, whole_most = 0;
+  double number_least = 0, number_most = 0;  // of a number, and of each of a triple
+  std::vector<std::string> choices;          // of a text; none: any
+  bool may_be_empty = true;                  // of a text
+
+  [[nodiscard]] Kind kind() const { return static_cast<Kind>(get().index()); }
+  [[nodiscard]] std::string name() const { return section + "." + key; }
+};
+
+// Empty when the setting takes the value; else what is wrong with it, without the setting's name. A whole number will
+// do where a number is wanted, and so `value` may be converted.
+std::string check(const Setting& setting, Setting::Value& value);
+// The words of a flag as a value of the setting's kind, checked. Otherwise false, and `fault` says what is wrong.
+bool parse_words(const Setting& setting, const std::vector<std::string>& words, Setting::Value& value,
+                 std::string& fault);
+// As TOML writes it: text in quotes, a triple as an array.
+std::string to_toml(const Setting::Value& value);
+
+}  // namespace hairnet::server

@@ -1,0 +1,248 @@
+#include "server/app/settings.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <sstream>
+#include <utility>
+
+#include "schema/wire/groom_file.hpp"
+#include "schema/wire/messages.hpp"
+
+namespace hairnet::server {
+namespace {
+
+constexpr std::int64_t kWholeMax = std::numeric_limits<std::int64_t>::max();
+constexpr std::int64_t kGiB = std::int64_t{1} << 30;
+
+std::vector<std::string> words_of(std::string text) {
+  std::replace(text.begin(), text.end(), ',', ' ');
+  std::istringstream stream(text);
+  return {std::istream_iterator<std::string>(stream), {}};
+}
+
+// Writes the list: each call is a setting of the current section.
+class List {
+ public:
+  void section(std::string name) { section_ = std::move(name); }
+
+  // A flag left empty is the key's own name with dashes.
+  template <class Integer>
+  Setting& whole(Integer& to, const char* key, std::int64_t least, std::int64_t most, const char* about,
+                 const char* flag = "") {
+    Setting& s = add(key, flag, about);
+    s.whole_least = least;
+    s.whole_most = most;
+    s.get = [&to] { return Setting::Value(static_cast<std::int64_t>(to)); };
+    s.set = [&to](const Setting::Value& v) { to = static_cast<Integer>(std::get<std::int64_t>(v)); };
+    return s;
+  }
+  template <class Real>
+  Setting& number(Real& to, const char* key, double least, double most, const char* about, const char* flag = "") {
+    Setting& s = ranged(key, flag, about, least, most);
+    s.get = [&to] { return Setting::Value(static_cast<double>(to)); };
+    s.set = [&to](const Setting::Value& v) { to = static_cast<Real>(std::get<double>(v)); };
+    return s;
+  }
+  // Nanoseconds, set in seconds.
+  Setting& seconds(std::int64_t& to_ns, const char* key, double least, double most, const char* about) {
+    Setting& s = ranged(key, "", about, least, most);
+    s.get = [&to_ns] { return Setting::Value(static_cast<double>(to_ns) / 1e9); };
+    s.set = [&to_ns](const Setting::Value& v) { to_ns = std::llround(std::get<double>(v) * 1e9); };
+    return s;
+  }
+  Setting& seconds(std::chrono::milliseconds& to, const char* key, double least, double most, const char* about) {
+    Setting& s = ranged(key, "", about, least, most);
+    s.get = [&to] { return Setting::Value(static_cast<double>(to.count()) / 1e3); };
+    s.set = [&to](const Setting::Value& v) { to = std::chrono::milliseconds(std::llround(std::get<double>(v) * 1e3)); };
+    return s;
+  }
+  // Words with spaces or commas between.
+  Setting& words(std::vector<std::string>& to, const char* key, const char* about) {
+    Setting& s = add(key, "", about);
+    s.get = [&to] { return Setting::Value(fmt::format("{}", fmt::join(to, " "))); };
+    s.set = [&to](const Setting::Value& v) { to = words_of(std::get<std::string>(v)); };
+    return s;
+  }
+  Setting& text(std::string& to, const char* key, const char* about, std::vector<std::string> choices = {}) {
+    Setting& s = add(key, "", about);
+    s.choices = std::move(choices);
+    s.get = [&to] { return Setting::Value(to); };
+    s.set = [&to](const Setting::Value& v) { to = std::get<std::string>(v); };
+    return s;
+  }
+  Setting& toggle(bool& to, const char* key, const char* about, const char* flag = "") {
+    Setting& s = add(key, flag, about);
+    s.get = [&to] { return Setting::Value(to); };
+    s.set = [&to](const Setting::Value& v) { to = std::get<bool>(v); };
+    return s;
+  }
+  Setting& triple(Vec3& to, const char* key, double least, double most, const char* about, const char* flag) {
+    Setting& s = ranged(key, flag, about, least, most);
+    s.get = [&to] { return Setting::Value(Setting::Triple{to[0], to[1], to[2]}); };
+    s.set = [&to](const Setting::Value& v) { to = Vec3(std::get<Setting::Triple>(v).data()); };
+    return s;
+  }
+
+  std::vector<Setting> take() { return std::move(settings_); }
+
+ private:
+  Setting& add(const char* key, std::string flag, const char* about) {
+    if (flag.empty()) {
+      flag = std::string("--") + key;
+      std::replace(flag.begin(), flag.end(), '_', '-');
+    }
+    Setting& s = settings_.emplace_back();
+    s.section = section_;
+    s.key = key;
+    s.flag = std::move(flag);
+    s.about = about;
+    return s;
+  }
+  Setting& ranged(const char* key, const char* flag, const char* about, double least, double most) {
+    Setting& s = add(key, flag, about);
+    s.number_least = least;
+    s.number_most = most;
+    return s;
+  }
+
+  std::string section_;
+  std::vector<Setting> settings_;
+};
+
+void add_server(List& list, Config& c) {
+  list.section("server");
+  list.text(c.bind, "bind", "numeric address to listen on").may_be_empty = false;
+  list.whole(c.port, "port", 0, 65535, "TCP port; 0 picks a free one");
+  list.text(c.port_file, "port_file", "write the port in use to this file; empty: nowhere");
+  list.whole(c.tick_rate_hz, "tick_rate_hz", 10, 120, "steps and frames a second", "--tick-rate");
+  list.number(c.pose_delay_ms, "pose_delay_ms", 0, 200, "poses are sampled this far back");
+  list.whole(c.ticks_behind_max, "ticks_behind_max", 1, 1000, "more overdue ticks than this are skipped");
+  list.whole(c.workers, "workers", 0, 256, "threads of a tick; 0: the machine's less one");
+  list.number(c.drain_s, "drain_s", 0, 600, "at shutdown, for clients to take what waits for them");
+  list.text(c.record, "record", "write a recording to this file; empty: none");
+}
+
+void add_solver(List& list, Config& c) {
+  list.section("solver");
+  list.whole(c.substeps, "substeps", 0, 16, "solver steps a tick; 0: as many as keep a step within 1/50 s");
+  list.whole(c.iterations, "iterations", 0, 256, "of conjugate gradient a step; 0: each level's own");
+}
+
+void add_wind(List& list, Config& c) {
+  Wind& w = c.wind;
+  list.section("wind");
+  list.triple(w.mean_m_per_s, "mean_m_per_s", -60, 60, "mean wind, m/s, world: X Y Z", "--wind");
+  list.number(w.gust_ratio, "gust_ratio", 0, 1, "the mean comes and goes by this share of it", "--gust");
+  list.number(w.gust_period_s, "gust_period_s", 0.2, 120, "seconds of the slowest gust", "--gust-period");
+  list.number(w.turbulence_rms_m_per_s, "turbulence_rms_m_per_s", 0, 20, "m/s of each component, root mean square",
+              "--turbulence");
+  list.number(w.turbulence_scale_m, "turbulence_scale_m", kTurbulenceScaleMin_m, 100,
+              "metres over which turbulence changes", "--turbulence-scale");
+  list.whole(w.seed, "seed", 0, kWholeMax, "another seed, another turbulence", "--wind-seed");
+  list.toggle(c.sessions.wind_from_clients, "from_clients", "whether clients may set the wind of all",
+              "--wind-from-clients");
+}
+
+void add_limits(List& list, Config& c) {
+  SessionLimits& s = c.sessions;
+  list.section("limits");
+  list.whole(s.session_count_max, "clients_max", 1, 10'000, "clients at once");
+  list.whole(s.character_count_max, "characters_max", 1, 65'536, "characters of all clients");
+  list.whole(s.characters_per_session_max, "characters_per_client_max", 1, 65'536,
+             "characters of one client; the lower of this and all of them");
+  list.whole(s.control_bytes_max, "control_bytes_max", 1 << 20, kGiB,
+             "unsent answers and level records of a client; more ends its session");
+  list.whole(s.frame_packet_bytes_max, "frame_packet_bytes_max", 4096, static_cast<std::int64_t>(wire::kPacketBytesMax),
+             "frames of one packet");
+  list.whole(c.command_weight_max, "command_weight_max", 1024, 1 << 26,
+             "commands and poses on their way to the tick; poses beyond it are dropped");
+  list.number(s.messages_per_s, "messages_per_s", 1, 1e6, "messages of a client, mean");
+  list.number(s.messages_burst, "messages_burst", 1, 1e7, "messages of a client, at once");
+  list.number(s.poses_per_s, "poses_per_s", 1, 1e8, "poses of a client, mean");
+  list.number(s.poses_burst, "poses_burst", 1, 1e8, "poses of a client, at once");
+  list.seconds(s.handshake_timeout_ns, "handshake_timeout_s", 0.1, 600, "without a Hello, a client is told goodbye");
+  list.seconds(s.idle_timeout_ns, "idle_timeout_s", 1, 86'400, "without a word, a client is told goodbye");
+  list.seconds(s.slow_consumer_ns, "slow_consumer_s", 0.1, 600, "without reading, a client is told goodbye");
+  list.seconds(s.drain_timeout_ns, "goodbye_timeout_s", 0, 600, "for a client to take its goodbye");
+}
+
+void add_transport(List& list, Config& c) {
+  TransportOptions& t = c.transport;
+  AdmissionLimits& a = t.admission;
+  list.section("transport");
+  list.text(t.web_root, "web_root", "folder of pages to serve; empty: none");
+  list.words(t.origins, "origins",
+             "pages that may open a WebSocket, as https://host[:port], * for all; empty: the server's own");
+  list.text(t.tls.certificate, "tls_certificate", "PEM file, the certificate's chain; empty: no TLS");
+  list.text(t.tls.key, "tls_key", "PEM file, the certificate's key, without a passphrase");
+  list.toggle(t.tls_required, "tls_required", "whether what is not TLS is turned away");
+  list.whole(a.connections_max, "connections_max", 0, 1 << 20,
+             "connections of all kinds; 0: as many as the clients and the next two can use");
+  list.whole(a.arrivals_max, "arrivals_max", 1, 1 << 16, "connections that have not yet said what they want");
+  list.whole(a.http_max, "page_connections_max", 1, 1 << 16, "connections that ask for pages");
+  list.whole(a.connections_per_address_max, "connections_per_address_max", 0, 1 << 20,
+             "connections of one IPv4 address or IPv6 /64; 0: no bound");
+  list.whole(t.requests_per_connection_max, "requests_per_connection_max", 1, 1 << 20, "pages of one connection");
+  list.seconds(t.opening_timeout, "opening_timeout_s", 0.1, 600, "for a connection's first bytes, and again for TLS");
+  list.seconds(t.request_timeout, "request_timeout_s", 0.1, 600, "for a whole request, the wait for it included");
+  list.seconds(t.response_timeout, "response_timeout_s", 0.1, 600, "for each 64 KiB of a page to be taken");
+  list.seconds(t.ping_after, "ping_after_s", 0.1, 600,
+               "a WebSocket that says nothing is pinged, and after twice this ended");
+}
+
+void add_grooms(List& list, Config& c) {
+  GroomStoreLimits& g = c.grooms;
+  const GroomLimits most;
+  const auto of = [](std::size_t n) { return static_cast<std::int64_t>(n); };
+  list.section("grooms");
+  list.whole(g.groom_bytes_max, "groom_bytes_max", 1024, of(wire::kGroomBytesMax), "bytes of one groom");
+  list.whole(g.upload_bytes_max, "upload_bytes_max", 1024, 64 * kGiB,
+             "bytes of all uploads under way; unless given, room for four grooms at least");
+  list.whole(g.level_bytes_max, "level_bytes_max", 1 << 20, 1024 * kGiB, "bytes of all levels in memory");
+  list.whole(g.groom_count_max, "grooms_max", 1, 1 << 20, "grooms of all clients");
+  list.whole(g.grooms_per_session_max, "grooms_per_client_max", 1, 1 << 20, "grooms of one client");
+  list.whole(g.build_queue_max, "build_queue_max", 1, 1 << 16, "grooms that wait to be built");
+  list.seconds(g.upload_timeout_ns, "upload_timeout_s", 1, 3600, "without a chunk, an upload is refused");
+  list.whole(c.build_threads, "build_threads", 0, 64,
+             "threads of a groom's build, of low priority; 0: what the machine has, at most 4");
+  list.text(c.level_cache, "level_cache",
+            "keep built levels in this folder, so that the next server need not build them; empty: none are kept");
+  list.whole(c.level_cache_mib, "level_cache_mib", 1, 1 << 20, "MiB kept there; those used least lately go first");
+  list.whole(g.groom.strand_count_max, "strands_max", 1, of(most.strand_count_max), "of one groom");
+  list.whole(g.groom.point_count_max, "points_max", 1, of(most.point_count_max), "of one groom's strands");
+  list.whole(g.groom.vertex_count_max, "vertices_max", 1, of(most.vertex_count_max), "of one groom's body");
+  list.whole(g.groom.group_count_max, "groups_max", 1, of(most.group_count_max), "of one groom");
+  list.whole(g.groom.copy_count_max, "copies_max", 1, of(most.copy_count_max), "of one cluster");
+  list.whole(g.groom.fabric_count_max, "fabrics_max", 1, of(most.fabric_count_max),
+             "threads, strips, cloths and knots: of each so many");
+  list.number(g.groom.coordinate_max_m, "coordinate_max_m", 0.01, most.coordinate_max_m,
+              "every coordinate of a groom, absolute");
+}
+
+void add_log(List& list, Config& c) {
+  list.section("log");
+  list.text(c.log_level, "log_level", "how much is said on standard error",
+            {"trace", "debug", "info", "warn", "error", "off"});
+  list.number(c.counters_interval_s, "counters_interval_s", 0.1, 86'400, "at level debug, between counters");
+}
+
+}  // namespace
+
+std::vector<Setting> settings_of(Config& config) {
+  List list;
+  add_server(list, config);
+  add_solver(list, config);
+  add_wind(list, config);
+  add_limits(list, config);
+  add_transport(list, config);
+  add_grooms(list, config);
+  add_log(list, config);
+  return list.take();
+}
+
+}  // namespace hairnet::server

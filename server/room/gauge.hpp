@@ -1,0 +1,43 @@
+#pragma once
+
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <string_view>
+#include <vector>
+
+namespace hairnet::server {
+
+class Gauge;
+
+// The gauges of one part of the server, as members that enter themselves in its list.
+class GaugeSet {
+ public:
+  GaugeSet() = default;
+  GaugeSet(const GaugeSet&) = delete;
+  GaugeSet& operator=(const GaugeSet&) = delete;
+  [[nodiscard]] const std::vector<const Gauge*>& gauges() const { return gauges_; }
+
+ private:
+  friend class Gauge;
+  std::vector<const Gauge*> gauges_;
+};
+
+// What is so now. Not a number until it is first set, and then not shown. Any thread; relaxed: it orders nothing.
+class Gauge {
+ public:
+  Gauge(GaugeSet& set, std::string_view name) : name_(name) { set.gauges_.push_back(this); }
+  Gauge(const Gauge&) = delete;
+  Gauge& operator=(const Gauge&) = delete;
+
+  void set(double value) { value_.store(value, std::memory_order_relaxed); }
+  [[nodiscard]] double value() const { return value_.load(std::memory_order_relaxed); }
+  [[nodiscard]] bool is_set() const { return !std::isnan(value()); }
+  [[nodiscard]] std::string_view name() const { return name_; }
+
+ private:
+  std::string_view name_;
+  std::atomic<double> value_{std::numeric_limits<double>::quiet_NaN()};
+};
+
+}  // namespace hairnet::server

@@ -1,0 +1,100 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cassert>
+#include <cmath>
+#include <cstdint>
+#include <initializer_list>
+#include <string_view>
+#include <vector>
+
+namespace hairnet::server {
+
+class Histogram;
+
+// The histograms of one part of the server, as members that enter themselves in its list.
+class HistogramSet {
+ public:
+  HistogramSet() = default;
+  HistogramSet(const HistogramSet&) = delete;
+  HistogramSet& operator=(const HistogramSet&) = delete;
+  [[nodiscard]] const std::vector<const Histogram*>& histograms() const { return histograms_; }
+
+ private:
+  friend class Histogram;
+  std::vector<const Histogram*> histograms_;
+};
+
+// How often which values came, in buckets fixed at the start. Any thread; nothing locks, so that a tick may use it
+// (prometheus::Histogram takes a mutex). Values that are not finite are left out: one would spoil the sum for good.
+class Histogram {
+ public:
+  static constexpr std::size_t kBoundsMax = 20;
+  using Counts = std::array<std::uint64_t, kBoundsMax + 1>;  // the bucket after the last bound has no upper one
+
+  // Values of one thread, gathered at no cost, to be added in one go.
+  class Tally {
+   public:
+    explicit Tally(Histogram& to) : to_(&to) {}
+    Tally(const Tally&) = delete;
+    Tally& operator=(const Tally&) = delete;
+    ~Tally() { to_->add(counts_, sum_); }
+    void observe(double value) {
+      if (!std::isfinite(value)) return;
+      ++counts_[to_->bucket(value)];
+      sum_ += value;
+    }
+
+   private:
+    Histogram* to_;
+    Counts counts_{};
+    double sum_ = 0;
+  };
+
+  // `bounds` rise; each is the highest value of its bucket.
+  Histogram(HistogramSet& set, std::string_view name, std::initializer_list<double> bounds) : name_(name) {
+    assert(bounds.size() <= kBoundsMax);
+    for (const double bound : bounds) {
+      assert(bound_count_ == 0 || bound > bounds_[bound_count_ - 1]);
+      bounds_[bound_count_++] = bound;
+    }
+    set.histograms_.push_back(this);
+  }
+  Histogram(const Histogram&) = delete;
+  Histogram& operator=(const Histogram&) = delete;
+
+  void observe(double value) {
+    if (!std::isfinite(value)) return;
+    counts_[bucket(value)].fetch_add(1, std::memory_order_relaxed);
+    sum_.fetch_add(value, std::memory_order_relaxed);
+  }
+
+  [[nodiscard]] std::string_view name() const { return name_; }
+  [[nodiscard]] std::size_t bound_count() const { return bound_count_; }
+  [[nodiscard]] double bound(std::size_t i) const { return bounds_[i]; }
+  // Of bucket i alone, not of those below; i = bound_count() is what lies above every bound.
+  [[nodiscard]] std::uint64_t count(std::size_t i) const { return counts_[i].load(std::memory_order_relaxed); }
+  [[nodiscard]] double sum() const { return sum_.load(std::memory_order_relaxed); }
+
+ private:
+  [[nodiscard]] std::size_t bucket(double value) const {
+    std::size_t i = 0;
+    while (i < bound_count_ && value > bounds_[i]) ++i;
+    return i;
+  }
+  void add(const Counts& counts, double sum) {
+    for (std::size_t i = 0; i <= bound_count_; ++i) {
+      if (counts[i] != 0) counts_[i].fetch_add(counts[i], std::memory_order_relaxed);
+    }
+    sum_.fetch_add(sum, std::memory_order_relaxed);
+  }
+
+  std::string_view name_;
+  std::array<double, kBoundsMax> bounds_{};
+  std::size_t bound_count_ = 0;
+  std::array<std::atomic<std::uint64_t>, kBoundsMax + 1> counts_{};
+  std::atomic<double> sum_{0};
+};
+
+}  // namespace hairnet::server

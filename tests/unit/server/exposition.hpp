@@ -1,0 +1,32 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace hairnet::server {
+
+// Prometheus' text format 0.0.4, read strictly.
+struct Exposition {
+  struct Sample {
+    std::string name;
+    std::map<std::string, std::string> labels;
+    double value = 0;
+  };
+  struct Family {
+    std::string type;
+    std::vector<Sample> samples;
+  };
+  std::map<std::string, Family> families;
+
+  // Of a sample without labels, or with just this one; NaN when there is none.
+  [[nodiscard]] double value(const std::string& name, const std::string& label = "",
+                             const std::string& label_value = "") const;
+};
+
+// Every line must be a comment of TYPE or HELP, or a sample of the family whose TYPE came last; no series twice; names
+// and labels as the format allows; counters finite and not negative; of each histogram cumulative buckets, rising
+// bounds up to +Inf, and a count equal to that. Otherwise false, and `fault` says what and where.
+bool parse_exposition(const std::string& text, Exposition& exposition, std::string& fault);
+
+}  // namespace hairnet::server

@@ -1,0 +1,166 @@
+#include "server/app/metrics.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <thread>
+
+#include "server/app/metric_name.hpp"
+#include "server/app/process_gauges.hpp"
+#include "server/app/prometheus_text.hpp"
+#include "server/room/log_text.hpp"
+#include "tests/unit/server/exposition.hpp"
+
+namespace hairnet::server {
+namespace {
+
+Exposition exposition_of(const Metrics& metrics) {
+  Exposition exposition;
+  std::string fault;
+  EXPECT_TRUE(parse_exposition(prometheus_text(metrics), exposition, fault)) << fault;
+  return exposition;
+}
+
+TEST(Metrics, a_fresh_server_shows_every_counter_at_zero_and_no_gauge_that_nobody_has_set) {
+  const Metrics metrics;
+  const Exposition exposition = exposition_of(metrics);
+  EXPECT_EQ(exposition.value("hairnet_ticks_run_total"), 0);
+  EXPECT_EQ(exposition.value("hairnet_poses_rejected_total", "reason", "stale"), 0);
+  EXPECT_FALSE(exposition.families.contains("hairnet_clients"));
+  EXPECT_EQ(exposition.families.at("hairnet_build_info").samples.at(0).value, 1);
+}
+
+TEST(Metrics, every_counter_gauge_and_histogram_is_a_series_of_its_own) {
+  Metrics metrics;
+  metrics.session.gauges.clients.set(3);
+  metrics.tick.gauges.characters_at_low.set(7);
+  metrics.tick.gauges.characters_in_state_asleep.set(2.5);
+  metrics.tick.gauges.step_cost_seconds_at_high.set(1e-5);
+  metrics.room.poses_rejected_out_of_order.add(5);
+  metrics.session.poses_rejected_not_unit.add(6);
+  metrics.session.sessions_closed_idle.add(2);
+  metrics.session.sessions_closed.add(9);
+  metrics.level_cache.level_cache_rejected_damaged.add(4);
+  metrics.transport.bytes_read.add(std::uint64_t{1} << 52);
+  const Exposition exposition = exposition_of(metrics);
+  EXPECT_EQ(exposition.value("hairnet_clients"), 3);
+  EXPECT_EQ(exposition.value("hairnet_characters", "level", "low"), 7);
+  EXPECT_EQ(exposition.value("hairnet_characters_by_state", "state", "asleep"), 2.5);
+  EXPECT_EQ(exposition.value("hairnet_step_cost_seconds", "level", "high"), 1e-5);
+  EXPECT_EQ(exposition.value("hairnet_poses_rejected_total", "reason", "out_of_order"), 5);
+  EXPECT_EQ(exposition.value("hairnet_poses_rejected_total", "reason", "not_unit"), 6);
+  EXPECT_EQ(exposition.value("hairnet_sessions_closed_by_server_total", "reason", "idle"), 2);
+  EXPECT_EQ(exposition.value("hairnet_sessions_closed_total"), 9);
+  EXPECT_EQ(exposition.value("hairnet_level_cache_rejected_total", "reason", "damaged"), 4);
+  EXPECT_EQ(exposition.value("hairnet_bytes_read_total"), 4503599627370496.0);
+}
+
+TEST(Metrics, a_histogram_counts_each_value_in_the_first_bucket_that_holds_it) {
+  Metrics metrics;
+  Histogram& seconds = metrics.tick.histograms.tick_seconds;
+  seconds.observe(0);
+  seconds.observe(0.001);  // a bound belongs to its own bucket
+  seconds.observe(0.0011);
+  seconds.observe(1000);
+  const Exposition exposition = exposition_of(metrics);
+  EXPECT_EQ(exposition.value("hairnet_tick_seconds_bucket", "le", "0.0005"), 1);
+  EXPECT_EQ(exposition.value("hairnet_tick_seconds_bucket", "le", "0.001"), 2);
+  EXPECT_EQ(exposition.value("hairnet_tick_seconds_bucket", "le", "0.002"), 3);
+  EXPECT_EQ(exposition.value("hairnet_tick_seconds_bucket", "le", "1"), 3);
+  EXPECT_EQ(exposition.value("hairnet_tick_seconds_bucket", "le", "+Inf"), 4);
+  EXPECT_EQ(exposition.value("hairnet_tick_seconds_count"), 4);
+  EXPECT_NEAR(exposition.value("hairnet_tick_seconds_sum"), 1000.0021, 1e-3);
+}
+
+TEST(Metrics, a_histogram_leaves_out_what_is_not_finite) {
+  HistogramSet set;
+  Histogram histogram(set, "seconds", {1});
+  histogram.observe(std::nan(""));
+  histogram.observe(std::numeric_limits<double>::infinity());
+  {
+    Histogram::Tally tally(histogram);
+    tally.observe(std::nan(""));
+    tally.observe(2);
+  }
+  EXPECT_EQ(histogram.sum(), 2);
+  EXPECT_EQ(histogram.count(0), 0u);
+  EXPECT_EQ(histogram.count(1), 1u);
+}
+
+TEST(Metrics, tallies_of_several_threads_add_up) {
+  HistogramSet set;
+  Histogram histogram(set, "seconds", {1, 2});
+  const auto work = [&histogram] {
+    for (int round = 0; round < 100; ++round) {
+      Histogram::Tally tally(histogram);
+      for (int i = 0; i < 10; ++i) tally.observe(i % 4);
+      histogram.observe(2);
+    }
+  };
+  std::thread other(work);
+  work();
+  other.join();
+  // 0 1 2 3 0 1 2 3 0 1: six within 1, two within 2, two above.
+  EXPECT_EQ(histogram.count(0), 200u * 6);
+  EXPECT_EQ(histogram.count(1), 200u * 2 + 200);
+  EXPECT_EQ(histogram.count(2), 200u * 2);
+  EXPECT_EQ(histogram.sum(), 200 * 13 + 200 * 2);
+}
+
+TEST(Metrics, names_say_thing_refusal_and_reason) {
+  const auto made = [](const char* name) { return metric_name(name, MetricKind::counter); };
+  EXPECT_EQ(made("grooms_refused_queue_full").family, "hairnet_grooms_refused_total");
+  EXPECT_EQ(made("grooms_refused_queue_full").label_name, "reason");
+  EXPECT_EQ(made("grooms_refused_queue_full").label_value, "queue_full");
+  EXPECT_EQ(made("frames_sent").family, "hairnet_frames_sent_total");
+  EXPECT_EQ(made("frames_sent").label_name, "");
+  EXPECT_EQ(made("bytes_written_websocket").family, "hairnet_sent_bytes_total");
+  EXPECT_EQ(made("bytes_written_websocket").label_value, "websocket");
+  EXPECT_EQ(metric_name("tick_seconds", MetricKind::histogram).family, "hairnet_tick_seconds");
+}
+
+TEST(LogText, text_from_outside_stays_in_its_quotes_and_on_its_line) {
+  EXPECT_EQ(log_text("plain"), "\"plain\"");
+  EXPECT_EQ(log_text("a\" level=error \n\\"), "\"a\\\" level=error ?\\\\\"");
+  EXPECT_EQ(log_text(std::string(1000, '"')).size(), 402u);
+}
+
+TEST(Metrics, the_process_is_measured) {
+  ProgramGauges gauges;
+  read_process(gauges);
+  EXPECT_GT(gauges.resident_memory_bytes.value(), 1 << 20);
+  EXPECT_GE(gauges.open_files.value(), 3);
+  EXPECT_GE(gauges.cpu_seconds.value(), 0);
+}
+
+TEST(Exposition, the_parser_refuses_what_is_not_the_format) {
+  const auto refused = [](const std::string& text) {
+    Exposition exposition;
+    std::string fault;
+    return !parse_exposition(text, exposition, fault);
+  };
+  EXPECT_FALSE(refused("# TYPE a counter\na 1\n"));
+  EXPECT_FALSE(refused("# TYPE a counter\na{b=\"c\\\\\\\"\\n\"} 1\n"));
+  EXPECT_TRUE(refused("# TYPE a counter\na 1"));
+  EXPECT_TRUE(refused("a 1\n"));
+  EXPECT_TRUE(refused("# TYPE a count\na 1\n"));
+  EXPECT_TRUE(refused("# TYPE a counter\na -1\n"));
+  EXPECT_TRUE(refused("# TYPE a counter\na 1x\n"));
+  EXPECT_TRUE(refused("# TYPE a counter\na 1\na 1\n"));
+  EXPECT_TRUE(refused("# TYPE a counter\na 1\na{b=\"c\"} 1\n"));
+  EXPECT_TRUE(refused("# TYPE a counter\na{b=\"c\\x\"} 1\n"));
+  EXPECT_TRUE(refused("# TYPE a counter\na{b-=\"c\"} 1\n"));
+  EXPECT_TRUE(refused("# TYPE a counter\na{b=\"c\" 1\n"));
+  EXPECT_TRUE(refused("# TYPE a counter\na 1\n# TYPE a counter\n"));
+  const std::string histogram = "# TYPE h histogram\nh_count 2\nh_sum 1\nh_bucket{le=\"1\"} 1\n";
+  EXPECT_FALSE(refused(histogram + "h_bucket{le=\"+Inf\"} 2\n"));
+  EXPECT_TRUE(refused(histogram));
+  EXPECT_TRUE(refused(histogram + "h_bucket{le=\"+Inf\"} 3\n"));
+  EXPECT_TRUE(refused(histogram + "h_bucket{le=\"2\"} 0\nh_bucket{le=\"+Inf\"} 2\n"));
+  EXPECT_TRUE(refused(histogram + "h_bucket{le=\"0.5\"} 1\nh_bucket{le=\"+Inf\"} 2\n"));
+}
+
+}  // namespace
+}  // namespace hairnet::server
