@@ -117,6 +117,7 @@ ParsedConfig parse_config(int argc, const char* const* argv) {
 std::string validate(const Config& config) {
   const SessionLimits& s = config.sessions;
   if (std::string fault = validate(config.wind); !fault.empty()) return fault;
+  if (std::string fault = validate(config.transport); !fault.empty()) return fault;
   if (config.grooms.groom_bytes_max > config.grooms.upload_bytes_max)
     return fmt::format("grooms.groom_bytes_max ({}) exceeds grooms.upload_bytes_max ({})",
                        config.grooms.groom_bytes_max, config.grooms.upload_bytes_max);

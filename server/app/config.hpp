@@ -6,6 +6,7 @@
 #include "core/solver/wind.hpp"
 #include "server/session/session_limits.hpp"
 #include "server/tick/groom_store.hpp"
+#include "server/transport/transport_options.hpp"
 
 namespace hairnet::server {
 
@@ -33,6 +34,7 @@ struct Config {
   double drain_s = 2;                        // at shutdown, for clients to take what waits
   SessionLimits sessions;
   GroomStoreLimits grooms;
+  TransportOptions transport;  // but its address and port: those above
 };
 
 struct ParsedConfig {

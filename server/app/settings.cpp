@@ -1,8 +1,11 @@
 #include "server/app/settings.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <sstream>
 #include <utility>
 
 #include "schema/wire/groom_file.hpp"
@@ -49,6 +52,28 @@ class List {
     s.choices = std::move(choices);
     s.get = [&to] { return Setting::Value(to); };
     s.set = [&to](const Setting::Value& v) { to = std::get<std::string>(v); };
+    return s;
+  }
+  // Words, parted by spaces.
+  Setting& words(std::vector<std::string>& to, const char* key, const char* about, const char* flag = "") {
+    Setting& s = add(key, flag, about);
+    s.get = [&to] {
+      std::string all;
+      for (const std::string& word : to) all += (all.empty() ? "" : " ") + word;
+      return Setting::Value(all);
+    };
+    s.set = [&to](const Setting::Value& v) {
+      std::istringstream all(std::get<std::string>(v));
+      to.assign(std::istream_iterator<std::string>(all), {});
+    };
+    return s;
+  }
+  Setting& seconds(std::chrono::milliseconds& to, const char* key, double least, double most, const char* about) {
+    Setting& s = ranged(key, "", about, least, most);
+    s.get = [&to] { return Setting::Value(static_cast<double>(to.count()) / 1e3); };
+    s.set = [&to](const Setting::Value& v) {
+      to = std::chrono::milliseconds(std::llround(std::get<double>(v) * 1e3));
+    };
     return s;
   }
   Setting& toggle(bool& to, const char* key, const char* about, const char* flag = "") {
@@ -185,6 +210,26 @@ void add_grooms(List& list, Config& c) {
               "every coordinate of a groom, absolute");
 }
 
+void add_transport(List& list, Config& c) {
+  TransportOptions& t = c.transport;
+  list.section("transport");
+  list.text(t.web_root, "web_root", "folder of pages to serve; empty: none");
+  list.words(t.origins, "origins", "pages that may open a WebSocket, as scheme://host:port, parted by spaces; empty: this server's own");
+  list.text(t.tls.certificate, "tls_certificate", "PEM file of the certificate chain; empty: no TLS");
+  list.text(t.tls.key, "tls_key", "PEM file of its key");
+  list.toggle(t.tls_required, "tls_required", "turn away what is not TLS");
+  list.whole(t.admission.connections_max, "connections_max", 0, 1 << 20, "connections in all; 0: as many as can be of use");
+  list.whole(t.admission.connections_per_address_max, "connections_per_address_max", 0, 1 << 20,
+             "connections of one address; 0: no bound");
+  list.whole(t.admission.arrivals_max, "arrivals_max", 1, 1 << 20, "connections that have not said what they want");
+  list.whole(t.admission.http_max, "http_connections_max", 1, 1 << 20, "connections that ask for pages");
+  list.seconds(t.opening_timeout, "opening_timeout_s", 0.1, 600, "for the first bytes, and again for a TLS handshake");
+  list.seconds(t.request_timeout, "request_timeout_s", 0.1, 600, "for a whole HTTP request, the wait for it included");
+  list.seconds(t.response_timeout, "response_timeout_s", 0.1, 600, "for each 64 KiB of an HTTP response to leave");
+  list.seconds(t.ping_after, "ping_after_s", 0.1, 600, "a WebSocket that says nothing is pinged, and ended at twice this");
+  list.whole(t.requests_per_connection_max, "requests_per_connection_max", 1, 1 << 20, "HTTP requests of one connection");
+}
+
 void add_log(List& list, Config& c) {
   list.section("log");
   list.text(c.log_level, "log_level", "how much is said on standard error",
@@ -201,6 +246,7 @@ std::vector<Setting> settings_of(Config& config) {
   add_wind(list, config);
   add_limits(list, config);
   add_grooms(list, config);
+  add_transport(list, config);
   add_log(list, config);
   return list.take();
 }

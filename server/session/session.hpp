@@ -38,7 +38,7 @@ struct SessionContext {
   std::function<std::int64_t()> unix_time_s = [] { return std::int64_t{0}; };  // for tokens
   SessionDirectory* directory = nullptr;
   std::size_t character_count = 0;  // of all sessions
-  RoomCensus rooms;
+  RoomCensus rooms = {};
 };
 
 // One client's conversation: awaiting_hello -> active -> draining -> closed. When its connection breaks an active one is

@@ -122,10 +122,13 @@ TEST_F(PublishTest, a_connection_that_does_not_keep_up_begins_anew_with_fewer_fr
   std::vector<std::uint64_t> ticks;
   for (std::uint64_t t = 6; t <= 24; ++t) {
     tick();
-    if (slow->newest(t).empty()) continue;
+    const auto frames = slow->newest(t);
+    if (frames.empty()) continue;
     ticks.push_back(t);
-    EXPECT_EQ(slow->newest(t)[0].order, t == 6 ? 0 : t == 8 ? 1 : t == 10 ? 2 : t == 15 ? 0 : slow->newest(t)[0].order);
-    EXPECT_EQ(slow->newest(t)[0].discontinuous, t == 6) << "it may have missed one";
+    EXPECT_EQ(frames[0].discontinuous, t == 6) << "it may have missed one";
+    if (ticks.size() <= 4) {
+      EXPECT_EQ(frames[0].order, ticks.size() - 1) << "tick " << t;
+    }
   }
   ASSERT_GE(ticks.size(), 12u);
   EXPECT_EQ(ticks[1] - ticks[0], 2u);

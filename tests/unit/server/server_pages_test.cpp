@@ -35,6 +35,13 @@ TEST(Health, is_not_ready_while_draining_before_accepting_or_when_ticks_stall) {
 
 class Pages : public testing::Test {
  protected:
+  HttpResponse page(std::string_view path) {
+    HttpRequest request;
+    request.method = "GET";
+    request.path = path;
+    return pages_.handle(request);
+  }
+
   Health health_ = sound();
   Metrics metrics_;
   ServerPages pages_{metrics_, [this] { return health_; }};
@@ -42,20 +49,20 @@ class Pages : public testing::Test {
 
 TEST_F(Pages, alive_even_when_not_ready) {
   health_.draining = true;
-  EXPECT_EQ(pages_.page("/healthz").status, 200);
-  const ServerPages::Page ready = pages_.page("/readyz");
+  EXPECT_EQ(page("/healthz").status, 200);
+  const HttpResponse ready = page("/readyz");
   EXPECT_EQ(ready.status, 503);
   EXPECT_EQ(ready.body, "draining\n");
 }
 
 TEST_F(Pages, ready_when_all_is_well) {
-  EXPECT_EQ(pages_.page("/readyz").status, 200);
+  EXPECT_EQ(page("/readyz").status, 200);
 }
 
 TEST_F(Pages, metrics_are_sound_and_say_whether_it_is_ready) {
   for (const bool draining : {false, true}) {
     health_.draining = draining;
-    const ServerPages::Page page = pages_.page("/metrics");
+    const HttpResponse page = page("/metrics");
     EXPECT_EQ(page.status, 200);
     EXPECT_THAT(page.content_type, testing::HasSubstr("version=0.0.4"));
     Exposition exposition;
@@ -67,7 +74,7 @@ TEST_F(Pages, metrics_are_sound_and_say_whether_it_is_ready) {
 
 TEST_F(Pages, others_are_not_there) {
   for (const char* path : {"", "/", "/metrics/", "/healthzz", "/../metrics"})
-    EXPECT_EQ(pages_.page(path).status, 404) << path;
+    EXPECT_EQ(page(path).status, 404) << path;
 }
 
 }  // namespace

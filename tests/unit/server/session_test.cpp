@@ -79,6 +79,7 @@ class SessionTest : public testing::Test {
     return {{{character, 1, at_ns, false, pose}}};
   }
 
+  std::vector<std::unique_ptr<Session>> kept_;  // others', as they stay open
   SessionCounters counters_;
   CommandQueue commands_{1000};
   FakeDesk desk_;
@@ -328,7 +329,7 @@ TEST_F(SessionTest, closes_when_nothing_is_heard_for_long) {
 TEST_F(SessionTest, closes_a_client_that_takes_nothing) {
   hello();
   connection_->takes_more = false;
-  session_.outbox().push_frames(1, 0, {wire::Frame{}});
+  session_.outbox().push_frames({wire::encode_packet({1, wire::FrameBatch{}})}, 1);
   session_.flush(now_ns_);
   session_.poll(now_ns_ + 9 * kSecond_ns);
   EXPECT_EQ(session_.state(), State::active);
@@ -344,7 +345,7 @@ TEST_F(SessionTest, a_client_that_takes_something_now_and_then_is_kept) {
   hello();
   for (int i = 0; i < 10; ++i) {
     connection_->takes_more = false;
-    session_.outbox().push_frames(1, 0, {wire::Frame{}});
+    session_.outbox().push_frames({wire::encode_packet({1, wire::FrameBatch{}})}, 1);
     session_.flush(now_ns_);
     now_ns_ += 8 * kSecond_ns;
     session_.poll(now_ns_);
@@ -386,15 +387,262 @@ TEST_F(SessionTest, closes_on_a_broken_stream) {
   EXPECT_EQ(counters_.packets_oversize.value(), 1u);
 }
 
-TEST_F(SessionTest, gives_everything_back_once_when_the_connection_ends) {
+TEST_F(SessionTest, gives_everything_back_once_when_it_leaves) {
   hello();
   say(wire::AddCharacter{1, desk_.known, LevelIndex::low});
-  session_.on_closed("reset", now_ns_);
+  say(wire::Goodbye{GoodbyeReason::client_leaves, ""});
   session_.on_closed("reset", now_ns_);
   EXPECT_EQ(session_.state(), State::closed);
   EXPECT_EQ(commands<CloseSession>().size(), 1u);
   EXPECT_THAT(desk_.released, ElementsAre(7u));
   EXPECT_EQ(context_.character_count, 0u);
+  EXPECT_EQ(context_.rooms.room_count(), 0u);
+}
+
+TEST_F(SessionTest, outlives_its_connection_for_the_grace_and_then_gives_everything_back) {
+  hello();
+  say(wire::AddCharacter{1, desk_.known, LevelIndex::low});
+  session_.on_closed("reset", now_ns_);
+  EXPECT_EQ(session_.state(), State::detached);
+  EXPECT_EQ(commands<DetachSession>().size(), 1u);
+  session_.send(wire::CharacterRemoved{1}, now_ns_);
+  session_.flush(now_ns_);
+  session_.poll(now_ns_ + context_.limits.resume_grace_ns);
+  EXPECT_EQ(session_.state(), State::detached);
+  EXPECT_THAT(desk_.released, IsEmpty());
+  session_.poll(now_ns_ + context_.limits.resume_grace_ns + 1);
+  EXPECT_EQ(session_.state(), State::closed);
+  EXPECT_EQ(commands<CloseSession>().size(), 1u);
+  EXPECT_EQ(context_.character_count, 0u);
+  EXPECT_EQ(counters_.sessions_closed_grace_over.value(), 1u);
+}
+
+TEST_F(SessionTest, before_its_hello_or_without_a_grace_ends_with_its_connection) {
+  session_.on_closed("reset", now_ns_);
+  EXPECT_EQ(session_.state(), State::closed);
+  context_.limits.resume_grace_ns = 0;
+  Session session(9, std::make_shared<FakeConnection>(), context_, now_ns_);
+  session.on_message({now_ns_, wire::Hello{}}, now_ns_);
+  session.on_closed("reset", now_ns_);
+  EXPECT_EQ(session.state(), State::closed);
+}
+
+// Sessions as a registry holds them.
+class ResumeTest : public SessionTest {
+ protected:
+  struct Client {
+    std::shared_ptr<FakeConnection> connection = std::make_shared<FakeConnection>();
+    PacketSink* sink = nullptr;
+    [[nodiscard]] wire::Welcome welcome() const { return connection->all<wire::Welcome>().at(0); }
+  };
+  Client connect(std::uint64_t session = 0, const wire::SessionSecret& secret = {}, const std::string& room = "") {
+    Client client;
+    client.sink = registry_.open(client.connection, now_ns_);
+    wire::Hello hello;
+    hello.session = session;
+    hello.secret = secret;
+    hello.room = room;
+    say(client, hello);
+    return client;
+  }
+  void say(Client& client, const wire::Message& message) {
+    client.sink->on_packet(wire::encode_packet({now_ns_, message}), now_ns_);
+  }
+  SessionRegistry registry_{context_};
+};
+
+TEST_F(ResumeTest, goes_on_with_characters_and_grooms_over_another_connection) {
+  Client first = connect(0, {}, "hall");
+  say(first, wire::AddCharacter{1, desk_.known, LevelIndex::low});
+  const wire::Welcome told = first.welcome();
+  EXPECT_FALSE(told.resumed);
+  first.sink->on_closed("reset", now_ns_);
+  registry_.poll(now_ns_);
+  Client second = connect(told.session, told.secret, "ignored");
+  const wire::Welcome again = second.welcome();
+  EXPECT_TRUE(again.resumed);
+  EXPECT_EQ(again.session, told.session);
+  EXPECT_EQ(again.room, "hall");
+  EXPECT_EQ(again.secret, told.secret);
+  EXPECT_THAT(desk_.told, ElementsAre(static_cast<SessionId>(told.session)));
+  EXPECT_THAT(desk_.released, IsEmpty());
+  registry_.poll(now_ns_ + context_.limits.resume_grace_ns + 1);
+  EXPECT_EQ(registry_.count(), 1u);
+  EXPECT_EQ(context_.character_count, 1u);
+  commands<CloseSession>();
+  say(second, wire::SetLevel{1, LevelIndex::high});
+  EXPECT_EQ(commands<SetLevel>().at(0).character, character_key(static_cast<SessionId>(told.session), 1));
+}
+
+TEST_F(ResumeTest, takes_over_from_a_connection_that_still_looks_alive) {
+  Client first = connect();
+  const wire::Welcome told = first.welcome();
+  Client second = connect(told.session, told.secret);
+  EXPECT_TRUE(second.welcome().resumed);
+  ASSERT_EQ(first.connection->all<wire::Goodbye>().size(), 1u);
+  EXPECT_EQ(first.connection->all<wire::Goodbye>()[0].reason, GoodbyeReason::session_taken_over);
+  EXPECT_TRUE(first.connection->closed);
+  EXPECT_EQ(commands<CloseSession>().size(), 0u);
+  registry_.poll(now_ns_);
+  EXPECT_EQ(registry_.count(), 1u);
+  EXPECT_EQ(counters_.sessions_closed_taken_over.value(), 1u);
+}
+
+TEST_F(ResumeTest, with_a_wrong_secret_is_a_new_session_and_leaves_the_other_alone) {
+  Client first = connect();
+  const wire::Welcome told = first.welcome();
+  wire::SessionSecret wrong = told.secret;
+  wrong[15] ^= 1;
+  Client second = connect(told.session, wrong);
+  EXPECT_FALSE(second.welcome().resumed);
+  EXPECT_NE(second.welcome().session, told.session);
+  EXPECT_FALSE(first.connection->closed);
+  EXPECT_EQ(counters_.sessions_not_resumed.value(), 1u);
+}
+
+TEST_F(ResumeTest, after_the_grace_is_a_new_session) {
+  Client first = connect();
+  const wire::Welcome told = first.welcome();
+  first.sink->on_closed("reset", now_ns_);
+  now_ns_ += context_.limits.resume_grace_ns + 1;
+  registry_.poll(now_ns_);
+  registry_.poll(now_ns_);
+  EXPECT_FALSE(connect(told.session, told.secret).welcome().resumed);
+}
+
+TEST_F(ResumeTest, of_a_session_above_any_number_is_refused_kindly) {
+  EXPECT_FALSE(connect(~std::uint64_t{0}).welcome().resumed);
+}
+
+TEST_F(SessionTest, joins_the_room_that_hello_names) {
+  say(wire::Hello{wire::kProtocolVersion, "test", "hall-2.b_c", "", wire::Role::participant, 0, {}});
+  EXPECT_EQ(connection_->all<wire::Welcome>().at(0).room, "hall-2.b_c");
+  EXPECT_EQ(commands<OpenSession>().at(0).room, "hall-2.b_c");
+  EXPECT_EQ(context_.rooms.count("hall-2.b_c").sessions, 1u);
+}
+
+TEST_F(SessionTest, refuses_a_room_whose_name_cannot_be_and_a_room_too_many) {
+  say(wire::Hello{wire::kProtocolVersion, "test", "no/slash", "", wire::Role::participant, 0, {}});
+  EXPECT_THAT(errors(), ElementsAre(ErrorReason::room_invalid));
+  EXPECT_THAT(goodbyes(), ElementsAre(GoodbyeReason::room_refused));
+  EXPECT_THAT(commands<OpenSession>(), IsEmpty());
+  context_.limits.room_count_max = 1;
+  context_.limits.sessions_per_room_max = 1;
+  const auto refused = [&](const std::string& room) {
+    auto connection = std::make_shared<FakeConnection>();
+    auto session = std::make_unique<Session>(9, connection, context_, now_ns_);
+    session->on_message({now_ns_, wire::Hello{wire::kProtocolVersion, "", room, "", wire::Role::participant, 0, {}}}, now_ns_);
+    kept_.push_back(std::move(session));
+    return connection->all<wire::Welcome>().empty();
+  };
+  EXPECT_FALSE(refused("a"));
+  EXPECT_TRUE(refused("b")) << "a room too many";
+  EXPECT_TRUE(refused("a")) << "a client too many in the room";
+  EXPECT_EQ(counters_.sessions_refused_room.value(), 3u);
+}
+
+TEST_F(SessionTest, wants_a_token_by_its_key_and_holds_the_bearer_to_it) {
+  context_.token_key.emplace(std::vector<std::uint8_t>(32, 7));
+  context_.unix_time_s = [] { return std::int64_t{1000}; };
+  const auto try_token = [&](const std::string& token, wire::Role role, const std::string& room = "hall") {
+    auto connection = std::make_shared<FakeConnection>();
+    auto session = std::make_unique<Session>(9, connection, context_, now_ns_);
+    session->on_message({now_ns_, wire::Hello{wire::kProtocolVersion, "", room, token, role, 0, {}}}, now_ns_);
+    kept_.push_back(std::move(session));
+    if (!connection->all<wire::Goodbye>().empty()) {
+      EXPECT_EQ(connection->all<wire::Goodbye>()[0].reason, GoodbyeReason::token_refused);
+      EXPECT_EQ(connection->all<wire::Error>().at(0).reason, ErrorReason::token_invalid);
+      return std::uint32_t{0};
+    }
+    return connection->all<wire::Welcome>().at(0).character_count_max + 1;
+  };
+  channel::TokenClaims claims;
+  claims.room = "hall";
+  claims.expires_s = 1001;
+  claims.characters_max = 1;
+  const std::string good = channel::sign(claims, *context_.token_key);
+  EXPECT_EQ(try_token(good, wire::Role::participant), 2u) << "one character, whatever the server allows";
+  EXPECT_EQ(try_token(good, wire::Role::participant, "attic"), 0u);
+  EXPECT_EQ(try_token("", wire::Role::participant), 0u);
+  EXPECT_EQ(try_token(good + "A", wire::Role::participant), 0u);
+  claims.role = channel::TokenRole::observer;
+  const std::string observer = channel::sign(claims, *context_.token_key);
+  EXPECT_EQ(try_token(observer, wire::Role::participant), 0u);
+  EXPECT_EQ(try_token(observer, wire::Role::observer), 1u);
+  context_.unix_time_s = [] { return std::int64_t{1001}; };
+  EXPECT_EQ(try_token(good, wire::Role::participant), 0u) << "expired";
+  EXPECT_EQ(counters_.sessions_refused_token.value(), 5u);
+}
+
+TEST_F(SessionTest, an_observer_has_no_characters) {
+  say(wire::Hello{wire::kProtocolVersion, "test", "", "", wire::Role::observer, 0, {}});
+  say(wire::AddCharacter{1, desk_.known, LevelIndex::low});
+  EXPECT_THAT(errors(), ElementsAre(ErrorReason::not_allowed));
+}
+
+TEST_F(SessionTest, passes_on_what_it_wants_to_see_and_refuses_what_is_out_of_range) {
+  hello();
+  wire::Observe observe;
+  observe.mode = wire::ObserveMode::radius;
+  observe.radius_m = 3;
+  say(observe);
+  EXPECT_EQ(commands<SetObserve>().at(0).observe.radius_m, 3);
+  observe.radius_m = -1;
+  say(observe);
+  observe.radius_m = 1;
+  observe.stride = 3;
+  say(observe);
+  EXPECT_THAT(errors(), ElementsAre(ErrorReason::observe_invalid, ErrorReason::observe_invalid));
+  EXPECT_THAT(commands<SetObserve>(), IsEmpty());
+  EXPECT_EQ(counters_.observes_refused.value(), 2u);
+  say(wire::ReportImportance{{{4, 0.5f, false}}});
+  EXPECT_EQ(commands<SetImportance>().at(0).members.size(), 1u);
+  say(wire::RequestKeyframes{{4, 5}});
+  EXPECT_THAT(commands<MakeKeyframes>().at(0).members, ElementsAre(4, 5));
+}
+
+TEST_F(SessionTest, a_hair_state_out_of_range_leaves_the_character_at_rest) {
+  hello();
+  wire::HairState state{LevelIndex::low, 0.5e-3f, {1, 2, 3}, {}};
+  say(wire::AddCharacter{1, desk_.known, LevelIndex::low, state});
+  EXPECT_TRUE(commands<AddCharacter>().at(0).state.has_value());
+  state.step_m = 1;
+  say(wire::AddCharacter{2, desk_.known, LevelIndex::low, state});
+  EXPECT_THAT(errors(), ElementsAre(ErrorReason::state_invalid));
+  EXPECT_FALSE(commands<AddCharacter>().at(0).state.has_value());
+}
+
+TEST_F(SessionTest, sends_a_groom_that_is_asked_for_in_pieces_and_from_where_it_is_asked) {
+  hello();
+  say(wire::GroomRequest{desk_.known, 50'000});
+  std::vector<std::uint8_t> got;
+  for (const wire::GroomData& data : connection_->all<wire::GroomData>()) {
+    EXPECT_EQ(data.offset, 50'000 + got.size());
+    EXPECT_EQ(data.byte_count, desk_.file->size());
+    got.insert(got.end(), data.bytes.begin(), data.bytes.end());
+  }
+  EXPECT_EQ(got, std::vector<std::uint8_t>(desk_.file->begin() + 50'000, desk_.file->end()));
+  say(wire::GroomRequest{wire::GroomHash{9}, 0});
+  say(wire::GroomRequest{desk_.known, 200'001});
+  EXPECT_THAT(errors(), ElementsAre(ErrorReason::groom_unavailable, ErrorReason::groom_unavailable));
+}
+
+TEST_F(SessionTest, frames_wait_for_one_piece_of_a_groom_at_most) {
+  hello();
+  connection_->takes_more = false;
+  say(wire::GroomRequest{desk_.known, 0});
+  session_.outbox().push_frames({wire::encode_packet({1, wire::FrameBatch{}})}, 1);
+  connection_->takes_more = true;
+  session_.flush(now_ns_);
+  const auto first_frame = std::ranges::find_if(connection_->received, [](const wire::Envelope& envelope) {
+    return std::holds_alternative<wire::FrameBatch>(envelope.message);
+  });
+  ASSERT_NE(first_frame, connection_->received.end());
+  EXPECT_LE(std::count_if(connection_->received.begin(), first_frame,
+                          [](const wire::Envelope& envelope) {
+                            return std::holds_alternative<wire::GroomData>(envelope.message);
+                          }),
+            1);
 }
 
 TEST_F(SessionTest, a_full_server_says_so) {

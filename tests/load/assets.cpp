@@ -1,0 +1,26 @@
+#include "tests/load/assets.hpp"
+
+#include <utility>
+
+#include "client/tools/load/load_groom.hpp"
+#include "schema/wire/groom_file.hpp"
+
+namespace hairnet::load {
+
+Result<Assets> load_assets(const Plan& plan) {
+  Assets assets;
+  for (const std::string& spec : plan.grooms) {
+    const Result<Groom> groom = load_groom(spec);
+    if (!groom) return Refusal(spec + ": " + groom.error());
+    auto bytes = std::make_shared<const std::vector<std::uint8_t>>(wire::encode_groom(*groom));
+    if (bytes->empty()) return Refusal(spec + ": is too large to be sent");
+    const wire::GroomHash hash = wire::hash_groom(*bytes);
+    assets.grooms.push_back({spec, hash, std::move(bytes)});
+  }
+  auto motions = MotionBank::load(plan.motions, plan.pose_hz);
+  if (!motions) return Refusal(motions.error());
+  assets.motions = std::move(*motions);
+  return assets;
+}
+
+}  // namespace hairnet::load

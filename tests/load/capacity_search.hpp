@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace hairnet::load {
+
+// The most characters at which the thresholds hold: doubling until they do not, bisection down to the resolution, then
+// the answer once more; where that fails, a little less, until it holds. Pure; the caller does the probing.
+class CapacitySearch {
+ public:
+  struct Limits {
+    std::uint32_t first = 16;
+    std::uint32_t most = 100'000;
+    double resolution = 0.05;   // share of the answer by which it may be too low
+    std::uint32_t granule = 1;  // probes are multiples of it (characters of a client)
+    std::uint32_t probe_count_max = 30;
+  };
+  struct Probe {
+    std::uint32_t characters = 0;
+    bool confirms = false;
+    bool held = false;
+  };
+
+  explicit CapacitySearch(const Limits& limits);
+  // How many characters to try next; none when the search is over.
+  [[nodiscard]] std::optional<Probe> next() const { return next_; }
+  void report(bool held);  // of next()
+  // The largest confirmed count; 0: not even the least holds, or none was confirmed in time.
+  [[nodiscard]] std::uint32_t capacity() const { return capacity_; }
+  [[nodiscard]] bool reached_most() const { return capacity_ == most_; }
+  [[nodiscard]] const std::vector<Probe>& probes() const { return probes_; }
+
+ private:
+  void go_on();
+  [[nodiscard]] std::uint32_t rounded(double characters) const;
+  [[nodiscard]] bool bracketed() const;
+
+  Limits limits_;
+  std::uint32_t most_ = 0;
+  std::uint32_t good_ = 0;            // the largest that held, so far not contradicted
+  std::optional<std::uint32_t> bad_;  // the least that did not
+  std::uint32_t capacity_ = 0;
+  std::vector<Probe> probes_;
+  std::optional<Probe> next_;
+};
+
+}  // namespace hairnet::load

@@ -1,0 +1,130 @@
+#include <gmock/gmock.h>
+
+#include "tests/load/find_capacity.hpp"
+
+namespace hairnet::load {
+namespace {
+
+// Probes until the search is over; `holds` says whether so many do.
+template <class Holds>
+CapacitySearch search(const CapacitySearch::Limits& limits, Holds holds) {
+  CapacitySearch search(limits);
+  for (int i = 0; search.next() && i < 1000; ++i) search.report(holds(search.next()->characters));
+  EXPECT_FALSE(search.next());
+  return search;
+}
+
+TEST(CapacitySearch, FindsAKnownCapacityWithinItsResolution) {
+  for (const std::uint32_t known : {1u, 5u, 16u, 17u, 100u, 333u, 1000u, 4095u, 60'000u}) {
+    CapacitySearch::Limits limits;
+    const auto found = search(limits, [&](std::uint32_t n) { return n <= known; });
+    EXPECT_LE(found.capacity(), known);
+    EXPECT_GE(found.capacity() + std::max(1.0, 0.05 * known), known) << known;
+    EXPECT_TRUE(found.probes().back().confirms);
+    EXPECT_LE(found.probes().size(), 25u);
+    EXPECT_FALSE(found.reached_most());
+  }
+}
+
+TEST(CapacitySearch, KeepsToWholeClients) {
+  CapacitySearch::Limits limits;
+  limits.granule = 24;
+  const auto found = search(limits, [](std::uint32_t n) { return n <= 1000; });
+  for (const auto& probe : found.probes()) EXPECT_EQ(probe.characters % 24, 0u);
+  EXPECT_LE(found.capacity(), 1000u);
+  EXPECT_GE(found.capacity(), 936u);
+}
+
+TEST(CapacitySearch, EndsWhenNothingHoldsOrEverythingDoes) {
+  EXPECT_EQ(search({}, [](std::uint32_t) { return false; }).capacity(), 0u);
+  CapacitySearch::Limits limits;
+  limits.most = 500;
+  const auto all = search(limits, [](std::uint32_t) { return true; });
+  EXPECT_EQ(all.capacity(), 500u);
+  EXPECT_TRUE(all.reached_most());
+}
+
+TEST(CapacitySearch, WhatHeldOnceAndNotAgainIsNotTheAnswer) {
+  // 400 to 500 holds every other time only.
+  int turn = 0;
+  const auto found = search({}, [&](std::uint32_t n) { return n < 400 || (n <= 500 && turn++ % 2 == 0); });
+  EXPECT_GT(found.capacity(), 0u);
+  EXPECT_TRUE(found.probes().back().held);
+  EXPECT_TRUE(found.probes().back().confirms);
+  EXPECT_LE(found.capacity(), 500u);
+}
+
+TEST(CapacitySearch, IsBoundedAgainstAServerThatIsNeverSure) {
+  int turn = 0;
+  const auto found = search({}, [&](std::uint32_t) { return turn++ % 2 == 0; });
+  EXPECT_LE(found.probes().size(), 30u);
+}
+
+Options capacity_options() {
+  Options options;
+  options.plan.stages = {parse_stage("steady:10s:clients=4,characters=8,level=low", nullptr).value()};
+  options.capacity = CapacityOptions{};
+  options.requirements = {parse_requirement("latency_p99_ms<50").value()};
+  return options;
+}
+
+// A server whose latency rises with its characters, and a generator that is late above some.
+Prober fake_prober(double ms_per_character, double generator_limit) {
+  return [=](const Plan& plan) -> Result<RunResult> {
+    RunResult result;
+    result.plan = plan;
+    const Stage& stage = plan.stages.back();
+    const double characters = stage.clients * stage.characters;
+    result.generator_lag_p99_ms = characters > generator_limit ? 50 : 0.1;
+    for (const Stage& each : plan.stages) {
+      StageResult staged;
+      staged.stage = each;
+      staged.figures = {{"latency_p99_ms", characters * ms_per_character}, {"characters", characters}};
+      result.stages.push_back(staged);
+    }
+    return result;
+  };
+}
+
+TEST(FindCapacity, ProbesWithWarmUpAndMeasuredPartAndConfirmsLonger) {
+  const Options options = capacity_options();
+  const Plan plan = probe_plan(options.plan, {96, false, false}, *options.capacity);
+  ASSERT_EQ(plan.stages.size(), 2u);
+  EXPECT_FALSE(plan.stages[0].measured);
+  EXPECT_EQ(plan.stages[1].clients, 12u);
+  EXPECT_EQ(plan.stages[1].characters, 8u);
+  EXPECT_EQ(plan.stages[1].levels, std::vector{LevelIndex::low});
+  EXPECT_DOUBLE_EQ(plan.stages[1].duration_s - plan.stages[1].warm_s, options.capacity->probe_s);
+  const Plan confirming = probe_plan(options.plan, {96, true, false}, *options.capacity);
+  EXPECT_DOUBLE_EQ(confirming.stages[1].duration_s - confirming.stages[1].warm_s, options.capacity->confirm_s);
+}
+
+TEST(FindCapacity, FindsWhereTheThresholdStopsHolding) {
+  Report report;
+  ASSERT_TRUE(find_capacity(capacity_options(), fake_prober(0.1, 1e9), report));
+  ASSERT_TRUE(report.capacity);
+  EXPECT_LT(report.capacity->capacity, 500u);
+  EXPECT_GE(report.capacity->capacity, 470u);
+  EXPECT_FALSE(report.capacity->limited_by_generator);
+  ASSERT_EQ(report.runs.size(), 1u);
+  EXPECT_EQ(report.capacity->points.back().probe.characters, report.capacity->capacity);
+  EXPECT_DOUBLE_EQ(report.runs[0].stages.back().figures.at("characters"), report.capacity->capacity);
+}
+
+TEST(FindCapacity, SaysWhenTheGeneratorWasTheLimit) {
+  Report report;
+  ASSERT_TRUE(find_capacity(capacity_options(), fake_prober(0.1, 200), report));
+  EXPECT_LE(report.capacity->capacity, 200u);
+  EXPECT_TRUE(report.capacity->limited_by_generator);
+}
+
+TEST(FindCapacity, GivesUpWhenARunCannotBe) {
+  Report report;
+  const auto found = find_capacity(
+      capacity_options(), [](const Plan&) -> Result<RunResult> { return Refusal("no server"); }, report);
+  ASSERT_FALSE(found);
+  EXPECT_EQ(found.error(), "no server");
+}
+
+}  // namespace
+}  // namespace hairnet::load

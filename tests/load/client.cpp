@@ -1,0 +1,328 @@
+#include "tests/load/client.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace hairnet::load {
+namespace {
+
+constexpr std::int64_t kRedialLeast_ns = 500'000'000;
+constexpr std::int64_t kRedialSpread_ns = 1'000'000'000;
+constexpr std::int64_t kGoodbyeWait_ns = 2'000'000'000;
+constexpr std::int64_t kSlowReadInterval_ns = 1'000'000'000;
+constexpr std::size_t kSlowReadBytes = 1024;
+constexpr std::size_t kUnsentBytesMax = 256u << 10;  // more than that waits: poses are not sent
+// A pose that the run's end leaves unanswered, and that is older, will not be.
+constexpr std::int64_t kAnswerWait_ns = 250'000'000;
+constexpr std::uint64_t kTicksForJitter = 8;
+constexpr double kPlaceSpacing_m = 1.5;
+constexpr std::uint32_t kPlacesInARow = 8;
+
+}  // namespace
+
+Client::Client(const Props& props, std::uint32_t number, bool slow)
+    : props_(&props), number_(number), slow_(slow), random_(props.seed, number), interval_ns_(1e9 / props.pose_hz) {}
+
+void Client::join(std::uint32_t characters, const std::vector<LevelIndex>& levels, std::int64_t intended_ns,
+                  std::int64_t now_ns) {
+  for (std::uint32_t i = 0; i < characters; ++i) {
+    puppets_.push_back(make_puppet(i + 1, levels));
+    puppets_.back().join_ns = intended_ns;
+  }
+  phase_ns_ = intended_ns + static_cast<std::int64_t>(random_.unit() * interval_ns_);
+  dial(now_ns);
+}
+
+Client::Puppet Client::make_puppet(std::uint32_t number, const std::vector<LevelIndex>& levels) const {
+  Random random(props_->seed, (std::uint64_t{number_} << 32) + number);
+  Puppet puppet;
+  puppet.number = number;
+  const std::uint32_t turn = number_ + number - 1;
+  puppet.groom = turn % props_->grooms->size();
+  puppet.motion = random.next() % props_->motions->count();
+  puppet.motion_step = random.next() >> 32;
+  puppet.level = levels[turn % levels.size()];
+  // Clients of a room stand in rows, each client's further characters behind it.
+  const std::uint32_t place = props_->room_size > 0 ? number_ % props_->room_size : number_;
+  puppet.place = kPlaceSpacing_m * Vec3(place % kPlacesInARow, 0, place / kPlacesInARow + 0.1 * (number - 1));
+  return puppet;
+}
+
+void Client::dial(std::int64_t now_ns) {
+  dial_ns_ = kNever_ns;
+  goodbye_.clear();
+  state_ = State::dialling;
+  now_ns_ = now_ns;
+  line_ = props_->dialler->dial(*this);
+}
+
+void Client::on_open(std::int64_t now_ns) {
+  if (state_ != State::dialling) return;
+  state_ = State::greeting;
+  peer_ = props_->make_peer(number_);
+  peer_->open(now_ns);
+  flush(now_ns);
+}
+
+void Client::on_welcome(const wire::Welcome& welcome, std::int64_t now_ns) {
+  if (state_ != State::greeting) return;
+  pass_poses(now_ns);
+  state_ = State::active;
+  started_ = true;
+  tick_ns_ = 1'000'000'000 / std::max(1u, welcome.tick_rate_hz);
+  tick_ = 0;
+  for (Puppet& puppet : puppets_) {
+    puppet.tick = 0;
+    puppet.asleep = false;
+    puppet.answered = next_pose_ - 1;
+    peer_->add_character(puppet.number, (*props_->grooms)[puppet.groom].hash, puppet.level, now_ns);
+  }
+  if (slow_) {
+    line_->limit_reading(kSlowReadBytes);
+    read_ns_ = now_ns + kSlowReadInterval_ns;
+  }
+  flush(now_ns);
+  props_->wake(number_, pose_time_ns(next_pose_));
+}
+
+std::int64_t Client::act(std::int64_t now_ns) {
+  now_ns_ = now_ns;
+  if (now_ns >= dial_ns_) dial(now_ns);
+  if (now_ns >= end_ns_) {
+    hang_up();
+    state_ = State::gone;
+  }
+  if (now_ns >= read_ns_ && line_) {
+    line_->limit_reading(kSlowReadBytes);
+    read_ns_ = now_ns + kSlowReadInterval_ns;
+  }
+  if (state_ == State::leaving || state_ == State::gone) return end_ns_ > now_ns ? end_ns_ : kNever_ns;
+  pass_poses(now_ns);
+  return std::min({pose_time_ns(next_pose_), dial_ns_, read_ns_});
+}
+
+// Every pose that is due goes out with the time it was meant to be captured at, however late that is. There are none
+// before the first welcome; after it they are due whether or not there is a session to send them in.
+void Client::pass_poses(std::int64_t now_ns) {
+  const bool can_send = state_ == State::active && line_ && line_->unsent_bytes() <= kUnsentBytesMax;
+  while (pose_time_ns(next_pose_) <= now_ns) {
+    const std::int64_t captured_ns = pose_time_ns(next_pose_);
+    if (!slow_ && started_) {
+      props_->tally->record_lag(captured_ns, now_ns);
+      props_->tally->count(captured_ns, &Counts::poses_intended, puppets_.size());
+      props_->tally->count(captured_ns, can_send ? &Counts::poses_sent : &Counts::poses_unsent, puppets_.size());
+    }
+    if (can_send) peer_->push_poses(make_poses(next_pose_), now_ns);
+    ++next_pose_;
+  }
+  if (can_send) flush(now_ns);
+}
+
+std::vector<wire::PoseSample> Client::make_poses(std::int64_t pose) {
+  std::vector<wire::PoseSample> samples(puppets_.size());
+  for (std::size_t i = 0; i < puppets_.size(); ++i) {
+    Puppet& puppet = puppets_[i];
+    const MotionBank::Step step =
+        props_->motions->step(puppet.motion, puppet.motion_step + static_cast<std::uint64_t>(pose));
+    wire::PoseSample& sample = samples[i];
+    sample.character = puppet.number;
+    sample.sequence = static_cast<std::uint32_t>(pose);
+    sample.capture_time_ns = pose_time_ns(pose);
+    sample.teleport = step.teleport;
+    sample.pose = *step.pose;
+    for (RigidTransform& bone : sample.pose.bones) bone.position += puppet.place;
+    if (puppet.asleep && !slow_) {
+      const auto same = [](const RigidTransform& a, const RigidTransform& b) {
+        return a.position == b.position && a.rotation.coeffs() == b.rotation.coeffs();
+      };
+      if (std::ranges::equal(step.pose->bones, puppet.last_pose->bones, same)) {
+        props_->tally->count(sample.capture_time_ns, &Counts::poses_asleep);
+        puppet.answered = pose;
+      } else {
+        puppet.asleep = false;  // it owes a frame again, from this pose on
+        puppet.tick = 0;
+      }
+    }
+    puppet.last_pose = step.pose;
+  }
+  return samples;
+}
+
+void Client::on_packet(std::span<const std::uint8_t> packet, std::int64_t arrival_ns) {
+  if (!peer_) return;
+  now_ns_ = arrival_ns;
+  if (!slow_) props_->tally->count(arrival_ns, &Counts::bytes_in, packet.size());
+  if (!peer_->on_packet(packet, arrival_ns, *this)) {
+    count_error("server_packet_bad", arrival_ns);
+    return on_closed("", arrival_ns);
+  }
+  flush(arrival_ns);
+}
+
+void Client::on_frame(const FrameSeen& frame, std::int64_t server_lag_ns, std::int64_t now_ns) {
+  if (slow_) return;
+  Tally& tally = *props_->tally;
+  tally.record_frame(now_ns, frame.level, frame.stride, frame.node_bytes, frame.discontinuous, frame.own);
+  if (frame.tick > tick_) {
+    tally.record_frame_age(frame.sample_time_local_ns, now_ns, server_lag_ns);
+    const std::uint64_t ticks = frame.tick - tick_;
+    if (tick_ > 0 && ticks <= kTicksForJitter)
+      tally.record_jitter(now_ns, now_ns - tick_arrival_ns_ - static_cast<std::int64_t>(ticks) * tick_ns_);
+    tick_ = frame.tick;
+    tick_arrival_ns_ = now_ns;
+  }
+  if (!frame.own || frame.character == 0 || frame.character > puppets_.size()) return;
+  Puppet& puppet = puppets_[frame.character - 1];
+  answer(puppet, frame, now_ns);
+  if (props_->watcher) props_->watcher->on_frame(number_, frame, puppet.groom);
+}
+
+// This frame answers all poses up to the one it was sampled at.
+void Client::answer(Puppet& puppet, const FrameSeen& frame, std::int64_t now_ns) {
+  Tally& tally = *props_->tally;
+  if (puppet.join_ns != kNever_ns) tally.record_join(std::exchange(puppet.join_ns, kNever_ns), now_ns, true);
+  if (puppet.tick > 0 && frame.tick > puppet.tick + puppet.stride)
+    tally.count(now_ns, &Counts::frames_missed, (frame.tick - puppet.tick) / puppet.stride - 1);
+  puppet.tick = frame.tick;
+  puppet.stride = std::max(1u, frame.stride);
+  const std::int64_t newest = std::min(newest_pose_at(frame.sample_time_local_ns), next_pose_ - 1);
+  for (std::int64_t pose = puppet.answered + 1; pose <= newest; ++pose)
+    tally.record_answer(pose_time_ns(pose), now_ns, 1);
+  puppet.answered = std::max(puppet.answered, newest);
+  puppet.asleep = frame.asleep && puppet.last_pose != nullptr;
+  if (puppet.asleep) {
+    // Poses that are already under way may be those that wake it; they are told apart by the next one only.
+    tally.count(now_ns, &Counts::poses_asleep, static_cast<std::uint64_t>(next_pose_ - 1 - puppet.answered));
+    puppet.answered = next_pose_ - 1;
+  }
+}
+
+void Client::on_refusal(std::string_view reason, std::uint32_t) {
+  count_error("error_" + std::string(reason), now_ns_);
+}
+
+void Client::on_goodbye(std::string_view reason) {
+  goodbye_ = reason;
+}
+
+void Client::on_closed(std::string_view reason, std::int64_t now_ns) {
+  if (state_ == State::gone || state_ == State::away) return;
+  const bool left = state_ == State::leaving;
+  const std::string why = !goodbye_.empty() ? "goodbye_" + goodbye_
+                          : reason.empty()  ? ""
+                                            : "closed_" + std::string(reason);
+  if (slow_ && !left)
+    props_->tally->count_misfit_end(now_ns, "slow", why);
+  else if (!left && !why.empty())
+    count_error(why, now_ns);
+  give_up_poses(now_ns, !left);
+  hang_up();
+  if (left) {
+    state_ = State::gone;
+    return props_->wake(number_, now_ns);
+  }
+  dial_ns_ = now_ns + kRedialLeast_ns + static_cast<std::int64_t>(random_.unit() * kRedialSpread_ns);
+  for (Puppet& puppet : puppets_)
+    if (puppet.join_ns == kNever_ns) puppet.join_ns = now_ns;
+  props_->wake(number_, dial_ns_);
+}
+
+void Client::lose_connection(std::int64_t intended_ns, std::int64_t now_ns) {
+  if (state_ == State::leaving || state_ == State::gone) return;
+  give_up_poses(now_ns, false);
+  hang_up();
+  for (Puppet& puppet : puppets_)
+    if (puppet.join_ns == kNever_ns) puppet.join_ns = intended_ns;
+  dial(now_ns);
+}
+
+void Client::dress(std::uint32_t characters, const std::vector<LevelIndex>& levels, std::int64_t now_ns) {
+  const bool active = state_ == State::active;
+  while (puppets_.size() > characters) {
+    if (active) peer_->remove_character(puppets_.back().number, now_ns);
+    puppets_.pop_back();
+  }
+  while (puppets_.size() < characters) {
+    Puppet& puppet = puppets_.emplace_back(make_puppet(static_cast<std::uint32_t>(puppets_.size() + 1), levels));
+    puppet.join_ns = now_ns;
+    puppet.answered = next_pose_ - 1;
+    if (active) peer_->add_character(puppet.number, (*props_->grooms)[puppet.groom].hash, puppet.level, now_ns);
+  }
+  if (active) flush(now_ns);
+}
+
+void Client::leave(bool politely, std::int64_t now_ns) {
+  if (state_ == State::gone || state_ == State::leaving) return;
+  settle(now_ns);
+  if (politely && state_ == State::active) {
+    state_ = State::leaving;
+    peer_->say_goodbye(now_ns);
+    flush(now_ns);
+    line_->close_sending();
+    end_ns_ = now_ns + kGoodbyeWait_ns;
+    props_->wake(number_, end_ns_);
+  } else {
+    hang_up();
+    state_ = State::gone;
+  }
+}
+
+// Old poses that no frame has answered are; young ones may just not have been yet.
+void Client::settle(std::int64_t now_ns) {
+  if (slow_) return;
+  now_ns_ = now_ns;
+  for (Puppet& puppet : puppets_) {
+    if (puppet.join_ns != kNever_ns && now_ns - puppet.join_ns > kAnswerWait_ns)
+      props_->tally->record_join(puppet.join_ns, now_ns, false);
+    puppet.join_ns = kNever_ns;
+  }
+  give_up_poses(now_ns - kAnswerWait_ns, true);
+}
+
+// Poses captured up to `now_ns`, and sent in this session, get no answer any more.
+void Client::give_up_poses(std::int64_t now_ns, bool count) {
+  if (slow_ || state_ != State::active) return;
+  const std::int64_t newest = std::min(newest_pose_at(now_ns), next_pose_ - 1);
+  for (Puppet& puppet : puppets_) {
+    if (count && !puppet.asleep) {
+      for (std::int64_t pose = puppet.answered + 1; pose <= newest; ++pose)
+        props_->tally->record_unanswered(pose_time_ns(pose), now_ns_, 1);
+    }
+    puppet.answered = std::max(puppet.answered, newest);
+  }
+}
+
+void Client::hang_up() {
+  line_.reset();
+  peer_.reset();
+  read_ns_ = kNever_ns;
+  state_ = State::away;
+}
+
+void Client::flush(std::int64_t now_ns) {
+  while (line_ && peer_) {
+    const std::vector<std::uint8_t> packet = peer_->take_packet();
+    if (packet.empty()) return;
+    if (!slow_) props_->tally->count(now_ns, &Counts::bytes_out, packet.size());
+    line_->send(packet);
+  }
+}
+
+void Client::count_error(std::string_view reason, std::int64_t now_ns) {
+  if (!slow_) props_->tally->count_error(now_ns, reason);
+}
+
+std::int64_t Client::pose_time_ns(std::int64_t pose) const {
+  return phase_ns_ + std::llround(static_cast<double>(pose) * interval_ns_);
+}
+
+std::int64_t Client::newest_pose_at(std::int64_t time_ns) const {
+  auto pose = static_cast<std::int64_t>(std::floor(static_cast<double>(time_ns - phase_ns_) / interval_ns_));
+  pose = std::max<std::int64_t>(pose, -1);
+  while (pose >= 0 && pose_time_ns(pose) > time_ns) --pose;
+  while (pose_time_ns(pose + 1) <= time_ns) ++pose;
+  return pose;
+}
+
+}  // namespace hairnet::load

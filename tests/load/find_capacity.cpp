@@ -1,0 +1,59 @@
+#include "tests/load/find_capacity.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace hairnet::load {
+
+Plan probe_plan(const Plan& plan, const CapacitySearch::Probe& probe, const CapacityOptions& options) {
+  Stage ramp = plan.stages.back();
+  ramp.characters = std::min(ramp.characters, probe.characters);
+  ramp.clients = probe.characters / ramp.characters;
+  ramp.kind = StageKind::ramp;
+  ramp.name = "ramp";
+  ramp.duration_s = options.warm_s * 0.75;
+  ramp.warm_s = ramp.churn_hz = ramp.storm_share = 0;
+  ramp.measured = false;
+  Stage steady = plan.stages.back();
+  steady.clients = ramp.clients;
+  steady.characters = ramp.characters;
+  steady.kind = StageKind::steady;
+  steady.name = "probe";
+  steady.warm_s = options.warm_s * 0.25;
+  steady.duration_s = steady.warm_s + (probe.confirms ? options.confirm_s : options.probe_s);
+  steady.measured = true;
+  Plan probed = plan;
+  probed.stages = {std::move(ramp), std::move(steady)};
+  return probed;
+}
+
+Result<void> find_capacity(const Options& options, const Prober& run, Report& report) {
+  CapacitySearch search({options.capacity->first, options.capacity->most, options.capacity->resolution,
+                         options.plan.stages.back().characters, 30});
+  CapacityReport found;
+  while (const auto probe = search.next()) {
+    auto result = run(probe_plan(options.plan, *probe, *options.capacity));
+    if (!result) return Refusal(result.error());
+    const bool complete = !result->ended_early && !result->server_died && !result->stages.empty();
+    const bool trusted = result->generator_lag_p99_ms <= options.lag_p99_max_ms;
+    std::vector<Verdict> verdicts = judge_run(options.requirements, *result);
+    const bool met = std::ranges::all_of(verdicts, &Verdict::met);
+    if (complete && met && !trusted) found.limited_by_generator = true;
+    search.report(complete && met && trusted);
+    found.points.push_back({search.probes().back(), complete ? result->stages.back().figures : Figures()});
+    const bool early = result->ended_early, died = result->server_died;
+    if (search.capacity() > 0 || report.runs.empty() || search.probes().back().held) {
+      report.runs.clear();
+      report.runs.push_back(std::move(*result));
+      report.verdicts = std::move(verdicts);
+    }
+    if (died) return Refusal("the server died at " + std::to_string(probe->characters) + " characters");
+    if (early) return Refusal("stopped");
+  }
+  found.capacity = search.capacity();
+  found.reached_most = search.reached_most();
+  report.capacity = std::move(found);
+  return {};
+}
+
+}  // namespace hairnet::load

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "core/result.hpp"
+#include "tests/load/capacity_search.hpp"
+#include "tests/load/options.hpp"
+#include "tests/load/report.hpp"
+
+namespace hairnet::load {
+
+// The plan of one probe: as the last stage of `plan`, with so many characters; a ramp, then the measured part.
+Plan probe_plan(const Plan& plan, const CapacitySearch::Probe& probe, const CapacityOptions& options);
+
+// Runs a plan; refused when it cannot.
+using Prober = std::function<Result<RunResult>(const Plan&)>;
+
+// Searches; `runs` of the report gets the confirming run, or the last. A probe whose generator was late did not hold.
+Result<void> find_capacity(const Options& options, const Prober& run, Report& report);
+
+}  // namespace hairnet::load

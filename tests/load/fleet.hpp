@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <queue>
+#include <unordered_map>
+#include <vector>
+
+#include "tests/load/actor.hpp"
+#include "tests/load/schedule.hpp"
+
+namespace hairnet::load {
+
+// All virtual clients of a run. No I/O, no clock: the caller says what time it is, early and often. One thread.
+class Fleet {
+ public:
+  // `props.wake` is the fleet's own business.
+  Fleet(const Plan& plan, Props props, std::int64_t begin_ns);
+  Fleet(const Fleet&) = delete;
+  Fleet& operator=(const Fleet&) = delete;
+
+  // Does all that is due by `now_ns`.
+  void advance(std::int64_t now_ns);
+  [[nodiscard]] std::int64_t next_ns() const;  // when something is due; kNever_ns: nothing
+  // The plan is over: counts what is unanswered, and says goodbye. advance() until empty(), for as long as one likes.
+  void finish(std::int64_t now_ns);
+  [[nodiscard]] bool empty() const { return actors_.empty(); }
+
+  [[nodiscard]] std::size_t client_count() const { return counted_clients_; }  // of the well-behaved
+  [[nodiscard]] std::size_t character_count() const { return characters_; }
+  [[nodiscard]] std::size_t misfit_count() const { return actors_.size() - counted_clients_; }
+
+ private:
+  struct Due {
+    std::int64_t at_ns;
+    std::uint32_t client;
+    bool operator>(const Due& other) const { return at_ns > other.at_ns; }
+  };
+  struct Member {
+    std::unique_ptr<Actor> actor;
+    std::int64_t due_ns = kNever_ns;  // its entry in the queue that counts; others are stale
+  };
+  void perform(const Action& action, std::int64_t now_ns);
+  void join(const Action& action, std::int64_t now_ns);
+  void act(const Due& due, std::int64_t now_ns);
+  void wake(std::uint32_t client, std::int64_t at_ns);
+  void remove_gone();
+
+  const Plan* plan_;
+  Props props_;
+  std::int64_t begin_ns_;
+  std::vector<Action> schedule_;
+  std::size_t next_action_ = 0;
+  std::unordered_map<std::uint32_t, Member> actors_;
+  std::priority_queue<Due, std::vector<Due>, std::greater<>> queue_;
+  std::vector<std::uint32_t> maybe_gone_;
+  std::size_t counted_clients_ = 0, characters_ = 0;
+};
+
+}  // namespace hairnet::load

@@ -1,0 +1,174 @@
+#include "tests/load/fleet.hpp"
+
+#include <gmock/gmock.h>
+
+#include "core/made/made.hpp"
+#include "tests/load/fake_server.hpp"
+
+namespace hairnet::load {
+namespace {
+
+constexpr std::int64_t kStep_ns = 1'000'000;
+
+class FleetTest : public testing::Test {
+ protected:
+  void plan(const std::vector<std::string>& stages, std::uint64_t seed = 1) {
+    plan_ = Plan();
+    plan_.seed = seed;
+    for (const std::string& text : stages)
+      plan_.stages.push_back(parse_stage(text, plan_.stages.empty() ? nullptr : &plan_.stages.back()).value());
+    ASSERT_EQ(settle(plan_), "");
+  }
+
+  // Runs the plan in steps of a millisecond; `each` is called at each of them, before the server.
+  template <class Each>
+  void run(Each each) {
+    server_ = FakeServer();
+    tally_.emplace(plan_, 0);
+    Props props;
+    props.seed = plan_.seed;
+    props.grooms = &grooms_;
+    props.motions = &motions_;
+    props.dialler = &server_;
+    props.make_peer = [this](std::uint32_t) { return server_.make_peer(); };
+    props.tally = &*tally_;
+    Fleet fleet(plan_, props, 0);
+    const std::int64_t end_ns = plan_.stage_begin_ns(plan_.stages.size());
+    for (std::int64_t now_ns = 0; now_ns < end_ns; now_ns += kStep_ns) {
+      each(now_ns);
+      server_.pump(now_ns);
+      fleet.advance(now_ns);
+      tally_->advance(now_ns);
+    }
+    fleet.finish(end_ns);
+    tally_->finish(end_ns);
+  }
+  void run() {
+    run([](std::int64_t) {});
+  }
+  [[nodiscard]] const StageTally& stage(std::size_t index) const { return tally_->stage(index); }
+
+  Plan plan_;
+  FakeServer server_;
+  std::vector<EncodedGroom> grooms_{{"groom", {}, nullptr}};
+  MotionBank motions_ = MotionBank::of({make_motion("dance").value(), make_motion("still").value()}, 72);
+  std::optional<Tally> tally_;
+};
+
+TEST_F(FleetTest, CountsPosesAndFramesOfAPromptServer) {
+  plan({"ramp:2s:clients=4,characters=3", "steady:10s"});
+  run();
+  const Counts& counts = stage(1).counts;
+  EXPECT_NEAR(counts.character_s, 120, 0.1);
+  EXPECT_NEAR(static_cast<double>(counts.poses_intended), 12 * 72 * 10, 24);
+  EXPECT_NEAR(static_cast<double>(counts.frames), 12 * 30 * 10, 24);
+  EXPECT_EQ(counts.frames_missed, 0u);
+  EXPECT_EQ(counts.poses_unanswered, 0u);
+  EXPECT_EQ(counts.poses_unsent, 0u);
+  EXPECT_TRUE(counts.errors.empty());
+  EXPECT_EQ(counts.frames_by_level[2], counts.frames);
+  EXPECT_EQ(counts.node_bytes, counts.frames * 600);
+  // A pose waits for the sampling delay and for the next tick: between 25 ms and 25 ms and a tick, and one step.
+  EXPECT_GE(stage(1).latency.min_ms(), 24.9);
+  EXPECT_LE(stage(1).latency.max_ms(), 25 + 33.4 + 1.1);
+  EXPECT_NEAR(stage(1).latency.mean_ms(), 25 + 33.3 / 2, 2);
+  EXPECT_NEAR(stage(1).frame_age.mean_ms(), 25.5, 1);
+  EXPECT_LE(stage(1).jitter.max_ms(), 1.1);
+  EXPECT_EQ(stage(0).counts.joins, 12u);
+}
+
+TEST_F(FleetTest, AStalledServerDelaysNoPoseAndItsStallIsLatency) {
+  plan({"steady:10s:clients=5,characters=2"});
+  run();
+  const std::vector<std::pair<std::int64_t, std::int64_t>> prompt = server_.poses;
+  const std::uint64_t intended = stage(0).counts.poses_intended;
+
+  run([this](std::int64_t now_ns) { server_.stalled = now_ns >= 4'000'000'000 && now_ns < 5'000'000'000; });
+  EXPECT_EQ(server_.poses, prompt);  // captured and sent at the same times
+  EXPECT_EQ(stage(0).counts.poses_intended, intended);
+  EXPECT_NEAR(stage(0).latency.max_ms(), 1000, 80);
+  // A tenth of all poses were captured while it stalled, and waited half of it on average: none is left out.
+  EXPECT_NEAR(stage(0).latency.quantile_ms(0.95), 500, 100);
+  EXPECT_EQ(stage(0).latency.count(), stage(0).counts.poses_answered + stage(0).counts.poses_unanswered);
+  EXPECT_GE(stage(0).latency.count() + 10 * 72 / 2, intended);
+  EXPECT_NEAR(static_cast<double>(stage(0).counts.frames_missed), 10 * 30, 20);
+}
+
+TEST_F(FleetTest, PosesThatAServerNeverAnswersCountWithTheirWaiting) {
+  plan({"steady:6s:clients=2,characters=1"});
+  run([this](std::int64_t now_ns) { server_.stalled = now_ns >= 3'000'000'000; });
+  EXPECT_NEAR(static_cast<double>(stage(0).counts.poses_unanswered), 2 * 72 * (3 - 0.25), 10);
+  EXPECT_NEAR(stage(0).latency.max_ms(), 3000, 80);
+}
+
+TEST_F(FleetTest, AServerThatWelcomesNobodyHasUnansweredJoins) {
+  plan({"steady:3s:clients=4,characters=2"});
+  run([this](std::int64_t) { server_.stalled = true; });
+  EXPECT_EQ(stage(0).counts.joins, 0u);
+  EXPECT_EQ(stage(0).counts.joins_unanswered, 8u);
+  EXPECT_GT(stage(0).join.max_ms(), 2000);
+}
+
+TEST_F(FleetTest, LostConnectionsAreErrorsPosesMeanwhileUnsentAndClientsReturn) {
+  plan({"ramp:1s:clients=3,characters=1", "steady:8s"});
+  run([this](std::int64_t now_ns) {
+    if (now_ns == 3'000'000'000) server_.drop_all(now_ns);
+  });
+  EXPECT_EQ(stage(1).counts.errors.at("closed_reset"), 3u);
+  EXPECT_EQ(server_.dialled, 6u);
+  EXPECT_GT(stage(1).counts.poses_unsent, 3u * 72 / 2 - 10);  // half a second at least
+  EXPECT_LT(stage(1).counts.poses_unsent, 3u * 72 * 2);
+  EXPECT_EQ(stage(1).counts.joins, 3u);
+  EXPECT_EQ(stage(1).counts.poses_intended, stage(1).counts.poses_sent + stage(1).counts.poses_unsent);
+}
+
+TEST_F(FleetTest, AStormReconnectsItsShareAndIsNoError) {
+  plan({"ramp:1s:clients=8,characters=1", "steady:6s:storm=50%"});
+  run();
+  EXPECT_EQ(server_.dialled, 12u);
+  EXPECT_TRUE(stage(1).counts.errors.empty());
+  EXPECT_EQ(stage(1).counts.joins, 4u);
+  EXPECT_LT(stage(1).join.max_ms(), 200);
+}
+
+TEST_F(FleetTest, AGeneratorThatSleepsSaysSo) {
+  plan({"steady:5s:clients=3,characters=1"});
+  server_ = FakeServer();
+  tally_.emplace(plan_, 0);
+  Props props;
+  props.grooms = &grooms_;
+  props.motions = &motions_;
+  props.dialler = &server_;
+  props.make_peer = [this](std::uint32_t) { return server_.make_peer(); };
+  props.tally = &*tally_;
+  Fleet fleet(plan_, props, 0);
+  for (std::int64_t now_ns = 0; now_ns < 5'000'000'000; now_ns += now_ns == 2'000'000'000 ? 400 * kStep_ns : kStep_ns) {
+    server_.pump(now_ns);
+    fleet.advance(now_ns);
+  }
+  EXPECT_GT(tally_->lag().max_ms(), 350);
+  EXPECT_LT(tally_->lag().quantile_ms(0.5), 1.1);
+  // Late, but with the times they were meant to be captured at.
+  std::int64_t last_ns = 0;
+  std::size_t late = 0;
+  for (const auto& [captured_ns, pushed_ns] : server_.poses) {
+    EXPECT_LE(captured_ns, pushed_ns);
+    late += pushed_ns - captured_ns > 100'000'000 ? 1 : 0;
+    last_ns = std::max(last_ns, captured_ns);
+  }
+  EXPECT_NEAR(static_cast<double>(late), 3 * 72 * 0.3, 6);
+}
+
+TEST_F(FleetTest, TheSameSeedSendsTheSamePoses) {
+  plan({"ramp:2s:clients=6,characters=2", "steady:5s:churn=2"});
+  run();
+  const auto first = server_.poses;
+  run();
+  EXPECT_EQ(server_.poses, first);
+  plan({"ramp:2s:clients=6,characters=2", "steady:5s:churn=2"}, 2);
+  run();
+  EXPECT_NE(server_.poses, first);
+}
+
+}  // namespace
+}  // namespace hairnet::load

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "core/pose/pose.hpp"
+#include "tests/load/actor.hpp"
+
+namespace hairnet::load {
+
+// Holds the frames of some characters against what any lattice must keep to:
+//   pose_invalid        numbers finite, rotations of unit length
+//   beyond_bound        no node further than kDisplacementMax_m from its design
+//   node_count_changed  one groom and level, one number of nodes
+//   tick_went_back      newer frames are of later ticks
+//   moves_at_rest       5 s after the head came to rest no node moves more than 5 mm from frame to frame
+// (the last only without wind, see `still_air`).
+class FrameCheck final : public FrameWatcher {
+ public:
+  FrameCheck(std::uint64_t seed, double share, bool still_air) : seed_(seed), share_(share), still_air_(still_air) {}
+  void on_frame(std::uint32_t client, const FrameSeen& frame, std::size_t groom) override;
+
+  [[nodiscard]] std::uint64_t checked() const { return checked_; }
+  [[nodiscard]] const std::map<std::string, std::uint64_t>& failures() const { return failures_; }
+  [[nodiscard]] std::uint64_t failure_count() const;
+
+ private:
+  [[nodiscard]] bool looks_at(std::uint32_t client, std::uint32_t character) const;
+  struct Subject {
+    std::uint64_t tick = 0;
+    Pose pose;
+    std::int64_t rest_since_ns = 0;
+    LevelIndex level = LevelIndex::rigid;
+    float step_m = 0;
+    std::vector<std::int16_t> displacements;
+  };
+  void check_rest(Subject& subject, const FrameSeen& frame);
+
+  std::uint64_t seed_;
+  double share_;
+  bool still_air_;
+  std::uint64_t checked_ = 0;
+  std::map<std::string, std::uint64_t> failures_;
+  std::unordered_map<std::uint64_t, Subject> subjects_;
+  std::map<std::pair<std::size_t, LevelIndex>, std::size_t> node_counts_;
+};
+
+}  // namespace hairnet::load

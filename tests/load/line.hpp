@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+namespace hairnet::load {
+
+// What happens on a connection, never from within a call to the Line. The Line may be destroyed in any of them.
+class LineEvents {
+ public:
+  virtual void on_open(std::int64_t now_ns) = 0;
+  // `arrival_ns`: when it was read.
+  virtual void on_packet(std::span<const std::uint8_t> packet, std::int64_t arrival_ns) = 0;
+  // Last; not after the Line is destroyed. `reason`: a word such as refused, reset, closed.
+  virtual void on_closed(std::string_view reason, std::int64_t now_ns) = 0;
+
+ protected:
+  ~LineEvents() = default;
+};
+
+// A connection that carries packets, or is being made. Destroying it closes it at once, what waits unsent is lost.
+class Line {
+ public:
+  virtual ~Line() = default;
+  virtual void send(std::span<const std::uint8_t> bytes) = 0;  // a packet, or whatever a misfit sends
+  virtual void close_sending() = 0;                            // after what waits
+  // Only so many more bytes are read, until allowed more.
+  virtual void limit_reading(std::size_t bytes) = 0;
+  [[nodiscard]] virtual std::size_t unsent_bytes() const = 0;
+};
+
+class Dialler {
+ public:
+  virtual ~Dialler() = default;
+  // Always succeeds; failure to connect is on_closed.
+  virtual std::unique_ptr<Line> dial(LineEvents& events) = 0;
+};
+
+}  // namespace hairnet::load

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstdio>
+#include <string>
+
+#include "tests/load/run.hpp"
+
+namespace hairnet::load {
+
+// A run as it goes: one screen that is drawn over, or on something that is no terminal a line every few seconds.
+class LiveView {
+ public:
+  LiveView(std::FILE* out, bool is_terminal) : out_(out), is_terminal_(is_terminal) {}
+  void show(const RunProgress& progress);
+  void end();  // leaves what was drawn
+
+ private:
+  std::FILE* out_;
+  bool is_terminal_;
+  int lines_ = 0;  // of the last drawing
+  double shown_s_ = -1e9;
+};
+
+std::string to_line(const RunProgress& progress);
+std::string to_screen(const RunProgress& progress);
+
+}  // namespace hairnet::load

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "tests/load/plan.hpp"
+#include "tests/load/requirement.hpp"
+#include "tests/load/tcp_line.hpp"
+
+namespace hairnet::load {
+
+struct CapacityOptions {
+  std::uint32_t first = 16, most = 20'000;
+  double resolution = 0.05;
+  double warm_s = 4, probe_s = 8, confirm_s = 20;
+};
+
+struct Options {
+  Plan plan;
+  Address server;
+  std::string spawn;                          // program; empty: the server runs already
+  std::vector<std::string> server_arguments;  // of it
+  std::string server_log = "hairnet-load-server.log";
+  std::optional<int> server_pid;
+  std::vector<Requirement> requirements;
+  double lag_p99_max_ms = 5;
+  double check_share = 0;
+  bool scrape_metrics = true, quiet = false;
+  std::optional<CapacityOptions> capacity;
+  std::string json, html;  // files, or empty
+  std::string command;     // as given
+};
+
+// The options, or the exit code when there is nothing more to do.
+std::variant<Options, int> parse_options(int argc, const char* const* argv);
+
+}  // namespace hairnet::load

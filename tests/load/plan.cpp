@@ -1,0 +1,147 @@
+#include "tests/load/plan.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+
+namespace hairnet::load {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Result<void> read_texts(const Json& value, std::vector<std::string>& to) {
+  if (!value.is_array()) return Refusal("is not a list of texts");
+  to.clear();
+  for (const Json& item : value) {
+    if (!item.is_string()) return Refusal("is not a list of texts");
+    to.push_back(item.get<std::string>());
+  }
+  return {};
+}
+
+Result<void> read_stages(const Json& value, std::vector<Stage>& to) {
+  std::vector<std::string> texts;
+  if (const auto read = read_texts(value, texts); !read) return read;
+  to.clear();
+  for (const std::string& text : texts) {
+    auto stage = parse_stage(text, to.empty() ? nullptr : &to.back());
+    if (!stage) return Refusal(stage.error());
+    to.push_back(std::move(*stage));
+  }
+  return {};
+}
+
+Result<void> read(const std::string& key, const Json& value, Plan& plan) {
+  if (key == "grooms") return read_texts(value, plan.grooms);
+  if (key == "motions") return read_texts(value, plan.motions);
+  if (key == "stages") return read_stages(value, plan.stages);
+  if (key == "seed") {
+    if (!value.is_number_unsigned()) return Refusal("is not a whole number of 0 or more");
+    plan.seed = value.get<std::uint64_t>();
+  } else if (key == "pose_hz") {
+    if (!value.is_number()) return Refusal("is not a number");
+    plan.pose_hz = value.get<double>();
+  } else if (key == "room_size") {
+    if (!value.is_number_unsigned() || value.get<std::uint64_t>() > kClientCountMax)
+      return Refusal(fmt::format("is not a whole number of 0 to {}", kClientCountMax));
+    plan.room_size = value.get<std::uint32_t>();
+  } else if (key == "observe") {
+    if (!value.is_string()) return Refusal("is not a text");
+    plan.observe = value.get<std::string>();
+  } else {
+    return Refusal("unknown key; there are seed, pose_hz, grooms, motions, room_size, observe, stages");
+  }
+  return {};
+}
+
+bool is_observe(const std::string& text) {
+  if (text == "all") return true;
+  std::uint32_t count = 0;
+  const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), count);
+  return fault == std::errc() && end == text.data() + text.size() && count <= 65'535;
+}
+
+}  // namespace
+
+double Plan::duration_s() const {
+  double sum_s = 0;
+  for (const Stage& stage : stages) sum_s += stage.duration_s;
+  return sum_s;
+}
+
+std::int64_t Plan::stage_begin_ns(std::size_t stage) const {
+  double sum_s = 0;
+  for (std::size_t i = 0; i < stage; ++i) sum_s += stages[i].duration_s;
+  return std::llround(sum_s * 1e9);
+}
+
+std::string settle(Plan& plan) {
+  if (plan.stages.empty()) return "a plan needs a stage: give --stage, --plan or --preset";
+  if (plan.stages.size() > 1000) return "a plan has at most 1000 stages";
+  if (plan.grooms.empty() || plan.motions.empty()) return "a plan needs a groom and a motion";
+  if (!(plan.pose_hz >= 1 && plan.pose_hz <= 1000)) return "pose_hz is not in 1 to 1000";
+  if (!is_observe(plan.observe)) return "observe is neither 'all' nor a number of nearest characters";
+  std::set<std::string> names;
+  for (Stage& stage : plan.stages) {
+    const std::string base = stage.name;
+    for (int n = 2; !names.insert(stage.name).second; ++n) stage.name = fmt::format("{}{}", base, n);
+  }
+  return {};
+}
+
+Result<Plan> parse_plan(std::string_view json) {
+  const Json root = Json::parse(json, nullptr, false, true);
+  if (root.is_discarded()) return Refusal("is not JSON");
+  if (!root.is_object()) return Refusal("is not a JSON object");
+  const Json& object = root.contains("plan") ? root["plan"] : root;
+  if (!object.is_object()) return Refusal("plan: is not a JSON object");
+  Plan plan;
+  for (const auto& [key, value] : object.items()) {
+    if (const auto done = read(key, value, plan); !done) return Refusal(key + ": " + done.error());
+  }
+  if (std::string fault = settle(plan); !fault.empty()) return Refusal(std::move(fault));
+  return plan;
+}
+
+std::string to_json_text(const Plan& plan) {
+  std::vector<std::string> stages;
+  for (const Stage& stage : plan.stages) stages.push_back(to_text(stage));
+  const Json json{{"seed", plan.seed},          {"pose_hz", plan.pose_hz},     {"grooms", plan.grooms},
+                  {"motions", plan.motions},    {"room_size", plan.room_size}, {"observe", plan.observe},
+                  {"stages", std::move(stages)}};
+  return json.dump(1);
+}
+
+const std::vector<Preset>& presets() {
+  static const std::vector<Preset> all{
+      {"smoke", "two clients for two seconds: does it work at all", R"({
+        "stages": ["ramp:500ms:clients=2,characters=2,level=low", "steady:2s:warm=500ms"]})"},
+      {"crowd", "few clients with many characters each, at the low level", R"({
+        "observe": "0",
+        "stages": ["ramp:5s:clients=4,characters=64,level=low", "steady:20s", "spike:5s:clients=6",
+                   "steady:10s:clients=4,warm=1s"]})"},
+      {"rooms8", "8 rooms of 8 people who all see each other, with churn and a storm of reconnects", R"({
+        "room_size": 8,
+        "stages": ["ramp:8s:clients=64,characters=1,level=high", "steady:15s", "steady:15s:name=churn,churn=2",
+                   "steady:15s:name=storm,storm=50%"]})"},
+      {"rooms32", "2 rooms of 32 people, then with bad clients among them", R"({
+        "room_size": 32,
+        "stages": ["ramp:8s:clients=64,characters=1,level=high", "steady:15s",
+                   "steady:15s:name=bad,slow=2,flood=1,malformed=2,silent=2,half_open=2"]})"}};
+  return all;
+}
+
+Result<Plan> preset_plan(std::string_view name) {
+  std::string names;
+  for (const Preset& preset : presets()) {
+    if (preset.name == name) return parse_plan(preset.plan);
+    names += (names.empty() ? "" : ", ") + std::string(preset.name);
+  }
+  return Refusal(fmt::format("'{}' is not one of {}", name, names));
+}
+
+}  // namespace hairnet::load

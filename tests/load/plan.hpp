@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/result.hpp"
+#include "tests/load/stage.hpp"
+
+namespace hairnet::load {
+
+// What is done to the server, all of it: the same plan and seed give the same arrivals, poses and misdeeds.
+struct Plan {
+  std::uint64_t seed = 1;
+  double pose_hz = 72;
+  std::vector<std::string> grooms{"made:bob"};  // files or made:STYLE; characters take them in turn
+  std::vector<std::string> motions{"made:dance", "made:look_around", "made:nod", "made:walk"};  // likewise
+  std::uint32_t room_size = 0;  // clients of a room; 0: all in one
+  std::string observe = "all";  // whom each client sees: all, or a number of nearest; 0: itself alone
+  std::vector<Stage> stages;
+
+  [[nodiscard]] double duration_s() const;
+  // From the plan's begin.
+  [[nodiscard]] std::int64_t stage_begin_ns(std::size_t stage) const;  // that of the one past the last is the end
+};
+
+// Empty when it can be run; else one line. Gives stages of one name numbers.
+std::string settle(Plan& plan);
+
+// JSON with comments: keys as the fields, `stages` a list of what parse_stage takes. A report of this program will do:
+// then its `plan` is taken.
+Result<Plan> parse_plan(std::string_view json);
+std::string to_json_text(const Plan& plan);
+
+struct Preset {
+  std::string_view name, description;
+  std::string_view plan;  // JSON
+};
+const std::vector<Preset>& presets();
+Result<Plan> preset_plan(std::string_view name);
+
+}  // namespace hairnet::load

@@ -1,0 +1,72 @@
+#include "tests/load/process_sampler.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+namespace hairnet::load {
+namespace {
+
+std::string content_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+// Field `index` of words parted by single spaces, from 0.
+std::optional<double> field(std::string_view words, int index) {
+  for (; index > 0; --index) {
+    const std::size_t space = words.find(' ');
+    if (space == std::string_view::npos) return std::nullopt;
+    words.remove_prefix(space + 1);
+  }
+  double value = 0;
+  const auto [end, fault] = std::from_chars(words.data(), words.data() + words.size(), value);
+  if (fault != std::errc()) return std::nullopt;
+  return value;
+}
+
+}  // namespace
+
+std::optional<StatLine> parse_stat_line(std::string_view line, double ticks_per_s) {
+  // "PID (NAME) STATE ..."; the name may hold anything, parentheses too.
+  const std::size_t open = line.find('('), close = line.rfind(')');
+  if (open == std::string_view::npos || close == std::string_view::npos || close < open || close + 2 > line.size())
+    return std::nullopt;
+  const std::string_view rest = line.substr(close + 2);
+  const auto user = field(rest, 11), system = field(rest, 12);  // fields 14 and 15 of proc(5)
+  if (!user || !system) return std::nullopt;
+  return StatLine{std::string(line.substr(open + 1, close - open - 1)), (*user + *system) / ticks_per_s};
+}
+
+std::optional<ProcessUse> sample_process(pid_t pid) {
+  const std::string folder = "/proc/" + std::to_string(pid);
+  const auto ticks_per_s = static_cast<double>(sysconf(_SC_CLK_TCK));
+  const auto whole = parse_stat_line(content_of(folder + "/stat"), ticks_per_s);
+  if (!whole) return std::nullopt;
+  ProcessUse use;
+  use.cpu_s = whole->cpu_s;
+  if (const auto pages = field(content_of(folder + "/statm"), 1))
+    use.resident_mib = *pages * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1 << 20);
+  std::error_code fault;
+  for (std::filesystem::directory_iterator task(folder + "/task", fault), end; !fault && task != end;
+       task.increment(fault)) {
+    if (const auto thread = parse_stat_line(content_of(task->path() / "stat"), ticks_per_s))
+      use.thread_cpu_s[thread->name] += thread->cpu_s;
+  }
+  return use;
+}
+
+ProcessUse use_between(const ProcessUse& from, const ProcessUse& to) {
+  ProcessUse use{to.cpu_s - from.cpu_s, to.resident_mib, to.thread_cpu_s};
+  for (auto& [name, cpu_s] : use.thread_cpu_s) {
+    const auto before = from.thread_cpu_s.find(name);
+    if (before != from.thread_cpu_s.end()) cpu_s = std::max(0.0, cpu_s - before->second);
+  }
+  return use;
+}
+
+}  // namespace hairnet::load

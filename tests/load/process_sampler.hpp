@@ -1,0 +1,33 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace hairnet::load {
+
+// What a process has used so far, from /proc.
+struct ProcessUse {
+  double cpu_s = 0;  // user and system, all threads that live and have lived
+  double resident_mib = 0;
+  std::map<std::string, double> thread_cpu_s;  // living threads by name, equal names summed
+};
+// None when there is no such process, or it may not be looked at.
+std::optional<ProcessUse> sample_process(pid_t pid);
+
+// The line of /proc/PID/stat or /proc/PID/task/TID/stat: name and CPU seconds. None when it is not one.
+struct StatLine {
+  std::string name;
+  double cpu_s = 0;
+};
+std::optional<StatLine> parse_stat_line(std::string_view line, double ticks_per_s);
+
+// What it used between two samples; of threads that were there at both, or began between.
+ProcessUse use_between(const ProcessUse& from, const ProcessUse& to);
+
+}  // namespace hairnet::load

@@ -1,0 +1,78 @@
+#include "tests/load/report.hpp"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <string_view>
+#include <thread>
+
+namespace hairnet::load {
+namespace {
+
+std::string shown(const Figures& figures, const char* name, const char* format) {
+  const auto found = figures.find(name);
+  return found == figures.end() ? "-" : fmt::format(fmt::runtime(format), found->second);
+}
+
+}  // namespace
+
+std::string machine_name() {
+  std::ifstream file("/proc/cpuinfo");
+  std::string model = "unknown processor";
+  for (std::string line; std::getline(file, line);) {
+    if (!line.starts_with("model name")) continue;
+    if (const std::size_t colon = line.find(": "); colon != std::string::npos) model = line.substr(colon + 2);
+    break;
+  }
+  return fmt::format("{}, {} cores", model, std::thread::hardware_concurrency());
+}
+
+std::vector<Verdict> judge_run(const std::vector<Requirement>& requirements, const RunResult& run) {
+  std::vector<NamedFigures> stages;
+  for (const StageResult& stage : run.stages)
+    stages.push_back({stage.stage.name, stage.stage.measured, &stage.figures});
+  return judge(requirements, stages);
+}
+
+std::string to_summary(const Report& report) {
+  std::string text;
+  if (!report.runs.empty()) {
+    text +=
+        fmt::format("{:<12}{:>9}{:>7}{:>8}{:>8}{:>8}{:>9}{:>8}{:>9}{:>9}{:>8}{:>8}{:>8}\n", "stage", "chars", "p50 ms",
+                    "p90", "p99", "p99.9", "max", "jitter", "missed %", "kB/s/ch", "errors", "server", "lag ms");
+    for (const StageResult& stage : report.runs.back().stages) {
+      const Figures& f = stage.figures;
+      const auto percent = f.find("frames_missed_share"), bytes = f.find("bytes_in_per_character_s");
+      text +=
+          fmt::format("{:<12}{:>9}{:>7}{:>8}{:>8}{:>8}{:>9}{:>8}{:>9}{:>9}{:>8}{:>8}{:>8}\n",
+                      stage.stage.name + (stage.stage.measured ? "" : " *"), shown(f, "characters", "{:.0f}"),
+                      shown(f, "latency_p50_ms", "{:.1f}"), shown(f, "latency_p90_ms", "{:.1f}"),
+                      shown(f, "latency_p99_ms", "{:.1f}"), shown(f, "latency_p999_ms", "{:.1f}"),
+                      shown(f, "latency_max_ms", "{:.1f}"), shown(f, "jitter_p99_ms", "{:.1f}"),
+                      percent == f.end() ? "-" : fmt::format("{:.2f}", percent->second * 100),
+                      bytes == f.end() ? "-" : fmt::format("{:.2f}", bytes->second / 1e3), shown(f, "errors", "{:.0f}"),
+                      shown(f, "server_cpu_cores", "{:.2f}"), shown(f, "generator_lag_p99_ms", "{:.1f}"));
+    }
+    text += "(* not measured; server: cores used; lag: of the generator, p99)\n";
+    for (const StageResult& stage : report.runs.back().stages) {
+      for (const auto& [reason, count] : stage.tally.counts.errors)
+        text += fmt::format("{}: {} x {}\n", stage.stage.name, count, reason);
+      for (const auto& [end, count] : stage.tally.counts.misfit_ends)
+        text += fmt::format("{}: misbehaving {} ({} times)\n", stage.stage.name, end, count);
+    }
+    for (const auto& [failure, count] : report.runs.back().check_failures)
+      text += fmt::format("check: {} x {}\n", count, failure);
+  }
+  if (report.capacity) {
+    for (const CapacityPoint& point : report.capacity->points)
+      text += fmt::format("{:>8} characters: {}{}, p99 {} ms\n", point.probe.characters,
+                          point.probe.held ? "held" : "did not hold", point.probe.confirms ? " (confirming)" : "",
+                          shown(point.figures, "latency_p99_ms", "{:.1f}"));
+  }
+  for (const Verdict& verdict : report.verdicts)
+    text += fmt::format("{} {} [{}]: {}\n", verdict.met ? "met   " : "FAILED", verdict.requirement, verdict.stage,
+                        verdict.value ? fmt::format("{:.4g}", *verdict.value) : "no such figure");
+  return text + report.outcome_text + "\n";
+}
+
+}  // namespace hairnet::load

@@ -1,0 +1,241 @@
+#include "tests/load/run.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "tests/load/fleet.hpp"
+#include "tests/load/frame_check.hpp"
+#include "tests/load/preparation.hpp"
+#include "tests/load/scrape.hpp"
+#include "tests/load/stage_figures.hpp"
+#include "tests/load/wire_peer.hpp"
+
+namespace hairnet::load {
+namespace {
+
+constexpr std::int64_t kGrid_ns = 1'000'000;      // poses due within it leave together: one wake-up for all
+constexpr std::int64_t kLeadIn_ns = 100'000'000;  // from the preparation to the plan's begin
+constexpr std::int64_t kSampleInterval_ns = 500'000'000;
+constexpr std::int64_t kLastAnswers_ns = 260'000'000;  // after the end, for frames under way
+constexpr std::int64_t kGoodbyeRound_ns = 10'000'000;
+constexpr int kGoodbyeRounds = 50;
+constexpr std::int64_t kScrapeWait_ns = 1'100'000'000;
+
+void run_until(asio::io_context& io, std::int64_t time_ns) {
+  io.run_until(std::chrono::steady_clock::time_point(std::chrono::nanoseconds(time_ns)));
+}
+
+// A moment between stages, or between a stage's warm-up and the rest of it.
+struct Mark {
+  std::int64_t at_ns = 0;
+  std::uint64_t checked = 0, check_failures = 0;
+  std::optional<ProcessUse> own, server;
+  Exposition metrics;
+};
+
+class Run {
+ public:
+  Run(const Plan& plan, const Assets& assets, const RunOptions& options,
+      const std::function<void(const RunProgress&)>& show, asio::ip::tcp::endpoint server)
+      : plan_(&plan),
+        options_(&options),
+        show_(&show),
+        server_(std::move(server)),
+        dialler_(io_, server_),
+        check_(plan.seed, options.check_share, true) {
+    props_.seed = plan.seed;
+    props_.pose_hz = plan.pose_hz;
+    props_.room_size = plan.room_size;
+    props_.grooms = &assets.grooms;
+    props_.motions = &assets.motions;
+    props_.dialler = &dialler_;
+    props_.make_peer = [this](std::uint32_t client) { return make_peer(client); };
+    if (options.check_share > 0) props_.watcher = &check_;
+  }
+
+  Result<RunResult> perform() {
+    if (auto prepared = prepare(); !prepared) return Refusal(prepared.error());
+    result_.plan = *plan_;
+    result_.tick_rate_hz = preparation_->welcome().tick_rate_hz;
+    begin_ns_ = steady_ns() + kLeadIn_ns;
+    end_ns_ = begin_ns_ + plan_->stage_begin_ns(plan_->stages.size());
+    for (std::size_t i = 0; i < plan_->stages.size(); ++i) {
+      const std::int64_t stage_ns = begin_ns_ + plan_->stage_begin_ns(i);
+      marks_.push_back({stage_ns + std::llround(plan_->stages[i].warm_s * 1e9), 0, 0, {}, {}, {}});
+      marks_.push_back({begin_ns_ + plan_->stage_begin_ns(i + 1), 0, 0, {}, {}, {}});
+    }
+    tally_.emplace(*plan_, begin_ns_);
+    props_.tally = &*tally_;
+    {
+      Fleet fleet(*plan_, props_, begin_ns_);
+      drive(fleet);
+    }
+    run_until(io_, steady_ns() + (scrapes_under_way_ > 0 ? kScrapeWait_ns : 0));
+    conclude();
+    return std::move(result_);
+  }
+
+ private:
+  std::unique_ptr<Peer> make_peer(std::uint32_t client) {
+    return std::make_unique<WirePeer>("load-" + std::to_string(client));
+  }
+
+  Result<void> prepare() {
+    preparation_ =
+        std::make_unique<Preparation>(dialler_, std::make_unique<WirePeer>("load-preparation"), *props_.grooms);
+    const std::int64_t deadline_ns = steady_ns() + static_cast<std::int64_t>(options_->prepare_s * 1e9);
+    while (!preparation_->done()) {
+      if (!preparation_->fault().empty()) return Refusal(preparation_->fault());
+      if (stopped()) return Refusal("stopped before it began");
+      if (steady_ns() > deadline_ns) return Refusal("the grooms are not ready in time");
+      preparation_->keep_alive(steady_ns());
+      run_until(io_, steady_ns() + 20'000'000);
+    }
+    return {};
+  }
+
+  void drive(Fleet& fleet) {
+    std::int64_t now_ns = steady_ns();
+    while (now_ns < end_ns_ && !stopped()) {
+      const std::int64_t soonest_ns = std::max(fleet.next_ns(), now_ns + kGrid_ns);
+      run_until(io_, std::min({soonest_ns, next_sample_ns(), next_mark_ns(), end_ns_}));
+      now_ns = steady_ns();
+      pass_marks(now_ns);
+      if (now_ns < end_ns_) fleet.advance(now_ns);
+      tally_->advance(now_ns);
+      if (now_ns >= next_sample_ns()) sample(fleet, now_ns);
+      if (now_ns - begin_ns_ > 0) preparation_->keep_alive(now_ns);
+    }
+    result_.ended_early = now_ns < end_ns_;
+    pass_marks(now_ns);
+    run_until(io_, now_ns + kLastAnswers_ns);
+    fleet.finish(steady_ns());
+    for (int i = 0; i < kGoodbyeRounds && !fleet.empty(); ++i) {
+      run_until(io_, steady_ns() + kGoodbyeRound_ns);
+      fleet.advance(steady_ns());
+    }
+    tally_->finish(now_ns);
+    if (result_.ended_early) ended_ns_ = now_ns;
+  }
+
+  [[nodiscard]] bool stopped() const { return options_->stop && *options_->stop; }
+  [[nodiscard]] std::int64_t next_mark_ns() const {
+    return next_mark_ < marks_.size() ? marks_[next_mark_].at_ns : kNever_ns;
+  }
+  [[nodiscard]] std::int64_t next_sample_ns() const { return begin_ns_ + sample_count_ * kSampleInterval_ns; }
+
+  void pass_marks(std::int64_t now_ns) {
+    for (; next_mark_ < marks_.size() && marks_[next_mark_].at_ns <= now_ns; ++next_mark_) take_mark(next_mark_);
+  }
+  void take_mark(std::size_t index) {
+    Mark& mark = marks_[index];
+    mark.own = sample_process(getpid());
+    if (options_->server_pid) mark.server = sample_process(*options_->server_pid);
+    mark.checked = check_.checked();
+    mark.check_failures = check_.failure_count();
+    if (!options_->scrape_metrics) return;
+    ++scrapes_under_way_;
+    scrape(io_, server_, [this, index](Exposition metrics) {
+      --scrapes_under_way_;
+      marks_[index].metrics = std::move(metrics);
+    });
+  }
+
+  void sample(const Fleet& fleet, std::int64_t now_ns) {
+    sample_count_ = (now_ns - begin_ns_) / kSampleInterval_ns + 1;
+    const auto own = sample_process(getpid());
+    const auto server = options_->server_pid ? sample_process(*options_->server_pid) : std::nullopt;
+    if (options_->server_pid && !server) result_.server_died = true;
+    ProcessPoint point;
+    point.at_s = static_cast<double>(now_ns - begin_ns_) * 1e-9;
+    const double passed_s = static_cast<double>(now_ns - sampled_ns_) * 1e-9;
+    if (own) point.generator_resident_mib = own->resident_mib;
+    if (own && sampled_own_) point.generator_cpu_cores = (own->cpu_s - sampled_own_->cpu_s) / passed_s;
+    if (server) point.server_resident_mib = server->resident_mib;
+    if (server && sampled_server_) point.server_cpu_cores = (server->cpu_s - sampled_server_->cpu_s) / passed_s;
+    if (sampled_own_) result_.processes.push_back(point);
+    sampled_own_ = own;
+    sampled_server_ = server;
+    sampled_ns_ = now_ns;
+    if (!*show_) return;
+    RunProgress progress;
+    progress.time_s = point.at_s;
+    progress.duration_s = plan_->duration_s();
+    for (std::size_t i = 0; i < plan_->stages.size(); ++i)
+      if (begin_ns_ + plan_->stage_begin_ns(i) <= now_ns) progress.stage = plan_->stages[i].name;
+    progress.clients = fleet.client_count();
+    progress.characters = fleet.character_count();
+    progress.misfits = fleet.misfit_count();
+    progress.latest = tally_->latest(now_ns);
+    progress.generator_cpu_cores = point.generator_cpu_cores;
+    progress.server_cpu_cores = point.server_cpu_cores;
+    progress.server_resident_mib = point.server_resident_mib;
+    progress.check_failures = check_.failure_count();
+    (*show_)(progress);
+  }
+
+  void conclude() {
+    LatencyHistogram lag;
+    for (std::size_t i = 0; i < plan_->stages.size(); ++i) {
+      const Mark &from = marks_[2 * i], &to = marks_[2 * i + 1];
+      if (ended_ns_ > 0 && ended_ns_ <= from.at_ns) break;  // never reached
+      StageResult stage;
+      stage.stage = plan_->stages[i];
+      stage.begin_s = static_cast<double>(from.at_ns - begin_ns_) * 1e-9;
+      const std::int64_t until_ns = ended_ns_ > 0 ? std::min(ended_ns_, to.at_ns) : to.at_ns;
+      stage.duration_s = static_cast<double>(until_ns - from.at_ns) * 1e-9;
+      stage.tally = tally_->stage(i);
+      StageInputs inputs;
+      inputs.tally = &stage.tally;
+      inputs.duration_s = stage.duration_s;
+      if (from.own && to.own) inputs.own = stage.own = use_between(*from.own, *to.own);
+      if (from.server && to.server) {
+        inputs.server = stage.server = use_between(*from.server, *to.server);
+        inputs.server_resident_growth_mib = to.server->resident_mib - from.server->resident_mib;
+      }
+      inputs.frames_checked = to.checked - std::min(to.checked, from.checked);
+      inputs.check_failures = to.check_failures - std::min(to.check_failures, from.check_failures);
+      stage.figures = make_figures(inputs);
+      if (!to.metrics.empty()) stage.server_metrics = exposition_between(from.metrics, to.metrics);
+      if (stage.stage.measured) lag.merge(stage.tally.lag);
+      result_.stages.push_back(std::move(stage));
+    }
+    result_.generator_lag_p99_ms = lag.quantile_ms(0.99);
+    result_.windows = tally_->windows();
+    result_.check_failures = check_.failures();
+  }
+
+  const Plan* plan_;
+  const RunOptions* options_;
+  const std::function<void(const RunProgress&)>* show_;
+  asio::io_context io_;
+  asio::executor_work_guard<asio::io_context::executor_type> work_ = asio::make_work_guard(io_);
+  asio::ip::tcp::endpoint server_;
+  TcpDialler dialler_;
+  FrameCheck check_;
+  Props props_;
+  std::unique_ptr<Preparation> preparation_;
+  std::optional<Tally> tally_;
+  RunResult result_;
+  std::int64_t begin_ns_ = 0, end_ns_ = 0, ended_ns_ = 0;
+  std::vector<Mark> marks_;
+  std::size_t next_mark_ = 0;
+  std::size_t scrapes_under_way_ = 0;
+  std::int64_t sample_count_ = 0, sampled_ns_ = 0;
+  std::optional<ProcessUse> sampled_own_, sampled_server_;
+};
+
+}  // namespace
+
+Result<RunResult> run_plan(const Plan& plan, const Assets& assets, const RunOptions& options,
+                           const std::function<void(const RunProgress&)>& show) {
+  auto server = resolve(options.server);
+  if (!server) return Refusal(server.error());
+  return Run(plan, assets, options, show, *server).perform();
+}
+
+}  // namespace hairnet::load

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/result.hpp"
+#include "tests/load/assets.hpp"
+#include "tests/load/exposition.hpp"
+#include "tests/load/plan.hpp"
+#include "tests/load/process_sampler.hpp"
+#include "tests/load/requirement.hpp"
+#include "tests/load/tally.hpp"
+#include "tests/load/tcp_line.hpp"
+
+namespace hairnet::load {
+
+struct RunOptions {
+  Address server;
+  std::optional<pid_t> server_pid;
+  double check_share = 0;  // of characters whose frames are checked
+  double prepare_s = 600;  // for grooms to be uploaded and built
+  bool scrape_metrics = true;
+  const std::atomic<bool>* stop = nullptr;  // set: the run ends early
+};
+
+// What is seen while it runs, twice a second.
+struct RunProgress {
+  double time_s = 0, duration_s = 0;
+  std::string stage;
+  std::size_t clients = 0, characters = 0, misfits = 0;
+  WindowFigures latest;
+  double generator_cpu_cores = 0, server_cpu_cores = 0, server_resident_mib = 0;
+  std::uint64_t check_failures = 0;
+};
+
+struct StageResult {
+  Stage stage;
+  double begin_s = 0, duration_s = 0;  // measured, without its warm-up
+  Figures figures;
+  StageTally tally;
+  ProcessUse own, server;
+  Exposition server_metrics;  // as exposition_between says; empty when there are none
+};
+
+struct ProcessPoint {
+  double at_s = 0, generator_cpu_cores = 0, generator_resident_mib = 0, server_cpu_cores = 0, server_resident_mib = 0;
+};
+
+struct RunResult {
+  Plan plan;
+  std::uint32_t tick_rate_hz = 0;
+  bool ended_early = false, server_died = false;
+  std::vector<StageResult> stages;
+  std::vector<WindowFigures> windows;
+  std::vector<ProcessPoint> processes;
+  std::map<std::string, std::uint64_t> check_failures;
+  double generator_lag_p99_ms = 0;  // of measured stages together
+};
+
+// Carries a plan out against a server, in real time, on this thread alone. Refused with one line when there is no
+// server to begin with, or it takes no groom.
+Result<RunResult> run_plan(const Plan& plan, const Assets& assets, const RunOptions& options,
+                           const std::function<void(const RunProgress&)>& show);
+
+}  // namespace hairnet::load

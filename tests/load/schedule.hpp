@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "tests/load/plan.hpp"
+
+namespace hairnet::load {
+
+// What a client does at its intended time, from the plan's begin. Clients are numbered from 0 and never return as
+// another's number.
+struct Action {
+  enum class Kind : std::uint8_t { join, leave, vanish, lose_connection, dress };
+  std::int64_t at_ns = 0;
+  Kind kind = Kind::join;  // leave: says goodbye. vanish: goes without. lose_connection: and is back at once
+  std::uint32_t client = 0;
+  std::optional<Misbehaviour> misbehaviour;  // of who joins
+  std::uint32_t characters = 0;              // of who joins, or dresses anew
+  std::size_t stage = 0;
+  friend bool operator==(const Action&, const Action&) = default;
+};
+
+// An open model: all arrivals and departures of the plan, by time, made before the first of them. Nothing that the
+// server does can move one.
+std::vector<Action> make_schedule(const Plan& plan);
+
+}  // namespace hairnet::load

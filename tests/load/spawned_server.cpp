@@ -1,0 +1,78 @@
+#include "tests/load/spawned_server.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+extern char** environ;  // NOLINT: POSIX names it
+
+namespace hairnet::load {
+namespace {
+
+using std::chrono::milliseconds;
+constexpr milliseconds kStartWait{20'000}, kStopWait{5'000}, kPollInterval{20};
+
+}  // namespace
+
+Result<std::unique_ptr<SpawnedServer>> SpawnedServer::start(const std::string& program,
+                                                            const std::vector<std::string>& arguments,
+                                                            const std::string& log) {
+  std::error_code ignored;
+  const std::string port_file =
+      std::filesystem::temp_directory_path(ignored) / fmt::format("hairnet-load-{}.port", getpid());
+  std::filesystem::remove(port_file, ignored);
+  std::vector<std::string> words{program};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  for (const char* word : {"--bind", "127.0.0.1", "--port", "0", "--port-file"}) words.emplace_back(word);
+  words.push_back(port_file);
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
+  posix_spawn_file_actions_addopen(&actions, 1, log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+  posix_spawn_file_actions_adddup2(&actions, 1, 2);
+  pid_t pid = -1;
+  const int fault = posix_spawnp(&pid, program.c_str(), &actions, nullptr, argv.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (fault != 0) return Refusal(fmt::format("cannot start {}: {}", program, std::strerror(fault)));
+
+  std::unique_ptr<SpawnedServer> server(new SpawnedServer(pid));
+  for (milliseconds waited{0}; waited < kStartWait && server->running(); waited += kPollInterval) {
+    if (std::ifstream file(port_file); file >> server->port_) {
+      std::filesystem::remove(port_file, ignored);
+      return server;
+    }
+    std::this_thread::sleep_for(kPollInterval);
+  }
+  return Refusal(
+      fmt::format("{} {}; its output is in {}", program, server->running() ? "does not listen" : "ended at once", log));
+}
+
+bool SpawnedServer::running() {
+  if (!ended_) ended_ = waitpid(pid_, nullptr, WNOHANG) != 0;
+  return !ended_;
+}
+
+SpawnedServer::~SpawnedServer() {
+  if (!running()) return;
+  kill(pid_, SIGTERM);
+  for (milliseconds waited{0}; waited < kStopWait && running(); waited += kPollInterval)
+    std::this_thread::sleep_for(kPollInterval);
+  if (!running()) return;
+  kill(pid_, SIGKILL);
+  waitpid(pid_, nullptr, 0);
+}
+
+}  // namespace hairnet::load

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/build/level.hpp"
+#include "core/result.hpp"
+
+namespace hairnet::load {
+
+enum class StageKind : std::uint8_t { ramp, steady, spike, soak };
+inline constexpr std::array<std::string_view, 4> kStageKindNames{"ramp", "steady", "spike", "soak"};
+
+// Clients that do not keep to the protocol, or to good manners.
+enum class Misbehaviour : std::uint8_t { slow, flood, malformed, silent, half_open };
+inline constexpr std::size_t kMisbehaviourCount = 5;
+inline constexpr std::array<std::string_view, kMisbehaviourCount> kMisbehaviourNames{"slow", "flood", "malformed",
+                                                                                     "silent", "half_open"};
+
+// So many, or so large a share of the well-behaved clients.
+struct Headcount {
+  double value = 0;
+  bool is_share = false;
+  [[nodiscard]] std::uint32_t of(std::uint32_t clients) const;
+};
+
+inline constexpr std::uint32_t kClientCountMax = 20'000;
+inline constexpr std::uint32_t kCharactersPerClientMax = 4096;
+inline constexpr double kStageDurationMax_s = 7 * 24 * 3600.0;
+
+// A part of the plan: the population it goes to, and what happens meanwhile. Names are unique in a plan.
+//   ramp    goes there evenly over its duration; not measured unless it says so
+//   steady  goes there in the first second, and stays
+//   spike   goes there at once
+//   soak    as steady, for long: what grows meanwhile is of interest
+struct Stage {
+  StageKind kind = StageKind::steady;
+  std::string name;
+  double duration_s = 10;
+  double warm_s = 0;  // of its beginning, that is not measured
+  bool measured = true;
+  std::uint32_t clients = 1;
+  std::uint32_t characters = 1;                      // of each client
+  std::vector<LevelIndex> levels{LevelIndex::high};  // wanted, in turn
+  double churn_hz = 0;                               // clients a second that leave, each followed by a new one
+  double storm_share = 0;  // of the clients, that lose their connections at half time and return
+  std::array<Headcount, kMisbehaviourCount> misbehaving{};
+};
+
+// KIND:DURATION[:KEY=VALUE,...]. What is not said is as in the stage before, but churn, storm, warm and measured.
+// One line says what is wrong.
+Result<Stage> parse_stage(std::string_view text, const Stage* before);
+// What parse_stage takes, with every key.
+std::string to_text(const Stage& stage);
+
+// 250ms, 30s, 5m, 1h.
+Result<double> parse_duration_s(std::string_view text);
+
+}  // namespace hairnet::load

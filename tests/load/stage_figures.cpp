@@ -1,0 +1,132 @@
+#include "tests/load/stage_figures.hpp"
+
+#include <array>
+#include <string>
+#include <utility>
+
+namespace hairnet::load {
+namespace {
+
+struct Quantile {
+  std::string_view name;
+  double share;
+};
+constexpr std::array<Quantile, 4> kQuantiles{{{"p50", 0.5}, {"p90", 0.9}, {"p99", 0.99}, {"p999", 0.999}}};
+
+void put_times(Figures& figures, const std::string& name, const LatencyHistogram& times) {
+  if (times.count() == 0) return;
+  for (const Quantile& q : kQuantiles) figures[name + "_" + std::string(q.name) + "_ms"] = times.quantile_ms(q.share);
+  figures[name + "_max_ms"] = times.max_ms();
+  figures[name + "_mean_ms"] = times.mean_ms();
+}
+
+void put_share(Figures& figures, const std::string& name, double part, double whole) {
+  if (whole > 0) figures[name] = part / whole;
+}
+
+void put_frames(Figures& figures, const Counts& counts) {
+  const double own = static_cast<double>(counts.frames), missed = static_cast<double>(counts.frames_missed);
+  const double all = own + static_cast<double>(counts.frames_of_others);
+  figures["frames"] = own;
+  figures["frames_of_others"] = static_cast<double>(counts.frames_of_others);
+  figures["frames_missed"] = missed;
+  put_share(figures, "frames_missed_share", missed, own + missed);
+  put_share(figures, "frames_discontinuous_share", static_cast<double>(counts.frames_discontinuous), all);
+  for (std::size_t i = 0; i < kLevelCount; ++i)
+    put_share(figures, "level_" + std::string(kLevelNames[i]) + "_share",
+              static_cast<double>(counts.frames_by_level[i]), all);
+  for (std::size_t i = 0; i < kStrides.size(); ++i)
+    put_share(figures, "stride_" + std::to_string(kStrides[i]) + "_share",
+              static_cast<double>(counts.frames_by_stride[i]), all);
+  put_share(figures, "node_bytes_per_frame", static_cast<double>(counts.node_bytes), all);
+  put_share(figures, "bytes_in_per_frame", static_cast<double>(counts.bytes_in), all);
+}
+
+void put_poses(Figures& figures, const Counts& counts) {
+  const auto intended = static_cast<double>(counts.poses_intended);
+  figures["poses_intended"] = intended;
+  figures["poses_unsent"] = static_cast<double>(counts.poses_unsent);
+  figures["poses_unanswered"] = static_cast<double>(counts.poses_unanswered);
+  put_share(figures, "poses_unsent_share", static_cast<double>(counts.poses_unsent), intended);
+  put_share(figures, "poses_unanswered_share", static_cast<double>(counts.poses_unanswered), intended);
+  put_share(figures, "poses_asleep_share", static_cast<double>(counts.poses_asleep), intended);
+}
+
+}  // namespace
+
+Figures make_figures(const StageInputs& inputs) {
+  const StageTally& tally = *inputs.tally;
+  const Counts& counts = tally.counts;
+  Figures figures;
+  put_times(figures, "latency", tally.latency);
+  put_times(figures, "frame_age", tally.frame_age);
+  put_times(figures, "jitter", tally.jitter);
+  put_times(figures, "join", tally.join);
+  put_times(figures, "generator_lag", tally.lag);
+  if (tally.server_lag_count > 0) figures["server_lag_min_ms"] = static_cast<double>(tally.server_lag_min_ns) * 1e-6;
+  put_frames(figures, counts);
+  put_poses(figures, counts);
+  figures["joins"] = static_cast<double>(counts.joins);
+  figures["joins_unanswered"] = static_cast<double>(counts.joins_unanswered);
+  double errors = 0;
+  for (const auto& [reason, count] : counts.errors) {
+    figures["error." + reason] = static_cast<double>(count);
+    errors += static_cast<double>(count);
+  }
+  figures["errors"] = errors;
+  if (inputs.duration_s > 0) {
+    figures["clients"] = counts.client_s / inputs.duration_s;
+    figures["characters"] = counts.character_s / inputs.duration_s;
+  }
+  put_share(figures, "bytes_in_per_character_s", static_cast<double>(counts.bytes_in), counts.character_s);
+  put_share(figures, "bytes_out_per_character_s", static_cast<double>(counts.bytes_out), counts.character_s);
+  put_share(figures, "node_bytes_per_character_s", static_cast<double>(counts.node_bytes), counts.character_s);
+  put_share(figures, "frames_per_character_s", static_cast<double>(counts.frames), counts.character_s);
+  if (inputs.own) {
+    put_share(figures, "generator_cpu_cores", inputs.own->cpu_s, inputs.duration_s);
+    put_share(figures, "generator_cpu_us_per_character_s", inputs.own->cpu_s * 1e6, counts.character_s);
+  }
+  if (inputs.server) {
+    put_share(figures, "server_cpu_cores", inputs.server->cpu_s, inputs.duration_s);
+    put_share(figures, "server_cpu_us_per_character_s", inputs.server->cpu_s * 1e6, counts.character_s);
+    figures["server_resident_mib"] = inputs.server->resident_mib;
+    figures["server_resident_growth_mib"] = inputs.server_resident_growth_mib;
+  }
+  if (inputs.frames_checked > 0) {
+    figures["frames_checked"] = static_cast<double>(inputs.frames_checked);
+    figures["check_failures"] = static_cast<double>(inputs.check_failures);
+  }
+  return figures;
+}
+
+const std::vector<FigureName>& figure_names() {
+  static const std::vector<FigureName> names{
+      {"latency_p50_ms",
+       "pose's intended capture to the arrival of the first frame sampled at or after it; also p90, "
+       "p99, p999, max, mean, here and below"},
+      {"frame_age_p50_ms", "from the sampling of a frame's poses to its arrival: the pose delay, the tick, the way"},
+      {"server_lag_min_ms", "the least from sampling to sending, on the server's own clock: its pose delay"},
+      {"jitter_p99_ms", "how far arrivals are from being as far apart as their ticks"},
+      {"join_p99_ms", "from a client's intended arrival, or lost connection, to a character's first frame"},
+      {"generator_lag_p99_ms", "from an intended time to the generator's doing it: above a bound nothing here counts"},
+      {"frames", "of own characters; frames_of_others; frames_per_character_s"},
+      {"frames_missed_share", "of own frames that were due, by tick and stride; frames_missed"},
+      {"frames_discontinuous_share", "after teleports, resets and changes of level"},
+      {"level_high_share", "of frames, by level: high, medium, low, ether, rigid"},
+      {"stride_1_share", "of frames, by the ticks to the next: 1, 2, 4"},
+      {"poses_unsent_share", "of intended poses, without a session to send them in; poses_unsent"},
+      {"poses_unanswered_share", "sent, and never in a frame (their waiting counts as latency); poses_unanswered"},
+      {"poses_asleep_share", "of characters at rest, which owe no frame"},
+      {"joins_unanswered", "characters whose first frame never came; joins: the others"},
+      {"errors", "all of error.REASON: connections lost, refusals and goodbyes, of well-behaved clients"},
+      {"characters", "mean of the stage; clients"},
+      {"bytes_in_per_character_s", "all packets from the server; bytes_out_, node_bytes_per_character_s"},
+      {"bytes_in_per_frame", "likewise; node_bytes_per_frame"},
+      {"generator_cpu_cores", "of this program; generator_cpu_us_per_character_s"},
+      {"server_cpu_cores", "with --spawn or --server-pid; server_cpu_us_per_character_s"},
+      {"server_resident_mib", "at the stage's end; server_resident_growth_mib meanwhile"},
+      {"frames_checked", "with --check; check_failures"}};
+  return names;
+}
+
+}  // namespace hairnet::load

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "tests/load/process_sampler.hpp"
+#include "tests/load/requirement.hpp"
+#include "tests/load/tally.hpp"
+
+namespace hairnet::load {
+
+// What the figures of a stage are made from.
+struct StageInputs {
+  const StageTally* tally = nullptr;
+  double duration_s = 0;                  // measured, without warm-up
+  std::optional<ProcessUse> own, server;  // used meanwhile
+  double server_resident_growth_mib = 0;
+  std::uint64_t frames_checked = 0, check_failures = 0;
+};
+
+// The stage in numbers, by the names that requirements and the report use. A rate over nothing is left out.
+Figures make_figures(const StageInputs& inputs);
+
+struct FigureName {
+  std::string_view name, meaning;
+};
+const std::vector<FigureName>& figure_names();
+
+}  // namespace hairnet::load

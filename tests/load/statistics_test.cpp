@@ -1,0 +1,314 @@
+#include <gmock/gmock.h>
+
+#include "core/random.hpp"
+#include "tests/load/exposition.hpp"
+#include "tests/load/frame_check.hpp"
+#include "tests/load/latency_histogram.hpp"
+#include "tests/load/process_sampler.hpp"
+#include "tests/load/requirement.hpp"
+#include "tests/load/stage_figures.hpp"
+#include "tests/load/tally.hpp"
+
+#include <unistd.h>
+
+namespace hairnet::load {
+namespace {
+
+using testing::DoubleNear;
+using testing::HasSubstr;
+
+constexpr std::int64_t kMs = 1'000'000;
+
+TEST(LatencyHistogram, QuantilesAreThoseOfTheSortedTimesWithinABin) {
+  LatencyHistogram histogram;
+  std::vector<double> sorted_ms;
+  Random random(3);
+  for (int i = 0; i < 20'000; ++i) {
+    const double time_ms = std::exp(random.between(std::log(0.01), std::log(5000.0)));
+    histogram.record(static_cast<std::int64_t>(time_ms * 1e6));
+    sorted_ms.push_back(time_ms);
+  }
+  std::ranges::sort(sorted_ms);
+  for (const double share : {0.001, 0.1, 0.5, 0.9, 0.99, 0.999}) {
+    const double exact = sorted_ms[static_cast<std::size_t>(std::ceil(share * 20'000)) - 1];
+    EXPECT_THAT(histogram.quantile_ms(share), DoubleNear(exact, 0.0055 * exact)) << share;
+  }
+  EXPECT_DOUBLE_EQ(histogram.quantile_ms(1), histogram.max_ms());
+  EXPECT_NEAR(histogram.max_ms(), sorted_ms.back(), 1e-5);
+  EXPECT_NEAR(histogram.min_ms(), sorted_ms.front(), 1e-5);
+}
+
+TEST(LatencyHistogram, IsZeroWhenEmptyAndTakesAnyTime) {
+  LatencyHistogram histogram;
+  EXPECT_EQ(histogram.quantile_ms(0.5), 0);
+  EXPECT_EQ(histogram.mean_ms(), 0);
+  EXPECT_TRUE(histogram.tail().empty());
+  for (const std::int64_t time_ns : {std::int64_t{-5}, std::int64_t{0}, std::int64_t{1} << 62})
+    histogram.record(time_ns);
+  EXPECT_EQ(histogram.count(), 3u);
+  EXPECT_GT(histogram.quantile_ms(1), 1e9);
+}
+
+TEST(LatencyHistogram, MergedIsAsRecordedTogether) {
+  LatencyHistogram a, b, both;
+  for (int i = 1; i <= 100; ++i) {
+    (i % 3 ? a : b).record(i * kMs);
+    both.record(i * kMs);
+  }
+  a.merge(b);
+  EXPECT_EQ(a.count(), both.count());
+  EXPECT_DOUBLE_EQ(a.mean_ms(), both.mean_ms());
+  for (const double share : {0.01, 0.5, 0.99}) EXPECT_DOUBLE_EQ(a.quantile_ms(share), both.quantile_ms(share));
+}
+
+TEST(LatencyHistogram, ItsTailFallsToNothing) {
+  LatencyHistogram histogram;
+  for (int i = 1; i <= 1000; ++i) histogram.record(i * kMs);
+  const auto tail = histogram.tail(50);
+  ASSERT_GE(tail.size(), 10u);
+  ASSERT_LE(tail.size(), 50u);
+  for (std::size_t i = 1; i < tail.size(); ++i) {
+    EXPECT_GT(tail[i].first, tail[i - 1].first);
+    EXPECT_LE(tail[i].second, tail[i - 1].second);
+  }
+  EXPECT_EQ(tail.back().second, 0);
+}
+
+Plan two_stages() {
+  Plan plan;
+  plan.stages.push_back(parse_stage("steady:10s:warm=2s", nullptr).value());
+  plan.stages.push_back(parse_stage("steady:10s", &plan.stages[0]).value());
+  EXPECT_EQ(settle(plan), "");
+  return plan;
+}
+
+TEST(Tally, PutsWhatHappenedWhereItBelongs) {
+  constexpr std::int64_t kBegin = 1'000'000 * kMs;
+  Tally tally(two_stages(), kBegin);
+  const auto at = [](double s) { return kBegin + static_cast<std::int64_t>(s * 1e9); };
+  tally.count(at(1), &Counts::frames_missed, 5);  // warm-up: nobody's
+  tally.count(at(3), &Counts::frames_missed, 2);
+  tally.count(at(12), &Counts::frames_missed, 3);
+  tally.count(at(25), &Counts::frames_missed, 9);  // after the end: nobody's
+  tally.count(at(2), &Counts::frames_missed, 1);   // time may go back: an edge is the later part's
+  tally.record_answer(at(9.9), at(12), 1);         // the stage that the pose was captured in
+  tally.record_unanswered(at(15), at(20), 2);
+  EXPECT_EQ(tally.stage(0).counts.frames_missed, 3u);
+  EXPECT_EQ(tally.stage(1).counts.frames_missed, 3u);
+  EXPECT_EQ(tally.stage(0).latency.count(), 1u);
+  EXPECT_NEAR(tally.stage(0).latency.max_ms(), 2100, 1e-6);
+  EXPECT_EQ(tally.stage(1).counts.poses_unanswered, 2u);
+  EXPECT_NEAR(tally.stage(1).latency.max_ms(), 5000, 1e-6);
+}
+
+TEST(Tally, WindowsCoverTheRunAndSumToIt) {
+  Tally tally(two_stages(), 0);
+  std::uint64_t frames = 0;
+  for (int ms = 0; ms < 20'000; ms += 10) {
+    tally.note_population(ms * kMs, 2, 8);
+    tally.record_frame(ms * kMs, LevelIndex::medium, 2, 10, false, true);
+    tally.record_answer(std::max(0, ms - 3000) * kMs, ms * kMs, 1);  // answers three seconds late
+    ++frames;
+    tally.advance(ms * kMs);
+  }
+  tally.finish(20'000 * kMs);
+  ASSERT_EQ(tally.windows().size(), 20u);
+  std::uint64_t sum = 0;
+  for (const WindowFigures& window : tally.windows()) {
+    sum += window.frames;
+    EXPECT_DOUBLE_EQ(window.duration_s, 1);
+    EXPECT_EQ(window.frames_by_level[1], window.frames);
+  }
+  EXPECT_EQ(sum, frames);
+  EXPECT_NEAR(tally.windows()[5].latency_p50_ms, 3000, 20);
+  EXPECT_NEAR(tally.windows()[5].characters, 8, 0.1);
+  EXPECT_EQ(tally.stage(1).counts.frames_by_stride[1], tally.stage(1).counts.frames);
+}
+
+TEST(StageFigures, AreRatesOfWhatWasCounted) {
+  StageTally tally;
+  tally.counts.frames = 980;
+  tally.counts.frames_missed = 20;
+  tally.counts.frames_by_level[0] = 245;
+  tally.counts.frames_by_level[4] = 735;
+  tally.counts.bytes_in = 10'000;
+  tally.counts.node_bytes = 4'900;
+  tally.counts.character_s = 100;
+  tally.counts.client_s = 50;
+  tally.counts.poses_intended = 1000;
+  tally.counts.poses_unsent = 10;
+  tally.counts.errors["reset"] = 3;
+  tally.counts.errors["refused"] = 4;
+  tally.latency.record(40 * kMs, 99);
+  tally.latency.record(90 * kMs, 1);
+  StageInputs inputs;
+  inputs.tally = &tally;
+  inputs.duration_s = 10;
+  inputs.own = ProcessUse{2, 10, {}};
+  const Figures figures = make_figures(inputs);
+  EXPECT_DOUBLE_EQ(figures.at("frames_missed_share"), 0.02);
+  EXPECT_DOUBLE_EQ(figures.at("level_high_share"), 0.25);
+  EXPECT_DOUBLE_EQ(figures.at("level_rigid_share"), 0.75);
+  EXPECT_DOUBLE_EQ(figures.at("bytes_in_per_character_s"), 100);
+  EXPECT_DOUBLE_EQ(figures.at("node_bytes_per_frame"), 5);
+  EXPECT_DOUBLE_EQ(figures.at("characters"), 10);
+  EXPECT_DOUBLE_EQ(figures.at("clients"), 5);
+  EXPECT_DOUBLE_EQ(figures.at("poses_unsent_share"), 0.01);
+  EXPECT_DOUBLE_EQ(figures.at("errors"), 7);
+  EXPECT_DOUBLE_EQ(figures.at("error.refused"), 4);
+  EXPECT_DOUBLE_EQ(figures.at("generator_cpu_cores"), 0.2);
+  EXPECT_DOUBLE_EQ(figures.at("generator_cpu_us_per_character_s"), 20'000);
+  EXPECT_NEAR(figures.at("latency_p99_ms"), 40, 0.3);
+  EXPECT_NEAR(figures.at("latency_p999_ms"), 90, 0.5);
+  EXPECT_EQ(figures.count("server_cpu_cores"), 0u);
+}
+
+TEST(Requirement, ReadsEveryRelation) {
+  const auto holds_for = [](const char* text, double value) {
+    const auto requirement = parse_requirement(text);
+    EXPECT_TRUE(requirement) << text;
+    return requirement && holds(*requirement, value);
+  };
+  EXPECT_TRUE(holds_for("latency_p99_ms<40", 39.9));
+  EXPECT_FALSE(holds_for("latency_p99_ms<40", 40));
+  EXPECT_TRUE(holds_for("latency_p99_ms <= 40", 40));
+  EXPECT_TRUE(holds_for("frames>1e3", 1001));
+  EXPECT_FALSE(holds_for("frames>1e3", 1000));
+  EXPECT_TRUE(holds_for("frames>=1000", 1000));
+  EXPECT_TRUE(holds_for("errors==0", 0));
+  EXPECT_FALSE(holds_for("errors==0", 1));
+  const auto staged = parse_requirement("storm2/error.closed_reset<=3");
+  ASSERT_TRUE(staged);
+  EXPECT_EQ(staged->stage, "storm2");
+  EXPECT_EQ(staged->figure, "error.closed_reset");
+}
+
+TEST(Requirement, RefusesWhatIsNone) {
+  for (const char* text : {"", "latency", "latency=40", "<40", "latency<", "latency<x", "latency<40ms", "latency<nan",
+                           "latency<inf", "/latency<4", "a b<3", "Latency<4", "latency<<4", "a/b/c<4"}) {
+    const auto requirement = parse_requirement(text);
+    ASSERT_FALSE(requirement) << text;
+    EXPECT_THAT(requirement.error(), HasSubstr("it looks like"));
+  }
+}
+
+TEST(Requirement, IsOfAllMeasuredStagesOrOfOne) {
+  const Figures good{{"x", 1}}, bad{{"x", 9}};
+  const std::vector<NamedFigures> stages{{"ramp", false, &bad}, {"steady", true, &good}, {"storm", true, &bad}};
+  const auto judged = [&](const char* text) { return judge({parse_requirement(text).value()}, stages); };
+  const auto all = judged("x<5");
+  ASSERT_EQ(all.size(), 2u);
+  EXPECT_TRUE(all[0].met);
+  EXPECT_FALSE(all[1].met);
+  EXPECT_EQ(all[1].stage, "storm");
+  ASSERT_EQ(judged("ramp/x<5").size(), 1u);
+  EXPECT_FALSE(judged("ramp/x<5")[0].met);
+  EXPECT_FALSE(judged("nowhere/x<5")[0].met);
+  EXPECT_FALSE(judged("steady/y<5")[0].met);
+  EXPECT_FALSE(judged("steady/y<5")[0].value);
+}
+
+TEST(ProcessSampler, ReadsNamesWithSpacesAndParentheses) {
+  const auto line =
+      parse_stat_line("42 (a (b) c) S 1 42 42 0 -1 4194560 100 0 0 0 250 150 0 0 20 0 4 0 1000 100000 500 184", 100);
+  ASSERT_TRUE(line);
+  EXPECT_EQ(line->name, "a (b) c");
+  EXPECT_DOUBLE_EQ(line->cpu_s, 4);
+  for (const char* bad : {"", "42", "42 (x", "42 (x) S 1 2", ")(", "42 (x)"})
+    EXPECT_FALSE(parse_stat_line(bad, 100)) << bad;
+}
+
+TEST(ProcessSampler, SeesThisProcessAndNoOtherThatIsNone) {
+  const auto before = sample_process(getpid());
+  ASSERT_TRUE(before);
+  EXPECT_GT(before->resident_mib, 1);
+  volatile double sink = 0;
+  std::optional<ProcessUse> after;
+  do {
+    for (int i = 0; i < 10'000'000; ++i) sink = sink + i;
+    after = sample_process(getpid());
+  } while (after->cpu_s - before->cpu_s < 0.05);
+  const ProcessUse use = use_between(*before, *after);
+  EXPECT_GE(use.cpu_s, 0.05);
+  double threads_s = 0;
+  for (const auto& [name, cpu_s] : use.thread_cpu_s) threads_s += cpu_s;
+  EXPECT_NEAR(threads_s, use.cpu_s, 0.03);
+  EXPECT_FALSE(sample_process(0x3fffffff));
+}
+
+TEST(Exposition, ReadsSamplesAndHowTheyGrew) {
+  const Exposition from = parse_exposition(
+      "# HELP hairnet_ticks_total ticks\n# TYPE hairnet_ticks_total counter\nhairnet_ticks_total 100\n"
+      "hairnet_tick_seconds_sum 1.5\nhairnet_tick_seconds_count 100\nhairnet_rooms 3\n");
+  const Exposition to = parse_exposition(
+      "hairnet_ticks_total 160\r\nhairnet_tick_seconds_sum 1.8\nhairnet_tick_seconds_count 160\nhairnet_rooms 2\n"
+      "hairnet_refused_total{reason=\"a } b 7\",x=\"y\"} 5 1700000000000\nnonsense\nhalf \n");
+  EXPECT_EQ(from.size(), 4u);
+  const Exposition grown = exposition_between(from, to);
+  EXPECT_DOUBLE_EQ(grown.at("hairnet_ticks_total"), 60);
+  EXPECT_DOUBLE_EQ(grown.at("hairnet_rooms"), 2);
+  EXPECT_DOUBLE_EQ(grown.at("hairnet_refused_total{reason=\"a } b 7\",x=\"y\"}"), 5);
+  EXPECT_NEAR(grown.at("hairnet_tick_seconds_mean"), 0.005, 1e-12);
+}
+
+TEST(Exposition, TakesOnlyAGoodAnswer) {
+  EXPECT_EQ(http_body("HTTP/1.1 200 OK\r\nContent-Type: text/plain\r\n\r\nx 1\n"), "x 1\n");
+  EXPECT_EQ(http_body("HTTP/1.1 404 Not Found\r\n\r\nx 1\n"), "");
+  EXPECT_EQ(http_body("\x20\x00\x00\x00HNET"), "");
+  EXPECT_EQ(http_body(""), "");
+}
+
+TEST(FrameCheck, FindsEachKindOfFault) {
+  const auto failures_of = [](auto change) {
+    FrameCheck check(1, 1, true);
+    Pose pose = rigid_pose(RigidTransform{});
+    std::vector<std::int16_t> nodes{1, 2, 3, 4, 5, 6};
+    FrameSeen frame;
+    frame.character = 1;
+    frame.level = LevelIndex::low;
+    frame.step_m = 5e-4f;
+    for (int i = 0; i < 300; ++i) {
+      frame.tick = static_cast<std::uint64_t>(i) + 1;
+      frame.sample_time_local_ns = i * 33 * kMs;
+      frame.pose = &pose;
+      frame.displacements = nodes;
+      if (i == 250) change(frame, pose, nodes);
+      check.on_frame(0, frame, 0);
+    }
+    std::vector<std::string> names;
+    for (const auto& [name, count] : check.failures()) names.push_back(name);
+    EXPECT_EQ(check.checked(), 300u);
+    return names;
+  };
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(failures_of([](FrameSeen&, Pose&, auto&) {}), Names{});
+  EXPECT_EQ(failures_of([](FrameSeen&, Pose& pose, auto&) { pose.bones[1].rotation.coeffs() *= 1.1; }),
+            Names{"pose_invalid"});
+  EXPECT_EQ(failures_of([](FrameSeen& frame, Pose&, auto&) { frame.tick = 7; }), Names{"tick_went_back"});
+  EXPECT_EQ(failures_of([](FrameSeen& frame, Pose& pose, auto& nodes) {
+              pose.bones[0].position.x() += 1;  // it may move, but not that far
+              nodes[2] = 30'000;
+              frame.displacements = nodes;
+            }),
+            Names{"beyond_bound"});
+  EXPECT_EQ(failures_of([](FrameSeen&, Pose&, auto& nodes) { nodes[0] += 40; }), Names{"moves_at_rest"});
+  EXPECT_EQ(failures_of([](FrameSeen& frame, Pose&, auto&) {
+              frame.displacements = frame.displacements.first(3);
+              frame.discontinuous = true;
+            }),
+            Names{"node_count_changed"});
+}
+
+TEST(FrameCheck, LooksAtItsShareOnly) {
+  FrameCheck check(5, 0.25, true);
+  const Pose pose = rigid_pose(RigidTransform{});
+  FrameSeen frame;
+  frame.pose = &pose;
+  frame.tick = 1;
+  frame.character = 1;
+  for (std::uint32_t client = 0; client < 4000; ++client) check.on_frame(client, frame, 0);
+  EXPECT_NEAR(static_cast<double>(check.checked()), 1000, 150);
+}
+
+}  // namespace
+}  // namespace hairnet::load

@@ -1,0 +1,118 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/build/level.hpp"
+#include "tests/load/latency_histogram.hpp"
+#include "tests/load/plan.hpp"
+
+namespace hairnet::load {
+
+inline constexpr std::array<std::uint32_t, 3> kStrides{1, 2, 4};
+
+// What was counted over a time, of the well-behaved clients but for `misfit_ends`.
+struct Counts {
+  std::uint64_t poses_intended = 0;  // one a character
+  std::uint64_t poses_sent = 0;
+  std::uint64_t poses_unsent = 0;    // there was no session, or the server took no more bytes
+  std::uint64_t poses_answered = 0;  // by a frame sampled at or after them
+  std::uint64_t poses_unanswered = 0;
+  std::uint64_t poses_asleep = 0;   // of characters at rest, that owe no frame
+  std::uint64_t frames = 0;         // of own characters
+  std::uint64_t frames_missed = 0;  // by tick and stride
+  std::uint64_t frames_of_others = 0;
+  std::uint64_t frames_discontinuous = 0;
+  std::array<std::uint64_t, kLevelCount> frames_by_level{};  // own and others'
+  std::array<std::uint64_t, kStrides.size()> frames_by_stride{};
+  std::uint64_t bytes_in = 0, bytes_out = 0;                      // packets
+  std::uint64_t node_bytes = 0;                                   // in frames: nodes alone
+  std::uint64_t joins = 0, joins_unanswered = 0;                  // of characters: until their first frame
+  double client_s = 0, character_s = 0;                           // the sums of their times
+  std::map<std::string, std::uint64_t, std::less<>> errors;       // by reason
+  std::map<std::string, std::uint64_t, std::less<>> misfit_ends;  // "kind: reason"
+
+  void add_error(std::string_view reason);
+};
+
+struct StageTally {
+  Counts counts;
+  LatencyHistogram latency;            // pose's intended capture -> arrival of the first frame sampled at or after it
+  LatencyHistogram frame_age;          // sampled -> arrived
+  LatencyHistogram jitter;             // |arrivals apart - ticks apart|
+  LatencyHistogram join;               // intended arrival -> first frame
+  LatencyHistogram lag;                // intended time -> done, by the generator itself
+  std::int64_t server_lag_min_ns = 0;  // sampled -> sent, on the server's clock: its pose delay, and a tick's work
+  std::uint64_t server_lag_count = 0;
+};
+
+// A second or so of a run, for plots.
+struct WindowFigures {
+  double begin_s = 0, duration_s = 0;
+  double latency_p50_ms = 0, latency_p99_ms = 0, latency_max_ms = 0;  // of poses captured in it
+  double lag_max_ms = 0;
+  double clients = 0, characters = 0;
+  std::uint64_t frames = 0, frames_missed = 0, bytes_in = 0, bytes_out = 0, node_bytes = 0, errors = 0;
+  std::uint64_t poses_unanswered = 0, poses_unsent = 0;
+  std::array<std::uint64_t, kLevelCount> frames_by_level{};
+};
+
+// All that is counted of a run, by stage and by window. What happens is counted where it happened, but what became of a
+// pose where the pose was captured, however late. One thread; times are of the clock that `begin_ns` is of.
+class Tally {
+ public:
+  Tally(const Plan& plan, std::int64_t begin_ns, std::int64_t window_ns = 1'000'000'000);
+
+  void count(std::int64_t now_ns, std::uint64_t Counts::*which, std::uint64_t by = 1);
+  void count_error(std::int64_t now_ns, std::string_view reason);
+  void count_misfit_end(std::int64_t now_ns, std::string_view kind, std::string_view reason);
+  void record_answer(std::int64_t captured_ns, std::int64_t arrived_ns, std::uint64_t characters);
+  // Waited in vain until `now_ns`.
+  void record_unanswered(std::int64_t captured_ns, std::int64_t now_ns, std::uint64_t characters);
+  void record_join(std::int64_t intended_ns, std::int64_t now_ns, bool answered);
+  void record_lag(std::int64_t intended_ns, std::int64_t now_ns);
+  void record_frame(std::int64_t now_ns, LevelIndex level, std::uint32_t stride, std::size_t node_bytes,
+                    bool discontinuous, bool own);
+  void record_frame_age(std::int64_t sampled_ns, std::int64_t arrived_ns, std::int64_t server_lag_ns);
+  void record_jitter(std::int64_t now_ns, std::int64_t deviation_ns);
+  // How many were there since the last call.
+  void note_population(std::int64_t now_ns, std::size_t clients, std::size_t characters);
+  // Closes windows that are over; `finish` all of them.
+  void advance(std::int64_t now_ns);
+  void finish(std::int64_t now_ns);
+
+  // Of a stage, without its warm-up.
+  [[nodiscard]] const StageTally& stage(std::size_t index) const { return stages_[2 * index + 1]; }
+  [[nodiscard]] const std::vector<WindowFigures>& windows() const { return windows_; }
+  // The last window that is over, its last answers still under way; all zero at first.
+  [[nodiscard]] WindowFigures latest(std::int64_t now_ns) const;
+  [[nodiscard]] const LatencyHistogram& lag() const { return lag_; }  // of the whole run
+
+ private:
+  struct Window {
+    Counts counts;
+    LatencyHistogram latency, lag;
+  };
+  StageTally& at(std::int64_t time_ns);
+  Window& window_at(std::int64_t time_ns);
+  void close_window(double duration_s);
+  [[nodiscard]] WindowFigures figures_of(const Window& window, std::size_t index, double duration_s) const;
+
+  std::int64_t begin_ns_, window_ns_;
+  std::vector<std::int64_t> ends_ns_;  // of the parts: each stage's warm-up and rest, in turn
+  std::vector<StageTally> stages_;     // as `ends_ns_`, and what comes after the end
+  std::size_t newest_ = 0;             // part of the latest time seen
+  LatencyHistogram lag_;
+  std::int64_t window_count_max_ = 0;
+  std::deque<Window> open_;  // the first is number windows_.size()
+  Window after_;             // the end
+  std::vector<WindowFigures> windows_;
+  std::int64_t population_ns_;
+};
+
+}  // namespace hairnet::load

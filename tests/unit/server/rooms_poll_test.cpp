@@ -1,0 +1,282 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "fake_client.hpp"
+#include "schema/wire/groom_file.hpp"
+#include "small_groom.hpp"
+
+// The whole server without a socket: who sees whom, and what outlives a connection.
+namespace hairnet::server {
+namespace {
+
+using testing::Each;
+using testing::ElementsAre;
+using testing::IsEmpty;
+using testing::Not;
+
+constexpr std::int64_t kMs = 1'000'000;
+constexpr std::int64_t kStart_ns = 1'000'000'000'000;
+
+class RoomsPollTest : public testing::Test {
+ protected:
+  void start(Config config = {}) {
+    config.workers = 2;
+    server_.reset();
+    auto created = Server::create(config, metrics_, now_ns_);
+    ASSERT_TRUE(created) << created.error();
+    server_ = std::move(*created);
+  }
+  Pose moving_pose(double phase) const {
+    const double t = static_cast<double>(now_ns_ - kStart_ns) * 1e-9 + phase;
+    return rigid_pose({Quat(Eigen::AngleAxisd(0.6 * std::sin(5 * t), Vec3::UnitY())), {0.1 * std::sin(3 * t), 1.6, 0}});
+  }
+  void run_ms(int count, const std::vector<FakeClient*>& senders = {}) {
+    for (int i = 0; i < count; ++i) {
+      now_ns_ += kMs;
+      for (std::size_t c = 0; i % 15 == 0 && c < senders.size(); ++c)
+        senders[c]->pose(1, moving_pose(static_cast<double>(c)), now_ns_);
+      server_->poll(now_ns_);
+    }
+  }
+  std::unique_ptr<FakeClient> join(const std::string& room = "", LevelIndex level = LevelIndex::low) {
+    auto client = std::make_unique<FakeClient>(*server_, now_ns_);
+    client->hello(now_ns_, room);
+    client->upload(bytes_, hash_, now_ns_);
+    client->say(wire::AddCharacter{1, hash_, level}, now_ns_);
+    return client;
+  }
+  static std::set<std::uint32_t> members_seen(const FakeClient& client) {
+    std::set<std::uint32_t> members;
+    for (const auto& frame : client.all_frames()) members.insert(frame.member);
+    return members;
+  }
+
+  Metrics metrics_;
+  std::int64_t now_ns_ = kStart_ns;
+  std::vector<std::uint8_t> bytes_ = wire::encode_groom(small_groom());
+  wire::GroomHash hash_ = wire::hash_groom(bytes_);
+  std::unique_ptr<Server> server_;
+};
+
+TEST_F(RoomsPollTest, everyone_in_a_room_sees_the_same_hair_and_nobody_elses) {
+  start();
+  const auto a = join("hall"), b = join("hall"), c = join("attic");
+  run_ms(700, {a.get(), b.get(), c.get()});
+  EXPECT_EQ(members_seen(*a).size(), 2u);
+  EXPECT_EQ(members_seen(*b), members_seen(*a));
+  EXPECT_EQ(members_seen(*c).size(), 1u);
+  const auto own = a->frames(1);
+  const auto others = b->member_frames(own.back().member);
+  ASSERT_GE(others.size(), 15u);
+  std::size_t compared = 0;
+  for (const auto& frame : own) {
+    for (const auto& other : others) {
+      if (other.tick != frame.tick) continue;
+      EXPECT_EQ(other.displacements, frame.displacements);
+      EXPECT_EQ(other.pose.head().position, frame.pose.head().position);
+      ++compared;
+    }
+  }
+  EXPECT_GE(compared, 15u);
+  EXPECT_EQ(a->connection->all<wire::MemberJoined>().size(), 1u);
+  EXPECT_THAT(c->connection->all<wire::MemberJoined>(), IsEmpty());
+}
+
+TEST_F(RoomsPollTest, a_late_joiner_is_told_of_all_and_sees_sleepers_at_once) {
+  start();
+  const auto sleeper = join();
+  sleeper->pose(1, rigid_pose({}), now_ns_);
+  run_ms(9000);
+  ASSERT_TRUE(sleeper->frames(1).back().asleep);
+  const auto late = join();
+  run_ms(200, {late.get()});
+  ASSERT_EQ(late->connection->all<wire::MemberJoined>().size(), 1u);
+  const auto seen = late->member_frames(late->connection->all<wire::MemberJoined>()[0].member);
+  ASSERT_EQ(seen.size(), 1u) << "one, that it sleeps";
+  EXPECT_TRUE(seen[0].asleep);
+  EXPECT_EQ(seen[0].order, 0u);
+  EXPECT_EQ(seen[0].displacements, sleeper->frames(1).back().displacements);
+}
+
+TEST_F(RoomsPollTest, an_observer_sees_without_being_seen) {
+  start();
+  const auto player = join("stage");
+  FakeClient watcher(*server_, now_ns_);
+  wire::Hello hello;
+  hello.room = "stage";
+  hello.role = wire::Role::observer;
+  watcher.say(hello, now_ns_);
+  run_ms(500, {player.get()});
+  EXPECT_EQ(members_seen(watcher).size(), 1u);
+  EXPECT_THAT(player->connection->all<wire::MemberJoined>(), IsEmpty());
+}
+
+TEST_F(RoomsPollTest, observers_choose_members_detail_and_velocities) {
+  start();
+  const auto a = join(), b = join();
+  FakeClient watcher(*server_, now_ns_);
+  watcher.hello(now_ns_);
+  run_ms(300, {a.get(), b.get()});
+  const auto joined = watcher.connection->all<wire::MemberJoined>();
+  ASSERT_EQ(joined.size(), 2u);
+  wire::Observe observe;
+  observe.mode = wire::ObserveMode::list;
+  observe.members = {joined[1].member};
+  observe.stride = 2;
+  observe.velocities = true;
+  observe.error_class = codec::ErrorClass::fine;
+  watcher.say(observe, now_ns_);
+  run_ms(100, {a.get(), b.get()});
+  const std::size_t before = watcher.all_frames().size();
+  run_ms(1000, {a.get(), b.get()});
+  auto frames = watcher.all_frames();
+  frames.erase(frames.begin(), frames.begin() + static_cast<std::ptrdiff_t>(before));
+  EXPECT_NEAR(static_cast<double>(frames.size()), 15, 1);
+  for (const auto& frame : frames) {
+    EXPECT_EQ(frame.member, joined[1].member);
+    EXPECT_EQ(frame.velocities.size(), frame.displacements.size());
+  }
+  EXPECT_EQ(frames.back().order, 3u);
+  // Fine steps are half of normal ones; velocities are what displacements do.
+  const auto theirs = b->frames(1);
+  const auto same = std::ranges::find_if(theirs, [&](const auto& frame) { return frame.tick == frames.back().tick; });
+  ASSERT_NE(same, theirs.end());
+  for (std::size_t i = 0; i < same->displacements.size(); ++i)
+    EXPECT_NEAR(frames.back().displacements[i], 2 * same->displacements[i], 2);
+}
+
+TEST_F(RoomsPollTest, who_nobody_looks_at_is_not_stepped_and_goes_on_when_somebody_does) {
+  start();
+  const auto client = join();
+  run_ms(500, {client.get()});
+  const std::uint32_t member = client->frames(1).back().member;
+  client->say(wire::ReportImportance{{{member, 0, false}}}, now_ns_);
+  run_ms(200, {client.get()});
+  const std::size_t before = client->all_frames().size();
+  const std::uint64_t stepped = metrics_.tick.characters_stepped.value();
+  run_ms(1000, {client.get()});
+  EXPECT_EQ(client->all_frames().size(), before);
+  EXPECT_EQ(metrics_.tick.characters_stepped.value(), stepped);
+  client->say(wire::ReportImportance{{{member, 0.3f, true}}}, now_ns_);
+  run_ms(300, {client.get()});
+  auto frames = client->all_frames();
+  ASSERT_GT(frames.size(), before + 5);
+  EXPECT_TRUE(frames[before].discontinuous);
+  EXPECT_FALSE(frames.back().discontinuous);
+}
+
+TEST_F(RoomsPollTest, a_session_resumed_in_time_goes_on_where_its_hair_was) {
+  start();
+  const auto first = join();
+  const auto other = join();
+  run_ms(500, {first.get(), other.get()});
+  const auto welcome = first->connection->all<wire::Welcome>().at(0);
+  const auto last = first->frames(1).back();
+  first->break_connection(now_ns_);
+  run_ms(300, {other.get()});
+  EXPECT_THAT(other->connection->all<wire::MemberLeft>(), IsEmpty());
+  FakeClient again(*server_, now_ns_);
+  again.resume(welcome, now_ns_);
+  run_ms(300, {&again, other.get()});
+  ASSERT_EQ(again.connection->all<wire::Welcome>().size(), 1u);
+  EXPECT_TRUE(again.connection->all<wire::Welcome>()[0].resumed);
+  ASSERT_EQ(again.connection->all<wire::CharacterAdded>().size(), 1u);
+  EXPECT_EQ(again.connection->all<wire::CharacterAdded>()[0].member, last.member);
+  EXPECT_EQ(again.connection->all<wire::MemberJoined>().size(), 1u);
+  ASSERT_THAT(again.frames(1), Not(IsEmpty()));
+  EXPECT_EQ(again.frames(1).front().order, 0u);
+  EXPECT_EQ(again.frames(1).back().level, LevelIndex::low);
+  EXPECT_EQ(metrics_.groom.grooms_uploaded.value(), 1u);
+}
+
+TEST_F(RoomsPollTest, a_session_not_resumed_leaves_after_its_grace) {
+  start();
+  const auto first = join();
+  const auto other = join();
+  run_ms(300, {first.get(), other.get()});
+  first->break_connection(now_ns_);
+  run_ms(10'100, {other.get()});
+  EXPECT_EQ(other->connection->all<wire::MemberLeft>().size(), 1u);
+  EXPECT_EQ(server_->session_count(), 1u);
+}
+
+TEST_F(RoomsPollTest, a_new_server_takes_the_hair_as_its_owner_last_had_it) {
+  start();
+  const auto client = join();
+  wire::Observe observe;
+  observe.velocities = true;
+  client->say(observe, now_ns_);
+  run_ms(700, {client.get()});
+  const auto last = client->frames(1).back();
+  ASSERT_THAT(last.displacements, testing::Contains(testing::Ne(0)));
+  start();
+  FakeClient again(*server_, now_ns_);
+  again.hello(now_ns_);
+  again.upload(bytes_, hash_, now_ns_);
+  again.say(wire::AddCharacter{1, hash_, LevelIndex::low,
+                               wire::HairState{LevelIndex::low, codec::kStep_m[1], last.displacements, last.velocities}},
+            now_ns_);
+  run_ms(100);
+  again.pose(1, last.pose, now_ns_);
+  run_ms(100);
+  EXPECT_THAT(again.errors(), IsEmpty());
+  const auto frames = again.frames(1);
+  ASSERT_THAT(frames, Not(IsEmpty()));
+  for (std::size_t i = 0; i < last.displacements.size(); ++i)
+    EXPECT_NEAR(frames.front().displacements[i], last.displacements[i], 160) << "8 cm: less than hair swings in a tick";
+  EXPECT_THAT(frames.front().displacements, testing::Contains(testing::Ne(0)));
+}
+
+TEST_F(RoomsPollTest, a_state_that_does_not_fit_is_refused_and_the_hair_starts_at_rest) {
+  start();
+  FakeClient client(*server_, now_ns_);
+  client.hello(now_ns_);
+  client.upload(bytes_, hash_, now_ns_);
+  client.say(wire::AddCharacter{1, hash_, LevelIndex::low, wire::HairState{LevelIndex::low, 5e-4f, {1, 2, 3}, {}}}, now_ns_);
+  run_ms(50);
+  client.pose(1, rigid_pose({}), now_ns_);
+  run_ms(200);
+  EXPECT_THAT(client.errors(), ElementsAre(wire::ErrorReason::state_invalid));
+  EXPECT_THAT(client.frames(1).front().displacements, Each(0));
+}
+
+TEST_F(RoomsPollTest, an_observer_fetches_the_grooms_it_lacks) {
+  start();
+  const auto owner = join();
+  FakeClient watcher(*server_, now_ns_);
+  watcher.hello(now_ns_);
+  run_ms(300, {owner.get()});
+  const auto joined = watcher.connection->all<wire::MemberJoined>();
+  ASSERT_EQ(joined.size(), 1u);
+  watcher.say(wire::GroomRequest{joined[0].groom, 0}, now_ns_);
+  run_ms(50, {owner.get()});
+  std::vector<std::uint8_t> got;
+  for (const auto& data : watcher.connection->all<wire::GroomData>()) got.insert(got.end(), data.bytes.begin(), data.bytes.end());
+  EXPECT_EQ(got, bytes_);
+}
+
+TEST_F(RoomsPollTest, an_empty_room_forgets_its_wind_after_a_while) {
+  Config config;
+  config.room_grace_ns = 1'000 * kMs;
+  start(config);
+  for (const int absent_ms : {500, 2000}) {
+    const auto windy = join("garden");
+    wire::SetWind set;
+    set.wind.mean_m_per_s = {6, 0, 0};
+    windy->say(set, now_ns_);
+    run_ms(100);
+    windy->say(wire::Goodbye{wire::GoodbyeReason::client_leaves, ""}, now_ns_);
+    run_ms(absent_ms);
+    const auto next = join("garden");
+    next->pose(1, rigid_pose({}), now_ns_);
+    run_ms(500);
+    const auto displacements = next->frames(1).back().displacements;
+    const bool blown = std::ranges::any_of(displacements, [](int d) { return d > 4; });
+    EXPECT_EQ(blown, absent_ms < 1000);
+    next->say(wire::Goodbye{wire::GoodbyeReason::client_leaves, ""}, now_ns_);
+    run_ms(2000);
+  }
+}
+
+}  // namespace
+}  // namespace hairnet::server
