@@ -6,6 +6,7 @@
 
 #include <atomic>
 #include <cstdio>
+#include <ctime>
 #include <memory>
 #include <optional>
 
@@ -133,9 +134,10 @@ int run_program(const Config& config) {
   set_up_log(config.log_level);
   Metrics metrics;
   IoLoop loop;  // outlives the sessions, which hold its sockets
-  auto created = Server::create(config, metrics, monotonic_now_ns());
+  auto created = Server::create(config, metrics, monotonic_now_ns(), monotonic_now_ns);
   if (!created) return refuse(created.error());
   Server& server = **created;
+  metrics.program.start_time_seconds.set(static_cast<double>(std::time(nullptr)));
   Health health;
   ServerPages pages(metrics, [&health, &metrics] {
     Health now = health;

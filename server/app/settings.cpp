@@ -123,6 +123,8 @@ void add_server(List& list, Config& c) {
   list.whole(c.tick_rate_hz, "tick_rate_hz", 10, 120, "steps and frames a second", "--tick-rate");
   list.number(c.pose_delay_ms, "pose_delay_ms", 0, 200, "poses are sampled this far back");
   list.whole(c.ticks_behind_max, "ticks_behind_max", 1, 1000, "more overdue ticks than this are skipped");
+  list.number(c.tick_budget, "tick_budget", 0.05, 0.95,
+              "share of a tick that its work may take; detail goes down to keep within it");
   list.whole(c.workers, "workers", 0, 256, "threads of a tick; 0: the machine's less one");
   list.text(c.token_key_file, "token_key_file",
             "clients need tokens signed by the key in this file (hairnet-token key); empty: they need none");

@@ -29,6 +29,9 @@ TEST(Health, is_not_ready_while_draining_before_accepting_or_when_ticks_stall) {
   health.accepting = false;
   EXPECT_EQ(not_ready(health), "not accepting yet");
   health = sound();
+  health.last_tick_ns = 0;
+  EXPECT_EQ(not_ready(health), "no tick has run yet");
+  health = sound();
   health.last_tick_ns = kNow_ns - 2'500'000'000;
   EXPECT_EQ(not_ready(health), "ticks stalled: the last was 2.5 s ago");
 }
@@ -62,19 +65,18 @@ TEST_F(Pages, ready_when_all_is_well) {
 TEST_F(Pages, metrics_are_sound_and_say_whether_it_is_ready) {
   for (const bool draining : {false, true}) {
     health_.draining = draining;
-    const HttpResponse page = page("/metrics");
-    EXPECT_EQ(page.status, 200);
-    EXPECT_THAT(page.content_type, testing::HasSubstr("version=0.0.4"));
+    const HttpResponse answer = page("/metrics");
+    EXPECT_EQ(answer.status, 200);
+    EXPECT_THAT(answer.content_type, testing::HasSubstr("version=0.0.4"));
     Exposition exposition;
     std::string fault;
-    ASSERT_TRUE(parse_exposition(page.body, exposition, fault)) << fault;
+    ASSERT_TRUE(parse_exposition(answer.body, exposition, fault)) << fault;
     EXPECT_EQ(exposition.value("hairnet_ready"), draining ? 0 : 1);
   }
 }
 
 TEST_F(Pages, others_are_not_there) {
-  for (const char* path : {"", "/", "/metrics/", "/healthzz", "/../metrics"})
-    EXPECT_EQ(page(path).status, 404) << path;
+  for (const char* path : {"", "/", "/metrics/", "/healthzz", "/../metrics"}) EXPECT_EQ(page(path).status, 404) << path;
 }
 
 }  // namespace
