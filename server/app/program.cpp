@@ -59,12 +59,6 @@ TransportOptions transport_options(const Config& config) {
   return options;
 }
 
-  }
-
- private:
-  ServerPages* pages_;
-};
-
 // On a signal: the port closes, clients are told and get what waits for them, then the loop stops.
 class Shutdown {
  public:
