@@ -30,7 +30,7 @@ class FleetTest : public testing::Test {
     props.grooms = &grooms_;
     props.motions = &motions_;
     props.dialler = &server_;
-    props.make_peer = [this](std::uint32_t) { return server_.make_peer(); };
+    props.make_peer = [this](std::uint32_t, std::uint32_t) { return server_.make_peer(); };
     props.tally = &*tally_;
     Fleet fleet(plan_, props, 0);
     const std::int64_t end_ns = plan_.stage_begin_ns(plan_.stages.size());
@@ -67,7 +67,7 @@ TEST_F(FleetTest, CountsPosesAndFramesOfAPromptServer) {
   EXPECT_EQ(counts.poses_unsent, 0u);
   EXPECT_TRUE(counts.errors.empty());
   EXPECT_EQ(counts.frames_by_level[2], counts.frames);
-  EXPECT_EQ(counts.node_bytes, counts.frames * 600);
+  EXPECT_EQ(counts.content_bytes, counts.frames * 600);
   // A pose waits for the sampling delay and for the next tick: between 25 ms and 25 ms and a tick, and one step.
   EXPECT_GE(stage(1).latency.min_ms(), 24.9);
   EXPECT_LE(stage(1).latency.max_ms(), 25 + 33.4 + 1.1);
@@ -139,7 +139,7 @@ TEST_F(FleetTest, AGeneratorThatSleepsSaysSo) {
   props.grooms = &grooms_;
   props.motions = &motions_;
   props.dialler = &server_;
-  props.make_peer = [this](std::uint32_t) { return server_.make_peer(); };
+  props.make_peer = [this](std::uint32_t, std::uint32_t) { return server_.make_peer(); };
   props.tally = &*tally_;
   Fleet fleet(plan_, props, 0);
   for (std::int64_t now_ns = 0; now_ns < 5'000'000'000; now_ns += now_ns == 2'000'000'000 ? 400 * kStep_ns : kStep_ns) {
