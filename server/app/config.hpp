@@ -6,6 +6,7 @@
 #include "core/solver/wind.hpp"
 #include "server/session/session_limits.hpp"
 #include "server/tick/groom_store.hpp"
+#include "server/transport/transport_options.hpp"
 
 namespace hairnet::server {
 
@@ -19,6 +20,7 @@ struct Config {
   int substeps = 0;           // 0: as many as keep a step within kStepMax_s
   int iterations = 0;         // 0: each level's own
   std::uint32_t ticks_behind_max = 3;  // more overdue ticks than this are skipped
+  double tick_budget = 0.7;            // of the tick that its work may take: levels go down to keep within it
   std::uint32_t workers = 0;           // threads of the tick; 0: one less than the machine has, at least 1
   std::uint32_t build_threads = 0;     // threads of a groom's build; 0: what the machine has, at most 4
   std::string level_cache;             // folder of built levels; empty: none are kept
@@ -33,6 +35,7 @@ struct Config {
   double drain_s = 2;                        // at shutdown, for clients to take what waits
   SessionLimits sessions;
   GroomStoreLimits grooms;
+  TransportOptions transport;  // but its address and port: those above
 };
 
 struct ParsedConfig {

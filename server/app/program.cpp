@@ -4,8 +4,10 @@
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdio>
+#include <ctime>
 #include <memory>
 #include <optional>
 
@@ -13,9 +15,10 @@
 #include "server/app/duty_thread.hpp"
 #include "server/app/metrics.hpp"
 #include "server/app/server.hpp"
+#include "server/app/server_pages.hpp"
 #include "server/app/tick_thread.hpp"
 #include "server/transport/io_loop.hpp"
-#include "server/transport/tcp_listener.hpp"
+#include "server/transport/listener.hpp"
 
 namespace hairnet::server {
 namespace {
@@ -44,10 +47,22 @@ void set_up_log(const std::string& level) {
   spdlog::set_default_logger(std::move(logger));
 }
 
+TransportOptions transport_options(const Config& config) {
+  TransportOptions options = config.transport;
+  options.addresses = {config.bind};
+  options.port = config.port;
+  options.packet_bytes_max = wire::kPacketBytesMax;
+  AdmissionLimits& admission = options.admission;
+  // So many can be of use; a client too many is still told so by a goodbye.
+  if (admission.connections_max == 0)
+    admission.connections_max = 2 * config.sessions.session_count_max + admission.arrivals_max + admission.http_max;
+  return options;
+}
+
 // On a signal: the port closes, clients are told and get what waits for them, then the loop stops.
 class Shutdown {
  public:
-  Shutdown(IoLoop& loop, Server& server, TcpListener& listener, const TransportCounters& counters, double drain_s)
+  Shutdown(IoLoop& loop, Server& server, Listener& listener, const TransportCounters& counters, double drain_s)
       : loop_(&loop),
         server_(&server),
         listener_(&listener),
@@ -71,7 +86,7 @@ class Shutdown {
  private:
   IoLoop* loop_;
   Server* server_;
-  TcpListener* listener_;
+  Listener* listener_;
   const TransportCounters* counters_;
   std::int64_t drain_ns_;
   std::optional<std::int64_t> begun_ns_;
@@ -120,26 +135,40 @@ int run_program(const Config& config) {
   set_up_log(config.log_level);
   Metrics metrics;
   IoLoop loop;  // outlives the sessions, which hold its sockets
-  auto created = Server::create(config, metrics, monotonic_now_ns());
+  auto created = Server::create(config, metrics, monotonic_now_ns(), monotonic_now_ns);
   if (!created) return refuse(created.error());
   Server& server = **created;
-  auto listener = TcpListener::create(loop, {config.bind, config.port, wire::kPacketBytesMax}, metrics.transport,
-                                      [&server](std::shared_ptr<Connection> connection, std::int64_t now_ns) {
-                                        return server.open(std::move(connection), now_ns);
-                                      });
+  metrics.program.start_time_seconds.set(static_cast<double>(std::time(nullptr)));
+  Health health;
+  ServerPages pages(metrics, [&health, &metrics] {
+    Health now = health;
+    now.last_tick_ns = std::max(now.last_tick_ns, metrics.tick.gauges.last_tick_ns.load(std::memory_order_relaxed));
+    now.now_ns = monotonic_now_ns();
+    return now;
+  });
+  auto listener = Listener::create(loop, transport_options(config), metrics.transport,
+                                   [&server](std::shared_ptr<Connection> connection, std::int64_t now_ns) {
+                                     return server.open(std::move(connection), now_ns);
+                                   },
+                                   &pages);
   if (!listener) return refuse(listener.error());
   const std::uint16_t port = (*listener)->port();
   if (!config.port_file.empty() && !write_port(config.port_file, port))
     return refuse("cannot write the port file " + config.port_file);
 
   Shutdown shutdown(loop, server, **listener, metrics.transport, config.drain_s);
-  loop.on_terminate([&shutdown] { shutdown.begin(monotonic_now_ns()); });
+  loop.on_terminate([&shutdown, &health] {
+    health.draining = true;
+    shutdown.begin(monotonic_now_ns());
+  });
   loop.every(kIoPeriod_ns, [&server, &shutdown] {
     const std::int64_t now_ns = monotonic_now_ns();
     server.poll_io(now_ns);
     shutdown.poll(now_ns);
   });
   log_counters(metrics, config.counters_interval_s, loop);
+  health.accepting = true;
+  health.last_tick_ns = monotonic_now_ns();
   fmt::print("hairnet-server listening on {}:{}, {}\n", config.bind, port, summary(config));
   std::fflush(stdout);
   {

@@ -10,20 +10,21 @@ namespace hairnet::server {
 ServerPages::ServerPages(Metrics& metrics, std::function<Health()> health)
     : metrics_(&metrics), health_(std::move(health)) {}
 
-ServerPages::Page ServerPages::page(std::string_view path) {
+HttpResponse ServerPages::handle(const HttpRequest& request) {
+  const std::string_view path = request.path;
   if (path == "/healthz") return {.body = "alive\n"};
   if (path == "/readyz") return ready_page();
   if (path == "/metrics") return metrics_page();
   return {.status = 404, .body = "no such page\n"};
 }
 
-ServerPages::Page ServerPages::ready_page() const {
+HttpResponse ServerPages::ready_page() const {
   const std::string why = not_ready(health_());
   if (why.empty()) return {.body = "ready\n"};
   return {.status = 503, .body = why + "\n"};
 }
 
-ServerPages::Page ServerPages::metrics_page() {
+HttpResponse ServerPages::metrics_page() {
   metrics_->program.ready.set(not_ready(health_()).empty() ? 1 : 0);
   read_process(metrics_->program);
   return {.content_type = kPrometheusContentType, .body = prometheus_text(*metrics_)};

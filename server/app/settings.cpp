@@ -1,6 +1,9 @@
 #include "server/app/settings.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -13,6 +16,12 @@ namespace {
 
 constexpr std::int64_t kWholeMax = std::numeric_limits<std::int64_t>::max();
 constexpr std::int64_t kGiB = std::int64_t{1} << 30;
+
+std::vector<std::string> words_of(std::string text) {
+  std::replace(text.begin(), text.end(), ',', ' ');
+  std::istringstream stream(text);
+  return {std::istream_iterator<std::string>(stream), {}};
+}
 
 // Writes the list: each call is a setting of the current section.
 class List {
@@ -42,6 +51,19 @@ class List {
     Setting& s = ranged(key, "", about, least, most);
     s.get = [&to_ns] { return Setting::Value(static_cast<double>(to_ns) / 1e9); };
     s.set = [&to_ns](const Setting::Value& v) { to_ns = std::llround(std::get<double>(v) * 1e9); };
+    return s;
+  }
+  Setting& seconds(std::chrono::milliseconds& to, const char* key, double least, double most, const char* about) {
+    Setting& s = ranged(key, "", about, least, most);
+    s.get = [&to] { return Setting::Value(static_cast<double>(to.count()) / 1e3); };
+    s.set = [&to](const Setting::Value& v) { to = std::chrono::milliseconds(std::llround(std::get<double>(v) * 1e3)); };
+    return s;
+  }
+  // Words with spaces or commas between.
+  Setting& words(std::vector<std::string>& to, const char* key, const char* about) {
+    Setting& s = add(key, "", about);
+    s.get = [&to] { return Setting::Value(fmt::format("{}", fmt::join(to, " "))); };
+    s.set = [&to](const Setting::Value& v) { to = words_of(std::get<std::string>(v)); };
     return s;
   }
   Setting& text(std::string& to, const char* key, const char* about, std::vector<std::string> choices = {}) {
@@ -98,6 +120,8 @@ void add_server(List& list, Config& c) {
   list.whole(c.tick_rate_hz, "tick_rate_hz", 10, 120, "steps and frames a second", "--tick-rate");
   list.number(c.pose_delay_ms, "pose_delay_ms", 0, 200, "poses are sampled this far back");
   list.whole(c.ticks_behind_max, "ticks_behind_max", 1, 1000, "more overdue ticks than this are skipped");
+  list.number(c.tick_budget, "tick_budget", 0.05, 0.95,
+              "share of a tick that its work may take; detail goes down to keep within it");
   list.whole(c.workers, "workers", 0, 256, "threads of a tick; 0: the machine's less one");
   list.text(c.token_key_file, "token_key_file",
             "clients need tokens signed by the key in this file (hairnet-token key); empty: they need none");
@@ -156,6 +180,30 @@ void add_limits(List& list, Config& c) {
   list.seconds(s.drain_timeout_ns, "goodbye_timeout_s", 0, 600, "for a client to take its goodbye");
 }
 
+void add_transport(List& list, Config& c) {
+  TransportOptions& t = c.transport;
+  AdmissionLimits& a = t.admission;
+  list.section("transport");
+  list.text(t.web_root, "web_root", "folder of pages to serve; empty: none");
+  list.words(t.origins, "origins",
+             "pages that may open a WebSocket, as https://host[:port], * for all; empty: the server's own");
+  list.text(t.tls.certificate, "tls_certificate", "PEM file, the certificate's chain; empty: no TLS");
+  list.text(t.tls.key, "tls_key", "PEM file, the certificate's key, without a passphrase");
+  list.toggle(t.tls_required, "tls_required", "whether what is not TLS is turned away");
+  list.whole(a.connections_max, "connections_max", 0, 1 << 20,
+             "connections of all kinds; 0: as many as the clients and the next two can use");
+  list.whole(a.arrivals_max, "arrivals_max", 1, 1 << 16, "connections that have not yet said what they want");
+  list.whole(a.http_max, "page_connections_max", 1, 1 << 16, "connections that ask for pages");
+  list.whole(a.connections_per_address_max, "connections_per_address_max", 0, 1 << 20,
+             "connections of one IPv4 address or IPv6 /64; 0: no bound");
+  list.whole(t.requests_per_connection_max, "requests_per_connection_max", 1, 1 << 20, "pages of one connection");
+  list.seconds(t.opening_timeout, "opening_timeout_s", 0.1, 600, "for a connection's first bytes, and again for TLS");
+  list.seconds(t.request_timeout, "request_timeout_s", 0.1, 600, "for a whole request, the wait for it included");
+  list.seconds(t.response_timeout, "response_timeout_s", 0.1, 600, "for each 64 KiB of a page to be taken");
+  list.seconds(t.ping_after, "ping_after_s", 0.1, 600,
+               "a WebSocket that says nothing is pinged, and after twice this ended");
+}
+
 void add_grooms(List& list, Config& c) {
   GroomStoreLimits& g = c.grooms;
   const GroomLimits most;
@@ -200,6 +248,7 @@ std::vector<Setting> settings_of(Config& config) {
   add_solver(list, config);
   add_wind(list, config);
   add_limits(list, config);
+  add_transport(list, config);
   add_grooms(list, config);
   add_log(list, config);
   return list.take();

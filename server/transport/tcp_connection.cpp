@@ -1,6 +1,5 @@
 #include "server/transport/tcp_connection.hpp"
 
-#include <array>
 #include <utility>
 
 #include "server/transport/io_loop.hpp"
@@ -9,54 +8,42 @@ namespace hairnet::server {
 namespace {
 
 constexpr std::size_t kReadBytes = std::size_t{64} << 10;
-
-constexpr auto kAwaitable = asio::as_tuple(asio::use_awaitable);
-
-std::string name_of(const asio::ip::tcp::socket& socket) {
-  boost::system::error_code error;
-  const auto endpoint = socket.remote_endpoint(error);
-  return error ? "unknown" : endpoint.address().to_string() + ":" + std::to_string(endpoint.port());
-}
+constexpr std::size_t kFlatBytesMax = std::size_t{16} << 10;  // up to here copying costs less than gathering
+constexpr std::size_t kFlatKeptBytes = std::size_t{128} << 10;
 
 }  // namespace
 
-TcpConnection::TcpConnection(asio::ip::tcp::socket socket, std::size_t packet_bytes_max, TransportCounters& counters)
-    : socket_(std::move(socket)),
-      wake_writer_(socket_.get_executor()),
-      linger_(socket_.get_executor()),
+TcpConnection::TcpConnection(std::shared_ptr<ByteStream> stream, std::size_t packet_bytes_max,
+                             TransportCounters& counters)
+    : stream_(std::move(stream)),
+      wake_writer_(stream_->get_executor(), asio::steady_timer::time_point::max()),
       splitter_(packet_bytes_max),
-      counters_(&counters),
-      peer_(name_of(socket_)) {
-  boost::system::error_code ignored;
-  socket_.set_option(asio::ip::tcp::no_delay(true), ignored);
-  wake_writer_.expires_at(asio::steady_timer::time_point::max());
-}
-
-TcpConnection::~TcpConnection() {
-  counters_->connections_closed.add();
-}
+      counters_(&counters) {}
 
 void TcpConnection::start(PacketSink* sink) {
   sink_ = sink;
   const auto self = shared_from_this();
   asio::co_spawn(
-      socket_.get_executor(), [self] { return self->read(); }, asio::detached);
+      stream_->get_executor(), [self] { return self->read(); }, asio::detached);
   asio::co_spawn(
-      socket_.get_executor(), [self] { return self->write(); }, asio::detached);
+      stream_->get_executor(), [self] { return self->write(); }, asio::detached);
 }
 
 asio::awaitable<void> TcpConnection::read() {
-  std::vector<std::uint8_t> buffer(kReadBytes);
+  // Not cleared, so that the system gives memory only for what is used.
+  const auto buffer = std::make_unique_for_overwrite<std::uint8_t[]>(kReadBytes);
   while (!shut_) {
-    const auto [error, count] = co_await socket_.async_read_some(asio::buffer(buffer), kAwaitable);
+    const auto [error, count] = co_await stream_->async_read_some(asio::buffer(buffer.get(), kReadBytes), kAwaitable);
     if (error) {
-      end(error == asio::error::eof ? "the peer closed" : error.message());
+      const bool ended = error == asio::error::eof || error == asio::ssl::error::stream_truncated;
+      end(ended ? "the peer closed" : error.message());
       co_return;
     }
     counters_->bytes_read.add(count);
+    counters_->bytes_read_tcp.add(count);
     if (!sink_) continue;  // closing: what still comes is read away, so that our last bytes are not lost to a reset
     const std::int64_t now_ns = monotonic_now_ns();
-    const bool sound = splitter_.feed({buffer.data(), count}, [&](std::span<const std::uint8_t> packet) {
+    const bool sound = splitter_.feed({buffer.get(), count}, [&](std::span<const std::uint8_t> packet) {
       if (sink_) sink_->on_packet(packet, now_ns);
     });
     if (!sound && sink_) sink_->on_broken_stream(now_ns);
@@ -70,34 +57,42 @@ asio::awaitable<void> TcpConnection::write() {
       co_await wake_writer_.async_wait(kAwaitable);
       continue;
     }
-    sending_.clear();
     std::swap(sending_, unsent_);
     if (sink_) sink_->on_writable(monotonic_now_ns());
-    const auto [error, count] = co_await asio::async_write(socket_, asio::buffer(sending_), kAwaitable);
-    counters_->bytes_written.add(count);
-    if (error) {
+    if (const auto error = co_await write_out()) {
       end(error.message());
       co_return;
     }
+    sending_.clear();
+    if (flat_.capacity() > kFlatKeptBytes) flat_ = {};
   }
   // Half-closed first: the peer reads everything and then the end; its own end, or the linger time-out, ends the
   // reader.
-  boost::system::error_code ignored;
-  if (!shut_) socket_.shutdown(asio::ip::tcp::socket::shutdown_send, ignored);
+  if (!shut_) co_await stream_->end_writing();
 }
 
-asio::awaitable<void> TcpConnection::linger() {
-  linger_.expires_after(kLinger);
-  co_await linger_.async_wait(kAwaitable);
-  shut();
+asio::awaitable<boost::system::error_code> TcpConnection::write_out() {
+  boost::system::error_code error;
+  std::size_t count = 0;
+  if (sending_.packets.size() == 1) {
+    std::tie(error, count) = co_await asio::async_write(*stream_, asio::buffer(sending_.packets[0]), kAwaitable);
+  } else if (stream_->is_tls() || sending_.bytes <= kFlatBytesMax) {
+    flat_.clear();  // one record of TLS, where each buffer would make its own
+    for (const auto& packet : sending_.packets) flat_.insert(flat_.end(), packet.begin(), packet.end());
+    std::tie(error, count) = co_await asio::async_write(*stream_, asio::buffer(flat_), kAwaitable);
+  } else {
+    gathered_.clear();
+    for (const auto& packet : sending_.packets) gathered_.push_back(asio::buffer(packet));
+    std::tie(error, count) = co_await asio::async_write(*stream_, gathered_, kAwaitable);
+  }
+  counters_->bytes_written.add(count);
+  counters_->bytes_written_tcp.add(count);
+  co_return error;
 }
 
 void TcpConnection::send(std::vector<std::uint8_t> packet) {
   if (closing_) return;
-  if (unsent_.empty())
-    unsent_ = std::move(packet);
-  else
-    unsent_.insert(unsent_.end(), packet.begin(), packet.end());
+  unsent_.push(std::move(packet));
   wake_writer_.cancel();
 }
 
@@ -106,8 +101,7 @@ void TcpConnection::close(std::string_view) {
   closing_ = true;
   sink_ = nullptr;
   wake_writer_.cancel();
-  asio::co_spawn(
-      socket_.get_executor(), [self = shared_from_this()] { return self->linger(); }, asio::detached);
+  stream_->expires_after(kLinger);
 }
 
 void TcpConnection::end(std::string_view reason) {
@@ -118,10 +112,8 @@ void TcpConnection::end(std::string_view reason) {
 void TcpConnection::shut() {
   if (shut_) return;
   shut_ = closing_ = true;
-  boost::system::error_code ignored;
-  socket_.close(ignored);
+  stream_->close();
   wake_writer_.cancel();
-  linger_.cancel();
 }
 
 }  // namespace hairnet::server

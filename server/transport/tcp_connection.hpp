@@ -1,49 +1,50 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <memory>
-#include <string>
+#include <string_view>
 #include <vector>
 
 #include "schema/channel/packet_splitter.hpp"
 #include "server/session/connection.hpp"
-#include "server/transport/asio.hpp"
-#include "server/transport/transport_counters.hpp"
+#include "server/transport/byte_stream.hpp"
+#include "server/transport/packet_queue.hpp"
 
 namespace hairnet::server {
 
-// One TCP socket: bytes read are cut into packets for the sink, packets to send are gathered and written. Two
-// coroutines on the loop's serial executor keep it alive until both have ended.
+// Size-prefixed packets one after the other, plain or inside TLS: bytes read are cut into packets for the sink, packets
+// to send are gathered and leave in one write. Two coroutines on the loop's serial executor keep it alive until both
+// have ended.
 class TcpConnection final : public Connection, public std::enable_shared_from_this<TcpConnection> {
  public:
-  static constexpr std::size_t kUnsentBytesMax = std::size_t{256} << 10;  // above it, not writable
-  static constexpr std::chrono::seconds kLinger{2};                       // for what waits when closed
+  static constexpr std::chrono::seconds kLinger{2};  // for what waits when closed
 
-  TcpConnection(asio::ip::tcp::socket socket, std::size_t packet_bytes_max, TransportCounters& counters);
-  ~TcpConnection() override;
+  TcpConnection(std::shared_ptr<ByteStream> stream, std::size_t packet_bytes_max, TransportCounters& counters);
 
   void start(PacketSink* sink);  // null: it was refused and has been closed
 
   void send(std::vector<std::uint8_t> packet) override;
-  [[nodiscard]] bool writable() const override { return !closing_ && unsent_.size() < kUnsentBytesMax; }
+  [[nodiscard]] bool writable() const override { return !closing_ && unsent_.bytes < PacketQueue::kBytesMax; }
   void close(std::string_view reason) override;
-  [[nodiscard]] std::string_view peer() const override { return peer_; }
+  [[nodiscard]] std::string_view peer() const override { return stream_->peer(); }
+  [[nodiscard]] std::string_view transport() const override { return stream_->is_tls() ? "tls" : "tcp"; }
 
  private:
   asio::awaitable<void> read();
   asio::awaitable<void> write();
-  asio::awaitable<void> linger();
+  asio::awaitable<boost::system::error_code> write_out();
   void end(std::string_view reason);  // by the peer or the network
   void shut();
 
-  asio::ip::tcp::socket socket_;
-  asio::steady_timer wake_writer_, linger_;
+  std::shared_ptr<ByteStream> stream_;
+  asio::steady_timer wake_writer_;
   channel::PacketSplitter splitter_;
   TransportCounters* counters_;
-  std::string peer_;
-  PacketSink* sink_ = nullptr;        // null once closed
-  std::vector<std::uint8_t> unsent_;  // gathered while `sending_` is on its way
-  std::vector<std::uint8_t> sending_;
+  PacketSink* sink_ = nullptr;      // null once closed
+  PacketQueue unsent_, sending_;    // gathered while the other is on its way
+  std::vector<std::uint8_t> flat_;  // of small packets, or for TLS
+  std::vector<asio::const_buffer> gathered_;
   bool closing_ = false, shut_ = false;
 };
 

@@ -29,12 +29,22 @@ TEST(Health, is_not_ready_while_draining_before_accepting_or_when_ticks_stall) {
   health.accepting = false;
   EXPECT_EQ(not_ready(health), "not accepting yet");
   health = sound();
+  health.last_tick_ns = 0;
+  EXPECT_EQ(not_ready(health), "no tick has run yet");
+  health = sound();
   health.last_tick_ns = kNow_ns - 2'500'000'000;
   EXPECT_EQ(not_ready(health), "ticks stalled: the last was 2.5 s ago");
 }
 
 class Pages : public testing::Test {
  protected:
+  HttpResponse page(std::string_view path) {
+    HttpRequest request;
+    request.method = "GET";
+    request.path = path;
+    return pages_.handle(request);
+  }
+
   Health health_ = sound();
   Metrics metrics_;
   ServerPages pages_{metrics_, [this] { return health_; }};
@@ -42,32 +52,31 @@ class Pages : public testing::Test {
 
 TEST_F(Pages, alive_even_when_not_ready) {
   health_.draining = true;
-  EXPECT_EQ(pages_.page("/healthz").status, 200);
-  const ServerPages::Page ready = pages_.page("/readyz");
+  EXPECT_EQ(page("/healthz").status, 200);
+  const HttpResponse ready = page("/readyz");
   EXPECT_EQ(ready.status, 503);
   EXPECT_EQ(ready.body, "draining\n");
 }
 
 TEST_F(Pages, ready_when_all_is_well) {
-  EXPECT_EQ(pages_.page("/readyz").status, 200);
+  EXPECT_EQ(page("/readyz").status, 200);
 }
 
 TEST_F(Pages, metrics_are_sound_and_say_whether_it_is_ready) {
   for (const bool draining : {false, true}) {
     health_.draining = draining;
-    const ServerPages::Page page = pages_.page("/metrics");
-    EXPECT_EQ(page.status, 200);
-    EXPECT_THAT(page.content_type, testing::HasSubstr("version=0.0.4"));
+    const HttpResponse answer = page("/metrics");
+    EXPECT_EQ(answer.status, 200);
+    EXPECT_THAT(answer.content_type, testing::HasSubstr("version=0.0.4"));
     Exposition exposition;
     std::string fault;
-    ASSERT_TRUE(parse_exposition(page.body, exposition, fault)) << fault;
+    ASSERT_TRUE(parse_exposition(answer.body, exposition, fault)) << fault;
     EXPECT_EQ(exposition.value("hairnet_ready"), draining ? 0 : 1);
   }
 }
 
 TEST_F(Pages, others_are_not_there) {
-  for (const char* path : {"", "/", "/metrics/", "/healthzz", "/../metrics"})
-    EXPECT_EQ(pages_.page(path).status, 404) << path;
+  for (const char* path : {"", "/", "/metrics/", "/healthzz", "/../metrics"}) EXPECT_EQ(page(path).status, 404) << path;
 }
 
 }  // namespace

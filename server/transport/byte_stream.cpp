@@ -1,0 +1,96 @@
+#include "server/transport/byte_stream.hpp"
+
+#include <netinet/tcp.h>
+
+#include <array>
+#include <utility>
+
+namespace hairnet::server {
+namespace {
+
+// What the system may hold unsent. Its own bound is megabytes: a slow peer would see seconds of frames gone by, where
+// the outbox gives it the newest.
+constexpr int kUnsentSystemBytes = 64 << 10;
+
+constexpr std::chrono::seconds kFinish{1};
+constexpr std::size_t kFinishBytesMax = std::size_t{256} << 10;
+
+using UnsentLow = asio::detail::socket_option::integer<IPPROTO_TCP, TCP_NOTSENT_LOWAT>;
+
+}  // namespace
+
+ByteStream::ByteStream(asio::ip::tcp::socket socket, std::string peer, Admission::Ticket ticket,
+                       TransportCounters& counters)
+    : socket_(std::move(socket)),
+      expiry_(socket_.get_executor()),
+      peer_(std::move(peer)),
+      ticket_(std::move(ticket)),
+      counters_(&counters) {
+  boost::system::error_code ignored;
+  socket_.set_option(asio::ip::tcp::no_delay(true), ignored);
+  socket_.set_option(UnsentLow(kUnsentSystemBytes), ignored);
+  const asio::ip::address address = socket_.remote_endpoint(ignored).address();
+  from_loopback_ = address.is_loopback() || (address.is_v6() && address.to_v6().is_v4_mapped() &&
+                                             make_address_v4(asio::ip::v4_mapped, address.to_v6()).is_loopback());
+  counters_->connections_accepted.add();
+}
+
+ByteStream::~ByteStream() {
+  counters_->connections_closed.add();
+}
+
+void ByteStream::put_back(std::span<const std::uint8_t> bytes) {
+  put_back_.insert(put_back_.begin(), bytes.begin(), bytes.end());
+}
+
+asio::awaitable<boost::system::error_code> ByteStream::accept_tls(asio::ssl::context& context) {
+  tls_.emplace(socket_, context);
+  const std::vector<std::uint8_t> first = std::exchange(put_back_, {});
+  const auto [error, count] =
+      co_await tls_->async_handshake(asio::ssl::stream_base::server, asio::buffer(first), kAwaitable);
+  co_return error;
+}
+
+void ByteStream::expires_after(std::chrono::nanoseconds time) {
+  expiry_.expires_after(time);
+  expiry_.async_wait([weak = weak_from_this(), turn = ++expiry_turn_](const boost::system::error_code& error) {
+    const auto self = weak.lock();
+    if (error || !self || self->expiry_turn_ != turn) return;
+    self->has_expired_ = true;
+    self->close();
+  });
+}
+
+void ByteStream::expires_never() {
+  ++expiry_turn_;
+  expiry_.cancel();
+}
+
+void ByteStream::close() {
+  boost::system::error_code ignored;
+  socket_.close(ignored);
+  expires_never();
+}
+
+asio::awaitable<void> ByteStream::end_writing() {
+  // TLS waits here for the peer's own end; whoever calls has set a time.
+  if (tls_) co_await tls_->async_shutdown(kAwaitable);
+  boost::system::error_code ignored;
+  socket_.shutdown(asio::ip::tcp::socket::shutdown_send, ignored);
+}
+
+asio::awaitable<void> ByteStream::finish() {
+  const auto self = shared_from_this();
+  if (!is_open()) co_return;
+  expires_after(kFinish);
+  co_await end_writing();
+  std::array<std::uint8_t, 4096> away;
+  for (std::size_t bytes = 0; is_open() && bytes < kFinishBytesMax;) {
+    const auto [error, count] = co_await socket_.async_read_some(asio::buffer(away), kAwaitable);
+    if (error) break;
+    bytes += count;
+  }
+  close();
+}
+
+}  // namespace hairnet::server

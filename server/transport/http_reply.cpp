@@ -1,0 +1,94 @@
+#include "server/transport/http_reply.hpp"
+
+#include <array>
+#include <ctime>
+
+namespace hairnet::server {
+namespace {
+
+// Cross-origin isolated, so that a page may share memory with its workers and has precise clocks.
+constexpr std::string_view kSecurity =
+    "X-Content-Type-Options: nosniff\r\n"
+    "Referrer-Policy: no-referrer\r\n"
+    "Cross-Origin-Opener-Policy: same-origin\r\n"
+    "Cross-Origin-Embedder-Policy: require-corp\r\n"
+    "Cross-Origin-Resource-Policy: same-origin\r\n"
+    "Content-Security-Policy: default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self' blob:; "
+    "style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; connect-src 'self' ws: wss: blob: data:; "
+    "object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'self'\r\n";
+
+std::string http_date(std::int64_t date_s) {
+  const auto time = static_cast<std::time_t>(date_s);
+  std::tm parts{};
+  gmtime_r(&time, &parts);
+  std::array<char, 40> text{};
+  const std::size_t bytes = std::strftime(text.data(), text.size(), "%a, %d %b %Y %H:%M:%S GMT", &parts);
+  return {text.data(), bytes};
+}
+
+void add(std::string& header, std::string_view name, std::string_view value) {
+  if (!value.empty()) header.append(name).append(": ").append(value).append("\r\n");
+}
+
+}  // namespace
+
+HttpReply refusal(int status, std::string_view why) {
+  HttpReply reply;
+  reply.status = status;
+  reply.body = std::string(why) + "\n";
+  return reply;
+}
+
+std::string_view status_name(int status) {
+  switch (status) {
+    case 200:
+      return "OK";
+    case 301:
+      return "Moved Permanently";
+    case 304:
+      return "Not Modified";
+    case 400:
+      return "Bad Request";
+    case 403:
+      return "Forbidden";
+    case 404:
+      return "Not Found";
+    case 405:
+      return "Method Not Allowed";
+    case 408:
+      return "Request Timeout";
+    case 413:
+      return "Content Too Large";
+    case 414:
+      return "URI Too Long";
+    case 426:
+      return "Upgrade Required";
+    case 431:
+      return "Request Header Fields Too Large";
+    case 500:
+      return "Internal Server Error";
+    case 503:
+      return "Service Unavailable";
+    default:
+      return "Status";
+  }
+}
+
+std::string header_of(const HttpReply& reply, bool keep_alive, std::int64_t date_s) {
+  std::string header = "HTTP/1.1 " + std::to_string(reply.status) + " ";
+  header.append(status_name(reply.status)).append("\r\nServer: hairnet\r\n");
+  add(header, "Date", http_date(date_s));
+  if (reply.status != 304) {
+    add(header, "Content-Type", reply.content_type);
+    add(header, "Content-Length", std::to_string(reply.body.empty() ? reply.file_bytes : reply.body.size()));
+  }
+  add(header, "Cache-Control", reply.cache_control);
+  add(header, "ETag", reply.etag);
+  add(header, "Location", reply.location);
+  add(header, "Upgrade", reply.upgrade);
+  if (reply.status == 405) add(header, "Allow", "GET, HEAD");
+  add(header, "Connection", !reply.upgrade.empty() ? "upgrade, close" : keep_alive ? "keep-alive" : "close");
+  return header.append(kSecurity).append("\r\n");
+}
+
+}  // namespace hairnet::server

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace hairnet::server {
+
+// A request for one of the server's own pages. The views last for the call.
+struct HttpRequest {
+  std::string_view method;  // GET or HEAD; to be answered alike, the transport leaves the body out
+  std::string_view path;    // /healthz, /readyz or /metrics
+  std::string_view query;   // behind '?', not decoded
+  std::string_view peer;    // address:port
+  bool from_loopback = false;
+};
+
+struct HttpResponse {
+  int status = 200;
+  std::string content_type = "text/plain; charset=utf-8";
+  std::string body;
+};
+
+// What the app answers to /healthz, /readyz and /metrics. I/O thread; must not block or throw.
+class HttpService {
+ public:
+  virtual ~HttpService() = default;
+  virtual HttpResponse handle(const HttpRequest& request) = 0;
+};
+
+}  // namespace hairnet::server

@@ -1,0 +1,118 @@
+#include "server/transport/listener.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <chrono>
+#include <utility>
+#include <vector>
+
+#include "server/room/log_text.hpp"
+#include "server/transport/io_loop_core.hpp"
+#include "server/transport/reception.hpp"
+#include "server/transport/tls_context.hpp"
+
+namespace hairnet::server {
+namespace {
+
+using asio::ip::tcp;
+
+// After a failed accept (no file descriptors left, say) the next try waits, so that it does not spin.
+constexpr std::chrono::milliseconds kRetry{100};
+
+std::string shown(const std::string& address, std::uint16_t port) {
+  const bool is_v6 = address.find(':') != std::string::npos;
+  return (is_v6 ? "[" + address + "]" : address) + ":" + std::to_string(port);
+}
+
+boost::system::error_code listen(tcp::acceptor& acceptor, const std::string& text, std::uint16_t port) {
+  boost::system::error_code error;
+  const auto address = asio::ip::make_address(text, error);
+  if (error) return error;
+  const tcp::endpoint endpoint(address, port);
+  acceptor.open(endpoint.protocol(), error);
+  if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
+  // "::" is every address of both kinds, whatever the system's default; any other IPv6 address is itself alone.
+  if (!error && address.is_v6()) acceptor.set_option(asio::ip::v6_only(!address.is_unspecified()), error);
+  if (!error) acceptor.bind(endpoint, error);
+  if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
+  return error;
+}
+
+asio::awaitable<void> accept(std::shared_ptr<Reception> reception, std::shared_ptr<tcp::acceptor> acceptor) {
+  asio::steady_timer retry(acceptor->get_executor());
+  while (acceptor->is_open()) {
+    auto [error, socket] = co_await acceptor->async_accept(kAwaitable);
+    if (!acceptor->is_open()) co_return;
+    if (!error) {
+      reception->welcome(std::move(socket));
+      continue;
+    }
+    reception->counters->accepts_failed.add();
+    if (reception->accept_log.pass(monotonic_now_ns()))
+      spdlog::warn("event=accept_failed reason={}", log_text(error.message()));
+    retry.expires_after(kRetry);
+    co_await retry.async_wait(kAwaitable);
+  }
+}
+
+}  // namespace
+
+struct Listener::Impl {
+  std::shared_ptr<Reception> reception;
+  std::vector<std::shared_ptr<tcp::acceptor>> acceptors;
+};
+
+Result<std::unique_ptr<Listener>> Listener::create(IoLoop& loop, const TransportOptions& options,
+                                                   TransportCounters& counters, OpenSession open_session,
+                                                   HttpService* service) {
+  if (std::string wrong = validate(options); !wrong.empty()) return Refusal(std::move(wrong));
+  auto impl = std::make_shared<Impl>();
+  impl->reception = std::make_shared<Reception>();
+  Reception& reception = *impl->reception;
+  reception.options = options;
+  reception.counters = &counters;
+  reception.open_session = std::move(open_session);
+  reception.service = service;
+  reception.admission = std::make_shared<Admission>(options.admission);
+  if (!options.tls.certificate.empty()) {
+    auto tls = make_tls_context(options.tls);
+    if (!tls) return Refusal(std::move(tls.error()));
+    reception.tls = std::move(*tls);
+  }
+  if (!options.web_root.empty()) {
+    auto files = StaticFiles::open(options.web_root);
+    if (!files) return Refusal(std::move(files.error()));
+    reception.files = std::move(*files);
+  }
+  std::uint16_t port = options.port;
+  for (const std::string& address : options.addresses) {
+    auto acceptor = std::make_shared<tcp::acceptor>(loop.core().serial);
+    if (const auto error = listen(*acceptor, address, port))
+      return Refusal("cannot listen on " + shown(address, port) + ": " + error.message());
+    boost::system::error_code ignored;
+    port = acceptor->local_endpoint(ignored).port();  // one picked by the system is the others' too
+    impl->acceptors.push_back(std::move(acceptor));
+  }
+  for (const auto& acceptor : impl->acceptors)
+    asio::co_spawn(loop.core().serial, accept(impl->reception, acceptor), asio::detached);
+  return std::unique_ptr<Listener>(new Listener(std::move(impl)));
+}
+
+Listener::Listener(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+Listener::~Listener() {
+  close();
+}
+
+std::uint16_t Listener::port() const {
+  boost::system::error_code ignored;
+  return impl_->acceptors.front()->local_endpoint(ignored).port();
+}
+
+void Listener::close() {
+  boost::system::error_code ignored;
+  for (const auto& acceptor : impl_->acceptors) acceptor->close(ignored);
+  impl_->reception->close();
+}
+
+}  // namespace hairnet::server

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+
+#include "core/result.hpp"
+#include "server/session/connection.hpp"
+#include "server/transport/http_service.hpp"
+#include "server/transport/io_loop.hpp"
+#include "server/transport/transport_counters.hpp"
+#include "server/transport/transport_options.hpp"
+
+namespace hairnet::server {
+
+// One port that speaks size-prefixed TCP, WebSocket and HTTP, each plain or inside TLS. I/O thread; there may be
+// several.
+class Listener {
+ public:
+  // Answers with the session's sink, or null when the connection was refused and has been closed.
+  using OpenSession = std::function<PacketSink*(std::shared_ptr<Connection>, std::int64_t now_ns)>;
+
+  // One line that says what is wrong with an address, a certificate or a folder. `counters` and `service`, which may be
+  // null, outlive the loop's last run.
+  static Result<std::unique_ptr<Listener>> create(IoLoop& loop, const TransportOptions& options,
+                                                  TransportCounters& counters, OpenSession open_session,
+                                                  HttpService* service = nullptr);
+  ~Listener();
+  Listener(const Listener&) = delete;
+  Listener& operator=(const Listener&) = delete;
+  [[nodiscard]] std::uint16_t port() const;
+  // Takes no more connections, and ends those that are not sessions: handshakes and pages.
+  void close();
+
+ private:
+  struct Impl;
+  explicit Listener(std::shared_ptr<Impl> impl);
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace hairnet::server

@@ -1,0 +1,55 @@
+#include "server/transport/origin.hpp"
+
+#include <algorithm>
+
+namespace hairnet::server {
+namespace {
+
+constexpr std::string_view kHttp = "http://", kHttps = "https://";
+
+std::string lowered(std::string_view text) {
+  std::string out(text);
+  std::ranges::transform(out, out.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+  return out;
+}
+
+void drop_suffix(std::string& text, std::string_view suffix) {
+  if (text.ends_with(suffix)) text.resize(text.size() - suffix.size());
+}
+
+// Scheme and authority in lower case, without the scheme's own port.
+std::string normal_origin(std::string_view origin) {
+  std::string out = lowered(origin);
+  if (out.starts_with(kHttps))
+    drop_suffix(out, ":443");
+  else if (out.starts_with(kHttp))
+    drop_suffix(out, ":80");
+  return out;
+}
+
+}  // namespace
+
+bool origin_allowed(std::string_view origin, std::string_view host, std::span<const std::string> list) {
+  if (origin.empty()) return true;
+  const std::string asked = normal_origin(origin);
+  if (list.empty()) {
+    // A proxy in front may end TLS, so the page's scheme need not be ours.
+    return !host.empty() && (asked == normal_origin(std::string(kHttp).append(host)) ||
+                             asked == normal_origin(std::string(kHttps).append(host)));
+  }
+  return std::ranges::any_of(
+      list, [&](const std::string& listed) { return listed == "*" || asked == normal_origin(listed); });
+}
+
+std::string validate_origin(std::string_view origin) {
+  if (origin == "*" || origin == "null") return {};
+  const std::string text = lowered(origin);
+  const std::size_t scheme = text.starts_with(kHttps) ? kHttps.size() : text.starts_with(kHttp) ? kHttp.size() : 0;
+  const std::string_view rest = std::string_view(text).substr(scheme);
+  const bool sound = scheme != 0 && !rest.empty() &&
+                     std::ranges::all_of(rest, [](char c) { return c > 0x20 && c < 0x7f && c != '/' && c != '?'; });
+  return sound ? std::string()
+               : "the origin \"" + std::string(origin) + "\" is not of the form https://host or http://host:port";
+}
+
+}  // namespace hairnet::server

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace hairnet::server {
+
+// Packets that wait to leave together, whole and in order.
+struct PacketQueue {
+  // With this much waiting a connection is not writable. More only makes a slow peer's frames older.
+  static constexpr std::size_t kBytesMax = std::size_t{64} << 10;
+
+  std::vector<std::vector<std::uint8_t>> packets;
+  std::size_t bytes = 0;
+
+  [[nodiscard]] bool empty() const { return packets.empty(); }
+  void push(std::vector<std::uint8_t> packet) {
+    bytes += packet.size();
+    packets.push_back(std::move(packet));
+  }
+  void clear() {
+    packets.clear();
+    bytes = 0;
+  }
+};
+
+}  // namespace hairnet::server

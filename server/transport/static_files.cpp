@@ -1,0 +1,193 @@
+#include "server/transport/static_files.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <utility>
+
+namespace hairnet::server {
+namespace {
+
+constexpr std::size_t kDepthMax = 16;
+
+// What it is when nothing says better: a browser then stores it and runs nothing.
+constexpr std::string_view kUnknownType = "application/octet-stream";
+
+constexpr std::array<std::pair<std::string_view, std::string_view>, 24> kTypes{{
+    {".html", "text/html; charset=utf-8"},
+    {".js", "text/javascript; charset=utf-8"},
+    {".mjs", "text/javascript; charset=utf-8"},
+    {".css", "text/css; charset=utf-8"},
+    {".json", "application/json"},
+    {".map", "application/json"},
+    {".webmanifest", "application/manifest+json"},
+    {".wasm", "application/wasm"},
+    {".txt", "text/plain; charset=utf-8"},
+    {".md", "text/plain; charset=utf-8"},
+    {".glsl", "text/plain; charset=utf-8"},
+    {".svg", "image/svg+xml"},
+    {".png", "image/png"},
+    {".jpg", "image/jpeg"},
+    {".jpeg", "image/jpeg"},
+    {".webp", "image/webp"},
+    {".avif", "image/avif"},
+    {".ico", "image/x-icon"},
+    {".hdr", "image/vnd.radiance"},
+    {".ktx2", "image/ktx2"},
+    {".woff2", "font/woff2"},
+    {".glb", "model/gltf-binary"},
+    {".gltf", "model/gltf+json"},
+    {".groom", "application/octet-stream"},
+}};
+
+std::string_view type_of(std::string_view name) {
+  const std::size_t dot = name.rfind('.');
+  if (dot == std::string_view::npos) return kUnknownType;
+  const auto found = std::ranges::find(kTypes, name.substr(dot), &std::pair<std::string_view, std::string_view>::first);
+  return found == kTypes.end() ? kUnknownType : found->second;
+}
+
+int hex_value(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+  return -1;
+}
+
+bool is_control(char c) {
+  return static_cast<unsigned char>(c) < 0x20 || c == 0x7f;
+}
+
+// Bundlers put a hash of the content into such names ("index-4f3a9b1c.js"): they never change.
+bool is_hashed(std::string_view name) {
+  const std::size_t dot = name.rfind('.');
+  const std::size_t dash = name.rfind('-', dot);
+  if (dot == std::string_view::npos || dash == std::string_view::npos) return false;
+  const std::string_view hash = name.substr(dash + 1, dot - dash - 1);
+  return hash.size() >= 8 &&
+         std::ranges::all_of(hash, [](char c) { return std::isalnum(static_cast<unsigned char>(c)); }) &&
+         std::ranges::any_of(hash, [](char c) { return c >= '0' && c <= '9'; });
+}
+
+std::string etag_of(const struct stat& status) {
+  std::array<char, 64> text;
+  const auto time_ns = status.st_mtim.tv_sec * 1'000'000'000LL + status.st_mtim.tv_nsec;
+  std::snprintf(text.data(), text.size(), "\"%llx-%llx\"", static_cast<unsigned long long>(time_ns),
+                static_cast<unsigned long long>(status.st_size));
+  return text.data();
+}
+
+class Descriptor {
+ public:
+  explicit Descriptor(int value) : value_(value) {}
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() { reset(-1); }
+  void reset(int value) {
+    if (value_ >= 0) ::close(value_);
+    value_ = value;
+  }
+  [[nodiscard]] int value() const { return value_; }
+  int release() { return std::exchange(value_, -1); }
+
+ private:
+  int value_;
+};
+
+}  // namespace
+
+StaticFile::StaticFile(StaticFile&& other) noexcept {
+  *this = std::move(other);
+}
+
+StaticFile& StaticFile::operator=(StaticFile&& other) noexcept {
+  if (this == &other) return *this;
+  if (descriptor_ >= 0) ::close(descriptor_);
+  descriptor_ = std::exchange(other.descriptor_, -1);
+  bytes = other.bytes;
+  etag = std::move(other.etag);
+  content_type = std::move(other.content_type);
+  cache_control = std::move(other.cache_control);
+  return *this;
+}
+
+StaticFile::~StaticFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+std::size_t StaticFile::read(std::uint64_t offset, std::span<std::uint8_t> into) const {
+  const ssize_t count = ::pread(descriptor_, into.data(), into.size(), static_cast<off_t>(offset));
+  return count > 0 ? static_cast<std::size_t>(count) : 0;
+}
+
+Result<std::unique_ptr<StaticFiles>> StaticFiles::open(const std::string& folder) {
+  const int descriptor = ::open(folder.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return Refusal("cannot open the web root " + folder + ": " + std::strerror(errno));
+  return std::unique_ptr<StaticFiles>(new StaticFiles(descriptor));
+}
+
+StaticFiles::~StaticFiles() {
+  ::close(folder_);
+}
+
+StaticFind StaticFiles::find(std::string_view path, StaticFile& file) const {
+  std::string decoded;
+  if (!decode_path(path, decoded)) return StaticFind::bad_path;
+  if (decoded.ends_with('/')) decoded += "index.html";
+
+  std::string_view rest = std::string_view(decoded).substr(1);
+  Descriptor folder(-1);
+  for (std::size_t depth = 0; depth < kDepthMax; ++depth) {
+    const std::size_t slash = rest.find('/');
+    const std::string name(rest.substr(0, slash));
+    if (name.empty() || name.starts_with('.')) return StaticFind::not_found;
+    const int from = folder.value() >= 0 ? folder.value() : folder_;
+    if (slash != std::string_view::npos) {
+      folder.reset(::openat(from, name.c_str(), O_PATH | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
+      if (folder.value() < 0) return StaticFind::not_found;
+      rest.remove_prefix(slash + 1);
+      continue;
+    }
+    // Not to be held up by a pipe that nobody writes to.
+    Descriptor opened(::openat(from, name.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
+    struct stat status {};
+    if (opened.value() < 0 || ::fstat(opened.value(), &status) != 0) return StaticFind::not_found;
+    if (S_ISDIR(status.st_mode)) return StaticFind::is_folder;
+    if (!S_ISREG(status.st_mode)) return StaticFind::not_found;
+    file = StaticFile();
+    file.descriptor_ = opened.release();
+    file.bytes = static_cast<std::uint64_t>(status.st_size);
+    file.etag = etag_of(status);
+    file.content_type = type_of(name);
+    file.cache_control = is_hashed(name) ? "public, max-age=31536000, immutable" : "no-cache";
+    return StaticFind::found;
+  }
+  return StaticFind::not_found;
+}
+
+bool decode_path(std::string_view path, std::string& decoded) {
+  decoded.clear();
+  if (!path.starts_with('/')) return false;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    char c = path[i];
+    if (c == '%') {
+      if (i + 2 >= path.size()) return false;
+      const int high = hex_value(path[i + 1]), low = hex_value(path[i + 2]);
+      if (high < 0 || low < 0) return false;
+      c = static_cast<char>(high * 16 + low);
+      if (c == '/') return false;  // a name cannot hold one
+      i += 2;
+    }
+    if (is_control(c) || c == '\\') return false;
+    decoded += c;
+  }
+  return true;
+}
+
+}  // namespace hairnet::server

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "server/transport/admission.hpp"
+
+namespace hairnet::server {
+
+// PEM files: the chain, the server's own certificate first, and its key without a passphrase. Both or none.
+struct TlsFiles {
+  std::string certificate, key;
+};
+
+// What one port does. All times are bounds on a peer's patience with us and ours with it.
+struct TransportOptions {
+  std::vector<std::string> addresses = {"127.0.0.1"};  // IPv4 or IPv6, numeric; "::" is all of both
+  std::uint16_t port = 7420;                           // 0: the system picks one
+  std::size_t packet_bytes_max = 0;
+
+  TlsFiles tls;
+  bool tls_required = false;  // what is not TLS is turned away
+
+  std::vector<std::string> origins;  // pages that may open a WebSocket; none: the server's own
+  std::string web_root;              // folder of the pages; empty: none
+
+  AdmissionLimits admission;
+  std::chrono::milliseconds opening_timeout{5000};    // for the first bytes, and again for the handshake of TLS
+  std::chrono::milliseconds request_timeout{10000};   // for a whole HTTP request, the wait for it included
+  std::chrono::milliseconds response_timeout{10000};  // for each 64 KiB of a response to leave
+  std::chrono::milliseconds ping_after{15000};  // a WebSocket that says nothing is pinged, and ended at twice this
+  std::size_t requests_per_connection_max = 100;
+};
+
+// Empty when the options agree with each other; else one line.
+std::string validate(const TransportOptions& options);
+
+}  // namespace hairnet::server

@@ -1,0 +1,168 @@
+#include "server/transport/websocket_connection.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "server/transport/io_loop.hpp"
+
+namespace hairnet::server {
+namespace {
+
+constexpr std::size_t kReadBytes = std::size_t{64} << 10;     // at a time, so that memory grows with what arrives
+constexpr std::size_t kKeptBytes = std::size_t{64} << 10;     // of a larger message's memory
+constexpr std::size_t kHeldBytesMax = std::size_t{32} << 10;  // up to here a copy costs less than another system call
+
+}  // namespace
+
+WebSocketConnection::WebSocketConnection(std::shared_ptr<ByteStream> stream, const TransportOptions& options,
+                                         TransportCounters& counters)
+    : stream_(std::move(stream)),
+      socket_(*stream_),
+      message_(options.packet_bytes_max),
+      wake_writer_(stream_->get_executor(), asio::steady_timer::time_point::max()),
+      counters_(&counters) {
+  socket_.binary(true);
+  socket_.auto_fragment(false);
+  socket_.read_message_max(options.packet_bytes_max);
+  socket_.set_option(websocket::stream_base::timeout{options.opening_timeout, 2 * options.ping_after, true});
+}
+
+asio::awaitable<boost::system::error_code> WebSocketConnection::accept(const Request& request, bool with_subprotocol) {
+  socket_.set_option(websocket::stream_base::decorator([with_subprotocol](websocket::response_type& response) {
+    response.set(http::field::server, "hairnet");
+    if (with_subprotocol) response.set(http::field::sec_websocket_protocol, kSubprotocol);
+  }));
+  const auto [error] = co_await socket_.async_accept(request, kAwaitable);
+  co_return error;
+}
+
+void WebSocketConnection::start(PacketSink* sink) {
+  sink_ = sink;
+  const auto self = shared_from_this();
+  asio::co_spawn(
+      stream_->get_executor(), [self] { return self->read(); }, asio::detached);
+  asio::co_spawn(
+      stream_->get_executor(), [self] { return self->write(); }, asio::detached);
+}
+
+asio::awaitable<void> WebSocketConnection::read() {
+  while (true) {
+    const auto [error, count] = co_await socket_.async_read_some(message_, kReadBytes, kAwaitable);
+    if (error) {
+      tell_closed(count_end(error));
+      break;
+    }
+    counters_->bytes_read.add(count);
+    counters_->bytes_read_websocket.add(count);
+    if (!sink_) {  // closing: what still comes is read away until the peer's own end
+      message_.consume(message_.size());
+    } else if (!socket_.got_binary()) {
+      counters_->websockets_closed_text.add();
+      message_.consume(message_.size());
+      PacketSink* sink = sink_;
+      close_with(websocket::close_code::unknown_data, "packets are binary messages");
+      sink->on_closed("a text message", monotonic_now_ns());
+    } else if (socket_.is_message_done()) {
+      deliver();
+    }
+  }
+  // The writer may be in the middle of a message that nobody takes any more.
+  closing_ = ended_ = true;
+  wake_writer_.cancel();
+  co_await stream_->finish();
+}
+
+void WebSocketConnection::deliver() {
+  const auto bytes = message_.cdata();
+  sink_->on_packet({static_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, monotonic_now_ns());
+  message_.consume(message_.size());
+  if (message_.capacity() > kKeptBytes) message_.shrink_to_fit();
+}
+
+asio::awaitable<void> WebSocketConnection::write() {
+  while (!ended_) {
+    if (unsent_.empty()) {
+      if (closing_) break;
+      co_await wake_writer_.async_wait(kAwaitable);
+      continue;
+    }
+    std::swap(sending_, unsent_);
+    if (sink_) sink_->on_writable(monotonic_now_ns());
+    if (const auto error = co_await write_out()) {
+      // A reader that is failing the connection says why by itself; if the socket is broken, it has heard as well.
+      if (error != asio::error::operation_aborted) stream_->close();
+      co_return;
+    }
+    sending_.clear();
+  }
+  if (!ended_) co_await socket_.async_close(close_reason_, kAwaitable);
+}
+
+asio::awaitable<boost::system::error_code> WebSocketConnection::write_out() {
+  const std::size_t count = sending_.packets.size();
+  const bool together = sending_.bytes <= kHeldBytesMax;
+  for (std::size_t i = 0; i < count; ++i) {
+    stream_->hold(together && i + 1 < count);
+    const auto [error, bytes] = co_await socket_.async_write(asio::buffer(sending_.packets[i]), kAwaitable);
+    counters_->bytes_written.add(bytes);
+    counters_->bytes_written_websocket.add(bytes);
+    if (error) {
+      stream_->hold(false);
+      co_return error;
+    }
+  }
+  co_return boost::system::error_code();
+}
+
+void WebSocketConnection::send(std::vector<std::uint8_t> packet) {
+  if (closing_) return;
+  unsent_.push(std::move(packet));
+  wake_writer_.cancel();
+}
+
+void WebSocketConnection::close(std::string_view reason) {
+  close_with(websocket::close_code::normal, reason);
+}
+
+void WebSocketConnection::close_with(websocket::close_code code, std::string_view reason) {
+  if (closing_) return;
+  closing_ = true;
+  sink_ = nullptr;
+  close_reason_ = {code, beast::string_view(reason.data(), std::min<std::size_t>(reason.size(), 100))};
+  wake_writer_.cancel();
+  stream_->expires_after(kLinger);
+}
+
+std::string_view WebSocketConnection::count_end(const boost::system::error_code& error) {
+  if (error == websocket::error::closed) return "the peer closed";
+  if (error == asio::error::eof || error == asio::ssl::error::stream_truncated) return "the peer went";
+  if (error == websocket::error::message_too_big) {
+    counters_->websockets_closed_oversize.add();
+    return "a message beyond the limit";
+  }
+  if (error == beast::error::timeout) {
+    counters_->websockets_closed_timeout.add();
+    return "no answer to a ping";
+  }
+  if (error == websocket::condition::protocol_violation) {
+    counters_->websockets_closed_malformed.add();
+    return "not a WebSocket frame";
+  }
+  return "the connection broke";
+}
+
+void WebSocketConnection::tell_closed(std::string_view reason) {
+  closing_ = true;
+  if (PacketSink* sink = std::exchange(sink_, nullptr)) sink->on_closed(reason, monotonic_now_ns());
+}
+
+void teardown(beast::role_type, ByteStream& stream, boost::system::error_code& error) {
+  error = {};
+  stream.close();
+}
+
+void beast_close_socket(ByteStream& stream) {
+  stream.close();
+}
+
+}  // namespace hairnet::server

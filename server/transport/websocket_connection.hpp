@@ -1,0 +1,71 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "server/session/connection.hpp"
+#include "server/transport/beast.hpp"
+#include "server/transport/byte_stream.hpp"
+#include "server/transport/packet_queue.hpp"
+#include "server/transport/transport_options.hpp"
+
+namespace hairnet::server {
+
+// One packet a binary message. Two coroutines on the loop's serial executor keep it alive until both have ended.
+class WebSocketConnection final : public Connection, public std::enable_shared_from_this<WebSocketConnection> {
+ public:
+  static constexpr std::string_view kPath = "/ws";
+  static constexpr std::string_view kSubprotocol = "hairnet";
+  static constexpr std::chrono::seconds kLinger{2};  // for what waits when closed, and the peer's own end
+
+  using Request = http::request<http::string_body>;
+
+  WebSocketConnection(std::shared_ptr<ByteStream> stream, const TransportOptions& options, TransportCounters& counters);
+
+  // Answers the upgrade request, by a refusal if need be. The subprotocol is said when it was offered.
+  asio::awaitable<boost::system::error_code> accept(const Request& request, bool with_subprotocol);
+  void start(PacketSink* sink);  // null: it was refused and has been closed
+
+  void send(std::vector<std::uint8_t> packet) override;
+  [[nodiscard]] bool writable() const override { return !closing_ && unsent_.bytes < PacketQueue::kBytesMax; }
+  void close(std::string_view reason) override;
+  [[nodiscard]] std::string_view peer() const override { return stream_->peer(); }
+  [[nodiscard]] std::string_view transport() const override { return stream_->is_tls() ? "wss" : "ws"; }
+
+ private:
+  asio::awaitable<void> read();
+  asio::awaitable<void> write();
+  asio::awaitable<boost::system::error_code> write_out();
+  void deliver();
+  void close_with(websocket::close_code code, std::string_view reason);
+  std::string_view count_end(const boost::system::error_code& error);
+  void tell_closed(std::string_view reason);  // by the peer or the network
+
+  std::shared_ptr<ByteStream> stream_;
+  websocket::stream<ByteStream&, false> socket_;  // without compression
+  beast::flat_buffer message_;
+  asio::steady_timer wake_writer_;
+  TransportCounters* counters_;
+  PacketSink* sink_ = nullptr;    // null once closed
+  PacketQueue unsent_, sending_;  // gathered while the other is on its way
+  websocket::close_reason close_reason_{websocket::close_code::normal};
+  bool closing_ = false, ended_ = false;
+};
+
+// How Beast ends the socket below it.
+template <class Handler>
+void async_teardown(beast::role_type, ByteStream& stream, Handler&& handler) {
+  asio::co_spawn(
+      stream.get_executor(), [self = stream.shared_from_this()] { return self->end_writing(); },
+      asio::bind_executor(stream.get_executor(),
+                          [handler = std::forward<Handler>(handler)](const std::exception_ptr&) mutable {
+                            std::move(handler)(boost::system::error_code());
+                          }));
+}
+void teardown(beast::role_type, ByteStream& stream, boost::system::error_code& error);
+void beast_close_socket(ByteStream& stream);
+
+}  // namespace hairnet::server

@@ -1,0 +1,169 @@
+#pragma once
+
+#include <arpa/inet.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "server/transport/listener.hpp"
+
+namespace hairnet::server {
+
+inline constexpr std::size_t kPacketMax = 1u << 20;
+
+// A socket of the other end that never blocks, and speaks whatever bytes it is given.
+class Peer {
+ public:
+  explicit Peer(std::uint16_t port, int receive_bytes = 0)
+      : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK, 0)) {
+    if (receive_bytes > 0) ::setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &receive_bytes, sizeof(receive_bytes));
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(port);
+    inet_pton(AF_INET, "127.0.0.1", &address.sin_addr);
+    ::connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof(address));
+  }
+  Peer(const Peer&) = delete;
+  Peer& operator=(const Peer&) = delete;
+  ~Peer() { leave(); }
+  void leave() {
+    if (socket_ >= 0) ::close(socket_);
+    socket_ = -1;
+  }
+  void end_writing() { ::shutdown(socket_, SHUT_WR); }
+  // As much as the socket takes.
+  std::size_t send(std::span<const std::uint8_t> bytes) {
+    const ssize_t sent = ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+    return sent > 0 ? static_cast<std::size_t>(sent) : 0;
+  }
+  std::size_t send(std::string_view text) {
+    return send(std::span(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
+  }
+  void receive() {
+    std::uint8_t buffer[65536];
+    ssize_t count = 0;
+    while ((count = ::recv(socket_, buffer, sizeof(buffer), 0)) > 0)
+      received.insert(received.end(), buffer, buffer + count);
+    ended |= count == 0 || (count < 0 && (errno == ECONNRESET || errno == EPIPE));
+  }
+  [[nodiscard]] std::string text() const { return {received.begin(), received.end()}; }
+  std::vector<std::uint8_t> received;
+  bool ended = false;
+
+ private:
+  int socket_;
+};
+
+// Sends every packet back.
+class Echo final : public PacketSink {
+ public:
+  explicit Echo(std::shared_ptr<Connection> c) : connection(std::move(c)) {}
+  void on_packet(std::span<const std::uint8_t> packet, std::int64_t) override {
+    aligned &= reinterpret_cast<std::uintptr_t>(packet.data()) % 8 == 0;
+    ++packets;
+    waiting.emplace_back(packet.begin(), packet.end());
+    flush();
+  }
+  void on_broken_stream(std::int64_t) override { broken = true; }
+  void on_writable(std::int64_t) override { flush(); }
+  void on_closed(std::string_view why, std::int64_t) override {
+    ++closed;
+    reason = why;
+    connection->close("closed");
+  }
+  void flush() {
+    std::size_t sent = 0;
+    while (sent < waiting.size() && connection->writable()) connection->send(std::move(waiting[sent++]));
+    waiting.erase(waiting.begin(), waiting.begin() + static_cast<std::ptrdiff_t>(sent));
+  }
+  std::shared_ptr<Connection> connection;
+  std::vector<std::vector<std::uint8_t>> waiting;
+  std::size_t packets = 0;
+  bool broken = false, aligned = true;
+  int closed = 0;
+  std::string reason;
+};
+
+inline std::vector<std::uint8_t> packet(std::size_t bytes, std::uint8_t fill) {
+  std::vector<std::uint8_t> made(bytes, fill);
+  const auto counted = static_cast<std::uint32_t>(bytes - 4);
+  std::memcpy(made.data(), &counted, 4);
+  return made;
+}
+
+// A listener on a free port of the loopback, whose sessions echo. Everything on one thread: run_until() turns the loop.
+class TransportTest : public testing::Test {
+ protected:
+  virtual TransportOptions options() {
+    TransportOptions made;
+    made.port = 0;
+    made.packet_bytes_max = kPacketMax;
+    return made;
+  }
+  virtual HttpService* service() { return nullptr; }
+  void SetUp() override {
+    auto created = Listener::create(
+        loop_, options(), counters_,
+        [this](std::shared_ptr<Connection> connection, std::int64_t) -> PacketSink* {
+          if (refuse_) {
+            connection->send(packet(32, 9));
+            connection->close("refused");
+            return nullptr;
+          }
+          echoes_.push_back(std::make_unique<Echo>(std::move(connection)));
+          return echoes_.back().get();
+        },
+        service());
+    ASSERT_TRUE(created) << created.error();
+    listener_ = std::move(*created);
+  }
+  // Runs the loop until `done`, or gives up: a bound on rounds and not on time.
+  template <class Done>
+  bool run_until(Done done) {
+    for (int i = 0; i < 20'000; ++i) {
+      loop_.poll();
+      if (done()) return true;
+      ::poll(nullptr, 0, i < 1000 ? 0 : 1);
+    }
+    return false;
+  }
+  void run_rounds(int rounds) {
+    for (int i = 0; i < rounds; ++i) {
+      loop_.poll();
+      ::poll(nullptr, 0, i % 8 == 0 ? 1 : 0);
+    }
+  }
+  bool all_closed() {
+    return run_until([&] { return counters_.connections_closed.value() == counters_.connections_accepted.value(); });
+  }
+  // Sends all of it, and reads until the server ends the connection.
+  std::string told(Peer& peer, std::string_view text) {
+    std::size_t at = 0;
+    EXPECT_TRUE(run_until([&] {
+      if (at < text.size()) at += peer.send(text.substr(at));
+      peer.receive();
+      return peer.ended;
+    })) << text.substr(0, 200);
+    return peer.text();
+  }
+
+  TransportCounters counters_;
+  IoLoop loop_;
+  std::vector<std::unique_ptr<Echo>> echoes_;
+  bool refuse_ = false;
+  std::unique_ptr<Listener> listener_;
+};
+
+}  // namespace hairnet::server

@@ -1,0 +1,322 @@
+#include <stdlib.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "tests/unit/server/transport_fixture.hpp"
+
+namespace hairnet::server {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+constexpr std::size_t kLargeBytes = 3'000'000;
+
+class Pages final : public HttpService {
+ public:
+  HttpResponse handle(const HttpRequest& request) override {
+    last = std::string(request.method) + " " + std::string(request.path) + " " + std::string(request.query);
+    from_loopback = request.from_loopback;
+    if (request.path == "/readyz") return {503, "text/plain", "draining\n"};
+    return {200, "text/plain; version=0.0.4", "metric 1\n"};
+  }
+  std::string last;
+  bool from_loopback = false;
+};
+
+class HttpTest : public TransportTest {
+ protected:
+  TransportOptions options() override {
+    TransportOptions made = TransportTest::options();
+    made.web_root = root_.string();
+    made.requests_per_connection_max = 5;
+    made.request_timeout = std::chrono::milliseconds(300);
+    made.opening_timeout = std::chrono::milliseconds(200);
+    return made;
+  }
+  HttpService* service() override { return &pages_; }
+  void SetUp() override {
+    std::string made = (std::filesystem::temp_directory_path() / "hairnet_http_XXXXXX").string();
+    ASSERT_NE(::mkdtemp(made.data()), nullptr);
+    root_ = made;
+    std::ofstream(root_ / "index.html") << "<html>hair</html>";
+    std::filesystem::create_directory(root_ / "demo");
+    std::ofstream large(root_ / "large.wasm", std::ios::binary);
+    for (std::size_t i = 0; i < kLargeBytes; ++i) large.put(static_cast<char>(i * 7 % 251));
+    large.close();
+    TransportTest::SetUp();
+  }
+  void TearDown() override { std::filesystem::remove_all(root_); }
+  std::string get(std::string_view path, std::string_view more = "", std::string_view method = "GET") {
+    Peer peer(listener_->port());
+    return told(peer, std::string(method) + " " + std::string(path) +
+                          " HTTP/1.1\r\nHost: here\r\nConnection: close\r\n" + std::string(more) + "\r\n");
+  }
+  // The first response when the server is to keep the connection.
+  std::string first_response(Peer& peer, std::string_view text, std::string_view until) {
+    std::size_t at = 0;
+    EXPECT_TRUE(run_until([&] {
+      if (at < text.size()) at += peer.send(text.substr(at));
+      peer.receive();
+      return peer.text().find(until) != std::string::npos;
+    }));
+    return peer.text();
+  }
+
+  std::filesystem::path root_;
+  Pages pages_;
+};
+
+std::string header_value(const std::string& response, std::string_view name) {
+  const std::string key = "\r\n" + std::string(name) + ": ";
+  const std::size_t at = response.find(key);
+  if (at == std::string::npos) return {};
+  return response.substr(at + key.size(), response.find("\r\n", at + 2) - at - key.size());
+}
+
+std::string body_of(const std::string& response) {
+  const std::size_t at = response.find("\r\n\r\n");
+  return at == std::string::npos ? std::string() : response.substr(at + 4);
+}
+
+TEST_F(HttpTest, the_servers_own_pages_come_from_the_service) {
+  const std::string metrics = get("/metrics?x=1");
+  EXPECT_THAT(metrics, StartsWith("HTTP/1.1 200 OK\r\n"));
+  EXPECT_EQ(body_of(metrics), "metric 1\n");
+  EXPECT_EQ(header_value(metrics, "Content-Type"), "text/plain; version=0.0.4");
+  EXPECT_EQ(header_value(metrics, "Cache-Control"), "no-store");
+  EXPECT_EQ(pages_.last, "GET /metrics x=1");
+  EXPECT_TRUE(pages_.from_loopback);
+  EXPECT_THAT(get("/readyz"), StartsWith("HTTP/1.1 503 "));
+  EXPECT_EQ(counters_.http_responses_5xx.value(), 1u);
+  EXPECT_EQ(counters_.connections_http.value(), 2u);
+}
+
+TEST_F(HttpTest, a_page_comes_with_its_type_and_headers_that_seal_it_off) {
+  const std::string page = get("/");
+  EXPECT_THAT(page, StartsWith("HTTP/1.1 200 OK\r\n"));
+  EXPECT_EQ(body_of(page), "<html>hair</html>");
+  EXPECT_EQ(header_value(page, "Content-Type"), "text/html; charset=utf-8");
+  EXPECT_EQ(header_value(page, "X-Content-Type-Options"), "nosniff");
+  EXPECT_THAT(header_value(page, "Content-Security-Policy"), HasSubstr("connect-src 'self' ws: wss:"));
+  EXPECT_FALSE(header_value(page, "Date").empty());
+}
+
+TEST_F(HttpTest, head_is_answered_as_get_is_without_the_body) {
+  const std::string got = get("/"), head = get("/", "", "HEAD");
+  EXPECT_EQ(body_of(head), "");
+  EXPECT_EQ(header_value(head, "Content-Length"), header_value(got, "Content-Length"));
+  EXPECT_EQ(header_value(head, "ETag"), header_value(got, "ETag"));
+}
+
+TEST_F(HttpTest, a_page_that_has_not_changed_is_not_sent_again) {
+  const std::string etag = header_value(get("/"), "ETag");
+  ASSERT_FALSE(etag.empty());
+  const std::string again = get("/", "If-None-Match: \"x\", W/" + etag + "\r\n");
+  EXPECT_THAT(again, StartsWith("HTTP/1.1 304 "));
+  EXPECT_EQ(body_of(again), "");
+  EXPECT_THAT(get("/", "If-None-Match: \"x\"\r\n"), StartsWith("HTTP/1.1 200 "));
+}
+
+TEST_F(HttpTest, a_large_file_comes_whole_also_to_a_slow_reader) {
+  Peer peer(listener_->port(), 4096);
+  peer.send("GET /large.wasm HTTP/1.1\r\nHost: here\r\nConnection: close\r\n\r\n");
+  run_rounds(300);
+  ASSERT_TRUE(run_until([&] {
+    peer.receive();
+    return peer.ended;
+  }));
+  const std::string body = body_of(peer.text());
+  ASSERT_EQ(body.size(), kLargeBytes);
+  for (std::size_t i = 0; i < kLargeBytes; ++i) ASSERT_EQ(body[i], static_cast<char>(i * 7 % 251));
+}
+
+TEST_F(HttpTest, a_folder_leads_to_its_own_name_with_a_slash) {
+  const std::string moved = get("/demo");
+  EXPECT_THAT(moved, StartsWith("HTTP/1.1 301 "));
+  EXPECT_EQ(header_value(moved, "Location"), "/demo/");
+  EXPECT_THAT(get("//evil.example"), StartsWith("HTTP/1.1 404 "));
+}
+
+TEST_F(HttpTest, every_kind_of_wrong_request_has_its_status) {
+  EXPECT_THAT(get("/none"), StartsWith("HTTP/1.1 404 "));
+  EXPECT_THAT(get("/../x"), StartsWith("HTTP/1.1 404 "));
+  EXPECT_THAT(get("/%00"), StartsWith("HTTP/1.1 400 "));
+  EXPECT_THAT(get("/", "", "DELETE"), StartsWith("HTTP/1.1 405 "));
+  EXPECT_EQ(header_value(get("/", "", "OPTIONS"), "Allow"), "GET, HEAD");
+  EXPECT_THAT(get("/", "Content-Length: 100000000\r\n", "POST"), StartsWith("HTTP/1.1 405 "));
+  EXPECT_THAT(get("/", "Content-Length: 100000\r\n"), StartsWith("HTTP/1.1 413 "));
+  EXPECT_THAT(get("/", "Transfer-Encoding: chunked\r\n"), StartsWith("HTTP/1.1 413 "));
+  EXPECT_THAT(get("/" + std::string(3000, 'a')), StartsWith("HTTP/1.1 414 "));
+  EXPECT_THAT(get("/" + std::string(100'000, 'a')), StartsWith("HTTP/1.1 414 "));
+  EXPECT_THAT(get("/", "X: " + std::string(100'000, 'a') + "\r\n"), StartsWith("HTTP/1.1 431 "));
+  EXPECT_THAT(get("/", "Host: again\r\n"), StartsWith("HTTP/1.1 400 "));
+  EXPECT_THAT(get("/", "Content-Length: -1\r\n"), StartsWith("HTTP/1.1 400 "));
+  EXPECT_THAT(get("/", "no colon\r\n"), StartsWith("HTTP/1.1 400 "));
+  EXPECT_THAT(get("/ws"), StartsWith("HTTP/1.1 426 "));
+  Peer peer(listener_->port());
+  EXPECT_THAT(told(peer, "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"), StartsWith("HTTP/1.1 400 "));
+  EXPECT_TRUE(all_closed());
+  EXPECT_TRUE(echoes_.empty());
+}
+
+TEST_F(HttpTest, a_connection_is_kept_for_a_bounded_number_of_requests) {
+  Peer peer(listener_->port());
+  std::string all;
+  for (int i = 0; i < 8; ++i) all += "GET /healthz HTTP/1.1\r\nHost: here\r\n\r\n";  // pipelined, too
+  const std::string got = told(peer, all);
+  std::size_t responses = 0;
+  for (std::size_t at = got.find("HTTP/1.1 200"); at != std::string::npos; at = got.find("HTTP/1.1 200", at + 1))
+    ++responses;
+  EXPECT_EQ(responses, 5u);
+  EXPECT_EQ(counters_.connections_http.value(), 1u);
+}
+
+TEST_F(HttpTest, a_request_may_come_byte_by_byte) {
+  Peer peer(listener_->port());
+  const std::string_view request = "GET /healthz HTTP/1.1\r\nHost: here\r\nConnection: close\r\n\r\n";
+  std::size_t at = 0;
+  ASSERT_TRUE(run_until([&] {
+    if (at < request.size()) at += peer.send(request.substr(at, 1));
+    peer.receive();
+    return peer.ended;
+  }));
+  EXPECT_THAT(peer.text(), StartsWith("HTTP/1.1 200 "));
+}
+
+TEST_F(HttpTest, a_request_that_never_ends_is_ended) {
+  Peer peer(listener_->port());
+  peer.send("GET /healthz HTTP/1.1\r\nHost: here\r\n");
+  int round = 0;
+  ASSERT_TRUE(run_until([&] {
+    if (++round % 10 == 0) peer.send("X: y\r\n");
+    peer.receive();
+    return peer.ended;
+  }));
+  EXPECT_EQ(counters_.handshakes_failed_timeout.value(), 1u);
+  EXPECT_TRUE(all_closed());
+}
+
+TEST_F(HttpTest, a_kept_connection_that_asks_nothing_more_is_ended_without_being_a_failure) {
+  Peer peer(listener_->port());
+  EXPECT_THAT(told(peer, "GET /healthz HTTP/1.1\r\nHost: here\r\n\r\n"), HasSubstr("Connection: keep-alive"));
+  EXPECT_EQ(counters_.handshakes_failed_timeout.value(), 0u);
+}
+
+TEST_F(HttpTest, who_says_nothing_at_all_is_ended) {
+  Peer peer(listener_->port());
+  EXPECT_EQ(told(peer, ""), "");
+  EXPECT_EQ(counters_.handshakes_failed_timeout.value(), 1u);
+  Peer part(listener_->port());
+  EXPECT_EQ(told(part, "GE"), "");
+  EXPECT_EQ(counters_.handshakes_failed_timeout.value(), 2u);
+  { Peer gone(listener_->port()); }
+  ASSERT_TRUE(run_until([&] { return counters_.handshakes_failed_silent.value() == 1; }));
+}
+
+class LimitedTest : public TransportTest {
+ protected:
+  TransportOptions options() override {
+    TransportOptions made = TransportTest::options();
+    made.admission = {40, 30, 10, 5};
+    return made;
+  }
+};
+
+TEST_F(LimitedTest, arrivals_are_bounded_and_make_room_when_they_speak) {
+  std::vector<std::unique_ptr<Peer>> peers;
+  for (int i = 0; i < 15; ++i) peers.push_back(std::make_unique<Peer>(listener_->port()));
+  ASSERT_TRUE(run_until([&] { return counters_.connections_refused_arrivals.value() == 5; }));
+  for (const auto& peer : peers) peer->send(packet(32, 1));
+  ASSERT_TRUE(run_until([&] { return echoes_.size() == 10; }));
+  peers.push_back(std::make_unique<Peer>(listener_->port()));
+  peers.back()->send(packet(32, 2));
+  ASSERT_TRUE(run_until([&] { return echoes_.size() == 11; }));
+}
+
+TEST_F(LimitedTest, one_address_is_bounded_and_gets_its_places_back) {
+  std::vector<std::unique_ptr<Peer>> peers;
+  for (std::size_t i = 0; i < 30; ++i) {
+    peers.push_back(std::make_unique<Peer>(listener_->port()));
+    peers.back()->send(packet(32, 1));
+    ASSERT_TRUE(run_until([&] { return echoes_.size() == i + 1; }));
+  }
+  Peer one_more(listener_->port());
+  ASSERT_TRUE(run_until([&] { return counters_.connections_refused_address.value() == 1; }));
+  peers.clear();
+  ASSERT_TRUE(run_until([&] { return std::ranges::all_of(echoes_, [](const auto& e) { return e->closed == 1; }); }));
+  echoes_.clear();
+  ASSERT_TRUE(all_closed());
+  Peer again(listener_->port());
+  again.send(packet(32, 1));
+  ASSERT_TRUE(run_until([&] { return echoes_.size() == 1; }));
+}
+
+TEST_F(LimitedTest, the_listener_closes_with_connections_in_every_state) {
+  Peer silent(listener_->port()), half(listener_->port()), asking(listener_->port()), session(listener_->port());
+  half.send("G");
+  asking.send("GET / HTTP/1.1\r\nHost: x\r\n");
+  session.send(packet(32, 1));
+  ASSERT_TRUE(run_until([&] { return echoes_.size() == 1 && counters_.connections_accepted.value() == 4; }));
+  run_rounds(20);
+  listener_->close();
+  ASSERT_TRUE(run_until([&] {
+    for (Peer* peer : {&silent, &half, &asking}) peer->receive();
+    return silent.ended && half.ended && asking.ended;
+  }));
+  EXPECT_EQ(counters_.connections_closed.value(), 3u) << "sessions are others' to end";
+  session.send(packet(32, 2));
+  ASSERT_TRUE(run_until([&] {
+    session.receive();
+    return session.received.size() == 64;
+  }));
+  Peer late(listener_->port());
+  run_rounds(20);
+  EXPECT_EQ(counters_.connections_accepted.value(), 4u);
+}
+
+TEST_F(LimitedTest, a_loop_that_ends_leaves_nothing_behind) {
+  // For the sanitizers: sockets are still open when loop, listener and sessions go.
+  Peer silent(listener_->port()), asking(listener_->port()), session(listener_->port());
+  asking.send("GET / HTTP/1.1\r\nHost: x\r\n");
+  session.send(packet(32, 1));
+  ASSERT_TRUE(run_until([&] { return echoes_.size() == 1 && counters_.connections_accepted.value() == 3; }));
+}
+
+class DualStackTest : public TransportTest {
+ protected:
+  TransportOptions options() override {
+    TransportOptions made = TransportTest::options();
+    made.addresses = {"::"};
+    return made;
+  }
+};
+
+TEST_F(DualStackTest, every_address_of_both_kinds_reaches_one_listener) {
+  Peer over_v4(listener_->port());
+  over_v4.send(packet(32, 1));
+  ASSERT_TRUE(run_until([&] { return echoes_.size() == 1; }));
+  EXPECT_THAT(echoes_[0]->connection->peer(), StartsWith("127.0.0.1:"));
+  EXPECT_EQ(echoes_[0]->connection->transport(), "tcp");
+}
+
+class TwoAddressesTest : public TransportTest {
+ protected:
+  TransportOptions options() override {
+    TransportOptions made = TransportTest::options();
+    made.addresses = {"127.0.0.1", "127.0.0.2"};
+    return made;
+  }
+};
+
+TEST_F(TwoAddressesTest, one_listener_takes_several_addresses_on_one_port) {
+  TransportOptions taken = TransportTest::options();
+  taken.addresses = {"127.0.0.2"};
+  taken.port = listener_->port();
+  EXPECT_FALSE(Listener::create(loop_, taken, counters_, {}));
+}
+
+}  // namespace
+}  // namespace hairnet::server

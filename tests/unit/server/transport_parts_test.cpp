@@ -1,0 +1,219 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "server/transport/admission.hpp"
+#include "server/transport/opening.hpp"
+#include "server/transport/origin.hpp"
+#include "server/transport/static_files.hpp"
+#include "server/transport/transport_options.hpp"
+
+namespace hairnet::server {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+Opening opening_of_text(std::string_view bytes) {
+  return opening_of({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+}
+
+TEST(Opening, every_protocol_is_known_by_its_first_bytes_and_not_before) {
+  const std::string_view tls("\x16\x03\x01\x02", 4), packet("\x4c\0\0\0", 4);
+  for (const std::string_view whole : {std::string_view("GET "), std::string_view("HEAD"), std::string_view("POST"),
+                                       std::string_view("PUT "), std::string_view("OPTI"), std::string_view("PRI ")}) {
+    EXPECT_EQ(opening_of_text(whole), Opening::http) << whole;
+    for (std::size_t n = 0; n < 4; ++n) EXPECT_EQ(opening_of_text(whole.substr(0, n)), Opening::unknown) << whole;
+  }
+  EXPECT_EQ(opening_of_text(tls), Opening::tls);
+  for (std::size_t n = 0; n < 3; ++n) EXPECT_EQ(opening_of_text(tls.substr(0, n)), Opening::unknown);
+  EXPECT_EQ(opening_of_text(packet), Opening::packets);
+  EXPECT_EQ(opening_of_text(packet.substr(0, 2)), Opening::packets);
+  EXPECT_EQ(opening_of_text(packet.substr(0, 1)), Opening::unknown) << "it is also the letter L";
+}
+
+TEST(Opening, any_prefix_of_a_first_message_is_a_packet) {
+  // A first message has at most a few thousand bytes.
+  for (std::uint32_t bytes = 0; bytes < 60'000; ++bytes) {
+    const std::array<std::uint8_t, 4> prefix{static_cast<std::uint8_t>(bytes), static_cast<std::uint8_t>(bytes >> 8), 0,
+                                             0};
+    ASSERT_EQ(opening_of(prefix), Opening::packets) << bytes;
+  }
+}
+
+TEST(Origin, without_a_list_only_the_servers_own_pages_may) {
+  const std::vector<std::string> none;
+  EXPECT_TRUE(origin_allowed("", "example.com", none));
+  EXPECT_TRUE(origin_allowed("http://example.com", "example.com", none));
+  EXPECT_TRUE(origin_allowed("https://Example.com", "example.COM:443", none));
+  EXPECT_TRUE(origin_allowed("https://10.0.0.7:7420", "10.0.0.7:7420", none));
+  EXPECT_FALSE(origin_allowed("https://example.com", "example.com:7420", none));
+  EXPECT_FALSE(origin_allowed("https://example.com.evil.net", "example.com", none));
+  EXPECT_FALSE(origin_allowed("https://evil.net", "example.com", none));
+  EXPECT_FALSE(origin_allowed("null", "example.com", none));
+  EXPECT_FALSE(origin_allowed("https://", "", none));
+}
+
+TEST(Origin, with_a_list_only_those_on_it_may) {
+  const std::vector<std::string> list{"https://a.example", "http://b.example:8080"};
+  EXPECT_TRUE(origin_allowed("https://a.example:443", "x", list));
+  EXPECT_TRUE(origin_allowed("http://b.example:8080", "x", list));
+  EXPECT_TRUE(origin_allowed("", "x", list));
+  EXPECT_FALSE(origin_allowed("http://a.example", "x", list));
+  EXPECT_FALSE(origin_allowed("https://x", "x", list));
+  EXPECT_TRUE(origin_allowed("https://whoever", "x", std::vector<std::string>{"*"}));
+}
+
+TEST(Origin, what_is_no_origin_is_refused_at_start) {
+  for (const char* good : {"https://a.example", "http://[::1]:8080", "*", "null"})
+    EXPECT_THAT(validate_origin(good), IsEmpty()) << good;
+  for (const char* bad : {"", "a.example", "https://", "https://a.example/", "ftp://a", "https://a b"})
+    EXPECT_THAT(validate_origin(bad), Not(IsEmpty())) << bad;
+}
+
+TEST(TransportOptions, half_of_tls_is_refused) {
+  TransportOptions options;
+  EXPECT_THAT(validate(options), IsEmpty());
+  options.tls.certificate = "chain.pem";
+  EXPECT_THAT(validate(options), HasSubstr("key"));
+  options.tls = {};
+  options.tls_required = true;
+  EXPECT_THAT(validate(options), HasSubstr("certificate"));
+}
+
+TEST(Admission, what_leaves_makes_room_and_what_is_full_says_which) {
+  auto admission = std::make_shared<Admission>(AdmissionLimits{4, 2, 3, 1});
+  using Verdict = Admission::Verdict;
+  std::vector<Admission::Ticket> tickets(6);
+  EXPECT_EQ(admission->enter(1, tickets[0]), Verdict::admitted);
+  EXPECT_EQ(admission->enter(1, tickets[1]), Verdict::admitted);
+  EXPECT_EQ(admission->enter(1, tickets[2]), Verdict::address_full);
+  EXPECT_EQ(admission->enter(2, tickets[2]), Verdict::admitted);
+  EXPECT_EQ(admission->enter(3, tickets[3]), Verdict::arrivals_full);
+  EXPECT_TRUE(tickets[0].move_to(Admission::Place::session));
+  EXPECT_TRUE(tickets[1].move_to(Admission::Place::http));
+  EXPECT_FALSE(tickets[2].move_to(Admission::Place::http)) << "one at most";
+  EXPECT_TRUE(tickets[1].move_to(Admission::Place::session));
+  EXPECT_TRUE(tickets[2].move_to(Admission::Place::http));
+  EXPECT_EQ(admission->enter(3, tickets[3]), Verdict::admitted);
+  EXPECT_EQ(admission->enter(4, tickets[4]), Verdict::full);
+  tickets[0] = {};
+  EXPECT_EQ(admission->enter(1, tickets[4]), Verdict::admitted);
+  tickets.clear();
+  EXPECT_EQ(admission->count(), 0u);
+}
+
+class StaticFilesTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string made = (std::filesystem::temp_directory_path() / "hairnet_web_XXXXXX").string();
+    ASSERT_NE(::mkdtemp(made.data()), nullptr);
+    outer_ = made;
+    std::filesystem::create_directories(outer_ / "root/assets/deep");
+    write("secret.txt", "secret");
+    write("root/index.html", "<html></html>");
+    write("root/assets/index-4f3a9b1c.js", "export {}");
+    write("root/assets/deep/index.html", "deep");
+    write("root/a b.txt", "space");
+    write("root/.hidden", "hidden");
+    std::filesystem::create_symlink("../secret.txt", outer_ / "root/link.txt");
+    std::filesystem::create_directory_symlink("..", outer_ / "root/up");
+    std::filesystem::create_symlink("index.html", outer_ / "root/inside.html");
+    ASSERT_EQ(::mkfifo((outer_ / "root/pipe").c_str(), 0600), 0);
+    auto opened = StaticFiles::open((outer_ / "root").string());
+    ASSERT_TRUE(opened) << opened.error();
+    files_ = std::move(*opened);
+  }
+  void TearDown() override { std::filesystem::remove_all(outer_); }
+  void write(const std::string& name, std::string_view text) { std::ofstream(outer_ / name) << text; }
+  StaticFind find(std::string_view path) {
+    StaticFile file;
+    return files_->find(path, file);
+  }
+
+  std::filesystem::path outer_;
+  std::unique_ptr<StaticFiles> files_;
+};
+
+TEST_F(StaticFilesTest, files_are_found_with_their_type_and_how_long_they_keep) {
+  StaticFile file;
+  ASSERT_EQ(files_->find("/", file), StaticFind::found);
+  EXPECT_EQ(file.content_type, "text/html; charset=utf-8");
+  EXPECT_EQ(file.cache_control, "no-cache");
+  EXPECT_EQ(file.bytes, 13u);
+  std::vector<std::uint8_t> bytes(100);
+  EXPECT_EQ(file.read(6, bytes), 7u);
+  EXPECT_EQ(bytes[0], '<');
+  ASSERT_EQ(files_->find("/assets/index-4f3a9b1c.js", file), StaticFind::found);
+  EXPECT_EQ(file.content_type, "text/javascript; charset=utf-8");
+  EXPECT_THAT(file.cache_control, HasSubstr("immutable"));
+  EXPECT_EQ(find("/a%20b.txt"), StaticFind::found);
+  EXPECT_EQ(find("/%69ndex.html"), StaticFind::found);
+  EXPECT_EQ(find("/assets/deep/"), StaticFind::found);
+  EXPECT_EQ(find("/assets/deep"), StaticFind::is_folder);
+}
+
+TEST_F(StaticFilesTest, a_tag_changes_with_the_file) {
+  StaticFile before, after;
+  ASSERT_EQ(files_->find("/index.html", before), StaticFind::found);
+  write("root/index.html", "<html>longer</html>");
+  ASSERT_EQ(files_->find("/index.html", after), StaticFind::found);
+  EXPECT_NE(before.etag, after.etag);
+}
+
+TEST_F(StaticFilesTest, no_path_leads_out_of_the_root_or_to_what_is_no_page) {
+  using std::string_view_literals::operator""sv;
+  for (const std::string_view path : {"/../secret.txt"sv,
+                                      "/assets/../../secret.txt"sv,
+                                      "/%2e%2e/secret.txt"sv,
+                                      "/..%2fsecret.txt"sv,
+                                      "/%2e%2e%2fsecret.txt"sv,
+                                      "/.%2e/secret.txt"sv,
+                                      "/..\\secret.txt"sv,
+                                      "/..%5csecret.txt"sv,
+                                      "/%252e%252e/secret.txt"sv,
+                                      "/%c0%ae%c0%ae/secret.txt"sv,
+                                      "//secret.txt"sv,
+                                      "/./index.html"sv,
+                                      "/link.txt"sv,
+                                      "/up/secret.txt"sv,
+                                      "/up/"sv,
+                                      "/inside.html"sv,
+                                      "/.hidden"sv,
+                                      "/pipe"sv,
+                                      "/none.txt"sv,
+                                      "/index.html/"sv,
+                                      "/index.html/x"sv,
+                                      "/index.html%00.txt"sv,
+                                      "/index.html\0"sv,
+                                      "/%"sv,
+                                      "/%4"sv,
+                                      "/%zz"sv,
+                                      "/%0d%0aX: y"sv,
+                                      "index.html"sv,
+                                      ""sv,
+                                      "*"sv,
+                                      "http://host/index.html"sv,
+                                      "/~root/"sv,
+                                      "/proc/self/environ"sv,
+                                      "/assets/deep/../../../secret.txt"sv,
+                                      "/a/b/c/d/e/f/g/h/i/j/k/l/m/n/o/p/q/r/s/t"sv}) {
+    const StaticFind found = find(path);
+    EXPECT_TRUE(found == StaticFind::not_found || found == StaticFind::bad_path) << path;
+  }
+}
+
+TEST_F(StaticFilesTest, a_root_that_is_not_there_is_one_clear_line) {
+  const auto opened = StaticFiles::open("/nowhere/at/all");
+  ASSERT_FALSE(opened);
+  EXPECT_THAT(opened.error(), HasSubstr("/nowhere/at/all"));
+}
+
+}  // namespace
+}  // namespace hairnet::server

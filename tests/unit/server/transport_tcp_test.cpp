@@ -1,0 +1,126 @@
+#include "tests/unit/server/transport_fixture.hpp"
+
+namespace hairnet::server {
+namespace {
+
+TEST_F(TransportTest, packets_come_back_whole_however_the_bytes_are_cut) {
+  std::vector<std::uint8_t> sent;
+  for (std::size_t i = 0; i < 60; ++i) {
+    const auto one = packet(16 + i * 37, static_cast<std::uint8_t>(i));
+    sent.insert(sent.end(), one.begin(), one.end());
+  }
+  Peer peer(listener_->port());
+  std::size_t at = 0, cut = 1;
+  ASSERT_TRUE(run_until([&] {
+    if (at < sent.size()) {
+      at += peer.send({sent.data() + at, std::min(cut, sent.size() - at)});
+      cut = cut * 7 % 101 + 1;
+    }
+    peer.receive();
+    return peer.received.size() >= sent.size();
+  }));
+  EXPECT_EQ(peer.received, sent);
+}
+
+TEST_F(TransportTest, a_peer_that_does_not_read_makes_the_connection_unwritable_and_loses_nothing) {
+  constexpr std::size_t kPackets = 64;
+  Peer peer(listener_->port());
+  peer.send(packet(32, 1));
+  ASSERT_TRUE(run_until([&] {
+    peer.receive();
+    return peer.received.size() == 32;
+  }));
+  peer.received.clear();
+  Echo& echo = *echoes_[0];
+  for (std::size_t i = 0; i < kPackets; ++i)
+    echo.waiting.push_back(packet(kPacketMax / 2, static_cast<std::uint8_t>(i)));
+  echo.flush();
+  EXPECT_FALSE(echo.connection->writable());
+  run_rounds(1000);
+  EXPECT_FALSE(echo.connection->writable());
+  EXPECT_FALSE(echo.waiting.empty());
+  ASSERT_TRUE(run_until([&] {
+    peer.receive();
+    return peer.received.size() == kPackets * kPacketMax / 2;
+  }));
+  EXPECT_TRUE(echo.connection->writable());
+  for (std::size_t i = 0; i < kPackets; ++i) ASSERT_EQ(peer.received[i * kPacketMax / 2 + 100], i);
+}
+
+TEST_F(TransportTest, an_oversize_prefix_breaks_the_stream) {
+  Peer peer(listener_->port());
+  const std::vector<std::uint8_t> prefix{0xff, 0xff, 0xff, 0x7f, 0, 0, 0, 0};
+  ASSERT_EQ(peer.send(prefix), prefix.size());
+  ASSERT_TRUE(run_until([&] { return !echoes_.empty() && echoes_[0]->broken; }));
+}
+
+TEST_F(TransportTest, a_closing_connection_sends_what_waits_and_ends) {
+  Peer peer(listener_->port());
+  peer.send(std::string_view("\x20\0\0\0", 4));  // a size prefix: enough to be a session
+  ASSERT_TRUE(run_until([&] { return echoes_.size() == 1; }));
+  echoes_[0]->connection->send(packet(200'000, 5));
+  echoes_[0]->connection->close("done");
+  EXPECT_FALSE(echoes_[0]->connection->writable());
+  ASSERT_TRUE(run_until([&] {
+    peer.receive();
+    return peer.ended;
+  }));
+  EXPECT_EQ(peer.received.size(), 200'000u);
+  EXPECT_EQ(echoes_[0]->closed, 0) << "the one who closes is not told";
+}
+
+TEST_F(TransportTest, the_sink_is_told_once_when_the_peer_goes) {
+  {
+    Peer peer(listener_->port());
+    peer.send(packet(32, 1));
+    ASSERT_TRUE(run_until([&] { return echoes_.size() == 1; }));
+  }
+  ASSERT_TRUE(run_until([&] { return echoes_[0]->closed == 1; }));
+  echoes_.clear();
+  ASSERT_TRUE(run_until([&] { return counters_.connections_closed.value() == 1; }));
+}
+
+TEST_F(TransportTest, a_refused_connection_still_gets_the_last_word) {
+  refuse_ = true;
+  Peer peer(listener_->port());
+  peer.send(packet(32, 1));
+  ASSERT_TRUE(run_until([&] {
+    peer.receive();
+    return peer.ended;
+  }));
+  EXPECT_EQ(peer.received, packet(32, 9));
+}
+
+TEST_F(TransportTest, what_waits_leaves_in_the_order_it_was_sent_however_large_each_is) {
+  Peer peer(listener_->port());
+  peer.send(std::string_view("\x20\0\0\0", 4));
+  ASSERT_TRUE(run_until([&] { return echoes_.size() == 1; }));
+  std::vector<std::uint8_t> sent;
+  for (std::size_t i = 0; i < 100; ++i) {
+    const auto one = packet(16 + i * i * 8, static_cast<std::uint8_t>(i));
+    sent.insert(sent.end(), one.begin(), one.end());
+    echoes_[0]->waiting.push_back(one);
+  }
+  echoes_[0]->flush();
+  ASSERT_TRUE(run_until([&] {
+    peer.receive();
+    return peer.received.size() == sent.size();
+  }));
+  EXPECT_EQ(peer.received, sent);
+  EXPECT_EQ(counters_.bytes_written_tcp.value(), sent.size());
+}
+
+TEST_F(TransportTest, a_port_in_use_is_one_clear_line) {
+  TransportOptions taken = options();
+  taken.port = listener_->port();
+  const auto second = Listener::create(loop_, taken, counters_, {});
+  ASSERT_FALSE(second);
+  EXPECT_THAT(second.error(), testing::StartsWith("cannot listen on 127.0.0.1:"));
+  EXPECT_THAT(second.error(), testing::HasSubstr("in use"));
+  TransportOptions nowhere = options();
+  nowhere.addresses = {"not-an-address"};
+  EXPECT_FALSE(Listener::create(loop_, nowhere, counters_, {}));
+}
+
+}  // namespace
+}  // namespace hairnet::server
