@@ -72,7 +72,7 @@ class FakeServer final : public Dialler {
     bool open = false;
   };
 
-  // Connects again at once when it lost its connection.
+  // Connects again 600 ms after it lost its connection.
   struct FakePeer final : Peer {
     explicit FakePeer(FakeServer& s) : server(&s) {}
     void offer(const EncodedGroom&) override {}
@@ -86,7 +86,7 @@ class FakeServer final : public Dialler {
     }
     void leave(std::int64_t) override { state = State::ended; }
     void poll(std::int64_t) override {}
-    [[nodiscard]] std::int64_t next_deadline_ns() const override { return kNever_ns; }
+    [[nodiscard]] std::int64_t next_deadline_ns() const override { return connected ? kNever_ns : retry_ns; }
     void tell(PeerEvents& events, std::int64_t now_ns) override {
       if (std::exchange(told, state) == state) return;
       wire::Welcome welcome;
@@ -96,7 +96,9 @@ class FakeServer final : public Dialler {
       if (state == State::lost) events.on_lost("", now_ns);
       if (state == State::ended) events.on_end("", now_ns);
     }
-    [[nodiscard]] bool wants_connection() const override { return !connected && state != State::ended; }
+    [[nodiscard]] bool wants_connection() const override {
+      return !connected && state != State::ended && server->now_ns_ >= retry_ns;
+    }
     [[nodiscard]] bool wants_half_close() const override { return false; }
     [[nodiscard]] bool wants_close() const override { return connected && state == State::ended; }
     void on_opening(std::int64_t) override { connected = true; }
@@ -116,8 +118,9 @@ class FakeServer final : public Dialler {
         events.on_frame(frame, now_ns);
       }
     }
-    void on_closed(std::int64_t) override {
+    void on_closed(std::int64_t now_ns) override {
       connected = false;
+      retry_ns = now_ns + 600'000'000;
       if (state != State::ended) state = State::lost;
     }
     std::vector<std::uint8_t> take_packet(std::int64_t) override { return {}; }
@@ -126,6 +129,7 @@ class FakeServer final : public Dialler {
     FakeServer* server;
     State state = State::away, told = State::away;
     bool connected = false;
+    std::int64_t retry_ns = 0;
     std::vector<std::uint32_t> characters;
   };
 
