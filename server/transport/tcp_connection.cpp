@@ -44,6 +44,7 @@ asio::awaitable<void> TcpConnection::read() {
     if (!sink_) continue;  // closing: what still comes is read away, so that our last bytes are not lost to a reset
     const std::int64_t now_ns = monotonic_now_ns();
     const bool sound = splitter_.feed({buffer.get(), count}, [&](std::span<const std::uint8_t> packet) {
+      counters_->packets_read_tcp.add();
       if (sink_) sink_->on_packet(packet, now_ns);
     });
     if (!sound && sink_) sink_->on_broken_stream(now_ns);
@@ -87,6 +88,7 @@ asio::awaitable<boost::system::error_code> TcpConnection::write_out() {
   }
   counters_->bytes_written.add(count);
   counters_->bytes_written_tcp.add(count);
+  if (!error) counters_->packets_written_tcp.add(sending_.packets.size());
   co_return error;
 }
 
