@@ -20,7 +20,7 @@
 #include "server/session/session_counters.hpp"
 #include "server/session/session_directory.hpp"
 #include "server/session/session_limits.hpp"
-#include "server/session/token_bucket.hpp"
+#include "server/room/token_bucket.hpp"
 
 namespace hairnet::server {
 
