@@ -21,10 +21,10 @@ struct CacheFolderDef {
   std::string contents;            // what its files hold, for people
 };
 
-// Files of a folder, each named by the hash of a groom, within a bound of bytes: those used least lately go first. Files
-// are written apart and renamed into place, so that any number of servers may share a folder, and a file that is found
-// was written to its end; whether it is what it says, its reader checks. Files of other names are left alone, and so
-// caches of other suffixes may lie in the same folder. Nothing of the disk's is a failure: what cannot be written is
+// Files of a folder, each named by the hash of a groom, within a bound of bytes: those used least lately go first.
+// Files are written apart and renamed into place, so that any number of servers may share a folder, and a file that is
+// found was written to its end; whether it is what it says, its reader checks. Files of other names are left alone, and
+// so caches of other suffixes may lie in the same folder. Nothing of the disk's is a failure: what cannot be written is
 // counted, and warned of once. One thread.
 class CacheFolder {
  public:

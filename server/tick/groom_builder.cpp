@@ -12,7 +12,7 @@ namespace hairnet::server {
 namespace {
 
 using Outcome = GroomResult::Outcome;
-using wire::ErrorReason;
+using Fault = GroomResult::Fault;
 
 std::vector<std::uint8_t> joined(std::vector<std::vector<std::uint8_t>> chunks) {
   std::size_t count = 0;
@@ -26,19 +26,18 @@ std::vector<std::uint8_t> joined(std::vector<std::vector<std::uint8_t>> chunks) 
   return bytes;
 }
 
-GroomResult refused(const wire::GroomHash& hash, ErrorReason reason, std::string detail) {
+GroomResult refused(const wire::GroomHash& hash, Fault fault, std::string detail) {
   GroomResult result;
   result.hash = hash;
   result.outcome = Outcome::refused;
-  result.reason = reason;
+  result.fault = fault;
   result.detail = std::move(detail);
   return result;
 }
 
 }  // namespace
 
-GroomBuilder::GroomBuilder(const GroomBuilderDef& def)
-    : def_(def), reads_(0), jobs_(def.queue_max), results_(0) {}
+GroomBuilder::GroomBuilder(const GroomBuilderDef& def) : def_(def), reads_(0), jobs_(def.queue_max), results_(0) {}
 
 bool GroomBuilder::try_put(GroomJob& job) {
   if (!jobs_.try_put(job)) return false;
@@ -91,7 +90,7 @@ void GroomBuilder::build(GroomJob job) {
   if (uploaded) {
     bytes = std::make_shared<const std::vector<std::uint8_t>>(joined(std::move(job.chunks)));
     if (wire::hash_groom(*bytes) != hash)
-      return put(refused(hash, ErrorReason::groom_hash_mismatch, "the bytes do not have the offered hash"));
+      return put(refused(hash, Fault::hash, "the bytes do not have the offered hash"));
   } else if (def_.grooms) {
     bytes = def_.grooms->find(hash);
   }
@@ -101,18 +100,22 @@ void GroomBuilder::build(GroomJob job) {
     result.outcome = Outcome::absent;
     return put(std::move(result));
   }
+  if (bytes->size() > def_.bytes_max)
+    return put(refused(hash, Fault::size,
+                       fmt::format("a groom of {} bytes; at most {} are taken", bytes->size(), def_.bytes_max)));
   const Result<Groom> groom = wire::decode_groom(*bytes, def_.limits);
-  if (!groom) return put(refused(hash, ErrorReason::groom_invalid, groom.error()));
-  if (groom->points.empty()) return put(refused(hash, ErrorReason::groom_invalid, "the groom has no strand points"));
+  if (!groom) return put(refused(hash, Fault::invalid, groom.error()));
+  if (groom->points.empty()) return put(refused(hash, Fault::invalid, "the groom has no strand points"));
   result.bytes = bytes;
   result.strand_count = groom->strand_count();
   put(result);
   result.bytes = nullptr;
   result.levels = levels_of(hash, *groom);
-  if (!result.levels && cancelled_) return put(refused(hash, ErrorReason::groom_invalid, "the server is stopping"));
+  if (!result.levels && cancelled_) return put(refused(hash, Fault::stopping, "the server is stopping"));
   if (!result.levels)
-    return put(refused(hash, ErrorReason::limit_exceeded,
-                       fmt::format("building it takes longer than {} s", static_cast<double>(def_.build_ns_max) * 1e-9)));
+    return put(
+        refused(hash, Fault::time,
+                fmt::format("building it takes longer than {} s", static_cast<double>(def_.build_ns_max) * 1e-9)));
   result.outcome = Outcome::ready;
   put(std::move(result));
   // Only what could be built, and after everyone has it.

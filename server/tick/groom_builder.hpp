@@ -23,6 +23,7 @@ struct GroomJob {
 };
 
 struct GroomResult {
+  enum class Fault : std::uint8_t { none, hash, size, invalid, time, stopping };
   enum class Outcome : std::uint8_t {
     building,  // the bytes are those of the hash, and a groom within limits; ready or refused follows
     ready,
@@ -32,8 +33,8 @@ struct GroomResult {
   };
   wire::GroomHash hash{};
   Outcome outcome = Outcome::building;
-  wire::ErrorReason reason = wire::ErrorReason::none;      // when refused; limit_exceeded: it took too long
-  std::string detail;
+  Fault fault = Fault::none;                               // when refused
+  std::string detail;                                      // of the fault
   std::shared_ptr<const LevelSet> levels;                  // when ready
   std::shared_ptr<const std::vector<std::uint8_t>> bytes;  // of the file, when building or read; read null: absent
   std::size_t strand_count = 0;                            // when building
@@ -41,11 +42,12 @@ struct GroomResult {
 
 struct GroomBuilderDef {
   GroomLimits limits;
+  std::size_t bytes_max = std::size_t{64} << 20;  // of one file
   std::size_t queue_max = 16;
-  std::size_t thread_count = 1;              // of a build, the builder's own among them
-  LevelCache* levels = nullptr;              // null: none; else outlives the builder
-  GroomCache* grooms = nullptr;              // null: none; else outlives the builder
-  ClockNs now_ns = nullptr;                  // null: builds take as long as they take
+  std::size_t thread_count = 1;  // of a build, the builder's own among them
+  LevelCache* levels = nullptr;  // null: none; else outlives the builder
+  GroomCache* grooms = nullptr;  // null: none; else outlives the builder
+  ClockNs now_ns = nullptr;      // null: builds take as long as they take
   std::int64_t build_ns_max = 60'000'000'000;
 };
 

@@ -30,17 +30,25 @@ struct GroomStoreLimits {
   GroomLimits groom;
 };
 
+// What a store says to sessions.
+struct GroomListener {
+  std::function<void(SessionId, const wire::Message&, std::int64_t now_ns)> tell;
+  // What fetch() was asked for; null when it could not be read.
+  std::function<void(SessionId, const wire::GroomHash&, std::shared_ptr<const std::vector<std::uint8_t>>,
+                     std::int64_t now_ns)>
+      deliver;
+  // The session may not have the groom that it held: its characters of it have to go.
+  std::function<void(SessionId, const wire::GroomHash&, std::int64_t now_ns)> lose;
+};
+
 // Grooms by content, from offer to levels. One upload serves all who offer the same hash; when its uploader leaves or
 // stalls, the next who has offered it goes on from there. What the builder's cache keeps is not uploaded at all. Grooms
 // that no session holds stay as long as there is room. I/O thread.
 class GroomStore final : public GroomDesk {
  public:
   using Bytes = std::shared_ptr<const std::vector<std::uint8_t>>;
-  using Notify = std::function<void(SessionId, const wire::Message&, std::int64_t now_ns)>;
-  // What fetch() was asked for, null when it could not be read.
-  using Deliver = std::function<void(SessionId, const wire::GroomHash&, Bytes, std::int64_t now_ns)>;
   GroomStore(const GroomStoreLimits& limits, GroomBuilder& builder, CommandQueue& commands, GroomCounters& counters,
-             Notify notify, Deliver deliver = {});
+             GroomListener listener);
 
   void open(SessionId session, std::uint64_t strand_count_max, std::int64_t now_ns) override;
   Refused offer(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns) override;
@@ -60,7 +68,7 @@ class GroomStore final : public GroomDesk {
 
  private:
   enum class State : std::uint8_t {
-    reading,  // from the cache, or waiting for it; byte_count is what was offered, if anyone has
+    reading,  // from the cache, or waiting for it
     uploading,
     queued,
     building,
@@ -68,7 +76,8 @@ class GroomStore final : public GroomDesk {
   };
   struct Entry {
     State state = State::uploading;
-    std::uint64_t byte_count = 0, received = 0;
+    std::uint64_t byte_count = 0;  // as offered, from building on as it is; 0: reading, and nobody has offered it
+    std::uint64_t received = 0;
     std::vector<std::vector<std::uint8_t>> chunks;
     SessionId uploader = 0;
     std::int64_t progress_ns = 0;
@@ -86,17 +95,22 @@ class GroomStore final : public GroomDesk {
   };
 
   static wire::GroomState state_of(const Entry& entry);
-  static bool is_offered(const Entry& entry);
   Account& account(SessionId session, std::int64_t now_ns);
   // Why a session may not hold the groom (grooms_.end(): one that is not here) beside those it holds; counted.
   Refused check_hold(SessionId session, Grooms::const_iterator groom);
   [[nodiscard]] bool is_over_strands(SessionId session, Grooms::const_iterator groom) const;
+  [[nodiscard]] std::uint64_t strand_count_max(SessionId session) const;
+  [[nodiscard]] Refused too_many_strands(SessionId session) const;
+  [[nodiscard]] bool fits_upload(std::uint64_t byte_count) const;
+  Refused check_rate(SessionId session, std::uint64_t byte_count, std::int64_t now_ns);
+  Refused offer_known(Grooms::iterator groom, SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns);
   Refused make_place();  // for one more groom
   Refused begin_upload(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns);
-  Refused begin_reading(SessionId session, const wire::GroomHash& groom, std::uint64_t byte_count);
+  void await_upload(Grooms::iterator groom, SessionId uploader, std::int64_t now_ns);
+  Refused begin_reading(SessionId session, const wire::GroomHash& groom);
   void feed_builder();  // with grooms that the cache has
   Refused finish_upload(Grooms::iterator groom, std::int64_t now_ns);
-  // Lets another who has offered it go on with the upload; drops it when there is none.
+  // Lets another who has offered it go on with the upload; refuses it to the rest when there is none.
   void pass_on(Grooms::iterator groom, std::int64_t now_ns);
   void take(GroomResult result, std::int64_t now_ns);
   void take_absent(Grooms::iterator groom, std::int64_t now_ns);
@@ -106,7 +120,9 @@ class GroomStore final : public GroomDesk {
   void hand_over(const GroomResult& read, std::int64_t now_ns);
   void refuse_holder(Grooms::iterator groom, SessionId session, const Refused& refused, std::int64_t now_ns);
   void refuse_all(Grooms::iterator groom, const Refused& refused, Counter& counter, std::int64_t now_ns);
+  void tell(SessionId session, const wire::Message& message, std::int64_t now_ns);
   void tell_state(Grooms::const_iterator groom, wire::GroomState state, std::int64_t now_ns);
+  void set_upload_bytes(Entry& entry, std::size_t bytes);
   void erase(Grooms::iterator groom);
   bool evict_one();  // the least recently used of those ready and not held
 
@@ -114,13 +130,13 @@ class GroomStore final : public GroomDesk {
   GroomBuilder* builder_;
   CommandQueue* commands_;
   GroomCounters* counters_;
-  Notify notify_;
-  Deliver deliver_;
+  GroomListener listener_;
   Grooms grooms_;
   std::map<SessionId, Account> accounts_;
-  std::deque<wire::GroomHash> to_read_;  // not yet the builder's
-  std::size_t reading_count_ = 0;        // the builder's
-  std::map<wire::GroomHash, std::vector<SessionId>> fetches_;
+  std::deque<wire::GroomHash> to_read_;                                             // not yet the builder's
+  std::size_t reading_count_ = 0;                                                   // the builder's
+  std::map<wire::GroomHash, std::vector<SessionId>> fetches_;                       // asked of the builder
+  std::map<wire::GroomHash, std::weak_ptr<const std::vector<std::uint8_t>>> read_;  // fetched, and still being sent
   std::size_t upload_bytes_ = 0, level_bytes_ = 0;
   std::uint64_t uses_ = 0;
   std::int64_t refresh_next_ns_ = 0;
