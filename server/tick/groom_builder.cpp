@@ -70,13 +70,21 @@ bool GroomBuilder::poll() {
     def_.grooms->refresh();
     return true;
   }
-  GroomResult read;
-  if (reads_.take(read.hash)) {
-    read.outcome = Outcome::read;
-    if (def_.grooms) read.bytes = def_.grooms->find(read.hash);
-    put(std::move(read));
-    return true;
-  }
+  // In turn: neither waits for all there is of the other.
+  is_reading_next_ = !is_reading_next_;
+  return is_reading_next_ ? poll_read() || poll_job() : poll_job() || poll_read();
+}
+
+bool GroomBuilder::poll_read() {
+  GroomResult result;
+  if (!reads_.take(result.hash)) return false;
+  result.outcome = Outcome::read;
+  if (def_.grooms) result.bytes = def_.grooms->find(result.hash);
+  put(std::move(result));
+  return true;
+}
+
+bool GroomBuilder::poll_job() {
   GroomJob job;
   if (!jobs_.take(job)) return false;
   build(std::move(job));

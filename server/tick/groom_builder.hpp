@@ -62,7 +62,7 @@ class GroomBuilder {
   bool try_put(GroomJob& job);
   // Whether the groom cache seemed to have it lately. Never asks the disk.
   [[nodiscard]] bool keeps(const wire::GroomHash& groom) const { return def_.grooms && def_.grooms->keeps(groom); }
-  // Reads a groom from the cache, before the next job is begun.
+  // Reads a groom from the cache, in turn with jobs.
   void read(const wire::GroomHash& groom);
   // Has the cache's folder looked through again.
   void refresh();
@@ -77,6 +77,8 @@ class GroomBuilder {
  private:
   void put(GroomResult result);
   void wake();
+  bool poll_read();
+  bool poll_job();
   void build(GroomJob job);
   // Null when it took too long or was cancelled.
   std::shared_ptr<const LevelSet> levels_of(const wire::GroomHash& hash, const Groom& groom) const;
@@ -86,6 +88,7 @@ class GroomBuilder {
   BoundedQueue<GroomJob> jobs_;
   BoundedQueue<GroomResult> results_;  // at most two a job
   std::atomic<bool> cancelled_{false}, refresh_{false};
+  bool is_reading_next_ = false;
 };
 
 }  // namespace hairnet::server

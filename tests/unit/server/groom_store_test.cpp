@@ -382,7 +382,7 @@ TEST_F(GroomStoreTest, the_strands_of_all_grooms_of_a_session_are_bounded) {
   limits.strands_per_session_max = 2 * strands;
   make(limits);
   const Upload second(wire::encode_groom(small_groom(2))), third(wire::encode_groom(small_groom(3)));
-  for (const Upload* upload : {&good_, &second, &third}) {
+  for (const Upload* upload : std::initializer_list<const Upload*>{&good_, &second, &third}) {
     EXPECT_EQ(offer(kAnna, *upload), ErrorReason::none);
     send_all(kAnna, *upload);
     build();
