@@ -51,9 +51,12 @@ class Server {
   Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder> recorder,
          std::optional<channel::TokenKey> token_key, std::int64_t now_ns, ClockNs clock);
 
+  GroomListener groom_listener();
+
   std::atomic<std::uint64_t> tick_{0};  // the newest begun, for Welcome
   CommandQueue commands_;
   std::unique_ptr<Recorder> recorder_;
+  std::optional<GroomCache> groom_cache_;
   std::optional<LevelCache> level_cache_;
   GroomBuilder builder_;
   GroomStore grooms_;

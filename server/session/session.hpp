@@ -13,6 +13,7 @@
 #include "schema/channel/token.hpp"
 #include "server/room/command.hpp"
 #include "server/room/groom_desk.hpp"
+#include "server/room/token_bucket.hpp"
 #include "server/session/connection.hpp"
 #include "server/session/outbox.hpp"
 #include "server/session/peer_clock.hpp"
@@ -20,7 +21,6 @@
 #include "server/session/session_counters.hpp"
 #include "server/session/session_directory.hpp"
 #include "server/session/session_limits.hpp"
-#include "server/session/token_bucket.hpp"
 
 namespace hairnet::server {
 
@@ -60,6 +60,12 @@ class Session final : public PacketSink {
   void poll(std::int64_t now_ns);   // time-outs and slow consumers
   // Says goodbye, sends what waits and closes. The characters leave at once.
   void drain(wire::GoodbyeReason reason, std::string detail, std::int64_t now_ns);
+
+  // What GroomDesk::fetch was asked for; null when it could not be read.
+  void on_groom_read(const wire::GroomHash& groom, std::shared_ptr<const std::vector<std::uint8_t>> bytes,
+                     std::int64_t now_ns);
+  // The session may not have the groom after all: its characters of it leave.
+  void lose_groom(const wire::GroomHash& groom);
 
   // Another connection goes on with this session: it ends without leaving the room.
   SessionIdentity surrender(std::int64_t now_ns);
@@ -101,6 +107,8 @@ class Session final : public PacketSink {
               const wire::GroomHash& groom = {});
   // Passes a command on; else says that it was not.
   Refused put(Command command);
+  void remove(std::uint32_t character);       // one that there is
+  void refuse_download(std::int64_t now_ns);  // the first of them
   bool send_download(std::int64_t now_ns);  // the next piece of a groom; false when there is none
   void leave(std::int64_t now_ns);          // gives back everything held in the room and at the groom desk
   void close(std::string_view reason, std::int64_t now_ns);
@@ -108,7 +116,10 @@ class Session final : public PacketSink {
   struct Download {
     wire::GroomHash hash{};
     std::uint64_t offset = 0;
+    // Held for as long as they are sent, whatever becomes of the groom. Null: not yet read from disk, of which there is
+    // one a session at a time, so that those who ask for much do not fill the memory.
     std::shared_ptr<const std::vector<std::uint8_t>> bytes;
+    bool fetching = false;
   };
 
   SessionIdentity identity_;
