@@ -40,6 +40,8 @@ constexpr std::array kParts{
     Part{"sessions_closed_", "sessions_closed_by_server", "reason"},
     Part{"bytes_read_", "received_bytes", "transport"},
     Part{"bytes_written_", "sent_bytes", "transport"},
+    Part{"packets_read_", "received_packets", "transport"},
+    Part{"packets_written_", "sent_packets", "transport"},
     Part{"http_responses_", "http_responses", "code"},
     Part{"characters_at_", "characters", "level"},
     Part{"characters_in_state_", "characters_by_state", "state"},

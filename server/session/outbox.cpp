@@ -87,4 +87,9 @@ bool Outbox::overflowed() const {
   return overflowed_;
 }
 
+std::size_t Outbox::packet_count() const {
+  const std::lock_guard lock(mutex_);
+  return waiting_.size();
+}
+
 }  // namespace hairnet::server

@@ -30,6 +30,7 @@ class Outbox final : public Outlet {
 
   // A message did not fit: the client misses it, so the session must end.
   [[nodiscard]] bool overflowed() const;
+  [[nodiscard]] std::size_t packet_count() const;
 
  private:
   struct Waiting {

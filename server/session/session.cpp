@@ -236,8 +236,8 @@ void Session::welcome(bool resumed, std::int64_t now_ns) {
 }
 
 SessionIdentity Session::surrender(std::int64_t now_ns) {
-  context_->counters.sessions_closed_taken_over.add();
   if (connection_) {
+    context_->counters.sessions_closed_taken_over.add();
     connection_->send(wire::encode_packet({now_ns, wire::Goodbye{GoodbyeReason::session_taken_over, ""}}));
     connection_->close(to_string(GoodbyeReason::session_taken_over));
   }
@@ -600,6 +600,7 @@ void Session::leave(std::int64_t now_ns) {
   if (!joined_) return;
   joined_ = false;
   context_->character_count -= identity_.characters.size();
+  context_->counters.characters_removed.add(identity_.characters.size());
   context_->rooms.leave(identity_.room, identity_.characters.size());
   identity_.characters.clear();
   downloads_.clear();

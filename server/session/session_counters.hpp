@@ -7,7 +7,9 @@
 namespace hairnet::server {
 
 struct SessionGauges : GaugeSet {
-  Gauge clients{*this, "clients"};
+  Gauge clients{*this, "clients"};                    // all, the next among them
+  Gauge clients_detached{*this, "clients_detached"};  // whose connections broke, and who may come back
+  Gauge packets_waiting{*this, "packets_waiting"};    // in outboxes, for connections to take them
 };
 
 struct SessionHistograms : HistogramSet {
@@ -42,7 +44,7 @@ struct SessionCounters : CounterSet {
   Counter messages_unexpected{*this, "messages_unexpected"};
   Counter messages_over_rate{*this, "messages_over_rate"};
   Counter characters_added{*this, "characters_added"};
-  Counter characters_removed{*this, "characters_removed"};
+  Counter characters_removed{*this, "characters_removed"};  // by their clients, or with them
   Counter characters_refused{*this, "characters_refused"};
   Counter states_refused{*this, "hair_states_refused"};
   Counter levels_refused{*this, "levels_refused"};

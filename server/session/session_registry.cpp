@@ -43,8 +43,16 @@ void SessionRegistry::flush(std::int64_t now_ns) {
 void SessionRegistry::poll(std::int64_t now_ns) {
   surrendered_.clear();
   std::erase_if(sessions_, [](const auto& entry) { return entry.second->state() == Session::State::closed; });
-  context_->counters.gauges.clients.set(static_cast<double>(sessions_.size()));
-  for (auto& [id, session] : sessions_) session->poll(now_ns);
+  std::size_t detached = 0, packets_waiting = 0;
+  for (auto& [id, session] : sessions_) {
+    session->poll(now_ns);
+    detached += session->state() == Session::State::detached ? 1 : 0;
+    packets_waiting += session->outbox().packet_count();
+  }
+  SessionGauges& gauges = context_->counters.gauges;
+  gauges.clients.set(static_cast<double>(sessions_.size()));
+  gauges.clients_detached.set(static_cast<double>(detached));
+  gauges.packets_waiting.set(static_cast<double>(packets_waiting));
 }
 
 void SessionRegistry::drain(std::int64_t now_ns) {

@@ -335,6 +335,10 @@ void GroomStore::poll(std::int64_t now_ns) {
   counters_->gauges.grooms.set(static_cast<double>(grooms_.size()));
   counters_->gauges.groom_upload_bytes.set(static_cast<double>(upload_bytes_));
   counters_->gauges.groom_level_bytes.set(static_cast<double>(level_bytes_));
+  counters_->gauges.grooms_waiting.set(
+      static_cast<double>(std::count_if(grooms_.begin(), grooms_.end(), [](const auto& g) {
+        return g.second.state == State::queued || g.second.state == State::building;
+      })));
 }
 
 void GroomStore::take(GroomResult result, std::int64_t now_ns) {

@@ -222,8 +222,10 @@ void Scheduler::sample_poses() {
     character.discontinuous = false;
     const PoseInbox::Sample sample = rooms_.sample(character, inputs_.sample_time_ns);
     if (sample.kind == PoseInbox::Kind::none) continue;
-    // Of a clock that is ahead of ours a pose may come from a moment later than the tick.
-    ages.observe(static_cast<double>(std::max<std::int64_t>(0, tick_ns - *character.inbox.newest_ns())) * 1e-9);
+    // Of a clock that is ahead of ours a pose may come from a moment later than the tick. Beyond kAgeMax_ns no pose would
+    // have been taken: then there is no delay to speak of but silence, as of a client that may yet come back.
+    const std::int64_t age_ns = std::max<std::int64_t>(0, tick_ns - *character.inbox.newest_ns());
+    if (age_ns <= PoseInbox::kAgeMax_ns) ages.observe(static_cast<double>(age_ns) * 1e-9);
     // An extrapolation may leave the bounds that poses are held to, and clients hold frames to.
     if (wire::validate_pose(sample.pose) != wire::PoseRefusal::none) continue;
     // What the step uses is what the frame and the recording say, bit for bit.

@@ -48,7 +48,7 @@ struct TickHistograms : HistogramSet {
   // Of the tick's period; above 1 is an overrun.
   Histogram tick_budget_used_ratio{
       *this, "tick_budget_used_ratio", {0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1, 1.5, 2, 4, 8}};
-  // From the newest pose's capture to the tick, of each character.
+  // From the newest pose's capture to the tick, of each character that poses come for: none is older than a second.
   Histogram pose_age_seconds{
       *this, "pose_age_seconds", {0.005, 0.01, 0.015, 0.02, 0.025, 0.03, 0.04, 0.05, 0.075, 0.1, 0.15, 0.25, 0.5, 1}};
 };
@@ -89,6 +89,7 @@ struct GroomGauges : GaugeSet {
   Gauge grooms{*this, "grooms"};
   Gauge groom_upload_bytes{*this, "groom_upload_bytes"};  // of uploads under way, as announced
   Gauge groom_level_bytes{*this, "groom_level_bytes"};    // of all levels in memory
+  Gauge grooms_waiting{*this, "grooms_waiting"};          // uploaded, and not yet ready: queued or being built
 };
 
 struct GroomCounters : CounterSet {

@@ -44,6 +44,7 @@ asio::awaitable<void> TcpConnection::read() {
     if (!sink_) continue;  // closing: what still comes is read away, so that our last bytes are not lost to a reset
     const std::int64_t now_ns = monotonic_now_ns();
     const bool sound = splitter_.feed({buffer.get(), count}, [&](std::span<const std::uint8_t> packet) {
+      counters_->packets_read_tcp.add();
       if (sink_) sink_->on_packet(packet, now_ns);
     });
     if (!sound && sink_) sink_->on_broken_stream(now_ns);
@@ -87,20 +88,21 @@ asio::awaitable<boost::system::error_code> TcpConnection::write_out() {
     for (const auto& packet : sending_.packets) gathered_.push_back(asio::buffer(packet));
     std::tie(error, count) = co_await asio::async_write(*stream_, gathered_, kAwaitable);
   }
-  count_written(count);
+  count_written(count, error ? 0 : sending_.packets.size());
   co_return error;
 }
 
-void TcpConnection::count_written(std::size_t bytes) {
+void TcpConnection::count_written(std::size_t bytes, std::size_t packet_count) {
   counters_->bytes_written.add(bytes);
   counters_->bytes_written_tcp.add(bytes);
+  counters_->packets_written_tcp.add(packet_count);
 }
 
 void TcpConnection::send(std::vector<std::uint8_t> packet) {
   if (closing_) return;
   if (!is_writing_ && unsent_.empty() && !stream_->is_tls()) {
     const std::size_t bytes = stream_->write_now(packet);
-    count_written(bytes);
+    count_written(bytes, bytes == packet.size() ? 1 : 0);
     if (bytes == packet.size()) return;
     packet.erase(packet.begin(), packet.begin() + static_cast<std::ptrdiff_t>(bytes));
   }

@@ -35,7 +35,7 @@ class TcpConnection final : public Connection, public std::enable_shared_from_th
   asio::awaitable<void> read();
   asio::awaitable<void> write();
   asio::awaitable<boost::system::error_code> write_out();
-  void count_written(std::size_t bytes);
+  void count_written(std::size_t bytes, std::size_t packet_count);
   void end(std::string_view reason);  // by the peer or the network
   void shut();
 

@@ -26,6 +26,10 @@ struct TransportCounters : CounterSet {
   Counter bytes_read_websocket{*this, "bytes_read_websocket"};
   Counter bytes_written_websocket{*this, "bytes_written_websocket"};
   Counter bytes_written_http{*this, "bytes_written_http"};
+  Counter packets_read_tcp{*this, "packets_read_tcp"};
+  Counter packets_written_tcp{*this, "packets_written_tcp"};
+  Counter packets_read_websocket{*this, "packets_read_websocket"};
+  Counter packets_written_websocket{*this, "packets_written_websocket"};
 
   Counter handshakes_failed_silent{*this, "handshakes_failed_silent"};  // went before saying what it speaks
   Counter handshakes_failed_timeout{*this, "handshakes_failed_timeout"};

@@ -73,6 +73,7 @@ asio::awaitable<void> WebSocketConnection::read() {
 }
 
 void WebSocketConnection::deliver() {
+  counters_->packets_read_websocket.add();
   const auto bytes = message_.cdata();
   sink_->on_packet({static_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, monotonic_now_ns());
   message_.consume(message_.size());
@@ -110,6 +111,7 @@ asio::awaitable<boost::system::error_code> WebSocketConnection::write_out() {
       stream_->hold(false);
       co_return error;
     }
+    counters_->packets_written_websocket.add();
   }
   co_return boost::system::error_code();
 }

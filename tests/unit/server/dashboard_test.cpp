@@ -11,6 +11,8 @@
 
 #include "server/app/metric_name.hpp"
 #include "server/app/metrics.hpp"
+#include "server/app/prometheus_text.hpp"
+#include "tests/unit/server/exposition.hpp"
 
 namespace hairnet::server {
 namespace {
@@ -20,42 +22,53 @@ std::string content_of(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// Every name that /metrics may show.
-std::set<std::string> metric_names() {
-  const Metrics metrics;
-  std::set<std::string> names{"hairnet_build_info"};
-  for (const CounterSet* set : metrics.counter_sets()) {
-    for (const Counter* counter : set->counters())
-      names.insert(metric_name(counter->name(), MetricKind::counter).family);
-  }
-  for (const GaugeSet* set : metrics.gauge_sets()) {
-    for (const Gauge* gauge : set->gauges()) names.insert(metric_name(gauge->name(), MetricKind::gauge).family);
-  }
-  for (const HistogramSet* set : metrics.histogram_sets()) {
-    for (const Histogram* histogram : set->histograms()) {
-      const std::string name = metric_name(histogram->name(), MetricKind::histogram).family;
-      for (const char* part : {"_bucket", "_sum", "_count"}) names.insert(name + part);
-    }
-  }
-  return names;
+// What a query may ask for: NAME, and NAME{LABEL="VALUE"}.
+std::string series(const std::string& name, const std::string& label, const std::string& value) {
+  return name + "{" + label + "=\"" + value + "\"}";
 }
 
-std::set<std::string> named_in(const std::string& text) {
-  static const std::regex name("\\bhairnet_[a-z0-9_]+");
-  std::set<std::string> names;
-  for (std::sregex_iterator match(text.begin(), text.end(), name), end; match != end; ++match)
-    names.insert(match->str());
-  return names;
+// Everything that /metrics shows; gauges, which it shows once they are set, by their names.
+std::set<std::string> all_series() {
+  const Metrics metrics;
+  Exposition shown;
+  std::string fault;
+  EXPECT_TRUE(parse_exposition(prometheus_text(metrics), shown, fault)) << fault;
+  std::set<std::string> all;
+  for (const auto& [family_name, family] : shown.families) {
+    for (const Exposition::Sample& sample : family.samples) {
+      all.insert(sample.name);
+      for (const auto& [label, value] : sample.labels) all.insert(series(sample.name, label, value));
+    }
+  }
+  for (const GaugeSet* set : metrics.gauge_sets()) {
+    for (const Gauge* gauge : set->gauges()) {
+      const MetricName name = metric_name(gauge->name(), MetricKind::gauge);
+      all.insert({name.family, series(name.family, name.label_name, name.label_value)});
+    }
+  }
+  return all;
+}
+
+std::set<std::string> asked_by(const std::string& text) {
+  static const std::regex name("\\b(hairnet_[a-z0-9_]+)(\\{[^}]*\\})?"), selector("(\\w+)=\"([^\"]*)\"");
+  std::set<std::string> asked;
+  for (std::sregex_iterator match(text.begin(), text.end(), name), end; match != end; ++match) {
+    const std::string selectors = (*match)[2];
+    asked.insert((*match)[1]);
+    for (std::sregex_iterator one(selectors.begin(), selectors.end(), selector); one != end; ++one)
+      asked.insert(series((*match)[1], (*one)[1], (*one)[2]));
+  }
+  return asked;
 }
 
 TEST(Dashboard, every_metric_it_asks_for_exists) {
   const nlohmann::json dashboard = nlohmann::json::parse(content_of(HAIRNET_DEPLOY_DIR "/dashboard.json"));
-  const std::set<std::string> known = metric_names();
+  const std::set<std::string> known = all_series();
   std::size_t expressions = 0;
   for (const auto& panel : dashboard.at("panels")) {
     if (panel.at("type") == "row") continue;
     for (const auto& target : panel.at("targets")) {
-      const std::set<std::string> asked = named_in(target.at("expr"));
+      const std::set<std::string> asked = asked_by(target.at("expr"));
       EXPECT_FALSE(asked.empty()) << target.at("expr");
       EXPECT_TRUE(std::includes(known.begin(), known.end(), asked.begin(), asked.end())) << target.at("expr");
       ++expressions;
@@ -67,7 +80,7 @@ TEST(Dashboard, every_metric_it_asks_for_exists) {
 TEST(Alerts, every_metric_they_ask_for_exists_and_the_runbook_has_each) {
   const std::string alerts = content_of(HAIRNET_DEPLOY_DIR "/alerts.yml");
   const std::string runbook = content_of(HAIRNET_DEPLOY_DIR "/README.md");
-  const std::set<std::string> known = metric_names(), asked = named_in(alerts);
+  const std::set<std::string> known = all_series(), asked = asked_by(alerts);
   EXPECT_GT(asked.size(), 5u);
   for (const std::string& name : asked) EXPECT_TRUE(known.contains(name)) << name;
   static const std::regex alert("alert: (\\w+)");
@@ -76,8 +89,8 @@ TEST(Alerts, every_metric_they_ask_for_exists_and_the_runbook_has_each) {
 }
 
 TEST(Runbook, every_metric_it_names_exists) {
-  const std::set<std::string> known = metric_names();
-  for (const std::string& name : named_in(content_of(HAIRNET_DEPLOY_DIR "/README.md")))
+  const std::set<std::string> known = all_series();
+  for (const std::string& name : asked_by(content_of(HAIRNET_DEPLOY_DIR "/README.md")))
     EXPECT_TRUE(known.contains(name) || known.contains(name + "_bucket")) << name;
 }
 

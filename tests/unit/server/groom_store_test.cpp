@@ -141,7 +141,10 @@ TEST_F(GroomStoreTest, an_uploaded_groom_becomes_ready) {
   EXPECT_THAT(needs(kAnna), ElementsAre(0u));
   EXPECT_EQ(send_all(kAnna, good_), ErrorReason::none);
   EXPECT_FALSE(store_->ready(good_.hash));
+  store_->poll(now_ns_);
+  EXPECT_EQ(counters_.gauges.grooms_waiting.value(), 1);
   build();
+  EXPECT_EQ(counters_.gauges.grooms_waiting.value(), 0);
   EXPECT_TRUE(store_->ready(good_.hash));
   EXPECT_THAT(states(kAnna), ElementsAre(GroomState::queued, GroomState::building, GroomState::ready));
   EXPECT_EQ(ready_commands(), 1u);

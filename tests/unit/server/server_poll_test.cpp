@@ -136,6 +136,19 @@ TEST_F(ServerPollTest, gauges_and_histograms_say_what_runs) {
   EXPECT_GT(metrics_.session.histograms.received_packet_bytes.sum(), 0);
 }
 
+TEST_F(ServerPollTest, a_client_that_falls_silent_is_no_late_client) {
+  start();
+  FakeClient client(*server_, now_ns_);
+  add(client);
+  run_ms(500, {&client});
+  run_ms(3000);
+  // The age of its last pose is counted up to a second: older ones would not have been taken.
+  const Histogram& age = metrics_.tick.histograms.pose_age_seconds;
+  EXPECT_EQ(age.count(age.bound_count()), 0u);
+  EXPECT_GT(age.count(age.bound_count() - 1), 0u);
+  EXPECT_GT(metrics_.room.poses_stale.value(), 80u);
+}
+
 TEST_F(ServerPollTest, before_its_first_pose_a_character_has_no_frames) {
   start();
   FakeClient client(*server_, now_ns_);

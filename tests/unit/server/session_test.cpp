@@ -407,6 +407,8 @@ TEST_F(SessionTest, gives_everything_back_once_when_it_leaves) {
   EXPECT_EQ(commands<CloseSession>().size(), 1u);
   EXPECT_THAT(desk_.released, ElementsAre(7u));
   EXPECT_EQ(context_.character_count, 0u);
+  EXPECT_EQ(counters_.characters_added.value(), 1u);
+  EXPECT_EQ(counters_.characters_removed.value(), 1u);
   EXPECT_EQ(context_.rooms.room_count(), 0u);
 }
 
@@ -469,9 +471,13 @@ TEST_F(ResumeTest, goes_on_with_characters_and_grooms_over_another_connection) {
   EXPECT_FALSE(told.resumed);
   first.sink->on_closed("reset", now_ns_);
   registry_.poll(now_ns_);
+  EXPECT_EQ(counters_.gauges.clients.value(), 1);
+  EXPECT_EQ(counters_.gauges.clients_detached.value(), 1);
   Client second = connect(told.session, told.secret, "ignored");
   const wire::Welcome again = second.welcome();
   EXPECT_TRUE(again.resumed);
+  EXPECT_EQ(counters_.sessions_closed_taken_over.value(), 0u) << "nobody was sent away";
+  EXPECT_EQ(counters_.characters_removed.value(), 0u);
   EXPECT_EQ(again.session, told.session);
   EXPECT_EQ(again.room, "hall");
   EXPECT_EQ(again.secret, told.secret);
@@ -479,6 +485,7 @@ TEST_F(ResumeTest, goes_on_with_characters_and_grooms_over_another_connection) {
   EXPECT_THAT(desk_.released, IsEmpty());
   registry_.poll(now_ns_ + context_.limits.resume_grace_ns + 1);
   EXPECT_EQ(registry_.count(), 1u);
+  EXPECT_EQ(counters_.gauges.clients_detached.value(), 0);
   EXPECT_EQ(context_.character_count, 1u);
   commands<CloseSession>();
   say(second, wire::SetLevel{1, LevelIndex::high});

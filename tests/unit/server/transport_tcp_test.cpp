@@ -20,6 +20,9 @@ TEST_F(TransportTest, packets_come_back_whole_however_the_bytes_are_cut) {
     return peer.received.size() >= sent.size();
   }));
   EXPECT_EQ(peer.received, sent);
+  EXPECT_EQ(counters_.packets_read_tcp.value(), 60u);
+  EXPECT_TRUE(run_until([&] { return counters_.packets_written_tcp.value() == 60; }));
+  EXPECT_EQ(counters_.packets_read_websocket.value(), 0u);
 }
 
 TEST_F(TransportTest, a_peer_that_does_not_read_makes_the_connection_unwritable_and_loses_nothing) {

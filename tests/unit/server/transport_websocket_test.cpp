@@ -134,6 +134,8 @@ TEST_F(WebSocketTest, one_packet_is_one_message_both_ways_however_the_bytes_are_
   EXPECT_TRUE(echoes_[0]->aligned) << "packets are verified where they lie";
   EXPECT_EQ(counters_.bytes_read_websocket.value(), total);
   EXPECT_EQ(counters_.bytes_written_websocket.value(), total);
+  EXPECT_EQ(counters_.packets_read_websocket.value(), packets.size());
+  EXPECT_EQ(counters_.packets_written_websocket.value(), packets.size());
 }
 
 TEST_F(WebSocketTest, a_message_in_fragments_is_one_packet_also_with_a_ping_between) {
