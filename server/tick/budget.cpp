@@ -143,8 +143,11 @@ class Chooser {
   }
 
   void put_in_order() {
-    s_.order.resize(characters_.size());
-    std::iota(s_.order.begin(), s_.order.end(), 0u);
+    // That of the last call is most often that of this one.
+    if (s_.order.size() != characters_.size()) {
+      s_.order.resize(characters_.size());
+      std::iota(s_.order.begin(), s_.order.end(), 0u);
+    }
     const auto place = [this](std::uint32_t i) {
       const BudgetCharacter& c = characters_[i];
       return std::tuple(c.room, c.session, c.key);

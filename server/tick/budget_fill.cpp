@@ -125,14 +125,20 @@ class ClientFill {
 void spend_rest(std::int64_t left_ns, std::span<const BudgetItem> items, std::vector<FillStep>& steps,
                 std::span<std::uint8_t> rungs) {
   steps.clear();
+  std::int64_t cheapest_ns = std::numeric_limits<std::int64_t>::max();
   for (std::size_t i = 0; i < items.size(); ++i) {
     if (rungs[i] >= items[i].last) continue;
-    const FillStep step = step_to(items, i, static_cast<std::uint8_t>(rungs[i] + 1));
-    steps.push_back(step);
+    steps.push_back(step_to(items, i, static_cast<std::uint8_t>(rungs[i] + 1)));
+    cheapest_ns = std::min(cheapest_ns, steps.back().cost_ns);
   }
-  std::ranges::sort(steps, goes_before);
+  // A heap, since most of them are never looked at.
+  const auto goes_after = [](const FillStep& a, const FillStep& b) { return goes_before(b, a); };
+  std::ranges::make_heap(steps, goes_after);
   bool is_uneven = false;
-  for (const FillStep& step : steps) {
+  while (!steps.empty() && left_ns >= cheapest_ns) {
+    std::ranges::pop_heap(steps, goes_after);
+    const FillStep step = steps.back();
+    steps.pop_back();
     const bool is_even = step.rung <= items[step.item].even;
     if (!is_even && is_uneven) break;
     if (step.cost_ns > left_ns) {
