@@ -246,9 +246,12 @@ class Swinging : public ::testing::Test {
 };
 
 TEST_F(Swinging, velocities_bring_the_hair_several_times_nearer_to_where_it_was) {
+  // Rounding to the class's step is off by step / sqrt(12) in each of three coordinates, however it is played.
+  const double rounding_m = double{codec::kStep_m[static_cast<std::size_t>(codec::ErrorClass::fine)]} / 2;
   for (const int stride : {1, 2, 4}) {
     const double cubic_m = error_m(stride, true), straight_m = error_m(stride, false);
-    EXPECT_LT(cubic_m, straight_m / 3) << "stride " << stride;
+    EXPECT_LT(cubic_m - rounding_m, straight_m / 4) << "stride " << stride;
+    EXPECT_GT(straight_m, 2 * rounding_m) << "stride " << stride;
   }
 }
 
