@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "tests/support/frame_reader.hpp"
 
 namespace hairnet::server {
@@ -145,6 +147,47 @@ TEST_F(PublishTest, an_observers_stride_is_kept_and_predicted_over) {
   EXPECT_EQ(outlet->frames_announced, 4u);
   EXPECT_THAT(orders(outlet->newest(13)), ElementsAre(3));
   EXPECT_EQ(outlet->newest(13).at(0).stride, 4);
+}
+
+TEST_F(PublishTest, whatever_the_strides_become_every_frame_can_be_read) {
+  std::mt19937 random(7);
+  const auto chance = [&](unsigned percent) { return random() % 100 < percent; };
+  struct Peer {
+    std::shared_ptr<FakeOutlet> outlet;
+    FrameReader reader;
+    std::size_t batches_read = 0;
+  };
+  std::vector<Peer> peers(3);
+  for (SessionId s = 1; s <= peers.size(); ++s) peers[s - 1].outlet = open(s);
+  for (std::uint32_t c = 1; c <= 2; ++c) add(1, c);
+  for (Peer& peer : peers) {
+    for (std::uint32_t member = 1; member <= 2; ++member) peer.reader.take(wire::MemberJoined{.member = member});
+  }
+  std::vector<std::string> faults;
+  std::size_t read = 0, strided = 0;
+  for (int t = 0; t < 3000; ++t) {
+    for (SessionId s = 1; s <= peers.size(); ++s) {
+      if (chance(4)) rooms_.observer(s)->observe.stride = 1 << random() % 3;
+      if (chance(4)) rooms_.observer(s)->observe.error_class = static_cast<codec::ErrorClass>(random() % 3);
+      if (chance(3)) peers[s - 1].outlet->full = true;
+      for (View& view : rooms_.observer(s)->views) {
+        if (chance(6)) view.in_view = !view.in_view;
+      }
+    }
+    tick();
+    for (Peer& peer : peers) {
+      for (; peer.batches_read < peer.outlet->batches.size(); ++peer.batches_read) {
+        for (const ReadFrame& frame : peer.reader.take(peer.outlet->batches[peer.batches_read], faults)) {
+          ++read;
+          if (frame.frame.stride > 1 && frame.frame.order > 1) ++strided;
+          EXPECT_EQ(frame.integers.bones, rooms_.find(character_key(1, frame.frame.member))->bones.bones);
+        }
+      }
+    }
+  }
+  EXPECT_THAT(faults, IsEmpty());
+  EXPECT_GT(read, 3000u);
+  EXPECT_GT(strided, 200u);
 }
 
 TEST_F(PublishTest, a_seat_taken_anew_is_another_member_to_everyone) {
