@@ -180,6 +180,39 @@ TEST_F(Playing, frames_out_of_order_are_played_in_order) {
   }
 }
 
+TEST_F(Playing, what_is_held_on_purpose_stays_however_long) {
+  push_line(9);
+  playout_.sample(8 * kInterval);
+  playout_.hold();
+  const std::int64_t last_shown = 9 * kInterval + kDelay;
+  for (std::int64_t waited = 0; waited < 60'000 * kMs; waited += 1'000 * kMs) {
+    const Playout::Sample sample = playout_.sample(last_shown + waited);
+    ASSERT_EQ(sample.displacement.size(), 2u);
+    EXPECT_NEAR(sample.displacement[0].x(), kStep_m * 90, 1e-7);
+  }
+}
+
+TEST_F(Playing, hair_that_eases_already_is_held_where_it_is_and_goes_on_from_there) {
+  push_line(9);
+  std::int64_t now = 0;
+  for (; now < 9 * kInterval + kDelay + 350 * kMs; now += 10 * kMs) playout_.sample(now);
+  const float x = playout_.sample(now).displacement[0].x();
+  EXPECT_LT(x, 0.9 * kStep_m * 90);
+  EXPECT_GT(x, 0.1 * kStep_m * 90);
+  playout_.hold();
+  for (int i = 0; i < 100; ++i) EXPECT_FLOAT_EQ(playout_.sample(now += 10 * kMs).displacement[0].x(), x);
+  float last = x;
+  for (std::int64_t i = now / kInterval + 1; i < now / kInterval + 60; ++i) {
+    push(i, 90);
+    for (std::int64_t render = i * kInterval + kLateness; render < (i + 1) * kInterval + kLateness; render += 5 * kMs) {
+      const float shown = playout_.sample(render).displacement[0].x();
+      EXPECT_LT(std::abs(shown - last), 0.5 * kStep_m * 90);
+      last = shown;
+    }
+  }
+  EXPECT_NEAR(last, kStep_m * 90, 1e-7);
+}
+
 // A lattice that swings in the world while its head moves on and turns, as frames of a server give it: velocities are
 // means over the step that ended.
 class Swinging : public ::testing::Test {
