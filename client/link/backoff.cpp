@@ -1,7 +1,6 @@
 #include "client/link/backoff.hpp"
 
 #include <algorithm>
-#include <utility>
 
 namespace hairnet::link {
 namespace {
@@ -16,8 +15,8 @@ std::uint64_t next_random(std::uint64_t& state) {
 
 }  // namespace
 
-std::int64_t Backoff::next_ns() {
-  const std::int64_t bound_ns = std::exchange(bound_ns_, std::min(2 * bound_ns_, kBoundMost_ns));
+std::int64_t Backoff::next_ns(std::int64_t away_ns) {
+  const std::int64_t bound_ns = std::clamp(away_ns, kBoundLeast_ns, kBoundMost_ns);
   return static_cast<std::int64_t>(next_random(state_) % static_cast<std::uint64_t>(bound_ns + 1));
 }
 

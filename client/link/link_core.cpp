@@ -201,7 +201,7 @@ void LinkCore::on_closed(std::string detail, std::int64_t now_ns) {
 void LinkCore::lose(GoodbyeReason reason, std::string detail, std::int64_t now_ns) {
   if (!welcome_ || !options_.reconnect || is_final(reason)) return end(reason, std::move(detail));
   if (active()) {
-    if (now_ns - active_since_ns_ >= kStable_ns) backoff_.reset();
+    if (!away_since_ns_ || now_ns - active_since_ns_ >= kStable_ns) away_since_ns_ = now_ns;
     give_up_ns_ = options_.give_up_after_s > 0 ? now_ns + to_ns(options_.give_up_after_s) : kNever_ns;
   }
   for (const auto& [number, character] : roster_.characters()) {
@@ -215,7 +215,7 @@ void LinkCore::lose(GoodbyeReason reason, std::string detail, std::int64_t now_n
   queue_.clear();
   uploads_.clear();
   state_ = State::waiting;
-  const std::int64_t wait_ns = backoff_.next_ns();
+  const std::int64_t wait_ns = backoff_.next_ns(now_ns - away_since_ns_.value_or(now_ns));
   deadline_ns_ = now_ns + wait_ns;
   push(Reconnecting{reason, std::move(detail), 1e-9 * static_cast<double>(wait_ns)});
 }

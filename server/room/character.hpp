@@ -31,6 +31,7 @@ struct Character {
   MaterialScale material;
   bool material_changed = false;         // and the World not told
   std::optional<wire::HairState> state;  // brought by its owner, until it is used
+  std::uint64_t state_ticks = 0;         // that it waited for its levels
   PoseInbox inbox;
 
   bool placed = false;                   // in the World, from its first pose on

@@ -8,9 +8,10 @@ namespace hairnet::server {
 namespace {
 
 constexpr double kTrustLeast = 0.02;
-constexpr double kCutMost = 0.5;     // in one tick: a single very late one says little of how much is too much
-constexpr double kCalm = 0.85;       // of the share: below, trust comes back
-constexpr double kReturnPerS = 0.1;  // of itself
+constexpr double kCutMost = 0.5;       // in one tick: a single very late one says little of how much is too much
+constexpr double kCalm = 0.85;         // of the share: below, trust comes back
+constexpr double kBesideGain = 0.1;    // a tick
+constexpr double kBesideLeast = 0.05;  // of a tick, by which what is beside the work may at least seem to have grown
 
 }  // namespace
 
@@ -18,9 +19,13 @@ TickGuard::TickGuard(const TickGuardDef& def) : def_(def) {
   assert(def.tick_s > 0 && def.tick_share > 0 && def.tick_share <= 1 && def.workers > 0);
 }
 
-void TickGuard::take(double tick_duration_s) {
+void TickGuard::take(double tick_duration_s, double work_s) {
   const double used = tick_duration_s / (def_.tick_share * def_.tick_s);
-  if (!(used >= 0)) return;
+  if (!(used >= 0) || !(work_s >= 0)) return;
+  // One late tick in ten is not to pull up what nine say.
+  const double most_s = std::max(2 * beside_s_, kBesideLeast * def_.tick_s * def_.workers);
+  const double beside_s = std::clamp(tick_duration_s * def_.workers - work_s, 0.0, most_s);
+  beside_s_ += kBesideGain * (beside_s - beside_s_);
   if (tick_duration_s > def_.tick_s) ++overruns_;
   const bool is_beyond = used > 1;
   recent_ = static_cast<std::uint8_t>(recent_ << 1 | (is_beyond ? 1 : 0));
@@ -29,12 +34,13 @@ void TickGuard::take(double tick_duration_s) {
     trust_ = std::max(kTrustLeast, trust_ * std::max(kCutMost, 1 / used));
     recent_ = 0;
   } else if (used < kCalm) {
-    trust_ = std::min(1.0, trust_ * (1 + kReturnPerS * def_.tick_s));
+    trust_ = std::min(1.0, trust_ * (1 + (kCalm - used) * def_.tick_s));
   }
 }
 
 double TickGuard::available_s() const {
-  return trust_ * def_.tick_share * def_.tick_s * def_.workers;
+  const double all_s = def_.tick_share * def_.tick_s * def_.workers;
+  return std::max(kTrustLeast * all_s, trust_ * (all_s - beside_s_));
 }
 
 }  // namespace hairnet::server

@@ -10,21 +10,23 @@ struct TickGuardDef {
   int workers = 1;          // that share the work
 };
 
-// How many worker-seconds a tick's work may be predicted to take, from how long ticks really took. Predictions miss
-// what nobody measures (other programs, caches, the scheduler): their ratio to the truth is what is learnt here. Two
-// ticks of four beyond the share cut it at once, by as much as they were beyond; it comes back by a tenth a second
-// while ticks stay well within the share.
+// How many worker-seconds a tick's work on characters may be predicted to take, from how long ticks really took. What a
+// tick takes beside that work, as measured, comes off its share. Predictions miss what nobody measures (other programs,
+// caches): their ratio to the truth is a trust that is learnt here. Two ticks of four beyond the share cut it at once, by
+// as much as they were beyond; it comes back the faster the further ticks stay within the share.
 class TickGuard {
  public:
   explicit TickGuard(const TickGuardDef& def);
 
-  void take(double tick_duration_s);  // from the tick's begin to its end, s
+  // From the tick's begin to its end, and of all workers what was spent on characters (steps, encoding, sending); s.
+  void take(double tick_duration_s, double work_s);
   [[nodiscard]] double available_s() const;
   [[nodiscard]] std::uint64_t overruns() const { return overruns_; }  // ticks longer than a tick may last
 
  private:
   TickGuardDef def_;
   double trust_ = 1;
+  double beside_s_ = 0;  // worker-seconds of a tick that are not work on characters, smoothed
   std::uint8_t recent_ = 0;  // a bit a tick, newest lowest: beyond the share
   std::uint64_t overruns_ = 0;
 };

@@ -108,7 +108,6 @@ void LevelChooser::apply(Character& character, const Lod& lod, wire::RecordedTic
 void LevelChooser::take(Rooms& rooms, const StepCosts& costs, double tick_duration_s) {
   if (!def_.now_ns) return;
   cost_.take(costs);
-  guard_.take(tick_duration_s);
   over_ = tick_duration_s > def_.tick_share * def_.tick_s;
   std::array<std::int64_t, kLevelCount> encode_ns{};
   std::array<std::size_t, kLevelCount> encoded{};
@@ -131,6 +130,7 @@ void LevelChooser::take(Rooms& rooms, const StepCosts& costs, double tick_durati
     counters_->gauges.set_step_cost(static_cast<LevelIndex>(l), cost_.turn_s(static_cast<LevelIndex>(l), 1));
   }
   if (sent > 0) smooth(send_s_, static_cast<double>(send_ns) * 1e-9 / static_cast<double>(sent));
+  guard_.take(tick_duration_s, static_cast<double>(step_ns + all_encode_ns + send_ns) * 1e-9);
   counters_->step_ns_total.add(static_cast<std::uint64_t>(step_ns));
   counters_->encode_ns_total.add(static_cast<std::uint64_t>(all_encode_ns));
   counters_->send_ns_total.add(static_cast<std::uint64_t>(send_ns));

@@ -9,6 +9,7 @@ namespace hairnet::server {
 namespace {
 
 constexpr std::uint64_t kInterestTicks = 8;   // from one look at who wants to see whom to the next, unless something changed
+constexpr std::uint64_t kStateWait_s = 2;
 constexpr double kMotionSmoothing_s = 1;
 constexpr float kScreenHeightUnreported = 0.25f;
 
@@ -235,9 +236,15 @@ void Scheduler::sample_poses() {
     const Pose pose_before = std::exchange(character.pose, codec::dequantise_pose(character.bones));
     if (character.placed)
       move(character, sample, pose_before);
-    else
+    else if (!awaits_levels(character))
       place(character);
   }
+}
+
+// Hair that its owner saw until a moment ago is not shown rigid for the moment that its levels take to be there again.
+bool Scheduler::awaits_levels(Character& character) const {
+  return character.state && !simulation_.levels(character.groom) &&
+         character.state_ticks++ < kStateWait_s * static_cast<std::uint64_t>(def_.tick_rate_hz);
 }
 
 // Rigid at first; its level is chosen in the same tick when there is one.

@@ -52,6 +52,7 @@ class Scheduler {
   void record();
 
   void remove(CharacterKey key, std::int64_t now_ns);
+  [[nodiscard]] bool awaits_levels(Character& character) const;
   void place(Character& character);
   void move(Character& character, const PoseInbox::Sample& sample, const Pose& before);
   void bring_states();

@@ -7,8 +7,8 @@ namespace hairnet::server {
 
 namespace asio = boost::asio;
 
-// Asio's strand, by a name that is not hair: what runs on one executor runs one at a time.
-using SerialExecutor = asio::strand<asio::io_context::executor_type>;
+// One thread runs the loop, so what runs on its executor runs one at a time.
+using SerialExecutor = asio::io_context::executor_type;
 
 // What is awaited answers with its error as a value.
 inline constexpr auto kAwaitable = asio::as_tuple(asio::use_awaitable);

@@ -28,6 +28,7 @@ ByteStream::ByteStream(asio::ip::tcp::socket socket, std::string peer, Admission
       counters_(&counters) {
   boost::system::error_code ignored;
   socket_.set_option(asio::ip::tcp::no_delay(true), ignored);
+  socket_.non_blocking(true, ignored);
   socket_.set_option(UnsentLow(kUnsentSystemBytes), ignored);
   const asio::ip::address address = socket_.remote_endpoint(ignored).address();
   from_loopback_ = address.is_loopback() || (address.is_v6() && address.to_v6().is_v4_mapped() &&
@@ -41,6 +42,11 @@ ByteStream::~ByteStream() {
 
 void ByteStream::put_back(std::span<const std::uint8_t> bytes) {
   put_back_.insert(put_back_.begin(), bytes.begin(), bytes.end());
+}
+
+std::size_t ByteStream::write_now(std::span<const std::uint8_t> bytes) {
+  boost::system::error_code would_wait;
+  return socket_.write_some(asio::buffer(bytes.data(), bytes.size()), would_wait);
 }
 
 asio::awaitable<boost::system::error_code> ByteStream::accept_tls(asio::ssl::context& context) {

@@ -46,6 +46,10 @@ class ByteStream : public std::enable_shared_from_this<ByteStream> {
   asio::awaitable<void> finish();
   asio::awaitable<void> end_writing();  // the first half of finish(): TLS's end, then the socket's
 
+  // As many bytes as the system takes without waiting, and without anybody being told. Only of a plain stream whose
+  // writes have all ended. What fails here fails again, and is heard of, in the next write.
+  std::size_t write_now(std::span<const std::uint8_t> bytes);
+
   template <class Buffers, class Token>
   auto async_read_some(const Buffers& into, Token&& token) {
     return asio::async_initiate<Token, void(boost::system::error_code, std::size_t)>(

@@ -9,6 +9,8 @@
 namespace hairnet::server {
 namespace {
 
+constexpr std::chrono::milliseconds kBetweenWakes{1};
+
 asio::awaitable<void> repeat(std::chrono::nanoseconds period, std::function<void()> task) {
   asio::steady_timer timer(co_await asio::this_coro::executor);
   while (true) {
@@ -32,7 +34,12 @@ IoLoop::IoLoop() : core_(std::make_unique<IoLoopCore>()) {}
 IoLoop::~IoLoop() = default;
 
 void IoLoop::run() {
-  core_->context.run();
+  while (!core_->context.stopped()) {
+    if (core_->context.poll() == 0) core_->context.run_one();
+    std::unique_lock lock(mutex_);
+    urged_.wait_for(lock, kBetweenWakes, [this] { return is_urged_; });
+    is_urged_ = false;
+  }
 }
 
 void IoLoop::poll() {
@@ -41,10 +48,18 @@ void IoLoop::poll() {
 
 void IoLoop::stop() {
   core_->context.stop();
+  urge();
 }
 
 void IoLoop::post(std::function<void()> task) {
   asio::post(core_->serial, std::move(task));
+  urge();
+}
+
+void IoLoop::urge() {
+  const std::lock_guard lock(mutex_);
+  is_urged_ = true;
+  urged_.notify_one();
 }
 
 void IoLoop::every(std::int64_t period_ns, std::function<void()> task) {

@@ -1,14 +1,18 @@
 #pragma once
 
+#include <condition_variable>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <mutex>
 
 namespace hairnet::server {
 
 struct IoLoopCore;  // the Asio part, for the transport folder alone
 
 // The I/O thread's event loop. Everything handed to it runs one at a time on the thread that calls run() or poll().
+// Waking costs more than most messages do, so under load run() wakes about once a millisecond for what has come meanwhile;
+// what is posted, and the first to come after a quiet while, does not wait for that.
 class IoLoop {
  public:
   IoLoop();
@@ -27,7 +31,12 @@ class IoLoop {
   [[nodiscard]] IoLoopCore& core() { return *core_; }
 
  private:
+  void urge();
+
   std::unique_ptr<IoLoopCore> core_;
+  std::mutex mutex_;
+  std::condition_variable urged_;
+  bool is_urged_ = false;
 };
 
 // The monotonic clock that all times of the server are on.

@@ -58,12 +58,14 @@ asio::awaitable<void> TcpConnection::write() {
       continue;
     }
     std::swap(sending_, unsent_);
+    is_writing_ = true;
     if (sink_) sink_->on_writable(monotonic_now_ns());
     if (const auto error = co_await write_out()) {
       end(error.message());
       co_return;
     }
     sending_.clear();
+    is_writing_ = false;
     if (flat_.capacity() > kFlatKeptBytes) flat_ = {};
   }
   // Half-closed first: the peer reads everything and then the end; its own end, or the linger time-out, ends the
@@ -85,13 +87,23 @@ asio::awaitable<boost::system::error_code> TcpConnection::write_out() {
     for (const auto& packet : sending_.packets) gathered_.push_back(asio::buffer(packet));
     std::tie(error, count) = co_await asio::async_write(*stream_, gathered_, kAwaitable);
   }
-  counters_->bytes_written.add(count);
-  counters_->bytes_written_tcp.add(count);
+  count_written(count);
   co_return error;
+}
+
+void TcpConnection::count_written(std::size_t bytes) {
+  counters_->bytes_written.add(bytes);
+  counters_->bytes_written_tcp.add(bytes);
 }
 
 void TcpConnection::send(std::vector<std::uint8_t> packet) {
   if (closing_) return;
+  if (!is_writing_ && unsent_.empty() && !stream_->is_tls()) {
+    const std::size_t bytes = stream_->write_now(packet);
+    count_written(bytes);
+    if (bytes == packet.size()) return;
+    packet.erase(packet.begin(), packet.begin() + static_cast<std::ptrdiff_t>(bytes));
+  }
   unsent_.push(std::move(packet));
   wake_writer_.cancel();
 }

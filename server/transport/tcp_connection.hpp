@@ -13,8 +13,9 @@
 
 namespace hairnet::server {
 
-// Size-prefixed packets one after the other, plain or inside TLS: bytes read are cut into packets for the sink, packets
-// to send are gathered and leave in one write. Two coroutines on the loop's serial executor keep it alive until both
+// Size-prefixed packets one after the other, plain or inside TLS: bytes read are cut into packets for the sink. A packet
+// leaves as it is sent; those that the system does not take at once, or that go into TLS, are gathered and leave in one
+// write. Two coroutines on the loop's serial executor keep it alive until both
 // have ended.
 class TcpConnection final : public Connection, public std::enable_shared_from_this<TcpConnection> {
  public:
@@ -34,6 +35,7 @@ class TcpConnection final : public Connection, public std::enable_shared_from_th
   asio::awaitable<void> read();
   asio::awaitable<void> write();
   asio::awaitable<boost::system::error_code> write_out();
+  void count_written(std::size_t bytes);
   void end(std::string_view reason);  // by the peer or the network
   void shut();
 
@@ -45,6 +47,7 @@ class TcpConnection final : public Connection, public std::enable_shared_from_th
   PacketQueue unsent_, sending_;    // gathered while the other is on its way
   std::vector<std::uint8_t> flat_;  // of small packets, or for TLS
   std::vector<asio::const_buffer> gathered_;
+  bool is_writing_ = false;  // what is in sending_
   bool closing_ = false, shut_ = false;
 };
 

@@ -20,6 +20,7 @@ inline constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::max
 class FrameWatcher {
  public:
   virtual ~FrameWatcher() = default;
+  virtual void on_welcome(std::uint32_t client) = 0;  // the first and each later time
   virtual void on_frame(std::uint32_t client, const FrameSeen& frame, std::size_t groom) = 0;
 };
 

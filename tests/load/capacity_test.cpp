@@ -99,6 +99,14 @@ TEST(FindCapacity, ProbesWithWarmUpAndMeasuredPartAndConfirmsLonger) {
   EXPECT_DOUBLE_EQ(confirming.stages[1].duration_s - confirming.stages[1].warm_s, options.capacity->confirm_s);
 }
 
+TEST(FindCapacity, GivesOneClientMoreCharacters) {
+  Options options = capacity_options();
+  options.plan.stages.back().clients = 1;
+  const Plan plan = probe_plan(options.plan, {77, false, false}, *options.capacity);
+  EXPECT_EQ(plan.stages[1].clients, 1u);
+  EXPECT_EQ(plan.stages[1].characters, 77u);
+}
+
 TEST(FindCapacity, FindsWhereTheThresholdStopsHolding) {
   Report report;
   ASSERT_TRUE(find_capacity(capacity_options(), fake_prober(0.1, 1e9), report));

@@ -118,6 +118,7 @@ void Client::on_welcome(const wire::Welcome& welcome, std::int64_t now_ns) {
   if (started_) props_->tally->count(now_ns, welcome.resumed ? &Counts::resumes : &Counts::restarts);
   if (state_ != State::leaving) state_ = State::active;
   started_ = true;
+  if (props_->watcher) props_->watcher->on_welcome(number_);
   tick_ns_ = 1'000'000'000 / std::max(1u, welcome.tick_rate_hz);
   tick_ = 0;
   for (auto& [member, other] : others_) other.arrival_ns = 0;

@@ -5,9 +5,17 @@
 
 namespace hairnet::load {
 
+namespace {
+
+bool is_one_client(const Plan& plan) {
+  return plan.stages.back().clients == 1;
+}
+
+}  // namespace
+
 Plan probe_plan(const Plan& plan, const CapacitySearch::Probe& probe, const CapacityOptions& options) {
   Stage ramp = plan.stages.back();
-  ramp.characters = std::min(ramp.characters, probe.characters);
+  ramp.characters = is_one_client(plan) ? probe.characters : std::min(ramp.characters, probe.characters);
   ramp.clients = probe.characters / ramp.characters;
   ramp.kind = StageKind::ramp;
   ramp.name = "ramp";
@@ -29,7 +37,7 @@ Plan probe_plan(const Plan& plan, const CapacitySearch::Probe& probe, const Capa
 
 Result<void> find_capacity(const Options& options, const Prober& run, Report& report) {
   CapacitySearch search({options.capacity->first, options.capacity->most, options.capacity->resolution,
-                         options.plan.stages.back().characters, 30});
+                         is_one_client(options.plan) ? 1 : options.plan.stages.back().characters, 30});
   CapacityReport found;
   while (const auto probe = search.next()) {
     auto result = run(probe_plan(options.plan, *probe, *options.capacity));

@@ -10,7 +10,8 @@
 
 namespace hairnet::load {
 
-// The plan of one probe: as the last stage of `plan`, with so many characters; a ramp, then the measured part.
+// The plan of one probe: as the last stage of `plan`, with so many characters; a ramp, then the measured part. A stage
+// of one client gets more characters of it, any other more clients.
 Plan probe_plan(const Plan& plan, const CapacitySearch::Probe& probe, const CapacityOptions& options);
 
 // Runs a plan; refused when it cannot.

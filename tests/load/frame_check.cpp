@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <utility>
 
 #include "core/random.hpp"
 
@@ -36,7 +37,10 @@ void FrameCheck::on_frame(std::uint32_t client, const FrameSeen& frame, std::siz
   ++checked_;
   Subject& subject = subjects_[key_of(client, frame.character)];
   if (!is_valid(*frame.pose)) ++failures_["pose_invalid"];
-  if (frame.tick <= subject.tick && subject.tick > 0) ++failures_["tick_went_back"];
+  const std::uint64_t welcome = welcomes_[client];
+  const bool is_first = std::exchange(subject.welcome, welcome) != welcome;
+  subject.returned = subject.returned || (is_first && subject.tick > 0);
+  if (!is_first && frame.tick <= subject.tick && subject.tick > 0) ++failures_["tick_went_back"];
   subject.tick = frame.tick;
   const auto bound = static_cast<float>(kDisplacementMax_m) + frame.step_m;
   for (const std::int16_t value : frame.displacements) {
@@ -53,7 +57,11 @@ void FrameCheck::on_frame(std::uint32_t client, const FrameSeen& frame, std::siz
 
 void FrameCheck::check_rest(Subject& subject, const FrameSeen& frame) {
   const std::int64_t now_ns = frame.sample_time_local_ns;
-  const bool comparable = subject.level == frame.level && subject.step_m == frame.step_m && !frame.discontinuous &&
+  if (subject.returned && subject.level != frame.level && same_pose(subject.pose, *frame.pose)) return;
+  // The first frame of a session is told as discontinuous, though hair goes on from where it was.
+  const bool returned = std::exchange(subject.returned, false);
+  const bool comparable = subject.level == frame.level && subject.step_m == frame.step_m &&
+                          (returned || !frame.discontinuous) &&
                           subject.displacements.size() == frame.displacements.size();
   if (!comparable || !same_pose(subject.pose, *frame.pose)) subject.rest_since_ns = now_ns;
   if (still_air_ && now_ns - subject.rest_since_ns > kRest_ns) {

@@ -16,12 +16,14 @@ namespace hairnet::load {
 //   pose_invalid        numbers finite, rotations of unit length
 //   beyond_bound        no node further than kDisplacementMax_m from its design
 //   node_count_changed  one groom and level, one number of nodes
-//   tick_went_back      newer frames are of later ticks
-//   moves_at_rest       5 s after the head came to rest no node moves more than 5 mm from frame to frame
+//   tick_went_back      newer frames of a session are of later ticks
+//   moves_at_rest       5 s after the head came to rest no node moves more than 5 mm from frame to frame, nor while the
+//                       connection, or the server, was away
 // (the last only without wind, see `still_air`).
 class FrameCheck final : public FrameWatcher {
  public:
   FrameCheck(std::uint64_t seed, double share, bool still_air) : seed_(seed), share_(share), still_air_(still_air) {}
+  void on_welcome(std::uint32_t client) override { ++welcomes_[client]; }
   void on_frame(std::uint32_t client, const FrameSeen& frame, std::size_t groom) override;
 
   [[nodiscard]] std::uint64_t checked() const { return checked_; }
@@ -32,6 +34,8 @@ class FrameCheck final : public FrameWatcher {
   [[nodiscard]] bool looks_at(std::uint32_t client, std::uint32_t character) const;
   struct Subject {
     std::uint64_t tick = 0;
+    std::uint64_t welcome = 0;  // after which it was
+    bool returned = false;      // and is not yet on the level that it was on before
     Pose pose;
     std::int64_t rest_since_ns = 0;
     LevelIndex level = LevelIndex::rigid;
@@ -45,6 +49,7 @@ class FrameCheck final : public FrameWatcher {
   bool still_air_;
   std::uint64_t checked_ = 0;
   std::map<std::string, std::uint64_t> failures_;
+  std::unordered_map<std::uint32_t, std::uint64_t> welcomes_;  // of each client
   std::unordered_map<std::uint64_t, Subject> subjects_;
   std::map<std::pair<std::size_t, LevelIndex>, std::size_t> node_counts_;
 };

@@ -299,6 +299,32 @@ TEST(FrameCheck, FindsEachKindOfFault) {
             Names{"node_count_changed"});
 }
 
+TEST(FrameCheck, ExpectsHairAtRestToBeThereStillWhenTheServerIsBack) {
+  const auto failures_of = [](int jump) {
+    FrameCheck check(1, 1, true);
+    const Pose pose = rigid_pose(RigidTransform{});
+    std::vector<std::int16_t> nodes{1, 2, 3, 4, 5, 6};
+    FrameSeen frame;
+    frame.character = 1;
+    frame.step_m = 5e-4f;
+    frame.pose = &pose;
+    for (int i = 0; i < 300; ++i) {
+      if (i % 250 == 0) check.on_welcome(0);
+      frame.tick = static_cast<std::uint64_t>(i % 250) + 1;
+      frame.sample_time_local_ns = i * 33 * kMs;
+      frame.discontinuous = i % 250 == 0;
+      if (i == 255) nodes[1] = static_cast<std::int16_t>(nodes[1] + jump);
+      const bool is_back = i < 250 || i >= 255;  // its levels had to be brought first
+      frame.level = is_back ? LevelIndex::low : LevelIndex::rigid;
+      frame.displacements = is_back ? std::span<const std::int16_t>(nodes) : std::span<const std::int16_t>();
+      check.on_frame(0, frame, 0);
+    }
+    return check.failures();
+  };
+  EXPECT_TRUE(failures_of(9).empty());
+  EXPECT_EQ(failures_of(11).at("moves_at_rest"), 1u);
+}
+
 TEST(FrameCheck, LooksAtItsShareOnly) {
   FrameCheck check(5, 0.25, true);
   const Pose pose = rigid_pose(RigidTransform{});

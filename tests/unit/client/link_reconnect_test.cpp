@@ -35,21 +35,18 @@ class Settled : public ::testing::Test {
   wire::Hello hello;
 };
 
-TEST(Backoff, waits_are_spread_over_a_bound_that_doubles) {
-  std::int64_t bound_ns = Backoff::kBoundLeast_ns;
+TEST(Backoff, waits_are_spread_over_as_long_as_it_has_been_away) {
   std::vector<double> shares;
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
     Backoff backoff(seed);
-    bound_ns = Backoff::kBoundLeast_ns;
-    for (int i = 0; i < 10; ++i) {
-      const std::int64_t wait_ns = backoff.next_ns();
+    for (std::int64_t away_ns = 0; away_ns < 2 * Backoff::kBoundMost_ns; away_ns += 1'000'000'000) {
+      const std::int64_t bound_ns = std::clamp(away_ns, Backoff::kBoundLeast_ns, Backoff::kBoundMost_ns);
+      const std::int64_t wait_ns = backoff.next_ns(away_ns);
       EXPECT_GE(wait_ns, 0);
       EXPECT_LE(wait_ns, bound_ns);
       shares.push_back(static_cast<double>(wait_ns) / static_cast<double>(bound_ns));
-      bound_ns = std::min(2 * bound_ns, Backoff::kBoundMost_ns);
     }
   }
-  EXPECT_EQ(bound_ns, Backoff::kBoundMost_ns);
   double mean = 0;
   for (const double share : shares) mean += share / static_cast<double>(shares.size());
   EXPECT_NEAR(mean, 0.5, 0.05);
@@ -57,13 +54,24 @@ TEST(Backoff, waits_are_spread_over_a_bound_that_doubles) {
   EXPECT_GT(*std::max_element(shares.begin(), shares.end()), 0.98);
 }
 
+TEST(Backoff, who_asks_again_is_back_within_twice_the_time_that_the_server_was_away) {
+  for (std::uint64_t seed = 0; seed < 1000; ++seed) {
+    Backoff backoff(seed);
+    for (const std::int64_t away_ns : {50'000'000, 400'000'000, 1'400'000'000}) {
+      std::int64_t at_ns = 0;
+      while (at_ns < away_ns) at_ns += backoff.next_ns(at_ns);
+      EXPECT_LE(at_ns, 2 * away_ns + Backoff::kBoundLeast_ns);
+    }
+  }
+}
+
 TEST(Backoff, the_same_seed_waits_the_same) {
   Backoff a(9), b(9), c(10);
   bool differs = false;
   for (int i = 0; i < 10; ++i) {
-    const std::int64_t wait_ns = a.next_ns();
-    EXPECT_EQ(wait_ns, b.next_ns());
-    differs |= wait_ns != c.next_ns();
+    const std::int64_t away_ns = i * 1'000'000'000, wait_ns = a.next_ns(away_ns);
+    EXPECT_EQ(wait_ns, b.next_ns(away_ns));
+    differs |= wait_ns != c.next_ns(away_ns);
   }
   EXPECT_TRUE(differs);
 }

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "server/tick/budget_cost.hpp"
 #include "server/tick/budget_guard.hpp"
 
@@ -70,11 +72,16 @@ TEST(TickGuard, gives_the_share_of_every_worker_at_first) {
   EXPECT_NEAR(TickGuard(def_of(4)).available_s(), 4 * 0.7 * kTick_s, 1e-12);
 }
 
+// A tick of one worker that does nothing but work on characters.
+void take(TickGuard& guard, double tick_duration_s) {
+  guard.take(tick_duration_s, tick_duration_s);
+}
+
 TEST(TickGuard, cuts_within_a_few_ticks_until_ticks_fit) {
   TickGuard guard(def_of());
   const double truth = 3;  // the work takes so many times what is predicted
   int ticks = 0;
-  for (; ticks < 100 && truth * guard.available_s() > 0.7 * kTick_s; ++ticks) guard.take(truth * guard.available_s());
+  for (; ticks < 100 && truth * guard.available_s() > 0.7 * kTick_s; ++ticks) take(guard, truth * guard.available_s());
   EXPECT_LE(ticks, 8);
   EXPECT_GT(guard.available_s(), 0.1 * 0.7 * kTick_s) << "no deeper than needed";
 }
@@ -82,32 +89,49 @@ TEST(TickGuard, cuts_within_a_few_ticks_until_ticks_fit) {
 TEST(TickGuard, takes_one_late_tick_for_an_accident) {
   TickGuard guard(def_of());
   const double before_s = guard.available_s();
-  guard.take(5 * kTick_s);
-  for (int tick = 0; tick < 3; ++tick) guard.take(0.3 * kTick_s);
+  take(guard, 5 * kTick_s);
+  for (int tick = 0; tick < 3; ++tick) take(guard, 0.3 * kTick_s);
   EXPECT_EQ(guard.available_s(), before_s);
   EXPECT_EQ(guard.overruns(), 1u);
 }
 
-TEST(TickGuard, gives_back_slowly_and_settles) {
+TEST(TickGuard, gives_back_the_faster_the_more_room_there_is) {
+  for (const double used : {0.1, 0.5}) {
+    TickGuard guard(def_of());
+    for (int tick = 0; tick < 4; ++tick) take(guard, 3 * kTick_s);
+    const double cut_s = guard.available_s();
+    for (int tick = 0; tick < 30; ++tick) take(guard, used * 0.7 * kTick_s);
+    EXPECT_NEAR(guard.available_s() / cut_s, std::exp(0.85 - used), 0.03);
+  }
+}
+
+TEST(TickGuard, settles) {
   TickGuard guard(def_of());
-  for (int tick = 0; tick < 4; ++tick) guard.take(3 * kTick_s);
-  const double cut_s = guard.available_s();
-  for (int tick = 0; tick < 30; ++tick) guard.take(0.1 * kTick_s);
-  EXPECT_LT(guard.available_s(), 1.2 * cut_s);
   // Work that is twice as long as predicted: it comes to rest between the two thresholds and stays.
-  for (int tick = 0; tick < 30 * 60; ++tick) guard.take(2 * guard.available_s());
+  for (int tick = 0; tick < 30 * 120; ++tick) take(guard, 2 * guard.available_s());
   const double settled_s = guard.available_s();
-  for (int tick = 0; tick < 30 * 60; ++tick) guard.take(2 * guard.available_s());
-  EXPECT_EQ(guard.available_s(), settled_s);
+  for (int tick = 0; tick < 30 * 60; ++tick) take(guard, 2 * guard.available_s());
+  EXPECT_NEAR(guard.available_s(), settled_s, 0.001 * settled_s);
   EXPECT_LE(2 * settled_s, 0.7 * kTick_s);
   EXPECT_GE(2 * settled_s, 0.8 * 0.7 * kTick_s);
 }
 
+TEST(TickGuard, takes_off_what_ticks_take_beside_the_work) {
+  TickGuard guard(def_of(2));
+  const double work_s = 0.3 * kTick_s, beside_s = 0.2 * kTick_s;
+  for (int tick = 0; tick < 60; ++tick) guard.take((work_s + beside_s) / 2, work_s);
+  EXPECT_NEAR(guard.available_s(), (2 * 0.7 - 0.2) * kTick_s, 0.002 * kTick_s);
+  guard.take(5 * kTick_s, work_s);
+  EXPECT_GT(guard.available_s(), (2 * 0.7 - 0.23) * kTick_s) << "by one accident hardly more";
+  for (int tick = 0; tick < 30; ++tick) guard.take(work_s / 2, work_s);
+  EXPECT_NEAR(guard.available_s(), 2 * 0.7 * kTick_s, 0.02 * kTick_s) << "and within a second no longer";
+}
+
 TEST(TickGuard, never_gives_nothing_nor_more_than_the_share) {
   TickGuard guard(def_of());
-  for (int tick = 0; tick < 1000; ++tick) guard.take(100 * kTick_s);
+  for (int tick = 0; tick < 1000; ++tick) guard.take(100 * kTick_s, 0);
   EXPECT_GT(guard.available_s(), 0);
-  for (int tick = 0; tick < 30 * 600; ++tick) guard.take(0);
+  for (int tick = 0; tick < 30 * 600; ++tick) guard.take(0, 0);
   EXPECT_NEAR(guard.available_s(), 0.7 * kTick_s, 1e-12);
 }
 

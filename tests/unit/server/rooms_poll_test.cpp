@@ -227,6 +227,32 @@ TEST_F(RoomsPollTest, a_new_server_takes_the_hair_as_its_owner_last_had_it) {
   EXPECT_THAT(frames.front().displacements, testing::Contains(testing::Ne(0)));
 }
 
+TEST_F(RoomsPollTest, hair_brought_is_not_shown_rigid_while_its_levels_are_made) {
+  start();
+  const auto client = join();
+  run_ms(700, {client.get()});
+  const auto last = client->frames(1).back();
+  for (const int upload_ms : {1000, 2500}) {
+    start();
+    FakeClient again(*server_, now_ns_);
+    again.hello(now_ns_);
+    again.say(wire::GroomOffer{hash_, bytes_.size()}, now_ns_);
+    again.say(wire::AddCharacter{1, hash_, LevelIndex::low,
+                                 wire::HairState{LevelIndex::low, codec::kStep_m[1], last.displacements, {}}},
+              now_ns_);
+    run_ms(upload_ms, {&again});
+    if (upload_ms < 2000) {
+      EXPECT_THAT(again.frames(1), IsEmpty());
+    }
+    again.upload(bytes_, hash_, now_ns_);
+    run_ms(500, {&again});
+    const auto frames = again.frames(1);
+    ASSERT_THAT(frames, Not(IsEmpty()));
+    EXPECT_EQ(frames.front().level, upload_ms < 2000 ? LevelIndex::low : LevelIndex::rigid);
+    EXPECT_EQ(frames.back().level, LevelIndex::low);
+  }
+}
+
 TEST_F(RoomsPollTest, a_state_that_does_not_fit_is_refused_and_the_hair_starts_at_rest) {
   start();
   FakeClient client(*server_, now_ns_);
