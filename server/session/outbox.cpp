@@ -87,4 +87,14 @@ bool Outbox::overflowed() const {
   return overflowed_;
 }
 
+std::size_t Outbox::control_bytes_waiting() const {
+  const std::lock_guard lock(mutex_);
+  return control_bytes_;
+}
+
+std::size_t Outbox::ticks_waiting() const {
+  const std::lock_guard lock(mutex_);
+  return ticks_waiting_;
+}
+
 }  // namespace hairnet::server

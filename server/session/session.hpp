@@ -69,6 +69,7 @@ class Session final : public PacketSink {
   [[nodiscard]] bool is_joined() const { return joined_; }
   [[nodiscard]] State state() const { return state_; }
   [[nodiscard]] Outbox& outbox() { return *outbox_; }
+  [[nodiscard]] const Outbox& outbox() const { return *outbox_; }
 
  private:
   struct Handler;
