@@ -16,10 +16,11 @@ struct Frame {
   std::uint32_t character = 0;  // one's own number for it; 0: another's
   LevelIndex level = LevelIndex::rigid;
   codec::ErrorClass error_class = codec::ErrorClass::normal;
-  bool discontinuous = false;  // teleport, reset or level switch: do not interpolate from the last frame
-  bool asleep = false;         // nothing will change, and no frame come, before the character wakes
-  float step_s = 0;            // from one step of the character to the next; 0: not known
-  Pose pose;                   // the one the step used
+  bool discontinuous = false;    // teleport, reset or level switch: do not interpolate from the last frame
+  bool asleep = false;           // nothing will change, and no frame come, before the character wakes
+  std::uint8_t step_stride = 1;  // ticks from one step of the character to the next
+  float step_s = 0;              // the same in seconds; 0: not known
+  Pose pose;                     // the one the step used
   // 3 an active node, head space, in units of the class's step, and of 32 steps a second (codec::dequantise_*). The
   // velocity is the node's in the world, in head axes. Empty: rigid; not sent.
   std::vector<std::int16_t> displacements, velocities;

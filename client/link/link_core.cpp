@@ -387,6 +387,7 @@ void LinkCore::pass_on(const wire::FrameBatch& batch, const wire::Frame& frame, 
     out.error_class = frame.error_class;
     out.discontinuous = taken.discontinuous;
     out.asleep = frame.asleep;
+    out.step_stride = frame.step_stride;
     out.step_s = static_cast<float>(frame.step_stride) / static_cast<float>(welcome_->tick_rate_hz);
     out.pose = taken.pose;
     out.displacements = taken.integers->nodes;

@@ -34,6 +34,10 @@ class ServerStream {
   [[nodiscard]] virtual bool has_messages() const = 0;
 };
 
+std::unique_ptr<ServerStream> make_packet_stream(asio::io_context& io, const Address& address, const TlsOptions& tls);
+std::unique_ptr<ServerStream> make_web_socket_stream(asio::io_context& io, const Address& address,
+                                                     const TlsOptions& tls);
+// Of the kind that the address asks for.
 std::unique_ptr<ServerStream> make_server_stream(asio::io_context& io, const Address& address, const TlsOptions& tls);
 
 }  // namespace hairnet::link

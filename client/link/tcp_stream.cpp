@@ -1,85 +1,105 @@
-#include "client/link/tcp_stream.hpp"
-
-#include <netinet/tcp.h>
-#include <sys/socket.h>
-
 #include <boost/asio.hpp>
+#include <boost/asio/ssl.hpp>
 #include <utility>
+#include <vector>
 
+#include "client/link/server_stream.hpp"
+#include "client/link/socket.hpp"
+#include "client/link/tls.hpp"
+
+// Size-prefixed packets one after the other, over TCP or TLS.
 namespace hairnet::link {
 namespace {
 
 using asio::ip::tcp;
 using boost::system::error_code;
 
-// A pose waits for what the kernel holds unsent: it is kept small.
-constexpr int kUnsentBytesMax = 64 << 10;
-constexpr unsigned kUnacknowledgedMax_ms = 15'000;
 constexpr std::size_t kReadBytesMax = 64u << 10;
 
-// What the kernel may hold back, and how long it waits for a peer that vanished. Without these it works less well.
-void tune(tcp::socket& socket) {
-  error_code ignored;
-  socket.set_option(tcp::no_delay(true), ignored);
-  setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &kUnsentBytesMax, sizeof kUnsentBytesMax);
-  setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_USER_TIMEOUT, &kUnacknowledgedMax_ms,
-             sizeof kUnacknowledgedMax_ms);
-}
+template <class Socket>
+class PacketStream : public ServerStream {
+ public:
+  explicit PacketStream(Address address) : address_(std::move(address)), buffer_(kReadBytesMax) {}
+
+  asio::awaitable<Read> read() override {
+    error_code error;
+    const std::size_t count =
+        co_await socket().async_read_some(asio::buffer(buffer_), asio::redirect_error(asio::use_awaitable, error));
+    if (error) co_return Read{{}, plain_fault(error, address_)};
+    co_return Read{{buffer_.data(), count}, {}};
+  }
+
+  asio::awaitable<bool> write(std::span<const std::uint8_t> bytes) override {
+    error_code error;
+    co_await asio::async_write(socket(), asio::buffer(bytes.data(), bytes.size()),
+                               asio::redirect_error(asio::use_awaitable, error));
+    co_return !error;
+  }
+
+  // Not the half close of TLS: what the server still sends is read until it ends, and that it has the goodbye suffices.
+  void half_close() override {
+    error_code ignored;
+    socket().lowest_layer().shutdown(tcp::socket::shutdown_send, ignored);
+  }
+
+  void close() override {
+    error_code ignored;
+    socket().lowest_layer().close(ignored);
+  }
+
+  [[nodiscard]] bool has_messages() const override { return false; }
+
+ protected:
+  virtual Socket& socket() = 0;
+  const Address address_;
+
+ private:
+  std::vector<std::uint8_t> buffer_;
+};
+
+class PlainStream : public PacketStream<tcp::socket> {
+ public:
+  PlainStream(asio::io_context& io, Address address) : PacketStream(std::move(address)), socket_(io) {}
+  asio::awaitable<std::string> open() override { return connect_socket(socket_, address_); }
+
+ private:
+  tcp::socket& socket() override { return socket_; }
+  tcp::socket socket_;
+};
+
+class TlsStream : public PacketStream<TlsSocket> {
+ public:
+  TlsStream(asio::io_context& io, Address address, TlsOptions options)
+      : PacketStream(std::move(address)),
+        options_(std::move(options)),
+        context_(make_tls_context()),
+        fault_(set_up(context_, options_)),
+        socket_(io, context_) {}
+
+  asio::awaitable<std::string> open() override {
+    if (!fault_.empty()) co_return fault_;
+    std::string fault = co_await connect_socket(socket_.next_layer(), address_);
+    if (fault.empty()) fault = co_await shake_hands(socket_, address_, options_);
+    co_return fault;
+  }
+
+ private:
+  TlsSocket& socket() override { return socket_; }
+  const TlsOptions options_;
+  asio::ssl::context context_;
+  const std::string fault_;
+  TlsSocket socket_;
+};
 
 }  // namespace
 
-asio::awaitable<std::string> connect_socket(tcp::socket& socket, const Address& address) {
-  error_code error;
-  const auto redirect = [&] { return asio::redirect_error(asio::use_awaitable, error); };
-  const std::string name = address.host + ":" + std::to_string(address.port);
-  tcp::resolver resolver(socket.get_executor());
-  const auto found = co_await resolver.async_resolve(address.host, std::to_string(address.port), redirect());
-  if (error) co_return "cannot find " + name + ": " + error.message();
-  co_await asio::async_connect(socket, found, redirect());
-  if (error) co_return "cannot connect to " + name + ": " + error.message();
-  tune(socket);
-  co_return std::string();
+std::unique_ptr<ServerStream> make_packet_stream(asio::io_context& io, const Address& address, const TlsOptions& tls) {
+  if (address.encrypted()) return std::make_unique<TlsStream>(io, address, tls);
+  return std::make_unique<PlainStream>(io, address);
 }
 
-std::string plain_fault(const error_code& error, const Address& address) {
-  if (error == asio::error::eof) return "the server closed the connection without a goodbye";
-  return "the connection to " + address.host + ":" + std::to_string(address.port) + " broke: " + error.message();
-}
-
-TcpStream::TcpStream(asio::io_context& io, Address address)
-    : address_(std::move(address)), socket_(io), buffer_(kReadBytesMax) {}
-
-asio::awaitable<std::string> TcpStream::open() {
-  return connect_socket(socket_, address_);
-}
-
-asio::awaitable<ServerStream::Read> TcpStream::read() {
-  error_code error;
-  const std::size_t count =
-      co_await socket_.async_read_some(asio::buffer(buffer_), asio::redirect_error(asio::use_awaitable, error));
-  if (error) co_return Read{{}, plain_fault(error, address_)};
-  co_return Read{{buffer_.data(), count}, {}};
-}
-
-asio::awaitable<bool> TcpStream::write(std::span<const std::uint8_t> bytes) {
-  error_code error;
-  co_await asio::async_write(socket_, asio::buffer(bytes.data(), bytes.size()),
-                             asio::redirect_error(asio::use_awaitable, error));
-  co_return !error;
-}
-
-void TcpStream::half_close() {
-  error_code ignored;
-  socket_.shutdown(tcp::socket::shutdown_send, ignored);
-}
-
-void TcpStream::close() {
-  error_code ignored;
-  socket_.close(ignored);
-}
-
-std::unique_ptr<ServerStream> make_server_stream(asio::io_context& io, const Address& address, const TlsOptions&) {
-  return std::make_unique<TcpStream>(io, address);
+std::unique_ptr<ServerStream> make_server_stream(asio::io_context& io, const Address& address, const TlsOptions& tls) {
+  return address.web_socket() ? make_web_socket_stream(io, address, tls) : make_packet_stream(io, address, tls);
 }
 
 }  // namespace hairnet::link

@@ -107,41 +107,37 @@ void walk(const BoneArray& predicted, bool intra, const Choices& choices, BoneAr
   }
 }
 
-// What is left of positions (0) and rotations (1) by a prediction, folded; the first differences along the bones too.
-struct Residuals {
-  std::array<std::array<U32, kBoneIntegers>, 2> folded{};  // unchained, chained
-  std::array<std::array<unsigned, 2>, 2> bits{};           // [position or rotation][unchained or chained], roughly
-};
+using FoldedBones = std::array<U32, kBoneIntegers>;
 
-Residuals residuals_of(const BoneArray& values, const BoneArray& predicted) {
-  Residuals out;
-  BoneArray error;
-  for (std::size_t i = 0; i < kBoneIntegers; ++i) error[i] = values[i] - predicted[i];
-  for (std::size_t i = 0; i < kBoneIntegers; ++i) {
-    out.folded[0][i] = fold(as_signed(error[i]));
-    out.folded[1][i] = i < kPerBone ? out.folded[0][i] : fold(as_signed(error[i] - error[i - kPerBone]));
-    const std::size_t part = i % kPerBone < kRotation ? 0 : 1;
-    for (std::size_t chained = 0; chained < 2; ++chained)
-      out.bits[part][chained] += static_cast<unsigned>(std::bit_width(out.folded[chained][i]));
-  }
+FoldedBones folded(const BoneArray& error, std::size_t chained_from) {
+  FoldedBones out;
+  for (std::size_t i = 0; i < kBoneIntegers; ++i)
+    out[i] = fold(as_signed(i < chained_from ? error[i] : error[i] - error[i - kPerBone]));
   return out;
+}
+
+// Roughly, of positions or rotations.
+unsigned bits_of(const FoldedBones& integers, std::size_t begin, std::size_t end) {
+  unsigned bits = 0;
+  for (std::size_t bone = 0; bone < kBoneIntegers; bone += kPerBone)
+    for (std::size_t c = begin; c < end; ++c) bits += static_cast<unsigned>(std::bit_width(integers[bone + c]));
+  return bits;
 }
 
 // The parameter that takes fewest bits for the positions' or the rotations' part of `folded`, among those near its
 // mean.
-unsigned best_parameter(const std::array<U32, kBoneIntegers>& folded, bool rotations) {
+unsigned best_parameter(const FoldedBones& integers, std::size_t begin, std::size_t end) {
   std::uint64_t sum = 0;
-  const std::size_t begin = rotations ? kRotation : 0, end = rotations ? kPerBone : kRotation;
   for (std::size_t bone = 0; bone < kBoneIntegers; bone += kPerBone)
-    for (std::size_t c = begin; c < end; ++c) sum += folded[bone + c];
+    for (std::size_t c = begin; c < end; ++c) sum += integers[bone + c];
   const auto mean_bits = static_cast<unsigned>(std::bit_width(sum / (kBoneCount * (end - begin))));
   unsigned best = 0, least = ~0u;
-  for (unsigned k = mean_bits > 4 ? mean_bits - 4 : 0; k <= std::min(mean_bits, kParameterMax); ++k) {
+  for (unsigned k = mean_bits > 4 ? mean_bits - 4 : 0; k < std::max(mean_bits, 1u); ++k) {
     unsigned bits = 0;
     for (std::size_t bone = 0; bone < kBoneIntegers; bone += kPerBone) {
       for (std::size_t c = begin; c < end; ++c)
         bits +=
-            2 * static_cast<unsigned>(std::bit_width(std::uint64_t{folded[bone + c]} + (std::uint64_t{1} << k))) - k;
+            2 * static_cast<unsigned>(std::bit_width(std::uint64_t{integers[bone + c]} + (std::uint64_t{1} << k))) - k;
     }
     if (bits >= least) continue;
     least = bits;
@@ -152,17 +148,25 @@ unsigned best_parameter(const std::array<U32, kBoneIntegers>& folded, bool rotat
 
 Choices choose(const BoneArray& values, History history) {
   Choices best;
+  BoneArray best_error{};
   unsigned least = ~0u;
   const unsigned weight_choices = history.size() < 2 ? 1u : history.size() < 3 ? 2u : 4u;
   for (unsigned weights = 0; weights < weight_choices; ++weights) {
-    const Residuals left = residuals_of(values, predict(history, weights));
-    const bool chain_positions = left.bits[0][1] < left.bits[0][0], chain_rotations = left.bits[1][1] < left.bits[1][0];
-    const unsigned bits = left.bits[0][chain_positions] + left.bits[1][chain_rotations];
+    BoneArray error = predict(history, weights);
+    for (std::size_t i = 0; i < kBoneIntegers; ++i) error[i] = values[i] - error[i];
+    const unsigned bits = bits_of(folded(error, kBoneIntegers), 0, kPerBone);
     if (bits >= least) continue;
     least = bits;
-    best = {weights, chain_positions, chain_rotations, best_parameter(left.folded[chain_positions], false),
-            best_parameter(left.folded[chain_rotations], true)};
+    best.weights = weights;
+    best_error = error;
   }
+  const FoldedBones unchained = folded(best_error, kBoneIntegers), chained = folded(best_error, kPerBone);
+  const auto decide = [&](std::size_t begin, std::size_t end, bool& chain, unsigned& k) {
+    chain = bits_of(chained, begin, end) < bits_of(unchained, begin, end);
+    k = best_parameter(chain ? chained : unchained, begin, end);
+  };
+  decide(0, kRotation, best.chain_positions, best.k_positions);
+  decide(kRotation, kPerBone, best.chain_rotations, best.k_rotations);
   return best;
 }
 

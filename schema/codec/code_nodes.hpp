@@ -1,128 +1,95 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
-#include <cstdlib>
-#include <memory>
 #include <span>
 
 #include "schema/codec/golomb.hpp"
 #include "schema/codec/neighbours.hpp"
+#include "schema/codec/node_bits.hpp"
 #include "schema/codec/temporal.hpp"
 
-// The walk over a frame's nodes that encoder and decoder share: from the last node to the first, each three Rice codes
-// of what the prediction leaves.
+// The walk over nodes that encoder and decoder share: from the last to the first, each node's prediction corrected by
+// the errors of its neighbours, and its Rice parameter told by how much they needed.
 namespace hairnet::codec {
 
 // Share of the neighbours' errors that a node's prediction is corrected by, in 32nds of their sum: by how many
 // neighbours there are. A frame chooses.
-struct SpatialWeights {
-  std::array<int, 4> per_neighbour;
-};
+using SpatialWeights = std::array<std::int32_t, 4>;
 inline constexpr unsigned kSpatialBits = 2;
 inline constexpr std::array<SpatialWeights, 1 << kSpatialBits> kSpatialWeights{
-    {{{0, 0, 0, 0}}, {{0, 12, 7, 4}}, {{0, 22, 12, 8}}, {{0, 33, 17, 11}}}};
+    {{0, 0, 0, 0}, {0, 12, 7, 4}, {0, 22, 12, 8}, {0, 33, 17, 11}}};
 
-// How large a node's three codes will be: from the neighbours' codes and the node's motion.
+// How large a node's integers will be, as weights of the neighbours' mean size and of the node's motion.
 struct Expectation {
-  std::uint32_t neighbours, motion;  // weights
+  std::uint32_t neighbours, motion;
 };
-inline constexpr unsigned kExpectationShift = 9;
+inline constexpr unsigned kExpectationShift = 10;
+// By the number of frames that the prediction uses.
+inline constexpr std::array<Expectation, kHistoryMax + 1> kDisplacementExpectation{
+    {{72, 0}, {70, 0}, {52, 60}, {40, 150}}};
+inline constexpr Expectation kVelocityExpectation{72, 0};
 
-inline constexpr int kSizeMax = 8191;
-
-// What is known of a coded node.
+// What later nodes need to know of a coded one.
 struct CodedNode {
-  std::array<std::int16_t, 3> error{};  // of the prediction without its neighbours
-  std::uint16_t size = 0;               // of what was sent: the three codes' absolute values together, at most kSizeMax
+  std::array<std::int16_t, 3> error;  // node less temporal prediction
+  std::uint16_t size;                 // the three folded integers that were sent, together; at most kSizeMax
+};
+inline constexpr unsigned kSizeMax = 16383;
+
+// Everything the walk needs but the bits.
+struct NodeWalk {
+  std::span<const NodeNeighbours> neighbours;  // of the range's nodes
+  std::uint32_t first, count;                  // the range
+  const std::int16_t* predicted;               // 3 a node, from the range's first on
+  const std::uint16_t* motion;                 // 1 a node
+  SpatialWeights spatial;
+  Expectation expectation;
+  CodedNode* coded;  // one more than nodes: absent neighbours are the last, which is zero
 };
 
-class EncodeNode {
- public:
-  explicit EncodeNode(BitWriter& writer) : writer_(writer) {}
-  // `residual`: what is to be sent.
-  bool operator()(bool quiet, unsigned k, const std::array<std::int16_t, 3>& expected, const std::int16_t* node,
-                  std::array<std::int16_t, 3>& residual) {
-    for (unsigned axis = 0; axis < 3; ++axis) residual[axis] = static_cast<std::int16_t>(node[axis] - expected[axis]);
-    if (quiet) {
-      const bool still = (residual[0] | residual[1] | residual[2]) == 0;
-      writer_.put(still ? 1 : 0, 1);
-      if (still) return true;
-    }
-    for (unsigned axis = 0; axis < 3; ++axis) put_rice(writer_, fold(residual[axis]), k);
-    return true;
-  }
+// What surrounds a node that is to be coded.
+struct Surroundings {
+  std::array<std::int16_t, 3> expected;
+  std::uint32_t expected_size;
 
- private:
-  BitWriter& writer_;
+  [[nodiscard]] bool quiet() const { return expected_size == 0; }
+  [[nodiscard]] unsigned rice_parameter() const { return static_cast<unsigned>(std::bit_width(expected_size | 1)) - 1; }
 };
 
-class DecodeNode {
- public:
-  explicit DecodeNode(BitReader& reader) : reader_(reader) {}
-  bool operator()(bool quiet, unsigned k, const std::array<std::int16_t, 3>& expected, std::int16_t* node,
-                  std::array<std::int16_t, 3>& residual) {
-    std::uint64_t word = reader_.peek();
-    if (quiet) {
-      reader_.skip(1);
-      if (word & 1) {
-        residual = {};
-        for (unsigned axis = 0; axis < 3; ++axis) node[axis] = expected[axis];
-        return true;
-      }
-      word = reader_.peek();
-    }
-    for (unsigned axis = 0; axis < 3; ++axis) {
-      unsigned length = 0;
-      residual[axis] = unfold(rice_at(word, k, length));
-      reader_.skip(length);
-      word = reader_.peek();
-      node[axis] = static_cast<std::int16_t>(expected[axis] + residual[axis]);
-    }
-    return !reader_.beyond_end();
+// `last_size`: of the node coded before, which counts when no neighbour is there.
+inline Surroundings look_around(const NodeWalk& walk, std::uint32_t i, const std::array<std::uint32_t, 4>& size_weights,
+                                std::uint32_t last_size) {
+  const NodeNeighbours& neighbours = walk.neighbours[i];
+  const std::uint32_t a = std::min(neighbours[0] - walk.first, walk.count);
+  const std::uint32_t b = std::min(neighbours[1] - walk.first, walk.count);
+  const std::uint32_t c = std::min(neighbours[2] - walk.first, walk.count);
+  const unsigned count = unsigned{a < walk.count} + unsigned{b < walk.count} + unsigned{c < walk.count};
+  const CodedNode &na = walk.coded[a], &nb = walk.coded[b], &nc = walk.coded[c];
+  const std::uint32_t sizes = count == 0 ? last_size : std::uint32_t{na.size} + nb.size + nc.size;
+  Surroundings out;
+  out.expected_size = (sizes * size_weights[count] + walk.motion[i] * walk.expectation.motion) >> kExpectationShift;
+  const std::int32_t weight = walk.spatial[count];
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    const std::int32_t errors = na.error[axis] + nb.error[axis] + nc.error[axis];
+    out.expected[axis] = static_cast<std::int16_t>(walk.predicted[3 * i + axis] + ((weight * errors + 16) >> 5));
   }
+  return out;
+}
 
- private:
-  BitReader& reader_;
-};
+// Of the sum over so many neighbours: their mean's.
+inline std::array<std::uint32_t, 4> size_weights(const Expectation& expectation) {
+  const std::uint32_t one = expectation.neighbours;
+  return {6 * one, 6 * one, 3 * one, 2 * one};
+}
 
-// Codes `range` of `nodes` (3 each; the pointers are to the range's first), with what history predicts. False when
-// there are no more bits to decode.
-template <class CodeNode, class Node>
-bool code_nodes(std::span<const NodeNeighbours> neighbours, NodeRange range, const std::int16_t* predicted,
-                const std::uint16_t* motion, const SpatialWeights& spatial, const Expectation& expectation,
-                std::span<CodedNode> coded, CodeNode code, Node* nodes) {
-  static constexpr std::array<std::uint32_t, 4> kSixthsOfMean{0, 6, 3, 2};
-  CodedNode last;
-  for (std::uint32_t i = range.count; i-- > 0;) {
-    std::array<int, 3> errors{};
-    std::uint32_t sizes = 0;
-    unsigned count = 0;
-    for (const std::uint32_t neighbour : neighbours[range.first + i]) {
-      const std::uint32_t at = neighbour - range.first;  // huge when absent
-      if (at >= range.count) break;
-      const CodedNode& known = coded[at];
-      for (unsigned axis = 0; axis < 3; ++axis) errors[axis] += known.error[axis];
-      sizes += known.size;
-      ++count;
-    }
-    const std::uint32_t size6 = count == 0 ? 6u * last.size : sizes * kSixthsOfMean[count];
-    const std::uint32_t expected_size =
-        (size6 * expectation.neighbours + motion[i] * expectation.motion) >> kExpectationShift;
-    const int weight = spatial.per_neighbour[count];
-    std::array<std::int16_t, 3> expected, residual;
-    for (unsigned axis = 0; axis < 3; ++axis)
-      expected[axis] = static_cast<std::int16_t>(predicted[3 * i + axis] + ((weight * errors[axis] + 16) >> 5));
-    const auto k = static_cast<unsigned>(std::bit_width(expected_size >> 1));
-    if (!code(expected_size == 0, k, expected, nodes + 3 * i, residual)) return false;
-    for (unsigned axis = 0; axis < 3; ++axis)
-      last.error[axis] = static_cast<std::int16_t>(nodes[3 * i + axis] - predicted[3 * i + axis]);
-    last.size = static_cast<std::uint16_t>(
-        std::min(std::abs(residual[0]) + std::abs(residual[1]) + std::abs(residual[2]), kSizeMax));
-    coded[i] = last;
-  }
-  return true;
+inline void remember(const NodeWalk& walk, std::uint32_t i, const std::int16_t* node, std::uint32_t size) {
+  CodedNode& coded = walk.coded[i];
+  for (unsigned axis = 0; axis < 3; ++axis)
+    coded.error[axis] = static_cast<std::int16_t>(node[axis] - walk.predicted[3 * i + axis]);
+  coded.size = static_cast<std::uint16_t>(size);
 }
 
 }  // namespace hairnet::codec

@@ -11,13 +11,12 @@ bool fits(const Integers& earlier, std::size_t node_count) {
 bool decode_plane(std::span<const NodeNeighbours> neighbours, NodeRange range, const Expectation& expectation,
                   NodeScratch& scratch, BitReader& reader, std::int16_t* nodes) {
   const SpatialWeights& spatial = kSpatialWeights[reader.take(kSpatialBits)];
-  return code_nodes(neighbours, range, scratch.predicted.data(), scratch.motion.data(), spatial, expectation,
-                    scratch.coded, DecodeNode(reader), nodes);
+  return decode_nodes(scratch.walk(neighbours, range, spatial, expectation), reader, nodes);
 }
 
-bool decode_nodes(BitReader& reader, NodeRange range, History history, std::span<const NodeNeighbours> neighbours,
-                  bool has_velocities, Integers& out) {
-  NodeScratch scratch(range.count);
+bool decode_planes(BitReader& reader, NodeRange range, History history, std::span<const NodeNeighbours> neighbours,
+                   bool has_velocities, Integers& out) {
+  NodeScratch scratch(range);
   const std::size_t begin = 3 * std::size_t{range.first};
   const TemporalWeights& temporal = kTemporalWeights[history.size()][reader.take(kTemporalBits[history.size()])];
   predict_nodes(history, range, temporal, scratch.predicted, scratch.motion);
@@ -43,7 +42,7 @@ bool decode_range(std::span<const std::uint8_t> bytes, NodeRange range, bool wit
   out.velocities.resize(has_velocities ? out.nodes.size() : 0);
   BitReader reader(bytes);
   if (with_bones) decode_bones(reader, history, out);
-  if (range.count > 0 && !decode_nodes(reader, range, history, NeighbourAccess::of(*neighbours), has_velocities, out))
+  if (range.count > 0 && !decode_planes(reader, range, history, NeighbourAccess::of(*neighbours), has_velocities, out))
     return false;
   return reader.ends_here();
 }

@@ -1,4 +1,5 @@
 #include <cassert>
+#include <memory>
 
 #include "schema/codec/bones.hpp"
 #include "schema/codec/frame_nodes.hpp"
@@ -9,14 +10,14 @@ namespace {
 // The spatial weights that leave least; judged by some of the nodes.
 unsigned choose_spatial(std::span<const NodeNeighbours> neighbours, NodeRange range, const std::int16_t* nodes,
                         const std::int16_t* predicted) {
-  constexpr std::uint32_t kSamplesMax = 128;
+  constexpr std::uint32_t kSamplesMax = 64;
   const std::uint32_t stride = range.count / kSamplesMax + 1;
   std::array<std::uint32_t, kSpatialWeights.size()> sums{};
   const auto error = [&](std::uint32_t i, unsigned axis) {
     return static_cast<std::int16_t>(nodes[3 * i + axis] - predicted[3 * i + axis]);
   };
   for (std::uint32_t i = 0; i < range.count; i += stride) {
-    std::array<int, 3> known{};
+    std::array<std::int32_t, 3> known{};
     unsigned count = 0;
     for (const std::uint32_t neighbour : neighbours[range.first + i]) {
       const std::uint32_t at = neighbour - range.first;
@@ -24,10 +25,12 @@ unsigned choose_spatial(std::span<const NodeNeighbours> neighbours, NodeRange ra
       for (unsigned axis = 0; axis < 3; ++axis) known[axis] += error(at, axis);
       ++count;
     }
-    for (std::size_t choice = 0; choice < sums.size(); ++choice) {
-      const int weight = kSpatialWeights[choice].per_neighbour[count];
-      for (unsigned axis = 0; axis < 3; ++axis)
-        sums[choice] += static_cast<std::uint32_t>(std::abs(error(i, axis) - ((weight * known[axis] + 16) >> 5)));
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      const std::int32_t own = error(i, axis);
+      for (std::size_t choice = 0; choice < sums.size(); ++choice) {
+        const std::int32_t left = own - ((kSpatialWeights[choice][count] * known[axis] + 16) >> 5);
+        sums[choice] += static_cast<std::uint32_t>(left < 0 ? -left : left);
+      }
     }
   }
   return static_cast<unsigned>(std::ranges::min_element(sums) - sums.begin());
@@ -50,19 +53,19 @@ void encode_plane(std::span<const NodeNeighbours> neighbours, NodeRange range, c
                   const std::int16_t* nodes, NodeScratch& scratch, BitWriter& writer) {
   const unsigned spatial = choose_spatial(neighbours, range, nodes, scratch.predicted.data());
   writer.put(spatial, kSpatialBits);
-  code_nodes(neighbours, range, scratch.predicted.data(), scratch.motion.data(), kSpatialWeights[spatial], expectation,
-             scratch.coded, EncodeNode(writer), nodes);
+  encode_nodes(scratch.walk(neighbours, range, kSpatialWeights[spatial], expectation), nodes, writer);
 }
 
-void encode_nodes(const Integers& frame, History history, std::span<const NodeNeighbours> neighbours, NodeRange range,
-                  BitWriter& writer) {
-  NodeScratch scratch(range.count);
+void encode_planes(const Integers& frame, History history, std::span<const NodeNeighbours> neighbours, NodeRange range,
+                   BitWriter& writer) {
+  NodeScratch scratch(range);
+  const std::size_t begin = 3 * std::size_t{range.first};
   const unsigned choice = choose_temporal(frame, history, range);
   writer.put(choice, kTemporalBits[history.size()]);
   const TemporalWeights& temporal = kTemporalWeights[history.size()][choice];
   predict_nodes(history, range, temporal, scratch.predicted, scratch.motion);
-  encode_plane(neighbours, range, kDisplacementExpectation[temporal.frames],
-               frame.nodes.data() + 3 * std::size_t{range.first}, scratch, writer);
+  encode_plane(neighbours, range, kDisplacementExpectation[temporal.frames], frame.nodes.data() + begin, scratch,
+               writer);
   if (frame.velocities.empty()) return;
   int scale = 0;
   if (!history.empty()) {
@@ -70,8 +73,7 @@ void encode_nodes(const Integers& frame, History history, std::span<const NodeNe
     writer.put(static_cast<std::uint64_t>(scale), kVelocityScaleBits);
   }
   predict_velocities(frame, history, range, scale, scratch);
-  encode_plane(neighbours, range, kVelocityExpectation, frame.velocities.data() + 3 * std::size_t{range.first}, scratch,
-               writer);
+  encode_plane(neighbours, range, kVelocityExpectation, frame.velocities.data() + begin, scratch, writer);
 }
 
 }  // namespace
@@ -81,12 +83,13 @@ void append_content(const Integers& frame, History history, const Neighbours* ne
   assert(history.size() <= kHistoryMax);
   assert(frame.nodes.size() == (neighbours ? 3 * neighbours->node_count() : 0));
   assert(frame.velocities.empty() || frame.velocities.size() == frame.nodes.size());
-  const std::size_t begin = out.size();
-  out.resize(begin + kBonesBytesMax + kNodeBytesMax * range.count + kWriterSlackBytes);
-  BitWriter writer(out.data() + begin);
+  // Room for the worst, most of which is never touched.
+  const std::size_t bytes_max = kBonesBytesMax + kNodeBytesMax * range.count + kWriterSlackBytes;
+  const std::unique_ptr<std::uint8_t[]> room = std::make_unique_for_overwrite<std::uint8_t[]>(bytes_max);
+  BitWriter writer(room.get());
   if (with_bones) encode_bones(frame, history, writer);
-  if (range.count > 0) encode_nodes(frame, history, NeighbourAccess::of(*neighbours), range, writer);
-  out.resize(begin + writer.finish());
+  if (range.count > 0) encode_planes(frame, history, NeighbourAccess::of(*neighbours), range, writer);
+  out.insert(out.end(), room.get(), room.get() + writer.finish());
 }
 
 void encode_frame(const Integers& frame, History history, const Neighbours* neighbours,

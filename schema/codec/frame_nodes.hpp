@@ -1,26 +1,39 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "schema/codec/code_nodes.hpp"
 
-// The node part of a frame or of a range of one, the same for both ends but for who says the choices.
+// The node part of a frame or of a range of one, as far as it is the same for both ends.
 namespace hairnet::codec {
 
-// By the number of frames that the prediction uses.
-inline constexpr std::array<Expectation, kHistoryMax + 1> kDisplacementExpectation{
-    {{72, 0}, {70, 0}, {52, 30}, {40, 75}}};
-inline constexpr Expectation kVelocityExpectation{72, 0};
+// A plane of nodes from `nodes` (3 each, from the range's first on), or into it. False when the bits are at an end.
+void encode_nodes(const NodeWalk& walk, const std::int16_t* nodes, BitWriter& writer);
+[[nodiscard]] bool decode_nodes(const NodeWalk& walk, BitReader& reader, std::int16_t* nodes);
 
 inline constexpr unsigned kVelocityScaleBits = 7;
 inline constexpr int kVelocityScaleOne = 16;  // a velocity unit a step of displacement since the last frame
 
-// More than a node, or a node with its velocity, can take.
-inline constexpr std::size_t kNodeBytesMax = 2 * (3 * kRiceBitsMax + 1) / 8 + 2;
+// More than a node with its velocity takes.
+inline constexpr std::size_t kNodeBytesMax = 2 * (1 + 3 * (kZerosMax + 16)) / 8 + 2;
 
-// Scratch of one frame.
+// Of one range.
 struct NodeScratch {
-  explicit NodeScratch(std::size_t count) : predicted(3 * count), motion(count), coded(count) {}
+  explicit NodeScratch(NodeRange range) : predicted(3 * range.count), motion(range.count), coded(range.count + 1) {}
+
+  [[nodiscard]] NodeWalk walk(std::span<const NodeNeighbours> neighbours, NodeRange range,
+                              const SpatialWeights& spatial, const Expectation& expectation) {
+    return {neighbours.subspan(range.first, range.count),
+            range.first,
+            range.count,
+            predicted.data(),
+            motion.data(),
+            spatial,
+            expectation,
+            coded.data()};
+  }
+
   std::vector<std::int16_t> predicted;
   std::vector<std::uint16_t> motion;
   std::vector<CodedNode> coded;

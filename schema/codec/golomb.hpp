@@ -6,7 +6,7 @@
 
 #include "schema/codec/bits.hpp"
 
-// Codes of integers: small ones short, none without end.
+// Integers of either sign as bits: small ones short, none without end.
 namespace hairnet::codec {
 
 // 0, -1, 1, -2, ... to 0, 1, 2, 3, ...; modulo 2^16 and 2^32.
@@ -21,32 +21,6 @@ inline std::uint32_t fold(std::int32_t x) {
 }
 inline std::int32_t unfold(std::uint32_t z) {
   return static_cast<std::int32_t>((z >> 1) ^ (0u - (z & 1)));
-}
-
-// Rice: z >> k as zeros and a one, then the low k bits of z. From kRiceZerosMax zeros on there is no one, and all of
-// z's 16 bits follow.
-inline constexpr unsigned kRiceZerosMax = 14;
-inline constexpr unsigned kRiceBitsMax = kRiceZerosMax + 16;
-
-inline void put_rice(BitWriter& writer, std::uint16_t z, unsigned k) {
-  const unsigned zeros = z >> k;
-  if (zeros >= kRiceZerosMax) [[unlikely]] {
-    writer.put(std::uint64_t{z} << kRiceZerosMax, kRiceBitsMax);
-    return;
-  }
-  const std::uint64_t low = z & ((1u << k) - 1);
-  writer.put((low << 1 | 1) << zeros, zeros + 1 + k);
-}
-
-// The code at the bottom of `word`, of which it takes `length` bits.
-inline std::uint16_t rice_at(std::uint64_t word, unsigned k, unsigned& length) {
-  const auto zeros = static_cast<unsigned>(std::countr_zero(word | std::uint64_t{1} << kRiceZerosMax));
-  if (zeros == kRiceZerosMax) [[unlikely]] {
-    length = kRiceBitsMax;
-    return static_cast<std::uint16_t>(word >> kRiceZerosMax);
-  }
-  length = zeros + 1 + k;
-  return static_cast<std::uint16_t>(zeros << k | (word >> (zeros + 1) & ((1u << k) - 1)));
 }
 
 // Exponential Golomb: with y = z + 2^k, as many zeros as y has bits beyond k + 1, a one, and y without its highest bit.

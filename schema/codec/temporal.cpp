@@ -69,7 +69,7 @@ unsigned choose_temporal(const Integers& frame, History history, NodeRange range
   };
   const I16 *x = frame.nodes.data() + begin, *a = frame_from(0), *b = frame_from(1), *c = frame_from(2);
   // Some hundred coordinates tell as much as all.
-  constexpr std::size_t kSamplesMax = 384;
+  constexpr std::size_t kSamplesMax = 256;
   std::array<I16, kSamplesMax> value, moved, first, second;
   std::size_t stride = coordinates / kSamplesMax + 1;
   if (stride % 3 == 0) ++stride;  // or one axis would speak for all

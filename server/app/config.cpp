@@ -26,6 +26,8 @@ constexpr const char* kExamples = R"(Examples:
   hairnet-server --record run.hnrec              what the solver was told, to be stepped again
   hairnet-server --level-cache levels            builds no groom twice
   hairnet-server --config server.toml --port 7421  settings of a file, but for the port
+  hairnet-server --bind :: --tls-certificate chain.pem --tls-key key.pem --web-root web
+                                                   browsers and headsets as well, over TLS
   hairnet-server --check --tick-rate 90            say what would run, and end
 
 Exit status: 0 after SIGTERM or SIGINT, 2 when the configuration is wrong or the port is taken.)";

@@ -20,6 +20,7 @@ struct Config {
   int substeps = 0;           // 0: as many as keep a step within kStepMax_s
   int iterations = 0;         // 0: each level's own
   std::uint32_t ticks_behind_max = 3;  // more overdue ticks than this are skipped
+  double tick_budget = 0.7;            // of the tick that its work may take: levels go down to keep within it
   std::uint32_t workers = 0;           // threads of the tick; 0: one less than the machine has, at least 1
   std::uint32_t build_threads = 0;     // threads of a groom's build; 0: what the machine has, at most 4
   std::string level_cache;             // folder of built levels; empty: none are kept

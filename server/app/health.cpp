@@ -7,6 +7,7 @@ namespace hairnet::server {
 std::string not_ready(const Health& health) {
   if (health.draining) return "draining";
   if (!health.accepting) return "not accepting yet";
+  if (health.last_tick_ns == 0) return "no tick has run yet";
   const std::int64_t since_ns = health.now_ns - health.last_tick_ns;
   if (since_ns > kTickStallMax_ns)
     return fmt::format("ticks stalled: the last was {:.1f} s ago", static_cast<double>(since_ns) * 1e-9);

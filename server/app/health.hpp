@@ -9,7 +9,7 @@ namespace hairnet::server {
 struct Health {
   bool accepting = false;         // the port is open
   bool draining = false;          // a signal has asked it to end
-  std::int64_t last_tick_ns = 0;  // when the newest tick was done, or when the ticks were started
+  std::int64_t last_tick_ns = 0;  // when the newest tick was done; 0: none yet
   std::int64_t now_ns = 0;
 };
 

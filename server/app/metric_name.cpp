@@ -25,6 +25,9 @@ constexpr std::array kExact{
     Exact{"winds_refused", "requests_refused", "request", "wind"},
     Exact{"grooms_refused", "requests_refused", "request", "groom"},
     Exact{"chunks_refused", "requests_refused", "request", "chunk"},
+    Exact{"hair_states_refused", "requests_refused", "request", "hair_state"},
+    Exact{"observes_refused", "requests_refused", "request", "observe"},
+    Exact{"downloads_refused", "requests_refused", "request", "download"},
     Exact{"connections_tcp", "connections_opened", "transport", "tcp"},
     Exact{"connections_websocket", "connections_opened", "transport", "websocket"},
     Exact{"connections_http", "connections_opened", "transport", "http"},
@@ -43,23 +46,29 @@ constexpr std::array kParts{
     Part{"step_cost_seconds_at_", "step_cost_seconds", "level"},
 };
 
+// DUTY_ns_total: time spent on something.
+constexpr std::string_view kNanoseconds = "_ns_total";
+
 // THINGS_refused_REASON and its kin.
 constexpr std::array<std::string_view, 5> kVerbs{"_rejected_", "_refused_", "_dropped_", "_failed_", "_closed_"};
 
 MetricName unprefixed(std::string_view name) {
   const auto exact = std::find_if(kExact.begin(), kExact.end(), [&](const Exact& e) { return e.name == name; });
   if (exact != kExact.end())
-    return {std::string(exact->family), std::string(exact->label_name), std::string(exact->label_value)};
+    return {std::string(exact->family), std::string(exact->label_name), std::string(exact->label_value), 1};
   for (const Part& part : kParts) {
     if (name.starts_with(part.before))
-      return {std::string(part.family), std::string(part.label_name), std::string(name.substr(part.before.size()))};
+      return {std::string(part.family), std::string(part.label_name), std::string(name.substr(part.before.size())), 1};
   }
+  if (name.ends_with(kNanoseconds))
+    return {"duty_seconds", "duty", std::string(name.substr(0, name.size() - kNanoseconds.size())), 1e-9};
   for (const std::string_view verb : kVerbs) {
     const std::size_t at = name.find(verb);
     if (at != std::string_view::npos)
-      return {std::string(name.substr(0, at + verb.size() - 1)), "reason", std::string(name.substr(at + verb.size()))};
+      return {std::string(name.substr(0, at + verb.size() - 1)), "reason", std::string(name.substr(at + verb.size())),
+              1};
   }
-  return {std::string(name), "", ""};
+  return {std::string(name), "", "", 1};
 }
 
 }  // namespace

@@ -4,8 +4,10 @@
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdio>
+#include <ctime>
 #include <memory>
 #include <optional>
 
@@ -133,13 +135,14 @@ int run_program(const Config& config) {
   set_up_log(config.log_level);
   Metrics metrics;
   IoLoop loop;  // outlives the sessions, which hold its sockets
-  auto created = Server::create(config, metrics, monotonic_now_ns());
+  auto created = Server::create(config, metrics, monotonic_now_ns(), monotonic_now_ns);
   if (!created) return refuse(created.error());
   Server& server = **created;
+  metrics.program.start_time_seconds.set(static_cast<double>(std::time(nullptr)));
   Health health;
   ServerPages pages(metrics, [&health, &metrics] {
     Health now = health;
-    now.last_tick_ns = metrics.tick.gauges.last_tick_ns.load(std::memory_order_relaxed);
+    now.last_tick_ns = std::max(now.last_tick_ns, metrics.tick.gauges.last_tick_ns.load(std::memory_order_relaxed));
     now.now_ns = monotonic_now_ns();
     return now;
   });
@@ -165,6 +168,7 @@ int run_program(const Config& config) {
   });
   log_counters(metrics, config.counters_interval_s, loop);
   health.accepting = true;
+  health.last_tick_ns = monotonic_now_ns();
   fmt::print("hairnet-server listening on {}:{}, {}\n", config.bind, port, summary(config));
   std::fflush(stdout);
   {

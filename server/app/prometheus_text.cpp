@@ -40,18 +40,20 @@ class Families {
   void add(const CounterSet& set) {
     for (const Counter* counter : set.counters()) {
       if (std::find(kShownOtherwise.begin(), kShownOtherwise.end(), counter->name()) != kShownOtherwise.end()) continue;
-      add(counter->name(), MetricKind::counter, MetricType::Counter).counter.value =
-          static_cast<double>(counter->value());
+      const MetricName name = metric_name(counter->name(), MetricKind::counter);
+      add(name, MetricType::Counter).counter.value = static_cast<double>(counter->value()) * name.scale;
     }
   }
   void add(const GaugeSet& set) {
     for (const Gauge* gauge : set.gauges()) {
-      if (gauge->is_set()) add(gauge->name(), MetricKind::gauge, MetricType::Gauge).gauge.value = gauge->value();
+      if (gauge->is_set())
+        add(metric_name(gauge->name(), MetricKind::gauge), MetricType::Gauge).gauge.value = gauge->value();
     }
   }
   void add(const HistogramSet& set) {
     for (const Histogram* histogram : set.histograms())
-      add(histogram->name(), MetricKind::histogram, MetricType::Histogram).histogram = contents(*histogram);
+      add(metric_name(histogram->name(), MetricKind::histogram), MetricType::Histogram).histogram =
+          contents(*histogram);
   }
   [[nodiscard]] std::vector<MetricFamily> take() {
     std::vector<MetricFamily> families;
@@ -60,8 +62,7 @@ class Families {
   }
 
  private:
-  ClientMetric& add(std::string_view plain_name, MetricKind kind, MetricType type) {
-    const MetricName name = metric_name(plain_name, kind);
+  ClientMetric& add(const MetricName& name, MetricType type) {
     MetricFamily& family = families_[name.family];
     family.name = name.family;
     family.type = type;

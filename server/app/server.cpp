@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::size_t kTokenKeyFileBytesMax = 4096;
 
-SchedulerDef scheduler_def(const Config& config, WorkerPool& workers) {
+SchedulerDef scheduler_def(const Config& config, WorkerPool& workers, ClockNs clock) {
   SchedulerDef def;
   def.tick_rate_hz = config.tick_rate_hz;
   def.pose_delay_ns = static_cast<std::int64_t>(config.pose_delay_ms * 1e6);
@@ -19,6 +19,9 @@ SchedulerDef scheduler_def(const Config& config, WorkerPool& workers) {
   def.wind = config.wind;
   def.publish.packet_bytes_max = config.sessions.frame_packet_bytes_max;
   def.room_grace_ns = config.room_grace_ns;
+  def.world.now_ns = clock;
+  def.levels.tick_share = config.tick_budget;
+  def.levels.workers = static_cast<int>(config.workers);
   def.world.parallel_for = [&workers](std::size_t count, const std::function<void(std::size_t)>& body) {
     workers.parallel_for(count, body);
   };
@@ -45,7 +48,8 @@ std::int64_t unix_time_s() {
 
 }  // namespace
 
-Result<std::unique_ptr<Server>> Server::create(const Config& config, Metrics& metrics, std::int64_t now_ns) {
+Result<std::unique_ptr<Server>> Server::create(const Config& config, Metrics& metrics, std::int64_t now_ns,
+                                               ClockNs clock) {
   if (std::string wrong = validate(config); !wrong.empty()) return Refusal(std::move(wrong));
   std::unique_ptr<Recorder> recorder;
   if (!config.record.empty()) {
@@ -59,11 +63,11 @@ Result<std::unique_ptr<Server>> Server::create(const Config& config, Metrics& me
     if (token_key->empty())
       return Refusal("token key file " + config.token_key_file + ": cannot be read, or is no key of hairnet-token's");
   }
-  return std::unique_ptr<Server>(new Server(config, metrics, std::move(recorder), std::move(token_key), now_ns));
+  return std::unique_ptr<Server>(new Server(config, metrics, std::move(recorder), std::move(token_key), now_ns, clock));
 }
 
 Server::Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder> recorder,
-               std::optional<channel::TokenKey> token_key, std::int64_t now_ns)
+               std::optional<channel::TokenKey> token_key, std::int64_t now_ns, ClockNs clock)
     : commands_(config.command_weight_max),
       recorder_(std::move(recorder)),
       level_cache_(make_level_cache(config, metrics.level_cache)),
@@ -86,7 +90,7 @@ Server::Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder>
       sessions_(context_),
       workers_(config.workers),
       tick_clock_(config.tick_rate_hz, config.ticks_behind_max, now_ns),
-      scheduler_(scheduler_def(config, workers_), commands_, metrics.room, metrics.tick, recorder_.get()) {}
+      scheduler_(scheduler_def(config, workers_, clock), commands_, metrics.room, metrics.tick, recorder_.get()) {}
 
 PacketSink* Server::open(std::shared_ptr<Connection> connection, std::int64_t now_ns) {
   return sessions_.open(std::move(connection), now_ns);

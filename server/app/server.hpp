@@ -21,8 +21,10 @@ namespace hairnet::server {
 // tick, builder, recorder. They meet in bounded queues only, so poll() can also run them all in turn on one thread.
 class Server {
  public:
-  // `metrics` must outlive the server. Ticks are counted from `now_ns`.
-  static Result<std::unique_ptr<Server>> create(const Config& config, Metrics& metrics, std::int64_t now_ns);
+  // `metrics` must outlive the server. Ticks are counted from `now_ns`. `clock`, of any thread, measures what work takes;
+  // without one nothing is measured and every character is stepped as its owner asks.
+  static Result<std::unique_ptr<Server>> create(const Config& config, Metrics& metrics, std::int64_t now_ns,
+                                                ClockNs clock = nullptr);
 
   // I/O thread.
   PacketSink* open(std::shared_ptr<Connection> connection, std::int64_t now_ns);
@@ -51,7 +53,7 @@ class Server {
 
  private:
   Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder> recorder,
-         std::optional<channel::TokenKey> token_key, std::int64_t now_ns);
+         std::optional<channel::TokenKey> token_key, std::int64_t now_ns, ClockNs clock);
 
   std::atomic<std::uint64_t> tick_{0};  // the newest begun, for Welcome
   CommandQueue commands_;

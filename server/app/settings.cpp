@@ -1,11 +1,11 @@
 #include "server/app/settings.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <iterator>
 #include <limits>
-#include <sstream>
 #include <utility>
 
 #include "schema/wire/groom_file.hpp"
@@ -16,6 +16,12 @@ namespace {
 
 constexpr std::int64_t kWholeMax = std::numeric_limits<std::int64_t>::max();
 constexpr std::int64_t kGiB = std::int64_t{1} << 30;
+
+std::vector<std::string> words_of(std::string text) {
+  std::replace(text.begin(), text.end(), ',', ' ');
+  std::istringstream stream(text);
+  return {std::istream_iterator<std::string>(stream), {}};
+}
 
 // Writes the list: each call is a setting of the current section.
 class List {
@@ -47,33 +53,24 @@ class List {
     s.set = [&to_ns](const Setting::Value& v) { to_ns = std::llround(std::get<double>(v) * 1e9); };
     return s;
   }
+  Setting& seconds(std::chrono::milliseconds& to, const char* key, double least, double most, const char* about) {
+    Setting& s = ranged(key, "", about, least, most);
+    s.get = [&to] { return Setting::Value(static_cast<double>(to.count()) / 1e3); };
+    s.set = [&to](const Setting::Value& v) { to = std::chrono::milliseconds(std::llround(std::get<double>(v) * 1e3)); };
+    return s;
+  }
+  // Words with spaces or commas between.
+  Setting& words(std::vector<std::string>& to, const char* key, const char* about) {
+    Setting& s = add(key, "", about);
+    s.get = [&to] { return Setting::Value(fmt::format("{}", fmt::join(to, " "))); };
+    s.set = [&to](const Setting::Value& v) { to = words_of(std::get<std::string>(v)); };
+    return s;
+  }
   Setting& text(std::string& to, const char* key, const char* about, std::vector<std::string> choices = {}) {
     Setting& s = add(key, "", about);
     s.choices = std::move(choices);
     s.get = [&to] { return Setting::Value(to); };
     s.set = [&to](const Setting::Value& v) { to = std::get<std::string>(v); };
-    return s;
-  }
-  // Words, parted by spaces.
-  Setting& words(std::vector<std::string>& to, const char* key, const char* about, const char* flag = "") {
-    Setting& s = add(key, flag, about);
-    s.get = [&to] {
-      std::string all;
-      for (const std::string& word : to) all += (all.empty() ? "" : " ") + word;
-      return Setting::Value(all);
-    };
-    s.set = [&to](const Setting::Value& v) {
-      std::istringstream all(std::get<std::string>(v));
-      to.assign(std::istream_iterator<std::string>(all), {});
-    };
-    return s;
-  }
-  Setting& seconds(std::chrono::milliseconds& to, const char* key, double least, double most, const char* about) {
-    Setting& s = ranged(key, "", about, least, most);
-    s.get = [&to] { return Setting::Value(static_cast<double>(to.count()) / 1e3); };
-    s.set = [&to](const Setting::Value& v) {
-      to = std::chrono::milliseconds(std::llround(std::get<double>(v) * 1e3));
-    };
     return s;
   }
   Setting& toggle(bool& to, const char* key, const char* about, const char* flag = "") {
@@ -123,6 +120,8 @@ void add_server(List& list, Config& c) {
   list.whole(c.tick_rate_hz, "tick_rate_hz", 10, 120, "steps and frames a second", "--tick-rate");
   list.number(c.pose_delay_ms, "pose_delay_ms", 0, 200, "poses are sampled this far back");
   list.whole(c.ticks_behind_max, "ticks_behind_max", 1, 1000, "more overdue ticks than this are skipped");
+  list.number(c.tick_budget, "tick_budget", 0.05, 0.95,
+              "share of a tick that its work may take; detail goes down to keep within it");
   list.whole(c.workers, "workers", 0, 256, "threads of a tick; 0: the machine's less one");
   list.text(c.token_key_file, "token_key_file",
             "clients need tokens signed by the key in this file (hairnet-token key); empty: they need none");
@@ -181,6 +180,30 @@ void add_limits(List& list, Config& c) {
   list.seconds(s.drain_timeout_ns, "goodbye_timeout_s", 0, 600, "for a client to take its goodbye");
 }
 
+void add_transport(List& list, Config& c) {
+  TransportOptions& t = c.transport;
+  AdmissionLimits& a = t.admission;
+  list.section("transport");
+  list.text(t.web_root, "web_root", "folder of pages to serve; empty: none");
+  list.words(t.origins, "origins",
+             "pages that may open a WebSocket, as https://host[:port], * for all; empty: the server's own");
+  list.text(t.tls.certificate, "tls_certificate", "PEM file, the certificate's chain; empty: no TLS");
+  list.text(t.tls.key, "tls_key", "PEM file, the certificate's key, without a passphrase");
+  list.toggle(t.tls_required, "tls_required", "whether what is not TLS is turned away");
+  list.whole(a.connections_max, "connections_max", 0, 1 << 20,
+             "connections of all kinds; 0: as many as the clients and the next two can use");
+  list.whole(a.arrivals_max, "arrivals_max", 1, 1 << 16, "connections that have not yet said what they want");
+  list.whole(a.http_max, "page_connections_max", 1, 1 << 16, "connections that ask for pages");
+  list.whole(a.connections_per_address_max, "connections_per_address_max", 0, 1 << 20,
+             "connections of one IPv4 address or IPv6 /64; 0: no bound");
+  list.whole(t.requests_per_connection_max, "requests_per_connection_max", 1, 1 << 20, "pages of one connection");
+  list.seconds(t.opening_timeout, "opening_timeout_s", 0.1, 600, "for a connection's first bytes, and again for TLS");
+  list.seconds(t.request_timeout, "request_timeout_s", 0.1, 600, "for a whole request, the wait for it included");
+  list.seconds(t.response_timeout, "response_timeout_s", 0.1, 600, "for each 64 KiB of a page to be taken");
+  list.seconds(t.ping_after, "ping_after_s", 0.1, 600,
+               "a WebSocket that says nothing is pinged, and after twice this ended");
+}
+
 void add_grooms(List& list, Config& c) {
   GroomStoreLimits& g = c.grooms;
   const GroomLimits most;
@@ -210,26 +233,6 @@ void add_grooms(List& list, Config& c) {
               "every coordinate of a groom, absolute");
 }
 
-void add_transport(List& list, Config& c) {
-  TransportOptions& t = c.transport;
-  list.section("transport");
-  list.text(t.web_root, "web_root", "folder of pages to serve; empty: none");
-  list.words(t.origins, "origins", "pages that may open a WebSocket, as scheme://host:port, parted by spaces; empty: this server's own");
-  list.text(t.tls.certificate, "tls_certificate", "PEM file of the certificate chain; empty: no TLS");
-  list.text(t.tls.key, "tls_key", "PEM file of its key");
-  list.toggle(t.tls_required, "tls_required", "turn away what is not TLS");
-  list.whole(t.admission.connections_max, "connections_max", 0, 1 << 20, "connections in all; 0: as many as can be of use");
-  list.whole(t.admission.connections_per_address_max, "connections_per_address_max", 0, 1 << 20,
-             "connections of one address; 0: no bound");
-  list.whole(t.admission.arrivals_max, "arrivals_max", 1, 1 << 20, "connections that have not said what they want");
-  list.whole(t.admission.http_max, "http_connections_max", 1, 1 << 20, "connections that ask for pages");
-  list.seconds(t.opening_timeout, "opening_timeout_s", 0.1, 600, "for the first bytes, and again for a TLS handshake");
-  list.seconds(t.request_timeout, "request_timeout_s", 0.1, 600, "for a whole HTTP request, the wait for it included");
-  list.seconds(t.response_timeout, "response_timeout_s", 0.1, 600, "for each 64 KiB of an HTTP response to leave");
-  list.seconds(t.ping_after, "ping_after_s", 0.1, 600, "a WebSocket that says nothing is pinged, and ended at twice this");
-  list.whole(t.requests_per_connection_max, "requests_per_connection_max", 1, 1 << 20, "HTTP requests of one connection");
-}
-
 void add_log(List& list, Config& c) {
   list.section("log");
   list.text(c.log_level, "log_level", "how much is said on standard error",
@@ -245,8 +248,8 @@ std::vector<Setting> settings_of(Config& config) {
   add_solver(list, config);
   add_wind(list, config);
   add_limits(list, config);
-  add_grooms(list, config);
   add_transport(list, config);
+  add_grooms(list, config);
   add_log(list, config);
   return list.take();
 }

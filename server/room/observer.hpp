@@ -55,6 +55,7 @@ struct Observer {
     bool discontinuous = false;
   };
   std::vector<Request> requests;
+  std::int64_t send_ns = 0;  // that they took, but for coding
 
   // Nothing it was ever sent may be referred to.
   void forget_sent() {

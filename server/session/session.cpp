@@ -188,8 +188,8 @@ bool Session::join(const wire::Hello& hello, std::int64_t now_ns) {
   joined_ = true;
   context_->rooms.enter(identity_.room);
   counters.sessions_welcomed.add();
-  spdlog::info("event=session_opened session={} client={} room={} peer={}", id(), log_text(identity_.name),
-               log_text(identity_.room), connection_->peer());
+  spdlog::info("event=session_opened session={} client={} room={} peer={} transport={}", id(), log_text(identity_.name),
+               log_text(identity_.room), connection_->peer(), connection_->transport());
   return true;
 }
 

@@ -75,6 +75,7 @@ void Publisher::publish(Rooms& rooms, const Simulation& simulation, const wire::
   observers_.clear();
   for (auto& [session, observer] : rooms.observers()) {
     observer.requests.clear();
+    observer.send_ns = 0;
     if (observer.outlet) observers_.push_back(&observer);
   }
   const auto look_at = [&](std::size_t i) { look(terms, *characters_[i]); };
@@ -120,7 +121,10 @@ void Publisher::request(const Terms& terms, Room& room) const {
   if (!room.in_use) return;
   room.stride_max = 1;
   for (Observer* observer : room.observers) {
-    if (observer->outlet) room.stride_max = std::max(room.stride_max, request(terms, room, *observer));
+    if (!observer->outlet) continue;
+    const std::int64_t begun_ns = clock_ns();
+    room.stride_max = std::max(room.stride_max, request(terms, room, *observer));
+    observer->send_ns = clock_ns() - begun_ns;
   }
 }
 
@@ -163,6 +167,7 @@ int Publisher::request(const Terms& terms, const Room& room, Observer& observer)
 void Publisher::encode(const Terms& terms, Character& character) const {
   const std::span variants(character.variants.data(), character.variant_count);
   if (variants.empty()) return;
+  const std::int64_t begun_ns = clock_ns();
   const LatticeView lattice = terms.simulation.lattice(character.key);
   const std::uint64_t tick = terms.tick.tick;
   const auto strides = static_cast<std::uint64_t>(std::max(terms.rooms.room(character.room).stride_max, character.stride));
@@ -191,10 +196,12 @@ void Publisher::encode(const Terms& terms, Character& character) const {
     }
   }
   counters_->frames_encoded.add(variants.size());
+  character.encode_ns = clock_ns() - begun_ns;
 }
 
 void Publisher::send(const Terms& terms, Observer& observer) const {
   if (observer.requests.empty()) return;
+  const std::int64_t begun_ns = clock_ns();
   std::vector<std::vector<std::uint8_t>> packets;
   wire::FrameBatch batch{terms.tick.tick, terms.tick.sample_time_ns, {}};
   std::size_t bytes = 0;
@@ -226,6 +233,7 @@ void Publisher::send(const Terms& terms, Observer& observer) const {
   counters_->frames_published.add(observer.requests.size());
   for (const auto& packet : packets) counters_->frame_bytes_published.add(packet.size());
   observer.outlet->push_frames(std::move(packets), observer.requests.size());
+  observer.send_ns += clock_ns() - begun_ns;
 }
 
 }  // namespace hairnet::server

@@ -16,6 +16,7 @@ namespace hairnet::server {
 struct PublishDef {
   std::size_t packet_bytes_max = std::size_t{256} << 10;
   std::uint64_t congestion_ticks = 60;  // before a stride that a slow connection was put on is halved again
+  ClockNs now_ns = nullptr;             // null: times are not measured
 };
 
 // From lattices to each observer's packets: what changed is looked at, then each observer says which coding of it it can
@@ -41,6 +42,8 @@ class Publisher {
   int request(const Terms& terms, const Room& room, Observer& observer) const;  // the stride it is sent at
   void encode(const Terms& terms, Character& character) const;
   void send(const Terms& terms, Observer& observer) const;
+
+  [[nodiscard]] std::int64_t clock_ns() const { return def_.now_ns ? def_.now_ns() : 0; }
 
   PublishDef def_;
   TickCounters* counters_;

@@ -9,16 +9,17 @@ namespace hairnet::server {
 namespace {
 
 constexpr std::uint64_t kInterestTicks = 8;   // from one look at who wants to see whom to the next, unless something changed
-constexpr double kMotionSmoothing_s = 0.3;
-constexpr double kTurnLever_m = 0.2;          // of hair about the head: what a turn moves it by
+constexpr double kMotionSmoothing_s = 1;
 constexpr float kScreenHeightUnreported = 0.25f;
 
-wire::HairState* fitting(std::optional<wire::HairState>& state, LevelIndex level) {
-  return state && state->level == level ? &*state : nullptr;
+void copy_vectors(const std::vector<std::int16_t>& integers, float unit, std::vector<Vec3f>& to) {
+  for (std::size_t i = 0; i + 2 < integers.size(); i += 3)
+    to.push_back(unit * Vec3f(integers[i], integers[i + 1], integers[i + 2]));
 }
 
 SchedulerDef completed(SchedulerDef def) {
-  def.world.tick_s = 1.0 / def.tick_rate_hz;
+  def.world.tick_s = def.levels.tick_s = 1.0 / def.tick_rate_hz;
+  def.levels.now_ns = def.publish.now_ns = def.world.now_ns;
   if (def.world.substep_count == 0) def.world.substep_count = substep_count_for(def.world.tick_s);
   if (!def.world.parallel_for) {
     def.world.parallel_for = [](std::size_t count, const std::function<void(std::size_t)>& body) {
@@ -50,12 +51,14 @@ Scheduler::Scheduler(const SchedulerDef& def, CommandQueue& commands, RoomCounte
       recorder_(recorder),
       rooms_(room_counters, def.wind, def.room_grace_ns),
       simulation_(def_.world, def_.wind),
+      level_chooser_(def_.levels, counters),
       publisher_(def_.publish, counters) {
   counters_->gauges.tick_budget_seconds.set(def_.world.tick_s);
   if (recorder_) recorder_->put(header_of(def_));
 }
 
 void Scheduler::run_tick(const TickClock::Tick& tick, std::int64_t now_ns) {
+  const std::int64_t begun_ns = clock_ns();
   counters_->ticks_run.add();
   counters_->ticks_skipped.add(tick.skipped);
   if (tick.late) counters_->ticks_late.add();
@@ -66,15 +69,18 @@ void Scheduler::run_tick(const TickClock::Tick& tick, std::int64_t now_ns) {
   take_commands(now_ns);
   sample_poses();
   look_around();
-  choose_levels();
+  level_chooser_.choose(rooms_, simulation_, inputs_);
+  bring_states();
   change_materials();
   change_winds();
   record_grooms();
-  step(now_ns);
+  counters_->schedule_ns_total.add(static_cast<std::uint64_t>(clock_ns() - begun_ns));
+  const StepReport report = step(now_ns);
   publisher_.publish(rooms_, simulation_, inputs_, def_.world.parallel_for, now_ns);
   if (tick.tick % def_.tick_rate_hz == 0) measure(rooms_, simulation_, counters_->gauges);
   record();
   rooms_.poll(now_ns);
+  level_chooser_.take(rooms_, report.costs, static_cast<double>(clock_ns() - begun_ns) * 1e-9);
 }
 
 struct Scheduler::Taker {
@@ -223,7 +229,7 @@ void Scheduler::sample_poses() {
     const codec::Integers before = character.bones;
     codec::quantise_pose(sample.pose, character.placed ? &before : nullptr, character.bones);
     if (character.placed && !sample.teleported && before.bones == character.bones.bones) {
-      character.motion_m_per_s *= static_cast<float>(1 - def_.world.tick_s / kMotionSmoothing_s);
+      note_motion(character, 0, 0);
       continue;  // the World holds it
     }
     const Pose pose_before = std::exchange(character.pose, codec::dequantise_pose(character.bones));
@@ -234,22 +240,27 @@ void Scheduler::sample_poses() {
   }
 }
 
+// Rigid at first; its level is chosen in the same tick when there is one.
 void Scheduler::place(Character& character) {
   const bool ready = simulation_.levels(character.groom) != nullptr;
   character.placed = true;
   character.discontinuous = true;
-  character.level = LevelIndex::rigid;
-  if (ready) character.level = character.state ? std::max(character.state->level, character.finest) : character.finest;
-  inputs_.added.push_back({character.key, character.groom, character.room, ready, character.level, character.pose});
-  if (character.level != LevelIndex::rigid) bring_state(character);
+  inputs_.added.push_back({character.key, character.groom, character.room, ready, LevelIndex::rigid, character.pose});
 }
 
 void Scheduler::move(Character& character, const PoseInbox::Sample& sample, const Pose& before) {
   inputs_.poses.push_back({character.key, sample.teleported, character.pose});
   const RigidTransform &from = before.head(), &to = character.pose.head();
-  const double moved_m = (to.position - from.position).norm() + kTurnLever_m * to.rotation.angularDistance(from.rotation);
-  const auto share = static_cast<float>(std::min(1.0, def_.world.tick_s / kMotionSmoothing_s));
-  character.motion_m_per_s += share * (static_cast<float>(moved_m / def_.world.tick_s) - character.motion_m_per_s);
+  note_motion(character, (to.position - from.position).norm(), to.rotation.angularDistance(from.rotation));
+}
+
+void Scheduler::note_motion(Character& character, double moved_m, double turned_rad) const {
+  const double share = std::min(1.0, def_.world.tick_s / kMotionSmoothing_s);
+  const auto smooth = [&](float& mean, double moved) {
+    mean += static_cast<float>(share * (moved / def_.world.tick_s - static_cast<double>(mean)));
+  };
+  smooth(character.head_speed_m_per_s, moved_m);
+  smooth(character.head_turn_rad_per_s, turned_rad);
 }
 
 View& Scheduler::view_of(Observer& observer, const Room& room, std::size_t seat) {
@@ -265,6 +276,7 @@ void Scheduler::look_around() {
   for (auto& [key, character] : rooms_.characters()) {
     character.seen = false;
     character.screen_height = 0;
+    character.observer_count = 0;
   }
   for (Room& room : rooms_.rooms()) {
     if (!room.in_use) continue;
@@ -297,45 +309,25 @@ void Scheduler::look_around(const Room& room, Observer& observer) {
     if (look) view.wanted = wanted_[s];
     if (!view.wanted || !view.in_view) continue;
     c->seen = true;
+    ++c->observer_count;
     c->screen_height = std::max(c->screen_height, view.screen_height < 0 ? kScreenHeightUnreported : view.screen_height);
   }
 }
 
-void Scheduler::choose_levels() {
-  for (auto& [key, character] : rooms_.characters()) {
-    if (!character.placed) continue;
-    if (character.held == character.seen) {
-      character.held = !character.seen;
-      inputs_.holds.push_back({key, character.held});
+void Scheduler::bring_states() {
+  for (const wire::RecordedLevel& change : inputs_.levels) {
+    Character& character = *rooms_.find(change.character);
+    if (change.level == LevelIndex::rigid || !character.state) continue;
+    if (character.state->level == change.level) {
+      const wire::HairState& state = *character.state;
+      wire::RecordedState& recorded = inputs_.states.emplace_back();
+      recorded.character = character.key;
+      copy_vectors(state.displacements, state.step_m, recorded.displacements);
+      copy_vectors(state.velocities, codec::kVelocityStepsPer_s * state.step_m, recorded.velocities);
+      recorded.velocities.resize(recorded.displacements.size(), Vec3f::Zero());
     }
-    if (character.level == character.finest) continue;
-    if (character.finest != LevelIndex::rigid && !simulation_.levels(character.groom)) continue;
-    enter(character, character.finest);
+    character.state.reset();
   }
-}
-
-void Scheduler::enter(Character& character, LevelIndex level) {
-  if (character.level == LevelIndex::rigid && character.state && level != LevelIndex::rigid)
-    level = std::max(level, character.state->level);
-  character.level = level;
-  inputs_.levels.push_back({character.key, level});
-  counters_->levels_entered.add();
-  if (level != LevelIndex::rigid) bring_state(character);
-}
-
-void Scheduler::bring_state(Character& character) {
-  if (const wire::HairState* state = fitting(character.state, character.level)) {
-    wire::RecordedState& recorded = inputs_.states.emplace_back();
-    recorded.character = character.key;
-    const auto copy = [](const std::vector<std::int16_t>& integers, float unit, std::vector<Vec3f>& to) {
-      for (std::size_t i = 0; i + 2 < integers.size(); i += 3)
-        to.push_back(unit * Vec3f(integers[i], integers[i + 1], integers[i + 2]));
-    };
-    copy(state->displacements, state->step_m, recorded.displacements);
-    copy(state->velocities, codec::kVelocityStepsPer_s * state->step_m, recorded.velocities);
-    recorded.velocities.resize(recorded.displacements.size(), Vec3f::Zero());
-  }
-  character.state.reset();
 }
 
 void Scheduler::change_materials() {
@@ -359,7 +351,7 @@ void Scheduler::record_grooms() {
   for (const wire::RecordedLevel& change : inputs_.levels) record_groom(rooms_.find(change.character)->groom);
 }
 
-void Scheduler::step(std::int64_t now_ns) {
+StepReport Scheduler::step(std::int64_t now_ns) {
   const StepReport report = simulation_.step(inputs_);
   counters_->characters_stepped.add(report.stepped);
   counters_->teleports.add(report.teleports);
@@ -372,6 +364,7 @@ void Scheduler::step(std::int64_t now_ns) {
       owner->outlet->push(wire::Error{wire::ErrorReason::state_invalid, number_of(key), {}, "the hair state does not fit the level"},
                           now_ns);
   }
+  return report;
 }
 
 void Scheduler::record_groom(const wire::GroomHash& groom) {

@@ -8,6 +8,7 @@
 #include "server/room/command.hpp"
 #include "server/room/interest.hpp"
 #include "server/room/room.hpp"
+#include "server/tick/level_chooser.hpp"
 #include "server/tick/publish.hpp"
 #include "server/tick/recorder.hpp"
 #include "server/tick/simulation.hpp"
@@ -19,6 +20,7 @@ namespace hairnet::server {
 struct SchedulerDef {
   WorldDef world;
   PublishDef publish;
+  LevelChooserDef levels;
   Wind wind;  // of a room, until a client sets another
   std::uint32_t tick_rate_hz = 30;
   std::int64_t pose_delay_ns = 25'000'000;
@@ -44,21 +46,22 @@ class Scheduler {
   void sample_poses();
   void look_around();
   void look_around(const Room& room, Observer& observer);
-  void choose_levels();
   void change_materials();
   void change_winds();
   void record_grooms();
-  void step(std::int64_t now_ns);
+  StepReport step(std::int64_t now_ns);
   void record();
 
   void remove(CharacterKey key, std::int64_t now_ns);
   void place(Character& character);
   void move(Character& character, const PoseInbox::Sample& sample, const Pose& before);
-  void enter(Character& character, LevelIndex level);
-  void bring_state(Character& character);
+  void bring_states();
+  void note_motion(Character& character, double moved_m, double turned_rad) const;
   void record_groom(const wire::GroomHash& groom);
   // The session's view of who sits there now.
   static View& view_of(Observer& observer, const Room& room, std::size_t seat);
+
+  [[nodiscard]] std::int64_t clock_ns() const { return def_.world.now_ns ? def_.world.now_ns() : 0; }
 
   SchedulerDef def_;
   CommandQueue* commands_;
@@ -66,6 +69,7 @@ class Scheduler {
   Recorder* recorder_;
   Rooms rooms_;
   Simulation simulation_;
+  LevelChooser level_chooser_;
   Publisher publisher_;
   std::vector<Command> taken_;
   wire::RecordedTick inputs_;                              // of the tick being made

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstdint>
 
+#include "core/build/level.hpp"
 #include "server/room/counter.hpp"
 #include "server/room/gauge.hpp"
 #include "server/room/histogram.hpp"
@@ -28,6 +29,15 @@ struct TickGauges : GaugeSet {
   Gauge step_cost_seconds_at_low{*this, "step_cost_seconds_at_low"};
   Gauge step_cost_seconds_at_ether{*this, "step_cost_seconds_at_ether"};
   Gauge step_cost_seconds_at_rigid{*this, "step_cost_seconds_at_rigid"};
+  Gauge budget_available_seconds{*this, "budget_available_seconds"};  // worker-seconds a tick, as ticks really take
+  Gauge budget_predicted_seconds{*this, "budget_predicted_seconds"};  // of them, that the present levels take
+  Gauge budget_wanted_seconds{*this, "budget_wanted_seconds"};        // that everyone's finest would take
+  Gauge characters_below_wanted{*this, "characters_below_wanted"};    // seen, and coarser than asked for
+  void set_step_cost(LevelIndex level, double seconds) {
+    Gauge* const of[] = {&step_cost_seconds_at_high, &step_cost_seconds_at_medium, &step_cost_seconds_at_low,
+                         &step_cost_seconds_at_ether, &step_cost_seconds_at_rigid};
+    of[static_cast<std::size_t>(level)]->set(seconds);
+  }
   std::atomic<std::int64_t> last_tick_ns{0};  // when the newest tick was done; 0: none yet
 };
 
@@ -56,6 +66,13 @@ struct TickCounters : CounterSet {
   Counter characters_asleep{*this, "characters_asleep"};  // not stepped: at rest
   Counter teleports{*this, "teleports"};
   Counter lattices_reset{*this, "lattices_reset"};
+  // Nanoseconds of workers: in steps, in coding frames, in choosing what whom is sent and putting it into packets.
+  Counter step_ns_total{*this, "step_ns_total"};
+  Counter encode_ns_total{*this, "encode_ns_total"};
+  Counter send_ns_total{*this, "send_ns_total"};
+  Counter schedule_ns_total{*this, "schedule_ns_total"};  // of the tick thread, before the step
+  Counter levels_raised{*this, "levels_raised"};          // or strides shortened
+  Counter levels_lowered{*this, "levels_lowered"};
   Counter levels_entered{*this, "levels_entered"};
   Counter frames_published{*this, "frames_published"};
   Counter frames_encoded{*this, "frames_encoded"};  // codings made; several observers share one

@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "server/room/log_text.hpp"
 #include "server/transport/beast.hpp"
 #include "server/transport/http_reply.hpp"
 #include "server/transport/io_loop.hpp"
@@ -204,8 +205,8 @@ class Conversation {
     if (request.count(http::field::origin) > 1 || !origin_allowed(origin, host, options_->origins)) {
       counters_->origins_refused.add();
       if (reception_->origin_log.pass(monotonic_now_ns()))
-        spdlog::warn("a page of {} at {} was refused a WebSocket (origins_refused {})", origin.substr(0, 200),
-                     stream_->peer(), counters_->origins_refused.value());
+        spdlog::warn("event=origin_refused origin={} peer={} count={}", log_text(origin), stream_->peer(),
+                     counters_->origins_refused.value());
       return refusal(403, "this server takes no WebSocket from pages of that origin");
     }
     const std::string_view protocols = view(request[http::field::sec_websocket_protocol]);

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/room/log_text.hpp"
 #include "server/transport/io_loop_core.hpp"
 #include "server/transport/reception.hpp"
 #include "server/transport/tls_context.hpp"
@@ -48,7 +49,7 @@ asio::awaitable<void> accept(std::shared_ptr<Reception> reception, std::shared_p
     }
     reception->counters->accepts_failed.add();
     if (reception->accept_log.pass(monotonic_now_ns()))
-      spdlog::warn("a connection could not be accepted: {}", error.message());
+      spdlog::warn("event=accept_failed reason={}", log_text(error.message()));
     retry.expires_after(kRetry);
     co_await retry.async_wait(kAwaitable);
   }

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "server/room/log_text.hpp"
 #include "server/transport/io_loop.hpp"
 #include "server/transport/opening.hpp"
 #include "server/transport/tcp_connection.hpp"
@@ -93,7 +94,7 @@ void Reception::welcome(tcp::socket socket) {
     Counter& counter = counter_of(*counters, verdict);
     counter.add();
     if (refusal_log.pass(monotonic_now_ns()))
-      spdlog::warn("a connection from {} was refused: {} {}", shown(endpoint), counter.name(), counter.value());
+      spdlog::warn("event={} peer={} count={}", counter.name(), shown(endpoint), counter.value());
     return;
   }
   auto stream = std::make_shared<ByteStream>(std::move(socket), shown(endpoint), std::move(ticket), *counters);
@@ -120,7 +121,7 @@ asio::awaitable<void> Reception::route(std::shared_ptr<ByteStream> stream) {
     stream->expires_after(options.opening_timeout);
     if (const auto error = co_await stream->accept_tls(*tls)) {
       (stream->has_expired() ? counters->handshakes_failed_timeout : counters->handshakes_failed_tls).add();
-      spdlog::debug("TLS with {} failed: {}", stream->peer(), error.message());
+      spdlog::debug("event=tls_failed peer={} reason={}", stream->peer(), log_text(error.message()));
       stream->close();
       co_return;
     }

@@ -10,6 +10,8 @@
 #include <fstream>
 #include <string>
 
+#include "server/room/log_text.hpp"
+
 namespace hairnet::server {
 namespace {
 
@@ -45,9 +47,9 @@ int choose_http11(SSL*, const unsigned char** out, unsigned char* out_length, co
 void warn_of_dates(SSL_CTX* context, const std::string& path) {
   const X509* certificate = SSL_CTX_get0_certificate(context);
   if (X509_cmp_current_time(X509_get0_notAfter(certificate)) < 0)
-    spdlog::warn("the certificate {} has expired", path);
+    spdlog::warn("event=certificate_expired file={}", log_text(path));
   else if (X509_cmp_current_time(X509_get0_notBefore(certificate)) > 0)
-    spdlog::warn("the certificate {} is not valid yet", path);
+    spdlog::warn("event=certificate_not_yet_valid file={}", log_text(path));
 }
 
 }  // namespace

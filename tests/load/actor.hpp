@@ -27,11 +27,12 @@ class FrameWatcher {
 struct Props {
   std::uint64_t seed = 1;
   double pose_hz = 72;
-  std::uint32_t room_size = 0;
+  std::uint32_t room_size = 0;  // clients; 0: one room for all
   const std::vector<EncodedGroom>* grooms = nullptr;
   const MotionBank* motions = nullptr;
   Dialler* dialler = nullptr;
-  std::function<std::unique_ptr<Peer>(std::uint32_t client)> make_peer;
+  // `place`: its seat among the clients, which decides its room.
+  std::function<std::unique_ptr<Peer>(std::uint32_t client, std::uint32_t place)> make_peer;
   Tally* tally = nullptr;
   FrameWatcher* watcher = nullptr;  // may be null
   // Have a client act at this time, or at an earlier one that was asked for before.

@@ -7,9 +7,8 @@
 namespace hairnet::load {
 namespace {
 
-constexpr std::int64_t kRedialLeast_ns = 500'000'000;
-constexpr std::int64_t kRedialSpread_ns = 1'000'000'000;
-constexpr std::int64_t kGoodbyeWait_ns = 2'000'000'000;
+constexpr std::int64_t kBeginAgainLeast_ns = 500'000'000;  // after it was over for good: a user tries anew
+constexpr std::int64_t kBeginAgainSpread_ns = 1'000'000'000;
 constexpr std::int64_t kSlowReadInterval_ns = 1'000'000'000;
 constexpr std::size_t kSlowReadBytes = 1024;
 constexpr std::size_t kUnsentBytesMax = 256u << 10;  // more than that waits: poses are not sent
@@ -21,8 +20,13 @@ constexpr std::uint32_t kPlacesInARow = 8;
 
 }  // namespace
 
-Client::Client(const Props& props, std::uint32_t number, bool slow)
-    : props_(&props), number_(number), slow_(slow), random_(props.seed, number), interval_ns_(1e9 / props.pose_hz) {}
+Client::Client(const Props& props, std::uint32_t number, std::uint32_t place, bool slow)
+    : props_(&props),
+      number_(number),
+      place_(place),
+      slow_(slow),
+      random_(props.seed, number),
+      interval_ns_(1e9 / props.pose_hz) {}
 
 void Client::join(std::uint32_t characters, const std::vector<LevelIndex>& levels, std::int64_t intended_ns,
                   std::int64_t now_ns) {
@@ -31,75 +35,147 @@ void Client::join(std::uint32_t characters, const std::vector<LevelIndex>& level
     puppets_.back().join_ns = intended_ns;
   }
   phase_ns_ = intended_ns + static_cast<std::int64_t>(random_.unit() * interval_ns_);
-  dial(now_ns);
+  begin(now_ns);
 }
 
 Client::Puppet Client::make_puppet(std::uint32_t number, const std::vector<LevelIndex>& levels) const {
   Random random(props_->seed, (std::uint64_t{number_} << 32) + number);
   Puppet puppet;
   puppet.number = number;
-  const std::uint32_t turn = number_ + number - 1;
+  const std::uint32_t turn = place_ + number - 1;
   puppet.groom = turn % props_->grooms->size();
   puppet.motion = random.next() % props_->motions->count();
   puppet.motion_step = random.next() >> 32;
   puppet.level = levels[turn % levels.size()];
   // Clients of a room stand in rows, each client's further characters behind it.
-  const std::uint32_t place = props_->room_size > 0 ? number_ % props_->room_size : number_;
+  const std::uint32_t place = props_->room_size > 0 ? place_ % props_->room_size : place_;
   puppet.place = kPlaceSpacing_m * Vec3(place % kPlacesInARow, 0, place / kPlacesInARow + 0.1 * (number - 1));
   return puppet;
 }
 
-void Client::dial(std::int64_t now_ns) {
-  dial_ns_ = kNever_ns;
-  goodbye_.clear();
-  state_ = State::dialling;
-  now_ns_ = now_ns;
-  line_ = props_->dialler->dial(*this);
+void Client::begin(std::int64_t now_ns) {
+  begin_ns_ = kNever_ns;
+  state_ = State::away;
+  others_.clear();
+  peer_ = props_->make_peer(number_, place_);
+  for (const EncodedGroom& groom : *props_->grooms) peer_->offer(groom);
+  for (const Puppet& puppet : puppets_) put_on_stage(puppet);
+  drive(now_ns);
+}
+
+void Client::put_on_stage(const Puppet& puppet) {
+  peer_->add_character(puppet.number, (*props_->grooms)[puppet.groom].hash, puppet.level);
+}
+
+// Lets the conversation have its way with the connection: after everything that may have changed it.
+void Client::drive(std::int64_t now_ns) {
+  if (!peer_) return;
+  peer_->poll(now_ns);
+  peer_->tell(*this, now_ns);
+  if (line_ && peer_->wants_close()) {
+    line_.reset();
+    peer_->on_closed(now_ns);
+    peer_->tell(*this, now_ns);
+  }
+  if (!line_ && peer_->wants_connection()) {
+    peer_->on_opening(now_ns);
+    line_ = props_->dialler->dial(*this);
+  }
+  while (line_) {
+    const std::vector<std::uint8_t> packet = peer_->take_packet(now_ns);
+    if (packet.empty()) break;
+    if (!slow_) props_->tally->count(now_ns, &Counts::bytes_out, packet.size());
+    line_->send(packet);
+  }
+  if (line_ && peer_->wants_half_close()) line_->close_sending();
+  if (state_ == State::gone) {
+    hang_up();
+    return props_->wake(number_, now_ns);
+  }
+  props_->wake(number_, std::min(peer_->next_deadline_ns(), begin_ns_));
 }
 
 void Client::on_open(std::int64_t now_ns) {
-  if (state_ != State::dialling) return;
-  state_ = State::greeting;
-  peer_ = props_->make_peer(number_);
-  peer_->open(now_ns);
-  flush(now_ns);
+  peer_->on_open(now_ns);
+  drive(now_ns);
+}
+
+void Client::on_packet(std::span<const std::uint8_t> packet, std::int64_t arrival_ns) {
+  if (!slow_) props_->tally->count(arrival_ns, &Counts::bytes_in, packet.size());
+  peer_->on_packet(packet, arrival_ns, *this);
+  drive(arrival_ns);
+}
+
+void Client::on_closed(std::string_view reason, std::int64_t now_ns) {
+  closed_ = reason;
+  line_.reset();
+  peer_->on_closed(now_ns);
+  drive(now_ns);
 }
 
 void Client::on_welcome(const wire::Welcome& welcome, std::int64_t now_ns) {
-  if (state_ != State::greeting) return;
   pass_poses(now_ns);
-  state_ = State::active;
+  if (started_) props_->tally->count(now_ns, welcome.resumed ? &Counts::resumes : &Counts::restarts);
+  if (state_ != State::leaving) state_ = State::active;
   started_ = true;
   tick_ns_ = 1'000'000'000 / std::max(1u, welcome.tick_rate_hz);
   tick_ = 0;
+  for (auto& [member, other] : others_) other.arrival_ns = 0;
   for (Puppet& puppet : puppets_) {
     puppet.tick = 0;
     puppet.asleep = false;
     puppet.answered = next_pose_ - 1;
-    peer_->add_character(puppet.number, (*props_->grooms)[puppet.groom].hash, puppet.level, now_ns);
   }
   if (slow_) {
     line_->limit_reading(kSlowReadBytes);
     read_ns_ = now_ns + kSlowReadInterval_ns;
   }
-  flush(now_ns);
   props_->wake(number_, pose_time_ns(next_pose_));
 }
 
-std::int64_t Client::act(std::int64_t now_ns) {
-  now_ns_ = now_ns;
-  if (now_ns >= dial_ns_) dial(now_ns);
-  if (now_ns >= end_ns_) {
-    hang_up();
+void Client::on_lost(std::string_view reason, std::int64_t now_ns) {
+  lose(reason, now_ns);
+}
+
+void Client::on_end(std::string_view reason, std::int64_t now_ns) {
+  if (state_ == State::leaving) {
     state_ = State::gone;
+    return;
   }
+  lose(reason, now_ns);
+  begin_ns_ = now_ns + kBeginAgainLeast_ns + static_cast<std::int64_t>(random_.unit() * kBeginAgainSpread_ns);
+}
+
+// What the server said, or how the connection ended, is an error unless the plan wanted it.
+void Client::lose(std::string_view reason, std::int64_t now_ns) {
+  const bool meant = std::exchange(meant_to_lose_, false);
+  const std::string why = !reason.empty()   ? "goodbye_" + std::string(reason)
+                          : closed_.empty() ? "no_welcome"
+                                            : "closed_" + closed_;
+  if (slow_)
+    props_->tally->count_misfit_end(now_ns, "slow", why);
+  else if (!meant && state_ != State::leaving)
+    props_->tally->count_error(now_ns, why);
+  closed_.clear();
+  give_up_poses(now_ns, now_ns, !meant);
+  if (state_ == State::active) state_ = State::away;
+  read_ns_ = kNever_ns;
+  for (Puppet& puppet : puppets_)
+    if (puppet.join_ns == kNever_ns) puppet.join_ns = now_ns;
+}
+
+std::int64_t Client::act(std::int64_t now_ns) {
+  if (state_ == State::gone) return kNever_ns;
+  if (now_ns >= begin_ns_) begin(now_ns);
   if (now_ns >= read_ns_ && line_) {
     line_->limit_reading(kSlowReadBytes);
     read_ns_ = now_ns + kSlowReadInterval_ns;
   }
-  if (state_ == State::leaving || state_ == State::gone) return end_ns_ > now_ns ? end_ns_ : kNever_ns;
-  pass_poses(now_ns);
-  return std::min({pose_time_ns(next_pose_), dial_ns_, read_ns_});
+  if (state_ != State::leaving) pass_poses(now_ns);
+  drive(now_ns);
+  if (state_ == State::gone) return kNever_ns;
+  const std::int64_t pose_ns = state_ == State::leaving ? kNever_ns : pose_time_ns(next_pose_);
+  return std::min({pose_ns, begin_ns_, read_ns_, peer_->next_deadline_ns()});
 }
 
 // Every pose that is due goes out with the time it was meant to be captured at, however late that is. There are none
@@ -113,10 +189,9 @@ void Client::pass_poses(std::int64_t now_ns) {
       props_->tally->count(captured_ns, &Counts::poses_intended, puppets_.size());
       props_->tally->count(captured_ns, can_send ? &Counts::poses_sent : &Counts::poses_unsent, puppets_.size());
     }
-    if (can_send) peer_->push_poses(make_poses(next_pose_), now_ns);
+    if (can_send) peer_->push_poses(make_poses(next_pose_));
     ++next_pose_;
   }
-  if (can_send) flush(now_ns);
 }
 
 std::vector<wire::PoseSample> Client::make_poses(std::int64_t pose) {
@@ -149,33 +224,31 @@ std::vector<wire::PoseSample> Client::make_poses(std::int64_t pose) {
   return samples;
 }
 
-void Client::on_packet(std::span<const std::uint8_t> packet, std::int64_t arrival_ns) {
-  if (!peer_) return;
-  now_ns_ = arrival_ns;
-  if (!slow_) props_->tally->count(arrival_ns, &Counts::bytes_in, packet.size());
-  if (!peer_->on_packet(packet, arrival_ns, *this)) {
-    count_error("server_packet_bad", arrival_ns);
-    return on_closed("", arrival_ns);
-  }
-  flush(arrival_ns);
-}
-
-void Client::on_frame(const FrameSeen& frame, std::int64_t server_lag_ns, std::int64_t now_ns) {
+void Client::on_frame(const FrameSeen& frame, std::int64_t now_ns) {
   if (slow_) return;
   Tally& tally = *props_->tally;
-  tally.record_frame(now_ns, frame.level, frame.stride, frame.node_bytes, frame.discontinuous, frame.own);
+  const bool own = frame.character != 0;
+  tally.record_frame(now_ns, frame.level, frame.stride, frame.content_bytes, frame.discontinuous, own);
+  if (frame.undecodable) tally.count(now_ns, &Counts::frames_undecodable);
   if (frame.tick > tick_) {
-    tally.record_frame_age(frame.sample_time_local_ns, now_ns, server_lag_ns);
+    tally.record_frame_age(frame.sample_time_local_ns, now_ns);
     const std::uint64_t ticks = frame.tick - tick_;
     if (tick_ > 0 && ticks <= kTicksForJitter)
       tally.record_jitter(now_ns, now_ns - tick_arrival_ns_ - static_cast<std::int64_t>(ticks) * tick_ns_);
     tick_ = frame.tick;
     tick_arrival_ns_ = now_ns;
   }
-  if (!frame.own || frame.character == 0 || frame.character > puppets_.size()) return;
+  if (!own) return watch_other(frame, now_ns);
+  if (frame.character > puppets_.size()) return;
   Puppet& puppet = puppets_[frame.character - 1];
   answer(puppet, frame, now_ns);
   if (props_->watcher) props_->watcher->on_frame(number_, frame, puppet.groom);
+}
+
+void Client::watch_other(const FrameSeen& frame, std::int64_t now_ns) {
+  Other& other = others_[frame.member];
+  props_->tally->record_frame_of_other(frame.sample_time_local_ns, now_ns, other.arrival_ns);
+  other.arrival_ns = frame.asleep ? 0 : now_ns;
 }
 
 // This frame answers all poses up to the one it was sampled at.
@@ -198,58 +271,32 @@ void Client::answer(Puppet& puppet, const FrameSeen& frame, std::int64_t now_ns)
   }
 }
 
-void Client::on_refusal(std::string_view reason, std::uint32_t) {
-  count_error("error_" + std::string(reason), now_ns_);
-}
-
-void Client::on_goodbye(std::string_view reason) {
-  goodbye_ = reason;
-}
-
-void Client::on_closed(std::string_view reason, std::int64_t now_ns) {
-  if (state_ == State::gone || state_ == State::away) return;
-  const bool left = state_ == State::leaving;
-  const std::string why = !goodbye_.empty() ? "goodbye_" + goodbye_
-                          : reason.empty()  ? ""
-                                            : "closed_" + std::string(reason);
-  if (slow_ && !left)
-    props_->tally->count_misfit_end(now_ns, "slow", why);
-  else if (!left && !why.empty())
-    count_error(why, now_ns);
-  give_up_poses(now_ns, !left);
-  hang_up();
-  if (left) {
-    state_ = State::gone;
-    return props_->wake(number_, now_ns);
-  }
-  dial_ns_ = now_ns + kRedialLeast_ns + static_cast<std::int64_t>(random_.unit() * kRedialSpread_ns);
-  for (Puppet& puppet : puppets_)
-    if (puppet.join_ns == kNever_ns) puppet.join_ns = now_ns;
-  props_->wake(number_, dial_ns_);
+void Client::on_refusal(std::string_view reason, std::int64_t now_ns) {
+  if (!slow_) props_->tally->count_error(now_ns, "error_" + std::string(reason));
 }
 
 void Client::lose_connection(std::int64_t intended_ns, std::int64_t now_ns) {
-  if (state_ == State::leaving || state_ == State::gone) return;
-  give_up_poses(now_ns, false);
-  hang_up();
+  if (!line_ || state_ == State::leaving || state_ == State::gone) return;
+  meant_to_lose_ = true;
   for (Puppet& puppet : puppets_)
     if (puppet.join_ns == kNever_ns) puppet.join_ns = intended_ns;
-  dial(now_ns);
+  line_.reset();
+  peer_->on_closed(now_ns);
+  drive(now_ns);
 }
 
 void Client::dress(std::uint32_t characters, const std::vector<LevelIndex>& levels, std::int64_t now_ns) {
-  const bool active = state_ == State::active;
   while (puppets_.size() > characters) {
-    if (active) peer_->remove_character(puppets_.back().number, now_ns);
+    peer_->remove_character(puppets_.back().number);
     puppets_.pop_back();
   }
   while (puppets_.size() < characters) {
     Puppet& puppet = puppets_.emplace_back(make_puppet(static_cast<std::uint32_t>(puppets_.size() + 1), levels));
     puppet.join_ns = now_ns;
     puppet.answered = next_pose_ - 1;
-    if (active) peer_->add_character(puppet.number, (*props_->grooms)[puppet.groom].hash, puppet.level, now_ns);
+    put_on_stage(puppet);
   }
-  if (active) flush(now_ns);
+  drive(now_ns);
 }
 
 void Client::leave(bool politely, std::int64_t now_ns) {
@@ -257,11 +304,8 @@ void Client::leave(bool politely, std::int64_t now_ns) {
   settle(now_ns);
   if (politely && state_ == State::active) {
     state_ = State::leaving;
-    peer_->say_goodbye(now_ns);
-    flush(now_ns);
-    line_->close_sending();
-    end_ns_ = now_ns + kGoodbyeWait_ns;
-    props_->wake(number_, end_ns_);
+    peer_->leave(now_ns);
+    drive(now_ns);
   } else {
     hang_up();
     state_ = State::gone;
@@ -271,23 +315,22 @@ void Client::leave(bool politely, std::int64_t now_ns) {
 // Old poses that no frame has answered are; young ones may just not have been yet.
 void Client::settle(std::int64_t now_ns) {
   if (slow_) return;
-  now_ns_ = now_ns;
   for (Puppet& puppet : puppets_) {
     if (puppet.join_ns != kNever_ns && now_ns - puppet.join_ns > kAnswerWait_ns)
       props_->tally->record_join(puppet.join_ns, now_ns, false);
     puppet.join_ns = kNever_ns;
   }
-  give_up_poses(now_ns - kAnswerWait_ns, true);
+  give_up_poses(now_ns - kAnswerWait_ns, now_ns, true);
 }
 
-// Poses captured up to `now_ns`, and sent in this session, get no answer any more.
-void Client::give_up_poses(std::int64_t now_ns, bool count) {
+// Poses captured up to `until_ns`, and sent in this session, get no answer any more.
+void Client::give_up_poses(std::int64_t until_ns, std::int64_t now_ns, bool count) {
   if (slow_ || state_ != State::active) return;
-  const std::int64_t newest = std::min(newest_pose_at(now_ns), next_pose_ - 1);
+  const std::int64_t newest = std::min(newest_pose_at(until_ns), next_pose_ - 1);
   for (Puppet& puppet : puppets_) {
     if (count && !puppet.asleep) {
       for (std::int64_t pose = puppet.answered + 1; pose <= newest; ++pose)
-        props_->tally->record_unanswered(pose_time_ns(pose), now_ns_, 1);
+        props_->tally->record_unanswered(pose_time_ns(pose), now_ns, 1);
     }
     puppet.answered = std::max(puppet.answered, newest);
   }
@@ -296,21 +339,7 @@ void Client::give_up_poses(std::int64_t now_ns, bool count) {
 void Client::hang_up() {
   line_.reset();
   peer_.reset();
-  read_ns_ = kNever_ns;
-  state_ = State::away;
-}
-
-void Client::flush(std::int64_t now_ns) {
-  while (line_ && peer_) {
-    const std::vector<std::uint8_t> packet = peer_->take_packet();
-    if (packet.empty()) return;
-    if (!slow_) props_->tally->count(now_ns, &Counts::bytes_out, packet.size());
-    line_->send(packet);
-  }
-}
-
-void Client::count_error(std::string_view reason, std::int64_t now_ns) {
-  if (!slow_) props_->tally->count_error(now_ns, reason);
+  read_ns_ = begin_ns_ = kNever_ns;
 }
 
 std::int64_t Client::pose_time_ns(std::int64_t pose) const {

@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <vector>
 
 #include "core/random.hpp"
@@ -15,7 +16,7 @@ namespace hairnet::load {
 // loses its connection. A slow one behaves likewise but hardly reads, and does not count.
 class Client final : public Actor, private LineEvents, private PeerEvents {
  public:
-  Client(const Props& props, std::uint32_t number, bool slow);
+  Client(const Props& props, std::uint32_t number, std::uint32_t place, bool slow);
 
   void join(std::uint32_t characters, const std::vector<LevelIndex>& levels, std::int64_t intended_ns,
             std::int64_t now_ns);
@@ -28,7 +29,7 @@ class Client final : public Actor, private LineEvents, private PeerEvents {
   [[nodiscard]] bool counts() const override { return !slow_; }
 
  private:
-  enum class State : std::uint8_t { away, dialling, greeting, active, leaving, gone };
+  enum class State : std::uint8_t { away, active, leaving, gone };
   struct Puppet {
     std::uint32_t number = 0;
     std::size_t groom = 0, motion = 0;
@@ -47,42 +48,49 @@ class Client final : public Actor, private LineEvents, private PeerEvents {
   void on_packet(std::span<const std::uint8_t> packet, std::int64_t arrival_ns) override;
   void on_closed(std::string_view reason, std::int64_t now_ns) override;
   void on_welcome(const wire::Welcome& welcome, std::int64_t now_ns) override;
+  void on_lost(std::string_view reason, std::int64_t now_ns) override;
+  void on_end(std::string_view reason, std::int64_t now_ns) override;
   void on_groom_state(const wire::GroomHash&, wire::GroomState) override {}
-  void on_added(std::uint32_t) override {}
-  void on_frame(const FrameSeen& frame, std::int64_t server_lag_ns, std::int64_t now_ns) override;
-  void on_refusal(std::string_view reason, std::uint32_t character) override;
-  void on_goodbye(std::string_view reason) override;
+  void on_refusal(std::string_view reason, std::int64_t now_ns) override;
+  void on_frame(const FrameSeen& frame, std::int64_t now_ns) override;
 
-  void dial(std::int64_t now_ns);
+  void begin(std::int64_t now_ns);
+  void drive(std::int64_t now_ns);
+  void lose(std::string_view reason, std::int64_t now_ns);
   void settle(std::int64_t now_ns);
   void hang_up();
+  void put_on_stage(const Puppet& puppet);
   Puppet make_puppet(std::uint32_t number, const std::vector<LevelIndex>& levels) const;
   void pass_poses(std::int64_t now_ns);
   [[nodiscard]] std::vector<wire::PoseSample> make_poses(std::int64_t pose);
   void answer(Puppet& puppet, const FrameSeen& frame, std::int64_t now_ns);
-  void flush(std::int64_t now_ns);
-  void give_up_poses(std::int64_t now_ns, bool count);
+  void watch_other(const FrameSeen& frame, std::int64_t now_ns);
+  void give_up_poses(std::int64_t until_ns, std::int64_t now_ns, bool count);
   [[nodiscard]] std::int64_t pose_time_ns(std::int64_t pose) const;
   [[nodiscard]] std::int64_t newest_pose_at(std::int64_t time_ns) const;  // captured at or before it; may be -1
-  void count_error(std::string_view reason, std::int64_t now_ns);
 
   const Props* props_;
-  std::uint32_t number_;
+  std::uint32_t number_, place_;
   bool slow_;
   Random random_;
   State state_ = State::away;
   std::unique_ptr<Line> line_;
   std::unique_ptr<Peer> peer_;
-  std::string goodbye_;
+  std::string closed_;           // how the last connection ended
+  bool meant_to_lose_ = false;   // the connection, by the plan: no error
   std::vector<Puppet> puppets_;  // number - 1 is the index
   std::int64_t phase_ns_ = 0;    // when pose 0 is captured
   double interval_ns_ = 0;
   std::int64_t next_pose_ = 0;
   bool started_ = false;  // has been welcomed once
-  std::int64_t dial_ns_ = kNever_ns, end_ns_ = kNever_ns, read_ns_ = kNever_ns;
+  std::int64_t begin_ns_ = kNever_ns, read_ns_ = kNever_ns;
   std::uint64_t tick_ = 0;  // of the last frame
   std::int64_t tick_arrival_ns_ = 0, tick_ns_ = 0;
-  std::int64_t now_ns_ = 0;
+  struct Other {
+    std::uint64_t tick = 0;
+    std::int64_t arrival_ns = 0;  // 0: asleep
+  };
+  std::unordered_map<std::uint32_t, Other> others_;  // by member
 };
 
 }  // namespace hairnet::load

@@ -1,10 +1,11 @@
 #pragma once
 
-#include <deque>
+#include <algorithm>
 #include <memory>
 #include <utility>
 #include <vector>
 
+#include "tests/load/actor.hpp"
 #include "tests/load/line.hpp"
 #include "tests/load/peer.hpp"
 
@@ -26,6 +27,7 @@ class FakeServer final : public Dialler {
 
   // What has become due by now: connections open, ticks are answered.
   void pump(std::int64_t now_ns) {
+    now_ns_ = now_ns;
     const std::vector<FakeLine*> lines = lines_;
     for (FakeLine* line : lines)
       if (is_alive(line) && !line->open) {
@@ -70,41 +72,64 @@ class FakeServer final : public Dialler {
     bool open = false;
   };
 
+  // Connects again 600 ms after it lost its connection.
   struct FakePeer final : Peer {
     explicit FakePeer(FakeServer& s) : server(&s) {}
-    void open(std::int64_t) override {}
-    bool on_packet(std::span<const std::uint8_t>, std::int64_t now_ns, PeerEvents& events) override {
-      if (!std::exchange(welcomed, true)) {
-        wire::Welcome welcome;
-        welcome.tick_rate_hz = 30;
-        events.on_welcome(welcome, now_ns);
-        return true;
+    void offer(const EncodedGroom&) override {}
+    void add_character(std::uint32_t character, const wire::GroomHash&, LevelIndex) override {
+      characters.push_back(character);
+    }
+    void remove_character(std::uint32_t character) override { std::erase(characters, character); }
+    void push_poses(std::vector<wire::PoseSample> samples) override {
+      for (const wire::PoseSample& sample : samples)
+        server->poses.emplace_back(sample.capture_time_ns, server->now_ns_);
+    }
+    void leave(std::int64_t) override { state = State::ended; }
+    void poll(std::int64_t) override {}
+    [[nodiscard]] std::int64_t next_deadline_ns() const override { return connected ? kNever_ns : retry_ns; }
+    void tell(PeerEvents& events, std::int64_t now_ns) override {
+      if (std::exchange(told, state) == state) return;
+      wire::Welcome welcome;
+      welcome.tick_rate_hz = 30;
+      welcome.resumed = true;
+      if (state == State::welcomed) events.on_welcome(welcome, now_ns);
+      if (state == State::lost) events.on_lost("", now_ns);
+      if (state == State::ended) events.on_end("", now_ns);
+    }
+    [[nodiscard]] bool wants_connection() const override {
+      return !connected && state != State::ended && server->now_ns_ >= retry_ns;
+    }
+    [[nodiscard]] bool wants_half_close() const override { return false; }
+    [[nodiscard]] bool wants_close() const override { return connected && state == State::ended; }
+    void on_opening(std::int64_t) override { connected = true; }
+    void on_open(std::int64_t) override {}
+    void on_packet(std::span<const std::uint8_t>, std::int64_t now_ns, PeerEvents& events) override {
+      if (state != State::welcomed) {
+        state = State::welcomed;
+        return;
       }
       FrameSeen frame;
       frame.tick = server->tick_;
       frame.sample_time_local_ns = server->next_tick_ns_ - kPoseDelay_ns;
       frame.level = LevelIndex::low;
-      frame.node_bytes = 600;
-      const std::vector<std::uint32_t> all = characters;
-      for (const std::uint32_t character : all) {
+      frame.content_bytes = 600;
+      for (const std::uint32_t character : characters) {
         frame.character = character;
-        events.on_frame(frame, kPoseDelay_ns, now_ns);
+        events.on_frame(frame, now_ns);
       }
-      return true;
     }
-    void offer(const EncodedGroom&, std::int64_t) override {}
-    void add_character(std::uint32_t character, const wire::GroomHash&, LevelIndex, std::int64_t) override {
-      characters.push_back(character);
+    void on_closed(std::int64_t now_ns) override {
+      connected = false;
+      retry_ns = now_ns + 600'000'000;
+      if (state != State::ended) state = State::lost;
     }
-    void remove_character(std::uint32_t character, std::int64_t) override { std::erase(characters, character); }
-    void push_poses(std::vector<wire::PoseSample> samples, std::int64_t now_ns) override {
-      for (const wire::PoseSample& sample : samples) server->poses.emplace_back(sample.capture_time_ns, now_ns);
-    }
-    void say_goodbye(std::int64_t) override {}
-    std::vector<std::uint8_t> take_packet() override { return {}; }
+    std::vector<std::uint8_t> take_packet(std::int64_t) override { return {}; }
 
+    enum class State : std::uint8_t { away, welcomed, lost, ended };
     FakeServer* server;
-    bool welcomed = false;
+    State state = State::away, told = State::away;
+    bool connected = false;
+    std::int64_t retry_ns = 0;
     std::vector<std::uint32_t> characters;
   };
 
@@ -115,6 +140,7 @@ class FakeServer final : public Dialler {
   std::vector<FakeLine*> lines_;
   std::int64_t next_tick_ns_ = 0;
   std::uint64_t tick_ = 100;
+  std::int64_t now_ns_ = 0;
 };
 
 }  // namespace hairnet::load

@@ -72,7 +72,7 @@ void Fleet::join(const Action& action, std::int64_t now_ns) {
   Member& member = actors_[action.client];
   const bool is_client = !action.misbehaviour || *action.misbehaviour == Misbehaviour::slow;
   if (is_client) {
-    auto client = std::make_unique<Client>(props_, action.client, action.misbehaviour.has_value());
+    auto client = std::make_unique<Client>(props_, action.client, action.place, action.misbehaviour.has_value());
     Client& joining = *client;
     member.actor = std::move(client);
     joining.join(action.characters, plan_->stages[action.stage].levels, begin_ns_ + action.at_ns, now_ns);

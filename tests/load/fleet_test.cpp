@@ -30,7 +30,7 @@ class FleetTest : public testing::Test {
     props.grooms = &grooms_;
     props.motions = &motions_;
     props.dialler = &server_;
-    props.make_peer = [this](std::uint32_t) { return server_.make_peer(); };
+    props.make_peer = [this](std::uint32_t, std::uint32_t) { return server_.make_peer(); };
     props.tally = &*tally_;
     Fleet fleet(plan_, props, 0);
     const std::int64_t end_ns = plan_.stage_begin_ns(plan_.stages.size());
@@ -67,7 +67,7 @@ TEST_F(FleetTest, CountsPosesAndFramesOfAPromptServer) {
   EXPECT_EQ(counts.poses_unsent, 0u);
   EXPECT_TRUE(counts.errors.empty());
   EXPECT_EQ(counts.frames_by_level[2], counts.frames);
-  EXPECT_EQ(counts.node_bytes, counts.frames * 600);
+  EXPECT_EQ(counts.content_bytes, counts.frames * 600);
   // A pose waits for the sampling delay and for the next tick: between 25 ms and 25 ms and a tick, and one step.
   EXPECT_GE(stage(1).latency.min_ms(), 24.9);
   EXPECT_LE(stage(1).latency.max_ms(), 25 + 33.4 + 1.1);
@@ -117,7 +117,7 @@ TEST_F(FleetTest, LostConnectionsAreErrorsPosesMeanwhileUnsentAndClientsReturn) 
   EXPECT_EQ(stage(1).counts.errors.at("closed_reset"), 3u);
   EXPECT_EQ(server_.dialled, 6u);
   EXPECT_GT(stage(1).counts.poses_unsent, 3u * 72 / 2 - 10);  // half a second at least
-  EXPECT_LT(stage(1).counts.poses_unsent, 3u * 72 * 2);
+  EXPECT_LT(stage(1).counts.poses_unsent, 3u * 72);
   EXPECT_EQ(stage(1).counts.joins, 3u);
   EXPECT_EQ(stage(1).counts.poses_intended, stage(1).counts.poses_sent + stage(1).counts.poses_unsent);
 }
@@ -128,7 +128,9 @@ TEST_F(FleetTest, AStormReconnectsItsShareAndIsNoError) {
   EXPECT_EQ(server_.dialled, 12u);
   EXPECT_TRUE(stage(1).counts.errors.empty());
   EXPECT_EQ(stage(1).counts.joins, 4u);
-  EXPECT_LT(stage(1).join.max_ms(), 200);
+  EXPECT_GT(stage(1).join.min_ms(), 600);  // the time that they were away
+  EXPECT_LT(stage(1).join.max_ms(), 750);
+  EXPECT_EQ(stage(1).counts.resumes, 4u);
 }
 
 TEST_F(FleetTest, AGeneratorThatSleepsSaysSo) {
@@ -139,7 +141,7 @@ TEST_F(FleetTest, AGeneratorThatSleepsSaysSo) {
   props.grooms = &grooms_;
   props.motions = &motions_;
   props.dialler = &server_;
-  props.make_peer = [this](std::uint32_t) { return server_.make_peer(); };
+  props.make_peer = [this](std::uint32_t, std::uint32_t) { return server_.make_peer(); };
   props.tally = &*tally_;
   Fleet fleet(plan_, props, 0);
   for (std::int64_t now_ns = 0; now_ns < 5'000'000'000; now_ns += now_ns == 2'000'000'000 ? 400 * kStep_ns : kStep_ns) {

@@ -46,8 +46,8 @@ std::string to_screen(const RunProgress& p) {
                       w.latency_max_ms);
   text += fmt::format("  frames      {:.0f}/s, {:.0f} missed/s; {}\n", per_s(w.frames, w), per_s(w.frames_missed, w),
                       level_mix(w));
-  text += fmt::format("  bytes       in {:.0f} kB/s (nodes {:.0f}), out {:.0f} kB/s\n", per_s(w.bytes_in, w) / 1e3,
-                      per_s(w.node_bytes, w) / 1e3, per_s(w.bytes_out, w) / 1e3);
+  text += fmt::format("  bytes       in {:.0f} kB/s (frames {:.0f}), out {:.0f} kB/s\n", per_s(w.bytes_in, w) / 1e3,
+                      per_s(w.content_bytes, w) / 1e3, per_s(w.bytes_out, w) / 1e3);
   text += fmt::format("  wrong       {} errors, {} poses unsent, {} unanswered, {} checks failed\n", w.errors,
                       w.poses_unsent, w.poses_unanswered, p.check_failures);
   text += fmt::format("  processes   server {:.2f} cores, {:.0f} MiB; generator {:.2f} cores, lag {:.1f} ms\n",

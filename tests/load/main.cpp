@@ -73,8 +73,14 @@ Result<void> write(const std::string& path, const std::string& text) {
 int perform(const Options& options) {
   auto assets = load_assets(options.plan);
   if (!assets) return fail(assets.error());
-  RunOptions run_options{options.server,         options.server_pid, options.check_share, 600,
-                         options.scrape_metrics, &stop_asked};
+  RunOptions run_options;
+  run_options.server = options.server;
+  run_options.server_pid = options.server_pid;
+  run_options.check_share = options.check_share;
+  run_options.decode_share = options.decode_share;
+  run_options.token = options.token;
+  run_options.scrape_metrics = options.scrape_metrics;
+  run_options.stop = &stop_asked;
   std::unique_ptr<SpawnedServer> server;
   if (!options.spawn.empty()) {
     auto started = SpawnedServer::start(options.spawn, options.server_arguments, options.server_log);

@@ -40,6 +40,7 @@ struct Given {
   std::optional<double> pose_hz;
   std::optional<std::uint32_t> room_size;
   std::optional<std::string> observe;
+  std::string token_file;
   bool find_capacity = false, list = false;
   CapacityOptions capacity;
 };
@@ -66,6 +67,9 @@ void add_options(CLI::App& app, Options& o, Given& g) {
   app.add_option("--lag-max-ms", o.lag_p99_max_ms, "the generator's own lag, p99, above which nothing counts (5)")
       ->check(in_range(0.1, 10'000));
   app.add_option("--check", o.check_share, "share of characters whose frames are checked (0)")->check(in_range(0, 1));
+  app.add_option("--decode-share", o.decode_share, "share of members whose frames are decoded, the others' counted (1)")
+      ->check(in_range(0, 1));
+  app.add_option("--token", g.token_file, "file of a token for the rooms, where the server wants one");
   app.add_flag("--find-capacity", g.find_capacity,
                "the most characters at which the thresholds hold, in clients as the last stage has them");
   app.add_option("--capacity-from", g.capacity.first, "characters of the first probe (16)")
@@ -147,6 +151,13 @@ Result<void> conclude(Options& o, const Given& g) {
     if (!requirement) return Refusal(requirement.error());
     o.requirements.push_back(std::move(*requirement));
   }
+  if (!g.token_file.empty()) {
+    const auto bytes = read_file(g.token_file);
+    if (!bytes) return Refusal("--token " + g.token_file + ": " + bytes.error());
+    o.token = as_text(*bytes);
+    while (o.token.ends_with('\n')) o.token.pop_back();
+  }
+  if (o.decode_share < o.check_share) return Refusal("--check: only decoded frames can be checked, see --decode-share");
   auto plan = make_plan(g);
   if (!plan) return Refusal(plan.error());
   o.plan = std::move(*plan);

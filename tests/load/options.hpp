@@ -27,7 +27,8 @@ struct Options {
   std::optional<int> server_pid;
   std::vector<Requirement> requirements;
   double lag_p99_max_ms = 5;
-  double check_share = 0;
+  double check_share = 0, decode_share = 1;
+  std::string token;
   bool scrape_metrics = true, quiet = false;
   std::optional<CapacityOptions> capacity;
   std::string json, html;  // files, or empty

@@ -21,28 +21,27 @@ class Preparation final : private LineEvents, private PeerEvents {
   [[nodiscard]] bool done() const { return welcomed_ && waiting_.empty(); }
   [[nodiscard]] const std::string& fault() const { return fault_; }  // one line; empty while all is well
   [[nodiscard]] const wire::Welcome& welcome() const { return welcome_; }
-  // Now and then, so that the server knows that we are there.
-  void keep_alive(std::int64_t now_ns);
+  // Now and then: sends what waits, and signs of life.
+  void poll(std::int64_t now_ns);
 
  private:
   void on_open(std::int64_t now_ns) override;
   void on_packet(std::span<const std::uint8_t> packet, std::int64_t arrival_ns) override;
   void on_closed(std::string_view reason, std::int64_t now_ns) override;
   void on_welcome(const wire::Welcome& welcome, std::int64_t now_ns) override;
+  void on_lost(std::string_view reason, std::int64_t now_ns) override;
+  void on_end(std::string_view reason, std::int64_t now_ns) override;
   void on_groom_state(const wire::GroomHash& groom, wire::GroomState state) override;
-  void on_added(std::uint32_t) override {}
-  void on_frame(const FrameSeen&, std::int64_t, std::int64_t) override {}
-  void on_refusal(std::string_view reason, std::uint32_t character) override;
-  void on_goodbye(std::string_view reason) override;
-  void flush();
+  void on_refusal(std::string_view reason, std::int64_t now_ns) override;
+  void on_frame(const FrameSeen&, std::int64_t) override {}
 
   std::unique_ptr<Peer> peer_;
   const std::vector<EncodedGroom>* grooms_;
   std::set<wire::GroomHash> waiting_;
-  bool welcomed_ = false, open_ = false;
+  bool welcomed_ = false;
   wire::Welcome welcome_;
-  std::string fault_, last_word_;
-  std::int64_t said_ns_ = 0;
+  std::string fault_, last_word_, closed_;
+  Dialler* dialler_;
   std::unique_ptr<Line> line_;
 };
 

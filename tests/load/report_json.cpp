@@ -59,7 +59,7 @@ Json windows_json(const std::vector<WindowFigures>& windows) {
                     {"frames_by_level", w.frames_by_level},
                     {"bytes_in", w.bytes_in},
                     {"bytes_out", w.bytes_out},
-                    {"node_bytes", w.node_bytes},
+                    {"content_bytes", w.content_bytes},
                     {"errors", w.errors},
                     {"poses_unanswered", w.poses_unanswered},
                     {"poses_unsent", w.poses_unsent}});

@@ -172,7 +172,7 @@ class Page {
       return static_cast<double>(count) / w.duration_s / 1e3;
     };
     bytes.lines = {over_time(run, "from the server", [&](const WindowFigures& w) { return rate(w.bytes_in, w); }),
-                   over_time(run, "nodes alone", [&](const WindowFigures& w) { return rate(w.node_bytes, w); }),
+                   over_time(run, "frames alone", [&](const WindowFigures& w) { return rate(w.content_bytes, w); }),
                    over_time(run, "to the server", [&](const WindowFigures& w) { return rate(w.bytes_out, w); })};
     html_ += draw(bytes);
     Chart population = time_chart("Population", "");

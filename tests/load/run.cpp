@@ -9,10 +9,10 @@
 
 #include "tests/load/fleet.hpp"
 #include "tests/load/frame_check.hpp"
+#include "tests/load/link_peer.hpp"
 #include "tests/load/preparation.hpp"
 #include "tests/load/scrape.hpp"
 #include "tests/load/stage_figures.hpp"
-#include "tests/load/wire_peer.hpp"
 
 namespace hairnet::load {
 namespace {
@@ -21,6 +21,7 @@ constexpr std::int64_t kGrid_ns = 1'000'000;      // poses due within it leave t
 constexpr std::int64_t kLeadIn_ns = 100'000'000;  // from the preparation to the plan's begin
 constexpr std::int64_t kSampleInterval_ns = 500'000'000;
 constexpr std::int64_t kLastAnswers_ns = 260'000'000;  // after the end, for frames under way
+constexpr std::int64_t kPreparationRound_ns = 20'000'000;
 constexpr std::int64_t kGoodbyeRound_ns = 10'000'000;
 constexpr int kGoodbyeRounds = 50;
 constexpr std::int64_t kScrapeWait_ns = 1'100'000'000;
@@ -53,7 +54,7 @@ class Run {
     props_.grooms = &assets.grooms;
     props_.motions = &assets.motions;
     props_.dialler = &dialler_;
-    props_.make_peer = [this](std::uint32_t client) { return make_peer(client); };
+    props_.make_peer = [this](std::uint32_t client, std::uint32_t place) { return make_peer(client, place); };
     if (options.check_share > 0) props_.watcher = &check_;
   }
 
@@ -80,20 +81,27 @@ class Run {
   }
 
  private:
-  std::unique_ptr<Peer> make_peer(std::uint32_t client) {
-    return std::make_unique<WirePeer>("load-" + std::to_string(client));
+  std::unique_ptr<Peer> make_peer(std::uint32_t client, std::uint32_t place) {
+    const std::uint32_t room = plan_->room_size > 0 ? place / plan_->room_size : 0;
+    PeerOptions peer = peer_options("load-" + std::to_string(client), "load-" + std::to_string(room));
+    peer.seed = plan_->seed + client;
+    return make_link_peer(std::move(peer));
+  }
+  PeerOptions peer_options(std::string name, std::string room) {
+    return {std::move(name), std::move(room),        options_->token, plan_->observe,
+            plan_->seed,     options_->decode_share, catalog_};
   }
 
   Result<void> prepare() {
-    preparation_ =
-        std::make_unique<Preparation>(dialler_, std::make_unique<WirePeer>("load-preparation"), *props_.grooms);
+    preparation_ = std::make_unique<Preparation>(
+        dialler_, make_link_peer(peer_options("load-preparation", "load-preparation")), *props_.grooms);
     const std::int64_t deadline_ns = steady_ns() + static_cast<std::int64_t>(options_->prepare_s * 1e9);
     while (!preparation_->done()) {
       if (!preparation_->fault().empty()) return Refusal(preparation_->fault());
       if (stopped()) return Refusal("stopped before it began");
       if (steady_ns() > deadline_ns) return Refusal("the grooms are not ready in time");
-      preparation_->keep_alive(steady_ns());
-      run_until(io_, steady_ns() + 20'000'000);
+      preparation_->poll(steady_ns());
+      run_until(io_, steady_ns() + kPreparationRound_ns);
     }
     return {};
   }
@@ -107,8 +115,10 @@ class Run {
       pass_marks(now_ns);
       if (now_ns < end_ns_) fleet.advance(now_ns);
       tally_->advance(now_ns);
-      if (now_ns >= next_sample_ns()) sample(fleet, now_ns);
-      if (now_ns - begin_ns_ > 0) preparation_->keep_alive(now_ns);
+      if (now_ns >= next_sample_ns()) {
+        sample(fleet, now_ns);
+        preparation_->poll(now_ns);
+      }
     }
     result_.ended_early = now_ns < end_ns_;
     pass_marks(now_ns);
@@ -197,6 +207,7 @@ class Run {
         inputs.server = stage.server = use_between(*from.server, *to.server);
         inputs.server_resident_growth_mib = to.server->resident_mib - from.server->resident_mib;
       }
+      inputs.pose_delay_ms = static_cast<double>(preparation_->welcome().pose_delay_ns) * 1e-6;
       inputs.frames_checked = to.checked - std::min(to.checked, from.checked);
       inputs.check_failures = to.check_failures - std::min(to.check_failures, from.check_failures);
       stage.figures = make_figures(inputs);
@@ -217,6 +228,7 @@ class Run {
   asio::ip::tcp::endpoint server_;
   TcpDialler dialler_;
   FrameCheck check_;
+  std::shared_ptr<link::LevelCatalog> catalog_ = std::make_shared<link::LevelCatalog>();
   Props props_;
   std::unique_ptr<Preparation> preparation_;
   std::optional<Tally> tally_;

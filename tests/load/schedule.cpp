@@ -34,7 +34,7 @@ class Author {
     begin_ns_ = plan_->stage_begin_ns(index);
     if (stage.characters != characters_) {
       for (const std::uint32_t client : people_)
-        actions_.push_back({begin_ns_, Action::Kind::dress, client, {}, stage.characters, index});
+        actions_.push_back({begin_ns_, Action::Kind::dress, client, 0, {}, stage.characters, index});
     }
     characters_ = stage.characters;
     const double spread_s = stage.kind == StageKind::ramp    ? stage.duration_s
@@ -54,7 +54,8 @@ class Author {
     const std::size_t from = group.size();
     const double steps = std::abs(static_cast<double>(count) - static_cast<double>(from));
     const auto at = [&](std::size_t i) { return begin_ns_ + ns(spread_s * (static_cast<double>(i) + 0.5) / steps); };
-    for (std::size_t i = 0; from + i < count; ++i) group.push_back(join(at(i), misbehaviour));
+    for (std::size_t i = 0; from + i < count; ++i)
+      group.push_back(join(at(i), static_cast<std::uint32_t>(group.size()), misbehaviour));
     for (std::size_t i = 0; group.size() > count; ++i) {
       leave(at(i), group.back());
       group.pop_back();
@@ -65,9 +66,9 @@ class Author {
   void churn(const Stage& stage, double from_s) {
     if (stage.churn_hz <= 0 || people_.empty()) return;
     for (double t = from_s + wait_s(stage.churn_hz); t < stage.duration_s; t += wait_s(stage.churn_hz)) {
-      std::uint32_t& place = people_[random_.next() % people_.size()];
-      leave(begin_ns_ + ns(t), place);
-      place = join(begin_ns_ + ns(t), std::nullopt);
+      const auto place = static_cast<std::uint32_t>(random_.next() % people_.size());
+      leave(begin_ns_ + ns(t), people_[place]);
+      people_[place] = join(begin_ns_ + ns(t), place, std::nullopt);
     }
   }
 
@@ -77,17 +78,17 @@ class Author {
     order.resize(static_cast<std::size_t>(std::lround(stage.storm_share * static_cast<double>(order.size()))));
     const std::int64_t at_ns = begin_ns_ + ns(stage.duration_s / 2);
     for (const std::uint32_t client : order)
-      actions_.push_back({at_ns, Action::Kind::lose_connection, client, {}, 0, stage_});
+      actions_.push_back({at_ns, Action::Kind::lose_connection, client, 0, {}, 0, stage_});
   }
 
-  std::uint32_t join(std::int64_t at_ns, std::optional<Misbehaviour> misbehaviour) {
-    actions_.push_back({at_ns, Action::Kind::join, next_client_, misbehaviour, characters_, stage_});
+  std::uint32_t join(std::int64_t at_ns, std::uint32_t place, std::optional<Misbehaviour> misbehaviour) {
+    actions_.push_back({at_ns, Action::Kind::join, next_client_, place, misbehaviour, characters_, stage_});
     return next_client_++;
   }
   // Half of them without a goodbye.
   void leave(std::int64_t at_ns, std::uint32_t client) {
     const bool politely = random_.unit() < 0.5;
-    actions_.push_back({at_ns, politely ? Action::Kind::leave : Action::Kind::vanish, client, {}, 0, stage_});
+    actions_.push_back({at_ns, politely ? Action::Kind::leave : Action::Kind::vanish, client, 0, {}, 0, stage_});
   }
   double wait_s(double rate_hz) { return -std::log(1 - random_.unit()) / rate_hz; }
 

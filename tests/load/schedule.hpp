@@ -15,6 +15,7 @@ struct Action {
   std::int64_t at_ns = 0;
   Kind kind = Kind::join;  // leave: says goodbye. vanish: goes without. lose_connection: and is back at once
   std::uint32_t client = 0;
+  std::uint32_t place = 0;                   // of who joins: that of whom it replaces, else one more
   std::optional<Misbehaviour> misbehaviour;  // of who joins
   std::uint32_t characters = 0;              // of who joins, or dresses anew
   std::size_t stage = 0;

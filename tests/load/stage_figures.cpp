@@ -38,7 +38,7 @@ void put_frames(Figures& figures, const Counts& counts) {
   for (std::size_t i = 0; i < kStrides.size(); ++i)
     put_share(figures, "stride_" + std::to_string(kStrides[i]) + "_share",
               static_cast<double>(counts.frames_by_stride[i]), all);
-  put_share(figures, "node_bytes_per_frame", static_cast<double>(counts.node_bytes), all);
+  put_share(figures, "content_bytes_per_frame", static_cast<double>(counts.content_bytes), all);
   put_share(figures, "bytes_in_per_frame", static_cast<double>(counts.bytes_in), all);
 }
 
@@ -63,7 +63,12 @@ Figures make_figures(const StageInputs& inputs) {
   put_times(figures, "jitter", tally.jitter);
   put_times(figures, "join", tally.join);
   put_times(figures, "generator_lag", tally.lag);
-  if (tally.server_lag_count > 0) figures["server_lag_min_ms"] = static_cast<double>(tally.server_lag_min_ns) * 1e-6;
+  put_times(figures, "others_age", tally.others_age);
+  put_times(figures, "others_interval", tally.others_interval);
+  figures["pose_delay_ms"] = inputs.pose_delay_ms;
+  figures["frames_undecodable"] = static_cast<double>(counts.frames_undecodable);
+  figures["resumes"] = static_cast<double>(counts.resumes);
+  figures["restarts"] = static_cast<double>(counts.restarts);
   put_frames(figures, counts);
   put_poses(figures, counts);
   figures["joins"] = static_cast<double>(counts.joins);
@@ -80,7 +85,7 @@ Figures make_figures(const StageInputs& inputs) {
   }
   put_share(figures, "bytes_in_per_character_s", static_cast<double>(counts.bytes_in), counts.character_s);
   put_share(figures, "bytes_out_per_character_s", static_cast<double>(counts.bytes_out), counts.character_s);
-  put_share(figures, "node_bytes_per_character_s", static_cast<double>(counts.node_bytes), counts.character_s);
+  put_share(figures, "content_bytes_per_character_s", static_cast<double>(counts.content_bytes), counts.character_s);
   put_share(figures, "frames_per_character_s", static_cast<double>(counts.frames), counts.character_s);
   if (inputs.own) {
     put_share(figures, "generator_cpu_cores", inputs.own->cpu_s, inputs.duration_s);
@@ -105,7 +110,9 @@ const std::vector<FigureName>& figure_names() {
        "pose's intended capture to the arrival of the first frame sampled at or after it; also p90, "
        "p99, p999, max, mean, here and below"},
       {"frame_age_p50_ms", "from the sampling of a frame's poses to its arrival: the pose delay, the tick, the way"},
-      {"server_lag_min_ms", "the least from sampling to sending, on the server's own clock: its pose delay"},
+      {"pose_delay_ms", "the server's own: it samples poses this far back, which is part of every latency"},
+      {"others_age_p50_ms", "as frame_age, of every frame of other clients' characters"},
+      {"others_interval_p50_ms", "from one frame of another's character to the next"},
       {"jitter_p99_ms", "how far arrivals are from being as far apart as their ticks"},
       {"join_p99_ms", "from a client's intended arrival, or lost connection, to a character's first frame"},
       {"generator_lag_p99_ms", "from an intended time to the generator's doing it: above a bound nothing here counts"},
@@ -118,10 +125,13 @@ const std::vector<FigureName>& figure_names() {
       {"poses_unanswered_share", "sent, and never in a frame (their waiting counts as latency); poses_unanswered"},
       {"poses_asleep_share", "of characters at rest, which owe no frame"},
       {"joins_unanswered", "characters whose first frame never came; joins: the others"},
+      {"resumes", "lost connections after which the session went on; restarts: after which it began anew"},
+      {"frames_undecodable", "what they are predicted from was missing, or their bytes were wrong"},
       {"errors", "all of error.REASON: connections lost, refusals and goodbyes, of well-behaved clients"},
       {"characters", "mean of the stage; clients"},
-      {"bytes_in_per_character_s", "all packets from the server; bytes_out_, node_bytes_per_character_s"},
-      {"bytes_in_per_frame", "likewise; node_bytes_per_frame"},
+      {"bytes_in_per_character_s",
+       "all packets from the server; bytes_out_, content_bytes_ (of frames: poses and nodes)"},
+      {"bytes_in_per_frame", "likewise; content_bytes_per_frame"},
       {"generator_cpu_cores", "of this program; generator_cpu_us_per_character_s"},
       {"server_cpu_cores", "with --spawn or --server-pid; server_cpu_us_per_character_s"},
       {"server_resident_mib", "at the stage's end; server_resident_growth_mib meanwhile"},

@@ -132,7 +132,7 @@ TEST(StageFigures, AreRatesOfWhatWasCounted) {
   tally.counts.frames_by_level[0] = 245;
   tally.counts.frames_by_level[4] = 735;
   tally.counts.bytes_in = 10'000;
-  tally.counts.node_bytes = 4'900;
+  tally.counts.content_bytes = 4'900;
   tally.counts.character_s = 100;
   tally.counts.client_s = 50;
   tally.counts.poses_intended = 1000;
@@ -150,7 +150,7 @@ TEST(StageFigures, AreRatesOfWhatWasCounted) {
   EXPECT_DOUBLE_EQ(figures.at("level_high_share"), 0.25);
   EXPECT_DOUBLE_EQ(figures.at("level_rigid_share"), 0.75);
   EXPECT_DOUBLE_EQ(figures.at("bytes_in_per_character_s"), 100);
-  EXPECT_DOUBLE_EQ(figures.at("node_bytes_per_frame"), 5);
+  EXPECT_DOUBLE_EQ(figures.at("content_bytes_per_frame"), 5);
   EXPECT_DOUBLE_EQ(figures.at("characters"), 10);
   EXPECT_DOUBLE_EQ(figures.at("clients"), 5);
   EXPECT_DOUBLE_EQ(figures.at("poses_unsent_share"), 0.01);

@@ -87,7 +87,7 @@ void Tally::record_lag(std::int64_t intended_ns, std::int64_t now_ns) {
   lag_.record(now_ns - intended_ns);
 }
 
-void Tally::record_frame(std::int64_t now_ns, LevelIndex level, std::uint32_t stride, std::size_t node_bytes,
+void Tally::record_frame(std::int64_t now_ns, LevelIndex level, std::uint32_t stride, std::size_t content_bytes,
                          bool discontinuous, bool own) {
   const auto add = [&](Counts& counts) {
     ++(own ? counts.frames : counts.frames_of_others);
@@ -95,18 +95,20 @@ void Tally::record_frame(std::int64_t now_ns, LevelIndex level, std::uint32_t st
     ++counts.frames_by_level[static_cast<std::size_t>(level)];
     const auto known = std::ranges::find(kStrides, stride);
     if (known != kStrides.end()) ++counts.frames_by_stride[static_cast<std::size_t>(known - kStrides.begin())];
-    counts.node_bytes += node_bytes;
+    counts.content_bytes += content_bytes;
   };
   add(at(now_ns).counts);
   add(window_at(now_ns).counts);
 }
 
-void Tally::record_frame_age(std::int64_t sampled_ns, std::int64_t arrived_ns, std::int64_t server_lag_ns) {
+void Tally::record_frame_age(std::int64_t sampled_ns, std::int64_t arrived_ns) {
+  at(arrived_ns).frame_age.record(arrived_ns - sampled_ns);
+}
+
+void Tally::record_frame_of_other(std::int64_t sampled_ns, std::int64_t arrived_ns, std::int64_t before_ns) {
   StageTally& stage = at(arrived_ns);
-  stage.frame_age.record(arrived_ns - sampled_ns);
-  stage.server_lag_min_ns =
-      stage.server_lag_count == 0 ? server_lag_ns : std::min(stage.server_lag_min_ns, server_lag_ns);
-  ++stage.server_lag_count;
+  stage.others_age.record(arrived_ns - sampled_ns);
+  if (before_ns > 0) stage.others_interval.record(arrived_ns - before_ns);
 }
 
 void Tally::record_jitter(std::int64_t now_ns, std::int64_t deviation_ns) {
@@ -166,7 +168,7 @@ WindowFigures Tally::figures_of(const Window& window, std::size_t index, double 
   figures.frames_missed = counts.frames_missed;
   figures.bytes_in = counts.bytes_in;
   figures.bytes_out = counts.bytes_out;
-  figures.node_bytes = counts.node_bytes;
+  figures.content_bytes = counts.content_bytes;
   figures.poses_unanswered = counts.poses_unanswered;
   figures.poses_unsent = counts.poses_unsent;
   for (const auto& [reason, count] : counts.errors) figures.errors += count;

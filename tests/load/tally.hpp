@@ -27,11 +27,13 @@ struct Counts {
   std::uint64_t frames = 0;         // of own characters
   std::uint64_t frames_missed = 0;  // by tick and stride
   std::uint64_t frames_of_others = 0;
+  std::uint64_t frames_undecodable = 0;     // what they refer to was missing, or their bytes were wrong
+  std::uint64_t resumes = 0, restarts = 0;  // lost connections after which the server had the session, or had not
   std::uint64_t frames_discontinuous = 0;
   std::array<std::uint64_t, kLevelCount> frames_by_level{};  // own and others'
   std::array<std::uint64_t, kStrides.size()> frames_by_stride{};
   std::uint64_t bytes_in = 0, bytes_out = 0;                      // packets
-  std::uint64_t node_bytes = 0;                                   // in frames: nodes alone
+  std::uint64_t content_bytes = 0;                                // in frames: nodes alone
   std::uint64_t joins = 0, joins_unanswered = 0;                  // of characters: until their first frame
   double client_s = 0, character_s = 0;                           // the sums of their times
   std::map<std::string, std::uint64_t, std::less<>> errors;       // by reason
@@ -42,13 +44,13 @@ struct Counts {
 
 struct StageTally {
   Counts counts;
-  LatencyHistogram latency;            // pose's intended capture -> arrival of the first frame sampled at or after it
-  LatencyHistogram frame_age;          // sampled -> arrived
-  LatencyHistogram jitter;             // |arrivals apart - ticks apart|
-  LatencyHistogram join;               // intended arrival -> first frame
-  LatencyHistogram lag;                // intended time -> done, by the generator itself
-  std::int64_t server_lag_min_ns = 0;  // sampled -> sent, on the server's clock: its pose delay, and a tick's work
-  std::uint64_t server_lag_count = 0;
+  LatencyHistogram latency;          // pose's intended capture -> arrival of the first frame sampled at or after it
+  LatencyHistogram frame_age;        // sampled -> arrived, the first frame of a tick at a client
+  LatencyHistogram others_age;       // likewise, every frame of others
+  LatencyHistogram others_interval;  // from one frame of another to its next
+  LatencyHistogram jitter;           // |arrivals apart - ticks apart|
+  LatencyHistogram join;             // intended arrival -> first frame
+  LatencyHistogram lag;              // intended time -> done, by the generator itself
 };
 
 // A second or so of a run, for plots.
@@ -57,7 +59,7 @@ struct WindowFigures {
   double latency_p50_ms = 0, latency_p99_ms = 0, latency_max_ms = 0;  // of poses captured in it
   double lag_max_ms = 0;
   double clients = 0, characters = 0;
-  std::uint64_t frames = 0, frames_missed = 0, bytes_in = 0, bytes_out = 0, node_bytes = 0, errors = 0;
+  std::uint64_t frames = 0, frames_missed = 0, bytes_in = 0, bytes_out = 0, content_bytes = 0, errors = 0;
   std::uint64_t poses_unanswered = 0, poses_unsent = 0;
   std::array<std::uint64_t, kLevelCount> frames_by_level{};
 };
@@ -76,9 +78,11 @@ class Tally {
   void record_unanswered(std::int64_t captured_ns, std::int64_t now_ns, std::uint64_t characters);
   void record_join(std::int64_t intended_ns, std::int64_t now_ns, bool answered);
   void record_lag(std::int64_t intended_ns, std::int64_t now_ns);
-  void record_frame(std::int64_t now_ns, LevelIndex level, std::uint32_t stride, std::size_t node_bytes,
+  void record_frame(std::int64_t now_ns, LevelIndex level, std::uint32_t stride, std::size_t content_bytes,
                     bool discontinuous, bool own);
-  void record_frame_age(std::int64_t sampled_ns, std::int64_t arrived_ns, std::int64_t server_lag_ns);
+  void record_frame_age(std::int64_t sampled_ns, std::int64_t arrived_ns);
+  // `before_ns`: when the one before it arrived; 0: there was none, or it was asleep.
+  void record_frame_of_other(std::int64_t sampled_ns, std::int64_t arrived_ns, std::int64_t before_ns);
   void record_jitter(std::int64_t now_ns, std::int64_t deviation_ns);
   // How many were there since the last call.
   void note_population(std::int64_t now_ns, std::size_t clients, std::size_t characters);

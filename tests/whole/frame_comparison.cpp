@@ -47,7 +47,7 @@ FrameComparison compare(const Trace& received, const Trace& computed) {
   const std::pair<std::int64_t, std::int64_t>* last = nullptr;
   for (const auto& [key, r] : received.by_character_and_tick) {
     if (last && last->first == key.first && !received.asleep(received.by_character_and_tick.at(*last)))
-      result.missed_ticks += static_cast<std::size_t>(key.second - last->second - 1);
+      result.missed_ticks += static_cast<std::size_t>((key.second - last->second - 1) / received.step_stride(r));
     last = &key;
     const auto found = computed.by_character_and_tick.find(key);
     if (found == computed.by_character_and_tick.end()) {

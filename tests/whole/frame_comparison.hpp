@@ -16,6 +16,7 @@ struct Trace {
   [[nodiscard]] std::int64_t level(std::size_t frame) const { return frames.row(frame)[2]; }
   [[nodiscard]] std::size_t count(std::size_t frame) const { return static_cast<std::size_t>(frames.row(frame)[5]); }
   [[nodiscard]] bool asleep(std::size_t frame) const { return frames.row(frame)[6] != 0; }
+  [[nodiscard]] std::int64_t step_stride(std::size_t frame) const { return frames.row(frame)[7]; }
   // 3 numbers a node.
   [[nodiscard]] const float* displacement(std::size_t frame) const {
     return displacements.values.data() + 3 * frames.row(frame)[4];

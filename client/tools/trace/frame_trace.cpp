@@ -18,7 +18,7 @@ Result<FrameTrace> FrameTrace::create(const std::string& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) return Refusal(folder + ": cannot be made: " + error.message());
-  auto frames = NpyWriter::create(folder + "/frames.npy", NpyType::int64, {7});
+  auto frames = NpyWriter::create(folder + "/frames.npy", NpyType::int64, {8});
   auto quanta = NpyWriter::create(folder + "/quanta.npy", NpyType::float32, {});
   auto poses = NpyWriter::create(folder + "/poses.npy", NpyType::float32, {kBoneCount, 7});
   auto displacements = NpyWriter::create(folder + "/displacements.npy", NpyType::float32, {3});
@@ -36,13 +36,14 @@ FrameTrace::~FrameTrace() = default;
 
 void FrameTrace::add(const TracedFrame& frame) {
   const auto count = static_cast<std::int64_t>(frame.displacement.size());
-  const std::array<std::int64_t, 7> row{static_cast<std::int64_t>(frame.tick),
+  const std::array<std::int64_t, 8> row{static_cast<std::int64_t>(frame.tick),
                                         static_cast<std::int64_t>(frame.character),
                                         static_cast<std::int64_t>(frame.level),
                                         frame.discontinuous ? 1 : 0,
                                         files_->displacement_count,
                                         count,
-                                        frame.asleep ? 1 : 0};
+                                        frame.asleep ? 1 : 0,
+                                        frame.step_stride};
   files_->frames.append(row);
   files_->quanta.append(std::span(&frame.quantum_m, 1));
   std::array<float, 7 * kBoneCount> pose{};

@@ -20,6 +20,7 @@ struct TracedFrame {
   float quantum_m = 0;  // 0 = not quantised
   Pose pose;
   std::span<const Vec3f> displacement;  // active order, head space, m
+  int step_stride = 1;                  // ticks from one step to the next
 };
 
 // A folder of arrays with one row a frame; the README describes them.

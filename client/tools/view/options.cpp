@@ -23,6 +23,7 @@ Examples:
   hairnet-view --character groom=made:long_curly,motion=made:dance --out frame.png
   hairnet-view --connect host:7420 --character groom=a.groom,motion=walk.bvh,level=low --sheet s.png --times 0.5,1.2,2
   hairnet-view --character groom=made:bob,motion=made:nod --duration 3 --trace received
+  hairnet-view --connect wss://host/ws --ca chain.pem --room hall --observe all --times 1,2 --duration 3 --sheet all.png
 )";
 
 constexpr std::array<const char*, 4> kViewNames{"front", "side", "back", "three_quarter"};
@@ -30,7 +31,7 @@ constexpr double kDuration_s_max = 24 * 3600;
 
 // What cannot go straight into the options, as typed.
 struct Texts {
-  std::string connect = "127.0.0.1:7420", times, views = "three_quarter", size = "480x540";
+  std::string connect = "127.0.0.1:7420", observe, times, views = "three_quarter", size = "480x540";
   std::vector<std::string> characters;
   bool no_draw = false;
   Wind wind;
@@ -64,6 +65,34 @@ void take_server(ViewOptions& o, const std::string& text) {
   o.server = *address;
 }
 
+// all, nearest:N or radius:M
+void take_observe(ViewOptions& o, const std::string& text) {
+  if (text.empty()) return;
+  const std::vector<std::string> parts = split(text, ':');
+  wire::Observe observe;
+  if (text == "all") {
+    observe.mode = wire::ObserveMode::all;
+  } else if (parts.size() == 2 && parts[0] == "nearest") {
+    observe.mode = wire::ObserveMode::nearest;
+    observe.count = static_cast<std::uint32_t>(whole_number("--observe", parts[1], 1, 1e6));
+  } else if (parts.size() == 2 && parts[0] == "radius") {
+    const Result<double> radius_m = parse_number(parts[1]);
+    if (!radius_m) refuse("--observe", radius_m.error());
+    observe.mode = wire::ObserveMode::radius;
+    observe.radius_m = static_cast<float>(*radius_m);
+  } else {
+    refuse("--observe", "'" + text + "' is not all, nearest:N or radius:METRES");
+  }
+  observe.velocities = true;
+  if (const std::string fault = wire::validate(observe); !fault.empty()) refuse("--observe", fault);
+  o.observe = observe;
+}
+
+void take_room(const ViewOptions& o) {
+  if (!wire::is_room_name(o.room)) refuse("--room", "'" + o.room + "' is not 1 to 64 letters, digits, '.', '_' or '-'");
+  if (o.token.size() > wire::kTokenBytesMax) refuse("--token", "it is too long");
+}
+
 void take_size(ViewOptions& o, const std::string& text) {
   const std::vector<std::string> parts = split(text, 'x');
   if (parts.size() != 2) refuse("--size", "'" + text + "' is not WIDTHxHEIGHT");
@@ -92,6 +121,8 @@ void take_views(ViewOptions& o, const std::string& text) {
 
 void take_texts(ViewOptions& o, const Texts& texts) {
   take_server(o, texts.connect);
+  take_room(o);
+  take_observe(o, texts.observe);
   take_size(o, texts.size);
   take_times(o, texts.times);
   take_views(o, texts.views);
@@ -100,7 +131,7 @@ void take_texts(ViewOptions& o, const Texts& texts) {
     if (!character) refuse("--character", character.error());
     o.characters.push_back(*character);
   }
-  if (o.characters.empty()) refuse("--character", "at least one is required");
+  if (o.characters.empty() && !o.observe) refuse("--character", "at least one is required, or --observe");
   if (texts.wind_flags->count_all() > 0) {
     if (const std::string fault = validate(texts.wind); !fault.empty()) refuse("--wind", fault);
     o.wind = texts.wind;
@@ -112,10 +143,19 @@ void take_texts(ViewOptions& o, const Texts& texts) {
 }
 
 void add_flags(CLI::App& app, ViewOptions& o, Texts& texts) {
-  app.add_option("--connect", texts.connect, "server, HOST:PORT or tcp://, tls://, ws:// or wss:// and that (127.0.0.1:7420)");
+  app.add_option("--connect", texts.connect,
+                 "server, HOST:PORT or tcp://, tls://, ws:// or wss:// and that (127.0.0.1:7420)");
   app.add_option("--character", texts.characters, "a character to stream (below); once for each")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  app.add_option("--ca", o.tls.ca_file, "PEM file of certificates to trust (the system's)")->check(CLI::ExistingFile);
+  app.add_flag("--insecure", o.tls.insecure, "trust any certificate");
+  app.add_option("--room", o.room, "room to join (the lobby)");
+  app.add_option("--token", o.token, "what lets one into it, see hairnet-token");
+  app.add_option("--observe", texts.observe,
+                 "others of the room to show too: all, nearest:N or radius:METRES (nobody)");
+  app.add_option("--reconnect", o.reconnect_s, "seconds for which a lost connection is made anew (0)")
+      ->check(in_range(0.0, kDuration_s_max));
   app.add_option("--duration", o.duration_s, "seconds of the clips, which loop (6)")
       ->check(in_range(0.1, kDuration_s_max));
   app.add_option("--settle", o.settle_s, "seconds added, the heads easing upright, then still")

@@ -12,6 +12,7 @@
 #include "core/import/bvh.hpp"
 #include "core/made/made.hpp"
 #include "core/solver/wind.hpp"
+#include "schema/wire/messages.hpp"
 
 namespace hairnet::viewer {
 
@@ -28,6 +29,10 @@ enum class View : std::uint8_t { front, side, back, three_quarter };
 
 struct ViewOptions {
   link::Address server;
+  link::TlsOptions tls;
+  std::string room, token;
+  std::optional<wire::Observe> observe;  // others in the room to be seen; none: nobody
+  double reconnect_s = 0;                // for so long a lost connection is made anew; 0: not at all
   std::vector<CharacterOptions> characters;
   double duration_s = 6;  // of the clips, which begin at time 0 when every lattice has arrived
   double settle_s = 0;    // after them: heads ease upright within 1 s, then are still

@@ -12,6 +12,7 @@
 #include "client/tools/clip/upright.hpp"
 #include "client/tools/files/write_file.hpp"
 #include "client/tools/progress/progress_bar.hpp"
+#include "client/tools/view/hair_colour.hpp"
 #include "client/view/renderer.hpp"
 #include "core/ffd/cluster_strands.hpp"
 #include "core/ffd/deform.hpp"
@@ -56,8 +57,8 @@ struct Framing {
 
 // The camera keeps to the world, turned once to the heading that the clip begins with, and follows the head's place, so
 // that the head's turns and the hair's swing are seen.
-view::Camera camera_of(const Actor& actor, const Framing& framing, const Pose& pose, View view) {
-  const Quat heading = upright(actor.motion.poses.front()).head().rotation;
+view::Camera camera_of(const Pose& beginning, const Framing& framing, const Pose& pose, View view) {
+  const Quat heading = upright(beginning).head().rotation;
   const Vec3f direction = (heading * direction_of(view).cast<double>()).normalized().cast<float>();
   view::Camera camera;
   camera.fov_deg = kFieldOfView_deg;
@@ -92,6 +93,30 @@ std::vector<view::DrawnSurface> surfaces_of(const Groom& groom, std::span<const 
   return surfaces;
 }
 
+// Whom to draw: one of the cast, or another of the room.
+struct Subject {
+  const Groom* groom = nullptr;
+  Vec3f hair_colour = Vec3f::Zero();
+  Pose beginning;                      // where the clip begins, or where it was seen first
+  std::vector<const Moment*> moments;  // [time]; null: not seen
+};
+
+std::vector<Subject> subjects_of(const std::vector<Actor>& cast, const StreamResult& streamed) {
+  std::vector<Subject> subjects;
+  for (std::size_t c = 0; c < cast.size(); ++c) {
+    Subject& one =
+        subjects.emplace_back(Subject{cast[c].groom.get(), cast[c].hair_colour, cast[c].motion.poses.front(), {}});
+    for (const std::vector<Moment>& moment : streamed.moments) one.moments.push_back(&moment[c]);
+  }
+  for (const SeenCharacter& other : streamed.others) {
+    Subject& one = subjects.emplace_back(Subject{other.groom.get(), default_hair_colour(subjects.size()), {}, {}});
+    for (const std::optional<Moment>& moment : other.moments) one.moments.push_back(moment ? &*moment : nullptr);
+    const auto first = std::find_if(one.moments.begin(), one.moments.end(), [](const Moment* m) { return m; });
+    one.beginning = (*first)->pose;
+  }
+  return subjects;
+}
+
 Result<void> write_png(const std::string& path, const view::Image& image) {
   const Result<std::vector<std::uint8_t>> png = view::encode_png(image);
   if (!png) return Refusal(path + ": " + png.error());
@@ -107,22 +132,24 @@ class RenderedPictures : public Pictures {
   Result<void> write(const ViewOptions& options, const std::vector<Actor>& cast,
                      const StreamResult& streamed) override {
     ProgressBar bar("hairnet-view");
+    const std::vector<Subject> subjects = subjects_of(cast, streamed);
+    if (subjects.empty()) return Refusal("nobody was seen");
     if (!options.sheet.empty()) {
-      if (const Result<void> done = write_sheet(options, cast, streamed, bar); !done) return done;
+      if (const Result<void> done = write_sheet(options, subjects, streamed, bar); !done) return done;
     }
-    return options.out.empty() ? Result<void>() : write_last(options, cast, streamed, bar);
+    return options.out.empty() ? Result<void>() : write_last(options, subjects, streamed, bar);
   }
 
  private:
-  Result<void> write_sheet(const ViewOptions& options, const std::vector<Actor>& cast, const StreamResult& streamed,
-                           ProgressBar& bar) {
+  Result<void> write_sheet(const ViewOptions& options, const std::vector<Subject>& subjects,
+                           const StreamResult& streamed, ProgressBar& bar) {
     std::vector<view::Image> tiles;
-    const std::size_t count = cast.size() * options.views.size() * options.times_s.size();
-    for (std::size_t c = 0; c < cast.size(); ++c) {
+    const std::size_t count = subjects.size() * options.views.size() * options.times_s.size();
+    for (const Subject& subject : subjects) {
       for (const View view : options.views) {
         for (std::size_t t = 0; t < options.times_s.size(); ++t) {
           bar.show(static_cast<double>(tiles.size()) / static_cast<double>(count), "drawing");
-          Result<view::Image> tile = draw(options, cast[c], streamed.moments[t][c], streamed, view);
+          Result<view::Image> tile = draw(options, subject, subject.moments[t], streamed, view);
           if (!tile) return Refusal(tile.error());
           char caption[32];
           std::snprintf(caption, sizeof caption, "%.2f s", options.times_s[t]);
@@ -134,25 +161,31 @@ class RenderedPictures : public Pictures {
     return write_png(options.sheet, view::contact_sheet(tiles, static_cast<int>(options.times_s.size())));
   }
 
-  Result<void> write_last(const ViewOptions& options, const std::vector<Actor>& cast, const StreamResult& streamed,
-                          ProgressBar& bar) {
+  Result<void> write_last(const ViewOptions& options, const std::vector<Subject>& subjects,
+                          const StreamResult& streamed, ProgressBar& bar) {
     std::vector<view::Image> tiles;
     for (const View view : options.views) {
-      for (std::size_t c = 0; c < cast.size(); ++c) {
-        bar.show(static_cast<double>(c) / static_cast<double>(cast.size()), "drawing");
-        Result<view::Image> tile = draw(options, cast[c], streamed.moments.back()[c], streamed, view);
+      for (const Subject& subject : subjects) {
+        const std::size_t count = options.views.size() * subjects.size();
+        bar.show(static_cast<double>(tiles.size()) / static_cast<double>(count), "drawing");
+        Result<view::Image> tile = draw(options, subject, subject.moments.back(), streamed, view);
         if (!tile) return Refusal(tile.error());
         tiles.push_back(std::move(*tile));
       }
     }
-    return write_png(options.out, view::contact_sheet(tiles, static_cast<int>(cast.size())));
+    return write_png(options.out, view::contact_sheet(tiles, static_cast<int>(subjects.size())));
   }
 
-  Result<view::Image> draw(const ViewOptions& options, const Actor& actor, const Moment& moment,
+  // The empty studio where there is no moment.
+  Result<view::Image> draw(const ViewOptions& options, const Subject& subject, const Moment* moment,
                            const StreamResult& streamed, View view) {
-    const Groom& groom = *actor.groom;
-    deform(groom, moment, streamed);
-    skin(groom.body, moment.pose, body_vertices_);
+    const Groom& groom = *subject.groom;
+    if (!moment) {
+      return renderer_->draw({}, camera_of(subject.beginning, Framing(groom), subject.beginning, view), options.width,
+                             options.height);
+    }
+    deform(groom, *moment, streamed);
+    skin(groom.body, moment->pose, body_vertices_);
     view::DrawnCharacter drawn;
     drawn.body_vertices = body_vertices_;
     drawn.triangles = &groom.body.mesh.triangles;
@@ -161,9 +194,9 @@ class RenderedPictures : public Pictures {
     drawn.strand_width_m = strand_width_m(drawn.strand_begin.size() - 1);
     const std::vector<view::DrawnSurface> surfaces = surfaces_of(groom, points_);
     drawn.surfaces = surfaces;
-    drawn.hair_colour = actor.hair_colour;
-    return renderer_->draw(std::span(&drawn, 1), camera_of(actor, Framing(groom), moment.pose, view), options.width,
-                           options.height);
+    drawn.hair_colour = subject.hair_colour;
+    return renderer_->draw(std::span(&drawn, 1), camera_of(subject.beginning, Framing(groom), moment->pose, view),
+                           options.width, options.height);
   }
 
   // The moment's points in world space: the groom's, and those of the strands that are drawn.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <optional>
 #include <random>
 #include <string>
@@ -11,6 +12,7 @@
 #include "client/link/playout.hpp"
 #include "client/tools/progress/progress_bar.hpp"
 #include "client/tools/trace/frame_trace.hpp"
+#include "client/tools/view/audience.hpp"
 #include "client/tools/view/performance.hpp"
 
 namespace hairnet::viewer {
@@ -20,6 +22,7 @@ constexpr std::int64_t kLoop_ns = 1'000'000;
 constexpr std::int64_t kPlayInterval_ns = 8'000'000;  // how often a display would ask for a picture
 constexpr std::int64_t kUprightLeast_ns = 1'000'000'000;
 constexpr std::int64_t kGroomsReady_ns_max = 600'000'000'000;
+constexpr std::int64_t kCoarser_ns = 3'000'000'000;      // at a coarser level for so long: the server gives no more
 constexpr std::int64_t kRefusalDetail_ns = 500'000'000;  // within which an error says why a groom was refused
 
 std::int64_t to_ns(double seconds) {
@@ -37,13 +40,15 @@ class Streamer {
  public:
   Streamer(const ViewOptions& options, const std::vector<Actor>& cast, const std::vector<double>& moment_times_s)
       : options_(options), cast_(cast), moment_times_s_(moment_times_s), link_(link_options(options)) {
-    for (const Actor& actor : cast) roles_.push_back({Performance(actor.motion, options.duration_s), {}, {}, false});
+    for (const Actor& actor : cast)
+      roles_.push_back({Performance(actor.motion, options.duration_s), {}, {}, false, {}});
   }
 
   StreamResult run() {
     result_.ended = open();
     if (result_.ended) result_.ended = perform();
     result_.statistics.take_counters(link_.counters());
+    result_.others = audience_.seen(result_.moments.size());
     if (trace_) {
       const Result<void> finished = trace_->finish();
       if (result_.ended) result_.ended = finished;
@@ -56,14 +61,28 @@ class Streamer {
     Performance performance;
     wire::GroomHash groom{};
     link::Playout playout;
-    bool at_level = false;  // a frame at the level asked for has come
+    bool at_level = false;                   // a frame at the level asked for has come
+    std::optional<std::int64_t> coarser_ns;  // since when there is a lattice, of a level that the server chose
   };
 
   static link::LinkOptions link_options(const ViewOptions& options) {
     link::LinkOptions link;
     link.server = options.server;
+    link.tls = options.tls;
     link.core.client_name = "hairnet-view";
+    link.core.room = options.room;
+    link.core.token = options.token;
+    if (options.characters.empty()) link.core.role = wire::Role::observer;
+    link.core.reconnect = options.reconnect_s > 0;
+    link.core.give_up_after_s = options.reconnect_s;
     return link;
+  }
+
+  // One's own characters alone.
+  static wire::Observe nobody() {
+    wire::Observe observe;
+    observe.mode = wire::ObserveMode::list;
+    return observe;
   }
 
   Result<void> open() {
@@ -86,6 +105,7 @@ class Streamer {
         link_.set_material(character, scale_between(cast_[i].groom->materials.base, *cast_[i].material));
     }
     if (options_.wind) link_.set_wind(*options_.wind);
+    link_.observe(options_.observe.value_or(nobody()));
     return {};
   }
 
@@ -116,47 +136,69 @@ class Streamer {
     return {};
   }
   Result<void> take(const link::Disconnected& end) { return Refusal(end.detail); }
-  Result<void> take(const wire::Error& error) { return Refusal(plain(error)); }
+  Result<void> take(const link::Connected& connected) {
+    session_ = connected.welcome.session;
+    return {};
+  }
+  Result<void> take(const link::Reconnecting& lost) {
+    std::fprintf(stderr, "hairnet-view: %s; connecting anew\n", lost.detail.c_str());
+    return {};
+  }
+  Result<void> take(const wire::Error& error) {
+    if (error.reason == wire::ErrorReason::state_invalid) return {};  // the hair starts at rest
+    if (error.reason != wire::ErrorReason::groom_unavailable) return Refusal(plain(error));
+    audience_.retry(error.groom, link_.now_ns());
+    return {};
+  }
+  Result<void> take(const wire::MemberJoined& joined) {
+    if (options_.observe) audience_.take(joined);
+    return {};
+  }
+  Result<void> take(const wire::MemberLeft& left) {
+    audience_.take(left);
+    return {};
+  }
+  Result<void> take(const link::GroomFetched& fetched) { return audience_.take(fetched); }
   Result<void> take(const wire::GroomStatus& status) {
     if (status.state == wire::GroomState::refused) refused_ns_ = link_.now_ns();
     return {};
   }
-  Result<void> take(wire::LevelRecord& record) {
-    result_.geometries[{record.groom, record.level}] = std::move(record.geometry);
+  Result<void> take(const link::LevelKnown& known) {
+    result_.geometries[{known.groom, known.level}] = *known.geometry;
     return {};
   }
-  Result<void> take(const wire::FrameBatch& batch) {
+  Result<void> take(const link::FrameBatch& batch) {
     const std::int64_t now = link_.now_ns(), sampled = link_.to_local_ns(batch.sample_time_ns);
     result_.statistics.count_frames(batch, now - sampled);
-    for (const wire::Frame& frame : batch.frames) {
-      if (frame.character < 1 || frame.character > roles_.size())
-        return Refusal("the server sent a frame of unknown character " + std::to_string(frame.character));
-      if (const Result<void> taken = take(frame, batch, sampled, now); !taken) return taken;
-    }
+    for (const link::Frame& frame : batch.frames) take(frame, batch, sampled, now);
     return {};
   }
-  Result<void> take(const wire::Frame& frame, const wire::FrameBatch& batch, std::int64_t sampled, std::int64_t now) {
-    Role& role = roles_[frame.character - 1];
-    wire::decode_displacements(frame, displacement_);
-    if (!displacement_.empty()) {
-      const auto geometry = result_.geometries.find({role.groom, frame.level});
-      if (geometry == result_.geometries.end() || geometry->second.active_nodes.size() != displacement_.size())
-        return Refusal("the server sent a frame that fits no level record");
+  void take(const link::Frame& frame, const link::FrameBatch& batch, std::int64_t sampled, std::int64_t now) {
+    codec::dequantise_nodes(frame.displacements, frame.error_class, displacement_);
+    if (frame.character == 0) {
+      if (audience_.push(frame, sampled, now)) trace(audience_.name_of(frame.member), frame, batch.tick);
+      return;
     }
+    Role& role = roles_[frame.character - 1];
     role.at_level = role.at_level || frame.level == cast_[frame.character - 1].level;
+    if (!role.coarser_ns && frame.level != LevelIndex::rigid) role.coarser_ns = now;
     role.playout.push(frame, sampled, now);
     result_.statistics.count_displacement(frame.character, displacement_);
-    if (trace_) {
-      trace_->add({batch.tick, session_ << 32 | frame.character, frame.level, frame.discontinuous, frame.asleep,
-                   frame.quantum_m, frame.pose, displacement_});
-    }
-    return {};
+    trace(session_ << 32 | frame.character, frame, batch.tick);
+  }
+  void trace(std::uint64_t character, const link::Frame& frame, std::uint64_t tick) {
+    if (!trace_) return;
+    const float step_m = displacement_.empty() ? 0 : codec::kStep_m[static_cast<std::size_t>(frame.error_class)];
+    trace_->add({tick, character, frame.level, frame.discontinuous, frame.asleep, step_m, frame.pose, displacement_,
+                 frame.step_stride});
   }
   Result<void> take(const auto&) { return {}; }
 
   // The clips begin together, once every character is simulated at its level.
   void begin_when_ready(std::int64_t now) {
-    const bool ready = std::all_of(roles_.begin(), roles_.end(), [](const Role& role) { return role.at_level; });
+    const bool ready = std::all_of(roles_.begin(), roles_.end(), [&](const Role& role) {
+      return role.at_level || (role.coarser_ns && now - *role.coarser_ns > kCoarser_ns);
+    });
     if (ready && now >= opened_ns_ + kUprightLeast_ns) zero_ns_ = now + to_ns(Performance::kLeadIn_s);
   }
 
@@ -198,6 +240,7 @@ class Streamer {
       moment.push_back(
           {sample.pose, role.groom, sample.level, {sample.displacement.begin(), sample.displacement.end()}});
     }
+    audience_.play(now, wanted ? static_cast<std::ptrdiff_t>(result_.moments.size()) : -1);
     if (wanted) result_.moments.push_back(std::move(moment));
   }
 
@@ -210,6 +253,7 @@ class Streamer {
   const std::vector<Actor>& cast_;
   const std::vector<double>& moment_times_s_;
   link::Link link_;
+  Audience audience_{link_};
   std::optional<FrameTrace> trace_;
   std::vector<Role> roles_;
   StreamResult result_;

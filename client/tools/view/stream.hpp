@@ -1,6 +1,8 @@
 #pragma once
 
 #include <map>
+#include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -22,8 +24,15 @@ struct Moment {
   std::vector<Vec3f> displacement;  // active order, head space, m; empty = rigid
 };
 
+// Another's character, as it was seen; a moment at which it was not there yet, or its hair unknown, has none.
+struct SeenCharacter {
+  std::shared_ptr<const Groom> groom;
+  std::vector<std::optional<Moment>> moments;  // [time]
+};
+
 struct StreamResult {
-  std::vector<std::vector<Moment>> moments;  // [time][character]
+  std::vector<std::vector<Moment>> moments;  // [time][character of the cast]
+  std::vector<SeenCharacter> others;
   std::map<std::pair<wire::GroomHash, LevelIndex>, LevelGeometry> geometries;
   StreamStatistics statistics;
   Result<void> ended;  // what cut the stream short, if anything

@@ -6,13 +6,14 @@
 
 namespace hairnet::viewer {
 
-void StreamStatistics::count_frames(const wire::FrameBatch& batch, std::int64_t latency_ns) {
+void StreamStatistics::count_frames(const link::FrameBatch& batch, std::int64_t latency_ns) {
   latencies_ns_.push_back(latency_ns);
-  for (const wire::Frame& frame : batch.frames) {
+  for (const link::Frame& frame : batch.frames) {
     ++frame_count_;
-    const auto [last, is_first] = last_frame_.try_emplace(frame.character);
-    if (!is_first && batch.tick > last->second.tick + 1 && !last->second.asleep)
-      missed_tick_count_ += batch.tick - last->second.tick - 1;
+    const auto [last, is_first] = last_frame_.try_emplace(frame.member);
+    const std::uint64_t due = last->second.tick + frame.step_stride;  // steps are further apart than ticks
+    if (!is_first && batch.tick > due && !last->second.asleep)
+      missed_tick_count_ += (batch.tick - due) / frame.step_stride;
     last->second = {batch.tick, frame.asleep};
   }
 }

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "client/link/link.hpp"
-#include "schema/wire/messages.hpp"
 
 namespace hairnet::viewer {
 
@@ -15,7 +14,7 @@ class StreamStatistics {
  public:
   void count_poses(std::size_t count) { poses_sent_ += count; }
   // `latency_ns`: from the time at which the poses in the batch were sampled to its arrival.
-  void count_frames(const wire::FrameBatch& batch, std::int64_t latency_ns);
+  void count_frames(const link::FrameBatch& batch, std::int64_t latency_ns);
   void take_counters(const link::LinkCounters& counters) { link_ = counters; }
   // The size of the last lattice received, by character.
   void count_displacement(std::uint32_t character, const std::vector<Vec3f>& displacement);
@@ -33,7 +32,7 @@ class StreamStatistics {
     std::uint64_t tick = 0;
     bool asleep = false;  // none is due before the character wakes
   };
-  std::map<std::uint32_t, LastFrame> last_frame_;  // by character
+  std::map<std::uint32_t, LastFrame> last_frame_;  // by member
   std::map<std::uint32_t, Displaced> last_displacement_;
   std::vector<std::int64_t> latencies_ns_;
   std::uint64_t frame_count_ = 0, missed_tick_count_ = 0, poses_sent_ = 0;

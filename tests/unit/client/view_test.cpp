@@ -99,12 +99,12 @@ TEST(HairColour, hexadecimal_colours_are_srgb) {
   EXPECT_EQ(colour->z(), 0);
 }
 
-wire::FrameBatch batch_of(std::uint64_t tick, std::vector<std::uint32_t> characters) {
-  wire::FrameBatch batch;
+link::FrameBatch batch_of(std::uint64_t tick, std::vector<std::uint32_t> members) {
+  link::FrameBatch batch;
   batch.tick = tick;
-  for (const std::uint32_t character : characters) {
+  for (const std::uint32_t member : members) {
     batch.frames.emplace_back();
-    batch.frames.back().character = character;
+    batch.frames.back().member = member;
   }
   return batch;
 }
@@ -116,6 +116,16 @@ TEST(StreamStatistics, counts_the_ticks_each_character_missed) {
   statistics.count_frames(batch_of(14, {1, 2, 3}), 0);
   EXPECT_EQ(statistics.frame_count(), 6u);
   EXPECT_EQ(statistics.missed_tick_count(), 2u + 3u);
+}
+
+TEST(StreamStatistics, ticks_between_the_steps_of_a_character_are_not_missed) {
+  StreamStatistics statistics;
+  for (const std::uint64_t tick : {10u, 12u, 16u}) {
+    link::FrameBatch batch = batch_of(tick, {1});
+    batch.frames[0].step_stride = 2;
+    statistics.count_frames(batch, 0);
+  }
+  EXPECT_EQ(statistics.missed_tick_count(), 1u);
 }
 
 TEST(StreamStatistics, quantiles_of_latency) {

@@ -140,7 +140,7 @@ TEST_F(ConfigFile, the_example_names_every_key_at_its_default) {
   Config config;
   const std::vector<Setting> settings = settings_of(config);
   const std::string defaults = config_file_text(settings);
-  const auto named = read_config_file(HAIRNET_SERVER_TOML, settings);
+  const auto named = read_config_file(HAIRNET_DEPLOY_DIR "/server.toml", settings);
   ASSERT_TRUE(named) << named.error();
   for (const Setting& setting : settings) EXPECT_TRUE(named->count(setting.name()) == 1) << setting.name();
   EXPECT_EQ(config_file_text(settings), defaults);

@@ -43,6 +43,7 @@ TEST(Metrics, every_counter_gauge_and_histogram_is_a_series_of_its_own) {
   metrics.session.sessions_closed_idle.add(2);
   metrics.session.sessions_closed.add(9);
   metrics.level_cache.level_cache_rejected_damaged.add(4);
+  metrics.tick.step_ns_total.add(2'500'000'000);
   metrics.transport.bytes_read.add(std::uint64_t{1} << 52);
   const Exposition exposition = exposition_of(metrics);
   EXPECT_EQ(exposition.value("hairnet_clients"), 3);
@@ -54,6 +55,7 @@ TEST(Metrics, every_counter_gauge_and_histogram_is_a_series_of_its_own) {
   EXPECT_EQ(exposition.value("hairnet_sessions_closed_by_server_total", "reason", "idle"), 2);
   EXPECT_EQ(exposition.value("hairnet_sessions_closed_total"), 9);
   EXPECT_EQ(exposition.value("hairnet_level_cache_rejected_total", "reason", "damaged"), 4);
+  EXPECT_DOUBLE_EQ(exposition.value("hairnet_duty_seconds_total", "duty", "step"), 2.5);
   EXPECT_EQ(exposition.value("hairnet_bytes_read_total"), 4503599627370496.0);
 }
 

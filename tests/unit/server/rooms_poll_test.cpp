@@ -151,7 +151,7 @@ TEST_F(RoomsPollTest, who_nobody_looks_at_is_not_stepped_and_goes_on_when_somebo
   run_ms(500, {client.get()});
   const std::uint32_t member = client->frames(1).back().member;
   client->say(wire::ReportImportance{{{member, 0, false}}}, now_ns_);
-  run_ms(200, {client.get()});
+  run_ms(1300, {client.get()});  // longer than it stays for who looks back at once
   const std::size_t before = client->all_frames().size();
   const std::uint64_t stepped = metrics_.tick.characters_stepped.value();
   run_ms(1000, {client.get()});

@@ -29,6 +29,9 @@ TEST(Health, is_not_ready_while_draining_before_accepting_or_when_ticks_stall) {
   health.accepting = false;
   EXPECT_EQ(not_ready(health), "not accepting yet");
   health = sound();
+  health.last_tick_ns = 0;
+  EXPECT_EQ(not_ready(health), "no tick has run yet");
+  health = sound();
   health.last_tick_ns = kNow_ns - 2'500'000'000;
   EXPECT_EQ(not_ready(health), "ticks stalled: the last was 2.5 s ago");
 }
@@ -73,8 +76,7 @@ TEST_F(Pages, metrics_are_sound_and_say_whether_it_is_ready) {
 }
 
 TEST_F(Pages, others_are_not_there) {
-  for (const char* path : {"", "/", "/metrics/", "/healthzz", "/../metrics"})
-    EXPECT_EQ(page(path).status, 404) << path;
+  for (const char* path : {"", "/", "/metrics/", "/healthzz", "/../metrics"}) EXPECT_EQ(page(path).status, 404) << path;
 }
 
 }  // namespace

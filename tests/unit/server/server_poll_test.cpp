@@ -183,7 +183,7 @@ TEST_F(ServerPollTest, switching_levels_sends_each_record_once_and_marks_the_swi
   for (const LevelIndex level : {LevelIndex::ether, LevelIndex::low, LevelIndex::rigid, LevelIndex::ether}) {
     const std::size_t before = client.frames(1).size();
     client.say(wire::SetLevel{1, level}, now_ns_);
-    run_ms(400, {&client});  // longer than the lattice takes to ease into the rigid level
+    run_ms(1000, {&client});  // longer than a level is kept at least, and than the lattice eases into the rigid one
     const auto frames = client.frames(1);
     ASSERT_GT(frames.size(), before + 1);
     EXPECT_EQ(frames.back().level, level);

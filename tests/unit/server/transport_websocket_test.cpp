@@ -245,6 +245,34 @@ TEST_F(WebSocketTest, a_closing_connection_sends_what_waits_then_its_close_frame
   EXPECT_EQ(echoes_[0]->closed, 0);
 }
 
+TEST_F(WebSocketTest, small_packets_that_wait_together_arrive_whole_and_in_order_with_pongs_between) {
+  Peer peer(listener_->port());
+  upgrade(peer);
+  std::size_t packets = 0, pongs = 0;
+  const std::uint8_t ping[] = {7};
+  const auto made = [](std::size_t n) { return packet(40 + n % 60, static_cast<std::uint8_t>(n)); };
+  for (int round = 0; round < 50; ++round) {
+    peer.send(frame(kPing, ping));
+    for (int i = 0; i < 8; ++i) echoes_[0]->connection->send(made(packets++));
+    loop_.poll();
+  }
+  packets = 0;
+  ASSERT_TRUE(run_until([&] {
+    peer.receive();
+    return frames_of(peer.received).size() == 450;
+  }));
+  for (const Frame& one : frames_of(peer.received)) {
+    if (one.first == (0x80 | kPong)) {
+      ++pongs;
+      continue;
+    }
+    ASSERT_EQ(one.payload, made(packets));
+    ++packets;
+  }
+  EXPECT_EQ(packets, 400u);
+  EXPECT_EQ(pongs, 50u);
+}
+
 TEST_F(WebSocketTest, a_refused_session_still_gets_the_last_word) {
   refuse_ = true;
   Peer peer(listener_->port());

@@ -1,0 +1,52 @@
+#include "client/link/socket.hpp"
+
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+
+#include <boost/asio.hpp>
+#include <boost/asio/ssl/error.hpp>
+
+namespace hairnet::link {
+namespace {
+
+using asio::ip::tcp;
+using boost::system::error_code;
+
+// A pose waits for what the kernel holds unsent: it is kept small.
+constexpr int kUnsentBytesMax = 64 << 10;
+constexpr unsigned kUnacknowledgedMax_ms = 15'000;
+
+// What the kernel may hold back, and how long it waits for a peer that vanished. Without these it works less well.
+void tune(tcp::socket& socket) {
+  error_code ignored;
+  socket.set_option(tcp::no_delay(true), ignored);
+  setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &kUnsentBytesMax, sizeof kUnsentBytesMax);
+  setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_USER_TIMEOUT, &kUnacknowledgedMax_ms,
+             sizeof kUnacknowledgedMax_ms);
+}
+
+std::string name_of(const Address& address) {
+  return address.host + ":" + std::to_string(address.port);
+}
+
+}  // namespace
+
+asio::awaitable<std::string> connect_socket(tcp::socket& socket, const Address& address) {
+  error_code error;
+  const auto redirect = [&] { return asio::redirect_error(asio::use_awaitable, error); };
+  tcp::resolver resolver(socket.get_executor());
+  const auto found = co_await resolver.async_resolve(address.host, std::to_string(address.port), redirect());
+  if (error) co_return "cannot find " + name_of(address) + ": " + error.message();
+  co_await asio::async_connect(socket, found, redirect());
+  if (error) co_return "cannot connect to " + name_of(address) + ": " + error.message();
+  tune(socket);
+  co_return std::string();
+}
+
+std::string plain_fault(const error_code& error, const Address& address) {
+  if (error == asio::error::eof || error == asio::ssl::error::stream_truncated)
+    return "the server closed the connection without a goodbye";
+  return "the connection to " + name_of(address) + " broke: " + error.message();
+}
+
+}  // namespace hairnet::link

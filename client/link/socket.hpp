@@ -1,0 +1,19 @@
+#pragma once
+
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <string>
+
+#include "client/link/address.hpp"
+
+namespace hairnet::link {
+
+namespace asio = boost::asio;
+
+// Resolves and connects. Empty, or one line that says why not.
+asio::awaitable<std::string> connect_socket(asio::ip::tcp::socket& socket, const Address& address);
+
+// What has ended a connection, for people.
+std::string plain_fault(const boost::system::error_code& error, const Address& address);
+
+}  // namespace hairnet::link

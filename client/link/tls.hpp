@@ -1,0 +1,22 @@
+#pragma once
+
+#include <boost/asio/ssl/context.hpp>
+#include <boost/asio/ssl/stream.hpp>
+#include <string>
+
+#include "client/link/socket.hpp"
+
+namespace hairnet::link {
+
+using TlsSocket = asio::ssl::stream<asio::ip::tcp::socket>;
+
+asio::ssl::context make_tls_context();
+
+// What `options` say becomes of the context. Empty, or one line that says why not.
+std::string set_up(asio::ssl::context& context, const TlsOptions& options);
+
+// Over a connected socket: names the host to the server and checks its certificate. Empty, or one line that says why
+// not.
+asio::awaitable<std::string> shake_hands(TlsSocket& socket, const Address& address, const TlsOptions& options);
+
+}  // namespace hairnet::link

@@ -1,0 +1,148 @@
+#include <boost/asio.hpp>
+#include <boost/asio/ssl.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/ssl.hpp>
+#include <boost/beast/websocket.hpp>
+#include <boost/beast/websocket/ssl.hpp>
+#include <chrono>
+#include <utility>
+
+#include "client/link/server_stream.hpp"
+#include "client/link/socket.hpp"
+#include "client/link/tls.hpp"
+#include "schema/wire/messages.hpp"
+
+// A packet a binary message, over a WebSocket on TCP or TLS.
+namespace hairnet::link {
+namespace {
+
+namespace beast = boost::beast;
+namespace websocket = beast::websocket;
+using asio::ip::tcp;
+using boost::system::error_code;
+
+template <class Socket>
+class WebSocketStream : public ServerStream {
+ public:
+  asio::awaitable<std::string> open() override {
+    std::string fault = co_await open_socket();
+    if (fault.empty()) fault = co_await upgrade();
+    co_return fault;
+  }
+
+  asio::awaitable<Read> read() override {
+    buffer_.clear();
+    error_code error;
+    co_await stream_.async_read(buffer_, asio::redirect_error(asio::use_awaitable, error));
+    if (error) co_return Read{{}, plain(error)};
+    if (!stream_.got_binary()) co_return Read{{}, "the server sent text"};
+    const auto bytes = buffer_.cdata();
+    co_return Read{{static_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, {}};
+  }
+
+  asio::awaitable<bool> write(std::span<const std::uint8_t> bytes) override {
+    error_code error;
+    co_await stream_.async_write(asio::buffer(bytes.data(), bytes.size()),
+                                 asio::redirect_error(asio::use_awaitable, error));
+    co_return !error;
+  }
+
+  // The goodbye that was sent is the protocol's own; the server then closes.
+  void half_close() override {
+    error_code ignored;
+    beast::get_lowest_layer(stream_).shutdown(tcp::socket::shutdown_send, ignored);
+  }
+
+  void close() override {
+    error_code ignored;
+    beast::get_lowest_layer(stream_).close(ignored);
+  }
+
+  [[nodiscard]] bool has_messages() const override { return true; }
+
+ protected:
+  template <class... Arguments>
+  explicit WebSocketStream(Address address, Arguments&&... socket)
+      : address_(std::move(address)), stream_(std::forward<Arguments>(socket)...) {}
+
+  virtual asio::awaitable<std::string> open_socket() = 0;
+  const Address address_;
+  websocket::stream<Socket> stream_;
+
+ private:
+  asio::awaitable<std::string> upgrade() {
+    // No compression; a server that vanished is noticed by its pings.
+    stream_.read_message_max(wire::kPacketBytesMax);
+    stream_.binary(true);
+    stream_.auto_fragment(false);
+    auto patience = websocket::stream_base::timeout::suggested(beast::role_type::client);
+    patience.idle_timeout = std::chrono::seconds(30);
+    patience.keep_alive_pings = true;
+    stream_.set_option(patience);
+    stream_.set_option(websocket::stream_base::decorator([](websocket::request_type& request) {
+      request.set(beast::http::field::sec_websocket_protocol, "hairnet");
+      request.set(beast::http::field::user_agent, "hairnet");
+    }));
+    const bool bracketed = address_.host.find(':') != std::string::npos;
+    const std::string host =
+        (bracketed ? "[" + address_.host + "]" : address_.host) + ":" + std::to_string(address_.port);
+    error_code error;
+    websocket::response_type response;
+    co_await stream_.async_handshake(response, host, address_.path, asio::redirect_error(asio::use_awaitable, error));
+    if (!error) co_return std::string();
+    std::string why = error.message();
+    if (error == websocket::error::upgrade_declined)
+      why = "it answers " + std::to_string(response.result_int()) + " " + std::string(response.reason());
+    co_return "no WebSocket at " + to_string(address_) + ": " + why;
+  }
+
+  [[nodiscard]] std::string plain(const error_code& error) const {
+    if (error != websocket::error::closed) return plain_fault(error, address_);
+    const std::string why(stream_.reason().reason.data(), stream_.reason().reason.size());
+    return "the server closed the WebSocket without a goodbye" + (why.empty() ? why : ": " + why);
+  }
+
+  beast::flat_buffer buffer_;
+};
+
+class PlainWebSocket : public WebSocketStream<tcp::socket> {
+ public:
+  PlainWebSocket(asio::io_context& io, Address address) : WebSocketStream(std::move(address), io) {}
+
+ private:
+  asio::awaitable<std::string> open_socket() override { return connect_socket(stream_.next_layer(), address_); }
+};
+
+// What TLS needs before its stream is made, and must outlive it.
+struct TlsBase {
+  explicit TlsBase(TlsOptions o)
+      : options(std::move(o)), context(make_tls_context()), fault(set_up(context, options)) {}
+  const TlsOptions options;
+  asio::ssl::context context;
+  const std::string fault;
+};
+
+class TlsWebSocket : private TlsBase, public WebSocketStream<TlsSocket> {
+ public:
+  TlsWebSocket(asio::io_context& io, Address address, TlsOptions tls)
+      : TlsBase(std::move(tls)), WebSocketStream(std::move(address), io, context) {}
+
+ private:
+  asio::awaitable<std::string> open_socket() override {
+    if (!TlsBase::fault.empty()) co_return TlsBase::fault;
+    TlsSocket& socket = stream_.next_layer();
+    std::string why_not = co_await connect_socket(socket.next_layer(), address_);
+    if (why_not.empty()) why_not = co_await shake_hands(socket, address_, options);
+    co_return why_not;
+  }
+};
+
+}  // namespace
+
+std::unique_ptr<ServerStream> make_web_socket_stream(asio::io_context& io, const Address& address,
+                                                     const TlsOptions& tls) {
+  if (address.encrypted()) return std::make_unique<TlsWebSocket>(io, address, tls);
+  return std::make_unique<PlainWebSocket>(io, address);
+}
+
+}  // namespace hairnet::link

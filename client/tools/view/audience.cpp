@@ -1,0 +1,71 @@
+#include "client/tools/view/audience.hpp"
+
+#include <utility>
+
+#include "schema/wire/groom_file.hpp"
+
+namespace hairnet::viewer {
+
+void Audience::take(const wire::MemberJoined& joined) {
+  Member& member = members_[joined.member];
+  member = {};
+  member.joined = joined;
+  want(joined.groom);
+}
+
+void Audience::want(const wire::GroomHash& groom) {
+  if (grooms_.try_emplace(groom).second) link_.request_groom(groom);
+}
+
+void Audience::take(const wire::MemberLeft& left) {
+  if (const auto found = members_.find(left.member); found != members_.end()) found->second.here = false;
+}
+
+Result<void> Audience::take(const link::GroomFetched& fetched) {
+  if (!fetched.bytes) return Refusal("another's groom: " + fetched.fault);
+  Result<Groom> groom = wire::decode_groom(*fetched.bytes);
+  if (!groom) return Refusal("another's groom: " + groom.error());
+  grooms_[fetched.hash] = std::make_shared<const Groom>(std::move(*groom));
+  return {};
+}
+
+bool Audience::push(const link::Frame& frame, std::int64_t sample_time_ns, std::int64_t now_ns) {
+  const auto found = members_.find(frame.member);
+  if (found == members_.end()) return false;
+  found->second.playout.push(frame, sample_time_ns, now_ns);
+  return true;
+}
+
+void Audience::play(std::int64_t now_ns, std::ptrdiff_t moment) {
+  for (auto& [number, member] : members_) {
+    if (!member.here) continue;
+    const link::Playout::Sample sample = member.playout.sample(now_ns);
+    if (moment < 0 || !sample.valid) continue;
+    member.moments[moment] = {
+        sample.pose, member.joined.groom, sample.level, {sample.displacement.begin(), sample.displacement.end()}};
+  }
+  std::erase_if(retries_, [&](const auto& retry) {
+    if (now_ns < retry.second) return false;
+    link_.request_groom(retry.first);
+    return true;
+  });
+}
+
+std::uint64_t Audience::name_of(std::uint32_t member) const {
+  const wire::MemberJoined& joined = members_.at(member).joined;
+  return joined.session << 32 | joined.character;
+}
+
+std::vector<SeenCharacter> Audience::seen(std::size_t moment_count) const {
+  std::vector<SeenCharacter> seen;
+  for (const auto& [number, member] : members_) {
+    const std::shared_ptr<const Groom>& groom = grooms_.at(member.joined.groom);
+    if (!groom || member.moments.empty()) continue;
+    SeenCharacter& one = seen.emplace_back(SeenCharacter{groom, {}});
+    one.moments.resize(moment_count);
+    for (const auto& [moment, shown] : member.moments) one.moments[static_cast<std::size_t>(moment)] = shown;
+  }
+  return seen;
+}
+
+}  // namespace hairnet::viewer

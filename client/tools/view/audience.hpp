@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "client/link/link.hpp"
+#include "client/link/playout.hpp"
+#include "client/tools/view/stream.hpp"
+#include "core/result.hpp"
+
+namespace hairnet::viewer {
+
+// The others of the room: fetches their grooms, plays out their frames and keeps what they looked like. One thread.
+class Audience {
+ public:
+  explicit Audience(link::Link& link) : link_(link) {}
+
+  void take(const wire::MemberJoined& joined);
+  void take(const wire::MemberLeft& left);
+  // One line when the groom that came is none.
+  Result<void> take(const link::GroomFetched& fetched);
+  // Its bytes are not to be had at the moment: asked for again in a while.
+  void retry(const wire::GroomHash& groom, std::int64_t now_ns) { retries_[groom] = now_ns + kRetry_ns; }
+  // False when it is of nobody here. Times are of the link's clock.
+  bool push(const link::Frame& frame, std::int64_t sample_time_ns, std::int64_t now_ns);
+  // As Playout::sample, of everyone; `moment` is the index of a wanted one, or negative.
+  void play(std::int64_t now_ns, std::ptrdiff_t moment);
+  // session << 32 | the owner's number.
+  [[nodiscard]] std::uint64_t name_of(std::uint32_t member) const;
+  // Those whose hair was seen at one moment at least. `moment_count`: of all.
+  [[nodiscard]] std::vector<SeenCharacter> seen(std::size_t moment_count) const;
+
+ private:
+  static constexpr std::int64_t kRetry_ns = 1'000'000'000;
+  struct Member {
+    wire::MemberJoined joined;
+    link::Playout playout;
+    bool here = true;
+    std::map<std::ptrdiff_t, Moment> moments;
+  };
+  void want(const wire::GroomHash& groom);
+
+  link::Link& link_;
+  std::map<std::uint32_t, Member> members_;
+  std::map<wire::GroomHash, std::shared_ptr<const Groom>> grooms_;  // null: on its way
+  std::map<wire::GroomHash, std::int64_t> retries_;
+};
+
+}  // namespace hairnet::viewer

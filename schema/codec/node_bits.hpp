@@ -1,0 +1,56 @@
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstdint>
+
+#include "schema/codec/bits.hpp"
+
+// The bits of a node: three folded integers z, Rice coded with one parameter k. First z >> k of each as so many zeros
+// and a one, then the low k bits of each. An integer with kZerosMax zeros or more has just so many and no one, and all
+// its 16 bits later. All zeros come first so that a decoder can count them before it knows k.
+namespace hairnet::codec {
+
+using Folded = std::array<std::uint16_t, 3>;
+
+inline constexpr unsigned kZerosMax = 16;
+inline constexpr unsigned kRiceParameterMax = 15;
+inline constexpr unsigned kPeekBits = 57;  // that BitReader::peek has at least
+static_assert(3 * (kZerosMax + 1) <= kPeekBits && 3 * kRiceParameterMax <= kPeekBits);
+
+// For nodes with an integer that has too many zeros, or too many bits for one word.
+void put_long_node(BitWriter& writer, const Folded& z, unsigned k);
+Folded take_long_node(BitReader& reader, unsigned k);
+
+inline void put_node(BitWriter& writer, const Folded& z, unsigned k) {
+  const unsigned a = z[0] >> k, b = z[1] >> k, c = z[2] >> k;
+  const unsigned zeros_bits = a + b + c + 3;
+  if (zeros_bits + 3 * k > 56 || (a | b | c) >= kZerosMax) [[unlikely]]  // a power of 2, so one that is as large shows
+    return put_long_node(writer, z, k);
+  const std::uint64_t one = 1, mask = (one << k) - 1;
+  const std::uint64_t ones = one << a | one << (a + b + 1) | one << (zeros_bits - 1);
+  const std::uint64_t low = (z[0] & mask) | (z[1] & mask) << k | (z[2] & mask) << 2 * k;
+  writer.put(ones | low << zeros_bits, zeros_bits + 3 * k);
+}
+
+inline Folded take_node(BitReader& reader, unsigned k) {
+  const std::uint64_t word = reader.peek();
+  std::uint64_t rest = word;
+  const auto a = static_cast<unsigned>(std::countr_zero(rest));
+  rest &= rest - 1;
+  const auto b = static_cast<unsigned>(std::countr_zero(rest));
+  rest &= rest - 1;
+  const auto c = static_cast<unsigned>(std::countr_zero(rest));  // 64 when there is none; too many then
+  const unsigned zeros_bits = c + 1;
+  const unsigned zeros_a = a, zeros_b = b - a - 1, zeros_c = c - b - 1;
+  if (zeros_bits + 3 * k > kPeekBits || (zeros_a | zeros_b | zeros_c) >= kZerosMax) [[unlikely]]
+    return take_long_node(reader, k);
+  reader.skip(zeros_bits + 3 * k);
+  const std::uint64_t mask = (std::uint64_t{1} << k) - 1;
+  const std::uint64_t low = word >> zeros_bits;
+  return {static_cast<std::uint16_t>(zeros_a << k | (low & mask)),
+          static_cast<std::uint16_t>(zeros_b << k | (low >> k & mask)),
+          static_cast<std::uint16_t>(zeros_c << k | (low >> 2 * k & mask))};
+}
+
+}  // namespace hairnet::codec

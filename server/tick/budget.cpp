@@ -1,0 +1,285 @@
+#include "server/tick/budget.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <cmath>
+#include <numeric>
+#include <tuple>
+
+namespace hairnet::server {
+namespace {
+
+// tests/fidelity/README.md. A level against the whole model: its lattice against 14^3 and its part of the springs
+// against all of them, as the root of both squares (10^3: 0.30 and 0.21, 7^3: 0.44 and 0.21, 5^3: 0.64 and 0.20). The
+// ether level's is no more than a guess from how much quicker it swings. A stride against every tick, played out
+// between its turns, and the level's again (Strides).
+constexpr std::array<std::array<double, 3>, kLevelCount> kError{
+    {{0.37, 0.53, 0.68}, {0.48, 0.58, 0.71}, {0.67, 0.73, 0.81}, {0.85, 0.90, 0.98}, {1.00, 1.02, 1.05}}};
+
+constexpr double error_of(LevelIndex level, int stride) {
+  return kError[static_cast<std::size_t>(level)][static_cast<std::size_t>(std::countr_zero(unsigned(stride)))];
+}
+
+struct Rung {
+  LevelIndex level;
+  std::uint8_t stride;
+};
+
+// Shares of what is available, far enough apart that noise does not make the one out of the other.
+constexpr double kEntitledLeast = 0.8, kEntitledMost = 1.0;
+
+// What a character climbs, by the finest level asked for. What would cost more than a finer rung and err more is left
+// out: low at every tick under medium at every second one, high at every second under medium at every one.
+using enum LevelIndex;
+constexpr std::array<Rung, 7> kToHigh{
+    {{rigid, 4}, {ether, 4}, {low, 4}, {low, 2}, {medium, 2}, {medium, 1}, {high, 1}}};
+constexpr std::array<Rung, 6> kToMedium{{{rigid, 4}, {ether, 4}, {low, 4}, {low, 2}, {medium, 2}, {medium, 1}}};
+constexpr std::array<Rung, 5> kToLow{{{rigid, 4}, {ether, 4}, {low, 4}, {low, 2}, {low, 1}}};
+constexpr std::array<Rung, 4> kToEther{{{rigid, 4}, {ether, 4}, {ether, 2}, {ether, 1}}};
+constexpr std::array<Rung, 3> kToRigid{{{rigid, 4}, {rigid, 2}, {rigid, 1}}};
+constexpr std::array<std::span<const Rung>, kLevelCount> kLadders{kToHigh, kToMedium, kToLow, kToEther, kToRigid};
+constexpr std::array<std::uint8_t, kLevelCount> kEven{2, 2, 2, 1, 0};  // low at every fourth tick, or ether
+
+constexpr auto kRungErrors = [] {
+  std::array<std::array<float, kRungCountMax>, kLevelCount> errors{};
+  for (std::size_t l = 0; l < kLevelCount; ++l) {
+    for (std::size_t r = 0; r < kLadders[l].size(); ++r)
+      errors[l][r] = static_cast<float>(error_of(kLadders[l][r].level, kLadders[l][r].stride));
+  }
+  return errors;
+}();
+
+// What an error of hair counts: its size on screen, and how lively the head is. Still heads have hair too.
+double weight_of(const BudgetCharacter& c) {
+  constexpr double kLeast = 1e-3, kMost = 2, kStill = 0.5, kLively_m_per_s = 1, kHairLength_m = 0.2;
+  const double size = c.importance > kLeast ? std::min<double>(c.importance, kMost) : kLeast;
+  const double motion =
+      static_cast<double>(c.head_speed_m_per_s) + kHairLength_m * static_cast<double>(c.head_turn_rad_per_s);
+  const double lively = motion > 0 ? std::min(1.0, motion / kLively_m_per_s) : 0;
+  return size * (kStill + (1 - kStill) * lively);
+}
+
+LevelIndex finest(const BudgetCharacter& c) {
+  return c.levels_ready ? c.wanted : LevelIndex::rigid;
+}
+
+// A sleeper's hair is not stepped and not sent, and another level would wake it.
+bool may_sleep_on(const BudgetCharacter& c) {
+  return c.asleep && !c.now.held && c.now.level >= finest(c) && (c.now.level != rigid || finest(c) == rigid);
+}
+
+std::uint8_t rung_of(const Lod& lod, LevelIndex ladder_of) {
+  const std::span<const Rung> ladder = kLadders[static_cast<std::size_t>(ladder_of)];
+  std::uint8_t rung = 0;
+  if (lod.held) return rung;
+  const double error = error_of(lod.level, lod.stride);
+  while (rung + 1u < ladder.size() && error_of(ladder[rung + 1u].level, ladder[rung + 1u].stride) >= error) ++rung;
+  return rung;
+}
+
+std::int64_t in_ns(double s) {
+  return s > 0 ? static_cast<std::int64_t>(std::min(1e9 * s, 1e12)) : 0;
+}
+
+// Costs of ladders without the characters' part.
+class Prices {
+ public:
+  explicit Prices(const BudgetTerms& terms) : send_ns_(1e9 * std::max(0.0, terms.send_s)) {
+    for (std::size_t l = 0; l < kLevelCount; ++l) {
+      for (std::size_t r = 0; r < kLadders[l].size(); ++r) {
+        const auto [level, stride] = kLadders[l][r];
+        turn_ns_[l][r] =
+            1e9 * (terms.cost->turn_s(level, stride) + std::max(0.0, terms.encode_s[static_cast<std::size_t>(level)]));
+      }
+    }
+  }
+
+  void put(LevelIndex ladder_of, std::uint32_t observer_count, BudgetItem& item) const {
+    const auto l = static_cast<std::size_t>(ladder_of);
+    std::int64_t before = 0;
+    for (std::size_t r = 0; r < kLadders[l].size(); ++r) {
+      const double turn_ns = turn_ns_[l][r] + observer_count * send_ns_;
+      before = std::max(before, static_cast<std::int64_t>(std::min(turn_ns, 1e12) / kLadders[l][r].stride));
+      item.cost_ns[r] = before;
+    }
+  }
+
+ private:
+  double send_ns_;
+  std::array<std::array<double, kRungCountMax>, kLevelCount> turn_ns_{};
+};
+
+class Chooser {
+ public:
+  Chooser(const BudgetTerms& terms, std::span<const BudgetCharacter> characters, BudgetScratch& scratch,
+          std::span<Lod> chosen)
+      : terms_(terms), characters_(characters), s_(scratch), chosen_(chosen), budget_ns_(in_ns(terms.available_s)) {}
+
+  BudgetReport run() {
+    put_in_order();
+    put_items();
+    std::int64_t now_ns = 0;
+    for (const BudgetItem& item : s_.items) {
+      now_ns += item.cost_ns[item.now];
+      wanted_ns_ += item.cost_ns[item.last];
+    }
+    s_.target.resize(s_.items.size());
+    if (now_ns > budget_ns_) {
+      fill_budget(share_of(kBudgetDown), s_.items, s_.fill, s_.target, Rest::spent);
+      for (std::size_t i = 0; i < s_.items.size(); ++i) set(i, std::min(s_.target[i], s_.items[i].now));
+    } else {
+      for (std::size_t i = 0; i < s_.items.size(); ++i) set(i, s_.items[i].now);
+      sum_ns_ = now_ns;
+      fill_budget(share_of(kBudgetUp), s_.items, s_.fill, s_.target, Rest::spent);
+      if (!raise_to_target()) give_way();
+    }
+    return finish();
+  }
+
+ private:
+  [[nodiscard]] std::int64_t share_of(double share) const {
+    return static_cast<std::int64_t>(share * static_cast<double>(budget_ns_));
+  }
+
+  void put_in_order() {
+    // That of the last call is most often that of this one.
+    if (s_.order.size() != characters_.size()) {
+      s_.order.resize(characters_.size());
+      std::iota(s_.order.begin(), s_.order.end(), 0u);
+    }
+    const auto place = [this](std::uint32_t i) {
+      const BudgetCharacter& c = characters_[i];
+      return std::tuple(c.room, c.session, c.key);
+    };
+    if (!std::ranges::is_sorted(s_.order, {}, place)) std::ranges::sort(s_.order, {}, place);
+  }
+
+  // Only of those that cost anything; the others are chosen for at once.
+  void put_items() {
+    const Prices prices(terms_);
+    s_.items.clear();
+    for (const std::uint32_t i : s_.order) {
+      const BudgetCharacter& c = characters_[i];
+      if (c.unseen_s >= kHoldAfter_s) {
+        chosen_[i] = c.now;
+        chosen_[i].held = true;
+        continue;
+      }
+      if (may_sleep_on(c)) {
+        chosen_[i] = c.now;
+        continue;
+      }
+      const LevelIndex ladder_of = finest(c);
+      BudgetItem& item = s_.items.emplace_back();
+      item.character = i;
+      item.room = c.room;
+      item.session = c.session;
+      item.key = c.key;
+      item.weight = weight_of(c);
+      item.error = kRungErrors[static_cast<std::size_t>(ladder_of)].data();
+      item.now = rung_of(c.now, ladder_of);
+      item.last = static_cast<std::uint8_t>(kLadders[static_cast<std::size_t>(ladder_of)].size() - 1);
+      item.even = kEven[static_cast<std::size_t>(ladder_of)];
+      prices.put(ladder_of, c.observer_count, item);
+      if (c.unseen_s > 0) item.last = item.now;
+    }
+  }
+
+  // As far as there is room for it. False when someone is left below.
+  bool raise_to_target() {
+    s_.raises.clear();
+    std::int64_t more_ns = 0;
+    for (std::size_t i = 0; i < s_.items.size(); ++i) {
+      if (s_.target[i] <= s_.items[i].now || !has_dwelt(s_.items[i])) continue;
+      s_.raises.push_back(static_cast<std::uint32_t>(i));
+      more_ns += more_at_target(i);
+    }
+    const std::int64_t most_ns = share_of(kBudgetDown);
+    const bool fits = sum_ns_ + more_ns <= most_ns;
+    if (!fits) {
+      std::ranges::sort(s_.raises, {},
+                        [this](std::uint32_t i) { return std::tuple(-s_.items[i].weight, s_.items[i].key); });
+    }
+    for (const std::uint32_t i : s_.raises) {
+      if (sum_ns_ + more_at_target(i) > most_ns) continue;
+      sum_ns_ += more_at_target(i);
+      set(i, s_.target[i]);
+    }
+    return fits;
+  }
+
+  // Those who have more than their share, were it even larger, give way to those who have less than theirs, were it
+  // even smaller. What shares leave is nobody's.
+  void give_way() {
+    s_.entitled.resize(s_.items.size());
+    fill_budget(share_of(kEntitledLeast), s_.items, s_.fill, s_.entitled, Rest::left);
+    const auto lacks = [this](std::size_t i) { return s_.entitled[i] > s_.items[i].now && has_dwelt(s_.items[i]); };
+    bool does_anyone = false;
+    for (std::size_t i = 0; i < s_.items.size() && !does_anyone; ++i) does_anyone = lacks(i);
+    if (!does_anyone) return;
+    fill_budget(share_of(kEntitledMost), s_.items, s_.fill, s_.target, Rest::left);
+    sum_ns_ = 0;
+    for (std::size_t i = 0; i < s_.items.size(); ++i) {
+      const BudgetItem& item = s_.items[i];
+      const std::uint8_t rung = has_dwelt(item) ? std::min(s_.target[i], item.now) : item.now;
+      set(i, rung);
+      sum_ns_ += item.cost_ns[rung];
+    }
+    s_.target.swap(s_.entitled);
+    raise_to_target();
+  }
+
+  [[nodiscard]] std::int64_t more_at_target(std::size_t i) const {
+    return s_.items[i].cost_ns[s_.target[i]] - s_.items[i].cost_ns[s_.items[i].now];
+  }
+
+  [[nodiscard]] bool has_dwelt(const BudgetItem& item) const {
+    const BudgetCharacter& c = characters_[item.character];
+    return c.since_s >= kLodDwell_s || c.now.held;
+  }
+
+  void set(std::size_t item, std::uint8_t rung) {
+    const BudgetItem& i = s_.items[item];
+    const Rung& r = kLadders[static_cast<std::size_t>(finest(characters_[i.character]))][rung];
+    chosen_[i.character] = {r.level, r.stride, false};
+  }
+
+  BudgetReport finish() const {
+    BudgetReport report;
+    std::int64_t sum_ns = 0;
+    for (const BudgetItem& item : s_.items) {
+      const std::uint8_t rung = rung_of(chosen_[item.character], finest(characters_[item.character]));
+      sum_ns += item.cost_ns[rung];
+      report.raised += rung > item.now;
+      report.lowered += rung < item.now;
+      report.below_wanted += rung < item.last;
+    }
+    report.predicted_s = 1e-9 * static_cast<double>(sum_ns);
+    report.wanted_s = 1e-9 * static_cast<double>(wanted_ns_);
+    report.is_over = sum_ns > budget_ns_;
+    return report;
+  }
+
+  const BudgetTerms& terms_;
+  std::span<const BudgetCharacter> characters_;
+  BudgetScratch& s_;
+  std::span<Lod> chosen_;
+  std::int64_t budget_ns_;
+  std::int64_t wanted_ns_ = 0;
+  std::int64_t sum_ns_ = 0;  // of what is chosen
+};
+
+}  // namespace
+
+double expected_error(LevelIndex level, int stride) {
+  return error_of(level, stride);
+}
+
+BudgetReport choose_levels(const BudgetTerms& terms, std::span<const BudgetCharacter> characters,
+                           BudgetScratch& scratch, std::span<Lod> chosen) {
+  assert(terms.cost && chosen.size() == characters.size());
+  return Chooser(terms, characters, scratch, chosen).run();
+}
+
+}  // namespace hairnet::server

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "core/build/level.hpp"
+#include "server/tick/budget_cost.hpp"
+#include "server/tick/budget_fill.hpp"
+
+namespace hairnet::server {
+
+// How a character is stepped, and sent at most.
+struct Lod {
+  LevelIndex level = LevelIndex::rigid;
+  std::uint8_t stride = 1;
+  bool held = false;
+  friend bool operator==(const Lod&, const Lod&) = default;
+};
+
+// One character as the rule sees it.
+struct BudgetCharacter {
+  std::uint64_t key = 0;  // its own among all: orders those that are alike otherwise
+  std::uint64_t session = 0;
+  std::uint32_t room = 0;
+  std::uint32_t observer_count = 0;  // that its frames go to
+  float importance = 0;              // the largest over observers: height of the head on screen, 1 = all of it
+  float unseen_s = 0;                // how long no observer has had it in view; 0: one has
+  float head_speed_m_per_s = 0, head_turn_rad_per_s = 0;  // smoothed over about a second
+  LevelIndex wanted = LevelIndex::high;                   // the finest that its owner asked for
+  bool levels_ready = false;
+  bool asleep = false;  // as LatticeView has it
+  Lod now;
+  double since_s = std::numeric_limits<double>::infinity();  // how long it has been so; a new character's is infinite
+};
+
+struct BudgetTerms {
+  double available_s = 0;  // worker-seconds a tick for all of it (TickGuard)
+  const CostEstimate* cost = nullptr;
+  std::array<double, kLevelCount> encode_s{};  // worker-seconds of one frame of a level, however many it goes to
+  double send_s = 0;                           // of one frame to one observer
+};
+
+struct BudgetReport {
+  double predicted_s = 0;  // a tick, as chosen
+  double wanted_s = 0;     // with everyone as finely as asked for
+  std::uint32_t raised = 0, lowered = 0;
+  std::uint32_t below_wanted = 0;  // seen, ready, and less than asked for
+  bool is_over = false;            // not even the least of everyone fits
+};
+
+inline constexpr double kBudgetUp = 0.9;     // of what is available: what raising may fill
+inline constexpr double kBudgetDown = 0.95;  // lowering comes down to this once it is over
+inline constexpr double kLodDwell_s = 0.5;   // before a character is raised again, or lowered for another's sake
+inline constexpr float kHoldAfter_s = 1;     // unseen
+
+// Buffers, reused from call to call; they grow and stay.
+struct BudgetScratch {
+  std::vector<std::uint32_t> order;
+  std::vector<BudgetItem> items;
+  std::vector<std::uint8_t> target, entitled;
+  std::vector<std::uint32_t> raises;
+  FillScratch fill;
+};
+
+// The rule is in README.md, "Budget". Its result depends on nothing but the arguments, and not on the order of
+// `characters`; `chosen[i]` is theirs, as many. Keys must differ.
+BudgetReport choose_levels(const BudgetTerms& terms, std::span<const BudgetCharacter> characters,
+                           BudgetScratch& scratch, std::span<Lod> chosen);
+
+// Error of hair on a level and stride from the whole model, over its motion; rigid hair errs by all of it, and more
+// where its head moves at fewer ticks.
+double expected_error(LevelIndex level, int stride);
+
+}  // namespace hairnet::server

@@ -1,0 +1,179 @@
+#include "server/tick/budget_fill.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace hairnet::server {
+namespace {
+
+bool goes_before(const FillStep& a, const FillStep& b) {
+  if (a.priority != b.priority) return a.priority > b.priority;
+  if (a.key != b.key) return a.key < b.key;
+  return a.rung < b.rung;
+}
+
+// Of the step from the rung below to `rung`.
+FillStep step_to(std::span<const BudgetItem> items, std::size_t index, std::uint8_t rung) {
+  constexpr double kEven = 1e6;  // beyond any error for the time
+  const BudgetItem& item = items[index];
+  const std::int64_t cost_ns = item.cost_ns[rung] - item.cost_ns[rung - 1u];
+  double priority = item.weight * (rung <= item.now ? kKeep : 1.0);
+  if (rung <= item.even) {
+    priority += kEven * static_cast<double>(kRungCountMax - rung);
+  } else {
+    const double gain = static_cast<double>(item.error[rung - 1u]) - static_cast<double>(item.error[rung]);
+    priority *= gain / static_cast<double>(std::max<std::int64_t>(cost_ns, 1));
+  }
+  return {priority, cost_ns, item.key, static_cast<std::uint32_t>(index), rung};
+}
+
+std::int64_t held_to(std::int64_t level_ns, const FillShare& share) {
+  return std::clamp(level_ns, share.least_ns, share.most_ns);
+}
+
+// The highest level to which all can be filled, none beyond its most or below its least.
+std::int64_t water_level(std::int64_t budget_ns, std::span<const FillShare> shares) {
+  std::int64_t low = 0, high = 0;
+  for (const FillShare& share : shares) high = std::max(high, share.most_ns);
+  while (low < high) {
+    const std::int64_t level = low + (high - low + 1) / 2;
+    std::int64_t sum = 0;
+    for (const FillShare& share : shares) sum += held_to(level, share);
+    if (sum <= budget_ns) {
+      low = level;
+    } else {
+      high = level - 1;
+    }
+  }
+  return low;
+}
+
+void add(const FillShare& part, std::size_t index, bool is_same, std::vector<FillShare>& shares) {
+  if (!is_same) shares.push_back({index, index, 0, 0});
+  shares.back().end = index + 1;
+  shares.back().least_ns += part.least_ns;
+  shares.back().most_ns += part.most_ns;
+}
+
+// Clients are runs of items, rooms runs of clients.
+void group(std::span<const BudgetItem> items, FillScratch& scratch) {
+  scratch.clients.clear();
+  scratch.rooms.clear();
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    const bool is_same = i > 0 && items[i].room == items[i - 1].room && items[i].session == items[i - 1].session;
+    add({i, i + 1, items[i].cost_ns[0], items[i].cost_ns[items[i].last]}, i, is_same, scratch.clients);
+  }
+  for (std::size_t c = 0; c < scratch.clients.size(); ++c) {
+    const bool is_same = c > 0 && items[scratch.clients[c].begin].room == items[scratch.clients[c - 1].begin].room;
+    add(scratch.clients[c], c, is_same, scratch.rooms);
+  }
+}
+
+// One client's steps, best first, up to the first that its share does not pay for.
+class ClientFill {
+ public:
+  ClientFill(std::span<const BudgetItem> items, std::vector<FillStep>& steps, std::span<std::uint8_t> rungs)
+      : items_(items), steps_(steps), rungs_(rungs) {}
+
+  void fill(const FillShare& client, std::int64_t share_ns) {
+    if (client.end - client.begin == 1) return fill_one(client.begin, share_ns);
+    put_steps(client);
+    std::int64_t left_ns = share_ns - client.least_ns;
+    // The part of [begin, end) that is best is bought whole or looked into, by halves.
+    auto begin = steps_.begin(), end = steps_.end();
+    while (begin != end) {
+      const auto middle = begin + (end - begin + 1) / 2;
+      if (middle != end) std::nth_element(begin, middle, end, goes_before);
+      std::int64_t cost_ns = 0;
+      for (auto s = begin; s != middle; ++s) cost_ns += s->cost_ns;
+      if (cost_ns <= left_ns) {
+        for (auto s = begin; s != middle; ++s) rungs_[s->item] = std::max(rungs_[s->item], s->rung);
+        left_ns -= cost_ns;
+        begin = middle;
+      } else {
+        if (middle - begin == 1) return;
+        end = middle;
+      }
+    }
+  }
+
+ private:
+  void fill_one(std::size_t item, std::int64_t share_ns) {
+    const BudgetItem& i = items_[item];
+    while (rungs_[item] < i.last && i.cost_ns[rungs_[item] + 1u] <= share_ns) ++rungs_[item];
+  }
+
+  void put_steps(const FillShare& client) {
+    steps_.clear();
+    for (std::size_t i = client.begin; i < client.end; ++i) {
+      double before = std::numeric_limits<double>::infinity();
+      for (std::uint8_t rung = 1; rung <= items_[i].last; ++rung) {
+        FillStep step = step_to(items_, i, rung);
+        before = step.priority = std::min(step.priority, before);  // none before the one below it
+        steps_.push_back(step);
+      }
+    }
+  }
+
+  std::span<const BudgetItem> items_;
+  std::vector<FillStep>& steps_;
+  std::span<std::uint8_t> rungs_;
+};
+
+// One step each for those who gain most by it, while there is anything left. While someone still lacks an even rung
+// nobody goes beyond.
+void spend_rest(std::int64_t left_ns, std::span<const BudgetItem> items, std::vector<FillStep>& steps,
+                std::span<std::uint8_t> rungs) {
+  steps.clear();
+  std::int64_t cheapest_ns = std::numeric_limits<std::int64_t>::max();
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    if (rungs[i] >= items[i].last) continue;
+    steps.push_back(step_to(items, i, static_cast<std::uint8_t>(rungs[i] + 1)));
+    cheapest_ns = std::min(cheapest_ns, steps.back().cost_ns);
+  }
+  // A heap, since most of them are never looked at.
+  const auto goes_after = [](const FillStep& a, const FillStep& b) { return goes_before(b, a); };
+  std::ranges::make_heap(steps, goes_after);
+  bool is_uneven = false;
+  while (!steps.empty() && left_ns >= cheapest_ns) {
+    std::ranges::pop_heap(steps, goes_after);
+    const FillStep step = steps.back();
+    steps.pop_back();
+    const bool is_even = step.rung <= items[step.item].even;
+    if (!is_even && is_uneven) break;
+    if (step.cost_ns > left_ns) {
+      is_uneven |= is_even;
+      continue;
+    }
+    left_ns -= step.cost_ns;
+    rungs[step.item] = step.rung;
+  }
+}
+
+std::int64_t cost_of(std::span<const BudgetItem> items, std::span<const std::uint8_t> rungs) {
+  std::int64_t sum = 0;
+  for (std::size_t i = 0; i < items.size(); ++i) sum += items[i].cost_ns[rungs[i]];
+  return sum;
+}
+
+}  // namespace
+
+std::int64_t fill_budget(std::int64_t budget_ns, std::span<const BudgetItem> items, FillScratch& scratch,
+                         std::span<std::uint8_t> rungs, Rest rest) {
+  std::ranges::fill(rungs, std::uint8_t{0});
+  group(items, scratch);
+  const std::int64_t least_ns = cost_of(items, rungs);
+  if (least_ns >= budget_ns) return least_ns;
+  const std::int64_t room_level = water_level(budget_ns, scratch.rooms);
+  ClientFill filler(items, scratch.steps, rungs);
+  for (const FillShare& room : scratch.rooms) {
+    const auto clients = std::span(scratch.clients).subspan(room.begin, room.end - room.begin);
+    const std::int64_t client_level = water_level(held_to(room_level, room), clients);
+    for (const FillShare& client : clients) filler.fill(client, held_to(client_level, client));
+  }
+  const std::int64_t spent_ns = cost_of(items, rungs);
+  if (rest == Rest::spent && spent_ns < budget_ns) spend_rest(budget_ns - spent_ns, items, scratch.steps, rungs);
+  return cost_of(items, rungs);
+}
+
+}  // namespace hairnet::server

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace hairnet::server {
+
+inline constexpr std::size_t kRungCountMax = 8;
+
+// One character on its ladder: rung 0 is the least, `last` the finest that it may have. Costs never fall with the rung.
+struct BudgetItem {
+  std::uint32_t character = 0;  // of the caller
+  std::uint32_t room = 0;
+  std::uint64_t session = 0, key = 0;
+  double weight = 0;                                  // what an error of it counts
+  std::array<std::int64_t, kRungCountMax> cost_ns{};  // a tick, in whole ns, so that sums are exact in any order
+  const float* error = nullptr;                       // of each rung
+  std::uint8_t last = 0, now = 0;
+  std::uint8_t even = 0;  // rungs up to here are given to all before any goes beyond
+};
+
+struct FillStep {
+  double priority = 0;
+  std::int64_t cost_ns = 0;
+  std::uint64_t key = 0;
+  std::uint32_t item = 0;
+  std::uint8_t rung = 0;  // to which
+};
+
+struct FillShare {
+  std::size_t begin = 0, end = 0;  // of what it is made of
+  std::int64_t least_ns = 0, most_ns = 0;
+};
+
+struct FillScratch {
+  std::vector<FillShare> clients, rooms;
+  std::vector<FillStep> steps;
+};
+
+enum class Rest : std::uint8_t { left, spent };
+
+// Rungs for as much as `budget_ns` buys, for items in order of room, session and key: shared between rooms, then
+// between a room's clients, max-min fair; within a client the even rungs first, then by error taken away for the time.
+// What is left of shares too small for a step goes to whoever gains most by it, unless it is to be left. All at rung 0
+// when not even that fits. A rung that an item has now is worth kKeep as much. Returns what it all costs.
+std::int64_t fill_budget(std::int64_t budget_ns, std::span<const BudgetItem> items, FillScratch& scratch,
+                         std::span<std::uint8_t> rungs, Rest rest);
+
+inline constexpr double kKeep = 1.3;
+
+}  // namespace hairnet::server

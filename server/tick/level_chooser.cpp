@@ -1,0 +1,139 @@
+#include "server/tick/level_chooser.hpp"
+
+#include <algorithm>
+
+namespace hairnet::server {
+namespace {
+
+constexpr std::uint64_t kTicksBetween = 4;   // choices, unless something asks for one at once
+constexpr double kSmoothing = 0.05;          // of measured times, a tick
+constexpr double kUnbounded_s = 1e9;
+
+void smooth(double& mean, double value) {
+  mean += (mean == 0 ? 1 : kSmoothing) * (value - mean);
+}
+
+Lod lod_of(const Character& character) {
+  return {character.level, static_cast<std::uint8_t>(character.stride), character.held};
+}
+
+}  // namespace
+
+LevelChooser::LevelChooser(const LevelChooserDef& def, TickCounters& counters)
+    : def_(def),
+      counters_(&counters),
+      cost_(def.tick_s),
+      guard_({.tick_s = def.tick_s, .tick_share = def.tick_share, .workers = def.workers}) {}
+
+bool LevelChooser::is_due(Rooms& rooms, const Simulation& simulation, std::uint64_t tick) {
+  bool due = over_ || tick % kTicksBetween == 0;
+  for (auto& [key, character] : rooms.characters()) {
+    if (!character.placed) continue;
+    character.unseen_ticks = character.seen ? 0 : character.unseen_ticks + 1;
+    due = due || (character.held && character.seen) || character.finest > character.level ||
+          (character.level == LevelIndex::rigid && character.finest != LevelIndex::rigid && !character.lod_chosen &&
+           simulation.levels(character.groom));
+  }
+  return due;
+}
+
+BudgetCharacter LevelChooser::as_budgeted(const Character& character, bool ready, std::uint64_t tick) const {
+  BudgetCharacter b;
+  b.key = character.key;
+  b.session = session_of(character.key);
+  b.room = character.room;
+  b.observer_count = character.observer_count;
+  b.importance = character.screen_height;
+  b.unseen_s = static_cast<float>(static_cast<double>(character.unseen_ticks) * def_.tick_s);
+  b.head_speed_m_per_s = character.head_speed_m_per_s;
+  b.head_turn_rad_per_s = character.head_turn_rad_per_s;
+  b.wanted = character.finest;
+  b.levels_ready = ready;
+  b.asleep = character.asleep;
+  b.now = lod_of(character);
+  if (character.lod_chosen) b.since_s = static_cast<double>(tick - character.lod_since) * def_.tick_s;
+  return b;
+}
+
+void LevelChooser::choose(Rooms& rooms, const Simulation& simulation, wire::RecordedTick& inputs) {
+  if (!is_due(rooms, simulation, inputs.tick)) return;
+  placed_.clear();
+  budgeted_.clear();
+  for (auto& [key, character] : rooms.characters()) {
+    if (!character.placed) continue;
+    placed_.push_back(&character);
+    budgeted_.push_back(as_budgeted(character, simulation.levels(character.groom) != nullptr, inputs.tick));
+  }
+  chosen_.resize(budgeted_.size());
+  BudgetTerms terms;
+  terms.available_s = def_.now_ns ? guard_.available_s() : kUnbounded_s;
+  terms.cost = &cost_;
+  terms.encode_s = encode_s_;
+  terms.send_s = send_s_;
+  const BudgetReport report = choose_levels(terms, budgeted_, scratch_, chosen_);
+  counters_->levels_raised.add(report.raised);
+  counters_->levels_lowered.add(report.lowered);
+  counters_->gauges.budget_predicted_seconds.set(report.predicted_s);
+  counters_->gauges.budget_wanted_seconds.set(report.wanted_s);
+  counters_->gauges.budget_available_seconds.set(terms.available_s);
+  counters_->gauges.characters_below_wanted.set(report.below_wanted);
+  for (std::size_t i = 0; i < placed_.size(); ++i) {
+    if (budgeted_[i].levels_ready || chosen_[i].level == LevelIndex::rigid) apply(*placed_[i], chosen_[i], inputs);
+  }
+}
+
+void LevelChooser::apply(Character& character, const Lod& lod, wire::RecordedTick& inputs) {
+  LevelIndex level = lod.level;
+  // What an owner brought is for one level: there it goes on from, and elsewhere later.
+  if (character.state && character.level == LevelIndex::rigid && level != LevelIndex::rigid)
+    level = std::max(character.state->level, character.finest);
+  const bool ready = level != LevelIndex::rigid;
+  if (!(lod == lod_of(character)) || !character.lod_chosen) character.lod_since = inputs.tick;
+  character.lod_chosen = character.lod_chosen || ready;
+  if (level != character.level) {
+    character.level = level;
+    inputs.levels.push_back({character.key, level});
+    counters_->levels_entered.add();
+  }
+  if (lod.stride != character.stride) {
+    character.stride = lod.stride;
+    inputs.strides.push_back({character.key, lod.stride});
+  }
+  if (lod.held != character.held) {
+    character.held = lod.held;
+    inputs.holds.push_back({character.key, lod.held});
+  }
+}
+
+void LevelChooser::take(Rooms& rooms, const StepCosts& costs, double tick_duration_s) {
+  if (!def_.now_ns) return;
+  cost_.take(costs);
+  guard_.take(tick_duration_s);
+  over_ = tick_duration_s > def_.tick_share * def_.tick_s;
+  std::array<std::int64_t, kLevelCount> encode_ns{};
+  std::array<std::size_t, kLevelCount> encoded{};
+  for (const auto& [key, character] : rooms.characters()) {
+    if (character.variant_count == 0) continue;
+    encode_ns[static_cast<std::size_t>(character.shown)] += character.encode_ns;
+    ++encoded[static_cast<std::size_t>(character.shown)];
+  }
+  std::int64_t send_ns = 0;
+  std::size_t sent = 0;
+  for (const auto& [session, observer] : rooms.observers()) {
+    send_ns += observer.send_ns;
+    sent += observer.requests.size();
+  }
+  std::int64_t step_ns = 0, all_encode_ns = 0;
+  for (std::size_t l = 0; l < kLevelCount; ++l) {
+    if (encoded[l] > 0) smooth(encode_s_[l], static_cast<double>(encode_ns[l]) * 1e-9 / static_cast<double>(encoded[l]));
+    all_encode_ns += encode_ns[l];
+    for (const StepCost& cost : costs.sums[l]) step_ns += cost.step_ns;
+    counters_->gauges.set_step_cost(static_cast<LevelIndex>(l), cost_.turn_s(static_cast<LevelIndex>(l), 1));
+  }
+  if (sent > 0) smooth(send_s_, static_cast<double>(send_ns) * 1e-9 / static_cast<double>(sent));
+  counters_->step_ns_total.add(static_cast<std::uint64_t>(step_ns));
+  counters_->encode_ns_total.add(static_cast<std::uint64_t>(all_encode_ns));
+  counters_->send_ns_total.add(static_cast<std::uint64_t>(send_ns));
+}
+
+}  // namespace hairnet::server

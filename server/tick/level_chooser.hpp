@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/world.hpp"
+#include "server/room/room.hpp"
+#include "server/tick/budget.hpp"
+#include "server/tick/budget_guard.hpp"
+#include "server/tick/simulation.hpp"
+#include "server/tick/tick_counters.hpp"
+
+namespace hairnet::server {
+
+struct LevelChooserDef {
+  double tick_s = 1.0 / 30;
+  double tick_share = 0.7;  // of the tick that its work may take
+  int workers = 1;
+  ClockNs now_ns = nullptr;  // null: nothing is measured, and everyone gets what is asked for
+};
+
+// Gives every character its level, stride and holding, from what is measured: budget.hpp has the rule, this what goes
+// into it and what comes of it. Tick thread.
+class LevelChooser {
+ public:
+  LevelChooser(const LevelChooserDef& def, TickCounters& counters);
+
+  // What the tick's inputs are told of changes. `simulation` is as of the last tick.
+  void choose(Rooms& rooms, const Simulation& simulation, wire::RecordedTick& inputs);
+
+  // What the tick took: in steps, and in all. Publishing left its times with rooms, observers and characters.
+  void take(Rooms& rooms, const StepCosts& costs, double tick_duration_s);
+
+ private:
+  bool is_due(Rooms& rooms, const Simulation& simulation, std::uint64_t tick);
+  [[nodiscard]] BudgetCharacter as_budgeted(const Character& character, bool ready, std::uint64_t tick) const;
+  void apply(Character& character, const Lod& lod, wire::RecordedTick& inputs);
+
+  LevelChooserDef def_;
+  TickCounters* counters_;
+  CostEstimate cost_;
+  TickGuard guard_;
+  std::array<double, kLevelCount> encode_s_{};  // of a frame, smoothed
+  double send_s_ = 0;
+  bool over_ = false;  // the last tick took more than it may
+  std::vector<Character*> placed_;
+  std::vector<BudgetCharacter> budgeted_;
+  std::vector<Lod> chosen_;
+  BudgetScratch scratch_;
+};
+
+}  // namespace hairnet::server

@@ -1,0 +1,115 @@
+#include <gtest/gtest.h>
+
+#include "server/tick/budget_cost.hpp"
+#include "server/tick/budget_guard.hpp"
+
+namespace hairnet::server {
+namespace {
+
+constexpr double kTick_s = 1.0 / 30;
+
+StepCosts costs_of(LevelIndex level, int stride, double turn_s, std::uint32_t count) {
+  StepCosts costs;
+  costs.of(level, stride) = {static_cast<std::int64_t>(1e9 * turn_s * count), count};
+  return costs;
+}
+
+TEST(CostEstimate, begins_with_a_finer_level_costing_more_and_a_stride_less_a_tick) {
+  const CostEstimate cost(kTick_s);
+  for (const int stride : {1, 2, 4}) {
+    EXPECT_GT(cost.turn_s(LevelIndex::high, stride), cost.turn_s(LevelIndex::medium, stride));
+    EXPECT_GT(cost.turn_s(LevelIndex::medium, stride), cost.turn_s(LevelIndex::low, stride));
+    EXPECT_GT(cost.turn_s(LevelIndex::low, stride), cost.turn_s(LevelIndex::ether, stride));
+    EXPECT_EQ(cost.turn_s(LevelIndex::rigid, stride), 0);
+  }
+  for (const LevelIndex level : {LevelIndex::high, LevelIndex::medium, LevelIndex::low, LevelIndex::ether}) {
+    EXPECT_LT(cost.turn_s(level, 2) / 2, 0.6 * cost.turn_s(level, 1));
+    EXPECT_LT(cost.turn_s(level, 4) / 4, 0.4 * cost.turn_s(level, 1));
+  }
+}
+
+TEST(CostEstimate, comes_to_what_is_measured) {
+  CostEstimate cost(kTick_s);
+  for (int tick = 0; tick < 10; ++tick) cost.take(costs_of(LevelIndex::low, 1, 30e-6, 100));
+  EXPECT_NEAR(cost.turn_s(LevelIndex::low, 1), 30e-6, 1e-6);
+  for (int tick = 0; tick < 60; ++tick) cost.take(costs_of(LevelIndex::low, 1, 60e-6, 100));
+  EXPECT_NEAR(cost.turn_s(LevelIndex::low, 1), 60e-6, 2e-6);
+}
+
+TEST(CostEstimate, takes_a_slow_machine_for_slow_on_levels_not_measured_too) {
+  const CostEstimate table(kTick_s);
+  CostEstimate cost(kTick_s);
+  for (int tick = 0; tick < 100; ++tick) {
+    cost.take(costs_of(LevelIndex::low, 1, 5 * table.turn_s(LevelIndex::low, 1), 100));
+  }
+  EXPECT_NEAR(cost.turn_s(LevelIndex::high, 2) / table.turn_s(LevelIndex::high, 2), 5, 0.5);
+}
+
+TEST(CostEstimate, is_hardly_pulled_by_one_tick_in_ten) {
+  CostEstimate cost(kTick_s);
+  for (int tick = 0; tick < 300; ++tick) {
+    cost.take(costs_of(LevelIndex::high, 1, tick % 10 == 9 ? 5e-3 : 50e-6, 40));
+    EXPECT_LT(cost.turn_s(LevelIndex::high, 1), 1.15 * 50e-6);
+    EXPECT_GT(cost.turn_s(LevelIndex::high, 1), 0.95 * 50e-6);
+  }
+}
+
+TEST(CostEstimate, ignores_what_was_not_timed) {
+  const CostEstimate table(kTick_s);
+  CostEstimate cost(kTick_s);
+  cost.take(costs_of(LevelIndex::high, 1, 0, 40));
+  cost.take({});
+  EXPECT_EQ(cost.turn_s(LevelIndex::high, 1), table.turn_s(LevelIndex::high, 1));
+}
+
+TickGuardDef def_of(int workers = 1) {
+  return {.tick_s = kTick_s, .tick_share = 0.7, .workers = workers};
+}
+
+TEST(TickGuard, gives_the_share_of_every_worker_at_first) {
+  EXPECT_NEAR(TickGuard(def_of(4)).available_s(), 4 * 0.7 * kTick_s, 1e-12);
+}
+
+TEST(TickGuard, cuts_within_a_few_ticks_until_ticks_fit) {
+  TickGuard guard(def_of());
+  const double truth = 3;  // the work takes so many times what is predicted
+  int ticks = 0;
+  for (; ticks < 100 && truth * guard.available_s() > 0.7 * kTick_s; ++ticks) guard.take(truth * guard.available_s());
+  EXPECT_LE(ticks, 8);
+  EXPECT_GT(guard.available_s(), 0.1 * 0.7 * kTick_s) << "no deeper than needed";
+}
+
+TEST(TickGuard, takes_one_late_tick_for_an_accident) {
+  TickGuard guard(def_of());
+  const double before_s = guard.available_s();
+  guard.take(5 * kTick_s);
+  for (int tick = 0; tick < 3; ++tick) guard.take(0.3 * kTick_s);
+  EXPECT_EQ(guard.available_s(), before_s);
+  EXPECT_EQ(guard.overruns(), 1u);
+}
+
+TEST(TickGuard, gives_back_slowly_and_settles) {
+  TickGuard guard(def_of());
+  for (int tick = 0; tick < 4; ++tick) guard.take(3 * kTick_s);
+  const double cut_s = guard.available_s();
+  for (int tick = 0; tick < 30; ++tick) guard.take(0.1 * kTick_s);
+  EXPECT_LT(guard.available_s(), 1.2 * cut_s);
+  // Work that is twice as long as predicted: it comes to rest between the two thresholds and stays.
+  for (int tick = 0; tick < 30 * 60; ++tick) guard.take(2 * guard.available_s());
+  const double settled_s = guard.available_s();
+  for (int tick = 0; tick < 30 * 60; ++tick) guard.take(2 * guard.available_s());
+  EXPECT_EQ(guard.available_s(), settled_s);
+  EXPECT_LE(2 * settled_s, 0.7 * kTick_s);
+  EXPECT_GE(2 * settled_s, 0.8 * 0.7 * kTick_s);
+}
+
+TEST(TickGuard, never_gives_nothing_nor_more_than_the_share) {
+  TickGuard guard(def_of());
+  for (int tick = 0; tick < 1000; ++tick) guard.take(100 * kTick_s);
+  EXPECT_GT(guard.available_s(), 0);
+  for (int tick = 0; tick < 30 * 600; ++tick) guard.take(0);
+  EXPECT_NEAR(guard.available_s(), 0.7 * kTick_s, 1e-12);
+}
+
+}  // namespace
+}  // namespace hairnet::server
