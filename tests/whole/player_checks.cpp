@@ -195,8 +195,7 @@ void Player::check(const link::FrameBatch& batch, const link::Frame& frame, Memb
   member.asleep = frame.asleep;
   member.level = frame.level;
   member.pose = frame.pose;
-  member.step_stride =
-      std::max(1, static_cast<int>(std::lround(frame.step_s * static_cast<float>(core_->welcome()->tick_rate_hz))));
+  member.step_stride = frame.step_stride;
   ++member.frames;
 }
 
@@ -206,7 +205,9 @@ void Player::check_interval(const link::FrameBatch& batch, const link::Frame& fr
   const int life = wire_->life();
   int missed = 0;
   for (std::uint64_t tick = *member.last_tick + 1; tick < batch.tick; ++tick) missed += host_->ran_ns(life, tick) >= 0;
-  if (missed >= member.step_stride && !member.asleep)
+  // From one stride to another the turns shift.
+  const int stride = std::max<int>(member.step_stride, frame.step_stride);
+  if (missed >= (stride == 1 ? 1 : 2 * stride) && !member.asleep)
     fault("misses " + std::to_string(missed) + " frames of its own before tick " + std::to_string(batch.tick));
   const std::int64_t late_ns = timeline_->now_ns() - host_->ran_ns(life, batch.tick);
   if (late_ns > 2 * (plan_.quality.delay_ns + plan_.quality.jitter_ns) + kFrameLateness_ns)

@@ -92,7 +92,7 @@ server::Config Scenario::make_config() {
   limits.slow_consumer_ns = moment(kSecond_ns, 2 * kSecond_ns);
   limits.drain_timeout_ns = 500 * kMs;
   limits.downloads_per_session_max = 4;
-  config.grooms.upload_timeout_ns = 1500 * kMs;
+  config.grooms.upload_timeout_ns = 5 * kSecond_ns;
   return config;
 }
 
@@ -100,7 +100,7 @@ Quality Scenario::make_quality() {
   Quality quality;
   quality.delay_ns = moment(kMs / 2, 60 * kMs);
   quality.jitter_ns = chance(0.5) ? moment(0, 40 * kMs) : 0;
-  quality.bytes_per_s = chance(0.2) ? random_.between(2e4, 2e5) : 1e7;
+  quality.bytes_per_s = chance(0.2) ? random_.between(4e4, 4e5) : 1e7;
   quality.window_bytes = chance(0.3) ? 3000 : 64u << 10;
   quality.segment_bytes_max = chance(0.2) ? 200 : 1460 * 8;
   quality.unsent_bytes_max = chance(0.2) ? 4000 : 64u << 10;
@@ -218,6 +218,14 @@ void Scenario::disturb() {
       });
     }
   }
+  if (chance(0.4)) {
+    const std::int64_t reading_ns = moment(10'000, 2 * kMs);
+    timeline_.at(moment(0, disturbed_until_ns_), [this, reading_ns] {
+      journal_.count("work takes longer");
+      host_->set_work(reading_ns);
+    });
+    timeline_.at(disturbed_until_ns_, [this] { host_->set_work(0); });
+  }
   timeline_.run(disturbed_until_ns_ + kSecond_ns / 2);
 }
 
@@ -333,6 +341,7 @@ void Scenario::check_nothing_left() {
     if (count != 0) journal_.fault("server", "still has " + std::to_string(count) + " " + what + " when all have left");
   };
   check("sessions", server.session_count());
+  check("sessions, counted by themselves,", server.context().session_count);
   check("characters, counted by sessions,", server.context().character_count);
   check("rooms, counted by sessions,", server.context().rooms.room_count());
   check("holders of grooms", server.grooms().holder_count());

@@ -32,6 +32,9 @@ class ServerHost final : public Host {
   void kill(const Break& how);  // how its clients' connections end
   void drain();                 // says goodbye to all; kill() it later
   void stall_tick(std::int64_t until_ns) { stalled_until_ns_ = until_ns; }
+  // What the server takes its work to last, for each reading of the clock that it measures with: with much it must lower
+  // levels.
+  void set_work(std::int64_t reading_ns) { work_ns_ = reading_ns; }
 
   [[nodiscard]] bool is_up() const override { return server_ != nullptr; }
   server::PacketSink* open(std::shared_ptr<Wire> wire) override;
@@ -69,7 +72,7 @@ class ServerHost final : public Host {
   std::vector<Life> lives_;
   std::unique_ptr<server::Server> server_;
   std::vector<std::weak_ptr<Wire>> wires_;
-  std::int64_t stalled_until_ns_ = 0;
+  std::int64_t stalled_until_ns_ = 0, work_ns_ = 0;
 };
 
 }  // namespace hairnet::whole
