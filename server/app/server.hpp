@@ -45,7 +45,11 @@ class Server {
 
   [[nodiscard]] GroomBuilder& builder() { return builder_; }
   [[nodiscard]] Recorder* recorder() { return recorder_.get(); }
+  // For tests that run all duties on one thread.
   [[nodiscard]] const Scheduler& scheduler() const { return scheduler_; }
+  [[nodiscard]] const SessionRegistry& sessions() const { return sessions_; }
+  [[nodiscard]] const SessionContext& context() const { return context_; }
+  [[nodiscard]] const GroomStore& grooms() const { return grooms_; }
 
  private:
   Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder> recorder,

@@ -169,6 +169,11 @@ bool Session::join(const wire::Hello& hello, std::int64_t now_ns) {
   identity_.room = hello.room;
   identity_.role = hello.role;
   identity_.character_count_max = hello.role == wire::Role::observer ? 0 : limits.characters_per_session_max;
+  if (context_->session_count >= limits.session_count_max) {
+    counters.sessions_refused_full.add();
+    drain(GoodbyeReason::server_full, "the server holds its " + std::to_string(limits.session_count_max) + " clients", now_ns);
+    return false;
+  }
   Refused refused;
   const RoomCensus::Count room = context_->rooms.count(hello.room);
   if (!wire::is_room_name(hello.room))
@@ -186,6 +191,7 @@ bool Session::join(const wire::Hello& hello, std::int64_t now_ns) {
   if (!check_token(hello, now_ns)) return false;
   state_ = State::active;
   joined_ = true;
+  ++context_->session_count;
   context_->rooms.enter(identity_.room);
   context_->grooms.open(id(), identity_.strand_count_max, now_ns);
   counters.sessions_welcomed.add();
@@ -599,6 +605,7 @@ void Session::drain(GoodbyeReason reason, std::string detail, std::int64_t now_n
 void Session::leave(std::int64_t now_ns) {
   if (!joined_) return;
   joined_ = false;
+  --context_->session_count;
   context_->character_count -= identity_.characters.size();
   context_->counters.characters_removed.add(identity_.characters.size());
   context_->rooms.leave(identity_.room, identity_.characters.size());

@@ -37,6 +37,7 @@ struct SessionContext {
   std::optional<channel::TokenKey> token_key = {};  // none: no tokens are asked for
   std::function<std::int64_t()> unix_time_s = [] { return std::int64_t{0}; };  // for tokens
   SessionDirectory* directory = nullptr;
+  std::size_t session_count = 0;    // that were welcomed and have not left
   std::size_t character_count = 0;  // of all sessions
   RoomCensus rooms = {};
 };
@@ -75,6 +76,7 @@ class Session final : public PacketSink {
   [[nodiscard]] bool is_joined() const { return joined_; }
   [[nodiscard]] State state() const { return state_; }
   [[nodiscard]] Outbox& outbox() { return *outbox_; }
+  [[nodiscard]] const Outbox& outbox() const { return *outbox_; }
 
  private:
   struct Handler;

@@ -487,4 +487,16 @@ bool GroomStore::evict_one() {
   return true;
 }
 
+std::size_t GroomStore::holder_count() const {
+  std::size_t count = 0;
+  for (const auto& [hash, entry] : grooms_) count += entry.holders.size();
+  return count;
+}
+
+std::size_t GroomStore::held_by(SessionId session) const {
+  std::size_t count = 0;
+  for (const auto& [hash, entry] : grooms_) count += entry.holders.contains(session);
+  return count;
+}
+
 }  // namespace hairnet::server

@@ -63,6 +63,7 @@ class GroomStore final : public GroomDesk {
 
   [[nodiscard]] bool ready(const wire::GroomHash& groom) const;
   [[nodiscard]] std::size_t groom_count() const { return grooms_.size(); }
+  [[nodiscard]] std::size_t holder_count() const;  // of all grooms; a session counts once for each
   [[nodiscard]] std::size_t upload_bytes() const { return upload_bytes_; }
   [[nodiscard]] std::size_t level_bytes() const { return level_bytes_; }
 

@@ -713,7 +713,43 @@ TEST_F(SessionTest, frames_wait_for_one_piece_of_a_groom_at_most) {
             1);
 }
 
-TEST_F(SessionTest, a_full_server_says_so) {
+TEST_F(SessionTest, a_full_server_says_so_and_goes_on_with_whom_it_has) {
+  SessionRegistry registry(context_);
+  context_.directory = &registry;
+  context_.limits.resume_grace_ns = kSecond_ns;
+  const auto dial = [&](const wire::Hello& hello) {
+    auto connection = std::make_shared<FakeConnection>();
+    PacketSink* sink = registry.open(connection, now_ns_);
+    EXPECT_NE(sink, nullptr);
+    sink->on_packet(wire::encode_packet({now_ns_, hello}), now_ns_);
+    return std::pair(connection, sink);
+  };
+  wire::Hello hello;
+  hello.client_name = "test";
+  const auto [first, first_sink] = dial(hello);
+  dial(hello);
+  const auto [third, third_sink] = dial(hello);
+  EXPECT_TRUE(third->all<wire::Welcome>().empty());
+  ASSERT_EQ(third->all<wire::Goodbye>().size(), 1u);
+  EXPECT_EQ(third->all<wire::Goodbye>()[0].reason, GoodbyeReason::server_full);
+  EXPECT_EQ(third->all<wire::Goodbye>()[0].detail, "the server holds its 2 clients");
+
+  first_sink->on_closed("reset", now_ns_);
+  const wire::Welcome welcome = first->all<wire::Welcome>().at(0);
+  wire::Hello again = hello;
+  again.session = welcome.session;
+  again.secret = welcome.secret;
+  const auto [resumed, resumed_sink] = dial(again);
+  ASSERT_EQ(resumed->all<wire::Welcome>().size(), 1u);
+  EXPECT_TRUE(resumed->all<wire::Welcome>()[0].resumed);
+  EXPECT_EQ(context_.session_count, 2u);
+
+  resumed_sink->on_packet(wire::encode_packet({now_ns_, wire::Goodbye{GoodbyeReason::client_leaves, ""}}), now_ns_);
+  EXPECT_EQ(context_.session_count, 1u);
+  EXPECT_EQ(dial(hello).first->all<wire::Welcome>().size(), 1u) << "there is room again";
+}
+
+TEST_F(SessionTest, connections_that_say_nothing_are_bounded) {
   SessionRegistry registry(context_);
   std::vector<std::shared_ptr<FakeConnection>> connections;
   for (int i = 0; i < 3; ++i) {
