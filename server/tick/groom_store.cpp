@@ -493,10 +493,4 @@ std::size_t GroomStore::holder_count() const {
   return count;
 }
 
-std::size_t GroomStore::held_by(SessionId session) const {
-  std::size_t count = 0;
-  for (const auto& [hash, entry] : grooms_) count += entry.holders.contains(session);
-  return count;
-}
-
 }  // namespace hairnet::server
