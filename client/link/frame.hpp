@@ -18,6 +18,7 @@ struct Frame {
   codec::ErrorClass error_class = codec::ErrorClass::normal;
   bool discontinuous = false;    // teleport, reset or level switch: do not interpolate from the last frame
   bool asleep = false;           // nothing will change, and no frame come, before the character wakes
+  bool kept = false;             // the hair as it was when a server was lost: the next one has none of it yet
   std::uint8_t step_stride = 1;  // ticks from one step of the character to the next
   float step_s = 0;              // the same in seconds; 0: not known
   Pose pose;                     // the one the step used

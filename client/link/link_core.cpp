@@ -67,6 +67,7 @@ void LinkCore::add_character(std::uint32_t character, const wire::GroomHash& gro
 }
 
 void LinkCore::set_level(std::uint32_t character, LevelIndex level) {
+  if (level == LevelIndex::rigid) kept_.drop(character);
   const wire::SetLevel wanted{character, level};
   roster_.set_level(wanted);
   say(wanted);
@@ -85,6 +86,7 @@ void LinkCore::set_wind(const Wind& wind) {
 }
 
 void LinkCore::remove_character(std::uint32_t character) {
+  kept_.drop(character);
   roster_.remove(character);
   say(wire::RemoveCharacter{character});
 }
@@ -203,7 +205,10 @@ void LinkCore::lose(GoodbyeReason reason, std::string detail, std::int64_t now_n
     give_up_ns_ = options_.give_up_after_s > 0 ? now_ns + to_ns(options_.give_up_after_s) : kNever_ns;
   }
   for (const auto& [number, character] : roster_.characters()) {
-    if (std::optional<wire::HairState> state = members_.hair_state(number)) roster_.remember(number, std::move(*state));
+    std::optional<Hair> hair = members_.hair_of(number);
+    if (!hair) continue;
+    roster_.remember(number, hair->state);
+    kept_.keep(number, std::move(*hair));
   }
   members_.forget_frames();
   members_due_ns_ = kNever_ns;
@@ -286,6 +291,7 @@ void LinkCore::on(wire::Welcome& welcome, std::int64_t now_ns) {
   counters_.resumes += resumed;
   push(Connected{welcome, again});
   if (resumed) {
+    kept_.drop_all();
     members_.expect_all_again();
     members_due_ns_ = now_ns + kMembersToldAgain_ns;
   } else {
@@ -318,11 +324,16 @@ void LinkCore::on(wire::GroomNeed& need, std::int64_t) {
   uploads_.need(need);  // a groom that was dropped meanwhile is no longer known
 }
 
-void LinkCore::on(wire::GroomStatus& status, std::int64_t) {
+void LinkCore::on(wire::GroomStatus& status, std::int64_t now_ns) {
   // Merely queued it may still be on its way from another client, and that one may leave.
   if (status.state != wire::GroomState::queued) uploads_.drop(status.hash);
-  if (status.state == wire::GroomState::ready) roster_.on_ready(status.hash);
-  if (status.state == wire::GroomState::refused) roster_.on_refused(status.hash);
+  if (status.state == wire::GroomState::ready) {
+    roster_.on_ready(status.hash);
+    kept_.on_ready(status.hash, now_ns);
+  } else if (status.state == wire::GroomState::refused) {
+    roster_.on_refused(status.hash);
+    kept_.drop_of(status.hash);
+  }
   push(status);
 }
 
@@ -367,14 +378,14 @@ void LinkCore::on(wire::FrameBatch& batch, std::int64_t now_ns) {
     counters_.frames_undecodable += taken.outcome == Members::Outcome::undecodable;
     if (taken.wants_keyframe && keyframes.members.size() < wire::kMembersPerMessageMax)
       keyframes.members.push_back(frame.member);
-    if (taken.outcome != Members::Outcome::unknown) pass_on(batch, frame, taken, decoded);
+    if (taken.outcome != Members::Outcome::unknown) pass_on(batch, frame, taken, decoded, now_ns);
   }
   if (!keyframes.members.empty()) say(std::move(keyframes));
   if (!decoded.frames.empty()) push(std::move(decoded));
 }
 
 void LinkCore::pass_on(const wire::FrameBatch& batch, const wire::Frame& frame, const Members::Taken& taken,
-                       FrameBatch& decoded) {
+                       FrameBatch& decoded, std::int64_t now_ns) {
   if (sink_) {
     sink_->on_frame({batch.tick, batch.sample_time_ns, frame, taken.character, taken.discontinuous,
                      taken.outcome == Members::Outcome::undecodable, taken.integers,
@@ -393,6 +404,19 @@ void LinkCore::pass_on(const wire::FrameBatch& batch, const wire::Frame& frame, 
     out.displacements = taken.integers->nodes;
     out.velocities = taken.integers->velocities;
     out.geometry = taken.geometry;
+    if (out.character != 0) bring_kept(out, now_ns);
+  }
+}
+
+void LinkCore::bring_kept(Frame& frame, std::int64_t now_ns) {
+  if (frame.level != LevelIndex::rigid) {
+    if (kept_.drop(frame.character)) roster_.forget_state(frame.character);
+  } else if (const Hair* hair = kept_.of(frame.character, now_ns)) {
+    frame.kept = true;
+    frame.level = hair->state.level;
+    frame.error_class = hair->error_class;
+    frame.displacements = hair->state.displacements;
+    frame.geometry = hair->geometry;
   }
 }
 

@@ -13,6 +13,7 @@
 #include "client/link/events.hpp"
 #include "client/link/groom_fetch.hpp"
 #include "client/link/importance.hpp"
+#include "client/link/kept_hair.hpp"
 #include "client/link/level_catalog.hpp"
 #include "client/link/members.hpp"
 #include "client/link/roster.hpp"
@@ -150,7 +151,8 @@ class LinkCore {
   void say(wire::Message message);
   void say_all_again(bool resumed);
   void pass_on(const wire::FrameBatch& batch, const wire::Frame& frame, const Members::Taken& taken,
-               FrameBatch& decoded);
+               FrameBatch& decoded, std::int64_t now_ns);
+  void bring_kept(Frame& frame, std::int64_t now_ns);
   void tell_left(const std::vector<std::uint32_t>& members);
   void push(Event event);
   void lose(wire::GoodbyeReason reason, std::string detail, std::int64_t now_ns);
@@ -173,6 +175,7 @@ class LinkCore {
   UploadQueue uploads_;
   SendQueue queue_;
   Members members_;
+  KeptHair kept_;
   Importance importance_;
   GroomFetch fetch_;
   FrameSink* sink_ = nullptr;

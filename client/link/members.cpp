@@ -128,14 +128,19 @@ bool Members::decode(Member& member, const wire::Frame& frame, std::uint64_t tic
   return true;
 }
 
-std::optional<wire::HairState> Members::hair_state(std::uint32_t character) const {
+std::optional<Hair> Members::hair_of(std::uint32_t character) const {
   const auto found = std::find_if(members_.begin(), members_.end(),
                                   [&](const auto& m) { return m.second.own && m.second.character == character; });
   if (found == members_.end()) return std::nullopt;
-  const Past& last = found->second.past[found->second.newest];
+  const Member& member = found->second;
+  const Past& last = member.past[member.newest];
   if (!last.valid || last.integers.nodes.empty()) return std::nullopt;
-  return wire::HairState{last.level, codec::kStep_m[static_cast<std::size_t>(last.error_class)], last.integers.nodes,
-                         last.integers.velocities};
+  const std::shared_ptr<const KnownLevel>& known = member.levels[static_cast<std::size_t>(last.level)];
+  return Hair{member.groom,
+              last.error_class,
+              {last.level, codec::kStep_m[static_cast<std::size_t>(last.error_class)], last.integers.nodes,
+               last.integers.velocities},
+              {known, &known->geometry}};
 }
 
 void Members::forget_frames() {

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "client/link/kept_hair.hpp"
 #include "client/link/level_catalog.hpp"
 #include "schema/codec/frame_codec.hpp"
 #include "schema/wire/messages.hpp"
@@ -47,8 +48,8 @@ class Members {
   };
   Taken take(const wire::Frame& frame, std::uint64_t tick, std::int64_t now_ns);
 
-  // The last lattice of an own character, where one was decoded.
-  [[nodiscard]] std::optional<wire::HairState> hair_state(std::uint32_t character) const;
+  // The lattice of an own character's last frame, if it had one.
+  [[nodiscard]] std::optional<Hair> hair_of(std::uint32_t character) const;
 
   // The connection broke: frames of the next refer to none before it.
   void forget_frames();

@@ -62,6 +62,13 @@ void Playout::push(const Frame& frame, std::int64_t sample_time_ns, std::int64_t
   }
 }
 
+void Playout::hold() {
+  if (frames_.empty()) return;
+  Held& last = frames_.back();
+  if (started_ && shown_.time_ns >= last.time_ns) last.displacement = shown_.displacement;  // may be easing already
+  last.asleep = true;
+}
+
 void Playout::observe(std::int64_t sample_time_ns, std::int64_t arrival_time_ns) {
   arrivals_.push_back({sample_time_ns, arrival_time_ns - sample_time_ns});
   if (arrivals_.size() > kArrivalsMax) arrivals_.pop_front();

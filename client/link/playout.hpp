@@ -26,6 +26,9 @@ class Playout {
   // was already played is dropped, and so is a duplicate.
   void push(const Frame& frame, std::int64_t sample_time_ns, std::int64_t arrival_time_ns);
 
+  // No frame will come for a while, the caller knows: what is shown by then is held until the next one.
+  void hold();
+
   struct Sample {
     bool valid = false;  // false until the first frame
     Pose pose;

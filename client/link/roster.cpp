@@ -32,6 +32,10 @@ void Roster::remember(std::uint32_t character, wire::HairState state) {
     found->second.state = std::move(state);
 }
 
+void Roster::forget_state(std::uint32_t character) {
+  if (const auto found = characters_.find(character); found != characters_.end()) found->second.state.reset();
+}
+
 void Roster::on_ready(const wire::GroomHash& hash) {
   if (const auto found = grooms_.find(hash); found != grooms_.end()) found->second.ready = true;
 }

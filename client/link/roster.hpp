@@ -34,6 +34,7 @@ class Roster {
   void remove(std::uint32_t character);
   // The hair of a character is to go on from there, should the server have forgotten it.
   void remember(std::uint32_t character, wire::HairState state);
+  void forget_state(std::uint32_t character);
 
   void on_ready(const wire::GroomHash& hash);
   void on_refused(const wire::GroomHash& hash) { grooms_.erase(hash); }

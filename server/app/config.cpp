@@ -24,7 +24,8 @@ constexpr const char* kExamples = R"(Examples:
   hairnet-server --bind 0.0.0.0 --tick-rate 60     all IPv4 interfaces, 60 Hz
   hairnet-server --port 0 --port-file port.txt     any free port, written to port.txt
   hairnet-server --record run.hnrec                what the solver was told, to be stepped again
-  hairnet-server --level-cache levels              builds no groom twice
+  hairnet-server --groom-cache kept --level-cache kept
+                                                   nothing is uploaded or built twice, whatever happens
   hairnet-server --config server.toml --port 7421  settings of a file, but for the port
   hairnet-server --bind :: --tls-certificate chain.pem --tls-key key.pem --web-root web
                                                    browsers and headsets as well, over TLS
@@ -68,6 +69,9 @@ void complete(Config& config, const std::set<std::string>& named) {
       std::min(config.sessions.characters_per_session_max, config.sessions.character_count_max);
   if (named.count("grooms.upload_bytes_max") == 0)
     config.grooms.upload_bytes_max = std::max(config.grooms.upload_bytes_max, 4 * config.grooms.groom_bytes_max);
+  if (named.count("grooms.upload_burst_bytes") == 0)
+    config.grooms.upload_burst_bytes =
+        std::max(config.grooms.upload_burst_bytes, 4 * static_cast<double>(config.grooms.groom_bytes_max));
 }
 
 ParsedConfig refused(const std::string& why) {
@@ -123,6 +127,9 @@ std::string validate(const Config& config) {
   if (config.grooms.groom_bytes_max > config.grooms.upload_bytes_max)
     return fmt::format("grooms.groom_bytes_max ({}) exceeds grooms.upload_bytes_max ({})",
                        config.grooms.groom_bytes_max, config.grooms.upload_bytes_max);
+  if (static_cast<double>(config.grooms.groom_bytes_max) > config.grooms.upload_burst_bytes)
+    return fmt::format("a groom of {} bytes would not fit into the {:.0f} that a client may upload at once",
+                       config.grooms.groom_bytes_max, config.grooms.upload_burst_bytes);
   if (s.frame_packet_bytes_max > wire::kPacketBytesMax - wire::kPacketOverheadBytesMax)
     return "a packet of frames would exceed the protocol's packet bound";
   if (s.characters_per_session_max > s.character_count_max) return "more characters a session than in all";
@@ -138,11 +145,12 @@ std::string to_text(const Config& config) {
 
 std::string summary(const Config& config) {
   const int substeps = config.substeps > 0 ? config.substeps : substep_count_for(1.0 / config.tick_rate_hz);
-  return fmt::format("{} Hz, pose delay {} ms, {} substep{}, {} worker{}, at most {} clients and {} characters{}{}",
+  return fmt::format("{} Hz, pose delay {} ms, {} substep{}, {} worker{}, at most {} clients and {} characters{}{}{}",
                      config.tick_rate_hz, config.pose_delay_ms, substeps, substeps == 1 ? "" : "s", config.workers,
                      config.workers == 1 ? "" : "s", config.sessions.session_count_max,
                      config.sessions.character_count_max,
                      config.record.empty() ? "" : ", recording to " + config.record,
+                     config.groom_cache.empty() ? "" : ", grooms kept in " + config.groom_cache,
                      config.level_cache.empty() ? "" : ", levels kept in " + config.level_cache);
 }
 

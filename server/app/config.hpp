@@ -23,6 +23,8 @@ struct Config {
   double tick_budget = 0.7;            // of the tick that its work may take: levels go down to keep within it
   std::uint32_t workers = 0;           // threads of the tick; 0: one less than the machine has, at least 1
   std::uint32_t build_threads = 0;     // threads of a groom's build; 0: what the machine has, at most 4
+  std::string groom_cache;             // folder of uploaded grooms; empty: none are kept
+  std::uint64_t groom_cache_mib = 4096;
   std::string level_cache;             // folder of built levels; empty: none are kept
   std::uint64_t level_cache_mib = 1024;
   Wind wind;           // until a client sets another

@@ -25,11 +25,12 @@ struct Metrics {
   RoomCounters room;
   TickCounters tick;
   GroomCounters groom;
+  GroomCacheCounters groom_cache;
   LevelCacheCounters level_cache;
   ProgramGauges program;
 
-  [[nodiscard]] std::array<const CounterSet*, 6> counter_sets() const {
-    return {&transport, &session, &room, &tick, &groom, &level_cache};
+  [[nodiscard]] std::array<const CounterSet*, 7> counter_sets() const {
+    return {&transport, &session, &room, &tick, &groom, &groom_cache, &level_cache};
   }
   [[nodiscard]] std::array<const GaugeSet*, 4> gauge_sets() const {
     return {&program, &session.gauges, &tick.gauges, &groom.gauges};

@@ -33,6 +33,25 @@ std::optional<LevelCache> make_level_cache(const Config& config, LevelCacheCount
   return LevelCache(config.level_cache, config.level_cache_mib << 20, counters);
 }
 
+std::optional<GroomCache> make_groom_cache(const Config& config, GroomCacheCounters& counters) {
+  if (config.groom_cache.empty()) return std::nullopt;
+  return std::optional<GroomCache>(std::in_place, config.groom_cache, config.groom_cache_mib << 20, counters);
+}
+
+GroomBuilderDef builder_def(const Config& config, std::optional<LevelCache>& levels, std::optional<GroomCache>& grooms,
+                            ClockNs clock) {
+  GroomBuilderDef def;
+  def.limits = config.grooms.groom;
+  def.bytes_max = config.grooms.groom_bytes_max;
+  def.queue_max = config.grooms.build_queue_max;
+  def.thread_count = config.build_threads;
+  def.levels = levels ? &*levels : nullptr;
+  def.grooms = grooms ? &*grooms : nullptr;
+  def.now_ns = clock;
+  def.build_ns_max = config.grooms.build_ns_max;
+  return def;
+}
+
 // An empty key when there is none in the file.
 channel::TokenKey read_token_key(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
@@ -70,13 +89,10 @@ Server::Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder>
                std::optional<channel::TokenKey> token_key, std::int64_t now_ns, ClockNs clock)
     : commands_(config.command_weight_max),
       recorder_(std::move(recorder)),
+      groom_cache_(make_groom_cache(config, metrics.groom_cache)),
       level_cache_(make_level_cache(config, metrics.level_cache)),
-      builder_(config.grooms.groom, config.grooms.build_queue_max, config.build_threads,
-               level_cache_ ? &*level_cache_ : nullptr),
-      grooms_(config.grooms, builder_, commands_, metrics.groom,
-              [this](SessionId id, const wire::Message& message, std::int64_t at_ns) {
-                if (Session* session = sessions_.find(id)) session->send(message, at_ns);
-              }),
+      builder_(builder_def(config, level_cache_, groom_cache_, clock)),
+      grooms_(config.grooms, builder_, commands_, metrics.groom, groom_listener()),
       context_{config.sessions,
                metrics.session,
                commands_,
@@ -91,6 +107,20 @@ Server::Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder>
       workers_(config.workers),
       tick_clock_(config.tick_rate_hz, config.ticks_behind_max, now_ns),
       scheduler_(scheduler_def(config, workers_, clock), commands_, metrics.room, metrics.tick, recorder_.get()) {}
+
+GroomListener Server::groom_listener() {
+  GroomListener listener;
+  listener.tell = [this](SessionId id, const wire::Message& message, std::int64_t now_ns) {
+    if (Session* session = sessions_.find(id)) session->send(message, now_ns);
+  };
+  listener.deliver = [this](SessionId id, const wire::GroomHash& groom, GroomStore::Bytes bytes, std::int64_t now_ns) {
+    if (Session* session = sessions_.find(id)) session->on_groom_read(groom, std::move(bytes), now_ns);
+  };
+  listener.lose = [this](SessionId id, const wire::GroomHash& groom, std::int64_t) {
+    if (Session* session = sessions_.find(id)) session->lose_groom(groom);
+  };
+  return listener;
+}
 
 PacketSink* Server::open(std::shared_ptr<Connection> connection, std::int64_t now_ns) {
   return sessions_.open(std::move(connection), now_ns);

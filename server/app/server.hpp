@@ -45,15 +45,22 @@ class Server {
 
   [[nodiscard]] GroomBuilder& builder() { return builder_; }
   [[nodiscard]] Recorder* recorder() { return recorder_.get(); }
+  // For tests that run all duties on one thread.
   [[nodiscard]] const Scheduler& scheduler() const { return scheduler_; }
+  [[nodiscard]] const SessionRegistry& sessions() const { return sessions_; }
+  [[nodiscard]] const SessionContext& context() const { return context_; }
+  [[nodiscard]] const GroomStore& grooms() const { return grooms_; }
 
  private:
   Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder> recorder,
          std::optional<channel::TokenKey> token_key, std::int64_t now_ns, ClockNs clock);
 
+  GroomListener groom_listener();
+
   std::atomic<std::uint64_t> tick_{0};  // the newest begun, for Welcome
   CommandQueue commands_;
   std::unique_ptr<Recorder> recorder_;
+  std::optional<GroomCache> groom_cache_;
   std::optional<LevelCache> level_cache_;
   GroomBuilder builder_;
   GroomStore grooms_;

@@ -215,10 +215,19 @@ void add_grooms(List& list, Config& c) {
   list.whole(g.level_bytes_max, "level_bytes_max", 1 << 20, 1024 * kGiB, "bytes of all levels in memory");
   list.whole(g.groom_count_max, "grooms_max", 1, 1 << 20, "grooms of all clients");
   list.whole(g.grooms_per_session_max, "grooms_per_client_max", 1, 1 << 20, "grooms of one client");
+  list.whole(g.strands_per_session_max, "strands_per_client_max", 1, std::int64_t{1} << 40,
+             "strands of all grooms of one client");
+  list.number(g.upload_bytes_per_s, "upload_bytes_per_s", 1, 1e12, "bytes of grooms from one client, mean");
+  list.number(g.upload_burst_bytes, "upload_burst_bytes", 1024, 1e12,
+              "bytes of grooms from one client, at once; unless given, room for four grooms at least");
   list.whole(g.build_queue_max, "build_queue_max", 1, 1 << 16, "grooms that wait to be built");
   list.seconds(g.upload_timeout_ns, "upload_timeout_s", 1, 3600, "without a chunk, an upload is refused");
+  list.seconds(g.build_ns_max, "build_seconds_max", 0.1, 86'400, "that one groom may take to build");
   list.whole(c.build_threads, "build_threads", 0, 64,
              "threads of a groom's build, of low priority; 0: what the machine has, at most 4");
+  list.text(c.groom_cache, "groom_cache",
+            "keep uploaded grooms in this folder, so that no client need upload them again; empty: none are kept");
+  list.whole(c.groom_cache_mib, "groom_cache_mib", 1, 1 << 20, "MiB kept there; those used least lately go first");
   list.text(c.level_cache, "level_cache",
             "keep built levels in this folder, so that the next server need not build them; empty: none are kept");
   list.whole(c.level_cache_mib, "level_cache_mib", 1, 1 << 20, "MiB kept there; those used least lately go first");

@@ -17,19 +17,27 @@ struct Refused {
   explicit operator bool() const { return reason != wire::ErrorReason::none; }
 };
 
-// Where sessions hand in grooms. I/O thread. What a session is to hear (GroomNeed, GroomStatus, late errors) comes back
-// through its own message path, in order.
+// Where sessions hand in grooms, and fetch others'. I/O thread. What a session is to hear (GroomNeed, GroomStatus, late
+// errors) comes back through its own message path, in order.
 class GroomDesk {
  public:
   virtual ~GroomDesk() = default;
+  // A session begins: what it may have. Without this it has the server's own limits.
+  virtual void open(SessionId session, std::uint64_t strand_count_max, std::int64_t now_ns) = 0;
   virtual Refused offer(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns) = 0;
   virtual Refused chunk(SessionId session, wire::GroomChunk chunk, std::int64_t now_ns) = 0;
-  // From now on the session uses the groom, so it stays. groom_unknown unless someone has offered it.
+  // From now on the session uses the groom, so it stays. groom_unknown unless someone has offered it, or it is kept on
+  // disk.
   virtual Refused hold(SessionId session, const wire::GroomHash& groom) = 0;
   // Says again how the grooms are that the session holds.
   virtual void tell_states(SessionId session, std::int64_t now_ns) = 0;
-  // The file of a groom that is ready; null when it is not here.
+  // The file of a groom in memory, sound and within limits; null when it is not there. Whoever has it keeps it, even
+  // when the groom has to go meanwhile.
   virtual std::shared_ptr<const std::vector<std::uint8_t>> bytes(const wire::GroomHash& groom) = 0;
+  // Reads a groom's file from disk: Session::on_groom_read follows. False when it is not kept there.
+  virtual bool fetch(SessionId session, const wire::GroomHash& groom) = 0;
+  // Whether fetch would.
+  [[nodiscard]] virtual bool keeps(const wire::GroomHash& groom) const = 0;
   // The session has ended: its unfinished uploads and holds go.
   virtual void release(SessionId session, std::int64_t now_ns) = 0;
 };

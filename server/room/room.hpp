@@ -60,6 +60,7 @@ class Rooms {
   [[nodiscard]] std::map<CharacterKey, Character>& characters() { return characters_; }
   [[nodiscard]] const std::map<CharacterKey, Character>& characters() const { return characters_; }
   [[nodiscard]] std::map<SessionId, Observer>& observers() { return observers_; }
+  [[nodiscard]] const std::map<SessionId, Observer>& observers() const { return observers_; }
   [[nodiscard]] std::deque<Room>& rooms() { return rooms_; }  // some not in use
   [[nodiscard]] std::size_t room_count() const { return by_name_.size(); }
 

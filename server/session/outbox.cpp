@@ -92,4 +92,14 @@ std::size_t Outbox::packet_count() const {
   return waiting_.size();
 }
 
+std::size_t Outbox::control_bytes_waiting() const {
+  const std::lock_guard lock(mutex_);
+  return control_bytes_;
+}
+
+std::size_t Outbox::ticks_waiting() const {
+  const std::lock_guard lock(mutex_);
+  return ticks_waiting_;
+}
+
 }  // namespace hairnet::server

@@ -31,6 +31,8 @@ class Outbox final : public Outlet {
   // A message did not fit: the client misses it, so the session must end.
   [[nodiscard]] bool overflowed() const;
   [[nodiscard]] std::size_t packet_count() const;
+  [[nodiscard]] std::size_t control_bytes_waiting() const;
+  [[nodiscard]] std::size_t ticks_waiting() const;
 
  private:
   struct Waiting {

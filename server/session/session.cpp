@@ -169,6 +169,11 @@ bool Session::join(const wire::Hello& hello, std::int64_t now_ns) {
   identity_.room = hello.room;
   identity_.role = hello.role;
   identity_.character_count_max = hello.role == wire::Role::observer ? 0 : limits.characters_per_session_max;
+  if (context_->session_count >= limits.session_count_max) {
+    counters.sessions_refused_full.add();
+    drain(GoodbyeReason::server_full, "the server holds its " + std::to_string(limits.session_count_max) + " clients", now_ns);
+    return false;
+  }
   Refused refused;
   const RoomCensus::Count room = context_->rooms.count(hello.room);
   if (!wire::is_room_name(hello.room))
@@ -186,7 +191,9 @@ bool Session::join(const wire::Hello& hello, std::int64_t now_ns) {
   if (!check_token(hello, now_ns)) return false;
   state_ = State::active;
   joined_ = true;
+  ++context_->session_count;
   context_->rooms.enter(identity_.room);
+  context_->grooms.open(id(), identity_.strand_count_max, now_ns);
   counters.sessions_welcomed.add();
   spdlog::info("event=session_opened session={} client={} room={} peer={} transport={}", id(), log_text(identity_.name),
                log_text(identity_.room), connection_->peer(), connection_->transport());
@@ -208,6 +215,7 @@ bool Session::check_token(const wire::Hello& hello, std::int64_t now_ns) {
   }
   if (claims->characters_max)
     identity_.character_count_max = std::min<std::size_t>(identity_.character_count_max, *claims->characters_max);
+  if (claims->strands_max) identity_.strand_count_max = *claims->strands_max;
   return true;
 }
 
@@ -353,16 +361,30 @@ void Session::on_set_wind(const wire::SetWind& set, std::int64_t now_ns) {
 }
 
 void Session::on_remove_character(const wire::RemoveCharacter& remove, std::int64_t now_ns) {
-  if (identity_.characters.erase(remove.character) == 0) {
+  if (!identity_.characters.contains(remove.character)) {
     context_->counters.characters_refused.add();
     refuse({ErrorReason::character_unknown, "remove of character " + std::to_string(remove.character)}, now_ns,
            remove.character);
     return;
   }
+  this->remove(remove.character);
+}
+
+void Session::remove(std::uint32_t character) {
+  identity_.characters.erase(character);
   --context_->character_count;
   context_->rooms.remove_character(identity_.room);
   context_->counters.characters_removed.add();
-  context_->commands.put(RemoveCharacter{character_key(id(), remove.character)});
+  context_->commands.put(RemoveCharacter{character_key(id(), character)});
+}
+
+void Session::lose_groom(const wire::GroomHash& groom) {
+  std::vector<std::uint32_t> lost;
+  for (const auto& [character, its] : identity_.characters) {
+    if (its == groom) lost.push_back(character);
+  }
+  std::ranges::sort(lost);
+  for (const std::uint32_t character : lost) remove(character);
 }
 
 void Session::on_pose_batch(const wire::PoseBatch& batch, std::int64_t now_ns) {
@@ -447,8 +469,10 @@ void Session::on_groom_request(const wire::GroomRequest& request, std::int64_t n
   Refused refused;
   auto bytes = context_->grooms.bytes(request.hash);
   const bool again = std::ranges::any_of(downloads_, [&](const Download& d) { return d.hash == request.hash; });
-  if (!bytes || request.offset > bytes->size())
-    refused = {ErrorReason::groom_unavailable, bytes ? "beyond the groom's end" : "the groom is not here"};
+  if (!bytes && !context_->grooms.keeps(request.hash))
+    refused = {ErrorReason::groom_unavailable, "the groom is not here"};
+  else if (bytes && request.offset > bytes->size())
+    refused = {ErrorReason::groom_unavailable, "beyond the groom's end"};
   else if (downloads_.size() >= context_->limits.downloads_per_session_max)
     refused = {ErrorReason::limit_exceeded, "too many grooms are asked for at once"};
   if (refused) {
@@ -502,6 +526,16 @@ void Session::flush(std::int64_t now_ns) {
 bool Session::send_download(std::int64_t now_ns) {
   if (downloads_.empty() || state_ != State::active) return false;
   Download& download = downloads_.front();
+  if (download.fetching) return false;
+  if (!download.bytes) download.bytes = context_->grooms.bytes(download.hash);
+  if (!download.bytes && context_->grooms.fetch(id(), download.hash)) {
+    download.fetching = true;
+    return false;
+  }
+  if (!download.bytes || download.offset > download.bytes->size()) {
+    refuse_download(now_ns);
+    return true;
+  }
   wire::GroomData data{download.hash, download.bytes->size(), download.offset, {}};
   const auto rest = std::span(*download.bytes).subspan(download.offset);
   const auto piece = rest.first(std::min(rest.size(), kDownloadPiece_bytes));
@@ -511,6 +545,25 @@ bool Session::send_download(std::int64_t now_ns) {
   if (download.offset == download.bytes->size()) downloads_.pop_front();
   outbox_->push(data, now_ns);
   return true;
+}
+
+void Session::on_groom_read(const wire::GroomHash& groom, std::shared_ptr<const std::vector<std::uint8_t>> bytes,
+                            std::int64_t now_ns) {
+  if (downloads_.empty() || downloads_.front().hash != groom || !downloads_.front().fetching) return;
+  Download& download = downloads_.front();
+  download.fetching = false;
+  download.bytes = std::move(bytes);
+  if (!download.bytes) refuse_download(now_ns);
+  flush(now_ns);
+}
+
+void Session::refuse_download(std::int64_t now_ns) {
+  const Download& download = downloads_.front();
+  const wire::Error error{ErrorReason::groom_unavailable, 0, download.hash,
+                          download.bytes ? "beyond the groom's end" : "the groom is not here"};
+  context_->counters.downloads_refused.add();
+  downloads_.pop_front();
+  outbox_->push(error, now_ns);
 }
 
 void Session::poll(std::int64_t now_ns) {
@@ -552,6 +605,7 @@ void Session::drain(GoodbyeReason reason, std::string detail, std::int64_t now_n
 void Session::leave(std::int64_t now_ns) {
   if (!joined_) return;
   joined_ = false;
+  --context_->session_count;
   context_->character_count -= identity_.characters.size();
   context_->counters.characters_removed.add(identity_.characters.size());
   context_->rooms.leave(identity_.room, identity_.characters.size());

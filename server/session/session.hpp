@@ -13,6 +13,7 @@
 #include "schema/channel/token.hpp"
 #include "server/room/command.hpp"
 #include "server/room/groom_desk.hpp"
+#include "server/room/token_bucket.hpp"
 #include "server/session/connection.hpp"
 #include "server/session/outbox.hpp"
 #include "server/session/peer_clock.hpp"
@@ -20,7 +21,6 @@
 #include "server/session/session_counters.hpp"
 #include "server/session/session_directory.hpp"
 #include "server/session/session_limits.hpp"
-#include "server/session/token_bucket.hpp"
 
 namespace hairnet::server {
 
@@ -37,6 +37,7 @@ struct SessionContext {
   std::optional<channel::TokenKey> token_key = {};  // none: no tokens are asked for
   std::function<std::int64_t()> unix_time_s = [] { return std::int64_t{0}; };  // for tokens
   SessionDirectory* directory = nullptr;
+  std::size_t session_count = 0;    // that were welcomed and have not left
   std::size_t character_count = 0;  // of all sessions
   RoomCensus rooms = {};
 };
@@ -61,6 +62,12 @@ class Session final : public PacketSink {
   // Says goodbye, sends what waits and closes. The characters leave at once.
   void drain(wire::GoodbyeReason reason, std::string detail, std::int64_t now_ns);
 
+  // What GroomDesk::fetch was asked for; null when it could not be read.
+  void on_groom_read(const wire::GroomHash& groom, std::shared_ptr<const std::vector<std::uint8_t>> bytes,
+                     std::int64_t now_ns);
+  // The session may not have the groom after all: its characters of it leave.
+  void lose_groom(const wire::GroomHash& groom);
+
   // Another connection goes on with this session: it ends without leaving the room.
   SessionIdentity surrender(std::int64_t now_ns);
 
@@ -69,6 +76,7 @@ class Session final : public PacketSink {
   [[nodiscard]] bool is_joined() const { return joined_; }
   [[nodiscard]] State state() const { return state_; }
   [[nodiscard]] Outbox& outbox() { return *outbox_; }
+  [[nodiscard]] const Outbox& outbox() const { return *outbox_; }
 
  private:
   struct Handler;
@@ -101,6 +109,8 @@ class Session final : public PacketSink {
               const wire::GroomHash& groom = {});
   // Passes a command on; else says that it was not.
   Refused put(Command command);
+  void remove(std::uint32_t character);       // one that there is
+  void refuse_download(std::int64_t now_ns);  // the first of them
   bool send_download(std::int64_t now_ns);  // the next piece of a groom; false when there is none
   void leave(std::int64_t now_ns);          // gives back everything held in the room and at the groom desk
   void close(std::string_view reason, std::int64_t now_ns);
@@ -108,7 +118,10 @@ class Session final : public PacketSink {
   struct Download {
     wire::GroomHash hash{};
     std::uint64_t offset = 0;
+    // Held for as long as they are sent, whatever becomes of the groom. Null: not yet read from disk, of which there is
+    // one a session at a time, so that those who ask for much do not fill the memory.
     std::shared_ptr<const std::vector<std::uint8_t>> bytes;
+    bool fetching = false;
   };
 
   SessionIdentity identity_;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <unordered_map>
@@ -19,6 +20,8 @@ struct SessionIdentity {
   std::string name, room;
   wire::Role role = wire::Role::participant;
   std::size_t character_count_max = 0;
+  // Of all grooms together; the server's own limit holds as well.
+  std::uint64_t strand_count_max = std::numeric_limits<std::uint64_t>::max();
   std::unordered_map<std::uint32_t, wire::GroomHash> characters;
 };
 

@@ -6,6 +6,8 @@
 namespace hairnet::server {
 
 struct SessionLimits {
+  // Of sessions that were welcomed, those that wait for their client included; as many connections may be without a
+  // welcome, so that a client finds its session also in a full server.
   std::size_t session_count_max = 256;
   std::size_t character_count_max = 4096;  // of all sessions
   std::size_t characters_per_session_max = 1024;

@@ -2,16 +2,20 @@
 
 #include <sodium.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace hairnet::server {
 
 PacketSink* SessionRegistry::open(std::shared_ptr<Connection> connection, std::int64_t now_ns) {
-  if (draining_ || sessions_.size() >= context_->limits.session_count_max) {
+  const std::size_t unwelcomed = sessions_.size() - std::min(sessions_.size(), context_->session_count);
+  if (draining_ || unwelcomed >= context_->limits.session_count_max) {
     context_->counters.sessions_refused_full.add();
-    const auto reason = draining_ ? wire::GoodbyeReason::server_draining : wire::GoodbyeReason::server_full;
-    connection->send(wire::encode_packet({now_ns, wire::Goodbye{reason, ""}}));
-    connection->close(to_string(reason));
+    const wire::Goodbye goodbye =
+        draining_ ? wire::Goodbye{wire::GoodbyeReason::server_draining, "the server stops"}
+                  : wire::Goodbye{wire::GoodbyeReason::server_full, "too many connections wait for their welcome"};
+    connection->send(wire::encode_packet({now_ns, goodbye}));
+    connection->close(to_string(goodbye.reason));
     return nullptr;
   }
   const SessionId id = ++last_id_;

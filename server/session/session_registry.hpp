@@ -25,6 +25,7 @@ class SessionRegistry final : public SessionDirectory {
   void poll(std::int64_t now_ns);
   void drain(std::int64_t now_ns);  // all, and takes no more
   [[nodiscard]] std::size_t count() const { return sessions_.size(); }
+  [[nodiscard]] const std::map<SessionId, std::unique_ptr<Session>>& all() const { return sessions_; }
 
  private:
   SessionContext* context_;

@@ -1,5 +1,7 @@
 #include "server/tick/groom_builder.hpp"
 
+#include <fmt/format.h>
+
 #include <utility>
 
 #include "core/build/build.hpp"
@@ -8,6 +10,9 @@
 
 namespace hairnet::server {
 namespace {
+
+using Outcome = GroomResult::Outcome;
+using Fault = GroomResult::Fault;
 
 std::vector<std::uint8_t> joined(std::vector<std::vector<std::uint8_t>> chunks) {
   std::size_t count = 0;
@@ -21,80 +26,128 @@ std::vector<std::uint8_t> joined(std::vector<std::vector<std::uint8_t>> chunks) 
   return bytes;
 }
 
-}  // namespace
-
-GroomBuilder::GroomBuilder(const GroomLimits& limits, std::size_t queue_max, std::size_t thread_count,
-                           LevelCache* cache)
-    : limits_(limits),
-      thread_count_(thread_count),
-      cache_(cache),
-      jobs_(queue_max),
-      results_(0) {}
-
-bool GroomBuilder::try_put(GroomJob& job) {
-  if (!jobs_.try_put(job)) return false;
-  if (on_job) on_job();
-  return true;
-}
-
-bool GroomBuilder::poll() {
-  GroomJob job;
-  if (!jobs_.take(job)) return false;
-  GroomResult begun;
-  begun.hash = job.hash;
-  results_.put(std::move(begun));
-  if (on_result) on_result();
-  results_.put(build(std::move(job)));
-  if (on_result) on_result();
-  return true;
-}
-
-GroomResult GroomBuilder::build(GroomJob job) const {
+GroomResult refused(const wire::GroomHash& hash, Fault fault, std::string detail) {
   GroomResult result;
-  result.hash = job.hash;
-  result.state = wire::GroomState::refused;
-  auto bytes = std::make_shared<const std::vector<std::uint8_t>>(joined(std::move(job.chunks)));
-  if (wire::hash_groom(*bytes) != job.hash) {
-    result.reason = wire::ErrorReason::groom_hash_mismatch;
-    result.detail = "the bytes do not have the offered hash";
-    return result;
-  }
-  Result<Groom> groom = wire::decode_groom(*bytes, limits_);
-  result.reason = wire::ErrorReason::groom_invalid;
-  if (!groom) {
-    result.detail = groom.error();
-    return result;
-  }
-  if (groom->points.empty()) {
-    result.detail = "the groom has no strand points";
-    return result;
-  }
-  result.levels = levels_of(job.hash, *groom);
-  if (!result.levels) {
-    result.detail = "the server is stopping";
-    return result;
-  }
-  result.reason = wire::ErrorReason::none;
-  result.state = wire::GroomState::ready;
-  result.bytes = std::move(bytes);
+  result.hash = hash;
+  result.outcome = Outcome::refused;
+  result.fault = fault;
+  result.detail = std::move(detail);
   return result;
 }
 
+}  // namespace
+
+GroomBuilder::GroomBuilder(const GroomBuilderDef& def) : def_(def), reads_(0), jobs_(def.queue_max), results_(0) {}
+
+bool GroomBuilder::try_put(GroomJob& job) {
+  if (!jobs_.try_put(job)) return false;
+  wake();
+  return true;
+}
+
+void GroomBuilder::read(const wire::GroomHash& groom) {
+  reads_.put(groom);
+  wake();
+}
+
+void GroomBuilder::refresh() {
+  if (!def_.grooms) return;
+  refresh_ = true;
+  wake();
+}
+
+void GroomBuilder::wake() {
+  if (on_job) on_job();
+}
+
+void GroomBuilder::put(GroomResult result) {
+  results_.put(std::move(result));
+  if (on_result) on_result();
+}
+
+bool GroomBuilder::poll() {
+  if (refresh_.exchange(false)) {
+    def_.grooms->refresh();
+    return true;
+  }
+  // In turn: neither waits for all there is of the other.
+  is_reading_next_ = !is_reading_next_;
+  return is_reading_next_ ? poll_read() || poll_job() : poll_job() || poll_read();
+}
+
+bool GroomBuilder::poll_read() {
+  GroomResult result;
+  if (!reads_.take(result.hash)) return false;
+  result.outcome = Outcome::read;
+  if (def_.grooms) result.bytes = def_.grooms->find(result.hash);
+  put(std::move(result));
+  return true;
+}
+
+bool GroomBuilder::poll_job() {
+  GroomJob job;
+  if (!jobs_.take(job)) return false;
+  build(std::move(job));
+  return true;
+}
+
+void GroomBuilder::build(GroomJob job) {
+  const wire::GroomHash hash = job.hash;
+  const bool uploaded = !job.chunks.empty();
+  std::shared_ptr<const std::vector<std::uint8_t>> bytes;
+  if (uploaded) {
+    bytes = std::make_shared<const std::vector<std::uint8_t>>(joined(std::move(job.chunks)));
+    if (wire::hash_groom(*bytes) != hash)
+      return put(refused(hash, Fault::hash, "the bytes do not have the offered hash"));
+  } else if (def_.grooms) {
+    bytes = def_.grooms->find(hash);
+  }
+  GroomResult result;
+  result.hash = hash;
+  if (!bytes) {
+    result.outcome = Outcome::absent;
+    return put(std::move(result));
+  }
+  if (bytes->size() > def_.bytes_max)
+    return put(refused(hash, Fault::size,
+                       fmt::format("a groom of {} bytes; at most {} are taken", bytes->size(), def_.bytes_max)));
+  const Result<Groom> groom = wire::decode_groom(*bytes, def_.limits);
+  if (!groom) return put(refused(hash, Fault::invalid, groom.error()));
+  if (groom->points.empty()) return put(refused(hash, Fault::invalid, "the groom has no strand points"));
+  result.bytes = bytes;
+  result.strand_count = groom->strand_count();
+  put(result);
+  result.bytes = nullptr;
+  result.levels = levels_of(hash, *groom);
+  if (!result.levels && cancelled_) return put(refused(hash, Fault::stopping, "the server is stopping"));
+  if (!result.levels)
+    return put(
+        refused(hash, Fault::time,
+                fmt::format("building it takes longer than {} s", static_cast<double>(def_.build_ns_max) * 1e-9)));
+  result.outcome = Outcome::ready;
+  put(std::move(result));
+  // Only what could be built, and after everyone has it.
+  if (uploaded && def_.grooms) def_.grooms->put(hash, *bytes);
+}
+
 std::shared_ptr<const LevelSet> GroomBuilder::levels_of(const wire::GroomHash& hash, const Groom& groom) const {
-  BuildPool pool(thread_count_);
+  BuildPool pool(def_.thread_count);
   const ParallelFor parallel_for = [&pool](std::size_t count, const std::function<void(std::size_t)>& body) {
     pool.parallel_for(count, body);
   };
-  if (cache_) {
-    if (const std::shared_ptr<LevelSet> cached = cache_->find(hash)) {
+  if (def_.levels) {
+    if (const std::shared_ptr<LevelSet> cached = def_.levels->find(hash)) {
       connect_levels(groom, *cached, parallel_for);
       return cached;
     }
   }
+  const std::int64_t begun_ns = def_.now_ns ? def_.now_ns() : 0;
   BuildObserver observer;
-  observer.progress = [this](double, std::string_view) { return !cancelled_.load(); };
+  observer.progress = [this, begun_ns](double, std::string_view) {
+    return !cancelled_.load() && (!def_.now_ns || def_.now_ns() - begun_ns <= def_.build_ns_max);
+  };
   std::shared_ptr<const LevelSet> levels = build_levels(groom, observer, nullptr, parallel_for);
-  if (cache_ && levels) cache_->put(hash, *levels);
+  if (def_.levels && levels) def_.levels->put(hash, *levels);
   return levels;
 }
 

@@ -9,55 +9,86 @@
 
 #include "core/build/level.hpp"
 #include "core/groom/groom.hpp"
+#include "core/world/step_cost.hpp"
 #include "schema/wire/messages.hpp"
 #include "server/room/bounded_queue.hpp"
+#include "server/tick/groom_cache.hpp"
 #include "server/tick/level_cache.hpp"
 
 namespace hairnet::server {
 
 struct GroomJob {
   wire::GroomHash hash{};
-  std::vector<std::vector<std::uint8_t>> chunks;  // in order
+  std::vector<std::vector<std::uint8_t>> chunks;  // of the upload, in order; none: the groom cache has it
 };
 
 struct GroomResult {
+  enum class Fault : std::uint8_t { none, hash, size, invalid, time, stopping };
+  enum class Outcome : std::uint8_t {
+    building,  // the bytes are those of the hash, and a groom within limits; ready or refused follows
+    ready,
+    refused,
+    absent,  // the groom cache did not have it after all
+    read,    // for read(): nothing is built of it
+  };
   wire::GroomHash hash{};
-  wire::GroomState state = wire::GroomState::building;  // then ready or refused
-  wire::ErrorReason reason = wire::ErrorReason::none;   // when refused
-  std::string detail;
-  std::shared_ptr<const LevelSet> levels;
-  std::shared_ptr<const std::vector<std::uint8_t>> bytes;  // of the file, when it is ready
+  Outcome outcome = Outcome::building;
+  Fault fault = Fault::none;                               // when refused
+  std::string detail;                                      // of the fault
+  std::shared_ptr<const LevelSet> levels;                  // when ready
+  std::shared_ptr<const std::vector<std::uint8_t>> bytes;  // of the file, when building or read; read null: absent
+  std::size_t strand_count = 0;                            // when building
 };
 
-// Uploaded bytes to levels: check the hash, decode, build, or read from the cache what was built before. A second of
+struct GroomBuilderDef {
+  GroomLimits limits;
+  std::size_t bytes_max = std::size_t{64} << 20;  // of one file
+  std::size_t queue_max = 16;
+  std::size_t thread_count = 1;  // of a build, the builder's own among them
+  LevelCache* levels = nullptr;  // null: none; else outlives the builder
+  GroomCache* grooms = nullptr;  // null: none; else outlives the builder
+  ClockNs now_ns = nullptr;      // null: builds take as long as they take
+  std::int64_t build_ns_max = 60'000'000'000;
+};
+
+// Uploaded bytes to levels: check the hash, decode, build, or read from the caches what there was before. A second of
 // work, so it has a thread of low priority of its own, which brings others like it for a build; the I/O thread puts
 // jobs and takes results.
 class GroomBuilder {
  public:
-  // `thread_count`: of a build, the builder's own among them. `cache`: null for none; must outlive the builder.
-  GroomBuilder(const GroomLimits& limits, std::size_t queue_max, std::size_t thread_count = 1,
-               LevelCache* cache = nullptr);
+  explicit GroomBuilder(const GroomBuilderDef& def);
 
-  // False when the queue is full.
+  // I/O thread. False when the queue is full.
   bool try_put(GroomJob& job);
-  // Does one job, on the builder's thread. False when there is none.
+  // Whether the groom cache seemed to have it lately. Never asks the disk.
+  [[nodiscard]] bool keeps(const wire::GroomHash& groom) const { return def_.grooms && def_.grooms->keeps(groom); }
+  // Reads a groom from the cache, in turn with jobs.
+  void read(const wire::GroomHash& groom);
+  // Has the cache's folder looked through again.
+  void refresh();
+  bool take(GroomResult& result) { return results_.take(result); }
+
+  // Does one thing, on the builder's thread. False when there is none to do.
   bool poll();
   void cancel() { cancelled_ = true; }  // the job being done ends soon, refused
-  bool take(GroomResult& result) { return results_.take(result); }
 
   std::function<void()> on_job, on_result;  // wake the other side; set before use
 
  private:
-  GroomResult build(GroomJob job) const;
-  // Null when cancelled.
+  void put(GroomResult result);
+  void wake();
+  bool poll_read();
+  bool poll_job();
+  void build(GroomJob job);
+  // Null when it took too long or was cancelled.
   std::shared_ptr<const LevelSet> levels_of(const wire::GroomHash& hash, const Groom& groom) const;
 
-  GroomLimits limits_;
-  std::size_t thread_count_;
-  LevelCache* cache_;
+  GroomBuilderDef def_;
+  BoundedQueue<wire::GroomHash> reads_;  // one a groom
   BoundedQueue<GroomJob> jobs_;
   BoundedQueue<GroomResult> results_;  // at most two a job
-  std::atomic<bool> cancelled_{false};
+  std::atomic<bool> cancelled_{false}, refresh_{false};
+  bool is_reading_next_ = false;
 };
 
 }  // namespace hairnet::server

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "server/room/log_text.hpp"
+#include "server/tick/level_bytes.hpp"
 
 namespace hairnet::server {
 namespace {
@@ -13,36 +14,63 @@ namespace {
 using wire::ErrorReason;
 using wire::GroomState;
 
-template <class T>
-std::size_t bytes_of(const std::vector<T>& items) {
-  return items.size() * sizeof(T);
-}
-
-std::size_t bytes_of(const Stiffeners& s) {
-  return bytes_of(s.begin) + bytes_of(s.nodes) + bytes_of(s.weights) + bytes_of(s.stiffness) + bytes_of(s.damping) +
-         bytes_of(s.rest);
-}
-
-std::size_t bytes_of(const Level& level) {
-  const LevelGeometry& g = level.geometry;
-  std::size_t bytes = sizeof(Level) + bytes_of(g.active_nodes) + bytes_of(g.trimmed_nodes) + bytes_of(g.trimmed_begin) +
-                      bytes_of(g.trimmed_from) + bytes_of(g.trimmed_weights) + bytes_of(level.rest) +
-                      bytes_of(level.mass) + bytes_of(level.ether_stiffness) + bytes_of(level.ether_damping) +
-                      bytes_of(level.drag) + bytes_of(level.springs) + bytes_of(level.attachments) +
-                      bytes_of(level.metaballs);
-  for (const Metaball& ball : level.metaballs) bytes += bytes_of(ball.radius) + bytes_of(ball.potential);
-  return bytes;
-}
+// Of those that the cache has, so many are given to the builder at once: uploads do not wait long behind them.
+constexpr std::size_t kReadingMax = 2;
+// Until a groom is found that another server has put into the cache's folder.
+constexpr std::int64_t kRefreshInterval_ns = 10'000'000'000;
 
 std::string hex(const wire::GroomHash& hash) {
   return fmt::format("{:02x}{:02x}{:02x}{:02x}", hash[0], hash[1], hash[2], hash[3]);
 }
 
+ErrorReason reason_of(GroomResult::Fault fault) {
+  switch (fault) {
+    case GroomResult::Fault::none:
+      return ErrorReason::none;
+    case GroomResult::Fault::hash:
+      return ErrorReason::groom_hash_mismatch;
+    case GroomResult::Fault::size:
+    case GroomResult::Fault::time:
+      return ErrorReason::limit_exceeded;
+    case GroomResult::Fault::invalid:
+    case GroomResult::Fault::stopping:
+      break;
+  }
+  return ErrorReason::groom_invalid;
+}
+
+Counter& counter_of(GroomResult::Fault fault, GroomCounters& counters) {
+  switch (fault) {
+    case GroomResult::Fault::hash:
+      return counters.grooms_refused_hash;
+    case GroomResult::Fault::size:
+      return counters.grooms_refused_size;
+    case GroomResult::Fault::time:
+      return counters.grooms_refused_build_time;
+    case GroomResult::Fault::none:
+    case GroomResult::Fault::invalid:
+    case GroomResult::Fault::stopping:
+      break;
+  }
+  return counters.grooms_refused_invalid;
+}
+
 }  // namespace
 
 GroomStore::GroomStore(const GroomStoreLimits& limits, GroomBuilder& builder, CommandQueue& commands,
-                       GroomCounters& counters, Notify notify)
-    : limits_(limits), builder_(&builder), commands_(&commands), counters_(&counters), notify_(std::move(notify)) {}
+                       GroomCounters& counters, GroomListener listener)
+    : limits_(limits), builder_(&builder), commands_(&commands), counters_(&counters), listener_(std::move(listener)) {}
+
+void GroomStore::open(SessionId session, std::uint64_t strand_count_max, std::int64_t now_ns) {
+  Account& own = account(session, now_ns);
+  own.strand_count_max = std::min(own.strand_count_max, strand_count_max);
+}
+
+GroomStore::Account& GroomStore::account(SessionId session, std::int64_t now_ns) {
+  const Account fresh{TokenBucket(limits_.upload_bytes_per_s, limits_.upload_burst_bytes, now_ns),
+                      limits_.strands_per_session_max};
+  return accounts_.try_emplace(session, fresh).first->second;
+}
 
 Refused GroomStore::offer(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns) {
   counters_->grooms_offered.add();
@@ -52,27 +80,31 @@ Refused GroomStore::offer(SessionId session, const wire::GroomOffer& offer, std:
             fmt::format("a groom of {} bytes; 1 to {} are taken", offer.byte_count, limits_.groom_bytes_max)};
   }
   const auto groom = grooms_.find(offer.hash);
-  const bool held = groom != grooms_.end() && groom->second.holders.contains(session);
-  if (!held && held_by(session) >= limits_.grooms_per_session_max) {
-    counters_->grooms_refused_limit.add();
-    return {ErrorReason::limit_exceeded, fmt::format("at most {} grooms a session", limits_.grooms_per_session_max)};
-  }
-  if (groom == grooms_.end()) return begin_upload(session, offer, now_ns);
+  if (Refused refused = check_hold(session, groom)) return refused;
+  if (groom != grooms_.end()) return offer_known(groom, session, offer, now_ns);
+  if (!builder_->keeps(offer.hash)) return begin_upload(session, offer, now_ns);
+  if (Refused refused = begin_reading(session, offer.hash)) return refused;
+  return offer_known(grooms_.find(offer.hash), session, offer, now_ns);
+}
+
+Refused GroomStore::offer_known(Grooms::iterator groom, SessionId session, const wire::GroomOffer& offer,
+                                std::int64_t now_ns) {
   Entry& entry = groom->second;
+  if (entry.byte_count == 0) entry.byte_count = offer.byte_count;
   if (entry.byte_count != offer.byte_count) {
     counters_->grooms_refused_hash.add();
     return {ErrorReason::groom_hash_mismatch,
             fmt::format("the groom of that hash has {} bytes, not {}", entry.byte_count, offer.byte_count)};
   }
-  entry.holders.insert(session);
+  const bool offered = std::exchange(entry.holders[session], true);
   entry.used = ++uses_;
   if (entry.state == State::uploading && entry.uploader == session) {
-    notify_(session, wire::GroomNeed{offer.hash, entry.received}, now_ns);
+    tell(session, wire::GroomNeed{offer.hash, entry.received}, now_ns);
     return {};
   }
-  if (!held) counters_->grooms_shared.add();
-  notify_(session, wire::GroomNeed{offer.hash, offer.byte_count}, now_ns);
-  notify_(session, wire::GroomStatus{offer.hash, state_of(entry)}, now_ns);
+  if (!offered) counters_->grooms_shared.add();
+  tell(session, wire::GroomNeed{offer.hash, offer.byte_count}, now_ns);
+  tell(session, wire::GroomStatus{offer.hash, state_of(entry)}, now_ns);
   return {};
 }
 
@@ -86,38 +118,126 @@ void GroomStore::tell_states(SessionId session, std::int64_t now_ns) {
   for (const auto& [hash, entry] : grooms_) {
     if (!entry.holders.contains(session)) continue;
     if (entry.state == State::uploading && entry.uploader == session)
-      notify_(session, wire::GroomNeed{hash, entry.received}, now_ns);
+      tell(session, wire::GroomNeed{hash, entry.received}, now_ns);
     else
-      notify_(session, wire::GroomStatus{hash, state_of(entry)}, now_ns);
+      tell(session, wire::GroomStatus{hash, state_of(entry)}, now_ns);
   }
 }
 
-std::shared_ptr<const std::vector<std::uint8_t>> GroomStore::bytes(const wire::GroomHash& hash) {
-  const auto groom = grooms_.find(hash);
-  if (groom == grooms_.end()) return nullptr;
-  groom->second.used = ++uses_;
-  return groom->second.bytes;
+GroomStore::Bytes GroomStore::bytes(const wire::GroomHash& hash) {
+  if (const auto groom = grooms_.find(hash); groom != grooms_.end() && groom->second.bytes) {
+    groom->second.used = ++uses_;
+    return groom->second.bytes;
+  }
+  const auto read = read_.find(hash);
+  return read == read_.end() ? nullptr : read->second.lock();
 }
 
-Refused GroomStore::begin_upload(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns) {
+bool GroomStore::fetch(SessionId session, const wire::GroomHash& hash) {
+  if (!builder_->keeps(hash)) return false;
+  std::vector<SessionId>& waiting = fetches_[hash];
+  if (waiting.empty()) builder_->read(hash);
+  if (std::ranges::find(waiting, session) == waiting.end()) waiting.push_back(session);
+  return true;
+}
+
+Refused GroomStore::check_hold(SessionId session, Grooms::const_iterator groom) {
+  if (groom != grooms_.end() && groom->second.holders.contains(session)) return {};
+  const auto held = std::ranges::count_if(grooms_, [&](const auto& g) { return g.second.holders.contains(session); });
+  if (static_cast<std::size_t>(held) >= limits_.grooms_per_session_max) {
+    counters_->grooms_refused_limit.add();
+    return {ErrorReason::limit_exceeded, fmt::format("at most {} grooms a session", limits_.grooms_per_session_max)};
+  }
+  if (groom == grooms_.end() || !is_over_strands(session, groom)) return {};
+  counters_->grooms_refused_strands.add();
+  return too_many_strands(session);
+}
+
+bool GroomStore::is_over_strands(SessionId session, Grooms::const_iterator groom) const {
+  std::uint64_t strands = groom->second.strand_count;
+  for (auto held = grooms_.begin(); held != grooms_.end(); ++held) {
+    if (held != groom && held->second.holders.contains(session)) strands += held->second.strand_count;
+  }
+  return strands > strand_count_max(session);
+}
+
+std::uint64_t GroomStore::strand_count_max(SessionId session) const {
+  const auto found = accounts_.find(session);
+  return found == accounts_.end() ? limits_.strands_per_session_max : found->second.strand_count_max;
+}
+
+Refused GroomStore::too_many_strands(SessionId session) const {
+  return {ErrorReason::limit_exceeded,
+          fmt::format("at most {} strands in all grooms of the session", strand_count_max(session))};
+}
+
+Refused GroomStore::make_place() {
   while (grooms_.size() >= limits_.groom_count_max) {
     if (evict_one()) continue;
     counters_->grooms_refused_limit.add();
     return {ErrorReason::limit_exceeded, "the server holds its grooms' number"};
   }
-  if (upload_bytes_ + offer.byte_count > limits_.upload_bytes_max) {
+  return {};
+}
+
+bool GroomStore::fits_upload(std::uint64_t byte_count) const {
+  return upload_bytes_ + byte_count <= limits_.upload_bytes_max;
+}
+
+Refused GroomStore::check_rate(SessionId session, std::uint64_t byte_count, std::int64_t now_ns) {
+  if (account(session, now_ns).bytes.take(static_cast<double>(byte_count), now_ns)) return {};
+  counters_->grooms_refused_rate.add();
+  return {ErrorReason::limit_exceeded,
+          fmt::format("more than {:.0f} bytes of grooms a second; try again later", limits_.upload_bytes_per_s)};
+}
+
+Refused GroomStore::begin_upload(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns) {
+  if (Refused refused = make_place()) return refused;
+  if (!fits_upload(offer.byte_count)) {
     counters_->grooms_refused_limit.add();
     return {ErrorReason::limit_exceeded, "too many bytes are being uploaded; try again"};
   }
+  if (Refused refused = check_rate(session, offer.byte_count, now_ns)) return refused;
   Entry& entry = grooms_[offer.hash];
   entry.byte_count = offer.byte_count;
-  entry.uploader = session;
-  entry.progress_ns = now_ns;
-  entry.holders.insert(session);
+  entry.holders[session] = true;
   entry.used = ++uses_;
-  upload_bytes_ += offer.byte_count;
-  notify_(session, wire::GroomNeed{offer.hash, 0}, now_ns);
+  await_upload(grooms_.find(offer.hash), session, now_ns);
   return {};
+}
+
+void GroomStore::await_upload(Grooms::iterator groom, SessionId uploader, std::int64_t now_ns) {
+  Entry& entry = groom->second;
+  entry.state = State::uploading;
+  entry.uploader = uploader;
+  entry.progress_ns = now_ns;
+  set_upload_bytes(entry, entry.byte_count);
+  tell(uploader, wire::GroomNeed{groom->first, entry.received}, now_ns);
+}
+
+Refused GroomStore::begin_reading(SessionId session, const wire::GroomHash& hash) {
+  if (Refused refused = make_place()) return refused;
+  Entry& entry = grooms_[hash];
+  entry.state = State::reading;
+  entry.holders[session] = false;
+  entry.used = ++uses_;
+  to_read_.push_back(hash);
+  feed_builder();
+  return {};
+}
+
+void GroomStore::feed_builder() {
+  while (!to_read_.empty() && reading_count_ < kReadingMax) {
+    const auto groom = grooms_.find(to_read_.front());
+    if (groom->second.holders.empty()) {  // they have left
+      erase(groom);
+    } else {
+      GroomJob job{groom->first, {}};
+      if (!builder_->try_put(job)) return;
+      ++reading_count_;
+    }
+    to_read_.pop_front();
+  }
 }
 
 Refused GroomStore::chunk(SessionId session, wire::GroomChunk chunk, std::int64_t now_ns) {
@@ -159,10 +279,10 @@ Refused GroomStore::finish_upload(Grooms::iterator groom, std::int64_t now_ns) {
 
 Refused GroomStore::hold(SessionId session, const wire::GroomHash& hash) {
   const auto groom = grooms_.find(hash);
-  if (groom == grooms_.end()) return {ErrorReason::groom_unknown, "offer the groom first"};
-  if (!groom->second.holders.contains(session) && held_by(session) >= limits_.grooms_per_session_max)
-    return {ErrorReason::limit_exceeded, fmt::format("at most {} grooms a session", limits_.grooms_per_session_max)};
-  groom->second.holders.insert(session);
+  if (groom == grooms_.end() && !builder_->keeps(hash)) return {ErrorReason::groom_unknown, "offer the groom first"};
+  if (Refused refused = check_hold(session, groom)) return refused;
+  if (groom == grooms_.end()) return begin_reading(session, hash);
+  groom->second.holders.try_emplace(session, false);
   groom->second.used = ++uses_;
   return {};
 }
@@ -173,6 +293,8 @@ bool GroomStore::ready(const wire::GroomHash& hash) const {
 }
 
 void GroomStore::release(SessionId session, std::int64_t now_ns) {
+  accounts_.erase(session);
+  for (auto& [hash, waiting] : fetches_) std::erase(waiting, session);
   for (auto groom = grooms_.begin(); groom != grooms_.end();) {
     const auto next = std::next(groom);
     Entry& entry = groom->second;
@@ -183,29 +305,33 @@ void GroomStore::release(SessionId session, std::int64_t now_ns) {
 }
 
 void GroomStore::pass_on(Grooms::iterator groom, std::int64_t now_ns) {
-  Entry& entry = groom->second;
-  if (entry.holders.empty()) return erase(groom);
-  entry.uploader = *entry.holders.begin();
-  entry.progress_ns = now_ns;
-  notify_(entry.uploader, wire::GroomNeed{groom->first, entry.received}, now_ns);
+  const auto& holders = groom->second.holders;
+  if (holders.empty()) return erase(groom);
+  const auto next = std::ranges::find_if(holders, [](const auto& holder) { return holder.second; });
+  if (next != holders.end()) return await_upload(groom, next->first, now_ns);
+  refuse_all(groom, {ErrorReason::groom_unknown, "nobody who has the groom is there; offer it"},
+             counters_->grooms_refused_absent, now_ns);
 }
 
 void GroomStore::poll(std::int64_t now_ns) {
+  if (now_ns >= refresh_next_ns_) {
+    refresh_next_ns_ = now_ns + kRefreshInterval_ns;
+    builder_->refresh();
+  }
   GroomResult result;
   while (builder_->take(result)) take(std::move(result), now_ns);
+  feed_builder();
   for (auto groom = grooms_.begin(); groom != grooms_.end();) {
     const auto next = std::next(groom);
     Entry& entry = groom->second;
     if (entry.state == State::uploading && now_ns - entry.progress_ns > limits_.upload_timeout_ns) {
       counters_->grooms_refused_stalled.add();
-      const SessionId stalled = entry.uploader;
-      notify_(stalled, wire::Error{ErrorReason::limit_exceeded, 0, groom->first, "the upload stalled"}, now_ns);
-      notify_(stalled, wire::GroomStatus{groom->first, GroomState::refused}, now_ns);
-      entry.holders.erase(stalled);
+      refuse_holder(groom, entry.uploader, {ErrorReason::limit_exceeded, "the upload stalled"}, now_ns);
       pass_on(groom, now_ns);
     }
     groom = next;
   }
+  std::erase_if(read_, [](const auto& read) { return read.second.expired(); });
   counters_->gauges.grooms.set(static_cast<double>(grooms_.size()));
   counters_->gauges.groom_upload_bytes.set(static_cast<double>(upload_bytes_));
   counters_->gauges.groom_level_bytes.set(static_cast<double>(level_bytes_));
@@ -216,80 +342,136 @@ void GroomStore::poll(std::int64_t now_ns) {
 }
 
 void GroomStore::take(GroomResult result, std::int64_t now_ns) {
+  if (result.outcome == GroomResult::Outcome::read) return hand_over(result, now_ns);
   const auto groom = grooms_.find(result.hash);
   if (groom == grooms_.end()) return;
-  switch (result.state) {
-    case GroomState::queued:
-      break;
-    case GroomState::building:
-      groom->second.state = State::building;
-      tell_state(groom, GroomState::building, now_ns);
-      break;
-    case GroomState::ready:
-      take_ready(groom, std::move(result), now_ns);
-      break;
-    case GroomState::refused:
-      take_refused(groom, result, now_ns);
+  if (groom->second.state == State::reading) --reading_count_;
+  switch (result.outcome) {
+    case GroomResult::Outcome::building:
+      return take_building(groom, std::move(result), now_ns);
+    case GroomResult::Outcome::ready:
+      return take_ready(groom, std::move(result), now_ns);
+    case GroomResult::Outcome::refused:
+      return take_refused(groom, result, now_ns);
+    case GroomResult::Outcome::absent:
+      return take_absent(groom, now_ns);
+    case GroomResult::Outcome::read:
       break;
   }
 }
 
+void GroomStore::hand_over(const GroomResult& read, std::int64_t now_ns) {
+  const auto fetched = fetches_.extract(read.hash);
+  if (read.bytes) read_[read.hash] = read.bytes;
+  if (fetched.empty() || !listener_.deliver) return;
+  for (const SessionId session : fetched.mapped()) listener_.deliver(session, read.hash, read.bytes, now_ns);
+}
+
+// As if it had never been there: whoever has offered it is asked for it.
+void GroomStore::take_absent(Grooms::iterator groom, std::int64_t now_ns) {
+  Entry& entry = groom->second;
+  const bool offered = std::ranges::any_of(entry.holders, [](const auto& holder) { return holder.second; });
+  if (offered && !fits_upload(entry.byte_count))
+    return refuse_all(groom, {ErrorReason::limit_exceeded, "too many bytes are being uploaded; try again"},
+                      counters_->grooms_refused_limit, now_ns);
+  const auto holders = entry.holders;
+  for (const auto& [session, has_offered] : holders) {
+    if (!has_offered) continue;
+    const Refused refused = check_rate(session, entry.byte_count, now_ns);
+    if (!refused) return await_upload(groom, session, now_ns);
+    refuse_holder(groom, session, refused, now_ns);
+  }
+  pass_on(groom, now_ns);
+}
+
+void GroomStore::take_building(Grooms::iterator groom, GroomResult result, std::int64_t now_ns) {
+  Entry& entry = groom->second;
+  entry.state = State::building;
+  entry.bytes = std::move(result.bytes);
+  entry.strand_count = result.strand_count;
+  set_upload_bytes(entry, entry.bytes->size());
+  const std::uint64_t offered_bytes = std::exchange(entry.byte_count, entry.bytes->size());
+  const auto holders = entry.holders;
+  for (const auto& [session, has_offered] : holders) {
+    if (has_offered && offered_bytes != entry.byte_count) {
+      counters_->grooms_refused_hash.add();
+      refuse_holder(groom, session,
+                    {ErrorReason::groom_hash_mismatch,
+                     fmt::format("the groom of that hash has {} bytes, not {}", entry.byte_count, offered_bytes)},
+                    now_ns);
+    } else if (is_over_strands(session, groom)) {
+      counters_->grooms_refused_strands.add();
+      refuse_holder(groom, session, too_many_strands(session), now_ns);
+      if (listener_.lose) listener_.lose(session, groom->first, now_ns);
+    }
+  }
+  tell_state(groom, GroomState::building, now_ns);
+}
+
 void GroomStore::take_ready(Grooms::iterator groom, GroomResult result, std::int64_t now_ns) {
-  std::size_t bytes = result.bytes ? result.bytes->size() : 0;
-  for (const Level& level : result.levels->levels) bytes += bytes_of(level);
+  Entry& entry = groom->second;
+  const std::size_t bytes = entry.bytes->size() + server::level_bytes(*result.levels);
   while (level_bytes_ + bytes > limits_.level_bytes_max && evict_one()) {
   }
-  if (level_bytes_ + bytes > limits_.level_bytes_max) {
-    result.reason = ErrorReason::limit_exceeded;
-    result.detail = "the server has no room for more levels";
-    return take_refused(groom, result, now_ns);
-  }
-  Entry& entry = groom->second;
+  if (level_bytes_ + bytes > limits_.level_bytes_max)
+    return refuse_all(groom, {ErrorReason::limit_exceeded, "the server has no room for more levels"},
+                      counters_->grooms_refused_limit, now_ns);
   entry.state = State::ready;
   entry.level_bytes = bytes;
   level_bytes_ += bytes;
-  upload_bytes_ -= entry.byte_count;
+  set_upload_bytes(entry, 0);
   counters_->grooms_ready.add();
   spdlog::info("event=groom_ready groom={} level_bytes={}", hex(groom->first), bytes);
-  entry.bytes = result.bytes;
-  commands_->put(GroomReady{groom->first, std::move(result.levels), std::move(result.bytes)});
+  commands_->put(GroomReady{groom->first, std::move(result.levels), entry.bytes});
   tell_state(groom, GroomState::ready, now_ns);
 }
 
 void GroomStore::take_refused(Grooms::iterator groom, const GroomResult& result, std::int64_t now_ns) {
-  spdlog::info("event=groom_refused groom={} reason={} why={}", hex(groom->first), to_string(result.reason),
-               log_text(result.detail));
+  const Refused refused{reason_of(result.fault), result.detail};
+  Counter& counter = counter_of(result.fault, *counters_);
+  if (result.fault != GroomResult::Fault::hash) return refuse_all(groom, refused, counter, now_ns);
+  // One wrong uploader must not spoil the groom for the others.
+  counter.add();
   Entry& entry = groom->second;
-  const wire::Error error{result.reason, 0, groom->first, result.detail};
-  if (result.reason == ErrorReason::groom_hash_mismatch) {
-    // One wrong uploader must not spoil the groom for the others.
-    counters_->grooms_refused_hash.add();
-    if (entry.holders.erase(entry.uploader)) {
-      notify_(entry.uploader, error, now_ns);
-      notify_(entry.uploader, wire::GroomStatus{groom->first, GroomState::refused}, now_ns);
-    }
-    entry.state = State::uploading;
-    entry.received = 0;
-    return pass_on(groom, now_ns);
-  }
-  (result.reason == ErrorReason::groom_invalid ? counters_->grooms_refused_invalid : counters_->grooms_refused_limit)
-      .add();
-  for (const SessionId holder : entry.holders) notify_(holder, error, now_ns);
-  tell_state(groom, GroomState::refused, now_ns);
+  if (entry.holders.contains(entry.uploader)) refuse_holder(groom, entry.uploader, refused, now_ns);
+  entry.received = 0;
+  pass_on(groom, now_ns);
+}
+
+void GroomStore::refuse_holder(Grooms::iterator groom, SessionId session, const Refused& refused, std::int64_t now_ns) {
+  groom->second.holders.erase(session);
+  tell(session, wire::Error{refused.reason, 0, groom->first, refused.detail}, now_ns);
+  tell(session, wire::GroomStatus{groom->first, GroomState::refused}, now_ns);
+}
+
+void GroomStore::refuse_all(Grooms::iterator groom, const Refused& refused, Counter& counter, std::int64_t now_ns) {
+  const auto holders = groom->second.holders;
+  spdlog::info("event=groom_refused groom={} reason={} why={}", hex(groom->first), to_string(refused.reason),
+               log_text(refused.detail));
+  counter.add();
+  for (const auto& [session, has_offered] : holders) refuse_holder(groom, session, refused, now_ns);
   erase(groom);
 }
 
+void GroomStore::tell(SessionId session, const wire::Message& message, std::int64_t now_ns) {
+  listener_.tell(session, message, now_ns);
+}
+
 void GroomStore::tell_state(Grooms::const_iterator groom, GroomState state, std::int64_t now_ns) {
-  for (const SessionId holder : groom->second.holders) notify_(holder, wire::GroomStatus{groom->first, state}, now_ns);
+  for (const auto& [session, has_offered] : groom->second.holders)
+    tell(session, wire::GroomStatus{groom->first, state}, now_ns);
+}
+
+void GroomStore::set_upload_bytes(Entry& entry, std::size_t bytes) {
+  upload_bytes_ += bytes - entry.upload_bytes;
+  entry.upload_bytes = bytes;
 }
 
 void GroomStore::erase(Grooms::iterator groom) {
-  if (groom->second.state == State::ready) {
-    level_bytes_ -= groom->second.level_bytes;
-    commands_->put(ForgetGroom{groom->first});
-  } else {
-    upload_bytes_ -= groom->second.byte_count;
-  }
+  Entry& entry = groom->second;
+  set_upload_bytes(entry, 0);
+  level_bytes_ -= entry.level_bytes;
+  if (entry.state == State::ready) commands_->put(ForgetGroom{groom->first});
   grooms_.erase(groom);
 }
 
@@ -305,9 +487,9 @@ bool GroomStore::evict_one() {
   return true;
 }
 
-std::size_t GroomStore::held_by(SessionId session) const {
+std::size_t GroomStore::holder_count() const {
   std::size_t count = 0;
-  for (const auto& [hash, entry] : grooms_) count += entry.holders.contains(session);
+  for (const auto& [hash, entry] : grooms_) count += entry.holders.size();
   return count;
 }
 

@@ -171,9 +171,10 @@ void Publisher::encode(const Terms& terms, Character& character) const {
   const LatticeView lattice = terms.simulation.lattice(character.key);
   const std::uint64_t tick = terms.tick.tick;
   const auto strides = static_cast<std::uint64_t>(std::max(terms.rooms.room(character.room).stride_max, character.stride));
-  std::uint64_t keep_from = tick - std::min(tick, codec::kHistoryMax * strides);
-  for (const FrameVariant& variant : variants)  // strides may just have become shorter
-    keep_from = std::min<std::uint64_t>(keep_from, tick - std::uint64_t{variant.stride} * variant.order);
+  std::uint64_t kept_ticks = codec::kHistoryMax * strides;
+  for (const FrameVariant& v : variants)  // who was at a longer stride until now still refers to frames at that
+    kept_ticks = std::max(kept_ticks, std::uint64_t{v.order} * v.stride);
+  const std::uint64_t keep_from = tick - std::min(tick, kept_ticks);
   std::array<codec::Integers*, codec::kErrorClassCount> integers{};
   for (const FrameVariant& variant : variants) {
     codec::Integers*& now = integers[static_cast<std::size_t>(variant.error_class)];

@@ -37,6 +37,7 @@ class Scheduler {
   void run_tick(const TickClock::Tick& tick, std::int64_t now_ns);
 
   [[nodiscard]] const Simulation& simulation() const { return simulation_; }
+  [[nodiscard]] const Rooms& rooms() const { return rooms_; }
 
  private:
   struct Taker;

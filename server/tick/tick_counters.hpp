@@ -105,7 +105,22 @@ struct GroomCounters : CounterSet {
   Counter grooms_refused_invalid{*this, "grooms_refused_invalid"};
   Counter grooms_refused_queue_full{*this, "grooms_refused_queue_full"};
   Counter grooms_refused_stalled{*this, "grooms_refused_stalled"};
+  Counter grooms_refused_strands{*this, "grooms_refused_strands"};        // of all that a session holds
+  Counter grooms_refused_rate{*this, "grooms_refused_rate"};              // of bytes to upload
+  Counter grooms_refused_build_time{*this, "grooms_refused_build_time"};  // beyond that of one groom
+  Counter grooms_refused_absent{*this, "grooms_refused_absent"};          // used, but nobody there could upload it
   Counter groom_bytes_received{*this, "groom_bytes_received"};
+};
+
+// Of groom files; those rejected are removed and uploaded again.
+struct GroomCacheCounters : CounterSet {
+  Counter groom_cache_hits{*this, "groom_cache_hits"};
+  Counter groom_cache_misses{*this, "groom_cache_misses"};
+  Counter groom_cache_rejected_unreadable{*this, "groom_cache_rejected_unreadable"};
+  Counter groom_cache_rejected_damaged{*this, "groom_cache_rejected_damaged"};
+  Counter groom_cache_written{*this, "groom_cache_written"};
+  Counter groom_cache_writes_failed{*this, "groom_cache_writes_failed"};
+  Counter groom_cache_evicted{*this, "groom_cache_evicted"};
 };
 
 // Of files of levels; those rejected are built anew.

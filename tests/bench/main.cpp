@@ -5,6 +5,7 @@
 #include "client/tools/files/write_file.hpp"
 #include "core/solver/crowd_step.hpp"
 #include "tests/bench/accuracy_table.hpp"
+#include "tests/bench/codec_table.hpp"
 #include "tests/bench/crowd_table.hpp"
 #include "tests/bench/ffd_table.hpp"
 #include "tests/bench/instructions.hpp"
@@ -52,6 +53,7 @@ int run(const Options& options) {
   if (wants(Section::ffd)) measure_ffd(*subject, report);
   if (wants(Section::accuracy)) measure_accuracy(*subject, options, report);
   if (wants(Section::crowd)) measure_crowds(*subject, options, report);
+  if (wants(Section::codec)) measure_codec_table(*subject, options, report);
 
   int status = 0;
   for (const std::string& failure : report.failures()) status = fail("wrong: " + failure);

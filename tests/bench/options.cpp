@@ -19,15 +19,18 @@ constexpr const char* kFooter = R"(Examples:
   valgrind --tool=callgrind --toggle-collect='*perform_steps*' hairnet-bench --callgrind high --kernel crowd
 )";
 
-constexpr std::array<std::pair<std::string_view, Section>, 4> kSections{
-    {{"paper", Section::paper}, {"ffd", Section::ffd}, {"accuracy", Section::accuracy}, {"crowd", Section::crowd}}};
+constexpr std::array<std::pair<std::string_view, Section>, 5> kSections{{{"paper", Section::paper},
+                                                                         {"ffd", Section::ffd},
+                                                                         {"accuracy", Section::accuracy},
+                                                                         {"crowd", Section::crowd},
+                                                                         {"codec", Section::codec}}};
 
 std::vector<Section> sections_of(const std::vector<std::string>& names) {
   std::vector<Section> sections;
   for (const std::string& name : names) {
     const auto known = std::ranges::find(kSections, name, &std::pair<std::string_view, Section>::first);
     if (known == kSections.end())
-      throw CLI::ValidationError("--section", "'" + name + "' is not one of paper, ffd, accuracy, crowd");
+      throw CLI::ValidationError("--section", "'" + name + "' is not one of paper, ffd, accuracy, crowd, codec");
     sections.push_back(known->second);
   }
   return sections;
@@ -57,7 +60,7 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   app.failure_message([](const CLI::App* a, const CLI::Error& e) { return a->get_name() + ": " + e.what() + "\n"; });
   app.add_option("--groom", o.groom, "a hairstyle of the fidelity corpus (made:long_straight)");
   app.add_option("--motion", o.motions, "its motions, by commas; times are of the first")->delimiter(',');
-  app.add_option("--section", sections, "paper, ffd, accuracy, crowd, by commas (all)")->delimiter(',');
+  app.add_option("--section", sections, "paper, ffd, accuracy, crowd, codec, by commas (all)")->delimiter(',');
   app.add_option("--isa", o.isa, "instruction set of the kernels: best, avx3, avx2, sse4, scalar (best)");
   app.add_option("--threads", o.threads, "of the crowd beside one alone; 0 = all (0)")
       ->check(CLI::Range(std::size_t{0}, std::size_t{1024}));

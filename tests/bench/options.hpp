@@ -6,12 +6,12 @@
 
 namespace hairnet::bench {
 
-enum class Section : std::uint8_t { paper, ffd, accuracy, crowd };
+enum class Section : std::uint8_t { paper, ffd, accuracy, crowd, codec };
 
 struct Options {
   std::string groom = "made:long_straight";
   std::vector<std::string> motions{"made:dance", "made:run", "made:look_around"};  // times are of the first
-  std::vector<Section> sections{Section::paper, Section::ffd, Section::accuracy, Section::crowd};
+  std::vector<Section> sections{Section::paper, Section::ffd, Section::accuracy, Section::crowd, Section::codec};
   std::string isa = "best";
   std::size_t threads = 0;      // of the crowd; 0: the machine's
   int repetitions = 7;          // of each time: the least counts

@@ -8,6 +8,7 @@ namespace hairnet::viewer {
 
 void Audience::take(const wire::MemberJoined& joined) {
   Member& member = members_[joined.member];
+  if (!member.moments.empty()) gone_.push_back(std::move(member));
   member = {};
   member.joined = joined;
   want(joined.groom);
@@ -36,13 +37,17 @@ bool Audience::push(const link::Frame& frame, std::int64_t sample_time_ns, std::
   return true;
 }
 
+void Audience::hold() {
+  for (auto& [number, member] : members_) member.playout.hold();
+}
+
 void Audience::play(std::int64_t now_ns, std::ptrdiff_t moment) {
   for (auto& [number, member] : members_) {
     if (!member.here) continue;
     const link::Playout::Sample sample = member.playout.sample(now_ns);
-    if (moment < 0 || !sample.valid) continue;
-    member.moments[moment] = {
-        sample.pose, member.joined.groom, sample.level, {sample.displacement.begin(), sample.displacement.end()}};
+    if (!sample.valid) continue;
+    member.trail.note(sample);
+    if (moment >= 0) member.moments[moment] = member.trail.moment(sample.pose, member.joined.groom);
   }
   std::erase_if(retries_, [&](const auto& retry) {
     if (now_ns < retry.second) return false;
@@ -58,13 +63,15 @@ std::uint64_t Audience::name_of(std::uint32_t member) const {
 
 std::vector<SeenCharacter> Audience::seen(std::size_t moment_count) const {
   std::vector<SeenCharacter> seen;
-  for (const auto& [number, member] : members_) {
+  const auto add = [&](const Member& member) {
     const std::shared_ptr<const Groom>& groom = grooms_.at(member.joined.groom);
-    if (!groom || member.moments.empty()) continue;
+    if (!groom || member.moments.empty()) return;
     SeenCharacter& one = seen.emplace_back(SeenCharacter{groom, {}});
     one.moments.resize(moment_count);
     for (const auto& [moment, shown] : member.moments) one.moments[static_cast<std::size_t>(moment)] = shown;
-  }
+  };
+  for (const Member& member : gone_) add(member);
+  for (const auto& [number, member] : members_) add(member);
   return seen;
 }
 

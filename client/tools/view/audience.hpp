@@ -8,6 +8,7 @@
 #include "client/link/link.hpp"
 #include "client/link/playout.hpp"
 #include "client/tools/view/stream.hpp"
+#include "client/tools/view/switch_trail.hpp"
 #include "core/result.hpp"
 
 namespace hairnet::viewer {
@@ -25,6 +26,8 @@ class Audience {
   void retry(const wire::GroomHash& groom, std::int64_t now_ns) { retries_[groom] = now_ns + kRetry_ns; }
   // False when it is of nobody here. Times are of the link's clock.
   bool push(const link::Frame& frame, std::int64_t sample_time_ns, std::int64_t now_ns);
+  // No frames come for a while.
+  void hold();
   // As Playout::sample, of everyone; `moment` is the index of a wanted one, or negative.
   void play(std::int64_t now_ns, std::ptrdiff_t moment);
   // session << 32 | the owner's number.
@@ -37,6 +40,7 @@ class Audience {
   struct Member {
     wire::MemberJoined joined;
     link::Playout playout;
+    SwitchTrail trail;
     bool here = true;
     std::map<std::ptrdiff_t, Moment> moments;
   };
@@ -44,6 +48,7 @@ class Audience {
 
   link::Link& link_;
   std::map<std::uint32_t, Member> members_;
+  std::vector<Member> gone_;                                        // whose numbers others have now
   std::map<wire::GroomHash, std::shared_ptr<const Groom>> grooms_;  // null: on its way
   std::map<wire::GroomHash, std::int64_t> retries_;
 };

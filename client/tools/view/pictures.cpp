@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "client/link/switch_blend.hpp"
 #include "client/tools/clip/upright.hpp"
 #include "client/tools/files/write_file.hpp"
 #include "client/tools/progress/progress_bar.hpp"
@@ -201,21 +202,31 @@ class RenderedPictures : public Pictures {
 
   // The moment's points in world space: the groom's, and those of the strands that are drawn.
   void deform(const Groom& groom, const Moment& moment, const StreamResult& streamed) {
-    points_ = groom.points;
-    if (!moment.displacement.empty()) {
-      const LevelGeometry& geometry = streamed.geometries.at({moment.groom, moment.level});
-      const auto [deformer, is_new] = deformers_.try_emplace({moment.groom, moment.level}, nullptr);
-      if (is_new) deformer->second = std::make_unique<Deformer>(groom, geometry.lattice, FfdKind::quadratic);
-      grid_.resize(geometry.lattice.node_count());
-      expand_displacements(geometry, moment.displacement, grid_);
-      deformer->second->deform(grid_, points_);
-    }
+    link::SwitchBlend blend;
+    const auto apply = [&](const Shape& shape) {
+      deform(groom, moment.groom, shape, streamed);
+      blend.apply(shape.level, shape.time_ns, false, points_);
+    };
+    for (const Shape& shape : moment.trail) apply(shape);
+    apply(moment.shape);
     clusters_.emplace(groom);
     strand_points_.resize(clusters_->point_count());
     clusters_->follow(points_, strand_points_);
     for (auto* points : {&points_, &strand_points_}) {
       for (Vec3f& p : *points) p = moment.pose.head().point(p.cast<double>()).cast<float>();
     }
+  }
+
+  // The groom's points in head space.
+  void deform(const Groom& groom, const wire::GroomHash& hash, const Shape& shape, const StreamResult& streamed) {
+    points_ = groom.points;
+    if (shape.displacement.empty()) return;
+    const LevelGeometry& geometry = streamed.geometries.at({hash, shape.level});
+    const auto [deformer, is_new] = deformers_.try_emplace({hash, shape.level}, nullptr);
+    if (is_new) deformer->second = std::make_unique<Deformer>(groom, geometry.lattice, FfdKind::quadratic);
+    grid_.resize(geometry.lattice.node_count());
+    expand_displacements(geometry, shape.displacement, grid_);
+    deformer->second->deform(grid_, points_);
   }
 
   std::unique_ptr<view::Renderer> renderer_;

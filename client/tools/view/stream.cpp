@@ -14,6 +14,7 @@
 #include "client/tools/trace/frame_trace.hpp"
 #include "client/tools/view/audience.hpp"
 #include "client/tools/view/performance.hpp"
+#include "client/tools/view/switch_trail.hpp"
 
 namespace hairnet::viewer {
 namespace {
@@ -41,7 +42,7 @@ class Streamer {
   Streamer(const ViewOptions& options, const std::vector<Actor>& cast, const std::vector<double>& moment_times_s)
       : options_(options), cast_(cast), moment_times_s_(moment_times_s), link_(link_options(options)) {
     for (const Actor& actor : cast)
-      roles_.push_back({Performance(actor.motion, options.duration_s), {}, {}, false, {}});
+      roles_.push_back({Performance(actor.motion, options.duration_s), {}, {}, {}, false, {}});
   }
 
   StreamResult run() {
@@ -61,6 +62,7 @@ class Streamer {
     Performance performance;
     wire::GroomHash groom{};
     link::Playout playout;
+    SwitchTrail trail;
     bool at_level = false;                   // a frame at the level asked for has come
     std::optional<std::int64_t> coarser_ns;  // since when there is a lattice, of a level that the server chose
   };
@@ -142,6 +144,8 @@ class Streamer {
   }
   Result<void> take(const link::Reconnecting& lost) {
     std::fprintf(stderr, "hairnet-view: %s; connecting anew\n", lost.detail.c_str());
+    for (Role& role : roles_) role.playout.hold();
+    audience_.hold();
     return {};
   }
   Result<void> take(const wire::Error& error) {
@@ -188,9 +192,10 @@ class Streamer {
   }
   void trace(std::uint64_t character, const link::Frame& frame, std::uint64_t tick) {
     if (!trace_) return;
-    const float step_m = displacement_.empty() ? 0 : codec::kStep_m[static_cast<std::size_t>(frame.error_class)];
-    trace_->add({tick, character, frame.level, frame.discontinuous, frame.asleep, step_m, frame.pose, displacement_,
-                 frame.step_stride});
+    const bool rigid = frame.kept || displacement_.empty();  // as the server sent it
+    const float step_m = rigid ? 0 : codec::kStep_m[static_cast<std::size_t>(frame.error_class)];
+    trace_->add({tick, character, frame.kept ? LevelIndex::rigid : frame.level, frame.discontinuous, frame.asleep,
+                 step_m, frame.pose, rigid ? std::span<const Vec3f>() : displacement_, frame.step_stride});
   }
   Result<void> take(const auto&) { return {}; }
 
@@ -236,9 +241,9 @@ class Streamer {
     std::vector<Moment> moment;
     for (Role& role : roles_) {
       const link::Playout::Sample sample = role.playout.sample(now);
-      if (!wanted || !sample.valid) continue;
-      moment.push_back(
-          {sample.pose, role.groom, sample.level, {sample.displacement.begin(), sample.displacement.end()}});
+      if (!sample.valid) continue;
+      role.trail.note(sample);
+      if (wanted) moment.push_back(role.trail.moment(sample.pose, role.groom));
     }
     audience_.play(now, wanted ? static_cast<std::ptrdiff_t>(result_.moments.size()) : -1);
     if (wanted) result_.moments.push_back(std::move(moment));

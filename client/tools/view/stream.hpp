@@ -8,21 +8,13 @@
 
 #include "client/link/link.hpp"
 #include "client/tools/view/cast.hpp"
+#include "client/tools/view/moment.hpp"
 #include "client/tools/view/options.hpp"
 #include "client/tools/view/stream_statistics.hpp"
 #include "core/ffd/lattice.hpp"
-#include "core/pose/pose.hpp"
 #include "core/result.hpp"
 
 namespace hairnet::viewer {
-
-// What one character looks like at one moment, copied out so that drawing can wait until the stream has ended.
-struct Moment {
-  Pose pose;
-  wire::GroomHash groom{};
-  LevelIndex level = LevelIndex::rigid;
-  std::vector<Vec3f> displacement;  // active order, head space, m; empty = rigid
-};
 
 // Another's character, as it was seen; a moment at which it was not there yet, or its hair unknown, has none.
 struct SeenCharacter {

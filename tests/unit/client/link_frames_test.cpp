@@ -77,6 +77,20 @@ class Receiving : public ::testing::Test {
     batch.frames.push_back(frame);
     d.send(batch);
   }
+  // As of a character whose groom is not ready, or that is at its coarsest.
+  void send_rigid_frame(std::uint64_t tick, std::uint32_t member) {
+    codec::Integers integers = moving(tick, member);
+    integers.nodes.clear();
+    wire::FrameBatch batch;
+    batch.tick = tick;
+    wire::Frame& frame = batch.frames.emplace_back();
+    frame.member = member;
+    frame.level = LevelIndex::rigid;
+    std::vector<std::uint8_t> content;
+    codec::encode_frame(integers, {}, nullptr, content);
+    frame.content = content;
+    d.send(batch);
+  }
   std::optional<Frame> received() {
     std::optional<FrameBatch> batch = d.event<FrameBatch>();
     if (!batch) return std::nullopt;
@@ -220,6 +234,108 @@ TEST_F(Receiving, hair_goes_on_from_its_last_lattice_on_a_server_that_forgot) {
   EXPECT_FLOAT_EQ(added.state->step_m, 0.5e-3f);
   EXPECT_EQ(added.state->displacements, moving(11, kOwnMember).nodes);
   EXPECT_EQ(added.state->velocities, moving(11, kOwnMember, true).velocities);
+}
+
+// Hair that swung when its server was lost; another server has the character, and no lattice of it yet.
+class Restarted : public Receiving {
+ protected:
+  explicit Restarted(bool resumed = false) {
+    send_frame(10, kOwnMember, {});
+    send_frame(10, kOther, {});
+    d.core.on_closed("the cable", d.now_ns);
+    d.open();
+    d.expect<wire::Hello>();
+    d.send(welcome_to(6, resumed));
+    tell_members();
+    d.take_all();
+    d.core.take_events();
+  }
+  bool keeps_hair(std::uint64_t tick) {
+    send_rigid_frame(tick, kOwnMember);
+    const std::optional<Frame> frame = received();
+    EXPECT_TRUE(frame);
+    if (!frame) return false;
+    EXPECT_EQ(frame->kept, frame->level != LevelIndex::rigid);
+    EXPECT_EQ(frame->kept, !frame->displacements.empty());
+    return frame->kept;
+  }
+};
+class Resumed : public Restarted {
+ protected:
+  Resumed() : Restarted(true) {}
+};
+
+TEST_F(Restarted, ones_own_hair_keeps_its_shape_until_the_new_server_has_a_lattice) {
+  send_rigid_frame(3, kOwnMember);
+  const std::optional<Frame> frame = received();
+  ASSERT_TRUE(frame);
+  EXPECT_TRUE(frame->kept);
+  EXPECT_EQ(frame->level, LevelIndex::low);
+  EXPECT_EQ(frame->displacements, moving(10, kOwnMember).nodes);
+  ASSERT_TRUE(frame->geometry);
+  EXPECT_EQ(frame->geometry->active_nodes, small_grid().active_nodes);
+  const Pose expected = codec::dequantise_pose(moving(3, kOwnMember));
+  EXPECT_EQ(frame->pose.head().position, expected.head().position);
+
+  send_frame(4, kOwnMember, {});
+  const std::optional<Frame> stepped = received();
+  ASSERT_TRUE(stepped);
+  EXPECT_FALSE(stepped->kept);
+  EXPECT_EQ(stepped->displacements, moving(4, kOwnMember).nodes);
+  EXPECT_FALSE(keeps_hair(5));
+}
+
+TEST_F(Restarted, of_others_nothing_is_kept) {
+  send_rigid_frame(3, kOther);
+  const std::optional<Frame> frame = received();
+  ASSERT_TRUE(frame);
+  EXPECT_EQ(frame->level, LevelIndex::rigid);
+}
+
+TEST_F(Restarted, a_server_that_has_the_groom_and_gives_no_lattice_is_believed_after_a_while) {
+  d.send(wire::GroomStatus{hash_of(1), wire::GroomState::building});
+  d.pass(60'000 * kMs);
+  EXPECT_TRUE(keeps_hair(3));
+  d.send(wire::GroomStatus{hash_of(1), wire::GroomState::ready});
+  EXPECT_TRUE(keeps_hair(4));
+  d.pass(1'000 * kMs);
+  EXPECT_FALSE(keeps_hair(5));
+}
+
+TEST_F(Restarted, hair_is_rigid_at_once_when_its_owner_wants_it_so) {
+  EXPECT_TRUE(keeps_hair(3));
+  d.core.set_level(kOwnCharacter, LevelIndex::rigid);
+  EXPECT_FALSE(keeps_hair(4));
+}
+
+TEST_F(Restarted, a_refused_groom_keeps_no_hair) {
+  d.send(wire::GroomStatus{hash_of(1), wire::GroomState::refused});
+  EXPECT_FALSE(keeps_hair(3));
+}
+
+TEST_F(Restarted, a_shape_that_was_gone_on_from_is_not_brought_to_the_next_server) {
+  send_frame(4, kOwnMember, {});
+  send_rigid_frame(5, kOwnMember);
+  d.core.on_closed("the cable", d.now_ns);
+  d.open();
+  d.expect<wire::Hello>();
+  d.send(welcome_to(7));
+  EXPECT_FALSE(d.expect<wire::AddCharacter>().state);
+}
+
+TEST_F(Restarted, a_shape_that_was_not_gone_on_from_is_brought_to_the_next_server) {
+  send_rigid_frame(5, kOwnMember);
+  d.core.on_closed("the cable", d.now_ns);
+  d.open();
+  d.expect<wire::Hello>();
+  d.send(welcome_to(7));
+  const auto added = d.expect<wire::AddCharacter>();
+  ASSERT_TRUE(added.state);
+  EXPECT_EQ(added.state->displacements, moving(10, kOwnMember).nodes);
+}
+
+TEST_F(Resumed, a_server_that_still_has_the_session_is_believed_at_once) {
+  EXPECT_FALSE(keeps_hair(12));
 }
 
 class CountingSink : public FrameSink {

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <vector>
 
 namespace hairnet::link {
@@ -176,6 +177,130 @@ TEST_F(Playing, frames_out_of_order_are_played_in_order) {
   for (std::int64_t time = 0; time <= 3 * kInterval; time += 5 * kMs) {
     const Playout::Sample sample = playout_.sample(time + kLateness + 3 * kInterval);
     EXPECT_NEAR(sample.pose.head().position.x(), 10.0 * static_cast<double>(sample.time_ns) / kInterval, 1e-9);
+  }
+}
+
+TEST_F(Playing, what_is_held_on_purpose_stays_however_long) {
+  push_line(9);
+  playout_.sample(8 * kInterval);
+  playout_.hold();
+  const std::int64_t last_shown = 9 * kInterval + kDelay;
+  for (std::int64_t waited = 0; waited < 60'000 * kMs; waited += 1'000 * kMs) {
+    const Playout::Sample sample = playout_.sample(last_shown + waited);
+    ASSERT_EQ(sample.displacement.size(), 2u);
+    EXPECT_NEAR(sample.displacement[0].x(), kStep_m * 90, 1e-7);
+  }
+}
+
+TEST_F(Playing, hair_that_eases_already_is_held_where_it_is_and_goes_on_from_there) {
+  push_line(9);
+  std::int64_t now = 0;
+  for (; now < 9 * kInterval + kDelay + 350 * kMs; now += 10 * kMs) playout_.sample(now);
+  const float x = playout_.sample(now).displacement[0].x();
+  EXPECT_LT(x, 0.9 * kStep_m * 90);
+  EXPECT_GT(x, 0.1 * kStep_m * 90);
+  playout_.hold();
+  for (int i = 0; i < 100; ++i) EXPECT_FLOAT_EQ(playout_.sample(now += 10 * kMs).displacement[0].x(), x);
+  float last = x;
+  for (std::int64_t i = now / kInterval + 1; i < now / kInterval + 60; ++i) {
+    push(i, 90);
+    for (std::int64_t render = i * kInterval + kLateness; render < (i + 1) * kInterval + kLateness; render += 5 * kMs) {
+      const float shown = playout_.sample(render).displacement[0].x();
+      EXPECT_LT(std::abs(shown - last), 0.5 * kStep_m * 90);
+      last = shown;
+    }
+  }
+  EXPECT_NEAR(last, kStep_m * 90, 1e-7);
+}
+
+// A lattice that swings in the world while its head moves on and turns, as frames of a server give it: velocities are
+// means over the step that ended.
+class Swinging : public ::testing::Test {
+ protected:
+  static constexpr double kStep_s = 0.04;
+  Swinging() {
+    auto grid = std::make_shared<LevelGeometry>();
+    grid->lattice = {Vec3f(-0.1f, -0.3f, -0.1f), Vec3f::Constant(0.1f), {3, 3, 3}};
+    for (std::uint32_t node = 0; node < 27; ++node) grid->active_nodes.push_back(node);
+    grid->trimmed_begin = {0};
+    geometry_ = grid;
+  }
+  static RigidTransform head_at(double t) {
+    return {Quat(Eigen::AngleAxisd(1.5 * t, Vec3::UnitY())), Vec3(0.8 * t, 0, 0.3 * t)};
+  }
+  [[nodiscard]] Vec3 rest(std::size_t node) const {
+    return geometry_->lattice.node(geometry_->active_nodes[node]).cast<double>();
+  }
+  static Vec3 displacement_at(double t, std::size_t node) {
+    const double phase = 9 * t + static_cast<double>(node);
+    return 0.03 * Vec3(std::sin(phase), 0.3 * std::cos(phase), std::sin(phase + 1));
+  }
+  [[nodiscard]] Vec3 world_at(double t, std::size_t node) const {
+    return head_at(t).point(rest(node) + displacement_at(t, node));
+  }
+  [[nodiscard]] Frame frame_at(double t, bool velocities) const {
+    Frame frame;
+    frame.level = LevelIndex::low;
+    frame.error_class = codec::ErrorClass::fine;
+    frame.step_s = static_cast<float>(kStep_s);
+    frame.pose = rigid_pose(head_at(t));
+    frame.geometry = geometry_;
+    std::vector<Vec3f> displacement, velocity;
+    for (std::size_t node = 0; node < 27; ++node) {
+      displacement.push_back(displacement_at(t, node).cast<float>());
+      const Vec3 moved = (world_at(t, node) - world_at(t - kStep_s, node)) / kStep_s;
+      velocity.push_back((head_at(t).rotation.conjugate() * moved).cast<float>());
+    }
+    EXPECT_TRUE(codec::quantise_nodes(displacement, frame.error_class, frame.displacements));
+    if (velocities) codec::quantise_velocities(velocity, frame.error_class, frame.velocities);
+    return frame;
+  }
+  // RMS over nodes and times of what is shown less what was, m. Frames come every `stride` steps.
+  double error_m(int stride, bool velocities) {
+    Playout playout;
+    const auto interval = static_cast<std::int64_t>(stride * kStep_s * 1e9);
+    double sum = 0, count = 0;
+    for (std::int64_t i = 0; i < 100; ++i) {
+      const std::int64_t now = i * interval;
+      playout.push(frame_at(1e-9 * static_cast<double>(now), velocities), now, now);
+      for (std::int64_t part = 0; part < 8; ++part) {
+        const Playout::Sample sample = playout.sample(now + part * interval / 8);
+        if (i < 20) continue;
+        const double t = 1e-9 * static_cast<double>(sample.time_ns);
+        for (std::size_t node = 0; node < 27; ++node) {
+          sum += (sample.displacement[node].cast<double>() - displacement_at(t, node)).squaredNorm();
+          ++count;
+        }
+      }
+    }
+    return std::sqrt(sum / count);
+  }
+  std::shared_ptr<const LevelGeometry> geometry_;
+};
+
+TEST_F(Swinging, velocities_bring_the_hair_several_times_nearer_to_where_it_was) {
+  // Rounding to the class's step is off by step / sqrt(12) in each of three coordinates, however it is played.
+  const double rounding_m = double{codec::kStep_m[static_cast<std::size_t>(codec::ErrorClass::fine)]} / 2;
+  for (const int stride : {1, 2, 4}) {
+    const double cubic_m = error_m(stride, true), straight_m = error_m(stride, false);
+    EXPECT_LT(cubic_m - rounding_m, straight_m / 4) << "stride " << stride;
+    EXPECT_GT(straight_m, 2 * rounding_m) << "stride " << stride;
+  }
+}
+
+TEST_F(Swinging, frames_with_and_without_velocities_are_played_as_they_can) {
+  Playout playout;
+  const auto interval = static_cast<std::int64_t>(kStep_s * 1e9);
+  for (std::int64_t i = 0; i < 40; ++i) {
+    const std::int64_t now = i * interval;
+    playout.push(frame_at(1e-9 * static_cast<double>(now), i % 3 != 0), now, now);
+    const Playout::Sample sample = playout.sample(now);
+    ASSERT_EQ(sample.displacement.size(), 27u);
+    if (i < 10) continue;
+    for (std::size_t node = 0; node < 27; ++node) {
+      const Vec3 wanted = displacement_at(1e-9 * static_cast<double>(sample.time_ns), node);
+      EXPECT_LT((sample.displacement[node].cast<double>() - wanted).norm(), 2e-3);
+    }
   }
 }
 

@@ -119,9 +119,11 @@ TEST_F(ConfigFile, a_wrong_one_ends_with_status_2_and_one_line) {
 
 TEST_F(ConfigFile, values_that_disagree_are_refused_and_what_was_left_open_is_completed) {
   EXPECT_EQ(parse({"--config", file("[grooms]\ngroom_bytes_max = 8192\nupload_bytes_max = 4096\n")}).exit_code, 2);
+  EXPECT_EQ(parse({"--config", file("[grooms]\ngroom_bytes_max = 8192\nupload_burst_bytes = 4096\n")}).exit_code, 2);
   const ParsedConfig parsed = parse({"--groom-bytes-max", "134217728"});
   EXPECT_EQ(parsed.exit_code, -1);
   EXPECT_EQ(parsed.config.grooms.upload_bytes_max, 4u * 134217728u);
+  EXPECT_EQ(parsed.config.grooms.upload_burst_bytes, 4.0 * 134217728);
 }
 
 TEST_F(ConfigFile, what_check_prints_is_a_file_of_the_same_settings) {

@@ -56,7 +56,19 @@ TEST(Config, takes_every_flag_in_its_range) {
                                      "--level-cache",
                                      "c",
                                      "--level-cache-mib",
-                                     "7"});
+                                     "7",
+                                     "--groom-cache",
+                                     "d",
+                                     "--groom-cache-mib",
+                                     "8",
+                                     "--strands-per-client-max",
+                                     "5000",
+                                     "--build-seconds-max",
+                                     "2.5",
+                                     "--upload-bytes-per-s",
+                                     "1000",
+                                     "--upload-burst-bytes",
+                                     "8192"});
   EXPECT_EQ(parsed.exit_code, -1);
   EXPECT_TRUE(parsed.check_only);
   EXPECT_EQ(parsed.config.tick_rate_hz, 90u);
@@ -67,6 +79,12 @@ TEST(Config, takes_every_flag_in_its_range) {
   EXPECT_EQ(parsed.config.build_threads, 3u);
   EXPECT_EQ(parsed.config.level_cache, "c");
   EXPECT_EQ(parsed.config.level_cache_mib, 7u);
+  EXPECT_EQ(parsed.config.groom_cache, "d");
+  EXPECT_EQ(parsed.config.groom_cache_mib, 8u);
+  EXPECT_EQ(parsed.config.grooms.strands_per_session_max, 5000u);
+  EXPECT_EQ(parsed.config.grooms.build_ns_max, 2'500'000'000);
+  EXPECT_EQ(parsed.config.grooms.upload_bytes_per_s, 1000);
+  EXPECT_EQ(parsed.config.grooms.upload_burst_bytes, 8192);
 }
 
 TEST(Config, takes_a_wind_and_who_may_set_it) {

@@ -3,12 +3,18 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
 #include "schema/wire/groom_file.hpp"
 #include "small_groom.hpp"
 
 namespace hairnet::server {
 namespace {
 
+namespace fs = std::filesystem;
 using testing::ElementsAre;
 using testing::IsEmpty;
 using wire::ErrorReason;
@@ -26,12 +32,41 @@ struct Upload {
 class GroomStoreTest : public testing::Test {
  protected:
   GroomStoreTest() { make({}); }
-  void make(GroomStoreLimits limits) {
-    builder_ = std::make_unique<GroomBuilder>(limits.groom, limits.build_queue_max, false);
-    store_ = std::make_unique<GroomStore>(limits, *builder_, commands_, counters_,
-                                          [this](SessionId session, const wire::Message& message, std::int64_t) {
-                                            told_.emplace_back(session, message);
-                                          });
+  ~GroomStoreTest() override { fs::remove_all(folder_); }
+  void make(const GroomStoreLimits& limits, ClockNs clock = nullptr) {
+    GroomBuilderDef def;
+    def.limits = limits.groom;
+    def.bytes_max = limits.groom_bytes_max;
+    def.queue_max = limits.build_queue_max;
+    def.grooms = cache_ ? &*cache_ : nullptr;
+    def.now_ns = clock;
+    def.build_ns_max = limits.build_ns_max;
+    store_.reset();
+    builder_ = std::make_unique<GroomBuilder>(def);
+    GroomListener listener;
+    listener.tell = [this](SessionId session, const wire::Message& message, std::int64_t) {
+      told_.emplace_back(session, message);
+    };
+    listener.deliver = [this](SessionId session, const wire::GroomHash& groom, const GroomStore::Bytes& bytes,
+                              std::int64_t) {
+      delivered_.push_back({session, groom, bytes});
+    };
+    listener.lose = [this](SessionId session, const wire::GroomHash&, std::int64_t) { lost_.push_back(session); };
+    store_ = std::make_unique<GroomStore>(limits, *builder_, commands_, counters_, listener);
+  }
+  // With a cache in which these lie. What was in memory is gone.
+  void make_with_cache(const std::vector<const Upload*>& kept, const GroomStoreLimits& limits = {}) {
+    fs::remove_all(folder_);
+    cache_.emplace(folder_, std::uint64_t{1} << 30, cache_counters_);
+    for (const Upload* upload : kept) cache_->put(upload->hash, upload->bytes);
+    make(limits);
+  }
+  void spoil_kept() const {
+    for (const auto& file : fs::directory_iterator(folder_)) {
+      std::fstream spoilt(file.path(), std::ios::in | std::ios::out | std::ios::binary);
+      spoilt.seekp(100);
+      spoilt.put('\x55').put('\xAA');
+    }
   }
   ErrorReason offer(SessionId session, const Upload& upload) {
     return store_->offer(session, {upload.hash, upload.bytes.size()}, now_ns_).reason;
@@ -45,9 +80,11 @@ class GroomStoreTest : public testing::Test {
     return chunk(session, upload, 0, upload.bytes.size());
   }
   void build() {
-    while (builder_->poll()) {
+    for (int round = 0; round < 10; ++round) {  // the store may have more for the builder by then
+      while (builder_->poll()) {
+      }
+      store_->poll(now_ns_);
     }
-    store_->poll(now_ns_);
   }
   template <class T>
   [[nodiscard]] std::vector<T> told(SessionId session) const {
@@ -84,6 +121,16 @@ class GroomStoreTest : public testing::Test {
   CommandQueue commands_{1000};
   GroomCounters counters_;
   std::vector<std::pair<SessionId, wire::Message>> told_;
+  struct Delivered {
+    SessionId session;
+    wire::GroomHash groom;
+    GroomStore::Bytes bytes;
+  };
+  std::vector<Delivered> delivered_;
+  std::vector<SessionId> lost_;
+  fs::path folder_ = fs::path(testing::TempDir()) / ("groom_store_" + std::to_string(::getpid()));
+  GroomCacheCounters cache_counters_;
+  std::optional<GroomCache> cache_;
   std::unique_ptr<GroomBuilder> builder_;
   std::unique_ptr<GroomStore> store_;
   std::int64_t now_ns_ = 0;
@@ -274,6 +321,304 @@ TEST_F(GroomStoreTest, levels_nobody_holds_make_room_for_others_and_held_ones_st
   EXPECT_FALSE(store_->ready(good_.hash));
   EXPECT_EQ(counters_.grooms_evicted.value(), 1u);
   EXPECT_LE(store_->level_bytes(), limits.level_bytes_max);
+}
+
+TEST_F(GroomStoreTest, building_is_said_only_of_bytes_that_have_the_hash) {
+  Upload wrong = good_;
+  wrong.bytes.back() ^= 1;
+  offer(kAnna, good_);
+  send_all(kAnna, wrong);
+  build();
+  EXPECT_THAT(states(kAnna), ElementsAre(GroomState::queued, GroomState::refused));
+}
+
+TEST_F(GroomStoreTest, the_least_recently_used_groom_goes_first_and_its_file_counts_with_its_levels) {
+  std::vector<Upload> uploads;
+  for (unsigned seed = 1; seed <= 4; ++seed) uploads.emplace_back(wire::encode_groom(small_groom(seed)));
+  const auto bring = [&](const Upload& upload) {
+    offer(kAnna, upload);
+    send_all(kAnna, upload);
+    build();
+    store_->release(kAnna, now_ns_);
+    return store_->ready(upload.hash);
+  };
+  ASSERT_TRUE(bring(uploads[0]));
+  const std::size_t one = store_->level_bytes();
+  EXPECT_GT(one, uploads[0].bytes.size());
+  GroomStoreLimits limits;
+  limits.level_bytes_max = one * 7 / 2;
+  make(limits);
+  for (std::size_t i = 0; i < 3; ++i) ASSERT_TRUE(bring(uploads[i]));
+  EXPECT_EQ(counters_.grooms_evicted.value(), 0u);
+  EXPECT_TRUE(store_->bytes(uploads[0].hash));  // somebody looks at the first: now the second is the oldest
+  ASSERT_TRUE(bring(uploads[3]));
+  EXPECT_TRUE(store_->ready(uploads[0].hash));
+  EXPECT_FALSE(store_->ready(uploads[1].hash));
+  EXPECT_TRUE(store_->ready(uploads[2].hash));
+  EXPECT_LE(store_->level_bytes(), limits.level_bytes_max);
+}
+
+TEST_F(GroomStoreTest, a_file_that_is_being_sent_outlives_its_groom) {
+  offer(kAnna, good_);
+  send_all(kAnna, good_);
+  build();
+  GroomStoreLimits limits;
+  limits.level_bytes_max = store_->level_bytes() * 3 / 2;
+  make(limits);
+  offer(kAnna, good_);
+  send_all(kAnna, good_);
+  build();
+  const GroomStore::Bytes sent = store_->bytes(good_.hash);
+  store_->release(kAnna, now_ns_);
+  const Upload other(wire::encode_groom(small_groom(2)));
+  offer(kBert, other);
+  send_all(kBert, other);
+  build();
+  EXPECT_FALSE(store_->bytes(good_.hash));
+  ASSERT_TRUE(sent);
+  EXPECT_EQ(*sent, good_.bytes);
+}
+
+TEST_F(GroomStoreTest, the_strands_of_all_grooms_of_a_session_are_bounded) {
+  const std::size_t strands = small_groom().strand_count();
+  GroomStoreLimits limits;
+  limits.strands_per_session_max = 2 * strands;
+  make(limits);
+  const Upload second(wire::encode_groom(small_groom(2))), third(wire::encode_groom(small_groom(3)));
+  for (const Upload* upload : std::initializer_list<const Upload*>{&good_, &second, &third}) {
+    EXPECT_EQ(offer(kAnna, *upload), ErrorReason::none);
+    send_all(kAnna, *upload);
+    build();
+  }
+  EXPECT_THAT(errors(kAnna), ElementsAre(ErrorReason::limit_exceeded));
+  EXPECT_EQ(told<wire::Error>(kAnna)[0].groom, third.hash);
+  EXPECT_THAT(lost_, ElementsAre(kAnna));
+  EXPECT_EQ(states(kAnna).back(), GroomState::refused);
+  EXPECT_EQ(counters_.grooms_refused_strands.value(), 1u);
+  EXPECT_EQ(offer(kAnna, third), ErrorReason::limit_exceeded) << "known by now, and refused at once";
+  EXPECT_EQ(store_->hold(kAnna, third.hash).reason, ErrorReason::limit_exceeded);
+  EXPECT_EQ(offer(kBert, third), ErrorReason::none);
+}
+
+TEST_F(GroomStoreTest, a_session_may_be_allowed_fewer_strands_than_the_server_allows) {
+  const std::size_t strands = small_groom().strand_count();
+  store_->open(kAnna, strands - 1, now_ns_);
+  store_->open(kBert, strands, now_ns_);
+  offer(kAnna, good_);
+  offer(kBert, good_);
+  send_all(kAnna, good_);
+  build();
+  EXPECT_THAT(errors(kAnna), ElementsAre(ErrorReason::limit_exceeded));
+  EXPECT_THAT(errors(kBert), IsEmpty());
+  EXPECT_EQ(states(kBert).back(), GroomState::ready);
+  EXPECT_THAT(lost_, ElementsAre(kAnna));
+}
+
+TEST_F(GroomStoreTest, uploads_of_a_session_have_a_rate) {
+  GroomStoreLimits limits;
+  limits.upload_bytes_per_s = 100;
+  limits.upload_burst_bytes = 1500;
+  make(limits);
+  const auto ask = [&](SessionId session, std::uint8_t name, std::uint64_t bytes) {
+    return store_->offer(session, {wire::GroomHash{name}, bytes}, now_ns_).reason;
+  };
+  EXPECT_EQ(ask(kAnna, 1, 1000), ErrorReason::none);
+  EXPECT_EQ(ask(kAnna, 1, 1000), ErrorReason::none) << "the same again is no other upload";
+  EXPECT_EQ(ask(kAnna, 2, 1000), ErrorReason::limit_exceeded);
+  EXPECT_EQ(ask(kBert, 2, 1000), ErrorReason::none);
+  EXPECT_EQ(ask(kAnna, 2, 1000), ErrorReason::none) << "another uploads it";
+  EXPECT_EQ(ask(kAnna, 3, 1000), ErrorReason::limit_exceeded);
+  now_ns_ += 6 * kSecond_ns;
+  EXPECT_EQ(ask(kAnna, 3, 1000), ErrorReason::none);
+  EXPECT_EQ(counters_.grooms_refused_rate.value(), 2u);
+}
+
+TEST_F(GroomStoreTest, a_build_that_takes_too_long_is_refused) {
+  GroomStoreLimits limits;
+  limits.build_ns_max = 5 * kSecond_ns;
+  static std::int64_t clock_ns;
+  clock_ns = 0;
+  make(limits, [] { return clock_ns += kSecond_ns; });  // each look takes a second
+  offer(kAnna, good_);
+  send_all(kAnna, good_);
+  build();
+  EXPECT_THAT(errors(kAnna), ElementsAre(ErrorReason::limit_exceeded));
+  EXPECT_THAT(states(kAnna), ElementsAre(GroomState::queued, GroomState::building, GroomState::refused));
+  EXPECT_EQ(counters_.grooms_refused_build_time.value(), 1u);
+  EXPECT_EQ(store_->groom_count(), 0u);
+  EXPECT_EQ(store_->upload_bytes(), 0u);
+  make(limits, [] { return clock_ns; });
+  offer(kAnna, good_);
+  send_all(kAnna, good_);
+  build();
+  EXPECT_TRUE(store_->ready(good_.hash));
+}
+
+TEST_F(GroomStoreTest, a_groom_that_is_kept_on_disk_is_not_uploaded) {
+  make_with_cache({&good_});
+  EXPECT_EQ(offer(kAnna, good_), ErrorReason::none);
+  EXPECT_EQ(store_->upload_bytes(), 0u);
+  build();
+  EXPECT_THAT(needs(kAnna), ElementsAre(good_.bytes.size()));
+  EXPECT_THAT(states(kAnna), ElementsAre(GroomState::queued, GroomState::building, GroomState::ready));
+  EXPECT_THAT(errors(kAnna), IsEmpty());
+  EXPECT_EQ(counters_.grooms_uploaded.value(), 0u);
+  EXPECT_EQ(cache_counters_.groom_cache_hits.value(), 1u);
+  EXPECT_EQ(ready_commands(), 1u);
+  EXPECT_EQ(store_->upload_bytes(), 0u);
+}
+
+TEST_F(GroomStoreTest, a_character_may_have_a_groom_on_disk_that_nobody_has_offered) {
+  make_with_cache({&good_});
+  EXPECT_EQ(store_->hold(kAnna, good_.hash).reason, ErrorReason::none);
+  EXPECT_EQ(store_->hold(kBert, wire::GroomHash{9}).reason, ErrorReason::groom_unknown);
+  build();
+  EXPECT_TRUE(store_->ready(good_.hash));
+  EXPECT_THAT(needs(kAnna), IsEmpty());
+  EXPECT_EQ(states(kAnna).back(), GroomState::ready);
+}
+
+TEST_F(GroomStoreTest, an_uploaded_groom_is_kept_for_the_next_server) {
+  make_with_cache({});
+  offer(kAnna, good_);
+  send_all(kAnna, good_);
+  build();
+  EXPECT_EQ(cache_counters_.groom_cache_written.value(), 1u);
+  make({});
+  EXPECT_EQ(store_->hold(kAnna, good_.hash).reason, ErrorReason::none);
+  build();
+  EXPECT_TRUE(store_->ready(good_.hash));
+  EXPECT_EQ(counters_.grooms_uploaded.value(), 1u);
+}
+
+TEST_F(GroomStoreTest, a_groom_that_cannot_be_built_is_not_kept) {
+  make_with_cache({});
+  const Upload junk(std::vector<std::uint8_t>(500, 7));
+  offer(kAnna, junk);
+  send_all(kAnna, junk);
+  build();
+  EXPECT_EQ(cache_counters_.groom_cache_written.value(), 0u);
+  EXPECT_TRUE(fs::is_empty(folder_));
+}
+
+TEST_F(GroomStoreTest, a_bad_file_is_removed_and_the_upload_asked_for_without_an_error) {
+  make_with_cache({&good_});
+  spoil_kept();
+  offer(kAnna, good_);
+  offer(kBert, good_);
+  build();
+  EXPECT_THAT(needs(kAnna), ElementsAre(good_.bytes.size(), 0u));
+  EXPECT_THAT(needs(kBert), ElementsAre(good_.bytes.size()));
+  EXPECT_THAT(errors(kAnna), IsEmpty());
+  EXPECT_EQ(cache_counters_.groom_cache_rejected_damaged.value(), 1u);
+  EXPECT_TRUE(fs::is_empty(folder_));
+  EXPECT_EQ(store_->upload_bytes(), good_.bytes.size());
+  send_all(kAnna, good_);
+  build();
+  EXPECT_EQ(states(kAnna),
+            (std::vector{GroomState::queued, GroomState::queued, GroomState::building, GroomState::ready}));
+  EXPECT_EQ(states(kBert).back(), GroomState::ready);
+  EXPECT_THAT(errors(kBert), IsEmpty());
+  EXPECT_EQ(cache_counters_.groom_cache_written.value(), 2u) << "and good bytes take its place";
+}
+
+TEST_F(GroomStoreTest, a_bad_file_that_nobody_can_upload_is_refused_as_unknown) {
+  make_with_cache({&good_});
+  spoil_kept();
+  EXPECT_EQ(store_->hold(kAnna, good_.hash).reason, ErrorReason::none);
+  build();
+  EXPECT_THAT(errors(kAnna), ElementsAre(ErrorReason::groom_unknown));
+  EXPECT_EQ(counters_.grooms_refused_absent.value(), 1u);
+  EXPECT_EQ(store_->groom_count(), 0u);
+  EXPECT_EQ(offer(kAnna, good_), ErrorReason::none);
+  EXPECT_THAT(needs(kAnna), ElementsAre(0u));
+}
+
+TEST_F(GroomStoreTest, an_offer_of_the_wrong_length_does_not_spoil_a_kept_groom) {
+  make_with_cache({&good_});
+  EXPECT_EQ(store_->offer(kAnna, {good_.hash, good_.bytes.size() + 1}, now_ns_).reason, ErrorReason::none);
+  EXPECT_EQ(store_->hold(kBert, good_.hash).reason, ErrorReason::none);
+  build();
+  EXPECT_THAT(errors(kAnna), ElementsAre(ErrorReason::groom_hash_mismatch));
+  EXPECT_EQ(states(kBert).back(), GroomState::ready);
+}
+
+TEST_F(GroomStoreTest, many_kept_grooms_at_once_leave_the_build_queue_to_uploads) {
+  std::vector<Upload> kept;
+  for (unsigned seed = 2; seed < 8; ++seed) kept.emplace_back(wire::encode_groom(small_groom(seed)));
+  GroomStoreLimits limits;
+  limits.build_queue_max = 3;
+  make_with_cache({&kept[0], &kept[1], &kept[2], &kept[3], &kept[4], &kept[5]}, limits);
+  for (const Upload& upload : kept) EXPECT_EQ(store_->hold(kAnna, upload.hash).reason, ErrorReason::none);
+  offer(kBert, good_);
+  EXPECT_EQ(send_all(kBert, good_), ErrorReason::none);
+  build();
+  EXPECT_TRUE(store_->ready(good_.hash));
+  for (const Upload& upload : kept) EXPECT_TRUE(store_->ready(upload.hash));
+}
+
+TEST_F(GroomStoreTest, grooms_on_disk_are_not_read_for_those_who_have_left) {
+  std::vector<Upload> kept;
+  for (unsigned seed = 1; seed < 6; ++seed) kept.emplace_back(wire::encode_groom(small_groom(seed)));
+  make_with_cache({&kept[0], &kept[1], &kept[2], &kept[3], &kept[4]});
+  for (const Upload& upload : kept) store_->hold(kAnna, upload.hash);
+  store_->release(kAnna, now_ns_);
+  build();
+  EXPECT_EQ(cache_counters_.groom_cache_hits.value(), 2u) << "those that the builder had been given";
+  EXPECT_EQ(store_->groom_count(), 2u);
+}
+
+TEST_F(GroomStoreTest, a_file_on_disk_is_read_once_for_all_who_ask) {
+  make_with_cache({&good_});
+  EXPECT_FALSE(store_->bytes(good_.hash));
+  EXPECT_TRUE(store_->keeps(good_.hash));
+  EXPECT_TRUE(store_->fetch(kAnna, good_.hash));
+  EXPECT_TRUE(store_->fetch(kBert, good_.hash));
+  EXPECT_FALSE(store_->fetch(kBert, wire::GroomHash{9}));
+  build();
+  ASSERT_EQ(delivered_.size(), 2u);
+  ASSERT_TRUE(delivered_[0].bytes);
+  EXPECT_EQ(*delivered_[0].bytes, good_.bytes);
+  EXPECT_EQ(delivered_[0].bytes, delivered_[1].bytes);
+  EXPECT_EQ(store_->bytes(good_.hash), delivered_[0].bytes) << "whoever comes while it is being sent shares it";
+  EXPECT_EQ(cache_counters_.groom_cache_hits.value(), 1u);
+  EXPECT_EQ(store_->groom_count(), 0u) << "nothing is built of it";
+  delivered_.clear();
+  EXPECT_FALSE(store_->bytes(good_.hash));
+}
+
+TEST_F(GroomStoreTest, who_asks_for_a_bad_file_is_told_that_it_is_not_there) {
+  make_with_cache({&good_});
+  spoil_kept();
+  EXPECT_TRUE(store_->fetch(kAnna, good_.hash));
+  build();
+  ASSERT_EQ(delivered_.size(), 1u);
+  EXPECT_FALSE(delivered_[0].bytes);
+  EXPECT_FALSE(store_->keeps(good_.hash));
+}
+
+TEST_F(GroomStoreTest, what_another_server_has_kept_is_found_after_a_while) {
+  make_with_cache({});
+  GroomCacheCounters others;
+  GroomCache other(folder_, std::uint64_t{1} << 30, others);
+  build();
+  other.put(good_.hash, good_.bytes);
+  build();
+  EXPECT_FALSE(store_->keeps(good_.hash));
+  now_ns_ += 11 * kSecond_ns;
+  build();
+  EXPECT_TRUE(store_->keeps(good_.hash));
+}
+
+TEST_F(GroomStoreTest, a_kept_groom_larger_than_is_taken_is_refused) {
+  GroomStoreLimits limits;
+  limits.groom_bytes_max = good_.bytes.size() - 1;
+  make_with_cache({&good_}, limits);
+  EXPECT_EQ(offer(kAnna, good_), ErrorReason::limit_exceeded);
+  EXPECT_EQ(store_->hold(kAnna, good_.hash).reason, ErrorReason::none);
+  build();
+  EXPECT_THAT(errors(kAnna), ElementsAre(ErrorReason::limit_exceeded));
+  EXPECT_FALSE(fs::is_empty(folder_)) << "others who share the folder may take it";
 }
 
 }  // namespace

@@ -212,7 +212,10 @@ TEST_F(LevelCacheTest, servers_that_share_a_folder_find_whole_files_only) {
 TEST_F(LevelCacheTest, a_builder_takes_from_it_what_another_has_built) {
   const std::vector<std::uint8_t> bytes = wire::encode_groom(small_groom());
   const auto built = [&](LevelCache* cache, std::size_t thread_count) {
-    GroomBuilder builder({}, 4, thread_count, cache);
+    GroomBuilderDef def;
+    def.thread_count = thread_count;
+    def.levels = cache;
+    GroomBuilder builder(def);
     GroomJob job{wire::hash_groom(bytes), {bytes}};
     EXPECT_TRUE(builder.try_put(job));
     EXPECT_TRUE(builder.poll());
@@ -234,7 +237,10 @@ TEST_F(LevelCacheTest, a_builder_takes_from_it_what_another_has_built) {
 TEST_F(LevelCacheTest, levels_that_were_not_built_to_the_end_are_not_kept) {
   const std::vector<std::uint8_t> bytes = wire::encode_groom(small_groom());
   LevelCache cache(folder_, kPlenty, counters_);
-  GroomBuilder builder({}, 4, 2, &cache);
+  GroomBuilderDef def;
+  def.thread_count = 2;
+  def.levels = &cache;
+  GroomBuilder builder(def);
   GroomJob job{wire::hash_groom(bytes), {bytes}};
   ASSERT_TRUE(builder.try_put(job));
   builder.cancel();

@@ -190,6 +190,25 @@ TEST_F(PublishTest, whatever_the_strides_become_every_frame_can_be_read) {
   EXPECT_GT(strided, 200u);
 }
 
+TEST_F(PublishTest, what_a_frame_refers_to_is_there_when_the_stride_shortens) {
+  const auto outlet = open(1);
+  rooms_.observer(1)->observe.stride = 4;
+  const Character& character = add(1, 1);
+  for (int t = 0; t < 9; ++t) tick();
+  // At rest for three ticks, and only then is every tick asked for: four ticks lie between the frames.
+  rooms_.observer(1)->observe.stride = 1;
+  rooms_.observer(1)->views[0].in_view = false;
+  for (int t = 0; t < 3; ++t) tick();
+  rooms_.observer(1)->views[0].in_view = true;
+  tick();
+  ASSERT_EQ(outlet->newest(13).size(), 1u);
+  const wire::Frame frame = outlet->newest(13)[0];
+  EXPECT_EQ(frame.stride, 4);
+  EXPECT_EQ(frame.order, 3);
+  for (std::uint64_t k = 1; k <= frame.order; ++k)
+    EXPECT_NE(character.history.find(frame.error_class, 13 - k * frame.stride), nullptr) << "order " << k;
+}
+
 TEST_F(PublishTest, a_seat_taken_anew_is_another_member_to_everyone) {
   const auto outlet = open(1);
   add(1, 1);

@@ -1,6 +1,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
 #include "fake_client.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "small_groom.hpp"
@@ -19,6 +24,14 @@ constexpr std::int64_t kStart_ns = 1'000'000'000'000;
 
 class RoomsPollTest : public testing::Test {
  protected:
+  ~RoomsPollTest() override { std::filesystem::remove_all(folder_); }
+  // Of a server that keeps what it was given, and the next one with it.
+  [[nodiscard]] Config keeping() const {
+    Config config;
+    config.groom_cache = folder_;
+    config.level_cache = folder_;
+    return config;
+  }
   void start(Config config = {}) {
     config.workers = 2;
     server_.reset();
@@ -51,6 +64,8 @@ class RoomsPollTest : public testing::Test {
     return members;
   }
 
+  std::filesystem::path folder_ =
+      std::filesystem::path(testing::TempDir()) / ("rooms_poll_" + std::to_string(::getpid()));
   Metrics metrics_;
   std::int64_t now_ns_ = kStart_ns;
   std::vector<std::uint8_t> bytes_ = wire::encode_groom(small_groom());
@@ -279,6 +294,84 @@ TEST_F(RoomsPollTest, an_observer_fetches_the_grooms_it_lacks) {
   std::vector<std::uint8_t> got;
   for (const auto& data : watcher.connection->all<wire::GroomData>()) got.insert(got.end(), data.bytes.begin(), data.bytes.end());
   EXPECT_EQ(got, bytes_);
+}
+
+TEST_F(RoomsPollTest, after_a_restart_nothing_is_uploaded_or_built_again) {
+  start(keeping());
+  const auto before = join();
+  run_ms(300, {before.get()});
+  ASSERT_EQ(before->frames(1).back().level, LevelIndex::low);
+  const std::uint64_t uploaded = metrics_.groom.groom_bytes_received.value();
+  ASSERT_EQ(uploaded, bytes_.size());
+  start(keeping());  // the one before had no time for anything
+  const auto offering = join();
+  FakeClient silent(*server_, now_ns_);
+  silent.hello(now_ns_);
+  silent.say(wire::AddCharacter{1, hash_, LevelIndex::low}, now_ns_);
+  run_ms(300, {offering.get(), &silent});
+  EXPECT_EQ(metrics_.groom.groom_bytes_received.value(), uploaded);
+  EXPECT_EQ(metrics_.groom_cache.groom_cache_hits.value(), 1u);
+  EXPECT_EQ(metrics_.level_cache.level_cache_hits.value(), 1u);
+  for (const FakeClient* client : {offering.get(), &silent}) {
+    EXPECT_THAT(client->errors(), IsEmpty());
+    ASSERT_THAT(client->frames(1), Not(IsEmpty()));
+    EXPECT_EQ(client->frames(1).back().level, LevelIndex::low);
+  }
+  EXPECT_EQ(offering->connection->all<wire::GroomNeed>().back().offset, bytes_.size());
+  EXPECT_THAT(silent.connection->all<wire::GroomNeed>(), IsEmpty());
+}
+
+TEST_F(RoomsPollTest, after_a_restart_onto_bad_files_the_groom_is_uploaded_again_without_an_error) {
+  start(keeping());
+  const auto before = join();
+  run_ms(300, {before.get()});
+  std::size_t spoilt = 0;
+  for (const auto& file : std::filesystem::directory_iterator(folder_)) {
+    std::filesystem::resize_file(file.path(), std::filesystem::file_size(file.path()) / 2);
+    ++spoilt;
+  }
+  ASSERT_EQ(spoilt, 2u) << "a groom and its levels";
+  start(keeping());
+  FakeClient again(*server_, now_ns_);
+  again.hello(now_ns_);
+  again.say(wire::GroomOffer{hash_, bytes_.size()}, now_ns_);
+  again.say(wire::AddCharacter{1, hash_, LevelIndex::low}, now_ns_);
+  run_ms(100, {&again});
+  ASSERT_EQ(again.connection->all<wire::GroomNeed>().back().offset, 0u);
+  again.say(wire::GroomChunk{hash_, 0, bytes_}, now_ns_);
+  run_ms(300, {&again});
+  EXPECT_THAT(again.errors(), IsEmpty());
+  EXPECT_EQ(again.frames(1).back().level, LevelIndex::low);
+  EXPECT_EQ(metrics_.groom_cache.groom_cache_rejected_damaged.value(), 1u);
+  EXPECT_EQ(metrics_.level_cache.level_cache_rejected_damaged.value(), 1u);
+}
+
+TEST_F(RoomsPollTest, grooms_on_disk_are_sent_to_whoever_asks) {
+  start(keeping());
+  const auto before = join();
+  run_ms(100, {before.get()});
+  start(keeping());
+  FakeClient watcher(*server_, now_ns_);
+  watcher.hello(now_ns_);
+  watcher.say(wire::GroomRequest{hash_, 0}, now_ns_);
+  watcher.say(wire::GroomRequest{wire::GroomHash{9}, 0}, now_ns_);
+  run_ms(50);
+  std::vector<std::uint8_t> got;
+  for (const auto& data : watcher.connection->all<wire::GroomData>())
+    got.insert(got.end(), data.bytes.begin(), data.bytes.end());
+  EXPECT_EQ(got, bytes_);
+  EXPECT_THAT(watcher.errors(), ElementsAre(wire::ErrorReason::groom_unavailable));
+}
+
+TEST_F(RoomsPollTest, a_groom_of_more_strands_than_the_client_may_have_takes_its_characters_along) {
+  Config config;
+  config.grooms.strands_per_session_max = small_groom().strand_count() - 1;
+  start(config);
+  const auto client = join();
+  run_ms(300, {client.get()});
+  EXPECT_THAT(client->errors(), testing::Contains(wire::ErrorReason::limit_exceeded));
+  EXPECT_EQ(client->connection->all<wire::CharacterRemoved>().size(), 1u);
+  EXPECT_EQ(metrics_.groom.grooms_refused_strands.value(), 1u);
 }
 
 TEST_F(RoomsPollTest, an_empty_room_forgets_its_wind_after_a_while) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <map>
 
 #include "fake_connection.hpp"
 #include "server/session/session_registry.hpp"
@@ -21,6 +22,9 @@ constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
 class FakeDesk final : public GroomDesk {
  public:
+  void open(SessionId session, std::uint64_t strand_count_max, std::int64_t) override {
+    strands_max[session] = strand_count_max;
+  }
   Refused offer(SessionId, const wire::GroomOffer&, std::int64_t) override { return {}; }
   Refused chunk(SessionId, wire::GroomChunk, std::int64_t) override {
     return {ErrorReason::unexpected_message, "not asked for"};
@@ -32,10 +36,17 @@ class FakeDesk final : public GroomDesk {
   std::shared_ptr<const std::vector<std::uint8_t>> bytes(const wire::GroomHash& groom) override {
     return groom == known ? file : nullptr;
   }
+  bool fetch(SessionId session, const wire::GroomHash& groom) override {
+    if (groom != kept) return false;
+    fetched.push_back(session);
+    return true;
+  }
+  [[nodiscard]] bool keeps(const wire::GroomHash& groom) const override { return groom == kept; }
   void release(SessionId session, std::int64_t) override { released.push_back(session); }
 
-  wire::GroomHash known{1};
-  std::vector<SessionId> released, told;
+  wire::GroomHash known{1}, kept{2};  // in memory, on disk
+  std::vector<SessionId> released, told, fetched;
+  std::map<SessionId, std::uint64_t> strands_max;
   std::shared_ptr<const std::vector<std::uint8_t>> file =
       std::make_shared<const std::vector<std::uint8_t>>(200'000, std::uint8_t{7});
 };
@@ -567,8 +578,10 @@ TEST_F(SessionTest, wants_a_token_by_its_key_and_holds_the_bearer_to_it) {
   claims.room = "hall";
   claims.expires_s = 1001;
   claims.characters_max = 1;
+  claims.strands_max = 5000;
   const std::string good = channel::sign(claims, *context_.token_key);
   EXPECT_EQ(try_token(good, wire::Role::participant), 2u) << "one character, whatever the server allows";
+  EXPECT_EQ(desk_.strands_max.at(9), 5000u);
   EXPECT_EQ(try_token(good, wire::Role::participant, "attic"), 0u);
   EXPECT_EQ(try_token("", wire::Role::participant), 0u);
   EXPECT_EQ(try_token(good + "A", wire::Role::participant), 0u);
@@ -634,6 +647,54 @@ TEST_F(SessionTest, sends_a_groom_that_is_asked_for_in_pieces_and_from_where_it_
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::groom_unavailable, ErrorReason::groom_unavailable));
 }
 
+TEST_F(SessionTest, a_groom_on_disk_is_sent_once_it_has_been_read_and_others_wait_for_it) {
+  hello();
+  say(wire::GroomRequest{desk_.kept, 100});
+  say(wire::GroomRequest{desk_.kept, 100});
+  say(wire::GroomRequest{desk_.known, 0});
+  EXPECT_THAT(desk_.fetched, ElementsAre(7u));
+  EXPECT_THAT(connection_->all<wire::GroomData>(), IsEmpty());
+  const auto read = std::make_shared<const std::vector<std::uint8_t>>(500, std::uint8_t{3});
+  session_.on_groom_read(wire::GroomHash{9}, read, now_ns_);  // not asked for
+  session_.on_groom_read(desk_.kept, read, now_ns_);
+  session_.on_groom_read(desk_.kept, read, now_ns_);  // nor that again
+  const auto sent = connection_->all<wire::GroomData>();
+  ASSERT_EQ(sent.size(), 5u);
+  EXPECT_EQ(sent[0].hash, desk_.kept);
+  EXPECT_EQ(sent[0].offset, 100u);
+  EXPECT_EQ(sent[0].bytes.size(), 400u);
+  EXPECT_EQ(sent[1].hash, desk_.known);
+  EXPECT_THAT(errors(), IsEmpty());
+}
+
+TEST_F(SessionTest, a_groom_that_could_not_be_read_from_disk_is_unavailable) {
+  hello();
+  say(wire::GroomRequest{desk_.kept, 0});
+  say(wire::GroomRequest{desk_.known, 0});
+  session_.on_groom_read(desk_.kept, nullptr, now_ns_);
+  EXPECT_THAT(errors(), ElementsAre(ErrorReason::groom_unavailable));
+  EXPECT_EQ(connection_->all<wire::Error>()[0].groom, desk_.kept);
+  EXPECT_EQ(counters_.downloads_refused.value(), 1u);
+  EXPECT_EQ(connection_->all<wire::GroomData>().size(), 4u);
+  say(wire::GroomRequest{desk_.kept, 501});
+  session_.on_groom_read(desk_.kept, std::make_shared<const std::vector<std::uint8_t>>(500, std::uint8_t{3}), now_ns_);
+  EXPECT_EQ(errors().size(), 2u) << "beyond its end";
+}
+
+TEST_F(SessionTest, characters_of_a_groom_that_the_session_may_not_have_leave) {
+  hello();
+  say(wire::AddCharacter{1, desk_.known, LevelIndex::low});
+  say(wire::AddCharacter{2, desk_.known, LevelIndex::low});
+  session_.lose_groom(wire::GroomHash{9});
+  EXPECT_EQ(context_.character_count, 2u);
+  session_.lose_groom(desk_.known);
+  EXPECT_EQ(commands<RemoveCharacter>().size(), 2u);
+  EXPECT_EQ(context_.character_count, 0u);
+  EXPECT_EQ(counters_.characters_removed.value(), 2u);
+  say(wire::AddCharacter{1, desk_.known, LevelIndex::low});
+  EXPECT_THAT(errors(), IsEmpty());
+}
+
 TEST_F(SessionTest, frames_wait_for_one_piece_of_a_groom_at_most) {
   hello();
   connection_->takes_more = false;
@@ -652,7 +713,43 @@ TEST_F(SessionTest, frames_wait_for_one_piece_of_a_groom_at_most) {
             1);
 }
 
-TEST_F(SessionTest, a_full_server_says_so) {
+TEST_F(SessionTest, a_full_server_says_so_and_goes_on_with_whom_it_has) {
+  SessionRegistry registry(context_);
+  context_.directory = &registry;
+  context_.limits.resume_grace_ns = kSecond_ns;
+  const auto dial = [&](const wire::Hello& hello) {
+    auto connection = std::make_shared<FakeConnection>();
+    PacketSink* sink = registry.open(connection, now_ns_);
+    EXPECT_NE(sink, nullptr);
+    sink->on_packet(wire::encode_packet({now_ns_, hello}), now_ns_);
+    return std::pair(connection, sink);
+  };
+  wire::Hello hello;
+  hello.client_name = "test";
+  const auto [first, first_sink] = dial(hello);
+  dial(hello);
+  const auto [third, third_sink] = dial(hello);
+  EXPECT_TRUE(third->all<wire::Welcome>().empty());
+  ASSERT_EQ(third->all<wire::Goodbye>().size(), 1u);
+  EXPECT_EQ(third->all<wire::Goodbye>()[0].reason, GoodbyeReason::server_full);
+  EXPECT_EQ(third->all<wire::Goodbye>()[0].detail, "the server holds its 2 clients");
+
+  first_sink->on_closed("reset", now_ns_);
+  const wire::Welcome welcome = first->all<wire::Welcome>().at(0);
+  wire::Hello again = hello;
+  again.session = welcome.session;
+  again.secret = welcome.secret;
+  const auto [resumed, resumed_sink] = dial(again);
+  ASSERT_EQ(resumed->all<wire::Welcome>().size(), 1u);
+  EXPECT_TRUE(resumed->all<wire::Welcome>()[0].resumed);
+  EXPECT_EQ(context_.session_count, 2u);
+
+  resumed_sink->on_packet(wire::encode_packet({now_ns_, wire::Goodbye{GoodbyeReason::client_leaves, ""}}), now_ns_);
+  EXPECT_EQ(context_.session_count, 1u);
+  EXPECT_EQ(dial(hello).first->all<wire::Welcome>().size(), 1u) << "there is room again";
+}
+
+TEST_F(SessionTest, connections_that_say_nothing_are_bounded) {
   SessionRegistry registry(context_);
   std::vector<std::shared_ptr<FakeConnection>> connections;
   for (int i = 0; i < 3; ++i) {

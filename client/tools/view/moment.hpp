@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/build/level.hpp"
+#include "core/pose/pose.hpp"
+#include "schema/wire/messages.hpp"
+
+namespace hairnet::viewer {
+
+// Hair as it was played.
+struct Shape {
+  LevelIndex level = LevelIndex::rigid;
+  std::int64_t time_ns = 0;
+  std::vector<Vec3f> displacement;  // active order, head space, m; empty = rigid
+};
+
+// What one character looks like at one moment, copied out so that drawing can wait until the stream has ended.
+struct Moment {
+  Pose pose;
+  wire::GroomHash groom{};
+  Shape shape;
+  std::vector<Shape> trail;  // what it is blended from, in order of time: before and after each switch of level
+};
+
+}  // namespace hairnet::viewer

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "schema/wire/messages.hpp"
+#include "server/room/counter.hpp"
+
+namespace hairnet::server {
+
+struct CacheFolderDef {
+  std::filesystem::path folder;
+  std::string suffix;              // of its files' names, with the dot, after the groom's hash
+  std::uint64_t bytes_max = 0;     // of all its files
+  std::size_t file_bytes_max = 0;  // of one
+  std::string not_kept_event;      // in the log, when something cannot be kept
+  std::string contents;            // what its files hold, for people
+};
+
+// Files of a folder, each named by the hash of a groom, within a bound of bytes: those used least lately go first.
+// Files are written apart and renamed into place, so that any number of servers may share a folder, and a file that is
+// found was written to its end; whether it is what it says, its reader checks. Files of other names are left alone, and
+// so caches of other suffixes may lie in the same folder. Nothing of the disk's is a failure: what cannot be written is
+// counted, and warned of once. One thread.
+class CacheFolder {
+ public:
+  // Makes the folder (and its parents) when it is not there. The counters must outlive it.
+  CacheFolder(CacheFolderDef def, Counter& written, Counter& writes_failed, Counter& evicted);
+
+  enum class Outcome : std::uint8_t { read, absent, unreadable, too_large };
+  struct Found {
+    Outcome outcome = Outcome::absent;
+    std::vector<std::uint8_t> bytes;  // when read
+  };
+  // Never waits for a pipe or the like that lies in the file's place.
+  [[nodiscard]] Found read(const wire::GroomHash& groom) const;
+  // The file's last use is now.
+  void touch(const wire::GroomHash& groom) const;
+  // Takes the place of a file that is there. Makes room by removing others. False when it was not kept.
+  bool put(const wire::GroomHash& groom, std::span<const std::uint8_t> bytes);
+  // Only a regular file is removed.
+  void remove(const wire::GroomHash& groom) const;
+  // Of all files that are there.
+  [[nodiscard]] std::vector<wire::GroomHash> hashes() const;
+  [[nodiscard]] std::filesystem::path path_of(const wire::GroomHash& groom) const;
+
+ private:
+  // The error of the system; 0 when done.
+  [[nodiscard]] int write(const std::filesystem::path& path, std::span<const std::uint8_t> bytes) const;
+  void warn_once(std::string_view what);
+  void make_room(const std::filesystem::path& newest);
+
+  CacheFolderDef def_;
+  Counter *written_, *writes_failed_, *evicted_;
+  bool warned_ = false;
+};
+
+}  // namespace hairnet::server

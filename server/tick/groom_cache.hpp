@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <vector>
+
+#include "schema/wire/messages.hpp"
+#include "server/tick/cache_folder.hpp"
+#include "server/tick/tick_counters.hpp"
+
+namespace hairnet::server {
+
+// Uploaded groom files on disk, a file a groom, named by its hash, so that no client need upload again what one has
+// uploaded to a server before. A file is used only when its bytes have the hash of its name; else it is removed and
+// counts as absent. See CacheFolder. The builder's thread, but for keeps().
+class GroomCache {
+ public:
+  using Bytes = std::shared_ptr<const std::vector<std::uint8_t>>;
+  GroomCache(std::filesystem::path folder, std::uint64_t bytes_max, GroomCacheCounters& counters);
+
+  // Whether the file was there when the folder was last looked through: it may be gone, or bad. Does not ask the disk.
+  // Any thread.
+  [[nodiscard]] bool keeps(const wire::GroomHash& groom) const;
+  // Looks through the folder, in which other servers may have put grooms.
+  void refresh();
+
+  // The groom's file; null when there is none that can be used.
+  [[nodiscard]] Bytes find(const wire::GroomHash& groom);
+  // `bytes` must have that hash.
+  void put(const wire::GroomHash& groom, std::span<const std::uint8_t> bytes);
+
+ private:
+  void reject(const char* why, const wire::GroomHash& groom, Counter& counter);
+  void forget(const wire::GroomHash& groom);
+
+  CacheFolder folder_;
+  GroomCacheCounters* counters_;
+  mutable std::mutex mutex_;
+  std::set<wire::GroomHash> known_;
+};
+
+}  // namespace hairnet::server

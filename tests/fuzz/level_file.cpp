@@ -1,0 +1,16 @@
+#include "schema/wire/level_file.hpp"
+#include "tests/fuzz/target.hpp"
+
+// A level file whose checksum is right and whose content is anything: refused with a line, or levels that a solver may
+// run.
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace hairnet;
+  std::vector<std::uint8_t> bytes(data, data + size);
+  if (size >= wire::kLevelFileHeaderBytes) wire::seal_level_file(bytes);
+  const wire::DecodedLevels got = wire::decode_levels(bytes, {});
+  fuzz::require((got.fault == wire::LevelFileFault::none) == got.detail.empty(), "a fault has a line");
+  fuzz::require((got.fault == wire::LevelFileFault::none) == (got.levels != nullptr), "levels or a fault");
+  if (!got.levels) return 0;
+  for (const Level& level : got.levels->levels) fuzz::require(validate(level).empty(), "sound: " + validate(level));
+  return 0;
+}

@@ -1,0 +1,91 @@
+#include "client/link/link_core.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "tests/fuzz/link_prologue.hpp"
+#include "tests/fuzz/target.hpp"
+
+// Whatever a server sends: a client's core lives, says only sound packets, tells only of sound frames, and tells
+// nothing after the end. The first byte says how long the pieces are that the stream arrives in, whether a sound
+// prologue comes first, and whether the session goes on when the connection was lost.
+namespace hairnet::fuzz {
+namespace {
+
+class Client {
+ public:
+  explicit Client(std::uint8_t byte)
+      : piece_bytes_(std::size_t{16} << (byte & 7)), prologue_((byte & 8) != 0), resumed_((byte & 16) != 0), core_({}) {
+    core_.offer_groom(link_groom(), std::make_shared<const std::vector<std::uint8_t>>(200'000));
+    core_.add_character(kOwnCharacter, link_groom(), LevelIndex::high);
+    core_.request_groom({9});
+    core_.start();
+  }
+
+  void hear(std::span<const std::uint8_t> stream) {
+    for (std::size_t at = 0; at < stream.size(); at += piece_bytes_) {
+      connect();
+      core_.on_bytes(stream.subspan(at, std::min(piece_bytes_, stream.size() - at)), now_ns_);
+      settle();
+    }
+    constexpr std::int64_t kLongAfter_ns = 60'000'000'000;
+    now_ns_ += kLongAfter_ns;
+    settle();
+    core_.leave(now_ns_);
+    settle();
+  }
+
+ private:
+  void connect() {
+    if (!core_.wants_connection()) return;
+    ++sessions_;
+    core_.on_opening(now_ns_);
+    core_.on_open(now_ns_);
+    if (!prologue_) return;
+    for (wire::Message& message : link_prologue(7, resumed_ && sessions_ > 1))
+      core_.on_bytes(wire::encode_packet({now_ns_, std::move(message)}), now_ns_);
+    settle();
+  }
+
+  // What a driver does after whatever happens; time goes on.
+  void settle() {
+    now_ns_ += 1'000'000;
+    core_.poll(now_ns_);
+    for (std::vector<std::uint8_t> packet; !(packet = core_.take_packet(now_ns_)).empty();)
+      require(wire::decode_packet(packet).error == wire::DecodeError::none, "says only sound packets");
+    for (const link::Event& event : core_.take_events()) {
+      require(!told_end_, "tells nothing after the end");
+      told_end_ = std::holds_alternative<link::Disconnected>(event);
+      if (const auto* frames = std::get_if<link::FrameBatch>(&event)) std::ranges::for_each(frames->frames, check);
+    }
+    require(told_end_ == core_.ended(), "tells of the end");
+    if (!core_.wants_close()) return;
+    core_.on_closed("", now_ns_);
+    const std::int64_t deadline_ns = core_.next_deadline_ns();
+    if (deadline_ns == std::numeric_limits<std::int64_t>::max()) return;
+    now_ns_ = std::max(now_ns_, deadline_ns);
+    core_.poll(now_ns_);
+  }
+
+  static void check(const link::Frame& frame) {
+    const std::size_t integers = frame.geometry ? 3 * frame.geometry->active_nodes.size() : 0;
+    require(frame.displacements.size() == integers, "as many nodes as the level has");
+    require(frame.velocities.empty() || frame.velocities.size() == integers, "as many velocities");
+    require(is_valid(frame.pose), "a pose that is valid");
+  }
+
+  const std::size_t piece_bytes_;
+  const bool prologue_, resumed_;
+  link::LinkCore core_;
+  std::int64_t now_ns_ = 1'000'000'000;
+  int sessions_ = 0;
+  bool told_end_ = false;
+};
+
+}  // namespace
+}  // namespace hairnet::fuzz
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size > 0) hairnet::fuzz::Client(data[0]).hear({data + 1, size - 1});
+  return 0;
+}

@@ -1,0 +1,156 @@
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+
+#include "client/tools/files/write_file.hpp"
+#include "schema/channel/token.hpp"
+#include "schema/wire/groom_file.hpp"
+#include "schema/wire/level_file.hpp"
+#include "schema/wire/messages.hpp"
+#include "schema/wire/recording.hpp"
+#include "tests/fuzz/frame_codec.hpp"
+#include "tests/fuzz/link_prologue.hpp"
+#include "tests/support/levels.hpp"
+#include "tests/unit/schema/random_messages.hpp"
+
+// Writes the corpora that fuzzing starts from, by our own encoders: hairnet-fuzz-seeds FOLDER
+namespace hairnet::fuzz {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+class Folder {
+ public:
+  explicit Folder(std::filesystem::path path) : path_(std::move(path)) { std::filesystem::create_directories(path_); }
+  void add(const Bytes& bytes) {
+    const std::string path = (path_ / ("seed_" + std::to_string(count_++))).string();
+    if (const auto written = write_file(path, std::as_bytes(std::span(bytes))); !written)
+      failed_ = std::fprintf(stderr, "%s: %s\n", path.c_str(), written.error().c_str()) != 0;
+  }
+  [[nodiscard]] bool failed() const { return failed_; }
+
+ private:
+  std::filesystem::path path_;
+  int count_ = 0;
+  bool failed_ = false;
+};
+
+void add_codec_seeds(Folder& folder) {
+  for (std::uint8_t byte = 0; byte < 32; ++byte) {
+    const CodecSetting setting = codec_setting(byte);
+    const codec::Neighbours neighbours(codec_geometry(setting.large));
+    std::vector<codec::Integers> frames = codec_frames(neighbours.node_count());
+    if (!setting.velocities) frames[0].velocities.clear();
+    std::vector<const codec::Integers*> history;
+    for (std::size_t n = 1; n <= setting.order; ++n) history.push_back(&frames[n]);
+    Bytes bytes{byte};
+    // A range's bytes alone cannot be asked for; a frame's are as good to begin with.
+    codec::encode_frame(frames[0], history, &neighbours, bytes);
+    folder.add(bytes);
+  }
+}
+
+void append(Bytes& stream, const Bytes& packet) {
+  stream.insert(stream.end(), packet.begin(), packet.end());
+}
+
+void add_packet_seeds(Folder& packets, Folder& streams) {
+  constexpr std::size_t kPacketsEach = 2, kTries = 12;  // of which the shortest
+  wire::RandomMessages random(1);
+  Bytes stream{13};
+  for (std::size_t kind = 0; kind < wire::kMessageKinds; ++kind) {
+    std::vector<Bytes> of_kind;
+    for (std::size_t n = 0; n < kTries; ++n) of_kind.push_back(wire::encode_packet(random.envelope(kind)));
+    std::ranges::stable_sort(of_kind, {}, &Bytes::size);
+    for (std::size_t n = 0; n < kPacketsEach; ++n) {
+      packets.add(of_kind[n]);
+      append(stream, of_kind[n]);
+    }
+    if (kind % 4 != 3) continue;
+    streams.add(stream);
+    stream.assign(1, static_cast<std::uint8_t>(kind));
+  }
+}
+
+// What a server may say, with and without the fuzzer's own prologue.
+void add_link_seeds(Folder& folder) {
+  const auto add = [&](std::uint8_t first, const std::vector<wire::Message>& messages) {
+    Bytes stream{first};
+    for (const wire::Message& message : messages) append(stream, wire::encode_packet({1'000'000'000, message}));
+    folder.add(stream);
+  };
+  constexpr std::uint8_t kPrologue = 8, kResumed = 16, kLongPieces = 7;
+  const wire::Goodbye draining{wire::GoodbyeReason::server_draining, ""};
+  const wire::Error refused{wire::ErrorReason::groom_invalid, 0, link_groom(), ""};
+  add(kLongPieces, link_prologue(3, false));
+  add(kLongPieces | kPrologue, {link_frames(2, 1), link_frames(1, 2), link_frames(0, 3)});
+  add(kPrologue | kResumed, {link_frames(2, 1), draining, link_frames(2, 1)});
+  add(kLongPieces | kPrologue,
+      {wire::GroomNeed{link_groom(), 100'000}, wire::GroomStatus{link_groom(), wire::GroomState::ready},
+       wire::GroomData{{9}, 6, 0, {1, 2, 3}}, wire::GroomData{{9}, 6, 3, {4, 5, 6}}});
+  add(kLongPieces | kPrologue, {refused, wire::MemberLeft{kOtherMember}, wire::CharacterRemoved{kOwnCharacter},
+                                wire::Error{wire::ErrorReason::groom_unavailable, 0, {9}, ""}, link_frames(2, 0)});
+}
+
+void add_token_seeds(Folder& folder) {
+  const channel::TokenKey key(Bytes(channel::kTokenKeyBytesMin, 7));
+  const auto add = [&](char first, const std::string& text) {
+    Bytes bytes{static_cast<std::uint8_t>(first)};
+    bytes.insert(bytes.end(), text.begin(), text.end());
+    folder.add(bytes);
+  };
+  channel::TokenClaims claims;
+  claims.expires_s = 1'900'000'000;
+  add(0, channel::sign(claims, key));
+  add(0, key.to_text() + "\n");
+  claims.room = "hall";
+  claims.not_before_s = 1'700'000'000;
+  claims.characters_max = 4;
+  claims.name = "a";
+  add(0, channel::sign(claims, key));
+  add(1, R"({"room":"hall","role":"observer","exp":1900000000,"nbf":1.5e9,"strands_max":9,"aud":["hairnet"]})");
+  add(1, R"({"role":"participant","exp":1900000000.5,"name":"\u00e9","aud":"hairnet","x":{"y":[null,true]}})");
+}
+
+void add_file_seeds(Folder& grooms, Folder& levels, Folder& recordings) {
+  wire::RandomMessages random(2);
+  for (std::size_t strands : {0, 1, 3, 8}) grooms.add(wire::encode_groom(random.groom(strands)));
+  for (int nodes_per_axis : {2, 3}) {
+    LevelSet set;
+    for (Level& level : set.levels)
+      level = support::make_random_level({.nodes_per_axis = nodes_per_axis, .spring_count = 4, .attachment_count = 2});
+    levels.add(wire::encode_levels({}, set));
+  }
+  for (int n = 0; n < 3; ++n) {
+    Bytes recording = wire::encode_record_entry(random.recording_header());
+    append(recording, wire::encode_record_entry(wire::RecordedGroom{{1, 2, 3}}));
+    append(recording, wire::encode_record_entry(random.recorded_tick()));
+    recordings.add(recording);
+  }
+}
+
+int write_seeds(const std::filesystem::path& root) {
+  Folder codec(root / "frame_codec"), packets(root / "packet"), streams(root / "packet_splitter");
+  Folder grooms(root / "groom_file"), levels(root / "level_file"), recordings(root / "recording");
+  Folder tokens(root / "token"), links(root / "link_core");
+  add_codec_seeds(codec);
+  add_packet_seeds(packets, streams);
+  add_file_seeds(grooms, levels, recordings);
+  add_token_seeds(tokens);
+  add_link_seeds(links);
+  for (const Folder* folder : {&codec, &packets, &streams, &grooms, &levels, &recordings, &tokens, &links})
+    if (folder->failed()) return 1;
+  return 0;
+}
+
+}  // namespace
+}  // namespace hairnet::fuzz
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::fprintf(stderr, "hairnet-fuzz-seeds FOLDER: writes the corpora that fuzzing starts from\n");
+    return 2;
+  }
+  return hairnet::fuzz::write_seeds(argv[1]);
+}

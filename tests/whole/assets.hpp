@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "schema/channel/token.hpp"
+#include "schema/wire/messages.hpp"
+
+namespace hairnet::whole {
+
+// What all trials share: grooms with as little hair as levels can be built from, a key and a folder on disk. Made once.
+struct Assets {
+  struct GroomFile {
+    wire::GroomHash hash{};
+    std::shared_ptr<const std::vector<std::uint8_t>> bytes;
+  };
+  std::vector<GroomFile> grooms;  // the last one takes several chunks
+  std::string token_key_file, level_cache;
+  channel::TokenKey token_key;
+  std::string token(bool expired, const std::string& room) const;
+};
+const Assets& assets();
+
+// From now on this thread's random bytes (session secrets) follow from the seed.
+void seed_secrets(std::uint64_t seed);
+
+}  // namespace hairnet::whole

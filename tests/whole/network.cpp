@@ -1,0 +1,232 @@
+#include "tests/whole/network.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "schema/wire/messages.hpp"
+
+namespace hairnet::whole {
+
+Pipe::Pipe(Timeline& timeline, const Quality& quality, std::uint64_t seed)
+    : timeline_(&timeline), quality_(quality), random_(seed, 1) {}
+
+void Pipe::write(std::span<const std::uint8_t> bytes) {
+  if (dead_ || ended_ || bytes.empty()) return;
+  unsent_.emplace_back(bytes.begin(), bytes.end());
+  unsent_bytes_ += bytes.size();
+  pump_soon();
+}
+
+void Pipe::end() {
+  ended_ = true;
+  pump_soon();
+}
+
+void Pipe::kill() {
+  dead_ = true;
+  unread_.clear();
+}
+
+void Pipe::pause(bool paused) {
+  paused_ = paused;
+  if (!paused) read();
+}
+
+void Pipe::kill_after(std::uint64_t byte_count, std::function<void()> then) {
+  kill_at_bytes_ = byte_count;
+  on_killed_ = std::move(then);
+}
+
+// Never within a call of the sender's, as no socket does.
+void Pipe::pump_soon() {
+  if (std::exchange(pumping_, true)) return;
+  timeline_->after(0, [self = shared_from_this()] { self->pump(); });
+}
+
+void Pipe::pump() {
+  pumping_ = false;
+  if (dead_) return;  // what waits stays: nobody takes it
+  bool moved = false;
+  while (unsent_bytes_ > 0 && way_bytes_ < quality_.window_bytes) {
+    std::vector<std::uint8_t>& first = unsent_.front();
+    std::size_t count = std::min({first.size() - first_sent_, quality_.segment_bytes_max, quality_.window_bytes - way_bytes_});
+    if (quality_.in_crumbs) count = 1 + static_cast<std::size_t>(random_.next() % count);
+    std::vector<std::uint8_t> segment(first.begin() + static_cast<std::ptrdiff_t>(first_sent_),
+                                      first.begin() + static_cast<std::ptrdiff_t>(first_sent_ + count));
+    first_sent_ += count;
+    if (first_sent_ == first.size()) {
+      unsent_.pop_front();
+      first_sent_ = 0;
+    }
+    unsent_bytes_ -= count;
+    way_bytes_ += count;
+    moved = true;
+    free_ns_ = std::max(free_ns_, timeline_->now_ns()) +
+               static_cast<std::int64_t>(1e9 * static_cast<double>(count) / quality_.bytes_per_s);
+    const auto jitter_ns = static_cast<std::int64_t>(random_.unit() * static_cast<double>(quality_.jitter_ns));
+    last_arrival_ns_ = std::max(last_arrival_ns_, free_ns_ + quality_.delay_ns + jitter_ns);
+    timeline_->at(last_arrival_ns_,
+                  [self = shared_from_this(), s = std::move(segment)]() mutable { self->arrive(std::move(s)); });
+  }
+  if (ended_ && !end_sent_ && unsent_bytes_ == 0) {
+    end_sent_ = true;
+    last_arrival_ns_ = std::max(last_arrival_ns_, timeline_->now_ns() + quality_.delay_ns);
+    timeline_->at(last_arrival_ns_, [self = shared_from_this()] {
+      self->end_arrived_ = true;
+      self->read();
+    });
+  }
+  if (moved && on_room) on_room();
+}
+
+void Pipe::arrive(std::vector<std::uint8_t> segment) {
+  if (dead_) return;
+  const bool killed = kill_at_bytes_ && arrived_bytes_ + segment.size() >= *kill_at_bytes_;
+  if (killed) {
+    const std::uint64_t left = *kill_at_bytes_ > arrived_bytes_ ? *kill_at_bytes_ - arrived_bytes_ : 0;
+    segment.resize(static_cast<std::size_t>(left));
+  }
+  arrived_bytes_ += segment.size();
+  if (!segment.empty()) unread_.push_back(std::move(segment));
+  read();
+  if (!killed || dead_) return;
+  kill();
+  if (on_killed_) on_killed_();
+}
+
+void Pipe::read() {
+  const auto self = shared_from_this();  // what is called may drop the connection
+  while (!paused_ && !dead_ && !unread_.empty()) {
+    const std::vector<std::uint8_t> segment = std::move(unread_.front());
+    unread_.pop_front();
+    way_bytes_ -= segment.size();
+    for (std::size_t at = 0; at < segment.size() && !dead_;) {
+      std::size_t count = segment.size() - at;
+      if (quality_.in_crumbs) count = 1 + static_cast<std::size_t>(random_.next() % count);
+      if (on_bytes) on_bytes(std::span(segment).subspan(at, count));
+      at += count;
+    }
+  }
+  if (dead_ || paused_) return;
+  if (unsent_bytes_ > 0) pump_soon();
+  if (end_arrived_ && unread_.empty() && on_end) std::exchange(on_end, nullptr)();
+}
+
+Wire::Wire(Timeline& timeline, Host& host, ClientEnd& client, const Quality& quality, std::uint64_t seed)
+    : timeline_(&timeline),
+      host_(&host),
+      client_(&client),
+      quality_(quality),
+      up_(std::make_shared<Pipe>(timeline, quality, 2 * seed)),
+      down_(std::make_shared<Pipe>(timeline, quality, 2 * seed + 1)),
+      splitter_(wire::kPacketBytesMax) {}
+
+void Wire::dial(bool into_nothing) {
+  if (into_nothing) return;
+  const std::weak_ptr<Wire> weak = weak_from_this();
+  up_->on_bytes = [weak](std::span<const std::uint8_t> bytes) {
+    if (const auto self = weak.lock()) self->take(bytes);
+  };
+  up_->on_end = [weak] {
+    if (const auto self = weak.lock()) self->tell_server("the peer closed");
+  };
+  up_->on_room = [weak] {
+    const auto self = weak.lock();
+    if (self && self->client_ && !self->over_) self->client_->on_room();
+  };
+  down_->on_bytes = [weak](std::span<const std::uint8_t> bytes) {
+    const auto self = weak.lock();
+    if (self && self->client_ && !self->over_) self->client_->on_bytes(bytes);
+  };
+  down_->on_end = [weak] {
+    if (const auto self = weak.lock()) self->tell_client("the server closed");
+  };
+  down_->on_room = [weak] {
+    const auto self = weak.lock();
+    if (self && self->sink_) self->sink_->on_writable(self->host_->clock_ns());
+  };
+  timeline_->after(quality_.delay_ns, [self = shared_from_this()] { self->answer(); });
+}
+
+void Wire::answer() {
+  const auto self = shared_from_this();
+  if (over_ && !answered_) return;  // the client has given up
+  if (!host_->is_up()) {
+    timeline_->after(quality_.delay_ns, [self] { self->tell_client("refused"); });
+    return;
+  }
+  answered_ = true;
+  timeline_->after(quality_.delay_ns, [self] {
+    if (self->over_ || !self->client_) return;
+    self->open_ = true;
+    self->client_->on_open();
+  });
+  sink_ = host_->open(self);
+  if (server_closed_) sink_ = nullptr;
+}
+
+void Wire::take(std::span<const std::uint8_t> bytes) {
+  if (!sink_ || broken_stream_) return;
+  const std::int64_t now_ns = host_->clock_ns();
+  const bool sound = splitter_.feed(bytes, [&](std::span<const std::uint8_t> packet) {
+    if (sink_) sink_->on_packet(packet, now_ns);
+  });
+  if (sound) return;
+  broken_stream_ = true;
+  if (sink_) sink_->on_broken_stream(now_ns);
+}
+
+void Wire::send(std::vector<std::uint8_t> packet) {
+  if (server_closed_) return;
+  overfilled_ = overfilled_ || !writable();
+  down_->write(packet);
+  unsent_most_ = std::max(unsent_most_, down_->unsent_bytes());
+}
+
+void Wire::close(std::string_view) {
+  if (std::exchange(server_closed_, true)) return;
+  sink_ = nullptr;
+  down_->end();
+}
+
+void Wire::drop() {
+  over_ = true;
+  client_ = nullptr;
+  up_->end();
+  down_->pause(false);
+}
+
+void Wire::break_now(const Break& how) {
+  up_->kill();
+  down_->kill();
+  const auto self = shared_from_this();
+  if (how.client_told_ns >= 0) timeline_->after(how.client_told_ns, [self] { self->tell_client("reset"); });
+  if (how.server_told_ns >= 0) timeline_->after(how.server_told_ns, [self] { self->tell_server("reset"); });
+}
+
+void Wire::break_after(std::uint64_t bytes, bool of_server, const Break& how) {
+  Pipe& pipe = of_server ? *down_ : *up_;
+  pipe.kill_after(pipe.arrived_bytes() + bytes, [weak = weak_from_this(), how] {
+    if (const auto self = weak.lock()) self->break_now(how);
+  });
+}
+
+void Wire::on_server_killed() {
+  sink_ = nullptr;
+  server_closed_ = true;
+  up_->kill();
+  down_->kill();
+}
+
+void Wire::tell_client(const std::string& why) {
+  if (std::exchange(over_, true)) return;
+  if (ClientEnd* client = std::exchange(client_, nullptr)) client->on_closed(why);
+}
+
+void Wire::tell_server(std::string_view why) {
+  if (server_closed_) return;
+  server_closed_ = true;
+  if (server::PacketSink* sink = std::exchange(sink_, nullptr)) sink->on_closed(why, host_->clock_ns());
+}
+
+}  // namespace hairnet::whole

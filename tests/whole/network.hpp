@@ -1,0 +1,149 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/random.hpp"
+#include "schema/channel/packet_splitter.hpp"
+#include "server/session/connection.hpp"
+#include "tests/whole/timeline.hpp"
+
+// A network without sockets: connections as byte streams, with everything that may happen to them. All seeded, all in
+// simulated time.
+namespace hairnet::whole {
+
+// Of one connection, either way.
+struct Quality {
+  std::int64_t delay_ns = 5 * kMs;  // one way
+  std::int64_t jitter_ns = 0;       // beside it, at most; order stays
+  double bytes_per_s = 1e7;
+  std::size_t window_bytes = 64u << 10;  // on the way or not yet read
+  std::size_t segment_bytes_max = 1460;
+  std::size_t unsent_bytes_max = 64u << 10;  // with so much the sender is not writable
+  bool in_crumbs = false;                    // reads may give any piece of the stream
+};
+
+// One direction: bytes written, carried in segments, read in pieces, in order.
+class Pipe : public std::enable_shared_from_this<Pipe> {
+ public:
+  Pipe(Timeline& timeline, const Quality& quality, std::uint64_t seed);
+
+  void write(std::span<const std::uint8_t> bytes);
+  void end();   // after what was written
+  void kill();  // nothing arrives any more
+  void pause(bool paused);  // the receiver's reading
+  void kill_after(std::uint64_t byte_count, std::function<void()> then);  // that arrived, counted from the first
+
+  [[nodiscard]] std::size_t unsent_bytes() const { return unsent_bytes_; }
+  [[nodiscard]] std::uint64_t arrived_bytes() const { return arrived_bytes_; }
+
+  std::function<void(std::span<const std::uint8_t>)> on_bytes;
+  std::function<void()> on_end;
+  std::function<void()> on_room;  // some of what waited is on its way
+
+ private:
+  void pump_soon();
+  void pump();
+  void arrive(std::vector<std::uint8_t> segment);
+  void read();
+
+  Timeline* timeline_;
+  Quality quality_;
+  Random random_;
+  std::deque<std::vector<std::uint8_t>> unsent_;
+  std::size_t unsent_bytes_ = 0, first_sent_ = 0;  // of the first of unsent_, what is on its way
+  std::size_t way_bytes_ = 0;                      // on the way or unread
+  std::deque<std::vector<std::uint8_t>> unread_;
+  std::int64_t free_ns_ = 0, last_arrival_ns_ = 0;
+  std::uint64_t arrived_bytes_ = 0;
+  std::optional<std::uint64_t> kill_at_bytes_;
+  std::function<void()> on_killed_;
+  bool ended_ = false, end_sent_ = false, end_arrived_ = false, dead_ = false, paused_ = false, pumping_ = false;
+};
+
+// What a connection tells its client.
+class ClientEnd {
+ public:
+  virtual ~ClientEnd() = default;
+  virtual void on_open() = 0;
+  virtual void on_bytes(std::span<const std::uint8_t> bytes) = 0;
+  virtual void on_room() = 0;                           // more can be written
+  virtual void on_closed(const std::string& why) = 0;  // the last call
+};
+
+class Wire;
+
+// Where connections are answered.
+class Host {
+ public:
+  virtual ~Host() = default;
+  [[nodiscard]] virtual bool is_up() const = 0;
+  virtual server::PacketSink* open(std::shared_ptr<Wire> wire) = 0;
+  [[nodiscard]] virtual std::int64_t clock_ns() const = 0;  // its own
+};
+
+// How a connection ends that neither side closes: who is told, and after how long. Less than 0: never.
+struct Break {
+  std::int64_t client_told_ns = 0, server_told_ns = 0;
+};
+
+// One connection between a client and the server.
+class Wire final : public server::Connection, public std::enable_shared_from_this<Wire> {
+ public:
+  Wire(Timeline& timeline, Host& host, ClientEnd& client, const Quality& quality, std::uint64_t seed);
+
+  // The client's side.
+  void dial(bool into_nothing);  // on_open() or on_closed() follow, or nothing
+  void write(std::span<const std::uint8_t> bytes) { up_->write(bytes); }
+  [[nodiscard]] bool takes_more() const { return open_ && !over_ && up_->unsent_bytes() < quality_.unsent_bytes_max; }
+  [[nodiscard]] bool all_sent() const { return up_->unsent_bytes() == 0; }
+  void half_close() { up_->end(); }
+  void drop();  // the client is not called again; the server sees the end after what was written
+  void pause_reading(bool paused) { down_->pause(paused); }
+  [[nodiscard]] bool is_open() const { return open_ && !over_; }
+
+  // The network's side.
+  void break_now(const Break& how);
+  void break_after(std::uint64_t bytes, bool of_server, const Break& how);
+  void forget_client() { client_ = nullptr; }
+
+  // The server's side.
+  void send(std::vector<std::uint8_t> packet) override;
+  [[nodiscard]] bool writable() const override {
+    return !server_closed_ && down_->unsent_bytes() < quality_.unsent_bytes_max;
+  }
+  void close(std::string_view reason) override;
+  [[nodiscard]] std::string_view peer() const override { return "simulated"; }
+  void on_server_killed();  // its process is gone
+
+  [[nodiscard]] int life() const { return life_; }  // of the server that answered
+  void set_life(int life) { life_ = life; }
+  [[nodiscard]] std::size_t unsent_most_bytes() const { return unsent_most_; }
+  [[nodiscard]] bool was_overfilled() const { return overfilled_; }  // sent to while it was not writable
+
+ private:
+  void answer();
+  void take(std::span<const std::uint8_t> bytes);
+  void tell_client(const std::string& why);
+  void tell_server(std::string_view why);
+
+  Timeline* timeline_;
+  Host* host_;
+  ClientEnd* client_;
+  Quality quality_;
+  std::shared_ptr<Pipe> up_, down_;
+  channel::PacketSplitter splitter_;
+  server::PacketSink* sink_ = nullptr;
+  int life_ = -1;
+  std::size_t unsent_most_ = 0;
+  bool open_ = false, over_ = false;  // for the client
+  bool answered_ = false, server_closed_ = false, broken_stream_ = false, overfilled_ = false;
+};
+
+}  // namespace hairnet::whole

@@ -1,0 +1,410 @@
+#include "tests/whole/player.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace hairnet::whole {
+namespace {
+
+constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::max();
+constexpr std::size_t kCharactersMax = 3;
+
+template <class T>
+const T& one_of(const std::vector<T>& all, Random& random) {
+  return all[static_cast<std::size_t>(random.next() % all.size())];
+}
+
+}  // namespace
+
+Player::Player(Timeline& timeline, Journal& journal, ServerHost& host, PlayerPlan plan, std::uint64_t seed)
+    : timeline_(&timeline),
+      journal_(&journal),
+      host_(&host),
+      plan_(std::move(plan)),
+      random_(seed, 100 + static_cast<std::uint64_t>(plan_.number)) {}
+
+std::int64_t Player::clock_ns() const {
+  const std::int64_t now_ns = timeline_->now_ns();
+  return plan_.clock_offset_ns + now_ns + now_ns / 1'000'000 * plan_.clock_ppm;
+}
+
+void Player::join() {
+  joined_ = true;
+  leaving_ = false;
+  make_core();
+  turn();
+  if (!std::exchange(posing_, true)) send_poses();
+}
+
+void Player::make_core() {
+  finish();
+  link::CoreOptions options;
+  options.client_name = name();
+  options.room = plan_.room;
+  options.token = plan_.token;
+  options.connect_timeout_s = 1;
+  options.keep_alive_s = 1;
+  options.seed = random_.next();
+  core_ = std::make_unique<link::LinkCore>(options);
+  members_.clear();
+  removing_.clear();
+  counted_undecodable_ = counted_unknown_ = 0;
+  core_->start();
+  for (const auto& [number, character] : characters_) {
+    const Assets::GroomFile& groom = assets().grooms[character.groom];
+    core_->offer_groom(groom.hash, groom.bytes);
+    core_->add_character(number, groom.hash, character.level);
+  }
+  if (!sees_all_) core_->observe(observe_);
+}
+
+void Player::add_character() {
+  if (characters_.size() >= kCharactersMax) return;
+  const std::uint32_t number = ++last_number_;
+  Character& character = characters_[number];
+  character.groom = static_cast<std::size_t>(random_.next() % assets().grooms.size());
+  const std::uint64_t pick = random_.next() % 16;
+  character.level = pick < 9    ? LevelIndex::ether
+                    : pick < 13 ? LevelIndex::low
+                    : pick < 14 ? LevelIndex::medium
+                                : LevelIndex::rigid;
+  character.phase = random_.between(0, 6);
+  character.reach = random_.between(0.02, 0.3);
+  character.turn = random_.between(0.1, 0.9);
+  character.place = {random_.between(-5, 5), 1.6, random_.between(-5, 5)};
+  journal_->count("character added");
+  if (!core_) return;
+  const Assets::GroomFile& groom = assets().grooms[character.groom];
+  core_->offer_groom(groom.hash, groom.bytes);
+  core_->add_character(number, groom.hash, character.level);
+}
+
+void Player::leave(bool says_goodbye) {
+  if (!core_) return;
+  leaving_ = true;
+  if (says_goodbye) {
+    journal_->count("left with goodbye");
+    core_->leave(clock_ns());
+    turn();
+    return;
+  }
+  journal_->count("left without a word");
+  if (wire_) {
+    const std::shared_ptr<Wire> wire = std::exchange(wire_, nullptr);
+    wire->forget_client();
+    const bool server_told = random_.unit() < 0.7;
+    if (!server_told) journal_->count("half-open, left");
+    wire->break_now({-1, server_told ? static_cast<std::int64_t>(random_.between(0, 1e8)) : -1});
+  }
+  finish();
+  core_.reset();
+  members_.clear();
+}
+
+void Player::finish() {
+  if (!core_) return;
+  hear();
+  const link::LinkCounters counters = core_->counters();
+  journal_->count("frames received", counters.frames_received);
+  journal_->count("reconnected", counters.reconnects);
+  journal_->count("resumed", counters.resumes);
+}
+
+void Player::set_moving(bool moving) {
+  for (auto& [number, character] : characters_) {
+    if (character.moving && !moving) character.held_at_ns = timeline_->now_ns();
+    character.moving = moving;
+  }
+}
+
+void Player::calm_down() {
+  act_until_ns_ = gap_until_ns_ = 0;
+  calm_since_ns_ = timeline_->now_ns();
+  plan_.sends_garbage = false;
+  pause_reading(false);
+  set_moving(true);
+  observe_ = {};
+  sees_all_ = true;
+  if (!core_) return;
+  core_->observe(observe_);
+  core_->set_wind({});
+  std::vector<wire::MemberImportance> all;
+  for (const auto& [member, m] : members_) all.push_back({member, 0.5f, true});
+  core_->report_importance(all);
+  for (const auto& [number, character] : characters_) core_->set_material(number, {});
+  if (wire_ && !is_active()) journal_->count("calm while connecting");
+  turn();
+}
+
+void Player::break_connection(const Break& how, std::optional<std::uint64_t> after_bytes, bool of_server) {
+  if (!wire_ || !wire_->is_open()) return;
+  if (!after_bytes) {
+    wire_->break_now(how);
+  } else {
+    wire_->break_after(*after_bytes, of_server, how);
+  }
+  journal_->count(after_bytes ? "broken at a byte" : "broken");
+  if (how.server_told_ns < 0) journal_->count("half-open");
+}
+
+void Player::pause_reading(bool paused) {
+  if (wire_) wire_->pause_reading(paused);
+}
+
+void Player::connect() {
+  core_->on_opening(clock_ns());
+  half_closed_ = false;
+  wire_ = std::make_shared<Wire>(*timeline_, *host_, *this, plan_.quality,
+                                 random_.next() ^ ++dials_);
+  const bool into_nothing = !plan_.steady && act_until_ns_ > timeline_->now_ns() && random_.unit() < 0.05;
+  if (into_nothing) journal_->count("dialled into nothing");
+  wire_->dial(into_nothing);
+}
+
+void Player::turn() {
+  if (!core_) return;
+  if (std::exchange(turning_, true)) {
+    turn_again_ = true;
+    return;
+  }
+  do {
+    turn_again_ = false;
+    core_->poll(clock_ns());
+    if (core_->wants_close()) {
+      if (wire_) {
+        wire_->drop();
+        wire_.reset();
+      }
+      core_->on_closed("", clock_ns());
+    }
+    if (core_->wants_connection()) connect();
+    while (wire_ && wire_->takes_more()) {
+      const std::vector<std::uint8_t> packet = core_->take_packet(clock_ns());
+      if (packet.empty()) break;
+      wire_->write(packet);
+    }
+    if (wire_ && core_->wants_half_close() && !std::exchange(half_closed_, true)) wire_->half_close();
+    hear();
+  } while (turn_again_);
+  turning_ = false;
+  if (core_->ended()) {
+    if (wire_) {
+      wire_->drop();
+      wire_.reset();
+    }
+    if (leaving_ || !joined_) return;
+    // A first attempt that fails is a core's last: a person would try again.
+    journal_->count("began anew");
+    const std::int64_t wait_ns = static_cast<std::int64_t>(random_.between(5e7, 5e8));
+    finish();
+    core_.reset();
+    members_.clear();
+    timeline_->after(wait_ns, [this] {
+      if (core_ || leaving_) return;
+      make_core();
+      turn();
+    });
+    return;
+  }
+  wake_at(core_->next_deadline_ns());
+}
+
+void Player::wake_at(std::int64_t local_ns) {
+  if (local_ns == kNever_ns) return;
+  const auto wait_ns =
+      static_cast<std::int64_t>(static_cast<double>(local_ns - clock_ns()) / (1 + 1e-6 * plan_.clock_ppm));
+  const std::int64_t at_ns = timeline_->now_ns() + std::max<std::int64_t>(wait_ns, 0) + 1000;
+  if (wake_ns_ > timeline_->now_ns() && wake_ns_ <= at_ns) return;
+  wake_ns_ = at_ns;
+  timeline_->at(at_ns, [this, at_ns] {
+    if (wake_ns_ == at_ns) turn();
+  });
+}
+
+void Player::on_open() {
+  if (!core_) return;
+  core_->on_open(clock_ns());
+  turn();
+}
+
+void Player::on_bytes(std::span<const std::uint8_t> bytes) {
+  if (!core_) return;
+  core_->on_bytes(bytes, clock_ns());
+  turn();
+}
+
+void Player::on_closed(const std::string& why) {
+  if (!core_) return;
+  if (core_->active() && broken_ns_ < 0) {
+    broken_ns_ = timeline_->now_ns();
+    broken_life_ = wire_ ? wire_->life() : -1;
+  }
+  wire_.reset();
+  core_->on_closed(why, clock_ns());
+  turn();
+}
+
+std::set<server::CharacterKey> Player::keys() const {
+  std::set<server::CharacterKey> keys;
+  for (const auto& [number, character] : characters_)
+    keys.insert(server::character_key(static_cast<server::SessionId>(session()), number));
+  return keys;
+}
+
+Pose Player::pose_of(const Character& character) const {
+  const std::int64_t at_ns = character.moving ? timeline_->now_ns() : character.held_at_ns;
+  const double t = 1e-9 * static_cast<double>(at_ns) + character.phase;
+  const Vec3 place = character.place + Vec3(character.reach * std::sin(2.1 * t), 0, character.reach * std::cos(1.7 * t));
+  Pose pose = rigid_pose({Quat(Eigen::AngleAxisd(0.3 * std::sin(t), Vec3::UnitY())), place});
+  RigidTransform& head = pose[Bone::head];
+  head.rotation = head.rotation * Quat(Eigen::AngleAxisd(character.turn * std::sin(3 * t), Vec3::UnitX()));
+  return pose;
+}
+
+void Player::send_poses() {
+  if (leaving_ || !joined_) {
+    posing_ = false;
+    return;
+  }
+  timeline_->after(static_cast<std::int64_t>(1e9 / plan_.pose_hz), [this] { send_poses(); });
+  if (!core_ || timeline_->now_ns() < gap_until_ns_) return;
+  std::vector<wire::PoseSample> poses;
+  for (auto& [number, character] : characters_) add_pose(number, character, poses);
+  if (poses.empty()) return;
+  core_->push_poses(std::move(poses));
+  turn();
+}
+
+void Player::add_pose(std::uint32_t number, Character& character, std::vector<wire::PoseSample>& poses) {
+  wire::PoseSample pose{number, ++character.sequence, clock_ns(), std::exchange(character.teleports, false),
+                        pose_of(character)};
+  poses.push_back(pose);
+  if (!plan_.sends_garbage || random_.unit() > 0.1) return;
+  pose.sequence = ++character.sequence;
+  spoil(pose);
+  poses.push_back(pose);
+  journal_->count("garbage pose");
+}
+
+void Player::spoil(wire::PoseSample& sample) {
+  RigidTransform& bone = sample.pose.bones[static_cast<std::size_t>(random_.next() % kBoneCount)];
+  switch (random_.next() % 8) {
+    case 0:
+      bone.position.y() = std::numeric_limits<double>::quiet_NaN();
+      break;
+    case 1:
+      bone.rotation.coeffs() *= 1.1;
+      break;
+    case 2:
+      bone.position.x() = 2e4;
+      break;
+    case 3:
+      bone.rotation.coeffs().setZero();
+      break;
+    case 4:
+      sample.capture_time_ns += static_cast<std::int64_t>(random_.between(-9e10, 9e10));
+      break;
+    case 5:
+      sample.capture_time_ns += static_cast<std::int64_t>(random_.between(-2e9, 2e9));
+      break;
+    case 6:
+      bone.position.z() = 9999;  // sound, and absurd
+      break;
+    default:
+      sample.sequence -= static_cast<std::uint32_t>(random_.next() % 1000);
+      break;
+  }
+}
+
+void Player::act_at_random(std::int64_t until_ns) {
+  act_until_ns_ = until_ns;
+  if (acting_) return;
+  acting_ = true;
+  act();
+}
+
+void Player::act() {
+  if (timeline_->now_ns() >= act_until_ns_ || leaving_) {
+    acting_ = false;
+    return;
+  }
+  timeline_->after(static_cast<std::int64_t>(1e9 * random_.between(0.2, 1.8) / plan_.actions_per_s), [this] { act(); });
+  if (!core_) return;
+  std::vector<std::uint32_t> numbers;
+  for (const auto& [number, character] : characters_) numbers.push_back(number);
+  std::vector<std::uint32_t> seen;
+  for (const auto& [member, m] : members_) seen.push_back(member);
+  const std::uint64_t pick = random_.next() % 16;
+  const bool plain = plan_.steady;  // its own first character lives on, seen and moving
+  if (pick == 0) {
+    add_character();
+  } else if (pick == 1 && numbers.size() > 1) {
+    const std::uint32_t number = numbers.back();
+    characters_.erase(number);
+    core_->remove_character(number);
+    journal_->count("character removed");
+  } else if (pick <= 3 && !numbers.empty() && !plain) {
+    const std::uint32_t number = one_of(numbers, random_);
+    characters_[number].level = static_cast<LevelIndex>(2 + random_.next() % 3);
+    core_->set_level(number, characters_[number].level);
+    journal_->count("level set");
+  } else if (pick == 4 && !numbers.empty()) {
+    MaterialScale scale;
+    scale.stiffness = static_cast<float>(random_.between(0.05, 20));
+    scale.density = static_cast<float>(random_.between(0.2, 5));
+    scale.gel_per_s2 = static_cast<float>(random_.between(0, 100));
+    core_->set_material(one_of(numbers, random_), scale);
+    journal_->count("material set");
+  } else if (pick == 5) {
+    Wind wind;
+    if (random_.unit() < 0.5) wind.mean_m_per_s = {random_.between(-8, 8), 0, random_.between(-8, 8)};
+    if (random_.unit() < 0.3) wind.turbulence_rms_m_per_s = 1;
+    core_->set_wind(wind);
+    journal_->count("wind set");
+  } else if (pick <= 7) {
+    observe_ = {};
+    observe_.mode = static_cast<wire::ObserveMode>(random_.next() % 4);
+    observe_.count = static_cast<std::uint32_t>(random_.next() % 3);
+    observe_.radius_m = static_cast<float>(random_.between(0, 8));
+    if (random_.unit() < 0.3) observe_.from = Vec3f(1, 1, 1);
+    if (!seen.empty()) observe_.members = {one_of(seen, random_)};
+    observe_.error_class = static_cast<codec::ErrorClass>(random_.next() % 3);
+    observe_.stride = plain ? 1 : 1u << random_.next() % 3;
+    observe_.velocities = random_.unit() < 0.4;
+    sees_all_ = false;
+    core_->observe(observe_);
+    journal_->count("observe");
+  } else if (pick <= 9 && !seen.empty()) {
+    std::vector<wire::MemberImportance> report;
+    for (const std::uint32_t member : seen)
+      report.push_back({member, static_cast<float>(random_.unit()),
+                        members_[member].own || random_.unit() < 0.6});
+    core_->report_importance(report);
+    journal_->count("importance");
+  } else if (pick == 10 && !seen.empty()) {
+    core_->request_groom(members_[one_of(seen, random_)].groom);
+    journal_->count("groom requested");
+  } else if (pick == 11 && !numbers.empty()) {
+    Character& character = characters_[one_of(numbers, random_)];
+    character.place += Vec3(random_.between(-4, 4), 0, 0);
+    character.teleports = true;
+    journal_->count("teleport");
+  } else if (pick == 12 && !plain) {
+    gap_until_ns_ = timeline_->now_ns() + static_cast<std::int64_t>(random_.between(1e8, 1.5e9));
+    journal_->count("gap of poses");
+  } else if (pick == 13 && !numbers.empty() && !plain) {
+    Character& character = characters_[one_of(numbers, random_)];
+    if (character.moving) character.held_at_ns = timeline_->now_ns();
+    character.moving = !character.moving;
+    journal_->count("rest or move");
+  } else if (pick == 14 && !plain) {
+    pause_reading(true);
+    timeline_->after(static_cast<std::int64_t>(random_.between(5e7, 1.2e9)), [this] { pause_reading(false); });
+    journal_->count("reads nothing for a while");
+  }
+  turn();
+}
+
+}  // namespace hairnet::whole

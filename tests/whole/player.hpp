@@ -1,0 +1,126 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "client/link/link_core.hpp"
+#include "tests/whole/assets.hpp"
+#include "tests/whole/server_host.hpp"
+
+namespace hairnet::whole {
+
+// How a well-behaved client is made.
+struct PlayerPlan {
+  int number = 0;
+  std::string room, token;
+  Quality quality;
+  double pose_hz = 60;
+  std::int64_t clock_offset_ns = 0;
+  int clock_ppm = 0;         // its clock's drift
+  bool steady = false;       // a good network and a plain life: it is held to get every tick
+  bool sends_garbage = false;  // among its poses
+  double actions_per_s = 1;  // of all that a client may ask for
+};
+
+// A well-behaved client: a LinkCore over simulated connections, what it wants, and what it holds the server to.
+class Player final : public ClientEnd {
+ public:
+  Player(Timeline& timeline, Journal& journal, ServerHost& host, PlayerPlan plan, std::uint64_t seed);
+
+  void join();
+  void leave(bool says_goodbye);
+  void add_character();
+  void act_at_random(std::int64_t until_ns);  // again and again
+  void break_connection(const Break& how, std::optional<std::uint64_t> after_bytes, bool of_server);
+  void pause_reading(bool paused);
+  void calm_down();                  // asks for everything, plainly, and no more garbage
+  void set_moving(bool moving);
+
+  [[nodiscard]] const PlayerPlan& plan() const { return plan_; }
+  [[nodiscard]] bool is_active() const { return core_ && core_->active(); }
+  [[nodiscard]] std::string name() const { return "client " + std::to_string(plan_.number); }
+
+  // What it has: its own characters, as confirmed, by number; and all of its room by who they are.
+  struct Member {
+    server::CharacterKey key = 0;
+    wire::GroomHash groom{};
+    bool own = false;
+    std::uint64_t frames = 0;  // since the connection began
+    std::optional<std::uint64_t> last_tick;
+    std::int64_t last_ns = 0;
+    bool asleep = false, discontinuous = false;
+    LevelIndex level = LevelIndex::rigid;
+    int step_stride = 1;
+    Pose pose;
+  };
+  [[nodiscard]] const std::map<std::uint32_t, Member>& members() const { return members_; }
+  struct Character {
+    std::size_t groom = 0;
+    LevelIndex level = LevelIndex::low;
+    std::uint32_t sequence = 0;
+    bool moving = true;
+    double phase = 0, reach = 0.1, turn = 0.5;
+    Vec3 place = Vec3::Zero();
+    std::int64_t held_at_ns = 0;  // of the motion, while it does not move
+    bool teleports = false;       // the next pose
+  };
+  [[nodiscard]] const std::map<std::uint32_t, Character>& characters() const { return characters_; }
+  // The keys of its characters, once the server knows them.
+  [[nodiscard]] std::set<server::CharacterKey> keys() const;
+  [[nodiscard]] std::uint64_t session() const { return core_ && core_->welcome() ? core_->welcome()->session : 0; }
+  void finish();  // counts what its last core counted
+
+  void on_open() override;
+  void on_bytes(std::span<const std::uint8_t> bytes) override;
+  void on_room() override { turn(); }
+  void on_closed(const std::string& why) override;
+
+ private:
+  struct Hearer;
+
+  [[nodiscard]] std::int64_t clock_ns() const;
+  void make_core();
+  void turn();  // whatever the core wants now
+  void connect();
+  void wake_at(std::int64_t local_ns);
+  void hear();
+  void act();
+  void send_poses();
+  void add_pose(std::uint32_t number, Character& character, std::vector<wire::PoseSample>& poses);
+  void spoil(wire::PoseSample& pose);
+  Pose pose_of(const Character& character) const;
+  void check(const link::FrameBatch& batch);
+  void check(const link::FrameBatch& batch, const link::Frame& frame, Member& member);
+  void check_interval(const link::FrameBatch& batch, const link::Frame& frame, const Member& member);
+  void check_counters();
+  void fault(const std::string& what) { journal_->fault(name(), what); }
+
+  Timeline* timeline_;
+  Journal* journal_;
+  ServerHost* host_;
+  PlayerPlan plan_;
+  Random random_;
+  std::unique_ptr<link::LinkCore> core_;
+  std::shared_ptr<Wire> wire_;
+  std::int64_t wake_ns_ = -1;
+  bool half_closed_ = false, leaving_ = false, joined_ = false, acting_ = false, posing_ = false, turning_ = false;
+  bool turn_again_ = false;
+  std::int64_t act_until_ns_ = 0, gap_until_ns_ = 0, calm_since_ns_ = 0;
+  std::uint64_t dials_ = 0;
+  std::map<std::uint32_t, Character> characters_;
+  std::set<std::uint32_t> removing_;
+  std::uint32_t last_number_ = 0;
+  std::map<std::uint32_t, Member> members_;
+  wire::Observe observe_;
+  bool sees_all_ = true;
+  std::int64_t broken_ns_ = -1;  // the connection, and nobody said goodbye
+  int broken_life_ = -1;
+  std::uint64_t counted_undecodable_ = 0, counted_unknown_ = 0;
+};
+
+}  // namespace hairnet::whole

@@ -1,0 +1,217 @@
+#include <cmath>
+#include <utility>
+
+#include "tests/whole/player.hpp"
+
+// What a well-behaved client holds the server to, as it hears it.
+namespace hairnet::whole {
+namespace {
+
+using wire::ErrorReason;
+using wire::GoodbyeReason;
+
+// From a tick's run to a steady client's having its frame, beside the network's own delay.
+constexpr std::int64_t kFrameLateness_ns = 40 * kMs;
+
+}  // namespace
+
+struct Player::Hearer {
+  Player& p;
+
+  void operator()(const link::Connected& e) const {
+    p.journal_->mix(e.welcome.session);
+    p.journal_->count("welcomed");
+    const bool resumed = e.again && e.welcome.resumed;
+    if (!resumed) {
+      p.members_.clear();
+      p.removing_.clear();
+    }
+    for (auto& [number, member] : p.members_) {
+      member.frames = 0;
+      member.asleep = false;
+    }
+    const std::int64_t broken_ns = std::exchange(p.broken_ns_, -1);
+    if (!e.again || broken_ns < 0 || p.broken_life_ != p.host_->life()) return;
+    const server::SessionLimits& limits = p.host_->config().sessions;
+    const std::int64_t least_ns = std::min({limits.resume_grace_ns, limits.slow_consumer_ns, limits.idle_timeout_ns});
+    const std::int64_t since_ns = p.timeline_->now_ns() - broken_ns;
+    if (since_ns + 100 * kMs < least_ns / 2 && !e.welcome.resumed)
+      p.fault("is not resumed " + std::to_string(since_ns / kMs) + " ms after its connection broke");
+  }
+  void operator()(const link::Reconnecting& e) const {
+    p.journal_->mix(static_cast<std::uint64_t>(e.reason));
+    p.journal_->count("lost, " + std::string(wire::to_string(e.reason)));
+    if (e.reason == GoodbyeReason::server_full && p.broken_ns_ >= 0 && p.broken_life_ == p.host_->life()) {
+      const server::SessionLimits& limits = p.host_->config().sessions;
+      const std::int64_t least_ns = std::min({limits.resume_grace_ns, limits.slow_consumer_ns, limits.idle_timeout_ns});
+      if (p.timeline_->now_ns() - p.broken_ns_ + 100 * kMs < least_ns / 2)
+        p.fault("finds the server full, which has its session");
+    }
+    if (e.reason != GoodbyeReason::none && e.reason != GoodbyeReason::server_full) p.broken_ns_ = -1;
+    if (e.reason == GoodbyeReason::protocol_error) p.fault("lost for a protocol error: " + e.detail);
+    if (e.reason == GoodbyeReason::over_rate) p.fault("sends too much, says the server: " + e.detail);
+    if (p.plan_.steady && (e.reason == GoodbyeReason::slow_consumer || e.reason == GoodbyeReason::idle_timeout))
+      p.fault("is steady, and was sent away: " + e.detail);
+  }
+  void operator()(const link::Disconnected& e) const {
+    p.journal_->mix(static_cast<std::uint64_t>(e.reason));
+    p.journal_->count("ended, " + std::string(wire::to_string(e.reason)));
+    const bool was_welcome = p.core_->welcome().has_value();
+    if (!p.leaving_ && was_welcome) p.fault("ended: " + e.detail);
+    if (!was_welcome && (e.reason == GoodbyeReason::protocol_error || e.reason == GoodbyeReason::token_refused ||
+                         e.reason == GoodbyeReason::version_unsupported || e.reason == GoodbyeReason::over_rate))
+      p.fault("was not let in: " + e.detail);
+  }
+  void operator()(const wire::GroomStatus& e) const {
+    p.journal_->mix(static_cast<std::uint64_t>(e.state));
+    if (e.state == wire::GroomState::refused) p.fault("has its groom refused");
+  }
+  void operator()(const wire::CharacterAdded& e) const {
+    if (e.member == 0) p.fault("has a character that is no member");
+    Player::Member member;
+    member.key = server::character_key(static_cast<server::SessionId>(p.session()), e.character);
+    member.groom = e.groom;
+    member.own = true;
+    for (const auto& [number, other] : p.members_) {
+      if (other.key == member.key && number != e.member) p.fault("has a character twice");
+    }
+    p.members_[e.member] = member;
+    p.journal_->mix(e.member);
+  }
+  void operator()(const wire::CharacterRemoved& e) const {
+    p.journal_->mix(e.character);
+    std::erase_if(p.members_, [&](const auto& m) {
+      return m.second.own && server::number_of(m.second.key) == e.character;
+    });
+    if (p.characters_.contains(e.character)) p.fault("loses a character that it has not removed");
+  }
+  void operator()(const wire::MemberJoined& e) const {
+    if (e.session == p.session()) p.fault("is told of its own character as another's");
+    Player::Member member;
+    member.key = server::character_key(static_cast<server::SessionId>(e.session), e.character);
+    member.groom = e.groom;
+    for (const auto& [number, other] : p.members_) {
+      if (other.key == member.key && number != e.member) p.fault("is told of another's character twice");
+    }
+    p.members_[e.member] = member;
+    p.journal_->mix(e.member);
+    if (p.observe_.mode == wire::ObserveMode::all && p.act_until_ns_ == 0) {
+      const wire::MemberImportance seen{e.member, 0.5f, true};
+      p.core_->report_importance({&seen, 1});
+    }
+  }
+  void operator()(const wire::MemberLeft& e) const {
+    p.journal_->mix(e.member);
+    const auto found = p.members_.find(e.member);
+    if (found == p.members_.end()) return;
+    if (found->second.own) p.fault("is told that its own character left");
+    p.members_.erase(found);
+  }
+  void operator()(const link::LevelKnown& e) const {
+    p.journal_->mix(e.geometry->active_nodes.size());
+    if (e.level == LevelIndex::rigid) p.fault("is sent a record of the rigid level");
+  }
+  void operator()(const link::FrameBatch& e) const { p.check(e); }
+  void operator()(const link::GroomFetched& e) const {
+    p.journal_->mix(e.bytes ? e.bytes->size() : 0);
+    p.journal_->count("groom fetched");
+    if (!e.bytes) p.fault("fetched a groom in vain: " + e.fault);
+  }
+  void operator()(const wire::Error& e) const {
+    p.journal_->mix(static_cast<std::uint64_t>(e.reason));
+    p.journal_->count("client told " + std::string(wire::to_string(e.reason)));
+    if (e.reason == ErrorReason::none || e.detail.empty()) p.fault("is refused without a reason");
+    const bool expected = e.reason == ErrorReason::groom_unavailable ||
+                          (e.reason == ErrorReason::pose_invalid && p.plan_.sends_garbage);
+    if (!expected) p.fault("is refused (" + std::string(wire::to_string(e.reason)) + "): " + e.detail);
+  }
+};
+
+void Player::hear() {
+  for (link::Event& event : core_->take_events()) {
+    journal_->mix(event.index());
+    std::visit(Hearer{*this}, event);
+  }
+  check_counters();
+}
+
+void Player::check_counters() {
+  const link::LinkCounters counters = core_->counters();
+  if (counters.frames_undecodable > counted_undecodable_) fault("cannot decode a frame");
+  if (counters.frames_unknown > counted_unknown_) fault("gets a frame of no member, or not newer than the last");
+  counted_undecodable_ = counters.frames_undecodable;
+  counted_unknown_ = counters.frames_unknown;
+}
+
+void Player::check(const link::FrameBatch& batch) {
+  journal_->mix(batch.tick);
+  std::uint32_t last = 0;
+  for (const link::Frame& frame : batch.frames) {
+    if (frame.member <= last) fault("gets members out of order");
+    last = frame.member;
+    const auto found = members_.find(frame.member);
+    if (found == members_.end()) {
+      fault("gets a frame of member " + std::to_string(frame.member) + ", whom it does not know");
+      continue;
+    }
+    check(batch, frame, found->second);
+  }
+}
+
+void Player::check(const link::FrameBatch& batch, const link::Frame& frame, Member& member) {
+  const std::string what = "member " + std::to_string(frame.member) + " at tick " + std::to_string(batch.tick) + ": ";
+  const auto error_class = static_cast<std::size_t>(frame.error_class);
+  journal_->mix(hash_of(frame.displacements));
+  journal_->mix(static_cast<std::uint64_t>(std::llround(1e4 * frame.pose.head().position.x())));
+  if (wire::validate_pose(frame.pose) != wire::PoseRefusal::none) fault(what + "its pose is not valid");
+  if (member.last_tick && batch.tick <= *member.last_tick) fault(what + "ticks do not rise");
+  if (member.own != (frame.character != 0)) fault(what + "is not whose it was");
+  const int life = wire_ ? wire_->life() : host_->life();
+  const Truth* truth = host_->truth(life, batch.tick, member.key);
+  if (!truth) {
+    fault(what + "was not in the World");
+  } else {
+    if (truth->level != frame.level) fault(what + "is on another level than in the World");
+    if (truth->asleep != frame.asleep && !frame.discontinuous) fault(what + "sleeps here or in the World, not in both");
+    for (std::size_t b = 0; b < kBoneCount; ++b) {
+      if (truth->pose.bones[b].position != frame.pose.bones[b].position ||
+          truth->pose.bones[b].rotation.coeffs() != frame.pose.bones[b].rotation.coeffs()) {
+        fault(what + "has another pose than in the World");
+        break;
+      }
+    }
+    if (frame.level != LevelIndex::rigid && truth->nodes[error_class] != hash_of(frame.displacements))
+      fault(what + "has other hair than in the World");
+    if (!frame.velocities.empty() && truth->velocities[error_class] != hash_of(frame.velocities))
+      fault(what + "has other velocities than in the World");
+  }
+  // Out of a client's view one may wake and sleep again: only who sees all can tell.
+  const bool saw_all = calm_since_ns_ > 0 && member.last_ns > calm_since_ns_ + kSecond_ns;
+  if (frame.asleep && member.asleep && saw_all && host_->metrics(life).tick.observers_congested.value() == 0)
+    fault(what + "says twice that it sleeps");
+  check_interval(batch, frame, member);
+  member.last_tick = batch.tick;
+  member.last_ns = timeline_->now_ns();
+  member.asleep = frame.asleep;
+  member.level = frame.level;
+  member.pose = frame.pose;
+  member.step_stride = frame.step_stride;
+  ++member.frames;
+}
+
+// A steady client misses nothing of its own first character, and has it soon.
+void Player::check_interval(const link::FrameBatch& batch, const link::Frame& frame, const Member& member) {
+  if (!plan_.steady || frame.character != 1 || member.frames == 0 || !wire_) return;
+  const int life = wire_->life();
+  int missed = 0;
+  for (std::uint64_t tick = *member.last_tick + 1; tick < batch.tick; ++tick) missed += host_->ran_ns(life, tick) >= 0;
+  // From one stride to another the turns shift.
+  const int stride = std::max<int>(member.step_stride, frame.step_stride);
+  if (missed >= (stride == 1 ? 1 : 2 * stride) && !member.asleep)
+    fault("misses " + std::to_string(missed) + " frames of its own before tick " + std::to_string(batch.tick));
+  const std::int64_t late_ns = timeline_->now_ns() - host_->ran_ns(life, batch.tick);
+  if (late_ns > 2 * (plan_.quality.delay_ns + plan_.quality.jitter_ns) + kFrameLateness_ns)
+    fault("has the frame of tick " + std::to_string(batch.tick) + " after " + std::to_string(late_ns / kMs) + " ms");
+}
+
+}  // namespace hairnet::whole

@@ -1,0 +1,418 @@
+#include "tests/whole/scenario.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <set>
+#include <utility>
+
+#include "tests/whole/misfit.hpp"
+#include "tests/whole/player.hpp"
+
+namespace hairnet::whole {
+namespace {
+
+constexpr std::int64_t kSettle_ns_max = 20 * kSecond_ns;  // after the disturbances: the longest wait between attempts is 5 s
+constexpr std::int64_t kMotion_ns = 1200 * kMs;
+constexpr std::int64_t kRest_ns_max = 20 * kSecond_ns;
+
+class Scenario {
+ public:
+  Scenario(std::uint64_t seed, bool says_all) : seed_(seed), says_all_(says_all), random_(seed, 0) {}
+  Outcome run();
+
+ private:
+  server::Config make_config();
+  Quality make_quality();
+  void make_players();
+  void make_misfits();
+  void disturb();
+  void disturb_one(Player& player);
+  void restart_server();
+  void calm();
+  void check_rooms();
+  void check_motion();
+  void check_rest();
+  void leave();
+  void check_nothing_left();
+  void check_counts(int life);
+  void count_life(int life);
+  [[nodiscard]] bool is_settled();
+  [[nodiscard]] std::string unsettled();
+  std::set<server::CharacterKey> keys_of(const std::string& room);
+  bool all_rest();
+
+  [[nodiscard]] bool chance(double p) { return random_.unit() < p; }
+  void say(const std::string& what) const {
+    if (says_all_) std::fprintf(stderr, "%.4f s: %s\n", 1e-9 * static_cast<double>(timeline_.now_ns()), what.c_str());
+  }
+  std::int64_t moment(std::int64_t from_ns, std::int64_t to_ns) {
+    return from_ns + static_cast<std::int64_t>(random_.unit() * static_cast<double>(to_ns - from_ns));
+  }
+
+  std::uint64_t seed_;
+  bool says_all_;
+  Random random_;
+  Timeline timeline_;
+  Journal journal_{seed_, timeline_};
+  server::Config config_;
+  std::vector<std::string> rooms_;
+  std::unique_ptr<ServerHost> host_;
+  std::vector<std::unique_ptr<Player>> players_;
+  std::vector<std::unique_ptr<Misfit>> misfits_;
+  std::int64_t disturbed_until_ns_ = 0;
+  bool wants_tokens_ = false;
+};
+
+server::Config Scenario::make_config() {
+  server::Config config;
+  constexpr std::uint32_t kRates_hz[] = {10, 15, 20, 30};
+  config.tick_rate_hz = kRates_hz[random_.next() % 4];
+  config.pose_delay_ms = random_.between(0, 60);
+  config.workers = config.build_threads = 1;
+  config.ticks_behind_max = static_cast<std::uint32_t>(1 + random_.next() % 4);
+  if (chance(0.5)) config.level_cache = assets().level_cache;
+  wants_tokens_ = chance(0.3);
+  if (wants_tokens_) config.token_key_file = assets().token_key_file;
+  config.room_grace_ns = moment(0, kSecond_ns);
+  server::SessionLimits& limits = config.sessions;
+  limits.session_count_max = chance(0.3) ? 8 : 64;
+  limits.character_count_max = 128;
+  limits.characters_per_session_max = 16;
+  limits.control_bytes_max = chance(0.3) ? 200'000 : std::size_t{32} << 20;
+  limits.frame_packet_bytes_max = chance(0.3) ? 400 : std::size_t{256} << 10;
+  limits.room_count_max = 8;
+  limits.messages_per_s = 300;
+  limits.messages_burst = 600;
+  limits.poses_per_s = 1000;
+  limits.poses_burst = 1000;
+  limits.handshake_timeout_ns = kSecond_ns;
+  limits.idle_timeout_ns = 4 * kSecond_ns;
+  limits.resume_grace_ns = chance(0.1) ? 0 : moment(kSecond_ns / 2, 3 * kSecond_ns);
+  limits.slow_consumer_ns = moment(kSecond_ns, 2 * kSecond_ns);
+  limits.drain_timeout_ns = 500 * kMs;
+  limits.downloads_per_session_max = 4;
+  config.grooms.upload_timeout_ns = 5 * kSecond_ns;
+  return config;
+}
+
+Quality Scenario::make_quality() {
+  Quality quality;
+  quality.delay_ns = moment(kMs / 2, 60 * kMs);
+  quality.jitter_ns = chance(0.5) ? moment(0, 40 * kMs) : 0;
+  quality.bytes_per_s = chance(0.2) ? random_.between(4e4, 4e5) : 1e7;
+  quality.window_bytes = chance(0.3) ? 3000 : 64u << 10;
+  quality.segment_bytes_max = chance(0.2) ? 200 : 1460 * 8;
+  quality.unsent_bytes_max = chance(0.2) ? 4000 : 64u << 10;
+  quality.in_crumbs = chance(0.15);
+  return quality;
+}
+
+void Scenario::make_players() {
+  for (std::uint64_t r = 1 + random_.next() % 3; r > 0; --r) rooms_.push_back(r == 1 ? "" : "room" + std::to_string(r));
+  const int count = static_cast<int>(2 + random_.next() % 4);
+  for (int n = 0; n < count; ++n) {
+    PlayerPlan plan;
+    plan.number = n + 1;
+    plan.room = rooms_[random_.next() % rooms_.size()];
+    if (wants_tokens_) plan.token = assets().token(false, plan.room);
+    plan.quality = make_quality();
+    plan.pose_hz = random_.between(20, 70);
+    plan.clock_offset_ns = moment(-1000 * kSecond_ns, 1'000'000 * kSecond_ns);
+    plan.clock_ppm = static_cast<int>(random_.next() % 401) - 200;
+    plan.steady = n == 0;
+    plan.sends_garbage = !plan.steady && chance(0.3);
+    plan.actions_per_s = random_.between(0.3, 3);
+    if (plan.steady) {
+      plan.quality = {};
+      plan.quality.delay_ns = moment(kMs, 10 * kMs);
+      plan.quality.jitter_ns = 2 * kMs;
+      plan.pose_hz = 60;
+    }
+    players_.push_back(std::make_unique<Player>(timeline_, journal_, *host_, plan, seed_));
+    Player& player = *players_.back();
+    timeline_.at(plan.steady ? 0 : moment(0, disturbed_until_ns_ / 2), [this, &player] {
+      say(player.name() + " joins");
+      player.join();
+      player.add_character();
+      if (!player.plan().steady && chance(0.5)) player.add_character();
+      player.act_at_random(disturbed_until_ns_);
+    });
+  }
+}
+
+void Scenario::make_misfits() {
+  const int count = chance(0.25) ? 0 : static_cast<int>(1 + random_.next() % 3);
+  for (int n = 0; n < count; ++n) {
+    MisfitPlan plan;
+    plan.number = n + 1;
+    plan.kind = static_cast<Misbehaviour>(random_.next() % kMisbehaviourNames.size());
+    plan.room = rooms_[random_.next() % rooms_.size()];
+    if (wants_tokens_) plan.token = assets().token(false, plan.room);
+    plan.quality = make_quality();
+    misfits_.push_back(std::make_unique<Misfit>(timeline_, journal_, *host_, plan, seed_));
+    Misfit& misfit = *misfits_.back();
+    timeline_.at(moment(0, disturbed_until_ns_ / 2), [this, &misfit] { misfit.start(disturbed_until_ns_); });
+  }
+}
+
+void Scenario::disturb_one(Player& player) {
+  const std::uint64_t pick = random_.next() % 8;
+  const auto told = [&] { return static_cast<std::int64_t>(random_.between(0, chance(0.5) ? 5e7 : 2.5e9)); };
+  const Break how{told(), chance(0.3) ? -1 : told()};
+  say("disturbs " + player.name() + " by " + std::to_string(pick));
+  if (pick <= 2) {
+    player.break_connection(how, {}, false);
+  } else if (pick <= 5) {
+    player.break_connection(how, random_.next() % 3000, chance(0.5));
+  } else if (!player.plan().steady) {
+    player.leave(pick == 6);
+    timeline_.after(moment(10 * kMs, 1500 * kMs), [this, &player] {
+      say(player.name() + " joins again");
+      player.join();
+    });
+  }
+}
+
+void Scenario::restart_server() {
+  const bool drained = chance(0.4);
+  say(drained ? "server is stopped" : "server is killed");
+  journal_.count(drained ? "server stopped" : "server killed");
+  if (drained) host_->drain();
+  const std::int64_t down_ns = moment(10 * kMs, 1200 * kMs);
+  const std::int64_t told_ns = chance(0.7) ? 50 * kMs : 2 * kSecond_ns;
+  timeline_.after(drained ? 300 * kMs : 0, [this, told_ns, down_ns] {
+    count_life(host_->life());
+    host_->kill({told_ns, -1});
+    timeline_.after(down_ns, [this] {
+      say("server starts");
+      host_->start();
+    });
+  });
+}
+
+void Scenario::disturb() {
+  const double per_s = chance(0.2) ? 0 : random_.between(0.2, 2);
+  const auto count = static_cast<int>(per_s * 1e-9 * static_cast<double>(disturbed_until_ns_));
+  for (int i = 0; i < count; ++i) {
+    timeline_.at(moment(0, disturbed_until_ns_), [this] {
+      Player& player = *players_[random_.next() % players_.size()];
+      if (!player.plan().steady) disturb_one(player);
+    });
+  }
+  if (chance(0.1)) {
+    // All at once: a router restarts.
+    timeline_.at(moment(kSecond_ns, disturbed_until_ns_), [this] {
+      journal_.count("all connections broken");
+      for (const auto& player : players_)
+        player->break_connection({static_cast<std::int64_t>(random_.between(0, 2e8)), 50 * kMs}, {}, false);
+    });
+  }
+  if (chance(0.25)) timeline_.at(moment(kSecond_ns, disturbed_until_ns_ - kSecond_ns), [this] { restart_server(); });
+  if (chance(0.3)) {
+    for (int i = 0; i < 3; ++i) {
+      const std::int64_t at_ns = moment(0, disturbed_until_ns_), until_ns = at_ns + moment(50 * kMs, 700 * kMs);
+      timeline_.at(at_ns, [this, until_ns] {
+        journal_.count("tick stalled");
+        host_->stall_tick(until_ns);
+      });
+    }
+  }
+  if (chance(0.4)) {
+    const std::int64_t reading_ns = moment(10'000, 2 * kMs);
+    timeline_.at(moment(0, disturbed_until_ns_), [this, reading_ns] {
+      journal_.count("work takes longer");
+      host_->set_work(reading_ns);
+    });
+    timeline_.at(disturbed_until_ns_, [this] { host_->set_work(0); });
+  }
+  timeline_.run(disturbed_until_ns_ + kSecond_ns / 2);
+}
+
+std::set<server::CharacterKey> Scenario::keys_of(const std::string& room) {
+  std::set<server::CharacterKey> keys;
+  for (const auto& player : players_) {
+    if (player->plan().room != room) continue;
+    const auto own = player->keys();
+    keys.insert(own.begin(), own.end());
+  }
+  return keys;
+}
+
+// One line: what is not yet as it should be. Empty when all is.
+std::string Scenario::unsettled() {
+  if (!host_->is_up()) return "the server is down";
+  for (const auto& player : players_) {
+    if (!player->is_active()) return player->name() + " is not active";
+  }
+  for (const auto& player : players_) {
+    std::set<server::CharacterKey> seen;
+    for (const auto& [number, member] : player->members()) {
+      if (!seen.insert(member.key).second) return player->name() + " knows a character as two members";
+      if (member.own && !player->characters().contains(server::number_of(member.key)))
+        return player->name() + " has a character that it removed";
+    }
+    const auto expected = keys_of(player->plan().room);
+    if (seen != expected)
+      return player->name() + " knows " + std::to_string(seen.size()) + " members where there are " +
+             std::to_string(expected.size());
+    for (const auto& [number, member] : player->members()) {
+      const std::string whom = " of member " + std::to_string(number);
+      if (member.frames == 0) return player->name() + " has no frame" + whom;
+      for (const auto& other : players_) {
+        if (other->session() != server::session_of(member.key)) continue;
+        const LevelIndex wanted = other->characters().at(server::number_of(member.key)).level;
+        if ((member.level == LevelIndex::rigid) != (wanted == LevelIndex::rigid) || member.level < wanted)
+          return player->name() + " has frames on another level than is wanted" + whom;
+      }
+    }
+  }
+  return {};
+}
+
+void Scenario::calm() {
+  say("calm");
+  for (const auto& misfit : misfits_) misfit->stop();
+  for (const auto& player : players_) player->calm_down();
+  const std::int64_t begun_ns = timeline_.now_ns();
+  std::string why = "nothing was looked at";
+  while (timeline_.now_ns() < begun_ns + kSettle_ns_max) {
+    timeline_.run(timeline_.now_ns() + 50 * kMs);
+    why = unsettled();
+    if (why.empty()) break;
+  }
+  if (!why.empty()) journal_.fault("all", "are not well " + std::to_string(kSettle_ns_max / kSecond_ns) + " s after the last disturbance: " + why);
+  say("settled after " + std::to_string((timeline_.now_ns() - begun_ns) / kMs) + " ms");
+}
+
+void Scenario::check_motion() {
+  const std::int64_t begun_ns = timeline_.now_ns();
+  timeline_.run(begun_ns + kMotion_ns);
+  if (std::string why = unsettled(); !why.empty()) journal_.fault("all", "are no longer well: " + why);
+  for (const auto& player : players_) {
+    const double tick_s = 1.0 / config_.tick_rate_hz;
+    for (const auto& [number, member] : player->members()) {
+      // A slow connection has fewer.
+      const auto silent_s = 1e-9 * static_cast<double>(timeline_.now_ns() - member.last_ns);
+      if (silent_s > 8 * tick_s + 0.5)
+        journal_.fault(player->name(), "has had no frame of member " + std::to_string(number) + " for " +
+                                           std::to_string(silent_s) + " s, which moves");
+    }
+  }
+}
+
+bool Scenario::all_rest() {
+  for (const auto& player : players_) {
+    for (const auto& [number, member] : player->members()) {
+      if (!member.asleep) return false;
+    }
+  }
+  return true;
+}
+
+void Scenario::check_rest() {
+  for (const auto& player : players_) player->set_moving(false);
+  const std::int64_t begun_ns = timeline_.now_ns();
+  while (timeline_.now_ns() < begun_ns + kRest_ns_max && !all_rest()) timeline_.run(timeline_.now_ns() + 100 * kMs);
+  for (const auto& player : players_) {
+    for (const auto& [number, member] : player->members()) {
+      if (!member.asleep)
+        journal_.fault(player->name(), "sees member " + std::to_string(number) + " not come to rest, on level " +
+                                           std::string(kLevelNames[static_cast<std::size_t>(member.level)]));
+    }
+  }
+  say("at rest after " + std::to_string((timeline_.now_ns() - begun_ns) / kMs) + " ms");
+}
+
+void Scenario::leave() {
+  say("all leave");
+  for (const auto& player : players_) {
+    timeline_.after(moment(0, 500 * kMs), [this, &player] { player->leave(chance(0.5)); });
+  }
+  const server::SessionLimits& limits = config_.sessions;
+  timeline_.run(timeline_.now_ns() + kSecond_ns + limits.idle_timeout_ns + limits.drain_timeout_ns +
+                limits.resume_grace_ns + config_.room_grace_ns + 2 * kSecond_ns);
+}
+
+void Scenario::check_nothing_left() {
+  if (!host_->is_up()) return journal_.fault("server", "is down at the end");
+  const server::Server& server = *host_->server();
+  const auto check = [&](const std::string& what, std::size_t count) {
+    if (count != 0) journal_.fault("server", "still has " + std::to_string(count) + " " + what + " when all have left");
+  };
+  check("sessions", server.session_count());
+  check("sessions, counted by themselves,", server.context().session_count);
+  check("characters, counted by sessions,", server.context().character_count);
+  check("rooms, counted by sessions,", server.context().rooms.room_count());
+  check("holders of grooms", server.grooms().holder_count());
+  check("bytes of uploads", server.grooms().upload_bytes());
+  check("characters in the World", server.scheduler().simulation().character_count());
+  check("characters in rooms", server.scheduler().rooms().characters().size());
+  check("observers", server.scheduler().rooms().observers().size());
+  check("rooms", server.scheduler().rooms().room_count());
+  const server::Metrics& m = host_->metrics(host_->life());
+  if (m.session.sessions_opened.value() != m.session.sessions_closed.value())
+    journal_.fault("server", "opened " + std::to_string(m.session.sessions_opened.value()) + " sessions and closed " +
+                                 std::to_string(m.session.sessions_closed.value()));
+  if (m.room.rooms_opened.value() != m.room.rooms_closed.value())
+    journal_.fault("server", "opened and closed different numbers of rooms");
+}
+
+void Scenario::check_counts(int life) {
+  const server::Metrics& m = host_->metrics(life);
+  const server::SessionCounters& s = m.session;
+  const server::RoomCounters& r = m.room;
+  const std::uint64_t judged =
+      s.poses_over_rate.value() + s.poses_dropped_busy.value() + s.poses_rejected_character.value() +
+      s.poses_rejected_time.value() + s.poses_rejected_not_finite.value() + s.poses_rejected_not_unit.value() +
+      s.poses_rejected_too_far.value() + r.poses_accepted.value() + r.poses_rejected_stale.value() +
+      r.poses_rejected_out_of_order.value() + r.poses_rejected_future.value() + r.poses_rejected_unknown.value();
+  if (judged != s.poses_received.value())
+    journal_.fault("server", "received " + std::to_string(s.poses_received.value()) + " poses and judged " +
+                                 std::to_string(judged));
+  if (s.frames_sent.value() + s.frames_superseded.value() > m.tick.frames_published.value())
+    journal_.fault("server", "sent more frames than it published");
+  if (m.tick.frames_dropped.value() > 0) journal_.fault("server", "dropped frames that are not finite");
+}
+
+void Scenario::count_life(int life) {
+  const server::Metrics& metrics = host_->metrics(life);
+  for (const server::CounterSet* set : metrics.counter_sets()) {
+    for (const server::Counter* counter : set->counters()) {
+      if (counter->value() > 0 && counter->name() != "tick_ns_total" && counter->name() != "tick_ns_max")
+        journal_.count("server: " + std::string(counter->name()), counter->value());
+    }
+  }
+}
+
+Outcome Scenario::run() {
+  seed_secrets(seed_);
+  disturbed_until_ns_ = moment(2 * kSecond_ns, 6 * kSecond_ns);
+  config_ = make_config();
+  host_ = std::make_unique<ServerHost>(timeline_, journal_, config_, seed_);
+  host_->start();
+  make_players();
+  make_misfits();
+  disturb();
+  calm();
+  check_motion();
+  check_rest();
+  leave();
+  check_nothing_left();
+  check_counts(host_->life());
+  count_life(host_->life());
+  for (const auto& player : players_) player->finish();
+  const std::uint64_t received = journal_.events("frames received");
+  if (received > journal_.events("server: frames_sent"))
+    journal_.fault("all", "received more frames than were sent");
+  return {journal_.faults(), journal_.events(), journal_.hash(), 1e-9 * static_cast<double>(timeline_.now_ns())};
+}
+
+}  // namespace
+
+Outcome run_scenario(std::uint64_t seed, bool says_all) {
+  assets();
+  return Scenario(seed, says_all).run();
+}
+
+}  // namespace hairnet::whole

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/app/server.hpp"
+#include "tests/whole/journal.hpp"
+#include "tests/whole/network.hpp"
+
+namespace hairnet::whole {
+
+// One character at one tick, as the server's World holds it.
+struct Truth {
+  LevelIndex level = LevelIndex::rigid;
+  bool asleep = false;
+  Pose pose;
+  // Hashes of the integers, by error class.
+  std::array<std::uint64_t, codec::kErrorClassCount> nodes{}, velocities{};
+};
+
+// A machine on which servers run, one after the other: each with a clock of its own, its duties called as its threads
+// would, sometimes late. Notes what the World holds at every tick.
+class ServerHost final : public Host {
+ public:
+  ServerHost(Timeline& timeline, Journal& journal, const server::Config& config, std::uint64_t seed);
+
+  void start();
+  void kill(const Break& how);  // how its clients' connections end
+  void drain();                 // says goodbye to all; kill() it later
+  void stall_tick(std::int64_t until_ns) { stalled_until_ns_ = until_ns; }
+  // What the server takes its work to last, for each reading of the clock that it measures with: with much it must lower
+  // levels.
+  void set_work(std::int64_t reading_ns) { work_ns_ = reading_ns; }
+
+  [[nodiscard]] bool is_up() const override { return server_ != nullptr; }
+  server::PacketSink* open(std::shared_ptr<Wire> wire) override;
+  [[nodiscard]] std::int64_t clock_ns() const override;
+  [[nodiscard]] int life() const { return static_cast<int>(lives_.size()) - 1; }
+  [[nodiscard]] const server::Server* server() const { return server_.get(); }
+  [[nodiscard]] const server::Metrics& metrics(int life) const { return *lives_[static_cast<std::size_t>(life)].metrics; }
+  [[nodiscard]] const server::Config& config() const { return config_; }
+
+  // What was so in that life; null when that tick never ran or did not have the character.
+  [[nodiscard]] const Truth* truth(int life, std::uint64_t tick, server::CharacterKey character) const;
+  // When a tick ran, on the timeline; negative: it was skipped.
+  [[nodiscard]] std::int64_t ran_ns(int life, std::uint64_t tick) const;
+
+ private:
+  struct Tick {
+    std::int64_t ran_ns = -1;
+    std::map<server::CharacterKey, Truth> characters;
+  };
+  struct Life {
+    std::unique_ptr<server::Metrics> metrics;
+    std::int64_t clock_offset_ns = 0;
+    std::vector<Tick> ticks;
+  };
+  void run_io(int life);
+  void run_tick(int life);
+  void run_builder(int life);
+  void note_tick();
+  void check_bounds();
+
+  Timeline* timeline_;
+  Journal* journal_;
+  server::Config config_;
+  Random random_;
+  std::vector<Life> lives_;
+  std::unique_ptr<server::Server> server_;
+  std::vector<std::weak_ptr<Wire>> wires_;
+  std::int64_t stalled_until_ns_ = 0, work_ns_ = 0;
+};
+
+}  // namespace hairnet::whole
