@@ -197,6 +197,7 @@ void Wire::drop() {
 }
 
 void Wire::break_now(const Break& how) {
+  if (broken_ns_ < 0) broken_ns_ = timeline_->now_ns();
   up_->kill();
   down_->kill();
   const auto self = shared_from_this();

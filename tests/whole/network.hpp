@@ -125,6 +125,7 @@ class Wire final : public server::Connection, public std::enable_shared_from_thi
   [[nodiscard]] int life() const { return life_; }  // of the server that answered
   void set_life(int life) { life_ = life; }
   [[nodiscard]] std::size_t unsent_most_bytes() const { return unsent_most_; }
+  [[nodiscard]] std::int64_t broken_ns() const { return broken_ns_; }  // negative: it is not, as far as it goes
   [[nodiscard]] bool was_overfilled() const { return overfilled_; }  // sent to while it was not writable
 
  private:
@@ -142,6 +143,7 @@ class Wire final : public server::Connection, public std::enable_shared_from_thi
   server::PacketSink* sink_ = nullptr;
   int life_ = -1;
   std::size_t unsent_most_ = 0;
+  std::int64_t broken_ns_ = -1;
   bool open_ = false, over_ = false;  // for the client
   bool answered_ = false, server_closed_ = false, broken_stream_ = false, overfilled_ = false;
 };

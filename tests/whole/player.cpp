@@ -31,8 +31,11 @@ std::int64_t Player::clock_ns() const {
 }
 
 void Player::join() {
+  if (core_ && !core_->ended() && !leaving_) return;  // it is there
   joined_ = true;
   leaving_ = false;
+  broken_ns_ = -1;
+  if (wire_) std::exchange(wire_, nullptr)->drop();
   make_core();
   turn();
   if (!std::exchange(posing_, true)) send_poses();
@@ -82,8 +85,8 @@ void Player::add_character() {
 }
 
 void Player::leave(bool says_goodbye) {
-  if (!core_) return;
   leaving_ = true;
+  if (!core_) return;
   if (says_goodbye) {
     journal_->count("left with goodbye");
     core_->leave(clock_ns());
@@ -122,7 +125,7 @@ void Player::set_moving(bool moving) {
 void Player::calm_down() {
   act_until_ns_ = gap_until_ns_ = 0;
   calm_since_ns_ = timeline_->now_ns();
-  plan_.sends_garbage = false;
+  calm_ = true;
   pause_reading(false);
   set_moving(true);
   observe_ = {};
@@ -238,7 +241,7 @@ void Player::on_bytes(std::span<const std::uint8_t> bytes) {
 void Player::on_closed(const std::string& why) {
   if (!core_) return;
   if (core_->active() && broken_ns_ < 0) {
-    broken_ns_ = timeline_->now_ns();
+    broken_ns_ = wire_ && wire_->broken_ns() >= 0 ? wire_->broken_ns() : timeline_->now_ns();
     broken_life_ = wire_ ? wire_->life() : -1;
   }
   wire_.reset();
@@ -281,7 +284,7 @@ void Player::add_pose(std::uint32_t number, Character& character, std::vector<wi
   wire::PoseSample pose{number, ++character.sequence, clock_ns(), std::exchange(character.teleports, false),
                         pose_of(character)};
   poses.push_back(pose);
-  if (!plan_.sends_garbage || random_.unit() > 0.1) return;
+  if (!plan_.sends_garbage || calm_ || random_.unit() > 0.1) return;
   pose.sequence = ++character.sequence;
   spoil(pose);
   poses.push_back(pose);

@@ -23,7 +23,7 @@ struct PlayerPlan {
   std::int64_t clock_offset_ns = 0;
   int clock_ppm = 0;         // its clock's drift
   bool steady = false;       // a good network and a plain life: it is held to get every tick
-  bool sends_garbage = false;  // among its poses
+  bool sends_garbage = false;  // among its poses, until it is told to calm down
   double actions_per_s = 1;  // of all that a client may ask for
 };
 
@@ -109,7 +109,7 @@ class Player final : public ClientEnd {
   std::shared_ptr<Wire> wire_;
   std::int64_t wake_ns_ = -1;
   bool half_closed_ = false, leaving_ = false, joined_ = false, acting_ = false, posing_ = false, turning_ = false;
-  bool turn_again_ = false;
+  bool turn_again_ = false, calm_ = false;
   std::int64_t act_until_ns_ = 0, gap_until_ns_ = 0, calm_since_ns_ = 0;
   std::uint64_t dials_ = 0;
   std::map<std::uint32_t, Character> characters_;
