@@ -159,8 +159,7 @@ void Player::pause_reading(bool paused) {
 void Player::connect() {
   core_->on_opening(clock_ns());
   half_closed_ = false;
-  wire_ = std::make_shared<Wire>(*timeline_, *host_, *this, plan_.quality,
-                                 random_.next() ^ ++dials_);
+  wire_ = std::make_shared<Wire>(*timeline_, *host_, *this, plan_.quality, random_.next() ^ ++dials_);
   const bool into_nothing = !plan_.steady && act_until_ns_ > timeline_->now_ns() && random_.unit() < 0.05;
   if (into_nothing) journal_->count("dialled into nothing");
   wire_->dial(into_nothing);
@@ -259,7 +258,8 @@ std::set<server::CharacterKey> Player::keys() const {
 Pose Player::pose_of(const Character& character) const {
   const std::int64_t at_ns = character.moving ? timeline_->now_ns() : character.held_at_ns;
   const double t = 1e-9 * static_cast<double>(at_ns) + character.phase;
-  const Vec3 place = character.place + Vec3(character.reach * std::sin(2.1 * t), 0, character.reach * std::cos(1.7 * t));
+  const Vec3 place =
+      character.place + Vec3(character.reach * std::sin(2.1 * t), 0, character.reach * std::cos(1.7 * t));
   Pose pose = rigid_pose({Quat(Eigen::AngleAxisd(0.3 * std::sin(t), Vec3::UnitY())), place});
   RigidTransform& head = pose[Bone::head];
   head.rotation = head.rotation * Quat(Eigen::AngleAxisd(character.turn * std::sin(3 * t), Vec3::UnitX()));
@@ -382,8 +382,7 @@ void Player::act() {
   } else if (pick <= 9 && !seen.empty()) {
     std::vector<wire::MemberImportance> report;
     for (const std::uint32_t member : seen)
-      report.push_back({member, static_cast<float>(random_.unit()),
-                        members_[member].own || random_.unit() < 0.6});
+      report.push_back({member, static_cast<float>(random_.unit()), members_[member].own || random_.unit() < 0.6});
     core_->report_importance(report);
     journal_->count("importance");
   } else if (pick == 10 && !seen.empty()) {
