@@ -325,8 +325,8 @@ void LinkCore::on(wire::GroomNeed& need, std::int64_t) {
 }
 
 void LinkCore::on(wire::GroomStatus& status, std::int64_t now_ns) {
-  // Merely queued it may still be on its way from another client, and that one may leave.
-  if (status.state != wire::GroomState::queued) uploads_.drop(status.hash);
+  // Until then its bytes may be another client's, which leaves, or whose bytes prove wrong when they are built.
+  if (status.state == wire::GroomState::ready || status.state == wire::GroomState::refused) uploads_.drop(status.hash);
   if (status.state == wire::GroomState::ready) {
     roster_.on_ready(status.hash);
     kept_.on_ready(status.hash, now_ns);

@@ -9,6 +9,7 @@ void Roster::offer(const wire::GroomHash& hash, Bytes bytes) {
 }
 
 void Roster::add(const wire::AddCharacter& added) {
+  said_twice_.erase(added.character);
   characters_[added.character] = {added.groom, added.level, {}, added.state, false};
 }
 
@@ -41,7 +42,6 @@ void Roster::on_ready(const wire::GroomHash& hash) {
 }
 
 void Roster::on_added(std::uint32_t character) {
-  said_twice_.erase(character);
   if (const auto found = characters_.find(character); found != characters_.end()) found->second.confirmed = true;
 }
 
@@ -64,12 +64,12 @@ Roster::Again Roster::say_again(bool resumed) {
   for (const std::uint32_t character : leaving_) again.messages.push_back(wire::RemoveCharacter{character});
   for (auto& [number, character] : characters_) {
     character.confirmed = character.confirmed && resumed;
-    if (character.confirmed) {
-      again.messages.push_back(wire::SetLevel{number, character.level});
-    } else {
+    if (!character.confirmed) {
       again.messages.push_back(wire::AddCharacter{number, character.groom, character.level, character.state});
       if (resumed) said_twice_.insert(number);
     }
+    // One that it added before the connection broke may be on an older level.
+    if (resumed) again.messages.push_back(wire::SetLevel{number, character.level});
     if (character.material) again.messages.push_back(wire::SetMaterial{number, *character.material});
   }
   if (wind_) again.messages.push_back(*wind_);

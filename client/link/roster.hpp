@@ -60,7 +60,8 @@ class Roster {
   std::map<wire::GroomHash, Offered> grooms_;
   std::map<std::uint32_t, Character> characters_;
   std::set<std::uint32_t> leaving_;     // removed, and not confirmed
-  std::set<std::uint32_t> said_twice_;  // characters of which the server may have heard already
+  // Characters of which the server may have heard already; it may tell of them before it refuses them.
+  std::set<std::uint32_t> said_twice_;
   std::optional<wire::SetWind> wind_;
   std::optional<wire::Observe> observe_;
 };

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -58,6 +59,7 @@ struct Character {
   std::vector<FrameVariant> variants;    // of which the first variant_count are of this tick
   std::size_t variant_count = 0;
   std::int64_t encode_ns = 0;            // that these took
+  std::array<std::int32_t, codec::kBoneIntegers> shown_bones{};  // of the pose that the last step ended at
   FrameHistory history;                  // of frames at level `shown`
   std::shared_ptr<const codec::Neighbours> neighbours;  // of level `shown`; null when rigid
 };

@@ -107,6 +107,7 @@ void Publisher::forget_groom(const wire::GroomHash& groom) {
 
 void Publisher::look(const Terms& terms, Character& character) const {
   const LatticeView lattice = terms.simulation.lattice(character.key);
+  if (lattice.stepped) character.shown_bones = character.bones.bones;
   character.discontinuous = character.discontinuous || (lattice.stepped && lattice.jumped);
   character.asleep = lattice.asleep && !character.discontinuous;
   character.changed = (lattice.stepped && !lattice.asleep) || character.discontinuous;
@@ -180,7 +181,7 @@ void Publisher::encode(const Terms& terms, Character& character) const {
     codec::Integers*& now = integers[static_cast<std::size_t>(variant.error_class)];
     if (now) continue;
     now = &character.history.add(variant.error_class, tick, keep_from);
-    now->bones = character.bones.bones;
+    now->bones = character.shown_bones;
     codec::quantise_nodes(lattice.displacement, variant.error_class, now->nodes);
     now->velocities.clear();
   }

@@ -254,6 +254,7 @@ void Scheduler::place(Character& character) {
   const bool ready = simulation_.levels(character.groom) != nullptr;
   character.placed = true;
   character.discontinuous = true;
+  character.shown_bones = character.bones.bones;
   inputs_.added.push_back({character.key, character.groom, character.room, ready, LevelIndex::rigid, character.pose});
 }
 

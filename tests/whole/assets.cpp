@@ -30,8 +30,7 @@ void secret_bytes(void* const out, const std::size_t count) {
 }
 
 struct Folder {
-  std::filesystem::path path =
-      std::filesystem::temp_directory_path() / ("hairnet-whole-" + std::to_string(::getpid()));
+  std::filesystem::path path = std::filesystem::temp_directory_path() / ("hairnet-whole-" + std::to_string(::getpid()));
   Folder() { std::filesystem::create_directories(path); }
   ~Folder() {
     std::error_code ignored;

@@ -281,8 +281,8 @@ void Misfit::add_crowd() {
   wire::PoseBatch batch;
   ++sequence_;
   for (const std::uint32_t number : characters_)
-    batch.poses.push_back({number, sequence_, clock_ns(), false,
-                           rigid_pose({Quat::Identity(), {random_.between(-1, 1), 1.6, 0}})});
+    batch.poses.push_back(
+        {number, sequence_, clock_ns(), false, rigid_pose({Quat::Identity(), {random_.between(-1, 1), 1.6, 0}})});
   say(batch);
   if (random_.unit() < 0.2 && !characters_.empty()) {
     say(wire::RemoveCharacter{*characters_.begin()});

@@ -30,7 +30,7 @@ enum class Misbehaviour : std::uint8_t {
   churner,        // comes and goes all the time
 };
 inline constexpr std::array<std::string_view, 11> kMisbehaviourNames{
-    "silent", "noise",       "mutant",        "stranger",      "flood", "pose_flood",
+    "silent", "noise",       "mutant",        "stranger",     "flood",  "pose_flood",
     "slow",   "wrong_hello", "groom_spoiler", "crowd_of_one", "churner"};
 
 struct MisfitPlan {

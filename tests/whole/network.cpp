@@ -49,7 +49,8 @@ void Pipe::pump() {
   bool moved = false;
   while (unsent_bytes_ > 0 && way_bytes_ < quality_.window_bytes) {
     std::vector<std::uint8_t>& first = unsent_.front();
-    std::size_t count = std::min({first.size() - first_sent_, quality_.segment_bytes_max, quality_.window_bytes - way_bytes_});
+    std::size_t count =
+        std::min({first.size() - first_sent_, quality_.segment_bytes_max, quality_.window_bytes - way_bytes_});
     if (quality_.in_crumbs) count = 1 + static_cast<std::size_t>(random_.next() % count);
     std::vector<std::uint8_t> segment(first.begin() + static_cast<std::ptrdiff_t>(first_sent_),
                                       first.begin() + static_cast<std::ptrdiff_t>(first_sent_ + count));
@@ -197,6 +198,7 @@ void Wire::drop() {
 }
 
 void Wire::break_now(const Break& how) {
+  if (broken_ns_ < 0) broken_ns_ = timeline_->now_ns();
   up_->kill();
   down_->kill();
   const auto self = shared_from_this();

@@ -35,9 +35,9 @@ class Pipe : public std::enable_shared_from_this<Pipe> {
   Pipe(Timeline& timeline, const Quality& quality, std::uint64_t seed);
 
   void write(std::span<const std::uint8_t> bytes);
-  void end();   // after what was written
-  void kill();  // nothing arrives any more
-  void pause(bool paused);  // the receiver's reading
+  void end();                                                             // after what was written
+  void kill();                                                            // nothing arrives any more
+  void pause(bool paused);                                                // the receiver's reading
   void kill_after(std::uint64_t byte_count, std::function<void()> then);  // that arrived, counted from the first
 
   [[nodiscard]] std::size_t unsent_bytes() const { return unsent_bytes_; }
@@ -73,7 +73,7 @@ class ClientEnd {
   virtual ~ClientEnd() = default;
   virtual void on_open() = 0;
   virtual void on_bytes(std::span<const std::uint8_t> bytes) = 0;
-  virtual void on_room() = 0;                           // more can be written
+  virtual void on_room() = 0;                          // more can be written
   virtual void on_closed(const std::string& why) = 0;  // the last call
 };
 
@@ -125,7 +125,8 @@ class Wire final : public server::Connection, public std::enable_shared_from_thi
   [[nodiscard]] int life() const { return life_; }  // of the server that answered
   void set_life(int life) { life_ = life; }
   [[nodiscard]] std::size_t unsent_most_bytes() const { return unsent_most_; }
-  [[nodiscard]] bool was_overfilled() const { return overfilled_; }  // sent to while it was not writable
+  [[nodiscard]] std::int64_t broken_ns() const { return broken_ns_; }  // negative: it is not, as far as it goes
+  [[nodiscard]] bool was_overfilled() const { return overfilled_; }    // sent to while it was not writable
 
  private:
   void answer();
@@ -142,6 +143,7 @@ class Wire final : public server::Connection, public std::enable_shared_from_thi
   server::PacketSink* sink_ = nullptr;
   int life_ = -1;
   std::size_t unsent_most_ = 0;
+  std::int64_t broken_ns_ = -1;
   bool open_ = false, over_ = false;  // for the client
   bool answered_ = false, server_closed_ = false, broken_stream_ = false, overfilled_ = false;
 };

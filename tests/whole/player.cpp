@@ -31,8 +31,11 @@ std::int64_t Player::clock_ns() const {
 }
 
 void Player::join() {
+  if (core_ && !core_->ended() && !leaving_) return;  // it is there
   joined_ = true;
   leaving_ = false;
+  broken_ns_ = -1;
+  if (wire_) std::exchange(wire_, nullptr)->drop();
   make_core();
   turn();
   if (!std::exchange(posing_, true)) send_poses();
@@ -82,8 +85,8 @@ void Player::add_character() {
 }
 
 void Player::leave(bool says_goodbye) {
-  if (!core_) return;
   leaving_ = true;
+  if (!core_) return;
   if (says_goodbye) {
     journal_->count("left with goodbye");
     core_->leave(clock_ns());
@@ -122,7 +125,7 @@ void Player::set_moving(bool moving) {
 void Player::calm_down() {
   act_until_ns_ = gap_until_ns_ = 0;
   calm_since_ns_ = timeline_->now_ns();
-  plan_.sends_garbage = false;
+  calm_ = true;
   pause_reading(false);
   set_moving(true);
   observe_ = {};
@@ -156,8 +159,7 @@ void Player::pause_reading(bool paused) {
 void Player::connect() {
   core_->on_opening(clock_ns());
   half_closed_ = false;
-  wire_ = std::make_shared<Wire>(*timeline_, *host_, *this, plan_.quality,
-                                 random_.next() ^ ++dials_);
+  wire_ = std::make_shared<Wire>(*timeline_, *host_, *this, plan_.quality, random_.next() ^ ++dials_);
   const bool into_nothing = !plan_.steady && act_until_ns_ > timeline_->now_ns() && random_.unit() < 0.05;
   if (into_nothing) journal_->count("dialled into nothing");
   wire_->dial(into_nothing);
@@ -238,7 +240,7 @@ void Player::on_bytes(std::span<const std::uint8_t> bytes) {
 void Player::on_closed(const std::string& why) {
   if (!core_) return;
   if (core_->active() && broken_ns_ < 0) {
-    broken_ns_ = timeline_->now_ns();
+    broken_ns_ = wire_ && wire_->broken_ns() >= 0 ? wire_->broken_ns() : timeline_->now_ns();
     broken_life_ = wire_ ? wire_->life() : -1;
   }
   wire_.reset();
@@ -256,7 +258,8 @@ std::set<server::CharacterKey> Player::keys() const {
 Pose Player::pose_of(const Character& character) const {
   const std::int64_t at_ns = character.moving ? timeline_->now_ns() : character.held_at_ns;
   const double t = 1e-9 * static_cast<double>(at_ns) + character.phase;
-  const Vec3 place = character.place + Vec3(character.reach * std::sin(2.1 * t), 0, character.reach * std::cos(1.7 * t));
+  const Vec3 place =
+      character.place + Vec3(character.reach * std::sin(2.1 * t), 0, character.reach * std::cos(1.7 * t));
   Pose pose = rigid_pose({Quat(Eigen::AngleAxisd(0.3 * std::sin(t), Vec3::UnitY())), place});
   RigidTransform& head = pose[Bone::head];
   head.rotation = head.rotation * Quat(Eigen::AngleAxisd(character.turn * std::sin(3 * t), Vec3::UnitX()));
@@ -281,7 +284,7 @@ void Player::add_pose(std::uint32_t number, Character& character, std::vector<wi
   wire::PoseSample pose{number, ++character.sequence, clock_ns(), std::exchange(character.teleports, false),
                         pose_of(character)};
   poses.push_back(pose);
-  if (!plan_.sends_garbage || random_.unit() > 0.1) return;
+  if (!plan_.sends_garbage || calm_ || random_.unit() > 0.1) return;
   pose.sequence = ++character.sequence;
   spoil(pose);
   poses.push_back(pose);
@@ -379,8 +382,7 @@ void Player::act() {
   } else if (pick <= 9 && !seen.empty()) {
     std::vector<wire::MemberImportance> report;
     for (const std::uint32_t member : seen)
-      report.push_back({member, static_cast<float>(random_.unit()),
-                        members_[member].own || random_.unit() < 0.6});
+      report.push_back({member, static_cast<float>(random_.unit()), members_[member].own || random_.unit() < 0.6});
     core_->report_importance(report);
     journal_->count("importance");
   } else if (pick == 10 && !seen.empty()) {

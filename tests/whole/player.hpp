@@ -21,10 +21,10 @@ struct PlayerPlan {
   Quality quality;
   double pose_hz = 60;
   std::int64_t clock_offset_ns = 0;
-  int clock_ppm = 0;         // its clock's drift
-  bool steady = false;       // a good network and a plain life: it is held to get every tick
-  bool sends_garbage = false;  // among its poses
-  double actions_per_s = 1;  // of all that a client may ask for
+  int clock_ppm = 0;           // its clock's drift
+  bool steady = false;         // a good network and a plain life: it is held to get every tick
+  bool sends_garbage = false;  // among its poses, until it is told to calm down
+  double actions_per_s = 1;    // of all that a client may ask for
 };
 
 // A well-behaved client: a LinkCore over simulated connections, what it wants, and what it holds the server to.
@@ -38,7 +38,7 @@ class Player final : public ClientEnd {
   void act_at_random(std::int64_t until_ns);  // again and again
   void break_connection(const Break& how, std::optional<std::uint64_t> after_bytes, bool of_server);
   void pause_reading(bool paused);
-  void calm_down();                  // asks for everything, plainly, and no more garbage
+  void calm_down();  // asks for everything, plainly, and no more garbage
   void set_moving(bool moving);
 
   [[nodiscard]] const PlayerPlan& plan() const { return plan_; }
@@ -109,7 +109,7 @@ class Player final : public ClientEnd {
   std::shared_ptr<Wire> wire_;
   std::int64_t wake_ns_ = -1;
   bool half_closed_ = false, leaving_ = false, joined_ = false, acting_ = false, posing_ = false, turning_ = false;
-  bool turn_again_ = false;
+  bool turn_again_ = false, calm_ = false;
   std::int64_t act_until_ns_ = 0, gap_until_ns_ = 0, calm_since_ns_ = 0;
   std::uint64_t dials_ = 0;
   std::map<std::uint32_t, Character> characters_;

@@ -80,9 +80,8 @@ struct Player::Hearer {
   }
   void operator()(const wire::CharacterRemoved& e) const {
     p.journal_->mix(e.character);
-    std::erase_if(p.members_, [&](const auto& m) {
-      return m.second.own && server::number_of(m.second.key) == e.character;
-    });
+    std::erase_if(p.members_,
+                  [&](const auto& m) { return m.second.own && server::number_of(m.second.key) == e.character; });
     if (p.characters_.contains(e.character)) p.fault("loses a character that it has not removed");
   }
   void operator()(const wire::MemberJoined& e) const {
@@ -121,8 +120,8 @@ struct Player::Hearer {
     p.journal_->mix(static_cast<std::uint64_t>(e.reason));
     p.journal_->count("client told " + std::string(wire::to_string(e.reason)));
     if (e.reason == ErrorReason::none || e.detail.empty()) p.fault("is refused without a reason");
-    const bool expected = e.reason == ErrorReason::groom_unavailable ||
-                          (e.reason == ErrorReason::pose_invalid && p.plan_.sends_garbage);
+    const bool expected =
+        e.reason == ErrorReason::groom_unavailable || (e.reason == ErrorReason::pose_invalid && p.plan_.sends_garbage);
     if (!expected) p.fault("is refused (" + std::string(wire::to_string(e.reason)) + "): " + e.detail);
   }
 };

@@ -12,7 +12,8 @@
 namespace hairnet::whole {
 namespace {
 
-constexpr std::int64_t kSettle_ns_max = 20 * kSecond_ns;  // after the disturbances: the longest wait between attempts is 5 s
+constexpr std::int64_t kSettle_ns_max =
+    20 * kSecond_ns;  // after the disturbances: the longest wait between attempts is 5 s
 constexpr std::int64_t kMotion_ns = 1200 * kMs;
 constexpr std::int64_t kRest_ns_max = 20 * kSecond_ns;
 
@@ -281,7 +282,9 @@ void Scenario::calm() {
     why = unsettled();
     if (why.empty()) break;
   }
-  if (!why.empty()) journal_.fault("all", "are not well " + std::to_string(kSettle_ns_max / kSecond_ns) + " s after the last disturbance: " + why);
+  if (!why.empty())
+    journal_.fault(
+        "all", "are not well " + std::to_string(kSettle_ns_max / kSecond_ns) + " s after the last disturbance: " + why);
   say("settled after " + std::to_string((timeline_.now_ns() - begun_ns) / kMs) + " ms");
 }
 
@@ -403,8 +406,7 @@ Outcome Scenario::run() {
   count_life(host_->life());
   for (const auto& player : players_) player->finish();
   const std::uint64_t received = journal_.events("frames received");
-  if (received > journal_.events("server: frames_sent"))
-    journal_.fault("all", "received more frames than were sent");
+  if (received > journal_.events("server: frames_sent")) journal_.fault("all", "received more frames than were sent");
   return {journal_.faults(), journal_.events(), journal_.hash(), 1e-9 * static_cast<double>(timeline_.now_ns())};
 }
 

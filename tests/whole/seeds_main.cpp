@@ -103,11 +103,14 @@ class Sweep {
 int main(int argc, char** argv) {
   Options options;
   CLI::App app("Runs the whole server and its clients under a simulated network, seed by seed.", "hairnet-whole-seeds");
-  app.footer("Examples:\n  hairnet-whole-seeds --first 1 --count 10000 --jobs 2\n  hairnet-whole-seeds --first 4711 --count 1 --verbose");
+  app.footer(
+      "Examples:\n  hairnet-whole-seeds --first 1 --count 10000 --jobs 2\n  hairnet-whole-seeds --first 4711 --count 1 "
+      "--verbose");
   app.add_option("--first", options.first, "the first seed");
   app.add_option("--count", options.count, "how many, one after the other");
   app.add_option("--jobs", options.jobs, "threads")->check(CLI::Range(1, 64));
-  app.add_option("--twice-every", options.twice_every, "of so many seeds one is run twice, for the same outcome; 0: none");
+  app.add_option("--twice-every", options.twice_every,
+                 "of so many seeds one is run twice, for the same outcome; 0: none");
   app.add_flag("--verbose", options.says_all, "say what the scenario and the server do");
   app.add_flag("--quiet", options.quiet, "no list of events");
   CLI11_PARSE(app, argc, argv);

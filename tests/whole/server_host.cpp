@@ -7,7 +7,8 @@ namespace hairnet::whole {
 namespace {
 
 constexpr std::int64_t kIoPeriod_ns = 20 * kMs;
-constexpr double kFlush_ns_max = 4e5;  // from a tick's end to its frames being taken: before the next one, even if that is late
+constexpr double kFlush_ns_max =
+    4e5;  // from a tick's end to its frames being taken: before the next one, even if that is late
 
 // Measures nothing but how often it was read: the same in every run.
 thread_local std::int64_t measured_ns = 0, reading_lasts_ns = 0;

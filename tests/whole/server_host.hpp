@@ -32,8 +32,8 @@ class ServerHost final : public Host {
   void kill(const Break& how);  // how its clients' connections end
   void drain();                 // says goodbye to all; kill() it later
   void stall_tick(std::int64_t until_ns) { stalled_until_ns_ = until_ns; }
-  // What the server takes its work to last, for each reading of the clock that it measures with: with much it must lower
-  // levels.
+  // What the server takes its work to last, for each reading of the clock that it measures with: with much it must
+  // lower levels.
   void set_work(std::int64_t reading_ns) { work_ns_ = reading_ns; }
 
   [[nodiscard]] bool is_up() const override { return server_ != nullptr; }
@@ -41,7 +41,9 @@ class ServerHost final : public Host {
   [[nodiscard]] std::int64_t clock_ns() const override;
   [[nodiscard]] int life() const { return static_cast<int>(lives_.size()) - 1; }
   [[nodiscard]] const server::Server* server() const { return server_.get(); }
-  [[nodiscard]] const server::Metrics& metrics(int life) const { return *lives_[static_cast<std::size_t>(life)].metrics; }
+  [[nodiscard]] const server::Metrics& metrics(int life) const {
+    return *lives_[static_cast<std::size_t>(life)].metrics;
+  }
   [[nodiscard]] const server::Config& config() const { return config_; }
 
   // What was so in that life; null when that tick never ran or did not have the character.

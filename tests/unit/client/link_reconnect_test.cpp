@@ -112,12 +112,38 @@ TEST_F(Settled, after_a_resume_only_what_the_server_may_have_missed_is_said_agai
   EXPECT_EQ(level.character, 7u);
   EXPECT_EQ(level.level, LevelIndex::ether);
   EXPECT_EQ(d.expect<wire::AddCharacter>().character, 8u);
+  EXPECT_EQ(d.expect<wire::SetLevel>().character, 8u) << "it may have been added on another";
   EXPECT_FALSE(d.take());
   d.send(wire::Error{wire::ErrorReason::character_exists, 8, {}, ""});  // it had arrived before
   d.send(wire::CharacterAdded{7, hash_of(1), LevelIndex::low, 31});     // told anew
   EXPECT_TRUE(d.core.take_events().size() == 2u);                       // Reconnecting, Connected
   d.send(wire::Error{wire::ErrorReason::character_exists, 8, {}, ""});  // this one is the caller's
   EXPECT_TRUE(d.event<wire::Error>());
+}
+
+TEST_F(Settled, a_character_that_is_told_of_before_it_is_refused_is_no_fault) {
+  d.core.add_character(8, hash_of(1), LevelIndex::high);
+  break_off();
+  come_back(welcome_to(5, true));
+  d.core.take_events();
+  d.send(wire::CharacterAdded{8, hash_of(1), LevelIndex::high, 32});    // of the connection before
+  d.send(wire::Error{wire::ErrorReason::character_exists, 8, {}, ""});  // of this one
+  EXPECT_TRUE(d.event<wire::CharacterAdded>());
+  EXPECT_TRUE(d.core.take_events().empty());
+}
+
+TEST_F(Settled, a_groom_may_be_asked_for_again_until_it_is_ready) {
+  d.core.offer_groom(hash_of(2), ten_bytes());
+  d.expect<wire::GroomOffer>();
+  d.send(wire::GroomNeed{hash_of(2), 10});  // another uploads it
+  d.send(wire::GroomStatus{hash_of(2), wire::GroomState::queued});
+  d.send(wire::GroomStatus{hash_of(2), wire::GroomState::building});
+  EXPECT_FALSE(d.take());
+  d.send(wire::GroomNeed{hash_of(2), 0});  // the other's bytes were wrong
+  EXPECT_EQ(d.expect<wire::GroomChunk>().bytes.size(), 10u);
+  d.send(wire::GroomStatus{hash_of(2), wire::GroomState::ready});
+  d.send(wire::GroomNeed{hash_of(2), 0});
+  EXPECT_FALSE(d.take());
 }
 
 TEST_F(Settled, a_removal_that_was_not_confirmed_is_said_again_and_may_have_arrived) {
