@@ -8,8 +8,9 @@
 namespace hairnet::server {
 
 PacketSink* SessionRegistry::open(std::shared_ptr<Connection> connection, std::int64_t now_ns) {
-  const std::size_t unwelcomed = sessions_.size() - std::min(sessions_.size(), context_->session_count);
-  if (draining_ || unwelcomed >= context_->limits.session_count_max) {
+  const auto unwelcomed = std::ranges::count_if(
+      sessions_, [](const auto& entry) { return entry.second->state() == Session::State::awaiting_hello; });
+  if (draining_ || std::cmp_greater_equal(unwelcomed, context_->limits.session_count_max)) {
     context_->counters.sessions_refused_full.add();
     const wire::Goodbye goodbye =
         draining_ ? wire::Goodbye{wire::GoodbyeReason::server_draining, "the server stops"}

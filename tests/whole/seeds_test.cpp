@@ -9,7 +9,7 @@
 namespace hairnet::whole {
 namespace {
 
-constexpr std::uint64_t kSeeds = HAIRNET_SANITIZED ? 25 : 300;
+constexpr std::uint64_t kSeeds = HAIRNET_SANITIZED ? 25 : 150;
 
 void run_seeds(std::uint64_t first, std::uint64_t count) {
   spdlog::set_level(spdlog::level::off);

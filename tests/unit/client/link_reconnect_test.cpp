@@ -69,7 +69,7 @@ TEST(Backoff, the_same_seed_waits_the_same) {
   Backoff a(9), b(9), c(10);
   bool differs = false;
   for (int i = 0; i < 10; ++i) {
-    const std::int64_t away_ns = i * 1'000'000'000, wait_ns = a.next_ns(away_ns);
+    const std::int64_t away_ns = std::int64_t{i} * 1'000'000'000, wait_ns = a.next_ns(away_ns);
     EXPECT_EQ(wait_ns, b.next_ns(away_ns));
     differs |= wait_ns != c.next_ns(away_ns);
   }

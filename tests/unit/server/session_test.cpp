@@ -561,6 +561,7 @@ TEST_F(SessionTest, refuses_a_room_whose_name_cannot_be_and_a_room_too_many) {
 
 TEST_F(SessionTest, wants_a_token_by_its_key_and_holds_the_bearer_to_it) {
   context_.token_key.emplace(std::vector<std::uint8_t>(32, 7));
+  context_.limits.session_count_max = 100;
   context_.unix_time_s = [] { return std::int64_t{1000}; };
   const auto try_token = [&](const std::string& token, wire::Role role, const std::string& room = "hall") {
     auto connection = std::make_shared<FakeConnection>();
