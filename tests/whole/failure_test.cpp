@@ -76,7 +76,7 @@ TEST_F(Failure, wrong_flags_exit_with_2_and_one_line) {
       {"hairnet-view", {"--no-draw", "--character", "groom=made:bob,motion=made:nod,colour=plaid"}},
       {"hairnet-view", {"--no-draw", "--character", "groom=made:bob,motion=made:nod,material=wood"}},
       {"hairnet-view", {"--no-draw", "--character", kCharacter, "--wind", "1", "2", "inf"}},
-      {"hairnet-view", {"--no-draw", "--character", kCharacter, "--connect", "here"}},
+      {"hairnet-view", {"--no-draw", "--character", kCharacter, "--connect", "here:"}},
       {"hairnet-view", {"--no-draw", "--character", kCharacter, "--connect", "here:70000"}},
       {"hairnet-view", {"--no-draw", "--character", kCharacter, "--duration", "nan"}},
       {"hairnet-view", {"--character", kCharacter, "--sheet", "a.png"}},
