@@ -10,7 +10,7 @@ namespace {
 // The spatial weights that leave least; judged by some of the nodes.
 unsigned choose_spatial(std::span<const NodeNeighbours> neighbours, NodeRange range, const std::int16_t* nodes,
                         const std::int16_t* predicted) {
-  constexpr std::uint32_t kSamplesMax = 64;
+  constexpr std::uint32_t kSamplesMax = 32;
   const std::uint32_t stride = range.count / kSamplesMax + 1;
   std::array<std::uint32_t, kSpatialWeights.size()> sums{};
   const auto error = [&](std::uint32_t i, unsigned axis) {
