@@ -63,7 +63,9 @@ void add_flag(CLI::App& app, const Setting& setting, Given& given) {
 
 // What was left open, from what is known.
 void complete(Config& config, const std::set<std::string>& named) {
-  if (config.workers == 0) config.workers = std::max(2u, std::thread::hardware_concurrency()) - 1;
+  // The network takes a small part of what ticks take: of two cores one would be half for little.
+  const unsigned threads = std::max(1u, std::thread::hardware_concurrency());
+  if (config.workers == 0) config.workers = threads > 2 ? threads - 1 : threads;
   if (config.build_threads == 0) config.build_threads = std::clamp(std::thread::hardware_concurrency(), 1u, 4u);
   config.sessions.characters_per_session_max =
       std::min(config.sessions.characters_per_session_max, config.sessions.character_count_max);

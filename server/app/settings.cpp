@@ -122,7 +122,7 @@ void add_server(List& list, Config& c) {
   list.whole(c.ticks_behind_max, "ticks_behind_max", 1, 1000, "more overdue ticks than this are skipped");
   list.number(c.tick_budget, "tick_budget", 0.05, 0.95,
               "share of a tick that its work may take; detail goes down to keep within it");
-  list.whole(c.workers, "workers", 0, 256, "threads of a tick; 0: the machine's less one");
+  list.whole(c.workers, "workers", 0, 256, "threads of a tick; 0: the machine's, less one for the network where there are more than two");
   list.text(c.token_key_file, "token_key_file",
             "clients need tokens signed by the key in this file (hairnet-token key); empty: they need none");
   list.number(c.drain_s, "drain_s", 0, 600, "at shutdown, for clients to take what waits for them");
