@@ -37,7 +37,7 @@ void Outbox::push_frames(std::vector<std::vector<std::uint8_t>> packets, std::si
 
 bool Outbox::make_way() {
   const std::lock_guard lock(mutex_);
-  if (ticks_waiting_ < kTicksWaitingMax) return false;
+  if (ticks_waiting_ < (held_back_ ? kTicksWaitingMax : kTicksUnseenMax)) return false;
   drop_frames();
   return true;
 }
@@ -66,6 +66,7 @@ void Outbox::push_goodbye(const wire::Goodbye& goodbye, std::int64_t now_ns) {
 bool Outbox::take(std::vector<std::uint8_t>& packet, std::int64_t now_ns) {
   {
     const std::lock_guard lock(mutex_);
+    held_back_ = false;
     if (waiting_.empty()) return false;
     Waiting& first = waiting_.front();
     packet = std::move(first.packet);
@@ -80,6 +81,11 @@ bool Outbox::take(std::vector<std::uint8_t>& packet, std::int64_t now_ns) {
   }
   wire::set_clock(packet, now_ns);
   return true;
+}
+
+void Outbox::hold_back() {
+  const std::lock_guard lock(mutex_);
+  held_back_ = true;
 }
 
 bool Outbox::overflowed() const {

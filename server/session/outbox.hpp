@@ -10,12 +10,15 @@
 
 namespace hairnet::server {
 
-// What waits to be sent to one client, in order: messages, within a bound of bytes, and the frames of at most
-// kTicksWaitingMax ticks. Frames are predicted from those before them, so they give way all together (make_way). The tick and I/O
-// threads push, the I/O thread takes.
+// What waits to be sent to one client, in order: messages, within a bound of bytes, and the frames of a few ticks. Frames are
+// predicted from those before them, so they give way all together (make_way). The tick and I/O threads push, the I/O thread
+// takes.
 class Outbox final : public Outlet {
  public:
-  static constexpr std::size_t kTicksWaitingMax = 3;
+  static constexpr std::size_t kTicksWaitingMax = 3;  // while the connection takes no more
+  // While the I/O thread has not come to see whether it does: a late server runs several ticks without a pause, and it is not
+  // the client who is slow.
+  static constexpr std::size_t kTicksUnseenMax = 8;
 
   Outbox(std::size_t control_bytes_max, SessionCounters& counters);
 
@@ -27,6 +30,8 @@ class Outbox final : public Outlet {
 
   // The next packet, its clock set to `now_ns`. False when nothing waits.
   bool take(std::vector<std::uint8_t>& packet, std::int64_t now_ns);
+  // The connection takes no more; until the next take().
+  void hold_back();
 
   // A message did not fit: the client misses it, so the session must end.
   [[nodiscard]] bool overflowed() const;
@@ -50,7 +55,7 @@ class Outbox final : public Outlet {
   std::size_t control_bytes_ = 0;
   std::uint64_t last_tick_ = 0;
   std::size_t ticks_waiting_ = 0;
-  bool overflowed_ = false, closed_ = false;
+  bool overflowed_ = false, closed_ = false, held_back_ = false;
 };
 
 }  // namespace hairnet::server

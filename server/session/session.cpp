@@ -520,6 +520,7 @@ void Session::flush(std::int64_t now_ns) {
     context_->counters.bytes_sent.add(packet.size());
     connection_->send(std::move(packet));
   }
+  outbox_->hold_back();
   if (full_since_ns_ == 0) full_since_ns_ = now_ns;
 }
 

@@ -213,6 +213,11 @@ void Wire::break_after(std::uint64_t bytes, bool of_server, const Break& how) {
   });
 }
 
+void Wire::break_no_more() {
+  up_->kill_never();
+  down_->kill_never();
+}
+
 void Wire::on_server_killed() {
   sink_ = nullptr;
   server_closed_ = true;

@@ -39,6 +39,7 @@ class Pipe : public std::enable_shared_from_this<Pipe> {
   void kill();                                                            // nothing arrives any more
   void pause(bool paused);                                                // the receiver's reading
   void kill_after(std::uint64_t byte_count, std::function<void()> then);  // that arrived, counted from the first
+  void kill_never() { kill_at_bytes_.reset(); }                           // after all
 
   [[nodiscard]] std::size_t unsent_bytes() const { return unsent_bytes_; }
   [[nodiscard]] std::uint64_t arrived_bytes() const { return arrived_bytes_; }
@@ -111,6 +112,7 @@ class Wire final : public server::Connection, public std::enable_shared_from_thi
   // The network's side.
   void break_now(const Break& how);
   void break_after(std::uint64_t bytes, bool of_server, const Break& how);
+  void break_no_more();  // what break_after() was to do and has not done yet
   void forget_client() { client_ = nullptr; }
 
   // The server's side.

@@ -127,6 +127,7 @@ void Player::calm_down() {
   calm_since_ns_ = timeline_->now_ns();
   calm_ = true;
   pause_reading(false);
+  if (wire_) wire_->break_no_more();
   set_moving(true);
   observe_ = {};
   sees_all_ = true;

@@ -38,7 +38,8 @@ class Player final : public ClientEnd {
   void act_at_random(std::int64_t until_ns);  // again and again
   void break_connection(const Break& how, std::optional<std::uint64_t> after_bytes, bool of_server);
   void pause_reading(bool paused);
-  void calm_down();  // asks for everything, plainly, and no more garbage
+  void calm_down();  // asks for everything, plainly, and no more garbage; its connection does not break any more
+  [[nodiscard]] std::int64_t calm_since_ns() const { return calm_since_ns_; }
   void set_moving(bool moving);
 
   [[nodiscard]] const PlayerPlan& plan() const { return plan_; }

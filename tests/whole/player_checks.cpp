@@ -165,13 +165,16 @@ void Player::check(const link::FrameBatch& batch, const link::Frame& frame, Memb
   if (wire::validate_pose(frame.pose) != wire::PoseRefusal::none) fault(what + "its pose is not valid");
   if (member.last_tick && batch.tick <= *member.last_tick) fault(what + "ticks do not rise");
   if (member.own != (frame.character != 0)) fault(what + "is not whose it was");
+  // Its own hair, as it was when a server was lost, stands for what the next one has of it: none.
+  const LevelIndex level = frame.kept ? LevelIndex::rigid : frame.level;
+  if (frame.kept) journal_->count("frames of kept hair");
+  if (frame.kept && !member.own) fault(what + "has kept hair, and is another's");
   const int life = wire_ ? wire_->life() : host_->life();
   const Truth* truth = host_->truth(life, batch.tick, member.key);
   if (!truth) {
     fault(what + "was not in the World");
   } else {
-    // While a new server has none of it yet, the client shows the hair that the old one had.
-    if (truth->level != (frame.kept ? LevelIndex::rigid : frame.level)) fault(what + "is on another level than in the World");
+    if (truth->level != level) fault(what + "is on another level than in the World");
     if (truth->asleep != frame.asleep && !frame.discontinuous) fault(what + "sleeps here or in the World, not in both");
     for (std::size_t b = 0; b < kBoneCount; ++b) {
       if (truth->pose.bones[b].position != frame.pose.bones[b].position ||
@@ -180,9 +183,9 @@ void Player::check(const link::FrameBatch& batch, const link::Frame& frame, Memb
         break;
       }
     }
-    if (frame.level != LevelIndex::rigid && !frame.kept && truth->nodes[error_class] != hash_of(frame.displacements))
+    if (level != LevelIndex::rigid && truth->nodes[error_class] != hash_of(frame.displacements))
       fault(what + "has other hair than in the World");
-    if (!frame.velocities.empty() && !frame.kept && truth->velocities[error_class] != hash_of(frame.velocities))
+    if (!frame.velocities.empty() && truth->velocities[error_class] != hash_of(frame.velocities))
       fault(what + "has other velocities than in the World");
   }
   // Out of a client's view one may wake and sleep again: only who sees all can tell.
@@ -193,7 +196,7 @@ void Player::check(const link::FrameBatch& batch, const link::Frame& frame, Memb
   member.last_tick = batch.tick;
   member.last_ns = timeline_->now_ns();
   member.asleep = frame.asleep;
-  member.level = frame.level;
+  member.level = level;
   member.pose = frame.pose;
   member.step_stride = frame.step_stride;
   ++member.frames;

@@ -260,6 +260,8 @@ std::string Scenario::unsettled() {
     for (const auto& [number, member] : player->members()) {
       const std::string whom = " of member " + std::to_string(number);
       if (member.frames == 0) return player->name() + " has no frame" + whom;
+      // It may not have been told yet that its connection is no more.
+      if (member.last_ns < player->calm_since_ns()) return player->name() + " has no frame since all is calm" + whom;
       for (const auto& other : players_) {
         if (other->session() != server::session_of(member.key)) continue;
         const LevelIndex wanted = other->characters().at(server::number_of(member.key)).level;

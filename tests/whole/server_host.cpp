@@ -141,7 +141,7 @@ void ServerHost::check_bounds() {
     const server::Outbox& outbox = session->outbox();
     if (outbox.control_bytes_waiting() > limits.control_bytes_max)
       journal_->fault("server", "session " + std::to_string(id) + "'s outbox is beyond its bound of bytes");
-    if (outbox.ticks_waiting() > server::Outbox::kTicksWaitingMax)
+    if (outbox.ticks_waiting() > server::Outbox::kTicksUnseenMax)
       journal_->fault("server", "session " + std::to_string(id) + "'s outbox is beyond its bound of ticks");
   }
   if (server_->context().session_count > limits.session_count_max ||

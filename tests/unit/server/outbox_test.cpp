@@ -62,6 +62,7 @@ TEST_F(OutboxTest, sets_the_clock_of_every_packet_as_it_goes) {
 }
 
 TEST_F(OutboxTest, makes_way_only_when_as_many_ticks_wait_as_may) {
+  outbox_.hold_back();
   for (std::uint64_t tick = 1; tick < Outbox::kTicksWaitingMax; ++tick) {
     EXPECT_FALSE(outbox_.make_way());
     outbox_.push_frames(frames_of(tick, 3), 3);
@@ -77,10 +78,29 @@ TEST_F(OutboxTest, makes_way_only_when_as_many_ticks_wait_as_may) {
 TEST_F(OutboxTest, a_tick_waits_until_its_last_packet_is_taken) {
   for (std::uint64_t tick = 1; tick <= Outbox::kTicksWaitingMax; ++tick) outbox_.push_frames(frames_of(tick, 2), 2);
   EXPECT_EQ(take_tick(), 1u);
+  outbox_.hold_back();
   EXPECT_TRUE(outbox_.make_way());
   for (std::uint64_t tick = 1; tick <= Outbox::kTicksWaitingMax; ++tick) outbox_.push_frames(frames_of(tick, 2), 2);
   take();
   take();
+  outbox_.hold_back();
+  EXPECT_FALSE(outbox_.make_way());
+}
+
+TEST_F(OutboxTest, ticks_that_nobody_has_tried_to_send_are_no_sign_of_a_slow_client) {
+  for (std::uint64_t tick = 1; tick <= Outbox::kTicksUnseenMax; ++tick) {
+    EXPECT_FALSE(outbox_.make_way()) << tick;
+    outbox_.push_frames(frames_of(tick), 1);
+  }
+  EXPECT_TRUE(outbox_.make_way()) << "they do not pile up for ever";
+  EXPECT_EQ(counters_.frames_superseded.value(), Outbox::kTicksUnseenMax);
+}
+
+TEST_F(OutboxTest, a_connection_that_takes_again_is_held_back_no_longer) {
+  outbox_.hold_back();
+  outbox_.push_frames(frames_of(1), 1);
+  EXPECT_EQ(take_tick(), 1u);
+  for (std::uint64_t tick = 2; tick <= 1 + Outbox::kTicksWaitingMax; ++tick) outbox_.push_frames(frames_of(tick), 1);
   EXPECT_FALSE(outbox_.make_way());
 }
 
@@ -88,6 +108,7 @@ TEST_F(OutboxTest, frames_that_make_way_leave_messages_where_they_are) {
   outbox_.push(wire::CharacterRemoved{1}, 0);
   for (std::uint64_t tick = 1; tick <= Outbox::kTicksWaitingMax; ++tick) outbox_.push_frames(frames_of(tick), 1);
   outbox_.push(wire::CharacterRemoved{2}, 0);
+  outbox_.hold_back();
   ASSERT_TRUE(outbox_.make_way());
   EXPECT_EQ(std::get<wire::CharacterRemoved>(take()).character, 1u);
   EXPECT_EQ(std::get<wire::CharacterRemoved>(take()).character, 2u);

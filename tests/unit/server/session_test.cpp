@@ -367,6 +367,17 @@ TEST_F(SessionTest, a_client_that_takes_something_now_and_then_is_kept) {
   EXPECT_EQ(session_.state(), State::active);
 }
 
+TEST_F(SessionTest, frames_give_way_once_the_connection_was_seen_to_take_no_more) {
+  hello();
+  connection_->takes_more = false;
+  Outbox& outbox = session_.outbox();
+  for (std::size_t i = 0; i < Outbox::kTicksWaitingMax; ++i)
+    outbox.push_frames({wire::encode_packet({1, wire::FrameBatch{}})}, 1);
+  EXPECT_FALSE(outbox.make_way()) << "the ticks of a late server, made one after the other";
+  session_.flush(now_ns_);
+  EXPECT_TRUE(outbox.make_way());
+}
+
 TEST_F(SessionTest, an_overflowing_outbox_closes_as_a_slow_consumer) {
   context_.limits.control_bytes_max = 1000;
   auto connection = std::make_shared<FakeConnection>();
