@@ -17,6 +17,12 @@ struct Refused {
   explicit operator bool() const { return reason != wire::ErrorReason::none; }
 };
 
+// What became of a chunk. Not wanted, and no fault either: one that is there already, as after a resume, when a client may be
+// asked twice for the same bytes.
+struct ChunkAnswer : Refused {
+  bool was_wanted = false;
+};
+
 // Where sessions hand in grooms, and fetch others'. I/O thread. What a session is to hear (GroomNeed, GroomStatus, late
 // errors) comes back through its own message path, in order.
 class GroomDesk {
@@ -25,7 +31,7 @@ class GroomDesk {
   // A session begins: what it may have. Without this it has the server's own limits.
   virtual void open(SessionId session, std::uint64_t strand_count_max, std::int64_t now_ns) = 0;
   virtual Refused offer(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns) = 0;
-  virtual Refused chunk(SessionId session, wire::GroomChunk chunk, std::int64_t now_ns) = 0;
+  virtual ChunkAnswer chunk(SessionId session, wire::GroomChunk chunk, std::int64_t now_ns) = 0;
   // From now on the session uses the groom, so it stays. groom_unknown unless someone has offered it, or it is kept on
   // disk.
   virtual Refused hold(SessionId session, const wire::GroomHash& groom) = 0;

@@ -269,11 +269,11 @@ void Session::on_groom_offer(const wire::GroomOffer& offer, std::int64_t now_ns)
 void Session::on_groom_chunk(wire::GroomChunk chunk, std::int64_t now_ns) {
   const wire::GroomHash hash = chunk.hash;
   const bool was_free = chunk.bytes.size() >= kFreeChunkLeast_bytes;
-  if (const Refused refused = context_->grooms.chunk(id(), std::move(chunk), now_ns)) {
-    context_->counters.chunks_refused.add();
-    refuse(refused, now_ns, 0, hash);
-    if (was_free) messages_.take(1, now_ns);  // only wanted bytes are free
-  }
+  const ChunkAnswer answer = context_->grooms.chunk(id(), std::move(chunk), now_ns);
+  if (was_free && !answer.was_wanted) messages_.take(1, now_ns);  // only wanted bytes are free
+  if (!answer) return;
+  context_->counters.chunks_refused.add();
+  refuse(answer, now_ns, 0, hash);
 }
 
 void Session::on_add_character(wire::AddCharacter add, std::int64_t now_ns) {

@@ -90,15 +90,17 @@ Refused GroomStore::offer(SessionId session, const wire::GroomOffer& offer, std:
 Refused GroomStore::offer_known(Grooms::iterator groom, SessionId session, const wire::GroomOffer& offer,
                                 std::int64_t now_ns) {
   Entry& entry = groom->second;
-  if (entry.byte_count == 0) entry.byte_count = offer.byte_count;
-  if (entry.byte_count != offer.byte_count) {
+  // Until the bytes are known to be those of the hash, who offered it first may be wrong about their number.
+  const bool is_known = entry.state == State::building || entry.state == State::ready;
+  const bool uploads = entry.state == State::uploading && entry.uploader == session;
+  if ((is_known || uploads) && entry.byte_count != offer.byte_count) {
     counters_->grooms_refused_hash.add();
     return {ErrorReason::groom_hash_mismatch,
             fmt::format("the groom of that hash has {} bytes, not {}", entry.byte_count, offer.byte_count)};
   }
-  const bool offered = std::exchange(entry.holders[session], true);
+  const bool offered = std::exchange(entry.holders[session], offer.byte_count) != 0;
   entry.used = ++uses_;
-  if (entry.state == State::uploading && entry.uploader == session) {
+  if (uploads) {
     tell(session, wire::GroomNeed{offer.hash, entry.received}, now_ns);
     return {};
   }
@@ -199,8 +201,7 @@ Refused GroomStore::begin_upload(SessionId session, const wire::GroomOffer& offe
   }
   if (Refused refused = check_rate(session, offer.byte_count, now_ns)) return refused;
   Entry& entry = grooms_[offer.hash];
-  entry.byte_count = offer.byte_count;
-  entry.holders[session] = true;
+  entry.holders[session] = offer.byte_count;
   entry.used = ++uses_;
   await_upload(grooms_.find(offer.hash), session, now_ns);
   return {};
@@ -208,6 +209,12 @@ Refused GroomStore::begin_upload(SessionId session, const wire::GroomOffer& offe
 
 void GroomStore::await_upload(Grooms::iterator groom, SessionId uploader, std::int64_t now_ns) {
   Entry& entry = groom->second;
+  if (entry.byte_count != entry.holders.at(uploader)) {
+    entry.byte_count = entry.holders.at(uploader);
+    entry.received = 0;
+    entry.chunks.clear();
+  }
+  entry.is_mixed = entry.received > 0 && (entry.is_mixed || entry.uploader != uploader);
   entry.state = State::uploading;
   entry.uploader = uploader;
   entry.progress_ns = now_ns;
@@ -219,7 +226,7 @@ Refused GroomStore::begin_reading(SessionId session, const wire::GroomHash& hash
   if (Refused refused = make_place()) return refused;
   Entry& entry = grooms_[hash];
   entry.state = State::reading;
-  entry.holders[session] = false;
+  entry.holders[session] = 0;
   entry.used = ++uses_;
   to_read_.push_back(hash);
   feed_builder();
@@ -240,10 +247,23 @@ void GroomStore::feed_builder() {
   }
 }
 
-Refused GroomStore::chunk(SessionId session, wire::GroomChunk chunk, std::int64_t now_ns) {
+ChunkAnswer GroomStore::chunk(SessionId session, wire::GroomChunk chunk, std::int64_t now_ns) {
   const auto groom = grooms_.find(chunk.hash);
   if (groom == grooms_.end() || !groom->second.holders.contains(session))
-    return {ErrorReason::groom_unknown, "a chunk of a groom that was not offered"};
+    return {{ErrorReason::groom_unknown, "a chunk of a groom that was not offered"}};
+  if (is_repeated(groom->second, session, chunk)) return {};
+  Refused refused = put_chunk(groom, session, std::move(chunk), now_ns);
+  const bool was_taken = !refused;
+  return {std::move(refused), was_taken};
+}
+
+bool GroomStore::is_repeated(const Entry& entry, SessionId session, const wire::GroomChunk& chunk) {
+  if (chunk.bytes.empty() || entry.uploader != session) return false;
+  const std::uint64_t there = entry.state == State::uploading ? entry.received : entry.byte_count;
+  return chunk.offset < there && chunk.bytes.size() <= there - chunk.offset;
+}
+
+Refused GroomStore::put_chunk(Grooms::iterator groom, SessionId session, wire::GroomChunk chunk, std::int64_t now_ns) {
   Entry& entry = groom->second;
   if (entry.state != State::uploading || entry.uploader != session)
     return {ErrorReason::unexpected_message, "a chunk that was not asked for"};
@@ -282,7 +302,7 @@ Refused GroomStore::hold(SessionId session, const wire::GroomHash& hash) {
   if (groom == grooms_.end() && !builder_->keeps(hash)) return {ErrorReason::groom_unknown, "offer the groom first"};
   if (Refused refused = check_hold(session, groom)) return refused;
   if (groom == grooms_.end()) return begin_reading(session, hash);
-  groom->second.holders.try_emplace(session, false);
+  groom->second.holders.try_emplace(session, 0);
   groom->second.used = ++uses_;
   return {};
 }
@@ -305,10 +325,17 @@ void GroomStore::release(SessionId session, std::int64_t now_ns) {
 }
 
 void GroomStore::pass_on(Grooms::iterator groom, std::int64_t now_ns) {
-  const auto& holders = groom->second.holders;
-  if (holders.empty()) return erase(groom);
-  const auto next = std::ranges::find_if(holders, [](const auto& holder) { return holder.second; });
-  if (next != holders.end()) return await_upload(groom, next->first, now_ns);
+  Entry& entry = groom->second;
+  if (entry.holders.empty()) return erase(groom);
+  const auto holders = entry.holders;
+  for (const auto& [session, byte_count] : holders) {
+    if (byte_count == 0) continue;
+    if (upload_bytes_ - entry.upload_bytes + byte_count <= limits_.upload_bytes_max)
+      return await_upload(groom, session, now_ns);
+    counters_->grooms_refused_limit.add();
+    refuse_holder(groom, session, {ErrorReason::limit_exceeded, "too many bytes are being uploaded; try again"}, now_ns);
+  }
+  if (entry.holders.empty()) return erase(groom);
   refuse_all(groom, {ErrorReason::groom_unknown, "nobody who has the groom is there; offer it"},
              counters_->grooms_refused_absent, now_ns);
 }
@@ -370,14 +397,13 @@ void GroomStore::hand_over(const GroomResult& read, std::int64_t now_ns) {
 // As if it had never been there: whoever has offered it is asked for it.
 void GroomStore::take_absent(Grooms::iterator groom, std::int64_t now_ns) {
   Entry& entry = groom->second;
-  const bool offered = std::ranges::any_of(entry.holders, [](const auto& holder) { return holder.second; });
-  if (offered && !fits_upload(entry.byte_count))
-    return refuse_all(groom, {ErrorReason::limit_exceeded, "too many bytes are being uploaded; try again"},
-                      counters_->grooms_refused_limit, now_ns);
   const auto holders = entry.holders;
-  for (const auto& [session, has_offered] : holders) {
-    if (!has_offered) continue;
-    const Refused refused = check_rate(session, entry.byte_count, now_ns);
+  for (const auto& [session, byte_count] : holders) {
+    if (byte_count == 0) continue;
+    if (!fits_upload(byte_count))
+      return refuse_all(groom, {ErrorReason::limit_exceeded, "too many bytes are being uploaded; try again"},
+                        counters_->grooms_refused_limit, now_ns);
+    const Refused refused = check_rate(session, byte_count, now_ns);
     if (!refused) return await_upload(groom, session, now_ns);
     refuse_holder(groom, session, refused, now_ns);
   }
@@ -390,10 +416,10 @@ void GroomStore::take_building(Grooms::iterator groom, GroomResult result, std::
   entry.bytes = std::move(result.bytes);
   entry.strand_count = result.strand_count;
   set_upload_bytes(entry, entry.bytes->size());
-  const std::uint64_t offered_bytes = std::exchange(entry.byte_count, entry.bytes->size());
+  entry.byte_count = entry.bytes->size();
   const auto holders = entry.holders;
-  for (const auto& [session, has_offered] : holders) {
-    if (has_offered && offered_bytes != entry.byte_count) {
+  for (const auto& [session, offered_bytes] : holders) {
+    if (offered_bytes != 0 && offered_bytes != entry.byte_count) {
       counters_->grooms_refused_hash.add();
       refuse_holder(groom, session,
                     {ErrorReason::groom_hash_mismatch,
@@ -431,10 +457,13 @@ void GroomStore::take_refused(Grooms::iterator groom, const GroomResult& result,
   Counter& counter = counter_of(result.fault, *counters_);
   if (result.fault != GroomResult::Fault::hash) return refuse_all(groom, refused, counter, now_ns);
   // One wrong uploader must not spoil the groom for the others.
-  counter.add();
   Entry& entry = groom->second;
-  if (entry.holders.contains(entry.uploader)) refuse_holder(groom, entry.uploader, refused, now_ns);
+  const bool is_there = entry.holders.contains(entry.uploader);
   entry.received = 0;
+  // Who went on with another's upload is asked for all of it before it is blamed.
+  if (entry.is_mixed && is_there) return await_upload(groom, entry.uploader, now_ns);
+  counter.add();
+  if (is_there) refuse_holder(groom, entry.uploader, refused, now_ns);
   pass_on(groom, now_ns);
 }
 
@@ -449,7 +478,7 @@ void GroomStore::refuse_all(Grooms::iterator groom, const Refused& refused, Coun
   spdlog::info("event=groom_refused groom={} reason={} why={}", hex(groom->first), to_string(refused.reason),
                log_text(refused.detail));
   counter.add();
-  for (const auto& [session, has_offered] : holders) refuse_holder(groom, session, refused, now_ns);
+  for (const auto& [session, byte_count] : holders) refuse_holder(groom, session, refused, now_ns);
   erase(groom);
 }
 
@@ -458,7 +487,7 @@ void GroomStore::tell(SessionId session, const wire::Message& message, std::int6
 }
 
 void GroomStore::tell_state(Grooms::const_iterator groom, GroomState state, std::int64_t now_ns) {
-  for (const auto& [session, has_offered] : groom->second.holders)
+  for (const auto& [session, byte_count] : groom->second.holders)
     tell(session, wire::GroomStatus{groom->first, state}, now_ns);
 }
 

@@ -52,7 +52,7 @@ class GroomStore final : public GroomDesk {
 
   void open(SessionId session, std::uint64_t strand_count_max, std::int64_t now_ns) override;
   Refused offer(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns) override;
-  Refused chunk(SessionId session, wire::GroomChunk chunk, std::int64_t now_ns) override;
+  ChunkAnswer chunk(SessionId session, wire::GroomChunk chunk, std::int64_t now_ns) override;
   Refused hold(SessionId session, const wire::GroomHash& groom) override;
   void tell_states(SessionId session, std::int64_t now_ns) override;
   Bytes bytes(const wire::GroomHash& groom) override;
@@ -77,12 +77,13 @@ class GroomStore final : public GroomDesk {
   };
   struct Entry {
     State state = State::uploading;
-    std::uint64_t byte_count = 0;  // as offered, from building on as it is; 0: reading, and nobody has offered it
+    std::uint64_t byte_count = 0;  // of the upload, as its uploader says; from building on as it is
     std::uint64_t received = 0;
     std::vector<std::vector<std::uint8_t>> chunks;
     SessionId uploader = 0;
+    bool is_mixed = false;  // what was received is of several uploaders
     std::int64_t progress_ns = 0;
-    std::map<SessionId, bool> holders;  // whether they have offered it, and so can upload it
+    std::map<SessionId, std::uint64_t> holders;  // its bytes as they have offered it, and so can upload it; 0: they have not
     std::size_t upload_bytes = 0;       // its part of all uploads'
     std::size_t level_bytes = 0;        // once ready; those of the file among them
     Bytes bytes;                        // of the file, from building on
@@ -107,7 +108,10 @@ class GroomStore final : public GroomDesk {
   Refused offer_known(Grooms::iterator groom, SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns);
   Refused make_place();  // for one more groom
   Refused begin_upload(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns);
+  // Goes on from what was received, unless the uploader's groom is of another length.
   void await_upload(Grooms::iterator groom, SessionId uploader, std::int64_t now_ns);
+  static bool is_repeated(const Entry& entry, SessionId session, const wire::GroomChunk& chunk);
+  Refused put_chunk(Grooms::iterator groom, SessionId session, wire::GroomChunk chunk, std::int64_t now_ns);
   Refused begin_reading(SessionId session, const wire::GroomHash& groom);
   void feed_builder();  // with grooms that the cache has
   Refused finish_upload(Grooms::iterator groom, std::int64_t now_ns);

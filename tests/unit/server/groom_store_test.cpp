@@ -214,12 +214,57 @@ TEST_F(GroomStoreTest, refuses_chunks_out_of_place) {
   EXPECT_EQ(chunk(kAnna, good_, 10, 20), ErrorReason::unexpected_message);
   EXPECT_EQ(chunk(kAnna, good_, 0, 0), ErrorReason::limit_exceeded);
   EXPECT_EQ(chunk(kAnna, good_, 0, 10), ErrorReason::none);
-  EXPECT_EQ(chunk(kAnna, good_, 0, 10), ErrorReason::unexpected_message);
+  EXPECT_EQ(chunk(kAnna, good_, 5, 15), ErrorReason::unexpected_message);
   std::vector<std::uint8_t> too_much(good_.bytes.size(), 0);
   EXPECT_EQ(store_->chunk(kAnna, {good_.hash, 10, too_much}, now_ns_).reason, ErrorReason::limit_exceeded);
   EXPECT_EQ(chunk(kAnna, good_, 10, good_.bytes.size()), ErrorReason::none);
   build();
   EXPECT_TRUE(store_->ready(good_.hash));
+}
+
+TEST_F(GroomStoreTest, bytes_that_are_there_already_are_no_fault_but_not_wanted) {
+  offer(kAnna, good_);
+  const wire::GroomChunk first{good_.hash, 0, {good_.bytes.begin(), good_.bytes.begin() + 100}};
+  EXPECT_TRUE(store_->chunk(kAnna, first, now_ns_).was_wanted);
+  store_->tell_states(kAnna, now_ns_);  // it has resumed, and
+  offer(kAnna, good_);                  // offers again: it is asked twice
+  EXPECT_THAT(needs(kAnna), ElementsAre(0u, 100u, 100u));
+  const ChunkAnswer again = store_->chunk(kAnna, first, now_ns_);
+  EXPECT_EQ(again.reason, ErrorReason::none);
+  EXPECT_FALSE(again.was_wanted);
+  EXPECT_EQ(chunk(kAnna, good_, 100, good_.bytes.size()), ErrorReason::none);
+  EXPECT_EQ(chunk(kAnna, good_, 100, good_.bytes.size()), ErrorReason::none) << "while it waits to be built";
+  build();
+  EXPECT_EQ(chunk(kAnna, good_, 100, good_.bytes.size()), ErrorReason::none) << "and later";
+  EXPECT_EQ(states(kAnna).back(), GroomState::ready);
+}
+
+TEST_F(GroomStoreTest, an_offer_of_the_wrong_length_keeps_nobody_from_uploading) {
+  EXPECT_EQ(store_->offer(kAnna, {good_.hash, good_.bytes.size() + 1}, now_ns_).reason, ErrorReason::none);
+  chunk(kAnna, good_, 0, 100);
+  EXPECT_EQ(offer(kBert, good_), ErrorReason::none);
+  store_->release(kAnna, now_ns_);
+  EXPECT_THAT(needs(kBert), ElementsAre(good_.bytes.size(), 0u));
+  EXPECT_EQ(store_->upload_bytes(), good_.bytes.size());
+  EXPECT_EQ(send_all(kBert, good_), ErrorReason::none);
+  build();
+  EXPECT_EQ(states(kBert).back(), GroomState::ready);
+}
+
+TEST_F(GroomStoreTest, who_goes_on_with_wrong_bytes_is_asked_for_all_before_it_is_blamed) {
+  offer(kAnna, good_);
+  Upload wrong = good_;
+  wrong.bytes[50] ^= 1;
+  chunk(kAnna, wrong, 0, 100);
+  offer(kBert, good_);
+  store_->release(kAnna, now_ns_);
+  EXPECT_EQ(chunk(kBert, good_, 100, good_.bytes.size()), ErrorReason::none);
+  build();
+  EXPECT_THAT(errors(kBert), IsEmpty());
+  EXPECT_THAT(needs(kBert), ElementsAre(good_.bytes.size(), 100u, 0u));
+  EXPECT_EQ(send_all(kBert, good_), ErrorReason::none);
+  build();
+  EXPECT_EQ(states(kBert).back(), GroomState::ready);
 }
 
 TEST_F(GroomStoreTest, bytes_of_another_hash_are_refused_and_do_not_spoil_the_groom_for_others) {
@@ -277,7 +322,7 @@ TEST_F(GroomStoreTest, refuses_offers_beyond_its_bounds) {
   EXPECT_EQ(ask(kAnna, 2, 501), ErrorReason::limit_exceeded);
   EXPECT_EQ(ask(kAnna, 2, 400), ErrorReason::none);
   EXPECT_EQ(ask(kAnna, 3, 1), ErrorReason::limit_exceeded);
-  EXPECT_EQ(ask(kBert, 1, 999), ErrorReason::groom_hash_mismatch);
+  EXPECT_EQ(ask(kAnna, 1, 999), ErrorReason::groom_hash_mismatch);
 }
 
 TEST_F(GroomStoreTest, a_full_build_queue_refuses_and_can_be_asked_again) {

@@ -26,8 +26,8 @@ class FakeDesk final : public GroomDesk {
     strands_max[session] = strand_count_max;
   }
   Refused offer(SessionId, const wire::GroomOffer&, std::int64_t) override { return {}; }
-  Refused chunk(SessionId, wire::GroomChunk, std::int64_t) override {
-    return {ErrorReason::unexpected_message, "not asked for"};
+  ChunkAnswer chunk(SessionId, wire::GroomChunk, std::int64_t) override {
+    return {{ErrorReason::unexpected_message, "not asked for"}};
   }
   Refused hold(SessionId, const wire::GroomHash& groom) override {
     return groom == known ? Refused{} : Refused{ErrorReason::groom_unknown, "offer it first"};
