@@ -10,6 +10,7 @@ namespace {
 constexpr double kTrustLeast = 0.02;
 constexpr double kCutMost = 0.5;       // in one tick: a single very late one says little of how much is too much
 constexpr double kCalm = 0.85;         // of the share: below, trust comes back
+constexpr double kReturnPerS = 2.5;    // of itself, times how far a tick stayed below kCalm
 constexpr double kBesideGain = 0.1;    // a tick
 constexpr double kBesideLeast = 0.05;  // of a tick, by which what is beside the work may at least seem to have grown
 
@@ -34,7 +35,7 @@ void TickGuard::take(double tick_duration_s, double work_s) {
     trust_ = std::max(kTrustLeast, trust_ * std::max(kCutMost, 1 / used));
     recent_ = 0;
   } else if (used < kCalm) {
-    trust_ = std::min(1.0, trust_ * (1 + (kCalm - used) * def_.tick_s));
+    trust_ = std::min(1.0, trust_ * (1 + kReturnPerS * (kCalm - used) * def_.tick_s));
   }
 }
 

@@ -100,8 +100,8 @@ TEST(TickGuard, gives_back_the_faster_the_more_room_there_is) {
     TickGuard guard(def_of());
     for (int tick = 0; tick < 4; ++tick) take(guard, 3 * kTick_s);
     const double cut_s = guard.available_s();
-    for (int tick = 0; tick < 30; ++tick) take(guard, used * 0.7 * kTick_s);
-    EXPECT_NEAR(guard.available_s() / cut_s, std::exp(0.85 - used), 0.03);
+    for (int tick = 0; tick < 15; ++tick) take(guard, used * 0.7 * kTick_s);
+    EXPECT_NEAR(guard.available_s() / cut_s, std::exp(0.5 * 2.5 * (0.85 - used)), 0.1);
   }
 }
 
