@@ -350,6 +350,7 @@ void LinkCore::on(wire::CharacterRemoved& removed, std::int64_t) {
 }
 
 void LinkCore::on(wire::MemberJoined& joined, std::int64_t) {
+  if (const auto former = members_.drop_former(joined.session, joined.character, joined.member)) tell_left({*former});
   if (members_.join(joined)) push(joined);
 }
 
@@ -427,7 +428,10 @@ void LinkCore::on(wire::Error& error, std::int64_t) {
     uploads_.drop(error.groom);
     roster_.on_refused(error.groom);
   }
-  if (!roster_.on_error(error)) push(std::move(error));
+  if (!roster_.on_error(error)) return push(std::move(error));
+  if (error.reason != wire::ErrorReason::character_unknown) return;
+  // Its removal was said twice, and the answer to the first lost with a connection.
+  if (members_.remove_own(error.character)) push(wire::CharacterRemoved{error.character});
 }
 
 void LinkCore::on(wire::Goodbye& goodbye, std::int64_t now_ns) {

@@ -43,8 +43,8 @@ bool Members::leave(std::uint32_t member) {
   return members_.erase(member) != 0;
 }
 
-void Members::remove_own(std::uint32_t character) {
-  std::erase_if(members_, [&](const auto& m) { return m.second.own && m.second.character == character; });
+bool Members::remove_own(std::uint32_t character) {
+  return std::erase_if(members_, [&](const auto& m) { return m.second.own && m.second.character == character; }) != 0;
 }
 
 std::shared_ptr<const LevelGeometry> Members::learn(wire::LevelRecord record) {
@@ -152,6 +152,17 @@ void Members::forget_frames() {
 
 void Members::expect_all_again() {
   for (auto& [number, member] : members_) member.confirmed = false;
+}
+
+std::optional<std::uint32_t> Members::drop_former(std::uint64_t session, std::uint32_t character,
+                                                  std::uint32_t member) {
+  const auto former = std::find_if(members_.begin(), members_.end(), [&](const auto& m) {
+    return !m.second.confirmed && m.first != member && m.second.session == session && m.second.character == character;
+  });
+  if (former == members_.end()) return std::nullopt;
+  const std::uint32_t number = former->first;
+  members_.erase(former);
+  return number;
 }
 
 std::vector<std::uint32_t> Members::drop_unconfirmed() {

@@ -28,7 +28,7 @@ class Members {
   bool join(const wire::MemberJoined& joined);
   bool add_own(const wire::CharacterAdded& added);
   bool leave(std::uint32_t member);
-  void remove_own(std::uint32_t character);
+  bool remove_own(std::uint32_t character);  // false: it was not there
   std::shared_ptr<const LevelGeometry> learn(wire::LevelRecord record);
 
   enum class Outcome : std::uint8_t {
@@ -55,6 +55,9 @@ class Members {
   void forget_frames();
   // The session goes on; the server tells of all members anew. Afterwards: who was not told of has left.
   void expect_all_again();
+  // Another number that was the same character's and has not been told of again, if there is one: it left and came back
+  // meanwhile. `session` 0: an own one. It is dropped.
+  std::optional<std::uint32_t> drop_former(std::uint64_t session, std::uint32_t character, std::uint32_t member);
   std::vector<std::uint32_t> drop_unconfirmed();
   // The session is lost. Returns all others.
   std::vector<std::uint32_t> drop_all();

@@ -117,12 +117,14 @@ wire::GroomState GroomStore::state_of(const Entry& entry) {
 }
 
 void GroomStore::tell_states(SessionId session, std::int64_t now_ns) {
-  for (const auto& [hash, entry] : grooms_) {
+  for (auto& [hash, entry] : grooms_) {
     if (!entry.holders.contains(session)) continue;
-    if (entry.state == State::uploading && entry.uploader == session)
+    if (entry.state == State::uploading && entry.uploader == session) {
+      entry.progress_ns = now_ns;  // while it was away nothing could come
       tell(session, wire::GroomNeed{hash, entry.received}, now_ns);
-    else
+    } else {
       tell(session, wire::GroomStatus{hash, state_of(entry)}, now_ns);
+    }
   }
 }
 
@@ -333,7 +335,8 @@ void GroomStore::pass_on(Grooms::iterator groom, std::int64_t now_ns) {
     if (upload_bytes_ - entry.upload_bytes + byte_count <= limits_.upload_bytes_max)
       return await_upload(groom, session, now_ns);
     counters_->grooms_refused_limit.add();
-    refuse_holder(groom, session, {ErrorReason::limit_exceeded, "too many bytes are being uploaded; try again"}, now_ns);
+    refuse_holder(groom, session, {ErrorReason::limit_exceeded, "too many bytes are being uploaded; try again"},
+                  now_ns);
   }
   if (entry.holders.empty()) return erase(groom);
   refuse_all(groom, {ErrorReason::groom_unknown, "nobody who has the groom is there; offer it"},

@@ -154,7 +154,23 @@ TEST_F(Settled, a_removal_that_was_not_confirmed_is_said_again_and_may_have_arri
   EXPECT_FALSE(d.take());
   d.core.take_events();
   d.send(wire::Error{wire::ErrorReason::character_unknown, 7, {}, ""});
+  const auto removed = d.event<wire::CharacterRemoved>();
+  ASSERT_TRUE(removed) << "whose answer was lost with the connection";
+  EXPECT_EQ(removed->character, 7u);
   EXPECT_TRUE(d.core.take_events().empty());
+}
+
+TEST_F(Settled, a_member_that_left_and_came_back_meanwhile_is_not_there_twice) {
+  d.send(wire::MemberJoined{40, 9, 3, hash_of(2)});
+  d.core.take_events();
+  break_off();
+  come_back(welcome_to(5, true));
+  d.core.take_events();
+  d.send(wire::MemberJoined{41, 9, 3, hash_of(2)});
+  const std::vector<Event> events = d.core.take_events();
+  ASSERT_EQ(events.size(), 2u);
+  EXPECT_EQ(std::get<wire::MemberLeft>(events[0]).member, 40u);
+  EXPECT_EQ(std::get<wire::MemberJoined>(events[1]).member, 41u);
 }
 
 TEST_F(Settled, a_server_that_forgot_is_told_everything) {

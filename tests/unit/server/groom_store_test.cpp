@@ -239,6 +239,18 @@ TEST_F(GroomStoreTest, bytes_that_are_there_already_are_no_fault_but_not_wanted)
   EXPECT_EQ(states(kAnna).back(), GroomState::ready);
 }
 
+TEST_F(GroomStoreTest, an_upload_does_not_stall_while_its_client_is_away_for_its_grace) {
+  offer(kAnna, good_);
+  now_ns_ += 29 * kSecond_ns;
+  store_->tell_states(kAnna, now_ns_);
+  now_ns_ += 29 * kSecond_ns;
+  store_->poll(now_ns_);
+  EXPECT_THAT(errors(kAnna), IsEmpty());
+  now_ns_ += 2 * kSecond_ns;
+  store_->poll(now_ns_);
+  EXPECT_THAT(errors(kAnna), ElementsAre(ErrorReason::limit_exceeded));
+}
+
 TEST_F(GroomStoreTest, an_offer_of_the_wrong_length_keeps_nobody_from_uploading) {
   EXPECT_EQ(store_->offer(kAnna, {good_.hash, good_.bytes.size() + 1}, now_ns_).reason, ErrorReason::none);
   chunk(kAnna, good_, 0, 100);
