@@ -98,7 +98,7 @@ server::Config Scenario::make_config() {
   limits.slow_consumer_ns = moment(kSecond_ns, 2 * kSecond_ns);
   limits.drain_timeout_ns = 500 * kMs;
   limits.downloads_per_session_max = 4;
-  config.grooms.upload_timeout_ns = 5 * kSecond_ns;
+  config.grooms.upload_timeout_ns = 10 * kSecond_ns;  // a slow line full of poses takes seconds for a chunk
   return config;
 }
 
