@@ -301,10 +301,12 @@ void Scenario::check_motion() {
   if (std::string why = unsettled(); !why.empty()) journal_.fault("all", "are no longer well: " + why);
   for (const auto& player : players_) {
     const double tick_s = 1.0 / config_.tick_rate_hz;
+    // A slow connection has fewer, and they wait behind what its buffers hold.
+    const Quality& quality = player->plan().quality;
+    const double buffers_s = static_cast<double>(quality.window_bytes + quality.unsent_bytes_max) / quality.bytes_per_s;
     for (const auto& [number, member] : player->members()) {
-      // A slow connection has fewer.
       const auto silent_s = 1e-9 * static_cast<double>(timeline_.now_ns() - member.last_ns);
-      if (silent_s > 8 * tick_s + 0.5)
+      if (silent_s > 8 * tick_s + 0.5 + buffers_s)
         journal_.fault(player->name(), "has had no frame of member " + std::to_string(number) + " for " +
                                            std::to_string(silent_s) + " s, which moves");
     }
