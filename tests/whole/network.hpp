@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -27,6 +28,13 @@ struct Quality {
   std::size_t segment_bytes_max = 1460;
   std::size_t unsent_bytes_max = 64u << 10;  // with so much the sender is not writable
   bool in_crumbs = false;                    // reads may give any piece of the stream
+
+  // What it carries at least, for a small window must wait for its bytes to arrive.
+  [[nodiscard]] double least_bytes_per_s() const {
+    const double arrival_s = 1e-9 * static_cast<double>(delay_ns + jitter_ns);
+    return std::min(bytes_per_s,
+                    static_cast<double>(window_bytes) / (arrival_s + static_cast<double>(window_bytes) / bytes_per_s));
+  }
 };
 
 // One direction: bytes written, carried in segments, read in pieces, in order.

@@ -61,6 +61,7 @@ void Player::make_core() {
     core_->add_character(number, groom.hash, character.level);
   }
   if (!sees_all_) core_->observe(observe_);
+  if (calm_) core_->set_wind({});  // its room may still have one that it set before it left
 }
 
 void Player::add_character() {
