@@ -123,7 +123,7 @@ void GroomBuilder::build(GroomJob job) {
   if (!result.levels)
     return put(
         refused(hash, Fault::time,
-                fmt::format("building it takes longer than {} s", static_cast<double>(def_.build_ns_max) * 1e-9)));
+                fmt::format("building it takes longer than {:g} s", static_cast<double>(def_.build_ns_max) * 1e-9)));
   result.outcome = Outcome::ready;
   put(std::move(result));
   // Only what could be built, and after everyone has it.

@@ -48,7 +48,7 @@ struct GroomBuilderDef {
   LevelCache* levels = nullptr;  // null: none; else outlives the builder
   GroomCache* grooms = nullptr;  // null: none; else outlives the builder
   ClockNs now_ns = nullptr;      // null: builds take as long as they take
-  std::int64_t build_ns_max = 60'000'000'000;
+  std::int64_t build_ns_max = 600'000'000'000;  // builders yield to everyone, so a busy machine takes long
 };
 
 // Uploaded bytes to levels: check the hash, decode, build, or read from the caches what there was before. A second of

@@ -25,7 +25,7 @@ struct GroomStoreLimits {
   double upload_bytes_per_s = 16.0 * (1 << 20);     // of a session, as announced
   double upload_burst_bytes = 256.0 * (1 << 20);
   std::size_t build_queue_max = 16;
-  std::int64_t build_ns_max = 60'000'000'000;
+  std::int64_t build_ns_max = 600'000'000'000;  // builders yield to everyone, so a busy machine takes long
   std::int64_t upload_timeout_ns = 30'000'000'000;  // without a chunk
   GroomLimits groom;
 };
