@@ -44,10 +44,10 @@ struct GroomBuilderDef {
   GroomLimits limits;
   std::size_t bytes_max = std::size_t{64} << 20;  // of one file
   std::size_t queue_max = 16;
-  std::size_t thread_count = 1;  // of a build, the builder's own among them
-  LevelCache* levels = nullptr;  // null: none; else outlives the builder
-  GroomCache* grooms = nullptr;  // null: none; else outlives the builder
-  ClockNs now_ns = nullptr;      // null: builds take as long as they take
+  std::size_t thread_count = 1;                 // of a build, the builder's own among them
+  LevelCache* levels = nullptr;                 // null: none; else outlives the builder
+  GroomCache* grooms = nullptr;                 // null: none; else outlives the builder
+  ClockNs now_ns = nullptr;                     // null: builds take as long as they take
   std::int64_t build_ns_max = 600'000'000'000;  // builders yield to everyone, so a busy machine takes long
 };
 

@@ -25,7 +25,7 @@ struct GroomStoreLimits {
   double upload_bytes_per_s = 16.0 * (1 << 20);     // of a session, as announced
   double upload_burst_bytes = 256.0 * (1 << 20);
   std::size_t build_queue_max = 16;
-  std::int64_t build_ns_max = 600'000'000'000;  // builders yield to everyone, so a busy machine takes long
+  std::int64_t build_ns_max = 600'000'000'000;      // builders yield to everyone, so a busy machine takes long
   std::int64_t upload_timeout_ns = 30'000'000'000;  // without a chunk
   GroomLimits groom;
 };
@@ -83,12 +83,13 @@ class GroomStore final : public GroomDesk {
     SessionId uploader = 0;
     bool is_mixed = false;  // what was received is of several uploaders
     std::int64_t progress_ns = 0;
-    std::map<SessionId, std::uint64_t> holders;  // its bytes as they have offered it, and so can upload it; 0: they have not
-    std::size_t upload_bytes = 0;       // its part of all uploads'
-    std::size_t level_bytes = 0;        // once ready; those of the file among them
-    Bytes bytes;                        // of the file, from building on
-    std::size_t strand_count = 0;       // from building on
-    std::uint64_t used = 0;             // order of last use, to evict by
+    std::map<SessionId, std::uint64_t>
+        holders;                   // its bytes as they have offered it, and so can upload it; 0: they have not
+    std::size_t upload_bytes = 0;  // its part of all uploads'
+    std::size_t level_bytes = 0;   // once ready; those of the file among them
+    Bytes bytes;                   // of the file, from building on
+    std::size_t strand_count = 0;  // from building on
+    std::uint64_t used = 0;        // order of last use, to evict by
   };
   using Grooms = std::map<wire::GroomHash, Entry>;
   struct Account {
