@@ -18,7 +18,6 @@ using wire::GoodbyeReason;
 
 constexpr std::int64_t kPoseErrorInterval_ns = 1'000'000'000;
 constexpr std::size_t kFreeChunkLeast_bytes = 4096;  // a smaller chunk counts as a message
-constexpr std::size_t kDownloadPiece_bytes = 64 << 10;  // frames wait for no more than this
 
 }  // namespace
 
@@ -28,6 +27,7 @@ Session::Session(SessionId id, std::shared_ptr<Connection> connection, SessionCo
       outbox_(std::make_shared<Outbox>(context.limits.control_bytes_max, context.counters)),
       messages_(context.limits.messages_per_s, context.limits.messages_burst, now_ns),
       poses_(context.limits.poses_per_s, context.limits.poses_burst, now_ns),
+      downloads_(context.grooms, context.limits, context.counters),
       opened_ns_(now_ns),
       heard_ns_(now_ns),
       pose_error_next_ns_(now_ns) {
@@ -466,21 +466,7 @@ void Session::on_request_keyframes(wire::RequestKeyframes request, std::int64_t 
 }
 
 void Session::on_groom_request(const wire::GroomRequest& request, std::int64_t now_ns) {
-  Refused refused;
-  auto bytes = context_->grooms.bytes(request.hash);
-  const bool again = std::ranges::any_of(downloads_, [&](const Download& d) { return d.hash == request.hash; });
-  if (!bytes && !context_->grooms.keeps(request.hash))
-    refused = {ErrorReason::groom_unavailable, "the groom is not here"};
-  else if (bytes && request.offset > bytes->size())
-    refused = {ErrorReason::groom_unavailable, "beyond the groom's end"};
-  else if (downloads_.size() >= context_->limits.downloads_per_session_max)
-    refused = {ErrorReason::limit_exceeded, "too many grooms are asked for at once"};
-  if (refused) {
-    context_->counters.downloads_refused.add();
-    return refuse(refused, now_ns, 0, request.hash);
-  }
-  if (again) return;
-  downloads_.push_back({request.hash, request.offset, std::move(bytes)});
+  if (const Refused refused = downloads_.add(request)) return refuse(refused, now_ns, 0, request.hash);
   flush(now_ns);
 }
 
@@ -525,46 +511,15 @@ void Session::flush(std::int64_t now_ns) {
 }
 
 bool Session::send_download(std::int64_t now_ns) {
-  if (downloads_.empty() || state_ != State::active) return false;
-  Download& download = downloads_.front();
-  if (download.fetching) return false;
-  if (!download.bytes) download.bytes = context_->grooms.bytes(download.hash);
-  if (!download.bytes && context_->grooms.fetch(id(), download.hash)) {
-    download.fetching = true;
-    return false;
-  }
-  if (!download.bytes || download.offset > download.bytes->size()) {
-    refuse_download(now_ns);
-    return true;
-  }
-  wire::GroomData data{download.hash, download.bytes->size(), download.offset, {}};
-  const auto rest = std::span(*download.bytes).subspan(download.offset);
-  const auto piece = rest.first(std::min(rest.size(), kDownloadPiece_bytes));
-  data.bytes.assign(piece.begin(), piece.end());
-  download.offset += piece.size();
-  context_->counters.download_bytes_sent.add(piece.size());
-  if (download.offset == download.bytes->size()) downloads_.pop_front();
-  outbox_->push(data, now_ns);
-  return true;
+  if (state_ != State::active) return false;
+  const std::optional<wire::Message> next = downloads_.next(id());
+  if (next) outbox_->push(*next, now_ns);
+  return next.has_value();
 }
 
 void Session::on_groom_read(const wire::GroomHash& groom, std::shared_ptr<const std::vector<std::uint8_t>> bytes,
                             std::int64_t now_ns) {
-  if (downloads_.empty() || downloads_.front().hash != groom || !downloads_.front().fetching) return;
-  Download& download = downloads_.front();
-  download.fetching = false;
-  download.bytes = std::move(bytes);
-  if (!download.bytes) refuse_download(now_ns);
-  flush(now_ns);
-}
-
-void Session::refuse_download(std::int64_t now_ns) {
-  const Download& download = downloads_.front();
-  const wire::Error error{ErrorReason::groom_unavailable, 0, download.hash,
-                          download.bytes ? "beyond the groom's end" : "the groom is not here"};
-  context_->counters.downloads_refused.add();
-  downloads_.pop_front();
-  outbox_->push(error, now_ns);
+  if (downloads_.on_read(groom, std::move(bytes))) flush(now_ns);
 }
 
 void Session::poll(std::int64_t now_ns) {

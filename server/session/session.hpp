@@ -2,7 +2,6 @@
 
 #include <atomic>
 #include <cstdint>
-#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -15,6 +14,7 @@
 #include "server/room/groom_desk.hpp"
 #include "server/room/token_bucket.hpp"
 #include "server/session/connection.hpp"
+#include "server/session/downloads.hpp"
 #include "server/session/outbox.hpp"
 #include "server/session/peer_clock.hpp"
 #include "server/session/room_census.hpp"
@@ -110,19 +110,9 @@ class Session final : public PacketSink {
   // Passes a command on; else says that it was not.
   Refused put(Command command);
   void remove(std::uint32_t character);       // one that there is
-  void refuse_download(std::int64_t now_ns);  // the first of them
   bool send_download(std::int64_t now_ns);  // the next piece of a groom; false when there is none
   void leave(std::int64_t now_ns);          // gives back everything held in the room and at the groom desk
   void close(std::string_view reason, std::int64_t now_ns);
-
-  struct Download {
-    wire::GroomHash hash{};
-    std::uint64_t offset = 0;
-    // Held for as long as they are sent, whatever becomes of the groom. Null: not yet read from disk, of which there is
-    // one a session at a time, so that those who ask for much do not fill the memory.
-    std::shared_ptr<const std::vector<std::uint8_t>> bytes;
-    bool fetching = false;
-  };
 
   SessionIdentity identity_;
   std::shared_ptr<Connection> connection_;  // null when detached
@@ -131,7 +121,7 @@ class Session final : public PacketSink {
   State state_ = State::awaiting_hello;
   PeerClock clock_;
   TokenBucket messages_, poses_;
-  std::deque<Download> downloads_;
+  Downloads downloads_;
   std::int64_t opened_ns_, heard_ns_;
   std::int64_t full_since_ns_ = 0;  // the connection has taken nothing since; 0 = it does
   std::int64_t drain_since_ns_ = 0, detached_since_ns_ = 0;

@@ -1,0 +1,69 @@
+#include "server/session/downloads.hpp"
+
+#include <algorithm>
+#include <span>
+#include <utility>
+
+namespace hairnet::server {
+namespace {
+
+using wire::ErrorReason;
+
+constexpr std::size_t kPiece_bytes = 64 << 10;  // frames wait for no more than this
+constexpr const char* kNotHere = "the groom is not here";
+constexpr const char* kBeyondEnd = "beyond the groom's end";
+
+}  // namespace
+
+Refused Downloads::add(const wire::GroomRequest& request) {
+  Refused refused;
+  auto bytes = desk_->bytes(request.hash);
+  if (!bytes && !desk_->keeps(request.hash))
+    refused = {ErrorReason::groom_unavailable, kNotHere};
+  else if (bytes && request.offset > bytes->size())
+    refused = {ErrorReason::groom_unavailable, kBeyondEnd};
+  else if (waiting_.size() >= limits_->downloads_per_session_max)
+    refused = {ErrorReason::limit_exceeded, "too many grooms are asked for at once"};
+  if (refused) {
+    counters_->downloads_refused.add();
+    return refused;
+  }
+  const bool waits = std::ranges::any_of(waiting_, [&](const Download& d) { return d.hash == request.hash; });
+  if (!waits) waiting_.push_back({request.hash, request.offset, std::move(bytes)});
+  return {};
+}
+
+std::optional<wire::Message> Downloads::next(SessionId session) {
+  if (waiting_.empty() || waiting_.front().is_fetching) return std::nullopt;
+  Download& download = waiting_.front();
+  if (!download.bytes && !download.is_gone) download.bytes = desk_->bytes(download.hash);
+  if (!download.bytes && !download.is_gone && desk_->fetch(session, download.hash)) {
+    download.is_fetching = true;
+    return std::nullopt;
+  }
+  if (!download.bytes || download.offset > download.bytes->size()) {
+    const wire::Error error{ErrorReason::groom_unavailable, 0, download.hash, download.bytes ? kBeyondEnd : kNotHere};
+    counters_->downloads_refused.add();
+    waiting_.pop_front();
+    return error;
+  }
+  wire::GroomData data{download.hash, download.bytes->size(), download.offset, {}};
+  const auto rest = std::span(*download.bytes).subspan(download.offset);
+  const auto piece = rest.first(std::min(rest.size(), kPiece_bytes));
+  data.bytes.assign(piece.begin(), piece.end());
+  download.offset += piece.size();
+  counters_->download_bytes_sent.add(piece.size());
+  if (download.offset == download.bytes->size()) waiting_.pop_front();
+  return data;
+}
+
+bool Downloads::on_read(const wire::GroomHash& groom, std::shared_ptr<const std::vector<std::uint8_t>> bytes) {
+  if (waiting_.empty() || waiting_.front().hash != groom || !waiting_.front().is_fetching) return false;
+  Download& download = waiting_.front();
+  download.is_fetching = false;
+  download.is_gone = bytes == nullptr;
+  download.bytes = std::move(bytes);
+  return true;
+}
+
+}  // namespace hairnet::server

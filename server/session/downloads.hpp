@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "schema/wire/messages.hpp"
+#include "server/room/groom_desk.hpp"
+#include "server/session/session_counters.hpp"
+#include "server/session/session_limits.hpp"
+
+namespace hairnet::server {
+
+// The grooms of others that one session has asked for, sent in pieces, one groom after the other. I/O thread.
+class Downloads {
+ public:
+  Downloads(GroomDesk& desk, const SessionLimits& limits, SessionCounters& counters)
+      : desk_(&desk), limits_(&limits), counters_(&counters) {}
+
+  // Asked for again while it waits, a groom is sent once.
+  Refused add(const wire::GroomRequest& request);
+  // The next piece, or the error in a groom's place; none while nothing waits, or while the first is read from disk.
+  std::optional<wire::Message> next(SessionId session);
+  // What came of GroomDesk::fetch; null when the file is gone or bad. True when it was waited for.
+  bool on_read(const wire::GroomHash& groom, std::shared_ptr<const std::vector<std::uint8_t>> bytes);
+  void clear() { waiting_.clear(); }
+
+ private:
+  struct Download {
+    wire::GroomHash hash{};
+    std::uint64_t offset = 0;
+    // Held for as long as they are sent, whatever becomes of the groom. Null: not yet read from disk, of which there is
+    // one a session at a time, so that those who ask for much do not fill the memory.
+    std::shared_ptr<const std::vector<std::uint8_t>> bytes;
+    bool is_fetching = false, is_gone = false;
+  };
+
+  GroomDesk* desk_;
+  const SessionLimits* limits_;
+  SessionCounters* counters_;
+  std::deque<Download> waiting_;
+};
+
+}  // namespace hairnet::server
