@@ -21,7 +21,7 @@ class GroomFetch {
   [[nodiscard]] std::vector<wire::GroomRequest> request_again() const;
   // The whole groom, or what is wrong with it, once that is known.
   std::optional<GroomFetched> take(const wire::GroomData& data);
-  // The server does not have it. False when it was not asked for.
+  // The server does not have it, or sends no more grooms at once. False when it was not asked for.
   bool refuse(const wire::GroomHash& hash) { return fetches_.erase(hash) != 0; }
 
  private:

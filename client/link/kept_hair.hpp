@@ -24,8 +24,7 @@ struct Hair {
 class KeptHair {
  public:
   void keep(std::uint32_t character, Hair hair) { kept_[character] = {std::move(hair), kNever_ns}; }
-  // True when there was any.
-  bool drop(std::uint32_t character) { return kept_.erase(character) != 0; }
+  void drop(std::uint32_t character) { kept_.erase(character); }
   void drop_of(const wire::GroomHash& groom);
   void drop_all() { kept_.clear(); }
   // The lattice comes now; or a while later it does not, because the server has its reasons.

@@ -18,6 +18,7 @@ std::shared_ptr<const KnownLevel> LevelCatalog::keep(wire::LevelRecord record) {
     return known;
   auto known = std::make_shared<const KnownLevel>(std::move(record.geometry));
   kept = known;  // a server that builds otherwise replaces it
+  std::erase_if(levels_, [](const auto& level) { return level.second.expired(); });
   return known;
 }
 

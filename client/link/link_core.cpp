@@ -338,7 +338,9 @@ void LinkCore::on(wire::GroomStatus& status, std::int64_t now_ns) {
   push(status);
 }
 
-void LinkCore::on(wire::CharacterAdded& added, std::int64_t) {
+void LinkCore::on(wire::CharacterAdded& added, std::int64_t now_ns) {
+  if (!roster_.has_asked_for(added.character))
+    return lose(GoodbyeReason::protocol_error, "the server adds a character that nobody asked for", now_ns);
   roster_.on_added(added.character);
   if (members_.add_own(added)) push(added);
 }
@@ -388,6 +390,10 @@ void LinkCore::on(wire::FrameBatch& batch, std::int64_t now_ns) {
 
 void LinkCore::pass_on(const wire::FrameBatch& batch, const wire::Frame& frame, const Members::Taken& taken,
                        FrameBatch& decoded, std::int64_t now_ns) {
+  if (taken.character != 0 && taken.integers && frame.level != LevelIndex::rigid) {  // the server has a lattice of it
+    kept_.drop(taken.character);
+    roster_.forget_state(taken.character);
+  }
   if (sink_) {
     sink_->on_frame({batch.tick, batch.sample_time_ns, frame, taken.character, taken.discontinuous,
                      taken.outcome == Members::Outcome::undecodable, taken.integers,
@@ -411,9 +417,8 @@ void LinkCore::pass_on(const wire::FrameBatch& batch, const wire::Frame& frame, 
 }
 
 void LinkCore::bring_kept(Frame& frame, std::int64_t now_ns) {
-  if (frame.level != LevelIndex::rigid) {
-    if (kept_.drop(frame.character)) roster_.forget_state(frame.character);
-  } else if (const Hair* hair = kept_.of(frame.character, now_ns)) {
+  if (frame.level != LevelIndex::rigid) return;
+  if (const Hair* hair = kept_.of(frame.character, now_ns)) {
     frame.kept = true;
     frame.level = hair->state.level;
     frame.error_class = hair->error_class;
@@ -423,8 +428,10 @@ void LinkCore::bring_kept(Frame& frame, std::int64_t now_ns) {
 }
 
 void LinkCore::on(wire::Error& error, std::int64_t) {
-  if (error.reason == wire::ErrorReason::groom_unavailable) fetch_.refuse(error.groom);
-  if (ends_upload(error)) {
+  const bool may_be_fetch =
+      error.reason == wire::ErrorReason::groom_unavailable || error.reason == wire::ErrorReason::limit_exceeded;
+  const bool ends_fetch = may_be_fetch && fetch_.refuse(error.groom);
+  if (!ends_fetch && ends_upload(error)) {
     uploads_.drop(error.groom);
     roster_.on_refused(error.groom);
   }

@@ -1,7 +1,6 @@
 #include "client/link/members.hpp"
 
 #include <algorithm>
-#include <limits>
 
 namespace hairnet::link {
 namespace {

@@ -34,7 +34,7 @@ class Members {
   enum class Outcome : std::uint8_t {
     decoded,
     skipped,      // not of the share that is decoded
-    undecodable,  // what it refers to is missing, or its bytes are wrong; counts as a jump of the next
+    undecodable,  // what it refers to is missing, or its bytes are wrong; if discontinuous, the next is too
     unknown,      // no such member, or no newer than the last
   };
   struct Taken {
@@ -56,7 +56,7 @@ class Members {
   // The session goes on; the server tells of all members anew. Afterwards: who was not told of has left.
   void expect_all_again();
   // Another number that was the same character's and has not been told of again, if there is one: it left and came back
-  // meanwhile. `session` 0: an own one. It is dropped.
+  // meanwhile. It is dropped.
   std::optional<std::uint32_t> drop_former(std::uint64_t session, std::uint32_t character, std::uint32_t member);
   std::vector<std::uint32_t> drop_unconfirmed();
   // The session is lost. Returns all others.

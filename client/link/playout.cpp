@@ -124,17 +124,19 @@ Playout::Sample Playout::sample(std::int64_t render_time_ns) {
     show_last(frames_[0]);
   else
     show_between(frames_[0], frames_[1]);
-  return {true, shown_.pose, shown_.level, shown_.displacement, now};
+  return {true, shown_.pose, shown_.level, shown_.displacement, now, shown_.geometry};
 }
 
 void Playout::show_between(const Held& from, const Held& to) {
   shown_.level = from.level;
+  shown_.geometry = from.displacement.empty() ? to.geometry : from.geometry;
   const bool joined =
       !to.discontinuous && to.level == from.level &&
       (to.displacement.size() == from.displacement.size() || to.displacement.empty() || from.displacement.empty());
   if (!joined) {
     shown_.pose = from.pose;
     shown_.displacement = from.displacement;
+    shown_.geometry = from.geometry;
     return;
   }
   const double s = static_cast<double>(shown_.time_ns - from.time_ns) / static_cast<double>(to.time_ns - from.time_ns);
@@ -148,9 +150,9 @@ void Playout::show_between(const Held& from, const Held& to) {
     shown_.displacement[i] += static_cast<float>(s) * to.displacement[i];
 }
 
-// With x = p^0 + d the node in the head's axes, w the head's angular velocity in them and t its position, p' = t' + R
-// (w x x
-// + d'). Both are constant as `interpolate` moves the head; so d' follows from the node's velocity R^-1 p' that the
+// With x = p^0 + d the node in the head's axes, w the head's angular velocity in them and t its position,
+//   p' = t' + R (w x x + d').
+// Both w and t' are constant as `interpolate` moves the head; so d' follows from the node's velocity R^-1 p' that the
 // frame brings. That one is the mean over the step that ended there: half a step's change leads to the moment itself.
 void Playout::show_cubic(const Held& from, const Held& to, double s) {
   const double duration_s = 1e-9 * static_cast<double>(to.time_ns - from.time_ns);
@@ -188,6 +190,7 @@ void Playout::show_last(const Held& last) {
   shown_.pose = last.pose;
   shown_.level = last.level;
   shown_.displacement = last.displacement;
+  shown_.geometry = last.geometry;
   for (Vec3f& d : shown_.displacement) d *= left;
 }
 

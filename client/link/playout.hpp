@@ -35,6 +35,7 @@ class Playout {
     LevelIndex level = LevelIndex::rigid;
     std::span<const Vec3f> displacement;  // active order of `level`, head space, m; empty = rigid. Until the next call
     std::int64_t time_ns = 0;             // the sample time that is shown; never goes back
+    std::shared_ptr<const LevelGeometry> geometry;  // that of the displacement; null while there is none
   };
   // What to draw at `render_time_ns`. An earlier time than the last is taken for the last.
   Sample sample(std::int64_t render_time_ns);

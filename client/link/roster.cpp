@@ -10,12 +10,15 @@ void Roster::offer(const wire::GroomHash& hash, Bytes bytes) {
 
 void Roster::add(const wire::AddCharacter& added) {
   said_twice_.erase(added.character);
-  characters_[added.character] = {added.groom, added.level, {}, added.state, false};
+  characters_[added.character] = {added.groom, added.level, {}, false};
+  states_.erase(added.character);
+  if (added.state) states_[added.character] = *added.state;
 }
 
 void Roster::set_level(const wire::SetLevel& wanted) {
   if (const auto found = characters_.find(wanted.character); found != characters_.end())
     found->second.level = wanted.level;
+  if (wanted.level == LevelIndex::rigid) states_.erase(wanted.character);
 }
 
 void Roster::set_material(const wire::SetMaterial& wanted) {
@@ -25,16 +28,12 @@ void Roster::set_material(const wire::SetMaterial& wanted) {
 
 void Roster::remove(std::uint32_t character) {
   characters_.erase(character);
+  states_.erase(character);
   leaving_.insert(character);
 }
 
 void Roster::remember(std::uint32_t character, wire::HairState state) {
-  if (const auto found = characters_.find(character); found != characters_.end())
-    found->second.state = std::move(state);
-}
-
-void Roster::forget_state(std::uint32_t character) {
-  if (const auto found = characters_.find(character); found != characters_.end()) found->second.state.reset();
+  if (characters_.contains(character)) states_[character] = std::move(state);
 }
 
 void Roster::on_ready(const wire::GroomHash& hash) {
@@ -65,7 +64,9 @@ Roster::Again Roster::say_again(bool resumed) {
   for (auto& [number, character] : characters_) {
     character.confirmed = character.confirmed && resumed;
     if (!character.confirmed) {
-      again.messages.push_back(wire::AddCharacter{number, character.groom, character.level, character.state});
+      wire::AddCharacter add{number, character.groom, character.level, {}};
+      if (const auto state = states_.find(number); state != states_.end()) add.state = state->second;
+      again.messages.push_back(std::move(add));
       if (resumed) said_twice_.insert(number);
     }
     // One that it added before the connection broke may be on an older level.

@@ -21,7 +21,6 @@ class Roster {
     wire::GroomHash groom{};
     LevelIndex level = LevelIndex::high;
     std::optional<MaterialScale> material;
-    std::optional<wire::HairState> state;  // as it was when the connection broke
     bool confirmed = false;                // CharacterAdded has come
   };
 
@@ -34,7 +33,7 @@ class Roster {
   void remove(std::uint32_t character);
   // The hair of a character is to go on from there, should the server have forgotten it.
   void remember(std::uint32_t character, wire::HairState state);
-  void forget_state(std::uint32_t character);
+  void forget_state(std::uint32_t character) { states_.erase(character); }
 
   void on_ready(const wire::GroomHash& hash);
   void on_refused(const wire::GroomHash& hash) { grooms_.erase(hash); }
@@ -51,6 +50,10 @@ class Roster {
   Again say_again(bool resumed);
 
   [[nodiscard]] const std::map<std::uint32_t, Character>& characters() const { return characters_; }
+  // Its removal may not be confirmed yet.
+  [[nodiscard]] bool has_asked_for(std::uint32_t character) const {
+    return characters_.contains(character) || leaving_.contains(character);
+  }
 
  private:
   struct Offered {
@@ -59,7 +62,8 @@ class Roster {
   };
   std::map<wire::GroomHash, Offered> grooms_;
   std::map<std::uint32_t, Character> characters_;
-  std::set<std::uint32_t> leaving_;     // removed, and not confirmed
+  std::map<std::uint32_t, wire::HairState> states_;  // as it was when the connection broke, or as it was added with
+  std::set<std::uint32_t> leaving_;                  // removed, and not confirmed
   // Characters of which the server may have heard already; it may tell of them before it refuses them.
   std::set<std::uint32_t> said_twice_;
   std::optional<wire::SetWind> wind_;

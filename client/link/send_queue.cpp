@@ -28,6 +28,7 @@ void pass_on_teleport(std::deque<wire::Message>::iterator from, std::deque<wire:
 
 bool SendQueue::push(wire::Message message) {
   if (messages_.size() - pose_batch_count_ >= kOthersMax) return false;
+  pose_batch_count_ += holds_poses(message);
   messages_.push_back(std::move(message));
   return true;
 }

@@ -1,12 +1,9 @@
 #pragma once
 
-#include <bit>
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <span>
-#include <vector>
 
 // Bits in the order of their use: the first bit of a stream is the lowest of its first byte, and a number's lowest bit
 // comes first. The last byte is filled up with zeros.

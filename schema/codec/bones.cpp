@@ -1,7 +1,6 @@
 #include "schema/codec/bones.hpp"
 
 #include <cmath>
-#include <limits>
 
 #include "schema/codec/golomb.hpp"
 
@@ -17,7 +16,6 @@ constexpr std::size_t kPerBone = 7;
 constexpr std::size_t kRotation = 3;  // where a bone's quaternion begins
 constexpr unsigned kWeightBits = 2;   // of the choice of a prediction
 constexpr unsigned kParameterBits = 5;
-constexpr unsigned kParameterMax = 31;
 
 U32 half(U32 x) {
   return static_cast<U32>(static_cast<std::int32_t>(x) >> 1);

@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <string_view>
 #include <vector>
 
 #include "core/ffd/lattice.hpp"
@@ -45,8 +44,8 @@ void quantise_velocities(std::span<const Vec3f> velocity, ErrorClass error_class
 void dequantise_velocities(std::span<const std::int16_t> velocities, ErrorClass error_class,
                            std::vector<Vec3f>& velocity);
 
-// Which earlier-coded nodes a node is predicted from when no earlier frame is there; derived from a level's grid, the
-// same on both ends. Immutable.
+// Which nodes of a frame, coded earlier, a node is predicted from; derived from a level's grid, the same on both ends.
+// Immutable.
 class Neighbours {
  public:
   explicit Neighbours(const LevelGeometry& geometry);

@@ -240,8 +240,8 @@ std::vector<std::uint8_t> encode_packet(const Envelope& envelope) {
   const std::size_t bulk = bulk_bytes(envelope.message);
   if (bulk > kPacketBytesMax) return {};
   FlatBufferBuilder builder(bulk + kPacketOverheadBytesMax);
-  builder.ForceDefaults(envelope.clock_ns == 0);  // the clock is there to be set later
   const Body written = std::visit([&](const auto& message) { return write(builder, message); }, envelope.message);
+  builder.ForceDefaults(envelope.clock_ns == 0);  // the clock is there to be set later
   const auto root = fb::CreateEnvelope(builder, envelope.clock_ns, written.type, written.offset);
   std::vector<std::uint8_t> packet = finish(builder, root, fb::EnvelopeIdentifier());
   if (packet.size() > kPacketBytesMax) packet.clear();

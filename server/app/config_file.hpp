@@ -14,7 +14,7 @@ namespace hairnet::server {
 // come before the fault in the file may have been set by then.
 Result<std::set<std::string>> read_config_file(const std::string& path, const std::vector<Setting>& settings);
 
-// A file that sets every setting to what it is now, each under a line about it.
+// A file that sets every setting to the value it has, section by section.
 std::string config_file_text(const std::vector<Setting>& settings);
 
 }  // namespace hairnet::server

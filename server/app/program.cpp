@@ -4,7 +4,6 @@
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
 #include <atomic>
 #include <cstdio>
 #include <ctime>
@@ -142,7 +141,7 @@ int run_program(const Config& config) {
   Health health;
   ServerPages pages(metrics, [&health, &metrics] {
     Health now = health;
-    now.last_tick_ns = std::max(now.last_tick_ns, metrics.tick.gauges.last_tick_ns.load(std::memory_order_relaxed));
+    now.last_tick_ns = metrics.tick.gauges.last_tick_ns.load(std::memory_order_relaxed);
     now.now_ns = monotonic_now_ns();
     return now;
   });
@@ -168,7 +167,6 @@ int run_program(const Config& config) {
   });
   log_counters(metrics, config.counters_interval_s, loop);
   health.accepting = true;
-  health.last_tick_ns = monotonic_now_ns();
   fmt::print("hairnet-server listening on {}:{}, {}\n", config.bind, port, summary(config));
   std::fflush(stdout);
   {

@@ -19,6 +19,8 @@ SchedulerDef scheduler_def(const Config& config, WorkerPool& workers, ClockNs cl
   def.wind = config.wind;
   def.publish.packet_bytes_max = config.sessions.frame_packet_bytes_max;
   def.room_grace_ns = config.room_grace_ns;
+  def.room_count_max = config.sessions.room_count_max;
+  def.state_bytes_max = config.state_bytes_max;
   def.world.now_ns = clock;
   def.levels.tick_share = config.tick_budget;
   def.levels.workers = static_cast<int>(config.workers);

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <functional>
 #include <string>
-#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -18,7 +17,7 @@ struct Setting {
 
   std::string section, key;  // of the file
   std::string flag;          // with its dashes
-  std::string about;         // for --help and for the comment in the file
+  std::string about;         // for --help
   std::function<Value()> get;
   std::function<void(const Value&)> set;  // of a value that check() has passed
   std::int64_t whole_least = 0, whole_most = 0;

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <sstream>
 #include <utility>
 
 #include "schema/wire/groom_file.hpp"
@@ -146,7 +148,7 @@ void add_wind(List& list, Config& c) {
   list.number(w.turbulence_scale_m, "turbulence_scale_m", kTurbulenceScaleMin_m, 100,
               "metres over which turbulence changes", "--turbulence-scale");
   list.whole(w.seed, "seed", 0, kWholeMax, "another seed, another turbulence", "--wind-seed");
-  list.toggle(c.sessions.wind_from_clients, "from_clients", "whether clients may set the wind of all",
+  list.toggle(c.sessions.wind_from_clients, "from_clients", "whether clients may set their room's wind",
               "--wind-from-clients");
 }
 
@@ -168,6 +170,8 @@ void add_limits(List& list, Config& c) {
              "frames of one packet");
   list.whole(c.command_weight_max, "command_weight_max", 1024, 1 << 26,
              "commands and poses on their way to the tick; poses beyond it are dropped");
+  list.whole(c.state_bytes_max, "state_bytes_max", 0, 64 * kGiB,
+             "of hair states that clients brought, while they wait for their levels; beyond it hair starts at rest");
   list.number(s.messages_per_s, "messages_per_s", 1, 1e6, "messages of a client, mean");
   list.number(s.messages_burst, "messages_burst", 1, 1e7, "messages of a client, at once");
   list.number(s.poses_per_s, "poses_per_s", 1, 1e8, "poses of a client, mean");

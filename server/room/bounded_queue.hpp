@@ -23,7 +23,8 @@ class BoundedQueue {
     items_.emplace_back(std::move(item), weight);
     return true;
   }
-  // For what must not be lost and is bounded elsewhere (one an open session, one a groom).
+  // For what must not be lost and is bounded elsewhere, by the sessions, characters and grooms that there are. Weighs
+  // nothing.
   void put(T item) {
     const std::lock_guard lock(mutex_);
     items_.emplace_back(std::move(item), 0);

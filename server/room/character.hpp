@@ -56,6 +56,7 @@ struct Character {
   bool asleep = false;
   bool discontinuous = false;
   LevelIndex shown = LevelIndex::rigid;  // that the lattice is on; easing into the rigid level takes a while
+  const Level* model = nullptr;          // of the lattice; null when rigid
   std::vector<FrameVariant> variants;    // of which the first variant_count are of this tick
   std::size_t variant_count = 0;
   std::int64_t encode_ns = 0;            // that these took

@@ -11,8 +11,8 @@ namespace hairnet::server {
 // The integers of one character's recent frames, by error class: what new frames are predicted from. Buffers are reused.
 class FrameHistory {
  public:
-  // A place for the frame of `tick`, with the vectors of an older one; it takes the place of the oldest that is before `keep_from`.
-  // Valid until the next call.
+  // A place for the frame of `tick`; it takes the place of one that is before `keep_from`, and its vectors. Valid until
+  // the next call.
   codec::Integers& add(codec::ErrorClass error_class, std::uint64_t tick, std::uint64_t keep_from);
   // Null when it is not there. Valid until the next add of that class.
   [[nodiscard]] const codec::Integers* find(codec::ErrorClass error_class, std::uint64_t tick) const;

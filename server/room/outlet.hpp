@@ -11,9 +11,9 @@ namespace hairnet::server {
 class Outlet {
  public:
   virtual ~Outlet() = default;
-  // Kept in order and never dropped.
+  // Kept in order, and dropped only when the session ends: a message that does not fit ends it.
   virtual void push(const wire::Message& message, std::int64_t now_ns) = 0;
-  // One tick's frames as packets; in order with messages, and taken by the session only as a whole tick.
+  // One tick's frames as packets, in order with messages. The session takes them one by one.
   virtual void push_frames(std::vector<std::vector<std::uint8_t>> packets, std::size_t frame_count) = 0;
   // Before frames are made. True when too many ticks' frames wait: they are dropped, and nothing sent before may be
   // referred to.

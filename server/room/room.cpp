@@ -6,17 +6,23 @@ namespace hairnet::server {
 
 Room& Rooms::room_named(const std::string& name) {
   if (const auto found = by_name_.find(name); found != by_name_.end()) return rooms_[found->second];
-  auto room = std::find_if(rooms_.begin(), rooms_.end(), [](const Room& r) { return !r.in_use; });
-  if (room == rooms_.end()) room = rooms_.insert(rooms_.end(), Room{});
-  const auto index = static_cast<std::uint32_t>(room - rooms_.begin());
-  *room = {};
-  room->index = index;
-  room->in_use = true;
-  room->name = name;
-  room->wind = wind_;
+  if (by_name_.size() >= room_count_max_) forget_emptiest();
+  auto index = static_cast<std::uint32_t>(rooms_.size());
+  if (free_rooms_.empty()) {
+    rooms_.emplace_back();
+  } else {
+    index = free_rooms_.back();
+    free_rooms_.pop_back();
+  }
+  Room& room = rooms_[index];
+  room = {};
+  room.index = index;
+  room.in_use = true;
+  room.name = name;
+  room.wind = wind_;
   by_name_.emplace(name, index);
   counters_->rooms_opened.add();
-  return *room;
+  return room;
 }
 
 Observer& Rooms::open(SessionId session, const std::string& name, std::shared_ptr<Outlet> outlet) {
@@ -79,11 +85,24 @@ void Rooms::note_empty(Room& room, std::int64_t now_ns) {
 
 void Rooms::poll(std::int64_t now_ns) {
   for (Room& room : rooms_) {
-    if (!room.in_use || room.empty_since_ns == 0 || now_ns - room.empty_since_ns < grace_ns_) continue;
-    by_name_.erase(room.name);
-    room.in_use = false;
-    counters_->rooms_closed.add();
+    if (room.in_use && room.empty_since_ns != 0 && now_ns - room.empty_since_ns >= grace_ns_) forget(room);
   }
+}
+
+void Rooms::forget_emptiest() {
+  Room* emptiest = nullptr;
+  for (Room& room : rooms_) {
+    if (!room.in_use || room.empty_since_ns == 0) continue;
+    if (!emptiest || room.empty_since_ns < emptiest->empty_since_ns) emptiest = &room;
+  }
+  if (emptiest) forget(*emptiest);
+}
+
+void Rooms::forget(Room& room) {
+  by_name_.erase(room.name);
+  room.in_use = false;
+  free_rooms_.push_back(room.index);
+  counters_->rooms_closed.add();
 }
 
 Character* Rooms::find(CharacterKey key) {

@@ -40,8 +40,9 @@ struct Room {
 // is done in the same order in every run. Tick thread.
 class Rooms {
  public:
-  Rooms(RoomCounters& counters, const Wind& wind, std::int64_t grace_ns)
-      : counters_(&counters), wind_(wind), grace_ns_(grace_ns) {}
+  // Beyond `room_count_max` the room that has been empty longest does not get all of its grace.
+  Rooms(RoomCounters& counters, const Wind& wind, std::int64_t grace_ns, std::size_t room_count_max)
+      : counters_(&counters), wind_(wind), grace_ns_(grace_ns), room_count_max_(room_count_max) {}
 
   // The session's observer; its room is made when there is none of that name.
   Observer& open(SessionId session, const std::string& room, std::shared_ptr<Outlet> outlet);
@@ -70,13 +71,17 @@ class Rooms {
  private:
   Room& room_named(const std::string& name);
   void note_empty(Room& room, std::int64_t now_ns);
+  void forget_emptiest();
+  void forget(Room& room);
 
   RoomCounters* counters_;
   Wind wind_;  // of a new room
   std::int64_t grace_ns_;
+  std::size_t room_count_max_;
   std::map<CharacterKey, Character> characters_;
   std::map<SessionId, Observer> observers_;
   std::deque<Room> rooms_;
+  std::vector<std::uint32_t> free_rooms_;
   std::map<std::string, std::uint32_t> by_name_;
 };
 

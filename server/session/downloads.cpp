@@ -16,6 +16,7 @@ constexpr const char* kBeyondEnd = "beyond the groom's end";
 }  // namespace
 
 Refused Downloads::add(const wire::GroomRequest& request) {
+  if (std::ranges::any_of(waiting_, [&](const Download& d) { return d.hash == request.hash; })) return {};
   Refused refused;
   auto bytes = desk_->bytes(request.hash);
   if (!bytes && !desk_->keeps(request.hash))
@@ -28,8 +29,7 @@ Refused Downloads::add(const wire::GroomRequest& request) {
     counters_->downloads_refused.add();
     return refused;
   }
-  const bool waits = std::ranges::any_of(waiting_, [&](const Download& d) { return d.hash == request.hash; });
-  if (!waits) waiting_.push_back({request.hash, request.offset, std::move(bytes)});
+  waiting_.push_back({request.hash, request.offset, std::move(bytes)});
   return {};
 }
 

@@ -17,6 +17,7 @@ using wire::ErrorReason;
 using wire::GoodbyeReason;
 
 constexpr std::int64_t kPoseErrorInterval_ns = 1'000'000'000;
+constexpr std::size_t kIntegersPerWeight = 64;  // of a hair state: about as many bytes as a pose
 constexpr std::size_t kFreeChunkLeast_bytes = 4096;  // a smaller chunk counts as a message
 
 }  // namespace
@@ -50,7 +51,10 @@ void Session::on_packet(std::span<const std::uint8_t> packet, std::int64_t now_n
     // A sound packet with a value out of range: a wrong client, but still in step with us. It costs as a message does.
     context_->counters.packets_invalid.add();
     heard_ns_ = now_ns;
-    if (state_ == State::active && messages_.take(1, now_ns)) return;
+    if (state_ == State::active) {
+      take_message(now_ns);
+      return;
+    }
   } else {
     context_->counters.packets_malformed.add();
   }
@@ -107,12 +111,7 @@ void Session::on_message(wire::Envelope envelope, std::int64_t now_ns) {
   if (state_ == State::draining || state_ == State::closed) return;
   heard_ns_ = now_ns;
   const auto* chunk = std::get_if<wire::GroomChunk>(&envelope.message);
-  if (!(chunk && chunk->bytes.size() >= kFreeChunkLeast_bytes) && !messages_.take(1, now_ns)) {
-    context_->counters.messages_over_rate.add();
-    context_->counters.sessions_closed_over_rate.add();
-    drain(GoodbyeReason::over_rate, "too many messages a second", now_ns);
-    return;
-  }
+  if (!(chunk && chunk->bytes.size() >= kFreeChunkLeast_bytes) && !take_message(now_ns)) return;
   if (!clock_.observe(envelope.clock_ns, now_ns)) {
     context_->counters.packets_invalid.add();
     refuse({ErrorReason::malformed, "envelope clock out of range"}, now_ns);
@@ -127,6 +126,14 @@ void Session::on_message(wire::Envelope envelope, std::int64_t now_ns) {
     return;
   }
   std::visit(Handler{*this, now_ns}, envelope.message);
+}
+
+bool Session::take_message(std::int64_t now_ns) {
+  if (messages_.take(1, now_ns)) return true;
+  context_->counters.messages_over_rate.add();
+  context_->counters.sessions_closed_over_rate.add();
+  drain(GoodbyeReason::over_rate, "too many messages a second", now_ns);
+  return false;
 }
 
 void Session::on_hello(const wire::Hello& hello, std::int64_t now_ns) {
@@ -157,7 +164,6 @@ bool Session::try_resume(const wire::Hello& hello, std::int64_t now_ns) {
   context_->counters.sessions_resumed.add();
   spdlog::info("event=session_resumed session={} peer={}", id(), connection_->peer());
   welcome(true, now_ns);
-  context_->commands.put(OpenSession{id(), outbox_, identity_.room, true});
   context_->grooms.tell_states(id(), now_ns);
   return true;
 }
@@ -238,7 +244,7 @@ void Session::welcome(bool resumed, std::int64_t now_ns) {
   welcome.resume_grace_s = static_cast<float>(static_cast<double>(context_->limits.resume_grace_ns) * 1e-9);
   welcome.pose_delay_ns = context_->pose_delay_ns;
   send(welcome, now_ns);
-  if (!resumed) context_->commands.put(OpenSession{id(), outbox_, identity_.room, false});
+  context_->commands.put(OpenSession{id(), outbox_, identity_.room, resumed});
 }
 
 SessionIdentity Session::surrender(std::int64_t now_ns) {
@@ -253,8 +259,8 @@ SessionIdentity Session::surrender(std::int64_t now_ns) {
   return std::move(identity_);
 }
 
-Refused Session::put(Command command) {
-  if (context_->commands.try_put(command)) return {};
+Refused Session::put(Command command, std::size_t weight) {
+  if (context_->commands.try_put(command, weight)) return {};
   context_->counters.commands_dropped.add();
   return {ErrorReason::limit_exceeded, "the server is busy; try again"};
 }
@@ -270,7 +276,7 @@ void Session::on_groom_chunk(wire::GroomChunk chunk, std::int64_t now_ns) {
   const wire::GroomHash hash = chunk.hash;
   const bool was_free = chunk.bytes.size() >= kFreeChunkLeast_bytes;
   const ChunkAnswer answer = context_->grooms.chunk(id(), std::move(chunk), now_ns);
-  if (was_free && !answer.was_wanted) messages_.take(1, now_ns);  // only wanted bytes are free
+  if (was_free && !answer.was_wanted && !take_message(now_ns)) return;  // only wanted bytes are free
   if (!answer) return;
   context_->counters.chunks_refused.add();
   refuse(answer, now_ns, 0, hash);
@@ -304,8 +310,9 @@ void Session::on_add_character(wire::AddCharacter add, std::int64_t now_ns) {
       add.state.reset();
     }
   }
+  const std::size_t weight = 1 + (add.state ? (add.state->displacements.size() + add.state->velocities.size()) / kIntegersPerWeight : 0);
   if (!refused)
-    refused = put(AddCharacter{character_key(id(), add.character), add.groom, add.level, std::move(add.state)});
+    refused = put(AddCharacter{character_key(id(), add.character), add.groom, add.level, std::move(add.state)}, weight);
   if (refused) {
     context_->counters.characters_refused.add();
     refuse(refused, now_ns, add.character, add.groom);
@@ -442,27 +449,26 @@ Refused Session::check_pose(const wire::PoseSample& sample) {
 }
 
 void Session::on_observe(wire::Observe observe, std::int64_t now_ns) {
+  const std::size_t weight = 1 + observe.members.size();
   Refused refused;
   if (std::string fault = wire::validate(observe); !fault.empty())
     refused = {ErrorReason::observe_invalid, std::move(fault)};
   else
-    refused = put(SetObserve{id(), std::move(observe)});
+    refused = put(SetObserve{id(), std::move(observe)}, weight);
   if (!refused) return;
   context_->counters.observes_refused.add();
   refuse(refused, now_ns);
 }
 
 void Session::on_report_importance(wire::ReportImportance report, std::int64_t now_ns) {
-  const std::size_t count = report.members.size();
-  Command command = SetImportance{id(), std::move(report.members)};
-  if (context_->commands.try_put(command, 1 + count)) return;
-  context_->counters.commands_dropped.add();
-  refuse({ErrorReason::limit_exceeded, "the server is busy; try again"}, now_ns);
+  const std::size_t weight = 1 + report.members.size();
+  if (const Refused refused = put(SetImportance{id(), std::move(report.members)}, weight)) refuse(refused, now_ns);
 }
 
 void Session::on_request_keyframes(wire::RequestKeyframes request, std::int64_t now_ns) {
   context_->counters.keyframes_requested.add();
-  if (const Refused refused = put(MakeKeyframes{id(), std::move(request.members)})) refuse(refused, now_ns);
+  const std::size_t weight = 1 + request.members.size();
+  if (const Refused refused = put(MakeKeyframes{id(), std::move(request.members)}, weight)) refuse(refused, now_ns);
 }
 
 void Session::on_groom_request(const wire::GroomRequest& request, std::int64_t now_ns) {

@@ -108,7 +108,8 @@ class Session final : public PacketSink {
   void refuse(const Refused& refused, std::int64_t now_ns, std::uint32_t character = 0,
               const wire::GroomHash& groom = {});
   // Passes a command on; else says that it was not.
-  Refused put(Command command);
+  Refused put(Command command, std::size_t weight = 1);
+  bool take_message(std::int64_t now_ns);  // of its rate; false: it has ended, with over_rate
   void remove(std::uint32_t character);       // one that there is
   bool send_download(std::int64_t now_ns);  // the next piece of a groom; false when there is none
   void leave(std::int64_t now_ns);          // gives back everything held in the room and at the groom desk

@@ -139,8 +139,9 @@ GroomStore::Bytes GroomStore::bytes(const wire::GroomHash& hash) {
 
 bool GroomStore::fetch(SessionId session, const wire::GroomHash& hash) {
   if (!builder_->keeps(hash)) return false;
-  std::vector<SessionId>& waiting = fetches_[hash];
-  if (waiting.empty()) builder_->read(hash);
+  const auto [fetched, is_new] = fetches_.try_emplace(hash);
+  if (is_new) builder_->read(hash);
+  std::vector<SessionId>& waiting = fetched->second;
   if (std::ranges::find(waiting, session) == waiting.end()) waiting.push_back(session);
   return true;
 }
@@ -184,11 +185,11 @@ Refused GroomStore::make_place() {
   return {};
 }
 
-bool GroomStore::fits_upload(std::uint64_t byte_count) const {
-  return upload_bytes_ + byte_count <= limits_.upload_bytes_max;
-}
-
-Refused GroomStore::check_rate(SessionId session, std::uint64_t byte_count, std::int64_t now_ns) {
+Refused GroomStore::check_upload(SessionId session, std::uint64_t byte_count, std::int64_t now_ns) {
+  if (upload_bytes_ + byte_count > limits_.upload_bytes_max) {
+    counters_->grooms_refused_limit.add();
+    return {ErrorReason::limit_exceeded, "too many bytes are being uploaded; try again"};
+  }
   if (account(session, now_ns).bytes.take(static_cast<double>(byte_count), now_ns)) return {};
   counters_->grooms_refused_rate.add();
   return {ErrorReason::limit_exceeded,
@@ -197,11 +198,7 @@ Refused GroomStore::check_rate(SessionId session, std::uint64_t byte_count, std:
 
 Refused GroomStore::begin_upload(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns) {
   if (Refused refused = make_place()) return refused;
-  if (!fits_upload(offer.byte_count)) {
-    counters_->grooms_refused_limit.add();
-    return {ErrorReason::limit_exceeded, "too many bytes are being uploaded; try again"};
-  }
-  if (Refused refused = check_rate(session, offer.byte_count, now_ns)) return refused;
+  if (Refused refused = check_upload(session, offer.byte_count, now_ns)) return refused;
   Entry& entry = grooms_[offer.hash];
   entry.holders[session] = offer.byte_count;
   entry.used = ++uses_;
@@ -329,14 +326,13 @@ void GroomStore::release(SessionId session, std::int64_t now_ns) {
 void GroomStore::pass_on(Grooms::iterator groom, std::int64_t now_ns) {
   Entry& entry = groom->second;
   if (entry.holders.empty()) return erase(groom);
+  set_upload_bytes(entry, 0);
   const auto holders = entry.holders;
   for (const auto& [session, byte_count] : holders) {
     if (byte_count == 0) continue;
-    if (upload_bytes_ - entry.upload_bytes + byte_count <= limits_.upload_bytes_max)
-      return await_upload(groom, session, now_ns);
-    counters_->grooms_refused_limit.add();
-    refuse_holder(groom, session, {ErrorReason::limit_exceeded, "too many bytes are being uploaded; try again"},
-                  now_ns);
+    const Refused refused = check_upload(session, byte_count, now_ns);
+    if (!refused) return await_upload(groom, session, now_ns);
+    refuse_holder(groom, session, refused, now_ns);
   }
   if (entry.holders.empty()) return erase(groom);
   refuse_all(groom, {ErrorReason::groom_unknown, "nobody who has the groom is there; offer it"},
@@ -384,7 +380,7 @@ void GroomStore::take(GroomResult result, std::int64_t now_ns) {
     case GroomResult::Outcome::refused:
       return take_refused(groom, result, now_ns);
     case GroomResult::Outcome::absent:
-      return take_absent(groom, now_ns);
+      return pass_on(groom, now_ns);  // as if it had never been there: whoever has offered it is asked for it
     case GroomResult::Outcome::read:
       break;
   }
@@ -395,22 +391,6 @@ void GroomStore::hand_over(const GroomResult& read, std::int64_t now_ns) {
   if (read.bytes) read_[read.hash] = read.bytes;
   if (fetched.empty() || !listener_.deliver) return;
   for (const SessionId session : fetched.mapped()) listener_.deliver(session, read.hash, read.bytes, now_ns);
-}
-
-// As if it had never been there: whoever has offered it is asked for it.
-void GroomStore::take_absent(Grooms::iterator groom, std::int64_t now_ns) {
-  Entry& entry = groom->second;
-  const auto holders = entry.holders;
-  for (const auto& [session, byte_count] : holders) {
-    if (byte_count == 0) continue;
-    if (!fits_upload(byte_count))
-      return refuse_all(groom, {ErrorReason::limit_exceeded, "too many bytes are being uploaded; try again"},
-                        counters_->grooms_refused_limit, now_ns);
-    const Refused refused = check_rate(session, byte_count, now_ns);
-    if (!refused) return await_upload(groom, session, now_ns);
-    refuse_holder(groom, session, refused, now_ns);
-  }
-  pass_on(groom, now_ns);
 }
 
 void GroomStore::take_building(Grooms::iterator groom, GroomResult result, std::int64_t now_ns) {

@@ -104,8 +104,8 @@ class GroomStore final : public GroomDesk {
   [[nodiscard]] bool is_over_strands(SessionId session, Grooms::const_iterator groom) const;
   [[nodiscard]] std::uint64_t strand_count_max(SessionId session) const;
   [[nodiscard]] Refused too_many_strands(SessionId session) const;
-  [[nodiscard]] bool fits_upload(std::uint64_t byte_count) const;
-  Refused check_rate(SessionId session, std::uint64_t byte_count, std::int64_t now_ns);
+  // Why a session may not begin to upload, or go on with, a groom of this size.
+  Refused check_upload(SessionId session, std::uint64_t byte_count, std::int64_t now_ns);
   Refused offer_known(Grooms::iterator groom, SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns);
   Refused make_place();  // for one more groom
   Refused begin_upload(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns);
@@ -119,7 +119,6 @@ class GroomStore final : public GroomDesk {
   // Lets another who has offered it go on with the upload; refuses it to the rest when there is none.
   void pass_on(Grooms::iterator groom, std::int64_t now_ns);
   void take(GroomResult result, std::int64_t now_ns);
-  void take_absent(Grooms::iterator groom, std::int64_t now_ns);
   void take_building(Grooms::iterator groom, GroomResult result, std::int64_t now_ns);
   void take_ready(Grooms::iterator groom, GroomResult result, std::int64_t now_ns);
   void take_refused(Grooms::iterator groom, const GroomResult& result, std::int64_t now_ns);

@@ -25,11 +25,17 @@ LevelChooser::LevelChooser(const LevelChooserDef& def, TickCounters& counters)
       cost_(def.tick_s),
       guard_({.tick_s = def.tick_s, .tick_share = def.tick_share, .workers = def.workers}) {}
 
-bool LevelChooser::is_due(Rooms& rooms, const Simulation& simulation, std::uint64_t tick) {
-  bool due = over_ || tick % kTicksBetween == 0;
+void LevelChooser::note_unseen(Rooms& rooms) {
   for (auto& [key, character] : rooms.characters()) {
+    if (character.placed) character.unseen_ticks = character.seen ? 0 : character.unseen_ticks + 1;
+  }
+}
+
+bool LevelChooser::is_due(const Rooms& rooms, const Simulation& simulation, std::uint64_t tick) const {
+  bool due = over_ || tick % kTicksBetween == 0;
+  for (const auto& [key, character] : rooms.characters()) {
+    if (due) break;
     if (!character.placed) continue;
-    character.unseen_ticks = character.seen ? 0 : character.unseen_ticks + 1;
     due = due || (character.held && character.seen) || character.finest > character.level ||
           (character.level == LevelIndex::rigid && character.finest != LevelIndex::rigid && !character.lod_chosen &&
            simulation.levels(character.groom));
@@ -56,6 +62,7 @@ BudgetCharacter LevelChooser::as_budgeted(const Character& character, bool ready
 }
 
 void LevelChooser::choose(Rooms& rooms, const Simulation& simulation, wire::RecordedTick& inputs) {
+  note_unseen(rooms);
   if (!is_due(rooms, simulation, inputs.tick)) return;
   placed_.clear();
   budgeted_.clear();
@@ -71,11 +78,13 @@ void LevelChooser::choose(Rooms& rooms, const Simulation& simulation, wire::Reco
   terms.encode_s = encode_s_;
   terms.send_s = send_s_;
   const BudgetReport report = choose_levels(terms, budgeted_, scratch_, chosen_);
+  wanted_s_ = report.wanted_s;
   counters_->levels_raised.add(report.raised);
   counters_->levels_lowered.add(report.lowered);
   counters_->gauges.budget_predicted_seconds.set(report.predicted_s);
   counters_->gauges.budget_wanted_seconds.set(report.wanted_s);
   counters_->gauges.budget_available_seconds.set(terms.available_s);
+  counters_->gauges.budget_over.set(report.is_over ? 1 : 0);
   counters_->gauges.characters_below_wanted.set(report.below_wanted);
   for (std::size_t i = 0; i < placed_.size(); ++i) {
     if (budgeted_[i].levels_ready || chosen_[i].level == LevelIndex::rigid) apply(*placed_[i], chosen_[i], inputs);
@@ -130,7 +139,7 @@ void LevelChooser::take(Rooms& rooms, const StepCosts& costs, double tick_durati
     counters_->gauges.set_step_cost(static_cast<LevelIndex>(l), cost_.turn_s(static_cast<LevelIndex>(l), 1));
   }
   if (sent > 0) smooth(send_s_, static_cast<double>(send_ns) * 1e-9 / static_cast<double>(sent));
-  guard_.take(tick_duration_s, static_cast<double>(step_ns + all_encode_ns + send_ns) * 1e-9);
+  guard_.take(tick_duration_s, static_cast<double>(step_ns + all_encode_ns + send_ns) * 1e-9, wanted_s_);
   counters_->step_ns_total.add(static_cast<std::uint64_t>(step_ns));
   counters_->encode_ns_total.add(static_cast<std::uint64_t>(all_encode_ns));
   counters_->send_ns_total.add(static_cast<std::uint64_t>(send_ns));

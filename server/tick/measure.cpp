@@ -5,7 +5,7 @@
 
 namespace hairnet::server {
 
-void measure(Rooms& rooms, const Simulation& simulation, TickGauges& gauges) {
+void measure(const Rooms& rooms, const Simulation& simulation, TickGauges& gauges) {
   std::array<double, kLevelCount> at_level{};
   double stepped = 0, asleep = 0, held = 0, waiting = 0;
   for (const auto& [key, character] : rooms.characters()) {

@@ -8,6 +8,6 @@
 namespace hairnet::server {
 
 // Counts the characters by level and state, after a step. A walk over all of them: once a second will do.
-void measure(Rooms& rooms, const Simulation& simulation, TickGauges& gauges);
+void measure(const Rooms& rooms, const Simulation& simulation, TickGauges& gauges);
 
 }  // namespace hairnet::server

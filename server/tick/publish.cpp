@@ -107,10 +107,12 @@ void Publisher::forget_groom(const wire::GroomHash& groom) {
 
 void Publisher::look(const Terms& terms, Character& character) const {
   const LatticeView lattice = terms.simulation.lattice(character.key);
+  character.model = lattice.model;
   if (lattice.stepped) character.shown_bones = character.bones.bones;
   character.discontinuous = character.discontinuous || (lattice.stepped && lattice.jumped);
   character.asleep = lattice.asleep && !character.discontinuous;
   character.changed = (lattice.stepped && !lattice.asleep) || character.discontinuous;
+  if (!character.changed) return;
   const bool sound = std::all_of(lattice.displacement.begin(), lattice.displacement.end(),
                                  [](const Vec3f& d) { return d.allFinite(); });
   if (sound) return;
@@ -151,8 +153,9 @@ int Publisher::request(const Terms& terms, const Room& room, Observer& observer)
     view.discontinuity_owed = view.discontinuity_owed || character->discontinuous;
     const bool due = character->changed && (view.sent_count == 0 || tick - view.sent[0] >= stride);
     if (!due && (!character->asleep || view.sleep_told)) continue;
-    const Level* model = terms.simulation.lattice(character->key).model;
-    if (model && observer.records_sent.emplace(character->groom, character->shown).second) {
+    const Level* model = character->model;
+    const bool has_record = view.sent_count > 0 && view.level == character->shown;
+    if (model && !has_record && observer.records_sent.emplace(character->groom, character->shown).second) {
       counters_->level_records_sent.add();
       observer.outlet->push(wire::LevelRecord{character->groom, character->shown, model->geometry}, terms.now_ns);
     }

@@ -38,10 +38,10 @@ void Recorder::put_groom(Bytes bytes) {
 }
 
 void Recorder::put(wire::RecordedTick tick) {
-  const std::size_t bytes = sizeof(tick) + tick.removed.size() * sizeof(tick.removed[0]) +
-                            tick.added.size() * sizeof(tick.added[0]) + tick.levels.size() * sizeof(tick.levels[0]) +
-                            tick.materials.size() * sizeof(tick.materials[0]) +
-                            tick.poses.size() * sizeof(tick.poses[0]);
+  const auto bytes_of = [](const auto&... lists) { return (... + (lists.size() * sizeof(lists[0]))); };
+  std::size_t bytes = sizeof(tick) + bytes_of(tick.removed, tick.added, tick.levels, tick.materials, tick.strides,
+                                              tick.holds, tick.states, tick.winds, tick.poses);
+  for (const wire::RecordedState& state : tick.states) bytes += bytes_of(state.displacements, state.velocities);
   put(std::move(tick), bytes);
 }
 

@@ -13,6 +13,10 @@ constexpr std::uint64_t kStateWait_s = 2;
 constexpr double kMotionSmoothing_s = 1;
 constexpr float kScreenHeightUnreported = 0.25f;
 
+std::size_t bytes_of(const wire::HairState& state) {
+  return (state.displacements.size() + state.velocities.size()) * sizeof(std::int16_t);
+}
+
 void copy_vectors(const std::vector<std::int16_t>& integers, float unit, std::vector<Vec3f>& to) {
   for (std::size_t i = 0; i + 2 < integers.size(); i += 3)
     to.push_back(unit * Vec3f(integers[i], integers[i + 1], integers[i + 2]));
@@ -50,7 +54,7 @@ Scheduler::Scheduler(const SchedulerDef& def, CommandQueue& commands, RoomCounte
       commands_(&commands),
       counters_(&counters),
       recorder_(recorder),
-      rooms_(room_counters, def.wind, def.room_grace_ns),
+      rooms_(room_counters, def.wind, def.room_grace_ns, def.room_count_max),
       simulation_(def_.world, def_.wind),
       level_chooser_(def_.levels, counters),
       publisher_(def_.publish, counters) {
@@ -131,7 +135,7 @@ struct Scheduler::Taker {
   void operator()(AddCharacter& c) const {
     Character* character = scheduler.rooms_.add(c.character, c.groom, c.level);
     if (!character) return;
-    character->state = std::move(c.state);
+    if (c.state) scheduler.keep_state(*character, std::move(*c.state), now_ns);
     Room& room = scheduler.rooms_.room(character->room);
     for (Observer* observer : room.observers) {
       observer->observe_changed = true;
@@ -143,7 +147,10 @@ struct Scheduler::Taker {
     if (Outlet* to = outlet(session_of(c.character))) to->push(wire::CharacterRemoved{number_of(c.character)}, now_ns);
   }
   void operator()(const SetLevel& c) const {
-    if (Character* character = scheduler.rooms_.find(c.character)) character->finest = c.level;
+    Character* character = scheduler.rooms_.find(c.character);
+    if (!character) return;
+    character->finest = c.level;
+    if (c.level == LevelIndex::rigid) scheduler.forget_state(*character);
   }
   void operator()(const SetMaterial& c) const {
     Character* character = scheduler.rooms_.find(c.character);
@@ -193,6 +200,8 @@ struct Scheduler::Taker {
   void operator()(const ForgetGroom& c) const {
     scheduler.simulation_.forget_levels(c.groom);
     scheduler.publisher_.forget_groom(c.groom);
+    for (auto& [session, observer] : scheduler.rooms_.observers())
+      std::erase_if(observer.records_sent, [&](const auto& record) { return record.first == c.groom; });
     scheduler.unrecorded_.erase(c.groom);
   }
 };
@@ -205,8 +214,9 @@ void Scheduler::take_commands(std::int64_t now_ns) {
 }
 
 void Scheduler::remove(CharacterKey key, std::int64_t now_ns) {
-  const Character* character = rooms_.find(key);
+  Character* character = rooms_.find(key);
   if (!character) return;
+  forget_state(*character);
   if (character->placed) inputs_.removed.push_back(key);
   const wire::MemberLeft left{member_of(*character)};
   for (Observer* observer : rooms_.room(character->room).observers) {
@@ -302,15 +312,16 @@ void Scheduler::look_around(const Room& room, Observer& observer) {
   const bool look = observer.observe_changed || (by_place && (inputs_.tick + observer.session) % kInterestTicks == 0);
   if (look) {
     heads_.clear();
+    bool awaits_pose = false;
     for (std::size_t s = 0; s < room.seats.size(); ++s) {
       const Character* c = room.seats[s].character;
       heads_.push_back({static_cast<std::uint32_t>(s + 1), c ? c->pose.head().position : Vec3::Zero(),
                         c && session_of(c->key) == observer.session, c && c->placed});
+      awaits_pose = awaits_pose || (c && !c->placed);
     }
     choose_members(observer.observe, heads_, wanted_);
     // Somebody who has no pose yet is looked at again once there is one.
-    observer.observe_changed =
-        by_place && std::ranges::any_of(heads_, [](const MemberHead& head) { return !head.placed; });
+    observer.observe_changed = by_place && awaits_pose;
   }
   for (std::size_t s = 0; s < room.seats.size(); ++s) {
     Character* c = room.seats[s].character;
@@ -336,8 +347,31 @@ void Scheduler::bring_states() {
       copy_vectors(state.velocities, codec::kVelocityStepsPer_s * state.step_m, recorded.velocities);
       recorded.velocities.resize(recorded.displacements.size(), Vec3f::Zero());
     }
-    character.state.reset();
+    forget_state(character);
   }
+}
+
+void Scheduler::keep_state(Character& character, wire::HairState state, std::int64_t now_ns) {
+  const std::size_t bytes = bytes_of(state);
+  if (character.finest == LevelIndex::rigid) return;
+  if (state_bytes_ + bytes > def_.state_bytes_max) {
+    counters_->hair_states_dropped_full.add();
+    return refuse_state(character.key, "too many hair states wait for their levels; this hair starts at rest", now_ns);
+  }
+  state_bytes_ += bytes;
+  character.state = std::move(state);
+}
+
+void Scheduler::forget_state(Character& character) {
+  if (!character.state) return;
+  state_bytes_ -= bytes_of(*character.state);
+  character.state.reset();
+}
+
+void Scheduler::refuse_state(CharacterKey key, std::string detail, std::int64_t now_ns) {
+  const Observer* owner = rooms_.observer(session_of(key));
+  if (!owner || !owner->outlet) return;
+  owner->outlet->push(wire::Error{wire::ErrorReason::state_invalid, number_of(key), {}, std::move(detail)}, now_ns);
 }
 
 void Scheduler::change_materials() {
@@ -368,11 +402,8 @@ StepReport Scheduler::step(std::int64_t now_ns) {
   counters_->lattices_reset.add(report.lattices_reset);
   counters_->characters_asleep.add(report.asleep);
   for (const CharacterKey key : simulation_.states_refused()) {
-    counters_->states_refused.add();
-    const Observer* owner = rooms_.observer(session_of(key));
-    if (owner && owner->outlet)
-      owner->outlet->push(wire::Error{wire::ErrorReason::state_invalid, number_of(key), {}, "the hair state does not fit the level"},
-                          now_ns);
+    counters_->hair_states_dropped_unfit.add();
+    refuse_state(key, "the hair state does not fit the level", now_ns);
   }
   return report;
 }

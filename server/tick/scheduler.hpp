@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "server/room/command.hpp"
@@ -21,10 +22,12 @@ struct SchedulerDef {
   WorldDef world;
   PublishDef publish;
   LevelChooserDef levels;
-  Wind wind;  // of a room, until a client sets another
+  Wind wind;  // of every room, until a client of it sets another
   std::uint32_t tick_rate_hz = 30;
   std::int64_t pose_delay_ns = 25'000'000;
   std::int64_t room_grace_ns = 10'000'000'000;  // that an empty room stays
+  std::size_t room_count_max = 4096;            // empty ones among them
+  std::size_t state_bytes_max = std::size_t{256} << 20;  // of all hair states that wait for their levels
 };
 
 // From poses to frames: one call a tick. Tick thread.
@@ -57,6 +60,9 @@ class Scheduler {
   void place(Character& character);
   void move(Character& character, const PoseInbox::Sample& sample, const Pose& before);
   void bring_states();
+  void keep_state(Character& character, wire::HairState state, std::int64_t now_ns);
+  void forget_state(Character& character);
+  void refuse_state(CharacterKey key, std::string detail, std::int64_t now_ns);
   void note_motion(Character& character, double moved_m, double turned_rad) const;
   void record_groom(const wire::GroomHash& groom);
   // The session's view of who sits there now.
@@ -76,6 +82,7 @@ class Scheduler {
   wire::RecordedTick inputs_;                              // of the tick being made
   std::vector<MemberHead> heads_;                          // of one room at a time
   std::vector<bool> wanted_;
+  std::size_t state_bytes_ = 0;  // of all hair states that wait
   std::map<wire::GroomHash, Recorder::Bytes> unrecorded_;  // bytes of grooms that the recording does not hold yet
 };
 

@@ -32,6 +32,7 @@ struct TickGauges : GaugeSet {
   Gauge budget_available_seconds{*this, "budget_available_seconds"};  // worker-seconds a tick, as ticks really take
   Gauge budget_predicted_seconds{*this, "budget_predicted_seconds"};  // of them, that the present levels take
   Gauge budget_wanted_seconds{*this, "budget_wanted_seconds"};        // that everyone's finest would take
+  Gauge budget_over{*this, "budget_over"};                            // 1: not even the least of everyone fits
   Gauge characters_below_wanted{*this, "characters_below_wanted"};    // seen, and coarser than asked for
   void set_step_cost(LevelIndex level, double seconds) {
     Gauge* const of[] = {&step_cost_seconds_at_high, &step_cost_seconds_at_medium, &step_cost_seconds_at_low,
@@ -78,7 +79,8 @@ struct TickCounters : CounterSet {
   Counter frames_encoded{*this, "frames_encoded"};  // codings made; several observers share one
   Counter frame_bytes_published{*this, "frame_bytes_published"};
   Counter observers_congested{*this, "observers_congested"};  // frames of several ticks were dropped for one
-  Counter states_refused{*this, "states_refused"};            // hair states that did not fit
+  Counter hair_states_dropped_unfit{*this, "hair_states_dropped_unfit"};  // brought for a level that is another
+  Counter hair_states_dropped_full{*this, "hair_states_dropped_full"};
   Counter level_records_sent{*this, "level_records_sent"};
   Counter frames_dropped{*this, "frames_dropped"};  // not finite: never sent
   Counter ticks_recorded{*this, "ticks_recorded"};

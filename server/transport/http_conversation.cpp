@@ -83,7 +83,7 @@ class Conversation {
           co_return;
         }
       }
-      if (count == 1) counters_->connections_http.add();
+      if (count == 1 && !refused) counters_->connections_http.add();
       const bool keep = !refused && request.keep_alive() && count < options_->requests_per_connection_max;
       StaticFile file;
       const HttpReply reply = refused ? std::move(*refused) : answer(request, file);

@@ -30,15 +30,6 @@ void add(std::string& header, std::string_view name, std::string_view value) {
   if (!value.empty()) header.append(name).append(": ").append(value).append("\r\n");
 }
 
-}  // namespace
-
-HttpReply refusal(int status, std::string_view why) {
-  HttpReply reply;
-  reply.status = status;
-  reply.body = std::string(why) + "\n";
-  return reply;
-}
-
 std::string_view status_name(int status) {
   switch (status) {
     case 200:
@@ -72,6 +63,15 @@ std::string_view status_name(int status) {
     default:
       return "Status";
   }
+}
+
+}  // namespace
+
+HttpReply refusal(int status, std::string_view why) {
+  HttpReply reply;
+  reply.status = status;
+  reply.body = std::string(why) + "\n";
+  return reply;
 }
 
 std::string header_of(const HttpReply& reply, bool keep_alive, std::int64_t date_s) {

@@ -18,9 +18,6 @@ struct HttpReply {
 
 HttpReply refusal(int status, std::string_view why);
 
-// The name of a status.
-std::string_view status_name(int status);
-
 // The header with its last empty line. `date_s`: seconds since 1970. Every page may run its own scripts and
 // WebAssembly, draw with WebGL, and talk to WebSockets anywhere; it is sealed off from everything else.
 std::string header_of(const HttpReply& reply, bool keep_alive, std::int64_t date_s);

@@ -4,7 +4,8 @@
 
 namespace hairnet::server {
 
-// Bytes are those of messages and pages, without TLS, frames of WebSocket and headers of HTTP.
+// Bytes are those of messages and pages, without TLS and frames of WebSocket. Pages count with their headers; what is
+// read of HTTP does not.
 struct TransportCounters : CounterSet {
   Counter connections_accepted{*this, "connections_accepted"};  // all, those below included, but for the refused
   Counter connections_closed{*this, "connections_closed"};
@@ -16,7 +17,7 @@ struct TransportCounters : CounterSet {
 
   Counter connections_tcp{*this, "connections_tcp"};
   Counter connections_websocket{*this, "connections_websocket"};
-  Counter connections_http{*this, "connections_http"};
+  Counter connections_http{*this, "connections_http"};  // whose first request was taken
   Counter connections_tls{*this, "connections_tls"};  // and one of the three above
 
   Counter bytes_read{*this, "bytes_read"};

@@ -64,7 +64,7 @@ void FrameCheck::check_rest(Subject& subject, const FrameSeen& frame) {
                           (returned || !frame.discontinuous) &&
                           subject.displacements.size() == frame.displacements.size();
   if (!comparable || !same_pose(subject.pose, *frame.pose)) subject.rest_since_ns = now_ns;
-  if (still_air_ && now_ns - subject.rest_since_ns > kRest_ns) {
+  if (now_ns - subject.rest_since_ns > kRest_ns) {
     for (std::size_t i = 0; i < frame.displacements.size(); ++i) {
       const int moved = std::abs(frame.displacements[i] - subject.displacements[i]);
       if (static_cast<float>(moved) * frame.step_m <= kRestMotionMax_m) continue;

@@ -18,11 +18,10 @@ namespace hairnet::load {
 //   node_count_changed  one groom and level, one number of nodes
 //   tick_went_back      newer frames of a session are of later ticks
 //   moves_at_rest       5 s after the head came to rest no node moves more than 5 mm from frame to frame, nor while the
-//                       connection, or the server, was away
-// (the last only without wind, see `still_air`).
+//                       connection, or the server, was away; holds in still air only
 class FrameCheck final : public FrameWatcher {
  public:
-  FrameCheck(std::uint64_t seed, double share, bool still_air) : seed_(seed), share_(share), still_air_(still_air) {}
+  FrameCheck(std::uint64_t seed, double share) : seed_(seed), share_(share) {}
   void on_welcome(std::uint32_t client) override { ++welcomes_[client]; }
   void on_frame(std::uint32_t client, const FrameSeen& frame, std::size_t groom) override;
 
@@ -46,7 +45,6 @@ class FrameCheck final : public FrameWatcher {
 
   std::uint64_t seed_;
   double share_;
-  bool still_air_;
   std::uint64_t checked_ = 0;
   std::map<std::string, std::uint64_t> failures_;
   std::unordered_map<std::uint32_t, std::uint64_t> welcomes_;  // of each client

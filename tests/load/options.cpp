@@ -66,7 +66,8 @@ void add_options(CLI::App& app, Options& o, Given& g) {
       ->allow_extra_args(false);
   app.add_option("--lag-max-ms", o.lag_p99_max_ms, "the generator's own lag, p99, above which nothing counts (5)")
       ->check(in_range(0.1, 10'000));
-  app.add_option("--check", o.check_share, "share of characters whose frames are checked (0)")->check(in_range(0, 1));
+  app.add_option("--check", o.check_share, "share of characters whose frames are checked, in still air (0)")
+      ->check(in_range(0, 1));
   app.add_option("--decode-share", o.decode_share, "share of members whose frames are decoded, the others' counted (1)")
       ->check(in_range(0, 1));
   app.add_option("--token", g.token_file, "file of a token for the rooms, where the server wants one");

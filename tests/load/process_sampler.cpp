@@ -37,6 +37,7 @@ std::optional<StatLine> parse_stat_line(std::string_view line, double ticks_per_
   if (open == std::string_view::npos || close == std::string_view::npos || close < open || close + 2 > line.size())
     return std::nullopt;
   const std::string_view rest = line.substr(close + 2);
+  if (rest.starts_with('Z') || rest.starts_with('X')) return std::nullopt;
   const auto user = field(rest, 11), system = field(rest, 12);  // fields 14 and 15 of proc(5)
   if (!user || !system) return std::nullopt;
   return StatLine{std::string(line.substr(open + 1, close - open - 1)), (*user + *system) / ticks_per_s};

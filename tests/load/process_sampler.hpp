@@ -17,10 +17,11 @@ struct ProcessUse {
   double resident_mib = 0;
   std::map<std::string, double> thread_cpu_s;  // living threads by name, equal names summed
 };
-// None when there is no such process, or it may not be looked at.
+// None when there is no such process, it has ended (and waits for its parent), or it may not be looked at.
 std::optional<ProcessUse> sample_process(pid_t pid);
 
-// The line of /proc/PID/stat or /proc/PID/task/TID/stat: name and CPU seconds. None when it is not one.
+// The line of /proc/PID/stat or /proc/PID/task/TID/stat: name and CPU seconds. None when it is not one, or of
+// what has ended.
 struct StatLine {
   std::string name;
   double cpu_s = 0;

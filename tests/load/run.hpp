@@ -28,7 +28,6 @@ struct RunOptions {
   double check_share = 0;   // of characters whose frames are checked
   double decode_share = 1;  // of members whose frames are decoded
   std::string token;
-  double prepare_s = 600;  // for grooms to be uploaded and built
   bool scrape_metrics = true;
   const std::atomic<bool>* stop = nullptr;  // set: the run ends early
 };

@@ -218,6 +218,12 @@ TEST(ProcessSampler, ReadsNamesWithSpacesAndParentheses) {
     EXPECT_FALSE(parse_stat_line(bad, 100)) << bad;
 }
 
+TEST(ProcessSampler, TakesWhatHasEndedForNone) {
+  for (const char* ended : {"42 (x) Z 1 42 42 0 -1 4227084 100 0 0 0 250 150 0 0 20 0 1 0 1000 0 0 184",
+                            "42 (x) X 1 42 42 0 -1 4227084 100 0 0 0 250 150 0 0 20 0 1 0 1000 0 0 184"})
+    EXPECT_FALSE(parse_stat_line(ended, 100)) << ended;
+}
+
 TEST(ProcessSampler, SeesThisProcessAndNoOtherThatIsNone) {
   const auto before = sample_process(getpid());
   ASSERT_TRUE(before);
@@ -260,7 +266,7 @@ TEST(Exposition, TakesOnlyAGoodAnswer) {
 
 TEST(FrameCheck, FindsEachKindOfFault) {
   const auto failures_of = [](auto change) {
-    FrameCheck check(1, 1, true);
+    FrameCheck check(1, 1);
     Pose pose = rigid_pose(RigidTransform{});
     std::vector<std::int16_t> nodes{1, 2, 3, 4, 5, 6};
     FrameSeen frame;
@@ -301,7 +307,7 @@ TEST(FrameCheck, FindsEachKindOfFault) {
 
 TEST(FrameCheck, ExpectsHairAtRestToBeThereStillWhenTheServerIsBack) {
   const auto failures_of = [](int jump) {
-    FrameCheck check(1, 1, true);
+    FrameCheck check(1, 1);
     const Pose pose = rigid_pose(RigidTransform{});
     std::vector<std::int16_t> nodes{1, 2, 3, 4, 5, 6};
     FrameSeen frame;
@@ -326,7 +332,7 @@ TEST(FrameCheck, ExpectsHairAtRestToBeThereStillWhenTheServerIsBack) {
 }
 
 TEST(FrameCheck, LooksAtItsShareOnly) {
-  FrameCheck check(5, 0.25, true);
+  FrameCheck check(5, 0.25);
   const Pose pose = rigid_pose(RigidTransform{});
   FrameSeen frame;
   frame.pose = &pose;

@@ -21,14 +21,25 @@ void Misfit::start(std::int64_t until_ns) {
 
 void Misfit::stop() {
   until_ns_ = 0;
-  if (!wire_) return;
-  const std::shared_ptr<Wire> wire = std::exchange(wire_, nullptr);
-  wire->forget_client();
-  if (random_.unit() < 0.3 || !wire->all_sent()) {  // of what a flood has left unsent some would come long after
-    wire->break_now({-1, random_.unit() < 0.5 ? 0 : -1});
-  } else {
-    wire->drop();
+  if (wire_) {
+    const std::shared_ptr<Wire> wire = std::exchange(wire_, nullptr);
+    left_.push_back(wire);
+    wire->forget_client();
+    if (random_.unit() < 0.3)
+      wire->break_now({-1, random_.unit() < 0.5 ? 0 : -1});
+    else
+      wire->drop();
   }
+  for (const std::weak_ptr<Wire>& left : left_) {  // what they have left unsent would come long after
+    if (const auto wire = left.lock(); wire && !wire->all_sent()) wire->break_now({-1, random_.unit() < 0.5 ? 0 : -1});
+  }
+}
+
+bool Misfit::is_heard_out() const {
+  return std::ranges::all_of(left_, [](const std::weak_ptr<Wire>& left) {
+    const auto wire = left.lock();
+    return !wire || wire->all_arrived();
+  });
 }
 
 void Misfit::dial() {
@@ -184,6 +195,7 @@ void Misfit::misbehave() {
       if (random_.unit() < 0.3) {
         const std::shared_ptr<Wire> wire = std::exchange(wire_, nullptr);
         ++turn_;
+        left_.push_back(wire);
         wire->forget_client();
         if (random_.unit() < 0.5)
           wire->drop();

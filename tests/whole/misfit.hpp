@@ -46,6 +46,7 @@ class Misfit final : public ClientEnd {
   Misfit(Timeline& timeline, Journal& journal, ServerHost& host, MisfitPlan plan, std::uint64_t seed);
   void start(std::int64_t until_ns);
   void stop();
+  [[nodiscard]] bool is_heard_out() const;  // nothing of what it has sent is still to arrive
 
   void on_open() override;
   void on_bytes(std::span<const std::uint8_t> bytes) override;
@@ -77,6 +78,7 @@ class Misfit final : public ClientEnd {
   wire::RandomMessages messages_;
   channel::PacketSplitter splitter_;
   std::shared_ptr<Wire> wire_;
+  std::vector<std::weak_ptr<Wire>> left_;  // its earlier ones, which may still carry
   std::optional<wire::Welcome> welcome_;
   std::int64_t until_ns_ = 0;
   std::uint64_t turn_ = 0;  // counts connections

@@ -178,10 +178,7 @@ void Wire::take(std::span<const std::uint8_t> bytes) {
 }
 
 void Wire::send(std::vector<std::uint8_t> packet) {
-  if (server_closed_) return;
-  overfilled_ = overfilled_ || !writable();
-  down_->write(packet);
-  unsent_most_ = std::max(unsent_most_, down_->unsent_bytes());
+  if (!server_closed_) down_->write(packet);
 }
 
 void Wire::close(std::string_view) {

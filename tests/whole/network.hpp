@@ -50,6 +50,7 @@ class Pipe : public std::enable_shared_from_this<Pipe> {
   void kill_never() { kill_at_bytes_.reset(); }                           // after all
 
   [[nodiscard]] std::size_t unsent_bytes() const { return unsent_bytes_; }
+  [[nodiscard]] bool is_empty() const { return dead_ || unsent_bytes_ + way_bytes_ == 0; }
   [[nodiscard]] std::uint64_t arrived_bytes() const { return arrived_bytes_; }
 
   std::function<void(std::span<const std::uint8_t>)> on_bytes;
@@ -112,6 +113,7 @@ class Wire final : public server::Connection, public std::enable_shared_from_thi
   void write(std::span<const std::uint8_t> bytes) { up_->write(bytes); }
   [[nodiscard]] bool takes_more() const { return open_ && !over_ && up_->unsent_bytes() < quality_.unsent_bytes_max; }
   [[nodiscard]] bool all_sent() const { return up_->unsent_bytes() == 0; }
+  [[nodiscard]] bool all_arrived() const { return up_->is_empty(); }  // or is lost
   void half_close() { up_->end(); }
   void drop();  // the client is not called again; the server sees the end after what was written
   void pause_reading(bool paused) { down_->pause(paused); }
@@ -134,9 +136,7 @@ class Wire final : public server::Connection, public std::enable_shared_from_thi
 
   [[nodiscard]] int life() const { return life_; }  // of the server that answered
   void set_life(int life) { life_ = life; }
-  [[nodiscard]] std::size_t unsent_most_bytes() const { return unsent_most_; }
   [[nodiscard]] std::int64_t broken_ns() const { return broken_ns_; }  // negative: it is not, as far as it goes
-  [[nodiscard]] bool was_overfilled() const { return overfilled_; }    // sent to while it was not writable
 
  private:
   void answer();
@@ -152,10 +152,9 @@ class Wire final : public server::Connection, public std::enable_shared_from_thi
   channel::PacketSplitter splitter_;
   server::PacketSink* sink_ = nullptr;
   int life_ = -1;
-  std::size_t unsent_most_ = 0;
   std::int64_t broken_ns_ = -1;
   bool open_ = false, over_ = false;  // for the client
-  bool answered_ = false, server_closed_ = false, broken_stream_ = false, overfilled_ = false;
+  bool answered_ = false, server_closed_ = false, broken_stream_ = false;
 };
 
 }  // namespace hairnet::whole

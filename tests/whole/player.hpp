@@ -56,7 +56,6 @@ class Player final : public ClientEnd {
     std::int64_t last_ns = 0;
     bool asleep = false, discontinuous = false;
     LevelIndex level = LevelIndex::rigid;
-    int step_stride = 1;
     Pose pose;
   };
   [[nodiscard]] const std::map<std::uint32_t, Member>& members() const { return members_; }

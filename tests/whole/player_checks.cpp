@@ -198,20 +198,18 @@ void Player::check(const link::FrameBatch& batch, const link::Frame& frame, Memb
   member.asleep = frame.asleep;
   member.level = level;
   member.pose = frame.pose;
-  member.step_stride = frame.step_stride;
   ++member.frames;
 }
 
-// A steady client misses nothing of its own first character, and has it soon.
+// A steady client misses no step of its own first character, and has it soon.
 void Player::check_interval(const link::FrameBatch& batch, const link::Frame& frame, const Member& member) {
   if (!plan_.steady || frame.character != 1 || member.frames == 0 || !wire_) return;
   const int life = wire_->life();
-  int missed = 0;
-  for (std::uint64_t tick = *member.last_tick + 1; tick < batch.tick; ++tick) missed += host_->ran_ns(life, tick) >= 0;
-  // From one stride to another the turns shift.
-  const int stride = std::max<int>(member.step_stride, frame.step_stride);
-  if (missed >= (stride == 1 ? 1 : 2 * stride) && !member.asleep)
-    fault("misses " + std::to_string(missed) + " frames of its own before tick " + std::to_string(batch.tick));
+  for (std::uint64_t tick = *member.last_tick + 1; tick < batch.tick; ++tick) {
+    const Truth* truth = host_->truth(life, tick, member.key);
+    if (truth && truth->stepped && !truth->asleep)
+      fault("misses the step of its own at tick " + std::to_string(tick) + " before " + std::to_string(batch.tick));
+  }
   const std::int64_t late_ns = timeline_->now_ns() - host_->ran_ns(life, batch.tick);
   if (late_ns > 2 * (plan_.quality.delay_ns + plan_.quality.jitter_ns) + kFrameLateness_ns)
     fault("has the frame of tick " + std::to_string(batch.tick) + " after " + std::to_string(late_ns / kMs) + " ms");

@@ -120,6 +120,7 @@ void ServerHost::note_tick() {
     }
     truth.level = lattice.level;
     truth.asleep = lattice.asleep;
+    truth.stepped = lattice.stepped;
     truth.pose = *lattice.pose;
     if (!is_valid(truth.pose)) journal_->fault("server", "a pose in the World is not valid");
     const auto is_finite = [](const Vec3f& v) { return v.allFinite(); };

@@ -16,7 +16,7 @@ namespace hairnet::whole {
 // One character at one tick, as the server's World holds it.
 struct Truth {
   LevelIndex level = LevelIndex::rigid;
-  bool asleep = false;
+  bool asleep = false, stepped = false;
   Pose pose;
   // Hashes of the integers, by error class.
   std::array<std::uint64_t, codec::kErrorClassCount> nodes{}, velocities{};

@@ -33,7 +33,6 @@ class Timeline {
     }
     if (!stop || !stop()) now_ns_ = std::max(now_ns_, until_ns);
   }
-  [[nodiscard]] std::uint64_t action_count() const { return count_; }
 
  private:
   struct Coming {

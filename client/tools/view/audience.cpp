@@ -30,6 +30,13 @@ Result<void> Audience::take(const link::GroomFetched& fetched) {
   return {};
 }
 
+bool Audience::retry(const wire::GroomHash& groom, std::int64_t now_ns) {
+  const auto wanted = grooms_.find(groom);
+  if (wanted == grooms_.end() || wanted->second) return false;
+  retries_[groom] = now_ns + kRetry_ns;
+  return true;
+}
+
 bool Audience::push(const link::Frame& frame, std::int64_t sample_time_ns, std::int64_t now_ns) {
   const auto found = members_.find(frame.member);
   if (found == members_.end()) return false;
@@ -47,7 +54,7 @@ void Audience::play(std::int64_t now_ns, std::ptrdiff_t moment) {
     const link::Playout::Sample sample = member.playout.sample(now_ns);
     if (!sample.valid) continue;
     member.trail.note(sample);
-    if (moment >= 0) member.moments[moment] = member.trail.moment(sample.pose, member.joined.groom);
+    if (moment >= 0) member.moments[moment] = member.trail.moment(sample.pose);
   }
   std::erase_if(retries_, [&](const auto& retry) {
     if (now_ns < retry.second) return false;

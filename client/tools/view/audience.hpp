@@ -22,8 +22,8 @@ class Audience {
   void take(const wire::MemberLeft& left);
   // One line when the groom that came is none.
   Result<void> take(const link::GroomFetched& fetched);
-  // Its bytes are not to be had at the moment: asked for again in a while.
-  void retry(const wire::GroomHash& groom, std::int64_t now_ns) { retries_[groom] = now_ns + kRetry_ns; }
+  // Its bytes are not to be had at the moment: asked for again in a while. False when it is not waited for.
+  bool retry(const wire::GroomHash& groom, std::int64_t now_ns);
   // False when it is of nobody here. Times are of the link's clock.
   bool push(const link::Frame& frame, std::int64_t sample_time_ns, std::int64_t now_ns);
   // No frames come for a while.

@@ -1,11 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "core/build/level.hpp"
 #include "core/pose/pose.hpp"
-#include "schema/wire/messages.hpp"
 
 namespace hairnet::viewer {
 
@@ -14,12 +14,12 @@ struct Shape {
   LevelIndex level = LevelIndex::rigid;
   std::int64_t time_ns = 0;
   std::vector<Vec3f> displacement;  // active order, head space, m; empty = rigid
+  std::shared_ptr<const LevelGeometry> geometry;  // of the displacement
 };
 
 // What one character looks like at one moment, copied out so that drawing can wait until the stream has ended.
 struct Moment {
   Pose pose;
-  wire::GroomHash groom{};
   Shape shape;
   std::vector<Shape> trail;  // what it is blended from, in order of time: before and after each switch of level
 };

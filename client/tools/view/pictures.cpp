@@ -136,21 +136,20 @@ class RenderedPictures : public Pictures {
     const std::vector<Subject> subjects = subjects_of(cast, streamed);
     if (subjects.empty()) return Refusal("nobody was seen");
     if (!options.sheet.empty()) {
-      if (const Result<void> done = write_sheet(options, subjects, streamed, bar); !done) return done;
+      if (const Result<void> done = write_sheet(options, subjects, bar); !done) return done;
     }
-    return options.out.empty() ? Result<void>() : write_last(options, subjects, streamed, bar);
+    return options.out.empty() ? Result<void>() : write_last(options, subjects, bar);
   }
 
  private:
-  Result<void> write_sheet(const ViewOptions& options, const std::vector<Subject>& subjects,
-                           const StreamResult& streamed, ProgressBar& bar) {
+  Result<void> write_sheet(const ViewOptions& options, const std::vector<Subject>& subjects, ProgressBar& bar) {
     std::vector<view::Image> tiles;
     const std::size_t count = subjects.size() * options.views.size() * options.times_s.size();
     for (const Subject& subject : subjects) {
       for (const View view : options.views) {
         for (std::size_t t = 0; t < options.times_s.size(); ++t) {
           bar.show(static_cast<double>(tiles.size()) / static_cast<double>(count), "drawing");
-          Result<view::Image> tile = draw(options, subject, subject.moments[t], streamed, view);
+          Result<view::Image> tile = draw(options, subject, subject.moments[t], view);
           if (!tile) return Refusal(tile.error());
           char caption[32];
           std::snprintf(caption, sizeof caption, "%.2f s", options.times_s[t]);
@@ -162,14 +161,13 @@ class RenderedPictures : public Pictures {
     return write_png(options.sheet, view::contact_sheet(tiles, static_cast<int>(options.times_s.size())));
   }
 
-  Result<void> write_last(const ViewOptions& options, const std::vector<Subject>& subjects,
-                          const StreamResult& streamed, ProgressBar& bar) {
+  Result<void> write_last(const ViewOptions& options, const std::vector<Subject>& subjects, ProgressBar& bar) {
     std::vector<view::Image> tiles;
     for (const View view : options.views) {
       for (const Subject& subject : subjects) {
         const std::size_t count = options.views.size() * subjects.size();
         bar.show(static_cast<double>(tiles.size()) / static_cast<double>(count), "drawing");
-        Result<view::Image> tile = draw(options, subject, subject.moments.back(), streamed, view);
+        Result<view::Image> tile = draw(options, subject, subject.moments.back(), view);
         if (!tile) return Refusal(tile.error());
         tiles.push_back(std::move(*tile));
       }
@@ -178,14 +176,13 @@ class RenderedPictures : public Pictures {
   }
 
   // The empty studio where there is no moment.
-  Result<view::Image> draw(const ViewOptions& options, const Subject& subject, const Moment* moment,
-                           const StreamResult& streamed, View view) {
+  Result<view::Image> draw(const ViewOptions& options, const Subject& subject, const Moment* moment, View view) {
     const Groom& groom = *subject.groom;
     if (!moment) {
       return renderer_->draw({}, camera_of(subject.beginning, Framing(groom), subject.beginning, view), options.width,
                              options.height);
     }
-    deform(groom, *moment, streamed);
+    deform(groom, *moment);
     skin(groom.body, moment->pose, body_vertices_);
     view::DrawnCharacter drawn;
     drawn.body_vertices = body_vertices_;
@@ -201,10 +198,10 @@ class RenderedPictures : public Pictures {
   }
 
   // The moment's points in world space: the groom's, and those of the strands that are drawn.
-  void deform(const Groom& groom, const Moment& moment, const StreamResult& streamed) {
+  void deform(const Groom& groom, const Moment& moment) {
     link::SwitchBlend blend;
     const auto apply = [&](const Shape& shape) {
-      deform(groom, moment.groom, shape, streamed);
+      deform(groom, shape);
       blend.apply(shape.level, shape.time_ns, false, points_);
     };
     for (const Shape& shape : moment.trail) apply(shape);
@@ -218,11 +215,11 @@ class RenderedPictures : public Pictures {
   }
 
   // The groom's points in head space.
-  void deform(const Groom& groom, const wire::GroomHash& hash, const Shape& shape, const StreamResult& streamed) {
+  void deform(const Groom& groom, const Shape& shape) {
     points_ = groom.points;
     if (shape.displacement.empty()) return;
-    const LevelGeometry& geometry = streamed.geometries.at({hash, shape.level});
-    const auto [deformer, is_new] = deformers_.try_emplace({hash, shape.level}, nullptr);
+    const LevelGeometry& geometry = *shape.geometry;
+    const auto [deformer, is_new] = deformers_.try_emplace({&groom, shape.geometry}, nullptr);
     if (is_new) deformer->second = std::make_unique<Deformer>(groom, geometry.lattice, FfdKind::quadratic);
     grid_.resize(geometry.lattice.node_count());
     expand_displacements(geometry, shape.displacement, grid_);
@@ -230,7 +227,7 @@ class RenderedPictures : public Pictures {
   }
 
   std::unique_ptr<view::Renderer> renderer_;
-  std::map<std::pair<wire::GroomHash, LevelIndex>, std::unique_ptr<Deformer>> deformers_;
+  std::map<std::pair<const Groom*, std::shared_ptr<const LevelGeometry>>, std::unique_ptr<Deformer>> deformers_;
   std::optional<ClusterStrands> clusters_;  // of the groom drawn last
   std::vector<Vec3f> points_, strand_points_, body_vertices_, grid_;
 };

@@ -150,9 +150,9 @@ class Streamer {
   }
   Result<void> take(const wire::Error& error) {
     if (error.reason == wire::ErrorReason::state_invalid) return {};  // the hair starts at rest
-    if (error.reason != wire::ErrorReason::groom_unavailable) return Refusal(plain(error));
-    audience_.retry(error.groom, link_.now_ns());
-    return {};
+    const bool may_come_later = error.reason == wire::ErrorReason::groom_unavailable ||
+                                error.reason == wire::ErrorReason::limit_exceeded;
+    return may_come_later && audience_.retry(error.groom, link_.now_ns()) ? Result<void>() : Refusal(plain(error));
   }
   Result<void> take(const wire::MemberJoined& joined) {
     if (options_.observe) audience_.take(joined);
@@ -165,10 +165,6 @@ class Streamer {
   Result<void> take(const link::GroomFetched& fetched) { return audience_.take(fetched); }
   Result<void> take(const wire::GroomStatus& status) {
     if (status.state == wire::GroomState::refused) refused_ns_ = link_.now_ns();
-    return {};
-  }
-  Result<void> take(const link::LevelKnown& known) {
-    result_.geometries[{known.groom, known.level}] = *known.geometry;
     return {};
   }
   Result<void> take(const link::FrameBatch& batch) {
@@ -243,7 +239,7 @@ class Streamer {
       const link::Playout::Sample sample = role.playout.sample(now);
       if (!sample.valid) continue;
       role.trail.note(sample);
-      if (wanted) moment.push_back(role.trail.moment(sample.pose, role.groom));
+      if (wanted) moment.push_back(role.trail.moment(sample.pose));
     }
     audience_.play(now, wanted ? static_cast<std::ptrdiff_t>(result_.moments.size()) : -1);
     if (wanted) result_.moments.push_back(std::move(moment));

@@ -1,9 +1,7 @@
 #pragma once
 
-#include <map>
 #include <memory>
 #include <optional>
-#include <utility>
 #include <vector>
 
 #include "client/link/link.hpp"
@@ -11,7 +9,6 @@
 #include "client/tools/view/moment.hpp"
 #include "client/tools/view/options.hpp"
 #include "client/tools/view/stream_statistics.hpp"
-#include "core/ffd/lattice.hpp"
 #include "core/result.hpp"
 
 namespace hairnet::viewer {
@@ -25,7 +22,6 @@ struct SeenCharacter {
 struct StreamResult {
   std::vector<std::vector<Moment>> moments;  // [time][character of the cast]
   std::vector<SeenCharacter> others;
-  std::map<std::pair<wire::GroomHash, LevelIndex>, LevelGeometry> geometries;
   StreamStatistics statistics;
   Result<void> ended;  // what cut the stream short, if anything
 };

@@ -1,7 +1,5 @@
 #include "client/tools/view/switch_trail.hpp"
 
-#include <utility>
-
 #include "client/link/switch_blend.hpp"
 
 namespace hairnet::viewer {
@@ -17,6 +15,7 @@ void SwitchTrail::note(const link::Playout::Sample& sample) {
   started_ = true;
   last_.level = sample.level;
   last_.time_ns = sample.time_ns;
+  last_.geometry = sample.geometry;
   last_.displacement.assign(sample.displacement.begin(), sample.displacement.end());
   if (switched) around_.push_back(last_);
   if (around_.size() > kShapesMax) around_.erase(around_.begin(), around_.begin() + 2);
@@ -24,8 +23,8 @@ void SwitchTrail::note(const link::Playout::Sample& sample) {
   if (!around_.empty() && last_.time_ns - around_.back().time_ns >= link::SwitchBlend::kSwitchBlend_ns) around_.clear();
 }
 
-Moment SwitchTrail::moment(const Pose& pose, const wire::GroomHash& groom) const {
-  return {pose, groom, last_, {around_.begin(), around_.end()}};
+Moment SwitchTrail::moment(const Pose& pose) const {
+  return {pose, last_, {around_.begin(), around_.end()}};
 }
 
 }  // namespace hairnet::viewer

@@ -14,7 +14,7 @@ class SwitchTrail {
   // All that is played, in order.
   void note(const link::Playout::Sample& sample);
   // Of the sample noted last.
-  [[nodiscard]] Moment moment(const Pose& pose, const wire::GroomHash& groom) const;
+  [[nodiscard]] Moment moment(const Pose& pose) const;
 
  private:
   bool started_ = false;

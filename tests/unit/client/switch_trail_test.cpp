@@ -32,12 +32,12 @@ TEST(SwitchTrail, a_moment_drawn_later_is_what_a_display_would_have_shown) {
     if (now % (wait_ms * kMs) < 8 * kMs) level = static_cast<LevelIndex>(random() % 3);
     const auto swing = static_cast<float>(std::sin(1e-9 * static_cast<double>(now)));
     const std::vector<Vec3f> displacement(3, Vec3f(swing, 0, 1));
-    const link::Playout::Sample sample{true, {}, level, displacement, now};
+    const link::Playout::Sample sample{true, {}, level, displacement, now, {}};
     trail.note(sample);
     std::vector<Vec3f> shown = points_of(level, displacement);
     display.apply(level, now, false, shown);
 
-    const Moment moment = trail.moment({}, {});
+    const Moment moment = trail.moment({});
     link::SwitchBlend blend;
     std::vector<Vec3f> drawn;
     for (const Shape& shape : moment.trail) {
@@ -56,8 +56,8 @@ TEST(SwitchTrail, a_moment_drawn_later_is_what_a_display_would_have_shown) {
 TEST(SwitchTrail, keeps_little_however_often_the_level_switches) {
   SwitchTrail trail;
   for (int i = 0; i < 1000; ++i) {
-    trail.note({true, {}, i % 2 ? LevelIndex::low : LevelIndex::high, {}, i * kMs});
-    EXPECT_LE(trail.moment({}, {}).trail.size(), 64u);
+    trail.note({true, {}, i % 2 ? LevelIndex::low : LevelIndex::high, {}, i * kMs, {}});
+    EXPECT_LE(trail.moment({}).trail.size(), 64u);
   }
 }
 

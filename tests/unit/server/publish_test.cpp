@@ -73,7 +73,7 @@ class PublishTest : public testing::Test {
 
   RoomCounters room_counters_;
   TickCounters counters_;
-  Rooms rooms_{room_counters_, Wind{}, 0};
+  Rooms rooms_{room_counters_, Wind{}, 0, 4096};
   Simulation simulation_{WorldDef{}};
   Publisher publisher_{PublishDef{.packet_bytes_max = 4096, .congestion_ticks = 8}, counters_};
   wire::RecordedTick inputs_;

@@ -328,6 +328,7 @@ TEST_F(WebSocketTest, pages_of_other_origins_are_refused) {
   EXPECT_THAT(refused(upgrade_request("Origin: http://here:7420\r\nOrigin: http://evil.example\r\n")),
               StartsWith("HTTP/1.1 403 "));
   EXPECT_EQ(counters_.origins_refused.value(), 3u);
+  EXPECT_EQ(counters_.connections_http.value(), 0u);
   EXPECT_TRUE(echoes_.empty());
   Peer own(listener_->port());
   upgrade(own, "Origin: http://here:7420\r\n");
