@@ -204,6 +204,18 @@ TEST(LinkCore, a_sign_of_life_goes_out_when_there_is_nothing_else) {
   EXPECT_EQ(d.now_ns - before, 15'000 * kMs);
 }
 
+TEST(LinkCore, poses_go_out_after_any_number_of_signs_of_life) {
+  CoreDriver d;
+  d.connect();
+  for (int i = 0; i < 3; ++i) {
+    d.pass_to_deadline();
+    EXPECT_TRUE(d.expect<wire::PoseBatch>().poses.empty());
+  }
+  d.core.push_poses({wire::PoseSample{1, 1, d.now_ns, false, rigid_pose({})}});
+  EXPECT_EQ(d.expect<wire::PoseBatch>().poses.size(), 1u);
+  EXPECT_EQ(d.core.counters().poses_dropped, 0u);
+}
+
 TEST(LinkCore, deadlines_move_on_though_nobody_takes_what_there_is_to_send) {
   CoreDriver d;
   d.connect();
@@ -267,6 +279,24 @@ TEST(LinkCore, a_groom_that_is_not_to_be_had_can_be_asked_for_again) {
   d.expect<wire::GroomRequest>();
   d.send(wire::GroomNeed{hash_of(3), 4});  // one's own upload of it goes on
   EXPECT_EQ(d.expect<wire::GroomChunk>().bytes.size(), 6u);
+}
+
+TEST(LinkCore, a_groom_refused_for_there_are_too_many_can_be_asked_for_again) {
+  CoreDriver d;
+  d.connect();
+  d.core.request_groom(hash_of(3));
+  d.take_all();
+  d.send(wire::Error{wire::ErrorReason::limit_exceeded, 0, hash_of(3), "too many"});
+  EXPECT_TRUE(d.event<wire::Error>());
+  d.core.request_groom(hash_of(3));
+  d.expect<wire::GroomRequest>();
+}
+
+TEST(LinkCore, a_character_that_nobody_asked_for_breaks_the_protocol) {
+  CoreDriver d;
+  d.connect();
+  d.send(wire::CharacterAdded{3, hash_of(1), LevelIndex::low, 1});
+  EXPECT_EQ(d.event<Disconnected>()->reason, wire::GoodbyeReason::protocol_error);
 }
 
 TEST(LinkCore, importance_is_said_a_few_times_a_second_and_only_when_it_changes) {

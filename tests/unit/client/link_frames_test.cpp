@@ -338,6 +338,16 @@ TEST_F(Resumed, a_server_that_still_has_the_session_is_believed_at_once) {
   EXPECT_FALSE(keeps_hair(12));
 }
 
+TEST_F(Resumed, hair_that_swung_on_leaves_no_shape_to_bring) {
+  send_frame(11, kOwnMember, {});
+  send_rigid_frame(12, kOwnMember);
+  d.core.on_closed("the cable", d.now_ns);
+  d.open();
+  d.expect<wire::Hello>();
+  d.send(welcome_to(7));
+  EXPECT_FALSE(d.expect<wire::AddCharacter>().state);
+}
+
 class CountingSink : public FrameSink {
  public:
   void on_frame(const ReceivedFrame& frame) override {

@@ -281,6 +281,24 @@ TEST_F(RoomsPollTest, a_state_that_does_not_fit_is_refused_and_the_hair_starts_a
   EXPECT_THAT(client.frames(1).front().displacements, Each(0));
 }
 
+TEST_F(RoomsPollTest, hair_states_wait_for_their_levels_within_a_bound) {
+  Config config;
+  config.state_bytes_max = 100;
+  start(config);
+  FakeClient client(*server_, now_ns_);
+  client.hello(now_ns_);
+  client.say(wire::GroomOffer{hash_, bytes_.size()}, now_ns_);
+  const wire::HairState state{LevelIndex::low, 5e-4f, std::vector<std::int16_t>(30), {}};
+  for (const std::uint32_t character : {1u, 2u}) client.say(wire::AddCharacter{character, hash_, LevelIndex::low, state}, now_ns_);
+  run_ms(50);
+  EXPECT_THAT(client.errors(), ElementsAre(wire::ErrorReason::state_invalid));
+  EXPECT_EQ(metrics_.tick.hair_states_dropped_full.value(), 1u);
+  client.say(wire::RemoveCharacter{1}, now_ns_);
+  client.say(wire::AddCharacter{3, hash_, LevelIndex::low, state}, now_ns_);
+  run_ms(50);
+  EXPECT_EQ(metrics_.tick.hair_states_dropped_full.value(), 1u) << "there is room again";
+}
+
 TEST_F(RoomsPollTest, an_observer_fetches_the_grooms_it_lacks) {
   start();
   const auto owner = join();
@@ -372,6 +390,21 @@ TEST_F(RoomsPollTest, a_groom_of_more_strands_than_the_client_may_have_takes_its
   EXPECT_THAT(client->errors(), testing::Contains(wire::ErrorReason::limit_exceeded));
   EXPECT_EQ(client->connection->all<wire::CharacterRemoved>().size(), 1u);
   EXPECT_EQ(metrics_.groom.grooms_refused_strands.value(), 1u);
+}
+
+TEST_F(RoomsPollTest, rooms_that_stay_empty_for_their_grace_count_as_rooms) {
+  Config config;
+  config.sessions.room_count_max = 3;
+  config.room_grace_ns = 3'600'000 * kMs;
+  start(config);
+  const auto stays = join("first");
+  for (int i = 0; i < 20; ++i) {
+    join("room" + std::to_string(i))->say(wire::Goodbye{wire::GoodbyeReason::client_leaves, ""}, now_ns_);
+    run_ms(50, {stays.get()});
+  }
+  EXPECT_EQ(server_->scheduler().rooms().room_count(), 3u);
+  EXPECT_EQ(metrics_.room.rooms_closed.value(), 18u);
+  EXPECT_GT(stays->frames(1).size(), 20u);
 }
 
 TEST_F(RoomsPollTest, an_empty_room_forgets_its_wind_after_a_while) {

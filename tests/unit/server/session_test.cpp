@@ -290,6 +290,13 @@ TEST_F(SessionTest, closes_a_client_above_the_message_rate) {
   EXPECT_EQ(counters_.messages_over_rate.value(), 1u);
 }
 
+TEST_F(SessionTest, groom_bytes_that_nobody_asked_for_are_messages) {
+  hello();
+  for (int i = 0; i < 100; ++i) say(wire::GroomChunk{desk_.known, 0, std::vector<std::uint8_t>(5000)});
+  EXPECT_THAT(goodbyes(), ElementsAre(GoodbyeReason::over_rate));
+  EXPECT_LE(errors().size(), 40u);
+}
+
 TEST_F(SessionTest, keeps_a_client_at_the_message_rate) {
   hello();
   for (int i = 0; i < 100; ++i) {
@@ -691,6 +698,16 @@ TEST_F(SessionTest, a_groom_that_could_not_be_read_from_disk_is_unavailable) {
   say(wire::GroomRequest{desk_.kept, 501});
   session_.on_groom_read(desk_.kept, std::make_shared<const std::vector<std::uint8_t>>(500, std::uint8_t{3}), now_ns_);
   EXPECT_EQ(errors().size(), 2u) << "beyond its end";
+}
+
+TEST_F(SessionTest, as_many_grooms_may_be_asked_for_at_once_as_its_limit_says) {
+  context_.limits.downloads_per_session_max = 1;
+  hello();
+  say(wire::GroomRequest{desk_.kept, 0});
+  say(wire::GroomRequest{desk_.known, 0});
+  EXPECT_THAT(errors(), ElementsAre(ErrorReason::limit_exceeded));
+  say(wire::GroomRequest{desk_.kept, 0});
+  EXPECT_EQ(errors().size(), 1u) << "asked for already, it is one still";
 }
 
 TEST_F(SessionTest, characters_of_a_groom_that_the_session_may_not_have_leave) {
