@@ -25,14 +25,13 @@ void Outbox::push_packet(std::vector<std::uint8_t> packet) {
   waiting_.push_back({std::move(packet), 0, 0});
 }
 
-void Outbox::push_frames(std::vector<std::vector<std::uint8_t>> packets, std::size_t frame_count) {
+void Outbox::push_frames(std::vector<FramePacket> packets) {
   if (packets.empty()) return;
   const std::lock_guard lock(mutex_);
   if (closed_ || overflowed_) return;
   ++last_tick_;
   ++ticks_waiting_;
-  for (std::vector<std::uint8_t>& packet : packets) waiting_.push_back({std::move(packet), last_tick_, 0});
-  waiting_.back().frame_count = frame_count;
+  for (FramePacket& packet : packets) waiting_.push_back({std::move(packet.bytes), last_tick_, packet.frame_count});
 }
 
 bool Outbox::make_way() {

@@ -23,7 +23,7 @@ class Outbox final : public Outlet {
   Outbox(std::size_t control_bytes_max, SessionCounters& counters);
 
   void push(const wire::Message& message, std::int64_t now_ns) override;
-  void push_frames(std::vector<std::vector<std::uint8_t>> packets, std::size_t frame_count) override;
+  void push_frames(std::vector<FramePacket> packets) override;
   bool make_way() override;
   // The session's last word: drops waiting frames, and all that is pushed later.
   void push_goodbye(const wire::Goodbye& goodbye, std::int64_t now_ns);
@@ -42,8 +42,8 @@ class Outbox final : public Outlet {
  private:
   struct Waiting {
     std::vector<std::uint8_t> packet;
-    std::uint64_t tick = 0;         // counts pushes of frames; 0: a message
-    std::size_t frame_count = 0;    // of the tick, at its last packet
+    std::uint64_t tick = 0;  // counts pushes of frames; 0: a message
+    std::size_t frame_count = 0;
   };
   void push_packet(std::vector<std::uint8_t> packet);
   void drop_frames();

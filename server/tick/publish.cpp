@@ -209,11 +209,12 @@ void Publisher::encode(const Terms& terms, Character& character) const {
 void Publisher::send(const Terms& terms, Observer& observer) const {
   if (observer.requests.empty()) return;
   const std::int64_t begun_ns = clock_ns();
-  std::vector<std::vector<std::uint8_t>> packets;
+  std::vector<FramePacket> packets;
   wire::FrameBatch batch{terms.tick.tick, terms.tick.sample_time_ns, {}};
   std::size_t bytes = 0;
   const auto flush = [&] {
-    packets.push_back(wire::encode_packet({terms.now_ns, std::move(batch)}));
+    const std::size_t frame_count = batch.frames.size();
+    packets.push_back({wire::encode_packet({terms.now_ns, std::move(batch)}), frame_count});
     batch = {terms.tick.tick, terms.tick.sample_time_ns, {}};
     bytes = 0;
   };
@@ -238,8 +239,8 @@ void Publisher::send(const Terms& terms, Observer& observer) const {
   }
   flush();
   counters_->frames_published.add(observer.requests.size());
-  for (const auto& packet : packets) counters_->frame_bytes_published.add(packet.size());
-  observer.outlet->push_frames(std::move(packets), observer.requests.size());
+  for (const FramePacket& packet : packets) counters_->frame_bytes_published.add(packet.bytes.size());
+  observer.outlet->push_frames(std::move(packets));
   observer.send_ns += clock_ns() - begun_ns;
 }
 

@@ -6,18 +6,19 @@
 namespace hairnet::server {
 namespace {
 
-using Packets = std::vector<std::vector<std::uint8_t>>;
+using Packets = std::vector<FramePacket>;
 
 constexpr std::size_t kControlBytes = 4096;
 
 // As many packets of one tick's frames.
+// One frame a packet.
 Packets frames_of(std::uint64_t tick, std::size_t packet_count = 1) {
   Packets packets;
   for (std::size_t p = 0; p < packet_count; ++p) {
     wire::FrameBatch batch;
     batch.tick = tick;
     batch.frames.emplace_back().member = static_cast<std::uint32_t>(p + 1);
-    packets.push_back(wire::encode_packet({1, batch}));
+    packets.push_back({wire::encode_packet({1, batch}), 1});
   }
   return packets;
 }
@@ -43,7 +44,7 @@ class OutboxTest : public testing::Test {
 
 TEST_F(OutboxTest, sends_messages_and_frames_in_the_order_they_came) {
   outbox_.push(wire::CharacterAdded{2, {}, LevelIndex::low, 1}, 0);
-  outbox_.push_frames(frames_of(1), 1);
+  outbox_.push_frames(frames_of(1));
   outbox_.push(wire::CharacterRemoved{2}, 0);
   EXPECT_EQ(std::get<wire::CharacterAdded>(take()).character, 2u);
   EXPECT_EQ(take_tick(), 1u);
@@ -54,7 +55,7 @@ TEST_F(OutboxTest, sends_messages_and_frames_in_the_order_they_came) {
 
 TEST_F(OutboxTest, sets_the_clock_of_every_packet_as_it_goes) {
   outbox_.push(wire::CharacterRemoved{2}, 5);
-  outbox_.push_frames(frames_of(1), 1);
+  outbox_.push_frames(frames_of(1));
   take(77);
   EXPECT_EQ(clock_ns_, 77);
   take(99);
@@ -65,22 +66,30 @@ TEST_F(OutboxTest, makes_way_only_when_as_many_ticks_wait_as_may) {
   outbox_.hold_back();
   for (std::uint64_t tick = 1; tick < Outbox::kTicksWaitingMax; ++tick) {
     EXPECT_FALSE(outbox_.make_way());
-    outbox_.push_frames(frames_of(tick, 3), 3);
+    outbox_.push_frames(frames_of(tick, 3));
   }
   EXPECT_FALSE(outbox_.make_way());
-  outbox_.push_frames(frames_of(Outbox::kTicksWaitingMax), 1);
+  outbox_.push_frames(frames_of(Outbox::kTicksWaitingMax));
   EXPECT_TRUE(outbox_.make_way()) << "all of them: each is predicted from the one before";
   EXPECT_TRUE(is_empty());
   EXPECT_EQ(counters_.frames_superseded.value(), 3 * (Outbox::kTicksWaitingMax - 1) + 1);
   EXPECT_FALSE(outbox_.make_way());
 }
 
+TEST_F(OutboxTest, of_a_tick_that_gives_way_what_was_taken_counts_as_sent) {
+  outbox_.push_frames(frames_of(1, 3));
+  take();
+  outbox_.push_goodbye({}, 0);
+  EXPECT_EQ(counters_.frames_sent.value(), 1u);
+  EXPECT_EQ(counters_.frames_superseded.value(), 2u);
+}
+
 TEST_F(OutboxTest, a_tick_waits_until_its_last_packet_is_taken) {
-  for (std::uint64_t tick = 1; tick <= Outbox::kTicksWaitingMax; ++tick) outbox_.push_frames(frames_of(tick, 2), 2);
+  for (std::uint64_t tick = 1; tick <= Outbox::kTicksWaitingMax; ++tick) outbox_.push_frames(frames_of(tick, 2));
   EXPECT_EQ(take_tick(), 1u);
   outbox_.hold_back();
   EXPECT_TRUE(outbox_.make_way());
-  for (std::uint64_t tick = 1; tick <= Outbox::kTicksWaitingMax; ++tick) outbox_.push_frames(frames_of(tick, 2), 2);
+  for (std::uint64_t tick = 1; tick <= Outbox::kTicksWaitingMax; ++tick) outbox_.push_frames(frames_of(tick, 2));
   take();
   take();
   outbox_.hold_back();
@@ -90,7 +99,7 @@ TEST_F(OutboxTest, a_tick_waits_until_its_last_packet_is_taken) {
 TEST_F(OutboxTest, ticks_that_nobody_has_tried_to_send_are_no_sign_of_a_slow_client) {
   for (std::uint64_t tick = 1; tick <= Outbox::kTicksUnseenMax; ++tick) {
     EXPECT_FALSE(outbox_.make_way()) << tick;
-    outbox_.push_frames(frames_of(tick), 1);
+    outbox_.push_frames(frames_of(tick));
   }
   EXPECT_TRUE(outbox_.make_way()) << "they do not pile up for ever";
   EXPECT_EQ(counters_.frames_superseded.value(), Outbox::kTicksUnseenMax);
@@ -98,15 +107,15 @@ TEST_F(OutboxTest, ticks_that_nobody_has_tried_to_send_are_no_sign_of_a_slow_cli
 
 TEST_F(OutboxTest, a_connection_that_takes_again_is_held_back_no_longer) {
   outbox_.hold_back();
-  outbox_.push_frames(frames_of(1), 1);
+  outbox_.push_frames(frames_of(1));
   EXPECT_EQ(take_tick(), 1u);
-  for (std::uint64_t tick = 2; tick <= 1 + Outbox::kTicksWaitingMax; ++tick) outbox_.push_frames(frames_of(tick), 1);
+  for (std::uint64_t tick = 2; tick <= 1 + Outbox::kTicksWaitingMax; ++tick) outbox_.push_frames(frames_of(tick));
   EXPECT_FALSE(outbox_.make_way());
 }
 
 TEST_F(OutboxTest, frames_that_make_way_leave_messages_where_they_are) {
   outbox_.push(wire::CharacterRemoved{1}, 0);
-  for (std::uint64_t tick = 1; tick <= Outbox::kTicksWaitingMax; ++tick) outbox_.push_frames(frames_of(tick), 1);
+  for (std::uint64_t tick = 1; tick <= Outbox::kTicksWaitingMax; ++tick) outbox_.push_frames(frames_of(tick));
   outbox_.push(wire::CharacterRemoved{2}, 0);
   outbox_.hold_back();
   ASSERT_TRUE(outbox_.make_way());
@@ -126,9 +135,9 @@ TEST_F(OutboxTest, overflows_when_messages_exceed_their_bound) {
 }
 
 TEST_F(OutboxTest, nothing_follows_a_goodbye) {
-  outbox_.push_frames(frames_of(1), 1);
+  outbox_.push_frames(frames_of(1));
   outbox_.push_goodbye({wire::GoodbyeReason::server_draining, ""}, 0);
-  outbox_.push_frames(frames_of(2), 1);
+  outbox_.push_frames(frames_of(2));
   outbox_.push(wire::CharacterRemoved{1}, 0);
   EXPECT_EQ(std::get<wire::Goodbye>(take()).reason, wire::GoodbyeReason::server_draining);
   EXPECT_TRUE(is_empty());

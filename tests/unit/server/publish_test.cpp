@@ -16,11 +16,12 @@ using testing::IsEmpty;
 class FakeOutlet final : public Outlet {
  public:
   void push(const wire::Message&, std::int64_t) override {}
-  void push_frames(std::vector<std::vector<std::uint8_t>> packets, std::size_t frame_count) override {
+  void push_frames(std::vector<FramePacket> packets) override {
     ++ticks_waiting;
-    frames_announced += frame_count;
-    for (const auto& packet : packets)
-      batches.push_back(std::get<wire::FrameBatch>(wire::decode_packet(packet).envelope.message));
+    for (const FramePacket& packet : packets) {
+      frames_announced += packet.frame_count;
+      batches.push_back(std::get<wire::FrameBatch>(wire::decode_packet(packet.bytes).envelope.message));
+    }
   }
   bool make_way() override { return std::exchange(full, false); }
 

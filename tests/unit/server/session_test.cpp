@@ -347,7 +347,7 @@ TEST_F(SessionTest, closes_when_nothing_is_heard_for_long) {
 TEST_F(SessionTest, closes_a_client_that_takes_nothing) {
   hello();
   connection_->takes_more = false;
-  session_.outbox().push_frames({wire::encode_packet({1, wire::FrameBatch{}})}, 1);
+  session_.outbox().push_frames({{wire::encode_packet({1, wire::FrameBatch{}}), 1}});
   session_.flush(now_ns_);
   session_.poll(now_ns_ + 9 * kSecond_ns);
   EXPECT_EQ(session_.state(), State::active);
@@ -363,7 +363,7 @@ TEST_F(SessionTest, a_client_that_takes_something_now_and_then_is_kept) {
   hello();
   for (int i = 0; i < 10; ++i) {
     connection_->takes_more = false;
-    session_.outbox().push_frames({wire::encode_packet({1, wire::FrameBatch{}})}, 1);
+    session_.outbox().push_frames({{wire::encode_packet({1, wire::FrameBatch{}}), 1}});
     session_.flush(now_ns_);
     now_ns_ += 8 * kSecond_ns;
     session_.poll(now_ns_);
@@ -379,7 +379,7 @@ TEST_F(SessionTest, frames_give_way_once_the_connection_was_seen_to_take_no_more
   connection_->takes_more = false;
   Outbox& outbox = session_.outbox();
   for (std::size_t i = 0; i < Outbox::kTicksWaitingMax; ++i)
-    outbox.push_frames({wire::encode_packet({1, wire::FrameBatch{}})}, 1);
+    outbox.push_frames({{wire::encode_packet({1, wire::FrameBatch{}}), 1}});
   EXPECT_FALSE(outbox.make_way()) << "the ticks of a late server, made one after the other";
   session_.flush(now_ns_);
   EXPECT_TRUE(outbox.make_way());
@@ -728,7 +728,7 @@ TEST_F(SessionTest, frames_wait_for_one_piece_of_a_groom_at_most) {
   hello();
   connection_->takes_more = false;
   say(wire::GroomRequest{desk_.known, 0});
-  session_.outbox().push_frames({wire::encode_packet({1, wire::FrameBatch{}})}, 1);
+  session_.outbox().push_frames({{wire::encode_packet({1, wire::FrameBatch{}}), 1}});
   connection_->takes_more = true;
   session_.flush(now_ns_);
   const auto first_frame = std::ranges::find_if(connection_->received, [](const wire::Envelope& envelope) {
