@@ -10,7 +10,7 @@ namespace {
 using wire::GoodbyeReason;
 
 // A pose waits for at most one chunk of a groom: it is kept small.
-constexpr std::size_t kChunkBytes = 64u << 10;
+constexpr std::size_t kChunkBytes = 16u << 10;
 static_assert(kChunkBytes <= wire::kGroomChunkBytesMax);
 constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::max();
 constexpr std::int64_t kGoodbyeWait_ns = 400'000'000;
@@ -49,6 +49,7 @@ LinkCore::LinkCore(CoreOptions options)
       backoff_(options_.seed),
       splitter_(wire::kPacketBytesMax),
       uploads_(kChunkBytes),
+      upload_share_(kChunkBytes),
       members_(options_.catalog ? options_.catalog : std::make_shared<LevelCatalog>(), options_.decode_share) {}
 
 void LinkCore::start() {
@@ -237,14 +238,16 @@ void LinkCore::push(Event event) {
 std::vector<std::uint8_t> LinkCore::take_packet(std::int64_t now_ns) {
   if (!connection_ || ended() || goodbye_taken_) return {};
   if (state_ != State::greeting && state_ != State::active && state_ != State::leaving) return {};
-  std::optional<wire::Message> message = queue_.pop();
-  if (!message && active()) {
-    if (std::optional<wire::GroomChunk> chunk = uploads_.next_chunk()) message = std::move(*chunk);
-  }
+  const bool is_chunk = active() && uploads_.is_waiting() && (queue_.empty() || upload_share_.is_due());
+  std::optional<wire::Message> message = is_chunk ? uploads_.next_chunk() : queue_.pop();
   if (!message) return {};
   goodbye_taken_ = std::holds_alternative<wire::Goodbye>(*message);
   sent_ns_ = now_ns;
   std::vector<std::uint8_t> packet = wire::encode_packet({now_ns, std::move(*message)});
+  if (is_chunk)
+    upload_share_.sent_bulk();
+  else
+    upload_share_.sent_soon(packet.size(), uploads_.is_waiting());
   counters_.bytes_sent += packet.size();
   return packet;
 }

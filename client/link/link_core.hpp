@@ -19,6 +19,7 @@
 #include "client/link/roster.hpp"
 #include "client/link/send_queue.hpp"
 #include "client/link/upload_queue.hpp"
+#include "schema/channel/bulk_share.hpp"
 #include "schema/channel/clock_estimate.hpp"
 #include "schema/channel/packet_splitter.hpp"
 #include "schema/wire/messages.hpp"
@@ -173,6 +174,7 @@ class LinkCore {
   channel::ClockEstimate clock_;
   Roster roster_;
   UploadQueue uploads_;
+  channel::BulkShare upload_share_;
   SendQueue queue_;
   Members members_;
   KeptHair kept_;

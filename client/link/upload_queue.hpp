@@ -29,6 +29,7 @@ class UploadQueue {
   // The next piece of the groom that has been asked for longest; none when nothing is wanted.
   std::optional<wire::GroomChunk> next_chunk();
 
+  [[nodiscard]] bool is_waiting() const { return !wanted_.empty(); }
   [[nodiscard]] std::size_t groom_count() const { return uploads_.size(); }
 
  private:

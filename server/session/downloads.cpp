@@ -9,7 +9,6 @@ namespace {
 
 using wire::ErrorReason;
 
-constexpr std::size_t kPiece_bytes = 64 << 10;  // frames wait for no more than this
 constexpr const char* kNotHere = "the groom is not here";
 constexpr const char* kBeyondEnd = "beyond the groom's end";
 

@@ -16,6 +16,8 @@ namespace hairnet::server {
 // The grooms of others that one session has asked for, sent in pieces, one groom after the other. I/O thread.
 class Downloads {
  public:
+  static constexpr std::size_t kPiece_bytes = 16 << 10;  // frames wait for no more than this
+
   Downloads(GroomDesk& desk, const SessionLimits& limits, SessionCounters& counters)
       : desk_(&desk), limits_(&limits), counters_(&counters) {}
 
@@ -26,6 +28,7 @@ class Downloads {
   // What came of GroomDesk::fetch; null when the file is gone or bad. True when it was waited for.
   bool on_read(const wire::GroomHash& groom, std::shared_ptr<const std::vector<std::uint8_t>> bytes);
   void clear() { waiting_.clear(); }
+  [[nodiscard]] bool is_waiting() const { return !waiting_.empty(); }
 
  private:
   struct Download {

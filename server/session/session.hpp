@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "schema/channel/bulk_share.hpp"
 #include "schema/channel/token.hpp"
 #include "server/room/command.hpp"
 #include "server/room/groom_desk.hpp"
@@ -123,6 +124,7 @@ class Session final : public PacketSink {
   PeerClock clock_;
   TokenBucket messages_, poses_;
   Downloads downloads_;
+  channel::BulkShare download_share_{Downloads::kPiece_bytes};
   std::int64_t opened_ns_, heard_ns_;
   std::int64_t full_since_ns_ = 0;  // the connection has taken nothing since; 0 = it does
   std::int64_t drain_since_ns_ = 0, detached_since_ns_ = 0;

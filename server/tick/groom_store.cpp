@@ -120,7 +120,7 @@ void GroomStore::tell_states(SessionId session, std::int64_t now_ns) {
   for (auto& [hash, entry] : grooms_) {
     if (!entry.holders.contains(session)) continue;
     if (entry.state == State::uploading && entry.uploader == session) {
-      entry.progress_ns = now_ns;  // while it was away nothing could come
+      entry.asked_ns = now_ns;  // while it was away nothing could come
       tell(session, wire::GroomNeed{hash, entry.received}, now_ns);
     } else {
       tell(session, wire::GroomStatus{hash, state_of(entry)}, now_ns);
@@ -216,7 +216,7 @@ void GroomStore::await_upload(Grooms::iterator groom, SessionId uploader, std::i
   entry.is_mixed = entry.received > 0 && (entry.is_mixed || entry.uploader != uploader);
   entry.state = State::uploading;
   entry.uploader = uploader;
-  entry.progress_ns = now_ns;
+  entry.asked_ns = now_ns;
   set_upload_bytes(entry, entry.byte_count);
   tell(uploader, wire::GroomNeed{groom->first, entry.received}, now_ns);
 }
@@ -274,7 +274,7 @@ Refused GroomStore::put_chunk(Grooms::iterator groom, SessionId session, wire::G
   if (chunk.bytes.size() > entry.byte_count - entry.received)
     return {ErrorReason::limit_exceeded, fmt::format("more than the {} bytes offered", entry.byte_count)};
   entry.received += chunk.bytes.size();
-  entry.progress_ns = now_ns;
+  account(session, now_ns).chunk_ns = now_ns;
   counters_->groom_bytes_received.add(chunk.bytes.size());
   chunk.bytes.shrink_to_fit();
   entry.chunks.push_back(std::move(chunk.bytes));
@@ -339,6 +339,11 @@ void GroomStore::pass_on(Grooms::iterator groom, std::int64_t now_ns) {
              counters_->grooms_refused_absent, now_ns);
 }
 
+bool GroomStore::has_stalled(const Entry& entry, std::int64_t now_ns) {
+  const std::int64_t heard_ns = std::max(entry.asked_ns, account(entry.uploader, now_ns).chunk_ns);
+  return now_ns - heard_ns > limits_.upload_timeout_ns;
+}
+
 void GroomStore::poll(std::int64_t now_ns) {
   if (now_ns >= refresh_next_ns_) {
     refresh_next_ns_ = now_ns + kRefreshInterval_ns;
@@ -350,7 +355,7 @@ void GroomStore::poll(std::int64_t now_ns) {
   for (auto groom = grooms_.begin(); groom != grooms_.end();) {
     const auto next = std::next(groom);
     Entry& entry = groom->second;
-    if (entry.state == State::uploading && now_ns - entry.progress_ns > limits_.upload_timeout_ns) {
+    if (entry.state == State::uploading && has_stalled(entry, now_ns)) {
       counters_->grooms_refused_stalled.add();
       refuse_holder(groom, entry.uploader, {ErrorReason::limit_exceeded, "the upload stalled"}, now_ns);
       pass_on(groom, now_ns);

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <vector>
@@ -59,6 +60,7 @@ class GroomStore final : public GroomDesk {
   bool fetch(SessionId session, const wire::GroomHash& groom) override;
   [[nodiscard]] bool keeps(const wire::GroomHash& groom) const override { return builder_->keeps(groom); }
   void release(SessionId session, std::int64_t now_ns) override;
+  // An uploader that sends one groom after the other does not stall in those that wait for their turn.
   void poll(std::int64_t now_ns);  // results of the builder, stalled uploads
 
   [[nodiscard]] bool ready(const wire::GroomHash& groom) const;
@@ -82,7 +84,7 @@ class GroomStore final : public GroomDesk {
     std::vector<std::vector<std::uint8_t>> chunks;
     SessionId uploader = 0;
     bool is_mixed = false;  // what was received is of several uploaders
-    std::int64_t progress_ns = 0;
+    std::int64_t asked_ns = 0;  // when its uploader was asked for it
     std::map<SessionId, std::uint64_t>
         holders;                   // its bytes as they have offered it, and so can upload it; 0: they have not
     std::size_t upload_bytes = 0;  // its part of all uploads'
@@ -95,6 +97,7 @@ class GroomStore final : public GroomDesk {
   struct Account {
     TokenBucket bytes;
     std::uint64_t strand_count_max = 0;
+    std::int64_t chunk_ns = std::numeric_limits<std::int64_t>::min();  // when its last chunk came, of whatever groom
   };
 
   static wire::GroomState state_of(const Entry& entry);
@@ -116,6 +119,7 @@ class GroomStore final : public GroomDesk {
   Refused begin_reading(SessionId session, const wire::GroomHash& groom);
   void feed_builder();  // with grooms that the cache has
   Refused finish_upload(Grooms::iterator groom, std::int64_t now_ns);
+  bool has_stalled(const Entry& entry, std::int64_t now_ns);
   // Lets another who has offered it go on with the upload; refuses it to the rest when there is none.
   void pass_on(Grooms::iterator groom, std::int64_t now_ns);
   void take(GroomResult result, std::int64_t now_ns);

@@ -143,6 +143,13 @@ void Player::calm_down() {
   turn();
 }
 
+bool Player::is_heard_out() const {
+  return std::ranges::all_of(wires_, [this](const std::weak_ptr<Wire>& weak) {
+    const auto wire = weak.lock();
+    return !wire || wire == wire_ || wire->all_arrived();
+  });
+}
+
 void Player::break_connection(const Break& how, std::optional<std::uint64_t> after_bytes, bool of_server) {
   if (!wire_ || !wire_->is_open()) return;
   if (!after_bytes) {
@@ -162,6 +169,7 @@ void Player::connect() {
   core_->on_opening(clock_ns());
   half_closed_ = false;
   wire_ = std::make_shared<Wire>(*timeline_, *host_, *this, plan_.quality, random_.next() ^ ++dials_);
+  wires_.push_back(wire_);
   const bool into_nothing = !plan_.steady && act_until_ns_ > timeline_->now_ns() && random_.unit() < 0.05;
   if (into_nothing) journal_->count("dialled into nothing");
   wire_->dial(into_nothing);

@@ -40,6 +40,7 @@ class Player final : public ClientEnd {
   void pause_reading(bool paused);
   void calm_down();  // asks for everything, plainly, and no more garbage; its connection does not break any more
   [[nodiscard]] std::int64_t calm_since_ns() const { return calm_since_ns_; }
+  [[nodiscard]] bool is_heard_out() const;  // nothing that it sent over an earlier connection is still to arrive
   void set_moving(bool moving);
 
   [[nodiscard]] const PlayerPlan& plan() const { return plan_; }
@@ -107,6 +108,7 @@ class Player final : public ClientEnd {
   Random random_;
   std::unique_ptr<link::LinkCore> core_;
   std::shared_ptr<Wire> wire_;
+  std::vector<std::weak_ptr<Wire>> wires_;  // it and all earlier ones
   std::int64_t wake_ns_ = -1;
   bool half_closed_ = false, leaving_ = false, joined_ = false, acting_ = false, posing_ = false, turning_ = false;
   bool turn_again_ = false, calm_ = false;

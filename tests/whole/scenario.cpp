@@ -20,6 +20,10 @@ constexpr std::int64_t kMotion_ns = 1200 * kMs;
 constexpr std::size_t kLevelRecords_bytes = 40'000;  // that a client may be sent when grooms are ready
 constexpr std::int64_t kRest_ns_max = 20 * kSecond_ns;
 
+std::string name_of(LevelIndex level) {
+  return std::string(kLevelNames[static_cast<std::size_t>(level)]);
+}
+
 class Scenario {
  public:
   Scenario(std::uint64_t seed, bool says_all) : seed_(seed), says_all_(says_all), random_(seed, 0) {}
@@ -279,7 +283,8 @@ std::string Scenario::unsettled() {
         if (other->session() != server::session_of(member.key)) continue;
         const LevelIndex wanted = other->characters().at(server::number_of(member.key)).level;
         if ((member.level == LevelIndex::rigid) != (wanted == LevelIndex::rigid) || member.level < wanted)
-          return player->name() + " has frames on another level than is wanted" + whom;
+          return player->name() + " has frames on level " + name_of(member.level) + ", where " + name_of(wanted) +
+                 " is wanted," + whom;
       }
     }
   }
@@ -289,9 +294,14 @@ std::string Scenario::unsettled() {
 void Scenario::calm() {
   say("calm");
   for (const auto& misfit : misfits_) misfit->stop();
+  // What was sent before, over connections that are no more, may say otherwise than what is said from here on.
+  const auto is_heard_out = [](const auto& client) { return client->is_heard_out(); };
+  const std::int64_t stopped_ns = timeline_.now_ns();
+  while (!std::ranges::all_of(misfits_, is_heard_out) || !std::ranges::all_of(players_, is_heard_out)) {
+    timeline_.run(timeline_.now_ns() + 50 * kMs);
+    if (timeline_.now_ns() - stopped_ns > kSettle_ns_max) return journal_.fault("all", "have sent what never arrives");
+  }
   for (const auto& player : players_) player->calm_down();
-  const auto is_heard_out = [](const auto& misfit) { return misfit->is_heard_out(); };
-  while (!std::ranges::all_of(misfits_, is_heard_out)) timeline_.run(timeline_.now_ns() + 50 * kMs);
   const std::int64_t begun_ns = timeline_.now_ns();
   // Until all are well and nothing older is still on its way to anybody.
   double backlog_s_max = 0;
@@ -349,7 +359,7 @@ void Scenario::check_rest() {
     for (const auto& [number, member] : player->members()) {
       if (!member.asleep)
         journal_.fault(player->name(), "sees member " + std::to_string(number) + " not come to rest, on level " +
-                                           std::string(kLevelNames[static_cast<std::size_t>(member.level)]));
+                                           name_of(member.level));
     }
   }
   say("at rest after " + std::to_string((timeline_.now_ns() - begun_ns) / kMs) + " ms");

@@ -299,6 +299,27 @@ TEST(LinkCore, a_character_that_nobody_asked_for_breaks_the_protocol) {
   EXPECT_EQ(d.event<Disconnected>()->reason, wire::GoodbyeReason::protocol_error);
 }
 
+TEST(LinkCore, a_groom_goes_out_though_poses_always_wait) {
+  CoreDriver d;
+  d.connect();
+  const std::size_t groom_bytes = 200'000;
+  d.core.offer_groom(hash_of(3), some_bytes(groom_bytes));
+  d.take_all();
+  d.send(wire::GroomNeed{hash_of(3), 0});
+  std::size_t chunk_bytes = 0, run_bytes = 0, sent_before = d.core.counters().bytes_sent;
+  while (chunk_bytes < groom_bytes && d.core.counters().bytes_sent < sent_before + 5 * groom_bytes) {
+    d.core.push_poses(std::vector<wire::PoseSample>(10, wire::PoseSample{1, 1, d.now_ns, false, rigid_pose({})}));
+    d.core.push_poses({wire::PoseSample{1, 1, d.now_ns, false, rigid_pose({})}});
+    const std::optional<wire::Message> message = d.take();
+    ASSERT_TRUE(message);
+    const auto* chunk = std::get_if<wire::GroomChunk>(&*message);
+    run_bytes = chunk ? run_bytes + chunk->bytes.size() : 0;
+    if (chunk) chunk_bytes += chunk->bytes.size();
+    EXPECT_LE(run_bytes, 16'384u) << "poses wait for one chunk at most";
+  }
+  EXPECT_EQ(chunk_bytes, groom_bytes);
+}
+
 TEST(LinkCore, importance_is_said_a_few_times_a_second_and_only_when_it_changes) {
   CoreDriver d;
   d.connect();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <deque>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,11 +15,12 @@ class FakeConnection final : public Connection {
  public:
   void send(std::vector<std::uint8_t> packet) override {
     wire::Decoded decoded = wire::decode_packet(packet);
+    if (room) --*room;
     sound &= decoded.error == wire::DecodeError::none;
     largest_packet_bytes = std::max(largest_packet_bytes, packet.size());
     received.push_back(std::move(decoded.envelope));
   }
-  [[nodiscard]] bool writable() const override { return takes_more; }
+  [[nodiscard]] bool writable() const override { return takes_more && room != 0; }
   void close(std::string_view reason) override {
     closed = true;
     close_reason = reason;
@@ -35,6 +37,7 @@ class FakeConnection final : public Connection {
     return found;
   }
 
+  std::optional<std::size_t> room;  // for so many packets more
   std::deque<wire::Envelope> received;
   std::size_t largest_packet_bytes = 0;
   bool takes_more = true, closed = false, sound = true;

@@ -207,6 +207,21 @@ TEST_F(GroomStoreTest, a_stalled_upload_is_dropped_or_passed_on) {
   EXPECT_EQ(store_->upload_bytes(), 0u);
 }
 
+TEST_F(GroomStoreTest, what_waits_for_another_upload_of_its_client_has_not_stalled) {
+  const Upload other(wire::encode_groom(small_groom(2)));
+  offer(kAnna, other);
+  offer(kAnna, good_);
+  for (std::size_t begin = 0; begin < 300; begin += 100) {
+    now_ns_ += 29 * kSecond_ns;
+    chunk(kAnna, other, begin, begin + 100);
+    store_->poll(now_ns_);
+  }
+  EXPECT_THAT(errors(kAnna), IsEmpty());
+  now_ns_ += 31 * kSecond_ns;
+  store_->poll(now_ns_);
+  EXPECT_EQ(errors(kAnna).size(), 2u);
+}
+
 TEST_F(GroomStoreTest, refuses_chunks_out_of_place) {
   EXPECT_EQ(chunk(kAnna, good_, 0, 10), ErrorReason::groom_unknown);
   offer(kAnna, good_);
