@@ -1,13 +1,9 @@
-#include "server/session/session.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <limits>
-#include <map>
 
-#include "fake_connection.hpp"
-#include "server/session/session_registry.hpp"
+#include "session_fixture.hpp"
 
 namespace hairnet::server {
 namespace {
@@ -17,89 +13,6 @@ using testing::IsEmpty;
 using wire::ErrorReason;
 using wire::GoodbyeReason;
 using State = Session::State;
-
-constexpr std::int64_t kSecond_ns = 1'000'000'000;
-
-class FakeDesk final : public GroomDesk {
- public:
-  void open(SessionId session, std::uint64_t strand_count_max, std::int64_t) override {
-    strands_max[session] = strand_count_max;
-  }
-  Refused offer(SessionId, const wire::GroomOffer&, std::int64_t) override { return {}; }
-  ChunkAnswer chunk(SessionId, wire::GroomChunk, std::int64_t) override {
-    return {{ErrorReason::unexpected_message, "not asked for"}};
-  }
-  Refused hold(SessionId, const wire::GroomHash& groom) override {
-    return groom == known ? Refused{} : Refused{ErrorReason::groom_unknown, "offer it first"};
-  }
-  void tell_states(SessionId session, std::int64_t) override { told.push_back(session); }
-  std::shared_ptr<const std::vector<std::uint8_t>> bytes(const wire::GroomHash& groom) override {
-    return groom == known ? file : nullptr;
-  }
-  bool fetch(SessionId session, const wire::GroomHash& groom) override {
-    if (groom != kept) return false;
-    fetched.push_back(session);
-    return true;
-  }
-  [[nodiscard]] bool keeps(const wire::GroomHash& groom) const override { return groom == kept; }
-  void release(SessionId session, std::int64_t) override { released.push_back(session); }
-
-  wire::GroomHash known{1}, kept{2};  // in memory, on disk
-  std::vector<SessionId> released, told, fetched;
-  std::map<SessionId, std::uint64_t> strands_max;
-  std::shared_ptr<const std::vector<std::uint8_t>> file =
-      std::make_shared<const std::vector<std::uint8_t>>(200'000, std::uint8_t{7});
-};
-
-class SessionTest : public testing::Test {
- protected:
-  void say(const wire::Message& message) { session_.on_message({now_ns_, message}, now_ns_); }
-  void hello() { say(wire::Hello{wire::kProtocolVersion, "test", "", "", wire::Role::participant, 0, {}}); }
-  [[nodiscard]] std::vector<ErrorReason> errors() const {
-    std::vector<ErrorReason> reasons;
-    for (const auto& error : connection_->all<wire::Error>()) reasons.push_back(error.reason);
-    return reasons;
-  }
-  [[nodiscard]] std::vector<GoodbyeReason> goodbyes() const {
-    std::vector<GoodbyeReason> reasons;
-    for (const auto& goodbye : connection_->all<wire::Goodbye>()) reasons.push_back(goodbye.reason);
-    return reasons;
-  }
-  template <class T>
-  std::vector<T> commands() {
-    std::vector<Command> taken;
-    commands_.take_all(taken);
-    std::vector<T> found;
-    for (Command& command : taken) {
-      if (T* c = std::get_if<T>(&command)) found.push_back(std::move(*c));
-    }
-    return found;
-  }
-  static SessionLimits small_limits() {
-    SessionLimits limits;
-    limits.session_count_max = 2;
-    limits.character_count_max = 3;
-    limits.characters_per_session_max = 2;
-    limits.messages_per_s = 10;
-    limits.messages_burst = 40;
-    limits.poses_per_s = 100;
-    limits.poses_burst = 100;
-    return limits;
-  }
-  static wire::PoseBatch one_pose(const Pose& pose, std::int64_t at_ns, std::uint32_t character = 1) {
-    return {{{character, 1, at_ns, false, pose}}};
-  }
-
-  std::vector<std::unique_ptr<Session>> kept_;  // others', as they stay open
-  SessionCounters counters_;
-  CommandQueue commands_{1000};
-  FakeDesk desk_;
-  std::atomic<std::uint64_t> tick_{42};
-  SessionContext context_{small_limits(), counters_, commands_, desk_, 30, 1 << 20, tick_};
-  std::int64_t now_ns_ = 100 * kSecond_ns;
-  std::shared_ptr<FakeConnection> connection_ = std::make_shared<FakeConnection>();
-  Session session_{7, connection_, context_, now_ns_};
-};
 
 TEST_F(SessionTest, welcomes_a_hello_of_its_version) {
   hello();
@@ -430,126 +343,6 @@ TEST_F(SessionTest, gives_everything_back_once_when_it_leaves) {
   EXPECT_EQ(context_.rooms.room_count(), 0u);
 }
 
-TEST_F(SessionTest, outlives_its_connection_for_the_grace_and_then_gives_everything_back) {
-  hello();
-  say(wire::AddCharacter{1, desk_.known, LevelIndex::low});
-  session_.on_closed("reset", now_ns_);
-  EXPECT_EQ(session_.state(), State::detached);
-  EXPECT_EQ(commands<DetachSession>().size(), 1u);
-  session_.send(wire::CharacterRemoved{1}, now_ns_);
-  session_.flush(now_ns_);
-  session_.poll(now_ns_ + context_.limits.resume_grace_ns);
-  EXPECT_EQ(session_.state(), State::detached);
-  EXPECT_THAT(desk_.released, IsEmpty());
-  session_.poll(now_ns_ + context_.limits.resume_grace_ns + 1);
-  EXPECT_EQ(session_.state(), State::closed);
-  EXPECT_EQ(commands<CloseSession>().size(), 1u);
-  EXPECT_EQ(context_.character_count, 0u);
-  EXPECT_EQ(counters_.sessions_closed_grace_over.value(), 1u);
-}
-
-TEST_F(SessionTest, before_its_hello_or_without_a_grace_ends_with_its_connection) {
-  session_.on_closed("reset", now_ns_);
-  EXPECT_EQ(session_.state(), State::closed);
-  context_.limits.resume_grace_ns = 0;
-  Session session(9, std::make_shared<FakeConnection>(), context_, now_ns_);
-  session.on_message({now_ns_, wire::Hello{}}, now_ns_);
-  session.on_closed("reset", now_ns_);
-  EXPECT_EQ(session.state(), State::closed);
-}
-
-// Sessions as a registry holds them.
-class ResumeTest : public SessionTest {
- protected:
-  struct Client {
-    std::shared_ptr<FakeConnection> connection = std::make_shared<FakeConnection>();
-    PacketSink* sink = nullptr;
-    [[nodiscard]] wire::Welcome welcome() const { return connection->all<wire::Welcome>().at(0); }
-  };
-  Client connect(std::uint64_t session = 0, const wire::SessionSecret& secret = {}, const std::string& room = "") {
-    Client client;
-    client.sink = registry_.open(client.connection, now_ns_);
-    wire::Hello hello;
-    hello.session = session;
-    hello.secret = secret;
-    hello.room = room;
-    say(client, hello);
-    return client;
-  }
-  void say(Client& client, const wire::Message& message) {
-    client.sink->on_packet(wire::encode_packet({now_ns_, message}), now_ns_);
-  }
-  SessionRegistry registry_{context_};
-};
-
-TEST_F(ResumeTest, goes_on_with_characters_and_grooms_over_another_connection) {
-  Client first = connect(0, {}, "hall");
-  say(first, wire::AddCharacter{1, desk_.known, LevelIndex::low});
-  const wire::Welcome told = first.welcome();
-  EXPECT_FALSE(told.resumed);
-  first.sink->on_closed("reset", now_ns_);
-  registry_.poll(now_ns_);
-  EXPECT_EQ(counters_.gauges.clients.value(), 1);
-  EXPECT_EQ(counters_.gauges.clients_detached.value(), 1);
-  Client second = connect(told.session, told.secret, "ignored");
-  const wire::Welcome again = second.welcome();
-  EXPECT_TRUE(again.resumed);
-  EXPECT_EQ(counters_.sessions_closed_taken_over.value(), 0u) << "nobody was sent away";
-  EXPECT_EQ(counters_.characters_removed.value(), 0u);
-  EXPECT_EQ(again.session, told.session);
-  EXPECT_EQ(again.room, "hall");
-  EXPECT_EQ(again.secret, told.secret);
-  EXPECT_THAT(desk_.told, ElementsAre(static_cast<SessionId>(told.session)));
-  EXPECT_THAT(desk_.released, IsEmpty());
-  registry_.poll(now_ns_ + context_.limits.resume_grace_ns + 1);
-  EXPECT_EQ(registry_.count(), 1u);
-  EXPECT_EQ(counters_.gauges.clients_detached.value(), 0);
-  EXPECT_EQ(context_.character_count, 1u);
-  commands<CloseSession>();
-  say(second, wire::SetLevel{1, LevelIndex::high});
-  EXPECT_EQ(commands<SetLevel>().at(0).character, character_key(static_cast<SessionId>(told.session), 1));
-}
-
-TEST_F(ResumeTest, takes_over_from_a_connection_that_still_looks_alive) {
-  Client first = connect();
-  const wire::Welcome told = first.welcome();
-  Client second = connect(told.session, told.secret);
-  EXPECT_TRUE(second.welcome().resumed);
-  ASSERT_EQ(first.connection->all<wire::Goodbye>().size(), 1u);
-  EXPECT_EQ(first.connection->all<wire::Goodbye>()[0].reason, GoodbyeReason::session_taken_over);
-  EXPECT_TRUE(first.connection->closed);
-  EXPECT_EQ(commands<CloseSession>().size(), 0u);
-  registry_.poll(now_ns_);
-  EXPECT_EQ(registry_.count(), 1u);
-  EXPECT_EQ(counters_.sessions_closed_taken_over.value(), 1u);
-}
-
-TEST_F(ResumeTest, with_a_wrong_secret_is_a_new_session_and_leaves_the_other_alone) {
-  Client first = connect();
-  const wire::Welcome told = first.welcome();
-  wire::SessionSecret wrong = told.secret;
-  wrong[15] ^= 1;
-  Client second = connect(told.session, wrong);
-  EXPECT_FALSE(second.welcome().resumed);
-  EXPECT_NE(second.welcome().session, told.session);
-  EXPECT_FALSE(first.connection->closed);
-  EXPECT_EQ(counters_.sessions_not_resumed.value(), 1u);
-}
-
-TEST_F(ResumeTest, after_the_grace_is_a_new_session) {
-  Client first = connect();
-  const wire::Welcome told = first.welcome();
-  first.sink->on_closed("reset", now_ns_);
-  now_ns_ += context_.limits.resume_grace_ns + 1;
-  registry_.poll(now_ns_);
-  registry_.poll(now_ns_);
-  EXPECT_FALSE(connect(told.session, told.secret).welcome().resumed);
-}
-
-TEST_F(ResumeTest, of_a_session_above_any_number_is_refused_kindly) {
-  EXPECT_FALSE(connect(~std::uint64_t{0}).welcome().resumed);
-}
-
 TEST_F(SessionTest, joins_the_room_that_hello_names) {
   say(wire::Hello{wire::kProtocolVersion, "test", "hall-2.b_c", "", wire::Role::participant, 0, {}});
   EXPECT_EQ(connection_->all<wire::Welcome>().at(0).room, "hall-2.b_c");
@@ -651,66 +444,6 @@ TEST_F(SessionTest, a_hair_state_out_of_range_leaves_the_character_at_rest) {
   EXPECT_FALSE(commands<AddCharacter>().at(0).state.has_value());
 }
 
-TEST_F(SessionTest, sends_a_groom_that_is_asked_for_in_pieces_and_from_where_it_is_asked) {
-  hello();
-  say(wire::GroomRequest{desk_.known, 50'000});
-  std::vector<std::uint8_t> got;
-  for (const wire::GroomData& data : connection_->all<wire::GroomData>()) {
-    EXPECT_EQ(data.offset, 50'000 + got.size());
-    EXPECT_EQ(data.byte_count, desk_.file->size());
-    got.insert(got.end(), data.bytes.begin(), data.bytes.end());
-  }
-  EXPECT_EQ(got, std::vector<std::uint8_t>(desk_.file->begin() + 50'000, desk_.file->end()));
-  say(wire::GroomRequest{wire::GroomHash{9}, 0});
-  say(wire::GroomRequest{desk_.known, 200'001});
-  EXPECT_THAT(errors(), ElementsAre(ErrorReason::groom_unavailable, ErrorReason::groom_unavailable));
-}
-
-TEST_F(SessionTest, a_groom_on_disk_is_sent_once_it_has_been_read_and_others_wait_for_it) {
-  hello();
-  say(wire::GroomRequest{desk_.kept, 100});
-  say(wire::GroomRequest{desk_.kept, 100});
-  say(wire::GroomRequest{desk_.known, 0});
-  EXPECT_THAT(desk_.fetched, ElementsAre(7u));
-  EXPECT_THAT(connection_->all<wire::GroomData>(), IsEmpty());
-  const auto read = std::make_shared<const std::vector<std::uint8_t>>(500, std::uint8_t{3});
-  session_.on_groom_read(wire::GroomHash{9}, read, now_ns_);  // not asked for
-  session_.on_groom_read(desk_.kept, read, now_ns_);
-  session_.on_groom_read(desk_.kept, read, now_ns_);  // nor that again
-  const auto sent = connection_->all<wire::GroomData>();
-  ASSERT_GT(sent.size(), 2u);
-  EXPECT_EQ(sent[0].hash, desk_.kept);
-  EXPECT_EQ(sent[0].offset, 100u);
-  EXPECT_EQ(sent[0].bytes.size(), 400u);
-  EXPECT_EQ(sent[1].hash, desk_.known);
-  EXPECT_THAT(errors(), IsEmpty());
-}
-
-TEST_F(SessionTest, a_groom_that_could_not_be_read_from_disk_is_unavailable) {
-  hello();
-  say(wire::GroomRequest{desk_.kept, 0});
-  say(wire::GroomRequest{desk_.known, 0});
-  session_.on_groom_read(desk_.kept, nullptr, now_ns_);
-  EXPECT_THAT(errors(), ElementsAre(ErrorReason::groom_unavailable));
-  EXPECT_EQ(connection_->all<wire::Error>()[0].groom, desk_.kept);
-  EXPECT_EQ(counters_.downloads_refused.value(), 1u);
-  EXPECT_EQ(connection_->all<wire::GroomData>().back().offset + connection_->all<wire::GroomData>().back().bytes.size(),
-            desk_.file->size());
-  say(wire::GroomRequest{desk_.kept, 501});
-  session_.on_groom_read(desk_.kept, std::make_shared<const std::vector<std::uint8_t>>(500, std::uint8_t{3}), now_ns_);
-  EXPECT_EQ(errors().size(), 2u) << "beyond its end";
-}
-
-TEST_F(SessionTest, as_many_grooms_may_be_asked_for_at_once_as_its_limit_says) {
-  context_.limits.downloads_per_session_max = 1;
-  hello();
-  say(wire::GroomRequest{desk_.kept, 0});
-  say(wire::GroomRequest{desk_.known, 0});
-  EXPECT_THAT(errors(), ElementsAre(ErrorReason::limit_exceeded));
-  say(wire::GroomRequest{desk_.kept, 0});
-  EXPECT_EQ(errors().size(), 1u) << "asked for already, it is one still";
-}
-
 TEST_F(SessionTest, characters_of_a_groom_that_the_session_may_not_have_leave) {
   hello();
   say(wire::AddCharacter{1, desk_.known, LevelIndex::low});
@@ -723,44 +456,6 @@ TEST_F(SessionTest, characters_of_a_groom_that_the_session_may_not_have_leave) {
   EXPECT_EQ(counters_.characters_removed.value(), 2u);
   say(wire::AddCharacter{1, desk_.known, LevelIndex::low});
   EXPECT_THAT(errors(), IsEmpty());
-}
-
-TEST_F(SessionTest, frames_wait_for_one_piece_of_a_groom_at_most) {
-  hello();
-  connection_->takes_more = false;
-  say(wire::GroomRequest{desk_.known, 0});
-  session_.outbox().push_frames({{wire::encode_packet({1, wire::FrameBatch{}}), 1}});
-  connection_->takes_more = true;
-  session_.flush(now_ns_);
-  const auto first_frame = std::ranges::find_if(connection_->received, [](const wire::Envelope& envelope) {
-    return std::holds_alternative<wire::FrameBatch>(envelope.message);
-  });
-  ASSERT_NE(first_frame, connection_->received.end());
-  EXPECT_LE(std::count_if(connection_->received.begin(), first_frame,
-                          [](const wire::Envelope& envelope) {
-                            return std::holds_alternative<wire::GroomData>(envelope.message);
-                          }),
-            1);
-}
-
-TEST_F(SessionTest, a_groom_arrives_though_frames_always_wait) {
-  hello();
-  connection_->room = 0;
-  say(wire::GroomRequest{desk_.known, 0});
-  wire::FrameBatch batch;
-  const std::vector<std::uint8_t> content(2000);
-  batch.frames.emplace_back().content = content;
-  const std::vector<std::uint8_t> packet = wire::encode_packet({1, batch});
-  while (counters_.bytes_sent.value() < 5 * desk_.file->size()) {
-    session_.outbox().make_way();
-    session_.outbox().push_frames({{packet, 1}, {packet, 1}});
-    connection_->room = 1;
-    session_.flush(now_ns_);
-    ASSERT_GT(session_.outbox().packet_count(), 0u);
-  }
-  std::size_t got_bytes = 0;
-  for (const wire::GroomData& data : connection_->all<wire::GroomData>()) got_bytes += data.bytes.size();
-  EXPECT_EQ(got_bytes, desk_.file->size());
 }
 
 TEST_F(SessionTest, a_full_server_says_so_and_goes_on_with_whom_it_has) {

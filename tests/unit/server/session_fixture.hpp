@@ -1,0 +1,103 @@
+#pragma once
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <map>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "fake_connection.hpp"
+#include "server/session/session.hpp"
+#include "server/session/session_registry.hpp"
+
+namespace hairnet::server {
+
+inline constexpr std::int64_t kSecond_ns = 1'000'000'000;
+
+// One groom in memory and one on disk; no chunk is wanted.
+class FakeDesk final : public GroomDesk {
+ public:
+  void open(SessionId session, std::uint64_t strand_count_max, std::int64_t) override {
+    strands_max[session] = strand_count_max;
+  }
+  Refused offer(SessionId, const wire::GroomOffer&, std::int64_t) override { return {}; }
+  ChunkAnswer chunk(SessionId, wire::GroomChunk, std::int64_t) override {
+    return {{wire::ErrorReason::unexpected_message, "not asked for"}};
+  }
+  Refused hold(SessionId, const wire::GroomHash& groom) override {
+    return groom == known ? Refused{} : Refused{wire::ErrorReason::groom_unknown, "offer it first"};
+  }
+  void tell_states(SessionId session, std::int64_t) override { told.push_back(session); }
+  std::shared_ptr<const std::vector<std::uint8_t>> bytes(const wire::GroomHash& groom) override {
+    return groom == known ? file : nullptr;
+  }
+  bool fetch(SessionId session, const wire::GroomHash& groom) override {
+    if (groom != kept) return false;
+    fetched.push_back(session);
+    return true;
+  }
+  [[nodiscard]] bool keeps(const wire::GroomHash& groom) const override { return groom == kept; }
+  void release(SessionId session, std::int64_t) override { released.push_back(session); }
+
+  wire::GroomHash known{1}, kept{2};  // in memory, on disk
+  std::vector<SessionId> released, told, fetched;
+  std::map<SessionId, std::uint64_t> strands_max;
+  std::shared_ptr<const std::vector<std::uint8_t>> file =
+      std::make_shared<const std::vector<std::uint8_t>>(200'000, std::uint8_t{7});
+};
+
+// A session over a fake connection, with small limits, in the test's time.
+class SessionTest : public testing::Test {
+ protected:
+  void say(const wire::Message& message) { session_.on_message({now_ns_, message}, now_ns_); }
+  void hello() { say(wire::Hello{wire::kProtocolVersion, "test", "", "", wire::Role::participant, 0, {}}); }
+  [[nodiscard]] std::vector<wire::ErrorReason> errors() const {
+    std::vector<wire::ErrorReason> reasons;
+    for (const auto& error : connection_->all<wire::Error>()) reasons.push_back(error.reason);
+    return reasons;
+  }
+  [[nodiscard]] std::vector<wire::GoodbyeReason> goodbyes() const {
+    std::vector<wire::GoodbyeReason> reasons;
+    for (const auto& goodbye : connection_->all<wire::Goodbye>()) reasons.push_back(goodbye.reason);
+    return reasons;
+  }
+  template <class T>
+  std::vector<T> commands() {
+    std::vector<Command> taken;
+    commands_.take_all(taken);
+    std::vector<T> found;
+    for (Command& command : taken) {
+      if (T* c = std::get_if<T>(&command)) found.push_back(std::move(*c));
+    }
+    return found;
+  }
+  static SessionLimits small_limits() {
+    SessionLimits limits;
+    limits.session_count_max = 2;
+    limits.character_count_max = 3;
+    limits.characters_per_session_max = 2;
+    limits.messages_per_s = 10;
+    limits.messages_burst = 40;
+    limits.poses_per_s = 100;
+    limits.poses_burst = 100;
+    return limits;
+  }
+  static wire::PoseBatch one_pose(const Pose& pose, std::int64_t at_ns, std::uint32_t character = 1) {
+    return {{{character, 1, at_ns, false, pose}}};
+  }
+
+  std::vector<std::unique_ptr<Session>> kept_;  // others', as they stay open
+  SessionCounters counters_;
+  CommandQueue commands_{1000};
+  FakeDesk desk_;
+  std::atomic<std::uint64_t> tick_{42};
+  SessionContext context_{small_limits(), counters_, commands_, desk_, 30, 1 << 20, tick_};
+  std::int64_t now_ns_ = 100 * kSecond_ns;
+  std::shared_ptr<FakeConnection> connection_ = std::make_shared<FakeConnection>();
+  Session session_{7, connection_, context_, now_ns_};
+};
+
+}  // namespace hairnet::server

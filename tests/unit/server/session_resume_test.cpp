@@ -1,0 +1,135 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "session_fixture.hpp"
+
+namespace hairnet::server {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+using wire::GoodbyeReason;
+using State = Session::State;
+
+TEST_F(SessionTest, outlives_its_connection_for_the_grace_and_then_gives_everything_back) {
+  hello();
+  say(wire::AddCharacter{1, desk_.known, LevelIndex::low});
+  session_.on_closed("reset", now_ns_);
+  EXPECT_EQ(session_.state(), State::detached);
+  EXPECT_EQ(commands<DetachSession>().size(), 1u);
+  session_.send(wire::CharacterRemoved{1}, now_ns_);
+  session_.flush(now_ns_);
+  session_.poll(now_ns_ + context_.limits.resume_grace_ns);
+  EXPECT_EQ(session_.state(), State::detached);
+  EXPECT_THAT(desk_.released, IsEmpty());
+  session_.poll(now_ns_ + context_.limits.resume_grace_ns + 1);
+  EXPECT_EQ(session_.state(), State::closed);
+  EXPECT_EQ(commands<CloseSession>().size(), 1u);
+  EXPECT_EQ(context_.character_count, 0u);
+  EXPECT_EQ(counters_.sessions_closed_grace_over.value(), 1u);
+}
+
+TEST_F(SessionTest, before_its_hello_or_without_a_grace_ends_with_its_connection) {
+  session_.on_closed("reset", now_ns_);
+  EXPECT_EQ(session_.state(), State::closed);
+  context_.limits.resume_grace_ns = 0;
+  Session session(9, std::make_shared<FakeConnection>(), context_, now_ns_);
+  session.on_message({now_ns_, wire::Hello{}}, now_ns_);
+  session.on_closed("reset", now_ns_);
+  EXPECT_EQ(session.state(), State::closed);
+}
+
+// Sessions as a registry holds them.
+class ResumeTest : public SessionTest {
+ protected:
+  struct Client {
+    std::shared_ptr<FakeConnection> connection = std::make_shared<FakeConnection>();
+    PacketSink* sink = nullptr;
+    [[nodiscard]] wire::Welcome welcome() const { return connection->all<wire::Welcome>().at(0); }
+  };
+  Client connect(std::uint64_t session = 0, const wire::SessionSecret& secret = {}, const std::string& room = "") {
+    Client client;
+    client.sink = registry_.open(client.connection, now_ns_);
+    wire::Hello hello;
+    hello.session = session;
+    hello.secret = secret;
+    hello.room = room;
+    say(client, hello);
+    return client;
+  }
+  void say(Client& client, const wire::Message& message) {
+    client.sink->on_packet(wire::encode_packet({now_ns_, message}), now_ns_);
+  }
+  SessionRegistry registry_{context_};
+};
+
+TEST_F(ResumeTest, goes_on_with_characters_and_grooms_over_another_connection) {
+  Client first = connect(0, {}, "hall");
+  say(first, wire::AddCharacter{1, desk_.known, LevelIndex::low});
+  const wire::Welcome told = first.welcome();
+  EXPECT_FALSE(told.resumed);
+  first.sink->on_closed("reset", now_ns_);
+  registry_.poll(now_ns_);
+  EXPECT_EQ(counters_.gauges.clients.value(), 1);
+  EXPECT_EQ(counters_.gauges.clients_detached.value(), 1);
+  Client second = connect(told.session, told.secret, "ignored");
+  const wire::Welcome again = second.welcome();
+  EXPECT_TRUE(again.resumed);
+  EXPECT_EQ(counters_.sessions_closed_taken_over.value(), 0u) << "nobody was sent away";
+  EXPECT_EQ(counters_.characters_removed.value(), 0u);
+  EXPECT_EQ(again.session, told.session);
+  EXPECT_EQ(again.room, "hall");
+  EXPECT_EQ(again.secret, told.secret);
+  EXPECT_THAT(desk_.told, ElementsAre(static_cast<SessionId>(told.session)));
+  EXPECT_THAT(desk_.released, IsEmpty());
+  registry_.poll(now_ns_ + context_.limits.resume_grace_ns + 1);
+  EXPECT_EQ(registry_.count(), 1u);
+  EXPECT_EQ(counters_.gauges.clients_detached.value(), 0);
+  EXPECT_EQ(context_.character_count, 1u);
+  commands<CloseSession>();
+  say(second, wire::SetLevel{1, LevelIndex::high});
+  EXPECT_EQ(commands<SetLevel>().at(0).character, character_key(static_cast<SessionId>(told.session), 1));
+}
+
+TEST_F(ResumeTest, takes_over_from_a_connection_that_still_looks_alive) {
+  Client first = connect();
+  const wire::Welcome told = first.welcome();
+  Client second = connect(told.session, told.secret);
+  EXPECT_TRUE(second.welcome().resumed);
+  ASSERT_EQ(first.connection->all<wire::Goodbye>().size(), 1u);
+  EXPECT_EQ(first.connection->all<wire::Goodbye>()[0].reason, GoodbyeReason::session_taken_over);
+  EXPECT_TRUE(first.connection->closed);
+  EXPECT_EQ(commands<CloseSession>().size(), 0u);
+  registry_.poll(now_ns_);
+  EXPECT_EQ(registry_.count(), 1u);
+  EXPECT_EQ(counters_.sessions_closed_taken_over.value(), 1u);
+}
+
+TEST_F(ResumeTest, with_a_wrong_secret_is_a_new_session_and_leaves_the_other_alone) {
+  Client first = connect();
+  const wire::Welcome told = first.welcome();
+  wire::SessionSecret wrong = told.secret;
+  wrong[15] ^= 1;
+  Client second = connect(told.session, wrong);
+  EXPECT_FALSE(second.welcome().resumed);
+  EXPECT_NE(second.welcome().session, told.session);
+  EXPECT_FALSE(first.connection->closed);
+  EXPECT_EQ(counters_.sessions_not_resumed.value(), 1u);
+}
+
+TEST_F(ResumeTest, after_the_grace_is_a_new_session) {
+  Client first = connect();
+  const wire::Welcome told = first.welcome();
+  first.sink->on_closed("reset", now_ns_);
+  now_ns_ += context_.limits.resume_grace_ns + 1;
+  registry_.poll(now_ns_);
+  registry_.poll(now_ns_);
+  EXPECT_FALSE(connect(told.session, told.secret).welcome().resumed);
+}
+
+TEST_F(ResumeTest, of_a_session_above_any_number_is_refused_kindly) {
+  EXPECT_FALSE(connect(~std::uint64_t{0}).welcome().resumed);
+}
+
+}  // namespace
+}  // namespace hairnet::server
