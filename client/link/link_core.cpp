@@ -23,7 +23,8 @@ std::int64_t to_ns(double seconds) {
   return std::llround(seconds * 1e9);
 }
 
-// A refusal of a whole groom, after which its bytes are of no use; a chunk alone may have come where none was asked for.
+// A refusal of a whole groom, after which its bytes are of no use; a chunk alone may have come where none was asked
+// for.
 bool ends_upload(const wire::Error& error) {
   return error.reason != wire::ErrorReason::groom_unavailable &&
          error.reason != wire::ErrorReason::unexpected_message && error.character == 0 &&

@@ -168,7 +168,7 @@ class LinkCore {
   std::int64_t members_due_ns_ = std::numeric_limits<std::int64_t>::max();  // all told of again, after a resume
   std::int64_t active_since_ns_ = 0;
   std::optional<std::int64_t> away_since_ns_;  // since when it is, or was last, without a connection that lasts
-  std::int64_t sent_ns_ = 0;  // when a packet, or a sign of life, went out last
+  std::int64_t sent_ns_ = 0;                   // when a packet, or a sign of life, went out last
   Backoff backoff_;
   channel::PacketSplitter splitter_;
   channel::ClockEstimate clock_;

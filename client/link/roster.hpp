@@ -21,7 +21,7 @@ class Roster {
     wire::GroomHash groom{};
     LevelIndex level = LevelIndex::high;
     std::optional<MaterialScale> material;
-    bool confirmed = false;                // CharacterAdded has come
+    bool confirmed = false;  // CharacterAdded has come
   };
 
   void offer(const wire::GroomHash& hash, Bytes bytes);  // kept until the groom is refused

@@ -4,9 +4,9 @@
 
 namespace hairnet::channel {
 
-// When bulk (pieces of grooms) goes before what must go soon (poses, frames, answers) on one connection. As a rule it goes
-// when nothing else waits. Where something always does, on a thin line, it gets at least one byte in four all the same: without that it
-// would never arrive. One thread.
+// When bulk (pieces of grooms) goes before what must go soon (poses, frames, answers) on one connection. As a rule it
+// goes when nothing else waits. Where something always does, on a thin line, it gets at least one byte in four all the
+// same: without that it would never arrive. One thread.
 class BulkShare {
  public:
   explicit BulkShare(std::size_t piece_bytes) : piece_bytes_(piece_bytes) {}

@@ -25,17 +25,17 @@ struct Config {
   std::uint32_t build_threads = 0;     // threads of a groom's build; 0: what the machine has, at most 4
   std::string groom_cache;             // folder of uploaded grooms; empty: none are kept
   std::uint64_t groom_cache_mib = 4096;
-  std::string level_cache;             // folder of built levels; empty: none are kept
+  std::string level_cache;  // folder of built levels; empty: none are kept
   std::uint64_t level_cache_mib = 1024;
   Wind wind;           // of every room, until a client of it sets another
   std::string record;  // recording file; empty: none
   std::string log_level = "warn";
-  double counters_interval_s = 10;           // at log level debug
-  std::size_t command_weight_max = 262'144;  // commands and poses on their way to the tick
-  std::string token_key_file;                      // clients need tokens signed by it; empty: none
+  double counters_interval_s = 10;                       // at log level debug
+  std::size_t command_weight_max = 262'144;              // commands and poses on their way to the tick
+  std::string token_key_file;                            // clients need tokens signed by it; empty: none
   std::size_t state_bytes_max = std::size_t{256} << 20;  // of all hair states that wait for their levels
-  std::int64_t room_grace_ns = 10'000'000'000;     // that an empty room, and its wind, stays
-  double drain_s = 2;                        // at shutdown, for clients to take what waits
+  std::int64_t room_grace_ns = 10'000'000'000;           // that an empty room, and its wind, stays
+  double drain_s = 2;                                    // at shutdown, for clients to take what waits
   SessionLimits sessions;
   GroomStoreLimits grooms;
   TransportOptions transport;  // but its address and port: those above

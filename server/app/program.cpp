@@ -145,11 +145,12 @@ int run_program(const Config& config) {
     now.now_ns = monotonic_now_ns();
     return now;
   });
-  auto listener = Listener::create(loop, transport_options(config), metrics.transport,
-                                   [&server](std::shared_ptr<Connection> connection, std::int64_t now_ns) {
-                                     return server.open(std::move(connection), now_ns);
-                                   },
-                                   &pages);
+  auto listener = Listener::create(
+      loop, transport_options(config), metrics.transport,
+      [&server](std::shared_ptr<Connection> connection, std::int64_t now_ns) {
+        return server.open(std::move(connection), now_ns);
+      },
+      &pages);
   if (!listener) return refuse(listener.error());
   const std::uint16_t port = (*listener)->port();
   if (!config.port_file.empty() && !write_port(config.port_file, port))

@@ -18,13 +18,13 @@
 namespace hairnet::server {
 
 // The whole server but sockets, the threads of its duties and the clock that drives them. Four duties, each for one
-// thread: I/O (sessions, groom store), tick, builder, recorder. They meet in bounded queues only, so poll() can also run
-// them all in turn on one thread. Helpers of a tick's and a build's loops are its own, and it reads the wall clock, for
-// when tokens expire.
+// thread: I/O (sessions, groom store), tick, builder, recorder. They meet in bounded queues only, so poll() can also
+// run them all in turn on one thread. Helpers of a tick's and a build's loops are its own, and it reads the wall clock,
+// for when tokens expire.
 class Server {
  public:
-  // `metrics` must outlive the server. Ticks are counted from `now_ns`. `clock`, of any thread, measures what work takes;
-  // without one nothing is measured and every character is stepped as its owner asks.
+  // `metrics` must outlive the server. Ticks are counted from `now_ns`. `clock`, of any thread, measures what work
+  // takes; without one nothing is measured and every character is stepped as its owner asks.
   static Result<std::unique_ptr<Server>> create(const Config& config, Metrics& metrics, std::int64_t now_ns,
                                                 ClockNs clock = nullptr);
 

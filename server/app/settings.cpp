@@ -124,7 +124,8 @@ void add_server(List& list, Config& c) {
   list.whole(c.ticks_behind_max, "ticks_behind_max", 1, 1000, "more overdue ticks than this are skipped");
   list.number(c.tick_budget, "tick_budget", 0.05, 0.95,
               "share of a tick that its work may take; detail goes down to keep within it");
-  list.whole(c.workers, "workers", 0, 256, "threads of a tick; 0: the machine's, less one for the network where there are more than two");
+  list.whole(c.workers, "workers", 0, 256,
+             "threads of a tick; 0: the machine's, less one for the network where there are more than two");
   list.text(c.token_key_file, "token_key_file",
             "clients need tokens signed by the key in this file (hairnet-token key); empty: they need none");
   list.number(c.drain_s, "drain_s", 0, 600, "at shutdown, for clients to take what waits for them");
@@ -178,7 +179,8 @@ void add_limits(List& list, Config& c) {
   list.number(s.poses_burst, "poses_burst", 1, 1e8, "poses of a client, at once");
   list.seconds(s.handshake_timeout_ns, "handshake_timeout_s", 0.1, 600, "without a Hello, a client is told goodbye");
   list.seconds(s.idle_timeout_ns, "idle_timeout_s", 1, 86'400, "without a word, a client is told goodbye");
-  list.seconds(s.resume_grace_ns, "resume_grace_s", 0, 3600, "a client may come back so long after its connection broke");
+  list.seconds(s.resume_grace_ns, "resume_grace_s", 0, 3600,
+               "a client may come back so long after its connection broke");
   list.seconds(c.room_grace_ns, "room_grace_s", 0, 86'400, "an empty room, and its wind, stays so long");
   list.seconds(s.slow_consumer_ns, "slow_consumer_s", 0.1, 600, "without reading, a client is told goodbye");
   list.seconds(s.drain_timeout_ns, "goodbye_timeout_s", 0, 600, "for a client to take its goodbye");

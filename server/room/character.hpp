@@ -35,34 +35,34 @@ struct Character {
   std::uint64_t state_ticks = 0;         // that it waited for its levels
   PoseInbox inbox;
 
-  bool placed = false;                   // in the World, from its first pose on
-  LevelIndex level = LevelIndex::rigid;  // that the World was told
-  int stride = 1;                        // that the World was told
-  bool held = false;                     // nobody sees it: not stepped
-  Pose pose;                             // the one last given to the World
-  codec::Integers bones;                 // as integers; no nodes
+  bool placed = false;                                    // in the World, from its first pose on
+  LevelIndex level = LevelIndex::rigid;                   // that the World was told
+  int stride = 1;                                         // that the World was told
+  bool held = false;                                      // nobody sees it: not stepped
+  Pose pose;                                              // the one last given to the World
+  codec::Integers bones;                                  // as integers; no nodes
   float head_speed_m_per_s = 0, head_turn_rad_per_s = 0;  // smoothed
-  bool lod_chosen = false;               // level, stride and holding were once
-  std::uint64_t lod_since = 0;           // tick at which they last changed
+  bool lod_chosen = false;                                // level, stride and holding were once
+  std::uint64_t lod_since = 0;                            // tick at which they last changed
 
   // As its observers see it, at the present tick.
-  float screen_height = 0;           // the largest
+  float screen_height = 0;  // the largest
   bool seen = true;
   std::uint64_t unseen_ticks = 0;    // for so long
   std::uint32_t observer_count = 0;  // that its frames go to
 
   // This tick's frame.
-  bool changed = false;                  // there is something to send
+  bool changed = false;  // there is something to send
   bool asleep = false;
   bool discontinuous = false;
   LevelIndex shown = LevelIndex::rigid;  // that the lattice is on; easing into the rigid level takes a while
   const Level* model = nullptr;          // of the lattice; null when rigid
   std::vector<FrameVariant> variants;    // of which the first variant_count are of this tick
   std::size_t variant_count = 0;
-  std::int64_t encode_ns = 0;            // that these took
+  std::int64_t encode_ns = 0;                                    // that these took
   std::array<std::int32_t, codec::kBoneIntegers> shown_bones{};  // of the pose that the last step ended at
-  FrameHistory history;                  // of frames at level `shown`
-  std::shared_ptr<const codec::Neighbours> neighbours;  // of level `shown`; null when rigid
+  FrameHistory history;                                          // of frames at level `shown`
+  std::shared_ptr<const codec::Neighbours> neighbours;           // of level `shown`; null when rigid
 };
 
 }  // namespace hairnet::server

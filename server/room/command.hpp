@@ -77,8 +77,9 @@ struct ForgetGroom {  // no session holds it any more
   wire::GroomHash groom{};
 };
 
-using Command = std::variant<OpenSession, DetachSession, CloseSession, AddCharacter, RemoveCharacter, SetLevel, SetMaterial,
-                             SetWind, SetObserve, SetImportance, MakeKeyframes, PutPoses, GroomReady, ForgetGroom>;
+using Command =
+    std::variant<OpenSession, DetachSession, CloseSession, AddCharacter, RemoveCharacter, SetLevel, SetMaterial,
+                 SetWind, SetObserve, SetImportance, MakeKeyframes, PutPoses, GroomReady, ForgetGroom>;
 using CommandQueue = BoundedQueue<Command>;  // weight: one a command, a pose, a member, 64 integers of hair
 
 }  // namespace hairnet::server

@@ -8,7 +8,8 @@
 
 namespace hairnet::server {
 
-// The integers of one character's recent frames, by error class: what new frames are predicted from. Buffers are reused.
+// The integers of one character's recent frames, by error class: what new frames are predicted from. Buffers are
+// reused.
 class FrameHistory {
  public:
   // A place for the frame of `tick`; it takes the place of one that is before `keep_from`, and its vectors. Valid until

@@ -36,8 +36,8 @@ struct Room {
   [[nodiscard]] bool is_empty() const { return member_count == 0 && observers.empty(); }
 };
 
-// All rooms, their characters and observers. Characters and observers are ordered by key, so that everything done in turn
-// is done in the same order in every run. Tick thread.
+// All rooms, their characters and observers. Characters and observers are ordered by key, so that everything done in
+// turn is done in the same order in every run. Tick thread.
 class Rooms {
  public:
   // Beyond `room_count_max` the room that has been empty longest does not get all of its grace.

@@ -10,14 +10,14 @@
 
 namespace hairnet::server {
 
-// What waits to be sent to one client, in order: messages, within a bound of bytes, and the frames of a few ticks. Frames are
-// predicted from those before them, so they give way all together (make_way). The tick and I/O threads push, the I/O thread
-// takes.
+// What waits to be sent to one client, in order: messages, within a bound of bytes, and the frames of a few ticks.
+// Frames are predicted from those before them, so they give way all together (make_way). The tick and I/O threads push,
+// the I/O thread takes.
 class Outbox final : public Outlet {
  public:
   static constexpr std::size_t kTicksWaitingMax = 3;  // while the connection takes no more
-  // While the I/O thread has not come to see whether it does: a late server runs several ticks without a pause, and it is not
-  // the client who is slow.
+  // While the I/O thread has not come to see whether it does: a late server runs several ticks without a pause, and it
+  // is not the client who is slow.
   static constexpr std::size_t kTicksUnseenMax = 8;
 
   Outbox(std::size_t control_bytes_max, SessionCounters& counters);

@@ -17,7 +17,7 @@ using wire::ErrorReason;
 using wire::GoodbyeReason;
 
 constexpr std::int64_t kPoseErrorInterval_ns = 1'000'000'000;
-constexpr std::size_t kIntegersPerWeight = 64;  // of a hair state: about as many bytes as a pose
+constexpr std::size_t kIntegersPerWeight = 64;       // of a hair state: about as many bytes as a pose
 constexpr std::size_t kFreeChunkLeast_bytes = 4096;  // a smaller chunk counts as a message
 
 }  // namespace
@@ -151,9 +151,10 @@ void Session::on_hello(const wire::Hello& hello, std::int64_t now_ns) {
 
 bool Session::try_resume(const wire::Hello& hello, std::int64_t now_ns) {
   if (hello.session == 0 || !context_->directory) return false;
-  auto identity = hello.session <= std::numeric_limits<SessionId>::max()
-                      ? context_->directory->take_over(*this, static_cast<SessionId>(hello.session), hello.secret, now_ns)
-                      : std::nullopt;
+  auto identity =
+      hello.session <= std::numeric_limits<SessionId>::max()
+          ? context_->directory->take_over(*this, static_cast<SessionId>(hello.session), hello.secret, now_ns)
+          : std::nullopt;
   if (!identity) {
     context_->counters.sessions_not_resumed.add();
     return false;
@@ -177,7 +178,8 @@ bool Session::join(const wire::Hello& hello, std::int64_t now_ns) {
   identity_.character_count_max = hello.role == wire::Role::observer ? 0 : limits.characters_per_session_max;
   if (context_->session_count >= limits.session_count_max) {
     counters.sessions_refused_full.add();
-    drain(GoodbyeReason::server_full, "the server holds its " + std::to_string(limits.session_count_max) + " clients", now_ns);
+    drain(GoodbyeReason::server_full, "the server holds its " + std::to_string(limits.session_count_max) + " clients",
+          now_ns);
     return false;
   }
   Refused refused;
@@ -310,7 +312,8 @@ void Session::on_add_character(wire::AddCharacter add, std::int64_t now_ns) {
       add.state.reset();
     }
   }
-  const std::size_t weight = 1 + (add.state ? (add.state->displacements.size() + add.state->velocities.size()) / kIntegersPerWeight : 0);
+  const std::size_t weight =
+      1 + (add.state ? (add.state->displacements.size() + add.state->velocities.size()) / kIntegersPerWeight : 0);
   if (!refused)
     refused = put(AddCharacter{character_key(id(), add.character), add.groom, add.level, std::move(add.state)}, weight);
   if (refused) {
@@ -412,8 +415,9 @@ void Session::on_pose_batch(const wire::PoseBatch& batch, std::int64_t now_ns) {
       }
       continue;
     }
-    batch_put.poses.push_back({character_key(id(), sample.character),
-                         {sample.sequence, *clock_.to_server(sample.capture_time_ns), sample.teleport, sample.pose}});
+    batch_put.poses.push_back(
+        {character_key(id(), sample.character),
+         {sample.sequence, *clock_.to_server(sample.capture_time_ns), sample.teleport, sample.pose}});
   }
   const std::size_t count = batch_put.poses.size();
   Command command = std::move(batch_put);

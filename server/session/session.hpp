@@ -35,7 +35,7 @@ struct SessionContext {
   std::uint64_t groom_bytes_max = 0;
   const std::atomic<std::uint64_t>& tick;
   std::int64_t pose_delay_ns = 0;
-  std::optional<channel::TokenKey> token_key = {};  // none: no tokens are asked for
+  std::optional<channel::TokenKey> token_key = {};                             // none: no tokens are asked for
   std::function<std::int64_t()> unix_time_s = [] { return std::int64_t{0}; };  // for tokens
   SessionDirectory* directory = nullptr;
   std::size_t session_count = 0;    // that were welcomed and have not left
@@ -43,8 +43,8 @@ struct SessionContext {
   RoomCensus rooms = {};
 };
 
-// One client's conversation: awaiting_hello -> active -> draining -> closed. When its connection breaks an active one is
-// detached, until another takes over its identity or the grace is over. I/O thread.
+// One client's conversation: awaiting_hello -> active -> draining -> closed. When its connection breaks an active one
+// is detached, until another takes over its identity or the grace is over. I/O thread.
 class Session final : public PacketSink {
  public:
   enum class State : std::uint8_t { awaiting_hello, active, detached, draining, closed };
@@ -110,8 +110,8 @@ class Session final : public PacketSink {
               const wire::GroomHash& groom = {});
   // Passes a command on; else says that it was not.
   Refused put(Command command, std::size_t weight = 1);
-  bool take_message(std::int64_t now_ns);  // of its rate; false: it has ended, with over_rate
-  void remove(std::uint32_t character);       // one that there is
+  bool take_message(std::int64_t now_ns);   // of its rate; false: it has ended, with over_rate
+  void remove(std::uint32_t character);     // one that there is
   bool send_download(std::int64_t now_ns);  // the next piece of a groom; false when there is none
   void leave(std::int64_t now_ns);          // gives back everything held in the room and at the groom desk
   void close(std::string_view reason, std::int64_t now_ns);

@@ -8,13 +8,13 @@ namespace hairnet::server {
 namespace {
 
 constexpr double kTrustLeast = 0.02;
-constexpr double kCutMost = 0.5;       // in one tick: a single very late one says little of how much is too much
-constexpr double kCalm = 0.85;         // of the share: below, trust comes back
-constexpr double kReturnPerS = 2.5;    // of itself, times how far a tick stayed below kCalm
+constexpr double kCutMost = 0.5;     // in one tick: a single very late one says little of how much is too much
+constexpr double kCalm = 0.85;       // of the share: below, trust comes back
+constexpr double kReturnPerS = 2.5;  // of itself, times how far a tick stayed below kCalm
 constexpr double kKeptLeast = 0.6;
-constexpr double kMarginStep = 0.08;     // by an overrun
-constexpr double kMarginReturn = 4e-5;   // a tick: one overrun in 2000 keeps the balance
-constexpr int kMarginTicks = 30;         // from one step to the next: what made one tick late is still there in the next few
+constexpr double kMarginStep = 0.08;    // by an overrun
+constexpr double kMarginReturn = 4e-5;  // a tick: one overrun in 2000 keeps the balance
+constexpr int kMarginTicks = 30;  // from one step to the next: what made one tick late is still there in the next few
 constexpr double kBesideGain = 0.1;    // a tick
 constexpr double kBesideLeast = 0.05;  // of a tick, by which what is beside the work may at least seem to have grown
 

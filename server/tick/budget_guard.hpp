@@ -12,8 +12,8 @@ struct TickGuardDef {
 
 // How many worker-seconds a tick's work on characters may be predicted to take, from how long ticks really took. What a
 // tick takes beside that work, as measured, comes off its share. Predictions miss what nobody measures (other programs,
-// caches): their ratio to the truth is a trust that is learnt here. Two ticks of four beyond the share cut it at once, by
-// as much as they were beyond; it comes back the faster the further ticks stay within the share.
+// caches): their ratio to the truth is a trust that is learnt here. Two ticks of four beyond the share cut it at once,
+// by as much as they were beyond; it comes back the faster the further ticks stay within the share.
 //
 // However well the mean is kept, noise makes some ticks longer than a tick may last. Each of those widens a margin a
 // little, and it narrows so slowly that a few in ten thousand are as many as keep it where it is. What is wanted comes
@@ -33,10 +33,10 @@ class TickGuard {
 
   TickGuardDef def_;
   double trust_ = 1;
-  double kept_ = 1;     // of the share, but for the margin where it is needed
-  double share_;        // of a tick, that is aimed at
-  int calm_ticks_ = 0;  // since the margin was last widened
-  double beside_s_ = 0;  // worker-seconds of a tick that are not work on characters, smoothed
+  double kept_ = 1;          // of the share, but for the margin where it is needed
+  double share_;             // of a tick, that is aimed at
+  int calm_ticks_ = 0;       // since the margin was last widened
+  double beside_s_ = 0;      // worker-seconds of a tick that are not work on characters, smoothed
   std::uint8_t recent_ = 0;  // a bit a tick, newest lowest: beyond the share
 };
 

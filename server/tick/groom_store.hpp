@@ -83,7 +83,7 @@ class GroomStore final : public GroomDesk {
     std::uint64_t received = 0;
     std::vector<std::vector<std::uint8_t>> chunks;
     SessionId uploader = 0;
-    bool is_mixed = false;  // what was received is of several uploaders
+    bool is_mixed = false;      // what was received is of several uploaders
     std::int64_t asked_ns = 0;  // when its uploader was asked for it
     std::map<SessionId, std::uint64_t>
         holders;                   // its bytes as they have offered it, and so can upload it; 0: they have not

@@ -5,8 +5,8 @@
 namespace hairnet::server {
 namespace {
 
-constexpr std::uint64_t kTicksBetween = 4;   // choices, unless something asks for one at once
-constexpr double kSmoothing = 0.05;          // of measured times, a tick
+constexpr std::uint64_t kTicksBetween = 4;  // choices, unless something asks for one at once
+constexpr double kSmoothing = 0.05;         // of measured times, a tick
 constexpr double kUnbounded_s = 1e9;
 
 void smooth(double& mean, double value) {
@@ -133,7 +133,8 @@ void LevelChooser::take(Rooms& rooms, const StepCosts& costs, double tick_durati
   }
   std::int64_t step_ns = 0, all_encode_ns = 0;
   for (std::size_t l = 0; l < kLevelCount; ++l) {
-    if (encoded[l] > 0) smooth(encode_s_[l], static_cast<double>(encode_ns[l]) * 1e-9 / static_cast<double>(encoded[l]));
+    if (encoded[l] > 0)
+      smooth(encode_s_[l], static_cast<double>(encode_ns[l]) * 1e-9 / static_cast<double>(encoded[l]));
     all_encode_ns += encode_ns[l];
     for (const StepCost& cost : costs.sums[l]) step_ns += cost.step_ns;
     counters_->gauges.set_step_cost(static_cast<LevelIndex>(l), cost_.turn_s(static_cast<LevelIndex>(l), 1));

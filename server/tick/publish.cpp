@@ -13,7 +13,8 @@ constexpr std::uint64_t kStrideMax = wire::kStrideMax;
 // The class asked for, or the first coarser one whose 16 bits hold any displacement of the level.
 ErrorClass holding_class(ErrorClass wanted, const Level* level) {
   auto index = static_cast<std::size_t>(wanted);
-  while (level && index + 1 < codec::kErrorClassCount && 32767 * codec::kStep_m[index] < level->displacement_max_m) ++index;
+  while (level && index + 1 < codec::kErrorClassCount && 32767 * codec::kStep_m[index] < level->displacement_max_m)
+    ++index;
   return static_cast<ErrorClass>(index);
 }
 
@@ -36,7 +37,8 @@ Coding coding_for(const View& view, const Character& character, ErrorClass error
 std::uint32_t variant_of(Character& character, ErrorClass error_class, Coding coding, bool velocities) {
   for (std::size_t i = 0; i < character.variant_count; ++i) {
     const FrameVariant& v = character.variants[i];
-    if (v.error_class == error_class && v.order == coding.order && v.stride == coding.stride && v.velocities == velocities)
+    if (v.error_class == error_class && v.order == coding.order && v.stride == coding.stride &&
+        v.velocities == velocities)
       return static_cast<std::uint32_t>(i);
   }
   if (character.variant_count == character.variants.size()) character.variants.emplace_back();
@@ -142,7 +144,8 @@ int Publisher::request(const Terms& terms, const Room& room, Observer& observer)
     observer.congestion_stride /= 2;
     observer.congestion_eases_at = tick + def_.congestion_ticks;
   }
-  const auto stride = std::max<std::uint64_t>(observer.observe.stride, static_cast<std::uint64_t>(observer.congestion_stride));
+  const auto stride =
+      std::max<std::uint64_t>(observer.observe.stride, static_cast<std::uint64_t>(observer.congestion_stride));
   observer.views.resize(room.seats.size());
   for (std::size_t s = 0; s < room.seats.size(); ++s) {
     Character* character = room.seats[s].character;
@@ -162,7 +165,8 @@ int Publisher::request(const Terms& terms, const Room& room, Observer& observer)
     const ErrorClass error_class = holding_class(observer.observe.error_class, model);
     const Coding coding = coding_for(view, *character, error_class, tick);
     const bool velocities = observer.observe.velocities && model;
-    observer.requests.push_back({character, variant_of(*character, error_class, coding, velocities), view.discontinuity_owed});
+    observer.requests.push_back(
+        {character, variant_of(*character, error_class, coding, velocities), view.discontinuity_owed});
     note_sent(view, *character, error_class, tick);
   }
   return static_cast<int>(stride);
@@ -174,7 +178,8 @@ void Publisher::encode(const Terms& terms, Character& character) const {
   const std::int64_t begun_ns = clock_ns();
   const LatticeView lattice = terms.simulation.lattice(character.key);
   const std::uint64_t tick = terms.tick.tick;
-  const auto strides = static_cast<std::uint64_t>(std::max(terms.rooms.room(character.room).stride_max, character.stride));
+  const auto strides =
+      static_cast<std::uint64_t>(std::max(terms.rooms.room(character.room).stride_max, character.stride));
   std::uint64_t kept_ticks = codec::kHistoryMax * strides;
   for (const FrameVariant& v : variants)  // who was at a longer stride until now still refers to frames at that
     kept_ticks = std::max(kept_ticks, std::uint64_t{v.order} * v.stride);

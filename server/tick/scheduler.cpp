@@ -8,7 +8,8 @@
 namespace hairnet::server {
 namespace {
 
-constexpr std::uint64_t kInterestTicks = 8;   // from one look at who wants to see whom to the next, unless something changed
+constexpr std::uint64_t kInterestTicks =
+    8;  // from one look at who wants to see whom to the next, unless something changed
 constexpr std::uint64_t kStateWait_s = 2;
 constexpr double kMotionSmoothing_s = 1;
 constexpr float kScreenHeightUnreported = 0.25f;
@@ -232,8 +233,8 @@ void Scheduler::sample_poses() {
     character.discontinuous = false;
     const PoseInbox::Sample sample = rooms_.sample(character, inputs_.sample_time_ns);
     if (sample.kind == PoseInbox::Kind::none) continue;
-    // Of a clock that is ahead of ours a pose may come from a moment later than the tick. Beyond kAgeMax_ns no pose would
-    // have been taken: then there is no delay to speak of but silence, as of a client that may yet come back.
+    // Of a clock that is ahead of ours a pose may come from a moment later than the tick. Beyond kAgeMax_ns no pose
+    // would have been taken: then there is no delay to speak of but silence, as of a client that may yet come back.
     const std::int64_t age_ns = std::max<std::int64_t>(0, tick_ns - *character.inbox.newest_ns());
     if (age_ns <= PoseInbox::kAgeMax_ns) ages.observe(static_cast<double>(age_ns) * 1e-9);
     // An extrapolation may leave the bounds that poses are held to, and clients hold frames to.
@@ -331,7 +332,8 @@ void Scheduler::look_around(const Room& room, Observer& observer) {
     if (!view.wanted || !view.in_view) continue;
     c->seen = true;
     ++c->observer_count;
-    c->screen_height = std::max(c->screen_height, view.screen_height < 0 ? kScreenHeightUnreported : view.screen_height);
+    c->screen_height =
+        std::max(c->screen_height, view.screen_height < 0 ? kScreenHeightUnreported : view.screen_height);
   }
 }
 

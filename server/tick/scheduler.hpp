@@ -25,8 +25,8 @@ struct SchedulerDef {
   Wind wind;  // of every room, until a client of it sets another
   std::uint32_t tick_rate_hz = 30;
   std::int64_t pose_delay_ns = 25'000'000;
-  std::int64_t room_grace_ns = 10'000'000'000;  // that an empty room stays
-  std::size_t room_count_max = 4096;            // empty ones among them
+  std::int64_t room_grace_ns = 10'000'000'000;           // that an empty room stays
+  std::size_t room_count_max = 4096;                     // empty ones among them
   std::size_t state_bytes_max = std::size_t{256} << 20;  // of all hair states that wait for their levels
 };
 
@@ -79,10 +79,10 @@ class Scheduler {
   LevelChooser level_chooser_;
   Publisher publisher_;
   std::vector<Command> taken_;
-  wire::RecordedTick inputs_;                              // of the tick being made
-  std::vector<MemberHead> heads_;                          // of one room at a time
+  wire::RecordedTick inputs_;      // of the tick being made
+  std::vector<MemberHead> heads_;  // of one room at a time
   std::vector<bool> wanted_;
-  std::size_t state_bytes_ = 0;  // of all hair states that wait
+  std::size_t state_bytes_ = 0;                            // of all hair states that wait
   std::map<wire::GroomHash, Recorder::Bytes> unrecorded_;  // bytes of grooms that the recording does not hold yet
 };
 

@@ -18,7 +18,7 @@ struct TransportCounters : CounterSet {
   Counter connections_tcp{*this, "connections_tcp"};
   Counter connections_websocket{*this, "connections_websocket"};
   Counter connections_http{*this, "connections_http"};  // whose first request was taken
-  Counter connections_tls{*this, "connections_tls"};  // and one of the three above
+  Counter connections_tls{*this, "connections_tls"};    // and one of the three above
 
   Counter bytes_read{*this, "bytes_read"};
   Counter bytes_written{*this, "bytes_written"};

@@ -71,8 +71,9 @@ void add_options(CLI::App& app, Options& o, Given& g) {
   app.add_option("--decode-share", o.decode_share, "share of members whose frames are decoded, the others' counted (1)")
       ->check(in_range(0, 1));
   app.add_option("--token", g.token_file, "file of a token for the rooms, where the server wants one");
-  app.add_flag("--find-capacity", g.find_capacity,
-               "the most characters at which the thresholds hold, in clients as the last stage has them; of its one client");
+  app.add_flag(
+      "--find-capacity", g.find_capacity,
+      "the most characters at which the thresholds hold, in clients as the last stage has them; of its one client");
   app.add_option("--capacity-from", g.capacity.first, "characters of the first probe (16)")
       ->check(CLI::Range(1u, 1'000'000u));
   app.add_option("--capacity-max", g.capacity.most, "of the last (20000)")->check(CLI::Range(1u, 1'000'000u));

@@ -69,7 +69,8 @@ Result<std::shared_ptr<const LevelSet>> ReplayedWorld::levels_of(const wire::Gro
 
 Result<void> ReplayedWorld::add(const wire::RecordedAdd& added) {
   if (characters_.contains(added.character)) return Refusal("adds " + name_of(added.character) + " twice");
-  if (added.room >= kEnvironmentCountMax) return Refusal("adds " + name_of(added.character) + " to a room beyond the bound");
+  if (added.room >= kEnvironmentCountMax)
+    return Refusal("adds " + name_of(added.character) + " to a room beyond the bound");
   if (!is_valid(added.pose)) return Refusal("adds " + name_of(added.character) + " with an invalid pose");
   CharacterDef def;
   if (added.levels_ready) {

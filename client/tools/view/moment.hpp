@@ -13,7 +13,7 @@ namespace hairnet::viewer {
 struct Shape {
   LevelIndex level = LevelIndex::rigid;
   std::int64_t time_ns = 0;
-  std::vector<Vec3f> displacement;  // active order, head space, m; empty = rigid
+  std::vector<Vec3f> displacement;                // active order, head space, m; empty = rigid
   std::shared_ptr<const LevelGeometry> geometry;  // of the displacement
 };
 

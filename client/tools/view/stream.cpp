@@ -150,8 +150,8 @@ class Streamer {
   }
   Result<void> take(const wire::Error& error) {
     if (error.reason == wire::ErrorReason::state_invalid) return {};  // the hair starts at rest
-    const bool may_come_later = error.reason == wire::ErrorReason::groom_unavailable ||
-                                error.reason == wire::ErrorReason::limit_exceeded;
+    const bool may_come_later =
+        error.reason == wire::ErrorReason::groom_unavailable || error.reason == wire::ErrorReason::limit_exceeded;
     return may_come_later && audience_.retry(error.groom, link_.now_ns()) ? Result<void>() : Refusal(plain(error));
   }
   Result<void> take(const wire::MemberJoined& joined) {

@@ -127,7 +127,8 @@ TEST(TickGuard, takes_off_what_ticks_take_beside_the_work) {
   EXPECT_NEAR(guard.available_s(), 2 * 0.7 * kTick_s, 0.02 * kTick_s) << "and within a second no longer";
 }
 
-// Ticks as a machine's other programs make them: now and then one takes up to twice as long. Returns the share of overruns.
+// Ticks as a machine's other programs make them: now and then one takes up to twice as long. Returns the share of
+// overruns.
 double overrun_share(TickGuard& guard, double wanted_s, Random& random) {
   int overruns = 0;
   constexpr int kTicks = 18'000;

@@ -228,9 +228,10 @@ TEST_F(RoomsPollTest, a_new_server_takes_the_hair_as_its_owner_last_had_it) {
   FakeClient again(*server_, now_ns_);
   again.hello(now_ns_);
   again.upload(bytes_, hash_, now_ns_);
-  again.say(wire::AddCharacter{1, hash_, LevelIndex::low,
-                               wire::HairState{LevelIndex::low, codec::kStep_m[1], last.displacements, last.velocities}},
-            now_ns_);
+  again.say(
+      wire::AddCharacter{1, hash_, LevelIndex::low,
+                         wire::HairState{LevelIndex::low, codec::kStep_m[1], last.displacements, last.velocities}},
+      now_ns_);
   run_ms(100);
   again.pose(1, last.pose, now_ns_);
   run_ms(100);
@@ -273,7 +274,8 @@ TEST_F(RoomsPollTest, a_state_that_does_not_fit_is_refused_and_the_hair_starts_a
   FakeClient client(*server_, now_ns_);
   client.hello(now_ns_);
   client.upload(bytes_, hash_, now_ns_);
-  client.say(wire::AddCharacter{1, hash_, LevelIndex::low, wire::HairState{LevelIndex::low, 5e-4f, {1, 2, 3}, {}}}, now_ns_);
+  client.say(wire::AddCharacter{1, hash_, LevelIndex::low, wire::HairState{LevelIndex::low, 5e-4f, {1, 2, 3}, {}}},
+             now_ns_);
   run_ms(50);
   client.pose(1, rigid_pose({}), now_ns_);
   run_ms(200);
@@ -289,7 +291,8 @@ TEST_F(RoomsPollTest, hair_states_wait_for_their_levels_within_a_bound) {
   client.hello(now_ns_);
   client.say(wire::GroomOffer{hash_, bytes_.size()}, now_ns_);
   const wire::HairState state{LevelIndex::low, 5e-4f, std::vector<std::int16_t>(30), {}};
-  for (const std::uint32_t character : {1u, 2u}) client.say(wire::AddCharacter{character, hash_, LevelIndex::low, state}, now_ns_);
+  for (const std::uint32_t character : {1u, 2u})
+    client.say(wire::AddCharacter{character, hash_, LevelIndex::low, state}, now_ns_);
   run_ms(50);
   EXPECT_THAT(client.errors(), ElementsAre(wire::ErrorReason::state_invalid));
   EXPECT_EQ(metrics_.tick.hair_states_dropped_full.value(), 1u);
@@ -310,7 +313,8 @@ TEST_F(RoomsPollTest, an_observer_fetches_the_grooms_it_lacks) {
   watcher.say(wire::GroomRequest{joined[0].groom, 0}, now_ns_);
   run_ms(50, {owner.get()});
   std::vector<std::uint8_t> got;
-  for (const auto& data : watcher.connection->all<wire::GroomData>()) got.insert(got.end(), data.bytes.begin(), data.bytes.end());
+  for (const auto& data : watcher.connection->all<wire::GroomData>())
+    got.insert(got.end(), data.bytes.begin(), data.bytes.end());
   EXPECT_EQ(got, bytes_);
 }
 

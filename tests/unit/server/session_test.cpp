@@ -360,7 +360,8 @@ TEST_F(SessionTest, refuses_a_room_whose_name_cannot_be_and_a_room_too_many) {
   const auto refused = [&](const std::string& room) {
     auto connection = std::make_shared<FakeConnection>();
     auto session = std::make_unique<Session>(9, connection, context_, now_ns_);
-    session->on_message({now_ns_, wire::Hello{wire::kProtocolVersion, "", room, "", wire::Role::participant, 0, {}}}, now_ns_);
+    session->on_message({now_ns_, wire::Hello{wire::kProtocolVersion, "", room, "", wire::Role::participant, 0, {}}},
+                        now_ns_);
     kept_.push_back(std::move(session));
     return connection->all<wire::Welcome>().empty();
   };
