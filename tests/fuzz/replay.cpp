@@ -1,12 +1,27 @@
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <random>
 #include <vector>
 
 #include "tests/fuzz/target.hpp"
+#include "tests/unit/schema/mutation.hpp"
 
-// Feeds a target the files of the folders named, each once: what fuzzing has found stays tested without a fuzzer.
+namespace {
+
+constexpr int kMutations = 200'000;
+constexpr std::chrono::seconds kMutating_max{10};  // of a target whose inputs take long, fewer
+
+void feed(const std::vector<std::uint8_t>& bytes) {
+  LLVMFuzzerTestOneInput(bytes.data(), bytes.size());
+}
+
+}  // namespace
+
+// Feeds a target the files of the folders named, each once, and then some thousand spoilt ones: what fuzzing has found
+// stays tested without a fuzzer, and a little is searched around it.
 int main(int argc, char** argv) {
   namespace fs = std::filesystem;
   std::vector<fs::path> files;
@@ -19,12 +34,24 @@ int main(int argc, char** argv) {
     }
   }
   std::ranges::sort(files);
+  std::vector<std::vector<std::uint8_t>> inputs;
   for (const fs::path& path : files) {
     std::ifstream file(path, std::ios::binary);
-    std::vector<char> bytes{std::istreambuf_iterator<char>(file), {}};
+    std::vector<std::uint8_t>& bytes =
+        inputs.emplace_back(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
     bytes.shrink_to_fit();  // so that a sanitizer sees the end
-    LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
+    feed(bytes);
   }
-  std::printf("%zu inputs\n", files.size());
-  return files.empty() ? 1 : 0;
+  std::erase_if(inputs, [](const auto& bytes) { return bytes.empty(); });
+  if (inputs.empty()) {
+    std::fprintf(stderr, "no inputs\n");
+    return 1;
+  }
+  std::mt19937 random(1);
+  const auto until = std::chrono::steady_clock::now() + kMutating_max;
+  int mutations = 0;
+  for (; mutations < kMutations && std::chrono::steady_clock::now() < until; ++mutations)
+    feed(hairnet::wire::mutated(random, inputs[random() % inputs.size()]));
+  std::printf("%zu inputs, %d spoilt\n", files.size(), mutations);
+  return 0;
 }
