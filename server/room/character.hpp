@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/groom/material_scale.hpp"
+#include "core/world.hpp"
 #include "schema/wire/messages.hpp"
 #include "server/room/character_key.hpp"
 #include "server/room/frame_history.hpp"
@@ -30,7 +31,6 @@ struct Character {
   wire::GroomHash groom{};
   LevelIndex finest = LevelIndex::high;  // that its owner asks for
   MaterialScale material;
-  bool material_changed = false;         // and the World not told
   std::optional<wire::HairState> state;  // brought by its owner, until it is used
   std::uint64_t state_ticks = 0;         // that it waited for its levels
   PoseInbox inbox;
@@ -41,6 +41,7 @@ struct Character {
   bool held = false;                                      // nobody sees it: not stepped
   Pose pose;                                              // the one last given to the World
   codec::Integers bones;                                  // as integers; no nodes
+  bool pose_changed = false, pose_teleported = false;     // at this tick
   float head_speed_m_per_s = 0, head_turn_rad_per_s = 0;  // smoothed
   bool lod_chosen = false;                                // level, stride and holding were once
   std::uint64_t lod_since = 0;                            // tick at which they last changed
@@ -56,7 +57,7 @@ struct Character {
   bool asleep = false;
   bool discontinuous = false;
   LevelIndex shown = LevelIndex::rigid;  // that the lattice is on; easing into the rigid level takes a while
-  const Level* model = nullptr;          // of the lattice; null when rigid
+  LatticeView lattice;                   // in the World, until its next step
   std::vector<FrameVariant> variants;    // of which the first variant_count are of this tick
   std::size_t variant_count = 0;
   std::int64_t encode_ns = 0;                                    // that these took

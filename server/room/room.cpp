@@ -1,6 +1,7 @@
 #include "server/room/room.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace hairnet::server {
 
@@ -50,6 +51,8 @@ Character* Rooms::add(CharacterKey key, const wire::GroomHash& groom, LevelIndex
   if (!owner) return nullptr;
   Room& room = rooms_[owner->room];
   Character& character = characters_[key];
+  by_key_[key] = &character;
+  is_everyone_there_ = false;
   character.key = key;
   character.room = room.index;
   character.groom = groom;
@@ -76,6 +79,8 @@ void Rooms::remove(CharacterKey key, std::int64_t now_ns) {
   room.free_seats.push_back(found->second.seat);
   --room.member_count;
   characters_.erase(found);
+  by_key_.erase(key);
+  is_everyone_there_ = false;
   note_empty(room, now_ns);
 }
 
@@ -106,8 +111,16 @@ void Rooms::forget(Room& room) {
 }
 
 Character* Rooms::find(CharacterKey key) {
-  const auto found = characters_.find(key);
-  return found == characters_.end() ? nullptr : &found->second;
+  const auto found = by_key_.find(key);
+  return found == by_key_.end() ? nullptr : found->second;
+}
+
+std::span<Character* const> Rooms::everyone() {
+  if (!std::exchange(is_everyone_there_, true)) {
+    everyone_.clear();
+    for (auto& [key, character] : characters_) everyone_.push_back(&character);
+  }
+  return everyone_;
 }
 
 Observer* Rooms::observer(SessionId session) {

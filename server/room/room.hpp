@@ -4,7 +4,9 @@
 #include <deque>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "core/solver/wind.hpp"
@@ -60,6 +62,8 @@ class Rooms {
   [[nodiscard]] Room& room(std::uint32_t index) { return rooms_[index]; }
   [[nodiscard]] std::map<CharacterKey, Character>& characters() { return characters_; }
   [[nodiscard]] const std::map<CharacterKey, Character>& characters() const { return characters_; }
+  // The same, to walk over: a map's nodes would each be waited for. Valid until one is added or removed.
+  [[nodiscard]] std::span<Character* const> everyone();
   [[nodiscard]] std::map<SessionId, Observer>& observers() { return observers_; }
   [[nodiscard]] const std::map<SessionId, Observer>& observers() const { return observers_; }
   [[nodiscard]] std::deque<Room>& rooms() { return rooms_; }  // some not in use
@@ -79,6 +83,9 @@ class Rooms {
   std::int64_t grace_ns_;
   std::size_t room_count_max_;
   std::map<CharacterKey, Character> characters_;
+  std::unordered_map<CharacterKey, Character*> by_key_;
+  std::vector<Character*> everyone_;
+  bool is_everyone_there_ = true;  // in everyone_
   std::map<SessionId, Observer> observers_;
   std::deque<Room> rooms_;
   std::vector<std::uint32_t> free_rooms_;

@@ -25,22 +25,17 @@ LevelChooser::LevelChooser(const LevelChooserDef& def, TickCounters& counters)
       cost_(def.tick_s),
       guard_({.tick_s = def.tick_s, .tick_share = def.tick_share, .workers = def.workers}) {}
 
-void LevelChooser::note_unseen(Rooms& rooms) {
-  for (auto& [key, character] : rooms.characters()) {
-    if (character.placed) character.unseen_ticks = character.seen ? 0 : character.unseen_ticks + 1;
-  }
-}
-
-bool LevelChooser::is_due(const Rooms& rooms, const Simulation& simulation, std::uint64_t tick) const {
-  bool due = over_ || tick % kTicksBetween == 0;
-  for (const auto& [key, character] : rooms.characters()) {
-    if (due) break;
+bool LevelChooser::note_unseen(Rooms& rooms, const Simulation& simulation) const {
+  bool is_urgent = false;
+  for (Character* one : rooms.everyone()) {
+    Character& character = *one;
     if (!character.placed) continue;
-    due = due || (character.held && character.seen) || character.finest > character.level ||
-          (character.level == LevelIndex::rigid && character.finest != LevelIndex::rigid && !character.lod_chosen &&
-           simulation.levels(character.groom));
+    character.unseen_ticks = character.seen ? 0 : character.unseen_ticks + 1;
+    is_urgent = is_urgent || (character.held && character.seen) || character.finest > character.level ||
+                (character.level == LevelIndex::rigid && character.finest != LevelIndex::rigid &&
+                 !character.lod_chosen && simulation.has_levels(character.groom));
   }
-  return due;
+  return is_urgent;
 }
 
 BudgetCharacter LevelChooser::as_budgeted(const Character& character, bool ready, std::uint64_t tick) const {
@@ -62,14 +57,14 @@ BudgetCharacter LevelChooser::as_budgeted(const Character& character, bool ready
 }
 
 void LevelChooser::choose(Rooms& rooms, const Simulation& simulation, wire::RecordedTick& inputs) {
-  note_unseen(rooms);
-  if (!is_due(rooms, simulation, inputs.tick)) return;
+  const bool is_urgent = note_unseen(rooms, simulation);
+  if (!is_urgent && !over_ && inputs.tick % kTicksBetween != 0) return;
   placed_.clear();
   budgeted_.clear();
-  for (auto& [key, character] : rooms.characters()) {
-    if (!character.placed) continue;
-    placed_.push_back(&character);
-    budgeted_.push_back(as_budgeted(character, simulation.levels(character.groom) != nullptr, inputs.tick));
+  for (Character* character : rooms.everyone()) {
+    if (!character->placed) continue;
+    placed_.push_back(character);
+    budgeted_.push_back(as_budgeted(*character, simulation.has_levels(character->groom), inputs.tick));
   }
   chosen_.resize(budgeted_.size());
   BudgetTerms terms;
@@ -119,10 +114,10 @@ void LevelChooser::take(Rooms& rooms, const StepCosts& costs, double tick_durati
   over_ = tick_duration_s > def_.tick_share * def_.tick_s;
   std::array<std::int64_t, kLevelCount> encode_ns{};
   std::array<std::size_t, kLevelCount> encoded{};
-  for (const auto& [key, character] : rooms.characters()) {
-    if (character.variant_count == 0) continue;
-    encode_ns[static_cast<std::size_t>(character.shown)] += character.encode_ns;
-    ++encoded[static_cast<std::size_t>(character.shown)];
+  for (const Character* character : rooms.everyone()) {
+    if (character->variant_count == 0) continue;
+    encode_ns[static_cast<std::size_t>(character->shown)] += character->encode_ns;
+    ++encoded[static_cast<std::size_t>(character->shown)];
   }
   std::int64_t send_ns = 0;
   std::size_t sent = 0;

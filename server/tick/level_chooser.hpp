@@ -32,8 +32,8 @@ class LevelChooser {
   void take(Rooms& rooms, const StepCosts& costs, double tick_duration_s);
 
  private:
-  static void note_unseen(Rooms& rooms);
-  [[nodiscard]] bool is_due(const Rooms& rooms, const Simulation& simulation, std::uint64_t tick) const;
+  // True when somebody's level must not wait for the next choice.
+  bool note_unseen(Rooms& rooms, const Simulation& simulation) const;
   [[nodiscard]] BudgetCharacter as_budgeted(const Character& character, bool ready, std::uint64_t tick) const;
   void apply(Character& character, const Lod& lod, wire::RecordedTick& inputs);
 
@@ -43,7 +43,7 @@ class LevelChooser {
   TickGuard guard_;
   std::array<double, kLevelCount> encode_s_{};  // of a frame, smoothed
   double send_s_ = 0;
-  bool over_ = false;    // the last tick took more than it may
+  bool over_ = false;  // the last tick took more than it may
   std::vector<Character*> placed_;
   std::vector<BudgetCharacter> budgeted_;
   std::vector<Lod> chosen_;

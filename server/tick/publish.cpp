@@ -66,38 +66,31 @@ void note_sent(View& view, const Character& character, ErrorClass error_class, s
 void Publisher::publish(Rooms& rooms, const Simulation& simulation, const wire::RecordedTick& tick,
                         const ParallelFor& parallel_for, std::int64_t now_ns) {
   const Terms terms{rooms, simulation, tick, now_ns};
-  characters_.clear();
-  for (auto& [key, character] : rooms.characters()) {
-    character.variant_count = 0;
-    character.changed = false;
-    if (!character.placed || !simulation.contains(key)) continue;
-    follow_level(terms, character);
-    characters_.push_back(&character);
-  }
+  const std::span<Character* const> everyone = rooms.everyone();
   observers_.clear();
   for (auto& [session, observer] : rooms.observers()) {
     observer.requests.clear();
     observer.send_ns = 0;
     if (observer.outlet) observers_.push_back(&observer);
   }
-  const auto look_at = [&](std::size_t i) { look(terms, *characters_[i]); };
+  const auto look_at = [&](std::size_t i) { look(terms, *everyone[i]); };
   const auto request_for = [&](std::size_t i) { request(terms, rooms.rooms()[i]); };
-  const auto encode_one = [&](std::size_t i) { encode(terms, *characters_[i]); };
+  const auto encode_one = [&](std::size_t i) { encode(terms, *everyone[i]); };
   const auto send_to = [&](std::size_t i) { send(terms, *observers_[i]); };
-  run(parallel_for, characters_.size(), look_at);
+  run(parallel_for, everyone.size(), look_at);
   run(parallel_for, rooms.rooms().size(), request_for);
-  run(parallel_for, characters_.size(), encode_one);
+  run(parallel_for, everyone.size(), encode_one);
   run(parallel_for, observers_.size(), send_to);
 }
 
-void Publisher::follow_level(const Terms& terms, Character& character) {
-  const LatticeView lattice = terms.simulation.lattice(character.key);
+void Publisher::follow_level(const LatticeView& lattice, Character& character) {
   if (lattice.level == character.shown) return;
   character.shown = lattice.level;
   character.discontinuous = true;
   character.history.clear();
   character.neighbours = nullptr;
   if (!lattice.model) return;
+  const std::lock_guard lock(neighbours_mutex_);
   auto& neighbours = neighbours_[{character.groom, lattice.level}];
   if (!neighbours) neighbours = std::make_shared<const codec::Neighbours>(lattice.model->geometry);
   character.neighbours = neighbours;
@@ -107,9 +100,12 @@ void Publisher::forget_groom(const wire::GroomHash& groom) {
   std::erase_if(neighbours_, [&](const auto& entry) { return entry.first.first == groom; });
 }
 
-void Publisher::look(const Terms& terms, Character& character) const {
-  const LatticeView lattice = terms.simulation.lattice(character.key);
-  character.model = lattice.model;
+void Publisher::look(const Terms& terms, Character& character) {
+  character.variant_count = 0;
+  character.changed = false;
+  if (!character.placed || !terms.simulation.contains(character.key)) return;
+  const LatticeView lattice = character.lattice = terms.simulation.lattice(character.key);
+  follow_level(lattice, character);
   if (lattice.stepped) character.shown_bones = character.bones.bones;
   character.discontinuous = character.discontinuous || (lattice.stepped && lattice.jumped);
   character.asleep = lattice.asleep && !character.discontinuous;
@@ -156,7 +152,7 @@ int Publisher::request(const Terms& terms, const Room& room, Observer& observer)
     view.discontinuity_owed = view.discontinuity_owed || character->discontinuous;
     const bool due = character->changed && (view.sent_count == 0 || tick - view.sent[0] >= stride);
     if (!due && (!character->asleep || view.sleep_told)) continue;
-    const Level* model = character->model;
+    const Level* model = character->lattice.model;
     const bool has_record = view.sent_count > 0 && view.level == character->shown;
     if (model && !has_record && observer.records_sent.emplace(character->groom, character->shown).second) {
       counters_->level_records_sent.add();
@@ -176,7 +172,7 @@ void Publisher::encode(const Terms& terms, Character& character) const {
   const std::span variants(character.variants.data(), character.variant_count);
   if (variants.empty()) return;
   const std::int64_t begun_ns = clock_ns();
-  const LatticeView lattice = terms.simulation.lattice(character.key);
+  const LatticeView& lattice = character.lattice;
   const std::uint64_t tick = terms.tick.tick;
   const auto strides =
       static_cast<std::uint64_t>(std::max(terms.rooms.room(character.room).stride_max, character.stride));

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <utility>
 #include <vector>
 
@@ -19,14 +20,14 @@ struct PublishDef {
   ClockNs now_ns = nullptr;             // null: times are not measured
 };
 
-// From lattices to each observer's packets: what changed is looked at, then each observer says which coding of it it can
-// decode, then each coding is made once, then packets are put together. Tick thread, workers.
+// From lattices to each observer's packets: what changed is looked at, then each observer says which coding of it it
+// can decode, then each coding is made once, then packets are put together. Tick thread, workers.
 class Publisher {
  public:
   Publisher(const PublishDef& def, TickCounters& counters) : def_(def), counters_(&counters) {}
 
-  void publish(Rooms& rooms, const Simulation& simulation, const wire::RecordedTick& tick, const ParallelFor& parallel_for,
-               std::int64_t now_ns);
+  void publish(Rooms& rooms, const Simulation& simulation, const wire::RecordedTick& tick,
+               const ParallelFor& parallel_for, std::int64_t now_ns);
   void forget_groom(const wire::GroomHash& groom);
 
  private:
@@ -36,8 +37,8 @@ class Publisher {
     const wire::RecordedTick& tick;
     std::int64_t now_ns;
   };
-  void look(const Terms& terms, Character& character) const;
-  void follow_level(const Terms& terms, Character& character);
+  void look(const Terms& terms, Character& character);
+  void follow_level(const LatticeView& lattice, Character& character);
   void request(const Terms& terms, Room& room) const;
   int request(const Terms& terms, const Room& room, Observer& observer) const;  // the stride it is sent at
   void encode(const Terms& terms, Character& character) const;
@@ -47,8 +48,8 @@ class Publisher {
 
   PublishDef def_;
   TickCounters* counters_;
+  std::mutex neighbours_mutex_;  // taken when a character changes its level, and then only
   std::map<std::pair<wire::GroomHash, LevelIndex>, std::shared_ptr<const codec::Neighbours>> neighbours_;
-  std::vector<Character*> characters_;
   std::vector<Observer*> observers_;
 };
 

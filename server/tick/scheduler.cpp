@@ -11,6 +11,7 @@ namespace {
 constexpr std::uint64_t kInterestTicks =
     8;  // from one look at who wants to see whom to the next, unless something changed
 constexpr std::uint64_t kStateWait_s = 2;
+constexpr std::size_t kChunk = 64;  // characters that a worker takes at once
 constexpr double kMotionSmoothing_s = 1;
 constexpr float kScreenHeightUnreported = 0.25f;
 
@@ -157,7 +158,7 @@ struct Scheduler::Taker {
     Character* character = scheduler.rooms_.find(c.character);
     if (!character || character->material == c.scale) return;
     character->material = c.scale;
-    character->material_changed = true;
+    scheduler.materials_changed_.insert(c.character);
   }
   void operator()(const SetWind& c) const {
     const Observer* observer = scheduler.rooms_.observer(c.session);
@@ -227,52 +228,60 @@ void Scheduler::remove(CharacterKey key, std::int64_t now_ns) {
 }
 
 void Scheduler::sample_poses() {
-  const std::int64_t tick_ns = inputs_.sample_time_ns + def_.pose_delay_ns;
-  Histogram::Tally ages(counters_->histograms.pose_age_seconds);
-  for (auto& [key, character] : rooms_.characters()) {
-    character.discontinuous = false;
-    const PoseInbox::Sample sample = rooms_.sample(character, inputs_.sample_time_ns);
-    if (sample.kind == PoseInbox::Kind::none) continue;
-    // Of a clock that is ahead of ours a pose may come from a moment later than the tick. Beyond kAgeMax_ns no pose
-    // would have been taken: then there is no delay to speak of but silence, as of a client that may yet come back.
-    const std::int64_t age_ns = std::max<std::int64_t>(0, tick_ns - *character.inbox.newest_ns());
-    if (age_ns <= PoseInbox::kAgeMax_ns) ages.observe(static_cast<double>(age_ns) * 1e-9);
-    // An extrapolation may leave the bounds that poses are held to, and clients hold frames to.
-    if (wire::validate_pose(sample.pose) != wire::PoseRefusal::none) continue;
-    // What the step uses is what the frame and the recording say, bit for bit.
-    const codec::Integers before = character.bones;
-    codec::quantise_pose(sample.pose, character.placed ? &before : nullptr, character.bones);
-    if (character.placed && !sample.teleported && before.bones == character.bones.bones) {
-      note_motion(character, 0, 0);
-      continue;  // the World holds it
-    }
-    const Pose pose_before = std::exchange(character.pose, codec::dequantise_pose(character.bones));
-    if (character.placed)
-      move(character, sample, pose_before);
-    else if (!awaits_levels(character))
-      place(character);
+  const std::span<Character* const> everyone = rooms_.everyone();
+  run(def_.world.parallel_for, (everyone.size() + kChunk - 1) / kChunk, [&](std::size_t chunk) {
+    Histogram::Tally ages(counters_->histograms.pose_age_seconds);
+    for (Character* character : everyone.subspan(chunk * kChunk, std::min(kChunk, everyone.size() - chunk * kChunk)))
+      sample_pose(*character, ages);
+  });
+  for (Character* character : everyone) {
+    if (!character->pose_changed) continue;
+    if (character->placed)
+      inputs_.poses.push_back({character->key, character->pose_teleported, character->pose});
+    else if (!awaits_levels(*character))
+      place(*character);
   }
+}
+
+void Scheduler::sample_pose(Character& character, Histogram::Tally& ages) {
+  character.pose_changed = character.discontinuous = character.seen = false;
+  character.screen_height = 0;
+  character.observer_count = 0;
+  const PoseInbox::Sample sample = rooms_.sample(character, inputs_.sample_time_ns);
+  if (sample.kind == PoseInbox::Kind::none) return;
+  // Of a clock that is ahead of ours a pose may come from a moment later than the tick. Beyond kAgeMax_ns no pose
+  // would have been taken: then there is no delay to speak of but silence, as of a client that may yet come back.
+  const std::int64_t tick_ns = inputs_.sample_time_ns + def_.pose_delay_ns;
+  const std::int64_t age_ns = std::max<std::int64_t>(0, tick_ns - *character.inbox.newest_ns());
+  if (age_ns <= PoseInbox::kAgeMax_ns) ages.observe(static_cast<double>(age_ns) * 1e-9);
+  // An extrapolation may leave the bounds that poses are held to, and clients hold frames to.
+  if (wire::validate_pose(sample.pose) != wire::PoseRefusal::none) return;
+  // What the step uses is what the frame and the recording say, bit for bit.
+  const codec::Integers before = character.bones;
+  codec::quantise_pose(sample.pose, character.placed ? &before : nullptr, character.bones);
+  if (character.placed && !sample.teleported && before.bones == character.bones.bones)
+    return note_motion(character, 0, 0);  // the World holds it
+  const Pose pose_before = std::exchange(character.pose, codec::dequantise_pose(character.bones));
+  character.pose_changed = true;
+  character.pose_teleported = sample.teleported;
+  if (!character.placed) return;
+  const RigidTransform &from = pose_before.head(), &to = character.pose.head();
+  note_motion(character, (to.position - from.position).norm(), to.rotation.angularDistance(from.rotation));
 }
 
 // Hair that its owner saw until a moment ago is not shown rigid for the moment that its levels take to be there again.
 bool Scheduler::awaits_levels(Character& character) const {
-  return character.state && !simulation_.levels(character.groom) &&
+  return character.state && !simulation_.has_levels(character.groom) &&
          character.state_ticks++ < kStateWait_s * static_cast<std::uint64_t>(def_.tick_rate_hz);
 }
 
 // Rigid at first; its level is chosen in the same tick when there is one.
 void Scheduler::place(Character& character) {
-  const bool ready = simulation_.levels(character.groom) != nullptr;
+  const bool ready = simulation_.has_levels(character.groom);
   character.placed = true;
   character.discontinuous = true;
   character.shown_bones = character.bones.bones;
   inputs_.added.push_back({character.key, character.groom, character.room, ready, LevelIndex::rigid, character.pose});
-}
-
-void Scheduler::move(Character& character, const PoseInbox::Sample& sample, const Pose& before) {
-  inputs_.poses.push_back({character.key, sample.teleported, character.pose});
-  const RigidTransform &from = before.head(), &to = character.pose.head();
-  note_motion(character, (to.position - from.position).norm(), to.rotation.angularDistance(from.rotation));
 }
 
 void Scheduler::note_motion(Character& character, double moved_m, double turned_rad) const {
@@ -294,11 +303,6 @@ View& Scheduler::view_of(Observer& observer, const Room& room, std::size_t seat)
 }
 
 void Scheduler::look_around() {
-  for (auto& [key, character] : rooms_.characters()) {
-    character.seen = false;
-    character.screen_height = 0;
-    character.observer_count = 0;
-  }
   for (Room& room : rooms_.rooms()) {
     if (!room.in_use) continue;
     for (Observer* observer : room.observers) look_around(room, *observer);
@@ -377,10 +381,12 @@ void Scheduler::refuse_state(CharacterKey key, std::string detail, std::int64_t 
 }
 
 void Scheduler::change_materials() {
-  for (auto& [key, character] : rooms_.characters()) {
-    if (!character.placed || !std::exchange(character.material_changed, false)) continue;
-    inputs_.materials.push_back({key, character.material});
-  }
+  std::erase_if(materials_changed_, [this](CharacterKey key) {
+    const Character* character = rooms_.find(key);
+    if (character && !character->placed) return false;
+    if (character) inputs_.materials.push_back({key, character->material});
+    return true;
+  });
 }
 
 void Scheduler::change_winds() {

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -47,6 +48,7 @@ class Scheduler {
 
   void take_commands(std::int64_t now_ns);
   void sample_poses();
+  void sample_pose(Character& character, Histogram::Tally& ages);  // workers
   void look_around();
   void look_around(const Room& room, Observer& observer);
   void change_materials();
@@ -58,7 +60,6 @@ class Scheduler {
   void remove(CharacterKey key, std::int64_t now_ns);
   [[nodiscard]] bool awaits_levels(Character& character) const;
   void place(Character& character);
-  void move(Character& character, const PoseInbox::Sample& sample, const Pose& before);
   void bring_states();
   void keep_state(Character& character, wire::HairState state, std::int64_t now_ns);
   void forget_state(Character& character);
@@ -79,8 +80,9 @@ class Scheduler {
   LevelChooser level_chooser_;
   Publisher publisher_;
   std::vector<Command> taken_;
-  wire::RecordedTick inputs_;      // of the tick being made
-  std::vector<MemberHead> heads_;  // of one room at a time
+  std::set<CharacterKey> materials_changed_;  // and the World not told
+  wire::RecordedTick inputs_;                 // of the tick being made
+  std::vector<MemberHead> heads_;             // of one room at a time
   std::vector<bool> wanted_;
   std::size_t state_bytes_ = 0;                            // of all hair states that wait
   std::map<wire::GroomHash, Recorder::Bytes> unrecorded_;  // bytes of grooms that the recording does not hold yet

@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <span>
+#include <unordered_map>
 #include <vector>
 
 #include "core/world.hpp"
@@ -23,6 +24,7 @@ class Simulation {
   void put_levels(const wire::GroomHash& groom, std::shared_ptr<const LevelSet> levels);
   void forget_levels(const wire::GroomHash& groom);  // characters that have them keep them
   [[nodiscard]] std::shared_ptr<const LevelSet> levels(const wire::GroomHash& groom) const;
+  [[nodiscard]] bool has_levels(const wire::GroomHash& groom) const { return levels_.contains(groom); }
 
   // Applies what a tick was told and makes the step: removed, added, levels, materials, strides, holds, states,
   // winds, poses, in this order.
@@ -30,7 +32,7 @@ class Simulation {
   StepReport step(const wire::RecordedTick& inputs);
 
   [[nodiscard]] bool contains(CharacterKey key) const { return characters_.contains(key); }
-  [[nodiscard]] LatticeView lattice(CharacterKey key) const;  // contains(key) must hold
+  [[nodiscard]] LatticeView lattice(CharacterKey key) const;              // contains(key) must hold
   [[nodiscard]] std::span<const Vec3f> velocity(CharacterKey key) const;  // of the lattice's nodes, head space, m/s
   // Whose brought state the last step found not to fit.
   [[nodiscard]] const std::vector<CharacterKey>& states_refused() const { return states_refused_; }
@@ -50,7 +52,7 @@ class Simulation {
 
   Environment environment_;  // but for the wind, of all rooms
   World world_;
-  std::map<CharacterKey, Placed> characters_;
+  std::unordered_map<CharacterKey, Placed> characters_;
   std::map<wire::GroomHash, std::shared_ptr<const LevelSet>> levels_;
   std::vector<CharacterKey> states_refused_;
 };
