@@ -14,17 +14,28 @@ struct TickGuardDef {
 // tick takes beside that work, as measured, comes off its share. Predictions miss what nobody measures (other programs,
 // caches): their ratio to the truth is a trust that is learnt here. Two ticks of four beyond the share cut it at once,
 // by as much as they were beyond; it comes back the faster the further ticks stay within the share.
+//
+// However well the mean is kept, noise makes some ticks longer than a tick may last. Each of those widens a margin a
+// little, and it narrows so slowly that a few in ten thousand are as many as keep it where it is. What is wanted comes
+// first: the margin is kept where much more is wanted than there is, and is none where all of it fits.
 class TickGuard {
  public:
   explicit TickGuard(const TickGuardDef& def);
 
   // From the tick's begin to its end, and of all workers what was spent on characters (steps, encoding, sending); s.
-  void take(double tick_duration_s, double work_s);
+  // `wanted_s`: what everyone as finely as asked for would take, as predicted.
+  void take(double tick_duration_s, double work_s, double wanted_s);
   [[nodiscard]] double available_s() const;
 
  private:
+  void choose_share(double wanted_s);
+  [[nodiscard]] double full_s() const { return def_.tick_share * def_.tick_s * def_.workers; }
+
   TickGuardDef def_;
   double trust_ = 1;
+  double kept_ = 1;          // of the share, but for the margin where it is needed
+  double share_;             // of a tick, that is aimed at
+  int calm_ticks_ = 0;       // since the margin was last widened
   double beside_s_ = 0;      // worker-seconds of a tick that are not work on characters, smoothed
   std::uint8_t recent_ = 0;  // a bit a tick, newest lowest: beyond the share
 };

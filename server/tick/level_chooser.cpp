@@ -73,6 +73,7 @@ void LevelChooser::choose(Rooms& rooms, const Simulation& simulation, wire::Reco
   terms.encode_s = encode_s_;
   terms.send_s = send_s_;
   const BudgetReport report = choose_levels(terms, budgeted_, scratch_, chosen_);
+  wanted_s_ = report.wanted_s;
   counters_->levels_raised.add(report.raised);
   counters_->levels_lowered.add(report.lowered);
   counters_->gauges.budget_predicted_seconds.set(report.predicted_s);
@@ -134,7 +135,7 @@ void LevelChooser::take(Rooms& rooms, const StepCosts& costs, double tick_durati
     counters_->gauges.set_step_cost(static_cast<LevelIndex>(l), cost_.turn_s(static_cast<LevelIndex>(l), 1));
   }
   if (sent > 0) smooth(send_s_, static_cast<double>(send_ns) * 1e-9 / static_cast<double>(sent));
-  guard_.take(tick_duration_s, static_cast<double>(step_ns + all_encode_ns + send_ns) * 1e-9);
+  guard_.take(tick_duration_s, static_cast<double>(step_ns + all_encode_ns + send_ns) * 1e-9, wanted_s_);
   counters_->step_ns_total.add(static_cast<std::uint64_t>(step_ns));
   counters_->encode_ns_total.add(static_cast<std::uint64_t>(all_encode_ns));
   counters_->send_ns_total.add(static_cast<std::uint64_t>(send_ns));

@@ -43,6 +43,7 @@ class LevelChooser {
   TickGuard guard_;
   std::array<double, kLevelCount> encode_s_{};  // of a frame, smoothed
   double send_s_ = 0;
+  double wanted_s_ = 0;  // as last predicted
   bool over_ = false;  // the last tick took more than it may
   std::vector<Character*> placed_;
   std::vector<BudgetCharacter> budgeted_;
