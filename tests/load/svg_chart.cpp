@@ -9,7 +9,7 @@
 namespace hairnet::load {
 namespace {
 
-constexpr double kWidth = 760, kHeight = 240, kLeft = 62, kRight = 12, kTop = 14, kBottom = 34;
+constexpr double kWidth = 760, kHeight = 240, kLeft = 62, kRight = 12, kTop = 24, kBottom = 34;
 constexpr std::size_t kColourCount = 8;
 
 struct Axis {
@@ -100,7 +100,7 @@ std::string draw_grid(const Chart& chart, const Axis& x, const Axis& y) {
       svg += fmt::format(R"(<rect class="band" x="{:.1f}" y="{}" width="{:.1f}" height="{}"/>)", from, kTop,
                          std::max(0.0, to - from), kHeight - kTop - kBottom);
     if (to - from > 6.0 * static_cast<double>(band.label.size()))
-      svg += fmt::format(R"(<text class="note" x="{:.1f}" y="{}">{}</text>)", from + 3, kTop + 10, escaped(band.label));
+      svg += fmt::format(R"(<text class="note" x="{:.1f}" y="{}">{}</text>)", from + 3, kTop - 3, escaped(band.label));
   }
   for (const double value : ticks(y.least, y.most, 5, y.logarithmic)) {
     if (value < y.least || value > y.most) continue;
@@ -116,7 +116,7 @@ std::string draw_grid(const Chart& chart, const Axis& x, const Axis& y) {
   }
   svg += fmt::format(R"(<text class="tick" text-anchor="middle" x="{}" y="{}">{}</text>)", kWidth / 2, kHeight - 4,
                      escaped(chart.x_label));
-  svg += fmt::format(R"(<text class="tick" x="{}" y="{}">{}</text>)", 2, kTop - 3, escaped(chart.y_label));
+  svg += fmt::format(R"(<text class="tick" x="{}" y="{}">{}</text>)", 2, kTop - 13, escaped(chart.y_label));
   return svg;
 }
 
