@@ -214,6 +214,7 @@ void GroomStore::await_upload(Grooms::iterator groom, SessionId uploader, std::i
     entry.chunks.clear();
   }
   entry.is_mixed = entry.received > 0 && (entry.is_mixed || entry.uploader != uploader);
+  entry.is_asked_anew = false;
   entry.state = State::uploading;
   entry.uploader = uploader;
   entry.asked_ns = now_ns;
@@ -258,6 +259,7 @@ ChunkAnswer GroomStore::chunk(SessionId session, wire::GroomChunk chunk, std::in
 
 bool GroomStore::is_repeated(const Entry& entry, SessionId session, const wire::GroomChunk& chunk) {
   if (chunk.bytes.empty() || entry.uploader != session) return false;
+  if (entry.state == State::uploading && entry.is_asked_anew && chunk.offset > entry.received) return true;
   const std::uint64_t there = entry.state == State::uploading ? entry.received : entry.byte_count;
   return chunk.offset < there && chunk.bytes.size() <= there - chunk.offset;
 }
@@ -449,7 +451,11 @@ void GroomStore::take_refused(Grooms::iterator groom, const GroomResult& result,
   const bool is_there = entry.holders.contains(entry.uploader);
   entry.received = 0;
   // Who went on with another's upload is asked for all of it before it is blamed.
-  if (entry.is_mixed && is_there) return await_upload(groom, entry.uploader, now_ns);
+  if (entry.is_mixed && is_there) {
+    await_upload(groom, entry.uploader, now_ns);
+    entry.is_asked_anew = true;
+    return;
+  }
   counter.add();
   if (is_there) refuse_holder(groom, entry.uploader, refused, now_ns);
   pass_on(groom, now_ns);

@@ -83,8 +83,9 @@ class GroomStore final : public GroomDesk {
     std::uint64_t received = 0;
     std::vector<std::vector<std::uint8_t>> chunks;
     SessionId uploader = 0;
-    bool is_mixed = false;      // what was received is of several uploaders
-    std::int64_t asked_ns = 0;  // when its uploader was asked for it
+    bool is_mixed = false;       // what was received is of several uploaders
+    bool is_asked_anew = false;  // of its uploader, which may still be sending what it was asked for before
+    std::int64_t asked_ns = 0;   // when its uploader was asked for it
     std::map<SessionId, std::uint64_t>
         holders;                   // its bytes as they have offered it, and so can upload it; 0: they have not
     std::size_t upload_bytes = 0;  // its part of all uploads'
