@@ -129,7 +129,6 @@ Playout::Sample Playout::sample(std::int64_t render_time_ns) {
 
 void Playout::show_between(const Held& from, const Held& to) {
   shown_.level = from.level;
-  shown_.geometry = from.displacement.empty() ? to.geometry : from.geometry;
   const bool joined =
       !to.discontinuous && to.level == from.level &&
       (to.displacement.size() == from.displacement.size() || to.displacement.empty() || from.displacement.empty());
@@ -141,6 +140,7 @@ void Playout::show_between(const Held& from, const Held& to) {
   }
   const double s = static_cast<double>(shown_.time_ns - from.time_ns) / static_cast<double>(to.time_ns - from.time_ns);
   shown_.pose = interpolate(from.pose, to.pose, s);
+  shown_.geometry = to.geometry ? to.geometry : from.geometry;
   if (is_cubic(from, to)) return show_cubic(from, to, s);
   // An empty frame is a lattice at rest.
   shown_.displacement.assign(std::max(from.displacement.size(), to.displacement.size()), Vec3f::Zero());
