@@ -1,0 +1,139 @@
+#pragma once
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "schema/wire/groom_file.hpp"
+#include "server/tick/groom_store.hpp"
+#include "small_groom.hpp"
+
+namespace hairnet::server {
+
+inline constexpr std::int64_t kSecond_ns = 1'000'000'000;
+inline constexpr SessionId kAnna = 1, kBert = 2;
+
+// A groom's file, or what is said to be one.
+struct Upload {
+  explicit Upload(std::vector<std::uint8_t> b) : bytes(std::move(b)), hash(wire::hash_groom(bytes)) {}
+  std::vector<std::uint8_t> bytes;
+  wire::GroomHash hash;
+};
+
+class GroomStoreTest : public testing::Test {
+ protected:
+  GroomStoreTest() { make({}); }
+  ~GroomStoreTest() override { std::filesystem::remove_all(folder_); }
+  void make(const GroomStoreLimits& limits, ClockNs clock = nullptr) {
+    GroomBuilderDef def;
+    def.limits = limits.groom;
+    def.bytes_max = limits.groom_bytes_max;
+    def.queue_max = limits.build_queue_max;
+    def.grooms = cache_ ? &*cache_ : nullptr;
+    def.now_ns = clock;
+    def.build_ns_max = limits.build_ns_max;
+    store_.reset();
+    builder_ = std::make_unique<GroomBuilder>(def);
+    GroomListener listener;
+    listener.tell = [this](SessionId session, const wire::Message& message, std::int64_t) {
+      told_.emplace_back(session, message);
+    };
+    listener.deliver = [this](SessionId session, const wire::GroomHash& groom, const GroomStore::Bytes& bytes,
+                              std::int64_t) {
+      delivered_.push_back({session, groom, bytes});
+    };
+    listener.lose = [this](SessionId session, const wire::GroomHash&, std::int64_t) { lost_.push_back(session); };
+    store_ = std::make_unique<GroomStore>(limits, *builder_, commands_, counters_, listener);
+  }
+  // With a cache in which these lie. What was in memory is gone.
+  void make_with_cache(const std::vector<const Upload*>& kept, const GroomStoreLimits& limits = {}) {
+    std::filesystem::remove_all(folder_);
+    cache_.emplace(folder_, std::uint64_t{1} << 30, cache_counters_);
+    for (const Upload* upload : kept) cache_->put(upload->hash, upload->bytes);
+    make(limits);
+  }
+  void spoil_kept() const {
+    for (const auto& file : std::filesystem::directory_iterator(folder_)) {
+      std::fstream spoilt(file.path(), std::ios::in | std::ios::out | std::ios::binary);
+      spoilt.seekp(100);
+      spoilt.put('\x55').put('\xAA');
+    }
+  }
+  wire::ErrorReason offer(SessionId session, const Upload& upload) {
+    return store_->offer(session, {upload.hash, upload.bytes.size()}, now_ns_).reason;
+  }
+  wire::ErrorReason chunk(SessionId session, const Upload& upload, std::size_t from, std::size_t to) {
+    return store_
+        ->chunk(session, {upload.hash, from, {upload.bytes.begin() + from, upload.bytes.begin() + to}}, now_ns_)
+        .reason;
+  }
+  wire::ErrorReason send_all(SessionId session, const Upload& upload) {
+    return chunk(session, upload, 0, upload.bytes.size());
+  }
+  void build() {
+    for (int round = 0; round < 10; ++round) {  // the store may have more for the builder by then
+      while (builder_->poll()) {
+      }
+      store_->poll(now_ns_);
+    }
+  }
+  template <class T>
+  [[nodiscard]] std::vector<T> told(SessionId session) const {
+    std::vector<T> found;
+    for (const auto& [to, message] : told_) {
+      if (to != session) continue;
+      if (const T* m = std::get_if<T>(&message)) found.push_back(*m);
+    }
+    return found;
+  }
+  [[nodiscard]] std::vector<wire::GroomState> states(SessionId session) const {
+    std::vector<wire::GroomState> found;
+    for (const auto& status : told<wire::GroomStatus>(session)) found.push_back(status.state);
+    return found;
+  }
+  [[nodiscard]] std::vector<std::uint64_t> needs(SessionId session) const {
+    std::vector<std::uint64_t> found;
+    for (const auto& need : told<wire::GroomNeed>(session)) found.push_back(need.offset);
+    return found;
+  }
+  [[nodiscard]] std::vector<wire::ErrorReason> errors(SessionId session) const {
+    std::vector<wire::ErrorReason> found;
+    for (const auto& error : told<wire::Error>(session)) found.push_back(error.reason);
+    return found;
+  }
+  std::size_t ready_commands() {
+    std::vector<Command> taken;
+    commands_.take_all(taken);
+    return static_cast<std::size_t>(std::count_if(
+        taken.begin(), taken.end(), [](const Command& c) { return std::holds_alternative<GroomReady>(c); }));
+  }
+
+  Upload good_{wire::encode_groom(small_groom())};
+  CommandQueue commands_{1000};
+  GroomCounters counters_;
+  std::vector<std::pair<SessionId, wire::Message>> told_;
+  struct Delivered {
+    SessionId session;
+    wire::GroomHash groom;
+    GroomStore::Bytes bytes;
+  };
+  std::vector<Delivered> delivered_;
+  std::vector<SessionId> lost_;
+  std::filesystem::path folder_ =
+      std::filesystem::path(testing::TempDir()) / ("groom_store_" + std::to_string(::getpid()));
+  GroomCacheCounters cache_counters_;
+  std::optional<GroomCache> cache_;
+  std::unique_ptr<GroomBuilder> builder_;
+  std::unique_ptr<GroomStore> store_;
+  std::int64_t now_ns_ = 0;
+};
+
+}  // namespace hairnet::server
