@@ -31,7 +31,7 @@ void TickGuard::take(double tick_duration_s, double work_s, double wanted_s) {
   const double most_s = std::max(2 * beside_s_, kBesideLeast * def_.tick_s * def_.workers);
   const double beside_s = std::clamp(tick_duration_s * def_.workers - work_s, 0.0, most_s);
   beside_s_ += kBesideGain * (beside_s - beside_s_);
-  ++calm_ticks_;
+  calm_ticks_ = std::min(calm_ticks_ + 1, kMarginTicks + 1);
   if (tick_duration_s <= def_.tick_s) {
     kept_ = std::min(1.0, kept_ * (1 + kMarginReturn));
   } else if (calm_ticks_ > kMarginTicks) {

@@ -35,7 +35,7 @@ class TickGuard {
   double trust_ = 1;
   double kept_ = 1;          // of the share, but for the margin where it is needed
   double share_;             // of a tick, that is aimed at
-  int calm_ticks_ = 0;       // since the margin was last widened
+  int calm_ticks_ = 0;       // since the margin was last widened, counted as far as it matters
   double beside_s_ = 0;      // worker-seconds of a tick that are not work on characters, smoothed
   std::uint8_t recent_ = 0;  // a bit a tick, newest lowest: beyond the share
 };
