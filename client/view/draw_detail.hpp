@@ -1,0 +1,19 @@
+#pragma once
+
+#include <cstddef>
+
+namespace hairnet::view {
+
+// How finely one character's hair is drawn; chosen apart from its mechanical level.
+struct DrawDetail {
+  float strand_share = 1;    // of the groom's strands, 0 ... 1; what is drawn is wider in turn
+  float follower_count = 2;  // made beside every strand on the GPU, 0 ... 15; a fraction is the last one's opacity
+  float tolerance_m = 0;     // how far a strand's drawn line may be from its points
+  float quadratic = 1;       // 1: quadratic FFD; 0: linear; between: so much of each
+  float strips = 0;          // 0: strands; 1: strips; between: both, faded
+};
+
+// `head_px`: a head's height on the screen (0.24 m), in pixels. `quality` multiplies it. Continuous in both.
+DrawDetail detail_for(float head_px, float quality, std::size_t strand_count);
+
+}  // namespace hairnet::view
