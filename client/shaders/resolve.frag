@@ -1,3 +1,8 @@
+#version 300 es
+precision highp float;
+precision highp int;
+precision highp sampler2D;
+
 // The large picture to its final size: a tent filter over the samples of a pixel and their neighbours, in linear light
 // (the source decodes sRGB), then sRGB with half a step of noise against banding.
 in vec2 uv;
