@@ -30,5 +30,5 @@ void main() {
   light_sides = sides;
   light_ends = ends.xy;
   roots = normal.w;
-  gl_Position = to_clip(position_scene);
+  gl_Position = record(row, 5).w > 0.5 ? kNowhere : to_clip(position_scene);
 }

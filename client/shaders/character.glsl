@@ -3,7 +3,7 @@
 //   2 hair albedo; width of a strand at its root, m
 //   3 share of strands drawn; opacity of strands; opacity of far strips; quadratic share of the FFD
 //   4 followers; how far they stray, m; layers; 0
-//   5 skin albedo; 0
+//   5 skin albedo; 1 when the body is not drawn
 //   6 ... 15 bones: rotation, position
 //   16 ... layers: origin, weight; 1 / spacing, first node in `lattices`; nodes an axis, 0
 const int kRecordTexels = 32;

@@ -198,7 +198,8 @@ inline bool equal(const Groom& a, const Groom& b) {
   };
   return all(a) == all(b) && equal(a.strands, b.strands) && equal(a.root_blends, b.root_blends) &&
          equal(a.clusters, b.clusters) && equal(a.threads, b.threads) && equal(a.strips, b.strips) &&
-         equal(a.cloths, b.cloths) && equal(a.knots, b.knots);
+         equal(a.cloths, b.cloths) && equal(a.knots, b.knots) && a.far_strips.points == b.far_strips.points &&
+         equal(a.far_strips.strips, b.far_strips.strips);
 }
 
 inline bool equal(const RecordingHeader& a, const RecordingHeader& b) {
