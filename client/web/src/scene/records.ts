@@ -31,6 +31,7 @@ export interface Record {
   readonly strayM: number;
   /** how large it is drawn; 1: as its groom was made */
   readonly size: number;
+  readonly bodyVisible: boolean;
   readonly layers: readonly PlacedLayer[];
 }
 
@@ -79,7 +80,7 @@ export function writeRecord(record: Record, out: Float32Array): void {
   put(3, detail.strandShare, Math.min(2 - 2 * detail.strips, 1), Math.min(2 * detail.strips, 1), detail.quadratic);
   const layerCount = Math.min(layers.length, kLayerCountMost);
   put(4, detail.followerCount, record.strayM, layerCount, record.size - 1);
-  put(5, ...record.skinAlbedo, 0);
+  put(5, ...record.skinAlbedo, record.bodyVisible ? 0 : 1);
   for (let bone = 0; bone < kBoneCount; ++bone) {
     const at = bone * kNumbersPerBone;
     put(6 + 2 * bone, pose[at], pose[at + 1], pose[at + 2], pose[at + 3]);
