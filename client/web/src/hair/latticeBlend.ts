@@ -19,15 +19,15 @@ export interface LatticeLayer {
 }
 
 class Layer implements LatticeLayer {
-  geometry: LevelGeometry;
-  grid: Float32Array;
+  readonly grid: Float32Array;
   weight = 1;
   frozen = false;
-  /** at the switch; the weight is as much of it as has not faded yet */
+  /** what is left of it at the switch that it fades from */
   weightAtSwitch = 1;
+  /** number of the switch that froze it */
+  switchNumber = 0;
 
-  constructor(geometry: LevelGeometry) {
-    this.geometry = geometry;
+  constructor(readonly geometry: LevelGeometry) {
     this.grid = new Float32Array(3 * nodeCount(geometry.lattice));
   }
 }
@@ -40,31 +40,30 @@ class Layer implements LatticeLayer {
 export class LatticeBlend {
   /** the newest, if not rigid; its lattice is that of the last sample */
   #current: Layer | null = null;
+  /** of the oldest switch first */
   #fading: Layer[] = [];
   readonly #layers: Layer[] = [];
   #level = Level.rigid;
   #started = false;
   #switchedNs = 0;
+  #switchNumber = 0;
 
   /**
    * The layers that show a sample of `Playout`: the newest first, of weight 1, unless it is rigid. They belong to this
-   * object until the next call. A `discontinuous` sample begins anew.
+   * object until the next call. With `discontinuous` it begins anew. (Frames are also discontinuous where the level
+   * changes: pass that on only for what is not to fade.)
    */
-  update(sample: PlayoutSample): readonly LatticeLayer[] {
+  update(sample: PlayoutSample, discontinuous = false): readonly LatticeLayer[] {
     const geometry = sample.displacement.length > 0 ? sample.geometry : null;
     const before = this.#current;
-    const switched = this.#started && (sample.level !== this.#level || this.#rebuilt(geometry));
-    if (sample.discontinuous || !this.#started) this.#fading = [];
-    else this.#fade(sample.timeNs);
-    const fades = switched && !sample.discontinuous;
-    if (fades && before) {
-      before.frozen = true;
-      this.#fading.push(before);
-    }
+    if (discontinuous || !this.#started) this.#fading = [];
+    // What is on the screen at a switch is what was shown last.
+    const switched = this.#started && !discontinuous && (sample.level !== this.#level || this.#isRebuilt(geometry));
+    if (!switched) this.#fade(sample.timeNs);
     if (!geometry) this.#current = null;
-    else if (fades || !before || before.geometry !== geometry) this.#current = new Layer(geometry);
-    if (geometry) expandDisplacements(geometry, sample.displacement, this.#current!.grid);
-    if (fades) this.#beginFade(sample.timeNs);
+    else if (switched || before?.geometry !== geometry) this.#current = new Layer(geometry);
+    if (this.#current) expandDisplacements(this.#current.geometry, sample.displacement, this.#current.grid);
+    if (switched) this.#beginFade(before, sample.timeNs);
     this.#started = true;
     this.#level = sample.level;
     this.#layers.length = 0;
@@ -74,35 +73,41 @@ export class LatticeBlend {
   }
 
   /** The same level, of a server that built it otherwise. */
-  #rebuilt(geometry: LevelGeometry | null): boolean {
+  #isRebuilt(geometry: LevelGeometry | null): boolean {
     return geometry !== null && this.#current !== null && geometry !== this.#current.geometry;
   }
 
   #fade(timeNs: number): void {
+    if (this.#fading.length === 0) return;
     const gone = Math.min(Math.max((timeNs - this.#switchedNs) / kSwitchBlendNs, 0), 1);
     const left = 1 - gone * gone * (3 - 2 * gone);
     if (left <= 0) this.#fading = [];
     for (const layer of this.#fading) layer.weight = left * layer.weightAtSwitch;
   }
 
-  /** What is fading, the old lattice among it, less the new one as it is now: all of it fades from now on. */
-  #beginFade(timeNs: number): void {
+  /** What was shown, the lattice before the switch and what was fading, less the new lattice: all fades from now on. */
+  #beginFade(before: Layer | null, timeNs: number): void {
     this.#switchedNs = timeNs;
+    ++this.#switchNumber;
+    if (before) this.#freeze(before, 1);
     if (this.#current) {
       const frozen = new Layer(this.#current.geometry);
       frozen.grid.set(this.#current.grid);
-      frozen.frozen = true;
-      frozen.weight = -1;
-      this.#fading.push(frozen);
+      this.#freeze(frozen, -1);
     }
     const room = kLayersMax - (this.#current ? 1 : 0);
-    if (this.#fading.length > room) {
-      // Those of one switch come in pairs of equal weight and are left out together.
-      const weights = this.#fading.map((layer) => Math.abs(layer.weight)).sort((a, b) => b - a);
-      const least = weights[room - 1];
-      const next = weights[room];
-      this.#fading = this.#fading.filter((layer) => Math.abs(layer.weight) >= least && Math.abs(layer.weight) > next);
+    // Those of one switch belong together, and those of the oldest are the weakest.
+    while (this.#fading.length > room) {
+      const oldest = this.#fading[0].switchNumber;
+      this.#fading = this.#fading.filter((layer) => layer.switchNumber !== oldest);
     }
     for (const layer of this.#fading) layer.weightAtSwitch = layer.weight;
+  }
+
+  #freeze(layer: Layer, weight: number): void {
+    layer.frozen = true;
+    layer.weight = weight;
+    layer.switchNumber = this.#switchNumber;
+    this.#fading.push(layer);
   }
 }

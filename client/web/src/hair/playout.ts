@@ -25,8 +25,6 @@ export interface PlayoutSample {
   readonly timeNs: number;
   /** that of the displacement; null while there is none */
   readonly geometry: LevelGeometry | null;
-  /** since the sample before, the hair has jumped: a teleport or a reset */
-  readonly discontinuous: boolean;
 }
 
 class Held {
@@ -98,11 +96,10 @@ export class Playout {
     displacement: this.#shown.displacement,
     timeNs: 0,
     geometry: null as LevelGeometry | null,
-    discontinuous: false,
   };
   #started = false;
-  /** a discontinuous frame has been reached since the last sample */
-  #jumped = false;
+  /** of the arrivals; null: to be found anew */
+  #target: number | null = null;
   #renderTimeNs = 0;
   #delayNs = 0;
   #droppedCount = 0;
@@ -172,13 +169,9 @@ export class Playout {
   sample(renderTimeNs: number): PlayoutSample | null {
     const frames = this.#frames;
     if (frames.length === 0) return null;
-    const first = !this.#started;
     this.#advance(renderTimeNs);
     const shown = this.#shown;
-    while (frames.length > 1 && frames[1].timeNs <= shown.timeNs) {
-      this.#dropFirst();
-      this.#jumped ||= frames[0].discontinuous;
-    }
+    while (frames.length > 1 && frames[1].timeNs <= shown.timeNs) this.#dropFirst();
     if (shown.timeNs <= frames[0].timeNs || frames.length === 1) this.#showLast(frames[0]);
     else this.#showBetween(frames[0], frames[1]);
     const sample = this.#sample;
@@ -186,8 +179,6 @@ export class Playout {
     sample.displacement = shown.displacement;
     sample.timeNs = shown.timeNs;
     sample.geometry = shown.geometry;
-    sample.discontinuous = first || this.#jumped;
-    this.#jumped = false;
     return sample;
   }
 
@@ -200,6 +191,7 @@ export class Playout {
     arrival.timeNs = sampleTimeNs;
     arrival.latenessNs = arrivalTimeNs - sampleTimeNs;
     this.#arrivals.push(arrival);
+    this.#target = null;
   }
 
   #targetDelayNs(): number {
@@ -222,7 +214,7 @@ export class Playout {
 
   /** Moves the play time on to `renderTimeNs`. */
   #advance(renderTimeNs: number): void {
-    const target = this.#targetDelayNs();
+    const target = (this.#target ??= this.#targetDelayNs());
     const shown = this.#shown;
     if (!this.#started) {
       this.#started = true;
