@@ -10,7 +10,7 @@ layout(location = 2) in vec4 sides;      // light left from +x -x +y -y
 layout(location = 3) in vec4 ends;       // from +z -z; along: 0 at the root ... 1; across: 0 left, 1 right
 layout(location = 4) in vec4 side;       // unit, from left to right at rest; number of the strip
 
-uniform float far_strips;  // 1: drawn as far as the character's strips are; 0: always
+uniform float far_strips;  // 1: those that stand for strands far away; 0: the groom's own, which they stand for too
 
 out vec3 position_scene;
 out vec3 tangent_scene;
@@ -22,7 +22,7 @@ flat out int row;
 
 void main() {
   Character character = load_character(first_record + gl_InstanceID);
-  float opacity = mix(1.0, character.strip_opacity, far_strips);
+  float opacity = mix(character.strand_opacity, character.strip_opacity, far_strips);
   gl_Position = kNowhere;
   position_scene = tangent_scene = normal_scene = vec3(0.0);
   light_sides = vec4(0.0);

@@ -1,4 +1,5 @@
 #include "client/view/geometry_parts.hpp"
+#include "core/ffd/deform.hpp"
 
 namespace hairnet::view {
 namespace {
@@ -41,6 +42,18 @@ void add_strips(const GeometrySource& source, GroomGeometry& geometry) {
                       std::span(source.rest.blend_slope).subspan(range.begin, range.count())};
     add_strip(edges, s, source.light, geometry.strips);
   }
+  const FarStrips& far = groom.far_strips;
+  const std::vector<float> blend = far_strip_blend(groom);
+  const RestTangents rest = far_strip_tangents(far, blend);
+  for (std::size_t s = 0; s < far.strips.size(); ++s) {
+    const PointRange& range = far.strips[s].points;
+    const Edges edges{std::span(far.points).subspan(range.begin, range.count()),
+                      std::span(rest.direction).subspan(range.begin, range.count()),
+                      std::span(blend).subspan(range.begin, range.count()),
+                      std::span(rest.blend_slope).subspan(range.begin, range.count())};
+    add_strip(edges, s, source.light, geometry.far_strips);
+  }
+  geometry.far_strip_count = far.strips.size();
 }
 
 }  // namespace hairnet::view
