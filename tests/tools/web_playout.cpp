@@ -19,17 +19,21 @@ using Json = nlohmann::ordered_json;
 constexpr std::int64_t kMs = 1'000'000;
 constexpr std::int64_t kTick_ns = 33'333'333;
 
-// Levels 0 and 1 are two grids, 4 is rigid.
-constexpr std::array kLevels{LevelIndex::high, LevelIndex::medium};
+constexpr float kReach_m = 0.25f;  // of lattices; some points lie beyond
 
-// A server and the line to its client, as a play-out sees them; what happens is written down with what comes of it.
+// High and medium are two grids. A server and the line to its client, as a play-out sees them; what happens is written
+// down with what comes of it.
 class Scene {
  public:
   explicit Scene(std::uint64_t seed) : random_(seed) {
-    for (std::size_t l = 0; l < kLevels.size(); ++l)
-      levels_.push_back(
-          std::make_shared<const LevelGeometry>(random_.geometry(l == 0 ? std::array{5, 4, 6} : std::array{3, 3, 4})));
-    points_ = random_.vectors(40, 0.3f);
+    for (const std::array<int, 3>& dims : {std::array{5, 4, 6}, std::array{3, 3, 4}}) {
+      auto geometry = std::make_shared<LevelGeometry>(random_.geometry(dims));
+      geometry->lattice.origin = Vec3f::Constant(-kReach_m);
+      for (int a = 0; a < 3; ++a)
+        geometry->lattice.spacing[a] = 2 * kReach_m / static_cast<float>(dims[static_cast<std::size_t>(a)] - 1);
+      levels_.push_back(std::move(geometry));
+    }
+    points_ = random_.vectors(40, 1.2f * kReach_m);
   }
 
   bool velocities = true;

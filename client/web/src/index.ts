@@ -30,7 +30,7 @@ export type { GroomHash } from "./net/groomHash";
 export { Connection, webSocketUrl } from "./net/connection";
 export type { ConnectionOptions, WebSocketLike } from "./net/connection";
 export { LinkCore } from "./net/linkCore";
-export type { LinkCounters, LinkOptions } from "./net/linkCore";
+export type { LinkCounters, LinkOptions } from "./net/linkOptions";
 export type * from "./net/events";
 export {
   ErrorReason,

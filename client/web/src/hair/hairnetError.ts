@@ -5,9 +5,11 @@ export type FaultKind =
   /** Sound bytes, or an argument, with a value out of range. */
   | "invalid"
   /** More than a limit allows. */
-  | "too_large";
+  | "too_large"
+  /** A server that could not be joined. */
+  | "unreachable";
 
-/** The one kind of error that this package throws on bad input. `message` is one line. */
+/** The one kind of error that this package throws. `message` is one line. */
 export class HairnetError extends Error {
   override readonly name = "HairnetError";
 

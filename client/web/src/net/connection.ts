@@ -1,7 +1,7 @@
 import { HairnetError } from "../hair/hairnetError";
 import type { LinkEvent } from "./events";
-import type { LinkCounters, LinkOptions } from "./linkCore";
 import { LinkCore } from "./linkCore";
+import type { LinkCounters, LinkOptions } from "./linkOptions";
 import type { Welcome } from "./messages";
 
 // Bytes that may wait in the socket before no more packets are taken: poses wait where old ones can give way.
@@ -195,7 +195,7 @@ export class Connection {
   #tellAnswer(): void {
     if (!this.#answer) return;
     if (this.core.welcome) this.#answer.resolve(this.core.welcome);
-    else if (this.core.hasEnded) this.#answer.reject(new HairnetError("invalid", this.core.endDetail));
+    else if (this.core.hasEnded) this.#answer.reject(new HairnetError("unreachable", this.core.endDetail));
     else return;
     this.#answer = null;
   }

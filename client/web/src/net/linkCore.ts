@@ -13,9 +13,11 @@ import type { GroomHash } from "./groomHash";
 import { hashBytes, hashGroom } from "./groomHash";
 import { Importance } from "./importance";
 import { KeptHair } from "./keptHair";
+import type { LinkCounters, LinkOptions } from "./linkOptions";
+import { kDefaultOptions } from "./linkOptions";
 import { Members } from "./members";
 import type * as m from "./messages";
-import { ErrorReason, GoodbyeReason, GroomState, Role, kMembersPerMessageMax, kProtocolVersion } from "./messages";
+import { ErrorReason, GoodbyeReason, GroomState, kMembersPerMessageMax, kProtocolVersion } from "./messages";
 import { Roster } from "./roster";
 import { SendQueue } from "./sendQueue";
 import { UploadQueue } from "./uploadQueue";
@@ -28,58 +30,6 @@ const kGoodbyeWaitNs = 400_000_000;
 const kStableNs = 5_000_000_000;
 // After a resume the server tells of all members at once; who is not among them by then has left meanwhile.
 const kMembersToldAgainNs = 1_000_000_000;
-
-export interface LinkOptions {
-  /** for the server's log */
-  readonly clientName: string;
-  /** up to 64 letters, digits and . _ -; empty: the lobby */
-  readonly room: string;
-  /** empty: none */
-  readonly token: string;
-  readonly role: Role;
-  /** from the attempt to the welcome */
-  readonly connectTimeoutS: number;
-  /** after so long without anything to send, an empty pose batch goes out */
-  readonly keepAliveS: number;
-  /** once welcomed; a first attempt that fails is the last */
-  readonly reconnect: boolean;
-  /** of trying to reconnect; 0: never */
-  readonly giveUpAfterS: number;
-  /** of the waits between attempts; from 0 up to 1 */
-  readonly random: () => number;
-}
-
-const kDefaults: LinkOptions = {
-  clientName: "hairnet-client",
-  room: "",
-  token: "",
-  role: Role.participant,
-  connectTimeoutS: 5,
-  keepAliveS: 15,
-  reconnect: true,
-  giveUpAfterS: 0,
-  random: Math.random,
-};
-
-export interface LinkCounters {
-  bytesSent: number;
-  bytesReceived: number;
-  /** of packets that hold frames */
-  frameBytesReceived: number;
-  framesReceived: number;
-  /** not taken in time */
-  framesDropped: number;
-  /** what they refer to was missing, or their bytes were wrong */
-  framesUndecodable: number;
-  /** of no member that was told of, or no newer than the last */
-  framesUnknown: number;
-  /** not sent in time */
-  posesDropped: number;
-  /** welcomes after the first */
-  reconnects: number;
-  /** of these, by a server that still had the session */
-  resumes: number;
-}
 
 type State = "idle" | "waiting" | "wanting" | "opening" | "greeting" | "active" | "leaving" | "ended";
 
@@ -141,7 +91,7 @@ export class LinkCore {
   #endDetail = "";
 
   constructor(options: Partial<LinkOptions> = {}) {
-    this.#options = { ...kDefaults, ...options };
+    this.#options = { ...kDefaultOptions, ...options };
     validateMessage(this.#hello());
   }
 
