@@ -16,7 +16,10 @@ constexpr double kEdge = 1.7320508075688772;            // deviations from the m
 constexpr double kHalfLeast = 0.002, kHalfMost = 0.03;  // m, of the width
 constexpr double kSkinPreference = 0.5;                 // of the spread's trace
 constexpr double kStretchMost = 1.5;
-constexpr double kRootReachMost = 0.15;                           // of the length
+constexpr double kMoveMost = 0.01;  // m, outwards
+constexpr std::size_t kPairCount = 12;
+constexpr double kEvenness = 0.05;                                // what a pair is worth by its distance from others
+constexpr double kRootReachMost = 0.15, kTipReachMost = 0.1;      // of the length
 constexpr double kClearanceRoot = 0.001, kClearanceRest = 0.003;  // m off the skin
 
 template <class T>
@@ -118,11 +121,20 @@ void reach_back(const Head& head, const Mat3& spread, AlongStrip<Vec3>& line) {
   line[0] += reach * flat.norm() * back;
 }
 
+// Tips that spread along the strip are seen beyond their mean.
+void reach_on(const Mat3& spread, AlongStrip<Vec3>& line) {
+  const Vec3 along = direction_at(line, line.size() - 1);
+  line.back() += std::min(std::sqrt(along.dot(spread * along)), kTipReachMost * length_of(line)) * along;
+}
+
 void smooth(AlongStrip<Mat3>& spread) {
-  const AlongStrip<Mat3> rough = spread;
-  for (std::size_t i = 0; i < spread.size(); ++i) {
-    const std::size_t before = i > 0 ? i - 1 : i, after = std::min(i + 1, spread.size() - 1);
-    spread[i] = 0.25 * rough[before] + 0.5 * rough[i] + 0.25 * rough[after];
+  constexpr int kTimes = 4;
+  for (int time = 0; time < kTimes; ++time) {
+    const AlongStrip<Mat3> rough = spread;
+    for (std::size_t i = 0; i < spread.size(); ++i) {
+      const std::size_t before = i > 0 ? i - 1 : i, after = std::min(i + 1, spread.size() - 1);
+      spread[i] = 0.25 * rough[before] + 0.5 * rough[i] + 0.25 * rough[after];
+    }
   }
 }
 
@@ -151,6 +163,43 @@ AlongStrip<Vec3> sides_of(const Head& head, const AlongStrip<Vec3>& line, const 
   return sides;
 }
 
+// Of a lock one sees the outer side.
+void move_out(const AlongStrip<Vec3>& sides, const AlongStrip<Mat3>& spread, AlongStrip<Vec3>& line) {
+  const AlongStrip<Vec3> middle = line;
+  for (std::size_t i = 1; i < line.size(); ++i) {
+    const Vec3 normal = sides[i].cross(direction_at(middle, i));
+    line[i] += std::min(std::sqrt(normal.dot(spread[i] * normal)), kMoveMost) * normal;
+  }
+}
+
+double distance_to_segment(const Vec3& point, const Vec3& a, const Vec3& b) {
+  const Vec3 chord = b - a;
+  const double t = std::clamp((point - a).dot(chord) / std::max(chord.squaredNorm(), 1e-18), 0.0, 1.0);
+  return (point - a - t * chord).norm();
+}
+
+// Those of the line's points that keep its shape, ascending: one after the other, the one that is farthest off the line
+// through the others, and where it is straight the one farthest from them.
+std::vector<std::size_t> places_of_pairs(const AlongStrip<Vec3>& line) {
+  AlongStrip<double> arc{};
+  for (std::size_t i = 1; i < line.size(); ++i) arc[i] = arc[i - 1] + (line[i] - line[i - 1]).norm();
+  std::vector<std::size_t> places{0, line.size() - 1};
+  while (places.size() < kPairCount) {
+    double best = -1;
+    std::size_t place = 0, at = 0;
+    for (std::size_t k = 0; k + 1 < places.size(); ++k) {
+      const std::size_t a = places[k], b = places[k + 1];
+      for (std::size_t i = a + 1; i < b; ++i) {
+        const double worth =
+            distance_to_segment(line[i], line[a], line[b]) + kEvenness * std::min(arc[i] - arc[a], arc[b] - arc[i]);
+        if (worth > best) best = worth, place = i, at = k + 1;
+      }
+    }
+    places.insert(places.begin() + static_cast<std::ptrdiff_t>(at), place);
+  }
+  return places;
+}
+
 // What stands far off is not to end beyond where a groom may.
 Vec3f bounded(const Vec3& x) {
   const float most = GroomLimits().coordinate_max_m;
@@ -160,7 +209,7 @@ Vec3f bounded(const Vec3& x) {
 std::vector<Vec3f> edges_of(const Head& head, const AlongStrip<Vec3>& line, const AlongStrip<Vec3>& sides,
                             const AlongStrip<Mat3>& spread, bool rooted) {
   std::vector<Vec3f> edges;
-  for (std::size_t i = 0; i < line.size(); ++i) {
+  for (const std::size_t i : places_of_pairs(line)) {
     const double deviation = std::sqrt(std::max(0.0, sides[i].dot(spread[i] * sides[i])));
     const double half = std::clamp(kEdge * deviation, kHalfLeast, kHalfMost);
     const double clearance = rooted && i == 0 ? kClearanceRoot : kClearanceRest;
@@ -175,10 +224,12 @@ std::vector<Vec3f> ribbon_about(const Head& head, const std::vector<Course>& cou
   const bool rooted = courses[members[0]].rooted;
   auto [line, spread] = Lock(courses, members);
   stretch_to(median_length(courses, members), line);
-  if (rooted) reach_back(head, spread[0], line);
+  if (rooted) reach_back(head, spread.front(), line);
+  reach_on(spread.back(), line);
+  smooth(spread);
+  move_out(sides_of(head, line, spread), spread, line);
   for (std::size_t i = 0; i < line.size(); ++i)
     line[i] = head.outside(line[i], rooted && i == 0 ? kClearanceRoot : kClearanceRest);
-  smooth(spread);
   return edges_of(head, line, sides_of(head, line, spread), spread, rooted);
 }
 

@@ -23,6 +23,9 @@ class ArcIntegral {
     }
   }
   [[nodiscard]] double length() const { return arcs_.empty() ? 0 : arcs_.back(); }
+  [[nodiscard]] std::size_t point_count() const { return points_.size(); }
+  [[nodiscard]] const Vec3& point(std::size_t i) const { return points_[i]; }
+  [[nodiscard]] double share(std::size_t i) const { return arcs_[i] / length(); }  // of the length, up to point i
 
   // The mean of the points from `begin` to `end`, as shares of the length.
   [[nodiscard]] Vec3 mean(double begin, double end) const {
@@ -60,11 +63,25 @@ std::array<Vec3f, kCount> sample(const ArcIntegral& line) {
   return points;
 }
 
-void append_course(std::span<const Vec3f> line, const StrandProperties& properties, float own_variance_m2,
+// Of the line's points about its course, each way across: half the mean square of their distances.
+float variance_about(const std::array<Vec3f, kCoursePoints>& course, const ArcIntegral& line) {
+  double sum = 0;
+  for (std::size_t i = 0; i < line.point_count(); ++i) {
+    const double at = line.share(i) * (kCoursePoints - 1);
+    const std::size_t before = std::min(static_cast<std::size_t>(at), kCoursePoints - 2);
+    const auto t = static_cast<float>(at - static_cast<double>(before));
+    const Vec3f on_course = course[before] + t * (course[before + 1] - course[before]);
+    sum += (line.point(i) - on_course.cast<double>()).squaredNorm();
+  }
+  return static_cast<float>(0.5 * sum / static_cast<double>(line.point_count()));
+}
+
+void append_course(std::span<const Vec3f> line, const StrandProperties& properties, float variance_m2,
                    std::vector<Course>& courses) {
   const ArcIntegral integral(line);
   if (integral.length() < kLengthMin) return;
-  courses.push_back({sample<kCoursePoints>(integral), sample<kOutlinePoints>(integral), own_variance_m2,
+  const auto points = sample<kCoursePoints>(integral);
+  courses.push_back({points, sample<kOutlinePoints>(integral), variance_m2 + variance_about(points, integral),
                      properties.root_length_m, properties.group, properties.rooted});
 }
 
@@ -79,15 +96,15 @@ float variance_across(std::span<const Vec3f> edges) {
 }  // namespace
 
 std::vector<Course> make_courses(const Groom& groom) {
-  std::vector<float> own_variance(groom.strand_count(), 0.0f);
+  std::vector<float> lock_variance(groom.strand_count(), 0.0f);
   for (const Cluster& cluster : groom.clusters) {
     const float radius = 0.5f * (cluster.radius_m + cluster.tip_radius_m);
-    own_variance[cluster.strand] = 0.25f * radius * radius;  // of an even disc
+    lock_variance[cluster.strand] = 0.25f * radius * radius;  // of an even disc
   }
   std::vector<Course> courses;
   courses.reserve(groom.strand_count() + groom.strips.size());
   for (std::size_t s = 0; s < groom.strand_count(); ++s)
-    append_course(groom.strand_points(s), groom.strands[s], own_variance[s], courses);
+    append_course(groom.strand_points(s), groom.strands[s], lock_variance[s], courses);
   std::vector<Vec3f> middle;
   for (const Strip& strip : groom.strips) {
     middle_of(groom, strip, middle);
