@@ -8,6 +8,8 @@
 namespace hairnet {
 namespace {
 
+constexpr double kCourseReach = 1.0 / 16, kOutlineReach = 1.0 / 6;
+
 // A polyline by its arc length, and the integral of its points over that.
 class ArcIntegral {
  public:
@@ -50,15 +52,15 @@ class ArcIntegral {
   std::vector<double> arcs_;
 };
 
-// The piece about a point reaches half way to its neighbours. Root and tip stand for themselves.
+// `reach`: of the piece about a point, each way, as a share of the length. It is shorter near root and tip, which stand
+// for themselves.
 template <std::size_t kCount>
-std::array<Vec3f, kCount> sample(const ArcIntegral& line) {
+std::array<Vec3f, kCount> sample(const ArcIntegral& line, double reach) {
   std::array<Vec3f, kCount> points;
   constexpr double kStep = 1.0 / (kCount - 1);
   for (std::size_t i = 0; i < kCount; ++i) {
-    const double at = static_cast<double>(i) * kStep;
-    const double reach = i == 0 || i + 1 == kCount ? 0 : 0.5 * kStep;
-    points[i] = line.mean(at - reach, at + reach).template cast<float>();
+    const double at = static_cast<double>(i) * kStep, own_reach = i + 1 < kCount ? std::min({reach, at, 1 - at}) : 0;
+    points[i] = line.mean(at - own_reach, at + own_reach).template cast<float>();
   }
   return points;
 }
@@ -80,9 +82,10 @@ void append_course(std::span<const Vec3f> line, const StrandProperties& properti
                    std::vector<Course>& courses) {
   const ArcIntegral integral(line);
   if (integral.length() < kLengthMin) return;
-  const auto points = sample<kCoursePoints>(integral);
-  courses.push_back({points, sample<kOutlinePoints>(integral), variance_m2 + variance_about(points, integral),
-                     properties.root_length_m, properties.group, properties.rooted});
+  const auto points = sample<kCoursePoints>(integral, kCourseReach);
+  courses.push_back({points, sample<kOutlinePoints>(integral, kOutlineReach),
+                     variance_m2 + variance_about(points, integral), properties.root_length_m, properties.group,
+                     properties.rooted});
 }
 
 // As if the hair filled the strip evenly from edge to edge.
@@ -126,7 +129,7 @@ std::array<Vec3f, kOutlinePoints> make_outline(const std::array<Vec3f, kCoursePo
     outline.fill(line[0]);
     return outline;
   }
-  return sample<kOutlinePoints>(integral);
+  return sample<kOutlinePoints>(integral, kOutlineReach);
 }
 
 }  // namespace hairnet
