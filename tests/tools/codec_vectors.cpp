@@ -1,95 +1,19 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 
 #include "client/tools/files/write_file.hpp"
-#include "tests/unit/schema/codec_frames.hpp"
+#include "tests/tools/codec_cases.hpp"
 
 // Writes frames and their bytes as JSON, to test a decoder that is written in another language.
-namespace hairnet::codec {
-namespace {
-
-using Json = nlohmann::ordered_json;
-
-std::string hex(const std::vector<std::uint8_t>& bytes) {
-  constexpr const char* kDigits = "0123456789abcdef";
-  std::string out;
-  for (const std::uint8_t byte : bytes) {
-    out += kDigits[byte >> 4];
-    out += kDigits[byte & 15];
-  }
-  return out;
-}
-
-Json case_of(const std::string& name, const LevelGeometry* geometry, const Integers& frame, History history) {
-  std::optional<Neighbours> neighbours;
-  if (geometry) neighbours.emplace(*geometry);
-  std::vector<std::uint8_t> bytes;
-  encode_frame(frame, history, neighbours ? &*neighbours : nullptr, bytes);
-  Json out{{"name", name}};
-  out["dims"] = geometry ? Json(geometry->lattice.dims) : Json(std::array{0, 0, 0});
-  out["active_nodes"] = geometry ? Json(geometry->active_nodes) : Json::array();
-  out["history"] = Json::array();
-  for (const Integers* earlier : history)
-    out["history"].push_back({{"bones", earlier->bones}, {"nodes", earlier->nodes}});
-  out["has_velocities"] = !frame.velocities.empty();
-  out["content"] = hex(bytes);
-  out["bones"] = frame.bones;
-  out["nodes"] = frame.nodes;
-  out["velocities"] = frame.velocities;
-  return out;
-}
-
-std::vector<const Integers*> pointers(const std::vector<Integers>& frames) {
-  std::vector<const Integers*> out;
-  for (const Integers& frame : frames) out.push_back(&frame);
-  return out;
-}
-
-// Integers of every size, also such as no solver makes.
-void add_random(Json& cases) {
-  RandomFrames random(1);
-  for (int round = 0; round < 96; ++round) {
-    const LevelGeometry geometry = random.geometry();
-    const bool rigid = round % 8 == 7;
-    const std::size_t count = rigid ? 0 : geometry.active_nodes.size();
-    const int bits = 1 + round % 16;
-    const Integers frame = random.frame(count, bits, round % 3 == 0);
-    std::vector<Integers> past;
-    for (int n = 0; n < round / 2 % 4; ++n) past.push_back(random.frame(count, bits, false));
-    cases.push_back(case_of("random " + std::to_string(round), rigid ? nullptr : &geometry, frame, pointers(past)));
-  }
-}
-
-void add_moving(Json& cases) {
-  const MovingLattice moving = step_made_lattice(LevelIndex::low, 30, 24);
-  for (std::size_t c = 0; c < kErrorClassCount; ++c) {
-    const std::vector<Integers> frames = quantised(moving, static_cast<ErrorClass>(c), c == 1);
-    for (const std::size_t stride : {1, 2, 4}) {
-      for (std::size_t order = 0; order <= kHistoryMax; ++order) {
-        std::vector<const Integers*> history;
-        for (std::size_t n = 1; n <= order; ++n) history.push_back(&frames[frames.size() - 1 - n * stride]);
-        const std::string name = "lattice, class " + std::to_string(c) + ", stride " + std::to_string(stride);
-        cases.push_back(case_of(name, &moving.geometry, frames.back(), history));
-      }
-    }
-  }
-}
-
-}  // namespace
-}  // namespace hairnet::codec
-
 int main(int argc, char** argv) {
   CLI::App app("Writes frames and their bytes as JSON, to test a decoder in another language.",
                "hairnet-codec-vectors");
   std::string path;
   app.add_option("file", path, "to write")->required();
   CLI11_PARSE(app, argc, argv);
-  hairnet::codec::Json cases = hairnet::codec::Json::array();
-  hairnet::codec::add_random(cases);
-  hairnet::codec::add_moving(cases);
-  const std::string text = hairnet::codec::Json{{"cases", std::move(cases)}}.dump() + "\n";
+  const std::string text = nlohmann::ordered_json{{"cases", hairnet::codec::codec_cases()}}.dump() + "\n";
   if (const auto written = hairnet::write_file(path, std::as_bytes(std::span(text))); !written) {
     std::fprintf(stderr, "hairnet-codec-vectors: %s: %s\n", path.c_str(), written.error().c_str());
     return 1;

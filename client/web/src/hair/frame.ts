@@ -1,0 +1,31 @@
+import type { LevelGeometry } from "./lattice";
+import type { ErrorClass, Level } from "./level";
+import type { Pose } from "./pose";
+
+/** One character at one moment, decoded. */
+export interface Frame {
+  /** its number in the room */
+  readonly member: number;
+  /** one's own number for it; 0: another's */
+  readonly character: number;
+  readonly level: Level;
+  readonly errorClass: ErrorClass;
+  /** teleport, reset or switch of level: do not interpolate from the last frame */
+  readonly discontinuous: boolean;
+  /** nothing will change, and no frame come, before the character wakes */
+  readonly asleep: boolean;
+  /** the hair as it was when a server was lost: the next one has none of it yet */
+  readonly kept: boolean;
+  /** ticks from one step of the character to the next */
+  readonly stepStride: number;
+  /** the same in seconds; 0: not known */
+  readonly stepS: number;
+  /** the one the step used */
+  readonly pose: Pose;
+  /** 3 an active node, head space, in steps of the error class; empty: rigid */
+  readonly displacements: Int16Array;
+  /** in units of 32 steps a second, of the node in the world, in head axes; empty: not sent */
+  readonly velocities: Int16Array;
+  /** of the level; null: rigid */
+  readonly geometry: LevelGeometry | null;
+}

@@ -1,0 +1,124 @@
+/** Strands, one entry each in every array. */
+export interface Strands {
+  readonly count: number;
+  /** count + 1: strand s has points [begin[s], begin[s + 1]) */
+  readonly begin: Uint32Array;
+  /** of one real hair, for drawing */
+  readonly radiusM: Float32Array;
+  /** real hairs that the strand stands for */
+  readonly hairCount: Float32Array;
+  /** lambda_0 of the root blend; 0: none */
+  readonly rootLengthM: Float32Array;
+  /** index into groupNames */
+  readonly group: Uint16Array;
+  /** 1: its first point is on the skull */
+  readonly rooted: Uint8Array;
+}
+
+/** A run of the groom's points, the end not included. */
+export interface PointRange {
+  readonly begin: number;
+  readonly end: number;
+}
+
+/** A strand drawn as a lock: copies that follow it at an offset of their own. */
+export interface Cluster {
+  readonly strand: number;
+  readonly copyCount: number;
+  readonly radiusM: number;
+  readonly tipRadiusM: number;
+}
+
+/** Linear RGB, each 0 to 1. */
+export type Colour = readonly [number, number, number];
+
+/** A cord or chain: a polyline. */
+export interface Thread {
+  readonly points: PointRange;
+  readonly group: number;
+  readonly rooted: boolean;
+  readonly rootLengthM: number;
+  readonly radiusM: number;
+  readonly colour: Colour;
+}
+
+/** A lock of hair drawn as one ribbon of textured hair: points left, right, left, right ... from the root. */
+export interface Strip {
+  readonly points: PointRange;
+  readonly group: number;
+  readonly rooted: boolean;
+  readonly rootLengthM: number;
+  /** real hairs that it stands for */
+  readonly hairCount: number;
+}
+
+/** Woven cloth: a veil, a band, a ribbon. */
+export interface Cloth {
+  readonly points: PointRange;
+  readonly group: number;
+  /** 3 a triangle, indices into the groom's points */
+  readonly triangles: Uint32Array;
+  /** one a point: the way along the cloth to where it is pinned, m; empty: pinned nowhere */
+  readonly rootDistanceM: Float32Array;
+  readonly rootLengthM: number;
+  readonly colour: Colour;
+  readonly opacity: number;
+}
+
+/** Points tied together. */
+export interface Knot {
+  /** indices into the groom's points */
+  readonly points: Uint32Array;
+}
+
+/** What hair is made of, per real hair where it says so; core/groom/material.hpp says what each is. */
+export interface Material {
+  readonly axialStiffnessN: number;
+  readonly attachmentStiffnessNPerM: number;
+  readonly dampingRatio: number;
+  readonly linearDensityKgPerM: number;
+  readonly airDragNsPerM2: number;
+  readonly etherMassRatio: number;
+  readonly etherStiffnessPerS2: number;
+  readonly etherDampingRatio: number;
+  readonly rootLengthM: number;
+  readonly thicknessM: number;
+  readonly metaballPotentialJ: number;
+}
+
+/** The skull and body that a groom was made on, head space at rest, m. */
+export interface Body {
+  /** 3 a vertex */
+  readonly vertices: Float32Array;
+  /** 5 a vertex, in the order of `Bone`, of sum 1 */
+  readonly boneWeights: Float32Array;
+  /** 3 a triangle */
+  readonly triangles: Uint32Array;
+  /** pivots of the bones, 3 each */
+  readonly joints: Float32Array;
+  /** no mesh was given: the skull is an ellipsoid */
+  readonly fittedFromRoots: boolean;
+}
+
+/**
+ * The immutable hairstyle in head space (metres), as it lies on the upright head, what else is in the hair, and the body
+ * under it.
+ */
+export interface Groom {
+  readonly name: string;
+  readonly groupNames: readonly string[];
+  /** 3 each: strand by strand, root first; then those of threads, strips and cloths. All follow the lattice. */
+  readonly points: Float32Array;
+  readonly strands: Strands;
+  /** of all hair, but for the groups below; null in files of version 1, whose hair is normal */
+  readonly material: Material | null;
+  readonly groupMaterials: readonly { readonly group: number; readonly material: Material }[];
+  /** one a group, or none at all; each (arc length over root length, delta) pairs; no pairs: 1 - exp(-x^2) */
+  readonly rootBlends: readonly Float32Array[];
+  readonly clusters: readonly Cluster[];
+  readonly threads: readonly Thread[];
+  readonly strips: readonly Strip[];
+  readonly cloths: readonly Cloth[];
+  readonly knots: readonly Knot[];
+  readonly body: Body;
+}

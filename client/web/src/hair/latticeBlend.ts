@@ -1,0 +1,113 @@
+import type { LevelGeometry } from "./lattice";
+import { expandDisplacements, nodeCount } from "./lattice";
+import { Level } from "./level";
+import type { PlayoutSample } from "./playout";
+
+/** How long a switch of level takes to fade. */
+export const kSwitchBlendNs = 400_000_000;
+/** Layers that are kept at a time; of switches that follow each other closer, the weakest are left out. */
+export const kLayersMax = 5;
+
+/** A lattice whose FFD counts with a weight: hair's displacement is u(x) = sum of weight * FFD(x) over the layers. */
+export interface LatticeLayer {
+  readonly geometry: LevelGeometry;
+  /** 3 a grid node, head space, m */
+  readonly grid: Float32Array;
+  readonly weight: number;
+  /** its lattice will not change any more, only its weight: what was sent to a GPU can stay there */
+  readonly frozen: boolean;
+}
+
+class Layer implements LatticeLayer {
+  readonly grid: Float32Array;
+  weight = 1;
+  frozen = false;
+  /** what is left of it at the switch that it fades from */
+  weightAtSwitch = 1;
+  /** number of the switch that froze it */
+  switchNumber = 0;
+
+  constructor(readonly geometry: LevelGeometry) {
+    this.grid = new Float32Array(3 * nodeCount(geometry.lattice));
+  }
+}
+
+/**
+ * A coarse level cannot show every shape of a finer one. Where a character's level changes, hair would jump by the
+ * difference: it is kept, and fades over `kSwitchBlendNs`. As that difference is one of two FFDs, it is shown as layers,
+ * frozen at the switch: the old lattice with weight w, the new one with weight -w. One for each character.
+ */
+export class LatticeBlend {
+  /** the newest, if not rigid; its lattice is that of the last sample */
+  #current: Layer | null = null;
+  /** of the oldest switch first */
+  #fading: Layer[] = [];
+  readonly #layers: Layer[] = [];
+  #level = Level.rigid;
+  #started = false;
+  #switchedNs = 0;
+  #switchNumber = 0;
+
+  /**
+   * The layers that show a sample of `Playout`: the newest first, of weight 1, unless it is rigid. They belong to this
+   * object until the next call. With `discontinuous` it begins anew. (Frames are also discontinuous where the level
+   * changes: pass that on only for what is not to fade.)
+   */
+  update(sample: PlayoutSample, discontinuous = false): readonly LatticeLayer[] {
+    const geometry = sample.displacement.length > 0 ? sample.geometry : null;
+    const before = this.#current;
+    if (discontinuous || !this.#started) this.#fading = [];
+    // What is on the screen at a switch is what was shown last.
+    const switched = this.#started && !discontinuous && (sample.level !== this.#level || this.#isRebuilt(geometry));
+    if (!switched) this.#fade(sample.timeNs);
+    if (!geometry) this.#current = null;
+    else if (switched || before?.geometry !== geometry) this.#current = new Layer(geometry);
+    if (this.#current) expandDisplacements(this.#current.geometry, sample.displacement, this.#current.grid);
+    if (switched) this.#beginFade(before, sample.timeNs);
+    this.#started = true;
+    this.#level = sample.level;
+    this.#layers.length = 0;
+    if (this.#current) this.#layers.push(this.#current);
+    this.#layers.push(...this.#fading);
+    return this.#layers;
+  }
+
+  /** The same level, of a server that built it otherwise. */
+  #isRebuilt(geometry: LevelGeometry | null): boolean {
+    return geometry !== null && this.#current !== null && geometry !== this.#current.geometry;
+  }
+
+  #fade(timeNs: number): void {
+    if (this.#fading.length === 0) return;
+    const gone = Math.min(Math.max((timeNs - this.#switchedNs) / kSwitchBlendNs, 0), 1);
+    const left = 1 - gone * gone * (3 - 2 * gone);
+    if (left <= 0) this.#fading = [];
+    for (const layer of this.#fading) layer.weight = left * layer.weightAtSwitch;
+  }
+
+  /** What was shown, the lattice before the switch and what was fading, less the new lattice: all fades from now on. */
+  #beginFade(before: Layer | null, timeNs: number): void {
+    this.#switchedNs = timeNs;
+    ++this.#switchNumber;
+    if (before) this.#freeze(before, 1);
+    if (this.#current) {
+      const frozen = new Layer(this.#current.geometry);
+      frozen.grid.set(this.#current.grid);
+      this.#freeze(frozen, -1);
+    }
+    const room = kLayersMax - (this.#current ? 1 : 0);
+    // Those of one switch belong together, and those of the oldest are the weakest.
+    while (this.#fading.length > room) {
+      const oldest = this.#fading[0].switchNumber;
+      this.#fading = this.#fading.filter((layer) => layer.switchNumber !== oldest);
+    }
+    for (const layer of this.#fading) layer.weightAtSwitch = layer.weight;
+  }
+
+  #freeze(layer: Layer, weight: number): void {
+    layer.frozen = true;
+    layer.weight = weight;
+    layer.switchNumber = this.#switchNumber;
+    this.#fading.push(layer);
+  }
+}

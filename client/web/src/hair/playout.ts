@@ -1,0 +1,298 @@
+import { dequantiseNodes, dequantiseVelocities } from "./dequantise";
+import type { Frame } from "./frame";
+import { HermiteHead } from "./hermiteHead";
+import type { LevelGeometry } from "./lattice";
+import { Level } from "./level";
+import type { Pose } from "./pose";
+import { interpolatePose, kPoseNumbers, rigidPose } from "./pose";
+
+const kFramesMax = 256; // held while nobody samples
+const kArrivalsMax = 60; // two seconds at 30 Hz
+const kIntervalDefaultNs = 33_333_333;
+const kHoldNs = 100_000_000;
+const kCubicNsMax = 250_000_000;
+const kEaseToRestNs = 500_000_000;
+// The delay changes by at most this share of the time that passes: slower or faster motion that nobody notices.
+const kSlewMax = 0.1;
+
+/** What to draw at one moment. Its arrays are the play-out's own: valid until its next call. */
+export interface PlayoutSample {
+  readonly pose: Pose;
+  readonly level: Level;
+  /** 3 an active node of `geometry`, head space, m; empty: rigid */
+  readonly displacement: Float32Array;
+  /** the sample time that is shown; never goes back */
+  readonly timeNs: number;
+  /** that of the displacement; null while there is none */
+  readonly geometry: LevelGeometry | null;
+}
+
+class Held {
+  timeNs = 0;
+  discontinuous = false;
+  /** held for as long as nothing newer comes */
+  asleep = false;
+  readonly pose: Pose = rigidPose();
+  level = Level.rigid;
+  displacement = new Float32Array(0);
+  /** of each node in the world, head axes, m/s, over the step that ended here; or empty */
+  velocity = new Float32Array(0);
+  /** of that step; 0: not known */
+  stepNs = 0;
+  geometry: LevelGeometry | null = null;
+  #displacementRoom = new Float32Array(0);
+  #velocityRoom = new Float32Array(0);
+
+  /** Sets the numbers of displacement and velocity; what they are is left open. */
+  resize(displacements: number, velocities: number): void {
+    if (this.displacement.length !== displacements) {
+      if (this.#displacementRoom.length < displacements) this.#displacementRoom = new Float32Array(displacements);
+      this.displacement = this.#displacementRoom.subarray(0, displacements);
+    }
+    if (this.velocity.length !== velocities) {
+      if (this.#velocityRoom.length < velocities) this.#velocityRoom = new Float32Array(velocities);
+      this.velocity = this.#velocityRoom.subarray(0, velocities);
+    }
+  }
+
+  assign(other: Held): void {
+    this.timeNs = other.timeNs;
+    this.discontinuous = other.discontinuous;
+    this.asleep = other.asleep;
+    this.pose.set(other.pose);
+    this.level = other.level;
+    this.resize(other.displacement.length, other.velocity.length);
+    this.displacement.set(other.displacement);
+    this.velocity.set(other.velocity);
+    this.stepNs = other.stepNs;
+    this.geometry = other.geometry;
+  }
+}
+
+/**
+ * Frames of one character, played out smoothly a little behind the newest: interpolated between two, held at the last
+ * for a moment when none comes, then eased to rest; a sleeping character is held until it wakes. Time is an argument,
+ * always on the client's clock, ns.
+ *
+ * Between frames that bring velocities hair moves by a cubic that keeps them (Hermite), else in a straight line.
+ *
+ * A frame is late by its arrival less its sample time. Playing lags by the least lateness of the last frames, plus one
+ * frame interval (there must be a frame to interpolate to), plus their jitter or half an interval, whichever is more.
+ */
+export class Playout {
+  /** by time; at most one at or before the play time once sampled */
+  readonly #frames: Held[] = [];
+  /** done with, to be used again */
+  readonly #spare: Held[] = [];
+  /** of the last frames, by arrival */
+  readonly #arrivals: { timeNs: number; latenessNs: number }[] = [];
+  readonly #intervals: number[] = [];
+  /** what sample() gave last */
+  readonly #shown = new Held();
+  readonly #head = new HermiteHead();
+  readonly #sample = {
+    pose: this.#shown.pose,
+    level: Level.rigid,
+    displacement: this.#shown.displacement,
+    timeNs: 0,
+    geometry: null as LevelGeometry | null,
+  };
+  #started = false;
+  /** of the arrivals; null: to be found anew */
+  #target: number | null = null;
+  #renderTimeNs = 0;
+  #delayNs = 0;
+  #droppedCount = 0;
+
+  get droppedCount(): number {
+    return this.#droppedCount;
+  }
+  /** from sample time to play time */
+  get delayNs(): number {
+    return this.#delayNs;
+  }
+
+  /**
+   * Takes a frame whose poses were sampled at `sampleTimeNs`, received at `arrivalTimeNs`. One no newer than what was
+   * already played is dropped, and so is a duplicate. Copies what it keeps.
+   */
+  push(frame: Frame, sampleTimeNs: number, arrivalTimeNs: number): void {
+    this.#observe(sampleTimeNs, arrivalTimeNs);
+    const frames = this.#frames;
+    let place = frames.length;
+    while (place > 0 && frames[place - 1].timeNs > sampleTimeNs) --place;
+    const duplicate = place > 0 && frames[place - 1].timeNs === sampleTimeNs;
+    if (duplicate || (this.#started && sampleTimeNs <= this.#shown.timeNs)) {
+      ++this.#droppedCount;
+      return;
+    }
+    // After a gap the way to the new frame begins at what is on the screen, not at the frame before the gap.
+    if (this.#started && frames.length > 0 && frames[frames.length - 1].timeNs < this.#shown.timeNs) {
+      const from = this.#spare.pop() ?? new Held();
+      from.assign(this.#shown);
+      from.discontinuous = false;
+      this.#spare.push(...frames.splice(0));
+      frames.push(from);
+      place = 1;
+    }
+    const held = this.#spare.pop() ?? new Held();
+    held.timeNs = sampleTimeNs;
+    held.discontinuous = frame.discontinuous;
+    held.asleep = frame.asleep;
+    held.pose.set(frame.pose.subarray(0, kPoseNumbers));
+    held.level = frame.level;
+    held.stepNs = Math.round(1e9 * frame.stepS);
+    held.geometry = frame.geometry;
+    held.resize(frame.displacements.length, frame.velocities.length);
+    dequantiseNodes(frame.displacements, frame.errorClass, held.displacement);
+    dequantiseVelocities(frame.velocities, frame.errorClass, held.velocity);
+    frames.splice(place, 0, held);
+    if (frames.length > kFramesMax) {
+      this.#dropFirst();
+      ++this.#droppedCount;
+    }
+  }
+
+  /** No frame will come for a while, the caller knows: what is shown by then is held until the next one. */
+  hold(): void {
+    if (this.#frames.length === 0) return;
+    const last = this.#frames[this.#frames.length - 1];
+    // It may be easing already.
+    if (this.#started && this.#shown.timeNs >= last.timeNs) {
+      last.resize(this.#shown.displacement.length, last.velocity.length);
+      last.displacement.set(this.#shown.displacement);
+    }
+    last.asleep = true;
+  }
+
+  /** What to draw at `renderTimeNs`; an earlier time than the last is taken for the last. Null until the first frame. */
+  sample(renderTimeNs: number): PlayoutSample | null {
+    const frames = this.#frames;
+    if (frames.length === 0) return null;
+    this.#advance(renderTimeNs);
+    const shown = this.#shown;
+    while (frames.length > 1 && frames[1].timeNs <= shown.timeNs) this.#dropFirst();
+    if (shown.timeNs <= frames[0].timeNs || frames.length === 1) this.#showLast(frames[0]);
+    else this.#showBetween(frames[0], frames[1]);
+    const sample = this.#sample;
+    sample.level = shown.level;
+    sample.displacement = shown.displacement;
+    sample.timeNs = shown.timeNs;
+    sample.geometry = shown.geometry;
+    return sample;
+  }
+
+  #dropFirst(): void {
+    this.#spare.push(this.#frames.shift()!);
+  }
+
+  #observe(sampleTimeNs: number, arrivalTimeNs: number): void {
+    const arrival = this.#arrivals.length < kArrivalsMax ? { timeNs: 0, latenessNs: 0 } : this.#arrivals.shift()!;
+    arrival.timeNs = sampleTimeNs;
+    arrival.latenessNs = arrivalTimeNs - sampleTimeNs;
+    this.#arrivals.push(arrival);
+    this.#target = null;
+  }
+
+  #targetDelayNs(): number {
+    const arrivals = this.#arrivals;
+    const intervals = this.#intervals;
+    intervals.length = 0;
+    let least = Infinity;
+    let most = -Infinity;
+    for (let i = 0; i < arrivals.length; ++i) {
+      least = Math.min(least, arrivals[i].latenessNs);
+      most = Math.max(most, arrivals[i].latenessNs);
+      const interval = i > 0 ? arrivals[i].timeNs - arrivals[i - 1].timeNs : 0;
+      if (interval > 0) intervals.push(interval);
+    }
+    intervals.sort(byValue);
+    const median = intervals.length > 0 ? intervals[intervals.length >> 1] : kIntervalDefaultNs;
+    const interval = Math.max(median, this.#frames[this.#frames.length - 1].stepNs);
+    return least + interval + Math.max(Math.floor(interval / 2), most - least);
+  }
+
+  /** Moves the play time on to `renderTimeNs`. */
+  #advance(renderTimeNs: number): void {
+    const target = (this.#target ??= this.#targetDelayNs());
+    const shown = this.#shown;
+    if (!this.#started) {
+      this.#started = true;
+      this.#renderTimeNs = renderTimeNs;
+      this.#delayNs = target;
+      shown.timeNs = renderTimeNs - target;
+      return;
+    }
+    const elapsed = Math.max(0, renderTimeNs - this.#renderTimeNs);
+    this.#renderTimeNs += elapsed;
+    const starved = this.#frames[this.#frames.length - 1].timeNs < shown.timeNs;
+    const slew = Math.floor(kSlewMax * elapsed);
+    // With nothing to show anyway, standing still costs nothing and lets late frames be in time again.
+    if (starved && target > this.#delayNs) this.#delayNs = target;
+    else this.#delayNs += Math.min(Math.max(target - this.#delayNs, -slew), slew);
+    shown.timeNs = Math.max(shown.timeNs, this.#renderTimeNs - this.#delayNs);
+  }
+
+  #showBetween(from: Held, to: Held): void {
+    const shown = this.#shown;
+    shown.level = from.level;
+    const count = from.displacement.length;
+    const joined =
+      !to.discontinuous &&
+      to.level === from.level &&
+      (to.displacement.length === count || to.displacement.length === 0 || count === 0);
+    if (!joined) {
+      shown.pose.set(from.pose);
+      shown.resize(count, 0);
+      shown.displacement.set(from.displacement);
+      shown.geometry = from.geometry;
+      return;
+    }
+    const s = (shown.timeNs - from.timeNs) / (to.timeNs - from.timeNs);
+    interpolatePose(from.pose, to.pose, s, shown.pose);
+    shown.geometry = to.geometry ?? from.geometry;
+    if (isCubic(from, to)) return this.#showCubic(from, to, s);
+    // An empty frame is a lattice at rest.
+    shown.resize(Math.max(count, to.displacement.length), 0);
+    const out = shown.displacement;
+    const a = from.displacement;
+    const b = to.displacement;
+    for (let i = 0; i < out.length; ++i) out[i] = (a.length > 0 ? (1 - s) * a[i] : 0) + (b.length > 0 ? s * b[i] : 0);
+  }
+
+  #showCubic(from: Held, to: Held, s: number): void {
+    const durationS = 1e-9 * (to.timeNs - from.timeNs);
+    const stepS = Math.min(durationS, 1e-9 * to.stepNs);
+    this.#shown.resize(to.displacement.length, 0);
+    this.#head.set(from.pose, to.pose, durationS, stepS);
+    this.#head.interpolate(from, to, to.geometry!, s, this.#shown.displacement);
+  }
+
+  #showLast(last: Held): void {
+    const shown = this.#shown;
+    const waited = shown.timeNs - last.timeNs - Math.max(kHoldNs, 2 * last.stepNs);
+    const eased = Math.min(Math.max(waited / kEaseToRestNs, 0), 1);
+    const left = last.asleep ? 1 : 1 - eased * eased * (3 - 2 * eased);
+    shown.pose.set(last.pose);
+    shown.level = last.level;
+    shown.geometry = last.geometry;
+    shown.resize(last.displacement.length, 0);
+    for (let i = 0; i < last.displacement.length; ++i) shown.displacement[i] = left * last.displacement[i];
+  }
+}
+
+const byValue = (a: number, b: number): number => a - b;
+
+/** Over a long gap a velocity says nothing about the way. */
+function isCubic(from: Held, to: Held): boolean {
+  const count = to.displacement.length;
+  return (
+    count > 0 &&
+    to.velocity.length === count &&
+    from.velocity.length === count &&
+    from.displacement.length === count &&
+    to.geometry !== null &&
+    3 * to.geometry.activeNodes.length === count &&
+    to.timeNs - from.timeNs <= kCubicNsMax
+  );
+}

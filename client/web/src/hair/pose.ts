@@ -1,0 +1,89 @@
+import { HairnetError } from "./hairnetError";
+
+/**
+ * The bones of one character at one moment: 7 numbers a bone, rotation x y z w and position x y z (metres), of a rigid
+ * transform from head space at rest to the world, x_world = rotation x + position. At rest all bones are equal.
+ * Right-handed, +Y up, +Z out of the face.
+ */
+export type Pose = Float64Array;
+
+export const kBoneCount = 5;
+export const kNumbersPerBone = 7;
+export const kPoseNumbers = kBoneCount * kNumbersPerBone;
+
+/** Where a bone's seven numbers begin, in bones. */
+export enum Bone {
+  head = 0,
+  neck = 1,
+  leftShoulder = 2,
+  rightShoulder = 3,
+  upperTrunk = 4,
+}
+
+/** Any coordinate's absolute value, m. */
+export const kPositionMaxM = 10_000;
+const kUnitTolerance = 1e-3;
+
+/** All bones at one transform: the character at rest, moved as a whole. */
+export function rigidPose(rotation: ArrayLike<number> = [0, 0, 0, 1], position: ArrayLike<number> = [0, 0, 0]): Pose {
+  const pose = new Float64Array(kPoseNumbers);
+  for (let bone = 0; bone < kBoneCount; ++bone) {
+    pose.set(rotation, bone * kNumbersPerBone);
+    pose.set(position, bone * kNumbersPerBone + 4);
+  }
+  return pose;
+}
+
+/** What is wrong with a pose in one line, or null: numbers finite, rotations of unit length, coordinates within 10 km. */
+export function poseFault(pose: ArrayLike<number>): string | null {
+  if (pose.length !== kPoseNumbers) return `pose has ${pose.length} numbers, not ${kPoseNumbers}`;
+  for (let i = 0; i < kPoseNumbers; ++i) {
+    if (!Number.isFinite(pose[i])) return "pose is not finite";
+  }
+  for (let at = 0; at < kPoseNumbers; at += kNumbersPerBone) {
+    const length = Math.hypot(pose[at], pose[at + 1], pose[at + 2], pose[at + 3]);
+    if (!(Math.abs(length - 1) <= kUnitTolerance)) return "a rotation of the pose is not of unit length";
+    for (let axis = 4; axis < 7; ++axis) {
+      if (!(Math.abs(pose[at + axis]) <= kPositionMaxM)) return "pose is too far away";
+    }
+  }
+  return null;
+}
+
+/** Throws `HairnetError` unless the pose is sound. */
+export function validatePose(pose: ArrayLike<number>): void {
+  const fault = poseFault(pose);
+  if (fault) throw new HairnetError("invalid", fault);
+}
+
+/** Linear in position, shortest-arc slerp in rotation, bone by bone; s in [0, 1]. `out` may be a or b. */
+export function interpolatePose(a: Pose, b: Pose, s: number, out: Pose): Pose {
+  for (let at = 0; at < kPoseNumbers; at += kNumbersPerBone) {
+    slerp(a, b, at, s, out);
+    for (let axis = at + 4; axis < at + 7; ++axis) out[axis] = a[axis] + s * (b[axis] - a[axis]);
+  }
+  return out;
+}
+
+function slerp(a: Pose, b: Pose, at: number, s: number, out: Pose): void {
+  const dot = a[at] * b[at] + a[at + 1] * b[at + 1] + a[at + 2] * b[at + 2] + a[at + 3] * b[at + 3];
+  const cosine = Math.abs(dot);
+  let ofA = 1 - s;
+  let ofB = s;
+  if (cosine < 1 - Number.EPSILON) {
+    const angle = Math.acos(cosine);
+    const sine = Math.sin(angle);
+    ofA = Math.sin((1 - s) * angle) / sine;
+    ofB = Math.sin(s * angle) / sine;
+  }
+  if (dot < 0) ofB = -ofB;
+  const x = ofA * a[at] + ofB * b[at];
+  const y = ofA * a[at + 1] + ofB * b[at + 1];
+  const z = ofA * a[at + 2] + ofB * b[at + 2];
+  const w = ofA * a[at + 3] + ofB * b[at + 3];
+  const scale = 1 / Math.hypot(x, y, z, w);
+  out[at] = x * scale;
+  out[at + 1] = y * scale;
+  out[at + 2] = z * scale;
+  out[at + 3] = w * scale;
+}

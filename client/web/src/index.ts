@@ -1,0 +1,59 @@
+/**
+ * hairnet-client: other people's hair, simulated by a server, for browsers. `Connection` speaks with the server,
+ * `Playout` and `LatticeBlend` say what to show of a character at any moment, `Deformer` moves its points on the CPU.
+ * `hairnet-client/scene` draws it with three.js.
+ */
+export { HairnetError } from "./hair/hairnetError";
+export type { FaultKind } from "./hair/hairnetError";
+export { ErrorClass, Level, kStepsM, kVelocityStepsPerS } from "./hair/level";
+export { Bone, interpolatePose, kBoneCount, kNumbersPerBone, kPoseNumbers, poseFault, rigidPose } from "./hair/pose";
+export type { Pose } from "./hair/pose";
+export { expandDisplacements, nodeCount, nodePosition } from "./hair/lattice";
+export type { Lattice, LevelGeometry } from "./hair/lattice";
+export type { Frame } from "./hair/frame";
+export { dequantiseNodes, dequantiseVelocities } from "./hair/dequantise";
+export { Playout } from "./hair/playout";
+export type { PlayoutSample } from "./hair/playout";
+export { LatticeBlend, kLayersMax, kSwitchBlendNs } from "./hair/latticeBlend";
+export type { LatticeLayer } from "./hair/latticeBlend";
+export { Deformer } from "./hair/deform";
+export type { DeformOutput, FfdKind } from "./hair/deform";
+export { blendAt, rootBlend } from "./hair/rootBlend";
+export { restTangents } from "./hair/restTangents";
+export type { RestTangents } from "./hair/restTangents";
+export { validateGroom } from "./hair/validateGroom";
+export type * from "./hair/groom";
+
+export { decodeGroom } from "./net/groomFile";
+export { hashGroom } from "./net/groomHash";
+export type { GroomHash } from "./net/groomHash";
+export { Connection, webSocketUrl } from "./net/connection";
+export type { ConnectionOptions, WebSocketLike } from "./net/connection";
+export { LinkCore } from "./net/linkCore";
+export type { LinkCounters, LinkOptions } from "./net/linkOptions";
+export type * from "./net/events";
+export {
+  ErrorReason,
+  GoodbyeReason,
+  GroomState,
+  ObserveMode,
+  Role,
+  kProtocolVersion,
+} from "./net/messages";
+export type {
+  CharacterAdded,
+  CharacterRemoved,
+  ErrorMessage,
+  GroomStatus,
+  MaterialScale,
+  MemberImportance,
+  MemberJoined,
+  MemberLeft,
+  Observe,
+  PoseSample,
+  Welcome,
+  Wind,
+} from "./net/messages";
+export { decodePacket } from "./net/decodePacket";
+export { encodePacket } from "./net/encodePacket";
+export type { ClientMessage, Envelope, Message, ServerMessage } from "./net/messages";

@@ -1,0 +1,89 @@
+import type { Frame } from "../hair/frame";
+import type { Disconnected, FrameBatch, LinkEvent } from "./events";
+
+const kFrameBytesMax = 32 << 20;
+const kOtherBytesMax = 256 << 20;
+/** Of what an object takes besides its arrays. */
+const kObjectBytes = 512;
+
+/**
+ * What a caller has not taken yet. Bounded: the oldest frames give way, and for the rest the caller who takes nothing is
+ * cut off. No I/O.
+ */
+export class EventQueue {
+  #events: LinkEvent[] = [];
+  #frameBytes = 0;
+  #otherBytes = 0;
+  #framesDropped = 0;
+  #ended = false;
+
+  get framesDropped(): number {
+    return this.#framesDropped;
+  }
+
+  /** False when full of what may not be dropped. */
+  push(event: LinkEvent): boolean {
+    if (this.#ended) return true;
+    if (event.type === "frameBatch") {
+      this.#frameBytes += bytesOfBatch(event);
+      this.#events.push(event);
+      while (this.#frameBytes > kFrameBytesMax) this.#dropOldestFrames();
+      return true;
+    }
+    const bytes = bytesOf(event);
+    if (this.#otherBytes + bytes > kOtherBytesMax) return false;
+    this.#otherBytes += bytes;
+    this.#events.push(event);
+    return true;
+  }
+
+  pushLast(event: Disconnected): void {
+    if (this.#ended) return;
+    this.#ended = true;
+    this.#events.push(event);
+  }
+
+  takeAll(): LinkEvent[] {
+    const taken = this.#events;
+    this.#events = [];
+    this.#frameBytes = this.#otherBytes = 0;
+    return taken;
+  }
+
+  #dropOldestFrames(): void {
+    const oldest = this.#events.findIndex((event) => event.type === "frameBatch");
+    const dropped = this.#events.splice(oldest, 1)[0] as FrameBatch;
+    this.#frameBytes -= bytesOfBatch(dropped);
+    this.#framesDropped += dropped.frames.length;
+    for (const frame of dropped.frames) {
+      if (frame.discontinuous) this.#passOnJump(frame.member, oldest);
+    }
+  }
+
+  /** A jump that the reader never sees still parts the frames around it. */
+  #passOnJump(member: number, from: number): void {
+    for (let i = from; i < this.#events.length; ++i) {
+      const event = this.#events[i];
+      if (event.type !== "frameBatch") continue;
+      const next = event.frames.findIndex((frame) => frame.member === member);
+      if (next < 0) continue;
+      const frames: Frame[] = event.frames.slice();
+      frames[next] = { ...frames[next], discontinuous: true };
+      this.#events[i] = { ...event, frames };
+      return;
+    }
+  }
+}
+
+function bytesOfBatch(batch: FrameBatch): number {
+  let bytes = kObjectBytes;
+  for (const frame of batch.frames) bytes += kObjectBytes + 2 * (frame.displacements.length + frame.velocities.length);
+  return bytes;
+}
+
+function bytesOf(event: LinkEvent): number {
+  if (event.type === "groomFetched") return kObjectBytes + (event.bytes?.length ?? 0);
+  if (event.type !== "levelKnown") return 4 * kObjectBytes;
+  const { activeNodes, trimmedNodes, trimmedFrom } = event.geometry;
+  return kObjectBytes + 4 * (activeNodes.length + 2 * trimmedNodes.length + 2 * trimmedFrom.length);
+}

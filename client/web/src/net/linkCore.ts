@@ -1,0 +1,563 @@
+import { HairnetError } from "../hair/hairnetError";
+import { Level } from "../hair/level";
+import { backoffNs } from "./backoff";
+import { BulkShare } from "./bulkShare";
+import { ClockEstimate } from "./clockEstimate";
+import { decodePacket } from "./decodePacket";
+import { encodePacket } from "./encodePacket";
+import { EventQueue } from "./eventQueue";
+import type { FrameSink, LinkEvent } from "./events";
+import { FramePasser } from "./framePasser";
+import { GroomFetch } from "./groomFetch";
+import type { GroomHash } from "./groomHash";
+import { hashBytes, hashGroom } from "./groomHash";
+import { Importance } from "./importance";
+import { KeptHair } from "./keptHair";
+import type { LinkCounters, LinkOptions } from "./linkOptions";
+import { kDefaultOptions } from "./linkOptions";
+import { Members } from "./members";
+import type * as m from "./messages";
+import { ErrorReason, GoodbyeReason, GroomState, kMembersPerMessageMax, kProtocolVersion } from "./messages";
+import { Roster } from "./roster";
+import { SendQueue } from "./sendQueue";
+import { UploadQueue } from "./uploadQueue";
+import { validateMessage, validatePoseSample } from "./validateMessage";
+
+// A pose waits for at most one chunk of a groom: it is kept small.
+const kChunkBytes = 16 << 10;
+const kGoodbyeWaitNs = 400_000_000;
+// A session that lasted so long was no failed attempt: the next one comes soon again.
+const kStableNs = 5_000_000_000;
+// After a resume the server tells of all members at once; who is not among them by then has left meanwhile.
+const kMembersToldAgainNs = 1_000_000_000;
+
+type State = "idle" | "waiting" | "wanting" | "opening" | "greeting" | "active" | "leaving" | "ended";
+
+/**
+ * A client's whole conversation with a server, without socket and clock: packets and times in, packets and events out.
+ * Whoever owns it drives it so, with times (ns) of one monotonic clock that never go back:
+ *
+ *   start()                     once; then after whatever happens:
+ *   poll(now)                   time-outs; due again at nextDeadlineNs at the latest
+ *   wantsConnection             open one: onOpening(), then onOpen() or onClosed()
+ *   takePacket(now)             while it gives packets and the connection takes them: send them
+ *   wantsClose                  close: onClosed()
+ *
+ * What arrives goes into onPacket(), the end of the connection into onClosed().
+ *
+ * When the connection breaks it asks for a new one after a while, and then says again what its caller asked for. Calls
+ * of the caller are taken in every state; what cannot be sent now is said later, but poses, which are dropped. They
+ * throw `HairnetError` for arguments that no server takes, and then change nothing.
+ */
+export class LinkCore {
+  readonly #options: LinkOptions;
+  #state: State = "idle";
+  /** from onOpening() to onClosed() */
+  #connection = false;
+  #goodbyeTaken = false;
+  /** of the state */
+  #deadlineNs = Infinity;
+  /** while reconnecting */
+  #giveUpNs = Infinity;
+  /** all told of again, after a resume */
+  #membersDueNs = Infinity;
+  #activeSinceNs = 0;
+  /** since when it is, or was last, without a connection that lasts */
+  #awaySinceNs: number | null = null;
+  /** when a packet, or a sign of life, went out last */
+  #sentNs = 0;
+  #clock = new ClockEstimate();
+  readonly #roster = new Roster();
+  readonly #uploads = new UploadQueue(kChunkBytes);
+  readonly #uploadShare = new BulkShare(kChunkBytes);
+  readonly #queue = new SendQueue();
+  readonly #members = new Members();
+  readonly #kept = new KeptHair();
+  readonly #importance = new Importance();
+  readonly #fetch = new GroomFetch();
+  readonly #events = new EventQueue();
+  readonly #frames = new FramePasser(this.#kept);
+  readonly #counters = {
+    bytesSent: 0,
+    bytesReceived: 0,
+    frameBytesReceived: 0,
+    framesReceived: 0,
+    framesUndecodable: 0,
+    framesUnknown: 0,
+    reconnects: 0,
+    resumes: 0,
+  };
+  #welcome: m.Welcome | null = null;
+  #endDetail = "";
+
+  constructor(options: Partial<LinkOptions> = {}) {
+    this.#options = { ...kDefaultOptions, ...options };
+    validateMessage(this.#hello());
+  }
+
+  // The caller's side.
+
+  start(): void {
+    if (this.#state === "idle") this.#state = "wanting";
+  }
+
+  /** `bytes` is a groom's file; kept for as long as it may have to be sent again. */
+  offerGroom(bytes: Uint8Array): GroomHash {
+    const hash = hashGroom(bytes);
+    validateMessage({ type: "groomOffer", hash, byteCount: bytes.length });
+    this.#roster.offer(hash, bytes);
+    const offer = this.isActive ? this.#uploads.offer(hash, bytes) : null;
+    if (offer) this.#say(offer);
+    return hash;
+  }
+
+  addCharacter(character: number, groom: GroomHash, level: Level = Level.high): void {
+    const added: m.AddCharacter = { type: "addCharacter", character, groom, level, state: null };
+    validateMessage(added);
+    this.#roster.add(added);
+    this.#say(added);
+  }
+
+  /** The finest level it may have. */
+  setLevel(character: number, level: Level): void {
+    const wanted: m.SetLevel = { type: "setLevel", character, level };
+    validateMessage(wanted);
+    if (level === Level.rigid) this.#kept.drop(character);
+    this.#roster.setLevel(wanted);
+    this.#say(wanted);
+  }
+
+  /** Refused with an error message when out of range. */
+  setMaterial(character: number, scale: m.MaterialScale): void {
+    const wanted: m.SetMaterial = { type: "setMaterial", character, scale: { ...scale } };
+    validateMessage(wanted);
+    this.#roster.setMaterial(wanted);
+    this.#say(wanted);
+  }
+
+  /** Of the whole room; whoever set it last wins. */
+  setWind(wind: m.Wind): void {
+    const wanted: m.SetWind = { type: "setWind", wind: { ...wind } };
+    validateMessage(wanted);
+    this.#roster.setWind(wanted);
+    this.#say(wanted);
+  }
+
+  removeCharacter(character: number): void {
+    const removed: m.RemoveCharacter = { type: "removeCharacter", character };
+    validateMessage(removed);
+    this.#roster.remove(character);
+    this.#kept.drop(character);
+    this.#say(removed);
+  }
+
+  /** Poses of one moment, sent as one batch; copied. */
+  pushPoses(poses: readonly m.PoseSample[]): void {
+    poses.forEach(validatePoseSample);
+    const copied = poses.map((sample) => ({ ...sample, pose: sample.pose.slice() }));
+    if (this.isActive) this.#queue.pushPoses(copied);
+    else this.#queue.dropPoses(copied);
+  }
+
+  /** What of others is sent; every frame of all at first. */
+  observe(wanted: Omit<m.Observe, "type">): void {
+    const message: m.Observe = { ...wanted, type: "observe", members: wanted.members.slice() };
+    validateMessage(message);
+    this.#roster.observe(message);
+    this.#say(message);
+  }
+
+  /** Said a few times a second at most, and what has changed enough to matter. */
+  reportImportance(members: readonly m.MemberImportance[]): void {
+    for (let begin = 0; begin < members.length; begin += kMembersPerMessageMax)
+      validateMessage({ type: "reportImportance", members: members.slice(begin, begin + kMembersPerMessageMax) });
+    this.#importance.report(members);
+  }
+
+  /** Another's groom: `GroomFetched` follows, or an error message (groomUnavailable). */
+  requestGroom(hash: GroomHash): void {
+    hashBytes(hash);
+    const request = this.#fetch.request(hash);
+    if (request) this.#say(request);
+  }
+
+  /** Frames then go there, and no `FrameBatch` events come; null: events again. */
+  setFrameSink(sink: FrameSink | null): void {
+    this.#frames.sink = sink;
+  }
+
+  /** Says goodbye; `hasEnded` follows. */
+  leave(nowNs: number): void {
+    if (this.#state === "leaving" || this.hasEnded) return;
+    const goodbye: m.Goodbye = { type: "goodbye", reason: GoodbyeReason.clientLeaves, detail: "" };
+    if (!this.isActive || !this.#queue.push(goodbye)) return this.#end(GoodbyeReason.clientLeaves, kClosedHere);
+    this.#state = "leaving";
+    this.#deadlineNs = nowNs + kGoodbyeWaitNs;
+  }
+
+  takeEvents(): LinkEvent[] {
+    return this.#events.takeAll();
+  }
+
+  get isActive(): boolean {
+    return this.#state === "active";
+  }
+  get hasEnded(): boolean {
+    return this.#state === "ended";
+  }
+  /** Once `hasEnded`: one line of why. */
+  get endDetail(): string {
+    return this.#endDetail;
+  }
+  /** The last one. */
+  get welcome(): m.Welcome | null {
+    return this.#welcome;
+  }
+  /** A time on the server's clock, on ours; as it is while no server's clock is known. */
+  toLocalNs(serverTimeNs: number): number {
+    return this.#clock.toLocal(serverTimeNs);
+  }
+  get counters(): LinkCounters {
+    return {
+      ...this.#counters,
+      framesDropped: this.#events.framesDropped,
+      posesDropped: this.#queue.posesDropped,
+    };
+  }
+
+  // The connection's side.
+
+  poll(nowNs: number): void {
+    if (this.hasEnded) return;
+    if (nowNs >= this.#giveUpNs) return this.#end(GoodbyeReason.none, "gave up reconnecting");
+    if (this.isActive) this.#pollActive(nowNs);
+    if (nowNs < this.#deadlineNs) return;
+    switch (this.#state) {
+      case "waiting":
+        this.#state = "wanting";
+        this.#deadlineNs = Infinity;
+        break;
+      case "opening":
+      case "greeting":
+        this.#lose(GoodbyeReason.none, "no welcome from the server within the time-out", nowNs);
+        break;
+      case "leaving":
+        this.#end(GoodbyeReason.clientLeaves, kClosedHere);
+        break;
+      default:
+        break;
+    }
+  }
+
+  get nextDeadlineNs(): number {
+    if (this.hasEnded) return Infinity;
+    const leastNs = Math.min(this.#deadlineNs, this.#giveUpNs);
+    if (!this.isActive) return leastNs;
+    const keepAliveNs = this.#sentNs + 1e9 * this.#options.keepAliveS;
+    return Math.min(leastNs, this.#membersDueNs, this.#importance.dueNs, keepAliveNs);
+  }
+
+  get wantsConnection(): boolean {
+    return this.#state === "wanting" && !this.#connection;
+  }
+
+  get wantsClose(): boolean {
+    const done = this.hasEnded || this.#state === "waiting" || this.#state === "wanting";
+    return this.#connection && (done || (this.#state === "leaving" && this.#goodbyeTaken));
+  }
+
+  onOpening(nowNs: number): void {
+    if (!this.wantsConnection) return;
+    this.#connection = true;
+    this.#state = "opening";
+    this.#deadlineNs = nowNs + 1e9 * this.#options.connectTimeoutS;
+  }
+
+  onOpen(): void {
+    if (this.#state !== "opening") return;
+    this.#state = "greeting";
+    this.#queue.clear();
+    this.#queue.push(this.#hello());
+  }
+
+  /** `detail`: one line that says why it could not be opened or how it ended. */
+  onClosed(detail: string, nowNs: number): void {
+    if (!this.#connection) return;
+    this.#connection = false;
+    if (this.#state === "leaving") return this.#end(GoodbyeReason.clientLeaves, kClosedHere);
+    if (this.#state === "opening" || this.#state === "greeting" || this.isActive)
+      this.#lose(GoodbyeReason.none, detail, nowNs);
+  }
+
+  /** The next packet to send, stamped with the time; null when there is none. */
+  takePacket(nowNs: number): Uint8Array | null {
+    if (!this.#connection || this.#goodbyeTaken) return null;
+    if (this.#state !== "greeting" && !this.isActive && this.#state !== "leaving") return null;
+    const isChunk = this.isActive && this.#uploads.isWaiting && (this.#queue.isEmpty || this.#uploadShare.isDue);
+    const message = isChunk ? this.#uploads.nextChunk() : this.#queue.pop();
+    if (!message) return null;
+    this.#goodbyeTaken = message.type === "goodbye";
+    this.#sentNs = nowNs;
+    const packet = encodePacket(nowNs, message);
+    if (isChunk) this.#uploadShare.sentBulk();
+    else this.#uploadShare.sentSoon(packet.length, this.#uploads.isWaiting);
+    this.#counters.bytesSent += packet.length;
+    return packet;
+  }
+
+  /** Exactly one packet, size prefix included. Spoilt ones end the connection; nothing is thrown. */
+  onPacket(packet: Uint8Array, nowNs: number): void {
+    if (this.#state !== "greeting" && !this.isActive) return;
+    this.#counters.bytesReceived += packet.length;
+    let envelope: m.Envelope;
+    try {
+      envelope = decodePacket(packet);
+    } catch (error) {
+      if (!(error instanceof HairnetError)) throw error;
+      return this.#lose(GoodbyeReason.protocolError, `the server sent a bad packet: ${error.message}`, nowNs);
+    }
+    const { message, clockNs } = envelope;
+    // A new session may be of another server, whose clock is another.
+    if (message.type === "welcome" && !message.resumed) this.#clock = new ClockEstimate();
+    this.#clock.observe(clockNs, nowNs);
+    if (message.type === "frameBatch") this.#counters.frameBytesReceived += packet.length;
+    const mayComeFirst = message.type === "welcome" || message.type === "error" || message.type === "goodbye";
+    if (this.#state === "greeting" && !mayComeFirst)
+      return this.#lose(GoodbyeReason.protocolError, "the server sent something else than a welcome", nowNs);
+    this.#take(message, nowNs);
+  }
+
+  #take(message: m.Message, nowNs: number): void {
+    switch (message.type) {
+      case "welcome":
+        return this.#onWelcome(message, nowNs);
+      case "groomNeed":
+        this.#uploads.need(message); // a groom that was dropped meanwhile is no longer known
+        return;
+      case "groomStatus":
+        return this.#onGroomStatus(message, nowNs);
+      case "characterAdded":
+        return this.#onCharacterAdded(message, nowNs);
+      case "characterRemoved":
+        this.#roster.onRemoved(message.character);
+        this.#members.removeOwn(message.character);
+        return this.#push(message);
+      case "memberJoined":
+        return this.#onMemberJoined(message);
+      case "memberLeft":
+        this.#importance.forget(message.member);
+        if (this.#members.leave(message.member)) this.#push(message);
+        return;
+      case "levelRecord": {
+        const { groom, level, geometry } = message;
+        this.#members.learn(message);
+        return this.#push({ type: "levelKnown", groom, level, geometry });
+      }
+      case "groomData": {
+        const fetched = this.#fetch.take(message);
+        return fetched ? this.#push(fetched) : undefined;
+      }
+      case "frameBatch":
+        return this.#onFrameBatch(message, nowNs);
+      case "error":
+        return this.#onError(message);
+      case "goodbye":
+        return this.#lose(message.reason, `the server says goodbye: ${message.detail}`, nowNs);
+      default:
+        return this.#lose(GoodbyeReason.protocolError, "the server sent a message that only clients send", nowNs);
+    }
+  }
+
+  #hello(): m.Hello {
+    const { clientName, room, token, role } = this.#options;
+    const welcome = this.#welcome;
+    return {
+      type: "hello",
+      protocolVersion: kProtocolVersion,
+      clientName,
+      room,
+      token,
+      role,
+      session: welcome ? welcome.session : 0n,
+      secret: welcome ? welcome.secret : new Uint8Array(16),
+    };
+  }
+
+  #pollActive(nowNs: number): void {
+    if (nowNs - this.#sentNs >= 1e9 * this.#options.keepAliveS) {
+      if (this.#queue.isEmpty) this.#say({ type: "poseBatch", poses: [] }); // nothing to say, but still here
+      this.#sentNs = nowNs;
+    }
+    const report = this.#importance.take(nowNs);
+    if (report) this.#say(report);
+    if (nowNs < this.#membersDueNs) return;
+    this.#membersDueNs = Infinity;
+    this.#tellLeft(this.#members.dropUnconfirmed());
+  }
+
+  /** The roster says it again where there is no session yet, or no longer. */
+  #say(message: m.ClientMessage): void {
+    if (this.isActive && !this.#queue.push(message))
+      this.#end(GoodbyeReason.none, "more messages wait to be sent than the server takes");
+  }
+
+  #push(event: LinkEvent): void {
+    if (!this.#events.push(event)) this.#end(GoodbyeReason.none, "this client does not poll its events");
+  }
+
+  #lose(reason: GoodbyeReason, detail: string, nowNs: number): void {
+    if (!this.#welcome || !this.#options.reconnect || kFinal.has(reason)) return this.#end(reason, detail);
+    if (this.isActive) {
+      if (this.#awaySinceNs === null || nowNs - this.#activeSinceNs >= kStableNs) this.#awaySinceNs = nowNs;
+      const { giveUpAfterS } = this.#options;
+      this.#giveUpNs = giveUpAfterS > 0 ? nowNs + 1e9 * giveUpAfterS : Infinity;
+    }
+    for (const character of this.#roster.characters) {
+      const hair = this.#members.hairOf(character);
+      if (!hair) continue;
+      this.#roster.remember(character, hair.state);
+      this.#kept.keep(character, hair);
+    }
+    this.#members.forgetFrames();
+    this.#membersDueNs = Infinity;
+    this.#queue.clear();
+    this.#uploads.clear();
+    this.#state = "waiting";
+    const waitNs = backoffNs(nowNs - (this.#awaySinceNs ?? nowNs), this.#options.random);
+    this.#deadlineNs = nowNs + waitNs;
+    this.#push({ type: "reconnecting", reason, detail, waitS: 1e-9 * waitNs });
+  }
+
+  #end(reason: GoodbyeReason, detail: string): void {
+    if (this.hasEnded) return;
+    this.#state = "ended";
+    this.#queue.clear();
+    this.#uploads.clear();
+    this.#endDetail = detail;
+    this.#events.pushLast({ type: "disconnected", reason, detail });
+  }
+
+  #onWelcome(welcome: m.Welcome, nowNs: number): void {
+    if (this.#state !== "greeting")
+      return this.#lose(GoodbyeReason.protocolError, "the server sent a second welcome", nowNs);
+    const again = this.#welcome !== null;
+    const resumed = again && welcome.resumed;
+    this.#state = "active";
+    this.#deadlineNs = this.#giveUpNs = Infinity;
+    this.#activeSinceNs = nowNs;
+    this.#welcome = welcome;
+    this.#frames.tickRateHz = welcome.tickRateHz;
+    if (again) ++this.#counters.reconnects;
+    if (resumed) ++this.#counters.resumes;
+    this.#push({ type: "connected", welcome, again });
+    if (resumed) {
+      this.#kept.dropAll();
+      this.#members.expectAllAgain();
+      this.#membersDueNs = nowNs + kMembersToldAgainNs;
+    } else {
+      this.#tellLeft(this.#members.dropAll());
+    }
+    this.#sayAllAgain(resumed);
+  }
+
+  #sayAllAgain(resumed: boolean): void {
+    const again = this.#roster.sayAgain(resumed);
+    for (const [hash, bytes] of again.offers) {
+      const offer = this.#uploads.offer(hash, bytes);
+      if (offer) this.#say(offer);
+    }
+    for (const message of again.messages) this.#say(message);
+    for (const request of this.#fetch.requestAgain()) this.#say(request);
+    if (resumed) this.#importance.sayAllAgain();
+    else this.#importance.forgetAll();
+  }
+
+  #tellLeft(members: readonly number[]): void {
+    for (const member of members) {
+      this.#importance.forget(member);
+      this.#push({ type: "memberLeft", member });
+    }
+  }
+
+  #onGroomStatus(status: m.GroomStatus, nowNs: number): void {
+    const { hash, state } = status;
+    // Until then its bytes may be another client's, which leaves, or whose bytes prove wrong when they are built.
+    if (state === GroomState.ready || state === GroomState.refused) this.#uploads.drop(hash);
+    if (state === GroomState.ready) {
+      this.#roster.onReady(hash);
+      this.#kept.onReady(hash, nowNs);
+    } else if (state === GroomState.refused) {
+      this.#roster.onRefused(hash);
+      this.#kept.dropOf(hash);
+    }
+    this.#push(status);
+  }
+
+  #onCharacterAdded(added: m.CharacterAdded, nowNs: number): void {
+    if (!this.#roster.hasAskedFor(added.character))
+      return this.#lose(GoodbyeReason.protocolError, "the server adds a character that nobody asked for", nowNs);
+    this.#roster.onAdded(added.character);
+    if (this.#members.addOwn(added)) this.#push(added);
+  }
+
+  #onMemberJoined(joined: m.MemberJoined): void {
+    const former = this.#members.dropFormer(joined.session, joined.character, joined.member);
+    if (former !== null) this.#tellLeft([former]);
+    if (this.#members.join(joined)) this.#push(joined);
+  }
+
+  #onFrameBatch(batch: m.CodedFrameBatch, nowNs: number): void {
+    const keyframes: number[] = [];
+    this.#frames.begin(batch);
+    for (const frame of batch.frames) {
+      const taken = this.#members.take(frame, batch.tick, nowNs);
+      ++this.#counters.framesReceived;
+      if (taken.outcome === "unknown") ++this.#counters.framesUnknown;
+      if (taken.outcome === "undecodable") ++this.#counters.framesUndecodable;
+      if (taken.wantsKeyframe && keyframes.length < kMembersPerMessageMax) keyframes.push(frame.member);
+      if (taken.outcome !== "decoded") continue;
+      if (taken.character !== 0 && frame.level !== Level.rigid) {
+        // The server has a lattice of it.
+        this.#kept.drop(taken.character);
+        this.#roster.forgetState(taken.character);
+      }
+      this.#frames.pass(frame, taken, nowNs);
+    }
+    if (keyframes.length > 0) this.#say({ type: "requestKeyframes", members: keyframes });
+    const decoded = this.#frames.finish();
+    if (decoded) this.#push(decoded);
+  }
+
+  #onError(error: m.ErrorMessage): void {
+    const { reason, groom, character } = error;
+    const mayBeFetch = reason === ErrorReason.groomUnavailable || reason === ErrorReason.limitExceeded;
+    const endsFetch = mayBeFetch && groom !== null && this.#fetch.refuse(groom);
+    if (!endsFetch && groom !== null && endsUpload(error)) {
+      this.#uploads.drop(groom);
+      this.#roster.onRefused(groom);
+    }
+    if (!this.#roster.onError(error)) return this.#push(error);
+    // Its removal was said twice, and the answer to the first lost with a connection.
+    if (reason === ErrorReason.characterUnknown && this.#members.removeOwn(character))
+      this.#push({ type: "characterRemoved", character });
+  }
+}
+
+const kClosedHere = "closed by this client";
+
+/** The same client would be refused again, by the same server or the next. */
+const kFinal: ReadonlySet<GoodbyeReason> = new Set([
+  GoodbyeReason.clientLeaves,
+  GoodbyeReason.protocolError,
+  GoodbyeReason.versionUnsupported,
+  GoodbyeReason.tokenRefused,
+  GoodbyeReason.sessionTakenOver,
+]);
+
+/** A refusal of a whole groom; a chunk alone may have come where none was asked for. */
+function endsUpload(error: m.ErrorMessage): boolean {
+  const { reason, character } = error;
+  return (
+    reason !== ErrorReason.groomUnavailable && reason !== ErrorReason.unexpectedMessage && character === 0
+  );
+}

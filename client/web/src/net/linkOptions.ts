@@ -1,0 +1,53 @@
+import { Role } from "./messages";
+
+export interface LinkOptions {
+  /** for the server's log */
+  readonly clientName: string;
+  /** up to 64 letters, digits and . _ -; empty: the lobby */
+  readonly room: string;
+  /** empty: none */
+  readonly token: string;
+  readonly role: Role;
+  /** from the attempt to the welcome */
+  readonly connectTimeoutS: number;
+  /** after so long without anything to send, an empty pose batch goes out */
+  readonly keepAliveS: number;
+  /** once welcomed; a first attempt that fails is the last */
+  readonly reconnect: boolean;
+  /** of trying to reconnect; 0: never */
+  readonly giveUpAfterS: number;
+  /** of the waits between attempts; from 0 up to 1 */
+  readonly random: () => number;
+}
+
+export const kDefaultOptions: LinkOptions = {
+  clientName: "hairnet-client",
+  room: "",
+  token: "",
+  role: Role.participant,
+  connectTimeoutS: 5,
+  keepAliveS: 15,
+  reconnect: true,
+  giveUpAfterS: 0,
+  random: Math.random,
+};
+
+export interface LinkCounters {
+  bytesSent: number;
+  bytesReceived: number;
+  /** of packets that hold frames */
+  frameBytesReceived: number;
+  framesReceived: number;
+  /** not taken in time */
+  framesDropped: number;
+  /** what they refer to was missing, or their bytes were wrong */
+  framesUndecodable: number;
+  /** of no member that was told of, or no newer than the last */
+  framesUnknown: number;
+  /** not sent in time */
+  posesDropped: number;
+  /** welcomes after the first */
+  reconnects: number;
+  /** of these, by a server that still had the session */
+  resumes: number;
+}

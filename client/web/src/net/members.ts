@@ -1,0 +1,259 @@
+import { dequantisePose } from "../hair/dequantise";
+import type { LevelGeometry } from "../hair/lattice";
+import { ErrorClass, Level, kStepsM } from "../hair/level";
+import type { Pose } from "../hair/pose";
+import { poseFault, rigidPose } from "../hair/pose";
+import { decodeFrame } from "./codec/decodeFrame";
+import { FrameIntegers, kHistoryMax } from "./codec/frameIntegers";
+import { Neighbours } from "./codec/neighbours";
+import type { GroomHash } from "./groomHash";
+import type { Hair } from "./keptHair";
+import type { CharacterAdded, CodedFrame, LevelRecord, MemberJoined } from "./messages";
+
+// Between two requests for a keyframe of one member: the answer takes a round trip.
+const kKeyframeWaitNs = 500_000_000;
+// Frames decoded last, one more than a frame may refer to: that is where the next one goes.
+const kSlotCount = kHistoryMax + 1;
+
+interface KnownLevel {
+  readonly geometry: LevelGeometry;
+  readonly neighbours: Neighbours;
+}
+
+class Past {
+  valid = false;
+  tick = 0;
+  level = Level.rigid;
+  errorClass = ErrorClass.normal;
+  readonly integers = new FrameIntegers();
+}
+
+class Member {
+  confirmed = true;
+  /** an undecodable frame was discontinuous */
+  jumped = false;
+  lastTick = -1;
+  keyframeAskedNs = 0;
+  keyframeAsked = false;
+  newest = 0;
+  readonly past = Array.from({ length: kSlotCount }, () => new Past());
+  readonly pose = rigidPose();
+  /** looked up already, by level */
+  readonly levels: (KnownLevel | undefined)[] = [undefined, undefined, undefined, undefined];
+
+  constructor(
+    /** the owner's; null: this one */
+    readonly session: bigint | null,
+    readonly character: number,
+    readonly groom: GroomHash,
+  ) {}
+
+  get isOwn(): boolean {
+    return this.session === null;
+  }
+}
+
+/** What became of a frame. Reused by the next `take`. */
+export interface Taken {
+  /** undecodable: what it refers to is missing, or its bytes are wrong; unknown: no such member, or no newer than the last */
+  outcome: "decoded" | "undecodable" | "unknown";
+  wantsKeyframe: boolean;
+  /** the frame's own, or that of an undecodable one before it */
+  discontinuous: boolean;
+  /** one's own number; 0: another's */
+  character: number;
+  /** of a decoded frame; until the next take of the member */
+  integers: FrameIntegers | null;
+  pose: Pose | null;
+  /** of a decoded frame's level; null: rigid */
+  geometry: LevelGeometry | null;
+}
+
+/**
+ * The members of the room as this session was told of them, and the recent frames of each, from which the next are
+ * decoded.
+ */
+export class Members {
+  readonly #members = new Map<number, Member>();
+  readonly #levels = new Map<string, KnownLevel>();
+  readonly #history: FrameIntegers[] = [];
+  readonly #taken: Taken = {
+    outcome: "unknown",
+    wantsKeyframe: false,
+    discontinuous: false,
+    character: 0,
+    integers: null,
+    pose: null,
+    geometry: null,
+  };
+
+  /** False when nothing is new by it: told again after a resume. */
+  join(joined: MemberJoined): boolean {
+    return this.#put(joined.member, new Member(joined.session, joined.character, joined.groom));
+  }
+
+  addOwn(added: CharacterAdded): boolean {
+    return this.#put(added.member, new Member(null, added.character, added.groom));
+  }
+
+  leave(member: number): boolean {
+    return this.#members.delete(member);
+  }
+
+  /** False: it was not there. */
+  removeOwn(character: number): boolean {
+    const found = this.#findOwn(character);
+    return found !== null && this.#members.delete(found[0]);
+  }
+
+  learn(record: LevelRecord): void {
+    const known = { geometry: record.geometry, neighbours: new Neighbours(record.geometry) };
+    this.#levels.set(levelKey(record.groom, record.level), known);
+    for (const member of this.#members.values()) {
+      if (member.groom === record.groom) member.levels[record.level] = known;
+    }
+  }
+
+  take(frame: CodedFrame, tick: number, nowNs: number): Taken {
+    const taken = this.#taken;
+    taken.outcome = "unknown";
+    taken.wantsKeyframe = taken.discontinuous = false;
+    taken.character = 0;
+    taken.integers = taken.pose = taken.geometry = null;
+    const member = this.#members.get(frame.member);
+    if (!member || tick <= member.lastTick) return taken;
+    member.lastTick = tick;
+    taken.character = member.isOwn ? member.character : 0;
+    taken.discontinuous = frame.discontinuous || member.jumped;
+    if (this.#decode(member, frame, tick, taken)) {
+      taken.outcome = "decoded";
+      member.jumped = member.keyframeAsked = false;
+      return taken;
+    }
+    taken.outcome = "undecodable";
+    member.jumped = taken.discontinuous;
+    taken.wantsKeyframe = !member.keyframeAsked || nowNs - member.keyframeAskedNs >= kKeyframeWaitNs;
+    if (taken.wantsKeyframe) member.keyframeAskedNs = nowNs;
+    member.keyframeAsked = true;
+    return taken;
+  }
+
+  /** The last hair of an own character, copied; null when it has none. */
+  hairOf(character: number): Hair | null {
+    const found = this.#findOwn(character);
+    if (!found) return null;
+    const member = found[1];
+    const last = member.past[member.newest];
+    const known = member.levels[last.level];
+    if (!last.valid || last.integers.nodes.length === 0 || !known) return null;
+    return {
+      groom: member.groom,
+      errorClass: last.errorClass,
+      state: {
+        level: last.level,
+        stepM: kStepsM[last.errorClass],
+        displacements: last.integers.nodes.slice(),
+        velocities: last.integers.velocities.slice(),
+      },
+      geometry: known.geometry,
+    };
+  }
+
+  forgetFrames(): void {
+    for (const member of this.#members.values()) {
+      for (const past of member.past) past.valid = false;
+      member.keyframeAsked = false;
+    }
+  }
+
+  /** The session goes on; the server tells of all members anew. Afterwards: who was not told of has left. */
+  expectAllAgain(): void {
+    for (const member of this.#members.values()) member.confirmed = false;
+  }
+
+  /**
+   * Another number that was the same character's and has not been told of again: it left and came back meanwhile. It is
+   * dropped; null if there is none.
+   */
+  dropFormer(session: bigint, character: number, number: number): number | null {
+    for (const [other, member] of this.#members) {
+      if (member.confirmed || other === number || member.session !== session || member.character !== character) continue;
+      this.#members.delete(other);
+      return other;
+    }
+    return null;
+  }
+
+  /** Returns the others among them. */
+  dropUnconfirmed(): number[] {
+    const left: number[] = [];
+    for (const [number, member] of this.#members) {
+      if (member.confirmed) continue;
+      if (!member.isOwn) left.push(number);
+      this.#members.delete(number);
+    }
+    return left;
+  }
+
+  /** The session is lost. Returns all others. */
+  dropAll(): number[] {
+    this.expectAllAgain();
+    this.#levels.clear();
+    return this.dropUnconfirmed();
+  }
+
+  #put(number: number, member: Member): boolean {
+    const known = this.#members.get(number);
+    const same =
+      known !== undefined &&
+      known.session === member.session &&
+      known.character === member.character &&
+      known.groom === member.groom;
+    if (same) known.confirmed = true;
+    else this.#members.set(number, member);
+    return !same;
+  }
+
+  #findOwn(character: number): [number, Member] | null {
+    for (const entry of this.#members) {
+      if (entry[1].isOwn && entry[1].character === character) return entry;
+    }
+    return null;
+  }
+
+  #decode(member: Member, frame: CodedFrame, tick: number, taken: Taken): boolean {
+    const level = frame.level === Level.rigid ? null : this.#levelOf(member, frame.level);
+    if (level === undefined) return false;
+    const numbers = level ? 3 * level.geometry.activeNodes.length : 0;
+    const history = this.#history;
+    history.length = 0;
+    for (let k = 0; k < frame.order; ++k) {
+      const past = member.past[(member.newest + kSlotCount - k) % kSlotCount];
+      const expected = tick - (k + 1) * frame.stride;
+      if (!past.valid || past.tick !== expected || past.integers.nodes.length !== numbers) return false;
+      history.push(past.integers);
+    }
+    const slot = (member.newest + 1) % kSlotCount;
+    const next = member.past[slot];
+    next.valid = false;
+    if (!decodeFrame(frame.content, history, frame.order, level && level.neighbours, frame.velocities, next.integers))
+      return false;
+    dequantisePose(next.integers.bones, member.pose);
+    if (poseFault(member.pose)) return false;
+    next.valid = true;
+    next.tick = tick;
+    next.level = frame.level;
+    next.errorClass = frame.errorClass;
+    member.newest = slot;
+    taken.integers = next.integers;
+    taken.pose = member.pose;
+    taken.geometry = level && level.geometry;
+    return true;
+  }
+
+  #levelOf(member: Member, level: Level): KnownLevel | undefined {
+    return (member.levels[level] ??= this.#levels.get(levelKey(member.groom, level)));
+  }
+}
+
+const levelKey = (groom: GroomHash, level: Level): string => `${groom} ${level}`;

@@ -1,0 +1,32 @@
+/** Any text of a message, bytes of its UTF-8. */
+export const kTextBytesMax = 1024;
+
+const decoder = new TextDecoder("utf-8", { fatal: true, ignoreBOM: true });
+const encoder = new TextEncoder();
+const kControl = /[\u0000-\u001f\u007f-\u009f]/;
+const kControls = new RegExp(kControl, "g");
+
+/** The text of these bytes, or null: not UTF-8, with control characters, or too long. */
+export function decodeText(bytes: Uint8Array): string | null {
+  if (bytes.length > kTextBytesMax) return null;
+  try {
+    const text = decoder.decode(bytes);
+    return kControl.test(text) ? null : text;
+  } catch {
+    return null;
+  }
+}
+
+/** Text made fit to travel: what may not becomes "?", what is too long is cut at a whole character. */
+export function fitText(text: string): string {
+  const plain = text.replace(kControls, "?").replace(/[\ud800-\udbff](?![\udc00-\udfff])|(?<![\ud800-\udbff])[\udc00-\udfff]/g, "?");
+  if (encoder.encode(plain).length <= kTextBytesMax) return plain;
+  let fitted = "";
+  let bytes = 0;
+  for (const character of plain) {
+    bytes += encoder.encode(character).length;
+    if (bytes > kTextBytesMax) break;
+    fitted += character;
+  }
+  return fitted;
+}

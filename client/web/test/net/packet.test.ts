@@ -1,0 +1,223 @@
+import { writeFileSync } from "node:fs";
+import { join } from "node:path";
+import { describe, expect, it } from "vitest";
+import { HairnetError } from "../../src/hair/hairnetError";
+import { decodePacket } from "../../src/net/decodePacket";
+import { encodePacket } from "../../src/net/encodePacket";
+import { toHex } from "../../src/net/groomHash";
+import type { ClientMessage, Envelope, Message } from "../../src/net/messages";
+import { fromHex, seeded, vectorFolder, vectors } from "../support/vectors";
+
+interface PacketVector {
+  /** its numbers are exact in doubles, and a client may send it */
+  tame: boolean;
+  packet: string;
+  clockNs: string;
+  message: Record<string, unknown>;
+}
+
+const cases = vectors<PacketVector[]>("packets.json");
+
+const kClientTypes = new Set([
+  "hello", "groomOffer", "groomChunk", "addCharacter", "setLevel", "removeCharacter", "poseBatch", "setMaterial",
+  "setWind", "observe", "reportImportance", "requestKeyframes", "groomRequest", "goodbye",
+]);
+// 64-bit numbers that are numbers here: text in the vectors.
+const kWide = new Set([
+  "clockNs", "captureTimeNs", "sampleTimeNs", "poseDelayNs", "tick", "offset", "byteCount", "groomBytesMax",
+]);
+
+/** As vectors have it, but for wide numbers, which are rounded on both sides. */
+function plain(key: string, value: unknown): unknown {
+  if (kWide.has(key)) return Number(value);
+  if (typeof value === "bigint") return value.toString();
+  if (value instanceof Uint8Array) return toHex(value);
+  if (ArrayBuffer.isView(value)) return Array.from(value as Float32Array);
+  return value;
+}
+const asJson = (message: unknown): unknown => JSON.parse(JSON.stringify(message, plain));
+
+/** What it throws, which must be this package's own error of one line, or what it decodes to. */
+function attempt(packet: Uint8Array): Envelope | HairnetError {
+  try {
+    return decodePacket(packet);
+  } catch (error) {
+    if (!(error instanceof HairnetError)) throw error;
+    expect(error.message).not.toMatch(/\n/);
+    return error;
+  }
+}
+
+describe("packets of the C++ library", () => {
+  it("has every message of the protocol among its vectors", () => {
+    expect(new Set(cases.map((each) => each.message.type)).size).toBe(25);
+  });
+
+  it("reads each as it was meant", () => {
+    for (const each of cases) {
+      const { clockNs, message } = decodePacket(fromHex(each.packet));
+      expect(clockNs).toBe(Number(each.clockNs));
+      expect(asJson(message)).toEqual(asJson(each.message));
+    }
+  });
+
+  it("reads a packet that does not lie at an aligned address", () => {
+    for (const each of cases.slice(0, 60)) {
+      const bytes = fromHex(each.packet);
+      const shifted = new Uint8Array(bytes.length + 3);
+      shifted.set(bytes, 3);
+      expect(asJson(decodePacket(shifted.subarray(3)).message)).toEqual(asJson(each.message));
+    }
+  });
+
+  it("writes what a client says so that it reads the same again, and leaves it for C++ to read", () => {
+    const encoded = cases
+      .filter((each) => each.tame && kClientTypes.has(each.message.type as string))
+      .map((each) => {
+        const { clockNs, message } = decodePacket(fromHex(each.packet));
+        const packet = encodePacket(clockNs, message as ClientMessage);
+        const again = decodePacket(packet);
+        expect(again.clockNs).toBe(clockNs);
+        expect(asJson(again.message)).toEqual(asJson(each.message));
+        return { packet: toHex(packet), clockNs: each.clockNs, message: each.message };
+      });
+    expect(new Set(encoded.map((each) => each.message.type)).size).toBe(kClientTypes.size);
+    writeFileSync(join(vectorFolder, "from_web.json"), JSON.stringify(encoded));
+  });
+
+  it("leaves what it has decoded as it is when the packet's bytes change, but for frames' contents", () => {
+    for (const each of cases) {
+      if (each.message.type === "frameBatch") continue;
+      const packet = fromHex(each.packet);
+      const { message } = decodePacket(packet);
+      packet.fill(0xff);
+      expect(asJson(message)).toEqual(asJson(each.message));
+    }
+  });
+});
+
+describe("spoilt packets", () => {
+  it("refuses every truncation", () => {
+    for (let i = 0; i < cases.length; i += 5) {
+      const packet = fromHex(cases[i].packet);
+      for (let length = 0; length < Math.min(packet.length, 600); ++length)
+        expect(attempt(packet.slice(0, length))).toBeInstanceOf(HairnetError);
+    }
+  });
+
+  it("refuses every truncation whose length field agrees, or reads it", () => {
+    for (let i = 0; i < cases.length; i += 12) {
+      const packet = fromHex(cases[i].packet);
+      for (let length = 4; length < Math.min(packet.length, 600); ++length) {
+        const cut = packet.slice(0, length);
+        new DataView(cut.buffer).setUint32(0, length - 4, true);
+        attempt(cut);
+      }
+    }
+  });
+
+  it("refuses extra bytes", () => {
+    for (const each of cases) {
+      const packet = fromHex(each.packet);
+      const longer = new Uint8Array(packet.length + 1);
+      longer.set(packet);
+      expect(attempt(longer)).toBeInstanceOf(HairnetError);
+    }
+  });
+
+  it("neither hangs nor throws anything but its own error at 20 000 mutations", () => {
+    const random = seeded(42);
+    const below = (count: number) => Math.floor(random() * count);
+    const packets = cases.map((each) => fromHex(each.packet));
+    let refused = 0;
+    for (let n = 0; n < 20_000; ++n) {
+      const packet = packets[below(packets.length)].slice();
+      const view = new DataView(packet.buffer);
+      for (let changes = 1 + below(4); changes > 0; --changes) {
+        const at = below(packet.length);
+        const kind = below(4);
+        if (kind === 0) packet[at] ^= 1 << below(8);
+        else if (kind === 1) packet[at] = below(256);
+        else if (kind === 2 && at + 4 <= packet.length) view.setUint32(at, [0, 1, 0x7fffffff, 0xffffffff][below(4)], true);
+        else if (at + 2 <= packet.length) view.setUint16(at, [0, 0x7fff, 0x8000, 0xffff][below(4)], true);
+      }
+      const result = attempt(packet);
+      if (result instanceof HairnetError) ++refused;
+      else JSON.stringify(result.message, plain);
+    }
+    expect(refused).toBeGreaterThan(2_000);
+    expect(refused).toBeLessThan(20_000);
+  });
+
+  it("refuses random bytes behind a sound beginning", () => {
+    const random = seeded(7);
+    for (let n = 0; n < 5_000; ++n) {
+      const packet = Uint8Array.from({ length: 16 + Math.floor(random() * 200) }, () => Math.floor(random() * 256));
+      const view = new DataView(packet.buffer);
+      view.setUint32(0, packet.length - 4, true);
+      view.setUint32(4, 4 * Math.floor(random() * 30), true);
+      packet.set([0x48, 0x4e, 0x45, 0x54], 8);
+      attempt(packet);
+    }
+  });
+
+  it("says of a packet that is too long that it is", () => {
+    const result = attempt(new Uint8Array((4 << 20) + 1));
+    expect(result).toBeInstanceOf(HairnetError);
+    expect((result as HairnetError).kind).toBe("too_large");
+  });
+});
+
+describe("what a client may not say", () => {
+  const groom = "00".repeat(32);
+  const wrong: [string, unknown][] = [
+    ["a character that is 0", { type: "setLevel", character: 0, level: 0 }],
+    ["a character that is no whole number", { type: "removeCharacter", character: 1.5 }],
+    ["a level that does not exist", { type: "setLevel", character: 1, level: 5 }],
+    ["a hash of the wrong length", { type: "groomRequest", hash: "abc", offset: 0 }],
+    ["an offer of no bytes", { type: "groomOffer", hash: groom, byteCount: 0 }],
+    ["a chunk that is too large", { type: "groomChunk", hash: groom, offset: 0, bytes: new Uint8Array(262145) }],
+    [
+      "a pose that is not finite",
+      {
+        type: "poseBatch",
+        poses: [{ character: 1, sequence: 0, captureTimeNs: 0, teleport: false, pose: new Float64Array(35).fill(NaN) }],
+      },
+    ],
+    [
+      "a rotation that is not of unit length",
+      {
+        type: "poseBatch",
+        poses: [{ character: 1, sequence: 0, captureTimeNs: 0, teleport: false, pose: new Float64Array(35) }],
+      },
+    ],
+    [
+      "a material that is not finite",
+      {
+        type: "setMaterial",
+        character: 1,
+        scale: { stiffness: Infinity, damping: 1, density: 1, etherDamping: 1, airDrag: 1, gelPerS2: 0 },
+      },
+    ],
+    [
+      "a stride of 3",
+      {
+        type: "observe", mode: 0, count: 0, radiusM: 0, from: null, members: [], errorClass: 1, stride: 3, velocities: true,
+      },
+    ],
+    ["a screen height below 0", { type: "reportImportance", members: [{ member: 1, screenHeight: -1, inView: true }] }],
+  ];
+  for (const [what, message] of wrong) {
+    it(`refuses ${what}`, () => {
+      expect(() => encodePacket(0, message as ClientMessage)).toThrow(HairnetError);
+    });
+  }
+
+  it("makes text fit to travel", () => {
+    const detail = `a\u0000b\ud800c${"\u{1f487}".repeat(400)}`;
+    const packet = encodePacket(0, { type: "goodbye", reason: 1, detail });
+    const message = decodePacket(packet).message as Message & { type: "goodbye" };
+    expect(message.detail.startsWith("a?b?c\u{1f487}")).toBe(true);
+    expect(new TextEncoder().encode(message.detail).length).toBeLessThanOrEqual(1024);
+  });
+});

@@ -1,0 +1,127 @@
+#include "tests/tools/web_hair.hpp"
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "core/ffd/deform.hpp"
+#include "core/ffd/reference_deform.hpp"
+#include "core/made/made.hpp"
+#include "schema/wire/groom_file.hpp"
+#include "tests/tools/hex.hpp"
+#include "tests/tools/web_messages.hpp"
+#include "tests/tools/web_random.hpp"
+#include "tests/unit/schema/random_messages.hpp"
+
+namespace hairnet {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Points and tangents as the web client gives them: numbers one after the other.
+struct Deformed {
+  Json points = Json::array(), tangents = Json::array();
+  void add(const DeformedPoint& point) {
+    append(point.x, points);
+    append(point.tangent, tangents);
+  }
+};
+
+Json ffd_case(WebRandom& random, FfdKind kind, const std::array<int, 3>& dims) {
+  const LevelGeometry geometry = random.geometry(dims);
+  const std::vector<Vec3f> active = random.vectors(geometry.active_nodes.size(), 0.1f);
+  std::vector<Vec3f> grid(geometry.lattice.node_count());
+  expand_displacements(geometry, active, grid);
+  std::vector<Vec3f> points, directions;
+  std::vector<float> delta, slope;
+  Deformed expected;
+  for (int p = 0; p < 200; ++p) {
+    // A third of them outside of the lattice, on any side.
+    const Vec3f share = 0.5f * (random.vector(1.6f) + Vec3f::Ones());
+    Vec3f extent;
+    for (int a = 0; a < 3; ++a) extent[a] = static_cast<float>(dims[static_cast<std::size_t>(a)] - 1);
+    points.push_back(geometry.lattice.origin + share.cwiseProduct(extent.cwiseProduct(geometry.lattice.spacing)));
+    directions.push_back(random.vector(1).normalized());
+    delta.push_back(0.5f * (random.real(1) + 1));
+    slope.push_back(random.real(20));
+    const RestPoint rest{points.back().cast<double>(), delta.back(), directions.back().cast<double>(), slope.back()};
+    expected.add(reference_deform(geometry.lattice, kind, rest, grid));
+  }
+  return {{"kind", kind == FfdKind::quadratic ? "quadratic" : "linear"},
+          {"geometry", to_json(geometry)},
+          {"active", flat(active)},
+          {"grid", flat(grid)},
+          {"points", flat(points)},
+          {"blend", delta},
+          {"direction", flat(directions)},
+          {"blendSlope", slope},
+          {"deformed", expected.points},
+          {"tangents", expected.tangents}};
+}
+
+Json groom_case(const Groom& groom, WebRandom& random) {
+  const std::vector<std::uint8_t> file = wire::encode_groom(groom);
+  const LevelGeometry geometry = random.geometry_around(groom.points);
+  const std::vector<float> blend = root_blend(groom);
+  const RestTangents rest = rest_tangents(groom, blend);
+  const Deformer deformer(geometry.lattice, groom.points, blend, rest, FfdKind::quadratic);
+  const std::vector<Vec3f> grid = random.vectors(geometry.lattice.node_count(), 0.05f);
+  std::vector<Vec3f> points(groom.points.size()), tangents(groom.points.size());
+  deformer.deform(grid, points, tangents);
+  return {{"file", hex(file)},
+          {"hash", hex(wire::hash_groom(file))},
+          {"groom", to_json(groom)},
+          {"rootBlend", blend},
+          {"direction", flat(rest.direction)},
+          {"blendSlope", rest.blend_slope},
+          {"geometry", to_json(geometry)},
+          {"grid", flat(grid)},
+          {"deformed", flat(points)},
+          {"tangents", flat(tangents)}};
+}
+
+}  // namespace
+
+Json ffd_cases() {
+  WebRandom random(2);
+  Json cases = Json::array();
+  for (const FfdKind kind : {FfdKind::quadratic, FfdKind::linear}) {
+    for (const std::array<int, 3>& dims : {std::array{3, 3, 3}, {5, 5, 5}, {7, 4, 10}})
+      cases.push_back(ffd_case(random, kind, dims));
+  }
+  cases.push_back(ffd_case(random, FfdKind::linear, {2, 2, 2}));
+  return cases;
+}
+
+Json groom_cases() {
+  WebRandom random(3);
+  Json cases = Json::array();
+  for (const char* style : {"bob", "ponytail", "plait", "veiled", "locks", "strips"}) {
+    Groom groom = make_hairstyle(style, {.strand_count = 40}).value();
+    groom.body.mesh.vertices.resize(3);  // the bust is large, and always the same
+    groom.body.bone_weights.resize(3);
+    groom.body.mesh.triangles = {{0, 1, 2}};
+    cases.push_back(groom_case(groom, random));
+  }
+  for (std::uint64_t seed = 1; seed <= 12; ++seed)
+    cases.push_back(groom_case(wire::RandomMessages(seed).groom(seed), random));
+  return cases;
+}
+
+Json root_blend_cases() {
+  Json cases = Json::array();
+  for (const RootBlend& blend :
+       {RootBlend{}, RootBlend{{{1, 1}}}, RootBlend{{{0.5f, 0.1f}, {1, 0.6f}, {1.5f, 0.6f}, {3, 0.95f}}},
+        RootBlend{{{0.1f, 0}, {0.2f, 0.9f}, {4, 1}}}}) {
+    Json curve = Json::array(), ratios = Json::array(), delta = Json::array();
+    for (const auto& point : blend.points) append(point, curve);
+    for (double ratio = 0; ratio < 6; ratio += 0.03125) {
+      ratios.push_back(ratio);
+      delta.push_back(blend_at(blend, ratio));
+    }
+    cases.push_back({{"curve", curve}, {"ratios", ratios}, {"delta", delta}});
+  }
+  return cases;
+}
+
+}  // namespace hairnet

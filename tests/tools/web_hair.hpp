@@ -1,0 +1,19 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+namespace hairnet {
+
+// What core and link make of hair, for the web client to be held to.
+
+// FFD in double (reference_deform) of points in and out of lattices, with tangents; both kinds.
+nlohmann::ordered_json ffd_cases();
+// Whole grooms: root blend, rest tangents and all points deformed (Deformer).
+nlohmann::ordered_json groom_cases();
+// Root-blend curves at many ratios.
+nlohmann::ordered_json root_blend_cases();
+// Frames that arrive with jitter, played out (link::Playout), and points deformed by that over switches of level
+// (link::SwitchBlend).
+nlohmann::ordered_json playout_cases();
+
+}  // namespace hairnet

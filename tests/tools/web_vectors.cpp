@@ -1,0 +1,127 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <span>
+#include <string>
+
+#include "client/tools/files/read_file.hpp"
+#include "client/tools/files/write_file.hpp"
+#include "tests/tools/codec_cases.hpp"
+#include "tests/tools/hex.hpp"
+#include "tests/tools/web_hair.hpp"
+#include "tests/tools/web_messages.hpp"
+#include "tests/unit/schema/random_messages.hpp"
+
+// Writes what the C++ libraries make of packets, frames, grooms and hair, for the web client's tests to be held to; and
+// reads the packets that those tests encoded.
+namespace hairnet {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kPacketsOfAKind = 12;
+constexpr std::int64_t kExactTime_ns = std::int64_t{1} << 52;
+
+// Numbers that a double holds exactly, and what a client's own checks let through.
+struct Tame {
+  void operator()(wire::Hello& m) const { m.room = "hall-2.b_" + std::to_string(m.room.size()); }
+  void operator()(wire::GroomOffer& m) const { m.byte_count = 1 + m.byte_count % 1'000'000; }
+  void operator()(wire::GroomChunk& m) const { m.offset %= 1'000'000; }
+  void operator()(wire::AddCharacter& m) const { m.character |= 1; }
+  void operator()(wire::SetLevel& m) const { m.character |= 1; }
+  void operator()(wire::RemoveCharacter& m) const { m.character |= 1; }
+  void operator()(wire::SetMaterial& m) const { m.character |= 1; }
+  void operator()(wire::GroomRequest& m) const { m.offset %= 1'000'000; }
+  void operator()(wire::PoseBatch& m) const {
+    for (wire::PoseSample& pose : m.poses) {
+      pose.character |= 1;
+      pose.capture_time_ns %= kExactTime_ns;
+    }
+  }
+  void operator()(auto&) const {}
+};
+
+Json packet_case(wire::Envelope envelope, bool tame) {
+  if (tame) {
+    envelope.clock_ns %= kExactTime_ns;
+    std::visit(Tame(), envelope.message);
+  }
+  return {{"tame", tame},
+          {"packet", hex(wire::encode_packet(envelope))},
+          {"clockNs", std::to_string(envelope.clock_ns)},
+          {"message", to_json(envelope.message)}};
+}
+
+Json packet_cases() {
+  Json cases = Json::array();
+  wire::RandomMessages random(7);
+  for (std::size_t kind = 0; kind < wire::kMessageKinds; ++kind) {
+    for (std::size_t n = 0; n < kPacketsOfAKind; ++n) cases.push_back(packet_case(random.envelope(kind), n % 2 == 0));
+  }
+  return cases;
+}
+
+bool write(const std::filesystem::path& folder, const char* name, const Json& json) {
+  const std::string path = folder / name, text = json.dump() + "\n";
+  const auto written = write_file(path, std::as_bytes(std::span(text)));
+  if (!written) std::fprintf(stderr, "hairnet-web-vectors: %s: %s\n", path.c_str(), written.error().c_str());
+  return written.has_value();
+}
+
+int write_all(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  const bool done =
+      write(folder, "packets.json", packet_cases()) && write(folder, "codec.json", codec::codec_cases()) &&
+      write(folder, "ffd.json", ffd_cases()) && write(folder, "grooms.json", groom_cases()) &&
+      write(folder, "root_blend.json", root_blend_cases()) && write(folder, "playout.json", playout_cases());
+  return done ? 0 : 1;
+}
+
+std::string fault_of(const Json& encoded) {
+  const auto packet = from_hex(encoded.at("packet").get<std::string>());
+  if (!packet) return "not hexadecimal";
+  const wire::Decoded decoded = wire::decode_packet(*packet);
+  if (decoded.error != wire::DecodeError::none) return wire::to_string(decoded.error) + (": " + decoded.detail);
+  const Json message = to_json(decoded.envelope.message);
+  if (message != encoded.at("message")) return "reads as " + message.dump();
+  return std::to_string(decoded.envelope.clock_ns) == encoded.at("clockNs") ? "" : "another clock";
+}
+
+// What the web client's tests have encoded, [{packet, clockNs, message}], is read here as it was meant.
+int check(const std::string& path) {
+  const auto bytes = read_file(path);
+  if (!bytes) {
+    std::fprintf(stderr, "hairnet-web-vectors: %s: %s\n", path.c_str(), bytes.error().c_str());
+    return 1;
+  }
+  const Json cases = Json::parse(*bytes, nullptr, false);
+  if (!cases.is_array() || cases.empty()) {
+    std::fprintf(stderr, "hairnet-web-vectors: %s: not a list of packets\n", path.c_str());
+    return 1;
+  }
+  int faults = 0;
+  for (const Json& encoded : cases) {
+    const std::string fault = fault_of(encoded);
+    if (fault.empty()) continue;
+    ++faults;
+    std::fprintf(stderr, "hairnet-web-vectors: %s: %s\n", encoded.at("message").dump().c_str(), fault.c_str());
+  }
+  std::printf("%zu packets of the web client read, %d wrong\n", cases.size(), faults);
+  return faults == 0 ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace hairnet
+
+int main(int argc, char** argv) {
+  CLI::App app("Writes vectors for the tests of client/web, or checks the packets that they encoded.",
+               "hairnet-web-vectors");
+  std::string folder, packets;
+  app.add_option("folder", folder, "to write vectors to");
+  app.add_option("--check", packets, "packets.json of the web client's tests, to read");
+  app.require_option(1);
+  CLI11_PARSE(app, argc, argv);
+  return packets.empty() ? hairnet::write_all(folder) : hairnet::check(packets);
+}
