@@ -28,8 +28,8 @@ void main() {
   vec4 albedo = albedo_opacity;
   // Seen at a slant, cloth is denser.
   float seen = albedo.a >= 1.0 ? 1.0 : 1.0 - pow(1.0 - albedo.a, 1.0 / max(abs(dot(n, v)), 0.15));
-  float drawn = dithered(seen, albedo.r);
-  if (drawn < 0.02) discard;
+  float drawn = woven(seen);
+  if (drawn <= 0.0) discard;
   float ambient = ambient_left(light_sides, light_ends);
   vec3 sum = albedo.rgb * mix(ambient_below, ambient_above, 0.5 + 0.5 * n.y) * ambient;
   for (int i = 0; i < 3; ++i) {

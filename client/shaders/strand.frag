@@ -8,6 +8,6 @@ out vec4 colour;
 void main() {
   float cover = clamp(across.y + 0.5 - abs(across.x), 0.0, 1.0) * shade.a;
   float drawn = dithered(cover, across.z);
-  if (drawn < 0.02) discard;
+  if (drawn <= 0.0) discard;
   colour = vec4(shade.rgb, drawn);
 }

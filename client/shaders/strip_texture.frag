@@ -20,7 +20,9 @@ void main() {
     float gathered = mix(centre, 0.5, 0.35 * at.y * at.y * more.x);
     float x = gathered + kSway * (sin(6.2832 * (chance.y + at.y * mix(0.4, 1.3, chance.z))) - sin(6.2832 * chance.y)) * at.y;
     float end = mix(0.72, 1.0, sqrt(chance.w));
-    float width = mix(0.018, 0.034, more.y) * (1.0 - 0.6 * at.y) * (1.0 - smoothstep(end - 0.12, end, at.y));
+    float begin = 0.07 * more.y * chance.w;  // ragged at the hairline
+    float width = mix(0.018, 0.034, more.y) * (1.0 - 0.6 * at.y) * smoothstep(begin, begin + 0.03, at.y + 0.02) *
+                  (1.0 - smoothstep(end - 0.12, end, at.y));
     float edge = abs(2.0 * centre - 1.0);
     float cover = (1.0 - smoothstep(0.6 * width, width, abs(at.x - x))) * (1.0 - 0.7 * smoothstep(0.6, 1.0, edge));
     float front = cover * (0.2 + more.z);

@@ -5,7 +5,7 @@
 namespace hairnet::view {
 namespace {
 
-constexpr float kSwungAway = 0.6f;
+constexpr float kSwungAway = 0.6f, kScattered = 0.2f;
 
 }  // namespace
 
@@ -25,9 +25,9 @@ void add_body(const GeometrySource& source, GroomGeometry& geometry) {
     const Vec3f n = unit_or_up(normals[i]);
     const auto& share = body.bone_weights[i];
     // Its own cell holds the skin itself: look from a little outside.
-    LightLeft left = source.light.at(p + 1.5f * source.light.cell_m() * n);
-    // Hair at rest shades the scalp always, but back and shoulders only until it is swung away.
-    for (float& side : left) side = std::lerp(side, 1.0f, kSwungAway * (1 - share[0]));
+    LightLeft left = source.light.at(p + 1.5f * source.light.cell_m() * n, n);
+    // Hair at rest shades the head always, if softly, but back and shoulders only until it is swung away.
+    for (float& side : left) side = std::lerp(side, 1.0f, std::lerp(kSwungAway, kScattered, share[0]));
     geometry.body.vertices.push_back({{p.x(), p.y(), p.z()},
                                       to_halves(n, source.light.roots_at(p)),
                                       sides_of(left),

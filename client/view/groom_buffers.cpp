@@ -77,6 +77,7 @@ GroomBuffers::GroomBuffers(const GroomGeometry& geometry)
     : strand_count_(geometry.strand_count),
       far_strip_count_(geometry.far_strip_count),
       strand_width_m_(geometry.strand_width_m),
+      waviness_(geometry.waviness),
       radius_m_(geometry.radius_m) {
   fill(geometry.strips, strip_vertices_, strips_);
   fill(geometry.far_strips, far_strip_vertices_, far_strips_);

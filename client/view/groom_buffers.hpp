@@ -36,6 +36,7 @@ class GroomBuffers {
   [[nodiscard]] std::size_t strand_count() const { return strand_count_; }
   [[nodiscard]] std::size_t far_strip_count() const { return far_strip_count_; }
   [[nodiscard]] float strand_width_m() const { return strand_width_m_; }
+  [[nodiscard]] float waviness() const { return waviness_; }
   [[nodiscard]] float radius_m() const { return radius_m_; }
   // The coarsest list that strays no more than this.
   [[nodiscard]] std::size_t list_for(float tolerance_m) const;
@@ -59,7 +60,7 @@ class GroomBuffers {
   std::vector<List> lists_;
   DrawnMesh strips_, far_strips_, fabric_, body_;
   std::size_t strand_count_, far_strip_count_;
-  float strand_width_m_, radius_m_;
+  float strand_width_m_, waviness_, radius_m_;
   std::size_t bytes_ = 0;
 };
 

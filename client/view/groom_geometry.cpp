@@ -17,6 +17,29 @@ float strand_width_m(std::size_t strand_count) {
          std::clamp(std::sqrt(kCount / static_cast<float>(std::max<std::size_t>(1, strand_count))), 0.6f, 4.0f);
 }
 
+// From by how much hairs are longer than their course over a few centimetres: the sine of their angle to it.
+float waviness_of(const Groom& groom) {
+  constexpr double kCourse_m = 0.04;
+  constexpr float kBentByTheHead = 0.2f, kCurls = 0.35f;
+  double length = 0, course = 0;
+  for (std::size_t s = 0; s < groom.strand_count(); ++s) {
+    const std::span<const Vec3f> strand = groom.strand_points(s);
+    double piece = 0;
+    std::size_t from = 0;
+    for (std::size_t i = 1; i < strand.size(); ++i) {
+      piece += static_cast<double>((strand[i] - strand[i - 1]).norm());
+      if (piece < kCourse_m && i + 1 < strand.size()) continue;
+      length += piece;
+      course += static_cast<double>((strand[i] - strand[from]).norm());
+      piece = 0;
+      from = i;
+    }
+  }
+  const double straight = length > 0 ? std::min(course / length, 1.0) : 1.0;
+  const auto sine = static_cast<float>(std::sqrt(1 - straight * straight));
+  return std::clamp((sine - kBentByTheHead) / kCurls, 0.0f, 1.0f);
+}
+
 float radius_of(const Groom& groom) {
   float squared = 0;
   for (const Vec3f& p : groom.points) squared = std::max(squared, p.squaredNorm());
@@ -62,6 +85,7 @@ GroomGeometry make_groom_geometry(const Groom& groom) {
   add_strips(source, geometry);
   add_fabric(source, geometry);
   add_body(source, geometry);
+  geometry.waviness = waviness_of(groom);
   geometry.radius_m = radius_of(groom);
   return geometry;
 }

@@ -59,6 +59,7 @@ struct GroomGeometry {
   Mesh<StripVertex> strips;                   // the groom's own
   Mesh<StripVertex> far_strips;               // in place of its strands
   std::size_t far_strip_count = 0;
+  float waviness = 0;  // 0: hairs keep to the course of their lock ... 1: curls
   Mesh<FabricVertex> fabric;
   Mesh<BodyVertex> body;
   float radius_m = 0;  // of a ball about the head joint that holds all of it

@@ -13,6 +13,24 @@ constexpr float kFade = 5;               // cells beyond the grid over which its
 constexpr float kHairShare = 0.22f;      // of blocked light that is lost rather than scattered on
 constexpr float kBodyExtinction = 1.6f;  // of a cell that holds skin
 constexpr float kRootsFull_per_m2 = 4e4f;
+constexpr std::array<std::array<int, 3>, 14> kRays{{{1, 0, 0},
+                                                    {-1, 0, 0},
+                                                    {0, 1, 0},
+                                                    {0, -1, 0},
+                                                    {0, 0, 1},
+                                                    {0, 0, -1},
+                                                    {1, 1, 1},
+                                                    {1, 1, -1},
+                                                    {1, -1, 1},
+                                                    {1, -1, -1},
+                                                    {-1, 1, 1},
+                                                    {-1, 1, -1},
+                                                    {-1, -1, 1},
+                                                    {-1, -1, -1}}};
+
+Vec3f direction_of(const std::array<int, 3>& ray) {
+  return Vec3f(static_cast<float>(ray[0]), static_cast<float>(ray[1]), static_cast<float>(ray[2])).normalized();
+}
 
 }  // namespace
 
@@ -21,18 +39,11 @@ LightField::LightField(const Groom& groom, float width_m) {
   const std::size_t size = index(0, 0, count_[2]);
   extinction_.assign(size, 0.0f);
   roots_.assign(size, 0.0f);
-  left_.assign(size, LightLeft{});
+  left_.assign(size, Rays{});
   add_hair(groom, width_m);
   add_strips(groom);
   add_body(groom.body.mesh);
-  for (int x = -1; x <= 1; ++x) {
-    for (int y = -1; y <= 1; ++y) {
-      for (int z = -1; z <= 1; ++z) {
-        const int kind = std::abs(x) + std::abs(y) + std::abs(z);
-        if (kind == 1 || kind == 3) sweep({x, y, z});  // faces and corners
-      }
-    }
-  }
+  for (std::size_t ray = 0; ray < kRays.size(); ++ray) sweep(ray);
 }
 
 bool LightField::lay_out(const Groom& groom) {
@@ -117,12 +128,11 @@ void LightField::add_body(const TriangleMesh& mesh) {
   }
 }
 
-// Light that comes along `towards` reversed: from the far side of the grid inwards, each cell adds what it holds. A
-// face's direction is half of what its side gets, the four corners about it the other half.
-void LightField::sweep(const std::array<int, 3>& towards) {
+// Light that comes along a ray reversed: from the far side of the grid inwards, each cell adds what it holds.
+void LightField::sweep(std::size_t ray) {
+  const std::array<int, 3>& towards = kRays[ray];
   std::vector<float> depth(extinction_.size(), 0.0f);
-  const int kind = std::abs(towards[0]) + std::abs(towards[1]) + std::abs(towards[2]);
-  const float step = std::sqrt(static_cast<float>(kind)), weight = kind == 1 ? 0.5f : 0.125f;
+  const float step = std::sqrt(static_cast<float>(std::abs(towards[0]) + std::abs(towards[1]) + std::abs(towards[2])));
   const auto from_outside = [&](std::size_t axis, int i) { return towards[axis] > 0 ? count_[axis] - 1 - i : i; };
   const auto inside = [&](std::size_t axis, int i) { return i >= 0 && i < count_[axis]; };
   for (int k = 0; k < count_[2]; ++k) {
@@ -136,16 +146,15 @@ void LightField::sweep(const std::array<int, 3>& towards) {
           const std::size_t next = index(x_next, y_next, z_next);
           depth[here] = depth[next] + step * extinction_[next];
         }
-        const float share = weight * std::exp(-depth[here]);
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          if (towards[axis] != 0) left_[here][2 * axis + (towards[axis] > 0 ? 0 : 1)] += share;
-        }
+        left_[here][ray] = std::exp(-depth[here]);
       }
     }
   }
 }
 
-LightLeft LightField::at(const Vec3f& position) const {
+// A side gets half from its face's ray and half from the four corners about it; on a surface, from those that are
+// before it.
+LightLeft LightField::gather(const Vec3f& position, const Vec3f& normal) const {
   LightLeft sum{1, 1, 1, 1, 1, 1};
   if (left_.empty()) return sum;
   const Vec3f at = (position - origin_) / cell_m_ - Vec3f::Constant(0.5f);
@@ -160,13 +169,26 @@ LightLeft LightField::at(const Vec3f& position) const {
     base[static_cast<std::size_t>(axis)] = std::clamp(static_cast<int>(std::floor(at[axis])), 0, cells - 2);
     part[axis] = std::clamp(at[axis] - static_cast<float>(base[static_cast<std::size_t>(axis)]), 0.0f, 1.0f);
   }
-  sum.fill(1 - inside);
+  Rays rays{};
   for (int corner = 0; corner < 8; ++corner) {
     const int x = corner & 1, y = (corner >> 1) & 1, z = corner >> 2;
-    const float weight = inside * (x != 0 ? part.x() : 1 - part.x()) * (y != 0 ? part.y() : 1 - part.y()) *
-                         (z != 0 ? part.z() : 1 - part.z());
-    const LightLeft& cell = left_[index(base[0] + x, base[1] + y, base[2] + z)];
-    for (std::size_t side = 0; side < 6; ++side) sum[side] += weight * cell[side];
+    const float weight =
+        (x != 0 ? part.x() : 1 - part.x()) * (y != 0 ? part.y() : 1 - part.y()) * (z != 0 ? part.z() : 1 - part.z());
+    const Rays& cell = left_[index(base[0] + x, base[1] + y, base[2] + z)];
+    for (std::size_t ray = 0; ray < rays.size(); ++ray) rays[ray] += weight * cell[ray];
+  }
+  const bool surface = normal.squaredNorm() > 0;
+  for (std::size_t side = 0; side < 6; ++side) {
+    float left = 0, weights = 1e-6f;
+    for (std::size_t ray = 0; ray < rays.size(); ++ray) {
+      const int along = kRays[ray][side / 2] * (side % 2 == 0 ? 1 : -1);
+      if (along <= 0) continue;
+      const float before = surface ? std::max(normal.dot(direction_of(kRays[ray])), 0.02f) : 1;
+      const float weight = (ray < 6 ? 0.5f : 0.125f) * before;
+      left += weight * rays[ray];
+      weights += weight;
+    }
+    sum[side] = std::lerp(1.0f, left / weights, inside);
   }
   return sum;
 }

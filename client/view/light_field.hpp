@@ -16,7 +16,9 @@ class LightField {
  public:
   // `width_m`: of a strand as drawn, with all that is drawn beside it.
   LightField(const Groom& groom, float width_m);
-  [[nodiscard]] LightLeft at(const Vec3f& position) const;
+  [[nodiscard]] LightLeft at(const Vec3f& position) const { return gather(position, Vec3f::Zero()); }
+  // On a surface: what comes from behind it does not count.
+  [[nodiscard]] LightLeft at(const Vec3f& position, const Vec3f& normal) const { return gather(position, normal); }
   [[nodiscard]] float roots_at(const Vec3f& position) const;  // 0 ... 1: how much of a scalp a place is
   [[nodiscard]] float cell_m() const { return cell_m_; }
 
@@ -31,14 +33,16 @@ class LightField {
   void add_hair(const Groom& groom, float width_m);
   void add_strips(const Groom& groom);
   void add_body(const TriangleMesh& mesh);
-  void sweep(const std::array<int, 3>& towards);
+  void sweep(std::size_t ray);
+  [[nodiscard]] LightLeft gather(const Vec3f& position, const Vec3f& normal) const;
 
   Vec3f origin_{0, 0, 0};
   float cell_m_ = 0.01f;
   std::array<int, 3> count_{0, 0, 0};
   std::vector<float> extinction_;  // optical depth of one cell's width
   std::vector<float> roots_;
-  std::vector<LightLeft> left_;
+  using Rays = std::array<float, 14>;  // what is left along each ray: to the faces and the corners of a cube
+  std::vector<Rays> left_;
 };
 
 }  // namespace hairnet::view

@@ -13,6 +13,7 @@
 #include "client/view/light_rig.hpp"
 #include "client/view/program.hpp"
 #include "client/view/projection.hpp"
+#include "client/view/vector_texture.hpp"
 
 namespace hairnet::view {
 namespace {
@@ -39,38 +40,6 @@ struct Programs {
     return Programs{std::move(*background), std::move(*body), std::move(*fabric), std::move(*strip),
                     std::move(*strand)};
   }
-};
-
-// A texture of vectors, in rows, that grows as it must.
-class VectorTexture {
- public:
-  VectorTexture(GLint unit, std::size_t row) : unit_(unit), row_(row) {}
-
-  void fill(const std::vector<Eigen::Vector4f>& values) {
-    bind();
-    const auto width = static_cast<GLsizei>(row_);
-    const std::size_t rows = values.size() / row_, rest = values.size() % row_;
-    if (rows + 1 > capacity_ || capacity_ == 0) {
-      capacity_ = std::max<std::size_t>(2 * (rows + 1), 4);
-      glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, width, static_cast<GLsizei>(capacity_), 0, GL_RGBA, GL_FLOAT, nullptr);
-      for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
-        glTexParameteri(GL_TEXTURE_2D, filter, GL_NEAREST);
-    }
-    if (rows > 0)
-      glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, width, static_cast<GLsizei>(rows), GL_RGBA, GL_FLOAT, values.data());
-    if (rest > 0)
-      glTexSubImage2D(GL_TEXTURE_2D, 0, 0, static_cast<GLint>(rows), static_cast<GLsizei>(rest), 1, GL_RGBA, GL_FLOAT,
-                      values.data() + rows * row_);
-  }
-  void bind() const {
-    glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit_));
-    glBindTexture(GL_TEXTURE_2D, texture_.name());
-  }
-
- private:
-  Texture texture_;
-  GLint unit_;
-  std::size_t row_, capacity_ = 0;
 };
 
 // Draws the texture of strips once.
@@ -213,7 +182,7 @@ void GlStage::set_scene(const Program& program, const View& view, const Look& lo
   program.set("ambient_below", rig.ambient_below);
   program.set("exposure", look.exposure);
   program.set("encode_srgb", srgb ? 0.0f : 1.0f);
-  program.set("samples", static_cast<float>(samples));
+  program.set("samples", static_cast<float>(std::max(samples, 1)));
   program.set("copies", 1);
 }
 
@@ -265,6 +234,7 @@ void GlStage::draw_groom(const GroomBuffers& groom, const std::vector<Appearance
   draw_all(programs_.fabric, groom.fabric());
   programs_.strip.use();
   programs_.strip.set("far_strips", 0.0f);
+  programs_.strip.set("waviness", 0.0f);
   draw_all(programs_.strip, groom.strips());
   if (groom.strand_count() > 0) draw_strands(groom, shown, first);
 
@@ -273,6 +243,7 @@ void GlStage::draw_groom(const GroomBuffers& groom, const std::vector<Appearance
   const auto skipped = static_cast<std::size_t>(far - shown.begin());
   programs_.strip.use();
   programs_.strip.set("far_strips", 1.0f);
+  programs_.strip.set("waviness", groom.waviness());
   programs_.strip.set("first_record", static_cast<int>(first + skipped));
   groom.far_strips().draw(static_cast<GLsizei>(shown.size() - skipped));
   count(groom.far_strips().index_count(), shown.size() - skipped);

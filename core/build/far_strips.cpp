@@ -6,25 +6,30 @@
 #include <numeric>
 
 #include "core/build/course_clusters.hpp"
+#include "core/build/hair_volume.hpp"
 #include "core/build/strand_courses.hpp"
 #include "core/geometry/mesh_query.hpp"
 
 namespace hairnet {
 namespace {
 
-constexpr double kEdge = 1.7320508075688772;            // deviations from the middle to the edge of an even spread
-constexpr double kHalfLeast = 0.002, kHalfMost = 0.03;  // m, of the width
-constexpr double kSkinPreference = 0.5;                 // of the spread's trace
-constexpr double kStretchMost = 1.5;
-constexpr double kRootReachMost = 0.15;                           // of the length
+// Deviations from the middle to an edge. Those of an even spread are 1.73; a little more, that neighbours overlap.
+constexpr double kEdge = 1.95;
+constexpr double kHalfLeast = 0.002, kHalfMost = 0.03;            // m, of the width
+constexpr double kSkinPreference = 0.5;                           // of the spread's trace
+constexpr double kStretchMost = 1.5;                              // of the mean
+constexpr double kRootReachMost = 0.15, kTipReachMost = 0.1;      // of the length
+constexpr double kMoveMost = 0.01;                                // m, outwards
 constexpr double kClearanceRoot = 0.001, kClearanceRest = 0.003;  // m off the skin
+constexpr std::size_t kPairCount = 12;
+constexpr double kEvenness = 0.05;  // what a pair is worth by its distance from others
 
 template <class T>
 using AlongStrip = std::array<T, kCoursePoints>;
 
 // What surrounds the hair.
 struct Head {
-  Head(const Groom& groom, const std::vector<Course>& courses) : skin(groom.body.mesh) {
+  Head(const Groom& groom, const std::vector<Course>& courses) : skin(groom.body.mesh), hair(courses) {
     const bool any_rooted = std::ranges::any_of(courses, &Course::rooted);
     double count = 0;
     for (const Course& course : courses) {
@@ -39,6 +44,13 @@ struct Head {
     Vec3 away = point - centre;
     away.y() = std::max(0.0, away.y());
     return away.norm() > 1e-6 ? Vec3(away.normalized()) : Vec3(Vec3::UnitY());
+  }
+  // Where a strip there should look: away from the head, but in a tail or at an edge away from the other hair as well.
+  // Not of unit length: short where it matters little.
+  [[nodiscard]] Vec3 view_side(const Vec3& point) const {
+    constexpr double kOfHair = 3;
+    const Vec3 side = outward(point) + kOfHair * hair.towards_surface(point);
+    return side / std::max(1.0, side.norm());
   }
   // The point itself, or the nearest that is so far off the skin.
   [[nodiscard]] Vec3 outside(Vec3 point, double clearance_m) const {
@@ -55,6 +67,7 @@ struct Head {
   }
 
   MeshQuery skin;
+  HairVolume hair;
   Vec3 centre = Vec3::Zero();
 };
 
@@ -69,7 +82,6 @@ struct Lock {
     const auto count = static_cast<double>(members.size());
     middle.fill(Vec3::Zero());
     spread.fill(Mat3::Zero());
-    double own_variance = 0;
     for (const std::uint32_t m : members) {
       for (std::size_t i = 0; i < kCoursePoints; ++i) middle[i] += courses[m].points[i].cast<double>() / count;
       own_variance += static_cast<double>(courses[m].own_variance_m2) / count;
@@ -80,10 +92,14 @@ struct Lock {
         spread[i] += offset * offset.transpose() / count;
       }
     }
+  }
+  // Curls and locks are wide, but begin and end no farther out.
+  void add_own_width() {
     for (Mat3& s : spread) s += own_variance * Mat3::Identity();
   }
   AlongStrip<Vec3> middle;
-  AlongStrip<Mat3> spread;  // m^2
+  AlongStrip<Mat3> spread;  // m^2; of the courses
+  double own_variance = 0;  // m^2; of the hair about its course
 };
 
 double median_length(const std::vector<Course>& courses, const std::vector<std::uint32_t>& members) {
@@ -118,11 +134,20 @@ void reach_back(const Head& head, const Mat3& spread, AlongStrip<Vec3>& line) {
   line[0] += reach * flat.norm() * back;
 }
 
+// Tips that spread along the strip are seen beyond their mean.
+void reach_on(const Mat3& spread, AlongStrip<Vec3>& line) {
+  const Vec3 along = direction_at(line, line.size() - 1);
+  line.back() += std::min(std::sqrt(along.dot(spread * along)), kTipReachMost * length_of(line)) * along;
+}
+
 void smooth(AlongStrip<Mat3>& spread) {
-  const AlongStrip<Mat3> rough = spread;
-  for (std::size_t i = 0; i < spread.size(); ++i) {
-    const std::size_t before = i > 0 ? i - 1 : i, after = std::min(i + 1, spread.size() - 1);
-    spread[i] = 0.25 * rough[before] + 0.5 * rough[i] + 0.25 * rough[after];
+  constexpr int kTimes = 4;
+  for (int time = 0; time < kTimes; ++time) {
+    const AlongStrip<Mat3> rough = spread;
+    for (std::size_t i = 0; i < spread.size(); ++i) {
+      const std::size_t before = i > 0 ? i - 1 : i, after = std::min(i + 1, spread.size() - 1);
+      spread[i] = 0.25 * rough[before] + 0.5 * rough[i] + 0.25 * rough[after];
+    }
   }
 }
 
@@ -133,7 +158,7 @@ AlongStrip<Vec3> sides_of(const Head& head, const AlongStrip<Vec3>& line, const 
   double looks_out = 0;
   Vec3 before = direction_at(line, 0).cross(head.outward(line[0]));
   for (std::size_t i = 0; i < line.size(); ++i) {
-    const Vec3 along = direction_at(line, i), away = head.outward(line[i]);
+    const Vec3 along = direction_at(line, i), away = head.view_side(line[i]);
     const Vec3 flat = before - before.dot(along) * along;
     const Vec3 u = flat.norm() > 1e-3 * before.norm() ? Vec3(flat.normalized()) : along.unitOrthogonal(),
                v = along.cross(u);
@@ -151,35 +176,91 @@ AlongStrip<Vec3> sides_of(const Head& head, const AlongStrip<Vec3>& line, const 
   return sides;
 }
 
+// Of a lock one sees the outer side.
+void move_out(const AlongStrip<Vec3>& sides, const AlongStrip<Mat3>& spread, AlongStrip<Vec3>& line) {
+  const AlongStrip<Vec3> middle = line;
+  for (std::size_t i = 1; i < line.size(); ++i) {
+    const Vec3 normal = sides[i].cross(direction_at(middle, i));
+    line[i] += std::min(std::sqrt(normal.dot(spread[i] * normal)), kMoveMost) * normal;
+  }
+}
+
+double distance_to_segment(const Vec3& point, const Vec3& a, const Vec3& b) {
+  const Vec3 chord = b - a;
+  const double t = std::clamp((point - a).dot(chord) / std::max(chord.squaredNorm(), 1e-18), 0.0, 1.0);
+  return (point - a - t * chord).norm();
+}
+
+// Those of the line's points that keep its shape, ascending: one after the other, the one that is farthest off the line
+// through the others, and where it is straight the one farthest from them.
+std::vector<std::size_t> places_of_pairs(const AlongStrip<Vec3>& line) {
+  AlongStrip<double> arc{};
+  for (std::size_t i = 1; i < line.size(); ++i) arc[i] = arc[i - 1] + (line[i] - line[i - 1]).norm();
+  std::vector<std::size_t> places{0, line.size() - 1};
+  while (places.size() < kPairCount) {
+    double best = -1;
+    std::size_t place = 0, at = 0;
+    for (std::size_t k = 0; k + 1 < places.size(); ++k) {
+      const std::size_t a = places[k], b = places[k + 1];
+      for (std::size_t i = a + 1; i < b; ++i) {
+        const double worth =
+            distance_to_segment(line[i], line[a], line[b]) + kEvenness * std::min(arc[i] - arc[a], arc[b] - arc[i]);
+        if (worth > best) best = worth, place = i, at = k + 1;
+      }
+    }
+    places.insert(places.begin() + static_cast<std::ptrdiff_t>(at), place);
+  }
+  return places;
+}
+
 // What stands far off is not to end beyond where a groom may.
 Vec3f bounded(const Vec3& x) {
   const float most = GroomLimits().coordinate_max_m;
   return x.cast<float>().cwiseMax(-most).cwiseMin(most);
 }
 
-std::vector<Vec3f> edges_of(const Head& head, const AlongStrip<Vec3>& line, const AlongStrip<Vec3>& sides,
-                            const AlongStrip<Mat3>& spread, bool rooted) {
-  std::vector<Vec3f> edges;
-  for (std::size_t i = 0; i < line.size(); ++i) {
+std::vector<Vec3> edges_of(const Head& head, const AlongStrip<Vec3>& line, const AlongStrip<Vec3>& sides,
+                           const AlongStrip<Mat3>& spread, bool rooted) {
+  std::vector<Vec3> edges;
+  for (const std::size_t i : places_of_pairs(line)) {
     const double deviation = std::sqrt(std::max(0.0, sides[i].dot(spread[i] * sides[i])));
     const double half = std::clamp(kEdge * deviation, kHalfLeast, kHalfMost);
     const double clearance = rooted && i == 0 ? kClearanceRoot : kClearanceRest;
-    for (const double hand : {-1.0, 1.0})
-      edges.push_back(bounded(head.outside(line[i] + hand * half * sides[i], clearance)));
+    for (const double hand : {-1.0, 1.0}) edges.push_back(head.outside(line[i] + hand * half * sides[i], clearance));
   }
   return edges;
+}
+
+// Where the skin bulges between the points, they move out.
+void clear_between(const Head& head, std::vector<Vec3>& edges) {
+  constexpr int kRounds = 3;
+  for (int round = 0; round < kRounds; ++round) {
+    for (std::size_t i = 0; i + 3 < edges.size(); i += 2) {
+      const Vec3 middle = 0.25 * (edges[i] + edges[i + 1] + edges[i + 2] + edges[i + 3]);
+      const Vec3 out = head.outside(middle, kClearanceRoot) - middle;
+      for (std::size_t corner = i; corner < i + 4; ++corner) edges[corner] += out;
+    }
+  }
 }
 
 std::vector<Vec3f> ribbon_about(const Head& head, const std::vector<Course>& courses,
                                 const std::vector<std::uint32_t>& members) {
   const bool rooted = courses[members[0]].rooted;
-  auto [line, spread] = Lock(courses, members);
+  Lock lock(courses, members);
+  auto& [line, spread, own_variance] = lock;
   stretch_to(median_length(courses, members), line);
-  if (rooted) reach_back(head, spread[0], line);
+  if (rooted) reach_back(head, spread.front(), line);
+  reach_on(spread.back(), line);
+  lock.add_own_width();
+  smooth(spread);
+  move_out(sides_of(head, line, spread), spread, line);
   for (std::size_t i = 0; i < line.size(); ++i)
     line[i] = head.outside(line[i], rooted && i == 0 ? kClearanceRoot : kClearanceRest);
-  smooth(spread);
-  return edges_of(head, line, sides_of(head, line, spread), spread, rooted);
+  std::vector<Vec3> edges = edges_of(head, line, sides_of(head, line, spread), spread, rooted);
+  clear_between(head, edges);
+  std::vector<Vec3f> ribbon;
+  for (const Vec3& x : edges) ribbon.push_back(bounded(x));
+  return ribbon;
 }
 
 FarStrip properties_of(const std::vector<Course>& courses, const std::vector<std::uint32_t>& members) {

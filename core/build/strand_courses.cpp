@@ -8,6 +8,8 @@
 namespace hairnet {
 namespace {
 
+constexpr double kCourseReach = 1.0 / 16, kOutlineReach = 1.0 / 6;
+
 // A polyline by its arc length, and the integral of its points over that.
 class ArcIntegral {
  public:
@@ -23,6 +25,9 @@ class ArcIntegral {
     }
   }
   [[nodiscard]] double length() const { return arcs_.empty() ? 0 : arcs_.back(); }
+  [[nodiscard]] std::size_t point_count() const { return points_.size(); }
+  [[nodiscard]] const Vec3& point(std::size_t i) const { return points_[i]; }
+  [[nodiscard]] double share(std::size_t i) const { return arcs_[i] / length(); }  // of the length, up to point i
 
   // The mean of the points from `begin` to `end`, as shares of the length.
   [[nodiscard]] Vec3 mean(double begin, double end) const {
@@ -47,25 +52,40 @@ class ArcIntegral {
   std::vector<double> arcs_;
 };
 
-// The piece about a point reaches half way to its neighbours. Root and tip stand for themselves.
+// `reach`: of the piece about a point, each way, as a share of the length. It is shorter near root and tip, which stand
+// for themselves.
 template <std::size_t kCount>
-std::array<Vec3f, kCount> sample(const ArcIntegral& line) {
+std::array<Vec3f, kCount> sample(const ArcIntegral& line, double reach) {
   std::array<Vec3f, kCount> points;
   constexpr double kStep = 1.0 / (kCount - 1);
   for (std::size_t i = 0; i < kCount; ++i) {
-    const double at = static_cast<double>(i) * kStep;
-    const double reach = i == 0 || i + 1 == kCount ? 0 : 0.5 * kStep;
-    points[i] = line.mean(at - reach, at + reach).template cast<float>();
+    const double at = static_cast<double>(i) * kStep, own_reach = i + 1 < kCount ? std::min({reach, at, 1 - at}) : 0;
+    points[i] = line.mean(at - own_reach, at + own_reach).template cast<float>();
   }
   return points;
 }
 
-void append_course(std::span<const Vec3f> line, const StrandProperties& properties, float own_variance_m2,
+// Of the line's points about its course, each way across: half the mean square of their distances.
+float variance_about(const std::array<Vec3f, kCoursePoints>& course, const ArcIntegral& line) {
+  double sum = 0;
+  for (std::size_t i = 0; i < line.point_count(); ++i) {
+    const double at = line.share(i) * (kCoursePoints - 1);
+    const std::size_t before = std::min(static_cast<std::size_t>(at), kCoursePoints - 2);
+    const auto t = static_cast<float>(at - static_cast<double>(before));
+    const Vec3f on_course = course[before] + t * (course[before + 1] - course[before]);
+    sum += (line.point(i) - on_course.cast<double>()).squaredNorm();
+  }
+  return static_cast<float>(0.5 * sum / static_cast<double>(line.point_count()));
+}
+
+void append_course(std::span<const Vec3f> line, const StrandProperties& properties, float variance_m2,
                    std::vector<Course>& courses) {
   const ArcIntegral integral(line);
   if (integral.length() < kLengthMin) return;
-  courses.push_back({sample<kCoursePoints>(integral), sample<kOutlinePoints>(integral), own_variance_m2,
-                     properties.root_length_m, properties.group, properties.rooted});
+  const auto points = sample<kCoursePoints>(integral, kCourseReach);
+  courses.push_back({points, sample<kOutlinePoints>(integral, kOutlineReach),
+                     variance_m2 + variance_about(points, integral), properties.root_length_m, properties.group,
+                     properties.rooted});
 }
 
 // As if the hair filled the strip evenly from edge to edge.
@@ -79,15 +99,15 @@ float variance_across(std::span<const Vec3f> edges) {
 }  // namespace
 
 std::vector<Course> make_courses(const Groom& groom) {
-  std::vector<float> own_variance(groom.strand_count(), 0.0f);
+  std::vector<float> lock_variance(groom.strand_count(), 0.0f);
   for (const Cluster& cluster : groom.clusters) {
     const float radius = 0.5f * (cluster.radius_m + cluster.tip_radius_m);
-    own_variance[cluster.strand] = 0.25f * radius * radius;  // of an even disc
+    lock_variance[cluster.strand] = 0.25f * radius * radius;  // of an even disc
   }
   std::vector<Course> courses;
   courses.reserve(groom.strand_count() + groom.strips.size());
   for (std::size_t s = 0; s < groom.strand_count(); ++s)
-    append_course(groom.strand_points(s), groom.strands[s], own_variance[s], courses);
+    append_course(groom.strand_points(s), groom.strands[s], lock_variance[s], courses);
   std::vector<Vec3f> middle;
   for (const Strip& strip : groom.strips) {
     middle_of(groom, strip, middle);
@@ -109,7 +129,7 @@ std::array<Vec3f, kOutlinePoints> make_outline(const std::array<Vec3f, kCoursePo
     outline.fill(line[0]);
     return outline;
   }
-  return sample<kOutlinePoints>(integral);
+  return sample<kOutlinePoints>(integral, kOutlineReach);
 }
 
 }  // namespace hairnet

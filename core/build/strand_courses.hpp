@@ -9,11 +9,11 @@
 namespace hairnet {
 
 // Where a strand goes, without its curls: means over pieces of it, spaced evenly by arc length from root to tip.
-inline constexpr std::size_t kCoursePoints = 10, kOutlinePoints = 4;
+inline constexpr std::size_t kCoursePoints = 25, kOutlinePoints = 4;
 struct Course {
   std::array<Vec3f, kCoursePoints> points;    // the first is the root, the last the tip
   std::array<Vec3f, kOutlinePoints> outline;  // the same, coarser: even long waves are gone
-  float own_variance_m2 = 0;                  // of the hair about a strand that stands for a lock, each way across
+  float own_variance_m2 = 0;                  // of the strand's hair about its course, each way across: curls, locks
   float root_length_m = 0;
   std::uint16_t group = 0;
   bool rooted = true;

@@ -153,10 +153,12 @@ Result<view::Image> crowd_picture(view::Renderer& renderer, const std::vector<Ha
       bone.position += away;
     }
   }
+  Vec3 middle = Vec3::Zero();
+  for (const view::ShownCharacter& one : crowd) middle += one.pose.head().position / static_cast<double>(count);
   view::Camera camera;
-  camera.eye = Vec3(0, 1.1, 5.2);
-  camera.target = Vec3(0, 0.05, -2);
-  camera.fov_deg = 38;
+  camera.target = middle - Vec3(0, 0.3, 1.5);
+  camera.eye = middle + Vec3(0, 1.9, 6.6);
+  camera.fov_deg = 40;
   Result<view::Image> image = renderer.draw(crowd, camera, {}, width_px, height_px);
   statistics = renderer.stage().statistics();
   for (const std::size_t groom : grooms) renderer.stage().remove_groom(groom);

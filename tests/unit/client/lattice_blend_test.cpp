@@ -54,8 +54,7 @@ class LatticeBlendTest : public ::testing::Test {
       const auto level = std::find_if(geometries_.begin(), geometries_.end(),
                                       [&](const auto& geometry) { return geometry.get() == layer.geometry; });
       deformers_[static_cast<std::size_t>(level - geometries_.begin())]->deform(layer.grid_displacements, of_layer);
-      for (std::size_t i = 0; i < points.size(); ++i)
-        points[i] += layer.weight * (of_layer[i] - groom_->points[i]);
+      for (std::size_t i = 0; i < points.size(); ++i) points[i] += layer.weight * (of_layer[i] - groom_->points[i]);
     }
     return points;
   }
@@ -100,7 +99,7 @@ TEST_F(LatticeBlendTest, one_layer_of_full_weight_while_the_level_stays) {
 TEST_F(LatticeBlendTest, the_field_is_what_blended_points_show_over_switches_and_switches_during_a_fade) {
   // Level and when it begins, in ms: alone, then within the fade of the one before, into rigid and back.
   const std::vector<std::pair<LevelIndex, int>> script{
-      {LevelIndex::high, 0},     {LevelIndex::low, 100},    {LevelIndex::medium, 1000}, {LevelIndex::low, 1130},
+      {LevelIndex::high, 0},     {LevelIndex::low, 100},   {LevelIndex::medium, 1000}, {LevelIndex::low, 1130},
       {LevelIndex::rigid, 2000}, {LevelIndex::high, 2200}, {LevelIndex::medium, 3000}, {LevelIndex::low, 3390}};
   std::size_t blended = 0, doubly = 0;
   float largest = 0;
@@ -114,8 +113,9 @@ TEST_F(LatticeBlendTest, the_field_is_what_blended_points_show_over_switches_and
     ASSERT_LE(lattices_.layers().size(), LatticeBlend::kLayerCountMost);
     blended += lattices_.layers().size() == 3;
     doubly += lattices_.layers().size() == 5;
-    largest = std::max(largest, furthest(wanted, deformed(lattices_.layers().first(std::min<std::size_t>(
-                                             1, lattices_.layers().size())))));
+    largest = std::max(
+        largest,
+        furthest(wanted, deformed(lattices_.layers().first(std::min<std::size_t>(1, lattices_.layers().size())))));
   }
   EXPECT_GT(largest, 0.01f) << "nothing to blend: the case tests nothing";
   EXPECT_GT(blended, 50u);

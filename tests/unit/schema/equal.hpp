@@ -46,6 +46,10 @@ inline bool equal(const Thread& a, const Thread& b) {
 inline bool equal(const Strip& a, const Strip& b) {
   return equal(a.points, b.points) && equal(a.properties, b.properties);
 }
+inline bool equal(const FarStrip& a, const FarStrip& b) {
+  const auto all = [](const FarStrip& s) { return std::tie(s.root_length_m, s.strand_count, s.group, s.rooted); };
+  return equal(a.points, b.points) && all(a) == all(b);
+}
 inline bool equal(const Cloth& a, const Cloth& b) {
   const auto all = [](const Cloth& c) {
     return std::tie(c.group, c.triangles, c.root_distance_m, c.root_length_m, c.colour, c.opacity,
