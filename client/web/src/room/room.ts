@@ -4,7 +4,7 @@ import { Connection, type ConnectionOptions } from "../net/connection";
 import type { LinkEvent } from "../net/events";
 import { decodeGroom } from "../net/groomFile";
 import { hashGroom } from "../net/groomHash";
-import type { LinkCounters } from "../net/linkCore";
+import type { LinkCounters } from "../net/linkOptions";
 import { ErrorReason, GroomState, ObserveMode, type Wind } from "../net/messages";
 import type { HairSource, MemberImportance } from "../scene/hairSource";
 import { Member } from "./member";

@@ -71,8 +71,11 @@ export class GroomDrawing {
       ["albedo", 0, 4],
       ["cord", 4, 1],
     ]);
-    this.#strips = whole("strip", geometry.strips, side, { far_strips: { value: 0 } });
-    this.#farStrips = whole("strip", geometry.farStrips, side, { far_strips: { value: 1 } });
+    this.#strips = whole("strip", geometry.strips, side, { far_strips: { value: 0 }, waviness: { value: 0 } });
+    this.#farStrips = whole("strip", geometry.farStrips, side, {
+      far_strips: { value: 1 },
+      waviness: { value: geometry.waviness },
+    });
     const strands = attributesOf(geometry.strands, [["strand", 0, 1]]);
     const strandCount = { value: Math.max(geometry.strandCount, 1) };
     this.#strands = geometry.strandLists.map((list) =>

@@ -28,7 +28,7 @@ export class SceneUniforms {
       ambient_below: { value: this.rig.ambientBelow },
       exposure: { value: 1 },
       encode_srgb: { value: 1 },
-      samples: { value: 0 },
+      samples: { value: 1 },
       records: { value: records },
       lattices: { value: lattices },
       strip_texture: { value: null },
@@ -43,7 +43,7 @@ export class SceneUniforms {
     const space = target === null ? renderer.outputColorSpace : isXr ? target.texture.colorSpace : "";
     this.all.encode_srgb.value = space === SRGBColorSpace ? 1 : 0;
     const antialiased = renderer.getContextAttributes()?.antialias === true;
-    this.all.samples.value = target === null ? (antialiased ? 4 : 0) : target.samples;
+    this.all.samples.value = Math.max(target === null ? (antialiased ? 4 : 1) : target.samples, 1);
   }
 }
 

@@ -1,6 +1,9 @@
 import type { GeometrySource } from "./groomGeometry";
 import type { MeshBuilder } from "./meshBuilder";
 
+const kSwungAway = 0.6;
+const kScattered = 0.2;
+
 export function addBody({ groom, light }: GeometrySource, mesh: MeshBuilder): void {
   const { vertices, triangles, boneWeights } = groom.body;
   const normals = vertexNormals(vertices, triangles);
@@ -14,8 +17,11 @@ export function addBody({ groom, light }: GeometrySource, mesh: MeshBuilder): vo
     const nz = normals[3 * v + 2];
     // Its own cell holds the skin itself: look from a little outside.
     const out = 1.5 * light.cellM;
-    light.at(x + out * nx, y + out * ny, z + out * nz, left);
+    light.at(x + out * nx, y + out * ny, z + out * nz, left, [nx, ny, nz]);
     const share = boneWeights.subarray(5 * v, 5 * v + 5);
+    // Hair at rest shades the head always, if softly, but back and shoulders only until it is swung away.
+    const lit = kSwungAway + share[0] * (kScattered - kSwungAway);
+    for (let side = 0; side < 6; ++side) left[side] += lit * (1 - left[side]);
     mesh.add(x, y, z, 0, nx, ny, nz, light.rootsAt(x, y, z), left, share[4], 0);
     mesh.addExtra(share[0], share[1], share[2], share[3]);
   }

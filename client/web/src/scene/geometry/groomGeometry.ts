@@ -36,6 +36,8 @@ export interface GroomGeometry {
   readonly strips: MeshArrays;
   /** in place of its strands */
   readonly farStrips: MeshArrays;
+  /** 0: hairs keep to the course of their lock; 1: curls */
+  readonly waviness: number;
   /** `extra`: linear RGB, opacity, half of a thread's width (negative on its left; 0: cloth) */
   readonly fabric: MeshArrays;
   /** `rest` has the fifth bone's share in `ends`; `extra`: shares of the first four bones */
@@ -81,6 +83,7 @@ export function makeGroomGeometry(groom: Groom): GroomGeometry {
     farStrips: farStrips.take(),
     fabric: fabric.take(),
     body: body.take(),
+    waviness: wavinessOf(groom),
     radiusM: radiusOf(groom),
   };
 }
@@ -97,6 +100,32 @@ export function buffersOf(geometry: GroomGeometry): ArrayBuffer[] {
 /** Fewer strands are drawn wider, so that a head looks covered at any density. */
 function widthFor(strandCount: number): number {
   return 4e-4 * Math.min(Math.max(Math.sqrt(10_000 / Math.max(1, strandCount)), 0.6), 4);
+}
+
+/** From by how much hairs are longer than their course over a few centimetres: the sine of their angle to it. */
+function wavinessOf({ strands, points }: Groom): number {
+  const courseM = 0.04;
+  const bentByTheHead = 0.2;
+  const curls = 0.35;
+  let length = 0;
+  let course = 0;
+  const distance = (a: number, b: number) =>
+    Math.hypot(points[3 * a] - points[3 * b], points[3 * a + 1] - points[3 * b + 1], points[3 * a + 2] - points[3 * b + 2]);
+  for (let s = 0; s < strands.count; ++s) {
+    const end = strands.begin[s + 1];
+    let piece = 0;
+    let from = strands.begin[s];
+    for (let i = from + 1; i < end; ++i) {
+      piece += distance(i, i - 1);
+      if (piece < courseM && i + 1 < end) continue;
+      length += piece;
+      course += distance(i, from);
+      piece = 0;
+      from = i;
+    }
+  }
+  const straight = length > 0 ? Math.min(course / length, 1) : 1;
+  return Math.min(Math.max((Math.sqrt(1 - straight * straight) - bentByTheHead) / curls, 0), 1);
 }
 
 function radiusOf(groom: Groom): number {

@@ -10,6 +10,24 @@ const kFade = 5; // cells beyond the grid over which its shade fades out
 const kHairShare = 0.22; // of blocked light that is lost rather than scattered on
 const kBodyExtinction = 1.6; // of a cell that holds skin
 const kRootsFullPerM2 = 4e4;
+/** To the faces and the corners of a cube. */
+const kRays: readonly (readonly [number, number, number])[] = [
+  [1, 0, 0],
+  [-1, 0, 0],
+  [0, 1, 0],
+  [0, -1, 0],
+  [0, 0, 1],
+  [0, 0, -1],
+  [1, 1, 1],
+  [1, 1, -1],
+  [1, -1, 1],
+  [1, -1, -1],
+  [-1, 1, 1],
+  [-1, 1, -1],
+  [-1, -1, 1],
+  [-1, -1, -1],
+];
+const kRayCount = kRays.length;
 
 /** Coarse grid over a groom at rest that says how much light gets to a place through hair and body. Head space, m. */
 export class LightField {
@@ -19,8 +37,9 @@ export class LightField {
   /** optical depth of one cell's width; empty: there is no hair */
   #extinction = new Float32Array(0);
   #roots = new Float32Array(0);
-  /** 6 a cell */
+  /** what is left along each ray, kRayCount a cell */
   #left = new Float32Array(0);
+  readonly #rays = new Float32Array(kRayCount);
 
   /** `widthM`: of a strand as drawn, with all that is drawn beside it. */
   constructor(groom: Groom, widthM: number) {
@@ -28,20 +47,18 @@ export class LightField {
     const size = this.#count[0] * this.#count[1] * this.#count[2];
     this.#extinction = new Float32Array(size);
     this.#roots = new Float32Array(size);
-    this.#left = new Float32Array(6 * size);
+    this.#left = new Float32Array(kRayCount * size);
     this.#addHair(groom, widthM);
     this.#addStrips(groom);
     this.#addBody(groom.body.vertices, groom.body.triangles);
-    for (let x = -1; x <= 1; ++x)
-      for (let y = -1; y <= 1; ++y)
-        for (let z = -1; z <= 1; ++z) {
-          const kind = Math.abs(x) + Math.abs(y) + Math.abs(z);
-          if (kind === 1 || kind === 3) this.#sweep([x, y, z], kind); // faces and corners
-        }
+    for (let ray = 0; ray < kRayCount; ++ray) this.#sweep(ray);
   }
 
-  /** Into `out`, 0 to 1 each. */
-  at(x: number, y: number, z: number, out: LightLeft): LightLeft {
+  /**
+   * Into `out`, 0 to 1 each. A side gets half from its face's ray and half from the four corners about it. `normal`: on a
+   * surface, what comes from behind it does not count.
+   */
+  at(x: number, y: number, z: number, out: LightLeft, normal: readonly number[] | null = null): LightLeft {
     out.fill(1);
     if (this.#left.length === 0) return out;
     const base = [0, 0, 0];
@@ -57,15 +74,27 @@ export class LightField {
       base[axis] = Math.min(Math.max(Math.floor(at), 0), cells - 2);
       part[axis] = Math.min(Math.max(at - base[axis], 0), 1);
     }
-    out.fill(1 - inside);
+    const rays = this.#rays.fill(0);
     for (let corner = 0; corner < 8; ++corner) {
       const i = corner & 1;
       const j = (corner >> 1) & 1;
       const k = corner >> 2;
-      const weight =
-        inside * (i ? part[0] : 1 - part[0]) * (j ? part[1] : 1 - part[1]) * (k ? part[2] : 1 - part[2]);
-      const cell = 6 * this.#index(base[0] + i, base[1] + j, base[2] + k);
-      for (let side = 0; side < 6; ++side) out[side] += weight * this.#left[cell + side];
+      const weight = (i ? part[0] : 1 - part[0]) * (j ? part[1] : 1 - part[1]) * (k ? part[2] : 1 - part[2]);
+      const cell = kRayCount * this.#index(base[0] + i, base[1] + j, base[2] + k);
+      for (let ray = 0; ray < kRayCount; ++ray) rays[ray] += weight * this.#left[cell + ray];
+    }
+    for (let side = 0; side < 6; ++side) {
+      const axis = side >> 1;
+      const sign = side % 2 === 0 ? 1 : -1;
+      let left = 0;
+      let weights = 1e-6;
+      for (let ray = 0; ray < kRayCount; ++ray) {
+        if (kRays[ray][axis] !== sign) continue;
+        const weight = (ray < 6 ? 0.5 : 0.125) * (normal ? facing(normal, ray) : 1);
+        left += weight * rays[ray];
+        weights += weight;
+      }
+      out[side] = 1 + inside * (left / weights - 1);
     }
     return out;
   }
@@ -191,15 +220,13 @@ export class LightField {
     for (let i = 0; i < solid.length; ++i) if (solid[i]) this.#extinction[i] += kBodyExtinction;
   }
 
-  // Light that comes along `towards` reversed: from the far side of the grid inwards, each cell adds what it holds. A
-  // face's direction is half of what its side gets, the four corners about it the other half.
-  #sweep(towards: readonly number[], kind: number): void {
+  // Light that comes along a ray reversed: from the far side of the grid inwards, each cell adds what it holds.
+  #sweep(ray: number): void {
     const [nx, ny, nz] = this.#count;
+    const towards = kRays[ray];
     const depth = new Float32Array(this.#extinction.length);
-    const step = Math.sqrt(kind);
-    const weight = kind === 1 ? 0.5 : 0.125;
+    const step = Math.hypot(...towards);
     const order = (axis: number, i: number) => (towards[axis] > 0 ? this.#count[axis] - 1 - i : i);
-    const sides = [0, 1, 2].filter((axis) => towards[axis] !== 0).map((axis) => 2 * axis + (towards[axis] > 0 ? 0 : 1));
     for (let k = 0; k < nz; ++k) {
       const z = order(2, k);
       const zNext = z + towards[2];
@@ -214,10 +241,14 @@ export class LightField {
             const next = this.#index(xNext, yNext, zNext);
             depth[here] = depth[next] + step * this.#extinction[next];
           }
-          const share = weight * Math.exp(-depth[here]);
-          for (const side of sides) this.#left[6 * here + side] += share;
+          this.#left[kRayCount * here + ray] = Math.exp(-depth[here]);
         }
       }
     }
   }
+}
+
+function facing(normal: readonly number[], ray: number): number {
+  const [x, y, z] = kRays[ray];
+  return Math.max((normal[0] * x + normal[1] * y + normal[2] * z) / Math.hypot(x, y, z), 0.02);
 }
