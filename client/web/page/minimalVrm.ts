@@ -134,7 +134,7 @@ class MeshBytes {
   }
 
   addEgg(middle: Vector, radii: Vector, bone: number): void {
-    const rings = 14;
+    const rings = 20;
     const turns = 20;
     const first = this.positions.length / 3;
     for (let i = 0; i <= rings; ++i)

@@ -71,7 +71,7 @@ function isBelow(object: Object3D | null, ancestor: Object3D | null): boolean {
 
 function skullOf(points: readonly Vector3[]): Skull | null {
   const top = points.reduce((most, p) => Math.max(most, p.y), -Infinity);
-  const upper = points.filter((p) => p.y > 0.6 * top);
+  const upper = points.filter((p) => p.y > 0.45 * top);
   if (!(top > 0.02) || upper.length < 4) return null;
   const xs = upper.map((p) => p.x);
   const zs = upper.map((p) => p.z);
