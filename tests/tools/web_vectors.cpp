@@ -62,6 +62,13 @@ Json packet_cases() {
   return cases;
 }
 
+Json sequence() {
+  const codec::MovingLattice moving = codec::step_made_lattice(LevelIndex::low, 30, 16);
+  Json out = codec::frame_sequence(moving);
+  out["geometry"] = to_json(moving.geometry);
+  return out;
+}
+
 bool write(const std::filesystem::path& folder, const char* name, const Json& json) {
   const std::string path = folder / name, text = json.dump() + "\n";
   const auto written = write_file(path, std::as_bytes(std::span(text)));
@@ -72,10 +79,11 @@ bool write(const std::filesystem::path& folder, const char* name, const Json& js
 int write_all(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
-  const bool done =
-      write(folder, "packets.json", packet_cases()) && write(folder, "codec.json", codec::codec_cases()) &&
-      write(folder, "ffd.json", ffd_cases()) && write(folder, "grooms.json", groom_cases()) &&
-      write(folder, "root_blend.json", root_blend_cases()) && write(folder, "playout.json", playout_cases());
+  const bool done = write(folder, "packets.json", packet_cases()) &&
+                    write(folder, "codec.json", codec::codec_cases()) && write(folder, "sequence.json", sequence()) &&
+                    write(folder, "ffd.json", ffd_cases()) && write(folder, "grooms.json", groom_cases()) &&
+                    write(folder, "root_blend.json", root_blend_cases()) &&
+                    write(folder, "playout.json", playout_cases());
   return done ? 0 : 1;
 }
 
