@@ -16,4 +16,7 @@ struct DrawDetail {
 // `head_px`: a head's height on the screen (0.24 m), in pixels. `quality` multiplies it. Continuous in both.
 DrawDetail detail_for(float head_px, float quality, std::size_t strand_count);
 
+// By how much what is drawn is wider, so that fewer strands and followers cover about as much.
+float width_scale(const DrawDetail& detail);
+
 }  // namespace hairnet::view

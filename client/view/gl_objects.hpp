@@ -30,6 +30,7 @@ class GlObject {
 using Buffer = GlObject<glGenBuffers, glDeleteBuffers>;
 using VertexArray = GlObject<glGenVertexArrays, glDeleteVertexArrays>;
 using Texture = GlObject<glGenTextures, glDeleteTextures>;
+using Renderbuffer = GlObject<glGenRenderbuffers, glDeleteRenderbuffers>;
 using Framebuffer = GlObject<glGenFramebuffers, glDeleteFramebuffers>;
 
 }  // namespace hairnet::view

@@ -17,8 +17,8 @@ Vec3f direction(const Vec3f& to_camera, const Vec3f& up, float bearing_deg, floa
 }  // namespace
 
 LightRig studio_lights(const Camera& camera) {
-  const Vec3f up = camera.up.normalized();
-  Vec3f level = camera.eye - camera.target;
+  const Vec3f up = camera.up.normalized().cast<float>();
+  Vec3f level = (camera.eye - camera.target).cast<float>();
   level -= up * up.dot(level);
   if (level.norm() < 1e-3f * (camera.eye - camera.target).norm()) level = up.unitOrthogonal();
   const Vec3f to_camera = level.normalized();

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "client/view/renderer.hpp"
+#include "client/view/camera.hpp"
 
 namespace hairnet::view {
 

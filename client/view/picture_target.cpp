@@ -13,6 +13,14 @@ void make_texture(Texture& texture, GLenum format, int width, int height) {
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
 }
 
+constexpr GLsizei kSamples = 4;  // every OpenGL ES 3 has them
+
+void make_samples(const Renderbuffer& buffer, GLenum format, GLenum attachment, int width, int height) {
+  glBindRenderbuffer(GL_RENDERBUFFER, buffer.name());
+  glRenderbufferStorageMultisample(GL_RENDERBUFFER, kSamples, format, width, height);
+  glFramebufferRenderbuffer(GL_FRAMEBUFFER, attachment, GL_RENDERBUFFER, buffer.name());
+}
+
 bool complete() {
   return glCheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
 }
@@ -23,12 +31,15 @@ bool PictureTarget::resize(int width, int height, int supersample) {
   if (width == width_ && height == height_ && supersample == supersample_) return true;
   width_ = height_ = supersample_ = 0;
   glActiveTexture(GL_TEXTURE0 + kSourceUnit);
-  make_texture(large_, GL_SRGB8_ALPHA8, width * supersample, height * supersample);
-  make_texture(large_depth_, GL_DEPTH_COMPONENT24, width * supersample, height * supersample);
+  const int large_width = width * supersample, large_height = height * supersample;
+  glBindFramebuffer(GL_FRAMEBUFFER, samples_target_.name());
+  make_samples(samples_, GL_SRGB8_ALPHA8, GL_COLOR_ATTACHMENT0, large_width, large_height);
+  make_samples(depth_samples_, GL_DEPTH_COMPONENT24, GL_DEPTH_ATTACHMENT, large_width, large_height);
+  if (!complete()) return false;
+  make_texture(large_, GL_SRGB8_ALPHA8, large_width, large_height);
   make_texture(small_, GL_RGBA8, width, height);
   glBindFramebuffer(GL_FRAMEBUFFER, large_target_.name());
   glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, large_.name(), 0);
-  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, large_depth_.name(), 0);
   if (!complete()) return false;
   glBindFramebuffer(GL_FRAMEBUFFER, small_target_.name());
   glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, small_.name(), 0);
@@ -40,11 +51,15 @@ bool PictureTarget::resize(int width, int height, int supersample) {
 }
 
 void PictureTarget::begin_large() const {
-  glBindFramebuffer(GL_FRAMEBUFFER, large_target_.name());
+  glBindFramebuffer(GL_FRAMEBUFFER, samples_target_.name());
   glViewport(0, 0, large_width(), large_height());
 }
 
 void PictureTarget::begin_small() const {
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, samples_target_.name());
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, large_target_.name());
+  glBlitFramebuffer(0, 0, large_width(), large_height(), 0, 0, large_width(), large_height(), GL_COLOR_BUFFER_BIT,
+                    GL_NEAREST);
   glBindFramebuffer(GL_FRAMEBUFFER, small_target_.name());
   glViewport(0, 0, width_, height_);
   glActiveTexture(GL_TEXTURE0 + kSourceUnit);

@@ -5,13 +5,14 @@
 
 namespace hairnet::view {
 
-// Where a picture is drawn: supersampled, sRGB with depth; and the small one that it is filtered into and read from.
+// Where a picture is drawn: supersampled, several samples a pixel, sRGB with depth; and the small one that it is
+// filtered into and read from.
 class PictureTarget {
  public:
   // Makes the targets anew when the size differs from the last. False when the GPU cannot.
   bool resize(int width, int height, int supersample);
   void begin_large() const;
-  void begin_small() const;  // binds the large picture as `source`
+  void begin_small() const;  // gathers the samples of the large picture and binds it as `source`
   [[nodiscard]] Image read_small() const;
   [[nodiscard]] int large_width() const { return width_ * supersample_; }
   [[nodiscard]] int large_height() const { return height_ * supersample_; }
@@ -19,8 +20,9 @@ class PictureTarget {
 
  private:
   int width_ = 0, height_ = 0, supersample_ = 0;
-  Texture large_, large_depth_, small_;
-  Framebuffer large_target_, small_target_;
+  Renderbuffer samples_, depth_samples_;
+  Texture large_, small_;
+  Framebuffer samples_target_, large_target_, small_target_;
 };
 
 }  // namespace hairnet::view

@@ -1,7 +1,6 @@
 #include "client/view/program.hpp"
 
 #include <algorithm>
-#include <array>
 #include <utility>
 
 #include "client/view/shader_text.hpp"
@@ -16,12 +15,12 @@ std::string first_line(std::string log) {
 }
 
 Result<GLuint> compile(GLenum stage, std::string_view file) {
-  const std::string_view studio = shader_text("studio.glsl"), own = shader_text(file);
-  if (own.empty()) return Refusal("shader " + std::string(file) + " is not built in");
-  const std::array<const char*, 2> texts{studio.data(), own.data()};
-  const std::array<GLint, 2> lengths{static_cast<GLint>(studio.size()), static_cast<GLint>(own.size())};
+  const std::string_view text = shader_text(file);
+  if (text.empty()) return Refusal("shader " + std::string(file) + " is not built in");
+  const char* const begin = text.data();
+  const auto length = static_cast<GLint>(text.size());
   const GLuint shader = glCreateShader(stage);
-  glShaderSource(shader, 2, texts.data(), lengths.data());
+  glShaderSource(shader, 1, &begin, &length);
   glCompileShader(shader);
   GLint fine = GL_FALSE;
   glGetShaderiv(shader, GL_COMPILE_STATUS, &fine);
@@ -32,19 +31,18 @@ Result<GLuint> compile(GLenum stage, std::string_view file) {
   return Refusal("shader " + std::string(file) + " does not compile: " + first_line(std::move(log)));
 }
 
-void bind_shared_names(GLuint program) {
-  const GLuint block = glGetUniformBlockIndex(program, "Studio");
-  if (block != GL_INVALID_INDEX) glUniformBlockBinding(program, block, kStudioBinding);
+void bind_samplers(GLuint program) {
   glUseProgram(program);
-  glUniform1i(glGetUniformLocation(program, "hair_first_depth"), kHairFirstDepthUnit);
-  glUniform1i(glGetUniformLocation(program, "hair_layers"), kHairLayersUnit);
-  glUniform1i(glGetUniformLocation(program, "body_depth"), kBodyDepthUnit);
+  glUniform1i(glGetUniformLocation(program, "records"), kRecordsUnit);
+  glUniform1i(glGetUniformLocation(program, "lattices"), kLatticesUnit);
+  glUniform1i(glGetUniformLocation(program, "strip_texture"), kStripTextureUnit);
   glUniform1i(glGetUniformLocation(program, "source"), kSourceUnit);
 }
 
 }  // namespace
 
-Result<Program> Program::build(std::string_view vertex, std::string_view fragment) {
+Result<Program> Program::build(std::string_view vertex, std::string_view fragment,
+                               std::span<const char* const> read_back) {
   const Result<GLuint> first = compile(GL_VERTEX_SHADER, vertex);
   if (!first) return Refusal(first.error());
   const Result<GLuint> second = compile(GL_FRAGMENT_SHADER, fragment);
@@ -57,6 +55,10 @@ Result<Program> Program::build(std::string_view vertex, std::string_view fragmen
     glAttachShader(program.name_, shader);
     glDeleteShader(shader);  // the program keeps it
   }
+  if (!read_back.empty()) {
+    glTransformFeedbackVaryings(program.name_, static_cast<GLsizei>(read_back.size()), read_back.data(),
+                                GL_INTERLEAVED_ATTRIBS);
+  }
   glLinkProgram(program.name_);
   GLint fine = GL_FALSE;
   glGetProgramiv(program.name_, GL_LINK_STATUS, &fine);
@@ -66,7 +68,7 @@ Result<Program> Program::build(std::string_view vertex, std::string_view fragmen
     return Refusal("shaders " + std::string(vertex) + " and " + std::string(fragment) +
                    " do not link: " + first_line(std::move(log)));
   }
-  bind_shared_names(program.name_);
+  bind_samplers(program.name_);
   return program;
 }
 

@@ -2,6 +2,7 @@
 
 #include <GLES3/gl3.h>
 
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -10,15 +11,15 @@
 
 namespace hairnet::view {
 
-inline constexpr GLuint kStudioBinding = 0;  // of the uniform block Studio
-// Texture units of the samplers that studio.glsl names.
-inline constexpr GLint kHairFirstDepthUnit = 0, kHairLayersUnit = 1, kBodyDepthUnit = 2, kSourceUnit = 3;
+// Texture units of the samplers that shaders name.
+inline constexpr GLint kRecordsUnit = 0, kLatticesUnit = 1, kStripTextureUnit = 2, kSourceUnit = 3;
 
-// A linked pair of shaders, each preceded by studio.glsl. Its context must be current whenever it is touched.
+// A linked pair of shaders. Its context must be current whenever it is touched.
 class Program {
  public:
-  // Names are files of client/view/shaders.
-  static Result<Program> build(std::string_view vertex, std::string_view fragment);
+  // Names are files of client/shaders. `read_back`: what transform feedback takes, interleaved.
+  static Result<Program> build(std::string_view vertex, std::string_view fragment,
+                               std::span<const char* const> read_back = {});
   Program(Program&& other) noexcept;
   Program& operator=(Program&&) = delete;
   ~Program();
@@ -28,8 +29,12 @@ class Program {
   void set(const char* uniform, float value) const { glUniform1f(at(uniform), value); }
   void set(const char* uniform, int value) const { glUniform1i(at(uniform), value); }
   void set(const char* uniform, const Vec3f& v) const { glUniform3f(at(uniform), v.x(), v.y(), v.z()); }
-  void set(const char* uniform, const Eigen::Vector4f& v) const {
-    glUniform4f(at(uniform), v.x(), v.y(), v.z(), v.w());
+  void set(const char* uniform, float x, float y) const { glUniform2f(at(uniform), x, y); }
+  void set(const char* uniform, std::span<const Vec3f> v) const {
+    glUniform3fv(at(uniform), static_cast<GLsizei>(v.size()), v.data()->data());
+  }
+  void set(const char* uniform, const Eigen::Matrix4f& m) const {
+    glUniformMatrix4fv(at(uniform), 1, GL_FALSE, m.data());
   }
 
  private:

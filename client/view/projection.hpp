@@ -1,6 +1,6 @@
 #pragma once
 
-#include "client/view/renderer.hpp"
+#include "client/view/camera.hpp"
 
 namespace hairnet::view {
 
@@ -10,10 +10,10 @@ using Mat4f = Eigen::Matrix4f;
 // view is held in 1 … 150 degrees.
 Camera mended(const Camera& camera);
 
-// World to clip space, near and far in m along the view.
-Mat4f perspective(const Camera& camera, float aspect, float near_m, float far_m);
+// View axes of the camera: world directions to x right, y up, z backwards.
+Eigen::Matrix3d view_rotation(const Camera& camera);
 
-// World to the clip space of parallel light: a sphere fills the square, depth runs over `depth_m` about its centre.
-Mat4f parallel(const Vec3f& towards_light, const Vec3f& centre, float radius_m, float depth_m);
+// View to clip space, near and far in m along the view.
+Mat4f perspective(const Camera& camera, float aspect, float near_m, float far_m);
 
 }  // namespace hairnet::view

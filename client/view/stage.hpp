@@ -26,19 +26,19 @@ inline constexpr std::size_t kLayerCountMost = 5;  // of a character
 
 // One character at one moment.
 struct ShownCharacter {
-  std::size_t groom = 0;                        // as Stage::add_groom numbered it
-  Pose pose;                                    // world; the head's place moves the hair, all bones the body
-  std::span<const LatticeLayer> layers;         // at most kLayerCountMost count; none: the hair is rigid
-  Vec3f hair_colour{0.16f, 0.07f, 0.03f};       // linear RGB albedo
+  std::size_t groom = 0;                   // as Stage::add_groom numbered it
+  Pose pose;                               // world; the head's place moves the hair, all bones the body
+  std::span<const LatticeLayer> layers;    // at most kLayerCountMost count; none: the hair is rigid
+  Vec3f hair_colour{0.16f, 0.07f, 0.03f};  // linear RGB albedo
   Vec3f skin_colour{0.75f, 0.52f, 0.42f};
-  std::optional<DrawDetail> detail;             // none: chosen by its size on the screen
+  std::optional<DrawDetail> detail;  // none: chosen by its size on the screen
   bool body_shown = true;
 };
 
 // What lights and surrounds everything. The lights stand about the camera: key above its left, fill at its right, rim
 // behind.
 struct Look {
-  float exposure = 1;                                                                 // multiplies all light, not the background
+  float exposure = 1;  // multiplies all light, not the background
   Vec3f background_top{0.80f, 0.81f, 0.82f}, background_bottom{0.52f, 0.53f, 0.55f};  // linear RGB
   float quality = 1;  // of what screen size asks for: strands, points; 0.1 ... 4
 };

@@ -16,6 +16,8 @@ namespace hairnet {
 // delta(lambda) of eq. 7, or of the group's own curve, for every groom point: 0 = moves rigidly with the head, 1 =
 // follows the lattice. 1 throughout what has no root on the skull, or root_length_m = 0.
 std::vector<float> root_blend(const Groom& groom);
+// The same for every point of Groom::far_strips, along the middle of each.
+std::vector<float> far_strip_blend(const Groom& groom);
 
 // Deforms a fixed set of points, given at rest in head space, by displacements of the lattice's nodes. Points are
 // sorted by stencil once, here; what deform() writes is in the caller's order. It allocates nothing, and several

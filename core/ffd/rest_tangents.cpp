@@ -6,17 +6,20 @@
 namespace hairnet {
 namespace {
 
-// Point i of a line is every `stride`-th of the groom: a strip has two edges.
-void add_line(const Groom& groom, std::span<const float> blend, const PointRange& range, std::uint32_t stride,
-              RestTangents& rest) {
+RestTangents none_of(std::size_t point_count) {
+  return {std::vector<Vec3f>(point_count, Vec3f::Zero()), std::vector<float>(point_count, 0.0f)};
+}
+
+// Point i of a line is every `stride`-th of `points`: a strip has two edges.
+void add_line(std::span<const Vec3f> points, std::span<const float> blend, const PointRange& range,
+              std::uint32_t stride, RestTangents& rest) {
   const std::uint32_t last = range.end - stride;
   for (std::uint32_t p = range.begin; p < range.end; ++p) {
     const std::uint32_t before = p < range.begin + stride ? p : p - stride, after = p >= last ? p : p + stride;
-    const Vec3f chord = groom.points[after] - groom.points[before];
+    const Vec3f chord = points[after] - points[before];
     const float chord_m = chord.norm();
     if (chord_m == 0) continue;
-    const float arc_m =
-        (groom.points[after] - groom.points[p]).norm() + (groom.points[p] - groom.points[before]).norm();
+    const float arc_m = (points[after] - points[p]).norm() + (points[p] - points[before]).norm();
     rest.direction[p] = chord / chord_m;
     rest.blend_slope[p] = (blend[after] - blend[before]) / arc_m;
   }
@@ -26,19 +29,42 @@ void add_line(const Groom& groom, std::span<const float> blend, const PointRange
 
 RestTangents rest_tangents(const Groom& groom, std::span<const float> blend) {
   assert(blend.size() == groom.points.size());
-  RestTangents rest{std::vector<Vec3f>(groom.points.size(), Vec3f::Zero()),
-                    std::vector<float>(groom.points.size(), 0.0f)};
+  RestTangents rest = none_of(groom.points.size());
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {
     const PointRange range{groom.strand_begin[s], groom.strand_begin[s + 1]};
-    if (range.count() > 0) add_line(groom, blend, range, 1, rest);
+    if (range.count() > 0) add_line(groom.points, blend, range, 1, rest);
   }
   for (const Thread& thread : groom.threads) {
-    if (thread.points.count() > 0) add_line(groom, blend, thread.points, 1, rest);
+    if (thread.points.count() > 0) add_line(groom.points, blend, thread.points, 1, rest);
   }
   for (const Strip& strip : groom.strips) {
-    if (strip.points.count() >= 2) add_line(groom, blend, strip.points, 2, rest);
+    if (strip.points.count() >= 2) add_line(groom.points, blend, strip.points, 2, rest);
   }
   return rest;
+}
+
+RestTangents far_strip_tangents(const FarStrips& far, std::span<const float> blend) {
+  assert(blend.size() == far.points.size());
+  RestTangents rest = none_of(far.points.size());
+  for (const FarStrip& strip : far.strips) {
+    if (strip.points.count() >= 2) add_line(far.points, blend, strip.points, 2, rest);
+  }
+  return rest;
+}
+
+std::vector<Vec3f> far_strip_normals(const FarStrips& far, const RestTangents& rest) {
+  assert(rest.direction.size() == far.points.size());
+  std::vector<Vec3f> normals(far.points.size());
+  for (const FarStrip& strip : far.strips) {
+    for (std::uint32_t p = strip.points.begin; p + 1 < strip.points.end; p += 2) {
+      // One normal a pair, so that a strip is flat across.
+      const Vec3f along = rest.direction[p] + rest.direction[p + 1];
+      const Vec3f normal = (far.points[p + 1] - far.points[p]).cross(along);
+      const float length = normal.norm();
+      normals[p] = normals[p + 1] = length > 0 ? Vec3f(normal / length) : Vec3f(Vec3f::UnitZ());
+    }
+  }
+  return normals;
 }
 
 }  // namespace hairnet

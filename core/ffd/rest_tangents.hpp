@@ -18,4 +18,9 @@ struct RestTangents {
 // `blend` is delta of each point (root_blend).
 RestTangents rest_tangents(const Groom& groom, std::span<const float> blend);
 
+// The same of far strips' points, along either edge. `blend` is that of far_strip_blend.
+RestTangents far_strip_tangents(const FarStrips& far, std::span<const float> blend);
+// Of unit length, one for either point of a pair: across (left to right) x along, which is away from the head.
+std::vector<Vec3f> far_strip_normals(const FarStrips& far, const RestTangents& rest);
+
 }  // namespace hairnet

@@ -17,6 +17,14 @@ void blend_line(const RootBlend& blend, float root_length_m, std::span<const Vec
   }
 }
 
+// Both points of a pair have the middle's delta. `middle_delta` is for scratch; `delta` has two a point of `middle`.
+void blend_strip(const RootBlend& blend, float root_length_m, std::span<const Vec3f> middle,
+                 std::vector<float>& middle_delta, std::span<float> delta) {
+  middle_delta.resize(middle.size());
+  blend_line(blend, root_length_m, middle, middle_delta);
+  for (std::size_t i = 0; i < delta.size(); ++i) delta[i] = middle_delta[i / 2];
+}
+
 }  // namespace
 
 std::vector<float> root_blend(const Groom& groom) {
@@ -37,9 +45,8 @@ std::vector<float> root_blend(const Groom& groom) {
   for (const Strip& strip : groom.strips) {
     if (!strip.properties.rooted || strip.properties.root_length_m <= 0) continue;
     middle_of(groom, strip, middle);
-    middle_delta.resize(middle.size());
-    blend_line(blend_of(groom, strip.properties.group), strip.properties.root_length_m, middle, middle_delta);
-    for (std::size_t i = 0; i < strip.points.count(); ++i) delta[strip.points.begin + i] = middle_delta[i / 2];
+    blend_strip(blend_of(groom, strip.properties.group), strip.properties.root_length_m, middle, middle_delta,
+                {delta.data() + strip.points.begin, delta.data() + strip.points.end});
   }
   for (const Cloth& cloth : groom.cloths) {
     if (cloth.root_length_m <= 0) continue;
@@ -48,6 +55,19 @@ std::vector<float> root_blend(const Groom& groom) {
       const double ratio = static_cast<double>(cloth.root_distance_m[i]) / static_cast<double>(cloth.root_length_m);
       delta[cloth.points.begin + i] = static_cast<float>(blend_at(blend, ratio));
     }
+  }
+  return delta;
+}
+
+std::vector<float> far_strip_blend(const Groom& groom) {
+  const FarStrips& far = groom.far_strips;
+  std::vector<float> delta(far.points.size(), 1.0f), middle_delta;
+  std::vector<Vec3f> middle;
+  for (const FarStrip& strip : far.strips) {
+    if (!strip.rooted || strip.root_length_m <= 0) continue;
+    middle_of(far, strip, middle);
+    blend_strip(blend_of(groom, strip.group), strip.root_length_m, middle, middle_delta,
+                {delta.data() + strip.points.begin, delta.data() + strip.points.end});
   }
   return delta;
 }

@@ -57,10 +57,19 @@ std::string validate_body(const Body& body, const GroomLimits& limits) {
   return {};
 }
 
+// `edges`: left, right, left, right …
+void middle_between(std::span<const Vec3f> edges, std::vector<Vec3f>& line) {
+  line.clear();
+  for (std::size_t i = 0; i + 1 < edges.size(); i += 2) line.push_back(0.5f * (edges[i] + edges[i + 1]));
+}
+
 }  // namespace
 
 void set_material(const Material& material, Groom& groom) {
   groom.materials = {material, {}};
+  for (FarStrip& strip : groom.far_strips.strips) {
+    if (strip.rooted) strip.root_length_m = material.root_length_m;
+  }
   for (StrandProperties& strand : groom.strands) {
     if (strand.rooted) strand.root_length_m = material.root_length_m;
   }
@@ -71,6 +80,9 @@ void set_material(const Material& material, Groom& groom) {
 
 void set_group_material(std::uint16_t group, const Material& material, Groom& groom) {
   groom.materials.set(group, material);
+  for (FarStrip& strip : groom.far_strips.strips) {
+    if (strip.rooted && strip.group == group) strip.root_length_m = material.root_length_m;
+  }
   for (StrandProperties& strand : groom.strands) {
     if (strand.rooted && strand.group == group) strand.root_length_m = material.root_length_m;
   }
@@ -88,13 +100,15 @@ void Groom::add_cloth(std::span<const Vec3f> vertices, Cloth cloth) {
 }
 
 void middle_of(const Groom& groom, const Strip& strip, std::vector<Vec3f>& line) {
-  line.clear();
-  const std::span<const Vec3f> edges = groom.points_of(strip.points);
-  for (std::size_t i = 0; i + 1 < edges.size(); i += 2) line.push_back(0.5f * (edges[i] + edges[i + 1]));
+  middle_between(groom.points_of(strip.points), line);
 }
 
-void append_triangles(const Strip& strip, std::vector<std::array<std::uint32_t, 3>>& triangles) {
-  for (std::uint32_t left = strip.points.begin; left + 3 < strip.points.end; left += 2) {
+void middle_of(const FarStrips& all, const FarStrip& strip, std::vector<Vec3f>& line) {
+  middle_between({all.points.data() + strip.points.begin, all.points.data() + strip.points.end}, line);
+}
+
+void append_triangles(const PointRange& strip, std::vector<std::array<std::uint32_t, 3>>& triangles) {
+  for (std::uint32_t left = strip.begin; left + 3 < strip.end; left += 2) {
     triangles.push_back({left, left + 1, left + 2});
     triangles.push_back({left + 2, left + 1, left + 3});
   }
@@ -105,6 +119,7 @@ std::string validate(const Groom& groom, const GroomLimits& limits) {
   std::string fault = validate_strands(groom, limits);
   if (fault.empty()) fault = validate(groom.materials, groom.group_names.size());
   if (fault.empty()) fault = validate_features(groom, limits);
+  if (fault.empty()) fault = validate_far_strips(groom, limits);
   return fault.empty() ? validate_body(groom.body, limits) : fault;
 }
 

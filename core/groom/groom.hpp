@@ -7,6 +7,7 @@
 
 #include "core/groom/body.hpp"
 #include "core/groom/fabric.hpp"
+#include "core/groom/far_strips.hpp"
 #include "core/groom/material.hpp"
 #include "core/groom/root_blend.hpp"
 
@@ -52,6 +53,7 @@ struct Groom {
   std::vector<Strip> strips;
   std::vector<Cloth> cloths;
   std::vector<Knot> knots;
+  FarStrips far_strips;  // none until make_far_strips; their points are not among `points`
   Body body;
 
   [[nodiscard]] std::size_t strand_count() const { return strands.size(); }
@@ -92,8 +94,12 @@ void set_material(const Material& material, Groom& groom);
 void set_group_material(std::uint16_t group, const Material& material, Groom& groom);
 // The line along a strip's middle, a point a pair.
 void middle_of(const Groom& groom, const Strip& strip, std::vector<Vec3f>& line);
-// Two triangles between each two pairs of a strip, indices into Groom::points.
-void append_triangles(const Strip& strip, std::vector<std::array<std::uint32_t, 3>>& triangles);
+void middle_of(const FarStrips& all, const FarStrip& strip, std::vector<Vec3f>& line);
+// Two triangles between each two pairs of a strip's points, indices into Groom::points, or FarStrips::points.
+void append_triangles(const PointRange& strip, std::vector<std::array<std::uint32_t, 3>>& triangles);
+inline void append_triangles(const Strip& strip, std::vector<std::array<std::uint32_t, 3>>& triangles) {
+  append_triangles(strip.points, triangles);
+}
 
 struct GroomLimits {
   std::size_t strand_count_max = 200'000;
@@ -102,7 +108,9 @@ struct GroomLimits {
   std::size_t group_count_max = 256;
   std::size_t copy_count_max = 64;      // of one cluster
   std::size_t fabric_count_max = 4096;  // threads, strips, cloths, and knots: of each so many
-  float coordinate_max_m = 10;          // every coordinate's absolute value
+  std::size_t far_strip_count_max = 4096;
+  std::size_t far_strip_pair_count_max = 64;  // of one strip
+  float coordinate_max_m = 10;                // every coordinate's absolute value
 };
 
 // Empty when the groom is sound: consistent offsets, finite and bounded numbers, valid groups, weights and triangles.

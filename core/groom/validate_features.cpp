@@ -175,4 +175,32 @@ std::string validate_features(const Groom& groom, const GroomLimits& limits) {
   return fault;
 }
 
+std::string validate_far_strips(const Groom& groom, const GroomLimits& limits) {
+  const FarStrips& far = groom.far_strips;
+  if (far.strips.size() > limits.far_strip_count_max)
+    return over("far strips", far.strips.size(), limits.far_strip_count_max);
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < far.strips.size(); ++i) {
+    const auto& [points, root_length_m, strand_count, group, rooted] = far.strips[i];
+    if (points.begin != next || points.end < points.begin || points.end > far.points.size())
+      return at("far strip", i, "its points do not follow those before it");
+    next = points.end;
+    if (points.count() < 4 || points.count() % 2 != 0)
+      return at("far strip", i, "too few points, or one without its partner");
+    if (points.count() / 2 > limits.far_strip_pair_count_max)
+      return at("far strip", i, over("pairs of points", points.count() / 2, limits.far_strip_pair_count_max));
+    if (group >= groom.group_names.size()) return at("far strip", i, "its group does not exist");
+    if (!(root_length_m >= 0 && root_length_m <= 10)) return at("far strip", i, "root length not in [0, 10] m");
+    if (strand_count < 1 || strand_count > groom.strand_count() + groom.strips.size())
+      return at("far strip", i, "stands for no strands, or more than there are");
+  }
+  if (next != far.points.size()) return "far strips do not cover their points";
+  for (std::size_t i = 0; i < far.points.size(); ++i) {
+    const Vec3f& x = far.points[i];
+    if (!x.allFinite() || x.cwiseAbs().maxCoeff() > limits.coordinate_max_m)
+      return at("far strips' point", i, "not finite or too far from the head");
+  }
+  return {};
+}
+
 }  // namespace hairnet

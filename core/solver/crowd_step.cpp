@@ -31,7 +31,7 @@ class Lanes {
       : level_(level),
         members_(members),
         width_(crowd_width()),
-        view_(view(level, {.wind = is_windy(members), .crowd = true}, scratch.view)),
+        view_(make_view(level, {.wind = is_windy(members), .crowd = true}, scratch.view)),
         memory_(scratch.lanes.carve(crowd_sizes(), view_)),
         terms_(scratch.lanes.terms()) {}
 

@@ -5,7 +5,7 @@
 namespace hairnet {
 namespace {
 
-StiffenerView view(const Stiffeners& s, const float* rest_length) {
+StiffenerView make_view(const Stiffeners& s, const float* rest_length) {
   return {s.count(),
           s.begin.data(),
           s.nodes.data(),
@@ -68,7 +68,7 @@ IncidenceView put_incidences(const Level& level, LevelViewScratch& scratch) {
 
 }  // namespace
 
-LevelView view(const Level& level, const ViewFor& what_for, LevelViewScratch& scratch) {
+LevelView make_view(const Level& level, const ViewFor& what_for, LevelViewScratch& scratch) {
   put_rest_lengths(level.springs, scratch.rest_length);
   if (what_for.wind) put_wind_fractions(level.geometry, scratch.wind_fraction);
   put_metaballs(level, scratch.metaballs);
@@ -80,8 +80,8 @@ LevelView view(const Level& level, const ViewFor& what_for, LevelViewScratch& sc
           level.ether_damping.data(),
           level.drag.empty() ? nullptr : level.drag.front().data(),
           what_for.wind ? scratch.wind_fraction.data() : nullptr,
-          view(level.springs, scratch.rest_length.data()),
-          view(level.attachments, nullptr),
+          make_view(level.springs, scratch.rest_length.data()),
+          make_view(level.attachments, nullptr),
           what_for.crowd ? put_incidences(level, scratch) : IncidenceView{},
           scratch.metaballs.data(),
           scratch.metaballs.size()};

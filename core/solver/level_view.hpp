@@ -57,6 +57,6 @@ struct ViewFor {
 };
 
 // Valid as long as `level` and until `scratch` is used again.
-LevelView view(const Level& level, const ViewFor& what_for, LevelViewScratch& scratch);
+LevelView make_view(const Level& level, const ViewFor& what_for, LevelViewScratch& scratch);
 
 }  // namespace hairnet

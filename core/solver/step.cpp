@@ -39,7 +39,7 @@ bool step(const Level& level, const StepInput& input, const SolverSettings& sett
           LatticeState& state) {
   assert(state.displacement.size() == level.rest.size() && state.velocity.size() == level.rest.size());
   const LaneSizes sizes = single_sizes();
-  const LevelView level_view = view(level, {.wind = !input.environment->wind.is_still()}, scratch.view);
+  const LevelView level_view = make_view(level, {.wind = !input.environment->wind.is_still()}, scratch.view);
   const LaneMemory memory = scratch.lanes.carve(sizes, level_view);
   const StepTerms terms = step_terms(level, input, state);
   std::memcpy(scratch.lanes.terms(), &terms, sizeof terms);

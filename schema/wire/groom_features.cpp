@@ -171,6 +171,16 @@ std::string read_knots(const fb::Groom& in, Groom& out) {
   return points.all_taken() ? "" : "more tied points than counted";
 }
 
+std::string read_far_strips(const fb::Groom& in, FarStrips& out) {
+  Pieces points(in.far_strip_points());
+  std::vector<Vec3f> edges;
+  for (const fb::FarStrip& s : structs(in.far_strips())) {
+    if (!points.take(s.point_count(), edges)) return "fewer points of far strips than counted";
+    out.add(edges, {{}, s.root_length_m(), s.strand_count(), s.group(), s.rooted()});
+  }
+  return points.all_taken() ? "" : "more points of far strips than counted";
+}
+
 }  // namespace
 
 FlatFeatures write_features(FlatBufferBuilder& to, const Groom& groom) {
@@ -181,6 +191,8 @@ FlatFeatures write_features(FlatBufferBuilder& to, const Groom& groom) {
   std::vector<fb::Strip> strips;
   std::vector<fb::Cloth> cloths;
   std::vector<fb::Knot> knots;
+  std::vector<fb::FarStrip> far_strips;
+  std::vector<float> far_points;
   std::vector<std::uint32_t> triangles, tied;
   for (const RootBlend& blend : groom.root_blends) {
     blend_counts.push_back(static_cast<std::uint16_t>(blend.points.size()));
@@ -198,6 +210,9 @@ FlatFeatures write_features(FlatBufferBuilder& to, const Groom& groom) {
     knots.emplace_back(static_cast<std::uint32_t>(k.points.size()), k.stiffness_n_per_m, k.damping_time_s, k.mass_kg);
     tied.insert(tied.end(), k.points.begin(), k.points.end());
   }
+  for (const FarStrip& s : groom.far_strips.strips)
+    far_strips.emplace_back(count_of(s.points), s.strand_count, s.root_length_m, s.group, s.rooted);
+  for (const Vec3f& x : groom.far_strips.points) far_points.insert(far_points.end(), x.begin(), x.end());
   FlatFeatures flat;  // one after the other: the order decides the bytes
   flat.root_blend_counts = write(to, blend_counts);
   flat.root_blend_points = write(to, blend_points);
@@ -209,13 +224,16 @@ FlatFeatures write_features(FlatBufferBuilder& to, const Groom& groom) {
   flat.cloth_root_distances = write(to, distances);
   flat.knots = write_structs(to, knots);
   flat.knot_points = write(to, tied);
+  flat.far_strips = write_structs(to, far_strips);
+  flat.far_strip_points = write(to, far_points);
   return flat;
 }
 
 std::string read_features(const fb::Groom& in, Groom& out) {
   if (!is_aligned_or_absent(in.clusters()) || !is_aligned_or_absent(in.threads()) ||
-      !is_aligned_or_absent(in.strips()) || !is_aligned_or_absent(in.cloths()) || !is_aligned_or_absent(in.knots()))
-    return "clusters, threads, strips, cloths or knots are not aligned";
+      !is_aligned_or_absent(in.strips()) || !is_aligned_or_absent(in.cloths()) || !is_aligned_or_absent(in.knots()) ||
+      !is_aligned_or_absent(in.far_strips()))
+    return "clusters, threads, strips, cloths, knots or far strips are not aligned";
   std::string fault = read_root_blends(in, out);
   if (!fault.empty()) return fault;
   for (const fb::Cluster& c : structs(in.clusters()))
@@ -225,7 +243,8 @@ std::string read_features(const fb::Groom& in, Groom& out) {
   for (const fb::Strip& s : structs(in.strips()))
     out.strips.push_back({points.take(s.point_count()), copy_out(s.properties())});
   fault = read_cloths(in, points, out);
-  return fault.empty() ? read_knots(in, out) : fault;
+  if (fault.empty()) fault = read_knots(in, out);
+  return fault.empty() ? read_far_strips(in, out.far_strips) : fault;
 }
 
 }  // namespace hairnet::wire

@@ -21,6 +21,8 @@ struct FlatFeatures {
   Vector<float> cloth_root_distances;
   Vector<const fb::Knot*> knots;
   Vector<std::uint32_t> knot_points;
+  Vector<const fb::FarStrip*> far_strips;
+  Vector<float> far_strip_points;
 };
 
 // What a groom does not have is left out of the buffer.

@@ -62,7 +62,7 @@ fb::Joints flatten_joints(const Body& body) {
 std::size_t bulk_bytes(const Groom& groom) {
   const auto bytes = [](const auto& v) { return v.size() * sizeof(v[0]); };
   return bytes(groom.points) + bytes(groom.strand_begin) + bytes(groom.strands) + bytes(groom.body.mesh.vertices) +
-         bytes(groom.body.mesh.triangles) + bytes(groom.body.bone_weights) +
+         bytes(groom.body.mesh.triangles) + bytes(groom.body.bone_weights) + bytes(groom.far_strips.points) +
          groom.group_names.size() * (kTextBytesMax / 16);
 }
 
@@ -134,11 +134,12 @@ std::vector<std::uint8_t> encode_groom(const Groom& groom) {
   const fb::Material material = flatten_material(groom.materials.base);
   const auto group_materials = write_group_materials(to, groom.materials);
   const FlatFeatures features = write_features(to, groom);
-  const auto root = fb::CreateGroom(to, kGroomVersion, body.fitted_from_roots, name, group_names, strands, strand_begin,
-                                    points, &joints, vertices, bone_weights, triangles, &material, group_materials,
-                                    features.root_blend_counts, features.root_blend_points, features.clusters,
-                                    features.threads, features.strips, features.cloths, features.cloth_triangles,
-                                    features.cloth_root_distances, features.knots, features.knot_points);
+  const auto root =
+      fb::CreateGroom(to, kGroomVersion, body.fitted_from_roots, name, group_names, strands, strand_begin, points,
+                      &joints, vertices, bone_weights, triangles, &material, group_materials,
+                      features.root_blend_counts, features.root_blend_points, features.clusters, features.threads,
+                      features.strips, features.cloths, features.cloth_triangles, features.cloth_root_distances,
+                      features.knots, features.knot_points, features.far_strips, features.far_strip_points);
   return finish(to, root, fb::GroomIdentifier());
 }
 

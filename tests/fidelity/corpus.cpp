@@ -10,6 +10,7 @@
 #include "client/tools/load/load_groom.hpp"
 #include "client/tools/load/load_motion.hpp"
 #include "client/tools/load/made_spec.hpp"
+#include "core/build/far_strips.hpp"
 #include "core/import/obj.hpp"
 #include "core/import/strands.hpp"
 #include "tests/tools/bvh_text.hpp"
@@ -87,7 +88,9 @@ Result<Groom> import_real(const RealGroom& real) {
   def.body_placement = real.body_placement;
   auto imported = assemble_groom(def);
   if (!imported) return of(real.name, imported.error());
-  return std::move(imported->groom);
+  Groom groom = std::move(imported->groom);
+  groom.far_strips = make_far_strips(groom, far_strip_count_for(groom));
+  return groom;
 }
 
 Result<Motion> import_deepmimic(std::string_view name, const Body& body) {

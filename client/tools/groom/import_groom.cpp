@@ -5,6 +5,7 @@
 #include "client/tools/files/write_file.hpp"
 #include "client/tools/groom/commands.hpp"
 #include "client/tools/groom/save_groom.hpp"
+#include "core/build/far_strips.hpp"
 #include "core/groom/root_lengths.hpp"
 #include "core/import/obj.hpp"
 #include "core/import/strands.hpp"
@@ -85,6 +86,7 @@ Result<void> import_groom(const ImportOptions& options) {
     for (StrandProperties& strand : groom.strands) strand.root_length_m = static_cast<float>(*options.root_length_m);
   }
   if (options.root_spread > 0) spread_root_lengths(options, groom);
+  groom.far_strips = make_far_strips(groom, options.strip_count.value_or(far_strip_count_for(groom)));
   return save_groom(groom, options.out);
 }
 

@@ -6,6 +6,7 @@
 #include "client/tools/load/load_groom.hpp"
 #include "client/tools/progress/progress_bar.hpp"
 #include "core/build/build.hpp"
+#include "core/build/far_strips.hpp"
 
 namespace hairnet::groom {
 namespace {
@@ -111,6 +112,21 @@ void print_groom(const Groom& groom) {
               groom.body.mesh.triangles.size(), groom.body.fitted_from_roots ? ", a skull fitted to the roots" : "");
 }
 
+void print_far_strips(const Groom& groom) {
+  FarStrips far = groom.far_strips;
+  const bool has_own = !far.strips.empty();
+  if (!has_own) far = make_far_strips(groom, far_strip_count_for(groom));
+  std::vector<std::uint32_t> strands;
+  for (const FarStrip& strip : far.strips) strands.push_back(strip.strand_count);
+  std::ranges::sort(strands);
+  std::printf("far strips %zu%s", far.strips.size(), has_own || far.strips.empty() ? "" : ", made as it is loaded");
+  if (!strands.empty()) {
+    std::printf("; each for %u / %u / %u strands (least, median, most), %zu points", strands.front(),
+                strands[strands.size() / 2], strands.back(), far.points.size());
+  }
+  std::printf("\n");
+}
+
 void print_levels(const Groom& groom) {
   std::array<LevelReport, 4> reports;
   const double start_s = now_s();
@@ -139,9 +155,10 @@ void print_levels(const Groom& groom) {
 }  // namespace
 
 Result<void> inspect_groom(const InspectOptions& options) {
-  const Result<Groom> groom = load_groom(options.groom, options.hairstyle);
+  const Result<Groom> groom = read_groom(options.groom, options.hairstyle);
   if (!groom) return Refusal(options.groom + ": " + groom.error());
   print_groom(*groom);
+  print_far_strips(*groom);
   if (!options.levels) return {};
   if (groom->points.empty()) return Refusal(options.groom + ": there is nothing to build levels from");
   print_levels(*groom);

@@ -2,6 +2,7 @@
 
 #include "client/tools/groom/commands.hpp"
 #include "client/tools/groom/save_groom.hpp"
+#include "core/build/far_strips.hpp"
 
 namespace hairnet::groom {
 
@@ -9,6 +10,7 @@ Result<void> make_groom(const MakeOptions& options) {
   Result<Groom> made = make_hairstyle(options.style, options.hairstyle);
   if (!made) return Refusal("made:" + options.style + ": " + made.error());
   if (const Result<void> applied = apply_materials(options.materials, *made); !applied) return applied;
+  made->far_strips = make_far_strips(*made, options.strip_count.value_or(far_strip_count_for(*made)));
   return save_groom(*made, options.out);
 }
 

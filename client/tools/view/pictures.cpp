@@ -6,39 +6,36 @@
 #include <cstdio>
 #include <map>
 #include <numbers>
-#include <optional>
 #include <utility>
 
-#include "client/link/switch_blend.hpp"
+#include "client/link/lattice_blend.hpp"
 #include "client/tools/clip/upright.hpp"
 #include "client/tools/files/write_file.hpp"
 #include "client/tools/progress/progress_bar.hpp"
 #include "client/tools/view/hair_colour.hpp"
 #include "client/view/renderer.hpp"
-#include "core/ffd/cluster_strands.hpp"
-#include "core/ffd/deform.hpp"
 
 namespace hairnet::viewer {
 namespace {
 
 constexpr float kFieldOfView_deg = 26;
-constexpr float kMargin = 1.12f;  // of the framed sphere
+constexpr double kMargin = 1.12;  // of the framed sphere
 // What is framed at least: head and neck, head space.
 constexpr std::array<float, 2> kHeadSpan_y{-0.20f, 0.22f};
 
 // Where a view looks from, before the character's heading turns it.
-Vec3f direction_of(View view) {
+Vec3 direction_of(View view) {
   switch (view) {
     case View::front:
-      return {0, 0.05f, 1};
+      return {0, 0.05, 1};
     case View::side:
-      return {1, 0.05f, 0};
+      return {1, 0.05, 0};
     case View::back:
-      return {0, 0.05f, -1};
+      return {0, 0.05, -1};
     case View::three_quarter:
-      return {0.64f, 0.12f, 0.77f};
+      return {0.64, 0.12, 0.77};
   }
-  return Vec3f::UnitZ();
+  return Vec3::UnitZ();
 }
 
 // Centre and radius, head space, of what is to be seen of a groom at rest: the head and, as far as they hang, strands.
@@ -50,48 +47,23 @@ struct Framing {
       high = std::max(high, p.y());
       wide = std::max(wide, std::hypot(p.x(), p.z()));
     }
-    centre_y = (low + high) / 2;
-    radius = std::max((high - low) / 2, wide);
+    centre_y = static_cast<double>(low + high) / 2;
+    radius = static_cast<double>(std::max((high - low) / 2, wide));
   }
-  float centre_y, radius;
+  double centre_y, radius;
 };
 
 // The camera keeps to the world, turned once to the heading that the clip begins with, and follows the head's place, so
 // that the head's turns and the hair's swing are seen.
 view::Camera camera_of(const Pose& beginning, const Framing& framing, const Pose& pose, View view) {
   const Quat heading = upright(beginning).head().rotation;
-  const Vec3f direction = (heading * direction_of(view).cast<double>()).normalized().cast<float>();
+  const Vec3 direction = (heading * direction_of(view)).normalized();
   view::Camera camera;
   camera.fov_deg = kFieldOfView_deg;
-  camera.target = pose.head().position.cast<float>() + Vec3f(0, framing.centre_y, 0);
-  const float half_angle = kFieldOfView_deg / 2 * std::numbers::pi_v<float> / 180;
+  camera.target = pose.head().position + Vec3(0, framing.centre_y, 0);
+  const double half_angle = kFieldOfView_deg / 2 * std::numbers::pi / 180;
   camera.eye = camera.target + direction * (kMargin * framing.radius / std::sin(half_angle));
   return camera;
-}
-
-// Fewer strands are drawn wider, so that a head looks covered at any density.
-float strand_width_m(std::size_t drawn_strand_count) {
-  constexpr float kWidth_m = 4e-4f, kCount = 10'000;
-  return kWidth_m *
-         std::clamp(std::sqrt(kCount / static_cast<float>(std::max<std::size_t>(1, drawn_strand_count))), 0.6f, 4.0f);
-}
-
-// `points` are the groom's, deformed.
-std::vector<view::DrawnSurface> surfaces_of(const Groom& groom, std::span<const Vec3f> points) {
-  using Kind = view::DrawnSurface::Kind;
-  std::vector<view::DrawnSurface> surfaces;
-  const auto own = [&](const PointRange& range) { return points.subspan(range.begin, range.count()); };
-  for (const Thread& t : groom.threads)
-    surfaces.push_back({.kind = Kind::thread, .points = own(t.points), .colour = t.colour, .radius_m = t.radius_m});
-  for (const Strip& s : groom.strips) surfaces.push_back({.kind = Kind::strip, .points = own(s.points)});
-  for (const Cloth& c : groom.cloths)
-    surfaces.push_back({.kind = Kind::cloth,
-                        .points = own(c.points),
-                        .triangles = c.triangles,
-                        .first_index = c.points.begin,
-                        .colour = c.colour,
-                        .opacity = c.opacity});
-  return surfaces;
 }
 
 // Whom to draw: one of the cast, or another of the room.
@@ -179,57 +151,38 @@ class RenderedPictures : public Pictures {
   Result<view::Image> draw(const ViewOptions& options, const Subject& subject, const Moment* moment, View view) {
     const Groom& groom = *subject.groom;
     if (!moment) {
-      return renderer_->draw({}, camera_of(subject.beginning, Framing(groom), subject.beginning, view), options.width,
-                             options.height);
+      return renderer_->draw({}, camera_of(subject.beginning, Framing(groom), subject.beginning, view), {},
+                             options.width, options.height);
     }
-    deform(groom, *moment);
-    skin(groom.body, moment->pose, body_vertices_);
-    view::DrawnCharacter drawn;
-    drawn.body_vertices = body_vertices_;
-    drawn.triangles = &groom.body.mesh.triangles;
-    drawn.strand_points = strand_points_;
-    drawn.strand_begin = clusters_->strand_begin();
-    drawn.strand_width_m = strand_width_m(drawn.strand_begin.size() - 1);
-    const std::vector<view::DrawnSurface> surfaces = surfaces_of(groom, points_);
-    drawn.surfaces = surfaces;
-    drawn.hair_colour = subject.hair_colour;
-    return renderer_->draw(std::span(&drawn, 1), camera_of(subject.beginning, Framing(groom), moment->pose, view),
+    const auto [number, is_new] = grooms_.try_emplace(&groom, 0);
+    if (is_new) number->second = renderer_->stage().add_groom(groom);
+    link::LatticeBlend blend;
+    for (const Shape& shape : moment->trail) apply(shape, blend);
+    apply(moment->shape, blend);
+    std::vector<view::LatticeLayer> layers;
+    for (const link::LatticeBlend::Layer& layer : blend.layers())
+      layers.push_back({layer.geometry, layer.grid_displacements, layer.weight});
+    view::ShownCharacter shown;
+    shown.groom = number->second;
+    shown.pose = moment->pose;
+    shown.layers = layers;
+    shown.hair_colour = subject.hair_colour;
+    return renderer_->draw(std::span(&shown, 1), camera_of(subject.beginning, Framing(groom), moment->pose, view), {},
                            options.width, options.height);
   }
 
-  // The moment's points in world space: the groom's, and those of the strands that are drawn.
-  void deform(const Groom& groom, const Moment& moment) {
-    link::SwitchBlend blend;
-    const auto apply = [&](const Shape& shape) {
-      deform(groom, shape);
-      blend.apply(shape.level, shape.time_ns, false, points_);
-    };
-    for (const Shape& shape : moment.trail) apply(shape);
-    apply(moment.shape);
-    clusters_.emplace(groom);
-    strand_points_.resize(clusters_->point_count());
-    clusters_->follow(points_, strand_points_);
-    for (auto* points : {&points_, &strand_points_}) {
-      for (Vec3f& p : *points) p = moment.pose.head().point(p.cast<double>()).cast<float>();
-    }
-  }
-
-  // The groom's points in head space.
-  void deform(const Groom& groom, const Shape& shape) {
-    points_ = groom.points;
-    if (shape.displacement.empty()) return;
-    const LevelGeometry& geometry = *shape.geometry;
-    const auto [deformer, is_new] = deformers_.try_emplace({&groom, shape.geometry}, nullptr);
-    if (is_new) deformer->second = std::make_unique<Deformer>(groom, geometry.lattice, FfdKind::quadratic);
-    grid_.resize(geometry.lattice.node_count());
-    expand_displacements(geometry, shape.displacement, grid_);
-    deformer->second->deform(grid_, points_);
+  static void apply(const Shape& shape, link::LatticeBlend& blend) {
+    link::Playout::Sample sample;
+    sample.valid = true;
+    sample.level = shape.level;
+    sample.displacement = shape.displacement;
+    sample.time_ns = shape.time_ns;
+    sample.geometry = shape.geometry;
+    blend.apply(sample);
   }
 
   std::unique_ptr<view::Renderer> renderer_;
-  std::map<std::pair<const Groom*, std::shared_ptr<const LevelGeometry>>, std::unique_ptr<Deformer>> deformers_;
-  std::optional<ClusterStrands> clusters_;  // of the groom drawn last
-  std::vector<Vec3f> points_, strand_points_, body_vertices_, grid_;
+  std::map<const Groom*, std::size_t> grooms_;  // as the stage numbered them
 };
 
 }  // namespace

@@ -6,31 +6,12 @@
 
 #include "client/view/light_rig.hpp"
 #include "client/view/renderer.hpp"
+#include "core/made/made.hpp"
 
 namespace hairnet::view {
 namespace {
 
 constexpr int kSide = 96;  // px, of most pictures here
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-
-struct Scene {
-  TriangleMesh body;
-  std::vector<Vec3f> points;
-  std::vector<std::uint32_t> begin{0};
-
-  void add_strand(const std::vector<Vec3f>& strand) {
-    points.insert(points.end(), strand.begin(), strand.end());
-    begin.push_back(static_cast<std::uint32_t>(points.size()));
-  }
-  [[nodiscard]] DrawnCharacter character() const {
-    DrawnCharacter c;
-    c.body_vertices = body.vertices;
-    c.triangles = &body.triangles;
-    c.strand_points = points;
-    c.strand_begin = begin;
-    return c;
-  }
-};
 
 TriangleMesh sphere(const Vec3f& centre, float radius) {
   constexpr std::uint32_t kRings = 16, kSectors = 24;
@@ -77,28 +58,87 @@ double light_taken(const Image& without, const Image& with) {
   return sum;
 }
 
+// The middle of what differs between two pictures, px.
+Eigen::Vector2d middle_of_difference(const Image& a, const Image& b) {
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  double weights = 0;
+  for (int y = 0; y < a.height; ++y) {
+    for (int x = 0; x < a.width; ++x) {
+      const double weight = difference(a, b, x, y) > 20 ? 1 : 0;
+      sum += weight * Eigen::Vector2d(x, y);
+      weights += weight;
+    }
+  }
+  return sum / std::max(weights, 1.0);
+}
+
+Groom bare() {
+  Groom groom;
+  groom.group_names = {"hair"};
+  return groom;
+}
+
+void set_body(Groom& groom, const TriangleMesh& mesh) {
+  groom.body.mesh = mesh;
+  groom.body.bone_weights.assign(mesh.vertices.size(), {1, 0, 0, 0, 0});
+}
+
+// From left to right, `y_m` above the middle.
+Groom level_strand(float y_m = 0, float z_m = 0) {
+  Groom groom = bare();
+  const std::array<Vec3f, 4> strand{Vec3f(-0.15f, y_m, z_m), Vec3f(-0.05f, y_m, z_m), Vec3f(0.05f, y_m, z_m),
+                                    Vec3f(0.15f, y_m, z_m)};
+  groom.add_strand(strand, {.rooted = false});
+  return groom;
+}
+
+// Many strands side by side, hanging: a curtain 0.2 m wide and 0.3 m high.
+Groom curtain(std::size_t strands) {
+  Groom groom = bare();
+  for (std::size_t s = 0; s < strands; ++s) {
+    const float x = 0.2f * (static_cast<float>(s) + 0.5f) / static_cast<float>(strands) - 0.1f;
+    const std::array<Vec3f, 3> strand{Vec3f(x, 0.15f, 0), Vec3f(x, 0, 0), Vec3f(x, -0.15f, 0)};
+    groom.add_strand(strand, {.rooted = false});
+  }
+  return groom;
+}
+
 class ViewRenderer : public testing::Test {
  protected:
-  void SetUp() override { make(Look{}); }
-
-  void make(const Look& look) {
-    auto made = Renderer::create(look);
+  void SetUp() override {
+    auto made = Renderer::create();
     if (!made && made.error().starts_with("no off-screen OpenGL ES 3")) GTEST_SKIP() << "NOT TESTED: " << made.error();
     ASSERT_TRUE(made) << made.error();
     renderer_ = std::move(*made);
+    detail_.follower_count = 0;
   }
-  Image draw(std::span<const DrawnCharacter> characters) {
-    auto image = renderer_->draw(characters, kCamera, kSide, kSide);
+  Image draw(std::span<const ShownCharacter> characters) {
+    auto image = renderer_->draw(characters, kCamera, {}, kSide, kSide);
     EXPECT_TRUE(image) << image.error();
     return image ? std::move(*image) : Image{};
   }
-  Image draw(const Scene& scene) {
-    const DrawnCharacter character = scene.character();
+  ShownCharacter shown(const Groom& groom) {
+    ShownCharacter character;
+    character.groom = renderer_->stage().add_groom(groom);
+    character.detail = detail_;
+    return character;
+  }
+  Image draw(const Groom& groom) {
+    const ShownCharacter character = shown(groom);
     return draw(std::span(&character, 1));
   }
-  Image draw_nothing() { return draw(std::span<const DrawnCharacter>{}); }
+  Image draw_nothing() { return draw(std::span<const ShownCharacter>{}); }
+  // How much of the background is covered: without light, all that is drawn is black.
+  double covered(const ShownCharacter& character, const Camera& camera = kCamera) {
+    Look dark;
+    dark.exposure = 0;
+    const auto image = renderer_->draw(std::span(&character, 1), camera, dark, kSide, kSide);
+    EXPECT_TRUE(image);
+    return light_taken(draw_nothing(), *image);
+  }
 
   std::unique_ptr<Renderer> renderer_;
+  DrawDetail detail_;
 };
 
 TEST_F(ViewRenderer, shows_an_empty_scene_as_grey_background_lighter_at_the_top) {
@@ -112,13 +152,13 @@ TEST_F(ViewRenderer, shows_an_empty_scene_as_grey_background_lighter_at_the_top)
     EXPECT_EQ(image.rgba[4 * static_cast<std::size_t>(y * kSide) + 3], 255);
   }
   EXPECT_GT(pixel(image, kSide / 2, 2)[0], pixel(image, kSide / 2, kSide - 3)[0] + 10);
-  EXPECT_EQ(draw(Scene{}).rgba, image.rgba) << "a character of nothing";
+  EXPECT_EQ(draw(bare()).rgba, image.rgba) << "a character of nothing";
 }
 
 TEST_F(ViewRenderer, shows_a_red_sphere_where_it_stands) {
-  Scene scene;
-  scene.body = sphere({0.1f, 0.05f, 0}, 0.06f);
-  DrawnCharacter character = scene.character();
+  Groom groom = bare();
+  set_body(groom, sphere({0.1f, 0.05f, 0}, 0.06f));
+  ShownCharacter character = shown(groom);
   character.skin_colour = Vec3f(0.8f, 0.02f, 0.02f);
   const Image image = draw(std::span(&character, 1)), empty = draw_nothing();
   for (int y = 0; y < kSide; ++y) {
@@ -137,22 +177,14 @@ TEST_F(ViewRenderer, shows_a_red_sphere_where_it_stands) {
 }
 
 TEST_F(ViewRenderer, covers_pixels_between_a_strands_ends_and_nowhere_far_away) {
-  Look look;
-  look.follower_count = 0;
-  make(look);
-  Scene scene;
-  scene.add_strand({{-0.15f, 0, 0}, {-0.05f, 0, 0}, {0.05f, 0, 0}, {0.15f, 0, 0}});
-  DrawnCharacter character = scene.character();
-  character.strand_width_m = 5e-3f;
-  const Image image = draw(std::span(&character, 1)), empty = draw_nothing();
+  const Image image = draw(level_strand()), empty = draw_nothing();
   for (int x = 0; x < kSide; ++x) {
     const int middle = difference(image, empty, x, row_of(0)) + difference(image, empty, x, row_of(0) - 1);
-    if (x > column_of(-0.14f) && x < column_of(0.10f)) {
-      EXPECT_GT(middle, 60) << x;
+    if (x > column_of(-0.14f) && x < column_of(0.06f)) {
+      EXPECT_GT(middle, 40) << x;
     }
     for (int y = 0; y < kSide; ++y) {
-      const bool near = x >= column_of(-0.15f) - 2 && x <= column_of(0.15f) + 2 && std::abs(y - row_of(0)) <= 3;
-      if (!near) {
+      if (std::abs(y - row_of(0)) > 4 || x < column_of(-0.16f) || x > column_of(0.16f)) {
         EXPECT_EQ(difference(image, empty, x, y), 0) << x << ' ' << y;
       }
     }
@@ -160,240 +192,289 @@ TEST_F(ViewRenderer, covers_pixels_between_a_strands_ends_and_nowhere_far_away) 
 }
 
 TEST_F(ViewRenderer, turns_width_below_a_pixel_into_coverage) {
-  Look look;
-  look.follower_count = 0;
-  make(look);
-  Scene scene;
-  scene.add_strand({{-0.1f, 0.02f, 0}, {0.1f, -0.03f, 0}});
-  DrawnCharacter character = scene.character();
-  character.hair_colour = Vec3f(0, 0, 0);
   const Image empty = draw_nothing();
-  std::array<double, 3> taken{};
-  for (std::size_t i = 0; i < taken.size(); ++i) {
-    character.strand_width_m = 4e-4f * std::pow(2.0f, static_cast<float>(i));  // a pixel is 5.2e-3 m
-    taken[i] = light_taken(empty, draw(std::span(&character, 1)));
-  }
-  EXPECT_GT(taken[0], 0.3);
-  EXPECT_NEAR(taken[1] / taken[0], 2, 0.4);
-  EXPECT_NEAR(taken[2] / taken[1], 2, 0.4);
+  ShownCharacter character = shown(curtain(100));
+  character.hair_colour = Vec3f::Zero();
+  const auto taken = [&](double distance_m) {
+    Camera camera = kCamera;
+    camera.eye.z() = distance_m;
+    const auto image = renderer_->draw(std::span(&character, 1), camera, {}, kSide, kSide);
+    return light_taken(empty, *image);
+  };
+  // Strands of 1.6 mm: 0.3 px of the samples' pixels at 1 m of 5 mm a pixel, and so on; the picture of the curtain
+  // shrinks as 1 / distance^2.
+  const double near = taken(1), far = taken(2), further = taken(4);
+  EXPECT_GT(near, 20);
+  EXPECT_NEAR(far, near / 4, 0.3 * near / 4);
+  EXPECT_NEAR(further, near / 16, 0.35 * near / 16);
+}
+
+TEST_F(ViewRenderer, covers_about_as_much_with_fewer_strands_as_with_all) {
+  ShownCharacter character = shown(curtain(400));
+  character.detail->follower_count = 2;
+  const double all = covered(character);
+  character.detail->strand_share = 0.3f;
+  const double few = covered(character);
+  EXPECT_NEAR(few, all, 0.25 * all);
 }
 
 TEST_F(ViewRenderer, shows_followers_beside_their_strand) {
-  Scene scene;
-  scene.add_strand({{0, 0.1f, 0}, {0, 0, 0}, {0, -0.1f, 0}});
-  const Image empty = draw_nothing(), three = draw(scene);
-  Look look;
-  look.follower_count = 0;
-  make(look);
-  EXPECT_GT(light_taken(empty, three), 1.5 * light_taken(empty, draw(scene)));
+  Camera camera = kCamera;
+  camera.fov_deg /= 10;  // 0.5 mm a pixel; followers stray 2.5 mm
+  ShownCharacter character = shown(level_strand());
+  const auto height_covered_px = [&] {
+    const auto image = renderer_->draw(std::span(&character, 1), camera, {}, kSide, kSide);
+    const auto empty = renderer_->draw({}, camera, {}, kSide, kSide);
+    int low = kSide, high = 0;
+    for (int y = 0; y < kSide; ++y) {
+      for (int x = 0; x < kSide; ++x) {
+        if (difference(*image, *empty, x, y) < 20) continue;
+        low = std::min(low, y);
+        high = std::max(high, y);
+      }
+    }
+    return high - low;
+  };
+  const int alone = height_covered_px();
+  character.detail->follower_count = 15;  // each thinner than the strand alone was
+  EXPECT_GT(alone, 0);
+  EXPECT_GT(height_covered_px(), alone + 1);
 }
 
-TEST_F(ViewRenderer, casts_the_shadow_of_hair_on_skin) {
-  Scene scene;
-  scene.body.vertices = {{-0.25f, -0.25f, 0}, {0.25f, -0.25f, 0}, {0.25f, 0.25f, 0}, {-0.25f, 0.25f, 0}};
-  scene.body.triangles = {{0, 1, 2}, {0, 2, 3}};
-  const Image lit = draw(scene);
-  const Vec3f middle = 0.09f * studio_lights(kCamera).towards[0];
-  for (int i = -50; i <= 50; ++i) {
-    const Vec3f p = middle + Vec3f(0, 6e-4f * static_cast<float>(i), 0);
-    scene.add_strand({p - Vec3f(0.03f, 0, 0), p, p + Vec3f(0.03f, 0, 0)});
+TEST_F(ViewRenderer, draws_strips_where_the_strands_were) {
+  Groom groom = *make_hairstyle("long_straight", {.strand_count = 2000});
+  groom.body = {};
+  FarStrip strip;
+  for (int i = 0; i < 12; ++i) {
+    const float x = -0.12f + 0.02f * static_cast<float>(i);
+    groom.far_strips.add({Vec3f(x, 0.1f, 0.05f), Vec3f(x + 0.025f, 0.1f, 0.05f), Vec3f(x, -0.1f, 0.05f),
+                          Vec3f(x + 0.025f, -0.1f, 0.05f), Vec3f(x, -0.2f, 0.05f), Vec3f(x + 0.025f, -0.2f, 0.05f)},
+                         strip);
   }
-  DrawnCharacter character = scene.character();
-  character.strand_width_m = 1e-3f;
+  const Image empty = draw_nothing();
+  ShownCharacter character = shown(groom);
+  character.detail->strips = 1;
+  const Image strips = draw(std::span(&character, 1));
+  EXPECT_EQ(renderer_->stage().statistics().strips, 12u);
+  EXPECT_EQ(renderer_->stage().statistics().strands, 0u);
+  EXPECT_GT(difference(strips, empty, column_of(0.01f), row_of(0)), 60);
+  EXPECT_EQ(difference(strips, empty, column_of(0.2f), row_of(0)), 0);
+  character.detail->strips = 0.5f;
+  draw(std::span(&character, 1));
+  EXPECT_GT(renderer_->stage().statistics().strips, 0u) << "both while they fade";
+  EXPECT_GT(renderer_->stage().statistics().strands, 0u);
+}
+
+TEST_F(ViewRenderer, shades_skin_that_lies_under_hair) {
+  Groom groom = bare();
+  set_body(groom, sphere({0, 0, 0}, 0.08f));
+  const Image bald = draw(groom);
+  // A curtain of many hairs before the left half, and one hair behind.
+  groom.add_strand(std::array<Vec3f, 2>{Vec3f(0.1f, -0.1f, -0.1f), Vec3f(0.1f, 0.1f, -0.1f)}, {.rooted = false});
+  for (int i = 0; i < 4000; ++i) {
+    const float x = -0.02f - 0.06f * static_cast<float>(i % 97) / 97,
+                z = 0.10f + 0.02f * static_cast<float>(i % 89) / 89;
+    const std::array<Vec3f, 3> strand{Vec3f(x, 0.12f, z), Vec3f(x, 0, z), Vec3f(x, -0.12f, z)};
+    groom.add_strand(strand, {.rooted = false});
+  }
+  ShownCharacter character = shown(groom);
+  character.detail->strand_share = 1e-6f;  // the hair itself out of sight
   const Image shaded = draw(std::span(&character, 1));
-  EXPECT_LT(pixel(shaded, kSide / 2, kSide / 2)[0], pixel(lit, kSide / 2, kSide / 2)[0] - 25);
-  EXPECT_NEAR(pixel(shaded, column_of(0.2f), row_of(0.2f))[0], pixel(lit, column_of(0.2f), row_of(0.2f))[0], 12);
+  const int left = pixel(bald, column_of(-0.05f), row_of(0))[0] - pixel(shaded, column_of(-0.05f), row_of(0))[0];
+  EXPECT_GT(left, 8);
 }
 
 TEST_F(ViewRenderer, hides_the_further_character_behind_the_nearer_in_either_order) {
-  Scene back, front;
-  back.body = sphere({0, 0, -0.1f}, 0.08f);
-  front.body = sphere({0, 0, 0.1f}, 0.05f);
-  std::array<DrawnCharacter, 2> pair{back.character(), front.character()};
-  pair[0].skin_colour = Vec3f(0.02f, 0.02f, 0.8f);
-  pair[1].skin_colour = Vec3f(0.8f, 0.02f, 0.02f);
-  const Image image = draw(pair);
-  EXPECT_GT(pixel(image, kSide / 2, kSide / 2)[0], 2 * pixel(image, kSide / 2, kSide / 2)[2]);
-  EXPECT_GT(pixel(image, column_of(0.065f), row_of(0))[2], 2 * pixel(image, column_of(0.065f), row_of(0))[0]);
-  std::swap(pair[0], pair[1]);
-  EXPECT_EQ(draw(pair).rgba, image.rgba);
+  Groom back = bare(), front = bare();
+  set_body(back, sphere({0, 0, -0.2f}, 0.06f));
+  set_body(front, sphere({0, 0, 0.1f}, 0.06f));
+  std::array<ShownCharacter, 2> both{shown(back), shown(front)};
+  both[0].skin_colour = Vec3f(0.02f, 0.02f, 0.8f);
+  both[1].skin_colour = Vec3f(0.8f, 0.02f, 0.02f);
+  const Image one = draw(both);
+  std::swap(both[0], both[1]);
+  EXPECT_EQ(draw(both).rgba, one.rgba);
+  const auto middle = pixel(one, kSide / 2, kSide / 2);
+  EXPECT_GT(middle[0], 2 * middle[2]);
 }
 
-// A sheet of 20 cm, facing the camera or with its back to it.
-struct Sheet {
-  explicit Sheet(bool facing) : triangles{{{0, 1, 2}, {0, 2, 3}}} {
-    if (!facing) std::swap(points[1], points[3]);
-  }
-  std::array<Vec3f, 4> points{Vec3f(-0.1f, -0.1f, 0), Vec3f(0.1f, -0.1f, 0), Vec3f(0.1f, 0.1f, 0),
-                              Vec3f(-0.1f, 0.1f, 0)};
-  std::array<std::array<std::uint32_t, 3>, 2> triangles;
-  [[nodiscard]] DrawnSurface surface(float opacity = 1) const {
-    return {.points = points, .triangles = triangles, .colour = Vec3f(0.02f, 0.7f, 0.02f), .opacity = opacity};
-  }
-};
+TEST_F(ViewRenderer, draws_hair_where_the_pose_and_the_lattice_put_it) {
+  const Image empty = draw_nothing();
+  ShownCharacter character = shown(level_strand());
+  EXPECT_NEAR(middle_of_difference(draw(std::span(&character, 1)), empty).y(), row_of(0), 2);
+  character.pose = rigid_pose({Quat::Identity(), Vec3(0, 0.1, 0)});
+  EXPECT_NEAR(middle_of_difference(draw(std::span(&character, 1)), empty).y(), row_of(0.1f), 2);
+
+  LevelGeometry geometry;
+  geometry.lattice = {Vec3f(-0.2f, -0.2f, -0.2f), Vec3f(0.1f, 0.1f, 0.1f), {5, 5, 5}};
+  const std::vector<Vec3f> down(geometry.lattice.node_count(), Vec3f(0, -0.15f, 0));
+  const LatticeLayer layer{&geometry, down, 1};
+  character.layers = {&layer, 1};
+  EXPECT_NEAR(middle_of_difference(draw(std::span(&character, 1)), empty).y(), row_of(-0.05f), 2);
+  // Upside down, down of the head is up.
+  character.pose = rigid_pose({Quat(Eigen::AngleAxisd(std::numbers::pi, Vec3::UnitZ())), Vec3(0, 0, 0)});
+  EXPECT_NEAR(middle_of_difference(draw(std::span(&character, 1)), empty).y(), row_of(0.15f), 2);
+}
+
+TEST_F(ViewRenderer, is_as_exact_ten_kilometres_from_the_origin) {
+  ShownCharacter character = shown(level_strand());
+  const Image here = draw(std::span(&character, 1));
+  const Vec3 away(4096, -2048, 1024);
+  character.pose = rigid_pose({Quat::Identity(), away});
+  Camera camera = kCamera;
+  camera.eye += away;
+  camera.target += away;
+  const auto there = renderer_->draw(std::span(&character, 1), camera, {}, kSide, kSide);
+  ASSERT_TRUE(there);
+  EXPECT_EQ(there->rgba, here.rgba);
+}
+
+TEST_F(ViewRenderer, draws_a_crowd_of_one_groom_in_as_many_calls_as_one_character) {
+  const Groom groom = *make_hairstyle("bob", {.strand_count = 300});
+  const ShownCharacter one = shown(groom);
+  draw(std::span(&one, 1));
+  const StageStatistics alone = renderer_->stage().statistics();
+  EXPECT_GT(alone.draw_calls, 0u);
+  EXPECT_GT(alone.character_bytes, 0u);
+  std::vector<ShownCharacter> crowd(20, one);
+  for (std::size_t i = 0; i < crowd.size(); ++i)
+    crowd[i].pose = rigid_pose({Quat::Identity(), Vec3(0.02 * static_cast<double>(i) - 0.2, 0, 0)});
+  draw(crowd);
+  const StageStatistics many = renderer_->stage().statistics();
+  EXPECT_EQ(many.draw_calls, alone.draw_calls);
+  EXPECT_EQ(many.strands, 20 * alone.strands);
+  EXPECT_EQ(many.groom_bytes, alone.groom_bytes);
+}
+
+TEST_F(ViewRenderer, does_not_draw_what_is_out_of_sight) {
+  ShownCharacter character = shown(level_strand());
+  character.pose = rigid_pose({Quat::Identity(), Vec3(0, 0, 5)});
+  EXPECT_EQ(draw(std::span(&character, 1)).rgba, draw_nothing().rgba);
+  draw(std::span(&character, 1));
+  EXPECT_EQ(renderer_->stage().statistics().draw_calls, 0u);
+}
+
+TEST_F(ViewRenderer, hides_a_body_that_is_not_to_be_shown) {
+  Groom groom = level_strand();
+  set_body(groom, sphere({0, 0.12f, 0}, 0.06f));
+  ShownCharacter character = shown(groom);
+  character.body_shown = false;
+  const Image image = draw(std::span(&character, 1)), empty = draw_nothing();
+  EXPECT_EQ(difference(image, empty, column_of(0), row_of(0.12f)), 0);
+  EXPECT_GT(difference(image, empty, column_of(-0.05f), row_of(0)) +
+                difference(image, empty, column_of(-0.05f), row_of(0) - 1),
+            40);
+}
+
+Groom square_cloth(float opacity) {
+  Groom groom = bare();
+  const std::array<Vec3f, 4> corners{Vec3f(-0.1f, -0.1f, 0), Vec3f(0.1f, -0.1f, 0), Vec3f(0.1f, 0.1f, 0),
+                                     Vec3f(-0.1f, 0.1f, 0)};
+  Cloth cloth;
+  cloth.triangles = {{0, 1, 2}, {0, 2, 3}};
+  cloth.colour = Vec3f(0.02f, 0.5f, 0.02f);
+  cloth.opacity = opacity;
+  groom.add_cloth(corners, cloth);
+  return groom;
+}
 
 TEST_F(ViewRenderer, shows_cloth_from_both_sides) {
-  const Image empty = draw_nothing();
-  for (const bool facing : {true, false}) {
-    const Sheet sheet(facing);
-    const DrawnSurface surface = sheet.surface();
-    DrawnCharacter character;
-    character.surfaces = std::span(&surface, 1);
-    const Image image = draw(std::span(&character, 1));
-    for (const float at : {-0.08f, 0.0f, 0.08f}) {
-      const auto [r, g, b] = pixel(image, column_of(at), row_of(at));
-      EXPECT_GT(g, 2 * r) << facing;
-      EXPECT_GT(g, 60) << "lit, " << facing;
-    }
-    EXPECT_EQ(difference(image, empty, column_of(0.14f), row_of(0)), 0);
+  const Groom groom = square_cloth(1);
+  ShownCharacter character = shown(groom);
+  for (const double angle : {0.0, std::numbers::pi}) {
+    character.pose = rigid_pose({Quat(Eigen::AngleAxisd(angle, Vec3::UnitY())), Vec3::Zero()});
+    const auto [r, g, b] = pixel(draw(std::span(&character, 1)), kSide / 2, kSide / 2);
+    EXPECT_GT(g, 2 * r) << angle;
+    EXPECT_GT(g, 2 * b) << angle;
   }
 }
 
-TEST_F(ViewRenderer, lets_sight_through_thin_cloth_and_hides_what_is_behind_thick) {
-  Scene scene;
-  scene.body = sphere({0, 0, -0.12f}, 0.06f);
-  const Sheet sheet(true);
-  std::array<double, 3> red{};
-  for (std::size_t i = 0; i < red.size(); ++i) {
-    const DrawnSurface surface = sheet.surface(0.5f * static_cast<float>(i));
-    DrawnCharacter character = scene.character();
-    character.skin_colour = Vec3f(0.8f, 0.02f, 0.02f);
-    character.surfaces = std::span(&surface, 1);
-    const Image image = draw(std::span(&character, 1));
-    for (int x = kSide / 2 - 4; x < kSide / 2 + 4; ++x) red[i] += pixel(image, x, kSide / 2)[0];
+TEST_F(ViewRenderer, lets_sight_through_thin_cloth) {
+  const double thick = covered(shown(square_cloth(1)));
+  for (const float opacity : {0.2f, 0.4f, 0.7f}) {
+    const double thin = covered(shown(square_cloth(opacity)));
+    EXPECT_NEAR(thin, static_cast<double>(opacity) * thick, 0.08 * thick) << opacity;
   }
-  EXPECT_GT(red[0], red[1] + 150);
-  EXPECT_GT(red[1], red[2] + 150);
 }
 
-TEST_F(ViewRenderer, shows_threads_round_and_strips_in_the_hairs_colour) {
-  const std::array<Vec3f, 3> line{Vec3f(-0.1f, 0.1f, 0), Vec3f(0, 0.1f, 0), Vec3f(0.1f, 0.1f, 0)};
-  const std::array<Vec3f, 6> edges{Vec3f(-0.02f, 0, 0),     Vec3f(0.02f, 0, 0),      Vec3f(-0.02f, -0.06f, 0),
-                                   Vec3f(0.02f, -0.06f, 0), Vec3f(-0.02f, -0.2f, 0), Vec3f(0.02f, -0.2f, 0)};
-  const std::array<DrawnSurface, 2> surfaces{
-      DrawnSurface{
-          .kind = DrawnSurface::Kind::thread, .points = line, .colour = {0.02f, 0.02f, 0.8f}, .radius_m = 0.01f},
-      DrawnSurface{.kind = DrawnSurface::Kind::strip, .points = edges}};
-  DrawnCharacter character;
-  character.hair_colour = Vec3f(0.6f, 0.05f, 0.05f);
-  character.surfaces = surfaces;
+TEST_F(ViewRenderer, shows_threads_in_their_colour) {
+  Groom groom = bare();
+  const std::array<Vec3f, 2> line{Vec3f(0, -0.1f, 0), Vec3f(0, 0.1f, 0)};
+  Thread thread;
+  thread.radius_m = 0.01f;
+  thread.colour = Vec3f(0.02f, 0.02f, 0.6f);
+  groom.add_thread(line, thread);
+  const Image image = draw(groom), empty = draw_nothing();
+  const auto middle = pixel(image, kSide / 2, kSide / 2);
+  EXPECT_GT(middle[2], 2 * middle[0]);
+  EXPECT_EQ(difference(image, empty, column_of(0.02f), row_of(0)), 0);
+}
+
+TEST_F(ViewRenderer, shows_a_grooms_own_strips_in_the_hairs_colour) {
+  Groom groom = bare();
+  const std::array<Vec3f, 6> edges{Vec3f(-0.05f, 0.1f, 0), Vec3f(0.05f, 0.1f, 0),    Vec3f(-0.05f, 0, 0),
+                                   Vec3f(0.05f, 0, 0),     Vec3f(-0.05f, -0.15f, 0), Vec3f(0.05f, -0.15f, 0)};
+  groom.add_strip(edges, {.rooted = false});
+  ShownCharacter character = shown(groom);
+  character.hair_colour = Vec3f(0.5f, 0.03f, 0.02f);
   const Image image = draw(std::span(&character, 1)), empty = draw_nothing();
-  EXPECT_GT(pixel(image, column_of(0.05f), row_of(0.1f))[2], 2 * pixel(image, column_of(0.05f), row_of(0.1f))[0]);
-  EXPECT_GT(difference(image, empty, column_of(0.05f), row_of(0.1f) - 1), 60) << "as wide as its radius asks";
-  EXPECT_EQ(difference(image, empty, column_of(0.05f), row_of(0.1f) + 5), 0);
-  EXPECT_GT(pixel(image, column_of(0), row_of(-0.05f))[0], pixel(image, column_of(0), row_of(-0.05f))[2] + 60);
-}
-
-TEST_F(ViewRenderer, refuses_surfaces_that_make_no_sense_and_leaves_out_what_is_not_finite) {
-  Sheet sheet(true);
-  DrawnSurface surface = sheet.surface();
-  DrawnCharacter character;
-  character.surfaces = std::span(&surface, 1);
-  const auto refusal = [&] {
-    const auto image = renderer_->draw(std::span(&character, 1), kCamera, kSide, kSide);
-    return image ? std::string("drawn") : image.error();
-  };
-  surface.first_index = 1;
-  EXPECT_THAT(refusal(), testing::HasSubstr("surface 0: a triangle names point 0"));
-  surface = sheet.surface(1.5f);
-  EXPECT_THAT(refusal(), testing::HasSubstr("opacity"));
-  surface = sheet.surface();
-  surface.colour.x() = kNan;
-  EXPECT_THAT(refusal(), testing::HasSubstr("colour"));
-  surface = {.kind = DrawnSurface::Kind::strip, .points = std::span(sheet.points).first(3)};
-  EXPECT_THAT(refusal(), testing::HasSubstr("partner"));
-  surface = {.kind = DrawnSurface::Kind::thread, .points = sheet.points, .radius_m = 0};
-  EXPECT_THAT(refusal(), testing::HasSubstr("radius"));
-  sheet.points[2] = Vec3f(kNan, INFINITY, 1e30f);
-  for (const auto kind : {DrawnSurface::Kind::cloth, DrawnSurface::Kind::strip, DrawnSurface::Kind::thread}) {
-    surface = sheet.surface();
-    surface.kind = kind;
-    EXPECT_EQ(refusal(), "drawn");
-    surface.points = {};
-    surface.triangles = {};
-    EXPECT_EQ(refusal(), "drawn");
+  EXPECT_GT(covered(character), 200);
+  EXPECT_EQ(difference(image, empty, column_of(0.1f), row_of(0)), 0);
+  int reddish = 0;
+  for (int x = column_of(-0.04f); x < column_of(0.04f); ++x) {
+    const auto [r, g, b] = pixel(image, x, row_of(0.03f));
+    reddish += r > b + 20 ? 1 : 0;
   }
+  EXPECT_GT(reddish, 6);
 }
 
-TEST_F(ViewRenderer, leaves_out_points_that_are_not_finite) {
-  Scene scene, clean;
-  scene.body = clean.body = sphere({0, 0, 0}, 0.06f);
-  clean.add_strand({{-0.1f, 0, 0.1f}, {0, 0.05f, 0.1f}, {0.1f, 0, 0.1f}});
-  clean.add_strand({});
-  scene.add_strand({{-0.1f, 0, 0.1f}, {0, 0.05f, 0.1f}, {0.1f, 0, 0.1f}, {0.1f, kNan, 0}});
-  scene.add_strand({{0, kNan, 0}, {0, -INFINITY, 0}, {1e38f, 0, 0}});
-  EXPECT_EQ(draw(scene).rgba, draw(clean).rgba);
-  scene.body.vertices.assign(scene.body.vertices.size(), Vec3f(kNan, 0, INFINITY));
-  EXPECT_EQ(draw(scene).rgba.size(), 4u * kSide * kSide);
+TEST_F(ViewRenderer, leaves_out_characters_whose_place_makes_no_sense) {
+  const Image empty = draw_nothing();
+  ShownCharacter character = shown(level_strand());
+  for (const double x : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e9}) {
+    character.pose = rigid_pose({Quat::Identity(), Vec3(x, 0, 0)});
+    EXPECT_EQ(draw(std::span(&character, 1)).rgba, empty.rgba) << x;
+  }
+  character.pose = Pose{};
+  character.groom = 77;
+  EXPECT_EQ(draw(std::span(&character, 1)).rgba, empty.rgba) << "no such groom";
 }
 
-TEST_F(ViewRenderer, shows_nothing_for_strands_of_no_length_or_one_point) {
-  Scene scene;
-  scene.add_strand({{0, 0, 0}});
-  scene.add_strand({});
-  EXPECT_EQ(draw(scene).rgba, draw_nothing().rgba);
-  scene.add_strand({{0.1f, 0, 0}, {0.1f, 0, 0}, {0.1f, 0, 0}});
-  EXPECT_EQ(draw(scene).rgba.size(), 4u * kSide * kSide);
+TEST_F(ViewRenderer, forgets_a_removed_groom_and_takes_another_in_its_place) {
+  const ShownCharacter character = shown(level_strand());
+  const Image before = draw(std::span(&character, 1));
+  renderer_->stage().remove_groom(character.groom);
+  EXPECT_EQ(draw(std::span(&character, 1)).rgba, draw_nothing().rgba);
+  EXPECT_EQ(shown(level_strand()).groom, character.groom);
+  EXPECT_EQ(draw(std::span(&character, 1)).rgba, before.rgba);
 }
 
 TEST_F(ViewRenderer, refuses_sizes_out_of_range_and_draws_the_next_picture) {
-  for (const auto& [width, height] : {std::pair{0, 10}, {10, -1}, {kPictureSideMax + 1, 10}, {10, 1 << 30}}) {
-    const auto image = renderer_->draw({}, kCamera, width, height);
-    ASSERT_FALSE(image);
-    EXPECT_THAT(image.error(), testing::HasSubstr("sides must be 1"));
+  for (const auto& [width, height] : {std::pair{0, 10}, {10, -1}, {kPictureSideMax + 1, 10}}) {
+    EXPECT_FALSE(renderer_->draw({}, kCamera, {}, width, height)) << width;
   }
-  const auto widest = renderer_->draw({}, kCamera, kPictureSideMax, 3);
-  ASSERT_TRUE(widest) << widest.error();
-  EXPECT_EQ(widest->width, kPictureSideMax);
-  EXPECT_EQ(draw_nothing().width, kSide);
-}
-
-TEST_F(ViewRenderer, refuses_offsets_triangles_and_colours_that_make_no_sense) {
-  const auto refusal = [&](const DrawnCharacter& character) {
-    const auto image = renderer_->draw(std::span(&character, 1), kCamera, kSide, kSide);
-    return image ? std::string("drawn") : image.error();
-  };
-  Scene scene;
-  scene.body = sphere({0, 0, 0}, 0.1f);
-  scene.add_strand({{0, 0, 0}, {0, 0.1f, 0}});
-  EXPECT_EQ(refusal(scene.character()), "drawn");
-  Scene bad = scene;
-  bad.body.triangles[5][1] = 1'000'000;
-  EXPECT_THAT(refusal(bad.character()), testing::HasSubstr("triangle 5 names vertex 1000000"));
-  bad = scene;
-  bad.begin = {0, 3};
-  EXPECT_THAT(refusal(bad.character()), testing::HasSubstr("strands end at point 3 of 2"));
-  bad.begin = {2, 0};
-  EXPECT_THAT(refusal(bad.character()), testing::HasSubstr("strand 0"));
-  DrawnCharacter character = scene.character();
-  character.hair_colour.y() = kNan;
-  EXPECT_THAT(refusal(character), testing::HasSubstr("hair colour"));
-  character = scene.character();
-  character.strand_width_m = 0;
-  EXPECT_THAT(refusal(character), testing::HasSubstr("strand width"));
-  Look look;
-  look.supersample = 9;
-  EXPECT_FALSE(Renderer::create(look));
+  EXPECT_FALSE(Renderer::create(0));
+  EXPECT_FALSE(Renderer::create(5));
+  const auto image = renderer_->draw({}, kCamera, {}, 7, 13);
+  ASSERT_TRUE(image) << image.error();
+  EXPECT_EQ(image->rgba.size(), 4u * 7 * 13);
 }
 
 TEST_F(ViewRenderer, gives_the_same_picture_again_and_from_another_renderer) {
-  Scene scene;
-  scene.body = sphere({0, 0, 0}, 0.08f);
-  for (int i = 0; i < 300; ++i) {
-    const float round = static_cast<float>(i) * 0.7f, x = 0.09f * std::sin(round), z = 0.09f * std::cos(round);
-    scene.add_strand({{x, 0.05f, z}, {1.1f * x, -0.02f, 1.1f * z}, {x, -0.12f, z}});
+  const Groom groom = *make_hairstyle("bob", {.strand_count = 400});
+  const Image first = draw(groom);
+  EXPECT_EQ(draw(groom).rgba, first.rgba);
+  renderer_ = std::move(*Renderer::create());
+  EXPECT_EQ(draw(groom).rgba, first.rgba);
+}
+
+TEST(LightRig, lights_from_where_the_camera_stands) {
+  for (const Vec3& eye : {Vec3(0, 0, 1), Vec3(1, 0, 0), Vec3(0, 0, -1)}) {
+    const LightRig rig = studio_lights({eye, {0, 0, 0}, {0, 1, 0}, 30});
+    EXPECT_GT(rig.towards[0].cast<double>().dot(eye), 0.3) << "key before";
+    EXPECT_LT(rig.towards[2].cast<double>().dot(eye), -0.3) << "rim behind";
+    for (const Vec3f& towards : rig.towards) EXPECT_NEAR(towards.norm(), 1, 1e-5f);
   }
-  const Image first = draw(scene);
-  draw_nothing();
-  EXPECT_EQ(draw(scene).rgba, first.rgba);
-  auto other = Renderer::create();
-  ASSERT_TRUE(other);
-  const DrawnCharacter character = scene.character();
-  const auto again = (*other)->draw(std::span(&character, 1), kCamera, kSide, kSide);
-  ASSERT_TRUE(again);
-  EXPECT_EQ(again->rgba, first.rgba);
-  other->reset();
-  EXPECT_EQ(draw(scene).rgba, first.rgba) << "after the other renderer has gone";
 }
 
 }  // namespace

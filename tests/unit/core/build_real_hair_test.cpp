@@ -2,46 +2,21 @@
 
 #include "core/build/build.hpp"
 #include "core/build/decimate.hpp"
-#include "core/import/placement.hpp"
 #include "tests/unit/core/build_lists.hpp"
-#include "tests/unit/core/import_files.hpp"
 #include "tests/unit/core/level_checks.hpp"
+#include "tests/unit/core/real_hair.hpp"
 
 namespace hairnet {
 namespace {
 
-struct RealHair {
-  const char* name;
-  const char* path;
-  StrandFormat format;
-  Placement placement;
-};
-
-// Straight and long, tied back, wavy to curly, layered.
-const RealHair kRealHair[] = {
-    {"straight",
-     "hair/yuksel_straight/straight.hair",
-     StrandFormat::yuksel_hair,
-     {Axis::plus_z, Axis::plus_y, 0.0033, {}}},
-    {"tail", "hair/amd_ponytail/tail.tfx", StrandFormat::tressfx, {Axis::plus_y, Axis::minus_z, 0.00254, {}}},
-    {"wavy", "hair/harolongo/harolongo.data", StrandFormat::usc_data, {Axis::plus_y, Axis::plus_z, 0.01, {}}},
-    {"layered", "hair/sintel/SintelHairOriginal-sintel_hair.16points.tfx", StrandFormat::tressfx, {}},
-};
-
-class RealHairs : public testing::TestWithParam<RealHair> {
+class RealHairs : public testing::TestWithParam<test::RealHair> {
  protected:
   void SetUp() override {
     const auto path = test::shared_data() / GetParam().path;
     if (!std::filesystem::exists(path)) GTEST_SKIP() << "no real hairstyle at " << path;
-    auto strands = decode_strands(GetParam().format, test::file_bytes(path));
-    ASSERT_TRUE(strands) << strands.error();
-    GroomDef def;
-    def.name = GetParam().name;
-    def.files.push_back({std::move(*strands), "hair"});
-    def.placement = GetParam().placement;
-    auto imported = assemble_groom(def);
-    ASSERT_TRUE(imported) << imported.error();
-    groom_ = std::move(imported->groom);
+    auto groom = test::import_real(GetParam());
+    ASSERT_TRUE(groom) << groom.error();
+    groom_ = std::move(*groom);
   }
   Groom groom_;
 };
@@ -75,7 +50,7 @@ TEST_P(RealHairs, decimation_errs_far_less_than_a_random_part_of_the_springs_mad
   EXPECT_LT(error, 0.1 * all.norm());
 }
 
-INSTANTIATE_TEST_SUITE_P(Styles, RealHairs, testing::ValuesIn(kRealHair),
+INSTANTIATE_TEST_SUITE_P(Styles, RealHairs, testing::ValuesIn(test::kRealHair),
                          [](const auto& style) { return std::string(style.param.name); });
 
 }  // namespace

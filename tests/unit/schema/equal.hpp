@@ -46,6 +46,10 @@ inline bool equal(const Thread& a, const Thread& b) {
 inline bool equal(const Strip& a, const Strip& b) {
   return equal(a.points, b.points) && equal(a.properties, b.properties);
 }
+inline bool equal(const FarStrip& a, const FarStrip& b) {
+  const auto all = [](const FarStrip& s) { return std::tie(s.root_length_m, s.strand_count, s.group, s.rooted); };
+  return equal(a.points, b.points) && all(a) == all(b);
+}
 inline bool equal(const Cloth& a, const Cloth& b) {
   const auto all = [](const Cloth& c) {
     return std::tie(c.group, c.triangles, c.root_distance_m, c.root_length_m, c.colour, c.opacity,
@@ -198,7 +202,8 @@ inline bool equal(const Groom& a, const Groom& b) {
   };
   return all(a) == all(b) && equal(a.strands, b.strands) && equal(a.root_blends, b.root_blends) &&
          equal(a.clusters, b.clusters) && equal(a.threads, b.threads) && equal(a.strips, b.strips) &&
-         equal(a.cloths, b.cloths) && equal(a.knots, b.knots);
+         equal(a.cloths, b.cloths) && equal(a.knots, b.knots) && a.far_strips.points == b.far_strips.points &&
+         equal(a.far_strips.strips, b.far_strips.strips);
 }
 
 inline bool equal(const RecordingHeader& a, const RecordingHeader& b) {

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "client/link/playout.hpp"
+#include "core/build/level.hpp"
+
+namespace hairnet::link {
+
+// SwitchBlend for whoever deforms on the GPU: in place of points it keeps lattices. FFD is linear in the displacements,
+// so the points that SwitchBlend would give are those of a weighted sum of lattices' fields,
+//
+//     u(x) = u_newest(x) + w (u_before(x) - u_after(x)) + ...,     w fading from 1 to 0 over kSwitchBlend_ns,
+//
+// before and after frozen as they were at the switch. A switch during a fade takes what is left of that along. One for
+// each character; one thread.
+class LatticeBlend {
+ public:
+  static constexpr std::size_t kLayerCountMost = 5;  // the newest, and two switches
+
+  struct Layer {
+    const LevelGeometry* geometry = nullptr;
+    std::span<const Vec3f> grid_displacements;  // every grid node, head space, m
+    float weight = 1;
+  };
+
+  // A lattice that is played, in order of time; one that is not valid is passed over. A `discontinuous` one (a teleport)
+  // begins anew, as does another lattice of the same level.
+  void apply(const Playout::Sample& sample, bool discontinuous = false);
+
+  // Of the sample applied last, the newest lattice first; none: the hair is rigid. Valid until the next apply(), or
+  // until this is moved.
+  [[nodiscard]] std::span<const Layer> layers() const { return {layers_.data(), layer_count_}; }
+
+ private:
+  struct Field {
+    std::shared_ptr<const LevelGeometry> geometry;  // null: rigid
+    std::vector<Vec3f> grid;
+  };
+  // One switch: its two lattices, and by how much of their difference hair was off when it began to fade.
+  struct Switch {
+    Field before, after;
+    float share = 1;
+  };
+  static constexpr std::size_t kSwitchesMost = (kLayerCountMost - 1) / 2;
+
+  static void fill(const Playout::Sample& sample, Field& field);
+  void begin_switch(std::int64_t time_ns);
+  void list_layers();
+  void list(const Field& field, float weight);
+  [[nodiscard]] float left_at(std::int64_t time_ns) const;
+
+  bool started_ = false;
+  LevelIndex level_ = LevelIndex::rigid;
+  std::int64_t switched_ns_ = 0;
+  float left_ = 0;  // at the last sample
+  Field newest_, last_;
+  std::vector<Switch> switches_;  // that fade, together; strongest first
+  std::array<Layer, kLayerCountMost> layers_;
+  std::size_t layer_count_ = 0;
+};
+
+}  // namespace hairnet::link

@@ -1,0 +1,34 @@
+#include "scene.glsl"
+#include "character.glsl"
+
+// The body, skinned: each bone moves its share (linear blend).
+layout(location = 0) in vec3 rest;     // head space
+layout(location = 1) in vec4 normal;   // at rest; nearness of roots, 0 ... 1
+layout(location = 2) in vec4 sides;    // light left from +x -x +y -y, by hair and body
+layout(location = 3) in vec4 ends;     // from +z -z; share of the fifth bone; 0
+layout(location = 4) in vec4 shares;   // of the bones: head, neck, left and right shoulder
+
+out vec3 position_scene;
+out vec3 normal_scene;
+out vec4 light_sides;
+out vec2 light_ends;
+out float roots;
+flat out int row;
+
+void main() {
+  row = first_record + gl_InstanceID;
+  float share[kBoneCount] = float[kBoneCount](shares.x, shares.y, shares.z, shares.w, ends.z);
+  float total = 0.0;
+  position_scene = normal_scene = vec3(0.0);
+  for (int b = 0; b < kBoneCount; ++b) {
+    vec4 rotation = record(row, 6 + 2 * b);
+    position_scene += share[b] * (rotate(rotation, rest) + record(row, 7 + 2 * b).xyz);
+    normal_scene += share[b] * rotate(rotation, normal.xyz);
+    total += share[b];
+  }
+  position_scene /= max(total, 1e-3);
+  light_sides = sides;
+  light_ends = ends.xy;
+  roots = normal.w;
+  gl_Position = record(row, 5).w > 0.5 ? kNowhere : to_clip(position_scene);
+}

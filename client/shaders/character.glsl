@@ -1,0 +1,40 @@
+// A character's record: row `row` of `records`, RGBA float, kRecordTexels wide.
+//   0 head rotation, quaternion xyzw     1 head position xyz, scene space; a number of its own
+//   2 hair albedo; width of a strand at its root, m
+//   3 share of strands drawn; opacity of strands; opacity of far strips; quadratic share of the FFD
+//   4 followers; how far they stray, m; layers; 0
+//   5 skin albedo; 1 when the body is not drawn
+//   6 ... 15 bones: rotation, position
+//   16 ... layers: origin, weight; 1 / spacing, first node in `lattices`; nodes an axis, 0
+const int kRecordTexels = 32;
+const int kBoneCount = 5;
+const int kFirstLayer = 16;
+const int kLayerCountMost = 5;
+const int kLatticeRow = 1024;  // texels of a row of `lattices`
+
+uniform highp sampler2D records;
+uniform highp sampler2D lattices;  // xyz: displacement of a lattice's node, head space, m
+uniform int first_record;          // of this draw call
+uniform int copies;                // instances a character
+
+struct Character {
+  vec4 rotation;
+  vec3 position;
+  float number;
+  vec3 hair_albedo;
+  float width;
+  float strand_share, strand_opacity, strip_opacity, quadratic;
+  float followers, stray;
+  int layer_count;
+  int row;
+};
+
+vec4 record(int row, int texel) { return texelFetch(records, ivec2(texel, row), 0); }
+
+Character load_character(int row) {
+  vec4 rotation = record(row, 0), position = record(row, 1), hair = record(row, 2), detail = record(row, 3), more = record(row, 4);
+  return Character(rotation, position.xyz, position.w, hair.xyz, hair.w, detail.x, detail.y, detail.z, detail.w, more.x, more.y,
+                   int(more.z), row);
+}
+
+vec3 to_scene(Character character, vec3 head) { return rotate(character.rotation, head) + character.position; }

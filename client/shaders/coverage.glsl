@@ -1,0 +1,26 @@
+// Coverage for targets of several samples: alpha becomes samples (alpha to coverage), so nothing needs sorting. A few
+// samples have few steps between none and all: chance makes up for it.
+uniform float samples;  // a pixel; 1 without alpha to coverage
+
+// The alpha that makes a whole number of samples, rounded by chance (0 ... 1); a little less than their share, which
+// all ways to count take alike. 0: none.
+float rounded_by(float cover, float chance) {
+  float count = floor(clamp(cover, 0.0, 1.0) * samples + chance);
+  return max(count - 0.3, 0.0) / samples;
+}
+
+// Of hair: another chance at each hair and pixel. The first samples are always taken first, so hairs behind each other
+// would hide in each other's: every second time it is all samples or none.
+float dithered(float cover, float number) {
+  uint seed = scramble(uint(gl_FragCoord.x) * 1597334677u ^ uint(gl_FragCoord.y) * 3812015801u ^ floatBitsToUint(number));
+  float chance = float(seed >> 8u) / 16777216.0;
+  return (seed & 1u) == 0u ? rounded_by(cover, chance) : step(chance, cover);
+}
+
+// Of cloth: even, Bayer's 4x4 thresholds.
+float woven(float cover) {
+  ivec2 at = ivec2(gl_FragCoord.xy) & 3;
+  int low = ((at.x ^ at.y) & 1) * 2 + (at.y & 1);
+  int high = (((at.x >> 1) ^ (at.y >> 1)) & 1) * 2 + (at.y >> 1);
+  return rounded_by(cover, (float(low * 4 + high) + 0.5) / 16.0);
+}

@@ -1,0 +1,55 @@
+// Light on hair and through it.
+
+// What is left of light that comes from `direction` (unit, head axes) at a place of the resting hair, from what is left
+// along the six axes: +x -x +y -y, +z -z.
+float light_left(vec4 sides, vec2 ends, vec3 direction) {
+  vec3 squared = direction * direction;
+  return squared.x * (direction.x > 0.0 ? sides.x : sides.y) + squared.y * (direction.y > 0.0 ? sides.z : sides.w) +
+         squared.z * (direction.z > 0.0 ? ends.x : ends.y);
+}
+
+float ambient_left(vec4 sides, vec2 ends) {
+  return (1.5 * sides.z + 0.5 * sides.w + sides.x + sides.y + ends.x + ends.y) / 6.0;
+}
+
+float lobe(float t_h, float power) {
+  return smoothstep(-1.0, 0.0, t_h) * pow(max(1.0 - t_h * t_h, 1e-4), 0.5 * power);
+}
+
+// Kajiya and Kay's diffuse and highlight; the highlight twice with the tangent shifted (Scheuermann): towards the
+// root and white for light off the surface, towards the tip and coloured for light that went through the hair.
+// `chance`: four numbers in [0, 1) of the hair's own.
+vec3 hair_light(vec3 t, vec3 v, vec3 l, vec3 albedo, vec4 chance) {
+  vec3 n = normalize(v - t * dot(t, v) + 1e-5);
+  vec3 h = normalize(l + v + 1e-5);
+  float shift = 0.05 * (chance.z - 0.5);
+  float first = lobe(dot(normalize(t - n * (0.10 + shift)), h), 240.0);
+  float second = lobe(dot(normalize(t + n * (0.14 + shift)), h), 40.0);
+  float t_l = dot(t, l);
+  float diffuse = sqrt(max(1.0 - t_l * t_l, 0.0));
+  float facing = 0.5 + 0.5 * dot(n, l);
+  float glint = 0.4 + 1.2 * chance.w;
+  float through = pow(max(-dot(v, l), 0.0), 6.0);
+  return albedo * diffuse * mix(0.35, 1.0, facing) + vec3(0.40) * first * glint * facing +
+         2.4 * sqrt(albedo) * albedo / (1.0 + 1.5 * albedo) * second * (0.7 + 0.6 * chance.y) * facing + 0.5 * albedo * through * diffuse;
+}
+
+// Each hair's own shade; darker at the root, lighter at the tip. `s`: 0 at the root, 1 at the tip.
+vec3 hair_albedo(vec3 albedo, vec4 chance, float s) {
+  vec3 own = albedo * mix(0.75, 1.3, chance.x) * mix(vec3(1.0), vec3(1.12, 1.0, 0.86), chance.y - 0.4);
+  return min(own * mix(0.55, 1.0, smoothstep(0.0, 0.2, s)) * mix(1.0, 1.2, s), vec3(0.95));
+}
+
+// All lights on hair at `position` (scene) with unit tangent `t`; `rotation`: of the head.
+vec3 shade_hair(vec3 position, vec3 t, vec4 rotation, vec3 albedo, vec4 chance, vec4 sides, vec2 ends) {
+  vec3 v = normalize(cameraPosition - position);
+  float ambient = ambient_left(sides, ends);
+  vec3 sum = albedo * mix(ambient_below, ambient_above, ambient) * ambient;
+  for (int i = 0; i < 3; ++i) {
+    float left = light_left(sides, ends, rotate_back(rotation, light_direction[i]));
+    // Light hair passes and scatters what dark hair swallows.
+    vec3 passed = pow(vec3(max(left, 1e-3)), 1.0 - 0.75 * sqrt(albedo));
+    sum += hair_light(t, v, light_direction[i], albedo, chance) * light_colour[i] * passed;
+  }
+  return sum;
+}

@@ -1,0 +1,4 @@
+#version 300 es
+precision mediump float;
+out vec4 colour;
+void main() { colour = vec4(0.0); }

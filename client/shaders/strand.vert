@@ -1,0 +1,70 @@
+#include "scene.glsl"
+#include "character.glsl"
+#include "ffd.glsl"
+#include "hair_light.glsl"
+
+// A strand as a ribbon that faces the camera. Every point comes twice: even vertices on the left, odd ones on the
+// right. Shading is done here, not by the pixel: a ribbon is a pixel or two wide, and its points lie close.
+// Instances: a character's strands, then its followers, then the next character.
+layout(location = 0) in vec4 rest;       // head space; delta
+layout(location = 1) in vec4 direction;  // rest tangent; d delta / ds
+layout(location = 2) in vec4 sides;      // light left from +x -x +y -y
+layout(location = 3) in vec4 ends;       // from +z -z; fraction of the strand's length; 0
+layout(location = 4) in float strand;
+
+uniform float strand_count;
+
+out vec4 shade;   // colour as the target takes it; coverage of the core
+out vec3 across;  // px from the middle; half of the drawn width, px; a number of the strand's own
+
+// Copies stray most in the middle; at the tips they gather again into locks.
+vec3 follower_offset(vec4 chance, float s, float stray) {
+  float reach = stray * mix(0.55, 1.0, smoothstep(0.0, 0.25, s)) * mix(1.0, 0.7, smoothstep(0.5, 1.0, s));
+  float turn = 6.2832 * (chance.x + (chance.z - 0.5) * s);
+  float z = 2.0 * chance.y - 1.0;
+  return reach * vec3(sqrt(1.0 - z * z) * vec2(cos(turn), sin(turn)), z).xzy * sqrt(chance.w);
+}
+
+// Strands come in a random order, so the first of them are an even share; the last of that share are just appearing.
+float presence(float share) {
+  float rank = (strand + 0.5) / strand_count;
+  return share >= 1.0 ? 1.0 : clamp((share - rank) / (0.15 * share + 1e-6), 0.0, 1.0);
+}
+
+void main() {
+  Character character = load_character(first_record + gl_InstanceID / copies);
+  int copy = gl_InstanceID % copies;
+  float present = presence(character.strand_share) * clamp(character.followers + 1.0 - float(copy), 0.0, 1.0);
+  shade = vec4(0.0);
+  across = vec3(0.0);
+  gl_Position = kNowhere;
+  if (present <= 0.0 || character.strand_opacity <= 0.0) return;
+
+  float s = ends.z;
+  vec4 chance = random4(uint(strand) * 16u + uint(copy));
+  HairPoint point = deform(character, rest, direction);
+  vec3 head = point.position;
+  if (copy > 0) head += point.frame * follower_offset(chance, s, character.stray);
+  vec3 position = to_scene(character, head);
+  vec3 t = rotate(character.rotation, normalize(point.tangent + vec3(0.0, -1e-6, 0.0)));
+
+  vec3 colour = shade_hair(position, t, character.rotation, hair_albedo(character.hair_albedo, chance, s), chance, sides, ends.xy);
+
+  vec4 clip = to_clip(position), ahead = to_clip(position + t * 1e-3);
+  vec2 pixel = 0.5 * viewport_px;
+  vec2 along = (ahead.xy * clip.w - clip.xy * ahead.w) * pixel;
+  along = dot(along, along) > 1e-20 ? normalize(along) : vec2(1.0, 0.0);
+  bool left = (gl_VertexID & 1) == 0;
+  vec2 side = vec2(-along.y, along.x) * (left ? -1.0 : 1.0);
+
+  // Tips end at chance lengths, softly.
+  float end = 1.0 - 0.12 * chance.z;
+  float taper = mix(1.0, 0.45, s * s) * (1.0 - smoothstep(end - 0.12, end, s));
+  float width_px = character.width * taper * (copy == 0 ? 1.0 : 0.8) * px_per_m() / max(clip.w, 1e-3);
+  float half_px = 0.5 * max(width_px, 1.0);
+  float edge_px = half_px + 0.5;
+  clip.xy += side * edge_px / pixel * clip.w;
+  gl_Position = clip;
+  shade = vec4(to_target(tone_map(colour)), min(width_px, 1.0) * present * character.strand_opacity);
+  across = vec3(left ? -edge_px : edge_px, half_px, chance.y);
+}

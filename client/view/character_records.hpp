@@ -1,0 +1,31 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "client/view/stage.hpp"
+
+namespace hairnet::view {
+
+// The two textures that character.glsl reads, as floats: a row of records a character, and the nodes of lattices.
+class CharacterRecords {
+ public:
+  static constexpr std::size_t kRecordTexels = 32, kLatticeRow = 1024;
+
+  void clear();
+  // `origin`: of scene space, in the world. `strips`: whether the groom has far strips. Layers that are not finite are
+  // left out.
+  void add(const ShownCharacter& character, const Vec3& origin, const DrawDetail& detail, float strand_width_m,
+           bool strips);
+
+  [[nodiscard]] std::size_t count() const { return records_.size() / kRecordTexels; }
+  [[nodiscard]] const std::vector<Eigen::Vector4f>& records() const { return records_; }
+  [[nodiscard]] const std::vector<Eigen::Vector4f>& lattices() const { return lattices_; }
+
+ private:
+  bool add_layer(const LatticeLayer& layer, Eigen::Vector4f* texels);
+
+  std::vector<Eigen::Vector4f> records_, lattices_;
+};
+
+}  // namespace hairnet::view

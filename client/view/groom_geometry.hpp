@@ -1,0 +1,71 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/groom/groom.hpp"
+
+namespace hairnet::view {
+
+// What the shaders take of a groom, at rest in head space: made once, for all its characters (client/shaders).
+// Directions are IEEE halves; light left and fractions are of 255.
+using Half4 = std::array<std::uint16_t, 4>;
+using Byte4 = std::array<std::uint8_t, 4>;
+
+struct StrandVertex {
+  std::array<float, 4> rest;  // m; delta
+  Half4 direction;            // rest tangent; d delta / ds, 1/m
+  Byte4 sides, ends;          // light left from +x -x +y -y; +z -z, fraction of the strand's length, 0
+  float strand;               // its place in the order of drawing
+};
+// Which points of the strands are drawn. Strands stand in the order of drawing.
+struct StrandList {
+  float tolerance_m = 0;                 // no point left out is further from the line
+  std::vector<std::uint32_t> triangles;  // two a segment
+  std::vector<std::uint32_t> end;        // the first n strands have the indices below end[n]; strand count + 1
+};
+struct StripVertex {
+  std::array<float, 4> rest;
+  Half4 direction;
+  Byte4 sides, ends;          // as of strands; fraction along; 0 left, 255 right
+  std::array<float, 4> side;  // unit, left to right; number of the strip
+};
+struct FabricVertex {
+  std::array<float, 4> rest;
+  Half4 direction;  // cloth: normal; thread: tangent; d delta / ds
+  Byte4 sides, ends;
+  std::array<float, 4> albedo;  // linear RGB; opacity
+  float cord;                   // half of a thread's width, m, negative on its left; 0: cloth
+};
+struct BodyVertex {
+  std::array<float, 3> rest;
+  Half4 normal;       // nearness of roots
+  Byte4 sides, ends;  // +z -z, share of the fifth bone, 0
+  Byte4 shares;       // of the first four bones
+};
+template <class Vertex>
+struct Mesh {
+  std::vector<Vertex> vertices;
+  std::vector<std::uint32_t> triangles;
+};
+
+struct GroomGeometry {
+  std::vector<StrandVertex> strand_vertices;  // every point twice: for the left and the right of its ribbon
+  std::vector<StrandList> strand_lists;       // from all points to few
+  std::size_t strand_count = 0;               // that are drawn: clusters' copies among them
+  float strand_width_m = 0;                   // at the root, when all strands and two followers each are drawn
+  Mesh<StripVertex> strips;                   // the groom's own
+  Mesh<StripVertex> far_strips;               // in place of its strands
+  std::size_t far_strip_count = 0;
+  float waviness = 0;  // 0: hairs keep to the course of their lock ... 1: curls
+  Mesh<FabricVertex> fabric;
+  Mesh<BodyVertex> body;
+  float radius_m = 0;  // of a ball about the head joint that holds all of it
+};
+
+// `groom` is sound (validate).
+GroomGeometry make_groom_geometry(const Groom& groom);
+
+}  // namespace hairnet::view

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "core/groom/groom.hpp"
+
+namespace hairnet::view {
+
+// What is left of light at one place, by where it comes from: +x -x +y -y +z -z of the head.
+using LightLeft = std::array<float, 6>;
+
+// Coarse grid over a groom at rest that says how much light gets to a place through hair and body. Head space, m.
+class LightField {
+ public:
+  // `width_m`: of a strand as drawn, with all that is drawn beside it.
+  LightField(const Groom& groom, float width_m);
+  [[nodiscard]] LightLeft at(const Vec3f& position) const { return gather(position, Vec3f::Zero()); }
+  // On a surface: what comes from behind it does not count.
+  [[nodiscard]] LightLeft at(const Vec3f& position, const Vec3f& normal) const { return gather(position, normal); }
+  [[nodiscard]] float roots_at(const Vec3f& position) const;  // 0 ... 1: how much of a scalp a place is
+  [[nodiscard]] float cell_m() const { return cell_m_; }
+
+ private:
+  [[nodiscard]] std::size_t index(int x, int y, int z) const {
+    return (static_cast<std::size_t>(z) * static_cast<std::size_t>(count_[1]) + static_cast<std::size_t>(y)) *
+               static_cast<std::size_t>(count_[0]) +
+           static_cast<std::size_t>(x);
+  }
+  [[nodiscard]] bool find(const Vec3f& position, std::size_t& cell) const;
+  bool lay_out(const Groom& groom);
+  void add_hair(const Groom& groom, float width_m);
+  void add_strips(const Groom& groom);
+  void add_body(const TriangleMesh& mesh);
+  void sweep(std::size_t ray);
+  [[nodiscard]] LightLeft gather(const Vec3f& position, const Vec3f& normal) const;
+
+  Vec3f origin_{0, 0, 0};
+  float cell_m_ = 0.01f;
+  std::array<int, 3> count_{0, 0, 0};
+  std::vector<float> extinction_;  // optical depth of one cell's width
+  std::vector<float> roots_;
+  using Rays = std::array<float, 14>;  // what is left along each ray: to the faces and the corners of a cube
+  std::vector<Rays> left_;
+};
+
+}  // namespace hairnet::view

@@ -1,0 +1,159 @@
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "client/view/geometry_parts.hpp"
+#include "core/ffd/cluster_strands.hpp"
+#include "core/random.hpp"
+
+namespace hairnet::view {
+namespace {
+
+constexpr float kSag_m = 5e-4f;  // of a smooth line over its pieces, at most, as far as kPiecesMost allow
+constexpr int kPiecesMost = 2;
+constexpr std::array<float, 3> kTolerances_m{0, 8e-4f, 4e-3f};
+
+struct LinePoint {
+  Vec3f x, tangent;
+  float delta, delta_slope, fraction;
+};
+using Line = std::vector<LinePoint>;
+
+// Catmull-Rom between b and c.
+Vec3f spline(const Vec3f& a, const Vec3f& b, const Vec3f& c, const Vec3f& d, float t) {
+  return 0.5f * (2 * b + t * (c - a) + t * t * (2 * a - 5 * b + 4 * c - d) + t * t * t * (3 * (b - c) + d - a));
+}
+
+LinePoint between(const LinePoint& from, const LinePoint& to, const Vec3f& x, float t) {
+  const Vec3f tangent = (1 - t) * from.tangent + t * to.tangent;
+  return {x, tangent.squaredNorm() > 1e-12f ? Vec3f(tangent.normalized()) : tangent, std::lerp(from.delta, to.delta, t),
+          std::lerp(from.delta_slope, to.delta_slope, t), std::lerp(from.fraction, to.fraction, t)};
+}
+
+// Corners of a polyline become a curve through the same points.
+Line smoothed(const Line& line) {
+  Line smooth;
+  for (std::size_t i = 0; i + 1 < line.size(); ++i) {
+    const Vec3f &b = line[i].x, &c = line[i + 1].x;
+    const Vec3f a = i > 0 ? line[i - 1].x : Vec3f(2 * b - c),
+                d = i + 2 < line.size() ? line[i + 2].x : Vec3f(2 * c - b);
+    const float sag_m = (spline(a, b, c, d, 0.5f) - 0.5f * (b + c)).norm();
+    const int pieces = std::clamp(static_cast<int>(std::ceil(std::sqrt(sag_m / kSag_m))), 1, kPiecesMost);
+    smooth.push_back(line[i]);
+    for (int piece = 1; piece < pieces; ++piece) {
+      const float t = static_cast<float>(piece) / static_cast<float>(pieces);
+      smooth.push_back(between(line[i], line[i + 1], spline(a, b, c, d, t), t));
+    }
+  }
+  smooth.push_back(line.back());
+  return smooth;
+}
+
+// Marks what of (first, last) must stay so that nothing is further than the tolerance from the line (Douglas, Peucker).
+void simplify(const Line& line, std::size_t first, std::size_t last, float tolerance_m, std::vector<bool>& kept) {
+  const Vec3f from = line[first].x, along = line[last].x - from;
+  const float length2 = std::max(along.squaredNorm(), 1e-20f);
+  float worst = tolerance_m * tolerance_m;
+  std::size_t at = first;
+  for (std::size_t i = first + 1; i < last; ++i) {
+    const Vec3f away = line[i].x - from;
+    const float distance2 = (away - std::clamp(away.dot(along) / length2, 0.0f, 1.0f) * along).squaredNorm();
+    if (distance2 > worst) {
+      worst = distance2;
+      at = i;
+    }
+  }
+  if (at == first) return;
+  kept[at] = true;
+  simplify(line, first, at, tolerance_m, kept);
+  simplify(line, at, last, tolerance_m, kept);
+}
+
+std::vector<bool> kept_points(const Line& line, float tolerance_m) {
+  std::vector<bool> kept(line.size(), tolerance_m == 0);
+  kept.front() = kept.back() = true;
+  // Roots and tips are where hair is seen to begin and end: a straight line keeps some points for the lattice to bend.
+  for (std::size_t i = 0; i < line.size(); i += 4) kept[i] = kept[i] || tolerance_m < 2e-3f;
+  kept[line.size() / 2] = kept[line.size() / 4] = true;
+  if (tolerance_m > 0) simplify(line, 0, line.size() - 1, tolerance_m, kept);
+  return kept;
+}
+
+// The drawn strands: the groom's own, then clusters' copies, whose points have what their strand's have.
+class Lines {
+ public:
+  explicit Lines(const GeometrySource& source) : source_(source), drawn_(source.groom) {
+    points_.resize(drawn_.point_count());
+    drawn_.follow(source.groom.points, points_);
+    parents_.resize(source.groom.strand_count());
+    std::iota(parents_.begin(), parents_.end(), 0u);
+    for (const Cluster& cluster : source.groom.clusters) {
+      parents_.insert(parents_.end(), cluster.copy_count, cluster.strand);
+    }
+  }
+  [[nodiscard]] std::size_t count() const { return parents_.size(); }
+
+  // Empty when there is nothing to draw.
+  [[nodiscard]] Line line(std::size_t strand) const {
+    const std::uint32_t begin = drawn_.strand_begin()[strand], end = drawn_.strand_begin()[strand + 1];
+    const std::uint32_t parent = source_.groom.strand_begin[parents_[strand]];
+    Line line;
+    float length_m = 0;
+    for (std::uint32_t i = begin; i < end; ++i) {
+      if (i > begin) length_m += (points_[i] - points_[i - 1]).norm();
+      const std::uint32_t own = parent + (i - begin);
+      line.push_back(
+          {points_[i], source_.rest.direction[own], source_.blend[own], source_.rest.blend_slope[own], length_m});
+    }
+    if (line.size() < 2 || length_m <= 0) return {};
+    for (LinePoint& point : line) point.fraction /= length_m;
+    return line;
+  }
+
+ private:
+  const GeometrySource& source_;
+  ClusterStrands drawn_;
+  std::vector<Vec3f> points_;
+  std::vector<std::size_t> parents_;
+};
+
+}  // namespace
+
+void add_strands(const GeometrySource& source, GroomGeometry& geometry) {
+  const Lines lines(source);
+  for (const float tolerance_m : kTolerances_m) geometry.strand_lists.push_back({tolerance_m, {}, {0}});
+  std::vector<std::size_t> order(lines.count());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  Random random(1);
+  for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random.next() % i]);
+
+  for (std::size_t n = 0; n < order.size(); ++n) {
+    if (Line line = lines.line(order[n]); !line.empty()) {
+      line = smoothed(line);
+      const auto first = static_cast<std::uint32_t>(geometry.strand_vertices.size());
+      for (const LinePoint& point : line) {
+        const LightLeft left = source.light.at(point.x);
+        const StrandVertex vertex{{point.x.x(), point.x.y(), point.x.z(), point.delta},
+                                  to_halves(point.tangent, point.delta_slope),
+                                  sides_of(left),
+                                  ends_of(left, point.fraction, 0),
+                                  static_cast<float>(n)};
+        geometry.strand_vertices.insert(geometry.strand_vertices.end(), 2, vertex);
+      }
+      for (StrandList& list : geometry.strand_lists) {
+        const std::vector<bool> kept = kept_points(line, list.tolerance_m);
+        std::uint32_t before = first;
+        for (std::size_t i = 1; i < line.size(); ++i) {
+          if (!kept[i]) continue;
+          const std::uint32_t here = first + 2 * static_cast<std::uint32_t>(i);
+          list.triangles.insert(list.triangles.end(), {before, before + 1, here, here, before + 1, here + 1});
+          before = here;
+        }
+      }
+    }
+    for (StrandList& list : geometry.strand_lists)
+      list.end.push_back(static_cast<std::uint32_t>(list.triangles.size()));
+  }
+}
+
+}  // namespace hairnet::view

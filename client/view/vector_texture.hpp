@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "client/view/gl_objects.hpp"
+#include "core/geometry/vec.hpp"
+
+namespace hairnet::view {
+
+// A texture of vectors in rows of one width, on a texture unit of its own; it grows as it must.
+class VectorTexture {
+ public:
+  VectorTexture(GLint unit, std::size_t row) : unit_(unit), row_(row) {}
+  void fill(const std::vector<Eigen::Vector4f>& values);
+  void bind() const;
+
+ private:
+  Texture texture_;
+  GLint unit_;
+  std::size_t row_, capacity_ = 0;  // texels; rows
+};
+
+}  // namespace hairnet::view

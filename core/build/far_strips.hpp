@@ -1,0 +1,21 @@
+#pragma once
+
+#include <cstddef>
+
+#include "core/groom/groom.hpp"
+
+namespace hairnet {
+
+// Strips that stand for all strands and strips of the groom, for drawing it far away: each for a cluster of those that
+// run side by side, of one group, and either all rooted or none. Along the cluster's mean, as long as its members, as
+// wide as their spread, its sides where they spread most or else lying along the skin, and outside the body. What has
+// no length is in no strip.
+// `count`: how many, 0 (none) to 4096; there are more only when there are more kinds of hair (group, rooted or not), and fewer
+// when there are fewer strands. The groom must be sound; the same one gives the same bits. Takes some 0.1 s for 10 000
+// strands. Any thread.
+FarStrips make_far_strips(const Groom& groom, std::size_t count);
+
+// As many as its hair deserves: up to 400, fewer of few strands, none without hair.
+std::size_t far_strip_count_for(const Groom& groom);
+
+}  // namespace hairnet

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/groom/fabric.hpp"
+
+namespace hairnet {
+
+// A lock of many strands as one ribbon of textured hair.
+struct FarStrip {
+  PointRange points;               // of FarStrips::points: left, right, left, right … from the root
+  float root_length_m = 0.02f;     // lambda_0 of eq. 7, if rooted; 0 = no root blend
+  std::uint32_t strand_count = 1;  // strands, and strips of the groom's own, that it stands for
+  std::uint16_t group = 0;         // index into Groom::group_names; all that it stands for is of this group
+  bool rooted = true;
+};
+
+// What is drawn of a hairstyle far away, in place of its strands and strips. It follows the lattice by FFD as they do,
+// but has no mechanics: levels are the same with and without it.
+struct FarStrips {
+  std::vector<Vec3f> points;  // head space, m; strip by strip
+  std::vector<FarStrip> strips;
+
+  // Sets the strip's range.
+  void add(const std::vector<Vec3f>& edges, FarStrip strip) {
+    const auto begin = static_cast<std::uint32_t>(points.size());
+    points.insert(points.end(), edges.begin(), edges.end());
+    strip.points = {begin, static_cast<std::uint32_t>(points.size())};
+    strips.push_back(strip);
+  }
+};
+
+}  // namespace hairnet

@@ -1,0 +1,106 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+
+#include "tests/fidelity/corpus.hpp"
+#include "tests/gallery/sheets.hpp"
+
+namespace {
+
+using namespace hairnet;
+using namespace hairnet::gallery;
+
+struct Options {
+  std::string out = "gallery";
+  std::vector<std::string> sections{"hairstyles", "detail", "wind", "crowd"}, grooms;
+  int size_px = 300;
+};
+
+Result<void> draw_hairstyles(const Options& options, view::Renderer& renderer) {
+  for (std::size_t i = 0; i < options.grooms.size(); ++i) {
+    const Result<Hairstyle> style = load_hairstyle(options.grooms[i]);
+    if (!style) return Refusal(style.error());
+    const Result<view::Image> sheet = hairstyle_sheet(renderer, *style, i, options.size_px);
+    if (!sheet) return Refusal(sheet.error());
+    std::string name = options.grooms[i];
+    std::ranges::replace(name, ':', '_');
+    const std::string path = options.out + "/" + name + ".png";
+    if (const Result<void> written = write_picture(path, *sheet); !written) return written;
+    std::printf("%s\n", path.c_str());
+    std::fflush(stdout);
+  }
+  return {};
+}
+
+Result<void> draw_one(const Options& options, view::Renderer& renderer, const std::string& section) {
+  const Result<Hairstyle> style = load_hairstyle(section == "wind" ? "made:long_straight" : "made:long_curly");
+  if (!style) return Refusal(style.error());
+  const Result<view::Image> sheet = section == "wind" ? wind_sheet(renderer, *style, options.size_px)
+                                                      : detail_sheet(renderer, *style, options.size_px);
+  if (!sheet) return Refusal(sheet.error());
+  std::printf("%s/%s.png\n", options.out.c_str(), section.c_str());
+  return write_picture(options.out + "/" + section + ".png", *sheet);
+}
+
+Result<void> draw_crowd(const Options& options, view::Renderer& renderer) {
+  std::vector<Hairstyle> styles;
+  for (const char* name : {"made:long_straight", "made:long_curly", "made:bob", "made:ponytail", "made:short"}) {
+    Result<Hairstyle> style = load_hairstyle(name);
+    if (!style) return Refusal(style.error());
+    styles.push_back(std::move(*style));
+  }
+  view::StageStatistics statistics;
+  const Result<view::Image> picture = crowd_picture(renderer, styles, 100, 1280, 720, statistics);
+  if (!picture) return Refusal(picture.error());
+  std::printf(
+      "%s/crowd.png: 100 characters of 5 grooms, %zu draw calls, %zu strands, %zu strips, %zu vertices; "
+      "GPU bytes: %zu of grooms, %zu a character\n",
+      options.out.c_str(), statistics.draw_calls, statistics.strands, statistics.strips, statistics.vertices,
+      statistics.groom_bytes, statistics.character_bytes);
+  return write_picture(options.out + "/crowd.png", *picture);
+}
+
+Result<void> run(Options& options) {
+  if (options.grooms.empty()) {
+    options.grooms = fidelity::made_grooms();
+    if (fidelity::has_real_data()) {
+      options.grooms.insert(options.grooms.end(), std::begin(fidelity::kRealGrooms), std::end(fidelity::kRealGrooms));
+    } else {
+      std::fprintf(stderr, "hairnet-gallery: no ../shared/data: real hairstyles are left out\n");
+    }
+  }
+  std::error_code error;
+  std::filesystem::create_directories(options.out, error);
+  if (error) return Refusal(options.out + ": " + error.message());
+  Result<std::unique_ptr<view::Renderer>> renderer = view::Renderer::create();
+  if (!renderer) return Refusal(renderer.error());
+  for (const std::string& section : options.sections) {
+    const Result<void> drawn = section == "hairstyles" ? draw_hairstyles(options, **renderer)
+                               : section == "crowd"    ? draw_crowd(options, **renderer)
+                                                       : draw_one(options, **renderer, section);
+    if (!drawn) return drawn;
+  }
+  return {};
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "Pictures of every hairstyle: still and in motion, as strands and strips; from near to far; in wind; a crowd");
+  Options options;
+  app.add_option("--out", options.out, "folder for the pictures")->capture_default_str();
+  app.add_option("--section", options.sections, "hairstyles, detail, wind, crowd; several may be named")
+      ->check(CLI::IsMember({"hairstyles", "detail", "wind", "crowd"}));
+  app.add_option("--groom", options.grooms,
+                 "of hairstyles: only these (made:NAME, yuksel, ponytail, harolongo, sintel)");
+  app.add_option("--size", options.size_px, "width of a tile, px")->check(CLI::Range(32, 2000))->capture_default_str();
+  app.footer(
+      "Examples:\n  hairnet-gallery --out pictures\n  hairnet-gallery --section hairstyles --groom made:bob --size "
+      "600");
+  CLI11_PARSE(app, argc, argv);
+  const Result<void> done = run(options);
+  if (done) return 0;
+  std::fprintf(stderr, "hairnet-gallery: %s\n", done.error().c_str());
+  return 1;
+}

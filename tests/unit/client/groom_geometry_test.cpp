@@ -1,0 +1,214 @@
+// What is made of a groom on the CPU before anything is drawn: needs no OpenGL.
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "client/view/draw_detail.hpp"
+#include "client/view/groom_geometry.hpp"
+#include "client/view/light_field.hpp"
+#include "client/view/projection.hpp"
+#include "core/ffd/deform.hpp"
+#include "core/made/made.hpp"
+#include "core/random.hpp"
+
+namespace hairnet::view {
+namespace {
+
+// Short strands all over a ball of 0.1 m.
+Groom ball_of_hair() {
+  Groom groom;
+  groom.group_names = {"hair"};
+  Random random(7);
+  while (groom.strand_count() < 6000) {
+    const Vec3f p = (0.1 * Vec3(random.symmetric(), random.symmetric(), random.symmetric())).cast<float>();
+    if (p.norm() >= 0.1f) continue;
+    const std::array<Vec3f, 3> strand{p - Vec3f(0, 0.01f, 0), p, p + Vec3f(0, 0.01f, 0)};
+    groom.add_strand(strand, {});
+  }
+  return groom;
+}
+
+float mean(const LightLeft& left) {
+  float sum = 0;
+  for (const float side : left) sum += side / 6;
+  return sum;
+}
+
+TEST(LightField, lets_less_light_into_the_middle_of_hair_than_to_its_surface) {
+  const LightField light(ball_of_hair(), 3e-3f);
+  const LightLeft middle = light.at(Vec3f(0, 0, 0)), top = light.at(Vec3f(0, 0.1f, 0)),
+                  away = light.at(Vec3f(0, 0.6f, 0));
+  EXPECT_LT(mean(middle), 0.6f * mean(top));
+  EXPECT_LT(mean(top), mean(away));
+  for (const float side : away) EXPECT_EQ(side, 1);
+  EXPECT_GT(top[2], 0.8f) << "from above";
+  EXPECT_LT(top[3], 0.5f * top[2]) << "from below, through the ball";
+}
+
+TEST(LightField, is_as_symmetric_as_the_hair) {
+  const LightField light(ball_of_hair(), 3e-3f);
+  const LightLeft left = light.at(Vec3f(-0.09f, 0, 0)), right = light.at(Vec3f(0.09f, 0, 0));
+  EXPECT_NEAR(left[1], right[0], 0.12f) << "towards the outside";
+  EXPECT_NEAR(left[0], right[1], 0.12f) << "towards the middle";
+}
+
+TEST(LightField, darkens_with_the_width_of_strands) {
+  const Groom groom = ball_of_hair();
+  EXPECT_LT(mean(LightField(groom, 4e-3f).at(Vec3f::Zero())), mean(LightField(groom, 1e-3f).at(Vec3f::Zero())));
+}
+
+TEST(LightField, of_nothing_leaves_all_light) {
+  EXPECT_EQ(LightField(Groom{}, 1e-3f).at(Vec3f::Zero()), (LightLeft{1, 1, 1, 1, 1, 1}));
+}
+
+class MadeGeometry : public testing::Test {
+ protected:
+  Groom groom_ = *make_hairstyle("long_curly", {.strand_count = 500});
+  GroomGeometry geometry_ = make_groom_geometry(groom_);
+};
+
+TEST_F(MadeGeometry, has_every_point_of_every_strand_with_its_root_blend) {
+  std::set<std::array<float, 4>> drawn;
+  for (const StrandVertex& vertex : geometry_.strand_vertices) drawn.insert(vertex.rest);
+  const std::vector<float> blend = root_blend(groom_);
+  for (std::uint32_t p = 0; p < groom_.strand_begin.back(); ++p) {
+    const Vec3f& x = groom_.points[p];
+    EXPECT_TRUE(drawn.contains({x.x(), x.y(), x.z(), blend[p]})) << p;
+  }
+}
+
+TEST_F(MadeGeometry, keeps_every_left_out_point_within_the_tolerance_of_the_drawn_line) {
+  ASSERT_GE(geometry_.strand_lists.size(), 3u);
+  const auto position = [&](std::uint32_t vertex) {
+    const auto& r = geometry_.strand_vertices[vertex].rest;
+    return Vec3f(r[0], r[1], r[2]);
+  };
+  std::size_t before = SIZE_MAX;
+  for (const StrandList& list : geometry_.strand_lists) {
+    EXPECT_LT(list.triangles.size(), before) << "each list is shorter than the one before";
+    before = list.triangles.size();
+    ASSERT_EQ(list.triangles.size() % 6, 0u);
+    for (std::size_t t = 0; t < list.triangles.size(); t += 6) {
+      const std::uint32_t from = list.triangles[t], to = list.triangles[t + 2];
+      ASSERT_LT(from, to);
+      EXPECT_EQ(geometry_.strand_vertices[from].strand, geometry_.strand_vertices[to].strand);
+      const Vec3f a = position(from), along = position(to) - a;
+      for (std::uint32_t v = from + 2; v < to; v += 2) {
+        const Vec3f away = position(v) - a;
+        const float on = std::clamp(away.dot(along) / along.squaredNorm(), 0.0f, 1.0f);
+        EXPECT_LE((away - on * along).norm(), list.tolerance_m * 1.001f + 1e-7f);
+      }
+    }
+  }
+}
+
+TEST_F(MadeGeometry, draws_whole_strands_for_any_number_of_them) {
+  for (const StrandList& list : geometry_.strand_lists) {
+    ASSERT_EQ(list.end.size(), geometry_.strand_count + 1);
+    EXPECT_EQ(list.end.back(), list.triangles.size());
+    for (std::size_t n = 0; n < geometry_.strand_count; ++n) {
+      for (std::uint32_t i = list.end[n]; i < list.end[n + 1]; ++i)
+        EXPECT_EQ(geometry_.strand_vertices[list.triangles[i]].strand, static_cast<float>(n));
+    }
+  }
+}
+
+// The first hundred of ten thousand must not be all of one side.
+TEST(GroomGeometry, puts_strands_in_an_order_of_which_every_beginning_is_an_even_share) {
+  const Groom groom = *make_hairstyle("bob");
+  const GroomGeometry geometry = make_groom_geometry(groom);
+  const auto mean_root = [&](std::size_t strands) {
+    Vec3f sum = Vec3f::Zero();
+    std::set<float> seen;
+    for (const StrandVertex& vertex : geometry.strand_vertices) {
+      if (vertex.strand >= static_cast<float>(strands) || !seen.insert(vertex.strand).second) continue;
+      sum += Vec3f(vertex.rest[0], vertex.rest[1], vertex.rest[2]);
+    }
+    return Vec3f(sum / static_cast<float>(seen.size()));
+  };
+  EXPECT_LT((mean_root(500) - mean_root(geometry.strand_count)).norm(), 0.012f);
+}
+
+TEST(GroomGeometry, draws_the_copies_of_clusters_too) {
+  Groom groom = *make_hairstyle("short", {.strand_count = 50});
+  const std::size_t own = make_groom_geometry(groom).strand_count;
+  groom.clusters.push_back({3, 5, 0.004f, 0.002f});
+  const GroomGeometry geometry = make_groom_geometry(groom);
+  EXPECT_EQ(geometry.strand_count, own + 5);
+}
+
+TEST(GroomGeometry, of_nothing_is_nothing) {
+  const GroomGeometry geometry = make_groom_geometry(Groom{});
+  EXPECT_TRUE(geometry.strand_vertices.empty());
+  EXPECT_TRUE(geometry.body.triangles.empty());
+  EXPECT_EQ(geometry.strand_count, 0u);
+}
+
+TEST(GroomGeometry, leaves_out_strands_without_length) {
+  Groom groom;
+  groom.group_names = {"hair"};
+  const std::array<Vec3f, 2> point{Vec3f(0, 0.1f, 0), Vec3f(0, 0.1f, 0)};
+  groom.add_strand(point, {});
+  groom.add_strand(std::span(point).first(1), {});
+  groom.add_strand({}, {});
+  const GroomGeometry geometry = make_groom_geometry(groom);
+  EXPECT_TRUE(geometry.strand_vertices.empty());
+  EXPECT_EQ(geometry.strand_lists.front().end.size(), 4u);
+}
+
+TEST(DrawDetail, falls_continuously_as_a_head_grows_smaller) {
+  DrawDetail before = detail_for(2000, 1, 10'000);
+  EXPECT_EQ(before.strand_share, 1);
+  EXPECT_EQ(before.strips, 0);
+  EXPECT_EQ(before.quadratic, 1);
+  for (float px = 2000; px > 1; px *= 0.99f) {
+    const DrawDetail detail = detail_for(px, 1, 10'000);
+    EXPECT_LE(detail.strand_share, before.strand_share);
+    EXPECT_LE(detail.follower_count, before.follower_count);
+    EXPECT_GE(detail.tolerance_m, before.tolerance_m);
+    EXPECT_LE(detail.quadratic, before.quadratic);
+    EXPECT_GE(detail.strips, before.strips);
+    EXPECT_NEAR(detail.strand_share, before.strand_share, 0.03f) << px;
+    EXPECT_NEAR(detail.follower_count, before.follower_count, 0.1f) << px;
+    EXPECT_NEAR(detail.strips, before.strips, 0.05f) << px;
+    EXPECT_NEAR(width_scale(detail), width_scale(before), 0.03f * width_scale(before)) << px;
+    before = detail;
+  }
+  EXPECT_EQ(before.strips, 1);
+  EXPECT_EQ(before.quadratic, 0);
+}
+
+TEST(DrawDetail, draws_fewer_strands_wider) {
+  DrawDetail all, few;
+  few.strand_share = 0.1f;
+  EXPECT_GT(width_scale(few), 4 * width_scale(all));
+  EXPECT_LE(width_scale(few), 10 * width_scale(all));
+}
+
+TEST(Projection, puts_the_target_in_the_middle_and_up_up) {
+  const Camera camera{{1, 2, 3}, {0, 1, 0}, {0, 1, 0}, 40};
+  const Eigen::Matrix3d rotation = view_rotation(camera);
+  EXPECT_LT((rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).norm(), 1e-12);
+  const Vec3 target = rotation * (camera.target - camera.eye);
+  EXPECT_NEAR(target.x(), 0, 1e-12);
+  EXPECT_NEAR(target.y(), 0, 1e-12);
+  EXPECT_LT(target.z(), 0);
+  EXPECT_GT((rotation * Vec3::UnitY()).y(), 0.5);
+}
+
+TEST(Projection, mends_cameras_that_see_nothing) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  for (const Camera& camera :
+       {Camera{{0, 0, 0}, {0, 0, 0}, {0, 1, 0}, 30}, Camera{{kNan, 0, 0}, {0, 0, 0}, {0, 1, 0}, 30},
+        Camera{{0, 1, 0}, {0, 0, 0}, {0, 1, 0}, 30}, Camera{{0, 0, 1}, {0, kNan, 0}, {0, 0, 0}, 0}}) {
+    const Camera fine = mended(camera);
+    EXPECT_TRUE(view_rotation(fine).allFinite());
+    EXPECT_GT(fine.fov_deg, 0);
+  }
+}
+
+}  // namespace
+}  // namespace hairnet::view

@@ -1,0 +1,324 @@
+// The shaders' free-form deformation beside core's: positions and tangents read back by transform feedback.
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "client/view/character_records.hpp"
+#include "client/view/egl_context.hpp"
+#include "client/view/groom_geometry.hpp"
+#include "client/view/program.hpp"
+#include "client/view/vector_texture.hpp"
+#include "core/build/fit_lattice.hpp"
+#include "core/ffd/deform.hpp"
+#include "core/made/made.hpp"
+#include "core/random.hpp"
+#include "tests/fidelity/corpus.hpp"
+
+namespace hairnet::view {
+namespace {
+
+constexpr float kPosition_m = 1e-4f;
+// Rest tangents travel as halves, of 11 bits.
+constexpr float kTangent = 2e-3f;
+
+struct Points {
+  std::vector<std::array<float, 4>> rest;
+  std::vector<Half4> direction;
+
+  void add(const std::array<float, 4>& point, const Half4& along) {
+    rest.push_back(point);
+    direction.push_back(along);
+  }
+  // All that follows the lattice of a groom as it is drawn.
+  void add(const GroomGeometry& geometry) {
+    for (std::size_t i = 0; i < geometry.strand_vertices.size(); i += 2)
+      add(geometry.strand_vertices[i].rest, geometry.strand_vertices[i].direction);
+    for (const auto* strips : {&geometry.strips, &geometry.far_strips})
+      for (const StripVertex& vertex : strips->vertices) add(vertex.rest, vertex.direction);
+    for (const FabricVertex& vertex : geometry.fabric.vertices) add(vertex.rest, vertex.direction);
+  }
+  [[nodiscard]] std::vector<Vec3f> positions() const {
+    std::vector<Vec3f> positions;
+    for (const auto& [x, y, z, delta] : rest) positions.emplace_back(x, y, z);
+    return positions;
+  }
+  [[nodiscard]] std::vector<float> blend() const {
+    std::vector<float> blend;
+    for (const auto& point : rest) blend.push_back(point[3]);
+    return blend;
+  }
+  [[nodiscard]] RestTangents tangents() const {
+    RestTangents tangents;
+    const auto number = [](std::uint16_t bits) {
+      return Eigen::half_impl::half_to_float(Eigen::half_impl::raw_uint16_to_half(bits));
+    };
+    for (const Half4& d : direction) {
+      tangents.direction.emplace_back(number(d[0]), number(d[1]), number(d[2]));
+      tangents.blend_slope.push_back(number(d[3]));
+    }
+    return tangents;
+  }
+};
+
+struct Deformed {
+  std::vector<Vec3f> positions, tangents;
+};
+
+struct Layer {
+  LevelGeometry geometry;
+  std::vector<Vec3f> displacements;
+  float weight = 1;
+};
+
+class ShaderDeform : public testing::Test {
+ protected:
+  void SetUp() override {
+    Result<EglContext> context = EglContext::create();
+    if (!context) GTEST_SKIP() << "NOT TESTED: " << context.error();
+    context_.emplace(std::move(*context));
+    constexpr std::array<const char*, 2> kRead{"position_head", "tangent_head"};
+    Result<Program> program = Program::build("deform.vert", "nothing.frag", kRead);
+    ASSERT_TRUE(program) << program.error();
+    program_.emplace(std::move(*program));
+    records_.emplace(kRecordsUnit, CharacterRecords::kRecordTexels);
+    lattices_.emplace(kLatticesUnit, CharacterRecords::kLatticeRow);
+    // Nothing is drawn, yet OpenGL wants somewhere to draw.
+    target_.emplace();
+    glBindTexture(GL_TEXTURE_2D, pixel_.emplace().name());
+    glTexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA8, 1, 1);
+    glBindFramebuffer(GL_FRAMEBUFFER, target_->name());
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, pixel_->name(), 0);
+  }
+  void TearDown() override {
+    target_.reset();
+    pixel_.reset();
+    lattices_.reset();
+    records_.reset();
+    program_.reset();
+  }
+
+  Deformed by_shader(const Points& points, const std::vector<Layer>& layers, float quadratic) {
+    std::vector<LatticeLayer> shown;
+    for (const Layer& layer : layers) shown.push_back({&layer.geometry, layer.displacements, layer.weight});
+    ShownCharacter character;
+    character.layers = shown;
+    // Displacements are the head's affair: where it stands makes no difference.
+    character.pose = rigid_pose({Quat(Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized())), Vec3(3, 1, -2)});
+    DrawDetail detail;
+    detail.quadratic = quadratic;
+    CharacterRecords records;
+    records.add({}, Vec3::Zero(), {}, 1, false);  // row 0 is another's
+    records.add(character, Vec3::Zero(), detail, 4e-4f, false);
+    records_->fill(records.records());
+    lattices_->fill(records.lattices());
+
+    const VertexArray array;
+    const Buffer rest, direction, out;
+    glBindVertexArray(array.name());
+    attribute(0, rest, points.rest, GL_FLOAT);
+    attribute(1, direction, points.direction, GL_HALF_FLOAT);
+    const std::size_t bytes = points.rest.size() * 6 * sizeof(float);
+    glBindBuffer(GL_TRANSFORM_FEEDBACK_BUFFER, out.name());
+    glBufferData(GL_TRANSFORM_FEEDBACK_BUFFER, static_cast<GLsizeiptr>(bytes), nullptr, GL_STREAM_READ);
+    glBindBufferBase(GL_TRANSFORM_FEEDBACK_BUFFER, 0, out.name());
+    program_->use();
+    program_->set("first_record", 1);
+    program_->set("copies", 1);
+    glEnable(GL_RASTERIZER_DISCARD);
+    glBeginTransformFeedback(GL_POINTS);
+    glDrawArrays(GL_POINTS, 0, static_cast<GLsizei>(points.rest.size()));
+    glEndTransformFeedback();
+    Deformed deformed;
+    const auto* read = static_cast<const float*>(
+        glMapBufferRange(GL_TRANSFORM_FEEDBACK_BUFFER, 0, static_cast<GLsizeiptr>(bytes), GL_MAP_READ_BIT));
+    for (std::size_t i = 0; read != nullptr && i < points.rest.size(); ++i) {
+      deformed.positions.emplace_back(read[6 * i], read[6 * i + 1], read[6 * i + 2]);
+      deformed.tangents.emplace_back(read[6 * i + 3], read[6 * i + 4], read[6 * i + 5]);
+    }
+    glUnmapBuffer(GL_TRANSFORM_FEEDBACK_BUFFER);
+    EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR));
+    return deformed;
+  }
+
+  // Core's, of one lattice.
+  static Deformed by_core(const Points& points, const Layer& layer, FfdKind kind) {
+    Deformed deformed{std::vector<Vec3f>(points.rest.size()), std::vector<Vec3f>(points.rest.size())};
+    const Deformer deformer(layer.geometry.lattice, points.positions(), points.blend(), points.tangents(), kind);
+    deformer.deform(layer.displacements, deformed.positions, deformed.tangents);
+    return deformed;
+  }
+
+  // Where linear FFD bends, on the lattice's planes, rounding says which of two tangents is meant.
+  static bool is_bend(const Lattice& lattice, const Vec3f& x) {
+    const Vec3f g = (x - lattice.origin).cwiseQuotient(lattice.spacing);
+    return (g.array() - g.array().round()).abs().minCoeff() < 1e-4f;
+  }
+
+  // Core's linear FFD, tangents taken from the shader where there are two.
+  static Deformed linear_by_core(const Points& points, const Layer& layer, const Deformed& shader) {
+    Deformed deformed = by_core(points, layer, FfdKind::linear);
+    const std::vector<Vec3f> rest = points.positions();
+    for (std::size_t i = 0; i < rest.size() && i < shader.tangents.size(); ++i) {
+      if (is_bend(layer.geometry.lattice, rest[i])) deformed.tangents[i] = shader.tangents[i];
+    }
+    return deformed;
+  }
+
+  static void expect_equal(const Deformed& shader, const Deformed& core) {
+    ASSERT_EQ(shader.positions.size(), core.positions.size());
+    float furthest = 0, worst_tangent = 0;
+    for (std::size_t i = 0; i < core.positions.size(); ++i) {
+      furthest = std::max(furthest, (shader.positions[i] - core.positions[i]).norm());
+      worst_tangent =
+          std::max(worst_tangent, (shader.tangents[i] - core.tangents[i]).norm() / (1 + core.tangents[i].norm()));
+    }
+    EXPECT_LT(furthest, kPosition_m);
+    EXPECT_LT(worst_tangent, kTangent);
+    RecordProperty("furthest_um", static_cast<int>(std::ceil(1e6f * furthest)));
+  }
+
+ private:
+  template <class T>
+  static void attribute(GLuint location, const Buffer& buffer, const std::vector<T>& values, GLenum type) {
+    glBindBuffer(GL_ARRAY_BUFFER, buffer.name());
+    glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(values.size() * sizeof(T)), values.data(), GL_STATIC_DRAW);
+    glEnableVertexAttribArray(location);
+    glVertexAttribPointer(location, 4, type, GL_FALSE, 0, nullptr);
+  }
+
+  std::optional<EglContext> context_;
+  std::optional<Program> program_;
+  std::optional<VectorTexture> records_, lattices_;
+  std::optional<Framebuffer> target_;
+  std::optional<Texture> pixel_;
+};
+
+// Every node at random: far rougher than hair ever moves.
+Layer rough_layer(const Lattice& lattice, std::uint64_t seed) {
+  Layer layer;
+  layer.geometry.lattice = lattice;
+  Random random(seed);
+  for (std::size_t n = 0; n < lattice.node_count(); ++n)
+    layer.displacements.push_back(0.05f *
+                                  Vec3(random.symmetric(), random.symmetric(), random.symmetric()).cast<float>());
+  return layer;
+}
+
+// Inside a lattice, on its nodes, and up to a third of its size outside.
+Points scattered(const Lattice& lattice) {
+  Points points;
+  Random random(5);
+  const Vec3f extent = Vec3f(static_cast<float>(lattice.dims[0] - 1), static_cast<float>(lattice.dims[1] - 1),
+                             static_cast<float>(lattice.dims[2] - 1))
+                           .cwiseProduct(lattice.spacing);
+  const auto add = [&](const Vec3f& x) {
+    const Vec3f t = Vec3(random.symmetric(), random.symmetric(), random.symmetric()).normalized().cast<float>();
+    const auto half = [](float v) { return Eigen::half(v).x; };
+    points.add({x.x(), x.y(), x.z(), static_cast<float>(random.unit())},
+               {half(t.x()), half(t.y()), half(t.z()), half(static_cast<float>(20 * random.unit()))});
+  };
+  for (int i = 0; i < 20'000; ++i)
+    add(lattice.origin + Vec3(random.between(-0.33, 1.33), random.between(-0.33, 1.33), random.between(-0.33, 1.33))
+                             .cast<float>()
+                             .cwiseProduct(extent));
+  for (std::uint32_t n = 0; n < lattice.node_count(); ++n) add(lattice.node(n));
+  return points;
+}
+
+Lattice lattice_of(const std::array<int, 3>& dims) {
+  return {Vec3f(-0.21f, -0.5f, -0.3f), Vec3f(0.05f, 0.07f, 0.06f), dims};
+}
+
+TEST_F(ShaderDeform, moves_points_inside_and_outside_of_lattices_as_core_does) {
+  for (const std::array<int, 3>& dims : {std::array{10, 10, 10}, std::array{5, 5, 5}, std::array{3, 4, 17}}) {
+    SCOPED_TRACE(dims[2]);
+    const Layer layer = rough_layer(lattice_of(dims), 1);
+    const Points points = scattered(layer.geometry.lattice);
+    expect_equal(by_shader(points, {layer}, 1), by_core(points, layer, FfdKind::quadratic));
+    const Deformed linear = by_shader(points, {layer}, 0);
+    expect_equal(linear, linear_by_core(points, layer, linear));
+  }
+}
+
+TEST_F(ShaderDeform, leaves_hair_without_a_lattice_where_it_is) {
+  const Points points = scattered(lattice_of({5, 5, 5}));
+  const Deformed still = by_shader(points, {}, 1);
+  ASSERT_EQ(still.positions.size(), points.rest.size());
+  const std::vector<Vec3f> rest = points.positions();
+  for (std::size_t i = 0; i < rest.size(); ++i) EXPECT_EQ(still.positions[i], rest[i]);
+}
+
+TEST_F(ShaderDeform, adds_up_layers_of_different_levels_by_their_weights) {
+  std::vector<Layer> layers{rough_layer(lattice_of({10, 10, 10}), 1), rough_layer(lattice_of({5, 5, 5}), 2),
+                            rough_layer(lattice_of({10, 10, 10}), 3)};
+  layers[1].weight = 0.3f;
+  layers[2].weight = -0.3f;
+  const Points points = scattered(layers[0].geometry.lattice);
+  const std::vector<Vec3f> rest = points.positions();
+  const RestTangents rest_tangents = points.tangents();
+  Deformed sum{rest, rest_tangents.direction};
+  for (const Layer& layer : layers) {
+    const Deformed one = by_core(points, layer, FfdKind::quadratic);
+    for (std::size_t i = 0; i < rest.size(); ++i) {
+      sum.positions[i] += layer.weight * (one.positions[i] - rest[i]);
+      sum.tangents[i] += layer.weight * (one.tangents[i] - rest_tangents.direction[i]);
+    }
+  }
+  expect_equal(by_shader(points, layers, 1), sum);
+}
+
+TEST_F(ShaderDeform, goes_from_quadratic_to_linear_in_proportion) {
+  const Layer layer = rough_layer(lattice_of({7, 7, 7}), 4);
+  const Points points = scattered(layer.geometry.lattice);
+  Deformed mixed = by_core(points, layer, FfdKind::quadratic);
+  const Deformed linear = by_core(points, layer, FfdKind::linear);
+  for (std::size_t i = 0; i < mixed.positions.size(); ++i) {
+    mixed.positions[i] = 0.25f * mixed.positions[i] + 0.75f * linear.positions[i];
+    mixed.tangents[i] = 0.25f * mixed.tangents[i] + 0.75f * linear.tangents[i];
+  }
+  expect_equal(by_shader(points, {layer}, 0.25f), mixed);
+}
+
+TEST_F(ShaderDeform, leaves_out_layers_that_are_not_finite) {
+  Layer layer = rough_layer(lattice_of({5, 5, 5}), 1);
+  layer.displacements[7].y() = std::numeric_limits<float>::quiet_NaN();
+  const Points points = scattered(layer.geometry.lattice);
+  const Deformed still = by_shader(points, {layer}, 1);
+  ASSERT_EQ(still.positions.size(), points.rest.size());
+  EXPECT_EQ(still.positions.front(), points.positions().front());
+}
+
+class ShaderDeformGroom : public ShaderDeform, public testing::WithParamInterface<std::string> {};
+
+TEST_P(ShaderDeformGroom, moves_all_of_a_hairstyle_as_core_does) {
+  if (IsSkipped()) return;
+  if (!GetParam().starts_with("made:") && !fidelity::has_real_data()) GTEST_SKIP() << "NOT TESTED: no ../shared/data";
+  const Result<Groom> groom = fidelity::load_groom(GetParam());
+  ASSERT_TRUE(groom) << groom.error();
+  Points points;
+  points.add(make_groom_geometry(*groom));
+  ASSERT_GT(points.rest.size(), 1000u);
+  for (const std::array<int, 3>& dims : {std::array{10, 10, 10}, std::array{5, 5, 5}}) {
+    const Layer layer = rough_layer(fit_lattice(groom->points, dims), 9);
+    expect_equal(by_shader(points, {layer}, 1), by_core(points, layer, FfdKind::quadratic));
+    const Deformed linear = by_shader(points, {layer}, 0);
+    expect_equal(linear, linear_by_core(points, layer, linear));
+  }
+}
+
+std::vector<std::string> all_grooms() {
+  std::vector<std::string> names = fidelity::made_grooms();
+  names.insert(names.end(), std::begin(fidelity::kRealGrooms), std::end(fidelity::kRealGrooms));
+  return names;
+}
+
+INSTANTIATE_TEST_SUITE_P(Grooms, ShaderDeformGroom, testing::ValuesIn(all_grooms()), [](const auto& groom) {
+  std::string name = groom.param;
+  std::ranges::replace_if(
+      name, [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
+  return name;
+});
+
+}  // namespace
+}  // namespace hairnet::view
