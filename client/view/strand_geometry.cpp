@@ -9,8 +9,8 @@
 namespace hairnet::view {
 namespace {
 
-constexpr float kSag_m = 3e-4f;  // of a smooth line over its pieces, at most, as far as kPiecesMost allow
-constexpr int kPiecesMost = 3;
+constexpr float kSag_m = 5e-4f;  // of a smooth line over its pieces, at most, as far as kPiecesMost allow
+constexpr int kPiecesMost = 2;
 constexpr std::array<float, 3> kTolerances_m{0, 8e-4f, 4e-3f};
 
 struct LinePoint {
