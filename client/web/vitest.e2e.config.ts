@@ -2,6 +2,7 @@ import { defineConfig } from "vitest/config";
 
 // Browsers against real servers: slow, one after the other.
 export default defineConfig({
+  server: { fs: { allow: [".", "../shaders"] } },
   test: {
     include: ["e2e/**/*.e2e.ts"],
     testTimeout: 240_000,

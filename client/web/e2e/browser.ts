@@ -43,6 +43,11 @@ export class Browser {
     return page;
   }
 
+  /** What was complained of since the last call. */
+  takeFaults(): string[] {
+    return this.faults.splice(0);
+  }
+
   async dispose(): Promise<void> {
     await this.#context?.close();
     rmSync(this.#profile, { recursive: true, force: true });

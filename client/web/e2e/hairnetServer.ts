@@ -45,21 +45,6 @@ export class HairnetServer {
   }
 }
 
-/** Somebody in a room: the native client, which draws nothing. */
-export class Visitor {
-  #process: ChildProcess;
-
-  constructor(server: HairnetServer, room: string, characters: readonly string[]) {
-    const flags = ["--connect", `127.0.0.1:${server.port}`, "--room", room, "--no-draw", "--duration", "600"];
-    flags.push("--reconnect", "600", ...characters.flatMap((character) => ["--character", character]));
-    this.#process = spawn(program("hairnet-view"), flags, { stdio: ["ignore", "ignore", "inherit"] });
-  }
-
-  leave(): Promise<void> {
-    return end(this.#process, "SIGKILL");
-  }
-}
-
 async function end(child: ChildProcess | null, signal: NodeJS.Signals): Promise<void> {
   if (!child || child.exitCode !== null || child.signalCode !== null) return;
   const ended = new Promise((done) => child.once("exit", done));
