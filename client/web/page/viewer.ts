@@ -12,7 +12,7 @@ import { Quality } from "./quality";
 import type { Query } from "./query";
 import { Session, type SessionState } from "./session";
 import { Sliders } from "./sliders";
-import { Stage } from "./stage";
+import { kHeadInVrM, Stage } from "./stage";
 
 const kFaultShownMs = 8000;
 const kFiguresEveryMs = 500;
@@ -35,7 +35,7 @@ export class PageViewer {
   #listed: Hairstyle[] = [];
   #files: Hairstyle[] = [];
   #offered: Hairstyle[] = [];
-  #isFramed = false;
+  readonly #framed = new Set<number>();
   #lastMs = 0;
   #figuresMs = 0;
   #bytesBefore = 0;
@@ -76,6 +76,7 @@ export class PageViewer {
   #enter(room: Room): void {
     this.hair?.dispose();
     this.members.clear();
+    this.#framed.clear();
     this.#own = null;
     const hair = new HairScene(room, this.stage.renderer);
     this.hair = hair;
@@ -112,11 +113,12 @@ export class PageViewer {
     if (timeMs - this.#figuresMs > kFiguresEveryMs) this.#showFigures(timeMs);
   }
 
-  // The first time that anybody is seen, all are brought into view; then whoever was clicked stays in its middle.
+  // Whoever comes is brought into view, until somebody moves the picture; whoever was clicked stays in its middle.
   #follow(): void {
     const seen = [...(this.hair?.characters.values() ?? [])].filter((character) => character.isReady);
-    if (!this.#isFramed && seen.length > 0) {
-      this.#isFramed = true;
+    const isNew = seen.some((character) => !this.#framed.has(character.member));
+    if (isNew && !this.stage.isMoved) {
+      for (const character of seen) this.#framed.add(character.member);
       this.stage.frame(seen.map((character) => character.position.clone()));
       this.stage.standAt(meanHeight(seen));
     }
@@ -142,7 +144,6 @@ export class PageViewer {
       if (isFirst) this.#takePlace();
       this.#own = groom instanceof Member ? room.addCharacterLike(groom) : room.addCharacter(groom);
       this.#own.setMaterial(this.#sliders.material);
-      this.#isFramed = false;
     } catch (fault) {
       this.#wanted = null;
       this.#showFault(fault instanceof Error ? fault.message : String(fault));
@@ -152,7 +153,7 @@ export class PageViewer {
   // Beside the others, where nobody is.
   #takePlace(): void {
     const others = [...(this.hair?.characters.values() ?? [])].filter((one) => one.isReady && !one.own);
-    const height = others.length > 0 ? meanHeight(others) : 0;
+    const height = others.length > 0 ? meanHeight(others) : kHeadInVrM;
     for (let n = 0; n < 200; ++n) {
       const side = n % 2 === 0 ? 1 : -1;
       const place = new Vector3(side * Math.ceil(n / 2) * kPlaceApartM, height, 0);

@@ -7,6 +7,7 @@ import { hashGroom } from "../net/groomHash";
 import type { LinkCounters } from "../net/linkOptions";
 import { ErrorReason, GroomState, ObserveMode, type Wind } from "../net/messages";
 import type { HairSource, MemberImportance } from "../scene/hairSource";
+import { Arrivals } from "./arrivals";
 import { Member } from "./member";
 import { OwnCharacter } from "./ownCharacter";
 
@@ -49,14 +50,16 @@ export class Room implements HairSource {
   /** grooms that nobody could give, and when to ask again */
   readonly #askAgainNs = new Map<string, number>();
   readonly #listeners = new Map<keyof RoomEvents, Set<(event: never) => void>>();
+  readonly #arrivals = new Arrivals();
   #state: RoomState = "connected";
   #nextCharacter = 1;
 
   constructor(readonly connection: Connection) {
     connection.use((link) => {
       link.setFrameSink((frame, sampleTimeNs) => {
-        const member = this.members.get(frame.member);
-        member?.playout.push(frame, link.toLocalNs(sampleTimeNs), connection.nowNs());
+        const sampleNs = link.toLocalNs(sampleTimeNs);
+        const arrivalNs = this.#arrivals.timeOf(sampleNs, connection.nowNs());
+        this.members.get(frame.member)?.playout.push(frame, sampleNs, arrivalNs);
       });
       link.observe({
         mode: ObserveMode.all,
@@ -94,6 +97,7 @@ export class Room implements HairSource {
   sample(_nowMs: number): readonly Member[] {
     for (const event of this.connection.poll()) this.#take(event);
     const nowNs = this.connection.nowNs();
+    this.#arrivals.onAwake(nowNs);
     this.#askAgain(nowNs);
     const shown = [...this.members.values()];
     for (const member of shown) member.sample(nowNs, this.#own.get(member.character)?.newestPose ?? null);
