@@ -1,6 +1,7 @@
 import { defineConfig } from "vitest/config";
 
 export default defineConfig({
+  server: { fs: { allow: [".", "../shaders"] } }, // shaders are imported as text
   test: {
     include: ["test/**/*.test.ts"],
     testTimeout: 300_000, // for a machine with much else to do; nothing waits so long

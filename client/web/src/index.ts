@@ -57,3 +57,6 @@ export type {
 export { decodePacket } from "./net/decodePacket";
 export { encodePacket } from "./net/encodePacket";
 export type { ClientMessage, Envelope, Message, ServerMessage } from "./net/messages";
+
+export { connect, Member, OwnCharacter, Room } from "./room/index";
+export type { RoomEvents, RoomState } from "./room/index";
