@@ -12,7 +12,8 @@ import { ErrorReason, GoodbyeReason, GroomState, ObserveMode } from "../../src/n
 import { LinkDriver, kSecond } from "../support/linkDriver";
 import type { GeometryVector } from "../support/shapes";
 import { geometryOf } from "../support/shapes";
-import { fromHex, vectors } from "../support/vectors";
+import { serverPacket } from "../support/serverPacket";
+import { fromHex, seeded, vectors } from "../support/vectors";
 
 const sequence = vectors<{ contents: string[]; orders: number[]; nodes: number[][]; geometry: GeometryVector }>(
   "sequence.json",
@@ -293,6 +294,34 @@ describe("link: frames", () => {
     expect(driver.core.counters.framesDropped).toBeGreaterThan(0);
     expect(frames.length + driver.core.counters.framesDropped).toBe(count - 1);
     expect(frames.map((frame) => frame.discontinuous).indexOf(true)).toBe(0);
+  });
+});
+
+describe("link: spoilt packets", () => {
+  it("end the connection or do nothing, and never throw, at 20 000 mutations", () => {
+    const random = seeded(9);
+    const below = (count: number) => Math.floor(random() * count);
+    const welcome = serverPacket(1, new LinkDriver().welcome());
+    const sound = [joined, record, batch(0), batch(1), batch(2)].map((message) => serverPacket(1, message));
+    const others = vectors<{ packet: string }[]>("packets.json").map((each) => fromHex(each.packet));
+    const packets = [welcome, ...sound, ...sound, ...others];
+    let ended = 0;
+    let driver = new LinkDriver();
+    driver.join();
+    for (let n = 0; n < 20_000; ++n) {
+      const packet = packets[below(packets.length)].slice();
+      for (let changes = below(3); changes > 0; --changes) packet[below(packet.length)] ^= 1 << below(8);
+      driver.core.onPacket(packet, driver.nowNs);
+      driver.pass(1e6);
+      driver.sent();
+      driver.events();
+      if (driver.core.isActive) continue;
+      ++ended;
+      driver = new LinkDriver();
+      driver.join();
+      for (const each of sound) driver.core.onPacket(each, driver.nowNs);
+    }
+    expect(ended).toBeGreaterThan(1_000);
   });
 });
 

@@ -35,6 +35,7 @@ export function madeGroom(strands = 40, points = 12, waveM = 0.004): Groom {
     strips: [],
     cloths: [],
     knots: [],
+    farStrips: { points: new Float32Array(0), strips: [] },
     body: {
       vertices,
       triangles,

@@ -39,9 +39,9 @@ export class Server {
   }
 }
 
-/** Waits for it, 30 s at most. */
+/** Waits for it, a minute and a half at most. */
 export async function until(isTrue: () => boolean, what: string): Promise<void> {
-  for (let n = 0; n < 3000; ++n) {
+  for (let n = 0; n < 9000; ++n) {
     if (isTrue()) return;
     await sleep(10);
   }
