@@ -101,7 +101,7 @@ test("a server that dies and comes back has its hair back in the page", async ()
   expect(browser.takeFaults().filter((fault) => !/WebSocket connection|ERR_CONNECTION/.test(fault))).toEqual([]);
 });
 
-test("two pages see each other's heads, and a dragged one turns in both", async () => {
+test("two pages see each other, and a head that keys turn is seen turning by others", async () => {
   page = await browser.open(`${server.address}/?room=pair`);
   const second = await browser.open(`${server.address}/?room=pair`);
   await page.setInputFiles("#groom-file", groom.path);

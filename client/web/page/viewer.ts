@@ -239,7 +239,7 @@ export class PageViewer {
     const delay = delays.length > 0 ? delays.sort((a, b) => a - b)[delays.length >> 1] : null;
     this.#graph.add(delay, rate);
     const { drawCalls, strands, strips } = hair.statistics;
-    const shown = `${strands > 0 || strips === 0 ? `${strands} strands` : ""}${strips > 0 ? ` ${strips} far heads` : ""}`;
+    const shown = `${strands > 0 || strips === 0 ? `${strands} strands` : ""}${strips > 0 ? ` ${strips} far strips` : ""}`;
     element("figures").textContent =
       `${delay === null ? "no frames" : `${delay.toFixed(0)} ms behind`}, ${rate.toFixed(0)} kB/s, ${drawCalls} draw calls, ` +
       `${shown}, quality ${this.#quality.value.toFixed(2)}`;

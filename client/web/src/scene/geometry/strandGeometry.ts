@@ -3,8 +3,8 @@ import type { GeometrySource, StrandList } from "./groomGeometry";
 import { growingIndices } from "./growing";
 import { MeshBuilder, type MeshArrays } from "./meshBuilder";
 
-const kSagM = 3e-4; // of a smooth line over its pieces, at most, as far as kPiecesMost allow
-const kPiecesMost = 3;
+const kSagM = 5e-4; // of a smooth line over its pieces, at most, as far as kPiecesMost allow
+const kPiecesMost = 2;
 const kTolerancesM = [0, 8e-4, 4e-3];
 
 /** One drawn strand, a number a point; x and tangent in three arrays each. */
