@@ -82,7 +82,10 @@ export class PageViewer {
     this.hair = hair;
     this.stage.scene.add(hair);
     hair.addEventListener("characteradded", ({ character }) => this.members.add(character));
-    hair.addEventListener("characterremoved", ({ character }) => this.members.remove(character));
+    hair.addEventListener("characterremoved", ({ character }) => {
+      this.members.remove(character);
+      this.#framed.delete(character.member);
+    });
     hair.addEventListener("groomfault", ({ detail }) => this.#showFault(`A hairstyle cannot be drawn: ${detail}`));
     // What one wears one goes on wearing in the next room.
     if (this.#wanted) void this.#wear(this.#wanted);
@@ -99,7 +102,7 @@ export class PageViewer {
     if (this.#own) {
       // Captured as late as can be, and drawn with it right away.
       const pose = isInVr
-        ? this.#head.ofHeadset(stage.renderer)
+        ? this.#head.ofHeadset(stage.renderer.xr, stage.rig.matrixWorld)
         : this.#head.update(Math.min(dtMs / 1000, 0.1), stage.camera);
       this.#own.push(pose);
     }
@@ -167,7 +170,7 @@ export class PageViewer {
   #offerHairstyles(): void {
     const select = element<HTMLSelectElement>("hairstyle");
     this.#offered = [...this.#files, ...this.#listed, ...roomHairstyles(this.room?.members.values() ?? [])];
-    const labels = ["none, just watch", ...this.#offered.map((style) => style.label)];
+    const labels = ["none (watch)", ...this.#offered.map((style) => style.label)];
     const before = [...select.options].map((option) => option.text);
     if (labels.length === before.length && labels.every((label, n) => label === before[n])) return;
     const worn = this.#wanted?.label;
