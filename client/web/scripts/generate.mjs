@@ -15,7 +15,8 @@ function flatc(args) {
   try {
     execFileSync(process.env.FLATC ?? "flatc", args, { stdio: ["ignore", "pipe", "pipe"] });
   } catch (error) {
-    const why = error.code === "ENOENT" ? "flatc is not installed (Debian: flatbuffers-compiler)" : String(error.stderr || error);
+    const isMissing = error.code === "ENOENT";
+    const why = isMissing ? "flatc is not installed (Debian: flatbuffers-compiler)" : String(error.stderr || error);
     console.error(`generate: ${why.trim()}`);
     process.exit(1);
   }
@@ -31,7 +32,9 @@ for (const name of readdirSync(classFolder)) {
   const path = join(classFolder, name);
   writeFileSync(path, `// @ts-nocheck\n${readFileSync(path, "utf8")}`);
 }
-const classes = readdirSync(classFolder).sort().map((name) => `export * from "./hairnet/wire/fb/${name.replace(/\.ts$/, "")}";\n`);
+const classes = readdirSync(classFolder)
+  .sort()
+  .map((name) => `export * from "./hairnet/wire/fb/${name.replace(/\.ts$/, "")}";\n`);
 for (const name of schemas) rmSync(join(outFolder, `${name}_generated.ts`));
 writeFileSync(join(outFolder, "messages.ts"), classes.join(""));
 
@@ -44,7 +47,8 @@ try {
   }
   writeFileSync(
     join(outFolder, "layout.ts"),
-    `import type { TableLayout } from "../verify";\n\nexport const layouts: Record<string, TableLayout> = ${JSON.stringify(layouts, null, 1)};\n`,
+    'import type { TableLayout } from "../verify";\n\n' +
+      `export const layouts: Record<string, TableLayout> = ${JSON.stringify(layouts, null, 1)};\n`,
   );
 } finally {
   rmSync(scratch, { recursive: true });

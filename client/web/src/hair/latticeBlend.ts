@@ -51,8 +51,8 @@ export class LatticeBlend {
 
   /**
    * The layers that show a sample of `Playout`: the newest first, of weight 1, unless it is rigid. They belong to this
-   * object until the next call. With `discontinuous` it begins anew, and with another lattice of the same level. (Frames are also discontinuous where the level
-   * changes: pass that on only for what is not to fade.)
+   * object until the next call. With `discontinuous` it begins anew, and so it does with another lattice of the same
+   * level. (Frames are also discontinuous where the level changes: pass that on only for what is not to fade.)
    */
   update(sample: PlayoutSample, discontinuous = false): readonly LatticeLayer[] {
     const geometry = sample.displacement.length > 0 ? sample.geometry : null;

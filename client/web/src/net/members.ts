@@ -51,7 +51,10 @@ class Member {
 
 /** What became of a frame. Reused by the next `take`. */
 export interface Taken {
-  /** undecodable: what it refers to is missing, or its bytes are wrong; unknown: no such member, or no newer than the last */
+  /**
+   * undecodable: what it refers to is missing, or its bytes are wrong; unknown: no such member, or no newer than the
+   * last
+   */
   outcome: "decoded" | "undecodable" | "unknown";
   wantsKeyframe: boolean;
   /** the frame's own, or that of an undecodable one before it */
