@@ -1,7 +1,5 @@
 // Coverage for targets of several samples: alpha becomes samples (alpha to coverage), so nothing needs sorting. A few
 // samples have few steps between none and all: chance makes up for it.
-uniform float samples;  // a pixel; 1 without alpha to coverage
-
 // The alpha that makes a whole number of samples, rounded by chance (0 ... 1); a little less than their share, which
 // all ways to count take alike. 0: none.
 float rounded_by(float cover, float chance) {

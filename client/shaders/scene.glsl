@@ -9,6 +9,7 @@ uniform mat4 viewMatrix;
 uniform mat4 projectionMatrix;
 uniform vec3 cameraPosition;
 uniform vec2 viewport_px;
+uniform float samples;  // a pixel; 1 without alpha to coverage
 
 uniform vec3 light_direction[3];  // key, fill, rim: unit, towards the light, scene axes
 uniform vec3 light_colour[3];

@@ -6,7 +6,7 @@ in vec3 across;
 out vec4 colour;
 
 void main() {
-  float cover = clamp(across.y + 0.5 - abs(across.x), 0.0, 1.0) * shade.a;
+  float cover = shade.a * (samples < 2.0 ? clamp(across.y + 0.5 - abs(across.x), 0.0, 1.0) : 1.0);
   float drawn = dithered(cover, across.z);
   if (drawn <= 0.0) discard;
   colour = vec4(shade.rgb, drawn);

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "client/view/geometry_parts.hpp"
 #include "core/ffd/deform.hpp"
 
@@ -14,6 +16,12 @@ void add_strip(const Edges& edges, std::size_t number, const LightField& light, 
   const std::size_t pairs = edges.points.size() / 2;
   if (pairs < 2) return;
   const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+  std::vector<float> length_m(pairs, 0.0f);  // along the middle, to each pair
+  for (std::size_t i = 1; i < pairs; ++i) {
+    const Vec3f step =
+        edges.points[2 * i] + edges.points[2 * i + 1] - edges.points[2 * i - 2] - edges.points[2 * i - 1];
+    length_m[i] = length_m[i - 1] + 0.5f * step.norm();
+  }
   for (std::size_t i = 0; i < 2 * pairs; ++i) {
     const Vec3f side = unit_or_up(edges.points[i | 1] - edges.points[i & ~std::size_t{1}]);
     const LightLeft left = light.at(edges.points[i]);
@@ -22,7 +30,7 @@ void add_strip(const Edges& edges, std::size_t number, const LightField& light, 
         {{p.x(), p.y(), p.z(), edges.blend[i]},
          to_halves(edges.directions[i], edges.blend_slope[i]),
          sides_of(left),
-         ends_of(left, static_cast<float>(i / 2) / static_cast<float>(pairs - 1), static_cast<float>(i % 2)),
+         ends_of(left, length_m[i / 2] / std::max(length_m.back(), 1e-6f), static_cast<float>(i % 2)),
          {side.x(), side.y(), side.z(), static_cast<float>(number)}});
     if (i % 2 == 0 && i + 3 < 2 * pairs) {
       const std::uint32_t a = first + static_cast<std::uint32_t>(i);

@@ -102,6 +102,11 @@ struct Lock {
   double own_variance = 0;  // m^2; of the hair about its course
 };
 
+// Along a direction, m. Rounding can leave a variance of nothing a little below it.
+double deviation(const Mat3& spread, const Vec3& direction) {
+  return std::sqrt(std::max(0.0, direction.dot(spread * direction)));
+}
+
 double median_length(const std::vector<Course>& courses, const std::vector<std::uint32_t>& members) {
   std::vector<float> lengths;
   for (const std::uint32_t m : members) lengths.push_back(outline_length(courses[m].outline));
@@ -130,14 +135,14 @@ void reach_back(const Head& head, const Mat3& spread, AlongStrip<Vec3>& line) {
   const Vec3 flat = along - along.dot(away) * away;
   if (flat.norm() < 1e-3) return;
   const Vec3 back = -flat.normalized();
-  const double reach = std::min(kEdge * std::sqrt(back.dot(spread * back)), kRootReachMost * length_of(line));
+  const double reach = std::min(kEdge * deviation(spread, back), kRootReachMost * length_of(line));
   line[0] += reach * flat.norm() * back;
 }
 
 // Tips that spread along the strip are seen beyond their mean.
 void reach_on(const Mat3& spread, AlongStrip<Vec3>& line) {
   const Vec3 along = direction_at(line, line.size() - 1);
-  line.back() += std::min(std::sqrt(along.dot(spread * along)), kTipReachMost * length_of(line)) * along;
+  line.back() += std::min(deviation(spread, along), kTipReachMost * length_of(line)) * along;
 }
 
 void smooth(AlongStrip<Mat3>& spread) {
@@ -181,7 +186,7 @@ void move_out(const AlongStrip<Vec3>& sides, const AlongStrip<Mat3>& spread, Alo
   const AlongStrip<Vec3> middle = line;
   for (std::size_t i = 1; i < line.size(); ++i) {
     const Vec3 normal = sides[i].cross(direction_at(middle, i));
-    line[i] += std::min(std::sqrt(normal.dot(spread[i] * normal)), kMoveMost) * normal;
+    line[i] += std::min(deviation(spread[i], normal), kMoveMost) * normal;
   }
 }
 
@@ -223,8 +228,7 @@ std::vector<Vec3> edges_of(const Head& head, const AlongStrip<Vec3>& line, const
                            const AlongStrip<Mat3>& spread, bool rooted) {
   std::vector<Vec3> edges;
   for (const std::size_t i : places_of_pairs(line)) {
-    const double deviation = std::sqrt(std::max(0.0, sides[i].dot(spread[i] * sides[i])));
-    const double half = std::clamp(kEdge * deviation, kHalfLeast, kHalfMost);
+    const double half = std::clamp(kEdge * deviation(spread[i], sides[i]), kHalfLeast, kHalfMost);
     const double clearance = rooted && i == 0 ? kClearanceRoot : kClearanceRest;
     for (const double hand : {-1.0, 1.0}) edges.push_back(head.outside(line[i] + hand * half * sides[i], clearance));
   }

@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "tests/fidelity/corpus.hpp"
+#include "tests/gallery/cost.hpp"
 #include "tests/gallery/sheets.hpp"
 
 namespace {
@@ -60,6 +61,15 @@ Result<void> draw_crowd(const Options& options, view::Renderer& renderer) {
   return write_picture(options.out + "/crowd.png", *picture);
 }
 
+Result<void> measure_cost() {
+  for (const char* name : {"made:long_straight", "made:long_curly"}) {
+    const Result<Hairstyle> style = load_hairstyle(name);
+    if (!style) return Refusal(style.error());
+    if (const Result<void> printed = print_draw_cost(*style, 960, 540); !printed) return printed;
+  }
+  return {};
+}
+
 Result<void> run(Options& options) {
   if (options.grooms.empty()) {
     options.grooms = fidelity::made_grooms();
@@ -77,6 +87,7 @@ Result<void> run(Options& options) {
   for (const std::string& section : options.sections) {
     const Result<void> drawn = section == "hairstyles" ? draw_hairstyles(options, **renderer)
                                : section == "crowd"    ? draw_crowd(options, **renderer)
+                               : section == "cost"     ? measure_cost()
                                                        : draw_one(options, **renderer, section);
     if (!drawn) return drawn;
   }
@@ -90,8 +101,8 @@ int main(int argc, char** argv) {
       "Pictures of every hairstyle: still and in motion, as strands and strips; from near to far; in wind; a crowd");
   Options options;
   app.add_option("--out", options.out, "folder for the pictures")->capture_default_str();
-  app.add_option("--section", options.sections, "hairstyles, detail, wind, crowd; several may be named")
-      ->check(CLI::IsMember({"hairstyles", "detail", "wind", "crowd"}));
+  app.add_option("--section", options.sections, "hairstyles, detail, wind, crowd, cost; several may be named")
+      ->check(CLI::IsMember({"hairstyles", "detail", "wind", "crowd", "cost"}));
   app.add_option("--groom", options.grooms,
                  "of hairstyles: only these (made:NAME, yuksel, ponytail, harolongo, sintel)");
   app.add_option("--size", options.size_px, "width of a tile, px")->check(CLI::Range(32, 2000))->capture_default_str();

@@ -147,8 +147,7 @@ Result<view::Image> crowd_picture(view::Renderer& renderer, const std::vector<Ha
     crowd.push_back(shown(grooms[style], moments[5 * style + moment], layers[i]));
     crowd.back().hair_colour = hair_colour(i * 5 + i / 7);
     const double row = static_cast<double>(i / columns);
-    const Vec3 away((static_cast<double>(i % columns) - 4.5 + 0.5 * std::fmod(row, 2)) * (0.75 + 0.02 * row),
-                    0.10 * row, -0.9 * row);
+    const Vec3 away((static_cast<double>(i % columns) - 4.75 + 0.5 * std::fmod(row, 2)) * 0.62, 0.10 * row, -0.9 * row);
     for (RigidTransform& bone : crowd.back().pose.bones) {
       bone.position += away;
     }
@@ -157,8 +156,8 @@ Result<view::Image> crowd_picture(view::Renderer& renderer, const std::vector<Ha
   for (const view::ShownCharacter& one : crowd) middle += one.pose.head().position / static_cast<double>(count);
   view::Camera camera;
   camera.target = middle - Vec3(0, 0.3, 1.5);
-  camera.eye = middle + Vec3(0, 1.9, 6.6);
-  camera.fov_deg = 40;
+  camera.eye = middle + Vec3(0, 2.1, 7.4);
+  camera.fov_deg = 36;
   Result<view::Image> image = renderer.draw(crowd, camera, {}, width_px, height_px);
   statistics = renderer.stage().statistics();
   for (const std::size_t groom : grooms) renderer.stage().remove_groom(groom);

@@ -220,7 +220,7 @@ TEST_F(ViewRenderer, covers_about_as_much_with_fewer_strands_as_with_all) {
 
 TEST_F(ViewRenderer, shows_followers_beside_their_strand) {
   Camera camera = kCamera;
-  camera.fov_deg /= 10;  // 0.5 mm a pixel; followers stray 2.5 mm
+  camera.fov_deg /= 25;  // 0.2 mm a pixel; followers stray 2.5 mm
   ShownCharacter character = shown(level_strand());
   const auto height_covered_px = [&] {
     const auto image = renderer_->draw(std::span(&character, 1), camera, {}, kSide, kSide);

@@ -214,6 +214,14 @@ TEST(FarStrips, never_outnumber_what_a_groom_may_have_or_leave_its_bounds) {
   EXPECT_EQ(fault_with(groom, make_far_strips(groom, 4096)), "");
 }
 
+TEST(FarStrips, of_strands_that_are_one_and_the_same_are_sound) {
+  Groom groom;
+  for (int s = 0; s < 50; ++s) support::add(groom, support::straight({0.013f, 0.1f, 0.07f}, {0.3f, -1, 0.2f}, 0.3f, 7));
+  const FarStrips far = make_far_strips(groom, 10);
+  EXPECT_EQ(strands_of(far), 50u);
+  EXPECT_EQ(fault_with(groom, far), "");
+}
+
 TEST(FarStrips, are_the_same_bits_again) {
   const Groom groom = support::make_head_of_hair(1500);
   const FarStrips a = make_far_strips(groom, 200), b = make_far_strips(groom, 200);
