@@ -18,11 +18,11 @@ flat out int row;
 void main() {
   row = first_record + gl_InstanceID;
   float share[kBoneCount] = float[kBoneCount](shares.x, shares.y, shares.z, shares.w, ends.z);
-  float total = 0.0;
+  float total = 0.0, size = 1.0 + record(row, 4).w;
   position_scene = normal_scene = vec3(0.0);
   for (int b = 0; b < kBoneCount; ++b) {
     vec4 rotation = record(row, 6 + 2 * b);
-    position_scene += share[b] * (rotate(rotation, rest) + record(row, 7 + 2 * b).xyz);
+    position_scene += share[b] * (rotate(rotation, size * rest) + record(row, 7 + 2 * b).xyz);
     normal_scene += share[b] * rotate(rotation, normal.xyz);
     total += share[b];
   }

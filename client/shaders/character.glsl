@@ -2,7 +2,7 @@
 //   0 head rotation, quaternion xyzw     1 head position xyz, scene space; a number of its own
 //   2 hair albedo; width of a strand at its root, m
 //   3 share of strands drawn; opacity of strands; opacity of far strips; quadratic share of the FFD
-//   4 followers; how far they stray, m; layers; 0
+//   4 followers; how far they stray, m; layers; by how much of itself the character is enlarged
 //   5 skin albedo; 1 when the body is not drawn
 //   6 ... 15 bones: rotation, position
 //   16 ... layers: origin, weight; 1 / spacing, first node in `lattices`; nodes an axis, 0
@@ -25,6 +25,7 @@ struct Character {
   float width;
   float strand_share, strand_opacity, strip_opacity, quadratic;
   float followers, stray;
+  float size;  // 1: as its groom was made
   int layer_count;
   int row;
 };
@@ -34,7 +35,7 @@ vec4 record(int row, int texel) { return texelFetch(records, ivec2(texel, row), 
 Character load_character(int row) {
   vec4 rotation = record(row, 0), position = record(row, 1), hair = record(row, 2), detail = record(row, 3), more = record(row, 4);
   return Character(rotation, position.xyz, position.w, hair.xyz, hair.w, detail.x, detail.y, detail.z, detail.w, more.x, more.y,
-                   int(more.z), row);
+                   1.0 + more.w, int(more.z), row);
 }
 
-vec3 to_scene(Character character, vec3 head) { return rotate(character.rotation, head) + character.position; }
+vec3 to_scene(Character character, vec3 head) { return rotate(character.rotation, character.size * head) + character.position; }

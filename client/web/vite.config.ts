@@ -6,11 +6,11 @@ export default defineConfig({
     target: "es2022",
     sourcemap: true,
     lib: {
-      entry: { index: "src/index.ts", scene: "src/scene/index.ts" },
+      entry: { index: "src/index.ts", scene: "src/scene/index.ts", vrm: "src/vrm/index.ts" },
       formats: ["es"],
     },
     rollupOptions: {
-      external: [/^three($|\/)/, "flatbuffers", /^@noble\/hashes/],
+      external: [/^three($|\/)/, "@pixiv/three-vrm", "flatbuffers", /^@noble\/hashes/],
     },
   },
 });

@@ -1,9 +1,10 @@
 import { defineConfig } from "vitest/config";
 
 export default defineConfig({
+  server: { fs: { allow: [".", "../shaders"] } }, // shaders are imported as text
   test: {
     include: ["test/**/*.test.ts"],
-    testTimeout: 60_000,
+    testTimeout: 300_000, // for a machine with much else to do; nothing waits so long
     pool: "forks",
     poolOptions: { forks: { singleFork: true } }, // two hardware threads are all there may be
   },

@@ -1,11 +1,11 @@
 #include "tests/tools/codec_cases.hpp"
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "tests/tools/hex.hpp"
-#include "tests/unit/schema/codec_frames.hpp"
 
 namespace hairnet::codec {
 namespace {
@@ -68,6 +68,22 @@ void add_moving(Json& cases) {
 }
 
 }  // namespace
+
+nlohmann::ordered_json frame_sequence(const MovingLattice& moving) {
+  const std::vector<Integers> frames = quantised(moving, ErrorClass::fine, true);
+  const Neighbours neighbours(moving.geometry);
+  Json out{{"contents", Json::array()}, {"orders", Json::array()}, {"nodes", Json::array()}};
+  for (std::size_t tick = 0; tick < frames.size(); ++tick) {
+    std::vector<const Integers*> history;
+    for (std::size_t n = 1; n <= std::min(tick, kHistoryMax); ++n) history.push_back(&frames[tick - n]);
+    std::vector<std::uint8_t> content;
+    encode_frame(frames[tick], history, &neighbours, content);
+    out["contents"].push_back(hex(content));
+    out["orders"].push_back(history.size());
+    out["nodes"].push_back(frames[tick].nodes);
+  }
+  return out;
+}
 
 nlohmann::ordered_json codec_cases() {
   Json cases = Json::array();

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/build/far_strips.hpp"
 #include "core/ffd/deform.hpp"
 #include "core/ffd/reference_deform.hpp"
 #include "core/made/made.hpp"
@@ -68,10 +69,17 @@ Json groom_case(const Groom& groom, WebRandom& random) {
   const std::vector<Vec3f> grid = random.vectors(geometry.lattice.node_count(), 0.05f);
   std::vector<Vec3f> points(groom.points.size()), tangents(groom.points.size());
   deformer.deform(grid, points, tangents);
+  const std::vector<float> far_blend = far_strip_blend(groom);
+  const RestTangents far_rest = far_strip_tangents(groom.far_strips, far_blend);
+  const Json far{{"blend", far_blend},
+                 {"direction", flat(far_rest.direction)},
+                 {"blendSlope", far_rest.blend_slope},
+                 {"normals", flat(far_strip_normals(groom.far_strips, far_rest))}};
   return {{"file", hex(file)},
           {"hash", hex(wire::hash_groom(file))},
           {"groom", to_json(groom)},
           {"rootBlend", blend},
+          {"farStrips", far},
           {"direction", flat(rest.direction)},
           {"blendSlope", rest.blend_slope},
           {"geometry", to_json(geometry)},
@@ -98,6 +106,7 @@ Json groom_cases() {
   Json cases = Json::array();
   for (const char* style : {"bob", "ponytail", "plait", "veiled", "locks", "strips"}) {
     Groom groom = make_hairstyle(style, {.strand_count = 40}).value();
+    groom.far_strips = make_far_strips(groom, 6);
     groom.body.mesh.vertices.resize(3);  // the bust is large, and always the same
     groom.body.bone_weights.resize(3);
     groom.body.mesh.triangles = {{0, 1, 2}};

@@ -267,6 +267,15 @@ void add_features(const Groom& groom, Json& out) {
                              {"opacity", c.opacity}});
   }
   for (const Knot& k : groom.knots) out["knots"].push_back({{"points", k.points}});
+  Json strips = Json::array();
+  for (const FarStrip& s : groom.far_strips.strips) {
+    strips.push_back({{"points", range_of(s.points)},
+                      {"rootLengthM", s.root_length_m},
+                      {"strandCount", s.strand_count},
+                      {"group", s.group},
+                      {"rooted", s.rooted}});
+  }
+  out["farStrips"] = {{"points", flat(groom.far_strips.points)}, {"strips", strips}};
 }
 
 }  // namespace

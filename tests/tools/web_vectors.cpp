@@ -7,6 +7,8 @@
 
 #include "client/tools/files/read_file.hpp"
 #include "client/tools/files/write_file.hpp"
+#include "core/made/made.hpp"
+#include "schema/wire/groom_file.hpp"
 #include "tests/tools/codec_cases.hpp"
 #include "tests/tools/hex.hpp"
 #include "tests/tools/web_hair.hpp"
@@ -21,6 +23,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kPacketsOfAKind = 12;
+constexpr std::size_t kSpoiltPackets = 6000;
 constexpr std::int64_t kExactTime_ns = std::int64_t{1} << 52;
 
 // Numbers that a double holds exactly, and what a client's own checks let through.
@@ -62,20 +65,58 @@ Json packet_cases() {
   return cases;
 }
 
-bool write(const std::filesystem::path& folder, const char* name, const Json& json) {
-  const std::string path = folder / name, text = json.dump() + "\n";
-  const auto written = write_file(path, std::as_bytes(std::span(text)));
+// Packets with a few bytes changed, and whether they can still be read.
+Json spoilt_cases() {
+  Json cases = Json::array();
+  wire::RandomMessages random(8);
+  for (std::size_t n = 0; n < kSpoiltPackets; ++n) {
+    std::vector<std::uint8_t> packet = wire::encode_packet(random.envelope(n % wire::kMessageKinds));
+    if (packet.size() > 1000) continue;
+    for (std::uint64_t changes = random.integer(1, 3); changes > 0; --changes) {
+      const std::size_t at = random.integer(0, packet.size() - 1);
+      packet[at] =
+          static_cast<std::uint8_t>(random.coin() ? packet[at] ^ 1u << random.integer(0, 7) : random.integer(0, 255));
+    }
+    const wire::Decoded decoded = wire::decode_packet(packet);
+    cases.push_back({{"packet", hex(packet)}, {"error", wire::to_string(decoded.error)}});
+  }
+  return cases;
+}
+
+Json sequence() {
+  const codec::MovingLattice moving = codec::step_made_lattice(LevelIndex::low, 30, 16);
+  Json out = codec::frame_sequence(moving);
+  out["geometry"] = to_json(moving.geometry);
+  return out;
+}
+
+bool write(const std::filesystem::path& folder, const char* name, std::span<const std::byte> bytes) {
+  const std::string path = folder / name;
+  const auto written = write_file(path, bytes);
   if (!written) std::fprintf(stderr, "hairnet-web-vectors: %s: %s\n", path.c_str(), written.error().c_str());
   return written.has_value();
+}
+
+bool write(const std::filesystem::path& folder, const char* name, const Json& json) {
+  const std::string text = json.dump() + "\n";
+  return write(folder, name, std::as_bytes(std::span(text)));
+}
+
+// For a server to build and step.
+std::vector<std::uint8_t> whole_groom() {
+  return wire::encode_groom(make_hairstyle("bob", {.strand_count = 120}).value());
 }
 
 int write_all(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
-  const bool done =
-      write(folder, "packets.json", packet_cases()) && write(folder, "codec.json", codec::codec_cases()) &&
-      write(folder, "ffd.json", ffd_cases()) && write(folder, "grooms.json", groom_cases()) &&
-      write(folder, "root_blend.json", root_blend_cases()) && write(folder, "playout.json", playout_cases());
+  const std::vector<std::uint8_t> groom = whole_groom();
+  const bool done = write(folder, "packets.json", packet_cases()) && write(folder, "spoilt.json", spoilt_cases()) &&
+                    write(folder, "codec.json", codec::codec_cases()) && write(folder, "sequence.json", sequence()) &&
+                    write(folder, "ffd.json", ffd_cases()) && write(folder, "grooms.json", groom_cases()) &&
+                    write(folder, "root_blend.json", root_blend_cases()) &&
+                    write(folder, "playout.json", playout_cases()) &&
+                    write(folder, "bob.groom", std::as_bytes(std::span(groom)));
   return done ? 0 : 1;
 }
 

@@ -18,8 +18,8 @@ export { LatticeBlend, kLayersMax, kSwitchBlendNs } from "./hair/latticeBlend";
 export type { LatticeLayer } from "./hair/latticeBlend";
 export { Deformer } from "./hair/deform";
 export type { DeformOutput, FfdKind } from "./hair/deform";
-export { blendAt, rootBlend } from "./hair/rootBlend";
-export { restTangents } from "./hair/restTangents";
+export { blendAt, farStripBlend, rootBlend } from "./hair/rootBlend";
+export { farStripNormals, farStripTangents, restTangents } from "./hair/restTangents";
 export type { RestTangents } from "./hair/restTangents";
 export { validateGroom } from "./hair/validateGroom";
 export type * from "./hair/groom";
@@ -57,3 +57,6 @@ export type {
 export { decodePacket } from "./net/decodePacket";
 export { encodePacket } from "./net/encodePacket";
 export type { ClientMessage, Envelope, Message, ServerMessage } from "./net/messages";
+
+export { connect, Member, OwnCharacter, Room } from "./room/index";
+export type { RoomEvents, RoomState } from "./room/index";

@@ -52,6 +52,25 @@ export interface Strip {
   readonly hairCount: number;
 }
 
+/** A lock of many strands as one ribbon of textured hair. */
+export interface FarStrip {
+  /** of `FarStrips.points`: left, right, left, right ... from the root */
+  readonly points: PointRange;
+  /** lambda_0 of the root blend, if rooted; 0: none */
+  readonly rootLengthM: number;
+  /** strands, and strips of the groom's own, that it stands for */
+  readonly strandCount: number;
+  readonly group: number;
+  readonly rooted: boolean;
+}
+
+/** What is drawn of a hairstyle far away, in place of its strands and strips. It follows the lattice as they do. */
+export interface FarStrips {
+  /** 3 each, head space, m; strip by strip */
+  readonly points: Float32Array;
+  readonly strips: readonly FarStrip[];
+}
+
 /** Woven cloth: a veil, a band, a ribbon. */
 export interface Cloth {
   readonly points: PointRange;
@@ -120,5 +139,7 @@ export interface Groom {
   readonly strips: readonly Strip[];
   readonly cloths: readonly Cloth[];
   readonly knots: readonly Knot[];
+  /** none in files that have none; their points are not among `points` */
+  readonly farStrips: FarStrips;
   readonly body: Body;
 }

@@ -1,4 +1,4 @@
-import type { Groom } from "./groom";
+import type { FarStrips, Groom } from "./groom";
 
 /** How hair goes on at each point of a groom, by the arc length s at rest. */
 export interface RestTangents {
@@ -13,17 +13,48 @@ export interface RestTangents {
  * Zero where no line leads: on cloths, and on lines of no length. `blend` is delta of each point (`rootBlend`).
  */
 export function restTangents(groom: Groom, blend: Float32Array): RestTangents {
-  const rest = { direction: new Float32Array(groom.points.length), blendSlope: new Float32Array(blend.length) };
-  const { strands } = groom;
-  for (let s = 0; s < strands.count; ++s) addLine(groom, blend, strands.begin[s], strands.begin[s + 1], 1, rest);
-  for (const thread of groom.threads) addLine(groom, blend, thread.points.begin, thread.points.end, 1, rest);
-  for (const strip of groom.strips) addLine(groom, blend, strip.points.begin, strip.points.end, 2, rest);
+  const { points, strands } = groom;
+  const rest = { direction: new Float32Array(points.length), blendSlope: new Float32Array(blend.length) };
+  for (let s = 0; s < strands.count; ++s) addLine(points, blend, strands.begin[s], strands.begin[s + 1], 1, rest);
+  for (const thread of groom.threads) addLine(points, blend, thread.points.begin, thread.points.end, 1, rest);
+  for (const strip of groom.strips) addLine(points, blend, strip.points.begin, strip.points.end, 2, rest);
   return rest;
+}
+
+/** The same of far strips' points, along either edge. `blend` is that of `farStripBlend`. */
+export function farStripTangents(far: FarStrips, blend: Float32Array): RestTangents {
+  const rest = { direction: new Float32Array(far.points.length), blendSlope: new Float32Array(blend.length) };
+  for (const strip of far.strips) addLine(far.points, blend, strip.points.begin, strip.points.end, 2, rest);
+  return rest;
+}
+
+/** Of unit length, 3 a point, one for either point of a pair: across (left to right) x along, away from the head. */
+export function farStripNormals(far: FarStrips, rest: RestTangents): Float32Array {
+  const { points } = far;
+  const { direction } = rest;
+  const normals = new Float32Array(points.length);
+  for (const strip of far.strips) {
+    for (let p = 3 * strip.points.begin; p + 5 < 3 * strip.points.end; p += 6) {
+      // One normal a pair, so that a strip is flat across.
+      const [ax, ay, az] = [points[p + 3] - points[p], points[p + 4] - points[p + 1], points[p + 5] - points[p + 2]];
+      const [bx, by, bz] = [
+        direction[p] + direction[p + 3], direction[p + 1] + direction[p + 4], direction[p + 2] + direction[p + 5],
+      ];
+      const x = ay * bz - az * by;
+      const y = az * bx - ax * bz;
+      const z = ax * by - ay * bx;
+      const length = Math.hypot(x, y, z);
+      const normal = length > 0 ? [x / length, y / length, z / length] : [0, 0, 1];
+      normals.set(normal, p);
+      normals.set(normal, p + 3);
+    }
+  }
+  return normals;
 }
 
 /** A line's next point is `stride` points on: a strip has two edges. */
 function addLine(
-  groom: Groom,
+  points: Float32Array,
   blend: Float32Array,
   begin: number,
   end: number,
@@ -31,7 +62,6 @@ function addLine(
   rest: RestTangents,
 ): void {
   if (end - begin < stride) return;
-  const { points } = groom;
   const last = end - stride;
   for (let p = begin; p < end; ++p) {
     const before = p < begin + stride ? p : p - stride;

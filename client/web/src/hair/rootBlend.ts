@@ -1,4 +1,4 @@
-import type { Groom } from "./groom";
+import type { Groom, PointRange } from "./groom";
 
 /**
  * delta at lambda / lambda_0 >= 0 of a root-blend curve: (ratio, delta) pairs, or none for eq. 7 of the paper,
@@ -38,7 +38,7 @@ function slopeAt(curve: ArrayLike<number>, i: number): number {
 /** delta of every point of the groom: 0 moves rigidly with the head, 1 follows the lattice. */
 export function rootBlend(groom: Groom): Float32Array {
   const delta = new Float32Array(groom.points.length / 3).fill(1);
-  const curveOf = (group: number): ArrayLike<number> => groom.rootBlends[group] ?? [];
+  const curveOf = (group: number) => curveOfGroup(groom, group);
   const { strands, points } = groom;
   for (let s = 0; s < strands.count; ++s) {
     if (!strands.rooted[s] || strands.rootLengthM[s] <= 0) continue;
@@ -50,16 +50,7 @@ export function rootBlend(groom: Groom): Float32Array {
   }
   for (const strip of groom.strips) {
     if (!strip.rooted || strip.rootLengthM <= 0) continue;
-    const { begin, end } = strip.points;
-    const pairs = (end - begin) >> 1;
-    const middle = new Float32Array(3 * pairs);
-    for (let i = 0; i < middle.length; ++i) {
-      const left = 3 * begin + 6 * Math.floor(i / 3) + (i % 3);
-      middle[i] = 0.5 * (points[left] + points[left + 3]);
-    }
-    const middleDelta = new Float32Array(pairs);
-    blendLine(curveOf(strip.group), strip.rootLengthM, middle, 0, pairs, middleDelta);
-    for (let i = 0; i < end - begin; ++i) delta[begin + i] = middleDelta[i >> 1];
+    blendStrip(curveOf(strip.group), strip.rootLengthM, points, strip.points, delta);
   }
   for (const cloth of groom.cloths) {
     if (cloth.rootLengthM <= 0) continue;
@@ -68,6 +59,40 @@ export function rootBlend(groom: Groom): Float32Array {
       delta[cloth.points.begin + i] = blendAt(curve, cloth.rootDistanceM[i] / cloth.rootLengthM);
   }
   return delta;
+}
+
+/** The same for every point of the groom's far strips, along the middle of each. */
+export function farStripBlend(groom: Groom): Float32Array {
+  const { points, strips } = groom.farStrips;
+  const delta = new Float32Array(points.length / 3).fill(1);
+  for (const strip of strips) {
+    if (!strip.rooted || strip.rootLengthM <= 0) continue;
+    blendStrip(curveOfGroup(groom, strip.group), strip.rootLengthM, points, strip.points, delta);
+  }
+  return delta;
+}
+
+function curveOfGroup(groom: Groom, group: number): ArrayLike<number> {
+  return groom.rootBlends[group] ?? [];
+}
+
+/** Along the middle of a strip: both points of a pair have the same. */
+function blendStrip(
+  curve: ArrayLike<number>,
+  rootLengthM: number,
+  points: Float32Array,
+  { begin, end }: PointRange,
+  delta: Float32Array,
+): void {
+  const pairs = (end - begin) >> 1;
+  const middle = new Float32Array(3 * pairs);
+  for (let i = 0; i < middle.length; ++i) {
+    const left = 3 * begin + 6 * Math.floor(i / 3) + (i % 3);
+    middle[i] = 0.5 * (points[left] + points[left + 3]);
+  }
+  const middleDelta = new Float32Array(pairs);
+  blendLine(curve, rootLengthM, middle, 0, pairs, middleDelta);
+  for (let i = 0; i < end - begin; ++i) delta[begin + i] = middleDelta[i >> 1];
 }
 
 /** Along a line of points from its root. */

@@ -8,6 +8,8 @@ const kVerticesMax = 1_000_000;
 const kGroupsMax = 256;
 const kCopiesMax = 64;
 const kFabricsMax = 4096;
+const kFarStripsMax = 4096;
+const kFarStripPairsMax = 64;
 const kCoordinateMaxM = 10;
 const kRootBlendPointsMax = 64;
 
@@ -26,6 +28,7 @@ export function validateGroom(groom: Groom): void {
   checkClusters(groom);
   checkPointOwners(groom);
   checkKnots(groom);
+  checkFarStrips(groom);
   checkBody(groom);
 }
 
@@ -182,6 +185,27 @@ function checkKnots(groom: Groom): void {
     tied += knot.points.length;
   });
   checkCount("tied points", tied, kPointsMax);
+}
+
+function checkFarStrips(groom: Groom): void {
+  const { points, strips } = groom.farStrips;
+  checkCount("far strips", strips.length, kFarStripsMax);
+  let next = 0;
+  strips.forEach((strip, i) => {
+    const { begin, end } = strip.points;
+    if (begin !== next || end < begin || end > points.length / 3)
+      refuse(`far strip ${i}: its points do not follow those before it`);
+    next = end;
+    const count = end - begin;
+    if (count < 4 || count % 2 !== 0) refuse(`far strip ${i}: too few points, or one without its partner`);
+    checkCount(`pairs of points of far strip ${i}`, count / 2, kFarStripPairsMax);
+    checkGroup(`far strip ${i}`, strip.group, groom);
+    checkRange(`far strip ${i}: root length (m)`, strip.rootLengthM, 0, 10);
+    if (strip.strandCount < 1 || strip.strandCount > groom.strands.count + groom.strips.length)
+      refuse(`far strip ${i}: stands for no strands, or more than there are`);
+  });
+  if (next !== points.length / 3) refuse("far strips do not cover their points");
+  checkCoordinates("far strips' point", points);
 }
 
 function checkBody(groom: Groom): void {

@@ -166,6 +166,7 @@ export class Connection {
       else this.#end("the server sent text");
       this.#turn();
     };
+    socket.onerror = () => {}; // its close follows and says the same; others than browsers' want a listener
     socket.onclose = ({ code, reason }) => {
       const why = reason || (code === 1006 || code === 1005 ? "" : `code ${code}`);
       const what = this.#isOpen ? "the connection broke" : `no WebSocket at ${this.#url}`;
@@ -184,10 +185,7 @@ export class Connection {
   }
 
   #forget(): void {
-    if (this.#socket) {
-      this.#socket.onopen = this.#socket.onmessage = this.#socket.onclose = null;
-      this.#socket.onerror = null;
-    }
+    if (this.#socket) this.#socket.onopen = this.#socket.onmessage = this.#socket.onclose = null;
     this.#socket = null;
     this.#isOpen = false;
   }

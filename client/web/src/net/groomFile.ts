@@ -48,6 +48,7 @@ function readGroom(from: fb.Groom): g.Groom {
     strips: list(from.stripsLength(), (i) => readStrip(from.strips(i)!, nextPoints)),
     cloths: readCloths(from, nextPoints),
     knots: readKnots(from),
+    farStrips: readFarStrips(from),
     body: readBody(from),
   };
 }
@@ -214,6 +215,21 @@ function readKnots(from: fb.Groom): g.Knot[] {
   const knots = list(from.knotsLength(), (i) => ({ points: points.take(from.knots(i)!.pointCount()) }));
   points.finish();
   return knots;
+}
+
+function readFarStrips(from: fb.Groom): g.FarStrips {
+  const nextPoints = pointCounter(0);
+  const strips = list(from.farStripsLength(), (i) => {
+    const strip = from.farStrips(i)!;
+    return {
+      points: nextPoints(strip.pointCount()),
+      rootLengthM: strip.rootLengthM(),
+      strandCount: strip.strandCount(),
+      group: strip.group(),
+      rooted: strip.rooted(),
+    };
+  });
+  return { points: from.farStripPointsArray()?.slice() ?? new Float32Array(0), strips };
 }
 
 function readBody(from: fb.Groom): g.Body {

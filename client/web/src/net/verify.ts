@@ -76,9 +76,9 @@ class Verifier {
     if (depth > kDepthMax || ++this.#tables > kTablesMax) throw malformed("tables nested too deep, or too many");
     this.#within(at, 4, 4);
     const vtable = at - this.view.getInt32(at, true);
-    this.#within(vtable, 4, 2);
+    this.#within(vtable, 2, 2);
     const vtableBytes = this.view.getUint16(vtable, true);
-    if (vtableBytes < 4 || vtableBytes % 2 !== 0 || vtableBytes > kVtableNumberMax) throw malformed("a vtable's length");
+    if (vtableBytes % 2 !== 0 || vtableBytes > kVtableNumberMax) throw malformed("a vtable's length");
     this.#within(vtable, vtableBytes, 2);
     for (const field of this.layouts[name]) {
       const offset = field.slot < vtableBytes ? this.view.getUint16(vtable + field.slot, true) : 0;

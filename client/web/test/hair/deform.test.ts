@@ -2,8 +2,8 @@ import { describe, expect, it } from "vitest";
 import { Deformer } from "../../src/hair/deform";
 import { HairnetError } from "../../src/hair/hairnetError";
 import { expandDisplacements } from "../../src/hair/lattice";
-import { blendAt, rootBlend } from "../../src/hair/rootBlend";
-import { restTangents } from "../../src/hair/restTangents";
+import { blendAt, farStripBlend, rootBlend } from "../../src/hair/rootBlend";
+import { farStripNormals, farStripTangents, restTangents } from "../../src/hair/restTangents";
 import { decodeGroom } from "../../src/net/groomFile";
 import type { GeometryVector } from "../support/shapes";
 import { fullGrid, geometryOf } from "../support/shapes";
@@ -29,6 +29,7 @@ interface FfdVector {
 interface GroomVector {
   file: string;
   rootBlend: number[];
+  farStrips: { blend: number[]; direction: number[]; blendSlope: number[]; normals: number[] };
   direction: number[];
   blendSlope: number[];
   geometry: GeometryVector;
@@ -102,6 +103,25 @@ describe("whole grooms", () => {
       expect(furthest(out.points, each.deformed)).toBeLessThan(kPointM);
       expect(furthest(out.tangents, each.tangents)).toBeLessThan(2e-4); // slopes of grooms made at random are steep
     }
+  });
+
+  it("have core's root blend, tangents and normals of far strips", () => {
+    let count = 0;
+    for (const each of vectors<GroomVector[]>("grooms.json")) {
+      const groom = decodeGroom(fromHex(each.file));
+      const blend = farStripBlend(groom);
+      const rest = farStripTangents(groom.farStrips, blend);
+      expect(furthest(blend, each.farStrips.blend)).toBeLessThan(2e-6);
+      expect(furthest(rest.direction, each.farStrips.direction)).toBeLessThan(1e-6);
+      for (let p = 0; p < blend.length; ++p) {
+        const slope = each.farStrips.blendSlope[p];
+        expect(Math.abs(rest.blendSlope[p] - slope)).toBeLessThan(1e-5 * (10 + Math.abs(slope)));
+      }
+      // A cross product of what is almost parallel is no better.
+      expect(furthest(farStripNormals(groom.farStrips, rest), each.farStrips.normals)).toBeLessThan(1e-3);
+      count += groom.farStrips.strips.length;
+    }
+    expect(count).toBeGreaterThan(20);
   });
 
   it("let go of the skull along the curves that core draws", () => {

@@ -97,6 +97,16 @@ describe("packets of the C++ library", () => {
 });
 
 describe("spoilt packets", () => {
+  it("reads those that C++ reads and refuses those that it refuses", () => {
+    const spoilt = vectors<{ packet: string; error: string }[]>("spoilt.json");
+    const differ = spoilt.filter(
+      (each) => attempt(fromHex(each.packet)) instanceof HairnetError !== (each.error !== "none"),
+    );
+    expect(differ).toEqual([]);
+    expect(spoilt.filter((each) => each.error === "none").length).toBeGreaterThan(500);
+    expect(spoilt.filter((each) => each.error !== "none").length).toBeGreaterThan(500);
+  });
+
   it("refuses every truncation", () => {
     for (let i = 0; i < cases.length; i += 5) {
       const packet = fromHex(cases[i].packet);

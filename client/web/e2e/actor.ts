@@ -1,0 +1,64 @@
+import { execFileSync } from "node:child_process";
+import { mkdtempSync, readFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import WebSocket from "ws";
+import { poseOf, rotationOf } from "../page/headPose";
+import { connect, type OwnCharacter, type Room, type WebSocketLike } from "../src/index";
+import { program } from "./hairnetServer";
+
+const kEveryMs = 15;
+
+/** A groom file as hairnet-groom makes it; few strands, for a browser that draws in software. */
+export function makeGroomFile(style: string, strands = 1500): { path: string; bytes: Uint8Array } {
+  const path = join(mkdtempSync(join(tmpdir(), "hairnet-groom-")), `${style}.groom`);
+  execFileSync(program("hairnet-groom"), ["make", style, "--strands", String(strands), "--out", path]);
+  return { path, bytes: new Uint8Array(readFileSync(path)) };
+}
+
+/** Somebody in a room whose head turns when the test says so, from this process. */
+export class Actor {
+  yawRad = 0;
+  readonly #timer: ReturnType<typeof setInterval>;
+
+  private constructor(
+    readonly room: Room,
+    readonly own: OwnCharacter,
+    at: readonly [number, number, number],
+  ) {
+    this.#timer = setInterval(() => {
+      room.sample(performance.now());
+      own.push(poseOf(rotationOf({ yawRad: this.yawRad, pitchRad: 0, rollRad: 0 }), at, 0));
+    }, kEveryMs);
+  }
+
+  static async join(
+    server: string,
+    room: string,
+    groom: Uint8Array,
+    at: readonly [number, number, number] = [0, 0, 0],
+  ): Promise<Actor> {
+    const joined = await connect(server, {
+      room,
+      clientName: "e2e actor",
+      makeSocket: (url) => new WebSocket(url, "hairnet") as unknown as WebSocketLike,
+    });
+    return new Actor(joined, joined.addCharacter(groom), at);
+  }
+
+  /** Evenly, within `durationS`. */
+  async turnTo(yawRad: number, durationS: number): Promise<void> {
+    const from = this.yawRad;
+    const start = performance.now();
+    for (let t = 0; t < 1; ) {
+      t = Math.min((performance.now() - start) / 1000 / durationS, 1);
+      this.yawRad = from + t * (yawRad - from);
+      await new Promise((done) => setTimeout(done, kEveryMs));
+    }
+  }
+
+  leave(): void {
+    clearInterval(this.#timer);
+    this.room.close();
+  }
+}

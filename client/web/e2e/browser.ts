@@ -1,0 +1,55 @@
+import { mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { chromium, type BrowserContext, type Page } from "playwright-core";
+
+/** Chromium with a profile of its own, drawing in software: pictures are few and slow, but right. */
+export class Browser {
+  readonly faults: string[] = [];
+  #profile = "";
+  #context: BrowserContext | null = null;
+
+  async start(size = { width: 960, height: 600 }): Promise<void> {
+    this.#profile = mkdtempSync(join(tmpdir(), "hairnet-chromium-"));
+    this.#context = await chromium.launchPersistentContext(this.#profile, {
+      executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
+      headless: false, // the flag below is the newer kind
+      viewport: size,
+      args: [
+        "--headless=new",
+        "--no-sandbox",
+        "--use-angle=swiftshader",
+        "--enable-unsafe-swiftshader",
+        "--disable-quic",
+        "--no-first-run",
+        "--disable-background-networking",
+        "--disable-component-update",
+        "--disable-sync",
+        "--disable-background-timer-throttling",
+        "--disable-renderer-backgrounding",
+        "--disable-backgrounding-occluded-windows",
+      ],
+    });
+  }
+
+  /** A page; what it complains of is noted in `faults`. */
+  async open(address: string): Promise<Page> {
+    const page = await this.#context!.newPage();
+    page.on("console", (message) => {
+      if (message.type() === "error") this.faults.push(message.text());
+    });
+    page.on("pageerror", (error) => this.faults.push(String(error)));
+    await page.goto(address, { waitUntil: "load" });
+    return page;
+  }
+
+  /** What was complained of since the last call. */
+  takeFaults(): string[] {
+    return this.faults.splice(0);
+  }
+
+  async dispose(): Promise<void> {
+    await this.#context?.close();
+    rmSync(this.#profile, { recursive: true, force: true });
+  }
+}

@@ -1,0 +1,167 @@
+import { afterAll, beforeAll, expect, test } from "vitest";
+import { Deformer } from "../src/hair/deform";
+import { restTangents } from "../src/hair/restTangents";
+import { rigidPose } from "../src/hair/pose";
+import { rootBlend } from "../src/hair/rootBlend";
+import { kLatticeRow, kRecordTexels, writeRecord } from "../src/scene/records";
+import { shader } from "../src/scene/shaders";
+import { madeGroom } from "../test/support/madeGroom";
+import { fullGrid } from "../test/support/shapes";
+import { Browser } from "./browser";
+
+const browser = new Browser();
+beforeAll(() => browser.start());
+afterAll(() => browser.dispose());
+
+const kWithinM = 1e-4;
+
+/** Two layers, the finer one fading: their displacements at hair's own scale. */
+const layers = [
+  { geometry: fullGrid([6, 8, 6], 0.07), weight: 1 },
+  { geometry: fullGrid([4, 4, 4], 0.13), weight: -0.4 },
+].map(({ geometry, weight }, n) => {
+  const grid = new Float32Array(3 * geometry.activeNodes.length);
+  for (let i = 0; i < grid.length; ++i) grid[i] = 0.04 * Math.sin(12.9898 * (i + 1000 * n));
+  geometry.lattice.origin.set([-0.2, -0.3, -0.2]);
+  return { geometry, weight, grid };
+});
+
+for (const kind of ["quadratic", "linear"] as const) {
+  test(`the GPU deforms points as the CPU does: ${kind}, inside and outside of lattices`, async () => {
+    const groom = madeGroom(60, 20);
+    // Some far outside, where border nodes extrapolate.
+    for (let p = 0; p < 30; ++p) groom.points[3 * p] += 0.3;
+    const count = groom.points.length / 3;
+    const blend = rootBlend(groom);
+    const rest = restTangents(groom, blend);
+    const expected = groom.points.slice();
+    const tangents = new Float32Array(3 * count);
+    for (const { geometry, weight, grid } of layers) {
+      const out = { points: new Float32Array(3 * count), tangents: new Float32Array(3 * count) };
+      new Deformer(geometry.lattice, groom.points, blend, kind, rest).deform(grid, out);
+      for (let i = 0; i < expected.length; ++i) {
+        expected[i] += weight * (out.points[i] - groom.points[i]);
+        tangents[i] += weight * (out.tangents[i] - rest.direction[i]);
+      }
+    }
+    for (let i = 0; i < tangents.length; ++i) tangents[i] += rest.direction[i];
+
+    const record = new Float32Array(4 * kRecordTexels);
+    let firstNode = 0;
+    const placed = layers.map(({ geometry, weight }) => {
+      const { origin, spacing, dims } = geometry.lattice;
+      const layer = { origin, spacing, dims, weight, firstNode };
+      firstNode += geometry.activeNodes.length;
+      return layer;
+    });
+    writeRecord(
+      {
+        pose: rigidPose(),
+        number: 0,
+        hairAlbedo: [0, 0, 0],
+        skinAlbedo: [0, 0, 0],
+        widthM: 1,
+        detail: { strandShare: 1, followerCount: 0, toleranceM: 0, quadratic: kind === "quadratic" ? 1 : 0, strips: 0 },
+        strayM: 0,
+        size: 1,
+        bodyVisible: true,
+        layers: placed,
+      },
+      record,
+    );
+    const nodes = new Float32Array(4 * kLatticeRow);
+    let at = 0;
+    for (const { grid } of layers)
+      for (let i = 0; i < grid.length; i += 3, at += 4) nodes.set(grid.subarray(i, i + 3), at);
+    const points = new Float32Array(4 * count);
+    const directions = new Float32Array(4 * count);
+    for (let p = 0; p < count; ++p) {
+      points.set([...groom.points.subarray(3 * p, 3 * p + 3), blend[p]], 4 * p);
+      directions.set([...rest.direction.subarray(3 * p, 3 * p + 3), rest.blendSlope[p]], 4 * p);
+    }
+    const page = await browser.open("about:blank");
+    const read = await page.evaluate(deformOnGpu, {
+      vertex: `#version 300 es\n${shader("deform.vert")}`,
+      fragment: "#version 300 es\nprecision mediump float;\nout vec4 colour;\nvoid main() { colour = vec4(0.0); }",
+      points: Array.from(points),
+      directions: Array.from(directions),
+      record: Array.from(record),
+      nodes: Array.from(nodes),
+      recordTexels: kRecordTexels,
+      latticeRow: kLatticeRow,
+    });
+    let furthest = 0;
+    let turned = 0;
+    for (let p = 0; p < count; ++p)
+      for (let axis = 0; axis < 3; ++axis) {
+        furthest = Math.max(furthest, Math.abs(read[6 * p + axis] - expected[3 * p + axis]));
+        turned = Math.max(turned, Math.abs(read[6 * p + 3 + axis] - tangents[3 * p + axis]));
+      }
+    console.log(`${kind}: points within ${furthest.toExponential(1)} m, tangents within ${turned.toExponential(1)}`);
+    expect(furthest).toBeLessThan(kWithinM);
+    expect(turned).toBeLessThan(1e-3);
+    await page.close();
+  });
+}
+
+interface Work {
+  vertex: string;
+  fragment: string;
+  points: number[];
+  directions: number[];
+  record: number[];
+  nodes: number[];
+  recordTexels: number;
+  latticeRow: number;
+}
+
+/** Runs in the browser: positions and tangents of all points, 6 numbers each, by transform feedback. */
+function deformOnGpu(work: Work): number[] {
+  const gl = document.createElement("canvas").getContext("webgl2")!;
+  const program = gl.createProgram();
+  for (const [kind, text] of [
+    [gl.VERTEX_SHADER, work.vertex],
+    [gl.FRAGMENT_SHADER, work.fragment],
+  ] as const) {
+    const made = gl.createShader(kind)!;
+    gl.shaderSource(made, text);
+    gl.compileShader(made);
+    if (!gl.getShaderParameter(made, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(made) ?? "");
+    gl.attachShader(program, made);
+  }
+  gl.transformFeedbackVaryings(program, ["position_head", "tangent_head"], gl.INTERLEAVED_ATTRIBS);
+  gl.linkProgram(program);
+  if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program) ?? "");
+  gl.useProgram(program);
+  [work.points, work.directions].forEach((values, location) => {
+    gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
+    gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(values), gl.STATIC_DRAW);
+    gl.enableVertexAttribArray(location);
+    gl.vertexAttribPointer(location, 4, gl.FLOAT, false, 0, 0);
+  });
+  const put = (unit: number, name: string, width: number, values: number[]) => {
+    gl.activeTexture(gl.TEXTURE0 + unit);
+    gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, width, 1, 0, gl.RGBA, gl.FLOAT, new Float32Array(values));
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+    gl.uniform1i(gl.getUniformLocation(program, name), unit);
+  };
+  put(0, "records", work.recordTexels, work.record);
+  put(1, "lattices", work.latticeRow, work.nodes);
+  const count = work.points.length / 4;
+  const out = gl.createBuffer();
+  gl.bindBuffer(gl.TRANSFORM_FEEDBACK_BUFFER, out);
+  gl.bufferData(gl.TRANSFORM_FEEDBACK_BUFFER, 24 * count, gl.STATIC_READ);
+  gl.bindBufferBase(gl.TRANSFORM_FEEDBACK_BUFFER, 0, out);
+  gl.enable(gl.RASTERIZER_DISCARD);
+  gl.beginTransformFeedback(gl.POINTS);
+  gl.drawArrays(gl.POINTS, 0, count);
+  gl.endTransformFeedback();
+  gl.finish();
+  const read = new Float32Array(6 * count);
+  gl.bindBuffer(gl.TRANSFORM_FEEDBACK_BUFFER, out);
+  gl.getBufferSubData(gl.TRANSFORM_FEEDBACK_BUFFER, 0, read);
+  if (gl.getError() !== gl.NO_ERROR) throw new Error("the GPU refuses");
+  return Array.from(read);
+}

@@ -1,0 +1,202 @@
+import { mkdirSync } from "node:fs";
+import { afterAll, afterEach, beforeAll, expect, test } from "vitest";
+import type { Page } from "playwright-core";
+import { Actor, makeGroomFile } from "./actor";
+import { Browser } from "./browser";
+import { HairnetServer, until } from "./hairnetServer";
+import { readyCount, shareChanged, shareWarm, takePicture, type Looked } from "./picture";
+
+const server = new HairnetServer();
+const browser = new Browser();
+const groom = makeGroomFile("long_straight");
+const other = makeGroomFile("bob");
+const shots = process.env.HAIRNET_SHOTS ?? "e2e/shots";
+let page: Page;
+const actors: Actor[] = [];
+
+const join = async (room: string, file = groom.bytes, x = 0) => {
+  const actor = await Actor.join(server.address, room, file, [x, 0, 0]);
+  actors.push(actor);
+  return actor;
+};
+const settle = (ms: number) => new Promise((done) => setTimeout(done, ms));
+const shoot = (name: string) => page.screenshot({ path: `${shots}/${name}.png`, timeout: 90_000 });
+const state = () => page.getAttribute("#state", "data-state");
+
+beforeAll(async () => {
+  mkdirSync(shots, { recursive: true });
+  await server.start();
+  await browser.start();
+});
+afterEach(async () => {
+  for (const actor of actors.splice(0)) actor.leave();
+  await page.close();
+});
+afterAll(async () => {
+  await browser.dispose();
+  await server.dispose();
+});
+
+test("opens without a complaint, says that nobody is there, and shows who joins", async () => {
+  page = await browser.open(`${server.address}/?room=first&observe`);
+  await until("the page is connected", async () => (await state()) === "connected");
+  await until("the hint is shown", () => page.isVisible("#hint"));
+  await shoot("empty");
+  await join("first", groom.bytes, 0);
+  await join("first", other.bytes, 0.6);
+  await until("both are ready", async () => (await readyCount(page)) === 2);
+  await page.selectOption("#quality", "0.3");
+  await until("the list names both", async () => (await page.locator("#members li").count()) === 2);
+  await until("their hair is in the picture", async () => shareWarm(await takePicture(page)) > 0.06);
+  expect(await page.isVisible("#hint")).toBe(false);
+  await settle(1500);
+  await shoot("two");
+  expect(browser.takeFaults()).toEqual([]);
+});
+
+test("hair swings on when a head has turned and stopped, then comes to rest", async () => {
+  const actor = await join("swing");
+  page = await browser.open(`${server.address}/?room=swing&observe`);
+  await until("it is ready", async () => (await readyCount(page)) === 1);
+  await page.selectOption("#quality", "0.3");
+  await until("it is in the picture", async () => shareWarm(await takePicture(page)) > 0.05);
+  await actor.turnTo(0, 2);
+  await actor.turnTo(0.9, 0.25);
+  const headYaw = () =>
+    page.evaluate(() => {
+      const { hair } = (window as unknown as { hairnet: Looked }).hairnet;
+      const [one] = [...hair!.characters.values()];
+      return 2 * Math.asin(one.quaternion.y);
+    });
+  await until("the head has turned in the page", async () => Math.abs((await headYaw()) - 0.9) < 1e-3, 10_000);
+  const swinging = [await takePicture(page)];
+  for (let n = 0; n < 4; ++n) {
+    await settle(120);
+    swinging.push(await takePicture(page));
+  }
+  await settle(7000);
+  const rest = await takePicture(page);
+  await settle(1500);
+  const later = await takePicture(page);
+  const moved = Math.max(...swinging.map((picture) => shareChanged(picture, rest)));
+  const still = shareChanged(rest, later);
+  console.log(`changed while swinging ${(100 * moved).toFixed(2)} %, at rest ${(100 * still).toFixed(2)} %`);
+  expect(moved).toBeGreaterThan(0.004);
+  expect(still).toBeLessThan(0.25 * moved);
+});
+
+test("a server that dies and comes back has its hair back in the page", async () => {
+  await join("restart");
+  page = await browser.open(`${server.address}/?room=restart&observe`);
+  await until("it is ready", async () => (await readyCount(page)) === 1);
+  await server.kill();
+  await until("the page says that it reconnects", async () => (await state()) === "away");
+  expect(await page.textContent("#state")).toBe("reconnecting");
+  await shoot("reconnecting");
+  await server.start();
+  await until("the page is connected again", async () => (await state()) === "connected");
+  await until("its hair is back", async () => (await readyCount(page)) === 1);
+  await until("it is in the picture", async () => shareWarm(await takePicture(page)) > 0.05);
+  // The browser itself notes each attempt that failed.
+  expect(browser.takeFaults().filter((fault) => !/WebSocket connection|ERR_CONNECTION/.test(fault))).toEqual([]);
+});
+
+test("two pages see each other's heads, and a dragged one turns in both", async () => {
+  page = await browser.open(`${server.address}/?room=pair`);
+  const second = await browser.open(`${server.address}/?room=pair`);
+  await page.setInputFiles("#groom-file", groom.path);
+  await until("the first has its own", async () => (await readyCount(page)) === 1);
+  await second.setInputFiles("#groom-file", other.path);
+  for (const one of [page, second]) await until("it sees both", async () => (await readyCount(one)) === 2, 90_000);
+  const places = await page.evaluate(() => {
+    const { hair } = (window as unknown as { hairnet: Looked }).hairnet;
+    return [...hair!.characters.values()].map((one) => one.position.x);
+  });
+  expect(Math.abs(places[0] - places[1])).toBeGreaterThan(0.5);
+  const yawOfOther = (in_: Page) =>
+    in_.evaluate(() => {
+      const { hair } = (window as unknown as { hairnet: Looked }).hairnet;
+      return [...hair!.characters.values()].filter((one) => !one.own).map((one) => 2 * Math.asin(one.quaternion.y))[0];
+    });
+  await second.close({ runBeforeUnload: false }).catch(() => {});
+  await until("the second has left", async () => (await readyCount(page)) === 1, 90_000);
+  const third = await join("pair", other.bytes, 1.2);
+  await until("somebody else has come", async () => (await readyCount(page)) === 2, 90_000);
+  await page.focus("#view");
+  await page.keyboard.down("ArrowRight");
+  const seenBy = () => {
+    const [me] = [...third.room.members.values()].filter((member) => !member.own);
+    return me?.pose ? 2 * Math.asin(me.pose[1]) : 0;
+  };
+  await until("the other sees the head turn", () => Math.abs(seenBy()) > 0.3);
+  await page.keyboard.up("ArrowRight");
+  await until("and come back", () => Math.abs(seenBy()) < 0.05);
+  expect(Math.abs(await yawOfOther(page))).toBeLessThan(0.01);
+  await page.selectOption("#quality", "0.3");
+  await settle(1500);
+  await shoot("own_head");
+  expect(browser.takeFaults()).toEqual([]);
+});
+
+test("a phone's width has no sideways scrolling and still shows the head", async () => {
+  await join("phone");
+  page = await browser.open(`${server.address}/?room=phone`);
+  await page.setViewportSize({ width: 320, height: 640 });
+  await until("it is ready", async () => (await readyCount(page)) === 1);
+  const widest = await page.evaluate(() => {
+    const edges = [...document.querySelectorAll<HTMLElement>("#panel *")].filter((one) => one.offsetParent).map((one) => one.getBoundingClientRect());
+    return {
+      scroll: Math.max(document.documentElement.scrollWidth, document.body.scrollWidth),
+      right: Math.max(...edges.map((edge) => edge.right)),
+      left: Math.min(...edges.map((edge) => edge.left)),
+      panel: document.querySelector("#controls")!.scrollWidth - document.querySelector("#controls")!.clientWidth,
+    };
+  });
+  expect(widest.scroll).toBeLessThanOrEqual(320);
+  expect(widest.right).toBeLessThanOrEqual(320);
+  expect(widest.left).toBeGreaterThanOrEqual(0);
+  expect(widest.panel).toBeLessThanOrEqual(0);
+  await page.selectOption("#quality", "0.3");
+  await settle(1500);
+  await shoot("phone");
+  await page.click("#fold");
+  expect(await page.isVisible("#controls")).toBe(false);
+});
+
+test("hair is drawn again after the graphics context was lost", async () => {
+  await join("lost");
+  page = await browser.open(`${server.address}/?room=lost&observe`);
+  await until("it is ready", async () => (await readyCount(page)) === 1);
+  await page.selectOption("#quality", "0.3");
+  await until("it is in the picture", async () => shareWarm(await takePicture(page)) > 0.05);
+  await page.evaluate(async () => {
+    const { stage } = (window as unknown as { hairnet: Looked }).hairnet;
+    const loss = stage.renderer.getContext().getExtension("WEBGL_lose_context")!;
+    const lost = new Promise((done) => stage.canvas.addEventListener("webglcontextlost", done, { once: true }));
+    loss.loseContext();
+    await lost;
+    await new Promise((done) => setTimeout(done, 500));
+    const back = new Promise((done) => stage.canvas.addEventListener("webglcontextrestored", done, { once: true }));
+    loss.restoreContext();
+    await back;
+  });
+  await until("it is in the picture again", async () => shareWarm(await takePicture(page)) > 0.05);
+  browser.takeFaults(); // the browser notes the loss
+});
+
+test("a server that is not there, and a browser that cannot draw, are each told in one line", async () => {
+  page = await browser.open(`${server.address}/?server=ws://127.0.0.1:9`);
+  await until("the state says so", async () => (await state()) === "closed");
+  await until("a line says why", async () => /no WebSocket at ws:\/\/127\.0\.0\.1:9/.test((await page.textContent("#fault")) ?? ""));
+  await shoot("server_gone");
+  await page.addInitScript(() => {
+    const get = HTMLCanvasElement.prototype.getContext;
+    HTMLCanvasElement.prototype.getContext = function (this: HTMLCanvasElement, kind: string, ...rest: unknown[]) {
+      return kind.startsWith("webgl") ? null : (get as (...all: unknown[]) => unknown).call(this, kind, ...rest);
+    } as typeof get;
+  });
+  await page.reload();
+  await until("a line says what lacks", async () => /no WebGL 2/.test((await page.textContent("#fault")) ?? ""));
+  expect((await page.textContent("#fault"))!.includes("\n")).toBe(false);
+  browser.takeFaults();
+});

@@ -1,0 +1,44 @@
+import { Raycaster, Sphere, Vector2, Vector3 } from "three";
+import type { OwnHead } from "./ownHead";
+import type { Stage } from "./stage";
+
+const kHeadRadiusM = 0.15;
+
+/** Drags on one's own head turn it; all other drags are the orbit's. Keys go to the head while the view has the focus. */
+export function listenForGrabs(stage: Stage, head: OwnHead, isShown: () => boolean): void {
+  const { canvas } = stage;
+  let pointer: number | null = null;
+  canvas.addEventListener(
+    "pointerdown",
+    (event) => {
+      if (event.button !== 0 || !isShown() || !isOnHead(stage, head, event)) return;
+      pointer = event.pointerId;
+      stage.orbit.enabled = false;
+      canvas.setPointerCapture(pointer);
+      head.grab();
+    },
+    { capture: true },
+  );
+  canvas.addEventListener("pointermove", (event) => {
+    if (event.pointerId === pointer) head.drag(event.movementX, event.movementY, event.shiftKey, stage.camera);
+  });
+  const end = (event: PointerEvent) => {
+    if (event.pointerId !== pointer) return;
+    pointer = null;
+    stage.orbit.enabled = true;
+    head.release();
+  };
+  canvas.addEventListener("pointerup", end);
+  canvas.addEventListener("pointercancel", end);
+  canvas.addEventListener("keydown", (event) => {
+    if (isShown() && head.onKey(event.key)) event.preventDefault();
+  });
+}
+
+function isOnHead(stage: Stage, head: OwnHead, event: PointerEvent): boolean {
+  const at = new Vector2((event.clientX / innerWidth) * 2 - 1, 1 - (event.clientY / innerHeight) * 2);
+  const ray = new Raycaster();
+  ray.setFromCamera(at, stage.camera);
+  const middle = head.position.clone().add(new Vector3(0, 0.08, 0));
+  return ray.ray.intersectsSphere(new Sphere(middle, kHeadRadiusM));
+}

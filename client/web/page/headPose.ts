@@ -1,0 +1,89 @@
+import { Bone, kNumbersPerBone, rigidPose, type Pose } from "../src/index";
+
+export interface HeadAngles {
+  /** about +Y: positive looks to the head's left */
+  yawRad: number;
+  /** positive looks down */
+  pitchRad: number;
+  rollRad: number;
+}
+
+type Vector = readonly [number, number, number];
+type Quaternion = readonly [number, number, number, number];
+
+/** Where the neck turns, head space at rest, m; as of a groom whose own joints are not known. */
+const kNeck: Vector = [0, -0.1, -0.02];
+/** Of the head's yaw that the trunk goes along with when it turns far. */
+const kTrunkFollowsBeyondRad = 0.6;
+
+/**
+ * A whole pose from a head alone. `position`: of the head joint; `bodyYawRad`: where the trunk looks. Shoulders and trunk
+ * stay upright below the neck, and the neck turns half way.
+ */
+export function poseOf(rotation: Quaternion, position: Vector, bodyYawRad: number): Pose {
+  const pose = rigidPose(rotation, position);
+  const trunk = about([0, 1, 0], bodyYawRad);
+  // The neck's joint hangs on the head; the trunk hangs on it.
+  const neckWorld = add(rotate(rotation, kNeck), position);
+  const neck = halfWay(trunk, rotation);
+  putBone(pose, Bone.neck, neck, neckWorld, kNeck);
+  for (const bone of [Bone.leftShoulder, Bone.rightShoulder, Bone.upperTrunk]) putBone(pose, bone, trunk, neckWorld, kNeck);
+  return pose;
+}
+
+/** Where the trunk looks when the head does: it stays until the head is turned far, then follows. */
+export function followYaw(bodyYawRad: number, headYawRad: number): number {
+  const away = Math.atan2(Math.sin(headYawRad - bodyYawRad), Math.cos(headYawRad - bodyYawRad));
+  const beyond = Math.abs(away) - kTrunkFollowsBeyondRad;
+  return beyond > 0 ? bodyYawRad + Math.sign(away) * beyond : bodyYawRad;
+}
+
+/** Yaw, then pitch, then roll. */
+export function rotationOf(angles: HeadAngles): Quaternion {
+  const yaw = about([0, 1, 0], angles.yawRad);
+  const pitch = about([1, 0, 0], angles.pitchRad);
+  return multiply(multiply(yaw, pitch), about([0, 0, 1], angles.rollRad));
+}
+
+/** Where +Z of a rotation looks, about +Y. */
+export function yawOf(rotation: Quaternion): number {
+  const [x, , z] = rotate(rotation, [0, 0, 1]);
+  return Math.atan2(x, z);
+}
+
+/** A bone that turns about a joint: where the joint is in the world, and at rest. */
+function putBone(pose: Pose, bone: Bone, rotation: Quaternion, jointWorld: Vector, jointRest: Vector): void {
+  const turned = rotate(rotation, jointRest);
+  const position = jointWorld.map((x, axis) => x - turned[axis]);
+  pose.set([...rotation, ...position], bone * kNumbersPerBone);
+}
+
+function about(axis: Vector, angleRad: number): Quaternion {
+  const s = Math.sin(angleRad / 2);
+  return [axis[0] * s, axis[1] * s, axis[2] * s, Math.cos(angleRad / 2)];
+}
+
+function multiply(a: Quaternion, b: Quaternion): Quaternion {
+  return [
+    a[3] * b[0] + a[0] * b[3] + a[1] * b[2] - a[2] * b[1],
+    a[3] * b[1] - a[0] * b[2] + a[1] * b[3] + a[2] * b[0],
+    a[3] * b[2] + a[0] * b[1] - a[1] * b[0] + a[2] * b[3],
+    a[3] * b[3] - a[0] * b[0] - a[1] * b[1] - a[2] * b[2],
+  ];
+}
+
+function rotate(q: Quaternion, v: Vector): Vector {
+  const [x, y, z] = multiply(multiply(q, [v[0], v[1], v[2], 0]), [-q[0], -q[1], -q[2], q[3]]);
+  return [x, y, z];
+}
+
+function add(a: Vector, b: Vector): Vector {
+  return [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
+}
+
+function halfWay(a: Quaternion, b: Quaternion): Quaternion {
+  const sign = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] < 0 ? -1 : 1;
+  const sum = a.map((x, i) => x + sign * b[i]);
+  const length = Math.hypot(...sum);
+  return [sum[0] / length, sum[1] / length, sum[2] / length, sum[3] / length];
+}

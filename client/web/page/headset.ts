@@ -1,0 +1,27 @@
+import type { WebGLRenderer } from "three";
+
+/** A button that enters and leaves immersive VR; hidden where there is no headset. One line goes to `onFault` when it refuses. */
+export async function offerHeadset(
+  button: HTMLButtonElement,
+  renderer: WebGLRenderer,
+  onFault: (detail: string) => void,
+): Promise<void> {
+  const { xr } = navigator;
+  if (!xr || !(await xr.isSessionSupported("immersive-vr").catch(() => false))) return;
+  button.hidden = false;
+  let session: XRSession | null = null;
+  button.addEventListener("click", () => {
+    if (session) return void session.end();
+    xr.requestSession("immersive-vr", { optionalFeatures: ["local-floor"] })
+      .then(async (started) => {
+        session = started;
+        started.addEventListener("end", () => {
+          session = null;
+          button.textContent = "Enter VR";
+        });
+        await renderer.xr.setSession(started);
+        button.textContent = "Leave VR";
+      })
+      .catch((fault: Error) => onFault(`The headset refuses: ${fault.message}`));
+  });
+}

@@ -1,0 +1,17 @@
+import { PageViewer } from "./viewer";
+import { readQuery } from "./query";
+import { missingOf } from "./requirements";
+
+const lack = missingOf(document.createElement("canvas"));
+if (lack) {
+  const fault = document.querySelector<HTMLParagraphElement>("#fault")!;
+  fault.textContent = lack;
+  fault.hidden = false;
+  document.querySelector<HTMLElement>("#state")!.dataset.state = "closed";
+  document.querySelector<HTMLElement>("#state")!.textContent = "cannot draw";
+} else {
+  const viewer = new PageViewer(readQuery(new URL(location.href)));
+  void viewer.start();
+  // For whoever looks in from the console, and for tests.
+  Object.assign(window, { hairnet: viewer });
+}

@@ -1,0 +1,119 @@
+import { Quaternion, Vector3, type Camera, type WebGLRenderer } from "three";
+import type { Pose } from "../src/index";
+import { followYaw, poseOf, rotationOf, yawOf, type HeadAngles } from "./headPose";
+
+const kTurnMostRad = 1.2;
+const kNodMostRad = 0.7;
+const kRadPerPx = 0.007;
+const kMPerPx = 0.0015;
+const kKeyRadPerS = 4;
+/** How fast a head goes where it is wanted: of the way left, a second. */
+const kEagerness = 12;
+
+type Angles = { yaw: number; pitch: number };
+
+/** One's own head: where the mouse, the keys, the view or a headset put it. Angles are from where it looks at rest. */
+export class OwnHead {
+  readonly position = new Vector3();
+  /** where it looks at rest, about +Y */
+  heading = 0;
+  followsView = false;
+  #wanted: Angles = { yaw: 0, pitch: 0 };
+  #now: Angles = { yaw: 0, pitch: 0 };
+  #bodyYaw = 0;
+  #isHeld = false;
+  readonly #keys = new Set<string>();
+
+  constructor() {
+    addEventListener("keyup", ({ key }) => this.#keys.delete(key));
+    addEventListener("blur", () => this.#keys.clear());
+  }
+
+  placeAt(position: Vector3, heading: number): void {
+    this.position.copy(position);
+    this.heading = heading;
+    this.#bodyYaw = heading;
+  }
+
+  /** A key of the view was pressed; true: it was for the head. */
+  onKey(key: string): boolean {
+    if (!key.startsWith("Arrow")) return false;
+    this.#keys.add(key);
+    return true;
+  }
+
+  grab(): void {
+    this.#isHeld = true;
+  }
+
+  /** While it is held, by so many pixels; `moves`: along the picture, not about the neck. */
+  drag(dx: number, dy: number, moves: boolean, camera: Camera): void {
+    if (moves) {
+      const right = new Vector3().setFromMatrixColumn(camera.matrixWorld, 0);
+      const up = new Vector3().setFromMatrixColumn(camera.matrixWorld, 1);
+      const distance = this.position.distanceTo(camera.getWorldPosition(new Vector3()));
+      this.position.addScaledVector(right, dx * kMPerPx * 0.6 * distance).addScaledVector(up, -dy * kMPerPx * 0.6 * distance);
+    } else {
+      this.#wanted.yaw += dx * kRadPerPx;
+      this.#wanted.pitch += dy * kRadPerPx;
+    }
+  }
+
+  release(): void {
+    this.#isHeld = false;
+  }
+
+  /** The pose at this moment. */
+  update(dtS: number, camera: Camera): Pose {
+    const keysTurn = this.#turnByKeys(dtS);
+    if (this.followsView) this.#lookAlong(camera);
+    else if (!this.#isHeld && !keysTurn) this.#wanted = { yaw: 0, pitch: 0 };
+    this.#wanted.yaw = clamp(this.#wanted.yaw, kTurnMostRad);
+    this.#wanted.pitch = clamp(this.#wanted.pitch, kNodMostRad);
+    const share = 1 - Math.exp(-kEagerness * dtS);
+    this.#now.yaw += share * (this.#wanted.yaw - this.#now.yaw);
+    this.#now.pitch += share * (this.#wanted.pitch - this.#now.pitch);
+    const angles: HeadAngles = { yawRad: this.heading + this.#now.yaw, pitchRad: this.#now.pitch, rollRad: 0 };
+    this.#bodyYaw = followYaw(this.heading, angles.yawRad);
+    return poseOf(rotationOf(angles), [this.position.x, this.position.y, this.position.z], this.#bodyYaw);
+  }
+
+  /**
+   * The pose of a headset: its camera looks along -Z from between the eyes, which lie above and before the head joint.
+   */
+  ofHeadset(renderer: WebGLRenderer): Pose {
+    const camera = renderer.xr.getCamera();
+    const eye = new Vector3();
+    const rotation = new Quaternion();
+    camera.matrixWorld.decompose(eye, rotation, new Vector3());
+    rotation.multiply(new Quaternion().setFromAxisAngle(new Vector3(0, 1, 0), Math.PI));
+    this.position.copy(eye).sub(kEyes.clone().applyQuaternion(rotation));
+    const turned = [rotation.x, rotation.y, rotation.z, rotation.w] as const;
+    this.#bodyYaw = followYaw(this.#bodyYaw, yawOf(turned));
+    return poseOf(turned, [this.position.x, this.position.y, this.position.z], this.#bodyYaw);
+  }
+
+  #turnByKeys(dtS: number): boolean {
+    const pressed = (key: string) => (this.#keys.has(key) ? 1 : 0);
+    const yaw = pressed("ArrowRight") - pressed("ArrowLeft");
+    const pitch = pressed("ArrowDown") - pressed("ArrowUp");
+    this.#wanted.yaw += yaw * kKeyRadPerS * dtS;
+    this.#wanted.pitch += pitch * kKeyRadPerS * dtS;
+    return yaw !== 0 || pitch !== 0;
+  }
+
+  // The head looks where the camera does.
+  #lookAlong(camera: Camera): void {
+    const forward = camera.getWorldDirection(new Vector3());
+    const yaw = Math.atan2(forward.x, forward.z) - this.heading;
+    this.#wanted.yaw = Math.atan2(Math.sin(yaw), Math.cos(yaw));
+    this.#wanted.pitch = -Math.asin(Math.min(Math.max(forward.y, -1), 1));
+  }
+}
+
+/** Between the eyes, from the head joint, head space, m. */
+const kEyes = new Vector3(0, 0.085, 0.085);
+
+function clamp(x: number, most: number): number {
+  return Math.min(Math.max(x, -most), most);
+}

@@ -1,0 +1,34 @@
+const kSlowMs = 28;
+const kFastMs = 17.5; // 60 pictures a second, when the screen shows no more
+const kFrameMsMost = 1000; // longer, and the page was hidden, or did something else
+const kLeast = 0.12;
+const kMost = 1.5;
+
+/** Chooses how finely hair is drawn so that pictures keep coming. */
+export class Quality {
+  /** null: automatic */
+  chosen: number | null = null;
+  #automatic = 0.7;
+  #frames: number[] = [];
+
+  get value(): number {
+    return this.chosen ?? this.#automatic;
+  }
+
+  /** Milliseconds from one picture to the next. */
+  add(frameMs: number): void {
+    if (document.visibilityState === "hidden") return;
+    this.#frames.push(Math.min(frameMs, kFrameMsMost));
+    const sum = this.#frames.reduce((a, b) => a + b);
+    // Half a second tells enough; of very slow pictures three do. One may have been slow for a reason of its own.
+    if (this.#frames.length < 3 || (sum < 500 && this.#frames.length < 30)) return;
+    const median = this.#frames.sort((a, b) => a - b)[this.#frames.length >> 1];
+    this.#frames = [];
+    if (median > kSlowMs) this.#change(Math.max(0.5, kSlowMs / median));
+    else if (median < kFastMs) this.#change(1.05);
+  }
+
+  #change(factor: number): void {
+    this.#automatic = Math.min(Math.max(this.#automatic * factor, kLeast), kMost);
+  }
+}

@@ -1,0 +1,21 @@
+/** What this browser lacks, in one line, or null when hair can be drawn. */
+export function missingOf(canvas: HTMLCanvasElement): string | null {
+  if (typeof WebSocket === "undefined") return "This browser has no WebSocket.";
+  const gl = canvas.getContext("webgl2");
+  if (!gl) return "This browser offers no WebGL 2, which drawing needs: switch on hardware acceleration, or use another browser.";
+  const fault = textureFault(gl);
+  gl.getExtension("WEBGL_lose_context")?.loseContext();
+  return fault;
+}
+
+function textureFault(gl: WebGL2RenderingContext): string | null {
+  while (gl.getError() !== gl.NO_ERROR);
+  const texture = gl.createTexture();
+  gl.bindTexture(gl.TEXTURE_2D, texture);
+  gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, 1, 1, 0, gl.RGBA, gl.FLOAT, new Float32Array(4));
+  const refused = gl.getError() !== gl.NO_ERROR;
+  gl.deleteTexture(texture);
+  if (refused || gl.getParameter(gl.MAX_VERTEX_TEXTURE_IMAGE_UNITS) < 2)
+    return "This graphics driver reads no float textures in vertex shaders, which drawing needs.";
+  return null;
+}

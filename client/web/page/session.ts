@@ -1,0 +1,61 @@
+import { connect, HairnetError, Role, type Room } from "../src/index";
+import type { Query } from "./query";
+
+export type SessionState = "connecting" | "connected" | "away" | "closed";
+
+const kWaitLeastS = 1;
+const kWaitMostS = 10;
+
+/**
+ * A room, for as long as the page is open: the first connection is tried again and again too, and one that the server
+ * ended for a reason that may pass is begun anew.
+ */
+export class Session {
+  room: Room | null = null;
+  #waitS = kWaitLeastS;
+  #timer: ReturnType<typeof setTimeout> | undefined;
+
+  constructor(
+    private readonly query: Query,
+    private readonly onRoom: (room: Room) => void,
+    private readonly onState: (state: SessionState, detail: string) => void,
+    private readonly onFault: (detail: string) => void,
+  ) {}
+
+  async start(): Promise<void> {
+    clearTimeout(this.#timer);
+    this.onState("connecting", "");
+    try {
+      const room = await connect(this.query.server, {
+        clientName: "hairnet page",
+        room: this.query.room,
+        token: this.query.token,
+        role: this.query.observe ? Role.observer : Role.participant,
+      });
+      this.#waitS = kWaitLeastS;
+      this.#take(room);
+    } catch (error) {
+      if (!(error instanceof HairnetError)) throw error;
+      this.#again(error.message);
+    }
+  }
+
+  #take(room: Room): void {
+    this.room = room;
+    room.on("fault", ({ detail }) => this.onFault(detail));
+    room.on("state", ({ state, detail }) => {
+      if (state === "closed") {
+        this.room = null;
+        this.#again(detail);
+      } else this.onState(state, detail);
+    });
+    this.onRoom(room);
+    this.onState("connected", "");
+  }
+
+  #again(why: string): void {
+    this.onState("closed", why);
+    this.#timer = setTimeout(() => void this.start(), 1000 * this.#waitS);
+    this.#waitS = Math.min(1.6 * this.#waitS, kWaitMostS);
+  }
+}

@@ -1,0 +1,256 @@
+import type { Groom } from "../hair/groom";
+import { ErrorClass, Level } from "../hair/level";
+import { Connection, type ConnectionOptions } from "../net/connection";
+import type { LinkEvent } from "../net/events";
+import { decodeGroom } from "../net/groomFile";
+import { hashGroom } from "../net/groomHash";
+import type { LinkCounters } from "../net/linkOptions";
+import { ErrorReason, GroomState, ObserveMode, type Wind } from "../net/messages";
+import type { HairSource, MemberImportance } from "../scene/hairSource";
+import { Member } from "./member";
+import { OwnCharacter } from "./ownCharacter";
+
+const kGroomRetryNs = 3_000_000_000;
+
+/** "away": the connection is lost and being made anew; "closed": for good. */
+export type RoomState = "connected" | "away" | "closed";
+
+/** What `Room` tells its listeners. */
+export interface RoomEvents {
+  /** `detail`: one line of why, empty when connected */
+  state: { state: RoomState; detail: string; waitS: number };
+  joined: { member: Member };
+  left: { member: Member };
+  /** The server refused something, or a groom is damaged: one line for people. */
+  fault: { detail: string };
+}
+
+/**
+ * Joins a room. Rejects with `HairnetError`, of one line, when the first attempt fails; afterwards the room comes back by
+ * itself whenever the connection breaks.
+ */
+export async function connect(server: string, options: ConnectionOptions = {}): Promise<Room> {
+  const connection = new Connection(server, options);
+  const room = new Room(connection);
+  await connection.connect();
+  return room;
+}
+
+/**
+ * Everybody in a room, played out smoothly; a `HairSource` for `HairScene`. Others' grooms are fetched by themselves.
+ * Somebody must call `sample`, as `HairScene.update` does: what arrives is taken then.
+ */
+export class Room implements HairSource {
+  /** by member number, as of the last `sample` */
+  readonly members = new Map<number, Member>();
+  readonly #own = new Map<number, OwnCharacter>();
+  readonly #grooms = new Map<string, Groom>();
+  readonly #faults = new Map<string, string>();
+  /** grooms that nobody could give, and when to ask again */
+  readonly #askAgainNs = new Map<string, number>();
+  readonly #listeners = new Map<keyof RoomEvents, Set<(event: never) => void>>();
+  #state: RoomState = "connected";
+  #nextCharacter = 1;
+
+  constructor(readonly connection: Connection) {
+    connection.use((link) => {
+      link.setFrameSink((frame, sampleTimeNs) => {
+        const member = this.members.get(frame.member);
+        member?.playout.push(frame, link.toLocalNs(sampleTimeNs), connection.nowNs());
+      });
+      link.observe({
+        mode: ObserveMode.all,
+        count: 0,
+        radiusM: 0,
+        from: null,
+        members: [],
+        errorClass: ErrorClass.normal,
+        stride: 1,
+        velocities: true,
+      });
+    });
+  }
+
+  get state(): RoomState {
+    return this.#state;
+  }
+
+  get counters(): LinkCounters {
+    return this.connection.counters;
+  }
+
+  /** Of `member`, from sampling its poses to showing them here, s; 0 without a frame. */
+  delayS(member: Member): number {
+    return 1e-9 * member.playout.delayNs;
+  }
+
+  on<K extends keyof RoomEvents>(event: K, listener: (event: RoomEvents[K]) => void): () => void {
+    const listeners = this.#listeners.get(event) ?? new Set();
+    this.#listeners.set(event, listeners);
+    listeners.add(listener as (event: never) => void);
+    return () => listeners.delete(listener as (event: never) => void);
+  }
+
+  sample(_nowMs: number): readonly Member[] {
+    for (const event of this.connection.poll()) this.#take(event);
+    const nowNs = this.connection.nowNs();
+    this.#askAgain(nowNs);
+    const shown = [...this.members.values()];
+    for (const member of shown) member.sample(nowNs, this.#own.get(member.character)?.newestPose ?? null);
+    return shown;
+  }
+
+  reportImportance(members: readonly MemberImportance[]): void {
+    const known = members.filter(({ member }) => this.members.has(member));
+    if (known.length > 0) this.connection.use((link) => link.reportImportance(known));
+  }
+
+  /**
+   * Adds a character of one's own with the hair of a groom file; it is seen once a pose was pushed. Throws
+   * `HairnetError` when the file is damaged.
+   */
+  addCharacter(groomFile: Uint8Array, level: Level = Level.high): OwnCharacter {
+    const groomKey = hashGroom(groomFile);
+    if (!this.#grooms.has(groomKey)) this.#grooms.set(groomKey, decodeGroom(groomFile));
+    this.connection.use((link) => link.offerGroom(groomFile));
+    return this.#add(groomKey, level);
+  }
+
+  /** The same with a groom that is in the room already, by its `groomKey`. */
+  addCharacterLike(member: Member, level: Level = Level.high): OwnCharacter {
+    return this.#add(member.groomKey, level);
+  }
+
+  removeCharacter(own: OwnCharacter): void {
+    this.#own.delete(own.character);
+    this.connection.use((link) => link.removeCharacter(own.character));
+  }
+
+  setWind(wind: Wind): void {
+    this.connection.use((link) => link.setWind(wind));
+  }
+
+  /** Says goodbye; the room is empty and stays so. */
+  close(): void {
+    this.connection.close();
+    for (const member of [...this.members.values()]) this.#drop(member);
+    this.#setState("closed", "", 0);
+  }
+
+  #add(groomKey: string, level: Level): OwnCharacter {
+    const own = new OwnCharacter(this.connection, this.#nextCharacter++, groomKey);
+    this.#own.set(own.character, own);
+    this.connection.use((link) => link.addCharacter(own.character, groomKey, level));
+    return own;
+  }
+
+  #take(event: LinkEvent): void {
+    switch (event.type) {
+      case "connected":
+        return this.#setState("connected", "", 0);
+      case "reconnecting":
+        for (const member of this.members.values()) member.playout.hold();
+        return this.#setState("away", event.detail || "the connection broke", event.waitS);
+      case "disconnected":
+        for (const member of [...this.members.values()]) this.#drop(member);
+        return this.#setState("closed", event.detail, 0);
+      case "memberJoined":
+        return this.#meet(new Member(event.member, 0, event.groom));
+      case "characterAdded":
+        return this.#meetOwn(event.character, event.member, event.groom);
+      case "memberLeft": {
+        const left = this.members.get(event.member);
+        return left && this.#drop(left);
+      }
+      case "characterRemoved":
+        for (const member of [...this.members.values()]) if (member.character === event.character) this.#drop(member);
+        return;
+      case "groomFetched":
+        return this.#takeGroom(event.hash, event.bytes, event.fault);
+      case "groomStatus":
+        if (event.state === GroomState.refused) this.#tell("fault", { detail: "the server refuses a groom" });
+        return;
+      case "error":
+        if (event.reason === ErrorReason.groomUnavailable || event.reason === ErrorReason.limitExceeded) {
+          if (event.groom && !this.#grooms.has(event.groom)) {
+            this.#askAgainNs.set(event.groom, this.connection.nowNs() + kGroomRetryNs);
+            return;
+          }
+        }
+        // Hair then starts at rest.
+        if (event.reason === ErrorReason.stateInvalid) return;
+        return this.#tell("fault", { detail: event.detail || ErrorReason[event.reason] });
+      default:
+    }
+  }
+
+  // After a new server its number is another one; what was shown of it goes on.
+  #meetOwn(character: number, number: number, groom: string): void {
+    if (!this.#own.has(character)) return;
+    for (const member of [...this.members.values()])
+      if (member.character === character && member.member !== number) this.#drop(member);
+    if (!this.members.has(number)) this.#meet(new Member(number, character, groom));
+  }
+
+  #meet(member: Member): void {
+    const before = this.members.get(member.member);
+    if (before) this.#drop(before);
+    this.members.set(member.member, member);
+    member.groom = this.#grooms.get(member.groomKey) ?? null;
+    member.fault = this.#faults.get(member.groomKey) ?? "";
+    if (!member.groom && !member.fault) this.connection.use((link) => link.requestGroom(member.groomKey));
+    this.#tell("joined", { member });
+  }
+
+  #drop(member: Member): void {
+    this.members.delete(member.member);
+    const { groomKey } = member;
+    const isUsed =
+      [...this.members.values()].some((other) => other.groomKey === groomKey) ||
+      [...this.#own.values()].some((own) => own.groomKey === groomKey);
+    if (!isUsed) {
+      this.#grooms.delete(groomKey);
+      this.#askAgainNs.delete(groomKey);
+    }
+    this.#tell("left", { member });
+  }
+
+  #takeGroom(key: string, bytes: Uint8Array | null, fault: string): void {
+    let groom: Groom | null = null;
+    let why = fault;
+    if (bytes) {
+      try {
+        groom = decodeGroom(bytes);
+      } catch (error) {
+        why = error instanceof Error ? error.message : String(error);
+      }
+    }
+    if (groom) this.#grooms.set(key, groom);
+    else {
+      this.#faults.set(key, why);
+      this.#tell("fault", { detail: `a hairstyle cannot be shown: ${why}` });
+    }
+    for (const member of this.members.values()) {
+      if (member.groomKey !== key) continue;
+      member.groom = groom;
+      member.fault = groom ? "" : why;
+    }
+  }
+
+  #askAgain(nowNs: number): void {
+    for (const [key, atNs] of this.#askAgainNs) {
+      if (nowNs < atNs) continue;
+      this.#askAgainNs.delete(key);
+      this.connection.use((link) => link.requestGroom(key));
+    }
+  }
+
+  #setState(state: RoomState, detail: string, waitS: number): void {
+    this.#state = state;
+    this.#tell("state", { state, detail, waitS });
+  }
+
+  #tell<K extends keyof RoomEvents>(event: K, what: RoomEvents[K]): void {
+    for (const listener of this.#listeners.get(event) ?? []) (listener as (event: RoomEvents[K]) => void)(what);
+  }
+}

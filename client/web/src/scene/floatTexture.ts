@@ -1,0 +1,36 @@
+import { DataTexture, FloatType, NearestFilter, RGBAFormat } from "three";
+
+/** A texture of RGBA floats that grows by rows, written anew every frame. */
+export class FloatTexture {
+  readonly texture: DataTexture;
+  values: Float32Array<ArrayBuffer>;
+  #rows = 1;
+
+  /** `width` in texels */
+  constructor(readonly width: number) {
+    this.values = new Float32Array(4 * width);
+    this.texture = new DataTexture(this.values, width, 1, RGBAFormat, FloatType);
+    this.texture.minFilter = this.texture.magFilter = NearestFilter;
+    this.texture.generateMipmaps = false;
+    this.texture.needsUpdate = true;
+  }
+
+  /** Makes room for so many rows; what they held is lost when it grows. `values` may be another array afterwards. */
+  reserve(rows: number): void {
+    if (rows <= this.#rows) return;
+    this.#rows = Math.max(rows, 2 * this.#rows);
+    this.values = new Float32Array(4 * this.width * this.#rows);
+    // A texture's size is fixed once it is on the GPU: there it is made anew.
+    this.texture.dispose();
+    this.texture.image = { data: this.values, width: this.width, height: this.#rows };
+  }
+
+  /** What `values` now holds is on the GPU for the next drawing. */
+  write(): void {
+    this.texture.needsUpdate = true;
+  }
+
+  dispose(): void {
+    this.texture.dispose();
+  }
+}

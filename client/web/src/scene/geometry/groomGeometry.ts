@@ -1,0 +1,138 @@
+import type { Groom } from "../../hair/groom";
+import { restTangents, type RestTangents } from "../../hair/restTangents";
+import { rootBlend } from "../../hair/rootBlend";
+import { addBody } from "./bodyGeometry";
+import { drawnStrandCount } from "./clusterStrands";
+import { addFabric } from "./fabricGeometry";
+import { LightField } from "./lightField";
+import { makeStrands } from "./strandGeometry";
+import { addFarStrips, addStrips } from "./stripGeometry";
+import { MeshBuilder, type MeshArrays } from "./meshBuilder";
+
+/** Which points of the strands are drawn. Strands stand in the order of drawing. */
+export interface StrandList {
+  /** no point left out is further from the line, m */
+  readonly toleranceM: number;
+  /** two triangles a segment */
+  readonly triangles: Uint32Array;
+  /** the first n strands have the indices below end[n]; strand count + 1 */
+  readonly end: Uint32Array;
+}
+
+/**
+ * What the shaders take of a groom, at rest in head space: made once, for all its characters (client/shaders). Plain
+ * arrays, so that a worker can make it; client/view/groom_geometry.hpp is the same in C++.
+ */
+export interface GroomGeometry {
+  /** every point twice: for the left and the right of its ribbon; `extra` is the strand's place in the order of drawing */
+  readonly strands: MeshArrays;
+  /** from all points to few; `strands` itself has no triangles */
+  readonly strandLists: readonly StrandList[];
+  /** that are drawn: clusters' copies among them */
+  readonly strandCount: number;
+  /** at the root, when all strands and two followers each are drawn */
+  readonly strandWidthM: number;
+  /** the groom's own; `extra`: unit side, left to right; number of the strip */
+  readonly strips: MeshArrays;
+  /** in place of its strands */
+  readonly farStrips: MeshArrays;
+  /** 0: hairs keep to the course of their lock; 1: curls */
+  readonly waviness: number;
+  /** `extra`: linear RGB, opacity, half of a thread's width (negative on its left; 0: cloth) */
+  readonly fabric: MeshArrays;
+  /** `rest` has the fifth bone's share in `ends`; `extra`: shares of the first four bones */
+  readonly body: MeshArrays;
+  /** of a ball about the head joint that holds all of it, m */
+  readonly radiusM: number;
+}
+
+/** What the parts of a geometry are made of. */
+export interface GeometrySource {
+  readonly groom: Groom;
+  readonly light: LightField;
+  /** delta of every groom point */
+  readonly blend: Float32Array;
+  /** how hair goes on at each */
+  readonly rest: RestTangents;
+}
+
+/** `groom` is sound, as decoding leaves it. */
+export function makeGroomGeometry(groom: Groom): GroomGeometry {
+  const strandCount = drawnStrandCount(groom);
+  const strandWidthM = widthFor(strandCount);
+  const copies = 3; // a strand and its followers
+  const drawnPerStrand = strandCount / Math.max(1, groom.strands.count);
+  const light = new LightField(groom, strandWidthM * copies * drawnPerStrand);
+  const blend = rootBlend(groom);
+  const source: GeometrySource = { groom, light, blend, rest: restTangents(groom, blend) };
+  const strands = makeStrands(source);
+  const strips = new MeshBuilder(4);
+  const farStrips = new MeshBuilder(4);
+  const fabric = new MeshBuilder(5);
+  const body = new MeshBuilder(4);
+  addStrips(source, strips);
+  addFarStrips(source, farStrips);
+  addFabric(source, fabric);
+  addBody(source, body);
+  return {
+    strands: strands.mesh,
+    strandLists: strands.lists,
+    strandCount,
+    strandWidthM,
+    strips: strips.take(),
+    farStrips: farStrips.take(),
+    fabric: fabric.take(),
+    body: body.take(),
+    waviness: wavinessOf(groom),
+    radiusM: radiusOf(groom),
+  };
+}
+
+/** What a worker hands over rather than copies. */
+export function buffersOf(geometry: GroomGeometry): ArrayBuffer[] {
+  const buffers: ArrayBuffer[] = [];
+  for (const mesh of [geometry.strands, geometry.strips, geometry.farStrips, geometry.fabric, geometry.body])
+    for (const array of Object.values(mesh)) if (ArrayBuffer.isView(array)) buffers.push(array.buffer as ArrayBuffer);
+  for (const list of geometry.strandLists) buffers.push(list.triangles.buffer as ArrayBuffer, list.end.buffer as ArrayBuffer);
+  return buffers;
+}
+
+/** Fewer strands are drawn wider, so that a head looks covered at any density. */
+function widthFor(strandCount: number): number {
+  return 4e-4 * Math.min(Math.max(Math.sqrt(10_000 / Math.max(1, strandCount)), 0.6), 4);
+}
+
+/** From by how much hairs are longer than their course over a few centimetres: the sine of their angle to it. */
+function wavinessOf({ strands, points }: Groom): number {
+  const courseM = 0.04;
+  const bentByTheHead = 0.2;
+  const curls = 0.35;
+  let length = 0;
+  let course = 0;
+  const distance = (a: number, b: number) =>
+    Math.hypot(points[3 * a] - points[3 * b], points[3 * a + 1] - points[3 * b + 1], points[3 * a + 2] - points[3 * b + 2]);
+  for (let s = 0; s < strands.count; ++s) {
+    const end = strands.begin[s + 1];
+    let piece = 0;
+    let from = strands.begin[s];
+    for (let i = from + 1; i < end; ++i) {
+      piece += distance(i, i - 1);
+      if (piece < courseM && i + 1 < end) continue;
+      length += piece;
+      course += distance(i, from);
+      piece = 0;
+      from = i;
+    }
+  }
+  const straight = length > 0 ? Math.min(course / length, 1) : 1;
+  return Math.min(Math.max((Math.sqrt(1 - straight * straight) - bentByTheHead) / curls, 0), 1);
+}
+
+function radiusOf(groom: Groom): number {
+  let squared = 0;
+  for (const points of [groom.points, groom.body.vertices]) {
+    for (let i = 0; i + 2 < points.length; i += 3)
+      squared = Math.max(squared, points[i] ** 2 + points[i + 1] ** 2 + points[i + 2] ** 2);
+  }
+  return Math.sqrt(squared);
+}

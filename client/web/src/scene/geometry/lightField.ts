@@ -1,0 +1,254 @@
+import type { Groom } from "../../hair/groom";
+
+/** What is left of light at one place, by where it comes from: +x -x +y -y +z -z of the head. */
+export type LightLeft = Float32Array;
+
+const kCellsAcross = 56;
+const kCellMinM = 0.004;
+const kMargin = 2; // empty cells about the hair
+const kFade = 5; // cells beyond the grid over which its shade fades out
+const kHairShare = 0.22; // of blocked light that is lost rather than scattered on
+const kBodyExtinction = 1.6; // of a cell that holds skin
+const kRootsFullPerM2 = 4e4;
+/** To the faces and the corners of a cube. */
+const kRays: readonly (readonly [number, number, number])[] = [
+  [1, 0, 0],
+  [-1, 0, 0],
+  [0, 1, 0],
+  [0, -1, 0],
+  [0, 0, 1],
+  [0, 0, -1],
+  [1, 1, 1],
+  [1, 1, -1],
+  [1, -1, 1],
+  [1, -1, -1],
+  [-1, 1, 1],
+  [-1, 1, -1],
+  [-1, -1, 1],
+  [-1, -1, -1],
+];
+const kRayCount = kRays.length;
+
+/** Coarse grid over a groom at rest that says how much light gets to a place through hair and body. Head space, m. */
+export class LightField {
+  cellM = 0.01;
+  #origin = [0, 0, 0];
+  #count = [0, 0, 0];
+  /** optical depth of one cell's width; empty: there is no hair */
+  #extinction = new Float32Array(0);
+  #roots = new Float32Array(0);
+  /** what is left along each ray, kRayCount a cell */
+  #left = new Float32Array(0);
+  readonly #rays = new Float32Array(kRayCount);
+
+  /** `widthM`: of a strand as drawn, with all that is drawn beside it. */
+  constructor(groom: Groom, widthM: number) {
+    if (!this.#layOut(groom)) return;
+    const size = this.#count[0] * this.#count[1] * this.#count[2];
+    this.#extinction = new Float32Array(size);
+    this.#roots = new Float32Array(size);
+    this.#left = new Float32Array(kRayCount * size);
+    this.#addHair(groom, widthM);
+    this.#addStrips(groom);
+    this.#addBody(groom.body.vertices, groom.body.triangles);
+    for (let ray = 0; ray < kRayCount; ++ray) this.#sweep(ray);
+  }
+
+  /**
+   * Into `out`, 0 to 1 each. A side gets half from its face's ray and half from the four corners about it. `normal`: on a
+   * surface, what comes from behind it does not count.
+   */
+  at(x: number, y: number, z: number, out: LightLeft, normal: readonly number[] | null = null): LightLeft {
+    out.fill(1);
+    if (this.#left.length === 0) return out;
+    const base = [0, 0, 0];
+    const part = [0, 0, 0];
+    let inside = 1;
+    const position = [x, y, z];
+    for (let axis = 0; axis < 3; ++axis) {
+      const at = (position[axis] - this.#origin[axis]) / this.cellM - 0.5;
+      const cells = this.#count[axis];
+      const outside = Math.max(-at, at - (cells - 1));
+      if (!(outside < kFade)) return out;
+      inside *= 1 - Math.max(outside, 0) / kFade;
+      base[axis] = Math.min(Math.max(Math.floor(at), 0), cells - 2);
+      part[axis] = Math.min(Math.max(at - base[axis], 0), 1);
+    }
+    const rays = this.#rays.fill(0);
+    for (let corner = 0; corner < 8; ++corner) {
+      const i = corner & 1;
+      const j = (corner >> 1) & 1;
+      const k = corner >> 2;
+      const weight = (i ? part[0] : 1 - part[0]) * (j ? part[1] : 1 - part[1]) * (k ? part[2] : 1 - part[2]);
+      const cell = kRayCount * this.#index(base[0] + i, base[1] + j, base[2] + k);
+      for (let ray = 0; ray < kRayCount; ++ray) rays[ray] += weight * this.#left[cell + ray];
+    }
+    for (let side = 0; side < 6; ++side) {
+      const axis = side >> 1;
+      const sign = side % 2 === 0 ? 1 : -1;
+      let left = 0;
+      let weights = 1e-6;
+      for (let ray = 0; ray < kRayCount; ++ray) {
+        if (kRays[ray][axis] !== sign) continue;
+        const weight = (ray < 6 ? 0.5 : 0.125) * (normal ? facing(normal, ray) : 1);
+        left += weight * rays[ray];
+        weights += weight;
+      }
+      out[side] = 1 + inside * (left / weights - 1);
+    }
+    return out;
+  }
+
+  /** 0 to 1: how much of a scalp a place is. */
+  rootsAt(x: number, y: number, z: number): number {
+    if (this.#roots.length === 0) return 0;
+    let sum = 0;
+    const position = [x, y, z];
+    for (let n = 0; n < 7; ++n) {
+      const p = [...position];
+      if (n > 0) p[(n - 1) >> 1] += (n % 2 !== 0 ? 0.5 : -0.5) * this.cellM;
+      const cell = this.#find(p[0], p[1], p[2]);
+      if (cell >= 0) sum += Math.min(this.#roots[cell], 1) / 7;
+    }
+    return Math.min(sum, 1);
+  }
+
+  #index(x: number, y: number, z: number): number {
+    return (z * this.#count[1] + y) * this.#count[0] + x;
+  }
+
+  /** The cell of a place, or -1. */
+  #find(x: number, y: number, z: number): number {
+    const i = (x - this.#origin[0]) / this.cellM;
+    const j = (y - this.#origin[1]) / this.cellM;
+    const k = (z - this.#origin[2]) / this.cellM;
+    const within = i >= 0 && i < this.#count[0] && j >= 0 && j < this.#count[1] && k >= 0 && k < this.#count[2];
+    return within ? this.#index(Math.floor(i), Math.floor(j), Math.floor(k)) : -1;
+  }
+
+  #layOut(groom: Groom): boolean {
+    const low = [Infinity, Infinity, Infinity];
+    const high = [-Infinity, -Infinity, -Infinity];
+    const extend = (begin: number, end: number) => {
+      for (let p = begin; p < end; ++p)
+        for (let axis = 0; axis < 3; ++axis) {
+          low[axis] = Math.min(low[axis], groom.points[3 * p + axis]);
+          high[axis] = Math.max(high[axis], groom.points[3 * p + axis]);
+        }
+    };
+    extend(0, groom.strands.begin[groom.strands.count]);
+    for (const strip of groom.strips) extend(strip.points.begin, strip.points.end);
+    if (!(low[0] <= high[0])) return false;
+    const size = [0, 1, 2].map((axis) => high[axis] - low[axis]);
+    this.cellM = Math.max(Math.max(...size) / kCellsAcross, kCellMinM);
+    for (let axis = 0; axis < 3; ++axis) {
+      this.#origin[axis] = low[axis] - kMargin * this.cellM;
+      this.#count[axis] = Math.min(Math.floor(size[axis] / this.cellM), kCellsAcross) + 1 + 2 * kMargin;
+    }
+    return true;
+  }
+
+  #addHair(groom: Groom, widthM: number): void {
+    const { strands, points } = groom;
+    const perM = (kHairShare * 0.75 * widthM) / (this.cellM * this.cellM);
+    const perRoot = 1 / (kRootsFullPerM2 * this.cellM * this.cellM);
+    for (let s = 0; s < strands.count; ++s) {
+      const begin = strands.begin[s];
+      const end = strands.begin[s + 1];
+      if (begin < end && strands.rooted[s]) {
+        const cell = this.#find(points[3 * begin], points[3 * begin + 1], points[3 * begin + 2]);
+        if (cell >= 0) this.#roots[cell] += perRoot;
+      }
+      for (let i = begin + 1; i < end; ++i) {
+        // A long segment is more than one cell's.
+        const at = 3 * i - 3;
+        const dx = points[at + 3] - points[at];
+        const dy = points[at + 4] - points[at + 1];
+        const dz = points[at + 5] - points[at + 2];
+        const length = Math.hypot(dx, dy, dz);
+        const pieces = Math.min(Math.max(Math.ceil(length / this.cellM), 1), 64);
+        for (let piece = 0; piece < pieces; ++piece) {
+          const t = (piece + 0.5) / pieces;
+          const cell = this.#find(points[at] + t * dx, points[at + 1] + t * dy, points[at + 2] + t * dz);
+          if (cell >= 0) this.#extinction[cell] += (length / pieces) * perM;
+        }
+      }
+    }
+  }
+
+  // A strip shades as the hair that it stands for, and its root is as much of a scalp as it is wide. Cloth and threads
+  // are thin beside hair and left out.
+  #addStrips(groom: Groom): void {
+    const { points } = groom;
+    const distance = (a: number, b: number) =>
+      Math.hypot(points[a] - points[b], points[a + 1] - points[b + 1], points[a + 2] - points[b + 2]);
+    for (const strip of groom.strips) {
+      for (let p = strip.points.begin; p + 3 < strip.points.end; p += 2) {
+        const at = 3 * p;
+        const middle = (axis: number) =>
+          0.25 * (points[at + axis] + points[at + 3 + axis] + points[at + 6 + axis] + points[at + 9 + axis]);
+        const width = Math.min(distance(at, at + 3), 4 * this.cellM);
+        const length = Math.min(distance(at, at + 6), 4 * this.cellM);
+        const cell = this.#find(middle(0), middle(1), middle(2));
+        if (cell < 0) continue;
+        this.#extinction[cell] += (kHairShare * width * length) / (this.cellM * this.cellM);
+        if (p === strip.points.begin) this.#roots[cell] += width / this.cellM;
+      }
+    }
+  }
+
+  #addBody(vertices: Float32Array, triangles: Uint32Array): void {
+    const solid = new Uint8Array(this.#extinction.length);
+    for (let t = 0; t + 2 < triangles.length; t += 3) {
+      const a = 3 * triangles[t];
+      const b = 3 * triangles[t + 1];
+      const c = 3 * triangles[t + 2];
+      const distance = (p: number, q: number) =>
+        Math.hypot(vertices[p] - vertices[q], vertices[p + 1] - vertices[q + 1], vertices[p + 2] - vertices[q + 2]);
+      const longest = Math.max(distance(a, b), distance(b, c), distance(a, c));
+      const steps = Math.min(Math.max(Math.ceil(longest / this.cellM), 1), 24);
+      for (let i = 0; i <= steps; ++i)
+        for (let j = 0; i + j <= steps; ++j) {
+          const u = i / steps;
+          const v = j / steps;
+          const on = (axis: number) =>
+            vertices[a + axis] + u * (vertices[b + axis] - vertices[a + axis]) + v * (vertices[c + axis] - vertices[a + axis]);
+          const cell = this.#find(on(0), on(1), on(2));
+          if (cell >= 0) solid[cell] = 1;
+        }
+    }
+    for (let i = 0; i < solid.length; ++i) if (solid[i]) this.#extinction[i] += kBodyExtinction;
+  }
+
+  // Light that comes along a ray reversed: from the far side of the grid inwards, each cell adds what it holds.
+  #sweep(ray: number): void {
+    const [nx, ny, nz] = this.#count;
+    const towards = kRays[ray];
+    const depth = new Float32Array(this.#extinction.length);
+    const step = Math.hypot(...towards);
+    const order = (axis: number, i: number) => (towards[axis] > 0 ? this.#count[axis] - 1 - i : i);
+    for (let k = 0; k < nz; ++k) {
+      const z = order(2, k);
+      const zNext = z + towards[2];
+      for (let j = 0; j < ny; ++j) {
+        const y = order(1, j);
+        const yNext = y + towards[1];
+        for (let i = 0; i < nx; ++i) {
+          const x = order(0, i);
+          const xNext = x + towards[0];
+          const here = this.#index(x, y, z);
+          if (xNext >= 0 && xNext < nx && yNext >= 0 && yNext < ny && zNext >= 0 && zNext < nz) {
+            const next = this.#index(xNext, yNext, zNext);
+            depth[here] = depth[next] + step * this.#extinction[next];
+          }
+          this.#left[kRayCount * here + ray] = Math.exp(-depth[here]);
+        }
+      }
+    }
+  }
+}
+
+function facing(normal: readonly number[], ray: number): number {
+  const [x, y, z] = kRays[ray];
+  return Math.max((normal[0] * x + normal[1] * y + normal[2] * z) / Math.hypot(x, y, z), 0.02);
+}

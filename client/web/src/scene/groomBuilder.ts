@@ -1,0 +1,71 @@
+import type { Groom } from "../hair/groom";
+import { makeGroomGeometry, type GroomGeometry } from "./geometry/groomGeometry";
+import GroomWorker from "./groomWorker?worker&inline";
+
+type Answer = { id: number; geometry?: GroomGeometry; fault?: string };
+type Waiting = { groom: Groom; resolve: (geometry: GroomGeometry) => void; reject: (fault: Error) => void };
+
+/**
+ * Makes grooms' geometry in a worker, one after the other; where no worker may run (a page's policy forbids it, or there
+ * are none), on this thread, which then stands still for a second or so a groom.
+ */
+export class GroomBuilder {
+  #worker: Worker | null = null;
+  #workerFailed = typeof Worker === "undefined";
+  #next = 1;
+  readonly #waiting = new Map<number, Waiting>();
+
+  build(groom: Groom): Promise<GroomGeometry> {
+    return new Promise((resolve, reject) => {
+      const id = this.#next++;
+      this.#waiting.set(id, { groom, resolve, reject });
+      const worker = this.#start();
+      if (worker) worker.postMessage({ id, groom });
+      else this.#buildHere(id);
+    });
+  }
+
+  /** What is being made is never finished. */
+  dispose(): void {
+    this.#worker?.terminate();
+    this.#worker = null;
+    this.#waiting.clear();
+  }
+
+  #start(): Worker | null {
+    if (this.#worker || this.#workerFailed) return this.#worker;
+    try {
+      this.#worker = new GroomWorker();
+    } catch {
+      this.#workerFailed = true;
+      return null;
+    }
+    this.#worker.onmessage = ({ data }: MessageEvent<Answer>) => this.#take(data);
+    this.#worker.onerror = () => {
+      this.#worker?.terminate();
+      this.#worker = null;
+      this.#workerFailed = true;
+      for (const id of this.#waiting.keys()) this.#buildHere(id);
+    };
+    return this.#worker;
+  }
+
+  #buildHere(id: number): void {
+    setTimeout(() => {
+      const waiting = this.#waiting.get(id);
+      if (!waiting) return;
+      try {
+        this.#take({ id, geometry: makeGroomGeometry(waiting.groom) });
+      } catch (fault) {
+        this.#take({ id, fault: String(fault) });
+      }
+    });
+  }
+
+  #take({ id, geometry, fault }: Answer): void {
+    const waiting = this.#waiting.get(id);
+    this.#waiting.delete(id);
+    if (geometry) waiting?.resolve(geometry);
+    else waiting?.reject(new Error(fault ?? "the groom's geometry could not be made"));
+  }
+}

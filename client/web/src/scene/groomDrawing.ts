@@ -1,0 +1,210 @@
+import {
+  BufferAttribute,
+  Float16BufferAttribute,
+  InstancedBufferGeometry,
+  InterleavedBuffer,
+  InterleavedBufferAttribute,
+  Mesh,
+  type Group,
+  type IUniform,
+  type RawShaderMaterial,
+} from "three";
+import type { DrawDetail } from "./drawDetail";
+import type { GroomGeometry } from "./geometry/groomGeometry";
+import type { MeshArrays } from "./geometry/meshBuilder";
+import { makeMaterial, type HairPart, type SceneUniforms } from "./hairMaterials";
+
+/** One character that is drawn, in the order of its records. */
+export interface Drawn {
+  readonly detail: DrawDetail;
+  /** of strands */
+  readonly list: number;
+}
+
+/** What was drawn of it last. */
+export interface DrawCounts {
+  drawCalls: number;
+  strands: number;
+  strips: number;
+  vertices: number;
+}
+
+const kFollowersMost = 15;
+
+/** All characters of one groom: a draw call for each part of it, and one for each list of its strands. */
+export class GroomDrawing {
+  readonly strandCount: number;
+  readonly strandWidthM: number;
+  readonly radiusM: number;
+  readonly hasFarStrips: boolean;
+  readonly bytes: number;
+  readonly #geometry: GroomGeometry;
+  readonly #strands: Part[];
+  readonly #strips: Part | null;
+  readonly #farStrips: Part | null;
+  readonly #fabric: Part | null;
+  readonly #body: Part | null;
+  readonly #parts: Part[];
+
+  /** Its meshes become children of `group`. `adapt` may change each material. */
+  constructor(
+    geometry: GroomGeometry,
+    private readonly group: Group,
+    uniforms: SceneUniforms,
+    adapt: (material: RawShaderMaterial, part: HairPart) => void,
+  ) {
+    this.#geometry = geometry;
+    this.strandCount = geometry.strandCount;
+    this.strandWidthM = geometry.strandWidthM;
+    this.radiusM = geometry.radiusM;
+    this.hasFarStrips = geometry.farStrips.triangles.length > 0;
+    const make = (part: HairPart, attributes: Attributes, triangles: Uint32Array, own: Record<string, IUniform>) => {
+      const material = makeMaterial(part, uniforms, own);
+      adapt(material, part);
+      return new Part(part, attributes, triangles, material, uniforms);
+    };
+    const whole = (part: HairPart, arrays: MeshArrays, extra: Extra[], own: Record<string, IUniform> = {}) =>
+      arrays.triangles.length > 0 ? make(part, attributesOf(arrays, extra), arrays.triangles, own) : null;
+    const side: Extra[] = [["side", 0, 4]];
+    this.#body = whole("body", geometry.body, [["shares", 0, 4]]);
+    this.#fabric = whole("fabric", geometry.fabric, [
+      ["albedo", 0, 4],
+      ["cord", 4, 1],
+    ]);
+    this.#strips = whole("strip", geometry.strips, side, { far_strips: { value: 0 }, waviness: { value: 0 } });
+    this.#farStrips = whole("strip", geometry.farStrips, side, {
+      far_strips: { value: 1 },
+      waviness: { value: geometry.waviness },
+    });
+    const strands = attributesOf(geometry.strands, [["strand", 0, 1]]);
+    const strandCount = { value: Math.max(geometry.strandCount, 1) };
+    this.#strands = geometry.strandLists.map((list) =>
+      make("strand", strands, list.triangles, { strand_count: strandCount }),
+    );
+    const parts = [this.#body, this.#fabric, this.#strips, ...this.#strands, this.#farStrips];
+    this.#parts = parts.filter((part) => part !== null);
+    for (const part of this.#parts) group.add(part.mesh);
+    this.bytes = bytesOf(geometry);
+  }
+
+  /** The list of strands for a tolerance: the coarsest that keeps to it. */
+  listFor(toleranceM: number): number {
+    let best = 0;
+    this.#geometry.strandLists.forEach((list, n) => {
+      if (list.toleranceM <= toleranceM) best = n;
+    });
+    return best;
+  }
+
+  /** Draws those whose records begin at `first`, in that order: by strips, then by list. None: nothing. */
+  show(shown: readonly Drawn[], first: number, counts: DrawCounts): void {
+    for (const part of this.#parts) part.hide();
+    if (shown.length === 0) return;
+    this.#body?.show(first, shown.length, 1, counts);
+    this.#fabric?.show(first, shown.length, 1, counts);
+    this.#strips?.show(first, shown.length, 1, counts);
+    for (let begin = 0; begin < shown.length; ) {
+      let end = begin;
+      let share = 0;
+      let followers = 0;
+      const far = this.hasFarStrips && shown[begin].detail.strips >= 1;
+      const { list } = shown[begin];
+      for (; end < shown.length && shown[end].list === list; ++end) {
+        if ((this.hasFarStrips && shown[end].detail.strips >= 1) !== far) break;
+        share = Math.max(share, shown[end].detail.strandShare);
+        followers = Math.max(followers, shown[end].detail.followerCount);
+      }
+      if (!far && this.strandCount > 0) {
+        const strands = Math.min(this.strandCount, Math.ceil(share * this.strandCount));
+        const copies = 1 + Math.ceil(Math.min(Math.max(followers, 0), kFollowersMost));
+        const part = this.#strands[list];
+        part.mesh.geometry.setDrawRange(0, this.#geometry.strandLists[list].end[strands]);
+        part.show(first + begin, end - begin, copies, counts);
+        counts.strands += strands * copies * (end - begin);
+      }
+      begin = end;
+    }
+    const farFrom = shown.findIndex((one) => one.detail.strips > 0);
+    if (this.#farStrips && farFrom >= 0) {
+      this.#farStrips.show(first + farFrom, shown.length - farFrom, 1, counts);
+      counts.strips += shown.length - farFrom;
+    }
+  }
+
+  dispose(): void {
+    for (const part of this.#parts) {
+      this.group.remove(part.mesh);
+      part.dispose();
+    }
+  }
+}
+
+type Attributes = Record<string, BufferAttribute | InterleavedBufferAttribute>;
+/** Name in the shader, first number and count of numbers in `extra`. */
+type Extra = readonly [name: string, first: number, size: number];
+
+function attributesOf(arrays: MeshArrays, extras: readonly Extra[]): Attributes {
+  const attributes: Attributes = {
+    rest: new BufferAttribute(arrays.rest, 4),
+    sides: new BufferAttribute(arrays.sides, 4, true),
+    ends: new BufferAttribute(arrays.ends, 4, true),
+    direction: new Float16BufferAttribute(arrays.direction as Uint16Array<ArrayBuffer>, 4),
+  };
+  const buffer = new InterleavedBuffer(arrays.extra, arrays.extraSize);
+  for (const [name, first, size] of extras) attributes[name] = new InterleavedBufferAttribute(buffer, size, first);
+  return attributes;
+}
+
+function bytesOf(geometry: GroomGeometry): number {
+  const { strands, strips, farStrips, fabric, body } = geometry;
+  let bytes = 0;
+  for (const mesh of [strands, strips, farStrips, fabric, body])
+    for (const array of Object.values(mesh)) if (ArrayBuffer.isView(array)) bytes += array.byteLength;
+  for (const list of geometry.strandLists) bytes += list.triangles.byteLength;
+  return bytes;
+}
+
+const kOrder: Record<HairPart, number> = { body: 0, fabric: 1, strip: 2, strand: 3 };
+
+/** A mesh whose instances are characters, or characters' strands and their followers. */
+class Part {
+  readonly mesh: Mesh<InstancedBufferGeometry, RawShaderMaterial>;
+
+  constructor(part: HairPart, attributes: Attributes, triangles: Uint32Array, material: RawShaderMaterial, uniforms: SceneUniforms) {
+    const geometry = new InstancedBufferGeometry();
+    for (const [name, attribute] of Object.entries(attributes)) {
+      // The body's shader has another name for what is there.
+      geometry.setAttribute(part === "body" && name === "direction" ? "normal" : name, attribute);
+    }
+    geometry.setIndex(new BufferAttribute(triangles, 1));
+    geometry.instanceCount = 0;
+    this.mesh = new Mesh(geometry, material);
+    this.mesh.name = material.name;
+    this.mesh.frustumCulled = false; // characters are, one by one
+    this.mesh.matrixAutoUpdate = false;
+    this.mesh.renderOrder = kOrder[part];
+    this.mesh.raycast = () => {};
+    this.mesh.visible = false;
+    this.mesh.onBeforeRender = (renderer) => uniforms.setTarget(renderer);
+  }
+
+  show(firstRecord: number, characters: number, copies: number, counts: DrawCounts): void {
+    const { geometry, material } = this.mesh;
+    geometry.instanceCount = characters * copies;
+    material.uniforms.first_record.value = firstRecord;
+    material.uniforms.copies.value = copies;
+    this.mesh.visible = true;
+    const indices = Math.min(geometry.drawRange.count, geometry.index?.count ?? 0);
+    counts.drawCalls += 1;
+    counts.vertices += indices * characters * copies;
+  }
+
+  hide(): void {
+    this.mesh.visible = false;
+  }
+
+  dispose(): void {
+    this.mesh.geometry.dispose();
+    this.mesh.material.dispose();
+  }
+}

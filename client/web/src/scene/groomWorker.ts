@@ -1,0 +1,13 @@
+import type { Groom } from "../hair/groom";
+import { buffersOf, makeGroomGeometry } from "./geometry/groomGeometry";
+
+/** Asked for a groom's geometry, answers with it, or with what went wrong. */
+self.onmessage = ({ data }: MessageEvent<{ id: number; groom: Groom }>) => {
+  const { id, groom } = data;
+  try {
+    const geometry = makeGroomGeometry(groom);
+    self.postMessage({ id, geometry }, { transfer: buffersOf(geometry) });
+  } catch (fault) {
+    self.postMessage({ id, fault: String(fault) });
+  }
+};

@@ -1,0 +1,63 @@
+import {
+  DoubleSide,
+  GLSL3,
+  RawShaderMaterial,
+  SRGBColorSpace,
+  Vector2,
+  type IUniform,
+  type Texture,
+  type WebGLRenderer,
+} from "three";
+import { makeLightRig, type LightRig } from "./lightRig";
+import { shader } from "./shaders";
+
+/** What a material draws. */
+export type HairPart = "strand" | "strip" | "fabric" | "body";
+
+/** Uniforms that all materials of a scene share, by their names in client/shaders. */
+export class SceneUniforms {
+  readonly rig: LightRig = makeLightRig();
+  readonly all: Record<string, IUniform>;
+
+  constructor(records: Texture, lattices: Texture) {
+    this.all = {
+      viewport_px: { value: new Vector2(1, 1) },
+      light_direction: { value: this.rig.towards },
+      light_colour: { value: this.rig.colours },
+      ambient_above: { value: this.rig.ambientAbove },
+      ambient_below: { value: this.rig.ambientBelow },
+      exposure: { value: 1 },
+      encode_srgb: { value: 1 },
+      samples: { value: 1 },
+      records: { value: records },
+      lattices: { value: lattices },
+      strip_texture: { value: null },
+    };
+  }
+
+  /** How the target that is bound now takes colours; called as each part is drawn. */
+  setTarget(renderer: WebGLRenderer): void {
+    const target = renderer.getRenderTarget();
+    // As three.js's own materials decide it.
+    const isXr = target !== null && (target as { isXRRenderTarget?: boolean }).isXRRenderTarget === true;
+    const space = target === null ? renderer.outputColorSpace : isXr ? target.texture.colorSpace : "";
+    this.all.encode_srgb.value = space === SRGBColorSpace ? 1 : 0;
+    const antialiased = renderer.getContextAttributes()?.antialias === true;
+    this.all.samples.value = Math.max(target === null ? (antialiased ? 4 : 1) : target.samples, 1);
+  }
+}
+
+/**
+ * A material for one part of one groom. `own`: its uniforms beside the shared ones, first_record and copies among them.
+ */
+export function makeMaterial(part: HairPart, shared: SceneUniforms, own: Record<string, IUniform> = {}): RawShaderMaterial {
+  return new RawShaderMaterial({
+    name: `hairnet ${part}`,
+    side: DoubleSide,
+    glslVersion: GLSL3,
+    vertexShader: shader(`${part}.vert`),
+    fragmentShader: shader(`${part}.frag`),
+    alphaToCoverage: part !== "body",
+    uniforms: { ...shared.all, first_record: { value: 0 }, copies: { value: 1 }, ...own },
+  });
+}

@@ -1,0 +1,296 @@
+import { Group, type Camera, type Object3D, type Object3DEventMap, type RawShaderMaterial, type WebGLRenderer } from "three";
+import { poseFault, type Pose } from "../hair/pose";
+import { detailFor, widthScale } from "./drawDetail";
+import { GroomBuilder } from "./groomBuilder";
+import { GroomDrawing, type DrawCounts, type Drawn } from "./groomDrawing";
+import { HairCharacter } from "./hairCharacter";
+import { SceneUniforms, type HairPart } from "./hairMaterials";
+import type { HairSource, LatticeLayer, MemberImportance, ShownMember } from "./hairSource";
+import { sceneLights, studioLights } from "./lightRig";
+import { place } from "./placement";
+import { kLayerCountMost, Lattices, Records, type PlacedLayer } from "./records";
+import { StripTexture } from "./stripTexture";
+import { seenBy, viewsOf, type View } from "./view";
+
+export interface HairSceneOptions {
+  /** "studio": key, fill and rim about the camera; "scene": the directional, ambient and hemisphere lights of the scene */
+  lights?: "studio" | "scene";
+  /** Called with each material as it is made: one for every part of every groom. */
+  onMaterial?: (material: RawShaderMaterial, part: HairPart) => void;
+}
+
+/** Of the last `update`. */
+export interface HairStatistics extends DrawCounts {
+  characters: number;
+  grooms: number;
+  groomBytes: number;
+}
+
+const kImportanceEveryMs = 250;
+const kStrayM = 2.5e-3; // of followers from their strand
+
+/** The names of events are those of `HairScene.addEventListener`. */
+export interface HairSceneEventMap {
+  characteradded: { character: HairCharacter };
+  characterremoved: { character: HairCharacter };
+  /** A groom could not be made ready; its characters stay unseen. */
+  groomfault: { groomKey: string; detail: string };
+}
+
+/**
+ * Everybody's hair, as a child of any three.js scene; call `update` before each rendering. Characters of one groom and
+ * one level of drawing are one draw call. Its world matrix may move and turn the room, and scale it evenly.
+ *
+ * Drawn with multisampling (`antialias: true`, or a target with samples) nothing needs sorting; without, hair is dithered.
+ * Logarithmic and reversed depth buffers are not supported.
+ */
+export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
+  /** by member number; each is a child of this group */
+  readonly characters = new Map<number, HairCharacter>();
+  /** Multiplies all light. */
+  exposure = 1;
+  /** Of what screen size asks for: strands, points; 0.1 to 4. */
+  quality = 1;
+  lights: "studio" | "scene";
+  readonly statistics: HairStatistics = {
+    drawCalls: 0,
+    strands: 0,
+    strips: 0,
+    vertices: 0,
+    characters: 0,
+    grooms: 0,
+    groomBytes: 0,
+  };
+
+  readonly #source: HairSource;
+  readonly #renderer: WebGLRenderer;
+  readonly #options: HairSceneOptions;
+  readonly #records = new Records();
+  readonly #lattices = new Lattices();
+  readonly #uniforms = new SceneUniforms(this.#records.texture, this.#lattices.texture);
+  readonly #stripTexture = new StripTexture();
+  readonly #builder = new GroomBuilder();
+  readonly #grooms = new Map<string, GroomEntry>();
+  #shown: Appearance[] = [];
+  #importanceMs = -Infinity;
+  #isDisposed = false;
+
+  constructor(source: HairSource, renderer: WebGLRenderer, options: HairSceneOptions = {}) {
+    super();
+    this.name = "hairnet";
+    this.#source = source;
+    this.#renderer = renderer;
+    this.#options = options;
+    this.lights = options.lights ?? "studio";
+    this.#uniforms.all.strip_texture.value = this.#stripTexture.texture;
+    renderer.domElement.addEventListener("webglcontextrestored", this.#onRestored);
+  }
+
+  /** Takes everybody as they are at `nowMs` (as of `performance.now()`), for pictures from `camera`. */
+  update(camera: Camera, nowMs: number = performance.now()): void {
+    if (this.#isDisposed) return;
+    this.updateWorldMatrix(true, false);
+    camera.updateWorldMatrix(true, false);
+    this.#stripTexture.draw(this.#renderer);
+    const members = this.#source.sample(nowMs);
+    this.#meet(members);
+    const views = viewsOf(this.#renderer, camera);
+    this.#appear(members, views);
+    this.#write();
+    this.#setUniforms(camera, views);
+    this.#reportImportance(nowMs);
+  }
+
+  /** Leaves its parent and frees all that it has on the GPU. */
+  override dispose(): void {
+    this.#isDisposed = true;
+    this.dispatchEvent({ type: "dispose" });
+    this.#renderer.domElement.removeEventListener("webglcontextrestored", this.#onRestored);
+    this.removeFromParent();
+    this.#builder.dispose();
+    for (const groom of this.#grooms.values()) groom.drawing?.dispose();
+    this.#grooms.clear();
+    for (const character of this.characters.values()) this.remove(character);
+    this.characters.clear();
+    this.#stripTexture.dispose();
+    this.#records.dispose();
+    this.#lattices.dispose();
+  }
+
+  readonly #onRestored = () => this.#stripTexture.forget();
+
+  // Characters come and go with the members, grooms with the characters.
+  #meet(members: readonly ShownMember[]): void {
+    const here = new Set<number>();
+    const groomKeys = new Set<string>();
+    for (const member of members) {
+      here.add(member.member);
+      groomKeys.add(member.groomKey);
+      const known = this.characters.get(member.member);
+      if (known) known.groomKey = member.groomKey;
+      else this.#addCharacter(member);
+      if (member.groom && !this.#grooms.has(member.groomKey)) this.#addGroom(member.groomKey, member.groom);
+    }
+    for (const [number, character] of this.characters) {
+      if (here.has(number)) continue;
+      this.characters.delete(number);
+      this.remove(character);
+      this.dispatchEvent({ type: "characterremoved", character });
+    }
+    for (const [key, groom] of this.#grooms) {
+      if (groomKeys.has(key)) continue;
+      groom.drawing?.dispose();
+      this.#grooms.delete(key);
+    }
+  }
+
+  #addCharacter(member: ShownMember): void {
+    const character = new HairCharacter(member.member, member.own, member.groomKey);
+    this.characters.set(member.member, character);
+    this.add(character);
+    this.dispatchEvent({ type: "characteradded", character });
+  }
+
+  #addGroom(key: string, groom: NonNullable<ShownMember["groom"]>): void {
+    const entry: GroomEntry = { drawing: null };
+    this.#grooms.set(key, entry);
+    this.#builder.build(groom).then(
+      (geometry) => {
+        // It may have left meanwhile, or left and come again.
+        if (this.#isDisposed || this.#grooms.get(key) !== entry) return;
+        const adapt = this.#options.onMaterial ?? (() => {});
+        entry.drawing = new GroomDrawing(geometry, this, this.#uniforms, adapt);
+      },
+      (fault: Error) => {
+        if (!this.#isDisposed) this.dispatchEvent({ type: "groomfault", groomKey: key, detail: fault.message });
+      },
+    );
+  }
+
+  #appear(members: readonly ShownMember[], views: readonly View[]): void {
+    this.#shown = [];
+    for (const member of members) {
+      const character = this.characters.get(member.member);
+      if (!character) continue;
+      const groom = this.#grooms.get(member.groomKey)?.drawing ?? null;
+      const pose = member.pose && !poseFault(member.pose) ? member.pose : null;
+      character.isReady = groom !== null && pose !== null;
+      if (!pose) continue;
+      const placed = place(character, pose, this.matrixWorld);
+      const radius = (1.3 * (groom?.radiusM ?? 0.5) + 0.1) * placed.size;
+      const seen = seenBy(views, placed.pose, radius);
+      const detail =
+        character.detail ?? detailFor(seen.headPx * placed.size, this.quality, groom?.strandCount ?? 1);
+      const drawn = groom !== null && seen.inView && isVisible(character);
+      this.#shown.push({
+        member,
+        character,
+        groom: drawn ? groom : null,
+        pose: placed.pose,
+        size: placed.size,
+        detail: groom?.hasFarStrips ? detail : { ...detail, strips: 0 },
+        list: groom?.listFor(detail.toleranceM) ?? 0,
+        importance: { member: member.member, screenHeight: seen.screenHeight * placed.size, inView: seen.inView },
+      });
+    }
+  }
+
+  // Lattices, records, and the draw calls that take them.
+  #write(): void {
+    const byGroom = new Map<GroomDrawing, Appearance[]>();
+    let nodes = 0;
+    let rows = 0;
+    for (const one of this.#shown) {
+      if (!one.groom) continue;
+      const others = byGroom.get(one.groom);
+      if (others) others.push(one);
+      else byGroom.set(one.groom, [one]);
+      for (const layer of one.member.layers) nodes += layer.grid.length / 3;
+      rows += 1;
+    }
+    this.#lattices.begin(nodes);
+    this.#records.begin(rows);
+    const counts = this.statistics;
+    counts.drawCalls = counts.strands = counts.strips = counts.vertices = counts.groomBytes = 0;
+    for (const { drawing } of this.#grooms.values()) {
+      if (!drawing) continue;
+      counts.groomBytes += drawing.bytes;
+      const shown = (byGroom.get(drawing) ?? []).sort(inDrawingOrder);
+      const first = shown.map((one) => this.#addRecord(one, drawing))[0] ?? 0;
+      drawing.show(shown satisfies Drawn[], first, counts);
+    }
+    this.#lattices.end();
+    this.#records.end();
+    counts.characters = rows;
+    counts.grooms = byGroom.size;
+  }
+
+  #addRecord(one: Appearance, groom: GroomDrawing): number {
+    const { character } = one;
+    return this.#records.add({
+      pose: one.pose,
+      number: character.member,
+      hairAlbedo: [character.hairColour.r, character.hairColour.g, character.hairColour.b],
+      skinAlbedo: [character.skinColour.r, character.skinColour.g, character.skinColour.b],
+      widthM: groom.strandWidthM * widthScale(one.detail) * one.size,
+      detail: one.detail,
+      strayM: kStrayM,
+      size: one.size,
+      bodyVisible: character.bodyVisible,
+      layers: one.member.layers.slice(0, kLayerCountMost).filter(isDrawable).map((layer) => this.#placeLayer(layer)),
+    });
+  }
+
+  #placeLayer({ geometry, grid, weight }: LatticeLayer): PlacedLayer {
+    const { origin, spacing, dims } = geometry.lattice;
+    return { origin, spacing, dims, weight, firstNode: this.#lattices.add(grid) };
+  }
+
+  #setUniforms(camera: Camera, views: readonly View[]): void {
+    const { all, rig } = this.#uniforms;
+    all.exposure.value = this.exposure;
+    if (views.length > 0) all.viewport_px.value.set(views[0].widthPx, views[0].heightPx);
+    if (this.lights === "scene") sceneLights(rootOf(this), rig);
+    // In a headset the studio stays where it was: lights that turn with the head are felt as wrong.
+    else if (!this.#renderer.xr.isPresenting || rig.colours[0].r === 0) studioLights(camera, rig);
+  }
+
+  #reportImportance(nowMs: number): void {
+    if (nowMs - this.#importanceMs < kImportanceEveryMs) return;
+    this.#importanceMs = nowMs;
+    this.#source.reportImportance?.(this.#shown.map((one) => one.importance));
+  }
+}
+
+interface GroomEntry {
+  /** null: still being made */
+  drawing: GroomDrawing | null;
+}
+
+interface Appearance extends Drawn {
+  readonly member: ShownMember;
+  readonly character: HairCharacter;
+  /** null: not drawn */
+  readonly groom: GroomDrawing | null;
+  /** scene */
+  readonly pose: Pose;
+  readonly size: number;
+  readonly importance: MemberImportance;
+}
+
+function isVisible(character: HairCharacter): boolean {
+  for (let at: Object3D | null = character; at; at = at.parent) if (!at.visible) return false;
+  return true;
+}
+
+function isDrawable(layer: LatticeLayer): boolean {
+  return layer.weight !== 0 && layer.grid.every(Number.isFinite);
+}
+
+function inDrawingOrder(a: Appearance, b: Appearance): number {
+  return a.detail.strips - b.detail.strips || a.list - b.list || b.detail.strandShare - a.detail.strandShare;
+}
+
+function rootOf(object: Object3D): Object3D {
+  return object.parent ? rootOf(object.parent) : object;
+}

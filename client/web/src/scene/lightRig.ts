@@ -1,0 +1,89 @@
+import { AmbientLight, Color, DirectionalLight, HemisphereLight, Vector3, type Camera, type Object3D } from "three";
+
+/** Key, fill and rim from far away, and the room's own light. Linear RGB. */
+export interface LightRig {
+  /** three unit vectors towards the lights, scene */
+  readonly towards: readonly Vector3[];
+  readonly colours: readonly Color[];
+  readonly ambientAbove: Color;
+  readonly ambientBelow: Color;
+}
+
+export function makeLightRig(): LightRig {
+  return {
+    towards: [new Vector3(0, 1, 0), new Vector3(0, 1, 0), new Vector3(0, 1, 0)],
+    colours: [new Color(0), new Color(0), new Color(0)],
+    ambientAbove: new Color(0),
+    ambientBelow: new Color(0),
+  };
+}
+
+/**
+ * The studio stands about the camera's bearing, so that front, side and back are lit alike (client/view/light_rig.cpp):
+ * key above its left, fill at its right, rim behind.
+ */
+export function studioLights(camera: Camera, rig: LightRig): void {
+  const toCamera = camera.getWorldDirection(new Vector3()).negate();
+  toCamera.y = 0;
+  if (toCamera.lengthSq() < 1e-6) toCamera.set(0, 0, 1);
+  toCamera.normalize();
+  const right = new Vector3(0, 1, 0).cross(toCamera);
+  const put = (n: number, bearingDeg: number, heightDeg: number) => {
+    const bearing = (bearingDeg * Math.PI) / 180;
+    const height = (heightDeg * Math.PI) / 180;
+    rig.towards[n]
+      .copy(toCamera)
+      .multiplyScalar(Math.cos(height) * Math.cos(bearing))
+      .addScaledVector(right, Math.cos(height) * Math.sin(bearing));
+    rig.towards[n].y += Math.sin(height);
+  };
+  put(0, -42, 42);
+  put(1, 55, 12);
+  put(2, 152, 38);
+  rig.colours[0].setRGB(1.02, 0.98, 0.92);
+  rig.colours[1].setRGB(0.24, 0.26, 0.29);
+  rig.colours[2].setRGB(0.8, 0.84, 0.92);
+  rig.ambientAbove.setRGB(0.22, 0.23, 0.25);
+  rig.ambientBelow.setRGB(0.13, 0.12, 0.115);
+}
+
+/**
+ * The visible lights of a three.js scene: its three brightest directional ones, ambient and hemisphere lights. Others
+ * are overlooked. three.js divides light by pi where it meets a surface, and so does this.
+ */
+export function sceneLights(root: Object3D, rig: LightRig): void {
+  const directional: DirectionalLight[] = [];
+  rig.ambientAbove.setRGB(0, 0, 0);
+  rig.ambientBelow.setRGB(0, 0, 0);
+  root.traverseVisible((object) => {
+    if (object instanceof DirectionalLight) directional.push(object);
+    if (object instanceof AmbientLight) {
+      addLight(rig.ambientAbove, object.color, object.intensity);
+      addLight(rig.ambientBelow, object.color, object.intensity);
+    }
+    if (object instanceof HemisphereLight) {
+      addLight(rig.ambientAbove, object.color, object.intensity);
+      addLight(rig.ambientBelow, object.groundColor, object.intensity);
+    }
+  });
+  directional.sort((a, b) => brightness(b) - brightness(a));
+  const target = new Vector3();
+  for (let n = 0; n < 3; ++n) {
+    const light = directional[n];
+    rig.colours[n].setRGB(0, 0, 0);
+    if (!light) continue;
+    addLight(rig.colours[n], light.color, light.intensity);
+    rig.towards[n].setFromMatrixPosition(light.matrixWorld).sub(target.setFromMatrixPosition(light.target.matrixWorld));
+    if (rig.towards[n].lengthSq() > 0) rig.towards[n].normalize();
+    else rig.towards[n].set(0, 1, 0);
+  }
+}
+
+function addLight(sum: Color, colour: Color, intensity: number): void {
+  const share = intensity / Math.PI;
+  sum.setRGB(sum.r + colour.r * share, sum.g + colour.g * share, sum.b + colour.b * share);
+}
+
+function brightness(light: DirectionalLight): number {
+  return light.intensity * (0.2126 * light.color.r + 0.7152 * light.color.g + 0.0722 * light.color.b);
+}

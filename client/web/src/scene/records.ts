@@ -1,0 +1,133 @@
+import type { Pose } from "../hair/pose";
+import { kBoneCount, kNumbersPerBone } from "../hair/pose";
+import type { DrawDetail } from "./drawDetail";
+import { FloatTexture } from "./floatTexture";
+
+/** client/shaders/character.glsl */
+export const kRecordTexels = 32;
+export const kFirstLayer = 16;
+export const kLayerCountMost = 5;
+/** Texels of a row of `lattices`. */
+export const kLatticeRow = 1024;
+
+/** A lattice that moves hair, where it lies in `lattices`. */
+export interface PlacedLayer {
+  readonly origin: ArrayLike<number>;
+  readonly spacing: ArrayLike<number>;
+  readonly dims: ArrayLike<number>;
+  readonly weight: number;
+  readonly firstNode: number;
+}
+
+/** What a row says of its character. */
+export interface Record {
+  /** scene */
+  readonly pose: Pose;
+  readonly number: number;
+  readonly hairAlbedo: readonly [number, number, number];
+  readonly skinAlbedo: readonly [number, number, number];
+  readonly widthM: number;
+  readonly detail: DrawDetail;
+  readonly strayM: number;
+  /** how large it is drawn; 1: as its groom was made */
+  readonly size: number;
+  readonly bodyVisible: boolean;
+  readonly layers: readonly PlacedLayer[];
+}
+
+/** The records of all characters that a frame draws; a row each, in the order in which draw calls take them. */
+export class Records {
+  readonly #rows = new FloatTexture(kRecordTexels);
+  #count = 0;
+
+  get texture() {
+    return this.#rows.texture;
+  }
+
+  /** Room for `count` rows, none of them written. */
+  begin(count: number): void {
+    this.#rows.reserve(Math.max(count, 1));
+    this.#count = 0;
+  }
+
+  /** The row that the record has. */
+  add(record: Record): number {
+    writeRecord(record, this.#rows.values.subarray(4 * kRecordTexels * this.#count));
+    return this.#count++;
+  }
+
+  end(): void {
+    this.#rows.write();
+  }
+
+  dispose(): void {
+    this.#rows.dispose();
+  }
+}
+
+/** Into the first kRecordTexels texels of `out`. */
+export function writeRecord(record: Record, out: Float32Array): void {
+  const { pose, detail, layers } = record;
+  const put = (texel: number, a: number, b: number, c: number, d: number) => {
+    out[4 * texel] = a;
+    out[4 * texel + 1] = b;
+    out[4 * texel + 2] = c;
+    out[4 * texel + 3] = d;
+  };
+  put(0, pose[0], pose[1], pose[2], pose[3]);
+  put(1, pose[4], pose[5], pose[6], record.number);
+  put(2, ...record.hairAlbedo, record.widthM);
+  put(3, detail.strandShare, Math.min(2 - 2 * detail.strips, 1), Math.min(2 * detail.strips, 1), detail.quadratic);
+  const layerCount = Math.min(layers.length, kLayerCountMost);
+  put(4, detail.followerCount, record.strayM, layerCount, record.size - 1);
+  put(5, ...record.skinAlbedo, record.bodyVisible ? 0 : 1);
+  for (let bone = 0; bone < kBoneCount; ++bone) {
+    const at = bone * kNumbersPerBone;
+    put(6 + 2 * bone, pose[at], pose[at + 1], pose[at + 2], pose[at + 3]);
+    put(7 + 2 * bone, pose[at + 4], pose[at + 5], pose[at + 6], 0);
+  }
+  for (let l = 0; l < layerCount; ++l) {
+    const { origin, spacing, dims, weight, firstNode } = layers[l];
+    put(kFirstLayer + 3 * l, origin[0], origin[1], origin[2], weight);
+    put(kFirstLayer + 3 * l + 1, 1 / spacing[0], 1 / spacing[1], 1 / spacing[2], firstNode);
+    put(kFirstLayer + 3 * l + 2, dims[0], dims[1], dims[2], 0);
+  }
+}
+
+/** The displacements of all lattices that a frame draws. */
+export class Lattices {
+  readonly #rows = new FloatTexture(kLatticeRow);
+  #count = 0;
+
+  get texture() {
+    return this.#rows.texture;
+  }
+
+  /** Room for `count` nodes, none of them written. */
+  begin(count: number): void {
+    this.#rows.reserve(Math.max(Math.ceil(count / kLatticeRow), 1));
+    this.#count = 0;
+  }
+
+  /** `displacements`: 3 a grid node. The number of the first node. */
+  add(displacements: Float32Array): number {
+    const first = this.#count;
+    const { values } = this.#rows;
+    for (let node = 0; node < displacements.length / 3; ++node) {
+      const at = 4 * (first + node);
+      values[at] = displacements[3 * node];
+      values[at + 1] = displacements[3 * node + 1];
+      values[at + 2] = displacements[3 * node + 2];
+    }
+    this.#count += displacements.length / 3;
+    return first;
+  }
+
+  end(): void {
+    this.#rows.write();
+  }
+
+  dispose(): void {
+    this.#rows.dispose();
+  }
+}

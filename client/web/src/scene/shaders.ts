@@ -1,0 +1,54 @@
+import bodyFrag from "../../../shaders/body.frag?raw";
+import bodyVert from "../../../shaders/body.vert?raw";
+import character from "../../../shaders/character.glsl?raw";
+import coverage from "../../../shaders/coverage.glsl?raw";
+import deformVert from "../../../shaders/deform.vert?raw";
+import fabricFrag from "../../../shaders/fabric.frag?raw";
+import fabricVert from "../../../shaders/fabric.vert?raw";
+import ffd from "../../../shaders/ffd.glsl?raw";
+import hairLight from "../../../shaders/hair_light.glsl?raw";
+import nothingFrag from "../../../shaders/nothing.frag?raw";
+import scene from "../../../shaders/scene.glsl?raw";
+import screenVert from "../../../shaders/screen.vert?raw";
+import strandFrag from "../../../shaders/strand.frag?raw";
+import strandVert from "../../../shaders/strand.vert?raw";
+import stripFrag from "../../../shaders/strip.frag?raw";
+import stripTextureFrag from "../../../shaders/strip_texture.frag?raw";
+import stripVert from "../../../shaders/strip.vert?raw";
+
+const files: Record<string, string> = {
+  "body.frag": bodyFrag,
+  "body.vert": bodyVert,
+  "character.glsl": character,
+  "coverage.glsl": coverage,
+  "deform.vert": deformVert,
+  "fabric.frag": fabricFrag,
+  "fabric.vert": fabricVert,
+  "ffd.glsl": ffd,
+  "hair_light.glsl": hairLight,
+  "nothing.frag": nothingFrag,
+  "scene.glsl": scene,
+  "screen.vert": screenVert,
+  "strand.frag": strandFrag,
+  "strand.vert": strandVert,
+  "strip.frag": stripFrag,
+  "strip_texture.frag": stripTextureFrag,
+  "strip.vert": stripVert,
+};
+
+/**
+ * A shader of client/shaders with its `#include "file"` lines resolved, each file once, and without its `#version`,
+ * which three.js writes. Throws when it, or what it includes, does not exist.
+ */
+export function shader(name: string): string {
+  const text = resolve(name, new Set());
+  return text.replace(/^#version.*$/gm, "").trimStart();
+}
+
+function resolve(name: string, included: Set<string>): string {
+  const text = files[name];
+  if (text === undefined) throw new Error(`there is no shader ${name}`);
+  if (included.has(name)) return "";
+  included.add(name);
+  return text.replace(/^#include "([^"]+)"$/gm, (_, file: string) => resolve(file, included));
+}

@@ -1,0 +1,124 @@
+import type { VRM, VRMHumanBoneName } from "@pixiv/three-vrm";
+import { Matrix4, Object3D, Quaternion, Vector3 } from "three";
+import { Bone, kBoneCount, kNumbersPerBone, kPoseNumbers, type Pose } from "../hair/pose";
+
+/** Which of a model's bones stand for ours; the first that it has. */
+const kBonesFor: Record<Bone, readonly VRMHumanBoneName[]> = {
+  [Bone.head]: ["head"],
+  [Bone.neck]: ["neck", "head"],
+  [Bone.leftShoulder]: ["leftShoulder", "upperChest", "chest", "spine", "hips"],
+  [Bone.rightShoulder]: ["rightShoulder", "upperChest", "chest", "spine", "hips"],
+  [Bone.upperTrunk]: ["upperChest", "chest", "spine", "hips"],
+};
+
+/**
+ * A model's head, neck, shoulders and upper chest as the five bones of a pose. Made while the model is anyhow posed: its
+ * rest is found by resetting it for a moment.
+ */
+export class VrmSkeleton {
+  /**
+   * A child of the head bone whose axes are those of head space: its origin the head joint, +Y up, +Z out of the face
+   * when the model is at rest.
+   */
+  readonly anchor = new Object3D();
+  readonly #nodes: Object3D[];
+  readonly #anchorAtJoint: Matrix4;
+  /** of the anchor from the head joint, head space */
+  readonly #offset = new Matrix4();
+  /** Of each bone's node at rest, to the head joint's place with head space's axes. */
+  readonly #restInHead: Matrix4[];
+
+  constructor(readonly vrm: VRM) {
+    this.#nodes = nodesOf(vrm);
+    const rest = atRest(vrm, () => {
+      const toModel = vrm.scene.matrixWorld.clone().invert();
+      return this.#nodes.map((node) => toModel.clone().multiply(node.matrixWorld));
+    });
+    const head = new Matrix4().makeRotationFromQuaternion(facing(vrm));
+    head.setPosition(new Vector3().setFromMatrixPosition(rest[Bone.head]));
+    const toHead = head.clone().invert();
+    this.#restInHead = rest.map((node) => toHead.clone().multiply(node));
+    // Of head space in the head bone, whatever its own axes are.
+    this.#anchorAtJoint = rest[Bone.head].clone().invert().multiply(head);
+    this.setAnchor([0, 0, 0], 1);
+    this.anchor.name = "hairnet anchor";
+    this.#nodes[Bone.head].add(this.anchor);
+  }
+
+  /** Moves the anchor's origin off the head joint (m, head space) and scales it. */
+  setAnchor(offset: readonly [number, number, number], size: number): void {
+    this.#offset.makeTranslation(...offset);
+    moved.copy(this.#offset).scale(scale.setScalar(size)).premultiply(this.#anchorAtJoint);
+    moved.decompose(this.anchor.position, this.anchor.quaternion, this.anchor.scale);
+  }
+
+  /** Where a bone's joint is in head space at rest, in metres of the model. */
+  joint(bone: Bone, out = new Vector3()): Vector3 {
+    return out.setFromMatrixPosition(this.#restInHead[bone]);
+  }
+
+  /**
+   * The pose, in the world, as the model stands now (its world matrices are brought up to date): that of a groom at the
+   * anchor. Where the anchor enlarges it, the other bones lie that much closer to the head, as the groom's own do.
+   */
+  pose(out: Pose = new Float64Array(kPoseNumbers)): Pose {
+    this.anchor.updateWorldMatrix(true, false);
+    this.anchor.matrixWorld.decompose(headPosition, rotation, scale);
+    const size = scale.x;
+    for (let bone = 0; bone < kBoneCount; ++bone) {
+      const node = this.#nodes[bone];
+      node.updateWorldMatrix(true, false);
+      // From the groom's head space at rest to the world.
+      moved.copy(this.#restInHead[bone]).invert().premultiply(node.matrixWorld).multiply(this.#offset);
+      moved.decompose(position, rotation, scale);
+      rotation.normalize();
+      position.sub(headPosition).divideScalar(size).add(headPosition);
+      const at = bone * kNumbersPerBone;
+      out.set([rotation.x, rotation.y, rotation.z, rotation.w, position.x, position.y, position.z], at);
+    }
+    return out;
+  }
+
+  dispose(): void {
+    this.anchor.removeFromParent();
+  }
+}
+
+const moved = new Matrix4();
+const position = new Vector3();
+const headPosition = new Vector3();
+const rotation = new Quaternion();
+const scale = new Vector3();
+
+function nodesOf(vrm: VRM): Object3D[] {
+  return Array.from({ length: kBoneCount }, (_, bone) => {
+    for (const name of kBonesFor[bone as Bone]) {
+      const node = vrm.humanoid.getRawBoneNode(name);
+      if (node) return node;
+    }
+    throw new Error(`the model has no ${kBonesFor[bone as Bone][0]} bone`);
+  });
+}
+
+/** From head space to the model's: models of VRM 0 look along -Z, those of VRM 1 along +Z. */
+function facing(vrm: VRM): Quaternion {
+  const isOld = vrm.meta.metaVersion === "0";
+  return new Quaternion().setFromAxisAngle(new Vector3(0, 1, 0), isOld ? Math.PI : 0);
+}
+
+/** What `measure` finds with the model at rest; then it stands as before. */
+export function atRest<T>(vrm: VRM, measure: () => T): T {
+  const nodes = Object.values(vrm.humanoid.rawHumanBones).flatMap((bone) => (bone ? [bone.node] : []));
+  const kept = nodes.map((node) => ({ position: node.position.clone(), quaternion: node.quaternion.clone() }));
+  vrm.humanoid.resetRawPose();
+  vrm.scene.updateWorldMatrix(true, true);
+  try {
+    return measure();
+  } finally {
+    nodes.forEach((node, n) => {
+      node.position.copy(kept[n].position);
+      node.quaternion.copy(kept[n].quaternion);
+    });
+    vrm.scene.updateWorldMatrix(true, true);
+  }
+}

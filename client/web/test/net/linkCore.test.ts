@@ -1,0 +1,547 @@
+import { describe, expect, it } from "vitest";
+import type { FrameBatch, LinkEvent } from "../../src/net/events";
+import type { Frame } from "../../src/hair/frame";
+import { HairnetError } from "../../src/hair/hairnetError";
+import { ErrorClass, Level } from "../../src/hair/level";
+import { rigidPose } from "../../src/hair/pose";
+import { encodePacket } from "../../src/net/encodePacket";
+import { hashGroom } from "../../src/net/groomHash";
+import { LinkCore } from "../../src/net/linkCore";
+import type * as m from "../../src/net/messages";
+import { ErrorReason, GoodbyeReason, GroomState, ObserveMode } from "../../src/net/messages";
+import { LinkDriver, kSecond } from "../support/linkDriver";
+import type { GeometryVector } from "../support/shapes";
+import { geometryOf } from "../support/shapes";
+import { serverPacket } from "../support/serverPacket";
+import { fromHex, seeded, vectors } from "../support/vectors";
+
+const sequence = vectors<{ contents: string[]; orders: number[]; nodes: number[][]; geometry: GeometryVector }>(
+  "sequence.json",
+);
+const geometry = geometryOf(sequence.geometry);
+const groom = "ab".repeat(32);
+
+const joined: m.MemberJoined = { type: "memberJoined", member: 300, session: 5n, character: 1, groom };
+const record: m.LevelRecord = { type: "levelRecord", groom, level: Level.low, geometry };
+
+function batch(n: number, more: Partial<m.CodedFrame> = {}, tick = 100 + n): m.CodedFrameBatch {
+  const frame: m.CodedFrame = {
+    member: 300,
+    level: Level.low,
+    errorClass: ErrorClass.fine,
+    discontinuous: false,
+    asleep: false,
+    velocities: true,
+    order: sequence.orders[n],
+    stride: 1,
+    stepStride: 2,
+    content: fromHex(sequence.contents[n]),
+    ...more,
+  };
+  return { type: "frameBatch", tick, sampleTimeNs: tick * 33e6, frames: [frame] };
+}
+
+const pose = (character: number, sequenceNumber: number, teleport = false): m.PoseSample => ({
+  character,
+  sequence: sequenceNumber,
+  captureTimeNs: 0,
+  teleport,
+  pose: rigidPose(),
+});
+
+function framesOf(events: LinkEvent[]): Frame[] {
+  return events.filter((event): event is FrameBatch => event.type === "frameBatch").flatMap((event) => event.frames);
+}
+
+describe("link: opening", () => {
+  it("says hello and nothing more before the welcome", () => {
+    const driver = new LinkDriver({ clientName: "me", room: "hall" });
+    driver.core.addCharacter(7, groom);
+    const hello = driver.open();
+    expect(hello).toMatchObject({ type: "hello", protocolVersion: 3, clientName: "me", room: "hall", session: 0n });
+    expect(driver.sent()).toEqual([]);
+  });
+
+  it("says after the welcome what was asked for before", () => {
+    const driver = new LinkDriver();
+    const file = new Uint8Array(1000);
+    const hash = driver.core.offerGroom(file);
+    driver.core.addCharacter(7, hash, Level.medium);
+    driver.core.setLevel(7, Level.low);
+    const said = driver.join();
+    expect(said[0]).toMatchObject({ type: "groomOffer", hash, byteCount: 1000 });
+    expect(said[1]).toMatchObject({ type: "addCharacter", character: 7, groom: hash, level: Level.low });
+    expect(driver.eventTypes()).toEqual(["connected"]);
+  });
+
+  it("ends when the first attempt fails, and says why", () => {
+    const driver = new LinkDriver();
+    driver.open();
+    driver.break("no such host");
+    expect(driver.core.hasEnded).toBe(true);
+    expect(driver.core.endDetail).toBe("no such host");
+    expect(driver.eventTypes()).toEqual(["disconnected"]);
+  });
+
+  it("gives up on a server that does not welcome it in time", () => {
+    const driver = new LinkDriver();
+    driver.open();
+    driver.pass(4.9 * kSecond);
+    expect(driver.core.hasEnded).toBe(false);
+    driver.pass(0.2 * kSecond);
+    expect(driver.core.hasEnded).toBe(true);
+  });
+
+  it("ends with a server that begins with something else than a welcome", () => {
+    const driver = new LinkDriver();
+    driver.open();
+    driver.tell({ type: "memberLeft", member: 1 });
+    expect(driver.core.hasEnded).toBe(true);
+    expect(driver.core.wantsClose).toBe(true);
+  });
+
+  it("ends on a bad packet, a second welcome, or a message that only clients send", () => {
+    const spoil: ((driver: LinkDriver) => void)[] = [
+      (driver) => driver.core.onPacket(new Uint8Array(40), driver.nowNs),
+      (driver) => driver.tell(driver.welcome()),
+      (driver) => driver.core.onPacket(encodePacket(0, { type: "setLevel", character: 1, level: 0 }), driver.nowNs),
+    ];
+    for (const each of spoil) {
+      const driver = new LinkDriver();
+      driver.join();
+      each(driver);
+      expect(driver.core.hasEnded).toBe(true);
+      expect(driver.events().at(-1)).toMatchObject({ type: "disconnected", reason: GoodbyeReason.protocolError });
+    }
+  });
+
+  it("refuses a room whose name cannot be, and calls with arguments that no server takes", () => {
+    expect(() => new LinkCore({ room: "a/b" })).toThrow(HairnetError);
+    const driver = new LinkDriver();
+    expect(() => driver.core.addCharacter(0, groom)).toThrow(HairnetError);
+    expect(() => driver.core.addCharacter(1, "xyz")).toThrow(HairnetError);
+    expect(() => driver.core.pushPoses([{ ...pose(1, 1), pose: new Float64Array(35) }])).toThrow(HairnetError);
+    expect(driver.join()).toEqual([]);
+  });
+
+  it("takes server times to its own by the least delay", () => {
+    const driver = new LinkDriver();
+    driver.join();
+    expect(driver.core.toLocalNs(driver.nowNs + driver.serverAheadNs)).toBe(driver.nowNs);
+    driver.serverAheadNs -= 3e6; // this packet took 3 ms longer
+    driver.tell(joined);
+    expect(driver.core.toLocalNs(driver.nowNs + 5 * kSecond)).toBe(driver.nowNs);
+  });
+});
+
+describe("link: grooms", () => {
+  const file = Uint8Array.from({ length: 40_000 }, (_, i) => i % 251);
+
+  it("sends a groom as it is asked for, poses before chunks", () => {
+    const driver = new LinkDriver();
+    driver.join();
+    const hash = driver.core.offerGroom(file);
+    expect(driver.sent()).toMatchObject([{ type: "groomOffer", hash }]);
+    driver.tell({ type: "groomNeed", hash, offset: 5_000 });
+    driver.core.pushPoses([pose(1, 1)]);
+    const said = driver.sent();
+    expect(said[0].type).toBe("poseBatch");
+    const chunks = said.slice(1) as m.GroomChunk[];
+    const received = chunks.flatMap((chunk) => Array.from(chunk.bytes));
+    expect(chunks[0].offset).toBe(5_000);
+    expect(received).toEqual(Array.from(file.subarray(5_000)));
+    driver.tell({ type: "groomStatus", hash, state: GroomState.ready });
+    driver.tell({ type: "groomNeed", hash, offset: 0 });
+    expect(driver.sent()).toEqual([]);
+  });
+
+  it("still brings a groom through where poses always wait", () => {
+    const driver = new LinkDriver();
+    driver.join();
+    const hash = driver.core.offerGroom(file);
+    driver.tell({ type: "groomNeed", hash, offset: 0 });
+    let chunks = 0;
+    for (let n = 0; n < 2000; ++n) {
+      for (let p = 0; p < 3; ++p) driver.core.pushPoses([pose(1, 3 * n + p)]);
+      driver.core.takePacket(driver.nowNs);
+      driver.core.takePacket(driver.nowNs);
+      chunks = driver.core.counters.bytesSent > file.length ? 1 : 0;
+    }
+    expect(chunks).toBe(1);
+  });
+
+  it("fetches another's groom and checks it against its hash", () => {
+    const hash = hashGroom(file);
+    const driver = new LinkDriver();
+    driver.join();
+    driver.core.requestGroom(hash);
+    driver.core.requestGroom(hash);
+    expect(driver.sent()).toMatchObject([{ type: "groomRequest", hash, offset: 0 }]);
+    const data = (offset: number, end: number): m.GroomData => ({
+      type: "groomData",
+      hash,
+      byteCount: file.length,
+      offset,
+      bytes: file.subarray(offset, end),
+    });
+    driver.events();
+    driver.tell(data(0, 30_000));
+    expect(driver.events()).toEqual([]);
+    driver.tell(data(30_000, 40_000));
+    expect(driver.events()).toMatchObject([{ type: "groomFetched", hash, bytes: file, fault: "" }]);
+  });
+
+  it("says what is wrong with a groom that is not the one asked for, or has gaps", () => {
+    for (const [hash, offset] of [[groom, 0], [hashGroom(file), 7]] as const) {
+      const driver = new LinkDriver();
+      driver.join();
+      driver.events();
+      driver.core.requestGroom(hash);
+      driver.tell({ type: "groomData", hash, byteCount: file.length, offset, bytes: file.subarray(offset) });
+      const [event] = driver.events();
+      expect(event).toMatchObject({ type: "groomFetched", bytes: null });
+    }
+  });
+
+  it("asks again after a lost connection from where the pieces broke off", () => {
+    const hash = hashGroom(file);
+    const driver = new LinkDriver();
+    driver.join();
+    driver.core.requestGroom(hash);
+    driver.tell({ type: "groomData", hash, byteCount: file.length, offset: 0, bytes: file.subarray(0, 100) });
+    driver.break();
+    expect(driver.rejoin()).toMatchObject([{ type: "groomRequest", hash, offset: 100 }]);
+  });
+});
+
+describe("link: frames", () => {
+  function joinedDriver(): LinkDriver {
+    const driver = new LinkDriver();
+    driver.join();
+    driver.tell(joined);
+    driver.tell(record);
+    driver.events();
+    return driver;
+  }
+
+  it("decodes each from those before it", () => {
+    const driver = joinedDriver();
+    for (let n = 0; n < sequence.contents.length; ++n) {
+      driver.tell(batch(n));
+      const [frame] = framesOf(driver.events());
+      expect(Array.from(frame.displacements)).toEqual(sequence.nodes[n]);
+      expect(frame).toMatchObject({ member: 300, character: 0, level: Level.low, stepStride: 2 });
+      expect(frame.stepS).toBeCloseTo(2 / 30, 9);
+      expect(frame.geometry).toEqual(geometry);
+    }
+    expect(driver.core.counters).toMatchObject({ framesUndecodable: 0, framesUnknown: 0 });
+  });
+
+  it("hands them to a sink in place of events", () => {
+    const driver = joinedDriver();
+    const seen: number[][] = [];
+    driver.core.setFrameSink((frame, sampleTimeNs, tick) => {
+      expect(sampleTimeNs).toBe(tick * 33e6);
+      seen.push(Array.from(frame.displacements));
+    });
+    for (let n = 0; n < 8; ++n) driver.tell(batch(n));
+    expect(seen).toEqual(sequence.nodes.slice(0, 8));
+    expect(driver.events()).toEqual([]);
+  });
+
+  it("asks for a keyframe when one is missing, once in a while, and carries a jump over", () => {
+    const driver = joinedDriver();
+    driver.tell(batch(0));
+    driver.tell(batch(2, { discontinuous: true })); // 1 was lost
+    expect(driver.sent()).toMatchObject([{ type: "requestKeyframes", members: [300] }]);
+    driver.tell(batch(3));
+    expect(driver.sent()).toEqual([]);
+    driver.pass(0.6 * kSecond);
+    driver.tell(batch(4));
+    expect(driver.sent()).toMatchObject([{ type: "requestKeyframes", members: [300] }]);
+    driver.events();
+    driver.tell(batch(0, {}, 110));
+    expect(framesOf(driver.events())[0].discontinuous).toBe(true);
+    driver.tell(batch(1, {}, 111));
+    expect(framesOf(driver.events())[0].discontinuous).toBe(false);
+    expect(driver.core.counters.framesUndecodable).toBe(3);
+  });
+
+  it("refuses spoilt contents without harm to those that follow", () => {
+    const driver = joinedDriver();
+    driver.tell(batch(0, { content: fromHex(sequence.contents[0]).subarray(1) }));
+    driver.tell(batch(0, {}, 101));
+    expect(framesOf(driver.events()).length).toBe(1);
+    expect(driver.core.isActive).toBe(true);
+  });
+
+  it("overlooks frames of members that it was not told of, and those that come late", () => {
+    const driver = joinedDriver();
+    driver.tell(batch(0, { member: 301 }));
+    driver.tell(batch(0, {}, 105));
+    driver.tell(batch(0, {}, 104));
+    expect(framesOf(driver.events()).length).toBe(1);
+    expect(driver.core.counters.framesUnknown).toBe(2);
+  });
+
+  it("drops the oldest frames of a caller that never polls, and keeps their jumps", () => {
+    const driver = joinedDriver();
+    driver.tell(batch(0, { discontinuous: true }, 1));
+    const frameBytes = 2 * 3 * geometry.activeNodes.length * 2 + 1024;
+    const count = Math.ceil((33 << 20) / frameBytes);
+    for (let tick = 2; tick < count; ++tick) driver.tell(batch(0, {}, tick));
+    const frames = framesOf(driver.events());
+    expect(driver.core.counters.framesDropped).toBeGreaterThan(0);
+    expect(frames.length + driver.core.counters.framesDropped).toBe(count - 1);
+    expect(frames.map((frame) => frame.discontinuous).indexOf(true)).toBe(0);
+  });
+});
+
+describe("link: spoilt packets", () => {
+  it("end the connection or do nothing, and never throw, at 20 000 mutations", () => {
+    const random = seeded(9);
+    const below = (count: number) => Math.floor(random() * count);
+    const welcome = serverPacket(1, new LinkDriver().welcome());
+    const sound = [joined, record, batch(0), batch(1), batch(2)].map((message) => serverPacket(1, message));
+    const others = vectors<{ packet: string }[]>("packets.json").map((each) => fromHex(each.packet));
+    const packets = [welcome, ...sound, ...sound, ...others];
+    let ended = 0;
+    let driver = new LinkDriver();
+    driver.join();
+    for (let n = 0; n < 20_000; ++n) {
+      const packet = packets[below(packets.length)].slice();
+      for (let changes = below(3); changes > 0; --changes) packet[below(packet.length)] ^= 1 << below(8);
+      driver.core.onPacket(packet, driver.nowNs);
+      driver.pass(1e6);
+      driver.sent();
+      driver.events();
+      if (driver.core.isActive) continue;
+      ++ended;
+      driver = new LinkDriver();
+      driver.join();
+      for (const each of sound) driver.core.onPacket(each, driver.nowNs);
+    }
+    expect(ended).toBeGreaterThan(1_000);
+  });
+});
+
+describe("link: staying alive, importance, poses", () => {
+  it("lets the server know that it is still there", () => {
+    const driver = new LinkDriver();
+    driver.join();
+    driver.pass(14 * kSecond);
+    expect(driver.sent()).toEqual([]);
+    expect(driver.core.nextDeadlineNs - driver.nowNs).toBe(1 * kSecond);
+    driver.pass(1 * kSecond);
+    expect(driver.sent()).toEqual([{ type: "poseBatch", poses: [] }]);
+  });
+
+  it("reports importance a few times a second at most, and what has changed", () => {
+    const driver = new LinkDriver();
+    driver.join();
+    driver.core.reportImportance([{ member: 1, screenHeight: 0.5, inView: true }]);
+    driver.pass(0);
+    expect(driver.sent().length).toBe(1);
+    driver.core.reportImportance([{ member: 1, screenHeight: 0.52, inView: true }]);
+    driver.pass(1 * kSecond);
+    expect(driver.sent()).toEqual([]);
+    driver.core.reportImportance([{ member: 1, screenHeight: 0.7, inView: true }]);
+    driver.pass(0.01 * kSecond);
+    expect(driver.sent()).toMatchObject([{ type: "reportImportance" }]);
+    driver.core.reportImportance([{ member: 1, screenHeight: 0.1, inView: true }]);
+    driver.pass(0.01 * kSecond);
+    expect(driver.sent()).toEqual([]);
+    driver.pass(0.25 * kSecond);
+    expect(driver.sent().length).toBe(1);
+  });
+
+  it("lets the oldest poses give way when the connection does not keep up, and passes their teleports on", () => {
+    const driver = new LinkDriver();
+    driver.join();
+    driver.core.pushPoses([pose(1, 1, true)]);
+    for (let n = 2; n < 100; ++n) driver.core.pushPoses([pose(1, n)]);
+    const said = driver.sent() as m.PoseBatch[];
+    expect(said.length).toBe(64);
+    expect(said[0].poses[0]).toMatchObject({ sequence: 36, teleport: true });
+    expect(said.slice(1).some((each) => each.poses[0].teleport)).toBe(false);
+    expect(driver.core.counters.posesDropped).toBe(35);
+  });
+
+  it("drops poses while there is no connection, and passes their teleports on", () => {
+    const driver = new LinkDriver();
+    driver.core.pushPoses([pose(1, 1, true), pose(2, 1)]);
+    driver.join();
+    driver.core.pushPoses([pose(1, 2), pose(2, 2)]);
+    const [said] = driver.sent() as m.PoseBatch[];
+    expect(said.poses.map((each) => each.teleport)).toEqual([true, false]);
+  });
+});
+
+describe("link: coming back", () => {
+  const file = new Uint8Array(100).fill(1);
+
+  function withCharacter(): { driver: LinkDriver; hash: string } {
+    const driver = new LinkDriver();
+    driver.join();
+    const hash = driver.core.offerGroom(file);
+    driver.core.addCharacter(7, hash, Level.low);
+    driver.core.observe({
+      mode: ObserveMode.nearest, count: 5, radiusM: 0, from: null, members: [], errorClass: ErrorClass.normal, stride: 1,
+      velocities: true,
+    });
+    driver.sent();
+    driver.tell({ type: "groomStatus", hash, state: GroomState.ready });
+    driver.tell({ type: "characterAdded", character: 7, groom: hash, level: Level.rigid, member: 300 });
+    driver.tell({ ...record, groom: hash });
+    driver.tell(batch(0));
+    driver.events();
+    return { driver, hash };
+  }
+
+  it("waits, then names its session, and says nothing again that a server still knows", () => {
+    const { driver } = withCharacter();
+    driver.break();
+    expect(driver.events()).toMatchObject([{ type: "reconnecting", detail: "the line is dead" }]);
+    expect(driver.core.wantsConnection).toBe(false);
+    driver.pass(6 * kSecond);
+    expect(driver.open()).toMatchObject({ type: "hello", session: 77n });
+    driver.tell(driver.welcome({ resumed: true }));
+    const said = driver.sent().map((message) => message.type);
+    expect(said).toEqual(["setLevel", "observe"]);
+    expect(driver.core.counters).toMatchObject({ reconnects: 1, resumes: 1 });
+  });
+
+  it("tells a server that has lost the session everything, with the hair as it was", () => {
+    const { driver, hash } = withCharacter();
+    driver.break();
+    const said = driver.rejoin();
+    expect(said.map((message) => message.type)).toEqual(["groomOffer", "addCharacter", "observe"]);
+    const added = said[1] as m.AddCharacter;
+    expect(added).toMatchObject({ character: 7, groom: hash, level: Level.low });
+    expect(Array.from(added.state!.displacements)).toEqual(sequence.nodes[0]);
+    expect(added.state!.level).toBe(Level.low);
+    expect(added.state!.velocities.length).toBe(sequence.nodes[0].length);
+  });
+
+  it("shows the kept hair while the new server has none of it, and no longer", () => {
+    const { driver, hash } = withCharacter();
+    driver.break();
+    driver.rejoin();
+    driver.tell({ type: "characterAdded", character: 7, groom: hash, level: Level.rigid, member: 4 });
+    const rigid = { member: 4, level: Level.rigid, velocities: false, order: 0, content: rigidContent() };
+    driver.events();
+    driver.tell(batch(0, rigid, 5));
+    const [kept] = framesOf(driver.events());
+    expect(kept).toMatchObject({ kept: true, level: Level.low });
+    expect(Array.from(kept.displacements)).toEqual(sequence.nodes[0]);
+    driver.tell({ ...record, groom: hash });
+    driver.tell(batch(0, { member: 4 }, 6));
+    driver.events();
+    driver.tell(batch(0, rigid, 7));
+    expect(framesOf(driver.events())[0]).toMatchObject({ kept: false, level: Level.rigid });
+  });
+
+  it("keeps a level's geometry the same object when a server tells of it again, and takes one that differs", () => {
+    const { driver, hash } = withCharacter();
+    const geometryNow = (): unknown => {
+      driver.events();
+      driver.tell({ ...record, groom: hash });
+      const [event] = driver.events();
+      return event.type === "levelKnown" ? event.geometry : null;
+    };
+    const before = geometryNow();
+    driver.break();
+    driver.rejoin();
+    expect(geometryNow()).toBe(before);
+    const lattice = { ...geometry.lattice, origin: Float32Array.of(1, 2, 3) };
+    driver.tell({ ...record, groom: hash, geometry: { ...geometry, lattice } });
+    const [other] = driver.events();
+    expect(other).toMatchObject({ type: "levelKnown", geometry: { lattice: { origin: Float32Array.of(1, 2, 3) } } });
+  });
+
+  it("tells of members that have left meanwhile", () => {
+    const driver = new LinkDriver();
+    driver.join();
+    driver.tell(joined);
+    driver.tell({ ...joined, member: 301, character: 2 });
+    driver.break();
+    driver.events();
+    driver.rejoin({ resumed: true });
+    driver.tell(joined);
+    driver.pass(1.1 * kSecond);
+    expect(driver.events().filter((event) => event.type.startsWith("member"))).toEqual([
+      { type: "memberLeft", member: 301 },
+    ]);
+  });
+
+  it("comes back ever more rarely to a server that stays away, and gives up when it is to", () => {
+    const driver = new LinkDriver({ giveUpAfterS: 20, random: () => 0.999 });
+    driver.join();
+    driver.break();
+    let attempts = 0;
+    while (!driver.core.hasEnded) {
+      driver.pass(0.05 * kSecond);
+      if (!driver.core.wantsConnection) continue;
+      driver.core.onOpening(driver.nowNs);
+      driver.core.onClosed("refused", driver.nowNs);
+      ++attempts;
+    }
+    expect(attempts).toBeGreaterThan(4);
+    expect(attempts).toBeLessThan(20);
+    expect(driver.events().at(-1)).toMatchObject({ type: "disconnected", detail: "gave up reconnecting" });
+  });
+
+  it("does not come back after a goodbye that would be said again", () => {
+    for (const [reason, ends] of [
+      [GoodbyeReason.tokenRefused, true],
+      [GoodbyeReason.sessionTakenOver, true],
+      [GoodbyeReason.serverDraining, false],
+      [GoodbyeReason.slowConsumer, false],
+    ] as const) {
+      const driver = new LinkDriver();
+      driver.join();
+      driver.tell({ type: "goodbye", reason, detail: "so it is" });
+      expect(driver.core.hasEnded).toBe(ends);
+      expect(driver.core.wantsClose).toBe(true);
+    }
+  });
+
+  it("overlooks errors that only say that something arrived twice", () => {
+    const driver = new LinkDriver();
+    driver.join();
+    driver.core.addCharacter(7, groom);
+    driver.sent();
+    driver.break();
+    const said = driver.rejoin({ resumed: true });
+    expect(said.map((message) => message.type)).toContain("addCharacter");
+    driver.events();
+    const exists: m.ErrorMessage = {
+      type: "error", reason: ErrorReason.characterExists, character: 7, groom: null, detail: "",
+    };
+    driver.tell(exists);
+    expect(driver.events()).toEqual([]);
+    driver.tell(exists);
+    expect(driver.eventTypes()).toEqual(["error"]);
+  });
+
+  it("says goodbye, closes, and ends", () => {
+    const driver = new LinkDriver();
+    driver.join();
+    driver.core.leave(driver.nowNs);
+    expect(driver.sent()).toMatchObject([{ type: "goodbye", reason: GoodbyeReason.clientLeaves }]);
+    expect(driver.core.wantsClose).toBe(true);
+    driver.break("");
+    expect(driver.core.hasEnded).toBe(true);
+    expect(driver.events().at(-1)).toMatchObject({ type: "disconnected", reason: GoodbyeReason.clientLeaves });
+  });
+
+  /** Bones alone, of order 0: all of them at rest. */
+  function rigidContent(): Uint8Array {
+    // Choices 0; then for each bone: largest is w (3), positive; six zeros and the largest's own, each of one bit.
+    const bits: number[] = new Array(14).fill(0);
+    for (let bone = 0; bone < 5; ++bone) bits.push(1, 1, 0, 1, 1, 1, 1, 1, 1, 1);
+    const bytes = new Uint8Array(Math.ceil(bits.length / 8));
+    bits.forEach((bit, i) => (bytes[i >> 3] |= bit << (i & 7)));
+    return bytes;
+  }
+});

@@ -1,0 +1,202 @@
+import { describe, expect, test } from "vitest";
+import { Group, PerspectiveCamera, Vector3, type RawShaderMaterial } from "three";
+import { kPoseNumbers, rigidPose } from "../../src/hair/pose";
+import { detailFor, widthScale } from "../../src/scene/drawDetail";
+import { makeGroomGeometry } from "../../src/scene/geometry/groomGeometry";
+import { GroomDrawing, type DrawCounts } from "../../src/scene/groomDrawing";
+import { HairCharacter } from "../../src/scene/hairCharacter";
+import { SceneUniforms } from "../../src/scene/hairMaterials";
+import { makeLightRig, studioLights } from "../../src/scene/lightRig";
+import { place } from "../../src/scene/placement";
+import { kFirstLayer, kRecordTexels, Lattices, Records, writeRecord, type Record } from "../../src/scene/records";
+import { shader } from "../../src/scene/shaders";
+import { madeGroom } from "../support/madeGroom";
+
+describe("detail", () => {
+  test("falls with size and never jumps", () => {
+    let before = detailFor(2000, 1, 10_000);
+    for (let px = 2000; px > 5; px *= 0.99) {
+      const detail = detailFor(px, 1, 10_000);
+      expect(detail.strandShare).toBeLessThanOrEqual(before.strandShare);
+      expect(detail.strips).toBeGreaterThanOrEqual(before.strips);
+      expect(before.strandShare - detail.strandShare).toBeLessThan(0.02);
+      expect(detail.strips - before.strips).toBeLessThan(0.04);
+      expect(Math.abs(detail.quadratic - before.quadratic)).toBeLessThan(0.04);
+      expect(Math.abs(widthScale(detail) / widthScale(before) - 1)).toBeLessThan(0.05);
+      before = detail;
+    }
+    expect(before.strips).toBe(1);
+  });
+
+  test("quality counts as size, and a groom of few strands is drawn whole sooner", () => {
+    expect(detailFor(100, 2, 10_000)).toEqual(detailFor(200, 1, 10_000));
+    expect(detailFor(100, 1, 500).strandShare).toBe(1);
+    expect(detailFor(0, 1, 10_000).strandShare).toBeGreaterThan(0);
+  });
+});
+
+const record: Record = {
+  pose: rigidPose([0, 0.6, 0, 0.8], [1, 2, 3]),
+  number: 7,
+  hairAlbedo: [0.1, 0.2, 0.3],
+  skinAlbedo: [0.4, 0.5, 0.6],
+  widthM: 4e-4,
+  detail: { strandShare: 0.5, followerCount: 2, toleranceM: 0, quadratic: 1, strips: 0.25 },
+  strayM: 0.002,
+  size: 1.25,
+  bodyVisible: false,
+  layers: [{ origin: [-1, -2, -3], spacing: [0.5, 0.25, 0.125], dims: [3, 4, 5], weight: -0.5, firstNode: 1030 }],
+};
+
+describe("records", () => {
+  test("lie as client/shaders/character.glsl reads them", () => {
+    const out = new Float32Array(4 * kRecordTexels);
+    writeRecord(record, out);
+    const texel = (n: number) => [...out.subarray(4 * n, 4 * n + 4)];
+    expect(texel(0)).toEqual([0, 0.6, 0, 0.8].map(Math.fround));
+    expect(texel(1)).toEqual([1, 2, 3, 7]);
+    expect(texel(3)).toEqual([0.5, 1, 0.5, 1]);
+    expect(texel(4)).toEqual([2, Math.fround(0.002), 1, 0.25]);
+    expect(texel(5)[3]).toBe(1);
+    expect(texel(15).slice(0, 3)).toEqual([1, 2, 3]);
+    expect(texel(kFirstLayer)).toEqual([-1, -2, -3, -0.5]);
+    expect(texel(kFirstLayer + 1)).toEqual([2, 4, 8, 1030]);
+    expect(texel(kFirstLayer + 2)).toEqual([3, 4, 5, 0]);
+  });
+
+  test("the shader agrees about the width of a row and where layers begin", () => {
+    const text = shader("strand.vert");
+    expect(text).toContain(`kRecordTexels = ${kRecordTexels};`);
+    expect(text).toContain(`kFirstLayer = ${kFirstLayer};`);
+  });
+
+  test("hold as many as are begun, and keep them apart", () => {
+    const records = new Records();
+    records.begin(40);
+    for (let n = 0; n < 40; ++n) expect(records.add({ ...record, number: n })).toBe(n);
+    records.end();
+    const { data, width, height } = records.texture.image as unknown as { data: Float32Array; width: number; height: number };
+    expect(height).toBeGreaterThanOrEqual(40);
+    for (let n = 0; n < 40; ++n) expect(data[4 * (n * width + 1) + 3]).toBe(n);
+  });
+
+  test("lattices follow each other over the ends of rows", () => {
+    const lattices = new Lattices();
+    lattices.begin(3000);
+    const grid = new Float32Array(3 * 1500).fill(0.5);
+    expect(lattices.add(grid)).toBe(0);
+    expect(lattices.add(grid.map((x) => 2 * x))).toBe(1500);
+    lattices.end();
+    const { data } = lattices.texture.image as unknown as { data: Float32Array };
+    expect(data[4 * 1499]).toBe(0.5);
+    expect(data[4 * 1500 + 2]).toBe(1);
+    expect(data[4 * 2999 + 2]).toBe(1);
+  });
+});
+
+describe("draw calls", () => {
+  const counts = (): DrawCounts => ({ drawCalls: 0, strands: 0, strips: 0, vertices: 0 });
+  const group = new Group();
+  const uniforms = new SceneUniforms(new Records().texture, new Lattices().texture);
+  const materials: RawShaderMaterial[] = [];
+  const drawing = new GroomDrawing(makeGroomGeometry(madeGroom()), group, uniforms, (material) => materials.push(material));
+  const at = (px: number) => {
+    const detail = detailFor(px, 1, drawing.strandCount);
+    return { detail: { ...detail, strips: 0 }, list: drawing.listFor(detail.toleranceM) };
+  };
+
+  test("characters of one groom and one drawing level share one", () => {
+    const drawn = counts();
+    drawing.show(Array.from({ length: 20 }, () => at(400)), 5, drawn);
+    expect(drawn.drawCalls).toBe(2); // body, strands
+    const strand = group.children.filter((mesh) => mesh.visible && mesh.name === "hairnet strand");
+    expect(strand).toHaveLength(1);
+    const { geometry, material } = strand[0] as unknown as { geometry: { instanceCount: number }; material: RawShaderMaterial };
+    expect(geometry.instanceCount).toBe(20 * material.uniforms.copies.value);
+    expect(material.uniforms.first_record.value).toBe(5);
+  });
+
+  test("another drawing level is another, which begins at its own records", () => {
+    const drawn = counts();
+    drawing.show([at(400), at(400), at(30)], 0, drawn);
+    expect(drawn.drawCalls).toBe(3);
+    const firsts = group.children
+      .filter((mesh) => mesh.visible && mesh.name === "hairnet strand")
+      .map((mesh) => (mesh as unknown as { material: RawShaderMaterial }).material.uniforms.first_record.value);
+    expect(firsts.sort()).toEqual([0, 2]);
+  });
+
+  test("nobody is none, and what is disposed of leaves the scene", () => {
+    const drawn = counts();
+    drawing.show([], 0, drawn);
+    expect(drawn.drawCalls).toBe(0);
+    expect(group.children.some((mesh) => mesh.visible)).toBe(false);
+    expect(materials.length).toBe(group.children.length);
+    drawing.dispose();
+    expect(group.children).toHaveLength(0);
+  });
+});
+
+describe("placement", () => {
+  const pose = rigidPose([0, 0, 0, 1], [1, 1.6, 0]);
+  pose.set([0, 0, 0, 1, 1, 1.5, 0.25], 7); // a neck of its own
+
+  test("the room's matrix moves, turns and scales everybody", () => {
+    const character = new HairCharacter(1, false, "");
+    const room = new Group();
+    room.position.set(0, 0, 10);
+    room.rotation.y = Math.PI / 2;
+    room.scale.setScalar(2);
+    room.updateMatrixWorld();
+    const { pose: placed, size } = place(character, pose, room.matrixWorld);
+    expect(size).toBeCloseTo(2);
+    expect(placed[4]).toBeCloseTo(0);
+    expect(placed[5]).toBeCloseTo(3.2);
+    expect(placed[6]).toBeCloseTo(8);
+    room.add(character);
+    room.updateMatrixWorld();
+    const head = new Vector3().setFromMatrixPosition(character.matrixWorld);
+    expect(head.toArray()).toEqual([0, 1, 2].map((a) => expect.closeTo(placed[4 + a], 6)));
+  });
+
+  test("an anchor takes the head, and the other bones keep their places about it, as much larger as it is", () => {
+    const character = new HairCharacter(1, false, "");
+    const anchor = new Group();
+    anchor.position.set(5, 0, 0);
+    anchor.scale.setScalar(1.5);
+    character.anchor = anchor;
+    const room = new Group();
+    const { pose: placed, size } = place(character, pose, room.matrixWorld);
+    expect(size).toBeCloseTo(1.5);
+    expect([...placed.subarray(4, 7)]).toEqual([5, 0, 0]);
+    expect([...placed.subarray(11, 14)]).toEqual([5, expect.closeTo(-0.15), expect.closeTo(0.375)]);
+    expect(placed).toHaveLength(kPoseNumbers);
+    expect(character.position.x).toBe(5);
+  });
+});
+
+test("the studio's lights are unit and stand about the camera", () => {
+  const rig = makeLightRig();
+  const camera = new PerspectiveCamera();
+  camera.position.set(0, 0, 3);
+  camera.updateMatrixWorld();
+  studioLights(camera, rig);
+  for (const light of rig.towards) expect(light.length()).toBeCloseTo(1);
+  expect(rig.towards[0].x).toBeLessThan(0); // key above its left
+  expect(rig.towards[0].y).toBeGreaterThan(0.5);
+  expect(rig.towards[2].z).toBeLessThan(0); // rim behind
+  camera.rotation.x = -Math.PI / 2; // straight down
+  camera.updateMatrixWorld();
+  studioLights(camera, rig);
+  for (const light of rig.towards) expect(light.toArray().every(Number.isFinite)).toBe(true);
+});
+
+test("shaders come with what they include, each once, and without their version", () => {
+  for (const name of ["strand.vert", "strand.frag", "strip.vert", "strip.frag", "body.vert", "body.frag", "fabric.vert", "fabric.frag"]) {
+    const text = shader(name);
+    expect(text).not.toMatch(/^#(include|version)/m);
+    expect(text.match(/uniform mat4 viewMatrix/g)).toHaveLength(1);
+    expect(text.startsWith("precision")).toBe(true);
+  }
+  expect(() => shader("nothing.glsl")).toThrow("nothing.glsl");
+});

@@ -1,0 +1,65 @@
+import type { Groom } from "../../src/hair/groom";
+
+/** `strands` hairs of `points` points that hang from the top of an egg of a head, wavy by `waveM`. */
+export function madeGroom(strands = 40, points = 12, waveM = 0.004): Groom {
+  const begin = Uint32Array.from({ length: strands + 1 }, (_, s) => s * points);
+  const xyz = new Float32Array(3 * strands * points);
+  for (let s = 0; s < strands; ++s) {
+    const turn = (2 * Math.PI * s) / strands;
+    for (let i = 0; i < points; ++i) {
+      const down = (0.3 * i) / (points - 1);
+      const out = 0.09 + waveM * Math.sin(40 * down + s);
+      xyz.set([out * Math.sin(turn), 0.16 - down, out * Math.cos(turn)], 3 * (s * points + i));
+    }
+  }
+  const { vertices, triangles } = egg();
+  const count = vertices.length / 3;
+  return {
+    name: "made",
+    groupNames: ["all"],
+    points: xyz,
+    strands: {
+      count: strands,
+      begin,
+      radiusM: new Float32Array(strands).fill(4e-5),
+      hairCount: new Float32Array(strands).fill(10),
+      rootLengthM: new Float32Array(strands).fill(0.02),
+      group: new Uint16Array(strands),
+      rooted: new Uint8Array(strands).fill(1),
+    },
+    material: null,
+    groupMaterials: [],
+    rootBlends: [],
+    clusters: [],
+    threads: [],
+    strips: [],
+    cloths: [],
+    knots: [],
+    farStrips: { points: new Float32Array(0), strips: [] },
+    body: {
+      vertices,
+      triangles,
+      boneWeights: Float32Array.from({ length: 5 * count }, (_, i) => (i % 5 === 0 ? 1 : 0)),
+      joints: new Float32Array(15),
+      fittedFromRoots: false,
+    },
+  };
+}
+
+/** Half axes 0.08, 0.12, 0.1 m about (0, 0.08, 0.02). */
+function egg(): { vertices: Float32Array; triangles: Uint32Array } {
+  const rings = 24;
+  const turns = 24;
+  const vertices: number[] = [];
+  const triangles: number[] = [];
+  for (let i = 0; i <= rings; ++i)
+    for (let j = 0; j <= turns; ++j) {
+      const polar = (Math.PI * i) / rings;
+      const turn = (2 * Math.PI * j) / turns;
+      vertices.push(0.08 * Math.sin(polar) * Math.sin(turn), 0.08 + 0.12 * Math.cos(polar), 0.02 + 0.1 * Math.sin(polar) * Math.cos(turn));
+      if (i === rings || j === turns) continue;
+      const a = i * (turns + 1) + j;
+      triangles.push(a, a + turns + 1, a + 1, a + 1, a + turns + 1, a + turns + 2);
+    }
+  return { vertices: Float32Array.from(vertices), triangles: Uint32Array.from(triangles) };
+}

@@ -1,0 +1,148 @@
+import * as flatbuffers from "flatbuffers";
+import * as fb from "../../src/net/generated/messages";
+import type * as m from "../../src/net/messages";
+import { fromHex } from "./vectors";
+
+/** A packet as a server sends it, of the messages that tests need. */
+export function serverPacket(clockNs: number, message: m.ServerMessage): Uint8Array {
+  const to = new flatbuffers.Builder(256);
+  const [type, body] = writeBody(to, message);
+  fb.Envelope.startEnvelope(to);
+  fb.Envelope.addClockNs(to, BigInt(clockNs));
+  fb.Envelope.addBodyType(to, type);
+  fb.Envelope.addBody(to, body);
+  fb.Envelope.finishSizePrefixedEnvelopeBuffer(to, fb.Envelope.endEnvelope(to));
+  return to.asUint8Array().slice();
+}
+
+function writeHash(to: flatbuffers.Builder, hash: string): flatbuffers.Offset {
+  const view = new DataView(fromHex(hash).slice().buffer);
+  return fb.Hash.createHash(
+    to,
+    view.getBigUint64(0, true),
+    view.getBigUint64(8, true),
+    view.getBigUint64(16, true),
+    view.getBigUint64(24, true),
+  );
+}
+
+function writeBody(to: flatbuffers.Builder, message: m.ServerMessage): [fb.Body, flatbuffers.Offset] {
+  switch (message.type) {
+    case "welcome": {
+      const room = to.createString(message.room);
+      fb.Welcome.startWelcome(to);
+      fb.Welcome.addProtocolVersion(to, message.protocolVersion);
+      fb.Welcome.addSession(to, message.session);
+      fb.Welcome.addTickRateHz(to, message.tickRateHz);
+      fb.Welcome.addRoom(to, room);
+      fb.Welcome.addResumed(to, message.resumed);
+      fb.Welcome.addSecret(to, fb.Secret.createSecret(to, BigInt(message.secret[0]), 0n));
+      return [fb.Body.Welcome, fb.Welcome.endWelcome(to)];
+    }
+    case "groomNeed":
+      fb.GroomNeed.startGroomNeed(to);
+      fb.GroomNeed.addHash(to, writeHash(to, message.hash));
+      fb.GroomNeed.addOffset(to, BigInt(message.offset));
+      return [fb.Body.GroomNeed, fb.GroomNeed.endGroomNeed(to)];
+    case "groomStatus":
+      fb.GroomStatus.startGroomStatus(to);
+      fb.GroomStatus.addHash(to, writeHash(to, message.hash));
+      fb.GroomStatus.addState(to, message.state);
+      return [fb.Body.GroomStatus, fb.GroomStatus.endGroomStatus(to)];
+    case "groomData": {
+      const bytes = fb.GroomData.createBytesVector(to, message.bytes);
+      fb.GroomData.startGroomData(to);
+      fb.GroomData.addHash(to, writeHash(to, message.hash));
+      fb.GroomData.addByteCount(to, BigInt(message.byteCount));
+      fb.GroomData.addOffset(to, BigInt(message.offset));
+      fb.GroomData.addBytes(to, bytes);
+      return [fb.Body.GroomData, fb.GroomData.endGroomData(to)];
+    }
+    case "characterAdded":
+      fb.CharacterAdded.startCharacterAdded(to);
+      fb.CharacterAdded.addGroom(to, writeHash(to, message.groom));
+      fb.CharacterAdded.addCharacter(to, message.character);
+      fb.CharacterAdded.addLevel(to, message.level);
+      fb.CharacterAdded.addMember(to, message.member);
+      return [fb.Body.CharacterAdded, fb.CharacterAdded.endCharacterAdded(to)];
+    case "characterRemoved":
+      return [fb.Body.CharacterRemoved, fb.CharacterRemoved.createCharacterRemoved(to, message.character)];
+    case "memberJoined":
+      fb.MemberJoined.startMemberJoined(to);
+      fb.MemberJoined.addGroom(to, writeHash(to, message.groom));
+      fb.MemberJoined.addSession(to, message.session);
+      fb.MemberJoined.addCharacter(to, message.character);
+      fb.MemberJoined.addMember(to, message.member);
+      return [fb.Body.MemberJoined, fb.MemberJoined.endMemberJoined(to)];
+    case "memberLeft":
+      return [fb.Body.MemberLeft, fb.MemberLeft.createMemberLeft(to, message.member)];
+    case "levelRecord": {
+      const { geometry } = message;
+      const { lattice } = geometry;
+      const active = fb.LevelRecord.createActiveNodesVector(to, geometry.activeNodes);
+      const trimmed = fb.LevelRecord.createTrimmedNodesVector(to, geometry.trimmedNodes);
+      const begin = fb.LevelRecord.createTrimmedBeginVector(to, geometry.trimmedBegin);
+      const from = fb.LevelRecord.createTrimmedFromVector(to, geometry.trimmedFrom);
+      const weights = fb.LevelRecord.createTrimmedWeightsVector(to, geometry.trimmedWeights);
+      fb.LevelRecord.startLevelRecord(to);
+      fb.LevelRecord.addGroom(to, writeHash(to, message.groom));
+      const three = (v: Float32Array) => fb.Vec3.createVec3(to, v[0], v[1], v[2]);
+      fb.LevelRecord.addOrigin(to, three(lattice.origin));
+      fb.LevelRecord.addSpacing(to, three(lattice.spacing));
+      fb.LevelRecord.addNodeCountX(to, lattice.dims[0]);
+      fb.LevelRecord.addNodeCountY(to, lattice.dims[1]);
+      fb.LevelRecord.addNodeCountZ(to, lattice.dims[2]);
+      fb.LevelRecord.addActiveNodes(to, active);
+      fb.LevelRecord.addTrimmedNodes(to, trimmed);
+      fb.LevelRecord.addTrimmedBegin(to, begin);
+      fb.LevelRecord.addTrimmedFrom(to, from);
+      fb.LevelRecord.addTrimmedWeights(to, weights);
+      fb.LevelRecord.addLevel(to, message.level);
+      return [fb.Body.LevelRecord, fb.LevelRecord.endLevelRecord(to)];
+    }
+    case "frameBatch": {
+      const frames = fb.FrameBatch.createFramesVector(to, packFrames(message.frames));
+      fb.FrameBatch.startFrameBatch(to);
+      fb.FrameBatch.addTick(to, BigInt(message.tick));
+      fb.FrameBatch.addSampleTimeNs(to, BigInt(message.sampleTimeNs));
+      fb.FrameBatch.addFrames(to, frames);
+      return [fb.Body.FrameBatch, fb.FrameBatch.endFrameBatch(to)];
+    }
+    case "error": {
+      const detail = to.createString(message.detail);
+      fb.Error.startError(to);
+      if (message.groom) fb.Error.addGroom(to, writeHash(to, message.groom));
+      fb.Error.addDetail(to, detail);
+      fb.Error.addCharacter(to, message.character);
+      fb.Error.addReason(to, message.reason);
+      return [fb.Body.Error, fb.Error.endError(to)];
+    }
+    case "goodbye": {
+      const detail = to.createString(message.detail);
+      fb.Goodbye.startGoodbye(to);
+      fb.Goodbye.addDetail(to, detail);
+      fb.Goodbye.addReason(to, message.reason);
+      return [fb.Body.Goodbye, fb.Goodbye.endGoodbye(to)];
+    }
+  }
+}
+
+function packFrames(frames: readonly m.CodedFrame[]): Uint8Array {
+  const bytes: number[] = [];
+  const varint = (value: number): void => {
+    for (; value >= 128; value = Math.floor(value / 128)) bytes.push((value % 128) | 0x80);
+    bytes.push(value);
+  };
+  let member = 0;
+  for (const f of frames) {
+    varint(f.member - member);
+    member = f.member;
+    bytes.push(
+      f.level | (f.discontinuous ? 8 : 0) | (f.asleep ? 16 : 0) | (f.velocities ? 32 : 0) | (f.errorClass << 6),
+      f.order | (Math.log2(f.stride) << 2) | (Math.log2(f.stepStride) << 4),
+    );
+    varint(f.content.length);
+    bytes.push(...f.content);
+  }
+  return Uint8Array.from(bytes);
+}

@@ -1,0 +1,148 @@
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
+import { afterAll, beforeAll, describe, expect, it } from "vitest";
+import WebSocket from "ws";
+import { Connection, Level, LatticeBlend, Playout, decodeGroom, rigidPose } from "../../src/index";
+import type { Frame, FrameBatch, GroomFetched, LinkEvent, MemberJoined, WebSocketLike } from "../../src/index";
+import { Server, hasServer, until } from "../support/server";
+import { vectorFolder } from "../support/vectors";
+
+/** One client with what has happened to it. */
+class Client {
+  readonly events: LinkEvent[] = [];
+  readonly frames: { frame: Frame; sampleTimeNs: number; arrivalNs: number }[] = [];
+  readonly connection: Connection;
+  socket: WebSocket | null = null;
+  #turns: ReturnType<typeof setInterval>;
+  #sequence = 0;
+  #isStreaming = false;
+
+  constructor(port: number, name: string) {
+    this.connection = new Connection(`127.0.0.1:${port}`, {
+      clientName: name,
+      room: "web",
+      makeSocket: (url) => (this.socket = new WebSocket(url, "hairnet")) as unknown as WebSocketLike,
+    });
+    this.#turns = setInterval(() => this.#turn(), 10);
+  }
+
+  stream(): void {
+    this.#isStreaming = true;
+  }
+
+  of<T extends LinkEvent["type"]>(type: T): Extract<LinkEvent, { type: T }>[] {
+    return this.events.filter((event): event is Extract<LinkEvent, { type: T }> => event.type === type);
+  }
+
+  stop(): void {
+    clearInterval(this.#turns);
+    this.connection.close();
+  }
+
+  #turn(): void {
+    const now = this.connection.nowNs();
+    if (this.#isStreaming) {
+      const turn = 0.5 * Math.sin(6e-9 * now);
+      const pose = rigidPose([0, Math.sin(turn / 2), 0, Math.cos(turn / 2)], [0.1 * Math.sin(4e-9 * now), 1.6, 0]);
+      this.connection.core.pushPoses([
+        { character: 1, sequence: ++this.#sequence, captureTimeNs: now, teleport: false, pose },
+      ]);
+    }
+    for (const event of this.connection.poll()) {
+      if (event.type === "frameBatch") this.#take(event, now);
+      else this.events.push(event);
+    }
+  }
+
+  #take(batch: FrameBatch, now: number): void {
+    const sampleTimeNs = this.connection.core.toLocalNs(batch.sampleTimeNs);
+    for (const frame of batch.frames) this.frames.push({ frame, sampleTimeNs, arrivalNs: now });
+  }
+}
+
+// deploy/test builds the server before; a package that is tested alone has none.
+describe.skipIf(!hasServer)("with a server", () => {
+  const server = new Server();
+  const file = readFileSync(join(vectorFolder, "bob.groom"));
+  const clients: Client[] = [];
+  const join_ = async (name: string): Promise<Client> => {
+    const client = new Client(server.port, name);
+    clients.push(client);
+    await client.connection.connect();
+    return client;
+  };
+
+  beforeAll(() => server.start());
+  afterAll(async () => {
+    for (const client of clients) client.stop();
+    await server.dispose();
+  });
+
+  it("hair that one client brings moves on another's screen, through a broken line and a server's death", async () => {
+    const owner = await join_("owner");
+    const hash = owner.connection.core.offerGroom(file);
+    owner.connection.core.addCharacter(1, hash, Level.low);
+    owner.stream();
+    const observer = await join_("observer");
+
+    await until(() => observer.of("memberJoined").length > 0, "the member");
+    const joined: MemberJoined = observer.of("memberJoined")[0];
+    expect(joined).toMatchObject({ character: 1, groom: hash });
+
+    await until(() => observer.frames.some((each) => each.frame.level === Level.low), "a lattice");
+    observer.connection.use((link) => link.requestGroom(hash));
+    await until(() => observer.of("groomFetched").length > 0, "the groom");
+    const fetched: GroomFetched = observer.of("groomFetched")[0];
+    expect(Buffer.compare(fetched.bytes!, file)).toBe(0);
+    expect(decodeGroom(fetched.bytes!).strands.count).toBe(120);
+
+    const moves = (frame: Frame) => frame.displacements.some((integer) => Math.abs(integer) > 4);
+    await until(() => observer.frames.filter((each) => moves(each.frame)).length > 40, "hair to move");
+    expect(observer.connection.counters).toMatchObject({ framesUndecodable: 0 });
+    playOut(observer);
+
+    // The line breaks: the session goes on.
+    owner.socket!.terminate();
+    await until(() => owner.of("connected").length === 2, "the owner to come back");
+    expect(owner.connection.counters).toMatchObject({ reconnects: 1, resumes: 1 });
+    expect(observer.of("memberLeft")).toEqual([]);
+
+    // The server dies: another is told everything again, and hair goes on.
+    await server.kill();
+    await server.start();
+    await until(() => owner.of("connected").length === 3 && observer.of("connected").length === 2, "both to come back");
+    const before = owner.frames.length;
+    await until(
+      () => owner.frames.slice(before).some((each) => !each.frame.kept && each.frame.level === Level.low),
+      "a lattice of the new server",
+    );
+    // It went on from where it was: hair was not at rest, nor rigid for a moment.
+    const [first] = owner.frames.slice(before);
+    expect(first.frame.level).toBe(Level.low);
+    expect(moves(first.frame)).toBe(true);
+    await until(() => observer.of("memberJoined").length === 2, "the member again");
+    expect(observer.of("memberLeft").length).toBe(1);
+    expect(owner.of("error")).toEqual([]);
+    expect(observer.of("error")).toEqual([]);
+  });
+
+  /** What came can be shown at any moment: finite, and without jumps but where the level begins. */
+  function playOut(observer: Client): void {
+    const playout = new Playout();
+    const blend = new LatticeBlend();
+    const frames = observer.frames.slice();
+    let last: Float64Array | null = null;
+    let next = 0;
+    for (let now = frames[0].arrivalNs; now < frames[frames.length - 1].arrivalNs; now += 11e6) {
+      for (; next < frames.length && frames[next].arrivalNs <= now; ++next)
+        playout.push(frames[next].frame, frames[next].sampleTimeNs, frames[next].arrivalNs);
+      const sample = playout.sample(now)!;
+      expect(sample.displacement.every(Number.isFinite)).toBe(true);
+      expect(sample.pose.every(Number.isFinite)).toBe(true);
+      for (const layer of blend.update(sample)) expect(layer.grid.every(Number.isFinite)).toBe(true);
+      // The head moves by less than 0.4 m/s.
+      if (last) expect(Math.abs(sample.pose[4] - last[4])).toBeLessThan(0.05);
+      last = sample.pose.slice();
+    }
+  }
+});

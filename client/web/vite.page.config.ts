@@ -1,0 +1,24 @@
+import { fileURLToPath } from "node:url";
+import { defineConfig } from "vite";
+
+const here = (path: string) => fileURLToPath(new URL(path, import.meta.url));
+const server = process.env.HAIRNET_SERVER ?? "http://127.0.0.1:7420";
+
+// The pages that a server hands out (hairnet-server --web-root client/web/dist-page).
+export default defineConfig({
+  root: here("page"),
+  base: "./",
+  build: {
+    target: "es2022",
+    outDir: here("dist-page"),
+    emptyOutDir: true,
+    sourcemap: false,
+    assetsInlineLimit: 0,
+    chunkSizeWarningLimit: 900,
+    rollupOptions: { input: { index: here("page/index.html"), vrm: here("page/vrm.html") } },
+  },
+  server: {
+    fs: { allow: [here("..")] },
+    proxy: { "/ws": { target: server, ws: true } },
+  },
+});
