@@ -5,8 +5,9 @@ import type { PlayoutSample } from "./playout";
 
 /** How long a switch of level takes to fade. */
 export const kSwitchBlendNs = 400_000_000;
-/** Layers that are kept at a time; of switches that follow each other closer, the weakest are left out. */
+/** Layers at a time: the newest, and two switches. Of more that follow each other closer the weakest is left out. */
 export const kLayersMax = 5;
+const kSwitchesMax = (kLayersMax - 1) / 2;
 
 /** A lattice whose FFD counts with a weight: hair's displacement is u(x) = sum of weight * FFD(x) over the layers. */
 export interface LatticeLayer {
@@ -50,15 +51,18 @@ export class LatticeBlend {
 
   /**
    * The layers that show a sample of `Playout`: the newest first, of weight 1, unless it is rigid. They belong to this
-   * object until the next call. With `discontinuous` it begins anew. (Frames are also discontinuous where the level
-   * changes: pass that on only for what is not to fade.)
+   * object until the next call. With `discontinuous` it begins anew, and so it does with another lattice of the same
+   * level. (Frames are also discontinuous where the level changes: pass that on only for what is not to fade.)
    */
   update(sample: PlayoutSample, discontinuous = false): readonly LatticeLayer[] {
     const geometry = sample.displacement.length > 0 ? sample.geometry : null;
     const before = this.#current;
-    if (discontinuous || !this.#started) this.#fading = [];
+    const sameLevel = sample.level === this.#level;
+    const isRebuilt = sameLevel && geometry !== null && before !== null && geometry !== before.geometry;
+    const beginsAnew = discontinuous || isRebuilt || !this.#started;
+    if (beginsAnew) this.#fading = [];
     // What is on the screen at a switch is what was shown last.
-    const switched = this.#started && !discontinuous && (sample.level !== this.#level || this.#isRebuilt(geometry));
+    const switched = !beginsAnew && !sameLevel;
     if (!switched) this.#fade(sample.timeNs);
     if (!geometry) this.#current = null;
     else if (switched || before?.geometry !== geometry) this.#current = new Layer(geometry);
@@ -70,11 +74,6 @@ export class LatticeBlend {
     if (this.#current) this.#layers.push(this.#current);
     this.#layers.push(...this.#fading);
     return this.#layers;
-  }
-
-  /** The same level, of a server that built it otherwise. */
-  #isRebuilt(geometry: LevelGeometry | null): boolean {
-    return geometry !== null && this.#current !== null && geometry !== this.#current.geometry;
   }
 
   #fade(timeNs: number): void {
@@ -95,12 +94,8 @@ export class LatticeBlend {
       frozen.grid.set(this.#current.grid);
       this.#freeze(frozen, -1);
     }
-    const room = kLayersMax - (this.#current ? 1 : 0);
     // Those of one switch belong together, and those of the oldest are the weakest.
-    while (this.#fading.length > room) {
-      const oldest = this.#fading[0].switchNumber;
-      this.#fading = this.#fading.filter((layer) => layer.switchNumber !== oldest);
-    }
+    this.#fading = this.#fading.filter((layer) => layer.switchNumber > this.#switchNumber - kSwitchesMax);
     for (const layer of this.#fading) layer.weightAtSwitch = layer.weight;
   }
 

@@ -349,9 +349,8 @@ export class LinkCore {
         if (this.#members.leave(message.member)) this.#push(message);
         return;
       case "levelRecord": {
-        const { groom, level, geometry } = message;
-        this.#members.learn(message);
-        return this.#push({ type: "levelKnown", groom, level, geometry });
+        const { groom, level } = message;
+        return this.#push({ type: "levelKnown", groom, level, geometry: this.#members.learn(message) });
       }
       case "groomData": {
         const fetched = this.#fetch.take(message);

@@ -5,20 +5,16 @@ import type { Pose } from "../hair/pose";
 import { poseFault, rigidPose } from "../hair/pose";
 import { decodeFrame } from "./codec/decodeFrame";
 import { FrameIntegers, kHistoryMax } from "./codec/frameIntegers";
-import { Neighbours } from "./codec/neighbours";
 import type { GroomHash } from "./groomHash";
 import type { Hair } from "./keptHair";
+import type { KnownLevel } from "./levelCatalog";
+import { LevelCatalog, levelKey } from "./levelCatalog";
 import type { CharacterAdded, CodedFrame, LevelRecord, MemberJoined } from "./messages";
 
 // Between two requests for a keyframe of one member: the answer takes a round trip.
 const kKeyframeWaitNs = 500_000_000;
 // Frames decoded last, one more than a frame may refer to: that is where the next one goes.
 const kSlotCount = kHistoryMax + 1;
-
-interface KnownLevel {
-  readonly geometry: LevelGeometry;
-  readonly neighbours: Neighbours;
-}
 
 class Past {
   valid = false;
@@ -55,7 +51,10 @@ class Member {
 
 /** What became of a frame. Reused by the next `take`. */
 export interface Taken {
-  /** undecodable: what it refers to is missing, or its bytes are wrong; unknown: no such member, or no newer than the last */
+  /**
+   * undecodable: what it refers to is missing, or its bytes are wrong; unknown: no such member, or no newer than the
+   * last
+   */
   outcome: "decoded" | "undecodable" | "unknown";
   wantsKeyframe: boolean;
   /** the frame's own, or that of an undecodable one before it */
@@ -75,6 +74,7 @@ export interface Taken {
  */
 export class Members {
   readonly #members = new Map<number, Member>();
+  readonly #catalog = new LevelCatalog();
   readonly #levels = new Map<string, KnownLevel>();
   readonly #history: FrameIntegers[] = [];
   readonly #taken: Taken = {
@@ -106,12 +106,14 @@ export class Members {
     return found !== null && this.#members.delete(found[0]);
   }
 
-  learn(record: LevelRecord): void {
-    const known = { geometry: record.geometry, neighbours: new Neighbours(record.geometry) };
+  /** The geometry as it is known from now on. */
+  learn(record: LevelRecord): LevelGeometry {
+    const known = this.#catalog.keep(record);
     this.#levels.set(levelKey(record.groom, record.level), known);
     for (const member of this.#members.values()) {
       if (member.groom === record.groom) member.levels[record.level] = known;
     }
+    return known.geometry;
   }
 
   take(frame: CodedFrame, tick: number, nowNs: number): Taken {
@@ -255,5 +257,3 @@ export class Members {
     return (member.levels[level] ??= this.#levels.get(levelKey(member.groom, level)));
   }
 }
-
-const levelKey = (groom: GroomHash, level: Level): string => `${groom} ${level}`;

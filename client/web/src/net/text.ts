@@ -5,6 +5,7 @@ const decoder = new TextDecoder("utf-8", { fatal: true, ignoreBOM: true });
 const encoder = new TextEncoder();
 const kControl = /[\u0000-\u001f\u007f-\u009f]/;
 const kControls = new RegExp(kControl, "g");
+const kLoneSurrogates = /[\ud800-\udbff](?![\udc00-\udfff])|(?<![\ud800-\udbff])[\udc00-\udfff]/g;
 
 /** The text of these bytes, or null: not UTF-8, with control characters, or too long. */
 export function decodeText(bytes: Uint8Array): string | null {
@@ -19,7 +20,7 @@ export function decodeText(bytes: Uint8Array): string | null {
 
 /** Text made fit to travel: what may not becomes "?", what is too long is cut at a whole character. */
 export function fitText(text: string): string {
-  const plain = text.replace(kControls, "?").replace(/[\ud800-\udbff](?![\udc00-\udfff])|(?<![\ud800-\udbff])[\udc00-\udfff]/g, "?");
+  const plain = text.replace(kControls, "?").replace(kLoneSurrogates, "?");
   if (encoder.encode(plain).length <= kTextBytesMax) return plain;
   let fitted = "";
   let bytes = 0;

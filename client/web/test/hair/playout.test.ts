@@ -150,7 +150,9 @@ describe("switches of level", () => {
   });
   const points = Float32Array.from({ length: 60 }, (_, i) => 0.15 + 0.1 * Math.sin(3 * i));
 
-  it("stay within the layers there are, however many follow each other, and jump less than without", () => {
+  it("stay within the layers there are, and leave out the weakest alone, however many follow each other", () => {
+    const shapes = [0, 1, 4].map((level) => blended(points, new LatticeBlend().update(sampleAt(level, 0, 0.01))));
+    const apart = Math.max(...shapes.flatMap((a) => shapes.map((b) => furthest(a, b))));
     const blend = new LatticeBlend();
     let level = 0;
     let timeNs = 0;
@@ -160,9 +162,8 @@ describe("switches of level", () => {
       const before = blended(points, blend.update(sampleAt(level, timeNs, 0.01)));
       const layers = blend.update(sampleAt(next, timeNs, 0.01));
       expect(layers.length).toBeLessThanOrEqual(kLayersMax);
-      const plain = new LatticeBlend().update(sampleAt(next, timeNs, 0.01));
-      const jump = furthest(blended(points, layers), before);
-      expect(jump).toBeLessThan(furthest(blended(points, plain), before));
+      // What is left of a switch after two more, 150 ms each: 0.68 of 0.68.
+      expect(furthest(blended(points, layers), before)).toBeLessThan(0.48 * apart);
       level = next;
     }
     // Once all has faded the newest is all there is.
@@ -198,6 +199,12 @@ describe("switches of level", () => {
         expect(weights.length).toBe(1);
       }
     }
+  });
+
+  it("leave nothing of the old one where a level is built otherwise", () => {
+    const blend = new LatticeBlend();
+    blend.update(sampleAt(0, 0, 0.01));
+    expect(blend.update({ ...sampleAt(0, 1e6, 0.01), geometry: fullGrid([4, 4, 4], 0.2) }).length).toBe(1);
   });
 
   it("are shown as they are where the caller says that hair has jumped", () => {

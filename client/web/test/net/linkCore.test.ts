@@ -441,6 +441,24 @@ describe("link: coming back", () => {
     expect(framesOf(driver.events())[0]).toMatchObject({ kept: false, level: Level.rigid });
   });
 
+  it("keeps a level's geometry the same object when a server tells of it again, and takes one that differs", () => {
+    const { driver, hash } = withCharacter();
+    const geometryNow = (): unknown => {
+      driver.events();
+      driver.tell({ ...record, groom: hash });
+      const [event] = driver.events();
+      return event.type === "levelKnown" ? event.geometry : null;
+    };
+    const before = geometryNow();
+    driver.break();
+    driver.rejoin();
+    expect(geometryNow()).toBe(before);
+    const lattice = { ...geometry.lattice, origin: Float32Array.of(1, 2, 3) };
+    driver.tell({ ...record, groom: hash, geometry: { ...geometry, lattice } });
+    const [other] = driver.events();
+    expect(other).toMatchObject({ type: "levelKnown", geometry: { lattice: { origin: Float32Array.of(1, 2, 3) } } });
+  });
+
   it("tells of members that have left meanwhile", () => {
     const driver = new LinkDriver();
     driver.join();

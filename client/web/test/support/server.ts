@@ -6,7 +6,8 @@ import { join, resolve } from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
 
 /** The server's program: HAIRNET_SERVER, or that of the release build. */
-export const serverProgram = process.env.HAIRNET_SERVER ?? resolve(__dirname, "../../../../build/release/bin/hairnet-server");
+export const serverProgram =
+  process.env.HAIRNET_SERVER ?? resolve(__dirname, "../../../../build/release/bin/hairnet-server");
 export const hasServer = existsSync(serverProgram);
 
 /** A hairnet-server on this machine's loopback. */

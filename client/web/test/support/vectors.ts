@@ -2,14 +2,16 @@ import { existsSync, readFileSync } from "node:fs";
 import { join, resolve } from "node:path";
 
 /** Where `hairnet-web-vectors` has written what the C++ libraries make of packets, frames, grooms and hair. */
-export const vectorFolder = process.env.HAIRNET_WEB_VECTORS ?? resolve(__dirname, "../../../../build/release/web-vectors");
+export const vectorFolder =
+  process.env.HAIRNET_WEB_VECTORS ?? resolve(__dirname, "../../../../build/release/web-vectors");
 
 /** A file of them. Throws with the way to make it when it is not there. */
 export function vectors<T>(name: string): T {
   const path = join(vectorFolder, name);
   if (!existsSync(path)) {
     throw new Error(
-      `${path} is not there: make it with build/release/bin/hairnet-web-vectors ${vectorFolder} (HAIRNET_WEB_VECTORS names another folder)`,
+      `${path} is not there: make it with build/release/bin/hairnet-web-vectors ${vectorFolder}` +
+        " (HAIRNET_WEB_VECTORS names another folder)",
     );
   }
   return JSON.parse(readFileSync(path, "utf8")) as T;

@@ -1,0 +1,54 @@
+import type { LevelGeometry } from "../hair/lattice";
+import type { Level } from "../hair/level";
+import { Neighbours } from "./codec/neighbours";
+import type { GroomHash } from "./groomHash";
+import type { LevelRecord } from "./messages";
+
+/** What frames of a level are read with. Immutable. */
+export interface KnownLevel {
+  readonly geometry: LevelGeometry;
+  readonly neighbours: Neighbours;
+}
+
+/**
+ * Level records. One that is told again, over a new connection for example, is the same object for as long as anybody
+ * holds it: what was made of it can stay.
+ */
+export class LevelCatalog {
+  readonly #levels = new Map<string, WeakRef<LevelGeometry>>();
+
+  keep(record: LevelRecord): KnownLevel {
+    const key = levelKey(record.groom, record.level);
+    const before = this.#levels.get(key)?.deref();
+    const geometry = before && isSame(before, record.geometry) ? before : record.geometry;
+    // A server that builds otherwise replaces it.
+    if (geometry !== before) this.#levels.set(key, new WeakRef(geometry));
+    for (const [other, held] of this.#levels) {
+      if (!held.deref()) this.#levels.delete(other);
+    }
+    return { geometry, neighbours: new Neighbours(geometry) };
+  }
+}
+
+export const levelKey = (groom: GroomHash, level: Level): string => `${groom} ${level}`;
+
+function isSame(a: LevelGeometry, b: LevelGeometry): boolean {
+  return (
+    isEqual(a.lattice.origin, b.lattice.origin) &&
+    isEqual(a.lattice.spacing, b.lattice.spacing) &&
+    isEqual(a.lattice.dims, b.lattice.dims) &&
+    isEqual(a.activeNodes, b.activeNodes) &&
+    isEqual(a.trimmedNodes, b.trimmedNodes) &&
+    isEqual(a.trimmedBegin, b.trimmedBegin) &&
+    isEqual(a.trimmedFrom, b.trimmedFrom) &&
+    isEqual(a.trimmedWeights, b.trimmedWeights)
+  );
+}
+
+function isEqual(a: ArrayLike<number>, b: ArrayLike<number>): boolean {
+  if (a.length !== b.length) return false;
+  for (let i = 0; i < a.length; ++i) {
+    if (a[i] !== b[i]) return false;
+  }
+  return true;
+}
