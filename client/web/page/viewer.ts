@@ -80,6 +80,7 @@ export class PageViewer {
     this.#own = null;
     const hair = new HairScene(room, this.stage.renderer);
     this.hair = hair;
+    hair.exposure = Number(element<HTMLInputElement>("exposure").value);
     this.stage.scene.add(hair);
     hair.addEventListener("characteradded", ({ character }) => this.members.add(character));
     hair.addEventListener("characterremoved", ({ character }) => {
