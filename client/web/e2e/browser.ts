@@ -39,8 +39,15 @@ export class Browser {
       if (message.type() === "error") this.faults.push(message.text());
     });
     page.on("pageerror", (error) => this.faults.push(String(error)));
-    await page.goto(address, { waitUntil: "load" });
+    await page.goto(address, { waitUntil: "load", timeout: 120_000 });
     return page;
+  }
+
+  /** A page that goes on drawing slows all others down. */
+  async closePages(): Promise<void> {
+    // Without any page the browser would end.
+    const blank = await this.#context!.newPage();
+    for (const page of this.#context!.pages()) if (page !== blank) await page.close();
   }
 
   /** What was complained of since the last call. */

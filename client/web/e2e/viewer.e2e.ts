@@ -30,7 +30,7 @@ beforeAll(async () => {
 });
 afterEach(async () => {
   for (const actor of actors.splice(0)) actor.leave();
-  await page.close();
+  await browser.closePages();
 });
 afterAll(async () => {
   await browser.dispose();
@@ -118,7 +118,7 @@ test("two pages see each other, and a head that keys or the mouse turn is seen t
       const { hair } = (window as unknown as { hairnet: Looked }).hairnet;
       return [...hair!.characters.values()].filter((one) => !one.own).map((one) => 2 * Math.asin(one.quaternion.y))[0];
     });
-  await second.close({ runBeforeUnload: false }).catch(() => {});
+  await second.close();
   await until("the second has left", async () => (await readyCount(page)) === 1, 90_000);
   const third = await join("pair", other.bytes, 1.2);
   await until("somebody else has come", async () => (await readyCount(page)) === 2, 90_000);

@@ -17,6 +17,7 @@ import { kHeadInVrM, Stage } from "./stage";
 const kFaultShownMs = 8000;
 const kFiguresEveryMs = 500;
 const kPlaceApartM = 0.6;
+const kAcquaintedMs = 700;
 
 const element = <T extends HTMLElement>(id: string) => document.querySelector<T>(`#${id}`)!;
 
@@ -32,6 +33,7 @@ export class PageViewer {
   readonly #sliders: Sliders;
   #own: OwnCharacter | null = null;
   #wanted: Hairstyle | null = null;
+  #acquainted: Promise<void> = Promise.resolve();
   #listed: Hairstyle[] = [];
   #files: Hairstyle[] = [];
   #offered: Hairstyle[] = [];
@@ -78,6 +80,7 @@ export class PageViewer {
     this.members.clear();
     this.#framed.clear();
     this.#own = null;
+    this.#acquainted = new Promise((done) => setTimeout(done, kAcquaintedMs));
     const hair = new HairScene(room, this.stage.renderer);
     this.hair = hair;
     hair.exposure = Number(element<HTMLInputElement>("exposure").value);
@@ -140,12 +143,14 @@ export class PageViewer {
     if (!room) return;
     try {
       const groom = hairstyle ? await hairstyle.get() : null;
+      // Who is here is told within a moment of coming in.
+      await this.#acquainted;
       if (room !== this.room || hairstyle !== this.#wanted) return;
       const isFirst = this.#own === null;
       if (this.#own) room.removeCharacter(this.#own);
       this.#own = null;
       if (!groom) return;
-      if (isFirst) this.#takePlace();
+      if (isFirst) this.#takePlace(room);
       this.#own = groom instanceof Member ? room.addCharacterLike(groom) : room.addCharacter(groom);
       this.#own.setMaterial(this.#sliders.material);
     } catch (fault) {
@@ -155,14 +160,13 @@ export class PageViewer {
   }
 
   // Beside the others, where nobody is.
-  #takePlace(): void {
-    const others = [...(this.hair?.characters.values() ?? [])].filter((one) => one.isReady && !one.own);
-    const height = others.length > 0 ? meanHeight(others) : kHeadInVrM;
+  #takePlace(room: Room): void {
+    const others = [...room.members.values()].flatMap(({ own, pose }) => (pose && !own ? [pose] : []));
+    const height = others.length > 0 ? others.reduce((sum, pose) => sum + pose[5], 0) / others.length : kHeadInVrM;
     for (let n = 0; n < 200; ++n) {
       const side = n % 2 === 0 ? 1 : -1;
       const place = new Vector3(side * Math.ceil(n / 2) * kPlaceApartM, height, 0);
-      if (others.some((other) => Math.hypot(other.position.x - place.x, other.position.z - place.z) < kPlaceApartM - 0.05))
-        continue;
+      if (others.some((pose) => Math.hypot(pose[4] - place.x, pose[6] - place.z) < kPlaceApartM - 0.05)) continue;
       this.#head.placeAt(place, 0);
       return;
     }
