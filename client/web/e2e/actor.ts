@@ -41,8 +41,13 @@ export class Actor {
     const joined = await connect(server, {
       room,
       clientName: "e2e actor",
-      makeSocket: (url) => new WebSocket(url, "hairnet") as unknown as WebSocketLike,
+      makeSocket: (url) => {
+        const socket = new WebSocket(url, "hairnet");
+        socket.on("error", () => {}); // its close is told as well
+        return socket as unknown as WebSocketLike;
+      },
     });
+    joined.on("fault", ({ detail }) => console.log(`the actor is told: ${detail}`));
     return new Actor(joined, joined.addCharacter(groom), at);
   }
 

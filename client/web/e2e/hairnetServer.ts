@@ -53,7 +53,7 @@ async function end(child: ChildProcess | null, signal: NodeJS.Signals): Promise<
 }
 
 /** Looks every now and then until it is so; fails with what was waited for. */
-export async function until(what: string, isSo: () => boolean | Promise<boolean>, timeoutMs = 60_000): Promise<void> {
+export async function until(what: string, isSo: () => boolean | Promise<boolean>, timeoutMs = 90_000): Promise<void> {
   const endMs = Date.now() + timeoutMs;
   while (!(await isSo())) {
     if (Date.now() > endMs) throw new Error(`it did not come about that ${what}`);

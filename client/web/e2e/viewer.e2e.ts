@@ -15,7 +15,7 @@ let page: Page;
 const actors: Actor[] = [];
 
 const join = async (room: string, file = groom.bytes, x = 0) => {
-  const actor = await Actor.join(server.address, room, file, [x, 0, 0]);
+  const actor = await Actor.join(server.address, room, file, [x, 1.6, 0]);
   actors.push(actor);
   return actor;
 };
@@ -101,7 +101,7 @@ test("a server that dies and comes back has its hair back in the page", async ()
   expect(browser.takeFaults().filter((fault) => !/WebSocket connection|ERR_CONNECTION/.test(fault))).toEqual([]);
 });
 
-test("two pages see each other's heads, and a dragged one turns in both", async () => {
+test("two pages see each other, and a head that keys or the mouse turn is seen turning by others", async () => {
   page = await browser.open(`${server.address}/?room=pair`);
   const second = await browser.open(`${server.address}/?room=pair`);
   await page.setInputFiles("#groom-file", groom.path);
@@ -131,6 +131,18 @@ test("two pages see each other's heads, and a dragged one turns in both", async 
   await until("the other sees the head turn", () => Math.abs(seenBy()) > 0.3);
   await page.keyboard.up("ArrowRight");
   await until("and come back", () => Math.abs(seenBy()) < 0.05);
+  const at = await page.evaluate(() => {
+    const { hair, stage } = (window as unknown as { hairnet: Looked }).hairnet;
+    const own = [...hair!.characters.values()].find((one) => one.own)!;
+    const { x, y } = own.position.clone().setY(own.position.y + 0.08).project(stage.camera);
+    return { x: ((x + 1) / 2) * innerWidth, y: ((1 - y) / 2) * innerHeight };
+  });
+  await page.mouse.move(at.x, at.y);
+  await page.mouse.down();
+  await page.mouse.move(at.x - 90, at.y, { steps: 6 });
+  await until("it sees the dragged head turn the other way", () => seenBy() < -0.3);
+  await page.mouse.up();
+  await until("and come back, too", () => Math.abs(seenBy()) < 0.05);
   expect(Math.abs(await yawOfOther(page))).toBeLessThan(0.01);
   await page.selectOption("#quality", "0.3");
   await settle(1500);

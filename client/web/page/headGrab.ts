@@ -30,6 +30,8 @@ export function listenForGrabs(stage: Stage, head: OwnHead, isShown: () => boole
   };
   canvas.addEventListener("pointerup", end);
   canvas.addEventListener("pointercancel", end);
+  addEventListener("keyup", ({ key }) => head.onKeyUp(key));
+  addEventListener("blur", () => head.onKeyUp());
   canvas.addEventListener("keydown", (event) => {
     if (isShown() && head.onKey(event.key)) event.preventDefault();
   });

@@ -1,4 +1,4 @@
-import { Quaternion, Vector3, type Camera, type WebGLRenderer } from "three";
+import { Matrix4, Quaternion, Vector3, type Camera } from "three";
 import type { Pose } from "../src/index";
 import { followYaw, poseOf, rotationOf, yawOf, type HeadAngles } from "./headPose";
 
@@ -9,6 +9,12 @@ const kMPerPx = 0.0015;
 const kKeyRadPerS = 4;
 /** How fast a head goes where it is wanted: of the way left, a second. */
 const kEagerness = 12;
+
+/** What a head needs of `WebGLRenderer.xr`. */
+export interface HeadsetView {
+  getReferenceSpace(): XRReferenceSpace | null;
+  getFrame(): Pick<XRFrame, "getViewerPose"> | null;
+}
 
 type Angles = { yaw: number; pitch: number };
 
@@ -22,12 +28,8 @@ export class OwnHead {
   #now: Angles = { yaw: 0, pitch: 0 };
   #bodyYaw = 0;
   #isHeld = false;
+  readonly #headset = new Quaternion();
   readonly #keys = new Set<string>();
-
-  constructor() {
-    addEventListener("keyup", ({ key }) => this.#keys.delete(key));
-    addEventListener("blur", () => this.#keys.clear());
-  }
 
   placeAt(position: Vector3, heading: number): void {
     this.position.copy(position);
@@ -40,6 +42,12 @@ export class OwnHead {
     if (!key.startsWith("Arrow")) return false;
     this.#keys.add(key);
     return true;
+  }
+
+  /** Keys were let go; all of them without one. */
+  onKeyUp(key?: string): void {
+    if (key === undefined) this.#keys.clear();
+    else this.#keys.delete(key);
   }
 
   grab(): void {
@@ -74,23 +82,26 @@ export class OwnHead {
     this.#now.yaw += share * (this.#wanted.yaw - this.#now.yaw);
     this.#now.pitch += share * (this.#wanted.pitch - this.#now.pitch);
     const angles: HeadAngles = { yawRad: this.heading + this.#now.yaw, pitchRad: this.#now.pitch, rollRad: 0 };
-    this.#bodyYaw = followYaw(this.heading, angles.yawRad);
+    this.#bodyYaw = followYaw(this.heading, angles.yawRad); // back to where it looked, with the head
     return poseOf(rotationOf(angles), [this.position.x, this.position.y, this.position.z], this.#bodyYaw);
   }
 
   /**
-   * The pose of a headset: its camera looks along -Z from between the eyes, which lie above and before the head joint.
+   * The pose of a headset at this moment: it looks along -Z from between the eyes, which lie above and before the head
+   * joint. `rig` is what carries it, in the world. While the headset is not tracked, the pose stays.
    */
-  ofHeadset(renderer: WebGLRenderer): Pose {
-    const camera = renderer.xr.getCamera();
-    const eye = new Vector3();
-    const rotation = new Quaternion();
-    camera.matrixWorld.decompose(eye, rotation, new Vector3());
-    rotation.multiply(new Quaternion().setFromAxisAngle(new Vector3(0, 1, 0), Math.PI));
-    this.position.copy(eye).sub(kEyes.clone().applyQuaternion(rotation));
-    const turned = [rotation.x, rotation.y, rotation.z, rotation.w] as const;
-    this.#bodyYaw = followYaw(this.#bodyYaw, yawOf(turned));
-    return poseOf(turned, [this.position.x, this.position.y, this.position.z], this.#bodyYaw);
+  ofHeadset(xr: HeadsetView, rig: Matrix4): Pose {
+    const space = xr.getReferenceSpace();
+    const viewer = space ? xr.getFrame()?.getViewerPose(space) : null;
+    if (viewer) {
+      const eye = new Vector3();
+      new Matrix4().fromArray(viewer.transform.matrix).premultiply(rig).decompose(eye, this.#headset, new Vector3());
+      this.#headset.multiply(new Quaternion().setFromAxisAngle(new Vector3(0, 1, 0), Math.PI));
+      this.position.copy(eye).sub(kEyes.clone().applyQuaternion(this.#headset));
+    }
+    const { x, y, z, w } = this.#headset;
+    this.#bodyYaw = followYaw(this.#bodyYaw, yawOf([x, y, z, w]));
+    return poseOf([x, y, z, w], [this.position.x, this.position.y, this.position.z], this.#bodyYaw);
   }
 
   #turnByKeys(dtS: number): boolean {

@@ -1,7 +1,7 @@
 const kSlowMs = 28;
 const kFastMs = 17.5; // 60 pictures a second, when the screen shows no more
 const kFrameMsMost = 1000; // longer, and the page was hidden, or did something else
-const kLeast = 0.12;
+const kLeast = 0.25;
 const kMost = 1.5;
 
 /** Chooses how finely hair is drawn so that pictures keep coming. */

@@ -2,7 +2,7 @@ import { CanvasTexture, Group, PerspectiveCamera, Scene, SRGBColorSpace, Vector3
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
 const kPixelRatioMost = 2;
-const kHeadInVrM = 1.6;
+export const kHeadInVrM = 1.6;
 
 /** Renderer, camera and an empty room. */
 export class Stage {
@@ -13,6 +13,9 @@ export class Stage {
   readonly rig = new Group();
   readonly orbit: OrbitControls;
   isLost = false;
+  /** The picture is the visitor's own: it was turned or moved by hand. */
+  isMoved = false;
+  #headY = kHeadInVrM;
 
   constructor(
     readonly canvas: HTMLCanvasElement,
@@ -32,6 +35,13 @@ export class Stage {
     this.orbit.enableDamping = true;
     this.orbit.minDistance = 0.25;
     this.orbit.maxDistance = 40;
+    this.orbit.addEventListener("start", () => (this.isMoved = true));
+    // A headset's floor lies under the others' feet; without one the camera stands in the scene itself.
+    this.renderer.xr.addEventListener("sessionstart", () => (this.rig.position.y = this.#headY - kHeadInVrM));
+    this.renderer.xr.addEventListener("sessionend", () => {
+      this.rig.position.y = 0;
+      this.resize();
+    });
     canvas.addEventListener("webglcontextlost", () => (this.isLost = true));
     canvas.addEventListener("webglcontextrestored", () => (this.isLost = false));
     addEventListener("resize", () => this.resize());
@@ -64,9 +74,9 @@ export class Stage {
     this.orbit.update();
   }
 
-  /** In VR the floor lies so far below heads at `headY` as a standing person's does. */
+  /** In VR the floor will lie so far below heads at `headY` as a standing person's does. */
   standAt(headY: number): void {
-    this.rig.position.y = headY - kHeadInVrM;
+    this.#headY = headY;
   }
 }
 

@@ -12,7 +12,7 @@ import { Quality } from "./quality";
 import type { Query } from "./query";
 import { Session, type SessionState } from "./session";
 import { Sliders } from "./sliders";
-import { Stage } from "./stage";
+import { kHeadInVrM, Stage } from "./stage";
 
 const kFaultShownMs = 8000;
 const kFiguresEveryMs = 500;
@@ -35,7 +35,7 @@ export class PageViewer {
   #listed: Hairstyle[] = [];
   #files: Hairstyle[] = [];
   #offered: Hairstyle[] = [];
-  #isFramed = false;
+  readonly #framed = new Set<number>();
   #lastMs = 0;
   #figuresMs = 0;
   #bytesBefore = 0;
@@ -76,12 +76,17 @@ export class PageViewer {
   #enter(room: Room): void {
     this.hair?.dispose();
     this.members.clear();
+    this.#framed.clear();
     this.#own = null;
     const hair = new HairScene(room, this.stage.renderer);
     this.hair = hair;
+    hair.exposure = Number(element<HTMLInputElement>("exposure").value);
     this.stage.scene.add(hair);
     hair.addEventListener("characteradded", ({ character }) => this.members.add(character));
-    hair.addEventListener("characterremoved", ({ character }) => this.members.remove(character));
+    hair.addEventListener("characterremoved", ({ character }) => {
+      this.members.remove(character);
+      this.#framed.delete(character.member);
+    });
     hair.addEventListener("groomfault", ({ detail }) => this.#showFault(`A hairstyle cannot be drawn: ${detail}`));
     // What one wears one goes on wearing in the next room.
     if (this.#wanted) void this.#wear(this.#wanted);
@@ -98,7 +103,7 @@ export class PageViewer {
     if (this.#own) {
       // Captured as late as can be, and drawn with it right away.
       const pose = isInVr
-        ? this.#head.ofHeadset(stage.renderer)
+        ? this.#head.ofHeadset(stage.renderer.xr, stage.rig.matrixWorld)
         : this.#head.update(Math.min(dtMs / 1000, 0.1), stage.camera);
       this.#own.push(pose);
     }
@@ -112,11 +117,12 @@ export class PageViewer {
     if (timeMs - this.#figuresMs > kFiguresEveryMs) this.#showFigures(timeMs);
   }
 
-  // The first time that anybody is seen, all are brought into view; then whoever was clicked stays in its middle.
+  // Whoever comes is brought into view, until somebody moves the picture; whoever was clicked stays in its middle.
   #follow(): void {
     const seen = [...(this.hair?.characters.values() ?? [])].filter((character) => character.isReady);
-    if (!this.#isFramed && seen.length > 0) {
-      this.#isFramed = true;
+    const isNew = seen.some((character) => !this.#framed.has(character.member));
+    if (isNew && !this.stage.isMoved) {
+      for (const character of seen) this.#framed.add(character.member);
       this.stage.frame(seen.map((character) => character.position.clone()));
       this.stage.standAt(meanHeight(seen));
     }
@@ -142,7 +148,6 @@ export class PageViewer {
       if (isFirst) this.#takePlace();
       this.#own = groom instanceof Member ? room.addCharacterLike(groom) : room.addCharacter(groom);
       this.#own.setMaterial(this.#sliders.material);
-      this.#isFramed = false;
     } catch (fault) {
       this.#wanted = null;
       this.#showFault(fault instanceof Error ? fault.message : String(fault));
@@ -152,7 +157,7 @@ export class PageViewer {
   // Beside the others, where nobody is.
   #takePlace(): void {
     const others = [...(this.hair?.characters.values() ?? [])].filter((one) => one.isReady && !one.own);
-    const height = others.length > 0 ? meanHeight(others) : 0;
+    const height = others.length > 0 ? meanHeight(others) : kHeadInVrM;
     for (let n = 0; n < 200; ++n) {
       const side = n % 2 === 0 ? 1 : -1;
       const place = new Vector3(side * Math.ceil(n / 2) * kPlaceApartM, height, 0);
@@ -166,7 +171,7 @@ export class PageViewer {
   #offerHairstyles(): void {
     const select = element<HTMLSelectElement>("hairstyle");
     this.#offered = [...this.#files, ...this.#listed, ...roomHairstyles(this.room?.members.values() ?? [])];
-    const labels = ["none, just watch", ...this.#offered.map((style) => style.label)];
+    const labels = ["none (watch)", ...this.#offered.map((style) => style.label)];
     const before = [...select.options].map((option) => option.text);
     if (labels.length === before.length && labels.every((label, n) => label === before[n])) return;
     const worn = this.#wanted?.label;
@@ -238,7 +243,7 @@ export class PageViewer {
     const delay = delays.length > 0 ? delays.sort((a, b) => a - b)[delays.length >> 1] : null;
     this.#graph.add(delay, rate);
     const { drawCalls, strands, strips } = hair.statistics;
-    const shown = `${strands > 0 || strips === 0 ? `${strands} strands` : ""}${strips > 0 ? ` ${strips} far heads` : ""}`;
+    const shown = `${strands > 0 || strips === 0 ? `${strands} strands` : ""}${strips > 0 ? ` ${strips} far strips` : ""}`;
     element("figures").textContent =
       `${delay === null ? "no frames" : `${delay.toFixed(0)} ms behind`}, ${rate.toFixed(0)} kB/s, ${drawCalls} draw calls, ` +
       `${shown}, quality ${this.#quality.value.toFixed(2)}`;

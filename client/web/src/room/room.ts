@@ -7,6 +7,8 @@ import { hashGroom } from "../net/groomHash";
 import type { LinkCounters } from "../net/linkOptions";
 import { ErrorReason, GroomState, ObserveMode, type Wind } from "../net/messages";
 import type { HairSource, MemberImportance } from "../scene/hairSource";
+import { Arrivals } from "./arrivals";
+import { EarlyFrames } from "./earlyFrames";
 import { Member } from "./member";
 import { OwnCharacter } from "./ownCharacter";
 
@@ -45,18 +47,25 @@ export class Room implements HairSource {
   readonly members = new Map<number, Member>();
   readonly #own = new Map<number, OwnCharacter>();
   readonly #grooms = new Map<string, Groom>();
+  /** files of `#grooms`, to be offered by whoever wears them too */
+  readonly #files = new Map<string, Uint8Array>();
   readonly #faults = new Map<string, string>();
   /** grooms that nobody could give, and when to ask again */
   readonly #askAgainNs = new Map<string, number>();
   readonly #listeners = new Map<keyof RoomEvents, Set<(event: never) => void>>();
+  readonly #arrivals = new Arrivals();
+  readonly #early = new EarlyFrames();
   #state: RoomState = "connected";
   #nextCharacter = 1;
 
   constructor(readonly connection: Connection) {
     connection.use((link) => {
       link.setFrameSink((frame, sampleTimeNs) => {
+        const sampleNs = link.toLocalNs(sampleTimeNs);
+        const arrivalNs = this.#arrivals.timeOf(sampleNs, connection.nowNs());
         const member = this.members.get(frame.member);
-        member?.playout.push(frame, link.toLocalNs(sampleTimeNs), connection.nowNs());
+        if (member) member.playout.push(frame, sampleNs, arrivalNs);
+        else this.#early.put(frame, sampleNs, arrivalNs);
       });
       link.observe({
         mode: ObserveMode.all,
@@ -93,7 +102,11 @@ export class Room implements HairSource {
 
   sample(_nowMs: number): readonly Member[] {
     for (const event of this.connection.poll()) this.#take(event);
+    this.#early.take((frame, sampleNs, arrivalNs) => {
+      this.members.get(frame.member)?.playout.push(frame, sampleNs, arrivalNs);
+    });
     const nowNs = this.connection.nowNs();
+    this.#arrivals.onAwake(nowNs);
     this.#askAgain(nowNs);
     const shown = [...this.members.values()];
     for (const member of shown) member.sample(nowNs, this.#own.get(member.character)?.newestPose ?? null);
@@ -112,7 +125,7 @@ export class Room implements HairSource {
   addCharacter(groomFile: Uint8Array, level: Level = Level.high): OwnCharacter {
     const groomKey = hashGroom(groomFile);
     if (!this.#grooms.has(groomKey)) this.#grooms.set(groomKey, decodeGroom(groomFile));
-    this.connection.use((link) => link.offerGroom(groomFile));
+    this.#files.set(groomKey, groomFile);
     return this.#add(groomKey, level);
   }
 
@@ -138,6 +151,8 @@ export class Room implements HairSource {
   }
 
   #add(groomKey: string, level: Level): OwnCharacter {
+    const file = this.#files.get(groomKey);
+    if (file) this.connection.use((link) => link.offerGroom(file));
     const own = new OwnCharacter(this.connection, this.#nextCharacter++, groomKey);
     this.#own.set(own.character, own);
     this.connection.use((link) => link.addCharacter(own.character, groomKey, level));
@@ -210,6 +225,7 @@ export class Room implements HairSource {
       [...this.#own.values()].some((own) => own.groomKey === groomKey);
     if (!isUsed) {
       this.#grooms.delete(groomKey);
+      this.#files.delete(groomKey);
       this.#askAgainNs.delete(groomKey);
     }
     this.#tell("left", { member });
@@ -225,8 +241,10 @@ export class Room implements HairSource {
         why = error instanceof Error ? error.message : String(error);
       }
     }
-    if (groom) this.#grooms.set(key, groom);
-    else {
+    if (groom && bytes) {
+      this.#grooms.set(key, groom);
+      this.#files.set(key, bytes);
+    } else {
       this.#faults.set(key, why);
       this.#tell("fault", { detail: `a hairstyle cannot be shown: ${why}` });
     }

@@ -127,7 +127,7 @@ export class GroomDrawing {
     const farFrom = shown.findIndex((one) => one.detail.strips > 0);
     if (this.#farStrips && farFrom >= 0) {
       this.#farStrips.show(first + farFrom, shown.length - farFrom, 1, counts);
-      counts.strips += shown.length - farFrom;
+      counts.strips += this.#geometry.farStripCount * (shown.length - farFrom);
     }
   }
 

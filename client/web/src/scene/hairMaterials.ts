@@ -18,6 +18,7 @@ export type HairPart = "strand" | "strip" | "fabric" | "body";
 export class SceneUniforms {
   readonly rig: LightRig = makeLightRig();
   readonly all: Record<string, IUniform>;
+  #isAntialiased: boolean | null = null;
 
   constructor(records: Texture, lattices: Texture) {
     this.all = {
@@ -42,8 +43,8 @@ export class SceneUniforms {
     const isXr = target !== null && (target as { isXRRenderTarget?: boolean }).isXRRenderTarget === true;
     const space = target === null ? renderer.outputColorSpace : isXr ? target.texture.colorSpace : "";
     this.all.encode_srgb.value = space === SRGBColorSpace ? 1 : 0;
-    const antialiased = renderer.getContextAttributes()?.antialias === true;
-    this.all.samples.value = Math.max(target === null ? (antialiased ? 4 : 1) : target.samples, 1);
+    this.#isAntialiased ??= renderer.getContextAttributes()?.antialias === true;
+    this.all.samples.value = Math.max(target === null ? (this.#isAntialiased ? 4 : 1) : target.samples, 1);
   }
 }
 

@@ -36,6 +36,7 @@ export interface GroomGeometry {
   readonly strips: MeshArrays;
   /** in place of its strands */
   readonly farStrips: MeshArrays;
+  readonly farStripCount: number;
   /** 0: hairs keep to the course of their lock; 1: curls */
   readonly waviness: number;
   /** `extra`: linear RGB, opacity, half of a thread's width (negative on its left; 0: cloth) */
@@ -81,6 +82,7 @@ export function makeGroomGeometry(groom: Groom): GroomGeometry {
     strandWidthM,
     strips: strips.take(),
     farStrips: farStrips.take(),
+    farStripCount: groom.farStrips.strips.length,
     fabric: fabric.take(),
     body: body.take(),
     waviness: wavinessOf(groom),

@@ -3,8 +3,8 @@ import type { GeometrySource, StrandList } from "./groomGeometry";
 import { growingIndices } from "./growing";
 import { MeshBuilder, type MeshArrays } from "./meshBuilder";
 
-const kSagM = 3e-4; // of a smooth line over its pieces, at most, as far as kPiecesMost allow
-const kPiecesMost = 3;
+const kSagM = 5e-4; // of a smooth line over its pieces, at most, as far as kPiecesMost allow
+const kPiecesMost = 2;
 const kTolerancesM = [0, 8e-4, 4e-3];
 
 /** One drawn strand, a number a point; x and tangent in three arrays each. */
@@ -182,7 +182,12 @@ function keptPoints(line: Line, toleranceM: number): Uint8Array {
   // Roots and tips are where hair is seen to begin and end: a straight line keeps some points for the lattice to bend.
   if (toleranceM < 2e-3) for (let i = 0; i < line.count; i += 4) kept[i] = 1;
   kept[line.count >> 1] = kept[line.count >> 2] = 1;
-  simplify(line, 0, last, toleranceM, kept);
+  // Between each two that stay, as a piece of its own: its ends are where the drawn line bends.
+  for (let first = 0, i = 1; i <= last; ++i) {
+    if (!kept[i]) continue;
+    simplify(line, first, i, toleranceM, kept);
+    first = i;
+  }
   return kept;
 }
 

@@ -1,3 +1,5 @@
+import { farStripTangents } from "../../hair/restTangents";
+import { farStripBlend } from "../../hair/rootBlend";
 import type { GeometrySource } from "./groomGeometry";
 import type { MeshBuilder } from "./meshBuilder";
 
@@ -10,6 +12,26 @@ export function addStrips(source: GeometrySource, mesh: MeshBuilder): void {
       source,
       {
         points: groom.points.subarray(3 * begin, 3 * end),
+        directions: rest.direction.subarray(3 * begin, 3 * end),
+        blend: blend.subarray(begin, end),
+        blendSlope: rest.blendSlope.subarray(begin, end),
+      },
+      number,
+      mesh,
+    );
+  });
+}
+
+/** What stands for the strands far away. */
+export function addFarStrips(source: GeometrySource, mesh: MeshBuilder): void {
+  const { farStrips } = source.groom;
+  const blend = farStripBlend(source.groom);
+  const rest = farStripTangents(farStrips, blend);
+  farStrips.strips.forEach(({ points: { begin, end } }, number) => {
+    addStrip(
+      source,
+      {
+        points: farStrips.points.subarray(3 * begin, 3 * end),
         directions: rest.direction.subarray(3 * begin, 3 * end),
         blend: blend.subarray(begin, end),
         blendSlope: rest.blendSlope.subarray(begin, end),
@@ -34,12 +56,14 @@ function addStrip({ light }: GeometrySource, edges: Edges, number: number, mesh:
   if (pairs < 2) return;
   const first = mesh.vertexCount;
   const left = new Float32Array(6);
+  const lengths = lengthsOf(points, pairs);
+  const length = Math.max(lengths[pairs - 1], 1e-6);
   for (let i = 0; i < 2 * pairs; ++i) {
     const at = 3 * i;
     const from = 3 * (i & ~1);
     const side = [0, 1, 2].map((axis) => points[from + 3 + axis] - points[from + axis]);
-    const length = Math.hypot(...side);
-    const unit = length > 1e-12 ? side.map((x) => x / length) : [0, 1, 0];
+    const width = Math.hypot(...side);
+    const unit = width > 1e-12 ? side.map((x) => x / width) : [0, 1, 0];
     light.at(points[at], points[at + 1], points[at + 2], left);
     mesh.add(
       points[at],
@@ -51,7 +75,7 @@ function addStrip({ light }: GeometrySource, edges: Edges, number: number, mesh:
       directions[at + 2],
       edges.blendSlope[i],
       left,
-      (i >> 1) / (pairs - 1),
+      lengths[i >> 1] / length,
       i & 1,
     );
     mesh.addExtra(unit[0], unit[1], unit[2], number);
@@ -62,5 +86,13 @@ function addStrip({ light }: GeometrySource, edges: Edges, number: number, mesh:
   }
 }
 
-/** What stands for the strands far away. */
-export function addFarStrips(_source: GeometrySource, _mesh: MeshBuilder): void {}
+/** Along the middle, to each pair. */
+function lengthsOf(points: Float32Array, pairs: number): Float32Array {
+  const lengths = new Float32Array(pairs);
+  for (let i = 1; i < pairs; ++i) {
+    const at = 6 * i;
+    const step = [0, 1, 2].map((axis) => points[at + axis] + points[at + 3 + axis] - points[at - 6 + axis] - points[at - 3 + axis]);
+    lengths[i] = lengths[i - 1] + 0.5 * Math.hypot(...step);
+  }
+  return lengths;
+}

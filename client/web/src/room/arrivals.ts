@@ -1,0 +1,30 @@
+const kStalledNs = 60_000_000;
+/** By how much the least lateness that is remembered grows a frame: it follows clocks that drift apart. */
+const kForgetNs = 100_000;
+
+/**
+ * When frames arrived. A page's thread may stand still for a while (a shader is linked, geometry goes to the GPU); what
+ * came meanwhile is only seen afterwards, all at once, and was not late for that. Times in ns, of one clock.
+ */
+export class Arrivals {
+  #awakeNs = -Infinity;
+  #leastLatenessNs = Infinity;
+
+  /** The thread does something at this moment. */
+  onAwake(nowNs: number): void {
+    this.#awakeNs = nowNs;
+  }
+
+  /** When a frame that is seen now has come, as far as can be told; `sampleNs` is on this clock. */
+  timeOf(sampleNs: number, nowNs: number): number {
+    const stalled = nowNs - this.#awakeNs > kStalledNs;
+    if (!stalled) {
+      this.#awakeNs = nowNs;
+      this.#leastLatenessNs = Math.min(this.#leastLatenessNs + kForgetNs, nowNs - sampleNs);
+      return nowNs;
+    }
+    if (this.#leastLatenessNs === Infinity) return nowNs;
+    // On time, unless it would have been seen before the thread stood still.
+    return Math.min(Math.max(sampleNs + this.#leastLatenessNs, this.#awakeNs), nowNs);
+  }
+}

@@ -1,0 +1,28 @@
+import type { Frame } from "../hair/frame";
+
+const kMembersMost = 4096;
+
+/**
+ * Frames of members that are not known yet: a member's first frame may come before one has looked at who came in, and if
+ * it sleeps no other follows. The newest of each is kept, copied.
+ */
+export class EarlyFrames {
+  readonly #frames = new Map<number, { frame: Frame; sampleNs: number; arrivalNs: number }>();
+
+  put(frame: Frame, sampleNs: number, arrivalNs: number): void {
+    if (this.#frames.size >= kMembersMost && !this.#frames.has(frame.member)) return;
+    const copy = {
+      ...frame,
+      pose: frame.pose.slice(),
+      displacements: frame.displacements.slice(),
+      velocities: frame.velocities.slice(),
+    };
+    this.#frames.set(frame.member, { frame: copy, sampleNs, arrivalNs });
+  }
+
+  /** Hands out what there is, and forgets it: who is still unknown by then never came, or has left. */
+  take(push: (frame: Frame, sampleNs: number, arrivalNs: number) => void): void {
+    for (const { frame, sampleNs, arrivalNs } of this.#frames.values()) push(frame, sampleNs, arrivalNs);
+    this.#frames.clear();
+  }
+}

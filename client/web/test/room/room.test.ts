@@ -1,0 +1,153 @@
+import { expect, test } from "vitest";
+import { Level, ErrorClass } from "../../src/hair/level";
+import { rigidPose } from "../../src/hair/pose";
+import { Connection, type WebSocketLike } from "../../src/net/connection";
+import { decodePacket } from "../../src/net/decodePacket";
+import type { ClientMessage, ServerMessage } from "../../src/net/messages";
+import { Room } from "../../src/room/index";
+import { LinkDriver } from "../support/linkDriver";
+import { serverPacket } from "../support/serverPacket";
+
+const kSecond = 1e9;
+const groom = "ab".repeat(32);
+
+/** A room whose server says what the test tells it to. */
+class Told {
+  nowNs = 100 * kSecond;
+  readonly sockets: FakeSocket[] = [];
+  readonly connection = new Connection("localhost:7420", {
+    makeSocket: () => {
+      this.sockets.push(new FakeSocket());
+      return this.sockets[this.sockets.length - 1];
+    },
+    nowNs: () => this.nowNs,
+    random: () => 0.5,
+  });
+  readonly room = new Room(this.connection);
+
+  constructor() {
+    void this.connection.connect();
+    this.socket.onopen?.(undefined as never);
+    this.tell(new LinkDriver().welcome());
+  }
+
+  get socket(): FakeSocket {
+    return this.sockets[this.sockets.length - 1];
+  }
+  tell(message: ServerMessage): void {
+    const packet = serverPacket(this.nowNs, message);
+    this.socket.onmessage?.({ data: packet.buffer.slice(packet.byteOffset, packet.byteOffset + packet.length) });
+  }
+  said(): ClientMessage[] {
+    return this.socket.sent.splice(0).map((packet) => decodePacket(packet).message as ClientMessage);
+  }
+  /** A rigid frame at the origin, after which no other comes. */
+  tellAsleep(member: number): void {
+    const frame = { member, level: Level.rigid, errorClass: ErrorClass.normal, discontinuous: false, asleep: true };
+    const rest = { velocities: false, order: 0, stride: 1, stepStride: 1, content: rigidContent() };
+    this.tell({ type: "frameBatch", tick: 1, sampleTimeNs: this.nowNs, frames: [{ ...frame, ...rest }] });
+  }
+}
+
+class FakeSocket implements WebSocketLike {
+  binaryType = "blob";
+  bufferedAmount = 0;
+  onopen: ((event: never) => unknown) | null = null;
+  onmessage: ((event: { readonly data: unknown }) => unknown) | null = null;
+  onerror: ((event: never) => unknown) | null = null;
+  onclose: ((event: { readonly code: number; readonly reason: string }) => unknown) | null = null;
+  readonly sent: Uint8Array[] = [];
+  send(bytes: Uint8Array): void {
+    this.sent.push(bytes);
+  }
+  close(): void {}
+}
+
+test("shows a sleeping member whose only frame came together with the news of it", () => {
+  const told = new Told();
+  told.tell({ type: "memberJoined", member: 5, session: 9n, character: 1, groom });
+  told.tellAsleep(5);
+  const [member] = told.room.sample(0);
+  expect(member.member).toBe(5);
+  told.nowNs += kSecond;
+  told.room.sample(0);
+  expect(member.pose && [...member.pose]).toEqual([...rigidPose()].map((x) => expect.closeTo(x, 4)));
+});
+
+test("asks for a groom that it lacks, and again later when nobody can give it", () => {
+  const told = new Told();
+  told.room.sample(0);
+  told.said();
+  told.tell({ type: "memberJoined", member: 5, session: 9n, character: 1, groom });
+  told.room.sample(0);
+  const requests = () => told.said().filter((message) => message.type === "groomRequest");
+  told.connection.flush();
+  expect(requests()).toHaveLength(1);
+  told.tell({ type: "error", reason: 20, character: 0, groom, detail: "not here" }); // groomUnavailable
+  told.room.sample(0);
+  told.connection.flush();
+  expect(requests()).toHaveLength(0);
+  told.nowNs += 4 * kSecond;
+  told.room.sample(0);
+  told.connection.flush();
+  expect(requests()).toHaveLength(1);
+});
+
+test("forgets who has left, and tells of coming and going in order", () => {
+  const told = new Told();
+  const heard: string[] = [];
+  told.room.on("joined", ({ member }) => heard.push(`joined ${member.member}`));
+  const stop = told.room.on("left", ({ member }) => heard.push(`left ${member.member}`));
+  told.tell({ type: "memberJoined", member: 5, session: 9n, character: 1, groom });
+  told.tell({ type: "memberJoined", member: 6, session: 9n, character: 2, groom });
+  told.tell({ type: "memberLeft", member: 5 });
+  expect(told.room.sample(0).map((member) => member.member)).toEqual([6]);
+  expect(heard).toEqual(["joined 5", "joined 6", "left 5"]);
+  stop();
+  told.tell({ type: "memberLeft", member: 6 });
+  expect(told.room.sample(0)).toEqual([]);
+  expect(heard).toHaveLength(3);
+});
+
+test("a character of one's own is drawn with the pose pushed last, wherever frames have it", () => {
+  const told = new Told();
+  told.tell({ type: "memberJoined", member: 5, session: 9n, character: 1, groom });
+  told.room.sample(0);
+  const own = told.room.addCharacterLike(told.room.members.get(5)!);
+  told.tell({ type: "characterAdded", character: own.character, groom, level: Level.rigid, member: 7 });
+  told.tellAsleep(7);
+  own.push(rigidPose([0, 0, 0, 1], [1, 2, 3]));
+  told.room.sample(0);
+  const mine = told.room.members.get(7)!;
+  expect(mine.own).toBe(true);
+  expect([...mine.pose!.subarray(4, 7)]).toEqual([1, 2, 3]);
+  expect(() => own.push(new Float64Array(35))).toThrow("unit length");
+  expect([...told.room.members.get(7)!.pose!.subarray(4, 7)]).toEqual([1, 2, 3]);
+});
+
+test("says that the connection is lost and made anew", () => {
+  const told = new Told();
+  const states: string[] = [];
+  told.room.on("state", ({ state }) => states.push(state));
+  told.room.sample(0);
+  told.socket.onclose?.({ code: 1006, reason: "" });
+  told.room.sample(0);
+  expect(told.room.state).toBe("away");
+  told.nowNs += 20 * kSecond;
+  told.room.sample(0);
+  told.socket.onopen?.(undefined as never);
+  told.tell(new LinkDriver().welcome({ resumed: true }));
+  told.room.sample(0);
+  expect(states.filter((state, n) => state !== states[n - 1])).toEqual(["connected", "away", "connected"]);
+  told.room.close();
+  expect(told.room.state).toBe("closed");
+});
+
+/** Choices 0; then for each bone: largest is w (3), positive; six zeros and the largest's own, each of one bit. */
+function rigidContent(): Uint8Array {
+  const bits: number[] = new Array(14).fill(0);
+  for (let bone = 0; bone < 5; ++bone) bits.push(1, 1, 0, 1, 1, 1, 1, 1, 1, 1);
+  const bytes = new Uint8Array(Math.ceil(bits.length / 8));
+  bits.forEach((bit, i) => (bytes[i >> 3] |= bit << (i & 7)));
+  return bytes;
+}
