@@ -39,7 +39,10 @@ export class LightField {
   #roots = new Float32Array(0);
   /** what is left along each ray, kRayCount a cell */
   #left = new Float32Array(0);
+  // Of one place, while it is looked at.
   readonly #rays = new Float32Array(kRayCount);
+  readonly #base = [0, 0, 0];
+  readonly #part = [0, 0, 0];
 
   /** `widthM`: of a strand as drawn, with all that is drawn beside it. */
   constructor(groom: Groom, widthM: number) {
@@ -61,12 +64,11 @@ export class LightField {
   at(x: number, y: number, z: number, out: LightLeft, normal: readonly number[] | null = null): LightLeft {
     out.fill(1);
     if (this.#left.length === 0) return out;
-    const base = [0, 0, 0];
-    const part = [0, 0, 0];
+    const base = this.#base;
+    const part = this.#part;
     let inside = 1;
-    const position = [x, y, z];
     for (let axis = 0; axis < 3; ++axis) {
-      const at = (position[axis] - this.#origin[axis]) / this.cellM - 0.5;
+      const at = ((axis === 0 ? x : axis === 1 ? y : z) - this.#origin[axis]) / this.cellM - 0.5;
       const cells = this.#count[axis];
       const outside = Math.max(-at, at - (cells - 1));
       if (!(outside < kFade)) return out;
@@ -165,7 +167,7 @@ export class LightField {
         const dx = points[at + 3] - points[at];
         const dy = points[at + 4] - points[at + 1];
         const dz = points[at + 5] - points[at + 2];
-        const length = Math.hypot(dx, dy, dz);
+        const length = Math.sqrt(dx * dx + dy * dy + dz * dz);
         const pieces = Math.min(Math.max(Math.ceil(length / this.cellM), 1), 64);
         for (let piece = 0; piece < pieces; ++piece) {
           const t = (piece + 0.5) / pieces;
@@ -211,9 +213,12 @@ export class LightField {
         for (let j = 0; i + j <= steps; ++j) {
           const u = i / steps;
           const v = j / steps;
-          const on = (axis: number) =>
-            vertices[a + axis] + u * (vertices[b + axis] - vertices[a + axis]) + v * (vertices[c + axis] - vertices[a + axis]);
-          const cell = this.#find(on(0), on(1), on(2));
+          const w = 1 - u - v;
+          const cell = this.#find(
+            w * vertices[a] + u * vertices[b] + v * vertices[c],
+            w * vertices[a + 1] + u * vertices[b + 1] + v * vertices[c + 1],
+            w * vertices[a + 2] + u * vertices[b + 2] + v * vertices[c + 2],
+          );
           if (cell >= 0) solid[cell] = 1;
         }
     }

@@ -116,7 +116,12 @@ function lineOf({ rest, blend }: GeometrySource, points: Float32Array, first: nu
 }
 
 function distance(points: Float32Array, a: number, b: number): number {
-  return Math.hypot(points[a] - points[b], points[a + 1] - points[b + 1], points[a + 2] - points[b + 2]);
+  return lengthOf(points[a] - points[b], points[a + 1] - points[b + 1], points[a + 2] - points[b + 2]);
+}
+
+/** Much faster than Math.hypot. */
+function lengthOf(x: number, y: number, z: number): number {
+  return Math.sqrt(x * x + y * y + z * z);
 }
 
 /** Corners of a polyline become a curve (Catmull-Rom) through the same points. */
@@ -143,20 +148,27 @@ function smoothed(line: Line): Line {
   const add = (i: number, t: number) => {
     const n = smooth.count++;
     const next = Math.min(i + 1, line.count - 1);
-    const tangent = [0, 1, 2].map((axis) => mix(line.tangent[3 * i + axis], line.tangent[3 * next + axis], t));
-    const length = Math.hypot(...tangent);
-    const scale = length > 1e-6 ? 1 / length : 1;
-    for (let axis = 0; axis < 3; ++axis) {
-      smooth.x[3 * n + axis] = at[axis];
-      smooth.tangent[3 * n + axis] = t === 0 ? line.tangent[3 * i + axis] : tangent[axis] * scale;
-    }
+    const tx = mix(line.tangent[3 * i], line.tangent[3 * next], t);
+    const ty = mix(line.tangent[3 * i + 1], line.tangent[3 * next + 1], t);
+    const tz = mix(line.tangent[3 * i + 2], line.tangent[3 * next + 2], t);
+    const length = lengthOf(tx, ty, tz);
+    const scale = t > 0 && length > 1e-6 ? 1 / length : 1;
+    for (let axis = 0; axis < 3; ++axis) smooth.x[3 * n + axis] = at[axis];
+    smooth.tangent[3 * n] = tx * scale;
+    smooth.tangent[3 * n + 1] = ty * scale;
+    smooth.tangent[3 * n + 2] = tz * scale;
     smooth.delta[n] = mix(line.delta[i], line.delta[next], t);
     smooth.deltaSlope[n] = mix(line.deltaSlope[i], line.deltaSlope[next], t);
     smooth.fraction[n] = mix(line.fraction[i], line.fraction[next], t);
   };
   for (let i = 0; i + 1 < line.count; ++i) {
     spline(i, 0.5);
-    const sag = Math.hypot(...[0, 1, 2].map((axis) => at[axis] - 0.5 * (line.x[3 * i + axis] + line.x[3 * i + 3 + axis])));
+    const p = 3 * i;
+    const sag = lengthOf(
+      at[0] - 0.5 * (line.x[p] + line.x[p + 3]),
+      at[1] - 0.5 * (line.x[p + 1] + line.x[p + 4]),
+      at[2] - 0.5 * (line.x[p + 2] + line.x[p + 5]),
+    );
     const pieces = Math.min(Math.max(Math.ceil(Math.sqrt(sag / kSagM)), 1), kPiecesMost);
     for (let piece = 0; piece < pieces; ++piece) {
       const t = piece / pieces;
