@@ -29,8 +29,8 @@ class LatticeBlend {
     float weight = 1;
   };
 
-  // A lattice that is played, in order of time; one that is not valid is passed over. A `discontinuous` one (a teleport)
-  // begins anew, as does another lattice of the same level.
+  // A lattice that is played, in order of time; one that is not valid is passed over. A `discontinuous` one (a
+  // teleport) begins anew, as does another lattice of the same level.
   void apply(const Playout::Sample& sample, bool discontinuous = false);
 
   // Of the sample applied last, the newest lattice first; none: the hair is rigid. Valid until the next apply(), or

@@ -26,7 +26,7 @@ DrawDetail detail_for(float head_px, float quality, std::size_t strand_count) {
   detail.follower_count = 2 * rise(px, 150, 350) + 2 * rise(px, 600, 1200);
   detail.tolerance_m = 0.35f * kHead_m / px;
   detail.quadratic = rise(px, 70, 120);
-  detail.strips = 1 - rise(px, 45, 70);
+  detail.strips = 1 - rise(px, 75, 110);
   return detail;
 }
 

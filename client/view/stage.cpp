@@ -101,6 +101,7 @@ class GlStage final : public Stage {
             bool target_is_srgb) override;
 
   [[nodiscard]] const StageStatistics& statistics() const override { return statistics_; }
+  [[nodiscard]] DepthRange depth_range() const override { return depth_range_; }
 
  private:
   struct View {
@@ -108,6 +109,7 @@ class GlStage final : public Stage {
     Eigen::Matrix3d rotation;
     float px_per_m;  // at 1 m
     float aspect;
+    DepthRange range;
     Mat4f projection;
   };
   [[nodiscard]] std::vector<std::vector<Appearance>> appearances(std::span<const ShownCharacter> characters, View& view,
@@ -125,6 +127,7 @@ class GlStage final : public Stage {
   CharacterRecords records_;
   std::vector<std::optional<GroomBuffers>> grooms_;
   StageStatistics statistics_;
+  DepthRange depth_range_;
 };
 
 // By groom, the nearest first: those of one list of strands, and those that show strips, then lie side by side. What
@@ -159,6 +162,7 @@ std::vector<std::vector<Appearance>> GlStage::appearances(std::span<const ShownC
   const float far_m = std::max(static_cast<float>(furthest) * 1.01f, 0.1f);
   const float near_m =
       std::clamp(static_cast<float>(nearest) * 0.99f, std::max(kNearLeast_m, far_m * 1e-4f), 0.99f * far_m);
+  view.range = {near_m, far_m};
   view.projection = perspective(view.camera, view.aspect, near_m, far_m);
   return by_groom;
 }
@@ -259,6 +263,7 @@ void GlStage::draw(std::span<const ShownCharacter> characters, const Camera& wan
   view.px_per_m =
       0.5f * static_cast<float>(height) / std::tan(view.camera.fov_deg * std::numbers::pi_v<float> / 360.0f);
   const std::vector<std::vector<Appearance>> by_groom = appearances(characters, view, look);
+  depth_range_ = view.range;
 
   records_.clear();
   for (std::size_t g = 0; g < by_groom.size(); ++g) {

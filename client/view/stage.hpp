@@ -64,6 +64,7 @@ class Stage {
   virtual void draw(std::span<const ShownCharacter> characters, const Camera& camera, const Look& look, int width,
                     int height, bool target_is_srgb) = 0;
   [[nodiscard]] virtual const StageStatistics& statistics() const = 0;
+  [[nodiscard]] virtual DepthRange depth_range() const = 0;  // of what the last draw() left in the depth buffer
 };
 
 }  // namespace hairnet::view

@@ -10,7 +10,7 @@
 namespace hairnet {
 namespace {
 
-std::string read_vertex(std::string_view numbers, TriangleMesh& mesh) {
+std::string read_vertex(std::string_view numbers, std::vector<Vec3f>& vertices) {
   Vec3f vertex;
   for (int axis = 0; axis < 3; ++axis) {
     const std::string_view word = take_word(numbers);
@@ -18,7 +18,7 @@ std::string read_vertex(std::string_view numbers, TriangleMesh& mesh) {
     if (!value) return word.empty() ? "a vertex needs 3 numbers" : "not a finite number: " + shown(word);
     vertex[axis] = *value;
   }
-  mesh.vertices.push_back(vertex);
+  vertices.push_back(vertex);
   return {};
 }
 
@@ -47,7 +47,43 @@ std::string read_face(std::string_view corners, TriangleMesh& mesh) {
   return corner_count < 3 ? "a face needs 3 vertices" : "";
 }
 
+// The vertex at which the last line ended is `last`, if there was one.
+std::string read_line(std::string_view corners, const std::vector<Vec3f>& vertices, ImportedStrands& strands,
+                      std::optional<std::uint32_t>& last) {
+  std::size_t corner_count = 0;
+  for (std::string_view word = take_word(corners); !word.empty() && word.front() != '#'; word = take_word(corners)) {
+    const std::optional<std::uint32_t> index = vertex_index(word, vertices.size());
+    if (!index) return "no vertex " + shown(word) + " among the " + std::to_string(vertices.size()) + " read so far";
+    const bool goes_on = corner_count++ == 0 && last == index;
+    if (corner_count == 1 && !goes_on) strands.strand_begin.push_back(strands.strand_begin.back());
+    if (!goes_on) {
+      strands.points.push_back(vertices[*index]);
+      ++strands.strand_begin.back();
+    }
+    last = index;
+  }
+  return corner_count < 2 ? "a line needs 2 vertices" : "";
+}
+
 }  // namespace
+
+Result<ImportedStrands> decode_obj_strands(std::string_view text) {
+  std::vector<Vec3f> vertices;
+  ImportedStrands strands;
+  std::optional<std::uint32_t> last;
+  for (std::size_t line_number = 1; !text.empty(); ++line_number) {
+    std::string_view line = take_line(text);
+    const std::string_view keyword = take_word(line);
+    std::string fault;
+    if (keyword == "v") {
+      fault = read_vertex(line, vertices);
+    } else if (keyword == "l") {
+      fault = read_line(line, vertices, strands, last);
+    }
+    if (!fault.empty()) return Refusal("line " + std::to_string(line_number) + ": " + fault);
+  }
+  return strands;
+}
 
 Result<TriangleMesh> decode_obj(std::string_view text) {
   TriangleMesh mesh;
@@ -56,7 +92,7 @@ Result<TriangleMesh> decode_obj(std::string_view text) {
     const std::string_view keyword = take_word(line);
     std::string fault;
     if (keyword == "v") {
-      fault = read_vertex(line, mesh);
+      fault = read_vertex(line, mesh.vertices);
     } else if (keyword == "f") {
       fault = read_face(line, mesh);
     }

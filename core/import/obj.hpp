@@ -3,11 +3,16 @@
 #include <string_view>
 
 #include "core/geometry/triangle_mesh.hpp"
+#include "core/import/strands.hpp"
 #include "core/result.hpp"
 
 namespace hairnet {
 
 // Wavefront OBJ: v and f (polygons are fanned, indices may be negative); everything else is skipped.
 Result<TriangleMesh> decode_obj(std::string_view text);
+
+// Its lines as strands: v and l. One that begins where the last ended goes on with it, as programs write that cut lines
+// into edges. None when there are no lines.
+Result<ImportedStrands> decode_obj_strands(std::string_view text);
 
 }  // namespace hairnet

@@ -29,5 +29,6 @@ set(CPACK_DEBIAN_TOOLS_PACKAGE_NAME hairnet-tools)
 set(CPACK_COMPONENT_TOOLS_DESCRIPTION "hairnet-groom imports and makes hairstyles, hairnet-view streams and draws
 them, hairnet-sim simulates files, hairnet-token makes tokens of entry, hairnet-load
 says how many characters a server bears.")
-set(CPACK_DEBIAN_TOOLS_PACKAGE_RECOMMENDS libgl1-mesa-dri)   # drawing without a screen
+# Drawing without a screen; what the window loads by name; clips.
+set(CPACK_DEBIAN_TOOLS_PACKAGE_RECOMMENDS "libgl1-mesa-dri, libgl1, ffmpeg")
 include(CPack)

@@ -69,7 +69,7 @@ struct BadCommand {
 TEST_F(Failure, wrong_flags_exit_with_2_and_one_line) {
   const std::vector<BadCommand> commands{
       {"hairnet-view", {}},
-      {"hairnet-view", {"--character", kCharacter}},
+      {"hairnet-view", {"--local", "--room", "hall"}},
       {"hairnet-view", {"--no-such-flag"}},
       {"hairnet-view", {"--no-draw", "--character", "groom=made:bob"}},
       {"hairnet-view", {"--no-draw", "--character", "groom=made:bob,motion=made:nod,level=best"}},

@@ -1,5 +1,6 @@
 #include "client/tools/view/audience.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "schema/wire/groom_file.hpp"
@@ -19,7 +20,29 @@ void Audience::want(const wire::GroomHash& groom) {
 }
 
 void Audience::take(const wire::MemberLeft& left) {
-  if (const auto found = members_.find(left.member); found != members_.end()) found->second.here = false;
+  const auto found = members_.find(left.member);
+  if (found == members_.end()) return;
+  found->second.here = false;
+  if (!found->second.moments.empty()) return;
+  members_.erase(found);
+  forget_unused_grooms();
+}
+
+void Audience::forget_unused_grooms() {
+  std::erase_if(grooms_, [this](const auto& entry) {
+    const auto wears = [&](const Member& member) { return member.joined.groom == entry.first; };
+    const bool unused =
+        entry.second &&
+        std::none_of(members_.begin(), members_.end(), [&](const auto& numbered) { return wears(numbered.second); }) &&
+        std::none_of(gone_.begin(), gone_.end(), wears);
+    if (unused) retries_.erase(entry.first);
+    return unused;
+  });
+}
+
+std::shared_ptr<const Groom> Audience::groom_of(const Member& member) const {
+  const auto found = grooms_.find(member.joined.groom);
+  return found == grooms_.end() ? nullptr : found->second;
 }
 
 Result<void> Audience::take(const link::GroomFetched& fetched) {
@@ -51,10 +74,11 @@ void Audience::hold() {
 void Audience::play(std::int64_t now_ns, std::ptrdiff_t moment) {
   for (auto& [number, member] : members_) {
     if (!member.here) continue;
-    const link::Playout::Sample sample = member.playout.sample(now_ns);
-    if (!sample.valid) continue;
-    member.trail.note(sample);
-    if (moment >= 0) member.moments[moment] = member.trail.moment(sample.pose);
+    member.sample = member.playout.sample(now_ns);
+    if (!member.sample.valid) continue;
+    member.trail.note(member.sample);
+    member.blend.apply(member.sample);
+    if (moment >= 0) member.moments[moment] = member.trail.moment(member.sample.pose);
   }
   std::erase_if(retries_, [&](const auto& retry) {
     if (now_ns < retry.second) return false;

@@ -3,19 +3,37 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <vector>
 
+#include "client/link/lattice_blend.hpp"
 #include "client/link/link.hpp"
 #include "client/link/playout.hpp"
-#include "client/tools/view/stream.hpp"
 #include "client/tools/view/switch_trail.hpp"
+#include "core/groom/groom.hpp"
 #include "core/result.hpp"
 
 namespace hairnet::viewer {
 
+// Another's character, as it was seen; a moment at which it was not there yet, or its hair unknown, has none.
+struct SeenCharacter {
+  std::shared_ptr<const Groom> groom;
+  std::vector<std::optional<Moment>> moments;  // [time]
+};
+
 // The others of the room: fetches their grooms, plays out their frames and keeps what they looked like. One thread.
 class Audience {
  public:
+  struct Member {
+    wire::MemberJoined joined;
+    link::Playout playout;
+    SwitchTrail trail;
+    link::LatticeBlend blend;
+    link::Playout::Sample sample;  // what play() gave last
+    bool here = true;
+    std::map<std::ptrdiff_t, Moment> moments;
+  };
+
   explicit Audience(link::Link& link) : link_(link) {}
 
   void take(const wire::MemberJoined& joined);
@@ -32,22 +50,19 @@ class Audience {
   void play(std::int64_t now_ns, std::ptrdiff_t moment);
   // session << 32 | the owner's number.
   [[nodiscard]] std::uint64_t name_of(std::uint32_t member) const;
+  [[nodiscard]] const std::map<std::uint32_t, Member>& members() const { return members_; }
+  // Null: not there yet.
+  [[nodiscard]] std::shared_ptr<const Groom> groom_of(const Member& member) const;
   // Those whose hair was seen at one moment at least. `moment_count`: of all.
   [[nodiscard]] std::vector<SeenCharacter> seen(std::size_t moment_count) const;
 
  private:
   static constexpr std::int64_t kRetry_ns = 1'000'000'000;
-  struct Member {
-    wire::MemberJoined joined;
-    link::Playout playout;
-    SwitchTrail trail;
-    bool here = true;
-    std::map<std::ptrdiff_t, Moment> moments;
-  };
   void want(const wire::GroomHash& groom);
+  void forget_unused_grooms();
 
   link::Link& link_;
-  std::map<std::uint32_t, Member> members_;
+  std::map<std::uint32_t, Member> members_;                         // those who left too, if there are moments of them
   std::vector<Member> gone_;                                        // whose numbers others have now
   std::map<wire::GroomHash, std::shared_ptr<const Groom>> grooms_;  // null: on its way
   std::map<wire::GroomHash, std::int64_t> retries_;

@@ -14,12 +14,13 @@ namespace hairnet::viewer {
 // One character, loaded. Those with the same groom share it.
 struct Actor {
   std::shared_ptr<const Groom> groom;
-  Motion motion;
+  Motion motion;  // at the character's place
   LevelIndex level = LevelIndex::high;
   Vec3f hair_colour = Vec3f::Zero();  // linear RGB
   std::optional<Material> material;
 };
 
+// Those that were given a place are there, the others stand side by side.
 Result<std::vector<Actor>> load_cast(const std::vector<CharacterOptions>& characters);
 
 }  // namespace hairnet::viewer

@@ -20,6 +20,13 @@ Result<void> store(const Result<T>& value, T& target) {
   return {};
 }
 
+template <class T>
+Result<void> store_optional(const Result<T>& value, std::optional<T>& target) {
+  if (!value) return Refusal(value.error());
+  target = *value;
+  return {};
+}
+
 Result<LevelIndex> parse_level(const std::string& text) {
   for (std::size_t i = 0; i < kLevelCount; ++i) {
     if (text == kLevelNames[i]) return static_cast<LevelIndex>(i);
@@ -49,19 +56,10 @@ Result<void> set(CharacterOptions& o, const std::string& key, const std::string&
   if (key == "up") return store(parse_axis(value), o.bvh.up);
   if (key == "face") return store(parse_axis(value), o.bvh.face);
   if (key == "unit") return store(parse_unit(value), o.bvh.unit_m);
-  if (key == "material") {
-    const Result<Material> material = make_material(value);
-    if (!material) return Refusal(material.error());
-    o.material = *material;
-    return {};
-  }
-  if (key == "colour") {
-    const Result<Vec3f> colour = parse_hair_colour(value);
-    if (!colour) return Refusal(colour.error());
-    o.colour = *colour;
-    return {};
-  }
-  return Refusal(quoted(key) + " is not one of groom, motion, level, material, colour, strands, up, face, unit");
+  if (key == "at") return store_optional(parse_place(value), o.place);
+  if (key == "material") return store_optional(make_material(value), o.material);
+  if (key == "colour") return store_optional(parse_hair_colour(value), o.colour);
+  return Refusal(quoted(key) + " is not one of groom, motion, level, material, at, colour, strands, up, face, unit");
 }
 
 }  // namespace

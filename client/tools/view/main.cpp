@@ -1,32 +1,70 @@
 #include <cstdio>
+#include <iterator>
 #include <string>
+#include <utility>
 
 #include "client/tools/view/cast.hpp"
+#include "client/tools/view/film.hpp"
+#include "client/tools/view/imported_hair.hpp"
+#include "client/tools/view/local_run.hpp"
 #include "client/tools/view/options.hpp"
 #include "client/tools/view/pictures.hpp"
+#include "client/tools/view/stop_signal.hpp"
 #include "client/tools/view/stream.hpp"
+#include "client/tools/view/viewer_window.hpp"
 
 namespace {
 
 using namespace hairnet;
 using namespace hairnet::viewer;
 
+// When what is shown is to be kept: for the sheet and the last picture, or for each of a clip.
+std::vector<double> moment_times_s(const ViewOptions& options) {
+  if (options.output == Output::clip) return film_times_s(options);
+  std::vector<double> times_s;
+  if (!options.sheet.empty()) times_s = options.times_s;
+  if (!options.out.empty()) times_s.push_back(options.duration_s + options.settle_s);
+  return times_s;
+}
+
+// Made by code when nobody is asked for, or what files hold.
+Result<std::vector<Actor>> cast_of(const ViewOptions& options) {
+  Result<std::vector<Actor>> cast = load_cast(options.characters);
+  if (!cast || options.source == Source::server) return cast;
+  if (!options.files.empty()) {
+    Result<std::vector<Actor>> more = cast_of_files(options.files);
+    if (!more) return more;
+    std::move(more->begin(), more->end(), std::back_inserter(*cast));
+  }
+  return cast;
+}
+
 Result<void> run(const ViewOptions& options) {
+  heed_stop_signals();
+  if (options.output == Output::window) return run_window(options);
   std::unique_ptr<Pictures> pictures;
-  std::vector<double> moment_times_s;
-  if (!options.sheet.empty()) moment_times_s = options.times_s;
-  if (!options.out.empty()) moment_times_s.push_back(options.duration_s + options.settle_s);
-  if (!moment_times_s.empty()) {
+  if (options.output == Output::pictures) {
     Result<std::unique_ptr<Pictures>> made = make_pictures();
     if (!made) return Refusal(made.error());
     pictures = std::move(*made);
   }
-  const Result<std::vector<Actor>> cast = load_cast(options.characters);
+  if (options.output == Output::clip) {
+    if (const Result<void> possible = check_film(options); !possible) return possible;
+  }
+  const Result<std::vector<Actor>> cast = cast_of(options);
   if (!cast) return Refusal(cast.error());
+  if (options.output == Output::clip && options.source == Source::local) return film_locally(options, *cast);
 
-  const StreamResult streamed = stream(options, *cast, moment_times_s);
-  std::fputs(streamed.statistics.summary().c_str(), stdout);
+  const std::vector<double> times_s = moment_times_s(options);
+  const bool local = options.source == Source::local;
+  const StreamResult streamed = local ? run_locally(options, *cast, times_s) : stream(options, *cast, times_s);
+  if (!local) std::fputs(streamed.statistics.summary().c_str(), stdout);
   if (!streamed.ended) return streamed.ended;
+  if (streamed.stopped && options.output != Output::none) {
+    std::fprintf(stderr, "hairnet-view: stopped before the end: no picture is made\n");
+    return {};
+  }
+  if (options.output == Output::clip) return film_stream(options, *cast, streamed);
   return pictures ? pictures->write(options, *cast, streamed) : Result<void>();
 }
 

@@ -1,5 +1,6 @@
 #include "client/tools/view/performance.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "client/tools/clip/upright.hpp"
@@ -10,17 +11,32 @@ namespace {
 // Closer than this the end of a clip meets its beginning.
 constexpr double kSeam_m = 0.02, kSeam_rad = 0.1;
 
+// Whether anything in the clip is a jump of its own: then it goes on at another place, and no drift can be told.
+bool teleports(const Motion& motion) {
+  return std::find(motion.teleports.begin(), motion.teleports.end(), true) != motion.teleports.end();
+}
+
 }  // namespace
 
-Performance::Performance(const Motion& motion, double duration_s)
+Performance::Performance(const Motion& motion, double duration_s, Loop loop)
     : motion_(motion), duration_s_(duration_s), period_s_(motion.duration_s()) {
   const RigidTransform &first = motion.poses.front().head(), &last = motion.poses.back().head();
   loops_smoothly_ =
       (first.position - last.position).norm() < kSeam_m && first.rotation.angularDistance(last.rotation) < kSeam_rad;
+  if (loops_smoothly_ || loop == Loop::plain || !(period_s_ > 0) || teleports(motion)) return;
+  loops_smoothly_ = eases_seam_ = true;
+  drift_m_per_s_ = (last.position - first.position) / period_s_;
+  drift_m_per_s_.y() = 0;
 }
 
 Pose Performance::clip(double time_s) const {
-  return motion_.sample(period_s_ > 0 ? std::fmod(time_s, period_s_) : 0);
+  if (!(period_s_ > 0)) return motion_.sample(0);
+  const double t = std::fmod(time_s, period_s_);
+  Pose pose = motion_.sample(t);
+  if (!eases_seam_) return pose;
+  for (RigidTransform& bone : pose.bones) bone.position -= t * drift_m_per_s_;
+  const double seam_s = std::min(kSeam_s, period_s_ / 2);
+  return ease(pose, motion_.poses.front(), t - (period_s_ - seam_s), seam_s);
 }
 
 Pose Performance::at(double time_s) const {

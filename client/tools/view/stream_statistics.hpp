@@ -16,13 +16,14 @@ class StreamStatistics {
   // `latency_ns`: from the time at which the poses in the batch were sampled to its arrival.
   void count_frames(const link::FrameBatch& batch, std::int64_t latency_ns);
   void take_counters(const link::LinkCounters& counters) { link_ = counters; }
+  void forget(std::uint32_t member) { last_frame_.erase(member); }
   // The size of the last lattice received, by character.
   void count_displacement(std::uint32_t character, const std::vector<Vec3f>& displacement);
 
   [[nodiscard]] std::uint64_t frame_count() const { return frame_count_; }
   [[nodiscard]] std::uint64_t missed_tick_count() const { return missed_tick_count_; }
-  [[nodiscard]] double latency_ms(double quantile) const;
-  [[nodiscard]] std::string summary() const;  // lines
+  [[nodiscard]] double latency_ms(double quantile) const;  // of the last kLatenciesMost batches
+  [[nodiscard]] std::string summary() const;               // lines
 
  private:
   struct Displaced {
@@ -34,7 +35,9 @@ class StreamStatistics {
   };
   std::map<std::uint32_t, LastFrame> last_frame_;  // by member
   std::map<std::uint32_t, Displaced> last_displacement_;
-  std::vector<std::int64_t> latencies_ns_;
+  static constexpr std::size_t kLatenciesMost = 100'000;
+  std::vector<std::int64_t> latencies_ns_;  // a ring once it is full
+  std::size_t latency_count_ = 0;
   std::uint64_t frame_count_ = 0, missed_tick_count_ = 0, poses_sent_ = 0;
   link::LinkCounters link_;
 };

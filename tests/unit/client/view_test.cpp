@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "client/tools/view/character_spec.hpp"
 #include "client/tools/view/hair_colour.hpp"
 #include "client/tools/view/performance.hpp"
@@ -67,6 +69,31 @@ TEST(Performance, the_clips_own_teleports_are_jumps) {
   EXPECT_FALSE(performance.jumps(0.55, 0.6));
 }
 
+TEST(Performance, for_ever_a_clip_that_travels_stays_about_its_place_and_never_jumps) {
+  const Motion travels = leaning(3);
+  const Performance performance(travels, std::numeric_limits<double>::infinity(), Loop::smooth);
+  Pose last = performance.at(0);
+  for (int i = 1; i < 60 * 60; ++i) {
+    const double time_s = i / 60.0;
+    const Pose pose = performance.at(time_s);
+    ASSERT_TRUE(is_valid(pose));
+    EXPECT_FALSE(performance.jumps(time_s - 1 / 60.0, time_s));
+    EXPECT_LT((pose.head().position - last.head().position).norm(), 0.05) << time_s;
+    EXPECT_LT(pose.head().rotation.angularDistance(last.head().rotation), 0.08) << time_s;
+    EXPECT_LT((pose.head().position - performance.at(0).head().position).norm(), 0.1);
+    last = pose;
+  }
+}
+
+TEST(Performance, for_ever_a_clip_with_teleports_keeps_them) {
+  Motion motion = leaning(2);
+  motion.teleports.assign(motion.poses.size(), false);
+  motion.teleports[30] = true;
+  const Performance performance(motion, std::numeric_limits<double>::infinity(), Loop::smooth);
+  EXPECT_TRUE(performance.jumps(100.45, 100.55));
+  EXPECT_TRUE(performance.jumps(100.95, 101.05));
+}
+
 TEST(CharacterSpec, takes_its_keys_in_any_order) {
   const auto character =
       parse_character("level=low,motion=made:nod,groom=a.groom,strands=500,up=+z,face=-y,unit=0.01,material=wet");
@@ -126,6 +153,13 @@ TEST(StreamStatistics, ticks_between_the_steps_of_a_character_are_not_missed) {
     statistics.count_frames(batch, 0);
   }
   EXPECT_EQ(statistics.missed_tick_count(), 1u);
+}
+
+TEST(StreamStatistics, a_stream_for_ever_takes_no_more_memory_and_tells_of_the_last) {
+  StreamStatistics statistics;
+  for (int i = 0; i < 150'000; ++i) statistics.count_frames(batch_of(1, {}), i < 50'000 ? 900'000'000 : 7'000'000);
+  EXPECT_EQ(statistics.latency_ms(0), 7);
+  EXPECT_EQ(statistics.latency_ms(1), 7);
 }
 
 TEST(StreamStatistics, quantiles_of_latency) {

@@ -29,7 +29,7 @@ export function detailFor(headPx: number, quality: number, strandCount: number):
     followerCount: 2 * rise(px, 150, 350) + 2 * rise(px, 600, 1200),
     toleranceM: (0.35 * kHeadM) / px,
     quadratic: rise(px, 70, 120),
-    strips: 1 - rise(px, 45, 70),
+    strips: 1 - rise(px, 75, 110),
   };
 }
 

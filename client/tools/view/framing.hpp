@@ -1,0 +1,18 @@
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "client/tools/view/options.hpp"
+#include "client/tools/view/orbit_camera.hpp"
+#include "client/tools/view/show.hpp"
+
+namespace hairnet::viewer {
+
+// Between the heads; none when nobody is there.
+std::optional<Vec3> middle_of(std::span<const Subject> subjects);
+
+// Looks at all heads and their hair, from the side that `view` names of where they face in the mean.
+void frame_all(std::span<const Subject> subjects, View view, int width, int height, OrbitCamera& camera);
+
+}  // namespace hairnet::viewer

@@ -1,0 +1,39 @@
+#pragma once
+
+#include "core/groom/body.hpp"
+#include "core/pose/pose.hpp"
+
+namespace hairnet::viewer {
+
+// A head in a hand: what a mouse turns and moves it away from where its motion has it. It goes after the hand within a
+// few hundredths of a second, never faster than hair is simulated (is_teleport), and springs back when it is let go,
+// without swinging. Time is a parameter; one thread.
+class HeadGrab {
+ public:
+  static constexpr double kTurnMost_rad = 1.9, kShiftMost_m = 1.5;
+  static constexpr double kTurnSpeedMost_rad_per_s = 25, kShiftSpeedMost_m_per_s = 12;
+
+  void take();
+  void turn(const Vec3& axis_world, double angle_rad);  // unit axis; while held, on what it was turned by
+  void move(const Vec3& by_world_m);                    // likewise
+  void release();
+  void advance(double elapsed_s);
+
+  [[nodiscard]] bool held() const { return held_; }
+  // Where its motion has it.
+  [[nodiscard]] bool at_rest() const;
+  // The head turned about the foot of the neck, the neck with it by its own share (PoseCompletion); the whole moved.
+  [[nodiscard]] Pose apply(const Pose& pose, const Body& body) const;
+
+ private:
+  // Goes critically damped towards a target.
+  struct Follower {
+    Vec3 at = Vec3::Zero(), speed = Vec3::Zero(), target = Vec3::Zero();
+    void advance(double elapsed_s, double rate_per_s, double speed_most);
+  };
+  bool held_ = false;
+  Follower turn_;   // as a rotation vector, world, rad
+  Follower shift_;  // m, world
+};
+
+}  // namespace hairnet::viewer

@@ -1,0 +1,161 @@
+#include "client/tools/view/imported_hair.hpp"
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+#include <utility>
+
+#include "client/tools/files/read_file.hpp"
+#include "client/tools/load/load_groom.hpp"
+#include "client/tools/load/load_motion.hpp"
+#include "client/tools/view/fitted_hair.hpp"
+#include "client/tools/view/guess_placement.hpp"
+#include "client/tools/view/hair_colour.hpp"
+#include "core/build/far_strips.hpp"
+#include "core/import/obj.hpp"
+
+namespace hairnet::viewer {
+namespace {
+
+// What the files hold, before it is placed.
+struct Parts {
+  std::vector<StrandFile> strands;
+  std::optional<TriangleMesh> body;
+  std::string body_file;
+};
+
+std::string ending_of(std::string_view path) {
+  std::string ending = std::filesystem::path(path).extension().string();
+  for (char& letter : ending) letter = letter >= 'A' && letter <= 'Z' ? static_cast<char>(letter + 32) : letter;
+  return ending;
+}
+
+std::optional<StrandFormat> format_of(std::string_view path) {
+  const std::string ending = ending_of(path);
+  if (ending == ".hair") return StrandFormat::yuksel_hair;
+  if (ending == ".tfx") return StrandFormat::tressfx;
+  if (ending == ".data") return StrandFormat::usc_data;
+  return {};
+}
+
+Result<void> read_part(const std::string& file, Parts& parts) {
+  const auto bytes = read_file(file);
+  if (!bytes) return Refusal(file + ": " + bytes.error());
+  const std::string stem = std::filesystem::path(file).stem().string();
+  if (const std::optional<StrandFormat> format = format_of(file)) {
+    auto strands = decode_strands(*format, *bytes);
+    if (!strands) return Refusal(file + ": " + strands.error());
+    parts.strands.push_back({std::move(*strands), stem});
+    return {};
+  }
+  auto lines = decode_obj_strands(as_text(*bytes));
+  if (!lines) return Refusal(file + ": " + lines.error());
+  if (lines->strand_count() > 0) {
+    parts.strands.push_back({std::move(*lines), stem});
+    return {};
+  }
+  auto mesh = decode_obj(as_text(*bytes));
+  if (!mesh) return Refusal(file + ": " + mesh.error());
+  if (parts.body) return Refusal(file + ": a second body beside " + parts.body_file);
+  parts.body = std::move(*mesh);
+  parts.body_file = file;
+  return {};
+}
+
+void note(const std::string& what, const std::string& line) {
+  std::fprintf(stderr, "hairnet-view: %s: %s\n", what.c_str(), line.c_str());
+}
+
+Result<Groom> groom_of_body(const Parts& parts) {
+  const Result<Placement> placement = guess_mesh_placement(*parts.body);
+  if (!placement) return Refusal(parts.body_file + ": " + placement.error());
+  note(parts.body_file, "taken for a head, " + to_string(*placement) + "; with made hair");
+  TriangleMesh mesh;
+  mesh.triangles = parts.body->triangles;
+  for (const Vec3f& v : parts.body->vertices) mesh.vertices.push_back(place(*placement, *placement->origin, v));
+  Result<Groom> groom = fitted_hair(mesh);
+  if (!groom) return Refusal(parts.body_file + ": " + groom.error());
+  return groom;
+}
+
+Result<Groom> groom_of_strands(Parts parts, const std::string& file) {
+  GroomDef def;
+  def.name = parts.strands.front().group;
+  const std::optional<PlacedTogether> together = parts.body ? guess_together(parts.strands, *parts.body) : std::nullopt;
+  if (together) {
+    def.placement = together->strands;
+    def.body_placement = together->body;
+    def.body = std::move(*parts.body);
+    note(parts.body_file, "taken as " + to_string(together->body));
+  } else {
+    const Result<Placement> alone = guess_placement(parts.strands);
+    if (!alone) return Refusal(file + ": " + alone.error());
+    def.placement = *alone;
+    if (parts.body)
+      note(parts.body_file, "does not fit under the hair in any usual axes and unit; a skull is made instead");
+  }
+  note(file, "taken as " + to_string(def.placement));
+  def.files = std::move(parts.strands);
+  Result<ImportedGroom> imported = assemble_groom(def);
+  if (!imported) return Refusal(file + ": " + imported.error());
+  return std::move(imported->groom);
+}
+
+}  // namespace
+
+bool is_foreign_hair(std::string_view path) {
+  return format_of(path).has_value() || ending_of(path) == ".obj";
+}
+
+Result<Groom> import_hair(std::span<const std::string> files) {
+  Parts parts;
+  for (const std::string& file : files) {
+    if (const Result<void> read = read_part(file, parts); !read) return Refusal(read.error());
+  }
+  Result<Groom> groom =
+      parts.strands.empty() ? groom_of_body(parts) : groom_of_strands(std::move(parts), files.front());
+  if (groom) groom->far_strips = make_far_strips(*groom, far_strip_count_for(*groom));
+  return groom;
+}
+
+Result<std::vector<Actor>> cast_of_files(std::span<const std::string> files) {
+  std::vector<std::string> foreign, motions;
+  std::vector<std::shared_ptr<const Groom>> grooms;
+  for (const std::string& file : files) {
+    if (is_foreign_hair(file)) {
+      foreign.push_back(file);
+    } else if (ending_of(file) == ".bvh") {
+      motions.push_back(file);
+    } else if (ending_of(file) == ".groom") {
+      Result<Groom> groom = load_groom(file);
+      if (!groom) return Refusal(file + ": " + groom.error());
+      grooms.push_back(std::make_shared<const Groom>(std::move(*groom)));
+    } else {
+      return Refusal(file + ": not one of .hair, .tfx, .data, .obj, .groom, .bvh");
+    }
+  }
+  if (motions.size() > 1) return Refusal(motions[1] + ": a second motion beside " + motions[0]);
+  if (!foreign.empty()) {
+    Result<Groom> groom = import_hair(foreign);
+    if (!groom) return Refusal(groom.error());
+    grooms.push_back(std::make_shared<const Groom>(std::move(*groom)));
+  }
+  if (grooms.empty()) {
+    Result<Groom> groom = load_groom("made:long_straight");
+    if (!groom) return Refusal(groom.error());
+    grooms.push_back(std::make_shared<const Groom>(std::move(*groom)));
+  }
+  std::vector<Actor> cast;
+  for (const std::shared_ptr<const Groom>& groom : grooms) {
+    const std::string spec = motions.empty() ? "made:look_around" : motions[0];
+    Result<Motion> motion = load_motion(spec, {}, &groom->body);
+    if (!motion) return Refusal(spec + ": " + motion.error());
+    Actor actor{groom, std::move(*motion), LevelIndex::high, default_hair_colour(cast.size()), {}};
+    move_to(side_by_side(cast.size(), grooms.size()), actor.motion);
+    cast.push_back(std::move(actor));
+  }
+  return cast;
+}
+
+}  // namespace hairnet::viewer

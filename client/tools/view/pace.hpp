@@ -1,0 +1,29 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+namespace hairnet::viewer {
+
+// Lowers the quality of drawing until pictures come in time, and raises it again as far as it was chosen. Never jumps.
+class Pace {
+ public:
+  static constexpr double kSlow_ms = 40, kFast_ms = 20;
+  static constexpr double kLeast = 0.02;
+
+  // After a picture that took so long. Returns by what the chosen quality is to be multiplied from now on.
+  double take(double picture_ms) {
+    if (picture_ms > kSlow_ms)
+      share_ *= std::max(0.6, std::pow(kSlow_ms / picture_ms, 0.4));
+    else if (picture_ms < kFast_ms)
+      share_ *= 1.03;
+    share_ = std::clamp(share_, kLeast, 1.0);
+    return share_;
+  }
+  [[nodiscard]] double share() const { return share_; }
+
+ private:
+  double share_ = 1;
+};
+
+}  // namespace hairnet::viewer

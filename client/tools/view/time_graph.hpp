@@ -1,0 +1,35 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+namespace hairnet::viewer {
+
+// The last values of something measured, for a graph. One thread.
+class TimeGraph {
+ public:
+  static constexpr std::size_t kCount = 240;
+  void add(float value) {
+    values_[next_] = value;
+    next_ = (next_ + 1) % kCount;
+  }
+  [[nodiscard]] const float* values() const { return values_.data(); }
+  [[nodiscard]] int oldest() const { return static_cast<int>(next_); }
+  [[nodiscard]] float newest() const { return values_[(next_ + kCount - 1) % kCount]; }
+  [[nodiscard]] float most() const {
+    float most = 0;
+    for (const float value : values_) most = value > most ? value : most;
+    return most;
+  }
+
+ private:
+  std::array<float, kCount> values_{};
+  std::size_t next_ = 0;
+};
+
+struct Timings {
+  TimeGraph frame_ms, draw_ms, tick_ms, step_us;  // of a picture, of drawing it, of a tick, of a character's step in it
+  TimeGraph latency_ms, received_kb_per_s;        // of a server
+};
+
+}  // namespace hairnet::viewer

@@ -1,0 +1,126 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "client/tools/view/fitted_hair.hpp"
+#include "client/tools/view/guess_placement.hpp"
+#include "core/geometry/mesh_query.hpp"
+#include "core/import/obj.hpp"
+#include "core/made/made.hpp"
+
+namespace hairnet::viewer {
+namespace {
+
+// A made groom as a file of others would hold it: in other axes and another unit, its origin elsewhere.
+struct Foreign {
+  std::vector<StrandFile> files;
+  TriangleMesh body;
+};
+
+Vec3f to_file(const Placement& placement, const Vec3f& head) {
+  const Mat3 back = rotation_to_head(placement.up, placement.face).transpose();
+  return (back * (head.cast<double>() + Vec3(0, 1.6, 0)) / placement.unit_m).cast<float>();
+}
+
+Groom made(const char* style) {
+  HairstyleOptions options;
+  options.strand_count = 600;
+  return *make_hairstyle(style, options);
+}
+
+Foreign foreign(const Groom& groom, const Placement& strands, const Placement& body) {
+  Foreign out;
+  out.files.resize(1);
+  ImportedStrands& imported = out.files[0].strands;
+  for (std::size_t s = 0; s < groom.strand_count(); ++s) {
+    if (!groom.strands[s].rooted) continue;
+    for (const Vec3f& p : groom.strand_points(s)) imported.points.push_back(to_file(strands, p));
+    imported.strand_begin.push_back(static_cast<std::uint32_t>(imported.points.size()));
+  }
+  out.body = groom.body.mesh;
+  for (Vec3f& v : out.body.vertices) v = to_file(body, v);
+  return out;
+}
+
+constexpr std::array<const char*, 3> kStyles{"long_curly", "bob", "short"};
+
+TEST(GuessPlacement, finds_axes_and_unit_of_hair_without_its_head) {
+  for (const char* style : kStyles) {
+    const Groom groom = made(style);
+    for (const auto& [up, face, unit_m] :
+         {std::tuple{Axis::plus_y, Axis::plus_z, 1.0}, std::tuple{Axis::plus_z, Axis::minus_y, 0.01},
+          std::tuple{Axis::minus_x, Axis::plus_y, 0.0254}}) {
+      const Placement placement{up, face, unit_m, {}};
+      const Foreign hair = foreign(groom, placement, placement);
+      const Result<Placement> guessed = guess_placement(hair.files);
+      ASSERT_TRUE(guessed) << guessed.error();
+      EXPECT_EQ(guessed->up, up) << style;
+      EXPECT_EQ(guessed->face, face) << style;
+      EXPECT_NEAR(std::log(guessed->unit_m / unit_m), 0, 0.3) << style << ' ' << guessed->unit_m;
+    }
+  }
+}
+
+TEST(GuessPlacement, a_body_in_other_axes_and_another_unit_comes_under_its_hair) {
+  const Placement strands{Axis::plus_y, Axis::minus_z, 0.0254, {}}, body{Axis::plus_z, Axis::minus_y, 0.01, {}};
+  const Foreign hair = foreign(made("bob"), strands, body);
+  const auto together = guess_together(hair.files, hair.body);
+  ASSERT_TRUE(together);
+  EXPECT_EQ(together->body.up, body.up);
+  EXPECT_EQ(together->body.face, body.face);
+  EXPECT_EQ(together->body.unit_m, body.unit_m);
+  EXPECT_EQ(together->strands.up, strands.up);
+  EXPECT_EQ(together->strands.face, strands.face);
+  EXPECT_EQ(together->strands.unit_m, strands.unit_m);
+}
+
+TEST(GuessPlacement, what_shows_no_head_is_refused) {
+  EXPECT_FALSE(guess_placement({}));
+  StrandFile file;
+  for (int i = 0; i < 3; ++i) {
+    file.strands.points.emplace_back(static_cast<float>(i), 0.0f, 0.0f);
+    file.strands.strand_begin.push_back(static_cast<std::uint32_t>(file.strands.points.size()));
+  }
+  EXPECT_FALSE(guess_placement(std::span(&file, 1)));
+  EXPECT_FALSE(guess_mesh_placement({}));
+  TriangleMesh flat;
+  for (int i = 0; i < 100; ++i) flat.vertices.emplace_back(static_cast<float>(i), 0.0f, 0.0f);
+  EXPECT_FALSE(guess_mesh_placement(flat));
+}
+
+TEST(FittedHair, begins_on_the_skin_of_another_head_and_stays_off_its_inside) {
+  TriangleMesh wide = make_bust().mesh;
+  for (Vec3f& v : wide.vertices) v = Vec3f(1.15f * v.x(), 1.1f * v.y(), 0.95f * v.z());
+  const Result<Groom> groom = fitted_hair(wide);
+  ASSERT_TRUE(groom) << groom.error();
+  const MeshQuery skin(wide);
+  std::size_t inside = 0;
+  for (std::size_t s = 0; s < groom->strand_count(); ++s) {
+    const auto points = groom->strand_points(s);
+    EXPECT_LT(skin.closest(points[0].cast<double>()).distance, 1e-5);
+    for (const Vec3f& p : points.subspan(1)) inside += skin.inside(p.cast<double>());
+  }
+  EXPECT_LT(static_cast<double>(inside), 0.01 * static_cast<double>(groom->points.size()));
+  EXPECT_FALSE(fitted_hair({}));
+}
+
+TEST(ObjStrands, lines_are_strands_and_edges_that_go_on_are_joined) {
+  const auto strands = decode_obj_strands("v 0 0 0\nv 0 1 0\nv 0 2 0\nv 5 0 0\nv 5 1 0\nl 1 2\nl 2 3\nl 4 -1\n");
+  ASSERT_TRUE(strands) << strands.error();
+  ASSERT_EQ(strands->strand_count(), 2u);
+  EXPECT_EQ(strands->strand_begin, (std::vector<std::uint32_t>{0, 3, 5}));
+  EXPECT_EQ(strands->points[2].y(), 2);
+  EXPECT_EQ(strands->points[4], Vec3f(5, 1, 0));
+}
+
+TEST(ObjStrands, refuses_what_is_not_there_and_finds_none_in_a_mesh) {
+  EXPECT_FALSE(decode_obj_strands("v 0 0 0\nl 1 2\n"));
+  EXPECT_FALSE(decode_obj_strands("v 0 0 0\nl 1\n"));
+  EXPECT_FALSE(decode_obj_strands("v 0 0 nan\n"));
+  const auto none = decode_obj_strands("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  ASSERT_TRUE(none);
+  EXPECT_EQ(none->strand_count(), 0u);
+}
+
+}  // namespace
+}  // namespace hairnet::viewer

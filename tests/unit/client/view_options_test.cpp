@@ -1,0 +1,100 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <initializer_list>
+
+#include "client/tools/view/options.hpp"
+
+namespace hairnet::viewer {
+namespace {
+
+std::variant<ViewOptions, int> parsed(std::initializer_list<const char*> arguments) {
+  std::vector<std::string> texts{"hairnet-view"};
+  texts.insert(texts.end(), arguments.begin(), arguments.end());
+  std::vector<char*> argv;
+  for (std::string& text : texts) argv.push_back(text.data());
+  ::testing::internal::CaptureStderr();
+  auto options = parse_options(static_cast<int>(argv.size()), argv.data());
+  const std::string said = ::testing::internal::GetCapturedStderr();
+  if (std::holds_alternative<int>(options)) {
+    EXPECT_EQ(std::get<int>(options), 2);
+    EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 1) << said;
+  }
+  return options;
+}
+
+ViewOptions sound(std::initializer_list<const char*> arguments) {
+  auto options = parsed(arguments);
+  EXPECT_TRUE(std::holds_alternative<ViewOptions>(options));
+  return std::holds_alternative<ViewOptions>(options) ? std::get<ViewOptions>(options) : ViewOptions{};
+}
+
+bool refused(std::initializer_list<const char*> arguments) {
+  return std::holds_alternative<int>(parsed(arguments));
+}
+
+constexpr const char* kOne = "groom=made:bob,motion=made:nod";
+
+TEST(ViewOptions, a_window_opens_unless_something_else_is_asked_for) {
+  EXPECT_EQ(sound({"--local"}).output, Output::window);
+  EXPECT_EQ(sound({"--character", kOne}).output, Output::window);
+  EXPECT_EQ(sound({"--character", kOne, "--no-draw"}).output, Output::none);
+  EXPECT_EQ(sound({"--character", kOne, "--trace", "t"}).output, Output::none);
+  EXPECT_EQ(sound({"--character", kOne, "--out", "a.png"}).output, Output::pictures);
+  EXPECT_EQ(sound({"--character", kOne, "--sheet", "a.png", "--times", "1"}).output, Output::pictures);
+  for (const char* clip : {"a.mp4", "a.gif", "a.webm"})
+    EXPECT_EQ(sound({"--local", "--character", kOne, "--out", clip}).output, Output::clip);
+}
+
+TEST(ViewOptions, files_and_local_are_simulated_here_and_all_else_by_a_server) {
+  EXPECT_EQ(sound({"--local"}).source, Source::local);
+  EXPECT_EQ(sound({"a.hair", "b.obj"}).source, Source::local);
+  EXPECT_EQ(sound({"a.hair", "b.obj"}).files.size(), 2u);
+  EXPECT_EQ(sound({"--connect", "here:1", "--observe", "all"}).source, Source::server);
+  for (const char* flag : {"--connect", "--room", "--token", "--observe", "--reconnect", "--pose-rate", "--jitter"})
+    EXPECT_TRUE(refused({"--local", flag, flag == std::string_view("--connect") ? "a:1" : "1"})) << flag;
+}
+
+TEST(ViewOptions, who_looks_through_a_window_sees_the_others_unless_told_otherwise) {
+  EXPECT_TRUE(sound({"--character", kOne}).observe);
+  EXPECT_FALSE(sound({"--character", kOne, "--observe", "nobody"}).observe);
+  EXPECT_FALSE(sound({"--character", kOne, "--no-draw"}).observe);
+  EXPECT_TRUE(sound({"--connect", "here:1"}).observe);
+  EXPECT_TRUE(refused({})) << "nothing is asked for";
+  EXPECT_TRUE(refused({"--no-draw"})) << "nobody to show and nobody to see";
+}
+
+TEST(ViewOptions, for_ever_is_a_word_where_there_need_be_no_end) {
+  EXPECT_TRUE(std::isinf(sound({"--local"}).duration_s));
+  EXPECT_EQ(sound({"--local", "--duration", "3"}).duration_s, 3);
+  EXPECT_EQ(sound({"--character", kOne, "--out", "a.png"}).duration_s, 6);
+  const ViewOptions kept = sound({"--character", kOne, "--no-draw", "--duration", "forever", "--reconnect", "forever"});
+  EXPECT_TRUE(std::isinf(kept.duration_s));
+  EXPECT_TRUE(std::isinf(kept.reconnect_s));
+  EXPECT_TRUE(refused({"--character", kOne, "--out", "a.png", "--duration", "forever"}));
+  EXPECT_TRUE(refused({"--character", kOne, "--out", "a.mp4", "--duration", "forever"}));
+  EXPECT_TRUE(refused({"--character", kOne, "--trace", "t", "--duration", "forever"}));
+  EXPECT_TRUE(refused({"--local", "--character", kOne, "--no-draw", "--duration", "forever"}));
+  EXPECT_TRUE(refused({"--local", "--out", "a.mp4"})) << "nobody to film";
+}
+
+TEST(ViewOptions, what_cannot_be_is_refused_in_one_line) {
+  for (const char* duration : {"0", "-1", "nan", "inf", "ever", "1e9"})
+    EXPECT_TRUE(refused({"--character", kOne, "--no-draw", "--duration", duration})) << duration;
+  EXPECT_TRUE(refused({"--character", kOne, "--no-draw", "--out", "a.png"}));
+  EXPECT_TRUE(refused({"--character", kOne, "--sheet", "a.png", "--times", "1", "--out", "a.mp4"}));
+  EXPECT_TRUE(refused({"--character", kOne, "--sheet", "a.png"}));
+  EXPECT_TRUE(refused({"--local", "--tick-rate", "1"}));
+  EXPECT_TRUE(refused({"--local", "--frame-rate", "nan"}));
+  EXPECT_TRUE(refused({"--local", "--size", "10x10"}));
+  EXPECT_TRUE(refused({"--local", "--character", "groom=made:bob,motion=made:nod,at=1"}));
+}
+
+TEST(ViewOptions, a_character_may_have_a_place) {
+  const ViewOptions options = sound({"--local", "--character", "groom=made:bob,motion=made:nod,at=0.6:-1:20"});
+  ASSERT_TRUE(options.characters.at(0).place);
+  EXPECT_EQ(*options.characters[0].place, (Place{0.6, -1, 20}));
+}
+
+}  // namespace
+}  // namespace hairnet::viewer

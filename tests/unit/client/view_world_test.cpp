@@ -1,0 +1,236 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "client/tools/view/local_world.hpp"
+#include "client/tools/view/place.hpp"
+#include "client/tools/view/scene_list.hpp"
+#include "core/build/build.hpp"
+#include "core/made/made.hpp"
+
+namespace hairnet::viewer {
+namespace {
+
+// A small head of hair with its low and ether levels.
+class LocalWorldTest : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    HairstyleOptions options;
+    options.strand_count = 120;
+    groom_ = std::make_shared<const Groom>(*make_hairstyle("bob", options));
+    auto levels = std::make_shared<LevelSet>();
+    for (const LevelIndex level : {LevelIndex::low, LevelIndex::ether}) {
+      const auto index = static_cast<std::size_t>(level);
+      levels->levels[index] = *build_level(*groom_, kLevelSpecs[index]);
+    }
+    levels_ = levels;
+  }
+  static void TearDownTestSuite() {
+    groom_.reset();
+    levels_.reset();
+  }
+  static LocalCharacter character(const char* motion) {
+    LocalCharacter c;
+    c.name = "one";
+    c.groom = groom_;
+    c.motion = std::make_shared<const Motion>(*make_motion(motion));
+    c.level = LevelIndex::low;
+    return c;
+  }
+  static LocalWorld world(const char* motion, double rate_hz = 30) {
+    LocalWorld w({rate_hz, 100, Loop::smooth, {}, nullptr});
+    w.add(character(motion));
+    w.give_levels(*groom_, levels_);
+    return w;
+  }
+  static float furthest(const LocalWorld& w) {
+    float most = 0;
+    for (const Vec3f& d : w.subjects()[0].displacement) most = std::max(most, d.norm());
+    return most;
+  }
+  static inline std::shared_ptr<const Groom> groom_;
+  static inline std::shared_ptr<const LevelSet> levels_;
+};
+
+TEST_F(LocalWorldTest, hair_without_levels_is_rigid_and_lives_once_it_has_them) {
+  LocalWorld w({30, 100, Loop::smooth, {}, nullptr});
+  w.add(character("shake"));
+  w.advance_to(1);
+  EXPECT_TRUE(w.subjects()[0].layers.empty());
+  ASSERT_EQ(w.grooms_without_levels().size(), 1u);
+  w.give_levels(*groom_, levels_);
+  EXPECT_TRUE(w.grooms_without_levels().empty());
+  w.advance_to(1.1);
+  EXPECT_EQ(w.subjects()[0].layers.size(), 2u) << "out of the rigid level it is blended";
+  w.advance_to(2);
+  EXPECT_EQ(w.subjects()[0].layers.size(), 1u);
+  EXPECT_GT(furthest(w), 0.002f);
+}
+
+TEST_F(LocalWorldTest, the_same_times_show_the_same_bits_whatever_was_shown_between) {
+  LocalWorld steadily = world("dance"), at_once = world("dance");
+  for (int i = 0; i <= 200; ++i) steadily.advance_to(0.01 * i);
+  at_once.advance_to(2);
+  ASSERT_EQ(steadily.world().hash(), at_once.world().hash());
+  const auto a = steadily.subjects()[0].displacement, b = at_once.subjects()[0].displacement;
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) EXPECT_EQ(a[i], b[i]);
+}
+
+TEST_F(LocalWorldTest, hair_shown_between_two_ticks_lies_between_them) {
+  LocalWorld w = world("shake");
+  w.advance_to(1.0);
+  const std::vector<Vec3f> from(w.subjects()[0].displacement.begin(), w.subjects()[0].displacement.end());
+  w.advance_to(1.0 + 0.5 / 30);
+  const std::vector<Vec3f> middle(w.subjects()[0].displacement.begin(), w.subjects()[0].displacement.end());
+  w.advance_to(1.0 + 1.0 / 30);
+  const auto to = w.subjects()[0].displacement;
+  for (std::size_t i = 0; i < to.size(); ++i) EXPECT_LT((middle[i] - 0.5f * (from[i] + to[i])).norm(), 1e-6f);
+}
+
+TEST_F(LocalWorldTest, pause_holds_everything_and_a_step_is_one_tick) {
+  LocalWorld w = world("shake");
+  w.advance_to(1);
+  w.set_paused(true);
+  const std::uint64_t hash = w.world().hash();
+  for (int i = 0; i < 20; ++i) ASSERT_TRUE(w.advance(i * 16'000'000));
+  EXPECT_EQ(w.world().hash(), hash);
+  w.step_once();
+  EXPECT_EQ(w.ticks().size(), 1u);
+  EXPECT_NEAR(w.time_s(), 1 + 1.0 / 30, 1e-9);
+}
+
+TEST_F(LocalWorldTest, a_machine_that_is_too_slow_shows_slow_motion) {
+  LocalWorld w = world("shake");
+  ASSERT_TRUE(w.advance(0));
+  const double before_s = w.time_s();
+  ASSERT_TRUE(w.advance(5'000'000'000));
+  EXPECT_LE(w.time_s() - before_s, 0.2);
+  EXPECT_GT(w.time_s(), before_s);
+}
+
+TEST_F(LocalWorldTest, another_tick_rate_keeps_hair_as_it_is) {
+  LocalWorld w = world("shake");
+  w.advance_to(1);
+  const std::vector<Vec3f> before(w.subjects()[0].displacement.begin(), w.subjects()[0].displacement.end());
+  w.set_tick_rate(90);
+  w.advance_to(1 + 1.0 / 90);
+  const auto after = w.subjects()[0].displacement;
+  ASSERT_EQ(before.size(), after.size());
+  float most = 0;
+  for (std::size_t i = 0; i < after.size(); ++i) most = std::max(most, (after[i] - before[i]).norm());
+  EXPECT_LT(most, 0.03f);
+  EXPECT_GT(furthest(w), 0.05f);
+  w.advance_to(2);
+  EXPECT_NEAR(static_cast<double>(w.ticks().size()), 89, 1);
+}
+
+TEST_F(LocalWorldTest, levels_that_were_not_built_are_passed_over) {
+  LocalWorld w = world("still");
+  w.advance_to(0);
+  w.set_level(1, LevelIndex::high);
+  w.advance_to(0.5);
+  EXPECT_EQ(w.subjects()[0].level, LevelIndex::low);
+  w.set_level(1, LevelIndex::ether);
+  w.advance_to(0.6);
+  EXPECT_EQ(w.subjects()[0].level, LevelIndex::ether);
+  EXPECT_EQ(w.subjects()[0].layers.size(), 3u) << "the switch is blended";
+}
+
+TEST_F(LocalWorldTest, a_teleport_moves_the_head_and_not_the_hair_against_it) {
+  LocalWorld w = world("still");
+  w.advance_to(1);
+  const Vec3 before = w.subjects()[0].pose.head().position;
+  w.teleport(1);
+  w.advance_to(1.2);
+  EXPECT_GT((w.subjects()[0].pose.head().position - before).norm(), 0.5);
+  EXPECT_LT(furthest(w), 1e-4f);
+  w.teleport(1);
+  w.advance_to(1.4);
+  EXPECT_LT((w.subjects()[0].pose.head().position - before).norm(), 1e-9);
+}
+
+TEST_F(LocalWorldTest, a_head_that_is_turned_swings_its_hair_and_comes_home) {
+  LocalWorld w = world("still");
+  w.advance_to(1);
+  ASSERT_LT(furthest(w), 1e-4f);
+  HeadGrab* grab = w.grab(1);
+  ASSERT_NE(grab, nullptr);
+  grab->take();
+  grab->turn(Vec3::UnitY(), 1.0);
+  std::int64_t now_ns = 0;
+  for (int i = 0; i < 12; ++i) ASSERT_TRUE(w.advance(now_ns += 16'000'000));
+  EXPECT_GT(w.subjects()[0].pose.head().rotation.angularDistance(Quat::Identity()), 0.8);
+  EXPECT_GT(furthest(w), 0.005f);
+  grab->release();
+  for (int i = 0; i < 240; ++i) ASSERT_TRUE(w.advance(now_ns += 16'000'000));
+  EXPECT_LT(w.subjects()[0].pose.head().rotation.angularDistance(Quat::Identity()), 1e-6);
+}
+
+TEST_F(LocalWorldTest, what_is_out_of_range_changes_nothing) {
+  LocalWorld w = world("still");
+  MaterialScale scale;
+  scale.stiffness = std::numeric_limits<float>::quiet_NaN();
+  w.set_material(1, scale);
+  EXPECT_EQ(w.subjects()[0].material, MaterialScale{});
+  Wind wind;
+  wind.gust_ratio = 7;
+  w.set_wind(wind);
+  EXPECT_EQ(w.wind().gust_ratio, 0);
+  EXPECT_EQ(w.grab(99), nullptr);
+}
+
+TEST(SceneList, makes_every_kind_of_scene_from_few_grooms_and_motions) {
+  SceneList scenes({});
+  SceneList::Choice choice;
+  choice.count = 20;
+  const auto crowd = scenes.make(choice);
+  ASSERT_TRUE(crowd) << crowd.error();
+  ASSERT_EQ(crowd->size(), 20u);
+  for (const LocalCharacter& one : *crowd) EXPECT_EQ(one.groom, crowd->front().groom);
+  for (std::size_t i = 0; i < 20; ++i) {
+    for (std::size_t j = 0; j < i; ++j) EXPECT_FALSE((*crowd)[i].place == (*crowd)[j].place);
+  }
+  choice.level = SceneList::kEveryLevel;
+  const auto levels = scenes.make(choice);
+  ASSERT_TRUE(levels);
+  ASSERT_EQ(levels->size(), kLevelCount);
+  for (std::size_t i = 0; i < kLevelCount; ++i) {
+    EXPECT_EQ((*levels)[i].level, static_cast<LevelIndex>(i));
+    EXPECT_EQ((*levels)[i].motion, levels->front().motion) << "they are to be compared";
+  }
+  choice.hair = 1000;
+  EXPECT_FALSE(scenes.make(choice));
+}
+
+TEST(Place, is_read_and_refused_in_one_line) {
+  const auto place = parse_place("0.6:-1:20");
+  ASSERT_TRUE(place);
+  EXPECT_EQ(*place, (Place{0.6, -1, 20}));
+  EXPECT_EQ(*parse_place("1:2"), (Place{1, 2, 0}));
+  for (const char* text : {"", "1", ":", "1:", "1:2:3:4", "1:nan", "1:2:x", "1e9:0", "1::2"})
+    EXPECT_FALSE(parse_place(text)) << text;
+}
+
+TEST(Place, turns_about_its_own_place) {
+  const Pose pose = rigid_pose({Quat::Identity(), Vec3(0, 1.5, 0)});
+  const Pose there = placed({2, -1, 90}, pose);
+  EXPECT_LT((there.head().position - Vec3(2, 1.5, -1)).norm(), 1e-12);
+  EXPECT_LT((there.head().vector(Vec3::UnitZ()) - Vec3::UnitX()).norm(), 1e-12);
+}
+
+TEST(Place, a_single_one_stands_at_the_origin_and_many_stand_apart) {
+  EXPECT_EQ(side_by_side(0, 1), Place{});
+  for (std::size_t count : {2u, 7u, 8u, 9u, 100u}) {
+    for (std::size_t i = 0; i < count; ++i) {
+      for (std::size_t j = 0; j < i; ++j) {
+        const Place a = side_by_side(i, count), b = side_by_side(j, count);
+        EXPECT_GT(std::hypot(a.x_m - b.x_m, a.z_m - b.z_m), 0.6);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace hairnet::viewer

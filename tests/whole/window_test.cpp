@@ -1,0 +1,111 @@
+#include <gmock/gmock.h>
+#include <signal.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include "tests/whole/whole_test.hpp"
+
+namespace hairnet::whole {
+namespace {
+
+using ::testing::HasSubstr;
+
+const std::string kCharacter = "groom=made:bob,motion=made:nod,level=low,strands=60";
+
+class WindowTest : public WholeTest {
+ protected:
+  // hairnet-view on a display that nobody sees.
+  std::unique_ptr<Process> start_on_display(const Arguments& more) {
+    Arguments command{"/usr/bin/xvfb-run",
+                      "-a",
+                      "-s",
+                      "-screen 0 640x480x24",
+                      std::string(HAIRNET_BIN_DIR) + "/hairnet-view",
+                      "--size",
+                      "320x240"};
+    command.insert(command.end(), more.begin(), more.end());
+    return std::make_unique<Process>(command, path("view"));
+  }
+  static bool has_display() { return HAIRNET_HAS_VIEW && std::filesystem::exists("/usr/bin/xvfb-run"); }
+  [[nodiscard]] std::string server_address() const {
+    std::string port;
+    std::ifstream(path("server.port")) >> port;
+    return "127.0.0.1:" + port;
+  }
+};
+
+#define SKIP_WITHOUT_DISPLAY() \
+  if (!has_display()) GTEST_SKIP() << "NOT TESTED: no xvfb-run (Debian: xvfb), or a build without the renderer"
+
+TEST_F(WindowTest, a_window_shows_a_local_world_until_its_duration_is_over) {
+  SKIP_WITHOUT_DISPLAY();
+  auto view = start_on_display({"--local", "--character", kCharacter, "--duration", "0.3"});
+  finish(*view, 0);
+  EXPECT_EQ(view->err(), "");
+}
+
+TEST_F(WindowTest, a_window_shows_a_room_until_its_duration_is_over) {
+  SKIP_WITHOUT_DISPLAY();
+  auto server = start_server();
+  auto view = start_on_display({"--connect", server_address(), "--character", kCharacter, "--duration", "0.3"});
+  finish(*view, 0);
+  EXPECT_EQ(view->err(), "");
+  drain(*server);
+}
+
+TEST_F(WindowTest, a_window_shows_a_file_as_it_is) {
+  SKIP_WITHOUT_DISPLAY();
+  std::ofstream(path("not.hair")) << "not hair at all";
+  auto view = start_on_display({path("not.hair")});
+  finish(*view, 1);
+  EXPECT_TRUE(is_one_line(view->err())) << view->err();
+  EXPECT_THAT(view->err(), HasSubstr("not.hair"));
+}
+
+TEST_F(WindowTest, without_a_display_one_line_says_what_to_do) {
+  unsetenv("DISPLAY");
+  unsetenv("WAYLAND_DISPLAY");
+  auto view = start("hairnet-view", {"--local"}, "view");
+  finish(*view, 1);
+  EXPECT_TRUE(is_one_line(view->err())) << view->err();
+  EXPECT_THAT(view->err(), HasSubstr("--no-draw"));
+}
+
+TEST_F(WindowTest, a_room_is_kept_alive_until_a_signal_and_left_with_a_goodbye) {
+  auto server = start_server();
+  auto view = start_view({"--no-draw", "--room", "lobby", "--character", kCharacter + ",at=0.6:0:20", "--duration",
+                          "forever", "--reconnect", "forever"});
+  // It says on stderr what it does.
+  while (view->running() && view->err().find("streaming") == std::string::npos)
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  view->send(SIGTERM);
+  finish(*view, 0);
+  EXPECT_THAT(view->out(), HasSubstr("frames received"));
+  drain(*server);
+  EXPECT_THAT(server->out(), HasSubstr("characters_removed 1")) << "it did not say goodbye";
+}
+
+TEST_F(WindowTest, the_same_local_world_gives_the_same_trace) {
+  for (const char* name : {"first", "second"}) {
+    auto view = start("hairnet-view",
+                      {"--local", "--character", kCharacter, "--wind", "2", "0", "1", "--turbulence", "0.5",
+                       "--duration", "0.5", "--trace", path(name)},
+                      name);
+    finish(*view, 0);
+  }
+  const auto bytes = [&](const std::string& name) {
+    std::ifstream in(path(name), std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  for (const char* file : {"/frames.npy", "/poses.npy", "/displacements.npy"}) {
+    EXPECT_GT(bytes(std::string("first") + file).size(), 500u);
+    EXPECT_EQ(bytes(std::string("first") + file), bytes(std::string("second") + file)) << file;
+  }
+}
+
+}  // namespace
+}  // namespace hairnet::whole
