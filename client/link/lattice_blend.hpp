@@ -21,21 +21,13 @@ namespace hairnet::link {
 // each character; one thread.
 class LatticeBlend {
  public:
-  static constexpr std::size_t kLayerCountMost = 5;  // the newest, and two switches
-
-  struct Layer {
-    const LevelGeometry* geometry = nullptr;
-    std::span<const Vec3f> grid_displacements;  // every grid node, head space, m
-    float weight = 1;
-  };
-
   // A lattice that is played, in order of time; one that is not valid is passed over. A `discontinuous` one (a
   // teleport) begins anew, as does another lattice of the same level.
   void apply(const Playout::Sample& sample, bool discontinuous = false);
 
   // Of the sample applied last, the newest lattice first; none: the hair is rigid. Valid until the next apply(), or
   // until this is moved.
-  [[nodiscard]] std::span<const Layer> layers() const { return {layers_.data(), layer_count_}; }
+  [[nodiscard]] std::span<const LatticeLayer> layers() const { return {layers_.data(), layer_count_}; }
 
  private:
   struct Field {
@@ -47,7 +39,7 @@ class LatticeBlend {
     Field before, after;
     float share = 1;
   };
-  static constexpr std::size_t kSwitchesMost = (kLayerCountMost - 1) / 2;
+  static constexpr std::size_t kSwitchesMost = (kLatticeLayersMost - 1) / 2;
 
   static void fill(const Playout::Sample& sample, Field& field);
   void begin_switch(std::int64_t time_ns);
@@ -61,7 +53,7 @@ class LatticeBlend {
   float left_ = 0;  // at the last sample
   Field newest_, last_;
   std::vector<Switch> switches_;  // that fade, together; strongest first
-  std::array<Layer, kLayerCountMost> layers_;
+  std::array<LatticeLayer, kLatticeLayersMost> layers_;
   std::size_t layer_count_ = 0;
 };
 

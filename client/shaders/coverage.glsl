@@ -7,13 +7,20 @@ float rounded_by(float cover, float chance) {
   return max(count - 0.3, 0.0) / samples;
 }
 
+float chance_at_pixel(float number) {
+  uint seed = uint(gl_FragCoord.x) * 1597334677u ^ uint(gl_FragCoord.y) * 3812015801u ^ floatBitsToUint(number);
+  return float(scramble(seed) >> 8u) / 16777216.0;
+}
+
 // Of hair: another chance at each hair and pixel. The first samples are always taken first, so hairs behind each other
 // would hide in each other's: every second time it is all samples or none.
 float dithered(float cover, float number) {
-  uint seed = scramble(uint(gl_FragCoord.x) * 1597334677u ^ uint(gl_FragCoord.y) * 3812015801u ^ floatBitsToUint(number));
-  float chance = float(seed >> 8u) / 16777216.0;
-  return (seed & 1u) == 0u ? rounded_by(cover, chance) : step(chance, cover);
+  float chance = chance_at_pixel(number);
+  return fract(chance * 1024.0) < 0.5 ? rounded_by(cover, chance) : step(chance, cover);
 }
+
+// Of strips, of which few lie behind each other.
+float dithered_strip(float cover, float number) { return rounded_by(cover, chance_at_pixel(number)); }
 
 // Of cloth: even, Bayer's 4x4 thresholds.
 float woven(float cover) {

@@ -22,7 +22,7 @@ void main() {
   float number = floor(place.z + 0.5);
   float across = mod(floor(number / 4.0), 2.0) > 0.5 ? 1.0 - place.x : place.x;
   vec4 hair = texture(strip_texture, vec2((mod(number, 4.0) + mix(0.004, 0.996, across)) / 4.0, place.y));
-  float drawn = dithered(hair.a * place.w, place.z + hair.y);
+  float drawn = dithered_strip(hair.a * place.w, place.z);
   if (drawn <= 0.0) discard;
   // A strip stands for hairs that lie about it, so it is lit as if it bulged.
   vec3 n = normal_scene * (dot(normal_scene, cameraPosition - position_scene) < 0.0 ? -1.0 : 1.0);

@@ -39,7 +39,7 @@ void CharacterRecords::add(const ShownCharacter& character, const Vec3& origin, 
   texels[5] = with(character.skin_colour, character.body_shown ? 0.0f : 1.0f);
   for (std::size_t b = 0; b < kBoneCount; ++b) place(character.pose.bones[b], kFirstBone + 2 * b, 0);
   std::size_t layers = 0;
-  for (const LatticeLayer& layer : character.layers.first(std::min(character.layers.size(), kLayerCountMost))) {
+  for (const LatticeLayer& layer : character.layers.first(std::min(character.layers.size(), kLatticeLayersMost))) {
     if (add_layer(layer, texels + kFirstLayer + 3 * layers)) ++layers;
   }
   texels[4] = {detail.follower_count, kStray_m, static_cast<float>(layers), 0};

@@ -16,19 +16,11 @@
 
 namespace hairnet::view {
 
-// A lattice that moves a character's hair, and by how much of it. Displacements are of every grid node, head space, m.
-struct LatticeLayer {
-  const LevelGeometry* geometry = nullptr;
-  std::span<const Vec3f> grid_displacements;
-  float weight = 1;
-};
-inline constexpr std::size_t kLayerCountMost = 5;  // of a character
-
 // One character at one moment.
 struct ShownCharacter {
   std::size_t groom = 0;                   // as Stage::add_groom numbered it
   Pose pose;                               // world; the head's place moves the hair, all bones the body
-  std::span<const LatticeLayer> layers;    // at most kLayerCountMost count; none: the hair is rigid
+  std::span<const LatticeLayer> layers;    // at most kLatticeLayersMost count; none: the hair is rigid
   Vec3f hair_colour{0.16f, 0.07f, 0.03f};  // linear RGB albedo
   Vec3f skin_colour{0.75f, 0.52f, 0.42f};
   std::optional<DrawDetail> detail;  // none: chosen by its size on the screen

@@ -75,7 +75,13 @@ std::vector<bool> kept_points(const Line& line, float tolerance_m) {
   // Roots and tips are where hair is seen to begin and end: a straight line keeps some points for the lattice to bend.
   for (std::size_t i = 0; i < line.size(); i += 4) kept[i] = kept[i] || tolerance_m < 2e-3f;
   kept[line.size() / 2] = kept[line.size() / 4] = true;
-  if (tolerance_m > 0) simplify(line, 0, line.size() - 1, tolerance_m, kept);
+  if (tolerance_m == 0) return kept;
+  const std::vector<bool> always = kept;
+  for (std::size_t first = 0, i = 1; i < line.size(); ++i) {
+    if (!always[i]) continue;
+    simplify(line, first, i, tolerance_m, kept);
+    first = i;
+  }
   return kept;
 }
 

@@ -44,6 +44,15 @@ struct LevelGeometry {
   std::vector<float> trimmed_weights;        // displacement of the trimmed node = sum weight * displacement(from)
 };
 
+// A lattice that moves hair, and by how much of its displacements: hair is moved by the weighted sum of a few, so that
+// one level fades into another.
+struct LatticeLayer {
+  const LevelGeometry* geometry = nullptr;
+  std::span<const Vec3f> grid_displacements;  // every grid node, head space, m
+  float weight = 1;
+};
+inline constexpr std::size_t kLatticeLayersMost = 5;  // of a character
+
 // Displacements (head space, m) of every grid node, in index order, from those of the active nodes.
 void expand_displacements(const LevelGeometry& geometry, std::span<const Vec3f> active, std::span<Vec3f> grid_out);
 

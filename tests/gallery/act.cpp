@@ -54,7 +54,7 @@ Result<std::vector<Moment>> perform(const Hairstyle& style, const std::string& m
   return moments;
 }
 
-view::ShownCharacter shown(std::size_t groom, const Moment& moment, view::LatticeLayer& layer) {
+view::ShownCharacter shown(std::size_t groom, const Moment& moment, LatticeLayer& layer) {
   view::ShownCharacter character;
   character.groom = groom;
   character.pose = moment.pose;

@@ -34,7 +34,7 @@ Result<std::vector<Moment>> perform(const Hairstyle& style, const std::string& m
                                     const std::vector<double>& times_s, const Environment& environment = {});
 
 // What a stage is given for a moment. `layer` must live as long as what is returned.
-view::ShownCharacter shown(std::size_t groom, const Moment& moment, view::LatticeLayer& layer);
+view::ShownCharacter shown(std::size_t groom, const Moment& moment, LatticeLayer& layer);
 
 // Hair colours that tell hairstyles apart; linear RGB.
 Vec3f hair_colour(std::size_t number);

@@ -105,7 +105,7 @@ Result<void> print_draw_cost(const Hairstyle& style, int width_px, int height_px
   target.begin_large();
   // Hair alone: bodies cost the same either way.
   const std::size_t groom = (*stage)->add_groom(*style.groom);
-  view::LatticeLayer layer;
+  LatticeLayer layer;
   view::ShownCharacter character = shown(groom, moments->front(), layer);
   character.body_shown = false;
   view::Camera camera;

@@ -50,7 +50,7 @@ Result<view::Image> hairstyle_sheet(view::Renderer& renderer, const Hairstyle& s
     for (const Moment& moment : *moments) {
       if (strips > 0 && &moment == &(*moments)[1]) continue;
       for (const double bearing : {0.0, 90.0, 180.0}) {
-        view::LatticeLayer layer;
+        LatticeLayer layer;
         view::ShownCharacter character = shown(groom, moment, layer);
         character.hair_colour = hair_colour(number);
         const view::Camera camera = camera_about(moment.pose.head().position, *style.groom, bearing);
@@ -76,7 +76,7 @@ Result<view::Image> detail_sheet(view::Renderer& renderer, const Hairstyle& styl
   const std::size_t groom = renderer.stage().add_groom(*style.groom);
   std::vector<view::Image> tiles;
   for (const double scale : {0.6, 1.0, 2.0, 4.0, 8.0, 16.0}) {
-    view::LatticeLayer layer;
+    LatticeLayer layer;
     view::ShownCharacter character = shown(groom, moments->front(), layer);
     const view::Camera camera = camera_about(character.pose.head().position, *style.groom, 30, scale);
     Result<view::Image> tile = renderer.draw({&character, 1}, camera, {}, size_px, size_px * 5 / 4);
@@ -116,7 +116,7 @@ Result<view::Image> wind_sheet(view::Renderer& renderer, const Hairstyle& style,
   const std::size_t groom = renderer.stage().add_groom(*style.groom);
   std::vector<view::Image> tiles;
   for (const Moment& moment : *moments) {
-    view::LatticeLayer layer;
+    LatticeLayer layer;
     view::ShownCharacter character = shown(groom, moment, layer);
     const view::Camera camera = camera_about(moment.pose.head().position, *style.groom, 15);
     Result<view::Image> tile = renderer.draw({&character, 1}, camera, {}, size_px, size_px * 5 / 4);
@@ -139,7 +139,7 @@ Result<view::Image> crowd_picture(view::Renderer& renderer, const std::vector<Ha
     if (!taken) return Refusal(taken.error());
     for (Moment& moment : *taken) moments.push_back(std::move(moment));
   }
-  std::vector<view::LatticeLayer> layers(count);
+  std::vector<LatticeLayer> layers(count);
   std::vector<view::ShownCharacter> crowd;
   const std::size_t columns = 10;
   for (std::size_t i = 0; i < count; ++i) {

@@ -159,13 +159,10 @@ class RenderedPictures : public Pictures {
     link::LatticeBlend blend;
     for (const Shape& shape : moment->trail) apply(shape, blend);
     apply(moment->shape, blend);
-    std::vector<view::LatticeLayer> layers;
-    for (const link::LatticeBlend::Layer& layer : blend.layers())
-      layers.push_back({layer.geometry, layer.grid_displacements, layer.weight});
     view::ShownCharacter shown;
     shown.groom = number->second;
     shown.pose = moment->pose;
-    shown.layers = layers;
+    shown.layers = blend.layers();
     shown.hair_colour = subject.hair_colour;
     return renderer_->draw(std::span(&shown, 1), camera_of(subject.beginning, Framing(groom), moment->pose, view), {},
                            options.width, options.height);

@@ -22,11 +22,11 @@ struct Subject {
   std::shared_ptr<const Groom> groom;
   Vec3f hair_colour = Vec3f::Zero();  // linear RGB
   Pose pose;
-  std::span<const link::LatticeBlend::Layer> layers;  // of its hair; none: rigid
-  LevelIndex level = LevelIndex::rigid;               // of the newest lattice
-  std::shared_ptr<const LevelGeometry> geometry;      // likewise; null: rigid
-  std::span<const Vec3f> displacement;                // likewise, active order, head space, m
-  const Level* model = nullptr;                       // what it is simulated with; null: not known here
+  std::span<const LatticeLayer> layers;           // of its hair; none: rigid
+  LevelIndex level = LevelIndex::rigid;           // of the newest lattice
+  std::shared_ptr<const LevelGeometry> geometry;  // likewise; null: rigid
+  std::span<const Vec3f> displacement;            // likewise, active order, head space, m
+  const Level* model = nullptr;                   // what it is simulated with; null: not known here
   MaterialScale material;
   LevelIndex level_wanted = LevelIndex::high;  // the finest it may have
   bool own = false;                            // may be taken hold of and changed

@@ -1,10 +1,6 @@
 #include "client/tools/view/stage_cast.hpp"
 
-#include <algorithm>
-
 namespace hairnet::viewer {
-
-static_assert(link::LatticeBlend::kLayerCountMost <= view::kLayerCountMost);
 
 std::size_t StageCast::number_of(const std::shared_ptr<const Groom>& groom) {
   const auto [place, is_new] = grooms_.try_emplace(groom.get());
@@ -16,15 +12,11 @@ std::size_t StageCast::number_of(const std::shared_ptr<const Groom>& groom) {
 std::span<const view::ShownCharacter> StageCast::show(std::span<const Subject> subjects) {
   for (auto& [key, groom] : grooms_) groom.worn = false;
   shown_.clear();
-  layers_.resize(std::max(layers_.size(), subjects.size()));
-  for (std::size_t i = 0; i < subjects.size(); ++i) {
-    const Subject& subject = subjects[i];
-    for (std::size_t l = 0; l < subject.layers.size(); ++l)
-      layers_[i][l] = {subject.layers[l].geometry, subject.layers[l].grid_displacements, subject.layers[l].weight};
+  for (const Subject& subject : subjects) {
     view::ShownCharacter shown;
     shown.groom = number_of(subject.groom);
     shown.pose = subject.pose;
-    shown.layers = std::span(layers_[i]).first(subject.layers.size());
+    shown.layers = subject.layers;
     shown.hair_colour = colour_ != nullptr ? colour_(subject) : subject.hair_colour;
     shown_.push_back(shown);
   }

@@ -34,7 +34,6 @@ class StageCast {
   view::Stage& stage_;
   Colour colour_ = nullptr;
   std::map<const Groom*, OnStage> grooms_;
-  std::vector<std::array<view::LatticeLayer, view::kLayerCountMost>> layers_;
   std::vector<view::ShownCharacter> shown_;
 };
 

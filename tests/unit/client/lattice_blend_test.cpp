@@ -48,9 +48,9 @@ class LatticeBlendTest : public ::testing::Test {
     return {true, {}, level, displacement_, time_ns, geometry};
   }
 
-  static std::vector<Vec3f> deformed(std::span<const LatticeBlend::Layer> layers) {
+  static std::vector<Vec3f> deformed(std::span<const LatticeLayer> layers) {
     std::vector<Vec3f> points = groom_->points, of_layer(points.size());
-    for (const LatticeBlend::Layer& layer : layers) {
+    for (const LatticeLayer& layer : layers) {
       const auto level = std::find_if(geometries_.begin(), geometries_.end(),
                                       [&](const auto& geometry) { return geometry.get() == layer.geometry; });
       deformers_[static_cast<std::size_t>(level - geometries_.begin())]->deform(layer.grid_displacements, of_layer);
@@ -110,7 +110,7 @@ TEST_F(LatticeBlendTest, the_field_is_what_blended_points_show_over_switches_and
     const std::vector<Vec3f> wanted = shown_by_points(s, false);
     lattices_.apply(s);
     ASSERT_LT(furthest(deformed(lattices_.layers()), wanted), kRounding_m) << ms << " ms";
-    ASSERT_LE(lattices_.layers().size(), LatticeBlend::kLayerCountMost);
+    ASSERT_LE(lattices_.layers().size(), kLatticeLayersMost);
     blended += lattices_.layers().size() == 3;
     doubly += lattices_.layers().size() == 5;
     largest = std::max(
@@ -127,9 +127,9 @@ TEST_F(LatticeBlendTest, a_third_switch_drops_what_is_weakest_and_keeps_five_lay
   for (int ms = 0; ms < 3000; ms += 10) {
     if (ms % 60 == 0) level = static_cast<LevelIndex>((ms / 60) % 3);
     lattices_.apply(sample(level, ms * kMs));
-    ASSERT_LE(lattices_.layers().size(), LatticeBlend::kLayerCountMost);
+    ASSERT_LE(lattices_.layers().size(), kLatticeLayersMost);
     float sum = 0;
-    for (const LatticeBlend::Layer& layer : lattices_.layers()) sum += layer.weight;
+    for (const LatticeLayer& layer : lattices_.layers()) sum += layer.weight;
     ASSERT_NEAR(sum, 1, 1e-6f);
   }
 }
