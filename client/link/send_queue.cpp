@@ -10,8 +10,9 @@ bool holds_poses(const wire::Message& message) {
   return std::holds_alternative<wire::PoseBatch>(message);
 }
 
-// The character's next pose after the one at `from` no longer continues from what the server saw last.
-void pass_on_teleport(std::deque<wire::Message>::iterator from, std::deque<wire::Message>::iterator end,
+// The character's next pose after the one at `from` does not continue from what the server saw last. False when none
+// waits.
+bool pass_on_teleport(std::deque<wire::Message>::iterator from, std::deque<wire::Message>::iterator end,
                       std::uint32_t character) {
   for (; from != end; ++from) {
     auto* batch = std::get_if<wire::PoseBatch>(&*from);
@@ -20,8 +21,9 @@ void pass_on_teleport(std::deque<wire::Message>::iterator from, std::deque<wire:
                                    [&](const wire::PoseSample& pose) { return pose.character == character; });
     if (next == batch->poses.end()) continue;
     next->teleport = true;
-    return;
+    return true;
   }
+  return false;
 }
 
 }  // namespace
@@ -52,7 +54,7 @@ void SendQueue::drop_oldest_poses() {
   --pose_batch_count_;
   poses_dropped_ += dropped.poses.size();
   for (const wire::PoseSample& pose : dropped.poses) {
-    if (pose.teleport) pass_on_teleport(after, messages_.end(), pose.character);
+    if (pose.teleport && !pass_on_teleport(after, messages_.end(), pose.character)) jumped_.insert(pose.character);
   }
 }
 

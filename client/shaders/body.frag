@@ -20,7 +20,7 @@ vec3 wrapped(float n_l) {
 
 float sheen(vec3 n, vec3 l, vec3 v) {
   vec3 h = normalize(l + v + 1e-5);
-  float fresnel = 0.035 + 0.6 * pow(1.0 - max(dot(v, h), 0.0), 5.0);
+  float fresnel = 0.035 + 0.6 * pow(clamp(1.0 - dot(v, h), 0.0, 1.0), 5.0);
   return fresnel * (1.6 * pow(max(dot(n, h), 0.0), 22.0) + 1.2 * pow(max(dot(n, h), 0.0), 6.0)) * max(dot(n, l), 0.0);
 }
 

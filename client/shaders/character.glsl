@@ -1,5 +1,5 @@
 // A character's record: row `row` of `records`, RGBA float, kRecordTexels wide.
-//   0 head rotation, quaternion xyzw     1 head position xyz, scene space; a number of its own
+//   0 head rotation, quaternion xyzw     1 head position xyz, scene space; 0
 //   2 hair albedo; width of a strand at its root, m
 //   3 share of strands drawn; opacity of strands; opacity of far strips; quadratic share of the FFD
 //   4 followers; how far they stray, m; layers; by how much of itself the character is enlarged
@@ -20,7 +20,6 @@ uniform int copies;                // instances a character
 struct Character {
   vec4 rotation;
   vec3 position;
-  float number;
   vec3 hair_albedo;
   float width;
   float strand_share, strand_opacity, strip_opacity, quadratic;
@@ -34,7 +33,7 @@ vec4 record(int row, int texel) { return texelFetch(records, ivec2(texel, row), 
 
 Character load_character(int row) {
   vec4 rotation = record(row, 0), position = record(row, 1), hair = record(row, 2), detail = record(row, 3), more = record(row, 4);
-  return Character(rotation, position.xyz, position.w, hair.xyz, hair.w, detail.x, detail.y, detail.z, detail.w, more.x, more.y,
+  return Character(rotation, position.xyz, hair.xyz, hair.w, detail.x, detail.y, detail.z, detail.w, more.x, more.y,
                    1.0 + more.w, int(more.z), row);
 }
 

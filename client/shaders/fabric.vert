@@ -33,7 +33,7 @@ void main() {
     normal_scene = normalize(cross(right, t) + 1e-6);
     // At least a pixel wide.
     float clip_w = max(to_clip(position_scene).w, 1e-3);
-    position_scene += sign(cord) * max(abs(cord), 0.5 * clip_w / px_per_m()) * right;
+    position_scene += sign(cord) * max(abs(cord) * character.size, 0.5 * clip_w / px_per_m()) * right;
     cord_side = sign(cord) * right;
   }
   light_sides = sides;

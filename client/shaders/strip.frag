@@ -24,8 +24,6 @@ void main() {
   vec4 hair = texture(strip_texture, vec2((mod(number, 4.0) + mix(0.004, 0.996, across)) / 4.0, place.y));
   float drawn = dithered_strip(hair.a * place.w, place.z);
   if (drawn <= 0.0) discard;
-  // A strip stands for hairs that lie about it, so it is lit as if it bulged.
-  vec3 n = normal_scene * (dot(normal_scene, cameraPosition - position_scene) < 0.0 ? -1.0 : 1.0);
   vec4 chance = vec4(hair.x, 0.5, hair.y, hair.z);
   vec3 albedo = hair_albedo(character.hair_albedo, chance, place.y);
   // Curls are finer than a strip: its hairs turn from it to and fro, each at its own pace, which breaks up highlights.
@@ -33,6 +31,7 @@ void main() {
   vec3 along = normalize(tangent_scene), side = normalize(cross(along, normal_scene) + 1e-6);
   vec3 t = normalize(along + 0.8 * waviness * (sin(phase) * side + cos(1.3 * phase) * normal_scene));
   vec3 sum = shade_hair(position_scene, t, character.rotation, albedo, chance, light_sides, light_ends);
-  float facing = 0.75 + 0.25 * abs(dot(normalize(n), normalize(cameraPosition - position_scene)));
+  // A strip stands for hairs that lie about it: its edges turn away.
+  float facing = 0.75 + 0.25 * abs(dot(normalize(normal_scene), normalize(cameraPosition - position_scene)));
   colour = vec4(to_target(tone_map(sum * facing)), drawn);
 }

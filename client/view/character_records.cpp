@@ -1,6 +1,7 @@
 #include "client/view/character_records.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace hairnet::view {
@@ -24,20 +25,19 @@ void CharacterRecords::clear() {
 
 void CharacterRecords::add(const ShownCharacter& character, const Vec3& origin, const DrawDetail& detail,
                            float strand_width_m, bool strips) {
-  const auto number = static_cast<float>(count());
   records_.resize(records_.size() + kRecordTexels, Vec4f::Zero());
   Vec4f* texels = records_.data() + records_.size() - kRecordTexels;
-  const auto place = [&](const RigidTransform& bone, std::size_t at, float w) {
+  const auto place = [&](const RigidTransform& bone, std::size_t at) {
     texels[at] = bone.rotation.coeffs().cast<float>();
-    texels[at + 1] = with((bone.position - origin).cast<float>(), w);
+    texels[at + 1] = with((bone.position - origin).cast<float>(), 0);
   };
-  place(character.pose.head(), 0, number);
+  place(character.pose.head(), 0);
   const float far = strips ? detail.strips : 0.0f;
   texels[2] = with(character.hair_colour, strand_width_m * width_scale(detail));
   // Each is whole before the other begins to go.
   texels[3] = {detail.strand_share, std::min(1.0f, 2 - 2 * far), std::min(1.0f, 2 * far), detail.quadratic};
   texels[5] = with(character.skin_colour, character.body_shown ? 0.0f : 1.0f);
-  for (std::size_t b = 0; b < kBoneCount; ++b) place(character.pose.bones[b], kFirstBone + 2 * b, 0);
+  for (std::size_t b = 0; b < kBoneCount; ++b) place(character.pose.bones[b], kFirstBone + 2 * b);
   std::size_t layers = 0;
   for (const LatticeLayer& layer : character.layers.first(std::min(character.layers.size(), kLatticeLayersMost))) {
     if (add_layer(layer, texels + kFirstLayer + 3 * layers)) ++layers;
@@ -47,6 +47,8 @@ void CharacterRecords::add(const ShownCharacter& character, const Vec3& origin, 
 
 bool CharacterRecords::add_layer(const LatticeLayer& layer, Vec4f* texels) {
   if (layer.geometry == nullptr || layer.grid_displacements.empty() || layer.weight == 0) return false;
+  assert(layer.grid_displacements.size() == layer.geometry->lattice.node_count());
+  if (!std::isfinite(layer.weight)) return false;
   for (const Vec3f& u : layer.grid_displacements) {
     if (!u.allFinite()) return false;
   }

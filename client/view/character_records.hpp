@@ -11,6 +11,7 @@ namespace hairnet::view {
 class CharacterRecords {
  public:
   static constexpr std::size_t kRecordTexels = 32, kLatticeRow = 1024;
+  static constexpr std::size_t kCharacterRowsMost = kLatticeLayersMost * 64 * 64 * 64 / kLatticeRow;
 
   void clear();
   // `origin`: of scene space, in the world. `strips`: whether the groom has far strips. Layers that are not finite are
@@ -18,6 +19,10 @@ class CharacterRecords {
   void add(const ShownCharacter& character, const Vec3& origin, const DrawDetail& detail, float strand_width_m,
            bool strips);
 
+  // For one more character, when textures have so many rows.
+  [[nodiscard]] bool has_room(std::size_t rows) const {
+    return count() + 1 < rows && lattices_.size() / kLatticeRow + kCharacterRowsMost < rows;
+  }
   [[nodiscard]] std::size_t count() const { return records_.size() / kRecordTexels; }
   [[nodiscard]] const std::vector<Eigen::Vector4f>& records() const { return records_; }
   [[nodiscard]] const std::vector<Eigen::Vector4f>& lattices() const { return lattices_; }

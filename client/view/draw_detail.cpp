@@ -6,7 +6,6 @@
 namespace hairnet::view {
 namespace {
 
-constexpr float kHead_m = 0.24f;
 constexpr float kFullHead_px = 350;  // at which kFullStrands are drawn
 constexpr float kFullStrands = 10'000;
 constexpr float kStrandsLeast = 300;

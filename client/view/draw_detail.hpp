@@ -4,6 +4,8 @@
 
 namespace hairnet::view {
 
+inline constexpr float kHead_m = 0.24f;  // a head's height, for what its size on the screen decides
+
 // How finely one character's hair is drawn; chosen apart from its mechanical level.
 struct DrawDetail {
   float strand_share = 1;    // of the groom's strands, 0 ... 1; what is drawn is wider in turn
@@ -13,7 +15,7 @@ struct DrawDetail {
   float strips = 0;          // 0: strands; 1: strips; between: both, faded
 };
 
-// `head_px`: a head's height on the screen (0.24 m), in pixels. `quality` multiplies it. Continuous in both.
+// `head_px`: a head's height on the screen, in pixels. `quality` multiplies it. Continuous in both.
 DrawDetail detail_for(float head_px, float quality, std::size_t strand_count);
 
 // By how much what is drawn is wider, so that fewer strands and followers cover about as much.

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <optional>
 #include <string>
 
@@ -58,8 +59,10 @@ class GlRenderer final : public Renderer {
 
   // The large picture is held to what a texture and a fair amount of memory take.
   [[nodiscard]] int supersample_for(int width, int height) const {
-    GLint side_max = 0;
-    glGetIntegerv(GL_MAX_RENDERBUFFER_SIZE, &side_max);
+    GLint texture_max = 0, renderbuffer_max = 0;
+    glGetIntegerv(GL_MAX_TEXTURE_SIZE, &texture_max);
+    glGetIntegerv(GL_MAX_RENDERBUFFER_SIZE, &renderbuffer_max);
+    const int side_max = std::min(texture_max, renderbuffer_max);
     int n = supersample_;
     while (n > 1 && (std::max(width, height) * n > side_max ||
                      static_cast<std::int64_t>(width) * height * n * n > kLargePixelsMax)) {

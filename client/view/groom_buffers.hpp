@@ -12,7 +12,7 @@ class DrawnMesh {
   [[nodiscard]] bool empty() const { return index_count_ == 0; }
   [[nodiscard]] std::size_t index_count() const { return static_cast<std::size_t>(index_count_); }
 
- protected:
+ private:
   friend class GroomBuffers;
   void draw_range(std::size_t first, GLsizei count, GLsizei instances) const;
 

@@ -43,6 +43,7 @@ float waviness_of(const Groom& groom) {
 float radius_of(const Groom& groom) {
   float squared = 0;
   for (const Vec3f& p : groom.points) squared = std::max(squared, p.squaredNorm());
+  for (const Vec3f& p : groom.far_strips.points) squared = std::max(squared, p.squaredNorm());
   for (const Vec3f& p : groom.body.mesh.vertices) squared = std::max(squared, p.squaredNorm());
   return std::sqrt(squared);
 }

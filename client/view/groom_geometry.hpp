@@ -62,7 +62,7 @@ struct GroomGeometry {
   float waviness = 0;  // 0: hairs keep to the course of their lock ... 1: curls
   Mesh<FabricVertex> fabric;
   Mesh<BodyVertex> body;
-  float radius_m = 0;  // of a ball about the head joint that holds all of it
+  float radius_m = 0;  // of a ball about the head joint that holds body and hair at rest
 };
 
 // `groom` is sound (validate).

@@ -194,14 +194,14 @@ LightLeft LightField::gather(const Vec3f& position, const Vec3f& normal) const {
 }
 
 float LightField::roots_at(const Vec3f& position) const {
-  float most = 0;
+  float sum = 0;
   for (int n = 0; n < 7; ++n) {
     Vec3f p = position;
     if (n > 0) p[(n - 1) / 2] += (n % 2 != 0 ? 0.5f : -0.5f) * cell_m_;
     std::size_t cell = 0;
-    if (!roots_.empty() && find(p, cell)) most += std::min(roots_[cell], 1.0f) / 7;
+    if (!roots_.empty() && find(p, cell)) sum += std::min(roots_[cell], 1.0f) / 7;
   }
-  return std::min(most, 1.0f);
+  return std::min(sum, 1.0f);
 }
 
 }  // namespace hairnet::view

@@ -30,6 +30,8 @@ bool complete() {
 bool PictureTarget::resize(int width, int height, int supersample) {
   if (width == width_ && height == height_ && supersample == supersample_) return true;
   width_ = height_ = supersample_ = 0;
+  while (glGetError() != GL_NO_ERROR) {  // of a picture before, that found no room
+  }
   glActiveTexture(GL_TEXTURE0 + kSourceUnit);
   const int large_width = width * supersample, large_height = height * supersample;
   glBindFramebuffer(GL_FRAMEBUFFER, samples_target_.name());

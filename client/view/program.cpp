@@ -72,7 +72,14 @@ Result<Program> Program::build(std::string_view vertex, std::string_view fragmen
   return program;
 }
 
-Program::Program(Program&& other) noexcept : name_(std::exchange(other.name_, 0)) {}
+Program::Program(Program&& other) noexcept : name_(std::exchange(other.name_, 0)), places_(std::move(other.places_)) {}
+
+GLint Program::at(const char* uniform) const {
+  for (const auto& [name, place] : places_) {
+    if (name == uniform) return place;
+  }
+  return places_.emplace_back(uniform, glGetUniformLocation(name_, uniform)).second;
+}
 
 Program::~Program() {
   if (name_ != 0) glDeleteProgram(name_);

@@ -5,6 +5,8 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "core/geometry/vec.hpp"
 #include "core/result.hpp"
@@ -39,9 +41,10 @@ class Program {
 
  private:
   explicit Program(GLuint name) : name_(name) {}
-  [[nodiscard]] GLint at(const char* uniform) const { return glGetUniformLocation(name_, uniform); }
+  [[nodiscard]] GLint at(const char* uniform) const;
 
   GLuint name_;
+  mutable std::vector<std::pair<const char*, GLint>> places_;  // of uniforms asked for; names are literals
 };
 
 }  // namespace hairnet::view

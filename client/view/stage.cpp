@@ -19,7 +19,6 @@ namespace hairnet::view {
 namespace {
 
 constexpr double kCoordinateMax_m = 1e4;
-constexpr float kHead_m = 0.24f;
 constexpr float kNearLeast_m = 0.01f;
 constexpr int kStripTextureWidth = 1024, kStripTextureHeight = 512;
 
@@ -81,6 +80,9 @@ class GlStage final : public Stage {
   explicit GlStage(Programs programs) : programs_(std::move(programs)) {}
 
   Result<void> start() {
+    GLint side_max = 0;
+    glGetIntegerv(GL_MAX_TEXTURE_SIZE, &side_max);
+    rows_most_ = static_cast<std::size_t>(side_max);
     if (Result<void> made = make_strip_texture(strip_texture_); !made) return made;
     return glGetError() == GL_NO_ERROR ? Result<void>() : Refusal("OpenGL ES cannot make what the stage needs");
   }
@@ -111,6 +113,8 @@ class GlStage final : public Stage {
     float aspect;
     DepthRange range;
     Mat4f projection;
+    LightRig rig;
+    float samples;  // a pixel of the target
   };
   [[nodiscard]] std::vector<std::vector<Appearance>> appearances(std::span<const ShownCharacter> characters, View& view,
                                                                  const Look& look) const;
@@ -123,7 +127,8 @@ class GlStage final : public Stage {
   Texture strip_texture_;
   VectorTexture records_texture_{kRecordsUnit, CharacterRecords::kRecordTexels};
   VectorTexture lattices_texture_{kLatticesUnit, CharacterRecords::kLatticeRow};
-  VertexArray nothing_;  // for the one triangle over the screen
+  VertexArray nothing_;        // for the one triangle over the screen
+  std::size_t rows_most_ = 0;  // of a texture
   CharacterRecords records_;
   std::vector<std::optional<GroomBuffers>> grooms_;
   StageStatistics statistics_;
@@ -170,9 +175,6 @@ std::vector<std::vector<Appearance>> GlStage::appearances(std::span<const ShownC
 // Scene space has the world's axes and the camera as its origin.
 void GlStage::set_scene(const Program& program, const View& view, const Look& look, int width, int height,
                         bool srgb) const {
-  GLint samples = 0;
-  glGetIntegerv(GL_SAMPLES, &samples);
-  const LightRig rig = studio_lights(view.camera);
   Mat4f axes = Mat4f::Identity();
   axes.topLeftCorner<3, 3>() = view.rotation.cast<float>();
   program.use();
@@ -180,13 +182,13 @@ void GlStage::set_scene(const Program& program, const View& view, const Look& lo
   program.set("projectionMatrix", view.projection);
   program.set("cameraPosition", Vec3f(Vec3f::Zero()));
   program.set("viewport_px", static_cast<float>(width), static_cast<float>(height));
-  program.set("light_direction", std::span<const Vec3f>(rig.towards));
-  program.set("light_colour", std::span<const Vec3f>(rig.colours));
-  program.set("ambient_above", rig.ambient_above);
-  program.set("ambient_below", rig.ambient_below);
+  program.set("light_direction", std::span<const Vec3f>(view.rig.towards));
+  program.set("light_colour", std::span<const Vec3f>(view.rig.colours));
+  program.set("ambient_above", view.rig.ambient_above);
+  program.set("ambient_below", view.rig.ambient_below);
   program.set("exposure", look.exposure);
   program.set("encode_srgb", srgb ? 0.0f : 1.0f);
-  program.set("samples", static_cast<float>(std::max(samples, 1)));
+  program.set("samples", view.samples);
   program.set("copies", 1);
 }
 
@@ -256,18 +258,30 @@ void GlStage::draw_groom(const GroomBuffers& groom, const std::vector<Appearance
 
 void GlStage::draw(std::span<const ShownCharacter> characters, const Camera& wanted, const Look& look, int width,
                    int height, bool target_is_srgb) {
+  if (width < 1 || height < 1) return;
   View view{};
   view.camera = mended(wanted);
+  view.rig = studio_lights(view.camera);
+  GLint samples = 0;
+  glGetIntegerv(GL_SAMPLES, &samples);
+  view.samples = static_cast<float>(std::max(samples, 1));
   view.rotation = view_rotation(view.camera);
   view.aspect = static_cast<float>(width) / static_cast<float>(height);
   view.px_per_m =
       0.5f * static_cast<float>(height) / std::tan(view.camera.fov_deg * std::numbers::pi_v<float> / 360.0f);
-  const std::vector<std::vector<Appearance>> by_groom = appearances(characters, view, look);
+  std::vector<std::vector<Appearance>> by_groom = appearances(characters, view, look);
   depth_range_ = view.range;
 
   records_.clear();
+  std::size_t left_out = 0;
   for (std::size_t g = 0; g < by_groom.size(); ++g) {
-    for (const Appearance& one : by_groom[g]) {
+    for (std::size_t i = 0; i < by_groom[g].size(); ++i) {
+      if (!records_.has_room(rows_most_)) {
+        left_out += by_groom[g].size() - i;
+        by_groom[g].resize(i);
+        break;
+      }
+      const Appearance& one = by_groom[g][i];
       const GroomBuffers& groom = *grooms_[g];
       records_.add(*one.character, view.camera.eye, one.detail, groom.strand_width_m(), !groom.far_strips().empty());
     }
@@ -275,6 +289,7 @@ void GlStage::draw(std::span<const ShownCharacter> characters, const Camera& wan
   records_texture_.fill(records_.records());
   lattices_texture_.fill(records_.lattices());
   statistics_ = {};
+  statistics_.left_out = left_out;
   for (const auto& groom : grooms_) statistics_.groom_bytes += groom ? groom->bytes() : 0;
   if (records_.count() > 0) {
     statistics_.character_bytes = CharacterRecords::kRecordTexels * sizeof(Eigen::Vector4f) +

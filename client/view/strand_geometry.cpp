@@ -12,6 +12,7 @@ namespace {
 constexpr float kSag_m = 5e-4f;  // of a smooth line over its pieces, at most, as far as kPiecesMost allow
 constexpr int kPiecesMost = 2;
 constexpr std::array<float, 3> kTolerances_m{0, 8e-4f, 4e-3f};
+constexpr std::size_t kRunMost = 256;  // points of which one stays anyhow: simplifying takes their square
 
 struct LinePoint {
   Vec3f x, tangent;
@@ -49,8 +50,8 @@ Line smoothed(const Line& line) {
   return smooth;
 }
 
-// Marks what of (first, last) must stay so that nothing is further than the tolerance from the line (Douglas, Peucker).
-void simplify(const Line& line, std::size_t first, std::size_t last, float tolerance_m, std::vector<bool>& kept) {
+// The point between two that is furthest from the line between them; the first, when none is beyond the tolerance.
+std::size_t furthest(const Line& line, std::size_t first, std::size_t last, float tolerance_m) {
   const Vec3f from = line[first].x, along = line[last].x - from;
   const float length2 = std::max(along.squaredNorm(), 1e-20f);
   float worst = tolerance_m * tolerance_m;
@@ -63,10 +64,21 @@ void simplify(const Line& line, std::size_t first, std::size_t last, float toler
       at = i;
     }
   }
-  if (at == first) return;
-  kept[at] = true;
-  simplify(line, first, at, tolerance_m, kept);
-  simplify(line, at, last, tolerance_m, kept);
+  return at;
+}
+
+// Marks what of (first, last) must stay so that nothing is further than the tolerance from the line (Douglas, Peucker).
+void simplify(const Line& line, std::size_t first, std::size_t last, float tolerance_m, std::vector<bool>& kept) {
+  std::vector<std::array<std::size_t, 2>> pieces{{first, last}};
+  while (!pieces.empty()) {
+    const auto [from, to] = pieces.back();
+    pieces.pop_back();
+    const std::size_t at = furthest(line, from, to, tolerance_m);
+    if (at == from) continue;
+    kept[at] = true;
+    pieces.push_back({from, at});
+    pieces.push_back({at, to});
+  }
 }
 
 std::vector<bool> kept_points(const Line& line, float tolerance_m) {
@@ -75,6 +87,7 @@ std::vector<bool> kept_points(const Line& line, float tolerance_m) {
   // Roots and tips are where hair is seen to begin and end: a straight line keeps some points for the lattice to bend.
   for (std::size_t i = 0; i < line.size(); i += 4) kept[i] = kept[i] || tolerance_m < 2e-3f;
   kept[line.size() / 2] = kept[line.size() / 4] = true;
+  for (std::size_t i = 0; i < line.size(); i += kRunMost) kept[i] = true;
   if (tolerance_m == 0) return kept;
   const std::vector<bool> always = kept;
   for (std::size_t first = 0, i = 1; i < line.size(); ++i) {

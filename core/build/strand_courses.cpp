@@ -17,7 +17,7 @@ class ArcIntegral {
     for (const Vec3f& x : line) {
       const Vec3 point = x.cast<double>();
       const double step = points_.empty() ? 0 : (point - points_.back()).norm();
-      if (!points_.empty() && step == 0) continue;
+      if (!points_.empty() && arcs_.back() + step == arcs_.back()) continue;  // no step, or one lost in rounding
       integrals_.push_back(points_.empty() ? Vec3(Vec3::Zero())
                                            : Vec3(integrals_.back() + 0.5 * step * (points_.back() + point)));
       arcs_.push_back(points_.empty() ? 0 : arcs_.back() + step);

@@ -107,13 +107,6 @@ void middle_of(const FarStrips& all, const FarStrip& strip, std::vector<Vec3f>& 
   middle_between({all.points.data() + strip.points.begin, all.points.data() + strip.points.end}, line);
 }
 
-void append_triangles(const PointRange& strip, std::vector<std::array<std::uint32_t, 3>>& triangles) {
-  for (std::uint32_t left = strip.begin; left + 3 < strip.end; left += 2) {
-    triangles.push_back({left, left + 1, left + 2});
-    triangles.push_back({left + 2, left + 1, left + 3});
-  }
-}
-
 std::string validate(const Groom& groom, const GroomLimits& limits) {
   if (groom.strand_begin.empty()) return "strand offsets are missing";
   std::string fault = validate_strands(groom, limits);

@@ -95,11 +95,6 @@ void set_group_material(std::uint16_t group, const Material& material, Groom& gr
 // The line along a strip's middle, a point a pair.
 void middle_of(const Groom& groom, const Strip& strip, std::vector<Vec3f>& line);
 void middle_of(const FarStrips& all, const FarStrip& strip, std::vector<Vec3f>& line);
-// Two triangles between each two pairs of a strip's points, indices into Groom::points, or FarStrips::points.
-void append_triangles(const PointRange& strip, std::vector<std::array<std::uint32_t, 3>>& triangles);
-inline void append_triangles(const Strip& strip, std::vector<std::array<std::uint32_t, 3>>& triangles) {
-  append_triangles(strip.points, triangles);
-}
 
 struct GroomLimits {
   std::size_t strand_count_max = 200'000;

@@ -1,5 +1,6 @@
 #include "tests/gallery/act.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 

@@ -88,7 +88,7 @@ Result<view::Image> detail_sheet(view::Renderer& renderer, const Hairstyle& styl
     // The same, as near as the first: what the few that are drawn look like.
     view::Camera near = camera_about(character.pose.head().position, *style.groom, 30, 1);
     const double distance = (camera.eye - camera.target).norm();
-    const float head_px = 0.24f * 0.5f * static_cast<float>(size_px * 5 / 4) /
+    const float head_px = view::kHead_m * 0.5f * static_cast<float>(size_px * 5 / 4) /
                           std::tan(12 * std::numbers::pi_v<float> / 180) / static_cast<float>(distance);
     character.detail = view::detail_for(head_px, 1, style.groom->strand_count());
     Result<view::Image> close = renderer.draw({&character, 1}, near, {}, size_px, size_px * 5 / 4);

@@ -140,6 +140,22 @@ TEST(GroomGeometry, draws_the_copies_of_clusters_too) {
   EXPECT_EQ(geometry.strand_count, own + 5);
 }
 
+// The furthest point from the line of such a zigzag is always the one before its end.
+TEST(GroomGeometry, takes_a_strand_of_very_many_points_that_go_ever_further) {
+  Groom groom;
+  groom.group_names = {"hair"};
+  std::vector<Vec3f> zigzag;
+  constexpr int kPoints = 200'000;
+  for (int i = 0; i < kPoints; ++i) {
+    const float away = 9 * static_cast<float>(i) / kPoints;
+    zigzag.emplace_back(i % 2 == 0 ? away : -away, 0, static_cast<float>(i) / kPoints);
+  }
+  groom.add_strand(zigzag, {.rooted = false});
+  const GroomGeometry geometry = make_groom_geometry(groom);
+  EXPECT_GE(geometry.strand_vertices.size(), 2u * kPoints);
+  for (const StrandList& list : geometry.strand_lists) EXPECT_FALSE(list.triangles.empty());
+}
+
 TEST(GroomGeometry, of_nothing_is_nothing) {
   const GroomGeometry geometry = make_groom_geometry(Groom{});
   EXPECT_TRUE(geometry.strand_vertices.empty());

@@ -119,6 +119,16 @@ TEST(SendQueue, a_dropped_teleport_passes_to_the_next_pose_of_that_character) {
   EXPECT_FALSE(std::get<wire::PoseBatch>(*queue.pop()).poses[0].teleport);
 }
 
+TEST(SendQueue, a_dropped_teleport_without_a_next_pose_waits_for_one) {
+  SendQueue queue;
+  queue.push_poses(pose_of(7, 0, true));
+  for (std::uint32_t i = 0; i < SendQueue::kPoseBatchesMax; ++i) queue.push_poses(pose_of(8, i));
+  ASSERT_EQ(queue.poses_dropped(), 1u);
+  queue.clear();
+  queue.push_poses(pose_of(7, 1));
+  EXPECT_TRUE(std::get<wire::PoseBatch>(*queue.pop()).poses[0].teleport);
+}
+
 TEST(SendQueue, large_batches_are_cut_to_the_protocols_limit) {
   SendQueue queue;
   queue.push_poses(std::vector<wire::PoseSample>(wire::kPosesPerBatchMax + 1));

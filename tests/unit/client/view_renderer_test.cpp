@@ -192,18 +192,15 @@ TEST_F(ViewRenderer, covers_pixels_between_a_strands_ends_and_nowhere_far_away) 
 }
 
 TEST_F(ViewRenderer, turns_width_below_a_pixel_into_coverage) {
-  const Image empty = draw_nothing();
-  ShownCharacter character = shown(curtain(100));
-  character.hair_colour = Vec3f::Zero();
-  const auto taken = [&](double distance_m) {
+  const ShownCharacter character = shown(curtain(100));
+  const auto covered_at = [&](double distance_m) {
     Camera camera = kCamera;
     camera.eye.z() = distance_m;
-    const auto image = renderer_->draw(std::span(&character, 1), camera, {}, kSide, kSide);
-    return light_taken(empty, *image);
+    return covered(character, camera);
   };
-  // Strands of 1.6 mm: 0.3 px of the samples' pixels at 1 m of 5 mm a pixel, and so on; the picture of the curtain
-  // shrinks as 1 / distance^2.
-  const double near = taken(1), far = taken(2), further = taken(4);
+  // Strands of 3.4 mm, 1.3 of the samples' pixels at 1 m and a third at 4 m; the picture of the curtain shrinks as
+  // 1 / distance^2.
+  const double near = covered_at(1), far = covered_at(2), further = covered_at(4);
   EXPECT_GT(near, 20);
   EXPECT_NEAR(far, near / 4, 0.3 * near / 4);
   EXPECT_NEAR(further, near / 16, 0.35 * near / 16);
