@@ -16,7 +16,8 @@ struct DrawDetail {
 };
 
 // `head_px`: a head's height on the screen, in pixels. `quality` multiplies it. Continuous in both.
-DrawDetail detail_for(float head_px, float quality, std::size_t strand_count);
+// `waviness`: of the groom; strips pass for straight hair at a larger size than for curls.
+DrawDetail detail_for(float head_px, float quality, std::size_t strand_count, float waviness);
 
 // By how much what is drawn is wider, so that fewer strands and followers cover about as much.
 float width_scale(const DrawDetail& detail);

@@ -155,7 +155,8 @@ std::vector<std::vector<Appearance>> GlStage::appearances(std::span<const ShownC
     nearest = std::min(nearest, depth - radius);
     furthest = std::max(furthest, depth + radius);
     const float head_px = kHead_m * view.px_per_m / static_cast<float>(std::max(depth, 0.05));
-    const DrawDetail detail = character.detail.value_or(detail_for(head_px, look.quality, groom.strand_count()));
+    const DrawDetail detail =
+        character.detail.value_or(detail_for(head_px, look.quality, groom.strand_count(), groom.waviness()));
     by_groom[character.groom].push_back({&character, detail, groom.list_for(detail.tolerance_m)});
   }
   for (auto& shown : by_groom) {

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "client/tools/files/write_file.hpp"
+#include "client/view/groom_geometry.hpp"
 
 namespace hairnet::gallery {
 namespace {
@@ -90,7 +91,8 @@ Result<view::Image> detail_sheet(view::Renderer& renderer, const Hairstyle& styl
     const double distance = (camera.eye - camera.target).norm();
     const float head_px = view::kHead_m * 0.5f * static_cast<float>(size_px * 5 / 4) /
                           std::tan(12 * std::numbers::pi_v<float> / 180) / static_cast<float>(distance);
-    character.detail = view::detail_for(head_px, 1, style.groom->strand_count());
+    character.detail =
+        view::detail_for(head_px, 1, style.groom->strand_count(), view::make_groom_geometry(*style.groom).waviness);
     Result<view::Image> close = renderer.draw({&character, 1}, near, {}, size_px, size_px * 5 / 4);
     if (!close) return close;
     caption(*close, "as drawn at " + std::to_string(static_cast<int>(head_px)) + " px");

@@ -176,12 +176,12 @@ TEST(GroomGeometry, leaves_out_strands_without_length) {
 }
 
 TEST(DrawDetail, falls_continuously_as_a_head_grows_smaller) {
-  DrawDetail before = detail_for(2000, 1, 10'000);
+  DrawDetail before = detail_for(2000, 1, 10'000, 0.5f);
   EXPECT_EQ(before.strand_share, 1);
   EXPECT_EQ(before.strips, 0);
   EXPECT_EQ(before.quadratic, 1);
   for (float px = 2000; px > 1; px *= 0.99f) {
-    const DrawDetail detail = detail_for(px, 1, 10'000);
+    const DrawDetail detail = detail_for(px, 1, 10'000, 0.5f);
     EXPECT_LE(detail.strand_share, before.strand_share);
     EXPECT_LE(detail.follower_count, before.follower_count);
     EXPECT_GE(detail.tolerance_m, before.tolerance_m);
@@ -195,6 +195,11 @@ TEST(DrawDetail, falls_continuously_as_a_head_grows_smaller) {
   }
   EXPECT_EQ(before.strips, 1);
   EXPECT_EQ(before.quadratic, 0);
+}
+
+TEST(DrawDetail, keeps_the_strands_of_curls_longer_than_those_of_straight_hair) {
+  EXPECT_LT(detail_for(85, 1, 10'000, 1).strips, detail_for(85, 1, 10'000, 0).strips);
+  EXPECT_EQ(detail_for(40, 1, 10'000, 1).strips, 1);
 }
 
 TEST(DrawDetail, draws_fewer_strands_wider) {
