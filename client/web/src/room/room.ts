@@ -47,6 +47,8 @@ export class Room implements HairSource {
   /** by member number, as of the last `sample` */
   readonly members = new Map<number, Member>();
   readonly #own = new Map<number, OwnCharacter>();
+  /** as what each was shown last, by its own number */
+  readonly #ownMembers = new Map<number, Member>();
   readonly #grooms = new Map<string, Groom>();
   /** files of `#grooms`, to be offered by whoever wears them too */
   readonly #files = new Map<string, Uint8Array>();
@@ -137,6 +139,7 @@ export class Room implements HairSource {
 
   removeCharacter(own: OwnCharacter): void {
     this.#own.delete(own.character);
+    this.#ownMembers.delete(own.character);
     this.connection.use((link) => link.removeCharacter(own.character));
     this.#forgetUnused(own.groomKey);
   }
@@ -203,11 +206,13 @@ export class Room implements HairSource {
 
   // After a new server its number is another one, which may have been another's of one's own; its hair goes on.
   #meetOwn(character: number, number: number, groom: string): void {
-    const own = this.#own.get(character);
-    if (!own || this.members.get(number)?.character === character) return;
-    const former = [...this.members.values()].find((member) => member.character === character);
-    if (former) this.#drop(former);
-    this.#meet(new Member(number, character, groom, former));
+    const isKnown = this.members.get(number)?.character === character;
+    if (isKnown || !this.#own.has(character)) return;
+    const former = this.#ownMembers.get(character);
+    if (former && this.members.get(former.member) === former) this.#drop(former);
+    const member = new Member(number, character, groom, former);
+    this.#ownMembers.set(character, member);
+    this.#meet(member);
   }
 
   #meet(member: Member): void {

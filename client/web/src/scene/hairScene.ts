@@ -4,7 +4,7 @@ import type { LatticeLayer } from "../hair/latticeBlend";
 import { poseFault, type Pose } from "../hair/pose";
 import { detailFor, widthScale } from "./drawDetail";
 import { GroomBuilder } from "./groomBuilder";
-import { GroomDrawing, inDrawingOrder, type DrawCounts } from "./groomDrawing";
+import { GroomDrawing, inDrawingOrder, type DrawCounts, type Drawn } from "./groomDrawing";
 import { HairCharacter } from "./hairCharacter";
 import { SceneUniforms, type HairPart } from "./hairMaterials";
 import { sceneLights, studioLights } from "./lightRig";
@@ -72,7 +72,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   readonly #stripTexture = new StripTexture();
   readonly #builder = new GroomBuilder();
   readonly #grooms = new Map<string, GroomEntry>();
-  /** of the members, in this frame; made once, as `#shown` is */
+  /** numbers of the members, in this frame */
   readonly #here = new Set<number>();
   readonly #shown: Appearance[] = [];
   #importanceMs = -Infinity;
@@ -129,19 +129,16 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     for (const groom of this.#grooms.values()) groom.isWorn = false;
     for (const member of members) {
       here.add(member.member);
-      const known = this.characters.get(member.member);
+      let known = this.characters.get(member.member);
+      // A new server may give one's own number to another.
+      if (known && known.own !== member.own) known = this.#removeCharacter(known);
       if (known) known.groomKey = member.groomKey;
       else this.#addCharacter(member);
       if (member.groom && !this.#grooms.has(member.groomKey)) this.#addGroom(member.groomKey, member.groom);
       const groom = this.#grooms.get(member.groomKey);
       if (groom) groom.isWorn = true;
     }
-    for (const [number, character] of this.characters) {
-      if (here.has(number)) continue;
-      this.characters.delete(number);
-      this.remove(character);
-      this.dispatchEvent({ type: "characterremoved", character });
-    }
+    for (const [number, character] of this.characters) if (!here.has(number)) this.#removeCharacter(character);
     for (const [key, groom] of this.#grooms) {
       if (groom.isWorn) continue;
       groom.drawing?.dispose();
@@ -154,6 +151,12 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     this.characters.set(member.member, character);
     this.add(character);
     this.dispatchEvent({ type: "characteradded", character });
+  }
+
+  #removeCharacter(character: HairCharacter): undefined {
+    this.characters.delete(character.member);
+    this.remove(character);
+    this.dispatchEvent({ type: "characterremoved", character });
   }
 
   #addGroom(key: string, groom: NonNullable<ShownMember["groom"]>): void {
