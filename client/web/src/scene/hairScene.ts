@@ -129,9 +129,10 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     for (const groom of this.#grooms.values()) groom.isWorn = false;
     for (const member of members) {
       here.add(member.member);
-      let known = this.characters.get(member.member);
+      const before = this.characters.get(member.member);
       // A new server may give one's own number to another.
-      if (known && known.own !== member.own) known = this.#removeCharacter(known);
+      if (before && before.own !== member.own) this.#removeCharacter(before);
+      const known = this.characters.get(member.member);
       if (known) known.groomKey = member.groomKey;
       else this.#addCharacter(member);
       if (member.groom && !this.#grooms.has(member.groomKey)) this.#addGroom(member.groomKey, member.groom);
@@ -153,7 +154,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     this.dispatchEvent({ type: "characteradded", character });
   }
 
-  #removeCharacter(character: HairCharacter): undefined {
+  #removeCharacter(character: HairCharacter): void {
     this.characters.delete(character.member);
     this.remove(character);
     this.dispatchEvent({ type: "characterremoved", character });
