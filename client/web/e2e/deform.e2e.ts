@@ -1,10 +1,11 @@
+import deformVert from "../../shaders/deform.vert?raw";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import { Deformer } from "../src/hair/deform";
 import { restTangents } from "../src/hair/restTangents";
 import { rigidPose } from "../src/hair/pose";
 import { rootBlend } from "../src/hair/rootBlend";
 import { kLatticeRow, kRecordTexels, writeRecord } from "../src/scene/records";
-import { shader } from "../src/scene/shaders";
+import { withIncludes } from "../src/scene/shaders";
 import { madeGroom } from "../test/support/madeGroom";
 import { fullGrid } from "../test/support/shapes";
 import { Browser } from "./browser";
@@ -57,7 +58,6 @@ for (const kind of ["quadratic", "linear"] as const) {
     writeRecord(
       {
         pose: rigidPose(),
-        number: 0,
         hairAlbedo: [0, 0, 0],
         skinAlbedo: [0, 0, 0],
         widthM: 1,
@@ -81,7 +81,7 @@ for (const kind of ["quadratic", "linear"] as const) {
     }
     const page = await browser.open("about:blank");
     const read = await page.evaluate(deformOnGpu, {
-      vertex: `#version 300 es\n${shader("deform.vert")}`,
+      vertex: `#version 300 es\n${withIncludes(deformVert)}`,
       fragment: "#version 300 es\nprecision mediump float;\nout vec4 colour;\nvoid main() { colour = vec4(0.0); }",
       points: Array.from(points),
       directions: Array.from(directions),

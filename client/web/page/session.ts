@@ -1,14 +1,14 @@
 import { connect, HairnetError, Role, type Room } from "../src/index";
 import type { Query } from "./query";
 
-export type SessionState = "connecting" | "connected" | "away" | "closed";
+export type SessionState = "connecting" | "connected" | "away" | "closed" | "refused";
 
 const kWaitLeastS = 1;
 const kWaitMostS = 10;
 
 /**
  * A room, for as long as the page is open: the first connection is tried again and again too, and one that the server
- * ended for a reason that may pass is begun anew.
+ * ended for a reason that may pass is begun anew. One that would be refused again is not.
  */
 export class Session {
   room: Room | null = null;
@@ -36,17 +36,19 @@ export class Session {
       this.#take(room);
     } catch (error) {
       if (!(error instanceof HairnetError)) throw error;
-      this.#again(error.message);
+      if (error.kind === "refused" || error.kind === "invalid") this.onState("refused", error.message);
+      else this.#again(error.message);
     }
   }
 
   #take(room: Room): void {
     this.room = room;
     room.on("fault", ({ detail }) => this.onFault(detail));
-    room.on("state", ({ state, detail }) => {
+    room.on("state", ({ state, detail, isRefused }) => {
       if (state === "closed") {
         this.room = null;
-        this.#again(detail);
+        if (isRefused) this.onState("refused", detail);
+        else this.#again(detail);
       } else this.onState(state, detail);
     });
     this.onRoom(room);

@@ -254,21 +254,22 @@ export class PageViewer {
   }
 
   #showState(state: SessionState, detail: string): void {
-    const texts = { connecting: "connecting", connected: "connected", away: "reconnecting", closed: "server gone" };
+    const texts = { connecting: "connecting", connected: "connected", away: "reconnecting", closed: "server gone", refused: "refused" };
     const shown = element("state");
     shown.dataset.state = state;
     shown.textContent = texts[state];
     shown.title = detail;
     if (state === "closed" && detail) this.#showFault(`${detail}. Trying again.`);
+    if (state === "refused") this.#showFault(detail, Infinity);
     if (state === "connected") element("fault").hidden = true;
   }
 
-  #showFault(detail: string): void {
+  #showFault(detail: string, forMs = kFaultShownMs): void {
     const fault = element("fault");
     fault.textContent = detail;
     fault.hidden = false;
     clearTimeout(this.#faultTimer);
-    this.#faultTimer = setTimeout(() => (fault.hidden = true), kFaultShownMs);
+    if (forMs < Infinity) this.#faultTimer = setTimeout(() => (fault.hidden = true), forMs);
   }
 }
 

@@ -9,6 +9,8 @@ import type { Query } from "./query";
 import { Session } from "./session";
 import { Stage } from "./stage";
 
+const kFaultShownMs = 8000;
+
 const element = <T extends HTMLElement>(id: string) => document.querySelector<T>(`#${id}`)!;
 
 /**
@@ -30,7 +32,7 @@ export class VrmViewer {
   #timeS = 0;
   #lastMs = 0;
 
-  constructor(query: Query) {
+  constructor(private readonly query: Query) {
     const key = new DirectionalLight(0xfff4e6, 2.6);
     key.position.set(-1, 2.2, 2);
     const rim = new DirectionalLight(0xdfe8ff, 2);
@@ -39,7 +41,7 @@ export class VrmViewer {
     this.#session = new Session(
       query,
       (room) => this.#enter(room),
-      (_, detail) => detail && showFault(detail),
+      (state, detail) => detail && showFault(detail, state === "refused" ? Infinity : kFaultShownMs),
       showFault,
     );
     addEventListener("dragover", (event) => event.preventDefault());
@@ -72,6 +74,8 @@ export class VrmViewer {
     this.stage.scene.add(vrm.scene);
     this.worn = new VrmHair(vrm);
     if (this.#groom) this.worn.fit(this.#groom);
+    const own = [...(this.hair?.characters.values() ?? [])].find((character) => character.own);
+    if (own) this.worn.wear(own);
     vrm.scene.updateWorldMatrix(true, true);
     const head = vrm.humanoid.getRawBoneNode("head")!.getWorldPosition(new Vector3());
     this.stage.orbit.target.copy(head).y += 0.02;
@@ -84,7 +88,7 @@ export class VrmViewer {
     this.#file = file;
     this.worn?.fit(this.#groom);
     const { room } = this.#session;
-    if (!room) return;
+    if (!room || this.query.observe) return;
     if (this.#own) room.removeCharacter(this.#own);
     this.#own = room.addCharacter(file);
   }
@@ -93,7 +97,7 @@ export class VrmViewer {
     this.hair?.dispose();
     this.hair = new HairScene(room, this.stage.renderer, { lights: "scene" });
     this.stage.scene.add(this.hair);
-    this.#own = this.#file ? room.addCharacter(this.#file) : null;
+    this.#own = this.#file && !this.query.observe ? room.addCharacter(this.#file) : null;
     this.hair.addEventListener("characteradded", ({ character }) => {
       if (character.own) this.worn?.wear(character);
       else character.visible = false;
@@ -126,8 +130,8 @@ export class VrmViewer {
     if (hair && room) {
       hair.quality = this.#quality.value;
       hair.update(stage.camera);
-      if (!this.#own) this.#borrow(room);
-      element("hint").hidden = this.#own !== null;
+      if (!this.#own && !this.query.observe) this.#borrow(room);
+      element("hint").hidden = this.#own !== null || this.query.observe;
     }
     stage.renderer.render(stage.scene, stage.camera);
   }
@@ -152,9 +156,12 @@ function lookAbout(model: VRM, timeS: number): void {
   model.humanoid.getNormalizedBoneNode("rightUpperArm")?.rotation.set(0, 0, 1.2);
 }
 
-function showFault(detail: string): void {
+let faultTimer: ReturnType<typeof setTimeout> | undefined;
+
+function showFault(detail: string, forMs = kFaultShownMs): void {
   const fault = element("fault");
   fault.textContent = detail;
   fault.hidden = false;
-  setTimeout(() => (fault.hidden = true), 8000);
+  clearTimeout(faultTimer);
+  if (forMs < Infinity) faultTimer = setTimeout(() => (fault.hidden = true), forMs);
 }

@@ -7,7 +7,9 @@ export type FaultKind =
   /** More than a limit allows. */
   | "too_large"
   /** A server that could not be joined. */
-  | "unreachable";
+  | "unreachable"
+  /** A server that will not have this session, now or later: its room, its token, its version. */
+  | "refused";
 
 /** The one kind of error that this package throws. `message` is one line. */
 export class HairnetError extends Error {

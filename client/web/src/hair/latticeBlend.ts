@@ -15,14 +15,11 @@ export interface LatticeLayer {
   /** 3 a grid node, head space, m */
   readonly grid: Float32Array;
   readonly weight: number;
-  /** its lattice will not change any more, only its weight: what was sent to a GPU can stay there */
-  readonly frozen: boolean;
 }
 
 class Layer implements LatticeLayer {
   readonly grid: Float32Array;
   weight = 1;
-  frozen = false;
   /** what is left of it at the switch that it fades from */
   weightAtSwitch = 1;
   /** number of the switch that froze it */
@@ -100,7 +97,6 @@ export class LatticeBlend {
   }
 
   #freeze(layer: Layer, weight: number): void {
-    layer.frozen = true;
     layer.weight = weight;
     layer.switchNumber = this.#switchNumber;
     this.#fading.push(layer);

@@ -7,6 +7,7 @@ import type { Pose } from "./pose";
 import { interpolatePose, kPoseNumbers, rigidPose } from "./pose";
 
 const kFramesMax = 256; // held while nobody samples
+const kSpareMax = 8;
 const kArrivalsMax = 60; // two seconds at 30 Hz
 const kIntervalDefaultNs = 33_333_333;
 const kHoldNs = 100_000_000;
@@ -131,7 +132,7 @@ export class Playout {
       const from = this.#spare.pop() ?? new Held();
       from.assign(this.#shown);
       from.discontinuous = false;
-      this.#spare.push(...frames.splice(0));
+      for (const gone of frames.splice(0)) this.#release(gone);
       frames.push(from);
       place = 1;
     }
@@ -183,7 +184,11 @@ export class Playout {
   }
 
   #dropFirst(): void {
-    this.#spare.push(this.#frames.shift()!);
+    this.#release(this.#frames.shift()!);
+  }
+
+  #release(held: Held): void {
+    if (this.#spare.length < kSpareMax) this.#spare.push(held);
   }
 
   #observe(sampleTimeNs: number, arrivalTimeNs: number): void {

@@ -1,5 +1,6 @@
 import { HairnetError } from "../hair/hairnetError";
 import type { LinkEvent } from "./events";
+import { isFinal } from "./finalGoodbye";
 import { LinkCore } from "./linkCore";
 import type { LinkCounters, LinkOptions } from "./linkOptions";
 import type { Welcome } from "./messages";
@@ -192,8 +193,9 @@ export class Connection {
 
   #tellAnswer(): void {
     if (!this.#answer) return;
-    if (this.core.welcome) this.#answer.resolve(this.core.welcome);
-    else if (this.core.hasEnded) this.#answer.reject(new HairnetError("unreachable", this.core.endDetail));
+    const { welcome, hasEnded, endReason, endDetail } = this.core;
+    if (welcome) this.#answer.resolve(welcome);
+    else if (hasEnded) this.#answer.reject(new HairnetError(isFinal(endReason) ? "refused" : "unreachable", endDetail));
     else return;
     this.#answer = null;
   }

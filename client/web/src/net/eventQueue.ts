@@ -14,6 +14,8 @@ export class EventQueue {
   #events: LinkEvent[] = [];
   #frameBytes = 0;
   #otherBytes = 0;
+  /** members whose next frame continues from none that was taken */
+  readonly #jumped = new Set<number>();
   #framesDropped = 0;
   #ended = false;
 
@@ -25,11 +27,13 @@ export class EventQueue {
   push(event: LinkEvent): boolean {
     if (this.#ended) return true;
     if (event.type === "frameBatch") {
-      this.#frameBytes += bytesOfBatch(event);
-      this.#events.push(event);
+      const batch = this.#jumped.size > 0 ? this.#withJumps(event) : event;
+      this.#frameBytes += bytesOfBatch(batch);
+      this.#events.push(batch);
       while (this.#frameBytes > kFrameBytesMax) this.#dropOldestFrames();
       return true;
     }
+    if (event.type === "memberLeft") this.#jumped.delete(event.member);
     const bytes = bytesOf(event);
     if (this.#otherBytes + bytes > kOtherBytesMax) return false;
     this.#otherBytes += bytes;
@@ -72,6 +76,12 @@ export class EventQueue {
       this.#events[i] = { ...event, frames };
       return;
     }
+    this.#jumped.add(member);
+  }
+
+  #withJumps(batch: FrameBatch): FrameBatch {
+    const frames = batch.frames.map((frame) => (this.#jumped.delete(frame.member) ? { ...frame, discontinuous: true } : frame));
+    return { ...batch, frames };
   }
 }
 

@@ -7,6 +7,7 @@ import { decodePacket } from "./decodePacket";
 import { encodePacket } from "./encodePacket";
 import { EventQueue } from "./eventQueue";
 import type { FrameSink, LinkEvent } from "./events";
+import { isFinal } from "./finalGoodbye";
 import { FramePasser } from "./framePasser";
 import { GroomFetch } from "./groomFetch";
 import type { GroomHash } from "./groomHash";
@@ -89,6 +90,7 @@ export class LinkCore {
   };
   #welcome: m.Welcome | null = null;
   #endDetail = "";
+  #endReason = GoodbyeReason.none;
 
   constructor(options: Partial<LinkOptions> = {}) {
     this.#options = { ...kDefaultOptions, ...options };
@@ -208,6 +210,10 @@ export class LinkCore {
   /** Once `hasEnded`: one line of why. */
   get endDetail(): string {
     return this.#endDetail;
+  }
+  /** Once `hasEnded`. */
+  get endReason(): GoodbyeReason {
+    return this.#endReason;
   }
   /** The last one. */
   get welcome(): m.Welcome | null {
@@ -405,7 +411,7 @@ export class LinkCore {
   }
 
   #lose(reason: GoodbyeReason, detail: string, nowNs: number): void {
-    if (!this.#welcome || !this.#options.reconnect || kFinal.has(reason)) return this.#end(reason, detail);
+    if (!this.#welcome || !this.#options.reconnect || isFinal(reason)) return this.#end(reason, detail);
     if (this.isActive) {
       if (this.#awaySinceNs === null || nowNs - this.#activeSinceNs >= kStableNs) this.#awaySinceNs = nowNs;
       const { giveUpAfterS } = this.#options;
@@ -433,6 +439,7 @@ export class LinkCore {
     this.#queue.clear();
     this.#uploads.clear();
     this.#endDetail = detail;
+    this.#endReason = reason;
     this.#events.pushLast({ type: "disconnected", reason, detail });
   }
 
@@ -543,15 +550,6 @@ export class LinkCore {
 }
 
 const kClosedHere = "closed by this client";
-
-/** The same client would be refused again, by the same server or the next. */
-const kFinal: ReadonlySet<GoodbyeReason> = new Set([
-  GoodbyeReason.clientLeaves,
-  GoodbyeReason.protocolError,
-  GoodbyeReason.versionUnsupported,
-  GoodbyeReason.tokenRefused,
-  GoodbyeReason.sessionTakenOver,
-]);
 
 /** A refusal of a whole groom; a chunk alone may have come where none was asked for. */
 function endsUpload(error: m.ErrorMessage): boolean {

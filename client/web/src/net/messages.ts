@@ -1,7 +1,10 @@
 import type { ErrorClass, Level } from "../hair/level";
+import type { MemberImportance } from "../hair/hairSource";
 import type { LevelGeometry } from "../hair/lattice";
 import type { Pose } from "../hair/pose";
 import type { GroomHash } from "./groomHash";
+
+export type { MemberImportance };
 
 // What client and server say to each other; schema/PROTOCOL.md states bytes, states, limits and reasons.
 
@@ -187,12 +190,6 @@ export interface Observe {
   readonly stride: number;
   /** of nodes, beside their displacements */
   readonly velocities: boolean;
-}
-export interface MemberImportance {
-  readonly member: number;
-  /** of the head, over the screen's */
-  readonly screenHeight: number;
-  readonly inView: boolean;
 }
 export interface ReportImportance {
   readonly type: "reportImportance";

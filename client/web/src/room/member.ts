@@ -6,8 +6,8 @@ import type { GroomHash } from "../net/groomHash";
 
 /** One character of a room, as its frames tell of it. */
 export class Member {
-  readonly playout = new Playout();
-  readonly #blend = new LatticeBlend();
+  readonly playout: Playout;
+  readonly #blend: LatticeBlend;
   groom: Groom | null = null;
   /** why its groom cannot be shown; empty: it can, or is still to come */
   fault = "";
@@ -20,7 +20,12 @@ export class Member {
     /** one's own number for it; 0: another's */
     readonly character: number,
     readonly groomKey: GroomHash,
-  ) {}
+    /** the same character under another number: what was shown of it goes on */
+    former?: Member,
+  ) {
+    this.playout = former?.playout ?? new Playout();
+    this.#blend = former ? former.#blend : new LatticeBlend();
+  }
 
   get own(): boolean {
     return this.character !== 0;

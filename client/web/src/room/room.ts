@@ -3,10 +3,11 @@ import { ErrorClass, Level } from "../hair/level";
 import { Connection, type ConnectionOptions } from "../net/connection";
 import type { LinkEvent } from "../net/events";
 import { decodeGroom } from "../net/groomFile";
+import { isFinal } from "../net/finalGoodbye";
 import { hashGroom } from "../net/groomHash";
 import type { LinkCounters } from "../net/linkOptions";
 import { ErrorReason, GroomState, ObserveMode, type Wind } from "../net/messages";
-import type { HairSource, MemberImportance } from "../scene/hairSource";
+import type { HairSource, MemberImportance } from "../hair/hairSource";
 import { Arrivals } from "./arrivals";
 import { EarlyFrames } from "./earlyFrames";
 import { Member } from "./member";
@@ -19,8 +20,8 @@ export type RoomState = "connected" | "away" | "closed";
 
 /** What `Room` tells its listeners. */
 export interface RoomEvents {
-  /** `detail`: one line of why, empty when connected */
-  state: { state: RoomState; detail: string; waitS: number };
+  /** `detail`: one line of why, empty when connected; `isRefused`: closed, and the same would be refused again */
+  state: { state: RoomState; detail: string; waitS: number; isRefused: boolean };
   joined: { member: Member };
   left: { member: Member };
   /** The server refused something, or a groom is damaged: one line for people. */
@@ -46,6 +47,8 @@ export class Room implements HairSource {
   /** by member number, as of the last `sample` */
   readonly members = new Map<number, Member>();
   readonly #own = new Map<number, OwnCharacter>();
+  /** as what each was shown last, by its own number */
+  readonly #ownMembers = new Map<number, Member>();
   readonly #grooms = new Map<string, Groom>();
   /** files of `#grooms`, to be offered by whoever wears them too */
   readonly #files = new Map<string, Uint8Array>();
@@ -63,7 +66,8 @@ export class Room implements HairSource {
       link.setFrameSink((frame, sampleTimeNs) => {
         const sampleNs = link.toLocalNs(sampleTimeNs);
         const arrivalNs = this.#arrivals.timeOf(sampleNs, connection.nowNs());
-        const member = this.members.get(frame.member);
+        // Of a connection that was made anew the numbers are others', until what it told is taken.
+        const member = this.#state === "connected" ? this.members.get(frame.member) : undefined;
         if (member) member.playout.push(frame, sampleNs, arrivalNs);
         else this.#early.put(frame, sampleNs, arrivalNs);
       });
@@ -124,8 +128,7 @@ export class Room implements HairSource {
    */
   addCharacter(groomFile: Uint8Array, level: Level = Level.high): OwnCharacter {
     const groomKey = hashGroom(groomFile);
-    if (!this.#grooms.has(groomKey)) this.#grooms.set(groomKey, decodeGroom(groomFile));
-    this.#files.set(groomKey, groomFile);
+    this.#keepGroom(groomKey, this.#grooms.get(groomKey) ?? decodeGroom(groomFile), groomFile);
     return this.#add(groomKey, level);
   }
 
@@ -136,7 +139,9 @@ export class Room implements HairSource {
 
   removeCharacter(own: OwnCharacter): void {
     this.#own.delete(own.character);
+    this.#ownMembers.delete(own.character);
     this.connection.use((link) => link.removeCharacter(own.character));
+    this.#forgetUnused(own.groomKey);
   }
 
   setWind(wind: Wind): void {
@@ -168,7 +173,7 @@ export class Room implements HairSource {
         return this.#setState("away", event.detail || "the connection broke", event.waitS);
       case "disconnected":
         for (const member of [...this.members.values()]) this.#drop(member);
-        return this.#setState("closed", event.detail, 0);
+        return this.#setState("closed", event.detail, 0, isFinal(event.reason));
       case "memberJoined":
         return this.#meet(new Member(event.member, 0, event.groom));
       case "characterAdded":
@@ -188,7 +193,7 @@ export class Room implements HairSource {
       case "error":
         if (event.reason === ErrorReason.groomUnavailable || event.reason === ErrorReason.limitExceeded) {
           if (event.groom && !this.#grooms.has(event.groom)) {
-            this.#askAgainNs.set(event.groom, this.connection.nowNs() + kGroomRetryNs);
+            if (this.#isUsed(event.groom)) this.#askAgainNs.set(event.groom, this.connection.nowNs() + kGroomRetryNs);
             return;
           }
         }
@@ -199,12 +204,15 @@ export class Room implements HairSource {
     }
   }
 
-  // After a new server its number is another one; what was shown of it goes on.
+  // After a new server its number is another one, which may have been another's of one's own; its hair goes on.
   #meetOwn(character: number, number: number, groom: string): void {
-    if (!this.#own.has(character)) return;
-    for (const member of [...this.members.values()])
-      if (member.character === character && member.member !== number) this.#drop(member);
-    if (!this.members.has(number)) this.#meet(new Member(number, character, groom));
+    const isKnown = this.members.get(number)?.character === character;
+    if (isKnown || !this.#own.has(character)) return;
+    const former = this.#ownMembers.get(character);
+    if (former && this.members.get(former.member) === former) this.#drop(former);
+    const member = new Member(number, character, groom, former);
+    this.#ownMembers.set(character, member);
+    this.#meet(member);
   }
 
   #meet(member: Member): void {
@@ -219,40 +227,55 @@ export class Room implements HairSource {
 
   #drop(member: Member): void {
     this.members.delete(member.member);
-    const { groomKey } = member;
-    const isUsed =
-      [...this.members.values()].some((other) => other.groomKey === groomKey) ||
-      [...this.#own.values()].some((own) => own.groomKey === groomKey);
-    if (!isUsed) {
-      this.#grooms.delete(groomKey);
-      this.#files.delete(groomKey);
-      this.#askAgainNs.delete(groomKey);
-    }
+    this.#forgetUnused(member.groomKey);
     this.#tell("left", { member });
   }
 
+  #isUsed(key: string): boolean {
+    return (
+      [...this.members.values()].some((member) => member.groomKey === key) ||
+      [...this.#own.values()].some((own) => own.groomKey === key)
+    );
+  }
+
+  #forgetUnused(key: string): void {
+    if (this.#isUsed(key)) return;
+    this.#grooms.delete(key);
+    this.#files.delete(key);
+    this.#faults.delete(key);
+    this.#askAgainNs.delete(key);
+  }
+
+  #keepGroom(key: string, groom: Groom, file: Uint8Array): void {
+    this.#grooms.set(key, groom);
+    this.#files.set(key, file);
+    this.#faults.delete(key);
+    this.#askAgainNs.delete(key);
+    this.#giveGroom(key, groom, "");
+  }
+
+  #giveGroom(key: string, groom: Groom | null, fault: string): void {
+    for (const member of this.members.values()) {
+      if (member.groomKey !== key) continue;
+      member.groom = groom;
+      member.fault = fault;
+    }
+  }
+
   #takeGroom(key: string, bytes: Uint8Array | null, fault: string): void {
-    let groom: Groom | null = null;
+    // Whoever wore it may have left meanwhile, or its file may have come another way.
+    if (!this.#isUsed(key) || this.#grooms.has(key)) return;
     let why = fault;
     if (bytes) {
       try {
-        groom = decodeGroom(bytes);
+        return this.#keepGroom(key, decodeGroom(bytes), bytes);
       } catch (error) {
         why = error instanceof Error ? error.message : String(error);
       }
     }
-    if (groom && bytes) {
-      this.#grooms.set(key, groom);
-      this.#files.set(key, bytes);
-    } else {
-      this.#faults.set(key, why);
-      this.#tell("fault", { detail: `a hairstyle cannot be shown: ${why}` });
-    }
-    for (const member of this.members.values()) {
-      if (member.groomKey !== key) continue;
-      member.groom = groom;
-      member.fault = groom ? "" : why;
-    }
+    this.#faults.set(key, why);
+    this.#giveGroom(key, null, why);
+    this.#tell("fault", { detail: `a hairstyle cannot be shown: ${why}` });
   }
 
   #askAgain(nowNs: number): void {
@@ -263,9 +286,9 @@ export class Room implements HairSource {
     }
   }
 
-  #setState(state: RoomState, detail: string, waitS: number): void {
+  #setState(state: RoomState, detail: string, waitS: number, isRefused = false): void {
     this.#state = state;
-    this.#tell("state", { state, detail, waitS });
+    this.#tell("state", { state, detail, waitS, isRefused });
   }
 
   #tell<K extends keyof RoomEvents>(event: K, what: RoomEvents[K]): void {

@@ -1,6 +1,8 @@
 import { DataTexture, FloatType, NearestFilter, RGBAFormat } from "three";
 
-/** A texture of RGBA floats that grows by rows, written anew every frame. */
+const kRowsLeast = 8;
+
+/** A texture of RGBA floats that grows and shrinks by rows, written anew every frame. */
 export class FloatTexture {
   readonly texture: DataTexture;
   values: Float32Array<ArrayBuffer>;
@@ -15,10 +17,11 @@ export class FloatTexture {
     this.texture.needsUpdate = true;
   }
 
-  /** Makes room for so many rows; what they held is lost when it grows. `values` may be another array afterwards. */
+  /** Makes room for so many rows; what they held may be lost. `values` may be another array afterwards. */
   reserve(rows: number): void {
-    if (rows <= this.#rows) return;
-    this.#rows = Math.max(rows, 2 * this.#rows);
+    // All of it goes to the GPU each time: not for long more than is used.
+    if (rows <= this.#rows && this.#rows <= Math.max(4 * rows, kRowsLeast)) return;
+    this.#rows = Math.max(Math.ceil(1.5 * rows), kRowsLeast);
     this.values = new Float32Array(4 * this.width * this.#rows);
     // A texture's size is fixed once it is on the GPU: there it is made anew.
     this.texture.dispose();

@@ -31,6 +31,16 @@ export interface DrawCounts {
 
 const kFollowersMost = 15;
 
+/** Sorts for `GroomDrawing.show`: who is drawn as strips alone comes last, and those of one list stand together. */
+export function inDrawingOrder(a: Drawn, b: Drawn): number {
+  return (
+    Number(a.detail.strips >= 1) - Number(b.detail.strips >= 1) ||
+    a.list - b.list ||
+    a.detail.strips - b.detail.strips ||
+    b.detail.strandShare - a.detail.strandShare
+  );
+}
+
 /** All characters of one groom: a draw call for each part of it, and one for each list of its strands. */
 export class GroomDrawing {
   readonly strandCount: number;
@@ -96,7 +106,7 @@ export class GroomDrawing {
     return best;
   }
 
-  /** Draws those whose records begin at `first`, in that order: by strips, then by list. None: nothing. */
+  /** Draws those whose records begin at `first`, in that order (`inDrawingOrder`). None: nothing. */
   show(shown: readonly Drawn[], first: number, counts: DrawCounts): void {
     for (const part of this.#parts) part.hide();
     if (shown.length === 0) return;

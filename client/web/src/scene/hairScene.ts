@@ -1,11 +1,12 @@
 import { Group, type Camera, type Object3D, type Object3DEventMap, type RawShaderMaterial, type WebGLRenderer } from "three";
+import type { HairSource, MemberImportance, ShownMember } from "../hair/hairSource";
+import type { LatticeLayer } from "../hair/latticeBlend";
 import { poseFault, type Pose } from "../hair/pose";
 import { detailFor, widthScale } from "./drawDetail";
 import { GroomBuilder } from "./groomBuilder";
-import { GroomDrawing, type DrawCounts, type Drawn } from "./groomDrawing";
+import { GroomDrawing, inDrawingOrder, type DrawCounts, type Drawn } from "./groomDrawing";
 import { HairCharacter } from "./hairCharacter";
 import { SceneUniforms, type HairPart } from "./hairMaterials";
-import type { HairSource, LatticeLayer, MemberImportance, ShownMember } from "./hairSource";
 import { sceneLights, studioLights } from "./lightRig";
 import { place } from "./placement";
 import { kLayerCountMost, Lattices, Records, type PlacedLayer } from "./records";
@@ -71,7 +72,9 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   readonly #stripTexture = new StripTexture();
   readonly #builder = new GroomBuilder();
   readonly #grooms = new Map<string, GroomEntry>();
-  #shown: Appearance[] = [];
+  /** numbers of the members, in this frame */
+  readonly #here = new Set<number>();
+  readonly #shown: Appearance[] = [];
   #importanceMs = -Infinity;
   #isDisposed = false;
 
@@ -121,24 +124,24 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
 
   // Characters come and go with the members, grooms with the characters.
   #meet(members: readonly ShownMember[]): void {
-    const here = new Set<number>();
-    const groomKeys = new Set<string>();
+    const here = this.#here;
+    here.clear();
+    for (const groom of this.#grooms.values()) groom.isWorn = false;
     for (const member of members) {
       here.add(member.member);
-      groomKeys.add(member.groomKey);
+      const before = this.characters.get(member.member);
+      // A new server may give one's own number to another.
+      if (before && before.own !== member.own) this.#removeCharacter(before);
       const known = this.characters.get(member.member);
       if (known) known.groomKey = member.groomKey;
       else this.#addCharacter(member);
       if (member.groom && !this.#grooms.has(member.groomKey)) this.#addGroom(member.groomKey, member.groom);
+      const groom = this.#grooms.get(member.groomKey);
+      if (groom) groom.isWorn = true;
     }
-    for (const [number, character] of this.characters) {
-      if (here.has(number)) continue;
-      this.characters.delete(number);
-      this.remove(character);
-      this.dispatchEvent({ type: "characterremoved", character });
-    }
+    for (const [number, character] of this.characters) if (!here.has(number)) this.#removeCharacter(character);
     for (const [key, groom] of this.#grooms) {
-      if (groomKeys.has(key)) continue;
+      if (groom.isWorn) continue;
       groom.drawing?.dispose();
       this.#grooms.delete(key);
     }
@@ -151,8 +154,14 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     this.dispatchEvent({ type: "characteradded", character });
   }
 
+  #removeCharacter(character: HairCharacter): void {
+    this.characters.delete(character.member);
+    this.remove(character);
+    this.dispatchEvent({ type: "characterremoved", character });
+  }
+
   #addGroom(key: string, groom: NonNullable<ShownMember["groom"]>): void {
-    const entry: GroomEntry = { drawing: null };
+    const entry: GroomEntry = { drawing: null, isWorn: true, shown: [] };
     this.#grooms.set(key, entry);
     this.#builder.build(groom).then(
       (geometry) => {
@@ -168,68 +177,65 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   }
 
   #appear(members: readonly ShownMember[], views: readonly View[]): void {
-    this.#shown = [];
+    this.#shown.length = 0;
+    for (const groom of this.#grooms.values()) groom.shown.length = 0;
     for (const member of members) {
       const character = this.characters.get(member.member);
       if (!character) continue;
-      const groom = this.#grooms.get(member.groomKey)?.drawing ?? null;
+      const entry = this.#grooms.get(member.groomKey);
+      const groom = entry?.drawing ?? null;
       const pose = member.pose && !poseFault(member.pose) ? member.pose : null;
       character.isReady = groom !== null && pose !== null;
       if (!pose) continue;
       const placed = place(character, pose, this.matrixWorld);
       const radius = (1.3 * (groom?.radiusM ?? 0.5) + 0.1) * placed.size;
-      const seen = seenBy(views, placed.pose, radius);
+      const seen = seenBy(views, placed.pose, radius, placed.size);
       const detail =
-        character.detail ?? detailFor(seen.headPx * placed.size, this.quality, groom?.strandCount ?? 1);
-      const drawn = groom !== null && seen.inView && isVisible(character);
-      this.#shown.push({
+        character.detail ?? detailFor(seen.headPx, this.quality, groom?.strandCount ?? 1);
+      const one: Appearance = {
         member,
         character,
-        groom: drawn ? groom : null,
         pose: placed.pose,
         size: placed.size,
         detail: groom?.hasFarStrips ? detail : { ...detail, strips: 0 },
         list: groom?.listFor(detail.toleranceM) ?? 0,
-        importance: { member: member.member, screenHeight: seen.screenHeight * placed.size, inView: seen.inView },
-      });
+        importance: { member: member.member, screenHeight: seen.screenHeight, inView: seen.inView },
+      };
+      this.#shown.push(one);
+      if (entry?.drawing && seen.inView && isVisible(character)) entry.shown.push(one);
     }
   }
 
   // Lattices, records, and the draw calls that take them.
   #write(): void {
-    const byGroom = new Map<GroomDrawing, Appearance[]>();
     let nodes = 0;
     let rows = 0;
-    for (const one of this.#shown) {
-      if (!one.groom) continue;
-      const others = byGroom.get(one.groom);
-      if (others) others.push(one);
-      else byGroom.set(one.groom, [one]);
-      for (const layer of one.member.layers) nodes += layer.grid.length / 3;
-      rows += 1;
+    for (const { shown } of this.#grooms.values()) {
+      rows += shown.length;
+      for (const one of shown) for (const layer of one.member.layers) nodes += layer.grid.length / 3;
     }
     this.#lattices.begin(nodes);
     this.#records.begin(rows);
     const counts = this.statistics;
-    counts.drawCalls = counts.strands = counts.strips = counts.vertices = counts.groomBytes = 0;
-    for (const { drawing } of this.#grooms.values()) {
+    counts.drawCalls = counts.strands = counts.strips = counts.vertices = counts.groomBytes = counts.grooms = 0;
+    for (const { drawing, shown } of this.#grooms.values()) {
       if (!drawing) continue;
       counts.groomBytes += drawing.bytes;
-      const shown = (byGroom.get(drawing) ?? []).sort(inDrawingOrder);
-      const first = shown.map((one) => this.#addRecord(one, drawing))[0] ?? 0;
-      drawing.show(shown satisfies Drawn[], first, counts);
+      if (shown.length > 0) counts.grooms += 1;
+      shown.sort(inDrawingOrder);
+      const first = this.#records.count;
+      for (const one of shown) this.#addRecord(one, drawing);
+      drawing.show(shown, first, counts);
     }
     this.#lattices.end();
     this.#records.end();
     counts.characters = rows;
-    counts.grooms = byGroom.size;
   }
 
-  #addRecord(one: Appearance, groom: GroomDrawing): number {
+  #addRecord(one: Appearance, groom: GroomDrawing): void {
     const { character } = one;
-    return this.#records.add({
+    this.#records.add({
       pose: one.pose,
-      number: character.member,
       hairAlbedo: [character.hairColour.r, character.hairColour.g, character.hairColour.b],
       skinAlbedo: [character.skinColour.r, character.skinColour.g, character.skinColour.b],
       widthM: groom.strandWidthM * widthScale(one.detail) * one.size,
@@ -237,13 +243,20 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
       strayM: kStrayM,
       size: one.size,
       bodyVisible: character.bodyVisible,
-      layers: one.member.layers.slice(0, kLayerCountMost).filter(isDrawable).map((layer) => this.#placeLayer(layer)),
+      layers: this.#placeLayers(one.member.layers),
     });
   }
 
-  #placeLayer({ geometry, grid, weight }: LatticeLayer): PlacedLayer {
-    const { origin, spacing, dims } = geometry.lattice;
-    return { origin, spacing, dims, weight, firstNode: this.#lattices.add(grid) };
+  #placeLayers(layers: readonly LatticeLayer[]): PlacedLayer[] {
+    const placed: PlacedLayer[] = [];
+    for (const { geometry, grid, weight } of layers) {
+      if (placed.length === kLayerCountMost) break;
+      const firstNode = weight === 0 ? null : this.#lattices.add(grid);
+      if (firstNode === null) continue;
+      const { origin, spacing, dims } = geometry.lattice;
+      placed.push({ origin, spacing, dims, weight, firstNode });
+    }
+    return placed;
   }
 
   #setUniforms(camera: Camera, views: readonly View[]): void {
@@ -265,13 +278,15 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
 interface GroomEntry {
   /** null: still being made */
   drawing: GroomDrawing | null;
+  /** by somebody who is here */
+  isWorn: boolean;
+  /** those who are drawn with it */
+  readonly shown: Appearance[];
 }
 
 interface Appearance extends Drawn {
   readonly member: ShownMember;
   readonly character: HairCharacter;
-  /** null: not drawn */
-  readonly groom: GroomDrawing | null;
   /** scene */
   readonly pose: Pose;
   readonly size: number;
@@ -281,14 +296,6 @@ interface Appearance extends Drawn {
 function isVisible(character: HairCharacter): boolean {
   for (let at: Object3D | null = character; at; at = at.parent) if (!at.visible) return false;
   return true;
-}
-
-function isDrawable(layer: LatticeLayer): boolean {
-  return layer.weight !== 0 && layer.grid.every(Number.isFinite);
-}
-
-function inDrawingOrder(a: Appearance, b: Appearance): number {
-  return a.detail.strips - b.detail.strips || a.list - b.list || b.detail.strandShare - a.detail.strandShare;
 }
 
 function rootOf(object: Object3D): Object3D {

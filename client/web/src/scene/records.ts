@@ -23,7 +23,6 @@ export interface PlacedLayer {
 export interface Record {
   /** scene */
   readonly pose: Pose;
-  readonly number: number;
   readonly hairAlbedo: readonly [number, number, number];
   readonly skinAlbedo: readonly [number, number, number];
   readonly widthM: number;
@@ -42,6 +41,11 @@ export class Records {
 
   get texture() {
     return this.#rows.texture;
+  }
+
+  /** Rows that were added. */
+  get count(): number {
+    return this.#count;
   }
 
   /** Room for `count` rows, none of them written. */
@@ -75,7 +79,7 @@ export function writeRecord(record: Record, out: Float32Array): void {
     out[4 * texel + 3] = d;
   };
   put(0, pose[0], pose[1], pose[2], pose[3]);
-  put(1, pose[4], pose[5], pose[6], record.number);
+  put(1, pose[4], pose[5], pose[6], 0);
   put(2, ...record.hairAlbedo, record.widthM);
   put(3, detail.strandShare, Math.min(2 - 2 * detail.strips, 1), Math.min(2 * detail.strips, 1), detail.quadratic);
   const layerCount = Math.min(layers.length, kLayerCountMost);
@@ -109,16 +113,19 @@ export class Lattices {
     this.#count = 0;
   }
 
-  /** `displacements`: 3 a grid node. The number of the first node. */
-  add(displacements: Float32Array): number {
+  /** `displacements`: 3 a grid node. The number of the first node; null when one of them is not finite. */
+  add(displacements: Float32Array): number | null {
     const first = this.#count;
     const { values } = this.#rows;
+    let unsound = 0; // or not a number
     for (let node = 0; node < displacements.length / 3; ++node) {
       const at = 4 * (first + node);
       values[at] = displacements[3 * node];
       values[at + 1] = displacements[3 * node + 1];
       values[at + 2] = displacements[3 * node + 2];
+      unsound += 0 * (values[at] + values[at + 1] + values[at + 2]);
     }
+    if (unsound !== 0) return null;
     this.#count += displacements.length / 3;
     return first;
   }

@@ -2,12 +2,10 @@ import bodyFrag from "../../../shaders/body.frag?raw";
 import bodyVert from "../../../shaders/body.vert?raw";
 import character from "../../../shaders/character.glsl?raw";
 import coverage from "../../../shaders/coverage.glsl?raw";
-import deformVert from "../../../shaders/deform.vert?raw";
 import fabricFrag from "../../../shaders/fabric.frag?raw";
 import fabricVert from "../../../shaders/fabric.vert?raw";
 import ffd from "../../../shaders/ffd.glsl?raw";
 import hairLight from "../../../shaders/hair_light.glsl?raw";
-import nothingFrag from "../../../shaders/nothing.frag?raw";
 import scene from "../../../shaders/scene.glsl?raw";
 import screenVert from "../../../shaders/screen.vert?raw";
 import strandFrag from "../../../shaders/strand.frag?raw";
@@ -21,12 +19,10 @@ const files: Record<string, string> = {
   "body.vert": bodyVert,
   "character.glsl": character,
   "coverage.glsl": coverage,
-  "deform.vert": deformVert,
   "fabric.frag": fabricFrag,
   "fabric.vert": fabricVert,
   "ffd.glsl": ffd,
   "hair_light.glsl": hairLight,
-  "nothing.frag": nothingFrag,
   "scene.glsl": scene,
   "screen.vert": screenVert,
   "strand.frag": strandFrag,
@@ -41,14 +37,24 @@ const files: Record<string, string> = {
  * which three.js writes. Throws when it, or what it includes, does not exist.
  */
 export function shader(name: string): string {
-  const text = resolve(name, new Set());
-  return text.replace(/^#version.*$/gm, "").trimStart();
+  return withIncludes(fileOf(name));
 }
 
-function resolve(name: string, included: Set<string>): string {
+/** The same of another shader's text. */
+export function withIncludes(text: string): string {
+  return resolve(text, new Set()).replace(/^#version.*$/gm, "").trimStart();
+}
+
+function resolve(text: string, included: Set<string>): string {
+  return text.replace(/^#include "([^"]+)"$/gm, (_, name: string) => {
+    if (included.has(name)) return "";
+    included.add(name);
+    return resolve(fileOf(name), included);
+  });
+}
+
+function fileOf(name: string): string {
   const text = files[name];
   if (text === undefined) throw new Error(`there is no shader ${name}`);
-  if (included.has(name)) return "";
-  included.add(name);
-  return text.replace(/^#include "([^"]+)"$/gm, (_, file: string) => resolve(file, included));
+  return text;
 }

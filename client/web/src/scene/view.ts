@@ -2,6 +2,8 @@ import { Frustum, Matrix4, Sphere, Vector2, Vector3, type Camera, type WebGLRend
 import type { Pose } from "../hair/pose";
 import { kHeadM } from "./drawDetail";
 
+const kScreenHeightMost = 100; // that servers take
+
 /** A camera, or one eye. */
 export interface View {
   readonly frustum: Frustum;
@@ -45,8 +47,8 @@ export interface Seen {
   inView: boolean;
 }
 
-/** `pose`: scene; `radius`: of all that belongs to it, about the head. */
-export function seenBy(views: readonly View[], pose: Pose, radius: number): Seen {
+/** `pose`: scene; `radius`: of all that belongs to it, about the head; `size`: by how much it is enlarged. */
+export function seenBy(views: readonly View[], pose: Pose, radius: number, size: number): Seen {
   const head = new Vector3(pose[4], pose[5], pose[6]);
   const ball = new Sphere(head, radius);
   let headPx = 0;
@@ -54,10 +56,10 @@ export function seenBy(views: readonly View[], pose: Pose, radius: number): Seen
   let inView = false;
   for (const view of views) {
     const depth = head.clone().sub(view.eye).dot(view.forward);
-    const px = (kHeadM * view.pxPerM) / (view.isPerspective ? Math.max(depth, 0.05) : 1);
+    const px = (size * kHeadM * view.pxPerM) / (view.isPerspective ? Math.max(depth, 0.05) : 1);
     headPx = Math.max(headPx, px);
-    screenHeight = Math.max(screenHeight, px / view.heightPx);
+    screenHeight = Math.max(screenHeight, px / Math.max(view.heightPx, 1));
     inView ||= view.frustum.intersectsSphere(ball);
   }
-  return { headPx, screenHeight: Math.min(screenHeight, 100), inView };
+  return { headPx, screenHeight: Math.min(screenHeight, kScreenHeightMost), inView };
 }

@@ -1,6 +1,7 @@
 import type { VRM } from "@pixiv/three-vrm";
 import { Matrix4, Mesh, SkinnedMesh, Vector3, type Object3D } from "three";
 import type { Groom } from "../hair/groom";
+import { isBelow } from "./isBelow";
 import { heaviest } from "./vrmHairMeshes";
 import { atRest } from "./vrmSkeleton";
 
@@ -62,11 +63,6 @@ function modelHeadPoints(vrm: VRM, anchor: Object3D, hidden: readonly Mesh[]): V
     });
     return points;
   });
-}
-
-function isBelow(object: Object3D | null, ancestor: Object3D | null): boolean {
-  for (let at = object; at; at = at.parent) if (at === ancestor) return true;
-  return false;
 }
 
 function skullOf(points: readonly Vector3[]): Skull | null {

@@ -1,5 +1,6 @@
 import type { VRM } from "@pixiv/three-vrm";
 import { Mesh, SkinnedMesh, type Material, type Object3D } from "three";
+import { isBelow } from "./isBelow";
 
 const kHairName = /hair|bangs|fringe|ponytail|pigtail|twintail|ahoge|kami|\u9aea|\u30d8\u30a2/i;
 /** Not hair, whatever else its name says. */
@@ -35,11 +36,6 @@ function hairBones(vrm: VRM): Set<Object3D> {
     if (isBelow(joint.bone, head) && !kOtherName.test(joint.bone.name)) joint.bone.traverse((bone) => bones.add(bone));
   }
   return bones;
-}
-
-function isBelow(object: Object3D | null, ancestor: Object3D | null): boolean {
-  for (let at = object; at; at = at.parent) if (at === ancestor) return true;
-  return false;
 }
 
 /** Of a mesh's vertices, those whose heaviest bone is one of `bones`. */

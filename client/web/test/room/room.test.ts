@@ -3,7 +3,7 @@ import { Level, ErrorClass } from "../../src/hair/level";
 import { rigidPose } from "../../src/hair/pose";
 import { Connection, type WebSocketLike } from "../../src/net/connection";
 import { decodePacket } from "../../src/net/decodePacket";
-import type { ClientMessage, ServerMessage } from "../../src/net/messages";
+import { GoodbyeReason, type ClientMessage, type ServerMessage } from "../../src/net/messages";
 import { Room } from "../../src/room/index";
 import { LinkDriver } from "../support/linkDriver";
 import { serverPacket } from "../support/serverPacket";
@@ -125,6 +125,65 @@ test("a character of one's own is drawn with the pose pushed last, wherever fram
   expect([...told.room.members.get(7)!.pose!.subarray(4, 7)]).toEqual([1, 2, 3]);
 });
 
+test("one's own characters are all there when a new server numbers them the other way round, and their hair goes on", () => {
+  const told = new Told();
+  told.tell({ type: "memberJoined", member: 5, session: 9n, character: 1, groom });
+  told.room.sample(0);
+  const like = told.room.members.get(5)!;
+  const own = [told.room.addCharacterLike(like), told.room.addCharacterLike(like)];
+  const add = (n: number, member: number) =>
+    told.tell({ type: "characterAdded", character: own[n].character, groom, level: Level.rigid, member });
+  add(0, 1);
+  add(1, 2);
+  told.room.sample(0);
+  const playouts = own.map(({ character }) => [...told.room.members.values()].find((one) => one.character === character)!.playout);
+  told.socket.onclose?.({ code: 1006, reason: "" });
+  told.nowNs += 20 * kSecond;
+  told.room.sample(0);
+  told.socket.onopen?.(undefined as never);
+  told.tell(new LinkDriver().welcome());
+  add(0, 2);
+  add(1, 1);
+  told.tellAsleep(2); // before anybody has looked at who has which number
+  told.room.sample(0);
+  expect([...told.room.members.keys()].sort()).toEqual([1, 2]);
+  own.forEach(({ character }, n) => {
+    const member = told.room.members.get(2 - n)!;
+    expect(member.character).toBe(character);
+    expect(member.playout).toBe(playouts[n]);
+  });
+  expect(told.room.delayS(told.room.members.get(2)!)).toBeGreaterThan(0);
+  expect(told.room.delayS(told.room.members.get(1)!)).toBe(0);
+});
+
+test("nobody's groom is asked for again or kept as damaged", () => {
+  const told = new Told();
+  const requests = () => {
+    told.room.sample(0);
+    told.connection.flush();
+    return told.said().filter((message) => message.type === "groomRequest").length;
+  };
+  const join = (member: number) => told.tell({ type: "memberJoined", member, session: 9n, character: 1, groom });
+  const leave = (member: number) => told.tell({ type: "memberLeft", member });
+  join(5);
+  expect(requests()).toBe(1);
+  leave(5);
+  told.tell({ type: "error", reason: 20, character: 0, groom, detail: "not here" }); // groomUnavailable
+  expect(requests()).toBe(0);
+  told.nowNs += 4 * kSecond;
+  expect(requests()).toBe(0);
+  // What was damaged on its way may come whole the next time.
+  join(6);
+  expect(requests()).toBe(1);
+  told.tell({ type: "groomData", hash: groom, offset: 0, byteCount: 3, bytes: new Uint8Array(3) });
+  told.room.sample(0);
+  expect(told.room.members.get(6)!.fault).not.toBe("");
+  leave(6);
+  join(7);
+  expect(requests()).toBe(1);
+  expect(told.room.members.get(7)!.fault).toBe("");
+});
+
 test("says that the connection is lost and made anew", () => {
   const told = new Told();
   const states: string[] = [];
@@ -141,6 +200,15 @@ test("says that the connection is lost and made anew", () => {
   expect(states.filter((state, n) => state !== states[n - 1])).toEqual(["connected", "away", "connected"]);
   told.room.close();
   expect(told.room.state).toBe("closed");
+});
+
+test("a refusal that would come again closes the room as refused", () => {
+  const told = new Told();
+  const closed: boolean[] = [];
+  told.room.on("state", ({ state, isRefused }) => state === "closed" && closed.push(isRefused));
+  told.tell({ type: "goodbye", reason: GoodbyeReason.tokenRefused, detail: "expired" });
+  told.room.sample(0);
+  expect(closed).toEqual([true]);
 });
 
 /** Choices 0; then for each bone: largest is w (3), positive; six zeros and the largest's own, each of one bit. */

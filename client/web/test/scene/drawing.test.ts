@@ -1,15 +1,16 @@
 import { describe, expect, test } from "vitest";
-import { Group, PerspectiveCamera, Vector3, type RawShaderMaterial } from "three";
+import { Group, PerspectiveCamera, Vector2, Vector3, type RawShaderMaterial, type WebGLRenderer } from "three";
 import { kPoseNumbers, rigidPose } from "../../src/hair/pose";
 import { detailFor, widthScale } from "../../src/scene/drawDetail";
 import { makeGroomGeometry } from "../../src/scene/geometry/groomGeometry";
-import { GroomDrawing, type DrawCounts } from "../../src/scene/groomDrawing";
+import { GroomDrawing, inDrawingOrder, type DrawCounts } from "../../src/scene/groomDrawing";
 import { HairCharacter } from "../../src/scene/hairCharacter";
 import { SceneUniforms } from "../../src/scene/hairMaterials";
 import { makeLightRig, studioLights } from "../../src/scene/lightRig";
 import { place } from "../../src/scene/placement";
 import { kFirstLayer, kRecordTexels, Lattices, Records, writeRecord, type Record } from "../../src/scene/records";
 import { shader } from "../../src/scene/shaders";
+import { seenBy, viewsOf } from "../../src/scene/view";
 import { madeGroom } from "../support/madeGroom";
 
 describe("detail", () => {
@@ -37,7 +38,6 @@ describe("detail", () => {
 
 const record: Record = {
   pose: rigidPose([0, 0.6, 0, 0.8], [1, 2, 3]),
-  number: 7,
   hairAlbedo: [0.1, 0.2, 0.3],
   skinAlbedo: [0.4, 0.5, 0.6],
   widthM: 4e-4,
@@ -54,7 +54,7 @@ describe("records", () => {
     writeRecord(record, out);
     const texel = (n: number) => [...out.subarray(4 * n, 4 * n + 4)];
     expect(texel(0)).toEqual([0, 0.6, 0, 0.8].map(Math.fround));
-    expect(texel(1)).toEqual([1, 2, 3, 7]);
+    expect(texel(1)).toEqual([1, 2, 3, 0]);
     expect(texel(3)).toEqual([0.5, 1, 0.5, 1]);
     expect(texel(4)).toEqual([2, Math.fround(0.002), 1, 0.25]);
     expect(texel(5)[3]).toBe(1);
@@ -73,11 +73,31 @@ describe("records", () => {
   test("hold as many as are begun, and keep them apart", () => {
     const records = new Records();
     records.begin(40);
-    for (let n = 0; n < 40; ++n) expect(records.add({ ...record, number: n })).toBe(n);
+    for (let n = 0; n < 40; ++n) expect(records.add({ ...record, widthM: n })).toBe(n);
     records.end();
     const { data, width, height } = records.texture.image as unknown as { data: Float32Array; width: number; height: number };
     expect(height).toBeGreaterThanOrEqual(40);
-    for (let n = 0; n < 40; ++n) expect(data[4 * (n * width + 1) + 3]).toBe(n);
+    for (let n = 0; n < 40; ++n) expect(data[4 * (n * width + 2) + 3]).toBe(n);
+  });
+
+  test("a lattice that is not finite has no place, and the next takes it", () => {
+    const lattices = new Lattices();
+    lattices.begin(4);
+    expect(lattices.add(Float32Array.of(0, NaN, 0))).toBeNull();
+    expect(lattices.add(Float32Array.of(0, 0, 0, Infinity, 0, 0))).toBeNull();
+    expect(lattices.add(Float32Array.of(1, 2, 3))).toBe(0);
+  });
+
+  test("take no more room than a few times what is in use", () => {
+    const records = new Records();
+    const height = () => (records.texture.image as { height: number }).height;
+    records.begin(1000);
+    expect(height()).toBeGreaterThanOrEqual(1000);
+    records.begin(900);
+    expect(height()).toBeGreaterThanOrEqual(1000);
+    records.begin(20);
+    expect(height()).toBeGreaterThanOrEqual(20);
+    expect(height()).toBeLessThanOrEqual(80);
   });
 
   test("lattices follow each other over the ends of rows", () => {
@@ -126,6 +146,21 @@ describe("draw calls", () => {
     expect(firsts.sort()).toEqual([0, 2]);
   });
 
+  test("with details of their own, too, all are drawn: those of one list together", () => {
+    const made = makeGroomGeometry(madeGroom());
+    const geometry = { ...made, farStrips: { ...made.farStrips, triangles: Uint32Array.of(0, 1, 2) }, farStripCount: 3 };
+    const hall = new Group();
+    const mixed = new GroomDrawing(geometry, hall, uniforms, () => {});
+    const one = (list: number, strips: number) => ({ list, detail: { ...detailFor(400, 1, 40), followerCount: 0, strips } });
+    const shown = [one(1, 0), one(0, 0.5), one(1, 0.5), one(0, 0), one(2, 1), one(0, 1)].sort(inDrawingOrder);
+    const drawn = counts();
+    mixed.show(shown, 0, drawn);
+    const strands = hall.children.filter((mesh) => mesh.visible && mesh.name === "hairnet strand");
+    const instances = strands.map((mesh) => (mesh as unknown as { geometry: { instanceCount: number } }).geometry.instanceCount);
+    expect(instances).toEqual([2, 2]);
+    expect(drawn.strips).toBeGreaterThanOrEqual(3 * 4);
+  });
+
   test("nobody is none, and what is disposed of leaves the scene", () => {
     const drawn = counts();
     drawing.show([], 0, drawn);
@@ -172,6 +207,28 @@ describe("placement", () => {
     expect([...placed.subarray(11, 14)]).toEqual([5, expect.closeTo(-0.15), expect.closeTo(0.375)]);
     expect(placed).toHaveLength(kPoseNumbers);
     expect(character.position.x).toBe(5);
+  });
+});
+
+describe("how a head is seen", () => {
+  const pose = rigidPose([0, 0, 0, 1], [0, 0, -2]);
+  const through = (heightPx: number) => {
+    const camera = new PerspectiveCamera(40, heightPx > 0 ? 1 : NaN);
+    const size = new Vector2(heightPx, heightPx);
+    const renderer = { xr: { isPresenting: false }, getDrawingBufferSize: (out: Vector2) => out.copy(size) };
+    return viewsOf(renderer as unknown as WebGLRenderer, camera);
+  };
+
+  test("an enlarged one is larger, and none larger than servers take", () => {
+    const [one, two] = [1, 2].map((size) => seenBy(through(600), pose, 0.5, size));
+    expect(two.screenHeight).toBeCloseTo(2 * one.screenHeight, 6);
+    expect(two.headPx).toBeCloseTo(2 * one.headPx, 6);
+    expect(one.screenHeight).toBeCloseTo(0.24 / (2 * 2 * Math.tan(Math.PI / 9)), 6);
+    expect(seenBy(through(600), pose, 0.5, 1e6).screenHeight).toBe(100);
+  });
+
+  test("on a canvas of no height it has none", () => {
+    expect(seenBy(through(0), pose, 0.5, 1)).toMatchObject({ headPx: 0, screenHeight: 0 });
   });
 });
 

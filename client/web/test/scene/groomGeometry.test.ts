@@ -55,6 +55,20 @@ describe("a groom's geometry", () => {
     }
   });
 
+  test("keeps to it on a strand of very many points, each further off than all before", () => {
+    const count = 40_000;
+    const long = madeGroom(1, count);
+    for (let i = 0; i < count; ++i) long.points[3 * i] = ((i % 2 ? 0.05 : -0.05) * i) / count;
+    const { strandLists, strands } = makeGroomGeometry(long);
+    for (const { triangles, toleranceM } of strandLists)
+      for (let t = 0; t < triangles.length; t += 6) {
+        const [from, to] = [triangles[t], triangles[t + 2]];
+        for (let v = from + 2; v < to; v += 2)
+          if (distanceToSegment(strands.rest, v, from, to) > toleranceM) expect.fail(`point ${v} is further off than ${toleranceM}`);
+      }
+    expect(strandLists[2].triangles.length).toBeLessThan(strandLists[0].triangles.length);
+  });
+
   test("gives tangents of unit length along the strand", () => {
     for (let v = 0; v + 2 < strands.rest.length / 4; v += 2) {
       if (strands.extra[v] !== strands.extra[v + 2]) continue;

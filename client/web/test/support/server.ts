@@ -1,50 +1,51 @@
-import type { ChildProcess } from "node:child_process";
-import { spawn } from "node:child_process";
+import { spawn, type ChildProcess } from "node:child_process";
 import { existsSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
-import { setTimeout as sleep } from "node:timers/promises";
+import { until } from "./until";
 
-/** The server's program: HAIRNET_SERVER, or that of the release build. */
-export const serverProgram =
-  process.env.HAIRNET_SERVER ?? resolve(__dirname, "../../../../build/release/bin/hairnet-server");
-export const hasServer = existsSync(serverProgram);
+/** The server's program: HAIRNET_SERVER, which must be there, or that of the release build; null: there is none. */
+export function findServer(): string | null {
+  const named = process.env.HAIRNET_SERVER;
+  const program = named ?? resolve(__dirname, "../../../../build/release/bin/hairnet-server");
+  if (existsSync(program)) return program;
+  if (named !== undefined) throw new Error(`HAIRNET_SERVER: ${named} is not there`);
+  return null;
+}
 
 /** A hairnet-server on this machine's loopback. */
 export class Server {
-  #process: ChildProcess | null = null;
-  #folder = mkdtempSync(join(tmpdir(), "hairnet-web-"));
   port = 0;
+  #process: ChildProcess | null = null;
+  readonly #folder = mkdtempSync(join(tmpdir(), "hairnet-web-"));
 
-  /** On a free port at first, then on the same one again. */
+  constructor(
+    private readonly program: string,
+    private readonly flags: readonly string[] = [],
+  ) {}
+
+  /** On a free port the first time, on the same again afterwards. */
   async start(): Promise<void> {
     const portFile = join(this.#folder, "port");
     rmSync(portFile, { force: true });
-    this.#process = spawn(serverProgram, ["--port", String(this.port), "--port-file", portFile], { stdio: "ignore" });
-    await until(() => existsSync(portFile) && readFileSync(portFile, "utf8").trim() !== "", "the server to start");
+    const flags = ["--port", String(this.port), "--port-file", portFile, ...this.flags];
+    this.#process = spawn(this.program, flags, { stdio: ["ignore", "ignore", "inherit"] });
+    await until("the server writes its port", () => existsSync(portFile) && readFileSync(portFile, "utf8").trim() !== "");
     this.port = Number(readFileSync(portFile, "utf8"));
   }
 
+  /** At once, as a crash would. */
   async kill(): Promise<void> {
     const server = this.#process;
-    if (!server) return;
+    this.#process = null;
+    if (!server || server.exitCode !== null || server.signalCode !== null) return;
     const gone = new Promise((done) => server.once("exit", done));
     server.kill("SIGKILL");
     await gone;
-    this.#process = null;
   }
 
   async dispose(): Promise<void> {
     await this.kill();
-    rmSync(this.#folder, { recursive: true });
+    rmSync(this.#folder, { recursive: true, force: true });
   }
-}
-
-/** Waits for it, a minute and a half at most. */
-export async function until(isTrue: () => boolean, what: string): Promise<void> {
-  for (let n = 0; n < 9000; ++n) {
-    if (isTrue()) return;
-    await sleep(10);
-  }
-  throw new Error(`waited in vain for ${what}`);
 }

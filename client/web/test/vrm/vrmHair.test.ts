@@ -1,5 +1,5 @@
 import { VRMLoaderPlugin, type VRM } from "@pixiv/three-vrm";
-import { Matrix4, Quaternion, Vector3 } from "three";
+import { Quaternion, Vector3 } from "three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 import { beforeEach, describe, expect, test } from "vitest";
 import { makeMinimalVrm } from "../../page/minimalVrm";
@@ -100,8 +100,19 @@ describe("a model's skeleton as a pose", () => {
   test("bones that a model lacks are stood in for by those it has", () => {
     for (const bone of ["neck", "leftShoulder", "rightShoulder", "upperChest"] as const)
       delete vrm.humanoid.humanBones[bone];
-    const pose = new VrmSkeleton(vrm).pose();
+    expect(vrm.humanoid.getRawBoneNode("neck")).toBeNull();
+    const skeleton = new VrmSkeleton(vrm);
+    vrm.humanoid.getRawBoneNode("chest")!.rotation.y = 0.3;
+    vrm.humanoid.getRawBoneNode("head")!.rotation.x = 0.4;
+    const pose = skeleton.pose();
     expect(poseFault(pose)).toBeNull();
+    const of = (bone: Bone) => [...pose.subarray(bone * kNumbersPerBone, (bone + 1) * kNumbersPerBone)];
+    expect(of(Bone.neck)).toEqual(of(Bone.head));
+    expect(of(Bone.leftShoulder)).toEqual(of(Bone.upperTrunk));
+    expect(of(Bone.rightShoulder)).toEqual(of(Bone.upperTrunk));
+    const chest = [0, Math.sin(0.15), 0, Math.cos(0.15)];
+    expect(of(Bone.upperTrunk).slice(0, 4)).toEqual(chest.map((x) => expect.closeTo(x, 5)));
+    expect(of(Bone.head)[0]).toBeCloseTo(Math.sin(0.2) * Math.cos(0.15), 5);
   });
 });
 
@@ -147,14 +158,16 @@ describe("hair on a model", () => {
     expect(worn.skeleton.anchor.parent).toBeNull();
   });
 
-  test("the anchor looks out of the face whatever axes the head bone has", async () => {
-    // As exporters make them: bones along their own axes.
+  test("the anchor looks out of the face whatever axes the head bone has", () => {
+    // As exporters make them: bones along axes of their own, at rest.
     const head = vrm.humanoid.getRawBoneNode("head")!;
+    head.quaternion.setFromAxisAngle(new Vector3(1, 2, 3).normalize(), 1.2);
+    vrm.humanoid.rawRestPose.head!.rotation = head.quaternion.toArray();
     const skeleton = new VrmSkeleton(vrm);
-    head.rotation.y = 0.7;
+    head.quaternion.premultiply(new Quaternion().setFromAxisAngle(new Vector3(0, 1, 0), 0.7));
     skeleton.anchor.updateWorldMatrix(true, false);
-    const forward = new Vector3(0, 0, 1).transformDirection(new Matrix4().copy(skeleton.anchor.matrixWorld));
-    expect(forward.x).toBeCloseTo(Math.sin(0.7), 5);
-    expect(forward.z).toBeCloseTo(Math.cos(0.7), 5);
+    const along = (axis: Vector3) => axis.transformDirection(skeleton.anchor.matrixWorld).toArray();
+    expect(along(new Vector3(0, 0, 1))).toEqual([Math.sin(0.7), 0, Math.cos(0.7)].map((x) => expect.closeTo(x, 5)));
+    expect(along(new Vector3(0, 1, 0))).toEqual([0, 1, 0].map((x) => expect.closeTo(x, 5)));
   });
 });

@@ -4,7 +4,8 @@ import { afterAll, beforeAll, describe, expect, it } from "vitest";
 import WebSocket from "ws";
 import { Connection, Level, LatticeBlend, Playout, decodeGroom, rigidPose } from "../../src/index";
 import type { Frame, FrameBatch, GroomFetched, LinkEvent, MemberJoined, WebSocketLike } from "../../src/index";
-import { Server, hasServer, until } from "../support/server";
+import { Server, findServer } from "../support/server";
+import { until } from "../support/until";
 import { vectorFolder } from "../support/vectors";
 
 /** One client with what has happened to it. */
@@ -61,8 +62,9 @@ class Client {
 }
 
 // deploy/test builds the server before; a package that is tested alone has none.
-describe.skipIf(!hasServer)("with a server", () => {
-  const server = new Server();
+const program = findServer();
+describe.skipIf(program === null)("with a server", () => {
+  const server = new Server(program!);
   const file = readFileSync(join(vectorFolder, "bob.groom"));
   const clients: Client[] = [];
   const join_ = async (name: string): Promise<Client> => {
@@ -85,42 +87,41 @@ describe.skipIf(!hasServer)("with a server", () => {
     owner.stream();
     const observer = await join_("observer");
 
-    await until(() => observer.of("memberJoined").length > 0, "the member");
+    await until("the member is told of", () => observer.of("memberJoined").length > 0);
     const joined: MemberJoined = observer.of("memberJoined")[0];
     expect(joined).toMatchObject({ character: 1, groom: hash });
 
-    await until(() => observer.frames.some((each) => each.frame.level === Level.low), "a lattice");
+    await until("a lattice comes", () => observer.frames.some((each) => each.frame.level === Level.low));
     observer.connection.use((link) => link.requestGroom(hash));
-    await until(() => observer.of("groomFetched").length > 0, "the groom");
+    await until("the groom comes", () => observer.of("groomFetched").length > 0);
     const fetched: GroomFetched = observer.of("groomFetched")[0];
     expect(Buffer.compare(fetched.bytes!, file)).toBe(0);
     expect(decodeGroom(fetched.bytes!).strands.count).toBe(120);
 
     const moves = (frame: Frame) => frame.displacements.some((integer) => Math.abs(integer) > 4);
-    await until(() => observer.frames.filter((each) => moves(each.frame)).length > 40, "hair to move");
+    await until("hair moves", () => observer.frames.filter((each) => moves(each.frame)).length > 40);
     expect(observer.connection.counters).toMatchObject({ framesUndecodable: 0 });
     playOut(observer);
 
     // The line breaks: the session goes on.
     owner.socket!.terminate();
-    await until(() => owner.of("connected").length === 2, "the owner to come back");
+    await until("the owner comes back", () => owner.of("connected").length === 2);
     expect(owner.connection.counters).toMatchObject({ reconnects: 1, resumes: 1 });
     expect(observer.of("memberLeft")).toEqual([]);
 
     // The server dies: another is told everything again, and hair goes on.
     await server.kill();
     await server.start();
-    await until(() => owner.of("connected").length === 3 && observer.of("connected").length === 2, "both to come back");
+    await until("both come back", () => owner.of("connected").length === 3 && observer.of("connected").length === 2);
     const before = owner.frames.length;
-    await until(
-      () => owner.frames.slice(before).some((each) => !each.frame.kept && each.frame.level === Level.low),
-      "a lattice of the new server",
+    await until("the new server sends a lattice", () =>
+      owner.frames.slice(before).some((each) => !each.frame.kept && each.frame.level === Level.low),
     );
     // It went on from where it was: hair was not at rest. A server that needs more than two seconds for its levels has
     // it rigid until then.
     const first = owner.frames.slice(before).find((each) => !each.frame.kept && each.frame.level === Level.low)!;
     expect(moves(first.frame)).toBe(true);
-    await until(() => observer.of("memberJoined").length === 2, "the member again");
+    await until("the member is told of again", () => observer.of("memberJoined").length === 2);
     expect(observer.of("memberLeft").length).toBe(1);
     expect(owner.of("error")).toEqual([]);
     expect(observer.of("error")).toEqual([]);

@@ -5,6 +5,7 @@ import { MeshBuilder, type MeshArrays } from "./meshBuilder";
 
 const kSagM = 5e-4; // of a smooth line over its pieces, at most, as far as kPiecesMost allow
 const kPiecesMost = 2;
+const kRunMost = 256; // points between two that stay: what one looks through to find the furthest
 const kTolerancesM = [0, 8e-4, 4e-3];
 
 /** One drawn strand, a number a point; x and tangent in three arrays each. */
@@ -194,6 +195,7 @@ function keptPoints(line: Line, toleranceM: number): Uint8Array {
   // Roots and tips are where hair is seen to begin and end: a straight line keeps some points for the lattice to bend.
   if (toleranceM < 2e-3) for (let i = 0; i < line.count; i += 4) kept[i] = 1;
   kept[line.count >> 1] = kept[line.count >> 2] = 1;
+  for (let i = 0; i < line.count; i += kRunMost) kept[i] = 1;
   // Between each two that stay, as a piece of its own: its ends are where the drawn line bends.
   for (let first = 0, i = 1; i <= last; ++i) {
     if (!kept[i]) continue;
@@ -205,6 +207,19 @@ function keptPoints(line: Line, toleranceM: number): Uint8Array {
 
 /** Marks what of (first, last) must stay so that nothing is further than the tolerance from the line (Douglas, Peucker). */
 function simplify(line: Line, first: number, last: number, toleranceM: number, kept: Uint8Array): void {
+  const open = [first, last];
+  while (open.length > 0) {
+    const end = open.pop()!;
+    const begin = open.pop()!;
+    const at = furthest(line, begin, end, toleranceM);
+    if (at === begin) continue;
+    kept[at] = 1;
+    open.push(begin, at, at, end);
+  }
+}
+
+/** Of the points between two the one furthest from their line; `first` when none is further than the tolerance. */
+function furthest(line: Line, first: number, last: number, toleranceM: number): number {
   const { x } = line;
   const f = 3 * first;
   const ax = x[3 * last] - x[f];
@@ -224,8 +239,5 @@ function simplify(line: Line, first: number, last: number, toleranceM: number, k
       at = i;
     }
   }
-  if (at === first) return;
-  kept[at] = 1;
-  simplify(line, first, at, toleranceM, kept);
-  simplify(line, at, last, toleranceM, kept);
+  return at;
 }

@@ -1,4 +1,4 @@
-import { farStripTangents } from "../../hair/restTangents";
+import { farStripTangents, type RestTangents } from "../../hair/restTangents";
 import { farStripBlend } from "../../hair/rootBlend";
 import type { GeometrySource } from "./groomGeometry";
 import type { MeshBuilder } from "./meshBuilder";
@@ -6,20 +6,7 @@ import type { MeshBuilder } from "./meshBuilder";
 /** The groom's own strips. */
 export function addStrips(source: GeometrySource, mesh: MeshBuilder): void {
   const { groom, blend, rest } = source;
-  groom.strips.forEach((strip, number) => {
-    const { begin, end } = strip.points;
-    addStrip(
-      source,
-      {
-        points: groom.points.subarray(3 * begin, 3 * end),
-        directions: rest.direction.subarray(3 * begin, 3 * end),
-        blend: blend.subarray(begin, end),
-        blendSlope: rest.blendSlope.subarray(begin, end),
-      },
-      number,
-      mesh,
-    );
-  });
+  groom.strips.forEach((strip, number) => addStrip(source, edgesOf(groom.points, blend, rest, strip.points), number, mesh));
 }
 
 /** What stands for the strands far away. */
@@ -27,19 +14,9 @@ export function addFarStrips(source: GeometrySource, mesh: MeshBuilder): void {
   const { farStrips } = source.groom;
   const blend = farStripBlend(source.groom);
   const rest = farStripTangents(farStrips, blend);
-  farStrips.strips.forEach(({ points: { begin, end } }, number) => {
-    addStrip(
-      source,
-      {
-        points: farStrips.points.subarray(3 * begin, 3 * end),
-        directions: rest.direction.subarray(3 * begin, 3 * end),
-        blend: blend.subarray(begin, end),
-        blendSlope: rest.blendSlope.subarray(begin, end),
-      },
-      number,
-      mesh,
-    );
-  });
+  farStrips.strips.forEach((strip, number) =>
+    addStrip(source, edgesOf(farStrips.points, blend, rest, strip.points), number, mesh),
+  );
 }
 
 /** Left, right, left, right ... from the root. */
@@ -48,6 +25,20 @@ interface Edges {
   readonly directions: Float32Array;
   readonly blend: Float32Array;
   readonly blendSlope: Float32Array;
+}
+
+function edgesOf(
+  points: Float32Array,
+  blend: Float32Array,
+  rest: RestTangents,
+  { begin, end }: { readonly begin: number; readonly end: number },
+): Edges {
+  return {
+    points: points.subarray(3 * begin, 3 * end),
+    directions: rest.direction.subarray(3 * begin, 3 * end),
+    blend: blend.subarray(begin, end),
+    blendSlope: rest.blendSlope.subarray(begin, end),
+  };
 }
 
 function addStrip({ light }: GeometrySource, edges: Edges, number: number, mesh: MeshBuilder): void {

@@ -1,14 +1,6 @@
-import type { Groom } from "../hair/groom";
-import type { LevelGeometry } from "../hair/lattice";
-import type { Pose } from "../hair/pose";
-
-/** A lattice that moves hair, and by how much of it: u(x) = sum of weight * FFD(x). */
-export interface LatticeLayer {
-  readonly geometry: LevelGeometry;
-  /** 3 a node of the whole grid, head space, m */
-  readonly grid: Float32Array;
-  readonly weight: number;
-}
+import type { Groom } from "./groom";
+import type { LatticeLayer } from "./latticeBlend";
+import type { Pose } from "./pose";
 
 /** One character of a room at one moment. */
 export interface ShownMember {
