@@ -18,10 +18,11 @@ const kFullStrands = 10_000;
 const kStrandsLeast = 300;
 
 /**
- * `headPx`: a head's height on the screen (0.24 m), in pixels. `quality` multiplies it. Continuous in both. Equals
+ * `headPx`: a head's height on the screen (0.24 m), in pixels. `quality` multiplies it. Continuous in both.
+ * `waviness`: of the groom; strips pass for straight hair at a larger size than for curls. Equals
  * client/view/draw_detail.cpp.
  */
-export function detailFor(headPx: number, quality: number, strandCount: number): DrawDetail {
+export function detailFor(headPx: number, quality: number, strandCount: number, waviness: number): DrawDetail {
   const px = Math.max(headPx, 0.1) * quality;
   const strands = Math.max(kFullStrands * (px / kFullHeadPx) ** 1.3, kStrandsLeast);
   return {
@@ -29,7 +30,7 @@ export function detailFor(headPx: number, quality: number, strandCount: number):
     followerCount: 2 * rise(px, 150, 350) + 2 * rise(px, 600, 1200),
     toleranceM: (0.35 * kHeadM) / px,
     quadratic: rise(px, 70, 120),
-    strips: 1 - rise(px, 75, 110),
+    strips: 1 - rise(px, 75 - 30 * waviness, 110 - 40 * waviness),
   };
 }
 

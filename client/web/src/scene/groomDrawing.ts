@@ -44,6 +44,7 @@ export function inDrawingOrder(a: Drawn, b: Drawn): number {
 /** All characters of one groom: a draw call for each part of it, and one for each list of its strands. */
 export class GroomDrawing {
   readonly strandCount: number;
+  readonly waviness: number;
   readonly strandWidthM: number;
   readonly radiusM: number;
   readonly hasFarStrips: boolean;
@@ -65,6 +66,7 @@ export class GroomDrawing {
   ) {
     this.#geometry = geometry;
     this.strandCount = geometry.strandCount;
+    this.waviness = geometry.waviness;
     this.strandWidthM = geometry.strandWidthM;
     this.radiusM = geometry.radiusM;
     this.hasFarStrips = geometry.farStrips.triangles.length > 0;

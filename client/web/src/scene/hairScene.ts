@@ -191,7 +191,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
       const radius = (1.3 * (groom?.radiusM ?? 0.5) + 0.1) * placed.size;
       const seen = seenBy(views, placed.pose, radius, placed.size);
       const detail =
-        character.detail ?? detailFor(seen.headPx, this.quality, groom?.strandCount ?? 1);
+        character.detail ?? detailFor(seen.headPx, this.quality, groom?.strandCount ?? 1, groom?.waviness ?? 0);
       const one: Appearance = {
         member,
         character,

@@ -15,9 +15,9 @@ import { madeGroom } from "../support/madeGroom";
 
 describe("detail", () => {
   test("falls with size and never jumps", () => {
-    let before = detailFor(2000, 1, 10_000);
+    let before = detailFor(2000, 1, 10_000, 0.5);
     for (let px = 2000; px > 5; px *= 0.99) {
-      const detail = detailFor(px, 1, 10_000);
+      const detail = detailFor(px, 1, 10_000, 0.5);
       expect(detail.strandShare).toBeLessThanOrEqual(before.strandShare);
       expect(detail.strips).toBeGreaterThanOrEqual(before.strips);
       expect(before.strandShare - detail.strandShare).toBeLessThan(0.02);
@@ -30,9 +30,10 @@ describe("detail", () => {
   });
 
   test("quality counts as size, and a groom of few strands is drawn whole sooner", () => {
-    expect(detailFor(100, 2, 10_000)).toEqual(detailFor(200, 1, 10_000));
-    expect(detailFor(100, 1, 500).strandShare).toBe(1);
-    expect(detailFor(0, 1, 10_000).strandShare).toBeGreaterThan(0);
+    expect(detailFor(100, 2, 10_000, 0)).toEqual(detailFor(200, 1, 10_000, 0));
+    expect(detailFor(85, 1, 10_000, 1).strips).toBeLessThan(detailFor(85, 1, 10_000, 0).strips);
+    expect(detailFor(100, 1, 500, 0).strandShare).toBe(1);
+    expect(detailFor(0, 1, 10_000, 0).strandShare).toBeGreaterThan(0);
   });
 });
 
@@ -121,7 +122,7 @@ describe("draw calls", () => {
   const materials: RawShaderMaterial[] = [];
   const drawing = new GroomDrawing(makeGroomGeometry(madeGroom()), group, uniforms, (material) => materials.push(material));
   const at = (px: number) => {
-    const detail = detailFor(px, 1, drawing.strandCount);
+    const detail = detailFor(px, 1, drawing.strandCount, drawing.waviness);
     return { detail: { ...detail, strips: 0 }, list: drawing.listFor(detail.toleranceM) };
   };
 
