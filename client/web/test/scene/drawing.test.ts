@@ -152,7 +152,7 @@ describe("draw calls", () => {
     const geometry = { ...made, farStrips: { ...made.farStrips, triangles: Uint32Array.of(0, 1, 2) }, farStripCount: 3 };
     const hall = new Group();
     const mixed = new GroomDrawing(geometry, hall, uniforms, () => {});
-    const one = (list: number, strips: number) => ({ list, detail: { ...detailFor(400, 1, 40), followerCount: 0, strips } });
+    const one = (list: number, strips: number) => ({ list, detail: { ...detailFor(400, 1, 40, 0), followerCount: 0, strips } });
     const shown = [one(1, 0), one(0, 0.5), one(1, 0.5), one(0, 0), one(2, 1), one(0, 1)].sort(inDrawingOrder);
     const drawn = counts();
     mixed.show(shown, 0, drawn);
