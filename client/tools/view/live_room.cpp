@@ -15,7 +15,7 @@ constexpr std::int64_t kUprightLeast_ns = 1'000'000'000;
 constexpr std::int64_t kGroomsReady_ns_max = 600'000'000'000;
 constexpr std::int64_t kCoarser_ns = 3'000'000'000;       // at a coarser level for so long: the server gives no more
 constexpr std::int64_t kRefusalDetail_ns = 500'000'000;   // within which an error says why a groom was refused
-constexpr double kLateMost = 4;                           // periods; poses that are later are not made up for
+constexpr double kLateMost = 4;                           // periods; poses later than that are not made up for
 constexpr std::uint64_t kOther = std::uint64_t{1} << 32;  // from here on ids are others'
 
 std::int64_t to_ns(double seconds) {
@@ -88,7 +88,8 @@ Result<void> LiveRoom::turn(std::int64_t now_ns) {
   if (Result<void> taken = take_events(); !taken) return taken;
   if (!zero_ns_) begin_when_ready(now_ns);
   if (refused_ns_ && now_ns - *refused_ns_ > kRefusalDetail_ns) return Refusal("the server refuses a groom");
-  if (!tolerant_ && !zero_ns_ && now_ns - opened_ns_ > kGroomsReady_ns_max) return Refusal("the lattices never arrived");
+  if (!tolerant_ && !zero_ns_ && now_ns - opened_ns_ > kGroomsReady_ns_max)
+    return Refusal("the lattices never arrived");
   if (now_ns >= next_pose_ns_) push_poses(now_ns);
   return {};
 }
@@ -243,7 +244,8 @@ void LiveRoom::push_poses(std::int64_t now_ns) {
   ++pose_count_;
   const double jitter_s = 1e-3 * options_.jitter_ms * std::uniform_real_distribution<>(-1, 1)(random_);
   const auto after_s = [&] { return static_cast<double>(pose_count_) / options_.pose_rate_hz; };
-  if (now_ns > poses_begun_ns_ + to_ns(after_s() + kLateMost / options_.pose_rate_hz)) {
+  const double late_s = kLateMost / options_.pose_rate_hz + 1e-3 * options_.jitter_ms;
+  if (now_ns > poses_begun_ns_ + to_ns(after_s() + late_s)) {
     poses_begun_ns_ = now_ns;
     pose_count_ = 1;
   }

@@ -50,7 +50,7 @@ class LiveRoom : public Show {
   }
   StreamStatistics& statistics() { return statistics_; }
   [[nodiscard]] link::LinkCounters counters() const { return link_.counters(); }
-  [[nodiscard]] double latency_ms() const { return latency_ms_; }  // from pose to frame, of the last batch
+  [[nodiscard]] double latency_ms() const { return latency_ms_; }      // from pose to frame, of the last batch
   [[nodiscard]] const std::string& status() const { return status_; }  // one line; empty when all is well
   // How the cast and others are seen, for the server's choice of detail.
   using Seen = std::function<wire::MemberImportance(const Pose& pose)>;
@@ -135,7 +135,7 @@ class LiveRoom : public Show {
   std::uint64_t pose_count_ = 0;
   std::int64_t opened_ns_ = 0;
   std::int64_t poses_begun_ns_ = 0, next_pose_ns_ = 0;  // pose_count_ are sent since then
-  std::optional<std::int64_t> zero_ns_;  // when the clips begin
+  std::optional<std::int64_t> zero_ns_;                 // when the clips begin
   std::optional<std::int64_t> refused_ns_;
   double last_pose_s_ = -Performance::kLeadIn_s;
   std::vector<Vec3f> displacement_;

@@ -136,8 +136,8 @@ class RenderedPictures : public Pictures {
   Result<view::Image> draw(const ViewOptions& options, const Sitter& sitter, const Moment* moment, View view) {
     const Groom& groom = *sitter.groom;
     if (!moment) {
-      return renderer_->draw({}, camera_of(sitter.beginning, Framing(groom), sitter.beginning, view), {},
-                             options.width, options.height);
+      return renderer_->draw({}, camera_of(sitter.beginning, Framing(groom), sitter.beginning, view), {}, options.width,
+                             options.height);
     }
     const auto [number, is_new] = grooms_.try_emplace(&groom, 0);
     if (is_new) number->second = renderer_->stage().add_groom(groom);
