@@ -1,7 +1,9 @@
 #include <gmock/gmock.h>
 #include <signal.h>
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -15,6 +17,25 @@ namespace {
 using ::testing::HasSubstr;
 
 const std::string kCharacter = "groom=made:bob,motion=made:nod,level=low,strands=60";
+
+// Strands in rings about a head's upper half, that lie on it and then hang down; metres, y up.
+void write_hair(const std::string& file) {
+  constexpr int kRings = 8, kAround = 40, kPoints = 9;
+  std::ofstream out(file);
+  for (int ring = 0; ring < kRings; ++ring) {
+    for (int i = 0; i < kAround; ++i) {
+      const double down = 0.15 + 1.3 * ring / kRings, about = 2 * 3.14159265 * i / kAround;
+      for (int n = 0; n < kPoints; ++n) {
+        const double further = down + 0.25 * n, hangs = std::max(0.0, further - 1.5708), on = std::min(further, 1.5708);
+        out << "v " << 0.1 * std::sin(on) * std::sin(about) << ' ' << 1.6 + 0.11 * (std::cos(on) - hangs) << ' '
+            << 0.1 * std::sin(on) * std::cos(about) << '\n';
+      }
+      out << 'l';
+      for (int n = kPoints; n > 0; --n) out << ' ' << -n;
+      out << '\n';
+    }
+  }
+}
 
 class WindowTest : public WholeTest {
  protected:
@@ -57,7 +78,24 @@ TEST_F(WindowTest, a_window_shows_a_room_until_its_duration_is_over) {
   drain(*server);
 }
 
+TEST_F(WindowTest, a_room_that_refuses_all_hair_is_shown_until_the_duration_is_over) {
+  SKIP_WITHOUT_DISPLAY();
+  std::ofstream(path("small.toml")) << "[grooms]\ngroom_bytes_max = 1024\n";
+  auto server = start_server({"--config", path("small.toml")});
+  auto view = start_on_display({"--connect", server_address(), "--character", kCharacter, "--duration", "0.3"});
+  finish(*view, 0);
+  drain(*server);
+}
+
 TEST_F(WindowTest, a_window_shows_a_file_as_it_is) {
+  SKIP_WITHOUT_DISPLAY();
+  write_hair(path("lines.obj"));
+  auto view = start_on_display({path("lines.obj"), "--duration", "0.3"});
+  finish(*view, 0);
+  EXPECT_THAT(view->err(), HasSubstr("lines.obj: taken as"));
+}
+
+TEST_F(WindowTest, refuses_a_file_that_is_no_hair) {
   SKIP_WITHOUT_DISPLAY();
   std::ofstream(path("not.hair")) << "not hair at all";
   auto view = start_on_display({path("not.hair")});
@@ -80,8 +118,9 @@ TEST_F(WindowTest, a_room_is_kept_alive_until_a_signal_and_left_with_a_goodbye) 
   auto view = start_view({"--no-draw", "--room", "lobby", "--character", kCharacter + ",at=0.6:0:20", "--duration",
                           "forever", "--reconnect", "forever"});
   // It says on stderr what it does.
-  while (view->running() && view->err().find("streaming") == std::string::npos)
+  for (int i = 0; i < 10'000 && view->running() && view->err().find("streaming") == std::string::npos; ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  ASSERT_THAT(view->err(), HasSubstr("streaming"));
   view->send(SIGTERM);
   finish(*view, 0);
   EXPECT_THAT(view->out(), HasSubstr("frames received"));

@@ -76,7 +76,7 @@ void Audience::play(std::int64_t now_ns, std::ptrdiff_t moment) {
     if (!member.here) continue;
     member.sample = member.playout.sample(now_ns);
     if (!member.sample.valid) continue;
-    member.trail.note(member.sample);
+    if (keeps_moments_) member.trail.note(member.sample);
     member.blend.apply(member.sample);
     if (moment >= 0) member.moments[moment] = member.trail.moment(member.sample.pose);
   }

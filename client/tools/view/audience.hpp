@@ -44,6 +44,8 @@ class Audience {
   bool retry(const wire::GroomHash& groom, std::int64_t now_ns);
   // False when it is of nobody here. Times are of the link's clock.
   bool push(const link::Frame& frame, std::int64_t sample_time_ns, std::int64_t now_ns);
+  // Before play() is given moments.
+  void keep_moments() { keeps_moments_ = true; }
   // No frames come for a while.
   void hold();
   // As Playout::sample, of everyone; `moment` is the index of a wanted one, or negative.
@@ -62,6 +64,7 @@ class Audience {
   void forget_unused_grooms();
 
   link::Link& link_;
+  bool keeps_moments_ = false;
   std::map<std::uint32_t, Member> members_;                         // those who left too, if there are moments of them
   std::vector<Member> gone_;                                        // whose numbers others have now
   std::map<wire::GroomHash, std::shared_ptr<const Groom>> grooms_;  // null: on its way

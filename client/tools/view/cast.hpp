@@ -20,7 +20,8 @@ struct Actor {
   std::optional<Material> material;
 };
 
-// Those that were given a place are there, the others stand side by side.
-Result<std::vector<Actor>> load_cast(const std::vector<CharacterOptions>& characters);
+// The characters that `options` names, then what its files hold. Those that were given a place are there, the others
+// stand side by side.
+Result<std::vector<Actor>> load_cast(const ViewOptions& options);
 
 }  // namespace hairnet::viewer

@@ -24,16 +24,21 @@ constexpr const char* kKeys =
     "D drag     V level colours          G  timing\n"
     "R      record a clip  U  controls           H  this";
 
-void set_level(LevelIndex level, const ViewState& state, Show& show) {
+// One's own that are chosen, as numbers: changing one may change what subjects() gives.
+std::vector<std::uint64_t> own_chosen(const ViewState& state, const Show& show) {
+  std::vector<std::uint64_t> ids;
   for (const Subject& subject : show.subjects()) {
-    if (subject.own && (!state.chosen || *state.chosen == subject.id)) show.set_level(subject.id, level);
+    if (subject.own && (!state.chosen || *state.chosen == subject.id)) ids.push_back(subject.id);
   }
+  return ids;
+}
+
+void set_level(LevelIndex level, const ViewState& state, Show& show) {
+  for (const std::uint64_t id : own_chosen(state, show)) show.set_level(id, level);
 }
 
 void teleport(const ViewState& state, Show& show) {
-  for (const Subject& subject : show.subjects()) {
-    if (subject.own && (!state.chosen || *state.chosen == subject.id)) show.teleport(subject.id);
-  }
+  for (const std::uint64_t id : own_chosen(state, show)) show.teleport(id);
 }
 
 bool combo(const char* label, const std::vector<std::string>& names, int& index) {
@@ -59,7 +64,7 @@ void scene_controls(ViewState& state, Controls& controls) {
   levels.emplace_back("each, side by side");
   changed |= combo("level##scene", levels, state.scene.level);
   state.scene_wanted = state.scene_wanted || changed;
-  if (controls.scenes->given_count() > 0 && ImGui::Button("as the command line says")) state.given_wanted = true;
+  if (!controls.scenes->given().empty() && ImGui::Button("as the command line says")) state.given_wanted = true;
 }
 
 void time_controls(Controls& controls) {
@@ -132,16 +137,11 @@ void character_controls(ViewState& state, Controls& controls) {
     ImGui::Text("shown at level %s", kLevelNames[static_cast<std::size_t>(own->level)].data());
   const std::vector<std::string> levels(kLevelNames.begin(), kLevelNames.end());
   auto level = static_cast<int>(own->level_wanted);
+  MaterialScale scale = own->material;
   if (combo("finest level", levels, level)) set_level(static_cast<LevelIndex>(level), state, controls.show);
   if (ImGui::Button("teleport")) teleport(state, controls.show);
-  MaterialScale scale = own->material;
   if (!material_sliders(scale)) return;
-  // Setting one may change what subjects() gives.
-  std::vector<std::uint64_t> of;
-  for (const Subject& subject : subjects) {
-    if (subject.own && (!state.chosen || *state.chosen == subject.id)) of.push_back(subject.id);
-  }
-  for (const std::uint64_t id : of) controls.show.set_material(id, scale);
+  for (const std::uint64_t id : own_chosen(state, controls.show)) controls.show.set_material(id, scale);
 }
 
 void wind_controls(ViewState& state, Controls& controls) {

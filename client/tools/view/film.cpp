@@ -52,16 +52,17 @@ class Film {
   bool framed_ = false;
 };
 
-// `picture` gives the n-th one's subjects.
-Result<void> film(const ViewOptions& options, const std::function<std::span<const Subject>(std::size_t)>& picture) {
+// `count` pictures; `picture` gives the n-th one's subjects. Ends early where `ended` says so.
+Result<void> film(const ViewOptions& options, std::size_t count,
+                  const std::function<std::span<const Subject>(std::size_t)>& picture,
+                  const std::function<bool()>& ended) {
   Result<std::unique_ptr<view::Renderer>> renderer = make_renderer();
   if (!renderer) return Refusal(renderer.error());
   Result<ClipWriter> clip = ClipWriter::create(options.out, options.width, options.height, options.frame_rate_hz);
   if (!clip) return Refusal(clip.error());
   ProgressBar bar("hairnet-view");
   Film pictures(options, **renderer, *clip);
-  const std::size_t count = film_times_s(options).size();
-  for (std::size_t i = 0; i < count && !asked_to_stop(); ++i) {
+  for (std::size_t i = 0; i < count && !ended(); ++i) {
     bar.show(static_cast<double>(i) / static_cast<double>(count), "filming");
     if (Result<void> added = pictures.add(picture(i)); !added) return added;
   }
@@ -76,11 +77,7 @@ class Shown {
     subject_.groom = std::move(groom);
     subject_.hair_colour = hair_colour;
     subject_.pose = moment.pose;
-    const auto apply = [&](const Shape& shape) {
-      blend_.apply({true, {}, shape.level, shape.displacement, shape.time_ns, shape.geometry});
-    };
-    for (const Shape& shape : moment.trail) apply(shape);
-    apply(moment.shape);
+    replay(moment, blend_);
   }
   [[nodiscard]] Subject subject() const {
     Subject subject = subject_;
@@ -117,22 +114,21 @@ Result<void> check_film(const ViewOptions& options) {
 Result<void> film_locally(const ViewOptions& options, const std::vector<Actor>& cast) {
   LocalWorld world = local_world_of(options, cast);
   const std::vector<double> times_s = film_times_s(options);
-  return film(options, [&](std::size_t i) {
+  const auto picture = [&](std::size_t i) {
     world.advance_to(times_s[i]);
     return world.subjects();
-  });
+  };
+  return film(options, times_s.size(), picture, asked_to_stop);
 }
 
 Result<void> film_stream(const ViewOptions& options, const std::vector<Actor>& cast, const StreamResult& streamed) {
   std::vector<Shown> shown;
   std::vector<Subject> subjects;
-  return film(options, [&](std::size_t i) -> std::span<const Subject> {
+  const auto picture = [&](std::size_t i) -> std::span<const Subject> {
     shown.clear();
     subjects.clear();
-    if (i < streamed.moments.size()) {
-      for (std::size_t c = 0; c < streamed.moments[i].size(); ++c)
-        shown.emplace_back(c, cast[c].groom, cast[c].hair_colour, streamed.moments[i][c]);
-    }
+    for (std::size_t c = 0; c < streamed.moments[i].size(); ++c)
+      shown.emplace_back(c, cast[c].groom, cast[c].hair_colour, streamed.moments[i][c]);
     for (std::size_t o = 0; o < streamed.others.size(); ++o) {
       const SeenCharacter& other = streamed.others[o];
       if (i < other.moments.size() && other.moments[i])
@@ -140,7 +136,9 @@ Result<void> film_stream(const ViewOptions& options, const std::vector<Actor>& c
     }
     for (const Shown& one : shown) subjects.push_back(one.subject());
     return subjects;
-  });
+  };
+  // The signal that ended the stream does not end this.
+  return film(options, streamed.moments.size(), picture, [&] { return !streamed.stopped && asked_to_stop(); });
 }
 
 }  // namespace hairnet::viewer

@@ -12,6 +12,15 @@ namespace {
 
 constexpr double kUpwards_m = 0.22, kAround_m = 0.24;  // of head and shoulders about the head joint
 
+// How far down hair hangs from the head joint at rest.
+double hang_m(const Groom& groom) {
+  float low = -0.2f;
+  for (const Vec3f& p : groom.points) low = std::min(low, p.y());
+  return -static_cast<double>(low);
+}
+
+}  // namespace
+
 Vec3 direction_of(View view) {
   switch (view) {
     case View::front:
@@ -25,15 +34,6 @@ Vec3 direction_of(View view) {
   }
   return Vec3::UnitZ();
 }
-
-// How far down hair hangs from the head joint at rest.
-double hang_m(const Groom& groom) {
-  float low = -0.2f;
-  for (const Vec3f& p : groom.points) low = std::min(low, p.y());
-  return -static_cast<double>(low);
-}
-
-}  // namespace
 
 std::optional<Vec3> middle_of(std::span<const Subject> subjects) {
   if (subjects.empty()) return {};

@@ -9,6 +9,9 @@
 
 namespace hairnet::viewer {
 
+// Where a view looks from, before a heading about +Y turns it; about 1 long.
+Vec3 direction_of(View view);
+
 // Between the heads; none when nobody is there.
 std::optional<Vec3> middle_of(std::span<const Subject> subjects);
 

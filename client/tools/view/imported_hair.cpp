@@ -11,7 +11,6 @@
 #include "client/tools/load/load_motion.hpp"
 #include "client/tools/view/fitted_hair.hpp"
 #include "client/tools/view/guess_placement.hpp"
-#include "client/tools/view/hair_colour.hpp"
 #include "core/build/far_strips.hpp"
 #include "core/import/obj.hpp"
 
@@ -22,7 +21,12 @@ namespace {
 struct Parts {
   std::vector<StrandFile> strands;
   std::optional<TriangleMesh> body;
-  std::string body_file;
+  std::string strands_file, body_file;  // the first of each
+
+  void add(const std::string& file, const std::string& group, ImportedStrands of) {
+    if (strands.empty()) strands_file = file;
+    strands.push_back({std::move(of), group});
+  }
 };
 
 std::string ending_of(std::string_view path) {
@@ -46,13 +50,13 @@ Result<void> read_part(const std::string& file, Parts& parts) {
   if (const std::optional<StrandFormat> format = format_of(file)) {
     auto strands = decode_strands(*format, *bytes);
     if (!strands) return Refusal(file + ": " + strands.error());
-    parts.strands.push_back({std::move(*strands), stem});
+    parts.add(file, stem, std::move(*strands));
     return {};
   }
   auto lines = decode_obj_strands(as_text(*bytes));
   if (!lines) return Refusal(file + ": " + lines.error());
   if (lines->strand_count() > 0) {
-    parts.strands.push_back({std::move(*lines), stem});
+    parts.add(file, stem, std::move(*lines));
     return {};
   }
   auto mesh = decode_obj(as_text(*bytes));
@@ -79,7 +83,8 @@ Result<Groom> groom_of_body(const Parts& parts) {
   return groom;
 }
 
-Result<Groom> groom_of_strands(Parts parts, const std::string& file) {
+Result<Groom> groom_of_strands(Parts parts) {
+  const std::string& file = parts.strands_file;
   GroomDef def;
   def.name = parts.strands.front().group;
   const std::optional<PlacedTogether> together = parts.body ? guess_together(parts.strands, *parts.body) : std::nullopt;
@@ -113,8 +118,7 @@ Result<Groom> import_hair(std::span<const std::string> files) {
   for (const std::string& file : files) {
     if (const Result<void> read = read_part(file, parts); !read) return Refusal(read.error());
   }
-  Result<Groom> groom =
-      parts.strands.empty() ? groom_of_body(parts) : groom_of_strands(std::move(parts), files.front());
+  Result<Groom> groom = parts.strands.empty() ? groom_of_body(parts) : groom_of_strands(std::move(parts));
   if (groom) groom->far_strips = make_far_strips(*groom, far_strip_count_for(*groom));
   return groom;
 }
@@ -151,9 +155,7 @@ Result<std::vector<Actor>> cast_of_files(std::span<const std::string> files) {
     const std::string spec = motions.empty() ? "made:look_around" : motions[0];
     Result<Motion> motion = load_motion(spec, {}, &groom->body);
     if (!motion) return Refusal(spec + ": " + motion.error());
-    Actor actor{groom, std::move(*motion), LevelIndex::high, default_hair_colour(cast.size()), {}};
-    move_to(side_by_side(cast.size(), grooms.size()), actor.motion);
-    cast.push_back(std::move(actor));
+    cast.push_back({groom, std::move(*motion), LevelIndex::high, Vec3f::Zero(), {}});
   }
   return cast;
 }

@@ -1,6 +1,5 @@
 #include "client/tools/view/level_builder.hpp"
 
-#include <algorithm>
 #include <cstdio>
 
 #include "core/build/build.hpp"
@@ -20,17 +19,12 @@ LevelBuilder::~LevelBuilder() {
 
 std::shared_ptr<const LevelSet> LevelBuilder::levels_of(const std::shared_ptr<const Groom>& groom) {
   const std::lock_guard lock(mutex_);
-  const auto [place, is_new] = built_.try_emplace(groom.get(), Built{groom, nullptr, 0});
-  place->second.asked = ++asked_;
-  if (!is_new) return place->second.levels;
+  if (const auto found = built_.find(groom.get()); found != built_.end()) return found->second.levels;
+  // Nobody can ask any more for those whose groom is held here alone.
+  std::erase_if(built_, [](const auto& entry) { return entry.second.groom.use_count() == 1; });
+  built_.emplace(groom.get(), Built{groom, nullptr});
   queue_.push_back(groom);
   wanted_.notify_one();
-  if (built_.size() > kKeptMost) {
-    const auto oldest = std::min_element(built_.begin(), built_.end(), [](const auto& a, const auto& b) {
-      return std::pair(!a.second.levels, a.second.asked) < std::pair(!b.second.levels, b.second.asked);
-    });
-    if (oldest->second.levels) built_.erase(oldest);
-  }
   return nullptr;
 }
 

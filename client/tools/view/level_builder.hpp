@@ -15,8 +15,8 @@
 
 namespace hairnet::viewer {
 
-// Builds grooms' levels on a thread of its own, one groom after the other, and keeps those asked for last. Call it from
-// one thread.
+// Builds grooms' levels on a thread of its own, one groom after the other, and keeps them while anybody else has the
+// groom. Call it from one thread.
 class LevelBuilder {
  public:
   LevelBuilder();
@@ -28,11 +28,9 @@ class LevelBuilder {
   [[nodiscard]] std::string status() const;
 
  private:
-  static constexpr std::size_t kKeptMost = 16;
   struct Built {
     std::shared_ptr<const Groom> groom;
     std::shared_ptr<const LevelSet> levels;  // null: not yet
-    std::uint64_t asked = 0;                 // when, counted
   };
   void work();
 
@@ -41,7 +39,6 @@ class LevelBuilder {
   std::map<const Groom*, Built> built_;
   std::deque<std::shared_ptr<const Groom>> queue_;
   std::string status_;
-  std::uint64_t asked_ = 0;
   std::atomic<bool> stopping_{false};
   std::thread thread_;  // last: it uses all of the above
 };

@@ -10,11 +10,12 @@
 namespace hairnet::viewer {
 namespace {
 
+constexpr const char* kWaiting = "waiting for the lattices";
 constexpr std::int64_t kUprightLeast_ns = 1'000'000'000;
 constexpr std::int64_t kGroomsReady_ns_max = 600'000'000'000;
 constexpr std::int64_t kCoarser_ns = 3'000'000'000;       // at a coarser level for so long: the server gives no more
 constexpr std::int64_t kRefusalDetail_ns = 500'000'000;   // within which an error says why a groom was refused
-constexpr double kAside_m = 0.8;                          // of teleport()
+constexpr double kLateMost = 4;                           // periods; poses later than that are not made up for
 constexpr std::uint64_t kOther = std::uint64_t{1} << 32;  // from here on ids are others'
 
 std::int64_t to_ns(double seconds) {
@@ -67,7 +68,6 @@ Result<void> LiveRoom::open() {
   const Result<wire::Welcome> welcome = link_.connect();
   if (!welcome) return Refusal(welcome.error());
   session_ = welcome->session;
-  tick_rate_hz_ = welcome->tick_rate_hz;
   for (std::size_t i = 0; i < cast_.size(); ++i) {
     const auto same = std::find_if(cast_.begin(), cast_.begin() + static_cast<std::ptrdiff_t>(i),
                                    [&](const Actor& a) { return a.groom == cast_[i].groom; });
@@ -79,8 +79,8 @@ Result<void> LiveRoom::open() {
   }
   if (options_.wind) link_.set_wind(*options_.wind);
   link_.observe(options_.observe.value_or(nobody()));
-  opened_ns_ = next_pose_ns_ = link_.now_ns();
-  status_ = cast_.empty() ? "" : "waiting for the lattices";
+  opened_ns_ = poses_begun_ns_ = next_pose_ns_ = link_.now_ns();
+  status_ = cast_.empty() ? "" : kWaiting;
   return {};
 }
 
@@ -88,7 +88,8 @@ Result<void> LiveRoom::turn(std::int64_t now_ns) {
   if (Result<void> taken = take_events(); !taken) return taken;
   if (!zero_ns_) begin_when_ready(now_ns);
   if (refused_ns_ && now_ns - *refused_ns_ > kRefusalDetail_ns) return Refusal("the server refuses a groom");
-  if (!zero_ns_ && now_ns - opened_ns_ > kGroomsReady_ns_max) return Refusal("the lattices never arrived");
+  if (!tolerant_ && !zero_ns_ && now_ns - opened_ns_ > kGroomsReady_ns_max)
+    return Refusal("the lattices never arrived");
   if (now_ns >= next_pose_ns_) push_poses(now_ns);
   return {};
 }
@@ -107,8 +108,7 @@ Result<void> LiveRoom::take(const link::Disconnected& end) {
 
 Result<void> LiveRoom::take(const link::Connected& connected) {
   session_ = connected.welcome.session;
-  tick_rate_hz_ = connected.welcome.tick_rate_hz;
-  status_ = zero_ns_ || cast_.empty() ? "" : "waiting for the lattices";
+  status_ = zero_ns_ || cast_.empty() ? "" : kWaiting;
   return {};
 }
 
@@ -132,7 +132,16 @@ Result<void> LiveRoom::take(const wire::Error& error) {
   const bool may_come_later =
       error.reason == wire::ErrorReason::groom_unavailable || error.reason == wire::ErrorReason::limit_exceeded;
   if (may_come_later && audience_.retry(error.groom, link_.now_ns())) return {};
+  note_refused(error);
   return refuse_or_note(plain(error));
+}
+
+// Whoever it is about, alone or by a groom.
+void LiveRoom::note_refused(const wire::Error& error) {
+  for (std::size_t i = 0; i < roles_.size(); ++i) {
+    const bool by_groom = error.groom != wire::GroomHash{} && error.groom == roles_[i].groom;
+    roles_[i].refused = roles_[i].refused || by_groom || error.character == i + 1;
+  }
 }
 
 Result<void> LiveRoom::take(const wire::CharacterAdded& added) {
@@ -157,7 +166,9 @@ Result<void> LiveRoom::take(const link::GroomFetched& fetched) {
 }
 
 Result<void> LiveRoom::take(const wire::GroomStatus& status) {
-  if (status.state == wire::GroomState::refused && !tolerant_) refused_ns_ = link_.now_ns();
+  if (status.state != wire::GroomState::refused) return {};
+  if (!tolerant_) refused_ns_ = link_.now_ns();
+  for (Role& role : roles_) role.refused = role.refused || role.groom == status.hash;
   return {};
 }
 
@@ -185,15 +196,15 @@ void LiveRoom::take(const link::Frame& frame, const link::FrameBatch& batch, std
   if (on_frame_) on_frame_(frame, batch.tick, displacement_, session_ << 32 | frame.character);
 }
 
-// The clips begin together, once every character is simulated at its level.
+// The clips begin together, once every character that is not refused is simulated at its level.
 void LiveRoom::begin_when_ready(std::int64_t now_ns) {
   const bool ready = std::all_of(roles_.begin(), roles_.end(), [&](const Role& role) {
-    return role.at_level || (role.coarser_ns && now_ns - *role.coarser_ns > kCoarser_ns);
+    return role.refused || role.at_level || (role.coarser_ns && now_ns - *role.coarser_ns > kCoarser_ns);
   });
   if (!ready || now_ns < opened_ns_ + kUprightLeast_ns) return;
   zero_ns_ = now_ns + to_ns(Performance::kLeadIn_s);
   paused_s_ = 0;
-  status_.clear();
+  if (status_ == kWaiting) status_.clear();
 }
 
 std::optional<double> LiveRoom::clip_time_s(std::int64_t now_ns) const {
@@ -232,14 +243,25 @@ void LiveRoom::push_poses(std::int64_t now_ns) {
 
   ++pose_count_;
   const double jitter_s = 1e-3 * options_.jitter_ms * std::uniform_real_distribution<>(-1, 1)(random_);
-  next_pose_ns_ = opened_ns_ + to_ns(static_cast<double>(pose_count_) / options_.pose_rate_hz + jitter_s);
+  const auto after_s = [&] { return static_cast<double>(pose_count_) / options_.pose_rate_hz; };
+  const double late_s = kLateMost / options_.pose_rate_hz + 1e-3 * options_.jitter_ms;
+  if (now_ns > poses_begun_ns_ + to_ns(after_s() + late_s)) {
+    poses_begun_ns_ = now_ns;
+    pose_count_ = 1;
+  }
+  next_pose_ns_ = poses_begun_ns_ + to_ns(after_s() + jitter_s);
+}
+
+void LiveRoom::keep_moments() {
+  keeps_moments_ = true;
+  audience_.keep_moments();
 }
 
 void LiveRoom::play(std::int64_t now_ns, std::ptrdiff_t moment) {
   for (Role& role : roles_) {
     role.sample = role.playout.sample(now_ns);
     if (!role.sample.valid) continue;
-    role.trail.note(role.sample);
+    if (keeps_moments_) role.trail.note(role.sample);
     role.blend.apply(role.sample);
   }
   audience_.play(now_ns, moment);
@@ -264,13 +286,13 @@ Result<void> LiveRoom::advance(std::int64_t now_ns) {
   return {};
 }
 
-const Level* LiveRoom::model_of(const std::shared_ptr<const Groom>& groom, LevelIndex level,
-                                const LevelGeometry* geometry) const {
+std::shared_ptr<const Level> LiveRoom::model_of(const std::shared_ptr<const Groom>& groom, LevelIndex level,
+                                                const LevelGeometry* geometry) const {
   if (builder_ == nullptr || geometry == nullptr || level == LevelIndex::rigid) return nullptr;
   const std::shared_ptr<const LevelSet> levels = builder_->levels_of(groom);
   if (!levels) return nullptr;
-  const Level& model = (*levels)[level];
-  return model.geometry.active_nodes == geometry->active_nodes ? &model : nullptr;
+  const std::shared_ptr<const Level> model(levels, &(*levels)[level]);
+  return model->geometry.active_nodes == geometry->active_nodes ? model : nullptr;
 }
 
 void LiveRoom::show(std::int64_t now_ns) {

@@ -32,6 +32,8 @@ class LiveRoom : public Show {
   using OnFrame = std::function<void(const link::Frame& frame, std::uint64_t tick, std::span<const Vec3f> displacement,
                                      std::uint64_t name)>;
   void on_frame(OnFrame call) { on_frame_ = std::move(call); }
+  // Before play() is given moments: what they are blended from is kept too.
+  void keep_moments();
 
   Result<void> open();
   // Takes what came, and sends poses that are due.
@@ -48,8 +50,7 @@ class LiveRoom : public Show {
   }
   StreamStatistics& statistics() { return statistics_; }
   [[nodiscard]] link::LinkCounters counters() const { return link_.counters(); }
-  [[nodiscard]] double latency_ms() const { return latency_ms_; }  // from pose to frame, of the last batch
-  [[nodiscard]] double tick_rate_hz() const { return tick_rate_hz_; }
+  [[nodiscard]] double latency_ms() const { return latency_ms_; }      // from pose to frame, of the last batch
   [[nodiscard]] const std::string& status() const { return status_; }  // one line; empty when all is well
   // How the cast and others are seen, for the server's choice of detail.
   using Seen = std::function<wire::MemberImportance(const Pose& pose)>;
@@ -84,6 +85,7 @@ class LiveRoom : public Show {
     HeadGrab grab;
     bool aside = false, jumps = false;       // by teleport()
     bool at_level = false;                   // a frame at the level asked for has come
+    bool refused = false;                    // and noted: its lattice may never come
     std::optional<std::int64_t> coarser_ns;  // since when there is a lattice, of a level that the server chose
   };
   static link::LinkOptions link_options(const ViewOptions& options);
@@ -101,13 +103,14 @@ class LiveRoom : public Show {
   Result<void> take(const auto&) { return {}; }
   void take(const link::Frame& frame, const link::FrameBatch& batch, std::int64_t sampled_ns, std::int64_t now_ns);
   Result<void> refuse_or_note(const std::string& line);
+  void note_refused(const wire::Error& error);
   void begin_when_ready(std::int64_t now_ns);
   [[nodiscard]] Pose pose_of(std::size_t role, double time_s) const;
   [[nodiscard]] double motion_time_s(std::int64_t now_ns) const;
   void push_poses(std::int64_t now_ns);
   void show(std::int64_t now_ns);
-  [[nodiscard]] const Level* model_of(const std::shared_ptr<const Groom>& groom, LevelIndex level,
-                                      const LevelGeometry* geometry) const;
+  [[nodiscard]] std::shared_ptr<const Level> model_of(const std::shared_ptr<const Groom>& groom, LevelIndex level,
+                                                      const LevelGeometry* geometry) const;
   Role* role_of(std::uint64_t id);
 
   const ViewOptions& options_;
@@ -121,16 +124,18 @@ class LiveRoom : public Show {
   LevelBuilder* builder_ = nullptr;
   std::vector<Subject> subjects_;
   Wind wind_;
+  bool keeps_moments_ = false;
   bool paused_ = false;
   double paused_s_ = 0;  // in all
   std::optional<std::int64_t> advanced_ns_;
   std::string status_ = "connecting";
-  double latency_ms_ = 0, tick_rate_hz_ = 0;
+  double latency_ms_ = 0;
   std::uint64_t session_ = 0;
   std::uint32_t sequence_ = 0;
   std::uint64_t pose_count_ = 0;
-  std::int64_t opened_ns_ = 0, next_pose_ns_ = 0;
-  std::optional<std::int64_t> zero_ns_;  // when the clips begin
+  std::int64_t opened_ns_ = 0;
+  std::int64_t poses_begun_ns_ = 0, next_pose_ns_ = 0;  // pose_count_ are sent since then
+  std::optional<std::int64_t> zero_ns_;                 // when the clips begin
   std::optional<std::int64_t> refused_ns_;
   double last_pose_s_ = -Performance::kLeadIn_s;
   std::vector<Vec3f> displacement_;

@@ -1,6 +1,5 @@
 #include "client/tools/view/local_run.hpp"
 
-#include <chrono>
 #include <cstdio>
 #include <map>
 #include <optional>
@@ -10,17 +9,12 @@
 #include "client/tools/trace/frame_trace.hpp"
 #include "client/tools/view/recorder.hpp"
 #include "client/tools/view/scene_list.hpp"
+#include "client/tools/view/steady_clock.hpp"
 #include "client/tools/view/stop_signal.hpp"
-#include "client/tools/view/switch_trail.hpp"
 #include "core/build/build.hpp"
 
 namespace hairnet::viewer {
 namespace {
-
-std::int64_t steady_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
 
 // What a run took, in one line.
 class Cost {
@@ -56,7 +50,8 @@ std::vector<Moment> moments_of(const LocalWorld& world) {
 
 LocalWorld local_world_of(const ViewOptions& options, const std::vector<Actor>& cast) {
   LocalWorld world({options.tick_rate_hz, options.duration_s, Loop::plain, options.wind.value_or(Wind{}), steady_ns});
-  for (LocalCharacter& character : SceneList(cast).given()) world.add(std::move(character));
+  const SceneList scenes(cast);
+  for (const LocalCharacter& character : scenes.given()) world.add(character);
   ProgressBar bar("hairnet-view");
   std::map<std::shared_ptr<const Groom>, std::shared_ptr<LevelSet>> sets;
   for (const Actor& actor : cast) {
@@ -89,10 +84,11 @@ StreamResult run_locally(const ViewOptions& options, const std::vector<Actor>& c
     trace.emplace(std::move(*made));
   }
   LocalWorld world = local_world_of(options, cast);
+  if (trace) world.on_tick([&] { add_to_trace(world, *trace); });
   ProgressBar bar("hairnet-view");
   Cost cost;
   const double end_s = options.duration_s + options.settle_s;
-  // Tick by tick, so that each is traced; and to the wanted moments between.
+  // Tick by tick, so that a signal is heeded; and to the wanted moments between.
   while (result.moments.size() < moment_times_s.size() || world.time_s() < end_s) {
     if (asked_to_stop()) {
       result.stopped = true;
@@ -103,7 +99,6 @@ StreamResult run_locally(const ViewOptions& options, const std::vector<Actor>& c
     const bool at_moment = wants_moment && moment_times_s[result.moments.size()] <= tick_end_s;
     world.advance_to(at_moment ? moment_times_s[result.moments.size()] : tick_end_s);
     cost.take(world.ticks());
-    if (trace) add_to_trace(world, *trace);
     if (at_moment) result.moments.push_back(moments_of(world));
     bar.show((world.time_s() + Performance::kLeadIn_s) / (end_s + Performance::kLeadIn_s), "simulating");
   }

@@ -7,7 +7,6 @@
 namespace hairnet::viewer {
 namespace {
 
-constexpr double kAside_m = 0.8;        // of teleport()
 constexpr double kCatchUpMost_s = 0.1;  // a machine that is too slow shows slow motion
 constexpr double kTimeRounding_s = 1e-9;
 
@@ -92,6 +91,7 @@ void LocalWorld::tick() {
   if (def_.clock_ns != nullptr) done.step_ms = 1e-6 * static_cast<double>(def_.clock_ns() - began_ns);
   ticks_.push_back(done);
   for (const auto& actor : actors_) take_lattice(*actor);
+  if (on_tick_) on_tick_();
 }
 
 void LocalWorld::take_lattice(Actor& actor) {
@@ -227,7 +227,7 @@ void LocalWorld::show(Actor& actor, Subject& subject) {
   subject.level = lattice.level;
   subject.geometry = lattice.geometry;
   subject.displacement = actor.shown;
-  subject.model = lattice.geometry && actor.levels ? &(*actor.levels)[lattice.level] : nullptr;
+  if (lattice.geometry && actor.levels) subject.model = {actor.levels, &(*actor.levels)[lattice.level]};
   subject.material = actor.material;
   subject.level_wanted = actor.level_wanted;
   subject.own = true;

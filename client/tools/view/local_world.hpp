@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -52,6 +53,10 @@ class LocalWorld : public Show {
   void give_levels(const Groom& groom, const std::shared_ptr<const LevelSet>& levels);
   // The grooms of characters that have no levels yet.
   [[nodiscard]] std::vector<std::shared_ptr<const Groom>> grooms_without_levels() const;
+
+  // After every tick, however it comes about: ticks().back() and lattice() are of it. It changes nothing here.
+  using OnTick = std::function<void()>;
+  void on_tick(OnTick call) { on_tick_ = std::move(call); }
 
   // In shown time, which is simulated time. Never goes back.
   void advance_to(double time_s);
@@ -118,6 +123,7 @@ class LocalWorld : public Show {
   std::vector<std::unique_ptr<Actor>> actors_;
   std::vector<Subject> subjects_;
   std::vector<LocalTick> ticks_;
+  OnTick on_tick_;
   std::uint64_t tick_ = 0, next_id_ = 1;
   double start_s_ = -Performance::kLeadIn_s;  // of tick 0 of the world as it is
   std::uint64_t start_tick_ = 0;

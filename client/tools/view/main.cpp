@@ -1,11 +1,9 @@
 #include <cstdio>
-#include <iterator>
 #include <string>
 #include <utility>
 
 #include "client/tools/view/cast.hpp"
 #include "client/tools/view/film.hpp"
-#include "client/tools/view/imported_hair.hpp"
 #include "client/tools/view/local_run.hpp"
 #include "client/tools/view/options.hpp"
 #include "client/tools/view/pictures.hpp"
@@ -27,18 +25,6 @@ std::vector<double> moment_times_s(const ViewOptions& options) {
   return times_s;
 }
 
-// Made by code when nobody is asked for, or what files hold.
-Result<std::vector<Actor>> cast_of(const ViewOptions& options) {
-  Result<std::vector<Actor>> cast = load_cast(options.characters);
-  if (!cast || options.source == Source::server) return cast;
-  if (!options.files.empty()) {
-    Result<std::vector<Actor>> more = cast_of_files(options.files);
-    if (!more) return more;
-    std::move(more->begin(), more->end(), std::back_inserter(*cast));
-  }
-  return cast;
-}
-
 Result<void> run(const ViewOptions& options) {
   heed_stop_signals();
   if (options.output == Output::window) return run_window(options);
@@ -51,7 +37,7 @@ Result<void> run(const ViewOptions& options) {
   if (options.output == Output::clip) {
     if (const Result<void> possible = check_film(options); !possible) return possible;
   }
-  const Result<std::vector<Actor>> cast = cast_of(options);
+  const Result<std::vector<Actor>> cast = load_cast(options);
   if (!cast) return Refusal(cast.error());
   if (options.output == Output::clip && options.source == Source::local) return film_locally(options, *cast);
 
@@ -60,10 +46,8 @@ Result<void> run(const ViewOptions& options) {
   const StreamResult streamed = local ? run_locally(options, *cast, times_s) : stream(options, *cast, times_s);
   if (!local) std::fputs(streamed.statistics.summary().c_str(), stdout);
   if (!streamed.ended) return streamed.ended;
-  if (streamed.stopped && options.output != Output::none) {
-    std::fprintf(stderr, "hairnet-view: stopped before the end: no picture is made\n");
-    return {};
-  }
+  if (streamed.stopped && (pictures || (options.output == Output::clip && streamed.moments.empty())))
+    return Refusal(std::string("stopped before the end: no ") + (pictures ? "picture" : "clip") + " is made");
   if (options.output == Output::clip) return film_stream(options, *cast, streamed);
   return pictures ? pictures->write(options, *cast, streamed) : Result<void>();
 }

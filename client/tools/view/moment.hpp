@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "client/link/lattice_blend.hpp"
 #include "core/build/level.hpp"
 #include "core/pose/pose.hpp"
 
@@ -23,5 +24,8 @@ struct Moment {
   Shape shape;
   std::vector<Shape> trail;  // what it is blended from, in order of time: before and after each switch of level
 };
+
+// Plays to a blend that is new what leads to the moment, so that it has the layers that a display would have shown.
+void replay(const Moment& moment, link::LatticeBlend& blend);
 
 }  // namespace hairnet::viewer

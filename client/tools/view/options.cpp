@@ -119,6 +119,8 @@ void take_output(ViewOptions& o, const Texts& texts) {
   if (pictures && texts.no_draw) refuse("--no-draw", "excludes --out and --sheet");
   if (is_clip(o.out)) {
     if (!o.sheet.empty()) refuse("--sheet", "is made without a clip: give them one after the other");
+    if (!o.trace.empty() && o.source == Source::local)
+      refuse("--trace", "is written without a clip when it is simulated here: give them one after the other");
     o.output = Output::clip;
   } else {
     o.output = pictures ? Output::pictures : texts.no_draw || !o.trace.empty() ? Output::none : Output::window;
@@ -151,6 +153,7 @@ void take_size(ViewOptions& o, std::string text) {
 
 void take_times(ViewOptions& o, const std::string& text) {
   if (text.empty()) return;
+  if (o.sheet.empty()) refuse("--times", "is of --sheet, which is not asked for");
   for (const std::string& part : split(text, ',')) {
     const Result<double> time = parse_number(part);
     if (!time) refuse("--times", time.error());

@@ -8,10 +8,10 @@
 #include <numbers>
 #include <utility>
 
-#include "client/link/lattice_blend.hpp"
 #include "client/tools/clip/upright.hpp"
 #include "client/tools/files/write_file.hpp"
 #include "client/tools/progress/progress_bar.hpp"
+#include "client/tools/view/framing.hpp"
 #include "client/tools/view/hair_colour.hpp"
 #include "client/view/renderer.hpp"
 
@@ -22,21 +22,6 @@ constexpr float kFieldOfView_deg = 26;
 constexpr double kMargin = 1.12;  // of the framed sphere
 // What is framed at least: head and neck, head space.
 constexpr std::array<float, 2> kHeadSpan_y{-0.20f, 0.22f};
-
-// Where a view looks from, before the character's heading turns it.
-Vec3 direction_of(View view) {
-  switch (view) {
-    case View::front:
-      return {0, 0.05, 1};
-    case View::side:
-      return {1, 0.05, 0};
-    case View::back:
-      return {0, 0.05, -1};
-    case View::three_quarter:
-      return {0.64, 0.12, 0.77};
-  }
-  return Vec3::UnitZ();
-}
 
 // Centre and radius, head space, of what is to be seen of a groom at rest: the head and, as far as they hang, strands.
 struct Framing {
@@ -67,27 +52,27 @@ view::Camera camera_of(const Pose& beginning, const Framing& framing, const Pose
 }
 
 // Whom to draw: one of the cast, or another of the room.
-struct Subject {
+struct Sitter {
   const Groom* groom = nullptr;
   Vec3f hair_colour = Vec3f::Zero();
   Pose beginning;                      // where the clip begins, or where it was seen first
   std::vector<const Moment*> moments;  // [time]; null: not seen
 };
 
-std::vector<Subject> subjects_of(const std::vector<Actor>& cast, const StreamResult& streamed) {
-  std::vector<Subject> subjects;
+std::vector<Sitter> sitters_of(const std::vector<Actor>& cast, const StreamResult& streamed) {
+  std::vector<Sitter> sitters;
   for (std::size_t c = 0; c < cast.size(); ++c) {
-    Subject& one =
-        subjects.emplace_back(Subject{cast[c].groom.get(), cast[c].hair_colour, cast[c].motion.poses.front(), {}});
+    Sitter& one =
+        sitters.emplace_back(Sitter{cast[c].groom.get(), cast[c].hair_colour, cast[c].motion.poses.front(), {}});
     for (const std::vector<Moment>& moment : streamed.moments) one.moments.push_back(&moment[c]);
   }
   for (const SeenCharacter& other : streamed.others) {
-    Subject& one = subjects.emplace_back(Subject{other.groom.get(), default_hair_colour(subjects.size()), {}, {}});
+    Sitter& one = sitters.emplace_back(Sitter{other.groom.get(), default_hair_colour(sitters.size()), {}, {}});
     for (const std::optional<Moment>& moment : other.moments) one.moments.push_back(moment ? &*moment : nullptr);
     const auto first = std::find_if(one.moments.begin(), one.moments.end(), [](const Moment* m) { return m; });
     one.beginning = (*first)->pose;
   }
-  return subjects;
+  return sitters;
 }
 
 Result<void> write_png(const std::string& path, const view::Image& image) {
@@ -105,23 +90,23 @@ class RenderedPictures : public Pictures {
   Result<void> write(const ViewOptions& options, const std::vector<Actor>& cast,
                      const StreamResult& streamed) override {
     ProgressBar bar("hairnet-view");
-    const std::vector<Subject> subjects = subjects_of(cast, streamed);
-    if (subjects.empty()) return Refusal("nobody was seen");
+    const std::vector<Sitter> sitters = sitters_of(cast, streamed);
+    if (sitters.empty()) return Refusal("nobody was seen");
     if (!options.sheet.empty()) {
-      if (const Result<void> done = write_sheet(options, subjects, bar); !done) return done;
+      if (const Result<void> done = write_sheet(options, sitters, bar); !done) return done;
     }
-    return options.out.empty() ? Result<void>() : write_last(options, subjects, bar);
+    return options.out.empty() ? Result<void>() : write_last(options, sitters, bar);
   }
 
  private:
-  Result<void> write_sheet(const ViewOptions& options, const std::vector<Subject>& subjects, ProgressBar& bar) {
+  Result<void> write_sheet(const ViewOptions& options, const std::vector<Sitter>& sitters, ProgressBar& bar) {
     std::vector<view::Image> tiles;
-    const std::size_t count = subjects.size() * options.views.size() * options.times_s.size();
-    for (const Subject& subject : subjects) {
+    const std::size_t count = sitters.size() * options.views.size() * options.times_s.size();
+    for (const Sitter& sitter : sitters) {
       for (const View view : options.views) {
         for (std::size_t t = 0; t < options.times_s.size(); ++t) {
           bar.show(static_cast<double>(tiles.size()) / static_cast<double>(count), "drawing");
-          Result<view::Image> tile = draw(options, subject, subject.moments[t], view);
+          Result<view::Image> tile = draw(options, sitter, sitter.moments[t], view);
           if (!tile) return Refusal(tile.error());
           char caption[32];
           std::snprintf(caption, sizeof caption, "%.2f s", options.times_s[t]);
@@ -133,49 +118,38 @@ class RenderedPictures : public Pictures {
     return write_png(options.sheet, view::contact_sheet(tiles, static_cast<int>(options.times_s.size())));
   }
 
-  Result<void> write_last(const ViewOptions& options, const std::vector<Subject>& subjects, ProgressBar& bar) {
+  Result<void> write_last(const ViewOptions& options, const std::vector<Sitter>& sitters, ProgressBar& bar) {
     std::vector<view::Image> tiles;
     for (const View view : options.views) {
-      for (const Subject& subject : subjects) {
-        const std::size_t count = options.views.size() * subjects.size();
+      for (const Sitter& sitter : sitters) {
+        const std::size_t count = options.views.size() * sitters.size();
         bar.show(static_cast<double>(tiles.size()) / static_cast<double>(count), "drawing");
-        Result<view::Image> tile = draw(options, subject, subject.moments.back(), view);
+        Result<view::Image> tile = draw(options, sitter, sitter.moments.back(), view);
         if (!tile) return Refusal(tile.error());
         tiles.push_back(std::move(*tile));
       }
     }
-    return write_png(options.out, view::contact_sheet(tiles, static_cast<int>(subjects.size())));
+    return write_png(options.out, view::contact_sheet(tiles, static_cast<int>(sitters.size())));
   }
 
   // The empty studio where there is no moment.
-  Result<view::Image> draw(const ViewOptions& options, const Subject& subject, const Moment* moment, View view) {
-    const Groom& groom = *subject.groom;
+  Result<view::Image> draw(const ViewOptions& options, const Sitter& sitter, const Moment* moment, View view) {
+    const Groom& groom = *sitter.groom;
     if (!moment) {
-      return renderer_->draw({}, camera_of(subject.beginning, Framing(groom), subject.beginning, view), {},
-                             options.width, options.height);
+      return renderer_->draw({}, camera_of(sitter.beginning, Framing(groom), sitter.beginning, view), {}, options.width,
+                             options.height);
     }
     const auto [number, is_new] = grooms_.try_emplace(&groom, 0);
     if (is_new) number->second = renderer_->stage().add_groom(groom);
     link::LatticeBlend blend;
-    for (const Shape& shape : moment->trail) apply(shape, blend);
-    apply(moment->shape, blend);
+    replay(*moment, blend);
     view::ShownCharacter shown;
     shown.groom = number->second;
     shown.pose = moment->pose;
     shown.layers = blend.layers();
-    shown.hair_colour = subject.hair_colour;
-    return renderer_->draw(std::span(&shown, 1), camera_of(subject.beginning, Framing(groom), moment->pose, view), {},
+    shown.hair_colour = sitter.hair_colour;
+    return renderer_->draw(std::span(&shown, 1), camera_of(sitter.beginning, Framing(groom), moment->pose, view), {},
                            options.width, options.height);
-  }
-
-  static void apply(const Shape& shape, link::LatticeBlend& blend) {
-    link::Playout::Sample sample;
-    sample.valid = true;
-    sample.level = shape.level;
-    sample.displacement = shape.displacement;
-    sample.time_ns = shape.time_ns;
-    sample.geometry = shape.geometry;
-    blend.apply(sample);
   }
 
   std::unique_ptr<view::Renderer> renderer_;

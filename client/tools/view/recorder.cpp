@@ -89,7 +89,6 @@ void Recorder::add_tick(const LocalWorld& world) {
 }
 
 void add_to_trace(const LocalWorld& world, FrameTrace& trace) {
-  if (world.ticks().empty()) return;
   for (const Subject& subject : world.subjects()) {
     const std::optional<LatticeView> lattice = world.lattice(subject.id);
     if (!lattice) continue;

@@ -13,8 +13,8 @@
 namespace hairnet::viewer {
 
 // What a window keeps of what it shows: a clip of the pictures at a fixed rate, however fast they come, and a trace of
-// a local world's ticks. Files are named hairnet-N.mp4 and hairnet-N.trace, in the folder the program was started in; N
-// is the first that is free. One thread.
+// a local world's ticks, as long as it counts them from one beginning. Files are named hairnet-N.mp4 and
+// hairnet-N.trace, in the folder the program was started in; N is the first that is free. One thread.
 class Recorder {
  public:
   static constexpr double kRate_hz = 30;
@@ -32,7 +32,7 @@ class Recorder {
   [[nodiscard]] int height() const { return height_; }
   // RGBA, rows from the bottom as OpenGL reads them.
   Result<void> add_picture(std::span<const std::uint8_t> rgba, std::int64_t now_ns);
-  void add_tick(const LocalWorld& world);
+  void add_tick(const LocalWorld& world);  // of each: LocalWorld::on_tick
   // Where it goes, or went last; empty when nothing was kept.
   [[nodiscard]] const std::string& status() const { return status_; }
 
@@ -46,7 +46,7 @@ class Recorder {
   std::string clip_path_, trace_path_, status_;
 };
 
-// Adds what a local world has after its last tick; character numbers are those of its subjects.
+// Adds what a local world has after the tick just done; character numbers are those of its subjects.
 void add_to_trace(const LocalWorld& world, FrameTrace& trace);
 
 }  // namespace hairnet::viewer

@@ -15,14 +15,15 @@ constexpr const char* kInTurn = "one after the other";
 
 }  // namespace
 
-SceneList::SceneList(const std::vector<Actor>& cast) : cast_(cast) {
+SceneList::SceneList(const std::vector<Actor>& cast) {
   for (const MadeName& made : hairstyle_names()) hair_.emplace_back(made.name);
   for (const MadeName& made : motion_names()) motions_.emplace_back(made.name);
   made_hair_ = hair_.size();
   made_motions_ = motions_.size();
-  for (const Actor& actor : cast_) {
-    cast_motions_.push_back(std::make_shared<const Motion>(actor.motion));
-    const std::string number = std::to_string(cast_motions_.size());
+  for (const Actor& actor : cast) {
+    const std::string number = std::to_string(given_.size() + 1);
+    given_.push_back({actor.groom->name + " " + number, actor.groom, std::make_shared<const Motion>(actor.motion),
+                      Place{}, actor.level, actor.hair_colour, actor.material});
     hair_.push_back("given " + number + ": " + actor.groom->name);
     motions_.push_back("given " + number + ": " + actor.motion.name);
   }
@@ -31,7 +32,7 @@ SceneList::SceneList(const std::vector<Actor>& cast) : cast_(cast) {
 }
 
 Result<std::shared_ptr<const Groom>> SceneList::groom_of(std::size_t hair) {
-  if (hair >= made_hair_) return cast_[hair - made_hair_].groom;
+  if (hair >= made_hair_) return given_[hair - made_hair_].groom;
   std::shared_ptr<const Groom>& groom = grooms_[hair];
   if (groom) return groom;
   Result<Groom> made = load_groom(std::string(kMadePrefix) + hair_[hair]);
@@ -41,7 +42,7 @@ Result<std::shared_ptr<const Groom>> SceneList::groom_of(std::size_t hair) {
 }
 
 Result<std::shared_ptr<const Motion>> SceneList::motion_of(std::size_t motion, std::uint32_t seed) {
-  if (motion >= made_motions_) return cast_motions_[motion - made_motions_];
+  if (motion >= made_motions_) return given_[motion - made_motions_].motion;
   std::shared_ptr<const Motion>& moved = moved_[{motion, seed}];
   if (moved) return moved;
   MotionOptions options;
@@ -74,16 +75,6 @@ Result<std::vector<LocalCharacter>> SceneList::make(const Choice& choice) {
     character.name = every_level ? std::string(kLevelNames[n]) : (*groom)->name + " " + std::to_string(n + 1);
     character.hair_colour = default_hair_colour(every_level ? 0 : n);
     characters.push_back(std::move(character));
-  }
-  return characters;
-}
-
-std::vector<LocalCharacter> SceneList::given() const {
-  std::vector<LocalCharacter> characters;
-  for (std::size_t i = 0; i < cast_.size(); ++i) {
-    const Actor& actor = cast_[i];
-    characters.push_back({actor.groom->name + " " + std::to_string(i + 1), actor.groom, cast_motions_[i], Place{},
-                          actor.level, actor.hair_colour, actor.material});
   }
   return characters;
 }

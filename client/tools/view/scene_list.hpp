@@ -34,15 +34,13 @@ class SceneList {
   // One line when it cannot be made.
   Result<std::vector<LocalCharacter>> make(const Choice& choice);
   // The cast as it was given.
-  [[nodiscard]] std::vector<LocalCharacter> given() const;
-  [[nodiscard]] std::size_t given_count() const { return cast_.size(); }
+  [[nodiscard]] const std::vector<LocalCharacter>& given() const { return given_; }
 
  private:
   Result<std::shared_ptr<const Groom>> groom_of(std::size_t hair);
   Result<std::shared_ptr<const Motion>> motion_of(std::size_t motion, std::uint32_t seed);
 
-  std::vector<Actor> cast_;
-  std::vector<std::shared_ptr<const Motion>> cast_motions_;
+  std::vector<LocalCharacter> given_;
   std::vector<std::string> hair_, motions_;
   std::size_t made_hair_ = 0, made_motions_ = 0;
   std::map<std::size_t, std::shared_ptr<const Groom>> grooms_;

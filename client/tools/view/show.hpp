@@ -26,7 +26,7 @@ struct Subject {
   LevelIndex level = LevelIndex::rigid;           // of the newest lattice
   std::shared_ptr<const LevelGeometry> geometry;  // likewise; null: rigid
   std::span<const Vec3f> displacement;            // likewise, active order, head space, m
-  const Level* model = nullptr;                   // what it is simulated with; null: not known here
+  std::shared_ptr<const Level> model;             // what it is simulated with; null: not known here
   MaterialScale material;
   LevelIndex level_wanted = LevelIndex::high;  // the finest it may have
   bool own = false;                            // may be taken hold of and changed
@@ -35,6 +35,8 @@ struct Subject {
 // Characters that move and whose hair lives, wherever it is simulated. What a window draws and works on. One thread.
 class Show {
  public:
+  static constexpr double kAside_m = 0.8;  // of teleport(), along x
+
   virtual ~Show() = default;
   // Brings everybody to the moment that is to be drawn, `now_ns` of a monotonic clock. One line when it is over.
   virtual Result<void> advance(std::int64_t now_ns) = 0;

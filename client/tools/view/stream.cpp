@@ -1,5 +1,6 @@
 #include "client/tools/view/stream.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <optional>
 #include <thread>
@@ -13,13 +14,18 @@ namespace hairnet::viewer {
 namespace {
 
 constexpr std::int64_t kLoop_ns = 1'000'000;
-constexpr std::int64_t kPlayInterval_ns = 8'000'000;  // how often a display would ask for a picture
+constexpr std::int64_t kPlayInterval_ns = 8'000'000;  // how often a display would ask for a picture, at least
 
 // A room while it is streamed to, without anybody looking at it.
 class Streamer {
  public:
   Streamer(const ViewOptions& options, const std::vector<Actor>& cast, const std::vector<double>& moment_times_s)
-      : options_(options), moment_times_s_(moment_times_s), room_(options, cast, false) {}
+      : options_(options), moment_times_s_(moment_times_s), room_(options, cast, false) {
+    // Twice a picture, so that a clip of many a second has each of its own time.
+    if (options.output == Output::clip)
+      play_interval_ns_ = std::min(play_interval_ns_, static_cast<std::int64_t>(0.5e9 / options.frame_rate_hz));
+    if (!moment_times_s.empty()) room_.keep_moments();
+  }
 
   StreamResult run() {
     result_.ended = open();
@@ -78,11 +84,17 @@ class Streamer {
 
   // Samples as a display would, so that play-out keeps time, and copies out the wanted moments.
   void play(std::int64_t now, const std::optional<double>& time_s) {
-    next_play_ns_ = now + kPlayInterval_ns;
-    const std::size_t next = result_.moments.size();
-    const bool wanted = time_s && next < moment_times_s_.size() && *time_s >= moment_times_s_[next];
-    room_.play(now, wanted ? static_cast<std::ptrdiff_t>(next) : -1);
-    if (wanted) result_.moments.push_back(room_.moments());
+    next_play_ns_ = now + play_interval_ns_;
+    const auto wanted = [&] {
+      const std::size_t next = result_.moments.size();
+      return time_s && next < moment_times_s_.size() && *time_s >= moment_times_s_[next];
+    };
+    if (!wanted()) room_.play(now, -1);
+    // More than one after a stall: what came late is shown late, and nothing slower.
+    while (wanted()) {
+      room_.play(now, static_cast<std::ptrdiff_t>(result_.moments.size()));
+      result_.moments.push_back(room_.moments());
+    }
   }
 
   const ViewOptions& options_;
@@ -90,7 +102,7 @@ class Streamer {
   LiveRoom room_;
   std::optional<FrameTrace> trace_;
   StreamResult result_;
-  std::int64_t next_play_ns_ = 0;
+  std::int64_t play_interval_ns_ = kPlayInterval_ns, next_play_ns_ = 0;
 };
 
 }  // namespace

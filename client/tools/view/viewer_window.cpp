@@ -4,7 +4,6 @@
 #include <imgui.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <memory>
 #include <utility>
@@ -12,8 +11,8 @@
 #include "client/tools/view/cast.hpp"
 #include "client/tools/view/controls.hpp"
 #include "client/tools/view/framing.hpp"
-#include "client/tools/view/imported_hair.hpp"
 #include "client/tools/view/stage_cast.hpp"
+#include "client/tools/view/steady_clock.hpp"
 #include "client/tools/view/stop_signal.hpp"
 #include "client/tools/view/window.hpp"
 #include "client/view/overlay.hpp"
@@ -25,11 +24,6 @@ constexpr const char* kFirstHair = "long_curly";
 constexpr const char* kFirstMotion = "dance";
 constexpr double kHead_m = 0.24;
 constexpr double kComingIntoView_m = 2;  // beside the picture; a server stands still whom nobody sees
-
-std::int64_t steady_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
 
 double ms_since(std::int64_t began_ns) {
   return 1e-6 * static_cast<double>(steady_ns() - began_ns);
@@ -88,6 +82,7 @@ class ViewerWindow {
     LocalWorld world({options_.tick_rate_hz, options_.duration_s,
                       std::isfinite(options_.duration_s) ? Loop::plain : Loop::smooth, options_.wind.value_or(Wind{}),
                       steady_ns});
+    world.on_tick([&] { recorder_.add_tick(world); });
     SceneList scenes(cast);
     state_.scene.hair = index_of(scenes.hair(), kFirstHair);
     state_.scene.motion = index_of(scenes.motions(), kFirstMotion);
@@ -103,7 +98,6 @@ class ViewerWindow {
       controls.busy = builder_.status();
       if (Result<void> drawn = draw_picture(controls); !drawn) return drawn;
       take_timings(world);
-      recorder_.add_tick(world);
     }
     return finish();
   }
@@ -133,6 +127,8 @@ class ViewerWindow {
   void fill(Result<std::vector<LocalCharacter>> characters, LocalWorld& world) {
     state_.fault = characters ? "" : characters.error();
     if (!characters) return;
+    // Ticks and characters are counted anew.
+    if (const Result<void> traced = recorder_.stop_trace(); !traced) state_.fault = traced.error();
     world.remove_all();
     for (LocalCharacter& character : *characters) world.add(std::move(character));
     state_.chosen.reset();
@@ -212,7 +208,7 @@ class ViewerWindow {
     drawer_.pixels.resize(std::size_t{4} * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
     glReadPixels(0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, drawer_.pixels.data());
-    note(recorder_.add_picture(drawer_.pixels, now_ns), "");
+    if (const Result<void> added = recorder_.add_picture(drawer_.pixels, now_ns); !added) state_.fault = added.error();
   }
 
   void obey_recording(int width, int height) {
@@ -276,13 +272,8 @@ Result<void> run_window(const ViewOptions& options) {
   if (!window) return Refusal(window.error());
   Result<std::unique_ptr<Drawer>> drawer = Drawer::create();
   if (!drawer) return Refusal(drawer.error());
-  Result<std::vector<Actor>> cast = load_cast(options.characters);
+  const Result<std::vector<Actor>> cast = load_cast(options);
   if (!cast) return Refusal(cast.error());
-  if (!options.files.empty()) {
-    Result<std::vector<Actor>> more = cast_of_files(options.files);
-    if (!more) return Refusal(more.error());
-    std::move(more->begin(), more->end(), std::back_inserter(*cast));
-  }
   ViewerWindow viewer(options, **window, **drawer);
   return options.source == Source::local ? viewer.run_local(*cast) : viewer.run_room(*cast);
 }

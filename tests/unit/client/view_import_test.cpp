@@ -1,9 +1,13 @@
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 
 #include "client/tools/view/fitted_hair.hpp"
 #include "client/tools/view/guess_placement.hpp"
+#include "client/tools/view/imported_hair.hpp"
 #include "core/geometry/mesh_query.hpp"
 #include "core/import/obj.hpp"
 #include "core/made/made.hpp"
@@ -40,6 +44,62 @@ Foreign foreign(const Groom& groom, const Placement& strands, const Placement& b
   out.body = groom.body.mesh;
   for (Vec3f& v : out.body.vertices) v = to_file(body, v);
   return out;
+}
+
+// Strands and the body they were made on as two .obj files, in a folder of their own.
+class ImportedFiles : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::temp_directory_path() / ("hairnet_import_" + std::to_string(::getpid()));
+    std::filesystem::create_directories(folder_);
+    const Foreign there = foreign(made("bob"), {}, {});
+    std::ofstream hair(hair_file());
+    for (const Vec3f& p : there.files[0].strands.points) hair << "v " << p.transpose() << '\n';
+    const std::vector<std::uint32_t>& begin = there.files[0].strands.strand_begin;
+    for (std::size_t s = 0; s + 1 < begin.size(); ++s) {
+      hair << 'l';
+      for (std::uint32_t i = begin[s]; i < begin[s + 1]; ++i) hair << ' ' << i + 1;
+      hair << '\n';
+    }
+    std::ofstream body(body_file());
+    for (const Vec3f& p : there.body.vertices) body << "v " << p.transpose() << '\n';
+    for (const auto& t : there.body.triangles) body << "f " << t[0] + 1 << ' ' << t[1] + 1 << ' ' << t[2] + 1 << '\n';
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  [[nodiscard]] std::string hair_file() const { return (folder_ / "hair.obj").string(); }
+  [[nodiscard]] std::string body_file() const { return (folder_ / "body.obj").string(); }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+TEST_F(ImportedFiles, what_is_said_of_strands_names_their_file) {
+  ::testing::internal::CaptureStderr();
+  const std::array<std::string, 2> files{body_file(), hair_file()};
+  const Result<Groom> groom = import_hair(files);
+  const std::string said = ::testing::internal::GetCapturedStderr();
+  ASSERT_TRUE(groom) << groom.error();
+  EXPECT_NE(said.find("hair.obj: taken as"), std::string::npos) << said;
+  EXPECT_NE(said.find("body.obj: taken as"), std::string::npos) << said;
+}
+
+TEST_F(ImportedFiles, stand_beside_the_characters_that_are_named) {
+  ViewOptions options;
+  options.files = {hair_file()};
+  CharacterOptions named;
+  named.groom = "made:bob";
+  named.motion = "made:still";
+  named.hairstyle.strand_count = 60;
+  options.characters = {named, named};
+  options.characters[1].place = Place{5, 0, 0};
+  ::testing::internal::CaptureStderr();
+  const Result<std::vector<Actor>> cast = load_cast(options);
+  ::testing::internal::GetCapturedStderr();
+  ASSERT_TRUE(cast) << cast.error();
+  ASSERT_EQ(cast->size(), 3u);
+  const auto x_m = [&](std::size_t i) { return (*cast)[i].motion.poses.front().head().position.x(); };
+  EXPECT_GT(x_m(2) - x_m(0), 0.5) << "one head inside another";
+  EXPECT_NEAR(x_m(1), 5, 0.1);
 }
 
 constexpr std::array<const char*, 3> kStyles{"long_curly", "bob", "short"};

@@ -84,6 +84,10 @@ TEST(ViewOptions, what_cannot_be_is_refused_in_one_line) {
   EXPECT_TRUE(refused({"--character", kOne, "--no-draw", "--out", "a.png"}));
   EXPECT_TRUE(refused({"--character", kOne, "--sheet", "a.png", "--times", "1", "--out", "a.mp4"}));
   EXPECT_TRUE(refused({"--character", kOne, "--sheet", "a.png"}));
+  EXPECT_TRUE(refused({"--local", "--character", kOne, "--out", "a.mp4", "--trace", "t"}));
+  EXPECT_FALSE(refused({"--character", kOne, "--out", "a.mp4", "--trace", "t"})) << "a server's is received anyway";
+  EXPECT_TRUE(refused({"--local", "--character", kOne, "--out", "a.mp4", "--times", "1"}));
+  EXPECT_TRUE(refused({"--character", kOne, "--out", "a.png", "--times", "1"}));
   EXPECT_TRUE(refused({"--local", "--tick-rate", "1"}));
   EXPECT_TRUE(refused({"--local", "--frame-rate", "nan"}));
   EXPECT_TRUE(refused({"--local", "--size", "10x10"}));

@@ -1,8 +1,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <thread>
 
+#include "client/tools/view/level_builder.hpp"
 #include "client/tools/view/local_world.hpp"
 #include "client/tools/view/place.hpp"
 #include "client/tools/view/scene_list.hpp"
@@ -101,6 +104,23 @@ TEST_F(LocalWorldTest, pause_holds_everything_and_a_step_is_one_tick) {
   EXPECT_NEAR(w.time_s(), 1 + 1.0 / 30, 1e-9);
 }
 
+TEST_F(LocalWorldTest, every_tick_is_told_of_once_however_it_comes_about) {
+  LocalWorld w = world("shake");
+  std::vector<std::uint64_t> numbers;
+  w.on_tick([&] {
+    numbers.push_back(w.ticks().back().number);
+    EXPECT_EQ(w.lattice(1)->displacement.size(),
+              levels_->levels[static_cast<std::size_t>(LevelIndex::low)].rest.size());
+  });
+  w.advance_to(1);
+  w.advance_to(1.001);
+  w.step_once();
+  w.set_tick_rate(120);
+  w.advance_to(1.5);
+  ASSERT_GT(numbers.size(), 100u);
+  for (std::size_t i = 0; i < numbers.size(); ++i) EXPECT_EQ(numbers[i], i + 1);
+}
+
 TEST_F(LocalWorldTest, a_machine_that_is_too_slow_shows_slow_motion) {
   LocalWorld w = world("shake");
   ASSERT_TRUE(w.advance(0));
@@ -179,6 +199,38 @@ TEST_F(LocalWorldTest, what_is_out_of_range_changes_nothing) {
   w.set_wind(wind);
   EXPECT_EQ(w.wind().gust_ratio, 0);
   EXPECT_EQ(w.grab(99), nullptr);
+}
+
+// Null after a long while.
+std::shared_ptr<const LevelSet> built(LevelBuilder& builder, const std::shared_ptr<const Groom>& groom) {
+  for (int i = 0; i < 10'000; ++i) {
+    if (auto levels = builder.levels_of(groom)) return levels;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return nullptr;
+}
+
+TEST(LevelBuilder, builds_once_for_every_groom_that_is_there_however_many) {
+  LevelBuilder builder;
+  std::vector<std::shared_ptr<const Groom>> grooms;
+  std::vector<std::shared_ptr<const LevelSet>> levels;
+  for (int i = 0; i < 40; ++i) {
+    grooms.push_back(std::make_shared<const Groom>());  // without hair, so soon done
+    levels.push_back(built(builder, grooms.back()));
+    ASSERT_TRUE(levels.back());
+  }
+  for (std::size_t i = 0; i < grooms.size(); ++i) EXPECT_EQ(builder.levels_of(grooms[i]), levels[i]);
+}
+
+TEST(LevelBuilder, levels_go_with_their_groom_and_not_while_they_are_drawn) {
+  LevelBuilder builder;
+  auto groom = std::make_shared<const Groom>();
+  const std::shared_ptr<const LevelSet> drawn = built(builder, groom);
+  const std::weak_ptr<const Groom> kept = groom;
+  groom.reset();
+  ASSERT_TRUE(built(builder, std::make_shared<const Groom>()));
+  EXPECT_TRUE(kept.expired());
+  EXPECT_EQ(drawn.use_count(), 1);
 }
 
 TEST(SceneList, makes_every_kind_of_scene_from_few_grooms_and_motions) {
