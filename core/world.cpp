@@ -277,7 +277,6 @@ std::uint64_t World::hash() const {
     const Character& c = slot.character;
     fnv.add(std::uint64_t{s});
     fnv.add(static_cast<std::uint64_t>(c.level));
-    fnv.add(c.calm_release.calm_s());
     fnv.add(c.stiffness);
     fnv.add(c.still_s);
     fnv.add(c.easing_s);

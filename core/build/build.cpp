@@ -5,18 +5,18 @@
 #include <limits>
 #include <optional>
 
-#include "core/build/body_balls.hpp"
 #include "core/build/build_progress.hpp"
 #include "core/build/cloth.hpp"
+#include "core/build/contact_points.hpp"
 #include "core/build/decimate.hpp"
 #include "core/build/ether.hpp"
 #include "core/build/fit_lattice.hpp"
 #include "core/build/knots.hpp"
 #include "core/build/level_map.hpp"
 #include "core/build/match_response.hpp"
-#include "core/build/metaballs.hpp"
 #include "core/build/node_shares.hpp"
 #include "core/build/resample.hpp"
+#include "core/build/skin_field.hpp"
 #include "core/build/stiffener_list.hpp"
 #include "core/build/stiffener_order.hpp"
 #include "core/build/threads.hpp"
@@ -151,8 +151,7 @@ Stiffeners store_stiffeners(const StiffenerList& list, const std::vector<std::ui
   return stored;
 }
 
-void store_level(const GroomMechanics& mechanics, const Material& material, const BodyShape& body,
-                 const ParallelFor& parallel_for, Level& level) {
+void store_level(const GroomMechanics& mechanics, Level& level) {
   const std::vector<std::uint32_t>& active_nodes = level.geometry.active_nodes;
   const std::vector<std::uint32_t> active_index = active_indices(level.geometry);
   for (std::uint32_t a = 0; a < active_nodes.size(); ++a) {
@@ -166,8 +165,6 @@ void store_level(const GroomMechanics& mechanics, const Material& material, cons
   level.ether_damping.assign(nodes.ether_damping.begin(), nodes.ether_damping.end());
   level.springs = store_stiffeners(mechanics.springs, active_index, level.rest);
   level.attachments = store_stiffeners(mechanics.attachments, active_index, level.rest);
-  level.metaballs =
-      fit_metaballs(body, make_stencils(level.geometry, body.hair), level.rest, nodes.mass, material, parallel_for);
 }
 
 // Hair on a head upside down hangs twice its own length from its design, and swings and stretches beyond.
@@ -187,16 +184,8 @@ bool match_springs(const StiffenerList& all_springs, const StiffenerList& all_at
                         store_stiffeners(all_attachments, active_index, level.rest), level, matched);
 }
 
-std::size_t contact_count(const Level& level) {
-  std::size_t count = 0;
-  for (const Metaball& ball : level.metaballs) {
-    count += ball.radius.size() - static_cast<std::size_t>(std::ranges::count(ball.radius, 0.0f));
-  }
-  return count;
-}
-
 // False when cancelled.
-bool make_level(const Groom& groom, const LevelSpec& spec, const BodyShape& body, const LevelProgress& progress,
+bool make_level(const Groom& groom, const LevelSpec& spec, std::shared_ptr<const Skin> skin, const LevelProgress& progress,
                 const ParallelFor& parallel_for, Level& level, LevelReport& report) {
   const double start_s = progress.clock_s();
   const Grid grid(fit_lattice(groom.points, spec.dims));
@@ -214,10 +203,12 @@ bool make_level(const Groom& groom, const LevelSpec& spec, const BodyShape& body
   append(mechanics.ties, all_springs);
   const StiffenerList all_attachments = mechanics.attachments;
   if (!decimate_both(grid, spec, progress, parallel_for, mechanics)) return false;
-  if (!progress.at(0.7, "fitting metaballs")) return false;
+  if (!progress.at(0.7, "placing contact points")) return false;
   level.geometry = trim(grid.lattice(), mechanics.shares.touched);
   level.displacement_max_m = displacement_max_m(grid.lattice());
-  store_level(mechanics, groom.materials.base, body, parallel_for, level);
+  store_level(mechanics, level);
+  level.skin = std::move(skin);
+  level.contacts = make_contact_points(groom, level.geometry, level.mass, *level.skin, spec.contact_count);
 
   if (!match_springs(all_springs, all_attachments, progress, level)) return false;
   order_by_nodes(level.springs);
@@ -227,7 +218,7 @@ bool make_level(const Groom& groom, const LevelSpec& spec, const BodyShape& body
   report.springs_after = level.springs.count();
   report.attachments_after = level.attachments.count();
   report.active_nodes = level.geometry.active_nodes.size();
-  report.contacts = contact_count(level);
+  report.contacts = level.contacts.count();
   report.total_s = progress.clock_s() - start_s;
   return progress.at(1, "level built");
 }
@@ -252,28 +243,28 @@ void connect_levels(const Groom& groom, LevelSet& set, const ParallelFor& parall
 std::shared_ptr<const Level> build_level(const Groom& groom, const LevelSpec& spec, const BuildObserver& observer,
                                          LevelReport* report, const ParallelFor& parallel_for) {
   BuildProgress progress(observer, 1);
-  if (!progress.at(0, 0, "placing metaballs")) return nullptr;
-  const BodyShape body = place_balls(groom);
+  if (!progress.at(0, 0, "measuring the skin")) return nullptr;
+  const std::shared_ptr<const Skin> skin = make_skin(groom, parallel_for);
   auto level = std::make_shared<Level>();
   LevelReport own_report;
   LevelReport& counts = report ? *report : own_report;
   counts = {};
-  if (!make_level(groom, spec, body, {progress}, parallel_for, *level, counts)) return nullptr;
+  if (!make_level(groom, spec, skin, {progress}, parallel_for, *level, counts)) return nullptr;
   return level;
 }
 
 std::shared_ptr<const LevelSet> build_levels(const Groom& groom, const BuildObserver& observer,
                                              std::array<LevelReport, 4>* reports, const ParallelFor& parallel_for) {
   BuildProgress progress(observer, kLevelSpecs.size());
-  if (!progress.at(0, 0, "placing metaballs")) return nullptr;
-  const BodyShape body = place_balls(groom);
+  if (!progress.at(0, 0, "measuring the skin")) return nullptr;
+  const std::shared_ptr<const Skin> skin = make_skin(groom, parallel_for);
   auto set = std::make_shared<LevelSet>();
   std::array<LevelReport, 4> own_reports;
   std::array<bool, kLevelSpecs.size()> is_made{};
   run(parallel_for, kLevelSpecs.size(), [&](std::size_t i) {
     LevelReport& report = (reports ? *reports : own_reports)[i];
     report = {};
-    is_made[i] = make_level(groom, kLevelSpecs[i], body, {progress, i}, parallel_for, set->levels[i], report);
+    is_made[i] = make_level(groom, kLevelSpecs[i], skin, {progress, i}, parallel_for, set->levels[i], report);
   });
   if (std::ranges::find(is_made, false) != is_made.end()) return nullptr;
   connect_levels(groom, *set, parallel_for);

@@ -11,7 +11,7 @@
 namespace hairnet {
 
 // Raised whenever the same groom gives other levels than before: levels kept on disk are then built anew.
-inline constexpr std::uint32_t kBuildVersion = 1;
+inline constexpr std::uint32_t kBuildVersion = 2;
 
 // Counts of one level's making, for people and tests.
 struct LevelReport {
@@ -19,7 +19,7 @@ struct LevelReport {
   std::size_t springs_after = 0, attachments_after = 0;
   std::size_t active_nodes = 0;
   std::size_t degenerate_strands = 0;    // or threads: no points, one point, or no length: no mechanics
-  std::size_t contacts = 0;              // pairs of node and metaball that are on
+  std::size_t contacts = 0;              // points of hair at which contact acts
   double decimation_s = 0, total_s = 0;  // given by the caller's clock, 0 without one
 };
 

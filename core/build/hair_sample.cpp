@@ -1,18 +1,13 @@
 #include "core/build/hair_sample.hpp"
 
 #include <algorithm>
-#include <cassert>
-#include <cmath>
-#include <numbers>
 
 #include "core/ffd/deform.hpp"
 
 namespace hairnet {
 namespace {
 
-constexpr std::size_t kSampleCount = 4000;
-constexpr int kSweeps = 12;
-constexpr double kWeightLeast = 1e-3;
+constexpr double kWeightLeast = 0.01;
 
 // Sums of weights by active node, few of all of them at once.
 class WeightSums {
@@ -69,20 +64,6 @@ class Followed {
 
 }  // namespace
 
-HairSample sample_hair(const Groom& groom) {
-  const std::vector<float> blend = root_blend(groom);
-  const double share = static_cast<double>(kSampleCount) / static_cast<double>(std::max<std::size_t>(1, blend.size()));
-  HairSample sample;
-  for (std::size_t p = 0; p < groom.points.size(); ++p) {
-    // Even over points and along strands alike, however many points a strand has.
-    const double turn = static_cast<double>(p) * (std::numbers::phi - 1);
-    if (turn - std::floor(turn) >= share) continue;
-    sample.points.push_back(groom.points[p]);
-    sample.blend.push_back(blend[p]);
-  }
-  return sample;
-}
-
 HairStencils make_stencils(const LevelGeometry& geometry, const HairSample& hair) {
   const Followed followed(geometry);
   HairStencils stencils;
@@ -91,34 +72,19 @@ HairStencils make_stencils(const LevelGeometry& geometry, const HairSample& hair
     for (const auto& [node, weight] : quadratic_ffd_weights(geometry.lattice, hair.points[p])) {
       followed.add(node, static_cast<double>(hair.blend[p]) * static_cast<double>(weight), sums);
     }
+    double whole = 0, kept = 0;
+    const std::size_t first = stencils.weights.size();
     sums.take([&](std::uint32_t node, double weight) {
+      whole += weight;
       if (weight < kWeightLeast) return;
+      kept += weight;
       stencils.nodes.push_back(node);
       stencils.weights.push_back(weight);
     });
+    for (std::size_t e = first; e < stencils.weights.size(); ++e) stencils.weights[e] *= whole / kept;
     stencils.begin.push_back(static_cast<std::uint32_t>(stencils.nodes.size()));
   }
   return stencils;
-}
-
-void limit_travel(const HairStencils& stencils, std::span<const double> clearance_m, std::span<double> travel_m) {
-  assert(clearance_m.size() + 1 == stencils.begin.size());
-  for (int sweep = 0; sweep < kSweeps; ++sweep) {
-    for (std::size_t p = 0; p < clearance_m.size(); ++p) {
-      double moved = 0, square = 0;
-      for (std::uint32_t e = stencils.begin[p]; e < stencils.begin[p + 1]; ++e) {
-        const double travel = travel_m[stencils.nodes[e]], weight = stencils.weights[e];
-        moved += weight * travel;
-        if (travel > 0) square += weight * weight;
-      }
-      if (moved <= clearance_m[p] || square == 0) continue;
-      const double excess = (moved - clearance_m[p]) / square;
-      for (std::uint32_t e = stencils.begin[p]; e < stencils.begin[p + 1]; ++e) {
-        double& travel = travel_m[stencils.nodes[e]];
-        travel = std::max(0.0, travel - excess * stencils.weights[e]);
-      }
-    }
-  }
 }
 
 }  // namespace hairnet

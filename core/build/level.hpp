@@ -22,9 +22,10 @@ struct LevelSpec {
   std::array<int, 3> dims;
   std::size_t spring_count = 0;  // at most; fewer when the groom has fewer
   std::size_t attachment_count = 0;
+  std::size_t contact_count = 0;  // points, at most
 };
 inline constexpr std::array<LevelSpec, 4> kLevelSpecs{
-    {{{10, 10, 10}, 800, 200}, {{7, 7, 7}, 400, 100}, {{5, 5, 5}, 200, 50}, {{5, 5, 5}, 0, 0}}};
+    {{{10, 10, 10}, 800, 200, 800}, {{7, 7, 7}, 400, 100, 480}, {{5, 5, 5}, 200, 50, 280}, {{5, 5, 5}, 0, 0, 160}}};
 
 // Stiffeners (section 2.2 of the paper), flat. Stiffener s acts on the weighted sum over entries [begin[s],
 // begin[s+1]).
@@ -39,13 +40,36 @@ struct Stiffeners {
   [[nodiscard]] std::size_t count() const { return stiffness.size(); }
 };
 
-inline constexpr std::size_t kMetaballCountMost = 64;  // of a level
+// The skin that one bone carries: the signed distance to it, negative inside, on a grid in head space at rest. The paper
+// sums metaballs for it (3.3); the law of the force is still theirs (contact.hpp).
+struct SkinField {
+  Bone bone = Bone::head;
+  Vec3f origin = Vec3f::Zero();    // of node (0, 0, 0), m
+  float cell_m = 0;                // between two nodes
+  std::array<int, 3> dims{0, 0, 0};  // nodes an axis, each >= 2
+  std::vector<float> distance;     // m; node (i, j, k) has index i + nx (j + ny k)
+};
+using Skin = std::vector<SkinField>;  // at most one a bone
 
-struct Metaball {
-  Bone bone = Bone::head;        // moves with it
-  Vec3f centre = Vec3f::Zero();  // head space at rest, m
-  std::vector<float> radius;     // rho, m, one an active node; 0 = the ball is off for that node
-  std::vector<float> potential;  // U, J, one an active node
+// The energy U of a contact point is that of being so much nearer to the skin than its limit (contact.hpp).
+inline constexpr double kContactDepth_m = 0.05;
+
+inline constexpr float kContactNever_m = -1;
+
+// Points of the hair at which contact acts, strand by strand from the root. A point is moved by the weighted sum of the
+// displacements of entries [begin[p], begin[p + 1]), as FFD moves the hair.
+struct ContactPoints {
+  std::vector<std::uint32_t> strand_begin{0};  // strand s has points [strand_begin[s], strand_begin[s + 1])
+  std::vector<std::uint32_t> begin{0};
+  std::vector<std::uint16_t> nodes;  // active index, ascending within a point
+  std::vector<float> weights;        // each > 0; a point's sum to at most 1
+  std::vector<Vec3f> rest;           // in the design, head space, m
+  std::vector<float> potential;      // U, J
+  // The distance to each field's skin at which contact begins, m: [field][point]. In the design no point is nearer.
+  // kContactNever_m: the point cannot come there.
+  std::vector<float> limit;
+
+  [[nodiscard]] std::size_t count() const { return rest.size(); }
 };
 
 // One mechanical model of a groom, immutable and shared by all its characters. Per-node arrays are in active order.
@@ -59,7 +83,8 @@ struct Level {
   std::vector<std::array<float, 6>> drag;  // Q: xx xy xz yy yz zz, N s/m, head axes
   Stiffeners springs;                      // weights sum to 0
   Stiffeners attachments;                  // weights sum to 1
-  std::vector<Metaball> metaballs;
+  std::shared_ptr<const Skin> skin = std::make_shared<Skin>();  // shared by the groom's levels; never null
+  ContactPoints contacts;
 };
 
 // Empty when a solver may run it, whoever made it (counts agree, indices in range, numbers finite, weights and rests

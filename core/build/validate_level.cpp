@@ -1,6 +1,8 @@
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/build/level.hpp"
 
@@ -10,7 +12,8 @@ namespace {
 // Far beyond anything that is built, and far from where the solver's sums overflow.
 constexpr float kMost = 1e9f;
 constexpr float kWeightMost = 1e3f;
-constexpr float kRadiusLeast_m = 1e-3f;  // a smaller ball's force per metre grows without bound
+constexpr float kCellLeast_m = 1e-4f;
+constexpr int kSkinNodesMost = 1 << 20;  // of one grid: an entry's number is exact in float
 // What rounding to float may leave of sums that are exact by construction.
 constexpr double kSumTolerance = 1e-4;
 constexpr double kRestTolerance_m = 1e-4;
@@ -89,17 +92,48 @@ std::string validate_stiffeners(const Stiffeners& list, double weight_sum, const
   return {};
 }
 
-std::string validate_metaballs(const Level& level) {
-  if (level.metaballs.size() > kMetaballCountMost) return "metaballs: more than 64";
-  for (const Metaball& ball : level.metaballs) {
-    if (static_cast<std::size_t>(ball.bone) >= kBoneCount) return "metaballs: no such bone";
-    if (!(ball.centre.cwiseAbs().maxCoeff() <= kMost)) return "metaballs: a centre is not finite";
-    if (ball.radius.size() != level.rest.size() || ball.potential.size() != level.rest.size())
-      return "metaballs: counts disagree";
-    if (!all_within(ball.potential, 0)) return "metaballs: a potential is not finite, or negative";
-    for (const float radius : ball.radius) {
-      if (radius != 0 && !within(radius, kRadiusLeast_m)) return "metaballs: a radius is not finite, or too small";
+std::string validate_skin(const Skin& skin) {
+  std::array<bool, kBoneCount> is_met{};
+  for (const SkinField& field : skin) {
+    const auto bone = static_cast<std::size_t>(field.bone);
+    if (bone >= kBoneCount || std::exchange(is_met[bone], true)) return "skin: no such bone, or two fields of one";
+    if (!(field.origin.cwiseAbs().maxCoeff() <= kMost)) return "skin: an origin is not finite";
+    if (!within(field.cell_m, kCellLeast_m)) return "skin: a cell without size";
+    std::size_t count = 1;
+    for (const int nodes : field.dims) {
+      if (nodes < 2 || nodes > kSkinNodesMost) return "skin: a grid of no or too many nodes";
+      count *= static_cast<std::size_t>(nodes);
     }
+    if (count > kSkinNodesMost || field.distance.size() != count) return "skin: counts disagree";
+    if (!all_within(field.distance, -kMost)) return "skin: a distance is not finite";
+  }
+  return {};
+}
+
+// Where each of so many runs begins, from 0 on, and the last one ends.
+bool is_offsets(const std::vector<std::uint32_t>& begin, std::size_t runs, std::size_t end) {
+  return begin.size() == runs + 1 && begin.front() == 0 && begin.back() == end && std::ranges::is_sorted(begin);
+}
+
+std::string validate_contacts(const Level& level) {
+  const ContactPoints& contacts = level.contacts;
+  const std::size_t count = contacts.count();
+  if (contacts.strand_begin.empty() ||
+      !is_offsets(contacts.strand_begin, contacts.strand_begin.size() - 1, count) ||
+      !is_offsets(contacts.begin, count, contacts.nodes.size()) || contacts.weights.size() != contacts.nodes.size() ||
+      contacts.potential.size() != count || contacts.limit.size() != count * level.skin->size())
+    return "contacts: counts disagree";
+  if (!all_within(contacts.weights, 0, 1)) return "contacts: a weight is not within 0 and 1";
+  if (!all_within(contacts.potential, 0)) return "contacts: a potential is not finite, or negative";
+  if (!all_within(contacts.limit, -kMost)) return "contacts: a limit is not finite";
+  for (std::size_t p = 0; p < count; ++p) {
+    if (!(contacts.rest[p].cwiseAbs().maxCoeff() <= kMost)) return "contacts: a point is not finite";
+    float sum = 0;
+    for (std::uint32_t e = contacts.begin[p]; e < contacts.begin[p + 1]; ++e) {
+      if (contacts.nodes[e] >= level.rest.size()) return "contacts: a node does not exist";
+      sum += contacts.weights[e];
+    }
+    if (!(sum <= 1 + static_cast<float>(kSumTolerance))) return "contacts: weights of more than 1";
   }
   return {};
 }
@@ -113,7 +147,9 @@ std::string validate(const Level& level) {
   if (std::string fault = validate_stiffeners(level.springs, 0, level); !fault.empty()) return "springs: " + fault;
   if (std::string fault = validate_stiffeners(level.attachments, 1, level); !fault.empty())
     return "attachments: " + fault;
-  return validate_metaballs(level);
+  if (!level.skin) return "no skin";
+  if (std::string fault = validate_skin(*level.skin); !fault.empty()) return fault;
+  return validate_contacts(level);
 }
 
 }  // namespace hairnet

@@ -33,8 +33,6 @@ LaneMemory LaneBlock::carve(const LaneSizes& sizes, const LevelView& level) {
       Part{&memory.attachment_displacement, level.attachments.count * sizes.vector},
       Part{&memory.attachment_coefficient, level.attachments.count * sizes.real},
       Part{&memory.pull, (level.springs.count + level.attachments.count) * sizes.vector},
-      Part{&memory.ball_centre, level.metaball_count * sizes.vector},
-      Part{&memory.from_ball, level.metaball_count * sizes.vector},
       Part{&memory.elastic_energy_max_j, sizes.real},
       Part{&memory.speed_max, sizes.real},
       Part{&memory.is_finite, sizes.real},

@@ -24,7 +24,6 @@ struct LaneMemory {
   float* attachment_displacement;                 // Vectors, eps - eps_0
   float* attachment_coefficient;                  // Reals
   float* pull;                                    // Vectors, sigma of springs, then of attachments
-  float *ball_centre, *from_ball;                 // Vectors of balls: where they are, and from there to a node
 
   float *elastic_energy_max_j, *speed_max, *is_finite;  // a Real each: what the step leaves (LatticeState; 1 or 0)
 };

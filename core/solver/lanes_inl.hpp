@@ -51,9 +51,14 @@ struct Crowd {
     hn::Store(a.y, d, p + kReal);
     hn::Store(a.z, d, p + 2 * kReal);
   }
+  // p[index] of each lane.
+  static HWY_INLINE Real gather(const float* p, hn::Vec<hn::RebindToSigned<D>> index) {
+    return hn::GatherIndex(d, p, index);
+  }
   // Three Reals in memory, one after the other.
   static HWY_INLINE Vector load_components(const float* p) { return load_vector(p); }
 
+  static HWY_INLINE Vector compose(Real x, Real y, Real z) { return {x, y, z}; }
   static HWY_INLINE Real x(const Vector& a) { return a.x; }
   static HWY_INLINE Real y(const Vector& a) { return a.y; }
   static HWY_INLINE Real z(const Vector& a) { return a.z; }
@@ -168,8 +173,16 @@ struct Single {
   }
   static HWY_INLINE Vector load_vector(const float* p) { return {hn::Load(d, p)}; }
   static HWY_INLINE void store_vector(const Vector& a, float* p) { hn::Store(a.v, d, p); }
+  static HWY_INLINE Real gather(const float* p, hn::Vec<hn::RebindToSigned<D>> index) {
+    return hn::Set(d, p[hn::GetLane(index)]);
+  }
   static HWY_INLINE Vector load_components(const float* p) { return vector(p); }
 
+  static HWY_INLINE Vector compose(Real x, Real y, Real z) {
+    const Real none = hn::Zero(d);
+    const Real xy = hn::IfThenElse(hn::FirstN(d, 1), x, y);
+    return {hn::IfThenElse(hn::FirstN(d, 2), xy, hn::IfThenElse(hn::FirstN(d, 3), z, none))};
+  }
   static HWY_INLINE Real x(const Vector& a) { return hn::Broadcast<0>(a.v); }
   static HWY_INLINE Real y(const Vector& a) { return hn::Broadcast<1>(a.v); }
   static HWY_INLINE Real z(const Vector& a) { return hn::Broadcast<2>(a.v); }

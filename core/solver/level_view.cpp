@@ -1,7 +1,5 @@
 #include "core/solver/level_view.hpp"
 
-#include <cassert>
-
 namespace hairnet {
 namespace {
 
@@ -31,15 +29,34 @@ void put_wind_fractions(const LevelGeometry& geometry, std::vector<float>& fract
   }
 }
 
-void put_metaballs(const Level& level, std::vector<MetaballView>& balls) {
-  assert(level.metaballs.size() <= kMetaballCountMost);
-  balls.clear();
-  for (std::size_t bone = 0; bone < kBoneCount; ++bone) {
-    for (const Metaball& ball : level.metaballs) {
-      if (static_cast<std::size_t>(ball.bone) != bone) continue;
-      balls.push_back({bone, ball.centre.data(), ball.radius.data(), ball.potential.data()});
+void put_skin(const Level& level, std::vector<SkinFieldView>& skin) {
+  skin.clear();
+  const float* limit = level.contacts.limit.data();
+  for (const SkinField& field : *level.skin) {
+    SkinFieldView view{};
+    view.bone = static_cast<std::size_t>(field.bone);
+    for (std::size_t a = 0; a < 3; ++a) {
+      view.cells[a] = static_cast<float>(field.dims[a] - 1);
+      view.origin[a] = field.origin[static_cast<Eigen::Index>(a)];
     }
+    view.per_cell = 1 / field.cell_m;
+    view.row = field.dims[0];
+    view.layer = field.dims[0] * field.dims[1];
+    view.distance = field.distance.data();
+    view.limit = limit;
+    limit += level.contacts.count();
+    skin.push_back(view);
   }
+}
+
+ContactPointsView make_view(const ContactPoints& contacts) {
+  return {contacts.strand_begin.size() - 1,
+          contacts.strand_begin.data(),
+          contacts.begin.data(),
+          contacts.nodes.data(),
+          contacts.weights.data(),
+          contacts.rest.empty() ? nullptr : contacts.rest.front().data(),
+          contacts.potential.data()};
 }
 
 IncidenceView put_incidences(const Level& level, LevelViewScratch& scratch) {
@@ -71,7 +88,7 @@ IncidenceView put_incidences(const Level& level, LevelViewScratch& scratch) {
 LevelView make_view(const Level& level, const ViewFor& what_for, LevelViewScratch& scratch) {
   put_rest_lengths(level.springs, scratch.rest_length);
   if (what_for.wind) put_wind_fractions(level.geometry, scratch.wind_fraction);
-  put_metaballs(level, scratch.metaballs);
+  put_skin(level, scratch.skin);
   return {level.rest.size(),
           level.displacement_max_m,
           level.rest.empty() ? nullptr : level.rest.front().data(),
@@ -83,8 +100,9 @@ LevelView make_view(const Level& level, const ViewFor& what_for, LevelViewScratc
           make_view(level.springs, scratch.rest_length.data()),
           make_view(level.attachments, nullptr),
           what_for.crowd ? put_incidences(level, scratch) : IncidenceView{},
-          scratch.metaballs.data(),
-          scratch.metaballs.size()};
+          scratch.skin.data(),
+          scratch.skin.size(),
+          make_view(level.contacts)};
 }
 
 }  // namespace hairnet

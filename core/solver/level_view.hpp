@@ -19,9 +19,19 @@ struct StiffenerView {
   const float* rest_length;  // |eps_0|, springs only
 };
 
-struct MetaballView {
+struct SkinFieldView {
   std::size_t bone;
-  const float *centre, *radius, *potential;
+  float origin[3], per_cell;
+  float cells[3];              // along each axis
+  std::int32_t row, layer;     // entries from a node to the next along y, and z
+  const float *distance, *limit;
+};
+
+struct ContactPointsView {
+  std::size_t strand_count;
+  const std::uint32_t *strand_begin, *begin;
+  const std::uint16_t* nodes;
+  const float *weights, *rest, *potential;
 };
 
 // Which stiffeners act on a node: springs, then attachments, numbered on.
@@ -39,14 +49,15 @@ struct LevelView {
   const float* wind_fraction;  // of the way along the box, xyz of each node (LatticeWind); null in still air
   StiffenerView springs, attachments;
   IncidenceView incidences;       // for crowds only
-  const MetaballView* metaballs;  // those of one bone side by side
-  std::size_t metaball_count;
+  const SkinFieldView* skin;
+  std::size_t skin_count;
+  ContactPointsView contacts;
 };
 
 // What a view points to beside the level itself. Grows to the largest level met and stays.
 struct LevelViewScratch {
   std::vector<float> rest_length, wind_fraction;
-  std::vector<MetaballView> metaballs;
+  std::vector<SkinFieldView> skin;
   std::vector<std::uint32_t> incidence_begin;
   std::vector<std::uint16_t> incidence_stiffeners;
   std::vector<float> incidence_weights;

@@ -34,11 +34,6 @@ inline Mat3f drag_tensor(const Level& level, const MaterialScale& material, std:
   return material.air_drag * Q;
 }
 
-// Potential of a ball for a node: heavier hair needs more to be held.
-inline float contact_potential(const Metaball& ball, const MaterialScale& material, std::size_t node) {
-  return std::max(material.density, 1.0f) * ball.potential[node];
-}
-
 // k, and q as the solver takes it.
 inline std::pair<float, float> stiffener_terms(const Stiffeners& stiffeners, const MaterialScale& material,
                                                std::size_t s, float step_s) {

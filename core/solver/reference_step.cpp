@@ -2,8 +2,8 @@
 
 #include <cmath>
 
+#include "core/solver/contact_list.hpp"
 #include "core/solver/head_motion.hpp"
-#include "core/solver/metaball.hpp"
 #include "core/solver/node_terms.hpp"
 #include "core/solver/spring.hpp"
 #include "core/solver/weighted_sum.hpp"
@@ -63,21 +63,18 @@ void add_node_forces(const Level& level, const StepInput& input, const std::vect
   }
 }
 
-// Contact is linearised where the node would be if it moved with the ball's bone (contact.hpp), not at the start of the
-// step: `f` gets the force that the linearisation has at P, so that the step's formula stays the paper's.
-void add_contacts(const Level& level, const StepInput& input, const WorldLattice& lattice, System& system) {
-  for (const Metaball& ball : level.metaballs) {
-    const RigidTransform carry = input.to[ball.bone] * input.from[ball.bone].inverse();
-    const Vec3 centre = input.to[ball.bone].point(ball.centre.cast<double>());
-    for (std::size_t i = 0; i < level.rest.size(); ++i) {
-      const double rho = ball.radius[i];
-      const Vec3 with_bone = carry.point(lattice.P[i]);
-      const Vec3 r = with_bone - centre;
-      if (!(rho > 0) || !(r.norm() < rho) || !(r.norm() > 0)) continue;
-      const double U = (1 - input.contact_release) * double{contact_potential(ball, input.material, i)};
-      const Mat3 K = -metaball_radial_stiffness(U, rho, r) * r.normalized() * r.normalized().transpose();
-      system.f[i] += metaball_force(U, rho, r) + K * (lattice.P[i] - with_bone);
-      system.df_dp[i] += K;
+// A contact's stiffness acts on what its nodes move beyond their rest: `f` gets the force that the linearisation has at
+// P, so that the step's formula stays the paper's.
+void add_contacts(const Level& level, const StepInput& input, const std::vector<Vec3>& rest_dot,
+                  const WorldLattice& lattice, System& system) {
+  const ContactPoints& points = level.contacts;
+  for (const Contact& contact : find_contacts(level, input, lattice)) {
+    const Mat3 K = -contact.stiffness * contact.normal * contact.normal.transpose();
+    for (std::uint32_t e = points.begin[contact.point]; e < points.begin[contact.point + 1]; ++e) {
+      const std::size_t i = points.nodes[e];
+      const double weight = double{points.weights[e]};
+      system.f[i] += weight * (contact.force * contact.normal - input.step_s * K * rest_dot[i]);
+      system.df_dp[i] += weight * K;
     }
   }
 }
@@ -134,7 +131,7 @@ int reference_step(const Level& level, const StepInput& input, WorldLattice& lat
   add_node_forces(level, input, rest, rest_dot, lattice, system);
   add_springs(level, input, lattice, system);
   add_attachments(level, input, rest, rest_dot, lattice, system);
-  add_contacts(level, input, lattice, system);
+  add_contacts(level, input, rest_dot, lattice, system);
 
   // (M - h df/dp' - h^2 df/dp) dP' = h (f + h df/dp P')
   const auto A = [&](const std::vector<Vec3>& x) {

@@ -34,7 +34,7 @@ struct StepInput {
   Pose from, to;  // at the start and the end of the step
   double step_s = 1.0 / 30;
   const Environment* environment = &kCalmEnvironment;  // outlives the step
-  double contact_release = 0;                          // of CalmRelease
+  double contact_release = 0;                          // share of contact that a switch of levels lets go
   MaterialScale material;                              // the character's own, on what the level was built with
   double time_s = 0;                                   // at the end of the step, for the wind
 };

@@ -6,10 +6,10 @@
 #define HAIRNET_STEP_INL
 #endif
 
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 
+#include "core/solver/contact.hpp"
 #include "core/solver/damping.hpp"
 #include "core/solver/lane_memory.hpp"
 #include "core/solver/lanes_inl.hpp"
@@ -44,6 +44,7 @@ struct Step {
     hold_to_energy_limit();
     carry();
     add_node_forces();
+    add_contacts();
     add_springs();
     add_attachments();
     if (level.wind_fraction) add_wind();
@@ -241,10 +242,8 @@ struct Step {
   // Forces on single nodes at y = 0 times h into m.residual, with the inertia M (R v - R' P^0); the nodes' own blocks
   // of A into m.diagonal and m.preconditioner.
   HWY_INLINE void add_node_forces() {
-    place_balls();
     for (std::size_t i = 0; i < level.node_count; ++i) {
-      NodeSystem system = free_node(i);
-      add_contacts(i, system);
+      const NodeSystem system = free_node(i);
       put(system.load, m.residual, i);
       put(system.own, m.diagonal, i);
       put(system.own, m.preconditioner, i);
@@ -318,57 +317,160 @@ struct Step {
     }
   }
 
-  HWY_INLINE void place_balls() {
-    for (std::size_t b = 0; b < level.metaball_count; ++b) {
-      const MetaballView& ball = level.metaballs[b];
-      const Motion posed = motion_term(offsetof(StepTerms, posed) + ball.bone * sizeof(StepTerms::Motion));
-      put(moved(posed, L::vector(ball.centre)), m.ball_centre, b);
-    }
-  }
-
-  // A ball's force is taken where the node would end if it moved rigidly with the ball's own bone, and its stiffness
-  // acts on the way it moves otherwise. So a body at constant velocity exerts nothing new, and a fast one cannot be
-  // jumped through.
-  HWY_INLINE void add_contacts(std::size_t i, NodeSystem& system) const {
-    const Vector rest = L::vector(level.rest + 3 * i), place = L::add(rest, node(m.displacement, i));
-    const Vector carried = L::add(rest, node(m.carried, i));
-    // First which balls touch, then what they do: so the one thing that is hard to foresee is asked once a node.
-    std::uint64_t touching = 0;  // a bit a ball
-    static_assert(kMetaballCountMost <= 64);
-    std::size_t bone = kBoneCount;
-    Vector with_bone = place;
-    for (std::size_t b = 0; b < level.metaball_count; ++b) {
-      const MetaballView& ball = level.metaballs[b];
-      if (ball.bone != bone) {
-        bone = ball.bone;
-        with_bone = moved(motion_term(offsetof(StepTerms, carry) + bone * sizeof(StepTerms::Motion)), place);
+  // Hair against the skin, where the hair is (contact.hpp). A point's force is taken where it would end if it moved
+  // with the bone, and its stiffness acts on the way it moves otherwise: so a body at constant velocity exerts nothing
+  // new. Its nodes bear the stiffness each for itself, by their weights: that bounds it from above, so that no push
+  // overshoots, and stays in the blocks of single nodes, where it costs the iterations nothing.
+  HWY_INLINE void add_contacts() {
+    const ContactPointsView& points = level.contacts;
+    for (std::size_t strand = 0; strand < points.strand_count; ++strand) {
+      Real hold = term(offsetof(StepTerms, contact));  // of the points beyond one that is open
+      for (std::size_t p = points.strand_begin[strand]; p < points.strand_begin[strand + 1]; ++p) {
+        hold = hold * add_contact(p, hold);
       }
-      const Vector r = L::subtract(with_bone, node(m.ball_centre, b));
-      put(r, m.from_ball, b);
-      const bool touches = !hn::AllFalse(L::d, hn::Lt(squared(r), L::real(ball.radius[i] * ball.radius[i])));
-      touching |= static_cast<std::uint64_t>(touches) << b;
-    }
-    for (; touching != 0; touching &= touching - 1) {
-      const auto b = static_cast<std::size_t>(std::countr_zero(touching));
-      const Vector r = node(m.from_ball, b), otherwise = L::subtract(carried, L::add(r, node(m.ball_centre, b)));
-      add_contact(level.metaballs[b].radius[i], level.metaballs[b].potential[i], r, otherwise, system);
     }
   }
 
-  // metaball.hpp, with slope = 6 U / rho^2. `r`: from the ball's centre; `otherwise`: the way that the node moves
-  // beside the bone's.
-  HWY_INLINE void add_contact(float radius, float potential, const Vector& r, const Vector& otherwise,
-                              NodeSystem& system) const {
-    const float radius2 = radius * radius;
-    const Real distance2 = squared(r);
-    const Mask inside = hn::And(hn::Lt(distance2, L::real(radius2)), hn::Gt(distance2, L::real(0)));
-    const Real u = distance2 * L::real(1 / radius2), one = L::real(1), out = one - u;
-    const Real slope = L::real(6 * potential / radius2) * term(offsetof(StepTerms, contact));
-    const Real k = slope * out * hn::Max(hn::MulSub(L::real(5), u, one), u + hn::Sqrt(u));
-    const Real hk_r2 = hn::IfThenElseZero(inside, h * k / distance2);
-    const Real push = hn::NegMulAdd(hk_r2, L::dot(r, otherwise), h * slope * out * out);
-    system.load = L::add_scaled(hn::IfThenElseZero(inside, push), r, system.load);
-    system.own = L::add_scaled(h * hk_r2, L::square(r), system.own);
+  // Where a contact point is at the start, and where it would end with the head and by its own velocity.
+  struct Path {
+    Vector from, with_head, ahead;
+  };
+  HWY_INLINE Path path_of(std::size_t p) const {
+    const ContactPointsView& points = level.contacts;
+    Vector displacement = L::zero(), velocity = L::zero();
+    for (std::size_t e = points.begin[p]; e < points.begin[p + 1]; ++e) {
+      const Real weight = L::real(points.weights[e]);
+      displacement = L::add_scaled(weight, node(m.displacement, points.nodes[e]), displacement);
+      velocity = L::add_scaled(weight, node(m.velocity, points.nodes[e]), velocity);
+    }
+    const Vector rest = L::vector(points.rest + 3 * p);
+    const Vector with_head = L::add(rest, turned(turn_term(offsetof(StepTerms, turn)), displacement));
+    return {L::add(rest, displacement), with_head, L::add_scaled(h, velocity, with_head)};
+  }
+
+  // Returns what the point leaves of the hold of those beyond it.
+  HWY_INLINE Real add_contact(std::size_t p, Real hold) {
+    const Path path = path_of(p);
+    Real left = L::real(1);
+    for (std::size_t f = 0; f < level.skin_count; ++f) {
+      const SkinFieldView& field = level.skin[f];
+      if (field.limit[p] <= kContactNever_m) continue;
+      const std::size_t bone = field.bone * sizeof(StepTerms::Motion);
+      const Motion to_bone = motion_term(offsetof(StepTerms, to_bone) + bone);
+      const bool is_head = field.bone == 0;  // in whose axes all is told
+      const Vector from = is_head ? path.from
+                                  : moved(motion_term(offsetof(StepTerms, to_bone_before) + bone), path.from);
+      const Vector travel = L::subtract(is_head ? path.ahead : moved(to_bone, path.ahead), from);
+      const Real reach = hn::Sqrt(squared(travel)), limit = L::real(field.limit[p]), none = L::real(0);
+      if (hn::AllFalse(L::d, hn::Lt(least_distance(field, from), limit + reach))) continue;
+      const SkinHere skin = skin_at(field, from);
+      if (hn::AllFalse(L::d, hn::Lt(skin.distance, limit + reach))) continue;
+
+      const Real depth = limit - skin.distance, depth_ahead = depth - L::dot(skin.normal, travel);
+      const Mask is_in = hn::Gt(depth, none);
+      Mask meets = hn::Or(is_in, hn::Gt(depth_ahead, none));
+      if (hn::AllFalse(L::d, meets)) continue;
+      const Real nearest = hn::Min(skin_at(field, L::add_scaled(half(), travel, from)).distance,
+                                   skin_at(field, L::add(travel, from)).distance);
+      meets = hn::Or(is_in, hn::And(meets, hn::Lt(nearest, limit)));
+
+      const Real own_hold = hn::Min(hn::Max((L::real(static_cast<float>(kContactOpen_m)) - depth) *
+                                                L::real(static_cast<float>(1 / (kContactOpen_m - kContactOpens_m))),
+                                            none),
+                                    L::real(1));
+      left = hn::IfThenElse(is_in, hn::Min(left, own_hold), left);
+      const Real slope = hold * own_hold * L::real(static_cast<float>(kContactSlope) * level.contacts.potential[p]);
+      const Real k = hn::IfThenElseZero(
+          meets, slope * hn::Min(hn::Max(hn::Max(depth, depth_ahead), none),
+                                 L::real(static_cast<float>(kContactStiffest_m))));
+      const Real recovery = k * (h * L::real(static_cast<float>(kContactRecovery_m_per_s)));
+      const Real push = hn::IfThenElse(is_in, hn::Min(half() * slope * depth * depth, recovery), k * depth);
+      const Real against =
+          L::dot(skin.normal, L::subtract(is_head ? path.with_head : moved(to_bone, path.with_head), from));
+      const Vector normal = is_head ? skin.normal : turned_back(to_bone.turn, skin.normal);
+      give_contact(p, h * hn::NegMulAdd(k, against, push), h * h * k, normal);
+    }
+    return left;
+  }
+  static HWY_INLINE Vector turned_back(const Turn& turn, const Vector& a) {
+    return L::compose(L::dot(turn.x, a), L::dot(turn.y, a), L::dot(turn.z, a));
+  }
+  HWY_INLINE void give_contact(std::size_t p, Real load, Real stiffness, const Vector& normal) {
+    const ContactPointsView& points = level.contacts;
+    float sum = 0;
+    for (std::size_t e = points.begin[p]; e < points.begin[p + 1]; ++e) sum += points.weights[e];
+    const Vector pushed = L::scale(load, normal);
+    const Block block = L::scale(stiffness * L::real(sum), L::square(normal));
+    for (std::size_t e = points.begin[p]; e < points.begin[p + 1]; ++e) {
+      const std::size_t j = points.nodes[e];
+      const Real weight = L::real(points.weights[e]);
+      put(L::add_scaled(weight, pushed, node(m.residual, j)), m.residual, j);
+      put(L::add_scaled(weight, block, block_at(m.diagonal, j)), m.diagonal, j);
+      put(L::add_scaled(weight, block, block_at(m.preconditioner, j)), m.preconditioner, j);
+    }
+  }
+
+  // skin_distance() of core/build/skin_field.hpp, with the gradient made a unit vector.
+  struct SkinHere {
+    Real distance;
+    Vector normal;
+  };
+  HWY_INLINE SkinHere skin_at(const SkinFieldView& field, const Vector& point) const {
+    const Vector at = L::scale(L::real(field.per_cell), L::subtract(point, L::vector(field.origin)));
+    const Place x = place_along(L::x(at), field.cells[0]), y = place_along(L::y(at), field.cells[1]),
+                z = place_along(L::z(at), field.cells[2]);
+    // Whole numbers below 2^24 are exact in float.
+    const Real entry = hn::MulAdd(z.low, L::real(static_cast<float>(field.layer)),
+                                  hn::MulAdd(y.low, L::real(static_cast<float>(field.row)), x.low));
+    const hn::RebindToSigned<decltype(L::d)> whole;
+    const auto base = hn::ConvertTo(whole, entry);
+    const auto pair_at = [&](std::int32_t offset) HWY_ATTR {
+      const Real a = L::gather(field.distance + offset, base), b = L::gather(field.distance + offset + 1, base);
+      return Edge{hn::MulAdd(x.t, b - a, a), b - a};
+    };
+    const Edge e00 = pair_at(0), e10 = pair_at(field.row), e01 = pair_at(field.layer),
+               e11 = pair_at(field.layer + field.row);
+    const Real low = hn::MulAdd(y.t, e10.value - e00.value, e00.value),
+               high = hn::MulAdd(y.t, e11.value - e01.value, e01.value);
+    const Real slope_low = hn::MulAdd(y.t, e10.slope - e00.slope, e00.slope),
+               slope_high = hn::MulAdd(y.t, e11.slope - e01.slope, e01.slope);
+    const Real y_low = e10.value - e00.value, y_high = e11.value - e01.value;
+    const Vector gradient = L::compose(hn::MulAdd(z.t, slope_high - slope_low, slope_low),
+                                    hn::MulAdd(z.t, y_high - y_low, y_low), high - low);
+    const Real length2 = hn::Max(squared(gradient), L::real(1e-12f));
+    const Vector beyond = L::compose(x.beyond, y.beyond, z.beyond);
+    const Real distance = hn::MulAdd(z.t, high - low, low) + hn::Sqrt(squared(beyond)) / L::real(field.per_cell);
+    return {distance, L::scale(L::real(1) / hn::Sqrt(length2), gradient)};
+  }
+  // No more than the distance at the point, by that at the node next to it: along an edge it changes by the edge's length
+  // at most, and there are three.
+  HWY_INLINE Real least_distance(const SkinFieldView& field, const Vector& point) const {
+    const Vector at = L::scale(L::real(field.per_cell), L::subtract(point, L::vector(field.origin)));
+    const auto along = [](Real a, float cells) HWY_ATTR {
+      return hn::Round(hn::Min(hn::Max(a, L::real(0)), L::real(cells)));
+    };
+    const Real x = along(L::x(at), field.cells[0]), y = along(L::y(at), field.cells[1]),
+               z = along(L::z(at), field.cells[2]);
+    const Real entry =
+        hn::MulAdd(z, L::real(static_cast<float>(field.layer)), hn::MulAdd(y, L::real(static_cast<float>(field.row)), x));
+    const Vector to_node = L::subtract(at, L::compose(x, y, z));
+    const Real away = hn::Sqrt(squared(to_node));
+    const Real within = L::real(0.87f);  // a half of a cell's diagonal
+    const Real beyond = hn::Max(away - within, L::real(0)) - hn::Min(away, within) * L::real(1.74f);
+    return hn::MulAdd(beyond, L::real(1 / field.per_cell), L::gather(field.distance, hn::ConvertTo(hn::RebindToSigned<decltype(L::d)>(), entry)));
+  }
+
+  struct Edge {
+    Real value, slope;
+  };
+  // Along one axis of a grid: the node below, the share of the cell from there, and how far the point is outside.
+  struct Place {
+    Real low, t, beyond;
+  };
+  static HWY_INLINE Place place_along(Real at, float cells) {
+    const Real within = hn::Min(hn::Max(at, L::real(0)), L::real(cells));
+    const Real low = hn::Min(hn::Floor(within), L::real(cells - 1));
+    return {low, within - low, at - within};
   }
 
   // Inverses of A's 3x3 diagonal blocks.

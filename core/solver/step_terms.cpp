@@ -22,16 +22,14 @@ void put(const RigidTransform& t, StepTerms::Motion& out) {
   put(t.position, out.shift);
 }
 
-// Only of the bones that have balls; the head's own stay the identity.
+// Only of the bones that have skin; the head's own stay the identity.
 void put_bones(const Level& level, const StepInput& input, StepTerms& terms) {
   std::array<bool, kBoneCount> is_wanted{};
-  for (const Metaball& ball : level.metaballs) is_wanted[static_cast<std::size_t>(ball.bone)] = true;
-  const RigidTransform to_head = input.to.head().inverse();
+  for (const SkinField& field : *level.skin) is_wanted[static_cast<std::size_t>(field.bone)] = true;
   for (std::size_t b = 1; b < kBoneCount; ++b) {
     if (!is_wanted[b]) continue;
-    const RigidTransform posed = to_head * input.to.bones[b];
-    put(posed, terms.posed[b]);
-    put(posed * (input.from.bones[b].inverse() * input.from.head()), terms.carry[b]);
+    put(input.from.bones[b].inverse() * input.from.head(), terms.to_bone_before[b]);
+    put(input.to.bones[b].inverse() * input.to.head(), terms.to_bone[b]);
   }
 }
 

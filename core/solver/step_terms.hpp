@@ -25,8 +25,8 @@ struct StepTerms {
 
   float elastic_energy_max_j = 0;  // of LatticeState
 
-  Motion posed[kBoneCount];  // a point fixed to the bone at rest -> where it is at the end
-  Motion carry[kBoneCount];  // a point -> where it ends if it moves with the bone
+  // A point of head space at the start, and at the end -> where it is to the bone at rest.
+  Motion to_bone_before[kBoneCount], to_bone[kBoneCount];
 
   float wind[8][3] = {};  // at the corners of the lattice (LatticeWind), m/s
 };

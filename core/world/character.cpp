@@ -55,12 +55,11 @@ void ease_to_rigid(double elapsed_s, Character& c) {
   for (Vec3f& d : c.state.displacement) d *= static_cast<float>(after / before);
 }
 
-// Springs and contact as calm and a switch of levels leave them.
-void ease_in(const TickTerms& terms, double calm_release, Character& c) {
-  const bool is_still_air = terms.environment(c).wind.is_still();
-  c.contact_release = std::max(is_still_air ? calm_release : 0, 1 - SwitchEase(c.switched_s).contact());
+// Springs and contact as a switch of levels leaves them.
+void ease_in(const TickTerms& terms, Character& c) {
+  c.contact_release = 1 - SwitchEase(c.switched_s).contact();
   c.switched_s += terms.plan(c).interval_s;
-  const double stiffness = SwitchEase(c.switched_s).stiffness() * (is_still_air ? c.calm_release.stiffness() : 1);
+  const double stiffness = SwitchEase(c.switched_s).stiffness();
   c.state.elastic_energy_max_j *= static_cast<float>(stiffness / std::exchange(c.stiffness, stiffness));
 }
 
@@ -104,7 +103,6 @@ Outcome begin_tick(const TickTerms& terms, Character& c) {
   if (c.is_asleep()) return Outcome::asleep;
   c.changed_tick = c.at_tick;
   c.last_step_s = plan.substep_s();
-  const double calm_release = c.calm_release.update(c.to, plan.interval_s);
   Outcome outcome = Outcome::idle;
   if (c.easing_s >= 0) {
     ease_to_rigid(plan.interval_s, c);
@@ -113,7 +111,7 @@ Outcome begin_tick(const TickTerms& terms, Character& c) {
     outcome = Outcome::teleported;
   } else if (c.model()) {
     if (std::exchange(c.velocity_beyond_rest, false)) add_rest_velocity_to_come(plan, c);
-    ease_in(terms, calm_release, c);
+    ease_in(terms, c);
     return Outcome::stepped;
   }
   c.last_from = c.jumped ? c.to : interpolate(c.from, c.to, (plan.substep_count - 1.0) / plan.substep_count);

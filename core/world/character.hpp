@@ -5,7 +5,6 @@
 #include <span>
 
 #include "core/build/level.hpp"
-#include "core/solver/calm_release.hpp"
 #include "core/solver/step.hpp"
 #include "core/world/step_plan.hpp"
 
@@ -13,7 +12,7 @@ namespace hairnet {
 
 inline constexpr double kRigidEase_s = 0.3;
 inline constexpr double kSwitchEase_s = 0.5;
-inline constexpr double kSleepAfter_s = 4.5;  // after CalmRelease has done its work
+inline constexpr double kSleepAfter_s = 4.5;
 
 // One character of a world.
 struct Character {
@@ -29,9 +28,8 @@ struct Character {
   double still_s = 0;       // with kSleepAfter_s asleep
   double easing_s = -1;     // since the rigid level was asked for; negative: it was not
   double switched_s = 1e9;  // since the lattice was carried over from another level
-  double stiffness = 1;     // what calm and the switch left of it in the last tick
+  double stiffness = 1;     // what the switch left of it in the last tick
   double contact_release = 0;
-  CalmRelease calm_release;
   std::uint64_t at_tick = 0;           // ticks that the state has behind it
   std::uint64_t changed_tick = ~0ull;  // at_tick when it last changed
   std::uint32_t phase = 0;             // of its turns: it has one when tick + phase is a multiple of the stride

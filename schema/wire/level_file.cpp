@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <limits>
 
 #include "core/build/build.hpp"
 #include "levels_generated.h"
@@ -12,7 +13,7 @@
 namespace hairnet::wire {
 namespace {
 
-constexpr std::uint32_t kLayoutVersion = 1;
+constexpr std::uint32_t kLayoutVersion = 2;
 constexpr std::array<char, 8> kMagic{'H', 'N', 'L', 'E', 'V', 'E', 'L', 'S'};
 
 // The header but its checksum. All fields lie at their natural alignment, so that this is its layout in memory as well.
@@ -20,17 +21,18 @@ struct Header {
   std::array<char, 8> magic = kMagic;
   std::uint32_t layout_version = kLayoutVersion;
   std::uint32_t build_version = kBuildVersion;
-  std::array<std::array<std::uint32_t, 5>, kLevelSpecs.size()> specs = flat_specs();
+  std::array<std::array<std::uint32_t, 6>, kLevelSpecs.size()> specs = flat_specs();
   GroomHash groom{};
   std::uint64_t payload_bytes = 0;
 
-  static std::array<std::array<std::uint32_t, 5>, kLevelSpecs.size()> flat_specs() {
-    std::array<std::array<std::uint32_t, 5>, kLevelSpecs.size()> flat;
+  static std::array<std::array<std::uint32_t, 6>, kLevelSpecs.size()> flat_specs() {
+    std::array<std::array<std::uint32_t, 6>, kLevelSpecs.size()> flat;
     for (std::size_t i = 0; i < flat.size(); ++i) {
       const LevelSpec& spec = kLevelSpecs[i];
       for (std::size_t axis = 0; axis < 3; ++axis) flat[i][axis] = static_cast<std::uint32_t>(spec.dims[axis]);
       flat[i][3] = static_cast<std::uint32_t>(spec.spring_count);
       flat[i][4] = static_cast<std::uint32_t>(spec.attachment_count);
+      flat[i][5] = static_cast<std::uint32_t>(spec.contact_count);
     }
     return flat;
   }
@@ -70,28 +72,18 @@ Offset<fb::Stiffeners> write(FlatBufferBuilder& to, const Stiffeners& list) {
                               to.CreateVector(list.damping), rest);
 }
 
-struct FlatBalls {
-  std::vector<std::uint8_t> bones;
-  std::vector<Vec3f> centres;
-  std::vector<float> radii, potentials;
-};
-
-FlatBalls flatten_balls(const std::vector<Metaball>& balls) {
-  FlatBalls flat;
-  for (const Metaball& ball : balls) {
-    flat.bones.push_back(static_cast<std::uint8_t>(ball.bone));
-    flat.centres.push_back(ball.centre);
-    flat.radii.insert(flat.radii.end(), ball.radius.begin(), ball.radius.end());
-    flat.potentials.insert(flat.potentials.end(), ball.potential.begin(), ball.potential.end());
-  }
-  return flat;
+Offset<fb::SkinField> write(FlatBufferBuilder& to, const SkinField& field) {
+  const fb::Vec3 origin = flatten(field.origin);
+  const auto nodes = [&](std::size_t axis) { return static_cast<std::uint32_t>(field.dims[axis]); };
+  return fb::CreateSkinField(to, static_cast<std::uint8_t>(field.bone), &origin, field.cell_m, nodes(0), nodes(1),
+                             nodes(2), to.CreateVector(field.distance));
 }
 
 Offset<fb::BuiltLevel> write(FlatBufferBuilder& to, const Level& level) {
   const LevelGeometry& g = level.geometry;
   const fb::Vec3 origin = flatten(g.lattice.origin), spacing = flatten(g.lattice.spacing);
   const auto dims = [&](std::size_t axis) { return static_cast<std::uint32_t>(g.lattice.dims[axis]); };
-  const FlatBalls balls = flatten_balls(level.metaballs);
+  const ContactPoints& c = level.contacts;
   const auto active_nodes = to.CreateVector(g.active_nodes), trimmed_nodes = to.CreateVector(g.trimmed_nodes);
   const auto trimmed_begin = to.CreateVector(g.trimmed_begin), trimmed_from = to.CreateVector(g.trimmed_from);
   const auto trimmed_weights = to.CreateVector(g.trimmed_weights);
@@ -99,13 +91,15 @@ Offset<fb::BuiltLevel> write(FlatBufferBuilder& to, const Level& level) {
   const auto mass = to.CreateVector(level.mass), ether_stiffness = to.CreateVector(level.ether_stiffness),
              ether_damping = to.CreateVector(level.ether_damping);
   const auto springs = write(to, level.springs), attachments = write(to, level.attachments);
-  const auto bones = to.CreateVector(balls.bones);
-  const auto centres = write_floats(to, balls.centres), radii = write_floats(to, balls.radii),
-             potentials = write_floats(to, balls.potentials);
+  const auto contact_strand_begin = to.CreateVector(c.strand_begin), contact_begin = to.CreateVector(c.begin);
+  const auto contact_nodes = to.CreateVector(c.nodes);
+  const auto contact_weights = to.CreateVector(c.weights), contact_rest = write_floats(to, c.rest),
+             contact_potential = to.CreateVector(c.potential), contact_limit = to.CreateVector(c.limit);
   return fb::CreateBuiltLevel(to, &origin, &spacing, dims(0), dims(1), dims(2), active_nodes, trimmed_nodes,
                               trimmed_begin, trimmed_from, trimmed_weights, level.displacement_max_m, rest, mass,
-                              ether_stiffness, ether_damping, drag, springs, attachments, bones, centres, radii,
-                              potentials);
+                              ether_stiffness, ether_damping, drag, springs, attachments, contact_strand_begin,
+                              contact_begin, contact_nodes, contact_weights, contact_rest, contact_potential,
+                              contact_limit);
 }
 
 // Like copy_out, but false where the last element is not whole.
@@ -122,23 +116,22 @@ bool read(const fb::Stiffeners& in, Stiffeners& out) {
          read(*in.rest(), out.rest);
 }
 
-bool read_balls(const fb::BuiltLevel& in, std::size_t node_count, std::vector<Metaball>& out) {
-  FlatBalls flat;
-  if (!read(*in.ball_bones(), flat.bones) || !read(*in.ball_centres(), flat.centres) ||
-      !read(*in.ball_radii(), flat.radii) || !read(*in.ball_potentials(), flat.potentials))
-    return false;
-  const std::size_t count = flat.bones.size();
-  if (flat.centres.size() != count || flat.radii.size() != count * node_count ||
-      flat.potentials.size() != count * node_count)
-    return false;
-  for (std::size_t b = 0; b < count; ++b) {
-    const auto of = [&](const std::vector<float>& all) {
-      const auto first = all.begin() + static_cast<std::ptrdiff_t>(b * node_count);
-      return std::vector<float>(first, first + static_cast<std::ptrdiff_t>(node_count));
-    };
-    out.push_back({static_cast<Bone>(flat.bones[b]), flat.centres[b], of(flat.radii), of(flat.potentials)});
-  }
-  return true;
+bool read_contacts(const fb::BuiltLevel& in, ContactPoints& out) {
+  return read(*in.contact_strand_begin(), out.strand_begin) && read(*in.contact_begin(), out.begin) &&
+         read(*in.contact_nodes(), out.nodes) && read(*in.contact_weights(), out.weights) &&
+         read(*in.contact_rest(), out.rest) && read(*in.contact_potential(), out.potential) &&
+         read(*in.contact_limit(), out.limit);
+}
+
+// Counts as they stand: validate() judges them.
+SkinField read(const fb::SkinField& in) {
+  SkinField field{static_cast<Bone>(in.bone()), copy_out(*in.origin()), in.cell_m(), {}, {}};
+  const auto nodes = [](std::uint32_t count) {
+    return static_cast<int>(std::min<std::uint32_t>(count, std::numeric_limits<int>::max()));
+  };
+  field.dims = {nodes(in.node_count_x()), nodes(in.node_count_y()), nodes(in.node_count_z())};
+  copy_out(*in.distance(), field.distance);
+  return field;
 }
 
 bool read(const fb::BuiltLevel& in, const LevelSpec& spec, Level& out) {
@@ -156,7 +149,7 @@ bool read(const fb::BuiltLevel& in, const LevelSpec& spec, Level& out) {
          read(*in.ether_damping(), out.ether_damping) && read(*in.drag(), out.drag) &&
          read(*in.springs(), out.springs) && out.springs.count() <= spec.spring_count &&
          read(*in.attachments(), out.attachments) && out.attachments.count() <= spec.attachment_count &&
-         read_balls(in, out.rest.size(), out.metaballs);
+         read_contacts(in, out.contacts);
 }
 
 // Empty, or what is wrong.
@@ -164,8 +157,11 @@ std::string read(std::span<const std::uint8_t> payload, LevelSet& set) {
   const AlignedBytes aligned(payload);
   const auto* root = verified_root<fb::BuiltLevels>(aligned.bytes(), fb::BuiltLevelsIdentifier());
   if (!root || root->levels()->size() != set.levels.size()) return "not a whole and sound buffer of levels";
+  auto skin = std::make_shared<Skin>();
+  for (const fb::SkinField* field : *root->skin()) skin->push_back(read(*field));
   for (std::size_t i = 0; i < set.levels.size(); ++i) {
     const std::string name(kLevelNames[i]);
+    set.levels[i].skin = skin;
     if (!read(*root->levels()->Get(static_cast<flatbuffers::uoffset_t>(i)), kLevelSpecs[i], set.levels[i]))
       return "level " + name + ": counts disagree";
     if (std::string fault = validate(set.levels[i]); !fault.empty()) return "level " + name + ": " + fault;
@@ -189,7 +185,10 @@ std::vector<std::uint8_t> encode_levels(const GroomHash& groom, const LevelSet& 
   FlatBufferBuilder to;
   std::vector<Offset<fb::BuiltLevel>> levels;
   for (const Level& level : set.levels) levels.push_back(write(to, level));
-  const auto payload = finish(to, fb::CreateBuiltLevels(to, to.CreateVector(levels)), fb::BuiltLevelsIdentifier());
+  std::vector<Offset<fb::SkinField>> skin;
+  for (const SkinField& field : *set.levels.front().skin) skin.push_back(write(to, field));
+  const auto payload = finish(to, fb::CreateBuiltLevels(to, to.CreateVector(levels), to.CreateVector(skin)),
+                              fb::BuiltLevelsIdentifier());
   std::vector<std::uint8_t> bytes(kLevelFileHeaderBytes + payload.size());
   Header header;
   header.groom = groom;

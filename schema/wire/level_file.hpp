@@ -22,7 +22,7 @@ namespace hairnet::wire {
 //      128      8  bytes of the payload
 //      136     32  BLAKE2b-256 of all the bytes before and after this
 //      168         payload
-inline constexpr std::size_t kLevelFileHeaderBytes = 168;
+inline constexpr std::size_t kLevelFileHeaderBytes = 184;
 inline constexpr std::size_t kLevelFileBytesMax = std::size_t{256} << 20;
 
 enum class LevelFileFault : std::uint8_t {

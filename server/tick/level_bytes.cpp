@@ -15,21 +15,31 @@ std::size_t bytes_of(const Stiffeners& s) {
          bytes_of(s.rest);
 }
 
+std::size_t bytes_of(const ContactPoints& c) {
+  return bytes_of(c.strand_begin) + bytes_of(c.begin) + bytes_of(c.nodes) + bytes_of(c.weights) + bytes_of(c.rest) +
+         bytes_of(c.potential) + bytes_of(c.limit);
+}
+
+std::size_t bytes_of(const Skin& skin) {
+  std::size_t bytes = skin.size() * sizeof(SkinField);
+  for (const SkinField& field : skin) bytes += bytes_of(field.distance);
+  return bytes;
+}
+
 std::size_t bytes_of(const Level& level) {
   const LevelGeometry& g = level.geometry;
   std::size_t bytes = sizeof(Level) + bytes_of(g.active_nodes) + bytes_of(g.trimmed_nodes) + bytes_of(g.trimmed_begin) +
                       bytes_of(g.trimmed_from) + bytes_of(g.trimmed_weights) + bytes_of(level.rest) +
                       bytes_of(level.mass) + bytes_of(level.ether_stiffness) + bytes_of(level.ether_damping) +
                       bytes_of(level.drag) + bytes_of(level.springs) + bytes_of(level.attachments) +
-                      bytes_of(level.metaballs);
-  for (const Metaball& ball : level.metaballs) bytes += bytes_of(ball.radius) + bytes_of(ball.potential);
+                      bytes_of(level.contacts);
   return bytes;
 }
 
 }  // namespace
 
 std::size_t level_bytes(const LevelSet& set) {
-  std::size_t bytes = 0;
+  std::size_t bytes = bytes_of(*set.levels.front().skin);
   for (const Level& level : set.levels) bytes += bytes_of(level);
   return bytes;
 }

@@ -4,21 +4,17 @@
 #include <chrono>
 #include <cmath>
 
-#include "core/solver/calm_release.hpp"
-
 namespace hairnet::fidelity {
 
 NodeTrajectory follow(const Stepper& stepper, const Clip& clip, int substeps, float stiffness) {
   using Clock = std::chrono::steady_clock;
   NodeTrajectory trajectory{1 / clip.rate_hz, {}, 0};
-  CalmRelease release;
   Clock::duration spent{};
   for (std::size_t tick = 1; tick < clip.poses.size(); ++tick) {
     StepInput input;
     input.to = clip.poses[tick - 1];
     input.step_s = trajectory.tick_s / substeps;
     input.material.stiffness = stiffness;
-    input.contact_release = release.update(clip.poses[tick], trajectory.tick_s);
     const Clock::time_point begin = Clock::now();
     for (int s = 1; s <= substeps; ++s) {
       input.from = input.to;

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <span>
 
+#include "core/solver/contact_list.hpp"
 #include "core/solver/head_motion.hpp"
-#include "core/solver/metaball.hpp"
 #include "core/solver/node_terms.hpp"
 #include "core/solver/spring.hpp"
 #include "core/solver/weighted_sum.hpp"
@@ -86,20 +86,15 @@ void DirectStep::add_attachments(const StepInput& input, const WorldLattice& lat
 
 void DirectStep::add_contacts(const StepInput& input, const WorldLattice& lattice) {
   const double h = input.step_s;
-  for (const Metaball& ball : level_.metaballs) {
-    const RigidTransform carry = input.to[ball.bone] * input.from[ball.bone].inverse();
-    const Vec3 centre = input.to[ball.bone].point(ball.centre.cast<double>());
-    for (std::size_t i = 0; i < level_.rest.size(); ++i) {
-      const double rho = ball.radius[i];
-      const Vec3 with_bone = carry.point(lattice.P[i]);
-      const Vec3 r = with_bone - centre;
-      if (!(rho > 0) || !(r.norm() < rho) || !(r.norm() > 0)) continue;
-      const Vec3 out = r.normalized();
-      const double U = (1 - input.contact_release) * double{contact_potential(ball, input.material, i)};
-      const double k = metaball_radial_stiffness(U, rho, r);
-      const Vec3 along = lattice.P[i] - with_bone + h * lattice.P_dot[i];
-      load_[i] += h * (metaball_force(U, rho, r) - k * out.dot(along) * out);
-      matrix_.add(i, isotropic_and_axial(0, h * h * k, out));
+  const ContactPoints& points = level_.contacts;
+  for (const Contact& contact : find_contacts(level_, input, lattice)) {
+    for (std::uint32_t e = points.begin[contact.point]; e < points.begin[contact.point + 1]; ++e) {
+      const std::size_t i = points.nodes[e];
+      const Vec3 rest = level_.rest[i].cast<double>();
+      const Vec3 rest_dot = (input.to.head().point(rest) - input.from.head().point(rest)) / h;
+      const double weight = points.weights[e], along = h * contact.normal.dot(lattice.P_dot[i] - rest_dot);
+      load_[i] += h * weight * (contact.force - contact.stiffness * along) * contact.normal;
+      matrix_.add(i, isotropic_and_axial(0, h * h * weight * contact.stiffness, contact.normal));
     }
   }
 }

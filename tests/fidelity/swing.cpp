@@ -101,7 +101,7 @@ Swing measured(const std::vector<double>& aside_m, double interval_s) {
 Swing swing(const Groom& groom, const Level& level, double rate_hz, int substeps, int iterations, bool as_asked) {
   const double step_s = 1 / (rate_hz * substeps);
   Level run_level = as_asked ? with_numerical_damping(level, step_s) : level;
-  run_level.metaballs.clear();  // hair that strikes the neck has no swing to measure
+  run_level.contacts = {};  // hair that strikes the neck has no swing to measure
   Tips tips(groom, run_level);
   LatticeState state;
   reset_to_rest(run_level, state);

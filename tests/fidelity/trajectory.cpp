@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "core/ffd/deform.hpp"
-#include "core/solver/calm_release.hpp"
 #include "tests/fidelity/direct_step.hpp"
 
 namespace hairnet::fidelity {
@@ -13,7 +12,6 @@ namespace hairnet::fidelity {
 Result<Trajectory> integrate(const Level& level, const Clip& clip) {
   const double tick_s = 1 / clip.rate_hz;
   DirectStep solver(level);
-  CalmRelease release;
   LatticeState rest;
   reset_to_rest(level, rest);
   WorldLattice lattice = to_world(level, clip.poses.front().head(), rest);
@@ -24,7 +22,6 @@ Result<Trajectory> integrate(const Level& level, const Clip& clip) {
     input.from = clip.poses[tick - 1];
     input.to = clip.poses[tick];
     input.step_s = tick_s;
-    input.contact_release = release.update(input.to, tick_s);
     if (is_teleport(input.from, input.to, tick_s)) return Refusal(where + "a teleport");
     if (!solver.step(input, lattice)) return Refusal(where + "the step has no finite solution");
     if (tick > clip.lead_in_ticks) {

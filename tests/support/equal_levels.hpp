@@ -33,13 +33,22 @@ inline void expect_equal(const Level& a, const Level& b) {
   EXPECT_EQ(a.drag, b.drag);
   expect_equal(a.springs, b.springs);
   expect_equal(a.attachments, b.attachments);
-  ASSERT_EQ(a.metaballs.size(), b.metaballs.size());
-  for (std::size_t m = 0; m < a.metaballs.size(); ++m) {
-    EXPECT_EQ(a.metaballs[m].bone, b.metaballs[m].bone);
-    EXPECT_EQ(a.metaballs[m].centre, b.metaballs[m].centre);
-    EXPECT_EQ(a.metaballs[m].radius, b.metaballs[m].radius);
-    EXPECT_EQ(a.metaballs[m].potential, b.metaballs[m].potential);
+  ASSERT_EQ(a.skin->size(), b.skin->size());
+  for (std::size_t f = 0; f < a.skin->size(); ++f) {
+    const SkinField &of_a = (*a.skin)[f], &of_b = (*b.skin)[f];
+    EXPECT_EQ(of_a.bone, of_b.bone);
+    EXPECT_EQ(of_a.origin, of_b.origin);
+    EXPECT_EQ(of_a.cell_m, of_b.cell_m);
+    EXPECT_EQ(of_a.dims, of_b.dims);
+    EXPECT_EQ(of_a.distance, of_b.distance);
   }
+  EXPECT_EQ(a.contacts.strand_begin, b.contacts.strand_begin);
+  EXPECT_EQ(a.contacts.begin, b.contacts.begin);
+  EXPECT_EQ(a.contacts.nodes, b.contacts.nodes);
+  EXPECT_EQ(a.contacts.weights, b.contacts.weights);
+  EXPECT_EQ(a.contacts.rest, b.contacts.rest);
+  EXPECT_EQ(a.contacts.potential, b.contacts.potential);
+  EXPECT_EQ(a.contacts.limit, b.contacts.limit);
 }
 
 // The maps as well, by what they make of each level's nodes.

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <random>
 #include <utility>
 #include <vector>
 
 #include "core/build/level.hpp"
+#include "core/build/skin_field.hpp"
 #include "core/solver/step.hpp"
 
 // Small levels put together by hand, for tests that are about the solver and not about hair.
@@ -52,11 +54,51 @@ inline void add_stiffener(const Level& level, Stiffeners& stiffeners,
   stiffeners.rest.push_back(rest);
 }
 
+// The signed distance to a sphere.
+inline SkinField make_round_skin(Bone bone, const Vec3f& centre, float radius_m) {
+  SkinField field{bone, centre - Vec3f::Constant(0.15f), 0.01f, {31, 31, 31}, {}};
+  for (int k = 0; k < 31; ++k) {
+    for (int j = 0; j < 31; ++j) {
+      for (int i = 0; i < 31; ++i) {
+        const Vec3f at = field.origin + 0.01f * Vec3f(static_cast<float>(i), static_cast<float>(j), static_cast<float>(k));
+        field.distance.push_back((at - centre).norm() - radius_m);
+      }
+    }
+  }
+  return field;
+}
+
+// A contact point of trilinear weights; `ends_strand`: the next one begins a strand of its own.
+inline void add_contact(Level& level, const Vec3f& rest, bool ends_strand = true, float potential_j = 0.03f) {
+  ContactPoints& contacts = level.contacts;
+  auto weights = trilinear(level.geometry.lattice, rest);
+  std::ranges::sort(weights);
+  for (const auto& [node, w] : weights) {
+    if (!(w > 0)) continue;
+    contacts.nodes.push_back(static_cast<std::uint16_t>(node));
+    contacts.weights.push_back(w);
+  }
+  contacts.begin.push_back(static_cast<std::uint32_t>(contacts.nodes.size()));
+  contacts.rest.push_back(rest);
+  contacts.potential.push_back(potential_j);
+  if (ends_strand) contacts.strand_begin.push_back(static_cast<std::uint32_t>(contacts.count()));
+}
+
+// Once all points are there: each keeps 6 mm off the skin, or as far as it is in the design.
+inline void set_limits(Level& level) {
+  ContactPoints& contacts = level.contacts;
+  for (const SkinField& field : *level.skin) {
+    for (const Vec3f& rest : contacts.rest) {
+      contacts.limit.push_back(std::min(0.006f, static_cast<float>(skin_distance(field, rest.cast<double>())) - 1e-5f));
+    }
+  }
+}
+
 struct RandomLevel {
   int nodes_per_axis = 4;
   int spring_count = 60, attachment_count = 10;
   float spring_stiffness = 2, attachment_stiffness = 5;
-  bool ether = true, drag = true, metaballs = true;
+  bool ether = true, drag = true, contacts = true;
   unsigned seed = 1;
 };
 
@@ -94,17 +136,13 @@ inline Level make_random_level(const RandomLevel& def = {}) {
     const float k = def.attachment_stiffness * (0.5f + unit(random));
     add_stiffener(level, level.attachments, trilinear(lattice, random_point()), k, 0.01f * k);
   }
-  if (def.metaballs) {
-    for (const auto& [bone, centre] :
-         {std::pair{Bone::head, Vec3f(0, 0, 0)}, {Bone::left_shoulder, Vec3f(0.1f, -0.2f, 0)}}) {
-      Metaball ball{bone, centre, {}, {}};
-      for (const Vec3f& rest : level.rest) {
-        const float distance = (rest - centre).norm();
-        ball.radius.push_back(distance < 0.03f ? 0 : std::min(distance, 0.09f));
-        ball.potential.push_back(0.03f);
-      }
-      level.metaballs.push_back(ball);
+  if (def.contacts) {
+    level.skin = std::make_shared<Skin>(Skin{make_round_skin(Bone::head, Vec3f(0, 0, 0), 0.08f),
+                                             make_round_skin(Bone::left_shoulder, Vec3f(0.1f, -0.2f, 0), 0.08f)});
+    for (int p = 0; p < 20; ++p) {
+      add_contact(level, random_point(), p % 4 == 3);
     }
+    set_limits(level);
   }
   return level;
 }

@@ -65,13 +65,38 @@ Json trimmed_json(const LevelGeometry& g) {
   return list;
 }
 
-Json metaballs_json(const Level& level) {
+Json skin_json(const Skin& skin) {
   Json list = Json::array();
-  for (const Metaball& ball : level.metaballs) {
-    list.push_back({{"bone", kBoneNames[static_cast<std::size_t>(ball.bone)]},
-                    {"centre", vector_json(ball.centre)},
-                    {"radius", ball.radius},
-                    {"potential", ball.potential}});
+  for (const SkinField& field : skin) {
+    list.push_back({{"bone", kBoneNames[static_cast<std::size_t>(field.bone)]},
+                    {"origin", vector_json(field.origin)},
+                    {"cell", field.cell_m},
+                    {"dims", field.dims},
+                    {"distance", field.distance}});
+  }
+  return list;
+}
+
+// Strand by strand, each point with its limit to each field.
+Json contacts_json(const Level& level) {
+  const ContactPoints& contacts = level.contacts;
+  Json list = Json::array();
+  for (std::size_t s = 0; s + 1 < contacts.strand_begin.size(); ++s) {
+    Json strand = Json::array();
+    for (std::size_t p = contacts.strand_begin[s]; p < contacts.strand_begin[s + 1]; ++p) {
+      Json nodes = Json::array(), weights = Json::array(), limits = Json::array();
+      for (std::uint32_t e = contacts.begin[p]; e < contacts.begin[p + 1]; ++e) {
+        nodes.push_back(level.geometry.active_nodes[contacts.nodes[e]]);
+        weights.push_back(contacts.weights[e]);
+      }
+      for (std::size_t f = 0; f < level.skin->size(); ++f) limits.push_back(contacts.limit[f * contacts.count() + p]);
+      strand.push_back({{"nodes", nodes},
+                        {"weights", weights},
+                        {"rest", vector_json(contacts.rest[p])},
+                        {"potential", contacts.potential[p]},
+                        {"limit", limits}});
+    }
+    list.push_back(strand);
   }
   return list;
 }
@@ -79,17 +104,14 @@ Json metaballs_json(const Level& level) {
 // What this model does that model.md's formulas do not say, or leave open.
 Json notes_json() {
   return {
-      "a metaball's force and radial stiffness are taken at B1 B0^-1 p (where the node would end if it moved with the "
-      "ball's bone over the step), not at the step's start p; the stiffness acts on p + h p'_1 - B1 B0^-1 p: "
-      "f = f_ball(r) - k_r r^ r^.(p + h p'_1 - B1 B0^-1 p), r = B1 B0^-1 p - B1 c",
-      "contact fades while the body is calm: once every bone has been within 0.17 rad and 0.02 m of the head's "
-      "transform "
-      "for 1 s (counted by ticks, reset by any pose that is not), and without wind, U is U (1 - s v), s rising "
-      "linearly "
-      "from 0 to 1 in a further 0.5 s, v = t^2 (3 - 2 t), t = clamp((0.087 - tilt) / 0.07, 0, 1), tilt the angle "
-      "between "
-      "the head's up and +Y in rad; after 3 s, k and q of springs and attachments fade alike within 1 s, to 0.01 at v "
-      "= 1",
+      "contact acts at points of hair, core/solver/contact.hpp: x = R x0 + sum_j w_j (p_j - R p0_j), with_bone = B1 B0^-1 "
+      "x(start), with_head = R1 x0 + the same sum at the start, ahead = with_head + h sum_j w_j (p'_j - R' p0_j); per "
+      "field, s its trilinear distance (outside the grid plus the way there) at B1^-1 of a point, n the unit gradient at "
+      "with_bone; d = limit - s(with_bone), a = d - n.(ahead - with_bone); it acts where d > 0, or a > 0 and s < limit at "
+      "the middle or the end of the way; slope = 6 U H / 0.05^3, k = slope clamp(max(d, a), 0, 0.01), F = min(slope d^2 / "
+      "2, k h 0.4) for d > 0, else k d; node j gets w_j (F - k n.(with_head - with_bone)) n - w_j k W n n^T (h (p'_1j - R' "
+      "p0_j)), W = sum_j w_j; H = clamp((0.035 - d) / 0.015, 0, 1), times the smallest H of every field that has d > 0 at "
+      "each point nearer the root of its strand",
       "spring forces are linearised about the step's start with the positive semi-definite part only (k e e^T, q e "
       "e^T)",
       "every q, of springs, attachments and ether, is what the solver uses at this rate and substeps: the material's "
@@ -99,7 +121,6 @@ Json notes_json() {
       "would be farther from it than 2.5 times the diagonal of the box of its lattice",
       "gravity acts on every node's whole mass, ether's included, as g - R g0, g0 = (0, -9.81, 0)",
       "drag tensors Q are in head axes and turn with the head: f = -R Q R^T (p' - wind)",
-      "a radius of 0 means that the ball is off for that node",
       "at a reset the lattice moves rigidly with the head: displacements and velocities keep their components in head "
       "axes, and no step is made",
       "a tick's substeps interpolate the poses (position linear, rotation slerp)"};
@@ -113,7 +134,7 @@ std::string encode_model_json(const ModelDump& dump) {
   const Lattice& lattice = level.geometry.lattice;
   Json json;
   json["format"] = "hairnet-model";
-  json["version"] = 1;
+  json["version"] = 2;
   json["rate_hz"] = dump.rate_hz;
   json["substeps"] = dump.substep_count;
   json["gravity"] = vector_json(dump.gravity);
@@ -129,7 +150,8 @@ std::string encode_model_json(const ModelDump& dump) {
   json["trimmed"] = trimmed_json(level.geometry);
   json["springs"] = springs_json(level, step_s);
   json["attachments"] = attachments_json(level, step_s);
-  json["metaballs"] = metaballs_json(level);
+  json["skin"] = skin_json(*level.skin);
+  json["contacts"] = contacts_json(level);
   json["wind"] = vector_json(dump.wind_m_per_s);
   json["resets"] = dump.resets;
   json["notes"] = notes_json();

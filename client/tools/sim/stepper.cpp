@@ -2,7 +2,6 @@
 
 #include <utility>
 
-#include "core/solver/calm_release.hpp"
 #include "core/solver/reference_step.hpp"
 
 namespace hairnet::sim {
@@ -43,12 +42,11 @@ class ConvergedStepper : public Stepper {
 
   StepReport step(const Pose& to, bool teleport) override {
     StepReport report;
-    const double contact_release = calm_release_.update(to, def_.tick_s);
     if (teleport || is_teleport(from_, to, def_.tick_s)) {
       move_rigidly(to.head() * from_.head().inverse());
       report.teleports = 1;
     } else {
-      step_smoothly(to, def_.environment.wind.is_still() ? contact_release : 0);
+      step_smoothly(to);
       report.stepped = 1;
     }
     from_ = to;
@@ -63,10 +61,9 @@ class ConvergedStepper : public Stepper {
     for (Vec3& p : lattice_.P) p = jump.point(p);
     for (Vec3& v : lattice_.P_dot) v = jump.vector(v);
   }
-  void step_smoothly(const Pose& to, double contact_release) {
+  void step_smoothly(const Pose& to) {
     const double substep_s = def_.tick_s / def_.substep_count;
-    StepInput input{from_, from_, substep_s, &def_.environment, contact_release, {}, tick_ * def_.tick_s};
-    if (def_.environment.wind.is_still()) input.material.stiffness *= static_cast<float>(calm_release_.stiffness());
+    StepInput input{from_, from_, substep_s, &def_.environment, 0, {}, tick_ * def_.tick_s};
     for (int substep = 1; substep <= def_.substep_count; ++substep) {
       input.from = std::exchange(
           input.to, substep == def_.substep_count ? to : interpolate(from_, to, double(substep) / def_.substep_count));
@@ -79,7 +76,6 @@ class ConvergedStepper : public Stepper {
   const Level& level_;  // kept alive by def_
   Pose from_;
   double tick_ = 0;
-  CalmRelease calm_release_;
   WorldLattice lattice_;
   LatticeState state_;
 };

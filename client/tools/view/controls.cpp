@@ -20,7 +20,7 @@ constexpr const char* kKeys =
     "F                     follow it or not      A  look at all\n"
     "Space  pause          .  one tick           T  teleport\n"
     "1-5    level          +, -  speed\n"
-    "L lattice  S springs  M metaballs  C attachments\n"
+    "L lattice  S springs  M contacts   C attachments\n"
     "D drag     V level colours          G  timing\n"
     "R      record a clip  U  controls           H  this";
 
@@ -184,7 +184,7 @@ void overlay_controls(ViewState& state, const Controls& controls) {
   ImGui::Checkbox("lattice (L)", &o.lattice);
   ImGui::Checkbox("springs (S)", &o.springs);
   ImGui::Checkbox("attachments (C)", &o.attachments);
-  ImGui::Checkbox("metaballs (M)", &o.metaballs);
+  ImGui::Checkbox("contacts (M)", &o.contacts);
   ImGui::NextColumn();
   ImGui::Checkbox("drag (D)", &o.drag);
   ImGui::Checkbox("levels (V)", &o.levels);
@@ -266,7 +266,7 @@ void take_keys(std::span<const int> keys, ViewState& state, Controls& controls) 
   const std::array<std::pair<int, bool*>, 7> toggles{{{GLFW_KEY_L, &o.lattice},
                                                       {GLFW_KEY_S, &o.springs},
                                                       {GLFW_KEY_C, &o.attachments},
-                                                      {GLFW_KEY_M, &o.metaballs},
+                                                      {GLFW_KEY_M, &o.contacts},
                                                       {GLFW_KEY_D, &o.drag},
                                                       {GLFW_KEY_V, &o.levels},
                                                       {GLFW_KEY_G, &o.timing}}};

@@ -3,8 +3,9 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <vector>
+
+#include "core/build/skin_field.hpp"
 
 namespace hairnet::viewer {
 namespace {
@@ -91,30 +92,24 @@ class LatticeDrawing {
     }
   }
 
-  // Three circles of the radius that the ball has for most nodes.
-  void draw_metaballs(const std::vector<Metaball>& balls) {
-    constexpr int kSegments = 32;
-    for (const Metaball& ball : balls) {
-      float sum = 0, count = 0;
-      for (const float radius : ball.radius) {
-        sum += radius;
-        count += radius > 0 ? 1 : 0;
+  // Points of hair that meet skin, those that are nearer to it than their limit in red.
+  void draw_contacts(const Level& model) {
+    const ContactPoints& contacts = model.contacts;
+    const Pose& pose = subject_.pose;
+    for (std::size_t p = 0; p < contacts.count(); ++p) {
+      Vec3f at = contacts.rest[p];
+      for (std::uint32_t e = contacts.begin[p]; e < contacts.begin[p + 1]; ++e) {
+        const std::size_t i = contacts.nodes[e];
+        at += contacts.weights[e] * (node_[i] - rest_[i]);
       }
-      if (!(count > 0)) continue;
-      const RigidTransform& bone = subject_.pose[ball.bone];
-      for (int axis = 0; axis < 3; ++axis) {
-        Vec3f last = Vec3f::Zero();
-        for (int i = 0; i <= kSegments; ++i) {
-          const float angle = 2 * std::numbers::pi_v<float> * static_cast<float>(i) / kSegments;
-          Vec3f offset = Vec3f::Zero();
-          offset[(axis + 1) % 3] = std::cos(angle);
-          offset[(axis + 2) % 3] = std::sin(angle);
-          const Vec3 at = bone.point((ball.centre + sum / count * offset).cast<double>());
-          const Vec3f next = at.cast<float>();
-          if (i > 0) drawing_.line(last, next, {120, 230, 255, 170});
-          last = next;
-        }
+      const Vec3 place = pose.head().point(at.cast<double>());
+      bool touches = false;
+      for (std::size_t f = 0; f < model.skin->size(); ++f) {
+        const SkinField& field = (*model.skin)[f];
+        const Vec3 to_bone = pose[field.bone].inverse().point(place);
+        touches |= skin_distance(field, to_bone) < static_cast<double>(contacts.limit[f * contacts.count() + p]);
       }
+      drawing_.point(place.cast<float>(), touches ? Rgba{255, 80, 60, 255} : Rgba{120, 230, 255, 170});
     }
   }
 
@@ -175,7 +170,7 @@ void draw_overlays(const Overlays& overlays, std::span<const Subject> subjects, 
     if (subject.model == nullptr) continue;
     if (overlays.springs) lattice.draw_springs(subject.model->springs);
     if (overlays.attachments) lattice.draw_attachments(subject.model->attachments);
-    if (overlays.metaballs) lattice.draw_metaballs(subject.model->metaballs);
+    if (overlays.contacts) lattice.draw_contacts(*subject.model);
     if (overlays.drag) lattice.draw_drag(*subject.model);
   }
 }

@@ -16,12 +16,12 @@ struct Overlays {
   bool lattice = false;      // active nodes, by how far they are from their design, and the edges between them
   bool springs = false;      // by strain
   bool attachments = false;  // from where they bind to where they are
-  bool metaballs = false;
+  bool contacts = false;     // the points of hair that meet skin
   bool drag = false;    // each node's strongest drag, and the way it acts
   bool levels = false;  // hair in its level's colour
   bool timing = false;  // graphs
 
-  [[nodiscard]] bool need_model() const { return springs || attachments || metaballs || drag; }
+  [[nodiscard]] bool need_model() const { return springs || attachments || contacts || drag; }
 };
 
 // Of each level, for hair (linear RGB).
