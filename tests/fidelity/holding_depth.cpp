@@ -40,39 +40,50 @@ void BentBody::bend(const Pose& pose) {
   for (std::size_t b = 0; b < kBoneCount; ++b) in_head.bones[b] = pose.head().inverse() * pose.bones[b];
   TriangleMesh bent{{}, near_.mesh.triangles};
   skin(near_, in_head, bent.vertices);
-  float moved_m = 0;
-  for (std::size_t v = 0; v < vertices_.size(); ++v)
-    moved_m = std::max(moved_m, (bent.vertices[v] - vertices_[v]).norm());
-  constexpr float kRounding_m = 1e-5F;  // of a body that goes with the head
-  moved_m_ = 0;
-  if (moved_m < kRounding_m) return;
+  constexpr float kRounding_m = 1e-6F;  // of skin that goes with the head
+  std::vector<float> vertex_m(vertices_.size());
+  for (std::size_t v = 0; v < vertices_.size(); ++v) vertex_m[v] = (bent.vertices[v] - vertices_[v]).norm();
+  const float moved_m = vertex_m.empty() ? 0 : std::ranges::max(vertex_m);
+  moved_box_.setEmpty();
+  for (const auto& triangle : bent.triangles) {
+    if (std::ranges::all_of(triangle, [&](std::uint32_t v) { return vertex_m[v] < kRounding_m; })) continue;
+    for (const std::uint32_t v : triangle) moved_box_.extend(vertices_[v]).extend(bent.vertices[v]);
+  }
   moved_m_ = static_cast<double>(moved_m);
+  if (moved_m < kRounding_m) return;
   skin_.emplace(bent);
   vertices_ = std::move(bent.vertices);
 }
 
-double BentBody::height_m(const Vec3f& point_head) const {
-  const Vec3 point = point_head.cast<double>();
-  const double distance_m = skin_->closest(point).distance;
-  return skin_->inside(point) ? -distance_m : distance_m;
-}
-
-DeepPoints::DeepPoints(const BentBody& body, std::span<const Vec3f> design) : last_(design.begin(), design.end()) {
+DeepPoints::DeepPoints(const BentBody& body, std::span<const Vec3f> design) {
   for (const Vec3f& point : design) {
-    const double height_m = body.height_m(point);
-    limit_m_.push_back(std::min(0.0, height_m) - kTooDeep_m);
-    margin_m_.push_back(height_m - limit_m_.back());
+    const double distance_m = body.distance_m(point);
+    const bool is_inside = body.inside(point);
+    spots_.push_back({kTooDeep_m + (is_inside ? distance_m : 0), distance_m, is_inside, true, 0, point});
   }
 }
 
 double DeepPoints::share(const BentBody& body, std::span<const Vec3f> points) {
+  constexpr double kRounding_m = 1e-5;
   std::size_t count = 0;
   for (std::size_t p = 0; p < points.size(); ++p) {
-    margin_m_[p] -= static_cast<double>((points[p] - last_[p]).norm()) + body.moved_m();
-    last_[p] = points[p];
-    if (margin_m_[p] > 0) continue;
-    margin_m_[p] = body.height_m(points[p]) - limit_m_[p];
-    if (margin_m_[p] < 0) ++count;
+    Spot& spot = spots_[p];
+    spot.travelled_m += static_cast<double>((points[p] - spot.last).norm());
+    spot.travelled_m += body.moved_m(points[p], spot.distance_m + spot.travelled_m);
+    spot.last = points[p];
+    const double depth_m = spot.is_inside ? spot.distance_m : -spot.distance_m;
+    if (depth_m + spot.travelled_m < spot.limit_m) continue;
+    if (spot.is_side_known && depth_m - spot.travelled_m > spot.limit_m) {
+      ++count;
+      continue;
+    }
+    const bool may_have_crossed = spot.travelled_m >= spot.distance_m || !spot.is_side_known;
+    spot.distance_m = body.distance_m(points[p], spot.distance_m + spot.travelled_m + kRounding_m);
+    spot.travelled_m = 0;
+    // Within the limit of the skin a point is not too deep on either side.
+    spot.is_side_known = !may_have_crossed || spot.distance_m > spot.limit_m;
+    if (may_have_crossed) spot.is_inside = !spot.is_side_known || body.inside(points[p]);
+    if (spot.is_inside && spot.distance_m > spot.limit_m) ++count;
   }
   return static_cast<double>(count) / static_cast<double>(points.size());
 }
