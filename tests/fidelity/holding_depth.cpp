@@ -64,7 +64,7 @@ DeepPoints::DeepPoints(const BentBody& body, std::span<const Vec3f> design) {
 }
 
 double DeepPoints::share(const BentBody& body, std::span<const Vec3f> points) {
-  constexpr double kRounding_m = 1e-5;
+  constexpr double kRounding_m = 1e-5, kFar_m = 0.02;  // beyond the limit no distance is told apart
   std::size_t count = 0;
   for (std::size_t p = 0; p < points.size(); ++p) {
     Spot& spot = spots_[p];
@@ -78,7 +78,8 @@ double DeepPoints::share(const BentBody& body, std::span<const Vec3f> points) {
       continue;
     }
     const bool may_have_crossed = spot.travelled_m >= spot.distance_m || !spot.is_side_known;
-    spot.distance_m = body.distance_m(points[p], spot.distance_m + spot.travelled_m + kRounding_m);
+    const double most_m = std::min(spot.distance_m + spot.travelled_m + kRounding_m, spot.limit_m + kFar_m);
+    spot.distance_m = std::min(most_m, body.distance_m(points[p], most_m));
     spot.travelled_m = 0;
     // Within the limit of the skin a point is not too deep on either side.
     spot.is_side_known = !may_have_crossed || spot.distance_m > spot.limit_m;
