@@ -44,7 +44,7 @@ struct Holding {
 };
 
 struct HoldingOptions {
-  Environment environment;         // during the motion; calm after it
+  Environment environment{};       // during the motion; calm after it
   double rest_after_s = 5;         // upright and still after the motion, before the rest is measured; 0: it is not
   std::size_t point_count = 4000;  // of the hairstyle for depth and jumps, about
 };
