@@ -15,9 +15,9 @@ namespace {
 constexpr const char* kProgram = "hairnet-fidelity-holding";
 constexpr double kPosture_s = 4;  // when our own postures are taken up
 
-Result<std::vector<Holding>> measure(const HoldingFlags& flags) {
+// Adds the runs to `all`, so that those before a refusal are not lost.
+Result<void> measure(const HoldingFlags& flags, std::vector<Holding>& all) {
   ProgressBar bar(kProgram);
-  std::vector<Holding> all;
   const auto count = static_cast<double>(flags.grooms.size() * flags.motions.size());
   double done = 0;
   for (const std::string& groom_name : flags.grooms) {
@@ -38,18 +38,17 @@ Result<std::vector<Holding>> measure(const HoldingFlags& flags) {
       done += 1;
     }
   }
-  return all;
+  return {};
 }
 
 int run(const HoldingFlags& flags) {
-  const auto all = measure(flags);
-  if (!all) {
-    std::fprintf(stderr, "%s: %s\n", kProgram, all.error().c_str());
-    return 1;
-  }
-  std::fputs(holding_tables(*all).c_str(), stdout);
-  if (flags.picture) std::fputs(("\n" + picture_commands(*all, flags.duration_s)).c_str(), stdout);
-  return write_json(kProgram, flags.json, holding_json(*all));
+  std::vector<Holding> all;
+  const auto measured = measure(flags, all);
+  if (!all.empty()) std::fputs(holding_tables(all).c_str(), stdout);
+  if (flags.picture) std::fputs(("\n" + picture_commands(all, flags.duration_s)).c_str(), stdout);
+  if (!measured) std::fprintf(stderr, "%s: %s\n", kProgram, measured.error().c_str());
+  const int written = write_json(kProgram, flags.json, holding_json(all));
+  return measured ? written : 1;
 }
 
 }  // namespace
