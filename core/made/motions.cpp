@@ -4,40 +4,26 @@
 #include <numbers>
 #include <string>
 
+#include "core/made/everyday.hpp"
+#include "core/made/gait.hpp"
 #include "core/made/made.hpp"
 #include "core/made/rig.hpp"
 #include "core/made/smooth.hpp"
+#include "core/made/temper.hpp"
 #include "core/random.hpp"
 
 namespace hairnet {
 namespace {
 
+using made::bump;
 using made::Gesture;
 using made::smooth_step;
+using made::step_along;
+using made::Temper;
+using made::wave;
 
-constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kEaseIn_s = 0.5;
 constexpr double kEaseOut_s = 0.8;
-
-double wave(double hz, double t, double phase = 0) {
-  return std::sin(kTurn * (hz * t + phase));
-}
-
-// 1 at x = 0, 0 from |x| = 1/2 on, smooth to its third derivative.
-double bump(double x) {
-  return std::abs(x) < 0.5 ? std::pow(std::cos(std::numbers::pi * x), 4) : 0;
-}
-
-// What differs from one seed to the next: a phase, and how large and fast the person moves.
-struct Temper {
-  explicit Temper(std::uint32_t seed) {
-    Random random(seed, 7);
-    phase = random.unit();
-    size = random.between(0.9, 1.1);
-    pace = random.between(0.93, 1.07);
-  }
-  double phase, size, pace;
-};
 
 // Gaze that goes from one chance direction to the next, a glance at a time.
 struct Glances {
@@ -55,18 +41,6 @@ struct Glances {
   }
   std::array<Vec3, 61> targets;  // yaw, pitch, roll
 };
-
-void step_along(Gesture& g, const Temper& temper, double t, double step_hz, double bob_m, double sway_m) {
-  const double stride_hz = step_hz / 2;  // a stride is two steps
-  g.lift_m = bob_m * (wave(step_hz, t, temper.phase) - 1) / 2;
-  g.sway_m = sway_m * wave(stride_hz, t, temper.phase);
-  g.trunk_yaw = 0.12 * wave(stride_hz, t, temper.phase + 0.25);
-  g.trunk_roll = 0.03 * wave(stride_hz, t, temper.phase);
-  g.head_yaw = -0.10 * wave(stride_hz, t, temper.phase + 0.25);
-  g.head_pitch = 0.04 * wave(step_hz, t, temper.phase + 0.1);
-  g.left_shoulder = g.trunk_yaw;
-  g.right_shoulder = -g.trunk_yaw;
-}
 
 Gesture still(const Temper&, std::uint32_t, double) {
   return {};
@@ -88,14 +62,14 @@ Gesture look_around(const Temper&, std::uint32_t seed, double t) {
 
 Gesture walk(const Temper& temper, std::uint32_t, double t) {
   Gesture g;
-  step_along(g, temper, t, 1.9 * temper.pace, 0.045 * temper.size, 0.02);
+  step_along(g, temper, t, {1.9 * temper.pace, 0.045 * temper.size, 0.02});
   g.speed_m_per_s = 1.35 * temper.pace;
   return g;
 }
 
 Gesture run(const Temper& temper, std::uint32_t, double t) {
   Gesture g;
-  step_along(g, temper, t, 2.7 * temper.pace, 0.11 * temper.size, 0.025);
+  step_along(g, temper, t, {2.7 * temper.pace, 0.11 * temper.size, 0.025});
   g.trunk_pitch = 0.16;
   g.head_pitch -= 0.10;
   g.speed_m_per_s = 3.4 * temper.pace;
@@ -176,7 +150,7 @@ struct Recipe {
   Gesture (*gesture)(const Temper&, std::uint32_t seed, double t);
 };
 
-constexpr std::array<Recipe, 13> kRecipes{{
+constexpr std::array<Recipe, 21> kRecipes{{
     {{"still", "upright, at rest"}, 2, still},
     {{"nod", "yes, about once a second"}, 5, nod},
     {{"shake", "no, with lively turns of the head"}, 5, shake},
@@ -189,6 +163,14 @@ constexpr std::array<Recipe, 13> kRecipes{{
     {{"lean", "far to the side, held, and back"}, 7, lean},
     {{"lie_down", "on the back, held, and up again"}, 7, lie_down},
     {{"upside_down", "head over, held, and back"}, 7, upside_down},
+    {{"walk_and_stop", "walks, stops, stands for two seconds, walks again"}, 13, made::walk_and_stop},
+    {{"side_step", "30 cm aside and back, standing still between"}, 16, made::side_step},
+    {{"glide", "moved by a thumbstick: 1.4 m/s at once, at once to a stop"}, 13, made::glide},
+    {{"dash", "sprints and brakes"}, 13, made::dash},
+    {{"turn_on_spot", "half a turn of the whole body, held, and the next"}, 15, made::turn_on_spot},
+    {{"lift", "up and down as in a lift, 1.5 m/s"}, 13, made::lift},
+    {{"late_nod", "nods after four seconds of stillness"}, 14, made::late_nod},
+    {{"look", "left, right, up and down, a pause at each"}, 13, made::look},
     {{"teleport", "glances, and every 1.5 s somewhere else"}, 7, teleport},
 }};
 

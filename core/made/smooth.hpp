@@ -1,6 +1,8 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 namespace hairnet::made {
 
@@ -8,6 +10,22 @@ namespace hairnet::made {
 inline double smooth_step(double low, double high, double x) {
   const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
   return t * t * t * (t * (t * 6 - 15) + 10);
+}
+
+// The integral of smooth_step from `low` to x: how far one has come who gathers unit speed between `low` and `high`.
+inline double smooth_way(double low, double high, double x) {
+  const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
+  return (high - low) * t * t * t * t * (t * (t - 3) + 2.5) + std::max(0.0, x - high);
+}
+
+// A sine of `hz`, its phase in turns.
+inline double wave(double hz, double t, double phase = 0) {
+  return std::sin(2 * std::numbers::pi * (hz * t + phase));
+}
+
+// 1 at x = 0, 0 from |x| = 1/2 on, smooth to its third derivative.
+inline double bump(double x) {
+  return std::abs(x) < 0.5 ? std::pow(std::cos(std::numbers::pi * x), 4) : 0;
 }
 
 inline double mix(double a, double b, double t) {

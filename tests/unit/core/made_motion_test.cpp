@@ -89,6 +89,41 @@ TEST(MadeMotions, another_seed_moves_otherwise) {
   EXPECT_GT((a.poses[200].head().position - b.poses[200].head().position).norm(), 1e-3);
 }
 
+constexpr std::string_view kUpright[] = {"walk_and_stop", "side_step", "glide", "turn_on_spot", "lift"};
+
+TEST(MadeMotions, of_every_day_keep_the_head_upright_for_twelve_seconds) {
+  for (const std::string_view name : kUpright) {
+    const Motion motion = make_motion(name).value();
+    EXPECT_GE(motion.duration_s(), 12) << name;
+    for (const Pose& pose : motion.poses) ASSERT_GT(pose.head().vector(Vec3::UnitY()).y(), 0.99) << name;
+  }
+}
+
+TEST(MadeMotions, of_every_day_stand_still_between) {
+  for (const std::string_view name : {"walk_and_stop", "side_step", "glide", "dash", "turn_on_spot", "late_nod"}) {
+    const Motion motion = make_motion(name).value();
+    std::size_t moving = 0, longest = 0, still = 0;
+    for (std::size_t i = 1; i < motion.poses.size(); ++i) {
+      const RigidTransform &a = motion.poses[i - 1].head(), &b = motion.poses[i].head();
+      const bool is_still = (b.position - a.position).norm() < 1e-9 && a.rotation.angularDistance(b.rotation) < 1e-6;
+      moving += is_still ? 0 : 1;
+      still = is_still ? still + 1 : 0;
+      longest = std::max(longest, still);
+    }
+    EXPECT_GE(static_cast<double>(longest), 2 * motion.rate_hz) << name;
+    EXPECT_GE(static_cast<double>(moving), motion.rate_hz) << name;
+  }
+}
+
+TEST(MadeMotions, glide_reaches_its_speed_at_once) {
+  const Motion motion = make_motion("glide").value();
+  const auto speed = [&](std::size_t i) {
+    return (motion.poses[i].head().position - motion.poses[i - 1].head().position).norm() * motion.rate_hz;
+  };
+  EXPECT_NEAR(speed(59), 0, 1e-9);
+  EXPECT_NEAR(speed(61), 1.4, 1e-9);
+}
+
 TEST(MadeMotions, teleport_teleports_and_says_so) {
   const Motion motion = make_motion("teleport").value();
   EXPECT_GE(std::count(motion.teleports.begin(), motion.teleports.end(), true), 3);

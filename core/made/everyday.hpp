@@ -1,0 +1,20 @@
+#pragma once
+
+#include <cstdint>
+
+#include "core/made/rig.hpp"
+#include "core/made/temper.hpp"
+
+namespace hairnet::made {
+
+// What people do most in a virtual room, the head upright and stillness between: t in seconds from the motion's start.
+Gesture walk_and_stop(const Temper& temper, std::uint32_t seed, double t);
+Gesture side_step(const Temper& temper, std::uint32_t seed, double t);
+Gesture glide(const Temper& temper, std::uint32_t seed, double t);
+Gesture dash(const Temper& temper, std::uint32_t seed, double t);
+Gesture turn_on_spot(const Temper& temper, std::uint32_t seed, double t);
+Gesture lift(const Temper& temper, std::uint32_t seed, double t);
+Gesture late_nod(const Temper& temper, std::uint32_t seed, double t);
+Gesture look(const Temper& temper, std::uint32_t seed, double t);
+
+}  // namespace hairnet::made

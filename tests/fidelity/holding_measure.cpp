@@ -1,0 +1,194 @@
+#include "tests/fidelity/holding_measure.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "client/tools/clip/upright.hpp"
+#include "core/build/build.hpp"
+#include "core/world.hpp"
+#include "tests/fidelity/holding_depth.hpp"
+#include "tests/fidelity/strand_sample.hpp"
+
+namespace hairnet::fidelity {
+namespace {
+
+constexpr double kLookInterval_s = 0.1;  // between ticks that are looked at for depth and length
+constexpr double kEaseUpright_s = 0.5;
+
+void raise(Worst& worst, double value, double time_s) {
+  if (value > worst.value) worst = {value, time_s};
+}
+
+// Where the spots of the design would be if they moved rigidly with the head, and by how much their speed changed.
+class RigidSpots {
+ public:
+  void move(const StrandSample& strands, const RigidTransform& head) {
+    for (std::size_t i = 0; i < strands.spots.size(); ++i) {
+      const Vec3 now = head.point(strands.points[strands.spots[i]].cast<double>());
+      jump_m_[i] = (now - 2 * before_[i] + before_that_[i]).norm();
+      before_that_[i] = before_[i];
+      before_[i] = now;
+    }
+  }
+  explicit RigidSpots(std::size_t count) : before_(count, Vec3::Zero()), before_that_(before_), jump_m_(count) {}
+  [[nodiscard]] double jump_m(std::size_t spot) const { return jump_m_[spot]; }
+
+ private:
+  std::vector<Vec3> before_, before_that_;
+  std::vector<double> jump_m_;
+};
+
+// One character of the world, and what is found of it.
+class Run {
+ public:
+  Run(CharacterId character, const Level& level, const StrandSample& strands, const BentBody& body, Holding holding)
+      : holding_(std::move(holding)),
+        character_(character),
+        strands_(strands),
+        deformer_(level.geometry.lattice, strands.points, strands.blend, FfdKind::quadratic),
+        deep_(body, at_spots(strands.points)),
+        grid_(level.geometry.lattice.node_count()),
+        points_(strands.points),
+        points_before_(strands.points),
+        before_(strands.spots.size(), Vec3::Zero()),
+        before_that_(before_) {}
+
+  [[nodiscard]] CharacterId character() const { return character_; }
+
+  // To be called after every tick. Jumps count when `time_s` is not negative.
+  void follow(const World& world, const RigidTransform& head, const RigidSpots& rigid, double time_s) {
+    points_before_.swap(points_);
+    const LatticeView view = world.lattice(character_);
+    expand_displacements(view.model->geometry, view.displacement, grid_);
+    deformer_.deform(grid_, points_);
+    for (std::size_t i = 0; i < before_.size(); ++i) {
+      const Vec3 now = head.point(points_[strands_.spots[i]].cast<double>());
+      const double jump_m = (now - 2 * before_[i] + before_that_[i]).norm() - rigid.jump_m(i);
+      before_that_[i] = before_[i];
+      before_[i] = now;
+      if (time_s < 0) continue;
+      jumps_m_.push_back(std::max(0.0F, static_cast<float>(jump_m)));
+      raise(holding_.jump_m, jump_m, time_s);
+    }
+  }
+
+  void look(const BentBody& body, double time_s) {
+    const double share = deep_.share(body, at_spots(points_));
+    holding_.deep_share += share;
+    ++looks_;
+    raise(holding_.deep, share, time_s);
+    for (std::size_t s = 0; s < strands_.strand_count(); ++s) {
+      const std::span<const Vec3f> strand(points_.begin() + strands_.begin[s], points_.begin() + strands_.begin[s + 1]);
+      const double length = polyline_length(strand) / strands_.length_m[s];
+      lengths_.push_back(static_cast<float>(length));
+      raise(holding_.length, length, time_s);
+    }
+  }
+
+  void look_whether_it_hangs(const Quat& head) { holding_.hanging_rad = hanging_angle(strands_, points_, head); }
+
+  void look_at_rest(const World& world, const BentBody& body, double tick_s) {
+    RestFigures& rest = holding_.rest.emplace();
+    std::vector<float> off_m;
+    double square_sum = 0;
+    for (std::size_t p = 0; p < points_.size(); ++p) {
+      rest.speed_m_per_s =
+          std::max(rest.speed_m_per_s, static_cast<double>((points_[p] - points_before_[p]).norm()) / tick_s);
+      off_m.push_back((points_[p] - strands_.points[p]).norm());
+      square_sum += static_cast<double>(off_m.back() * off_m.back());
+    }
+    rest.rms_m = std::sqrt(square_sum / static_cast<double>(points_.size()));
+    rest.p99_m = percentile(off_m, 0.99);
+    rest.deep_share = deep_.share(body, at_spots(points_));
+    rest.inverted_share = inverted_share(*world.lattice(character_).model, strands_, grid_);
+  }
+
+  Holding finish() {
+    holding_.deep_share /= std::max(1, looks_);
+    holding_.length_p50 = percentile(lengths_, 0.5);
+    holding_.length_p99 = percentile(lengths_, 0.99);
+    holding_.jump_p999_m = percentile(jumps_m_, 0.999);
+    return std::move(holding_);
+  }
+
+ private:
+  std::vector<Vec3f> at_spots(std::span<const Vec3f> points) const {
+    std::vector<Vec3f> spots;
+    for (const std::uint32_t p : strands_.spots) spots.push_back(points[p]);
+    return spots;
+  }
+
+  Holding holding_;
+  CharacterId character_;
+  const StrandSample& strands_;
+  Deformer deformer_;
+  DeepPoints deep_;
+  int looks_ = 0;
+  std::vector<Vec3f> grid_, points_, points_before_;  // head space
+  std::vector<Vec3> before_, before_that_;            // of the spots, world
+  std::vector<float> jumps_m_, lengths_;
+};
+
+std::vector<Pose> poses_to_rest(const Pose& last, double rate_hz, double rest_after_s) {
+  std::vector<Pose> poses;
+  const auto count = static_cast<std::size_t>(std::ceil((kEaseUpright_s + rest_after_s) * rate_hz));
+  for (std::size_t i = 1; i <= count; ++i)
+    poses.push_back(rounded_to_wire(ease(last, upright(last), static_cast<double>(i) / rate_hz, kEaseUpright_s)));
+  return poses;
+}
+
+}  // namespace
+
+Subject make_subject(Groom groom, const std::vector<LevelIndex>& indices) {
+  auto levels = std::make_shared<LevelSet>();
+  for (const LevelIndex level : indices) {
+    const auto i = static_cast<std::size_t>(level);
+    levels->levels[i] = *build_level(groom, kLevelSpecs[i]);
+  }
+  return {std::move(groom), indices, std::move(levels)};
+}
+
+std::vector<Holding> measure_holding(const Subject& subject, const Clip& clip, bool hangs,
+                                     const HoldingOptions& options, const std::function<void(double)>& progress) {
+  const StrandSample strands = sample_strands(subject.groom, options.point_count);
+  BentBody body(subject.groom);
+  RigidSpots rigid(strands.spots.size());
+  WorldDef def;
+  def.tick_s = 1 / clip.rate_hz;
+  World world(def);
+  std::vector<Run> runs;
+  for (const LevelIndex level : subject.indices)
+    runs.emplace_back(world.add({subject.levels, level, clip.poses.front()}), (*subject.levels)[level], strands, body,
+                      Holding{.groom = subject.groom.name, .motion = clip.name, .level = level});
+
+  const auto step_to = [&](const Pose& pose, double time_s) {
+    for (const Run& run : runs) world.set_pose(run.character(), pose);
+    world.step();
+    rigid.move(strands, pose.head());
+    for (Run& run : runs) run.follow(world, pose.head(), rigid, time_s);
+  };
+  const auto ticks_between = static_cast<std::size_t>(std::max(1.0, std::round(kLookInterval_s * clip.rate_hz)));
+  world.set_environment(options.environment);
+  for (std::size_t tick = 1; tick < clip.poses.size(); ++tick) {
+    const double time_s = (static_cast<double>(tick) - static_cast<double>(clip.lead_in_ticks)) / clip.rate_hz;
+    step_to(clip.poses[tick], time_s);
+    if (time_s <= 0 || (tick - clip.lead_in_ticks) % ticks_between != 0) continue;
+    body.bend(clip.poses[tick]);
+    for (Run& run : runs) run.look(body, time_s);
+    if (progress) progress(static_cast<double>(tick) / static_cast<double>(clip.tick_count()));
+  }
+  if (hangs)
+    for (Run& run : runs) run.look_whether_it_hangs(clip.poses.back().head().rotation);
+
+  if (options.rest_after_s > 0) {
+    world.set_environment(kCalmEnvironment);
+    for (const Pose& pose : poses_to_rest(clip.poses.back(), clip.rate_hz, options.rest_after_s)) step_to(pose, -1);
+    body.bend({});
+    for (Run& run : runs) run.look_at_rest(world, body, def.tick_s);
+  }
+  std::vector<Holding> all;
+  for (Run& run : runs) all.push_back(run.finish());
+  return all;
+}
+
+}  // namespace hairnet::fidelity

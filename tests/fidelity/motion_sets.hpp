@@ -1,0 +1,27 @@
+#pragma once
+
+#include <span>
+#include <string_view>
+
+#include "core/pose/motion.hpp"
+
+namespace hairnet::fidelity {
+
+// What people do all the time, what they hardly ever do, and postures that they stay in.
+inline constexpr std::string_view kEverydayMotions[] = {
+    "made:walk_and_stop", "made:side_step", "made:jump", "made:glide", "made:dash", "made:turn_on_spot",
+    "made:lift",          "made:late_nod",  "made:look", "cmu_131_01", "cmu_131_02"};
+inline constexpr std::string_view kWildMotions[] = {"dance_a",    "spinkick", "run",       "jump",
+                                                    "cartwheel",  "backflip", "spin",      "getup_faceup",
+                                                    "made:dance", "made:run", "made:shake"};
+inline constexpr std::string_view kPostures[] = {"made:lie_down", "made:upside_down"};
+
+// Round after round until `duration_s`. Each goes on where and facing as the one before ended, and what else its first
+// pose differs by from the last one is eased out within a quarter of a second, or longer where it is more than a person
+// does in that time.
+Motion looped(const Motion& motion, double duration_s);
+
+// To `time_s`, then its pose there until `duration_s`.
+Motion stopped(const Motion& motion, double time_s, double duration_s);
+
+}  // namespace hairnet::fidelity
