@@ -22,7 +22,8 @@ LatticeEnergy energy(const Level& level, const MaterialScale& material, const He
   for (std::size_t s = 0; s < level.springs.count(); ++s) {
     const Vec3 delta = weighted_sum(level.springs, s, displacement);
     const double elongation_m = elongation<double>(level.springs.rest[s].cast<double>(), delta);
-    sum.elastic_j += half_square(stiffness * double{level.springs.stiffness[s]}, elongation_m * elongation_m);
+    sum.elastic_j += spring_energy(stiffness * double{level.springs.stiffness[s]},
+                                   level.springs.rest[s].cast<double>().norm(), elongation_m);
   }
   for (std::size_t s = 0; s < level.attachments.count(); ++s) {
     sum.elastic_j += half_square(stiffness * double{level.attachments.stiffness[s]},

@@ -6,6 +6,7 @@
 #include "core/build/level.hpp"
 #include "core/groom/material_scale.hpp"
 #include "core/solver/damping.hpp"
+#include "core/solver/spring.hpp"
 #include "core/solver/step.hpp"
 #include "core/solver/wind.hpp"
 
@@ -39,6 +40,20 @@ inline std::pair<float, float> stiffener_terms(const Stiffeners& stiffeners, con
                                                std::size_t s, float step_s) {
   const float k = material.stiffness * stiffeners.stiffness[s];
   return {k, solver_damping(k, material.damping * stiffeners.damping[s], step_s)};
+}
+
+// A spring of some length in a step.
+struct SpringTerms {
+  double k, rest_length;
+  double stiffness;  // dT/dx
+  double q;          // as the solver takes it
+};
+inline SpringTerms spring_terms(const Level& level, const StepInput& input, std::size_t s, double length) {
+  const double k = double{input.material.stiffness} * double{level.springs.stiffness[s]};
+  const double rest_length = level.springs.rest[s].cast<double>().norm();
+  const double stiffness = spring_stiffness(k, rest_length, length - rest_length);
+  const double q = double{input.material.damping} * double{level.springs.damping[s]};
+  return {k, rest_length, stiffness, solver_damping(stiffness, q, input.step_s)};
 }
 
 // Air velocity at the nodes of a lattice at the end of a step, head axes, m/s.

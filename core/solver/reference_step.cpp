@@ -27,11 +27,11 @@ struct System {
 void add_springs(const Level& level, const StepInput& input, const WorldLattice& lattice, System& system) {
   const Stiffeners& springs = level.springs;
   for (std::size_t s = 0; s < springs.count(); ++s) {
-    const auto [k, q] = stiffener_terms(springs, input.material, s, static_cast<float>(input.step_s));
     const Vec3 eps = weighted_sum(springs, s, lattice.P), eps_dot = weighted_sum(springs, s, lattice.P_dot);
     if (!(eps.norm() > 0)) continue;
-    scatter(springs, s, spring_force(k, q, springs.rest[s].cast<double>().norm(), eps, eps_dot), system.f);
-    system.stiffeners.push_back({&springs, s, spring_jacobian(k, eps), spring_jacobian(q, eps)});
+    const SpringTerms spring = spring_terms(level, input, s, eps.norm());
+    scatter(springs, s, spring_force(spring.k, spring.q, spring.rest_length, eps, eps_dot), system.f);
+    system.stiffeners.push_back({&springs, s, spring_jacobian(spring.stiffness, eps), spring_jacobian(spring.q, eps)});
   }
 }
 

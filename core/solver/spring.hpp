@@ -1,17 +1,36 @@
 #pragma once
 
+#include <algorithm>
+
 #include "core/geometry/vec.hpp"
 
 namespace hairnet {
 
-// Eq. 3: a spring's epsilon joins its two ends. sigma = -(k (|eps| - |eps_0|) + q eps'.e) e, e = eps / |eps|.
-inline Vec3 spring_force(double k, double q, double rest_length, const Vec3& eps, const Vec3& eps_dot) {
-  const Vec3 e = eps.normalized();
-  return -(k * (eps.norm() - rest_length) + q * eps_dot.dot(e)) * e;
+// Eq. 3: a spring's epsilon joins its two ends. sigma = -(T(|eps| - |eps_0|) + q eps'.e) e, e = eps / |eps|. The
+// tension is T = k x in the paper. Hair does not stretch: here springs are stiffer beyond a strain. T stays convex.
+inline constexpr double kStiffStrain = 0.02;    // of the rest length
+inline constexpr double kStiffening = 8;        // times k, beside k
+
+inline double spring_tension(double k, double rest_length, double x) {
+  return k * (x + kStiffening * std::max(0.0, x - kStiffStrain * rest_length));
+}
+// dT/dx
+inline double spring_stiffness(double k, double rest_length, double x) {
+  return x > kStiffStrain * rest_length ? (1 + kStiffening) * k : k;
+}
+// The integral of T, J.
+inline double spring_energy(double k, double rest_length, double x) {
+  const double over = std::max(0.0, x - kStiffStrain * rest_length);
+  return 0.5 * k * (x * x + kStiffening * over * over);
 }
 
-// The part of d sigma / d eps that the solver uses, -k e e^T: negative semi-definite always, and the exact derivative
-// at the rest length with eps' = 0. With q instead of k it is d sigma / d eps', exactly.
+inline Vec3 spring_force(double k, double q, double rest_length, const Vec3& eps, const Vec3& eps_dot) {
+  const Vec3 e = eps.normalized();
+  return -(spring_tension(k, rest_length, eps.norm() - rest_length) + q * eps_dot.dot(e)) * e;
+}
+
+// The part of d sigma / d eps that the solver uses, -k e e^T with k = dT/dx: negative semi-definite always, and the exact
+// derivative at the rest length with eps' = 0. With q instead of k it is d sigma / d eps', exactly.
 inline Mat3 spring_jacobian(double k, const Vec3& eps) {
   const Vec3 e = eps.normalized();
   return -k * e * e.transpose();
@@ -19,11 +38,12 @@ inline Mat3 spring_jacobian(double k, const Vec3& eps) {
 
 // The exact d sigma / d eps. Its further terms push across a shortened spring and so may be indefinite.
 inline Mat3 spring_jacobian_exact(double k, double q, double rest_length, const Vec3& eps, const Vec3& eps_dot) {
-  const double length = eps.norm();
+  const double length = eps.norm(), x = length - rest_length;
   const Vec3 e = eps / length;
   const Mat3 across = Mat3::Identity() - e * e.transpose();
   const Mat3 turning = (eps_dot.dot(e) * across + e * (across * eps_dot).transpose()) / length;
-  return -k * e * e.transpose() - k * (length - rest_length) / length * across - q * turning;
+  return -spring_stiffness(k, rest_length, x) * e * e.transpose() - spring_tension(k, rest_length, x) / length * across -
+         q * turning;
 }
 
 // |eps_0 + delta| - |eps_0| without cancellation: exactly 0 for delta = 0.

@@ -14,6 +14,7 @@
 #include "core/solver/lane_memory.hpp"
 #include "core/solver/lanes_inl.hpp"
 #include "core/solver/level_view.hpp"
+#include "core/solver/spring.hpp"
 #include "core/solver/step_terms.hpp"
 
 // One step of the lattices in one layout (`Lanes`: a crowd or a single character). What it solves, and why it cannot
@@ -174,19 +175,30 @@ struct Step {
       // |eps_0 + delta| - |eps_0| without cancellation: exactly 0 for delta = 0.
       const Real change = L::dot(L::add(L::add(rest, rest), delta), delta) * (length * by);
       put(hn::IfThenElse(has_length, change, none - rest_length), m.spring_elongation, s);
+      put(stiffening(beyond_stiff_strain(s)), m.spring_stiffening, s);
     }
     for (std::size_t s = 0; s < level.attachments.count; ++s) {
       put(weighted_sum(level.attachments, s, m.displacement), m.attachment_displacement, s);
     }
   }
 
-  // Of springs and attachments as measured, and of the ether, J.
+  // spring.hpp: how far a spring is beyond the strain from which on it is stiffer, and the share of k that this adds.
+  HWY_INLINE Real beyond_stiff_strain(std::size_t s) const {
+    return hn::NegMulAdd(L::real(static_cast<float>(kStiffStrain)), L::real(level.springs.rest_length[s]),
+                         real_at(m.spring_elongation, s));
+  }
+  static HWY_INLINE Real stiffening(Real beyond) {
+    return hn::IfThenElseZero(hn::Gt(beyond, L::real(0)), L::real(static_cast<float>(kStiffening)));
+  }
+
+  // Of springs as measured and as stiff as noted, of attachments as measured, and of the ether, J.
   HWY_INLINE Real elastic_energy() const {
     Real springs = L::real(0), ether = L::real(0);
     Vector attachments = L::zero();
     for (std::size_t s = 0; s < level.springs.count; ++s) {
-      const Real elongation = real_at(m.spring_elongation, s);
-      springs = hn::MulAdd(L::real(level.springs.stiffness[s]) * elongation, elongation, springs);
+      const Real elongation = real_at(m.spring_elongation, s), beyond = beyond_stiff_strain(s);
+      const Real square = hn::MulAdd(real_at(m.spring_stiffening, s) * beyond, beyond, elongation * elongation);
+      springs = hn::MulAdd(L::real(level.springs.stiffness[s]), square, springs);
     }
     for (std::size_t s = 0; s < level.attachments.count; ++s) {
       const Vector shift = node(m.attachment_displacement, s);
@@ -286,12 +298,14 @@ struct Step {
     const Turn turn = turn_term(offsetof(StepTerms, turn));
     const Turn rest_rate_of = turn_term(offsetof(StepTerms, rest_velocity) + offsetof(StepTerms::Motion, turn));
     for (std::size_t s = 0; s < level.springs.count; ++s) {
-      const Law spring = law(level.springs, s);
+      const Real k = term(offsetof(StepTerms, stiffness)) * L::real(level.springs.stiffness[s]);
+      const Real more = real_at(m.spring_stiffening, s) * k, stiffness = k + more;
+      const Real q = solver_damping(stiffness, term(offsetof(StepTerms, damping)) * L::real(level.springs.damping[s]));
       const Vector e = turned(turn, node(m.spring_direction, s));
       const Real rest_rate = L::dot(e, turned(rest_rate_of, L::vector(level.springs.rest + 3 * s)));  // R' eps_0 . e
       const Real elongation = real_at(m.spring_elongation, s);
-      const Real hk_q = hn::MulAdd(h, spring.k, spring.q), coefficient = h * hk_q;
-      const Real tension = hn::MulAdd(hk_q, rest_rate, spring.k * elongation);
+      const Real hk_q = hn::MulAdd(h, stiffness, q), coefficient = h * hk_q;
+      const Real tension = hn::MulAdd(hk_q, rest_rate, hn::MulAdd(more, beyond_stiff_strain(s), k * elongation));
       put(e, m.spring_direction, s);
       put(hn::MulAdd(h, rest_rate, elongation), m.spring_elongation, s);
       put(coefficient, m.spring_coefficient, s);
@@ -612,6 +626,7 @@ struct Step {
     for (std::size_t s = 0; s < level.attachments.count; ++s) {
       put(weighted_sum(level.attachments, s, m.displacement), m.attachment_displacement, s);
     }
+    // As stiff as in the step, a spring has no less energy here than it really has once it is less than stiff again.
     // Of the linearised step, at least: a viscosity is -h k / 3 or more (damping.hpp), so y.(h^2 K / 2 + h Q) y is no
     // less than y.(h^2 K + h Q) y / 4, that is (y.b - |y|^2_M) / 4.
     const Real dissipation =

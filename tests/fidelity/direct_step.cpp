@@ -52,15 +52,14 @@ void DirectStep::add_springs(const StepInput& input, const WorldLattice& lattice
   const double h = input.step_s;
   const Stiffeners& springs = level_.springs;
   for (std::size_t s = 0; s < springs.count(); ++s) {
-    const auto [spring_k, spring_q] = stiffener_terms(springs, input.material, s, static_cast<float>(h));
-    const double k = spring_k, q = spring_q;
     const Vec3 eps = weighted_sum(springs, s, lattice.P), eps_dot = weighted_sum(springs, s, lattice.P_dot);
     if (!(eps.norm() > 0)) continue;
     const Vec3 e = eps.normalized();
-    const Vec3 sigma = spring_force(k, q, springs.rest[s].cast<double>().norm(), eps, eps_dot);
-    scatter(springs, s, h * (sigma - h * k * e.dot(eps_dot) * e), load_);
+    const SpringTerms spring = spring_terms(level_, input, s, eps.norm());
+    const Vec3 sigma = spring_force(spring.k, spring.q, spring.rest_length, eps, eps_dot);
+    scatter(springs, s, h * (sigma - h * spring.stiffness * e.dot(eps_dot) * e), load_);
     matrix_.add(nodes_of(springs, s), weights_of(springs, s, spring_weights_),
-                isotropic_and_axial(0, h * q + h * h * k, e));
+                isotropic_and_axial(0, h * spring.q + h * h * spring.stiffness, e));
   }
 }
 
