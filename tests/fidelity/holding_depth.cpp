@@ -64,7 +64,8 @@ DeepPoints::DeepPoints(const BentBody& body, std::span<const Vec3f> design) {
 }
 
 double DeepPoints::share(const BentBody& body, std::span<const Vec3f> points) {
-  constexpr double kRounding_m = 1e-5, kFar_m = 0.02;  // beyond the limit no distance is told apart
+  constexpr double kRounding_m = 1e-5;
+  constexpr double kFar_m = 0.02;  // beyond the limit: a longer distance costs more to find than it saves
   std::size_t count = 0;
   for (std::size_t p = 0; p < points.size(); ++p) {
     Spot& spot = spots_[p];

@@ -53,12 +53,12 @@ class DeepPoints {
 
  private:
   struct Spot {
-    double limit_m;          // the depth beyond which it is too deep
-    double distance_m;       // to the skin, when the mesh was asked
-    bool is_inside;          // then; taken for inside where nobody asked
-    bool is_side_known;      // whether somebody asked
-    double travelled_m = 0;  // since then, against the skin
-    Vec3f last;
+    double limit_m;          // the depth beyond which the point is too deep
+    double distance_m;       // to the skin when the mesh was last asked, or the least that it can be
+    bool is_inside;          // at that time; true while the side is not known
+    bool is_side_known;      // the mesh was asked for the side too
+    double travelled_m = 0;  // of point and skin since then, at most
+    Vec3f last;              // where the point was at the last tick looked at
   };
   std::vector<Spot> spots_;
 };
