@@ -278,6 +278,8 @@ std::uint64_t World::hash() const {
     fnv.add(std::uint64_t{s});
     fnv.add(static_cast<std::uint64_t>(c.level));
     fnv.add(c.stiffness);
+    fnv.add(c.untangle.share());
+    fnv.add(c.bones_still_s);
     fnv.add(c.still_s);
     fnv.add(c.easing_s);
     fnv.add(c.switched_s);

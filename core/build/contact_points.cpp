@@ -75,12 +75,11 @@ float apart2(const Course& a, const Course& b) {
   return (a[0] - b[0]).squaredNorm() + (a[1] - b[1]).squaredNorm() + (a[2] - b[2]).squaredNorm();
 }
 
-// The points chosen, strand by strand.
+// The points chosen.
 struct Chosen {
   HairSample hair;
   std::vector<Vec3f> root;  // of each point's strand
   std::vector<float> arm_m;  // the length of hair from there; infinite without a root
-  std::vector<std::uint32_t> strand_begin{0};
 };
 
 // Points at even distances along the line that take enough of the lattice's motion, the tip among them.
@@ -134,9 +133,7 @@ Chosen choose_points(const Groom& groom, float spacing_m, std::size_t count_max)
     Chosen more = chosen;
     add_points(groom, blend, lines[order.next()], spacing_m, more);
     if (more.arm_m.size() > count_max) break;
-    if (more.arm_m.size() == chosen.arm_m.size()) continue;
     chosen = std::move(more);
-    chosen.strand_begin.push_back(static_cast<std::uint32_t>(chosen.arm_m.size()));
   }
   return chosen;
 }
@@ -156,9 +153,8 @@ ContactPoints make_contact_points(const Groom& groom, const LevelGeometry& geome
   ContactPoints contacts;
   if (skin.empty()) return contacts;
   const float spacing_m = std::max(kSpacingLeast_m, static_cast<float>(kSpacing) * geometry.lattice.spacing.mean());
-  Chosen chosen = choose_points(groom, spacing_m*float(getenv("HN_SPACE")?atof(getenv("HN_SPACE")):1), size_t(double(count_max)*(getenv("HN_COUNT")?atof(getenv("HN_COUNT")):1)));
+  const Chosen chosen = choose_points(groom, spacing_m*float(getenv("HN_SPACE")?atof(getenv("HN_SPACE")):1), size_t(double(count_max)*(getenv("HN_COUNT")?atof(getenv("HN_COUNT")):1)));
   const HairStencils stencils = make_stencils(geometry, chosen.hair);
-  contacts.strand_begin = chosen.strand_begin;
   contacts.rest = chosen.hair.points;
   contacts.begin = stencils.begin;
   contacts.nodes.assign(stencils.nodes.begin(), stencils.nodes.end());

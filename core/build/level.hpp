@@ -56,10 +56,9 @@ inline constexpr double kContactDepth_m = 0.05;
 
 inline constexpr float kContactNever_m = -1;
 
-// Points of the hair at which contact acts, strand by strand from the root. A point is moved by the weighted sum of the
+// Points of the hair at which contact acts. A point is moved by the weighted sum of the
 // displacements of entries [begin[p], begin[p + 1]), as FFD moves the hair.
 struct ContactPoints {
-  std::vector<std::uint32_t> strand_begin{0};  // strand s has points [strand_begin[s], strand_begin[s + 1])
   std::vector<std::uint32_t> begin{0};
   std::vector<std::uint16_t> nodes;  // active index, ascending within a point
   std::vector<float> weights;        // each > 0; a point's sum to at most 1

@@ -15,6 +15,7 @@ constexpr float kReach_m = 0.15f;              // skin farther from the hair's b
 constexpr double kMargin_m = 0.03;             // of the grid, around the skin
 constexpr double kCellLeast_m = 0.008;
 constexpr double kNodesMost = 24'000;          // of one bone's grid
+constexpr double kEndSlope = 2;
 constexpr double kSearch_m = 0.08;             // farther from the skin than this nobody asks how far
 
 struct Box {
@@ -86,10 +87,11 @@ void fill_row(const MeshQuery& body, const MeshQuery& part, const std::vector<bo
     const double whole_m = std::min(nearest.distance, kSearch_m);
     if (!(last_m > cell)) inside = body.inside(at);
     last_m = whole_m;
-    // Inside, below skin that another bone carries, this one's part of the body has ended.
+    // Below skin that another bone carries, this one's part of the body ends, the sooner the farther its own skin is.
     const bool is_own = !std::isfinite(nearest.distance) || carried[nearest.triangle];
     const double own_m = is_own ? whole_m : std::min(part.closest(at, kSearch_m).distance, kSearch_m);
-    field.distance.push_back(static_cast<float>(inside && is_own ? -own_m : own_m));
+    const double depth_m = whole_m - kEndSlope * (own_m - whole_m);
+    field.distance.push_back(static_cast<float>(inside ? std::min(-depth_m, own_m) : own_m));
   }
 }
 

@@ -118,9 +118,7 @@ bool is_offsets(const std::vector<std::uint32_t>& begin, std::size_t runs, std::
 std::string validate_contacts(const Level& level) {
   const ContactPoints& contacts = level.contacts;
   const std::size_t count = contacts.count();
-  if (contacts.strand_begin.empty() ||
-      !is_offsets(contacts.strand_begin, contacts.strand_begin.size() - 1, count) ||
-      !is_offsets(contacts.begin, count, contacts.nodes.size()) || contacts.weights.size() != contacts.nodes.size() ||
+  if (!is_offsets(contacts.begin, count, contacts.nodes.size()) || contacts.weights.size() != contacts.nodes.size() ||
       contacts.potential.size() != count || contacts.limit.size() != count * level.skin->size())
     return "contacts: counts disagree";
   if (!all_within(contacts.weights, 0, 1)) return "contacts: a weight is not within 0 and 1";

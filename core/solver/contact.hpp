@@ -16,21 +16,12 @@ inline constexpr double kContactSlope = 6 / (kContactDepth_m * kContactDepth_m *
 inline constexpr double kContactStiffest_m = 0.01;
 // A point is pushed out no faster.
 inline constexpr double kContactRecovery_m_per_s = 0.4;
-// Hair so deep was not stopped on its way in. It is let go, from the first depth to the second, and so are the points of
-// its strand beyond it: their way home leads through the body.
-inline constexpr double kContactOpens_m = 0.02, kContactOpen_m = 0.035;
-
 // What a point meets in a step. `p`: where it would be at the end of the step if it moved with the bone. `ahead`: where
 // it would be if it kept its velocity, across the plane that touches the skin below its first place.
 struct ContactLaw {
   double force;      // N, along the skin's normal, at p
   double stiffness;  // N/m, on any motion beside the bone's
 };
-
-// 1: contact holds; 0: it is open.
-inline double contact_hold(double p) {
-  return std::clamp((kContactOpen_m - p) / (kContactOpen_m - kContactOpens_m), 0.0, 1.0);
-}
 
 inline ContactLaw contact_law(double U, double p, double ahead, double step_s) {
   const double slope = kContactSlope * U;

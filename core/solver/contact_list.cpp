@@ -40,36 +40,29 @@ Path path_of(const Level& level, const StepInput& input, const WorldLattice& lat
 std::vector<Contact> find_contacts(const Level& level, const StepInput& input, const WorldLattice& lattice) {
   const ContactPoints& points = level.contacts;
   const double h = input.step_s;
+  const double scale = (1 - input.contact_release) * double{std::max(input.material.density, 1.0f)};
   std::vector<Contact> contacts;
-  for (std::size_t strand = 0; strand + 1 < points.strand_begin.size(); ++strand) {
-    double hold = (1 - input.contact_release) * double{std::max(input.material.density, 1.0f)};
-    for (std::size_t p = points.strand_begin[strand]; p < points.strand_begin[strand + 1]; ++p) {
-      const Path path = path_of(level, input, lattice, p);
-      double left = 1;
-      for (std::size_t f = 0; f < level.skin->size(); ++f) {
-        const SkinField& field = (*level.skin)[f];
-        const double limit = double{points.limit[f * points.count() + p]};
-        if (limit <= double{kContactNever_m}) continue;
-        const RigidTransform &bone_from = input.from[field.bone], &bone_to = input.to[field.bone];
-        const RigidTransform back = bone_to.inverse();
-        const Vec3 with_bone = bone_to.point(bone_from.inverse().point(path.from));
-        const Vec3 at = back.point(with_bone), travel = back.point(path.ahead) - at;
-        Vec3 gradient;
-        const double depth = limit - skin_distance(field, at, &gradient);
-        const Vec3 normal = gradient / std::max(gradient.norm(), 1e-6);
-        const double ahead = depth - normal.dot(travel);
-        const bool is_in = depth > 0;
-        const bool comes_in = ahead > 0 && std::min(skin_distance(field, at + travel / 2),
-                                                    skin_distance(field, at + travel)) < limit;
-        if (!is_in && !comes_in) continue;
-        const double own_hold = contact_hold(depth);
-        if (is_in) left = std::min(left, own_hold);
-        const ContactLaw law = contact_law(hold * own_hold * double{points.potential[p]}, depth, ahead, h);
-        const Vec3 out = bone_to.vector(normal);
-        contacts.push_back({p, out, law.force - law.stiffness * out.dot(path.with_head - with_bone),
-                            path.weight * law.stiffness});
-      }
-      hold *= left;
+  for (std::size_t p = 0; p < points.count(); ++p) {
+    const Path path = path_of(level, input, lattice, p);
+    for (std::size_t f = 0; f < level.skin->size(); ++f) {
+      const SkinField& field = (*level.skin)[f];
+      const double limit = double{points.limit[f * points.count() + p]};
+      if (limit <= double{kContactNever_m}) continue;
+      const RigidTransform &bone_from = input.from[field.bone], &bone_to = input.to[field.bone];
+      const RigidTransform back = bone_to.inverse();
+      const Vec3 with_bone = bone_to.point(bone_from.inverse().point(path.from));
+      const Vec3 at = back.point(with_bone), travel = back.point(path.ahead) - at;
+      Vec3 gradient;
+      const double depth = limit - skin_distance(field, at, &gradient);
+      const Vec3 normal = gradient / std::max(gradient.norm(), 1e-6);
+      const double ahead = depth - normal.dot(travel);
+      const bool comes_in =
+          ahead > 0 && std::min(skin_distance(field, at + travel / 2), skin_distance(field, at + travel)) < limit;
+      if (!(depth > 0) && !comes_in) continue;
+      const ContactLaw law = contact_law(scale * double{points.potential[p]}, depth, ahead, h);
+      const Vec3 out = bone_to.vector(normal);
+      contacts.push_back(
+          {p, out, law.force - law.stiffness * out.dot(path.with_head - with_bone), path.weight * law.stiffness});
     }
   }
   return contacts;

@@ -30,7 +30,7 @@ LaneMemory LaneBlock::carve(const LaneSizes& sizes, const LevelView& level) {
       Part{&memory.spring_direction, level.springs.count * sizes.vector},
       Part{&memory.spring_elongation, level.springs.count * sizes.real},
       Part{&memory.spring_coefficient, level.springs.count * sizes.real},
-      Part{&memory.spring_stiffening, level.springs.count * sizes.real},
+      Part{&memory.spring_change, level.springs.count * sizes.real},
       Part{&memory.attachment_displacement, level.attachments.count * sizes.vector},
       Part{&memory.attachment_coefficient, level.attachments.count * sizes.real},
       Part{&memory.pull, (level.springs.count + level.attachments.count) * sizes.vector},

@@ -21,7 +21,7 @@ struct LaneMemory {
 
   float* spring_direction;                        // Vectors, eps / |eps|
   float *spring_elongation, *spring_coefficient;  // Reals: |eps| - |eps_0|, m; h (h k + q)
-  float* spring_stiffening;                       // Reals: what strain adds to k, over k
+  float* spring_change;                           // Reals: what the strain adds to k, over k (SpringBranch)
   float* attachment_displacement;                 // Vectors, eps - eps_0
   float* attachment_coefficient;                  // Reals
   float* pull;                                    // Vectors, sigma of springs, then of attachments

@@ -50,8 +50,7 @@ void put_skin(const Level& level, std::vector<SkinFieldView>& skin) {
 }
 
 ContactPointsView make_view(const ContactPoints& contacts) {
-  return {contacts.strand_begin.size() - 1,
-          contacts.strand_begin.data(),
+  return {contacts.count(),
           contacts.begin.data(),
           contacts.nodes.data(),
           contacts.weights.data(),

@@ -28,8 +28,8 @@ struct SkinFieldView {
 };
 
 struct ContactPointsView {
-  std::size_t strand_count;
-  const std::uint32_t *strand_begin, *begin;
+  std::size_t count;
+  const std::uint32_t* begin;
   const std::uint16_t* nodes;
   const float *weights, *rest, *potential;
 };

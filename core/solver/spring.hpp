@@ -1,27 +1,37 @@
 #pragma once
 
-#include <algorithm>
-
 #include "core/geometry/vec.hpp"
 
 namespace hairnet {
 
 // Eq. 3: a spring's epsilon joins its two ends. sigma = -(T(|eps| - |eps_0|) + q eps'.e) e, e = eps / |eps|. The
-// tension is T = k x in the paper. Hair does not stretch: here springs are stiffer beyond a strain. T stays convex.
-inline constexpr double kStiffStrain = 0.02;    // of the rest length
-inline constexpr double kStiffening = 8;        // times k, beside k
+// tension is T = k x in the paper. But hair hardly stretches, and buckles rather than be pressed together: here springs
+// are stiffer beyond a strain, and softer below another, so that T stays convex.
+inline constexpr double kStiffStrain = 0.02, kStiffening = 8;     // of the rest length; what it adds to k, over k
+inline constexpr double kBucklingStrain = 0.05, kBuckling = 0.9;  // what it takes from k, over k
 
+// T = k (x + change (x - beyond)): where a spring is.
+struct SpringBranch {
+  double change, beyond;
+};
+inline SpringBranch spring_branch(double rest_length, double x) {
+  if (x > kStiffStrain * rest_length) return {kStiffening, kStiffStrain * rest_length};
+  if (x < -kBucklingStrain * rest_length) return {-kBuckling, -kBucklingStrain * rest_length};
+  return {0, 0};
+}
 inline double spring_tension(double k, double rest_length, double x) {
-  return k * (x + kStiffening * std::max(0.0, x - kStiffStrain * rest_length));
+  const SpringBranch branch = spring_branch(rest_length, x);
+  return k * (x + branch.change * (x - branch.beyond));
 }
 // dT/dx
 inline double spring_stiffness(double k, double rest_length, double x) {
-  return x > kStiffStrain * rest_length ? (1 + kStiffening) * k : k;
+  return k * (1 + spring_branch(rest_length, x).change);
 }
 // The integral of T, J.
 inline double spring_energy(double k, double rest_length, double x) {
-  const double over = std::max(0.0, x - kStiffStrain * rest_length);
-  return 0.5 * k * (x * x + kStiffening * over * over);
+  const SpringBranch branch = spring_branch(rest_length, x);
+  const double over = x - branch.beyond;
+  return 0.5 * k * (x * x + branch.change * over * over);
 }
 
 inline Vec3 spring_force(double k, double q, double rest_length, const Vec3& eps, const Vec3& eps_dot) {

@@ -174,30 +174,37 @@ struct Step {
       put(L::scale(hn::IfThenElse(has_length, both * by, none), eps), m.spring_direction, s);
       // |eps_0 + delta| - |eps_0| without cancellation: exactly 0 for delta = 0.
       const Real change = L::dot(L::add(L::add(rest, rest), delta), delta) * (length * by);
-      put(hn::IfThenElse(has_length, change, none - rest_length), m.spring_elongation, s);
-      put(stiffening(beyond_stiff_strain(s)), m.spring_stiffening, s);
+      const Real elongation = hn::IfThenElse(has_length, change, none - rest_length);
+      put(elongation, m.spring_elongation, s);
+      put(branch_change(s, elongation), m.spring_change, s);
     }
     for (std::size_t s = 0; s < level.attachments.count; ++s) {
       put(weighted_sum(level.attachments, s, m.displacement), m.attachment_displacement, s);
     }
   }
 
-  // spring.hpp: how far a spring is beyond the strain from which on it is stiffer, and the share of k that this adds.
-  HWY_INLINE Real beyond_stiff_strain(std::size_t s) const {
-    return hn::NegMulAdd(L::real(static_cast<float>(kStiffStrain)), L::real(level.springs.rest_length[s]),
-                         real_at(m.spring_elongation, s));
+  // SpringBranch (spring.hpp) of a spring of this elongation: its change, and from a change, how far beyond it is.
+  HWY_INLINE Real branch_change(std::size_t s, Real elongation) const {
+    const Real strain = elongation / L::real(level.springs.rest_length[s]), none = L::real(0);
+    const Real softer = hn::IfThenElse(hn::Lt(strain, L::real(static_cast<float>(-kBucklingStrain))),
+                                       L::real(static_cast<float>(-kBuckling)), none);
+    return hn::IfThenElse(hn::Gt(strain, L::real(static_cast<float>(kStiffStrain))),
+                          L::real(static_cast<float>(kStiffening)), softer);
   }
-  static HWY_INLINE Real stiffening(Real beyond) {
-    return hn::IfThenElseZero(hn::Gt(beyond, L::real(0)), L::real(static_cast<float>(kStiffening)));
+  HWY_INLINE Real beyond_branch(std::size_t s, Real change, Real elongation) const {
+    const Real strain = hn::IfThenElse(hn::Gt(change, L::real(0)), L::real(static_cast<float>(kStiffStrain)),
+                                       L::real(static_cast<float>(-kBucklingStrain)));
+    return hn::NegMulAdd(strain, L::real(level.springs.rest_length[s]), elongation);
   }
 
-  // Of springs as measured and as stiff as noted, of attachments as measured, and of the ether, J.
+  // Of springs as measured, on the branch that is noted, of attachments as measured, and of the ether, J.
   HWY_INLINE Real elastic_energy() const {
     Real springs = L::real(0), ether = L::real(0);
     Vector attachments = L::zero();
     for (std::size_t s = 0; s < level.springs.count; ++s) {
-      const Real elongation = real_at(m.spring_elongation, s), beyond = beyond_stiff_strain(s);
-      const Real square = hn::MulAdd(real_at(m.spring_stiffening, s) * beyond, beyond, elongation * elongation);
+      const Real elongation = real_at(m.spring_elongation, s), change = real_at(m.spring_change, s);
+      const Real beyond = beyond_branch(s, change, elongation);
+      const Real square = hn::MulAdd(change * beyond, beyond, elongation * elongation);
       springs = hn::MulAdd(L::real(level.springs.stiffness[s]), square, springs);
     }
     for (std::size_t s = 0; s < level.attachments.count; ++s) {
@@ -299,13 +306,13 @@ struct Step {
     const Turn rest_rate_of = turn_term(offsetof(StepTerms, rest_velocity) + offsetof(StepTerms::Motion, turn));
     for (std::size_t s = 0; s < level.springs.count; ++s) {
       const Real k = term(offsetof(StepTerms, stiffness)) * L::real(level.springs.stiffness[s]);
-      const Real more = real_at(m.spring_stiffening, s) * k, stiffness = k + more;
+      const Real more = real_at(m.spring_change, s) * k, stiffness = k + more;
       const Real q = solver_damping(stiffness, term(offsetof(StepTerms, damping)) * L::real(level.springs.damping[s]));
       const Vector e = turned(turn, node(m.spring_direction, s));
       const Real rest_rate = L::dot(e, turned(rest_rate_of, L::vector(level.springs.rest + 3 * s)));  // R' eps_0 . e
       const Real elongation = real_at(m.spring_elongation, s);
       const Real hk_q = hn::MulAdd(h, stiffness, q), coefficient = h * hk_q;
-      const Real tension = hn::MulAdd(hk_q, rest_rate, hn::MulAdd(more, beyond_stiff_strain(s), k * elongation));
+      const Real tension = hn::MulAdd(hk_q, rest_rate, hn::MulAdd(more, beyond_branch(s, more, elongation), k * elongation));
       put(e, m.spring_direction, s);
       put(hn::MulAdd(h, rest_rate, elongation), m.spring_elongation, s);
       put(coefficient, m.spring_coefficient, s);
@@ -336,13 +343,7 @@ struct Step {
   // new. Its nodes bear the stiffness each for itself, by their weights: that bounds it from above, so that no push
   // overshoots, and stays in the blocks of single nodes, where it costs the iterations nothing.
   HWY_INLINE void add_contacts() {
-    const ContactPointsView& points = level.contacts;
-    for (std::size_t strand = 0; strand < points.strand_count; ++strand) {
-      Real hold = term(offsetof(StepTerms, contact));  // of the points beyond one that is open
-      for (std::size_t p = points.strand_begin[strand]; p < points.strand_begin[strand + 1]; ++p) {
-        hold = hold * add_contact(p, hold);
-      }
-    }
+    for (std::size_t p = 0; p < level.contacts.count; ++p) add_contact(p);
   }
 
   // Where a contact point is at the start, and where it would end with the head and by its own velocity.
@@ -362,10 +363,8 @@ struct Step {
     return {L::add(rest, displacement), with_head, L::add_scaled(h, velocity, with_head)};
   }
 
-  // Returns what the point leaves of the hold of those beyond it.
-  HWY_INLINE Real add_contact(std::size_t p, Real hold) {
+  HWY_INLINE void add_contact(std::size_t p) {
     const Path path = path_of(p);
-    Real left = L::real(1);
     for (std::size_t f = 0; f < level.skin_count; ++f) {
       const SkinFieldView& field = level.skin[f];
       if (field.limit[p] <= kContactNever_m) continue;
@@ -388,12 +387,7 @@ struct Step {
                                    skin_at(field, L::add(travel, from)).distance);
       meets = hn::Or(is_in, hn::And(meets, hn::Lt(nearest, limit)));
 
-      const Real own_hold = hn::Min(hn::Max((L::real(static_cast<float>(kContactOpen_m)) - depth) *
-                                                L::real(static_cast<float>(1 / (kContactOpen_m - kContactOpens_m))),
-                                            none),
-                                    L::real(1));
-      left = hn::IfThenElse(is_in, hn::Min(left, own_hold), left);
-      const Real slope = hold * own_hold * L::real(static_cast<float>(kContactSlope) * level.contacts.potential[p]);
+      const Real slope = term(offsetof(StepTerms, contact)) * L::real(static_cast<float>(kContactSlope) * level.contacts.potential[p]);
       const Real k = hn::IfThenElseZero(
           meets, slope * hn::Min(hn::Max(hn::Max(depth, depth_ahead), none),
                                  L::real(static_cast<float>(kContactStiffest_m))));
@@ -404,7 +398,6 @@ struct Step {
       const Vector normal = is_head ? skin.normal : turned_back(to_bone.turn, skin.normal);
       give_contact(p, h * hn::NegMulAdd(k, against, push), h * h * k, normal);
     }
-    return left;
   }
   static HWY_INLINE Vector turned_back(const Turn& turn, const Vector& a) {
     return L::compose(L::dot(turn.x, a), L::dot(turn.y, a), L::dot(turn.z, a));
@@ -626,7 +619,6 @@ struct Step {
     for (std::size_t s = 0; s < level.attachments.count; ++s) {
       put(weighted_sum(level.attachments, s, m.displacement), m.attachment_displacement, s);
     }
-    // As stiff as in the step, a spring has no less energy here than it really has once it is less than stiff again.
     // Of the linearised step, at least: a viscosity is -h k / 3 or more (damping.hpp), so y.(h^2 K / 2 + h Q) y is no
     // less than y.(h^2 K + h Q) y / 4, that is (y.b - |y|^2_M) / 4.
     const Real dissipation =

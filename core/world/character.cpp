@@ -55,10 +55,13 @@ void ease_to_rigid(double elapsed_s, Character& c) {
   for (Vec3f& d : c.state.displacement) d *= static_cast<float>(after / before);
 }
 
-// Springs and contact as a switch of levels leaves them.
+// Springs and contact as a switch of levels and untangling leave them.
 void ease_in(const TickTerms& terms, Character& c) {
-  c.contact_release = 1 - SwitchEase(c.switched_s).contact();
-  c.switched_s += terms.plan(c).interval_s;
+  const double elapsed_s = terms.plan(c).interval_s;
+  const double still_s = terms.environment(c).wind.is_still() ? c.bones_still_s : 0;
+  c.contact_release = std::max(c.untangle.update(c.to, still_s, elapsed_s, *c.model(), c.state.displacement),
+                               1 - SwitchEase(c.switched_s).contact());
+  c.switched_s += elapsed_s;
   const double stiffness = SwitchEase(c.switched_s).stiffness();
   c.state.elastic_energy_max_j *= static_cast<float>(stiffness / std::exchange(c.stiffness, stiffness));
 }
@@ -96,7 +99,9 @@ Outcome begin_tick(const TickTerms& terms, Character& c) {
   c.at_tick = terms.tick + 1;
   const StepPlan& plan = terms.plan(c);
   c.jumped = std::exchange(c.teleport, false) || is_teleport(c.from, c.to, plan.interval_s);
-  if (c.jumped || !terms.environment(c).wind.is_still() || !is_still(c.still_pose, c.to)) {
+  const bool bones_move = c.jumped || !is_still(c.still_pose, c.to);
+  c.bones_still_s = bones_move ? 0 : c.bones_still_s + plan.interval_s;
+  if (bones_move || !terms.environment(c).wind.is_still()) {
     c.wake();
     c.still_pose = c.to;
   }

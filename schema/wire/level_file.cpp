@@ -91,14 +91,13 @@ Offset<fb::BuiltLevel> write(FlatBufferBuilder& to, const Level& level) {
   const auto mass = to.CreateVector(level.mass), ether_stiffness = to.CreateVector(level.ether_stiffness),
              ether_damping = to.CreateVector(level.ether_damping);
   const auto springs = write(to, level.springs), attachments = write(to, level.attachments);
-  const auto contact_strand_begin = to.CreateVector(c.strand_begin), contact_begin = to.CreateVector(c.begin);
+  const auto contact_begin = to.CreateVector(c.begin);
   const auto contact_nodes = to.CreateVector(c.nodes);
   const auto contact_weights = to.CreateVector(c.weights), contact_rest = write_floats(to, c.rest),
              contact_potential = to.CreateVector(c.potential), contact_limit = to.CreateVector(c.limit);
   return fb::CreateBuiltLevel(to, &origin, &spacing, dims(0), dims(1), dims(2), active_nodes, trimmed_nodes,
                               trimmed_begin, trimmed_from, trimmed_weights, level.displacement_max_m, rest, mass,
-                              ether_stiffness, ether_damping, drag, springs, attachments, contact_strand_begin,
-                              contact_begin, contact_nodes, contact_weights, contact_rest, contact_potential,
+                              ether_stiffness, ether_damping, drag, springs, attachments, contact_begin, contact_nodes, contact_weights, contact_rest, contact_potential,
                               contact_limit);
 }
 
@@ -117,7 +116,7 @@ bool read(const fb::Stiffeners& in, Stiffeners& out) {
 }
 
 bool read_contacts(const fb::BuiltLevel& in, ContactPoints& out) {
-  return read(*in.contact_strand_begin(), out.strand_begin) && read(*in.contact_begin(), out.begin) &&
+  return read(*in.contact_begin(), out.begin) &&
          read(*in.contact_nodes(), out.nodes) && read(*in.contact_weights(), out.weights) &&
          read(*in.contact_rest(), out.rest) && read(*in.contact_potential(), out.potential) &&
          read(*in.contact_limit(), out.limit);

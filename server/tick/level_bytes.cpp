@@ -16,7 +16,7 @@ std::size_t bytes_of(const Stiffeners& s) {
 }
 
 std::size_t bytes_of(const ContactPoints& c) {
-  return bytes_of(c.strand_begin) + bytes_of(c.begin) + bytes_of(c.nodes) + bytes_of(c.weights) + bytes_of(c.rest) +
+  return bytes_of(c.begin) + bytes_of(c.nodes) + bytes_of(c.weights) + bytes_of(c.rest) +
          bytes_of(c.potential) + bytes_of(c.limit);
 }
 

@@ -42,7 +42,6 @@ inline void expect_equal(const Level& a, const Level& b) {
     EXPECT_EQ(of_a.dims, of_b.dims);
     EXPECT_EQ(of_a.distance, of_b.distance);
   }
-  EXPECT_EQ(a.contacts.strand_begin, b.contacts.strand_begin);
   EXPECT_EQ(a.contacts.begin, b.contacts.begin);
   EXPECT_EQ(a.contacts.nodes, b.contacts.nodes);
   EXPECT_EQ(a.contacts.weights, b.contacts.weights);

@@ -68,8 +68,8 @@ inline SkinField make_round_skin(Bone bone, const Vec3f& centre, float radius_m)
   return field;
 }
 
-// A contact point of trilinear weights; `ends_strand`: the next one begins a strand of its own.
-inline void add_contact(Level& level, const Vec3f& rest, bool ends_strand = true, float potential_j = 0.03f) {
+// A contact point of trilinear weights.
+inline void add_contact(Level& level, const Vec3f& rest, float potential_j = 0.03f) {
   ContactPoints& contacts = level.contacts;
   auto weights = trilinear(level.geometry.lattice, rest);
   std::ranges::sort(weights);
@@ -81,7 +81,6 @@ inline void add_contact(Level& level, const Vec3f& rest, bool ends_strand = true
   contacts.begin.push_back(static_cast<std::uint32_t>(contacts.nodes.size()));
   contacts.rest.push_back(rest);
   contacts.potential.push_back(potential_j);
-  if (ends_strand) contacts.strand_begin.push_back(static_cast<std::uint32_t>(contacts.count()));
 }
 
 // Once all points are there: each keeps 6 mm off the skin, or as far as it is in the design.
@@ -140,7 +139,7 @@ inline Level make_random_level(const RandomLevel& def = {}) {
     level.skin = std::make_shared<Skin>(Skin{make_round_skin(Bone::head, Vec3f(0, 0, 0), 0.08f),
                                              make_round_skin(Bone::left_shoulder, Vec3f(0.1f, -0.2f, 0), 0.08f)});
     for (int p = 0; p < 20; ++p) {
-      add_contact(level, random_point(), p % 4 == 3);
+      add_contact(level, random_point());
     }
     set_limits(level);
   }

@@ -77,26 +77,21 @@ Json skin_json(const Skin& skin) {
   return list;
 }
 
-// Strand by strand, each point with its limit to each field.
 Json contacts_json(const Level& level) {
   const ContactPoints& contacts = level.contacts;
   Json list = Json::array();
-  for (std::size_t s = 0; s + 1 < contacts.strand_begin.size(); ++s) {
-    Json strand = Json::array();
-    for (std::size_t p = contacts.strand_begin[s]; p < contacts.strand_begin[s + 1]; ++p) {
-      Json nodes = Json::array(), weights = Json::array(), limits = Json::array();
-      for (std::uint32_t e = contacts.begin[p]; e < contacts.begin[p + 1]; ++e) {
-        nodes.push_back(level.geometry.active_nodes[contacts.nodes[e]]);
-        weights.push_back(contacts.weights[e]);
-      }
-      for (std::size_t f = 0; f < level.skin->size(); ++f) limits.push_back(contacts.limit[f * contacts.count() + p]);
-      strand.push_back({{"nodes", nodes},
-                        {"weights", weights},
-                        {"rest", vector_json(contacts.rest[p])},
-                        {"potential", contacts.potential[p]},
-                        {"limit", limits}});
+  for (std::size_t p = 0; p < contacts.count(); ++p) {
+    Json nodes = Json::array(), weights = Json::array(), limits = Json::array();
+    for (std::uint32_t e = contacts.begin[p]; e < contacts.begin[p + 1]; ++e) {
+      nodes.push_back(level.geometry.active_nodes[contacts.nodes[e]]);
+      weights.push_back(contacts.weights[e]);
     }
-    list.push_back(strand);
+    for (std::size_t f = 0; f < level.skin->size(); ++f) limits.push_back(contacts.limit[f * contacts.count() + p]);
+    list.push_back({{"nodes", nodes},
+                    {"weights", weights},
+                    {"rest", vector_json(contacts.rest[p])},
+                    {"potential", contacts.potential[p]},
+                    {"limit", limits}});
   }
   return list;
 }
@@ -108,10 +103,11 @@ Json notes_json() {
       "x(start), with_head = R1 x0 + the same sum at the start, ahead = with_head + h sum_j w_j (p'_j - R' p0_j); per "
       "field, s its trilinear distance (outside the grid plus the way there) at B1^-1 of a point, n the unit gradient at "
       "with_bone; d = limit - s(with_bone), a = d - n.(ahead - with_bone); it acts where d > 0, or a > 0 and s < limit at "
-      "the middle or the end of the way; slope = 6 U H / 0.05^3, k = slope clamp(max(d, a), 0, 0.01), F = min(slope d^2 / "
+      "the middle or the end of the way; slope = 6 U / 0.05^3, k = slope clamp(max(d, a), 0, 0.01), F = min(slope d^2 / "
       "2, k h 0.4) for d > 0, else k d; node j gets w_j (F - k n.(with_head - with_bone)) n - w_j k W n n^T (h (p'_1j - R' "
-      "p0_j)), W = sum_j w_j; H = clamp((0.035 - d) / 0.015, 0, 1), times the smallest H of every field that has d > 0 at "
-      "each point nearer the root of its strand",
+      "p0_j)), W = sum_j w_j; a limit of -1 means never",
+      "a spring's tension is k x, and beyond x = 0.02 of its rest length k (x + 8 (x - 0.02 L)), below -0.05 k (x - 0.9 (x "
+      "+ 0.05 L)); its stiffness is the slope at the step's start",
       "spring forces are linearised about the step's start with the positive semi-definite part only (k e e^T, q e "
       "e^T)",
       "every q, of springs, attachments and ether, is what the solver uses at this rate and substeps: the material's "

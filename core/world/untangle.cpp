@@ -1,0 +1,69 @@
+#include "core/world/untangle.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/ffd/bspline.hpp"
+
+namespace hairnet {
+namespace {
+
+constexpr double kAfter_s = 1;        // of rest
+constexpr double kUntangle_s = 1;
+constexpr double kLookEvery_s = 0.2;
+constexpr std::size_t kPointsMost = 200;
+constexpr float kDifference = 0.05f;  // of a cell, between which the gradient is taken
+
+// Upright nothing presses hair into the body, so that it is safe without contact.
+constexpr double kTurn_rad = 0.17, kTilt_rad = 0.087, kShift_m = 0.02;
+
+bool is_upright(const Pose& pose) {
+  static const double kTurnCosine = std::cos(kTurn_rad / 2), kTiltCosine = std::cos(kTilt_rad);
+  if (pose.head().vector(Vec3::UnitY()).y() < kTiltCosine) return false;
+  return std::ranges::all_of(pose.bones, [&](const RigidTransform& bone) {
+    // The bone's origin at rest is the head joint's.
+    return std::abs(bone.rotation.dot(pose.head().rotation)) >= kTurnCosine &&
+           (bone.position - pose.head().position).squaredNorm() <= kShift_m * kShift_m;
+  });
+}
+
+Vec3f moved(const Lattice& lattice, std::span<const Vec3f> grid, const Vec3f& point) {
+  Vec3f at = point;
+  for (const auto& [node, weight] : quadratic_ffd_weights(lattice, point)) at += weight * grid[node];
+  return at;
+}
+
+}  // namespace
+
+bool is_folded(const Level& level, std::span<const Vec3f> displacement) {
+  const Lattice& lattice = level.geometry.lattice;
+  std::vector<Vec3f> grid(lattice.node_count());
+  expand_displacements(level.geometry, displacement, grid);
+  const std::size_t stride = level.contacts.count() / kPointsMost + 1;
+  for (std::size_t p = 0; p < level.contacts.count(); p += stride) {
+    Mat3f gradient;
+    for (int axis = 0; axis < 3; ++axis) {
+      const Vec3f step = kDifference * lattice.spacing[axis] * Vec3f::Unit(axis);
+      gradient.col(axis) = moved(lattice, grid, level.contacts.rest[p] + step) -
+                           moved(lattice, grid, level.contacts.rest[p] - step);
+    }
+    if (gradient.determinant() < 0) return true;
+  }
+  return false;
+}
+
+double Untangle::update(const Pose& pose, double still_s, double elapsed_s, const Level& level,
+                        std::span<const Vec3f> displacement) {
+  since_look_s_ += elapsed_s;
+  if (still_s < kAfter_s || !is_upright(pose)) {
+    is_folded_ = false;
+  } else if (since_look_s_ >= kLookEvery_s) {
+    since_look_s_ = 0;
+    is_folded_ = is_folded(level, displacement);
+  }
+  share_ = std::clamp(share_ + (is_folded_ ? elapsed_s : -elapsed_s) / kUntangle_s, 0.0, 1.0);
+  return share_;
+}
+
+}  // namespace hairnet
