@@ -50,15 +50,20 @@ void add_nodes(const PlainLevel& level, const PlainInput& input, const NodeVecto
   }
 }
 
+// core/solver/spring.hpp
 void add_springs(const PlainLevel& level, double h, const NodeVectors& P, const NodeVectors& P_dot,
                  BaselineSystem& system) {
   const PlainStiffeners& springs = level.springs;
   for (std::size_t s = 0; s < springs.count; ++s) {
     const Vector3d eps = weighted_sum(springs, s, P), eps_dot = weighted_sum(springs, s, P_dot);
-    const double length = eps.norm(), k = springs.stiffness[s], q = springs.damping[s];
+    const double length = eps.norm(), rest_length = springs.rest_length[s], x = length - rest_length;
     if (!(length > 0)) continue;
     const Vector3d e = eps / length;
-    const double sigma = -k * (length - springs.rest_length[s]) - (q + h * k) * e.dot(eps_dot);
+    const double change = x > 0.02 * rest_length ? 8 : x < -0.05 * rest_length ? -0.9 : 0;
+    const double beyond = change > 0 ? x - 0.02 * rest_length : x + 0.05 * rest_length;
+    const double k = springs.stiffness[s] * (1 + change), tension = springs.stiffness[s] * (x + change * beyond);
+    const double q = std::max(springs.damping[s] - h * k, -h * k / 3);
+    const double sigma = -tension - (q + h * k) * e.dot(eps_dot);
     scatter(springs, s, h * sigma * e, system.load);
     system.springs.push_back({&springs, s, (h * q + h * h * k) * e * e.transpose()});
   }
@@ -77,27 +82,77 @@ void add_attachments(const PlainLevel& level, double h, const NodeVectors& P, co
   }
 }
 
-// metaball.hpp and contact.hpp say what this is.
+// core/build/skin_field.hpp
+double skin_distance(const PlainSkinField& field, const Vector3d& point, Vector3d* gradient = nullptr) {
+  const Vector3d at = (point - vector_at(field.origin)) / field.cell_m;
+  Vector3d within, t;
+  int low[3];
+  for (int a = 0; a < 3; ++a) {
+    within[a] = std::clamp(at[a], 0.0, field.dims[a] - 1.0);
+    low[a] = std::min(static_cast<int>(within[a]), field.dims[a] - 2);
+    t[a] = within[a] - low[a];
+  }
+  double value = 0;
+  Vector3d slope = Vector3d::Zero();
+  for (int c = 0; c < 8; ++c) {
+    const int up[3] = {c & 1, c >> 1 & 1, c >> 2};
+    double share[3], sign[3];
+    for (int a = 0; a < 3; ++a) {
+      share[a] = up[a] ? t[a] : 1 - t[a];
+      sign[a] = up[a] ? 1 : -1;
+    }
+    const double d = static_cast<double>(
+        field.distance[low[0] + up[0] + field.dims[0] * (low[1] + up[1] + field.dims[1] * (low[2] + up[2]))]);
+    value += share[0] * share[1] * share[2] * d;
+    slope += d * Vector3d(sign[0] * share[1] * share[2], share[0] * sign[1] * share[2], share[0] * share[1] * sign[2]);
+  }
+  if (gradient) *gradient = slope / field.cell_m;
+  return value + field.cell_m * (at - within).norm();
+}
+
+// core/solver/contact.hpp says what this is.
 void add_contacts(const PlainLevel& level, const PlainInput& input, const NodeVectors& P, const NodeVectors& P_dot,
                   BaselineSystem& system) {
-  const double h = input.step_s;
-  for (std::size_t b = 0; b < level.ball_count; ++b) {
-    const PlainBall& ball = input.balls[b];
-    for (std::size_t i = 0; i < level.node_count; ++i) {
-      const double rho = level.ball_radius[b * level.node_count + i];
-      if (!(rho > 0)) continue;
-      const auto c = static_cast<Eigen::Index>(i);
-      const Vector3d with_bone = point(ball.carry, P.col(c));
-      const Vector3d r = with_bone - vector_at(ball.centre);
-      const double u = r.squaredNorm() / (rho * rho);
-      if (!(u < 1) || !(u > 0)) continue;
-      const Vector3d outward = r.normalized();
-      const double U = (1 - input.contact_release) * level.ball_potential[b * level.node_count + i];
-      const double slope = 6 * U / (rho * rho) * (1 - u);
-      const double k = slope * std::max(5 * u - 1, u + std::sqrt(u));
-      const Vector3d otherwise = P.col(c) - with_bone + h * P_dot.col(c);
-      system.load.segment<3>(3 * c) += h * (slope * (1 - u) * r - k * outward.dot(otherwise) * outward);
-      system.node_blocks[i] += h * h * k * outward * outward.transpose();
+  const double h = input.step_s, slope_of_u = 6 / (0.05 * 0.05 * 0.05);
+  const PlainContactPoints& points = level.contacts;
+  for (std::size_t p = 0; p < points.count; ++p) {
+    Vector3d displacement = Vector3d::Zero(), velocity = Vector3d::Zero();
+    double weight_sum = 0;
+    for (std::uint32_t e = points.begin[p]; e < points.begin[p + 1]; ++e) {
+      const auto c = static_cast<Eigen::Index>(points.nodes[e]);
+      const double weight = static_cast<double>(points.weights[e]);
+      displacement += weight * (P.col(c) - point(input.head_from, vector_at(level.rest, points.nodes[e])));
+      velocity += weight * (P_dot.col(c) - system.rest_dot.col(c));
+      weight_sum += weight;
+    }
+    const Vector3d rest = Eigen::Map<const Eigen::Vector3f>(points.rest + 3 * p).cast<double>();
+    const Vector3d from = point(input.head_from, rest) + displacement, with_head = point(input.head_to, rest) + displacement;
+    for (std::size_t f = 0; f < level.skin_count; ++f) {
+      const PlainSkinField& field = level.skin[f];
+      const PlainBone& bone = input.bones[f];
+      const double limit = static_cast<double>(field.limit[p]);
+      if (limit <= -1) continue;
+      const Vector3d at = point(bone.to_rest_before, from);
+      const Vector3d travel = point(bone.to_rest, with_head + h * velocity) - at;
+      Vector3d gradient;
+      const double depth = limit - skin_distance(field, at, &gradient);
+      const Vector3d normal = gradient / std::max(gradient.norm(), 1e-6);
+      const double ahead = depth - normal.dot(travel);
+      const bool comes_in =
+          ahead > 0 && std::min(skin_distance(field, at + travel / 2), skin_distance(field, at + travel)) < limit;
+      if (!(depth > 0) && !comes_in) continue;
+      const double slope = (1 - input.contact_release) * slope_of_u * static_cast<double>(points.potential[p]);
+      const double k = slope * std::clamp(std::max(depth, ahead), 0.0, 0.01);
+      const double push = depth > 0 ? std::min(slope * depth * depth / 2, k * 0.4 * h) : k * depth;
+      const Vector3d outward = rotation(bone.from_rest) * normal;
+      const double force = push - k * normal.dot(point(bone.to_rest, with_head) - at);
+      for (std::uint32_t e = points.begin[p]; e < points.begin[p + 1]; ++e) {
+        const auto c = static_cast<Eigen::Index>(points.nodes[e]);
+        const double weight = static_cast<double>(points.weights[e]), node_k = weight * weight_sum * k;
+        const double along = h * outward.dot(P_dot.col(c) - system.rest_dot.col(c));
+        system.load.segment<3>(3 * c) += h * (weight * force - node_k * along) * outward;
+        system.node_blocks[points.nodes[e]] += h * h * node_k * outward * outward.transpose();
+      }
     }
   }
 }

@@ -20,6 +20,20 @@ struct PlainStiffeners {
 };
 
 // A level for steps of one length. Vectors are three numbers a node, head space.
+// SkinField and ContactPoints (core/build/level.hpp).
+struct PlainSkinField {
+  double origin[3], cell_m;
+  int dims[3];
+  const float* distance = nullptr;
+  const float* limit = nullptr;  // m, one a contact point
+};
+struct PlainContactPoints {
+  std::size_t count = 0;
+  const std::uint32_t* begin = nullptr;
+  const std::uint16_t* nodes = nullptr;
+  const float *weights = nullptr, *rest = nullptr, *potential = nullptr;
+};
+
 struct PlainLevel {
   std::size_t node_count = 0;
   const double* rest = nullptr;             // m
@@ -28,9 +42,9 @@ struct PlainLevel {
   const double* ether_damping = nullptr;    // as the solver takes it, N s/m
   const double* drag = nullptr;             // xx xy xz yy yz zz, N s/m
   PlainStiffeners springs, attachments;
-  std::size_t ball_count = 0;
-  const double* ball_radius = nullptr;     // m, node_count a ball
-  const double* ball_potential = nullptr;  // J, likewise
+  const PlainSkinField* skin = nullptr;
+  std::size_t skin_count = 0;
+  PlainContactPoints contacts;
 };
 
 struct PlainTransform {
@@ -38,16 +52,16 @@ struct PlainTransform {
   double position[3];
 };
 
-struct PlainBall {
-  PlainTransform carry;  // its bone's motion over the step, world
-  double centre[3];      // at the end of the step, world
+// A point of the world where the bone's skin is at rest, at the start and at the end of the step; and back from there.
+struct PlainBone {
+  PlainTransform to_rest_before, to_rest, from_rest;
 };
 
 struct PlainInput {
   double step_s;
   PlainTransform head_from, head_to;
   double gravity[3], design_gravity[3];  // world; head axes
-  const PlainBall* balls;
+  const PlainBone* bones;  // one a skin field
   double contact_release;
 };
 

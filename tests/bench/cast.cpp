@@ -3,20 +3,17 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/solver/calm_release.hpp"
-
 namespace hairnet::bench {
 namespace {
 
 constexpr double kLeadIn_s = 1;
 
 // One frame of what the service does: substeps of the shipped length.
-void lead(const Level& level, const Pose& from, const Pose& to, double frame_s, double release, int iterations,
+void lead(const Level& level, const Pose& from, const Pose& to, double frame_s, int iterations,
           StepScratch& scratch, LatticeState& state) {
   const int step_count = substep_count_for(frame_s);
   StepInput input;
   input.step_s = frame_s / step_count;
-  input.contact_release = release;
   input.to = from;
   for (int s = 1; s <= step_count; ++s) {
     input.from = input.to;
@@ -40,17 +37,14 @@ Cast make_cast(const Level& level, const Motion& motion, const CastSpec& spec, i
   for (std::size_t c = 0; c < spec.player_count; ++c) {
     Player& player = cast.players.emplace_back();
     reset_to_rest(level, player.state);
-    CalmRelease release;
     const double start_s = start_time_s(motion, c, spec.player_count, span_s);
     Pose from = motion.sample(start_s);
     for (std::size_t frame = 1; frame <= lead_frames + spec.frame_count; ++frame) {
       const Pose to = motion.sample(start_s + static_cast<double>(frame) * cast.frame_s);
-      const double share = release.update(to, cast.frame_s);
       if (frame <= lead_frames) {
-        lead(level, from, to, cast.frame_s, share, iterations, scratch, player.state);
+        lead(level, from, to, cast.frame_s, iterations, scratch, player.state);
       } else {
         player.poses.push_back(from);
-        player.contact_releases.push_back(share);
       }
       from = to;
     }
@@ -63,7 +57,6 @@ StepInput step_input(const Cast& cast, const Player& player, std::size_t frame, 
   const Pose &from = player.poses[frame], &to = player.poses[frame + 1];
   StepInput input;
   input.step_s = cast.frame_s / step_count;
-  input.contact_release = player.contact_releases[frame];
   input.from = interpolate(from, to, static_cast<double>(step) / step_count);
   input.to = interpolate(from, to, static_cast<double>(step + 1) / step_count);
   return input;

@@ -10,8 +10,7 @@ namespace hairnet::bench {
 // One character in the middle of a lively motion: its lattice after a second of it, and the frames to come.
 struct Player {
   LatticeState state;
-  std::vector<Pose> poses;               // at the start of the first frame, and at the end of each
-  std::vector<double> contact_releases;  // of each frame
+  std::vector<Pose> poses;  // at the start of the first frame, and at the end of each
 };
 
 // Characters that are all elsewhere in a motion.

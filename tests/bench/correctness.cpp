@@ -20,7 +20,6 @@ Cast some_of(const Cast& cast) {
   for (std::size_t c = 0; c < std::min(kPlayers, cast.players.size()); ++c) {
     Player player = cast.players[c * cast.players.size() / kPlayers];
     player.poses.resize(2);
-    player.contact_releases.resize(1);
     player.state.elastic_energy_max_j = std::numeric_limits<float>::infinity();
     some.players.push_back(std::move(player));
   }

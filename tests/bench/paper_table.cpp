@@ -19,7 +19,7 @@ constexpr int kPaperIterations = 16, kIterationsMost = 64;
 struct Cell {
   int nodes_per_axis;
   std::size_t attachments, springs;
-  bool balls;
+  bool contact;
   double paper_ms;  // Pentium 4, 3 GHz
 };
 constexpr Cell kCells[] = {{10, 0, 0, false, 1.1},     {10, 0, 0, true, 5.2},      {10, 50, 200, true, 10.1},
@@ -29,14 +29,14 @@ constexpr Cell kCells[] = {{10, 0, 0, false, 1.1},     {10, 0, 0, true, 5.2},   
 
 Level build(const Groom& groom, const Cell& cell) {
   const int n = cell.nodes_per_axis;
-  Level level = *build_level(groom, {{n, n, n}, cell.springs, cell.attachments});
-  if (!cell.balls) level.metaballs.clear();
+  Level level = *build_level(groom, {{n, n, n}, cell.springs, cell.attachments, n > 5 ? kLevelSpecs[0].contact_count : kLevelSpecs[2].contact_count});
+  if (!cell.contact) level.contacts = {};
   return level;
 }
 
 bool is_shipped(const Cell& cell) {
   return std::ranges::any_of(kLevelSpecs, [&](const LevelSpec& spec) {
-    return cell.balls && spec.dims[0] == cell.nodes_per_axis && spec.spring_count == cell.springs;
+    return cell.contact && spec.dims[0] == cell.nodes_per_axis && spec.spring_count == cell.springs;
   });
 }
 
@@ -143,7 +143,7 @@ void report_times(const Level& level, const Cell& cell, const std::vector<Varian
                 {"lattice", cell.nodes_per_axis},
                 {"attachments", level.attachments.count()},
                 {"springs", level.springs.count()},
-                {"balls", level.metaballs.size()},
+                {"contact_points", level.contacts.count()},
                 {"nodes", level.rest.size()},
                 {"paper_ms", cell.paper_ms},
                 {"variant", variant.name},
@@ -163,8 +163,8 @@ void measure_cell(const Subject& subject, const Options& o, const Cell& cell, Re
   const Level level = build(subject.groom, cell);
   const Cast cast = make_cast(level, subject.motions.front(), {kRate_hz, o.characters, 2}, shipped_iterations(cell));
   char where[80];
-  std::snprintf(where, sizeof where, "%d³, %zu + %zu, %zu balls", cell.nodes_per_axis, level.attachments.count(),
-                level.springs.count(), level.metaballs.size());
+  std::snprintf(where, sizeof where, "%d³, %zu + %zu, %zu contact points", cell.nodes_per_axis,
+                level.attachments.count(), level.springs.count(), level.contacts.count());
   const double off_m = check_against_reference(level, cast, where, report);
   std::vector<Variant> variants = make_variants(subject, level, cell, cast, o);
   const std::string isa = isa_in_use();

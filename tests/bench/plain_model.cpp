@@ -28,21 +28,31 @@ PlainModel::PlainModel(const Level& level, double step_s, const MaterialScale& m
     ether_stiffness_.push_back(ether_stiffness(level, material, i));
     ether_damping_.push_back(ether_damping(level, material, i, static_cast<float>(step_s)));
   }
-  for (const Metaball& ball : level.metaballs) {
-    for (std::size_t i = 0; i < level.rest.size(); ++i) {
-      ball_radius_.push_back(ball.radius[i]);
-      ball_potential_.push_back(contact_potential(ball, material, i));
+  std::size_t f = 0;
+  for (const SkinField& field : *level.skin) {
+    PlainSkinField& out = skin_.emplace_back();
+    for (std::size_t a = 0; a < 3; ++a) {
+      out.origin[a] = field.origin[static_cast<Eigen::Index>(a)];
+      out.dims[a] = field.dims[a];
     }
+    out.cell_m = field.cell_m;
+    out.distance = field.distance.data();
+    out.limit = level.contacts.limit.data() + f++ * level.contacts.count();
   }
   plain_.rest = rest_.data();
   plain_.mass = mass_.data();
   plain_.ether_stiffness = ether_stiffness_.data();
   plain_.ether_damping = ether_damping_.data();
   plain_.drag = drag_.data();
-  plain_.ball_count = level.metaballs.size();
-  plain_.ball_radius = ball_radius_.data();
-  plain_.ball_potential = ball_potential_.data();
+  plain_.skin = skin_.data();
+  plain_.skin_count = skin_.size();
+  const ContactPoints& contacts = level.contacts;
+  plain_.contacts = {contacts.count(),        contacts.begin.data(),
+                     contacts.nodes.data(),   contacts.weights.data(),
+                     contacts.count() > 0 ? contacts.rest.front().data() : nullptr, contacts.potential.data()};
   take(level.springs, step_s, material, springs_, plain_.springs);
+  // A spring's viscosity goes with its strain.
+  for (std::size_t s = 0; s < level.springs.count(); ++s) springs_.damping[s] = material.damping * level.springs.damping[s];
   take(level.attachments, step_s, material, attachments_, plain_.attachments);
 }
 
@@ -67,17 +77,15 @@ PlainStep::PlainStep(const Level& level, const StepInput& input) : input_{} {
   std::copy_n(input.environment->gravity.data(), 3, input_.gravity);
   std::copy_n(kDesignGravity.data(), 3, input_.design_gravity);
   input_.contact_release = input.contact_release;
-  for (const Metaball& ball : level.metaballs) {
-    PlainBall& out = balls_.emplace_back();
-    out.carry = plain(input.to[ball.bone] * input.from[ball.bone].inverse());
-    const Vec3 centre = input.to[ball.bone].point(ball.centre.cast<double>());
-    std::copy_n(centre.data(), 3, out.centre);
+  for (const SkinField& field : *level.skin) {
+    const RigidTransform &from = input.from[field.bone], &to = input.to[field.bone];
+    bones_.push_back({plain(from.inverse()), plain(to.inverse()), plain(to)});
   }
 }
 
 PlainInput PlainStep::input() const {
   PlainInput input = input_;
-  input.balls = balls_.data();
+  input.bones = bones_.data();
   return input;
 }
 

@@ -24,7 +24,8 @@ class PlainModel {
   void take(const Stiffeners& stiffeners, double step_s, const MaterialScale& material, Terms& terms,
             PlainStiffeners& plain);
 
-  std::vector<double> rest_, mass_, ether_stiffness_, ether_damping_, drag_, ball_radius_, ball_potential_;
+  std::vector<double> rest_, mass_, ether_stiffness_, ether_damping_, drag_;
+  std::vector<PlainSkinField> skin_;
   Terms springs_, attachments_;
   PlainLevel plain_;
 };
@@ -37,7 +38,7 @@ class PlainStep {
 
  private:
   PlainInput input_;
-  std::vector<PlainBall> balls_;
+  std::vector<PlainBone> bones_;
 };
 
 // The step of a baseline on a lattice of our own kind.

@@ -177,7 +177,8 @@ TEST(ModelJson, holds_every_field_and_reads_back_to_the_same_bits) {
   }
   ASSERT_EQ(json["springs"].size(), level.springs.count());
   ASSERT_EQ(json["attachments"].size(), level.attachments.count());
-  ASSERT_EQ(json["metaballs"].size(), level.metaballs.size());
+  ASSERT_EQ(json["skin"].size(), level.skin->size());
+  ASSERT_EQ(json["contacts"].size(), level.contacts.count());
   const auto& spring = json["springs"][3];
   for (std::size_t e = 0; e < spring["nodes"].size(); ++e) {
     const std::uint32_t entry = level.springs.begin[3] + static_cast<std::uint32_t>(e);
@@ -186,8 +187,10 @@ TEST(ModelJson, holds_every_field_and_reads_back_to_the_same_bits) {
   }
   EXPECT_EQ(spring["rest_length"].get<double>(), level.springs.rest[3].cast<double>().norm());
   EXPECT_EQ(json["attachments"][2]["rest"][1].get<float>(), level.attachments.rest[2].y());
-  EXPECT_EQ(json["metaballs"][1]["bone"], "left_shoulder");
-  EXPECT_EQ(json["metaballs"][1]["radius"].size(), level.rest.size());
+  EXPECT_EQ(json["skin"][1]["bone"], "left_shoulder");
+  EXPECT_EQ(json["skin"][1]["distance"].size(), (*level.skin)[1].distance.size());
+  EXPECT_EQ(json["contacts"][1]["limit"].size(), level.skin->size());
+  EXPECT_EQ(json["contacts"][1]["potential"].get<float>(), level.contacts.potential[1]);
 }
 
 class ReplayedTicks : public ::testing::Test {

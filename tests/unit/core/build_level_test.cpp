@@ -138,9 +138,10 @@ TEST(BuildLevels, are_those_that_build_level_gives) {
     EXPECT_EQ(set->levels[i].springs.stiffness, one->springs.stiffness);
     EXPECT_EQ(set->levels[i].springs.weights, one->springs.weights);
     EXPECT_EQ(set->levels[i].geometry.trimmed_weights, one->geometry.trimmed_weights);
-    ASSERT_EQ(set->levels[i].metaballs.size(), one->metaballs.size());
-    for (std::size_t b = 0; b < one->metaballs.size(); ++b) {
-      EXPECT_EQ(set->levels[i].metaballs[b].radius, one->metaballs[b].radius);
+    ASSERT_EQ(set->levels[i].skin->size(), one->skin->size());
+    EXPECT_EQ(set->levels[i].contacts.limit, one->contacts.limit);
+    for (std::size_t b = 0; b < one->skin->size(); ++b) {
+      EXPECT_EQ((*set->levels[i].skin)[b].distance, (*one->skin)[b].distance);
     }
   }
 }

@@ -26,16 +26,16 @@ const Groom& long_hair() {
   return groom;
 }
 
-std::shared_ptr<const LevelSet> levels(bool metaballs) {
+std::shared_ptr<const LevelSet> levels(bool contact) {
   auto set = std::make_shared<LevelSet>();
   set->levels[0] = *build_level(long_hair(), kLevelSpecs[0]);
-  if (!metaballs) set->levels[0].metaballs.clear();
+  if (!contact) set->levels[0].contacts = {};
   return set;
 }
 
 class Character {
  public:
-  explicit Character(bool metaballs) : world_({}), id_(world_.add({levels(metaballs), LevelIndex::high, {}})) {}
+  explicit Character(bool contact) : world_({}), id_(world_.add({levels(contact), LevelIndex::high, {}})) {}
 
   // From the pose it has to `pose` in `ease_s`, then holding still for `hold_s`.
   void go_to(const Pose& pose, double ease_s, double hold_s) {
@@ -131,7 +131,7 @@ TEST(Collisions, shoulders_that_rise_push_hair_up_and_it_comes_back) {
   EXPECT_LT(character.farthest_m(), 0.002);
 }
 
-TEST(Collisions, without_metaballs_the_shoulders_move_nothing) {
+TEST(Collisions, without_contact_the_shoulders_move_nothing) {
   Character character(false);
   character.go_to(shoulders_raised(0.04), 0.4, 0.4);
   EXPECT_LT(character.farthest_m(), 1e-5);

@@ -1,10 +1,11 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
+#include <cmath>
 #include <functional>
 #include <random>
 
-#include "core/solver/metaball.hpp"
+#include "core/solver/contact.hpp"
 #include "core/solver/spring.hpp"
 
 namespace hairnet {
@@ -72,54 +73,54 @@ TEST(Spring, elongation_is_the_difference_of_lengths_and_exactly_zero_undeformed
   }
 }
 
-TEST(Metaball, force_is_minus_the_gradient_of_its_potential) {
-  std::mt19937 random(5);
-  for (int trial = 0; trial < 100; ++trial) {
-    const Vec3 r = random_vec(random, 0.07);
-    const Vec3 force = metaball_force(0.03, 0.1, r);
-    for (int a = 0; a < 3; ++a) {
-      const Vec3 offset = 1e-7 * Vec3::Unit(a);
-      const double slope =
-          (metaball_potential(0.03, 0.1, Vec3(r + offset)) - metaball_potential(0.03, 0.1, Vec3(r - offset))) / 2e-7;
-      EXPECT_NEAR(force[a], -slope, 1e-6);
-    }
+TEST(Spring, force_is_minus_the_slope_of_its_energy_on_every_branch) {
+  for (double x = -0.009; x < 0.02; x += 0.00037) {
+    const double slope = (spring_energy(3, 0.03, x + 1e-7) - spring_energy(3, 0.03, x - 1e-7)) / 2e-7;
+    EXPECT_NEAR(spring_tension(3, 0.03, x), slope, 1e-6) << "at " << x;
   }
 }
 
-TEST(Metaball, exact_jacobian_is_the_finite_difference_of_its_force) {
-  std::mt19937 random(6);
-  for (int trial = 0; trial < 100; ++trial) {
-    const Vec3 r = random_vec(random, 0.07);
-    const auto force = [](const Vec3& x) { return metaball_force(0.03, 0.1, x); };
-    EXPECT_LT((finite_difference(force, r) - metaball_jacobian_exact(0.03, 0.1, r)).norm(), 1e-4);
+TEST(Spring, tension_is_the_papers_at_small_strain_continuous_and_convex) {
+  EXPECT_EQ(spring_tension(3, 0.03, 0.0005), 3 * 0.0005);
+  EXPECT_EQ(spring_tension(3, 0.03, -0.0005), -3 * 0.0005);
+  for (const double bend : {kStiffStrain * 0.03, -kBucklingStrain * 0.03})
+    EXPECT_NEAR(spring_tension(3, 0.03, bend - 1e-12), spring_tension(3, 0.03, bend + 1e-12), 1e-9);
+  double last = 0;
+  for (double x = -0.02; x < 0.02; x += 0.0001) {
+    EXPECT_GE(spring_stiffness(3, 0.03, x), last);
+    EXPECT_GT(spring_stiffness(3, 0.03, x), 0);
+    last = spring_stiffness(3, 0.03, x);
   }
 }
 
-TEST(Metaball, value_slope_and_curvature_vanish_at_its_limit) {
-  const Vec3 limit(0, 0.1, 0);
-  EXPECT_NEAR(metaball_potential(0.03, 0.1, limit), 0, 1e-15);
-  EXPECT_NEAR(metaball_force(0.03, 0.1, limit).norm(), 0, 1e-15);
-  EXPECT_NEAR(metaball_jacobian_exact(0.03, 0.1, limit).norm(), 0, 1e-12);
-  EXPECT_EQ(metaball_force(0.03, 0.1, Vec3(0, 0.2, 0)), Vec3::Zero());
-}
-
-TEST(Metaball, secant_never_overshoots_its_surface) {
-  const double U = 0.03, rho = 0.1;
-  for (double distance = 0.001; distance < rho; distance += 0.0005) {
-    const Vec3 r(0, distance, 0);
-    const double push = metaball_force(U, rho, r).norm() / metaball_radial_stiffness(U, rho, r);
-    EXPECT_LE(push, (rho - distance) * (1 + 1e-9)) << "from " << distance << " m";
-    EXPECT_GT(push, 0);
+TEST(Contact, force_is_minus_the_slope_of_a_metaballs_potential) {
+  const double U = 0.03;
+  const auto potential = [&](double p) { return U * std::pow(p / kContactDepth_m, 3); };  // U (1 - u)^3
+  for (double p = 0.0005; p < 0.008; p += 0.0005) {
+    const double slope = (potential(p + 1e-7) - potential(p - 1e-7)) / 2e-7;
+    EXPECT_NEAR(contact_law(U, p, p, 1).force, slope, 1e-6);
   }
 }
 
-TEST(Metaball, radial_stiffness_is_at_least_the_exact_one_and_never_negative) {
-  for (double distance = 0.001; distance < 0.11; distance += 0.0005) {
-    const Vec3 r(distance, 0, 0);
-    const double k = metaball_radial_stiffness(0.03, 0.1, r);
-    EXPECT_GE(k, 0);
-    EXPECT_GE(k, -metaball_jacobian_exact(0.03, 0.1, r)(0, 0) - 1e-9);
+TEST(Contact, begins_without_force_and_stiffness) {
+  const ContactLaw law = contact_law(0.03, 0, 0, 1.0 / 50);
+  EXPECT_EQ(law.force, 0);
+  EXPECT_EQ(law.stiffness, 0);
+}
+
+TEST(Contact, pushes_no_farther_in_a_step_than_hair_may_come_out) {
+  for (double p = 0.0005; p < 0.08; p += 0.0005) {
+    const ContactLaw law = contact_law(0.03, p, p, 1.0 / 50);
+    EXPECT_LE(law.force / law.stiffness, std::min(p, kContactRecovery_m_per_s / 50) * (1 + 1e-9)) << "from " << p << " m";
+    EXPECT_GT(law.force, 0);
   }
+}
+
+TEST(Contact, what_comes_in_is_stopped_at_the_limit) {
+  // Off by 2 mm, on its way 3 mm in: without load the linear law ends at the limit.
+  const ContactLaw law = contact_law(0.03, -0.002, 0.003, 1.0 / 50);
+  EXPECT_GT(law.stiffness, 0);
+  EXPECT_NEAR(law.force / law.stiffness, -0.002, 1e-12);
 }
 
 }  // namespace

@@ -27,6 +27,13 @@ TEST(ValidateLevel, levels_as_built_are_sound) {
   }
 }
 
+// The first field, of the level's own.
+SkinField& skin_of(Level& level) {
+  auto own = std::make_shared<Skin>(*level.skin);
+  level.skin = own;
+  return own->front();
+}
+
 struct Spoiling {
   const char* name;
   std::function<void(Level&)> spoil;
@@ -66,14 +73,21 @@ TEST(ValidateLevel, refuses_what_no_solver_may_run) {
       {"another rest", [](Level& l) { l.springs.rest[0][0] += 0.01f; }},
       {"a rest that is no number", [](Level& l) { l.attachments.rest[0][2] = kNan; }},
       {"rests too short", [](Level& l) { l.springs.rest.pop_back(); }},
-      {"no such bone", [](Level& l) { l.metaballs[0].bone = static_cast<Bone>(kBoneCount); }},
-      {"a centre that is no number", [](Level& l) { l.metaballs[0].centre[0] = kNan; }},
-      {"radii too short", [](Level& l) { l.metaballs[0].radius.pop_back(); }},
-      {"a radius near zero", [](Level& l) { l.metaballs[0].radius[0] = 1e-30f; }},
-      {"a radius that is no number", [](Level& l) { l.metaballs[0].radius[0] = kNan; }},
-      {"a negative potential", [](Level& l) { l.metaballs[0].potential[0] = -1; }},
+      {"no skin", [](Level& l) { l.skin = nullptr; }},
+      {"no such bone", [](Level& l) { skin_of(l).bone = static_cast<Bone>(kBoneCount); }},
+      {"skin of no size", [](Level& l) { skin_of(l).cell_m = 0; }},
+      {"a skin's origin that is no number", [](Level& l) { skin_of(l).origin[0] = kNan; }},
+      {"a distance too few", [](Level& l) { skin_of(l).distance.pop_back(); }},
+      {"a distance that is no number", [](Level& l) { skin_of(l).distance[0] = kNan; }},
+      {"a grid without cells", [](Level& l) { skin_of(l).dims[0] = 1; }},
+      {"a contact's node that does not exist", [](Level& l) { l.contacts.nodes[0] = 60000; }},
+      {"contact weights of more than 1", [](Level& l) { l.contacts.weights[0] = 1.5f; }},
+      {"a limit too few", [](Level& l) { l.contacts.limit.pop_back(); }},
+      {"a contact point that is no number", [](Level& l) { l.contacts.rest[0][1] = kNan; }},
+      {"contact offsets that descend", [](Level& l) { std::swap(l.contacts.begin[1], l.contacts.begin[2]); }},
+      {"a negative potential", [](Level& l) { l.contacts.potential[0] = -1; }},
   };
-  ASSERT_FALSE(sound_level().metaballs.empty());
+  ASSERT_GT(sound_level().contacts.count(), 2u);
   for (const Spoiling& spoiling : spoilings) {
     Level level = sound_level();
     ASSERT_EQ(validate(level), "");

@@ -58,7 +58,7 @@ TEST_F(LevelFile, of_a_groom_with_the_maps_made_again_is_the_whole_set) {
   support::expect_equal(*levels_, *decoded.levels);
 }
 
-TEST_F(LevelFile, without_springs_or_balls_comes_back) {
+TEST_F(LevelFile, without_springs_or_skin_comes_back) {
   Groom groom = support::make_head_of_hair(3);
   groom.materials.base.axial_stiffness_n = 0;
   groom.materials.base.attachment_stiffness_n_per_m = 0;

@@ -1,0 +1,62 @@
+#include "core/world/untangle.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/levels.hpp"
+
+namespace hairnet {
+namespace {
+
+using support::turned;
+
+class UntangleTest : public ::testing::Test {
+ protected:
+  // Mirrored through the middle plane: inside out everywhere.
+  [[nodiscard]] std::vector<Vec3f> folded() const {
+    std::vector<Vec3f> displacement;
+    for (const Vec3f& rest : level_.rest) displacement.emplace_back(-2 * rest.x(), 0, 0);
+    return displacement;
+  }
+  [[nodiscard]] std::vector<Vec3f> turned_over() const {
+    const Mat3f half_turn = Eigen::AngleAxisf(3, Vec3f::UnitX()).toRotationMatrix();
+    std::vector<Vec3f> displacement;
+    for (const Vec3f& rest : level_.rest) displacement.emplace_back(half_turn * rest - rest);
+    return displacement;
+  }
+  double after(double seconds, const Pose& pose, double still_s, const std::vector<Vec3f>& displacement) {
+    for (int tick = 0; tick < 30 * seconds; ++tick) untangle_.update(pose, still_s, 1.0 / 30, level_, displacement);
+    return untangle_.share();
+  }
+  Level level_ = support::make_random_level();
+  Untangle untangle_;
+};
+
+TEST_F(UntangleTest, what_is_turned_as_a_whole_is_not_folded) {
+  EXPECT_FALSE(is_folded(level_, std::vector<Vec3f>(level_.rest.size(), Vec3f::Zero())));
+  EXPECT_FALSE(is_folded(level_, turned_over()));
+  EXPECT_TRUE(is_folded(level_, folded()));
+}
+
+TEST_F(UntangleTest, lets_contact_go_slowly_where_hair_is_folded_under_a_body_at_rest) {
+  const double soon = after(0.4, rigid_pose({}), 2, folded());
+  EXPECT_LT(soon, 0.5);
+  EXPECT_EQ(after(2, rigid_pose({}), 2, folded()), 1);
+}
+
+TEST_F(UntangleTest, leaves_as_slowly_once_the_body_moves) {
+  after(2, rigid_pose({}), 2, folded());
+  const double soon = after(0.1, rigid_pose({}), 0, folded());
+  EXPECT_GT(soon, 0.8);
+  EXPECT_EQ(after(2, rigid_pose({}), 0, folded()), 0);
+}
+
+TEST_F(UntangleTest, does_nothing_to_hair_that_is_only_displaced_nor_to_a_body_that_lies) {
+  EXPECT_EQ(after(3, rigid_pose({}), 2, turned_over()), 0);
+  EXPECT_EQ(after(3, rigid_pose(turned(0.3, {1, 0, 0})), 2, folded()), 0);
+  Pose looks_aside = rigid_pose({});
+  looks_aside[Bone::head] = turned(0.5, {0, 1, 0});
+  EXPECT_EQ(after(3, looks_aside, 2, folded()), 0);
+}
+
+}  // namespace
+}  // namespace hairnet
