@@ -17,6 +17,7 @@ enum class Axis : std::uint8_t { plus_x, minus_x, plus_y, minus_y, plus_z, minus
 Result<Axis> parse_axis(std::string_view text);  // "+x", "-z", "y"
 
 Vec3 direction(Axis axis);
+bool parallel(Axis a, Axis b);  // or opposite
 
 // Turns file axes so that `up` becomes +Y and `face` +Z; the third axis is up x face, so that nothing is mirrored. The
 // two must not be parallel.
