@@ -53,9 +53,11 @@ std::string size_misfit(const UnitGuess& guess, std::span<const Vec3> roots, con
     high = high.cwiseMax(root);
   }
   const Vec3 size_m = high - low;
-  return "this is not the size of a head: the roots reach over " + decimal(size_m.x(), 3) + " x " +
-         decimal(size_m.y(), 3) + " x " + decimal(size_m.z(), 3) + " m; --unit " + decimal(guess.m, 3) +
-         " would make it one";
+  const bool may_be_part = !guess.is_sure && placement.unit_m < guess.m;
+  return std::string(may_be_part ? "this is a small part of a head, or in another unit"
+                                 : "this is not the size of a head") +
+         ": the roots reach over " + decimal(size_m.x(), 3) + " x " + decimal(size_m.y(), 3) + " x " +
+         decimal(size_m.z(), 3) + " m; --unit " + decimal(guess.m, 3) + " would make it one";
 }
 
 // Neck, shoulders and trunk of a mesh that reaches below the head: the shoulders are where it widens, seen from the
@@ -194,7 +196,8 @@ Result<ImportedGroom> assemble_groom(const GroomDef& def) {
   const UnitGuess guess = guess_unit(roots_file);
   const std::string misfit = size_misfit(guess, roots, def.placement);
   if (!misfit.empty()) imported.warnings.push_back(misfit);
-  SkullFit skull = fit_skull_shape(roots, kUsualSkullRadius_m * (misfit.empty() ? 1 : def.placement.unit_m / guess.m));
+  SkullFit skull = fit_skull_shape(
+      roots, kUsualSkullRadius_m * (guess.is_sure && !misfit.empty() ? def.placement.unit_m / guess.m : 1));
 
   TriangleMesh mesh;
   if (def.body) mesh = unshifted_mesh(def, imported.warnings);
@@ -209,7 +212,7 @@ Result<ImportedGroom> assemble_groom(const GroomDef& def) {
     skull.centre -= joint;
     groom.body = skull_body(skull);
   }
-  if (!skull_of_body && !skull.is_determined()) {
+  if (misfit.empty() && !skull_of_body && !skull.is_determined()) {
     imported.warnings.push_back("the roots cover too little of a head to tell its size: it is taken as one of radius " +
                                 decimal(100 * skull.radius(), 2) + " cm; a body under the hair tells more");
   }

@@ -222,10 +222,16 @@ TEST_F(HairstylesOfOneHead, strands_that_begin_on_its_back_are_counted) {
     const double down = 0.1 + 0.002 * i;
     append(def.files[0].strands, kAt.cast<double>() + Vec3(0.01 * (i % 5), -down, -0.08), Vec3(0, -0.7, -0.7));
   }
-  def.body = bust(kAt);
-  const auto imported = assemble_groom(def);
-  ASSERT_TRUE(imported) << imported.error();
-  EXPECT_THAT(imported->warnings, Contains(HasSubstr("100 of " + std::to_string(of_head + 100) + " strands (")));
+  const Vec3 without = joint(styles().front(), false);
+  for (const bool with_body : {false, true}) {
+    if (with_body) def.body = bust(kAt);
+    const auto imported = assemble_groom(def);
+    ASSERT_TRUE(imported) << imported.error();
+    EXPECT_THAT(imported->warnings, Contains(HasSubstr(std::to_string(of_head + 100) + " strands (")));
+    EXPECT_THAT(imported->warnings, Contains(HasSubstr("as on a back")));
+    EXPECT_THAT(imported->warnings, Not(Contains(HasSubstr("--unit"))));
+    EXPECT_LT((joint_of(def, imported->groom) - without).norm(), 0.02);
+  }
   def.files[0].strands = styles().front();
   EXPECT_THAT(assemble_groom(def)->warnings, Not(Contains(HasSubstr("as on a back"))));
 }
