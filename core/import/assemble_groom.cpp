@@ -4,18 +4,14 @@
 #include <utility>
 
 #include "core/geometry/mesh_query.hpp"
+#include "core/import/guess_unit.hpp"
 #include "core/import/placement.hpp"
 #include "core/import/skull_fit.hpp"
 
 namespace hairnet {
 namespace {
 
-// Where the head joint lies from the middle of the skull, in skull radii: at the base of the skull, a little behind.
-const Vec3 kJointFromSkull(0, -0.8, -0.1);
-
-constexpr double kUsualWidth_m = 0.14;  // of a scalp, ear to ear
-constexpr double kRadiusMin_m = 0.06, kRadiusMax_m = 0.14;
-constexpr double kWidthMin_m = 0.10, kWidthMax_m = 0.25;
+constexpr double kFarBelow_m = 0.07;  // the head joint: no hair of the head begins there, beards included
 
 std::string decimal(double x, int digits) {
   char text[32];
@@ -48,16 +44,20 @@ std::vector<Vec3> unshifted_roots(const GroomDef& def) {
   return roots;
 }
 
-// Empty when the roots make a head; else says what they make, and the unit that would fit.
-std::string size_misfit(const SkullFit& skull, const Placement& placement) {
-  const double radius_m = skull.radius();
-  const bool radius_fits = radius_m >= kRadiusMin_m && radius_m <= kRadiusMax_m;
-  const bool width_fits = skull.width >= kWidthMin_m && skull.width <= kWidthMax_m;
-  if (radius_fits && width_fits) return {};
-  if (!(skull.width > 0)) return "the roots are all in one place: there is no head to see in them";
-  return "this is not the size of a head: the roots lie on a skull of radius " + decimal(100 * radius_m, 3) +
-         " cm and are " + decimal(100 * skull.width, 3) + " cm wide; --unit " +
-         decimal(placement.unit_m * kUsualWidth_m / skull.width, 2) + " would make it one";
+// Empty when the roots make a head; else says so, and the unit that would fit.
+std::string size_misfit(const UnitGuess& guess, std::span<const Vec3> roots, const Placement& placement) {
+  if (guess.allows(placement.unit_m)) return {};
+  Vec3 low = roots.front(), high = low;
+  for (const Vec3& root : roots) {
+    low = low.cwiseMin(root);
+    high = high.cwiseMax(root);
+  }
+  const Vec3 size_m = high - low;
+  const bool may_be_part = !guess.is_sure && placement.unit_m < guess.m;
+  return std::string(may_be_part ? "this is a small part of a head, or in another unit"
+                                 : "this is not the size of a head") +
+         ": the roots reach over " + decimal(size_m.x(), 3) + " x " + decimal(size_m.y(), 3) + " x " +
+         decimal(size_m.z(), 3) + " m; --unit " + decimal(guess.m, 3) + " would make it one";
 }
 
 // Neck, shoulders and trunk of a mesh that reaches below the head: the shoulders are where it widens, seen from the
@@ -96,26 +96,44 @@ bool wind_outwards(TriangleMesh& mesh) {
   return true;
 }
 
-Body placed_body(const GroomDef& def, const Vec3& origin, std::vector<std::string>& warnings) {
+// Turned and scaled but not yet shifted to the head joint.
+TriangleMesh unshifted_mesh(const GroomDef& def, std::vector<std::string>& warnings) {
   const Placement& placement = def.body_placement ? *def.body_placement : def.placement;
+  TriangleMesh mesh;
+  mesh.triangles = def.body->triangles;
+  for (const Vec3f& vertex : def.body->vertices) mesh.vertices.push_back(place(placement, Vec3::Zero(), vertex));
+  if (wind_outwards(mesh)) warnings.emplace_back("the body's triangles were wound inside out and are turned round");
+  return mesh;
+}
+
+Body body_of(TriangleMesh mesh, const Vec3& joint) {
   Body body;
-  body.mesh.triangles = def.body->triangles;
-  for (const Vec3f& vertex : def.body->vertices) body.mesh.vertices.push_back(place(placement, origin, vertex));
-  if (wind_outwards(body.mesh))
-    warnings.emplace_back("the body's triangles were wound inside out and are turned round");
+  body.mesh = std::move(mesh);
+  for (Vec3f& vertex : body.mesh.vertices) vertex = (vertex.cast<double>() - joint).cast<float>();
   estimate_joints(body);
   generate_bone_weights(body);
   return body;
 }
 
-// The head joint in the coordinates of `placement`'s file, as given or `below` the skull that its roots or mesh show.
-Vec3 origin_of(const Placement& placement, const Vec3& joint_head_axes) {
-  if (placement.origin) return *placement.origin;
-  return rotation_to_head(placement.up, placement.face).transpose() * joint_head_axes / placement.unit_m;
+// A point in head axes and metres, in the coordinates of a file.
+Vec3 to_file(const Placement& placement, const Vec3& joint) {
+  return rotation_to_head(placement.up, placement.face).transpose() * joint / placement.unit_m;
+}
+
+// The head joint that a placement is given, in head axes and metres.
+std::optional<Vec3> given_joint(const Placement& placement) {
+  if (!placement.origin) return {};
+  return placement.unit_m * (rotation_to_head(placement.up, placement.face) * *placement.origin);
+}
+
+std::string joint_warning(const Placement& placement, const Vec3& joint, std::string_view from) {
+  const Vec3 origin = to_file(placement, joint);
+  return "the head joint is estimated from the " + std::string(from) + " at " + decimal(origin.x(), 4) + "," +
+         decimal(origin.y(), 4) + ',' + decimal(origin.z(), 4) + " in file units; hairnet-groom's --origin sets it";
 }
 
 struct Counts {
-  std::size_t rooted = 0, single = 0, empty = 0;
+  std::size_t rooted = 0, single = 0, empty = 0, far_below = 0;
 };
 
 Counts add_strands(const GroomDef& def, const Vec3& origin, Groom& groom) {
@@ -141,6 +159,7 @@ Counts add_strands(const GroomDef& def, const Vec3& origin, Groom& groom) {
       counts.rooted += properties.rooted;
       counts.single += strand.size() == 1;
       counts.empty += strand.empty();
+      counts.far_below += !strand.empty() && static_cast<double>(strand[0].y()) < -kFarBelow_m;
       groom.add_strand(strand, properties);
     }
   }
@@ -151,6 +170,12 @@ void warn_of_counts(const Counts& counts, std::size_t strand_count, std::vector<
   if (counts.single + counts.empty > 0) {
     warnings.push_back(std::to_string(counts.single + counts.empty) + " of " + std::to_string(strand_count) +
                        " strands have fewer than two points and do not move");
+  }
+  if (counts.far_below > 0) {
+    const double percent = 100 * static_cast<double>(counts.far_below) / static_cast<double>(strand_count);
+    warnings.push_back(std::to_string(counts.far_below) + " of " + std::to_string(strand_count) + " strands (" +
+                       decimal(percent, 2) + " %) begin more than " + decimal(100 * kFarBelow_m, 2) +
+                       " cm below the head joint, as on a back: they follow the head all the same");
   }
   if (counts.rooted == 0) {
     warnings.push_back("no strand begins on the skin: check --origin, --unit and the axes of strands and body");
@@ -165,30 +190,37 @@ Result<ImportedGroom> assemble_groom(const GroomDef& def) {
   Groom& groom = imported.groom;
   groom.name = def.name;
 
-  const SkullFit skull = fit_skull_shape(unshifted_roots(def));
-  const std::string misfit = size_misfit(skull, def.placement);
+  const std::vector<Vec3> roots = unshifted_roots(def);
+  std::vector<Vec3> roots_file;
+  for (const Vec3& root : roots) roots_file.emplace_back(root / def.placement.unit_m);
+  const UnitGuess guess = guess_unit(roots_file);
+  const std::string misfit = size_misfit(guess, roots, def.placement);
   if (!misfit.empty()) imported.warnings.push_back(misfit);
-  const Vec3 joint = skull.centre + skull.radius() * kJointFromSkull;
-  const Vec3 origin = origin_of(def.placement, joint);
+  SkullFit skull = fit_skull_shape(
+      roots, kUsualSkullRadius_m * (guess.is_sure && !misfit.empty() ? def.placement.unit_m / guess.m : 1));
+
+  TriangleMesh mesh;
+  if (def.body) mesh = unshifted_mesh(def, imported.warnings);
+  const std::optional<SkullFit> skull_of_body = skull_of_mesh(mesh);
+  const std::optional<Vec3> given = given_joint(def.placement);
+  const Vec3 joint = given ? *given : (skull_of_body ? *skull_of_body : skull).joint();
   if (def.body) {
-    const Placement& body_placement = def.body_placement ? *def.body_placement : def.placement;
-    // Without an origin of its own the mesh shares the strands' head joint, found in head axes.
-    const Vec3 joint_found = rotation_to_head(def.placement.up, def.placement.face) * origin * def.placement.unit_m;
-    groom.body = placed_body(def, origin_of(body_placement, joint_found), imported.warnings);
+    // Without an origin of its own the mesh shares the strands' head joint.
+    groom.body =
+        body_of(std::move(mesh), def.body_placement ? given_joint(*def.body_placement).value_or(joint) : joint);
   } else {
-    std::vector<Vec3f> roots;
-    for (const Vec3& root : unshifted_roots(def)) {
-      roots.push_back((root - rotation_to_head(def.placement.up, def.placement.face) * origin * def.placement.unit_m)
-                          .cast<float>());
-    }
-    groom.body = fit_skull(roots);
+    skull.centre -= joint;
+    groom.body = skull_body(skull);
   }
-  const Counts counts = add_strands(def, origin, groom);
+  if (misfit.empty() && !skull_of_body && !skull.is_determined()) {
+    imported.warnings.push_back("the roots cover too little of a head to tell its size: it is taken as one of radius " +
+                                decimal(100 * skull.radius(), 2) + " cm; a body under the hair tells more");
+  }
+  const Counts counts = add_strands(def, to_file(def.placement, joint), groom);
   warn_of_counts(counts, groom.strand_count(), imported.warnings);
-  if (!def.placement.origin) {
-    imported.warnings.push_back("the head joint was estimated at " + decimal(origin.x(), 4) + "," +
-                                decimal(origin.y(), 4) + ',' + decimal(origin.z(), 4) +
-                                " in file units; --origin sets it");
+  if (!given) {
+    const char* from = skull_of_body ? "body's skull" : def.body ? "roots, since the body's top is no skull," : "roots";
+    imported.warnings.push_back(joint_warning(def.placement, joint, from));
   }
   if (std::string fault = validate(groom); !fault.empty())
     return Refusal(misfit.empty() ? fault : fault + "; " + misfit);

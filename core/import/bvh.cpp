@@ -1,13 +1,12 @@
 #include "core/import/bvh.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <span>
 
 #include "core/import/bvh_file.hpp"
+#include "core/import/rest_pose.hpp"
 #include "core/import/text.hpp"
 #include "core/pose/complete_pose.hpp"
 
@@ -17,20 +16,10 @@ namespace {
 constexpr int kNone = -1;
 using JointOfBone = std::array<int, kBoneCount>;
 
-// "mixamorig:Left_Shoulder" -> "leftshoulder"
-std::string plain(std::string_view name) {
-  name.remove_prefix(name.find_last_of(':') + 1);  // npos + 1 = 0
-  std::string out;
-  for (const unsigned char letter : name) {
-    if (std::isalnum(letter)) out += static_cast<char>(std::tolower(letter));
-  }
-  return out;
-}
-
 int find_joint(const BvhFile& file, std::string_view name) {
-  const std::string wanted = plain(name);
+  const std::string wanted = plain_joint_name(name);
   const auto found =
-      std::ranges::find_if(file.joints, [&](const BvhFile::Joint& j) { return plain(j.name) == wanted; });
+      std::ranges::find_if(file.joints, [&](const BvhFile::Joint& j) { return plain_joint_name(j.name) == wanted; });
   return found == file.joints.end() ? kNone : static_cast<int>(found - file.joints.begin());
 }
 
@@ -63,7 +52,7 @@ std::span<const std::string_view> usual_names(Bone bone) {
 // hair lies on.
 bool is_upper_arm(const BvhFile& file, int joint) {
   return std::ranges::any_of(file.joints, [joint](const BvhFile::Joint& child) {
-    const std::string name = plain(child.name);
+    const std::string name = plain_joint_name(child.name);
     return child.parent == joint &&
            (name.find("elbow") != std::string::npos || name.find("forearm") != std::string::npos ||
             name.find("lowerarm") != std::string::npos);
@@ -99,22 +88,22 @@ Result<JointOfBone> find_joints(const BvhFile& file, const BvhImport& import) {
 }
 
 // The least turn that brings `up` to +Y; a head over heels file turns about the axis its face looks along.
-Quat upright_turn(Axis up, Axis face) {
-  if (up == Axis::minus_y) return Quat(Eigen::AngleAxisd(std::numbers::pi, direction(face)));
-  return Quat::FromTwoVectors(direction(up), Vec3::UnitY());
+Quat upright_turn(const Vec3& up, const Vec3& face) {
+  if (up.y() < -0.999) return Quat(Eigen::AngleAxisd(std::numbers::pi, face));
+  return Quat::FromTwoVectors(up, Vec3::UnitY());
 }
 
 // From file axes and units to the world's. Only up is turned: an actor who faces +x in the file does so in the world.
 class Conversion {
  public:
-  explicit Conversion(const BvhImport& import)
-      : turn_(upright_turn(import.up, import.face)),
-        facing_(turn_ * Quat(rotation_to_head(import.up, import.face)).conjugate()),
-        unit_m_(import.unit_m) {}
+  explicit Conversion(const SkeletonRest& rest) : turn_(upright_turn(rest.up, rest.face)), unit_m_(rest.unit_m) {
+    const Vec3 face = turn_ * rest.face;
+    facing_ = Quat(Eigen::AngleAxisd(std::atan2(face.x(), face.z()), Vec3::UnitY()));
+  }
   [[nodiscard]] RigidTransform operator()(const RigidTransform& joint) const {
     return {(turn_ * joint.rotation * turn_.conjugate()).normalized(), unit_m_ * (turn_ * joint.position)};
   }
-  // From head axes to the bind pose's.
+  // From head axes to the rest pose's.
   [[nodiscard]] const Quat& facing() const { return facing_; }
 
  private:
@@ -122,28 +111,15 @@ class Conversion {
   double unit_m_;
 };
 
-// Between the lowest and the highest joint of the bind pose.
-double height_m(const BvhFile& file, const Conversion& convert) {
-  // Parents come before their children: no joint's chain is walked twice.
-  std::vector<Vec3> at;
-  double low = 0, high = 0;
-  for (const BvhFile::Joint& joint : file.joints) {
-    at.push_back(joint.parent < 0 ? joint.offset : at[static_cast<std::size_t>(joint.parent)] + joint.offset);
-    const double y = convert({Quat::Identity(), at.back()}).position.y();
-    low = at.size() == 1 ? y : std::min(low, y);
-    high = at.size() == 1 ? y : std::max(high, y);
-  }
-  return high - low;
+std::string check(const BvhImport& import) {
+  Placement given;
+  given.up = import.up.value_or(import.face && parallel(*import.face, Axis::plus_y) ? Axis::plus_z : Axis::plus_y);
+  given.face = import.face.value_or(parallel(given.up, Axis::plus_z) ? Axis::minus_y : Axis::plus_z);
+  given.unit_m = import.unit_m.value_or(1);
+  return validate(given);
 }
 
-void warn(const BvhFile& file, const Conversion& convert, const BvhImport& import, ImportedMotion& imported) {
-  const double tall_m = height_m(file, convert);
-  if (!(tall_m >= 0.4 && tall_m <= 3)) {
-    char text[160];
-    std::snprintf(text, sizeof text, "the skeleton is %.3g m tall; --unit %.3g would make it a person", tall_m,
-                  tall_m > 0 ? import.unit_m * 1.6 / tall_m : import.unit_m);
-    imported.warnings.emplace_back(text);
-  }
+void warn_of_bones(ImportedMotion& imported) {
   for (std::size_t b = 0; b < kBoneCount; ++b) {
     if (imported.joints[b].empty())
       imported.warnings.push_back("no joint found for the bone " + std::string(kBoneNames[b]) + ": it follows by rule");
@@ -152,9 +128,15 @@ void warn(const BvhFile& file, const Conversion& convert, const BvhImport& impor
 
 }  // namespace
 
+Result<RestPose> parse_rest_pose(std::string_view text) {
+  if (text == "auto") return RestPose::automatic;
+  if (text == "zero") return RestPose::zero;
+  if (text == "first") return RestPose::first;
+  return Refusal("'" + shown(text) + "' is not one of auto, zero, first");
+}
+
 Result<ImportedMotion> decode_bvh(std::string_view text, const BvhImport& import, const Body* body) {
-  const Placement axes{import.up, import.face, import.unit_m, {}};
-  if (std::string fault = validate(axes); !fault.empty()) return Refusal(std::move(fault));
+  if (std::string fault = check(import); !fault.empty()) return Refusal(std::move(fault));
   const Result<BvhFile> file = decode_bvh_file(text);
   if (!file) return Refusal(file.error());
   const Result<JointOfBone> joints = find_joints(*file, import);
@@ -164,21 +146,24 @@ Result<ImportedMotion> decode_bvh(std::string_view text, const BvhImport& import
   for (std::size_t b = 0; b < kBoneCount; ++b) {
     if ((*joints)[b] != kNone) imported.joints[b] = file->joints[static_cast<std::size_t>((*joints)[b])].name;
   }
-  const Conversion convert(import);
-  warn(*file, convert, import, imported);
-
-  // B = joint(t) joint(bind)^-1 A, A placing head space at the bind pose's head joint, facing as flagged.
   const auto index = [&](std::size_t b) { return static_cast<std::size_t>((*joints)[b]); };
-  const RigidTransform A{convert.facing(), convert(file->bind_pose(index(0))).position};
-  std::array<RigidTransform, kBoneCount> from_bind;  // joint(bind)^-1 A
+  const Result<SkeletonRest> rest = find_rest(*file, index(0), import, imported.warnings);
+  if (!rest) return Refusal(rest.error());
+  warn_of_bones(imported);
+
+  // B = joint(t) joint(rest)^-1 A, A placing head space at the rest pose's head joint, facing as that does.
+  const Conversion convert(*rest);
+  const auto at_rest = [&](std::size_t b) { return convert(rest->joint(*file, index(b))); };
+  const RigidTransform A{convert.facing(), at_rest(0).position};
+  std::array<RigidTransform, kBoneCount> from_rest;  // joint(rest)^-1 A
   for (std::size_t b = 0; b < kBoneCount; ++b) {
-    if ((*joints)[b] != kNone) from_bind[b] = convert(file->bind_pose(index(b))).inverse() * A;
+    if ((*joints)[b] != kNone) from_rest[b] = at_rest(b).inverse() * A;
   }
   PoseCompletion completion(body ? *body : Body{});
   imported.motion.rate_hz = 1 / file->frame_time_s;
   imported.motion.poses.reserve(file->frame_count);
   for (std::size_t frame = 0; frame < file->frame_count; ++frame) {
-    const auto bone = [&](std::size_t b) { return convert(file->pose(frame, index(b))) * from_bind[b]; };
+    const auto bone = [&](std::size_t b) { return convert(file->pose(frame, index(b))) * from_rest[b]; };
     Pose pose = completion.complete(bone(0), frame == 0 ? 0 : file->frame_time_s);
     constexpr auto kTrunk = static_cast<std::size_t>(Bone::upper_trunk);
     if ((*joints)[kTrunk] != kNone) {

@@ -186,6 +186,18 @@ RigidTransform to_world(const BvhFile& file, int joint, const float* row) {
   return out;
 }
 
+std::vector<Vec3> all_positions(const BvhFile& file, const float* row) {
+  // Parents come before their children: no joint's chain is walked twice.
+  std::vector<RigidTransform> joints;
+  std::vector<Vec3> positions;
+  for (const BvhFile::Joint& joint : file.joints) {
+    const RigidTransform local = local_transform(joint, row);
+    joints.push_back(joint.parent < 0 ? local : joints[static_cast<std::size_t>(joint.parent)] * local);
+    positions.push_back(joints.back().position);
+  }
+  return positions;
+}
+
 }  // namespace
 
 RigidTransform BvhFile::pose(std::size_t frame, std::size_t joint) const {
@@ -194,6 +206,14 @@ RigidTransform BvhFile::pose(std::size_t frame, std::size_t joint) const {
 
 RigidTransform BvhFile::bind_pose(std::size_t joint) const {
   return to_world(*this, static_cast<int>(joint), nullptr);
+}
+
+std::vector<Vec3> BvhFile::positions(std::size_t frame) const {
+  return all_positions(*this, values.data() + frame * values_per_frame);
+}
+
+std::vector<Vec3> BvhFile::zero_positions() const {
+  return all_positions(*this, nullptr);
 }
 
 Result<BvhFile> decode_bvh_file(std::string_view text) {

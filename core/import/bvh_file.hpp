@@ -31,6 +31,9 @@ struct BvhFile {
   [[nodiscard]] RigidTransform pose(std::size_t frame, std::size_t joint) const;
   // The same with all channels at rest: rotations zero, offsets as they are.
   [[nodiscard]] RigidTransform bind_pose(std::size_t joint) const;
+  // Where all joints are, in a frame or with all channels at rest.
+  [[nodiscard]] std::vector<Vec3> positions(std::size_t frame) const;
+  [[nodiscard]] std::vector<Vec3> zero_positions() const;
 };
 
 Result<BvhFile> decode_bvh_file(std::string_view text);

@@ -1,23 +1,24 @@
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
-#include <map>
-#include <optional>
-#include <utility>
-#include <vector>
 
-#include "core/import/placement.hpp"
 #include "core/import/skull_fit.hpp"
 
 namespace hairnet {
 namespace {
 
-constexpr double kUsualRadius_m = 0.09;
 constexpr std::size_t kSampleMax = 4000;  // points looked at: a head has no more shape than these show
-constexpr int kTrialCount = 300;
-constexpr double kAxisRatioMax = 1.3;  // of an ellipsoid's axis to the sphere's radius
+constexpr int kTrialCount = 200;
+constexpr double kAxisRatioMax = 1.3;      // of an ellipsoid's axis to the sphere's radius
+constexpr double kRadiusRatioMax = 1.7;    // of a sphere's radius to the usual one, and the other way round
+constexpr double kRadiusDeviation = 0.04;  // of its logarithm: how much heads differ
+constexpr double kPointError = 0.011;      // in usual radii, at the least: where on the skin a root is
+constexpr double kStripDeviation = 0.05;   // in usual radii: how far off its middle a strip may run
+constexpr double kIndependentPoints = 5;   // a head is no sphere: neighbours err alike, however many they are
 
 struct Sphere {
   Vec3 centre;
@@ -51,6 +52,18 @@ std::optional<Sphere> sphere_through(const std::array<Vec3, 4>& points) {
   return Sphere{points[0] + to_centre, to_centre.norm()};
 }
 
+// The two of a given radius through three points.
+std::vector<Sphere> spheres_through(const std::array<Vec3, 4>& points, double radius) {
+  const Vec3 a = points[1] - points[0], b = points[2] - points[0], normal = a.cross(b);
+  const double area = normal.norm();
+  if (!(area > 1e-4 * std::max(a.squaredNorm(), b.squaredNorm()))) return {};
+  const Vec3 to_middle = (a.squaredNorm() * b.cross(normal) + b.squaredNorm() * normal.cross(a)) / (2 * area * area);
+  const double height = std::sqrt(std::max(0.0, radius * radius - to_middle.squaredNorm()));
+  if (!(to_middle.norm() < kRadiusRatioMax * radius)) return {};
+  const Vec3 middle = points[0] + to_middle, up = height / area * normal;
+  return {{middle + up, radius}, {middle - up, radius}};
+}
+
 double median(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
@@ -64,23 +77,112 @@ double median_distance(const Sphere& sphere, std::span<const Vec3> points) {
   return median(distances);
 }
 
-// Least median of squares (Rousseeuw 1984): up to half of the points may lie anywhere.
-std::optional<Sphere> robust_sphere(std::span<const Vec3> points) {
-  if (points.size() < 4) return {};
+// Least median of squares (Rousseeuw 1984): up to half of the points may lie anywhere. Of spheres that fit alike the
+// most usual one is taken.
+std::optional<Sphere> robust_sphere(std::span<const Vec3> points, double usual_radius) {
   Draw draw;
   std::optional<Sphere> best;
-  double best_distance = 0;
+  double best_score = 0;
   for (int trial = 0; trial < kTrialCount; ++trial) {
     std::array<Vec3, 4> four;
     for (Vec3& x : four) x = points[draw.below(points.size())];
-    const std::optional<Sphere> sphere = sphere_through(four);
-    if (!sphere) continue;
-    const double distance = median_distance(*sphere, points);
-    if (best && distance >= best_distance) continue;
-    best = sphere;
-    best_distance = distance;
+    std::vector<Sphere> spheres = spheres_through(four, usual_radius);
+    if (const std::optional<Sphere> free = sphere_through(four)) spheres.push_back(*free);
+    for (const Sphere& sphere : spheres) {
+      const double off = std::log(sphere.radius / usual_radius);
+      if (!(std::abs(off) < std::log(kRadiusRatioMax))) continue;
+      const double score = median_distance(sphere, points) + 0.25 * usual_radius * off * off;
+      if (best && score >= best_score) continue;
+      best = sphere;
+      best_score = score;
+    }
   }
   return best;
+}
+
+std::vector<Vec3> near(const Sphere& sphere, std::span<const Vec3> points, double distance_max) {
+  std::vector<Vec3> out;
+  for (const Vec3& x : points) {
+    if (std::abs((x - sphere.centre).norm() - sphere.radius) <= distance_max) out.push_back(x);
+  }
+  return out;
+}
+
+// Points of a strip so narrow that they do not tell where the head's middle is across it.
+struct Strip {
+  Vec3 middle, across;
+};
+
+// None for a patch, whose thinnest side is that towards the middle.
+std::optional<Strip> strip_of(std::span<const Vec3> points, const Vec3& centre) {
+  Vec3 mean = Vec3::Zero();
+  for (const Vec3& x : points) mean += x / static_cast<double>(points.size());
+  Mat3 covariance = Mat3::Zero();
+  for (const Vec3& x : points) covariance += (x - mean) * (x - mean).transpose();
+  const Eigen::SelfAdjointEigenSolver<Mat3> axes(covariance);
+  constexpr double kNarrow = 1.0 / 3;  // of the arc's height
+  if (!(axes.eigenvalues()[0] < kNarrow * kNarrow * axes.eigenvalues()[1])) return {};
+  const Vec3 across = axes.eigenvectors().col(0);
+  double inwards = 0;
+  for (const Vec3& x : points) inwards += std::abs(across.dot((x - centre).normalized()));
+  if (inwards > 0.7 * static_cast<double>(points.size())) return {};
+  return Strip{mean, across};
+}
+
+double weight_of(double residual, double spread) {
+  const double far = residual / spread;
+  return 1 / (1 + far * far);
+}
+
+// The most probable sphere: Gauss-Newton on the weighted distances, for the centre and the radius's logarithm, which is
+// drawn to the usual one. `spread` is how far points usually lie off.
+void refine(Sphere& sphere, std::span<const Vec3> inliers, double spread, double usual_radius,
+            const std::optional<Strip>& strip) {
+  Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
+  Eigen::Vector4d right = Eigen::Vector4d::Zero();
+  double weights = 0, squares = 0;
+  for (const Vec3& x : inliers) {
+    const Vec3 from_centre = x - sphere.centre;
+    const double distance = from_centre.norm(), residual = distance - sphere.radius;
+    if (!(distance > 0)) continue;
+    Eigen::Vector4d gradient;
+    gradient << -from_centre / distance, -sphere.radius;
+    const double weight = weight_of(residual, spread);
+    normal += weight * gradient * gradient.transpose();
+    right -= weight * residual * gradient;
+    weights += weight;
+    squares += weight * residual * residual;
+  }
+  const double least = kPointError * usual_radius;
+  const double precision = kIndependentPoints / (weights * (least * least + squares / weights));
+  normal *= precision;
+  right *= precision;
+  const double off = std::log(sphere.radius / usual_radius);
+  const double radius_precision = weight_of(off, 3 * kRadiusDeviation) / (kRadiusDeviation * kRadiusDeviation);
+  normal(3, 3) += radius_precision;
+  right(3) -= radius_precision * off;
+  // Keeps a step that the points say nothing about small.
+  normal.diagonal().head<3>().array() += 1 / (usual_radius * usual_radius);
+  if (strip) {
+    const double strip_precision = std::pow(kStripDeviation * usual_radius, -2);
+    normal.topLeftCorner<3, 3>() += strip_precision * strip->across * strip->across.transpose();
+    right.head<3>() -= strip_precision * strip->across.dot(sphere.centre - strip->middle) * strip->across;
+  }
+  const Eigen::Vector4d step = normal.ldlt().solve(right);
+  if (!step.allFinite()) return;
+  const double most = 0.2 * usual_radius;
+  sphere.centre += step.head<3>().cwiseMax(-most).cwiseMin(most);
+  sphere.radius *= std::exp(std::clamp(step(3), -0.2, 0.2));
+}
+
+double conditioning_of(const Sphere& sphere, std::span<const Vec3> inliers) {
+  Eigen::Matrix4d told = Eigen::Matrix4d::Zero();
+  for (const Vec3& x : inliers) {
+    Eigen::Vector4d gradient;
+    gradient << (x - sphere.centre).normalized(), 1;
+    told += gradient * gradient.transpose() / static_cast<double>(inliers.size());
+  }
+  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d>(told).eigenvalues()[0];
 }
 
 using Vec6 = Eigen::Matrix<double, 6, 1>;
@@ -99,14 +201,15 @@ void refine(SkullFit& fit, const Sphere& sphere, std::span<const Vec3> inliers, 
     gradient << -scaled.cwiseQuotient(fit.semi_axes) / length, -scaled.cwiseAbs2() / length;
     gradient *= sphere.radius;
     const double residual = sphere.radius * (length - 1);
-    const double far = residual / spread;
-    const double weight = 1 / (1 + far * far);
+    const double weight = weight_of(residual, spread);
     normal += weight * gradient * gradient.transpose();
     right -= weight * residual * gradient;
   }
-  const double ridge = 0.1 * static_cast<double>(inliers.size()) * sphere.radius * sphere.radius;
+  constexpr double kShapeRidge = 0.1;
+  const double ridge = kShapeRidge * static_cast<double>(inliers.size()) * sphere.radius * sphere.radius;
   for (int axis = 0; axis < 3; ++axis) {
-    normal(axis, axis) += 0.01 * static_cast<double>(inliers.size());
+    normal(axis, axis) += kShapeRidge * static_cast<double>(inliers.size());
+    right[axis] -= kShapeRidge * static_cast<double>(inliers.size()) * (fit.centre[axis] - sphere.centre[axis]);
     normal(3 + axis, 3 + axis) += ridge;
     right[3 + axis] -= ridge * std::log(fit.semi_axes[axis] / sphere.radius);
   }
@@ -120,96 +223,42 @@ void refine(SkullFit& fit, const Sphere& sphere, std::span<const Vec3> inliers, 
   }
 }
 
-double width_of(std::span<const Vec3> points) {
-  double low = points.front().x(), high = low;
-  for (const Vec3& x : points) {
-    low = std::min(low, x.x());
-    high = std::max(high, x.x());
-  }
-  return high - low;
-}
-
-std::vector<Vec3> near(const Sphere& sphere, std::span<const Vec3> points, double distance_max) {
-  std::vector<Vec3> out;
-  for (const Vec3& x : points) {
-    if (std::abs((x - sphere.centre).norm() - sphere.radius) <= distance_max) out.push_back(x);
-  }
-  return out;
-}
-
-SkullFit usual_skull(std::span<const Vec3> points) {
+SkullFit usual_skull(std::span<const Vec3> points, double usual_radius) {
   SkullFit fit;
-  fit.semi_axes = Vec3::Constant(kUsualRadius_m);
+  fit.semi_axes = Vec3::Constant(usual_radius);
+  fit.inliers.assign(points.begin(), points.end());
   if (points.empty()) return fit;
   Vec3 mean = Vec3::Zero();
   for (const Vec3& x : points) mean += x / static_cast<double>(points.size());
-  fit.centre = mean - Vec3(0, kUsualRadius_m, 0);
-  fit.width = width_of(points);
+  fit.centre = mean - Vec3(0, usual_radius, 0);
   return fit;
-}
-
-// An icosahedron with each triangle split in four, three times over: 642 vertices on the unit sphere.
-TriangleMesh unit_sphere() {
-  const float g = (1 + std::sqrt(5.0f)) / 2;
-  TriangleMesh mesh;
-  mesh.vertices = {{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
-                   {0, -1, -g}, {0, 1, -g}, {g, 0, -1},  {g, 0, 1},  {-g, 0, -1}, {-g, 0, 1}};
-  mesh.triangles = {{0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
-                    {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
-                    {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
-  for (Vec3f& x : mesh.vertices) x.normalize();
-  for (int round = 0; round < 3; ++round) {
-    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> halves;
-    const auto half = [&](std::uint32_t a, std::uint32_t b) {
-      const auto [at, is_new] = halves.try_emplace(std::minmax(a, b), static_cast<std::uint32_t>(mesh.vertices.size()));
-      if (is_new) mesh.vertices.push_back((mesh.vertices[a] + mesh.vertices[b]).normalized());
-      return at->second;
-    };
-    std::vector<std::array<std::uint32_t, 3>> split;
-    split.reserve(4 * mesh.triangles.size());
-    for (const auto& [a, b, c] : mesh.triangles) {
-      const std::uint32_t ab = half(a, b), bc = half(b, c), ca = half(c, a);
-      split.insert(split.end(), {{a, ab, ca}, {b, bc, ab}, {c, ca, bc}, {ab, bc, ca}});
-    }
-    mesh.triangles = std::move(split);
-  }
-  return mesh;
 }
 
 }  // namespace
 
-SkullFit fit_skull_shape(std::span<const Vec3> points) {
+SkullFit fit_skull_shape(std::span<const Vec3> points, double usual_radius) {
   std::vector<Vec3> sample;
   const std::size_t stride = points.size() / kSampleMax + 1;
   for (std::size_t i = 0; i < points.size(); i += stride) {
     if (points[i].allFinite()) sample.push_back(points[i]);
   }
-  const std::optional<Sphere> sphere = robust_sphere(sample);
-  if (!sphere) return usual_skull(sample);
+  std::optional<Sphere> sphere = sample.size() < 4 ? std::nullopt : robust_sphere(sample, usual_radius);
+  if (!sphere) return usual_skull(sample, usual_radius);
 
   // A scalp is no sphere: what lies within a fifth of the radius is still of it, whatever the median says.
   const double spread = std::max(1.5 * median_distance(*sphere, sample), 0.02 * sphere->radius);
-  const std::vector<Vec3> inliers =
-      near(*sphere, sample, std::clamp(3 * spread, 0.2 * sphere->radius, 0.35 * sphere->radius));
-  SkullFit fit{sphere->centre, Vec3::Constant(sphere->radius), inliers.size(), 0};
-  if (inliers.size() < 4) return usual_skull(sample);
-  fit.width = width_of(inliers);
+  SkullFit fit;
+  fit.inliers = near(*sphere, sample, std::clamp(3 * spread, 0.2 * sphere->radius, 0.35 * sphere->radius));
+  if (fit.inliers.size() < 4) return usual_skull(sample, usual_radius);
+  const std::optional<Strip> strip = strip_of(fit.inliers, sphere->centre);
+  if (strip) sphere->centre -= strip->across.dot(sphere->centre - strip->middle) * strip->across;
   constexpr int kStepCount = 30;
-  for (int i = 0; i < kStepCount; ++i) refine(fit, *sphere, inliers, spread);
+  for (int i = 0; i < kStepCount; ++i) refine(*sphere, fit.inliers, spread, usual_radius, strip);
+  fit.centre = sphere->centre;
+  fit.semi_axes = Vec3::Constant(sphere->radius);
+  fit.conditioning = conditioning_of(*sphere, fit.inliers);
+  for (int i = 0; fit.is_determined() && i < kStepCount; ++i) refine(fit, *sphere, fit.inliers, spread);
   return fit;
-}
-
-Body fit_skull(std::span<const Vec3f> roots_head) {
-  std::vector<Vec3> roots;
-  roots.reserve(roots_head.size());
-  for (const Vec3f& x : roots_head) roots.push_back(x.cast<double>());
-  const SkullFit fit = fit_skull_shape(roots);
-  Body body;
-  body.mesh = unit_sphere();
-  for (Vec3f& x : body.mesh.vertices) x = (fit.centre + fit.semi_axes.cwiseProduct(x.cast<double>())).cast<float>();
-  body.bone_weights.assign(body.mesh.vertices.size(), {1, 0, 0, 0, 0});
-  body.fitted_from_roots = true;
-  return body;
 }
 
 }  // namespace hairnet

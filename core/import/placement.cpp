@@ -21,6 +21,10 @@ Vec3 direction(Axis axis) {
   return out;
 }
 
+bool parallel(Axis a, Axis b) {
+  return static_cast<int>(a) / 2 == static_cast<int>(b) / 2;
+}
+
 Mat3 rotation_to_head(Axis up, Axis face) {
   const Vec3 y = direction(up), z = direction(face);
   Mat3 rotation;
@@ -29,8 +33,7 @@ Mat3 rotation_to_head(Axis up, Axis face) {
 }
 
 std::string validate(const Placement& placement) {
-  if (static_cast<int>(placement.up) / 2 == static_cast<int>(placement.face) / 2)
-    return "up and face lie along the same axis";
+  if (parallel(placement.up, placement.face)) return "up and face lie along the same axis";
   if (!(std::isfinite(placement.unit_m) && placement.unit_m > 0)) return "the unit is not a positive number of metres";
   if (placement.origin && !placement.origin->allFinite()) return "the origin is not finite";
   return {};

@@ -17,6 +17,7 @@ enum class Axis : std::uint8_t { plus_x, minus_x, plus_y, minus_y, plus_z, minus
 Result<Axis> parse_axis(std::string_view text);  // "+x", "-z", "y"
 
 Vec3 direction(Axis axis);
+bool parallel(Axis a, Axis b);  // or opposite
 
 // Turns file axes so that `up` becomes +Y and `face` +Z; the third axis is up x face, so that nothing is mirrored. The
 // two must not be parallel.
@@ -27,7 +28,7 @@ struct Placement {
   Axis up = Axis::plus_y;
   Axis face = Axis::plus_z;
   double unit_m = 1;           // metres a file unit
-  std::optional<Vec3> origin;  // head joint in file coordinates; without it, estimated from mesh or roots
+  std::optional<Vec3> origin;  // head joint in file coordinates; without it, from the body's skull, else from the roots
 };
 
 // Refuses parallel axes and a unit that is not finite and positive.
@@ -58,8 +59,5 @@ struct ImportedGroom {
 // Strands and body to a groom in head space: weights generated, skull fitted from the roots where there is no body,
 // roots flagged by their distance to the skin.
 Result<ImportedGroom> assemble_groom(const GroomDef& def);
-
-// An ellipsoid skull with its mesh, fitted to the strands' first points (those far from the rest are left out).
-Body fit_skull(std::span<const Vec3f> roots_head);
 
 }  // namespace hairnet

@@ -1,29 +1,49 @@
 #pragma once
 
-#include <cstddef>
+#include <cmath>
+#include <optional>
 #include <span>
+#include <vector>
 
+#include "core/geometry/triangle_mesh.hpp"
 #include "core/geometry/vec.hpp"
+#include "core/groom/body.hpp"
 
 namespace hairnet {
+
+inline constexpr double kUsualSkullRadius_m = 0.09;
 
 // An ellipsoid along the axes.
 struct SkullFit {
   Vec3 centre = Vec3::Zero();
   Vec3 semi_axes = Vec3::Zero();
-  std::size_t inlier_count = 0;
-  double width = 0;  // of the inliers along x
+  std::vector<Vec3> inliers;  // the points that lie near it
+  // The least eigenvalue of what a point tells of centre and radius, on average: 0 in a plane, 0.03 to 0.13 for a
+  // scalp.
+  double conditioning = 0;
 
+  // By the points; else it is a sphere, about as large as the usual one.
+  [[nodiscard]] bool is_determined() const { return conditioning > 0.01; }
   [[nodiscard]] double radius() const { return std::cbrt(semi_axes.prod()); }
   // About how far the point is from the surface: 0 on it, negative inside.
   [[nodiscard]] double distance(const Vec3& point) const {
     return radius() * ((point - centre).cwiseQuotient(semi_axes).norm() - 1);
   }
+  // The head joint in head axes: at the base of the skull, a little behind its middle.
+  [[nodiscard]] Vec3 joint() const { return centre + radius() * Vec3(0, -0.8, -0.1); }
 };
 
 // The sphere that most points lie near, then an ellipsoid not far from it: of a scalp only the upper part is known, so
-// that each axis is drawn towards the sphere. Points far from the rest (a ponytail's tail) are left out. The same
-// points give the same bits. With fewer than four points, or all in a plane, a sphere of 9 cm below their middle.
-SkullFit fit_skull_shape(std::span<const Vec3> points);
+// that each axis is drawn towards the sphere. Points far from the rest (a ponytail's tail) are left out. What the
+// points do not tell is drawn to `usual_radius`: all of it when they lie in a strip or a small patch. The same points
+// give the same bits.
+SkullFit fit_skull_shape(std::span<const Vec3> points, double usual_radius = kUsualSkullRadius_m);
+
+// The skull under the uppermost 10 cm of a head, bust or person, head axes and metres, wherever its origin is; each
+// part of the surface counts by its area. None where those are no skull.
+std::optional<SkullFit> skull_of_mesh(const TriangleMesh& mesh);
+
+// An ellipsoid's mesh that moves with the head. `skull` is in head space.
+Body skull_body(const SkullFit& skull);
 
 }  // namespace hairnet

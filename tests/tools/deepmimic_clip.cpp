@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -38,14 +39,27 @@ Result<Row> read_row(const json& numbers, std::size_t index) {
   return row;
 }
 
-std::optional<Quat> read_rotation(const double* wxyz) {
+// Key frames set by hand are no unit quaternions: what is off by more than a hundredth is counted.
+struct OffNorms {
+  std::size_t count = 0;
+  double worst = 1;
+
+  void add(double norm) {
+    if (std::abs(norm - 1) <= 0.01) return;
+    ++count;
+    if (std::abs(std::log(norm)) > std::abs(std::log(worst))) worst = norm;
+  }
+};
+
+std::optional<Quat> read_rotation(const double* wxyz, OffNorms& off) {
   const Quat rotation(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
-  // Key frames set by hand are off by up to an eighth in DeepMimic's own clips.
-  if (!(rotation.norm() > 0.75 && rotation.norm() < 1.25)) return {};
+  const double norm = rotation.norm();
+  if (!(norm > 1e-3 && norm < 1e3)) return {};
+  off.add(norm);
   return rotation.normalized();
 }
 
-Result<DeepMimicFrame> read_frame(const Row& row, std::size_t index) {
+Result<DeepMimicFrame> read_frame(const Row& row, std::size_t index, OffNorms& off) {
   DeepMimicFrame frame;
   frame.root = Vec3(row[1], row[2], row[3]);
   if (!(frame.root.cwiseAbs().maxCoeff() <= kCoordinateMax_m)) return of_frame(index, "the root is 10 km away");
@@ -56,10 +70,9 @@ Result<DeepMimicFrame> read_frame(const Row& row, std::size_t index) {
       at += 1;
       continue;
     }
-    const std::optional<Quat> rotation = read_rotation(&row[at]);
+    const std::optional<Quat> rotation = read_rotation(&row[at], off);
     if (!rotation)
-      return of_frame(index,
-                      "entries " + std::to_string(at) + " to " + std::to_string(at + 3) + " are no unit quaternion");
+      return of_frame(index, "entries " + std::to_string(at) + " to " + std::to_string(at + 3) + " are no rotation");
     frame.rotations[j] = *rotation;
     at += 4;
   }
@@ -71,13 +84,13 @@ struct TimedFrame {
   DeepMimicFrame frame;
 };
 
-Result<std::vector<TimedFrame>> read_frames(const json& list) {
+Result<std::vector<TimedFrame>> read_frames(const json& list, OffNorms& off) {
   std::vector<TimedFrame> frames;
   double time_s = 0;
   for (std::size_t i = 0; i < list.size(); ++i) {
     const Result<Row> row = read_row(list[i], i);
     if (!row) return Refusal(row.error());
-    const Result<DeepMimicFrame> frame = read_frame(*row, i);
+    const Result<DeepMimicFrame> frame = read_frame(*row, i, off);
     if (!frame) return Refusal(frame.error());
     frames.push_back({time_s, *frame});
     const double duration_s = row->front();  // the last one's says nothing
@@ -124,9 +137,18 @@ Result<DeepMimicClip> decode_deepmimic_clip(std::string_view text, double rate_h
   if (clip.is_discarded()) return Refusal("not JSON, or cut short");
   if (!clip.is_object() || !clip.contains("Frames") || !clip["Frames"].is_array() || clip["Frames"].empty())
     return Refusal("not a DeepMimic clip: it has no list of Frames");
-  const Result<std::vector<TimedFrame>> frames = read_frames(clip["Frames"]);
+  OffNorms off;
+  const Result<std::vector<TimedFrame>> frames = read_frames(clip["Frames"], off);
   if (!frames) return Refusal(frames.error());
-  return DeepMimicClip{rate_hz, resample(*frames, rate_hz)};
+  DeepMimicClip out{rate_hz, resample(*frames, rate_hz), {}};
+  if (off.count > 0) {
+    char line[128];
+    std::snprintf(line, sizeof line,
+                  "%zu quaternions are not of unit length and are normalised; the worst norm is %.3g", off.count,
+                  off.worst);
+    out.warnings.emplace_back(line);
+  }
+  return out;
 }
 
 }  // namespace hairnet

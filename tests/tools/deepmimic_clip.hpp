@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -38,10 +39,12 @@ struct DeepMimicFrame {
 struct DeepMimicClip {
   double rate_hz = 60;
   std::vector<DeepMimicFrame> frames;  // at least one
+  std::vector<std::string> warnings;   // plain sentences
 };
 
 // The JSON of a clip, whose frames may last differently long, resampled: positions linearly, rotations by slerp.
-// Refuses numbers that are missing, not finite or no rotation, and frames longer than 10 s.
+// Quaternions are normalised. Refuses numbers that are missing or not finite, quaternions of zero, and frames longer
+// than 10 s.
 Result<DeepMimicClip> decode_deepmimic_clip(std::string_view text, double rate_hz);
 
 }  // namespace hairnet

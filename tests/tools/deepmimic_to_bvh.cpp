@@ -4,6 +4,7 @@
 
 #include "client/tools/files/read_file.hpp"
 #include "client/tools/files/write_file.hpp"
+#include "client/tools/load/print_warnings.hpp"
 #include "tests/tools/bvh_text.hpp"
 #include "tests/tools/deepmimic_clip.hpp"
 
@@ -13,7 +14,7 @@ using namespace hairnet;
 
 constexpr const char* kFooter = R"(Example:
   hairnet-deepmimic-to-bvh deepmimic_humanoid3d_dance_a.txt dance_a.bvh
-The BVH is in metres, y up, and faces +x: import it with --face +x.
+The BVH is in metres, y up, and faces +x, as its left and right joints tell an import.
 )";
 
 int fail(const std::string& file, const std::string& reason) {
@@ -26,6 +27,7 @@ int convert(const std::string& in, const std::string& out, double rate_hz) {
   if (!bytes) return fail(in, bytes.error());
   const Result<DeepMimicClip> clip = decode_deepmimic_clip(as_text(*bytes), rate_hz);
   if (!clip) return fail(in, clip.error());
+  print_warnings(in, clip->warnings);
   const std::string text = bvh_text(*clip);
   const Result<void> written = write_file(out, std::as_bytes(std::span(text)));
   return written ? 0 : fail(out, written.error());

@@ -51,8 +51,8 @@ TEST_F(RealData, four_hairstyles_dance_through_a_socket_and_come_back_to_their_d
   auto view = start_view(
       {"--character", "groom=" + straight + ",motion=" + data("motion/cmu_scaled_131_01.bvh") + ",level=high",    //
        "--character", "groom=" + ponytail + ",motion=" + data("motion/cmu_scaled_131_02.bvh") + ",level=medium",  //
-       "--character", "groom=" + wavy + ",motion=" + convert_clip("dance_a") + ",face=+x,level=high",             //
-       "--character", "groom=" + layered + ",motion=" + convert_clip("spinkick") + ",face=+x,level=low",          //
+       "--character", "groom=" + wavy + ",motion=" + convert_clip("dance_a") + ",level=high",                     //
+       "--character", "groom=" + layered + ",motion=" + convert_clip("spinkick") + ",level=low",                  //
        "--duration", "3", "--settle", "5", "--trace", path("received")});
   finish(*view, 0);
   std::fputs(view->out().c_str(), stdout);

@@ -1,17 +1,31 @@
 #include "client/tools/files/read_file.hpp"
 
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <memory>
 
 namespace hairnet {
 namespace {
 
-struct CloseFile {
-  void operator()(std::FILE* file) const { std::fclose(file); }
+// An open file of the system's.
+class Descriptor {
+ public:
+  explicit Descriptor(const std::string& path) : number_(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)) {}
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() {
+    if (number_ >= 0) ::close(number_);
+  }
+  [[nodiscard]] int number() const { return number_; }
+
+ private:
+  int number_;
 };
 
 Refusal system_refusal(const char* what) {
@@ -21,27 +35,35 @@ Refusal system_refusal(const char* what) {
 }  // namespace
 
 Result<std::vector<std::byte>> read_file(const std::string& path, std::size_t bytes_max) {
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) return Refusal("is a directory, not a file");
-  const std::unique_ptr<std::FILE, CloseFile> file(std::fopen(path.c_str(), "rb"));
-  if (!file) return system_refusal("cannot be opened");
+  // Asked of what was opened, without waiting: a pipe without a writer would never open otherwise.
+  const Descriptor file(path);
+  struct stat status {};
+  if (file.number() < 0 || ::fstat(file.number(), &status) != 0) return system_refusal("cannot be opened");
+  if (S_ISDIR(status.st_mode)) return Refusal("is a directory, not a file");
+  if (!S_ISREG(status.st_mode)) return Refusal("is a pipe or device, not a file");
 
-  // In growing pieces rather than by the size asked for first: a pipe has none, and a file may change meanwhile.
+  // In growing pieces rather than by the size asked for first: a file may change meanwhile.
   std::vector<std::byte> bytes;
   std::size_t piece = std::size_t{1} << 16;
   while (true) {
     const std::size_t before = bytes.size();
-    const std::size_t wanted = std::min(piece, bytes_max + 1 - before);
-    bytes.resize(before + wanted);
-    const std::size_t got = std::fread(bytes.data() + before, 1, wanted, file.get());
-    bytes.resize(before + got);
+    bytes.resize(before + std::min(piece, bytes_max + 1 - before));
+    const ssize_t got = ::read(file.number(), bytes.data() + before, bytes.size() - before);
+    const bool interrupted = got < 0 && errno == EINTR;
+    if (got < 0 && !interrupted) return system_refusal("cannot be read");
+    bytes.resize(before + static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
     if (bytes.size() > bytes_max) return Refusal("is larger than the limit of " + std::to_string(bytes_max) + " bytes");
-    if (got < wanted) break;
+    if (got == 0) break;
     piece = std::min(piece * 2, std::size_t{1} << 24);
   }
-  if (std::ferror(file.get())) return system_refusal("cannot be read");
   if (bytes.empty()) return Refusal("is empty");
   return bytes;
+}
+
+std::string extension_of(std::string_view path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  for (char& letter : extension) letter = static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
+  return extension;
 }
 
 }  // namespace hairnet

@@ -12,13 +12,16 @@ namespace hairnet {
 // Largest file the tools take: twice the largest real input there is room for in a groom.
 inline constexpr std::size_t kFileBytesMax = std::size_t{512} << 20;
 
-// The whole file. Refuses a directory, what cannot be opened, an empty file and one of more than `bytes_max` bytes;
-// the reason does not name the file. Reads pipes too.
+// The whole file. Refuses a directory, a pipe or device (it might never end), what cannot be opened, an empty file and
+// one of more than `bytes_max` bytes; the reason does not name the file.
 Result<std::vector<std::byte>> read_file(const std::string& path, std::size_t bytes_max = kFileBytesMax);
 
 // The same bytes as characters, for text formats.
 inline std::string_view as_text(const std::vector<std::byte>& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
+
+// What tells a file's format, in small letters: ".hair" of "a/Curls.HAIR".
+std::string extension_of(std::string_view path);
 
 }  // namespace hairnet

@@ -1,47 +1,14 @@
-#include <cstdio>
 #include <filesystem>
 
-#include "client/tools/files/read_file.hpp"
-#include "client/tools/files/write_file.hpp"
 #include "client/tools/groom/commands.hpp"
 #include "client/tools/groom/save_groom.hpp"
+#include "client/tools/load/print_warnings.hpp"
+#include "client/tools/load/strand_file.hpp"
 #include "core/build/far_strips.hpp"
 #include "core/groom/root_lengths.hpp"
-#include "core/import/obj.hpp"
-#include "core/import/strands.hpp"
 
 namespace hairnet::groom {
 namespace {
-
-Refusal of_file(const std::string& file, const std::string& reason) {
-  return Refusal(file + ": " + reason);
-}
-
-Result<StrandFormat> format_of(const std::string& file) {
-  const std::string extension = std::filesystem::path(file).extension().string();
-  if (extension == ".hair") return StrandFormat::yuksel_hair;
-  if (extension == ".tfx") return StrandFormat::tressfx;
-  if (extension == ".data") return StrandFormat::usc_data;
-  return of_file(file, "strands are read from .hair, .tfx and .data files");
-}
-
-Result<ImportedStrands> read_strands(const std::string& file) {
-  const Result<StrandFormat> format = format_of(file);
-  if (!format) return Refusal(format.error());
-  const auto bytes = read_file(file);
-  if (!bytes) return of_file(file, bytes.error());
-  auto strands = decode_strands(*format, *bytes);
-  if (!strands) return of_file(file, strands.error());
-  return strands;
-}
-
-Result<TriangleMesh> read_mesh(const std::string& file) {
-  const auto bytes = read_file(file);
-  if (!bytes) return of_file(file, bytes.error());
-  auto mesh = decode_obj(as_text(*bytes));
-  if (!mesh) return of_file(file, mesh.error());
-  return mesh;
-}
 
 void spread_root_lengths(const ImportOptions& options, Groom& groom) {
   for (std::uint16_t group = 0; group < groom.group_names.size(); ++group) {
@@ -78,8 +45,8 @@ Result<void> import_groom(const ImportOptions& options) {
   }
   def.hairs_in_all = options.hairs_in_all;
   auto imported = assemble_groom(def);
-  if (!imported) return of_file(options.files.front(), imported.error());
-  for (const std::string& warning : imported->warnings) std::fprintf(stderr, "note: %s\n", warning.c_str());
+  if (!imported) return Refusal(options.files.front() + ": " + imported.error());
+  print_warnings(options.files.front(), imported->warnings);
   Groom& groom = imported->groom;
   if (const Result<void> applied = apply_materials(options.materials, groom); !applied) return applied;
   if (options.root_length_m) {

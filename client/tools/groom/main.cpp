@@ -78,8 +78,11 @@ void add_import(CLI::App& app, groom::ImportOptions& o, std::vector<double>& ori
   parse_into(
       import, "--face", [&o](Axis a) { o.placement.face = a; }, "axis that the face looks along (+z)");
   import.add_option("--unit", o.placement.unit_m, "metres a file unit (1)")->check(in_range(1e-6, 1e3));
-  import.add_option("--origin", origin, "head joint in file units, x,y,z (estimated)")->delimiter(',')->expected(3);
-  import.add_option("--body", o.body, "OBJ of the head or body under the hair (a skull fitted to the roots)");
+  import.add_option("--origin", origin, "head joint in file units, x,y,z (under the body's skull, else the roots')")
+      ->delimiter(',')
+      ->expected(3);
+  import.add_option("--body", o.body,
+                    "OBJ of the head or body under the hair, tells the head joint too (a skull fitted to the roots)");
   parse_into(
       import, "--body-up", [&o](Axis a) { o.body_up = a; }, "where the body's axes differ (as --up)");
   parse_into(

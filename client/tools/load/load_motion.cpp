@@ -5,6 +5,7 @@
 
 #include "client/tools/files/read_file.hpp"
 #include "client/tools/load/made_spec.hpp"
+#include "client/tools/load/print_warnings.hpp"
 
 namespace hairnet {
 
@@ -15,6 +16,7 @@ Result<Motion> load_motion(const std::string& spec, const BvhImport& import, con
   if (!bytes) return Refusal(bytes.error());
   Result<ImportedMotion> imported = decode_bvh(as_text(*bytes), import, body);
   if (!imported) return Refusal(imported.error());
+  print_warnings(spec, imported->warnings);
   imported->motion.name = std::filesystem::path(spec).stem().string();
   return std::move(imported->motion);
 }

@@ -47,9 +47,14 @@ Result<Solver> parse_solver(const std::string& text) {
 }
 
 void add_motion_flags(CLI::App& app, SimulateOptions& o) {
-  add_parsed(app, "--up", o.bvh.up, "BVH: axis that points up (+y)", parse_axis);
-  add_parsed(app, "--face", o.bvh.face, "BVH: axis that the face looks along (+z)", parse_axis);
-  app.add_option("--unit", o.bvh.unit_m, "BVH: metres a file unit (1)")->check(in_range(1e-6, 1e3));
+  add_parsed(app, "--rest", o.bvh.rest,
+             "BVH: the pose that is upright: zero, first (frame) or auto, whichever has the head above the hips (auto)",
+             parse_rest_pose);
+  add_parsed(app, "--up", o.bvh.up, "BVH: axis that points up (+y, or +z where the skeleton shows it)", parse_axis);
+  add_parsed(app, "--face", o.bvh.face, "BVH: axis that the rest pose looks along (by left and right joints)",
+             parse_axis);
+  app.add_option("--unit", o.bvh.unit_m, "BVH: metres a file unit (metres, or what makes the skeleton a person)")
+      ->check(in_range(1e-6, 1e3));
   constexpr std::array<const char*, kBoneCount> kFlags{"--joint-head", "--joint-neck", "--joint-left-shoulder",
                                                        "--joint-right-shoulder", "--joint-upper-trunk"};
   for (std::size_t b = 0; b < kBoneCount; ++b)

@@ -53,13 +53,15 @@ Result<void> set(CharacterOptions& o, const std::string& key, const std::string&
   if (key == "motion") return store<std::string>(value, o.motion);
   if (key == "level") return store(parse_level(value), o.level);
   if (key == "strands") return store(parse_strand_count(value), o.hairstyle.strand_count);
-  if (key == "up") return store(parse_axis(value), o.bvh.up);
-  if (key == "face") return store(parse_axis(value), o.bvh.face);
-  if (key == "unit") return store(parse_unit(value), o.bvh.unit_m);
+  if (key == "up") return store_optional(parse_axis(value), o.bvh.up);
+  if (key == "face") return store_optional(parse_axis(value), o.bvh.face);
+  if (key == "unit") return store_optional(parse_unit(value), o.bvh.unit_m);
+  if (key == "rest") return store(parse_rest_pose(value), o.bvh.rest);
   if (key == "at") return store_optional(parse_place(value), o.place);
   if (key == "material") return store_optional(make_material(value), o.material);
   if (key == "colour") return store_optional(parse_hair_colour(value), o.colour);
-  return Refusal(quoted(key) + " is not one of groom, motion, level, material, at, colour, strands, up, face, unit");
+  return Refusal(quoted(key) +
+                 " is not one of groom, motion, level, material, at, colour, strands, rest, up, face, unit");
 }
 
 }  // namespace

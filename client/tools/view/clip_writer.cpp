@@ -17,6 +17,8 @@
 
 extern char** environ;  // NOLINT: POSIX names it so
 
+#include "client/tools/files/read_file.hpp"
+
 namespace hairnet::viewer {
 namespace {
 
@@ -35,8 +37,9 @@ constexpr std::array<Kind, 3> kKinds{
      {".gif", "gif", "-filter_complex [0:v]split[a][b];[a]palettegen=stats_mode=diff[p];[b][p]paletteuse"}}};
 
 const Kind* kind_of(std::string_view path) {
+  const std::string extension = extension_of(path);
   for (const Kind& kind : kKinds) {
-    if (path.ends_with(kind.ending)) return &kind;
+    if (extension == kind.ending) return &kind;
   }
   return nullptr;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "core/geometry/mesh_query.hpp"
 #include "core/import/skull_fit.hpp"
@@ -13,17 +14,6 @@ namespace {
 constexpr std::size_t kStrandCount = 4000;
 constexpr double kClear_m = 0.002;  // of the skin
 
-// The skull under the uppermost 10 cm of a mesh, head space.
-SkullFit skull_of(const TriangleMesh& mesh) {
-  float top = mesh.vertices.front().y();
-  for (const Vec3f& v : mesh.vertices) top = std::max(top, v.y());
-  std::vector<Vec3> cap;
-  for (const Vec3f& v : mesh.vertices) {
-    if (top - v.y() < 0.10f) cap.push_back(v.cast<double>());
-  }
-  return fit_skull_shape(cap);
-}
-
 }  // namespace
 
 Result<Groom> fitted_hair(const TriangleMesh& body) {
@@ -33,15 +23,14 @@ Result<Groom> fitted_hair(const TriangleMesh& body) {
   Result<Groom> made = make_hairstyle("short", options);
   if (!made) return made;
   Groom groom = std::move(*made);
-  const SkullFit from = skull_of(groom.body.mesh), to = skull_of(body);
-  const Vec3 grown = to.semi_axes.cwiseQuotient(from.semi_axes);
-  if (!grown.allFinite() || grown.minCoeff() < 0.2 || grown.maxCoeff() > 5)
-    return Refusal("the top of the body is no skull");
+  const std::optional<SkullFit> from = skull_of_mesh(groom.body.mesh), to = skull_of_mesh(body);
+  if (!from || !to) return Refusal("the top of the body is no skull");
+  const Vec3 grown = to->semi_axes.cwiseQuotient(from->semi_axes);
   const MeshQuery skin(body);
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {
     Vec3 shift = Vec3::Zero();
     for (std::uint32_t i = groom.strand_begin[s]; i < groom.strand_begin[s + 1]; ++i) {
-      Vec3 p = to.centre + grown.cwiseProduct(groom.points[i].cast<double>() - from.centre);
+      Vec3 p = to->centre + grown.cwiseProduct(groom.points[i].cast<double>() - from->centre);
       if (i == groom.strand_begin[s]) shift = skin.closest(p).point - p;  // the root onto the skin, the rest with it
       p += shift;
       if (i > groom.strand_begin[s] && skin.inside(p)) {

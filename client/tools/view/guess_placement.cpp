@@ -7,14 +7,13 @@
 #include <limits>
 #include <vector>
 
+#include "core/import/guess_unit.hpp"
 #include "core/import/skull_fit.hpp"
 
 namespace hairnet::viewer {
 namespace {
 
-constexpr double kScalpWidth_m = 0.145;  // ear to ear
-constexpr double kScalpSlack = 0.24;     // of its logarithm: no two heads are alike, nor two hairstyles
-constexpr std::array<double, 8> kUnits_m{1, 0.1, 0.01, 0.001, 0.3048, 0.0254, 0.00254, 0.003};
+constexpr double kUnitSlack = 0.5;  // of its logarithm, for hair over a body
 constexpr std::array<Axis, 6> kAxes{Axis::plus_y,  Axis::plus_z,  Axis::plus_x,
                                     Axis::minus_y, Axis::minus_z, Axis::minus_x};
 constexpr double kFreeFace = 12;  // hair in the face tells against it, whatever the roots say
@@ -22,10 +21,6 @@ constexpr double kFar_m = 0.03;
 constexpr double kHeadHeight_m = 0.35;  // at the most, with some of the neck
 constexpr std::uint32_t kPointsOfStrand = 8;
 constexpr std::size_t kRootsMost = 4000, kProbesMost = 160, kVerticesMost = 12'000;
-
-bool parallel(Axis a, Axis b) {
-  return static_cast<int>(a) / 2 == static_cast<int>(b) / 2;
-}
 
 // Roots, the way from each to its tip, and points between, file coordinates.
 struct Strands {
@@ -55,30 +50,6 @@ Vec3 mean_of(const std::vector<Vec3>& vectors) {
   Vec3 sum = Vec3::Zero();
   for (const Vec3& v : vectors) sum += v;
   return sum / static_cast<double>(std::max<std::size_t>(1, vectors.size()));
-}
-
-// The unit that makes a scalp of so many file units usual.
-double unit_for(double width) {
-  double best = kScalpWidth_m / width, best_misfit = kScalpSlack;
-  for (const double unit_m : kUnits_m) {
-    const double misfit = std::abs(std::log(width * unit_m / kScalpWidth_m));
-    if (misfit >= best_misfit) continue;
-    best = unit_m;
-    best_misfit = misfit;
-  }
-  return best;
-}
-
-// From one side of the scalp to the other; what is far from the skull, a tied tail, is no scalp.
-double width_of(const Strands& strands, const SkullFit& skull, const Vec3& side) {
-  std::vector<double> along;
-  for (const Vec3& root : strands.roots) {
-    if (std::abs(skull.distance(root)) < 0.3 * skull.radius()) along.push_back(root.dot(side));
-  }
-  if (along.size() < 4) return 2 * skull.radius();
-  std::sort(along.begin(), along.end());
-  const std::size_t cut = along.size() / 100;
-  return along[along.size() - 1 - cut] - along[cut];
 }
 
 // How much of the hair beside the face's height lies in that direction: hair leaves faces free.
@@ -159,12 +130,13 @@ double top_of(const std::vector<Vec3>& points) {
 Result<Placement> guess_placement(std::span<const StrandFile> files) {
   const Strands strands = strands_of(files);
   if (strands.roots.size() < 4) return Refusal("too few strands to see a head in");
-  const SkullFit skull = fit_skull_shape(strands.roots);
+  Placement placement;
+  placement.unit_m = guess_unit(strands.roots).m;
+  const SkullFit skull = fit_skull_shape(strands.roots, kUsualSkullRadius_m / placement.unit_m);
   const double radius = skull.radius();
   if (!(std::isfinite(radius) && radius > 0)) return Refusal("the strands' roots make no head");
   const Vec3 from_middle = (mean_of(strands.roots) - skull.centre) / radius;
   const Vec3 fall = mean_of(strands.falls) / radius;
-  Placement placement;
   double best = -std::numeric_limits<double>::infinity();
   for (const Axis up : kAxes) {
     // Short hair stands up as well as down; long hair tells more by hanging.
@@ -182,7 +154,6 @@ Result<Placement> guess_placement(std::span<const StrandFile> files) {
     best = score;
     placement.face = face;
   }
-  placement.unit_m = unit_for(width_of(strands, skull, direction(placement.up).cross(direction(placement.face))));
   return placement;
 }
 
@@ -212,8 +183,8 @@ std::optional<PlacedTogether> guess_together(std::span<const StrandFile> files, 
   std::vector<double> units_m{body->unit_m};
   if (const Result<Placement> alone = guess_placement(files)) {
     units_m.push_back(alone->unit_m);
-    for (const double unit_m : kUnits_m) {
-      if (std::abs(std::log(unit_m / alone->unit_m)) < 2 * kScalpSlack) units_m.push_back(unit_m);
+    for (const auto& [unit_m, rarity] : kUsualUnits) {
+      if (std::abs(std::log(unit_m / alone->unit_m)) < kUnitSlack) units_m.push_back(unit_m);
     }
   }
   for (const double unit_m : units_m) {
@@ -246,7 +217,7 @@ Result<Placement> guess_mesh_placement(const TriangleMesh& mesh) {
   // The unit for which the uppermost 9 cm are as wide as a head.
   constexpr double kCap_m = 0.09, kCapWidth_m = 0.165;
   double best = std::numeric_limits<double>::infinity();
-  for (const double unit_m : kUnits_m) {
+  for (const auto& [unit_m, rarity] : kUsualUnits) {
     const Vec3 cap = extent(slab(turned, top, 0, kCap_m / unit_m)) * unit_m;
     const double width_m = 0.5 * (cap.x() + cap.z());
     if (!(width_m > 0)) continue;
@@ -273,10 +244,12 @@ Result<Placement> guess_mesh_placement(const TriangleMesh& mesh) {
     }
   }
   if (!jaw.empty()) placement.face = face;
-  turned = turned_by(vertices, placement.up, placement.face);
-  const SkullFit skull = fit_skull_shape(slab(turned, top, 0, 0.10 / unit_m));
-  const Vec3 joint = skull.centre + skull.radius() * Vec3(0, -0.8, -0.1);  // as assemble_groom has it
-  placement.origin = rotation_to_head(placement.up, placement.face).transpose() * joint;
+  TriangleMesh head;
+  head.triangles = mesh.triangles;
+  for (const Vec3f& v : mesh.vertices) head.vertices.push_back(place(placement, Vec3::Zero(), v));
+  const std::optional<SkullFit> skull = skull_of_mesh(head);
+  if (!skull) return Refusal("its top is no skull");
+  placement.origin = rotation_to_head(placement.up, placement.face).transpose() * skull->joint() / unit_m;
   return placement;
 }
 

@@ -1,7 +1,5 @@
 #include "client/tools/view/imported_hair.hpp"
 
-#include <array>
-#include <cstdio>
 #include <filesystem>
 #include <optional>
 #include <utility>
@@ -9,6 +7,8 @@
 #include "client/tools/files/read_file.hpp"
 #include "client/tools/load/load_groom.hpp"
 #include "client/tools/load/load_motion.hpp"
+#include "client/tools/load/print_warnings.hpp"
+#include "client/tools/load/strand_file.hpp"
 #include "client/tools/view/fitted_hair.hpp"
 #include "client/tools/view/guess_placement.hpp"
 #include "core/build/far_strips.hpp"
@@ -29,30 +29,16 @@ struct Parts {
   }
 };
 
-std::string ending_of(std::string_view path) {
-  std::string ending = std::filesystem::path(path).extension().string();
-  for (char& letter : ending) letter = letter >= 'A' && letter <= 'Z' ? static_cast<char>(letter + 32) : letter;
-  return ending;
-}
-
-std::optional<StrandFormat> format_of(std::string_view path) {
-  const std::string ending = ending_of(path);
-  if (ending == ".hair") return StrandFormat::yuksel_hair;
-  if (ending == ".tfx") return StrandFormat::tressfx;
-  if (ending == ".data") return StrandFormat::usc_data;
-  return {};
-}
-
 Result<void> read_part(const std::string& file, Parts& parts) {
-  const auto bytes = read_file(file);
-  if (!bytes) return Refusal(file + ": " + bytes.error());
   const std::string stem = std::filesystem::path(file).stem().string();
-  if (const std::optional<StrandFormat> format = format_of(file)) {
-    auto strands = decode_strands(*format, *bytes);
-    if (!strands) return Refusal(file + ": " + strands.error());
+  if (strand_format_of(file)) {
+    auto strands = read_strands(file);
+    if (!strands) return Refusal(strands.error());
     parts.add(file, stem, std::move(*strands));
     return {};
   }
+  const auto bytes = read_file(file);
+  if (!bytes) return Refusal(file + ": " + bytes.error());
   auto lines = decode_obj_strands(as_text(*bytes));
   if (!lines) return Refusal(file + ": " + lines.error());
   if (lines->strand_count() > 0) {
@@ -67,8 +53,8 @@ Result<void> read_part(const std::string& file, Parts& parts) {
   return {};
 }
 
-void note(const std::string& what, const std::string& line) {
-  std::fprintf(stderr, "hairnet-view: %s: %s\n", what.c_str(), line.c_str());
+void note(const std::string& file, const std::string& line) {
+  print_warnings(file, std::span(&line, 1));
 }
 
 Result<Groom> groom_of_body(const Parts& parts) {
@@ -104,13 +90,14 @@ Result<Groom> groom_of_strands(Parts parts) {
   def.files = std::move(parts.strands);
   Result<ImportedGroom> imported = assemble_groom(def);
   if (!imported) return Refusal(file + ": " + imported.error());
+  print_warnings(file, imported->warnings);
   return std::move(imported->groom);
 }
 
 }  // namespace
 
 bool is_foreign_hair(std::string_view path) {
-  return format_of(path).has_value() || ending_of(path) == ".obj";
+  return strand_format_of(path).has_value() || extension_of(path) == ".obj";
 }
 
 Result<Groom> import_hair(std::span<const std::string> files) {
@@ -129,9 +116,9 @@ Result<std::vector<Actor>> cast_of_files(std::span<const std::string> files) {
   for (const std::string& file : files) {
     if (is_foreign_hair(file)) {
       foreign.push_back(file);
-    } else if (ending_of(file) == ".bvh") {
+    } else if (extension_of(file) == ".bvh") {
       motions.push_back(file);
-    } else if (ending_of(file) == ".groom") {
+    } else if (extension_of(file) == ".groom") {
       Result<Groom> groom = load_groom(file);
       if (!groom) return Refusal(file + ": " + groom.error());
       grooms.push_back(std::make_shared<const Groom>(std::move(*groom)));

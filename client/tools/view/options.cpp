@@ -19,7 +19,7 @@ constexpr std::string_view kFooter = R"(A character is given as key=value, separ
   groom=FILE or made:STYLE   motion=FILE.bvh or made:NAME   level=high|medium|low|ether|rigid
   material=soft|normal|stiff|gelled|wet (a change while it runs)   at=X:Z:HEADING (metres, degrees)
   colour=brown|blonde|black|red|dark_blonde|dark_brown|auburn|grey|#rrggbb   strands=N (made grooms)
-  up=+y face=+z unit=1 (BVH axes and metres a unit)
+  rest=auto|zero|first up=+y face=+z unit=1 (BVH: the pose that is upright, its axes, metres a unit; found, unless given)
 Time 0 is when the clips begin: heads rest upright until every lattice has arrived.
 A window opens unless --out, --sheet, --trace or --no-draw is given; H in it shows the keys.
 Examples:

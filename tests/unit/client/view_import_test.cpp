@@ -81,6 +81,21 @@ TEST_F(ImportedFiles, what_is_said_of_strands_names_their_file) {
   ASSERT_TRUE(groom) << groom.error();
   EXPECT_NE(said.find("hair.obj: taken as"), std::string::npos) << said;
   EXPECT_NE(said.find("body.obj: taken as"), std::string::npos) << said;
+  EXPECT_NE(said.find("hair.obj: the head joint is estimated from the body's skull"), std::string::npos) << said;
+}
+
+TEST_F(ImportedFiles, are_told_apart_by_extensions_in_capitals_too) {
+  const std::string hair = hair_file() + ".OBJ", motion = hair_file() + ".BVH";
+  std::filesystem::copy_file(hair_file(), hair);
+  std::ofstream(motion) << "HIERARCHY ROOT Head { OFFSET 0 150 0 CHANNELS 3 Zrotation Xrotation Yrotation JOINT Foot { "
+                           "OFFSET 0 -150 0 } } MOTION Frames: 1 Frame Time: 0.1 0 0 0";
+  ::testing::internal::CaptureStderr();
+  const std::array<std::string, 2> files{hair, motion};
+  const Result<std::vector<Actor>> cast = cast_of_files(files);
+  const std::string said = ::testing::internal::GetCapturedStderr();
+  ASSERT_TRUE(cast) << cast.error();
+  EXPECT_NEAR(cast->front().motion.poses.front().head().position.y(), 1.5, 1e-6);
+  EXPECT_NE(said.find(motion + ": the skeleton is 150 units tall"), std::string::npos) << said;
 }
 
 TEST_F(ImportedFiles, stand_beside_the_characters_that_are_named) {

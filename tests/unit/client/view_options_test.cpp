@@ -42,8 +42,21 @@ TEST(ViewOptions, a_window_opens_unless_something_else_is_asked_for) {
   EXPECT_EQ(sound({"--character", kOne, "--trace", "t"}).output, Output::none);
   EXPECT_EQ(sound({"--character", kOne, "--out", "a.png"}).output, Output::pictures);
   EXPECT_EQ(sound({"--character", kOne, "--sheet", "a.png", "--times", "1"}).output, Output::pictures);
-  for (const char* clip : {"a.mp4", "a.gif", "a.webm"})
+  for (const char* clip : {"a.mp4", "a.gif", "a.webm", "a.MP4"})
     EXPECT_EQ(sound({"--local", "--character", kOne, "--out", clip}).output, Output::clip);
+}
+
+TEST(ViewOptions, a_characters_motion_has_a_rest_pose_axes_and_a_unit_or_they_are_found) {
+  const BvhImport found = sound({"--character", kOne}).characters[0].bvh;
+  EXPECT_EQ(found.rest, RestPose::automatic);
+  EXPECT_FALSE(found.up || found.face || found.unit_m);
+  const BvhImport given =
+      sound({"--character", "groom=made:bob,motion=a.bvh,rest=first,up=+z,face=-y,unit=0.01"}).characters[0].bvh;
+  EXPECT_EQ(given.rest, RestPose::first);
+  EXPECT_EQ(given.up, Axis::plus_z);
+  EXPECT_EQ(given.face, Axis::minus_y);
+  EXPECT_EQ(given.unit_m, 0.01);
+  EXPECT_TRUE(refused({"--character", "groom=made:bob,motion=a.bvh,rest=last"}));
 }
 
 TEST(ViewOptions, files_and_local_are_simulated_here_and_all_else_by_a_server) {

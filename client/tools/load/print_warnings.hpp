@@ -1,0 +1,11 @@
+#pragma once
+
+#include <span>
+#include <string>
+
+namespace hairnet {
+
+// Each as a line `FILE: warning` on stderr.
+void print_warnings(const std::string& file, std::span<const std::string> warnings);
+
+}  // namespace hairnet

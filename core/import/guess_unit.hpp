@@ -1,0 +1,32 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <span>
+
+#include "core/geometry/vec.hpp"
+
+namespace hairnet {
+
+struct UsualUnit {
+  double m;
+  double rarity;  // how much worse it must fit than a common one, of a logarithm
+};
+// Metre, centimetre, millimetre, inch, decimetre, foot, a tenth of an inch, 3 mm.
+inline constexpr std::array<UsualUnit, 8> kUsualUnits{
+    {{1, 0}, {0.01, 0}, {0.001, 0}, {0.0254, 0.5}, {0.1, 0.8}, {0.3048, 0.8}, {0.00254, 0.8}, {0.003, 0.8}}};
+
+struct UnitGuess {
+  double m = 1;  // metres of a unit
+  bool is_sure =
+      false;  // the roots cover so much of a head that they tell its size; else a usual unit is the best guess
+
+  // Whether a unit of so many metres makes a head of them, too.
+  [[nodiscard]] bool allows(double unit_m) const { return std::abs(std::log(unit_m / m)) < (is_sure ? 0.4 : 0.9); }
+};
+
+// The unit in which the roots are those of a head: a usual one (m, cm, inch ...) where one fits. Every program guesses
+// by this.
+UnitGuess guess_unit(std::span<const Vec3> roots);
+
+}  // namespace hairnet
