@@ -11,6 +11,7 @@
 #include "client/view/light_field.hpp"
 #include "client/view/projection.hpp"
 #include "core/ffd/deform.hpp"
+#include "core/ffd/strand_lengths.hpp"
 #include "core/made/made.hpp"
 #include "core/random.hpp"
 
@@ -72,7 +73,7 @@ class MadeGeometry : public testing::Test {
 
 TEST_F(MadeGeometry, has_every_point_of_every_strand_with_its_root_blend) {
   std::set<std::array<float, 4>> drawn;
-  for (const StrandVertex& vertex : geometry_.strand_vertices) drawn.insert(vertex.rest);
+  drawn.insert(geometry_.strand_points.rest.begin(), geometry_.strand_points.rest.end());
   const std::vector<float> blend = root_blend(groom_);
   for (std::uint32_t p = 0; p < groom_.strand_begin.back(); ++p) {
     const Vec3f& x = groom_.points[p];
@@ -83,7 +84,7 @@ TEST_F(MadeGeometry, has_every_point_of_every_strand_with_its_root_blend) {
 TEST_F(MadeGeometry, keeps_every_left_out_point_within_the_tolerance_of_the_drawn_line) {
   ASSERT_GE(geometry_.strand_lists.size(), 3u);
   const auto position = [&](std::uint32_t vertex) {
-    const auto& r = geometry_.strand_vertices[vertex].rest;
+    const auto& r = geometry_.strand_points.rest[vertex / 2];
     return Vec3f(r[0], r[1], r[2]);
   };
   std::size_t before = SIZE_MAX;
@@ -116,18 +117,37 @@ TEST_F(MadeGeometry, draws_whole_strands_for_any_number_of_them) {
   }
 }
 
+TEST_F(MadeGeometry, has_two_vertices_a_point_and_measures_points_from_the_root_of_their_strand) {
+  const StrandPoints& points = geometry_.strand_points;
+  ASSERT_EQ(geometry_.strand_vertices.size(), 2 * points.rest.size());
+  ASSERT_EQ(points.arc.size(), points.rest.size());
+  ASSERT_EQ(points.end.size(), geometry_.strand_count + 1);
+  EXPECT_EQ(points.end.back(), points.rest.size());
+  for (std::size_t n = 0; n < geometry_.strand_count; ++n) {
+    std::vector<Vec3f> strand;
+    for (std::uint32_t p = points.end[n]; p < points.end[n + 1]; ++p)
+      strand.emplace_back(points.rest[p][0], points.rest[p][1], points.rest[p][2]);
+    const std::uint32_t count = points.end[n + 1] - points.end[n];
+    const StrandLengths lengths(strand, std::vector<std::uint32_t>{0, count});
+    for (std::uint32_t i = 0; i < count; ++i) {
+      EXPECT_NEAR(points.arc[points.end[n] + i][0], lengths.arc_m()[i], 1e-6f);
+      EXPECT_EQ(points.arc[points.end[n] + i][1], static_cast<float>(i));
+      EXPECT_EQ(geometry_.strand_vertices[2 * (points.end[n] + i)].strand, static_cast<float>(n));
+    }
+  }
+}
+
 // The first hundred of ten thousand must not be all of one side.
 TEST(GroomGeometry, puts_strands_in_an_order_of_which_every_beginning_is_an_even_share) {
   const Groom groom = *make_hairstyle("bob");
   const GroomGeometry geometry = make_groom_geometry(groom);
   const auto mean_root = [&](std::size_t strands) {
     Vec3f sum = Vec3f::Zero();
-    std::set<float> seen;
-    for (const StrandVertex& vertex : geometry.strand_vertices) {
-      if (vertex.strand >= static_cast<float>(strands) || !seen.insert(vertex.strand).second) continue;
-      sum += Vec3f(vertex.rest[0], vertex.rest[1], vertex.rest[2]);
+    for (std::size_t s = 0; s < strands; ++s) {
+      const auto& root = geometry.strand_points.rest[geometry.strand_points.end[s]];
+      sum += Vec3f(root[0], root[1], root[2]);
     }
-    return Vec3f(sum / static_cast<float>(seen.size()));
+    return Vec3f(sum / static_cast<float>(strands));
   };
   EXPECT_LT((mean_root(500) - mean_root(geometry.strand_count)).norm(), 0.012f);
 }
