@@ -45,7 +45,7 @@ struct FabricVertex {
 };
 struct BodyVertex {
   std::array<float, 3> rest;
-  Half4 normal;       // nearness of roots
+  Half4 normal;       // how much of a scalp it is
   Byte4 sides, ends;  // +z -z, share of the fifth bone, 0
   Byte4 shares;       // of the first four bones
 };

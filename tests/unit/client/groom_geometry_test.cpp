@@ -10,6 +10,7 @@
 #include "client/view/groom_geometry.hpp"
 #include "client/view/light_field.hpp"
 #include "client/view/projection.hpp"
+#include "client/view/scalp.hpp"
 #include "core/ffd/deform.hpp"
 #include "core/ffd/strand_lengths.hpp"
 #include "core/made/made.hpp"
@@ -64,6 +65,32 @@ TEST(LightField, darkens_with_the_width_of_strands) {
 TEST(LightField, of_nothing_leaves_all_light) {
   EXPECT_EQ(LightField(Groom{}, 1e-3f).at(Vec3f::Zero()), (LightLeft{1, 1, 1, 1, 1, 1}));
 }
+
+TEST(Scalp, is_whole_between_the_rows_of_a_parting_and_fades_out_beyond_the_hairline) {
+  Groom groom;
+  groom.group_names = {"hair"};
+  // Two fields of roots 3 mm apart, with a parting of 8 mm between them.
+  for (int i = 0; i < 20; ++i) {
+    for (int j = 0; j < 40; ++j) {
+      for (const float side : {-1.0f, 1.0f}) {
+        const Vec3f root(side * (0.004f + 0.003f * static_cast<float>(i)), 0.1f, 0.003f * static_cast<float>(j));
+        groom.add_strand(std::array{root, Vec3f(root + Vec3f(0, -0.1f, 0))}, {});
+      }
+    }
+  }
+  const Scalp scalp(groom);
+  EXPECT_EQ(scalp.at({0.03f, 0.1f, 0.06f}), 1);
+  EXPECT_GT(scalp.at({0, 0.1f, 0.06f}), 0.9f) << "the parting";
+  float before = 1;
+  for (float x = 0.061f; x < 0.1f; x += 0.002f) {
+    EXPECT_LE(scalp.at({x, 0.1f, 0.06f}), before);
+    before = scalp.at({x, 0.1f, 0.06f});
+  }
+  EXPECT_EQ(before, 0);
+  EXPECT_EQ(scalp.at({0.03f, 0.05f, 0.06f}), 0) << "where hair hangs but does not grow";
+}
+
+TEST(Scalp, of_nothing_is_nowhere) { EXPECT_EQ(Scalp(Groom{}).at(Vec3f::Zero()), 0); }
 
 class MadeGeometry : public testing::Test {
  protected:

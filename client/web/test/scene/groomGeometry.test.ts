@@ -3,6 +3,7 @@ import { buffersOf, makeGroomGeometry } from "../../src/scene/geometry/groomGeom
 import { kPointRow } from "../../src/scene/geometry/strandGeometry";
 import { toHalf } from "../../src/scene/geometry/half";
 import { LightField } from "../../src/scene/geometry/lightField";
+import { Scalp } from "../../src/scene/geometry/scalp";
 import { madeGroom } from "../support/madeGroom";
 
 function fromHalf(half: number): number {
@@ -140,7 +141,25 @@ describe("the light field", () => {
   test("is none where there is no hair", () => {
     const light = new LightField(madeGroom(0, 12), 4e-3);
     expect([...light.at(0, 0.1, 0, new Float32Array(6))]).toEqual([1, 1, 1, 1, 1, 1]);
-    expect(light.rootsAt(0, 0.1, 0)).toBe(0);
+  });
+});
+
+describe("the scalp", () => {
+  test("is where roots are and between them, and fades out beyond them", () => {
+    const groom = madeGroom(400, 12, 0); // roots in a ring of 9 cm at 16 cm
+    const scalp = new Scalp(groom);
+    expect(scalp.at(0, 0.16, 0.09)).toBe(1);
+    let before = 1;
+    for (let out = 0.09; out < 0.12; out += 0.002) {
+      expect(scalp.at(0, 0.16, out)).toBeLessThanOrEqual(before);
+      before = scalp.at(0, 0.16, out);
+    }
+    expect(before).toBe(0);
+    expect(scalp.at(0, 0, 0.09)).toBe(0);
+  });
+
+  test("is nowhere where nothing grows", () => {
+    expect(new Scalp(madeGroom(0, 12)).at(0, 0.16, 0.09)).toBe(0);
   });
 });
 
