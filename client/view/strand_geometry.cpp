@@ -9,15 +9,17 @@
 namespace hairnet::view {
 namespace {
 
-constexpr float kSag_m = 5e-4f;  // of a smooth line over its pieces, at most, as far as kPiecesMost allow
+constexpr float kSag_m = 5e-4f;     // of a smooth line over its pieces, at most, as far as kPiecesMost allow
+constexpr float kPiece_m = 0.012f;  // longer ones would show corners where a lattice bends straight hair
 constexpr int kPiecesMost = 2;
-constexpr std::array<float, 3> kTolerances_m{0, 8e-4f, 4e-3f};
+constexpr std::array<float, 4> kTolerances_m{0, 2.5e-4f, 8e-4f, 4e-3f};
 constexpr std::size_t kPlacedMost = 256;  // points of a strand: placing takes their square
 constexpr std::size_t kRunMost = 256;  // points of which one stays anyhow: simplifying takes their square
 
 struct LinePoint {
   Vec3f x;
   float delta, fraction;
+  bool own = true;  // of the groom; false: between two of its points
 };
 using Line = std::vector<LinePoint>;
 
@@ -34,12 +36,13 @@ Line smoothed(const Line& line) {
     const Vec3f a = i > 0 ? line[i - 1].x : Vec3f(2 * b - c),
                 d = i + 2 < line.size() ? line[i + 2].x : Vec3f(2 * c - b);
     const float sag_m = (spline(a, b, c, d, 0.5f) - 0.5f * (b + c)).norm();
-    const int pieces = std::clamp(static_cast<int>(std::ceil(std::sqrt(sag_m / kSag_m))), 1, kPiecesMost);
+    const float wanted = std::max(std::sqrt(sag_m / kSag_m), (c - b).norm() / kPiece_m);
+    const int pieces = static_cast<int>(std::clamp(std::ceil(wanted), 1.0f, static_cast<float>(kPiecesMost)));
     smooth.push_back(line[i]);
     for (int piece = 1; piece < pieces; ++piece) {
       const float t = static_cast<float>(piece) / static_cast<float>(pieces);
       smooth.push_back({spline(a, b, c, d, t), std::lerp(line[i].delta, line[i + 1].delta, t),
-                        std::lerp(line[i].fraction, line[i + 1].fraction, t)});
+                        std::lerp(line[i].fraction, line[i + 1].fraction, t), false});
     }
   }
   smooth.push_back(line.back());
@@ -82,6 +85,7 @@ std::vector<bool> kept_points(const Line& line, float tolerance_m) {
   kept.front() = kept.back() = true;
   // Roots and tips are where hair is seen to begin and end: a straight line keeps some points for the lattice to bend.
   for (std::size_t i = 0; i < line.size(); i += 4) kept[i] = kept[i] || tolerance_m < 2e-3f;
+  for (std::size_t i = 0; i < line.size(); ++i) kept[i] = kept[i] || (line[i].own && tolerance_m < 5e-4f);
   kept[line.size() / 2] = kept[line.size() / 4] = true;
   for (std::size_t i = 0; i < line.size(); i += kRunMost) kept[i] = true;
   if (tolerance_m == 0) return kept;

@@ -133,6 +133,19 @@ TEST_F(MadeGeometry, keeps_every_left_out_point_within_the_tolerance_of_the_draw
   }
 }
 
+// Straight hair has few points, and a lattice bends it between them.
+TEST(GroomGeometry, divides_long_segments_for_near_pictures_and_keeps_the_points_of_the_groom_for_further_ones) {
+  Groom groom;
+  groom.group_names = {"hair"};
+  std::vector<Vec3f> strand;
+  for (int i = 0; i < 13; ++i) strand.emplace_back(0, 0.1f - 0.02f * static_cast<float>(i), 0);
+  groom.add_strand(strand, {});
+  const GroomGeometry geometry = make_groom_geometry(groom);
+  EXPECT_EQ(geometry.strand_points.rest.size(), 25u);
+  EXPECT_EQ(geometry.strand_lists[0].triangles.size(), 6u * 24);
+  EXPECT_EQ(geometry.strand_lists[1].triangles.size(), 6u * 12);
+}
+
 TEST_F(MadeGeometry, draws_whole_strands_for_any_number_of_them) {
   for (const StrandList& list : geometry_.strand_lists) {
     ASSERT_EQ(list.end.size(), geometry_.strand_count + 1);

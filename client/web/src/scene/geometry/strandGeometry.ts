@@ -4,10 +4,11 @@ import { growingBytes, growingFloats, growingIndices } from "./growing";
 import { toByte } from "./meshBuilder";
 
 const kSagM = 5e-4; // of a smooth line over its pieces, at most, as far as kPiecesMost allow
+const kPieceM = 0.012; // longer ones would show corners where a lattice bends straight hair
 const kPiecesMost = 2;
 const kPlacedMost = 256; // points of a strand: placing takes their square
 const kRunMost = 256; // points between two that stay: what one looks through to find the furthest
-const kTolerancesM = [0, 8e-4, 4e-3];
+const kTolerancesM = [0, 2.5e-4, 8e-4, 4e-3];
 
 /** Points of a row of the textures that the shaders read: client/shaders/strand_points.glsl. */
 export const kPointRow = 1024;
@@ -18,6 +19,7 @@ interface Line {
   x: Float32Array; // 3 a point
   delta: Float32Array;
   fraction: Float32Array;
+  own: Uint8Array; // 1: a point of the groom; 0: between two of them
 }
 
 export function makeStrands(source: GeometrySource): StrandGeometry {
@@ -141,6 +143,7 @@ function lineOf({ blend }: GeometrySource, points: Float32Array, first: number):
     x: points,
     delta: blend.subarray(first, first + count),
     fraction,
+    own: new Uint8Array(count).fill(1),
   };
 }
 
@@ -161,6 +164,7 @@ function smoothed(line: Line): Line {
     x: new Float32Array(3 * most),
     delta: new Float32Array(most),
     fraction: new Float32Array(most),
+    own: new Uint8Array(most),
   };
   const at = [0, 0, 0];
   const spline = (i: number, t: number) => {
@@ -177,6 +181,7 @@ function smoothed(line: Line): Line {
     const next = Math.min(i + 1, line.count - 1);
     for (let axis = 0; axis < 3; ++axis) smooth.x[3 * n + axis] = at[axis];
     smooth.delta[n] = mix(line.delta[i], line.delta[next], t);
+    smooth.own[n] = t > 0 ? 0 : 1;
     smooth.fraction[n] = mix(line.fraction[i], line.fraction[next], t);
   };
   for (let i = 0; i + 1 < line.count; ++i) {
@@ -187,7 +192,8 @@ function smoothed(line: Line): Line {
       at[1] - 0.5 * (line.x[p + 1] + line.x[p + 4]),
       at[2] - 0.5 * (line.x[p + 2] + line.x[p + 5]),
     );
-    const pieces = Math.min(Math.max(Math.ceil(Math.sqrt(sag / kSagM)), 1), kPiecesMost);
+    const wanted = Math.max(Math.sqrt(sag / kSagM), distance(line.x, p, p + 3) / kPieceM);
+    const pieces = Math.min(Math.max(Math.ceil(wanted), 1), kPiecesMost);
     for (let piece = 0; piece < pieces; ++piece) {
       const t = piece / pieces;
       spline(i, t);
@@ -211,6 +217,7 @@ function keptPoints(line: Line, toleranceM: number): Uint8Array {
   kept[0] = kept[last] = 1;
   // Roots and tips are where hair is seen to begin and end: a straight line keeps some points for the lattice to bend.
   if (toleranceM < 2e-3) for (let i = 0; i < line.count; i += 4) kept[i] = 1;
+  if (toleranceM < 5e-4) for (let i = 0; i < line.count; ++i) kept[i] |= line.own[i];
   kept[line.count >> 1] = kept[line.count >> 2] = 1;
   for (let i = 0; i < line.count; i += kRunMost) kept[i] = 1;
   // Between each two that stay, as a piece of its own: its ends are where the drawn line bends.
