@@ -159,8 +159,9 @@ Result<void> print_draw_cost(const Hairstyle& style, int width_px, int height_px
     std::printf("%-38s %8.1f %7.0f %s %8.1f\n", way.name, ms, static_cast<double>(strips ? s.strips : s.strands) / ms,
                 strips ? "strips " : "strands", ms / lines_ms);
   }
-  std::printf("on the GPU: %.1f MB of the groom, %zu bytes a character at this level\n",
-              1e-6 * static_cast<double>((*stage)->statistics().groom_bytes), (*stage)->statistics().character_bytes);
+  const view::StageStatistics& s = (*stage)->statistics();
+  std::printf("on the GPU: %.1f MB of the groom, %zu bytes a character at this level, %.1f MB of strands' points\n",
+              1e-6 * static_cast<double>(s.groom_bytes), s.character_bytes, 1e-6 * static_cast<double>(s.point_bytes));
   return {};
 }
 
