@@ -28,8 +28,8 @@ void main() {
   vec3 n = normalize(normal_scene + 1e-6);
   vec3 v = normalize(cameraPosition - position_scene);
   if (dot(n, v) < -0.3) n = -n;
-  // Under hair the scalp takes its colour.
-  vec3 albedo = mix(record(row, 5).rgb, record(row, 2).rgb * 0.6, 0.85 * roots);
+  // The scalp takes the colour that hair has at its roots (hair_albedo), so that partings show no light streaks.
+  vec3 albedo = mix(record(row, 5).rgb, record(row, 2).rgb * 0.55, roots);
   vec4 rotation = record(row, 0);
   float ambient = ambient_left(light_sides, light_ends);
   vec3 sum = albedo * mix(ambient_below, ambient_above, 0.5 + 0.5 * n.y) *

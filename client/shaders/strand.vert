@@ -1,16 +1,16 @@
 #include "scene.glsl"
 #include "character.glsl"
-#include "ffd.glsl"
+#include "strand_points.glsl"
 #include "hair_light.glsl"
 
-// A strand as a ribbon that faces the camera. Every point comes twice: even vertices on the left, odd ones on the
-// right. Shading is done here, not by the pixel: a ribbon is a pixel or two wide, and its points lie close.
+// A strand as a ribbon that faces the camera, through points that two passes have placed before (deform_points.frag,
+// place_points.frag). Every point comes twice: even vertices on the left, odd ones on the right. Shading is done here, not by the pixel: a ribbon is a pixel or two wide, and its points lie close.
 // Instances: a character's strands, then its followers, then the next character.
-layout(location = 0) in vec4 rest;       // head space; delta
-layout(location = 1) in vec4 direction;  // rest tangent; d delta / ds
-layout(location = 2) in vec4 sides;      // light left from +x -x +y -y
-layout(location = 3) in vec4 ends;       // from +z -z; fraction of the strand's length; 0
-layout(location = 4) in float strand;
+layout(location = 0) in vec4 sides;  // light left from +x -x +y -y
+layout(location = 1) in vec4 ends;   // from +z -z; fraction of the strand's length; 0
+layout(location = 2) in float strand;
+
+uniform highp usampler2D placed_points;
 
 uniform float strand_count;
 
@@ -42,11 +42,14 @@ void main() {
 
   float s = ends.z;
   vec4 chance = random4(uint(strand) * 16u + uint(copy));
-  HairPoint point = deform(character, rest, direction);
-  vec3 head = point.position;
-  if (copy > 0) head += point.frame * follower_offset(chance, s, character.stray);
+  int number = gl_VertexID >> 1, first_row = point_rows(character.row).x;
+  uvec4 point = texelFetch(placed_points, texel_of(number, first_row), 0);
+  vec3 head = position_of(point);
+  vec3 before = s > 0.0 ? position_of(texelFetch(placed_points, texel_of(number - 1, first_row), 0)) : head;
+  vec3 after = s < 1.0 ? position_of(texelFetch(placed_points, texel_of(number + 1, first_row), 0)) : head;
+  vec3 t = rotate(character.rotation, normalize(after - before + vec3(0.0, -1e-9, 0.0)));
+  if (copy > 0) head += rotate(rotation_of(point), follower_offset(chance, s, character.stray));
   vec3 position = to_scene(character, head);
-  vec3 t = rotate(character.rotation, normalize(point.tangent + vec3(0.0, -1e-6, 0.0)));
 
   vec3 colour = shade_hair(position, t, character.rotation, hair_albedo(character.hair_albedo, chance, s), chance, sides, ends.xy);
 

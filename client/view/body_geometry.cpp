@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "client/view/geometry_parts.hpp"
+#include "client/view/scalp.hpp"
 
 namespace hairnet::view {
 namespace {
@@ -11,6 +12,7 @@ constexpr float kSwungAway = 0.6f, kScattered = 0.2f;
 
 void add_body(const GeometrySource& source, GroomGeometry& geometry) {
   const Body& body = source.groom.body;
+  const Scalp scalp(source.groom);
   std::vector<Vec3f> normals(body.mesh.vertices.size(), Vec3f::Zero());
   for (const auto& [a, b, c] : body.mesh.triangles) {
     const Vec3f& p = body.mesh.vertices[a];
@@ -29,7 +31,7 @@ void add_body(const GeometrySource& source, GroomGeometry& geometry) {
     // Hair at rest shades the head always, if softly, but back and shoulders only until it is swung away.
     for (float& side : left) side = std::lerp(side, 1.0f, std::lerp(kSwungAway, kScattered, share[0]));
     geometry.body.vertices.push_back({{p.x(), p.y(), p.z()},
-                                      to_halves(n, source.light.roots_at(p)),
+                                      to_halves(n, scalp.at(p)),
                                       sides_of(left),
                                       ends_of(left, share[4], 0),
                                       {to_byte(share[0]), to_byte(share[1]), to_byte(share[2]), to_byte(share[3])}});

@@ -24,7 +24,7 @@ void CharacterRecords::clear() {
 }
 
 void CharacterRecords::add(const ShownCharacter& character, const Vec3& origin, const DrawDetail& detail,
-                           float strand_width_m, bool strips) {
+                           float strand_width_m, bool strips, const PointRows& points) {
   records_.resize(records_.size() + kRecordTexels, Vec4f::Zero());
   Vec4f* texels = records_.data() + records_.size() - kRecordTexels;
   const auto place = [&](const RigidTransform& bone, std::size_t at) {
@@ -38,6 +38,8 @@ void CharacterRecords::add(const ShownCharacter& character, const Vec3& origin, 
   texels[3] = {detail.strand_share, std::min(1.0f, 2 - 2 * far), std::min(1.0f, 2 * far), detail.quadratic};
   texels[5] = with(character.skin_colour, character.body_shown ? 0.0f : 1.0f);
   for (std::size_t b = 0; b < kBoneCount; ++b) place(character.pose.bones[b], kFirstBone + 2 * b);
+  texels[1].w() = static_cast<float>(points.first);
+  texels[kFirstBone + 1].w() = static_cast<float>(points.count);
   std::size_t layers = 0;
   for (const LatticeLayer& layer : character.layers.first(std::min(character.layers.size(), kLatticeLayersMost))) {
     if (add_layer(layer, texels + kFirstLayer + 3 * layers)) ++layers;

@@ -14,10 +14,14 @@ class CharacterRecords {
   static constexpr std::size_t kCharacterRowsMost = kLatticeLayersMost * 64 * 64 * 64 / kLatticeRow;
 
   void clear();
+  // Rows of StrandPlacement's textures that have the points of the character's strands.
+  struct PointRows {
+    std::size_t first = 0, count = 0;
+  };
   // `origin`: of scene space, in the world. `strips`: whether the groom has far strips. Layers that are not finite are
   // left out.
   void add(const ShownCharacter& character, const Vec3& origin, const DrawDetail& detail, float strand_width_m,
-           bool strips);
+           bool strips, const PointRows& points);
 
   // For one more character, when textures have so many rows.
   [[nodiscard]] bool has_room(std::size_t rows) const {

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "client/view/program.hpp"
+#include "client/view/strand_placement.hpp"
+
 namespace hairnet::view {
 namespace {
 
@@ -16,7 +19,7 @@ void describe(GLuint location, GLint count, GLenum type, std::size_t stride, std
                         static_cast<GLsizei>(stride), offset(at));
 }
 
-// The four that strands, strips and fabric begin with.
+// The four that strips and fabric begin with.
 template <class Vertex>
 void describe_point() {
   describe(0, 4, GL_FLOAT, sizeof(Vertex), offsetof(Vertex, rest));
@@ -26,8 +29,9 @@ void describe_point() {
 }
 
 void describe_vertex(const StrandVertex*) {
-  describe_point<StrandVertex>();
-  describe(4, 1, GL_FLOAT, sizeof(StrandVertex), offsetof(StrandVertex, strand));
+  describe(0, 4, GL_UNSIGNED_BYTE, sizeof(StrandVertex), offsetof(StrandVertex, sides));
+  describe(1, 4, GL_UNSIGNED_BYTE, sizeof(StrandVertex), offsetof(StrandVertex, ends));
+  describe(2, 1, GL_FLOAT, sizeof(StrandVertex), offsetof(StrandVertex, strand));
 }
 
 void describe_vertex(const StripVertex*) {
@@ -73,8 +77,25 @@ void GroomBuffers::fill(const Mesh<Vertex>& mesh, const Buffer& vertices, DrawnM
   drawn.index_count_ = static_cast<GLsizei>(mesh.triangles.size());
 }
 
+template <std::size_t kNumbers>
+void GroomBuffers::fill(const std::vector<std::array<float, kNumbers>>& points, const Texture& texture) {
+  static_assert(kNumbers == 2 || kNumbers == 4);
+  constexpr std::size_t kRow = StrandPlacement::kPointRow;
+  std::vector<std::array<float, kNumbers>> rows = points;
+  rows.resize((points.size() / kRow + 1) * kRow);
+  constexpr auto kWidth = static_cast<GLsizei>(kRow);
+  const auto height = static_cast<GLsizei>(rows.size() / kRow);
+  glBindTexture(GL_TEXTURE_2D, texture.name());
+  glTexStorage2D(GL_TEXTURE_2D, 1, kNumbers == 4 ? GL_RGBA32F : GL_RG32F, kWidth, height);
+  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, kWidth, height, kNumbers == 4 ? GL_RGBA : GL_RG, GL_FLOAT, rows.data());
+  for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
+    glTexParameteri(GL_TEXTURE_2D, filter, GL_NEAREST);
+  bytes_ += rows.size() * sizeof(rows[0]);
+}
+
 GroomBuffers::GroomBuffers(const GroomGeometry& geometry)
-    : strand_count_(geometry.strand_count),
+    : point_end_(geometry.strand_points.end),
+      strand_count_(geometry.strand_count),
       far_strip_count_(geometry.far_strip_count),
       strand_width_m_(geometry.strand_width_m),
       waviness_(geometry.waviness),
@@ -83,6 +104,10 @@ GroomBuffers::GroomBuffers(const GroomGeometry& geometry)
   fill(geometry.far_strips, far_strip_vertices_, far_strips_);
   fill(geometry.fabric, fabric_vertices_, fabric_);
   fill(geometry.body, body_vertices_, body_);
+  glActiveTexture(GL_TEXTURE0 + kRestPointsUnit);
+  fill(geometry.strand_points.rest, rest_points_);
+  glActiveTexture(GL_TEXTURE0 + kRestArcsUnit);
+  fill(geometry.strand_points.arc, rest_arcs_);
   glBindVertexArray(0);
   upload(GL_ARRAY_BUFFER, strand_vertices_, geometry.strand_vertices);
   for (const StrandList& list : geometry.strand_lists) {
@@ -93,6 +118,18 @@ GroomBuffers::GroomBuffers(const GroomGeometry& geometry)
     one.mesh.index_count_ = static_cast<GLsizei>(list.triangles.size());
   }
   glBindVertexArray(0);
+}
+
+void GroomBuffers::bind_points() const {
+  glActiveTexture(GL_TEXTURE0 + kRestPointsUnit);
+  glBindTexture(GL_TEXTURE_2D, rest_points_.name());
+  glActiveTexture(GL_TEXTURE0 + kRestArcsUnit);
+  glBindTexture(GL_TEXTURE_2D, rest_arcs_.name());
+}
+
+std::size_t GroomBuffers::point_rows(std::size_t strand_count) const {
+  constexpr std::size_t kRow = StrandPlacement::kPointRow;
+  return (point_end_[strand_count] + kRow - 1) / kRow;
 }
 
 void GroomBuffers::draw_strands(std::size_t list, std::size_t strand_count, GLsizei instances) const {

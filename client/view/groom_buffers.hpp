@@ -26,6 +26,10 @@ class GroomBuffers {
  public:
   explicit GroomBuffers(const GroomGeometry& geometry);
 
+  // What StrandPlacement reads of the strands' points, on the texture units kRestPointsUnit and kRestArcsUnit.
+  void bind_points() const;
+  // Rows of kPointRow points that the first `strand_count` strands have.
+  [[nodiscard]] std::size_t point_rows(std::size_t strand_count) const;
   // Of the first `strand_count` strands in the order of drawing, drawn `instances` times.
   void draw_strands(std::size_t list, std::size_t strand_count, GLsizei instances) const;
   [[nodiscard]] const DrawnMesh& strips() const { return strips_; }
@@ -53,9 +57,13 @@ class GroomBuffers {
   };
   template <class Vertex>
   void fill(const Mesh<Vertex>& mesh, const Buffer& vertices, DrawnMesh& drawn);
+  template <std::size_t kNumbers>
+  void fill(const std::vector<std::array<float, kNumbers>>& points, const Texture& texture);
   template <class T>
   void upload(GLenum target, const Buffer& buffer, const std::vector<T>& values);
 
+  Texture rest_points_, rest_arcs_;
+  std::vector<std::uint32_t> point_end_;  // StrandPoints::end
   Buffer strand_vertices_, strip_vertices_, far_strip_vertices_, fabric_vertices_, body_vertices_;
   std::vector<List> lists_;
   DrawnMesh strips_, far_strips_, fabric_, body_;

@@ -15,10 +15,14 @@ using Half4 = std::array<std::uint16_t, 4>;
 using Byte4 = std::array<std::uint8_t, 4>;
 
 struct StrandVertex {
-  std::array<float, 4> rest;  // m; delta
-  Half4 direction;            // rest tangent; d delta / ds, 1/m
-  Byte4 sides, ends;          // light left from +x -x +y -y; +z -z, fraction of the strand's length, 0
-  float strand;               // its place in the order of drawing
+  Byte4 sides, ends;  // light left from +x -x +y -y; +z -z, fraction of the strand's length, 0
+  float strand;       // its place in the order of drawing
+};
+// The points of the drawn strands, in the order of drawing: what is placed before the strands are drawn.
+struct StrandPoints {
+  std::vector<std::array<float, 4>> rest;  // m; delta
+  std::vector<std::array<float, 2>> arc;   // length from the root, m; number in its strand, 0 where FFD alone places
+  std::vector<std::uint32_t> end{0};       // the first n strands have the points below end[n]; strand count + 1
 };
 // Which points of the strands are drawn. Strands stand in the order of drawing.
 struct StrandList {
@@ -41,7 +45,7 @@ struct FabricVertex {
 };
 struct BodyVertex {
   std::array<float, 3> rest;
-  Half4 normal;       // nearness of roots
+  Half4 normal;       // how much of a scalp it is
   Byte4 sides, ends;  // +z -z, share of the fifth bone, 0
   Byte4 shares;       // of the first four bones
 };
@@ -52,6 +56,7 @@ struct Mesh {
 };
 
 struct GroomGeometry {
+  StrandPoints strand_points;
   std::vector<StrandVertex> strand_vertices;  // every point twice: for the left and the right of its ribbon
   std::vector<StrandList> strand_lists;       // from all points to few
   std::size_t strand_count = 0;               // that are drawn: clusters' copies among them

@@ -12,7 +12,6 @@ constexpr int kMargin = 2;               // empty cells about the hair
 constexpr float kFade = 5;               // cells beyond the grid over which its shade fades out
 constexpr float kHairShare = 0.22f;      // of blocked light that is lost rather than scattered on
 constexpr float kBodyExtinction = 1.6f;  // of a cell that holds skin
-constexpr float kRootsFull_per_m2 = 4e4f;
 constexpr std::array<std::array<int, 3>, 14> kRays{{{1, 0, 0},
                                                     {-1, 0, 0},
                                                     {0, 1, 0},
@@ -38,7 +37,6 @@ LightField::LightField(const Groom& groom, float width_m) {
   if (!lay_out(groom)) return;
   const std::size_t size = index(0, 0, count_[2]);
   extinction_.assign(size, 0.0f);
-  roots_.assign(size, 0.0f);
   left_.assign(size, Rays{});
   add_hair(groom, width_m);
   add_strips(groom);
@@ -74,11 +72,9 @@ bool LightField::find(const Vec3f& position, std::size_t& cell) const {
 
 void LightField::add_hair(const Groom& groom, float width_m) {
   const float per_m = kHairShare * 0.75f * width_m / (cell_m_ * cell_m_);
-  const float per_root = 1.0f / (kRootsFull_per_m2 * cell_m_ * cell_m_);
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {
     const std::span<const Vec3f> strand = groom.strand_points(s);
     std::size_t cell = 0;
-    if (!strand.empty() && groom.strands[s].rooted && find(strand[0], cell)) roots_[cell] += per_root;
     for (std::size_t i = 1; i < strand.size(); ++i) {
       // A long segment is more than one cell's.
       const Vec3f step = strand[i] - strand[i - 1];
@@ -91,8 +87,7 @@ void LightField::add_hair(const Groom& groom, float width_m) {
   }
 }
 
-// A strip shades as the hair that it stands for, and its root is as much of a scalp as it is wide. Cloth and threads
-// are thin beside hair and left out.
+// A strip shades as the hair that it stands for. Cloth and threads are thin beside hair and left out.
 void LightField::add_strips(const Groom& groom) {
   for (const Strip& strip : groom.strips) {
     const std::span<const Vec3f> points = groom.points_of(strip.points);
@@ -103,7 +98,6 @@ void LightField::add_strips(const Groom& groom) {
       std::size_t cell = 0;
       if (!find(middle, cell)) continue;
       extinction_[cell] += kHairShare * width * length / (cell_m_ * cell_m_);
-      if (i == 0) roots_[cell] += width / cell_m_;
     }
   }
 }
@@ -191,17 +185,6 @@ LightLeft LightField::gather(const Vec3f& position, const Vec3f& normal) const {
     sum[side] = std::lerp(1.0f, left / weights, inside);
   }
   return sum;
-}
-
-float LightField::roots_at(const Vec3f& position) const {
-  float sum = 0;
-  for (int n = 0; n < 7; ++n) {
-    Vec3f p = position;
-    if (n > 0) p[(n - 1) / 2] += (n % 2 != 0 ? 0.5f : -0.5f) * cell_m_;
-    std::size_t cell = 0;
-    if (!roots_.empty() && find(p, cell)) sum += std::min(roots_[cell], 1.0f) / 7;
-  }
-  return std::min(sum, 1.0f);
 }
 
 }  // namespace hairnet::view

@@ -19,7 +19,6 @@ class LightField {
   [[nodiscard]] LightLeft at(const Vec3f& position) const { return gather(position, Vec3f::Zero()); }
   // On a surface: what comes from behind it does not count.
   [[nodiscard]] LightLeft at(const Vec3f& position, const Vec3f& normal) const { return gather(position, normal); }
-  [[nodiscard]] float roots_at(const Vec3f& position) const;  // 0 ... 1: how much of a scalp a place is
   [[nodiscard]] float cell_m() const { return cell_m_; }
 
  private:
@@ -40,7 +39,6 @@ class LightField {
   float cell_m_ = 0.01f;
   std::array<int, 3> count_{0, 0, 0};
   std::vector<float> extinction_;  // optical depth of one cell's width
-  std::vector<float> roots_;
   using Rays = std::array<float, 14>;  // what is left along each ray: to the faces and the corners of a cube
   std::vector<Rays> left_;
 };

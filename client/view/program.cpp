@@ -33,10 +33,15 @@ Result<GLuint> compile(GLenum stage, std::string_view file) {
 
 void bind_samplers(GLuint program) {
   glUseProgram(program);
-  glUniform1i(glGetUniformLocation(program, "records"), kRecordsUnit);
-  glUniform1i(glGetUniformLocation(program, "lattices"), kLatticesUnit);
-  glUniform1i(glGetUniformLocation(program, "strip_texture"), kStripTextureUnit);
-  glUniform1i(glGetUniformLocation(program, "source"), kSourceUnit);
+  constexpr std::pair<const char*, GLint> kSamplers[] = {{"records", kRecordsUnit},
+                                                         {"lattices", kLatticesUnit},
+                                                         {"strip_texture", kStripTextureUnit},
+                                                         {"source", kSourceUnit},
+                                                         {"rest_points", kRestPointsUnit},
+                                                         {"rest_arcs", kRestArcsUnit},
+                                                         {"deformed_points", kDeformedPointsUnit},
+                                                         {"placed_points", kPlacedPointsUnit}};
+  for (const auto& [name, unit] : kSamplers) glUniform1i(glGetUniformLocation(program, name), unit);
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "client/view/light_rig.hpp"
 #include "client/view/program.hpp"
 #include "client/view/projection.hpp"
+#include "client/view/strand_placement.hpp"
 #include "client/view/vector_texture.hpp"
 
 namespace hairnet::view {
@@ -24,6 +25,7 @@ constexpr int kStripTextureWidth = 1024, kStripTextureHeight = 512;
 
 struct Programs {
   Program background, body, fabric, strip, strand;
+  StrandPlacement placement;
 
   static Result<Programs> build() {
     Result<Program> background = Program::build("screen.vert", "background.frag");
@@ -36,8 +38,10 @@ struct Programs {
     if (!strip) return Refusal(strip.error());
     Result<Program> strand = Program::build("strand.vert", "strand.frag");
     if (!strand) return Refusal(strand.error());
-    return Programs{std::move(*background), std::move(*body), std::move(*fabric), std::move(*strip),
-                    std::move(*strand)};
+    Result<StrandPlacement> placement = StrandPlacement::build();
+    if (!placement) return Refusal(placement.error());
+    return Programs{std::move(*background), std::move(*body),   std::move(*fabric),
+                    std::move(*strip),      std::move(*strand), std::move(*placement)};
   }
 };
 
@@ -74,6 +78,17 @@ struct Appearance {
   DrawDetail detail;
   std::size_t list;  // of strands
 };
+
+bool is_far(const GroomBuffers& groom, const Appearance& one) {
+  return one.detail.strips >= 1 && !groom.far_strips().empty();
+}
+
+// That are drawn of a share of the groom's; 0 of characters that are far.
+std::size_t strands_of(const GroomBuffers& groom, const Appearance& one) {
+  if (is_far(groom, one)) return 0;
+  const auto count = static_cast<float>(groom.strand_count());
+  return std::min(groom.strand_count(), static_cast<std::size_t>(std::ceil(one.detail.strand_share * count)));
+}
 
 class GlStage final : public Stage {
  public:
@@ -118,7 +133,10 @@ class GlStage final : public Stage {
   };
   [[nodiscard]] std::vector<std::vector<Appearance>> appearances(std::span<const ShownCharacter> characters, View& view,
                                                                  const Look& look) const;
+  void fit_points(std::vector<std::vector<Appearance>>& by_groom) const;
+  void add_records(std::vector<std::vector<Appearance>>& by_groom, const Vec3& origin);
   void set_scene(const Program& program, const View& view, const Look& look, int width, int height, bool srgb) const;
+  void place_strands(const std::vector<std::vector<Appearance>>& by_groom);
   void draw_groom(const GroomBuffers& groom, const std::vector<Appearance>& shown, std::size_t first);
   void draw_strands(const GroomBuffers& groom, const std::vector<Appearance>& shown, std::size_t first);
   void count(std::size_t indices, std::size_t instances);
@@ -129,6 +147,7 @@ class GlStage final : public Stage {
   VectorTexture lattices_texture_{kLatticesUnit, CharacterRecords::kLatticeRow};
   VertexArray nothing_;        // for the one triangle over the screen
   std::size_t rows_most_ = 0;  // of a texture
+  std::size_t point_rows_ = 0;  // of the strands of all characters
   CharacterRecords records_;
   std::vector<std::optional<GroomBuffers>> grooms_;
   StageStatistics statistics_;
@@ -198,21 +217,73 @@ void GlStage::count(std::size_t indices, std::size_t instances) {
   statistics_.vertices += indices * instances;
 }
 
+// Points of strands have only so much room on the GPU: when all that is wanted has not, everyone has fewer strands.
+void GlStage::fit_points(std::vector<std::vector<Appearance>>& by_groom) const {
+  const std::size_t most = std::min(rows_most_, StrandPlacement::kRowsMost);
+  std::size_t rows = 0, characters = 0;
+  for (std::size_t g = 0; g < by_groom.size(); ++g) {
+    characters += by_groom[g].size();
+    for (const Appearance& one : by_groom[g]) rows += grooms_[g]->point_rows(strands_of(*grooms_[g], one));
+  }
+  if (rows <= most) return;
+  // Each character may waste one row.
+  const float scale =
+      std::max(static_cast<float>(most) - static_cast<float>(characters), 0.0f) / static_cast<float>(rows);
+  for (auto& shown : by_groom) {
+    for (Appearance& one : shown) one.detail.strand_share = scale * std::min(one.detail.strand_share, 1.0f);
+  }
+}
+
+// Leaves out of `by_groom` whom the textures have no rows for.
+void GlStage::add_records(std::vector<std::vector<Appearance>>& by_groom, const Vec3& origin) {
+  records_.clear();
+  statistics_ = {};
+  point_rows_ = 0;
+  for (std::size_t g = 0; g < by_groom.size(); ++g) {
+    const GroomBuffers* groom = grooms_[g] ? &*grooms_[g] : nullptr;
+    for (std::size_t i = 0; i < by_groom[g].size(); ++i) {
+      const Appearance& one = by_groom[g][i];
+      const std::size_t rows = groom->point_rows(strands_of(*groom, one));
+      if (!records_.has_room(rows_most_) || point_rows_ + rows > rows_most_) {
+        statistics_.left_out += by_groom[g].size() - i;
+        by_groom[g].resize(i);
+        break;
+      }
+      records_.add(*one.character, origin, one.detail, groom->strand_width_m(), !groom->far_strips().empty(),
+                   {point_rows_, rows});
+      point_rows_ += rows;
+    }
+  }
+}
+
+// Before anything is drawn: the bound framebuffer is left for a moment.
+void GlStage::place_strands(const std::vector<std::vector<Appearance>>& by_groom) {
+  if (point_rows_ == 0) return;
+  GLint before = 0;
+  glGetIntegerv(GL_FRAMEBUFFER_BINDING, &before);
+  programs_.placement.reserve(point_rows_);
+  std::size_t first = 0;
+  for (std::size_t g = 0; g < by_groom.size(); ++g) {
+    if (!by_groom[g].empty()) programs_.placement.place(*grooms_[g], first, by_groom[g].size());
+    first += by_groom[g].size();
+  }
+  glBindFramebuffer(GL_FRAMEBUFFER, static_cast<GLuint>(before));
+  programs_.placement.bind();
+}
+
 void GlStage::draw_strands(const GroomBuffers& groom, const std::vector<Appearance>& shown, std::size_t first) {
   programs_.strand.use();
   programs_.strand.set("strand_count", static_cast<float>(groom.strand_count()));
   for (std::size_t begin = 0; begin < shown.size();) {
-    std::size_t end = begin;
-    float share = 0, followers = 0;
-    const bool far = shown[begin].detail.strips >= 1;
-    while (end < shown.size() && shown[end].list == shown[begin].list && (shown[end].detail.strips >= 1) == far) {
-      share = std::max(share, shown[end].detail.strand_share);
+    std::size_t end = begin, strands = 0;
+    float followers = 0;
+    const bool far = is_far(groom, shown[begin]);
+    while (end < shown.size() && shown[end].list == shown[begin].list && is_far(groom, shown[end]) == far) {
+      strands = std::max(strands, strands_of(groom, shown[end]));
       followers = std::max(followers, shown[end].detail.follower_count);
       ++end;
     }
-    if (!far || groom.far_strips().empty()) {
-      const auto strands = std::min(
-          groom.strand_count(), static_cast<std::size_t>(std::ceil(share * static_cast<float>(groom.strand_count()))));
+    if (strands > 0) {
       const int copies = 1 + static_cast<int>(std::ceil(std::clamp(followers, 0.0f, 15.0f)));
       const std::size_t instances = (end - begin) * static_cast<std::size_t>(copies);
       programs_.strand.set("first_record", static_cast<int>(first + begin));
@@ -273,34 +344,24 @@ void GlStage::draw(std::span<const ShownCharacter> characters, const Camera& wan
   std::vector<std::vector<Appearance>> by_groom = appearances(characters, view, look);
   depth_range_ = view.range;
 
-  records_.clear();
-  std::size_t left_out = 0;
-  for (std::size_t g = 0; g < by_groom.size(); ++g) {
-    for (std::size_t i = 0; i < by_groom[g].size(); ++i) {
-      if (!records_.has_room(rows_most_)) {
-        left_out += by_groom[g].size() - i;
-        by_groom[g].resize(i);
-        break;
-      }
-      const Appearance& one = by_groom[g][i];
-      const GroomBuffers& groom = *grooms_[g];
-      records_.add(*one.character, view.camera.eye, one.detail, groom.strand_width_m(), !groom.far_strips().empty());
-    }
-  }
+  fit_points(by_groom);
+  add_records(by_groom, view.camera.eye);
   records_texture_.fill(records_.records());
   lattices_texture_.fill(records_.lattices());
-  statistics_ = {};
-  statistics_.left_out = left_out;
   for (const auto& groom : grooms_) statistics_.groom_bytes += groom ? groom->bytes() : 0;
   if (records_.count() > 0) {
     statistics_.character_bytes = CharacterRecords::kRecordTexels * sizeof(Eigen::Vector4f) +
                                   records_.lattices().size() * sizeof(Eigen::Vector4f) / records_.count();
+    statistics_.point_bytes = programs_.placement.bytes();
   }
 
   for (const GLenum test : {GL_BLEND, GL_CULL_FACE, GL_SCISSOR_TEST, GL_DEPTH_TEST, GL_SAMPLE_ALPHA_TO_COVERAGE})
     glDisable(test);
-  glViewport(0, 0, width, height);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  records_texture_.bind();
+  lattices_texture_.bind();
+  place_strands(by_groom);
+  glViewport(0, 0, width, height);
   glDepthMask(GL_TRUE);
   glClearDepthf(1);
   glClear(GL_DEPTH_BUFFER_BIT);
@@ -315,8 +376,6 @@ void GlStage::draw(std::span<const ShownCharacter> characters, const Camera& wan
 
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_LESS);
-  records_texture_.bind();
-  lattices_texture_.bind();
   glActiveTexture(GL_TEXTURE0 + kStripTextureUnit);
   glBindTexture(GL_TEXTURE_2D, strip_texture_.name());
   std::size_t first = 0;

@@ -39,6 +39,7 @@ struct StageStatistics {
   std::size_t draw_calls = 0, strands = 0, strips = 0, vertices = 0;  // of the last draw()
   std::size_t left_out = 0;                          // characters for which the GPU's textures have no rows
   std::size_t groom_bytes = 0, character_bytes = 0;  // on the GPU: of all grooms; of one character
+  std::size_t point_bytes = 0;                       // on the GPU: points of the strands that are drawn
 };
 
 // Draws characters with OpenGL ES 3 into whatever framebuffer is bound. The context in which it was made is current at

@@ -9,26 +9,23 @@
 namespace hairnet::view {
 namespace {
 
-constexpr float kSag_m = 5e-4f;  // of a smooth line over its pieces, at most, as far as kPiecesMost allow
+constexpr float kSag_m = 5e-4f;     // of a smooth line over its pieces, at most, as far as kPiecesMost allow
+constexpr float kPiece_m = 0.012f;  // longer ones would show corners where a lattice bends straight hair
 constexpr int kPiecesMost = 2;
-constexpr std::array<float, 3> kTolerances_m{0, 8e-4f, 4e-3f};
+constexpr std::array<float, 4> kTolerances_m{0, 2.5e-4f, 8e-4f, 4e-3f};
+constexpr std::size_t kPlacedMost = 256;  // points of a strand: placing takes their square
 constexpr std::size_t kRunMost = 256;  // points of which one stays anyhow: simplifying takes their square
 
 struct LinePoint {
-  Vec3f x, tangent;
-  float delta, delta_slope, fraction;
+  Vec3f x;
+  float delta, fraction;
+  bool own = true;  // of the groom; false: between two of its points
 };
 using Line = std::vector<LinePoint>;
 
 // Catmull-Rom between b and c.
 Vec3f spline(const Vec3f& a, const Vec3f& b, const Vec3f& c, const Vec3f& d, float t) {
   return 0.5f * (2 * b + t * (c - a) + t * t * (2 * a - 5 * b + 4 * c - d) + t * t * t * (3 * (b - c) + d - a));
-}
-
-LinePoint between(const LinePoint& from, const LinePoint& to, const Vec3f& x, float t) {
-  const Vec3f tangent = (1 - t) * from.tangent + t * to.tangent;
-  return {x, tangent.squaredNorm() > 1e-12f ? Vec3f(tangent.normalized()) : tangent, std::lerp(from.delta, to.delta, t),
-          std::lerp(from.delta_slope, to.delta_slope, t), std::lerp(from.fraction, to.fraction, t)};
 }
 
 // Corners of a polyline become a curve through the same points.
@@ -39,11 +36,13 @@ Line smoothed(const Line& line) {
     const Vec3f a = i > 0 ? line[i - 1].x : Vec3f(2 * b - c),
                 d = i + 2 < line.size() ? line[i + 2].x : Vec3f(2 * c - b);
     const float sag_m = (spline(a, b, c, d, 0.5f) - 0.5f * (b + c)).norm();
-    const int pieces = std::clamp(static_cast<int>(std::ceil(std::sqrt(sag_m / kSag_m))), 1, kPiecesMost);
+    const float wanted = std::max(std::sqrt(sag_m / kSag_m), (c - b).norm() / kPiece_m);
+    const int pieces = static_cast<int>(std::clamp(std::ceil(wanted), 1.0f, static_cast<float>(kPiecesMost)));
     smooth.push_back(line[i]);
     for (int piece = 1; piece < pieces; ++piece) {
       const float t = static_cast<float>(piece) / static_cast<float>(pieces);
-      smooth.push_back(between(line[i], line[i + 1], spline(a, b, c, d, t), t));
+      smooth.push_back({spline(a, b, c, d, t), std::lerp(line[i].delta, line[i + 1].delta, t),
+                        std::lerp(line[i].fraction, line[i + 1].fraction, t), false});
     }
   }
   smooth.push_back(line.back());
@@ -86,6 +85,7 @@ std::vector<bool> kept_points(const Line& line, float tolerance_m) {
   kept.front() = kept.back() = true;
   // Roots and tips are where hair is seen to begin and end: a straight line keeps some points for the lattice to bend.
   for (std::size_t i = 0; i < line.size(); i += 4) kept[i] = kept[i] || tolerance_m < 2e-3f;
+  for (std::size_t i = 0; i < line.size(); ++i) kept[i] = kept[i] || (line[i].own && tolerance_m < 5e-4f);
   kept[line.size() / 2] = kept[line.size() / 4] = true;
   for (std::size_t i = 0; i < line.size(); i += kRunMost) kept[i] = true;
   if (tolerance_m == 0) return kept;
@@ -120,9 +120,7 @@ class Lines {
     float length_m = 0;
     for (std::uint32_t i = begin; i < end; ++i) {
       if (i > begin) length_m += (points_[i] - points_[i - 1]).norm();
-      const std::uint32_t own = parent + (i - begin);
-      line.push_back(
-          {points_[i], source_.rest.direction[own], source_.blend[own], source_.rest.blend_slope[own], length_m});
+      line.push_back({points_[i], source_.blend[parent + (i - begin)], length_m});
     }
     if (line.size() < 2 || length_m <= 0) return {};
     for (LinePoint& point : line) point.fraction /= length_m;
@@ -135,6 +133,34 @@ class Lines {
   std::vector<Vec3f> points_;
   std::vector<std::size_t> parents_;
 };
+
+// Left and right of every point, and the points themselves. `strand`: in the order of drawing.
+void add_points(const Line& line, std::size_t strand, const LightField& light, GroomGeometry& geometry) {
+  StrandPoints& points = geometry.strand_points;
+  float arc_m = 0;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const Vec3f& x = line[i].x;
+    if (i > 0) arc_m += (x - line[i - 1].x).norm();
+    points.rest.push_back({x.x(), x.y(), x.z(), line[i].delta});
+    points.arc.push_back({arc_m, line.size() <= kPlacedMost ? static_cast<float>(i) : 0.0f});
+    const LightLeft left = light.at(x);
+    geometry.strand_vertices.insert(
+        geometry.strand_vertices.end(), 2,
+        {sides_of(left), ends_of(left, line[i].fraction, 0), static_cast<float>(strand)});
+  }
+}
+
+// `first`: the vertex that the line begins with.
+void add_triangles(const Line& line, std::uint32_t first, StrandList& list) {
+  const std::vector<bool> kept = kept_points(line, list.tolerance_m);
+  std::uint32_t before = first;
+  for (std::size_t i = 1; i < line.size(); ++i) {
+    if (!kept[i]) continue;
+    const std::uint32_t here = first + 2 * static_cast<std::uint32_t>(i);
+    list.triangles.insert(list.triangles.end(), {before, before + 1, here, here, before + 1, here + 1});
+    before = here;
+  }
+}
 
 }  // namespace
 
@@ -150,26 +176,10 @@ void add_strands(const GeometrySource& source, GroomGeometry& geometry) {
     if (Line line = lines.line(order[n]); !line.empty()) {
       line = smoothed(line);
       const auto first = static_cast<std::uint32_t>(geometry.strand_vertices.size());
-      for (const LinePoint& point : line) {
-        const LightLeft left = source.light.at(point.x);
-        const StrandVertex vertex{{point.x.x(), point.x.y(), point.x.z(), point.delta},
-                                  to_halves(point.tangent, point.delta_slope),
-                                  sides_of(left),
-                                  ends_of(left, point.fraction, 0),
-                                  static_cast<float>(n)};
-        geometry.strand_vertices.insert(geometry.strand_vertices.end(), 2, vertex);
-      }
-      for (StrandList& list : geometry.strand_lists) {
-        const std::vector<bool> kept = kept_points(line, list.tolerance_m);
-        std::uint32_t before = first;
-        for (std::size_t i = 1; i < line.size(); ++i) {
-          if (!kept[i]) continue;
-          const std::uint32_t here = first + 2 * static_cast<std::uint32_t>(i);
-          list.triangles.insert(list.triangles.end(), {before, before + 1, here, here, before + 1, here + 1});
-          before = here;
-        }
-      }
+      add_points(line, n, source.light, geometry);
+      for (StrandList& list : geometry.strand_lists) add_triangles(line, first, list);
     }
+    geometry.strand_points.end.push_back(static_cast<std::uint32_t>(geometry.strand_points.rest.size()));
     for (StrandList& list : geometry.strand_lists)
       list.end.push_back(static_cast<std::uint32_t>(list.triangles.size()));
   }

@@ -40,9 +40,8 @@ class PlainLines {
     }
     glLinkProgram(program_);
     std::vector<float> positions;
-    for (std::size_t v = 0; v < geometry.strand_vertices.size(); v += 2)
-      positions.insert(positions.end(), geometry.strand_vertices[v].rest.begin(),
-                       geometry.strand_vertices[v].rest.begin() + 3);
+    for (const auto& point : geometry.strand_points.rest)
+      positions.insert(positions.end(), point.begin(), point.begin() + 3);
     std::vector<std::uint32_t> lines;
     const auto& triangles = geometry.strand_lists.front().triangles;
     for (std::size_t t = 0; t < triangles.size(); t += 6)
@@ -126,7 +125,7 @@ Result<void> print_draw_cost(const Hairstyle& style, int width_px, int height_px
   const double empty_ms = fastest_ms([&] { (*stage)->draw({}, camera, {}, width_px, height_px, true); });
   const double lines_ms = fastest_ms([&] { lines.draw(to_clip); });
   std::printf("%s, %zu strands, %zu points, %d x %d pixels of 4 samples; background alone %.1f ms (taken off below)\n",
-              style.name.c_str(), geometry.strand_count, geometry.strand_vertices.size() / 2, width_px, height_px,
+              style.name.c_str(), geometry.strand_count, geometry.strand_points.rest.size(), width_px, height_px,
               empty_ms);
   std::printf("%-38s %8s %12s %10s\n", "", "ms", "a ms", "x lines");
   std::printf("%-38s %8.1f %7.0f strands\n", "plain lines, no FFD, no light", lines_ms,
@@ -160,8 +159,9 @@ Result<void> print_draw_cost(const Hairstyle& style, int width_px, int height_px
     std::printf("%-38s %8.1f %7.0f %s %8.1f\n", way.name, ms, static_cast<double>(strips ? s.strips : s.strands) / ms,
                 strips ? "strips " : "strands", ms / lines_ms);
   }
-  std::printf("on the GPU: %.1f MB of the groom, %zu bytes a character at this level\n",
-              1e-6 * static_cast<double>((*stage)->statistics().groom_bytes), (*stage)->statistics().character_bytes);
+  const view::StageStatistics& s = (*stage)->statistics();
+  std::printf("on the GPU: %.1f MB of the groom, %zu bytes a character at this level, %.1f MB of strands' points\n",
+              1e-6 * static_cast<double>(s.groom_bytes), s.character_bytes, 1e-6 * static_cast<double>(s.point_bytes));
   return {};
 }
 

@@ -7,6 +7,7 @@
 #include "core/build/far_strips.hpp"
 #include "core/ffd/deform.hpp"
 #include "core/ffd/reference_deform.hpp"
+#include "core/ffd/strand_lengths.hpp"
 #include "core/made/made.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "tests/tools/hex.hpp"
@@ -69,6 +70,8 @@ Json groom_case(const Groom& groom, WebRandom& random) {
   const std::vector<Vec3f> grid = random.vectors(geometry.lattice.node_count(), 0.05f);
   std::vector<Vec3f> points(groom.points.size()), tangents(groom.points.size());
   deformer.deform(grid, points, tangents);
+  std::vector<Vec3f> limited = points;
+  StrandLengths(groom).limit(limited);
   const std::vector<float> far_blend = far_strip_blend(groom);
   const RestTangents far_rest = far_strip_tangents(groom.far_strips, far_blend);
   const Json far{{"blend", far_blend},
@@ -85,6 +88,7 @@ Json groom_case(const Groom& groom, WebRandom& random) {
           {"geometry", to_json(geometry)},
           {"grid", flat(grid)},
           {"deformed", flat(points)},
+          {"limited", flat(limited)},
           {"tangents", flat(tangents)}};
 }
 

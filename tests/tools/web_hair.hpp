@@ -8,7 +8,8 @@ namespace hairnet {
 
 // FFD in double (reference_deform) of points in and out of lattices, with tangents; both kinds.
 nlohmann::ordered_json ffd_cases();
-// Whole grooms: root blend, rest tangents and all points deformed (Deformer).
+// Whole grooms: root blend, rest tangents and all points deformed (Deformer), then as drawn
+// (StrandLengths).
 nlohmann::ordered_json groom_cases();
 // Root-blend curves at many ratios.
 nlohmann::ordered_json root_blend_cases();

@@ -55,6 +55,7 @@ Result<TrajectoryFiles> TrajectoryFiles::create(const SimulateOptions& options, 
   }
   if (files.points_file_) {
     files.deformer_.emplace(groom, level.geometry.lattice, FfdKind::quadratic);
+    files.lengths_.emplace(groom);
     files.points_.resize(point_count);
     files.row_.resize(3 * point_count);
   }
@@ -83,6 +84,7 @@ void TrajectoryFiles::add_row(const Pose& step_from, const Pose& pose, double st
 
 void TrajectoryFiles::add_points(const RigidTransform& head) {
   deformer_->deform(nodes_.displacements(), points_);
+  lengths_->limit(points_);
   for (std::size_t i = 0; i < points_.size(); ++i) put(row_, i, head.point(points_[i].cast<double>()));
   points_file_->writer.append(row_);
 }

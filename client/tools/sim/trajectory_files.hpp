@@ -7,6 +7,7 @@
 #include "client/tools/npy/npy_writer.hpp"
 #include "client/tools/sim/options.hpp"
 #include "core/ffd/deform.hpp"
+#include "core/ffd/strand_lengths.hpp"
 #include "core/groom/groom.hpp"
 #include "core/solver/step.hpp"
 
@@ -52,6 +53,7 @@ class TrajectoryFiles {
   const Groom& groom_;
   GridNodes nodes_;
   std::optional<Deformer> deformer_;
+  std::optional<StrandLengths> lengths_;
   std::vector<Vec3f> points_;
   std::vector<float> row_;
   std::optional<File> positions_file_, velocities_file_, points_file_, poses_file_;

@@ -172,9 +172,9 @@ void picture_controls(ViewState& state, const Controls& controls) {
   ImGui::Checkbox("less when pictures come slowly", &state.keeps_pace);
   if (state.keeps_pace && state.pace.share() < 1) ImGui::Text("now %.0f %% of it", 100 * state.pace.share());
   const view::StageStatistics& drawn = controls.drawn;
-  ImGui::Text("%zu strands, %zu strips in %zu calls\n%.1f MB of grooms, %.1f kB a character", drawn.strands,
-              drawn.strips, drawn.draw_calls, 1e-6 * static_cast<double>(drawn.groom_bytes),
-              1e-3 * static_cast<double>(drawn.character_bytes));
+  ImGui::Text("%zu strands, %zu strips in %zu calls\n%.1f MB of grooms, %.1f MB of points, %.1f kB a character",
+              drawn.strands, drawn.strips, drawn.draw_calls, 1e-6 * static_cast<double>(drawn.groom_bytes),
+              1e-6 * static_cast<double>(drawn.point_bytes), 1e-3 * static_cast<double>(drawn.character_bytes));
 }
 
 void overlay_controls(ViewState& state, const Controls& controls) {

@@ -66,6 +66,7 @@ for (const kind of ["quadratic", "linear"] as const) {
         size: 1,
         bodyVisible: true,
         layers: placed,
+        pointRows: { first: 0, count: 1 },
       },
       record,
     );

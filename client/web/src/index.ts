@@ -17,6 +17,7 @@ export type { PlayoutSample } from "./hair/playout";
 export { LatticeBlend, kLayersMax, kSwitchBlendNs } from "./hair/latticeBlend";
 export type { LatticeLayer } from "./hair/latticeBlend";
 export { Deformer } from "./hair/deform";
+export { StrandLengths } from "./hair/strandLengths";
 export type { DeformOutput, FfdKind } from "./hair/deform";
 export { blendAt, farStripBlend, rootBlend } from "./hair/rootBlend";
 export { farStripNormals, farStripTangents, restTangents } from "./hair/restTangents";

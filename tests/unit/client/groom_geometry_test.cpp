@@ -10,7 +10,9 @@
 #include "client/view/groom_geometry.hpp"
 #include "client/view/light_field.hpp"
 #include "client/view/projection.hpp"
+#include "client/view/scalp.hpp"
 #include "core/ffd/deform.hpp"
+#include "core/ffd/strand_lengths.hpp"
 #include "core/made/made.hpp"
 #include "core/random.hpp"
 
@@ -64,6 +66,32 @@ TEST(LightField, of_nothing_leaves_all_light) {
   EXPECT_EQ(LightField(Groom{}, 1e-3f).at(Vec3f::Zero()), (LightLeft{1, 1, 1, 1, 1, 1}));
 }
 
+TEST(Scalp, is_whole_between_the_rows_of_a_parting_and_fades_out_beyond_the_hairline) {
+  Groom groom;
+  groom.group_names = {"hair"};
+  // Two fields of roots 3 mm apart, with a parting of 8 mm between them.
+  for (int i = 0; i < 20; ++i) {
+    for (int j = 0; j < 40; ++j) {
+      for (const float side : {-1.0f, 1.0f}) {
+        const Vec3f root(side * (0.004f + 0.003f * static_cast<float>(i)), 0.1f, 0.003f * static_cast<float>(j));
+        groom.add_strand(std::array{root, Vec3f(root + Vec3f(0, -0.1f, 0))}, {});
+      }
+    }
+  }
+  const Scalp scalp(groom);
+  EXPECT_EQ(scalp.at({0.03f, 0.1f, 0.06f}), 1);
+  EXPECT_GT(scalp.at({0, 0.1f, 0.06f}), 0.9f) << "the parting";
+  float before = 1;
+  for (float x = 0.061f; x < 0.1f; x += 0.002f) {
+    EXPECT_LE(scalp.at({x, 0.1f, 0.06f}), before);
+    before = scalp.at({x, 0.1f, 0.06f});
+  }
+  EXPECT_EQ(before, 0);
+  EXPECT_EQ(scalp.at({0.03f, 0.05f, 0.06f}), 0) << "where hair hangs but does not grow";
+}
+
+TEST(Scalp, of_nothing_is_nowhere) { EXPECT_EQ(Scalp(Groom{}).at(Vec3f::Zero()), 0); }
+
 class MadeGeometry : public testing::Test {
  protected:
   Groom groom_ = *make_hairstyle("long_curly", {.strand_count = 500});
@@ -72,7 +100,7 @@ class MadeGeometry : public testing::Test {
 
 TEST_F(MadeGeometry, has_every_point_of_every_strand_with_its_root_blend) {
   std::set<std::array<float, 4>> drawn;
-  for (const StrandVertex& vertex : geometry_.strand_vertices) drawn.insert(vertex.rest);
+  drawn.insert(geometry_.strand_points.rest.begin(), geometry_.strand_points.rest.end());
   const std::vector<float> blend = root_blend(groom_);
   for (std::uint32_t p = 0; p < groom_.strand_begin.back(); ++p) {
     const Vec3f& x = groom_.points[p];
@@ -83,7 +111,7 @@ TEST_F(MadeGeometry, has_every_point_of_every_strand_with_its_root_blend) {
 TEST_F(MadeGeometry, keeps_every_left_out_point_within_the_tolerance_of_the_drawn_line) {
   ASSERT_GE(geometry_.strand_lists.size(), 3u);
   const auto position = [&](std::uint32_t vertex) {
-    const auto& r = geometry_.strand_vertices[vertex].rest;
+    const auto& r = geometry_.strand_points.rest[vertex / 2];
     return Vec3f(r[0], r[1], r[2]);
   };
   std::size_t before = SIZE_MAX;
@@ -105,6 +133,19 @@ TEST_F(MadeGeometry, keeps_every_left_out_point_within_the_tolerance_of_the_draw
   }
 }
 
+// Straight hair has few points, and a lattice bends it between them.
+TEST(GroomGeometry, divides_long_segments_for_near_pictures_and_keeps_the_points_of_the_groom_for_further_ones) {
+  Groom groom;
+  groom.group_names = {"hair"};
+  std::vector<Vec3f> strand;
+  for (int i = 0; i < 13; ++i) strand.emplace_back(0, 0.1f - 0.02f * static_cast<float>(i), 0);
+  groom.add_strand(strand, {});
+  const GroomGeometry geometry = make_groom_geometry(groom);
+  EXPECT_EQ(geometry.strand_points.rest.size(), 25u);
+  EXPECT_EQ(geometry.strand_lists[0].triangles.size(), 6u * 24);
+  EXPECT_EQ(geometry.strand_lists[1].triangles.size(), 6u * 12);
+}
+
 TEST_F(MadeGeometry, draws_whole_strands_for_any_number_of_them) {
   for (const StrandList& list : geometry_.strand_lists) {
     ASSERT_EQ(list.end.size(), geometry_.strand_count + 1);
@@ -116,18 +157,37 @@ TEST_F(MadeGeometry, draws_whole_strands_for_any_number_of_them) {
   }
 }
 
+TEST_F(MadeGeometry, has_two_vertices_a_point_and_measures_points_from_the_root_of_their_strand) {
+  const StrandPoints& points = geometry_.strand_points;
+  ASSERT_EQ(geometry_.strand_vertices.size(), 2 * points.rest.size());
+  ASSERT_EQ(points.arc.size(), points.rest.size());
+  ASSERT_EQ(points.end.size(), geometry_.strand_count + 1);
+  EXPECT_EQ(points.end.back(), points.rest.size());
+  for (std::size_t n = 0; n < geometry_.strand_count; ++n) {
+    std::vector<Vec3f> strand;
+    for (std::uint32_t p = points.end[n]; p < points.end[n + 1]; ++p)
+      strand.emplace_back(points.rest[p][0], points.rest[p][1], points.rest[p][2]);
+    const std::uint32_t count = points.end[n + 1] - points.end[n];
+    const StrandLengths lengths(strand, std::vector<std::uint32_t>{0, count});
+    for (std::uint32_t i = 0; i < count; ++i) {
+      EXPECT_NEAR(points.arc[points.end[n] + i][0], lengths.arc_m()[i], 1e-6f);
+      EXPECT_EQ(points.arc[points.end[n] + i][1], static_cast<float>(i));
+      EXPECT_EQ(geometry_.strand_vertices[2 * (points.end[n] + i)].strand, static_cast<float>(n));
+    }
+  }
+}
+
 // The first hundred of ten thousand must not be all of one side.
 TEST(GroomGeometry, puts_strands_in_an_order_of_which_every_beginning_is_an_even_share) {
   const Groom groom = *make_hairstyle("bob");
   const GroomGeometry geometry = make_groom_geometry(groom);
   const auto mean_root = [&](std::size_t strands) {
     Vec3f sum = Vec3f::Zero();
-    std::set<float> seen;
-    for (const StrandVertex& vertex : geometry.strand_vertices) {
-      if (vertex.strand >= static_cast<float>(strands) || !seen.insert(vertex.strand).second) continue;
-      sum += Vec3f(vertex.rest[0], vertex.rest[1], vertex.rest[2]);
+    for (std::size_t s = 0; s < strands; ++s) {
+      const auto& root = geometry.strand_points.rest[geometry.strand_points.end[s]];
+      sum += Vec3f(root[0], root[1], root[2]);
     }
-    return Vec3f(sum / static_cast<float>(seen.size()));
+    return Vec3f(sum / static_cast<float>(strands));
   };
   EXPECT_LT((mean_root(500) - mean_root(geometry.strand_count)).norm(), 0.012f);
 }

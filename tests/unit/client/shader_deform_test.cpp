@@ -13,7 +13,7 @@
 #include "core/ffd/deform.hpp"
 #include "core/made/made.hpp"
 #include "core/random.hpp"
-#include "tests/fidelity/corpus.hpp"
+#include "tests/unit/client/shader_cases.hpp"
 
 namespace hairnet::view {
 namespace {
@@ -32,8 +32,7 @@ struct Points {
   }
   // All that follows the lattice of a groom as it is drawn.
   void add(const GroomGeometry& geometry) {
-    for (std::size_t i = 0; i < geometry.strand_vertices.size(); i += 2)
-      add(geometry.strand_vertices[i].rest, geometry.strand_vertices[i].direction);
+    for (const auto& point : geometry.strand_points.rest) add(point, {});
     for (const auto* strips : {&geometry.strips, &geometry.far_strips})
       for (const StripVertex& vertex : strips->vertices) add(vertex.rest, vertex.direction);
     for (const FabricVertex& vertex : geometry.fabric.vertices) add(vertex.rest, vertex.direction);
@@ -63,12 +62,6 @@ struct Points {
 
 struct Deformed {
   std::vector<Vec3f> positions, tangents;
-};
-
-struct Layer {
-  LevelGeometry geometry;
-  std::vector<Vec3f> displacements;
-  float weight = 1;
 };
 
 class ShaderDeform : public testing::Test {
@@ -108,8 +101,8 @@ class ShaderDeform : public testing::Test {
     DrawDetail detail;
     detail.quadratic = quadratic;
     CharacterRecords records;
-    records.add({}, Vec3::Zero(), {}, 1, false);  // row 0 is another's
-    records.add(character, Vec3::Zero(), detail, 4e-4f, false);
+    records.add({}, Vec3::Zero(), {}, 1, false, {});  // row 0 is another's
+    records.add(character, Vec3::Zero(), detail, 4e-4f, false, {});
     records_->fill(records.records());
     lattices_->fill(records.lattices());
 
@@ -194,17 +187,6 @@ class ShaderDeform : public testing::Test {
   std::optional<Framebuffer> target_;
   std::optional<Texture> pixel_;
 };
-
-// Every node at random: far rougher than hair ever moves.
-Layer rough_layer(const Lattice& lattice, std::uint64_t seed) {
-  Layer layer;
-  layer.geometry.lattice = lattice;
-  Random random(seed);
-  for (std::size_t n = 0; n < lattice.node_count(); ++n)
-    layer.displacements.push_back(0.05f *
-                                  Vec3(random.symmetric(), random.symmetric(), random.symmetric()).cast<float>());
-  return layer;
-}
 
 // Inside a lattice, on its nodes, and up to a third of its size outside.
 Points scattered(const Lattice& lattice) {
@@ -293,7 +275,7 @@ TEST_F(ShaderDeform, leaves_out_layers_that_are_not_finite) {
 class ShaderDeformGroom : public ShaderDeform, public testing::WithParamInterface<std::string> {};
 
 TEST_P(ShaderDeformGroom, moves_all_of_a_hairstyle_as_core_does) {
-  if (!GetParam().starts_with("made:") && !fidelity::has_real_data()) GTEST_SKIP() << "NOT TESTED: no ../shared/data";
+  if (!can_load(GetParam())) GTEST_SKIP() << "NOT TESTED: no ../shared/data";
   const Result<Groom> groom = fidelity::load_groom(GetParam());
   ASSERT_TRUE(groom) << groom.error();
   Points points;
@@ -307,18 +289,7 @@ TEST_P(ShaderDeformGroom, moves_all_of_a_hairstyle_as_core_does) {
   }
 }
 
-std::vector<std::string> all_grooms() {
-  std::vector<std::string> names = fidelity::made_grooms();
-  names.insert(names.end(), std::begin(fidelity::kRealGrooms), std::end(fidelity::kRealGrooms));
-  return names;
-}
-
-INSTANTIATE_TEST_SUITE_P(Grooms, ShaderDeformGroom, testing::ValuesIn(all_grooms()), [](const auto& groom) {
-  std::string name = groom.param;
-  std::ranges::replace_if(
-      name, [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
-  return name;
-});
+INSTANTIATE_TEST_SUITE_P(Grooms, ShaderDeformGroom, testing::ValuesIn(all_grooms()), test_name);
 
 }  // namespace
 }  // namespace hairnet::view

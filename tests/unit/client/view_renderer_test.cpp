@@ -313,6 +313,27 @@ TEST_F(ViewRenderer, draws_hair_where_the_pose_and_the_lattice_put_it) {
   EXPECT_NEAR(middle_of_difference(draw(std::span(&character, 1)), empty).y(), row_of(0.15f), 2);
 }
 
+TEST_F(ViewRenderer, draws_stretched_hair_no_longer_than_it_was_made) {
+  ShownCharacter character = shown(level_strand());
+  const Image empty = draw_nothing(), still = draw(std::span(&character, 1));
+  LevelGeometry geometry;
+  geometry.lattice = {Vec3f(-0.2f, -0.2f, -0.2f), Vec3f(0.1f, 0.1f, 0.1f), {5, 5, 5}};
+  std::vector<Vec3f> stretch, press;  // along x, about the root
+  for (std::uint32_t n = 0; n < geometry.lattice.node_count(); ++n) {
+    stretch.emplace_back(0.6f * (geometry.lattice.node(n).x() + 0.15f), 0, 0);
+    press.push_back(-0.5f * stretch.back());
+  }
+  LatticeLayer layer{&geometry, stretch, 1};
+  character.layers = {&layer, 1};
+  const Image stretched = draw(std::span(&character, 1));
+  for (int x = 0; x < kSide; ++x) EXPECT_LT(difference(still, stretched, x, row_of(0)), 20) << x;
+  // Shorter hair is drawn shorter.
+  layer.grid_displacements = press;
+  const Image pressed = draw(std::span(&character, 1));
+  EXPECT_GT(difference(still, empty, column_of(0.1f), row_of(0)), 20);
+  EXPECT_LT(difference(pressed, empty, column_of(0.1f), row_of(0)), 20);
+}
+
 TEST_F(ViewRenderer, is_as_exact_ten_kilometres_from_the_origin) {
   ShownCharacter character = shown(level_strand());
   const Image here = draw(std::span(&character, 1));

@@ -1,22 +1,27 @@
 import {
   BufferAttribute,
+  DataTexture,
+  FloatType,
   Float16BufferAttribute,
   InstancedBufferGeometry,
   InterleavedBuffer,
   InterleavedBufferAttribute,
   Mesh,
+  RGBAFormat,
+  RGFormat,
   type Group,
   type IUniform,
   type RawShaderMaterial,
 } from "three";
 import type { DrawDetail } from "./drawDetail";
 import type { GroomGeometry } from "./geometry/groomGeometry";
+import { kPointRow } from "./geometry/strandGeometry";
 import type { MeshArrays } from "./geometry/meshBuilder";
 import { makeMaterial, type HairPart, type SceneUniforms } from "./hairMaterials";
 
 /** One character that is drawn, in the order of its records. */
 export interface Drawn {
-  readonly detail: DrawDetail;
+  detail: DrawDetail;
   /** of strands */
   readonly list: number;
 }
@@ -49,6 +54,9 @@ export class GroomDrawing {
   readonly radiusM: number;
   readonly hasFarStrips: boolean;
   readonly bytes: number;
+  /** What `StrandPlacement` reads of the strands' points: rows of kPointRow. */
+  readonly restPoints: DataTexture;
+  readonly restArcs: DataTexture;
   readonly #geometry: GroomGeometry;
   readonly #strands: Part[];
   readonly #strips: Part | null;
@@ -88,9 +96,18 @@ export class GroomDrawing {
       far_strips: { value: 1 },
       waviness: { value: geometry.waviness },
     });
-    const strands = attributesOf(geometry.strands, [["strand", 0, 1]]);
+    const { strands: points } = geometry;
+    const rows = points.rest.length / 4 / kPointRow;
+    this.restPoints = new DataTexture(points.rest as Float32Array<ArrayBuffer>, kPointRow, rows, RGBAFormat, FloatType);
+    this.restArcs = new DataTexture(points.arc as Float32Array<ArrayBuffer>, kPointRow, rows, RGFormat, FloatType);
+    this.restPoints.needsUpdate = this.restArcs.needsUpdate = true;
+    const strands: Attributes = {
+      sides: new BufferAttribute(points.sides, 4, true),
+      ends: new BufferAttribute(points.ends, 4, true),
+      strand: new BufferAttribute(points.strand, 1),
+    };
     const strandCount = { value: Math.max(geometry.strandCount, 1) };
-    this.#strands = geometry.strandLists.map((list) =>
+    this.#strands = points.lists.map((list) =>
       make("strand", strands, list.triangles, { strand_count: strandCount }),
     );
     const parts = [this.#body, this.#fabric, this.#strips, ...this.#strands, this.#farStrips];
@@ -102,10 +119,20 @@ export class GroomDrawing {
   /** The list of strands for a tolerance: the coarsest that keeps to it. */
   listFor(toleranceM: number): number {
     let best = 0;
-    this.#geometry.strandLists.forEach((list, n) => {
+    this.#geometry.strands.lists.forEach((list, n) => {
       if (list.toleranceM <= toleranceM) best = n;
     });
     return best;
+  }
+
+  /** Strands that are drawn of the share; 0 of those that are far. */
+  strandsOf({ detail }: Drawn): number {
+    return this.#isFar(detail) ? 0 : Math.min(this.strandCount, Math.ceil(detail.strandShare * this.strandCount));
+  }
+
+  /** Rows of kPointRow points that the strands of one have. */
+  pointRowsOf(drawn: Drawn): number {
+    return Math.ceil(this.#geometry.strands.pointEnd[this.strandsOf(drawn)] / kPointRow);
   }
 
   /** Draws those whose records begin at `first`, in that order (`inDrawingOrder`). None: nothing. */
@@ -117,20 +144,18 @@ export class GroomDrawing {
     this.#strips?.show(first, shown.length, 1, counts);
     for (let begin = 0; begin < shown.length; ) {
       let end = begin;
-      let share = 0;
+      let strands = 0;
       let followers = 0;
-      const far = this.hasFarStrips && shown[begin].detail.strips >= 1;
+      const far = this.#isFar(shown[begin].detail);
       const { list } = shown[begin];
-      for (; end < shown.length && shown[end].list === list; ++end) {
-        if ((this.hasFarStrips && shown[end].detail.strips >= 1) !== far) break;
-        share = Math.max(share, shown[end].detail.strandShare);
+      for (; end < shown.length && shown[end].list === list && this.#isFar(shown[end].detail) === far; ++end) {
+        strands = Math.max(strands, this.strandsOf(shown[end]));
         followers = Math.max(followers, shown[end].detail.followerCount);
       }
-      if (!far && this.strandCount > 0) {
-        const strands = Math.min(this.strandCount, Math.ceil(share * this.strandCount));
+      if (strands > 0) {
         const copies = 1 + Math.ceil(Math.min(Math.max(followers, 0), kFollowersMost));
         const part = this.#strands[list];
-        part.mesh.geometry.setDrawRange(0, this.#geometry.strandLists[list].end[strands]);
+        part.mesh.geometry.setDrawRange(0, this.#geometry.strands.lists[list].end[strands]);
         part.show(first + begin, end - begin, copies, counts);
         counts.strands += strands * copies * (end - begin);
       }
@@ -148,6 +173,12 @@ export class GroomDrawing {
       this.group.remove(part.mesh);
       part.dispose();
     }
+    this.restPoints.dispose();
+    this.restArcs.dispose();
+  }
+
+  #isFar(detail: DrawDetail): boolean {
+    return this.hasFarStrips && detail.strips >= 1;
   }
 }
 
@@ -172,7 +203,7 @@ function bytesOf(geometry: GroomGeometry): number {
   let bytes = 0;
   for (const mesh of [strands, strips, farStrips, fabric, body])
     for (const array of Object.values(mesh)) if (ArrayBuffer.isView(array)) bytes += array.byteLength;
-  for (const list of geometry.strandLists) bytes += list.triangles.byteLength;
+  for (const list of geometry.strands.lists) bytes += list.triangles.byteLength;
   return bytes;
 }
 

@@ -20,7 +20,7 @@ export class SceneUniforms {
   readonly all: Record<string, IUniform>;
   #isAntialiased: boolean | null = null;
 
-  constructor(records: Texture, lattices: Texture) {
+  constructor(records: Texture, lattices: Texture, placedPoints: Texture) {
     this.all = {
       viewport_px: { value: new Vector2(1, 1) },
       light_direction: { value: this.rig.towards },
@@ -32,6 +32,7 @@ export class SceneUniforms {
       samples: { value: 1 },
       records: { value: records },
       lattices: { value: lattices },
+      placed_points: { value: placedPoints },
       strip_texture: { value: null },
     };
   }

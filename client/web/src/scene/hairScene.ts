@@ -9,7 +9,8 @@ import { HairCharacter } from "./hairCharacter";
 import { SceneUniforms, type HairPart } from "./hairMaterials";
 import { sceneLights, studioLights } from "./lightRig";
 import { place } from "./placement";
-import { kLayerCountMost, Lattices, Records, type PlacedLayer } from "./records";
+import { kLayerCountMost, Lattices, Records, type PlacedLayer, type PointRows } from "./records";
+import { fitShares, StrandPlacement, type PlacedGroom } from "./strandPlacement";
 import { StripTexture } from "./stripTexture";
 import { seenBy, viewsOf, type View } from "./view";
 
@@ -25,6 +26,8 @@ export interface HairStatistics extends DrawCounts {
   characters: number;
   grooms: number;
   groomBytes: number;
+  /** points of the strands that are drawn */
+  pointBytes: number;
 }
 
 const kImportanceEveryMs = 250;
@@ -61,6 +64,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     characters: 0,
     grooms: 0,
     groomBytes: 0,
+    pointBytes: 0,
   };
 
   readonly #source: HairSource;
@@ -68,7 +72,8 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   readonly #options: HairSceneOptions;
   readonly #records = new Records();
   readonly #lattices = new Lattices();
-  readonly #uniforms = new SceneUniforms(this.#records.texture, this.#lattices.texture);
+  readonly #placement = new StrandPlacement(this.#records.texture, this.#lattices.texture);
+  readonly #uniforms = new SceneUniforms(this.#records.texture, this.#lattices.texture, this.#placement.texture);
   readonly #stripTexture = new StripTexture();
   readonly #builder = new GroomBuilder();
   readonly #grooms = new Map<string, GroomEntry>();
@@ -116,6 +121,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     for (const character of this.characters.values()) this.remove(character);
     this.characters.clear();
     this.#stripTexture.dispose();
+    this.#placement.dispose();
     this.#records.dispose();
     this.#lattices.dispose();
   }
@@ -218,21 +224,33 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     this.#records.begin(rows);
     const counts = this.statistics;
     counts.drawCalls = counts.strands = counts.strips = counts.vertices = counts.groomBytes = counts.grooms = 0;
+    const rowsMost = this.#placement.rowsMost(this.#renderer);
+    fitShares([...this.#grooms.values()], rowsMost);
+    const placed: PlacedGroom[] = [];
+    let pointRows = 0;
     for (const { drawing, shown } of this.#grooms.values()) {
       if (!drawing) continue;
       counts.groomBytes += drawing.bytes;
       if (shown.length > 0) counts.grooms += 1;
       shown.sort(inDrawingOrder);
       const first = this.#records.count;
-      for (const one of shown) this.#addRecord(one, drawing);
+      for (const one of shown) {
+        if (pointRows + drawing.pointRowsOf(one) > rowsMost) one.detail = { ...one.detail, strandShare: 0 };
+        const count = drawing.pointRowsOf(one);
+        this.#addRecord(one, drawing, { first: pointRows, count });
+        pointRows += count;
+      }
       drawing.show(shown, first, counts);
+      placed.push({ drawing, first, characters: shown.length });
     }
     this.#lattices.end();
     this.#records.end();
+    this.#placement.place(this.#renderer, placed, pointRows);
+    counts.pointBytes = this.#placement.bytes;
     counts.characters = rows;
   }
 
-  #addRecord(one: Appearance, groom: GroomDrawing): void {
+  #addRecord(one: Appearance, groom: GroomDrawing, pointRows: PointRows): void {
     const { character } = one;
     this.#records.add({
       pose: one.pose,
@@ -244,6 +262,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
       size: one.size,
       bodyVisible: character.bodyVisible,
       layers: this.#placeLayers(one.member.layers),
+      pointRows,
     });
   }
 

@@ -32,6 +32,13 @@ export interface Record {
   readonly size: number;
   readonly bodyVisible: boolean;
   readonly layers: readonly PlacedLayer[];
+  /** rows of `StrandPlacement` that the points of its strands have */
+  readonly pointRows: PointRows;
+}
+
+export interface PointRows {
+  readonly first: number;
+  readonly count: number;
 }
 
 /** The records of all characters that a frame draws; a row each, in the order in which draw calls take them. */
@@ -79,7 +86,7 @@ export function writeRecord(record: Record, out: Float32Array): void {
     out[4 * texel + 3] = d;
   };
   put(0, pose[0], pose[1], pose[2], pose[3]);
-  put(1, pose[4], pose[5], pose[6], 0);
+  put(1, pose[4], pose[5], pose[6], record.pointRows.first);
   put(2, ...record.hairAlbedo, record.widthM);
   put(3, detail.strandShare, Math.min(2 - 2 * detail.strips, 1), Math.min(2 * detail.strips, 1), detail.quadratic);
   const layerCount = Math.min(layers.length, kLayerCountMost);
@@ -88,7 +95,7 @@ export function writeRecord(record: Record, out: Float32Array): void {
   for (let bone = 0; bone < kBoneCount; ++bone) {
     const at = bone * kNumbersPerBone;
     put(6 + 2 * bone, pose[at], pose[at + 1], pose[at + 2], pose[at + 3]);
-    put(7 + 2 * bone, pose[at + 4], pose[at + 5], pose[at + 6], 0);
+    put(7 + 2 * bone, pose[at + 4], pose[at + 5], pose[at + 6], bone === 0 ? record.pointRows.count : 0);
   }
   for (let l = 0; l < layerCount; ++l) {
     const { origin, spacing, dims, weight, firstNode } = layers[l];

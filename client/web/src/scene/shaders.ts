@@ -2,14 +2,18 @@ import bodyFrag from "../../../shaders/body.frag?raw";
 import bodyVert from "../../../shaders/body.vert?raw";
 import character from "../../../shaders/character.glsl?raw";
 import coverage from "../../../shaders/coverage.glsl?raw";
+import deformPointsFrag from "../../../shaders/deform_points.frag?raw";
 import fabricFrag from "../../../shaders/fabric.frag?raw";
 import fabricVert from "../../../shaders/fabric.vert?raw";
 import ffd from "../../../shaders/ffd.glsl?raw";
 import hairLight from "../../../shaders/hair_light.glsl?raw";
+import placePointsFrag from "../../../shaders/place_points.frag?raw";
+import pointsVert from "../../../shaders/points.vert?raw";
 import scene from "../../../shaders/scene.glsl?raw";
 import screenVert from "../../../shaders/screen.vert?raw";
 import strandFrag from "../../../shaders/strand.frag?raw";
 import strandVert from "../../../shaders/strand.vert?raw";
+import strandPoints from "../../../shaders/strand_points.glsl?raw";
 import stripFrag from "../../../shaders/strip.frag?raw";
 import stripTextureFrag from "../../../shaders/strip_texture.frag?raw";
 import stripVert from "../../../shaders/strip.vert?raw";
@@ -19,14 +23,18 @@ const files: Record<string, string> = {
   "body.vert": bodyVert,
   "character.glsl": character,
   "coverage.glsl": coverage,
+  "deform_points.frag": deformPointsFrag,
   "fabric.frag": fabricFrag,
   "fabric.vert": fabricVert,
   "ffd.glsl": ffd,
   "hair_light.glsl": hairLight,
+  "place_points.frag": placePointsFrag,
+  "points.vert": pointsVert,
   "scene.glsl": scene,
   "screen.vert": screenVert,
   "strand.frag": strandFrag,
   "strand.vert": strandVert,
+  "strand_points.glsl": strandPoints,
   "strip.frag": stripFrag,
   "strip_texture.frag": stripTextureFrag,
   "strip.vert": stripVert,

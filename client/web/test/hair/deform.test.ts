@@ -1,5 +1,6 @@
 import { describe, expect, it } from "vitest";
 import { Deformer } from "../../src/hair/deform";
+import { StrandLengths } from "../../src/hair/strandLengths";
 import { HairnetError } from "../../src/hair/hairnetError";
 import { expandDisplacements } from "../../src/hair/lattice";
 import { blendAt, farStripBlend, rootBlend } from "../../src/hair/rootBlend";
@@ -35,6 +36,7 @@ interface GroomVector {
   geometry: GeometryVector;
   grid: number[];
   deformed: number[];
+  limited: number[];
   tangents: number[];
 }
 
@@ -102,6 +104,27 @@ describe("whole grooms", () => {
       deformer.deform(Float32Array.from(each.grid), out);
       expect(furthest(out.points, each.deformed)).toBeLessThan(kPointM);
       expect(furthest(out.tangents, each.tangents)).toBeLessThan(2e-4); // slopes of grooms made at random are steep
+    }
+  });
+
+  it("are cut to their length at rest as core cuts them", () => {
+    let moved = 0;
+    for (const each of vectors<GroomVector[]>("grooms.json")) {
+      const groom = decodeGroom(fromHex(each.file));
+      const points = Float32Array.from(each.deformed);
+      new StrandLengths(groom.points, groom.strands.begin).limit(points);
+      expect(furthest(points, each.limited)).toBeLessThan(kPointM);
+      moved = Math.max(moved, furthest(points, each.deformed));
+    }
+    expect(moved).toBeGreaterThan(1e-3);
+  });
+
+  it("stay as they are at rest, to the bit", () => {
+    for (const each of vectors<GroomVector[]>("grooms.json")) {
+      const { points, strands } = decodeGroom(fromHex(each.file));
+      const limited = points.slice();
+      new StrandLengths(points, strands.begin).limit(limited);
+      expect(limited).toEqual(points);
     }
   });
 

@@ -1,8 +1,9 @@
 import { describe, expect, test } from "vitest";
-import { Group, PerspectiveCamera, Vector2, Vector3, type RawShaderMaterial, type WebGLRenderer } from "three";
+import { Group, PerspectiveCamera, Texture, Vector2, Vector3, type RawShaderMaterial, type WebGLRenderer } from "three";
 import { kPoseNumbers, rigidPose } from "../../src/hair/pose";
 import { detailFor, widthScale } from "../../src/scene/drawDetail";
 import { makeGroomGeometry } from "../../src/scene/geometry/groomGeometry";
+import { kPointRow } from "../../src/scene/geometry/strandGeometry";
 import { GroomDrawing, inDrawingOrder, type DrawCounts } from "../../src/scene/groomDrawing";
 import { HairCharacter } from "../../src/scene/hairCharacter";
 import { SceneUniforms } from "../../src/scene/hairMaterials";
@@ -10,6 +11,7 @@ import { makeLightRig, studioLights } from "../../src/scene/lightRig";
 import { place } from "../../src/scene/placement";
 import { kFirstLayer, kRecordTexels, Lattices, Records, writeRecord, type Record } from "../../src/scene/records";
 import { shader } from "../../src/scene/shaders";
+import { fitShares } from "../../src/scene/strandPlacement";
 import { seenBy, viewsOf } from "../../src/scene/view";
 import { madeGroom } from "../support/madeGroom";
 
@@ -47,6 +49,7 @@ const record: Record = {
   size: 1.25,
   bodyVisible: false,
   layers: [{ origin: [-1, -2, -3], spacing: [0.5, 0.25, 0.125], dims: [3, 4, 5], weight: -0.5, firstNode: 1030 }],
+  pointRows: { first: 7, count: 11 },
 };
 
 describe("records", () => {
@@ -55,7 +58,8 @@ describe("records", () => {
     writeRecord(record, out);
     const texel = (n: number) => [...out.subarray(4 * n, 4 * n + 4)];
     expect(texel(0)).toEqual([0, 0.6, 0, 0.8].map(Math.fround));
-    expect(texel(1)).toEqual([1, 2, 3, 0]);
+    expect(texel(1)).toEqual([1, 2, 3, 7]);
+    expect(texel(7)).toEqual([1, 2, 3, 11]);
     expect(texel(3)).toEqual([0.5, 1, 0.5, 1]);
     expect(texel(4)).toEqual([2, Math.fround(0.002), 1, 0.25]);
     expect(texel(5)[3]).toBe(1);
@@ -69,6 +73,7 @@ describe("records", () => {
     const text = shader("strand.vert");
     expect(text).toContain(`kRecordTexels = ${kRecordTexels};`);
     expect(text).toContain(`kFirstLayer = ${kFirstLayer};`);
+    expect(text).toContain(`kPointRow = ${kPointRow};`);
   });
 
   test("hold as many as are begun, and keep them apart", () => {
@@ -118,7 +123,7 @@ describe("records", () => {
 describe("draw calls", () => {
   const counts = (): DrawCounts => ({ drawCalls: 0, strands: 0, strips: 0, vertices: 0 });
   const group = new Group();
-  const uniforms = new SceneUniforms(new Records().texture, new Lattices().texture);
+  const uniforms = new SceneUniforms(new Records().texture, new Lattices().texture, new Texture());
   const materials: RawShaderMaterial[] = [];
   const drawing = new GroomDrawing(makeGroomGeometry(madeGroom()), group, uniforms, (material) => materials.push(material));
   const at = (px: number) => {
@@ -135,6 +140,26 @@ describe("draw calls", () => {
     const { geometry, material } = strand[0] as unknown as { geometry: { instanceCount: number }; material: RawShaderMaterial };
     expect(geometry.instanceCount).toBe(20 * material.uniforms.copies.value);
     expect(material.uniforms.first_record.value).toBe(5);
+  });
+
+  test("one that is far has no strands and no rows for their points; all others as many as their share needs", () => {
+    const near = at(400);
+    expect(drawing.pointRowsOf(near)).toBeGreaterThan(0);
+    expect(drawing.strandsOf(near)).toBe(Math.ceil(near.detail.strandShare * drawing.strandCount));
+    const none = { ...near, detail: { ...near.detail, strandShare: 0 } };
+    expect(drawing.pointRowsOf(none)).toBe(0);
+  });
+
+  test("points that have no room take strands from all alike", () => {
+    const shown = [at(400), at(300)];
+    const wanted = shown.map((one) => one.detail.strandShare);
+    fitShares([{ drawing, shown }], 1000);
+    expect(shown.map((one) => one.detail.strandShare)).toEqual(wanted);
+    const rows = () => shown.reduce((sum, one) => sum + drawing.pointRowsOf(one), 0);
+    const most = rows() - 1;
+    fitShares([{ drawing, shown }], most);
+    expect(rows()).toBeLessThanOrEqual(most);
+    expect(shown[0].detail.strandShare / wanted[0]).toBeCloseTo(shown[1].detail.strandShare / wanted[1], 6);
   });
 
   test("another drawing level is another, which begins at its own records", () => {

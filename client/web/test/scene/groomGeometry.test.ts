@@ -1,7 +1,9 @@
 import { describe, expect, test } from "vitest";
 import { buffersOf, makeGroomGeometry } from "../../src/scene/geometry/groomGeometry";
+import { kPointRow } from "../../src/scene/geometry/strandGeometry";
 import { toHalf } from "../../src/scene/geometry/half";
 import { LightField } from "../../src/scene/geometry/lightField";
+import { Scalp } from "../../src/scene/geometry/scalp";
 import { madeGroom } from "../support/madeGroom";
 
 function fromHalf(half: number): number {
@@ -17,32 +19,48 @@ describe("a groom's geometry", () => {
   const { strands } = geometry;
 
   test("has every point of every strand twice, left and right, with its root blend", () => {
-    const vertices = strands.rest.length / 4;
-    expect(vertices).toBeGreaterThanOrEqual(2 * groom.points.length / 3);
-    for (let v = 0; v < vertices; v += 2) {
-      for (let n = 0; n < 4; ++n) expect(strands.rest[4 * v + n]).toBe(strands.rest[4 * v + 4 + n]);
-      expect(strands.rest[4 * v + 3]).toBeGreaterThanOrEqual(0);
-      expect(strands.rest[4 * v + 3]).toBeLessThanOrEqual(1);
+    const points = strands.pointEnd[geometry.strandCount];
+    expect(points).toBeGreaterThanOrEqual(groom.points.length / 3);
+    expect(strands.strand).toHaveLength(2 * points);
+    for (let p = 0; p < points; ++p) {
+      expect(strands.strand[2 * p]).toBe(strands.strand[2 * p + 1]);
+      expect(strands.rest[4 * p + 3]).toBeGreaterThanOrEqual(0);
+      expect(strands.rest[4 * p + 3]).toBeLessThanOrEqual(1);
     }
-    const drawn = new Set(Array.from({ length: vertices }, (_, v) => strands.rest.subarray(4 * v, 4 * v + 3).join()));
+    const drawn = new Set(Array.from({ length: points }, (_, p) => strands.rest.subarray(4 * p, 4 * p + 3).join()));
     for (let p = 0; p < groom.points.length; p += 3) expect(drawn).toContain(groom.points.subarray(p, p + 3).join());
   });
 
+  test("measures every point from the root of its strand, and fills whole rows of points", () => {
+    expect(strands.rest.length % (4 * kPointRow)).toBe(0);
+    expect(strands.arc.length / 2).toBe(strands.rest.length / 4);
+    for (let n = 0; n < geometry.strandCount; ++n) {
+      let arc = 0;
+      for (let p = strands.pointEnd[n]; p < strands.pointEnd[n + 1]; ++p) {
+        const i = p - strands.pointEnd[n];
+        if (i > 0) arc += Math.hypot(...[0, 1, 2].map((a) => strands.rest[4 * p + a] - strands.rest[4 * p - 4 + a]));
+        expect(strands.arc[2 * p]).toBeCloseTo(arc, 6);
+        expect(strands.arc[2 * p + 1]).toBe(i);
+        expect(strands.strand[2 * p]).toBe(n);
+      }
+    }
+  });
+
   test("draws a prefix of its list as so many whole strands, spread over the head", () => {
-    const [all] = geometry.strandLists;
+    const [all] = strands.lists;
     expect(all.end).toHaveLength(geometry.strandCount + 1);
     expect(all.end[geometry.strandCount]).toBe(all.triangles.length);
     const half = geometry.strandCount / 2;
-    const drawn = new Set(Array.from(all.triangles.subarray(0, all.end[half]), (v) => strands.extra[v]));
+    const drawn = new Set(Array.from(all.triangles.subarray(0, all.end[half]), (v) => strands.strand[v]));
     expect([...drawn].sort((a, b) => a - b)).toEqual(Array.from({ length: half }, (_, n) => n));
     let left = 0;
-    for (const v of all.triangles.subarray(0, all.end[half])) if (strands.rest[4 * v] < 0) ++left;
+    for (const v of all.triangles.subarray(0, all.end[half])) if (strands.rest[4 * (v >> 1)] < 0) ++left;
     expect(left / all.end[half]).toBeGreaterThan(0.3);
     expect(left / all.end[half]).toBeLessThan(0.7);
   });
 
   test("keeps to the tolerance of each list and needs fewer points for a larger one", () => {
-    const [all, ...coarser] = geometry.strandLists;
+    const [all, ...coarser] = strands.lists;
     let before = all.triangles.length;
     for (const list of coarser) {
       expect(list.triangles.length).toBeLessThan(before);
@@ -59,24 +77,14 @@ describe("a groom's geometry", () => {
     const count = 40_000;
     const long = madeGroom(1, count);
     for (let i = 0; i < count; ++i) long.points[3 * i] = ((i % 2 ? 0.05 : -0.05) * i) / count;
-    const { strandLists, strands } = makeGroomGeometry(long);
-    for (const { triangles, toleranceM } of strandLists)
+    const { strands } = makeGroomGeometry(long);
+    for (const { triangles, toleranceM } of strands.lists)
       for (let t = 0; t < triangles.length; t += 6) {
         const [from, to] = [triangles[t], triangles[t + 2]];
         for (let v = from + 2; v < to; v += 2)
           if (distanceToSegment(strands.rest, v, from, to) > toleranceM) expect.fail(`point ${v} is further off than ${toleranceM}`);
       }
-    expect(strandLists[2].triangles.length).toBeLessThan(strandLists[0].triangles.length);
-  });
-
-  test("gives tangents of unit length along the strand", () => {
-    for (let v = 0; v + 2 < strands.rest.length / 4; v += 2) {
-      if (strands.extra[v] !== strands.extra[v + 2]) continue;
-      const t = [0, 1, 2].map((axis) => fromHalf(strands.direction[4 * v + axis]));
-      expect(Math.hypot(...t)).toBeCloseTo(1, 2);
-      const step = [0, 1, 2].map((axis) => strands.rest[4 * v + 8 + axis] - strands.rest[4 * v + axis]);
-      expect(t.reduce((sum, x, axis) => sum + x * step[axis], 0)).toBeGreaterThan(0.8 * Math.hypot(...step));
-    }
+    expect(strands.lists[2].triangles.length).toBeLessThan(strands.lists[0].triangles.length);
   });
 
   test("names each buffer once for a worker to hand over", () => {
@@ -94,11 +102,11 @@ describe("a groom's geometry", () => {
     const own = groom.points.subarray(3 * groom.strands.begin[3], 3 * groom.strands.begin[4]);
     const near = (v: number) => {
       for (let i = 0; i < own.length; i += 3)
-        if (Math.hypot(...[0, 1, 2].map((a) => own[i + a] - clustered.strands.rest[4 * v + a])) <= 0.0045) return true;
+        if (Math.hypot(...[0, 1, 2].map((a) => own[i + a] - clustered.strands.rest[4 * (v >> 1) + a])) <= 0.0045) return true;
       return false;
     };
     const strandsNear = new Set<number>();
-    for (const v of clustered.strandLists[0].triangles) if (near(v)) strandsNear.add(clustered.strands.extra[v]);
+    for (const v of clustered.strands.lists[0].triangles) if (near(v)) strandsNear.add(clustered.strands.strand[v]);
     expect(strandsNear.size).toBe(6);
   });
 });
@@ -133,7 +141,25 @@ describe("the light field", () => {
   test("is none where there is no hair", () => {
     const light = new LightField(madeGroom(0, 12), 4e-3);
     expect([...light.at(0, 0.1, 0, new Float32Array(6))]).toEqual([1, 1, 1, 1, 1, 1]);
-    expect(light.rootsAt(0, 0.1, 0)).toBe(0);
+  });
+});
+
+describe("the scalp", () => {
+  test("is where roots are and between them, and fades out beyond them", () => {
+    const groom = madeGroom(400, 12, 0); // roots in a ring of 9 cm at 16 cm
+    const scalp = new Scalp(groom);
+    expect(scalp.at(0, 0.16, 0.09)).toBe(1);
+    let before = 1;
+    for (let out = 0.09; out < 0.12; out += 0.002) {
+      expect(scalp.at(0, 0.16, out)).toBeLessThanOrEqual(before);
+      before = scalp.at(0, 0.16, out);
+    }
+    expect(before).toBe(0);
+    expect(scalp.at(0, 0, 0.09)).toBe(0);
+  });
+
+  test("is nowhere where nothing grows", () => {
+    expect(new Scalp(madeGroom(0, 12)).at(0, 0.16, 0.09)).toBe(0);
   });
 });
 
@@ -145,9 +171,10 @@ test("halves are the nearest there are, and bounded", () => {
   expect(fromHalf(toHalf(1e-9))).toBe(0);
 });
 
+/** Of vertices, two a point. */
 function distanceToSegment(rest: Float32Array, v: number, from: number, to: number): number {
-  const along = [0, 1, 2].map((a) => rest[4 * to + a] - rest[4 * from + a]);
-  const away = [0, 1, 2].map((a) => rest[4 * v + a] - rest[4 * from + a]);
+  const along = [0, 1, 2].map((a) => rest[2 * to + a] - rest[2 * from + a]);
+  const away = [0, 1, 2].map((a) => rest[2 * v + a] - rest[2 * from + a]);
   const length2 = along.reduce((sum, x) => sum + x * x, 0) || 1e-20;
   const t = Math.min(Math.max(along.reduce((sum, x, a) => sum + x * away[a], 0) / length2, 0), 1);
   return Math.hypot(...away.map((x, a) => x - t * along[a]));

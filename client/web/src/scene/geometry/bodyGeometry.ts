@@ -1,10 +1,12 @@
 import type { GeometrySource } from "./groomGeometry";
 import type { MeshBuilder } from "./meshBuilder";
+import { Scalp } from "./scalp";
 
 const kSwungAway = 0.6;
 const kScattered = 0.2;
 
 export function addBody({ groom, light }: GeometrySource, mesh: MeshBuilder): void {
+  const scalp = new Scalp(groom);
   const { vertices, triangles, boneWeights } = groom.body;
   const normals = vertexNormals(vertices, triangles);
   const left = new Float32Array(6);
@@ -22,7 +24,7 @@ export function addBody({ groom, light }: GeometrySource, mesh: MeshBuilder): vo
     // Hair at rest shades the head always, if softly, but back and shoulders only until it is swung away.
     const lit = kSwungAway + share[0] * (kScattered - kSwungAway);
     for (let side = 0; side < 6; ++side) left[side] += lit * (1 - left[side]);
-    mesh.add(x, y, z, 0, nx, ny, nz, light.rootsAt(x, y, z), left, share[4], 0);
+    mesh.add(x, y, z, 0, nx, ny, nz, scalp.at(x, y, z), left, share[4], 0);
     mesh.addExtra(share[0], share[1], share[2], share[3]);
   }
   const at = mesh.triangles.length;

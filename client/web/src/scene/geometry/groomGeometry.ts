@@ -19,15 +19,30 @@ export interface StrandList {
   readonly end: Uint32Array;
 }
 
+/** The drawn strands, in the order of drawing. `rest` and `arc` fill rows of kPointRow points, the last with zeros. */
+export interface StrandGeometry {
+  /** 4 a point: head space, m; delta */
+  readonly rest: Float32Array;
+  /** 2 a point: length from the root, m; number in its strand, 0 where FFD alone places */
+  readonly arc: Float32Array;
+  /** the first n strands have the points below pointEnd[n]; strand count + 1 */
+  readonly pointEnd: Uint32Array;
+  /** two vertices a point, left and right of its ribbon; 4 a vertex, of 255: light left from +x -x +y -y */
+  readonly sides: Uint8Array;
+  /** 4 a vertex, of 255: light left from +z -z, fraction of the strand's length, 0 */
+  readonly ends: Uint8Array;
+  /** the strand's place in the order of drawing */
+  readonly strand: Float32Array;
+  /** from all points to few */
+  readonly lists: readonly StrandList[];
+}
+
 /**
  * What the shaders take of a groom, at rest in head space: made once, for all its characters (client/shaders). Plain
  * arrays, so that a worker can make it; client/view/groom_geometry.hpp is the same in C++.
  */
 export interface GroomGeometry {
-  /** every point twice: for the left and the right of its ribbon; `extra` is the strand's place in the order of drawing */
-  readonly strands: MeshArrays;
-  /** from all points to few; `strands` itself has no triangles */
-  readonly strandLists: readonly StrandList[];
+  readonly strands: StrandGeometry;
   /** that are drawn: clusters' copies among them */
   readonly strandCount: number;
   /** at the root, when all strands and two followers each are drawn */
@@ -66,7 +81,6 @@ export function makeGroomGeometry(groom: Groom): GroomGeometry {
   const light = new LightField(groom, strandWidthM * copies * drawnPerStrand);
   const blend = rootBlend(groom);
   const source: GeometrySource = { groom, light, blend, rest: restTangents(groom, blend) };
-  const strands = makeStrands(source);
   const strips = new MeshBuilder(4);
   const farStrips = new MeshBuilder(4);
   const fabric = new MeshBuilder(5);
@@ -76,8 +90,7 @@ export function makeGroomGeometry(groom: Groom): GroomGeometry {
   addFabric(source, fabric);
   addBody(source, body);
   return {
-    strands: strands.mesh,
-    strandLists: strands.lists,
+    strands: makeStrands(source),
     strandCount,
     strandWidthM,
     strips: strips.take(),
@@ -95,7 +108,7 @@ export function buffersOf(geometry: GroomGeometry): ArrayBuffer[] {
   const buffers: ArrayBuffer[] = [];
   for (const mesh of [geometry.strands, geometry.strips, geometry.farStrips, geometry.fabric, geometry.body])
     for (const array of Object.values(mesh)) if (ArrayBuffer.isView(array)) buffers.push(array.buffer as ArrayBuffer);
-  for (const list of geometry.strandLists) buffers.push(list.triangles.buffer as ArrayBuffer, list.end.buffer as ArrayBuffer);
+  for (const list of geometry.strands.lists) buffers.push(list.triangles.buffer as ArrayBuffer, list.end.buffer as ArrayBuffer);
   return buffers;
 }
 

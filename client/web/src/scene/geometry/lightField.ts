@@ -9,7 +9,6 @@ const kMargin = 2; // empty cells about the hair
 const kFade = 5; // cells beyond the grid over which its shade fades out
 const kHairShare = 0.22; // of blocked light that is lost rather than scattered on
 const kBodyExtinction = 1.6; // of a cell that holds skin
-const kRootsFullPerM2 = 4e4;
 /** To the faces and the corners of a cube. */
 const kRays: readonly (readonly [number, number, number])[] = [
   [1, 0, 0],
@@ -36,7 +35,6 @@ export class LightField {
   #count = [0, 0, 0];
   /** optical depth of one cell's width; empty: there is no hair */
   #extinction = new Float32Array(0);
-  #roots = new Float32Array(0);
   /** what is left along each ray, kRayCount a cell */
   #left = new Float32Array(0);
   // Of one place, while it is looked at.
@@ -49,7 +47,6 @@ export class LightField {
     if (!this.#layOut(groom)) return;
     const size = this.#count[0] * this.#count[1] * this.#count[2];
     this.#extinction = new Float32Array(size);
-    this.#roots = new Float32Array(size);
     this.#left = new Float32Array(kRayCount * size);
     this.#addHair(groom, widthM);
     this.#addStrips(groom);
@@ -101,20 +98,6 @@ export class LightField {
     return out;
   }
 
-  /** 0 to 1: how much of a scalp a place is. */
-  rootsAt(x: number, y: number, z: number): number {
-    if (this.#roots.length === 0) return 0;
-    let sum = 0;
-    const position = [x, y, z];
-    for (let n = 0; n < 7; ++n) {
-      const p = [...position];
-      if (n > 0) p[(n - 1) >> 1] += (n % 2 !== 0 ? 0.5 : -0.5) * this.cellM;
-      const cell = this.#find(p[0], p[1], p[2]);
-      if (cell >= 0) sum += Math.min(this.#roots[cell], 1) / 7;
-    }
-    return Math.min(sum, 1);
-  }
-
   #index(x: number, y: number, z: number): number {
     return (z * this.#count[1] + y) * this.#count[0] + x;
   }
@@ -153,14 +136,9 @@ export class LightField {
   #addHair(groom: Groom, widthM: number): void {
     const { strands, points } = groom;
     const perM = (kHairShare * 0.75 * widthM) / (this.cellM * this.cellM);
-    const perRoot = 1 / (kRootsFullPerM2 * this.cellM * this.cellM);
     for (let s = 0; s < strands.count; ++s) {
       const begin = strands.begin[s];
       const end = strands.begin[s + 1];
-      if (begin < end && strands.rooted[s]) {
-        const cell = this.#find(points[3 * begin], points[3 * begin + 1], points[3 * begin + 2]);
-        if (cell >= 0) this.#roots[cell] += perRoot;
-      }
       for (let i = begin + 1; i < end; ++i) {
         // A long segment is more than one cell's.
         const at = 3 * i - 3;
@@ -178,8 +156,7 @@ export class LightField {
     }
   }
 
-  // A strip shades as the hair that it stands for, and its root is as much of a scalp as it is wide. Cloth and threads
-  // are thin beside hair and left out.
+  // A strip shades as the hair that it stands for. Cloth and threads are thin beside hair and left out.
   #addStrips(groom: Groom): void {
     const { points } = groom;
     const distance = (a: number, b: number) =>
@@ -194,7 +171,6 @@ export class LightField {
         const cell = this.#find(middle(0), middle(1), middle(2));
         if (cell < 0) continue;
         this.#extinction[cell] += (kHairShare * width * length) / (this.cellM * this.cellM);
-        if (p === strip.points.begin) this.#roots[cell] += width / this.cellM;
       }
     }
   }

@@ -90,6 +90,6 @@ export class MeshBuilder {
   }
 }
 
-function toByte(x: number): number {
+export function toByte(x: number): number {
   return Math.round(255 * Math.min(Math.max(x, 0), 1));
 }

@@ -1,60 +1,45 @@
 import { eachClusterCopy, drawnStrandCount } from "./clusterStrands";
-import type { GeometrySource, StrandList } from "./groomGeometry";
-import { growingIndices } from "./growing";
-import { MeshBuilder, type MeshArrays } from "./meshBuilder";
+import type { GeometrySource, StrandGeometry } from "./groomGeometry";
+import { growingBytes, growingFloats, growingIndices } from "./growing";
+import { toByte } from "./meshBuilder";
 
 const kSagM = 5e-4; // of a smooth line over its pieces, at most, as far as kPiecesMost allow
+const kPieceM = 0.012; // longer ones would show corners where a lattice bends straight hair
 const kPiecesMost = 2;
+const kPlacedMost = 256; // points of a strand: placing takes their square
 const kRunMost = 256; // points between two that stay: what one looks through to find the furthest
-const kTolerancesM = [0, 8e-4, 4e-3];
+const kTolerancesM = [0, 2.5e-4, 8e-4, 4e-3];
 
-/** One drawn strand, a number a point; x and tangent in three arrays each. */
+/** Points of a row of the textures that the shaders read: client/shaders/strand_points.glsl. */
+export const kPointRow = 1024;
+
+/** One drawn strand, a number a point. */
 interface Line {
   count: number;
   x: Float32Array; // 3 a point
-  tangent: Float32Array; // 3 a point
   delta: Float32Array;
-  deltaSlope: Float32Array;
   fraction: Float32Array;
+  own: Uint8Array; // 1: a point of the groom; 0: between two of them
 }
 
-export function makeStrands(source: GeometrySource): { mesh: MeshArrays; lists: StrandList[] } {
+export function makeStrands(source: GeometrySource): StrandGeometry {
   const { groom } = source;
   const drawn = drawnStrands(source);
   const order = shuffled(drawn.length);
-  const builder = new MeshBuilder(1);
+  const points = new PointBuilder(source);
+  const pointEnd = new Uint32Array(drawn.length + 1);
   const lists = kTolerancesM.map((toleranceM) => ({
     toleranceM,
     triangles: growingIndices(),
     end: new Uint32Array(drawn.length + 1),
   }));
-  const left = new Float32Array(6);
   for (let n = 0; n < order.length; ++n) {
-    const { points, strand } = drawn[order[n]];
-    const rough = lineOf(source, points, groom.strands.begin[strand]);
+    const { points: own, strand } = drawn[order[n]];
+    const rough = lineOf(source, own, groom.strands.begin[strand]);
     if (rough) {
       const line = smoothed(rough);
-      const first = builder.vertexCount;
-      for (let i = 0; i < line.count; ++i) {
-        const at = 3 * i;
-        source.light.at(line.x[at], line.x[at + 1], line.x[at + 2], left);
-        for (let side = 0; side < 2; ++side) {
-          builder.add(
-            line.x[at],
-            line.x[at + 1],
-            line.x[at + 2],
-            line.delta[i],
-            line.tangent[at],
-            line.tangent[at + 1],
-            line.tangent[at + 2],
-            line.deltaSlope[i],
-            left,
-            line.fraction[i],
-            0,
-          );
-          builder.addExtra(n);
-        }
-      }
+      const first = 2 * points.count;
+      points.add(line, n);
       for (const list of lists) {
         const kept = keptPoints(line, list.toleranceM);
         let before = first;
@@ -66,9 +51,56 @@ export function makeStrands(source: GeometrySource): { mesh: MeshArrays; lists: 
         }
       }
     }
+    pointEnd[n + 1] = points.count;
     for (const list of lists) list.end[n + 1] = list.triangles.length;
   }
-  return { mesh: builder.take(), lists: lists.map((list) => ({ ...list, triangles: list.triangles.take() })) };
+  return { ...points.take(), pointEnd, lists: lists.map((list) => ({ ...list, triangles: list.triangles.take() })) };
+}
+
+/** The points of strands, and two vertices for each. */
+class PointBuilder {
+  count = 0;
+  readonly #rest = growingFloats();
+  readonly #arc = growingFloats();
+  readonly #sides = growingBytes();
+  readonly #ends = growingBytes();
+  readonly #strand = growingFloats();
+  readonly #left = new Float32Array(6);
+
+  constructor(private readonly source: GeometrySource) {}
+
+  /** `strand`: its place in the order of drawing. */
+  add(line: Line, strand: number): void {
+    const { x } = line;
+    const left = this.#left;
+    let arcM = 0;
+    for (let i = 0; i < line.count; ++i) {
+      const at = 3 * i;
+      if (i > 0) arcM += distance(x, at - 3, at);
+      this.#rest.push(x[at], x[at + 1], x[at + 2], line.delta[i]);
+      this.#arc.push(arcM, line.count <= kPlacedMost ? i : 0);
+      this.source.light.at(x[at], x[at + 1], x[at + 2], left);
+      for (let side = 0; side < 2; ++side) {
+        this.#sides.push(toByte(left[0]), toByte(left[1]), toByte(left[2]), toByte(left[3]));
+        this.#ends.push(toByte(left[4]), toByte(left[5]), toByte(line.fraction[i]), 0);
+        this.#strand.push(strand);
+      }
+    }
+    this.count += line.count;
+  }
+
+  take() {
+    const padding = (kPointRow - (this.count % kPointRow)) % kPointRow;
+    this.#rest.push(...new Array<number>(4 * padding).fill(0));
+    this.#arc.push(...new Array<number>(2 * padding).fill(0));
+    return {
+      rest: this.#rest.take(),
+      arc: this.#arc.take(),
+      sides: this.#sides.take(),
+      ends: this.#ends.take(),
+      strand: this.#strand.take(),
+    };
+  }
 }
 
 /** The groom's own strands, then clusters' copies, whose points have what their strand's have. */
@@ -98,7 +130,7 @@ function shuffled(count: number): Uint32Array {
 }
 
 /** Null when there is nothing to draw. `first`: of the groom's points that those of the line go with. */
-function lineOf({ rest, blend }: GeometrySource, points: Float32Array, first: number): Line | null {
+function lineOf({ blend }: GeometrySource, points: Float32Array, first: number): Line | null {
   const count = points.length / 3;
   if (count < 2) return null;
   const fraction = new Float32Array(count);
@@ -109,10 +141,9 @@ function lineOf({ rest, blend }: GeometrySource, points: Float32Array, first: nu
   return {
     count,
     x: points,
-    tangent: rest.direction.subarray(3 * first, 3 * (first + count)),
     delta: blend.subarray(first, first + count),
-    deltaSlope: rest.blendSlope.subarray(first, first + count),
     fraction,
+    own: new Uint8Array(count).fill(1),
   };
 }
 
@@ -131,10 +162,9 @@ function smoothed(line: Line): Line {
   const smooth: Line = {
     count: 0,
     x: new Float32Array(3 * most),
-    tangent: new Float32Array(3 * most),
     delta: new Float32Array(most),
-    deltaSlope: new Float32Array(most),
     fraction: new Float32Array(most),
+    own: new Uint8Array(most),
   };
   const at = [0, 0, 0];
   const spline = (i: number, t: number) => {
@@ -149,17 +179,9 @@ function smoothed(line: Line): Line {
   const add = (i: number, t: number) => {
     const n = smooth.count++;
     const next = Math.min(i + 1, line.count - 1);
-    const tx = mix(line.tangent[3 * i], line.tangent[3 * next], t);
-    const ty = mix(line.tangent[3 * i + 1], line.tangent[3 * next + 1], t);
-    const tz = mix(line.tangent[3 * i + 2], line.tangent[3 * next + 2], t);
-    const length = lengthOf(tx, ty, tz);
-    const scale = t > 0 && length > 1e-6 ? 1 / length : 1;
     for (let axis = 0; axis < 3; ++axis) smooth.x[3 * n + axis] = at[axis];
-    smooth.tangent[3 * n] = tx * scale;
-    smooth.tangent[3 * n + 1] = ty * scale;
-    smooth.tangent[3 * n + 2] = tz * scale;
     smooth.delta[n] = mix(line.delta[i], line.delta[next], t);
-    smooth.deltaSlope[n] = mix(line.deltaSlope[i], line.deltaSlope[next], t);
+    smooth.own[n] = t > 0 ? 0 : 1;
     smooth.fraction[n] = mix(line.fraction[i], line.fraction[next], t);
   };
   for (let i = 0; i + 1 < line.count; ++i) {
@@ -170,7 +192,8 @@ function smoothed(line: Line): Line {
       at[1] - 0.5 * (line.x[p + 1] + line.x[p + 4]),
       at[2] - 0.5 * (line.x[p + 2] + line.x[p + 5]),
     );
-    const pieces = Math.min(Math.max(Math.ceil(Math.sqrt(sag / kSagM)), 1), kPiecesMost);
+    const wanted = Math.max(Math.sqrt(sag / kSagM), distance(line.x, p, p + 3) / kPieceM);
+    const pieces = Math.min(Math.max(Math.ceil(wanted), 1), kPiecesMost);
     for (let piece = 0; piece < pieces; ++piece) {
       const t = piece / pieces;
       spline(i, t);
@@ -194,6 +217,7 @@ function keptPoints(line: Line, toleranceM: number): Uint8Array {
   kept[0] = kept[last] = 1;
   // Roots and tips are where hair is seen to begin and end: a straight line keeps some points for the lattice to bend.
   if (toleranceM < 2e-3) for (let i = 0; i < line.count; i += 4) kept[i] = 1;
+  if (toleranceM < 5e-4) for (let i = 0; i < line.count; ++i) kept[i] |= line.own[i];
   kept[line.count >> 1] = kept[line.count >> 2] = 1;
   for (let i = 0; i < line.count; i += kRunMost) kept[i] = 1;
   // Between each two that stay, as a piece of its own: its ends are where the drawn line bends.

@@ -1,0 +1,76 @@
+import type { Groom } from "../../hair/groom";
+
+const kReachLeastM = 0.014; // wider than a parting
+const kSkullM2 = 0.06; // that hair usually grows on
+const kSpacings = 1.5; // of sparse roots within reach
+const kSamples = 256;
+const kStripRoots = 4; // points across a strip's root
+// Shares of the usual density; at a straight hairline there is half.
+const kBare = 0.08;
+const kFull = 0.4;
+
+/** Where the roots of a groom grow on the skin: the skin there is drawn in the colour of the hair. */
+export class Scalp {
+  readonly #roots: Float32Array; // 3 each, by their x
+  readonly #reachM: number = 0;
+  readonly #usual: number = 1; // density where roots are
+
+  constructor(groom: Groom) {
+    this.#roots = rootsOf(groom);
+    const count = this.#roots.length / 3;
+    if (count === 0) return;
+    this.#reachM = Math.max(kReachLeastM, kSpacings * Math.sqrt(kSkullM2 / count));
+    const densities: number[] = [];
+    for (let r = 0; r < count; r += Math.ceil(count / kSamples))
+      densities.push(this.#density(this.#roots[3 * r], this.#roots[3 * r + 1], this.#roots[3 * r + 2]));
+    densities.sort((a, b) => a - b);
+    this.#usual = densities[densities.length >> 1];
+  }
+
+  /**
+   * How much of a scalp a place is: 1 where roots stand as dense as they usually do on this groom, on partings between
+   * rows of roots too; falls to 0 within reach of the outermost roots.
+   */
+  at(x: number, y: number, z: number): number {
+    const t = Math.min(Math.max((this.#density(x, y, z) / this.#usual - kBare) / (kFull - kBare), 0), 1);
+    return t * t * (3 - 2 * t);
+  }
+
+  #density(x: number, y: number, z: number): number {
+    const roots = this.#roots;
+    const reach = this.#reachM;
+    let first = 0;
+    for (let end = roots.length / 3; first < end; ) {
+      const middle = (first + end) >> 1;
+      if (roots[3 * middle] < x - reach) first = middle + 1;
+      else end = middle;
+    }
+    let sum = 0;
+    for (let at = 3 * first; at < roots.length && roots[at] <= x + reach; at += 3) {
+      const dx = roots[at] - x;
+      const dy = roots[at + 1] - y;
+      const dz = roots[at + 2] - z;
+      const within = Math.max(1 - (dx * dx + dy * dy + dz * dz) / (reach * reach), 0);
+      sum += within * within;
+    }
+    return sum;
+  }
+}
+
+function rootsOf({ strands, strips, points }: Groom): Float32Array {
+  const roots: number[][] = [];
+  for (let s = 0; s < strands.count; ++s) {
+    const at = 3 * strands.begin[s];
+    if (strands.begin[s] < strands.begin[s + 1] && strands.rooted[s]) roots.push([...points.subarray(at, at + 3)]);
+  }
+  for (const strip of strips) {
+    if (strip.points.end - strip.points.begin < 2 || !strip.rooted) continue;
+    const at = 3 * strip.points.begin;
+    for (let i = 0; i < kStripRoots; ++i) {
+      const t = i / (kStripRoots - 1);
+      roots.push([0, 1, 2].map((axis) => points[at + axis] + t * (points[at + 3 + axis] - points[at + axis])));
+    }
+  }
+  roots.sort((a, b) => a[0] - b[0]);
+  return Float32Array.from(roots.flat());
+}

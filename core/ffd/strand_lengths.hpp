@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/groom/groom.hpp"
+
+namespace hairnet {
+
+// Keeps deformed strands from being longer than they were made. A lattice stretches in wild motion; a hair does not.
+//
+// Point i lies on its deformed strand, a polyline, at the arc length min(L_i, l_i) from the root: L_i is the arc length
+// of the deformed point, l_i that of the point at rest. A stretched strand so follows its deformed curve and ends early;
+// no point leaves that curve, and what does not touch the skin still does not. A strand that is nowhere longer than at
+// rest keeps all its points, to the bit when it is not deformed.
+//
+// The excess is taken from the whole length up to a point, not from each segment. Limiting each segment would also
+// shorten strands that are pressed together at one place and drawn out at another, though their length is right, and
+// would move all of their points beyond the first stretched segment.
+class StrandLengths {
+ public:
+  // `points` at rest; strand s has those from strand_begin[s] to strand_begin[s + 1].
+  StrandLengths(std::span<const Vec3f> points, std::span<const std::uint32_t> strand_begin);
+  explicit StrandLengths(const Groom& groom);
+
+  // `points` of the strands, deformed, are placed anew. Those after the last strand stay.
+  void limit(std::span<Vec3f> points) const;
+
+  // l_i, m: the arc length at rest from the root of the strand to each point.
+  [[nodiscard]] std::span<const float> arc_m() const { return arc_m_; }
+
+ private:
+  std::vector<std::uint32_t> strand_begin_;
+  std::vector<float> arc_m_;
+};
+
+}  // namespace hairnet
