@@ -38,7 +38,7 @@ class LightField {
   Vec3f origin_{0, 0, 0};
   float cell_m_ = 0.01f;
   std::array<int, 3> count_{0, 0, 0};
-  std::vector<float> extinction_;  // optical depth of one cell's width
+  std::vector<float> extinction_;      // optical depth of one cell's width
   using Rays = std::array<float, 14>;  // what is left along each ray: to the faces and the corners of a cube
   std::vector<Rays> left_;
 };

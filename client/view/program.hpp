@@ -14,8 +14,8 @@
 namespace hairnet::view {
 
 // Texture units of the samplers that shaders name.
-inline constexpr GLint kRecordsUnit = 0, kLatticesUnit = 1, kStripTextureUnit = 2, kSourceUnit = 3,
-                       kRestPointsUnit = 4, kRestArcsUnit = 5, kDeformedPointsUnit = 6, kPlacedPointsUnit = 7;
+inline constexpr GLint kRecordsUnit = 0, kLatticesUnit = 1, kStripTextureUnit = 2, kSourceUnit = 3, kRestPointsUnit = 4,
+                       kRestArcsUnit = 5, kDeformedPointsUnit = 6, kPlacedPointsUnit = 7;
 
 // A linked pair of shaders. Its context must be current whenever it is touched.
 class Program {

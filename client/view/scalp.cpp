@@ -10,7 +10,7 @@ constexpr float kReachLeast_m = 0.014f;  // wider than a parting
 constexpr float kSkull_m2 = 0.06f;       // that hair usually grows on
 constexpr float kSpacings = 1.5f;        // of sparse roots within reach
 constexpr std::size_t kSamples = 256;
-constexpr int kStripRoots = 4;           // points across a strip's root
+constexpr int kStripRoots = 4;                // points across a strip's root
 constexpr float kBare = 0.08f, kFull = 0.4f;  // shares of the usual density; at a straight hairline there is half
 
 std::vector<Vec3f> roots_of(const Groom& groom) {

@@ -145,8 +145,8 @@ class GlStage final : public Stage {
   Texture strip_texture_;
   VectorTexture records_texture_{kRecordsUnit, CharacterRecords::kRecordTexels};
   VectorTexture lattices_texture_{kLatticesUnit, CharacterRecords::kLatticeRow};
-  VertexArray nothing_;        // for the one triangle over the screen
-  std::size_t rows_most_ = 0;  // of a texture
+  VertexArray nothing_;         // for the one triangle over the screen
+  std::size_t rows_most_ = 0;   // of a texture
   std::size_t point_rows_ = 0;  // of the strands of all characters
   CharacterRecords records_;
   std::vector<std::optional<GroomBuffers>> grooms_;
@@ -352,7 +352,6 @@ void GlStage::draw(std::span<const ShownCharacter> characters, const Camera& wan
   if (records_.count() > 0) {
     statistics_.character_bytes = CharacterRecords::kRecordTexels * sizeof(Eigen::Vector4f) +
                                   records_.lattices().size() * sizeof(Eigen::Vector4f) / records_.count();
-    statistics_.point_bytes = programs_.placement.bytes();
   }
 
   for (const GLenum test : {GL_BLEND, GL_CULL_FACE, GL_SCISSOR_TEST, GL_DEPTH_TEST, GL_SAMPLE_ALPHA_TO_COVERAGE})
@@ -361,6 +360,7 @@ void GlStage::draw(std::span<const ShownCharacter> characters, const Camera& wan
   records_texture_.bind();
   lattices_texture_.bind();
   place_strands(by_groom);
+  statistics_.point_bytes = programs_.placement.bytes();
   glViewport(0, 0, width, height);
   glDepthMask(GL_TRUE);
   glClearDepthf(1);

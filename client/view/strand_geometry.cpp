@@ -14,7 +14,7 @@ constexpr float kPiece_m = 0.012f;  // longer ones would show corners where a la
 constexpr int kPiecesMost = 2;
 constexpr std::array<float, 4> kTolerances_m{0, 2.5e-4f, 8e-4f, 4e-3f};
 constexpr std::size_t kPlacedMost = 256;  // points of a strand: placing takes their square
-constexpr std::size_t kRunMost = 256;  // points of which one stays anyhow: simplifying takes their square
+constexpr std::size_t kRunMost = 256;     // points of which one stays anyhow: simplifying takes their square
 
 struct LinePoint {
   Vec3f x;
@@ -144,9 +144,8 @@ void add_points(const Line& line, std::size_t strand, const LightField& light, G
     points.rest.push_back({x.x(), x.y(), x.z(), line[i].delta});
     points.arc.push_back({arc_m, line.size() <= kPlacedMost ? static_cast<float>(i) : 0.0f});
     const LightLeft left = light.at(x);
-    geometry.strand_vertices.insert(
-        geometry.strand_vertices.end(), 2,
-        {sides_of(left), ends_of(left, line[i].fraction, 0), static_cast<float>(strand)});
+    geometry.strand_vertices.insert(geometry.strand_vertices.end(), 2,
+                                    {sides_of(left), ends_of(left, line[i].fraction, 0), static_cast<float>(strand)});
   }
 }
 

@@ -11,9 +11,9 @@ namespace hairnet {
 // Keeps deformed strands from being longer than they were made. A lattice stretches in wild motion; a hair does not.
 //
 // Point i lies on its deformed strand, a polyline, at the arc length min(L_i, l_i) from the root: L_i is the arc length
-// of the deformed point, l_i that of the point at rest. A stretched strand so follows its deformed curve and ends early;
-// no point leaves that curve, and what does not touch the skin still does not. A strand that is nowhere longer than at
-// rest keeps all its points, to the bit when it is not deformed.
+// of the deformed point, l_i that of the point at rest. A stretched strand so follows its deformed curve and ends
+// early; no point leaves that curve, and what does not touch the skin still does not. A strand that is nowhere longer
+// than at rest keeps all its points, to the bit when it is not deformed.
 //
 // The excess is taken from the whole length up to a point, not from each segment. Limiting each segment would also
 // shorten strands that are pressed together at one place and drawn out at another, though their length is right, and

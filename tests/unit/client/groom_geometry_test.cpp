@@ -90,7 +90,9 @@ TEST(Scalp, is_whole_between_the_rows_of_a_parting_and_fades_out_beyond_the_hair
   EXPECT_EQ(scalp.at({0.03f, 0.05f, 0.06f}), 0) << "where hair hangs but does not grow";
 }
 
-TEST(Scalp, of_nothing_is_nowhere) { EXPECT_EQ(Scalp(Groom{}).at(Vec3f::Zero()), 0); }
+TEST(Scalp, of_nothing_is_nowhere) {
+  EXPECT_EQ(Scalp(Groom{}).at(Vec3f::Zero()), 0);
+}
 
 class MadeGeometry : public testing::Test {
  protected:

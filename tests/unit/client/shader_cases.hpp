@@ -37,7 +37,9 @@ inline std::vector<std::string> all_grooms() {
   return names;
 }
 
-inline bool can_load(const std::string& groom) { return groom.starts_with("made:") || fidelity::has_real_data(); }
+inline bool can_load(const std::string& groom) {
+  return groom.starts_with("made:") || fidelity::has_real_data();
+}
 
 inline std::string test_name(const testing::TestParamInfo<std::string>& groom) {
   std::string name = groom.param;

@@ -72,9 +72,7 @@ class StrandPlacementTest : public testing::Test {
     for (std::size_t p = 0; p < geometry.strand_points.rest.size(); ++p) {
       const auto& [x, y, z, turn] = texels[p];
       placed.positions.emplace_back(std::bit_cast<float>(x), std::bit_cast<float>(y), std::bit_cast<float>(z));
-      const auto part = [&](std::uint32_t byte) {
-        return (static_cast<float>(turn >> 8 * byte & 255u) - 128) / 127;
-      };
+      const auto part = [&](std::uint32_t byte) { return (static_cast<float>(turn >> 8 * byte & 255u) - 128) / 127; };
       placed.rotations.emplace_back(part(3), part(0), part(1), part(2));
     }
     return placed;
@@ -144,8 +142,9 @@ TEST_P(StrandPlacementGroom, places_all_points_as_core_does_and_makes_no_strand_
   const Layer layer = rough_layer(fit_lattice(groom->points, {10, 10, 10}), 9);
   for (const float quadratic : {0.0f, 1.0f}) {
     const Placed placed = by_shader(geometry, {&layer, 1}, quadratic);
-    EXPECT_LT(furthest(placed.positions, by_core(geometry, layer, quadratic > 0 ? FfdKind::quadratic : FfdKind::linear)),
-              kPosition_m);
+    EXPECT_LT(
+        furthest(placed.positions, by_core(geometry, layer, quadratic > 0 ? FfdKind::quadratic : FfdKind::linear)),
+        kPosition_m);
     float longest = 0;
     for (std::size_t s = 0; s < geometry.strand_count; ++s) {
       float length_m = 0;

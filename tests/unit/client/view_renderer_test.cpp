@@ -354,6 +354,7 @@ TEST_F(ViewRenderer, draws_a_crowd_of_one_groom_in_as_many_calls_as_one_characte
   const StageStatistics alone = renderer_->stage().statistics();
   EXPECT_GT(alone.draw_calls, 0u);
   EXPECT_GT(alone.character_bytes, 0u);
+  EXPECT_GT(alone.point_bytes, 0u);
   std::vector<ShownCharacter> crowd(20, one);
   for (std::size_t i = 0; i < crowd.size(); ++i)
     crowd[i].pose = rigid_pose({Quat::Identity(), Vec3(0.02 * static_cast<double>(i) - 0.2, 0, 0)});

@@ -43,7 +43,8 @@ Strands mixed() {
   return strands;
 }
 
-std::vector<Vec3> reference_points(const Strands& strands, const Lattice& lattice, std::span<const Vec3f> displacements) {
+std::vector<Vec3> reference_points(const Strands& strands, const Lattice& lattice,
+                                   std::span<const Vec3f> displacements) {
   std::vector<Vec3> deformed;
   for (const Vec3f& x : strands.points) {
     const RestPoint rest{x.cast<double>(), 1, Vec3::Zero(), 0};
@@ -121,8 +122,8 @@ TEST(StrandLengths, a_stretched_strand_follows_its_curve_around_a_corner) {
   const StrandLengths lengths(strands.points, strands.begin);
   const Vec3f root = strands.points.front();
   // Twice as long, with a right angle in the middle.
-  std::vector<Vec3f> points{root, root + Vec3f(0, -0.02f, 0), root + Vec3f(0, -0.04f, 0), root + Vec3f(0.02f, -0.04f, 0),
-                            root + Vec3f(0.04f, -0.04f, 0)};
+  std::vector<Vec3f> points{root, root + Vec3f(0, -0.02f, 0), root + Vec3f(0, -0.04f, 0),
+                            root + Vec3f(0.02f, -0.04f, 0), root + Vec3f(0.04f, -0.04f, 0)};
   lengths.limit(points);
   EXPECT_LT((points[3] - (root + Vec3f(0, -0.03f, 0))).norm(), 1e-6f);
   EXPECT_LT((points[4] - (root + Vec3f(0, -0.04f, 0))).norm(), 1e-6f);
