@@ -153,7 +153,7 @@ ContactPoints make_contact_points(const Groom& groom, const LevelGeometry& geome
   ContactPoints contacts;
   if (skin.empty()) return contacts;
   const float spacing_m = std::max(kSpacingLeast_m, static_cast<float>(kSpacing) * geometry.lattice.spacing.mean());
-  const Chosen chosen = choose_points(groom, spacing_m*float(getenv("HN_SPACE")?atof(getenv("HN_SPACE")):1), size_t(double(count_max)*(getenv("HN_COUNT")?atof(getenv("HN_COUNT")):1)));
+  const Chosen chosen = choose_points(groom, spacing_m, count_max);
   const HairStencils stencils = make_stencils(geometry, chosen.hair);
   contacts.rest = chosen.hair.points;
   contacts.begin = stencils.begin;
@@ -166,7 +166,7 @@ ContactPoints make_contact_points(const Groom& groom, const LevelGeometry& geome
       share_kg += static_cast<double>(contacts.weights[e] * mass[contacts.nodes[e]]);
     }
     contacts.potential.push_back(static_cast<float>(
-        std::max(static_cast<double>(material.metaball_potential_j), potential_for_load((getenv("HN_LOAD")?atof(getenv("HN_LOAD"))*9.81:kLoad) * share_kg))));
+        std::max(static_cast<double>(material.metaball_potential_j), potential_for_load(kLoad * share_kg))));
   }
   for (const SkinField& field : skin) {
     for (std::size_t p = 0; p < contacts.count(); ++p) {

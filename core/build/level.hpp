@@ -25,7 +25,7 @@ struct LevelSpec {
   std::size_t contact_count = 0;  // points, at most
 };
 inline constexpr std::array<LevelSpec, 4> kLevelSpecs{
-    {{{10, 10, 10}, 800, 200, 800}, {{7, 7, 7}, 400, 100, 480}, {{5, 5, 5}, 200, 50, 280}, {{5, 5, 5}, 0, 0, 160}}};
+    {{{10, 10, 10}, 800, 200, 800}, {{7, 7, 7}, 400, 100, 480}, {{5, 5, 5}, 200, 50, 230}, {{5, 5, 5}, 0, 0, 128}}};
 
 // Stiffeners (section 2.2 of the paper), flat. Stiffener s acts on the weighted sum over entries [begin[s],
 // begin[s+1]).
