@@ -5,6 +5,7 @@
 
 #include "client/tools/clip/upright.hpp"
 #include "core/build/build.hpp"
+#include "core/ffd/strand_lengths.hpp"
 #include "core/world.hpp"
 #include "tests/fidelity/holding_depth.hpp"
 #include "tests/fidelity/strand_sample.hpp"
@@ -46,8 +47,10 @@ class Run {
         character_(character),
         strands_(strands),
         deformer_(level.geometry.lattice, strands.points, strands.blend, FfdKind::quadratic),
+        drawn_lengths_(strands.points, strands.begin),
         deep_(body, at_spots(strands.points)),
         grid_(level.geometry.lattice.node_count()),
+        stretched_(strands.points),
         points_(strands.points),
         points_before_(strands.points),
         before_(strands.spots.size(), Vec3::Zero()),
@@ -60,7 +63,9 @@ class Run {
     points_before_.swap(points_);
     const LatticeView view = world.lattice(character_);
     expand_displacements(view.model->geometry, view.displacement, grid_);
-    deformer_.deform(grid_, points_);
+    deformer_.deform(grid_, stretched_);
+    points_ = stretched_;
+    drawn_lengths_.limit(points_);
     for (std::size_t i = 0; i < before_.size(); ++i) {
       const Vec3 now = head.point(points_[strands_.spots[i]].cast<double>());
       const double jump_m = (now - 2 * before_[i] + before_that_[i]).norm() - rigid.jump_m(i);
@@ -78,9 +83,13 @@ class Run {
     ++looks_;
     raise(holding_.deep, share, time_s);
     for (std::size_t s = 0; s < strands_.strand_count(); ++s) {
-      const std::span<const Vec3f> strand(points_.begin() + strands_.begin[s], points_.begin() + strands_.begin[s + 1]);
-      const double length = polyline_length(strand) / strands_.length_m[s];
+      const auto length_of = [&](const std::vector<Vec3f>& points) {
+        return polyline_length({points.begin() + strands_.begin[s], points.begin() + strands_.begin[s + 1]}) /
+               strands_.length_m[s];
+      };
+      const double length = length_of(stretched_);
       lengths_.push_back(static_cast<float>(length));
+      drawn_.push_back(static_cast<float>(length_of(points_)));
       raise(holding_.length, length, time_s);
     }
   }
@@ -107,6 +116,7 @@ class Run {
     holding_.deep_share /= std::max(1, looks_);
     holding_.length_p50 = percentile(lengths_, 0.5);
     holding_.length_p99 = percentile(lengths_, 0.99);
+    holding_.drawn_p99 = percentile(drawn_, 0.99);
     holding_.jump_p999_m = percentile(jumps_m_, 0.999);
     return std::move(holding_);
   }
@@ -122,11 +132,12 @@ class Run {
   CharacterId character_;
   const StrandSample& strands_;
   Deformer deformer_;
+  StrandLengths drawn_lengths_;
   DeepPoints deep_;
   int looks_ = 0;
-  std::vector<Vec3f> grid_, points_, points_before_;  // head space
+  std::vector<Vec3f> grid_, stretched_, points_, points_before_;  // head space; as FFD has them, as they are drawn
   std::vector<Vec3> before_, before_that_;            // of the spots, world
-  std::vector<float> jumps_m_, lengths_;
+  std::vector<float> jumps_m_, lengths_, drawn_;
 };
 
 std::vector<Pose> poses_to_rest(const Pose& last, double rate_hz, double rest_after_s) {

@@ -33,8 +33,9 @@ struct Holding {
   LevelIndex level = LevelIndex::high;
   double deep_share = 0;  // mean over ticks, of points more than kTooDeep_m deeper in the body than designed
   Worst deep{};           // the same in the worst tick
-  double length_p50 = 1, length_p99 = 1;  // of a strand over its design's, over strands and ticks
+  double length_p50 = 1, length_p99 = 1;  // of a strand in the lattice over its design's, over strands and ticks
   Worst length{1, 0};
+  double drawn_p99 = 1;  // of a strand as it is drawn (core/ffd/strand_lengths.hpp)
   // Of a point in two ticks, |x(t) - 2 x(t-1) + x(t-2)| in the world, beyond that of the same point of the design
   // moving rigidly with the head.
   double jump_p999_m = 0;

@@ -28,13 +28,14 @@ double at_rest(const Holding& run, double RestFigures::*figure) {
 
 constexpr double kPercent = 100, kMillimetres = 1000, kDegrees = 180 / std::numbers::pi;
 
-constexpr std::array<Column, 15> kColumns{{
+constexpr std::array<Column, 16> kColumns{{
     {"deep: mean %", "deep_share", kPercent, 2, [](const Holding& r) { return r.deep_share; }},
     {"worst %", "deep_share_worst", kPercent, 1, [](const Holding& r) { return r.deep.value; }},
     {"at s", "deep_worst_s", 1, 1, [](const Holding& r) { return r.deep.time_s; }},
     {"length: p50", "length_p50", 1, 3, [](const Holding& r) { return r.length_p50; }},
     {"p99", "length_p99", 1, 2, [](const Holding& r) { return r.length_p99; }},
     {"max", "length_max", 1, 2, [](const Holding& r) { return r.length.value; }},
+    {"drawn: p99", "drawn_p99", 1, 2, [](const Holding& r) { return r.drawn_p99; }},
     {"jump: p99.9 mm", "jump_p999_m", kMillimetres, 1, [](const Holding& r) { return r.jump_p999_m; }},
     {"max mm", "jump_max_m", kMillimetres, 0, [](const Holding& r) { return r.jump_m.value; }},
     {"at s", "jump_max_s", 1, 1, [](const Holding& r) { return r.jump_m.time_s; }},
