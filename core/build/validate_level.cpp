@@ -97,7 +97,7 @@ std::string validate_skin(const Skin& skin) {
   for (const SkinField& field : skin) {
     const auto bone = static_cast<std::size_t>(field.bone);
     if (bone >= kBoneCount || std::exchange(is_met[bone], true)) return "skin: no such bone, or two fields of one";
-    if (!(field.origin.cwiseAbs().maxCoeff() <= kMost)) return "skin: an origin is not finite";
+    if (!field.origin.allFinite() || field.origin.cwiseAbs().maxCoeff() > kMost) return "skin: an origin is not finite";
     if (!within(field.cell_m, kCellLeast_m)) return "skin: a cell without size";
     std::size_t count = 1;
     for (const int nodes : field.dims) {
@@ -125,7 +125,7 @@ std::string validate_contacts(const Level& level) {
   if (!all_within(contacts.potential, 0)) return "contacts: a potential is not finite, or negative";
   if (!all_within(contacts.limit, -kMost)) return "contacts: a limit is not finite";
   for (std::size_t p = 0; p < count; ++p) {
-    if (!(contacts.rest[p].cwiseAbs().maxCoeff() <= kMost)) return "contacts: a point is not finite";
+    if (!contacts.rest[p].allFinite() || contacts.rest[p].cwiseAbs().maxCoeff() > kMost) return "contacts: a point is not finite";
     float sum = 0;
     for (std::uint32_t e = contacts.begin[p]; e < contacts.begin[p + 1]; ++e) {
       if (contacts.nodes[e] >= level.rest.size()) return "contacts: a node does not exist";

@@ -205,7 +205,8 @@ struct Step {
       const Real elongation = real_at(m.spring_elongation, s), change = real_at(m.spring_change, s);
       const Real beyond = beyond_branch(s, change, elongation);
       const Real square = hn::MulAdd(change * beyond, beyond, elongation * elongation);
-      springs = hn::MulAdd(L::real(level.springs.stiffness[s]), square, springs);
+      // A branch that has been left for a stiffer one may come out below nothing.
+      springs = hn::MulAdd(L::real(level.springs.stiffness[s]), hn::Max(square, L::real(0)), springs);
     }
     for (std::size_t s = 0; s < level.attachments.count; ++s) {
       const Vector shift = node(m.attachment_displacement, s);

@@ -100,7 +100,7 @@ Outcome begin_tick(const TickTerms& terms, Character& c) {
   const StepPlan& plan = terms.plan(c);
   c.jumped = std::exchange(c.teleport, false) || is_teleport(c.from, c.to, plan.interval_s);
   const bool bones_move = c.jumped || !is_still(c.still_pose, c.to);
-  c.bones_still_s = bones_move ? 0 : c.bones_still_s + plan.interval_s;
+  c.bones_still_s = bones_move ? 0 : std::min(c.bones_still_s + plan.interval_s, kSleepAfter_s);
   if (bones_move || !terms.environment(c).wind.is_still()) {
     c.wake();
     c.still_pose = c.to;

@@ -147,7 +147,7 @@ TEST_P(InstructionSets, agrees_with_the_double_reference_from_the_same_state) {
     ASSERT_TRUE(step(cast.level, input, {.iterations = 400}, scratch, state));
     for (std::size_t i = 0; i < state.displacement.size(); ++i) {
       EXPECT_LT((state.displacement[i] - expected.displacement[i]).norm(), 2e-6f);
-      EXPECT_LT((state.velocity[i] - expected.velocity[i]).norm(), 6e-5f);
+      EXPECT_LT((state.velocity[i] - expected.velocity[i]).norm(), 1e-4f);
     }
   }
 }
