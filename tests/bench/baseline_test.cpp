@@ -19,11 +19,11 @@ Pose moved(double yaw_rad, const Vec3& position, double shoulder_rad = 0) {
   return pose;
 }
 
-// Crumpled lattices whose heads turn and whose shoulders move, with contact that is partly let go.
+// Crumpled lattices whose heads turn and whose shoulders move.
 Cast random_cast(const Level& level) {
   Cast cast{kFrame_s, 1, {}};
   for (unsigned seed = 1; seed <= 4; ++seed) {
-    Player player{make_random_state(level, 0.02f, 0.5f, seed), {}, {0.2 * seed}};
+    Player player{make_random_state(level, 0.02f, 0.5f, seed), {}};
     player.poses = {moved(0.1 * seed, {0.5, 1.5, -2.0 * seed}),
                     moved(0.1 * seed + 0.08, {0.52, 1.49, -2.0 * seed + 0.03}, 0.2)};
     cast.players.push_back(player);
