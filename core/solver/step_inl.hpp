@@ -205,8 +205,7 @@ struct Step {
       const Real elongation = real_at(m.spring_elongation, s), change = real_at(m.spring_change, s);
       const Real beyond = beyond_branch(s, change, elongation);
       const Real square = hn::MulAdd(change * beyond, beyond, elongation * elongation);
-      // A branch that has been left for a stiffer one may come out below nothing.
-      springs = hn::MulAdd(L::real(level.springs.stiffness[s]), hn::Max(square, L::real(0)), springs);
+      springs = hn::MulAdd(L::real(level.springs.stiffness[s]), square, springs);
     }
     for (std::size_t s = 0; s < level.attachments.count; ++s) {
       const Vector shift = node(m.attachment_displacement, s);
@@ -624,7 +623,8 @@ struct Step {
     // less than y.(h^2 K + h Q) y / 4, that is (y.b - |y|^2_M) / 4.
     const Real dissipation =
         hn::MulAdd(L::real(0.25f), hn::Max(solved.work - kinetic_end, L::real(0)), half() * kinetic_change);
-    put(elastic_energy() + dissipation, m.elastic_energy_max_j, 0);
+    // Springs that have left their branch for a stiffer one may have less than none by the linear law.
+    put(hn::Max(elastic_energy() + dissipation, L::real(0)), m.elastic_energy_max_j, 0);
 
     const Mask is_finite = hn::And(hn::IsFinite(solved.rho + kinetic_end + kinetic_change), hn::IsFinite(farthest2));
     put(hn::IfThenElseZero(is_finite, L::real(1)), m.is_finite, 0);

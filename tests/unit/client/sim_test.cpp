@@ -161,7 +161,7 @@ TEST(ModelJson, holds_every_field_and_reads_back_to_the_same_bits) {
   dump.resets = {7};
   const nlohmann::json json = nlohmann::json::parse(encode_model_json(dump));
   EXPECT_EQ(json["format"], "hairnet-model");
-  EXPECT_EQ(json["version"], 1);
+  EXPECT_EQ(json["version"], 2);
   EXPECT_EQ(json["rate_hz"], 25);
   EXPECT_EQ(json["substeps"], 2);
   EXPECT_EQ(json["bones"].size(), kBoneCount);

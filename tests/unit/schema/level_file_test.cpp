@@ -98,10 +98,10 @@ TEST_F(LevelFile, says_what_is_other_about_it) {
   EXPECT_EQ(decode_levels(spoilt(8), kGroom).fault, LevelFileFault::other_version);   // of the layout
   EXPECT_EQ(decode_levels(spoilt(12), kGroom).fault, LevelFileFault::other_version);  // of the build
   EXPECT_EQ(decode_levels(spoilt(16), kGroom).fault, LevelFileFault::other_version);  // specs
-  EXPECT_EQ(decode_levels(spoilt(95), kGroom).fault, LevelFileFault::other_version);
-  EXPECT_EQ(decode_levels(spoilt(96), kGroom).fault, LevelFileFault::other_groom);
-  EXPECT_EQ(decode_levels(spoilt(128), kGroom).fault, LevelFileFault::damaged);
-  EXPECT_EQ(decode_levels(spoilt(136), kGroom).fault, LevelFileFault::damaged);
+  EXPECT_EQ(decode_levels(spoilt(111), kGroom).fault, LevelFileFault::other_version);
+  EXPECT_EQ(decode_levels(spoilt(112), kGroom).fault, LevelFileFault::other_groom);
+  EXPECT_EQ(decode_levels(spoilt(144), kGroom).fault, LevelFileFault::damaged);
+  EXPECT_EQ(decode_levels(spoilt(152), kGroom).fault, LevelFileFault::damaged);
   EXPECT_EQ(decode_levels(bytes_, GroomHash{9}).fault, LevelFileFault::other_groom);
   EXPECT_EQ(decode_levels(Bytes(4096, 0), kGroom).fault, LevelFileFault::not_a_level_file);
 }
