@@ -78,7 +78,7 @@ class Run {
   }
 
   void look(const BentBody& body, double time_s) {
-    const double share = deep_.share(body, at_spots(points_));
+    const double share = deep_.share(body, at_spots(stretched_));
     holding_.deep_share += share;
     ++looks_;
     raise(holding_.deep, share, time_s);
@@ -108,7 +108,7 @@ class Run {
     }
     rest.rms_m = std::sqrt(square_sum / static_cast<double>(points_.size()));
     rest.p99_m = percentile(off_m, 0.99);
-    rest.deep_share = deep_.share(body, at_spots(points_));
+    rest.deep_share = deep_.share(body, at_spots(stretched_));
     rest.inverted_share = inverted_share(*world.lattice(character_).model, strands_, grid_);
   }
 
