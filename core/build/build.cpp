@@ -185,8 +185,8 @@ bool match_springs(const StiffenerList& all_springs, const StiffenerList& all_at
 }
 
 // False when cancelled.
-bool make_level(const Groom& groom, const LevelSpec& spec, std::shared_ptr<const Skin> skin, const LevelProgress& progress,
-                const ParallelFor& parallel_for, Level& level, LevelReport& report) {
+bool make_level(const Groom& groom, const LevelSpec& spec, std::shared_ptr<const Skin> skin,
+                const LevelProgress& progress, const ParallelFor& parallel_for, Level& level, LevelReport& report) {
   const double start_s = progress.clock_s();
   const Grid grid(fit_lattice(groom.points, spec.dims));
   assert(grid.node_count() <= std::numeric_limits<std::uint16_t>::max());

@@ -14,11 +14,11 @@ namespace hairnet {
 namespace {
 
 constexpr std::size_t kCandidatesMost = 1500;
-constexpr double kSpacing = 0.75;       // of points along a strand, in cells of the lattice
+constexpr double kSpacing = 0.75;  // of points along a strand, in cells of the lattice
 constexpr float kSpacingLeast_m = 0.01f;
-constexpr float kBlendLeast = 0.15f;    // nearer to the root hair hardly moves against the head
-constexpr double kLoad = 160 * 9.81;     // m/s^2 on a point's share of the mass
-constexpr double kDent_m = 0.005;       // that the load may press in
+constexpr float kBlendLeast = 0.15f;  // nearer to the root hair hardly moves against the head
+constexpr double kLoad = 160 * 9.81;  // m/s^2 on a point's share of the mass
+constexpr double kDent_m = 0.005;     // that the load may press in
 // A point in the design is this much farther off than where contact begins, so that rounding makes none.
 constexpr float kSlack_m = 1e-5f;
 // How far hair comes from its root: drawn out, and by as much as bones move against the head.
@@ -36,7 +36,9 @@ struct Line {
   bool rooted = false;
 
   [[nodiscard]] std::size_t count() const { return (points.count() + stride - 1) / stride; }
-  [[nodiscard]] std::uint32_t point(std::size_t i) const { return points.begin + static_cast<std::uint32_t>(i) * stride; }
+  [[nodiscard]] std::uint32_t point(std::size_t i) const {
+    return points.begin + static_cast<std::uint32_t>(i) * stride;
+  }
 };
 
 std::vector<Line> lines_of(const Groom& groom) {
@@ -78,7 +80,7 @@ float apart2(const Course& a, const Course& b) {
 // The points chosen.
 struct Chosen {
   HairSample hair;
-  std::vector<Vec3f> root;  // of each point's strand
+  std::vector<Vec3f> root;   // of each point's strand
   std::vector<float> arm_m;  // the length of hair from there; infinite without a root
 };
 
@@ -105,7 +107,8 @@ void add_points(const Groom& groom, const std::vector<float>& blend, const Line&
 // One candidate after the other, each the farthest from all before it (Gonzalez 1985), as long as their points fit.
 class FarthestFirst {
  public:
-  FarthestFirst(const Groom& groom, const std::vector<Line>& lines) : to_chosen_(lines.size(), std::numeric_limits<float>::max()) {
+  FarthestFirst(const Groom& groom, const std::vector<Line>& lines)
+      : to_chosen_(lines.size(), std::numeric_limits<float>::max()) {
     for (const Line& line : lines) courses_.push_back(course_of(groom, line));
   }
   [[nodiscard]] bool is_over() const { return !(*std::ranges::max_element(to_chosen_) > 0); }

@@ -10,13 +10,13 @@
 namespace hairnet {
 namespace {
 
-constexpr double kShareLeast = 0.35;           // of a triangle's weights, for the bone to carry it
-constexpr float kReach_m = 0.15f;              // skin farther from the hair's box than this meets no hair
-constexpr double kMargin_m = 0.03;             // of the grid, around the skin
+constexpr double kShareLeast = 0.35;  // of a triangle's weights, for the bone to carry it
+constexpr float kReach_m = 0.15f;     // skin farther from the hair's box than this meets no hair
+constexpr double kMargin_m = 0.03;    // of the grid, around the skin
 constexpr double kCellLeast_m = 0.008;
-constexpr double kNodesMost = 24'000;          // of one bone's grid
+constexpr double kNodesMost = 24'000;  // of one bone's grid
 constexpr double kEndSlope = 2;
-constexpr double kSearch_m = 0.08;             // farther from the skin than this nobody asks how far
+constexpr double kSearch_m = 0.08;  // farther from the skin than this nobody asks how far
 
 struct Box {
   Vec3f low = Vec3f::Constant(std::numeric_limits<float>::infinity()), high = -low;
@@ -50,7 +50,8 @@ struct Part {
     for (std::size_t t = 0; t < carried.size(); ++t) {
       const auto& triangle = body.mesh.triangles[t];
       carried[t] = share_of(body, triangle, bone) >= kShareLeast;
-      const bool is_near = std::ranges::any_of(triangle, [&](std::uint32_t v) { return reach.holds(mesh.vertices[v]); });
+      const bool is_near =
+          std::ranges::any_of(triangle, [&](std::uint32_t v) { return reach.holds(mesh.vertices[v]); });
       if (!carried[t] || !is_near) continue;
       mesh.triangles.push_back(triangle);
       for (const std::uint32_t v : triangle) box.add(mesh.vertices[v].cwiseMax(reach.low).cwiseMin(reach.high));
@@ -136,8 +137,8 @@ double skin_distance(const SkinField& field, const Vec3& point, Vec3* gradient) 
   double corner[2][2][2];
   for (int c = 0; c < 8; ++c) {
     const int i = c & 1, j = c >> 1 & 1, k = c >> 2;
-    corner[k][j][i] = static_cast<double>(
-        field.distance[static_cast<std::size_t>(low[0] + i + field.dims[0] * (low[1] + j + field.dims[1] * (low[2] + k)))]);
+    corner[k][j][i] = static_cast<double>(field.distance[static_cast<std::size_t>(
+        low[0] + i + field.dims[0] * (low[1] + j + field.dims[1] * (low[2] + k)))]);
   }
   const auto mix = [](double s, double a, double b) { return a + s * (b - a); };
   double edge[2][2], slope_x[2][2];
@@ -151,9 +152,9 @@ double skin_distance(const SkinField& field, const Vec3& point, Vec3* gradient) 
     const auto over_yz = [&](const double(&s)[2][2]) {
       return mix(t.z(), mix(t.y(), s[0][0], s[0][1]), mix(t.y(), s[1][0], s[1][1]));
     };
-    *gradient = Vec3(over_yz(slope_x), mix(t.z(), edge[0][1] - edge[0][0], edge[1][1] - edge[1][0]),
-                     high_face - low_face) /
-                static_cast<double>(field.cell_m);
+    *gradient =
+        Vec3(over_yz(slope_x), mix(t.z(), edge[0][1] - edge[0][0], edge[1][1] - edge[1][0]), high_face - low_face) /
+        static_cast<double>(field.cell_m);
   }
   return mix(t.z(), low_face, high_face) + static_cast<double>(field.cell_m) * (at - within).norm();
 }

@@ -125,7 +125,8 @@ std::string validate_contacts(const Level& level) {
   if (!all_within(contacts.potential, 0)) return "contacts: a potential is not finite, or negative";
   if (!all_within(contacts.limit, -kMost)) return "contacts: a limit is not finite";
   for (std::size_t p = 0; p < count; ++p) {
-    if (!contacts.rest[p].allFinite() || contacts.rest[p].cwiseAbs().maxCoeff() > kMost) return "contacts: a point is not finite";
+    if (!contacts.rest[p].allFinite() || contacts.rest[p].cwiseAbs().maxCoeff() > kMost)
+      return "contacts: a point is not finite";
     float sum = 0;
     for (std::uint32_t e = contacts.begin[p]; e < contacts.begin[p + 1]; ++e) {
       if (contacts.nodes[e] >= level.rest.size()) return "contacts: a node does not exist";

@@ -9,7 +9,7 @@
 namespace hairnet {
 namespace {
 
-constexpr double kAfter_s = 1;        // of rest
+constexpr double kAfter_s = 1;  // of rest
 constexpr double kUntangle_s = 1;
 constexpr double kLookEvery_s = 0.2;
 constexpr std::size_t kPointsMost = 200;
@@ -45,8 +45,8 @@ bool is_folded(const Level& level, std::span<const Vec3f> displacement) {
     Mat3f gradient;
     for (int axis = 0; axis < 3; ++axis) {
       const Vec3f step = kDifference * lattice.spacing[axis] * Vec3f::Unit(axis);
-      gradient.col(axis) = moved(lattice, grid, level.contacts.rest[p] + step) -
-                           moved(lattice, grid, level.contacts.rest[p] - step);
+      gradient.col(axis) =
+          moved(lattice, grid, level.contacts.rest[p] + step) - moved(lattice, grid, level.contacts.rest[p] - step);
     }
     if (gradient.determinant() < 0) return true;
   }

@@ -97,8 +97,8 @@ Offset<fb::BuiltLevel> write(FlatBufferBuilder& to, const Level& level) {
              contact_potential = to.CreateVector(c.potential), contact_limit = to.CreateVector(c.limit);
   return fb::CreateBuiltLevel(to, &origin, &spacing, dims(0), dims(1), dims(2), active_nodes, trimmed_nodes,
                               trimmed_begin, trimmed_from, trimmed_weights, level.displacement_max_m, rest, mass,
-                              ether_stiffness, ether_damping, drag, springs, attachments, contact_begin, contact_nodes, contact_weights, contact_rest, contact_potential,
-                              contact_limit);
+                              ether_stiffness, ether_damping, drag, springs, attachments, contact_begin, contact_nodes,
+                              contact_weights, contact_rest, contact_potential, contact_limit);
 }
 
 // Like copy_out, but false where the last element is not whole.
@@ -116,10 +116,9 @@ bool read(const fb::Stiffeners& in, Stiffeners& out) {
 }
 
 bool read_contacts(const fb::BuiltLevel& in, ContactPoints& out) {
-  return read(*in.contact_begin(), out.begin) &&
-         read(*in.contact_nodes(), out.nodes) && read(*in.contact_weights(), out.weights) &&
-         read(*in.contact_rest(), out.rest) && read(*in.contact_potential(), out.potential) &&
-         read(*in.contact_limit(), out.limit);
+  return read(*in.contact_begin(), out.begin) && read(*in.contact_nodes(), out.nodes) &&
+         read(*in.contact_weights(), out.weights) && read(*in.contact_rest(), out.rest) &&
+         read(*in.contact_potential(), out.potential) && read(*in.contact_limit(), out.limit);
 }
 
 // Counts as they stand: validate() judges them.

@@ -51,8 +51,8 @@ Offset<flatbuffers::Vector<float>> write_vectors(FlatBufferBuilder& to, const st
 Body write(FlatBufferBuilder& to, const RecordedTick& e) {
   std::vector<fb::RecordedAdd> added;
   for (const RecordedAdd& a : e.added)
-    added.emplace_back(a.character, flatten(a.groom), flatten(a.pose), a.room,
-                       static_cast<std::uint8_t>(a.level), a.levels_ready);
+    added.emplace_back(a.character, flatten(a.groom), flatten(a.pose), a.room, static_cast<std::uint8_t>(a.level),
+                       a.levels_ready);
   std::vector<fb::RecordedLevel> levels;
   for (const RecordedLevel& l : e.levels) levels.emplace_back(l.character, static_cast<std::uint8_t>(l.level));
   std::vector<fb::RecordedMaterial> materials;

@@ -16,8 +16,8 @@ std::size_t bytes_of(const Stiffeners& s) {
 }
 
 std::size_t bytes_of(const ContactPoints& c) {
-  return bytes_of(c.begin) + bytes_of(c.nodes) + bytes_of(c.weights) + bytes_of(c.rest) +
-         bytes_of(c.potential) + bytes_of(c.limit);
+  return bytes_of(c.begin) + bytes_of(c.nodes) + bytes_of(c.weights) + bytes_of(c.rest) + bytes_of(c.potential) +
+         bytes_of(c.limit);
 }
 
 std::size_t bytes_of(const Skin& skin) {

@@ -126,7 +126,8 @@ void add_contacts(const PlainLevel& level, const PlainInput& input, const NodeVe
       weight_sum += weight;
     }
     const Vector3d rest = Eigen::Map<const Eigen::Vector3f>(points.rest + 3 * p).cast<double>();
-    const Vector3d from = point(input.head_from, rest) + displacement, with_head = point(input.head_to, rest) + displacement;
+    const Vector3d from = point(input.head_from, rest) + displacement,
+                   with_head = point(input.head_to, rest) + displacement;
     for (std::size_t f = 0; f < level.skin_count; ++f) {
       const PlainSkinField& field = level.skin[f];
       const PlainBone& bone = input.bones[f];

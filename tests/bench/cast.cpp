@@ -9,8 +9,8 @@ namespace {
 constexpr double kLeadIn_s = 1;
 
 // One frame of what the service does: substeps of the shipped length.
-void lead(const Level& level, const Pose& from, const Pose& to, double frame_s, int iterations,
-          StepScratch& scratch, LatticeState& state) {
+void lead(const Level& level, const Pose& from, const Pose& to, double frame_s, int iterations, StepScratch& scratch,
+          LatticeState& state) {
   const int step_count = substep_count_for(frame_s);
   StepInput input;
   input.step_s = frame_s / step_count;

@@ -29,7 +29,9 @@ constexpr Cell kCells[] = {{10, 0, 0, false, 1.1},     {10, 0, 0, true, 5.2},   
 
 Level build(const Groom& groom, const Cell& cell) {
   const int n = cell.nodes_per_axis;
-  Level level = *build_level(groom, {{n, n, n}, cell.springs, cell.attachments, n > 5 ? kLevelSpecs[0].contact_count : kLevelSpecs[2].contact_count});
+  Level level = *build_level(
+      groom,
+      {{n, n, n}, cell.springs, cell.attachments, n > 5 ? kLevelSpecs[0].contact_count : kLevelSpecs[2].contact_count});
   if (!cell.contact) level.contacts = {};
   return level;
 }

@@ -47,12 +47,16 @@ PlainModel::PlainModel(const Level& level, double step_s, const MaterialScale& m
   plain_.skin = skin_.data();
   plain_.skin_count = skin_.size();
   const ContactPoints& contacts = level.contacts;
-  plain_.contacts = {contacts.count(),        contacts.begin.data(),
-                     contacts.nodes.data(),   contacts.weights.data(),
-                     contacts.count() > 0 ? contacts.rest.front().data() : nullptr, contacts.potential.data()};
+  plain_.contacts = {contacts.count(),
+                     contacts.begin.data(),
+                     contacts.nodes.data(),
+                     contacts.weights.data(),
+                     contacts.count() > 0 ? contacts.rest.front().data() : nullptr,
+                     contacts.potential.data()};
   take(level.springs, step_s, material, springs_, plain_.springs);
   // A spring's viscosity goes with its strain.
-  for (std::size_t s = 0; s < level.springs.count(); ++s) springs_.damping[s] = material.damping * level.springs.damping[s];
+  for (std::size_t s = 0; s < level.springs.count(); ++s)
+    springs_.damping[s] = material.damping * level.springs.damping[s];
   take(level.attachments, step_s, material, attachments_, plain_.attachments);
 }
 

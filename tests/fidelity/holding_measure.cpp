@@ -136,7 +136,7 @@ class Run {
   DeepPoints deep_;
   int looks_ = 0;
   std::vector<Vec3f> grid_, stretched_, points_, points_before_;  // head space; as FFD has them, as they are drawn
-  std::vector<Vec3> before_, before_that_;            // of the spots, world
+  std::vector<Vec3> before_, before_that_;                        // of the spots, world
   std::vector<float> jumps_m_, lengths_, drawn_;
 };
 

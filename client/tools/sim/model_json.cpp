@@ -99,14 +99,20 @@ Json contacts_json(const Level& level) {
 // What this model does that model.md's formulas do not say, or leave open.
 Json notes_json() {
   return {
-      "contact acts at points of hair, core/solver/contact.hpp: x = R x0 + sum_j w_j (p_j - R p0_j), with_bone = B1 B0^-1 "
+      "contact acts at points of hair, core/solver/contact.hpp: x = R x0 + sum_j w_j (p_j - R p0_j), with_bone = B1 "
+      "B0^-1 "
       "x(start), with_head = R1 x0 + the same sum at the start, ahead = with_head + h sum_j w_j (p'_j - R' p0_j); per "
-      "field, s its trilinear distance (outside the grid plus the way there) at B1^-1 of a point, n the unit gradient at "
-      "with_bone; d = limit - s(with_bone), a = d - n.(ahead - with_bone); it acts where d > 0, or a > 0 and s < limit at "
-      "the middle or the end of the way; slope = 6 U / 0.05^3, k = slope clamp(max(d, a), 0, 0.01), F = min(slope d^2 / "
-      "2, k h 0.4) for d > 0, else k d; node j gets w_j (F - k n.(with_head - with_bone)) n - w_j k W n n^T (h (p'_1j - R' "
+      "field, s its trilinear distance (outside the grid plus the way there) at B1^-1 of a point, n the unit gradient "
+      "at "
+      "with_bone; d = limit - s(with_bone), a = d - n.(ahead - with_bone); it acts where d > 0, or a > 0 and s < limit "
+      "at "
+      "the middle or the end of the way; slope = 6 U / 0.05^3, k = slope clamp(max(d, a), 0, 0.01), F = min(slope d^2 "
+      "/ "
+      "2, k h 0.4) for d > 0, else k d; node j gets w_j (F - k n.(with_head - with_bone)) n - w_j k W n n^T (h (p'_1j "
+      "- R' "
       "p0_j)), W = sum_j w_j; a limit of -1 means never",
-      "a spring's tension is k x, and beyond x = 0.02 of its rest length k (x + 8 (x - 0.02 L)), below -0.05 k (x - 0.9 (x "
+      "a spring's tension is k x, and beyond x = 0.02 of its rest length k (x + 8 (x - 0.02 L)), below -0.05 k (x - "
+      "0.9 (x "
       "+ 0.05 L)); its stiffness is the slope at the step's start",
       "spring forces are linearised about the step's start with the positive semi-definite part only (k e e^T, q e "
       "e^T)",

@@ -47,7 +47,8 @@ TEST(Skin, gradient_is_the_slope_of_the_distance) {
   const double cell = static_cast<double>(field.cell_m);
   for (int n = 0; n < 50; ++n) {
     // Within a cell, where the trilinear function is smooth.
-    const Vec3 at = field.origin.cast<double>() + cell * Vec3(3.05 + 0.9 * (0.37 * n - std::floor(0.37 * n)), 4.4 + n % 5, 5.6);
+    const Vec3 at =
+        field.origin.cast<double>() + cell * Vec3(3.05 + 0.9 * (0.37 * n - std::floor(0.37 * n)), 4.4 + n % 5, 5.6);
     Vec3 gradient;
     skin_distance(field, at, &gradient);
     for (int a = 0; a < 3; ++a) {

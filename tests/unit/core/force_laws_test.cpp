@@ -111,7 +111,8 @@ TEST(Contact, begins_without_force_and_stiffness) {
 TEST(Contact, pushes_no_farther_in_a_step_than_hair_may_come_out) {
   for (double p = 0.0005; p < 0.08; p += 0.0005) {
     const ContactLaw law = contact_law(0.03, p, p, 1.0 / 50);
-    EXPECT_LE(law.force / law.stiffness, std::min(p, kContactRecovery_m_per_s / 50) * (1 + 1e-9)) << "from " << p << " m";
+    EXPECT_LE(law.force / law.stiffness, std::min(p, kContactRecovery_m_per_s / 50) * (1 + 1e-9))
+        << "from " << p << " m";
     EXPECT_GT(law.force, 0);
   }
 }

@@ -26,7 +26,7 @@ void PrintTo(const Bounds& bounds, std::ostream* out) {
 }
 constexpr Bounds kBounds[] = {
     {"walk_and_stop", 0.001, 0.01, 1.19, 1.9, 0.025}, {"glide", 0.003, 0.03, 1.39, 2.9, 0.031},
-    {"side_step", 0.001, 0.01, 1.31, 2.14, 0.0125},  {"turn_on_spot", 0.001, 0.005, 1.1, 1.25, 0.023},
+    {"side_step", 0.001, 0.01, 1.31, 2.14, 0.0125},   {"turn_on_spot", 0.001, 0.005, 1.1, 1.25, 0.023},
     {"late_nod", 0.001, 0.005, 1.04, 1.21, 0.0034},
 };
 constexpr double kDrawnLength_p99 = 1.02;

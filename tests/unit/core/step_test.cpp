@@ -313,8 +313,8 @@ TEST(Step, skin_that_moves_into_the_hair_pushes_it_out) {
 
 // Hair is thrown at the head, faster than through it within a step.
 TEST(Step, hair_does_not_pass_through_the_skull_however_fast) {
-  Level level = make_random_level({.spring_count = 0, .attachment_count = 0, .ether = false, .drag = false,
-                                   .contacts = false});
+  Level level =
+      make_random_level({.spring_count = 0, .attachment_count = 0, .ether = false, .drag = false, .contacts = false});
   level.skin = std::make_shared<Skin>(Skin{support::make_round_skin(Bone::head, Vec3f(0, -0.04f, 0), 0.04f)});
   support::add_contact(level, Vec3f(0, -0.04f, 0.079f), 1);  // J, as the build gives a point of this mass
   support::set_limits(level);
