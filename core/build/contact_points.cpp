@@ -163,13 +163,13 @@ ContactPoints make_contact_points(const Groom& groom, const LevelGeometry& geome
   contacts.nodes.assign(stencils.nodes.begin(), stencils.nodes.end());
   contacts.weights.assign(stencils.weights.begin(), stencils.weights.end());
   const Material& material = groom.materials.base;
+  const auto by_material = static_cast<double>(material.metaball_potential_j / Material{}.metaball_potential_j);
   for (std::size_t p = 0; p < contacts.count(); ++p) {
     double share_kg = 0;
     for (std::uint32_t e = contacts.begin[p]; e < contacts.begin[p + 1]; ++e) {
       share_kg += static_cast<double>(contacts.weights[e] * mass[contacts.nodes[e]]);
     }
-    contacts.potential.push_back(static_cast<float>(
-        std::max(static_cast<double>(material.metaball_potential_j), potential_for_load(kLoad * share_kg))));
+    contacts.potential.push_back(static_cast<float>(by_material * potential_for_load(kLoad * share_kg)));
   }
   for (const SkinField& field : skin) {
     for (std::size_t p = 0; p < contacts.count(); ++p) {

@@ -27,7 +27,7 @@ struct Material {
   float ether_damping_ratio = 0.2f;            // of each node's swing about its design
   float root_length_m = 0.02f;                 // lambda_0 of eq. 7, for strands that are given this material
   float thickness_m = 0.006f;                  // hair keeps this far off the skin
-  float metaball_potential_j = 0.03f;          // least U of a metaball; raised where a load needs more
+  float metaball_potential_j = 0.03f;          // of contact: twice as much is twice as hard
   friend bool operator==(const Material&, const Material&) = default;
 };
 
