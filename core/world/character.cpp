@@ -13,9 +13,6 @@ namespace {
 constexpr double kStillShift_m = 3e-4;
 constexpr double kStillTurn_rad = 1e-3;
 constexpr float kStillSpeed_m_per_s = 1e-3f;
-// Contact may keep a few nodes creeping to and fro: long after the bones have come to rest that counts as still.
-constexpr double kCreepAfter_s = 6;
-constexpr float kCreepSpeed_m_per_s = 0.05f;
 
 // Of a state from outside. A coordinate may have been rounded to the wire's coarsest millimetre; no head moves faster
 // than 25 m/s and 2500 deg/s (is_teleport), so hair within a metre of it hardly does than this.
@@ -71,8 +68,7 @@ void ease_in(const TickTerms& terms, Character& c) {
 
 // Counts towards sleep while no node moves against the head.
 void count_stillness(double elapsed_s, Character& c) {
-  const bool may_creep = c.bones_still_s >= kCreepAfter_s;
-  if (c.state.speed_max_m_per_s > (may_creep ? kCreepSpeed_m_per_s : kStillSpeed_m_per_s)) return c.wake();
+  if (c.state.speed_max_m_per_s > kStillSpeed_m_per_s) return c.wake();
   c.still_s += elapsed_s;
   if (!c.is_asleep()) return;
   for (Vec3f& v : c.state.velocity) v.setZero();
