@@ -11,7 +11,6 @@ namespace {
 
 constexpr double kAfter_s = 1;  // of rest
 constexpr double kUntangle_s = 1;
-constexpr double kRestless_s = 8;  // hair that has no rest by then is caught as well
 constexpr double kLookEvery_s = 0.2;
 constexpr std::size_t kPointsMost = 200;
 constexpr float kDifference = 0.05f;  // of a cell, between which the gradient is taken
@@ -61,7 +60,7 @@ double Untangle::update(const Pose& pose, double still_s, double elapsed_s, cons
     is_caught_ = false;
   } else if (!is_caught_ && since_look_s_ >= kLookEvery_s) {
     since_look_s_ = 0;
-    is_caught_ = still_s >= kRestless_s || is_folded(level, displacement);
+    is_caught_ = is_folded(level, displacement);
   }
   share_ = std::clamp(share_ + (is_caught_ ? elapsed_s : -elapsed_s) / kUntangle_s, 0.0, 1.0);
   return share_;

@@ -12,8 +12,7 @@ namespace hairnet {
 bool is_folded(const Level& level, std::span<const Vec3f> displacement);
 
 // Hair that was thrown about may come to rest around the neck, its layers turned through each other; contact then keeps
-// it from coming home. Only such a lattice is helped, or one that has no rest long after the body has, and only while the
-// body stands upright and at rest in the world: contact is let go within a second, and comes back as slowly once the body
+// it from coming home. Only such a lattice is helped, and only while the body stands upright and at rest in the world: contact is let go within a second, and comes back as slowly once the body
 // moves.
 class Untangle {
  public:
