@@ -22,8 +22,8 @@ struct StiffenerView {
 struct SkinFieldView {
   std::size_t bone;
   float origin[3], per_cell;
-  float cells[3];              // along each axis
-  std::int32_t row, layer;     // entries from a node to the next along y, and z
+  float cells[3];           // along each axis
+  std::int32_t row, layer;  // entries from a node to the next along y, and z
   const float *distance, *limit;
 };
 
@@ -48,7 +48,7 @@ struct LevelView {
   const float* drag;           // xx xy xz yy yz zz of each node
   const float* wind_fraction;  // of the way along the box, xyz of each node (LatticeWind); null in still air
   StiffenerView springs, attachments;
-  IncidenceView incidences;       // for crowds only
+  IncidenceView incidences;  // for crowds only
   const SkinFieldView* skin;
   std::size_t skin_count;
   ContactPointsView contacts;

@@ -7,15 +7,11 @@
 #endif
 
 #include <cstddef>
-#include <cstdint>
 
-#include "core/solver/contact.hpp"
+#include "core/solver/contacts_inl.hpp"
 #include "core/solver/damping.hpp"
-#include "core/solver/lane_memory.hpp"
-#include "core/solver/lanes_inl.hpp"
-#include "core/solver/level_view.hpp"
 #include "core/solver/spring.hpp"
-#include "core/solver/step_terms.hpp"
+#include "core/solver/step_data_inl.hpp"
 
 // One step of the lattices in one layout (`Lanes`: a crowd or a single character). What it solves, and why it cannot
 // run away, is written in step.hpp; the law of each force beside its like in reference_step.cpp.
@@ -24,70 +20,26 @@ namespace hairnet {
 namespace HWY_NAMESPACE {
 
 template <class Lanes>
-struct Step {
-  using Real = typename Lanes::Real;
-  using Mask = typename Lanes::Mask;
-  using Vector = typename Lanes::Vector;
-  using Block = typename Lanes::Block;
-  using L = Lanes;
-  static constexpr std::size_t kReal = Lanes::kReal, kVector = Lanes::kVector, kBlock = Lanes::kBlock;
-
-  // Copies, so that the compiler knows that no store of a number changes them.
-  const LevelView level;
-  const LaneMemory m;
-  const Real h;
-
-  Step(const LevelView& level_of_all, const LaneMemory& memory)
-      : level(level_of_all), m(memory), h(term(offsetof(StepTerms, step_s))) {}
+struct Step : StepData<Lanes> {
+  using Data = StepData<Lanes>;
+  using Data::block_at, Data::put, Data::Data;
+  using Data::kVector, Data::level, Data::m, Data::h, Data::term, Data::vector_term, Data::turn_term;
+  using Data::motion_term, Data::turned, Data::moved, Data::squared, Data::half, Data::node, Data::real_at;
+  using typename Data::L, typename Data::Real, typename Data::Mask, typename Data::Vector, typename Data::Block;
+  using typename Data::Turn, typename Data::Motion;
 
   // A step of all: m.displacement and m.velocity are the states at its start, and at its end.
   HWY_INLINE void run(int iterations) {
     hold_to_energy_limit();
     carry();
     add_node_forces();
-    add_contacts();
+    Contacts<Lanes>(level, m).add();
     add_springs();
     add_attachments();
     if (level.wind_fraction) add_wind();
     precondition();
     advance(solve(iterations));
   }
-
-  HWY_INLINE Real term(std::size_t byte) const { return L::load_real(m.terms + byte / sizeof(float) * kReal); }
-  HWY_INLINE Vector vector_term(std::size_t byte) const {
-    return L::load_components(m.terms + byte / sizeof(float) * kReal);
-  }
-
-  struct Turn {
-    Vector x, y, z;  // columns
-  };
-  HWY_INLINE Turn turn_term(std::size_t byte) const {
-    return {vector_term(byte), vector_term(byte + 3 * sizeof(float)), vector_term(byte + 6 * sizeof(float))};
-  }
-  static HWY_INLINE Vector turned(const Turn& turn, const Vector& a) {
-    return L::add_scaled(L::z(a), turn.z, L::add_scaled(L::y(a), turn.y, L::scale(L::x(a), turn.x)));
-  }
-  struct Motion {
-    Turn turn;
-    Vector shift;
-  };
-  HWY_INLINE Motion motion_term(std::size_t byte) const {
-    return {turn_term(byte + offsetof(StepTerms::Motion, turn)),
-            vector_term(byte + offsetof(StepTerms::Motion, shift))};
-  }
-  static HWY_INLINE Vector moved(const Motion& motion, const Vector& a) {
-    return L::add(turned(motion.turn, a), motion.shift);
-  }
-
-  static HWY_INLINE Real squared(const Vector& a) { return L::dot(a, a); }
-  static HWY_INLINE Real half() { return L::real(0.5f); }
-
-  static HWY_INLINE Vector node(const float* nodes, std::size_t i) { return L::load_vector(nodes + i * kVector); }
-  static HWY_INLINE void put(const Vector& a, float* nodes, std::size_t i) { L::store_vector(a, nodes + i * kVector); }
-  static HWY_INLINE Real real_at(const float* p, std::size_t i) { return L::load_real(p + i * kReal); }
-  static HWY_INLINE void put(Real a, float* p, std::size_t i) { L::store_real(a, p + i * kReal); }
-  static HWY_INLINE Block block_at(const float* p, std::size_t i) { return L::load_block(p + i * kBlock); }
-  static HWY_INLINE void put(const Block& a, float* p, std::size_t i) { L::store_block(a, p + i * kBlock); }
 
   // Most stiffeners have the eight nodes of one cell: loops over those are unrolled.
   static constexpr std::size_t kCellNodes = 8;
@@ -312,7 +264,8 @@ struct Step {
       const Real rest_rate = L::dot(e, turned(rest_rate_of, L::vector(level.springs.rest + 3 * s)));  // R' eps_0 . e
       const Real elongation = real_at(m.spring_elongation, s);
       const Real hk_q = hn::MulAdd(h, stiffness, q), coefficient = h * hk_q;
-      const Real tension = hn::MulAdd(hk_q, rest_rate, hn::MulAdd(more, beyond_branch(s, more, elongation), k * elongation));
+      const Real tension =
+          hn::MulAdd(hk_q, rest_rate, hn::MulAdd(more, beyond_branch(s, more, elongation), k * elongation));
       put(e, m.spring_direction, s);
       put(hn::MulAdd(h, rest_rate, elongation), m.spring_elongation, s);
       put(coefficient, m.spring_coefficient, s);
@@ -336,148 +289,6 @@ struct Step {
         put(hn::MulAdd(L::real(w * w), coefficient, real_at(m.held, j)), m.held, j);
       }
     }
-  }
-
-  // Hair against the skin, where the hair is (contact.hpp). A point's force is taken where it would end if it moved
-  // with the bone, and its stiffness acts on the way it moves otherwise: so a body at constant velocity exerts nothing
-  // new. Its nodes bear the stiffness each for itself, by their weights: that bounds it from above, so that no push
-  // overshoots, and stays in the blocks of single nodes, where it costs the iterations nothing.
-  HWY_INLINE void add_contacts() {
-    for (std::size_t p = 0; p < level.contacts.count; ++p) add_contact(p);
-  }
-
-  // Where a contact point is at the start, and where it would end with the head and by its own velocity.
-  struct Path {
-    Vector from, with_head, ahead;
-  };
-  HWY_INLINE Path path_of(std::size_t p) const {
-    const ContactPointsView& points = level.contacts;
-    Vector displacement = L::zero(), velocity = L::zero();
-    for (std::size_t e = points.begin[p]; e < points.begin[p + 1]; ++e) {
-      const Real weight = L::real(points.weights[e]);
-      displacement = L::add_scaled(weight, node(m.displacement, points.nodes[e]), displacement);
-      velocity = L::add_scaled(weight, node(m.velocity, points.nodes[e]), velocity);
-    }
-    const Vector rest = L::vector(points.rest + 3 * p);
-    const Vector with_head = L::add(rest, turned(turn_term(offsetof(StepTerms, turn)), displacement));
-    return {L::add(rest, displacement), with_head, L::add_scaled(h, velocity, with_head)};
-  }
-
-  HWY_INLINE void add_contact(std::size_t p) {
-    const Path path = path_of(p);
-    for (std::size_t f = 0; f < level.skin_count; ++f) {
-      const SkinFieldView& field = level.skin[f];
-      if (field.limit[p] <= kContactNever_m) continue;
-      const std::size_t bone = field.bone * sizeof(StepTerms::Motion);
-      const Motion to_bone = motion_term(offsetof(StepTerms, to_bone) + bone);
-      const bool is_head = field.bone == 0;  // in whose axes all is told
-      const Vector from = is_head ? path.from
-                                  : moved(motion_term(offsetof(StepTerms, to_bone_before) + bone), path.from);
-      const Vector travel = L::subtract(is_head ? path.ahead : moved(to_bone, path.ahead), from);
-      const Real reach = hn::Sqrt(squared(travel)), limit = L::real(field.limit[p]), none = L::real(0);
-      if (hn::AllFalse(L::d, hn::Lt(least_distance(field, from), limit + reach))) continue;
-      const SkinHere skin = skin_at(field, from);
-      if (hn::AllFalse(L::d, hn::Lt(skin.distance, limit + reach))) continue;
-
-      const Real depth = limit - skin.distance, depth_ahead = depth - L::dot(skin.normal, travel);
-      const Mask is_in = hn::Gt(depth, none);
-      Mask meets = hn::Or(is_in, hn::Gt(depth_ahead, none));
-      if (hn::AllFalse(L::d, meets)) continue;
-      const Real nearest = hn::Min(skin_at(field, L::add_scaled(half(), travel, from)).distance,
-                                   skin_at(field, L::add(travel, from)).distance);
-      meets = hn::Or(is_in, hn::And(meets, hn::Lt(nearest, limit)));
-
-      const Real slope = term(offsetof(StepTerms, contact)) * L::real(static_cast<float>(kContactSlope) * level.contacts.potential[p]);
-      const Real k = hn::IfThenElseZero(
-          meets, slope * hn::Min(hn::Max(hn::Max(depth, depth_ahead), none),
-                                 L::real(static_cast<float>(kContactStiffest_m))));
-      const Real recovery = k * (h * L::real(static_cast<float>(kContactRecovery_m_per_s)));
-      const Real push = hn::IfThenElse(is_in, hn::Min(half() * slope * depth * depth, recovery), k * depth);
-      const Real against =
-          L::dot(skin.normal, L::subtract(is_head ? path.with_head : moved(to_bone, path.with_head), from));
-      const Vector normal = is_head ? skin.normal : turned_back(to_bone.turn, skin.normal);
-      give_contact(p, h * hn::NegMulAdd(k, against, push), h * h * k, normal);
-    }
-  }
-  static HWY_INLINE Vector turned_back(const Turn& turn, const Vector& a) {
-    return L::compose(L::dot(turn.x, a), L::dot(turn.y, a), L::dot(turn.z, a));
-  }
-  HWY_INLINE void give_contact(std::size_t p, Real load, Real stiffness, const Vector& normal) {
-    const ContactPointsView& points = level.contacts;
-    float sum = 0;
-    for (std::size_t e = points.begin[p]; e < points.begin[p + 1]; ++e) sum += points.weights[e];
-    const Vector pushed = L::scale(load, normal);
-    const Block block = L::scale(stiffness * L::real(sum), L::square(normal));
-    for (std::size_t e = points.begin[p]; e < points.begin[p + 1]; ++e) {
-      const std::size_t j = points.nodes[e];
-      const Real weight = L::real(points.weights[e]);
-      put(L::add_scaled(weight, pushed, node(m.residual, j)), m.residual, j);
-      put(L::add_scaled(weight, block, block_at(m.diagonal, j)), m.diagonal, j);
-      put(L::add_scaled(weight, block, block_at(m.preconditioner, j)), m.preconditioner, j);
-    }
-  }
-
-  // skin_distance() of core/build/skin_field.hpp, with the gradient made a unit vector.
-  struct SkinHere {
-    Real distance;
-    Vector normal;
-  };
-  HWY_INLINE SkinHere skin_at(const SkinFieldView& field, const Vector& point) const {
-    const Vector at = L::scale(L::real(field.per_cell), L::subtract(point, L::vector(field.origin)));
-    const Place x = place_along(L::x(at), field.cells[0]), y = place_along(L::y(at), field.cells[1]),
-                z = place_along(L::z(at), field.cells[2]);
-    // Whole numbers below 2^24 are exact in float.
-    const Real entry = hn::MulAdd(z.low, L::real(static_cast<float>(field.layer)),
-                                  hn::MulAdd(y.low, L::real(static_cast<float>(field.row)), x.low));
-    const hn::RebindToSigned<decltype(L::d)> whole;
-    const auto base = hn::ConvertTo(whole, entry);
-    const auto pair_at = [&](std::int32_t offset) HWY_ATTR {
-      const Real a = L::gather(field.distance + offset, base), b = L::gather(field.distance + offset + 1, base);
-      return Edge{hn::MulAdd(x.t, b - a, a), b - a};
-    };
-    const Edge e00 = pair_at(0), e10 = pair_at(field.row), e01 = pair_at(field.layer),
-               e11 = pair_at(field.layer + field.row);
-    const Real low = hn::MulAdd(y.t, e10.value - e00.value, e00.value),
-               high = hn::MulAdd(y.t, e11.value - e01.value, e01.value);
-    const Real slope_low = hn::MulAdd(y.t, e10.slope - e00.slope, e00.slope),
-               slope_high = hn::MulAdd(y.t, e11.slope - e01.slope, e01.slope);
-    const Real y_low = e10.value - e00.value, y_high = e11.value - e01.value;
-    const Vector gradient = L::compose(hn::MulAdd(z.t, slope_high - slope_low, slope_low),
-                                    hn::MulAdd(z.t, y_high - y_low, y_low), high - low);
-    const Real length2 = hn::Max(squared(gradient), L::real(1e-12f));
-    const Vector beyond = L::compose(x.beyond, y.beyond, z.beyond);
-    const Real distance = hn::MulAdd(z.t, high - low, low) + hn::Sqrt(squared(beyond)) / L::real(field.per_cell);
-    return {distance, L::scale(L::real(1) / hn::Sqrt(length2), gradient)};
-  }
-  // No more than the distance at the point, by that at the node next to it: along an edge it changes by the edge's length
-  // at most, and there are three.
-  HWY_INLINE Real least_distance(const SkinFieldView& field, const Vector& point) const {
-    const Vector at = L::scale(L::real(field.per_cell), L::subtract(point, L::vector(field.origin)));
-    const auto along = [](Real a, float cells) HWY_ATTR {
-      return hn::Round(hn::Min(hn::Max(a, L::real(0)), L::real(cells)));
-    };
-    const Real x = along(L::x(at), field.cells[0]), y = along(L::y(at), field.cells[1]),
-               z = along(L::z(at), field.cells[2]);
-    const Real entry =
-        hn::MulAdd(z, L::real(static_cast<float>(field.layer)), hn::MulAdd(y, L::real(static_cast<float>(field.row)), x));
-    const Vector to_node = L::subtract(at, L::compose(x, y, z));
-    const Real away = hn::Sqrt(squared(to_node));
-    const Real within = L::real(0.87f);  // a half of a cell's diagonal
-    const Real beyond = hn::Max(away - within, L::real(0)) - hn::Min(away, within) * L::real(1.74f);
-    return hn::MulAdd(beyond, L::real(1 / field.per_cell), L::gather(field.distance, hn::ConvertTo(hn::RebindToSigned<decltype(L::d)>(), entry)));
-  }
-
-  struct Edge {
-    Real value, slope;
-  };
-  // Along one axis of a grid: the node below, the share of the cell from there, and how far the point is outside.
-  struct Place {
-    Real low, t, beyond;
-  };
-  static HWY_INLINE Place place_along(Real at, float cells) {
-    const Real within = hn::Min(hn::Max(at, L::real(0)), L::real(cells));
-    const Real low = hn::Min(hn::Floor(within), L::real(cells - 1));
-    return {low, within - low, at - within};
   }
 
   // Inverses of A's 3x3 diagonal blocks.

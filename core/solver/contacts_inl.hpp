@@ -1,0 +1,108 @@
+// Included once for each instruction set (Highway's foreach_target).
+#if defined(HAIRNET_CONTACTS_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef HAIRNET_CONTACTS_INL
+#undef HAIRNET_CONTACTS_INL
+#else
+#define HAIRNET_CONTACTS_INL
+#endif
+
+#include <cstddef>
+
+#include "core/solver/contact.hpp"
+#include "core/solver/skin_inl.hpp"
+#include "core/solver/step_data_inl.hpp"
+
+// Hair against the skin, where the hair is (contact.hpp). A point's force is taken where it would end if it moved
+// with the bone, and its stiffness acts on the way it moves otherwise: so a body at constant velocity exerts nothing
+// new. Its nodes bear the stiffness each for itself, by their weights: that bounds it from above, so that no push
+// overshoots, and stays in the blocks of single nodes, where it costs the iterations nothing.
+HWY_BEFORE_NAMESPACE();
+namespace hairnet {
+namespace HWY_NAMESPACE {
+
+template <class Lanes>
+struct Contacts : StepData<Lanes> {
+  using Data = StepData<Lanes>;
+  using Data::level, Data::m, Data::h, Data::term, Data::turn_term, Data::motion_term, Data::turned, Data::turned_back;
+  using Data::moved, Data::squared, Data::half, Data::node, Data::block_at, Data::put, Data::Data;
+  using typename Data::L, typename Data::Real, typename Data::Mask, typename Data::Vector, typename Data::Block;
+  using typename Data::Motion;
+
+  HWY_INLINE void add() {
+    for (std::size_t p = 0; p < level.contacts.count; ++p) add(p);
+  }
+
+  // Where a contact point is at the start, and where it would end with the head and by its own velocity.
+  struct Path {
+    Vector from, with_head, ahead;
+  };
+  HWY_INLINE Path path_of(std::size_t p) const {
+    const ContactPointsView& points = level.contacts;
+    Vector displacement = L::zero(), velocity = L::zero();
+    for (std::size_t e = points.begin[p]; e < points.begin[p + 1]; ++e) {
+      const Real weight = L::real(points.weights[e]);
+      displacement = L::add_scaled(weight, node(m.displacement, points.nodes[e]), displacement);
+      velocity = L::add_scaled(weight, node(m.velocity, points.nodes[e]), velocity);
+    }
+    const Vector rest = L::vector(points.rest + 3 * p);
+    const Vector with_head = L::add(rest, turned(turn_term(offsetof(StepTerms, turn)), displacement));
+    return {L::add(rest, displacement), with_head, L::add_scaled(h, velocity, with_head)};
+  }
+
+  HWY_INLINE void add(std::size_t p) {
+    const Path path = path_of(p);
+    for (std::size_t f = 0; f < level.skin_count; ++f) {
+      const SkinFieldView& field = level.skin[f];
+      if (field.limit[p] <= kContactNever_m) continue;
+      const std::size_t bone = field.bone * sizeof(StepTerms::Motion);
+      const Motion to_bone = motion_term(offsetof(StepTerms, to_bone) + bone);
+      const bool is_head = field.bone == 0;  // in whose axes all is told
+      const Vector from =
+          is_head ? path.from : moved(motion_term(offsetof(StepTerms, to_bone_before) + bone), path.from);
+      const Vector travel = L::subtract(is_head ? path.ahead : moved(to_bone, path.ahead), from);
+      const Real reach = hn::Sqrt(squared(travel)), limit = L::real(field.limit[p]), none = L::real(0);
+      if (hn::AllFalse(L::d, hn::Lt(Skin<Lanes>::least_distance(field, from), limit + reach))) continue;
+      const typename Skin<Lanes>::Here skin = Skin<Lanes>::at(field, from);
+      if (hn::AllFalse(L::d, hn::Lt(skin.distance, limit + reach))) continue;
+
+      const Real depth = limit - skin.distance, depth_ahead = depth - L::dot(skin.normal, travel);
+      const Mask is_in = hn::Gt(depth, none);
+      Mask meets = hn::Or(is_in, hn::Gt(depth_ahead, none));
+      if (hn::AllFalse(L::d, meets)) continue;
+      const Real nearest = hn::Min(Skin<Lanes>::at(field, L::add_scaled(half(), travel, from)).distance,
+                                   Skin<Lanes>::at(field, L::add(travel, from)).distance);
+      meets = hn::Or(is_in, hn::And(meets, hn::Lt(nearest, limit)));
+
+      const Real slope =
+          term(offsetof(StepTerms, contact)) * L::real(static_cast<float>(kContactSlope) * level.contacts.potential[p]);
+      const Real k = hn::IfThenElseZero(meets, slope * hn::Min(hn::Max(hn::Max(depth, depth_ahead), none),
+                                                               L::real(static_cast<float>(kContactStiffest_m))));
+      const Real recovery = k * (h * L::real(static_cast<float>(kContactRecovery_m_per_s)));
+      const Real push = hn::IfThenElse(is_in, hn::Min(half() * slope * depth * depth, recovery), k * depth);
+      const Real against =
+          L::dot(skin.normal, L::subtract(is_head ? path.with_head : moved(to_bone, path.with_head), from));
+      const Vector normal = is_head ? skin.normal : turned_back(to_bone.turn, skin.normal);
+      give_contact(p, h * hn::NegMulAdd(k, against, push), h * h * k, normal);
+    }
+  }
+  HWY_INLINE void give_contact(std::size_t p, Real load, Real stiffness, const Vector& normal) {
+    const ContactPointsView& points = level.contacts;
+    float sum = 0;
+    for (std::size_t e = points.begin[p]; e < points.begin[p + 1]; ++e) sum += points.weights[e];
+    const Vector pushed = L::scale(load, normal);
+    const Block block = L::scale(stiffness * L::real(sum), L::square(normal));
+    for (std::size_t e = points.begin[p]; e < points.begin[p + 1]; ++e) {
+      const std::size_t j = points.nodes[e];
+      const Real weight = L::real(points.weights[e]);
+      put(L::add_scaled(weight, pushed, node(m.residual, j)), m.residual, j);
+      put(L::add_scaled(weight, block, block_at(m.diagonal, j)), m.diagonal, j);
+      put(L::add_scaled(weight, block, block_at(m.preconditioner, j)), m.preconditioner, j);
+    }
+  }
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace hairnet
+HWY_AFTER_NAMESPACE();
+
+#endif
