@@ -52,7 +52,7 @@ struct Cast {
 
   static void put_input(unsigned seed, std::size_t substep, StepInput& input) {
     const auto pose_at = [seed](double s) {
-      const Vec3 place(0.5 + 0.05 * s, 1.5, -2.0 * seed);
+      const Vec3 place(0.05 * s, 0, -0.02 * seed);  // near the origin, where the reference rounds least
       Pose pose = rigid_pose(turned(0.1 * seed + 0.1 * s, {0.3, 1, 0.2}, place));
       pose[Bone::left_shoulder] = turned(0.2 * s, {0, 0, 1}, place + Vec3(0.01, 0.005, 0));
       return pose;
@@ -146,8 +146,8 @@ TEST_P(InstructionSets, agrees_with_the_double_reference_from_the_same_state) {
     const LatticeState expected = to_head(cast.level, input.to.head(), reference);
     ASSERT_TRUE(step(cast.level, input, {.iterations = 400}, scratch, state));
     for (std::size_t i = 0; i < state.displacement.size(); ++i) {
-      EXPECT_LT((state.displacement[i] - expected.displacement[i]).norm(), 2e-6f);
-      EXPECT_LT((state.velocity[i] - expected.velocity[i]).norm(), 1e-4f);
+      EXPECT_LT((state.displacement[i] - expected.displacement[i]).norm(), 5e-7f);
+      EXPECT_LT((state.velocity[i] - expected.velocity[i]).norm(), 2e-5f);
     }
   }
 }

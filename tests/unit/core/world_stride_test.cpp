@@ -11,23 +11,24 @@
 namespace hairnet {
 namespace {
 
-std::shared_ptr<const LevelSet> make_levels(bool drag = true) {
+std::shared_ptr<const LevelSet> make_levels(bool drag = true, bool contacts = true) {
   auto levels = std::make_shared<LevelSet>();
   for (int i = 0; i < 4; ++i) {
     const bool is_ether = i == 3;
     levels->levels[static_cast<std::size_t>(i)] = support::make_random_level({.nodes_per_axis = 6 - i,
                                                                               .spring_count = is_ether ? 0 : 60,
                                                                               .attachment_count = is_ether ? 0 : 10,
-                                                                              .drag = drag});
+                                                                              .drag = drag,
+                                                                              .contacts = contacts});
   }
   const std::vector<Vec3f>& points = levels->levels[0].rest;
   connect_levels(*levels, points, std::vector<float>(points.size(), 1.0f));
   return levels;
 }
 
-Pose swaying(std::uint32_t character, int tick) {
+Pose swaying(std::uint32_t character, int tick, double by = 1) {
   const double t = tick / 30.0 + character;
-  return rigid_pose(support::turned(0.3 * std::sin(4 * t), {0.2, 1, 0.1}, {0.1 * std::sin(3 * t), 1.5, 0}));
+  return rigid_pose(support::turned(by * 0.3 * std::sin(4 * t), {0.2, 1, 0.1}, {by * 0.1 * std::sin(3 * t), 1.5, 0}));
 }
 
 std::vector<Vec3f> displacement(const World& world, CharacterId id) {
@@ -94,22 +95,23 @@ TEST_P(Strides, the_rigid_level_is_eased_into_in_the_same_time) {
 INSTANTIATE_TEST_SUITE_P(All, Strides, testing::Values(1, 2, 4));
 
 // What a turn over several ticks errs, over the motion that there is: of a head that sways in a gusty wind, so that
-// poses, steps and the wind's time all have to be right.
+// poses, steps and the wind's time all have to be right. It moves by little and meets no skin: springs that stiffen,
+// and contact, differ with a step's length.
 TEST(Stride, comes_close_to_what_every_tick_comes_to) {
   WorldDef def;
-  def.environment.wind = WindField({.mean_m_per_s = {1.5, 0, 0}, .gust_ratio = 1, .gust_period_s = 1.5});
+  def.environment.wind = WindField({.mean_m_per_s = {0.5, 0, 0}, .gust_ratio = 1, .gust_period_s = 1.5});
   for (const LevelIndex level : {LevelIndex::high, LevelIndex::low, LevelIndex::ether}) {
-    const auto levels = make_levels();
+    const auto levels = make_levels(true, false);
     std::array<World, 3> worlds{World(def), World(def), World(def)};
     std::array<CharacterId, 3> ids;
     for (std::size_t w = 0; w < 3; ++w) {
-      ids[w] = worlds[w].add({levels, level, swaying(0, 0)});
+      ids[w] = worlds[w].add({levels, level, swaying(0, 0, 0.5)});
       worlds[w].set_stride(ids[w], 1 << w);
     }
     std::array<double, 3> error{}, motion{};
     for (int tick = 1; tick <= 120; ++tick) {
       for (std::size_t w = 0; w < 3; ++w) {
-        worlds[w].set_pose(ids[w], swaying(0, tick));
+        worlds[w].set_pose(ids[w], swaying(0, tick, 0.5));
         worlds[w].step();
         if (tick < 30 || !worlds[w].lattice(ids[w]).stepped) continue;
         const auto truth = displacement(worlds[0], ids[0]), here = displacement(worlds[w], ids[w]);
@@ -119,8 +121,8 @@ TEST(Stride, comes_close_to_what_every_tick_comes_to) {
         }
       }
     }
-    EXPECT_LT(std::sqrt(error[1] / motion[1]), 0.05) << kLevelNames[static_cast<std::size_t>(level)];
-    EXPECT_LT(std::sqrt(error[2] / motion[2]), 0.1) << kLevelNames[static_cast<std::size_t>(level)];
+    EXPECT_LT(std::sqrt(error[1] / motion[1]), 0.03) << kLevelNames[static_cast<std::size_t>(level)];
+    EXPECT_LT(std::sqrt(error[2] / motion[2]), 0.06) << kLevelNames[static_cast<std::size_t>(level)];
   }
 }
 
