@@ -15,28 +15,40 @@ namespace {
 
 constexpr double kLookInterval_s = 0.1;  // between ticks that are looked at for depth and length
 constexpr double kEaseUpright_s = 0.5;
+constexpr double kReachTips_s = 0.33;
 
 void raise(Worst& worst, double value, double time_s) {
   if (value > worst.value) worst = {value, time_s};
 }
 
-// Where the spots of the design would be if they moved rigidly with the head, and by how much their speed changed.
+// Where the spots of the design would be if they moved rigidly with the head, and by how much their speed changed: in
+// this tick or one not long before, since what a head does reaches the tips later.
 class RigidSpots {
  public:
+  RigidSpots(std::size_t count, double tick_s)
+      : before_(count, Vec3::Zero()),
+        before_that_(before_),
+        last_m_(static_cast<std::size_t>(std::ceil(kReachTips_s / tick_s)), std::vector<double>(count, 0.0)) {}
+
   void move(const StrandSample& strands, const RigidTransform& head) {
+    std::vector<double>& now_m = last_m_[tick_++ % last_m_.size()];
     for (std::size_t i = 0; i < strands.spots.size(); ++i) {
       const Vec3 now = head.point(strands.points[strands.spots[i]].cast<double>());
-      jump_m_[i] = (now - 2 * before_[i] + before_that_[i]).norm();
+      now_m[i] = (now - 2 * before_[i] + before_that_[i]).norm();
       before_that_[i] = before_[i];
       before_[i] = now;
     }
   }
-  explicit RigidSpots(std::size_t count) : before_(count, Vec3::Zero()), before_that_(before_), jump_m_(count) {}
-  [[nodiscard]] double jump_m(std::size_t spot) const { return jump_m_[spot]; }
+  [[nodiscard]] double jump_m(std::size_t spot) const {
+    double most_m = 0;
+    for (const std::vector<double>& tick_m : last_m_) most_m = std::max(most_m, tick_m[spot]);
+    return most_m;
+  }
 
  private:
   std::vector<Vec3> before_, before_that_;
-  std::vector<double> jump_m_;
+  std::vector<std::vector<double>> last_m_;
+  std::size_t tick_ = 0;
 };
 
 // One character of the world, and what is found of it.
@@ -163,9 +175,9 @@ std::vector<Holding> measure_holding(const Subject& subject, const Clip& clip, b
                                      const HoldingOptions& options, const std::function<void(double)>& progress) {
   const StrandSample strands = sample_strands(subject.groom, options.point_count);
   BentBody body(subject.groom);
-  RigidSpots rigid(strands.spots.size());
   WorldDef def;
   def.tick_s = 1 / clip.rate_hz;
+  RigidSpots rigid(strands.spots.size(), def.tick_s);
   World world(def);
   std::vector<Run> runs;
   for (const LevelIndex level : subject.indices)
