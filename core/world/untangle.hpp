@@ -12,8 +12,8 @@ namespace hairnet {
 bool is_folded(const Level& level, std::span<const Vec3f> displacement);
 
 // Hair that was thrown about may come to rest around the neck, its layers turned through each other; contact then keeps
-// it from coming home. Only such a lattice is helped, and only while the body stands upright and at rest in the world: contact is let go within a second, and comes back as slowly once the body
-// moves.
+// it from coming home. Only such a lattice is helped, and only while the body stands upright and at rest in the world:
+// contact is let go within a second, and comes back as slowly once the body moves.
 class Untangle {
  public:
   // The share of contact to let go, 0 to 1. `still_s`: how long the bones have been at rest in the world.
