@@ -54,13 +54,15 @@ inline void add_stiffener(const Level& level, Stiffeners& stiffeners,
   stiffeners.rest.push_back(rest);
 }
 
-// The signed distance to a sphere.
-inline SkinField make_round_skin(Bone bone, const Vec3f& centre, float radius_m) {
-  SkinField field{bone, centre - Vec3f::Constant(0.15f), 0.01f, {31, 31, 31}, {}};
-  for (int k = 0; k < 31; ++k) {
-    for (int j = 0; j < 31; ++j) {
-      for (int i = 0; i < 31; ++i) {
-        const Vec3f at = field.origin + 0.01f * Vec3f(static_cast<float>(i), static_cast<float>(j), static_cast<float>(k));
+// The signed distance to a sphere, in a cube of 30 cm.
+inline SkinField make_round_skin(Bone bone, const Vec3f& centre, float radius_m, int nodes_per_axis = 31) {
+  const float cell_m = 0.3f / static_cast<float>(nodes_per_axis - 1);
+  SkinField field{bone, centre - Vec3f::Constant(0.15f), cell_m, {nodes_per_axis, nodes_per_axis, nodes_per_axis}, {}};
+  for (int k = 0; k < nodes_per_axis; ++k) {
+    for (int j = 0; j < nodes_per_axis; ++j) {
+      for (int i = 0; i < nodes_per_axis; ++i) {
+        const Vec3f at =
+            field.origin + cell_m * Vec3f(static_cast<float>(i), static_cast<float>(j), static_cast<float>(k));
         field.distance.push_back((at - centre).norm() - radius_m);
       }
     }
@@ -98,6 +100,7 @@ struct RandomLevel {
   int spring_count = 60, attachment_count = 10;
   float spring_stiffness = 2, attachment_stiffness = 5;
   bool ether = true, drag = true, contacts = true;
+  int skin_nodes_per_axis = 31;
   unsigned seed = 1;
 };
 
@@ -136,8 +139,9 @@ inline Level make_random_level(const RandomLevel& def = {}) {
     add_stiffener(level, level.attachments, trilinear(lattice, random_point()), k, 0.01f * k);
   }
   if (def.contacts) {
-    level.skin = std::make_shared<Skin>(Skin{make_round_skin(Bone::head, Vec3f(0, 0, 0), 0.08f),
-                                             make_round_skin(Bone::left_shoulder, Vec3f(0.1f, -0.2f, 0), 0.08f)});
+    level.skin = std::make_shared<Skin>(
+        Skin{make_round_skin(Bone::head, Vec3f(0, 0, 0), 0.08f, def.skin_nodes_per_axis),
+             make_round_skin(Bone::left_shoulder, Vec3f(0.1f, -0.2f, 0), 0.08f, def.skin_nodes_per_axis)});
     for (int p = 0; p < 20; ++p) {
       add_contact(level, random_point());
     }
