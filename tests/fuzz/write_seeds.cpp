@@ -1,3 +1,4 @@
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -14,7 +15,7 @@
 #include "tests/support/levels.hpp"
 #include "tests/unit/schema/random_messages.hpp"
 
-// Writes the corpora that fuzzing starts from, by our own encoders: hairnet-fuzz-seeds FOLDER
+// Writes the corpora that fuzzing starts from, by our own encoders.
 namespace hairnet::fuzz {
 namespace {
 
@@ -149,9 +150,10 @@ int write_seeds(const std::filesystem::path& root) {
 }  // namespace hairnet::fuzz
 
 int main(int argc, char** argv) {
-  if (argc != 2) {
-    std::fprintf(stderr, "hairnet-fuzz-seeds FOLDER: writes the corpora that fuzzing starts from\n");
-    return 2;
-  }
-  return hairnet::fuzz::write_seeds(argv[1]);
+  CLI::App app("Writes the corpora that fuzzing starts from, by our own encoders.", "hairnet-fuzz-seeds");
+  app.footer("Example:\n  hairnet-fuzz-seeds tests/fuzz/corpus\n");
+  std::string folder;
+  app.add_option("folder", folder, "where; a folder for each target is made there")->required();
+  CLI11_PARSE(app, argc, argv);
+  return hairnet::fuzz::write_seeds(folder);
 }
