@@ -4,9 +4,13 @@
 
 #include <algorithm>
 #include <cctype>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "client/view/character_records.hpp"
+#include "client/view/egl_context.hpp"
+#include "client/view/vector_texture.hpp"
 #include "core/ffd/lattice.hpp"
 #include "core/random.hpp"
 #include "tests/fidelity/corpus.hpp"
@@ -30,6 +34,47 @@ inline Layer rough_layer(const Lattice& lattice, std::uint64_t seed) {
                                   Vec3(random.symmetric(), random.symmetric(), random.symmetric()).cast<float>());
   return layer;
 }
+
+// A graphics context, and where shaders read what the characters are.
+class ShaderTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    Result<EglContext> context = EglContext::create();
+    if (!context) GTEST_SKIP() << "NOT TESTED: " << context.error();
+    context_.emplace(std::move(*context));
+    records_.emplace(kRecordsUnit, CharacterRecords::kRecordTexels);
+    lattices_.emplace(kLatticesUnit, CharacterRecords::kLatticeRow);
+    set_up_drawing();
+  }
+  void TearDown() override {
+    tear_down_drawing();
+    lattices_.reset();
+    records_.reset();
+  }
+  virtual void set_up_drawing() = 0;
+  virtual void tear_down_drawing() = 0;
+
+  // Two characters for the shaders; the second has the layers. Displacements are the head's affair: where it stands
+  // makes no difference. `first` and `second`: the rows of their points.
+  void fill_records(std::span<const Layer> layers, float quadratic, const CharacterRecords::PointRows& first = {},
+                    const CharacterRecords::PointRows& second = {}) {
+    std::vector<LatticeLayer> shown;
+    for (const Layer& layer : layers) shown.push_back({&layer.geometry, layer.displacements, layer.weight});
+    ShownCharacter character;
+    character.layers = shown;
+    character.pose = rigid_pose({Quat(Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized())), Vec3(3, 1, -2)});
+    DrawDetail detail;
+    detail.quadratic = quadratic;
+    CharacterRecords records;
+    records.add({}, Vec3::Zero(), {}, 1, false, first);
+    records.add(character, Vec3::Zero(), detail, 4e-4f, false, second);
+    records_->fill(records.records());
+    lattices_->fill(records.lattices());
+  }
+
+  std::optional<EglContext> context_;
+  std::optional<VectorTexture> records_, lattices_;
+};
 
 inline std::vector<std::string> all_grooms() {
   std::vector<std::string> names = fidelity::made_grooms();

@@ -4,11 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "client/view/character_records.hpp"
-#include "client/view/egl_context.hpp"
 #include "client/view/groom_geometry.hpp"
 #include "client/view/program.hpp"
-#include "client/view/vector_texture.hpp"
 #include "core/build/fit_lattice.hpp"
 #include "core/ffd/deform.hpp"
 #include "core/made/made.hpp"
@@ -64,18 +61,13 @@ struct Deformed {
   std::vector<Vec3f> positions, tangents;
 };
 
-class ShaderDeform : public testing::Test {
+class ShaderDeform : public ShaderTest {
  protected:
-  void SetUp() override {
-    Result<EglContext> context = EglContext::create();
-    if (!context) GTEST_SKIP() << "NOT TESTED: " << context.error();
-    context_.emplace(std::move(*context));
+  void set_up_drawing() override {
     constexpr std::array<const char*, 2> kRead{"position_head", "tangent_head"};
     Result<Program> program = Program::build("deform.vert", "nothing.frag", kRead);
     ASSERT_TRUE(program) << program.error();
     program_.emplace(std::move(*program));
-    records_.emplace(kRecordsUnit, CharacterRecords::kRecordTexels);
-    lattices_.emplace(kLatticesUnit, CharacterRecords::kLatticeRow);
     // Nothing is drawn, yet OpenGL wants somewhere to draw.
     target_.emplace();
     glBindTexture(GL_TEXTURE_2D, pixel_.emplace().name());
@@ -83,28 +75,14 @@ class ShaderDeform : public testing::Test {
     glBindFramebuffer(GL_FRAMEBUFFER, target_->name());
     glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, pixel_->name(), 0);
   }
-  void TearDown() override {
+  void tear_down_drawing() override {
     target_.reset();
     pixel_.reset();
-    lattices_.reset();
-    records_.reset();
     program_.reset();
   }
 
   Deformed by_shader(const Points& points, const std::vector<Layer>& layers, float quadratic) {
-    std::vector<LatticeLayer> shown;
-    for (const Layer& layer : layers) shown.push_back({&layer.geometry, layer.displacements, layer.weight});
-    ShownCharacter character;
-    character.layers = shown;
-    // Displacements are the head's affair: where it stands makes no difference.
-    character.pose = rigid_pose({Quat(Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized())), Vec3(3, 1, -2)});
-    DrawDetail detail;
-    detail.quadratic = quadratic;
-    CharacterRecords records;
-    records.add({}, Vec3::Zero(), {}, 1, false, {});  // row 0 is another's
-    records.add(character, Vec3::Zero(), detail, 4e-4f, false, {});
-    records_->fill(records.records());
-    lattices_->fill(records.lattices());
+    fill_records(layers, quadratic);
 
     const VertexArray array;
     const Buffer rest, direction, out;
@@ -181,9 +159,7 @@ class ShaderDeform : public testing::Test {
     glVertexAttribPointer(location, 4, type, GL_FALSE, 0, nullptr);
   }
 
-  std::optional<EglContext> context_;
   std::optional<Program> program_;
-  std::optional<VectorTexture> records_, lattices_;
   std::optional<Framebuffer> target_;
   std::optional<Texture> pixel_;
 };

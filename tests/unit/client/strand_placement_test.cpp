@@ -5,9 +5,6 @@
 
 #include <bit>
 
-#include "client/view/character_records.hpp"
-#include "client/view/egl_context.hpp"
-#include "client/view/vector_texture.hpp"
 #include "core/build/fit_lattice.hpp"
 #include "core/ffd/deform.hpp"
 #include "core/ffd/strand_lengths.hpp"
@@ -24,40 +21,20 @@ struct Placed {
   std::vector<Eigen::Quaternionf> rotations;
 };
 
-class StrandPlacementTest : public testing::Test {
+class StrandPlacementTest : public ShaderTest {
  protected:
-  void SetUp() override {
-    Result<EglContext> context = EglContext::create();
-    if (!context) GTEST_SKIP() << "NOT TESTED: " << context.error();
-    context_.emplace(std::move(*context));
+  void set_up_drawing() override {
     Result<StrandPlacement> placement = StrandPlacement::build();
     ASSERT_TRUE(placement) << placement.error();
     placement_.emplace(std::move(*placement));
-    records_.emplace(kRecordsUnit, CharacterRecords::kRecordTexels);
-    lattices_.emplace(kLatticesUnit, CharacterRecords::kLatticeRow);
   }
-  void TearDown() override {
-    lattices_.reset();
-    records_.reset();
-    placement_.reset();
-  }
+  void tear_down_drawing() override { placement_.reset(); }
 
   // Of two characters that wear the groom, the second's points: it has the layers.
   Placed by_shader(const GroomGeometry& geometry, std::span<const Layer> layers, float quadratic) {
     const GroomBuffers groom(geometry);
-    std::vector<LatticeLayer> shown;
-    for (const Layer& layer : layers) shown.push_back({&layer.geometry, layer.displacements, layer.weight});
-    ShownCharacter character;
-    character.layers = shown;
-    character.pose = rigid_pose({Quat(Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized())), Vec3(3, 1, -2)});
-    DrawDetail detail;
-    detail.quadratic = quadratic;
     const std::size_t rows = groom.point_rows(geometry.strand_count);
-    CharacterRecords records;
-    records.add({}, Vec3::Zero(), {}, 1, false, {0, rows});
-    records.add(character, Vec3::Zero(), detail, 4e-4f, false, {rows, rows});
-    records_->fill(records.records());
-    lattices_->fill(records.lattices());
+    fill_records(layers, quadratic, {0, rows}, {rows, rows});
     records_->bind();
     lattices_->bind();
     placement_->reserve(2 * rows);
@@ -100,9 +77,7 @@ class StrandPlacementTest : public testing::Test {
   }
 
  private:
-  std::optional<EglContext> context_;
   std::optional<StrandPlacement> placement_;
-  std::optional<VectorTexture> records_, lattices_;
 };
 
 TEST_F(StrandPlacementTest, leaves_hair_without_a_lattice_where_it_is) {
