@@ -59,10 +59,10 @@ void ease_to_rigid(double elapsed_s, Character& c) {
 void ease_in(const TickTerms& terms, Character& c) {
   const double elapsed_s = terms.plan(c).interval_s;
   const double still_s = terms.environment(c).wind.is_still() ? c.bones_still_s : 0;
-  c.contact_release = std::max(c.untangle.update(c.to, still_s, elapsed_s, *c.model(), c.state.displacement),
-                               1 - SwitchEase(c.switched_s).contact());
+  c.untangle.update(c.to, still_s, elapsed_s, *c.model(), c.state.displacement);
+  c.contact_release = std::max(c.untangle.share(), 1 - SwitchEase(c.switched_s).contact());
   c.switched_s += elapsed_s;
-  const double stiffness = SwitchEase(c.switched_s).stiffness();
+  const double stiffness = std::min(c.untangle.stiffness(), SwitchEase(c.switched_s).stiffness());
   c.state.elastic_energy_max_j *= static_cast<float>(stiffness / std::exchange(c.stiffness, stiffness));
 }
 

@@ -22,15 +22,15 @@ struct Character {
   LatticeState state;  // empty when rigid
   MaterialScale material;
   std::uint32_t environment = 0;
-  Pose from, to;            // `from`: at at_tick, where the state stands; `to`: the newest
-  Pose last_from;           // where the last substep began: with `from` it gives the rest velocity
-  double last_step_s = 0;   // the length of that substep
-  Pose still_pose;          // the bones have not left it for bones_still_s
+  Pose from, to;             // `from`: at at_tick, where the state stands; `to`: the newest
+  Pose last_from;            // where the last substep began: with `from` it gives the rest velocity
+  double last_step_s = 0;    // the length of that substep
+  Pose still_pose;           // the bones have not left it for bones_still_s
   double bones_still_s = 0;  // how long
-  double still_s = 0;       // and hair as well; with kSleepAfter_s asleep
-  double easing_s = -1;     // since the rigid level was asked for; negative: it was not
-  double switched_s = 1e9;  // since the lattice was carried over from another level
-  double stiffness = 1;     // what the switch left of it in the last tick
+  double still_s = 0;        // and hair as well; with kSleepAfter_s asleep
+  double easing_s = -1;      // since the rigid level was asked for; negative: it was not
+  double switched_s = 1e9;   // since the lattice was carried over from another level
+  double stiffness = 1;      // what the switch left of it in the last tick
   double contact_release = 0;
   Untangle untangle;
   std::uint64_t at_tick = 0;           // ticks that the state has behind it

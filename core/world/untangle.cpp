@@ -12,7 +12,9 @@ namespace {
 constexpr double kAfter_s = 1;  // of rest
 constexpr double kUntangle_s = 1;
 constexpr double kLookEvery_s = 0.2;
-constexpr std::size_t kPointsMost = 200;
+constexpr double kStiffnessLeast = 0.01;
+constexpr float kHome_m = 0.002f;
+constexpr std::size_t kPointsMost = 400;
 constexpr float kDifference = 0.05f;  // of a cell, between which the gradient is taken
 
 // Upright nothing presses hair into the body, so that it is safe without contact.
@@ -34,6 +36,10 @@ Vec3f moved(const Lattice& lattice, std::span<const Vec3f> grid, const Vec3f& po
   return at;
 }
 
+bool is_home(std::span<const Vec3f> displacement) {
+  return std::ranges::all_of(displacement, [](const Vec3f& d) { return d.squaredNorm() < kHome_m * kHome_m; });
+}
+
 }  // namespace
 
 bool is_folded(const Level& level, std::span<const Vec3f> displacement) {
@@ -53,17 +59,20 @@ bool is_folded(const Level& level, std::span<const Vec3f> displacement) {
   return false;
 }
 
-double Untangle::update(const Pose& pose, double still_s, double elapsed_s, const Level& level,
-                        std::span<const Vec3f> displacement) {
+void Untangle::update(const Pose& pose, double still_s, double elapsed_s, const Level& level,
+                      std::span<const Vec3f> displacement) {
   since_look_s_ += elapsed_s;
   if (still_s < kAfter_s || !is_upright(pose)) {
-    is_caught_ = false;
-  } else if (!is_caught_ && since_look_s_ >= kLookEvery_s) {
+    is_tangled_ = false;
+  } else if (since_look_s_ >= kLookEvery_s) {
     since_look_s_ = 0;
-    is_caught_ = is_folded(level, displacement);
+    is_tangled_ = is_tangled_ ? !is_home(displacement) : is_folded(level, displacement);
   }
-  share_ = std::clamp(share_ + (is_caught_ ? elapsed_s : -elapsed_s) / kUntangle_s, 0.0, 1.0);
-  return share_;
+  share_ = std::clamp(share_ + (is_tangled_ ? elapsed_s : -elapsed_s) / kUntangle_s, 0.0, 1.0);
+}
+
+double Untangle::stiffness() const {
+  return std::max(kStiffnessLeast, 1 - share_);
 }
 
 }  // namespace hairnet

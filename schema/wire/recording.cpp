@@ -10,7 +10,7 @@
 namespace hairnet::wire {
 namespace {
 
-constexpr std::uint16_t kRecordingVersion = 4;
+constexpr std::uint16_t kRecordingVersion = 5;
 constexpr std::int32_t kSubstepCountMax = 64;
 constexpr std::int32_t kIterationsMax = 10'000;
 constexpr double kAccelerationMax = 1000;  // m/s^2

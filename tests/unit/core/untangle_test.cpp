@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
+
+#include "core/world.hpp"
 #include "tests/support/levels.hpp"
 
 namespace hairnet {
@@ -48,6 +51,37 @@ TEST_F(UntangleTest, leaves_as_slowly_once_the_body_moves) {
   const double soon = after(0.1, rigid_pose({}), 0, folded());
   EXPECT_GT(soon, 0.8);
   EXPECT_EQ(after(2, rigid_pose({}), 0, folded()), 0);
+}
+
+TEST_F(UntangleTest, lets_springs_go_too_until_the_hair_is_home) {
+  const std::vector<Vec3f> home(level_.rest.size(), Vec3f::Zero());
+  after(2, rigid_pose({}), 2, folded());
+  EXPECT_EQ(untangle_.stiffness(), 0.01);
+  after(2, rigid_pose({}), 2, turned_over());
+  EXPECT_EQ(untangle_.stiffness(), 0.01) << "not folded any more, but not home";
+  after(0.5, rigid_pose({}), 2, home);
+  EXPECT_LT(untangle_.stiffness(), 0.8);
+  after(2, rigid_pose({}), 2, home);
+  EXPECT_EQ(untangle_.stiffness(), 1);
+}
+
+TEST_F(UntangleTest, leads_a_folded_lattice_home_that_its_springs_would_hold) {
+  auto levels = std::make_shared<LevelSet>();
+  levels->levels[0] = support::make_random_level({.spring_count = 400, .attachment_count = 0, .spring_stiffness = 20});
+  for (float& stiffness : levels->levels[0].ether_stiffness) stiffness *= 0.1f;
+  level_ = levels->levels[0];
+  World world({});
+  const CharacterId id = world.add({levels, LevelIndex::high, {}});
+  ASSERT_TRUE(world.set_state(id, folded(), std::vector<Vec3f>(level_.rest.size(), Vec3f::Zero())));
+  const auto farthest_m = [&] {
+    float most_m = 0;
+    for (const Vec3f& d : world.lattice(id).displacement) most_m = std::max(most_m, d.norm());
+    return most_m;
+  };
+  for (int tick = 0; tick < 25; ++tick) world.step();
+  EXPECT_GT(farthest_m(), 0.05f);
+  for (int tick = 0; tick < 30 * 10; ++tick) world.step();
+  EXPECT_LT(farthest_m(), 1e-3f);
 }
 
 TEST_F(UntangleTest, does_nothing_to_hair_that_is_only_displaced_nor_to_a_body_that_lies) {
