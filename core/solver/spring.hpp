@@ -7,7 +7,7 @@ namespace hairnet {
 // Eq. 3: a spring's epsilon joins its two ends. sigma = -(T(|eps| - |eps_0|) + q eps'.e) e, e = eps / |eps|. The
 // tension is T = k x in the paper. But hair hardly stretches, and buckles rather than be pressed together: here springs
 // are stiffer beyond a strain, and softer below another, so that T stays convex.
-inline constexpr double kStiffStrain = 0.02, kStiffening = 8;     // of the rest length; what it adds to k, over k
+inline constexpr double kStiffStrain = 0.02, kStiffening = 2;     // of the rest length; what it adds to k, over k
 inline constexpr double kBucklingStrain = 0.05, kBuckling = 0.9;  // what it takes from k, over k
 
 // T = k (x + change (x - beyond)): where a spring is.

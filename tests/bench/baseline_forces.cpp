@@ -59,7 +59,7 @@ void add_springs(const PlainLevel& level, double h, const NodeVectors& P, const 
     const double length = eps.norm(), rest_length = springs.rest_length[s], x = length - rest_length;
     if (!(length > 0)) continue;
     const Vector3d e = eps / length;
-    const double change = x > 0.02 * rest_length ? 8 : x < -0.05 * rest_length ? -0.9 : 0;
+    const double change = x > 0.02 * rest_length ? 2 : x < -0.05 * rest_length ? -0.9 : 0;
     const double beyond = change > 0 ? x - 0.02 * rest_length : x + 0.05 * rest_length;
     const double k = springs.stiffness[s] * (1 + change), tension = springs.stiffness[s] * (x + change * beyond);
     const double q = std::max(springs.damping[s] - h * k, -h * k / 3);
