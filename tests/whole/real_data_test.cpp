@@ -60,8 +60,11 @@ TEST_F(RealData, four_hairstyles_dance_through_a_socket_and_come_to_rest_near_th
 
   const std::map<std::int64_t, double> rms_mm = last_rms_mm(Trace(path("received")));
   EXPECT_EQ(rms_mm.size(), 4u);
-  // Hair may rest a little elsewhere than designed: chin-length hair against a jaw, after a kick on the low level.
-  for (const auto& [character, rms] : rms_mm) EXPECT_LT(rms, 10) << "character " << (character & 0xffffffff);
+  // Hair may rest elsewhere than designed: the last one's does, chin-length hair against a jaw, after a kick.
+  for (const auto& [character, rms] : rms_mm) {
+    const std::int64_t number = character & 0xffffffff;
+    EXPECT_LT(rms, number == 4 ? 10 : 1) << "character " << number;
+  }
 
   auto sim = start("hairnet-sim", {"--replay", path("recording"), "--trace", path("computed")}, "sim");
   finish(*sim, 0);
