@@ -120,8 +120,11 @@ void add_file_seeds(Folder& grooms, Folder& levels, Folder& recordings) {
   for (int nodes_per_axis : {2, 3}) {
     LevelSet set;
     for (Level& level : set.levels)
-      level = support::make_random_level(
-          {.nodes_per_axis = nodes_per_axis, .spring_count = 4, .attachment_count = 2, .skin_nodes_per_axis = 3});
+      level = support::make_random_level({.nodes_per_axis = nodes_per_axis,
+                                          .spring_count = 4,
+                                          .attachment_count = 2,
+                                          .contact_count = 2,
+                                          .skin_nodes_per_axis = 2});
     levels.add(wire::encode_levels({}, set));
   }
   for (int n = 0; n < 3; ++n) {

@@ -100,7 +100,7 @@ struct RandomLevel {
   int spring_count = 60, attachment_count = 10;
   float spring_stiffness = 2, attachment_stiffness = 5;
   bool ether = true, drag = true, contacts = true;
-  int skin_nodes_per_axis = 31;
+  int contact_count = 20, skin_nodes_per_axis = 31;
   unsigned seed = 1;
 };
 
@@ -142,7 +142,7 @@ inline Level make_random_level(const RandomLevel& def = {}) {
     level.skin = std::make_shared<Skin>(
         Skin{make_round_skin(Bone::head, Vec3f(0, 0, 0), 0.08f, def.skin_nodes_per_axis),
              make_round_skin(Bone::left_shoulder, Vec3f(0.1f, -0.2f, 0), 0.08f, def.skin_nodes_per_axis)});
-    for (int p = 0; p < 20; ++p) {
+    for (int p = 0; p < def.contact_count; ++p) {
       add_contact(level, random_point());
     }
     set_limits(level);
