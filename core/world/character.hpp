@@ -30,7 +30,7 @@ struct Character {
   double still_s = 0;        // and hair as well; with kSleepAfter_s asleep
   double easing_s = -1;      // since the rigid level was asked for; negative: it was not
   double switched_s = 1e9;   // since the lattice was carried over from another level
-  double stiffness = 1;      // what the switch left of it in the last tick
+  double stiffness = 1;      // what the switch and untangling left of it in the last tick
   double contact_release = 0;
   Untangle untangle;
   std::uint64_t at_tick = 0;           // ticks that the state has behind it

@@ -44,7 +44,9 @@ bool is_home(std::span<const Vec3f> displacement) {
 
 bool is_folded(const Level& level, std::span<const Vec3f> displacement) {
   const Lattice& lattice = level.geometry.lattice;
-  std::vector<Vec3f> grid(lattice.node_count());
+  // Kept, so that a tick allocates nothing once it is warm.
+  thread_local std::vector<Vec3f> grid;
+  grid.resize(lattice.node_count());
   expand_displacements(level.geometry, displacement, grid);
   const std::size_t stride = level.contacts.count() / kPointsMost + 1;
   for (std::size_t p = 0; p < level.contacts.count(); p += stride) {

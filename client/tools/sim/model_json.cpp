@@ -2,8 +2,11 @@
 
 #include <nlohmann/json.hpp>
 #include <span>
+#include <sstream>
 
+#include "core/solver/contact.hpp"
 #include "core/solver/node_terms.hpp"
+#include "core/solver/spring.hpp"
 
 namespace hairnet::sim {
 namespace {
@@ -96,31 +99,44 @@ Json contacts_json(const Level& level) {
   return list;
 }
 
-// What this model does that model.md's formulas do not say, or leave open.
+std::string number(double x) {
+  std::ostringstream text;
+  text << x;
+  return text.str();
+}
+
+std::string contact_note() {
+  return "contact acts at points of hair, core/solver/contact.hpp: x = R x0 + sum_j w_j (p_j - R p0_j), "
+         "with_bone = B1 B0^-1 x(start), with_head = R1 x0 + the same sum at the start, "
+         "ahead = with_head + h sum_j w_j (p'_j - R' p0_j); per field, s its trilinear distance (outside the grid plus "
+         "the way there) at B1^-1 of a point, n the unit gradient at with_bone; d = limit - s(with_bone), "
+         "a = d - n.(ahead - with_bone); it acts where d > 0, or a > 0 and s < limit at the middle or the end of the "
+         "way; slope = 6 U / " +
+         number(kContactDepth_m) + "^3, k = slope clamp(max(d, a), 0, " + number(kContactStiffest_m) +
+         "), F = min(slope d^2 / 2, k h " + number(kContactRecovery_m_per_s) +
+         ") for d > 0, else k d; node j gets w_j (F - k n.(with_head - with_bone)) n - "
+         "w_j k W n n^T (h (p'_1j - R' p0_j)), W = sum_j w_j; a limit of " +
+         number(kContactNever_m) + " means never";
+}
+
+std::string spring_note() {
+  return "a spring's tension is k x, and beyond x = " + number(kStiffStrain) + " of its rest length L k (x + " +
+         number(kStiffening) + " (x - " + number(kStiffStrain) + " L)), below -" + number(kBucklingStrain) +
+         " k (x - " + number(kBuckling) + " (x + " + number(kBucklingStrain) +
+         " L)); its stiffness is the slope at the step's start";
+}
+
+// What this model does that the paper's formulas do not say, or leave open.
 Json notes_json() {
   return {
-      "contact acts at points of hair, core/solver/contact.hpp: x = R x0 + sum_j w_j (p_j - R p0_j), with_bone = B1 "
-      "B0^-1 "
-      "x(start), with_head = R1 x0 + the same sum at the start, ahead = with_head + h sum_j w_j (p'_j - R' p0_j); per "
-      "field, s its trilinear distance (outside the grid plus the way there) at B1^-1 of a point, n the unit gradient "
-      "at "
-      "with_bone; d = limit - s(with_bone), a = d - n.(ahead - with_bone); it acts where d > 0, or a > 0 and s < limit "
-      "at "
-      "the middle or the end of the way; slope = 6 U / 0.05^3, k = slope clamp(max(d, a), 0, 0.01), F = min(slope d^2 "
-      "/ "
-      "2, k h 0.4) for d > 0, else k d; node j gets w_j (F - k n.(with_head - with_bone)) n - w_j k W n n^T (h (p'_1j "
-      "- R' "
-      "p0_j)), W = sum_j w_j; a limit of -1 means never",
-      "a spring's tension is k x, and beyond x = 0.02 of its rest length k (x + 8 (x - 0.02 L)), below -0.05 k (x - "
-      "0.9 (x "
-      "+ 0.05 L)); its stiffness is the slope at the step's start",
+      contact_note(),
+      spring_note(),
       "spring forces are linearised about the step's start with the positive semi-definite part only (k e e^T, q e "
       "e^T)",
       "every q, of springs, attachments and ether, is what the solver uses at this rate and substeps: the material's "
       "less what backward Euler adds by itself, max(q - h k, -h k / 3), h the length of a substep; it may be negative",
-      "the lattice as a whole is drawn towards the design, in displacement and velocity against the head's, where a "
-      "node "
-      "would be farther from it than 2.5 times the diagonal of the box of its lattice",
+      "the lattice as a whole is drawn towards the design, in displacement and velocity against the head's, where "
+      "a node would be farther from it than 2.5 times the diagonal of the box of its lattice",
       "gravity acts on every node's whole mass, ether's included, as g - R g0, g0 = (0, -9.81, 0)",
       "drag tensors Q are in head axes and turn with the head: f = -R Q R^T (p' - wind)",
       "at a reset the lattice moves rigidly with the head: displacements and velocities keep their components in head "
