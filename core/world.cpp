@@ -57,8 +57,8 @@ struct World::Impl {
   }
   [[nodiscard]] TickTerms terms() const { return {def.tick_s, environments, &plans, tick}; }
 
-  // Those whose turn comes in the same ticks on one level side by side, costly levels first, so that no worker is left
-  // with a long one at the end.
+  // Sorts characters by level, stride and tick of their next step, so that batches are full; costly levels come first,
+  // so that no worker starts a long batch last.
   void arrange() {
     order.clear();
     for (std::uint32_t s = 0; s < slots.size(); ++s) {
@@ -115,7 +115,7 @@ struct World::Impl {
   WorldDef def;
   StepPlans plans;
   std::vector<Environment> environments;
-  std::deque<Slot> slots;  // never moved, nor more of them than have been in use at once
+  std::deque<Slot> slots;  // a deque, so that slots never move in memory; removed slots are reused
   std::vector<std::uint32_t> free_slots;
   std::size_t live_count = 0;
   struct Placed {

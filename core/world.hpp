@@ -40,28 +40,28 @@ struct CharacterDef {
 inline constexpr std::uint32_t kEnvironmentCountMax = 65536;
 
 struct StepReport {
-  std::uint32_t stepped = 0;  // characters with a lattice whose turn it was
+  std::uint32_t stepped = 0;  // characters whose lattice was stepped in this tick
   std::uint32_t teleports = 0;
   std::uint32_t lattices_reset = 0;  // a non-finite lattice returned to rest
   std::uint32_t asleep = 0;          // characters at rest that were not stepped
-  std::uint32_t waiting = 0;         // for their turn
-  std::uint32_t held = 0;
-  StepCosts costs;  // times only with WorldDef::now_ns
+  std::uint32_t waiting = 0;         // characters with a stride whose next step is in a later tick
+  std::uint32_t held = 0;            // suspended characters
+  StepCosts costs;                   // times only with WorldDef::now_ns
 };
 
-// A character's lattice as frames and FFD need it. Valid until the world changes.
+// The lattice of one character, as frames and FFD need it. Valid until the next change of the world.
 struct LatticeView {
   LevelIndex level = LevelIndex::rigid;
   const Level* model = nullptr;         // null when rigid
   std::span<const Vec3f> displacement;  // active order, head space, m; empty when rigid
   const Pose* pose = nullptr;           // the one the last step ended at
-  bool asleep = false;                  // nothing of this has changed since the last tick, nor will it before it wakes
-  bool stepped = false;                 // its turn was in the last tick: pose or lattice changed
-  bool jumped = false;                  // in its last turn: a teleport, a release or a reset, no motion to be shown
+  bool asleep = false;   // nothing changed in the last tick, and nothing changes until the character wakes
+  bool stepped = false;  // pose or lattice changed in the last tick
+  bool jumped = false;   // the last change was a teleport, the end of a suspension or a reset: do not interpolate to it
 };
 
-// All characters. One thread at a time; closed while step() runs. Deterministic: the same calls give the same bits for
-// any parallel_for.
+// The simulated characters. One thread at a time may call it; no calls while step() runs. Deterministic: the same calls
+// give the same bits for any parallel_for.
 class World {
  public:
   explicit World(const WorldDef& def);
@@ -71,30 +71,32 @@ class World {
 
   [[nodiscard]] CharacterId add(const CharacterDef& def);  // null id when full
   void remove(CharacterId id);                             // unknown ids are ignored
-  // The pose at the end of the next step. `teleport`: the lattice moves rigidly with the head. Also taken for one when
-  // too large to simulate over the ticks since its last turn (is_teleport). Must be valid.
+  // The pose at the end of the next step. `teleport`: the lattice moves rigidly with the head. A pose change that is
+  // too large for the time since the character's last step (is_teleport) is treated as a teleport too. `pose` must be
+  // valid.
   void set_pose(CharacterId id, const Pose& pose, bool teleport = false);
   // A lattice of the same nodes (built with another material) keeps its state, any other starts at rest.
   void set_levels(CharacterId id, std::shared_ptr<const LevelSet> levels);
-  // The state is carried over by least squares (LevelSet::maps). Its springs are then strained and
-  // its nodes inside the body where the old level's were not: stiffness and contact come in over kSwitchEase_s. Into
-  // the rigid level the lattice is eased over kRigidEase_s, and keeps its old level until then. False when that level
-  // is not there.
+  // Transfers the state to the new level by least squares (LevelSet::maps). The transferred state strains the new
+  // springs and may put nodes inside the body, so stiffness and contact fade in over kSwitchEase_s. For the rigid level
+  // the displacements fade out over kRigidEase_s, and the old level stays until then. Returns false when the character
+  // has no such level.
   bool set_level(CharacterId id, LevelIndex level);
   void set_material(CharacterId id, const MaterialScale& material);  // must be valid; from the next step on
   // Of the characters of that index, below kEnvironmentCountMax; from the next step on.
   void set_environment(std::uint32_t index, const Environment& environment);
   void set_environment(const Environment& environment) { set_environment(0, environment); }
-  // A character of stride 2 or 4 has a turn every second or fourth tick, in which it is carried over all of them at
-  // once, from the pose of its last turn to the newest; between, its lattice and pose stay as they were. Its slot says
-  // in which ticks, so that those of one stride spread over them. New characters have stride 1.
+  // A character of stride 2 or 4 is stepped every second or fourth tick, over all of these ticks at once: from the pose
+  // of its last step to the newest. Between these ticks its lattice and pose do not change. Its slot decides which
+  // ticks, so that the characters of one stride spread over them. New characters have stride 1.
   void set_stride(CharacterId id, int stride);
-  // One that is held, since nobody sees it, is not stepped and costs nothing. Released, it moves rigidly with the head
-  // to the newest pose in the next tick, as by a teleport, and goes on as its hair moved against the head when held.
+  // A suspended character is not stepped and costs nothing; for characters that nobody sees. When the suspension ends,
+  // the lattice moves rigidly with the head to the newest pose in the next tick, as after a teleport. The hair then
+  // continues with the velocity relative to the head that it had before.
   void set_held(CharacterId id, bool held);
-  // The lattice's state on the present level, as state() has it; without velocities hair moves with the head. False,
-  // and nothing is changed, when the counts are not the level's, a number is not finite, a node is further from its
-  // design than the level lets it, or faster than 100 m/s.
+  // Replaces the lattice state on the present level. Empty velocities: the hair moves with the head. Returns false and
+  // changes nothing when the counts are not the level's, a number is not finite, a node is further from its design than
+  // the level allows, or faster than 100 m/s.
   bool set_state(CharacterId id, std::span<const Vec3f> displacement, std::span<const Vec3f> velocity);
   // Exactly one tick. A character whose bones and hair have been still for kSleepAfter_s falls asleep and is not
   // stepped until its pose, its level, its material or the environment changes; any wind keeps all awake.

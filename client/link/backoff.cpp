@@ -5,7 +5,7 @@
 namespace hairnet::link {
 namespace {
 
-// SplitMix64 (Steele, Lea, Flood 2014): eight bytes of state, for there may be thousands of these.
+// SplitMix64 (Steele, Lea, Flood 2014): eight bytes of state, because a load test has thousands of these.
 std::uint64_t next_random(std::uint64_t& state) {
   std::uint64_t z = state += 0x9e3779b97f4a7c15;
   z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9;

@@ -4,9 +4,10 @@
 
 namespace hairnet::link {
 
-// How long to wait before the next attempt to connect: at random between nothing and as long as the connection has been
-// away (full jitter). So clients of a server that restarts do not come back as one, they ask ever less often, and each is
-// back after at most twice the time that the server was away, and kBoundLeast_ns. Seeded; one thread.
+// Computes the wait before the next connection attempt: random, from 0 up to the length of the outage so far ("full
+// jitter"). That upper bound is clamped to kBoundLeast_ns ... kBoundMost_ns. Jitter keeps the clients of a restarted
+// server from reconnecting all at once. A client is back after at most twice the outage plus kBoundLeast_ns. Seeded;
+// one thread.
 class Backoff {
  public:
   static constexpr std::int64_t kBoundLeast_ns = 100'000'000;

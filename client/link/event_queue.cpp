@@ -24,7 +24,8 @@ std::size_t bytes_of(const Event& event) {
   return sizeof(Event) + wire::kTextBytesMax + (fetched && fetched->bytes ? fetched->bytes->size() : 0);
 }
 
-// A jump that the reader never sees still parts the frames around it.
+// The dropped frame of `member` was discontinuous. Marks the next queued frame of that member as discontinuous, so that
+// the caller does not interpolate across the gap.
 void pass_on_jump(std::uint32_t member, std::deque<Event>::iterator from, std::deque<Event>::iterator end) {
   for (; from != end; ++from) {
     auto* batch = std::get_if<FrameBatch>(&*from);

@@ -8,15 +8,16 @@
 
 namespace hairnet::link {
 
-// What arrived and was not yet taken, in order. One thread. Bounded: the oldest frames give way and are counted.
+// Events that the caller has not taken yet, in order. The queue is bounded: it drops the oldest frames first and
+// counts them. One thread.
 class EventQueue {
  public:
   static constexpr std::size_t kFrameBytesMax = std::size_t{32} << 20;
   static constexpr std::size_t kOtherBytesMax = std::size_t{256} << 20;
 
-  // False when all that is not frames has outgrown its bound; the event is then lost.
+  // Returns false, and drops the event, when the events other than frames exceed kOtherBytesMax.
   [[nodiscard]] bool push(Event event);
-  // The last event; always taken, and nothing after it.
+  // Adds the last event. The queue always accepts it, and ignores every later event.
   void push_last(Disconnected event);
   std::vector<Event> take_all();
   [[nodiscard]] std::uint64_t frames_dropped() const { return frames_dropped_; }

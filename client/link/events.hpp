@@ -14,9 +14,9 @@ namespace hairnet::link {
 // What a server told its client, in order.
 struct Connected {
   wire::Welcome welcome;
-  bool again = false;  // after Reconnecting; `welcome.resumed` says whether the server still had the session
+  bool again = false;  // true after a Reconnecting; `welcome.resumed`: the server still had the session
 };
-// The connection is lost and will be made anew; Connected or Disconnected follows.
+// The connection is lost and the link is reconnecting; Connected or Disconnected follows.
 struct Reconnecting {
   wire::GoodbyeReason reason = wire::GoodbyeReason::none;  // the server's; none when the connection broke
   std::string detail;
@@ -28,7 +28,7 @@ struct Disconnected {
   wire::GoodbyeReason reason = wire::GoodbyeReason::none;
   std::string detail;
 };
-// How frames of a level are read.
+// The lattice geometry of one level of a groom. Frames of that level cannot be decoded before it arrives.
 struct LevelKnown {
   wire::GroomHash groom{};
   LevelIndex level = LevelIndex::high;

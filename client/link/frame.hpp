@@ -13,17 +13,18 @@ namespace hairnet::link {
 // One character at one tick, decoded.
 struct Frame {
   std::uint32_t member = 0;
-  std::uint32_t character = 0;  // one's own number for it; 0: another's
+  std::uint32_t character = 0;  // this client's number for its own character; 0: another client's
   LevelIndex level = LevelIndex::rigid;
   codec::ErrorClass error_class = codec::ErrorClass::normal;
   bool discontinuous = false;    // teleport, reset or level switch: do not interpolate from the last frame
-  bool asleep = false;           // nothing will change, and no frame come, before the character wakes
-  bool kept = false;             // the hair as it was when a server was lost: the next one has none of it yet
+  bool asleep = false;           // the lattice is at rest: the server sends no further frame until it moves
+  bool kept = false;             // the last known hair from before a reconnect; the new server has no lattice yet
   std::uint8_t step_stride = 1;  // ticks from one step of the character to the next
   float step_s = 0;              // the same in seconds; 0: not known
   Pose pose;                     // the one the step used
-  // 3 an active node, head space, in units of the class's step, and of 32 steps a second (codec::dequantise_*). The
-  // velocity is the node's in the world, in head axes. Empty: rigid; not sent.
+  // Three numbers per active node, in head axes (codec::dequantise_*). A displacement counts steps of `error_class`; a
+  // velocity counts 32 steps per second and is the node's velocity in the world. Displacements are empty for a rigid
+  // level, velocities when the server did not send them.
   std::vector<std::int16_t> displacements, velocities;
   std::shared_ptr<const LevelGeometry> geometry;  // of the level; null: rigid
 };

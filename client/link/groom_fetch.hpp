@@ -17,11 +17,11 @@ class GroomFetch {
  public:
   // The request to send, or none: it is on its way already.
   std::optional<wire::GroomRequest> request(const wire::GroomHash& hash);
-  // What there is to ask again over a new connection: each from where its pieces broke off.
+  // Requests to repeat over a new connection. Each continues at the first byte that is missing.
   [[nodiscard]] std::vector<wire::GroomRequest> request_again() const;
   // The whole groom, or what is wrong with it, once that is known.
   std::optional<GroomFetched> take(const wire::GroomData& data);
-  // The server does not have it, or sends no more grooms at once. False when it was not asked for.
+  // The server refused the request: it has no such groom, or sends too many already. False: not requested.
   bool refuse(const wire::GroomHash& hash) { return fetches_.erase(hash) != 0; }
 
  private:

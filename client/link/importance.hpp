@@ -9,19 +9,19 @@
 
 namespace hairnet::link {
 
-// How this client sees members, said to the server a few times a second at most, and only what has changed enough to
-// matter. One thread.
+// Reports to the server how large each member is on this client's screen: at most four times a second, and only for
+// members whose size or visibility has changed enough to matter. One thread.
 class Importance {
  public:
   static constexpr std::int64_t kInterval_ns = 250'000'000;
-  static constexpr float kChange = 0.1f;  // of the screen height, as a share, that is worth a word
+  static constexpr float kChange = 0.1f;  // relative change of the screen height that is worth a report
 
   void report(std::span<const wire::MemberImportance> members);
   void forget(std::uint32_t member) { members_.erase(member); }
   void forget_all();
-  void say_all_again();  // the server may have missed some
+  void say_all_again();  // after a reconnect: marks every member as due
 
-  // What is to be said now, if anything; and when something may be.
+  // take() returns the report to send now, if any; due_ns() is the earliest time of the next one.
   std::optional<wire::ReportImportance> take(std::int64_t now_ns);
   [[nodiscard]] std::int64_t due_ns() const;
 

@@ -19,15 +19,16 @@ struct Hair {
   std::shared_ptr<const LevelGeometry> geometry;
 };
 
-// The hair of own characters when their server was lost. Another server knows it, but has no lattice before it has the
-// groom: what it sends until then is rigid, and this is shown in its place. One thread.
+// The last known hair of this client's own characters, taken when the connection was lost. A new server has no lattice
+// until it has the groom, so it sends rigid frames at first. This hair is shown in their place. One thread.
 class KeptHair {
  public:
   void keep(std::uint32_t character, Hair hair) { kept_[character] = {std::move(hair), kNever_ns}; }
   void drop(std::uint32_t character) { kept_.erase(character); }
   void drop_of(const wire::GroomHash& groom);
   void drop_all() { kept_.clear(); }
-  // The lattice comes now; or a while later it does not, because the server has its reasons.
+  // The server has the groom, so its lattice frames should follow. If none has come after a second (the server may keep
+  // the character rigid), the last known hair is no longer shown.
   void on_ready(const wire::GroomHash& groom, std::int64_t now_ns);
   // Null: none.
   [[nodiscard]] const Hair* of(std::uint32_t character, std::int64_t now_ns) const;

@@ -17,12 +17,12 @@ namespace hairnet::link {
 //
 //     u(x) = u_newest(x) + w (u_before(x) - u_after(x)) + ...,     w fading from 1 to 0 over kSwitchBlend_ns,
 //
-// before and after frozen as they were at the switch. A switch during a fade takes what is left of that along. One for
-// each character; one thread.
+// u_before and u_after are frozen at the moment of the switch. If a switch happens during a fade, the rest of that fade
+// becomes part of the new one. One object per character; one thread.
 class LatticeBlend {
  public:
-  // A lattice that is played, in order of time; one that is not valid is passed over. A `discontinuous` one (a
-  // teleport) begins anew, as does another lattice of the same level.
+  // Takes the samples of one Playout in order of time and skips those that are not valid. A `discontinuous` sample, or
+  // another geometry of the same level, ends all fades: there is nothing to blend from.
   void apply(const Playout::Sample& sample, bool discontinuous = false);
 
   // Of the sample applied last, the newest lattice first; none: the hair is rigid. Valid until the next apply(), or

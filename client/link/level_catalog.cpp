@@ -17,7 +17,7 @@ std::shared_ptr<const KnownLevel> LevelCatalog::keep(wire::LevelRecord record) {
   if (std::shared_ptr<const KnownLevel> known = kept.lock(); known && is_same(known->geometry, record.geometry))
     return known;
   auto known = std::make_shared<const KnownLevel>(std::move(record.geometry));
-  kept = known;  // a server that builds otherwise replaces it
+  kept = known;  // another server may build the level differently: the new record wins
   std::erase_if(levels_, [](const auto& level) { return level.second.expired(); });
   return known;
 }

@@ -17,7 +17,8 @@ struct KnownLevel {
   codec::Neighbours neighbours;
 };
 
-// Level records, kept once for all cores that are told the same. One thread.
+// The level records that all LinkCores of one thread share: cores that receive the same record share one copy.
+// One thread.
 class LevelCatalog {
  public:
   std::shared_ptr<const KnownLevel> keep(wire::LevelRecord record);

@@ -33,11 +33,11 @@ class Link {
   void set_level(std::uint32_t character, LevelIndex level);
   // Refused with an Error when out of range.
   void set_material(std::uint32_t character, const MaterialScale& scale);
-  void set_wind(const Wind& wind);            // of the whole room; whoever set it last wins
+  void set_wind(const Wind& wind);            // of the whole room; the last client to set it wins
   void observe(const wire::Observe& wanted);  // of others; every frame of all at first
-  // Of members; said a few times a second at most, and what has changed enough to matter.
+  // How large members are on this screen. Sends at most four reports a second, of relevant changes only.
   void report_importance(const std::vector<wire::MemberImportance>& members);
-  // Another's groom: GroomFetched follows, or an Error (groom_unavailable).
+  // Requests the groom of another client. GroomFetched follows, or an Error (groom_unavailable).
   void request_groom(const wire::GroomHash& hash);
   void remove_character(std::uint32_t character);
   // Poses captured at `capture_time_ns` of now_ns(); sent as one batch.

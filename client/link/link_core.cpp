@@ -14,17 +14,17 @@ constexpr std::size_t kChunkBytes = 16u << 10;
 static_assert(kChunkBytes <= wire::kGroomChunkBytesMax);
 constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::max();
 constexpr std::int64_t kGoodbyeWait_ns = 400'000'000;
-// A session that lasted so long was no failed attempt: the next one comes soon again.
+// A session that lasted this long counts as successful: the backoff starts again at its shortest wait.
 constexpr std::int64_t kStable_ns = 5'000'000'000;
-// After a resume the server tells of all members at once; who is not among them by then has left meanwhile.
+// After a resume the server announces all members. A member that is not announced in this time has left.
 constexpr std::int64_t kMembersToldAgain_ns = 1'000'000'000;
 
 std::int64_t to_ns(double seconds) {
   return std::llround(seconds * 1e9);
 }
 
-// A refusal of a whole groom, after which its bytes are of no use; a chunk alone may have come where none was asked
-// for.
+// True when the error refuses a whole groom, so that its bytes are no longer needed. An error about one chunk (one that
+// the server had not asked for) does not end the upload.
 bool ends_upload(const wire::Error& error) {
   return error.reason != wire::ErrorReason::groom_unavailable &&
          error.reason != wire::ErrorReason::unexpected_message && error.character == 0 &&
@@ -110,7 +110,7 @@ void LinkCore::push_poses(std::vector<wire::PoseSample> poses) {
     queue_.drop_poses(poses);
 }
 
-// The roster says it again where there is no session yet, or no longer.
+// Without a session the message is not sent: RequestedState stores it and resends it after the next welcome.
 void LinkCore::say(wire::Message message) {
   if (active() && !queue_.push(std::move(message)))
     end(GoodbyeReason::none, "more messages wait to be sent than the server takes");
@@ -128,7 +128,7 @@ void LinkCore::poll(std::int64_t now_ns) {
   if (ended()) return;
   if (now_ns >= give_up_ns_) return end(GoodbyeReason::none, "gave up reconnecting");
   if (active() && now_ns - sent_ns_ >= to_ns(options_.keep_alive_s)) {
-    if (queue_.empty()) say(wire::PoseBatch{});  // nothing to say, but still here
+    if (queue_.empty()) say(wire::PoseBatch{});  // keep-alive
     sent_ns_ = now_ns;
   }
   if (active()) {
@@ -268,13 +268,13 @@ void LinkCore::on_packet(std::span<const std::uint8_t> packet, std::int64_t now_
   if (decoded.error != wire::DecodeError::none)
     return lose(GoodbyeReason::protocol_error, "the server sent a bad packet: " + decoded.detail, now_ns);
   wire::Message& message = decoded.envelope.message;
-  // A new session may be of another server, whose clock is another.
+  // A new session may belong to another server with another clock.
   if (const auto* welcome = std::get_if<wire::Welcome>(&message); welcome && !welcome->resumed)
     clock_ = channel::ClockEstimate();
   clock_.observe(decoded.envelope.clock_ns, now_ns);
   if (std::holds_alternative<wire::FrameBatch>(message)) counters_.frame_bytes_received += packet.size();
   if (state_ == State::greeting && !may_come_first(message))
-    return lose(GoodbyeReason::protocol_error, "the server sent something else than a welcome", now_ns);
+    return lose(GoodbyeReason::protocol_error, "the server sent another message before its welcome", now_ns);
   const auto take = [this, now_ns](auto& m) {
     if constexpr (requires { on(m, now_ns); })
       on(m, now_ns);
@@ -330,7 +330,8 @@ void LinkCore::on(wire::GroomNeed& need, std::int64_t) {
 }
 
 void LinkCore::on(wire::GroomStatus& status, std::int64_t now_ns) {
-  // Until then its bytes may be another client's, which leaves, or whose bytes prove wrong when they are built.
+  // Keep our bytes until then: the server may be taking them from another client, which may leave or may have sent
+  // wrong bytes.
   if (status.state == wire::GroomState::ready || status.state == wire::GroomState::refused) uploads_.drop(status.hash);
   if (status.state == wire::GroomState::ready) {
     roster_.on_ready(status.hash);
@@ -344,7 +345,7 @@ void LinkCore::on(wire::GroomStatus& status, std::int64_t now_ns) {
 
 void LinkCore::on(wire::CharacterAdded& added, std::int64_t now_ns) {
   if (!roster_.has_asked_for(added.character))
-    return lose(GoodbyeReason::protocol_error, "the server adds a character that nobody asked for", now_ns);
+    return lose(GoodbyeReason::protocol_error, "the server added a character nobody requested", now_ns);
   roster_.on_added(added.character);
   if (members_.add_own(added)) push(added);
 }
@@ -394,7 +395,7 @@ void LinkCore::on(wire::FrameBatch& batch, std::int64_t now_ns) {
 
 void LinkCore::pass_on(const wire::FrameBatch& batch, const wire::Frame& frame, const Members::Taken& taken,
                        FrameBatch& decoded, std::int64_t now_ns) {
-  if (taken.character != 0 && taken.integers && frame.level != LevelIndex::rigid) {  // the server has a lattice of it
+  if (taken.character != 0 && taken.integers && frame.level != LevelIndex::rigid) {  // the server simulates it
     kept_.drop(taken.character);
     roster_.forget_state(taken.character);
   }
@@ -441,7 +442,7 @@ void LinkCore::on(wire::Error& error, std::int64_t) {
   }
   if (!roster_.on_error(error)) return push(std::move(error));
   if (error.reason != wire::ErrorReason::character_unknown) return;
-  // Its removal was said twice, and the answer to the first lost with a connection.
+  // We sent the removal twice; the answer to the first one was lost with its connection.
   if (members_.remove_own(error.character)) push(wire::CharacterRemoved{error.character});
 }
 

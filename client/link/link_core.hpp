@@ -35,7 +35,7 @@ struct CoreOptions {
   bool reconnect = true;         // once welcomed; a first attempt that fails is the last
   double give_up_after_s = 0;    // of trying to reconnect; 0: never
   std::uint64_t seed = 1;        // of the waits between attempts
-  double decode_share = 1;       // of the members, whose frames are decoded; those of the others are only counted
+  double decode_share = 1;       // fraction of members whose frames are decoded; the others are only counted
   std::shared_ptr<LevelCatalog> catalog = {};  // shared by cores of one thread; null: one of its own
 };
 
@@ -45,8 +45,8 @@ struct LinkCounters {
   std::uint64_t frames_dropped = 0;        // not polled in time
   std::uint64_t poses_dropped = 0;         // not sent in time
   std::uint64_t frames_received = 0;
-  std::uint64_t frames_undecodable = 0;  // what they refer to was missing, or their bytes were wrong
-  std::uint64_t frames_unknown = 0;      // of no member that was told of, or no newer than the last
+  std::uint64_t frames_undecodable = 0;  // their reference frame is missing, or their bytes are wrong
+  std::uint64_t frames_unknown = 0;      // of a member that is not known, or not newer than its last frame
   std::uint64_t reconnects = 0;          // welcomes after the first
   std::uint64_t resumes = 0;             // of these, by a server that still had the session
 };
@@ -64,8 +64,8 @@ struct ReceivedFrame {
   const LevelGeometry* geometry = nullptr;    // likewise, or rigid
 };
 
-// Takes frames in place of events: for who drives many cores. Called within on_bytes() and on_packet(), not to call
-// back.
+// Receives frames directly instead of as events, for programs that drive many cores. on_bytes() and on_packet() call
+// it; it must not call the core.
 class FrameSink {
  public:
   virtual ~FrameSink() = default;
@@ -84,8 +84,8 @@ class FrameSink {
 //
 // What arrives goes into on_bytes() (a stream) or on_packet() (a message each), the end into on_closed().
 //
-// When the connection breaks it asks for a new one after a while, and then says again what its caller asked for. Calls
-// of the caller are taken in every state; what cannot be sent now is said later, but poses, which are dropped.
+// When the connection breaks, the core asks for a new one after a wait, then sends the caller's requests again. The
+// caller may call it in every state: requests are stored and sent after the reconnect, but poses are dropped.
 class LinkCore {
  public:
   explicit LinkCore(CoreOptions options);
@@ -165,9 +165,9 @@ class LinkCore {
   bool goodbye_taken_ = false;
   std::int64_t deadline_ns_ = std::numeric_limits<std::int64_t>::max();     // of the state
   std::int64_t give_up_ns_ = std::numeric_limits<std::int64_t>::max();      // while reconnecting
-  std::int64_t members_due_ns_ = std::numeric_limits<std::int64_t>::max();  // all told of again, after a resume
+  std::int64_t members_due_ns_ = std::numeric_limits<std::int64_t>::max();  // after a resume: all are announced by then
   std::int64_t active_since_ns_ = 0;
-  std::optional<std::int64_t> away_since_ns_;  // since when it is, or was last, without a connection that lasts
+  std::optional<std::int64_t> away_since_ns_;  // start of the current or the last outage
   std::int64_t sent_ns_ = 0;                   // when a packet, or a sign of life, went out last
   Backoff backoff_;
   channel::PacketSplitter splitter_;

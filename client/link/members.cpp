@@ -56,7 +56,7 @@ std::shared_ptr<const LevelGeometry> Members::learn(wire::LevelRecord record) {
   return {known, &known->geometry};
 }
 
-// The same members in every run, whatever their order.
+// Hashes the number, so that the choice does not depend on the order of arrival.
 bool Members::decodes(std::uint32_t number) const {
   if (decode_share_ >= 1) return true;
   const std::uint32_t mixed = number * 0x9e3779b1u;

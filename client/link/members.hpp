@@ -24,7 +24,7 @@ class Members {
   Members(std::shared_ptr<LevelCatalog> catalog, double decode_share)
       : catalog_(std::move(catalog)), decode_share_(decode_share) {}
 
-  // False when nothing is new by it: told again after a resume.
+  // Returns false when the member is known already: the server announces all members again after a resume.
   bool join(const wire::MemberJoined& joined);
   bool add_own(const wire::CharacterAdded& added);
   bool leave(std::uint32_t member);
@@ -53,17 +53,18 @@ class Members {
 
   // The connection broke: frames of the next refer to none before it.
   void forget_frames();
-  // The session goes on; the server tells of all members anew. Afterwards: who was not told of has left.
+  // After a resume the server announces all members again. drop_unconfirmed() then removes those that it did not
+  // announce.
   void expect_all_again();
-  // Another number that was the same character's and has not been told of again, if there is one: it left and came back
-  // meanwhile. It is dropped.
+  // Removes and returns the old member number of the same character, if it has one that was not announced again: the
+  // character left and came back during the outage.
   std::optional<std::uint32_t> drop_former(std::uint64_t session, std::uint32_t character, std::uint32_t member);
   std::vector<std::uint32_t> drop_unconfirmed();
   // The session is lost. Returns all others.
   std::vector<std::uint32_t> drop_all();
 
  private:
-  // Frames decoded last, one more than a frame may refer to: that is where the next one goes.
+  // Ring of the last decoded frames: as many as a frame may refer to, and one slot for the next frame.
   static constexpr std::size_t kSlotCount = codec::kHistoryMax + 1;
   struct Past {
     bool valid = false;

@@ -27,7 +27,7 @@ Quat nearer(const Quat& q) {
 
 }  // namespace
 
-// Over a long gap a velocity says nothing about the way.
+// Over a long gap the end velocities no longer describe the motion between, so the cubic is not used.
 bool Playout::is_cubic(const Held& from, const Held& to) {
   const std::size_t count = to.displacement.size();
   return count > 0 && to.velocity.size() == count && from.velocity.size() == count &&
@@ -44,7 +44,7 @@ void Playout::push(const Frame& frame, std::int64_t sample_time_ns, std::int64_t
     ++dropped_count_;
     return;
   }
-  // After a gap the way to the new frame begins at what is on the screen, not at the frame before the gap.
+  // After a gap, interpolate to the new frame from what is on the screen, not from the frame before the gap.
   if (started_ && !frames_.empty() && frames_.back().time_ns < shown_.time_ns) {
     frames_.clear();
     frames_.push_back(shown_);
@@ -107,7 +107,7 @@ void Playout::advance(std::int64_t render_time_ns) {
   render_time_ns_ += elapsed;
   const bool starved = frames_.back().time_ns < shown_.time_ns;
   const auto slew = static_cast<std::int64_t>(kSlewMax * static_cast<double>(elapsed));
-  // With nothing to show anyway, standing still costs nothing and lets late frames be in time again.
+  // There is no newer frame to show. Stop the play time here, so that late frames are in time again.
   if (starved && target > delay_ns_)
     delay_ns_ = target;
   else

@@ -12,21 +12,23 @@
 
 namespace hairnet::link {
 
-// Frames of one character, played out smoothly a little behind the newest: interpolated between two, held at the last
-// for a moment when none comes, then eased to rest; a sleeping character is held until it wakes. Time is a parameter,
-// always on the client's clock. One thread.
+// The jitter buffer of one character: plays its frames smoothly, a little behind the newest. It interpolates between
+// two frames; when no frame comes it freezes for 100 ms, then eases to rest; a sleeping character stays frozen until it
+// wakes. Time is a parameter, always on the client's clock. One thread.
 //
 // Between frames that bring velocities hair moves by a cubic that keeps them (Hermite), else in a straight line.
 //
-// A frame is late by its arrival less its sample time. Playing lags by the least lateness of the last frames, plus one
-// frame interval (there must be a frame to interpolate to), plus their jitter or half an interval, whichever is more.
+// The lateness of a frame is its arrival time minus its sample time. The play-out delay is the smallest lateness of the
+// last frames, plus one frame interval (to have a frame to interpolate to), plus the larger of their jitter and half an
+// interval.
 class Playout {
  public:
   // Takes a frame whose poses were sampled at `sample_time_ns`, received at `arrival_time_ns`. One no newer than what
   // was already played is dropped, and so is a duplicate.
   void push(const Frame& frame, std::int64_t sample_time_ns, std::int64_t arrival_time_ns);
 
-  // No frame will come for a while, the caller knows: what is shown by then is held until the next one.
+  // Freezes what is shown until the next frame arrives. For callers that know that no frame will come for a while, as
+  // during a reconnect.
   void hold();
 
   struct Sample {

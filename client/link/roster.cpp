@@ -69,7 +69,7 @@ Roster::Again Roster::say_again(bool resumed) {
       again.messages.push_back(std::move(add));
       if (resumed) said_twice_.insert(number);
     }
-    // One that it added before the connection broke may be on an older level.
+    // The server may have added it before the connection broke, with an older level.
     if (resumed) again.messages.push_back(wire::SetLevel{number, character.level});
     if (character.material) again.messages.push_back(wire::SetMaterial{number, *character.material});
   }

@@ -12,8 +12,8 @@
 
 namespace hairnet::link {
 
-// What a client has asked for and what of it the server has confirmed, so that all of it can be said again over a new
-// connection. No I/O; one thread.
+// Everything that this client has requested (grooms, characters, levels, wind, ...) and which of it the server has
+// confirmed, so that all of it can be sent again over a new connection. No I/O; one thread.
 class Roster {
  public:
   using Bytes = std::shared_ptr<const std::vector<std::uint8_t>>;
@@ -31,7 +31,7 @@ class Roster {
   void set_wind(const wire::SetWind& wanted) { wind_ = wanted; }
   void observe(wire::Observe wanted) { observe_ = std::move(wanted); }
   void remove(std::uint32_t character);
-  // The hair of a character is to go on from there, should the server have forgotten it.
+  // Stores the state from which a new server continues the hair of the character.
   void remember(std::uint32_t character, wire::HairState state);
   void forget_state(std::uint32_t character) { states_.erase(character); }
 
@@ -39,10 +39,12 @@ class Roster {
   void on_refused(const wire::GroomHash& hash) { grooms_.erase(hash); }
   void on_added(std::uint32_t character);
   void on_removed(std::uint32_t character) { leaving_.erase(character); }
-  // True for an error that only says that the message had arrived before the connection broke, and was said twice.
+  // True for an error that the caller must not see: it answers a message that was sent twice, because the connection
+  // broke after the server had received the first.
   bool on_error(const wire::Error& error);
 
-  // A new connection has its welcome. `resumed`: the server still has what it confirmed. Returns what is to be said.
+  // The messages to send again after the welcome of a new connection. `resumed`: the server still has what it has
+  // confirmed.
   struct Again {
     std::vector<std::pair<wire::GroomHash, Bytes>> offers;  // first
     std::vector<wire::Message> messages;
@@ -64,7 +66,7 @@ class Roster {
   std::map<std::uint32_t, Character> characters_;
   std::map<std::uint32_t, wire::HairState> states_;  // as it was when the connection broke, or as it was added with
   std::set<std::uint32_t> leaving_;                  // removed, and not confirmed
-  // Characters of which the server may have heard already; it may tell of them before it refuses them.
+  // Characters whose AddCharacter was sent twice. The server may announce one and then refuse its second AddCharacter.
   std::set<std::uint32_t> said_twice_;
   std::optional<wire::SetWind> wind_;
   std::optional<wire::Observe> observe_;

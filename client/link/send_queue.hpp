@@ -10,8 +10,8 @@
 
 namespace hairnet::link {
 
-// What waits to be sent, in order, but for groom bytes. Bounded: when the connection does not keep up, the oldest pose
-// batches give way (newer poses supersede them). No I/O; one thread.
+// Messages that wait to be sent, in order; groom bytes are in UploadQueue. Bounded: when the connection is too slow,
+// the queue drops the oldest pose batches, which newer poses replace anyway. No I/O; one thread.
 class SendQueue {
  public:
   static constexpr std::size_t kPoseBatchesMax = 64;
@@ -24,7 +24,7 @@ class SendQueue {
   std::optional<wire::Message> pop();
   // All that waits is lost, as the connection is. A teleport among the lost poses passes to the character's next pose.
   void clear();
-  // These poses are not sent at all, likewise.
+  // Drops these poses without queueing them. Their teleports pass on in the same way.
   void drop_poses(const std::vector<wire::PoseSample>& poses);
   [[nodiscard]] bool empty() const { return messages_.empty(); }
 
@@ -35,7 +35,7 @@ class SendQueue {
 
   std::deque<wire::Message> messages_;
   std::size_t pose_batch_count_ = 0;
-  std::set<std::uint32_t> jumped_;  // characters whose next pose continues from none that was sent
+  std::set<std::uint32_t> jumped_;  // characters whose next pose must be sent as a teleport
   std::uint64_t poses_dropped_ = 0;
 };
 

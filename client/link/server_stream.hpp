@@ -9,7 +9,7 @@
 
 #include "client/link/address.hpp"
 
-// Sockets to a server, behind one face. For the sources of this folder that know Asio.
+// The interface of a connection to a server, over any transport. Only sources that use Asio include it.
 namespace hairnet::link {
 
 namespace asio = boost::asio;

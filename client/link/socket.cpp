@@ -12,7 +12,7 @@ namespace {
 using asio::ip::tcp;
 using boost::system::error_code;
 
-// A pose waits for what the kernel holds unsent: it is kept small.
+// A small send buffer: a new pose waits behind everything that the kernel has not sent yet.
 constexpr int kUnsentBytesMax = 64 << 10;
 constexpr unsigned kUnacknowledgedMax_ms = 15'000;
 

@@ -8,15 +8,16 @@
 
 namespace hairnet::link {
 
-// A coarse level cannot show every shape of a finer one. Where a character's level changes, hair points would jump by
-// the difference: it is kept, and fades over kSwitchBlend_s. One for each character and set of points; one thread.
+// Cross-fades hair points when a character's level changes. A coarse level cannot show every shape of a finer one, so
+// points would jump at the switch. This adds the difference back and lets it fade over kSwitchBlend_ns. One object per
+// character and set of points; one thread.
 class SwitchBlend {
  public:
   static constexpr std::int64_t kSwitchBlend_ns = 400'000'000;
 
   // `points_head`: as deformed by `level` for the time `time_ns` (Playout::Sample), head space, m; always as many.
-  // Moves them by what is left of the last switch. A `discontinuous` moment (a teleport) or another number of points
-  // begins anew.
+  // Adds the part of the last switch that has not faded yet. A `discontinuous` moment, or another number of points,
+  // ends the fade.
   void apply(LevelIndex level, std::int64_t time_ns, bool discontinuous, std::span<Vec3f> points_head);
 
  private:

@@ -12,7 +12,7 @@ using TlsSocket = asio::ssl::stream<asio::ip::tcp::socket>;
 
 asio::ssl::context make_tls_context();
 
-// What `options` say becomes of the context. Empty, or one line that says why not.
+// Applies `options` to the context. Returns an empty string, or one line that says what failed.
 std::string set_up(asio::ssl::context& context, const TlsOptions& options);
 
 // Over a connected socket: names the host to the server and checks its certificate. Empty, or one line that says why

@@ -24,7 +24,7 @@ class UploadQueue {
   bool need(const wire::GroomNeed& need);
   // The server has all of it, or refused it: the bytes are let go.
   void drop(const wire::GroomHash& hash);
-  // The server has forgotten them all, or is about to be asked anew.
+  // Forgets all uploads: the connection is lost, and the grooms will be offered again.
   void clear();
   // The next piece of the groom that has been asked for longest; none when nothing is wanted.
   std::optional<wire::GroomChunk> next_chunk();

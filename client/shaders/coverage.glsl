@@ -12,8 +12,8 @@ float chance_at_pixel(float number) {
   return float(scramble(seed) >> 8u) / 16777216.0;
 }
 
-// Of hair: another chance at each hair and pixel. The first samples are always taken first, so hairs behind each other
-// would hide in each other's: every second time it is all samples or none.
+// For hair: a random number per hair and pixel. The GPU always sets the same samples first, so hairs behind each other
+// would hide in the same samples. Half of the time this therefore sets all samples or none.
 float dithered(float cover, float number) {
   float chance = chance_at_pixel(number);
   return fract(chance * 1024.0) < 0.5 ? rounded_by(cover, chance) : step(chance, cover);

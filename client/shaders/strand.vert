@@ -17,7 +17,7 @@ uniform float strand_count;
 out vec4 shade;   // colour as the target takes it; coverage of the core
 out vec3 across;  // px from the middle; half of the drawn width, px; a number of the strand's own
 
-// Copies stray most in the middle; at the tips they gather again into locks.
+// Follow hairs are furthest from their strand in the middle; at the tips they gather into locks.
 vec3 follower_offset(vec4 chance, float s, float stray) {
   float reach = stray * mix(0.55, 1.0, smoothstep(0.0, 0.25, s)) * mix(1.0, 0.7, smoothstep(0.5, 1.0, s));
   float turn = 6.2832 * (chance.x + (chance.z - 0.5) * s);

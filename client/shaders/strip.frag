@@ -26,7 +26,8 @@ void main() {
   if (drawn <= 0.0) discard;
   vec4 chance = vec4(hair.x, 0.5, hair.y, hair.z);
   vec3 albedo = hair_albedo(character.hair_albedo, chance, place.y);
-  // Curls are finer than a strip: its hairs turn from it to and fro, each at its own pace, which breaks up highlights.
+  // Curls are finer than a card. Each hair of the texture turns its tangent to and fro along its length, with its own
+  // phase, which breaks up the highlights.
   float phase = 6.2832 * (place.y * (5.0 + 8.0 * hair.z) + 7.0 * hair.y + number);
   vec3 along = normalize(tangent_scene), side = normalize(cross(along, normal_scene) + 1e-6);
   vec3 t = normalize(along + 0.8 * waviness * (sin(phase) * side + cos(1.3 * phase) * normal_scene));

@@ -19,7 +19,7 @@ struct DrawDetail {
 // `waviness`: of the groom; strips pass for straight hair at a larger size than for curls.
 DrawDetail detail_for(float head_px, float quality, std::size_t strand_count, float waviness);
 
-// By how much what is drawn is wider, so that fewer strands and followers cover about as much.
+// The factor by which strands are drawn wider, so that fewer strands and follow hairs cover about the same area.
 float width_scale(const DrawDetail& detail);
 
 }  // namespace hairnet::view

@@ -6,7 +6,7 @@
 
 namespace hairnet::view {
 
-// Owns one OpenGL name. The context it was made in must be current when it goes.
+// Owns one OpenGL name. Its context must be current when it is destroyed.
 template <void (*kMake)(GLsizei, GLuint*), void (*kDelete)(GLsizei, const GLuint*)>
 class GlObject {
  public:

@@ -17,7 +17,8 @@ float strand_width_m(std::size_t strand_count) {
          std::clamp(std::sqrt(kCount / static_cast<float>(std::max<std::size_t>(1, strand_count))), 0.6f, 4.0f);
 }
 
-// From by how much hairs are longer than their course over a few centimetres: the sine of their angle to it.
+// Measures curliness: compares the length of a hair with the straight distance over a few centimetres. The result is
+// the sine of the mean angle between the hair and that straight line, scaled to 0 ... 1.
 float waviness_of(const Groom& groom) {
   constexpr double kCourse_m = 0.04;
   constexpr float kBentByTheHead = 0.2f, kCurls = 0.35f;

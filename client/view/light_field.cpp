@@ -146,8 +146,8 @@ void LightField::sweep(std::size_t ray) {
   }
 }
 
-// A side gets half from its face's ray and half from the four corners about it; on a surface, from those that are
-// before it.
+// Each of the six directions averages the ray through the cube's face (one half) and the rays through the four corners
+// of that face (the other half). On a surface, only rays from in front of it count.
 LightLeft LightField::gather(const Vec3f& position, const Vec3f& normal) const {
   LightLeft sum{1, 1, 1, 1, 1, 1};
   if (left_.empty()) return sum;

@@ -8,16 +8,17 @@
 
 namespace hairnet::view {
 
-// What is left of light at one place, by where it comes from: +x -x +y -y +z -z of the head.
+// The fraction of light that reaches one point from each of six directions: +x -x +y -y +z -z of the head.
 using LightLeft = std::array<float, 6>;
 
-// Coarse grid over a groom at rest that says how much light gets to a place through hair and body. Head space, m.
+// A coarse grid over a groom at rest that stores how much light reaches each cell through hair and body: baked
+// ambient occlusion by direction. Head space, m.
 class LightField {
  public:
   // `width_m`: of a strand as drawn, with all that is drawn beside it.
   LightField(const Groom& groom, float width_m);
   [[nodiscard]] LightLeft at(const Vec3f& position) const { return gather(position, Vec3f::Zero()); }
-  // On a surface: what comes from behind it does not count.
+  // On a surface with this normal: light from behind the surface is ignored.
   [[nodiscard]] LightLeft at(const Vec3f& position, const Vec3f& normal) const { return gather(position, normal); }
   [[nodiscard]] float cell_m() const { return cell_m_; }
 

@@ -9,7 +9,7 @@ namespace hairnet::view {
 // filtered into and read from.
 class PictureTarget {
  public:
-  // Makes the targets anew when the size differs from the last. False when the GPU cannot.
+  // Recreates the targets when the size changes. Returns false when the GPU cannot.
   bool resize(int width, int height, int supersample);
   void begin_large() const;
   void begin_small() const;  // gathers the samples of the large picture and binds it as `source`

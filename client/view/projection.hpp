@@ -6,8 +6,8 @@ namespace hairnet::view {
 
 using Mat4f = Eigen::Matrix4f;
 
-// A camera that no picture can fail on: not-finite values, zero distances and parallel axes are mended, the field of
-// view is held in 1 … 150 degrees.
+// Returns a camera that can always be drawn with: replaces values that are not finite, zero distances and parallel
+// axes, and clamps the field of view to 1 … 150 degrees.
 Camera mended(const Camera& camera);
 
 // View axes of the camera: world directions to x right, y up, z backwards.

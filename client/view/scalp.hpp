@@ -10,8 +10,8 @@ namespace hairnet::view {
 class Scalp {
  public:
   explicit Scalp(const Groom& groom);
-  // How much of a scalp a place is: 1 where roots stand as dense as they usually do on this groom, on partings between
-  // rows of roots too; falls to 0 within reach of the outermost roots. Head space, m.
+  // How far a point belongs to the scalp, 0 ... 1: 1 where roots are as dense as usual on this groom, including
+  // partings between rows of roots; it falls to 0 just outside the outermost roots. Head space, m.
   [[nodiscard]] float at(const Vec3f& position) const;
 
  private:

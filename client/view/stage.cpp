@@ -217,7 +217,8 @@ void GlStage::count(std::size_t indices, std::size_t instances) {
   statistics_.vertices += indices * instances;
 }
 
-// Points of strands have only so much room on the GPU: when all that is wanted has not, everyone has fewer strands.
+// The textures of strand points are limited in size. When all wanted strands do not fit, every character is drawn with
+// fewer strands.
 void GlStage::fit_points(std::vector<std::vector<Appearance>>& by_groom) const {
   const std::size_t most = std::min(rows_most_, StrandPlacement::kRowsMost);
   std::size_t rows = 0, characters = 0;
@@ -234,7 +235,7 @@ void GlStage::fit_points(std::vector<std::vector<Appearance>>& by_groom) const {
   }
 }
 
-// Leaves out of `by_groom` whom the textures have no rows for.
+// Removes the characters from `by_groom` that do not fit into the rows of the textures.
 void GlStage::add_records(std::vector<std::vector<Appearance>>& by_groom, const Vec3& origin) {
   records_.clear();
   statistics_ = {};

@@ -98,7 +98,7 @@ std::vector<bool> kept_points(const Line& line, float tolerance_m) {
   return kept;
 }
 
-// The drawn strands: the groom's own, then clusters' copies, whose points have what their strand's have.
+// The strands to draw: the groom's own, then the copies of clusters, which inherit the per-point data of their strand.
 class Lines {
  public:
   explicit Lines(const GeometrySource& source) : source_(source), drawn_(source.groom) {

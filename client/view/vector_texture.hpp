@@ -8,8 +8,8 @@
 
 namespace hairnet::view {
 
-// A texture of vectors in rows of one width, on a texture unit of its own; it grows as it must, to
-// the rows that a texture may have: no more may be asked of it.
+// A texture of vectors in rows of a fixed width, bound to its own texture unit. It grows as needed; the caller must not
+// fill more rows than a texture may have.
 class VectorTexture {
  public:
   VectorTexture(GLint unit, std::size_t row) : unit_(unit), row_(row) {}

@@ -9,8 +9,8 @@
 
 namespace hairnet {
 
-// The caller's observer for a build of several equal parts at once: asked by one thread at a time, told a fraction that
-// never falls, and not asked again once it has cancelled.
+// Combines the progress of several equal parts that are built in parallel. It calls the observer from one thread at a
+// time, with a fraction that never decreases, and never again after the observer has cancelled.
 class BuildProgress {
  public:
   BuildProgress(const BuildObserver& observer, std::size_t part_count) : observer_(observer), done_(part_count, 0.0) {}
@@ -40,7 +40,7 @@ class BuildProgress {
   bool cancelled_ = false;
 };
 
-// One part of it.
+// The progress of one part of a build.
 struct LevelProgress {
   BuildProgress& whole;
   std::size_t part = 0;

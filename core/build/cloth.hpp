@@ -16,8 +16,8 @@ namespace hairnet {
 void add_cloth(const Grid& grid, std::span<const Vec3f> points_head, const Cloth& cloth, std::uint16_t group,
                StiffenerList& springs, StiffenerList& attachments);
 
-// Mass by area, drag across the plane, Q = q A n n^T, each integrated over the triangles. It hangs from the highest
-// pinned point, or from its own highest.
+// Adds the cloth's mass (by area) and its drag (Q = q A n n^T, across the plane), integrated over the triangles.
+// Hanging lengths count from the highest pinned point, or from the highest point when none is pinned.
 void add_cloth_shares(const Grid& grid, std::span<const Vec3f> points_head, const Cloth& cloth,
                       const Material& material, NodeShares& shares);
 

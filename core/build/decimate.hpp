@@ -10,8 +10,8 @@ namespace hairnet {
 
 enum class StiffenerKind : std::uint8_t { spring, attachment };
 
-// A merged stiffener has at most these, the ones that weigh most.
-inline constexpr std::size_t kNodesAnEnd = 4;  // of a spring: as many where it pulls as where it is pulled
+// The most nodes of a merged stiffener: those with the largest weights are kept.
+inline constexpr std::size_t kNodesAnEnd = 4;  // at each of a spring's two ends
 inline constexpr std::size_t kNodesAnAttachment = 16;
 
 // Reduces `list` to exactly `count_max` stiffeners (or leaves it, when it has no more), by merging pairs of one group,
@@ -22,9 +22,10 @@ inline constexpr std::size_t kNodesAnAttachment = 16;
 // cost is that of Ward's clustering, m_a m_b / (m_a + m_b) |a - b|^2 with m = k L^2 (attachments: k), the distance of
 // nearest_chords.hpp. When each group has come down to one and there are still too many, the least m are dropped.
 //
-// Looking at all pairs would be quadratic. Candidates are the few nearest, found in rounds that each halve the number:
-// near-linear. `keep_going` (may be empty) is called now and then with the share done, on any thread of
-// `parallel_for`; when it returns false, so does decimate, and `list` is then of no use.
+// Comparing all pairs would be quadratic. Candidates are each stiffener's few nearest neighbours, searched again in
+// rounds that halve the number, which is nearly linear. `keep_going` may be empty. Any thread of `parallel_for` may
+// call it with the finished fraction; when it returns false, decimate returns false and the contents of `list` are
+// undefined.
 [[nodiscard]] bool decimate(const Grid& grid, StiffenerKind kind, std::size_t count_max, StiffenerList& list,
                             const std::function<bool(double)>& keep_going = {}, const ParallelFor& parallel_for = {});
 

@@ -31,8 +31,8 @@ class Grid {
   [[nodiscard]] const Vec3& spacing() const { return spacing_; }  // m
   [[nodiscard]] std::size_t node_count() const { return lattice_.node_count(); }
 
-  // A point within float rounding of a lattice plane lies on it: otherwise hair along a plane would wake the cells
-  // beside it by weights of 1e-7.
+  // Snaps a point that is within float rounding of a lattice plane onto the plane. Otherwise hair in a plane would
+  // activate nodes of the neighbouring cells with weights of 1e-7.
   [[nodiscard]] Vec3 from_head(const Vec3f& head) const;
   [[nodiscard]] Vec3 to_head(const Vec3& grid) const { return origin_ + grid.cwiseProduct(spacing_); }
   [[nodiscard]] Vec3 node_head(std::uint32_t node) const;

@@ -8,15 +8,15 @@
 
 namespace hairnet {
 
-// Some points of the hair.
+// Points sampled from the hair.
 struct HairSample {
   std::vector<Vec3f> points;  // head space, m
   std::vector<float> blend;   // delta of eq. 7: how much of the lattice's motion each point takes
 };
 
-// The active nodes that move each point of a sample, and by how much: the quadratic FFD with the root blend, trimmed
-// nodes told by the active ones that they follow. Weights below a hundredth are shared out among the others. Point p has
-// entries [begin[p], begin[p + 1]).
+// For each point of a sample, the active nodes that move it and their weights: quadratic FFD with the root blend.
+// Trimmed nodes are replaced by the active nodes that they follow. Weights below 0.01 are dropped and the others scaled
+// up. Point p has entries [begin[p], begin[p + 1]).
 struct HairStencils {
   std::vector<std::uint32_t> begin{0};
   std::vector<std::uint32_t> nodes;  // active index

@@ -8,13 +8,13 @@
 
 namespace hairnet {
 
-// Where there is hair, in cubes: tells which way its surface is, in a tail as on the head.
+// A coarse voxel grid of the hair. It tells the direction from a point towards the surface of the hair.
 class HairVolume {
  public:
   explicit HairVolume(std::span<const Course> courses);
 
-  // Away from the hair around the point: the point less the mean of the hair within kReach, over kReach. About half at
-  // a surface, 0 amid even hair and where there is none.
+  // Points away from the surrounding hair: (point - mean of the hair within kReach) / kReach. Its length is about 0.5
+  // at the surface, and 0 inside evenly distributed hair or where there is none.
   [[nodiscard]] Vec3 towards_surface(const Vec3& point) const;
 
  private:

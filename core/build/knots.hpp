@@ -17,8 +17,8 @@ inline constexpr std::size_t kKnotJointsMax = 6;
 void add_knot(const Grid& grid, std::span<const Vec3f> points_head, const Knot& knot, std::uint16_t group,
               StiffenerList& ties);
 
-// The knot's own mass, shared by the nodes around its mean point; it hangs as the hair there does, so that the shares
-// of all hair must be in already.
+// Adds the knot's own mass to the nodes around its mean point. The knot hangs as the hair there does, so all hair must
+// be in `shares` before.
 void add_knot_mass(const Grid& grid, std::span<const Vec3f> points_head, const Knot& knot, const Material& material,
                    NodeShares& shares);
 

@@ -40,18 +40,18 @@ struct Stiffeners {
   [[nodiscard]] std::size_t count() const { return stiffness.size(); }
 };
 
-// The skin that one bone carries: the signed distance to it, negative inside, on a grid in head space at rest. The paper
-// sums metaballs for it (3.3); the law of the force is still theirs (contact.hpp).
+// The skin that follows one bone: the signed distance to it (negative inside) on a grid, in head space at rest. The
+// paper sums metaballs instead (3.3); the force law is still the metaballs' (contact.hpp).
 struct SkinField {
   Bone bone = Bone::head;
-  Vec3f origin = Vec3f::Zero();    // of node (0, 0, 0), m
-  float cell_m = 0;                // between two nodes
+  Vec3f origin = Vec3f::Zero();      // of node (0, 0, 0), m
+  float cell_m = 0;                  // between two nodes
   std::array<int, 3> dims{0, 0, 0};  // nodes an axis, each >= 2
-  std::vector<float> distance;     // m; node (i, j, k) has index i + nx (j + ny k)
+  std::vector<float> distance;       // m; node (i, j, k) has index i + nx (j + ny k)
 };
 using Skin = std::vector<SkinField>;  // at most one a bone
 
-// The energy U of a contact point is that of being so much nearer to the skin than its limit (contact.hpp).
+// Contact energy is U when a point is this much nearer to the skin than its limit (contact.hpp).
 inline constexpr double kContactDepth_m = 0.05;
 
 inline constexpr float kContactNever_m = -1;
@@ -74,26 +74,26 @@ struct ContactPoints {
 // One mechanical model of a groom, immutable and shared by all its characters. Per-node arrays are in active order.
 struct Level {
   LevelGeometry geometry;
-  float displacement_max_m = 10;           // no node goes further from its design
-  std::vector<Vec3f> rest;                 // p^0, head space, m
-  std::vector<float> mass;                 // kg, hair and ether
-  std::vector<float> ether_stiffness;      // N/m
-  std::vector<float> ether_damping;        // N s/m
-  std::vector<std::array<float, 6>> drag;  // Q: xx xy xz yy yz zz, N s/m, head axes
-  Stiffeners springs;                      // weights sum to 0
-  Stiffeners attachments;                  // weights sum to 1
+  float displacement_max_m = 10;                                // no node goes further from its design
+  std::vector<Vec3f> rest;                                      // p^0, head space, m
+  std::vector<float> mass;                                      // kg, hair and ether
+  std::vector<float> ether_stiffness;                           // N/m
+  std::vector<float> ether_damping;                             // N s/m
+  std::vector<std::array<float, 6>> drag;                       // Q: xx xy xz yy yz zz, N s/m, head axes
+  Stiffeners springs;                                           // weights sum to 0
+  Stiffeners attachments;                                       // weights sum to 1
   std::shared_ptr<const Skin> skin = std::make_shared<Skin>();  // shared by the groom's levels; never null
   ContactPoints contacts;
 };
 
-// Empty when a solver may run it, whoever made it (counts agree, indices in range, numbers finite, weights and rests
-// those of the nodes); else one line.
+// Checks a level from an untrusted source: counts agree, indices are in range, numbers are finite, weights and rest
+// values match the nodes. Returns an empty string when the solver can run it, else one line that says what is wrong.
 std::string validate(const Level& level);
 
 class LevelMap;
 
-// A groom's levels, indexed by LevelIndex; `rigid` needs none. `maps[from][to]` carry a lattice over (level_map.hpp);
-// one that is not there leaves a character at rest on its new level.
+// The levels of a groom, indexed by LevelIndex; `rigid` needs no entry. `maps[from][to]` transfers a lattice state
+// (level_map.hpp). Where a map is missing, a character starts at rest on its new level.
 struct LevelSet {
   std::array<Level, 4> levels;
   std::array<std::array<std::shared_ptr<const LevelMap>, 4>, 4> maps;

@@ -8,17 +8,18 @@
 
 namespace hairnet {
 
-// Carries a lattice over from one level to another (model section 8): the new nodes' displacements for which quadratic
-// FFD moves hair points as the old level does, by least squares; velocities alike. Where hair says nothing about a node
-// it follows the old lattice where it lies, sampled linearly. Between levels of one lattice nothing changes at all.
-// Immutable, shared by all threads.
+// Transfers a lattice state from one level to another. The new displacements are the least-squares fit for which
+// quadratic FFD moves the hair points as the old level does; velocities likewise. A node that no hair point depends on
+// takes the linearly interpolated value of the old lattice at its position. Levels with the same nodes are copied
+// without change. Immutable; all threads may share it.
 class LevelMap {
  public:
-  // `points_head` are hair points at rest, `blend` the delta of each (root_blend): what hardly moves counts little.
+  // `points_head`: hair points at rest. `blend`: delta of each point (root_blend); points with a small delta count
+  // little.
   LevelMap(const Level& from, const Level& to, std::span<const Vec3f> points_head, std::span<const float> blend);
   ~LevelMap();
 
-  // The same maps in less time: what each level gives to all maps from and to it is found once.
+  // Makes all maps of a set in less time: the matrices of each level are computed once and shared by its maps.
   friend void connect_levels(LevelSet& set, std::span<const Vec3f> points_head, std::span<const float> blend,
                              const ParallelFor& parallel_for);
 

@@ -16,13 +16,13 @@ namespace hairnet {
 // the springs as merged; the gradient by the adjoint solution. A spring keeps its q / k, weights that sum to 0, and k >
 // 0.
 //
-// Does nothing for a level without springs. `keep_going` (may be empty) is called now and then with the share done;
-// when it returns false, so does this, and `level` is then of no use.
+// Does nothing for a level without springs. `keep_going` may be empty. It gets the finished fraction from time to time;
+// when it returns false, match_response returns false and the contents of `level` are undefined.
 [[nodiscard]] bool match_response(const Stiffeners& all_springs, const Stiffeners& all_attachments, Level& level,
                                   const std::function<bool(double)>& keep_going = {});
 
-// The relative error that match_response makes less: sqrt(sum m |u - u_all|^2 / sum m |u_all|^2), each load weighing
-// alike.
+// The relative error that match_response reduces: sqrt(sum m |u - u_all|^2 / sum m |u_all|^2). Every load has the same
+// weight.
 double response_error(const Stiffeners& all_springs, const Stiffeners& all_attachments, const Level& level);
 
 }  // namespace hairnet

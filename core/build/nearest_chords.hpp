@@ -11,16 +11,16 @@
 
 namespace hairnet {
 
-// Where a stiffener lies, grid coordinates: its two ends. Those of an attachment are one point.
+// The two ends of a stiffener in grid coordinates; for an attachment both are the same point.
 using Chord = std::array<Vec3, 2>;
 
-// How far apart two chords are, in node spacings: the distance of their middles, and, weighing more, of their vectors.
-// Springs along one line compare alike, whichever way their strands run.
+// The distance of two chords in node spacings: that of their midpoints plus, with a larger weight, that of their
+// vectors. The sign of a vector does not count: springs along one line are near each other whichever way their strands
+// run.
 inline constexpr double kVectorWeight = 2.5;
 double squared_distance(const Chord& a, const Chord& b);
 
-// Finds chords that are near each other, by a k-d tree. Takes quadratic time where many are the very same: merge those
-// first.
+// Finds neighbouring chords with a k-d tree. Takes quadratic time when many chords are identical: merge those first.
 class NearestChords {
  public:
   // `members`: indices into `chords`.
@@ -29,8 +29,8 @@ class NearestChords {
   NearestChords(NearestChords&&) noexcept;
   NearestChords& operator=(NearestChords&&) noexcept;
 
-  // Appends (first < second) for each of the `neighbour_count` nearest of each member in [begin, end) of the members,
-  // in an order of this class's own. Over all members a pair comes once or twice.
+  // For each member in [begin, end), appends the pairs (first < second) with its `neighbour_count` nearest chords. The
+  // order of the pairs is unspecified but deterministic. Over all members a pair appears once or twice.
   using Pairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
   void append_pairs(std::size_t begin, std::size_t end, std::size_t neighbour_count, Pairs& pairs) const;
 

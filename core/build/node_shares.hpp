@@ -10,9 +10,9 @@
 
 namespace hairnet {
 
-// What the hair gives to each grid node: the integral along the strands of its trilinear weight times a density. It is
-// exact (each piece lies in one cell, where the weight is a cubic along it), so that sums over the nodes are the hair's
-// own, and it does not depend on how finely the polyline was drawn: curls keep their arc length.
+// The hair's mass, drag and hanging length lumped onto the grid nodes: the integral along the strands of trilinear
+// weight times density. The integral is exact, since each piece lies in one cell where the weight is a cubic along the
+// piece. So sums over all nodes equal those of the hair, and the number of points in a polyline does not matter.
 struct NodeShares {
   explicit NodeShares(std::size_t node_count)
       : mass(node_count),
@@ -30,8 +30,8 @@ struct NodeShares {
   std::vector<bool> touched;  // some piece of hair has a weight on the node
 };
 
-// The node hangs on the roots of the hair around it, this far below them (see ether.hpp); hair beside or above its root
-// stands as if it hung by kHangLengthMin.
+// The smallest hanging length of a node, that is its depth below the roots of the hair around it (ether.hpp). Hair
+// beside or above its root uses this value.
 inline constexpr double kHangLengthMin = 0.015;  // m
 
 // Adds hair or fabric that weighs `mass` (kg) on the node and hangs `hang_length` (m) below its root, in the ether of

@@ -6,12 +6,12 @@
 
 namespace hairnet {
 
-// The skin of each bone that hair can come near: of the triangles that mostly follow the bone, within reach of the
-// hair. Deterministic for any `parallel_for`.
+// Makes the distance field of each bone's skin that hair can reach. A triangle counts for a bone that has a large part
+// of its weights. The same bits for any `parallel_for`.
 std::shared_ptr<const Skin> make_skin(const Groom& groom, const ParallelFor& parallel_for = {});
 
-// The signed distance at a point (head space at rest, m), trilinear within the grid; outside it, the nearest value of
-// the grid and the way to there. `gradient`, when asked for, has about unit length.
+// The signed distance at a point (head space at rest, m): trilinear inside the grid; outside it, the value at the
+// nearest point of the grid plus the distance to that point. `gradient` may be null; its length is about 1.
 double skin_distance(const SkinField& field, const Vec3& point, Vec3* gradient = nullptr);
 
 }  // namespace hairnet

@@ -24,8 +24,8 @@ struct StiffenerList {
   }
 };
 
-// Eq. 3: weights of `to` minus those of `from`. k = `axial_stiffness_n` over the chord, which counts as a tenth of a
-// cell at least; q = k times `damping_time_s`. No spring without a chord or a stiffness.
+// Eq. 3: the weights of `to` minus those of `from`. k = axial_stiffness_n / chord length, with a length of at least a
+// tenth of a cell; q = k damping_time_s. Adds nothing when the chord or the stiffness is zero.
 void add_spring(const Grid& grid, const Vec3& from, const Vec3& to, double axial_stiffness_n, double damping_time_s,
                 std::uint16_t group, StiffenerList& springs);
 
@@ -36,7 +36,7 @@ struct SpringLaw {
 };
 void add_spring(const Grid& grid, const Vec3& from, const Vec3& to, const SpringLaw& law, StiffenerList& springs);
 
-// Puts all of `more` behind what is in `list`.
+// Appends the stiffeners of `more` to `list`.
 void append(const StiffenerList& more, StiffenerList& list);
 
 // Eq. 4: one point of the lattice, bound to the skull where it lies. None without a stiffness.

@@ -4,9 +4,9 @@
 
 namespace hairnet {
 
-// By their lists of nodes, lexicographically; stiffeners of the same nodes keep their order. Those that follow each
-// other then share most of their nodes, so that a pass of the solver finds them in the nearest cache, and the order of
-// its sums is the level's own, not that of the strands.
+// Sorts stiffeners by their lists of nodes, lexicographically; the sort is stable. Neighbours in the list then share
+// most of their nodes, which keeps the solver in the L1 cache, and the order of its sums does not depend on the
+// strands' order.
 void order_by_nodes(Stiffeners& list);
 
 }  // namespace hairnet

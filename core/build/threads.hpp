@@ -6,8 +6,8 @@
 
 namespace hairnet {
 
-// A thread on the lattice is a strand of another stuff: one "hair" with the thread's own stiffness, weight and drag.
-// `material` has what the thread does not state itself (ether, contact); its damping time is the thread's own.
+// Treats a thread as one strand with the thread's own stiffness, density and drag. `material` adds what a thread does
+// not define (ether, contact); its damping time is the thread's.
 struct ThreadAsStrand {
   ThreadAsStrand(const Thread& thread, const Material& base, std::uint16_t group);
   StrandProperties properties;

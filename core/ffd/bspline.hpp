@@ -9,7 +9,7 @@ namespace hairnet {
 
 enum class FfdKind : std::uint8_t { quadratic, linear };
 
-// Where a point is in the lattice.
+// The position of a point relative to the lattice nodes that move it.
 struct FfdSite {
   std::uint32_t base;  // grid index of the lowest node of its stencil: 3 x 3 x 3 nodes (quadratic) or 2 x 2 x 2
   Vec3f t;             // from the stencil's middle node (quadratic) or lowest (linear), in node spacings

@@ -13,21 +13,21 @@
 
 namespace hairnet {
 
-// delta(lambda) of eq. 7, or of the group's own curve, for every groom point: 0 = moves rigidly with the head, 1 =
-// follows the lattice. 1 throughout what has no root on the skull, or root_length_m = 0.
+// delta(lambda) of eq. 7, or of the group's own curve, for every point of the groom: 0 moves rigidly with the head, 1
+// follows the lattice. It is 1 for hair without a root on the skull and for root_length_m = 0.
 std::vector<float> root_blend(const Groom& groom);
-// The same for every point of Groom::far_strips, along the middle of each.
+// The same for every point of Groom::far_strips, measured along the middle line of each card.
 std::vector<float> far_strip_blend(const Groom& groom);
 
-// Deforms a fixed set of points, given at rest in head space, by displacements of the lattice's nodes. Points are
-// sorted by stencil once, here; what deform() writes is in the caller's order. It allocates nothing, and several
-// threads may call it at once. A point's bits depend on that point and the lattice alone, not on what points it is
-// among.
+// Deforms a fixed set of points by the displacements of the lattice's nodes. The points are given at rest in head space
+// and sorted by stencil once, in the constructor; deform() writes results in the caller's order. deform() allocates
+// nothing and several threads may call it at once. The result of a point has the same bits whatever other points the
+// Deformer has.
 class Deformer {
  public:
   // `blend`: delta of each point, or empty for 1. Points may lie outside the lattice (linear extrapolation).
   Deformer(const Lattice& lattice, std::span<const Vec3f> points_head, std::span<const float> blend, FfdKind kind);
-  // Gives tangents too. `rest` has an entry for each point.
+  // With tangents. `rest` has one entry per point.
   Deformer(const Lattice& lattice, std::span<const Vec3f> points_head, std::span<const float> blend,
            const RestTangents& rest, FfdKind kind);
   // All points of the groom: strands', threads', strips' and cloths' alike.
@@ -36,10 +36,11 @@ class Deformer {
   // points_out[i] = x_i + delta_i u(x_i), u(x) = sum_j w_j(x) displacement_j; head space, m. `grid_displacements` has
   // an entry for every grid node (expand_displacements makes it); `points_out` one for each point.
   void deform(std::span<const Vec3f> grid_displacements, std::span<Vec3f> points_out) const;
-  // And tangents_out[i] = d(points_out)/ds, s the arc length at rest: with t the rest tangent and J the gradient of u,
+  // Also writes tangents_out[i] = d(points_out)/ds, where s is the arc length at rest. With t the rest tangent and J
+  // the gradient of u:
   //     t + delta J t + (d delta / ds) u.
-  // The last term is as large as the others near the root, where delta rises. Not of unit length: where hair is drawn
-  // out, tangents are longer. Needs RestTangents at construction.
+  // The last term matters near the root, where delta rises. Tangents are not normalised: they are longer where hair is
+  // stretched. Only for a Deformer that was constructed with RestTangents.
   void deform(std::span<const Vec3f> grid_displacements, std::span<Vec3f> points_out,
               std::span<Vec3f> tangents_out) const;
 

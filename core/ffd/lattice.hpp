@@ -33,8 +33,8 @@ struct Lattice {
   }
 };
 
-// The static record of a level, sent to clients: which grid nodes are simulated, and how the others follow.
-// Everything about simulated nodes is ordered as `active_nodes`; "active index" is a position in it.
+// Which grid nodes of a level are simulated ("active") and how the other nodes follow them. Immutable; sent to clients.
+// All data of active nodes is in the order of `active_nodes`; an "active index" is an index into that list.
 struct LevelGeometry {
   Lattice lattice;
   std::vector<std::uint32_t> active_nodes;   // grid indices, ascending
@@ -44,8 +44,8 @@ struct LevelGeometry {
   std::vector<float> trimmed_weights;        // displacement of the trimmed node = sum weight * displacement(from)
 };
 
-// A lattice that moves hair, and by how much of its displacements: hair is moved by the weighted sum of a few, so that
-// one level fades into another.
+// One lattice of a character that moves its hair, with a weight. Hair moves by the weighted sum of all layers, so that
+// one level can fade into another.
 struct LatticeLayer {
   const LevelGeometry* geometry = nullptr;
   std::span<const Vec3f> grid_displacements;  // every grid node, head space, m

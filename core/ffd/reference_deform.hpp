@@ -19,7 +19,7 @@ struct DeformedPoint {
   Vec3 tangent;  // dx / ds, s the arc length at rest
 };
 
-// Model section 7 in double as it is written there, a point at a time: the measure of the wide kernel, not for use.
+// Quadratic and linear FFD in double, one point at a time: tests compare the SIMD kernel with it. Not for production.
 DeformedPoint reference_deform(const Lattice& lattice, FfdKind kind, const RestPoint& point,
                                std::span<const Vec3f> grid_displacements);
 

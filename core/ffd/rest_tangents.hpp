@@ -7,15 +7,14 @@
 
 namespace hairnet {
 
-// How hair goes on at each point of it, by the arc length s at rest.
+// The derivatives along the hair at each point, by the arc length s at rest.
 struct RestTangents {
   std::vector<Vec3f> direction;    // dx / ds, of unit length, head space
   std::vector<float> blend_slope;  // d delta / ds, 1/m
 };
 
-// Of all points of the groom: along strands, threads and the middle of strips, differences between a point's
-// neighbours, as the drawn polyline has them. Zero where no line leads: on cloths, and on lines of no length.
-// `blend` is delta of each point (root_blend).
+// Computes them for all points of the groom: central differences along strands, threads and the middle line of strips,
+// as the drawn polyline has them. Zero for points of cloth and of lines without length. `blend`: delta of each point.
 RestTangents rest_tangents(const Groom& groom, std::span<const float> blend);
 
 // The same of far strips' points, along either edge. `blend` is that of far_strip_blend.

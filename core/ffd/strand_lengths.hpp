@@ -8,12 +8,12 @@
 
 namespace hairnet {
 
-// Keeps deformed strands from being longer than they were made. A lattice stretches in wild motion; a hair does not.
+// Limits deformed strands to their rest length. A lattice stretches in wild motion; real hair does not.
 //
-// Point i lies on its deformed strand, a polyline, at the arc length min(L_i, l_i) from the root: L_i is the arc length
-// of the deformed point, l_i that of the point at rest. A stretched strand so follows its deformed curve and ends
-// early; no point leaves that curve, and what does not touch the skin still does not. A strand that is nowhere longer
-// than at rest keeps all its points, to the bit when it is not deformed.
+// Point i is moved to the arc length min(L_i, l_i) on its deformed polyline: L_i is the arc length of the deformed
+// point, l_i that of the point at rest, both from the root. So a stretched strand follows its deformed curve and ends
+// early. No point leaves the curve, so a strand that does not touch the skin still does not. A strand that is nowhere
+// longer than at rest keeps its points; without deformation they keep their bits.
 //
 // The excess is taken from the whole length up to a point, not from each segment. Limiting each segment would also
 // shorten strands that are pressed together at one place and drawn out at another, though their length is right, and
@@ -24,7 +24,7 @@ class StrandLengths {
   StrandLengths(std::span<const Vec3f> points, std::span<const std::uint32_t> strand_begin);
   explicit StrandLengths(const Groom& groom);
 
-  // `points` of the strands, deformed, are placed anew. Those after the last strand stay.
+  // Moves the deformed `points` of the strands. Points after the last strand stay unchanged.
   void limit(std::span<Vec3f> points) const;
 
   // l_i, m: the arc length at rest from the root of the strand to each point.

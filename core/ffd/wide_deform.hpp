@@ -7,7 +7,7 @@
 
 namespace hairnet {
 
-// Arrays that the kernel reads are readable so many entries beyond their last one: a vector may hang over.
+// The kernel may read this many entries past the end of each array: a vector can extend past the last entry.
 inline constexpr std::size_t kDeformOverhang = 64;
 
 // Points of one stencil, consecutive in the sorted arrays.
@@ -18,8 +18,8 @@ struct DeformCell {
   float centre[3];           // the node that t counts from, head space over spacing
 };
 
-// What a kernel needs, borrowed. Plain pointers, for the kernel's code is compiled for several instruction sets and
-// must share no inline function with the rest.
+// The arguments of a kernel; it owns none of them. Only plain pointers: the kernel is compiled for several instruction
+// sets and must not share an inline function with other translation units.
 struct WideDeform {
   const DeformCell* cells;
   std::size_t cell_count;
@@ -33,7 +33,7 @@ struct WideDeform {
   float* tangents_out;                   // likewise, or null
 };
 
-// By the widest instruction set that this machine has, or that hwy::SetSupportedTargetsForTest leaves.
+// Runs the kernel of the best instruction set of this machine, or the best that hwy::SetSupportedTargetsForTest allows.
 void wide_deform(FfdKind kind, const WideDeform& work);
 
 }  // namespace hairnet

@@ -9,8 +9,8 @@
 
 namespace hairnet {
 
-// Nearest point, first hit and inside test on a fixed mesh, through a tree of bounding boxes. The mesh may be open, may
-// have inner shells and triangles without area. Copies what it needs; queries are const and may run on many threads.
+// Nearest point, first ray hit and inside test on a fixed mesh, with a bounding volume hierarchy. The mesh may be open,
+// may have inner shells and degenerate triangles. Copies the triangles; queries are const and may run on many threads.
 class MeshQuery {
  public:
   // Every triangle's indices must be in range, every vertex finite.
@@ -24,7 +24,7 @@ class MeshQuery {
     Vec3 point = Vec3::Zero();
     Vec3 barycentric = Vec3::Zero();  // of the triangle's three corners, sums to 1
   };
-  // Only points nearer than `distance_max` are looked for; without one the distance is infinite.
+  // The nearest point within `distance_max`; an infinite distance means that there is none.
   [[nodiscard]] Closest closest(const Vec3& point, double distance_max = std::numeric_limits<double>::infinity()) const;
 
   struct Hit {
@@ -34,8 +34,9 @@ class MeshQuery {
   // The nearest triangle on the ray, from either side. `direction` is a unit vector.
   [[nodiscard]] std::optional<Hit> first_hit(const Vec3& origin, const Vec3& direction, double distance_max) const;
 
-  // Turns of the mesh about the point: 1 inside a closed mesh, 0 outside, between for an open one. Far clusters of
-  // triangles count as dipoles, so that it may be a few hundredths off (Barill et al. 2018, "Fast Winding Numbers").
+  // The winding number of the mesh about the point: 1 inside a closed mesh, 0 outside, between them for an open mesh.
+  // Far clusters of triangles count as dipoles: the error is at most a few hundredths (Barill et al. 2018, "Fast
+  // Winding Numbers").
   [[nodiscard]] double winding_number(const Vec3& point) const;
   [[nodiscard]] bool inside(const Vec3& point) const { return winding_number(point) > 0.5; }
 

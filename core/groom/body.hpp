@@ -17,10 +17,10 @@ struct Body {
   bool fitted_from_roots = false;  // no mesh was given: the skull is an ellipsoid
 };
 
-// Smooth weights by position about the joints, for a mesh that has none.
+// Computes smooth bone weights from the vertices' positions about the joints, for a mesh without weights.
 void generate_bone_weights(Body& body);
 
-// Vertices in the world: each bone moves its share (linear blend). `out` has as many entries as the mesh has vertices.
+// Linear blend skinning: world positions of the vertices. `out` has one entry per vertex.
 void skin(const Body& body, const Pose& pose, std::vector<Vec3f>& out);
 
 }  // namespace hairnet

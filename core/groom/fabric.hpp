@@ -14,8 +14,8 @@ struct PointRange {
   [[nodiscard]] std::size_t count() const { return end - begin; }
 };
 
-// A thread, cord or chain: a line that resists stretching. Stiffnesses are what the solver bears at 25 steps a second
-// (hair's own on a whole head come to 40 N), not those of real yarn.
+// A thread, cord or chain: a line that resists stretching. Stiffness is limited by what the solver can handle at 25
+// steps a second (all hair of a head adds up to 40 N); real yarn is stiffer.
 struct Thread {
   PointRange points{};  // a polyline
   std::uint16_t group = 0;
@@ -50,9 +50,9 @@ struct Cloth {
   float air_drag_ns_per_m3 = 0.6f;  // resistance to moving across its own plane, by area
 };
 
-// Points tied together: the strands of a ponytail in its band, a plait's crossings, a ribbon in hair. The tied points
-// keep their distances from each other and from the knot's own frame; a knot may have a weight of its own. Ten times
-// the default stiffness holds no better, and at 60 iterations of the solver worse.
+// Ties points together: the strands of a ponytail in its band, the crossings of a plait, a ribbon in the hair. The tied
+// points keep their distances from each other and from the knot's own frame of four points. A knot may have mass. Ten
+// times the default stiffness holds no better, and at 60 iterations of the solver it holds worse.
 struct Knot {
   std::vector<std::uint32_t> points{};  // indices into Groom::points, at least two
   float stiffness_n_per_m = 300;        // of the whole knot against being pulled in two

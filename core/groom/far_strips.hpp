@@ -7,7 +7,7 @@
 
 namespace hairnet {
 
-// A lock of many strands as one ribbon of textured hair.
+// A hair card: one textured ribbon that stands for many strands when the hair is far away.
 struct FarStrip {
   PointRange points;               // of FarStrips::points: left, right, left, right … from the root
   float root_length_m = 0.02f;     // lambda_0 of eq. 7, if rooted; 0 = no root blend
@@ -16,8 +16,8 @@ struct FarStrip {
   bool rooted = true;
 };
 
-// What is drawn of a hairstyle far away, in place of its strands and strips. It follows the lattice by FFD as they do,
-// but has no mechanics: levels are the same with and without it.
+// What is drawn instead of the strands and strips of a groom when it is far away. The cards follow the lattice by FFD
+// but have no mechanics: the levels do not depend on them.
 struct FarStrips {
   std::vector<Vec3f> points;  // head space, m; strip by strip
   std::vector<FarStrip> strips;

@@ -5,7 +5,7 @@
 
 namespace hairnet {
 
-// How a groom's faults are worded: what, which of them, why not.
+// Formats validation messages: "<what> <index>: <fault>".
 inline std::string at(std::string_view what, std::size_t index, std::string_view fault) {
   return std::string(what) + ' ' + std::to_string(index) + ": " + std::string(fault);
 }

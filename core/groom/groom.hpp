@@ -27,8 +27,8 @@ struct Strip {
   StrandProperties properties;  // radius_m is of no use here
 };
 
-// A strand drawn as a lock: copies that follow it at an offset of their own. They add no hair: hair_count says how many
-// real hairs the strand and its copies stand for.
+// A strand that is drawn as a clump of hair: copies follow the strand at fixed offsets. The copies have no mechanics;
+// hair_count is the number of real hairs that the strand and its copies stand for together.
 struct Cluster {
   std::uint32_t strand = 0;
   std::uint16_t copy_count = 6;
@@ -36,8 +36,8 @@ struct Cluster {
   float tip_radius_m = 0.002f;
 };
 
-// The immutable hairstyle: strands in head space (metres) as they lie on the upright head, what else is in the hair,
-// and the body under them.
+// The immutable hairstyle: strands in head space (metres) as they lie on the upright head, other things in the hair
+// (threads, cloth, knots), and the body below.
 struct Groom {
   std::string name;
   // Strand by strand, root first; then those of the threads, of the strips and of the cloths. All of them follow the
@@ -64,7 +64,7 @@ struct Groom {
     return {points.data() + range.begin, points.data() + range.end};
   }
 
-  // Each sets the properties' range. Strands go first, then threads, strips, cloths.
+  // Each sets the point range of what it adds. Add strands first, then threads, strips, cloths.
   void add_strand(std::span<const Vec3f> strand, const StrandProperties& properties) {
     append(strand);
     strand_begin.push_back(static_cast<std::uint32_t>(points.size()));
@@ -89,7 +89,7 @@ struct Groom {
   }
 };
 
-// All hair is of this material from now on, or all of one group; lambda_0 of rooted strands is set by it.
+// Sets the material of all hair, or of one group, and the root length lambda_0 of its rooted strands.
 void set_material(const Material& material, Groom& groom);
 void set_group_material(std::uint16_t group, const Material& material, Groom& groom);
 // The line along a strip's middle, a point a pair.

@@ -10,12 +10,11 @@
 
 namespace hairnet {
 
-// What the hair is made of, in real units, per real hair where it says so (StrandProperties::hair_count multiplies).
-// Stiffness is what truncated solving bears, not hair's own (20 N): defaults are model.md's for strands of 50 hairs,
-// divided by 50.
+// What the hair is made of, in real units. Values marked "per hair" are multiplied by StrandProperties::hair_count.
+// Real hair has an axial stiffness of 20 N; the defaults are much lower because they must suit a truncated solve.
 //
-// Damping is told as the share of critical damping of the slowest swing that it acts on, so that hair of any length and
-// stiffness is damped alike: 0 swings for ever, 1 comes back without swinging past.
+// Damping is a ratio of the critical damping of the slowest oscillation that it acts on, so hair of any length and
+// stiffness is damped alike: at 0 it never stops, at 1 it returns without overshoot.
 struct Material {
   float axial_stiffness_n = 4e-4f;             // per hair, E A; a spring of length L has k = this / L (eq. 3)
   float attachment_stiffness_n_per_m = 6e-3f;  // per hair (eq. 4)

@@ -6,9 +6,9 @@
 
 namespace hairnet {
 
-// What one character changes while it runs in the material that its levels were built with: factors, and added gel. The
-// design stays the equilibrium and the state stays as it is, so nothing jumps. A character's own scale goes into every
-// step; changing lambda_0 is up to who draws, changing the thickness takes another build.
+// Changes the material of one character at run time: factors on the values that its levels were built with, and added
+// gel. The design stays the equilibrium and the lattice state is kept, so the hair does not jump. The client applies a
+// change of lambda_0 when it draws; a change of thickness needs a new build.
 struct MaterialScale {
   float stiffness = 1;      // of springs and attachments, k
   float damping = 1;        // of springs and attachments, q
@@ -23,9 +23,9 @@ struct MaterialScale {
 // Empty when every value is finite and in its stated range; else one line that names the value and the range.
 std::string validate(const MaterialScale& scale);
 
-// What turns hair built of one material into the other: exact for springs, mass and drag; attachments go with the
-// springs' stiffness; the ether's damping is right 0.2 m below the root and near it elsewhere. Hair that was built with
-// more gel than wanted keeps it. Every value within its range.
+// The scale that makes hair built with the material `built` behave like `wanted`. It is exact for springs, mass and
+// drag. Attachments use the springs' factor. Ether damping is exact 0.2 m below the root and close to it elsewhere. Gel
+// cannot be reduced below the built value. All results are in range.
 MaterialScale scale_between(const Material& built, const Material& wanted);
 
 }  // namespace hairnet

@@ -6,8 +6,8 @@
 
 namespace hairnet {
 
-// How a group's hair lets go of the skull: delta of eq. 7 over the arc length from the root, in units of lambda_0.
-// Without points it is eq. 7 itself, 1 - exp(-(lambda / lambda_0)^2).
+// The root blend of a group: delta of eq. 7 as a curve over the arc length from the root, in units of lambda_0. Without
+// points it is eq. 7 itself, 1 - exp(-(lambda / lambda_0)^2).
 struct RootBlend {
   // (lambda / lambda_0, delta), the first rising, the second never falling and within [0, 1]. The curve begins at (0,
   // 0), goes through all of them smoothly and without overshooting, and stays at the last.

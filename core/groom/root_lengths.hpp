@@ -25,9 +25,9 @@ struct RootLengths {
 // lambda_0 at a root, before the spread.
 float root_length_at(const RootLengths& lengths, const Vec3f& root_head);
 
-// Sets lambda_0 of every rooted strand of `group` (of all groups: kEveryGroup) by its root. The same seed gives the
-// same bits, and a strand's chance does not depend on which groups are set. Far strips have lambda_0 without the
-// spread.
+// Sets lambda_0 of every rooted strand of `group` (kEveryGroup: all groups) from the position of its root. The same
+// seed gives the same bits, and a strand's random factor does not depend on the choice of groups. Far strips get
+// lambda_0 without the random spread.
 inline constexpr int kEveryGroup = -1;
 void set_root_lengths(const RootLengths& lengths, int group, Groom& groom);
 

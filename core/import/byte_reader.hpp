@@ -9,7 +9,7 @@
 
 namespace hairnet {
 
-// Little-endian values from bytes at any alignment. The reads assert nothing: ask `has` first.
+// Reads little-endian values at any alignment. The reads do not check the size: call `has` first.
 class ByteReader {
  public:
   explicit ByteReader(std::span<const std::byte> bytes, std::size_t at = 0) : bytes_(bytes), at_(at) {}

@@ -10,7 +10,7 @@ namespace hairnet {
 
 struct UsualUnit {
   double m;
-  double rarity;  // how much worse it must fit than a common one, of a logarithm
+  double rarity;  // penalty in the fit for an unusual unit, as a logarithm
 };
 // Metre, centimetre, millimetre, inch, decimetre, foot, a tenth of an inch, 3 mm.
 inline constexpr std::array<UsualUnit, 8> kUsualUnits{
@@ -25,8 +25,8 @@ struct UnitGuess {
   [[nodiscard]] bool allows(double unit_m) const { return std::abs(std::log(unit_m / m)) < (is_sure ? 0.4 : 0.9); }
 };
 
-// The unit in which the roots are those of a head: a usual one (m, cm, inch ...) where one fits. Every program guesses
-// by this.
+// Guesses the length unit from the size of the area that the roots cover; a common unit (m, cm, inch ...) where one
+// fits. All programs use this function.
 UnitGuess guess_unit(std::span<const Vec3> roots);
 
 }  // namespace hairnet

@@ -11,8 +11,8 @@ namespace hairnet {
 // Wavefront OBJ: v and f (polygons are fanned, indices may be negative); everything else is skipped.
 Result<TriangleMesh> decode_obj(std::string_view text);
 
-// Its lines as strands: v and l. One that begins where the last ended goes on with it, as programs write that cut lines
-// into edges. None when there are no lines.
+// Its lines (v and l) as strands. A line that begins where the previous one ended continues it, since some programs
+// write one line per edge. Returns no strands when there are no lines.
 Result<ImportedStrands> decode_obj_strands(std::string_view text);
 
 }  // namespace hairnet

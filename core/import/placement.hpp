@@ -56,8 +56,8 @@ struct ImportedGroom {
   std::vector<std::string> warnings;  // plain sentences: not the size of a head, single-point strands, …
 };
 
-// Strands and body to a groom in head space: weights generated, skull fitted from the roots where there is no body,
-// roots flagged by their distance to the skin.
+// Converts strands and body to a groom in head space. Computes bone weights, fits a skull to the roots when there is no
+// body, and marks strands as rooted by their distance to the skin.
 Result<ImportedGroom> assemble_groom(const GroomDef& def);
 
 }  // namespace hairnet

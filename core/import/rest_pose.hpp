@@ -23,10 +23,10 @@ struct SkeletonRest {
   }
 };
 
-// What `import` leaves open is found: the pose in which the head is above the hips and no limb points up, the axis that
-// is up, the way that left and right joints make it face, and the unit that makes it a person. What was taken instead
-// of the usual (zero pose, +y, +z, metres) is added to `warnings`. Refuses a skeleton that is upright nowhere, unless
-// `import` names the pose.
+// Determines what `import` does not specify: the pose in which the head is above the hips and no limb points up, the up
+// axis, the facing direction from the left and right joints, and the unit that gives a human size. Adds a warning for
+// each value that differs from the default (zero pose, +y, +z, metres). Refuses a skeleton that is upright in no pose,
+// unless `import` names the pose.
 Result<SkeletonRest> find_rest(const BvhFile& file, std::size_t head, const BvhImport& import,
                                std::vector<std::string>& warnings);
 

@@ -33,10 +33,10 @@ struct SkullFit {
   [[nodiscard]] Vec3 joint() const { return centre + radius() * Vec3(0, -0.8, -0.1); }
 };
 
-// The sphere that most points lie near, then an ellipsoid not far from it: of a scalp only the upper part is known, so
-// that each axis is drawn towards the sphere. Points far from the rest (a ponytail's tail) are left out. What the
-// points do not tell is drawn to `usual_radius`: all of it when they lie in a strip or a small patch. The same points
-// give the same bits.
+// Fits the sphere that most points lie near, then an ellipsoid close to it: a scalp shows only the upper part, so each
+// axis is pulled towards the sphere. Outliers (a ponytail's tail) are left out. Where the points do not determine the
+// size, for example in a strip or a small patch, the radius is pulled towards `usual_radius`. The same points give the
+// same bits.
 SkullFit fit_skull_shape(std::span<const Vec3> points, double usual_radius = kUsualSkullRadius_m);
 
 // The skull under the uppermost 10 cm of a head, bust or person, head axes and metres, wherever its origin is; each

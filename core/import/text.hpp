@@ -47,7 +47,7 @@ inline std::string_view take_line(std::string_view& text) {
   return line;
 }
 
-// A word of the input as a reason can show it: printable, and no longer than fits a line.
+// Makes a word of the input safe for an error message: printable and at most 40 characters.
 inline std::string shown(std::string_view word) {
   constexpr std::size_t kMost = 40;
   std::string out(word.substr(0, kMost));

@@ -7,7 +7,7 @@
 
 namespace hairnet::made {
 
-// What people do most in a virtual room, the head upright and stillness between: t in seconds from the motion's start.
+// The most common movements of people in a virtual room; the head stays upright. `t`: seconds from the motion's start.
 Gesture walk_and_stop(const Temper& temper, std::uint32_t seed, double t);
 Gesture side_step(const Temper& temper, std::uint32_t seed, double t);
 Gesture glide(const Temper& temper, std::uint32_t seed, double t);

@@ -5,7 +5,7 @@
 
 namespace hairnet::made {
 
-// What sets one strand apart from its neighbours.
+// The random differences between one strand and its neighbours.
 struct Temperament {
   double length_m = 0;
   double layer = 0.5;         // 0 nearest to the skin … 1 outermost

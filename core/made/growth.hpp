@@ -10,7 +10,7 @@ namespace hairnet::made {
 // A strand being made: points a few millimetres apart, root first, head space, m.
 using Path = std::vector<Vec3>;
 
-// Where a growing strand has got to.
+// The tip of a strand while it grows.
 struct Here {
   Vec3 p;           // head space, m
   double s;         // arc length from the start, m
@@ -18,14 +18,14 @@ struct Here {
   double nearness;  // 1 where it lies on the skin, at its clearance or below; 0 from 12 mm above that
 };
 
-// What a strand follows as it grows.
+// The rules by which one strand grows.
 struct Growth {
   Vec3 start = Vec3::Zero();
   Vec3 direction = Vec3::UnitY();  // at the start
   double length_m = 0.3;
   double bend_m = 0.02;  // arc length over which it turns to where it wants to go: the hair's stiffness
   double step_m = 0.005;
-  // Where it wants to go; not normalised, gravity included.
+  // The preferred direction at a point; not normalised, gravity included.
   std::function<Vec3(const Here&)> wish;
   // How far it keeps off the skin there.
   std::function<double(const Vec3& p, double s)> clearance;
@@ -33,7 +33,7 @@ struct Growth {
   std::function<bool(const Vec3& p, double s)> done;  // cuts it short; may be empty
 };
 
-// Steps along the wish, bent by stiffness, slid along the skin and pushed off it.
+// Grows the strand step by step: towards the wish, limited by the bending stiffness, along the skin and outside it.
 Path grow(const Growth& growth);
 
 double arc_length(const Path& path);

@@ -6,8 +6,8 @@
 
 namespace hairnet::made {
 
-// How a person holds and moves head and trunk at a moment, about the bust's joints. Angles in radians: yaw about +Y,
-// pitch about +X (positive looks down), roll about +Z.
+// The posture of head and trunk at a moment, about the bust's joints. Angles in radians: yaw about +Y, pitch about +X
+// (positive looks down), roll about +Z.
 struct Gesture {
   double lift_m = 0, sway_m = 0;  // of the whole, up and to the left
   double trunk_yaw = 0, trunk_pitch = 0, trunk_roll = 0;

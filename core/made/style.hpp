@@ -8,7 +8,7 @@
 
 namespace hairnet::made {
 
-// Options as a style gets them: checked, with the style's own values filled in.
+// Validated options, with the style's defaults filled in.
 struct StyleOptions {
   double length_m;
   double curl;

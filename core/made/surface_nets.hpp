@@ -11,8 +11,8 @@ namespace hairnet::made {
 // Planes of a rectilinear grid, ascending, one list an axis; the spacing may vary.
 using GridPlanes = std::array<std::vector<double>, 3>;
 
-// The zero surface of `field` (negative inside) as a closed mesh: naive surface nets, one vertex a crossed cell. The
-// surface must lie within the grid, a cell away from its border.
+// The zero surface of `field` (negative inside) as a closed mesh, by naive surface nets: one vertex per cell that the
+// surface crosses. The surface must stay at least one cell inside the grid.
 TriangleMesh polygonise(const GridPlanes& planes, const std::function<double(const Vec3&)>& field);
 
 }  // namespace hairnet::made

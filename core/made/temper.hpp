@@ -6,7 +6,7 @@
 
 namespace hairnet::made {
 
-// What differs from one seed to the next: a phase, and how large and fast the person moves.
+// The random differences between seeds: a phase, and how large and how fast the person's movements are.
 struct Temper {
   explicit Temper(std::uint32_t seed) {
     Random random(seed, 7);

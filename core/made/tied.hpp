@@ -4,7 +4,7 @@
 
 namespace hairnet::made {
 
-// Where hair is gathered and tied: a ring of that radius about `centre`.
+// A place where hair is gathered: a ring of that radius about `centre`.
 struct Tie {
   Vec3 centre = Vec3::Zero();  // head space, m
   Vec3 axis = -Vec3::UnitZ();  // out of the head, unit

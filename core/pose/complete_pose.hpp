@@ -5,11 +5,11 @@
 
 namespace hairnet {
 
-// Gives the bones that a client does not have (a headset gives only the head) by a stated rule: the neck takes half of
-// the head's rotation away from the trunk about the neck joint; the trunk stays upright, its yaw following the head's
-// with a first-order lag, and hangs from the neck joint; shoulders move with the trunk.
-// Continuous in the head's rotation everywhere: upside down, where yaw means nothing, the trunk's stands still, and
-// beyond 120 degrees, where no neck bends, the neck's share of the angle falls to none at 180.
+// Computes the bones that a client does not track; a headset tracks only the head. The neck takes half of the head's
+// rotation relative to the trunk, about the neck joint. The trunk stays upright, hangs from the neck joint and follows
+// the head's yaw with a first-order lag; the shoulders move with the trunk. The result is continuous in the head's
+// rotation. While the head is upside down, where yaw is undefined, the trunk's yaw does not change. Beyond 120 degrees,
+// which no neck can bend, the neck's part of the angle decreases to zero at 180 degrees.
 class PoseCompletion {
  public:
   explicit PoseCompletion(const Body& body, double yaw_lag_s = 0.25);

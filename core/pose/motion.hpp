@@ -17,7 +17,7 @@ struct Motion {
   [[nodiscard]] double duration_s() const {
     return poses.empty() ? 0 : (static_cast<double>(poses.size()) - 1) / rate_hz;
   }
-  // Between poses interpolated, except into a teleport; before the first and after the last, those are held.
+  // Interpolates between poses, except across a teleport. Times before the first pose or after the last are clamped.
   [[nodiscard]] Pose sample(double time_s) const;
   // Whether a teleport lies in (from_s, to_s].
   [[nodiscard]] bool teleports_within(double from_s, double to_s) const;

@@ -12,12 +12,12 @@ namespace hairnet {
 //     f = -d phi / d p = 3 U p^2 / depth^3,   df/dp = 6 U p / depth^3
 inline constexpr double kContactSlope = 6 / (kContactDepth_m * kContactDepth_m * kContactDepth_m);  // of f, over U
 
-// Contact is stiffest from here on: what comes in fast is met by this stiffness before it is in.
+// Contact reaches its full stiffness at this depth. A fast point meets that stiffness before it enters the skin.
 inline constexpr double kContactStiffest_m = 0.01;
-// A point is pushed out no faster.
+// The highest speed at which contact pushes a point out.
 inline constexpr double kContactRecovery_m_per_s = 0.4;
-// What a point meets in a step. `p`: where it would be at the end of the step if it moved with the bone. `ahead`: where
-// it would be if it kept its velocity, across the plane that touches the skin below its first place.
+// The force on a point in a step. `p`: its depth at the end of the step if it moved with the bone. `ahead`: its depth
+// if it kept its velocity, measured from the tangent plane of the skin below its position at the start.
 struct ContactLaw {
   double force;      // N, along the skin's normal, at p
   double stiffness;  // N/m, on any motion beside the bone's

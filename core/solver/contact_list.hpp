@@ -6,8 +6,9 @@
 
 namespace hairnet {
 
-// One point of the hair that meets the skin in a step, as the reference finds it (contact.hpp). Node j of the point,
-// with weight w_j, bears w_j (force n - stiffness n n^T x_j), x_j being what it moves in the step beyond its rest.
+// A point of the hair that touches the skin in a step, as reference_step finds it (contact.hpp). The force on node j of
+// the point is w_j (force n - stiffness n n^T x_j), where x_j is the node's motion in the step relative to the rigid
+// motion.
 struct Contact {
   std::size_t point = 0;
   Vec3 normal;           // out of the skin, world

@@ -12,10 +12,10 @@
 #include "core/solver/skin_inl.hpp"
 #include "core/solver/step_data_inl.hpp"
 
-// Hair against the skin, where the hair is (contact.hpp). A point's force is taken where it would end if it moved
-// with the bone, and its stiffness acts on the way it moves otherwise: so a body at constant velocity exerts nothing
-// new. Its nodes bear the stiffness each for itself, by their weights: that bounds it from above, so that no push
-// overshoots, and stays in the blocks of single nodes, where it costs the iterations nothing.
+// Contact between hair and skin (contact.hpp). The force of a point is evaluated where the point would end if it moved
+// with the bone, and the stiffness acts on its motion relative to the bone. So a body at constant velocity adds no
+// force. Each node gets its own part of the stiffness, by its weight. This is an upper bound of the true matrix, so no
+// push overshoots. It stays in the 3x3 blocks of single nodes, so the iterations cost no more.
 HWY_BEFORE_NAMESPACE();
 namespace hairnet {
 namespace HWY_NAMESPACE {

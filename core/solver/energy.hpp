@@ -6,8 +6,8 @@
 
 namespace hairnet {
 
-// Kinetic energy relative to the rest's motion and elastic energy (springs, attachments, ether), J. `motion`: of the
-// step that led to `state`.
+// Kinetic energy relative to the rigid motion with the head, and elastic energy (springs, attachments, ether), J.
+// `motion`: the head motion of the step that led to `state`.
 struct LatticeEnergy {
   double kinetic_j = 0, elastic_j = 0;
 };

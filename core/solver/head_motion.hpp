@@ -7,11 +7,11 @@
 
 namespace hairnet {
 
-// Gravity that the design already bears (model section 4), head axes.
+// Gravity that the rest shape already includes, head axes (core/README.md, Gravity).
 inline const Vec3 kDesignGravity{0, -9.81, 0};
 
-// What one step's poses mean in the axes of the head at its end. Differences of positions are taken in double first, so
-// that the distance from the world's origin costs nothing.
+// The motion of the head during one step, in the axes of the head at its end. Differences of positions are taken in
+// double first, so that precision does not depend on the distance from the world's origin.
 struct HeadMotion {
   explicit HeadMotion(const StepInput& input)
       : relative(input.to.head().inverse() * input.from.head()),

@@ -8,8 +8,8 @@
 
 namespace hairnet {
 
-// The working memory of one step in one layout (lanes_inl.hpp). A pointer says what stands there for each node, spring
-// or attachment; all are carved from one block, in the order in which a step goes through them.
+// The working memory of one step in one layout (lanes_inl.hpp). Each pointer is an array of one value per node, spring
+// or attachment. All arrays lie in one block, in the order in which a step uses them.
 struct LaneMemory {
   const float* terms = nullptr;  // StepTerms, a Real each
 

@@ -11,10 +11,9 @@
 #include <cstddef>
 #include <cstdint>
 
-// The arithmetic of a step in two layouts. The step is written once over either: a Real is one number of each character
-// at work, a Vector one vector, a Block one symmetric 3x3 matrix of a node. Both layouts round alike in every
-// operation, so that a character's results do not depend on the layout that it was stepped in, nor on who was beside
-// it.
+// The arithmetic of a step in two layouts. The step is written once for both: a Real is one number per character, a
+// Vector one vector, a Block one symmetric 3x3 matrix of a node. Both layouts round alike in every operation, so the
+// result of a character depends neither on the layout nor on the other characters in the batch.
 HWY_BEFORE_NAMESPACE();
 namespace hairnet {
 namespace HWY_NAMESPACE {

@@ -54,7 +54,7 @@ struct LevelView {
   ContactPointsView contacts;
 };
 
-// What a view points to beside the level itself. Grows to the largest level met and stays.
+// The buffers that a view points to. They grow to the largest level seen and are never freed.
 struct LevelViewScratch {
   std::vector<float> rest_length, wind_fraction;
   std::vector<SkinFieldView> skin;

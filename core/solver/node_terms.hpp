@@ -10,14 +10,14 @@
 #include "core/solver/step.hpp"
 #include "core/solver/wind.hpp"
 
-// What a level's numbers are for a character with a material scale of its own.
+// A level's node values for a character with its own MaterialScale.
 namespace hairnet {
 
 inline float node_mass(const Level& level, const MaterialScale& material, std::size_t node) {
   return material.density * level.mass[node];
 }
 
-// The built part stands in for the tension of hanging hair and grows with its mass.
+// The part from the build replaces the tension of hanging hair, so it scales with the hair's mass.
 inline float ether_stiffness(const Level& level, const MaterialScale& material, std::size_t node) {
   return material.density * (level.ether_stiffness[node] + material.gel_per_s2 * level.mass[node]);
 }

@@ -15,9 +15,9 @@ struct WorldLattice {
 WorldLattice to_world(const Level& level, const RigidTransform& head, const LatticeState& state);
 LatticeState to_head(const Level& level, const RigidTransform& head, const WorldLattice& lattice);
 
-// Model section 6 in the paper's notation, in double and world axes: one linearised solve to `relative_residual`.
-// Written to be read beside the paper and to hold `step` to it, not to be fast. Returns the iterations that the solve
-// took.
+// One step in the paper's notation, in double and world axes: one linearised system, solved to `relative_residual`. It
+// is written to be read beside the paper and is the reference for the tests of `step`; it is slow. Returns the number
+// of iterations.
 int reference_step(const Level& level, const StepInput& input, WorldLattice& lattice, double relative_residual = 1e-10);
 
 }  // namespace hairnet

@@ -55,8 +55,8 @@ struct Skin {
     const Real distance = hn::MulAdd(z.t, high - low, low) + hn::Sqrt(L::dot(beyond, beyond)) / L::real(field.per_cell);
     return {distance, L::scale(L::real(1) / hn::Sqrt(length2), gradient)};
   }
-  // No more than the distance at the point, by that at the node next to it: along an edge it changes by the edge's
-  // length at most, and there are three.
+  // A lower bound of the distance at the point, from the value at the nearest node: along an edge the distance changes
+  // by at most the edge's length, and there are three edges to the node.
   static HWY_INLINE Real least_distance(const SkinFieldView& field, const Vector& point) {
     const Vector at = L::scale(L::real(field.per_cell), L::subtract(point, L::vector(field.origin)));
     const auto along = [](Real a, float cells)

@@ -4,9 +4,9 @@
 
 namespace hairnet {
 
-// Eq. 3: a spring's epsilon joins its two ends. sigma = -(T(|eps| - |eps_0|) + q eps'.e) e, e = eps / |eps|. The
-// tension is T = k x in the paper. But hair hardly stretches, and buckles rather than be pressed together: here springs
-// are stiffer beyond a strain, and softer below another, so that T stays convex.
+// Eq. 3: a spring's epsilon joins its two ends. sigma = -(T(|eps| - |eps_0|) + q eps'.e) e, e = eps / |eps|. In the
+// paper the tension is T = k x. Real hair hardly stretches and buckles under compression, so here a spring is stiffer
+// beyond a positive strain and softer below a negative one. T stays convex.
 inline constexpr double kStiffStrain = 0.02, kStiffening = 2;     // of the rest length; what it adds to k, over k
 inline constexpr double kBucklingStrain = 0.05, kBuckling = 0.9;  // what it takes from k, over k
 
@@ -39,8 +39,8 @@ inline Vec3 spring_force(double k, double q, double rest_length, const Vec3& eps
   return -(spring_tension(k, rest_length, eps.norm() - rest_length) + q * eps_dot.dot(e)) * e;
 }
 
-// The part of d sigma / d eps that the solver uses, -k e e^T with k = dT/dx: negative semi-definite always, and the exact
-// derivative at the rest length with eps' = 0. With q instead of k it is d sigma / d eps', exactly.
+// The part of d sigma / d eps that the solver uses, -k e e^T with k = dT/dx: negative semi-definite always, and the
+// exact derivative at the rest length with eps' = 0. With q instead of k it is d sigma / d eps', exactly.
 inline Mat3 spring_jacobian(double k, const Vec3& eps) {
   const Vec3 e = eps.normalized();
   return -k * e * e.transpose();
@@ -52,8 +52,8 @@ inline Mat3 spring_jacobian_exact(double k, double q, double rest_length, const 
   const Vec3 e = eps / length;
   const Mat3 across = Mat3::Identity() - e * e.transpose();
   const Mat3 turning = (eps_dot.dot(e) * across + e * (across * eps_dot).transpose()) / length;
-  return -spring_stiffness(k, rest_length, x) * e * e.transpose() - spring_tension(k, rest_length, x) / length * across -
-         q * turning;
+  return -spring_stiffness(k, rest_length, x) * e * e.transpose() -
+         spring_tension(k, rest_length, x) / length * across - q * turning;
 }
 
 // |eps_0 + delta| - |eps_0| without cancellation: exactly 0 for delta = 0.

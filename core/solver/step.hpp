@@ -14,14 +14,14 @@
 
 namespace hairnet {
 
-// One character's lattice: what is stored between steps (model section 0). Active order, axes of the head.
+// The lattice state of one character between two steps. Active order, head axes.
 struct LatticeState {
   std::vector<Vec3f> displacement;  // R^-1 (p - t) - p^0, m
   std::vector<Vec3f> velocity;      // R^-1 p', world velocity in head axes, m/s
-  // The most elastic energy that the last step may have left, J; infinite when no step on this level with this material
-  // came before (hold_to_energy_limit in step.cpp).
+  // The most elastic energy that the last step may have left, J (limit_elastic_energy in step_inl.hpp). Infinite when
+  // there was no step yet on this level with this material.
   float elastic_energy_max_j = std::numeric_limits<float>::infinity();
-  float speed_max_m_per_s = 0;  // of any node beyond the rest's, at the end of the last step
+  float speed_max_m_per_s = 0;  // of the fastest node relative to the head, at the end of the last step
 };
 
 struct Environment {
@@ -34,7 +34,7 @@ struct StepInput {
   Pose from, to;  // at the start and the end of the step
   double step_s = 1.0 / 30;
   const Environment* environment = &kCalmEnvironment;  // outlives the step
-  double contact_release = 0;                          // share of contact that a switch of levels lets go
+  double contact_release = 0;                          // fraction of contact that is switched off, 0 to 1
   MaterialScale material;                              // the character's own, on what the level was built with
   double time_s = 0;                                   // at the end of the step, for the wind
 };
@@ -43,29 +43,29 @@ struct SolverSettings {
   int iterations = 16;  // of conjugate gradient
 };
 
-// Measured (tests/fidelity/README.md): with steps of at most this length, and so many iterations on each level in one of
-// this length, a trajectory errs by about a tenth of the motion on the high level and a hundredth on the low. An ether
-// level's system is block diagonal: its preconditioner solves it.
+// Measured (tests/fidelity/README.md): with steps of at most kStepMax_s and these iterations per step, the error of a
+// trajectory is about a tenth of the motion on the high level and a hundredth on the low. An ether level needs one
+// iteration: its system is block diagonal, and the preconditioner solves it.
 inline constexpr double kStepMax_s = 1.0 / 50;
 inline constexpr std::array<int, kLevelCount> kLevelIterations{16, 10, 8, 1, 0};
 
-// Shorter steps need fewer for the same error: what slows conjugate gradient down is the square root of the condition
-// number, and that goes with the step's length.
+// The iterations for a step of that length. Shorter steps need fewer for the same error: conjugate gradient converges
+// with the square root of the condition number, which grows with the step's length.
 int iterations_for(LevelIndex level, double step_s);
 
 // The least number of steps in a tick that keeps them within kStepMax_s.
 int substep_count_for(double tick_s);
 
-// Buffers of a step, reused between characters and levels; they grow to the largest met and stay.
+// Buffers of a step, reused for all characters and levels. They grow to the largest level seen and are never freed.
 struct StepScratch {
   LaneBlock lanes;
   LevelViewScratch view;
 };
 
-// Backward Euler (model section 6) by matrix-free conjugate gradient with block-Jacobi preconditioning, started at the
-// rest velocity R' P^0; float, in the axes of the head at the end of the step. `state` must fit the level. A teleport
-// is not a step: the state is then left as it is, and the lattice moves rigidly with the head. Returns false when the
-// system or its solution is not finite; the state is then worthless (reset_to_rest).
+// One backward Euler step: matrix-free conjugate gradient with block-Jacobi preconditioning, in float and in the axes
+// of the head at the end of the step. It starts from the rigid velocity R' P^0. `state` must fit the level. Do not call
+// it for a teleport: leave the state as it is, and the lattice moves rigidly with the head. Returns false when the
+// system or its solution is not finite; then discard the state (reset_to_rest).
 //
 // The step solves "(M - h df/dp' - h^2 df/dp) dP' = h (f + h df/dp P')" of model section 6 in other unknowns:
 // y = P'_1 - R'P^0, the velocity at the end of the step beyond the rest's. Then the displacement at its end is
@@ -79,8 +79,8 @@ struct StepScratch {
 //
 //     T_1 + V_1 = T_0 + V_0 + W - |y - y_0|^2_M / 2 - y.(h^2 K / 2 + h Q) y,     y_0 = R v - R'P^0.
 //
-// The springs' true energy at the end may be more than V_1, since they turn. Step::hold_to_energy_limit sees to it that
-// it is not by more than the step has dissipated.
+// The springs' true energy at the end can be larger than V_1, since they turn. limit_elastic_energy (step_inl.hpp)
+// keeps the excess below the energy that the step has dissipated.
 [[nodiscard]] bool step(const Level& level, const StepInput& input, const SolverSettings& settings,
                         StepScratch& scratch, LatticeState& state);
 

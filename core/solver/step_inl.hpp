@@ -13,8 +13,8 @@
 #include "core/solver/spring.hpp"
 #include "core/solver/step_data_inl.hpp"
 
-// One step of the lattices in one layout (`Lanes`: a crowd or a single character). What it solves, and why it cannot
-// run away, is written in step.hpp; the law of each force beside its like in reference_step.cpp.
+// One step of the lattices in one layout (`Lanes`: a crowd or a single character). step.hpp states the system that it
+// solves and why it is stable; reference_step.cpp has the same forces in double.
 HWY_BEFORE_NAMESPACE();
 namespace hairnet {
 namespace HWY_NAMESPACE {
@@ -169,8 +169,9 @@ struct Step : StepData<Lanes> {
     return half() * hn::MulAdd(term(offsetof(StepTerms, stiffness)), springs + L::sum_of(attachments), ether);
   }
 
-  // A lattice with more elastic energy than its last step may have left is drawn towards the design, where it has none,
-  // until it has not. In ordinary motion this hardly ever acts. The springs are measured for the step on return.
+  // While a lattice has more elastic energy than its last step may have left, scales its displacements down towards the
+  // design. This rarely happens in ordinary motion. Afterwards `measure` has run for the state that the step starts
+  // from.
   HWY_INLINE void hold_to_energy_limit() {
     constexpr float kRounding = 1e-3f, kRounding_j = 1e-12f, kDrawLeast = 0.5f;
     constexpr int kDraws = 20;
@@ -316,8 +317,8 @@ struct Step : StepData<Lanes> {
     return L::sum_of(own) + of_springs + of_attachments;
   }
 
-  // Each stiffener's pull goes to its nodes, as it comes in the layout of one. In a crowd memory is what takes time:
-  // pulls are written down, and collected by the nodes after all, which is half the traffic.
+  // Adds a stiffener's force to its nodes. A single character adds it directly. A crowd is limited by memory traffic:
+  // it stores the force once per stiffener and each node sums its own (collect_pulls), which halves the traffic.
   HWY_INLINE void give_pull(const StiffenerView& stiffeners, std::size_t s, const Vector& pull, float* pulls) {
     if constexpr (L::kIsCrowd) {
       put(pull, pulls, s);
@@ -440,7 +441,7 @@ struct Step : StepData<Lanes> {
     const Mask is_finite = hn::And(hn::IsFinite(solved.rho + kinetic_end + kinetic_change), hn::IsFinite(farthest2));
     put(hn::IfThenElseZero(is_finite, L::real(1)), m.is_finite, 0);
 
-    // Drawn in as a whole, so that the hair keeps its shape.
+    // Scales the whole lattice down, so that the hair keeps its shape.
     const Real most = L::real(level.displacement_max_m), farthest = hn::Sqrt(farthest2);
     const Real by = hn::IfThenElse(farthest > most, most / farthest, L::real(1));
     put(by * hn::Sqrt(fastest2), m.speed_max, 0);

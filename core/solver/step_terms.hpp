@@ -5,9 +5,9 @@
 
 namespace hairnet {
 
-// One character's part in a step beside its state, as the kernels read it: floats and nothing else, so that many
-// characters' terms can lie side by side. Axes of the head at the end of the step; matrices by columns. The default
-// is a character at rest that does not move.
+// The inputs of one character's step for the kernels, besides its state. Only floats, so that many characters' values
+// can lie side by side in memory. Axes of the head at the end of the step; matrices by columns. The default is a
+// character at rest that does not move.
 struct StepTerms {
   struct Motion {  // x -> turn x + shift
     float turn[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};

@@ -64,9 +64,9 @@ class WindField {
   std::shared_ptr<const Modes> modes_;  // null in still air
 };
 
-// The wind over one lattice: its velocity at the corners of the box of nodes, in the axes of the head, trilinear
-// between them. A wave of wave number k is off by at most (k L)^2 / 8 of its amplitude, L the box's longest side, so
-// turbulence is off by at most (L / scale)^2 / 8 of its rms in the mean of the squares.
+// The wind over one lattice: velocities at the eight corners of its box, in head axes, interpolated trilinearly. A wave
+// of wave number k has an error of at most (k L)^2 / 8 of its amplitude, where L is the longest side of the box. So the
+// RMS error of turbulence is at most (L / scale)^2 / 8 of its RMS.
 struct LatticeWind {
   std::array<Vec3f, 8> corners{Vec3f::Zero(), Vec3f::Zero(), Vec3f::Zero(), Vec3f::Zero(),
                                Vec3f::Zero(), Vec3f::Zero(), Vec3f::Zero(), Vec3f::Zero()};  // corner i + 2 j + 4 k

@@ -12,8 +12,8 @@
 
 namespace hairnet {
 
-// Those characters that are to be stepped in one tick, packed into batches of one level and as many ticks. Buffers
-// stay from tick to tick.
+// The characters to be stepped in one tick, packed into batches. All of a batch have the same level and step over the
+// same number of ticks. The buffers are reused in every tick.
 class Batches {
  public:
   void clear();

@@ -5,7 +5,7 @@
 
 namespace hairnet {
 
-// Of the head over the last substep.
+// The head's motion over the last substep.
 inline HeadMotion last_motion(const Character& c) {
   StepInput input;
   input.from = c.last_from;
@@ -14,7 +14,8 @@ inline HeadMotion last_motion(const Character& c) {
   return HeadMotion(input);
 }
 
-// `sign` times the velocity of hair that moves rigidly with the head, in its axes at the end of `motion`.
+// Adds `sign` times the rigid velocity, that of hair that moves rigidly with the head; head axes at the end of
+// `motion`.
 inline void add_rest_velocity(const Level& level, const HeadMotion& motion, float sign, LatticeState& state) {
   for (std::size_t i = 0; i < level.rest.size(); ++i) {
     state.velocity[i] += sign * motion.rest_velocity(level.rest[i].cast<double>()).cast<float>();

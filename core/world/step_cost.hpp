@@ -14,7 +14,7 @@ using ClockNs = std::int64_t (*)();  // monotonic, called on any thread
 // What stepping characters took.
 struct StepCost {
   std::int64_t step_ns = 0;           // the sum over all workers
-  std::uint32_t character_steps = 0;  // a character's turn each, of however many ticks
+  std::uint32_t character_steps = 0;  // one per character and tick in which it was stepped, whatever its stride
 };
 
 // By level, and by how many ticks the steps went over.

@@ -9,8 +9,8 @@ namespace hairnet {
 
 inline constexpr int kStrideMax = 4;
 
-// How a lattice is carried over some ticks at once: in as many steps of equal length, each of so many iterations of
-// conjugate gradient.
+// How a lattice is stepped over one or several ticks at once: the number of equal substeps, and the iterations of
+// conjugate gradient in each.
 struct StepPlan {
   double interval_s = 0;  // of all the ticks
   int substep_count = 1;
@@ -19,12 +19,11 @@ struct StepPlan {
   [[nodiscard]] double substep_s() const { return interval_s / substep_count; }
 };
 
-// The plan of each level over 1, 2, 3 and 4 ticks. Three are met only while a stride changes.
+// The plans of each level for 1, 2, 3 and 4 ticks. Three ticks only occur while a stride changes.
 //
-// What lies between a trajectory and that of fine steps is the steps' length far more than their iterations, so several
-// ticks at once are saved on both: two ticks take 3/4 of the steps with 3/5 of the iterations, four take half of the
-// steps (core/README.md has what that errs and costs). An ether level has nothing to iterate on and takes the steps of
-// one tick.
+// The error of a trajectory depends on the length of the steps far more than on their iterations, so several ticks at
+// once save on both: two ticks take 3/4 of the steps with 3/5 of the iterations, four ticks half of the steps
+// (core/README.md has errors and costs). An ether level needs no iterations and takes as many steps as one tick.
 class StepPlans {
  public:
   // `substep_count`: of one tick; `iterations`: of one of its steps on every level, 0 for iterations_for.

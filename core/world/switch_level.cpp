@@ -21,8 +21,8 @@ bool has_same_nodes(const Level* a, const Level* b) {
   return a && b && a->geometry.lattice.dims == b->geometry.lattice.dims && a->rest == b->rest;
 }
 
-// Velocity beyond the rest's is carried over; the rest's is an exact function of the poses. Kinetic energy that the map
-// would add is taken away again.
+// Transfers displacements and velocities to another level. Only velocity relative to the head is mapped; the rigid
+// velocity is an exact function of the poses. Velocities are scaled down if the map added kinetic energy.
 void carry_over(const LevelMap& map, const Level& old_level, LatticeState old_state, const HeadMotion& motion,
                 const MaterialScale& material, const Level& level, LatticeState& state) {
   const double kinetic_max_j = energy(old_level, material, motion, old_state).kinetic_j;

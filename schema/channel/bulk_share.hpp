@@ -4,9 +4,9 @@
 
 namespace hairnet::channel {
 
-// When bulk (pieces of grooms) goes before what must go soon (poses, frames, answers) on one connection. As a rule it
-// goes when nothing else waits. Where something always does, on a thin line, it gets at least one byte in four all the
-// same: without that it would never arrive. One thread.
+// Decides when bulk data (pieces of grooms) is sent before urgent messages (poses, frames, answers) of one connection.
+// Normally bulk data waits until nothing else is queued. On a slow line something is always queued, so bulk data gets
+// at least a quarter of the bytes there. One thread.
 class BulkShare {
  public:
   explicit BulkShare(std::size_t piece_bytes) : piece_bytes_(piece_bytes) {}

@@ -6,16 +6,16 @@
 
 namespace hairnet::channel {
 
-// The offset from a peer's monotonic clock to ours, from the clock in its envelopes: the minimum-delay filter over a
-// sliding window (so that drift is followed). The estimate includes the least one-way delay. Any clock values are safe:
-// sums saturate.
+// Estimates the offset from the peer's monotonic clock to ours from the clock in its envelopes. It takes the minimum
+// over a sliding window, so that it follows drift. The estimate includes the smallest one-way delay. Any clock values
+// are safe: sums saturate.
 class ClockEstimate {
  public:
   explicit ClockEstimate(std::int64_t window_ns = 10'000'000'000);
   // `now_ns` does not descend from call to call.
   void observe(std::int64_t peer_clock_ns, std::int64_t now_ns);
   [[nodiscard]] bool known() const { return !window_.empty(); }
-  // A time on the peer's clock, on ours. known() must hold.
+  // Converts a time of the peer's clock to ours. Requires known().
   [[nodiscard]] std::int64_t to_local(std::int64_t peer_time_ns) const;
   [[nodiscard]] std::size_t sample_count() const { return window_.size(); }  // bounded, whatever the rate
 

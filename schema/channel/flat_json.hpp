@@ -10,12 +10,12 @@
 
 namespace hairnet::channel {
 
-// The members of a JSON object that are text, numbers, truth values or lists of text; other members hold nothing.
+// The members of a JSON object that are strings, numbers, booleans or lists of strings. Other members are monostate.
 using FlatJsonValue = std::variant<std::monostate, bool, std::int64_t, double, std::string, std::vector<std::string>>;
 using FlatJson = std::map<std::string, FlatJsonValue>;
 
-// From anybody's text: none when it is not one JSON object in valid UTF-8, when a name comes twice in it, or when it is
-// nested more than 8 deep.
+// Parses untrusted text. Returns nothing when it is not one JSON object in valid UTF-8, when a name appears twice, or
+// when it is nested more than 8 deep.
 std::optional<FlatJson> parse_flat_json(std::string_view text);
 
 }  // namespace hairnet::channel

@@ -13,7 +13,7 @@ inline constexpr std::size_t kTokenBytesMax = 4096;
 inline constexpr std::size_t kTokenKeyBytesMin = 32;  // RFC 7518, 3.2: no shorter than the hash
 inline constexpr std::size_t kTokenKeyBytesMax = 256;
 
-// A secret that tokens are signed and verified with. Wiped when it goes.
+// A secret key that signs and verifies tokens. The destructor wipes it from memory.
 class TokenKey {
  public:
   // kTokenKeyBytesMin to kTokenKeyBytesMax bytes; else an empty key, which signs and verifies nothing.
@@ -38,11 +38,11 @@ class TokenKey {
 
 enum class JwtRefusal : std::uint8_t { malformed, bad_signature };
 
-// A JSON Web Token (RFC 7519) signed with HMAC-SHA256 (HS256 of RFC 7518) in compact form: the payload as JSON text,
-// whatever it holds, once the signature is good. Compares in constant time. Any other algorithm, `none` above all, an
-// extension that must be understood, and a field of the header that comes twice are malformed.
+// Verifies a JSON Web Token (RFC 7519) signed with HMAC-SHA256 (HS256 of RFC 7518) in compact form and returns the
+// payload as JSON text. Compares signatures in constant time. Refused as malformed: any other algorithm (also `none`),
+// a `crit` extension, and a header field that appears twice.
 tl::expected<std::string, JwtRefusal> open_jwt(std::string_view token, const TokenKey& key);
-// Empty when the key is.
+// Returns an empty string for an empty key.
 std::string sign_jwt(std::string_view payload_json, const TokenKey& key);
 
 }  // namespace hairnet::channel

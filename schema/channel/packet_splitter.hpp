@@ -15,9 +15,10 @@ inline constexpr std::size_t kPacketBytesLeast = 16;
 class PacketSplitter {
  public:
   explicit PacketSplitter(std::size_t packet_bytes_max);
-  // Calls `on_packet` with each whole packet, prefix included, 8-byte aligned, valid during the call only; it must not
-  // call back into the splitter. Returns false once a prefix is above the limit or below the least packet: the stream
-  // is then dead for good. Memory grows with what arrives, not with what a prefix announces, and never past one packet.
+  // Calls `on_packet` with each complete packet: prefix included, 8-byte aligned, valid only during the call. The
+  // callback must not call the splitter. Returns false when a prefix is larger than the limit or smaller than the
+  // smallest packet; from then on the stream is unusable. Memory grows with the bytes received, not with the announced
+  // size, up to one packet.
   bool feed(std::span<const std::uint8_t> bytes, const std::function<void(std::span<const std::uint8_t>)>& on_packet);
   [[nodiscard]] std::size_t buffered_bytes() const { return filled_; }
   [[nodiscard]] std::size_t capacity_bytes() const { return buffer_.capacity() * sizeof(std::uint64_t); }

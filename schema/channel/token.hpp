@@ -48,11 +48,11 @@ std::string validate(const TokenClaims& claims);
 // `claims` must be valid and `key` not empty.
 std::string sign(const TokenClaims& claims, const TokenKey& key);
 
-// Whether the text is a token by this key that is good now and in `room`. Any text will do. Reads no clock: `now_s` is
-// in seconds since 1970.
+// Verifies that the text is a token signed with this key that is valid now and in `room`. Accepts untrusted text. Reads
+// no clock: `now_s` is in seconds since 1970.
 tl::expected<TokenClaims, TokenRefusal> verify(std::string_view token, const TokenKey& key, std::int64_t now_s,
                                                std::string_view room);
-// The claims of a well-formed token by this key, whenever and wherever it is good.
+// The claims of a token signed with this key; times and room are not checked.
 tl::expected<TokenClaims, TokenRefusal> read_claims(std::string_view token, const TokenKey& key);
 
 }  // namespace hairnet::channel

@@ -9,7 +9,7 @@
 // comes first. The last byte is filled up with zeros.
 namespace hairnet::codec {
 
-// To a span's bytes through a word; whoever makes it sees to the room.
+// Writes bits to memory, buffered in a 64-bit word. The caller provides enough space (kWriterSlackBytes).
 class BitWriter {
  public:
   explicit BitWriter(std::uint8_t* out) : begin_(out), out_(out) {}
@@ -29,7 +29,7 @@ class BitWriter {
   }
 
  private:
-  // Whole bytes go out, all eight of the word at once; at most 7 bits stay. Writes up to 7 bytes beyond what counts.
+  // Writes all eight bytes of the word and keeps the bits of the last, incomplete byte: up to 7 bytes past the end.
   void flush() {
     for (unsigned b = 0; b < 8; ++b) out_[b] = static_cast<std::uint8_t>(word_ >> 8 * b);  // compiles to one store
     out_ += used_ >> 3;
@@ -46,12 +46,12 @@ class BitWriter {
 // Bytes that a BitWriter may touch beyond those it counts.
 inline constexpr std::size_t kWriterSlackBytes = 8;
 
-// Beyond the end it reads zeros without end, and knows it.
+// Reads bits from bytes. Past the end it returns zeros, and beyond_end() is true.
 class BitReader {
  public:
   explicit BitReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
 
-  // The next 56 bits or more, the lowest first; nothing is used up.
+  // The next 56 bits or more, lowest first. Does not advance.
   [[nodiscard]] std::uint64_t peek() const {
     const std::size_t at = bit_ >> 3;
     std::uint64_t word = 0;
@@ -72,7 +72,7 @@ class BitReader {
   }
 
   [[nodiscard]] bool beyond_end() const { return bit_ > 8 * bytes_.size(); }
-  // All bytes were needed, none too many, and what fills up the last one is zero.
+  // Whether all bytes are used and the padding bits of the last byte are zero.
   [[nodiscard]] bool ends_here() const {
     return !beyond_end() && 8 * bytes_.size() - bit_ < 8 && ((bit_ & 7) == 0 || bytes_.back() >> (bit_ & 7) == 0);
   }

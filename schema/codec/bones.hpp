@@ -5,7 +5,7 @@
 
 namespace hairnet::codec {
 
-// The pose of a frame. Reads beyond the end decode to something; the reader knows.
+// The pose of a frame. After the end of the data decode_bones returns some values; check reader.beyond_end().
 void encode_bones(const Integers& frame, History history, BitWriter& writer);
 void decode_bones(BitReader& reader, History history, Integers& frame);
 

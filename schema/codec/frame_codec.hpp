@@ -31,8 +31,8 @@ struct Integers {
 };
 inline constexpr float kVelocityStepsPer_s = 32;  // a velocity unit is 32 steps a second: 16 mm/s in the normal class
 
-// `pose` must be valid and within the wire's bounds; `last` keeps quaternions on one side (q and -q turn alike) and may
-// be null.
+// `pose` must be valid and within the wire's bounds. `last` may be null; it selects the sign of each quaternion, since
+// q and -q are the same rotation.
 void quantise_pose(const Pose& pose, const Integers* last, Integers& out);
 // The pose that steps, frames and clients use, rounded to float as rounded_to_wire does.
 Pose dequantise_pose(const Integers& integers);

@@ -5,7 +5,7 @@
 
 #include "schema/codec/code_nodes.hpp"
 
-// The node part of a frame or of a range of one, as far as it is the same for both ends.
+// The part of the node coding that encoder and decoder share, for a whole frame or for a range of its nodes.
 namespace hairnet::codec {
 
 // A plane of nodes from `nodes` (3 each, from the range's first on), or into it. False when the bits are at an end.
@@ -39,7 +39,7 @@ struct NodeScratch {
   std::vector<CodedNode> coded;
 };
 
-// Into the scratch: velocities that the displacements since the newest earlier frame speak of, at `scale` sixteenths.
+// Predicts velocities from the displacements since the newest earlier frame, times `scale` / 16.
 inline void predict_velocities(const Integers& frame, History history, NodeRange range, int scale,
                                NodeScratch& scratch) {
   std::ranges::fill(scratch.motion, std::uint16_t{0});

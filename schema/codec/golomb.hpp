@@ -6,7 +6,7 @@
 
 #include "schema/codec/bits.hpp"
 
-// Integers of either sign as bits: small ones short, none without end.
+// Signed integers as bits: small numbers take few bits, and the length is bounded.
 namespace hairnet::codec {
 
 // 0, -1, 1, -2, ... to 0, 1, 2, 3, ...; modulo 2^16 and 2^32.

@@ -6,9 +6,9 @@
 
 namespace hairnet::codec {
 
-// Grid neighbours at i + 1, j + 1 and k + 1 of a node: active indices, always higher than its own, those that are there
-// first and then `absent`. Nodes are coded from the last to the first, so these are known when it is its turn; and hair
-// hangs, so what is above (j + 1) tells most.
+// The grid neighbours of a node at i + 1, j + 1 and k + 1, as active indices; existing ones first, then kAbsentNode.
+// They are always higher than the node's own index. Nodes are coded from the last to the first, so the neighbours are
+// known by then. Hair hangs down, so the node above (j + 1) predicts best.
 using NodeNeighbours = std::array<std::uint32_t, 3>;
 inline constexpr std::uint32_t kAbsentNode = 0xFFFFFFFF;
 

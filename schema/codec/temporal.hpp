@@ -7,8 +7,8 @@
 
 #include "schema/codec/frame_codec.hpp"
 
-// What a coordinate is expected to be after its values a, b, c of t-s, t-2s, t-3s: a, plus shares of the first
-// difference a - b and of the second a - 2b + c. How much of each differs from motion to motion, so the frame says it.
+// Predicts a coordinate from its values a, b, c in the frames at t-s, t-2s, t-3s: a plus weighted first (a - b) and
+// second (a - 2b + c) differences. The best weights differ between motions, so each frame states its own.
 namespace hairnet::codec {
 
 struct TemporalWeights {
@@ -46,7 +46,7 @@ inline constexpr int kMotionMax = 8191;
 void predict_nodes(History history, NodeRange range, TemporalWeights weights, std::span<std::int16_t> predicted,
                    std::span<std::uint16_t> motion);
 
-// The index of those that fit the range best; judged by some of its nodes.
+// The index of the weights that fit the range best, estimated from a sample of its nodes.
 unsigned choose_temporal(const Integers& frame, History history, NodeRange range);
 
 }  // namespace hairnet::codec

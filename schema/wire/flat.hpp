@@ -58,7 +58,7 @@ class AlignedBytes {
   std::span<const std::uint8_t> bytes_;
 };
 
-// The root of a size-prefixed buffer, 8-byte aligned, that is exactly `bytes` and sound all through; else null.
+// The root of a size-prefixed buffer, or null when the 8-byte aligned `bytes` are not exactly one valid buffer.
 template <class Root>
 const Root* verified_root(std::span<const std::uint8_t> bytes, const char* identifier) {
   // The verifier compares the identifier before it has made sure of the bytes that hold it.

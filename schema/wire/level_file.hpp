@@ -44,7 +44,7 @@ struct DecodedLevels {
 std::vector<std::uint8_t> encode_levels(const GroomHash& groom, const LevelSet& set);
 DecodedLevels decode_levels(std::span<const std::uint8_t> bytes, const GroomHash& groom);
 
-// Writes the length and the checksum of what is there into the header. At least a header.
+// Writes payload length and checksum into the header. `bytes` must have at least a header.
 void seal_level_file(std::span<std::uint8_t> bytes);
 
 }  // namespace hairnet::wire

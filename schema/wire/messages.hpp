@@ -27,14 +27,14 @@ inline constexpr std::size_t kPacketBytesMin = 16;            // prefix, root, i
 inline constexpr std::size_t kPacketOverheadBytesMax = 4096;  // of any packet, beside poses, frames, geometry or chunk
 inline constexpr std::size_t kGroomChunkBytesMax = 256u << 10;
 inline constexpr std::size_t kPosesPerBatchMax = 4096;
-inline constexpr std::size_t kMembersPerMessageMax = 4096;          // of Observe, ReportImportance, RequestKeyframes
-inline constexpr std::size_t kHairStateIntegersMax = 3u << 18;      // of the largest lattice
+inline constexpr std::size_t kMembersPerMessageMax = 4096;      // of Observe, ReportImportance, RequestKeyframes
+inline constexpr std::size_t kHairStateIntegersMax = 3u << 18;  // of the largest lattice
 inline constexpr std::size_t kRoomNameBytesMax = 64;
 inline constexpr std::size_t kTokenBytesMax = 4096;
-inline constexpr std::uint32_t kStrideMax = 4;      // 1, 2 or 4 ticks
+inline constexpr std::uint32_t kStrideMax = 4;  // 1, 2 or 4 ticks
 inline constexpr float kObserveRadiusMax_m = 20'000;
 inline constexpr float kHairStateStepMax_m = 1e-3f;
-inline constexpr float kScreenHeightMax = 100;      // a head's height over the screen's
+inline constexpr float kScreenHeightMax = 100;                      // a head's height over the screen's
 inline constexpr std::size_t kTextBytesMax = 1024;                  // any string
 inline constexpr double kPositionMax_m = 10'000;                    // any coordinate of a pose, absolute
 inline constexpr std::int64_t kTimeMax_ns = std::int64_t{1} << 61;  // any time, absolute: sums cannot overflow
@@ -85,7 +85,7 @@ enum class GoodbyeReason : std::uint8_t {
 };
 inline constexpr GoodbyeReason kGoodbyeReasonLast = GoodbyeReason::session_taken_over;
 
-// What may be seen of a session only by who holds it: it lets a client continue it over a new connection.
+// A secret of the session, known only to its client, that lets the client resume the session on a new connection.
 using SessionSecret = std::array<std::uint8_t, 16>;
 
 enum class Role : std::uint8_t { participant, observer };  // an observer has no characters of its own
@@ -119,7 +119,7 @@ struct AddCharacter {
   std::uint32_t character = 0;
   GroomHash groom{};
   LevelIndex level = LevelIndex::high;  // the finest that it is given
-  std::optional<HairState> state = {};       // what it goes on from; none: its design
+  std::optional<HairState> state = {};  // what it goes on from; none: its design
 };
 struct SetLevel {
   std::uint32_t character = 0;
@@ -138,7 +138,7 @@ struct PoseSample {
 struct PoseBatch {
   std::vector<PoseSample> poses;
 };
-// Values as they came: the session judges them (validate), as it does poses.
+// The decoder does not check these values: the session validates them, as it does poses.
 struct SetMaterial {
   std::uint32_t character = 0;
   MaterialScale scale;
@@ -146,7 +146,7 @@ struct SetMaterial {
 struct SetWind {  // of the session's room
   Wind wind;
 };
-// Which members of its room a session is sent, and how finely. Its own characters always.
+// Which other members a session receives frames of, and at which detail. It always receives its own characters.
 enum class ObserveMode : std::uint8_t { all, nearest, radius, list };
 struct Observe {
   ObserveMode mode = ObserveMode::all;
@@ -158,7 +158,8 @@ struct Observe {
   std::uint32_t stride = 1;  // ticks between frames, at least: 1, 2, 4
   bool velocities = false;   // of nodes, beside their displacements
 };
-// How a client sees members, as often as it likes to say it; what it does not name stays as it was.
+// How large and whether a client sees members. It may send this at any time; members it does not name keep their
+// values.
 struct MemberImportance {
   std::uint32_t member = 0;
   float screen_height = 0;  // of the head, over the screen's
@@ -185,9 +186,9 @@ struct Welcome {
   std::uint64_t groom_bytes_max = 0;
   std::string room = {};
   SessionSecret secret{};
-  bool resumed = false;             // the session that Hello named goes on, with its characters and grooms
-  float resume_grace_s = 0;         // how long a session outlives its connection
-  std::int64_t pose_delay_ns = 0;   // a tick samples poses this far before its own time
+  bool resumed = false;            // the session that Hello named goes on, with its characters and grooms
+  float resume_grace_s = 0;        // how long a session outlives its connection
+  std::int64_t pose_delay_ns = 0;  // a tick samples poses this far before its own time
 };
 struct GroomNeed {
   GroomHash hash{};
@@ -227,17 +228,17 @@ struct LevelRecord {
   LevelIndex level = LevelIndex::high;
   LevelGeometry geometry;
 };
-// A frame as it travels. `content` is codec::encode_frame's; what it was predicted from are the `order` frames of the member
-// that this session was sent last, `stride` ticks apart.
+// An encoded frame. `content` comes from codec::encode_frame. It is predicted from the last `order` frames of the
+// member that were sent to this session, `stride` ticks apart.
 struct Frame {
   std::uint32_t member = 0;
   LevelIndex level = LevelIndex::rigid;
   codec::ErrorClass error_class = codec::ErrorClass::normal;
-  bool discontinuous = false;  // teleport, reset or level switch: do not interpolate from the last frame
-  bool asleep = false;         // nothing will change, and no frame come, before the character wakes
-  bool velocities = false;     // the content has them
-  std::uint8_t order = 0;      // 0 to 3
-  std::uint8_t stride = 1;     // 1, 2 or 4; of no meaning at order 0
+  bool discontinuous = false;    // teleport, reset or level switch: do not interpolate from the last frame
+  bool asleep = false;           // nothing will change, and no frame come, before the character wakes
+  bool velocities = false;       // the content has them
+  std::uint8_t order = 0;        // 0 to 3
+  std::uint8_t stride = 1;       // 1, 2 or 4; of no meaning at order 0
   std::uint8_t step_stride = 1;  // ticks from one step of the character to the next
   std::span<const std::uint8_t> content;
 };
@@ -276,20 +277,20 @@ const char* to_string(DecodeError error);
 const char* to_string(ErrorReason reason);
 const char* to_string(GoodbyeReason reason);
 
-// One size-prefixed packet, ready to send. The message must keep to the limits of PROTOCOL.md; text is made to (what
-// may not travel becomes '?', what is too long is cut). Empty when the packet would exceed kPacketBytesMax.
+// One size-prefixed packet, ready to send. The message must keep to the limits of PROTOCOL.md. Strings are made valid:
+// forbidden characters become '?' and long strings are cut. Empty when the packet would exceed kPacketBytesMax.
 std::vector<std::uint8_t> encode_packet(const Envelope& envelope);
 
-// Sets the clock of a packet of encode_packet, which may have waited since.
+// Overwrites the clock of a packet made by encode_packet, for packets that waited in a queue.
 void set_clock(std::span<std::uint8_t> packet, std::int64_t clock_ns);
 
 // Bytes that a frame takes in a batch, at most. Batches whose frames sum to at most kPacketBytesMax -
 // kPacketOverheadBytesMax can be sent.
 std::size_t frame_bytes(const Frame& frame);
 
-// `packet` is exactly one packet, size prefix included. Verified, validated (ranges, counts, finite numbers, unit
-// rotations, consistent geometry), then copied out. Values of poses, materials and winds are not refused here: their
-// validity is a matter of that one thing, see validate_pose and validate.
+// `packet` is exactly one packet, size prefix included. It is verified, validated (ranges, counts, finite numbers, unit
+// rotations, consistent geometry) and copied out. Values of poses, materials and winds are not checked here, so that
+// one bad value does not refuse the whole packet: see validate_pose and validate.
 struct Decoded {
   DecodeError error = DecodeError::none;
   std::string detail;

@@ -8,8 +8,8 @@
 #include "core/result.hpp"
 #include "schema/wire/messages.hpp"
 
-// A server's recording: what a World was told, tick by tick, so that it can be stepped again to the same bits. Poses
-// are kept as floats: tell the World rounded_to_wire poses.
+// A recording of a server: the inputs of its World, tick by tick. Stepping them again gives the same bits. Poses are
+// stored as floats: give the World poses that went through rounded_to_wire.
 namespace hairnet::wire {
 
 struct RecordingHeader {

@@ -23,9 +23,9 @@ constexpr const char* kExamples = R"(Examples:
   hairnet-server                                   127.0.0.1:7420, 30 Hz
   hairnet-server --bind 0.0.0.0 --tick-rate 60     all IPv4 interfaces, 60 Hz
   hairnet-server --port 0 --port-file port.txt     any free port, written to port.txt
-  hairnet-server --record run.hnrec                what the solver was told, to be stepped again
+  hairnet-server --record run.hnrec                record the solver's inputs, for hairnet-sim --replay
   hairnet-server --groom-cache kept --level-cache kept
-                                                   nothing is uploaded or built twice, whatever happens
+                                                   no groom is uploaded or built twice, even after a restart
   hairnet-server --config server.toml --port 7421  settings of a file, but for the port
   hairnet-server --bind :: --tls-certificate chain.pem --tls-key key.pem --web-root web
                                                    browsers and headsets as well, over TLS

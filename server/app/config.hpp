@@ -44,7 +44,7 @@ struct Config {
 struct ParsedConfig {
   Config config;
   bool check_only = false;
-  int exit_code = -1;  // >= 0: end with it (help was asked for, or the configuration is wrong and has been told)
+  int exit_code = -1;  // >= 0: exit with this code; help or an error has been printed
 };
 ParsedConfig parse_config(int argc, const char* const* argv);
 

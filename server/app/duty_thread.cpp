@@ -8,8 +8,8 @@
 namespace hairnet::server {
 namespace {
 
-// A tenth of a busy core, and none that a tick wants. Less (nice 19, SCHED_IDLE) and a build never ends where the
-// machine is busy throughout.
+// At nice 10 a build gets about a tenth of a busy core and does not slow the tick. With less (nice 19, SCHED_IDLE) a
+// build would never end on a machine that is always busy.
 void lower_priority() {
   constexpr int kNice = 10;
   setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNice);

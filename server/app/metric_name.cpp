@@ -9,8 +9,8 @@ namespace {
 struct Exact {
   std::string_view name, family, label_name, label_value;
 };
-// Where the name's own form would not do: mostly a total beside counters of its parts, which must not share a family,
-// or a sum over it would count twice.
+// Exceptions to the naming rules: mostly a total beside counters of its parts. Both in one family would count twice in
+// a sum.
 constexpr std::array kExact{
     Exact{"frames_dropped", "frames_dropped", "reason", "not_finite"},
     Exact{"packets_malformed", "packets_refused", "reason", "malformed"},

@@ -31,7 +31,7 @@ int refuse(const std::string& why) {
 }
 
 bool write_port(const std::string& path, std::uint16_t port) {
-  // Renamed into place, so that whoever waits for the file never reads half a number.
+  // Renamed into place, so that a program that waits for the file never reads half a number.
   const std::string part = path + ".part";
   std::FILE* file = std::fopen(part.c_str(), "w");
   if (!file) return false;
@@ -52,7 +52,7 @@ TransportOptions transport_options(const Config& config) {
   options.port = config.port;
   options.packet_bytes_max = wire::kPacketBytesMax;
   AdmissionLimits& admission = options.admission;
-  // So many can be of use; a client too many is still told so by a goodbye.
+  // Twice the sessions, so that a client beyond the limit still gets a Goodbye.
   if (admission.connections_max == 0)
     admission.connections_max = 2 * config.sessions.session_count_max + admission.arrivals_max + admission.http_max;
   return options;

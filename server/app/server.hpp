@@ -17,10 +17,10 @@
 
 namespace hairnet::server {
 
-// The whole server but sockets, the threads of its duties and the clock that drives them. Four duties, each for one
-// thread: I/O (sessions, groom store), tick, builder, recorder. They meet in bounded queues only, so poll() can also
-// run them all in turn on one thread. Helpers of a tick's and a build's loops are its own, and it reads the wall clock,
-// for when tokens expire.
+// The whole server without sockets, threads of duties, and a clock. It has four duties, each for one thread: I/O
+// (sessions and groom store), tick, builder, recorder. Duties exchange data through bounded queues only, so poll() can
+// also run all of them in turn on one thread. The server owns the helper threads of the tick's and the build's loops,
+// and reads the wall clock to check when tokens expire.
 class Server {
  public:
   // `metrics` must outlive the server. Ticks are counted from `now_ns`. `clock`, of any thread, measures what work

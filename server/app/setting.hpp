@@ -29,8 +29,8 @@ struct Setting {
   [[nodiscard]] std::string name() const { return section + "." + key; }
 };
 
-// Empty when the setting takes the value; else what is wrong with it, without the setting's name. A whole number will
-// do where a number is wanted, and so `value` may be converted.
+// Empty when the value is valid; else what is wrong with it, without the setting's name. Converts an integer `value` to
+// a number where the setting is a number.
 std::string check(const Setting& setting, Setting::Value& value);
 // The words of a flag as a value of the setting's kind, checked. Otherwise false, and `fault` says what is wrong.
 bool parse_words(const Setting& setting, const std::vector<std::string>& words, Setting::Value& value,

@@ -142,7 +142,7 @@ void add_wind(List& list, Config& c) {
   Wind& w = c.wind;
   list.section("wind");
   list.triple(w.mean_m_per_s, "mean_m_per_s", -60, 60, "mean wind, m/s, world: X Y Z", "--wind");
-  list.number(w.gust_ratio, "gust_ratio", 0, 1, "the mean comes and goes by this share of it", "--gust");
+  list.number(w.gust_ratio, "gust_ratio", 0, 1, "gusts change the mean by this share", "--gust");
   list.number(w.gust_period_s, "gust_period_s", 0.2, 120, "seconds of the slowest gust", "--gust-period");
   list.number(w.turbulence_rms_m_per_s, "turbulence_rms_m_per_s", 0, 20, "m/s of each component, root mean square",
               "--turbulence");
@@ -177,12 +177,14 @@ void add_limits(List& list, Config& c) {
   list.number(s.messages_burst, "messages_burst", 1, 1e7, "messages of a client, at once");
   list.number(s.poses_per_s, "poses_per_s", 1, 1e8, "poses of a client, mean");
   list.number(s.poses_burst, "poses_burst", 1, 1e8, "poses of a client, at once");
-  list.seconds(s.handshake_timeout_ns, "handshake_timeout_s", 0.1, 600, "without a Hello, a client is told goodbye");
-  list.seconds(s.idle_timeout_ns, "idle_timeout_s", 1, 86'400, "without a word, a client is told goodbye");
+  list.seconds(s.handshake_timeout_ns, "handshake_timeout_s", 0.1, 600,
+               "seconds without a Hello, then the session ends");
+  list.seconds(s.idle_timeout_ns, "idle_timeout_s", 1, 86'400, "seconds without a message, then the session ends");
   list.seconds(s.resume_grace_ns, "resume_grace_s", 0, 3600,
                "a client may come back so long after its connection broke");
   list.seconds(c.room_grace_ns, "room_grace_s", 0, 86'400, "an empty room, and its wind, stays so long");
-  list.seconds(s.slow_consumer_ns, "slow_consumer_s", 0.1, 600, "without reading, a client is told goodbye");
+  list.seconds(s.slow_consumer_ns, "slow_consumer_s", 0.1, 600,
+               "seconds in which a client reads nothing, then the session ends");
   list.seconds(s.drain_timeout_ns, "goodbye_timeout_s", 0, 600, "for a client to take its goodbye");
 }
 
@@ -195,11 +197,11 @@ void add_transport(List& list, Config& c) {
              "pages that may open a WebSocket, as https://host[:port], * for all; empty: the server's own");
   list.text(t.tls.certificate, "tls_certificate", "PEM file, the certificate's chain; empty: no TLS");
   list.text(t.tls.key, "tls_key", "PEM file, the certificate's key, without a passphrase");
-  list.toggle(t.tls_required, "tls_required", "whether what is not TLS is turned away");
+  list.toggle(t.tls_required, "tls_required", "refuse plain connections");
   list.whole(a.connections_max, "connections_max", 0, 1 << 20,
-             "connections of all kinds; 0: as many as the clients and the next two can use");
-  list.whole(a.arrivals_max, "arrivals_max", 1, 1 << 16, "connections that have not yet said what they want");
-  list.whole(a.http_max, "page_connections_max", 1, 1 << 16, "connections that ask for pages");
+             "connections of all kinds; 0: 2 * clients_max + arrivals_max + page_connections_max");
+  list.whole(a.arrivals_max, "arrivals_max", 1, 1 << 16, "connections whose protocol is not known yet");
+  list.whole(a.http_max, "page_connections_max", 1, 1 << 16, "connections that request pages");
   list.whole(a.connections_per_address_max, "connections_per_address_max", 0, 1 << 20,
              "connections of one IPv4 address or IPv6 /64; 0: no bound");
   list.whole(t.requests_per_connection_max, "requests_per_connection_max", 1, 1 << 20, "pages of one connection");
@@ -207,7 +209,7 @@ void add_transport(List& list, Config& c) {
   list.seconds(t.request_timeout, "request_timeout_s", 0.1, 600, "for a whole request, the wait for it included");
   list.seconds(t.response_timeout, "response_timeout_s", 0.1, 600, "for each 64 KiB of a page to be taken");
   list.seconds(t.ping_after, "ping_after_s", 0.1, 600,
-               "a WebSocket that says nothing is pinged, and after twice this ended");
+               "seconds after which a silent WebSocket is pinged; after twice this it is closed");
 }
 
 void add_grooms(List& list, Config& c) {

@@ -8,8 +8,8 @@
 
 namespace hairnet::server {
 
-// The way from one thread to another: a queue bounded by the sum of its items' weights. Full means refused, never
-// blocked. Any thread may call anything.
+// A queue between threads, bounded by the sum of its items' weights. A full queue refuses an item and never blocks. Any
+// thread may call any function.
 template <class T>
 class BoundedQueue {
  public:

@@ -31,7 +31,7 @@ struct Character {
   wire::GroomHash groom{};
   LevelIndex finest = LevelIndex::high;  // that its owner asks for
   MaterialScale material;
-  std::optional<wire::HairState> state;  // brought by its owner, until it is used
+  std::optional<wire::HairState> state;  // sent by its owner; reset once the World has it
   std::uint64_t state_ticks = 0;         // that it waited for its levels
   PoseInbox inbox;
 
@@ -43,7 +43,7 @@ struct Character {
   codec::Integers bones;                                  // as integers; no nodes
   bool pose_changed = false, pose_teleported = false;     // at this tick
   float head_speed_m_per_s = 0, head_turn_rad_per_s = 0;  // smoothed
-  bool lod_chosen = false;                                // level, stride and holding were once
+  bool lod_chosen = false;                                // a Lod was chosen at least once
   std::uint64_t lod_since = 0;                            // tick at which they last changed
 
   // As its observers see it, at the present tick.
@@ -56,7 +56,7 @@ struct Character {
   bool changed = false;  // there is something to send
   bool asleep = false;
   bool discontinuous = false;
-  LevelIndex shown = LevelIndex::rigid;  // that the lattice is on; easing into the rigid level takes a while
+  LevelIndex shown = LevelIndex::rigid;  // of the lattice that is sent; a change to rigid takes several ticks
   LatticeView lattice;                   // in the World, until its next step
   std::vector<FrameVariant> variants;    // of which the first variant_count are of this tick
   std::size_t variant_count = 0;

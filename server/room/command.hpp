@@ -13,13 +13,13 @@
 
 namespace hairnet::server {
 
-// What the I/O thread tells the tick thread, in order. Sessions have checked it: numbers exist, poses, materials and
-// winds are valid.
+// Commands from the I/O thread to the tick thread, in order. Sessions have validated them: characters exist, and poses,
+// materials and winds are in range.
 struct OpenSession {
   SessionId session = 0;
   std::shared_ptr<Outlet> outlet;
   std::string room;
-  bool resumed = false;  // the session is there and gets a new outlet
+  bool resumed = false;  // the session exists already and gets a new sink
 };
 struct DetachSession {  // its connection is lost; its characters stay
   SessionId session = 0;
@@ -73,7 +73,7 @@ struct GroomReady {
   std::shared_ptr<const LevelSet> levels;
   std::shared_ptr<const std::vector<std::uint8_t>> bytes;  // for the recording
 };
-struct ForgetGroom {  // no session holds it any more
+struct ForgetGroom {  // the groom was evicted
   wire::GroomHash groom{};
 };
 

@@ -23,7 +23,7 @@ class GaugeSet {
   std::vector<const Gauge*> gauges_;
 };
 
-// What is so now. Not a number until it is first set, and then not shown. Any thread; relaxed: it orders nothing.
+// A current value. NaN until it is first set; /metrics leaves such gauges out. Any thread; relaxed memory order.
 class Gauge {
  public:
   Gauge(GaugeSet& set, std::string_view name) : name_(name) { set.gauges_.push_back(this); }

@@ -17,34 +17,35 @@ struct Refused {
   explicit operator bool() const { return reason != wire::ErrorReason::none; }
 };
 
-// What became of a chunk. Not wanted, and no fault either: one that is there already, as after a resume, when a client may be
-// asked twice for the same bytes.
+// The result of a chunk. A chunk may be neither wanted nor refused: after a resume a client may be asked twice for the
+// same bytes, and the second copy is ignored.
 struct ChunkAnswer : Refused {
   bool was_wanted = false;
 };
 
-// Where sessions hand in grooms, and fetch others'. I/O thread. What a session is to hear (GroomNeed, GroomStatus, late
-// errors) comes back through its own message path, in order.
+// What sessions can do with grooms: offer, upload, use and download them. I/O thread. Answers (GroomNeed, GroomStatus,
+// late errors) are sent to the session as messages, in order.
 class GroomDesk {
  public:
   virtual ~GroomDesk() = default;
-  // A session begins: what it may have. Without this it has the server's own limits.
+  // A session begins. `strand_count_max` limits its strands; without this call only the server's limit applies.
   virtual void open(SessionId session, std::uint64_t strand_count_max, std::int64_t now_ns) = 0;
   virtual Refused offer(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns) = 0;
   virtual ChunkAnswer chunk(SessionId session, wire::GroomChunk chunk, std::int64_t now_ns) = 0;
-  // From now on the session uses the groom, so it stays. groom_unknown unless someone has offered it, or it is kept on
-  // disk.
+  // The session uses the groom from now on, so the groom is not evicted. Refuses groom_unknown when no session has
+  // offered the groom and the cache does not have it.
   virtual Refused hold(SessionId session, const wire::GroomHash& groom) = 0;
-  // Says again how the grooms are that the session holds.
+  // Sends the state of each groom that the session uses again.
   virtual void tell_states(SessionId session, std::int64_t now_ns) = 0;
-  // The file of a groom in memory, sound and within limits; null when it is not there. Whoever has it keeps it, even
-  // when the groom has to go meanwhile.
+  // The validated file of a groom in memory; null when it is not in memory. The pointer stays valid after the groom is
+  // evicted.
   virtual std::shared_ptr<const std::vector<std::uint8_t>> bytes(const wire::GroomHash& groom) = 0;
-  // Reads a groom's file from disk: Session::on_groom_read follows. False when it is not kept there.
+  // Starts to read a groom's file from the cache; Session::on_groom_read follows. False when the cache does not have
+  // it.
   virtual bool fetch(SessionId session, const wire::GroomHash& groom) = 0;
-  // Whether fetch would.
+  // Whether the cache has the groom's file, so that fetch() would return true.
   [[nodiscard]] virtual bool keeps(const wire::GroomHash& groom) const = 0;
-  // The session has ended: its unfinished uploads and holds go.
+  // The session has ended: its unfinished uploads stop, and it uses no groom any more.
   virtual void release(SessionId session, std::int64_t now_ns) = 0;
 };
 

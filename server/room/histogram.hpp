@@ -26,8 +26,8 @@ class HistogramSet {
   std::vector<const Histogram*> histograms_;
 };
 
-// How often which values came, in buckets fixed at the start. Any thread; nothing locks, so that a tick may use it
-// (prometheus::Histogram takes a mutex). Values that are not finite are left out: one would spoil the sum for good.
+// Counts values in fixed buckets. Any thread, without a lock, so that the tick may use it (prometheus::Histogram takes
+// a mutex). Ignores values that are not finite: one of them would make the sum useless.
 class Histogram {
  public:
   static constexpr std::size_t kBoundsMax = 20;

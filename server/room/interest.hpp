@@ -9,16 +9,17 @@
 
 namespace hairnet::server {
 
-// A member of a room, as interest is a matter of it.
+// The head of a room's member, as choose_members() needs it.
 struct MemberHead {
   std::uint32_t member = 0;
   Vec3 head = Vec3::Zero();  // world, m
-  bool own = false;          // of the session that asks
-  bool placed = false;       // it has had a pose; else `head` means nothing
+  bool own = false;          // belongs to the observing session
+  bool placed = false;       // false: no pose has come yet, and `head` is undefined
 };
 
-// Which members a session wants to be sent: one entry a head. Its own always; others by `observe`: those nearest to
-// `from`, or to the nearest of its own heads (a session with neither wants all). Ties go to the lower member. Pure.
+// Chooses the members whose frames a session gets: `wanted` has one entry a head. A session always gets its own
+// members. It gets others by `observe`: the ones nearest to `from`, or to any of its own heads; with neither it gets
+// all. Of two members at the same distance the lower number wins. Pure.
 void choose_members(const wire::Observe& observe, std::span<const MemberHead> heads, std::vector<bool>& wanted);
 
 }  // namespace hairnet::server

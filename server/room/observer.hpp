@@ -15,9 +15,9 @@ namespace hairnet::server {
 
 struct Character;
 
-// What one session sees of one member.
+// One session's view of one member: whether the session wants it, and which frames it was sent.
 struct View {
-  std::uint32_t occupancy = 0;  // of the seat, when this began; 0: not yet
+  std::uint32_t occupancy = 0;  // of the room's slot, when the view began; 0: not begun
   bool wanted = true;           // by the session's Observe
   bool in_view = true;          // as last reported
   float screen_height = -1;     // as last reported; negative: never
@@ -26,8 +26,8 @@ struct View {
   std::uint8_t sent_count = 0;
   LevelIndex level = LevelIndex::rigid;  // of those
   codec::ErrorClass error_class = codec::ErrorClass::normal;
-  bool sleep_told = false;        // the last frame said that it is asleep
-  bool discontinuity_owed = false;  // not yet told
+  bool sleep_told = false;          // the last frame said that it is asleep
+  bool discontinuity_owed = false;  // a discontinuity that no frame has told the session yet
 
   void forget_sent() {
     discontinuity_owed = discontinuity_owed || sent_count > 0;
@@ -55,9 +55,9 @@ struct Observer {
     bool discontinuous = false;
   };
   std::vector<Request> requests;
-  std::int64_t send_ns = 0;  // that they took, but for coding
+  std::int64_t send_ns = 0;  // time spent on them, without encoding
 
-  // Nothing it was ever sent may be referred to.
+  // New frames must not refer to frames sent before: the next ones are keyframes.
   void forget_sent() {
     for (View& view : views) view.forget_sent();
   }

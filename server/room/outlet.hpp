@@ -13,16 +13,17 @@ struct FramePacket {
   std::size_t frame_count = 0;
 };
 
-// Where the tick leaves what one session is to get: the session's outbox. Any thread may call it; none blocks.
+// Receives the messages and frames that the tick makes for one session; implemented by the session's Outbox. Any
+// thread; calls never block.
 class Outlet {
  public:
   virtual ~Outlet() = default;
-  // Kept in order, and dropped only when the session ends: a message that does not fit ends it.
+  // Queues a message. Order is kept, and no message is dropped: one that does not fit ends the session.
   virtual void push(const wire::Message& message, std::int64_t now_ns) = 0;
-  // One tick's frames as packets, in order with messages. The session takes them one by one.
+  // Queues the frames of one tick, after the messages pushed so far.
   virtual void push_frames(std::vector<FramePacket> packets) = 0;
-  // Before frames are made. True when too many ticks' frames wait: they are dropped, and nothing sent before may be
-  // referred to.
+  // Call it before making frames. When the frames of too many ticks wait, drops them all and returns true: the next
+  // frames must then be keyframes.
   virtual bool make_way() = 0;
 };
 

@@ -5,7 +5,7 @@
 namespace hairnet::server {
 namespace {
 
-// A slope is taken over at least this much, so that jitter of two close poses is not thrown far.
+// A slope spans at least this time: over two close poses, jitter would be extrapolated too far.
 constexpr std::int64_t kSlopeLeast_ns = 8'000'000;
 constexpr std::int64_t kSlopeMost_ns = 250'000'000;
 
@@ -28,7 +28,7 @@ PoseInbox::Put PoseInbox::put(const TimedPose& pose, std::int64_t now_ns) {
     if (!is_newer(pose.sequence, newest.sequence) || pose.captured_ns <= newest.captured_ns) return Put::out_of_order;
   }
   if (poses_.size() == kPosesMax) {
-    // The jump is not lost with the pose that announced it.
+    // The dropped pose's teleport moves to the next pose, so that it is not lost.
     Held& next = poses_[1];
     if (poses_[0].timed.teleport && !poses_[0].reported) next.timed.teleport = true;
     poses_.erase(poses_.begin());
@@ -78,7 +78,7 @@ PoseInbox::Sample PoseInbox::beyond_newest(std::int64_t time_ns) const {
 }
 
 void PoseInbox::forget_before(std::int64_t time_ns) {
-  // The last two always stay: the pose to hold, and the slope.
+  // The last two poses always stay: extrapolation needs them.
   std::size_t passed = 0;
   while (poses_.size() - passed > 2 && poses_[passed + 1].timed.captured_ns < time_ns && poses_[passed].reported)
     ++passed;

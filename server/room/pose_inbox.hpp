@@ -15,27 +15,29 @@ struct TimedPose {
   Pose pose;
 };
 
-// The last few poses of one character, sampled at times of the server's choosing. Pure; tick thread.
+// The last few poses of one character, which the tick samples at any time. No clock, no I/O. Tick thread.
 class PoseInbox {
  public:
   static constexpr std::size_t kPosesMax = 32;
   static constexpr std::int64_t kAgeMax_ns = 1'000'000'000;
   static constexpr std::int64_t kLeadMax_ns = 1'000'000'000;
   static constexpr std::int64_t kExtrapolationMax_ns = 50'000'000;
-  static constexpr std::int64_t kKept_ns = 100'000'000;  // of poses already passed, for the slope of an extrapolation
+  static constexpr std::int64_t kKept_ns = 100'000'000;  // age of kept poses, for extrapolation
 
   enum class Put : std::uint8_t { accepted, stale, out_of_order, future };
   Put put(const TimedPose& pose, std::int64_t now_ns);
 
   enum class Kind : std::uint8_t { none, interpolated, extrapolated, stale, held };
   struct Sample {
-    // none: no pose has ever come; stale: held beyond the longest extrapolation; held: not yet at the next pose
+    // none: no pose has come yet. clamped: before the first pose, or before a teleport: the nearest pose as it is.
+    // stale: more than kExtrapolationMax_ns after the newest pose.
     Kind kind = Kind::none;
     bool teleported = false;  // a teleport lies between the last sample and this one
     Pose pose;
   };
-  // Between two poses: interpolated, but a teleport happens at once, at its own time. Before the first: that one. After
-  // the newest: along the last two for at most kExtrapolationMax_ns, then held there.
+  // Between two poses: interpolates, except that a teleport jumps at its capture time. Before the first pose: returns
+  // that pose. After the newest: extrapolates from the last two poses for at most kExtrapolationMax_ns, then stops
+  // there.
   Sample sample(std::int64_t time_ns);
 
   // When the newest pose was captured; none has come: nothing.
@@ -46,7 +48,7 @@ class PoseInbox {
  private:
   struct Held {
     TimedPose timed;
-    bool reported = false;  // its teleport has been told
+    bool reported = false;  // a sample has reported its teleport
   };
   Sample beyond_newest(std::int64_t time_ns) const;
   void forget_before(std::int64_t time_ns);

@@ -21,7 +21,7 @@ namespace hairnet::server {
 struct Room {
   struct Seat {
     Character* character = nullptr;
-    std::uint32_t occupancy = 0;  // counts who has sat here
+    std::uint32_t occupancy = 0;  // counts the characters that have had this slot
   };
   std::uint32_t index = 0;
   bool in_use = false;
@@ -31,7 +31,7 @@ struct Room {
   std::size_t member_count = 0;
   std::vector<Observer*> observers;
   Wind wind;
-  bool wind_changed = true;         // and the World not told
+  bool wind_changed = true;         // the World does not have it yet
   int stride_max = 1;               // of the frames its observers are sent
   std::int64_t empty_since_ns = 0;  // 0: it is not
 
@@ -42,7 +42,7 @@ struct Room {
 // turn is done in the same order in every run. Tick thread.
 class Rooms {
  public:
-  // Beyond `room_count_max` the room that has been empty longest does not get all of its grace.
+  // With more than `room_count_max` rooms, the room that has been empty longest is closed before its grace ends.
   Rooms(RoomCounters& counters, const Wind& wind, std::int64_t grace_ns, std::size_t room_count_max)
       : counters_(&counters), wind_(wind), grace_ns_(grace_ns), room_count_max_(room_count_max) {}
 
@@ -62,7 +62,8 @@ class Rooms {
   [[nodiscard]] Room& room(std::uint32_t index) { return rooms_[index]; }
   [[nodiscard]] std::map<CharacterKey, Character>& characters() { return characters_; }
   [[nodiscard]] const std::map<CharacterKey, Character>& characters() const { return characters_; }
-  // The same, to walk over: a map's nodes would each be waited for. Valid until one is added or removed.
+  // The same characters in one array, since iterating over a map misses the cache at each node. Valid until a character
+  // is added or removed.
   [[nodiscard]] std::span<Character* const> everyone();
   [[nodiscard]] std::map<SessionId, Observer>& observers() { return observers_; }
   [[nodiscard]] const std::map<SessionId, Observer>& observers() const { return observers_; }

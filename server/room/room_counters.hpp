@@ -13,7 +13,7 @@ struct RoomCounters : CounterSet {
       *this, "poses_rejected_out_of_order"};  // not newer than one already there, by sequence or capture time
   Counter poses_rejected_future{*this, "poses_rejected_future"};    // captured more than 1 s from now
   Counter poses_rejected_unknown{*this, "poses_rejected_unknown"};  // the character was removed while the pose waited
-  Counter poses_stale{*this, "poses_stale"};                        // samples held beyond the longest extrapolation
+  Counter poses_stale{*this, "poses_stale"};                        // samples beyond the longest extrapolation
   Counter poses_extrapolated{*this, "poses_extrapolated"};          // samples beyond the newest pose
 };
 

@@ -5,7 +5,7 @@
 
 namespace hairnet::server {
 
-// A rate limit: `burst` at once, `rate_per_s` in the long run.
+// A token bucket: allows `burst` at once and `rate_per_s` on average.
 class TokenBucket {
  public:
   TokenBucket(double rate_per_s, double burst, std::int64_t now_ns)

@@ -11,18 +11,18 @@ namespace hairnet::server {
 class Connection {
  public:
   virtual ~Connection() = default;
-  // Takes the bytes to be sent in order. Call it only while writable(); what waits is then bounded.
+  // Queues a packet to be sent in order. Call it only while writable(), which bounds the queue.
   virtual void send(std::vector<std::uint8_t> packet) = 0;
-  // Little enough waits to be sent; PacketSink::on_writable tells when it becomes so again.
+  // Whether the send queue has room. PacketSink::on_writable is called when it has room again.
   [[nodiscard]] virtual bool writable() const = 0;
-  // Sends what waits, within a moment, and closes. The sink is not called again. `reason` is for the log.
+  // Sends the queued packets, for up to two seconds, and closes. The sink is not called again. `reason` is for the log.
   virtual void close(std::string_view reason) = 0;
   [[nodiscard]] virtual std::string_view peer() const = 0;
   // What carries the packets, for the log: "tcp", "tls", "ws" or "wss".
   [[nodiscard]] virtual std::string_view transport() const { return "none"; }
 };
 
-// What a connection calls. I/O thread.
+// Receives the packets and events of a connection; implemented by Session. I/O thread.
 class PacketSink {
  public:
   virtual ~PacketSink() = default;

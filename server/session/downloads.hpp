@@ -34,8 +34,8 @@ class Downloads {
   struct Download {
     wire::GroomHash hash{};
     std::uint64_t offset = 0;
-    // Held for as long as they are sent, whatever becomes of the groom. Null: not yet read from disk, of which there is
-    // one a session at a time, so that those who ask for much do not fill the memory.
+    // Shared until all of it is sent, even if the groom is evicted. Null: not yet read from disk. A session reads one
+    // file at a time, so that many requests do not fill the memory.
     std::shared_ptr<const std::vector<std::uint8_t>> bytes;
     bool is_fetching = false, is_gone = false;
   };

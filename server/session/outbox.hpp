@@ -10,14 +10,14 @@
 
 namespace hairnet::server {
 
-// What waits to be sent to one client, in order: messages, within a bound of bytes, and the frames of a few ticks.
-// Frames are predicted from those before them, so they give way all together (make_way). The tick and I/O threads push,
-// the I/O thread takes.
+// The send queue of one session: messages, bounded in bytes, and the frames of a few ticks, in order. Frames are
+// predicted from earlier frames, so a full queue drops all of them together. The tick and I/O threads push; the I/O
+// thread takes.
 class Outbox final : public Outlet {
  public:
-  static constexpr std::size_t kTicksWaitingMax = 3;  // while the connection takes no more
-  // While the I/O thread has not come to see whether it does: a late server runs several ticks without a pause, and it
-  // is not the client who is slow.
+  static constexpr std::size_t kTicksWaitingMax = 3;  // while the connection is blocked
+  // While the I/O thread has not tried to send: a late server runs several ticks without a pause, which does not mean
+  // that the client is slow.
   static constexpr std::size_t kTicksUnseenMax = 8;
 
   Outbox(std::size_t control_bytes_max, SessionCounters& counters);
@@ -25,12 +25,12 @@ class Outbox final : public Outlet {
   void push(const wire::Message& message, std::int64_t now_ns) override;
   void push_frames(std::vector<FramePacket> packets) override;
   bool make_way() override;
-  // The session's last word: drops waiting frames, and all that is pushed later.
+  // Queues the goodbye as the last packet: drops the frames that wait, and everything pushed later.
   void push_goodbye(const wire::Goodbye& goodbye, std::int64_t now_ns);
 
   // The next packet, its clock set to `now_ns`. False when nothing waits.
   bool take(std::vector<std::uint8_t>& packet, std::int64_t now_ns);
-  // The connection takes no more; until the next take().
+  // The connection is not writable. Reset by the next take().
   void hold_back();
 
   // A message did not fit: the client misses it, so the session must end.

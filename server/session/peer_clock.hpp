@@ -8,8 +8,8 @@
 
 namespace hairnet::server {
 
-// A client's clock as the server follows it. The estimate jumps as better samples come and old ones leave; poses mapped
-// by it must not, so the offset in use slews towards it.
+// Converts a client's clock to the server's clock. The offset estimate jumps when better samples come and old ones are
+// dropped. Pose times must not jump, so the offset in use moves slowly towards the estimate.
 class PeerClock {
  public:
   static constexpr std::int64_t kClockMax_ns = wire::kTimeMax_ns;  // either sign; sums then cannot overflow

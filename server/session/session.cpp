@@ -48,7 +48,8 @@ void Session::on_packet(std::span<const std::uint8_t> packet, std::int64_t now_n
   }
   refuse({ErrorReason::malformed, std::string(to_string(decoded.error)) + ": " + decoded.detail}, now_ns);
   if (decoded.error == wire::DecodeError::invalid) {
-    // A sound packet with a value out of range: a wrong client, but still in step with us. It costs as a message does.
+    // The packet is well formed, but a value is out of range. The stream is still in sync, so the session goes on; the
+    // packet counts against the message rate.
     context_->counters.packets_invalid.add();
     heard_ns_ = now_ns;
     if (state_ == State::active) {
@@ -178,8 +179,8 @@ bool Session::join(const wire::Hello& hello, std::int64_t now_ns) {
   identity_.character_count_max = hello.role == wire::Role::observer ? 0 : limits.characters_per_session_max;
   if (context_->session_count >= limits.session_count_max) {
     counters.sessions_refused_full.add();
-    drain(GoodbyeReason::server_full, "the server holds its " + std::to_string(limits.session_count_max) + " clients",
-          now_ns);
+    drain(GoodbyeReason::server_full,
+          "the server is full: at most " + std::to_string(limits.session_count_max) + " clients", now_ns);
     return false;
   }
   Refused refused;
@@ -187,10 +188,11 @@ bool Session::join(const wire::Hello& hello, std::int64_t now_ns) {
   if (!wire::is_room_name(hello.room))
     refused = {ErrorReason::room_invalid, "a room's name is at most 64 of a-z A-Z 0-9 . _ -"};
   else if (room.sessions == 0 && context_->rooms.room_count() >= limits.room_count_max)
-    refused = {ErrorReason::limit_exceeded, "the server holds its " + std::to_string(limits.room_count_max) + " rooms"};
+    refused = {ErrorReason::limit_exceeded,
+               "the server is full: at most " + std::to_string(limits.room_count_max) + " rooms"};
   else if (room.sessions >= limits.sessions_per_room_max)
     refused = {ErrorReason::limit_exceeded,
-               "the room holds its " + std::to_string(limits.sessions_per_room_max) + " clients"};
+               "the room is full: at most " + std::to_string(limits.sessions_per_room_max) + " clients"};
   if (refused) {
     counters.sessions_refused_room.add();
     end(refused, GoodbyeReason::room_refused, now_ns);
@@ -298,15 +300,15 @@ void Session::on_add_character(wire::AddCharacter add, std::int64_t now_ns) {
                "at most " + std::to_string(identity_.character_count_max) + " characters a session"};
   else if (context_->rooms.count(identity_.room).characters >= limits.characters_per_room_max)
     refused = {ErrorReason::limit_exceeded,
-               "the room holds its " + std::to_string(limits.characters_per_room_max) + " characters"};
+               "the room is full: at most " + std::to_string(limits.characters_per_room_max) + " characters"};
   else if (context_->character_count >= limits.character_count_max)
     refused = {ErrorReason::limit_exceeded,
-               "the server holds its " + std::to_string(limits.character_count_max) + " characters"};
+               "the server is full: at most " + std::to_string(limits.character_count_max) + " characters"};
   else
     refused = context_->grooms.hold(id(), add.groom);
   if (!refused && add.state) {
     if (std::string fault = wire::validate(*add.state); !fault.empty()) {
-      // The hair starts at rest; the character is none the worse.
+      // The character is added without the state: its hair starts at rest.
       context_->counters.states_refused.add();
       refuse({ErrorReason::state_invalid, std::move(fault)}, now_ns, add.character, add.groom);
       add.state.reset();
@@ -497,7 +499,7 @@ void Session::refuse(const Refused& refused, std::int64_t now_ns, std::uint32_t 
 }
 
 void Session::send(const wire::Message& message, std::int64_t now_ns) {
-  if (state_ == State::closed || !connection_) return;  // who resumes is told anew
+  if (state_ == State::closed || !connection_) return;  // a resumed session gets it again
   outbox_->push(message, now_ns);
   flush(now_ns);
 }

@@ -25,7 +25,7 @@
 
 namespace hairnet::server {
 
-// What all sessions share. The I/O thread's, but for `tick`.
+// What all sessions share. I/O thread; `tick` is written by the tick thread.
 struct SessionContext {
   SessionLimits limits;
   SessionCounters& counters;
@@ -38,7 +38,7 @@ struct SessionContext {
   std::optional<channel::TokenKey> token_key = {};                             // none: no tokens are asked for
   std::function<std::int64_t()> unix_time_s = [] { return std::int64_t{0}; };  // for tokens
   SessionDirectory* directory = nullptr;
-  std::size_t session_count = 0;    // that were welcomed and have not left
+  std::size_t session_count = 0;    // sessions that have joined a room and not left it
   std::size_t character_count = 0;  // of all sessions
   RoomCensus rooms = {};
 };
@@ -60,16 +60,16 @@ class Session final : public PacketSink {
   void send(const wire::Message& message, std::int64_t now_ns);
   void flush(std::int64_t now_ns);  // as much of the outbox as the connection takes
   void poll(std::int64_t now_ns);   // time-outs and slow consumers
-  // Says goodbye, sends what waits and closes. The characters leave at once.
+  // Removes the characters, queues the goodbye, sends the queue and closes.
   void drain(wire::GoodbyeReason reason, std::string detail, std::int64_t now_ns);
 
   // What GroomDesk::fetch was asked for; null when it could not be read.
   void on_groom_read(const wire::GroomHash& groom, std::shared_ptr<const std::vector<std::uint8_t>> bytes,
                      std::int64_t now_ns);
-  // The session may not have the groom after all: its characters of it leave.
+  // The session may not use the groom any more: removes the characters that wear it.
   void lose_groom(const wire::GroomHash& groom);
 
-  // Another connection goes on with this session: it ends without leaving the room.
+  // Gives the identity to the session of a new connection. This session ends without leaving the room.
   SessionIdentity surrender(std::int64_t now_ns);
 
   [[nodiscard]] SessionId id() const { return identity_.id; }
@@ -108,12 +108,12 @@ class Session final : public PacketSink {
   Refused check_pose(const wire::PoseSample& sample);
   void refuse(const Refused& refused, std::int64_t now_ns, std::uint32_t character = 0,
               const wire::GroomHash& groom = {});
-  // Passes a command on; else says that it was not.
+  // Queues a command for the tick; refused when the queue is full.
   Refused put(Command command, std::size_t weight = 1);
-  bool take_message(std::int64_t now_ns);   // of its rate; false: it has ended, with over_rate
+  bool take_message(std::int64_t now_ns);   // counts against the rate; false: the session ends with over_rate
   void remove(std::uint32_t character);     // one that there is
   bool send_download(std::int64_t now_ns);  // the next piece of a groom; false when there is none
-  void leave(std::int64_t now_ns);          // gives back everything held in the room and at the groom desk
+  void leave(std::int64_t now_ns);          // leaves the room, and releases its characters and grooms
   void close(std::string_view reason, std::int64_t now_ns);
 
   SessionIdentity identity_;
@@ -128,7 +128,7 @@ class Session final : public PacketSink {
   std::int64_t opened_ns_, heard_ns_;
   std::int64_t full_since_ns_ = 0;  // the connection has taken nothing since; 0 = it does
   std::int64_t drain_since_ns_ = 0, detached_since_ns_ = 0;
-  std::int64_t pose_error_next_ns_;  // errors about poses are held to one a second
+  std::int64_t pose_error_next_ns_;  // at most one error about poses is sent a second
   bool joined_ = false;              // the room knows the session
 };
 

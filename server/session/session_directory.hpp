@@ -13,7 +13,7 @@ namespace hairnet::server {
 
 class Session;
 
-// What of a session outlives its connection.
+// The part of a session that survives its connection and moves to the session that resumes it.
 struct SessionIdentity {
   SessionId id = 0;
   wire::SessionSecret secret{};
@@ -25,12 +25,12 @@ struct SessionIdentity {
   std::unordered_map<std::uint32_t, wire::GroomHash> characters;
 };
 
-// Where a session that greets with another's secret becomes that one. I/O thread.
+// Finds the session that a new connection resumes. I/O thread.
 class SessionDirectory {
  public:
   virtual ~SessionDirectory() = default;
-  // `heir` takes the place of the session `id`, whose connection is lost or ends with this; none when there is no such
-  // session or the secret is another's.
+  // Replaces the session `id` by `heir` and returns its identity. A connection that the session still has is closed.
+  // None when there is no such session or the secret is wrong.
   virtual std::optional<SessionIdentity> take_over(Session& heir, SessionId id, const wire::SessionSecret& secret,
                                                    std::int64_t now_ns) = 0;
 };

@@ -6,8 +6,8 @@
 namespace hairnet::server {
 
 struct SessionLimits {
-  // Of sessions that were welcomed, those that wait for their client included; as many connections may be without a
-  // welcome, so that a client finds its session also in a full server.
+  // Sessions that have joined, detached ones included. As many connections again may wait for their Welcome, so that a
+  // client can resume its session when the server is full.
   std::size_t session_count_max = 256;
   std::size_t character_count_max = 4096;  // of all sessions
   std::size_t characters_per_session_max = 1024;
@@ -18,13 +18,13 @@ struct SessionLimits {
   std::size_t characters_per_room_max = 65'536;
   std::size_t downloads_per_session_max = 64;  // grooms of others, asked for and not yet sent
   bool wind_from_clients = true;               // any of them may set the wind of its room
-  double messages_per_s = 1000;   // groom bytes that were asked for are free
+  double messages_per_s = 1000;                // groom bytes that were asked for are free
   double messages_burst = 2000;
   double poses_per_s = 200'000;
   double poses_burst = 200'000;
   std::int64_t handshake_timeout_ns = 5'000'000'000;
   std::int64_t idle_timeout_ns = 60'000'000'000;
-  std::int64_t resume_grace_ns = 10'000'000'000;  // that a session outlives its connection; 0: not at all
+  std::int64_t resume_grace_ns = 10'000'000'000;   // that a session outlives its connection; 0: not at all
   std::int64_t slow_consumer_ns = 10'000'000'000;  // without any progress of a full connection
   std::int64_t drain_timeout_ns = 2'000'000'000;
 };

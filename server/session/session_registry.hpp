@@ -15,8 +15,8 @@ class SessionRegistry final : public SessionDirectory {
  public:
   explicit SessionRegistry(SessionContext& context) : context_(&context) { context.directory = this; }
 
-  // Null when the server is full or drains: the connection has then been told so and is closed. The sink lives until
-  // the poll after it has closed the connection or was told of its end.
+  // Null when the server is full or draining: the connection has then been sent a Goodbye and closed. The sink lives
+  // until the first poll() after the connection is closed.
   PacketSink* open(std::shared_ptr<Connection> connection, std::int64_t now_ns);
   std::optional<SessionIdentity> take_over(Session& heir, SessionId id, const wire::SessionSecret& secret,
                                            std::int64_t now_ns) override;

@@ -25,7 +25,7 @@ struct Rung {
   std::uint8_t stride;
 };
 
-// Shares of what is available, far enough apart that noise does not make the one out of the other.
+// Fractions of the available time, far enough apart that noise does not cross both.
 constexpr double kEntitledLeast = 0.8, kEntitledMost = 1.0;
 
 // What a character climbs, by the finest level asked for. What would cost more than a finer rung and err more is left
@@ -49,7 +49,7 @@ constexpr auto kRungErrors = [] {
   return errors;
 }();
 
-// What an error of hair counts: its size on screen, and how lively the head is. Still heads have hair too.
+// The weight of a character's error: its size on screen times 0.5 (the head is still) to 1 (it moves fast).
 double weight_of(const BudgetCharacter& c) {
   constexpr double kLeast = 1e-3, kMost = 2, kStill = 0.5, kLively_m_per_s = 1, kHairLength_m = 0.2;
   const double size = c.importance > kLeast ? std::min<double>(c.importance, kMost) : kLeast;
@@ -63,7 +63,7 @@ LevelIndex finest(const BudgetCharacter& c) {
   return c.levels_ready ? c.wanted : LevelIndex::rigid;
 }
 
-// A sleeper's hair is not stepped and not sent, and another level would wake it.
+// Whether an asleep character keeps its level. It costs nothing, and a change of level would wake it.
 bool may_sleep_on(const BudgetCharacter& c) {
   return c.asleep && !c.now.held && c.now.level >= finest(c) && (c.now.level != rigid || finest(c) == rigid);
 }
@@ -208,8 +208,8 @@ class Chooser {
     return fits;
   }
 
-  // Those who have more than their share, were it even larger, give way to those who have less than theirs, were it
-  // even smaller. What shares leave is nobody's.
+  // Lowers characters that cost more than kEntitledMost of their fair share, and raises characters that have less than
+  // kEntitledLeast of theirs. The remainder of the shares is not spent.
   void give_way() {
     s_.entitled.resize(s_.items.size());
     fill_budget(share_of(kEntitledLeast), s_.items, s_.fill, s_.entitled, Rest::left);

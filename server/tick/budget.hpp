@@ -12,7 +12,7 @@
 
 namespace hairnet::server {
 
-// How a character is stepped, and sent at most.
+// A character's level of detail: the level of its lattice, and how often it is stepped and sent.
 struct Lod {
   LevelIndex level = LevelIndex::rigid;
   std::uint8_t stride = 1;
@@ -20,9 +20,9 @@ struct Lod {
   friend bool operator==(const Lod&, const Lod&) = default;
 };
 
-// One character as the rule sees it.
+// One character as input to choose_levels().
 struct BudgetCharacter {
-  std::uint64_t key = 0;  // its own among all: orders those that are alike otherwise
+  std::uint64_t key = 0;  // unique; breaks ties between characters that are equal otherwise
   std::uint64_t session = 0;
   std::uint32_t room = 0;
   std::uint32_t observer_count = 0;  // that its frames go to
@@ -65,8 +65,9 @@ struct BudgetScratch {
   FillScratch fill;
 };
 
-// The rule is in README.md, "Budget". Its result depends on nothing but the arguments, and not on the order of
-// `characters`; `chosen[i]` is theirs, as many. Keys must differ.
+// Chooses the Lod of every character; README.md, "Budget", has the rule. Pure: the result depends on the arguments
+// only, and not on the order of `characters`. Writes `chosen[i]` for `characters[i]`; both have the same size. Keys
+// must be unique.
 BudgetReport choose_levels(const BudgetTerms& terms, std::span<const BudgetCharacter> characters,
                            BudgetScratch& scratch, std::span<Lod> chosen);
 

@@ -6,8 +6,8 @@
 
 namespace hairnet::server {
 
-// What stepping one character takes, by level and stride, as measured while it runs. What has not been measured yet is
-// the table's figure times what has been measured over the table's.
+// The measured time to step one character, by level and stride. Where nothing has been measured yet, it is the table's
+// time times this machine's measured ratio to the table.
 class CostEstimate {
  public:
   explicit CostEstimate(double tick_s);

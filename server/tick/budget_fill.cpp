@@ -120,8 +120,8 @@ class ClientFill {
   std::span<std::uint8_t> rungs_;
 };
 
-// One step each for those who gain most by it, while there is anything left. While someone still lacks an even rung
-// nobody goes beyond.
+// Spends the remaining time on the steps that gain most, one step an item. No item goes beyond its even rungs while
+// another item lacks one of its own.
 void spend_rest(std::int64_t left_ns, std::span<const BudgetItem> items, std::vector<FillStep>& steps,
                 std::span<std::uint8_t> rungs) {
   steps.clear();

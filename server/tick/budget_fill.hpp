@@ -44,8 +44,9 @@ enum class Rest : std::uint8_t { left, spent };
 
 // Rungs for as much as `budget_ns` buys, for items in order of room, session and key: shared between rooms, then
 // between a room's clients, max-min fair; within a client the even rungs first, then by error taken away for the time.
-// What is left of shares too small for a step goes to whoever gains most by it, unless it is to be left. All at rung 0
-// when not even that fits. A rung that an item has now is worth kKeep as much. Returns what it all costs.
+// Remainder::spend gives the time that shares could not use to the items that gain most. When not even rung 0 of all
+// items fits, all get rung 0. The rung that an item has now is worth kKeep times as much. Returns the cost of the
+// result.
 std::int64_t fill_budget(std::int64_t budget_ns, std::span<const BudgetItem> items, FillScratch& scratch,
                          std::span<std::uint8_t> rungs, Rest rest);
 

@@ -15,9 +15,9 @@ struct TickGuardDef {
 // caches): their ratio to the truth is a trust that is learnt here. Two ticks of four beyond the share cut it at once,
 // by as much as they were beyond; it comes back the faster the further ticks stay within the share.
 //
-// However well the mean is kept, noise makes some ticks longer than a tick may last. Each of those widens a margin a
-// little, and it narrows so slowly that a few in ten thousand are as many as keep it where it is. What is wanted comes
-// first: the margin is kept where much more is wanted than there is, and is none where all of it fits.
+// Noise makes some ticks overrun even when the mean is on target. Each overrun widens a safety margin a little. The
+// margin narrows so slowly that a few overruns in ten thousand ticks keep it constant. It applies only where more work
+// is wanted than fits; when all of it fits, there is no margin.
 class TickGuard {
  public:
   explicit TickGuard(const TickGuardDef& def);

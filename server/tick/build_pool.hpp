@@ -10,8 +10,8 @@
 
 namespace hairnet::server {
 
-// Runs the loops of a groom's build on the calling thread and others, which take over its priority. A loop's body may
-// run a loop in turn. Made for one build and gone after it: threads cost nothing beside a build.
+// Runs the parallel loops of a groom's build on the calling thread and helper threads of the same priority. Loops may
+// be nested. Each build makes its own pool: starting threads costs little beside a build.
 class BuildPool {
  public:
   explicit BuildPool(std::size_t thread_count);  // the caller is one of them
@@ -31,7 +31,7 @@ class BuildPool {
   void run_next(Loop& loop, std::unique_lock<std::mutex>& lock);
   Loop* open_loop();
 
-  // Held but while a body runs. Bodies take milliseconds; there is nothing to gain from more than one lock.
+  // Locked except while a body runs. Bodies take milliseconds, so one lock is enough.
   std::mutex mutex_;
   std::condition_variable begun_, ended_;
   std::list<Loop> loops_;  // the outermost, which have the largest bodies, first

@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kPartSuffix = ".part-";
-constexpr auto kWriting = std::chrono::hours(1);  // longer, and who wrote it is dead
+constexpr auto kWriting = std::chrono::hours(1);  // an older partial file was left by a server that died
 constexpr std::size_t kHashDigits = 2 * sizeof(wire::GroomHash);
 constexpr std::string_view kDigits = "0123456789abcdef";
 
@@ -123,7 +123,7 @@ CacheFolder::CacheFolder(CacheFolderDef def, Counter& written, Counter& writes_f
 }
 
 CacheFolder::Found CacheFolder::read(const wire::GroomHash& groom) const {
-  // Not blocking: whatever else may lie there under that name, a pipe among them, must not hold its reader up.
+  // O_NONBLOCK: the name may belong to a pipe, and opening a pipe would block.
   const Descriptor file(::open(path_of(groom).c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (!file && (errno == ENOENT || errno == ENOTDIR)) return {Outcome::absent, {}};
   struct stat status {};

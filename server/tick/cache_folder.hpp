@@ -21,11 +21,10 @@ struct CacheFolderDef {
   std::string contents;            // what its files hold, for people
 };
 
-// Files of a folder, each named by the hash of a groom, within a bound of bytes: those used least lately go first.
-// Files are written apart and renamed into place, so that any number of servers may share a folder, and a file that is
-// found was written to its end; whether it is what it says, its reader checks. Files of other names are left alone, and
-// so caches of other suffixes may lie in the same folder. Nothing of the disk's is a failure: what cannot be written is
-// counted, and warned of once. One thread.
+// An LRU cache of files in one folder, bounded in bytes. Each file is named by the hash of a groom. A file is written
+// under a temporary name and renamed, so several servers may share the folder and never find half a file; the reader
+// checks its content. Files with other names or suffixes are not touched. A disk error is no failure of the server: it
+// is counted, and one warning is logged. One thread.
 class CacheFolder {
  public:
   // Makes the folder (and its parents) when it is not there. The counters must outlive it.

@@ -51,20 +51,20 @@ struct GroomBuilderDef {
   std::int64_t build_ns_max = 600'000'000'000;  // builders yield to everyone, so a busy machine takes long
 };
 
-// Uploaded bytes to levels: check the hash, decode, build, or read from the caches what there was before. A second of
-// work, so it has a thread of low priority of its own, which brings others like it for a build; the I/O thread puts
-// jobs and takes results.
+// Makes levels of uploaded bytes: checks the hash, decodes, and builds the levels or reads them from the cache. That
+// takes about a second, so it runs on a thread of low priority, which starts more such threads for each build. The I/O
+// thread puts jobs and takes results.
 class GroomBuilder {
  public:
   explicit GroomBuilder(const GroomBuilderDef& def);
 
   // I/O thread. False when the queue is full.
   bool try_put(GroomJob& job);
-  // Whether the groom cache seemed to have it lately. Never asks the disk.
+  // Whether the groom cache had the groom when its folder was last listed. Does not read the disk.
   [[nodiscard]] bool keeps(const wire::GroomHash& groom) const { return def_.grooms && def_.grooms->keeps(groom); }
   // Reads a groom from the cache, in turn with jobs.
   void read(const wire::GroomHash& groom);
-  // Has the cache's folder looked through again.
+  // Lists the cache's folder again, on the builder's thread.
   void refresh();
   bool take(GroomResult& result) { return results_.take(result); }
 

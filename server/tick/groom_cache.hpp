@@ -13,9 +13,9 @@
 
 namespace hairnet::server {
 
-// Uploaded groom files on disk, a file a groom, named by its hash, so that no client need upload again what one has
-// uploaded to a server before. A file is used only when its bytes have the hash of its name; else it is removed and
-// counts as absent. See CacheFolder. The builder's thread, but for keeps().
+// A cache of uploaded groom files on disk, named by their hashes, so that a groom is uploaded once for all servers and
+// restarts. A file whose bytes do not have the hash of its name is removed and counts as absent. See CacheFolder.
+// Builder thread; is_cached() is for any thread.
 class GroomCache {
  public:
   using Bytes = std::shared_ptr<const std::vector<std::uint8_t>>;

@@ -90,7 +90,7 @@ Refused GroomStore::offer(SessionId session, const wire::GroomOffer& offer, std:
 Refused GroomStore::offer_known(Grooms::iterator groom, SessionId session, const wire::GroomOffer& offer,
                                 std::int64_t now_ns) {
   Entry& entry = groom->second;
-  // Until the bytes are known to be those of the hash, who offered it first may be wrong about their number.
+  // The first offer may state a wrong size; it is known only once the bytes have been checked against the hash.
   const bool is_known = entry.state == State::building || entry.state == State::ready;
   const bool uploads = entry.state == State::uploading && entry.uploader == session;
   if ((is_known || uploads) && entry.byte_count != offer.byte_count) {
@@ -180,7 +180,7 @@ Refused GroomStore::make_place() {
   while (grooms_.size() >= limits_.groom_count_max) {
     if (evict_one()) continue;
     counters_->grooms_refused_limit.add();
-    return {ErrorReason::limit_exceeded, "the server holds its grooms' number"};
+    return {ErrorReason::limit_exceeded, "the server has its maximum number of grooms"};
   }
   return {};
 }
@@ -387,7 +387,7 @@ void GroomStore::take(GroomResult result, std::int64_t now_ns) {
     case GroomResult::Outcome::refused:
       return take_refused(groom, result, now_ns);
     case GroomResult::Outcome::absent:
-      return pass_on(groom, now_ns);  // as if it had never been there: whoever has offered it is asked for it
+      return pass_on(groom, now_ns);  // the cache lost it: ask a session that has offered it for the upload
     case GroomResult::Outcome::read:
       break;
   }
@@ -450,7 +450,7 @@ void GroomStore::take_refused(Grooms::iterator groom, const GroomResult& result,
   Entry& entry = groom->second;
   const bool is_there = entry.holders.contains(entry.uploader);
   entry.received = 0;
-  // Who went on with another's upload is asked for all of it before it is blamed.
+  // The bytes came from several uploaders: ask the last one for all of them before it is refused.
   if (entry.is_mixed && is_there) {
     await_upload(groom, entry.uploader, now_ns);
     entry.is_asked_anew = true;

@@ -22,7 +22,7 @@ struct GroomStoreLimits {
   std::size_t level_bytes_max = std::size_t{1} << 30;     // of all levels, and of the files of their grooms
   std::size_t groom_count_max = 1024;
   std::size_t grooms_per_session_max = 64;
-  std::size_t strands_per_session_max = 1'000'000;  // of all grooms that a session holds
+  std::size_t strands_per_session_max = 1'000'000;  // of all grooms that a session uses
   double upload_bytes_per_s = 16.0 * (1 << 20);     // of a session, as announced
   double upload_burst_bytes = 256.0 * (1 << 20);
   std::size_t build_queue_max = 16;
@@ -31,20 +31,20 @@ struct GroomStoreLimits {
   GroomLimits groom;
 };
 
-// What a store says to sessions.
+// How the store calls back: messages, files and revoked grooms for a session.
 struct GroomListener {
   std::function<void(SessionId, const wire::Message&, std::int64_t now_ns)> tell;
   // What fetch() was asked for; null when it could not be read.
   std::function<void(SessionId, const wire::GroomHash&, std::shared_ptr<const std::vector<std::uint8_t>>,
                      std::int64_t now_ns)>
       deliver;
-  // The session may not have the groom that it held: its characters of it have to go.
+  // The session may not use the groom any more: its characters that wear it must be removed.
   std::function<void(SessionId, const wire::GroomHash&, std::int64_t now_ns)> lose;
 };
 
-// Grooms by content, from offer to levels. One upload serves all who offer the same hash; when its uploader leaves or
-// stalls, the next who has offered it goes on from there. What the builder's cache keeps is not uploaded at all. Grooms
-// that no session holds stay as long as there is room. I/O thread.
+// All grooms by content hash, from offer to built levels. Sessions that offer the same hash share one upload; when the
+// uploader leaves or stalls, another session that has offered the groom continues it. A groom in the cache is not
+// uploaded. A groom that no session uses stays until its memory is needed. I/O thread.
 class GroomStore final : public GroomDesk {
  public:
   using Bytes = std::shared_ptr<const std::vector<std::uint8_t>>;
@@ -60,7 +60,7 @@ class GroomStore final : public GroomDesk {
   bool fetch(SessionId session, const wire::GroomHash& groom) override;
   [[nodiscard]] bool keeps(const wire::GroomHash& groom) const override { return builder_->keeps(groom); }
   void release(SessionId session, std::int64_t now_ns) override;
-  // An uploader that sends one groom after the other does not stall in those that wait for their turn.
+  // An upload has not stalled while its uploader sends chunks of another groom.
   void poll(std::int64_t now_ns);  // results of the builder, stalled uploads
 
   [[nodiscard]] bool ready(const wire::GroomHash& groom) const;
@@ -84,10 +84,10 @@ class GroomStore final : public GroomDesk {
     std::vector<std::vector<std::uint8_t>> chunks;
     SessionId uploader = 0;
     bool is_mixed = false;       // what was received is of several uploaders
-    bool is_asked_anew = false;  // of its uploader, which may still be sending what it was asked for before
+    bool is_asked_anew = false;  // asked a second time: the uploader may still be sending the bytes asked for first
     std::int64_t asked_ns = 0;   // when its uploader was asked for it
     std::map<SessionId, std::uint64_t>
-        holders;                   // its bytes as they have offered it, and so can upload it; 0: they have not
+        holders;                   // the size that each has offered; 0: has not offered, so it cannot upload
     std::size_t upload_bytes = 0;  // its part of all uploads'
     std::size_t level_bytes = 0;   // once ready; those of the file among them
     Bytes bytes;                   // of the file, from building on
@@ -103,7 +103,7 @@ class GroomStore final : public GroomDesk {
 
   static wire::GroomState state_of(const Entry& entry);
   Account& account(SessionId session, std::int64_t now_ns);
-  // Why a session may not hold the groom (grooms_.end(): one that is not here) beside those it holds; counted.
+  // Why a session may not use the groom (grooms_.end(): not in memory) in addition to those it uses. Counts refusals.
   Refused check_hold(SessionId session, Grooms::const_iterator groom);
   [[nodiscard]] bool is_over_strands(SessionId session, Grooms::const_iterator groom) const;
   [[nodiscard]] std::uint64_t strand_count_max(SessionId session) const;
@@ -134,7 +134,7 @@ class GroomStore final : public GroomDesk {
   void tell_state(Grooms::const_iterator groom, wire::GroomState state, std::int64_t now_ns);
   void set_upload_bytes(Entry& entry, std::size_t bytes);
   void erase(Grooms::iterator groom);
-  bool evict_one();  // the least recently used of those ready and not held
+  bool evict_one();  // the least recently used ready groom that no session uses
 
   GroomStoreLimits limits_;
   GroomBuilder* builder_;

@@ -14,8 +14,8 @@ namespace hairnet::server {
 
 // Built levels on disk, a file a groom, so that a server need not build what one before it has built. A file is used
 // only when it is whole, of this build and this groom, and its levels are sound; else it counts as absent, and the next
-// put replaces it. Whoever can write to the folder can give every character other hair, though never an unsound level:
-// it should be the server's own. See CacheFolder. The builder's thread.
+// put replaces it. A process that can write to the folder can replace every character's hair, though only by valid
+// levels: the folder should belong to the server alone. See CacheFolder. Builder thread.
 class LevelCache {
  public:
   LevelCache(std::filesystem::path folder, std::uint64_t bytes_max, LevelCacheCounters& counters);

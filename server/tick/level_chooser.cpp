@@ -88,7 +88,7 @@ void LevelChooser::choose(Rooms& rooms, const Simulation& simulation, wire::Reco
 
 void LevelChooser::apply(Character& character, const Lod& lod, wire::RecordedTick& inputs) {
   LevelIndex level = lod.level;
-  // What an owner brought is for one level: there it goes on from, and elsewhere later.
+  // A hair state fits one level only: start at that level and change later.
   if (character.state && character.level == LevelIndex::rigid && level != LevelIndex::rigid)
     level = std::max(character.state->level, character.finest);
   const bool ready = level != LevelIndex::rigid;

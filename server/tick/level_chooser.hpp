@@ -19,13 +19,13 @@ struct LevelChooserDef {
   ClockNs now_ns = nullptr;  // null: nothing is measured, and everyone gets what is asked for
 };
 
-// Gives every character its level, stride and holding, from what is measured: budget.hpp has the rule, this what goes
-// into it and what comes of it. Tick thread.
+// Chooses every character's level and stride, and whether it is suspended, from measured times. Collects the inputs of
+// choose_levels() (budget.hpp) and applies its result. Tick thread.
 class LevelChooser {
  public:
   LevelChooser(const LevelChooserDef& def, TickCounters& counters);
 
-  // What the tick's inputs are told of changes. `simulation` is as of the last tick.
+  // Appends the changes to `inputs`. `simulation` is in the state of the last tick.
   void choose(Rooms& rooms, const Simulation& simulation, wire::RecordedTick& inputs);
 
   // What the tick took: in steps, and in all. Publishing left its times with rooms, observers and characters.
@@ -44,7 +44,7 @@ class LevelChooser {
   std::array<double, kLevelCount> encode_s_{};  // of a frame, smoothed
   double send_s_ = 0;
   double wanted_s_ = 0;  // as last predicted
-  bool over_ = false;  // the last tick took more than it may
+  bool over_ = false;    // the last tick took more than it may
   std::vector<Character*> placed_;
   std::vector<BudgetCharacter> budgeted_;
   std::vector<Lod> chosen_;

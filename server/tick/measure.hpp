@@ -7,7 +7,7 @@
 
 namespace hairnet::server {
 
-// Counts the characters by level and state, after a step. A walk over all of them: once a second will do.
+// Sets the gauges that count characters by level and state. Visits all characters, so call it about once a second.
 void measure(const Rooms& rooms, const Simulation& simulation, TickGauges& gauges);
 
 }  // namespace hairnet::server

@@ -10,7 +10,7 @@ using codec::ErrorClass;
 
 constexpr std::uint64_t kStrideMax = wire::kStrideMax;
 
-// The class asked for, or the first coarser one whose 16 bits hold any displacement of the level.
+// The error class asked for, or the next coarser one whose 16-bit integers cover every displacement of the level.
 ErrorClass holding_class(ErrorClass wanted, const Level* level) {
   auto index = static_cast<std::size_t>(wanted);
   while (level && index + 1 < codec::kErrorClassCount && 32767 * codec::kStep_m[index] < level->displacement_max_m)
@@ -177,7 +177,7 @@ void Publisher::encode(const Terms& terms, Character& character) const {
   const auto strides =
       static_cast<std::uint64_t>(std::max(terms.rooms.room(character.room).stride_max, character.stride));
   std::uint64_t kept_ticks = codec::kHistoryMax * strides;
-  for (const FrameVariant& v : variants)  // who was at a longer stride until now still refers to frames at that
+  for (const FrameVariant& v : variants)  // an observer whose stride was longer until now still refers to older frames
     kept_ticks = std::max(kept_ticks, std::uint64_t{v.order} * v.stride);
   const std::uint64_t keep_from = tick - std::min(tick, kept_ticks);
   std::array<codec::Integers*, codec::kErrorClassCount> integers{};

@@ -20,8 +20,9 @@ struct PublishDef {
   ClockNs now_ns = nullptr;             // null: times are not measured
 };
 
-// From lattices to each observer's packets: what changed is looked at, then each observer says which coding of it it
-// can decode, then each coding is made once, then packets are put together. Tick thread, workers.
+// Makes each observer's packets from the lattices, in four parallel loops: find the characters that changed; choose for
+// each observer an encoding that it can decode; make each encoding once; put the packets together. Tick thread and
+// workers.
 class Publisher {
  public:
   Publisher(const PublishDef& def, TickCounters& counters) : def_(def), counters_(&counters) {}

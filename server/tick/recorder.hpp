@@ -16,8 +16,8 @@
 
 namespace hairnet::server {
 
-// Writes the recording. The tick thread puts, the recorder's thread writes; the tick never waits for a disk. What
-// cannot be written (a full disk, a writer too slow) ends the recording: what the file holds until then is whole.
+// Writes the recording. The tick thread queues entries and the recorder's thread writes them, so a tick never waits for
+// the disk. A full disk or a full queue ends the recording; the file is then valid up to that point.
 class Recorder {
  public:
   using Bytes = std::shared_ptr<const std::vector<std::uint8_t>>;

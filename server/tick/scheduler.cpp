@@ -249,18 +249,18 @@ void Scheduler::sample_pose(Character& character, Histogram::Tally& ages) {
   character.observer_count = 0;
   const PoseInbox::Sample sample = rooms_.sample(character, inputs_.sample_time_ns);
   if (sample.kind == PoseInbox::Kind::none) return;
-  // Of a clock that is ahead of ours a pose may come from a moment later than the tick. Beyond kAgeMax_ns no pose
-  // would have been taken: then there is no delay to speak of but silence, as of a client that may yet come back.
+  // A client's clock may be ahead of ours, so a pose may be newer than the tick: its age is then 0. An age above
+  // kAgeMax_ns means that the client is silent, not that its poses are late, so it is not counted.
   const std::int64_t tick_ns = inputs_.sample_time_ns + def_.pose_delay_ns;
   const std::int64_t age_ns = std::max<std::int64_t>(0, tick_ns - *character.inbox.newest_ns());
   if (age_ns <= PoseInbox::kAgeMax_ns) ages.observe(static_cast<double>(age_ns) * 1e-9);
-  // An extrapolation may leave the bounds that poses are held to, and clients hold frames to.
+  // An extrapolated pose may be out of range. Clients reject frames with such poses.
   if (wire::validate_pose(sample.pose) != wire::PoseRefusal::none) return;
-  // What the step uses is what the frame and the recording say, bit for bit.
+  // The step uses the quantised pose, so that frames and the recording have exactly the same pose.
   const codec::Integers before = character.bones;
   codec::quantise_pose(sample.pose, character.placed ? &before : nullptr, character.bones);
   if (character.placed && !sample.teleported && before.bones == character.bones.bones)
-    return note_motion(character, 0, 0);  // the World holds it
+    return note_motion(character, 0, 0);  // the World has this pose already
   const Pose pose_before = std::exchange(character.pose, codec::dequantise_pose(character.bones));
   character.pose_changed = true;
   character.pose_teleported = sample.teleported;
@@ -269,13 +269,14 @@ void Scheduler::sample_pose(Character& character, Histogram::Tally& ages) {
   note_motion(character, (to.position - from.position).norm(), to.rotation.angularDistance(from.rotation));
 }
 
-// Hair that its owner saw until a moment ago is not shown rigid for the moment that its levels take to be there again.
+// A character with a hair state waits up to kStateWait_s for its levels, so that its owner does not see rigid hair for
+// a moment after a server restart.
 bool Scheduler::awaits_levels(Character& character) const {
   return character.state && !simulation_.has_levels(character.groom) &&
          character.state_ticks++ < kStateWait_s * static_cast<std::uint64_t>(def_.tick_rate_hz);
 }
 
-// Rigid at first; its level is chosen in the same tick when there is one.
+// Adds the character to the World on the rigid level; when its levels are ready, one is chosen in the same tick.
 void Scheduler::place(Character& character) {
   const bool ready = simulation_.has_levels(character.groom);
   character.placed = true;

@@ -26,7 +26,7 @@ class Simulation {
   [[nodiscard]] std::shared_ptr<const LevelSet> levels(const wire::GroomHash& groom) const;
   [[nodiscard]] bool has_levels(const wire::GroomHash& groom) const { return levels_.contains(groom); }
 
-  // Applies what a tick was told and makes the step: removed, added, levels, materials, strides, holds, states,
+  // Applies what a tick was told and makes the step: removed, added, levels, materials, strides, suspensions, states,
   // winds, poses, in this order.
   // What names no character is ignored, and so is an addition beyond the world's bound.
   StepReport step(const wire::RecordedTick& inputs);

@@ -22,7 +22,7 @@ struct TickGauges : GaugeSet {
   Gauge characters_at_rigid{*this, "characters_at_rigid"};
   Gauge characters_in_state_stepped{*this, "characters_in_state_stepped"};
   Gauge characters_in_state_asleep{*this, "characters_in_state_asleep"};    // at rest
-  Gauge characters_in_state_held{*this, "characters_in_state_held"};        // nobody sees them
+  Gauge characters_in_state_held{*this, "characters_in_state_held"};        // not stepped, since no observer sees them
   Gauge characters_in_state_waiting{*this, "characters_in_state_waiting"};  // for their first pose
   Gauge step_cost_seconds_at_high{*this, "step_cost_seconds_at_high"};      // of one character's step, as measured
   Gauge step_cost_seconds_at_medium{*this, "step_cost_seconds_at_medium"};
@@ -67,7 +67,7 @@ struct TickCounters : CounterSet {
   Counter characters_asleep{*this, "characters_asleep"};  // not stepped: at rest
   Counter teleports{*this, "teleports"};
   Counter lattices_reset{*this, "lattices_reset"};
-  // Nanoseconds of workers: in steps, in coding frames, in choosing what whom is sent and putting it into packets.
+  // Worker time in ns: in steps, in encoding frames, and in choosing what each observer is sent and making its packets.
   Counter step_ns_total{*this, "step_ns_total"};
   Counter encode_ns_total{*this, "encode_ns_total"};
   Counter send_ns_total{*this, "send_ns_total"};
@@ -107,7 +107,7 @@ struct GroomCounters : CounterSet {
   Counter grooms_refused_invalid{*this, "grooms_refused_invalid"};
   Counter grooms_refused_queue_full{*this, "grooms_refused_queue_full"};
   Counter grooms_refused_stalled{*this, "grooms_refused_stalled"};
-  Counter grooms_refused_strands{*this, "grooms_refused_strands"};        // of all that a session holds
+  Counter grooms_refused_strands{*this, "grooms_refused_strands"};        // too many in all grooms of a session
   Counter grooms_refused_rate{*this, "grooms_refused_rate"};              // of bytes to upload
   Counter grooms_refused_build_time{*this, "grooms_refused_build_time"};  // beyond that of one groom
   Counter grooms_refused_absent{*this, "grooms_refused_absent"};          // used, but nobody there could upload it
@@ -125,7 +125,7 @@ struct GroomCacheCounters : CounterSet {
   Counter groom_cache_evicted{*this, "groom_cache_evicted"};
 };
 
-// Of files of levels; those rejected are built anew.
+// Level files on disk. A rejected file is built again.
 struct LevelCacheCounters : CounterSet {
   Counter level_cache_hits{*this, "level_cache_hits"};
   Counter level_cache_misses{*this, "level_cache_misses"};

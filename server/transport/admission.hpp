@@ -10,24 +10,24 @@ namespace hairnet::server {
 struct AdmissionLimits {
   std::size_t connections_max = 0;              // 0: no bound
   std::size_t connections_per_address_max = 0;  // an IPv4 address, or an IPv6 network of 64 bits; 0: no bound
-  std::size_t arrivals_max = 256;               // that have not yet said what they want
-  std::size_t http_max = 512;                   // that ask for pages
+  std::size_t arrivals_max = 256;               // connections whose protocol is not known yet
+  std::size_t http_max = 512;                   // connections that request pages
 };
 
-// Counts connections before any of them is a session. I/O thread.
+// Limits the number of connections, in all and by address, before they become sessions. I/O thread.
 class Admission : public std::enable_shared_from_this<Admission> {
  public:
   enum class Verdict : std::uint8_t { admitted, full, address_full, arrivals_full };
   enum class Place : std::uint8_t { arrival, http, session };
 
-  // One connection's place among the counted; given back when it goes.
+  // Counts one connection for as long as the ticket lives.
   class Ticket {
    public:
     Ticket() = default;
     Ticket(Ticket&& other) noexcept;
     Ticket& operator=(Ticket&& other) noexcept;
     ~Ticket();
-    // From arrival to what it turned out to be. False: there are too many of those, and it stays what it was.
+    // Counts the connection as `place` from now on. False, and nothing changes, when there are too many of that kind.
     bool move_to(Place place);
 
    private:
@@ -38,7 +38,7 @@ class Admission : public std::enable_shared_from_this<Admission> {
   };
 
   explicit Admission(const AdmissionLimits& limits) : limits_(limits) {}
-  // `address`: the same number for those who share a limit.
+  // `address`: connections with the same number share one limit.
   Verdict enter(std::uint64_t address, Ticket& ticket);
   [[nodiscard]] std::size_t count() const { return count_; }
 

@@ -8,8 +8,8 @@
 namespace hairnet::server {
 namespace {
 
-// What the system may hold unsent. Its own bound is megabytes: a slow peer would see seconds of frames gone by, where
-// the outbox gives it the newest.
+// Bytes that the system may buffer unsent. Its default is megabytes: a slow peer would then receive seconds of old
+// frames instead of the newest ones from the outbox.
 constexpr int kUnsentSystemBytes = 64 << 10;
 
 constexpr std::chrono::seconds kFinish{1};
@@ -79,7 +79,7 @@ void ByteStream::close() {
 }
 
 asio::awaitable<void> ByteStream::end_writing() {
-  // TLS waits here for the peer's own end; whoever calls has set a time.
+  // TLS waits here for the peer to close its side; the caller has set a timeout.
   if (tls_) co_await tls_->async_shutdown(kAwaitable);
   boost::system::error_code ignored;
   socket_.shutdown(asio::ip::tcp::socket::shutdown_send, ignored);

@@ -15,9 +15,9 @@
 
 namespace hairnet::server {
 
-// One socket's bytes, plain or inside TLS, as the stream operations of Asio and Beast want them: one read and one write
-// at a time. What was read to find out what the peer speaks can be put back. Reads and writes end with an error once a
-// time set by expires_after() has passed. Lives in a shared_ptr, on the loop's serial executor.
+// A socket, plain or inside TLS, with the stream operations that Asio and Beast need: one read and one write at a time.
+// Bytes that were read to detect the protocol can be put back. Reads and writes fail once the time of expires_after()
+// has passed. Lives in a shared_ptr, on the loop's serial executor.
 class ByteStream : public std::enable_shared_from_this<ByteStream> {
  public:
   using executor_type = asio::ip::tcp::socket::executor_type;
@@ -38,16 +38,16 @@ class ByteStream : public std::enable_shared_from_this<ByteStream> {
 
   void expires_after(std::chrono::nanoseconds time);
   void expires_never();
-  // While held, what is written waits, and leaves with the next write that is not held: many messages, one system call.
+  // While the stream is corked, writes are buffered; the next uncorked write sends them all in one system call.
   void hold(bool held) { is_held_ = held; }
   void close();
-  // Says that nothing more will be written, reads away what the peer still sends, for a moment, and closes: closing
-  // with bytes unread resets the connection, and the peer would lose our last ones.
+  // Ends writing, then reads and drops what the peer still sends for up to a second, then closes. A socket that is
+  // closed with unread bytes resets the connection, and the peer would lose our last bytes.
   asio::awaitable<void> finish();
   asio::awaitable<void> end_writing();  // the first half of finish(): TLS's end, then the socket's
 
-  // As many bytes as the system takes without waiting, and without anybody being told. Only of a plain stream whose
-  // writes have all ended. What fails here fails again, and is heard of, in the next write.
+  // Writes as many bytes as the system takes without waiting, and returns their number. Only for a plain stream that
+  // has no write in progress. An error is ignored here: the next write meets the same error and reports it.
   std::size_t write_now(std::span<const std::uint8_t> bytes);
 
   template <class Buffers, class Token>
@@ -99,7 +99,7 @@ class ByteStream : public std::enable_shared_from_this<ByteStream> {
       return asio::post(get_executor(), asio::append(std::move(handler), boost::system::error_code(), bytes));
     leaving_.clear();
     std::swap(leaving_, held_);
-    // The writer hears of its own bytes alone; those before it were told already.
+    // The handler gets the count of its own bytes only: earlier writers already got theirs.
     auto done = asio::bind_executor(get_executor(), [handler = std::move(handler), bytes](
                                                         const boost::system::error_code& error, std::size_t) mutable {
       std::move(handler)(error, error ? 0 : bytes);
@@ -117,7 +117,7 @@ class ByteStream : public std::enable_shared_from_this<ByteStream> {
   Admission::Ticket ticket_;
   TransportCounters* counters_;
   std::vector<std::uint8_t> put_back_, held_, leaving_;
-  std::uint64_t expiry_turn_ = 0;  // an expiry that has been taken back may already be on its way
+  std::uint64_t expiry_turn_ = 0;  // counts timers, so that a cancelled one that already fired is ignored
   bool is_held_ = false, has_expired_ = false, from_loopback_ = false;
 };
 

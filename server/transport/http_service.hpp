@@ -5,9 +5,9 @@
 
 namespace hairnet::server {
 
-// A request for one of the server's own pages. The views last for the call.
+// A request for one of the server's own pages. The string views are valid during the call only.
 struct HttpRequest {
-  std::string_view method;  // GET or HEAD; to be answered alike, the transport leaves the body out
+  std::string_view method;  // GET or HEAD; answer both alike: the transport drops the body of HEAD
   std::string_view path;    // /healthz, /readyz or /metrics
   std::string_view query;   // behind '?', not decoded
   std::string_view peer;    // address:port

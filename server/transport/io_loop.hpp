@@ -10,9 +10,9 @@ namespace hairnet::server {
 
 struct IoLoopCore;  // the Asio part, for the transport folder alone
 
-// The I/O thread's event loop. Everything handed to it runs one at a time on the thread that calls run() or poll().
-// Waking costs more than most messages do, so under load run() wakes about once a millisecond for what has come meanwhile;
-// what is posted, and the first to come after a quiet while, does not wait for that.
+// The I/O thread's event loop. All its tasks run one at a time on the thread that calls run() or poll(). A wake-up
+// costs more than most messages, so under load run() wakes about once a millisecond and handles all messages that came
+// since. Posted tasks, and the first message after an idle time, do not wait for that.
 class IoLoop {
  public:
   IoLoop();

@@ -90,7 +90,7 @@ Result<std::unique_ptr<Listener>> Listener::create(IoLoop& loop, const Transport
     if (const auto error = listen(*acceptor, address, port))
       return Refusal("cannot listen on " + shown(address, port) + ": " + error.message());
     boost::system::error_code ignored;
-    port = acceptor->local_endpoint(ignored).port();  // one picked by the system is the others' too
+    port = acceptor->local_endpoint(ignored).port();  // all addresses use the port that the system picked for the first
     impl->acceptors.push_back(std::move(acceptor));
   }
   for (const auto& acceptor : impl->acceptors)

@@ -6,7 +6,7 @@
 
 namespace hairnet::server {
 
-// What a peer speaks, by its first bytes.
+// The protocol that a peer speaks, detected from its first bytes.
 enum class Opening : std::uint8_t {
   unknown,  // more bytes are needed, never more than kOpeningBytes
   packets,  // a packet's size prefix

@@ -7,9 +7,9 @@
 
 namespace hairnet::server {
 
-// Packets that wait to leave together, whole and in order.
+// Packets that wait to be sent in one write, in order.
 struct PacketQueue {
-  // With this much waiting a connection is not writable. More only makes a slow peer's frames older.
+  // A connection with this many bytes queued is not writable. A larger queue would only delay a slow peer's frames.
   static constexpr std::size_t kBytesMax = std::size_t{64} << 10;
 
   std::vector<std::vector<std::uint8_t>> packets;

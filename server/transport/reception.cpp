@@ -19,13 +19,13 @@ using asio::ip::tcp;
 
 constexpr std::size_t kFirstReadBytes = 512;
 
-constexpr std::array<std::uint8_t, 7> kTlsHandshakeFailure{21, 3, 1, 0, 2, 2, 40};  // an alert, for those who read it
+constexpr std::array<std::uint8_t, 7> kTlsHandshakeFailure{21, 3, 1, 0, 2, 2, 40};  // a TLS alert: handshake_failure
 
 constexpr std::string_view kTlsOnly =
     "HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain; charset=utf-8\r\nContent-Length: 25\r\n"
     "Connection: close\r\n\r\nthis port takes TLS only\n";
 
-// IPv4 addresses and networks of IPv6 in one number; the IPv4 ones lie where no IPv6 network is.
+// One number for an IPv4 address or an IPv6 /64 network. IPv4 addresses use a range that no IPv6 network has.
 std::uint64_t address_number(const asio::ip::address& address) {
   if (address.is_v4()) return 0xffff'0000'0000u | address.to_v4().to_uint();
   const asio::ip::address_v6 v6 = address.to_v6();
@@ -60,7 +60,7 @@ struct Found {
   boost::system::error_code error;
 };
 
-// Reads until the first bytes tell; they stay to be read.
+// Reads bytes until they show what the peer speaks, then puts them back for the next reader.
 asio::awaitable<Found> find_opening(ByteStream& stream) {
   std::array<std::uint8_t, kFirstReadBytes> first;
   std::size_t filled = 0;
@@ -143,7 +143,7 @@ asio::awaitable<void> Reception::route(std::shared_ptr<ByteStream> stream) {
     co_await converse_http(shared_from_this(), stream);
     co_return;
   }
-  // Whatever begins TLS inside TLS is read as a size prefix, and is none.
+  // TLS inside TLS is not supported: its first bytes are read as a size prefix, which is out of bounds.
   stream->expires_never();
   stream->move_to(Admission::Place::session);
   counters->connections_tcp.add();

@@ -13,7 +13,7 @@
 
 namespace hairnet::server {
 
-// At most one line of log a second, so that a flood of refusals is not a flood of lines.
+// Lets one log line a second through, so that many refusals do not fill the log.
 class LogPace {
  public:
   bool pass(std::int64_t now_ns) {
@@ -26,8 +26,9 @@ class LogPace {
   std::int64_t next_ns_ = 0;
 };
 
-// What all connections of a port share, and the way of each from its first byte to what it turns out to be. On the
-// loop's serial executor; kept alive by those on their way.
+// Accepts the sockets of one port, detects what each peer speaks, and hands the connection to a session or to the HTTP
+// pages. All connections of the port share it. Runs on the loop's serial executor; each pending connection keeps it
+// alive.
 struct Reception : std::enable_shared_from_this<Reception> {
   using OpenSession = std::function<PacketSink*(std::shared_ptr<Connection>, std::int64_t now_ns)>;
 
@@ -38,12 +39,12 @@ struct Reception : std::enable_shared_from_this<Reception> {
   std::shared_ptr<Admission> admission;
   std::shared_ptr<asio::ssl::context> tls;                                  // null: no TLS
   std::unique_ptr<StaticFiles> files;                                       // null: none
-  std::unordered_map<const ByteStream*, std::weak_ptr<ByteStream>> guests;  // not, or not yet, sessions
+  std::unordered_map<const ByteStream*, std::weak_ptr<ByteStream>> guests;  // pending handshakes, and pages
   bool is_closed = false;
   LogPace refusal_log, origin_log, accept_log;
 
   void welcome(asio::ip::tcp::socket socket);
-  void close();  // ends the guests; sessions are others' to end
+  void close();  // closes the pending connections; the session registry closes the sessions
 
  private:
   asio::awaitable<void> receive(std::shared_ptr<ByteStream> stream);

@@ -155,7 +155,7 @@ StaticFind StaticFiles::find(std::string_view path, StaticFile& file) const {
       rest.remove_prefix(slash + 1);
       continue;
     }
-    // Not to be held up by a pipe that nobody writes to.
+    // O_NONBLOCK: opening a pipe without a writer would block.
     Descriptor opened(::openat(from, name.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
     struct stat status {};
     if (opened.value() < 0 || ::fstat(opened.value(), &status) != 0) return StaticFind::not_found;

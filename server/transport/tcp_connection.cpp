@@ -41,7 +41,7 @@ asio::awaitable<void> TcpConnection::read() {
     }
     counters_->bytes_read.add(count);
     counters_->bytes_read_tcp.add(count);
-    if (!sink_) continue;  // closing: what still comes is read away, so that our last bytes are not lost to a reset
+    if (!sink_) continue;  // closing: drop what still comes; unread bytes would reset the connection
     const std::int64_t now_ns = monotonic_now_ns();
     const bool sound = splitter_.feed({buffer.get(), count}, [&](std::span<const std::uint8_t> packet) {
       counters_->packets_read_tcp.add();

@@ -13,10 +13,9 @@
 
 namespace hairnet::server {
 
-// Size-prefixed packets one after the other, plain or inside TLS: bytes read are cut into packets for the sink. A packet
-// leaves as it is sent; those that the system does not take at once, or that go into TLS, are gathered and leave in one
-// write. Two coroutines on the loop's serial executor keep it alive until both
-// have ended.
+// Sends and receives size-prefixed packets over TCP, plain or inside TLS. send() writes a packet at once; packets that
+// the system does not take, and all packets inside TLS, are queued and sent in one write. Two coroutines on the loop's
+// serial executor, a reader and a writer, keep the object alive until both have ended.
 class TcpConnection final : public Connection, public std::enable_shared_from_this<TcpConnection> {
  public:
   static constexpr std::chrono::seconds kLinger{2};  // for what waits when closed

@@ -15,14 +15,14 @@ struct TlsFiles {
   std::string certificate, key;
 };
 
-// What one port does. All times are bounds on a peer's patience with us and ours with it.
+// The settings of one port: addresses, TLS, pages, limits and timeouts.
 struct TransportOptions {
   std::vector<std::string> addresses = {"127.0.0.1"};  // IPv4 or IPv6, numeric; "::" is all of both
   std::uint16_t port = 7420;                           // 0: the system picks one
   std::size_t packet_bytes_max = 0;
 
   TlsFiles tls;
-  bool tls_required = false;  // what is not TLS is turned away
+  bool tls_required = false;  // plain connections are refused
 
   std::vector<std::string> origins;  // pages that may open a WebSocket; none: the server's own
   std::string web_root;              // folder of the pages; empty: none

@@ -6,8 +6,8 @@
 
 #include "tests/bench/baseline_step.hpp"
 
-// What both baselines share: the forces of reference_step.cpp, and the blocks of its matrix given one by one to whoever
-// assembles them. Only for the library of the baselines.
+// What both baselines share: the forces of reference_step.cpp, and the blocks of its matrix, passed one by one to the
+// code that assembles them. Only for the library of the baselines.
 namespace hairnet::bench {
 
 using NodeVectors = Eigen::Map<Eigen::Matrix3Xd>;

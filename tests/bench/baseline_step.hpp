@@ -61,7 +61,7 @@ struct PlainInput {
   double step_s;
   PlainTransform head_from, head_to;
   double gravity[3], design_gravity[3];  // world; head axes
-  const PlainBone* bones;  // one a skin field
+  const PlainBone* bones;                // one a skin field
   double contact_release;
 };
 
@@ -81,7 +81,7 @@ struct BaselineSettings {
 
 #define HAIRNET_BASELINE_API __attribute__((visibility("default")))
 
-// Assembled anew each step from triplets. `level` and what it points to must outlive it.
+// Assembles the matrix from triplets in each step. `level` and what it points to must outlive it.
 HAIRNET_BASELINE_API std::unique_ptr<BaselineStep> make_naive_step(const PlainLevel& level,
                                                                    const BaselineSettings& settings);
 // The same into a matrix whose pattern is made once: values are added at positions known beforehand.

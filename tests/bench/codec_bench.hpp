@@ -31,7 +31,7 @@ struct CodecResult {
 CodecResult measure_codec(const LevelGeometry& geometry, const std::vector<CodecClip>& clips, const CodecCase& what,
                           int repetitions);
 
-// What a prototype did: (19a - 15b + 4c) / 8 for every coordinate, Rice with a parameter of four bits for each sixteen.
+// For comparison: predicts every coordinate by (19a - 15b + 4c) / 8, Rice coded with one parameter per 16 coordinates.
 // The nodes' share of 16-bit raw.
 double share_of_prototype(const std::vector<CodecClip>& clips, codec::ErrorClass error_class);
 

@@ -8,7 +8,7 @@
 
 namespace hairnet::bench {
 
-// One way to step a cast through its frames, always from the same states.
+// One implementation of the step that can be timed: it steps the characters of a workload, always from the same states.
 class Performer {
  public:
   virtual ~Performer() = default;

@@ -7,8 +7,8 @@
 
 namespace hairnet::fidelity {
 
-// The step of reference_step.cpp, solved directly: the system is assembled once a step, as a sparse matrix over the
-// nodes, and factored. Its cost hardly depends on the number of springs, so that tens of thousands are affordable.
+// The step of reference_step.cpp with a direct solve: the system is assembled once a step as a sparse matrix and
+// factored. Its cost depends little on the number of springs, so that tens of thousands are affordable.
 class DirectStep {
  public:
   explicit DirectStep(const Level& level);  // kept by reference

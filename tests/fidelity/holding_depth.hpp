@@ -11,9 +11,9 @@
 
 namespace hairnet::fidelity {
 
-// The skin of a body that its bones move, in head space. Only the triangles within reach of the hair are kept, so that
-// a whole body costs no more than a bust; the bust is then open below. Inside is where the winding number exceeds one
-// half, which an open end shifts a little, in the design as in motion: depths are to be compared with the design's.
+// The skin of a body in a pose, in head space. Only triangles near the hair are kept, so that a whole body costs no
+// more than a bust, which is then open below. "Inside" means a winding number above one half. An open end shifts it a
+// little, in the design as in motion: compare depths with those of the design.
 class BentBody {
  public:
   explicit BentBody(const Groom& groom);
@@ -41,8 +41,9 @@ class BentBody {
 
 inline constexpr double kTooDeep_m = 0.003;  // beyond the depth in the design
 
-// Which points of one character's hair lie more than kTooDeep_m deeper than in the design. The mesh is asked about a
-// point only when the point and the skin have gone as far as it was from being too deep; so most points cost nothing.
+// Finds the points of a character's hair that lie more than kTooDeep_m deeper than in the design. The mesh is queried
+// only for points that, together with the skin, may have moved far enough since the last query; most points cost
+// nothing.
 class DeepPoints {
  public:
   // `body` must be bent as in the design.

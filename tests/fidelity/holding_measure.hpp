@@ -19,7 +19,7 @@ struct Worst {
   double value = 0, time_s = 0;
 };
 
-// What one sees when the head is upright and still again. Points are strand points.
+// Measures of the hair after the head is upright and still again. Points are strand points.
 struct RestFigures {
   double speed_m_per_s = 0;     // of the fastest point
   double deep_share = 0;        // of points more than kTooDeep_m deeper in the body than designed
@@ -27,7 +27,7 @@ struct RestFigures {
   double inverted_share = 0;    // of points, those where the lattice is turned inside out: det(dx/dX) < 0
 };
 
-// What one sees of a hairstyle in a motion.
+// Measures of one hairstyle in one motion.
 struct Holding {
   std::string groom, motion;
   LevelIndex level = LevelIndex::high;

@@ -7,7 +7,7 @@
 
 namespace hairnet::fidelity {
 
-// What people do all the time, what they hardly ever do, and postures that they stay in.
+// Everyday motions, rare and wild motions, and postures that people stay in.
 inline constexpr std::string_view kEverydayMotions[] = {
     "made:walk_and_stop", "made:side_step", "made:jump", "made:glide", "made:dash", "made:turn_on_spot",
     "made:lift",          "made:late_nod",  "made:look", "cmu_131_01", "cmu_131_02"};

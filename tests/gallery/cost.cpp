@@ -77,7 +77,7 @@ class PlainLines {
   GLsizei count_ = 0;
 };
 
-// The fastest of some rounds: what else the machine does only adds.
+// The fastest of several rounds: other load on the machine can only add time.
 double fastest_ms(const std::function<void()>& draw) {
   double best = 1e9;
   for (int round = 0; round < kRounds; ++round) {

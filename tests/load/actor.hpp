@@ -16,7 +16,7 @@ namespace hairnet::load {
 
 inline constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::max();
 
-// Sees frames for a reason of its own, such as to check them.
+// Receives a copy of every frame, for example to check it.
 class FrameWatcher {
  public:
   virtual ~FrameWatcher() = default;
@@ -32,15 +32,15 @@ struct Props {
   const std::vector<EncodedGroom>* grooms = nullptr;
   const MotionBank* motions = nullptr;
   Dialler* dialler = nullptr;
-  // `place`: its seat among the clients, which decides its room.
+  // `place`: its index among the clients, which decides its room.
   std::function<std::unique_ptr<Peer>(std::uint32_t client, std::uint32_t place)> make_peer;
   Tally* tally = nullptr;
   FrameWatcher* watcher = nullptr;  // may be null
-  // Have a client act at this time, or at an earlier one that was asked for before.
+  // Calls the client's act() at `at_ns`, or earlier if an earlier time was asked for before.
   std::function<void(std::uint32_t client, std::int64_t at_ns)> wake;
 };
 
-// One virtual client. Everything it does, it does at its own intended times, whatever the server does.
+// One virtual client. It acts at the times that the plan intends, independently of what the server does.
 class Actor {
  public:
   virtual ~Actor() = default;
@@ -51,7 +51,7 @@ class Actor {
   // What is still unanswered is counted.
   virtual void leave(bool politely, std::int64_t now_ns) = 0;
   [[nodiscard]] virtual bool gone() const = 0;  // has left, and may be destroyed
-  // 0 of those who do not count.
+  // 0 for a client that does not count.
   [[nodiscard]] virtual std::size_t character_count() const = 0;
   [[nodiscard]] virtual bool counts() const = 0;
 };

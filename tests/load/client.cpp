@@ -7,7 +7,7 @@
 namespace hairnet::load {
 namespace {
 
-constexpr std::int64_t kBeginAgainLeast_ns = 500'000'000;  // after it was over for good: a user tries anew
+constexpr std::int64_t kBeginAgainLeast_ns = 500'000'000;  // after the session has ended: a user would try again
 constexpr std::int64_t kBeginAgainSpread_ns = 1'000'000'000;
 constexpr std::int64_t kSlowReadInterval_ns = 1'000'000'000;
 constexpr std::size_t kSlowReadBytes = 1024;
@@ -67,7 +67,7 @@ void Client::put_on_stage(const Puppet& puppet) {
   peer_->add_character(puppet.number, (*props_->grooms)[puppet.groom].hash, puppet.level);
 }
 
-// Lets the conversation have its way with the connection: after everything that may have changed it.
+// Opens, closes or sends on the connection as the protocol client wants. Call it after anything that may change that.
 void Client::drive(std::int64_t now_ns) {
   if (!peer_) return;
   peer_->poll(now_ns);
@@ -313,7 +313,7 @@ void Client::leave(bool politely, std::int64_t now_ns) {
   }
 }
 
-// Old poses that no frame has answered are; young ones may just not have been yet.
+// Counts old poses that no frame has answered as unanswered; a younger pose may still get its frame.
 void Client::settle(std::int64_t now_ns) {
   if (slow_) return;
   for (Puppet& puppet : puppets_) {

@@ -26,7 +26,7 @@ class LineEvents {
 class Line {
  public:
   virtual ~Line() = default;
-  virtual void send(std::span<const std::uint8_t> bytes) = 0;  // a packet, or whatever a misfit sends
+  virtual void send(std::span<const std::uint8_t> bytes) = 0;  // a packet, or the bad bytes of a BadClient
   virtual void close_sending() = 0;                            // after what waits
   // Only so many more bytes are read, until allowed more.
   virtual void limit_reading(std::size_t bytes) = 0;

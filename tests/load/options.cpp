@@ -177,7 +177,7 @@ std::variant<Options, int> parse_options(int argc, const char* const* argv) {
   Options o;
   Given given;
   for (int i = 0; i < argc; ++i) o.command += (i > 0 ? " " : "") + std::string(argv[i]);
-  CLI::App app("Loads a server with many clients that keep to their own times, and says how it bears it.",
+  CLI::App app("Loads a server with many clients that keep to their own times, and reports latency, losses and cost.",
                "hairnet-load");
   app.footer(kFooter);
   app.get_formatter()->column_width(28);

@@ -34,11 +34,11 @@ struct FrameSeen {
   std::span<const std::int16_t> displacements;  // integers, 3 a node, in head space; empty when not decoded
 };
 
-// What becomes of a client's conversation.
+// The events of one client's protocol.
 class PeerEvents {
  public:
   virtual void on_welcome(const wire::Welcome& welcome, std::int64_t now_ns) = 0;
-  // The session's connection is lost, and will be made anew. `reason`: the goodbye's; empty when there was none.
+  // The connection is lost and will be made again. `reason`: from the Goodbye; empty when there was none.
   virtual void on_lost(std::string_view reason, std::int64_t now_ns) = 0;
   // Last: it is over for good.
   virtual void on_end(std::string_view reason, std::int64_t now_ns) = 0;
@@ -55,7 +55,7 @@ class PeerEvents {
 class Peer {
  public:
   virtual ~Peer() = default;
-  // The caller's wishes, taken at any time, said when there is a session; poses are dropped when there is none.
+  // Requests may be made at any time and are sent once there is a session. Poses without a session are dropped.
   virtual void offer(const EncodedGroom& groom) = 0;
   virtual void add_character(std::uint32_t character, const wire::GroomHash& groom, LevelIndex level) = 0;
   virtual void remove_character(std::uint32_t character) = 0;

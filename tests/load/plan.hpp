@@ -17,7 +17,7 @@ struct Plan {
   std::vector<std::string> grooms{"made:bob"};  // files or made:STYLE; characters take them in turn
   std::vector<std::string> motions{"made:dance", "made:look_around", "made:nod", "made:walk"};  // likewise
   std::uint32_t room_size = 0;  // clients of a room; 0: all in one
-  std::string observe = "all";  // whom each client sees: all, or a number of nearest; 0: itself alone
+  std::string observe = "all";  // members that each client sees: all, or a number of nearest; 0: only its own
   std::vector<Stage> stages;
 
   [[nodiscard]] double duration_s() const;

@@ -13,15 +13,15 @@
 
 namespace hairnet::load {
 
-// Uploads grooms before a run, and stays connected so that they stay known; what it does is not measured. Not in a run:
-// building levels is not what is loaded.
+// Uploads the grooms before a run and stays connected, so that the server keeps them. It is not measured: a load test
+// does not include the building of levels.
 class Preparation final : private LineEvents, private PeerEvents {
  public:
   Preparation(Dialler& dialler, std::unique_ptr<Peer> peer, const std::vector<EncodedGroom>& grooms);
   [[nodiscard]] bool done() const { return welcomed_ && waiting_.empty(); }
   [[nodiscard]] const std::string& fault() const { return fault_; }  // one line; empty while all is well
   [[nodiscard]] const wire::Welcome& welcome() const { return welcome_; }
-  // Now and then: sends what waits, and signs of life.
+  // Call it regularly: sends what waits, and keep-alives.
   void poll(std::int64_t now_ns);
 
  private:

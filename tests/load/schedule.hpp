@@ -15,9 +15,9 @@ struct Action {
   std::int64_t at_ns = 0;
   Kind kind = Kind::join;  // leave: says goodbye. vanish: goes without. lose_connection: and is back at once
   std::uint32_t client = 0;
-  std::uint32_t place = 0;                   // of who joins: that of whom it replaces, else one more
+  std::uint32_t place = 0;                   // join: the place of the client it replaces, else the next free one
   std::optional<Misbehaviour> misbehaviour;  // of who joins
-  std::uint32_t characters = 0;              // of who joins, or dresses anew
+  std::uint32_t characters = 0;              // join and set_characters: how many the client has from now on
   std::size_t stage = 0;
   friend bool operator==(const Action&, const Action&) = default;
 };

@@ -40,7 +40,7 @@ struct MisfitPlan {
   Quality quality;
 };
 
-// A client that breaks the rules, until it is told to stop. It still looks whether what it is told is sound.
+// A client that breaks the rules until stop() is called. It still checks that the server's packets are valid.
 class Misfit final : public ClientEnd {
  public:
   Misfit(Timeline& timeline, Journal& journal, ServerHost& host, MisfitPlan plan, std::uint64_t seed);

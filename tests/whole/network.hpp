@@ -15,8 +15,8 @@
 #include "server/session/connection.hpp"
 #include "tests/whole/timeline.hpp"
 
-// A network without sockets: connections as byte streams, with everything that may happen to them. All seeded, all in
-// simulated time.
+// A simulated network without sockets: connections are byte streams with delay, jitter, limited bandwidth and breaks.
+// Everything follows from a seed and runs in simulated time.
 namespace hairnet::whole {
 
 // Of one connection, either way.

@@ -208,7 +208,7 @@ void Player::turn() {
     }
     if (leaving_ || !joined_) return;
     // A first attempt that fails is a core's last: a person would try again.
-    journal_->count("began anew");
+    journal_->count("began again");
     const std::int64_t wait_ns = static_cast<std::int64_t>(random_.between(5e7, 5e8));
     finish();
     core_.reset();

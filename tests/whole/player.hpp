@@ -27,7 +27,7 @@ struct PlayerPlan {
   double actions_per_s = 1;    // of all that a client may ask for
 };
 
-// A well-behaved client: a LinkCore over simulated connections, what it wants, and what it holds the server to.
+// A well-behaved client: a LinkCore over simulated connections, with random requests. Checks what the server sends.
 class Player final : public ClientEnd {
  public:
   Player(Timeline& timeline, Journal& journal, ServerHost& host, PlayerPlan plan, std::uint64_t seed);
@@ -86,7 +86,7 @@ class Player final : public ClientEnd {
 
   [[nodiscard]] std::int64_t clock_ns() const;
   void make_core();
-  void turn();  // whatever the core wants now
+  void turn();  // does what the core wants now: connect, send, close
   void connect();
   void wake_at(std::int64_t local_ns);
   void hear();

@@ -14,8 +14,8 @@ struct Outcome {
   double simulated_s = 0;
 };
 
-// Everything that a seed stands for: a server, rooms, well-behaved clients and others, a network, and what befalls them
-// for some seconds; then a calm in which all must be well again; then everybody leaves and nothing may be left.
+// Runs the trial of one seed: a server, rooms, well-behaved and bad clients, and a network with disturbances for some
+// seconds. Then the disturbances stop and everything must recover; then all clients leave, and no state may be left.
 // Deterministic: the same seed comes to the same outcome. `says_all`: tells on standard error what it does.
 Outcome run_scenario(std::uint64_t seed, bool says_all = false);
 

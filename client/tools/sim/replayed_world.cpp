@@ -133,7 +133,7 @@ Result<void> ReplayedWorld::take(const wire::RecordedTick& tick) {
   }
   for (const wire::RecordedHold& change : tick.holds) {
     const auto found = characters_.find(change.character);
-    if (found == characters_.end()) return at_tick("holds unknown " + name_of(change.character));
+    if (found == characters_.end()) return at_tick("suspends unknown " + name_of(change.character));
     world_->set_held(found->second.id, change.held);
   }
   for (const wire::RecordedState& state : tick.states) {

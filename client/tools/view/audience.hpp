@@ -21,7 +21,8 @@ struct SeenCharacter {
   std::vector<std::optional<Moment>> moments;  // [time]
 };
 
-// The others of the room: fetches their grooms, plays out their frames and keeps what they looked like. One thread.
+// The characters of other clients in the room: fetches their grooms, plays out their frames, and stores the moments
+// that pictures need. One thread.
 class Audience {
  public:
   struct Member {
@@ -40,7 +41,7 @@ class Audience {
   void take(const wire::MemberLeft& left);
   // One line when the groom that came is none.
   Result<void> take(const link::GroomFetched& fetched);
-  // Its bytes are not to be had at the moment: asked for again in a while. False when it is not waited for.
+  // The groom is not available now: requests it again later. False when nobody waits for it.
   bool retry(const wire::GroomHash& groom, std::int64_t now_ns);
   // False when it is of nobody here. Times are of the link's clock.
   bool push(const link::Frame& frame, std::int64_t sample_time_ns, std::int64_t now_ns);

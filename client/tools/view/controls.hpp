@@ -32,9 +32,9 @@ struct ViewState {
   SceneList::Choice scene;
   bool scene_wanted = false;                       // the scene chosen is to be made
   bool given_wanted = false;                       // or that of the command line
-  bool frame_wanted = true;                        // the camera is to look at everybody anew
+  bool frame_wanted = true;                        // the camera must frame all characters again
   bool clip_wanted = false, trace_wanted = false;  // begin or end one
-  float still_wind_deg = 0;                        // whither a wind of no speed would blow
+  float still_wind_deg = 0;                        // direction of the wind while its speed is 0
   std::string fault;                               // of what was asked for last; one line
 };
 

@@ -69,7 +69,7 @@ Result<void> film(const ViewOptions& options, std::size_t count,
   return clip->finish();
 }
 
-// One as a display would have shown it, its switches of level blended.
+// One character as a window would have shown it: with the cross-fades of its level switches.
 class Shown {
  public:
   Shown(std::uint64_t id, std::shared_ptr<const Groom> groom, const Vec3f& hair_colour, const Moment& moment) {

@@ -16,9 +16,9 @@ struct Mouse {
   bool elsewhere = false;  // over controls, which then have it
 };
 
-// What the mouse does to the scene: the left button turns a head of one's own (with shift, moves it) when pressed on
-// one, and turns the camera when pressed beside; middle and right move the camera, the wheel brings it nearer. Knows no
-// window; one thread.
+// Turns mouse input into actions. The left button turns one's own head when pressed on it (with shift it moves the
+// head), and orbits the camera when pressed elsewhere. The middle and right buttons pan the camera, the wheel zooms.
+// Knows no window; one thread.
 class Hand {
  public:
   void apply(const Mouse& mouse, Show& show, OrbitCamera& camera, int width_px, int height_px);

@@ -5,9 +5,9 @@
 
 namespace hairnet::viewer {
 
-// A head in a hand: what a mouse turns and moves it away from where its motion has it. It goes after the hand within a
-// few hundredths of a second, never faster than hair is simulated (is_teleport), and springs back when it is let go,
-// without swinging. Time is a parameter; one thread.
+// The offset that a mouse drag adds to a head's motion. The head follows the mouse within a few hundredths of a second,
+// but never so fast that the move would count as a teleport (is_teleport). After release it returns smoothly, without
+// overshoot. Time is a parameter; one thread.
 class HeadGrab {
  public:
   static constexpr double kTurnMost_rad = 1.9, kShiftMost_m = 1.5;

@@ -20,7 +20,7 @@ LevelBuilder::~LevelBuilder() {
 std::shared_ptr<const LevelSet> LevelBuilder::levels_of(const std::shared_ptr<const Groom>& groom) {
   const std::lock_guard lock(mutex_);
   if (const auto found = built_.find(groom.get()); found != built_.end()) return found->second.levels;
-  // Nobody can ask any more for those whose groom is held here alone.
+  // Only this map still refers to the groom, so no caller can ask for its levels any more.
   std::erase_if(built_, [](const auto& entry) { return entry.second.groom.use_count() == 1; });
   built_.emplace(groom.get(), Built{groom, nullptr});
   queue_.push_back(groom);

@@ -87,7 +87,7 @@ Result<void> LiveRoom::open() {
 Result<void> LiveRoom::turn(std::int64_t now_ns) {
   if (Result<void> taken = take_events(); !taken) return taken;
   if (!zero_ns_) begin_when_ready(now_ns);
-  if (refused_ns_ && now_ns - *refused_ns_ > kRefusalDetail_ns) return Refusal("the server refuses a groom");
+  if (refused_ns_ && now_ns - *refused_ns_ > kRefusalDetail_ns) return Refusal("the server refused a groom");
   if (!tolerant_ && !zero_ns_ && now_ns - opened_ns_ > kGroomsReady_ns_max)
     return Refusal("the lattices never arrived");
   if (now_ns >= next_pose_ns_) push_poses(now_ns);
@@ -113,7 +113,7 @@ Result<void> LiveRoom::take(const link::Connected& connected) {
 }
 
 Result<void> LiveRoom::take(const link::Reconnecting& lost) {
-  const std::string line = lost.detail + "; connecting anew";
+  const std::string line = lost.detail + "; reconnecting";
   if (line != status_) std::fprintf(stderr, "hairnet-view: %s\n", line.c_str());  // the same is said once
   status_ = line;
   for (Role& role : roles_) role.playout.hold();
@@ -136,7 +136,7 @@ Result<void> LiveRoom::take(const wire::Error& error) {
   return refuse_or_note(plain(error));
 }
 
-// Whoever it is about, alone or by a groom.
+// Notes the refusal for the character that the error names, or for all that wear the groom it names.
 void LiveRoom::note_refused(const wire::Error& error) {
   for (std::size_t i = 0; i < roles_.size(); ++i) {
     const bool by_groom = error.groom != wire::GroomHash{} && error.groom == roles_[i].groom;

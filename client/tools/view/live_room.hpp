@@ -38,7 +38,7 @@ class LiveRoom : public Show {
   Result<void> open();
   // Takes what came, and sends poses that are due.
   Result<void> turn(std::int64_t now_ns);
-  // What is shown from now on; `moment`: the index of one to be kept, or negative.
+  // Samples all play-outs at `now_ns`. `moment`: index of the moment to store, or negative.
   void play(std::int64_t now_ns, std::ptrdiff_t moment);
 
   [[nodiscard]] std::int64_t now_ns() const { return link_.now_ns(); }

@@ -25,7 +25,7 @@ struct Moment {
   std::vector<Shape> trail;  // what it is blended from, in order of time: before and after each switch of level
 };
 
-// Plays to a blend that is new what leads to the moment, so that it has the layers that a display would have shown.
+// Feeds a new blend with the samples before the moment, so that it has the same layers as a window would have had.
 void replay(const Moment& moment, link::LatticeBlend& blend);
 
 }  // namespace hairnet::viewer

@@ -75,7 +75,7 @@ void take_server(ViewOptions& o, const std::string& text) {
   o.server = *address;
 }
 
-// all, nobody, nearest:N or radius:M; who looks through a window sees all unless told otherwise.
+// all, nobody, nearest:N or radius:M. The default is all in a window and nobody otherwise.
 void take_observe(ViewOptions& o, std::string text) {
   if (text.empty()) text = o.source == Source::server && o.output == Output::window ? "all" : "nobody";
   if (text == "nobody") return;
@@ -104,7 +104,7 @@ void take_room(const ViewOptions& o) {
   if (o.token.size() > wire::kTokenBytesMax) refuse("--token", "it is too long");
 }
 
-// Seconds in 0.1 ... a day (or from 0), or the word for ever.
+// Seconds, from `least_s` to a day, or infinity for the word 'forever'.
 double seconds(const std::string& flag, const std::string& text, double least_s) {
   if (text == "forever") return std::numeric_limits<double>::infinity();
   const Result<double> number = parse_number(text);
@@ -127,7 +127,7 @@ void take_output(ViewOptions& o, const Texts& texts) {
   }
   if (o.source == Source::server) return;
   for (const CLI::Option* flag : texts.of_server) {
-    if (flag->count() > 0) refuse(flag->get_name(), "is of a server, and --local and FILES have none");
+    if (flag->count() > 0) refuse(flag->get_name(), "needs a server, and --local and FILES have none");
   }
 }
 
@@ -137,10 +137,10 @@ void take_durations(ViewOptions& o, const Texts& texts) {
   o.reconnect_s = seconds("--reconnect", texts.reconnect.empty() ? (lasts ? "forever" : "0") : texts.reconnect, 0);
   if (std::isfinite(o.duration_s)) return;
   if (o.output == Output::pictures || o.output == Output::clip)
-    refuse("--duration", "pictures and clips are made at an end, which 'forever' has not");
-  if (!o.trace.empty()) refuse("--duration", "a trace for ever fills any disk");
+    refuse("--duration", "pictures and videos need an end: 'forever' is not possible");
+  if (!o.trace.empty()) refuse("--duration", "a trace needs an end: 'forever' would fill the disk");
   if (o.output == Output::none && o.source == Source::local)
-    refuse("--duration", "for ever and unseen, a local simulation does nothing");
+    refuse("--duration", "'forever' without a window or a trace does nothing in a local simulation");
 }
 
 void take_size(ViewOptions& o, std::string text) {
@@ -153,7 +153,7 @@ void take_size(ViewOptions& o, std::string text) {
 
 void take_times(ViewOptions& o, const std::string& text) {
   if (text.empty()) return;
-  if (o.sheet.empty()) refuse("--times", "is of --sheet, which is not asked for");
+  if (o.sheet.empty()) refuse("--times", "needs --sheet");
   for (const std::string& part : split(text, ',')) {
     const Result<double> time = parse_number(part);
     if (!time) refuse("--times", time.error());
@@ -182,7 +182,7 @@ void take_characters(ViewOptions& o, const Texts& texts) {
     if (o.output != Output::window) refuse("--character", "at least one is required, or a file");
     return;
   }
-  // Whoever names neither hair nor a room has asked for nothing.
+  // Without a character, a room or a server there is nothing to show.
   const bool asks_for_room = std::any_of(texts.of_server.begin(), texts.of_server.end(),
                                          [](const CLI::Option* flag) { return flag->count() > 0; });
   if (!o.observe || !asks_for_room)
@@ -215,12 +215,12 @@ void add_server_flags(CLI::App& app, ViewOptions& o, Texts& texts) {
           ->check(CLI::ExistingFile),
       group.add_flag("--insecure", o.tls.insecure, "trust any certificate"),
       group.add_option("--room", o.room, "room to join (the lobby)"),
-      group.add_option("--token", o.token, "what lets one into it, see hairnet-token"),
+      group.add_option("--token", o.token, "token that grants access to the room, see hairnet-token"),
       group.add_option(
           "--observe", texts.observe,
           "others of the room to show too: all, nearest:N, radius:METRES or nobody (nobody; in a window, all)"),
       group.add_option("--reconnect", texts.reconnect,
-                       "seconds for which a lost connection is made anew, or 'forever' (0; in a window, forever)"),
+                       "seconds to keep trying to reconnect, or 'forever' (0; in a window, forever)"),
       group.add_option("--pose-rate", o.pose_rate_hz, "poses a second (60)")->check(in_range(1.0, 1000.0)),
       group.add_option("--jitter", o.jitter_ms, "milliseconds by which poses are early or late, at random (0)")
           ->check(in_range(0.0, 1000.0))};

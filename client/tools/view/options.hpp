@@ -42,9 +42,9 @@ struct ViewOptions {
   link::TlsOptions tls;
   std::string room, token;
   std::optional<wire::Observe> observe;  // others in the room to be seen; none: nobody
-  double reconnect_s = 0;  // for so long a lost connection is made anew; 0: not at all; infinity: for ever
+  double reconnect_s = 0;                // how long to try to reconnect; 0: not at all; infinity: forever
   std::vector<CharacterOptions> characters;
-  double duration_s = 6;  // of the clips, which begin at time 0 when every lattice has arrived; infinity: for ever
+  double duration_s = 6;  // of the motions, which begin at time 0 when every lattice is there; infinity: forever
   double settle_s = 0;    // after them: heads ease upright within 1 s, then are still
   double pose_rate_hz = 60;
   double tick_rate_hz = 30;   // of a local world

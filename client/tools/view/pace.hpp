@@ -5,7 +5,8 @@
 
 namespace hairnet::viewer {
 
-// Lowers the quality of drawing until pictures come in time, and raises it again as far as it was chosen. Never jumps.
+// Lowers the drawing quality while pictures take too long, and raises it again up to the chosen quality. Changes
+// gradually.
 class Pace {
  public:
   static constexpr double kSlow_ms = 40, kFast_ms = 20;

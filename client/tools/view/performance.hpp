@@ -11,7 +11,7 @@ namespace hairnet::viewer {
 enum class Loop : std::uint8_t { plain, smooth };
 
 // A motion on the time line of a stream: upright until kLeadIn_s before 0, eased into the clip; the clip from 0, over
-// and over until `duration_s` (infinity: for ever); then eased upright within kEaseUpright_s and still.
+// and over until `duration_s` (infinity: forever); then eased upright within kEaseUpright_s and still.
 class Performance {
  public:
   static constexpr double kLeadIn_s = 0.5;

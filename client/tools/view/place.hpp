@@ -8,7 +8,7 @@
 
 namespace hairnet::viewer {
 
-// Where a character stands and whither it looks: the floor's x and z, and a turn about +Y (0: along +Z).
+// Where a character stands and where it looks: x and z on the floor, and a turn about +Y (0: along +Z).
 struct Place {
   double x_m = 0, z_m = 0, heading_deg = 0;
   friend bool operator==(const Place&, const Place&) = default;

@@ -10,7 +10,7 @@
 namespace hairnet::viewer {
 namespace {
 
-constexpr std::uint32_t kSeeds = 8;  // so many ways of making a motion, and no more memory
+constexpr std::uint32_t kSeeds = 8;  // different random variants of a motion; limits memory
 constexpr const char* kInTurn = "one after the other";
 
 }  // namespace
@@ -61,7 +61,7 @@ Result<std::vector<LocalCharacter>> SceneList::make(const Choice& choice) {
   if (hair > hair_count || motion > motion_count) return Refusal("no such scene");
   std::vector<LocalCharacter> characters;
   for (std::size_t n = 0; n < count; ++n) {
-    // Those on different levels are to be compared: alike but for the level.
+    // For a comparison of levels, the characters differ only in their level.
     const std::uint32_t seed = every_level ? 1 : 1 + static_cast<std::uint32_t>(n) % kSeeds;
     const auto groom = groom_of(hair < hair_count ? hair : n % hair_count);
     if (!groom) return Refusal(groom.error());

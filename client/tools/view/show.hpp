@@ -32,13 +32,15 @@ struct Subject {
   bool own = false;                            // may be taken hold of and changed
 };
 
-// Characters that move and whose hair lives, wherever it is simulated. What a window draws and works on. One thread.
+// The source of the characters that a window draws and controls, simulated here (LocalWorld) or by a server (LiveRoom).
+// One thread.
 class Show {
  public:
   static constexpr double kAside_m = 0.8;  // of teleport(), along x
 
   virtual ~Show() = default;
-  // Brings everybody to the moment that is to be drawn, `now_ns` of a monotonic clock. One line when it is over.
+  // Moves all characters to the moment to draw, `now_ns` of a monotonic clock. The error is one line that says why the
+  // source has ended.
   virtual Result<void> advance(std::int64_t now_ns) = 0;
   // Until the next call that is not const.
   [[nodiscard]] virtual std::span<const Subject> subjects() const = 0;

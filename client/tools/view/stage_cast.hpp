@@ -11,8 +11,8 @@
 
 namespace hairnet::viewer {
 
-// Brings subjects onto a stage: their grooms to the GPU once, and off it when nobody wears them any more. One thread,
-// that of the stage's context.
+// Turns the characters of a source into what the renderer draws. Uploads each groom to the GPU once, and frees it when
+// no character uses it. One thread: that of the OpenGL context.
 class StageCast {
  public:
   explicit StageCast(view::Stage& stage) : stage_(stage) {}

@@ -2,7 +2,8 @@
 
 namespace hairnet::viewer {
 
-// From now on SIGINT and SIGTERM ask the program to end, in place of ending it; a second one of either ends it at once.
+// Installs handlers: the first SIGINT or SIGTERM only requests a stop (see asked_to_stop), the second one ends the
+// program at once.
 void heed_stop_signals();
 // Whether one came.
 [[nodiscard]] bool asked_to_stop();

@@ -7,8 +7,8 @@
 
 namespace hairnet::viewer {
 
-// Keeps what a character's hair was like just before and after its last switches of level, so that a moment can be
-// blended as a display would have done it (link::SwitchBlend), though it is deformed only later. One thread.
+// Stores the lattices just before and after the last level switches of a character, so that a picture that is drawn
+// later can show the same cross-fade as a window (link::SwitchBlend). One thread.
 class SwitchTrail {
  public:
   // All that is played, in order.

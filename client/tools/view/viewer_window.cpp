@@ -23,7 +23,7 @@ namespace {
 constexpr const char* kFirstHair = "long_curly";
 constexpr const char* kFirstMotion = "dance";
 constexpr double kHead_m = 0.24;
-constexpr double kComingIntoView_m = 2;  // beside the picture; a server stands still whom nobody sees
+constexpr double kComingIntoView_m = 2;  // margin around the view: servers do not simulate unseen hair
 
 double ms_since(std::int64_t began_ns) {
   return 1e-6 * static_cast<double>(steady_ns() - began_ns);
@@ -127,7 +127,7 @@ class ViewerWindow {
   void fill(Result<std::vector<LocalCharacter>> characters, LocalWorld& world) {
     state_.fault = characters ? "" : characters.error();
     if (!characters) return;
-    // Ticks and characters are counted anew.
+    // Ticks and characters are numbered from the start again.
     if (const Result<void> traced = recorder_.stop_trace(); !traced) state_.fault = traced.error();
     world.remove_all();
     for (LocalCharacter& character : *characters) world.add(std::move(character));
@@ -175,7 +175,7 @@ class ViewerWindow {
   }
 
   void point_camera(std::span<const Subject> subjects, double elapsed_s) {
-    // Whoever comes or goes is to be seen, unless somebody has chosen what to look at.
+    // Frame all characters when one comes or goes, unless the user has moved the camera.
     if (std::exchange(framed_count_, subjects.size()) != subjects.size() && !state_.camera_chosen)
       state_.frame_wanted = true;
     if (state_.frame_wanted && !subjects.empty()) {
@@ -191,7 +191,7 @@ class ViewerWindow {
     for (const Subject& subject : subjects) {
       if (state_.follows && state_.chosen == subject.id) followed = head_middle(subject.pose);
     }
-    // A head that is held would take the camera along, and the mouse with it.
+    // Do not follow a grabbed head: the camera would move with it, and the mouse ray with the camera.
     if (state_.hand.held()) followed.reset();
     if (followed_last_ != state_.chosen) state_.camera.follow({}, 0);
     followed_last_ = state_.chosen;

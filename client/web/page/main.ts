@@ -12,6 +12,6 @@ if (lack) {
 } else {
   const viewer = new PageViewer(readQuery(new URL(location.href)));
   void viewer.start();
-  // For whoever looks in from the console, and for tests.
+  // For the browser console and the tests.
   Object.assign(window, { hairnet: viewer });
 }

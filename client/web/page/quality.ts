@@ -4,7 +4,7 @@ const kFrameMsMost = 1000; // longer, and the page was hidden, or did something 
 const kLeast = 0.25;
 const kMost = 1.5;
 
-/** Chooses how finely hair is drawn so that pictures keep coming. */
+/** Lowers the drawing quality while pictures take too long, and raises it again. Changes gradually. */
 export class Quality {
   /** null: automatic */
   chosen: number | null = null;

@@ -7,8 +7,8 @@ const kWaitLeastS = 1;
 const kWaitMostS = 10;
 
 /**
- * A room, for as long as the page is open: the first connection is tried again and again too, and one that the server
- * ended for a reason that may pass is begun anew. One that would be refused again is not.
+ * Keeps the page in a room as long as the page is open. Unlike `connect`, it also retries the first connection, and it
+ * joins again when the server has closed the session for a temporary reason. It stops when the server refuses for good.
  */
 export class Session {
   room: Room | null = null;

@@ -91,7 +91,7 @@ export class PageViewer {
       this.#framed.delete(character.member);
     });
     hair.addEventListener("groomfault", ({ detail }) => this.#showFault(`A hairstyle cannot be drawn: ${detail}`));
-    // What one wears one goes on wearing in the next room.
+    // The own hairstyle carries over to the next room.
     if (this.#wanted) void this.#wear(this.#wanted);
   }
 
@@ -120,7 +120,7 @@ export class PageViewer {
     if (timeMs - this.#figuresMs > kFiguresEveryMs) this.#showFigures(timeMs);
   }
 
-  // Whoever comes is brought into view, until somebody moves the picture; whoever was clicked stays in its middle.
+  // Frame newcomers until the user moves the camera. A member that was clicked stays in the centre of the view.
   #follow(): void {
     const seen = [...(this.hair?.characters.values() ?? [])].filter((character) => character.isReady);
     const isNew = seen.some((character) => !this.#framed.has(character.member));
@@ -143,7 +143,7 @@ export class PageViewer {
     if (!room) return;
     try {
       const groom = hairstyle ? await hairstyle.get() : null;
-      // Who is here is told within a moment of coming in.
+      // The server announces the members shortly after the welcome.
       await this.#acquainted;
       if (room !== this.room || hairstyle !== this.#wanted) return;
       const isFirst = this.#own === null;

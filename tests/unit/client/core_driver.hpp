@@ -20,7 +20,7 @@ inline wire::GroomHash hash_of(std::uint8_t first) {
   return hash;
 }
 
-// A core, the clock it lives by, and the server's end of its connection, all in the test's hand.
+// Drives a LinkCore in a test: owns its clock and plays the server's end of its connection.
 class CoreDriver {
  public:
   explicit CoreDriver(CoreOptions options = {}) : core(std::move(options)) {}

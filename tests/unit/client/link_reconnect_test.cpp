@@ -115,7 +115,7 @@ TEST_F(Settled, after_a_resume_only_what_the_server_may_have_missed_is_said_agai
   EXPECT_EQ(d.expect<wire::SetLevel>().character, 8u) << "it may have been added on another";
   EXPECT_FALSE(d.take());
   d.send(wire::Error{wire::ErrorReason::character_exists, 8, {}, ""});  // it had arrived before
-  d.send(wire::CharacterAdded{7, hash_of(1), LevelIndex::low, 31});     // told anew
+  d.send(wire::CharacterAdded{7, hash_of(1), LevelIndex::low, 31});     // announced again
   EXPECT_TRUE(d.core.take_events().size() == 2u);                       // Reconnecting, Connected
   d.send(wire::Error{wire::ErrorReason::character_exists, 8, {}, ""});  // this one is the caller's
   EXPECT_TRUE(d.event<wire::Error>());

@@ -19,7 +19,7 @@ using ::testing::HasSubstr;
 
 constexpr std::size_t kChunkBytes = 200'000;
 
-// Welcomes whoever says hello, breaks off the first connection when asked to, and notes what else comes.
+// Welcomes every client, breaks the first connection when asked to, and records all other messages.
 class Welcoming : public server::PacketSink {
  public:
   Welcoming(std::shared_ptr<server::Connection> connection, bool breaks_off, std::size_t& poses)

@@ -54,8 +54,8 @@ class ShaderTest : public testing::Test {
   virtual void set_up_drawing() = 0;
   virtual void tear_down_drawing() = 0;
 
-  // Two characters for the shaders; the second has the layers. Displacements are the head's affair: where it stands
-  // makes no difference. `first` and `second`: the rows of their points.
+  // Fills the records of two characters; the second has the layers. Displacements are in head space, so the poses do
+  // not matter. `first` and `second`: the rows of their points.
   void fill_records(std::span<const Layer> layers, float quadratic, const CharacterRecords::PointRows& first = {},
                     const CharacterRecords::PointRows& second = {}) {
     std::vector<LatticeLayer> shown;

@@ -6,8 +6,8 @@
 
 namespace hairnet::wire {
 
-// `bytes`, not none, spoilt in one place to four: bits, counts and offsets, pieces over others, an end too early or bytes
-// too many. A size prefix agrees with what became of them, mostly, or nothing else would ever be looked at.
+// Damages non-empty `bytes` in one to four places: bits, counts, offsets, copied pieces, truncation, extra bytes.
+// Usually corrects the size prefix afterwards, or the decoder would stop there.
 std::vector<std::uint8_t> mutated(std::mt19937& random, std::vector<std::uint8_t> bytes);
 
 }  // namespace hairnet::wire

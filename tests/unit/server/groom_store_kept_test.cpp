@@ -138,7 +138,7 @@ TEST_F(GroomStoreTest, a_file_on_disk_is_read_once_for_all_who_ask) {
   ASSERT_TRUE(delivered_[0].bytes);
   EXPECT_EQ(*delivered_[0].bytes, good_.bytes);
   EXPECT_EQ(delivered_[0].bytes, delivered_[1].bytes);
-  EXPECT_EQ(store_->bytes(good_.hash), delivered_[0].bytes) << "whoever comes while it is being sent shares it";
+  EXPECT_EQ(store_->bytes(good_.hash), delivered_[0].bytes) << "a session that asks while it is being sent shares it";
   EXPECT_EQ(cache_counters_.groom_cache_hits.value(), 1u);
   EXPECT_EQ(store_->groom_count(), 0u) << "nothing is built of it";
   delivered_.clear();

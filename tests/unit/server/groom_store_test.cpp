@@ -164,7 +164,7 @@ TEST_F(GroomStoreTest, who_goes_on_with_wrong_bytes_is_asked_for_all_before_it_i
   build();
   EXPECT_THAT(errors(kBert), IsEmpty());
   EXPECT_THAT(needs(kBert), ElementsAre(good_.bytes.size(), 100u, 0u));
-  EXPECT_EQ(chunk(kBert, good_, 100, good_.bytes.size()), ErrorReason::none) << "sent before it was asked anew";
+  EXPECT_EQ(chunk(kBert, good_, 100, good_.bytes.size()), ErrorReason::none) << "sent before it was asked again";
   EXPECT_EQ(send_all(kBert, good_), ErrorReason::none);
   build();
   EXPECT_EQ(states(kBert).back(), GroomState::ready);

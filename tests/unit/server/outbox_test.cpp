@@ -101,7 +101,7 @@ TEST_F(OutboxTest, ticks_that_nobody_has_tried_to_send_are_no_sign_of_a_slow_cli
     EXPECT_FALSE(outbox_.make_way()) << tick;
     outbox_.push_frames(frames_of(tick));
   }
-  EXPECT_TRUE(outbox_.make_way()) << "they do not pile up for ever";
+  EXPECT_TRUE(outbox_.make_way()) << "they do not pile up forever";
   EXPECT_EQ(counters_.frames_superseded.value(), Outbox::kTicksUnseenMax);
 }
 

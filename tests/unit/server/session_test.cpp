@@ -478,7 +478,7 @@ TEST_F(SessionTest, a_full_server_says_so_and_goes_on_with_whom_it_has) {
   EXPECT_TRUE(third->all<wire::Welcome>().empty());
   ASSERT_EQ(third->all<wire::Goodbye>().size(), 1u);
   EXPECT_EQ(third->all<wire::Goodbye>()[0].reason, GoodbyeReason::server_full);
-  EXPECT_EQ(third->all<wire::Goodbye>()[0].detail, "the server holds its 2 clients");
+  EXPECT_EQ(third->all<wire::Goodbye>()[0].detail, "the server is full: at most 2 clients");
 
   first_sink->on_closed("reset", now_ns_);
   const wire::Welcome welcome = first->all<wire::Welcome>().at(0);

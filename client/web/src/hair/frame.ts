@@ -12,9 +12,9 @@ export interface Frame {
   readonly errorClass: ErrorClass;
   /** teleport, reset or switch of level: do not interpolate from the last frame */
   readonly discontinuous: boolean;
-  /** nothing will change, and no frame come, before the character wakes */
+  /** the lattice is at rest: the server sends no further frame until it moves */
   readonly asleep: boolean;
-  /** the hair as it was when a server was lost: the next one has none of it yet */
+  /** the last known hair from before a reconnect: the new server has no lattice yet */
   readonly kept: boolean;
   /** ticks from one step of the character to the next */
   readonly stepStride: number;

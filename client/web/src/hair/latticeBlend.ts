@@ -47,9 +47,9 @@ export class LatticeBlend {
   #switchNumber = 0;
 
   /**
-   * The layers that show a sample of `Playout`: the newest first, of weight 1, unless it is rigid. They belong to this
-   * object until the next call. With `discontinuous` it begins anew, and so it does with another lattice of the same
-   * level. (Frames are also discontinuous where the level changes: pass that on only for what is not to fade.)
+   * Returns the layers that show a sample of `Playout`: the newest first, with weight 1, unless it is rigid. They are
+   * valid until the next call. `discontinuous`, or another lattice of the same level, ends all fades. (Frames are also
+   * discontinuous where the level changes; do not pass `discontinuous` then, or the change will not fade.)
    */
   update(sample: PlayoutSample, discontinuous = false): readonly LatticeLayer[] {
     const geometry = sample.displacement.length > 0 ? sample.geometry : null;

@@ -77,8 +77,9 @@ class Held {
  *
  * Between frames that bring velocities hair moves by a cubic that keeps them (Hermite), else in a straight line.
  *
- * A frame is late by its arrival less its sample time. Playing lags by the least lateness of the last frames, plus one
- * frame interval (there must be a frame to interpolate to), plus their jitter or half an interval, whichever is more.
+ * The lateness of a frame is its arrival time minus its sample time. The play-out delay is the smallest lateness of the
+ * last frames, plus one frame interval (to have a frame to interpolate to), plus the larger of their jitter and half an
+ * interval.
  */
 export class Playout {
   /** by time; at most one at or before the play time once sampled */
@@ -99,7 +100,7 @@ export class Playout {
     geometry: null as LevelGeometry | null,
   };
   #started = false;
-  /** of the arrivals; null: to be found anew */
+  /** of the arrivals; null: must be computed again */
   #target: number | null = null;
   #renderTimeNs = 0;
   #delayNs = 0;
@@ -127,7 +128,7 @@ export class Playout {
       ++this.#droppedCount;
       return;
     }
-    // After a gap the way to the new frame begins at what is on the screen, not at the frame before the gap.
+    // After a gap, interpolate to the new frame from what is on the screen, not from the frame before the gap.
     if (this.#started && frames.length > 0 && frames[frames.length - 1].timeNs < this.#shown.timeNs) {
       const from = this.#spare.pop() ?? new Held();
       from.assign(this.#shown);
@@ -154,7 +155,10 @@ export class Playout {
     }
   }
 
-  /** No frame will come for a while, the caller knows: what is shown by then is held until the next one. */
+  /**
+   * Freezes what is shown until the next frame arrives. For callers that know that no frame will come for a while, as
+   * during a reconnect.
+   */
   hold(): void {
     if (this.#frames.length === 0) return;
     const last = this.#frames[this.#frames.length - 1];
@@ -232,7 +236,7 @@ export class Playout {
     this.#renderTimeNs += elapsed;
     const starved = this.#frames[this.#frames.length - 1].timeNs < shown.timeNs;
     const slew = Math.floor(kSlewMax * elapsed);
-    // With nothing to show anyway, standing still costs nothing and lets late frames be in time again.
+    // There is no newer frame to show. Stop the play time here, so that late frames are in time again.
     if (starved && target > this.#delayNs) this.#delayNs = target;
     else this.#delayNs += Math.min(Math.max(target - this.#delayNs, -slew), slew);
     shown.timeNs = Math.max(shown.timeNs, this.#renderTimeNs - this.#delayNs);
@@ -288,7 +292,7 @@ export class Playout {
 
 const byValue = (a: number, b: number): number => a - b;
 
-/** Over a long gap a velocity says nothing about the way. */
+/** Over a long gap the end velocities no longer describe the motion between, so the cubic is not used. */
 function isCubic(from: Held, to: Held): boolean {
   const count = to.displacement.length;
   return (

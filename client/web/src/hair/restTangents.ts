@@ -1,6 +1,6 @@
 import type { FarStrips, Groom } from "./groom";
 
-/** How hair goes on at each point of a groom, by the arc length s at rest. */
+/** The direction of the hair at each point of a groom at rest: derivatives by the arc length s. */
 export interface RestTangents {
   /** dx / ds, of unit length, head space; 3 a point */
   readonly direction: Float32Array;

@@ -17,7 +17,7 @@ export class StrandLengths {
     this.#measure(points, this.#restArc);
   }
 
-  /** Places the strands' `points`, deformed, anew. Those after the last strand stay. */
+  /** Moves the deformed `points` so that no strand is longer than at rest. Points after the last strand stay. */
   limit(points: Float32Array): void {
     const arc = this.#arc;
     this.#measure(points, arc);

@@ -1,6 +1,6 @@
 /**
- * When bulk (pieces of grooms) goes before what must go soon (poses, answers) on one connection. As a rule it goes when
- * nothing else waits. Where something always does, on a thin line, it gets at least one byte in four all the same.
+ * Decides when bulk data (groom chunks) may go before urgent messages (poses, answers) on one connection. Usually bulk
+ * is sent when nothing urgent waits. On a slow line that is always busy, bulk still gets at least one byte in four.
  */
 export class BulkShare {
   /** sent since the last piece, while one waited */

@@ -167,7 +167,7 @@ export class Connection {
       else this.#end("the server sent text");
       this.#turn();
     };
-    socket.onerror = () => {}; // its close follows and says the same; others than browsers' want a listener
+    socket.onerror = () => {}; // onclose reports it; Node's ws needs a listener
     socket.onclose = ({ code, reason }) => {
       const why = reason || (code === 1006 || code === 1005 ? "" : `code ${code}`);
       const what = this.#isOpen ? "the connection broke" : `no WebSocket at ${this.#url}`;

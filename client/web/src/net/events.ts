@@ -21,7 +21,7 @@ export interface Connected {
   /** after Reconnecting; `welcome.resumed` says whether the server still had the session */
   readonly again: boolean;
 }
-/** The connection is lost and will be made anew; Connected or Disconnected follows. */
+/** The connection is lost and the link is reconnecting; Connected or Disconnected follows. */
 export interface Reconnecting {
   readonly type: "reconnecting";
   /** the server's; none when the connection broke */

@@ -8,7 +8,7 @@ const kFinal: ReadonlySet<GoodbyeReason> = new Set([
   GoodbyeReason.sessionTakenOver,
 ]);
 
-/** The same client would be refused again, by the same server or the next. */
+/** True when a reconnect is useless: every server would refuse this client again for the same reason. */
 export function isFinal(reason: GoodbyeReason): boolean {
   return kFinal.has(reason);
 }

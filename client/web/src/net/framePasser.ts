@@ -16,7 +16,7 @@ export class FramePasser {
   #tick = 0;
   #sampleTimeNs = 0;
   #frames: Frame[] = [];
-  /** what a sink is shown, again and again */
+  /** the one object that every sink call gets */
   readonly #shown = {
     member: 0,
     character: 0,

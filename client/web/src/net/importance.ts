@@ -2,7 +2,7 @@ import type { MemberImportance, ReportImportance } from "./messages";
 import { kMembersPerMessageMax } from "./messages";
 
 const kIntervalNs = 250_000_000;
-/** Of the screen height, as a share, that is worth a word. */
+/** Relative change of the screen height that is worth a report. */
 const kChange = 0.1;
 
 interface Reported {

@@ -14,8 +14,8 @@ export interface Hair {
 }
 
 /**
- * The hair of own characters when their server was lost. Another server knows it, but has no lattice before it has the
- * groom: what it sends until then is rigid, and this is shown in its place.
+ * The last known hair of this client's own characters, taken when the connection was lost. A new server has no lattice
+ * until it has the groom, so it sends rigid frames at first. This hair is shown in their place.
  */
 export class KeptHair {
   readonly #kept = new Map<number, { readonly hair: Hair; untilNs: number }>();
@@ -38,7 +38,10 @@ export class KeptHair {
     this.#kept.clear();
   }
 
-  /** The lattice comes now; or a while later it does not, because the server has its reasons. */
+  /**
+   * The server has the groom, so its lattice frames should follow. If none has come after a second (the server may keep
+   * the character rigid), the last known hair is no longer shown.
+   */
   onReady(groom: GroomHash, nowNs: number): void {
     for (const kept of this.#kept.values()) {
       if (kept.hair.groom === groom && kept.untilNs === Infinity) kept.untilNs = nowNs + kLatticeWaitNs;

@@ -11,8 +11,8 @@ export interface KnownLevel {
 }
 
 /**
- * Level records. One that is told again, over a new connection for example, is the same object for as long as anybody
- * holds it: what was made of it can stay.
+ * The level records that were received. A record that is received again, for example after a reconnect, gives the same
+ * object as long as something still uses it, so that what was built from it stays valid.
  */
 export class LevelCatalog {
   readonly #levels = new Map<string, WeakRef<LevelGeometry>>();
@@ -21,7 +21,7 @@ export class LevelCatalog {
     const key = levelKey(record.groom, record.level);
     const before = this.#levels.get(key)?.deref();
     const geometry = before && isSame(before, record.geometry) ? before : record.geometry;
-    // A server that builds otherwise replaces it.
+    // Another server may build the level differently: the new record wins.
     if (geometry !== before) this.#levels.set(key, new WeakRef(geometry));
     for (const [other, held] of this.#levels) {
       if (!held.deref()) this.#levels.delete(other);

@@ -137,7 +137,7 @@ export class LinkCore {
     this.#say(wanted);
   }
 
-  /** Of the whole room; whoever set it last wins. */
+  /** Sets the wind of the whole room; the last client to set it wins. */
   setWind(wind: m.Wind): void {
     const wanted: m.SetWind = { type: "setWind", wind: { ...wind } };
     validateMessage(wanted);
@@ -311,7 +311,7 @@ export class LinkCore {
     return packet;
   }
 
-  /** Exactly one packet, size prefix included. Spoilt ones end the connection; nothing is thrown. */
+  /** Takes exactly one packet, size prefix included. A malformed packet ends the connection; nothing is thrown. */
   onPacket(packet: Uint8Array, nowNs: number): void {
     if (this.#state !== "greeting" && !this.isActive) return;
     this.#counters.bytesReceived += packet.length;
@@ -329,7 +329,7 @@ export class LinkCore {
     if (message.type === "frameBatch") this.#counters.frameBytesReceived += packet.length;
     const mayComeFirst = message.type === "welcome" || message.type === "error" || message.type === "goodbye";
     if (this.#state === "greeting" && !mayComeFirst)
-      return this.#lose(GoodbyeReason.protocolError, "the server sent something else than a welcome", nowNs);
+      return this.#lose(GoodbyeReason.protocolError, "the server sent another message before its welcome", nowNs);
     this.#take(message, nowNs);
   }
 
@@ -501,7 +501,7 @@ export class LinkCore {
 
   #onCharacterAdded(added: m.CharacterAdded, nowNs: number): void {
     if (!this.#roster.hasAskedFor(added.character))
-      return this.#lose(GoodbyeReason.protocolError, "the server adds a character that nobody asked for", nowNs);
+      return this.#lose(GoodbyeReason.protocolError, "the server added a character nobody requested", nowNs);
     this.#roster.onAdded(added.character);
     if (this.#members.addOwn(added)) this.#push(added);
   }

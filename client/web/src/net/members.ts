@@ -13,7 +13,7 @@ import type { CharacterAdded, CodedFrame, LevelRecord, MemberJoined } from "./me
 
 // Between two requests for a keyframe of one member: the answer takes a round trip.
 const kKeyframeWaitNs = 500_000_000;
-// Frames decoded last, one more than a frame may refer to: that is where the next one goes.
+// Ring of the last decoded frames: as many as a frame may refer to, and one slot for the next frame.
 const kSlotCount = kHistoryMax + 1;
 
 class Past {
@@ -168,14 +168,17 @@ export class Members {
     }
   }
 
-  /** The session goes on; the server tells of all members anew. Afterwards: who was not told of has left. */
+  /**
+   * After a resume the server announces all members again. `dropUnconfirmed` then removes those that it did not
+   * announce.
+   */
   expectAllAgain(): void {
     for (const member of this.#members.values()) member.confirmed = false;
   }
 
   /**
-   * Another number that was the same character's and has not been told of again: it left and came back meanwhile. It is
-   * dropped; null if there is none.
+   * Removes and returns the old member number of the same character, which left and came back during the outage; null
+   * if there is none.
    */
   dropFormer(session: bigint, character: number, number: number): number | null {
     for (const [other, member] of this.#members) {

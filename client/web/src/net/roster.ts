@@ -159,7 +159,7 @@ export class Roster {
       again.messages.push({ type: "addCharacter", character: number, groom, level, state });
       if (resumed) this.#saidTwice.add(number);
     }
-    // One that it added before the connection broke may be on an older level.
+    // The server may have added it before the connection broke, with an older level.
     if (resumed) again.messages.push({ type: "setLevel", character: number, level });
     if (material) again.messages.push({ type: "setMaterial", character: number, scale: material });
   }

@@ -3,8 +3,8 @@ const kStalledNs = 60_000_000;
 const kForgetNs = 100_000;
 
 /**
- * When frames arrived. A page's thread may stand still for a while (a shader is linked, geometry goes to the GPU); what
- * came meanwhile is only seen afterwards, all at once, and was not late for that. Times in ns, of one clock.
+ * Estimates when frames really arrived. The page's thread may block for a while (shader linking, GPU uploads); frames
+ * that arrive meanwhile are all read afterwards, but were not late. Times in ns, of one clock.
  */
 export class Arrivals {
   #awakeNs = -Infinity;

@@ -3,8 +3,8 @@ import type { Frame } from "../hair/frame";
 const kMembersMost = 4096;
 
 /**
- * Frames of members that are not known yet: a member's first frame may come before one has looked at who came in, and if
- * it sleeps no other follows. The newest of each is kept, copied.
+ * Frames of members that are not known yet. The first frame of a member may arrive before its `memberJoined` event is
+ * taken, and a sleeping member sends no second one. Keeps a copy of the newest frame of each member.
  */
 export class EarlyFrames {
   readonly #frames = new Map<number, { frame: Frame; sampleNs: number; arrivalNs: number }>();

@@ -15,7 +15,7 @@ import { OwnCharacter } from "./ownCharacter";
 
 const kGroomRetryNs = 3_000_000_000;
 
-/** "away": the connection is lost and being made anew; "closed": for good. */
+/** "away": the connection is lost and the room is reconnecting; "closed": for good. */
 export type RoomState = "connected" | "away" | "closed";
 
 /** What `Room` tells its listeners. */
@@ -50,7 +50,7 @@ export class Room implements HairSource {
   /** as what each was shown last, by its own number */
   readonly #ownMembers = new Map<number, Member>();
   readonly #grooms = new Map<string, Groom>();
-  /** files of `#grooms`, to be offered by whoever wears them too */
+  /** files of `#grooms`, which an own character with the same groom uploads */
   readonly #files = new Map<string, Uint8Array>();
   readonly #faults = new Map<string, string>();
   /** grooms that nobody could give, and when to ask again */
@@ -66,7 +66,7 @@ export class Room implements HairSource {
       link.setFrameSink((frame, sampleTimeNs) => {
         const sampleNs = link.toLocalNs(sampleTimeNs);
         const arrivalNs = this.#arrivals.timeOf(sampleNs, connection.nowNs());
-        // Of a connection that was made anew the numbers are others', until what it told is taken.
+        // After a reconnect, member numbers may mean other members until the queued events are taken: store the frames.
         const member = this.#state === "connected" ? this.members.get(frame.member) : undefined;
         if (member) member.playout.push(frame, sampleNs, arrivalNs);
         else this.#early.put(frame, sampleNs, arrivalNs);
@@ -188,7 +188,7 @@ export class Room implements HairSource {
       case "groomFetched":
         return this.#takeGroom(event.hash, event.bytes, event.fault);
       case "groomStatus":
-        if (event.state === GroomState.refused) this.#tell("fault", { detail: "the server refuses a groom" });
+        if (event.state === GroomState.refused) this.#tell("fault", { detail: "the server refused a groom" });
         return;
       case "error":
         if (event.reason === ErrorReason.groomUnavailable || event.reason === ErrorReason.limitExceeded) {
@@ -263,7 +263,7 @@ export class Room implements HairSource {
   }
 
   #takeGroom(key: string, bytes: Uint8Array | null, fault: string): void {
-    // Whoever wore it may have left meanwhile, or its file may have come another way.
+    // Its wearers may have left, or an own character may have brought the same file.
     if (!this.#isUsed(key) || this.#grooms.has(key)) return;
     let why = fault;
     if (bytes) {

@@ -34,7 +34,9 @@ export function detailFor(headPx: number, quality: number, strandCount: number, 
   };
 }
 
-/** By how much what is drawn is wider, so that fewer strands and followers cover about as much. */
+/**
+ * The factor by which strands are drawn wider, so that fewer strands and follow hairs cover about the same area.
+ */
 export function widthScale(detail: DrawDetail): number {
   const drawn = (Math.max(detail.strandShare, 1e-4) * (1 + 0.8 * detail.followerCount)) / 2.6;
   return Math.min(Math.max(drawn ** -0.8, 0.5), 12);

@@ -2,7 +2,7 @@ import { DataTexture, FloatType, NearestFilter, RGBAFormat } from "three";
 
 const kRowsLeast = 8;
 
-/** A texture of RGBA floats that grows and shrinks by rows, written anew every frame. */
+/** A texture of RGBA floats that grows and shrinks by rows and is rewritten every frame. */
 export class FloatTexture {
   readonly texture: DataTexture;
   values: Float32Array<ArrayBuffer>;
@@ -23,7 +23,7 @@ export class FloatTexture {
     if (rows <= this.#rows && this.#rows <= Math.max(4 * rows, kRowsLeast)) return;
     this.#rows = Math.max(Math.ceil(1.5 * rows), kRowsLeast);
     this.values = new Float32Array(4 * this.width * this.#rows);
-    // A texture's size is fixed once it is on the GPU: there it is made anew.
+    // The size of a texture is fixed once it is on the GPU, so the GPU texture is created again.
     this.texture.dispose();
     this.texture.image = { data: this.values, width: this.width, height: this.#rows };
   }

@@ -171,7 +171,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     this.#grooms.set(key, entry);
     this.#builder.build(groom).then(
       (geometry) => {
-        // It may have left meanwhile, or left and come again.
+        // The groom may have been removed meanwhile, or removed and added again.
         if (this.#isDisposed || this.#grooms.get(key) !== entry) return;
         const adapt = this.#options.onMaterial ?? (() => {});
         entry.drawing = new GroomDrawing(geometry, this, this.#uniforms, adapt);
@@ -283,7 +283,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     all.exposure.value = this.exposure;
     if (views.length > 0) all.viewport_px.value.set(views[0].widthPx, views[0].heightPx);
     if (this.lights === "scene") sceneLights(rootOf(this), rig);
-    // In a headset the studio stays where it was: lights that turn with the head are felt as wrong.
+    // In a headset the lights stay where they are: lights that turn with the head look wrong.
     else if (!this.#renderer.xr.isPresenting || rig.colours[0].r === 0) studioLights(camera, rig);
   }
 

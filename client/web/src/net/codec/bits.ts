@@ -1,13 +1,13 @@
 /**
- * Reads numbers from bytes, the lowest bit first. Beyond the end it reads zeros and knows it. Bytes are copied into room
- * of its own that grows to the largest content it has seen, so nothing is allocated after warm-up.
+ * Reads numbers from bytes, the lowest bit first. Beyond the end it reads zeros and remembers that it did. It copies
+ * the bytes into its own buffer, which grows to the largest content seen, so nothing is allocated after warm-up.
  */
 export class BitReader {
   #bytes = new Uint8Array(4096);
   #byteCount = 0;
   #bit = 0;
 
-  /** Begins anew with these bytes. */
+  /** Starts to read these bytes. */
   reset(bytes: Uint8Array): void {
     const room = bytes.length + kBeyondEndBytes;
     if (room > this.#bytes.length) this.#bytes = new Uint8Array(2 * room);
@@ -49,7 +49,7 @@ export class BitReader {
     return this.#bit > 8 * this.#byteCount;
   }
 
-  /** All bytes were needed, none too many, and what fills up the last one is zero. */
+  /** True when exactly all bytes were read and the unused bits of the last one are zero. */
   endsHere(): boolean {
     const left = 8 * this.#byteCount - this.#bit;
     if (left < 0 || left >= 8) return false;

@@ -78,7 +78,7 @@ export function decodeNodes(
       zx = x < kZerosMax ? (x << k) | reader.take(k) : reader.take(16);
       zy = y < kZerosMax ? (y << k) | reader.take(k) : reader.take(16);
       zz = z < kZerosMax ? (z << k) | reader.take(k) : reader.take(16);
-      // More than 16 bits only of spoilt bytes.
+      // Only malformed bytes need more than 16 bits.
       zx &= 0xffff;
       zy &= 0xffff;
       zz &= 0xffff;

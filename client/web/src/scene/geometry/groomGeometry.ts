@@ -117,7 +117,10 @@ function widthFor(strandCount: number): number {
   return 4e-4 * Math.min(Math.max(Math.sqrt(10_000 / Math.max(1, strandCount)), 0.6), 4);
 }
 
-/** From by how much hairs are longer than their course over a few centimetres: the sine of their angle to it. */
+/**
+ * Measures curliness: compares the length of a hair with the straight distance over a few centimetres. The result is
+ * the sine of the mean angle between the hair and that straight line, scaled to 0 to 1.
+ */
 function wavinessOf({ strands, points }: Groom): number {
   const courseM = 0.04;
   const bentByTheHead = 0.2;

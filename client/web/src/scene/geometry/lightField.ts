@@ -1,6 +1,6 @@
 import type { Groom } from "../../hair/groom";
 
-/** What is left of light at one place, by where it comes from: +x -x +y -y +z -z of the head. */
+/** The fraction of light that reaches one point from each of six directions: +x -x +y -y +z -z of the head. */
 export type LightLeft = Float32Array;
 
 const kCellsAcross = 56;
@@ -28,7 +28,10 @@ const kRays: readonly (readonly [number, number, number])[] = [
 ];
 const kRayCount = kRays.length;
 
-/** Coarse grid over a groom at rest that says how much light gets to a place through hair and body. Head space, m. */
+/**
+ * A coarse grid over a groom at rest that stores how much light reaches each cell through hair and body: baked ambient
+ * occlusion by direction. Head space, m.
+ */
 export class LightField {
   cellM = 0.01;
   #origin = [0, 0, 0];
