@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "core/build/level.hpp"
+#include "core/levels/level.hpp"
 #include "core/pose/pose.hpp"
 #include "schema/codec/frame_codec.hpp"
 

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "client/link/kept_hair.hpp"
+#include "client/link/last_known_hair.hpp"
 #include "client/link/level_catalog.hpp"
 #include "schema/codec/frame_codec.hpp"
 #include "schema/wire/messages.hpp"

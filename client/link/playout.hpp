@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "client/link/frame.hpp"
-#include "core/build/level.hpp"
+#include "core/levels/level.hpp"
 
 namespace hairnet::link {
 

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "core/build/level.hpp"
+#include "core/levels/level.hpp"
 
 namespace hairnet::link {
 

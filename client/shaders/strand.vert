@@ -4,7 +4,7 @@
 #include "hair_light.glsl"
 
 // A strand as a ribbon that faces the camera, through points that two passes have placed before (deform_points.frag,
-// place_points.frag). Every point comes twice: even vertices on the left, odd ones on the right. Shading is done here, not by the pixel: a ribbon is a pixel or two wide, and its points lie close.
+// limit_lengths.frag). Every point comes twice: even vertices on the left, odd ones on the right. Shading is done here, not by the pixel: a ribbon is a pixel or two wide, and its points lie close.
 // Instances: a character's strands, then its followers, then the next character.
 layout(location = 0) in vec4 sides;  // light left from +x -x +y -y
 layout(location = 1) in vec4 ends;   // from +z -z; fraction of the strand's length; 0

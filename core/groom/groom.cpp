@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "core/groom/fault.hpp"
+#include "core/groom/fault_text.hpp"
 #include "core/groom/validate_features.hpp"
 
 namespace hairnet {

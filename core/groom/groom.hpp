@@ -7,7 +7,7 @@
 
 #include "core/groom/body.hpp"
 #include "core/groom/fabric.hpp"
-#include "core/groom/far_strips.hpp"
+#include "core/groom/far_cards.hpp"
 #include "core/groom/material.hpp"
 #include "core/groom/root_blend.hpp"
 

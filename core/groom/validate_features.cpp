@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/groom/fault.hpp"
+#include "core/groom/fault_text.hpp"
 
 namespace hairnet {
 namespace {

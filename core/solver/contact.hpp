@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/build/level.hpp"
+#include "core/levels/level.hpp"
 
 namespace hairnet {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/build/skin_field.hpp"
+#include "core/levels/skin_distance_field.hpp"
 #include "core/solver/contact.hpp"
 #include "core/solver/node_terms.hpp"
 

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "core/build/level.hpp"
+#include "core/levels/level.hpp"
 #include "core/solver/step.hpp"
 
 namespace hairnet {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/build/level.hpp"
+#include "core/levels/level.hpp"
 
 namespace hairnet {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/build/level.hpp"
 #include "core/groom/material_scale.hpp"
+#include "core/levels/level.hpp"
 #include "core/solver/damping.hpp"
 #include "core/solver/spring.hpp"
 #include "core/solver/step.hpp"

@@ -23,7 +23,7 @@ struct Skin {
   using Vector = typename Lanes::Vector;
   using L = Lanes;
 
-  // skin_distance() of core/build/skin_field.hpp, with the gradient made a unit vector.
+  // skin_distance() of core/levels/skin_distance_field.hpp, with the gradient made a unit vector.
   struct Here {
     Real distance;
     Vector normal;

@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "core/build/level.hpp"
 #include "core/groom/material_scale.hpp"
+#include "core/levels/level.hpp"
 #include "core/pose/pose.hpp"
 #include "core/solver/lane_memory.hpp"
 #include "core/solver/level_view.hpp"

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/build/level.hpp"
+#include "core/levels/level.hpp"
 #include "core/solver/step.hpp"
 
 namespace hairnet {

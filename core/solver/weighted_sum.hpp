@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "core/build/level.hpp"
+#include "core/levels/level.hpp"
 
 // Eqs. 1-2 in double, for steps that are written to be read: what a stiffener acts on, and how it acts back.
 namespace hairnet {

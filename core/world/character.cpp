@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "core/world/rest_motion.hpp"
+#include "core/world/rigid_velocity.hpp"
 
 namespace hairnet {
 namespace {

@@ -4,7 +4,7 @@
 #include <memory>
 #include <span>
 
-#include "core/build/level.hpp"
+#include "core/levels/level.hpp"
 #include "core/solver/step.hpp"
 #include "core/world/step_plan.hpp"
 #include "core/world/untangle.hpp"

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "core/build/level.hpp"
+#include "core/levels/level.hpp"
 #include "core/world/step_plan.hpp"
 
 namespace hairnet {

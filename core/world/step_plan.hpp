@@ -3,7 +3,7 @@
 #include <array>
 #include <cstddef>
 
-#include "core/build/level.hpp"
+#include "core/levels/level.hpp"
 
 namespace hairnet {
 

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <utility>
 
-#include "core/build/level_map.hpp"
+#include "core/levels/level_map.hpp"
 #include "core/solver/energy.hpp"
-#include "core/world/rest_motion.hpp"
+#include "core/world/rigid_velocity.hpp"
 
 namespace hairnet {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <span>
 
-#include "core/build/level.hpp"
+#include "core/levels/level.hpp"
 #include "core/pose/pose.hpp"
 
 namespace hairnet {

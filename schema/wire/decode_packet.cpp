@@ -2,7 +2,7 @@
 
 #include "core/ffd/lattice.hpp"
 #include "envelope_generated.h"
-#include "schema/wire/flat.hpp"
+#include "schema/wire/flatbuffer_convert.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "schema/wire/text.hpp"
 

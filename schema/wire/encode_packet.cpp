@@ -2,7 +2,7 @@
 #include <cstring>
 
 #include "envelope_generated.h"
-#include "schema/wire/flat.hpp"
+#include "schema/wire/flatbuffer_convert.hpp"
 #include "schema/wire/text.hpp"
 
 namespace hairnet::wire {

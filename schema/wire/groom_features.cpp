@@ -1,6 +1,6 @@
 #include "schema/wire/groom_features.hpp"
 
-#include "schema/wire/flat.hpp"
+#include "schema/wire/flatbuffer_convert.hpp"
 
 namespace hairnet::wire {
 namespace {

@@ -3,7 +3,7 @@
 #include <sodium/crypto_generichash.h>
 
 #include "groom_generated.h"
-#include "schema/wire/flat.hpp"
+#include "schema/wire/flatbuffer_convert.hpp"
 #include "schema/wire/groom_features.hpp"
 #include "schema/wire/text.hpp"
 

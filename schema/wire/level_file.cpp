@@ -6,9 +6,9 @@
 #include <cassert>
 #include <limits>
 
-#include "core/build/build.hpp"
+#include "core/levels/build.hpp"
 #include "levels_generated.h"
-#include "schema/wire/flat.hpp"
+#include "schema/wire/flatbuffer_convert.hpp"
 
 namespace hairnet::wire {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/build/level.hpp"
+#include "core/levels/level.hpp"
 #include "schema/wire/messages.hpp"
 
 namespace hairnet::wire {

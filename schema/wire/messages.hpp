@@ -11,8 +11,8 @@
 #include <variant>
 #include <vector>
 
-#include "core/build/level.hpp"
 #include "core/groom/material_scale.hpp"
+#include "core/levels/level.hpp"
 #include "core/pose/pose.hpp"
 #include "core/result.hpp"
 #include "core/solver/wind.hpp"

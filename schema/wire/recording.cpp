@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "recording_generated.h"
-#include "schema/wire/flat.hpp"
+#include "schema/wire/flatbuffer_convert.hpp"
 #include "schema/wire/groom_file.hpp"
 
 namespace hairnet::wire {

@@ -4,8 +4,8 @@
 #include <string>
 
 #include "core/solver/wind.hpp"
+#include "server/grooms/groom_store.hpp"
 #include "server/session/session_limits.hpp"
-#include "server/tick/groom_store.hpp"
 #include "server/transport/transport_options.hpp"
 
 namespace hairnet::server {

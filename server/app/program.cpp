@@ -11,11 +11,11 @@
 #include <optional>
 
 #include "schema/wire/messages.hpp"
-#include "server/app/duty_thread.hpp"
 #include "server/app/metrics.hpp"
 #include "server/app/server.hpp"
 #include "server/app/server_pages.hpp"
 #include "server/app/tick_thread.hpp"
+#include "server/threading/duty_thread.hpp"
 #include "server/transport/io_loop.hpp"
 #include "server/transport/listener.hpp"
 

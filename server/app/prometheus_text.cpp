@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/app/metric_name.hpp"
+#include "server/telemetry/metric_name.hpp"
 
 namespace hairnet::server {
 namespace {

@@ -9,11 +9,11 @@
 #include "core/result.hpp"
 #include "server/app/config.hpp"
 #include "server/app/metrics.hpp"
+#include "server/grooms/groom_store.hpp"
 #include "server/session/session_registry.hpp"
-#include "server/tick/groom_store.hpp"
+#include "server/threading/worker_pool.hpp"
 #include "server/tick/recorder.hpp"
 #include "server/tick/scheduler.hpp"
-#include "server/tick/worker_pool.hpp"
 
 namespace hairnet::server {
 

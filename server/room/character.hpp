@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "core/groom/material_scale.hpp"
-#include "core/world.hpp"
+#include "core/world/world.hpp"
 #include "schema/wire/messages.hpp"
-#include "server/room/character_key.hpp"
+#include "server/exchange/character_key.hpp"
 #include "server/room/frame_history.hpp"
 #include "server/room/pose_inbox.hpp"
 

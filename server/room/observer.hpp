@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "schema/wire/messages.hpp"
-#include "server/room/character_key.hpp"
-#include "server/room/outlet.hpp"
+#include "server/exchange/character_key.hpp"
+#include "server/exchange/observer_sink.hpp"
 
 namespace hairnet::server {
 

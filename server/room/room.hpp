@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "core/solver/wind.hpp"
+#include "server/exchange/command.hpp"
 #include "server/room/character.hpp"
-#include "server/room/command.hpp"
 #include "server/room/observer.hpp"
 #include "server/room/room_counters.hpp"
 

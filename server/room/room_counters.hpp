@@ -1,6 +1,6 @@
 #pragma once
 
-#include "server/room/counter.hpp"
+#include "server/telemetry/counter.hpp"
 
 namespace hairnet::server {
 

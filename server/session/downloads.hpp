@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "schema/wire/messages.hpp"
-#include "server/room/groom_desk.hpp"
+#include "server/exchange/groom_service.hpp"
 #include "server/session/session_counters.hpp"
 #include "server/session/session_limits.hpp"
 

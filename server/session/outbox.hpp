@@ -5,7 +5,7 @@
 #include <mutex>
 #include <vector>
 
-#include "server/room/outlet.hpp"
+#include "server/exchange/observer_sink.hpp"
 #include "server/session/session_counters.hpp"
 
 namespace hairnet::server {

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "schema/channel/token.hpp"
-#include "server/room/log_text.hpp"
+#include "server/telemetry/log_text.hpp"
 
 namespace hairnet::server {
 namespace {

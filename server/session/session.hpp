@@ -9,11 +9,10 @@
 #include <string_view>
 #include <vector>
 
-#include "schema/channel/bulk_share.hpp"
+#include "schema/channel/bulk_scheduler.hpp"
 #include "schema/channel/token.hpp"
-#include "server/room/command.hpp"
-#include "server/room/groom_desk.hpp"
-#include "server/room/token_bucket.hpp"
+#include "server/exchange/command.hpp"
+#include "server/exchange/groom_service.hpp"
 #include "server/session/connection.hpp"
 #include "server/session/downloads.hpp"
 #include "server/session/outbox.hpp"
@@ -22,6 +21,7 @@
 #include "server/session/session_counters.hpp"
 #include "server/session/session_directory.hpp"
 #include "server/session/session_limits.hpp"
+#include "server/threading/token_bucket.hpp"
 
 namespace hairnet::server {
 

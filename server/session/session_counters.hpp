@@ -1,8 +1,8 @@
 #pragma once
 
-#include "server/room/counter.hpp"
-#include "server/room/gauge.hpp"
-#include "server/room/histogram.hpp"
+#include "server/telemetry/counter.hpp"
+#include "server/telemetry/gauge.hpp"
+#include "server/telemetry/histogram.hpp"
 
 namespace hairnet::server {
 

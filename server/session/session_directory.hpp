@@ -7,7 +7,7 @@
 #include <unordered_map>
 
 #include "schema/wire/messages.hpp"
-#include "server/room/character_key.hpp"
+#include "server/exchange/character_key.hpp"
 
 namespace hairnet::server {
 

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "core/build/level.hpp"
+#include "core/levels/level.hpp"
 #include "server/tick/budget_cost.hpp"
 #include "server/tick/budget_fill.hpp"
 

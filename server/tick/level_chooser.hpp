@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/world.hpp"
+#include "core/world/world.hpp"
 #include "server/room/room.hpp"
 #include "server/tick/budget.hpp"
 #include "server/tick/budget_guard.hpp"

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <utility>
 
-#include "server/room/log_text.hpp"
+#include "server/telemetry/log_text.hpp"
 
 namespace hairnet::server {
 namespace {

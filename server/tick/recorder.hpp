@@ -11,7 +11,7 @@
 
 #include "core/result.hpp"
 #include "schema/wire/recording.hpp"
-#include "server/room/bounded_queue.hpp"
+#include "server/threading/bounded_queue.hpp"
 #include "server/tick/tick_counters.hpp"
 
 namespace hairnet::server {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "server/tick/measure.hpp"
+#include "server/tick/character_gauges.hpp"
 
 namespace hairnet::server {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "server/room/command.hpp"
+#include "server/exchange/command.hpp"
 #include "server/room/interest.hpp"
 #include "server/room/room.hpp"
 #include "server/tick/level_chooser.hpp"

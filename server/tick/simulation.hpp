@@ -7,9 +7,9 @@
 #include <unordered_map>
 #include <vector>
 
-#include "core/world.hpp"
+#include "core/world/world.hpp"
 #include "schema/wire/recording.hpp"
-#include "server/room/character_key.hpp"
+#include "server/exchange/character_key.hpp"
 
 namespace hairnet::server {
 

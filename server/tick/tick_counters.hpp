@@ -3,10 +3,10 @@
 #include <atomic>
 #include <cstdint>
 
-#include "core/build/level.hpp"
-#include "server/room/counter.hpp"
-#include "server/room/gauge.hpp"
-#include "server/room/histogram.hpp"
+#include "core/levels/level.hpp"
+#include "server/telemetry/counter.hpp"
+#include "server/telemetry/gauge.hpp"
+#include "server/telemetry/histogram.hpp"
 
 namespace hairnet::server {
 

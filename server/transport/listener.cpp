@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include "server/room/log_text.hpp"
+#include "server/telemetry/log_text.hpp"
+#include "server/transport/connection_router.hpp"
 #include "server/transport/io_loop_core.hpp"
-#include "server/transport/reception.hpp"
 #include "server/transport/tls_context.hpp"
 
 namespace hairnet::server {

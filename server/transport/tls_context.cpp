@@ -10,7 +10,7 @@
 #include <fstream>
 #include <string>
 
-#include "server/room/log_text.hpp"
+#include "server/telemetry/log_text.hpp"
 
 namespace hairnet::server {
 namespace {

@@ -4,7 +4,7 @@
 #include <cstdio>
 
 #include "tests/bench/cut_off_error.hpp"
-#include "tests/bench/performer.hpp"
+#include "tests/bench/step_runner.hpp"
 #include "tests/bench/stopwatch.hpp"
 
 namespace hairnet::bench {

@@ -20,7 +20,7 @@ struct PlainStiffeners {
 };
 
 // A level for steps of one length. Vectors are three numbers a node, head space.
-// SkinField and ContactPoints (core/build/level.hpp).
+// SkinField and ContactPoints (core/levels/level.hpp).
 struct PlainSkinField {
   double origin[3], cell_m;
   int dims[3];

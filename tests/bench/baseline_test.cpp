@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "core/solver/reference_step.hpp"
-#include "tests/bench/performer.hpp"
+#include "tests/bench/step_runner.hpp"
 #include "tests/support/levels.hpp"
 
 namespace hairnet::bench {

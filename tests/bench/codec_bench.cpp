@@ -5,9 +5,9 @@
 #include <limits>
 #include <memory>
 
-#include "core/world.hpp"
+#include "core/world/world.hpp"
 #include "tests/bench/stopwatch.hpp"
-#include "tests/fidelity/corpus.hpp"
+#include "tests/support/corpus.hpp"
 
 namespace hairnet::bench {
 namespace {

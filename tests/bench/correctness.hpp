@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "tests/bench/performer.hpp"
 #include "tests/bench/report.hpp"
+#include "tests/bench/step_runner.hpp"
 
 namespace hairnet::bench {
 

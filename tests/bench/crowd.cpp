@@ -2,8 +2,8 @@
 
 #include <chrono>
 
-#include "tests/bench/cast.hpp"
 #include "tests/bench/state_hash.hpp"
+#include "tests/bench/workload.hpp"
 
 namespace hairnet::bench {
 namespace {

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "core/pose/motion.hpp"
-#include "core/world.hpp"
-#include "server/tick/worker_pool.hpp"
+#include "core/world/world.hpp"
+#include "server/threading/worker_pool.hpp"
 
 namespace hairnet::bench {
 

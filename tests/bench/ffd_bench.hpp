@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "core/build/level.hpp"
 #include "core/groom/groom.hpp"
+#include "core/levels/level.hpp"
 
 namespace hairnet::bench {
 

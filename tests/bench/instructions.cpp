@@ -3,7 +3,7 @@
 #include <cstdio>
 
 #include "core/solver/crowd_step.hpp"
-#include "tests/bench/performer.hpp"
+#include "tests/bench/step_runner.hpp"
 
 namespace hairnet::bench {
 namespace {

@@ -2,7 +2,7 @@
 #include <cstdio>
 #include <span>
 
-#include "client/tools/files/write_file.hpp"
+#include "client/files/write_file.hpp"
 #include "core/solver/crowd_step.hpp"
 #include "tests/bench/accuracy_table.hpp"
 #include "tests/bench/codec_table.hpp"

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <utility>
 
-#include "client/tools/flags/in_range.hpp"
+#include "client/tools/command_line/in_range.hpp"
 
 namespace hairnet::bench {
 namespace {

@@ -7,7 +7,7 @@
 #include "tests/bench/correctness.hpp"
 #include "tests/bench/cut_off_error.hpp"
 #include "tests/bench/isa.hpp"
-#include "tests/bench/performer.hpp"
+#include "tests/bench/step_runner.hpp"
 #include "tests/bench/stopwatch.hpp"
 
 namespace hairnet::bench {

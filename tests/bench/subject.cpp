@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "tests/fidelity/corpus.hpp"
+#include "tests/support/corpus.hpp"
 
 namespace hairnet::bench {
 

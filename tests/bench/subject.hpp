@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "core/build/build.hpp"
+#include "core/levels/build.hpp"
 #include "core/pose/motion.hpp"
 #include "tests/bench/options.hpp"
 #include "tests/bench/report.hpp"

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "core/solver/step.hpp"
-#include "tests/fidelity/corpus.hpp"
+#include "tests/support/corpus.hpp"
 
 // Trajectories of the shipped step with its conjugate gradient cut off, and how far they lie from converged ones.
 namespace hairnet::fidelity {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "client/tools/files/write_file.hpp"
+#include "client/files/write_file.hpp"
 #include "tests/fidelity/decimation_report.hpp"
 
 namespace {

@@ -4,7 +4,7 @@
 #include <limits>
 #include <memory>
 
-#include "core/build/build.hpp"
+#include "core/levels/build.hpp"
 #include "tests/fidelity/random_subset.hpp"
 
 namespace hairnet::fidelity {

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "core/build/node_matrix.hpp"
+#include "core/levels/node_matrix.hpp"
 #include "core/solver/reference_step.hpp"
 
 namespace hairnet::fidelity {

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "core/build/build.hpp"
-#include "tests/unit/core/build_grooms.hpp"
+#include "core/levels/build.hpp"
+#include "tests/support/build_grooms.hpp"
 
 namespace hairnet::fidelity {
 namespace {

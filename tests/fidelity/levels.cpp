@@ -11,11 +11,11 @@
 #include <utility>
 #include <vector>
 
-#include "core/build/build.hpp"
 #include "core/ffd/deform.hpp"
-#include "core/world.hpp"
-#include "tests/fidelity/corpus.hpp"
+#include "core/levels/build.hpp"
+#include "core/world/world.hpp"
 #include "tests/fidelity/write_json.hpp"
+#include "tests/support/corpus.hpp"
 
 namespace {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "client/tools/clip/upright.hpp"
+#include "client/assets/upright.hpp"
 
 namespace hairnet::fidelity {
 namespace {

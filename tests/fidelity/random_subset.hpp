@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "core/build/level.hpp"
+#include "core/levels/level.hpp"
 
 namespace hairnet::fidelity {
 

@@ -10,11 +10,11 @@
 #include <tuple>
 #include <vector>
 
-#include "core/build/build.hpp"
+#include "core/levels/build.hpp"
 #include "core/solver/step.hpp"
-#include "tests/fidelity/corpus.hpp"
 #include "tests/fidelity/cut_off.hpp"
 #include "tests/fidelity/write_json.hpp"
+#include "tests/support/corpus.hpp"
 
 namespace {
 

@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "core/build/level.hpp"
 #include "core/ffd/deform.hpp"
 #include "core/groom/groom.hpp"
+#include "core/levels/level.hpp"
 
 namespace hairnet::fidelity {
 

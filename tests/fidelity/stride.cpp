@@ -12,11 +12,11 @@
 #include <tuple>
 #include <vector>
 
-#include "core/build/build.hpp"
-#include "core/world.hpp"
-#include "tests/fidelity/corpus.hpp"
+#include "core/levels/build.hpp"
+#include "core/world/world.hpp"
 #include "tests/fidelity/cut_off.hpp"
 #include "tests/fidelity/write_json.hpp"
+#include "tests/support/corpus.hpp"
 
 namespace {
 

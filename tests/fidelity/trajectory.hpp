@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "core/build/level.hpp"
 #include "core/groom/groom.hpp"
+#include "core/levels/level.hpp"
 #include "core/result.hpp"
-#include "tests/fidelity/corpus.hpp"
+#include "tests/support/corpus.hpp"
 
 namespace hairnet::fidelity {
 

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
-#include "client/tools/files/write_file.hpp"
+#include "client/files/write_file.hpp"
 
 namespace hairnet::fidelity {
 

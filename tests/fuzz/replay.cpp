@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "tests/fuzz/target.hpp"
-#include "tests/unit/schema/mutation.hpp"
+#include "tests/support/mutation.hpp"
 
 namespace {
 

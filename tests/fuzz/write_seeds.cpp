@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "client/tools/files/write_file.hpp"
+#include "client/files/write_file.hpp"
 #include "schema/channel/token.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "schema/wire/level_file.hpp"
@@ -13,7 +13,7 @@
 #include "tests/fuzz/frame_codec.hpp"
 #include "tests/fuzz/link_prologue.hpp"
 #include "tests/support/levels.hpp"
-#include "tests/unit/schema/random_messages.hpp"
+#include "tests/support/random_messages.hpp"
 
 // Writes the corpora that fuzzing starts from, by our own encoders.
 namespace hairnet::fuzz {

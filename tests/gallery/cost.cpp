@@ -7,11 +7,11 @@
 #include <cstdio>
 #include <functional>
 
-#include "client/view/egl_context.hpp"
-#include "client/view/gl_objects.hpp"
-#include "client/view/groom_geometry.hpp"
-#include "client/view/picture_target.hpp"
-#include "client/view/projection.hpp"
+#include "client/render/egl_context.hpp"
+#include "client/render/gl_objects.hpp"
+#include "client/render/groom_geometry.hpp"
+#include "client/render/picture_target.hpp"
+#include "client/render/projection.hpp"
 
 namespace hairnet::gallery {
 namespace {

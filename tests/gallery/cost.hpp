@@ -1,7 +1,7 @@
 #pragma once
 
 #include "core/result.hpp"
-#include "tests/gallery/act.hpp"
+#include "tests/gallery/simulate.hpp"
 
 namespace hairnet::gallery {
 

@@ -2,9 +2,9 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "tests/fidelity/corpus.hpp"
 #include "tests/gallery/cost.hpp"
 #include "tests/gallery/sheets.hpp"
+#include "tests/support/corpus.hpp"
 
 namespace {
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "client/tools/files/write_file.hpp"
-#include "client/view/groom_geometry.hpp"
+#include "client/files/write_file.hpp"
+#include "client/render/groom_geometry.hpp"
 
 namespace hairnet::gallery {
 namespace {

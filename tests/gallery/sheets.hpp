@@ -2,9 +2,9 @@
 
 #include <string>
 
-#include "client/view/renderer.hpp"
+#include "client/render/renderer.hpp"
 #include "core/result.hpp"
-#include "tests/gallery/act.hpp"
+#include "tests/gallery/simulate.hpp"
 
 namespace hairnet::gallery {
 

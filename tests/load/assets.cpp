@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "client/tools/load/load_groom.hpp"
+#include "client/assets/load_groom.hpp"
 #include "schema/wire/groom_file.hpp"
 
 namespace hairnet::load {

@@ -4,8 +4,8 @@
 
 #include "core/result.hpp"
 #include "tests/load/motion_bank.hpp"
-#include "tests/load/peer.hpp"
 #include "tests/load/plan.hpp"
+#include "tests/load/protocol_client.hpp"
 
 namespace hairnet::load {
 

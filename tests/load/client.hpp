@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/random.hpp"
-#include "tests/load/actor.hpp"
+#include "tests/load/virtual_client.hpp"
 
 namespace hairnet::load {
 

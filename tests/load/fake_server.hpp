@@ -5,9 +5,9 @@
 #include <utility>
 #include <vector>
 
-#include "tests/load/actor.hpp"
-#include "tests/load/line.hpp"
-#include "tests/load/peer.hpp"
+#include "tests/load/client_connection.hpp"
+#include "tests/load/protocol_client.hpp"
+#include "tests/load/virtual_client.hpp"
 
 namespace hairnet::load {
 

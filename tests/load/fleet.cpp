@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "tests/load/bad_client.hpp"
 #include "tests/load/client.hpp"
-#include "tests/load/misfit.hpp"
 
 namespace hairnet::load {
 

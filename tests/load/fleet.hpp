@@ -6,8 +6,8 @@
 #include <unordered_map>
 #include <vector>
 
-#include "tests/load/actor.hpp"
 #include "tests/load/schedule.hpp"
+#include "tests/load/virtual_client.hpp"
 
 namespace hairnet::load {
 

@@ -2,7 +2,7 @@
 
 #include <gmock/gmock.h>
 
-#include "core/made/made.hpp"
+#include "client/assets/made/made.hpp"
 #include "tests/load/fake_server.hpp"
 
 namespace hairnet::load {

@@ -9,7 +9,7 @@
 #include <memory>
 #include <span>
 
-#include "client/tools/files/write_file.hpp"
+#include "client/files/write_file.hpp"
 #include "tests/load/find_capacity.hpp"
 #include "tests/load/live_view.hpp"
 #include "tests/load/options.hpp"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "client/tools/load/load_motion.hpp"
+#include "client/assets/load_motion.hpp"
 
 namespace hairnet::load {
 

@@ -7,8 +7,8 @@
 #include <cstdio>
 #include <utility>
 
-#include "client/tools/files/read_file.hpp"
-#include "client/tools/flags/in_range.hpp"
+#include "client/files/read_file.hpp"
+#include "client/tools/command_line/in_range.hpp"
 #include "tests/load/stage_figures.hpp"
 
 namespace hairnet::load {

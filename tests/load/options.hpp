@@ -8,7 +8,7 @@
 
 #include "tests/load/plan.hpp"
 #include "tests/load/requirement.hpp"
-#include "tests/load/tcp_line.hpp"
+#include "tests/load/tcp_client_connection.hpp"
 
 namespace hairnet::load {
 

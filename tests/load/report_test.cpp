@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "core/random.hpp"
+#include "tests/load/bad_client.hpp"
 #include "tests/load/live_view.hpp"
-#include "tests/load/misfit.hpp"
 #include "tests/load/options.hpp"
 #include "tests/load/svg_chart.hpp"
 

@@ -9,8 +9,8 @@
 
 #include "tests/load/fleet.hpp"
 #include "tests/load/frame_check.hpp"
-#include "tests/load/link_peer.hpp"
-#include "tests/load/preparation.hpp"
+#include "tests/load/groom_uploader.hpp"
+#include "tests/load/link_protocol_client.hpp"
 #include "tests/load/scrape.hpp"
 #include "tests/load/stage_figures.hpp"
 

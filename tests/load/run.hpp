@@ -18,7 +18,7 @@
 #include "tests/load/process_sampler.hpp"
 #include "tests/load/requirement.hpp"
 #include "tests/load/tally.hpp"
-#include "tests/load/tcp_line.hpp"
+#include "tests/load/tcp_client_connection.hpp"
 
 namespace hairnet::load {
 

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/build/level.hpp"
+#include "core/levels/level.hpp"
 #include "core/result.hpp"
 
 namespace hairnet::load {

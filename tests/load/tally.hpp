@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/build/level.hpp"
+#include "core/levels/level.hpp"
 #include "tests/load/latency_histogram.hpp"
 #include "tests/load/plan.hpp"
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/build/level_map.hpp"
+#include "core/levels/level_map.hpp"
 
 // Bit for bit, field by field, so that a difference says where it is.
 namespace hairnet::support {

@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/build/level.hpp"
-#include "core/build/skin_field.hpp"
+#include "core/levels/level.hpp"
+#include "core/levels/skin_distance_field.hpp"
 #include "core/solver/step.hpp"
 
 // Small levels put together by hand, for tests that are about the solver and not about hair.

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "tests/unit/schema/codec_frames.hpp"
+#include "tests/support/codec_frames.hpp"
 
 namespace hairnet::codec {
 

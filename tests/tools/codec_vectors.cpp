@@ -3,7 +3,7 @@
 #include <span>
 #include <string>
 
-#include "client/tools/files/write_file.hpp"
+#include "client/files/write_file.hpp"
 #include "tests/tools/codec_cases.hpp"
 
 // Writes frames and their bytes as JSON, to test a decoder that is written in another language.

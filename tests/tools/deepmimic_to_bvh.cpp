@@ -2,11 +2,11 @@
 #include <cstdio>
 #include <span>
 
-#include "client/tools/files/read_file.hpp"
-#include "client/tools/files/write_file.hpp"
-#include "client/tools/load/print_warnings.hpp"
-#include "tests/tools/bvh_text.hpp"
-#include "tests/tools/deepmimic_clip.hpp"
+#include "client/assets/print_warnings.hpp"
+#include "client/files/read_file.hpp"
+#include "client/files/write_file.hpp"
+#include "tests/support/bvh_text.hpp"
+#include "tests/support/deepmimic_clip.hpp"
 
 namespace {
 

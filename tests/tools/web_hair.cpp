@@ -4,16 +4,16 @@
 #include <string>
 #include <vector>
 
-#include "core/build/far_strips.hpp"
+#include "client/assets/made/made.hpp"
 #include "core/ffd/deform.hpp"
 #include "core/ffd/reference_deform.hpp"
 #include "core/ffd/strand_lengths.hpp"
-#include "core/made/made.hpp"
+#include "core/hair_cards/far_cards.hpp"
 #include "schema/wire/groom_file.hpp"
+#include "tests/support/random_messages.hpp"
 #include "tests/tools/hex.hpp"
 #include "tests/tools/web_messages.hpp"
 #include "tests/tools/web_random.hpp"
-#include "tests/unit/schema/random_messages.hpp"
 
 namespace hairnet {
 namespace {

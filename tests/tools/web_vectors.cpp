@@ -5,15 +5,15 @@
 #include <span>
 #include <string>
 
-#include "client/tools/files/read_file.hpp"
-#include "client/tools/files/write_file.hpp"
-#include "core/made/made.hpp"
+#include "client/assets/made/made.hpp"
+#include "client/files/read_file.hpp"
+#include "client/files/write_file.hpp"
 #include "schema/wire/groom_file.hpp"
+#include "tests/support/random_messages.hpp"
 #include "tests/tools/codec_cases.hpp"
 #include "tests/tools/hex.hpp"
 #include "tests/tools/web_hair.hpp"
 #include "tests/tools/web_messages.hpp"
-#include "tests/unit/schema/random_messages.hpp"
 
 // Writes what the C++ libraries make of packets, frames, grooms and hair, for the web client's tests to be held to; and
 // reads the packets that those tests encoded.

@@ -9,7 +9,7 @@
 
 namespace hairnet::whole {
 
-// A trace's arrays (client/tools/trace), by character and tick.
+// A trace's arrays (client/files), by character and tick.
 struct Trace {
   explicit Trace(const std::string& folder);
 

@@ -8,7 +8,7 @@
 #include <set>
 #include <utility>
 
-#include "tests/whole/misfit.hpp"
+#include "tests/whole/bad_client.hpp"
 #include "tests/whole/player.hpp"
 
 namespace hairnet::whole {

@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/import/placement.hpp"
-#include "core/made/made.hpp"
+#include "client/assets/import/placement.hpp"
+#include "client/assets/made/made.hpp"
 #include "core/result.hpp"
 
 namespace hairnet::groom {

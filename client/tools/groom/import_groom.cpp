@@ -1,11 +1,11 @@
 #include <filesystem>
 
+#include "client/assets/print_warnings.hpp"
+#include "client/assets/strand_file.hpp"
 #include "client/tools/groom/commands.hpp"
 #include "client/tools/groom/save_groom.hpp"
-#include "client/tools/load/print_warnings.hpp"
-#include "client/tools/load/strand_file.hpp"
-#include "core/build/far_strips.hpp"
 #include "core/groom/root_lengths.hpp"
+#include "core/hair_cards/far_cards.hpp"
 
 namespace hairnet::groom {
 namespace {

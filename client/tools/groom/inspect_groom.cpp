@@ -2,11 +2,11 @@
 #include <chrono>
 #include <cstdio>
 
+#include "client/assets/load_groom.hpp"
+#include "client/tools/command_line/progress_bar.hpp"
 #include "client/tools/groom/commands.hpp"
-#include "client/tools/load/load_groom.hpp"
-#include "client/tools/progress/progress_bar.hpp"
-#include "core/build/build.hpp"
-#include "core/build/far_strips.hpp"
+#include "core/hair_cards/far_cards.hpp"
+#include "core/levels/build.hpp"
 
 namespace hairnet::groom {
 namespace {

@@ -2,7 +2,7 @@
 #include <cstdio>
 #include <functional>
 
-#include "client/tools/flags/in_range.hpp"
+#include "client/tools/command_line/in_range.hpp"
 #include "client/tools/groom/commands.hpp"
 
 namespace {

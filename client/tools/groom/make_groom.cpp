@@ -2,7 +2,7 @@
 
 #include "client/tools/groom/commands.hpp"
 #include "client/tools/groom/save_groom.hpp"
-#include "core/build/far_strips.hpp"
+#include "core/hair_cards/far_cards.hpp"
 
 namespace hairnet::groom {
 

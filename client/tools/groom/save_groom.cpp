@@ -2,7 +2,7 @@
 
 #include <cstdio>
 
-#include "client/tools/files/write_file.hpp"
+#include "client/files/write_file.hpp"
 #include "schema/wire/groom_file.hpp"
 
 namespace hairnet::groom {

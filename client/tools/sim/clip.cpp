@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "client/tools/clip/upright.hpp"
+#include "client/assets/upright.hpp"
 
 namespace hairnet::sim {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/build/level.hpp"
+#include "core/levels/level.hpp"
 #include "core/solver/step.hpp"
 
 namespace hairnet::sim {

@@ -6,9 +6,9 @@
 #include <string_view>
 #include <vector>
 
-#include "client/tools/flags/in_range.hpp"
-#include "client/tools/flags/wind_flags.hpp"
-#include "core/import/placement.hpp"
+#include "client/assets/import/placement.hpp"
+#include "client/tools/command_line/in_range.hpp"
+#include "client/tools/command_line/wind_flags.hpp"
 
 namespace hairnet::sim {
 namespace {

@@ -5,9 +5,9 @@
 #include <string>
 #include <variant>
 
-#include "core/build/level.hpp"
-#include "core/import/bvh.hpp"
-#include "core/made/made.hpp"
+#include "client/assets/import/bvh.hpp"
+#include "client/assets/made/made.hpp"
+#include "core/levels/level.hpp"
 #include "core/solver/step.hpp"
 
 namespace hairnet::sim {

@@ -6,12 +6,12 @@
 #include <utility>
 #include <vector>
 
-#include "client/tools/files/read_file.hpp"
-#include "client/tools/npy/npy_writer.hpp"
-#include "client/tools/progress/progress_bar.hpp"
+#include "client/files/frame_trace.hpp"
+#include "client/files/npy_writer.hpp"
+#include "client/files/read_file.hpp"
+#include "client/tools/command_line/progress_bar.hpp"
 #include "client/tools/sim/replayed_world.hpp"
 #include "client/tools/sim/trajectory_files.hpp"
-#include "client/tools/trace/frame_trace.hpp"
 
 namespace hairnet::sim {
 namespace {

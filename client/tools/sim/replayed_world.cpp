@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "core/build/build.hpp"
+#include "core/levels/build.hpp"
 #include "schema/wire/groom_file.hpp"
 
 namespace hairnet::sim {

@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "core/result.hpp"
-#include "core/world.hpp"
+#include "core/world/world.hpp"
 #include "schema/wire/recording.hpp"
 
 namespace hairnet::sim {

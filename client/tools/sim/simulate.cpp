@@ -8,15 +8,15 @@
 #include <utility>
 #include <vector>
 
-#include "client/tools/files/write_file.hpp"
-#include "client/tools/load/load_groom.hpp"
-#include "client/tools/load/load_motion.hpp"
-#include "client/tools/progress/progress_bar.hpp"
+#include "client/assets/load_groom.hpp"
+#include "client/assets/load_motion.hpp"
+#include "client/files/write_file.hpp"
+#include "client/tools/command_line/progress_bar.hpp"
 #include "client/tools/sim/clip.hpp"
 #include "client/tools/sim/model_json.hpp"
 #include "client/tools/sim/stepper.hpp"
 #include "client/tools/sim/trajectory_files.hpp"
-#include "core/build/build.hpp"
+#include "core/levels/build.hpp"
 
 namespace hairnet::sim {
 namespace {

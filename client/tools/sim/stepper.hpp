@@ -4,7 +4,7 @@
 
 #include "client/tools/sim/options.hpp"
 #include "core/solver/step.hpp"
-#include "core/world.hpp"
+#include "core/world/world.hpp"
 
 namespace hairnet::sim {
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "client/tools/npy/npy_writer.hpp"
+#include "client/files/npy_writer.hpp"
 #include "client/tools/sim/options.hpp"
 #include "core/ffd/deform.hpp"
 #include "core/ffd/strand_lengths.hpp"

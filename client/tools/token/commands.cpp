@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "client/tools/files/read_file.hpp"
+#include "client/files/read_file.hpp"
 
 namespace hairnet::token {
 namespace {

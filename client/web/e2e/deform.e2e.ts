@@ -4,7 +4,7 @@ import { Deformer } from "../src/hair/deform";
 import { restTangents } from "../src/hair/restTangents";
 import { rigidPose } from "../src/hair/pose";
 import { rootBlend } from "../src/hair/rootBlend";
-import { kLatticeRow, kRecordTexels, writeRecord } from "../src/scene/records";
+import { kLatticeRow, kRecordTexels, writeRecord } from "../src/scene/characterRecords";
 import { withIncludes } from "../src/scene/shaders";
 import { madeGroom } from "../test/support/madeGroom";
 import { fullGrid } from "../test/support/shapes";

@@ -8,9 +8,9 @@ import { listenForGrabs } from "./headGrab";
 import { offerHeadset } from "./headset";
 import { MemberList } from "./memberList";
 import { OwnHead } from "./ownHead";
-import { Quality } from "./quality";
+import { Quality } from "./adaptiveQuality";
 import type { Query } from "./query";
-import { Session, type SessionState } from "./session";
+import { Session, type SessionState } from "./persistentRoom";
 import { Sliders } from "./sliders";
 import { kHeadInVrM, Stage } from "./stage";
 

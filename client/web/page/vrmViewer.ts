@@ -4,9 +4,9 @@ import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 import { decodeGroom, type Groom, type Member, type OwnCharacter, type Room } from "../src/index";
 import { HairScene } from "../src/scene/index";
 import { VrmHair } from "../src/vrm/index";
-import { Quality } from "./quality";
+import { Quality } from "./adaptiveQuality";
 import type { Query } from "./query";
-import { Session } from "./session";
+import { Session } from "./persistentRoom";
 import { Stage } from "./stage";
 
 const kFaultShownMs = 8000;

@@ -28,10 +28,10 @@ export type * from "./hair/groom";
 export { decodeGroom } from "./net/groomFile";
 export { hashGroom } from "./net/groomHash";
 export type { GroomHash } from "./net/groomHash";
-export { Connection, webSocketUrl } from "./net/connection";
-export type { ConnectionOptions, WebSocketLike } from "./net/connection";
+export { Connection, webSocketUrl } from "./net/link";
+export type { ConnectionOptions, WebSocketLike } from "./net/link";
 export { LinkCore } from "./net/linkCore";
-export type { LinkCounters, LinkOptions } from "./net/linkOptions";
+export type { LinkCounters, LinkOptions } from "./net/linkCoreOptions";
 export type * from "./net/events";
 export {
   ErrorReason,

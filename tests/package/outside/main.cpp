@@ -3,11 +3,11 @@
 #include <vector>
 
 // Every public header, so that one that does not stand alone, or misses another, is found here.
+#include "client/assets/made/made.hpp"
 #include "client/link/link.hpp"
 #include "client/link/playout.hpp"
 #include "client/link/switch_blend.hpp"
 #include "core/ffd/deform.hpp"
-#include "core/made/made.hpp"
 #include "schema/channel/token.hpp"
 #include "schema/wire/groom_file.hpp"
 

@@ -6,14 +6,14 @@
 #include <map>
 #include <set>
 
-#include "client/view/draw_detail.hpp"
-#include "client/view/groom_geometry.hpp"
-#include "client/view/light_field.hpp"
-#include "client/view/projection.hpp"
-#include "client/view/scalp.hpp"
+#include "client/assets/made/made.hpp"
+#include "client/render/draw_detail.hpp"
+#include "client/render/groom_geometry.hpp"
+#include "client/render/occlusion_grid.hpp"
+#include "client/render/projection.hpp"
+#include "client/render/scalp.hpp"
 #include "core/ffd/deform.hpp"
 #include "core/ffd/strand_lengths.hpp"
-#include "core/made/made.hpp"
 #include "core/random.hpp"
 
 namespace hairnet::view {

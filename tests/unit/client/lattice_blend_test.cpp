@@ -7,10 +7,10 @@
 #include <map>
 #include <random>
 
+#include "client/assets/made/made.hpp"
 #include "client/link/switch_blend.hpp"
-#include "core/build/build.hpp"
 #include "core/ffd/deform.hpp"
-#include "core/made/made.hpp"
+#include "core/levels/build.hpp"
 
 namespace hairnet::link {
 namespace {

@@ -5,7 +5,7 @@
 #include <numeric>
 
 #include "schema/wire/groom_file.hpp"
-#include "tests/unit/client/core_driver.hpp"
+#include "tests/unit/client/link_core_driver.hpp"
 
 namespace hairnet::link {
 namespace {

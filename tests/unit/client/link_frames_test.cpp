@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "tests/unit/client/core_driver.hpp"
+#include "tests/unit/client/link_core_driver.hpp"
 
 namespace hairnet::link {
 namespace {

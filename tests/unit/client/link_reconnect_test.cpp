@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <set>
 
-#include "tests/unit/client/core_driver.hpp"
+#include "tests/unit/client/link_core_driver.hpp"
 
 namespace hairnet::link {
 namespace {

@@ -6,10 +6,10 @@
 #include <filesystem>
 #include <fstream>
 
-#include "client/tools/files/read_file.hpp"
-#include "client/tools/load/load_motion.hpp"
-#include "client/tools/load/strand_file.hpp"
-#include "tests/tools/deepmimic_clip.hpp"
+#include "client/assets/load_motion.hpp"
+#include "client/assets/strand_file.hpp"
+#include "client/files/read_file.hpp"
+#include "tests/support/deepmimic_clip.hpp"
 
 namespace hairnet {
 namespace {

@@ -8,7 +8,7 @@
 #include <sstream>
 #include <string>
 
-#include "client/tools/npy/npy_writer.hpp"
+#include "client/files/npy_writer.hpp"
 
 namespace hairnet {
 namespace {

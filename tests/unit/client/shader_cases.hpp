@@ -8,12 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "client/view/character_records.hpp"
-#include "client/view/egl_context.hpp"
-#include "client/view/vector_texture.hpp"
+#include "client/render/character_records.hpp"
+#include "client/render/egl_context.hpp"
+#include "client/render/vector_texture.hpp"
 #include "core/ffd/lattice.hpp"
 #include "core/random.hpp"
-#include "tests/fidelity/corpus.hpp"
+#include "tests/support/corpus.hpp"
 
 // Lattices and hairstyles for tests of what shaders do to points.
 namespace hairnet::view {

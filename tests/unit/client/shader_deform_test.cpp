@@ -4,11 +4,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "client/view/groom_geometry.hpp"
-#include "client/view/program.hpp"
-#include "core/build/fit_lattice.hpp"
+#include "client/assets/made/made.hpp"
+#include "client/render/groom_geometry.hpp"
+#include "client/render/program.hpp"
 #include "core/ffd/deform.hpp"
-#include "core/made/made.hpp"
+#include "core/levels/fit_lattice.hpp"
 #include "core/random.hpp"
 #include "tests/unit/client/shader_cases.hpp"
 

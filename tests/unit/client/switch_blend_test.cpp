@@ -5,10 +5,10 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/build/build.hpp"
+#include "client/assets/made/made.hpp"
 #include "core/ffd/deform.hpp"
-#include "core/made/made.hpp"
-#include "core/world.hpp"
+#include "core/levels/build.hpp"
+#include "core/world/world.hpp"
 
 namespace hairnet::link {
 namespace {

@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 #include <png.h>
 
-#include "client/view/renderer.hpp"
+#include "client/render/renderer.hpp"
 
 namespace hairnet::view {
 namespace {

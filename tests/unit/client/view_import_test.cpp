@@ -5,12 +5,12 @@
 #include <filesystem>
 #include <fstream>
 
-#include "client/tools/view/fitted_hair.hpp"
-#include "client/tools/view/guess_placement.hpp"
-#include "client/tools/view/imported_hair.hpp"
+#include "client/assets/fitted_hair.hpp"
+#include "client/assets/import/guess_placement.hpp"
+#include "client/assets/import/obj.hpp"
+#include "client/assets/made/made.hpp"
+#include "client/viewer/cast/imported_hair.hpp"
 #include "core/geometry/mesh_query.hpp"
-#include "core/import/obj.hpp"
-#include "core/made/made.hpp"
 
 namespace hairnet::viewer {
 namespace {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <initializer_list>
 
-#include "client/tools/view/options.hpp"
+#include "client/viewer/cast/options.hpp"
 
 namespace hairnet::viewer {
 namespace {

@@ -4,9 +4,9 @@
 #include <limits>
 #include <numbers>
 
-#include "client/view/light_rig.hpp"
-#include "client/view/renderer.hpp"
-#include "core/made/made.hpp"
+#include "client/assets/made/made.hpp"
+#include "client/render/light_rig.hpp"
+#include "client/render/renderer.hpp"
 
 namespace hairnet::view {
 namespace {

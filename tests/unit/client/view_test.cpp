@@ -2,10 +2,10 @@
 
 #include <limits>
 
-#include "client/tools/view/character_spec.hpp"
-#include "client/tools/view/hair_colour.hpp"
-#include "client/tools/view/performance.hpp"
-#include "client/tools/view/stream_statistics.hpp"
+#include "client/viewer/cast/character_spec.hpp"
+#include "client/viewer/cast/hair_colour.hpp"
+#include "client/viewer/sources/motion_timeline.hpp"
+#include "client/viewer/sources/stream_statistics.hpp"
 
 namespace hairnet::viewer {
 namespace {

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <thread>
 
-#include "client/tools/view/level_builder.hpp"
-#include "client/tools/view/local_world.hpp"
-#include "client/tools/view/place.hpp"
-#include "client/tools/view/scene_list.hpp"
-#include "core/build/build.hpp"
-#include "core/made/made.hpp"
+#include "client/assets/made/made.hpp"
+#include "client/viewer/cast/place.hpp"
+#include "client/viewer/sources/level_builder.hpp"
+#include "client/viewer/sources/local_world.hpp"
+#include "client/viewer/sources/scene_list.hpp"
+#include "core/levels/build.hpp"
 
 namespace hairnet::viewer {
 namespace {

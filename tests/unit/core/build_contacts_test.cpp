@@ -4,10 +4,10 @@
 #include <cmath>
 #include <set>
 
-#include "core/build/build.hpp"
-#include "core/build/skin_field.hpp"
 #include "core/geometry/mesh_query.hpp"
-#include "tests/unit/core/build_grooms.hpp"
+#include "core/levels/build.hpp"
+#include "core/levels/skin_distance_field.hpp"
+#include "tests/support/build_grooms.hpp"
 
 namespace hairnet {
 namespace {

@@ -1,14 +1,14 @@
-#include "core/build/ether.hpp"
+#include "core/levels/ether.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numeric>
 
-#include "core/build/fit_lattice.hpp"
-#include "core/build/resample.hpp"
-#include "core/build/trim.hpp"
-#include "tests/unit/core/build_grooms.hpp"
+#include "core/levels/fit_lattice.hpp"
+#include "core/levels/resample.hpp"
+#include "core/levels/trim.hpp"
+#include "tests/support/build_grooms.hpp"
 
 namespace hairnet {
 namespace {

@@ -6,10 +6,10 @@
 #include <span>
 #include <thread>
 
-#include "core/build/build.hpp"
-#include "core/build/stiffener_order.hpp"
+#include "core/levels/build.hpp"
+#include "core/levels/stiffener_order.hpp"
+#include "tests/support/build_grooms.hpp"
 #include "tests/support/equal_levels.hpp"
-#include "tests/unit/core/build_grooms.hpp"
 #include "tests/unit/core/level_checks.hpp"
 
 namespace hairnet {

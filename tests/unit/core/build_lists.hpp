@@ -2,10 +2,10 @@
 
 #include <Eigen/Core>
 
-#include "core/build/fit_lattice.hpp"
-#include "core/build/resample.hpp"
-#include "core/build/stiffener_list.hpp"
 #include "core/groom/groom.hpp"
+#include "core/levels/fit_lattice.hpp"
+#include "core/levels/resample.hpp"
+#include "core/levels/stiffener_list.hpp"
 
 // All stiffeners of a groom, and what they are together in weight space.
 namespace hairnet {

@@ -1,10 +1,10 @@
 #include <gtest/gtest.h>
 
-#include "core/build/build.hpp"
-#include "core/build/decimate.hpp"
+#include "core/levels/build.hpp"
+#include "core/levels/decimate.hpp"
+#include "tests/support/real_hair.hpp"
 #include "tests/unit/core/build_lists.hpp"
 #include "tests/unit/core/level_checks.hpp"
-#include "tests/unit/core/real_hair.hpp"
 
 namespace hairnet {
 namespace {

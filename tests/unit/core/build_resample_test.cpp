@@ -1,11 +1,11 @@
-#include "core/build/resample.hpp"
+#include "core/levels/resample.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "core/build/fit_lattice.hpp"
-#include "tests/unit/core/build_grooms.hpp"
+#include "core/levels/fit_lattice.hpp"
+#include "tests/support/build_grooms.hpp"
 
 namespace hairnet {
 namespace {

@@ -2,10 +2,10 @@
 
 #include <numeric>
 
-#include "core/build/fit_lattice.hpp"
-#include "core/build/node_shares.hpp"
-#include "core/build/resample.hpp"
-#include "tests/unit/core/build_grooms.hpp"
+#include "core/levels/fit_lattice.hpp"
+#include "core/levels/lumped_hair.hpp"
+#include "core/levels/resample.hpp"
+#include "tests/support/build_grooms.hpp"
 
 namespace hairnet {
 namespace {

@@ -2,10 +2,10 @@
 
 #include <numeric>
 
-#include "core/build/fit_lattice.hpp"
-#include "core/build/resample.hpp"
-#include "core/build/stiffener_list.hpp"
-#include "tests/unit/core/build_grooms.hpp"
+#include "core/levels/fit_lattice.hpp"
+#include "core/levels/resample.hpp"
+#include "core/levels/stiffener_list.hpp"
+#include "tests/support/build_grooms.hpp"
 
 namespace hairnet {
 namespace {

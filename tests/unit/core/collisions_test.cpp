@@ -4,11 +4,11 @@
 #include <memory>
 #include <numbers>
 
-#include "core/build/build.hpp"
+#include "client/assets/made/made.hpp"
 #include "core/ffd/deform.hpp"
 #include "core/geometry/mesh_query.hpp"
-#include "core/made/made.hpp"
-#include "core/world.hpp"
+#include "core/levels/build.hpp"
+#include "core/world/world.hpp"
 
 // Hair against the body, as a character of the world meets it: long hair on our own bust.
 namespace hairnet {

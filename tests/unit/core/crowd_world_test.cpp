@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "core/solver/crowd_step.hpp"
-#include "core/world.hpp"
+#include "core/world/world.hpp"
 #include "tests/support/levels.hpp"
 
 // Counts every allocation of this program, for the test that steps make none. Not inlined: g++ would take what malloc

@@ -1,4 +1,4 @@
-#include "core/build/decimate.hpp"
+#include "core/levels/decimate.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <map>
 #include <numeric>
 
-#include "core/build/nearest_chords.hpp"
-#include "tests/unit/core/build_grooms.hpp"
+#include "core/levels/nearest_chords.hpp"
+#include "tests/support/build_grooms.hpp"
 #include "tests/unit/core/build_lists.hpp"
 
 namespace hairnet {

@@ -4,14 +4,14 @@
 #include <numbers>
 #include <numeric>
 
-#include "core/build/build.hpp"
-#include "core/build/cloth.hpp"
-#include "core/build/threads.hpp"
+#include "client/assets/made/made.hpp"
 #include "core/ffd/deform.hpp"
-#include "core/made/made.hpp"
+#include "core/levels/build.hpp"
+#include "core/levels/cloth.hpp"
+#include "core/levels/threads.hpp"
 #include "core/solver/step.hpp"
+#include "tests/support/build_grooms.hpp"
 #include "tests/support/levels.hpp"
-#include "tests/unit/core/build_grooms.hpp"
 #include "tests/unit/core/build_lists.hpp"
 #include "tests/unit/core/level_checks.hpp"
 

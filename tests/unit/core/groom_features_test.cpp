@@ -4,11 +4,11 @@
 #include <limits>
 #include <random>
 
-#include "core/ffd/cluster_strands.hpp"
+#include "core/ffd/clump_strands.hpp"
 #include "core/ffd/deform.hpp"
 #include "core/groom/root_lengths.hpp"
+#include "tests/support/build_grooms.hpp"
 #include "tests/support/levels.hpp"
-#include "tests/unit/core/build_grooms.hpp"
 
 namespace hairnet {
 namespace {

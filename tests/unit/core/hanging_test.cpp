@@ -3,8 +3,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/build/build.hpp"
 #include "core/ffd/deform.hpp"
+#include "core/levels/build.hpp"
 #include "core/solver/step.hpp"
 #include "tests/support/levels.hpp"
 

@@ -1,12 +1,12 @@
-#include "core/build/knots.hpp"
+#include "core/levels/knots.hpp"
 
 #include <gtest/gtest.h>
 
 #include <numeric>
 #include <random>
 
-#include "core/build/build.hpp"
 #include "core/ffd/deform.hpp"
+#include "core/levels/build.hpp"
 #include "core/solver/spring.hpp"
 #include "core/solver/step.hpp"
 #include "tests/support/levels.hpp"

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/build/level.hpp"
+#include "core/levels/level.hpp"
 
 // What holds for every level, whatever groom it was built from.
 namespace hairnet::support {

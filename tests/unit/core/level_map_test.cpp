@@ -1,13 +1,13 @@
-#include "core/build/level_map.hpp"
+#include "core/levels/level_map.hpp"
 
 #include <gtest/gtest.h>
 
 #include <numeric>
 #include <random>
 
-#include "core/build/build.hpp"
+#include "client/assets/made/made.hpp"
 #include "core/ffd/deform.hpp"
-#include "core/made/made.hpp"
+#include "core/levels/build.hpp"
 #include "core/solver/energy.hpp"
 #include "core/solver/head_motion.hpp"
 #include "core/solver/step.hpp"

@@ -1,13 +1,13 @@
-#include "core/build/match_response.hpp"
+#include "core/levels/match_response.hpp"
 
 #include <gtest/gtest.h>
 
 #include <numeric>
 #include <random>
 
-#include "core/build/build.hpp"
-#include "core/made/made.hpp"
-#include "tests/unit/core/build_grooms.hpp"
+#include "client/assets/made/made.hpp"
+#include "core/levels/build.hpp"
+#include "tests/support/build_grooms.hpp"
 #include "tests/unit/core/level_checks.hpp"
 
 namespace hairnet {

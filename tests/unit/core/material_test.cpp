@@ -6,10 +6,10 @@
 #include <limits>
 #include <numbers>
 
-#include "core/build/build.hpp"
 #include "core/groom/groom.hpp"
 #include "core/groom/material_scale.hpp"
-#include "tests/unit/core/build_grooms.hpp"
+#include "core/levels/build.hpp"
+#include "tests/support/build_grooms.hpp"
 
 namespace hairnet {
 namespace {

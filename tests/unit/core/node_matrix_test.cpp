@@ -1,4 +1,4 @@
-#include "core/build/node_matrix.hpp"
+#include "core/levels/node_matrix.hpp"
 
 #include <gtest/gtest.h>
 

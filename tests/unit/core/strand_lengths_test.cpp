@@ -5,8 +5,8 @@
 
 #include <cmath>
 
+#include "client/assets/made/made.hpp"
 #include "core/ffd/reference_deform.hpp"
-#include "core/made/made.hpp"
 #include "tests/unit/core/deform_cases.hpp"
 
 namespace hairnet {

@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "core/world.hpp"
+#include "core/world/world.hpp"
 #include "tests/support/levels.hpp"
 
 namespace hairnet {

@@ -3,8 +3,8 @@
 #include <functional>
 #include <limits>
 
-#include "core/build/build.hpp"
-#include "tests/unit/core/build_grooms.hpp"
+#include "core/levels/build.hpp"
+#include "tests/support/build_grooms.hpp"
 
 namespace hairnet {
 namespace {

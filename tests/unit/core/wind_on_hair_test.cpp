@@ -3,10 +3,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/build/build.hpp"
 #include "core/groom/material_scale.hpp"
+#include "core/levels/build.hpp"
 #include "core/solver/step.hpp"
-#include "tests/unit/core/build_grooms.hpp"
+#include "tests/support/build_grooms.hpp"
 
 // Built hair in the wind and out of it, against what can be worked out by hand.
 namespace hairnet {

@@ -3,7 +3,7 @@
 #include <limits>
 #include <vector>
 
-#include "core/world.hpp"
+#include "core/world/world.hpp"
 #include "tests/support/levels.hpp"
 
 namespace hairnet {

@@ -4,8 +4,8 @@
 #include <random>
 #include <vector>
 
-#include "core/build/level_map.hpp"
-#include "core/world.hpp"
+#include "core/levels/level_map.hpp"
+#include "core/world/world.hpp"
 #include "tests/support/levels.hpp"
 
 namespace hairnet {

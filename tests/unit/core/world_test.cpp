@@ -1,11 +1,11 @@
-#include "core/world.hpp"
+#include "core/world/world.hpp"
 
 #include <gtest/gtest.h>
 
 #include <numeric>
 #include <random>
 
-#include "core/build/level_map.hpp"
+#include "core/levels/level_map.hpp"
 #include "tests/support/levels.hpp"
 
 namespace hairnet {

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "tests/unit/schema/codec_frames.hpp"
+#include "tests/support/codec_frames.hpp"
 
 namespace hairnet::codec {
 namespace {

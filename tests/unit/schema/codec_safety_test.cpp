@@ -3,7 +3,7 @@
 #include <array>
 #include <memory>
 
-#include "tests/unit/schema/codec_frames.hpp"
+#include "tests/support/codec_frames.hpp"
 
 // What a decoder does with bytes that are not as they were written. Worth most under the address and
 // undefined-behaviour sanitizers.

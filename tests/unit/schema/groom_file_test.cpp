@@ -7,8 +7,8 @@
 #include <cstring>
 #include <limits>
 
+#include "tests/support/random_messages.hpp"
 #include "tests/unit/schema/equal.hpp"
-#include "tests/unit/schema/random_messages.hpp"
 
 namespace hairnet::wire {
 namespace {

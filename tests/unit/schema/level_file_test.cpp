@@ -5,10 +5,10 @@
 #include <cstring>
 #include <random>
 
-#include "core/build/build.hpp"
+#include "core/levels/build.hpp"
 #include "schema/wire/groom_file.hpp"
+#include "tests/support/build_grooms.hpp"
 #include "tests/support/equal_levels.hpp"
-#include "tests/unit/core/build_grooms.hpp"
 
 namespace hairnet::wire {
 namespace {

@@ -5,8 +5,8 @@
 #include "schema/wire/groom_file.hpp"
 #include "schema/wire/messages.hpp"
 #include "schema/wire/recording.hpp"
-#include "tests/unit/schema/mutation.hpp"
-#include "tests/unit/schema/random_messages.hpp"
+#include "tests/support/mutation.hpp"
+#include "tests/support/random_messages.hpp"
 
 // Valid bytes, spoilt at random: decoding refuses them with a line, or gives something sound. Worth most under the
 // address and undefined-behaviour sanitizers.

@@ -6,8 +6,8 @@
 #include <numeric>
 
 #include "schema/wire/messages.hpp"
+#include "tests/support/random_messages.hpp"
 #include "tests/unit/schema/equal.hpp"
-#include "tests/unit/schema/random_messages.hpp"
 
 namespace hairnet::wire {
 namespace {

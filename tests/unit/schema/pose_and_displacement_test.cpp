@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "schema/wire/messages.hpp"
-#include "tests/unit/schema/random_messages.hpp"
+#include "tests/support/random_messages.hpp"
 
 namespace hairnet::wire {
 namespace {

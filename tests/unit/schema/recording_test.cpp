@@ -4,8 +4,8 @@
 
 #include <limits>
 
+#include "tests/support/random_messages.hpp"
 #include "tests/unit/schema/equal.hpp"
-#include "tests/unit/schema/random_messages.hpp"
 
 namespace hairnet::wire {
 namespace {

@@ -1,4 +1,4 @@
-#include "server/tick/build_pool.hpp"
+#include "server/grooms/build_pool.hpp"
 
 #include <gtest/gtest.h>
 

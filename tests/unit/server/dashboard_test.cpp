@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "server/app/metric_name.hpp"
 #include "server/app/metrics.hpp"
 #include "server/app/prometheus_text.hpp"
+#include "server/telemetry/metric_name.hpp"
 #include "tests/unit/server/exposition.hpp"
 
 namespace hairnet::server {

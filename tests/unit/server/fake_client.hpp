@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "fake_connection.hpp"
+#include "tests/unit/server/fake_connection.hpp"
 #include "server/app/server.hpp"
 #include "tests/support/frame_reader.hpp"
 

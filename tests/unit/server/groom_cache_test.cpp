@@ -1,4 +1,4 @@
-#include "server/tick/groom_cache.hpp"
+#include "server/grooms/groom_cache.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "schema/wire/groom_file.hpp"
-#include "server/tick/groom_store.hpp"
-#include "small_groom.hpp"
+#include "server/grooms/groom_store.hpp"
+#include "tests/unit/server/small_groom.hpp"
 
 namespace hairnet::server {
 

@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "groom_store_fixture.hpp"
+#include "tests/unit/server/groom_store_fixture.hpp"
 
 namespace hairnet::server {
 namespace {

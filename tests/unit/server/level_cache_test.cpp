@@ -1,4 +1,4 @@
-#include "server/tick/level_cache.hpp"
+#include "server/grooms/level_cache.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -9,12 +9,12 @@
 #include <iterator>
 #include <thread>
 
-#include "core/build/build.hpp"
+#include "core/levels/build.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "schema/wire/level_file.hpp"
-#include "server/tick/groom_builder.hpp"
-#include "small_groom.hpp"
+#include "server/grooms/groom_builder.hpp"
 #include "tests/support/equal_levels.hpp"
+#include "tests/unit/server/small_groom.hpp"
 
 namespace hairnet::server {
 namespace {

@@ -7,10 +7,10 @@
 #include <limits>
 #include <thread>
 
-#include "server/app/metric_name.hpp"
 #include "server/app/process_gauges.hpp"
 #include "server/app/prometheus_text.hpp"
-#include "server/room/log_text.hpp"
+#include "server/telemetry/log_text.hpp"
+#include "server/telemetry/metric_name.hpp"
 #include "tests/unit/server/exposition.hpp"
 
 namespace hairnet::server {

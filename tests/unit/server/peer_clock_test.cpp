@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "server/room/token_bucket.hpp"
+#include "server/threading/token_bucket.hpp"
 
 namespace hairnet::server {
 namespace {

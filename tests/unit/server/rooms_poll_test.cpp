@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <fstream>
 
-#include "fake_client.hpp"
+#include "tests/unit/server/fake_client.hpp"
 #include "schema/wire/groom_file.hpp"
-#include "small_groom.hpp"
+#include "tests/unit/server/small_groom.hpp"
 
 // The whole server without a socket: who sees whom, and what outlives a connection.
 namespace hairnet::server {

@@ -6,12 +6,12 @@
 #include <fstream>
 #include <iterator>
 
-#include "core/build/build.hpp"
-#include "fake_client.hpp"
+#include "core/levels/build.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "schema/wire/recording.hpp"
 #include "server/tick/simulation.hpp"
-#include "small_groom.hpp"
+#include "tests/unit/server/fake_client.hpp"
+#include "tests/unit/server/small_groom.hpp"
 
 namespace hairnet::server {
 namespace {

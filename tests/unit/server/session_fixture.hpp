@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "fake_connection.hpp"
+#include "tests/unit/server/fake_connection.hpp"
 #include "server/session/session.hpp"
 #include "server/session/session_registry.hpp"
 

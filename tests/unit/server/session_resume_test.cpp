@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "session_fixture.hpp"
+#include "tests/unit/server/session_fixture.hpp"
 
 namespace hairnet::server {
 namespace {

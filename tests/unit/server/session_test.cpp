@@ -3,7 +3,7 @@
 
 #include <limits>
 
-#include "session_fixture.hpp"
+#include "tests/unit/server/session_fixture.hpp"
 
 namespace hairnet::server {
 namespace {

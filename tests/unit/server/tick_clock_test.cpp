@@ -5,7 +5,7 @@
 #include <atomic>
 #include <vector>
 
-#include "server/tick/worker_pool.hpp"
+#include "server/threading/worker_pool.hpp"
 
 namespace hairnet::server {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "server/transport/admission.hpp"
-#include "server/transport/opening.hpp"
+#include "server/transport/detected_protocol.hpp"
 #include "server/transport/origin.hpp"
 #include "server/transport/static_files.hpp"
 #include "server/transport/transport_options.hpp"

@@ -1,6 +1,6 @@
 import { dequantiseNodes, dequantiseVelocities } from "./dequantise";
 import type { Frame } from "./frame";
-import { HermiteHead } from "./hermiteHead";
+import { HermiteHead } from "./hermiteLattice";
 import type { LevelGeometry } from "./lattice";
 import { Level } from "./level";
 import type { Pose } from "./pose";

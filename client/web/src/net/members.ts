@@ -6,7 +6,7 @@ import { poseFault, rigidPose } from "../hair/pose";
 import { decodeFrame } from "./codec/decodeFrame";
 import { FrameIntegers, kHistoryMax } from "./codec/frameIntegers";
 import type { GroomHash } from "./groomHash";
-import type { Hair } from "./keptHair";
+import type { Hair } from "./lastKnownHair";
 import type { KnownLevel } from "./levelCatalog";
 import { LevelCatalog, levelKey } from "./levelCatalog";
 import type { CharacterAdded, CodedFrame, LevelRecord, MemberJoined } from "./messages";

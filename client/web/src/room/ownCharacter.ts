@@ -1,6 +1,6 @@
 import { Level } from "../hair/level";
 import { validatePose, type Pose } from "../hair/pose";
-import type { Connection } from "../net/connection";
+import type { Connection } from "../net/link";
 import type { MaterialScale } from "../net/messages";
 
 /** A character of one's own in a room. */

@@ -1,11 +1,11 @@
 import type { Groom } from "../hair/groom";
 import { ErrorClass, Level } from "../hair/level";
-import { Connection, type ConnectionOptions } from "../net/connection";
+import { Connection, type ConnectionOptions } from "../net/link";
 import type { LinkEvent } from "../net/events";
 import { decodeGroom } from "../net/groomFile";
 import { isFinal } from "../net/finalGoodbye";
 import { hashGroom } from "../net/groomHash";
-import type { LinkCounters } from "../net/linkOptions";
+import type { LinkCounters } from "../net/linkCoreOptions";
 import { ErrorReason, GroomState, ObserveMode, type Wind } from "../net/messages";
 import type { HairSource, MemberImportance } from "../hair/hairSource";
 import { Arrivals } from "./arrivals";

@@ -20,7 +20,7 @@ const kStrandsLeast = 300;
 /**
  * `headPx`: a head's height on the screen (0.24 m), in pixels. `quality` multiplies it. Continuous in both.
  * `waviness`: of the groom; strips pass for straight hair at a larger size than for curls. Equals
- * client/view/draw_detail.cpp.
+ * client/render/draw_detail.cpp.
  */
 export function detailFor(headPx: number, quality: number, strandCount: number, waviness: number): DrawDetail {
   const px = Math.max(headPx, 0.1) * quality;

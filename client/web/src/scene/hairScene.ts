@@ -9,9 +9,9 @@ import { HairCharacter } from "./hairCharacter";
 import { SceneUniforms, type HairPart } from "./hairMaterials";
 import { sceneLights, studioLights } from "./lightRig";
 import { place } from "./placement";
-import { kLayerCountMost, Lattices, Records, type PlacedLayer, type PointRows } from "./records";
-import { fitShares, StrandPlacement, type PlacedGroom } from "./strandPlacement";
-import { StripTexture } from "./stripTexture";
+import { kLayerCountMost, Lattices, Records, type PlacedLayer, type PointRows } from "./characterRecords";
+import { fitShares, StrandPlacement, type PlacedGroom } from "./strandDeformPass";
+import { StripTexture } from "./cardTexture";
 import { seenBy, viewsOf, type View } from "./view";
 
 export interface HairSceneOptions {

@@ -19,7 +19,7 @@ export function makeLightRig(): LightRig {
 }
 
 /**
- * The studio stands about the camera's bearing, so that front, side and back are lit alike (client/view/light_rig.cpp):
+ * The studio stands about the camera's bearing, so that front, side and back are lit alike (client/render/light_rig.cpp):
  * key above its left, fill at its right, rim behind.
  */
 export function studioLights(camera: Camera, rig: LightRig): void {

@@ -9,7 +9,7 @@ import { hashGroom } from "../../src/net/groomHash";
 import { LinkCore } from "../../src/net/linkCore";
 import type * as m from "../../src/net/messages";
 import { ErrorReason, GoodbyeReason, GroomState, ObserveMode } from "../../src/net/messages";
-import { LinkDriver, kSecond } from "../support/linkDriver";
+import { LinkDriver, kSecond } from "../support/linkCoreDriver";
 import type { GeometryVector } from "../support/shapes";
 import { geometryOf } from "../support/shapes";
 import { serverPacket } from "../support/serverPacket";

@@ -1,11 +1,11 @@
 import { expect, test } from "vitest";
 import { Level, ErrorClass } from "../../src/hair/level";
 import { rigidPose } from "../../src/hair/pose";
-import { Connection, type WebSocketLike } from "../../src/net/connection";
+import { Connection, type WebSocketLike } from "../../src/net/link";
 import { decodePacket } from "../../src/net/decodePacket";
 import { GoodbyeReason, type ClientMessage, type ServerMessage } from "../../src/net/messages";
 import { Room } from "../../src/room/index";
-import { LinkDriver } from "../support/linkDriver";
+import { LinkDriver } from "../support/linkCoreDriver";
 import { serverPacket } from "../support/serverPacket";
 
 const kSecond = 1e9;

@@ -9,9 +9,9 @@ import { HairCharacter } from "../../src/scene/hairCharacter";
 import { SceneUniforms } from "../../src/scene/hairMaterials";
 import { makeLightRig, studioLights } from "../../src/scene/lightRig";
 import { place } from "../../src/scene/placement";
-import { kFirstLayer, kRecordTexels, Lattices, Records, writeRecord, type Record } from "../../src/scene/records";
+import { kFirstLayer, kRecordTexels, Lattices, Records, writeRecord, type Record } from "../../src/scene/characterRecords";
 import { shader } from "../../src/scene/shaders";
-import { fitShares } from "../../src/scene/strandPlacement";
+import { fitShares } from "../../src/scene/strandDeformPass";
 import { seenBy, viewsOf } from "../../src/scene/view";
 import { madeGroom } from "../support/madeGroom";
 
@@ -275,7 +275,7 @@ test("the studio's lights are unit and stand about the camera", () => {
 });
 
 test("shaders come with what they include, each once, and without their version", () => {
-  for (const name of ["strand.vert", "strand.frag", "strip.vert", "strip.frag", "body.vert", "body.frag", "fabric.vert", "fabric.frag"]) {
+  for (const name of ["strand.vert", "strand.frag", "card.vert", "card.frag", "body.vert", "body.frag", "fabric.vert", "fabric.frag"]) {
     const text = shader(name);
     expect(text).not.toMatch(/^#(include|version)/m);
     expect(text.match(/uniform mat4 viewMatrix/g)).toHaveLength(1);

@@ -2,7 +2,7 @@ import { describe, expect, test } from "vitest";
 import { buffersOf, makeGroomGeometry } from "../../src/scene/geometry/groomGeometry";
 import { kPointRow } from "../../src/scene/geometry/strandGeometry";
 import { toHalf } from "../../src/scene/geometry/half";
-import { LightField } from "../../src/scene/geometry/lightField";
+import { LightField } from "../../src/scene/geometry/occlusionGrid";
 import { Scalp } from "../../src/scene/geometry/scalp";
 import { madeGroom } from "../support/madeGroom";
 

@@ -2,11 +2,11 @@ import type { Groom } from "../../hair/groom";
 import { restTangents, type RestTangents } from "../../hair/restTangents";
 import { rootBlend } from "../../hair/rootBlend";
 import { addBody } from "./bodyGeometry";
-import { drawnStrandCount } from "./clusterStrands";
+import { drawnStrandCount } from "./clumpStrands";
 import { addFabric } from "./fabricGeometry";
-import { LightField } from "./lightField";
+import { LightField } from "./occlusionGrid";
 import { makeStrands } from "./strandGeometry";
-import { addFarStrips, addStrips } from "./stripGeometry";
+import { addFarStrips, addStrips } from "./cardGeometry";
 import { MeshBuilder, type MeshArrays } from "./meshBuilder";
 
 /** Which points of the strands are drawn. Strands stand in the order of drawing. */
@@ -39,7 +39,7 @@ export interface StrandGeometry {
 
 /**
  * What the shaders take of a groom, at rest in head space: made once, for all its characters (client/shaders). Plain
- * arrays, so that a worker can make it; client/view/groom_geometry.hpp is the same in C++.
+ * arrays, so that a worker can make it; client/render/groom_geometry.hpp is the same in C++.
  */
 export interface GroomGeometry {
   readonly strands: StrandGeometry;

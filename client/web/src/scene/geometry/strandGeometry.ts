@@ -1,4 +1,4 @@
-import { eachClusterCopy, drawnStrandCount } from "./clusterStrands";
+import { eachClusterCopy, drawnStrandCount } from "./clumpStrands";
 import type { GeometrySource, StrandGeometry } from "./groomGeometry";
 import { growingBytes, growingFloats, growingIndices } from "./growing";
 import { toByte } from "./meshBuilder";

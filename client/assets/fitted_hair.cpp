@@ -1,0 +1,51 @@
+#include "client/assets/fitted_hair.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "client/assets/import/skull_fit.hpp"
+#include "client/assets/made/made.hpp"
+#include "core/geometry/mesh_query.hpp"
+
+namespace hairnet::viewer {
+namespace {
+
+constexpr std::size_t kStrandCount = 4000;
+constexpr double kClear_m = 0.002;  // of the skin
+
+}  // namespace
+
+Result<Groom> fitted_hair(const TriangleMesh& body) {
+  if (body.vertices.empty() || body.triangles.empty()) return Refusal("a body without triangles");
+  HairstyleOptions options;
+  options.strand_count = kStrandCount;
+  Result<Groom> made = make_hairstyle("short", options);
+  if (!made) return made;
+  Groom groom = std::move(*made);
+  const std::optional<SkullFit> from = skull_of_mesh(groom.body.mesh), to = skull_of_mesh(body);
+  if (!from || !to) return Refusal("the top of the body is no skull");
+  const Vec3 grown = to->semi_axes.cwiseQuotient(from->semi_axes);
+  const MeshQuery skin(body);
+  for (std::size_t s = 0; s < groom.strand_count(); ++s) {
+    Vec3 shift = Vec3::Zero();
+    for (std::uint32_t i = groom.strand_begin[s]; i < groom.strand_begin[s + 1]; ++i) {
+      Vec3 p = to->centre + grown.cwiseProduct(groom.points[i].cast<double>() - from->centre);
+      if (i == groom.strand_begin[s]) shift = skin.closest(p).point - p;  // the root onto the skin, the rest with it
+      p += shift;
+      if (i > groom.strand_begin[s] && skin.inside(p)) {
+        const Vec3 out = skin.closest(p).point - p;
+        p += out * (1 + kClear_m / std::max(1e-6, out.norm()));
+      }
+      groom.points[i] = p.cast<float>();
+    }
+  }
+  groom.name = "short, fitted";
+  groom.body = {};
+  groom.body.mesh = body;
+  generate_bone_weights(groom.body);
+  if (std::string fault = validate(groom); !fault.empty()) return Refusal(std::move(fault));
+  return groom;
+}
+
+}  // namespace hairnet::viewer

@@ -1,0 +1,230 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+#include "client/assets/import/guess_unit.hpp"
+#include "client/assets/import/placement.hpp"
+#include "client/assets/import/skull_fit.hpp"
+#include "core/geometry/mesh_query.hpp"
+
+namespace hairnet {
+namespace {
+
+constexpr double kFarBelow_m = 0.07;  // the head joint: no hair of the head begins there, beards included
+
+std::string decimal(double x, int digits) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.*g", digits, x);
+  return text;
+}
+
+std::string check(const GroomDef& def) {
+  if (std::string fault = validate(def.placement); !fault.empty()) return fault;
+  if (def.body_placement) {
+    if (std::string fault = validate(*def.body_placement); !fault.empty()) return "body: " + fault;
+  }
+  if (!(def.hairs_in_all > 0 && def.hairs_in_all <= 1e7)) return "the count of hairs must be in (0, 1e7]";
+  if (!(def.root_length_m >= 0 && def.root_length_m <= 10)) return "the root length must be in [0, 10] m";
+  if (!(def.rooted_distance_m >= 0 && def.rooted_distance_m <= 1)) return "the rooted distance must be in [0, 1] m";
+  const bool has_point = std::ranges::any_of(def.files, [](const StrandFile& f) { return !f.strands.points.empty(); });
+  return has_point ? std::string() : "there is no strand with a point";
+}
+
+// First points of all strands, turned and scaled but not yet shifted to the head joint.
+std::vector<Vec3> unshifted_roots(const GroomDef& def) {
+  std::vector<Vec3> roots;
+  for (const StrandFile& file : def.files) {
+    for (std::size_t s = 0; s < file.strands.strand_count(); ++s) {
+      const std::uint32_t first = file.strands.strand_begin[s];
+      if (first == file.strands.strand_begin[s + 1]) continue;
+      roots.push_back(place(def.placement, Vec3::Zero(), file.strands.points[first]).cast<double>());
+    }
+  }
+  return roots;
+}
+
+// Empty when the roots make a head; else says so, and the unit that would fit.
+std::string size_misfit(const UnitGuess& guess, std::span<const Vec3> roots, const Placement& placement) {
+  if (guess.allows(placement.unit_m)) return {};
+  Vec3 low = roots.front(), high = low;
+  for (const Vec3& root : roots) {
+    low = low.cwiseMin(root);
+    high = high.cwiseMax(root);
+  }
+  const Vec3 size_m = high - low;
+  const bool may_be_part = !guess.is_sure && placement.unit_m < guess.m;
+  return std::string(may_be_part ? "this is a small part of a head, or in another unit"
+                                 : "this is not the size of a head") +
+         ": the roots reach over " + decimal(size_m.x(), 3) + " x " + decimal(size_m.y(), 3) + " x " +
+         decimal(size_m.z(), 3) + " m; --unit " + decimal(guess.m, 3) + " would make it one";
+}
+
+// Neck, shoulders and trunk of a mesh that reaches below the head: the shoulders are where it widens, seen from the
+// head joint downwards. A mesh that does not widen keeps the usual joints.
+void estimate_joints(Body& body) {
+  constexpr double kSlice_m = 0.01, kDeepest_m = 0.40, kShoulderHalfWidth_m = 0.10;
+  std::vector<double> half_width(static_cast<std::size_t>(kDeepest_m / kSlice_m), 0.0);
+  for (const Vec3f& v : body.mesh.vertices) {
+    const double depth = -static_cast<double>(v.y()) / kSlice_m;
+    if (depth < 0 || depth >= static_cast<double>(half_width.size())) continue;
+    double& width = half_width[static_cast<std::size_t>(depth)];
+    width = std::max(width, std::abs(static_cast<double>(v.x())));
+  }
+  const auto widens =
+      std::find_if(half_width.begin() + 6, half_width.end(), [](double width) { return width > kShoulderHalfWidth_m; });
+  if (widens == half_width.end()) return;
+  const auto top = -static_cast<float>(kSlice_m) * static_cast<float>(widens - half_width.begin());
+  const auto set_y = [&](Bone bone, float y) { body.joints[static_cast<std::size_t>(bone)].y() = y; };
+  set_y(Bone::neck, std::min(top + 0.05f, -0.04f));
+  set_y(Bone::left_shoulder, top - 0.01f);
+  set_y(Bone::right_shoulder, top - 0.01f);
+  set_y(Bone::upper_trunk, top - 0.12f);
+}
+
+// Turns all triangles round when more of the mesh is wound inside out than not: what is inside is told by the winding.
+bool wind_outwards(TriangleMesh& mesh) {
+  Vec3 middle = Vec3::Zero();
+  for (const Vec3f& x : mesh.vertices) middle += x.cast<double>() / static_cast<double>(mesh.vertices.size());
+  double volume = 0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const auto corner = [&](std::uint32_t v) -> Vec3 { return mesh.vertices[v].cast<double>() - middle; };
+    volume += corner(a).dot(corner(b).cross(corner(c))) / 6;
+  }
+  if (!(volume < 0)) return false;
+  for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+  return true;
+}
+
+// Turned and scaled but not yet shifted to the head joint.
+TriangleMesh unshifted_mesh(const GroomDef& def, std::vector<std::string>& warnings) {
+  const Placement& placement = def.body_placement ? *def.body_placement : def.placement;
+  TriangleMesh mesh;
+  mesh.triangles = def.body->triangles;
+  for (const Vec3f& vertex : def.body->vertices) mesh.vertices.push_back(place(placement, Vec3::Zero(), vertex));
+  if (wind_outwards(mesh)) warnings.emplace_back("the body's triangles were wound inside out and are turned round");
+  return mesh;
+}
+
+Body body_of(TriangleMesh mesh, const Vec3& joint) {
+  Body body;
+  body.mesh = std::move(mesh);
+  for (Vec3f& vertex : body.mesh.vertices) vertex = (vertex.cast<double>() - joint).cast<float>();
+  estimate_joints(body);
+  generate_bone_weights(body);
+  return body;
+}
+
+// A point in head axes and metres, in the coordinates of a file.
+Vec3 to_file(const Placement& placement, const Vec3& joint) {
+  return rotation_to_head(placement.up, placement.face).transpose() * joint / placement.unit_m;
+}
+
+// The head joint that a placement is given, in head axes and metres.
+std::optional<Vec3> given_joint(const Placement& placement) {
+  if (!placement.origin) return {};
+  return placement.unit_m * (rotation_to_head(placement.up, placement.face) * *placement.origin);
+}
+
+std::string joint_warning(const Placement& placement, const Vec3& joint, std::string_view from) {
+  const Vec3 origin = to_file(placement, joint);
+  return "the head joint is estimated from the " + std::string(from) + " at " + decimal(origin.x(), 4) + "," +
+         decimal(origin.y(), 4) + ',' + decimal(origin.z(), 4) + " in file units; hairnet-groom's --origin sets it";
+}
+
+struct Counts {
+  std::size_t rooted = 0, single = 0, empty = 0, far_below = 0;
+};
+
+Counts add_strands(const GroomDef& def, const Vec3& origin, Groom& groom) {
+  std::size_t strand_count = 0;
+  for (const StrandFile& file : def.files) strand_count += file.strands.strand_count();
+  const MeshQuery skin(groom.body.mesh);
+  StrandProperties properties;
+  properties.hair_count = static_cast<float>(def.hairs_in_all / static_cast<double>(strand_count));
+  properties.root_length_m = static_cast<float>(def.root_length_m);
+  Counts counts;
+  std::vector<Vec3f> strand;
+  for (const StrandFile& file : def.files) {
+    const auto named = std::ranges::find(groom.group_names, file.group);
+    properties.group = static_cast<std::uint16_t>(named - groom.group_names.begin());
+    if (named == groom.group_names.end()) groom.group_names.push_back(file.group);
+    for (std::size_t s = 0; s < file.strands.strand_count(); ++s) {
+      strand.clear();
+      for (std::uint32_t i = file.strands.strand_begin[s]; i < file.strands.strand_begin[s + 1]; ++i) {
+        strand.push_back(place(def.placement, origin, file.strands.points[i]));
+      }
+      properties.rooted =
+          !strand.empty() && std::isfinite(skin.closest(strand[0].cast<double>(), def.rooted_distance_m).distance);
+      counts.rooted += properties.rooted;
+      counts.single += strand.size() == 1;
+      counts.empty += strand.empty();
+      counts.far_below += !strand.empty() && static_cast<double>(strand[0].y()) < -kFarBelow_m;
+      groom.add_strand(strand, properties);
+    }
+  }
+  return counts;
+}
+
+void warn_of_counts(const Counts& counts, std::size_t strand_count, std::vector<std::string>& warnings) {
+  if (counts.single + counts.empty > 0) {
+    warnings.push_back(std::to_string(counts.single + counts.empty) + " of " + std::to_string(strand_count) +
+                       " strands have fewer than two points and do not move");
+  }
+  if (counts.far_below > 0) {
+    const double percent = 100 * static_cast<double>(counts.far_below) / static_cast<double>(strand_count);
+    warnings.push_back(std::to_string(counts.far_below) + " of " + std::to_string(strand_count) + " strands (" +
+                       decimal(percent, 2) + " %) begin more than " + decimal(100 * kFarBelow_m, 2) +
+                       " cm below the head joint, as on a back: they follow the head all the same");
+  }
+  if (counts.rooted == 0) {
+    warnings.push_back("no strand begins on the skin: check --origin, --unit and the axes of strands and body");
+  }
+}
+
+}  // namespace
+
+Result<ImportedGroom> assemble_groom(const GroomDef& def) {
+  if (std::string fault = check(def); !fault.empty()) return Refusal(std::move(fault));
+  ImportedGroom imported;
+  Groom& groom = imported.groom;
+  groom.name = def.name;
+
+  const std::vector<Vec3> roots = unshifted_roots(def);
+  std::vector<Vec3> roots_file;
+  for (const Vec3& root : roots) roots_file.emplace_back(root / def.placement.unit_m);
+  const UnitGuess guess = guess_unit(roots_file);
+  const std::string misfit = size_misfit(guess, roots, def.placement);
+  if (!misfit.empty()) imported.warnings.push_back(misfit);
+  SkullFit skull = fit_skull_shape(
+      roots, kUsualSkullRadius_m * (guess.is_sure && !misfit.empty() ? def.placement.unit_m / guess.m : 1));
+
+  TriangleMesh mesh;
+  if (def.body) mesh = unshifted_mesh(def, imported.warnings);
+  const std::optional<SkullFit> skull_of_body = skull_of_mesh(mesh);
+  const std::optional<Vec3> given = given_joint(def.placement);
+  const Vec3 joint = given ? *given : (skull_of_body ? *skull_of_body : skull).joint();
+  if (def.body) {
+    // Without an origin of its own the mesh shares the strands' head joint.
+    groom.body =
+        body_of(std::move(mesh), def.body_placement ? given_joint(*def.body_placement).value_or(joint) : joint);
+  } else {
+    skull.centre -= joint;
+    groom.body = skull_body(skull);
+  }
+  if (misfit.empty() && !skull_of_body && !skull.is_determined()) {
+    imported.warnings.push_back("the roots cover too little of a head to tell its size: it is taken as one of radius " +
+                                decimal(100 * skull.radius(), 2) + " cm; a body under the hair tells more");
+  }
+  const Counts counts = add_strands(def, to_file(def.placement, joint), groom);
+  warn_of_counts(counts, groom.strand_count(), imported.warnings);
+  if (!given) {
+    const char* from = skull_of_body ? "body's skull" : def.body ? "roots, since the body's top is no skull," : "roots";
+    imported.warnings.push_back(joint_warning(def.placement, joint, from));
+  }
+  if (std::string fault = validate(groom); !fault.empty())
+    return Refusal(misfit.empty() ? fault : fault + "; " + misfit);
+  return imported;
+}
+
+}  // namespace hairnet

@@ -1,0 +1,224 @@
+#include "client/assets/import/bvh_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <numbers>
+#include <optional>
+
+#include "client/assets/import/text.hpp"
+
+namespace hairnet {
+namespace {
+
+constexpr std::size_t kDepthMax = 256;
+constexpr double kFrameTimeMin_s = 1e-4, kFrameTimeMax_s = 10;
+
+bool same_word(std::string_view a, std::string_view b) {
+  return std::ranges::equal(a, b, [](unsigned char x, unsigned char y) { return std::tolower(x) == std::tolower(y); });
+}
+
+class Parser {
+ public:
+  explicit Parser(std::string_view text) : rest_(text) {}
+
+  Result<BvhFile> parse() {
+    if (!same_word(next(), "HIERARCHY")) return Refusal("it does not begin with HIERARCHY: not a BVH file");
+    std::string_view word = next();
+    while (same_word(word, "ROOT")) {
+      if (!joint_tree()) return Refusal(fault_);
+      word = next();
+    }
+    if (file_.joints.empty()) return fail("there is no ROOT");
+    if (!same_word(word, "MOTION")) return fail("MOTION expected, found '" + shown(word) + "'");
+    if (!motion()) return Refusal(fault_);
+    return std::move(file_);
+  }
+
+ private:
+  std::string_view next() {
+    const std::size_t begin = rest_.find_first_not_of(" \t\r\n\v\f");
+    if (begin == std::string_view::npos) {
+      rest_ = {};
+      return {};
+    }
+    line_ +=
+        static_cast<std::size_t>(std::count(rest_.begin(), rest_.begin() + static_cast<std::ptrdiff_t>(begin), '\n'));
+    rest_.remove_prefix(begin);
+    const std::string_view word = rest_.substr(0, rest_.find_first_of(" \t\r\n\v\f"));
+    rest_.remove_prefix(word.size());
+    return word;
+  }
+
+  Refusal fail(const std::string& what) {
+    fault_ = "line " + std::to_string(line_) + ": " + (rest_.empty() ? "the file ends too early; " : "") + what;
+    return Refusal(fault_);
+  }
+  bool refuse(const std::string& what) {
+    fail(what);
+    return false;
+  }
+
+  bool expect(std::string_view word) {
+    const std::string_view found = next();
+    return same_word(found, word) || refuse(std::string(word) + " expected, found '" + shown(found) + "'");
+  }
+  template <class Number>
+  bool number(Number& out) {
+    const std::string_view word = next();
+    const auto value = parse_number<Number>(word);
+    if (value) out = *value;
+    return value || refuse("a number expected, found '" + shown(word) + "'");
+  }
+
+  // After ROOT: the whole tree below it. A stack instead of recursion, so that nesting cannot exhaust ours.
+  bool joint_tree() {
+    std::vector<int> open;
+    if (!open_joint(-1, open)) return false;
+    while (!open.empty()) {
+      const std::string_view word = next();
+      if (same_word(word, "}")) {
+        open.pop_back();
+      } else if (same_word(word, "JOINT")) {
+        if (!open_joint(open.back(), open)) return false;
+      } else if (same_word(word, "End")) {
+        if (!end_site()) return false;
+      } else if (same_word(word, "OFFSET")) {
+        Vec3& offset = file_.joints[static_cast<std::size_t>(open.back())].offset;
+        for (int a = 0; a < 3; ++a) {
+          if (!number(offset[a])) return false;
+        }
+      } else if (same_word(word, "CHANNELS")) {
+        if (!channels(file_.joints[static_cast<std::size_t>(open.back())])) return false;
+      } else {
+        return refuse("JOINT, End, OFFSET, CHANNELS or } expected, found '" + shown(word) + "'");
+      }
+    }
+    return true;
+  }
+
+  bool open_joint(int parent, std::vector<int>& open) {
+    if (open.size() >= kDepthMax) return refuse("joints are nested deeper than " + std::to_string(kDepthMax));
+    const std::string_view name = next();
+    if (name.empty() || name == "{") return refuse("a joint has no name");
+    file_.joints.push_back({std::string(name), parent, Vec3::Zero(), {}, 0});
+    open.push_back(static_cast<int>(file_.joints.size()) - 1);
+    // Some exporters write names of several words.
+    std::string_view word = next();
+    for (; !word.empty() && word != "{"; word = next()) file_.joints.back().name += ' ' + std::string(word);
+    return word == "{" || refuse("{ expected after a joint's name");
+  }
+
+  bool end_site() {
+    double unused = 0;
+    return expect("Site") && expect("{") && expect("OFFSET") && number(unused) && number(unused) && number(unused) &&
+           expect("}");
+  }
+
+  bool channels(BvhFile::Joint& joint) {
+    static constexpr std::array<std::string_view, 6> kNames{"Xposition", "Yposition", "Zposition",
+                                                            "Xrotation", "Yrotation", "Zrotation"};
+    std::uint32_t count = 0;
+    if (!number(count)) return false;
+    if (count > kNames.size() || !joint.channels.empty())
+      return refuse("a joint has more than one channel of each kind");
+    joint.first_value = file_.values_per_frame;
+    for (std::uint32_t c = 0; c < count; ++c) {
+      const std::string_view word = next();
+      const auto found = std::ranges::find_if(kNames, [&](std::string_view name) { return same_word(name, word); });
+      if (found == kNames.end()) return refuse("'" + shown(word) + "' is no channel");
+      const auto channel = static_cast<BvhFile::Channel>(found - kNames.begin());
+      if (std::ranges::find(joint.channels, channel) != joint.channels.end())
+        return refuse("a joint has the channel " + shown(word) + " twice");
+      joint.channels.push_back(channel);
+    }
+    file_.values_per_frame += count;
+    return true;
+  }
+
+  bool motion() {
+    std::uint64_t frame_count = 0;
+    if (!expect("Frames:") || !number(frame_count) || !expect("Frame") || !expect("Time:") ||
+        !number(file_.frame_time_s))
+      return false;
+    if (frame_count == 0) return refuse("there are no frames");
+    if (file_.values_per_frame == 0) return refuse("no joint has a channel");
+    if (!(file_.frame_time_s >= kFrameTimeMin_s && file_.frame_time_s <= kFrameTimeMax_s))
+      return refuse("the frame time is not in [0.0001, 10] s");
+    // A value takes two characters at least, so that a false count costs no memory.
+    if (frame_count > rest_.size() / (2 * file_.values_per_frame) + 1)
+      return refuse(std::to_string(frame_count) + " frames do not fit into the rest of the file");
+    file_.frame_count = frame_count;
+    file_.values.resize(frame_count * file_.values_per_frame);
+    for (float& value : file_.values) {
+      if (!number(value)) return false;
+    }
+    const std::string_view more = next();
+    return more.empty() ||
+           refuse("more values than " + std::to_string(frame_count) + " frames have: '" + shown(more) + "'");
+  }
+
+  std::string_view rest_;
+  std::size_t line_ = 1;
+  BvhFile file_;
+  std::string fault_;
+};
+
+RigidTransform local_transform(const BvhFile::Joint& joint, const float* row) {
+  RigidTransform local{Quat::Identity(), joint.offset};
+  for (std::size_t c = 0; row && c < joint.channels.size(); ++c) {
+    const auto channel = static_cast<int>(joint.channels[c]);
+    const double value = row[joint.first_value + c];
+    if (channel < 3) {
+      local.position[channel] = value;
+    } else {
+      local.rotation = local.rotation * Eigen::AngleAxisd(value * std::numbers::pi / 180, Vec3::Unit(channel - 3));
+    }
+  }
+  local.rotation.normalize();
+  return local;
+}
+
+RigidTransform to_world(const BvhFile& file, int joint, const float* row) {
+  RigidTransform out;
+  for (; joint >= 0; joint = file.joints[static_cast<std::size_t>(joint)].parent)
+    out = local_transform(file.joints[static_cast<std::size_t>(joint)], row) * out;
+  return out;
+}
+
+std::vector<Vec3> all_positions(const BvhFile& file, const float* row) {
+  // Parents come before their children: no joint's chain is walked twice.
+  std::vector<RigidTransform> joints;
+  std::vector<Vec3> positions;
+  for (const BvhFile::Joint& joint : file.joints) {
+    const RigidTransform local = local_transform(joint, row);
+    joints.push_back(joint.parent < 0 ? local : joints[static_cast<std::size_t>(joint.parent)] * local);
+    positions.push_back(joints.back().position);
+  }
+  return positions;
+}
+
+}  // namespace
+
+RigidTransform BvhFile::pose(std::size_t frame, std::size_t joint) const {
+  return to_world(*this, static_cast<int>(joint), values.data() + frame * values_per_frame);
+}
+
+RigidTransform BvhFile::bind_pose(std::size_t joint) const {
+  return to_world(*this, static_cast<int>(joint), nullptr);
+}
+
+std::vector<Vec3> BvhFile::positions(std::size_t frame) const {
+  return all_positions(*this, values.data() + frame * values_per_frame);
+}
+
+std::vector<Vec3> BvhFile::zero_positions() const {
+  return all_positions(*this, nullptr);
+}
+
+Result<BvhFile> decode_bvh_file(std::string_view text) {
+  if (text.find_first_not_of(" \t\r\n\v\f") == std::string_view::npos) return Refusal("the file is empty");
+  return Parser(text).parse();
+}
+
+}  // namespace hairnet

@@ -1,0 +1,264 @@
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "client/assets/import/skull_fit.hpp"
+
+namespace hairnet {
+namespace {
+
+constexpr std::size_t kSampleMax = 4000;  // points looked at: a head has no more shape than these show
+constexpr int kTrialCount = 200;
+constexpr double kAxisRatioMax = 1.3;      // of an ellipsoid's axis to the sphere's radius
+constexpr double kRadiusRatioMax = 1.7;    // of a sphere's radius to the usual one, and the other way round
+constexpr double kRadiusDeviation = 0.04;  // of its logarithm: how much heads differ
+constexpr double kPointError = 0.011;      // in usual radii, at the least: where on the skin a root is
+constexpr double kStripDeviation = 0.05;   // in usual radii: how far off its middle a strip may run
+constexpr double kIndependentPoints = 5;   // a head is no sphere: neighbours err alike, however many they are
+
+struct Sphere {
+  Vec3 centre;
+  double radius;
+};
+
+// The numbers of Knuth's 64-bit linear congruential generator: the fit must not depend on a library's.
+class Draw {
+ public:
+  std::size_t below(std::size_t count) {
+    state_ = state_ * 6364136223846793005ULL + 1442695040888963407ULL;
+    return static_cast<std::size_t>((state_ >> 33) % count);
+  }
+
+ private:
+  std::uint64_t state_ = 1;
+};
+
+std::optional<Sphere> sphere_through(const std::array<Vec3, 4>& points) {
+  Mat3 edges;
+  Vec3 half_squares;
+  double size = 0;
+  for (int i = 0; i < 3; ++i) {
+    const Vec3 edge = points[static_cast<std::size_t>(i) + 1] - points[0];
+    edges.row(i) = edge.transpose();
+    half_squares[i] = 0.5 * edge.squaredNorm();
+    size = std::max(size, edge.norm());
+  }
+  if (!(std::abs(edges.determinant()) > 1e-4 * size * size * size)) return {};
+  const Vec3 to_centre = edges.partialPivLu().solve(half_squares);
+  return Sphere{points[0] + to_centre, to_centre.norm()};
+}
+
+// The two of a given radius through three points.
+std::vector<Sphere> spheres_through(const std::array<Vec3, 4>& points, double radius) {
+  const Vec3 a = points[1] - points[0], b = points[2] - points[0], normal = a.cross(b);
+  const double area = normal.norm();
+  if (!(area > 1e-4 * std::max(a.squaredNorm(), b.squaredNorm()))) return {};
+  const Vec3 to_middle = (a.squaredNorm() * b.cross(normal) + b.squaredNorm() * normal.cross(a)) / (2 * area * area);
+  const double height = std::sqrt(std::max(0.0, radius * radius - to_middle.squaredNorm()));
+  if (!(to_middle.norm() < kRadiusRatioMax * radius)) return {};
+  const Vec3 middle = points[0] + to_middle, up = height / area * normal;
+  return {{middle + up, radius}, {middle - up, radius}};
+}
+
+double median(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+double median_distance(const Sphere& sphere, std::span<const Vec3> points) {
+  std::vector<double> distances;
+  distances.reserve(points.size());
+  for (const Vec3& x : points) distances.push_back(std::abs((x - sphere.centre).norm() - sphere.radius));
+  return median(distances);
+}
+
+// Least median of squares (Rousseeuw 1984): up to half of the points may lie anywhere. Of spheres that fit alike the
+// most usual one is taken.
+std::optional<Sphere> robust_sphere(std::span<const Vec3> points, double usual_radius) {
+  Draw draw;
+  std::optional<Sphere> best;
+  double best_score = 0;
+  for (int trial = 0; trial < kTrialCount; ++trial) {
+    std::array<Vec3, 4> four;
+    for (Vec3& x : four) x = points[draw.below(points.size())];
+    std::vector<Sphere> spheres = spheres_through(four, usual_radius);
+    if (const std::optional<Sphere> free = sphere_through(four)) spheres.push_back(*free);
+    for (const Sphere& sphere : spheres) {
+      const double off = std::log(sphere.radius / usual_radius);
+      if (!(std::abs(off) < std::log(kRadiusRatioMax))) continue;
+      const double score = median_distance(sphere, points) + 0.25 * usual_radius * off * off;
+      if (best && score >= best_score) continue;
+      best = sphere;
+      best_score = score;
+    }
+  }
+  return best;
+}
+
+std::vector<Vec3> near(const Sphere& sphere, std::span<const Vec3> points, double distance_max) {
+  std::vector<Vec3> out;
+  for (const Vec3& x : points) {
+    if (std::abs((x - sphere.centre).norm() - sphere.radius) <= distance_max) out.push_back(x);
+  }
+  return out;
+}
+
+// Points of a strip so narrow that they do not tell where the head's middle is across it.
+struct Strip {
+  Vec3 middle, across;
+};
+
+// None for a patch, whose thinnest side is that towards the middle.
+std::optional<Strip> strip_of(std::span<const Vec3> points, const Vec3& centre) {
+  Vec3 mean = Vec3::Zero();
+  for (const Vec3& x : points) mean += x / static_cast<double>(points.size());
+  Mat3 covariance = Mat3::Zero();
+  for (const Vec3& x : points) covariance += (x - mean) * (x - mean).transpose();
+  const Eigen::SelfAdjointEigenSolver<Mat3> axes(covariance);
+  constexpr double kNarrow = 1.0 / 3;  // of the arc's height
+  if (!(axes.eigenvalues()[0] < kNarrow * kNarrow * axes.eigenvalues()[1])) return {};
+  const Vec3 across = axes.eigenvectors().col(0);
+  double inwards = 0;
+  for (const Vec3& x : points) inwards += std::abs(across.dot((x - centre).normalized()));
+  if (inwards > 0.7 * static_cast<double>(points.size())) return {};
+  return Strip{mean, across};
+}
+
+double weight_of(double residual, double spread) {
+  const double far = residual / spread;
+  return 1 / (1 + far * far);
+}
+
+// The most probable sphere: Gauss-Newton on the weighted distances, for the centre and the radius's logarithm, which is
+// drawn to the usual one. `spread` is how far points usually lie off.
+void refine(Sphere& sphere, std::span<const Vec3> inliers, double spread, double usual_radius,
+            const std::optional<Strip>& strip) {
+  Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
+  Eigen::Vector4d right = Eigen::Vector4d::Zero();
+  double weights = 0, squares = 0;
+  for (const Vec3& x : inliers) {
+    const Vec3 from_centre = x - sphere.centre;
+    const double distance = from_centre.norm(), residual = distance - sphere.radius;
+    if (!(distance > 0)) continue;
+    Eigen::Vector4d gradient;
+    gradient << -from_centre / distance, -sphere.radius;
+    const double weight = weight_of(residual, spread);
+    normal += weight * gradient * gradient.transpose();
+    right -= weight * residual * gradient;
+    weights += weight;
+    squares += weight * residual * residual;
+  }
+  const double least = kPointError * usual_radius;
+  const double precision = kIndependentPoints / (weights * (least * least + squares / weights));
+  normal *= precision;
+  right *= precision;
+  const double off = std::log(sphere.radius / usual_radius);
+  const double radius_precision = weight_of(off, 3 * kRadiusDeviation) / (kRadiusDeviation * kRadiusDeviation);
+  normal(3, 3) += radius_precision;
+  right(3) -= radius_precision * off;
+  // Keeps a step that the points say nothing about small.
+  normal.diagonal().head<3>().array() += 1 / (usual_radius * usual_radius);
+  if (strip) {
+    const double strip_precision = std::pow(kStripDeviation * usual_radius, -2);
+    normal.topLeftCorner<3, 3>() += strip_precision * strip->across * strip->across.transpose();
+    right.head<3>() -= strip_precision * strip->across.dot(sphere.centre - strip->middle) * strip->across;
+  }
+  const Eigen::Vector4d step = normal.ldlt().solve(right);
+  if (!step.allFinite()) return;
+  const double most = 0.2 * usual_radius;
+  sphere.centre += step.head<3>().cwiseMax(-most).cwiseMin(most);
+  sphere.radius *= std::exp(std::clamp(step(3), -0.2, 0.2));
+}
+
+double conditioning_of(const Sphere& sphere, std::span<const Vec3> inliers) {
+  Eigen::Matrix4d told = Eigen::Matrix4d::Zero();
+  for (const Vec3& x : inliers) {
+    Eigen::Vector4d gradient;
+    gradient << (x - sphere.centre).normalized(), 1;
+    told += gradient * gradient.transpose() / static_cast<double>(inliers.size());
+  }
+  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d>(told).eigenvalues()[0];
+}
+
+using Vec6 = Eigen::Matrix<double, 6, 1>;
+using Mat6 = Eigen::Matrix<double, 6, 6>;
+
+// One weighted Gauss-Newton step on the distances to the ellipsoid, for its centre and the logarithms of its axes. The
+// ridge draws the axes towards the sphere, as strongly as a tenth of the points would.
+void refine(SkullFit& fit, const Sphere& sphere, std::span<const Vec3> inliers, double spread) {
+  Mat6 normal = Mat6::Zero();
+  Vec6 right = Vec6::Zero();
+  for (const Vec3& x : inliers) {
+    const Vec3 scaled = (x - fit.centre).cwiseQuotient(fit.semi_axes);
+    const double length = scaled.norm();
+    if (!(length > 1e-6)) continue;
+    Vec6 gradient;
+    gradient << -scaled.cwiseQuotient(fit.semi_axes) / length, -scaled.cwiseAbs2() / length;
+    gradient *= sphere.radius;
+    const double residual = sphere.radius * (length - 1);
+    const double weight = weight_of(residual, spread);
+    normal += weight * gradient * gradient.transpose();
+    right -= weight * residual * gradient;
+  }
+  constexpr double kShapeRidge = 0.1;
+  const double ridge = kShapeRidge * static_cast<double>(inliers.size()) * sphere.radius * sphere.radius;
+  for (int axis = 0; axis < 3; ++axis) {
+    normal(axis, axis) += kShapeRidge * static_cast<double>(inliers.size());
+    right[axis] -= kShapeRidge * static_cast<double>(inliers.size()) * (fit.centre[axis] - sphere.centre[axis]);
+    normal(3 + axis, 3 + axis) += ridge;
+    right[3 + axis] -= ridge * std::log(fit.semi_axes[axis] / sphere.radius);
+  }
+  const Vec6 step = normal.ldlt().solve(right);
+  if (!step.allFinite()) return;
+  const double most = 0.2 * sphere.radius;
+  fit.centre += step.head<3>().cwiseMax(-most).cwiseMin(most);
+  for (int axis = 0; axis < 3; ++axis) {
+    const double grown = fit.semi_axes[axis] * std::exp(std::clamp(step[3 + axis], -0.2, 0.2));
+    fit.semi_axes[axis] = std::clamp(grown, sphere.radius / kAxisRatioMax, sphere.radius * kAxisRatioMax);
+  }
+}
+
+SkullFit usual_skull(std::span<const Vec3> points, double usual_radius) {
+  SkullFit fit;
+  fit.semi_axes = Vec3::Constant(usual_radius);
+  fit.inliers.assign(points.begin(), points.end());
+  if (points.empty()) return fit;
+  Vec3 mean = Vec3::Zero();
+  for (const Vec3& x : points) mean += x / static_cast<double>(points.size());
+  fit.centre = mean - Vec3(0, usual_radius, 0);
+  return fit;
+}
+
+}  // namespace
+
+SkullFit fit_skull_shape(std::span<const Vec3> points, double usual_radius) {
+  std::vector<Vec3> sample;
+  const std::size_t stride = points.size() / kSampleMax + 1;
+  for (std::size_t i = 0; i < points.size(); i += stride) {
+    if (points[i].allFinite()) sample.push_back(points[i]);
+  }
+  std::optional<Sphere> sphere = sample.size() < 4 ? std::nullopt : robust_sphere(sample, usual_radius);
+  if (!sphere) return usual_skull(sample, usual_radius);
+
+  // A scalp is no sphere: what lies within a fifth of the radius is still of it, whatever the median says.
+  const double spread = std::max(1.5 * median_distance(*sphere, sample), 0.02 * sphere->radius);
+  SkullFit fit;
+  fit.inliers = near(*sphere, sample, std::clamp(3 * spread, 0.2 * sphere->radius, 0.35 * sphere->radius));
+  if (fit.inliers.size() < 4) return usual_skull(sample, usual_radius);
+  const std::optional<Strip> strip = strip_of(fit.inliers, sphere->centre);
+  if (strip) sphere->centre -= strip->across.dot(sphere->centre - strip->middle) * strip->across;
+  constexpr int kStepCount = 30;
+  for (int i = 0; i < kStepCount; ++i) refine(*sphere, fit.inliers, spread, usual_radius, strip);
+  fit.centre = sphere->centre;
+  fit.semi_axes = Vec3::Constant(sphere->radius);
+  fit.conditioning = conditioning_of(*sphere, fit.inliers);
+  for (int i = 0; fit.is_determined() && i < kStepCount; ++i) refine(fit, *sphere, fit.inliers, spread);
+  return fit;
+}
+
+}  // namespace hairnet

@@ -1,0 +1,264 @@
+#include "client/assets/import/guess_placement.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <vector>
+
+#include "client/assets/import/guess_unit.hpp"
+#include "client/assets/import/skull_fit.hpp"
+
+namespace hairnet::viewer {
+namespace {
+
+constexpr double kUnitSlack = 0.5;  // of its logarithm, for hair over a body
+constexpr std::array<Axis, 6> kAxes{Axis::plus_y,  Axis::plus_z,  Axis::plus_x,
+                                    Axis::minus_y, Axis::minus_z, Axis::minus_x};
+constexpr double kFreeFace = 12;  // hair in the face tells against it, whatever the roots say
+constexpr double kFar_m = 0.03;
+constexpr double kHeadHeight_m = 0.35;  // at the most, with some of the neck
+constexpr std::uint32_t kPointsOfStrand = 8;
+constexpr std::size_t kRootsMost = 4000, kProbesMost = 160, kVerticesMost = 12'000;
+
+// Roots, the way from each to its tip, and points between, file coordinates.
+struct Strands {
+  std::vector<Vec3> roots, falls, points;
+};
+
+Strands strands_of(std::span<const StrandFile> files) {
+  std::size_t count = 0;
+  for (const StrandFile& file : files) count += file.strands.strand_count();
+  const std::size_t step = std::max<std::size_t>(1, count / kRootsMost);
+  Strands out;
+  std::size_t n = 0;
+  for (const StrandFile& file : files) {
+    for (std::size_t s = 0; s < file.strands.strand_count(); ++s) {
+      const std::uint32_t begin = file.strands.strand_begin[s], end = file.strands.strand_begin[s + 1];
+      if (begin == end || n++ % step != 0) continue;
+      out.roots.push_back(file.strands.points[begin].cast<double>());
+      out.falls.push_back(file.strands.points[end - 1].cast<double>() - out.roots.back());
+      const std::uint32_t stride = std::max<std::uint32_t>(1, (end - begin) / kPointsOfStrand);
+      for (std::uint32_t i = begin; i < end; i += stride) out.points.push_back(file.strands.points[i].cast<double>());
+    }
+  }
+  return out;
+}
+
+Vec3 mean_of(const std::vector<Vec3>& vectors) {
+  Vec3 sum = Vec3::Zero();
+  for (const Vec3& v : vectors) sum += v;
+  return sum / static_cast<double>(std::max<std::size_t>(1, vectors.size()));
+}
+
+// How much of the hair beside the face's height lies in that direction: hair leaves faces free.
+double share_towards(const Strands& strands, const SkullFit& skull, const Vec3& up, const Vec3& face) {
+  std::size_t beside = 0, there = 0;
+  for (const Vec3& p : strands.points) {
+    const Vec3 from_middle = (p - skull.centre) / skull.radius();
+    const double height = from_middle.dot(up);
+    if (height < -0.9 || height > 0) continue;
+    const Vec3 level = from_middle - height * up;
+    ++beside;
+    there += level.dot(face) > 0.9 * level.norm();
+  }
+  return beside == 0 ? 0 : static_cast<double>(there) / static_cast<double>(beside);
+}
+
+// Every n-th.
+std::vector<Vec3> thinned(const std::vector<Vec3>& points) {
+  const std::size_t step = std::max<std::size_t>(1, points.size() / kVerticesMost);
+  std::vector<Vec3> out;
+  for (std::size_t i = 0; i < points.size(); i += step) out.push_back(points[i]);
+  return out;
+}
+
+// The mean distance of the probes from the nearest vertex, each counted as kFar_m at the most.
+double misfit_of(const std::vector<Vec3>& probes_m, const std::vector<Vec3>& vertices_m) {
+  Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  for (const Vec3& v : vertices_m) {
+    low = low.cwiseMin(v);
+    high = high.cwiseMax(v);
+  }
+  double sum = 0;
+  for (const Vec3& probe : probes_m) {
+    double nearest = kFar_m * kFar_m;
+    // What lies far from the whole needs no closer look.
+    if ((probe - probe.cwiseMax(low).cwiseMin(high)).squaredNorm() < nearest) {
+      for (const Vec3& v : vertices_m) nearest = std::min(nearest, (probe - v).squaredNorm());
+    }
+    sum += std::sqrt(nearest);
+  }
+  return sum / static_cast<double>(probes_m.size());
+}
+
+// Vertices between two depths below the top, along +y of head axes; units of the file.
+std::vector<Vec3> slab(const std::vector<Vec3>& turned, double top, double from, double to) {
+  std::vector<Vec3> out;
+  for (const Vec3& v : turned) {
+    if (top - v.y() >= from && top - v.y() <= to) out.push_back(v);
+  }
+  return out;
+}
+
+Vec3 extent(const std::vector<Vec3>& points) {
+  if (points.empty()) return Vec3::Zero();
+  Vec3 low = points.front(), high = low;
+  for (const Vec3& p : points) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  return high - low;
+}
+
+std::vector<Vec3> turned_by(const std::vector<Vec3>& vertices, Axis up, Axis face) {
+  const Mat3 turn = rotation_to_head(up, face);
+  std::vector<Vec3> out;
+  for (const Vec3& v : vertices) out.emplace_back(turn * v);
+  return out;
+}
+
+double top_of(const std::vector<Vec3>& points) {
+  double top = -std::numeric_limits<double>::infinity();
+  for (const Vec3& p : points) top = std::max(top, p.y());
+  return top;
+}
+
+}  // namespace
+
+Result<Placement> guess_placement(std::span<const StrandFile> files) {
+  const Strands strands = strands_of(files);
+  if (strands.roots.size() < 4) return Refusal("too few strands to see a head in");
+  Placement placement;
+  placement.unit_m = guess_unit(strands.roots).m;
+  const SkullFit skull = fit_skull_shape(strands.roots, kUsualSkullRadius_m / placement.unit_m);
+  const double radius = skull.radius();
+  if (!(std::isfinite(radius) && radius > 0)) return Refusal("the strands' roots make no head");
+  const Vec3 from_middle = (mean_of(strands.roots) - skull.centre) / radius;
+  const Vec3 fall = mean_of(strands.falls) / radius;
+  double best = -std::numeric_limits<double>::infinity();
+  for (const Axis up : kAxes) {
+    // Short hair stands up as well as down; long hair tells more by hanging.
+    const double score = from_middle.dot(direction(up)) - 0.5 * std::clamp(fall.dot(direction(up)), -2.0, 2.0);
+    if (score <= best + 1e-9) continue;
+    best = score;
+    placement.up = up;
+  }
+  best = -std::numeric_limits<double>::infinity();
+  for (const Axis face : kAxes) {
+    if (parallel(face, placement.up)) continue;
+    const double score = -from_middle.dot(direction(face)) -
+                         kFreeFace * share_towards(strands, skull, direction(placement.up), direction(face));
+    if (score <= best + 1e-9) continue;
+    best = score;
+    placement.face = face;
+  }
+  return placement;
+}
+
+std::optional<PlacedTogether> guess_together(std::span<const StrandFile> files, const TriangleMesh& mesh) {
+  constexpr double kSlack = 1.25;  // by which the same axes may fit worse than others
+  Result<Placement> body = guess_mesh_placement(mesh);
+  if (!body) return {};
+  body->origin.reset();  // both files have one origin, and the head joint is found from the roots
+  const Mat3 of_body = body->unit_m * rotation_to_head(body->up, body->face);
+  std::vector<Vec3> vertices_m, probes;
+  for (const Vec3f& v : mesh.vertices) vertices_m.emplace_back(of_body * v.cast<double>());
+  vertices_m = thinned(slab(vertices_m, top_of(vertices_m), 0, kHeadHeight_m));
+  const Strands strands = strands_of(files);
+  const std::size_t step = std::max<std::size_t>(1, strands.roots.size() / kProbesMost);
+  for (std::size_t i = 0; i < strands.roots.size(); i += step) probes.push_back(strands.roots[i]);
+  if (probes.empty()) return {};
+  const auto misfit_m = [&](const Placement& placement) {
+    const Mat3 turn = placement.unit_m * rotation_to_head(placement.up, placement.face);
+    std::vector<Vec3> probes_m;
+    for (const Vec3& probe : probes) probes_m.emplace_back(turn * probe);
+    return misfit_of(probes_m, vertices_m);
+  };
+  const double same_m = misfit_m(*body);
+  Placement best = *body;
+  double best_m = same_m;
+  // Hair that is small enough lies near any surface: only units in which it is the size of a head's.
+  std::vector<double> units_m{body->unit_m};
+  if (const Result<Placement> alone = guess_placement(files)) {
+    units_m.push_back(alone->unit_m);
+    for (const auto& [unit_m, rarity] : kUsualUnits) {
+      if (std::abs(std::log(unit_m / alone->unit_m)) < kUnitSlack) units_m.push_back(unit_m);
+    }
+  }
+  for (const double unit_m : units_m) {
+    for (const Axis up : kAxes) {
+      for (const Axis face : kAxes) {
+        if (parallel(up, face)) continue;
+        const Placement placement{up, face, unit_m, {}};
+        const double m = misfit_m(placement);
+        if (m >= best_m || m * kSlack >= same_m) continue;
+        best = placement;
+        best_m = m;
+      }
+    }
+  }
+  if (!(best_m < 0.8 * kFar_m)) return {};
+  return PlacedTogether{best, *body};
+}
+
+Result<Placement> guess_mesh_placement(const TriangleMesh& mesh) {
+  std::vector<Vec3> vertices;
+  for (const Vec3f& v : mesh.vertices) vertices.push_back(v.cast<double>());
+  vertices = thinned(vertices);
+  const Vec3 size = extent(vertices);
+  if (vertices.size() < 50 || !(size.minCoeff() > 0)) return Refusal("too few vertices to see a head in");
+  Placement placement;
+  placement.up = size.z() > 1.15 * size.y() ? Axis::plus_z : Axis::plus_y;
+  placement.face = placement.up == Axis::plus_z ? Axis::minus_y : Axis::plus_z;
+  std::vector<Vec3> turned = turned_by(vertices, placement.up, placement.face);
+  const double top = top_of(turned);
+  // The unit for which the uppermost 9 cm are as wide as a head.
+  constexpr double kCap_m = 0.09, kCapWidth_m = 0.165;
+  double best = std::numeric_limits<double>::infinity();
+  for (const auto& [unit_m, rarity] : kUsualUnits) {
+    const Vec3 cap = extent(slab(turned, top, 0, kCap_m / unit_m)) * unit_m;
+    const double width_m = 0.5 * (cap.x() + cap.z());
+    if (!(width_m > 0)) continue;
+    const double misfit = std::abs(std::log(width_m / kCapWidth_m));
+    if (misfit >= best) continue;
+    best = misfit;
+    placement.unit_m = unit_m;
+  }
+  if (!(best < 0.7)) return Refusal("its top is not the size of a head in any usual unit");
+  // Chin and nose stand out before the neck.
+  const double unit_m = placement.unit_m;
+  const std::vector<Vec3> jaw = slab(turned, top, 0.13 / unit_m, 0.19 / unit_m);
+  const std::vector<Vec3> neck = slab(turned, top, 0.23 / unit_m, 0.26 / unit_m);
+  const std::vector<Vec3> cap = slab(turned, top, 0, 0.06 / unit_m);
+  const Vec3 forward = mean_of(jaw) - mean_of(neck.empty() ? cap : neck);
+  double most = 0;
+  Axis face = placement.face;
+  for (const Axis axis : kAxes) {
+    if (parallel(axis, placement.up)) continue;
+    const Vec3 along = rotation_to_head(placement.up, placement.face) * direction(axis);
+    if (forward.dot(along) > 1.2 * most) {
+      most = forward.dot(along);
+      face = axis;
+    }
+  }
+  if (!jaw.empty()) placement.face = face;
+  TriangleMesh head;
+  head.triangles = mesh.triangles;
+  for (const Vec3f& v : mesh.vertices) head.vertices.push_back(place(placement, Vec3::Zero(), v));
+  const std::optional<SkullFit> skull = skull_of_mesh(head);
+  if (!skull) return Refusal("its top is no skull");
+  placement.origin = rotation_to_head(placement.up, placement.face).transpose() * skull->joint() / unit_m;
+  return placement;
+}
+
+std::string to_string(const Placement& placement) {
+  constexpr std::array<const char*, 6> kNames{"+x", "-x", "+y", "-y", "+z", "-z"};
+  char text[80];
+  std::snprintf(text, sizeof text, "up %s, face %s, %.3g m a unit", kNames[static_cast<std::size_t>(placement.up)],
+                kNames[static_cast<std::size_t>(placement.face)], placement.unit_m);
+  return text;
+}
+
+}  // namespace hairnet::viewer

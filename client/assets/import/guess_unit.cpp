@@ -1,0 +1,77 @@
+#include "client/assets/import/guess_unit.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "client/assets/import/skull_fit.hpp"
+
+namespace hairnet {
+namespace {
+
+constexpr double kScalp_m = 0.175, kPart_m = 0.16;  // long, from the forehead to the nape; of what may be a part of one
+constexpr double kScalpSlack = 0.24;                // of its logarithm: no two heads are alike, nor two hairstyles
+constexpr double kPartSlack = 0.9;
+constexpr double kSureConditioning = 0.025;
+
+// Along the direction in which they reach farthest, but for a few that may lie anywhere.
+double longest_extent(std::span<const Vec3> points) {
+  Vec3 mean = Vec3::Zero();
+  for (const Vec3& x : points) mean += x / static_cast<double>(points.size());
+  Mat3 covariance = Mat3::Zero();
+  for (const Vec3& x : points) covariance += (x - mean) * (x - mean).transpose();
+  const Vec3 axis = Eigen::SelfAdjointEigenSolver<Mat3>(covariance).eigenvectors().col(2);
+  std::vector<double> along;
+  for (const Vec3& x : points) along.push_back(axis.dot(x));
+  std::ranges::sort(along);
+  const std::size_t cut = along.size() / 50;
+  return along[along.size() - 1 - cut] - along[cut];
+}
+
+// Half of the roots are within so much of the skull, in its radii.
+double misfit_of(const SkullFit& skull, std::span<const Vec3> roots) {
+  std::vector<double> off;
+  for (const Vec3& x : roots) off.push_back(std::abs(skull.distance(x)) / skull.radius());
+  const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
+  std::ranges::nth_element(off, middle);
+  return *middle;
+}
+
+// The skull of a head in unknown units: about half as large as the roots reach, or smaller where some of them are
+// elsewhere, as a mane's are.
+SkullFit fit_skull_of_any_size(std::span<const Vec3> roots, double extent) {
+  SkullFit best = fit_skull_shape(roots, extent / 2);
+  double best_misfit = misfit_of(best, roots);
+  for (const double share : {0.6, 0.4, 0.25}) {
+    SkullFit smaller = fit_skull_shape(roots, share * extent / 2);
+    const double misfit = misfit_of(smaller, roots);
+    if (misfit >= 0.5 * best_misfit || !smaller.is_determined()) continue;
+    best = std::move(smaller);
+    best_misfit = misfit;
+  }
+  return best;
+}
+
+}  // namespace
+
+UnitGuess guess_unit(std::span<const Vec3> roots) {
+  if (roots.empty()) return {};
+  const double all = longest_extent(roots);
+  if (!(all > 0 && std::isfinite(all))) return {};
+  const SkullFit skull = fit_skull_of_any_size(roots, all);
+  const bool is_sure = skull.conditioning > kSureConditioning;
+  const double extent = is_sure ? longest_extent(skull.inliers) : all;
+  const double usual_m = is_sure ? kScalp_m : kPart_m, slack = is_sure ? kScalpSlack : kPartSlack;
+  UnitGuess guess{usual_m / extent, is_sure};
+  double best = slack + 1;
+  for (const UsualUnit& unit : kUsualUnits) {
+    const double off = std::abs(std::log(extent * unit.m / usual_m));
+    if (!(off < slack && off + unit.rarity < best)) continue;
+    guess.m = unit.m;
+    best = off + unit.rarity;
+  }
+  return guess;
+}
+
+}  // namespace hairnet

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string_view>
+
+#include "client/assets/import/strands.hpp"
+#include "core/geometry/triangle_mesh.hpp"
+#include "core/result.hpp"
+
+namespace hairnet {
+
+// Wavefront OBJ: v and f (polygons are fanned, indices may be negative); everything else is skipped.
+Result<TriangleMesh> decode_obj(std::string_view text);
+
+// Its lines (v and l) as strands. A line that begins where the previous one ended continues it, since some programs
+// write one line per edge. Returns no strands when there are no lines.
+Result<ImportedStrands> decode_obj_strands(std::string_view text);
+
+}  // namespace hairnet

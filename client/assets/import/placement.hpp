@@ -1,0 +1,63 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "client/assets/import/strands.hpp"
+#include "core/geometry/triangle_mesh.hpp"
+#include "core/groom/groom.hpp"
+#include "core/result.hpp"
+
+namespace hairnet {
+
+enum class Axis : std::uint8_t { plus_x, minus_x, plus_y, minus_y, plus_z, minus_z };
+Result<Axis> parse_axis(std::string_view text);  // "+x", "-z", "y"
+
+Vec3 direction(Axis axis);
+bool parallel(Axis a, Axis b);  // or opposite
+
+// Turns file axes so that `up` becomes +Y and `face` +Z; the third axis is up x face, so that nothing is mirrored. The
+// two must not be parallel.
+Mat3 rotation_to_head(Axis up, Axis face);
+
+// How a file's coordinates become head space: rotate (up to +Y, face to +Z), shift, scale.
+struct Placement {
+  Axis up = Axis::plus_y;
+  Axis face = Axis::plus_z;
+  double unit_m = 1;           // metres a file unit
+  std::optional<Vec3> origin;  // head joint in file coordinates; without it, from the body's skull, else from the roots
+};
+
+// Refuses parallel axes and a unit that is not finite and positive.
+std::string validate(const Placement& placement);
+Vec3f place(const Placement& placement, const Vec3& origin, const Vec3f& file_point);
+
+struct StrandFile {
+  ImportedStrands strands;
+  std::string group;  // name of the group its strands go to
+};
+
+struct GroomDef {
+  std::string name;
+  std::vector<StrandFile> files;
+  std::optional<TriangleMesh> body;         // same file coordinates as the strands
+  Placement placement;                      // of strands
+  std::optional<Placement> body_placement;  // when the mesh lies in other axes or units
+  double hairs_in_all = 100'000;            // real hairs on the head, shared evenly over the strands
+  double root_length_m = 0.02;
+  double rooted_distance_m = 0.015;  // a first point within this of the skin is on the skull
+};
+
+struct ImportedGroom {
+  Groom groom;
+  std::vector<std::string> warnings;  // plain sentences: not the size of a head, single-point strands, …
+};
+
+// Converts strands and body to a groom in head space. Computes bone weights, fits a skull to the roots when there is no
+// body, and marks strands as rooted by their distance to the skin.
+Result<ImportedGroom> assemble_groom(const GroomDef& def);
+
+}  // namespace hairnet

@@ -1,0 +1,250 @@
+#include "client/assets/import/rest_pose.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdio>
+#include <map>
+
+namespace hairnet {
+namespace {
+
+constexpr double kUprightCosine = 0.8;   // of hips to head against up
+constexpr double kPointsUpCosine = 0.9;  // of an upper arm or a thigh
+constexpr double kSnapCosine = 0.966;    // 15 degrees: no skeleton is quite alike on both sides
+constexpr double kTallMin_m = 0.4, kTallMax_m = 3, kUsualTall_m = 1.45;  // from the feet to the head joint
+
+struct Unit {
+  double m;
+  const char* name;
+  double rarity;  // how much worse it must fit than a usual one, of a logarithm
+};
+constexpr std::array<Unit, 6> kUnits{{{0.01, "a centimetre", 0},
+                                      {0.001, "a millimetre", 0},
+                                      {0.0254, "an inch", 0.2},
+                                      {0.3048, "a foot", 0.3},
+                                      {0.0254 / 0.45, "CMU's 5.64 cm", 0.3},
+                                      {0.1, "a decimetre", 0.4}}};
+
+struct Pair {
+  std::size_t left, right;
+};
+
+// The joint of the other side: "leftarm" -> "rightarm", "lhip" -> "rhip", "shoulderl" -> "shoulderr".
+std::vector<std::string> names_of_other_side(const std::string& left) {
+  std::vector<std::string> names;
+  if (const std::size_t at = left.find("left"); at != std::string::npos)
+    names.push_back(left.substr(0, at) + "right" + left.substr(at + 4));
+  if (left.starts_with('l')) names.push_back('r' + left.substr(1));
+  if (left.ends_with('l')) names.push_back(left.substr(0, left.size() - 1) + 'r');
+  return names;
+}
+
+std::vector<Pair> pairs_of(const BvhFile& file) {
+  std::map<std::string, std::size_t> joints;
+  for (std::size_t j = 0; j < file.joints.size(); ++j) joints.try_emplace(plain_joint_name(file.joints[j].name), j);
+  std::vector<Pair> pairs;
+  for (const auto& [name, left] : joints) {
+    for (const std::string& other : names_of_other_side(name)) {
+      const auto right = joints.find(other);
+      if (right == joints.end()) continue;
+      pairs.push_back({left, right->second});
+      break;
+    }
+  }
+  return pairs;
+}
+
+// The joint from which trunk and legs part: by name, else the uppermost ancestor of the head with several children.
+std::size_t hips_of(const BvhFile& file, std::size_t head) {
+  std::vector<int> children(file.joints.size(), 0);
+  for (const BvhFile::Joint& joint : file.joints) {
+    if (joint.parent >= 0) ++children[static_cast<std::size_t>(joint.parent)];
+  }
+  std::size_t hips = head;
+  for (int j = static_cast<int>(head); j >= 0; j = file.joints[static_cast<std::size_t>(j)].parent) {
+    const auto index = static_cast<std::size_t>(j);
+    const std::string name = plain_joint_name(file.joints[index].name);
+    if (name == "hips" || name == "hip" || name == "pelvis") return index;
+    const bool is_root = file.joints[index].parent < 0;
+    if (children[index] > 1 || (is_root && hips == head)) hips = index;
+  }
+  return hips;
+}
+
+// A skeleton in one of its poses.
+class PosedSkeleton {
+ public:
+  PosedSkeleton(const BvhFile& file, std::size_t head, std::vector<Vec3> at)
+      : file_(file), head_(head), hips_(hips_of(file, head)), at_(std::move(at)) {
+    // Where a limb leaves the trunk: the first joints of a pair that are apart.
+    for (const Pair& pair : pairs_of(file)) {
+      const int l = file.joints[pair.left].parent, r = file.joints[pair.right].parent;
+      if (l < 0 || r < 0) continue;
+      const Vec3 parents = at_[static_cast<std::size_t>(l)] - at_[static_cast<std::size_t>(r)];
+      if (parents.norm() <= 1e-6 * trunk().norm()) limbs_.push_back(pair);
+    }
+  }
+
+  [[nodiscard]] bool has_trunk() const { return trunk().norm() > 0; }
+  [[nodiscard]] bool is_upright(const Vec3& up) const {
+    if (!(trunk().dot(up) >= kUprightCosine * trunk().norm())) return false;
+    return limbs_.empty() || sideways(up).norm() > 0.05 * trunk().norm();
+  }
+  // From right to left, level.
+  [[nodiscard]] Vec3 sideways(const Vec3& up) const {
+    Vec3 sum = Vec3::Zero();
+    for (const Pair& limb : limbs_) sum += at_[limb.left] - at_[limb.right];
+    return sum - sum.dot(up) * up;
+  }
+  [[nodiscard]] double tall(const Vec3& up) const {
+    std::vector<bool> within(at_.size(), false);
+    double low = at_[hips_].dot(up), high = low;
+    for (std::size_t j = hips_; j < at_.size(); ++j) {
+      const int parent = file_.joints[j].parent;
+      within[j] = j == hips_ || (parent >= 0 && within[static_cast<std::size_t>(parent)]);
+      if (!within[j]) continue;
+      low = std::min(low, at_[j].dot(up));
+      high = std::max(high, at_[j].dot(up));
+    }
+    return high - low;
+  }
+
+  // An upper arm or a thigh does, as where all zero bones lie along one axis.
+  [[nodiscard]] bool limb_points(const Vec3& up) const {
+    return std::ranges::any_of(limbs_, [&](const Pair& limb) {
+      const auto child = std::ranges::find(file_.joints, static_cast<int>(limb.left), &BvhFile::Joint::parent);
+      if (child == file_.joints.end()) return false;
+      const Vec3 bone = at_[static_cast<std::size_t>(child - file_.joints.begin())] - at_[limb.left];
+      return bone.dot(up) > kPointsUpCosine * bone.norm();
+    });
+  }
+
+ private:
+  [[nodiscard]] Vec3 trunk() const { return at_[head_] - at_[hips_]; }
+
+  const BvhFile& file_;
+  std::size_t head_, hips_;
+  std::vector<Vec3> at_;
+  std::vector<Pair> limbs_;
+};
+
+std::string name_of(const Vec3& axis) {
+  for (int i = 0; i < 3; ++i) {
+    if (std::abs(axis[i]) > 0.999) return std::string(axis[i] > 0 ? "+" : "-") + "xyz"[i];
+  }
+  char text[64];
+  std::snprintf(text, sizeof text, "(%.2f, %.2f, %.2f)", axis.x(), axis.y(), axis.z());
+  return text;
+}
+
+Vec3 snapped(const Vec3& level) {
+  int axis = 0;
+  level.cwiseAbs().maxCoeff(&axis);
+  const Vec3 nearest = level[axis] > 0 ? Vec3::Unit(axis) : Vec3(-Vec3::Unit(axis));
+  return level.dot(nearest) > kSnapCosine ? nearest : level;
+}
+
+// +z where that is level, else -y, as programs turn one into the other.
+Vec3 usual_face(const Vec3& up) {
+  return std::abs(up.z()) < 0.5 ? Vec3::UnitZ() : Vec3(-Vec3::UnitY());
+}
+
+// The one that makes a person of so many file units; none when no usual one does.
+const Unit* usual_unit(double tall) {
+  constexpr double kSlack = 0.7;  // of the logarithm: people of 0.72 to 2.9 m
+  const Unit* best = nullptr;
+  double best_misfit = 0;
+  for (const Unit& unit : kUnits) {
+    const double off = std::abs(std::log(tall * unit.m / kUsualTall_m));
+    if (!(off < kSlack) || (best && off + unit.rarity >= best_misfit)) continue;
+    best = &unit;
+    best_misfit = off + unit.rarity;
+  }
+  return best;
+}
+
+double unit_of(double tall, const std::optional<double>& given_m, std::vector<std::string>& warnings) {
+  const double tall_m = tall * given_m.value_or(1);
+  if (tall_m >= kTallMin_m && tall_m <= kTallMax_m) return given_m.value_or(1);
+  const Unit* usual = usual_unit(tall);
+  char text[160];
+  if (usual && !given_m) {
+    std::snprintf(text, sizeof text, "the skeleton is %.3g units tall, so a unit is taken as %s; --unit sets it", tall,
+                  usual->name);
+    warnings.emplace_back(text);
+    return usual->m;
+  }
+  const double hint_m = usual ? usual->m : tall > 0 ? kUsualTall_m / tall : 1;
+  std::snprintf(text, sizeof text, "the skeleton is %.3g m tall; --unit %.3g would make it a person", tall_m, hint_m);
+  warnings.emplace_back(text);
+  return given_m.value_or(1);
+}
+
+// Which pose is upright, and along which axis.
+struct Choice {
+  bool is_first_frame;
+  Vec3 up;
+};
+
+Result<Choice> choose(const PosedSkeleton& zero, const PosedSkeleton& first, const BvhImport& import,
+                      std::vector<std::string>& warnings) {
+  const Vec3 y = import.up ? direction(*import.up) : Vec3::UnitY();
+  const bool may_be_z = !import.up && !(import.face && parallel(*import.face, Axis::plus_z));
+  // A zero pose along z may be of someone who lies; that he is upright in motion too tells z from it.
+  const bool is_z = may_be_z && !zero.is_upright(y) && !first.is_upright(y) && first.is_upright(Vec3::UnitZ());
+  const Vec3 up = is_z ? Vec3::UnitZ() : y;
+  if (is_z) warnings.emplace_back("+z is taken as up, since the head is above the hips along it; --up sets it");
+  if (import.rest != RestPose::automatic) {
+    const bool is_first = import.rest == RestPose::first;
+    if (!(is_first ? first : zero).is_upright(up))
+      warnings.emplace_back("the head is not upright above the hips in the pose that --rest names");
+    return Choice{is_first, up};
+  }
+  const bool is_zero_upright = zero.is_upright(up) || !zero.has_trunk();
+  if (is_zero_upright && (!zero.limb_points(up) || !first.is_upright(up))) return Choice{false, up};
+  if (!first.is_upright(up))
+    return Refusal(
+        "the skeleton is upright neither in the zero pose nor in the first frame: name the pose with --rest " +
+        std::string("zero or --rest first (rest= of a character), or the axis that is up with --up"));
+  warnings.emplace_back("the zero pose is not upright: the first frame is taken as the rest pose; --rest sets it");
+  return Choice{true, up};
+}
+
+}  // namespace
+
+std::string plain_joint_name(std::string_view name) {
+  name.remove_prefix(name.find_last_of(':') + 1);  // npos + 1 = 0
+  std::string out;
+  for (const unsigned char letter : name) {
+    if (std::isalnum(letter)) out += static_cast<char>(std::tolower(letter));
+  }
+  return out;
+}
+
+Result<SkeletonRest> find_rest(const BvhFile& file, std::size_t head, const BvhImport& import,
+                               std::vector<std::string>& warnings) {
+  const PosedSkeleton zero(file, head, file.zero_positions()), first(file, head, file.positions(0));
+  const Result<Choice> chosen = choose(zero, first, import, warnings);
+  if (!chosen) return Refusal(chosen.error());
+  const PosedSkeleton& skeleton = chosen->is_first_frame ? first : zero;
+
+  SkeletonRest rest{chosen->is_first_frame, chosen->up, usual_face(chosen->up), 1};
+  const Vec3 seen = skeleton.sideways(rest.up).cross(rest.up);
+  if (import.face) {
+    rest.face = direction(*import.face);
+  } else if (seen.norm() > 0 && seen.allFinite()) {
+    rest.face = seen.normalized();
+    if (!rest.is_first_frame) rest.face = snapped(rest.face);
+    if (!rest.is_first_frame && rest.face != Vec3::UnitZ())
+      warnings.push_back("the rest pose faces " + name_of(rest.face) + ", by its left and right; --face sets it");
+  } else if (rest.is_first_frame) {
+    warnings.push_back("no left and right joints tell where it faces: " + name_of(rest.face) +
+                       " is taken; --face sets it");
+  }
+
+  rest.unit_m = unit_of(skeleton.tall(rest.up), import.unit_m, warnings);
+  return rest;
+}
+
+}  // namespace hairnet

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/assets/import/bvh.hpp"
+#include "client/assets/import/bvh_file.hpp"
+#include "core/result.hpp"
+
+namespace hairnet {
+
+// The pose in which a skeleton is upright, in the file's axes.
+struct SkeletonRest {
+  bool is_first_frame = false;  // else the zero pose: no rotations, offsets as they are
+  Vec3 up = Vec3::UnitY();
+  Vec3 face = Vec3::UnitZ();  // level, of unit length
+  double unit_m = 1;
+
+  [[nodiscard]] RigidTransform joint(const BvhFile& file, std::size_t joint) const {
+    return is_first_frame ? file.pose(0, joint) : file.bind_pose(joint);
+  }
+};
+
+// Determines what `import` does not specify: the pose in which the head is above the hips and no limb points up, the up
+// axis, the facing direction from the left and right joints, and the unit that gives a human size. Adds a warning for
+// each value that differs from the default (zero pose, +y, +z, metres). Refuses a skeleton that is upright in no pose,
+// unless `import` names the pose.
+Result<SkeletonRest> find_rest(const BvhFile& file, std::size_t head, const BvhImport& import,
+                               std::vector<std::string>& warnings);
+
+// "mixamorig:Left_Shoulder" -> "leftshoulder"
+std::string plain_joint_name(std::string_view name);
+
+}  // namespace hairnet

@@ -1,0 +1,49 @@
+#include "client/assets/import/strands.hpp"
+
+#include "client/assets/import/strand_points.hpp"
+
+namespace hairnet {
+namespace {
+
+std::string append_points(ByteReader& in, std::size_t strand, std::size_t count, std::size_t gap_bytes,
+                          std::vector<Vec3f>& points) {
+  for (std::size_t i = 0; i < count; ++i) {
+    points.push_back(in.vec3f());
+    if (!points.back().allFinite())
+      return "strand " + std::to_string(strand) + ", point " + std::to_string(i) + ": a coordinate is not finite";
+    in.skip(gap_bytes);
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string read_points(ByteReader& in, std::size_t gap_bytes, ImportedStrands& strands) {
+  strands.points.reserve(strands.strand_begin.back());
+  for (std::size_t s = 0; s < strands.strand_count(); ++s) {
+    const std::size_t count = strands.strand_begin[s + 1] - strands.strand_begin[s];
+    std::string fault = append_points(in, s, count, gap_bytes, strands.points);
+    if (!fault.empty()) return fault;
+  }
+  return {};
+}
+
+std::string read_strand(ByteReader& in, std::size_t count, std::size_t gap_bytes, ImportedStrands& strands) {
+  const std::size_t strand = strands.strand_count();
+  strands.strand_begin.push_back(static_cast<std::uint32_t>(strands.points.size() + count));
+  return append_points(in, strand, count, gap_bytes, strands.points);
+}
+
+Result<ImportedStrands> decode_strands(StrandFormat format, std::span<const std::byte> bytes) {
+  switch (format) {
+    case StrandFormat::yuksel_hair:
+      return decode_yuksel_hair(bytes);
+    case StrandFormat::tressfx:
+      return decode_tressfx(bytes);
+    case StrandFormat::usc_data:
+      return decode_usc_data(bytes);
+  }
+  return Refusal("no such strand format");
+}
+
+}  // namespace hairnet

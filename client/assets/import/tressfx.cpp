@@ -1,0 +1,58 @@
+#include <string>
+
+#include "client/assets/import/byte_reader.hpp"
+#include "client/assets/import/strand_points.hpp"
+#include "client/assets/import/strands.hpp"
+
+// AMD's .tfx: f32 version, u32 strands, u32 vertices a strand, and the offset of the positions, which lie anywhere in
+// the file. Other arrays lie after them or between; they are not read, so bytes beyond the positions are no fault.
+namespace hairnet {
+namespace {
+
+// Where each version keeps the offset of its positions, where its header ends, and what follows each position.
+struct Layout {
+  float version;
+  std::size_t offset_at, header_bytes, gap_bytes;
+};
+constexpr Layout kVersion3{3.0f, 144, 148, 0};
+constexpr Layout kVersion4{4.0f, 12, 160, 4};  // inverse mass
+
+Result<Layout> layout_of(float version) {
+  if (version == kVersion3.version) return kVersion3;
+  if (version == kVersion4.version) return kVersion4;
+  return Refusal("not a .tfx file of version 3.0 or 4.0");
+}
+
+}  // namespace
+
+Result<ImportedStrands> decode_tressfx(std::span<const std::byte> bytes) {
+  ByteReader in(bytes);
+  if (!in.has(12)) return Refusal("not a .tfx file: shorter than its counts");
+  const Result<Layout> layout = layout_of(in.f32());
+  if (!layout) return Refusal(layout.error());
+  const std::uint32_t strand_count = in.u32();
+  const std::uint32_t strand_points = in.u32();
+  if (strand_count == 0) return Refusal("the file holds no strands");
+  if (strand_points == 0) return Refusal("the strands have no vertices");
+  if (bytes.size() < layout->header_bytes)
+    return Refusal("truncated: shorter than the header of " + std::to_string(layout->header_bytes) + " bytes");
+
+  const std::size_t offset = ByteReader(bytes, layout->offset_at).u32();
+  if (offset < layout->header_bytes || offset > bytes.size())
+    return Refusal("the positions' offset " + std::to_string(offset) + " is not between the header and the file's end");
+  ByteReader positions(bytes, offset);
+  const std::size_t point_bytes = sizeof(float) * 3 + layout->gap_bytes;
+  const std::uint64_t point_count = std::uint64_t{strand_count} * strand_points;
+  if (!positions.has(point_count, point_bytes))
+    return Refusal("truncated: " + std::to_string(strand_count) + " strands of " + std::to_string(strand_points) +
+                   " vertices do not fit in the " + std::to_string(positions.remaining()) + " bytes of positions");
+
+  ImportedStrands strands;
+  strands.strand_begin.reserve(std::size_t{strand_count} + 1);
+  for (std::uint32_t s = 1; s <= strand_count; ++s) strands.strand_begin.push_back(s * strand_points);
+  if (const std::string fault = read_points(positions, layout->gap_bytes, strands); !fault.empty())
+    return Refusal(fault);
+  return strands;
+}
+
+}  // namespace hairnet

@@ -1,0 +1,24 @@
+#include "client/assets/load_groom.hpp"
+
+#include "client/assets/made_spec.hpp"
+#include "client/files/read_file.hpp"
+#include "core/hair_cards/far_cards.hpp"
+#include "schema/wire/groom_file.hpp"
+
+namespace hairnet {
+
+Result<Groom> read_groom(const std::string& spec, const HairstyleOptions& made) {
+  if (is_made_spec(spec)) return make_hairstyle(made_name(spec), made);
+  const Result<std::vector<std::byte>> bytes = read_file(spec);
+  if (!bytes) return Refusal(bytes.error());
+  return wire::decode_groom({reinterpret_cast<const std::uint8_t*>(bytes->data()), bytes->size()});
+}
+
+Result<Groom> load_groom(const std::string& spec, const HairstyleOptions& made) {
+  Result<Groom> groom = read_groom(spec, made);
+  if (groom && groom->far_strips.strips.empty())
+    groom->far_strips = make_far_strips(*groom, far_strip_count_for(*groom));
+  return groom;
+}
+
+}  // namespace hairnet

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <string>
+
+#include "client/assets/import/bvh.hpp"
+#include "client/assets/made/made.hpp"
+#include "core/result.hpp"
+
+namespace hairnet {
+
+// What a command line names as a motion: a .bvh file's path, read as `import` and `body` say (decode_bvh), or
+// `made:NAME` with `made` as its options. The importer's warnings go to stderr.
+Result<Motion> load_motion(const std::string& spec, const BvhImport& import = {}, const Body* body = nullptr,
+                           const MotionOptions& made = {});
+
+}  // namespace hairnet

@@ -1,0 +1,179 @@
+#include "client/assets/made/loose.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "client/assets/made/bust_shape.hpp"
+#include "client/assets/made/easing.hpp"
+#include "client/assets/made/recipe_growth.hpp"
+
+namespace hairnet::made {
+namespace {
+
+// A lock of hair: what its strands share.
+struct Lock {
+  Root root;
+  bool fringe = false;
+  Vec3 comb = Vec3::Zero();  // at the root
+  Path path;
+  Curl curl;
+  double shortening = 1;
+};
+
+class Dresser {
+ public:
+  Dresser(const LooseRecipe& recipe, const StyleOptions& options, Groom& groom)
+      : recipe_(recipe), options_(options), groom_(groom), random_(options.seed, 21) {}
+
+  void dress() {
+    const std::vector<Root> roots = scatter_roots(options_.strand_count, options_.seed);
+    find_cut_height();
+    make_locks(roots);
+    for (const Root& root : roots) {
+      add_strand(root);
+    }
+  }
+
+ private:
+  // The hairdresser's reference: a strand from the side of the crown has the length asked for, and where it ends, the
+  // blunt part of the others is cut.
+  void find_cut_height() {
+    const Vec3 p = skin_along(Vec3(0.42, 0.88, -0.2).normalized());
+    const Root root{p, bust_normal(p), std::atan2(p.x(), p.z()), 1.0};
+    cut_height_m_ = grow(flow_of(recipe_, root, {.length_m = options_.length_m, .layer = 0.7})).back().y();
+  }
+
+  // Before thinning and cutting.
+  [[nodiscard]] double full_length_m(const Root& root, bool fringe) const {
+    if (fringe) {
+      return std::min(recipe_.fringe.length_m, options_.length_m);
+    }
+    return options_.length_m * mix(recipe_.side_length, 1, smooth_step(0.1, 0.75, root.height));
+  }
+
+  [[nodiscard]] Vec3 stray(double amount) {
+    return amount * Vec3(random_.symmetric(), random_.symmetric(), random_.symmetric());
+  }
+
+  void make_locks(const std::vector<Root>& roots) {
+    // The sequence of roots is even in each of its beginnings.
+    const auto count = std::min<std::size_t>(roots.size(), static_cast<std::size_t>(recipe_.locks));
+    for (std::size_t i = 0; i < count; ++i) {
+      const Root& root = roots[i];
+      Lock lock;
+      lock.root = root;
+      lock.fringe = in_fringe(recipe_, root);
+      lock.comb = recipe_.comb(root.point, root);
+      lock.curl = make_curl(options_.curl, random_);
+      lock.shortening = 1 - 0.35 * recipe_.thinning * random_.unit();
+      lock.path = grow(flow_of(recipe_, root,
+                               {.length_m = 1.1 * full_length_m(root, lock.fringe),
+                                .layer = random_.unit(),
+                                .stray = stray(0.6 * recipe_.flyaway),
+                                .fringe = lock.fringe}));
+      locks_.push_back(std::move(lock));
+    }
+  }
+
+  // The nearest lock in the same part of the hair, on the same side of the parting and of the shoulder.
+  [[nodiscard]] const Lock& lock_of(const Root& root, bool fringe) const {
+    const Vec3 comb = recipe_.comb(root.point, root);
+    const Lock* best = &locks_.front();
+    double best_distance = std::numeric_limits<double>::max();
+    for (const Lock& lock : locks_) {
+      const bool apart = lock.fringe != fringe || falls_to_chest(recipe_, lock.root) != falls_to_chest(recipe_, root) ||
+                         lock.comb.dot(comb) < 0;
+      const double distance = (lock.root.point - root.point).squaredNorm() + (apart ? 1 : 0);
+      if (distance < best_distance) {
+        best_distance = distance;
+        best = &lock;
+      }
+    }
+    return *best;
+  }
+
+  void add_strand(const Root& root) {
+    const bool fringe = in_fringe(recipe_, root);
+    const Lock& lock = lock_of(root, fringe);
+    const double chance = random_.unit();
+    const double thinned = lock.shortening * (1 - recipe_.thinning * chance * chance * chance);
+    Path path = grow(flow_of(recipe_, root,
+                             {.length_m = thinned * full_length_m(root, fringe),
+                              .layer = random_.unit(),
+                              .stray = stray(recipe_.flyaway),
+                              .fringe = fringe}));
+    gather(path, lock, root);
+    if (!fringe) {
+      cut(path, root, thinned);
+    }
+    Curl curl = lock.curl;
+    curl.phase += recipe_.curl_disorder * random_.symmetric();
+    curl.radius_m *= random_.between(0.8, 1.15) * (fringe ? 0.4 : 1);
+    add_path(groom_, curled(path, curl), finish_for(root, fringe));
+  }
+
+  // Pulls the path to its lock's, more and more towards the tip; what lay between the roots shrinks with it.
+  void gather(Path& path, const Lock& lock, const Root& root) {
+    const ArcSampler along(lock.path);
+    const Vec3 apart = root.point - lock.root.point;
+    const double clumping = recipe_.clumping * random_.between(0.6, 1.0);
+    double s = 0;
+    Vec3 shift = Vec3::Zero();
+    Vec3 before = path.front();  // as grown: the arc length must not feel the pull
+    for (std::size_t i = 1; i < path.size(); ++i) {
+      s += (path[i] - before).norm();
+      before = path[i];
+      const double pull = clumping * smooth_step(0.0, recipe_.gathered_at, s / std::max(along.length(), 1e-6));
+      // Beyond the lock's end the strand goes on beside it.
+      if (s <= along.length()) {
+        shift = pull * (along.at(s) + 0.2 * apart - path[i]);
+      }
+      path[i] = push_out(path[i] + shift, std::min(0.5 * s, 0.002));
+    }
+  }
+
+  // Cuts at the height of the reference strand, as far as the style is blunt, but leaves a stump of hair.
+  void cut(Path& path, const Root& root, double thinned) {
+    const double tip_m = path.back().y();
+    const double blunt_m = cut_height_m_ + 0.006 * random_.symmetric() + 0.5 * (1 - thinned) * options_.length_m;
+    if (tip_m >= blunt_m || recipe_.blunt <= 0) {
+      return;
+    }
+    const double height_m = std::min(mix(tip_m, blunt_m, recipe_.blunt), root.point.y());
+    const double least_m = std::min(0.025, 0.5 * options_.length_m);
+    double s = 0;
+    for (std::size_t i = 1; i < path.size(); ++i) {
+      s += (path[i] - path[i - 1]).norm();
+      if (path[i].y() < height_m && s > least_m) {
+        path.resize(i + 1);
+        return;
+      }
+    }
+  }
+
+  StrandFinish finish_for(const Root& root, bool fringe) {
+    const char* group = fringe                           ? "fringe"
+                        : root.height > 0.78             ? "top"
+                        : degrees_from_front(root) > 115 ? "back"
+                                                         : "sides";
+    return {.points = curl_points(options_.curl, options_.length_m, recipe_.points),
+            .group = group_index(groom_, group),
+            .hair_count = kHairsInAll / static_cast<double>(options_.strand_count)};
+  }
+
+  const LooseRecipe& recipe_;
+  const StyleOptions& options_;
+  Groom& groom_;
+  Random random_;
+  double cut_height_m_ = 0;
+  std::vector<Lock> locks_;
+};
+
+}  // namespace
+
+void dress_loose(const LooseRecipe& recipe, const StyleOptions& options, Groom& groom) {
+  Dresser(recipe, options, groom).dress();
+}
+
+}  // namespace hairnet::made

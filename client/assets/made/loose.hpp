@@ -1,0 +1,11 @@
+#pragma once
+
+#include "client/assets/made/recipe.hpp"
+#include "client/assets/made/style.hpp"
+
+namespace hairnet::made {
+
+// Dresses hair that falls free from the scalp; adds its strands to a groom that has its body.
+void dress_loose(const LooseRecipe& recipe, const StyleOptions& options, Groom& groom);
+
+}  // namespace hairnet::made

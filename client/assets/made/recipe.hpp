@@ -1,0 +1,49 @@
+#pragma once
+
+#include <functional>
+
+#include "client/assets/made/scalp.hpp"
+
+namespace hairnet::made {
+
+// Hair in front that is combed over the forehead and cut short.
+struct Fringe {
+  double half_angle_deg = 0;    // of the roots' azimuth; 0 = no fringe
+  double depth_m = 0.035;       // behind the hairline, in the middle
+  double wedge = 0.5;           // how much of the depth is gone at the fringe's ends
+  double tip_height_m = 0.066;  // cut at this height, about the brows
+  double sweep = 0;             // to the left (+X), against 1 straight ahead
+  double length_m = 0.11;       // at most
+};
+
+// How hair that falls free from the scalp is dressed.
+struct LooseRecipe {
+  // Combing on the scalp at `p`, for a strand from `root`; only its part along the skin counts.
+  std::function<Vec3(const Vec3& p, const Root& root)> comb;
+  double comb_reach_m = 0.10;  // the comb's hold fades over this arc length
+  double fall = 0.7;           // weight of gravity beside the comb, where that holds
+  double rise = 0.5;           // weight of the skin's normal in the first direction
+  double bend_m = 0.022;       // see Growth
+  double lift_m = 0.022;       // thickness of the hair on the head, at its outermost
+  double lift_rise_m = 0.045;  // reached over this arc length
+  double blunt = 0.8;          // 0 every strand as long … 1 all cut at one height
+  double thinning = 0.15;      // how much shorter some strands are
+  double side_length = 1;      // length at the nape and sides, relative to the top
+  double front_deg = 98;       // strands rooted before this azimuth fall before the shoulders
+  double tuck = 0;             // tips turn in to the neck
+  double flyaway = 0.05;       // waywardness of single strands
+  int locks = 260;
+  double clumping = 0.45;      // strands of a lock gather towards their tips, 0 … 1
+  double gathered_at = 0.9;    // the share of the length where that is complete
+  double curl_disorder = 0.9;  // of the phases within a lock, radians
+  int points = 18;
+  Fringe fringe;
+};
+
+// Away from a parting on top of the head, at `x`, from `front_z` to the whorl at `back_z`.
+Vec3 comb_from_parting(const Vec3& p, const Root& root, double x, double front_z, double back_z);
+
+// Away from a whorl at the crown, on all sides.
+Vec3 comb_from_whorl(const Vec3& p, double x, double z);
+
+}  // namespace hairnet::made

@@ -1,0 +1,124 @@
+#include "client/assets/made/recipe_growth.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "client/assets/made/easing.hpp"
+
+namespace hairnet::made {
+namespace {
+
+// Hair goes to the chest or to the back before it meets a shoulder, and keeps together.
+Vec3 parted_by_shoulders(const LooseRecipe& recipe, const Root& root, const Vec3& p) {
+  const double beside = 1 - smooth_step(-0.12, 0.04, p.y());
+  if (beside <= 0) {
+    return Vec3::Zero();
+  }
+  const bool to_chest = falls_to_chest(recipe, root);
+  const double ahead =
+      to_chest ? std::clamp(14 * (0.050 - p.z()), 0.0, 0.8) : std::clamp(14 * (-0.085 - p.z()), -0.7, 0.0);
+  const double outside = std::clamp(14 * (std::abs(p.x()) - 0.090), 0.0, 0.9);
+  return beside * Vec3(p.x() > 0 ? -outside : outside, 0, ahead);
+}
+
+Vec3 along_skin(const Vec3& v, const Vec3& normal) {
+  return v - v.dot(normal) * normal;
+}
+
+Vec3 wish(const LooseRecipe& recipe, const Root& root, const Temperament& temperament, const Here& at) {
+  const double reach = at.s / recipe.comb_reach_m;
+  const double held = at.nearness * std::exp(-reach * reach);
+  Vec3 sum(0, -mix(1, recipe.fall, held), 0);
+  if (held > 0.01) {
+    sum += held * along_skin(recipe.comb(at.p, root), at.normal);
+  }
+  sum += parted_by_shoulders(recipe, root, at.p);
+  if (recipe.tuck > 0) {
+    const double tip = smooth_step(temperament.length_m - 0.075, temperament.length_m, at.s);
+    sum += recipe.tuck * tip * (Vec3(0, at.p.y(), -0.02) - at.p).normalized();
+  }
+  return sum + temperament.stray * (1 - 0.5 * held);
+}
+
+Vec3 fringe_wish(const LooseRecipe& recipe, const Root& root, const Temperament& temperament, const Here& at) {
+  const double held = at.nearness * std::exp(-at.s / 0.05);
+  const Vec3 ahead = recipe.comb(at.p, root) * 0.5 + Vec3(recipe.fringe.sweep, 0, 0.5);
+  return held * along_skin(ahead, at.normal) + Vec3(0.25 * recipe.fringe.sweep, -1, 0) + temperament.stray;
+}
+
+// 0 in the middle of the fringe, 1 at its ends.
+double fringe_edge(const Fringe& fringe, const Root& root) {
+  return degrees_from_front(root) / std::max(fringe.half_angle_deg, 1e-6);
+}
+
+}  // namespace
+
+double degrees_from_front(const Root& root) {
+  return std::abs(root.azimuth) * 180 / std::numbers::pi;
+}
+
+bool falls_to_chest(const LooseRecipe& recipe, const Root& root) {
+  return degrees_from_front(root) < recipe.front_deg;
+}
+
+bool in_fringe(const LooseRecipe& recipe, const Root& root) {
+  const Fringe& fringe = recipe.fringe;
+  const double share = fringe_edge(fringe, root);
+  if (share >= 1) {
+    return false;
+  }
+  // A swept fringe comes from its own side of the parting.
+  if (fringe.sweep * recipe.comb(root.point, root).x() < 0) {
+    return false;
+  }
+  return above_hairline(root.point) < fringe.depth_m * (1 - fringe.wedge * share * share);
+}
+
+Growth flow_of(const LooseRecipe& recipe, const Root& root, const Temperament& temperament) {
+  Growth growth;
+  growth.start = root.point;
+  growth.length_m = temperament.length_m;
+  growth.step_m = std::clamp(temperament.length_m / 24, 0.0015, 0.005);
+  growth.bend_m = temperament.fringe ? 0.6 * recipe.bend_m : recipe.bend_m;
+  growth.spares_face = !temperament.fringe;
+  growth.wish = [&recipe, root, temperament](const Here& at) {
+    return temperament.fringe ? fringe_wish(recipe, root, temperament, at) : wish(recipe, root, temperament, at);
+  };
+  const Vec3 flat = along_skin(growth.wish({root.point, 0, root.normal, 1}), root.normal).normalized();
+  growth.direction = recipe.rise * root.normal + flat + temperament.stray;
+
+  // Who is rooted higher lies farther out, as it must pass over the others.
+  const double height = mix(0.15, 1, smooth_step(-0.1, 0.95, root.height));
+  const double edge = fringe_edge(recipe.fringe, root);
+  const double flatter = temperament.fringe ? mix(0.6, 1, edge * edge) : 1;  // where it meets the rest, as the rest
+  const double on_head = flatter * recipe.lift_m * height * mix(0.35, 1, temperament.layer);
+  const double on_body = 0.003 + 0.55 * recipe.lift_m * temperament.layer;
+  growth.clearance = [rise_m = recipe.lift_rise_m, on_head, on_body](const Vec3& p, double s) {
+    const double rising = 1 - std::exp(-s / rise_m);
+    return std::min(0.8 * s, rising * mix(on_body, on_head, smooth_step(-0.10, -0.01, p.y())));
+  };
+  if (temperament.fringe) {
+    const double longer = recipe.fringe.sweep == 0 ? 0.022 * edge * edge * edge * edge : 0;  // rounded at its ends
+    const double tip_m = recipe.fringe.tip_height_m - longer + 0.006 * (temperament.layer - 0.5);
+    growth.done = [tip_m](const Vec3& p, double) { return p.y() < tip_m; };
+  }
+  return growth;
+}
+
+Vec3 comb_from_parting(const Vec3& p, const Root& root, double x, double front_z, double back_z) {
+  // Level on the top of the head, downwards at the sides and the nape.
+  Vec3 away(p.x() - x, std::min(0.0, p.y() - 0.09), p.z() - std::clamp(p.z(), back_z, front_z));
+  // On the parting itself the root decides which way.
+  const double side = root.point.x() < x ? -1 : 1;
+  if (p.z() > back_z) {
+    away.x() = side * std::max(side * away.x(), 0.012);
+  }
+  return away.normalized();
+}
+
+Vec3 comb_from_whorl(const Vec3& p, double x, double z) {
+  return Vec3(p.x() - x, std::min(0.0, p.y() - 0.09), p.z() - z).normalized();
+}
+
+}  // namespace hairnet::made

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+
+#include "client/assets/made/growth.hpp"
+#include "core/groom/groom.hpp"
+#include "core/random.hpp"
+
+namespace hairnet::made {
+
+// Validated options, with the style's defaults filled in.
+struct StyleOptions {
+  double length_m;
+  double curl;
+  std::size_t strand_count;
+  std::uint64_t seed;
+};
+
+inline constexpr double kHairsInAll = 100'000;
+
+// Index of the group of that name, added when it is new.
+std::uint16_t group_index(Groom& groom, std::string_view name);
+
+struct StrandFinish {
+  int points = 18;
+  double skin_clearance_m = 0.0025;  // no point but the root is nearer to the skin
+  std::uint16_t group = 0;
+  double hair_count = 10;
+  bool rooted = true;
+};
+// Resamples the path evenly, keeps it off the skin and adds it.
+void add_path(Groom& groom, const Path& path, const StrandFinish& finish);
+
+// A curl of the looks `amount` asks for, 0 straight … 1 tight. Phase, size and hand vary by `random`.
+Curl make_curl(double amount, Random& random);
+// Points that a strand of that length needs to show its curls.
+int curl_points(double amount, double length_m, int points_least);
+
+}  // namespace hairnet::made

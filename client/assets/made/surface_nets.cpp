@@ -1,0 +1,125 @@
+#include "client/assets/made/surface_nets.hpp"
+
+#include <cstddef>
+
+namespace hairnet::made {
+namespace {
+
+class SurfaceNet {
+ public:
+  SurfaceNet(const GridPlanes& planes, const std::function<double(const Vec3&)>& field) : planes_(planes) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      dims_[a] = planes[a].size();
+    }
+    values_.resize(dims_[0] * dims_[1] * dims_[2]);
+    each_node([&](const Node& n) { values_[index(n)] = field(position(n)); });
+  }
+
+  TriangleMesh mesh() {
+    place_vertices();
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      join_quads(axis);
+    }
+    return std::move(mesh_);
+  }
+
+ private:
+  using Node = std::array<std::size_t, 3>;
+  static constexpr std::uint32_t kNone = ~0u;
+
+  [[nodiscard]] std::size_t index(const Node& n) const { return n[0] + dims_[0] * (n[1] + dims_[1] * n[2]); }
+  [[nodiscard]] Vec3 position(const Node& n) const { return {planes_[0][n[0]], planes_[1][n[1]], planes_[2][n[2]]}; }
+  [[nodiscard]] bool inside(const Node& n) const { return values_[index(n)] < 0; }
+
+  template <class Visit>
+  void each_node(const Visit& visit) {
+    Node n;
+    for (n[2] = 0; n[2] < dims_[2]; ++n[2]) {
+      for (n[1] = 0; n[1] < dims_[1]; ++n[1]) {
+        for (n[0] = 0; n[0] < dims_[0]; ++n[0]) {
+          visit(n);
+        }
+      }
+    }
+  }
+
+  // A cell is named by its lowest node; its vertex is the mean of the points where its edges cross the surface.
+  void place_vertices() {
+    vertex_of_cell_.assign(values_.size(), kNone);
+    each_node([&](const Node& n) {
+      if (n[0] + 1 >= dims_[0] || n[1] + 1 >= dims_[1] || n[2] + 1 >= dims_[2]) {
+        return;
+      }
+      Vec3 sum = Vec3::Zero();
+      int crossings = 0;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        for (std::size_t side = 0; side < 4; ++side) {
+          Node a = n;
+          a[(axis + 1) % 3] += side & 1;
+          a[(axis + 2) % 3] += side >> 1;
+          Node b = a;
+          ++b[axis];
+          if (inside(a) == inside(b)) {
+            continue;
+          }
+          const double va = values_[index(a)], vb = values_[index(b)];
+          sum += position(a) + va / (va - vb) * (position(b) - position(a));
+          ++crossings;
+        }
+      }
+      if (crossings == 0) {
+        return;
+      }
+      vertex_of_cell_[index(n)] = static_cast<std::uint32_t>(mesh_.vertices.size());
+      mesh_.vertices.emplace_back((sum / crossings).cast<float>());
+    });
+  }
+
+  // Each crossed edge along `axis` joins the vertices of the four cells around it.
+  void join_quads(std::size_t axis) {
+    const std::size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
+    each_node([&](const Node& n) {
+      if (n[axis] + 1 >= dims_[axis] || n[u] == 0 || n[v] == 0) {
+        return;
+      }
+      Node ahead = n;
+      ++ahead[axis];
+      if (inside(n) == inside(ahead)) {
+        return;
+      }
+      Node c00 = n, c10 = n, c01 = n;
+      --c00[u], --c00[v], --c10[v], --c01[u];
+      std::array<std::uint32_t, 4> quad{vertex_of_cell_[index(c00)], vertex_of_cell_[index(c10)],
+                                        vertex_of_cell_[index(n)], vertex_of_cell_[index(c01)]};
+      if (!inside(n)) {
+        std::swap(quad[1], quad[3]);
+      }
+      add_quad(quad);
+    });
+  }
+
+  void add_quad(const std::array<std::uint32_t, 4>& q) {
+    const auto length = [&](int i, int j) { return (mesh_.vertices[q[i]] - mesh_.vertices[q[j]]).squaredNorm(); };
+    if (length(0, 2) <= length(1, 3)) {
+      mesh_.triangles.push_back({q[0], q[1], q[2]});
+      mesh_.triangles.push_back({q[0], q[2], q[3]});
+    } else {
+      mesh_.triangles.push_back({q[0], q[1], q[3]});
+      mesh_.triangles.push_back({q[1], q[2], q[3]});
+    }
+  }
+
+  const GridPlanes& planes_;
+  Node dims_{};
+  std::vector<double> values_;
+  std::vector<std::uint32_t> vertex_of_cell_;
+  TriangleMesh mesh_;
+};
+
+}  // namespace
+
+TriangleMesh polygonise(const GridPlanes& planes, const std::function<double(const Vec3&)>& field) {
+  return SurfaceNet(planes, field).mesh();
+}
+
+}  // namespace hairnet::made

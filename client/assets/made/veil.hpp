@@ -1,0 +1,11 @@
+#pragma once
+
+#include "client/assets/made/style.hpp"
+
+namespace hairnet::made {
+
+// A veil of tulle, pinned by a comb across the crown and falling over hair, shoulders and back (group "veil"). The hair
+// must be dressed already.
+void add_veil(double length_m, Groom& groom);
+
+}  // namespace hairnet::made

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "client/assets/import/strands.hpp"
+#include "core/geometry/triangle_mesh.hpp"
+#include "core/result.hpp"
+
+namespace hairnet {
+
+// The format that a file's name tells, in capitals too: .hair, .tfx, .data; none for any other.
+std::optional<StrandFormat> strand_format_of(std::string_view path);
+
+// Strands and bodies as their files hold them. A refusal begins with the file's name.
+Result<ImportedStrands> read_strands(const std::string& path);
+Result<TriangleMesh> read_mesh(const std::string& path);
+
+}  // namespace hairnet

@@ -1,0 +1,70 @@
+#include "client/files/frame_trace.hpp"
+
+#include <array>
+#include <filesystem>
+#include <utility>
+
+#include "client/files/npy_writer.hpp"
+
+namespace hairnet {
+
+struct FrameTrace::Files {
+  NpyWriter frames, quanta, poses, displacements;
+  std::string folder;
+  std::int64_t displacement_count = 0;
+};
+
+Result<FrameTrace> FrameTrace::create(const std::string& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) return Refusal(folder + ": cannot be made: " + error.message());
+  auto frames = NpyWriter::create(folder + "/frames.npy", NpyType::int64, {8});
+  auto quanta = NpyWriter::create(folder + "/quanta.npy", NpyType::float32, {});
+  auto poses = NpyWriter::create(folder + "/poses.npy", NpyType::float32, {kBoneCount, 7});
+  auto displacements = NpyWriter::create(folder + "/displacements.npy", NpyType::float32, {3});
+  for (const auto* file : {&frames, &quanta, &poses, &displacements}) {
+    if (!*file) return Refusal(folder + ": " + file->error());
+  }
+  return FrameTrace(std::make_unique<Files>(
+      Files{std::move(*frames), std::move(*quanta), std::move(*poses), std::move(*displacements), folder, 0}));
+}
+
+FrameTrace::FrameTrace(std::unique_ptr<Files> files) : files_(std::move(files)) {}
+FrameTrace::FrameTrace(FrameTrace&&) noexcept = default;
+FrameTrace& FrameTrace::operator=(FrameTrace&&) noexcept = default;
+FrameTrace::~FrameTrace() = default;
+
+void FrameTrace::add(const TracedFrame& frame) {
+  const auto count = static_cast<std::int64_t>(frame.displacement.size());
+  const std::array<std::int64_t, 8> row{static_cast<std::int64_t>(frame.tick),
+                                        static_cast<std::int64_t>(frame.character),
+                                        static_cast<std::int64_t>(frame.level),
+                                        frame.discontinuous ? 1 : 0,
+                                        files_->displacement_count,
+                                        count,
+                                        frame.asleep ? 1 : 0,
+                                        frame.step_stride};
+  files_->frames.append(row);
+  files_->quanta.append(std::span(&frame.quantum_m, 1));
+  std::array<float, 7 * kBoneCount> pose{};
+  for (std::size_t b = 0; b < kBoneCount; ++b) {
+    const RigidTransform& bone = frame.pose.bones[b];
+    for (int a = 0; a < 3; ++a) pose[7 * b + a] = static_cast<float>(bone.position[a]);
+    for (int a = 0; a < 4; ++a) pose[7 * b + 3 + a] = static_cast<float>(bone.rotation.coeffs()[a]);
+  }
+  files_->poses.append(pose);
+  static_assert(sizeof(Vec3f) == 3 * sizeof(float));
+  if (count > 0)
+    files_->displacements.append(std::span(frame.displacement.front().data(), 3 * frame.displacement.size()));
+  files_->displacement_count += count;
+}
+
+Result<void> FrameTrace::finish() {
+  for (NpyWriter* file : {&files_->frames, &files_->quanta, &files_->poses, &files_->displacements}) {
+    if (const Result<void> finished = file->finish(); !finished)
+      return Refusal(files_->folder + ": " + finished.error());
+  }
+  return {};
+}
+
+}  // namespace hairnet

@@ -1,0 +1,69 @@
+#include "client/files/read_file.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+
+namespace hairnet {
+namespace {
+
+// An open file of the system's.
+class Descriptor {
+ public:
+  explicit Descriptor(const std::string& path) : number_(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)) {}
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() {
+    if (number_ >= 0) ::close(number_);
+  }
+  [[nodiscard]] int number() const { return number_; }
+
+ private:
+  int number_;
+};
+
+Refusal system_refusal(const char* what) {
+  return Refusal(std::string(what) + ": " + std::strerror(errno));
+}
+
+}  // namespace
+
+Result<std::vector<std::byte>> read_file(const std::string& path, std::size_t bytes_max) {
+  // Asked of what was opened, without waiting: a pipe without a writer would never open otherwise.
+  const Descriptor file(path);
+  struct stat status {};
+  if (file.number() < 0 || ::fstat(file.number(), &status) != 0) return system_refusal("cannot be opened");
+  if (S_ISDIR(status.st_mode)) return Refusal("is a directory, not a file");
+  if (!S_ISREG(status.st_mode)) return Refusal("is a pipe or device, not a file");
+
+  // In growing pieces rather than by the size asked for first: a file may change meanwhile.
+  std::vector<std::byte> bytes;
+  std::size_t piece = std::size_t{1} << 16;
+  while (true) {
+    const std::size_t before = bytes.size();
+    bytes.resize(before + std::min(piece, bytes_max + 1 - before));
+    const ssize_t got = ::read(file.number(), bytes.data() + before, bytes.size() - before);
+    const bool interrupted = got < 0 && errno == EINTR;
+    if (got < 0 && !interrupted) return system_refusal("cannot be read");
+    bytes.resize(before + static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
+    if (bytes.size() > bytes_max) return Refusal("is larger than the limit of " + std::to_string(bytes_max) + " bytes");
+    if (got == 0) break;
+    piece = std::min(piece * 2, std::size_t{1} << 24);
+  }
+  if (bytes.empty()) return Refusal("is empty");
+  return bytes;
+}
+
+std::string extension_of(std::string_view path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  for (char& letter : extension) letter = static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
+  return extension;
+}
+
+}  // namespace hairnet

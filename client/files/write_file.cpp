@@ -1,0 +1,77 @@
+#include "client/files/write_file.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+
+namespace hairnet {
+namespace {
+
+Refusal system_refusal(const char* what) {
+  return Refusal(std::string(what) + ": " + std::strerror(errno));
+}
+
+bool write_all(int file, std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(file, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) return false;
+    bytes = bytes.subspan(static_cast<std::size_t>(written));
+  }
+  return true;
+}
+
+Result<void> write_device(const std::string& path, std::span<const std::byte> bytes) {
+  const int file = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
+  if (file < 0) return system_refusal("cannot be opened for writing");
+  const bool written = write_all(file, bytes);
+  const int fault = errno;
+  ::close(file);
+  errno = fault;
+  if (!written) return system_refusal("cannot be written");
+  return {};
+}
+
+// mkstemp makes files only their owner can read; a result gets the mode that any new file would.
+mode_t mode_of_new_files() {
+  const mode_t mask = ::umask(0);
+  ::umask(mask);
+  return 0666 & ~mask;
+}
+
+}  // namespace
+
+Result<void> write_file(const std::string& path, std::span<const std::byte> bytes) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) return Refusal("is a directory, not a file");
+  if (std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored))
+    return write_device(path, bytes);
+
+  // Through a link to what it points at: renaming over the link would leave the file behind it as it was.
+  const std::filesystem::path canonical = std::filesystem::weakly_canonical(path, ignored);
+  const std::string target = canonical.empty() ? path : canonical.string();
+  std::string temporary = target + ".XXXXXX";
+  const int file = ::mkstemp(temporary.data());
+  if (file < 0) return system_refusal("cannot be written there");
+  bool written = write_all(file, bytes) && ::fchmod(file, mode_of_new_files()) == 0 && ::fsync(file) == 0;
+  int fault = errno;
+  if (::close(file) != 0 && written) {
+    written = false;
+    fault = errno;
+  }
+  if (written && ::rename(temporary.c_str(), target.c_str()) != 0) {
+    written = false;
+    fault = errno;
+  }
+  if (written) return {};
+  ::unlink(temporary.c_str());
+  errno = fault;
+  return system_refusal("cannot be written");
+}
+
+}  // namespace hairnet

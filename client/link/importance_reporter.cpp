@@ -1,0 +1,60 @@
+#include "client/link/importance_reporter.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace hairnet::link {
+namespace {
+
+bool differs(const wire::MemberImportance& a, const wire::MemberImportance& b) {
+  const float most = std::max(std::abs(a.screen_height), std::abs(b.screen_height));
+  return a.in_view != b.in_view || std::abs(a.screen_height - b.screen_height) > Importance::kChange * most;
+}
+
+}  // namespace
+
+void Importance::report(std::span<const wire::MemberImportance> members) {
+  for (const wire::MemberImportance& m : members) {
+    const auto [found, is_new] = members_.try_emplace(m.member);
+    Reported& reported = found->second;
+    reported.now = m;
+    reported.due = reported.due || differs(reported.now, reported.said);
+    any_due_ = any_due_ || reported.due;
+  }
+}
+
+void Importance::forget_all() {
+  members_.clear();
+  any_due_ = false;
+}
+
+void Importance::say_all_again() {
+  for (auto& [member, reported] : members_) reported.due = true;
+  any_due_ = !members_.empty();
+}
+
+std::optional<wire::ReportImportance> Importance::take(std::int64_t now_ns) {
+  if (now_ns < due_ns()) return std::nullopt;
+  wire::ReportImportance message;
+  any_due_ = false;
+  for (auto& [member, reported] : members_) {
+    if (!reported.due) continue;
+    if (message.members.size() == wire::kMembersPerMessageMax) {
+      any_due_ = true;
+      break;
+    }
+    message.members.push_back(reported.now);
+    reported.said = reported.now;
+    reported.due = false;
+  }
+  next_ns_ = now_ns + kInterval_ns;
+  if (message.members.empty()) return std::nullopt;
+  return message;
+}
+
+std::int64_t Importance::due_ns() const {
+  return any_due_ ? next_ns_ : std::numeric_limits<std::int64_t>::max();
+}
+
+}  // namespace hairnet::link

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <memory>
+
+#include "core/levels/level.hpp"
+#include "schema/codec/frame_codec.hpp"
+#include "schema/wire/messages.hpp"
+
+namespace hairnet::link {
+
+// A lattice as a frame gave it.
+struct Hair {
+  wire::GroomHash groom{};
+  codec::ErrorClass error_class = codec::ErrorClass::normal;
+  wire::HairState state;
+  std::shared_ptr<const LevelGeometry> geometry;
+};
+
+// The last known hair of this client's own characters, taken when the connection was lost. A new server has no lattice
+// until it has the groom, so it sends rigid frames at first. This hair is shown in their place. One thread.
+class KeptHair {
+ public:
+  void keep(std::uint32_t character, Hair hair) { kept_[character] = {std::move(hair), kNever_ns}; }
+  void drop(std::uint32_t character) { kept_.erase(character); }
+  void drop_of(const wire::GroomHash& groom);
+  void drop_all() { kept_.clear(); }
+  // The server has the groom, so its lattice frames should follow. If none has come after a second (the server may keep
+  // the character rigid), the last known hair is no longer shown.
+  void on_ready(const wire::GroomHash& groom, std::int64_t now_ns);
+  // Null: none.
+  [[nodiscard]] const Hair* of(std::uint32_t character, std::int64_t now_ns) const;
+
+ private:
+  static constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::max();
+  struct Kept {
+    Hair hair;
+    std::int64_t until_ns;
+  };
+  std::map<std::uint32_t, Kept> kept_;
+};
+
+}  // namespace hairnet::link

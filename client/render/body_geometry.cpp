@@ -1,0 +1,41 @@
+#include <cmath>
+
+#include "client/render/geometry_parts.hpp"
+#include "client/render/scalp.hpp"
+
+namespace hairnet::view {
+namespace {
+
+constexpr float kSwungAway = 0.6f, kScattered = 0.2f;
+
+}  // namespace
+
+void add_body(const GeometrySource& source, GroomGeometry& geometry) {
+  const Body& body = source.groom.body;
+  const Scalp scalp(source.groom);
+  std::vector<Vec3f> normals(body.mesh.vertices.size(), Vec3f::Zero());
+  for (const auto& [a, b, c] : body.mesh.triangles) {
+    const Vec3f& p = body.mesh.vertices[a];
+    const Vec3f area = (body.mesh.vertices[b] - p).cross(body.mesh.vertices[c] - p);
+    for (const std::uint32_t corner : {a, b, c}) {
+      normals[corner] += area;
+      geometry.body.triangles.push_back(corner);
+    }
+  }
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    const Vec3f& p = body.mesh.vertices[i];
+    const Vec3f n = unit_or_up(normals[i]);
+    const auto& share = body.bone_weights[i];
+    // Its own cell holds the skin itself: look from a little outside.
+    LightLeft left = source.light.at(p + 1.5f * source.light.cell_m() * n, n);
+    // Hair at rest shades the head always, if softly, but back and shoulders only until it is swung away.
+    for (float& side : left) side = std::lerp(side, 1.0f, std::lerp(kSwungAway, kScattered, share[0]));
+    geometry.body.vertices.push_back({{p.x(), p.y(), p.z()},
+                                      to_halves(n, scalp.at(p)),
+                                      sides_of(left),
+                                      ends_of(left, share[4], 0),
+                                      {to_byte(share[0]), to_byte(share[1]), to_byte(share[2]), to_byte(share[3])}});
+  }
+}
+
+}  // namespace hairnet::view

@@ -1,0 +1,66 @@
+#include "client/render/character_records.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace hairnet::view {
+namespace {
+
+using Vec4f = Eigen::Vector4f;
+
+constexpr std::size_t kFirstBone = 6, kFirstLayer = 16;
+constexpr float kStray_m = 2.5e-3f;  // of followers from their strand
+
+Vec4f with(const Vec3f& v, float w) {
+  return {v.x(), v.y(), v.z(), w};
+}
+
+}  // namespace
+
+void CharacterRecords::clear() {
+  records_.clear();
+  lattices_.clear();
+}
+
+void CharacterRecords::add(const ShownCharacter& character, const Vec3& origin, const DrawDetail& detail,
+                           float strand_width_m, bool strips, const PointRows& points) {
+  records_.resize(records_.size() + kRecordTexels, Vec4f::Zero());
+  Vec4f* texels = records_.data() + records_.size() - kRecordTexels;
+  const auto place = [&](const RigidTransform& bone, std::size_t at) {
+    texels[at] = bone.rotation.coeffs().cast<float>();
+    texels[at + 1] = with((bone.position - origin).cast<float>(), 0);
+  };
+  place(character.pose.head(), 0);
+  const float far = strips ? detail.strips : 0.0f;
+  texels[2] = with(character.hair_colour, strand_width_m * width_scale(detail));
+  // Each is whole before the other begins to go.
+  texels[3] = {detail.strand_share, std::min(1.0f, 2 - 2 * far), std::min(1.0f, 2 * far), detail.quadratic};
+  texels[5] = with(character.skin_colour, character.body_shown ? 0.0f : 1.0f);
+  for (std::size_t b = 0; b < kBoneCount; ++b) place(character.pose.bones[b], kFirstBone + 2 * b);
+  texels[1].w() = static_cast<float>(points.first);
+  texels[kFirstBone + 1].w() = static_cast<float>(points.count);
+  std::size_t layers = 0;
+  for (const LatticeLayer& layer : character.layers.first(std::min(character.layers.size(), kLatticeLayersMost))) {
+    if (add_layer(layer, texels + kFirstLayer + 3 * layers)) ++layers;
+  }
+  texels[4] = {detail.follower_count, kStray_m, static_cast<float>(layers), 0};
+}
+
+bool CharacterRecords::add_layer(const LatticeLayer& layer, Vec4f* texels) {
+  if (layer.geometry == nullptr || layer.grid_displacements.empty() || layer.weight == 0) return false;
+  assert(layer.grid_displacements.size() == layer.geometry->lattice.node_count());
+  if (!std::isfinite(layer.weight)) return false;
+  for (const Vec3f& u : layer.grid_displacements) {
+    if (!u.allFinite()) return false;
+  }
+  const Lattice& lattice = layer.geometry->lattice;
+  texels[0] = with(lattice.origin, layer.weight);
+  texels[1] = with(lattice.spacing.cwiseInverse(), static_cast<float>(lattices_.size()));
+  texels[2] = {static_cast<float>(lattice.dims[0]), static_cast<float>(lattice.dims[1]),
+               static_cast<float>(lattice.dims[2]), 0};
+  for (const Vec3f& u : layer.grid_displacements) lattices_.push_back(with(u, 0));
+  return true;
+}
+
+}  // namespace hairnet::view

@@ -1,0 +1,25 @@
+# cmake -DOUT=shader_text.cpp -DSHADERS="a;b" -P embed_shaders.cmake
+# Each text with what it includes (#include "file", a file beside it, once) in its place.
+set(entries "")
+foreach(path IN LISTS SHADERS)
+  get_filename_component(file "${path}" NAME)
+  get_filename_component(folder "${path}" DIRECTORY)
+  file(READ "${path}" text)
+  string(REGEX MATCHALL "#include \"[a-z_]+\\.glsl\"" includes "${text}")
+  foreach(include IN LISTS includes)
+    string(REGEX REPLACE "#include \"(.*)\"" "\\1" name "${include}")
+    file(READ "${folder}/${name}" included)
+    string(REPLACE "${include}" "${included}" text "${text}")
+  endforeach()
+  string(APPEND entries "  if (file == \"${file}\") return R\"glsl(${text})glsl\";\n")
+endforeach()
+file(WRITE "${OUT}" "#include \"client/render/shader_text.hpp\"
+
+namespace hairnet::view {
+
+std::string_view shader_text(std::string_view file) {
+${entries}  return {};
+}
+
+}  // namespace hairnet::view
+")

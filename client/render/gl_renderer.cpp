@@ -1,0 +1,101 @@
+#include <algorithm>
+#include <optional>
+#include <string>
+
+#include "client/render/egl_context.hpp"
+#include "client/render/picture_target.hpp"
+#include "client/render/program.hpp"
+#include "client/render/renderer.hpp"
+
+namespace hairnet::view {
+namespace {
+
+constexpr std::int64_t kLargePixelsMax = 40'000'000;
+
+class GlRenderer final : public Renderer {
+ public:
+  GlRenderer(EglContext context, int supersample) : context_(std::move(context)), supersample_(supersample) {}
+  ~GlRenderer() override { static_cast<void>(context_.make_current()); }  // for what the members own
+
+  Result<void> start() {
+    Result<Program> resolve = Program::build("screen.vert", "resolve.frag");
+    if (!resolve) return Refusal(resolve.error());
+    Result<std::unique_ptr<Stage>> stage = Stage::create();
+    if (!stage) return Refusal(stage.error());
+    gl_.emplace(std::move(*resolve), PictureTarget{}, VertexArray{}, std::move(*stage));
+    return {};
+  }
+
+  Stage& stage() override {
+    static_cast<void>(context_.make_current());
+    return *gl_->stage;
+  }
+
+  Result<Image> draw(std::span<const ShownCharacter> characters, const Camera& camera, const Look& look, int width,
+                     int height) override {
+    const std::string size = std::to_string(width) + " x " + std::to_string(height) + " pixels";
+    if (width < 1 || height < 1 || width > kPictureSideMax || height > kPictureSideMax)
+      return Refusal("picture of " + size + ": sides must be 1 … " + std::to_string(kPictureSideMax));
+    if (!context_.make_current()) return Refusal("EGL context cannot be made current");
+    if (!gl_->target.resize(width, height, supersample_for(width, height)))
+      return Refusal("OpenGL ES has no room for a picture of " + size);
+    gl_->target.begin_large();
+    // What a small picture asks for is what its pixels show, not the samples behind them.
+    Look own = look;
+    own.quality /= static_cast<float>(gl_->target.supersample());
+    gl_->stage->draw(characters, camera, own, gl_->target.large_width(), gl_->target.large_height(), true);
+    Image image = resolve();
+    if (glGetError() != GL_NO_ERROR) return Refusal("OpenGL ES ran out of memory or failed while drawing");
+    return image;
+  }
+
+ private:
+  struct Gl {
+    Program resolve;
+    PictureTarget target;
+    VertexArray nothing;  // for the one triangle over the screen
+    std::unique_ptr<Stage> stage;
+  };
+
+  // The large picture is held to what a texture and a fair amount of memory take.
+  [[nodiscard]] int supersample_for(int width, int height) const {
+    GLint texture_max = 0, renderbuffer_max = 0;
+    glGetIntegerv(GL_MAX_TEXTURE_SIZE, &texture_max);
+    glGetIntegerv(GL_MAX_RENDERBUFFER_SIZE, &renderbuffer_max);
+    const int side_max = std::min(texture_max, renderbuffer_max);
+    int n = supersample_;
+    while (n > 1 && (std::max(width, height) * n > side_max ||
+                     static_cast<std::int64_t>(width) * height * n * n > kLargePixelsMax)) {
+      --n;
+    }
+    return n;
+  }
+
+  [[nodiscard]] Image resolve() const {
+    gl_->target.begin_small();
+    glDisable(GL_DEPTH_TEST);
+    glDisable(GL_BLEND);
+    gl_->resolve.use();
+    gl_->resolve.set("supersample", gl_->target.supersample());
+    glBindVertexArray(gl_->nothing.name());
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    return gl_->target.read_small();
+  }
+
+  EglContext context_;  // first: goes last
+  int supersample_;
+  std::optional<Gl> gl_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Renderer>> Renderer::create(int supersample) {
+  if (supersample < 1 || supersample > 4) return Refusal("supersample is not in 1 … 4");
+  Result<EglContext> context = EglContext::create();
+  if (!context) return Refusal(context.error());
+  auto renderer = std::make_unique<GlRenderer>(std::move(*context), supersample);
+  if (const Result<void> started = renderer->start(); !started) return Refusal(started.error());
+  return renderer;
+}
+
+}  // namespace hairnet::view

@@ -1,0 +1,75 @@
+#pragma once
+
+#include "client/render/gl_objects.hpp"
+#include "client/render/groom_geometry.hpp"
+
+namespace hairnet::view {
+
+// Triangles of a groom on the GPU, drawn for many characters at once.
+class DrawnMesh {
+ public:
+  void draw(GLsizei instances) const { draw_range(0, index_count_, instances); }
+  [[nodiscard]] bool empty() const { return index_count_ == 0; }
+  [[nodiscard]] std::size_t index_count() const { return static_cast<std::size_t>(index_count_); }
+
+ private:
+  friend class GroomBuffers;
+  void draw_range(std::size_t first, GLsizei count, GLsizei instances) const;
+
+  VertexArray array_;
+  Buffer indices_;
+  GLsizei index_count_ = 0;
+};
+
+// One groom's geometry on the GPU.
+class GroomBuffers {
+ public:
+  explicit GroomBuffers(const GroomGeometry& geometry);
+
+  // What StrandPlacement reads of the strands' points, on the texture units kRestPointsUnit and kRestArcsUnit.
+  void bind_points() const;
+  // Rows of kPointRow points that the first `strand_count` strands have.
+  [[nodiscard]] std::size_t point_rows(std::size_t strand_count) const;
+  // Of the first `strand_count` strands in the order of drawing, drawn `instances` times.
+  void draw_strands(std::size_t list, std::size_t strand_count, GLsizei instances) const;
+  [[nodiscard]] const DrawnMesh& strips() const { return strips_; }
+  [[nodiscard]] const DrawnMesh& far_strips() const { return far_strips_; }
+  [[nodiscard]] const DrawnMesh& fabric() const { return fabric_; }
+  [[nodiscard]] const DrawnMesh& body() const { return body_; }
+
+  [[nodiscard]] std::size_t strand_count() const { return strand_count_; }
+  [[nodiscard]] std::size_t far_strip_count() const { return far_strip_count_; }
+  [[nodiscard]] float strand_width_m() const { return strand_width_m_; }
+  [[nodiscard]] float waviness() const { return waviness_; }
+  [[nodiscard]] float radius_m() const { return radius_m_; }
+  // The coarsest list that strays no more than this.
+  [[nodiscard]] std::size_t list_for(float tolerance_m) const;
+  [[nodiscard]] std::size_t index_count(std::size_t list, std::size_t strand_count) const {
+    return lists_[list].end[strand_count];
+  }
+  [[nodiscard]] std::size_t bytes() const { return bytes_; }
+
+ private:
+  struct List {
+    DrawnMesh mesh;
+    float tolerance_m;
+    std::vector<std::uint32_t> end;  // StrandList::end
+  };
+  template <class Vertex>
+  void fill(const Mesh<Vertex>& mesh, const Buffer& vertices, DrawnMesh& drawn);
+  template <std::size_t kNumbers>
+  void fill(const std::vector<std::array<float, kNumbers>>& points, const Texture& texture);
+  template <class T>
+  void upload(GLenum target, const Buffer& buffer, const std::vector<T>& values);
+
+  Texture rest_points_, rest_arcs_;
+  std::vector<std::uint32_t> point_end_;  // StrandPoints::end
+  Buffer strand_vertices_, strip_vertices_, far_strip_vertices_, fabric_vertices_, body_vertices_;
+  std::vector<List> lists_;
+  DrawnMesh strips_, far_strips_, fabric_, body_;
+  std::size_t strand_count_, far_strip_count_;
+  float strand_width_m_, waviness_, radius_m_;
+  std::size_t bytes_ = 0;
+};
+
+}  // namespace hairnet::view

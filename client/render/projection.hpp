@@ -1,0 +1,19 @@
+#pragma once
+
+#include "client/render/camera.hpp"
+
+namespace hairnet::view {
+
+using Mat4f = Eigen::Matrix4f;
+
+// Returns a camera that can always be drawn with: replaces values that are not finite, zero distances and parallel
+// axes, and clamps the field of view to 1 … 150 degrees.
+Camera mended(const Camera& camera);
+
+// View axes of the camera: world directions to x right, y up, z backwards.
+Eigen::Matrix3d view_rotation(const Camera& camera);
+
+// View to clip space, near and far in m along the view.
+Mat4f perspective(const Camera& camera, float aspect, float near_m, float far_m);
+
+}  // namespace hairnet::view

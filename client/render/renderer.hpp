@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "client/render/stage.hpp"
+#include "core/result.hpp"
+
+namespace hairnet::view {
+
+// 8-bit RGBA (sRGB), rows from the top.
+struct Image {
+  int width = 0, height = 0;
+  std::vector<std::uint8_t> rgba;
+};
+Result<std::vector<std::uint8_t>> encode_png(const Image& image);
+// Tiles of one size side by side, row by row.
+Image contact_sheet(std::span<const Image> tiles, int columns, int gap_px = 4);
+// Dark letters of 5x7 dots, each `scale` pixels wide; what falls outside the image is cut. Printable ASCII, the rest is
+// '?'.
+void draw_text(Image& image, int x_px, int y_px, std::string_view text, int scale = 2);
+
+inline constexpr int kPictureSideMax = 8192;
+
+// A stage and the pictures of it, without a window: off-screen OpenGL ES 3 through EGL (surfaceless; Mesa's software
+// renderer suffices). One thread.
+class Renderer {
+ public:
+  // `supersample`: samples along a pixel's side beside those of the target, 1 ... 4; fewer in very large pictures. One
+  // line that says what is missing.
+  static Result<std::unique_ptr<Renderer>> create(int supersample = 2);
+  virtual ~Renderer() = default;
+  [[nodiscard]] virtual Stage& stage() = 0;
+  // One line when the size is not 1 ... kPictureSideMax or there is no room for it.
+  virtual Result<Image> draw(std::span<const ShownCharacter> characters, const Camera& camera, const Look& look,
+                             int width, int height) = 0;
+};
+
+}  // namespace hairnet::view

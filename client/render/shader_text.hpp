@@ -1,0 +1,10 @@
+#pragma once
+
+#include <string_view>
+
+namespace hairnet::view {
+
+// The text of a file of client/render/shaders as it was when the library was built; empty for an unknown name.
+std::string_view shader_text(std::string_view file);
+
+}  // namespace hairnet::view

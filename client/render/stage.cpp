@@ -1,0 +1,402 @@
+#include "client/render/stage.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "client/render/character_records.hpp"
+#include "client/render/groom_buffers.hpp"
+#include "client/render/light_rig.hpp"
+#include "client/render/program.hpp"
+#include "client/render/projection.hpp"
+#include "client/render/strand_deform_pass.hpp"
+#include "client/render/vector_texture.hpp"
+
+namespace hairnet::view {
+namespace {
+
+constexpr double kCoordinateMax_m = 1e4;
+constexpr float kNearLeast_m = 0.01f;
+constexpr int kStripTextureWidth = 1024, kStripTextureHeight = 512;
+
+struct Programs {
+  Program background, body, fabric, strip, strand;
+  StrandPlacement placement;
+
+  static Result<Programs> build() {
+    Result<Program> background = Program::build("screen.vert", "background.frag");
+    if (!background) return Refusal(background.error());
+    Result<Program> body = Program::build("body.vert", "body.frag");
+    if (!body) return Refusal(body.error());
+    Result<Program> fabric = Program::build("fabric.vert", "fabric.frag");
+    if (!fabric) return Refusal(fabric.error());
+    Result<Program> strip = Program::build("card.vert", "card.frag");
+    if (!strip) return Refusal(strip.error());
+    Result<Program> strand = Program::build("strand.vert", "strand.frag");
+    if (!strand) return Refusal(strand.error());
+    Result<StrandPlacement> placement = StrandPlacement::build();
+    if (!placement) return Refusal(placement.error());
+    return Programs{std::move(*background), std::move(*body),   std::move(*fabric),
+                    std::move(*strip),      std::move(*strand), std::move(*placement)};
+  }
+};
+
+// Draws the texture of strips once.
+Result<void> make_strip_texture(const Texture& texture) {
+  const Result<Program> program = Program::build("screen.vert", "card_texture.frag");
+  if (!program) return Refusal(program.error());
+  GLint before = 0;
+  glGetIntegerv(GL_FRAMEBUFFER_BINDING, &before);
+  glActiveTexture(GL_TEXTURE0 + kStripTextureUnit);
+  glBindTexture(GL_TEXTURE_2D, texture.name());
+  glTexStorage2D(GL_TEXTURE_2D, 8, GL_RGBA8, kStripTextureWidth, kStripTextureHeight);
+  const Framebuffer target;
+  const VertexArray nothing;
+  glBindFramebuffer(GL_FRAMEBUFFER, target.name());
+  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture.name(), 0);
+  glViewport(0, 0, kStripTextureWidth, kStripTextureHeight);
+  for (const GLenum test : {GL_DEPTH_TEST, GL_BLEND, GL_CULL_FACE, GL_SCISSOR_TEST}) glDisable(test);
+  program->use();
+  glBindVertexArray(nothing.name());
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  glBindFramebuffer(GL_FRAMEBUFFER, static_cast<GLuint>(before));
+  glGenerateMipmap(GL_TEXTURE_2D);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  return {};
+}
+
+// One character of a picture, before its record.
+struct Appearance {
+  const ShownCharacter* character;
+  DrawDetail detail;
+  std::size_t list;  // of strands
+};
+
+bool is_far(const GroomBuffers& groom, const Appearance& one) {
+  return one.detail.strips >= 1 && !groom.far_strips().empty();
+}
+
+// That are drawn of a share of the groom's; 0 of characters that are far.
+std::size_t strands_of(const GroomBuffers& groom, const Appearance& one) {
+  if (is_far(groom, one)) return 0;
+  const auto count = static_cast<float>(groom.strand_count());
+  return std::min(groom.strand_count(), static_cast<std::size_t>(std::ceil(one.detail.strand_share * count)));
+}
+
+class GlStage final : public Stage {
+ public:
+  explicit GlStage(Programs programs) : programs_(std::move(programs)) {}
+
+  Result<void> start() {
+    GLint side_max = 0;
+    glGetIntegerv(GL_MAX_TEXTURE_SIZE, &side_max);
+    rows_most_ = static_cast<std::size_t>(side_max);
+    if (Result<void> made = make_strip_texture(strip_texture_); !made) return made;
+    return glGetError() == GL_NO_ERROR ? Result<void>() : Refusal("OpenGL ES cannot make what the stage needs");
+  }
+
+  std::size_t add_groom(const Groom& groom) override {
+    std::size_t free = 0;
+    while (free < grooms_.size() && grooms_[free]) ++free;
+    if (free == grooms_.size()) grooms_.emplace_back();
+    grooms_[free].emplace(make_groom_geometry(groom));
+    return free;
+  }
+
+  void remove_groom(std::size_t groom) override {
+    if (groom < grooms_.size()) grooms_[groom].reset();
+  }
+
+  void draw(std::span<const ShownCharacter> characters, const Camera& wanted, const Look& look, int width, int height,
+            bool target_is_srgb) override;
+
+  [[nodiscard]] const StageStatistics& statistics() const override { return statistics_; }
+  [[nodiscard]] DepthRange depth_range() const override { return depth_range_; }
+
+ private:
+  struct View {
+    Camera camera;
+    Eigen::Matrix3d rotation;
+    float px_per_m;  // at 1 m
+    float aspect;
+    DepthRange range;
+    Mat4f projection;
+    LightRig rig;
+    float samples;  // a pixel of the target
+  };
+  [[nodiscard]] std::vector<std::vector<Appearance>> appearances(std::span<const ShownCharacter> characters, View& view,
+                                                                 const Look& look) const;
+  void fit_points(std::vector<std::vector<Appearance>>& by_groom) const;
+  void add_records(std::vector<std::vector<Appearance>>& by_groom, const Vec3& origin);
+  void set_scene(const Program& program, const View& view, const Look& look, int width, int height, bool srgb) const;
+  void place_strands(const std::vector<std::vector<Appearance>>& by_groom);
+  void draw_groom(const GroomBuffers& groom, const std::vector<Appearance>& shown, std::size_t first);
+  void draw_strands(const GroomBuffers& groom, const std::vector<Appearance>& shown, std::size_t first);
+  void count(std::size_t indices, std::size_t instances);
+
+  Programs programs_;
+  Texture strip_texture_;
+  VectorTexture records_texture_{kRecordsUnit, CharacterRecords::kRecordTexels};
+  VectorTexture lattices_texture_{kLatticesUnit, CharacterRecords::kLatticeRow};
+  VertexArray nothing_;         // for the one triangle over the screen
+  std::size_t rows_most_ = 0;   // of a texture
+  std::size_t point_rows_ = 0;  // of the strands of all characters
+  CharacterRecords records_;
+  std::vector<std::optional<GroomBuffers>> grooms_;
+  StageStatistics statistics_;
+  DepthRange depth_range_;
+};
+
+// By groom, the nearest first: those of one list of strands, and those that show strips, then lie side by side. What
+// no pixel can show is left out.
+std::vector<std::vector<Appearance>> GlStage::appearances(std::span<const ShownCharacter> characters, View& view,
+                                                          const Look& look) const {
+  std::vector<std::vector<Appearance>> by_groom(grooms_.size());
+  double nearest = 1e9, furthest = 0;
+  const double spread = std::tan(view.camera.fov_deg * std::numbers::pi / 360.0);
+  const double side_y = std::hypot(1.0, spread), side_x = std::hypot(1.0, spread * static_cast<double>(view.aspect));
+  for (const ShownCharacter& character : characters) {
+    if (character.groom >= grooms_.size() || !grooms_[character.groom] || !is_valid(character.pose)) continue;
+    const GroomBuffers& groom = *grooms_[character.groom];
+    const Vec3 at = view.rotation * (character.pose.head().position - view.camera.eye);
+    if (!(at.cwiseAbs().maxCoeff() <= kCoordinateMax_m)) continue;
+    const double radius = 1.3 * static_cast<double>(groom.radius_m()) + 0.1, depth = -at.z();
+    if (depth < -radius || std::abs(at.y()) > depth * spread + radius * side_y ||
+        std::abs(at.x()) > depth * spread * static_cast<double>(view.aspect) + radius * side_x)
+      continue;
+    nearest = std::min(nearest, depth - radius);
+    furthest = std::max(furthest, depth + radius);
+    const float head_px = kHead_m * view.px_per_m / static_cast<float>(std::max(depth, 0.05));
+    const DrawDetail detail =
+        character.detail.value_or(detail_for(head_px, look.quality, groom.strand_count(), groom.waviness()));
+    by_groom[character.groom].push_back({&character, detail, groom.list_for(detail.tolerance_m)});
+  }
+  for (auto& shown : by_groom) {
+    std::ranges::stable_sort(shown, [](const Appearance& a, const Appearance& b) {
+      return std::tuple(a.detail.strips, a.list, -a.detail.strand_share) <
+             std::tuple(b.detail.strips, b.list, -b.detail.strand_share);
+    });
+  }
+  const float far_m = std::max(static_cast<float>(furthest) * 1.01f, 0.1f);
+  const float near_m =
+      std::clamp(static_cast<float>(nearest) * 0.99f, std::max(kNearLeast_m, far_m * 1e-4f), 0.99f * far_m);
+  view.range = {near_m, far_m};
+  view.projection = perspective(view.camera, view.aspect, near_m, far_m);
+  return by_groom;
+}
+
+// Scene space has the world's axes and the camera as its origin.
+void GlStage::set_scene(const Program& program, const View& view, const Look& look, int width, int height,
+                        bool srgb) const {
+  Mat4f axes = Mat4f::Identity();
+  axes.topLeftCorner<3, 3>() = view.rotation.cast<float>();
+  program.use();
+  program.set("viewMatrix", axes);
+  program.set("projectionMatrix", view.projection);
+  program.set("cameraPosition", Vec3f(Vec3f::Zero()));
+  program.set("viewport_px", static_cast<float>(width), static_cast<float>(height));
+  program.set("light_direction", std::span<const Vec3f>(view.rig.towards));
+  program.set("light_colour", std::span<const Vec3f>(view.rig.colours));
+  program.set("ambient_above", view.rig.ambient_above);
+  program.set("ambient_below", view.rig.ambient_below);
+  program.set("exposure", look.exposure);
+  program.set("encode_srgb", srgb ? 0.0f : 1.0f);
+  program.set("samples", view.samples);
+  program.set("copies", 1);
+}
+
+void GlStage::count(std::size_t indices, std::size_t instances) {
+  ++statistics_.draw_calls;
+  statistics_.vertices += indices * instances;
+}
+
+// The textures of strand points are limited in size. When all wanted strands do not fit, every character is drawn with
+// fewer strands.
+void GlStage::fit_points(std::vector<std::vector<Appearance>>& by_groom) const {
+  const std::size_t most = std::min(rows_most_, StrandPlacement::kRowsMost);
+  std::size_t rows = 0, characters = 0;
+  for (std::size_t g = 0; g < by_groom.size(); ++g) {
+    characters += by_groom[g].size();
+    for (const Appearance& one : by_groom[g]) rows += grooms_[g]->point_rows(strands_of(*grooms_[g], one));
+  }
+  if (rows <= most) return;
+  // Each character may waste one row.
+  const float scale =
+      std::max(static_cast<float>(most) - static_cast<float>(characters), 0.0f) / static_cast<float>(rows);
+  for (auto& shown : by_groom) {
+    for (Appearance& one : shown) one.detail.strand_share = scale * std::min(one.detail.strand_share, 1.0f);
+  }
+}
+
+// Removes the characters from `by_groom` that do not fit into the rows of the textures.
+void GlStage::add_records(std::vector<std::vector<Appearance>>& by_groom, const Vec3& origin) {
+  records_.clear();
+  statistics_ = {};
+  point_rows_ = 0;
+  for (std::size_t g = 0; g < by_groom.size(); ++g) {
+    const GroomBuffers* groom = grooms_[g] ? &*grooms_[g] : nullptr;
+    for (std::size_t i = 0; i < by_groom[g].size(); ++i) {
+      const Appearance& one = by_groom[g][i];
+      const std::size_t rows = groom->point_rows(strands_of(*groom, one));
+      if (!records_.has_room(rows_most_) || point_rows_ + rows > rows_most_) {
+        statistics_.left_out += by_groom[g].size() - i;
+        by_groom[g].resize(i);
+        break;
+      }
+      records_.add(*one.character, origin, one.detail, groom->strand_width_m(), !groom->far_strips().empty(),
+                   {point_rows_, rows});
+      point_rows_ += rows;
+    }
+  }
+}
+
+// Before anything is drawn: the bound framebuffer is left for a moment.
+void GlStage::place_strands(const std::vector<std::vector<Appearance>>& by_groom) {
+  if (point_rows_ == 0) return;
+  GLint before = 0;
+  glGetIntegerv(GL_FRAMEBUFFER_BINDING, &before);
+  programs_.placement.reserve(point_rows_);
+  std::size_t first = 0;
+  for (std::size_t g = 0; g < by_groom.size(); ++g) {
+    if (!by_groom[g].empty()) programs_.placement.place(*grooms_[g], first, by_groom[g].size());
+    first += by_groom[g].size();
+  }
+  glBindFramebuffer(GL_FRAMEBUFFER, static_cast<GLuint>(before));
+  programs_.placement.bind();
+}
+
+void GlStage::draw_strands(const GroomBuffers& groom, const std::vector<Appearance>& shown, std::size_t first) {
+  programs_.strand.use();
+  programs_.strand.set("strand_count", static_cast<float>(groom.strand_count()));
+  for (std::size_t begin = 0; begin < shown.size();) {
+    std::size_t end = begin, strands = 0;
+    float followers = 0;
+    const bool far = is_far(groom, shown[begin]);
+    while (end < shown.size() && shown[end].list == shown[begin].list && is_far(groom, shown[end]) == far) {
+      strands = std::max(strands, strands_of(groom, shown[end]));
+      followers = std::max(followers, shown[end].detail.follower_count);
+      ++end;
+    }
+    if (strands > 0) {
+      const int copies = 1 + static_cast<int>(std::ceil(std::clamp(followers, 0.0f, 15.0f)));
+      const std::size_t instances = (end - begin) * static_cast<std::size_t>(copies);
+      programs_.strand.set("first_record", static_cast<int>(first + begin));
+      programs_.strand.set("copies", copies);
+      groom.draw_strands(shown[begin].list, strands, static_cast<GLsizei>(instances));
+      count(groom.index_count(shown[begin].list, strands), instances);
+      statistics_.strands += strands * instances;
+    }
+    begin = end;
+  }
+}
+
+// Its records begin at `first`, in the order of `shown`.
+void GlStage::draw_groom(const GroomBuffers& groom, const std::vector<Appearance>& shown, std::size_t first) {
+  const auto all = static_cast<GLsizei>(shown.size());
+  const auto draw_all = [&](const Program& program, const DrawnMesh& mesh) {
+    if (mesh.empty()) return;
+    program.use();
+    program.set("first_record", static_cast<int>(first));
+    mesh.draw(all);
+    count(mesh.index_count(), shown.size());
+  };
+  glDisable(GL_SAMPLE_ALPHA_TO_COVERAGE);
+  draw_all(programs_.body, groom.body());
+  glEnable(GL_SAMPLE_ALPHA_TO_COVERAGE);
+  draw_all(programs_.fabric, groom.fabric());
+  programs_.strip.use();
+  programs_.strip.set("far_strips", 0.0f);
+  programs_.strip.set("waviness", 0.0f);
+  draw_all(programs_.strip, groom.strips());
+  if (groom.strand_count() > 0) draw_strands(groom, shown, first);
+
+  const auto far = std::ranges::find_if(shown, [](const Appearance& a) { return a.detail.strips > 0; });
+  if (far == shown.end() || groom.far_strips().empty()) return;
+  const auto skipped = static_cast<std::size_t>(far - shown.begin());
+  programs_.strip.use();
+  programs_.strip.set("far_strips", 1.0f);
+  programs_.strip.set("waviness", groom.waviness());
+  programs_.strip.set("first_record", static_cast<int>(first + skipped));
+  groom.far_strips().draw(static_cast<GLsizei>(shown.size() - skipped));
+  count(groom.far_strips().index_count(), shown.size() - skipped);
+  statistics_.strips += groom.far_strip_count() * (shown.size() - skipped);
+}
+
+void GlStage::draw(std::span<const ShownCharacter> characters, const Camera& wanted, const Look& look, int width,
+                   int height, bool target_is_srgb) {
+  if (width < 1 || height < 1) return;
+  View view{};
+  view.camera = mended(wanted);
+  view.rig = studio_lights(view.camera);
+  GLint samples = 0;
+  glGetIntegerv(GL_SAMPLES, &samples);
+  view.samples = static_cast<float>(std::max(samples, 1));
+  view.rotation = view_rotation(view.camera);
+  view.aspect = static_cast<float>(width) / static_cast<float>(height);
+  view.px_per_m =
+      0.5f * static_cast<float>(height) / std::tan(view.camera.fov_deg * std::numbers::pi_v<float> / 360.0f);
+  std::vector<std::vector<Appearance>> by_groom = appearances(characters, view, look);
+  depth_range_ = view.range;
+
+  fit_points(by_groom);
+  add_records(by_groom, view.camera.eye);
+  records_texture_.fill(records_.records());
+  lattices_texture_.fill(records_.lattices());
+  for (const auto& groom : grooms_) statistics_.groom_bytes += groom ? groom->bytes() : 0;
+  if (records_.count() > 0) {
+    statistics_.character_bytes = CharacterRecords::kRecordTexels * sizeof(Eigen::Vector4f) +
+                                  records_.lattices().size() * sizeof(Eigen::Vector4f) / records_.count();
+  }
+
+  for (const GLenum test : {GL_BLEND, GL_CULL_FACE, GL_SCISSOR_TEST, GL_DEPTH_TEST, GL_SAMPLE_ALPHA_TO_COVERAGE})
+    glDisable(test);
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  records_texture_.bind();
+  lattices_texture_.bind();
+  place_strands(by_groom);
+  statistics_.point_bytes = programs_.placement.bytes();
+  glViewport(0, 0, width, height);
+  glDepthMask(GL_TRUE);
+  glClearDepthf(1);
+  glClear(GL_DEPTH_BUFFER_BIT);
+  for (const Program* program :
+       {&programs_.background, &programs_.body, &programs_.fabric, &programs_.strip, &programs_.strand})
+    set_scene(*program, view, look, width, height, target_is_srgb);
+  programs_.background.use();
+  programs_.background.set("top", look.background_top);
+  programs_.background.set("bottom", look.background_bottom);
+  glBindVertexArray(nothing_.name());
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+
+  glEnable(GL_DEPTH_TEST);
+  glDepthFunc(GL_LESS);
+  glActiveTexture(GL_TEXTURE0 + kStripTextureUnit);
+  glBindTexture(GL_TEXTURE_2D, strip_texture_.name());
+  std::size_t first = 0;
+  for (std::size_t g = 0; g < by_groom.size(); ++g) {
+    if (!by_groom[g].empty()) draw_groom(*grooms_[g], by_groom[g], first);
+    first += by_groom[g].size();
+  }
+  glDisable(GL_SAMPLE_ALPHA_TO_COVERAGE);
+  glBindVertexArray(0);
+  glActiveTexture(GL_TEXTURE0);
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Stage>> Stage::create() {
+  Result<Programs> programs = Programs::build();
+  if (!programs) return Refusal(programs.error());
+  auto stage = std::make_unique<GlStage>(std::move(*programs));
+  if (const Result<void> started = stage->start(); !started) return Refusal(started.error());
+  return stage;
+}
+
+}  // namespace hairnet::view

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstddef>
+
+#include "client/render/groom_buffers.hpp"
+#include "client/render/program.hpp"
+
+namespace hairnet::view {
+
+// Places the points of strands before the strands are drawn: deforms them, and keeps every strand to its length at rest
+// (StrandLengths in shaders). Two passes write textures of points; client/shaders/strand_points.glsl says how they lie.
+// Each drawn vertex then reads its point, so FFD is done once a point, not once a vertex and follower.
+class StrandPlacement {
+ public:
+  static constexpr std::size_t kPointRow = 1024;  // points of a row
+  // Of rows: both textures then take 256 MiB.
+  static constexpr std::size_t kRowsMost = 8192;
+
+  static Result<StrandPlacement> build();
+
+  // Makes room for so many rows, for all characters of a picture; what they held is lost.
+  void reserve(std::size_t rows);
+  // Places the points of `characters` that wear the groom, whose records begin at `first_record` and say which rows the
+  // points have. Records and lattices are bound. Changes the bound framebuffer, viewport and vertex array.
+  void place(const GroomBuffers& groom, std::size_t first_record, std::size_t characters) const;
+  void bind() const;  // for drawing
+  // The framebuffer of placed points, for reading back.
+  [[nodiscard]] GLuint placed() const { return placed_.target.name(); }
+  [[nodiscard]] std::size_t bytes() const { return 2 * rows_ * kPointRow * 4 * sizeof(std::uint32_t); }
+
+ private:
+  struct Points {
+    Texture texture;
+    Framebuffer target;
+    void allocate(GLint unit, std::size_t rows) const;
+  };
+  StrandPlacement(Program deform, Program place) : deform_(std::move(deform)), place_(std::move(place)) {}
+  void run(const Program& pass, const Points& into, std::size_t first_record, std::size_t characters) const;
+
+  Program deform_, place_;
+  Points deformed_, placed_;
+  VertexArray nothing_;
+  std::size_t rows_ = 0;
+};
+
+}  // namespace hairnet::view

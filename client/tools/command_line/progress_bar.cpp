@@ -1,0 +1,47 @@
+#include "client/tools/command_line/progress_bar.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+namespace hairnet {
+namespace {
+
+constexpr int kBarCells = 30;
+constexpr auto kRedrawInterval = std::chrono::milliseconds(50);
+
+}  // namespace
+
+ProgressBar::ProgressBar(std::string title) : title_(std::move(title)), is_terminal_(::isatty(STDERR_FILENO) == 1) {}
+
+ProgressBar::~ProgressBar() {
+  if (is_terminal_ && drawn_) std::fputs("\r\x1b[K", stderr);
+}
+
+void ProgressBar::show(double fraction, std::string_view stage) {
+  const bool new_stage = !drawn_ || stage != stage_;
+  if (new_stage) stage_ = stage;
+  if (!is_terminal_) {
+    if (new_stage) std::fprintf(stderr, "%s: %s\n", title_.c_str(), stage_.c_str());
+    drawn_ = true;
+    return;
+  }
+  const Clock::time_point now = Clock::now();
+  if (!new_stage && now - drawn_at_ < kRedrawInterval) return;
+  drawn_at_ = now;
+  drawn_ = true;
+  draw(std::isfinite(fraction) ? std::clamp(fraction, 0.0, 1.0) : 0.0);
+}
+
+void ProgressBar::draw(double fraction) const {
+  const int full = static_cast<int>(std::lround(fraction * kBarCells));
+  const std::string bar =
+      std::string(static_cast<std::size_t>(full), '#') + std::string(static_cast<std::size_t>(kBarCells - full), '.');
+  std::fprintf(stderr, "\r\x1b[K%s [%s] %3.0f%% %s", title_.c_str(), bar.c_str(), 100 * fraction, stage_.c_str());
+  std::fflush(stderr);
+}
+
+}  // namespace hairnet

@@ -1,9 +1,0 @@
-#include "client/tools/view/pictures.hpp"
-
-namespace hairnet::viewer {
-
-Result<std::unique_ptr<Pictures>> make_pictures() {
-  return Refusal("this build has no renderer (HAIRNET_VIEW is off), so --out and --sheet are not possible");
-}
-
-}  // namespace hairnet::viewer

@@ -1,9 +1,0 @@
-#include "client/tools/view/viewer_window.hpp"
-
-namespace hairnet::viewer {
-
-Result<void> run_window(const ViewOptions&) {
-  return Refusal("this build has no window (HAIRNET_VIEW is off); --no-draw or --trace stream without one");
-}
-
-}  // namespace hairnet::viewer

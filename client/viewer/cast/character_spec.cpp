@@ -1,0 +1,94 @@
+#include "client/viewer/cast/character_spec.hpp"
+
+#include <charconv>
+#include <cmath>
+
+#include "client/assets/import/placement.hpp"
+#include "client/viewer/cast/hair_colour.hpp"
+
+namespace hairnet::viewer {
+namespace {
+
+std::string quoted(std::string_view text) {
+  return std::string("'").append(text).append("'");
+}
+
+template <class T>
+Result<void> store(const Result<T>& value, T& target) {
+  if (!value) return Refusal(value.error());
+  target = *value;
+  return {};
+}
+
+template <class T>
+Result<void> store_optional(const Result<T>& value, std::optional<T>& target) {
+  if (!value) return Refusal(value.error());
+  target = *value;
+  return {};
+}
+
+Result<LevelIndex> parse_level(const std::string& text) {
+  for (std::size_t i = 0; i < kLevelCount; ++i) {
+    if (text == kLevelNames[i]) return static_cast<LevelIndex>(i);
+  }
+  return Refusal("level " + quoted(text) + " is not one of high, medium, low, ether, rigid");
+}
+
+Result<std::size_t> parse_strand_count(const std::string& text) {
+  const Result<double> number = parse_number(text);
+  if (!number || *number < 1 || *number > 200'000 || *number != std::floor(*number))
+    return Refusal("strands " + quoted(text) + " is not a whole number in 1 ... 200000");
+  return static_cast<std::size_t>(*number);
+}
+
+Result<double> parse_unit(const std::string& text) {
+  const Result<double> number = parse_number(text);
+  if (!number || !(*number > 0)) return Refusal("unit " + quoted(text) + " is not a number above 0");
+  return number;
+}
+
+Result<void> set(CharacterOptions& o, const std::string& key, const std::string& value) {
+  if (value.empty()) return Refusal(key + " has no value");
+  if (key == "groom") return store<std::string>(value, o.groom);
+  if (key == "motion") return store<std::string>(value, o.motion);
+  if (key == "level") return store(parse_level(value), o.level);
+  if (key == "strands") return store(parse_strand_count(value), o.hairstyle.strand_count);
+  if (key == "up") return store_optional(parse_axis(value), o.bvh.up);
+  if (key == "face") return store_optional(parse_axis(value), o.bvh.face);
+  if (key == "unit") return store_optional(parse_unit(value), o.bvh.unit_m);
+  if (key == "rest") return store(parse_rest_pose(value), o.bvh.rest);
+  if (key == "at") return store_optional(parse_place(value), o.place);
+  if (key == "material") return store_optional(make_material(value), o.material);
+  if (key == "colour") return store_optional(parse_hair_colour(value), o.colour);
+  return Refusal(quoted(key) +
+                 " is not one of groom, motion, level, material, at, colour, strands, rest, up, face, unit");
+}
+
+}  // namespace
+
+Result<double> parse_number(std::string_view text) {
+  double number = 0;
+  const char* end = text.data() + text.size();
+  const auto [parsed, error] = std::from_chars(text.data(), end, number);
+  if (error != std::errc() || parsed != end || !std::isfinite(number))
+    return Refusal(quoted(text) + " is not a number");
+  return number;
+}
+
+Result<CharacterOptions> parse_character(const std::string& spec) {
+  CharacterOptions options;
+  for (std::size_t begin = 0; begin <= spec.size();) {
+    const std::size_t end = std::min(spec.find(',', begin), spec.size());
+    const std::string part = spec.substr(begin, end - begin);
+    const std::size_t equals = part.find('=');
+    if (equals == std::string::npos) return Refusal(quoted(part) + " is not key=value");
+    if (const Result<void> done = set(options, part.substr(0, equals), part.substr(equals + 1)); !done)
+      return Refusal(done.error());
+    begin = end + 1;
+  }
+  if (options.groom.empty()) return Refusal("groom= is missing");
+  if (options.motion.empty()) return Refusal("motion= is missing");
+  return options;
+}
+
+}  // namespace hairnet::viewer

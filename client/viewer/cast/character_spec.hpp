@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "client/viewer/cast/options.hpp"
+#include "core/result.hpp"
+
+namespace hairnet::viewer {
+
+// "groom=made:long_curly,motion=made:dance,level=high,colour=red": keys groom and motion are required.
+Result<CharacterOptions> parse_character(const std::string& spec);
+
+// The whole of `text` as a finite number.
+Result<double> parse_number(std::string_view text);
+
+}  // namespace hairnet::viewer

@@ -1,0 +1,60 @@
+#include "client/viewer/cast/load_characters.hpp"
+
+#include <iterator>
+#include <map>
+#include <span>
+#include <utility>
+
+#include "client/assets/load_groom.hpp"
+#include "client/assets/load_motion.hpp"
+#include "client/assets/made_spec.hpp"
+#include "client/viewer/cast/hair_colour.hpp"
+#include "client/viewer/cast/imported_hair.hpp"
+#include "client/viewer/cast/place.hpp"
+
+namespace hairnet::viewer {
+
+namespace {
+
+using Grooms = std::map<std::pair<std::string, std::size_t>, std::shared_ptr<const Groom>>;
+
+// About the origin.
+Result<Actor> load_actor(const CharacterOptions& options, Grooms& grooms) {
+  std::shared_ptr<const Groom>& groom = grooms[{options.groom, options.hairstyle.strand_count}];
+  if (!groom) {
+    const bool foreign = !is_made_spec(options.groom) && is_foreign_hair(options.groom);
+    Result<Groom> loaded =
+        foreign ? import_hair(std::span(&options.groom, 1)) : load_groom(options.groom, options.hairstyle);
+    if (!loaded && foreign) return Refusal(loaded.error());
+    if (!loaded) return Refusal(options.groom + ": " + loaded.error());
+    groom = std::make_shared<const Groom>(std::move(*loaded));
+  }
+  Result<Motion> motion = load_motion(options.motion, options.bvh, &groom->body);
+  if (!motion) return Refusal(options.motion + ": " + motion.error());
+  return Actor{groom, std::move(*motion), options.level, Vec3f::Zero(), options.material};
+}
+
+}  // namespace
+
+Result<std::vector<Actor>> load_cast(const ViewOptions& options) {
+  Grooms grooms;
+  std::vector<Actor> cast;
+  for (const CharacterOptions& character : options.characters) {
+    Result<Actor> actor = load_actor(character, grooms);
+    if (!actor) return Refusal(actor.error());
+    cast.push_back(std::move(*actor));
+  }
+  if (!options.files.empty()) {
+    Result<std::vector<Actor>> more = cast_of_files(options.files);
+    if (!more) return Refusal(more.error());
+    std::move(more->begin(), more->end(), std::back_inserter(cast));
+  }
+  for (std::size_t i = 0; i < cast.size(); ++i) {
+    const CharacterOptions* named = i < options.characters.size() ? &options.characters[i] : nullptr;
+    cast[i].hair_colour = named && named->colour ? *named->colour : default_hair_colour(i);
+    move_to(named && named->place ? *named->place : side_by_side(i, cast.size()), cast[i].motion);
+  }
+  return cast;
+}
+
+}  // namespace hairnet::viewer

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "client/viewer/cast/options.hpp"
+#include "core/groom/groom.hpp"
+#include "core/pose/motion.hpp"
+#include "core/result.hpp"
+
+namespace hairnet::viewer {
+
+// One character, loaded. Those with the same groom share it.
+struct Actor {
+  std::shared_ptr<const Groom> groom;
+  Motion motion;  // at the character's place
+  LevelIndex level = LevelIndex::high;
+  Vec3f hair_colour = Vec3f::Zero();  // linear RGB
+  std::optional<Material> material;
+};
+
+// The characters that `options` names, then what its files hold. Those that were given a place are there, the others
+// stand side by side.
+Result<std::vector<Actor>> load_cast(const ViewOptions& options);
+
+}  // namespace hairnet::viewer

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "client/assets/import/bvh.hpp"
+#include "client/assets/made/made.hpp"
+#include "client/link/address.hpp"
+#include "client/viewer/cast/place.hpp"
+#include "core/groom/material.hpp"
+#include "core/levels/level.hpp"
+#include "core/solver/wind.hpp"
+#include "schema/wire/messages.hpp"
+
+namespace hairnet::viewer {
+
+struct CharacterOptions {
+  std::string groom, motion;   // `groom` may also name a file of strands, see imported_hair.hpp
+  std::optional<Place> place;  // none: side by side with the others
+  LevelIndex level = LevelIndex::high;
+  std::optional<Vec3f> colour;       // linear RGB
+  std::optional<Material> material;  // while it runs; the groom's own stays what was built
+  HairstyleOptions hairstyle;
+  BvhImport bvh;
+};
+
+enum class View : std::uint8_t { front, side, back, three_quarter };
+
+// Where hair is simulated: by a server, or by the core's World in this process.
+enum class Source : std::uint8_t { server, local };
+// What is made of it. Nothing is drawn for `none`.
+enum class Output : std::uint8_t { window, pictures, clip, none };
+
+struct ViewOptions {
+  Source source = Source::server;
+  Output output = Output::window;
+  std::vector<std::string> files;  // to be shown as they are
+  link::Address server;
+  link::TlsOptions tls;
+  std::string room, token;
+  std::optional<wire::Observe> observe;  // others in the room to be seen; none: nobody
+  double reconnect_s = 0;                // how long to try to reconnect; 0: not at all; infinity: forever
+  std::vector<CharacterOptions> characters;
+  double duration_s = 6;  // of the motions, which begin at time 0 when every lattice is there; infinity: forever
+  double settle_s = 0;    // after them: heads ease upright within 1 s, then are still
+  double pose_rate_hz = 60;
+  double tick_rate_hz = 30;   // of a local world
+  double frame_rate_hz = 30;  // of a clip
+  double jitter_ms = 0;       // each pose is taken up to this much earlier or later
+  std::optional<Wind> wind;   // for the whole room
+  std::string out, sheet, trace;
+  std::vector<double> times_s;    // of the sheet's columns
+  std::vector<View> views;        // of the sheet's rows, each for every character
+  int width = 480, height = 540;  // of a picture, a clip or the window
+};
+
+// What the command line asks for, or the exit code when the program is to end at once (help, or a usage error, already
+// printed in one line).
+std::variant<ViewOptions, int> parse_options(int argc, char** argv);
+
+}  // namespace hairnet::viewer

@@ -1,0 +1,76 @@
+#include "client/viewer/drawing/framing.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "client/assets/upright.hpp"
+#include "client/viewer/drawing/mouse_controller.hpp"
+
+namespace hairnet::viewer {
+namespace {
+
+constexpr double kUpwards_m = 0.22, kAround_m = 0.24;  // of head and shoulders about the head joint
+
+// How far down hair hangs from the head joint at rest.
+double hang_m(const Groom& groom) {
+  float low = -0.2f;
+  for (const Vec3f& p : groom.points) low = std::min(low, p.y());
+  return -static_cast<double>(low);
+}
+
+}  // namespace
+
+Vec3 direction_of(View view) {
+  switch (view) {
+    case View::front:
+      return {0, 0.05, 1};
+    case View::side:
+      return {1, 0.05, 0};
+    case View::back:
+      return {0, 0.05, -1};
+    case View::three_quarter:
+      return {0.64, 0.12, 0.77};
+  }
+  return Vec3::UnitZ();
+}
+
+std::optional<Vec3> middle_of(std::span<const Subject> subjects) {
+  if (subjects.empty()) return {};
+  Vec3 sum = Vec3::Zero();
+  for (const Subject& subject : subjects) sum += head_middle(subject.pose);
+  return Vec3(sum / static_cast<double>(subjects.size()));
+}
+
+void frame_all(std::span<const Subject> subjects, View view, int width, int height, OrbitCamera& camera) {
+  if (subjects.empty()) return;
+  Vec3 facing = Vec3::Zero();
+  const Groom* groom = nullptr;
+  double hang = 0;
+  for (const Subject& subject : subjects) {
+    facing += upright(subject.pose).head().vector(Vec3::UnitZ());
+    if (std::exchange(groom, subject.groom.get()) != subject.groom.get()) hang = std::max(hang, hang_m(*subject.groom));
+  }
+  const double heading = facing.norm() > 1e-3 ? std::atan2(facing.x(), facing.z()) : 0;
+  const Quat turn(Eigen::AngleAxisd(heading, Vec3::UnitY()));
+  camera.look_from((turn * direction_of(view)).normalized());
+  // The smallest upright rectangle across the view that holds all, then by how much further the nearest are to the eye.
+  Eigen::AlignedBox3d box;
+  const Vec3 backward = (camera.camera().eye - camera.camera().target).normalized();
+  for (const Subject& subject : subjects) {
+    const Vec3& joint = subject.pose.head().position;
+    const auto in_view = [&](const Vec3& p) {
+      return Vec3(p.dot(camera.right()), p.dot(camera.up()), p.dot(backward));
+    };
+    box.extend(in_view(joint + Vec3(0, kUpwards_m, 0)));
+    box.extend(in_view(joint - Vec3(0, hang, 0)));
+    box.extend(in_view(joint + kAround_m * camera.right()));
+    box.extend(in_view(joint - kAround_m * camera.right()));
+  }
+  const double aspect = static_cast<double>(width) / std::max(1, height);
+  const Vec3 half = 0.5 * box.diagonal(), centre = box.center();
+  const double radius = std::max(half.y(), half.x() / aspect) + half.z() * std::tan(0.5 * OrbitCamera::kFov_deg / 57.3);
+  camera.frame(centre.x() * camera.right() + centre.y() * camera.up() + centre.z() * backward, radius);
+}
+
+}  // namespace hairnet::viewer

@@ -1,0 +1,82 @@
+#include "client/viewer/drawing/mouse_controller.hpp"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+namespace hairnet::viewer {
+
+Vec3 head_middle(const Pose& pose) {
+  return pose.head().point(Vec3(0, 0.08, 0.01));
+}
+
+std::optional<std::uint64_t> pick(const Ray& ray, std::span<const Subject> subjects) {
+  std::optional<std::uint64_t> nearest;
+  double nearest_m = std::numeric_limits<double>::infinity();
+  for (const Subject& subject : subjects) {
+    const std::optional<double> at = hit_sphere(ray, head_middle(subject.pose), kHeadRadius_m);
+    if (!at || *at >= nearest_m) continue;
+    nearest_m = *at;
+    nearest = subject.id;
+  }
+  return nearest;
+}
+
+std::optional<std::uint64_t> Hand::take_chosen() {
+  return std::exchange(chosen_, std::nullopt);
+}
+
+void Hand::begin(const Mouse& mouse, Show& show, const OrbitCamera& camera, int width_px, int height_px) {
+  if (mouse.elsewhere) {
+    drag_ = Drag::elsewhere;
+    return;
+  }
+  if (mouse.middle || mouse.right) {
+    drag_ = Drag::pan;
+    return;
+  }
+  drag_ = Drag::orbit;
+  chosen_ = pick(camera.ray(mouse.x_px, mouse.y_px, width_px, height_px), show.subjects());
+  HeadGrab* grab = chosen_ ? show.grab(*chosen_) : nullptr;
+  if (grab == nullptr) return;
+  drag_ = Drag::head;
+  held_ = chosen_;
+  depth_m_ = camera.distance_m();
+  for (const Subject& subject : show.subjects()) {
+    if (subject.id == *held_) depth_m_ = (camera.camera().eye - head_middle(subject.pose)).norm();
+  }
+  grab->take();
+}
+
+void Hand::release(Show& show) {
+  drag_ = Drag::none;
+  if (HeadGrab* grab = held_ ? show.grab(*held_) : nullptr; grab != nullptr) grab->release();
+  held_.reset();
+}
+
+void Hand::apply(const Mouse& mouse, Show& show, OrbitCamera& camera, int width_px, int height_px) {
+  if (!mouse.elsewhere && mouse.wheel != 0) camera.zoom(mouse.wheel);
+  const bool pressed = mouse.left || mouse.middle || mouse.right;
+  if (!pressed) {
+    if (drag_ != Drag::none) release(show);
+    return;
+  }
+  if (drag_ == Drag::none) begin(mouse, show, camera, width_px, height_px);
+  if (mouse.right_px == 0 && mouse.down_px == 0) return;
+  if (drag_ == Drag::orbit) camera.orbit(mouse.right_px, mouse.down_px, height_px);
+  if (drag_ == Drag::pan) camera.pan(mouse.right_px, mouse.down_px, height_px);
+  if (drag_ != Drag::head) return;
+  HeadGrab* grab = show.grab(*held_);
+  if (grab == nullptr) return release(show);
+  if (mouse.shift) {
+    const double pixel_m = camera.pixel_m(height_px) * depth_m_ / camera.distance_m();
+    grab->move(pixel_m * (mouse.right_px * camera.right() - mouse.down_px * camera.up()));
+  } else {
+    const double per_px = 1.5 * std::numbers::pi / height_px;
+    grab->turn(camera.up(), per_px * mouse.right_px);
+    grab->turn(camera.right(), per_px * mouse.down_px);
+  }
+}
+
+}  // namespace hairnet::viewer

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "client/viewer/drawing/orbit_camera.hpp"
+#include "client/viewer/sources/hair_source.hpp"
+
+namespace hairnet::viewer {
+
+// What a mouse did since the last picture. Pixels from the top left of the picture.
+struct Mouse {
+  double x_px = 0, y_px = 0, right_px = 0, down_px = 0, wheel = 0;
+  bool left = false, middle = false, right = false;  // held
+  bool shift = false;
+  bool elsewhere = false;  // over controls, which then have it
+};
+
+// Turns mouse input into actions. The left button turns one's own head when pressed on it (with shift it moves the
+// head), and orbits the camera when pressed elsewhere. The middle and right buttons pan the camera, the wheel zooms.
+// Knows no window; one thread.
+class Hand {
+ public:
+  void apply(const Mouse& mouse, Show& show, OrbitCamera& camera, int width_px, int height_px);
+  // Whose head is held.
+  [[nodiscard]] std::optional<std::uint64_t> held() const { return held_; }
+  // Whose head was pressed on last, one's own or another's; taken by asking.
+  std::optional<std::uint64_t> take_chosen();
+
+ private:
+  enum class Drag : std::uint8_t { none, head, orbit, pan, elsewhere };
+  void begin(const Mouse& mouse, Show& show, const OrbitCamera& camera, int width_px, int height_px);
+  void release(Show& show);
+
+  Drag drag_ = Drag::none;
+  double depth_m_ = 1;  // of the head that is held
+  std::optional<std::uint64_t> held_, chosen_;
+};
+
+// About a head, for picking and framing: its middle in the world, and how far it reaches.
+Vec3 head_middle(const Pose& pose);
+inline constexpr double kHeadRadius_m = 0.15;
+
+// Whose head the ray meets first.
+std::optional<std::uint64_t> pick(const Ray& ray, std::span<const Subject> subjects);
+
+}  // namespace hairnet::viewer

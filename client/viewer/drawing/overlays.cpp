@@ -1,0 +1,188 @@
+#include "client/viewer/drawing/overlays.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/levels/skin_distance_field.hpp"
+
+namespace hairnet::viewer {
+namespace {
+
+using view::Drawing;
+using view::Rgba;
+
+constexpr float kFarFromDesign_m = 0.10f;
+constexpr float kStrainShown = 0.15f;
+
+std::uint8_t byte(float x) {
+  return static_cast<std::uint8_t>(std::lround(255 * std::clamp(x, 0.0f, 1.0f)));
+}
+
+// Blue at 0 by way of green to red at 1.
+Rgba heat(float x) {
+  return {byte(2 * x - 0.6f), byte(1.4f - std::abs(2.4f * x - 1.2f)), byte(1.2f - 2 * x), 255};
+}
+
+// Pressed together blue, as designed grey, drawn out red.
+Rgba strain_colour(float strain) {
+  const float s = std::clamp(strain / kStrainShown, -1.0f, 1.0f);
+  return s < 0 ? Rgba{byte(0.7f + 0.6f * s), byte(0.7f + 0.3f * s), byte(0.7f - 0.3f * s), 200}
+               : Rgba{byte(0.7f + 0.3f * s), byte(0.7f - 0.6f * s), byte(0.7f - 0.6f * s), 200};
+}
+
+// A subject's lattice in the world.
+class LatticeDrawing {
+ public:
+  LatticeDrawing(const Subject& subject, Drawing& drawing) : subject_(subject), drawing_(drawing) {
+    const LevelGeometry& geometry = *subject.geometry;
+    for (std::size_t i = 0; i < geometry.active_nodes.size(); ++i) {
+      rest_.emplace_back(geometry.lattice.node(geometry.active_nodes[i]));
+      node_.emplace_back(rest_.back() + subject.displacement[i]);
+    }
+  }
+
+  void draw_lattice() {
+    const LevelGeometry& geometry = *subject_.geometry;
+    std::vector<int> active(geometry.lattice.node_count(), -1);
+    for (std::size_t i = 0; i < geometry.active_nodes.size(); ++i)
+      active[geometry.active_nodes[i]] = static_cast<int>(i);
+    const auto colour = [&](int i) { return heat((node_[i] - rest_[i]).norm() / kFarFromDesign_m); };
+    for (std::size_t i = 0; i < node_.size(); ++i) {
+      drawing_.point(world(node_[i]), colour(static_cast<int>(i)));
+      const auto at = geometry.lattice.coordinates(geometry.active_nodes[i]);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        auto next = at;
+        if (++next[axis] >= geometry.lattice.dims[axis]) continue;
+        const int other = active[geometry.lattice.index(next[0], next[1], next[2])];
+        if (other < 0) continue;
+        Rgba from = colour(static_cast<int>(i)), to = colour(other);
+        from[3] = to[3] = 90;
+        drawing_.line(world(node_[i]), world(node_[static_cast<std::size_t>(other)]), from, to);
+      }
+    }
+  }
+
+  // A spring's weights sum to 0: it lies from the mean of its positive ones to that of its negative ones.
+  void draw_springs(const Stiffeners& springs) {
+    for (std::size_t s = 0; s < springs.count(); ++s) {
+      Vec3f from = Vec3f::Zero(), to = Vec3f::Zero(), vector = Vec3f::Zero();
+      float from_sum = 0, to_sum = 0;
+      for (std::uint32_t e = springs.begin[s]; e < springs.begin[s + 1]; ++e) {
+        const float weight = springs.weights[e];
+        const Vec3f& node = node_[springs.nodes[e]];
+        vector += weight * node;
+        (weight > 0 ? to : from) += std::abs(weight) * node;
+        (weight > 0 ? to_sum : from_sum) += std::abs(weight);
+      }
+      const float rest_m = springs.rest[s].norm();
+      if (!(from_sum > 0 && to_sum > 0 && rest_m > 0)) continue;
+      drawing_.line(world(from / from_sum), world(to / to_sum), strain_colour(vector.norm() / rest_m - 1));
+    }
+  }
+
+  void draw_attachments(const Stiffeners& attachments) {
+    for (std::size_t s = 0; s < attachments.count(); ++s) {
+      Vec3f at = Vec3f::Zero();
+      for (std::uint32_t e = attachments.begin[s]; e < attachments.begin[s + 1]; ++e)
+        at += attachments.weights[e] * node_[attachments.nodes[e]];
+      drawing_.line(world(attachments.rest[s]), world(at), {255, 210, 60, 230});
+      drawing_.point(world(attachments.rest[s]), {255, 170, 30, 255});
+    }
+  }
+
+  // Points of hair that meet skin, those that are nearer to it than their limit in red.
+  void draw_contacts(const Level& model) {
+    const ContactPoints& contacts = model.contacts;
+    const Pose& pose = subject_.pose;
+    for (std::size_t p = 0; p < contacts.count(); ++p) {
+      Vec3f at = contacts.rest[p];
+      for (std::uint32_t e = contacts.begin[p]; e < contacts.begin[p + 1]; ++e) {
+        const std::size_t i = contacts.nodes[e];
+        at += contacts.weights[e] * (node_[i] - rest_[i]);
+      }
+      const Vec3 place = pose.head().point(at.cast<double>());
+      bool touches = false;
+      for (std::size_t f = 0; f < model.skin->size(); ++f) {
+        const SkinField& field = (*model.skin)[f];
+        const Vec3 to_bone = pose[field.bone].inverse().point(place);
+        touches |= skin_distance(field, to_bone) < static_cast<double>(contacts.limit[f * contacts.count() + p]);
+      }
+      drawing_.point(place.cast<float>(), touches ? Rgba{255, 80, 60, 255} : Rgba{120, 230, 255, 170});
+    }
+  }
+
+  void draw_drag(const Level& model) {
+    float most = 0;
+    for (const auto& q : model.drag) most = std::max(most, q[0] + q[3] + q[5]);
+    if (!(most > 0)) return;
+    const float reach_m = 0.7f * model.geometry.lattice.spacing.minCoeff();
+    for (std::size_t i = 0; i < node_.size(); ++i) {
+      const auto& q = model.drag[i];
+      Mat3f tensor;
+      tensor << q[0], q[1], q[2], q[1], q[3], q[4], q[2], q[4], q[5];
+      Eigen::SelfAdjointEigenSolver<Mat3f> axes;
+      axes.computeDirect(tensor);
+      const Vec3f along = axes.eigenvectors().col(2) * (reach_m * std::sqrt(axes.eigenvalues()[2] / most));
+      drawing_.line(world(node_[i] - along), world(node_[i] + along), {190, 120, 255, 220});
+    }
+  }
+
+ private:
+  [[nodiscard]] Vec3f world(const Vec3f& head) const {
+    return subject_.pose.head().point(head.cast<double>()).cast<float>();
+  }
+
+  const Subject& subject_;
+  Drawing& drawing_;
+  std::vector<Vec3f> rest_, node_;  // head space, active order
+};
+
+bool is_chosen(const Subject& subject, std::optional<std::uint64_t> chosen) {
+  return !chosen || *chosen == subject.id;
+}
+
+}  // namespace
+
+Vec3f level_colour(LevelIndex level) {
+  switch (level) {
+    case LevelIndex::high:
+      return {0.10f, 0.45f, 0.12f};
+    case LevelIndex::medium:
+      return {0.55f, 0.45f, 0.05f};
+    case LevelIndex::low:
+      return {0.60f, 0.18f, 0.03f};
+    case LevelIndex::ether:
+      return {0.08f, 0.20f, 0.60f};
+    case LevelIndex::rigid:
+      return {0.25f, 0.25f, 0.27f};
+  }
+  return Vec3f::Zero();
+}
+
+void draw_overlays(const Overlays& overlays, std::span<const Subject> subjects, std::optional<std::uint64_t> chosen,
+                   Drawing& drawing) {
+  for (const Subject& subject : subjects) {
+    if (!is_chosen(subject, chosen) || subject.geometry == nullptr) continue;
+    LatticeDrawing lattice(subject, drawing);
+    if (overlays.lattice) lattice.draw_lattice();
+    if (subject.model == nullptr) continue;
+    if (overlays.springs) lattice.draw_springs(subject.model->springs);
+    if (overlays.attachments) lattice.draw_attachments(subject.model->attachments);
+    if (overlays.contacts) lattice.draw_contacts(*subject.model);
+    if (overlays.drag) lattice.draw_drag(*subject.model);
+  }
+}
+
+std::string missing_models(const Overlays& overlays, std::span<const Subject> subjects,
+                           std::optional<std::uint64_t> chosen) {
+  if (!overlays.need_model()) return {};
+  std::size_t missing = 0;
+  for (const Subject& subject : subjects)
+    missing += is_chosen(subject, chosen) && subject.geometry != nullptr && subject.model == nullptr;
+  if (missing == 0) return {};
+  return std::to_string(missing) + " without springs to show: a server sends none, they are being built here";
+}
+
+}  // namespace hairnet::viewer

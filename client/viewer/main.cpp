@@ -1,0 +1,64 @@
+#include <cstdio>
+#include <string>
+#include <utility>
+
+#include "client/tools/command_line/stop_signal.hpp"
+#include "client/viewer/cast/load_characters.hpp"
+#include "client/viewer/cast/options.hpp"
+#include "client/viewer/offline/local_run.hpp"
+#include "client/viewer/offline/pictures.hpp"
+#include "client/viewer/offline/stream.hpp"
+#include "client/viewer/offline/video.hpp"
+#include "client/viewer/window/viewer_window.hpp"
+
+namespace {
+
+using namespace hairnet;
+using namespace hairnet::viewer;
+
+// When what is shown is to be kept: for the sheet and the last picture, or for each of a clip.
+std::vector<double> moment_times_s(const ViewOptions& options) {
+  if (options.output == Output::clip) return film_times_s(options);
+  std::vector<double> times_s;
+  if (!options.sheet.empty()) times_s = options.times_s;
+  if (!options.out.empty()) times_s.push_back(options.duration_s + options.settle_s);
+  return times_s;
+}
+
+Result<void> run(const ViewOptions& options) {
+  heed_stop_signals();
+  if (options.output == Output::window) return run_window(options);
+  std::unique_ptr<Pictures> pictures;
+  if (options.output == Output::pictures) {
+    Result<std::unique_ptr<Pictures>> made = make_pictures();
+    if (!made) return Refusal(made.error());
+    pictures = std::move(*made);
+  }
+  if (options.output == Output::clip) {
+    if (const Result<void> possible = check_film(options); !possible) return possible;
+  }
+  const Result<std::vector<Actor>> cast = load_cast(options);
+  if (!cast) return Refusal(cast.error());
+  if (options.output == Output::clip && options.source == Source::local) return film_locally(options, *cast);
+
+  const std::vector<double> times_s = moment_times_s(options);
+  const bool local = options.source == Source::local;
+  const StreamResult streamed = local ? run_locally(options, *cast, times_s) : stream(options, *cast, times_s);
+  if (!local) std::fputs(streamed.statistics.summary().c_str(), stdout);
+  if (!streamed.ended) return streamed.ended;
+  if (streamed.stopped && (pictures || (options.output == Output::clip && streamed.moments.empty())))
+    return Refusal(std::string("stopped before the end: no ") + (pictures ? "picture" : "clip") + " is made");
+  if (options.output == Output::clip) return film_stream(options, *cast, streamed);
+  return pictures ? pictures->write(options, *cast, streamed) : Result<void>();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const auto parsed = parse_options(argc, argv);
+  if (const int* exit_code = std::get_if<int>(&parsed)) return *exit_code;
+  const Result<void> done = run(std::get<ViewOptions>(parsed));
+  if (done) return 0;
+  std::fprintf(stderr, "hairnet-view: %s\n", done.error().c_str());
+  return 1;
+}

@@ -1,0 +1,110 @@
+#include "client/viewer/offline/local_run.hpp"
+
+#include <cstdio>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "client/files/frame_trace.hpp"
+#include "client/tools/command_line/progress_bar.hpp"
+#include "client/tools/command_line/stop_signal.hpp"
+#include "client/viewer/offline/recorder.hpp"
+#include "client/viewer/sources/scene_list.hpp"
+#include "core/levels/build.hpp"
+#include "schema/channel/monotonic_clock.hpp"
+
+namespace hairnet::viewer {
+namespace {
+
+// What a run took, in one line.
+class Cost {
+ public:
+  void take(std::span<const LocalTick> ticks) {
+    for (const LocalTick& tick : ticks) {
+      ++ticks_;
+      steps_ += tick.report.stepped;
+      ms_ += tick.step_ms;
+    }
+  }
+  void print() const {
+    std::printf("%llu ticks, %llu steps of characters, %.3f ms a tick\n", static_cast<unsigned long long>(ticks_),
+                static_cast<unsigned long long>(steps_), ticks_ == 0 ? 0.0 : ms_ / static_cast<double>(ticks_));
+  }
+
+ private:
+  std::uint64_t ticks_ = 0, steps_ = 0;
+  double ms_ = 0;
+};
+
+std::vector<Moment> moments_of(const LocalWorld& world) {
+  std::vector<Moment> moments;
+  for (const Subject& subject : world.subjects()) {
+    const auto time_ns = static_cast<std::int64_t>(1e9 * world.time_s());
+    Shape shape{subject.level, time_ns, {subject.displacement.begin(), subject.displacement.end()}, subject.geometry};
+    moments.push_back({subject.pose, std::move(shape), {}});
+  }
+  return moments;
+}
+
+}  // namespace
+
+LocalWorld local_world_of(const ViewOptions& options, const std::vector<Actor>& cast) {
+  LocalWorld world({options.tick_rate_hz, options.duration_s, Loop::plain, options.wind.value_or(Wind{}), steady_ns});
+  const SceneList scenes(cast);
+  for (const LocalCharacter& character : scenes.given()) world.add(character);
+  ProgressBar bar("hairnet-view");
+  std::map<std::shared_ptr<const Groom>, std::shared_ptr<LevelSet>> sets;
+  for (const Actor& actor : cast) {
+    if (actor.level == LevelIndex::rigid || actor.groom->points.empty()) continue;
+    std::shared_ptr<LevelSet>& set = sets[actor.groom];
+    if (!set) set = std::make_shared<LevelSet>();
+    const auto index = static_cast<std::size_t>(actor.level);
+    if (!set->levels[index].rest.empty()) continue;
+    BuildObserver observer;
+    observer.progress = [&bar](double fraction, std::string_view stage) {
+      bar.show(fraction, stage);
+      return true;
+    };
+    set->levels[index] = *build_level(*actor.groom, kLevelSpecs[index], observer);
+  }
+  for (const auto& [groom, set] : sets) world.give_levels(*groom, set);
+  return world;
+}
+
+StreamResult run_locally(const ViewOptions& options, const std::vector<Actor>& cast,
+                         const std::vector<double>& moment_times_s) {
+  StreamResult result;
+  std::optional<FrameTrace> trace;
+  if (!options.trace.empty()) {
+    Result<FrameTrace> made = FrameTrace::create(options.trace);
+    if (!made) {
+      result.ended = Refusal(made.error());
+      return result;
+    }
+    trace.emplace(std::move(*made));
+  }
+  LocalWorld world = local_world_of(options, cast);
+  if (trace) world.on_tick([&] { add_to_trace(world, *trace); });
+  ProgressBar bar("hairnet-view");
+  Cost cost;
+  const double end_s = options.duration_s + options.settle_s;
+  // Tick by tick, so that a signal is heeded; and to the wanted moments between.
+  while (result.moments.size() < moment_times_s.size() || world.time_s() < end_s) {
+    if (asked_to_stop()) {
+      result.stopped = true;
+      break;
+    }
+    const bool wants_moment = result.moments.size() < moment_times_s.size();
+    const double tick_end_s = world.tick_end_s();
+    const bool at_moment = wants_moment && moment_times_s[result.moments.size()] <= tick_end_s;
+    world.advance_to(at_moment ? moment_times_s[result.moments.size()] : tick_end_s);
+    cost.take(world.ticks());
+    if (at_moment) result.moments.push_back(moments_of(world));
+    bar.show((world.time_s() + Performance::kLeadIn_s) / (end_s + Performance::kLeadIn_s), "simulating");
+  }
+  if (trace) result.ended = trace->finish();
+  cost.print();
+  return result;
+}
+
+}  // namespace hairnet::viewer

@@ -1,0 +1,167 @@
+#include "client/viewer/offline/pictures.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <numbers>
+#include <utility>
+
+#include "client/assets/upright.hpp"
+#include "client/files/write_file.hpp"
+#include "client/render/renderer.hpp"
+#include "client/tools/command_line/progress_bar.hpp"
+#include "client/viewer/cast/hair_colour.hpp"
+#include "client/viewer/drawing/framing.hpp"
+
+namespace hairnet::viewer {
+namespace {
+
+constexpr float kFieldOfView_deg = 26;
+constexpr double kMargin = 1.12;  // of the framed sphere
+// What is framed at least: head and neck, head space.
+constexpr std::array<float, 2> kHeadSpan_y{-0.20f, 0.22f};
+
+// Centre and radius, head space, of what is to be seen of a groom at rest: the head and, as far as they hang, strands.
+struct Framing {
+  explicit Framing(const Groom& groom) {
+    float low = kHeadSpan_y[0], high = kHeadSpan_y[1], wide = 0.14f;
+    for (const Vec3f& p : groom.points) {
+      low = std::min(low, p.y());
+      high = std::max(high, p.y());
+      wide = std::max(wide, std::hypot(p.x(), p.z()));
+    }
+    centre_y = static_cast<double>(low + high) / 2;
+    radius = static_cast<double>(std::max((high - low) / 2, wide));
+  }
+  double centre_y, radius;
+};
+
+// The camera keeps to the world, turned once to the heading that the clip begins with, and follows the head's place, so
+// that the head's turns and the hair's swing are seen.
+view::Camera camera_of(const Pose& beginning, const Framing& framing, const Pose& pose, View view) {
+  const Quat heading = upright(beginning).head().rotation;
+  const Vec3 direction = (heading * direction_of(view)).normalized();
+  view::Camera camera;
+  camera.fov_deg = kFieldOfView_deg;
+  camera.target = pose.head().position + Vec3(0, framing.centre_y, 0);
+  const double half_angle = kFieldOfView_deg / 2 * std::numbers::pi / 180;
+  camera.eye = camera.target + direction * (kMargin * framing.radius / std::sin(half_angle));
+  return camera;
+}
+
+// Whom to draw: one of the cast, or another of the room.
+struct Sitter {
+  const Groom* groom = nullptr;
+  Vec3f hair_colour = Vec3f::Zero();
+  Pose beginning;                      // where the clip begins, or where it was seen first
+  std::vector<const Moment*> moments;  // [time]; null: not seen
+};
+
+std::vector<Sitter> sitters_of(const std::vector<Actor>& cast, const StreamResult& streamed) {
+  std::vector<Sitter> sitters;
+  for (std::size_t c = 0; c < cast.size(); ++c) {
+    Sitter& one =
+        sitters.emplace_back(Sitter{cast[c].groom.get(), cast[c].hair_colour, cast[c].motion.poses.front(), {}});
+    for (const std::vector<Moment>& moment : streamed.moments) one.moments.push_back(&moment[c]);
+  }
+  for (const SeenCharacter& other : streamed.others) {
+    Sitter& one = sitters.emplace_back(Sitter{other.groom.get(), default_hair_colour(sitters.size()), {}, {}});
+    for (const std::optional<Moment>& moment : other.moments) one.moments.push_back(moment ? &*moment : nullptr);
+    const auto first = std::find_if(one.moments.begin(), one.moments.end(), [](const Moment* m) { return m; });
+    one.beginning = (*first)->pose;
+  }
+  return sitters;
+}
+
+Result<void> write_png(const std::string& path, const view::Image& image) {
+  const Result<std::vector<std::uint8_t>> png = view::encode_png(image);
+  if (!png) return Refusal(path + ": " + png.error());
+  const Result<void> written = write_file(path, std::as_bytes(std::span(*png)));
+  if (!written) return Refusal(path + ": " + written.error());
+  return {};
+}
+
+class RenderedPictures : public Pictures {
+ public:
+  explicit RenderedPictures(std::unique_ptr<view::Renderer> renderer) : renderer_(std::move(renderer)) {}
+
+  Result<void> write(const ViewOptions& options, const std::vector<Actor>& cast,
+                     const StreamResult& streamed) override {
+    ProgressBar bar("hairnet-view");
+    const std::vector<Sitter> sitters = sitters_of(cast, streamed);
+    if (sitters.empty()) return Refusal("nobody was seen");
+    if (!options.sheet.empty()) {
+      if (const Result<void> done = write_sheet(options, sitters, bar); !done) return done;
+    }
+    return options.out.empty() ? Result<void>() : write_last(options, sitters, bar);
+  }
+
+ private:
+  Result<void> write_sheet(const ViewOptions& options, const std::vector<Sitter>& sitters, ProgressBar& bar) {
+    std::vector<view::Image> tiles;
+    const std::size_t count = sitters.size() * options.views.size() * options.times_s.size();
+    for (const Sitter& sitter : sitters) {
+      for (const View view : options.views) {
+        for (std::size_t t = 0; t < options.times_s.size(); ++t) {
+          bar.show(static_cast<double>(tiles.size()) / static_cast<double>(count), "drawing");
+          Result<view::Image> tile = draw(options, sitter, sitter.moments[t], view);
+          if (!tile) return Refusal(tile.error());
+          char caption[32];
+          std::snprintf(caption, sizeof caption, "%.2f s", options.times_s[t]);
+          view::draw_text(*tile, 8, 8, caption);
+          tiles.push_back(std::move(*tile));
+        }
+      }
+    }
+    return write_png(options.sheet, view::contact_sheet(tiles, static_cast<int>(options.times_s.size())));
+  }
+
+  Result<void> write_last(const ViewOptions& options, const std::vector<Sitter>& sitters, ProgressBar& bar) {
+    std::vector<view::Image> tiles;
+    for (const View view : options.views) {
+      for (const Sitter& sitter : sitters) {
+        const std::size_t count = options.views.size() * sitters.size();
+        bar.show(static_cast<double>(tiles.size()) / static_cast<double>(count), "drawing");
+        Result<view::Image> tile = draw(options, sitter, sitter.moments.back(), view);
+        if (!tile) return Refusal(tile.error());
+        tiles.push_back(std::move(*tile));
+      }
+    }
+    return write_png(options.out, view::contact_sheet(tiles, static_cast<int>(sitters.size())));
+  }
+
+  // The empty studio where there is no moment.
+  Result<view::Image> draw(const ViewOptions& options, const Sitter& sitter, const Moment* moment, View view) {
+    const Groom& groom = *sitter.groom;
+    if (!moment) {
+      return renderer_->draw({}, camera_of(sitter.beginning, Framing(groom), sitter.beginning, view), {}, options.width,
+                             options.height);
+    }
+    const auto [number, is_new] = grooms_.try_emplace(&groom, 0);
+    if (is_new) number->second = renderer_->stage().add_groom(groom);
+    link::LatticeBlend blend;
+    replay(*moment, blend);
+    view::ShownCharacter shown;
+    shown.groom = number->second;
+    shown.pose = moment->pose;
+    shown.layers = blend.layers();
+    shown.hair_colour = sitter.hair_colour;
+    return renderer_->draw(std::span(&shown, 1), camera_of(sitter.beginning, Framing(groom), moment->pose, view), {},
+                           options.width, options.height);
+  }
+
+  std::unique_ptr<view::Renderer> renderer_;
+  std::map<const Groom*, std::size_t> grooms_;  // as the stage numbered them
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Pictures>> make_pictures() {
+  Result<std::unique_ptr<view::Renderer>> renderer = view::Renderer::create();
+  if (!renderer) return Refusal(renderer.error());
+  return std::make_unique<RenderedPictures>(std::move(*renderer));
+}
+
+}  // namespace hairnet::viewer

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "client/viewer/cast/load_characters.hpp"
+#include "client/viewer/cast/options.hpp"
+#include "client/viewer/offline/stream.hpp"
+#include "core/result.hpp"
+
+namespace hairnet::viewer {
+
+// Pictures of what a stream showed. Made before streaming, so that a machine that cannot draw says so at once.
+class Pictures {
+ public:
+  virtual ~Pictures() = default;
+  // Writes options.sheet (the first of `streamed` moments, one for each of options.times_s) and options.out (the last).
+  virtual Result<void> write(const ViewOptions& options, const std::vector<Actor>& cast,
+                             const StreamResult& streamed) = 0;
+};
+
+// Refuses in a build without the renderer, and where the machine has no OpenGL.
+Result<std::unique_ptr<Pictures>> make_pictures();
+
+}  // namespace hairnet::viewer

@@ -1,0 +1,100 @@
+#include "client/viewer/offline/recorder.hpp"
+
+#include <algorithm>
+#include <filesystem>
+
+namespace hairnet::viewer {
+namespace {
+
+constexpr std::uint64_t kCatchUpMost = 15;  // pictures; a window that stood still is not made up for
+
+std::string free_path(const char* ending) {
+  for (int n = 1; n < 10'000; ++n) {
+    std::string path = "hairnet-" + std::to_string(n) + ending;
+    std::error_code ignored;
+    if (!std::filesystem::exists(path, ignored)) return path;
+  }
+  return std::string("hairnet") + ending;
+}
+
+}  // namespace
+
+Result<void> Recorder::start_clip(int width, int height) {
+  clip_path_ = free_path(".mp4");
+  Result<ClipWriter> clip = ClipWriter::create(clip_path_, width, height, kRate_hz);
+  if (!clip) return Refusal(clip.error());
+  clip_.emplace(std::move(*clip));
+  width_ = width;
+  height_ = height;
+  picture_count_ = 0;
+  status_ = "recording " + clip_path_;
+  return {};
+}
+
+Result<void> Recorder::stop_clip() {
+  if (!clip_) return {};
+  Result<void> finished = clip_->finish();
+  clip_.reset();
+  status_ = finished ? "wrote " + clip_path_ : "";
+  return finished;
+}
+
+Result<void> Recorder::start_trace() {
+  trace_path_ = free_path(".trace");
+  Result<FrameTrace> trace = FrameTrace::create(trace_path_);
+  if (!trace) return Refusal(trace.error());
+  trace_.emplace(std::move(*trace));
+  status_ = "recording " + trace_path_;
+  return {};
+}
+
+Result<void> Recorder::stop_trace() {
+  if (!trace_) return {};
+  Result<void> finished = trace_->finish();
+  trace_.reset();
+  status_ = finished ? "wrote " + trace_path_ : "";
+  return finished;
+}
+
+bool Recorder::wants_picture(std::int64_t now_ns) const {
+  return clip_ && (picture_count_ == 0 ||
+                   1e-9 * static_cast<double>(now_ns - begun_ns_) * kRate_hz >= static_cast<double>(picture_count_));
+}
+
+Result<void> Recorder::add_picture(std::span<const std::uint8_t> rgba, std::int64_t now_ns) {
+  if (!clip_) return {};
+  if (picture_count_ == 0) begun_ns_ = now_ns;
+  const std::size_t row = std::size_t{4} * static_cast<std::size_t>(width_);
+  upright_.resize(rgba.size());
+  for (std::size_t at = 0; at + row <= rgba.size(); at += row)
+    std::copy_n(rgba.begin() + static_cast<std::ptrdiff_t>(at), row,
+                upright_.end() - static_cast<std::ptrdiff_t>(at + row));
+  const auto due = static_cast<std::uint64_t>(1e-9 * static_cast<double>(now_ns - begun_ns_) * kRate_hz) + 1;
+  const std::uint64_t missing = due > picture_count_ ? due - picture_count_ : 0;
+  if (missing > kCatchUpMost) begun_ns_ += static_cast<std::int64_t>(1e9 * static_cast<double>(missing - 1) / kRate_hz);
+  for (std::uint64_t i = 0; i < (missing > kCatchUpMost ? 1 : missing); ++i) {
+    Result<void> added = clip_->add(upright_);
+    if (!added) {
+      clip_.reset();
+      status_.clear();
+      return added;
+    }
+    ++picture_count_;
+  }
+  return {};
+}
+
+void Recorder::add_tick(const LocalWorld& world) {
+  if (trace_) add_to_trace(world, *trace_);
+}
+
+void add_to_trace(const LocalWorld& world, FrameTrace& trace) {
+  for (const Subject& subject : world.subjects()) {
+    const std::optional<LatticeView> lattice = world.lattice(subject.id);
+    if (!lattice) continue;
+    trace.add({world.ticks().back().number, subject.id, lattice->level, lattice->jumped, lattice->asleep, 0,
+               *lattice->pose, lattice->displacement, 1});
+  }
+}
+
+}  // namespace hairnet::viewer

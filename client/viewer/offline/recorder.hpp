@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "client/files/frame_trace.hpp"
+#include "client/files/video_writer.hpp"
+#include "client/viewer/sources/local_world.hpp"
+
+namespace hairnet::viewer {
+
+// What a window keeps of what it shows: a clip of the pictures at a fixed rate, however fast they come, and a trace of
+// a local world's ticks, as long as it counts them from one beginning. Files are named hairnet-N.mp4 and
+// hairnet-N.trace, in the folder the program was started in; N is the first that is free. One thread.
+class Recorder {
+ public:
+  static constexpr double kRate_hz = 30;
+
+  Result<void> start_clip(int width, int height);
+  Result<void> start_trace();
+  Result<void> stop_clip();
+  Result<void> stop_trace();
+  [[nodiscard]] bool has_clip() const { return clip_.has_value(); }
+  [[nodiscard]] bool has_trace() const { return trace_.has_value(); }
+
+  // Whether a picture of now is to be added, and in which size.
+  [[nodiscard]] bool wants_picture(std::int64_t now_ns) const;
+  [[nodiscard]] int width() const { return width_; }
+  [[nodiscard]] int height() const { return height_; }
+  // RGBA, rows from the bottom as OpenGL reads them.
+  Result<void> add_picture(std::span<const std::uint8_t> rgba, std::int64_t now_ns);
+  void add_tick(const LocalWorld& world);  // of each: LocalWorld::on_tick
+  // Where it goes, or went last; empty when nothing was kept.
+  [[nodiscard]] const std::string& status() const { return status_; }
+
+ private:
+  std::optional<ClipWriter> clip_;
+  std::optional<FrameTrace> trace_;
+  int width_ = 0, height_ = 0;
+  std::int64_t begun_ns_ = 0;
+  std::uint64_t picture_count_ = 0;
+  std::vector<std::uint8_t> upright_;
+  std::string clip_path_, trace_path_, status_;
+};
+
+// Adds what a local world has after the tick just done; character numbers are those of its subjects.
+void add_to_trace(const LocalWorld& world, FrameTrace& trace);
+
+}  // namespace hairnet::viewer

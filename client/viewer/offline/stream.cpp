@@ -1,0 +1,115 @@
+#include "client/viewer/offline/stream.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <optional>
+#include <thread>
+
+#include "client/files/frame_trace.hpp"
+#include "client/tools/command_line/progress_bar.hpp"
+#include "client/tools/command_line/stop_signal.hpp"
+#include "client/viewer/sources/live_room.hpp"
+
+namespace hairnet::viewer {
+namespace {
+
+constexpr std::int64_t kLoop_ns = 1'000'000;
+constexpr std::int64_t kPlayInterval_ns = 8'000'000;  // how often a display would ask for a picture, at least
+
+// A room while it is streamed to, without anybody looking at it.
+class Streamer {
+ public:
+  Streamer(const ViewOptions& options, const std::vector<Actor>& cast, const std::vector<double>& moment_times_s)
+      : options_(options), moment_times_s_(moment_times_s), room_(options, cast, false) {
+    // Twice a picture, so that a clip of many a second has each of its own time.
+    if (options.output == Output::clip)
+      play_interval_ns_ = std::min(play_interval_ns_, static_cast<std::int64_t>(0.5e9 / options.frame_rate_hz));
+    if (!moment_times_s.empty()) room_.keep_moments();
+  }
+
+  StreamResult run() {
+    result_.ended = open();
+    if (result_.ended) result_.ended = perform();
+    room_.statistics().take_counters(room_.counters());
+    result_.statistics = room_.statistics();
+    result_.others = room_.others(result_.moments.size());
+    if (trace_) {
+      const Result<void> finished = trace_->finish();
+      if (result_.ended) result_.ended = finished;
+    }
+    return std::move(result_);
+  }
+
+ private:
+  Result<void> open() {
+    if (!options_.trace.empty()) {
+      Result<FrameTrace> trace = FrameTrace::create(options_.trace);
+      if (!trace) return Refusal(trace.error());
+      trace_ = std::move(*trace);
+      room_.on_frame([this](const link::Frame& frame, std::uint64_t tick, std::span<const Vec3f> displacement,
+                            std::uint64_t name) { add_to_trace(frame, tick, displacement, name); });
+    }
+    return room_.open();
+  }
+
+  void add_to_trace(const link::Frame& frame, std::uint64_t tick, std::span<const Vec3f> displacement,
+                    std::uint64_t name) {
+    const bool rigid = frame.kept || displacement.empty();  // as the server sent it
+    const float step_m = rigid ? 0 : codec::kStep_m[static_cast<std::size_t>(frame.error_class)];
+    trace_->add({tick, name, frame.kept ? LevelIndex::rigid : frame.level, frame.discontinuous, frame.asleep, step_m,
+                 frame.pose, rigid ? std::span<const Vec3f>() : displacement, frame.step_stride});
+  }
+
+  // Everything that happens in real time.
+  Result<void> perform() {
+    ProgressBar bar("hairnet-view");
+    const double length_s = options_.duration_s + options_.settle_s;
+    while (true) {
+      const std::int64_t now = room_.now_ns();
+      if (Result<void> turned = room_.turn(now); !turned) return turned;
+      const std::optional<double> time_s = room_.clip_time_s(now);
+      if (now >= next_play_ns_) play(now, time_s);
+      if (time_s && *time_s >= length_s && result_.moments.size() == moment_times_s_.size()) return {};
+      if (asked_to_stop()) {
+        result_.stopped = true;
+        return {};
+      }
+      if (!time_s)
+        bar.show(0, "waiting for the lattices");
+      else
+        bar.show(*time_s / length_s, "streaming");
+      std::this_thread::sleep_for(std::chrono::nanoseconds(kLoop_ns));
+    }
+  }
+
+  // Samples as a display would, so that play-out keeps time, and copies out the wanted moments.
+  void play(std::int64_t now, const std::optional<double>& time_s) {
+    next_play_ns_ = now + play_interval_ns_;
+    const auto wanted = [&] {
+      const std::size_t next = result_.moments.size();
+      return time_s && next < moment_times_s_.size() && *time_s >= moment_times_s_[next];
+    };
+    if (!wanted()) room_.play(now, -1);
+    // More than one after a stall: what came late is shown late, and nothing slower.
+    while (wanted()) {
+      room_.play(now, static_cast<std::ptrdiff_t>(result_.moments.size()));
+      result_.moments.push_back(room_.moments());
+    }
+  }
+
+  const ViewOptions& options_;
+  const std::vector<double>& moment_times_s_;
+  LiveRoom room_;
+  std::optional<FrameTrace> trace_;
+  StreamResult result_;
+  std::int64_t play_interval_ns_ = kPlayInterval_ns, next_play_ns_ = 0;
+};
+
+}  // namespace
+
+StreamResult stream(const ViewOptions& options, const std::vector<Actor>& cast,
+                    const std::vector<double>& moment_times_s) {
+  return Streamer(options, cast, moment_times_s).run();
+}
+
+}  // namespace hairnet::viewer

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "client/link/lattice_blend.hpp"
+#include "client/viewer/sources/head_grab.hpp"
+#include "core/groom/groom.hpp"
+#include "core/groom/material_scale.hpp"
+#include "core/levels/level.hpp"
+#include "core/result.hpp"
+#include "core/solver/wind.hpp"
+
+namespace hairnet::viewer {
+
+// One character as it is to be drawn now.
+struct Subject {
+  std::uint64_t id = 0;  // stays its own while it is there
+  std::string name;
+  std::shared_ptr<const Groom> groom;
+  Vec3f hair_colour = Vec3f::Zero();  // linear RGB
+  Pose pose;
+  std::span<const LatticeLayer> layers;           // of its hair; none: rigid
+  LevelIndex level = LevelIndex::rigid;           // of the newest lattice
+  std::shared_ptr<const LevelGeometry> geometry;  // likewise; null: rigid
+  std::span<const Vec3f> displacement;            // likewise, active order, head space, m
+  std::shared_ptr<const Level> model;             // what it is simulated with; null: not known here
+  MaterialScale material;
+  LevelIndex level_wanted = LevelIndex::high;  // the finest it may have
+  bool own = false;                            // may be taken hold of and changed
+};
+
+// The source of the characters that a window draws and controls, simulated here (LocalWorld) or by a server (LiveRoom).
+// One thread.
+class Show {
+ public:
+  static constexpr double kAside_m = 0.8;  // of teleport(), along x
+
+  virtual ~Show() = default;
+  // Moves all characters to the moment to draw, `now_ns` of a monotonic clock. The error is one line that says why the
+  // source has ended.
+  virtual Result<void> advance(std::int64_t now_ns) = 0;
+  // Until the next call that is not const.
+  [[nodiscard]] virtual std::span<const Subject> subjects() const = 0;
+
+  // Of a character of one's own; null and no effect for others.
+  virtual HeadGrab* grab(std::uint64_t id) = 0;
+  virtual void set_material(std::uint64_t id, const MaterialScale& scale) = 0;
+  virtual void set_level(std::uint64_t id, LevelIndex level) = 0;
+  virtual void teleport(std::uint64_t id) = 0;  // a step aside, and back the next time
+
+  [[nodiscard]] virtual const Wind& wind() const = 0;  // as it was set here last
+  virtual void set_wind(const Wind& wind) = 0;
+  [[nodiscard]] virtual bool paused() const = 0;
+  virtual void set_paused(bool paused) = 0;  // one's own motions stand; hair lives on where a server simulates it
+};
+
+}  // namespace hairnet::viewer

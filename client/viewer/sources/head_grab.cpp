@@ -1,0 +1,93 @@
+#include "client/viewer/sources/head_grab.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/pose/complete_pose.hpp"
+
+namespace hairnet::viewer {
+namespace {
+
+constexpr double kHeldRate_per_s = 45, kFreeRate_per_s = 9;
+constexpr double kAtRest = 1e-5;  // rad and m, and a second
+
+Quat from_rotation_vector(const Vec3& v) {
+  const double angle = v.norm();
+  return angle > 1e-12 ? Quat(Eigen::AngleAxisd(angle, v / angle)) : Quat::Identity();
+}
+
+Vec3 to_rotation_vector(const Quat& q) {
+  const Eigen::AngleAxisd turn(q.w() < 0 ? Quat(-q.coeffs()) : q);
+  return turn.angle() * turn.axis();
+}
+
+Vec3 limited(const Vec3& v, double most) {
+  const double length = v.norm();
+  return length > most ? Vec3(v * (most / length)) : v;
+}
+
+}  // namespace
+
+void HeadGrab::Follower::advance(double elapsed_s, double rate_per_s, double speed_most) {
+  const Vec3 error = at - target, c = speed + rate_per_s * error;
+  const double decay = std::exp(-rate_per_s * elapsed_s);
+  const Vec3 step = decay * (error + elapsed_s * c) - error;
+  const Vec3 slow = limited(step, speed_most * elapsed_s);
+  at += slow;
+  speed = slow.squaredNorm() < step.squaredNorm() ? Vec3(slow / elapsed_s)
+                                                  : limited(decay * (speed - rate_per_s * elapsed_s * c), speed_most);
+}
+
+void HeadGrab::take() {
+  held_ = true;
+  turn_.target = turn_.at;
+  shift_.target = shift_.at;
+}
+
+void HeadGrab::turn(const Vec3& axis_world, double angle_rad) {
+  if (!held_) return;
+  const Quat more(Eigen::AngleAxisd(angle_rad, axis_world));
+  turn_.target = limited(to_rotation_vector(more * from_rotation_vector(turn_.target)), kTurnMost_rad);
+}
+
+void HeadGrab::move(const Vec3& by_world_m) {
+  if (held_) shift_.target = limited(shift_.target + by_world_m, kShiftMost_m);
+}
+
+void HeadGrab::release() {
+  held_ = false;
+  turn_.target.setZero();
+  shift_.target.setZero();
+}
+
+void HeadGrab::advance(double elapsed_s) {
+  if (!(elapsed_s > 0)) return;
+  const double rate_per_s = held_ ? kHeldRate_per_s : kFreeRate_per_s;
+  turn_.advance(elapsed_s, rate_per_s, kTurnSpeedMost_rad_per_s);
+  shift_.advance(elapsed_s, rate_per_s, kShiftSpeedMost_m_per_s);
+  if (held_ || !at_rest()) return;
+  turn_ = {};
+  shift_ = {};
+}
+
+bool HeadGrab::at_rest() const {
+  const double furthest = std::max({turn_.at.norm(), turn_.speed.norm(), shift_.at.norm(), shift_.speed.norm()});
+  return !held_ && furthest < kAtRest;
+}
+
+Pose HeadGrab::apply(const Pose& pose, const Body& body) const {
+  if (at_rest()) return pose;
+  Pose out = pose;
+  const Vec3 neck_joint = body.joints[static_cast<std::size_t>(Bone::neck)].cast<double>();
+  RigidTransform& head = out[Bone::head];
+  head.rotation = (from_rotation_vector(turn_.at) * head.rotation).normalized();
+  head.position = pose.head().point(neck_joint) - head.rotation * neck_joint;
+  // What the rule adds to the neck for such a turn, on what the motion has.
+  const PoseCompletion completion(body);
+  const Quat& trunk = pose[Bone::upper_trunk].rotation;
+  out[Bone::neck] = completion.neck(head, trunk) * completion.neck(pose.head(), trunk).inverse() * pose[Bone::neck];
+  for (RigidTransform& bone : out.bones) bone.position += shift_.at;
+  return out;
+}
+
+}  // namespace hairnet::viewer

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <deque>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "core/groom/groom.hpp"
+#include "core/levels/level.hpp"
+
+namespace hairnet::viewer {
+
+// Builds grooms' levels on a thread of its own, one groom after the other, and keeps them while anybody else has the
+// groom. Call it from one thread.
+class LevelBuilder {
+ public:
+  LevelBuilder();
+  ~LevelBuilder();  // cancels what is being built
+
+  // Null while they are built, which begins by it; then the same levels whenever asked.
+  std::shared_ptr<const LevelSet> levels_of(const std::shared_ptr<const Groom>& groom);
+  // What is being built and how far it is, in one line; empty when nothing is.
+  [[nodiscard]] std::string status() const;
+
+ private:
+  struct Built {
+    std::shared_ptr<const Groom> groom;
+    std::shared_ptr<const LevelSet> levels;  // null: not yet
+  };
+  void work();
+
+  mutable std::mutex mutex_;  // guards what follows
+  std::condition_variable wanted_;
+  std::map<const Groom*, Built> built_;
+  std::deque<std::shared_ptr<const Groom>> queue_;
+  std::string status_;
+  std::atomic<bool> stopping_{false};
+  std::thread thread_;  // last: it uses all of the above
+};
+
+}  // namespace hairnet::viewer

@@ -1,0 +1,145 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "client/link/link.hpp"
+#include "client/viewer/cast/load_characters.hpp"
+#include "client/viewer/cast/options.hpp"
+#include "client/viewer/sources/hair_source.hpp"
+#include "client/viewer/sources/level_builder.hpp"
+#include "client/viewer/sources/motion_timeline.hpp"
+#include "client/viewer/sources/other_characters.hpp"
+#include "client/viewer/sources/stream_statistics.hpp"
+
+namespace hairnet::viewer {
+
+// A server's room: streams the poses of a cast of one's own, and plays out what comes back, of the others too when they
+// are observed. One's own heads are shown where they are now (late latched), with the newest lattice that is played
+// out; others' poses and lattices belong to one time. One thread beside the link's.
+//
+// Time 0 is when the clips begin together: heads rest upright until every lattice is there.
+class LiveRoom : public Show {
+ public:
+  // All must outlive this. `tolerant`: what a server refuses is noted, and does not end it.
+  LiveRoom(const ViewOptions& options, const std::vector<Actor>& cast, bool tolerant);
+
+  // Of one character at one time; its number is one's own, or 0 of others.
+  using OnFrame = std::function<void(const link::Frame& frame, std::uint64_t tick, std::span<const Vec3f> displacement,
+                                     std::uint64_t name)>;
+  void on_frame(OnFrame call) { on_frame_ = std::move(call); }
+  // Before play() is given moments: what they are blended from is kept too.
+  void keep_moments();
+
+  Result<void> open();
+  // Takes what came, and sends poses that are due.
+  Result<void> turn(std::int64_t now_ns);
+  // Samples all play-outs at `now_ns`. `moment`: index of the moment to store, or negative.
+  void play(std::int64_t now_ns, std::ptrdiff_t moment);
+
+  [[nodiscard]] std::int64_t now_ns() const { return link_.now_ns(); }
+  // Negative before the clips begin; none while it is not known when.
+  [[nodiscard]] std::optional<double> clip_time_s(std::int64_t now_ns) const;
+  [[nodiscard]] std::vector<Moment> moments() const;  // of the cast, as shown last
+  [[nodiscard]] std::vector<SeenCharacter> others(std::size_t moment_count) const {
+    return audience_.seen(moment_count);
+  }
+  StreamStatistics& statistics() { return statistics_; }
+  [[nodiscard]] link::LinkCounters counters() const { return link_.counters(); }
+  [[nodiscard]] double latency_ms() const { return latency_ms_; }      // from pose to frame, of the last batch
+  [[nodiscard]] const std::string& status() const { return status_; }  // one line; empty when all is well
+  // How the cast and others are seen, for the server's choice of detail.
+  using Seen = std::function<wire::MemberImportance(const Pose& pose)>;
+  void report_importance(const Seen& seen);
+  // Null: models of levels are not to be shown.
+  void set_level_builder(LevelBuilder* builder) { builder_ = builder; }
+
+  Result<void> advance(std::int64_t now_ns) override;
+  [[nodiscard]] std::span<const Subject> subjects() const override { return subjects_; }
+  HeadGrab* grab(std::uint64_t id) override;
+  void set_material(std::uint64_t id, const MaterialScale& scale) override;
+  void set_level(std::uint64_t id, LevelIndex level) override;
+  void teleport(std::uint64_t id) override;
+  [[nodiscard]] const Wind& wind() const override { return wind_; }
+  void set_wind(const Wind& wind) override;
+  [[nodiscard]] bool paused() const override { return paused_; }
+  void set_paused(bool paused) override { paused_ = paused; }
+
+ private:
+  // One of the cast. Numbered from 1, in its order.
+  struct Role {
+    Role(const Motion& motion, double duration_s, Loop loop) : performance(motion, duration_s, loop) {}
+    Performance performance;
+    wire::GroomHash groom{};
+    std::uint32_t member = 0;  // 0: not known yet
+    link::Playout playout;
+    SwitchTrail trail;
+    link::LatticeBlend blend;
+    link::Playout::Sample sample;
+    MaterialScale material;
+    LevelIndex level_wanted = LevelIndex::high;
+    HeadGrab grab;
+    bool aside = false, jumps = false;       // by teleport()
+    bool at_level = false;                   // a frame at the level asked for has come
+    bool refused = false;                    // and noted: its lattice may never come
+    std::optional<std::int64_t> coarser_ns;  // since when there is a lattice, of a level that the server chose
+  };
+  static link::LinkOptions link_options(const ViewOptions& options);
+  Result<void> take_events();
+  Result<void> take(const link::Disconnected& end);
+  Result<void> take(const link::Connected& connected);
+  Result<void> take(const link::Reconnecting& lost);
+  Result<void> take(const wire::Error& error);
+  Result<void> take(const wire::CharacterAdded& added);
+  Result<void> take(const wire::MemberJoined& joined);
+  Result<void> take(const wire::MemberLeft& left);
+  Result<void> take(const link::GroomFetched& fetched);
+  Result<void> take(const wire::GroomStatus& status);
+  Result<void> take(const link::FrameBatch& batch);
+  Result<void> take(const auto&) { return {}; }
+  void take(const link::Frame& frame, const link::FrameBatch& batch, std::int64_t sampled_ns, std::int64_t now_ns);
+  Result<void> refuse_or_note(const std::string& line);
+  void note_refused(const wire::Error& error);
+  void begin_when_ready(std::int64_t now_ns);
+  [[nodiscard]] Pose pose_of(std::size_t role, double time_s) const;
+  [[nodiscard]] double motion_time_s(std::int64_t now_ns) const;
+  void push_poses(std::int64_t now_ns);
+  void show(std::int64_t now_ns);
+  [[nodiscard]] std::shared_ptr<const Level> model_of(const std::shared_ptr<const Groom>& groom, LevelIndex level,
+                                                      const LevelGeometry* geometry) const;
+  Role* role_of(std::uint64_t id);
+
+  const ViewOptions& options_;
+  const std::vector<Actor>& cast_;
+  const bool tolerant_;
+  link::Link link_;
+  Audience audience_{link_};
+  std::vector<Role> roles_;
+  OnFrame on_frame_;
+  StreamStatistics statistics_;
+  LevelBuilder* builder_ = nullptr;
+  std::vector<Subject> subjects_;
+  Wind wind_;
+  bool keeps_moments_ = false;
+  bool paused_ = false;
+  double paused_s_ = 0;  // in all
+  std::optional<std::int64_t> advanced_ns_;
+  std::string status_ = "connecting";
+  double latency_ms_ = 0;
+  std::uint64_t session_ = 0;
+  std::uint32_t sequence_ = 0;
+  std::uint64_t pose_count_ = 0;
+  std::int64_t opened_ns_ = 0;
+  std::int64_t poses_begun_ns_ = 0, next_pose_ns_ = 0;  // pose_count_ are sent since then
+  std::optional<std::int64_t> zero_ns_;                 // when the clips begin
+  std::optional<std::int64_t> refused_ns_;
+  double last_pose_s_ = -Performance::kLeadIn_s;
+  std::vector<Vec3f> displacement_;
+  std::mt19937 random_{1};
+};
+
+}  // namespace hairnet::viewer

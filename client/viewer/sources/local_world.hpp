@@ -1,0 +1,136 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "client/viewer/cast/place.hpp"
+#include "client/viewer/sources/hair_source.hpp"
+#include "client/viewer/sources/motion_timeline.hpp"
+#include "core/world/world.hpp"
+
+namespace hairnet::viewer {
+
+struct LocalCharacter {
+  std::string name;
+  std::shared_ptr<const Groom> groom;
+  std::shared_ptr<const Motion> motion;
+  Place place;
+  LevelIndex level = LevelIndex::high;
+  Vec3f hair_colour = Vec3f::Zero();
+  std::optional<Material> material;  // while it runs
+};
+
+struct LocalTick {
+  std::uint64_t number = 0;
+  double time_s = 0;  // at its end
+  StepReport report;
+  double step_ms = 0;  // of World::step; 0 without a clock
+};
+
+// The core's World in this process. It is always stepped to just beyond the shown time, and hair is shown between the
+// last two ticks; so that what is shown is exact, and the same for the same calls. Time 0 is when the clips begin, and
+// it starts Performance::kLeadIn_s before. One thread.
+class LocalWorld : public Show {
+ public:
+  static constexpr double kTickRateLeast_hz = 10, kTickRateMost_hz = 240;
+  struct Def {
+    double tick_rate_hz = 30;
+    double duration_s = 0;  // of the clips, as Performance takes it
+    Loop loop = Loop::plain;
+    Wind wind;
+    ClockNs clock_ns = nullptr;  // times steps; null: not timed
+  };
+  explicit LocalWorld(const Def& def);
+
+  std::uint64_t add(LocalCharacter character);  // rigid until it is given levels
+  void remove_all();                            // and time starts over
+  // To all of that groom. A set may lack levels that are not asked for (Level::rest is empty).
+  void give_levels(const Groom& groom, const std::shared_ptr<const LevelSet>& levels);
+  // The grooms of characters that have no levels yet.
+  [[nodiscard]] std::vector<std::shared_ptr<const Groom>> grooms_without_levels() const;
+
+  // After every tick, however it comes about: ticks().back() and lattice() are of it. It changes nothing here.
+  using OnTick = std::function<void()>;
+  void on_tick(OnTick call) { on_tick_ = std::move(call); }
+
+  // In shown time, which is simulated time. Never goes back.
+  void advance_to(double time_s);
+  [[nodiscard]] double time_s() const { return shown_s_; }
+  void step_once();                         // to the end of the tick that is shown, or of the next
+  [[nodiscard]] double tick_end_s() const;  // where that leads
+  // Keeps hair as it is.
+  void set_tick_rate(double hz);
+  [[nodiscard]] double tick_rate_hz() const { return def_.tick_rate_hz; }
+  void set_speed(double speed) { speed_ = speed; }  // simulated seconds a second
+  [[nodiscard]] double speed() const { return speed_; }
+  // Of the last advance.
+  [[nodiscard]] std::span<const LocalTick> ticks() const { return ticks_; }
+  [[nodiscard]] const World& world() const { return world_; }
+  // The lattice after the last tick; none when rigid or not there.
+  [[nodiscard]] std::optional<LatticeView> lattice(std::uint64_t id) const;
+
+  Result<void> advance(std::int64_t now_ns) override;
+  [[nodiscard]] std::span<const Subject> subjects() const override { return subjects_; }
+  HeadGrab* grab(std::uint64_t id) override;
+  void set_material(std::uint64_t id, const MaterialScale& scale) override;
+  void set_level(std::uint64_t id, LevelIndex level) override;
+  void teleport(std::uint64_t id) override;
+  [[nodiscard]] const Wind& wind() const override { return def_.wind; }
+  void set_wind(const Wind& wind) override;
+  [[nodiscard]] bool paused() const override { return paused_; }
+  void set_paused(bool paused) override { paused_ = paused; }
+
+ private:
+  // A lattice at the end of a tick.
+  struct Lattice {
+    LevelIndex level = LevelIndex::rigid;
+    std::shared_ptr<const LevelGeometry> geometry;
+    std::vector<Vec3f> displacement;
+  };
+  struct Actor {
+    Actor(LocalCharacter of, double duration_s, Loop loop)
+        : def(std::move(of)), performance(*def.motion, duration_s, loop), level_wanted(def.level) {}
+    LocalCharacter def;
+    std::uint64_t id = 0;
+    CharacterId character;
+    Performance performance;
+    std::shared_ptr<const LevelSet> levels;
+    MaterialScale material;
+    LevelIndex level_wanted;
+    HeadGrab grab;
+    bool aside = false, jumps = false;  // by teleport()
+    Lattice before, after;              // the last two ticks
+    std::vector<Vec3f> shown;
+    link::LatticeBlend blend;
+  };
+  static WorldDef world_def(const Def& def);
+  Actor* find(std::uint64_t id);
+  [[nodiscard]] Pose pose_of(const Actor& actor, double time_s) const;
+  [[nodiscard]] double tick_time_s(std::uint64_t tick) const;
+  void tick();
+  void take_lattice(Actor& actor);
+  void set_level_now(Actor& actor);
+  void show();
+  void show(Actor& actor, Subject& subject);
+
+  Def def_;
+  World world_;
+  std::vector<std::unique_ptr<Actor>> actors_;
+  std::vector<Subject> subjects_;
+  std::vector<LocalTick> ticks_;
+  OnTick on_tick_;
+  std::uint64_t tick_ = 0, next_id_ = 1;
+  double start_s_ = -Performance::kLeadIn_s;  // of tick 0 of the world as it is
+  std::uint64_t start_tick_ = 0;
+  double shown_s_ = -Performance::kLeadIn_s;
+  double speed_ = 1;
+  bool paused_ = false;
+  std::optional<std::int64_t> last_ns_;
+};
+
+}  // namespace hairnet::viewer

@@ -1,0 +1,60 @@
+#include "client/viewer/sources/motion_timeline.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "client/assets/upright.hpp"
+
+namespace hairnet::viewer {
+namespace {
+
+// Closer than this the end of a clip meets its beginning.
+constexpr double kSeam_m = 0.02, kSeam_rad = 0.1;
+
+// Whether anything in the clip is a jump of its own: then it goes on at another place, and no drift can be told.
+bool teleports(const Motion& motion) {
+  return std::find(motion.teleports.begin(), motion.teleports.end(), true) != motion.teleports.end();
+}
+
+}  // namespace
+
+Performance::Performance(const Motion& motion, double duration_s, Loop loop)
+    : motion_(motion), duration_s_(duration_s), period_s_(motion.duration_s()) {
+  const RigidTransform &first = motion.poses.front().head(), &last = motion.poses.back().head();
+  loops_smoothly_ =
+      (first.position - last.position).norm() < kSeam_m && first.rotation.angularDistance(last.rotation) < kSeam_rad;
+  if (loops_smoothly_ || loop == Loop::plain || !(period_s_ > 0) || teleports(motion)) return;
+  loops_smoothly_ = eases_seam_ = true;
+  drift_m_per_s_ = (last.position - first.position) / period_s_;
+  drift_m_per_s_.y() = 0;
+}
+
+Pose Performance::clip(double time_s) const {
+  if (!(period_s_ > 0)) return motion_.sample(0);
+  const double t = std::fmod(time_s, period_s_);
+  Pose pose = motion_.sample(t);
+  if (!eases_seam_) return pose;
+  for (RigidTransform& bone : pose.bones) bone.position -= t * drift_m_per_s_;
+  const double seam_s = std::min(kSeam_s, period_s_ / 2);
+  return ease(pose, motion_.poses.front(), t - (period_s_ - seam_s), seam_s);
+}
+
+Pose Performance::at(double time_s) const {
+  if (time_s < 0) {
+    const Pose& first = motion_.poses.front();
+    return ease(upright(first), first, time_s + kLeadIn_s, kLeadIn_s);
+  }
+  if (time_s < duration_s_) return clip(time_s);
+  const Pose last = clip(duration_s_ - 1e-6);  // a clip that ends just then has not begun again
+  return ease(last, upright(last), time_s - duration_s_, kEaseUpright_s);
+}
+
+bool Performance::jumps(double from_s, double to_s) const {
+  if (from_s < 0 || from_s >= duration_s_ || !(period_s_ > 0)) return false;
+  const double from_round = std::floor(from_s / period_s_), to_round = std::floor(to_s / period_s_);
+  const double from = from_s - from_round * period_s_, to = to_s - to_round * period_s_;
+  if (from_round == to_round) return motion_.teleports_within(from, to);
+  return !loops_smoothly_ || motion_.teleports_within(from, period_s_) || motion_.teleports_within(0, to);
+}
+
+}  // namespace hairnet::viewer

@@ -1,0 +1,109 @@
+#include "client/viewer/sources/other_characters.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "schema/wire/groom_file.hpp"
+
+namespace hairnet::viewer {
+
+void Audience::take(const wire::MemberJoined& joined) {
+  Member& member = members_[joined.member];
+  if (!member.moments.empty()) gone_.push_back(std::move(member));
+  member = {};
+  member.joined = joined;
+  want(joined.groom);
+}
+
+void Audience::want(const wire::GroomHash& groom) {
+  if (grooms_.try_emplace(groom).second) link_.request_groom(groom);
+}
+
+void Audience::take(const wire::MemberLeft& left) {
+  const auto found = members_.find(left.member);
+  if (found == members_.end()) return;
+  found->second.here = false;
+  if (!found->second.moments.empty()) return;
+  members_.erase(found);
+  forget_unused_grooms();
+}
+
+void Audience::forget_unused_grooms() {
+  std::erase_if(grooms_, [this](const auto& entry) {
+    const auto wears = [&](const Member& member) { return member.joined.groom == entry.first; };
+    const bool unused =
+        entry.second &&
+        std::none_of(members_.begin(), members_.end(), [&](const auto& numbered) { return wears(numbered.second); }) &&
+        std::none_of(gone_.begin(), gone_.end(), wears);
+    if (unused) retries_.erase(entry.first);
+    return unused;
+  });
+}
+
+std::shared_ptr<const Groom> Audience::groom_of(const Member& member) const {
+  const auto found = grooms_.find(member.joined.groom);
+  return found == grooms_.end() ? nullptr : found->second;
+}
+
+Result<void> Audience::take(const link::GroomFetched& fetched) {
+  if (!fetched.bytes) return Refusal("another's groom: " + fetched.fault);
+  Result<Groom> groom = wire::decode_groom(*fetched.bytes);
+  if (!groom) return Refusal("another's groom: " + groom.error());
+  grooms_[fetched.hash] = std::make_shared<const Groom>(std::move(*groom));
+  return {};
+}
+
+bool Audience::retry(const wire::GroomHash& groom, std::int64_t now_ns) {
+  const auto wanted = grooms_.find(groom);
+  if (wanted == grooms_.end() || wanted->second) return false;
+  retries_[groom] = now_ns + kRetry_ns;
+  return true;
+}
+
+bool Audience::push(const link::Frame& frame, std::int64_t sample_time_ns, std::int64_t now_ns) {
+  const auto found = members_.find(frame.member);
+  if (found == members_.end()) return false;
+  found->second.playout.push(frame, sample_time_ns, now_ns);
+  return true;
+}
+
+void Audience::hold() {
+  for (auto& [number, member] : members_) member.playout.hold();
+}
+
+void Audience::play(std::int64_t now_ns, std::ptrdiff_t moment) {
+  for (auto& [number, member] : members_) {
+    if (!member.here) continue;
+    member.sample = member.playout.sample(now_ns);
+    if (!member.sample.valid) continue;
+    if (keeps_moments_) member.trail.note(member.sample);
+    member.blend.apply(member.sample);
+    if (moment >= 0) member.moments[moment] = member.trail.moment(member.sample.pose);
+  }
+  std::erase_if(retries_, [&](const auto& retry) {
+    if (now_ns < retry.second) return false;
+    link_.request_groom(retry.first);
+    return true;
+  });
+}
+
+std::uint64_t Audience::name_of(std::uint32_t member) const {
+  const wire::MemberJoined& joined = members_.at(member).joined;
+  return joined.session << 32 | joined.character;
+}
+
+std::vector<SeenCharacter> Audience::seen(std::size_t moment_count) const {
+  std::vector<SeenCharacter> seen;
+  const auto add = [&](const Member& member) {
+    const std::shared_ptr<const Groom>& groom = grooms_.at(member.joined.groom);
+    if (!groom || member.moments.empty()) return;
+    SeenCharacter& one = seen.emplace_back(SeenCharacter{groom, {}});
+    one.moments.resize(moment_count);
+    for (const auto& [moment, shown] : member.moments) one.moments[static_cast<std::size_t>(moment)] = shown;
+  };
+  for (const Member& member : gone_) add(member);
+  for (const auto& [number, member] : members_) add(member);
+  return seen;
+}
+
+}  // namespace hairnet::viewer

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "client/link/lattice_blend.hpp"
+#include "client/link/link.hpp"
+#include "client/link/playout.hpp"
+#include "client/viewer/sources/switch_history.hpp"
+#include "core/groom/groom.hpp"
+#include "core/result.hpp"
+
+namespace hairnet::viewer {
+
+// Another's character, as it was seen; a moment at which it was not there yet, or its hair unknown, has none.
+struct SeenCharacter {
+  std::shared_ptr<const Groom> groom;
+  std::vector<std::optional<Moment>> moments;  // [time]
+};
+
+// The characters of other clients in the room: fetches their grooms, plays out their frames, and stores the moments
+// that pictures need. One thread.
+class Audience {
+ public:
+  struct Member {
+    wire::MemberJoined joined;
+    link::Playout playout;
+    SwitchTrail trail;
+    link::LatticeBlend blend;
+    link::Playout::Sample sample;  // what play() gave last
+    bool here = true;
+    std::map<std::ptrdiff_t, Moment> moments;
+  };
+
+  explicit Audience(link::Link& link) : link_(link) {}
+
+  void take(const wire::MemberJoined& joined);
+  void take(const wire::MemberLeft& left);
+  // One line when the groom that came is none.
+  Result<void> take(const link::GroomFetched& fetched);
+  // The groom is not available now: requests it again later. False when nobody waits for it.
+  bool retry(const wire::GroomHash& groom, std::int64_t now_ns);
+  // False when it is of nobody here. Times are of the link's clock.
+  bool push(const link::Frame& frame, std::int64_t sample_time_ns, std::int64_t now_ns);
+  // Before play() is given moments.
+  void keep_moments() { keeps_moments_ = true; }
+  // No frames come for a while.
+  void hold();
+  // As Playout::sample, of everyone; `moment` is the index of a wanted one, or negative.
+  void play(std::int64_t now_ns, std::ptrdiff_t moment);
+  // session << 32 | the owner's number.
+  [[nodiscard]] std::uint64_t name_of(std::uint32_t member) const;
+  [[nodiscard]] const std::map<std::uint32_t, Member>& members() const { return members_; }
+  // Null: not there yet.
+  [[nodiscard]] std::shared_ptr<const Groom> groom_of(const Member& member) const;
+  // Those whose hair was seen at one moment at least. `moment_count`: of all.
+  [[nodiscard]] std::vector<SeenCharacter> seen(std::size_t moment_count) const;
+
+ private:
+  static constexpr std::int64_t kRetry_ns = 1'000'000'000;
+  void want(const wire::GroomHash& groom);
+  void forget_unused_grooms();
+
+  link::Link& link_;
+  bool keeps_moments_ = false;
+  std::map<std::uint32_t, Member> members_;                         // those who left too, if there are moments of them
+  std::vector<Member> gone_;                                        // whose numbers others have now
+  std::map<wire::GroomHash, std::shared_ptr<const Groom>> grooms_;  // null: on its way
+  std::map<wire::GroomHash, std::int64_t> retries_;
+};
+
+}  // namespace hairnet::viewer

@@ -1,0 +1,82 @@
+#include "client/viewer/sources/scene_list.hpp"
+
+#include <algorithm>
+
+#include "client/assets/load_groom.hpp"
+#include "client/assets/made/made.hpp"
+#include "client/assets/made_spec.hpp"
+#include "client/viewer/cast/hair_colour.hpp"
+
+namespace hairnet::viewer {
+namespace {
+
+constexpr std::uint32_t kSeeds = 8;  // different random variants of a motion; limits memory
+constexpr const char* kInTurn = "one after the other";
+
+}  // namespace
+
+SceneList::SceneList(const std::vector<Actor>& cast) {
+  for (const MadeName& made : hairstyle_names()) hair_.emplace_back(made.name);
+  for (const MadeName& made : motion_names()) motions_.emplace_back(made.name);
+  made_hair_ = hair_.size();
+  made_motions_ = motions_.size();
+  for (const Actor& actor : cast) {
+    const std::string number = std::to_string(given_.size() + 1);
+    given_.push_back({actor.groom->name + " " + number, actor.groom, std::make_shared<const Motion>(actor.motion),
+                      Place{}, actor.level, actor.hair_colour, actor.material});
+    hair_.push_back("given " + number + ": " + actor.groom->name);
+    motions_.push_back("given " + number + ": " + actor.motion.name);
+  }
+  hair_.emplace_back(kInTurn);
+  motions_.emplace_back(kInTurn);
+}
+
+Result<std::shared_ptr<const Groom>> SceneList::groom_of(std::size_t hair) {
+  if (hair >= made_hair_) return given_[hair - made_hair_].groom;
+  std::shared_ptr<const Groom>& groom = grooms_[hair];
+  if (groom) return groom;
+  Result<Groom> made = load_groom(std::string(kMadePrefix) + hair_[hair]);
+  if (!made) return Refusal(made.error());
+  groom = std::make_shared<const Groom>(std::move(*made));
+  return groom;
+}
+
+Result<std::shared_ptr<const Motion>> SceneList::motion_of(std::size_t motion, std::uint32_t seed) {
+  if (motion >= made_motions_) return given_[motion - made_motions_].motion;
+  std::shared_ptr<const Motion>& moved = moved_[{motion, seed}];
+  if (moved) return moved;
+  MotionOptions options;
+  options.seed = seed;
+  Result<Motion> made = make_motion(motions_[motion], options);
+  if (!made) return Refusal(made.error());
+  moved = std::make_shared<const Motion>(std::move(*made));
+  return moved;
+}
+
+Result<std::vector<LocalCharacter>> SceneList::make(const Choice& choice) {
+  const bool every_level = choice.level == kEveryLevel;
+  const auto count = every_level ? kLevelCount : static_cast<std::size_t>(std::clamp(choice.count, 1, kCountMost));
+  const std::size_t hair_count = hair_.size() - 1, motion_count = motions_.size() - 1;
+  const auto hair = static_cast<std::size_t>(choice.hair), motion = static_cast<std::size_t>(choice.motion);
+  if (hair > hair_count || motion > motion_count) return Refusal("no such scene");
+  std::vector<LocalCharacter> characters;
+  for (std::size_t n = 0; n < count; ++n) {
+    // For a comparison of levels, the characters differ only in their level.
+    const std::uint32_t seed = every_level ? 1 : 1 + static_cast<std::uint32_t>(n) % kSeeds;
+    const auto groom = groom_of(hair < hair_count ? hair : n % hair_count);
+    if (!groom) return Refusal(groom.error());
+    const auto moved = motion_of(motion < motion_count ? motion : n % motion_count, seed);
+    if (!moved) return Refusal(moved.error());
+    LocalCharacter character;
+    character.groom = *groom;
+    character.motion = *moved;
+    if (count > 1) character.place = side_by_side(n, count);  // a motion that was given may have a place already
+    character.level = static_cast<LevelIndex>(every_level ? n : static_cast<std::size_t>(choice.level));
+    character.name = every_level ? std::string(kLevelNames[n]) : (*groom)->name + " " + std::to_string(n + 1);
+    character.hair_colour = default_hair_colour(every_level ? 0 : n);
+    characters.push_back(std::move(character));
+  }
+  return characters;
+}
+
+}  // namespace hairnet::viewer

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "client/viewer/cast/load_characters.hpp"
+#include "client/viewer/sources/local_world.hpp"
+#include "core/result.hpp"
+
+namespace hairnet::viewer {
+
+// What a local world can be filled with: every made hairstyle and motion, and those of a cast, in any number. Makes
+// what is asked for when it is, and keeps it. One thread.
+class SceneList {
+ public:
+  static constexpr int kCountMost = 256;
+  static constexpr int kEveryLevel = static_cast<int>(kLevelCount);  // as Choice::level: one of each, side by side
+  struct Choice {
+    int hair = 0, motion = 0;  // of hair() and motions()
+    int count = 1;
+    int level = 0;  // a LevelIndex, or kEveryLevel
+  };
+
+  explicit SceneList(const std::vector<Actor>& cast);
+
+  // Names to choose from; the last ones are "one after the other".
+  [[nodiscard]] const std::vector<std::string>& hair() const { return hair_; }
+  [[nodiscard]] const std::vector<std::string>& motions() const { return motions_; }
+
+  // One line when it cannot be made.
+  Result<std::vector<LocalCharacter>> make(const Choice& choice);
+  // The cast as it was given.
+  [[nodiscard]] const std::vector<LocalCharacter>& given() const { return given_; }
+
+ private:
+  Result<std::shared_ptr<const Groom>> groom_of(std::size_t hair);
+  Result<std::shared_ptr<const Motion>> motion_of(std::size_t motion, std::uint32_t seed);
+
+  std::vector<LocalCharacter> given_;
+  std::vector<std::string> hair_, motions_;
+  std::size_t made_hair_ = 0, made_motions_ = 0;
+  std::map<std::size_t, std::shared_ptr<const Groom>> grooms_;
+  std::map<std::pair<std::size_t, std::uint32_t>, std::shared_ptr<const Motion>> moved_;
+};
+
+}  // namespace hairnet::viewer

@@ -1,0 +1,281 @@
+#include "client/viewer/window/viewer_window.hpp"
+
+#include <GLES3/gl3.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "client/render/overlay.hpp"
+#include "client/tools/command_line/stop_signal.hpp"
+#include "client/viewer/cast/load_characters.hpp"
+#include "client/viewer/drawing/framing.hpp"
+#include "client/viewer/drawing/render_list.hpp"
+#include "client/viewer/window/controls.hpp"
+#include "client/viewer/window/window.hpp"
+#include "schema/channel/monotonic_clock.hpp"
+
+namespace hairnet::viewer {
+namespace {
+
+constexpr const char* kFirstHair = "long_curly";
+constexpr const char* kFirstMotion = "dance";
+constexpr double kHead_m = 0.24;
+constexpr double kComingIntoView_m = 2;  // margin around the view: servers do not simulate unseen hair
+
+double ms_since(std::int64_t began_ns) {
+  return 1e-6 * static_cast<double>(steady_ns() - began_ns);
+}
+
+Vec3f colour_of_level(const Subject& subject) {
+  return level_colour(subject.level);
+}
+
+int index_of(const std::vector<std::string>& names, const char* name) {
+  return static_cast<int>(std::max<std::ptrdiff_t>(0, std::find(names.begin(), names.end(), name) - names.begin()));
+}
+
+Mouse mouse_now(double pixels_per_point) {
+  const ImGuiIO& io = ImGui::GetIO();
+  Mouse mouse;
+  mouse.x_px = pixels_per_point * static_cast<double>(io.MousePos.x);
+  mouse.y_px = pixels_per_point * static_cast<double>(io.MousePos.y);
+  mouse.right_px = pixels_per_point * static_cast<double>(io.MouseDelta.x);
+  mouse.down_px = pixels_per_point * static_cast<double>(io.MouseDelta.y);
+  mouse.wheel = static_cast<double>(io.MouseWheel);
+  mouse.left = io.MouseDown[0];
+  mouse.right = io.MouseDown[1];
+  mouse.middle = io.MouseDown[2];
+  mouse.shift = io.KeyShift;
+  mouse.elsewhere = io.WantCaptureMouse;
+  return mouse;
+}
+
+// What is on the GPU; goes before the window whose context it is of.
+struct Drawer {
+  Drawer(std::unique_ptr<view::Stage> s, std::unique_ptr<view::Overlay> o)
+      : stage(std::move(s)), overlay(std::move(o)), cast(*stage) {}
+  std::unique_ptr<view::Stage> stage;
+  std::unique_ptr<view::Overlay> overlay;
+  StageCast cast;
+  view::Drawing drawing;
+  std::vector<std::uint8_t> pixels;
+
+  static Result<std::unique_ptr<Drawer>> create() {
+    Result<std::unique_ptr<view::Stage>> stage = view::Stage::create();
+    if (!stage) return Refusal(stage.error());
+    Result<std::unique_ptr<view::Overlay>> overlay = view::Overlay::create();
+    if (!overlay) return Refusal(overlay.error());
+    return std::make_unique<Drawer>(std::move(*stage), std::move(*overlay));
+  }
+};
+
+// A show in a window: of a local world, or of a server's room.
+class ViewerWindow {
+ public:
+  ViewerWindow(const ViewOptions& options, Window& window, Drawer& drawer)
+      : options_(options), window_(window), drawer_(drawer) {}
+
+  Result<void> run_local(const std::vector<Actor>& cast) {
+    LocalWorld world({options_.tick_rate_hz, options_.duration_s,
+                      std::isfinite(options_.duration_s) ? Loop::plain : Loop::smooth, options_.wind.value_or(Wind{}),
+                      steady_ns});
+    world.on_tick([&] { recorder_.add_tick(world); });
+    SceneList scenes(cast);
+    state_.scene.hair = index_of(scenes.hair(), kFirstHair);
+    state_.scene.motion = index_of(scenes.motions(), kFirstMotion);
+    state_.scene_wanted = cast.empty();
+    state_.given_wanted = !cast.empty();
+    Controls controls{world, &world, nullptr, &scenes, recorder_, drawer_.stage->statistics(), {}};
+    while (goes_on() && world.time_s() < options_.duration_s + options_.settle_s) {
+      if (std::exchange(state_.given_wanted, false)) fill(scenes.given(), world);
+      if (std::exchange(state_.scene_wanted, false)) fill(scenes.make(state_.scene), world);
+      for (const auto& groom : world.grooms_without_levels()) {
+        if (const auto levels = builder_.levels_of(groom)) world.give_levels(*groom, levels);
+      }
+      controls.busy = builder_.status();
+      if (Result<void> drawn = draw_picture(controls); !drawn) return drawn;
+      take_timings(world);
+    }
+    return finish();
+  }
+
+  Result<void> run_room(const std::vector<Actor>& cast) {
+    LiveRoom room(options_, cast, true);
+    if (Result<void> opened = room.open(); !opened) return opened;
+    Controls controls{room, nullptr, &room, nullptr, recorder_, drawer_.stage->statistics(), {}};
+    while (goes_on() && room.clip_time_s(room.now_ns()).value_or(-1) < options_.duration_s + options_.settle_s) {
+      room.set_level_builder(state_.overlays.need_model() ? &builder_ : nullptr);
+      controls.busy = state_.overlays.need_model() ? builder_.status() : std::string();
+      if (Result<void> drawn = draw_picture(controls); !drawn) return drawn;
+      take_timings(room);
+      report_importance(room);
+    }
+    return finish();
+  }
+
+ private:
+  [[nodiscard]] bool goes_on() const { return !window_.closing() && !asked_to_stop(); }
+
+  Result<void> finish() {
+    const Result<void> clip = recorder_.stop_clip(), trace = recorder_.stop_trace();
+    return clip ? trace : clip;
+  }
+
+  void fill(Result<std::vector<LocalCharacter>> characters, LocalWorld& world) {
+    state_.fault = characters ? "" : characters.error();
+    if (!characters) return;
+    // Ticks and characters are numbered from the start again.
+    if (const Result<void> traced = recorder_.stop_trace(); !traced) state_.fault = traced.error();
+    world.remove_all();
+    for (LocalCharacter& character : *characters) world.add(std::move(character));
+    state_.chosen.reset();
+    state_.frame_wanted = true;
+  }
+
+  // Mouse and keys, then everybody as they are at that moment, then the picture of it.
+  Result<void> draw_picture(Controls& controls) {
+    window_.begin_picture();
+    const std::int64_t now_ns = steady_ns();
+    const double elapsed_s = std::clamp(1e-9 * static_cast<double>(now_ns - last_ns_), 0.0, 1.0);
+    if (last_ns_ != 0) state_.timings.frame_ms.add(static_cast<float>(1e3 * elapsed_s));
+    last_ns_ = now_ns;
+    take_keys(window_.keys(), state_, controls);
+    const int width = window_.width_px(), height = window_.height_px();
+    const Vec3 eye = state_.camera.camera().eye;
+    state_.hand.apply(mouse_now(window_.pixels_per_point()), controls.show, state_.camera, width, height);
+    state_.camera_chosen = state_.camera_chosen || eye != state_.camera.camera().eye;
+    if (const auto chosen = state_.hand.take_chosen()) state_.chosen = chosen;
+    if (Result<void> advanced = controls.show.advance(now_ns); !advanced) return advanced;
+    const std::span<const Subject> subjects = controls.show.subjects();
+    point_camera(subjects, elapsed_s);
+
+    const std::int64_t began_ns = steady_ns();
+    drawer_.cast.set_colour(state_.overlays.levels ? colour_of_level : nullptr);
+    const view::Camera camera = state_.camera.camera();
+    drawer_.stage->draw(drawer_.cast.show(subjects), camera, look_at_pace(elapsed_s), width, height, false);
+    drawer_.drawing.clear();
+    draw_overlays(state_.overlays, subjects, state_.chosen, drawer_.drawing);
+    drawer_.overlay->draw(drawer_.drawing, camera, drawer_.stage->depth_range(), width, height);
+    state_.timings.draw_ms.add(static_cast<float>(ms_since(began_ns)));
+    keep_picture(now_ns, width, height);
+    draw_controls(state_, controls);
+    obey_recording(width, height);
+    window_.end_picture();
+    return {};
+  }
+
+  view::Look look_at_pace(double elapsed_s) {
+    view::Look look = state_.look;
+    const double share = state_.pace.take(1e3 * elapsed_s);
+    if (state_.keeps_pace) look.quality *= static_cast<float>(share);
+    return look;
+  }
+
+  void point_camera(std::span<const Subject> subjects, double elapsed_s) {
+    // Frame all characters when one comes or goes, unless the user has moved the camera.
+    if (std::exchange(framed_count_, subjects.size()) != subjects.size() && !state_.camera_chosen)
+      state_.frame_wanted = true;
+    if (state_.frame_wanted && !subjects.empty()) {
+      // In the part that the panel leaves.
+      const double panel_px =
+          state_.controls_shown ? window_.pixels_per_point() * static_cast<double>(kPanelWidth) : 0.0;
+      const int left_px = std::max(window_.width_px() / 3, window_.width_px() - static_cast<int>(panel_px));
+      frame_all(subjects, options_.views.front(), left_px, window_.height_px(), state_.camera);
+      state_.camera.pan(0.5 * (window_.width_px() - left_px), 0, window_.height_px());
+      state_.frame_wanted = state_.camera_chosen = false;
+    }
+    std::optional<Vec3> followed = state_.follows ? middle_of(subjects) : std::nullopt;
+    for (const Subject& subject : subjects) {
+      if (state_.follows && state_.chosen == subject.id) followed = head_middle(subject.pose);
+    }
+    // Do not follow a grabbed head: the camera would move with it, and the mouse ray with the camera.
+    if (state_.hand.held()) followed.reset();
+    if (followed_last_ != state_.chosen) state_.camera.follow({}, 0);
+    followed_last_ = state_.chosen;
+    state_.camera.follow(followed, elapsed_s);
+  }
+
+  // The scene without its controls.
+  void keep_picture(std::int64_t now_ns, int width, int height) {
+    if (!recorder_.wants_picture(now_ns)) return;
+    if (width != recorder_.width() || height != recorder_.height()) {
+      note(recorder_.stop_clip(), "the window has changed its size, and the clip is ended");
+      return;
+    }
+    drawer_.pixels.resize(std::size_t{4} * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    glReadPixels(0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, drawer_.pixels.data());
+    if (const Result<void> added = recorder_.add_picture(drawer_.pixels, now_ns); !added) state_.fault = added.error();
+  }
+
+  void obey_recording(int width, int height) {
+    if (std::exchange(state_.clip_wanted, false))
+      note(recorder_.has_clip() ? recorder_.stop_clip() : recorder_.start_clip(width, height), "");
+    if (std::exchange(state_.trace_wanted, false))
+      note(recorder_.has_trace() ? recorder_.stop_trace() : recorder_.start_trace(), "");
+  }
+
+  void note(const Result<void>& done, const char* otherwise) { state_.fault = done ? otherwise : done.error(); }
+
+  void take_timings(const LocalWorld& world) {
+    for (const LocalTick& tick : world.ticks()) {
+      state_.timings.tick_ms.add(static_cast<float>(tick.step_ms));
+      state_.timings.step_us.add(
+          static_cast<float>(1e3 * tick.step_ms / std::max<std::uint32_t>(1, tick.report.stepped)));
+    }
+  }
+
+  void take_timings(const LiveRoom& room) {
+    state_.timings.latency_ms.add(static_cast<float>(room.latency_ms()));
+    const std::int64_t now_ns = steady_ns();
+    if (now_ns - counted_ns_ < 250'000'000) return;
+    const std::uint64_t bytes = room.counters().bytes_received;
+    const double elapsed_s = 1e-9 * static_cast<double>(now_ns - counted_ns_);
+    if (counted_ns_ != 0)
+      state_.timings.received_kb_per_s.add(
+          static_cast<float>(1e-3 * static_cast<double>(bytes - counted_bytes_) / elapsed_s));
+    counted_ns_ = now_ns;
+    counted_bytes_ = bytes;
+  }
+
+  void report_importance(LiveRoom& room) const {
+    const double aspect = static_cast<double>(window_.width_px()) / window_.height_px();
+    room.report_importance([&](const Pose& pose) {
+      wire::MemberImportance importance;
+      const Vec3 middle = head_middle(pose);
+      importance.screen_height = static_cast<float>(
+          std::min(static_cast<double>(wire::kScreenHeightMax), state_.camera.height_share(middle, kHead_m)));
+      importance.in_view = state_.camera.in_view(middle, kComingIntoView_m, aspect);
+      return importance;
+    });
+  }
+
+  const ViewOptions& options_;
+  Window& window_;
+  Drawer& drawer_;
+  ViewState state_;
+  Recorder recorder_;
+  LevelBuilder builder_;
+  std::optional<std::uint64_t> followed_last_;
+  std::size_t framed_count_ = 0;
+  std::int64_t last_ns_ = 0, counted_ns_ = 0;
+  std::uint64_t counted_bytes_ = 0;
+};
+
+}  // namespace
+
+Result<void> run_window(const ViewOptions& options) {
+  Result<std::unique_ptr<Window>> window = Window::open("hairnet", options.width, options.height);
+  if (!window) return Refusal(window.error());
+  Result<std::unique_ptr<Drawer>> drawer = Drawer::create();
+  if (!drawer) return Refusal(drawer.error());
+  const Result<std::vector<Actor>> cast = load_cast(options);
+  if (!cast) return Refusal(cast.error());
+  ViewerWindow viewer(options, **window, **drawer);
+  return options.source == Source::local ? viewer.run_local(*cast) : viewer.run_room(*cast);
+}
+
+}  // namespace hairnet::viewer

@@ -1,0 +1,126 @@
+#include "client/viewer/window/window.hpp"
+
+#define GLFW_INCLUDE_NONE
+#include <GLES3/gl3.h>
+#include <GLFW/glfw3.h>
+#include <backends/imgui_impl_glfw.h>
+#include <backends/imgui_impl_opengl3.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <array>
+
+namespace hairnet::viewer {
+namespace {
+
+std::string g_fault;  // GLFW tells why through a function without an argument of ours
+
+void on_fault(int, const char* description) {
+  g_fault = description;
+}
+
+std::vector<int> g_pressed;  // ImGui of this version sees only what is held at a picture; a slow one would miss keys
+
+void on_key(GLFWwindow*, int key, int, int action, int modifiers) {
+  constexpr std::size_t kMost = 64;
+  if (action == GLFW_PRESS && (modifiers & (GLFW_MOD_CONTROL | GLFW_MOD_ALT)) == 0 && g_pressed.size() < kMost)
+    g_pressed.push_back(key);
+}
+
+constexpr const char* kInstead =
+    "; without one, --out PICTURE.png or --out CLIP.mp4 draws off-screen (with --local too), --no-draw streams only";
+
+GLFWwindow* create(const std::string& title, int width, int height, int context_api, int samples) {
+  glfwDefaultWindowHints();
+  glfwWindowHint(GLFW_CLIENT_API, GLFW_OPENGL_ES_API);
+  glfwWindowHint(GLFW_CONTEXT_CREATION_API, context_api);
+  glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
+  glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 0);
+  glfwWindowHint(GLFW_SAMPLES, samples);
+  glfwWindowHint(GLFW_DEPTH_BITS, 24);
+  return glfwCreateWindow(width, height, title.c_str(), nullptr, nullptr);
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Window>> Window::open(const std::string& title, int width, int height) {
+  glfwSetErrorCallback(on_fault);
+  if (glfwInit() != GLFW_TRUE) return Refusal("no window: no display (" + g_fault + ")" + kInstead);
+  GLFWwindow* made = nullptr;
+  for (const int context_api : {GLFW_EGL_CONTEXT_API, GLFW_NATIVE_CONTEXT_API}) {
+    for (const int samples : {4, 0}) {
+      if (made == nullptr) made = create(title, width, height, context_api, samples);
+    }
+  }
+  if (made == nullptr) {
+    glfwTerminate();
+    return Refusal("no window: no OpenGL ES 3 on this display (" + g_fault + ")" + kInstead);
+  }
+  std::unique_ptr<Window> window(new Window(made));
+  if (const Result<void> started = window->start(); !started) return Refusal(started.error());
+  return window;
+}
+
+Result<void> Window::start() {
+  glfwMakeContextCurrent(window_);
+  glfwSwapInterval(1);
+  glfwSetWindowSizeLimits(window_, 320, 240, GLFW_DONT_CARE, GLFW_DONT_CARE);
+  g_pressed.clear();
+  glfwSetKeyCallback(window_, on_key);  // before ImGui's own, which calls it
+  IMGUI_CHECKVERSION();
+  ImGui::CreateContext();
+  ImGui::GetIO().IniFilename = nullptr;  // leaves no file behind
+  ImGui::StyleColorsDark();
+  ImGui::GetStyle().Colors[ImGuiCol_WindowBg].w = 0.82f;
+  ImGui::GetStyle().WindowRounding = 4;
+  has_ui_ = true;
+  if (!ImGui_ImplGlfw_InitForOpenGL(window_, true) || !ImGui_ImplOpenGL3_Init("#version 300 es"))
+    return Refusal("no window: its controls cannot be drawn");
+  float scale = 1;
+  glfwGetWindowContentScale(window_, &scale, nullptr);
+  if (scale > 1) {
+    ImGui::GetStyle().ScaleAllSizes(scale);
+    ImGui::GetIO().FontGlobalScale = scale;
+  }
+  return {};
+}
+
+Window::~Window() {
+  if (has_ui_) {
+    if (ImGui::GetIO().BackendRendererUserData != nullptr) ImGui_ImplOpenGL3_Shutdown();
+    if (ImGui::GetIO().BackendPlatformUserData != nullptr) ImGui_ImplGlfw_Shutdown();
+    ImGui::DestroyContext();
+  }
+  glfwDestroyWindow(window_);
+  glfwTerminate();
+}
+
+bool Window::closing() const {
+  return glfwWindowShouldClose(window_) == GLFW_TRUE;
+}
+
+void Window::begin_picture() {
+  glfwPollEvents();
+  keys_.clear();
+  if (!ImGui::GetIO().WantTextInput) keys_ = g_pressed;
+  g_pressed.clear();
+  glfwGetFramebufferSize(window_, &width_px_, &height_px_);
+  width_px_ = std::max(width_px_, 1);
+  height_px_ = std::max(height_px_, 1);
+  std::array<int, 2> size{};
+  glfwGetWindowSize(window_, &size[0], &size[1]);
+  pixels_per_point_ = static_cast<double>(height_px_) / std::max(1, size[1]);
+  glBindFramebuffer(GL_FRAMEBUFFER, 0);
+  ImGui_ImplOpenGL3_NewFrame();
+  ImGui_ImplGlfw_NewFrame();
+  ImGui::NewFrame();
+}
+
+void Window::end_picture() {
+  ImGui::Render();
+  glViewport(0, 0, width_px_, height_px_);
+  ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+  glfwSwapBuffers(window_);
+}
+
+}  // namespace hairnet::viewer

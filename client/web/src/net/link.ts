@@ -1,0 +1,223 @@
+import { HairnetError } from "../hair/hairnetError";
+import type { LinkEvent } from "./events";
+import { isFinal } from "./finalGoodbye";
+import { LinkCore } from "./linkCore";
+import type { LinkCounters, LinkOptions } from "./linkCoreOptions";
+import type { Welcome } from "./messages";
+
+// Bytes that may wait in the socket before no more packets are taken: poses wait where old ones can give way.
+const kBufferedBytesMax = 64 << 10;
+const kBufferedWaitMs = 10;
+// Timers' own limit is 2^31 ms.
+const kTimerMsMax = 3_600_000;
+
+/** What a `Connection` needs of a WebSocket: browsers' own, or another's for tests and Node. */
+export interface WebSocketLike {
+  binaryType: string;
+  readonly bufferedAmount: number;
+  onopen: ((event: never) => unknown) | null;
+  onmessage: ((event: { readonly data: unknown }) => unknown) | null;
+  onerror: ((event: never) => unknown) | null;
+  onclose: ((event: { readonly code: number; readonly reason: string }) => unknown) | null;
+  send(bytes: Uint8Array): void;
+  close(): void;
+}
+
+export interface ConnectionOptions extends Partial<LinkOptions> {
+  /** makes sockets; by default the platform's WebSocket with the subprotocol "hairnet" */
+  readonly makeSocket?: (url: string) => WebSocketLike;
+  /** this client's monotonic clock, ns; by default performance.now() */
+  readonly nowNs?: () => number;
+}
+
+/** The WebSocket address of a server: of "host:port", of a page's http(s) address, or of ws(s) itself; path /ws. */
+export function webSocketUrl(server: string): string {
+  let url: URL;
+  try {
+    url = new URL(/^[a-z]+:\/\//i.test(server) ? server : `ws://${server}`);
+  } catch {
+    throw new HairnetError("invalid", `"${server}" is no address of a server`);
+  }
+  const schemes: Record<string, string> = { "http:": "ws:", "https:": "wss:", "ws:": "ws:", "wss:": "wss:" };
+  const scheme = schemes[url.protocol];
+  if (!scheme) throw new HairnetError("invalid", `"${server}" is neither http(s) nor ws(s)`);
+  const path = url.protocol.startsWith("ws") && url.pathname !== "/" ? url.pathname : "/ws";
+  return `${scheme}//${url.host}${path}`;
+}
+
+/**
+ * A client's conversation with a server over a WebSocket: a `LinkCore` (see there for what its calls do, by `core`), and
+ * what drives it. It connects, comes back after a lost connection, and says what happened as events, which the caller
+ * takes with `poll()`, once a picture for example. Nothing here throws but `HairnetError`, for arguments.
+ */
+export class Connection {
+  readonly core: LinkCore;
+  readonly #url: string;
+  readonly #makeSocket: (url: string) => WebSocketLike;
+  readonly #now: () => number;
+  #socket: WebSocketLike | null = null;
+  #isOpen = false;
+  #timer: ReturnType<typeof setTimeout> | null = null;
+  #turnIsDue = false;
+  #answer: { resolve: (welcome: Welcome) => void; reject: (error: Error) => void } | null = null;
+  #connectCalled = false;
+
+  constructor(server: string, options: ConnectionOptions = {}) {
+    const { makeSocket, nowNs, ...linkOptions } = options;
+    this.#url = webSocketUrl(server);
+    this.#makeSocket = makeSocket ?? makeWebSocket;
+    this.#now = nowNs ?? monotonicNs;
+    this.core = new LinkCore(linkOptions);
+  }
+
+  /** This connection's monotonic clock, ns: that of poses' capture times. */
+  nowNs(): number {
+    return this.#now();
+  }
+
+  /** Once only. Rejects with `HairnetError` when the first attempt fails; what happens later comes as events. */
+  connect(): Promise<Welcome> {
+    if (this.#connectCalled) return Promise.reject(new HairnetError("invalid", "connect() was called before"));
+    this.#connectCalled = true;
+    return new Promise((resolve, reject) => {
+      this.#answer = { resolve, reject };
+      this.core.start();
+      this.#turn();
+    });
+  }
+
+  /** What happened since the last call. A caller that never polls loses the oldest frames, not memory. */
+  poll(): LinkEvent[] {
+    this.#turn();
+    return this.core.takeEvents();
+  }
+
+  /** Sends what was asked for since, at once; otherwise it goes with the next poll(), or within a moment. */
+  flush(): void {
+    this.#turn();
+  }
+
+  /** Calls of the caller, and a turn soon after: `use((link) => link.addCharacter(...))`. */
+  use<T>(call: (core: LinkCore) => T): T {
+    const result = call(this.core);
+    if (!this.#turnIsDue) {
+      this.#turnIsDue = true;
+      queueMicrotask(() => {
+        this.#turnIsDue = false;
+        this.#turn();
+      });
+    }
+    return result;
+  }
+
+  get counters(): LinkCounters {
+    return this.core.counters;
+  }
+
+  /** Says goodbye. */
+  close(): void {
+    this.core.leave(this.#now());
+    this.#turn();
+  }
+
+  #turn(): void {
+    const { core } = this;
+    core.poll(this.#now());
+    this.#send();
+    if (core.wantsClose) this.#drop();
+    if (core.wantsConnection) this.#open();
+    this.#tellAnswer();
+    this.#setTimer();
+  }
+
+  #send(): void {
+    const socket = this.#socket;
+    while (socket && this.#isOpen && socket.bufferedAmount < kBufferedBytesMax) {
+      const packet = this.core.takePacket(this.#now());
+      if (!packet) return;
+      socket.send(packet);
+    }
+  }
+
+  #drop(): void {
+    const socket = this.#socket;
+    this.#forget();
+    socket?.close();
+    this.core.onClosed("", this.#now());
+  }
+
+  #open(): void {
+    this.core.onOpening(this.#now());
+    let socket: WebSocketLike;
+    try {
+      socket = this.#makeSocket(this.#url);
+    } catch (error) {
+      this.core.onClosed(`no WebSocket at ${this.#url}: ${String(error)}`, this.#now());
+      return;
+    }
+    this.#socket = socket;
+    socket.binaryType = "arraybuffer";
+    socket.onopen = () => {
+      this.#isOpen = true;
+      this.core.onOpen();
+      this.#turn();
+    };
+    socket.onmessage = ({ data }) => {
+      if (data instanceof ArrayBuffer) this.core.onPacket(new Uint8Array(data), this.#now());
+      else this.#end("the server sent text");
+      this.#turn();
+    };
+    socket.onerror = () => {}; // onclose reports it; Node's ws needs a listener
+    socket.onclose = ({ code, reason }) => {
+      const why = reason || (code === 1006 || code === 1005 ? "" : `code ${code}`);
+      const what = this.#isOpen ? "the connection broke" : `no WebSocket at ${this.#url}`;
+      this.#end(why ? `${what}: ${why}` : what);
+      this.#turn();
+    };
+  }
+
+  /** The connection is over, by the server or the line. */
+  #end(detail: string): void {
+    const socket = this.#socket;
+    if (!socket) return;
+    this.#forget();
+    socket.close();
+    this.core.onClosed(detail, this.#now());
+  }
+
+  #forget(): void {
+    if (this.#socket) this.#socket.onopen = this.#socket.onmessage = this.#socket.onclose = null;
+    this.#socket = null;
+    this.#isOpen = false;
+  }
+
+  #tellAnswer(): void {
+    if (!this.#answer) return;
+    const { welcome, hasEnded, endReason, endDetail } = this.core;
+    if (welcome) this.#answer.resolve(welcome);
+    else if (hasEnded) this.#answer.reject(new HairnetError(isFinal(endReason) ? "refused" : "unreachable", endDetail));
+    else return;
+    this.#answer = null;
+  }
+
+  #setTimer(): void {
+    if (this.#timer !== null) clearTimeout(this.#timer);
+    this.#timer = null;
+    if (this.core.hasEnded) return;
+    const isFull = this.#socket !== null && this.#isOpen && this.#socket.bufferedAmount >= kBufferedBytesMax;
+    const deadlineMs = (this.core.nextDeadlineNs - this.#now()) / 1e6;
+    const waitMs = isFull ? Math.min(kBufferedWaitMs, deadlineMs) : deadlineMs;
+    if (waitMs === Infinity) return;
+    this.#timer = setTimeout(() => this.#turn(), Math.ceil(Math.min(Math.max(waitMs, 0), kTimerMsMax)));
+  }
+}
+
+function makeWebSocket(url: string): WebSocketLike {
+  if (typeof WebSocket === "undefined")
+    throw new HairnetError("invalid", "this platform has no WebSocket; give makeSocket");
+  return new WebSocket(url, "hairnet") as WebSocketLike;
+}
+
+function monotonicNs(): number {
+  return Math.round(1e6 * performance.now());
+}

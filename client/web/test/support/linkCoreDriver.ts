@@ -1,0 +1,89 @@
+import type { LinkEvent } from "../../src/net/events";
+import { decodePacket } from "../../src/net/decodePacket";
+import type { LinkOptions } from "../../src/net/linkCoreOptions";
+import { LinkCore } from "../../src/net/linkCore";
+import type { Message, ServerMessage, Welcome } from "../../src/net/messages";
+import { serverPacket } from "./serverPacket";
+
+export const kSecond = 1e9;
+
+/** A core, the connections that it wants, and a server that says what the test tells it to. Time is the test's. */
+export class LinkDriver {
+  readonly core: LinkCore;
+  nowNs = 1000 * kSecond;
+  /** of the server's clock, more than ours */
+  serverAheadNs = 5 * kSecond;
+
+  constructor(options: Partial<LinkOptions> = {}) {
+    this.core = new LinkCore({ random: () => 0.5, ...options });
+    this.core.start();
+  }
+
+  welcome(more: Partial<Welcome> = {}): Welcome {
+    return {
+      type: "welcome",
+      protocolVersion: 3,
+      session: 77n,
+      tickRateHz: 30,
+      tick: 0,
+      characterCountMax: 10,
+      groomBytesMax: 1e6,
+      room: "",
+      secret: Uint8Array.from({ length: 16 }, (_, i) => (i === 0 ? 9 : 0)),
+      resumed: false,
+      resumeGraceS: 30,
+      poseDelayNs: 0,
+      ...more,
+    };
+  }
+
+  /** Opens the connection that is wanted; returns the hello. */
+  open(): Message {
+    this.core.poll(this.nowNs);
+    if (!this.core.wantsConnection) throw new Error("no connection is wanted");
+    this.core.onOpening(this.nowNs);
+    this.core.onOpen();
+    return this.sent()[0];
+  }
+
+  /** And welcomes it; returns what it says at once. */
+  join(more: Partial<Welcome> = {}): Message[] {
+    this.open();
+    this.tell(this.welcome(more));
+    return this.sent();
+  }
+
+  /** After the connection broke: waits until another is wanted. */
+  rejoin(more: Partial<Welcome> = {}): Message[] {
+    this.pass(6 * kSecond);
+    return this.join(more);
+  }
+
+  tell(message: ServerMessage): void {
+    this.core.onPacket(serverPacket(this.nowNs + this.serverAheadNs, message), this.nowNs);
+  }
+
+  /** What the core sends now. */
+  sent(): Message[] {
+    const messages: Message[] = [];
+    for (let packet = this.core.takePacket(this.nowNs); packet; packet = this.core.takePacket(this.nowNs))
+      messages.push(decodePacket(packet).message);
+    return messages;
+  }
+
+  pass(ns: number): void {
+    this.nowNs += ns;
+    this.core.poll(this.nowNs);
+  }
+
+  break(detail = "the line is dead"): void {
+    this.core.onClosed(detail, this.nowNs);
+  }
+
+  events(): LinkEvent[] {
+    return this.core.takeEvents();
+  }
+  eventTypes(): string[] {
+    return this.events().map((event) => event.type);
+  }
+}

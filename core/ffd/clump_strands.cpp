@@ -1,0 +1,61 @@
+#include "core/ffd/clump_strands.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+
+namespace hairnet {
+namespace {
+
+Vec3f across(const Vec3f& direction, const Vec3f& wanted) {
+  const Vec3f flat = wanted - wanted.dot(direction) * direction;
+  return flat.squaredNorm() > 1e-8f ? Vec3f(flat.normalized()) : direction.unitOrthogonal();
+}
+
+// Of the cluster's radius: roots lie closer, the lock is full after an eighth of its length, and gathers at the tip.
+float radius_at(float s, float radius_m, float tip_radius_m) {
+  const float opening = std::min(1.0f, 0.4f + 4.8f * s);
+  return opening * std::lerp(radius_m, tip_radius_m, s);
+}
+
+}  // namespace
+
+ClusterStrands::ClusterStrands(const Groom& groom)
+    : own_point_count_(groom.strand_begin.back()), strand_begin_(groom.strand_begin) {
+  constexpr float kGoldenAngle = std::numbers::pi_v<float> * (3 - 2.2360679775f);
+  for (const Cluster& cluster : groom.clusters) {
+    const std::uint32_t begin = groom.strand_begin[cluster.strand], end = groom.strand_begin[cluster.strand + 1];
+    for (std::uint32_t c = 0; c < cluster.copy_count; ++c) {
+      // A sunflower's places fill the disc evenly; another turn for each strand.
+      const float ring = std::sqrt((static_cast<float>(c) + 0.7f) / static_cast<float>(cluster.copy_count));
+      const float angle = kGoldenAngle * static_cast<float>(c + 7 * (cluster.strand % 1024));
+      copies_.push_back({begin, end, std::fmod(angle, 2 * std::numbers::pi_v<float>), std::min(ring, 1.0f),
+                         cluster.radius_m, cluster.tip_radius_m});
+      strand_begin_.push_back(strand_begin_.back() + (end - begin));
+    }
+  }
+}
+
+void ClusterStrands::follow(std::span<const Vec3f> points, std::span<Vec3f> points_out) const {
+  assert(points.size() >= own_point_count_ && points_out.size() == point_count());
+  std::copy_n(points.begin(), own_point_count_, points_out.begin());
+  std::size_t out = own_point_count_;
+  for (const Copy& copy : copies_) {
+    // The frame starts from a fixed direction of the head, so that it turns with the head alone.
+    Vec3f side = Vec3f::UnitZ();
+    const auto last = static_cast<float>(copy.end - copy.begin) - 1;
+    for (std::uint32_t i = copy.begin; i < copy.end; ++i) {
+      const std::uint32_t before = i > copy.begin ? i - 1 : i, after = i + 1 < copy.end ? i + 1 : i;
+      const Vec3f chord = points[after] - points[before];
+      const Vec3f direction = chord.squaredNorm() > 1e-16f ? Vec3f(chord.normalized()) : Vec3f(-Vec3f::UnitY());
+      side = across(direction, side);
+      const Vec3f other = direction.cross(side);
+      const float s = last > 0 ? static_cast<float>(i - copy.begin) / last : 0;
+      const float offset = copy.ring * radius_at(s, copy.radius_m, copy.tip_radius_m);
+      points_out[out++] = points[i] + offset * (std::cos(copy.angle) * side + std::sin(copy.angle) * other);
+    }
+  }
+}
+
+}  // namespace hairnet

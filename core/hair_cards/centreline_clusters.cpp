@@ -1,0 +1,107 @@
+#include "core/hair_cards/centreline_clusters.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "core/random.hpp"
+
+namespace hairnet {
+namespace {
+
+// A course as a column: the points of its outline, m. Neighbours on the scalp should stay together, so roots weigh
+// more.
+constexpr Eigen::Index kNumbers = 3 * static_cast<Eigen::Index>(kOutlinePoints);
+constexpr float kRootWeight = 1.5f;
+using Columns = Eigen::Matrix<float, kNumbers, Eigen::Dynamic>;
+
+constexpr std::size_t kLearntFrom = 20'000;  // courses; the others join the nearest of the clusters found among these
+constexpr int kRounds = 12;
+constexpr Eigen::Index kBlock = 1024;  // columns compared at once
+
+Columns columns_of(std::span<const Course> courses, std::span<const std::uint32_t> members) {
+  Columns columns(kNumbers, static_cast<Eigen::Index>(members.size()));
+  for (std::size_t m = 0; m < members.size(); ++m) {
+    const auto& outline = courses[members[m]].outline;
+    for (std::size_t i = 0; i < kOutlinePoints; ++i) {
+      columns.col(static_cast<Eigen::Index>(m)).segment<3>(3 * static_cast<Eigen::Index>(i)) =
+          (i == 0 ? kRootWeight : 1.0f) * outline[i];
+    }
+  }
+  return columns;
+}
+
+// At random, the likelier the farther from those there already (k-means++, Arthur and Vassilvitskii 2007). Fewer than
+// `count` when that many are not distinct.
+Columns first_centres(const Columns& columns, std::size_t count) {
+  Random random(1);
+  Columns centres(kNumbers, static_cast<Eigen::Index>(count));
+  Eigen::VectorXf nearest2 = Eigen::VectorXf::Constant(columns.cols(), std::numeric_limits<float>::max());
+  auto next = static_cast<Eigen::Index>(random.unit() * static_cast<double>(columns.cols()));
+  for (Eigen::Index c = 0; c < centres.cols(); ++c) {
+    centres.col(c) = columns.col(next);
+    double sum = 0;
+    for (Eigen::Index i = 0; i < columns.cols(); ++i) {
+      nearest2[i] = std::min(nearest2[i], (columns.col(i) - centres.col(c)).squaredNorm());
+      sum += static_cast<double>(nearest2[i]);
+    }
+    if (sum == 0) return centres.leftCols(c + 1);
+    double left = random.unit() * sum;
+    for (next = 0; next + 1 < columns.cols(); ++next) {
+      left -= static_cast<double>(nearest2[next]);
+      if (left < 0 && nearest2[next] > 0) break;
+    }
+  }
+  return centres;
+}
+
+// For each column the centre nearest to it.
+std::vector<Eigen::Index> nearest_centres(const Columns& columns, const Columns& centres) {
+  const Eigen::VectorXf squares = centres.colwise().squaredNorm();
+  std::vector<Eigen::Index> nearest(static_cast<std::size_t>(columns.cols()));
+  Eigen::MatrixXf products;
+  for (Eigen::Index begin = 0; begin < columns.cols(); begin += kBlock) {
+    const Eigen::Index count = std::min(kBlock, columns.cols() - begin);
+    // |x - c|^2 less |x|^2, which is the same for all centres.
+    products.noalias() = centres.transpose() * columns.middleCols(begin, count);
+    for (Eigen::Index i = 0; i < count; ++i)
+      (squares - 2 * products.col(i)).minCoeff(&nearest[static_cast<std::size_t>(begin + i)]);
+  }
+  return nearest;
+}
+
+// Each centre to the mean of those nearest to it; one that is nearest to none stays.
+void move_to_means(const Columns& columns, const std::vector<Eigen::Index>& nearest, Columns& centres) {
+  Eigen::Matrix<double, kNumbers, Eigen::Dynamic> sums(kNumbers, centres.cols());
+  sums.setZero();
+  std::vector<std::size_t> counts(static_cast<std::size_t>(centres.cols()), 0);
+  for (std::size_t i = 0; i < nearest.size(); ++i) {
+    sums.col(nearest[i]) += columns.col(static_cast<Eigen::Index>(i)).cast<double>();
+    ++counts[static_cast<std::size_t>(nearest[i])];
+  }
+  for (Eigen::Index c = 0; c < centres.cols(); ++c) {
+    const std::size_t count = counts[static_cast<std::size_t>(c)];
+    if (count > 0) centres.col(c) = (sums.col(c) / static_cast<double>(count)).cast<float>();
+  }
+}
+
+}  // namespace
+
+std::vector<std::vector<std::uint32_t>> cluster_courses(std::span<const Course> courses,
+                                                        std::span<const std::uint32_t> members, std::size_t count) {
+  if (members.empty() || count == 0) return {};
+  const std::size_t stride = (members.size() + kLearntFrom - 1) / kLearntFrom;
+  std::vector<std::uint32_t> some;
+  for (std::size_t m = 0; m < members.size(); m += stride) some.push_back(members[m]);
+  const Columns learnt_from = columns_of(courses, some);
+  Columns centres = first_centres(learnt_from, std::min(count, some.size()));
+  for (int round = 0; round < kRounds; ++round)
+    move_to_means(learnt_from, nearest_centres(learnt_from, centres), centres);
+
+  const std::vector<Eigen::Index> nearest = nearest_centres(columns_of(courses, members), centres);
+  std::vector<std::vector<std::uint32_t>> clusters(static_cast<std::size_t>(centres.cols()));
+  for (std::size_t m = 0; m < members.size(); ++m) clusters[static_cast<std::size_t>(nearest[m])].push_back(members[m]);
+  std::erase_if(clusters, [](const auto& cluster) { return cluster.empty(); });
+  return clusters;
+}
+
+}  // namespace hairnet

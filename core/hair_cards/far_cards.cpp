@@ -1,0 +1,327 @@
+#include "core/hair_cards/far_cards.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+#include "core/geometry/mesh_query.hpp"
+#include "core/hair_cards/centreline_clusters.hpp"
+#include "core/hair_cards/hair_volume.hpp"
+#include "core/hair_cards/strand_centrelines.hpp"
+
+namespace hairnet {
+namespace {
+
+// Deviations from the middle to an edge. Those of an even spread are 1.73; a little more, that neighbours overlap.
+constexpr double kEdge = 1.95;
+constexpr double kHalfLeast = 0.002, kHalfMost = 0.03;            // m, of the width
+constexpr double kSkinPreference = 0.5;                           // of the spread's trace
+constexpr double kStretchMost = 1.5;                              // of the mean
+constexpr double kRootReachMost = 0.15, kTipReachMost = 0.1;      // of the length
+constexpr double kMoveMost = 0.01;                                // m, outwards
+constexpr double kClearanceRoot = 0.001, kClearanceRest = 0.003;  // m off the skin
+constexpr std::size_t kPairCount = 12;
+constexpr double kEvenness = 0.05;  // what a pair is worth by its distance from others
+
+template <class T>
+using AlongStrip = std::array<T, kCoursePoints>;
+
+// What surrounds the hair.
+struct Head {
+  Head(const Groom& groom, const std::vector<Course>& courses) : skin(groom.body.mesh), hair(courses) {
+    const bool any_rooted = std::ranges::any_of(courses, &Course::rooted);
+    double count = 0;
+    for (const Course& course : courses) {
+      if (any_rooted && !course.rooted) continue;
+      centre += course.points[0].cast<double>();
+      ++count;
+    }
+    if (count > 0) centre /= count;
+  }
+  // Away from the head: from its centre, and lower down from the upright axis through that.
+  [[nodiscard]] Vec3 outward(const Vec3& point) const {
+    Vec3 away = point - centre;
+    away.y() = std::max(0.0, away.y());
+    return away.norm() > 1e-6 ? Vec3(away.normalized()) : Vec3(Vec3::UnitY());
+  }
+  // Where a strip there should look: away from the head, but in a tail or at an edge away from the other hair as well.
+  // Not of unit length: short where it matters little.
+  [[nodiscard]] Vec3 view_side(const Vec3& point) const {
+    constexpr double kOfHair = 3;
+    const Vec3 side = outward(point) + kOfHair * hair.towards_surface(point);
+    return side / std::max(1.0, side.norm());
+  }
+  // The point itself, or the nearest that is so far off the skin.
+  [[nodiscard]] Vec3 outside(Vec3 point, double clearance_m) const {
+    constexpr int kTries = 4;  // out of one fold of the skin may be into another
+    for (int i = 0; i < kTries; ++i) {
+      const bool inside = skin.inside(point);
+      const MeshQuery::Closest near = inside ? skin.closest(point) : skin.closest(point, clearance_m);
+      if (!std::isfinite(near.distance)) return point;
+      const Vec3 from_skin = inside ? Vec3(near.point - point) : Vec3(point - near.point);
+      const Vec3 away = near.distance > 1e-9 ? Vec3(from_skin / near.distance) : outward(point);
+      point = near.point + clearance_m * away;
+    }
+    return point;
+  }
+
+  MeshQuery skin;
+  HairVolume hair;
+  Vec3 centre = Vec3::Zero();
+};
+
+Vec3 direction_at(const AlongStrip<Vec3>& line, std::size_t i) {
+  const Vec3 chord = line[std::min(i + 1, line.size() - 1)] - line[i > 0 ? i - 1 : 0];
+  return chord.norm() > 1e-9 ? Vec3(chord.normalized()) : Vec3(-Vec3::UnitY());
+}
+
+// A cluster of courses: their mean, and how they spread about it.
+struct Lock {
+  Lock(const std::vector<Course>& courses, const std::vector<std::uint32_t>& members) {
+    const auto count = static_cast<double>(members.size());
+    middle.fill(Vec3::Zero());
+    spread.fill(Mat3::Zero());
+    for (const std::uint32_t m : members) {
+      for (std::size_t i = 0; i < kCoursePoints; ++i) middle[i] += courses[m].points[i].cast<double>() / count;
+      own_variance += static_cast<double>(courses[m].own_variance_m2) / count;
+    }
+    for (const std::uint32_t m : members) {
+      for (std::size_t i = 0; i < kCoursePoints; ++i) {
+        const Vec3 offset = courses[m].points[i].cast<double>() - middle[i];
+        spread[i] += offset * offset.transpose() / count;
+      }
+    }
+  }
+  // Curls and locks are wide, but begin and end no farther out.
+  void add_own_width() {
+    for (Mat3& s : spread) s += own_variance * Mat3::Identity();
+  }
+  AlongStrip<Vec3> middle;
+  AlongStrip<Mat3> spread;  // m^2; of the courses
+  double own_variance = 0;  // m^2; of the hair about its course
+};
+
+// Along a direction, m. Rounding can leave a variance of nothing a little below it.
+double deviation(const Mat3& spread, const Vec3& direction) {
+  return std::sqrt(std::max(0.0, direction.dot(spread * direction)));
+}
+
+double median_length(const std::vector<Course>& courses, const std::vector<std::uint32_t>& members) {
+  std::vector<float> lengths;
+  for (const std::uint32_t m : members) lengths.push_back(outline_length(courses[m].outline));
+  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
+  std::ranges::nth_element(lengths, middle);
+  return static_cast<double>(*middle);
+}
+
+double length_of(const AlongStrip<Vec3>& line) {
+  AlongStrip<Vec3f> rounded;
+  std::ranges::transform(line, rounded.begin(), [](const Vec3& x) { return x.cast<float>(); });
+  return static_cast<double>(outline_length(make_outline(rounded)));
+}
+
+// The mean of lines that part is shorter than each of them. Lengths are compared without waves, which the mean has
+// lost.
+void stretch_to(double length_m, AlongStrip<Vec3>& line) {
+  const double own = length_of(line);
+  const double ratio = own > 0 ? std::clamp(length_m / own, 1.0, kStretchMost) : 1;
+  for (std::size_t i = line.size() - 1; i > 0; --i) line[i] = line[0] + ratio * (line[i] - line[0]);
+}
+
+// The middle begins among the roots; the strip begins where the hindmost of them are, or skin would show there.
+void reach_back(const Head& head, const Mat3& spread, AlongStrip<Vec3>& line) {
+  const Vec3 away = head.outward(line[0]), along = direction_at(line, 0);
+  const Vec3 flat = along - along.dot(away) * away;
+  if (flat.norm() < 1e-3) return;
+  const Vec3 back = -flat.normalized();
+  const double reach = std::min(kEdge * deviation(spread, back), kRootReachMost * length_of(line));
+  line[0] += reach * flat.norm() * back;
+}
+
+// Tips that spread along the strip are seen beyond their mean.
+void reach_on(const Mat3& spread, AlongStrip<Vec3>& line) {
+  const Vec3 along = direction_at(line, line.size() - 1);
+  line.back() += std::min(deviation(spread, along), kTipReachMost * length_of(line)) * along;
+}
+
+void smooth(AlongStrip<Mat3>& spread) {
+  constexpr int kTimes = 4;
+  for (int time = 0; time < kTimes; ++time) {
+    const AlongStrip<Mat3> rough = spread;
+    for (std::size_t i = 0; i < spread.size(); ++i) {
+      const std::size_t before = i > 0 ? i - 1 : i, after = std::min(i + 1, spread.size() - 1);
+      spread[i] = 0.25 * rough[before] + 0.5 * rough[i] + 0.25 * rough[after];
+    }
+  }
+}
+
+// Across the line at each point: where the members spread most, unless that is hardly more than elsewhere; then along
+// the skin. Signs such that across x along looks away from the head.
+AlongStrip<Vec3> sides_of(const Head& head, const AlongStrip<Vec3>& line, const AlongStrip<Mat3>& spread) {
+  AlongStrip<Vec3> sides;
+  double looks_out = 0;
+  Vec3 before = direction_at(line, 0).cross(head.outward(line[0]));
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const Vec3 along = direction_at(line, i), away = head.view_side(line[i]);
+    const Vec3 flat = before - before.dot(along) * along;
+    const Vec3 u = flat.norm() > 1e-3 * before.norm() ? Vec3(flat.normalized()) : along.unitOrthogonal(),
+               v = along.cross(u);
+    const Vec3 on_skin = along.cross(away);
+    const Mat3 wanted =
+        spread[i] / std::max(spread[i].trace(), 1e-12) + kSkinPreference * on_skin * on_skin.transpose();
+    // The main axis of a symmetric tensor in the plane of u and v, within a quarter turn of u.
+    const double angle = 0.5 * std::atan2(2 * u.dot(wanted * v), u.dot(wanted * u) - v.dot(wanted * v));
+    before = sides[i] = std::cos(angle) * u + std::sin(angle) * v;
+    looks_out += sides[i].cross(along).dot(away);
+  }
+  if (looks_out < 0) {
+    for (Vec3& side : sides) side = -side;
+  }
+  return sides;
+}
+
+// Of a lock one sees the outer side.
+void move_out(const AlongStrip<Vec3>& sides, const AlongStrip<Mat3>& spread, AlongStrip<Vec3>& line) {
+  const AlongStrip<Vec3> middle = line;
+  for (std::size_t i = 1; i < line.size(); ++i) {
+    const Vec3 normal = sides[i].cross(direction_at(middle, i));
+    line[i] += std::min(deviation(spread[i], normal), kMoveMost) * normal;
+  }
+}
+
+double distance_to_segment(const Vec3& point, const Vec3& a, const Vec3& b) {
+  const Vec3 chord = b - a;
+  const double t = std::clamp((point - a).dot(chord) / std::max(chord.squaredNorm(), 1e-18), 0.0, 1.0);
+  return (point - a - t * chord).norm();
+}
+
+// Those of the line's points that keep its shape, ascending: one after the other, the one that is farthest off the line
+// through the others, and where it is straight the one farthest from them.
+std::vector<std::size_t> places_of_pairs(const AlongStrip<Vec3>& line) {
+  AlongStrip<double> arc{};
+  for (std::size_t i = 1; i < line.size(); ++i) arc[i] = arc[i - 1] + (line[i] - line[i - 1]).norm();
+  std::vector<std::size_t> places{0, line.size() - 1};
+  while (places.size() < kPairCount) {
+    double best = -1;
+    std::size_t place = 0, at = 0;
+    for (std::size_t k = 0; k + 1 < places.size(); ++k) {
+      const std::size_t a = places[k], b = places[k + 1];
+      for (std::size_t i = a + 1; i < b; ++i) {
+        const double worth =
+            distance_to_segment(line[i], line[a], line[b]) + kEvenness * std::min(arc[i] - arc[a], arc[b] - arc[i]);
+        if (worth > best) best = worth, place = i, at = k + 1;
+      }
+    }
+    places.insert(places.begin() + static_cast<std::ptrdiff_t>(at), place);
+  }
+  return places;
+}
+
+// What stands far off is not to end beyond where a groom may.
+Vec3f bounded(const Vec3& x) {
+  const float most = GroomLimits().coordinate_max_m;
+  return x.cast<float>().cwiseMax(-most).cwiseMin(most);
+}
+
+std::vector<Vec3> edges_of(const Head& head, const AlongStrip<Vec3>& line, const AlongStrip<Vec3>& sides,
+                           const AlongStrip<Mat3>& spread, bool rooted) {
+  std::vector<Vec3> edges;
+  for (const std::size_t i : places_of_pairs(line)) {
+    const double half = std::clamp(kEdge * deviation(spread[i], sides[i]), kHalfLeast, kHalfMost);
+    const double clearance = rooted && i == 0 ? kClearanceRoot : kClearanceRest;
+    for (const double hand : {-1.0, 1.0}) edges.push_back(head.outside(line[i] + hand * half * sides[i], clearance));
+  }
+  return edges;
+}
+
+// Where the skin bulges between the points, they move out.
+void clear_between(const Head& head, std::vector<Vec3>& edges) {
+  constexpr int kRounds = 3;
+  for (int round = 0; round < kRounds; ++round) {
+    for (std::size_t i = 0; i + 3 < edges.size(); i += 2) {
+      const Vec3 middle = 0.25 * (edges[i] + edges[i + 1] + edges[i + 2] + edges[i + 3]);
+      const Vec3 out = head.outside(middle, kClearanceRoot) - middle;
+      for (std::size_t corner = i; corner < i + 4; ++corner) edges[corner] += out;
+    }
+  }
+}
+
+std::vector<Vec3f> ribbon_about(const Head& head, const std::vector<Course>& courses,
+                                const std::vector<std::uint32_t>& members) {
+  const bool rooted = courses[members[0]].rooted;
+  Lock lock(courses, members);
+  auto& [line, spread, own_variance] = lock;
+  stretch_to(median_length(courses, members), line);
+  if (rooted) reach_back(head, spread.front(), line);
+  reach_on(spread.back(), line);
+  lock.add_own_width();
+  smooth(spread);
+  move_out(sides_of(head, line, spread), spread, line);
+  for (std::size_t i = 0; i < line.size(); ++i)
+    line[i] = head.outside(line[i], rooted && i == 0 ? kClearanceRoot : kClearanceRest);
+  std::vector<Vec3> edges = edges_of(head, line, sides_of(head, line, spread), spread, rooted);
+  clear_between(head, edges);
+  std::vector<Vec3f> ribbon;
+  for (const Vec3& x : edges) ribbon.push_back(bounded(x));
+  return ribbon;
+}
+
+FarStrip properties_of(const std::vector<Course>& courses, const std::vector<std::uint32_t>& members) {
+  double root_length = 0;
+  for (const std::uint32_t m : members) root_length += static_cast<double>(courses[m].root_length_m);
+  const Course& first = courses[members[0]];
+  return {{},
+          static_cast<float>(root_length / static_cast<double>(members.size())),
+          static_cast<std::uint32_t>(members.size()),
+          first.group,
+          first.rooted};
+}
+
+// Courses that may share a strip, and how many strips they get: a share by their length, at least one.
+struct Kind {
+  std::vector<std::uint32_t> members;
+  double length_m = 0;
+};
+std::vector<Kind> kinds_of(const std::vector<Course>& courses) {
+  std::map<std::pair<std::uint16_t, bool>, Kind> kinds;
+  for (std::uint32_t c = 0; c < courses.size(); ++c) {
+    Kind& kind = kinds[{courses[c].group, courses[c].rooted}];
+    kind.members.push_back(c);
+    kind.length_m += static_cast<double>(outline_length(courses[c].outline));
+  }
+  std::vector<Kind> list;
+  for (auto& [key, kind] : kinds) list.push_back(std::move(kind));
+  // The longest last, so that what small ones get for being at all goes off its share.
+  std::ranges::stable_sort(list, {}, &Kind::length_m);
+  return list;
+}
+
+}  // namespace
+
+FarStrips make_far_strips(const Groom& groom, std::size_t count) {
+  if (count == 0) return {};
+  const std::vector<Course> courses = make_courses(groom);
+  const Head head(groom, courses);
+  const std::vector<Kind> kinds = kinds_of(courses);
+  const double length = std::accumulate(kinds.begin(), kinds.end(), 0.0,
+                                        [](double sum, const Kind& kind) { return sum + kind.length_m; });
+  FarStrips far;
+  double owed = static_cast<double>(count), length_left = length;
+  for (const Kind& kind : kinds) {
+    const double share = std::max(1.0, std::round(owed * kind.length_m / std::max(length_left, 1e-9)));
+    owed = std::max(0.0, owed - share);
+    length_left -= kind.length_m;
+    for (const auto& members : cluster_courses(courses, kind.members, static_cast<std::size_t>(share)))
+      far.add(ribbon_about(head, courses, members), properties_of(courses, members));
+  }
+  return far;
+}
+
+std::size_t far_strip_count_for(const Groom& groom) {
+  constexpr std::size_t kMost = 400, kStrandsEach = 6, kFew = 24;
+  const std::size_t lines = groom.strand_count() + groom.strips.size();
+  return std::clamp(lines / kStrandsEach, std::min(lines, kFew), kMost);
+}
+
+}  // namespace hairnet

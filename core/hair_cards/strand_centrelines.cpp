@@ -1,0 +1,135 @@
+#include "core/hair_cards/strand_centrelines.hpp"
+
+#include <algorithm>
+#include <span>
+
+#include "core/levels/resample.hpp"
+
+namespace hairnet {
+namespace {
+
+constexpr double kCourseReach = 1.0 / 16, kOutlineReach = 1.0 / 6;
+
+// A polyline by its arc length, and the integral of its points over that.
+class ArcIntegral {
+ public:
+  explicit ArcIntegral(std::span<const Vec3f> line) {
+    for (const Vec3f& x : line) {
+      const Vec3 point = x.cast<double>();
+      const double step = points_.empty() ? 0 : (point - points_.back()).norm();
+      if (!points_.empty() && arcs_.back() + step == arcs_.back()) continue;  // no step, or one lost in rounding
+      integrals_.push_back(points_.empty() ? Vec3(Vec3::Zero())
+                                           : Vec3(integrals_.back() + 0.5 * step * (points_.back() + point)));
+      arcs_.push_back(points_.empty() ? 0 : arcs_.back() + step);
+      points_.push_back(point);
+    }
+  }
+  [[nodiscard]] double length() const { return arcs_.empty() ? 0 : arcs_.back(); }
+  [[nodiscard]] std::size_t point_count() const { return points_.size(); }
+  [[nodiscard]] const Vec3& point(std::size_t i) const { return points_[i]; }
+  [[nodiscard]] double share(std::size_t i) const { return arcs_[i] / length(); }  // of the length, up to point i
+
+  // The mean of the points from `begin` to `end`, as shares of the length.
+  [[nodiscard]] Vec3 mean(double begin, double end) const {
+    const Place from = place(begin * length()), to = place(end * length());
+    const double arc = to.arc - from.arc;
+    return arc > 1e-9 * length() ? Vec3((to.integral - from.integral) / arc) : from.point;
+  }
+
+ private:
+  struct Place {
+    double arc;
+    Vec3 point, integral;
+  };
+  [[nodiscard]] Place place(double arc) const {
+    const auto after = std::upper_bound(arcs_.begin() + 1, arcs_.end() - 1, arc) - arcs_.begin();
+    const auto i = static_cast<std::size_t>(after) - 1;
+    const double step = arc - arcs_[i];
+    const Vec3 point = points_[i] + step / (arcs_[i + 1] - arcs_[i]) * (points_[i + 1] - points_[i]);
+    return {arc, point, integrals_[i] + 0.5 * step * (points_[i] + point)};
+  }
+  std::vector<Vec3> points_, integrals_;
+  std::vector<double> arcs_;
+};
+
+// `reach`: of the piece about a point, each way, as a share of the length. It is shorter near root and tip, which stand
+// for themselves.
+template <std::size_t kCount>
+std::array<Vec3f, kCount> sample(const ArcIntegral& line, double reach) {
+  std::array<Vec3f, kCount> points;
+  constexpr double kStep = 1.0 / (kCount - 1);
+  for (std::size_t i = 0; i < kCount; ++i) {
+    const double at = static_cast<double>(i) * kStep, own_reach = i + 1 < kCount ? std::min({reach, at, 1 - at}) : 0;
+    points[i] = line.mean(at - own_reach, at + own_reach).template cast<float>();
+  }
+  return points;
+}
+
+// Of the line's points about its course, each way across: half the mean square of their distances.
+float variance_about(const std::array<Vec3f, kCoursePoints>& course, const ArcIntegral& line) {
+  double sum = 0;
+  for (std::size_t i = 0; i < line.point_count(); ++i) {
+    const double at = line.share(i) * (kCoursePoints - 1);
+    const std::size_t before = std::min(static_cast<std::size_t>(at), kCoursePoints - 2);
+    const auto t = static_cast<float>(at - static_cast<double>(before));
+    const Vec3f on_course = course[before] + t * (course[before + 1] - course[before]);
+    sum += (line.point(i) - on_course.cast<double>()).squaredNorm();
+  }
+  return static_cast<float>(0.5 * sum / static_cast<double>(line.point_count()));
+}
+
+void append_course(std::span<const Vec3f> line, const StrandProperties& properties, float variance_m2,
+                   std::vector<Course>& courses) {
+  const ArcIntegral integral(line);
+  if (integral.length() < kLengthMin) return;
+  const auto points = sample<kCoursePoints>(integral, kCourseReach);
+  courses.push_back({points, sample<kOutlinePoints>(integral, kOutlineReach),
+                     variance_m2 + variance_about(points, integral), properties.root_length_m, properties.group,
+                     properties.rooted});
+}
+
+// As if the hair filled the strip evenly from edge to edge.
+float variance_across(std::span<const Vec3f> edges) {
+  float width_sum = 0;
+  for (std::size_t i = 0; i + 1 < edges.size(); i += 2) width_sum += (edges[i + 1] - edges[i]).norm();
+  const float width = 2 * width_sum / static_cast<float>(edges.size());
+  return width * width / 12;
+}
+
+}  // namespace
+
+std::vector<Course> make_courses(const Groom& groom) {
+  std::vector<float> lock_variance(groom.strand_count(), 0.0f);
+  for (const Cluster& cluster : groom.clusters) {
+    const float radius = 0.5f * (cluster.radius_m + cluster.tip_radius_m);
+    lock_variance[cluster.strand] = 0.25f * radius * radius;  // of an even disc
+  }
+  std::vector<Course> courses;
+  courses.reserve(groom.strand_count() + groom.strips.size());
+  for (std::size_t s = 0; s < groom.strand_count(); ++s)
+    append_course(groom.strand_points(s), groom.strands[s], lock_variance[s], courses);
+  std::vector<Vec3f> middle;
+  for (const Strip& strip : groom.strips) {
+    middle_of(groom, strip, middle);
+    append_course(middle, strip.properties, variance_across(groom.points_of(strip.points)), courses);
+  }
+  return courses;
+}
+
+float outline_length(const std::array<Vec3f, kOutlinePoints>& outline) {
+  float length = 0;
+  for (std::size_t i = 1; i < outline.size(); ++i) length += (outline[i] - outline[i - 1]).norm();
+  return length;
+}
+
+std::array<Vec3f, kOutlinePoints> make_outline(const std::array<Vec3f, kCoursePoints>& line) {
+  const ArcIntegral integral(line);
+  if (integral.length() < kLengthMin) {
+    std::array<Vec3f, kOutlinePoints> outline;
+    outline.fill(line[0]);
+    return outline;
+  }
+  return sample<kOutlinePoints>(integral, kOutlineReach);
+}
+
+}  // namespace hairnet

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <algorithm>
+#include <mutex>
+#include <string_view>
+#include <vector>
+
+#include "core/levels/build.hpp"
+
+namespace hairnet {
+
+// Combines the progress of several equal parts that are built in parallel. It calls the observer from one thread at a
+// time, with a fraction that never decreases, and never again after the observer has cancelled.
+class BuildProgress {
+ public:
+  BuildProgress(const BuildObserver& observer, std::size_t part_count) : observer_(observer), done_(part_count, 0.0) {}
+
+  // False to cancel.
+  [[nodiscard]] bool at(std::size_t part, double fraction, std::string_view stage) {
+    if (!observer_.progress) return true;
+    const std::lock_guard lock(mutex_);
+    if (cancelled_) return false;
+    done_[part] = std::max(done_[part], fraction);
+    double sum = 0;
+    for (const double done : done_) sum += done;
+    cancelled_ = !observer_.progress(sum / static_cast<double>(done_.size()), stage);
+    return !cancelled_;
+  }
+
+  [[nodiscard]] double clock_s() {
+    if (!observer_.clock_s) return 0;
+    const std::lock_guard lock(mutex_);
+    return observer_.clock_s();
+  }
+
+ private:
+  const BuildObserver& observer_;
+  std::mutex mutex_;
+  std::vector<double> done_;
+  bool cancelled_ = false;
+};
+
+// The progress of one part of a build.
+struct LevelProgress {
+  BuildProgress& whole;
+  std::size_t part = 0;
+
+  [[nodiscard]] bool at(double fraction, std::string_view stage) const { return whole.at(part, fraction, stage); }
+  [[nodiscard]] double clock_s() const { return whole.clock_s(); }
+};
+
+}  // namespace hairnet

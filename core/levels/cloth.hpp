@@ -1,0 +1,24 @@
+#pragma once
+
+#include <span>
+
+#include "core/groom/fabric.hpp"
+#include "core/levels/lumped_hair.hpp"
+#include "core/levels/stiffener_list.hpp"
+
+namespace hairnet {
+
+// Cloth on the lattice (section 5.2 of the paper): each edge of its mesh a spring, cut at lattice planes like hair, and
+// one across each quad where the mesh has no diagonal. Along the weave an edge of length L stands for the width
+// (A1 + A2) / L of cloth, A its triangles' areas: k = S (A1 + A2) / L^2 with the stretch stiffness S. Diagonals: k = 2
+// G (A1 + A2) / L^2, so that the two of a square resist shear with the modulus G. Pinned points get attachments.
+// `points_head`: all of the groom's. `group`: of the stiffeners.
+void add_cloth(const Grid& grid, std::span<const Vec3f> points_head, const Cloth& cloth, std::uint16_t group,
+               StiffenerList& springs, StiffenerList& attachments);
+
+// Adds the cloth's mass (by area) and its drag (Q = q A n n^T, across the plane), integrated over the triangles.
+// Hanging lengths count from the highest pinned point, or from the highest point when none is pinned.
+void add_cloth_shares(const Grid& grid, std::span<const Vec3f> points_head, const Cloth& cloth,
+                      const Material& material, NodeShares& shares);
+
+}  // namespace hairnet

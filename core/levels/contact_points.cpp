@@ -1,0 +1,182 @@
+#include "core/levels/contact_points.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "core/ffd/deform.hpp"
+#include "core/levels/hair_sample.hpp"
+#include "core/levels/skin_distance_field.hpp"
+
+namespace hairnet {
+namespace {
+
+constexpr std::size_t kCandidatesMost = 1500;
+constexpr double kSpacing = 0.75;  // of points along a strand, in cells of the lattice
+constexpr float kSpacingLeast_m = 0.01f;
+constexpr float kBlendLeast = 0.15f;  // nearer to the root hair hardly moves against the head
+constexpr double kLoad = 160 * 9.81;  // m/s^2 on a point's share of the mass
+constexpr double kDent_m = 0.005;     // that the load may press in
+// A point in the design is this much farther off than where contact begins, so that rounding makes none.
+constexpr float kSlack_m = 1e-5f;
+// How far hair comes from its root: drawn out, and by as much as bones move against the head.
+constexpr float kArmStretch = 1.3f, kArmSlack_m = 0.05f;
+
+// U for which f = 3 U p^2 / depth^3 carries the load at p = kDent_m.
+double potential_for_load(double load_n) {
+  return load_n * kContactDepth_m * kContactDepth_m * kContactDepth_m / (3 * kDent_m * kDent_m);
+}
+
+// Every `stride`-th point of a run of the groom's points: a strand, an edge of a strip, a thread, a vertex of a cloth.
+struct Line {
+  PointRange points;
+  std::uint32_t stride = 1;
+  bool rooted = false;
+
+  [[nodiscard]] std::size_t count() const { return (points.count() + stride - 1) / stride; }
+  [[nodiscard]] std::uint32_t point(std::size_t i) const {
+    return points.begin + static_cast<std::uint32_t>(i) * stride;
+  }
+};
+
+std::vector<Line> lines_of(const Groom& groom) {
+  std::vector<Line> lines;
+  for (std::size_t s = 0; s < groom.strand_count(); ++s) {
+    lines.push_back({{groom.strand_begin[s], groom.strand_begin[s + 1]}, 1, groom.strands[s].rooted});
+  }
+  for (const Thread& thread : groom.threads) lines.push_back({thread.points, 1, thread.rooted});
+  for (const Strip& strip : groom.strips) lines.push_back({strip.points, 2, strip.properties.rooted});
+  for (const Cloth& cloth : groom.cloths) {
+    for (std::uint32_t p = cloth.points.begin; p < cloth.points.end; ++p) lines.push_back({{p, p + 1}});
+  }
+  std::erase_if(lines, [](const Line& line) { return line.count() == 0; });
+  return lines;
+}
+
+// An even part of the lines, however many there are.
+std::vector<Line> candidates_of(const Groom& groom) {
+  const std::vector<Line> all = lines_of(groom);
+  const double share = static_cast<double>(kCandidatesMost) / static_cast<double>(std::max<std::size_t>(1, all.size()));
+  std::vector<Line> some;
+  for (std::size_t l = 0; l < all.size(); ++l) {
+    const double turn = static_cast<double>(l) * (std::numbers::phi - 1);
+    if (turn - std::floor(turn) < share) some.push_back(all[l]);
+  }
+  return some;
+}
+
+// Where a line begins, is halfway and ends.
+using Course = std::array<Vec3f, 3>;
+Course course_of(const Groom& groom, const Line& line) {
+  const auto at = [&](std::size_t i) { return groom.points[line.point(i)]; };
+  return {at(0), at(line.count() / 2), at(line.count() - 1)};
+}
+float apart2(const Course& a, const Course& b) {
+  return (a[0] - b[0]).squaredNorm() + (a[1] - b[1]).squaredNorm() + (a[2] - b[2]).squaredNorm();
+}
+
+// The points chosen.
+struct Chosen {
+  HairSample hair;
+  std::vector<Vec3f> root;   // of each point's strand
+  std::vector<float> arm_m;  // the length of hair from there; infinite without a root
+};
+
+// Points at even distances along the line that take enough of the lattice's motion, the tip among them.
+void add_points(const Groom& groom, const std::vector<float>& blend, const Line& line, float spacing_m,
+                Chosen& chosen) {
+  const Vec3f root = groom.points[line.point(0)];
+  float owed_m = spacing_m, arm_m = line.rooted ? 0 : std::numeric_limits<float>::infinity();
+  for (std::size_t i = 0; i < line.count(); ++i) {
+    const std::uint32_t p = line.point(i);
+    const float step_m = i > 0 ? (groom.points[p] - groom.points[line.point(i - 1)]).norm() : 0;
+    owed_m += step_m;
+    arm_m += step_m;
+    const bool is_tip = i + 1 == line.count();
+    if (blend[p] < kBlendLeast || (owed_m < spacing_m && !(is_tip && owed_m > 0.5f * spacing_m))) continue;
+    owed_m = 0;
+    chosen.hair.points.push_back(groom.points[p]);
+    chosen.hair.blend.push_back(blend[p]);
+    chosen.root.push_back(root);
+    chosen.arm_m.push_back(arm_m);
+  }
+}
+
+// One candidate after the other, each the farthest from all before it (Gonzalez 1985), as long as their points fit.
+class FarthestFirst {
+ public:
+  FarthestFirst(const Groom& groom, const std::vector<Line>& lines)
+      : to_chosen_(lines.size(), std::numeric_limits<float>::max()) {
+    for (const Line& line : lines) courses_.push_back(course_of(groom, line));
+  }
+  [[nodiscard]] bool is_over() const { return !(*std::ranges::max_element(to_chosen_) > 0); }
+  std::size_t next() {
+    const auto chosen = static_cast<std::size_t>(std::ranges::max_element(to_chosen_) - to_chosen_.begin());
+    for (std::size_t l = 0; l < courses_.size(); ++l) {
+      to_chosen_[l] = std::min(to_chosen_[l], apart2(courses_[l], courses_[chosen]));
+    }
+    to_chosen_[chosen] = 0;
+    return chosen;
+  }
+
+ private:
+  std::vector<Course> courses_;
+  std::vector<float> to_chosen_;  // squared
+};
+
+Chosen choose_points(const Groom& groom, float spacing_m, std::size_t count_max) {
+  const std::vector<float> blend = root_blend(groom);
+  const std::vector<Line> lines = candidates_of(groom);
+  Chosen chosen;
+  if (lines.empty()) return chosen;
+  FarthestFirst order(groom, lines);
+  for (std::size_t tried = 0; tried < lines.size() && !order.is_over(); ++tried) {
+    Chosen more = chosen;
+    add_points(groom, blend, lines[order.next()], spacing_m, more);
+    if (more.arm_m.size() > count_max) break;
+    chosen = std::move(more);
+  }
+  return chosen;
+}
+
+// Where contact of a point begins, of the distance to the skin.
+float limit_of(const SkinField& field, const Chosen& chosen, std::size_t point, float thickness_m) {
+  const auto distance_m = [&](const Vec3f& at) { return static_cast<float>(skin_distance(field, at.cast<double>())); };
+  const float arm_m = kArmSlack_m + kArmStretch * chosen.arm_m[point];
+  if (field.bone != Bone::head && distance_m(chosen.root[point]) > arm_m) return kContactNever_m;
+  return std::min(thickness_m, distance_m(chosen.hair.points[point]) - kSlack_m);
+}
+
+}  // namespace
+
+ContactPoints make_contact_points(const Groom& groom, const LevelGeometry& geometry, std::span<const float> mass,
+                                  const Skin& skin, std::size_t count_max) {
+  ContactPoints contacts;
+  if (skin.empty()) return contacts;
+  const float spacing_m = std::max(kSpacingLeast_m, static_cast<float>(kSpacing) * geometry.lattice.spacing.mean());
+  const Chosen chosen = choose_points(groom, spacing_m, count_max);
+  const HairStencils stencils = make_stencils(geometry, chosen.hair);
+  contacts.rest = chosen.hair.points;
+  contacts.begin = stencils.begin;
+  contacts.nodes.assign(stencils.nodes.begin(), stencils.nodes.end());
+  contacts.weights.assign(stencils.weights.begin(), stencils.weights.end());
+  const Material& material = groom.materials.base;
+  const auto by_material = static_cast<double>(material.metaball_potential_j / Material{}.metaball_potential_j);
+  for (std::size_t p = 0; p < contacts.count(); ++p) {
+    double share_kg = 0;
+    for (std::uint32_t e = contacts.begin[p]; e < contacts.begin[p + 1]; ++e) {
+      share_kg += static_cast<double>(contacts.weights[e] * mass[contacts.nodes[e]]);
+    }
+    contacts.potential.push_back(static_cast<float>(by_material * potential_for_load(kLoad * share_kg)));
+  }
+  for (const SkinField& field : skin) {
+    for (std::size_t p = 0; p < contacts.count(); ++p) {
+      contacts.limit.push_back(limit_of(field, chosen, p, material.thickness_m));
+    }
+  }
+  return contacts;
+}
+
+}  // namespace hairnet

@@ -1,0 +1,321 @@
+#include "core/levels/decimate.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <queue>
+
+#include "core/levels/nearest_chords.hpp"
+
+namespace hairnet {
+namespace {
+
+constexpr std::size_t kNeighbourCount = 6;
+
+// One stiffener, or many merged. `share` is what an average weighs it by: k L of springs, k of attachments.
+struct Cluster {
+  double share = 0;
+  double moment = 0;                // sum k L^2; attachments: sum k
+  double damping_moment = 0;        // the same of q
+  std::vector<NodeWeight> weights;  // sum share w, ascending by node
+};
+
+struct Candidate {
+  double cost;
+  std::uint32_t a, b;                  // a < b
+  std::uint32_t version_a, version_b;  // of the clusters when the cost was found
+};
+
+// Least cost first; indices break ties, so that the result does not depend on the heap.
+struct Later {
+  bool operator()(const Candidate& x, const Candidate& y) const {
+    return std::tie(x.cost, x.a, x.b) > std::tie(y.cost, y.a, y.b);
+  }
+};
+
+std::vector<NodeWeight> sum_of(const std::vector<NodeWeight>& a, const std::vector<NodeWeight>& b) {
+  std::vector<NodeWeight> sum;
+  sum.reserve(a.size() + b.size());
+  auto i = a.begin(), j = b.begin();
+  while (i != a.end() && j != b.end()) {
+    if (i->node == j->node) {
+      sum.push_back({i->node, (i++)->weight + j->weight});
+      ++j;
+    } else {
+      sum.push_back(i->node < j->node ? *i++ : *j++);
+    }
+  }
+  sum.insert(sum.end(), i, a.end());
+  sum.insert(sum.end(), j, b.end());
+  return sum;
+}
+
+// Of the weights with one sign: the `count` greatest, scaled to the sum of all.
+void append_greatest(std::vector<NodeWeight> side, std::size_t count, std::vector<NodeWeight>& kept) {
+  const auto sum = [](const std::vector<NodeWeight>& weights) {
+    return std::accumulate(weights.begin(), weights.end(), 0.0, [](double s, const auto& w) { return s + w.weight; });
+  };
+  const double whole = sum(side);
+  std::ranges::stable_sort(side, std::greater{}, [](const NodeWeight& w) { return std::abs(w.weight); });
+  if (side.size() > count) side.resize(count);
+  const double left = sum(side);
+  for (NodeWeight& w : side) kept.push_back({w.node, w.weight * (whole / left)});
+}
+
+class Decimation {
+ public:
+  Decimation(const Grid& grid, StiffenerKind kind, std::size_t count_max, StiffenerList& list,
+             const std::function<bool(double)>& keep_going, const ParallelFor& parallel_for)
+      : grid_(grid),
+        kind_(kind),
+        count_max_(count_max),
+        list_(list),
+        keep_going_(keep_going),
+        parallel_for_(parallel_for),
+        count_start_(list.count()),
+        count_(list.count()),
+        chords_(list.ends),
+        version_(list.count(), 0),
+        merged_into_(list.count()) {
+    std::iota(merged_into_.begin(), merged_into_.end(), 0);
+    for (std::size_t s = 0; s < count_; ++s) clusters_.push_back(cluster_of(s));
+  }
+
+  // False when cancelled.
+  bool run() {
+    if (count_max_ > 0) merge_identical();
+    if (count_max_ > 0 && !run_rounds()) return false;
+    store(most_important());
+    return report();
+  }
+
+ private:
+  [[nodiscard]] Cluster cluster_of(std::size_t s) const {
+    const double k = list_.stiffness[s], q = list_.damping[s];
+    const double length = kind_ == StiffenerKind::spring ? length_of(list_.weights(s)) : 1.0;
+    Cluster cluster{k * length, k * length * length, q * length * length, {}};
+    for (const auto& [node, weight] : list_.weights(s)) cluster.weights.push_back({node, cluster.share * weight});
+    return cluster;
+  }
+
+  // Stiffeners with the very same ends are one, without any error. Strands that share a root, or are drawn twice, are
+  // common.
+  void merge_identical() {
+    std::vector<std::tuple<std::uint16_t, std::array<double, 6>, std::uint32_t>> keys;
+    keys.reserve(count_);
+    for (std::uint32_t s = 0; s < list_.count(); ++s) {
+      std::array<double, 6> ends;
+      const auto by_coordinates = [](const Vec3& a, const Vec3& b) {
+        return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
+      };
+      const auto [low, high] = std::minmax(list_.ends[s][0], list_.ends[s][1], by_coordinates);
+      std::ranges::copy(low, ends.begin());
+      std::ranges::copy(high, ends.begin() + 3);
+      keys.emplace_back(list_.group[s], ends, s);
+    }
+    std::ranges::sort(keys);
+    for (std::size_t first = 0, i = 1; i < keys.size() && count_ > count_max_; ++i) {
+      const auto& [group, ends, s] = keys[i];
+      if (group == std::get<0>(keys[first]) && ends == std::get<1>(keys[first])) {
+        merge(std::get<2>(keys[first]), s);
+      } else {
+        first = i;
+      }
+    }
+  }
+
+  // Rounds until the count is reached or no pair is left. Few merges mean that the near ones are merged into each other
+  // already: look further.
+  bool run_rounds() {
+    std::size_t neighbour_count = kNeighbourCount;
+    while (count_ > count_max_) {
+      const std::vector<std::vector<std::uint32_t>> groups = members_by_group();
+      if (std::ranges::all_of(groups, [](const auto& members) { return members.size() < 2; })) return true;
+      const std::size_t before = count_;
+      if (!run_round(groups, neighbour_count)) return false;
+      if (before - count_ <= before / 32) neighbour_count = std::min(2 * neighbour_count, before);
+    }
+    return true;
+  }
+
+  // False when cancelled.
+  bool run_round(const std::vector<std::vector<std::uint32_t>>& groups, std::size_t neighbour_count) {
+    std::vector<Candidate> candidates;
+    for (const auto& members : groups) {
+      if (!append_candidates(members, neighbour_count, candidates)) return false;
+    }
+    std::priority_queue<Candidate, std::vector<Candidate>, Later> heap(Later{}, std::move(candidates));
+    const std::size_t round_end = std::max(count_max_, count_ / 2);
+    for (std::size_t popped = 0; count_ > round_end && !heap.empty(); ++popped) {
+      if (popped % 4096 == 0 && !report()) return false;
+      const Candidate candidate = heap.top();
+      heap.pop();
+      const auto [a, b] = std::minmax({find(candidate.a), find(candidate.b)});
+      if (a == b) continue;
+      // What has merged since lies elsewhere and weighs more.
+      if (a == candidate.a && b == candidate.b && version_[a] == candidate.version_a &&
+          version_[b] == candidate.version_b) {
+        merge(a, b);
+      } else {
+        heap.push(evaluate(a, b));
+      }
+    }
+    return true;
+  }
+
+  // False when cancelled.
+  bool append_candidates(const std::vector<std::uint32_t>& members, std::size_t neighbour_count,
+                         std::vector<Candidate>& candidates) const {
+    constexpr std::size_t kPart = 4096;
+    const NearestChords nearest(chords_, members);
+    std::vector<std::vector<Candidate>> found((members.size() + kPart - 1) / kPart);
+    std::atomic<bool> is_cancelled = false;
+    hairnet::run(parallel_for_, found.size(), [&](std::size_t part) {
+      if (is_cancelled) return;
+      if (!report()) {
+        is_cancelled = true;
+        return;
+      }
+      NearestChords::Pairs pairs;
+      nearest.append_pairs(part * kPart, std::min((part + 1) * kPart, members.size()), neighbour_count, pairs);
+      std::ranges::sort(pairs);
+      pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+      found[part].reserve(pairs.size());
+      for (const auto& [a, b] : pairs) found[part].push_back(evaluate(a, b));
+    });
+    for (const auto& part : found) candidates.insert(candidates.end(), part.begin(), part.end());
+    return !is_cancelled;
+  }
+
+  // Ward's cost.
+  [[nodiscard]] Candidate evaluate(std::uint32_t a, std::uint32_t b) const {
+    const double moment_a = clusters_[a].moment, moment_b = clusters_[b].moment;
+    const double cost = moment_a * moment_b / (moment_a + moment_b) * squared_distance(chords_[a], chords_[b]);
+    return {cost, a, b, version_[a], version_[b]};
+  }
+
+  void merge(std::uint32_t kept, std::uint32_t merged) {
+    Cluster &a = clusters_[kept], &b = clusters_[merged];
+    Chord &chord_a = chords_[kept], &chord_b = chords_[merged];
+    if ((chord_a[1] - chord_a[0]).dot(chord_b[1] - chord_b[0]) < 0) {
+      std::swap(chord_b[0], chord_b[1]);
+      for (NodeWeight& w : b.weights) w.weight = -w.weight;
+    }
+    const double share = a.share + b.share;
+    for (std::size_t end : {0u, 1u}) chord_a[end] = (a.share * chord_a[end] + b.share * chord_b[end]) / share;
+    a.share = share;
+    a.moment += b.moment;
+    a.damping_moment += b.damping_moment;
+    a.weights = sum_of(a.weights, b.weights);
+    b.weights = {};
+    merged_into_[merged] = kept;
+    ++version_[kept];
+    --count_;
+  }
+
+  // The cluster that s was merged into; itself while it is there.
+  std::uint32_t find(std::uint32_t s) {
+    while (merged_into_[s] != s) {
+      merged_into_[s] = merged_into_[merged_into_[s]];
+      s = merged_into_[s];
+    }
+    return s;
+  }
+
+  [[nodiscard]] std::vector<std::vector<std::uint32_t>> members_by_group() const {
+    std::map<std::uint16_t, std::vector<std::uint32_t>> by_group;
+    for (std::uint32_t s = 0; s < merged_into_.size(); ++s) {
+      if (merged_into_[s] == s) by_group[list_.group[s]].push_back(s);
+    }
+    std::vector<std::vector<std::uint32_t>> groups;
+    for (auto& [group, members] : by_group) groups.push_back(std::move(members));
+    return groups;
+  }
+
+  // At most count_max_ of those that are left, ascending: without those of least moment.
+  [[nodiscard]] std::vector<std::uint32_t> most_important() const {
+    std::vector<std::uint32_t> left;
+    for (std::uint32_t s = 0; s < merged_into_.size(); ++s) {
+      if (merged_into_[s] == s) left.push_back(s);
+    }
+    if (left.size() > count_max_) {
+      std::ranges::stable_sort(left, std::greater{}, [&](std::uint32_t s) { return clusters_[s].moment; });
+      left.resize(count_max_);
+      std::ranges::sort(left);
+    }
+    return left;
+  }
+
+  // The weights of a merged stiffener, the least ones left out.
+  [[nodiscard]] std::vector<NodeWeight> mean_weights(const Cluster& cluster) const {
+    std::vector<NodeWeight> kept, pulling, pulled;
+    for (const auto& [node, weight] : cluster.weights) {
+      if (weight == 0) continue;
+      (weight > 0 ? pulling : pulled).push_back({node, weight / cluster.share});
+    }
+    append_greatest(pulling, kind_ == StiffenerKind::spring ? kNodesAnEnd : kNodesAnAttachment, kept);
+    append_greatest(pulled, kNodesAnEnd, kept);
+    std::ranges::sort(kept, {}, &NodeWeight::node);
+    return kept;
+  }
+
+  [[nodiscard]] double length_of(std::span<const NodeWeight> weights) const {
+    Vec3 vector = Vec3::Zero();
+    for (const auto& [node, weight] : weights) vector += weight * grid_.node_head(node);
+    return vector.norm();
+  }
+
+  // Leaving out weights may shorten a spring that is the mean of many directions to almost nothing; its stiffness does
+  // not grow beyond this length's.
+  [[nodiscard]] double length_min(std::uint32_t s) const { return 0.1 * grid_.length(chords_[s][1] - chords_[s][0]); }
+
+  void store(const std::vector<std::uint32_t>& survivors) {
+    StiffenerList kept;
+    for (const std::uint32_t s : survivors) {
+      const Cluster& cluster = clusters_[s];
+      const bool is_merged = version_[s] > 0;
+      const auto own = list_.weights(s);
+      const std::vector<NodeWeight> weights =
+          is_merged ? mean_weights(cluster) : std::vector<NodeWeight>(own.begin(), own.end());
+      const double length = kind_ == StiffenerKind::spring ? std::max(length_of(weights), length_min(s)) : 1.0;
+      kept.entries.insert(kept.entries.end(), weights.begin(), weights.end());
+      kept.begin.push_back(static_cast<std::uint32_t>(kept.entries.size()));
+      kept.stiffness.push_back(is_merged ? cluster.moment / (length * length) : list_.stiffness[s]);
+      kept.damping.push_back(is_merged ? cluster.damping_moment / (length * length) : list_.damping[s]);
+      kept.group.push_back(list_.group[s]);
+      kept.ends.push_back(chords_[s]);
+    }
+    list_ = std::move(kept);
+    count_ = list_.count();
+  }
+
+  bool report() const {
+    if (!keep_going_) return true;
+    const double all = static_cast<double>(count_start_ - std::min(count_start_, count_max_));
+    return keep_going_(all > 0 ? static_cast<double>(count_start_ - count_) / all : 1.0);
+  }
+
+  const Grid& grid_;
+  StiffenerKind kind_;
+  std::size_t count_max_;
+  StiffenerList& list_;
+  const std::function<bool(double)>& keep_going_;
+  const ParallelFor& parallel_for_;
+  std::size_t count_start_, count_;
+  std::vector<Cluster> clusters_;
+  std::vector<Chord> chords_;
+  std::vector<std::uint32_t> version_;      // merges into each
+  std::vector<std::uint32_t> merged_into_;  // union-find
+};
+
+}  // namespace
+
+bool decimate(const Grid& grid, StiffenerKind kind, std::size_t count_max, StiffenerList& list,
+              const std::function<bool(double)>& keep_going, const ParallelFor& parallel_for) {
+  if (list.count() <= count_max) return true;
+  return Decimation(grid, kind, count_max, list, keep_going, parallel_for).run();
+}
+
+}  // namespace hairnet

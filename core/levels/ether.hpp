@@ -1,0 +1,32 @@
+#pragma once
+
+#include <vector>
+
+#include "core/ffd/lattice.hpp"
+#include "core/levels/lumped_hair.hpp"
+
+namespace hairnet {
+
+// Mass and ether (section 3.2) of each active node.
+struct NodeMechanics {
+  std::vector<double> mass;             // kg, hair and ether
+  std::vector<double> ether_stiffness;  // N/m
+  std::vector<double> ether_damping;    // N s/m
+};
+
+// Mass: the ether's total is a ratio of the hair's, shared equally, since each node stands for one cell.
+//
+// Stiffness: k_i = m_i (|g| / l_i + gel_i), where gel_i is the material's own ether stiffness and l_i the depth of the
+// node below the roots. With d and d' the vertical in head axes at rest and now, hair without gel hangs vertically at
+// any tilt of the head if each node moves by l_i (d' - d). The lattice can represent this field exactly because it is
+// affine in depth. Since k_i l_i = m_i |g|, each node is then in balance by itself: springs carry no load, so truncated
+// solving and merged springs do not change the shape. l_i is the depth of the node itself, not of the hair around it,
+// which lies higher at the tips. It is averaged by mass over the hair around the node, each piece measured from its own
+// root, and is at least kHangLengthMin.
+//
+// Damping: q_i = 2 zeta_i sqrt(k_i m_i), a fraction of the critical damping of the node's swing about its design
+// position, which is the swing of the hair as a pendulum. Lengths, gel and ratios are averaged by mass. Nodes without
+// hair take the values of their neighbours, or the average of all nodes.
+NodeMechanics fill_ether(const LevelGeometry& geometry, const NodeShares& shares);
+
+}  // namespace hairnet

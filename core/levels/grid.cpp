@@ -1,0 +1,39 @@
+#include "core/levels/grid.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hairnet {
+
+Vec3 Grid::from_head(const Vec3f& head) const {
+  constexpr double kOnPlane = 4e-6;  // node spacings; float carries 0.3 m to 3e-8 m
+  Vec3 grid = (head.cast<double>() - origin_).cwiseQuotient(spacing_);
+  for (double& x : grid) {
+    if (std::abs(x - std::round(x)) < kOnPlane) x = std::round(x);
+  }
+  return grid;
+}
+
+Vec3 Grid::node_head(std::uint32_t node) const {
+  const auto [i, j, k] = lattice_.coordinates(node);
+  return to_head(Vec3(i, j, k));
+}
+
+TrilinearWeights Grid::weights(const Vec3& grid) const {
+  std::array<int, 3> base;
+  Vec3 t;
+  for (int axis = 0; axis < 3; ++axis) {
+    base[axis] = std::clamp(static_cast<int>(std::floor(grid[axis])), 0, lattice_.dims[axis] - 2);
+    t[axis] = std::clamp(grid[axis] - base[axis], 0.0, 1.0);
+  }
+  TrilinearWeights weights;
+  for (int corner = 0; corner < 8; ++corner) {
+    const int i = corner & 1, j = corner >> 1 & 1, k = corner >> 2;
+    const double weight = (i ? t[0] : 1 - t[0]) * (j ? t[1] : 1 - t[1]) * (k ? t[2] : 1 - t[2]);
+    if (weight == 0) continue;
+    weights.entries[weights.count++] = {lattice_.index(base[0] + i, base[1] + j, base[2] + k), weight};
+  }
+  return weights;
+}
+
+}  // namespace hairnet

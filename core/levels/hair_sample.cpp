@@ -1,0 +1,90 @@
+#include "core/levels/hair_sample.hpp"
+
+#include <algorithm>
+
+#include "core/ffd/deform.hpp"
+
+namespace hairnet {
+namespace {
+
+constexpr double kWeightLeast = 0.01;
+
+// Sums of weights by active node, few of all of them at once.
+class WeightSums {
+ public:
+  explicit WeightSums(std::size_t node_count) : sums_(node_count), is_in_(node_count) {}
+
+  void add(std::uint32_t node, double weight) {
+    if (!is_in_[node]) nodes_.push_back(node);
+    is_in_[node] = true;
+    sums_[node] += weight;
+  }
+
+  // Calls use(node, weight) for each, ascending by node, and forgets them.
+  void take(const auto& use) {
+    std::ranges::sort(nodes_);
+    for (const std::uint32_t node : nodes_) {
+      use(node, sums_[node]);
+      sums_[node] = 0;
+      is_in_[node] = false;
+    }
+    nodes_.clear();
+  }
+
+ private:
+  std::vector<double> sums_;
+  std::vector<bool> is_in_;
+  std::vector<std::uint32_t> nodes_;
+};
+
+// Grid nodes as the active nodes that move them.
+class Followed {
+ public:
+  explicit Followed(const LevelGeometry& geometry) : geometry_(geometry), place_(geometry.lattice.node_count()) {
+    for (std::uint32_t a = 0; a < geometry.active_nodes.size(); ++a) place_[geometry.active_nodes[a]] = {true, a};
+    for (std::uint32_t t = 0; t < geometry.trimmed_nodes.size(); ++t) place_[geometry.trimmed_nodes[t]] = {false, t};
+  }
+
+  void add(std::uint32_t node, double weight, WeightSums& sums) const {
+    const auto [is_active, index] = place_[node];
+    if (is_active) return sums.add(index, weight);
+    for (std::uint32_t e = geometry_.trimmed_begin[index]; e < geometry_.trimmed_begin[index + 1]; ++e) {
+      sums.add(geometry_.trimmed_from[e], weight * static_cast<double>(geometry_.trimmed_weights[e]));
+    }
+  }
+
+ private:
+  struct Place {
+    bool is_active = false;
+    std::uint32_t index = 0;  // active, or in the list of trimmed nodes
+  };
+  const LevelGeometry& geometry_;
+  std::vector<Place> place_;
+};
+
+}  // namespace
+
+HairStencils make_stencils(const LevelGeometry& geometry, const HairSample& hair) {
+  const Followed followed(geometry);
+  HairStencils stencils;
+  WeightSums sums(geometry.active_nodes.size());
+  for (std::size_t p = 0; p < hair.points.size(); ++p) {
+    for (const auto& [node, weight] : quadratic_ffd_weights(geometry.lattice, hair.points[p])) {
+      followed.add(node, static_cast<double>(hair.blend[p]) * static_cast<double>(weight), sums);
+    }
+    double whole = 0, kept = 0;
+    const std::size_t first = stencils.weights.size();
+    sums.take([&](std::uint32_t node, double weight) {
+      whole += weight;
+      if (weight < kWeightLeast) return;
+      kept += weight;
+      stencils.nodes.push_back(node);
+      stencils.weights.push_back(weight);
+    });
+    for (std::size_t e = first; e < stencils.weights.size(); ++e) stencils.weights[e] *= whole / kept;
+    stencils.begin.push_back(static_cast<std::uint32_t>(stencils.nodes.size()));
+  }
+  return stencils;
+}
+
+}  // namespace hairnet

@@ -1,0 +1,162 @@
+#include "core/levels/level_map.hpp"
+
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
+#include <algorithm>
+#include <cassert>
+#include <optional>
+#include <vector>
+
+#include "core/ffd/deform.hpp"
+
+namespace hairnet {
+namespace {
+
+using Matrix = Eigen::SparseMatrix<double>;
+using Triplets = std::vector<Eigen::Triplet<double>>;
+
+// Of the mean diagonal of F^T F: enough to fix the nodes that no hair sees, too little to be seen at those it does.
+constexpr double kFollow = 1e-3;
+
+// Grid nodes as combinations of active ones: what expand_displacements does, as lists.
+class ActiveCombinations {
+ public:
+  explicit ActiveCombinations(const LevelGeometry& geometry) : combinations_(geometry.lattice.node_count()) {
+    for (std::uint32_t a = 0; a < geometry.active_nodes.size(); ++a) {
+      combinations_[geometry.active_nodes[a]].push_back({a, 1});
+    }
+    for (std::size_t t = 0; t < geometry.trimmed_nodes.size(); ++t) {
+      for (std::uint32_t e = geometry.trimmed_begin[t]; e < geometry.trimmed_begin[t + 1]; ++e) {
+        combinations_[geometry.trimmed_nodes[t]].push_back(
+            {geometry.trimmed_from[e], double{geometry.trimmed_weights[e]}});
+      }
+    }
+  }
+  // Adds weight * (displacement of a grid node) to row `row`.
+  void add(std::uint32_t grid_node, double weight, Eigen::Index row, Triplets& triplets) const {
+    for (const auto& [active, share] : combinations_[grid_node]) triplets.emplace_back(row, active, weight * share);
+  }
+
+ private:
+  std::vector<std::vector<std::pair<std::uint32_t, double>>> combinations_;
+};
+
+Matrix assembled(Eigen::Index rows, Eigen::Index columns, const Triplets& triplets) {
+  Matrix matrix(rows, columns);
+  matrix.setFromTriplets(triplets.begin(), triplets.end());
+  return matrix;
+}
+
+// F: displacements of points, each times its delta, from those of active nodes.
+Matrix ffd_matrix(const Level& level, std::span<const Vec3f> points, std::span<const float> blend) {
+  const ActiveCombinations active(level.geometry);
+  Triplets triplets;
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    for (const auto& [node, weight] : quadratic_ffd_weights(level.geometry.lattice, points[p])) {
+      active.add(node, double{blend[p]} * double{weight}, static_cast<Eigen::Index>(p), triplets);
+    }
+  }
+  return assembled(static_cast<Eigen::Index>(points.size()), static_cast<Eigen::Index>(level.rest.size()), triplets);
+}
+
+// Displacements at the nodes of `to` from those of `from`: linear within its lattice, its faces' beyond it.
+Matrix sampling_matrix(const Level& from, const Level& to) {
+  const ActiveCombinations active(from.geometry);
+  const Lattice& lattice = from.geometry.lattice;
+  Triplets triplets;
+  for (std::size_t n = 0; n < to.rest.size(); ++n) {
+    const Vec3f g = (to.rest[n] - lattice.origin).cwiseQuotient(lattice.spacing);
+    std::array<int, 3> low{};
+    Vec3f t;
+    for (int a = 0; a < 3; ++a) {
+      const auto most = static_cast<float>(lattice.dims[static_cast<std::size_t>(a)] - 1);
+      const float inside = std::clamp(g[a], 0.0f, most);
+      low[static_cast<std::size_t>(a)] = static_cast<int>(std::min(std::floor(inside), most - 1));
+      t[a] = inside - std::min(std::floor(inside), most - 1);
+    }
+    for (int corner = 0; corner < 8; ++corner) {
+      const int i = corner & 1, j = corner >> 1 & 1, k = corner >> 2;
+      const float weight = (i ? t[0] : 1 - t[0]) * (j ? t[1] : 1 - t[1]) * (k ? t[2] : 1 - t[2]);
+      active.add(lattice.index(low[0] + i, low[1] + j, low[2] + k), double{weight}, static_cast<Eigen::Index>(n),
+                 triplets);
+    }
+  }
+  return assembled(static_cast<Eigen::Index>(to.rest.size()), static_cast<Eigen::Index>(from.rest.size()), triplets);
+}
+
+bool has_same_nodes(const LevelGeometry& a, const LevelGeometry& b) {
+  return a.lattice.origin == b.lattice.origin && a.lattice.spacing == b.lattice.spacing &&
+         a.lattice.dims == b.lattice.dims && a.active_nodes == b.active_nodes;
+}
+
+}  // namespace
+
+// A level as an end of maps: its F, and F^T F + follow, factored, for the maps to it.
+struct LevelMap::End {
+  End(const Level& of, std::span<const Vec3f> points, std::span<const float> blend)
+      : level(&of), F(ffd_matrix(of, points, blend)), F_transposed(F.transpose()) {
+    assert(points.size() == blend.size());
+    Matrix normal = F_transposed * F;
+    const auto count = static_cast<double>(of.rest.size());
+    follow = kFollow * std::max(normal.diagonal().sum() / count, 1e-9);
+    Matrix identity(normal.rows(), normal.cols());
+    identity.setIdentity();
+    normal += follow * identity;
+    factor = std::make_shared<const Factor>(normal);
+    assert(factor->info() == Eigen::Success);
+  }
+
+  using Factor = Eigen::SimplicialLDLT<Matrix>;
+  const Level* level;
+  Matrix F, F_transposed;
+  double follow = 0;
+  std::shared_ptr<const Factor> factor;
+};
+
+// (F^T F + follow) to = (F^T F_from + follow S) from
+struct LevelMap::LeastSquares {
+  LeastSquares(const End& from, const End& to)
+      : factor(to.factor),
+        right(Matrix(to.F_transposed * from.F) + to.follow * sampling_matrix(*from.level, *to.level)) {}
+  std::shared_ptr<const End::Factor> factor;  // of all maps to one level
+  Matrix right;
+};
+
+LevelMap::LevelMap(const Level& from, const Level& to, std::span<const Vec3f> points_head, std::span<const float> blend)
+    : LevelMap(End(from, points_head, blend), End(to, points_head, blend)) {}
+
+LevelMap::LevelMap(const End& from, const End& to) {
+  if (has_same_nodes(from.level->geometry, to.level->geometry)) return;
+  least_squares_ = std::make_unique<const LeastSquares>(from, to);
+}
+
+LevelMap::~LevelMap() = default;
+
+void LevelMap::apply(std::span<const Vec3f> from, std::span<Vec3f> to) const {
+  if (!least_squares_) {
+    std::ranges::copy(from, to.begin());
+    return;
+  }
+  Eigen::MatrixX3d old_nodes(static_cast<Eigen::Index>(from.size()), 3);
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    old_nodes.row(static_cast<Eigen::Index>(i)) = from[i].cast<double>().transpose();
+  }
+  const Eigen::MatrixX3d nodes = least_squares_->factor->solve(least_squares_->right * old_nodes);
+  for (std::size_t i = 0; i < to.size(); ++i) {
+    to[i] = nodes.row(static_cast<Eigen::Index>(i)).transpose().cast<float>();
+  }
+}
+
+void connect_levels(LevelSet& set, std::span<const Vec3f> points_head, std::span<const float> blend,
+                    const ParallelFor& parallel_for) {
+  const std::size_t count = set.levels.size();
+  std::vector<std::optional<LevelMap::End>> ends(count);
+  run(parallel_for, count, [&](std::size_t i) { ends[i].emplace(set.levels[i], points_head, blend); });
+  run(parallel_for, count * count, [&](std::size_t pair) {
+    const std::size_t from = pair / count, to = pair % count;
+    if (from == to) return;
+    set.maps[from][to] = std::shared_ptr<const LevelMap>(new LevelMap(*ends[from], *ends[to]));
+  });
+}
+
+}  // namespace hairnet

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <memory>
+#include <span>
+
+#include "core/levels/level.hpp"
+#include "core/parallel_for.hpp"
+
+namespace hairnet {
+
+// Transfers a lattice state from one level to another. The new displacements are the least-squares fit for which
+// quadratic FFD moves the hair points as the old level does; velocities likewise. A node that no hair point depends on
+// takes the linearly interpolated value of the old lattice at its position. Levels with the same nodes are copied
+// without change. Immutable; all threads may share it.
+class LevelMap {
+ public:
+  // `points_head`: hair points at rest. `blend`: delta of each point (root_blend); points with a small delta count
+  // little.
+  LevelMap(const Level& from, const Level& to, std::span<const Vec3f> points_head, std::span<const float> blend);
+  ~LevelMap();
+
+  // Makes all maps of a set in less time: the matrices of each level are computed once and shared by its maps.
+  friend void connect_levels(LevelSet& set, std::span<const Vec3f> points_head, std::span<const float> blend,
+                             const ParallelFor& parallel_for);
+
+  // An entry an active node, head space. Costs about as much as two iterations of a step.
+  void apply(std::span<const Vec3f> from, std::span<Vec3f> to) const;
+
+ private:
+  struct LeastSquares;
+  struct End;
+  LevelMap(const End& from, const End& to);
+
+  std::unique_ptr<const LeastSquares> least_squares_;  // null when both have the same nodes
+};
+
+// Makes the maps between all levels of a set.
+void connect_levels(LevelSet& set, std::span<const Vec3f> points_head, std::span<const float> blend,
+                    const ParallelFor& parallel_for = {});
+
+}  // namespace hairnet

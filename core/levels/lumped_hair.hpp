@@ -1,0 +1,46 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "core/groom/groom.hpp"
+#include "core/groom/material.hpp"
+#include "core/levels/grid.hpp"
+
+namespace hairnet {
+
+// The hair's mass, drag and hanging length lumped onto the grid nodes: the integral along the strands of trilinear
+// weight times density. The integral is exact, since each piece lies in one cell where the weight is a cubic along the
+// piece. So sums over all nodes equal those of the hair, and the number of points in a polyline does not matter.
+struct NodeShares {
+  explicit NodeShares(std::size_t node_count)
+      : mass(node_count),
+        drag(node_count),
+        hang_moment(node_count),
+        gel_moment(node_count),
+        ether_damping_moment(node_count),
+        touched(node_count) {}
+  std::vector<double> mass;                 // kg, hair alone
+  std::vector<std::array<double, 6>> drag;  // eq. 6: xx xy xz yy yz zz, N s/m
+  // Mass times hanging length (kg m), times the material's ether stiffness (kg/s^2), and times its ether damping ratio
+  // (kg).
+  std::vector<double> hang_moment, gel_moment, ether_damping_moment;
+  double ether_mass = 0;      // kg, of the whole groom: shared by volume, not by where the hair is
+  std::vector<bool> touched;  // some piece of hair has a weight on the node
+};
+
+// The smallest hanging length of a node, that is its depth below the roots of the hair around it (ether.hpp). Hair
+// beside or above its root uses this value.
+inline constexpr double kHangLengthMin = 0.015;  // m
+
+// Adds hair or fabric that weighs `mass` (kg) on the node and hangs `hang_length` (m) below its root, in the ether of
+// `material`.
+void add_mass(std::uint32_t node, double mass, double hang_length, const Material& material, NodeShares& shares);
+
+// Adds one strand. `polyline` in grid coordinates, without repeated points; its nodes are touched even if it is a
+// point.
+void add_strand_shares(const Grid& grid, std::span<const Vec3> polyline, const StrandProperties& strand,
+                       const Material& material, NodeShares& shares);
+
+}  // namespace hairnet

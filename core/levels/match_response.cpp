@@ -1,0 +1,320 @@
+#include "core/levels/match_response.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include "core/levels/node_matrix.hpp"
+
+namespace hairnet {
+namespace {
+
+constexpr double kResponse_s = 0.2;  // tau
+constexpr int kAffineCount = 12, kWaveCount = 12;
+constexpr double kWaveLength = 0.5;  // of the lattice's greatest extent
+constexpr int kIterations = 20;
+constexpr double kStayWeight = 1e-3;    // of the mean square relative change of the weights
+constexpr double kLengthChangeMax = 3;  // of a spring's vector, as its weights change
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+Index row(std::size_t node) {
+  return static_cast<Index>(3 * node);
+}
+
+std::span<const std::uint16_t> nodes_of(const Stiffeners& list, std::size_t s) {
+  return {list.nodes.data() + list.begin[s], list.nodes.data() + list.begin[s + 1]};
+}
+
+double with_damping(const Stiffeners& list, std::size_t s) {
+  return double{list.stiffness[s]} + double{list.damping[s]} / kResponse_s;
+}
+
+// Mass times accelerations, a column each.
+MatrixXd smooth_loads(const Level& level) {
+  Vec3f low = level.rest.front(), high = low;
+  for (const Vec3f& p : level.rest) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  const double extent = static_cast<double>((high - low).maxCoeff());
+  MatrixXd loads = MatrixXd::Zero(row(level.rest.size()), kAffineCount + kWaveCount);
+  for (std::size_t i = 0; i < level.rest.size(); ++i) {
+    const Vec3 p = level.rest[i].cast<double>();
+    for (int axis = 0; axis < 3; ++axis) {
+      for (int term = 0; term < 4; ++term) loads(row(i) + axis, 4 * axis + term) = term == 0 ? 1 : p[term - 1];
+    }
+    for (int wave = 0; wave < kWaveCount; ++wave) {
+      // Directions spread evenly over the half sphere, phases by the same golden angle.
+      const double z = (wave + 0.5) / kWaveCount, turn = wave * std::numbers::pi * (3 - std::sqrt(5.0));
+      const Vec3 direction(std::sqrt(1 - z * z) * std::cos(turn), std::sqrt(1 - z * z) * std::sin(turn), z);
+      const double wave_number = 2 * std::numbers::pi / (kWaveLength * extent);
+      loads(row(i) + wave % 3, kAffineCount + wave) = std::sin(wave_number * direction.dot(p) + turn);
+    }
+    loads.middleRows<3>(row(i)) *= double{level.mass[i]};
+  }
+  return loads;
+}
+
+// Hair alone, an entry an unknown. Ether's share of the mass is alike at all nodes, and nearly all of the least one.
+VectorXd hair_mass(const Level& level) {
+  const double ether = 0.8 * double{*std::ranges::min_element(level.mass)};
+  VectorXd mass(row(level.rest.size()));
+  for (std::size_t i = 0; i < level.rest.size(); ++i)
+    mass.segment<3>(row(i)).setConstant(double{level.mass[i]} - ether);
+  return mass;
+}
+
+// All of A but the springs.
+void add_others(const Level& level, const Stiffeners& attachments, NodeMatrix& matrix) {
+  for (std::size_t i = 0; i < level.rest.size(); ++i) {
+    const double diagonal = double{level.mass[i]} / (kResponse_s * kResponse_s) +
+                            double{level.ether_damping[i]} / kResponse_s + double{level.ether_stiffness[i]};
+    matrix.add(i, isotropic_and_axial(diagonal, 0, Vec3::Zero()));
+    SymmetricBlock drag{};
+    std::ranges::copy(level.drag[i], drag.begin());
+    matrix.add(i, scaled(1 / kResponse_s, drag));
+  }
+  for (std::size_t s = 0; s < attachments.count(); ++s) {
+    const std::vector<double> weights(attachments.weights.begin() + attachments.begin[s],
+                                      attachments.weights.begin() + attachments.begin[s + 1]);
+    matrix.add(nodes_of(attachments, s), weights, isotropic_and_axial(with_damping(attachments, s), 0, Vec3::Zero()));
+  }
+}
+
+// Loads scaled so that each moves the whole model alike, and the answer to them.
+struct Responses {
+  MatrixXd loads, displacements;
+};
+
+Responses respond(const Stiffeners& springs, const Stiffeners& attachments, const Level& level, const VectorXd& mass) {
+  NodeMatrix matrix(level.rest.size(), {&springs, &attachments});
+  matrix.set_zero();
+  add_others(level, attachments, matrix);
+  for (std::size_t s = 0; s < springs.count(); ++s) {
+    const std::vector<double> weights(springs.weights.begin() + springs.begin[s],
+                                      springs.weights.begin() + springs.begin[s + 1]);
+    const Vec3 e = springs.rest[s].cast<double>().normalized();
+    matrix.add(nodes_of(springs, s), weights, isotropic_and_axial(0, with_damping(springs, s), e));
+  }
+  Responses responses{smooth_loads(level), {}};
+  if (!matrix.factor()) return responses;
+  responses.displacements = matrix.solve(responses.loads);
+  for (Index f = 0; f < responses.loads.cols(); ++f) {
+    const double size = std::sqrt(mass.dot(responses.displacements.col(f).cwiseAbs2()));
+    if (!(size > 0)) continue;
+    responses.loads.col(f) /= size;
+    responses.displacements.col(f) /= size;
+  }
+  return responses;
+}
+
+// The error as a function of all springs' weights. Spring s is z_s z_s^T with z_s = sqrt(k_s) w_s = size_s x_s, so that
+// x, the unknown, starts with unit length for each spring.
+class ResponseError {
+ private:
+  template <class Vector>
+  auto of(Vector& x, std::size_t s) const {  // the part of spring s
+    return x.segment(static_cast<Index>(springs_.begin[s]),
+                     static_cast<Index>(springs_.begin[s + 1] - springs_.begin[s]));
+  }
+
+ public:
+  ResponseError(const Responses& wanted, const VectorXd& mass, const Level& level)
+      : wanted_(wanted),
+        mass_(mass),
+        level_(level),
+        springs_(level.springs),
+        matrix_(level.rest.size(), {&level.springs, &level.attachments}),
+        start_(static_cast<Index>(level.springs.weights.size())) {
+    for (std::size_t s = 0; s < springs_.count(); ++s) {
+      auto x = of(start_, s);
+      for (Index e = 0; e < x.size(); ++e)
+        x[e] = double{springs_.weights[springs_.begin[s] + static_cast<std::size_t>(e)]};
+      size_.push_back(std::sqrt(with_damping(springs_, s)) * x.norm());
+      x.normalize();
+      start_length_.push_back(vector(start_, s).norm());
+    }
+  }
+
+  [[nodiscard]] const VectorXd& start() const { return start_; }
+
+  // Infinite where a spring's vector changes its length too much, or the system cannot be solved.
+  double value(const VectorXd& x, VectorXd* gradient) {
+    for (std::size_t s = 0; s < springs_.count(); ++s) {
+      const double ratio = vector(x, s).norm() / start_length_[s];
+      if (!(ratio < kLengthChangeMax && ratio > 1 / kLengthChangeMax)) return std::numeric_limits<double>::infinity();
+    }
+    assemble(x);
+    if (!matrix_.factor()) return std::numeric_limits<double>::infinity();
+    const MatrixXd u = matrix_.solve(wanted_.loads);
+    const MatrixXd weighted = mass_.asDiagonal() * (u - wanted_.displacements);
+    const double load_count = static_cast<double>(u.cols());
+    const double stay = kStayWeight / static_cast<double>(springs_.count());
+    if (gradient) {
+      const MatrixXd adjoint = matrix_.solve(weighted);
+      gradient->resize(x.size());
+      for (std::size_t s = 0; s < springs_.count(); ++s)
+        of(*gradient, s) = spring_gradient(x, s, u, adjoint) / load_count;
+      *gradient += 2 * stay * (x - start_);
+    }
+    return weighted.cwiseProduct(u - wanted_.displacements).sum() / load_count + stay * (x - start_).squaredNorm();
+  }
+
+  // Puts the springs of x into the level: the length of each as it was, k so that k w w^T is z z^T.
+  void store(const VectorXd& x, Level& level) const {
+    Stiffeners& springs = level.springs;
+    for (std::size_t s = 0; s < springs.count(); ++s) {
+      const double damping_time_s = double{springs.damping[s]} / double{springs.stiffness[s]};
+      const double length = springs.rest[s].cast<double>().norm(), length_x = vector(x, s).norm();
+      const double stiffness = std::pow(size_[s] * length_x / length, 2) / (1 + damping_time_s / kResponse_s);
+      springs.stiffness[s] = static_cast<float>(stiffness);
+      springs.damping[s] = static_cast<float>(stiffness * damping_time_s);
+      Vec3 rest = Vec3::Zero();
+      for (std::uint32_t e = springs.begin[s]; e < springs.begin[s + 1]; ++e) {
+        springs.weights[e] = static_cast<float>(x[static_cast<Index>(e)] * length / length_x);
+        rest += double{springs.weights[e]} * level.rest[springs.nodes[e]].cast<double>();
+      }
+      springs.rest[s] = rest.cast<float>();
+    }
+  }
+
+ private:
+  // sum x_j p_j^0, along the spring
+  [[nodiscard]] Vec3 vector(const VectorXd& x, std::size_t s) const {
+    Vec3 sum = Vec3::Zero();
+    for (std::uint32_t e = springs_.begin[s]; e < springs_.begin[s + 1]; ++e) {
+      sum += x[static_cast<Index>(e)] * level_.rest[springs_.nodes[e]].cast<double>();
+    }
+    return sum;
+  }
+
+  void assemble(const VectorXd& x) {
+    matrix_.set_zero();
+    add_others(level_, level_.attachments, matrix_);
+    for (std::size_t s = 0; s < springs_.count(); ++s) {
+      const auto weights = of(x, s);
+      matrix_.add(nodes_of(springs_, s), {weights.data(), static_cast<std::size_t>(weights.size())},
+                  isotropic_and_axial(0, size_[s] * size_[s], vector(x, s).normalized()));
+    }
+  }
+
+  // d/dx_s of the sum over loads of m |u - wanted|^2, along the x_s that sum to 0. With l = A^-1 m (u - wanted) that is
+  // -2 d (e.a)(e.c), a = sum z_j l_j, c = sum z_j u_j; e turns with x.
+  [[nodiscard]] VectorXd spring_gradient(const VectorXd& x, std::size_t s, const MatrixXd& u,
+                                         const MatrixXd& adjoint) const {
+    const auto nodes = nodes_of(springs_, s);
+    const auto weights = of(x, s);
+    Eigen::Matrix3Xd a = Eigen::Matrix3Xd::Zero(3, u.cols()), c = a;
+    for (std::size_t j = 0; j < nodes.size(); ++j) {
+      a += weights[static_cast<Index>(j)] * adjoint.middleRows<3>(row(nodes[j]));
+      c += weights[static_cast<Index>(j)] * u.middleRows<3>(row(nodes[j]));
+    }
+    const Vec3 along = vector(x, s), e = along.normalized();
+    const Eigen::RowVectorXd e_a = e.transpose() * a, e_c = e.transpose() * c;
+    Vec3 turning = a * e_c.transpose() + c * e_a.transpose();
+    turning = (turning - e * e.dot(turning)) / along.norm();
+    VectorXd gradient(weights.size());
+    for (std::size_t j = 0; j < nodes.size(); ++j) {
+      gradient[static_cast<Index>(j)] = (e.transpose() * adjoint.middleRows<3>(row(nodes[j]))).dot(e_c) +
+                                        (e.transpose() * u.middleRows<3>(row(nodes[j]))).dot(e_a) +
+                                        turning.dot(level_.rest[nodes[j]].cast<double>());
+    }
+    gradient.array() -= gradient.mean();
+    return -2 * size_[s] * size_[s] * gradient;
+  }
+
+  const Responses& wanted_;
+  const VectorXd& mass_;
+  const Level& level_;
+  const Stiffeners& springs_;
+  NodeMatrix matrix_;
+  VectorXd start_;
+  std::vector<double> size_, start_length_;
+};
+
+// The last steps and changes of the gradient, which stand for the second derivative (Nocedal 1980).
+class CurvatureMemory {
+ public:
+  void put(VectorXd step, VectorXd change) {
+    if (!(step.dot(change) > 0)) return;
+    pairs_.emplace_back(std::move(step), std::move(change));
+    if (pairs_.size() > 10) pairs_.pop_front();
+  }
+
+  [[nodiscard]] VectorXd descent(const VectorXd& gradient) const {
+    if (pairs_.empty()) return -kFirstStep / gradient.norm() * gradient;
+    VectorXd direction = -gradient;
+    std::vector<double> shares(pairs_.size());
+    for (std::size_t i = pairs_.size(); i-- > 0;) {
+      const auto& [step, change] = pairs_[i];
+      shares[i] = step.dot(direction) / step.dot(change);
+      direction -= shares[i] * change;
+    }
+    direction *= pairs_.back().first.dot(pairs_.back().second) / pairs_.back().second.squaredNorm();
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+      const auto& [step, change] = pairs_[i];
+      direction += (shares[i] - change.dot(direction) / step.dot(change)) * step;
+    }
+    return direction;
+  }
+
+ private:
+  static constexpr double kFirstStep = 0.1;
+  std::deque<std::pair<VectorXd, VectorXd>> pairs_;
+};
+
+// One step of descent, halved until the error falls enough. False when it does not.
+bool descend(ResponseError& error, const CurvatureMemory& memory, VectorXd& x, VectorXd& gradient, double& value) {
+  const VectorXd direction = memory.descent(gradient);
+  const double slope = gradient.dot(direction);
+  VectorXd next_gradient;
+  double share = 1;
+  for (int attempt = 0; attempt < 10; ++attempt, share *= 0.5) {
+    const VectorXd next = x + share * direction;
+    const double next_value = error.value(next, &next_gradient);
+    if (!(next_value < value + 1e-4 * share * slope)) continue;
+    x = next;
+    gradient = next_gradient;
+    value = next_value;
+    return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+bool match_response(const Stiffeners& all_springs, const Stiffeners& all_attachments, Level& level,
+                    const std::function<bool(double)>& keep_going) {
+  if (level.springs.count() == 0) return true;
+  const VectorXd mass = hair_mass(level);
+  const Responses wanted = respond(all_springs, all_attachments, level, mass);
+  if (wanted.displacements.size() == 0) return true;
+  ResponseError error(wanted, mass, level);
+  VectorXd x = error.start(), gradient;
+  double value = error.value(x, &gradient);
+  if (!std::isfinite(value)) return true;
+  CurvatureMemory memory;
+  for (int i = 0; i < kIterations; ++i) {
+    if (keep_going && !keep_going(static_cast<double>(i) / kIterations)) return false;
+    const VectorXd before = x, gradient_before = gradient;
+    if (!(gradient.norm() > 0) || !descend(error, memory, x, gradient, value)) break;
+    memory.put(x - before, gradient - gradient_before);
+  }
+  error.store(x, level);
+  return true;
+}
+
+double response_error(const Stiffeners& all_springs, const Stiffeners& all_attachments, const Level& level) {
+  const VectorXd mass = hair_mass(level);
+  const Responses wanted = respond(all_springs, all_attachments, level, mass);
+  ResponseError error(wanted, mass, level);
+  return std::sqrt(error.value(error.start(), nullptr));
+}
+
+}  // namespace hairnet

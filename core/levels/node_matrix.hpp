@@ -1,0 +1,47 @@
+#pragma once
+
+#include <Eigen/SparseCholesky>
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/levels/level.hpp"
+
+namespace hairnet {
+
+// A symmetric 3 x 3 block: xx xy xz yy yz zz.
+using SymmetricBlock = std::array<double, 6>;
+
+// a I + b e e^T
+SymmetricBlock isotropic_and_axial(double a, double b, const Vec3& e);
+SymmetricBlock scaled(double a, const SymmetricBlock& block);
+
+// The symmetric positive definite matrix of a linear system over a level's nodes, three unknowns each, assembled block
+// by block and factored (LDL^T). Every block is symmetric itself: stiffeners give w_i w_j (a I + b e e^T).
+class NodeMatrix {
+ public:
+  // Blocks are on the diagonal and wherever two nodes share a stiffener of `lists`.
+  NodeMatrix(std::size_t node_count, std::initializer_list<const Stiffeners*> lists);
+
+  void set_zero();
+  void add(std::size_t node, const SymmetricBlock& block);
+  // w_i w_j `block` for all pairs (i, j) of `nodes`, ascending, which share a stiffener.
+  void add(std::span<const std::uint16_t> nodes, std::span<const double> weights, const SymmetricBlock& block);
+
+  // False when it is not positive definite.
+  [[nodiscard]] bool factor();
+  // Solves for each column; rows 3 i .. 3 i + 2 belong to node i. The matrix must be factored.
+  [[nodiscard]] Eigen::MatrixXd solve(const Eigen::MatrixXd& loads) const;
+
+ private:
+  void fill_values();
+
+  // Blocks on and below the diagonal, column by column, rows ascending.
+  std::vector<std::uint32_t> column_begin_{0}, rows_;
+  std::vector<SymmetricBlock> blocks_;
+  Eigen::SparseMatrix<double> matrix_;  // lower half
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors_;
+};
+
+}  // namespace hairnet

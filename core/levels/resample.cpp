@@ -1,0 +1,64 @@
+#include "core/levels/resample.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hairnet {
+namespace {
+
+// Appends the crossings of one segment, both ends included, in order from a to b.
+void append_crossings(const Grid& grid, const Vec3& a, const Vec3& b, std::vector<Vec3>& cuts) {
+  int axis = 0;
+  (b - a).cwiseProduct(grid.spacing()).cwiseAbs().maxCoeff(&axis);  // angles are measured in metres
+  const double from = a[axis], to = b[axis];
+  if (from == to) return;
+  const double first_plane = std::ceil(std::min(from, to)), last_plane = std::floor(std::max(from, to));
+  const int count = static_cast<int>(last_plane - first_plane) + 1;
+  for (int i = 0; i < count; ++i) {
+    const double plane = from < to ? first_plane + i : last_plane - i;
+    Vec3 cut = a + (plane - from) / (to - from) * (b - a);
+    cut[axis] = plane;
+    cuts.push_back(cut);
+  }
+}
+
+// Leaves out interior points that are nearer than `length_min` to the one before or to the tip.
+void merge_short_pieces(const Grid& grid, double length_min, std::vector<Vec3>& cuts) {
+  const Vec3 tip = cuts.back();
+  std::size_t kept = 1;
+  for (std::size_t i = 1; i + 1 < cuts.size(); ++i) {
+    if (grid.length(cuts[i] - cuts[kept - 1]) >= length_min) cuts[kept++] = cuts[i];
+  }
+  while (kept > 1 && grid.length(tip - cuts[kept - 1]) < length_min) --kept;
+  cuts.resize(kept);
+  cuts.push_back(tip);
+}
+
+}  // namespace
+
+void polyline_on_grid(const Grid& grid, std::span<const Vec3f> points_head, std::vector<Vec3>& polyline) {
+  polyline.clear();
+  for (const Vec3f& point : points_head) {
+    const Vec3 on_grid = grid.from_head(point);
+    if (polyline.empty() || polyline.back() != on_grid) polyline.push_back(on_grid);
+  }
+}
+
+double arc_length(const Grid& grid, std::span<const Vec3> polyline) {
+  double length = 0;
+  for (std::size_t i = 1; i < polyline.size(); ++i) length += grid.length(polyline[i] - polyline[i - 1]);
+  return length;
+}
+
+double piece_length_min(const Grid& grid) {
+  return 0.1 * grid.spacing().minCoeff();
+}
+
+void cut_points(const Grid& grid, std::span<const Vec3> polyline, std::vector<Vec3>& cuts) {
+  cuts.assign(1, polyline.front());
+  for (std::size_t i = 1; i < polyline.size(); ++i) append_crossings(grid, polyline[i - 1], polyline[i], cuts);
+  cuts.push_back(polyline.back());
+  merge_short_pieces(grid, piece_length_min(grid), cuts);
+}
+
+}  // namespace hairnet

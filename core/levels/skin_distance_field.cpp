@@ -1,0 +1,162 @@
+#include "core/levels/skin_distance_field.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "core/geometry/mesh_query.hpp"
+
+namespace hairnet {
+namespace {
+
+constexpr double kShareLeast = 0.35;  // of a triangle's weights, for the bone to carry it
+constexpr float kReach_m = 0.15f;     // skin farther from the hair's box than this meets no hair
+constexpr double kMargin_m = 0.03;    // of the grid, around the skin
+constexpr double kCellLeast_m = 0.008;
+constexpr double kNodesMost = 24'000;  // of one bone's grid
+constexpr double kEndSlope = 2;
+constexpr double kSearch_m = 0.08;  // farther from the skin than this nobody asks how far
+
+struct Box {
+  Vec3f low = Vec3f::Constant(std::numeric_limits<float>::infinity()), high = -low;
+
+  void add(const Vec3f& point) {
+    low = low.cwiseMin(point);
+    high = high.cwiseMax(point);
+  }
+  [[nodiscard]] bool is_empty() const { return !(low.x() <= high.x()); }
+  [[nodiscard]] bool holds(const Vec3f& p) const { return (p - low).minCoeff() >= 0 && (high - p).minCoeff() >= 0; }
+};
+
+Box reach_of(const Groom& groom) {
+  Box box;
+  for (const Vec3f& point : groom.points) box.add(point);
+  box.low.array() -= kReach_m;
+  box.high.array() += kReach_m;
+  return box;
+}
+
+double share_of(const Body& body, const std::array<std::uint32_t, 3>& triangle, std::size_t bone) {
+  double sum = 0;
+  for (const std::uint32_t corner : triangle) sum += static_cast<double>(body.bone_weights[corner][bone]);
+  return sum / 3;
+}
+
+// The skin that one bone carries, within reach, and the box around it.
+struct Part {
+  Part(const Body& body, std::size_t bone, const Box& reach) : carried(body.mesh.triangles.size()) {
+    mesh.vertices = body.mesh.vertices;
+    for (std::size_t t = 0; t < carried.size(); ++t) {
+      const auto& triangle = body.mesh.triangles[t];
+      carried[t] = share_of(body, triangle, bone) >= kShareLeast;
+      const bool is_near =
+          std::ranges::any_of(triangle, [&](std::uint32_t v) { return reach.holds(mesh.vertices[v]); });
+      if (!carried[t] || !is_near) continue;
+      mesh.triangles.push_back(triangle);
+      for (const std::uint32_t v : triangle) box.add(mesh.vertices[v].cwiseMax(reach.low).cwiseMin(reach.high));
+    }
+  }
+  TriangleMesh mesh;
+  std::vector<bool> carried;  // of the body's triangles
+  Box box;
+};
+
+SkinField grid_around(const Box& box, Bone bone) {
+  const Vec3 size = (box.high - box.low).cast<double>() + Vec3::Constant(2 * kMargin_m);
+  const double cell = std::max(kCellLeast_m, std::cbrt(size.prod() / kNodesMost));
+  SkinField field;
+  field.bone = bone;
+  field.cell_m = static_cast<float>(cell);
+  field.origin = box.low - Vec3f::Constant(static_cast<float>(kMargin_m));
+  for (std::size_t a = 0; a < 3; ++a) {
+    field.dims[a] = static_cast<int>(std::ceil(size[static_cast<Eigen::Index>(a)] / cell)) + 1;
+  }
+  return field;
+}
+
+// A row of the grid along x. Whether a node is inside is asked anew only where the skin may lie between it and the one
+// before.
+void fill_row(const MeshQuery& body, const MeshQuery& part, const std::vector<bool>& carried, SkinField& field, int j,
+              int k) {
+  const double cell = static_cast<double>(field.cell_m);
+  double last_m = 0;
+  bool inside = false;
+  for (int i = 0; i < field.dims[0]; ++i) {
+    const Vec3 at = field.origin.cast<double>() + cell * Vec3(i, j, k);
+    const MeshQuery::Closest nearest = body.closest(at, kSearch_m);
+    const double whole_m = std::min(nearest.distance, kSearch_m);
+    if (!(last_m > cell)) inside = body.inside(at);
+    last_m = whole_m;
+    // Below skin that another bone carries, this one's part of the body ends, the sooner the farther its own skin is.
+    const bool is_own = !std::isfinite(nearest.distance) || carried[nearest.triangle];
+    const double own_m = is_own ? whole_m : std::min(part.closest(at, kSearch_m).distance, kSearch_m);
+    const double depth_m = whole_m - kEndSlope * (own_m - whole_m);
+    field.distance.push_back(static_cast<float>(inside ? std::min(-depth_m, own_m) : own_m));
+  }
+}
+
+std::optional<SkinField> make_field(const Body& body, const MeshQuery& whole, Bone bone, const Box& reach) {
+  const Part part(body, static_cast<std::size_t>(bone), reach);
+  if (part.mesh.triangles.empty() || part.box.is_empty()) return std::nullopt;
+  const MeshQuery skin(part.mesh);
+  SkinField field = grid_around(part.box, bone);
+  for (int k = 0; k < field.dims[2]; ++k) {
+    for (int j = 0; j < field.dims[1]; ++j) fill_row(whole, skin, part.carried, field, j, k);
+  }
+  return field;
+}
+
+}  // namespace
+
+std::shared_ptr<const Skin> make_skin(const Groom& groom, const ParallelFor& parallel_for) {
+  const MeshQuery whole(groom.body.mesh);
+  const Box reach = reach_of(groom);
+  std::array<std::optional<SkinField>, kBoneCount> fields;
+  if (!whole.empty() && !groom.points.empty()) {
+    run(parallel_for, kBoneCount,
+        [&](std::size_t b) { fields[b] = make_field(groom.body, whole, static_cast<Bone>(b), reach); });
+  }
+  auto skin = std::make_shared<Skin>();
+  for (std::optional<SkinField>& field : fields) {
+    if (field) skin->push_back(std::move(*field));
+  }
+  return skin;
+}
+
+double skin_distance(const SkinField& field, const Vec3& point, Vec3* gradient) {
+  const Vec3 at = (point - field.origin.cast<double>()) / static_cast<double>(field.cell_m);
+  Vec3 within, t;
+  std::array<int, 3> low;
+  for (int a = 0; a < 3; ++a) {
+    const int cells = field.dims[static_cast<std::size_t>(a)] - 1;
+    within[a] = std::clamp(at[a], 0.0, static_cast<double>(cells));
+    low[static_cast<std::size_t>(a)] = std::min(static_cast<int>(within[a]), cells - 1);
+    t[a] = within[a] - low[static_cast<std::size_t>(a)];
+  }
+  double corner[2][2][2];
+  for (int c = 0; c < 8; ++c) {
+    const int i = c & 1, j = c >> 1 & 1, k = c >> 2;
+    corner[k][j][i] = static_cast<double>(field.distance[static_cast<std::size_t>(
+        low[0] + i + field.dims[0] * (low[1] + j + field.dims[1] * (low[2] + k)))]);
+  }
+  const auto mix = [](double s, double a, double b) { return a + s * (b - a); };
+  double edge[2][2], slope_x[2][2];
+  for (int c = 0; c < 4; ++c) {
+    const auto& pair = corner[c >> 1][c & 1];
+    edge[c >> 1][c & 1] = mix(t.x(), pair[0], pair[1]);
+    slope_x[c >> 1][c & 1] = pair[1] - pair[0];
+  }
+  const double low_face = mix(t.y(), edge[0][0], edge[0][1]), high_face = mix(t.y(), edge[1][0], edge[1][1]);
+  if (gradient) {
+    const auto over_yz = [&](const double(&s)[2][2]) {
+      return mix(t.z(), mix(t.y(), s[0][0], s[0][1]), mix(t.y(), s[1][0], s[1][1]));
+    };
+    *gradient =
+        Vec3(over_yz(slope_x), mix(t.z(), edge[0][1] - edge[0][0], edge[1][1] - edge[1][0]), high_face - low_face) /
+        static_cast<double>(field.cell_m);
+  }
+  return mix(t.z(), low_face, high_face) + static_cast<double>(field.cell_m) * (at - within).norm();
+}
+
+}  // namespace hairnet

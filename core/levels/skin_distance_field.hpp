@@ -1,0 +1,17 @@
+#pragma once
+
+#include "core/groom/groom.hpp"
+#include "core/levels/level.hpp"
+#include "core/parallel_for.hpp"
+
+namespace hairnet {
+
+// Makes the distance field of each bone's skin that hair can reach. A triangle counts for a bone that has a large part
+// of its weights. The same bits for any `parallel_for`.
+std::shared_ptr<const Skin> make_skin(const Groom& groom, const ParallelFor& parallel_for = {});
+
+// The signed distance at a point (head space at rest, m): trilinear inside the grid; outside it, the value at the
+// nearest point of the grid plus the distance to that point. `gradient` may be null; its length is about 1.
+double skin_distance(const SkinField& field, const Vec3& point, Vec3* gradient = nullptr);
+
+}  // namespace hairnet

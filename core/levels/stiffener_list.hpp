@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/levels/grid.hpp"
+
+namespace hairnet {
+
+// Stiffeners while a level is built: grid indices and double, one for every piece of hair. Stiffener s has the entries
+// [begin[s], begin[s + 1]), ascending by node, none of them zero.
+struct StiffenerList {
+  std::vector<std::uint32_t> begin{0};
+  std::vector<NodeWeight> entries;
+  std::vector<double> stiffness;  // k, N/m
+  std::vector<double> damping;    // q, N s/m
+  std::vector<std::uint16_t> group;
+  std::vector<std::array<Vec3, 2>> ends;  // grid coordinates; an attachment has its point twice
+
+  [[nodiscard]] std::size_t count() const { return stiffness.size(); }
+  [[nodiscard]] std::span<const NodeWeight> weights(std::size_t s) const {
+    return {entries.data() + begin[s], entries.data() + begin[s + 1]};
+  }
+};
+
+// Eq. 3: the weights of `to` minus those of `from`. k = axial_stiffness_n / chord length, with a length of at least a
+// tenth of a cell; q = k damping_time_s. Adds nothing when the chord or the stiffness is zero.
+void add_spring(const Grid& grid, const Vec3& from, const Vec3& to, double axial_stiffness_n, double damping_time_s,
+                std::uint16_t group, StiffenerList& springs);
+
+// A spring of stiffness k (N/m), whatever its length; none without a chord or a stiffness.
+struct SpringLaw {
+  double stiffness_n_per_m = 0, damping_time_s = 0;
+  std::uint16_t group = 0;
+};
+void add_spring(const Grid& grid, const Vec3& from, const Vec3& to, const SpringLaw& law, StiffenerList& springs);
+
+// Appends the stiffeners of `more` to `list`.
+void append(const StiffenerList& more, StiffenerList& list);
+
+// Eq. 4: one point of the lattice, bound to the skull where it lies. None without a stiffness.
+void add_attachment(const Grid& grid, const Vec3& point, double stiffness_n_per_m, double damping_time_s,
+                    std::uint16_t group, StiffenerList& attachments);
+
+}  // namespace hairnet

@@ -1,0 +1,32 @@
+#include "core/levels/stiffener_order.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <span>
+
+namespace hairnet {
+
+void order_by_nodes(Stiffeners& list) {
+  const auto nodes = [&](std::size_t s) {
+    return std::span(list.nodes).subspan(list.begin[s], list.begin[s + 1] - list.begin[s]);
+  };
+  std::vector<std::size_t> order(list.count());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(
+      order, [&](std::size_t a, std::size_t b) { return std::ranges::lexicographical_compare(nodes(a), nodes(b)); });
+
+  Stiffeners ordered;
+  for (const std::size_t s : order) {
+    ordered.nodes.insert(ordered.nodes.end(), list.nodes.begin() + list.begin[s],
+                         list.nodes.begin() + list.begin[s + 1]);
+    ordered.weights.insert(ordered.weights.end(), list.weights.begin() + list.begin[s],
+                           list.weights.begin() + list.begin[s + 1]);
+    ordered.begin.push_back(static_cast<std::uint32_t>(ordered.nodes.size()));
+    ordered.stiffness.push_back(list.stiffness[s]);
+    ordered.damping.push_back(list.damping[s]);
+    ordered.rest.push_back(list.rest[s]);
+  }
+  list = std::move(ordered);
+}
+
+}  // namespace hairnet

@@ -1,0 +1,121 @@
+#include "core/levels/trim.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cstdlib>
+
+namespace hairnet {
+namespace {
+
+using Vec4 = Eigen::Vector4d;
+using Mat4 = Eigen::Matrix4d;
+
+struct Neighbour {
+  std::uint32_t active;  // active index
+  Vec3 offset;           // from the trimmed node, in nodes
+};
+
+// Active nodes within kTrimReach on each axis, nearest first.
+std::vector<Neighbour> neighbours(const Lattice& lattice, const std::vector<std::int32_t>& active_index,
+                                  std::uint32_t node) {
+  const auto [ci, cj, ck] = lattice.coordinates(node);
+  std::vector<Neighbour> found;
+  for (int k = std::max(ck - kTrimReach, 0); k <= std::min(ck + kTrimReach, lattice.dims[2] - 1); ++k) {
+    for (int j = std::max(cj - kTrimReach, 0); j <= std::min(cj + kTrimReach, lattice.dims[1] - 1); ++j) {
+      for (int i = std::max(ci - kTrimReach, 0); i <= std::min(ci + kTrimReach, lattice.dims[0] - 1); ++i) {
+        const std::int32_t active = active_index[lattice.index(i, j, k)];
+        if (active >= 0) found.push_back({static_cast<std::uint32_t>(active), Vec3(i - ci, j - cj, k - ck)});
+      }
+    }
+  }
+  std::ranges::stable_sort(found, {}, [](const Neighbour& n) { return n.offset.squaredNorm(); });
+  return found;
+}
+
+std::vector<double> mean_weights(std::span<const Neighbour> near) {
+  std::vector<double> weights;
+  double sum = 0;
+  for (const Neighbour& n : near) sum += weights.emplace_back(1 / n.offset.squaredNorm());
+  for (double& w : weights) w /= sum;
+  return weights;
+}
+
+// Weights with which an affine function, fitted by least squares with weights 1 / distance^2, is read at the trimmed
+// node. Empty when the nodes lie in one plane.
+std::vector<double> affine_weights(std::span<const Neighbour> near) {
+  Mat4 normal = Mat4::Zero();
+  for (const Neighbour& n : near) {
+    const Vec4 row(1, n.offset[0], n.offset[1], n.offset[2]);
+    normal += row * row.transpose() / n.offset.squaredNorm();
+  }
+  const Eigen::SelfAdjointEigenSolver<Mat4> eigen(normal);
+  if (eigen.eigenvalues()[0] < 1e-6 * eigen.eigenvalues()[3]) return {};
+  const Vec4 at_node =
+      eigen.eigenvectors() * (eigen.eigenvectors().row(0).transpose().array() / eigen.eigenvalues().array()).matrix();
+  std::vector<double> weights;
+  for (const Neighbour& n : near) {
+    const Vec4 row(1, n.offset[0], n.offset[1], n.offset[2]);
+    weights.push_back(at_node.dot(row) / n.offset.squaredNorm());
+  }
+  return weights;
+}
+
+double amplification(std::span<const double> weights) {
+  double sum = 0;
+  for (const double w : weights) sum += std::abs(w);
+  return sum;
+}
+
+// As much of `affine` as keeps the amplification within bounds, the rest of `mean`; both sum to 1, and so does this.
+std::vector<double> bounded_blend(const std::vector<double>& affine, const std::vector<double>& mean) {
+  double low = 0, high = 1;
+  std::vector<double> blend(mean.size());
+  for (int halving = 0; halving < 40; ++halving) {
+    const double share = 0.5 * (low + high);
+    for (std::size_t i = 0; i < mean.size(); ++i) blend[i] = share * affine[i] + (1 - share) * mean[i];
+    (amplification(blend) <= kAmplificationMax ? low : high) = share;
+  }
+  for (std::size_t i = 0; i < mean.size(); ++i) blend[i] = low * affine[i] + (1 - low) * mean[i];
+  return blend;
+}
+
+// Of the nearest few: combinations are sent to clients.
+std::vector<double> combination(std::span<const Neighbour> near) {
+  std::vector<double> affine;
+  for (const std::size_t count : {8, 16, 32}) {
+    affine = affine_weights(near.first(std::min(count, near.size())));
+    if (!affine.empty() && amplification(affine) <= kAmplificationMax) return affine;
+    if (count >= near.size()) break;
+  }
+  if (!affine.empty()) return bounded_blend(affine, mean_weights(near.first(affine.size())));
+  std::vector<double> mean = mean_weights(near.first(std::min<std::size_t>(8, near.size())));
+  const double fade = 1 - near.front().offset.cwiseAbs().maxCoeff() / (kTrimReach + 1);
+  for (double& w : mean) w *= fade;
+  return mean;
+}
+
+}  // namespace
+
+LevelGeometry trim(const Lattice& lattice, const std::vector<bool>& is_active) {
+  LevelGeometry geometry;
+  geometry.lattice = lattice;
+  geometry.trimmed_begin = {0};
+  std::vector<std::int32_t> active_index(lattice.node_count(), -1);
+  for (std::uint32_t node = 0; node < lattice.node_count(); ++node) {
+    if (is_active[node]) active_index[node] = static_cast<std::int32_t>(geometry.active_nodes.size());
+    (is_active[node] ? geometry.active_nodes : geometry.trimmed_nodes).push_back(node);
+  }
+  for (const std::uint32_t node : geometry.trimmed_nodes) {
+    const std::vector<Neighbour> near = neighbours(lattice, active_index, node);
+    const std::vector<double> weights = near.empty() ? std::vector<double>{} : combination(near);
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+      if (weights[i] == 0) continue;
+      geometry.trimmed_from.push_back(near[i].active);
+      geometry.trimmed_weights.push_back(static_cast<float>(weights[i]));
+    }
+    geometry.trimmed_begin.push_back(static_cast<std::uint32_t>(geometry.trimmed_from.size()));
+  }
+  return geometry;
+}
+
+}  // namespace hairnet

@@ -1,0 +1,154 @@
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "core/levels/level.hpp"
+
+namespace hairnet {
+namespace {
+
+// Far beyond anything that is built, and far from where the solver's sums overflow.
+constexpr float kMost = 1e9f;
+constexpr float kWeightMost = 1e3f;
+constexpr float kCellLeast_m = 1e-4f;
+constexpr int kSkinNodesMost = 1 << 20;  // of one grid: an entry's number is exact in float
+// What rounding to float may leave of sums that are exact by construction.
+constexpr double kSumTolerance = 1e-4;
+constexpr double kRestTolerance_m = 1e-4;
+
+bool within(float value, float least, float most = kMost) {
+  return value >= least && value <= most;  // false for a NaN
+}
+
+bool all_within(const std::vector<float>& values, float least, float most = kMost) {
+  for (const float value : values) {
+    if (!within(value, least, most)) return false;
+  }
+  return true;
+}
+
+bool is_positive_semi_definite(const std::array<float, 6>& q) {
+  for (const float c : q) {
+    if (!within(c, -kMost)) return false;
+  }
+  Eigen::Matrix3d drag;
+  drag << q[0], q[1], q[2], q[1], q[3], q[4], q[2], q[4], q[5];
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(drag, Eigen::EigenvaluesOnly);
+  return eigen.eigenvalues()[0] >= -1e-5 * std::abs(eigen.eigenvalues()[2]);
+}
+
+std::string validate_nodes(const Level& level) {
+  const std::size_t count = level.geometry.active_nodes.size();
+  if (count == 0 || count > std::numeric_limits<std::uint16_t>::max()) return "nodes: none, or more than have an index";
+  if (level.rest.size() != count || level.mass.size() != count || level.ether_stiffness.size() != count ||
+      level.ether_damping.size() != count || level.drag.size() != count)
+    return "nodes: counts disagree";
+  for (std::size_t i = 0; i < count; ++i) {
+    if (level.rest[i] != level.geometry.lattice.node(level.geometry.active_nodes[i]))
+      return "nodes: one is not where the lattice has it";
+    if (!is_positive_semi_definite(level.drag[i])) return "nodes: a drag that pushes forward, or is no number";
+  }
+  if (!all_within(level.mass, std::numeric_limits<float>::min())) return "nodes: a mass is not finite and positive";
+  if (!all_within(level.ether_stiffness, 0) || !all_within(level.ether_damping, 0))
+    return "nodes: ether is not finite and positive";
+  return {};
+}
+
+std::string validate_counts(const Stiffeners& list) {
+  const std::size_t count = list.stiffness.size();
+  if (list.begin.size() != count + 1 || list.damping.size() != count || list.rest.size() != count ||
+      list.weights.size() != list.nodes.size())
+    return "counts disagree";
+  if (list.begin.front() != 0 || list.begin.back() != list.nodes.size()) return "offsets are not those of the entries";
+  for (std::size_t s = 0; s < count; ++s) {
+    if (list.begin[s] >= list.begin[s + 1]) return "one without nodes, or offsets that descend";
+  }
+  return {};
+}
+
+// `weight_sum`: 0 of a spring, 1 of an attachment.
+std::string validate_stiffeners(const Stiffeners& list, double weight_sum, const Level& level) {
+  if (std::string fault = validate_counts(list); !fault.empty()) return fault;
+  if (!all_within(list.weights, -kWeightMost, kWeightMost)) return "a weight is not finite, or too large";
+  if (!all_within(list.stiffness, std::numeric_limits<float>::min())) return "a stiffness is not finite and positive";
+  if (!all_within(list.damping, 0)) return "a damping is not finite, or negative";
+  for (std::size_t s = 0; s < list.count(); ++s) {
+    double sum = 0, size = 0;
+    Vec3 rest = Vec3::Zero();
+    for (std::uint32_t e = list.begin[s]; e < list.begin[s + 1]; ++e) {
+      if (list.nodes[e] >= level.rest.size()) return "a node does not exist";
+      if (e > list.begin[s] && list.nodes[e - 1] >= list.nodes[e]) return "nodes do not ascend";
+      const double weight = list.weights[e];
+      sum += weight;
+      size += std::abs(weight);
+      rest += weight * level.rest[list.nodes[e]].cast<double>();
+    }
+    if (!(std::abs(sum - weight_sum) <= kSumTolerance * std::max(1.0, size))) return "weights have another sum";
+    if (!((rest - list.rest[s].cast<double>()).norm() <= kRestTolerance_m * std::max(1.0, size)))
+      return "a rest is not that of the nodes";
+  }
+  return {};
+}
+
+std::string validate_skin(const Skin& skin) {
+  std::array<bool, kBoneCount> is_met{};
+  for (const SkinField& field : skin) {
+    const auto bone = static_cast<std::size_t>(field.bone);
+    if (bone >= kBoneCount || std::exchange(is_met[bone], true)) return "skin: no such bone, or two fields of one";
+    if (!field.origin.allFinite() || field.origin.cwiseAbs().maxCoeff() > kMost) return "skin: an origin is not finite";
+    if (!within(field.cell_m, kCellLeast_m)) return "skin: a cell without size";
+    std::size_t count = 1;
+    for (const int nodes : field.dims) {
+      if (nodes < 2 || nodes > kSkinNodesMost) return "skin: a grid of no or too many nodes";
+      count *= static_cast<std::size_t>(nodes);
+    }
+    if (count > kSkinNodesMost || field.distance.size() != count) return "skin: counts disagree";
+    if (!all_within(field.distance, -kMost)) return "skin: a distance is not finite";
+  }
+  return {};
+}
+
+// Where each of so many runs begins, from 0 on, and the last one ends.
+bool is_offsets(const std::vector<std::uint32_t>& begin, std::size_t runs, std::size_t end) {
+  return begin.size() == runs + 1 && begin.front() == 0 && begin.back() == end && std::ranges::is_sorted(begin);
+}
+
+std::string validate_contacts(const Level& level) {
+  const ContactPoints& contacts = level.contacts;
+  const std::size_t count = contacts.count();
+  if (!is_offsets(contacts.begin, count, contacts.nodes.size()) || contacts.weights.size() != contacts.nodes.size() ||
+      contacts.potential.size() != count || contacts.limit.size() != count * level.skin->size())
+    return "contacts: counts disagree";
+  if (!all_within(contacts.weights, 0, 1)) return "contacts: a weight is not within 0 and 1";
+  if (!all_within(contacts.potential, 0)) return "contacts: a potential is not finite, or negative";
+  if (!all_within(contacts.limit, -kMost)) return "contacts: a limit is not finite";
+  for (std::size_t p = 0; p < count; ++p) {
+    if (!contacts.rest[p].allFinite() || contacts.rest[p].cwiseAbs().maxCoeff() > kMost)
+      return "contacts: a point is not finite";
+    float sum = 0;
+    for (std::uint32_t e = contacts.begin[p]; e < contacts.begin[p + 1]; ++e) {
+      if (contacts.nodes[e] >= level.rest.size()) return "contacts: a node does not exist";
+      sum += contacts.weights[e];
+    }
+    if (!(sum <= 1 + static_cast<float>(kSumTolerance))) return "contacts: weights of more than 1";
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string validate(const Level& level) {
+  if (std::string fault = validate(level.geometry); !fault.empty()) return fault;
+  if (!within(level.displacement_max_m, std::numeric_limits<float>::min())) return "no bound on displacements";
+  if (std::string fault = validate_nodes(level); !fault.empty()) return fault;
+  if (std::string fault = validate_stiffeners(level.springs, 0, level); !fault.empty()) return "springs: " + fault;
+  if (std::string fault = validate_stiffeners(level.attachments, 1, level); !fault.empty())
+    return "attachments: " + fault;
+  if (!level.skin) return "no skin";
+  if (std::string fault = validate_skin(*level.skin); !fault.empty()) return fault;
+  return validate_contacts(level);
+}
+
+}  // namespace hairnet

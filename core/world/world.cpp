@@ -1,0 +1,306 @@
+#include "core/world/world.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <deque>
+#include <functional>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "core/world/batches.hpp"
+#include "core/world/character.hpp"
+#include "core/world/switch_level.hpp"
+
+namespace hairnet {
+namespace {
+
+struct Slot {
+  std::uint32_t generation = 1;
+  bool live = false;
+  Character character;
+};
+
+class Fnv {
+ public:
+  void add(std::uint64_t word) { hash_ = (hash_ ^ word) * 1099511628211ull; }
+  void add(float x) { add(std::uint64_t{std::bit_cast<std::uint32_t>(x)}); }
+  void add(double x) { add(std::bit_cast<std::uint64_t>(x)); }
+  void add(const Vec3f& v) {
+    for (int a = 0; a < 3; ++a) add(v[a]);
+  }
+  [[nodiscard]] std::uint64_t value() const { return hash_; }
+
+ private:
+  std::uint64_t hash_ = 14695981039346656037ull;
+};
+
+}  // namespace
+
+struct World::Impl {
+  explicit Impl(const WorldDef& d) : def(d), plans(plans_of(d)), environments{d.environment} {}
+
+  static StepPlans plans_of(const WorldDef& d) {
+    assert(d.tick_s > 0 && d.substep_count >= 0 && d.iterations >= 0);
+    return {d.tick_s, d.substep_count > 0 ? d.substep_count : substep_count_for(d.tick_s), d.iterations};
+  }
+
+  [[nodiscard]] const Slot* find(CharacterId id) const {
+    if (!id || id.slot >= slots.size()) return nullptr;
+    const Slot& slot = slots[id.slot];
+    return slot.live && slot.generation == id.generation ? &slot : nullptr;
+  }
+  [[nodiscard]] Character* find(CharacterId id) {
+    const Slot* slot = std::as_const(*this).find(id);
+    return slot ? &slots[id.slot].character : nullptr;
+  }
+  [[nodiscard]] TickTerms terms() const { return {def.tick_s, environments, &plans, tick}; }
+
+  // Sorts characters by level, stride and tick of their next step, so that batches are full; costly levels come first,
+  // so that no worker starts a long batch last.
+  void arrange() {
+    order.clear();
+    for (std::uint32_t s = 0; s < slots.size(); ++s) {
+      const Character& c = slots[s].character;
+      if (!slots[s].live || c.held) continue;
+      order.push_back({c.level, c.stride, c.phase % c.stride, std::bit_cast<std::uintptr_t>(c.model()), s});
+    }
+    std::ranges::sort(order, {},
+                      [](const Placed& p) { return std::tuple(p.level, p.model, p.stride, p.turn, p.slot); });
+    is_arranged = true;
+  }
+  [[nodiscard]] Character& at(std::size_t i) { return slots[order[i].slot].character; }
+
+  void need_environment(std::uint32_t index) {
+    assert(index < kEnvironmentCountMax);
+    if (index >= environments.size()) environments.resize(index + 1, def.environment);
+  }
+
+  void begin_ticks() {
+    constexpr std::size_t kChunk = 64;
+    const TickTerms shared = terms();
+    outcomes.resize(order.size());
+    const auto begin_chunk = [&](std::size_t chunk) {
+      for (std::size_t i = chunk * kChunk; i < std::min(order.size(), (chunk + 1) * kChunk); ++i) {
+        outcomes[i] = begin_tick(shared, at(i));
+      }
+    };
+    run(def.parallel_for, (order.size() + kChunk - 1) / kChunk, std::cref(begin_chunk));
+  }
+
+  void step_batches() {
+    batches.clear();
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      if (outcomes[i] == Outcome::stepped) batches.add(at(i), outcomes[i]);
+      if (outcomes[i] == Outcome::eased) is_arranged = false;
+    }
+    batches.step(terms(), def.now_ns, def.parallel_for);
+  }
+
+  [[nodiscard]] StepReport report() const {
+    StepReport sum;
+    for (const Outcome outcome : outcomes) {
+      sum.stepped += outcome == Outcome::stepped || outcome == Outcome::reset;
+      sum.teleports += outcome == Outcome::teleported;
+      sum.lattices_reset += outcome == Outcome::reset;
+      sum.asleep += outcome == Outcome::asleep;
+      sum.waiting += outcome == Outcome::waiting;
+    }
+    sum.held = static_cast<std::uint32_t>(live_count - order.size());
+    sum.costs = batches.costs();
+    return sum;
+  }
+
+  WorldDef def;
+  StepPlans plans;
+  std::vector<Environment> environments;
+  std::deque<Slot> slots;  // a deque, so that slots never move in memory; removed slots are reused
+  std::vector<std::uint32_t> free_slots;
+  std::size_t live_count = 0;
+  struct Placed {
+    LevelIndex level;
+    std::uint8_t stride;
+    std::uint32_t turn;
+    std::uintptr_t model;
+    std::uint32_t slot;
+  };
+  std::vector<Placed> order;      // live slots but the held ones, as arrange() puts them
+  bool is_arranged = false;       // order still fits who is there, on which level and stride
+  std::vector<Outcome> outcomes;  // of the last tick, in this order
+  Batches batches;
+  std::uint64_t tick = 0;
+};
+
+World::World(const WorldDef& def) : impl_(std::make_unique<Impl>(def)) {}
+World::~World() = default;
+World::World(World&&) noexcept = default;
+World& World::operator=(World&&) noexcept = default;
+
+CharacterId World::add(const CharacterDef& def) {
+  if (impl_->live_count >= impl_->def.character_count_max) return {};
+  std::uint32_t index = 0;
+  if (impl_->free_slots.empty()) {
+    index = static_cast<std::uint32_t>(impl_->slots.size());
+    impl_->slots.emplace_back();
+  } else {
+    index = impl_->free_slots.back();
+    impl_->free_slots.pop_back();
+  }
+  Slot& slot = impl_->slots[index];
+  slot.live = true;
+  slot.character = {};
+  slot.character.levels = def.levels;
+  slot.character.from = slot.character.to = slot.character.last_from = slot.character.still_pose = def.pose;
+  slot.character.last_step_s = impl_->def.tick_s;
+  slot.character.at_tick = impl_->tick;
+  slot.character.phase = index;
+  slot.character.environment = def.environment;
+  impl_->need_environment(def.environment);
+  ++impl_->live_count;
+  impl_->is_arranged = false;
+  const CharacterId id{index, slot.generation};
+  set_level(id, def.level);
+  return id;
+}
+
+void World::remove(CharacterId id) {
+  if (!impl_->find(id)) return;
+  Slot& slot = impl_->slots[id.slot];
+  slot.live = false;
+  slot.character = {};
+  if (++slot.generation == 0) slot.generation = 1;
+  impl_->free_slots.push_back(id.slot);
+  impl_->is_arranged = false;
+  --impl_->live_count;
+}
+
+void World::set_pose(CharacterId id, const Pose& pose, bool teleport) {
+  assert(is_valid(pose));
+  if (Character* c = impl_->find(id)) {
+    c->to = pose;
+    c->teleport = c->teleport || teleport;
+  }
+}
+
+void World::set_levels(CharacterId id, std::shared_ptr<const LevelSet> levels) {
+  Character* c = impl_->find(id);
+  if (!c) return;
+  replace_levels(std::move(levels), *c);
+  impl_->is_arranged = false;
+}
+
+bool World::set_level(CharacterId id, LevelIndex index) {
+  Character* c = impl_->find(id);
+  if (!c || (index != LevelIndex::rigid && !c->levels)) return false;
+  switch_level(index, *c);
+  impl_->is_arranged = false;
+  return true;
+}
+
+void World::set_material(CharacterId id, const MaterialScale& material) {
+  assert(validate(material).empty());
+  Character* c = impl_->find(id);
+  if (!c || c->material == material) return;
+  c->material = material;
+  c->state.elastic_energy_max_j = std::numeric_limits<float>::infinity();
+  c->wake();
+}
+
+void World::set_environment(std::uint32_t index, const Environment& environment) {
+  impl_->need_environment(index);
+  impl_->environments[index] = environment;
+  for (Slot& slot : impl_->slots) {
+    if (slot.character.environment == index) slot.character.wake();
+  }
+}
+
+void World::set_stride(CharacterId id, int stride) {
+  assert(stride == 1 || stride == 2 || stride == kStrideMax);
+  Character* c = impl_->find(id);
+  if (!c || c->stride == stride) return;
+  c->stride = static_cast<std::uint8_t>(stride);
+  impl_->is_arranged = false;
+}
+
+void World::set_held(CharacterId id, bool held) {
+  Character* c = impl_->find(id);
+  if (!c || c->held == held) return;
+  if (held) {
+    hold(*c);
+  } else {
+    release(impl_->tick, *c);
+  }
+  impl_->is_arranged = false;
+}
+
+bool World::set_state(CharacterId id, std::span<const Vec3f> displacement, std::span<const Vec3f> velocity) {
+  Character* c = impl_->find(id);
+  return c && replace_state(displacement, velocity, *c);
+}
+
+StepReport World::step() {
+  Impl& w = *impl_;
+  if (!w.is_arranged) w.arrange();
+  w.begin_ticks();
+  w.step_batches();
+  ++w.tick;
+  return w.report();
+}
+
+bool World::contains(CharacterId id) const {
+  return std::as_const(*impl_).find(id) != nullptr;
+}
+std::size_t World::character_count() const {
+  return impl_->live_count;
+}
+
+LatticeView World::lattice(CharacterId id) const {
+  const Slot* slot = std::as_const(*impl_).find(id);
+  assert(slot);
+  const Character& c = slot->character;
+  const bool stepped = c.changed_tick == impl_->tick && !c.held;
+  return {c.level, c.model(), c.state.displacement, &c.from, c.is_asleep(), stepped, c.jumped};
+}
+
+const LatticeState& World::state(CharacterId id) const {
+  const Slot* slot = std::as_const(*impl_).find(id);
+  assert(slot);
+  return slot->character.state;
+}
+
+std::uint64_t World::hash() const {
+  Fnv fnv;
+  for (std::size_t s = 0; s < impl_->slots.size(); ++s) {
+    const Slot& slot = impl_->slots[s];
+    if (!slot.live) continue;
+    const Character& c = slot.character;
+    fnv.add(std::uint64_t{s});
+    fnv.add(static_cast<std::uint64_t>(c.level));
+    fnv.add(c.stiffness);
+    fnv.add(c.untangle.share());
+    fnv.add(c.bones_still_s);
+    fnv.add(c.still_s);
+    fnv.add(c.easing_s);
+    fnv.add(c.switched_s);
+    const MaterialScale& m = c.material;
+    for (const float x : {m.stiffness, m.damping, m.density, m.ether_damping, m.air_drag, m.gel_per_s2}) fnv.add(x);
+    fnv.add(c.state.elastic_energy_max_j);
+    fnv.add(c.state.speed_max_m_per_s);
+    fnv.add(std::uint64_t{c.environment} << 8 | std::uint64_t{c.stride} << 4 |
+            std::uint64_t{c.velocity_beyond_rest} << 3 | std::uint64_t{c.held} << 2 | std::uint64_t{c.due} << 1 |
+            std::uint64_t{c.teleport});
+    fnv.add(c.held ? 0 : impl_->tick - c.at_tick);
+    for (const Pose* pose : {&c.from, &c.to}) {
+      for (const RigidTransform& bone : pose->bones) {
+        for (int i = 0; i < 4; ++i) fnv.add(bone.rotation.coeffs()[i]);
+        for (int i = 0; i < 3; ++i) fnv.add(bone.position[i]);
+      }
+    }
+    for (const Vec3f& d : c.state.displacement) fnv.add(d);
+    for (const Vec3f& v : c.state.velocity) fnv.add(v);
+  }
+  return fnv.value();
+}
+
+}  // namespace hairnet

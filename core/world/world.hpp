@@ -1,0 +1,116 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "core/groom/groom.hpp"
+#include "core/levels/level.hpp"
+#include "core/parallel_for.hpp"
+#include "core/solver/step.hpp"
+#include "core/world/character.hpp"
+#include "core/world/step_cost.hpp"
+
+namespace hairnet {
+
+struct CharacterId {
+  std::uint32_t slot = 0;
+  std::uint32_t generation = 0;  // zero is null
+  friend bool operator==(const CharacterId&, const CharacterId&) = default;
+  explicit operator bool() const { return generation != 0; }
+};
+
+struct WorldDef {
+  double tick_s = 1.0 / 30;
+  int substep_count = 0;  // 0: substep_count_for(tick_s); poses are interpolated within the tick
+  int iterations = 0;     // of conjugate gradient a step; 0: iterations_for
+  std::uint32_t character_count_max = 65536;
+  Environment environment;   // of every index that set_environment has not set
+  ClockNs now_ns = nullptr;  // null: steps are not timed (StepReport::costs)
+  ParallelFor parallel_for;  // empty: one after the other
+};
+
+struct CharacterDef {
+  std::shared_ptr<const LevelSet> levels;  // null: only the rigid level can be set
+  LevelIndex level = LevelIndex::rigid;
+  Pose pose;
+  std::uint32_t environment = 0;  // which one blows about it
+};
+
+inline constexpr std::uint32_t kEnvironmentCountMax = 65536;
+
+struct StepReport {
+  std::uint32_t stepped = 0;  // characters whose lattice was stepped in this tick
+  std::uint32_t teleports = 0;
+  std::uint32_t lattices_reset = 0;  // a non-finite lattice returned to rest
+  std::uint32_t asleep = 0;          // characters at rest that were not stepped
+  std::uint32_t waiting = 0;         // characters with a stride whose next step is in a later tick
+  std::uint32_t held = 0;            // suspended characters
+  StepCosts costs;                   // times only with WorldDef::now_ns
+};
+
+// The lattice of one character, as frames and FFD need it. Valid until the next change of the world.
+struct LatticeView {
+  LevelIndex level = LevelIndex::rigid;
+  const Level* model = nullptr;         // null when rigid
+  std::span<const Vec3f> displacement;  // active order, head space, m; empty when rigid
+  const Pose* pose = nullptr;           // the one the last step ended at
+  bool asleep = false;   // nothing changed in the last tick, and nothing changes until the character wakes
+  bool stepped = false;  // pose or lattice changed in the last tick
+  bool jumped = false;   // the last change was a teleport, the end of a suspension or a reset: do not interpolate to it
+};
+
+// The simulated characters. One thread at a time may call it; no calls while step() runs. Deterministic: the same calls
+// give the same bits for any parallel_for.
+class World {
+ public:
+  explicit World(const WorldDef& def);
+  ~World();
+  World(World&&) noexcept;
+  World& operator=(World&&) noexcept;
+
+  [[nodiscard]] CharacterId add(const CharacterDef& def);  // null id when full
+  void remove(CharacterId id);                             // unknown ids are ignored
+  // The pose at the end of the next step. `teleport`: the lattice moves rigidly with the head. A pose change that is
+  // too large for the time since the character's last step (is_teleport) is treated as a teleport too. `pose` must be
+  // valid.
+  void set_pose(CharacterId id, const Pose& pose, bool teleport = false);
+  // A lattice of the same nodes (built with another material) keeps its state, any other starts at rest.
+  void set_levels(CharacterId id, std::shared_ptr<const LevelSet> levels);
+  // Transfers the state to the new level by least squares (LevelSet::maps). The transferred state strains the new
+  // springs and may put nodes inside the body, so stiffness and contact fade in over kSwitchEase_s. For the rigid level
+  // the displacements fade out over kRigidEase_s, and the old level stays until then. Returns false when the character
+  // has no such level.
+  bool set_level(CharacterId id, LevelIndex level);
+  void set_material(CharacterId id, const MaterialScale& material);  // must be valid; from the next step on
+  // Of the characters of that index, below kEnvironmentCountMax; from the next step on.
+  void set_environment(std::uint32_t index, const Environment& environment);
+  void set_environment(const Environment& environment) { set_environment(0, environment); }
+  // A character of stride 2 or 4 is stepped every second or fourth tick, over all of these ticks at once: from the pose
+  // of its last step to the newest. Between these ticks its lattice and pose do not change. Its slot decides which
+  // ticks, so that the characters of one stride spread over them. New characters have stride 1.
+  void set_stride(CharacterId id, int stride);
+  // A suspended character is not stepped and costs nothing; for characters that nobody sees. When the suspension ends,
+  // the lattice moves rigidly with the head to the newest pose in the next tick, as after a teleport. The hair then
+  // continues with the velocity relative to the head that it had before.
+  void set_held(CharacterId id, bool held);
+  // Replaces the lattice state on the present level. Empty velocities: the hair moves with the head. Returns false and
+  // changes nothing when the counts are not the level's, a number is not finite, a node is further from its design than
+  // the level allows, or faster than 100 m/s.
+  bool set_state(CharacterId id, std::span<const Vec3f> displacement, std::span<const Vec3f> velocity);
+  // Exactly one tick. A character whose bones and hair have been still for kSleepAfter_s falls asleep and is not
+  // stepped until its pose, its level, its material or the environment changes; any wind keeps all awake.
+  StepReport step();
+
+  [[nodiscard]] bool contains(CharacterId id) const;
+  [[nodiscard]] std::size_t character_count() const;
+  [[nodiscard]] LatticeView lattice(CharacterId id) const;  // contains(id) must hold
+  [[nodiscard]] const LatticeState& state(CharacterId id) const;
+  [[nodiscard]] std::uint64_t hash() const;  // all live state, in order of slots
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace hairnet

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "schema/wire/messages.hpp"
+#include "server/exchange/character_key.hpp"
+
+namespace hairnet::server {
+
+// Why something was refused; `reason` none means it was not.
+struct Refused {
+  wire::ErrorReason reason = wire::ErrorReason::none;
+  std::string detail;
+  explicit operator bool() const { return reason != wire::ErrorReason::none; }
+};
+
+// The result of a chunk. A chunk may be neither wanted nor refused: after a resume a client may be asked twice for the
+// same bytes, and the second copy is ignored.
+struct ChunkAnswer : Refused {
+  bool was_wanted = false;
+};
+
+// What sessions can do with grooms: offer, upload, use and download them. I/O thread. Answers (GroomNeed, GroomStatus,
+// late errors) are sent to the session as messages, in order.
+class GroomDesk {
+ public:
+  virtual ~GroomDesk() = default;
+  // A session begins. `strand_count_max` limits its strands; without this call only the server's limit applies.
+  virtual void open(SessionId session, std::uint64_t strand_count_max, std::int64_t now_ns) = 0;
+  virtual Refused offer(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns) = 0;
+  virtual ChunkAnswer chunk(SessionId session, wire::GroomChunk chunk, std::int64_t now_ns) = 0;
+  // The session uses the groom from now on, so the groom is not evicted. Refuses groom_unknown when no session has
+  // offered the groom and the cache does not have it.
+  virtual Refused hold(SessionId session, const wire::GroomHash& groom) = 0;
+  // Sends the state of each groom that the session uses again.
+  virtual void tell_states(SessionId session, std::int64_t now_ns) = 0;
+  // The validated file of a groom in memory; null when it is not in memory. The pointer stays valid after the groom is
+  // evicted.
+  virtual std::shared_ptr<const std::vector<std::uint8_t>> bytes(const wire::GroomHash& groom) = 0;
+  // Starts to read a groom's file from the cache; Session::on_groom_read follows. False when the cache does not have
+  // it.
+  virtual bool fetch(SessionId session, const wire::GroomHash& groom) = 0;
+  // Whether the cache has the groom's file, so that fetch() would return true.
+  [[nodiscard]] virtual bool keeps(const wire::GroomHash& groom) const = 0;
+  // The session has ended: its unfinished uploads stop, and it uses no groom any more.
+  virtual void release(SessionId session, std::int64_t now_ns) = 0;
+};
+
+}  // namespace hairnet::server

@@ -1,0 +1,56 @@
+#include "server/grooms/build_pool.hpp"
+
+namespace hairnet::server {
+
+BuildPool::BuildPool(std::size_t thread_count) {
+  for (std::size_t i = 1; i < thread_count; ++i) helpers_.emplace_back([this] { help(); });
+}
+
+BuildPool::~BuildPool() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  begun_.notify_all();
+  for (std::thread& helper : helpers_) helper.join();
+}
+
+void BuildPool::parallel_for(std::size_t count, const std::function<void(std::size_t)>& body) {
+  if (count <= 1 || helpers_.empty()) {
+    for (std::size_t i = 0; i < count; ++i) body(i);
+    return;
+  }
+  std::unique_lock lock(mutex_);
+  const auto loop = loops_.insert(loops_.end(), Loop{body, count});
+  begun_.notify_all();
+  while (loop->next < count) run_next(*loop, lock);
+  // The rest is being run by threads that wait for nothing but loops of their own, further in.
+  ended_.wait(lock, [&] { return loop->done == count; });
+  loops_.erase(loop);
+}
+
+void BuildPool::help() {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    begun_.wait(lock, [this] { return stopping_ || open_loop(); });
+    if (stopping_) return;
+    run_next(*open_loop(), lock);
+  }
+}
+
+void BuildPool::run_next(Loop& loop, std::unique_lock<std::mutex>& lock) {
+  const std::size_t i = loop.next++;
+  lock.unlock();
+  loop.body(i);
+  lock.lock();
+  if (++loop.done == loop.count) ended_.notify_all();
+}
+
+BuildPool::Loop* BuildPool::open_loop() {
+  for (Loop& loop : loops_) {
+    if (loop.next < loop.count) return &loop;
+  }
+  return nullptr;
+}
+
+}  // namespace hairnet::server

@@ -1,0 +1,211 @@
+#include "server/grooms/cache_folder.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cstdlib>
+#include <cstring>
+#include <optional>
+#include <tuple>
+#include <utility>
+
+#include "server/telemetry/log_text.hpp"
+
+namespace hairnet::server {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kPartSuffix = ".part-";
+constexpr auto kWriting = std::chrono::hours(1);  // an older partial file was left by a server that died
+constexpr std::size_t kHashDigits = 2 * sizeof(wire::GroomHash);
+constexpr std::string_view kDigits = "0123456789abcdef";
+
+class Descriptor {
+ public:
+  explicit Descriptor(int descriptor) : descriptor_(descriptor) {}
+  ~Descriptor() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  explicit operator bool() const { return descriptor_ >= 0; }
+  [[nodiscard]] int get() const { return descriptor_; }
+  // What has been written is known to be so only after this. False when it is not.
+  bool close() { return ::close(std::exchange(descriptor_, -1)) == 0; }
+
+ private:
+  int descriptor_;
+};
+
+// False, with errno set, when not all were written.
+bool write_all(int descriptor, std::span<const std::uint8_t> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return false;
+    bytes = bytes.subspan(static_cast<std::size_t>(written));
+  }
+  return true;
+}
+
+// `size` bytes, or up to the end; nullopt with errno set.
+std::optional<std::vector<std::uint8_t>> read_all(int descriptor, std::size_t size) {
+  std::vector<std::uint8_t> bytes(size);
+  std::size_t count = 0;
+  while (count < size) {
+    const ssize_t got = ::read(descriptor, bytes.data() + count, size - count);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return std::nullopt;
+    if (got == 0) break;
+    count += static_cast<std::size_t>(got);
+  }
+  bytes.resize(count);
+  return bytes;
+}
+
+bool begins_with_hash(std::string_view name) {
+  return name.size() >= kHashDigits && name.substr(0, kHashDigits).find_first_not_of(kDigits) == name.npos;
+}
+
+wire::GroomHash hash_of(std::string_view name) {
+  wire::GroomHash hash{};
+  for (std::size_t i = 0; i < hash.size(); ++i)
+    hash[i] = static_cast<std::uint8_t>(16 * kDigits.find(name[2 * i]) + kDigits.find(name[2 * i + 1]));
+  return hash;
+}
+
+struct CacheFile {
+  fs::file_time_type used;
+  fs::path path;
+  std::uint64_t bytes = 0;
+  bool whole = true;  // not: being written, or left by a server that died while it wrote
+
+  [[nodiscard]] bool is_being_written(fs::file_time_type now) const { return !whole && now - used < kWriting; }
+};
+
+// Ours; nothing else in the folder is touched.
+std::vector<CacheFile> files_of(const fs::path& folder, std::string_view suffix) {
+  std::vector<CacheFile> files;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    if (!begins_with_hash(name)) continue;
+    const std::string_view rest = std::string_view(name).substr(kHashDigits);
+    const bool whole = rest == suffix;
+    if (!whole && !(rest.starts_with(suffix) && rest.substr(suffix.size()).starts_with(kPartSuffix))) continue;
+    std::error_code gone;  // another server may remove it meanwhile
+    if (!fs::is_regular_file(entry->symlink_status(gone))) continue;
+    CacheFile file{entry->last_write_time(gone), entry->path(), 0, whole};
+    if (!gone) file.bytes = entry->file_size(gone);
+    if (!gone) files.push_back(std::move(file));
+  }
+  return files;
+}
+
+}  // namespace
+
+CacheFolder::CacheFolder(CacheFolderDef def, Counter& written, Counter& writes_failed, Counter& evicted)
+    : def_(std::move(def)), written_(&written), writes_failed_(&writes_failed), evicted_(&evicted) {
+  std::error_code error;
+  if (fs::is_directory(def_.folder, error)) return;
+  if (fs::create_directories(def_.folder, error); error) {
+    warn_once(error.message());
+  } else {
+    fs::permissions(def_.folder, fs::perms::owner_all, error);
+  }
+}
+
+CacheFolder::Found CacheFolder::read(const wire::GroomHash& groom) const {
+  // O_NONBLOCK: the name may belong to a pipe, and opening a pipe would block.
+  const Descriptor file(::open(path_of(groom).c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  if (!file && (errno == ENOENT || errno == ENOTDIR)) return {Outcome::absent, {}};
+  struct stat status {};
+  if (!file || ::fstat(file.get(), &status) != 0 || !S_ISREG(status.st_mode)) return {Outcome::unreadable, {}};
+  if (static_cast<std::uint64_t>(status.st_size) > def_.file_bytes_max) return {Outcome::too_large, {}};
+  auto bytes = read_all(file.get(), static_cast<std::size_t>(status.st_size));
+  if (!bytes) return {Outcome::unreadable, {}};
+  return {Outcome::read, std::move(*bytes)};
+}
+
+void CacheFolder::touch(const wire::GroomHash& groom) const {
+  // In a folder that may only be read there is nothing to remove either.
+  (void)::utimensat(AT_FDCWD, path_of(groom).c_str(), nullptr, AT_SYMLINK_NOFOLLOW);
+}
+
+bool CacheFolder::put(const wire::GroomHash& groom, std::span<const std::uint8_t> bytes) {
+  const fs::path path = path_of(groom);
+  if (bytes.size() > def_.bytes_max || bytes.size() > def_.file_bytes_max) {
+    writes_failed_->add();
+    warn_once(fmt::format("{} bytes of {} are more than may be kept", bytes.size(), def_.contents));
+    return false;
+  }
+  if (const int error = write(path, bytes); error != 0) {
+    writes_failed_->add();
+    warn_once(std::strerror(error));
+    return false;
+  }
+  written_->add();
+  make_room(path);
+  return true;
+}
+
+void CacheFolder::remove(const wire::GroomHash& groom) const {
+  std::error_code error;
+  const fs::path path = path_of(groom);
+  if (fs::is_regular_file(fs::symlink_status(path, error))) fs::remove(path, error);
+}
+
+std::vector<wire::GroomHash> CacheFolder::hashes() const {
+  std::vector<wire::GroomHash> hashes;
+  for (const CacheFile& file : files_of(def_.folder, def_.suffix)) {
+    if (file.whole) hashes.push_back(hash_of(file.path.filename().string()));
+  }
+  return hashes;
+}
+
+fs::path CacheFolder::path_of(const wire::GroomHash& groom) const {
+  return def_.folder / fmt::format("{:02x}{}", fmt::join(groom, ""), def_.suffix);
+}
+
+int CacheFolder::write(const fs::path& path, std::span<const std::uint8_t> bytes) const {
+  std::string part = fmt::format("{}{}XXXXXX", path.string(), kPartSuffix);
+  Descriptor file(::mkostemp(part.data(), O_CLOEXEC));
+  if (!file) return errno;
+  // Not synced: what a crash of the machine leaves of it has another checksum, and counts as absent.
+  if (write_all(file.get(), bytes) && file.close() && ::rename(part.c_str(), path.c_str()) == 0) return 0;
+  const int error = errno;
+  ::unlink(part.c_str());
+  return error;
+}
+
+void CacheFolder::warn_once(std::string_view what) {
+  if (!warned_)
+    spdlog::warn("event={} folder={} why={}", def_.not_kept_event, log_text(def_.folder.string()), log_text(what));
+  warned_ = true;
+}
+
+void CacheFolder::make_room(const fs::path& newest) {
+  std::vector<CacheFile> files = files_of(def_.folder, def_.suffix);
+  std::ranges::sort(files, {}, [](const CacheFile& file) { return std::tie(file.used, file.path); });
+  std::error_code gone;
+  const fs::file_time_type now = fs::last_write_time(newest, gone);
+  if (gone) return;  // another server has made room already
+  std::uint64_t bytes = 0;
+  for (const CacheFile& file : files) bytes += file.bytes;
+  for (const CacheFile& file : files) {
+    if (bytes <= def_.bytes_max) return;
+    std::error_code error;
+    if (file.path == newest || file.is_being_written(now) || !fs::remove(file.path, error)) continue;
+    evicted_->add();
+    bytes -= file.bytes;
+  }
+}
+
+}  // namespace hairnet::server

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "schema/wire/messages.hpp"
+#include "server/telemetry/counter.hpp"
+
+namespace hairnet::server {
+
+struct CacheFolderDef {
+  std::filesystem::path folder;
+  std::string suffix;              // of its files' names, with the dot, after the groom's hash
+  std::uint64_t bytes_max = 0;     // of all its files
+  std::size_t file_bytes_max = 0;  // of one
+  std::string not_kept_event;      // in the log, when something cannot be kept
+  std::string contents;            // what its files hold, for people
+};
+
+// An LRU cache of files in one folder, bounded in bytes. Each file is named by the hash of a groom. A file is written
+// under a temporary name and renamed, so several servers may share the folder and never find half a file; the reader
+// checks its content. Files with other names or suffixes are not touched. A disk error is no failure of the server: it
+// is counted, and one warning is logged. One thread.
+class CacheFolder {
+ public:
+  // Makes the folder (and its parents) when it is not there. The counters must outlive it.
+  CacheFolder(CacheFolderDef def, Counter& written, Counter& writes_failed, Counter& evicted);
+
+  enum class Outcome : std::uint8_t { read, absent, unreadable, too_large };
+  struct Found {
+    Outcome outcome = Outcome::absent;
+    std::vector<std::uint8_t> bytes;  // when read
+  };
+  // Never waits for a pipe or the like that lies in the file's place.
+  [[nodiscard]] Found read(const wire::GroomHash& groom) const;
+  // The file's last use is now.
+  void touch(const wire::GroomHash& groom) const;
+  // Takes the place of a file that is there. Makes room by removing others. False when it was not kept.
+  bool put(const wire::GroomHash& groom, std::span<const std::uint8_t> bytes);
+  // Only a regular file is removed.
+  void remove(const wire::GroomHash& groom) const;
+  // Of all files that are there.
+  [[nodiscard]] std::vector<wire::GroomHash> hashes() const;
+  [[nodiscard]] std::filesystem::path path_of(const wire::GroomHash& groom) const;
+
+ private:
+  // The error of the system; 0 when done.
+  [[nodiscard]] int write(const std::filesystem::path& path, std::span<const std::uint8_t> bytes) const;
+  void warn_once(std::string_view what);
+  void make_room(const std::filesystem::path& newest);
+
+  CacheFolderDef def_;
+  Counter *written_, *writes_failed_, *evicted_;
+  bool warned_ = false;
+};
+
+}  // namespace hairnet::server

@@ -1,0 +1,72 @@
+#include "server/grooms/groom_cache.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <utility>
+
+#include "schema/wire/groom_file.hpp"
+#include "server/telemetry/log_text.hpp"
+
+namespace hairnet::server {
+
+GroomCache::GroomCache(std::filesystem::path folder, std::uint64_t bytes_max, GroomCacheCounters& counters)
+    : folder_({std::move(folder), ".hngroom", bytes_max, wire::kGroomBytesMax, "grooms_not_kept", "a groom"},
+              counters.groom_cache_written, counters.groom_cache_writes_failed, counters.groom_cache_evicted),
+      counters_(&counters) {
+  refresh();
+}
+
+bool GroomCache::keeps(const wire::GroomHash& groom) const {
+  const std::lock_guard lock(mutex_);
+  return known_.contains(groom);
+}
+
+void GroomCache::refresh() {
+  const std::vector<wire::GroomHash> hashes = folder_.hashes();
+  std::set<wire::GroomHash> known(hashes.begin(), hashes.end());
+  const std::lock_guard lock(mutex_);
+  known_.swap(known);
+}
+
+GroomCache::Bytes GroomCache::find(const wire::GroomHash& groom) {
+  CacheFolder::Found file = folder_.read(groom);
+  switch (file.outcome) {
+    case CacheFolder::Outcome::read:
+      break;
+    case CacheFolder::Outcome::absent:
+      counters_->groom_cache_misses.add();
+      forget(groom);
+      return nullptr;
+    case CacheFolder::Outcome::unreadable:
+      reject("cannot be read", groom, counters_->groom_cache_rejected_unreadable);
+      return nullptr;
+    case CacheFolder::Outcome::too_large:
+      reject("too large", groom, counters_->groom_cache_rejected_damaged);
+      return nullptr;
+  }
+  if (wire::hash_groom(file.bytes) != groom) {
+    reject("its bytes are not those of its name", groom, counters_->groom_cache_rejected_damaged);
+    return nullptr;
+  }
+  counters_->groom_cache_hits.add();
+  folder_.touch(groom);
+  return std::make_shared<const std::vector<std::uint8_t>>(std::move(file.bytes));
+}
+
+void GroomCache::put(const wire::GroomHash& groom, std::span<const std::uint8_t> bytes) {
+  if (folder_.put(groom, bytes)) refresh();
+}
+
+void GroomCache::reject(const char* why, const wire::GroomHash& groom, Counter& counter) {
+  counter.add();
+  spdlog::info("event=groom_not_used file={} why={}", log_text(folder_.path_of(groom).string()), why);
+  folder_.remove(groom);
+  forget(groom);
+}
+
+void GroomCache::forget(const wire::GroomHash& groom) {
+  const std::lock_guard lock(mutex_);
+  known_.erase(groom);
+}
+
+}  // namespace hairnet::server

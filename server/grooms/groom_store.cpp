@@ -1,0 +1,519 @@
+#include "server/grooms/groom_store.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "server/grooms/level_bytes.hpp"
+#include "server/telemetry/log_text.hpp"
+
+namespace hairnet::server {
+namespace {
+
+using wire::ErrorReason;
+using wire::GroomState;
+
+// Of those that the cache has, so many are given to the builder at once: uploads do not wait long behind them.
+constexpr std::size_t kReadingMax = 2;
+// Until a groom is found that another server has put into the cache's folder.
+constexpr std::int64_t kRefreshInterval_ns = 10'000'000'000;
+
+std::string hex(const wire::GroomHash& hash) {
+  return fmt::format("{:02x}{:02x}{:02x}{:02x}", hash[0], hash[1], hash[2], hash[3]);
+}
+
+ErrorReason reason_of(GroomResult::Fault fault) {
+  switch (fault) {
+    case GroomResult::Fault::none:
+      return ErrorReason::none;
+    case GroomResult::Fault::hash:
+      return ErrorReason::groom_hash_mismatch;
+    case GroomResult::Fault::size:
+    case GroomResult::Fault::time:
+      return ErrorReason::limit_exceeded;
+    case GroomResult::Fault::invalid:
+    case GroomResult::Fault::stopping:
+      break;
+  }
+  return ErrorReason::groom_invalid;
+}
+
+Counter& counter_of(GroomResult::Fault fault, GroomCounters& counters) {
+  switch (fault) {
+    case GroomResult::Fault::hash:
+      return counters.grooms_refused_hash;
+    case GroomResult::Fault::size:
+      return counters.grooms_refused_size;
+    case GroomResult::Fault::time:
+      return counters.grooms_refused_build_time;
+    case GroomResult::Fault::none:
+    case GroomResult::Fault::invalid:
+    case GroomResult::Fault::stopping:
+      break;
+  }
+  return counters.grooms_refused_invalid;
+}
+
+}  // namespace
+
+GroomStore::GroomStore(const GroomStoreLimits& limits, GroomBuilder& builder, CommandQueue& commands,
+                       GroomCounters& counters, GroomListener listener)
+    : limits_(limits), builder_(&builder), commands_(&commands), counters_(&counters), listener_(std::move(listener)) {}
+
+void GroomStore::open(SessionId session, std::uint64_t strand_count_max, std::int64_t now_ns) {
+  Account& own = account(session, now_ns);
+  own.strand_count_max = std::min(own.strand_count_max, strand_count_max);
+}
+
+GroomStore::Account& GroomStore::account(SessionId session, std::int64_t now_ns) {
+  const Account fresh{TokenBucket(limits_.upload_bytes_per_s, limits_.upload_burst_bytes, now_ns),
+                      limits_.strands_per_session_max};
+  return accounts_.try_emplace(session, fresh).first->second;
+}
+
+Refused GroomStore::offer(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns) {
+  counters_->grooms_offered.add();
+  if (offer.byte_count == 0 || offer.byte_count > limits_.groom_bytes_max) {
+    counters_->grooms_refused_size.add();
+    return {ErrorReason::limit_exceeded,
+            fmt::format("a groom of {} bytes; 1 to {} are taken", offer.byte_count, limits_.groom_bytes_max)};
+  }
+  const auto groom = grooms_.find(offer.hash);
+  if (Refused refused = check_hold(session, groom)) return refused;
+  if (groom != grooms_.end()) return offer_known(groom, session, offer, now_ns);
+  if (!builder_->keeps(offer.hash)) return begin_upload(session, offer, now_ns);
+  if (Refused refused = begin_reading(session, offer.hash)) return refused;
+  return offer_known(grooms_.find(offer.hash), session, offer, now_ns);
+}
+
+Refused GroomStore::offer_known(Grooms::iterator groom, SessionId session, const wire::GroomOffer& offer,
+                                std::int64_t now_ns) {
+  Entry& entry = groom->second;
+  // The first offer may state a wrong size; it is known only once the bytes have been checked against the hash.
+  const bool is_known = entry.state == State::building || entry.state == State::ready;
+  const bool uploads = entry.state == State::uploading && entry.uploader == session;
+  if ((is_known || uploads) && entry.byte_count != offer.byte_count) {
+    counters_->grooms_refused_hash.add();
+    return {ErrorReason::groom_hash_mismatch,
+            fmt::format("the groom of that hash has {} bytes, not {}", entry.byte_count, offer.byte_count)};
+  }
+  const bool offered = std::exchange(entry.holders[session], offer.byte_count) != 0;
+  entry.used = ++uses_;
+  if (uploads) {
+    tell(session, wire::GroomNeed{offer.hash, entry.received}, now_ns);
+    return {};
+  }
+  if (!offered) counters_->grooms_shared.add();
+  tell(session, wire::GroomNeed{offer.hash, offer.byte_count}, now_ns);
+  tell(session, wire::GroomStatus{offer.hash, state_of(entry)}, now_ns);
+  return {};
+}
+
+wire::GroomState GroomStore::state_of(const Entry& entry) {
+  return entry.state == State::ready      ? GroomState::ready
+         : entry.state == State::building ? GroomState::building
+                                          : GroomState::queued;
+}
+
+void GroomStore::tell_states(SessionId session, std::int64_t now_ns) {
+  for (auto& [hash, entry] : grooms_) {
+    if (!entry.holders.contains(session)) continue;
+    if (entry.state == State::uploading && entry.uploader == session) {
+      entry.asked_ns = now_ns;  // while it was away nothing could come
+      tell(session, wire::GroomNeed{hash, entry.received}, now_ns);
+    } else {
+      tell(session, wire::GroomStatus{hash, state_of(entry)}, now_ns);
+    }
+  }
+}
+
+GroomStore::Bytes GroomStore::bytes(const wire::GroomHash& hash) {
+  if (const auto groom = grooms_.find(hash); groom != grooms_.end() && groom->second.bytes) {
+    groom->second.used = ++uses_;
+    return groom->second.bytes;
+  }
+  const auto read = read_.find(hash);
+  return read == read_.end() ? nullptr : read->second.lock();
+}
+
+bool GroomStore::fetch(SessionId session, const wire::GroomHash& hash) {
+  if (!builder_->keeps(hash)) return false;
+  const auto [fetched, is_new] = fetches_.try_emplace(hash);
+  if (is_new) builder_->read(hash);
+  std::vector<SessionId>& waiting = fetched->second;
+  if (std::ranges::find(waiting, session) == waiting.end()) waiting.push_back(session);
+  return true;
+}
+
+Refused GroomStore::check_hold(SessionId session, Grooms::const_iterator groom) {
+  if (groom != grooms_.end() && groom->second.holders.contains(session)) return {};
+  const auto held = std::ranges::count_if(grooms_, [&](const auto& g) { return g.second.holders.contains(session); });
+  if (static_cast<std::size_t>(held) >= limits_.grooms_per_session_max) {
+    counters_->grooms_refused_limit.add();
+    return {ErrorReason::limit_exceeded, fmt::format("at most {} grooms a session", limits_.grooms_per_session_max)};
+  }
+  if (groom == grooms_.end() || !is_over_strands(session, groom)) return {};
+  counters_->grooms_refused_strands.add();
+  return too_many_strands(session);
+}
+
+bool GroomStore::is_over_strands(SessionId session, Grooms::const_iterator groom) const {
+  std::uint64_t strands = groom->second.strand_count;
+  for (auto held = grooms_.begin(); held != grooms_.end(); ++held) {
+    if (held != groom && held->second.holders.contains(session)) strands += held->second.strand_count;
+  }
+  return strands > strand_count_max(session);
+}
+
+std::uint64_t GroomStore::strand_count_max(SessionId session) const {
+  const auto found = accounts_.find(session);
+  return found == accounts_.end() ? limits_.strands_per_session_max : found->second.strand_count_max;
+}
+
+Refused GroomStore::too_many_strands(SessionId session) const {
+  return {ErrorReason::limit_exceeded,
+          fmt::format("at most {} strands in all grooms of the session", strand_count_max(session))};
+}
+
+Refused GroomStore::make_place() {
+  while (grooms_.size() >= limits_.groom_count_max) {
+    if (evict_one()) continue;
+    counters_->grooms_refused_limit.add();
+    return {ErrorReason::limit_exceeded, "the server has its maximum number of grooms"};
+  }
+  return {};
+}
+
+Refused GroomStore::check_upload(SessionId session, std::uint64_t byte_count, std::int64_t now_ns) {
+  if (upload_bytes_ + byte_count > limits_.upload_bytes_max) {
+    counters_->grooms_refused_limit.add();
+    return {ErrorReason::limit_exceeded, "too many bytes are being uploaded; try again"};
+  }
+  if (account(session, now_ns).bytes.take(static_cast<double>(byte_count), now_ns)) return {};
+  counters_->grooms_refused_rate.add();
+  return {ErrorReason::limit_exceeded,
+          fmt::format("more than {:.0f} bytes of grooms a second; try again later", limits_.upload_bytes_per_s)};
+}
+
+Refused GroomStore::begin_upload(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns) {
+  if (Refused refused = make_place()) return refused;
+  if (Refused refused = check_upload(session, offer.byte_count, now_ns)) return refused;
+  Entry& entry = grooms_[offer.hash];
+  entry.holders[session] = offer.byte_count;
+  entry.used = ++uses_;
+  await_upload(grooms_.find(offer.hash), session, now_ns);
+  return {};
+}
+
+void GroomStore::await_upload(Grooms::iterator groom, SessionId uploader, std::int64_t now_ns) {
+  Entry& entry = groom->second;
+  if (entry.byte_count != entry.holders.at(uploader)) {
+    entry.byte_count = entry.holders.at(uploader);
+    entry.received = 0;
+    entry.chunks.clear();
+  }
+  entry.is_mixed = entry.received > 0 && (entry.is_mixed || entry.uploader != uploader);
+  entry.is_asked_anew = false;
+  entry.state = State::uploading;
+  entry.uploader = uploader;
+  entry.asked_ns = now_ns;
+  set_upload_bytes(entry, entry.byte_count);
+  tell(uploader, wire::GroomNeed{groom->first, entry.received}, now_ns);
+}
+
+Refused GroomStore::begin_reading(SessionId session, const wire::GroomHash& hash) {
+  if (Refused refused = make_place()) return refused;
+  Entry& entry = grooms_[hash];
+  entry.state = State::reading;
+  entry.holders[session] = 0;
+  entry.used = ++uses_;
+  to_read_.push_back(hash);
+  feed_builder();
+  return {};
+}
+
+void GroomStore::feed_builder() {
+  while (!to_read_.empty() && reading_count_ < kReadingMax) {
+    const auto groom = grooms_.find(to_read_.front());
+    if (groom->second.holders.empty()) {  // they have left
+      erase(groom);
+    } else {
+      GroomJob job{groom->first, {}};
+      if (!builder_->try_put(job)) return;
+      ++reading_count_;
+    }
+    to_read_.pop_front();
+  }
+}
+
+ChunkAnswer GroomStore::chunk(SessionId session, wire::GroomChunk chunk, std::int64_t now_ns) {
+  const auto groom = grooms_.find(chunk.hash);
+  if (groom == grooms_.end() || !groom->second.holders.contains(session))
+    return {{ErrorReason::groom_unknown, "a chunk of a groom that was not offered"}};
+  if (is_repeated(groom->second, session, chunk)) return {};
+  Refused refused = put_chunk(groom, session, std::move(chunk), now_ns);
+  const bool was_taken = !refused;
+  return {std::move(refused), was_taken};
+}
+
+bool GroomStore::is_repeated(const Entry& entry, SessionId session, const wire::GroomChunk& chunk) {
+  if (chunk.bytes.empty() || entry.uploader != session) return false;
+  if (entry.state == State::uploading && entry.is_asked_anew && chunk.offset > entry.received) return true;
+  const std::uint64_t there = entry.state == State::uploading ? entry.received : entry.byte_count;
+  return chunk.offset < there && chunk.bytes.size() <= there - chunk.offset;
+}
+
+Refused GroomStore::put_chunk(Grooms::iterator groom, SessionId session, wire::GroomChunk chunk, std::int64_t now_ns) {
+  Entry& entry = groom->second;
+  if (entry.state != State::uploading || entry.uploader != session)
+    return {ErrorReason::unexpected_message, "a chunk that was not asked for"};
+  if (chunk.bytes.empty() || chunk.bytes.size() > wire::kGroomChunkBytesMax)
+    return {ErrorReason::limit_exceeded, fmt::format("a chunk of {} bytes", chunk.bytes.size())};
+  if (chunk.offset != entry.received)
+    return {ErrorReason::unexpected_message,
+            fmt::format("a chunk at {}, where {} was expected", chunk.offset, entry.received)};
+  if (chunk.bytes.size() > entry.byte_count - entry.received)
+    return {ErrorReason::limit_exceeded, fmt::format("more than the {} bytes offered", entry.byte_count)};
+  entry.received += chunk.bytes.size();
+  account(session, now_ns).chunk_ns = now_ns;
+  counters_->groom_bytes_received.add(chunk.bytes.size());
+  chunk.bytes.shrink_to_fit();
+  entry.chunks.push_back(std::move(chunk.bytes));
+  return entry.received == entry.byte_count ? finish_upload(groom, now_ns) : Refused{};
+}
+
+Refused GroomStore::finish_upload(Grooms::iterator groom, std::int64_t now_ns) {
+  counters_->grooms_uploaded.add();
+  GroomJob job{groom->first, std::move(groom->second.chunks)};
+  if (!builder_->try_put(job)) {
+    counters_->grooms_refused_queue_full.add();
+    tell_state(groom, GroomState::refused, now_ns);
+    erase(groom);
+    return {ErrorReason::groom_build_queue_full, "too many grooms wait to be built; try again"};
+  }
+  groom->second.chunks.clear();
+  groom->second.state = State::queued;
+  tell_state(groom, GroomState::queued, now_ns);
+  return {};
+}
+
+Refused GroomStore::hold(SessionId session, const wire::GroomHash& hash) {
+  const auto groom = grooms_.find(hash);
+  if (groom == grooms_.end() && !builder_->keeps(hash)) return {ErrorReason::groom_unknown, "offer the groom first"};
+  if (Refused refused = check_hold(session, groom)) return refused;
+  if (groom == grooms_.end()) return begin_reading(session, hash);
+  groom->second.holders.try_emplace(session, 0);
+  groom->second.used = ++uses_;
+  return {};
+}
+
+bool GroomStore::ready(const wire::GroomHash& hash) const {
+  const auto groom = grooms_.find(hash);
+  return groom != grooms_.end() && groom->second.state == State::ready;
+}
+
+void GroomStore::release(SessionId session, std::int64_t now_ns) {
+  accounts_.erase(session);
+  for (auto& [hash, waiting] : fetches_) std::erase(waiting, session);
+  for (auto groom = grooms_.begin(); groom != grooms_.end();) {
+    const auto next = std::next(groom);
+    Entry& entry = groom->second;
+    entry.holders.erase(session);
+    if (entry.state == State::uploading && entry.uploader == session) pass_on(groom, now_ns);
+    groom = next;
+  }
+}
+
+void GroomStore::pass_on(Grooms::iterator groom, std::int64_t now_ns) {
+  Entry& entry = groom->second;
+  if (entry.holders.empty()) return erase(groom);
+  set_upload_bytes(entry, 0);
+  const auto holders = entry.holders;
+  for (const auto& [session, byte_count] : holders) {
+    if (byte_count == 0) continue;
+    const Refused refused = check_upload(session, byte_count, now_ns);
+    if (!refused) return await_upload(groom, session, now_ns);
+    refuse_holder(groom, session, refused, now_ns);
+  }
+  if (entry.holders.empty()) return erase(groom);
+  refuse_all(groom, {ErrorReason::groom_unknown, "nobody who has the groom is there; offer it"},
+             counters_->grooms_refused_absent, now_ns);
+}
+
+bool GroomStore::has_stalled(const Entry& entry, std::int64_t now_ns) {
+  const std::int64_t heard_ns = std::max(entry.asked_ns, account(entry.uploader, now_ns).chunk_ns);
+  return now_ns - heard_ns > limits_.upload_timeout_ns;
+}
+
+void GroomStore::poll(std::int64_t now_ns) {
+  if (now_ns >= refresh_next_ns_) {
+    refresh_next_ns_ = now_ns + kRefreshInterval_ns;
+    builder_->refresh();
+  }
+  GroomResult result;
+  while (builder_->take(result)) take(std::move(result), now_ns);
+  feed_builder();
+  for (auto groom = grooms_.begin(); groom != grooms_.end();) {
+    const auto next = std::next(groom);
+    Entry& entry = groom->second;
+    if (entry.state == State::uploading && has_stalled(entry, now_ns)) {
+      counters_->grooms_refused_stalled.add();
+      refuse_holder(groom, entry.uploader, {ErrorReason::limit_exceeded, "the upload stalled"}, now_ns);
+      pass_on(groom, now_ns);
+    }
+    groom = next;
+  }
+  std::erase_if(read_, [](const auto& read) { return read.second.expired(); });
+  counters_->gauges.grooms.set(static_cast<double>(grooms_.size()));
+  counters_->gauges.groom_upload_bytes.set(static_cast<double>(upload_bytes_));
+  counters_->gauges.groom_level_bytes.set(static_cast<double>(level_bytes_));
+  counters_->gauges.grooms_waiting.set(
+      static_cast<double>(std::count_if(grooms_.begin(), grooms_.end(), [](const auto& g) {
+        return g.second.state == State::queued || g.second.state == State::building;
+      })));
+}
+
+void GroomStore::take(GroomResult result, std::int64_t now_ns) {
+  if (result.outcome == GroomResult::Outcome::read) return hand_over(result, now_ns);
+  const auto groom = grooms_.find(result.hash);
+  if (groom == grooms_.end()) return;
+  if (groom->second.state == State::reading) --reading_count_;
+  switch (result.outcome) {
+    case GroomResult::Outcome::building:
+      return take_building(groom, std::move(result), now_ns);
+    case GroomResult::Outcome::ready:
+      return take_ready(groom, std::move(result), now_ns);
+    case GroomResult::Outcome::refused:
+      return take_refused(groom, result, now_ns);
+    case GroomResult::Outcome::absent:
+      return pass_on(groom, now_ns);  // the cache lost it: ask a session that has offered it for the upload
+    case GroomResult::Outcome::read:
+      break;
+  }
+}
+
+void GroomStore::hand_over(const GroomResult& read, std::int64_t now_ns) {
+  const auto fetched = fetches_.extract(read.hash);
+  if (read.bytes) read_[read.hash] = read.bytes;
+  if (fetched.empty() || !listener_.deliver) return;
+  for (const SessionId session : fetched.mapped()) listener_.deliver(session, read.hash, read.bytes, now_ns);
+}
+
+void GroomStore::take_building(Grooms::iterator groom, GroomResult result, std::int64_t now_ns) {
+  Entry& entry = groom->second;
+  entry.state = State::building;
+  entry.bytes = std::move(result.bytes);
+  entry.strand_count = result.strand_count;
+  set_upload_bytes(entry, entry.bytes->size());
+  entry.byte_count = entry.bytes->size();
+  const auto holders = entry.holders;
+  for (const auto& [session, offered_bytes] : holders) {
+    if (offered_bytes != 0 && offered_bytes != entry.byte_count) {
+      counters_->grooms_refused_hash.add();
+      refuse_holder(groom, session,
+                    {ErrorReason::groom_hash_mismatch,
+                     fmt::format("the groom of that hash has {} bytes, not {}", entry.byte_count, offered_bytes)},
+                    now_ns);
+    } else if (is_over_strands(session, groom)) {
+      counters_->grooms_refused_strands.add();
+      refuse_holder(groom, session, too_many_strands(session), now_ns);
+      if (listener_.lose) listener_.lose(session, groom->first, now_ns);
+    }
+  }
+  tell_state(groom, GroomState::building, now_ns);
+}
+
+void GroomStore::take_ready(Grooms::iterator groom, GroomResult result, std::int64_t now_ns) {
+  Entry& entry = groom->second;
+  const std::size_t bytes = entry.bytes->size() + server::level_bytes(*result.levels);
+  while (level_bytes_ + bytes > limits_.level_bytes_max && evict_one()) {
+  }
+  if (level_bytes_ + bytes > limits_.level_bytes_max)
+    return refuse_all(groom, {ErrorReason::limit_exceeded, "the server has no room for more levels"},
+                      counters_->grooms_refused_limit, now_ns);
+  entry.state = State::ready;
+  entry.level_bytes = bytes;
+  level_bytes_ += bytes;
+  set_upload_bytes(entry, 0);
+  counters_->grooms_ready.add();
+  spdlog::info("event=groom_ready groom={} level_bytes={}", hex(groom->first), bytes);
+  commands_->put(GroomReady{groom->first, std::move(result.levels), entry.bytes});
+  tell_state(groom, GroomState::ready, now_ns);
+}
+
+void GroomStore::take_refused(Grooms::iterator groom, const GroomResult& result, std::int64_t now_ns) {
+  const Refused refused{reason_of(result.fault), result.detail};
+  Counter& counter = counter_of(result.fault, *counters_);
+  if (result.fault != GroomResult::Fault::hash) return refuse_all(groom, refused, counter, now_ns);
+  // One wrong uploader must not spoil the groom for the others.
+  Entry& entry = groom->second;
+  const bool is_there = entry.holders.contains(entry.uploader);
+  entry.received = 0;
+  // The bytes came from several uploaders: ask the last one for all of them before it is refused.
+  if (entry.is_mixed && is_there) {
+    await_upload(groom, entry.uploader, now_ns);
+    entry.is_asked_anew = true;
+    return;
+  }
+  counter.add();
+  if (is_there) refuse_holder(groom, entry.uploader, refused, now_ns);
+  pass_on(groom, now_ns);
+}
+
+void GroomStore::refuse_holder(Grooms::iterator groom, SessionId session, const Refused& refused, std::int64_t now_ns) {
+  groom->second.holders.erase(session);
+  tell(session, wire::Error{refused.reason, 0, groom->first, refused.detail}, now_ns);
+  tell(session, wire::GroomStatus{groom->first, GroomState::refused}, now_ns);
+}
+
+void GroomStore::refuse_all(Grooms::iterator groom, const Refused& refused, Counter& counter, std::int64_t now_ns) {
+  const auto holders = groom->second.holders;
+  spdlog::info("event=groom_refused groom={} reason={} why={}", hex(groom->first), to_string(refused.reason),
+               log_text(refused.detail));
+  counter.add();
+  for (const auto& [session, byte_count] : holders) refuse_holder(groom, session, refused, now_ns);
+  erase(groom);
+}
+
+void GroomStore::tell(SessionId session, const wire::Message& message, std::int64_t now_ns) {
+  listener_.tell(session, message, now_ns);
+}
+
+void GroomStore::tell_state(Grooms::const_iterator groom, GroomState state, std::int64_t now_ns) {
+  for (const auto& [session, byte_count] : groom->second.holders)
+    tell(session, wire::GroomStatus{groom->first, state}, now_ns);
+}
+
+void GroomStore::set_upload_bytes(Entry& entry, std::size_t bytes) {
+  upload_bytes_ += bytes - entry.upload_bytes;
+  entry.upload_bytes = bytes;
+}
+
+void GroomStore::erase(Grooms::iterator groom) {
+  Entry& entry = groom->second;
+  set_upload_bytes(entry, 0);
+  level_bytes_ -= entry.level_bytes;
+  if (entry.state == State::ready) commands_->put(ForgetGroom{groom->first});
+  grooms_.erase(groom);
+}
+
+bool GroomStore::evict_one() {
+  auto oldest = grooms_.end();
+  for (auto groom = grooms_.begin(); groom != grooms_.end(); ++groom) {
+    if (groom->second.state != State::ready || !groom->second.holders.empty()) continue;
+    if (oldest == grooms_.end() || groom->second.used < oldest->second.used) oldest = groom;
+  }
+  if (oldest == grooms_.end()) return false;
+  counters_->grooms_evicted.add();
+  erase(oldest);
+  return true;
+}
+
+std::size_t GroomStore::holder_count() const {
+  std::size_t count = 0;
+  for (const auto& [hash, entry] : grooms_) count += entry.holders.size();
+  return count;
+}
+
+}  // namespace hairnet::server

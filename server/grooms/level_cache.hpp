@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "core/levels/level.hpp"
+#include "schema/wire/messages.hpp"
+#include "server/grooms/cache_folder.hpp"
+#include "server/tick/tick_counters.hpp"
+
+namespace hairnet::server {
+
+// Built levels on disk, a file a groom, so that a server need not build what one before it has built. A file is used
+// only when it is whole, of this build and this groom, and its levels are sound; else it counts as absent, and the next
+// put replaces it. A process that can write to the folder can replace every character's hair, though only by valid
+// levels: the folder should belong to the server alone. See CacheFolder. Builder thread.
+class LevelCache {
+ public:
+  LevelCache(std::filesystem::path folder, std::uint64_t bytes_max, LevelCacheCounters& counters);
+
+  // Null when there are none that can be used. Without the maps between the levels (connect_levels).
+  [[nodiscard]] std::shared_ptr<LevelSet> find(const wire::GroomHash& groom);
+  void put(const wire::GroomHash& groom, const LevelSet& set);
+
+ private:
+  void count(const std::string& detail, const wire::GroomHash& groom, Counter& counter);
+
+  CacheFolder folder_;
+  LevelCacheCounters* counters_;
+};
+
+}  // namespace hairnet::server

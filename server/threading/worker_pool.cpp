@@ -1,0 +1,56 @@
+#include "server/threading/worker_pool.hpp"
+
+namespace hairnet::server {
+
+WorkerPool::WorkerPool(std::size_t worker_count) {
+  for (std::size_t i = 1; i < worker_count; ++i) helpers_.emplace_back([this] { help(); });
+}
+
+WorkerPool::~WorkerPool() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  begun_.notify_all();
+  for (std::thread& helper : helpers_) helper.join();
+}
+
+void WorkerPool::parallel_for(std::size_t count, const std::function<void(std::size_t)>& body) {
+  if (count <= 1 || helpers_.empty()) {
+    for (std::size_t i = 0; i < count; ++i) body(i);
+    return;
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    body_ = &body;
+    count_ = count;
+    next_.store(0, std::memory_order_relaxed);
+    helping_ = helpers_.size();
+    ++round_;
+  }
+  begun_.notify_all();
+  work();
+  std::unique_lock lock(mutex_);
+  ended_.wait(lock, [this] { return helping_ == 0; });
+}
+
+void WorkerPool::help() {
+  std::uint64_t round = 0;
+  while (true) {
+    {
+      std::unique_lock lock(mutex_);
+      begun_.wait(lock, [&] { return stopping_ || round_ != round; });
+      if (stopping_) return;
+      round = round_;
+    }
+    work();
+    const std::lock_guard lock(mutex_);
+    if (--helping_ == 0) ended_.notify_one();
+  }
+}
+
+void WorkerPool::work() {
+  for (std::size_t i = next_.fetch_add(1); i < count_; i = next_.fetch_add(1)) (*body_)(i);
+}
+
+}  // namespace hairnet::server

@@ -1,0 +1,31 @@
+#include "server/tick/character_gauges.hpp"
+
+#include <array>
+#include <iterator>
+
+namespace hairnet::server {
+
+void measure(const Rooms& rooms, const Simulation& simulation, TickGauges& gauges) {
+  std::array<double, kLevelCount> at_level{};
+  double stepped = 0, asleep = 0, held = 0, waiting = 0;
+  for (const auto& [key, character] : rooms.characters()) {
+    if (!character.placed || !simulation.contains(key)) {
+      ++waiting;
+      continue;
+    }
+    const LatticeView lattice = simulation.lattice(key);
+    ++at_level[static_cast<std::size_t>(lattice.level)];
+    ++(character.held ? held : lattice.asleep ? asleep : stepped);
+  }
+  Gauge* const levels[] = {&gauges.characters_at_high, &gauges.characters_at_medium, &gauges.characters_at_low,
+                           &gauges.characters_at_ether, &gauges.characters_at_rigid};
+  static_assert(std::size(levels) == kLevelCount);
+  for (std::size_t i = 0; i < kLevelCount; ++i) levels[i]->set(at_level[i]);
+  gauges.characters_in_state_stepped.set(stepped);
+  gauges.characters_in_state_asleep.set(asleep);
+  gauges.characters_in_state_held.set(held);
+  gauges.rooms.set(static_cast<double>(rooms.room_count()));
+  gauges.characters_in_state_waiting.set(waiting);
+}
+
+}  // namespace hairnet::server

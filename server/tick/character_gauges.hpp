@@ -1,0 +1,13 @@
+#pragma once
+
+#include "core/world/world.hpp"
+#include "server/room/room.hpp"
+#include "server/tick/simulation.hpp"
+#include "server/tick/tick_counters.hpp"
+
+namespace hairnet::server {
+
+// Sets the gauges that count characters by level and state. Visits all characters, so call it about once a second.
+void measure(const Rooms& rooms, const Simulation& simulation, TickGauges& gauges);
+
+}  // namespace hairnet::server

@@ -1,0 +1,162 @@
+#include "server/transport/connection_router.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <array>
+#include <sstream>
+#include <string_view>
+#include <utility>
+
+#include "server/telemetry/log_text.hpp"
+#include "server/transport/detected_protocol.hpp"
+#include "server/transport/io_loop.hpp"
+#include "server/transport/tcp_connection.hpp"
+
+namespace hairnet::server {
+namespace {
+
+using asio::ip::tcp;
+
+constexpr std::size_t kFirstReadBytes = 512;
+
+constexpr std::array<std::uint8_t, 7> kTlsHandshakeFailure{21, 3, 1, 0, 2, 2, 40};  // a TLS alert: handshake_failure
+
+constexpr std::string_view kTlsOnly =
+    "HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain; charset=utf-8\r\nContent-Length: 25\r\n"
+    "Connection: close\r\n\r\nthis port takes TLS only\n";
+
+// One number for an IPv4 address or an IPv6 /64 network. IPv4 addresses use a range that no IPv6 network has.
+std::uint64_t address_number(const asio::ip::address& address) {
+  if (address.is_v4()) return 0xffff'0000'0000u | address.to_v4().to_uint();
+  const asio::ip::address_v6 v6 = address.to_v6();
+  if (v6.is_v4_mapped()) return address_number(make_address_v4(asio::ip::v4_mapped, v6));
+  std::uint64_t network = 0;
+  for (std::size_t i = 0; i < 8; ++i) network = network << 8 | v6.to_bytes()[i];
+  return network;
+}
+
+std::string shown(const tcp::endpoint& endpoint) {
+  asio::ip::address address = endpoint.address();
+  if (address.is_v6() && address.to_v6().is_v4_mapped())
+    address = make_address_v4(asio::ip::v4_mapped, address.to_v6());
+  std::ostringstream text;
+  text << tcp::endpoint(address, endpoint.port());
+  return text.str();
+}
+
+Counter& counter_of(TransportCounters& counters, Admission::Verdict verdict) {
+  switch (verdict) {
+    case Admission::Verdict::address_full:
+      return counters.connections_refused_address;
+    case Admission::Verdict::arrivals_full:
+      return counters.connections_refused_arrivals;
+    default:
+      return counters.connections_refused_full;
+  }
+}
+
+struct Found {
+  Opening opening = Opening::unknown;
+  boost::system::error_code error;
+};
+
+// Reads bytes until they show what the peer speaks, then puts them back for the next reader.
+asio::awaitable<Found> find_opening(ByteStream& stream) {
+  std::array<std::uint8_t, kFirstReadBytes> first;
+  std::size_t filled = 0;
+  Found found;
+  while (found.opening == Opening::unknown) {
+    const auto [error, count] =
+        co_await stream.async_read_some(asio::buffer(first.data() + filled, first.size() - filled), kAwaitable);
+    if (error) {
+      found.error = error;
+      break;
+    }
+    filled += count;
+    found.opening = opening_of({first.data(), filled});
+  }
+  stream.put_back({first.data(), filled});
+  co_return found;
+}
+
+}  // namespace
+
+void Reception::welcome(tcp::socket socket) {
+  boost::system::error_code error;
+  const tcp::endpoint endpoint = socket.remote_endpoint(error);
+  if (error) {  // gone already
+    counters->handshakes_failed_silent.add();
+    return;
+  }
+  Admission::Ticket ticket;
+  const Admission::Verdict verdict = admission->enter(address_number(endpoint.address()), ticket);
+  if (verdict != Admission::Verdict::admitted) {
+    Counter& counter = counter_of(*counters, verdict);
+    counter.add();
+    if (refusal_log.pass(monotonic_now_ns()))
+      spdlog::warn("event={} peer={} count={}", counter.name(), shown(endpoint), counter.value());
+    return;
+  }
+  auto stream = std::make_shared<ByteStream>(std::move(socket), shown(endpoint), std::move(ticket), *counters);
+  guests.emplace(stream.get(), stream);
+  asio::co_spawn(
+      stream->get_executor(), [self = shared_from_this(), stream] { return self->receive(stream); }, asio::detached);
+}
+
+asio::awaitable<void> Reception::receive(std::shared_ptr<ByteStream> stream) {
+  co_await route(stream);
+  guests.erase(stream.get());
+}
+
+asio::awaitable<void> Reception::route(std::shared_ptr<ByteStream> stream) {
+  stream->expires_after(options.opening_timeout);
+  Found found = co_await find_opening(*stream);
+  if (found.opening == Opening::tls && !tls) {
+    counters->handshakes_failed_tls_absent.add();
+    co_await asio::async_write(*stream, asio::buffer(kTlsHandshakeFailure), kAwaitable);
+    co_await stream->finish();
+    co_return;
+  }
+  if (found.opening == Opening::tls) {
+    stream->expires_after(options.opening_timeout);
+    if (const auto error = co_await stream->accept_tls(*tls)) {
+      (stream->has_expired() ? counters->handshakes_failed_timeout : counters->handshakes_failed_tls).add();
+      spdlog::debug("event=tls_failed peer={} reason={}", stream->peer(), log_text(error.message()));
+      stream->close();
+      co_return;
+    }
+    counters->connections_tls.add();
+    found = co_await find_opening(*stream);
+  }
+  if (found.error) {
+    (stream->has_expired() ? counters->handshakes_failed_timeout : counters->handshakes_failed_silent).add();
+    stream->close();
+    co_return;
+  }
+  if (options.tls_required && !stream->is_tls()) {
+    counters->handshakes_failed_tls_required.add();
+    if (found.opening == Opening::http) co_await asio::async_write(*stream, asio::buffer(kTlsOnly), kAwaitable);
+    co_await stream->finish();
+    co_return;
+  }
+  if (found.opening == Opening::http) {
+    co_await converse_http(shared_from_this(), stream);
+    co_return;
+  }
+  // TLS inside TLS is not supported: its first bytes are read as a size prefix, which is out of bounds.
+  stream->expires_never();
+  stream->move_to(Admission::Place::session);
+  counters->connections_tcp.add();
+  auto connection = std::make_shared<TcpConnection>(stream, options.packet_bytes_max, *counters);
+  PacketSink* sink = open_session(connection, monotonic_now_ns());
+  connection->start(sink);
+}
+
+void Reception::close() {
+  is_closed = true;
+  for (const auto& [key, guest] : guests) {
+    if (const auto stream = guest.lock()) stream->close();
+  }
+}
+
+}  // namespace hairnet::server

@@ -1,0 +1,32 @@
+#include "server/transport/detected_protocol.hpp"
+
+#include <algorithm>
+
+namespace hairnet::server {
+namespace {
+
+constexpr std::uint8_t kTlsHandshake = 0x16;
+constexpr std::uint8_t kTlsMajor = 3;  // record versions are 3.1 to 3.4, whatever the handshake agrees on
+
+bool is_method_letter(std::uint8_t byte) {
+  return byte >= 'A' && byte <= 'Z';
+}
+
+}  // namespace
+
+Opening opening_of(std::span<const std::uint8_t> first) {
+  if (first.empty()) return Opening::unknown;
+  if (first[0] == kTlsHandshake) {
+    if (first.size() > 1 && first[1] != kTlsMajor) return Opening::packets;
+    if (first.size() > 2) return first[2] >= 1 && first[2] <= 4 ? Opening::tls : Opening::packets;
+    return Opening::unknown;
+  }
+  const std::span<const std::uint8_t> method = first.first(std::min(first.size(), kOpeningBytes));
+  for (std::size_t i = 0; i < method.size(); ++i) {
+    const bool ends = i == kOpeningBytes - 1 && method[i] == ' ';  // GET and PUT
+    if (!is_method_letter(method[i]) && !ends) return Opening::packets;
+  }
+  return method.size() == kOpeningBytes ? Opening::http : Opening::unknown;
+}
+
+}  // namespace hairnet::server

@@ -1,0 +1,255 @@
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <ctime>
+#include <optional>
+#include <utility>
+
+#include "server/telemetry/log_text.hpp"
+#include "server/transport/beast.hpp"
+#include "server/transport/connection_router.hpp"
+#include "server/transport/http_reply.hpp"
+#include "server/transport/io_loop.hpp"
+#include "server/transport/origin.hpp"
+#include "server/transport/websocket_connection.hpp"
+
+namespace hairnet::server {
+namespace {
+
+constexpr std::uint32_t kHeaderBytesMax = 8 << 10;
+constexpr std::size_t kTargetBytesMax = 2048;
+constexpr std::size_t kBodyBytesMax = 4096;  // that comes with a GET; it is read away
+constexpr std::size_t kReadBytesMax = 16 << 10;
+constexpr std::size_t kFilePieceBytes = std::size_t{64} << 10;
+
+using Request = WebSocketConnection::Request;
+
+std::string_view view(beast::string_view text) {
+  return {text.data(), text.size()};
+}
+
+std::string_view path_of(std::string_view target) {
+  return target.substr(0, target.find('?'));
+}
+
+bool is_service_path(std::string_view path) {
+  return path == "/healthz" || path == "/readyz" || path == "/metrics";
+}
+
+// A list of tags, or "*"; weak ones count as their strong ones.
+bool names_tag(std::string_view list, std::string_view etag) {
+  return list == "*" || list.find(etag) != std::string_view::npos;
+}
+
+// Whether a comma-separated header field names `word`.
+bool offers(std::string_view list, std::string_view word) {
+  while (!list.empty()) {
+    const std::size_t comma = list.find(',');
+    std::string_view item = list.substr(0, comma);
+    item.remove_prefix(std::min(item.find_first_not_of(" \t"), item.size()));
+    item.remove_suffix(item.size() - std::min(item.find_last_not_of(" \t") + 1, item.size()));
+    if (item == word) return true;
+    list.remove_prefix(comma == std::string_view::npos ? list.size() : comma + 1);
+  }
+  return false;
+}
+
+class Conversation {
+ public:
+  Conversation(std::shared_ptr<Reception> reception, std::shared_ptr<ByteStream> stream)
+      : reception_(std::move(reception)),
+        stream_(std::move(stream)),
+        options_(&reception_->options),
+        counters_(reception_->counters),
+        buffer_(kReadBytesMax) {}
+
+  asio::awaitable<void> run() {
+    for (std::size_t count = 1; !reception_->is_closed; ++count) {
+      stream_->expires_after(options_->request_timeout);
+      http::request_parser<http::string_body> parser;
+      parser.header_limit(kHeaderBytesMax);
+      parser.body_limit(boost::none);
+      auto refused = co_await read(parser, count == 1);
+      if (!stream_->is_open()) co_return;
+      const Request& request = parser.get();
+      if (!refused && count == 1 && !stream_->move_to(Admission::Place::http) && !websocket::is_upgrade(request)) {
+        counters_->connections_refused_http.add();
+        refused = refusal(503, "too many connections ask for pages; try again later");
+      }
+      if (!refused && path_of(view(request.target())) == WebSocketConnection::kPath) {
+        refused = refuse_upgrade(request);
+        if (!refused) {
+          co_await upgrade(request);
+          co_return;
+        }
+      }
+      if (count == 1 && !refused) counters_->connections_http.add();
+      const bool keep = !refused && request.keep_alive() && count < options_->requests_per_connection_max;
+      StaticFile file;
+      const HttpReply reply = refused ? std::move(*refused) : answer(request, file);
+      const bool sent = co_await respond(reply, file, request.method() != http::verb::head, keep);
+      if (!sent || !keep) break;
+    }
+    co_await stream_->finish();
+  }
+
+ private:
+  // The request, or how it is refused. The stream is closed when there is nobody to answer.
+  asio::awaitable<std::optional<HttpReply>> read(http::request_parser<http::string_body>& parser, bool is_first) {
+    const auto [error, bytes] = co_await http::async_read_header(*stream_, buffer_, parser, kAwaitable);
+    if (error == http::error::header_limit || error == http::error::buffer_overflow) {
+      const std::string_view sent(static_cast<const char*>(buffer_.data().data()), buffer_.size());
+      const bool is_long_line = parser.get().target().empty() && sent.find('\n') == std::string_view::npos;
+      co_return is_long_line ? refusal(414, "the address is too long") : refusal(431, "the header is too long");
+    }
+    if (error) {
+      if (is_first)
+        (stream_->has_expired() ? counters_->handshakes_failed_timeout : counters_->handshakes_failed_http).add();
+      if (error.category() == http::make_error_code(http::error::bad_method).category() &&
+          error != http::error::end_of_stream && error != http::error::partial_message)
+        co_return refusal(400, "this is not HTTP/1.1");
+      stream_->close();
+      co_return std::nullopt;
+    }
+    const Request& request = parser.get();
+    if (request.target().size() > kTargetBytesMax) co_return refusal(414, "the address is too long");
+    if (request.version() >= 11 && request.count(http::field::host) != 1)
+      co_return refusal(400, "there must be one Host");
+    if (request.method() != http::verb::get && request.method() != http::verb::head)
+      co_return refusal(405, "there is nothing to change here");
+    if (parser.chunked() || parser.content_length().value_or(0) > kBodyBytesMax)
+      co_return refusal(413, "a request here has no body");
+    const auto [body_error, body_bytes] = co_await http::async_read(*stream_, buffer_, parser, kAwaitable);
+    if (body_error) stream_->close();
+    co_return std::nullopt;
+  }
+
+  HttpReply answer(const Request& request, StaticFile& file) {
+    const std::string_view target = view(request.target()), path = path_of(target);
+    if (reception_->service && is_service_path(path)) {
+      const std::string_view query = path.size() < target.size() ? target.substr(path.size() + 1) : std::string_view();
+      HttpResponse made = reception_->service->handle(
+          {view(request.method_string()), path, query, stream_->peer(), stream_->is_from_loopback()});
+      HttpReply reply;
+      reply.status = made.status;
+      reply.content_type = std::move(made.content_type);
+      reply.body = std::move(made.body);
+      return reply;
+    }
+    if (!reception_->files) return refusal(404, "there is no such page");
+    switch (reception_->files->find(path, file)) {
+      case StaticFind::bad_path:
+        return refusal(400, "this is no path");
+      case StaticFind::not_found:
+        return refusal(404, "there is no such page");
+      case StaticFind::is_folder: {
+        HttpReply reply = refusal(301, "it is a folder");
+        reply.location = std::string(path) + "/";
+        return reply;
+      }
+      case StaticFind::found:
+        break;
+    }
+    HttpReply reply;
+    reply.content_type = file.content_type;
+    reply.cache_control = file.cache_control;
+    reply.etag = file.etag;
+    reply.file_bytes = file.bytes;
+    if (names_tag(view(request[http::field::if_none_match]), file.etag)) reply.status = 304;
+    return reply;
+  }
+
+  // False: the peer is gone or too slow.
+  asio::awaitable<bool> respond(const HttpReply& reply, const StaticFile& file, bool with_body, bool keep_alive) {
+    const int kind = reply.status / 100;
+    (kind == 2   ? counters_->http_responses_2xx
+     : kind == 3 ? counters_->http_responses_3xx
+     : kind == 4 ? counters_->http_responses_4xx
+                 : counters_->http_responses_5xx)
+        .add();
+    std::string piece = header_of(reply, keep_alive, static_cast<std::int64_t>(std::time(nullptr)));
+    const bool body_follows = with_body && reply.status != 304;
+    if (body_follows) piece += reply.body;
+    std::uint64_t left = body_follows && reply.body.empty() ? reply.file_bytes : 0;
+    for (std::uint64_t offset = 0;;) {
+      if (left > 0) {  // the first piece leaves with the header
+        const std::size_t before = piece.size();
+        piece.resize(before + std::min<std::uint64_t>(left, kFilePieceBytes));
+        const std::size_t count =
+            file.read(offset, {reinterpret_cast<std::uint8_t*>(piece.data()) + before, piece.size() - before});
+        if (count == 0) co_return false;  // it has become shorter than was said
+        piece.resize(before + count);
+        offset += count;
+        left -= count;
+      }
+      stream_->expires_after(options_->response_timeout);
+      const auto [error, bytes] = co_await asio::async_write(*stream_, asio::buffer(piece), kAwaitable);
+      counters_->bytes_written.add(bytes);
+      counters_->bytes_written_http.add(bytes);
+      if (error) {
+        stream_->close();
+        co_return false;
+      }
+      if (left == 0) co_return true;
+      piece.clear();
+    }
+  }
+
+  std::optional<HttpReply> refuse_upgrade(const Request& request) {
+    if (!websocket::is_upgrade(request)) {
+      HttpReply reply = refusal(426, "here is a WebSocket");
+      reply.upgrade = "websocket";
+      return reply;
+    }
+    const std::string_view origin = view(request[http::field::origin]), host = view(request[http::field::host]);
+    if (request.count(http::field::origin) > 1 || !origin_allowed(origin, host, options_->origins)) {
+      counters_->origins_refused.add();
+      if (reception_->origin_log.pass(monotonic_now_ns()))
+        spdlog::warn("event=origin_refused origin={} peer={} count={}", log_text(origin), stream_->peer(),
+                     counters_->origins_refused.value());
+      return refusal(403, "this server takes no WebSocket from pages of that origin");
+    }
+    const std::string_view protocols = view(request[http::field::sec_websocket_protocol]);
+    if (!protocols.empty() && !offers(protocols, WebSocketConnection::kSubprotocol)) {
+      counters_->handshakes_failed_websocket.add();
+      return refusal(400, "the subprotocol here is hairnet");
+    }
+    return std::nullopt;
+  }
+
+  asio::awaitable<void> upgrade(const Request& request) {
+    // What came behind the request belongs to the WebSocket.
+    stream_->put_back({static_cast<const std::uint8_t*>(buffer_.data().data()), buffer_.size()});
+    stream_->expires_never();  // it has times of its own
+    stream_->move_to(Admission::Place::session);
+    auto connection = std::make_shared<WebSocketConnection>(stream_, *options_, *counters_);
+    const bool with_subprotocol = request.count(http::field::sec_websocket_protocol) != 0;
+    if (const auto error = co_await connection->accept(request, with_subprotocol)) {
+      counters_->handshakes_failed_websocket.add();
+      co_await stream_->finish();
+      co_return;
+    }
+    if (reception_->is_closed) {
+      stream_->close();
+      co_return;
+    }
+    counters_->connections_websocket.add();
+    PacketSink* sink = reception_->open_session(connection, monotonic_now_ns());
+    connection->start(sink);
+  }
+
+  std::shared_ptr<Reception> reception_;
+  std::shared_ptr<ByteStream> stream_;
+  const TransportOptions* options_;
+  TransportCounters* counters_;
+  beast::flat_buffer buffer_;
+};
+
+}  // namespace
+
+asio::awaitable<void> converse_http(std::shared_ptr<Reception> reception, std::shared_ptr<ByteStream> stream) {
+  Conversation conversation(std::move(reception), std::move(stream));
+  co_await conversation.run();
+}
+
+}  // namespace hairnet::server

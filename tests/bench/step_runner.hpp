@@ -1,0 +1,35 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "core/levels/level.hpp"
+#include "tests/bench/workload.hpp"
+
+namespace hairnet::bench {
+
+// One implementation of the step that can be timed: it steps the characters of a workload, always from the same states.
+class Performer {
+ public:
+  virtual ~Performer() = default;
+  virtual void rewind() = 0;                 // to the cast's states
+  [[nodiscard]] virtual bool perform() = 0;  // all frames of all players; false when a lattice is not finite
+  [[nodiscard]] virtual std::vector<LatticeState> states() const = 0;
+  [[nodiscard]] virtual std::string hash() const = 0;  // of all states as they are
+};
+
+struct PerformerSettings {
+  int iterations = 16;
+  int steps_per_frame = 1;
+  double relative_residual = 0;  // of the baselines
+};
+
+enum class Baseline : bool { naive, fair };
+
+// `level` and `cast` must outlive them.
+std::unique_ptr<Performer> make_baseline(Baseline kind, const Level& level, const Cast& cast,
+                                         const PerformerSettings& settings);
+std::unique_ptr<Performer> make_single(const Level& level, const Cast& cast, const PerformerSettings& settings);
+std::unique_ptr<Performer> make_crowd(const Level& level, const Cast& cast, const PerformerSettings& settings);
+
+}  // namespace hairnet::bench

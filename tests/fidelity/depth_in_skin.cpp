@@ -1,0 +1,93 @@
+#include "tests/fidelity/depth_in_skin.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace hairnet::fidelity {
+namespace {
+
+constexpr float kReach_m = 0.25F;  // beyond the hair's box
+
+Body near_hair(const Groom& groom) {
+  Vec3f low = Vec3f::Constant(std::numeric_limits<float>::infinity()), high = -low;
+  for (const Vec3f& point : groom.points) {
+    low = low.cwiseMin(point);
+    high = high.cwiseMax(point);
+  }
+  const Body& body = groom.body;
+  std::vector<std::uint32_t> kept(body.mesh.vertices.size());
+  Body near;
+  for (std::size_t v = 0; v < kept.size(); ++v) {
+    const Vec3f& vertex = body.mesh.vertices[v];
+    const bool is_near = (vertex - low).minCoeff() > -kReach_m && (high - vertex).minCoeff() > -kReach_m;
+    kept[v] = is_near ? static_cast<std::uint32_t>(near.mesh.vertices.size()) : ~0U;
+    if (!is_near) continue;
+    near.mesh.vertices.push_back(vertex);
+    near.bone_weights.push_back(body.bone_weights[v]);
+  }
+  for (const auto& [a, b, c] : body.mesh.triangles) {
+    if (kept[a] != ~0U && kept[b] != ~0U && kept[c] != ~0U) near.mesh.triangles.push_back({kept[a], kept[b], kept[c]});
+  }
+  return near;
+}
+
+}  // namespace
+
+BentBody::BentBody(const Groom& groom) : near_(near_hair(groom)), vertices_(near_.mesh.vertices), skin_(near_.mesh) {}
+
+void BentBody::bend(const Pose& pose) {
+  Pose in_head;
+  for (std::size_t b = 0; b < kBoneCount; ++b) in_head.bones[b] = pose.head().inverse() * pose.bones[b];
+  TriangleMesh bent{{}, near_.mesh.triangles};
+  skin(near_, in_head, bent.vertices);
+  constexpr float kRounding_m = 1e-6F;  // of skin that goes with the head
+  std::vector<float> vertex_m(vertices_.size());
+  for (std::size_t v = 0; v < vertices_.size(); ++v) vertex_m[v] = (bent.vertices[v] - vertices_[v]).norm();
+  const float moved_m = vertex_m.empty() ? 0 : std::ranges::max(vertex_m);
+  moved_box_.setEmpty();
+  for (const auto& triangle : bent.triangles) {
+    if (std::ranges::all_of(triangle, [&](std::uint32_t v) { return vertex_m[v] < kRounding_m; })) continue;
+    for (const std::uint32_t v : triangle) moved_box_.extend(vertices_[v]).extend(bent.vertices[v]);
+  }
+  moved_m_ = static_cast<double>(moved_m);
+  if (moved_m < kRounding_m) return;
+  skin_.emplace(bent);
+  vertices_ = std::move(bent.vertices);
+}
+
+DeepPoints::DeepPoints(const BentBody& body, std::span<const Vec3f> design) {
+  for (const Vec3f& point : design) {
+    const double distance_m = body.distance_m(point);
+    const bool is_inside = body.inside(point);
+    spots_.push_back({kTooDeep_m + (is_inside ? distance_m : 0), distance_m, is_inside, true, 0, point});
+  }
+}
+
+double DeepPoints::share(const BentBody& body, std::span<const Vec3f> points) {
+  constexpr double kRounding_m = 1e-5;
+  constexpr double kFar_m = 0.02;  // beyond the limit: a longer distance costs more to find than it saves
+  std::size_t count = 0;
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    Spot& spot = spots_[p];
+    spot.travelled_m += static_cast<double>((points[p] - spot.last).norm());
+    spot.travelled_m += body.moved_m(points[p], spot.distance_m + spot.travelled_m);
+    spot.last = points[p];
+    const double depth_m = spot.is_inside ? spot.distance_m : -spot.distance_m;
+    if (depth_m + spot.travelled_m < spot.limit_m) continue;
+    if (spot.is_side_known && depth_m - spot.travelled_m > spot.limit_m) {
+      ++count;
+      continue;
+    }
+    const bool may_have_crossed = spot.travelled_m >= spot.distance_m || !spot.is_side_known;
+    const double most_m = std::min(spot.distance_m + spot.travelled_m + kRounding_m, spot.limit_m + kFar_m);
+    spot.distance_m = std::min(most_m, body.distance_m(points[p], most_m));
+    spot.travelled_m = 0;
+    // Within the limit of the skin a point is not too deep on either side.
+    spot.is_side_known = !may_have_crossed || spot.distance_m > spot.limit_m;
+    if (may_have_crossed) spot.is_inside = !spot.is_side_known || body.inside(points[p]);
+    if (spot.is_inside && spot.distance_m > spot.limit_m) ++count;
+  }
+  return static_cast<double>(count) / static_cast<double>(points.size());
+}
+
+}  // namespace hairnet::fidelity

@@ -1,0 +1,61 @@
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "client/tools/command_line/progress_bar.hpp"
+#include "tests/fidelity/motion_figures_measure.hpp"
+#include "tests/fidelity/motion_figures_options.hpp"
+#include "tests/fidelity/motion_figures_table.hpp"
+#include "tests/fidelity/motion_sets.hpp"
+#include "tests/fidelity/write_json.hpp"
+
+namespace hairnet::fidelity {
+namespace {
+
+constexpr const char* kProgram = "hairnet-fidelity-holding";
+constexpr double kPosture_s = 4;  // when our own postures are taken up
+
+// Adds the runs to `all`, so that those before a refusal are not lost.
+Result<void> measure(const HoldingFlags& flags, std::vector<Holding>& all) {
+  ProgressBar bar(kProgram);
+  const auto count = static_cast<double>(flags.grooms.size() * flags.motions.size());
+  double done = 0;
+  for (const std::string& groom_name : flags.grooms) {
+    bar.show(done / count, "building " + groom_name);
+    auto groom = load_groom(groom_name);
+    if (!groom) return Refusal(groom.error());
+    groom->name = groom_name;
+    const Subject subject = make_subject(std::move(*groom), flags.levels);
+    for (const std::string& motion_name : flags.motions) {
+      const auto motion = load_motion(motion_name, subject.groom.body);
+      if (!motion) return Refusal(motion.error());
+      const bool hangs = std::ranges::find(kPostures, motion_name) != std::end(kPostures);
+      const Motion played = hangs ? stopped(*motion, kPosture_s, flags.duration_s) : looped(*motion, flags.duration_s);
+      const Clip clip = make_clip(played, flags.rate_hz, flags.duration_s);
+      const std::string stage = groom_name + ", " + motion_name;
+      const auto show = [&](double part) { bar.show((done + part) / count, stage); };
+      for (Holding& run : measure_holding(subject, clip, hangs, flags.measure, show)) all.push_back(std::move(run));
+      done += 1;
+    }
+  }
+  return {};
+}
+
+int run(const HoldingFlags& flags) {
+  std::vector<Holding> all;
+  const auto measured = measure(flags, all);
+  if (!all.empty()) std::fputs(holding_tables(all).c_str(), stdout);
+  if (flags.picture) std::fputs(("\n" + picture_commands(all, flags.duration_s)).c_str(), stdout);
+  if (!measured) std::fprintf(stderr, "%s: %s\n", kProgram, measured.error().c_str());
+  const int written = write_json(kProgram, flags.json, holding_json(all));
+  return measured ? written : 1;
+}
+
+}  // namespace
+}  // namespace hairnet::fidelity
+
+int main(int argc, char** argv) {
+  const auto parsed = hairnet::fidelity::parse_holding_flags(argc, argv);
+  if (const int* exit_code = std::get_if<int>(&parsed)) return *exit_code;
+  return hairnet::fidelity::run(std::get<hairnet::fidelity::HoldingFlags>(parsed));
+}

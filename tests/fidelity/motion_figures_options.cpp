@@ -1,0 +1,95 @@
+#include "tests/fidelity/motion_figures_options.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+
+#include "client/tools/command_line/in_range.hpp"
+#include "client/tools/command_line/wind_flags.hpp"
+#include "tests/fidelity/motion_sets.hpp"
+#include "tests/support/corpus.hpp"
+
+namespace hairnet::fidelity {
+namespace {
+
+constexpr std::string_view kFooter = R"(Examples:
+  hairnet-fidelity-holding
+  hairnet-fidelity-holding --set all --json holding.json
+  hairnet-fidelity-holding --groom made:bob --motion made:glide --motion made:lift --level low --rate 90
+)";
+
+const std::vector<std::string> kGrooms{"harolongo", "sintel", "made:long_straight"};
+
+using Names = std::vector<std::string>;
+
+Names motions_of(const std::string& set) {
+  Names names;
+  const auto add = [&](auto& motions) { names.insert(names.end(), std::begin(motions), std::end(motions)); };
+  const bool all = set == "all";
+  if (all || set == "everyday") add(kEverydayMotions);
+  if (all || set == "wild") add(kWildMotions);
+  if (all || set == "postures") add(kPostures);
+  return names;
+}
+
+std::vector<LevelIndex> levels_of(const Names& names) {
+  std::vector<LevelIndex> levels;
+  for (const std::string& name : names) {
+    const auto known = std::ranges::find(kLevelNames, name);
+    if (known == kLevelNames.end() || name == "rigid")
+      throw CLI::ValidationError("--level", "'" + name + "' is not one of high, medium, low, ether");
+    levels.push_back(static_cast<LevelIndex>(known - kLevelNames.begin()));
+  }
+  return levels;
+}
+
+}  // namespace
+
+std::variant<HoldingFlags, int> parse_holding_flags(int argc, char** argv) {
+  HoldingFlags flags;
+  Names levels;
+  std::string set = "everyday";
+  Wind wind;
+  CLI::App app("What one sees go wrong with hair: in the body, drawn out, jumping, and not coming home.",
+               "hairnet-fidelity-holding");
+  app.footer(std::string(kFooter));
+  app.failure_message([](const CLI::App* a, const CLI::Error& e) { return a->get_name() + ": " + e.what() + "\n"; });
+  const auto add_names = [&](const char* flag, Names& names, const char* about) {
+    app.add_option(flag, names, about)->delimiter(',');
+  };
+  add_names("--groom", flags.grooms, "hairstyles, by commas (harolongo,sintel,made:long_straight)");
+  add_names("--motion", flags.motions, "motions, by commas (those of --set)");
+  app.add_option("--set", set, "motions: everyday, wild, postures or all (everyday)")
+      ->check(CLI::IsMember({"everyday", "wild", "postures", "all"}));
+  add_names("--level", levels, "levels, by commas (high,low)");
+  app.add_option("--rate", flags.rate_hz, "ticks a second (30)")->check(in_range(10.0, 240.0));
+  app.add_option("--duration", flags.duration_s, "seconds of each motion, which loops (12)")
+      ->check(in_range(0.5, 3600.0));
+  app.add_option("--rest-after", flags.measure.rest_after_s,
+                 "seconds upright and still before hair at rest is measured; 0: not at all (5)")
+      ->check(in_range(0.0, 600.0));
+  app.add_option("--points", flags.measure.point_count, "points of a hairstyle for depth and jumps, about (4000)")
+      ->check(CLI::Range(100, 1'000'000));
+  app.add_flag("--picture", flags.picture, "the commands that draw the worst ticks of made hair in made motions");
+  app.add_option("--json", flags.json, "file for the figures");
+  add_wind_flags(app, wind);
+  try {
+    app.parse(argc, argv);
+    if (!levels.empty()) flags.levels = levels_of(levels);
+    if (const std::string fault = validate(wind); !fault.empty()) throw CLI::ValidationError("wind", fault);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? 0 : 2;
+  }
+  flags.measure.environment.wind = WindField(wind);
+  const auto is_real = [](const std::string& name) { return !name.starts_with("made:"); };
+  if (flags.grooms.empty()) {
+    flags.grooms = kGrooms;
+    if (!has_real_data()) std::erase_if(flags.grooms, is_real);
+  }
+  if (flags.motions.empty()) {
+    flags.motions = motions_of(set);
+    if (!has_real_data()) std::erase_if(flags.motions, is_real);
+  }
+  return flags;
+}
+
+}  // namespace hairnet::fidelity

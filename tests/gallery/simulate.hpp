@@ -1,0 +1,41 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "client/render/stage.hpp"
+#include "core/levels/level.hpp"
+#include "core/pose/motion.hpp"
+#include "core/result.hpp"
+#include "core/solver/step.hpp"
+
+namespace hairnet::gallery {
+
+// A hairstyle with its levels, ready to be stepped.
+struct Hairstyle {
+  std::string name;
+  std::shared_ptr<const Groom> groom;
+  std::shared_ptr<const LevelSet> levels;
+};
+Result<Hairstyle> load_hairstyle(const std::string& name);
+
+// One character at one moment.
+struct Moment {
+  Pose pose;
+  const LevelGeometry* geometry = nullptr;  // of the hairstyle's levels; null: rigid
+  std::vector<Vec3f> grid_displacements;
+};
+
+// Steps a character of `style` through `motion`, after a second of easing into it, and copies out the moments at
+// `times_s` (ascending, from the motion's beginning; a negative time is at rest).
+Result<std::vector<Moment>> perform(const Hairstyle& style, const std::string& motion, LevelIndex level,
+                                    const std::vector<double>& times_s, const Environment& environment = {});
+
+// What a stage is given for a moment. `layer` must live as long as what is returned.
+view::ShownCharacter shown(std::size_t groom, const Moment& moment, LatticeLayer& layer);
+
+// Hair colours that tell hairstyles apart; linear RGB.
+Vec3f hair_colour(std::size_t number);
+
+}  // namespace hairnet::gallery

@@ -1,0 +1,112 @@
+#include "tests/load/bad_client.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace hairnet::load {
+namespace {
+
+constexpr std::int64_t kRedialWait_ns = 1'000'000'000;
+constexpr std::int64_t kFloodInterval_ns = 10'000'000, kMalformedInterval_ns = 100'000'000;
+constexpr int kFloodMessages = 100;                 // an interval
+constexpr std::size_t kFloodUnsentMax = 64u << 10;  // a server that does not read them all has less to do
+
+std::vector<std::uint8_t> hello(std::int64_t now_ns) {
+  wire::Hello message;
+  message.client_name = "hairnet-load misfit";
+  return wire::encode_packet({now_ns, std::move(message)});
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> make_bad_packet(Random& random, std::int64_t now_ns) {
+  wire::PoseSample pose;
+  pose.character = 1;
+  pose.capture_time_ns = now_ns;
+  std::vector<std::uint8_t> packet = wire::encode_packet({now_ns, wire::PoseBatch{{pose}}});
+  switch (random.next() % 5) {
+    case 0: {  // some bits, behind the length
+      for (int i = 0; i < 8; ++i)
+        packet[4 + random.next() % (packet.size() - 4)] ^= static_cast<std::uint8_t>(1u << random.next() % 8);
+      return packet;
+    }
+    case 1: {  // the right length, and noise
+      for (std::size_t i = 4; i < packet.size(); ++i) packet[i] = static_cast<std::uint8_t>(random.next());
+      return packet;
+    }
+    case 2:  // a length beyond all bounds
+      return {0xff, 0xff, 0xff, 0x7f, 0, 0, 0, 0};
+    case 3: {
+      pose.pose.bones[0].position.x() = std::numeric_limits<double>::quiet_NaN();
+      return wire::encode_packet({now_ns, wire::PoseBatch{{pose}}});
+    }
+    default:  // what only servers say
+      return wire::encode_packet({now_ns, wire::Welcome{}});
+  }
+}
+
+Misfit::Misfit(const Props& props, std::uint32_t number, Misbehaviour kind)
+    : props_(&props), number_(number), kind_(kind), random_(props.seed, number) {}
+
+std::int64_t Misfit::act(std::int64_t now_ns) {
+  if (gone_) return kNever_ns;
+  if (now_ns >= dial_ns_) {
+    dial_ns_ = kNever_ns;
+    goodbye_.clear();
+    line_ = props_->dialler->dial(*this);
+  }
+  if (open_ && now_ns >= next_ns_) misbehave(now_ns);
+  return std::min(dial_ns_, next_ns_);
+}
+
+void Misfit::on_open(std::int64_t now_ns) {
+  open_ = true;
+  if (kind_ == Misbehaviour::silent) return;
+  const std::vector<std::uint8_t> packet = hello(now_ns);
+  if (kind_ == Misbehaviour::half_open) {
+    line_->send(std::span(packet).first(packet.size() / 2));
+    line_->close_sending();
+    return;
+  }
+  line_->send(packet);
+  next_ns_ = now_ns + kMalformedInterval_ns;
+  props_->wake(number_, next_ns_);
+}
+
+void Misfit::misbehave(std::int64_t now_ns) {
+  if (kind_ == Misbehaviour::flood) {
+    const std::vector<std::uint8_t> packet = wire::encode_packet({now_ns, wire::PoseBatch{}});
+    for (int i = 0; i < kFloodMessages && line_->unsent_bytes() < kFloodUnsentMax; ++i) line_->send(packet);
+    next_ns_ = now_ns + kFloodInterval_ns;
+  } else {
+    line_->send(make_bad_packet(random_, now_ns));
+    next_ns_ = now_ns + kMalformedInterval_ns;
+  }
+}
+
+void Misfit::on_packet(std::span<const std::uint8_t> packet, std::int64_t) {
+  const wire::Decoded decoded = wire::decode_packet(packet);
+  if (decoded.error != wire::DecodeError::none) return;
+  if (const auto* goodbye = std::get_if<wire::Goodbye>(&decoded.envelope.message))
+    goodbye_ = wire::to_string(goodbye->reason);
+}
+
+void Misfit::on_closed(std::string_view reason, std::int64_t now_ns) {
+  if (gone_) return;
+  props_->tally->count_misfit_end(now_ns, kMisbehaviourNames[static_cast<std::size_t>(kind_)],
+                                  goodbye_.empty() ? "closed_" + std::string(reason) : "goodbye_" + goodbye_);
+  line_.reset();
+  open_ = false;
+  next_ns_ = kNever_ns;
+  dial_ns_ = now_ns + kRedialWait_ns;
+  props_->wake(number_, dial_ns_);
+}
+
+void Misfit::leave_now() {
+  line_.reset();
+  open_ = false;
+  gone_ = true;
+}
+
+}  // namespace hairnet::load

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/random.hpp"
+#include "tests/load/virtual_client.hpp"
+
+namespace hairnet::load {
+
+// A client without characters that misbehaves in one way, and comes back a second after it was thrown out:
+//   flood      ten thousand messages a second
+//   malformed  a proper hello, then ten bad packets a second
+//   silent     connects and says nothing
+//   half_open  sends the first half of a hello, and ends its sending
+class Misfit final : public Actor, private LineEvents {
+ public:
+  Misfit(const Props& props, std::uint32_t number, Misbehaviour kind);
+
+  std::int64_t act(std::int64_t now_ns) override;
+  void dress(std::uint32_t, const std::vector<LevelIndex>&, std::int64_t) override {}
+  void lose_connection(std::int64_t, std::int64_t) override {}
+  void leave(bool, std::int64_t) override { leave_now(); }
+  [[nodiscard]] bool gone() const override { return gone_; }
+  [[nodiscard]] std::size_t character_count() const override { return 0; }
+  [[nodiscard]] bool counts() const override { return false; }
+
+ private:
+  void on_open(std::int64_t now_ns) override;
+  void on_packet(std::span<const std::uint8_t> packet, std::int64_t arrival_ns) override;
+  void on_closed(std::string_view reason, std::int64_t now_ns) override;
+  void leave_now();
+  void misbehave(std::int64_t now_ns);
+
+  const Props* props_;
+  std::uint32_t number_;
+  Misbehaviour kind_;
+  Random random_;
+  std::unique_ptr<Line> line_;
+  bool open_ = false, gone_ = false;
+  std::string goodbye_;
+  std::int64_t dial_ns_ = 0, next_ns_ = kNever_ns;
+};
+
+// A packet that no server should take: a flipped bit, a wrong length, noise, numbers that are none, text that is none.
+std::vector<std::uint8_t> make_bad_packet(Random& random, std::int64_t now_ns);
+
+}  // namespace hairnet::load

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <boost/asio.hpp>
+#include <functional>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "core/result.hpp"
+#include "tests/load/client_connection.hpp"
+#include "tests/load/protocol_client.hpp"
+
+namespace hairnet::load {
+
+// Uploads the grooms before a run and stays connected, so that the server keeps them. It is not measured: a load test
+// does not include the building of levels.
+class Preparation final : private LineEvents, private PeerEvents {
+ public:
+  Preparation(Dialler& dialler, std::unique_ptr<Peer> peer, const std::vector<EncodedGroom>& grooms);
+  [[nodiscard]] bool done() const { return welcomed_ && waiting_.empty(); }
+  [[nodiscard]] const std::string& fault() const { return fault_; }  // one line; empty while all is well
+  [[nodiscard]] const wire::Welcome& welcome() const { return welcome_; }
+  // Call it regularly: sends what waits, and keep-alives.
+  void poll(std::int64_t now_ns);
+
+ private:
+  void on_open(std::int64_t now_ns) override;
+  void on_packet(std::span<const std::uint8_t> packet, std::int64_t arrival_ns) override;
+  void on_closed(std::string_view reason, std::int64_t now_ns) override;
+  void on_welcome(const wire::Welcome& welcome, std::int64_t now_ns) override;
+  void on_lost(std::string_view reason, std::int64_t now_ns) override;
+  void on_end(std::string_view reason, std::int64_t now_ns) override;
+  void on_groom_state(const wire::GroomHash& groom, wire::GroomState state) override;
+  void on_refusal(std::string_view reason, std::int64_t now_ns) override;
+  void on_frame(const FrameSeen&, std::int64_t) override {}
+
+  std::unique_ptr<Peer> peer_;
+  const std::vector<EncodedGroom>* grooms_;
+  std::set<wire::GroomHash> waiting_;
+  bool welcomed_ = false;
+  wire::Welcome welcome_;
+  std::string fault_, last_word_, closed_;
+  Dialler* dialler_;
+  std::unique_ptr<Line> line_;
+};
+
+}  // namespace hairnet::load

@@ -1,0 +1,112 @@
+#include "tests/load/link_protocol_client.hpp"
+
+#include <cstdlib>
+#include <utility>
+#include <variant>
+
+namespace hairnet::load {
+namespace {
+
+link::CoreOptions core_options(PeerOptions& options) {
+  link::CoreOptions core;
+  core.client_name = std::move(options.name);
+  core.room = std::move(options.room);
+  core.token = std::move(options.token);
+  core.seed = options.seed;
+  core.decode_share = options.decode_share;
+  core.catalog = std::move(options.catalog);
+  return core;
+}
+
+wire::Observe observe_of(const std::string& text) {
+  wire::Observe observe;
+  if (text == "all") return observe;
+  observe.count = static_cast<std::uint32_t>(std::strtoul(text.c_str(), nullptr, 10));
+  observe.mode = observe.count == 0 ? wire::ObserveMode::list : wire::ObserveMode::nearest;
+  return observe;
+}
+
+std::string_view reason_text(wire::GoodbyeReason reason) {
+  return reason == wire::GoodbyeReason::none ? std::string_view() : wire::to_string(reason);
+}
+
+class LinkPeer final : public Peer, private link::FrameSink {
+ public:
+  explicit LinkPeer(PeerOptions options) : core_(core_options(options)) {
+    core_.set_frame_sink(this);
+    core_.observe(observe_of(options.observe));
+    core_.start();
+  }
+
+  void offer(const EncodedGroom& groom) override { core_.offer_groom(groom.hash, groom.bytes); }
+  void add_character(std::uint32_t character, const wire::GroomHash& groom, LevelIndex level) override {
+    core_.add_character(character, groom, level);
+  }
+  void remove_character(std::uint32_t character) override { core_.remove_character(character); }
+  void push_poses(std::vector<wire::PoseSample> poses) override { core_.push_poses(std::move(poses)); }
+  void leave(std::int64_t now_ns) override { core_.leave(now_ns); }
+
+  void poll(std::int64_t now_ns) override { core_.poll(now_ns); }
+  [[nodiscard]] std::int64_t next_deadline_ns() const override { return core_.next_deadline_ns(); }
+  void tell(PeerEvents& events, std::int64_t now_ns) override {
+    for (link::Event& event : core_.take_events()) {
+      if (const auto* connected = std::get_if<link::Connected>(&event))
+        events.on_welcome(connected->welcome, now_ns);
+      else if (const auto* reconnecting = std::get_if<link::Reconnecting>(&event))
+        events.on_lost(reason_text(reconnecting->reason), now_ns);
+      else if (const auto* disconnected = std::get_if<link::Disconnected>(&event))
+        events.on_end(reason_text(disconnected->reason), now_ns);
+      else if (const auto* status = std::get_if<wire::GroomStatus>(&event))
+        events.on_groom_state(status->hash, status->state);
+      else if (const auto* error = std::get_if<wire::Error>(&event))
+        events.on_refusal(wire::to_string(error->reason), now_ns);
+    }
+  }
+
+  [[nodiscard]] bool wants_connection() const override { return core_.wants_connection(); }
+  [[nodiscard]] bool wants_half_close() const override { return core_.wants_half_close(); }
+  [[nodiscard]] bool wants_close() const override { return core_.wants_close(); }
+  void on_opening(std::int64_t now_ns) override { core_.on_opening(now_ns); }
+  void on_open(std::int64_t now_ns) override { core_.on_open(now_ns); }
+  void on_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns, PeerEvents& events) override {
+    events_ = &events;
+    now_ns_ = now_ns;
+    core_.on_packet(packet, now_ns);
+    events_ = nullptr;
+  }
+  void on_closed(std::int64_t now_ns) override { core_.on_closed("the connection ended", now_ns); }
+  [[nodiscard]] std::vector<std::uint8_t> take_packet(std::int64_t now_ns) override {
+    return core_.take_packet(now_ns);
+  }
+
+ private:
+  void on_frame(const link::ReceivedFrame& frame) override {
+    FrameSeen seen;
+    seen.member = frame.frame.member;
+    seen.character = frame.character;
+    seen.tick = frame.tick;
+    seen.stride = frame.frame.step_stride;
+    seen.sample_time_local_ns = core_.to_local_ns(frame.sample_time_ns);
+    seen.level = frame.frame.level;
+    seen.discontinuous = frame.discontinuous;
+    seen.asleep = frame.frame.asleep;
+    seen.undecodable = frame.undecodable;
+    seen.content_bytes = frame.frame.content.size();
+    seen.pose = frame.pose;
+    seen.step_m = codec::kStep_m[static_cast<std::size_t>(frame.frame.error_class)];
+    if (frame.integers) seen.displacements = frame.integers->nodes;
+    events_->on_frame(seen, now_ns_);
+  }
+
+  link::LinkCore core_;
+  PeerEvents* events_ = nullptr;  // during on_packet
+  std::int64_t now_ns_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Peer> make_link_peer(PeerOptions options) {
+  return std::make_unique<LinkPeer>(std::move(options));
+}
+
+}  // namespace hairnet::load

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "client/link/link_core.hpp"
+#include "tests/load/protocol_client.hpp"
+
+namespace hairnet::load {
+
+// What each client says of itself.
+struct PeerOptions {
+  std::string name, room, token;
+  std::string observe = "all";  // as a plan has it
+  std::uint64_t seed = 1;
+  double decode_share = 1;
+  std::shared_ptr<link::LevelCatalog> catalog;  // shared by all on one thread
+};
+
+// The client library's own core.
+std::unique_ptr<Peer> make_link_peer(PeerOptions options);
+
+}  // namespace hairnet::load

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/levels/level.hpp"
+#include "schema/wire/messages.hpp"
+
+namespace hairnet::load {
+
+// A groom as it is uploaded, shared by all clients.
+struct EncodedGroom {
+  std::string spec;
+  wire::GroomHash hash{};
+  std::shared_ptr<const std::vector<std::uint8_t>> bytes;
+};
+
+// One frame of one character, as a client got it.
+struct FrameSeen {
+  std::uint32_t member = 0;
+  std::uint32_t character = 0;  // one's own number; 0: another's
+  std::uint64_t tick = 0;
+  std::uint32_t stride = 1;               // ticks to its next step
+  std::int64_t sample_time_local_ns = 0;  // when its pose was sampled, on our clock
+  LevelIndex level = LevelIndex::rigid;
+  bool discontinuous = false, asleep = false, undecodable = false;
+  std::size_t content_bytes = 0;                // pose and nodes, coded
+  const Pose* pose = nullptr;                   // until the call returns; null when not decoded
+  float step_m = 0;                             // of the quantisation
+  std::span<const std::int16_t> displacements;  // integers, 3 a node, in head space; empty when not decoded
+};
+
+// The events of one client's protocol.
+class PeerEvents {
+ public:
+  virtual void on_welcome(const wire::Welcome& welcome, std::int64_t now_ns) = 0;
+  // The connection is lost and will be made again. `reason`: from the Goodbye; empty when there was none.
+  virtual void on_lost(std::string_view reason, std::int64_t now_ns) = 0;
+  // Last: it is over for good.
+  virtual void on_end(std::string_view reason, std::int64_t now_ns) = 0;
+  virtual void on_groom_state(const wire::GroomHash& groom, wire::GroomState state) = 0;
+  virtual void on_refusal(std::string_view reason, std::int64_t now_ns) = 0;
+  virtual void on_frame(const FrameSeen& frame, std::int64_t now_ns) = 0;
+
+ protected:
+  ~PeerEvents() = default;
+};
+
+// The client's side of the protocol without I/O and clock: packets in, packets out, over as many connections as it
+// takes. Events come within on_packet (frames) and tell (all else); they do not call back.
+class Peer {
+ public:
+  virtual ~Peer() = default;
+  // Requests may be made at any time and are sent once there is a session. Poses without a session are dropped.
+  virtual void offer(const EncodedGroom& groom) = 0;
+  virtual void add_character(std::uint32_t character, const wire::GroomHash& groom, LevelIndex level) = 0;
+  virtual void remove_character(std::uint32_t character) = 0;
+  virtual void push_poses(std::vector<wire::PoseSample> poses) = 0;
+  virtual void leave(std::int64_t now_ns) = 0;
+
+  // Time-outs; due again at next_deadline_ns().
+  virtual void poll(std::int64_t now_ns) = 0;
+  [[nodiscard]] virtual std::int64_t next_deadline_ns() const = 0;
+  virtual void tell(PeerEvents& events, std::int64_t now_ns) = 0;
+
+  // The connection's side.
+  [[nodiscard]] virtual bool wants_connection() const = 0;
+  [[nodiscard]] virtual bool wants_half_close() const = 0;
+  [[nodiscard]] virtual bool wants_close() const = 0;
+  virtual void on_opening(std::int64_t now_ns) = 0;
+  virtual void on_open(std::int64_t now_ns) = 0;
+  virtual void on_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns, PeerEvents& events) = 0;
+  virtual void on_closed(std::int64_t now_ns) = 0;
+  // The next packet to send; empty: there is none.
+  [[nodiscard]] virtual std::vector<std::uint8_t> take_packet(std::int64_t now_ns) = 0;
+};
+
+}  // namespace hairnet::load

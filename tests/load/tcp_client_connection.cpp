@@ -1,0 +1,194 @@
+#include "tests/load/tcp_client_connection.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <limits>
+#include <utility>
+
+#include "schema/channel/packet_splitter.hpp"
+#include "schema/wire/messages.hpp"
+
+namespace hairnet::load {
+namespace {
+
+using asio::ip::tcp;
+using boost::system::error_code;
+
+constexpr std::size_t kReceiveBytes = 256u << 10;
+constexpr int kLimitedReceiveBytes = 8 << 10;
+constexpr std::size_t kUnlimited = std::numeric_limits<std::size_t>::max();
+
+std::string_view reason_of(const error_code& fault) {
+  if (fault == asio::error::eof) return "by_server";
+  if (fault == asio::error::connection_refused) return "refused";
+  if (fault == asio::error::connection_reset || fault == asio::error::broken_pipe) return "reset";
+  if (fault == asio::error::timed_out) return "timed_out";
+  if (fault == asio::error::no_descriptors) return "no_descriptors";
+  if (fault == asio::error::network_unreachable || fault == asio::error::host_unreachable) return "unreachable";
+  return "failed";
+}
+
+class Connection : public std::enable_shared_from_this<Connection> {
+ public:
+  Connection(asio::io_context& io, LineEvents& events, std::shared_ptr<std::vector<std::uint8_t>> buffer)
+      : socket_(io), events_(&events), buffer_(std::move(buffer)), splitter_(wire::kPacketBytesMax) {}
+
+  void connect(const tcp::endpoint& server) {
+    error_code fault;
+    socket_.open(server.protocol(), fault);
+    if (fault) {
+      asio::post(socket_.get_executor(), [self = shared_from_this(), fault] { self->fail(fault); });
+      return;
+    }
+    socket_.non_blocking(true, fault);
+    socket_.set_option(tcp::no_delay(true), fault);
+    socket_.async_connect(server, [self = shared_from_this()](const error_code& ec) { self->on_connected(ec); });
+  }
+
+  // From here on the owner hears nothing more.
+  void abandon() {
+    events_ = nullptr;
+    error_code ignored;
+    socket_.close(ignored);
+  }
+
+  void send(std::span<const std::uint8_t> bytes) {
+    if (!events_ || sending_closed_) return;
+    if (unsent_.empty() && open_) {
+      error_code fault;
+      const std::size_t count = socket_.write_some(asio::buffer(bytes.data(), bytes.size()), fault);
+      if (fault && fault != asio::error::would_block) return;  // the reader learns why
+      bytes = bytes.subspan(count);
+    }
+    if (bytes.empty()) return;
+    unsent_.insert(unsent_.end(), bytes.begin(), bytes.end());
+    wait_to_write();
+  }
+
+  void close_sending() {
+    sending_closed_ = true;
+    error_code ignored;
+    if (unsent_.empty() && open_) socket_.shutdown(tcp::socket::shutdown_send, ignored);
+  }
+
+  void limit_reading(std::size_t bytes) {
+    error_code ignored;  // or the kernel would read megabytes in our place
+    if (readable_ == kUnlimited)
+      socket_.set_option(asio::socket_base::receive_buffer_size(kLimitedReceiveBytes), ignored);
+    readable_ = bytes;
+    wait_to_read();
+  }
+
+  [[nodiscard]] std::size_t unsent_bytes() const { return unsent_.size(); }
+
+ private:
+  void on_connected(const error_code& fault) {
+    if (!events_) return;
+    if (fault) return fail(fault);
+    open_ = true;
+    wait_to_read();
+    events_->on_open(steady_ns());
+  }
+
+  void wait_to_read() {
+    if (reading_ || !open_ || readable_ == 0) return;
+    reading_ = true;
+    socket_.async_wait(tcp::socket::wait_read, [self = shared_from_this()](const error_code& ec) {
+      self->reading_ = false;
+      self->read(ec);
+    });
+  }
+
+  void read(error_code fault) {
+    if (!events_) return;
+    if (fault) return fail(fault);
+    const std::size_t wanted = std::min(buffer_->size(), readable_);
+    const std::size_t count = socket_.read_some(asio::buffer(buffer_->data(), wanted), fault);
+    if (fault == asio::error::would_block) return wait_to_read();
+    if (fault) return fail(fault);
+    if (readable_ != kUnlimited) readable_ -= count;
+    const std::int64_t arrival_ns = steady_ns();
+    const bool sound = splitter_.feed({buffer_->data(), count}, [&](std::span<const std::uint8_t> packet) {
+      if (events_) events_->on_packet(packet, arrival_ns);
+    });
+    if (!events_) return;
+    if (!sound) {
+      events_->on_closed("stream_broken", arrival_ns);
+      return;
+    }
+    wait_to_read();
+  }
+
+  void wait_to_write() {
+    if (writing_ || !open_ || unsent_.empty()) return;
+    writing_ = true;
+    socket_.async_wait(tcp::socket::wait_write, [self = shared_from_this()](const error_code& ec) {
+      self->writing_ = false;
+      self->write(ec);
+    });
+  }
+
+  void write(error_code fault) {
+    if (!events_ || fault) return;
+    const std::size_t count = socket_.write_some(asio::buffer(unsent_), fault);
+    if (fault && fault != asio::error::would_block) return;
+    unsent_.erase(unsent_.begin(), unsent_.begin() + static_cast<std::ptrdiff_t>(count));
+    if (unsent_.empty() && sending_closed_) socket_.shutdown(tcp::socket::shutdown_send, fault);
+    wait_to_write();
+  }
+
+  void fail(const error_code& fault) {
+    if (events_) events_->on_closed(reason_of(fault), steady_ns());
+  }
+
+  tcp::socket socket_;
+  LineEvents* events_;
+  std::shared_ptr<std::vector<std::uint8_t>> buffer_;
+  channel::PacketSplitter splitter_;
+  std::vector<std::uint8_t> unsent_;
+  std::size_t readable_ = kUnlimited;
+  bool open_ = false, reading_ = false, writing_ = false, sending_closed_ = false;
+};
+
+class TcpLine final : public Line {
+ public:
+  explicit TcpLine(std::shared_ptr<Connection> connection) : connection_(std::move(connection)) {}
+  ~TcpLine() override { connection_->abandon(); }
+  TcpLine(const TcpLine&) = delete;
+  TcpLine& operator=(const TcpLine&) = delete;
+  void send(std::span<const std::uint8_t> bytes) override { connection_->send(bytes); }
+  void close_sending() override { connection_->close_sending(); }
+  void limit_reading(std::size_t bytes) override { connection_->limit_reading(bytes); }
+  [[nodiscard]] std::size_t unsent_bytes() const override { return connection_->unsent_bytes(); }
+
+ private:
+  std::shared_ptr<Connection> connection_;
+};
+
+}  // namespace
+
+std::int64_t steady_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+Result<tcp::endpoint> resolve(const Address& address) {
+  asio::io_context io;
+  error_code fault;
+  const auto found = tcp::resolver(io).resolve(address.host, std::to_string(address.port), fault);
+  if (fault || found.empty()) return Refusal("cannot find " + address.host + ": " + fault.message());
+  return found.begin()->endpoint();
+}
+
+TcpDialler::TcpDialler(asio::io_context& io, tcp::endpoint server)
+    : io_(&io),
+      server_(std::move(server)),
+      receive_buffer_(std::make_shared<std::vector<std::uint8_t>>(kReceiveBytes)) {}
+
+std::unique_ptr<Line> TcpDialler::dial(LineEvents& events) {
+  auto connection = std::make_shared<Connection>(*io_, events, receive_buffer_);
+  connection->connect(server_);
+  return std::make_unique<TcpLine>(std::move(connection));
+}
+
+}  // namespace hairnet::load

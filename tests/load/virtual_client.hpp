@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tests/load/client_connection.hpp"
+#include "tests/load/motion_bank.hpp"
+#include "tests/load/protocol_client.hpp"
+#include "tests/load/tally.hpp"
+
+namespace hairnet::load {
+
+inline constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::max();
+
+// Receives a copy of every frame, for example to check it.
+class FrameWatcher {
+ public:
+  virtual ~FrameWatcher() = default;
+  virtual void on_welcome(std::uint32_t client) = 0;  // the first and each later time
+  virtual void on_frame(std::uint32_t client, const FrameSeen& frame, std::size_t groom) = 0;
+};
+
+// What all virtual clients share. Outlives them.
+struct Props {
+  std::uint64_t seed = 1;
+  double pose_hz = 72;
+  std::uint32_t room_size = 0;  // clients; 0: one room for all
+  const std::vector<EncodedGroom>* grooms = nullptr;
+  const MotionBank* motions = nullptr;
+  Dialler* dialler = nullptr;
+  // `place`: its index among the clients, which decides its room.
+  std::function<std::unique_ptr<Peer>(std::uint32_t client, std::uint32_t place)> make_peer;
+  Tally* tally = nullptr;
+  FrameWatcher* watcher = nullptr;  // may be null
+  // Calls the client's act() at `at_ns`, or earlier if an earlier time was asked for before.
+  std::function<void(std::uint32_t client, std::int64_t at_ns)> wake;
+};
+
+// One virtual client. It acts at the times that the plan intends, independently of what the server does.
+class Actor {
+ public:
+  virtual ~Actor() = default;
+  // Does what is due; the next time something is, or kNever_ns.
+  virtual std::int64_t act(std::int64_t now_ns) = 0;
+  virtual void dress(std::uint32_t characters, const std::vector<LevelIndex>& levels, std::int64_t now_ns) = 0;
+  virtual void lose_connection(std::int64_t intended_ns, std::int64_t now_ns) = 0;
+  // What is still unanswered is counted.
+  virtual void leave(bool politely, std::int64_t now_ns) = 0;
+  [[nodiscard]] virtual bool gone() const = 0;  // has left, and may be destroyed
+  // 0 for a client that does not count.
+  [[nodiscard]] virtual std::size_t character_count() const = 0;
+  [[nodiscard]] virtual bool counts() const = 0;
+};
+
+}  // namespace hairnet::load

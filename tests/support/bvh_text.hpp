@@ -1,0 +1,14 @@
+#pragma once
+
+#include <string>
+
+#include "tests/support/deepmimic_clip.hpp"
+
+namespace hairnet {
+
+// The clip on DeepMimic's skeleton as a BVH file: metres, y up, facing +x. Its "neck" becomes Neck, which turns about
+// the top of the trunk, and Head, rigid with it at the base of the skull. Its shoulders turn arms, so that they are
+// called LeftArm and RightArm: an importer that looks for shoulder blades finds none and keeps them on the trunk.
+std::string bvh_text(const DeepMimicClip& clip);
+
+}  // namespace hairnet

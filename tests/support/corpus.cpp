@@ -1,0 +1,166 @@
+#include "tests/support/corpus.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <utility>
+
+#include "client/assets/import/obj.hpp"
+#include "client/assets/import/strands.hpp"
+#include "client/assets/load_groom.hpp"
+#include "client/assets/load_motion.hpp"
+#include "client/assets/made_spec.hpp"
+#include "client/assets/upright.hpp"
+#include "client/files/read_file.hpp"
+#include "core/hair_cards/far_cards.hpp"
+#include "tests/support/bvh_text.hpp"
+#include "tests/support/deepmimic_clip.hpp"
+
+namespace hairnet::fidelity {
+namespace {
+
+constexpr double kLeadIn_s = 1;
+constexpr double kDeepMimicRate_hz = 60;
+
+const std::filesystem::path kData = HAIRNET_SHARED_DIR;
+
+// A hairstyle as its files have to be read (units, axes).
+struct RealGroom {
+  std::string_view name;
+  StrandFormat format;
+  std::vector<std::string> files;
+  Placement placement;
+  std::string body;  // empty: the skull is fitted from the roots
+  std::optional<Placement> body_placement;
+};
+
+const std::vector<RealGroom>& real_grooms() {
+  static const std::vector<RealGroom> grooms{{"yuksel",
+                                              StrandFormat::yuksel_hair,
+                                              {"hair/yuksel_straight/straight.hair"},
+                                              {Axis::plus_z, Axis::plus_y, 0.0033, {}},
+                                              {},
+                                              {}},
+                                             {"ponytail",
+                                              StrandFormat::tressfx,
+                                              {"hair/amd_ponytail/back.tfx", "hair/amd_ponytail/front_top.tfx",
+                                               "hair/amd_ponytail/side.tfx", "hair/amd_ponytail/tail.tfx"},
+                                              {Axis::plus_y, Axis::minus_z, 0.00254, {}},
+                                              "head/amd_ponytail_head_max4.obj",
+                                              Placement{Axis::plus_y, Axis::plus_z, 0.00254, {}}},
+                                             {"harolongo",
+                                              StrandFormat::usc_data,
+                                              {"hair/harolongo/harolongo.data"},
+                                              {Axis::plus_y, Axis::plus_z, 0.01, {}},
+                                              "head/digitalsalon_female_body_scaled.obj",
+                                              {}},
+                                             {"sintel",
+                                              StrandFormat::tressfx,
+                                              {"hair/sintel/SintelHairOriginal-sintel_hair.16points.tfx"},
+                                              {},
+                                              "head/sintel.obj",
+                                              {}}};
+  return grooms;
+}
+
+Refusal of(std::string_view what, const std::string& reason) {
+  return Refusal(std::string(what) + ": " + reason);
+}
+
+Result<Groom> import_real(const RealGroom& real) {
+  GroomDef def;
+  def.name = real.name;
+  for (const std::string& file : real.files) {
+    const auto bytes = read_file((kData / file).string());
+    if (!bytes) return of(file, bytes.error());
+    auto strands = decode_strands(real.format, *bytes);
+    if (!strands) return of(file, strands.error());
+    def.files.push_back({std::move(*strands), std::filesystem::path(file).stem().string()});
+  }
+  if (!real.body.empty()) {
+    const auto bytes = read_file((kData / real.body).string());
+    if (!bytes) return of(real.body, bytes.error());
+    auto mesh = decode_obj(as_text(*bytes));
+    if (!mesh) return of(real.body, mesh.error());
+    def.body = std::move(*mesh);
+  }
+  def.placement = real.placement;
+  def.body_placement = real.body_placement;
+  auto imported = assemble_groom(def);
+  if (!imported) return of(real.name, imported.error());
+  Groom groom = std::move(imported->groom);
+  groom.far_strips = make_far_strips(groom, far_strip_count_for(groom));
+  return groom;
+}
+
+Result<Motion> import_deepmimic(std::string_view name, const Body& body) {
+  const std::string file = "motion/deepmimic_humanoid3d_" + std::string(name) + ".txt";
+  const auto bytes = read_file((kData / file).string());
+  if (!bytes) return of(file, bytes.error());
+  const Result<DeepMimicClip> clip = decode_deepmimic_clip(as_text(*bytes), kDeepMimicRate_hz);
+  if (!clip) return of(file, clip.error());
+  BvhImport import;
+  import.face = Axis::plus_x;
+  auto imported = decode_bvh(bvh_text(*clip), import, &body);
+  if (!imported) return of(file, imported.error());
+  return std::move(imported->motion);
+}
+
+Motion named(Motion motion, std::string_view name) {
+  motion.name = name;
+  return motion;
+}
+
+}  // namespace
+
+bool has_real_data() {
+  return std::filesystem::is_directory(kData);
+}
+
+std::vector<std::string> made_grooms() {
+  std::vector<std::string> names;
+  for (const MadeName& made : hairstyle_names()) names.push_back(std::string(kMadePrefix) + std::string(made.name));
+  return names;
+}
+
+Result<Groom> load_groom(std::string_view name, std::size_t made_strand_count) {
+  const auto& reals = real_grooms();
+  const auto real = std::ranges::find(reals, name, &RealGroom::name);
+  if (real != reals.end()) return import_real(*real);
+  if (!is_made_spec(name)) return of(name, "no such hairstyle");
+  HairstyleOptions options;
+  options.strand_count = made_strand_count;
+  return hairnet::load_groom(std::string(name), options);
+}
+
+Result<Motion> load_motion(std::string_view name, const Body& body) {
+  Result<Motion> motion;
+  if (is_made_spec(name)) {
+    motion = hairnet::load_motion(std::string(name));
+  } else if (std::ranges::find(kRealMotions, name) == std::end(kRealMotions)) {
+    return of(name, "no such motion");
+  } else if (name.starts_with("cmu_")) {
+    const std::string file = "motion/cmu_scaled_" + std::string(name.substr(4)) + ".bvh";
+    motion = hairnet::load_motion((kData / file).string(), {}, &body);
+  } else {
+    motion = import_deepmimic(name, body);
+  }
+  if (!motion) return motion;
+  return named(std::move(*motion), name);
+}
+
+Clip make_clip(const Motion& motion, double rate_hz, double duration_s) {
+  Clip clip{motion.name, rate_hz, {}, static_cast<std::size_t>(std::ceil(kLeadIn_s * rate_hz - 1e-9))};
+  const Pose first = motion.sample(0);
+  for (std::size_t i = 0; i < clip.lead_in_ticks; ++i) {
+    clip.poses.push_back(rounded_to_wire(ease(upright(first), first, static_cast<double>(i) / rate_hz, kLeadIn_s)));
+  }
+  const double end_s = std::min(duration_s, motion.duration_s());
+  const auto tick_count = static_cast<std::size_t>(std::ceil(end_s * rate_hz - 1e-9));
+  for (std::size_t i = 0; i <= tick_count; ++i) {
+    clip.poses.push_back(rounded_to_wire(motion.sample(static_cast<double>(i) / rate_hz)));
+  }
+  return clip;
+}
+
+}  // namespace hairnet::fidelity

@@ -1,0 +1,53 @@
+#include "tests/support/mutation.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+
+namespace hairnet::wire {
+namespace {
+
+void mutate_once(std::mt19937& random, std::vector<std::uint8_t>& bytes) {
+  const std::size_t at = random() % bytes.size();
+  static constexpr std::array<std::uint32_t, 8> kNasty{0, 1, 4, 0x7F, 0xFFFF, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF};
+  switch (random() % 6) {
+    case 0:
+      bytes[at] ^= static_cast<std::uint8_t>(1u << random() % 8);
+      break;
+    case 1:
+      bytes[at] = static_cast<std::uint8_t>(random());
+      break;
+    case 2: {  // a count or an offset
+      const std::uint32_t word = random() % 2 ? kNasty[random() % kNasty.size()] : random() % 256;
+      const std::size_t aligned = at / 4 * 4;
+      if (aligned + 4 <= bytes.size()) std::memcpy(bytes.data() + aligned, &word, 4);
+      break;
+    }
+    case 3: {  // some bytes over others
+      const std::size_t count = std::min<std::size_t>(random() % 32, bytes.size() - at);
+      const std::size_t from = random() % (bytes.size() - count + 1);
+      std::memmove(bytes.data() + at, bytes.data() + from, count);
+      break;
+    }
+    case 4:
+      bytes.resize(at + 1);
+      break;
+    default:
+      bytes.insert(bytes.begin() + static_cast<std::ptrdiff_t>(at), 1 + random() % 8, 0xA5);
+      break;
+  }
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> mutated(std::mt19937& random, std::vector<std::uint8_t> bytes) {
+  for (std::uint32_t n = 1 + random() % 4; n > 0; --n) mutate_once(random, bytes);
+  if (bytes.size() >= 4 && random() % 8 != 0) {
+    const auto counted = static_cast<std::uint32_t>(bytes.size() - 4);
+    std::memcpy(bytes.data(), &counted, 4);
+  }
+  bytes.shrink_to_fit();  // so that a sanitizer sees the end
+  return bytes;
+}
+
+}  // namespace hairnet::wire

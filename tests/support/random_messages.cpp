@@ -1,0 +1,370 @@
+#include "tests/support/random_messages.hpp"
+
+#include <array>
+
+namespace hairnet::wire {
+
+std::int64_t RandomMessages::time_ns() {
+  return static_cast<std::int64_t>(integer(0, static_cast<std::uint64_t>(kTimeMax_ns))) * (coin() ? 1 : -1);
+}
+
+std::string RandomMessages::text() {
+  static const std::array<const char*, 5> kCharacters{"a", "?", "\u00e9", "\u6bdb", "\U0001F487"};
+  std::string text;
+  for (std::size_t n = integer(0, 40); n > 0; --n) text += kCharacters[integer(0, kCharacters.size() - 1)];
+  return text;
+}
+
+std::vector<std::uint8_t> RandomMessages::bytes(std::size_t count) {
+  std::vector<std::uint8_t> out(count);
+  for (std::uint8_t& byte : out) byte = static_cast<std::uint8_t>(integer(0, 255));
+  return out;
+}
+
+GroomHash RandomMessages::hash() {
+  GroomHash hash;
+  for (std::uint8_t& byte : hash) byte = static_cast<std::uint8_t>(integer(0, 255));
+  return hash;
+}
+
+LevelIndex RandomMessages::level(LevelIndex last) {
+  return static_cast<LevelIndex>(integer(0, static_cast<std::uint64_t>(last)));
+}
+
+Vec3f RandomMessages::vector(float most) {
+  const auto coordinate = [&] { return static_cast<float>(real(-most, most)); };
+  const float x = coordinate(), y = coordinate(), z = coordinate();
+  return {x, y, z};
+}
+
+Pose RandomMessages::pose() {
+  Pose pose;
+  for (RigidTransform& bone : pose.bones) {
+    const Vec3 axis = vector(1).cast<double>().normalized();
+    bone.rotation = Quat(Eigen::AngleAxisd(real(0, 3), axis));
+    bone.position = vector(1000).cast<double>();
+  }
+  return rounded_to_wire(pose);
+}
+
+// A random partition into active and trimmed nodes, each trimmed one of up to three active ones.
+LevelGeometry RandomMessages::geometry() {
+  LevelGeometry g;
+  g.lattice.origin = vector(1);
+  g.lattice.spacing = vector(0.01f).cwiseAbs() + Vec3f::Constant(0.01f);
+  for (int& n : g.lattice.dims) n = static_cast<int>(integer(2, 6));
+  g.trimmed_begin = {0};
+  g.active_nodes = {0};
+  for (std::uint32_t node = 1; node < g.lattice.node_count(); ++node) {
+    (coin() ? g.active_nodes : g.trimmed_nodes).push_back(node);
+  }
+  for (std::size_t t = 0; t < g.trimmed_nodes.size(); ++t) {
+    for (std::size_t n = integer(0, 3); n > 0; --n) {
+      g.trimmed_from.push_back(static_cast<std::uint32_t>(integer(0, g.active_nodes.size() - 1)));
+      g.trimmed_weights.push_back(static_cast<float>(real(-1, 1)));
+    }
+    g.trimmed_begin.push_back(static_cast<std::uint32_t>(g.trimmed_from.size()));
+  }
+  return g;
+}
+
+Frame RandomMessages::frame(std::vector<std::uint8_t>& content) {
+  Frame f;
+  f.level = level();
+  f.error_class = static_cast<codec::ErrorClass>(integer(0, 2));
+  f.discontinuous = coin();
+  f.asleep = coin();
+  f.velocities = coin();
+  f.order = static_cast<std::uint8_t>(integer(0, 3));
+  f.stride = static_cast<std::uint8_t>(1 << integer(0, 2));
+  f.step_stride = static_cast<std::uint8_t>(1 << integer(0, 2));
+  content = bytes(integer(0, 300));
+  f.content = content;
+  return f;
+}
+
+FrameBatch RandomMessages::frame_batch() {
+  FrameBatch batch;
+  batch.tick = integer(0, ~std::uint64_t{0});
+  batch.sample_time_ns = time_ns();
+  auto storage = std::make_shared<std::vector<std::uint8_t>>();
+  std::uint32_t member = 0;
+  std::vector<std::size_t> begins;
+  for (std::size_t n = integer(0, 6); n > 0; --n) {
+    std::vector<std::uint8_t> content;
+    Frame f = frame(content);
+    f.member = member += static_cast<std::uint32_t>(integer(1, coin() ? 3 : 0x0fffffff));
+    begins.push_back(storage->size());
+    storage->insert(storage->end(), content.begin(), content.end());
+    f.content = {};
+    batch.frames.push_back(f);
+  }
+  for (std::size_t i = 0; i < begins.size(); ++i) {
+    const std::size_t end = i + 1 < begins.size() ? begins[i + 1] : storage->size();
+    batch.frames[i].content = std::span(*storage).subspan(begins[i], end - begins[i]);
+  }
+  batch.storage = std::move(storage);
+  return batch;
+}
+
+HairState RandomMessages::hair_state() {
+  HairState state;
+  state.level = level(LevelIndex::ether);
+  state.step_m = static_cast<float>(real(1e-5, 1e-3));
+  state.displacements.resize(3 * integer(1, 60));
+  for (std::int16_t& d : state.displacements) d = static_cast<std::int16_t>(integer(0, 0xffff));
+  if (coin()) state.velocities.assign(state.displacements.rbegin(), state.displacements.rend());
+  return state;
+}
+
+Observe RandomMessages::observe() {
+  Observe o;
+  o.mode = static_cast<ObserveMode>(integer(0, 3));
+  o.count = static_cast<std::uint32_t>(integer(0, 0xFFFFFFFF));
+  o.radius_m = static_cast<float>(real(0, 100));
+  if (coin()) o.from = vector(100);
+  for (std::size_t n = integer(0, 5); n > 0; --n) o.members.push_back(static_cast<std::uint32_t>(integer(0, 0xFFFFFFFF)));
+  o.error_class = static_cast<codec::ErrorClass>(integer(0, 2));
+  o.stride = 1u << integer(0, 2);
+  o.velocities = coin();
+  return o;
+}
+
+SessionSecret RandomMessages::secret() {
+  SessionSecret secret;
+  for (std::uint8_t& byte : secret) byte = static_cast<std::uint8_t>(integer(0, 255));
+  return secret;
+}
+
+Message RandomMessages::message(std::size_t kind) {
+  const auto u32 = [&] { return static_cast<std::uint32_t>(integer(0, 0xFFFFFFFF)); };
+  const auto u64 = [&] { return integer(0, ~std::uint64_t{0}); };
+  switch (kind) {
+    case 0:
+    {
+      Hello hello{static_cast<std::uint16_t>(integer(0, 0xFFFF)), text(), text(), text(), Role::participant, 0, {}};
+      if (coin()) hello.role = Role::observer;
+      if (coin()) {
+        hello.session = integer(1, ~std::uint64_t{0});
+        hello.secret = secret();
+      }
+      return hello;
+    }
+    case 1:
+      return GroomOffer{hash(), integer(1, ~std::uint64_t{0})};
+    case 2:
+      return GroomChunk{hash(), u64(), bytes(integer(1, 2000))};
+    case 3:
+      return AddCharacter{u32(), hash(), level(), coin() ? std::optional(hair_state()) : std::nullopt};
+    case 4:
+      return SetLevel{u32(), level()};
+    case 5:
+      return RemoveCharacter{u32()};
+    case 6: {
+      PoseBatch batch;
+      for (std::size_t n = integer(0, 6); n > 0; --n) batch.poses.push_back({u32(), u32(), time_ns(), coin(), pose()});
+      return batch;
+    }
+    case 7:
+      return Welcome{static_cast<std::uint16_t>(integer(0, 0xFFFF)),
+                     u64(),
+                     static_cast<std::uint32_t>(integer(1, kTickRateMax_hz)),
+                     u64(),
+                     u32(),
+                     u64(),
+                     text(),
+                     secret(),
+                     coin(),
+                     static_cast<float>(real(0, 100)),
+                     time_ns()};
+    case 8:
+      return GroomNeed{hash(), u64()};
+    case 9:
+      return GroomStatus{hash(), static_cast<GroomState>(integer(0, 3))};
+    case 10:
+      return CharacterAdded{u32(), hash(), level(), u32()};
+    case 11:
+      return CharacterRemoved{u32()};
+    case 12:
+      return LevelRecord{hash(), level(LevelIndex::ether), geometry()};
+    case 13:
+      return frame_batch();
+    case 14:
+      return Error{static_cast<ErrorReason>(integer(1, static_cast<std::uint64_t>(kErrorReasonLast))), u32(), coin() ? hash() : GroomHash{}, text()};
+    case 15:
+      return Goodbye{static_cast<GoodbyeReason>(integer(1, static_cast<std::uint64_t>(kGoodbyeReasonLast))), text()};
+    case 16:
+      return SetMaterial{u32(), material_scale()};
+    case 17:
+      return SetWind{wind()};
+    case 18:
+      return observe();
+    case 19: {
+      ReportImportance report;
+      for (std::size_t n = integer(0, 6); n > 0; --n)
+        report.members.push_back({u32(), static_cast<float>(real(0, 2)), coin()});
+      return report;
+    }
+    case 20:
+      return RequestKeyframes{{u32(), u32()}};
+    case 21:
+      return GroomRequest{hash(), u64()};
+    case 22:
+      return GroomData{hash(), 5000, integer(0, 3000), bytes(integer(0, 2000))};
+    case 23:
+      return MemberJoined{u32(), u64(), u32(), hash()};
+    default:
+      return MemberLeft{u32()};
+  }
+}
+
+Material RandomMessages::material() {
+  Material m;
+  for (float* value : {&m.axial_stiffness_n, &m.attachment_stiffness_n_per_m, &m.damping_ratio, &m.ether_mass_ratio,
+                       &m.ether_stiffness_per_s2, &m.ether_damping_ratio, &m.root_length_m, &m.metaball_potential_j})
+    *value = static_cast<float>(real(0.01, 10));
+  m.linear_density_kg_per_m = static_cast<float>(real(1e-7, 1e-3));
+  m.air_drag_ns_per_m2 = static_cast<float>(real(0, 1));
+  m.thickness_m = static_cast<float>(real(0, 0.1));
+  return m;
+}
+
+MaterialScale RandomMessages::material_scale() {
+  MaterialScale s;
+  for (float* value : {&s.stiffness, &s.damping, &s.density, &s.ether_damping, &s.air_drag, &s.gel_per_s2})
+    *value = static_cast<float>(real(0.1, 10));
+  return s;
+}
+
+Wind RandomMessages::wind() {
+  Wind w;
+  w.mean_m_per_s = vector(20).cast<double>();
+  w.gust_ratio = real(0, 1);
+  w.gust_period_s = real(1, 100);
+  w.turbulence_rms_m_per_s = real(0, 20);
+  w.turbulence_scale_m = real(0.3, 100);
+  w.seed = integer(0, ~std::uint64_t{0});
+  return w;
+}
+
+Groom RandomMessages::groom(std::size_t strand_count) {
+  Groom g;
+  g.name = text();
+  g.group_names = {text(), text()};
+  g.materials.base = material();
+  for (std::uint16_t group = 0; group < 2; ++group) {
+    if (coin()) g.materials.set(group, material());
+  }
+  for (std::size_t s = 0; s < strand_count; ++s) {
+    std::vector<Vec3f> strand(integer(0, 16));
+    for (Vec3f& point : strand) point = vector(0.4f);
+    g.add_strand(strand, {static_cast<float>(real(1e-5, 1e-4)), static_cast<float>(real(1, 50)),
+                          static_cast<float>(real(0, 0.1)), static_cast<std::uint16_t>(integer(0, 1)), coin()});
+  }
+  if (coin()) add_features(g);
+  const std::size_t vertex_count = integer(3, 50);
+  for (std::size_t v = 0; v < vertex_count; ++v) {
+    g.body.mesh.vertices.push_back(vector(1));
+    const auto share = static_cast<float>(real(0, 1));
+    g.body.bone_weights.push_back({share, 0, 1 - share, 0, 0});
+  }
+  const auto corner = [&] { return static_cast<std::uint32_t>(integer(0, vertex_count - 1)); };
+  for (std::size_t t = integer(0, 50); t > 0; --t) {
+    const std::uint32_t a = corner(), b = corner(), c = corner();
+    g.body.mesh.triangles.push_back({a, b, c});
+  }
+  for (Vec3f& joint : g.body.joints) joint = vector(0.5f);
+  g.body.fitted_from_roots = coin();
+  return g;
+}
+
+void RandomMessages::add_features(Groom& g) {
+  const auto number = [&](double least, double most) { return static_cast<float>(real(least, most)); };
+  const auto group = [&] { return static_cast<std::uint16_t>(integer(0, 1)); };
+  const auto points = [&](std::size_t count) {
+    std::vector<Vec3f> all(count);
+    for (Vec3f& p : all) p = vector(0.4f);
+    return all;
+  };
+  const auto colour = [&] { return Vec3f(vector(1).cwiseAbs()); };
+  if (coin()) g.root_blends = {{}, {{{number(0.1, 1), number(0, 0.5)}, {number(1.1, 9), number(0.5, 1)}}}};
+  for (std::uint32_t s = 0; s < g.strand_count(); s += 3)
+    g.clusters.push_back({s, static_cast<std::uint16_t>(integer(0, 9)), number(0, 0.01), number(0, 0.01)});
+  for (std::size_t i = integer(0, 3); i > 0; --i) {
+    g.add_thread(points(integer(2, 9)), {{},
+                                         group(),
+                                         coin(),
+                                         number(0, 0.1),
+                                         number(1e-4, 1e-2),
+                                         colour(),
+                                         number(0, 9),
+                                         number(0, 1),
+                                         number(0, 99),
+                                         number(1e-5, 1e-2),
+                                         number(0, 1e-2)});
+  }
+  for (std::size_t i = integer(0, 3); i > 0; --i) {
+    g.add_strip(points(2 * integer(2, 6)), {number(1e-5, 1e-4), number(1, 50), number(0, 0.1), group(), coin()});
+  }
+  for (std::size_t i = integer(0, 3); i > 0; --i) {
+    const std::size_t count = integer(3, 12);
+    Cloth cloth{{},           group(),        {},
+                {},           number(0, 0.1), colour(),
+                number(0, 1), number(0, 99),  number(0, 99),
+                number(0, 1), number(0, 99),  number(1e-3, 1),
+                number(0, 9)};
+    for (std::uint32_t t = 0; t + 2 < count; ++t) cloth.triangles.push_back({t, t + 2, t + 1});
+    if (coin()) {
+      for (std::size_t p = 0; p < count; ++p) cloth.root_distance_m.push_back(number(0, 1));
+    }
+    g.add_cloth(points(count), cloth);
+  }
+  for (std::size_t i = g.points.empty() ? 0 : integer(0, 3); i > 0; --i) {
+    Knot knot{{}, number(0, 999), number(0, 1), number(0, 0.1)};
+    for (std::size_t p = integer(2, 6); p > 0; --p)
+      knot.points.push_back(static_cast<std::uint32_t>(integer(0, g.points.size() - 1)));
+    g.knots.push_back(knot);
+  }
+  for (std::size_t i = g.strand_count() == 0 ? 0 : integer(0, 3); i > 0; --i) {
+    g.far_strips.add(points(2 * integer(2, 6)),
+                     {{}, number(0, 0.1), static_cast<std::uint32_t>(integer(1, g.strand_count())), group(), coin()});
+  }
+}
+
+RecordingHeader RandomMessages::recording_header() {
+  RecordingHeader h;
+  h.tick_rate_hz = static_cast<std::uint32_t>(integer(1, 120));
+  h.substep_count = static_cast<std::int32_t>(integer(1, 8));
+  h.iterations = static_cast<std::int32_t>(integer(1, 64));
+  for (double& g : h.gravity) g = real(-20, 20);
+  h.wind = wind();
+  return h;
+}
+
+RecordedTick RandomMessages::recorded_tick() {
+  const auto u64 = [&] { return integer(0, ~std::uint64_t{0}); };
+  RecordedTick t;
+  t.tick = u64();
+  t.sample_time_ns = time_ns();
+  t.state_hash = u64();
+  for (std::size_t n = integer(0, 3); n > 0; --n) t.removed.push_back(u64());
+  for (std::size_t n = integer(0, 3); n > 0; --n) t.added.push_back({u64(), hash(), static_cast<std::uint32_t>(integer(0, 99)), coin(), level(), pose()});
+  for (std::size_t n = integer(0, 3); n > 0; --n) t.levels.push_back({u64(), level()});
+  for (std::size_t n = integer(0, 3); n > 0; --n) t.materials.push_back({u64(), material_scale()});
+  for (std::size_t n = integer(0, 2); n > 0; --n) t.winds.push_back({static_cast<std::uint32_t>(integer(0, 99)), wind()});
+  for (std::size_t n = integer(0, 3); n > 0; --n) t.strides.push_back({u64(), static_cast<std::uint8_t>(1 << integer(0, 2))});
+  for (std::size_t n = integer(0, 3); n > 0; --n) t.holds.push_back({u64(), coin()});
+  for (std::size_t n = integer(0, 70); n > 0; --n) {
+    RecordedState state;
+    state.character = u64();
+    for (std::size_t i = integer(0, 4); i > 0; --i) {
+      state.displacements.push_back(vector(1));
+      state.velocities.push_back(vector(1));
+    }
+    t.states.push_back(std::move(state));
+  }
+  for (std::size_t n = integer(0, 5); n > 0; --n) t.poses.push_back({u64(), coin(), pose()});
+  return t;
+}
+
+}  // namespace hairnet::wire

@@ -1,0 +1,40 @@
+#pragma once
+
+#include "client/assets/import/placement.hpp"
+#include "core/result.hpp"
+#include "tests/support/import_files.hpp"
+
+// Hairstyles of other people's, where they are.
+namespace hairnet::test {
+
+struct RealHair {
+  const char* name;
+  const char* path;
+  StrandFormat format;
+  Placement placement;
+};
+
+// Straight and long, tied back, wavy to curly, layered.
+inline const RealHair kRealHair[] = {
+    {"straight",
+     "hair/yuksel_straight/straight.hair",
+     StrandFormat::yuksel_hair,
+     {Axis::plus_z, Axis::plus_y, 0.0033, {}}},
+    {"tail", "hair/amd_ponytail/tail.tfx", StrandFormat::tressfx, {Axis::plus_y, Axis::minus_z, 0.00254, {}}},
+    {"wavy", "hair/harolongo/harolongo.data", StrandFormat::usc_data, {Axis::plus_y, Axis::plus_z, 0.01, {}}},
+    {"layered", "hair/sintel/SintelHairOriginal-sintel_hair.16points.tfx", StrandFormat::tressfx, {}},
+};
+
+inline Result<Groom> import_real(const RealHair& hair) {
+  auto strands = decode_strands(hair.format, file_bytes(shared_data() / hair.path));
+  if (!strands) return Refusal(strands.error());
+  GroomDef def;
+  def.name = hair.name;
+  def.files.push_back({std::move(*strands), "hair"});
+  def.placement = hair.placement;
+  auto imported = assemble_groom(def);
+  if (!imported) return Refusal(imported.error());
+  return std::move(imported->groom);
+}
+
+}  // namespace hairnet::test

@@ -1,0 +1,111 @@
+#include <algorithm>
+#include <fstream>
+#include <functional>
+#include <regex>
+#include <sstream>
+
+#include "tests/tree/tree.hpp"
+
+namespace hairnet::tree {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::set<std::string> kTops{"core", "schema", "server", "client", "tests", "deploy"};
+// Headers of these are named in the rules; all others are the standard library's and the system's.
+const std::set<std::string> kLibraries{"Eigen", "hwy",  "boost", "openssl", "sodium", "sodium.h", "flatbuffers", "nanoflann.hpp",
+                                       "tl",    "CLI",  "EGL",   "GLES3",   "GLFW",   "imgui.h",  "png.h",       "backends",
+                                       "spdlog", "nlohmann", "prometheus", "toml++"};
+// Core and schema know no clock, thread or file.
+const std::set<std::string> kOutside{"chrono", "thread", "fstream", "iostream", "filesystem", "ctime"};
+
+bool allows(const IncludeRules& rules, const std::string& from, const std::string& to) {
+  const auto rule = rules.find(from);
+  return rule != rules.end() && (from == to || rule->second.contains(to) || rule->second.contains("any"));
+}
+
+std::string fault_of(const fs::path& root, const IncludeRules& rules, const std::string& folder, const std::string& name,
+                     bool quoted) {
+  const std::string top = name.substr(0, name.find('/'));
+  if (quoted && kTops.contains(top)) {
+    const std::string to = fs::path(name).parent_path().generic_string();
+    if (!fs::exists(root / name)) return name + " does not exist";
+    return allows(rules, folder, to) ? "" : folder + " may not include " + to;
+  }
+  if (kLibraries.contains(top)) return allows(rules, folder, '<' + top + '>') ? "" : folder + " may not include <" + top + '>';
+  if (quoted && top != "flatbuffers" && name.find("_generated.h") == std::string::npos && name != "hwy/foreach_target.h")
+    return '"' + name + "\" is not written from the root of the tree";
+  const bool inner = folder.starts_with("core") || folder.starts_with("schema");
+  return inner && kOutside.contains(top) && !allows(rules, folder, '<' + top + '>') ? folder + " may not include <" + top + '>' : "";
+}
+
+}  // namespace
+
+IncludeRules parse_rules(std::string_view text) {
+  IncludeRules rules;
+  std::istringstream lines{std::string(text)};
+  for (std::string line; std::getline(lines, line);) {
+    line = line.substr(0, line.find('#'));
+    const std::size_t colon = line.find(':');
+    if (colon == std::string::npos) continue;
+    std::istringstream words(line.substr(colon + 1));
+    std::set<std::string>& to = rules[line.substr(0, colon)];
+    for (std::string word; words >> word;) to.insert(word);
+  }
+  return rules;
+}
+
+std::string circle_of(const IncludeRules& rules) {
+  std::set<std::string> done;
+  std::vector<std::string> way;
+  std::function<std::string(const std::string&)> visit = [&](const std::string& folder) -> std::string {
+    if (const auto at = std::find(way.begin(), way.end(), folder); at != way.end()) {
+      std::string circle;
+      for (auto it = at; it != way.end(); ++it) circle += *it + ' ';
+      return circle + folder;
+    }
+    const auto rule = rules.find(folder);
+    if (rule == rules.end() || !done.insert(folder).second) return {};
+    way.push_back(folder);
+    for (const std::string& to : rule->second) {
+      if (std::string circle = visit(to); !circle.empty()) return circle;
+    }
+    way.pop_back();
+    return {};
+  };
+  for (const auto& [folder, to] : rules) {
+    if (std::string circle = visit(folder); !circle.empty()) return circle;
+  }
+  return {};
+}
+
+std::vector<std::string> wrong_includes(const fs::path& root, const IncludeRules& rules) {
+  static const std::regex kInclude("\\s*#\\s*include\\s*([<\"])([^>\"]+)[>\"].*");
+  std::vector<std::string> faults;
+  for (const std::string& top : kTops) {
+    if (!fs::exists(root / top)) continue;
+    for (auto it = fs::recursive_directory_iterator(root / top); it != fs::recursive_directory_iterator(); ++it) {
+      if (it->path().filename() == "node_modules") it.disable_recursion_pending();
+      const std::string extension = it->path().extension().string();
+      if (extension != ".hpp" && extension != ".cpp") continue;
+      const std::string file = it->path().lexically_relative(root).generic_string();
+      const std::string folder = fs::path(file).parent_path().generic_string();
+      if (!rules.contains(folder)) {
+        faults.push_back(file + ": the folder has no line in the rules");
+        continue;
+      }
+      std::ifstream source(it->path());
+      std::size_t number = 0;
+      for (std::string line; std::getline(source, line);) {
+        ++number;
+        std::smatch match;
+        if (line.find("include") == std::string::npos || !std::regex_match(line, match, kInclude)) continue;
+        const std::string fault = fault_of(root, rules, folder, match[2], match[1] == "\"");
+        if (!fault.empty()) faults.push_back(file + ':' + std::to_string(number) + ": " + fault);
+      }
+    }
+  }
+  return faults;
+}
+
+}  // namespace hairnet::tree

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+// What holds for the source tree itself: who includes whom, and that pages name what exists.
+namespace hairnet::tree {
+
+// Which folder may include which: one line a folder, `FOLDER: FOLDER ... <library> ...`; `any` allows everything.
+using IncludeRules = std::map<std::string, std::set<std::string>>;
+IncludeRules parse_rules(std::string_view text);
+// Folders that include each other in a circle by these rules, as "a b c"; empty: none.
+std::string circle_of(const IncludeRules& rules);
+
+// Each fault is one line, `file:line: what is wrong`. Paths are relative to `root`; build outputs are left out.
+std::vector<std::string> wrong_includes(const std::filesystem::path& root, const IncludeRules& rules);
+// Of every *.md: relative links and anchors that lead nowhere, and `paths` in backquotes that name no file.
+// `words`: names that look like files of the tree but are others' (demo/sheet.png, model.onnx).
+std::vector<std::string> broken_links(const std::filesystem::path& root, const std::set<std::string>& words = {});
+
+}  // namespace hairnet::tree

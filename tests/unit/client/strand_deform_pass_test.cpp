@@ -1,0 +1,138 @@
+// Where the GPU places the points of strands, beside core's FFD and StrandLengths.
+#include "client/render/strand_deform_pass.hpp"
+
+#include <gmock/gmock.h>
+
+#include <bit>
+
+#include "client/assets/made/made.hpp"
+#include "core/ffd/deform.hpp"
+#include "core/ffd/strand_lengths.hpp"
+#include "core/levels/fit_lattice.hpp"
+#include "tests/unit/client/shader_cases.hpp"
+
+namespace hairnet::view {
+namespace {
+
+constexpr float kPosition_m = 1e-4f;
+
+struct Placed {
+  std::vector<Vec3f> positions;
+  std::vector<Eigen::Quaternionf> rotations;
+};
+
+class StrandPlacementTest : public ShaderTest {
+ protected:
+  void set_up_drawing() override {
+    Result<StrandPlacement> placement = StrandPlacement::build();
+    ASSERT_TRUE(placement) << placement.error();
+    placement_.emplace(std::move(*placement));
+  }
+  void tear_down_drawing() override { placement_.reset(); }
+
+  // Of two characters that wear the groom, the second's points: it has the layers.
+  Placed by_shader(const GroomGeometry& geometry, std::span<const Layer> layers, float quadratic) {
+    const GroomBuffers groom(geometry);
+    const std::size_t rows = groom.point_rows(geometry.strand_count);
+    fill_records(layers, quadratic, {0, rows}, {rows, rows});
+    records_->bind();
+    lattices_->bind();
+    placement_->reserve(2 * rows);
+    placement_->place(groom, 0, 2);
+
+    std::vector<std::array<std::uint32_t, 4>> texels(rows * StrandPlacement::kPointRow);
+    glBindFramebuffer(GL_FRAMEBUFFER, placement_->placed());
+    glReadPixels(0, static_cast<GLint>(rows), static_cast<GLsizei>(StrandPlacement::kPointRow),
+                 static_cast<GLsizei>(rows), GL_RGBA_INTEGER, GL_UNSIGNED_INT, texels.data());
+    EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR));
+    Placed placed;
+    for (std::size_t p = 0; p < geometry.strand_points.rest.size(); ++p) {
+      const auto& [x, y, z, turn] = texels[p];
+      placed.positions.emplace_back(std::bit_cast<float>(x), std::bit_cast<float>(y), std::bit_cast<float>(z));
+      const auto part = [&](std::uint32_t byte) { return (static_cast<float>(turn >> 8 * byte & 255u) - 128) / 127; };
+      placed.rotations.emplace_back(part(3), part(0), part(1), part(2));
+    }
+    return placed;
+  }
+
+  static std::vector<Vec3f> rest_of(const GroomGeometry& geometry) {
+    std::vector<Vec3f> rest;
+    for (const auto& [x, y, z, delta] : geometry.strand_points.rest) rest.emplace_back(x, y, z);
+    return rest;
+  }
+  static std::vector<Vec3f> by_core(const GroomGeometry& geometry, const Layer& layer, FfdKind kind) {
+    const std::vector<Vec3f> rest = rest_of(geometry);
+    std::vector<float> blend;
+    for (const auto& point : geometry.strand_points.rest) blend.push_back(point[3]);
+    std::vector<Vec3f> points(rest.size());
+    Deformer(layer.geometry.lattice, rest, blend, kind).deform(layer.displacements, points);
+    StrandLengths(rest, geometry.strand_points.end).limit(points);
+    return points;
+  }
+  static float furthest(std::span<const Vec3f> a, std::span<const Vec3f> b) {
+    float furthest_m = a.size() == b.size() ? 0.0f : 1e9f;
+    for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i)
+      furthest_m = a[i].allFinite() ? std::max(furthest_m, (a[i] - b[i]).norm()) : 1e9f;
+    return furthest_m;
+  }
+
+ private:
+  std::optional<StrandPlacement> placement_;
+};
+
+TEST_F(StrandPlacementTest, leaves_hair_without_a_lattice_where_it_is) {
+  const GroomGeometry geometry = make_groom_geometry(*make_hairstyle("long_curly", {.strand_count = 300}));
+  const Placed still = by_shader(geometry, {}, 1);
+  EXPECT_LT(furthest(still.positions, rest_of(geometry)), 1e-6f);
+  for (const Eigen::Quaternionf& rotation : still.rotations)
+    EXPECT_LT(rotation.angularDistance(Eigen::Quaternionf::Identity()), 1e-3f);
+}
+
+TEST_F(StrandPlacementTest, turns_small_things_with_the_hair_even_upside_down) {
+  Groom groom = *make_hairstyle("long_straight", {.strand_count = 300});
+  for (StrandProperties& strand : groom.strands) strand.root_length_m = 0;  // all of it follows the lattice
+  const GroomGeometry geometry = make_groom_geometry(groom);
+  Layer layer;
+  layer.geometry.lattice = fit_lattice(groom.points, {5, 5, 5});
+  const Eigen::Quaternionf turn(Eigen::AngleAxisf(3.1f, Vec3f(1, 0.2f, -0.3f).normalized()));
+  for (std::uint32_t n = 0; n < layer.geometry.lattice.node_count(); ++n) {
+    const Vec3f x = layer.geometry.lattice.node(n);
+    layer.displacements.push_back(turn * x - x);
+  }
+  const Placed placed = by_shader(geometry, {&layer, 1}, 1);
+  ASSERT_GT(placed.rotations.size(), 1000u);
+  for (const Eigen::Quaternionf& rotation : placed.rotations)
+    ASSERT_LT(rotation.normalized().angularDistance(turn), 0.03f);
+}
+
+class StrandPlacementGroom : public StrandPlacementTest, public testing::WithParamInterface<std::string> {};
+
+TEST_P(StrandPlacementGroom, places_all_points_as_core_does_and_makes_no_strand_longer) {
+  if (!can_load(GetParam())) GTEST_SKIP() << "NOT TESTED: no ../shared/data";
+  const Result<Groom> groom = fidelity::load_groom(GetParam());
+  ASSERT_TRUE(groom) << groom.error();
+  const GroomGeometry geometry = make_groom_geometry(*groom);
+  const StrandPoints& points = geometry.strand_points;
+  if (points.rest.empty()) GTEST_SKIP() << "has no strands";
+  const Layer layer = rough_layer(fit_lattice(groom->points, {10, 10, 10}), 9);
+  for (const float quadratic : {0.0f, 1.0f}) {
+    const Placed placed = by_shader(geometry, {&layer, 1}, quadratic);
+    EXPECT_LT(
+        furthest(placed.positions, by_core(geometry, layer, quadratic > 0 ? FfdKind::quadratic : FfdKind::linear)),
+        kPosition_m);
+    float longest = 0;
+    for (std::size_t s = 0; s < geometry.strand_count; ++s) {
+      float length_m = 0;
+      for (std::uint32_t p = points.end[s] + 1; p < points.end[s + 1]; ++p)
+        length_m += (placed.positions[p] - placed.positions[p - 1]).norm();
+      if (points.end[s + 1] > points.end[s])
+        longest = std::max(longest, length_m / points.arc[points.end[s + 1] - 1][0]);
+    }
+    EXPECT_LT(longest, 1.001f);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Grooms, StrandPlacementGroom, testing::ValuesIn(all_grooms()), test_name);
+
+}  // namespace
+}  // namespace hairnet::view

@@ -1,0 +1,305 @@
+#include "tests/whole/bad_client.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace hairnet::whole {
+
+Misfit::Misfit(Timeline& timeline, Journal& journal, ServerHost& host, MisfitPlan plan, std::uint64_t seed)
+    : timeline_(&timeline),
+      journal_(&journal),
+      host_(&host),
+      plan_(std::move(plan)),
+      random_(seed, 1000 + static_cast<std::uint64_t>(plan_.number)),
+      messages_(random_.next()),
+      splitter_(wire::kPacketBytesMax) {}
+
+void Misfit::start(std::int64_t until_ns) {
+  until_ns_ = until_ns;
+  dial();
+}
+
+void Misfit::stop() {
+  until_ns_ = 0;
+  if (wire_) {
+    const std::shared_ptr<Wire> wire = std::exchange(wire_, nullptr);
+    left_.push_back(wire);
+    wire->forget_client();
+    if (random_.unit() < 0.3)
+      wire->break_now({-1, random_.unit() < 0.5 ? 0 : -1});
+    else
+      wire->drop();
+  }
+  for (const std::weak_ptr<Wire>& left : left_) {  // what they have left unsent would come long after
+    if (const auto wire = left.lock(); wire && !wire->all_sent()) wire->break_now({-1, random_.unit() < 0.5 ? 0 : -1});
+  }
+}
+
+bool Misfit::is_heard_out() const {
+  return std::ranges::all_of(left_, [](const std::weak_ptr<Wire>& left) {
+    const auto wire = left.lock();
+    return !wire || wire->all_arrived();
+  });
+}
+
+void Misfit::dial() {
+  if (timeline_->now_ns() >= until_ns_ || wire_) return;
+  ++turn_;
+  splitter_ = channel::PacketSplitter(wire::kPacketBytesMax);
+  journal_->count(std::string(kMisbehaviourNames[static_cast<std::size_t>(plan_.kind)]) + " misfit dials");
+  wire_ = std::make_shared<Wire>(*timeline_, *host_, *this, plan_.quality, random_.next());
+  wire_->dial(false);
+}
+
+void Misfit::say(const wire::Message& message) {
+  if (wire_ && wire_->is_open()) wire_->write(wire::encode_packet({clock_ns(), message}));
+}
+
+void Misfit::hello() {
+  wire::Hello hello;
+  hello.client_name = name();
+  hello.room = plan_.room;
+  hello.token = plan_.token;
+  if (welcome_ && random_.unit() < 0.5) {
+    hello.session = welcome_->session;
+    hello.secret = welcome_->secret;
+  }
+  if (plan_.kind == Misbehaviour::stranger_door) {
+    switch (random_.next() % 6) {
+      case 0:
+        hello.protocol_version = static_cast<std::uint16_t>(random_.next());
+        break;
+      case 1:
+        hello.room = "no such/room";
+        break;
+      case 2:
+        hello.token = assets().token(true, plan_.room);
+        break;
+      case 3:
+        hello.token = assets().token(false, "another");
+        break;
+      case 4:
+        hello.session = 1 + random_.next() % 12;  // another's, without its secret
+        break;
+      default:
+        hello.token = "x.y.z";
+        break;
+    }
+  }
+  say(hello);
+}
+
+void Misfit::on_open() {
+  const std::uint64_t turn = turn_;
+  switch (plan_.kind) {
+    case Misbehaviour::silent:
+      if (random_.unit() < 0.5) {
+        wire::Hello hello;
+        hello.client_name = name();
+        const std::vector<std::uint8_t> packet = wire::encode_packet({clock_ns(), hello});
+        wire_->write(std::span(packet).first(static_cast<std::size_t>(random_.next() % packet.size())));
+        if (random_.unit() < 0.5) wire_->half_close();
+      }
+      return;
+    case Misbehaviour::noise:
+      break;
+    case Misbehaviour::slow_reader:
+      hello();
+      if (random_.unit() < 0.5) wire_->pause_reading(true);
+      break;
+    default:
+      hello();
+      break;
+  }
+  timeline_->after(20 * kMs, [this, turn] {
+    if (turn == turn_) act();
+  });
+}
+
+void Misfit::on_bytes(std::span<const std::uint8_t> bytes) {
+  const bool sound = splitter_.feed(bytes, [this](std::span<const std::uint8_t> packet) { on_packet(packet); });
+  if (!sound) journal_->fault(name(), "is sent a stream that cannot be split");
+}
+
+void Misfit::on_packet(std::span<const std::uint8_t> packet) {
+  const wire::Decoded decoded = wire::decode_packet(packet);
+  if (decoded.error != wire::DecodeError::none)
+    return journal_->fault(name(), "is sent a bad packet: " + decoded.detail);
+  const wire::Message& message = decoded.envelope.message;
+  journal_->mix(message.index());
+  if (const auto* welcome = std::get_if<wire::Welcome>(&message)) {
+    welcome_ = *welcome;
+    members_.clear();
+    if (!welcome->resumed) characters_.clear();
+  } else if (const auto* joined = std::get_if<wire::MemberJoined>(&message)) {
+    members_.push_back(joined->member);
+  } else if (const auto* error = std::get_if<wire::Error>(&message)) {
+    journal_->count("misfit told " + std::string(wire::to_string(error->reason)));
+    if (error->reason == wire::ErrorReason::none || error->detail.empty())
+      journal_->fault(name(), "is refused without a reason");
+  } else if (const auto* goodbye = std::get_if<wire::Goodbye>(&message)) {
+    journal_->count("misfit sent away, " + std::string(wire::to_string(goodbye->reason)));
+    if (goodbye->reason == wire::GoodbyeReason::none) journal_->fault(name(), "is sent away without a reason");
+  }
+}
+
+void Misfit::on_closed(const std::string&) {
+  wire_.reset();
+  ++turn_;
+  timeline_->after(static_cast<std::int64_t>(random_.between(2e7, 8e8)), [this] { dial(); });
+}
+
+void Misfit::act() {
+  if (timeline_->now_ns() >= until_ns_ || !wire_ || !wire_->is_open()) return;
+  misbehave();
+  const std::uint64_t turn = turn_;
+  timeline_->after(static_cast<std::int64_t>(random_.between(5e6, 1e8)), [this, turn] {
+    if (turn == turn_) act();
+  });
+}
+
+void Misfit::misbehave() {
+  switch (plan_.kind) {
+    case Misbehaviour::silent:
+    case Misbehaviour::stranger_door:
+      return;
+    case Misbehaviour::noise: {
+      std::vector<std::uint8_t> bytes(random_.next() % 300);
+      for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random_.next());
+      return wire_->write(bytes);
+    }
+    case Misbehaviour::mutant:
+      return mutate();
+    case Misbehaviour::stranger:
+      return say(sensible_nonsense());
+    case Misbehaviour::flood:
+      for (int i = 0; i < 60 && wire_->takes_more(); ++i) say(wire::PoseBatch{});
+      return;
+    case Misbehaviour::pose_flood: {
+      add_crowd();
+      wire::PoseBatch batch;
+      for (int i = 0; i < 60; ++i) batch.poses.push_back({1, ++sequence_, clock_ns() + i, false, rigid_pose({})});
+      return say(batch);
+    }
+    case Misbehaviour::slow_reader:
+      wire_->pause_reading(random_.unit() < 0.8);
+      if (random_.unit() < 0.2) say(wire::RequestKeyframes{});
+      if (random_.unit() < 0.3 && !members_.empty()) say(wire::GroomRequest{assets().grooms.back().hash, 0});
+      return say(wire::PoseBatch{});
+    case Misbehaviour::groom_spoiler:
+      return spoil_groom();
+    case Misbehaviour::crowd:
+      return add_crowd();
+    case Misbehaviour::churner:
+      add_crowd();
+      if (random_.unit() < 0.3) {
+        const std::shared_ptr<Wire> wire = std::exchange(wire_, nullptr);
+        ++turn_;
+        left_.push_back(wire);
+        wire->forget_client();
+        if (random_.unit() < 0.5)
+          wire->drop();
+        else
+          wire->break_now({-1, static_cast<std::int64_t>(random_.between(0, 2e8))});
+        timeline_->after(static_cast<std::int64_t>(random_.between(1e6, 1e8)), [this] { dial(); });
+      }
+      return;
+  }
+}
+
+void Misfit::mutate() {
+  std::vector<std::uint8_t> packet =
+      wire::encode_packet({clock_ns(), messages_.message(random_.next() % wire::kMessageKinds)});
+  const std::uint64_t flips = random_.next() % 4;
+  for (std::uint64_t i = 0; i < flips; ++i)
+    packet[4 + random_.next() % (packet.size() - 4)] ^= static_cast<std::uint8_t>(1u << random_.next() % 8);
+  wire_->write(packet);
+}
+
+// Messages as a client may send them, about things that are and things that are not.
+wire::Message Misfit::sensible_nonsense() {
+  const auto number = [&] { return static_cast<std::uint32_t>(random_.next() % 6); };
+  const auto level = [&] { return static_cast<LevelIndex>(2 + random_.next() % 3); };
+  const Assets::GroomFile& groom = assets().grooms[random_.next() % assets().grooms.size()];
+  switch (random_.next() % 14) {
+    case 0:
+      return wire::GroomOffer{groom.hash, groom.bytes->size() + random_.next() % 2};
+    case 1: {
+      wire::AddCharacter add{number(), groom.hash, level(), {}};
+      if (random_.unit() < 0.5) add.state = messages_.hair_state();
+      return add;
+    }
+    case 2:
+      return wire::SetLevel{number(), level()};
+    case 3:
+      return wire::RemoveCharacter{number()};
+    case 4: {
+      wire::SetMaterial set{number(), messages_.material_scale()};
+      if (random_.unit() < 0.5) set.scale.stiffness = -1;
+      return set;
+    }
+    case 5: {
+      wire::Observe observe = messages_.observe();
+      if (random_.unit() < 0.3) observe.stride = 3;
+      return observe;
+    }
+    case 6:
+    case 7:
+    case 8:
+      return wire::PoseBatch{{{number(), ++sequence_, clock_ns(), random_.unit() < 0.1, messages_.pose()}}};
+    case 9:
+      return wire::RequestKeyframes{members_};
+    case 10: {
+      wire::ReportImportance report;
+      for (int i = 0; i < 4; ++i) report.members.push_back({number(), 0.5f, random_.unit() < 0.5});
+      return report;
+    }
+    case 11:
+      return wire::GroomRequest{groom.hash, random_.next() % (groom.bytes->size() + 2)};
+    case 12:
+      return wire::GroomChunk{groom.hash, random_.next() % 2, {1, 2, 3}};
+    default:
+      return messages_.message(random_.next() % wire::kMessageKinds);
+  }
+}
+
+void Misfit::spoil_groom() {
+  if (!welcome_) return;
+  const Assets::GroomFile& groom = assets().grooms[random_.next() % assets().grooms.size()];
+  std::vector<std::uint8_t> bytes = *groom.bytes;
+  const bool wrong = random_.unit() < 0.5;
+  if (wrong) bytes[bytes.size() / 2] ^= 1;
+  say(wire::GroomOffer{groom.hash, bytes.size()});
+  const std::size_t end = random_.unit() < 0.5 ? bytes.size() : bytes.size() / 2;
+  for (std::size_t at = 0; at < end;) {
+    const std::size_t count = std::min(end - at, std::max<std::size_t>(400, bytes.size() / 3));
+    const auto begin = bytes.begin() + static_cast<std::ptrdiff_t>(at);
+    say(wire::GroomChunk{groom.hash, at, {begin, begin + static_cast<std::ptrdiff_t>(count)}});
+    at += count;
+  }
+}
+
+void Misfit::add_crowd() {
+  if (!welcome_) return;
+  const Assets::GroomFile& groom = assets().grooms[random_.next() % assets().grooms.size()];
+  if (characters_.empty() || random_.unit() < 0.2) {
+    say(wire::GroomOffer{groom.hash, groom.bytes->size()});
+    say(wire::GroomChunk{groom.hash, 0, *groom.bytes});
+    for (std::uint32_t number = 1; number <= 4; ++number) {
+      say(wire::AddCharacter{number, groom.hash, LevelIndex::ether, {}});
+      characters_.insert(number);
+    }
+  }
+  wire::PoseBatch batch;
+  ++sequence_;
+  for (const std::uint32_t number : characters_)
+    batch.poses.push_back(
+        {number, sequence_, clock_ns(), false, rigid_pose({Quat::Identity(), {random_.between(-1, 1), 1.6, 0}})});
+  say(batch);
+  if (random_.unit() < 0.2 && !characters_.empty()) {
+    say(wire::RemoveCharacter{*characters_.begin()});
+    if (random_.unit() < 0.5) say(wire::AddCharacter{*characters_.begin(), groom.hash, LevelIndex::rigid, {}});
+  }
+}
+
+}  // namespace hairnet::whole

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "schema/channel/packet_splitter.hpp"
+#include "tests/support/random_messages.hpp"
+#include "tests/whole/assets.hpp"
+#include "tests/whole/server_host.hpp"
+
+namespace hairnet::whole {
+
+enum class Misbehaviour : std::uint8_t {
+  silent,         // connects, and says nothing, or half a hello
+  noise,          // random bytes
+  mutant,         // says hello, then sound packets with bits changed
+  stranger,       // says hello, then sound messages without sense
+  flood,          // more messages than may be sent
+  pose_flood,     // more poses than may be sent
+  slow_reader,    // takes what it is sent slowly, or not at all
+  stranger_door,  // wrong version, room, token or session
+  groom_spoiler,  // uploads other bytes than those of the hash, or stops halfway
+  crowd,          // adds and removes as many characters as it may, and more
+  churner,        // comes and goes all the time
+};
+inline constexpr std::array<std::string_view, 11> kMisbehaviourNames{
+    "silent", "noise",       "mutant",        "stranger",     "flood",  "pose_flood",
+    "slow",   "wrong_hello", "groom_spoiler", "crowd_of_one", "churner"};
+
+struct MisfitPlan {
+  int number = 0;
+  Misbehaviour kind = Misbehaviour::silent;
+  std::string room, token;
+  Quality quality;
+};
+
+// A client that breaks the rules until stop() is called. It still checks that the server's packets are valid.
+class Misfit final : public ClientEnd {
+ public:
+  Misfit(Timeline& timeline, Journal& journal, ServerHost& host, MisfitPlan plan, std::uint64_t seed);
+  void start(std::int64_t until_ns);
+  void stop();
+  [[nodiscard]] bool is_heard_out() const;  // nothing of what it has sent is still to arrive
+
+  void on_open() override;
+  void on_bytes(std::span<const std::uint8_t> bytes) override;
+  void on_room() override {}
+  void on_closed(const std::string& why) override;
+
+ private:
+  [[nodiscard]] std::int64_t clock_ns() const { return timeline_->now_ns() + 77 * kSecond_ns; }
+  [[nodiscard]] std::string name() const {
+    return "misfit " + std::to_string(plan_.number) + " (" +
+           std::string(kMisbehaviourNames[static_cast<std::size_t>(plan_.kind)]) + ")";
+  }
+  void dial();
+  void on_packet(std::span<const std::uint8_t> packet);
+  void say(const wire::Message& message);
+  void hello();
+  void act();
+  void misbehave();
+  void mutate();
+  void spoil_groom();
+  void add_crowd();
+  wire::Message sensible_nonsense();
+
+  Timeline* timeline_;
+  Journal* journal_;
+  ServerHost* host_;
+  MisfitPlan plan_;
+  Random random_;
+  wire::RandomMessages messages_;
+  channel::PacketSplitter splitter_;
+  std::shared_ptr<Wire> wire_;
+  std::vector<std::weak_ptr<Wire>> left_;  // its earlier ones, which may still carry
+  std::optional<wire::Welcome> welcome_;
+  std::int64_t until_ns_ = 0;
+  std::uint64_t turn_ = 0;  // counts connections
+  std::uint32_t sequence_ = 0;
+  std::set<std::uint32_t> characters_;
+  std::vector<std::uint32_t> members_;
+};
+
+}  // namespace hairnet::whole
