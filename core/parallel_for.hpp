@@ -10,7 +10,7 @@ namespace hairnet {
 using ParallelFor = std::function<void(std::size_t count, const std::function<void(std::size_t)>& body)>;
 
 // Runs the loop with `parallel_for`, or serially when it is empty.
-inline void run(const ParallelFor& parallel_for, std::size_t count, const std::function<void(std::size_t)>& body) {
+inline void run_loop(const ParallelFor& parallel_for, std::size_t count, const std::function<void(std::size_t)>& body) {
   if (parallel_for) return parallel_for(count, body);
   for (std::size_t i = 0; i < count; ++i) body(i);
 }

@@ -16,8 +16,7 @@ Result<Groom> read_groom(const std::string& spec, const HairstyleOptions& made) 
 
 Result<Groom> load_groom(const std::string& spec, const HairstyleOptions& made) {
   Result<Groom> groom = read_groom(spec, made);
-  if (groom && groom->far_strips.strips.empty())
-    groom->far_strips = make_far_strips(*groom, far_strip_count_for(*groom));
+  if (groom && groom->far_cards.cards.empty()) groom->far_cards = make_far_cards(*groom, far_card_count_for(*groom));
   return groom;
 }
 

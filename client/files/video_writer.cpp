@@ -86,11 +86,11 @@ std::string first_line(const std::string& text) {
 
 }  // namespace
 
-bool is_clip(std::string_view path) {
+bool is_video(std::string_view path) {
   return kind_of(path) != nullptr;
 }
 
-Result<ClipWriter> ClipWriter::create(const std::string& path, int width, int height, double rate_hz) {
+Result<VideoWriter> VideoWriter::create(const std::string& path, int width, int height, double rate_hz) {
   const Kind* kind = kind_of(path);
   if (kind == nullptr) return Refusal(path + ": a clip ends in .mp4, .gif or .webm");
   if (width < 16 || width > 8192 || height < 16 || height > 8192) return Refusal("a clip is 16 to 8192 pixels a side");
@@ -100,7 +100,7 @@ Result<ClipWriter> ClipWriter::create(const std::string& path, int width, int he
   if (!folder.empty() && !std::filesystem::is_directory(folder, ignored))
     return Refusal(path + ": its folder is not there");
 
-  ClipWriter writer;
+  VideoWriter writer;
   writer.path_ = path;
   writer.part_ = path + ".part";
   writer.picture_bytes_ = std::size_t{4} * static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
@@ -145,7 +145,7 @@ Result<ClipWriter> ClipWriter::create(const std::string& path, int width, int he
   return writer;
 }
 
-ClipWriter::ClipWriter(ClipWriter&& other) noexcept
+VideoWriter::VideoWriter(VideoWriter&& other) noexcept
     : path_(std::move(other.path_)),
       part_(std::move(other.part_)),
       picture_bytes_(other.picture_bytes_),
@@ -153,7 +153,7 @@ ClipWriter::ClipWriter(ClipWriter&& other) noexcept
       pictures_fd_(std::exchange(other.pictures_fd_, -1)),
       complaints_fd_(std::exchange(other.complaints_fd_, -1)) {}
 
-ClipWriter::~ClipWriter() {
+VideoWriter::~VideoWriter() {
   if (process_ > 0) {
     kill(process_, SIGTERM);
     (void)end_process();
@@ -163,7 +163,7 @@ ClipWriter::~ClipWriter() {
   close_end(complaints_fd_);
 }
 
-Result<void> ClipWriter::add(std::span<const std::uint8_t> rgba) {
+Result<void> VideoWriter::add(std::span<const std::uint8_t> rgba) {
   if (process_ <= 0) return Refusal(path_ + ": the clip is finished");
   if (rgba.size() != picture_bytes_) return Refusal(path_ + ": a picture of another size");
   while (!rgba.empty()) {
@@ -179,7 +179,7 @@ Result<void> ClipWriter::add(std::span<const std::uint8_t> rgba) {
   return {};
 }
 
-Result<void> ClipWriter::finish() {
+Result<void> VideoWriter::finish() {
   if (process_ <= 0) return Refusal(path_ + ": the clip is finished");
   const std::string complaint = end_process();
   std::error_code fault;
@@ -189,7 +189,7 @@ Result<void> ClipWriter::finish() {
   return Refusal(path_ + ": " + (complaint.empty() ? fault.message() : complaint));
 }
 
-std::string ClipWriter::end_process() {
+std::string VideoWriter::end_process() {
   close_end(pictures_fd_);
   int status = 0;
   while (waitpid(process_, &status, 0) < 0 && errno == EINTR) {

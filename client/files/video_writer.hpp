@@ -10,25 +10,25 @@
 namespace hairnet::viewer {
 
 // Whether a file of that name is a clip: .mp4, .gif or .webm.
-bool is_clip(std::string_view path);
+bool is_video(std::string_view path);
 
 // Pictures of one size, at a fixed rate, to a clip: a pipe to the program ffmpeg. The file appears when the clip is
 // finished; what was given up leaves none. One thread.
-class ClipWriter {
+class VideoWriter {
  public:
   // Refuses another ending, sizes beyond 16 ... 8192, a rate beyond 1 ... 240, a folder that is not there, and a
   // machine without ffmpeg.
-  static Result<ClipWriter> create(const std::string& path, int width, int height, double rate_hz);
-  ClipWriter(ClipWriter&& other) noexcept;
-  ClipWriter& operator=(ClipWriter&&) = delete;
-  ~ClipWriter();  // gives up what was not finished
+  static Result<VideoWriter> create(const std::string& path, int width, int height, double rate_hz);
+  VideoWriter(VideoWriter&& other) noexcept;
+  VideoWriter& operator=(VideoWriter&&) = delete;
+  ~VideoWriter();  // gives up what was not finished
 
   // RGBA, rows from the top.
   Result<void> add(std::span<const std::uint8_t> rgba);
   Result<void> finish();
 
  private:
-  ClipWriter() = default;
+  VideoWriter() = default;
   std::string end_process();  // what it complained of, or empty
 
   std::string path_, part_;

@@ -16,7 +16,7 @@ std::uint64_t next_random(std::uint64_t& state) {
 }  // namespace
 
 std::int64_t Backoff::next_ns(std::int64_t away_ns) {
-  const std::int64_t bound_ns = std::clamp(away_ns, kBoundLeast_ns, kBoundMost_ns);
+  const std::int64_t bound_ns = std::clamp(away_ns, kBoundMin_ns, kBoundMax_ns);
   return static_cast<std::int64_t>(next_random(state_) % static_cast<std::uint64_t>(bound_ns + 1));
 }
 

@@ -5,13 +5,13 @@
 namespace hairnet::link {
 
 // Computes the wait before the next connection attempt: random, from 0 up to the length of the outage so far ("full
-// jitter"). That upper bound is clamped to kBoundLeast_ns ... kBoundMost_ns. Jitter keeps the clients of a restarted
-// server from reconnecting all at once. A client is back after at most twice the outage plus kBoundLeast_ns. Seeded;
+// jitter"). That upper bound is clamped to kBoundMin_ns ... kBoundMax_ns. Jitter keeps the clients of a restarted
+// server from reconnecting all at once. A client is back after at most twice the outage plus kBoundMin_ns. Seeded;
 // one thread.
 class Backoff {
  public:
-  static constexpr std::int64_t kBoundLeast_ns = 100'000'000;
-  static constexpr std::int64_t kBoundMost_ns = 5'000'000'000;
+  static constexpr std::int64_t kBoundMin_ns = 100'000'000;
+  static constexpr std::int64_t kBoundMax_ns = 5'000'000'000;
 
   explicit Backoff(std::uint64_t seed) : state_(seed) {}
   std::int64_t next_ns(std::int64_t away_ns);

@@ -15,7 +15,7 @@ std::size_t bytes_of(const FrameBatch& batch) {
 }
 
 std::size_t bytes_of(const Event& event) {
-  if (const auto* known = std::get_if<LevelKnown>(&event)) {
+  if (const auto* known = std::get_if<LevelReceived>(&event)) {
     const LevelGeometry& g = *known->geometry;
     return sizeof(Event) + 4 * (g.active_nodes.size() + g.trimmed_nodes.size() + g.trimmed_begin.size() +
                                 g.trimmed_from.size() + g.trimmed_weights.size());
@@ -26,7 +26,7 @@ std::size_t bytes_of(const Event& event) {
 
 // The dropped frame of `member` was discontinuous. Marks the next queued frame of that member as discontinuous, so that
 // the caller does not interpolate across the gap.
-void pass_on_jump(std::uint32_t member, std::deque<Event>::iterator from, std::deque<Event>::iterator end) {
+void carry_discontinuity(std::uint32_t member, std::deque<Event>::iterator from, std::deque<Event>::iterator end) {
   for (; from != end; ++from) {
     auto* batch = std::get_if<FrameBatch>(&*from);
     if (!batch) continue;
@@ -67,7 +67,7 @@ void EventQueue::drop_oldest_frames() {
   const FrameBatch dropped = std::get<FrameBatch>(std::move(*oldest));
   const auto after = events_.erase(oldest);
   for (const Frame& frame : dropped.frames) {
-    if (frame.discontinuous) pass_on_jump(frame.member, after, events_.end());
+    if (frame.discontinuous) carry_discontinuity(frame.member, after, events_.end());
   }
   frame_bytes_ -= bytes_of(dropped);
   frames_dropped_ += dropped.frames.size();

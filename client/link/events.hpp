@@ -29,7 +29,7 @@ struct Disconnected {
   std::string detail;
 };
 // The lattice geometry of one level of a groom. Frames of that level cannot be decoded before it arrives.
-struct LevelKnown {
+struct LevelReceived {
   wire::GroomHash groom{};
   LevelIndex level = LevelIndex::high;
   std::shared_ptr<const LevelGeometry> geometry;
@@ -42,6 +42,6 @@ struct GroomFetched {
 };
 using Event =
     std::variant<Connected, Reconnecting, Disconnected, wire::GroomStatus, wire::CharacterAdded, wire::CharacterRemoved,
-                 wire::MemberJoined, wire::MemberLeft, LevelKnown, FrameBatch, GroomFetched, wire::Error>;
+                 wire::MemberJoined, wire::MemberLeft, LevelReceived, FrameBatch, GroomFetched, wire::Error>;
 
 }  // namespace hairnet::link

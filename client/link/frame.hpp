@@ -15,10 +15,10 @@ struct Frame {
   std::uint32_t member = 0;
   std::uint32_t character = 0;  // this client's number for its own character; 0: another client's
   LevelIndex level = LevelIndex::rigid;
-  codec::ErrorClass error_class = codec::ErrorClass::normal;
+  codec::ErrorClass error_class = codec::ErrorClass::half_mm;
   bool discontinuous = false;    // teleport, reset or level switch: do not interpolate from the last frame
   bool asleep = false;           // the lattice is at rest: the server sends no further frame until it moves
-  bool kept = false;             // the last known hair from before a reconnect; the new server has no lattice yet
+  bool last_known = false;       // the last known hair from before a reconnect; the new server has no lattice yet
   std::uint8_t step_stride = 1;  // ticks from one step of the character to the next
   float step_s = 0;              // the same in seconds; 0: not known
   Pose pose;                     // the one the step used

@@ -9,12 +9,12 @@ namespace {
 
 bool differs(const wire::MemberImportance& a, const wire::MemberImportance& b) {
   const float most = std::max(std::abs(a.screen_height), std::abs(b.screen_height));
-  return a.in_view != b.in_view || std::abs(a.screen_height - b.screen_height) > Importance::kChange * most;
+  return a.in_view != b.in_view || std::abs(a.screen_height - b.screen_height) > ImportanceReporter::kChange * most;
 }
 
 }  // namespace
 
-void Importance::report(std::span<const wire::MemberImportance> members) {
+void ImportanceReporter::report(std::span<const wire::MemberImportance> members) {
   for (const wire::MemberImportance& m : members) {
     const auto [found, is_new] = members_.try_emplace(m.member);
     Reported& reported = found->second;
@@ -24,17 +24,17 @@ void Importance::report(std::span<const wire::MemberImportance> members) {
   }
 }
 
-void Importance::forget_all() {
+void ImportanceReporter::forget_all() {
   members_.clear();
   any_due_ = false;
 }
 
-void Importance::say_all_again() {
+void ImportanceReporter::resend_all() {
   for (auto& [member, reported] : members_) reported.due = true;
   any_due_ = !members_.empty();
 }
 
-std::optional<wire::ReportImportance> Importance::take(std::int64_t now_ns) {
+std::optional<wire::ReportImportance> ImportanceReporter::take(std::int64_t now_ns) {
   if (now_ns < due_ns()) return std::nullopt;
   wire::ReportImportance message;
   any_due_ = false;
@@ -53,7 +53,7 @@ std::optional<wire::ReportImportance> Importance::take(std::int64_t now_ns) {
   return message;
 }
 
-std::int64_t Importance::due_ns() const {
+std::int64_t ImportanceReporter::due_ns() const {
   return any_due_ ? next_ns_ : std::numeric_limits<std::int64_t>::max();
 }
 

@@ -11,7 +11,7 @@ namespace hairnet::link {
 
 // Reports to the server how large each member is on this client's screen: at most four times a second, and only for
 // members whose size or visibility has changed enough to matter. One thread.
-class Importance {
+class ImportanceReporter {
  public:
   static constexpr std::int64_t kInterval_ns = 250'000'000;
   static constexpr float kChange = 0.1f;  // relative change of the screen height that is worth a report
@@ -19,7 +19,7 @@ class Importance {
   void report(std::span<const wire::MemberImportance> members);
   void forget(std::uint32_t member) { members_.erase(member); }
   void forget_all();
-  void say_all_again();  // after a reconnect: marks every member as due
+  void resend_all();  // after a reconnect: marks every member as due
 
   // take() returns the report to send now, if any; due_ns() is the earliest time of the next one.
   std::optional<wire::ReportImportance> take(std::int64_t now_ns);

@@ -12,34 +12,34 @@
 namespace hairnet::link {
 
 // A lattice as a frame gave it.
-struct Hair {
+struct HairSnapshot {
   wire::GroomHash groom{};
-  codec::ErrorClass error_class = codec::ErrorClass::normal;
+  codec::ErrorClass error_class = codec::ErrorClass::half_mm;
   wire::HairState state;
   std::shared_ptr<const LevelGeometry> geometry;
 };
 
 // The last known hair of this client's own characters, taken when the connection was lost. A new server has no lattice
 // until it has the groom, so it sends rigid frames at first. This hair is shown in their place. One thread.
-class KeptHair {
+class LastKnownHair {
  public:
-  void keep(std::uint32_t character, Hair hair) { kept_[character] = {std::move(hair), kNever_ns}; }
-  void drop(std::uint32_t character) { kept_.erase(character); }
+  void keep(std::uint32_t character, HairSnapshot hair) { last_known_[character] = {std::move(hair), kNever_ns}; }
+  void drop(std::uint32_t character) { last_known_.erase(character); }
   void drop_of(const wire::GroomHash& groom);
-  void drop_all() { kept_.clear(); }
+  void drop_all() { last_known_.clear(); }
   // The server has the groom, so its lattice frames should follow. If none has come after a second (the server may keep
   // the character rigid), the last known hair is no longer shown.
   void on_ready(const wire::GroomHash& groom, std::int64_t now_ns);
   // Null: none.
-  [[nodiscard]] const Hair* of(std::uint32_t character, std::int64_t now_ns) const;
+  [[nodiscard]] const HairSnapshot* of(std::uint32_t character, std::int64_t now_ns) const;
 
  private:
   static constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::max();
   struct Kept {
-    Hair hair;
+    HairSnapshot hair;
     std::int64_t until_ns;
   };
-  std::map<std::uint32_t, Kept> kept_;
+  std::map<std::uint32_t, Kept> last_known_;
 };
 
 }  // namespace hairnet::link

@@ -27,7 +27,7 @@ void LatticeBlend::begin_switch(std::int64_t time_ns) {
   std::erase_if(switches_, [](const Switch& fading) { return fading.share <= 0; });
   // What was there before is weaker than what comes, the oldest weakest.
   switches_.insert(switches_.begin(), {std::move(last_), newest_, 1});
-  if (switches_.size() > kSwitchesMost) switches_.pop_back();
+  if (switches_.size() > kSwitchesMax) switches_.pop_back();
   switched_ns_ = time_ns;
 }
 

@@ -12,8 +12,8 @@
 
 namespace hairnet::link {
 
-// SwitchBlend for whoever deforms on the GPU: in place of points it keeps lattices. FFD is linear in the displacements,
-// so the points that SwitchBlend would give are those of a weighted sum of lattices' fields,
+// SwitchBlend for programs that deform on the GPU: it keeps lattices in place of points. FFD is linear in the
+// displacements, so the points that SwitchBlend would give are those of a weighted sum of lattices' fields,
 //
 //     u(x) = u_newest(x) + w (u_before(x) - u_after(x)) + ...,     w fading from 1 to 0 over kSwitchBlend_ns,
 //
@@ -39,7 +39,7 @@ class LatticeBlend {
     Field before, after;
     float share = 1;
   };
-  static constexpr std::size_t kSwitchesMost = (kLatticeLayersMost - 1) / 2;
+  static constexpr std::size_t kSwitchesMax = (kLatticeLayersMax - 1) / 2;
 
   static void fill(const Playout::Sample& sample, Field& field);
   void begin_switch(std::int64_t time_ns);
@@ -53,7 +53,7 @@ class LatticeBlend {
   float left_ = 0;  // at the last sample
   Field newest_, last_;
   std::vector<Switch> switches_;  // that fade, together; strongest first
-  std::array<LatticeLayer, kLatticeLayersMost> layers_;
+  std::array<LatticeLayer, kLatticeLayersMax> layers_;
   std::size_t layer_count_ = 0;
 };
 

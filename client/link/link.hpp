@@ -16,7 +16,7 @@ namespace hairnet::link {
 struct LinkOptions {
   Address server;
   TlsOptions tls;
-  CoreOptions core;
+  LinkCoreOptions core;
 };
 
 // A client's conversation with a server over a socket: a LinkCore, and a thread that drives it. Every call is for one

@@ -17,7 +17,7 @@ constexpr std::int64_t kGoodbyeWait_ns = 400'000'000;
 // A session that lasted this long counts as successful: the backoff starts again at its shortest wait.
 constexpr std::int64_t kStable_ns = 5'000'000'000;
 // After a resume the server announces all members. A member that is not announced in this time has left.
-constexpr std::int64_t kMembersToldAgain_ns = 1'000'000'000;
+constexpr std::int64_t kMembersResendWait_ns = 1'000'000'000;
 
 std::int64_t to_ns(double seconds) {
   return std::llround(seconds * 1e9);
@@ -45,7 +45,7 @@ bool may_come_first(const wire::Message& message) {
 
 }  // namespace
 
-LinkCore::LinkCore(CoreOptions options)
+LinkCore::LinkCore(LinkCoreOptions options)
     : options_(std::move(options)),
       backoff_(options_.seed),
       splitter_(wire::kPacketBytesMax),
@@ -57,50 +57,50 @@ void LinkCore::start() {
   if (state_ == State::idle) state_ = State::wanting;
 }
 
-void LinkCore::offer_groom(const wire::GroomHash& hash, Roster::Bytes bytes) {
-  roster_.offer(hash, bytes);
+void LinkCore::offer_groom(const wire::GroomHash& hash, RequestedState::Bytes bytes) {
+  requested_.offer(hash, bytes);
   if (!active()) return;
-  if (const auto offer = uploads_.offer(hash, std::move(bytes))) say(*offer);
+  if (const auto offer = uploads_.offer(hash, std::move(bytes))) send(*offer);
 }
 
 void LinkCore::add_character(std::uint32_t character, const wire::GroomHash& groom, LevelIndex level) {
   const wire::AddCharacter added{character, groom, level, {}};
-  roster_.add(added);
-  say(added);
+  requested_.add(added);
+  send(added);
 }
 
 void LinkCore::set_level(std::uint32_t character, LevelIndex level) {
-  if (level == LevelIndex::rigid) kept_.drop(character);
+  if (level == LevelIndex::rigid) last_known_.drop(character);
   const wire::SetLevel wanted{character, level};
-  roster_.set_level(wanted);
-  say(wanted);
+  requested_.set_level(wanted);
+  send(wanted);
 }
 
 void LinkCore::set_material(std::uint32_t character, const MaterialScale& scale) {
   const wire::SetMaterial wanted{character, scale};
-  roster_.set_material(wanted);
-  say(wanted);
+  requested_.set_material(wanted);
+  send(wanted);
 }
 
 void LinkCore::set_wind(const Wind& wind) {
   const wire::SetWind wanted{wind};
-  roster_.set_wind(wanted);
-  say(wanted);
+  requested_.set_wind(wanted);
+  send(wanted);
 }
 
 void LinkCore::remove_character(std::uint32_t character) {
-  kept_.drop(character);
-  roster_.remove(character);
-  say(wire::RemoveCharacter{character});
+  last_known_.drop(character);
+  requested_.remove(character);
+  send(wire::RemoveCharacter{character});
 }
 
 void LinkCore::observe(wire::Observe wanted) {
-  roster_.observe(wanted);
-  say(std::move(wanted));
+  requested_.observe(wanted);
+  send(std::move(wanted));
 }
 
 void LinkCore::request_groom(const wire::GroomHash& hash) {
-  if (const auto request = fetch_.request(hash)) say(*request);
+  if (const auto request = fetch_.request(hash)) send(*request);
 }
 
 void LinkCore::push_poses(std::vector<wire::PoseSample> poses) {
@@ -111,7 +111,7 @@ void LinkCore::push_poses(std::vector<wire::PoseSample> poses) {
 }
 
 // Without a session the message is not sent: RequestedState stores it and resends it after the next welcome.
-void LinkCore::say(wire::Message message) {
+void LinkCore::send(wire::Message message) {
   if (active() && !queue_.push(std::move(message)))
     end(GoodbyeReason::none, "more messages wait to be sent than the server takes");
 }
@@ -128,11 +128,11 @@ void LinkCore::poll(std::int64_t now_ns) {
   if (ended()) return;
   if (now_ns >= give_up_ns_) return end(GoodbyeReason::none, "gave up reconnecting");
   if (active() && now_ns - sent_ns_ >= to_ns(options_.keep_alive_s)) {
-    if (queue_.empty()) say(wire::PoseBatch{});  // keep-alive
+    if (queue_.empty()) send(wire::PoseBatch{});  // keep-alive
     sent_ns_ = now_ns;
   }
   if (active()) {
-    if (std::optional<wire::ReportImportance> report = importance_.take(now_ns)) say(std::move(*report));
+    if (std::optional<wire::ReportImportance> report = importance_.take(now_ns)) send(std::move(*report));
     if (now_ns >= members_due_ns_) {
       members_due_ns_ = kNever_ns;
       tell_left(members_.drop_unconfirmed());
@@ -207,11 +207,11 @@ void LinkCore::lose(GoodbyeReason reason, std::string detail, std::int64_t now_n
     if (!away_since_ns_ || now_ns - active_since_ns_ >= kStable_ns) away_since_ns_ = now_ns;
     give_up_ns_ = options_.give_up_after_s > 0 ? now_ns + to_ns(options_.give_up_after_s) : kNever_ns;
   }
-  for (const auto& [number, character] : roster_.characters()) {
-    std::optional<Hair> hair = members_.hair_of(number);
+  for (const auto& [number, character] : requested_.characters()) {
+    std::optional<HairSnapshot> hair = members_.hair_of(number);
     if (!hair) continue;
-    roster_.remember(number, hair->state);
-    kept_.keep(number, std::move(*hair));
+    requested_.remember(number, hair->state);
+    last_known_.keep(number, std::move(*hair));
   }
   members_.forget_frames();
   members_due_ns_ = kNever_ns;
@@ -248,7 +248,7 @@ std::vector<std::uint8_t> LinkCore::take_packet(std::int64_t now_ns) {
   if (is_chunk)
     upload_share_.sent_bulk();
   else
-    upload_share_.sent_soon(packet.size(), uploads_.is_waiting());
+    upload_share_.sent_urgent(packet.size(), uploads_.is_waiting());
   counters_.bytes_sent += packet.size();
   return packet;
 }
@@ -264,7 +264,7 @@ void LinkCore::on_bytes(std::span<const std::uint8_t> bytes, std::int64_t now_ns
 void LinkCore::on_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns) {
   if (state_ != State::greeting && state_ != State::active) return;
   counters_.bytes_received += packet.size();
-  wire::Decoded decoded = wire::decode_packet(packet);
+  wire::DecodedPacket decoded = wire::decode_packet(packet);
   if (decoded.error != wire::DecodeError::none)
     return lose(GoodbyeReason::protocol_error, "the server sent a bad packet: " + decoded.detail, now_ns);
   wire::Message& message = decoded.envelope.message;
@@ -296,24 +296,24 @@ void LinkCore::on(wire::Welcome& welcome, std::int64_t now_ns) {
   counters_.resumes += resumed;
   push(Connected{welcome, again});
   if (resumed) {
-    kept_.drop_all();
-    members_.expect_all_again();
-    members_due_ns_ = now_ns + kMembersToldAgain_ns;
+    last_known_.drop_all();
+    members_.mark_all_unconfirmed();
+    members_due_ns_ = now_ns + kMembersResendWait_ns;
   } else {
     tell_left(members_.drop_all());
   }
-  say_all_again(resumed);
+  resend_all(resumed);
 }
 
-void LinkCore::say_all_again(bool resumed) {
-  Roster::Again wishes = roster_.say_again(resumed);
-  for (auto& [hash, bytes] : wishes.offers) {
-    if (const auto offer = uploads_.offer(hash, std::move(bytes))) say(*offer);
+void LinkCore::resend_all(bool resumed) {
+  RequestedState::Resend resend = requested_.take_resend(resumed);
+  for (auto& [hash, bytes] : resend.offers) {
+    if (const auto offer = uploads_.offer(hash, std::move(bytes))) send(*offer);
   }
-  for (wire::Message& message : wishes.messages) say(std::move(message));
-  for (const wire::GroomRequest& request : fetch_.request_again()) say(request);
+  for (wire::Message& message : resend.messages) send(std::move(message));
+  for (const wire::GroomRequest& request : fetch_.request_again()) send(request);
   if (resumed)
-    importance_.say_all_again();
+    importance_.resend_all();
   else
     importance_.forget_all();
 }
@@ -334,30 +334,31 @@ void LinkCore::on(wire::GroomStatus& status, std::int64_t now_ns) {
   // wrong bytes.
   if (status.state == wire::GroomState::ready || status.state == wire::GroomState::refused) uploads_.drop(status.hash);
   if (status.state == wire::GroomState::ready) {
-    roster_.on_ready(status.hash);
-    kept_.on_ready(status.hash, now_ns);
+    requested_.on_ready(status.hash);
+    last_known_.on_ready(status.hash, now_ns);
   } else if (status.state == wire::GroomState::refused) {
-    roster_.on_refused(status.hash);
-    kept_.drop_of(status.hash);
+    requested_.on_refused(status.hash);
+    last_known_.drop_of(status.hash);
   }
   push(status);
 }
 
 void LinkCore::on(wire::CharacterAdded& added, std::int64_t now_ns) {
-  if (!roster_.has_asked_for(added.character))
+  if (!requested_.has_asked_for(added.character))
     return lose(GoodbyeReason::protocol_error, "the server added a character nobody requested", now_ns);
-  roster_.on_added(added.character);
+  requested_.on_added(added.character);
   if (members_.add_own(added)) push(added);
 }
 
 void LinkCore::on(wire::CharacterRemoved& removed, std::int64_t) {
-  roster_.on_removed(removed.character);
+  requested_.on_removed(removed.character);
   members_.remove_own(removed.character);
   push(removed);
 }
 
 void LinkCore::on(wire::MemberJoined& joined, std::int64_t) {
-  if (const auto former = members_.drop_former(joined.session, joined.character, joined.member)) tell_left({*former});
+  if (const auto former = members_.drop_previous_number(joined.session, joined.character, joined.member))
+    tell_left({*former});
   if (members_.join(joined)) push(joined);
 }
 
@@ -367,8 +368,8 @@ void LinkCore::on(wire::MemberLeft& left, std::int64_t) {
 }
 
 void LinkCore::on(wire::LevelRecord& record, std::int64_t) {
-  LevelKnown known{record.groom, record.level, {}};
-  known.geometry = members_.learn(std::move(record));
+  LevelReceived known{record.groom, record.level, {}};
+  known.geometry = members_.add_level(std::move(record));
   push(std::move(known));
 }
 
@@ -381,23 +382,23 @@ void LinkCore::on(wire::FrameBatch& batch, std::int64_t now_ns) {
   if (!sink_) decoded.frames.reserve(batch.frames.size());
   wire::RequestKeyframes keyframes;
   for (const wire::Frame& frame : batch.frames) {
-    const Members::Taken taken = members_.take(frame, batch.tick, now_ns);
+    const Members::DecodedFrame taken = members_.decode_frame(frame, batch.tick, now_ns);
     ++counters_.frames_received;
     counters_.frames_unknown += taken.outcome == Members::Outcome::unknown;
     counters_.frames_undecodable += taken.outcome == Members::Outcome::undecodable;
     if (taken.wants_keyframe && keyframes.members.size() < wire::kMembersPerMessageMax)
       keyframes.members.push_back(frame.member);
-    if (taken.outcome != Members::Outcome::unknown) pass_on(batch, frame, taken, decoded, now_ns);
+    if (taken.outcome != Members::Outcome::unknown) dispatch(batch, frame, taken, decoded, now_ns);
   }
-  if (!keyframes.members.empty()) say(std::move(keyframes));
+  if (!keyframes.members.empty()) send(std::move(keyframes));
   if (!decoded.frames.empty()) push(std::move(decoded));
 }
 
-void LinkCore::pass_on(const wire::FrameBatch& batch, const wire::Frame& frame, const Members::Taken& taken,
-                       FrameBatch& decoded, std::int64_t now_ns) {
+void LinkCore::dispatch(const wire::FrameBatch& batch, const wire::Frame& frame, const Members::DecodedFrame& taken,
+                        FrameBatch& decoded, std::int64_t now_ns) {
   if (taken.character != 0 && taken.integers && frame.level != LevelIndex::rigid) {  // the server simulates it
-    kept_.drop(taken.character);
-    roster_.forget_state(taken.character);
+    last_known_.drop(taken.character);
+    requested_.forget_state(taken.character);
   }
   if (sink_) {
     sink_->on_frame({batch.tick, batch.sample_time_ns, frame, taken.character, taken.discontinuous,
@@ -417,14 +418,14 @@ void LinkCore::pass_on(const wire::FrameBatch& batch, const wire::Frame& frame, 
     out.displacements = taken.integers->nodes;
     out.velocities = taken.integers->velocities;
     out.geometry = taken.geometry;
-    if (out.character != 0) bring_kept(out, now_ns);
+    if (out.character != 0) show_last_known(out, now_ns);
   }
 }
 
-void LinkCore::bring_kept(Frame& frame, std::int64_t now_ns) {
+void LinkCore::show_last_known(Frame& frame, std::int64_t now_ns) {
   if (frame.level != LevelIndex::rigid) return;
-  if (const Hair* hair = kept_.of(frame.character, now_ns)) {
-    frame.kept = true;
+  if (const HairSnapshot* hair = last_known_.of(frame.character, now_ns)) {
+    frame.last_known = true;
     frame.level = hair->state.level;
     frame.error_class = hair->error_class;
     frame.displacements = hair->state.displacements;
@@ -438,9 +439,9 @@ void LinkCore::on(wire::Error& error, std::int64_t) {
   const bool ends_fetch = may_be_fetch && fetch_.refuse(error.groom);
   if (!ends_fetch && ends_upload(error)) {
     uploads_.drop(error.groom);
-    roster_.on_refused(error.groom);
+    requested_.on_refused(error.groom);
   }
-  if (!roster_.on_error(error)) return push(std::move(error));
+  if (!requested_.on_error(error)) return push(std::move(error));
   if (error.reason != wire::ErrorReason::character_unknown) return;
   // We sent the removal twice; the answer to the first one was lost with its connection.
   if (members_.remove_own(error.character)) push(wire::CharacterRemoved{error.character});

@@ -26,7 +26,7 @@
 
 namespace hairnet::link {
 
-struct CoreOptions {
+struct LinkCoreOptions {
   std::string client_name = "hairnet-link";
   std::string room, token;  // empty: the lobby; none
   wire::Role role = wire::Role::participant;
@@ -59,9 +59,9 @@ struct ReceivedFrame {
   std::uint32_t character = 0;  // one's own number; 0: another's
   bool discontinuous = false;   // the frame's own, or of one before it that could not be decoded
   bool undecodable = false;
-  const codec::Integers* integers = nullptr;  // null: not decoded
-  const Pose* pose = nullptr;                 // likewise
-  const LevelGeometry* geometry = nullptr;    // likewise, or rigid
+  const codec::FrameIntegers* integers = nullptr;  // null: not decoded
+  const Pose* pose = nullptr;                      // likewise
+  const LevelGeometry* geometry = nullptr;         // likewise, or rigid
 };
 
 // Receives frames directly instead of as events, for programs that drive many cores. on_bytes() and on_packet() call
@@ -73,7 +73,7 @@ class FrameSink {
 };
 
 // A client's whole conversation with a server, without socket, clock and thread: bytes and times in, packets and events
-// out. Whoever owns it drives it so, from one thread, with times of one monotonic clock that never go back:
+// out. Its owner calls it as follows, from one thread, with times of one monotonic clock that never go back:
 //
 //   start()                     once; then after whatever happens:
 //   poll(now)                   time-outs; due again at next_deadline_ns() at the latest
@@ -88,14 +88,14 @@ class FrameSink {
 // caller may call it in every state: requests are stored and sent after the reconnect, but poses are dropped.
 class LinkCore {
  public:
-  explicit LinkCore(CoreOptions options);
+  explicit LinkCore(LinkCoreOptions options);
   LinkCore(const LinkCore&) = delete;
   LinkCore& operator=(const LinkCore&) = delete;
 
   // The caller's side.
   void start();
   // `bytes` is the groom's file and `hash` its hash; kept for as long as they may have to be sent again.
-  void offer_groom(const wire::GroomHash& hash, Roster::Bytes bytes);
+  void offer_groom(const wire::GroomHash& hash, RequestedState::Bytes bytes);
   void add_character(std::uint32_t character, const wire::GroomHash& groom, LevelIndex level);
   void set_level(std::uint32_t character, LevelIndex level);
   void set_material(std::uint32_t character, const MaterialScale& scale);
@@ -149,17 +149,17 @@ class LinkCore {
   void on(wire::Error& error, std::int64_t now_ns);
   void on(wire::Goodbye& goodbye, std::int64_t now_ns);
 
-  void say(wire::Message message);
-  void say_all_again(bool resumed);
-  void pass_on(const wire::FrameBatch& batch, const wire::Frame& frame, const Members::Taken& taken,
-               FrameBatch& decoded, std::int64_t now_ns);
-  void bring_kept(Frame& frame, std::int64_t now_ns);
+  void send(wire::Message message);
+  void resend_all(bool resumed);
+  void dispatch(const wire::FrameBatch& batch, const wire::Frame& frame, const Members::DecodedFrame& taken,
+                FrameBatch& decoded, std::int64_t now_ns);
+  void show_last_known(Frame& frame, std::int64_t now_ns);
   void tell_left(const std::vector<std::uint32_t>& members);
   void push(Event event);
   void lose(wire::GoodbyeReason reason, std::string detail, std::int64_t now_ns);
   void end(wire::GoodbyeReason reason, std::string detail);
 
-  const CoreOptions options_;
+  const LinkCoreOptions options_;
   State state_ = State::idle;
   bool connection_ = false;  // from on_opening() to on_closed()
   bool goodbye_taken_ = false;
@@ -172,13 +172,13 @@ class LinkCore {
   Backoff backoff_;
   channel::PacketSplitter splitter_;
   channel::ClockEstimate clock_;
-  Roster roster_;
+  RequestedState requested_;
   UploadQueue uploads_;
-  channel::BulkShare upload_share_;
+  channel::BulkScheduler upload_share_;
   SendQueue queue_;
   Members members_;
-  KeptHair kept_;
-  Importance importance_;
+  LastKnownHair last_known_;
+  ImportanceReporter importance_;
   GroomFetch fetch_;
   FrameSink* sink_ = nullptr;
   EventQueue events_;

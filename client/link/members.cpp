@@ -46,7 +46,7 @@ bool Members::remove_own(std::uint32_t character) {
   return std::erase_if(members_, [&](const auto& m) { return m.second.own && m.second.character == character; }) != 0;
 }
 
-std::shared_ptr<const LevelGeometry> Members::learn(wire::LevelRecord record) {
+std::shared_ptr<const LevelGeometry> Members::add_level(wire::LevelRecord record) {
   const std::pair key{record.groom, record.level};
   std::shared_ptr<const KnownLevel> known = catalog_->keep(std::move(record));
   levels_[key] = known;
@@ -71,46 +71,46 @@ const KnownLevel* Members::level_of(Member& member, LevelIndex level) const {
   return known.get();
 }
 
-Members::Taken Members::take(const wire::Frame& frame, std::uint64_t tick, std::int64_t now_ns) {
-  Taken taken;
+Members::DecodedFrame Members::decode_frame(const wire::Frame& frame, std::uint64_t tick, std::int64_t now_ns) {
+  DecodedFrame taken;
   const auto found = members_.find(frame.member);
   if (found == members_.end()) return taken;
   Member& member = found->second;
   if (member.last_tick && tick <= *member.last_tick) return taken;
   member.last_tick = tick;
   taken.character = member.own ? member.character : 0;
-  taken.discontinuous = frame.discontinuous || member.jumped;
+  taken.discontinuous = frame.discontinuous || member.discontinuity_pending;
   if (!decodes(frame.member)) {
     taken.outcome = Outcome::skipped;
     return taken;
   }
   if (decode(member, frame, tick, taken)) {
     taken.outcome = Outcome::decoded;
-    member.jumped = member.keyframe_asked = false;
+    member.discontinuity_pending = member.keyframe_asked = false;
     return taken;
   }
   taken.outcome = Outcome::undecodable;
-  member.jumped = taken.discontinuous;
+  member.discontinuity_pending = taken.discontinuous;
   taken.wants_keyframe = !member.keyframe_asked || now_ns - member.keyframe_asked_ns >= kKeyframeWait_ns;
   if (taken.wants_keyframe) member.keyframe_asked_ns = now_ns;
   member.keyframe_asked = true;
   return taken;
 }
 
-bool Members::decode(Member& member, const wire::Frame& frame, std::uint64_t tick, Taken& taken) const {
+bool Members::decode(Member& member, const wire::Frame& frame, std::uint64_t tick, DecodedFrame& taken) const {
   const bool rigid = frame.level == LevelIndex::rigid;
   const KnownLevel* level = rigid ? nullptr : level_of(member, frame.level);
   if (!rigid && !level) return false;
   const std::size_t integer_count = rigid ? 0 : 3 * level->geometry.active_nodes.size();
-  std::array<const codec::Integers*, codec::kHistoryMax> history{};
+  std::array<const codec::FrameIntegers*, codec::kHistoryMax> history{};
   for (std::size_t k = 0; k < frame.order; ++k) {
-    const Past& past = member.past[(member.newest + kSlotCount - k) % kSlotCount];
+    const HistoryEntry& past = member.history[(member.newest + kSlotCount - k) % kSlotCount];
     if (!past.valid || past.tick != tick - (k + 1) * frame.stride || past.integers.nodes.size() != integer_count)
       return false;
     history[k] = &past.integers;
   }
   const std::size_t slot = (member.newest + 1) % kSlotCount;
-  Past& next = member.past[slot];
+  HistoryEntry& next = member.history[slot];
   next.valid = false;
   if (!codec::decode_frame(frame.content, codec::History(history.data(), frame.order),
                            level ? &level->neighbours : nullptr, frame.velocities, next.integers))
@@ -127,34 +127,34 @@ bool Members::decode(Member& member, const wire::Frame& frame, std::uint64_t tic
   return true;
 }
 
-std::optional<Hair> Members::hair_of(std::uint32_t character) const {
+std::optional<HairSnapshot> Members::hair_of(std::uint32_t character) const {
   const auto found = std::find_if(members_.begin(), members_.end(),
                                   [&](const auto& m) { return m.second.own && m.second.character == character; });
   if (found == members_.end()) return std::nullopt;
   const Member& member = found->second;
-  const Past& last = member.past[member.newest];
+  const HistoryEntry& last = member.history[member.newest];
   if (!last.valid || last.integers.nodes.empty()) return std::nullopt;
   const std::shared_ptr<const KnownLevel>& known = member.levels[static_cast<std::size_t>(last.level)];
-  return Hair{member.groom,
-              last.error_class,
-              {last.level, codec::kStep_m[static_cast<std::size_t>(last.error_class)], last.integers.nodes,
-               last.integers.velocities},
-              {known, &known->geometry}};
+  return HairSnapshot{member.groom,
+                      last.error_class,
+                      {last.level, codec::kStep_m[static_cast<std::size_t>(last.error_class)], last.integers.nodes,
+                       last.integers.velocities},
+                      {known, &known->geometry}};
 }
 
 void Members::forget_frames() {
   for (auto& [number, member] : members_) {
-    for (Past& past : member.past) past.valid = false;
+    for (HistoryEntry& past : member.history) past.valid = false;
     member.keyframe_asked = false;
   }
 }
 
-void Members::expect_all_again() {
+void Members::mark_all_unconfirmed() {
   for (auto& [number, member] : members_) member.confirmed = false;
 }
 
-std::optional<std::uint32_t> Members::drop_former(std::uint64_t session, std::uint32_t character,
-                                                  std::uint32_t member) {
+std::optional<std::uint32_t> Members::drop_previous_number(std::uint64_t session, std::uint32_t character,
+                                                           std::uint32_t member) {
   const auto former = std::find_if(members_.begin(), members_.end(), [&](const auto& m) {
     return !m.second.confirmed && m.first != member && m.second.session == session && m.second.character == character;
   });
@@ -174,7 +174,7 @@ std::vector<std::uint32_t> Members::drop_unconfirmed() {
 }
 
 std::vector<std::uint32_t> Members::drop_all() {
-  expect_all_again();
+  mark_all_unconfirmed();
   levels_.clear();
   return drop_unconfirmed();
 }

@@ -29,7 +29,7 @@ class Members {
   bool add_own(const wire::CharacterAdded& added);
   bool leave(std::uint32_t member);
   bool remove_own(std::uint32_t character);  // false: it was not there
-  std::shared_ptr<const LevelGeometry> learn(wire::LevelRecord record);
+  std::shared_ptr<const LevelGeometry> add_level(wire::LevelRecord record);
 
   enum class Outcome : std::uint8_t {
     decoded,
@@ -37,28 +37,29 @@ class Members {
     undecodable,  // what it refers to is missing, or its bytes are wrong; if discontinuous, the next is too
     unknown,      // no such member, or no newer than the last
   };
-  struct Taken {
+  struct DecodedFrame {
     Outcome outcome = Outcome::unknown;
     bool wants_keyframe = false;
-    bool discontinuous = false;                     // the frame's own, or that of an undecodable one before it
-    std::uint32_t character = 0;                    // one's own number; 0: another's
-    const codec::Integers* integers = nullptr;      // decoded; until the next take of the member
-    Pose pose;                                      // decoded
-    std::shared_ptr<const LevelGeometry> geometry;  // decoded; null: rigid
+    bool discontinuous = false;                      // the frame's own, or that of an undecodable one before it
+    std::uint32_t character = 0;                     // one's own number; 0: another's
+    const codec::FrameIntegers* integers = nullptr;  // decoded; until the next frame of the member
+    Pose pose;                                       // decoded
+    std::shared_ptr<const LevelGeometry> geometry;   // decoded; null: rigid
   };
-  Taken take(const wire::Frame& frame, std::uint64_t tick, std::int64_t now_ns);
+  DecodedFrame decode_frame(const wire::Frame& frame, std::uint64_t tick, std::int64_t now_ns);
 
   // The lattice of an own character's last frame, if it had one.
-  [[nodiscard]] std::optional<Hair> hair_of(std::uint32_t character) const;
+  [[nodiscard]] std::optional<HairSnapshot> hair_of(std::uint32_t character) const;
 
   // The connection broke: frames of the next refer to none before it.
   void forget_frames();
   // After a resume the server announces all members again. drop_unconfirmed() then removes those that it did not
   // announce.
-  void expect_all_again();
+  void mark_all_unconfirmed();
   // Removes and returns the old member number of the same character, if it has one that was not announced again: the
   // character left and came back during the outage.
-  std::optional<std::uint32_t> drop_former(std::uint64_t session, std::uint32_t character, std::uint32_t member);
+  std::optional<std::uint32_t> drop_previous_number(std::uint64_t session, std::uint32_t character,
+                                                    std::uint32_t member);
   std::vector<std::uint32_t> drop_unconfirmed();
   // The session is lost. Returns all others.
   std::vector<std::uint32_t> drop_all();
@@ -66,30 +67,30 @@ class Members {
  private:
   // Ring of the last decoded frames: as many as a frame may refer to, and one slot for the next frame.
   static constexpr std::size_t kSlotCount = codec::kHistoryMax + 1;
-  struct Past {
+  struct HistoryEntry {
     bool valid = false;
     std::uint64_t tick = 0;
     LevelIndex level = LevelIndex::rigid;
-    codec::ErrorClass error_class = codec::ErrorClass::normal;
-    codec::Integers integers;
+    codec::ErrorClass error_class = codec::ErrorClass::half_mm;
+    codec::FrameIntegers integers;
   };
   struct Member {
     std::uint64_t session = 0;  // the owner's; 0: this one
     std::uint32_t character = 0;
     wire::GroomHash groom{};
     bool own = false, confirmed = true;
-    bool jumped = false;  // an undecodable frame was discontinuous
+    bool discontinuity_pending = false;  // an undecodable frame was discontinuous
     std::optional<std::uint64_t> last_tick;
     std::int64_t keyframe_asked_ns = 0;
     bool keyframe_asked = false;
     std::size_t newest = 0;  // slot
-    std::array<Past, kSlotCount> past;
+    std::array<HistoryEntry, kSlotCount> history;
     std::array<std::shared_ptr<const KnownLevel>, 4> levels;  // looked up already
   };
   bool put(std::uint32_t number, Member member);
   [[nodiscard]] bool decodes(std::uint32_t number) const;
   [[nodiscard]] const KnownLevel* level_of(Member& member, LevelIndex level) const;
-  [[nodiscard]] bool decode(Member& member, const wire::Frame& frame, std::uint64_t tick, Taken& taken) const;
+  [[nodiscard]] bool decode(Member& member, const wire::Frame& frame, std::uint64_t tick, DecodedFrame& taken) const;
 
   std::shared_ptr<LevelCatalog> catalog_;
   double decode_share_;

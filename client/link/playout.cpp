@@ -7,10 +7,10 @@
 namespace hairnet::link {
 namespace {
 
-constexpr std::size_t kFramesMax = 256;   // held while nobody samples
+constexpr std::size_t kFramesMax = 256;   // kept while nobody samples
 constexpr std::size_t kArrivalsMax = 60;  // two seconds at 30 Hz
 constexpr std::int64_t kIntervalDefault_ns = 33'333'333;
-constexpr std::int64_t kHold_ns = 100'000'000;
+constexpr std::int64_t kFreeze_ns = 100'000'000;
 constexpr std::int64_t kCubic_ns_max = 250'000'000;
 constexpr std::int64_t kEaseToRest_ns = 500'000'000;
 // The delay changes by at most this share of the time that passes: slower or faster motion that nobody notices.
@@ -28,7 +28,7 @@ Quat nearer(const Quat& q) {
 }  // namespace
 
 // Over a long gap the end velocities no longer describe the motion between, so the cubic is not used.
-bool Playout::is_cubic(const Held& from, const Held& to) {
+bool Playout::is_cubic(const BufferedFrame& from, const BufferedFrame& to) {
   const std::size_t count = to.displacement.size();
   return count > 0 && to.velocity.size() == count && from.velocity.size() == count &&
          from.displacement.size() == count && to.geometry && to.geometry->active_nodes.size() == count &&
@@ -36,9 +36,9 @@ bool Playout::is_cubic(const Held& from, const Held& to) {
 }
 
 void Playout::push(const Frame& frame, std::int64_t sample_time_ns, std::int64_t arrival_time_ns) {
-  observe(sample_time_ns, arrival_time_ns);
-  const auto after =
-      std::find_if(frames_.begin(), frames_.end(), [&](const Held& held) { return held.time_ns >= sample_time_ns; });
+  record_arrival(sample_time_ns, arrival_time_ns);
+  const auto after = std::find_if(frames_.begin(), frames_.end(),
+                                  [&](const BufferedFrame& buffered) { return buffered.time_ns >= sample_time_ns; });
   const bool duplicate = after != frames_.end() && after->time_ns == sample_time_ns;
   if (duplicate || (started_ && sample_time_ns <= shown_.time_ns)) {
     ++dropped_count_;
@@ -49,27 +49,28 @@ void Playout::push(const Frame& frame, std::int64_t sample_time_ns, std::int64_t
     frames_.clear();
     frames_.push_back(shown_);
   }
-  Held held{sample_time_ns, frame.discontinuous, frame.asleep, frame.pose, frame.level, {}, {}, 0, frame.geometry};
-  held.step_ns = std::llround(1e9 * double{frame.step_s});
-  codec::dequantise_nodes(frame.displacements, frame.error_class, held.displacement);
-  codec::dequantise_velocities(frame.velocities, frame.error_class, held.velocity);
-  const auto place =
-      std::find_if(frames_.begin(), frames_.end(), [&](const Held& other) { return other.time_ns > sample_time_ns; });
-  frames_.insert(place, std::move(held));
+  BufferedFrame buffered{sample_time_ns, frame.discontinuous, frame.asleep, frame.pose, frame.level, {}, {}, 0,
+                         frame.geometry};
+  buffered.step_ns = std::llround(1e9 * double{frame.step_s});
+  codec::dequantise_nodes(frame.displacements, frame.error_class, buffered.displacement);
+  codec::dequantise_velocities(frame.velocities, frame.error_class, buffered.velocity);
+  const auto place = std::find_if(frames_.begin(), frames_.end(),
+                                  [&](const BufferedFrame& other) { return other.time_ns > sample_time_ns; });
+  frames_.insert(place, std::move(buffered));
   if (frames_.size() > kFramesMax) {
     frames_.pop_front();
     ++dropped_count_;
   }
 }
 
-void Playout::hold() {
+void Playout::freeze() {
   if (frames_.empty()) return;
-  Held& last = frames_.back();
+  BufferedFrame& last = frames_.back();
   if (started_ && shown_.time_ns >= last.time_ns) last.displacement = shown_.displacement;  // may be easing already
   last.asleep = true;
 }
 
-void Playout::observe(std::int64_t sample_time_ns, std::int64_t arrival_time_ns) {
+void Playout::record_arrival(std::int64_t sample_time_ns, std::int64_t arrival_time_ns) {
   arrivals_.push_back({sample_time_ns, arrival_time_ns - sample_time_ns});
   if (arrivals_.size() > kArrivalsMax) arrivals_.pop_front();
 }
@@ -127,7 +128,7 @@ Playout::Sample Playout::sample(std::int64_t render_time_ns) {
   return {true, shown_.pose, shown_.level, shown_.displacement, now, shown_.geometry};
 }
 
-void Playout::show_between(const Held& from, const Held& to) {
+void Playout::show_between(const BufferedFrame& from, const BufferedFrame& to) {
   shown_.level = from.level;
   const bool joined =
       !to.discontinuous && to.level == from.level &&
@@ -154,7 +155,7 @@ void Playout::show_between(const Held& from, const Held& to) {
 //   p' = t' + R (w x x + d').
 // Both w and t' are constant as `interpolate` moves the head; so d' follows from the node's velocity R^-1 p' that the
 // frame brings. That one is the mean over the step that ended there: half a step's change leads to the moment itself.
-void Playout::show_cubic(const Held& from, const Held& to, double s) {
+void Playout::show_cubic(const BufferedFrame& from, const BufferedFrame& to, double s) {
   const double duration_s = 1e-9 * static_cast<double>(to.time_ns - from.time_ns);
   const RigidTransform &a = from.pose.head(), &b = to.pose.head();
   const Quat turn = nearer(a.rotation.conjugate() * b.rotation);  // from the axes of `to` into those of `from`
@@ -183,8 +184,8 @@ void Playout::show_cubic(const Held& from, const Held& to, double s) {
   }
 }
 
-void Playout::show_last(const Held& last) {
-  const std::int64_t waited = shown_.time_ns - last.time_ns - std::max(kHold_ns, 2 * last.step_ns);
+void Playout::show_last(const BufferedFrame& last) {
+  const std::int64_t waited = shown_.time_ns - last.time_ns - std::max(kFreeze_ns, 2 * last.step_ns);
   const double eased = std::clamp(static_cast<double>(waited) / static_cast<double>(kEaseToRest_ns), 0.0, 1.0);
   const float left = last.asleep ? 1 : static_cast<float>(1 - smoothstep(eased));
   shown_.pose = last.pose;

@@ -29,7 +29,7 @@ class Playout {
 
   // Freezes what is shown until the next frame arrives. For callers that know that no frame will come for a while, as
   // during a reconnect.
-  void hold();
+  void freeze();
 
   struct Sample {
     bool valid = false;  // false until the first frame
@@ -46,10 +46,10 @@ class Playout {
   [[nodiscard]] std::int64_t delay_ns() const { return delay_ns_; }  // from sample time to play time
 
  private:
-  struct Held {
+  struct BufferedFrame {
     std::int64_t time_ns = 0;
     bool discontinuous = false;
-    bool asleep = false;  // held for as long as nothing newer comes
+    bool asleep = false;  // shown until a newer frame comes
     Pose pose;
     LevelIndex level = LevelIndex::rigid;
     std::vector<Vec3f> displacement;
@@ -60,18 +60,18 @@ class Playout {
   struct Arrival {
     std::int64_t time_ns, lateness_ns;
   };
-  void observe(std::int64_t sample_time_ns, std::int64_t arrival_time_ns);
+  void record_arrival(std::int64_t sample_time_ns, std::int64_t arrival_time_ns);
   [[nodiscard]] std::int64_t target_delay_ns() const;
   void advance(std::int64_t render_time_ns);
-  void show_between(const Held& from, const Held& to);
-  static bool is_cubic(const Held& from, const Held& to);
-  void show_cubic(const Held& from, const Held& to, double s);
-  void show_last(const Held& last);
+  void show_between(const BufferedFrame& from, const BufferedFrame& to);
+  static bool is_cubic(const BufferedFrame& from, const BufferedFrame& to);
+  void show_cubic(const BufferedFrame& from, const BufferedFrame& to, double s);
+  void show_last(const BufferedFrame& last);
 
-  std::deque<Held> frames_;       // by time; at most one at or before the play time once sampled
-  std::deque<Arrival> arrivals_;  // of the last frames, by arrival
-  Held shown_;                    // what sample() gave last
-  bool started_ = false;          // sample() has shown something
+  std::deque<BufferedFrame> frames_;  // by time; at most one at or before the play time once sampled
+  std::deque<Arrival> arrivals_;      // of the last frames, by arrival
+  BufferedFrame shown_;               // what sample() gave last
+  bool started_ = false;              // sample() has shown something
   std::int64_t render_time_ns_ = 0;
   std::int64_t delay_ns_ = 0;
   std::uint64_t dropped_count_ = 0;

@@ -14,7 +14,7 @@ namespace hairnet::link {
 
 // Everything that this client has requested (grooms, characters, levels, wind, ...) and which of it the server has
 // confirmed, so that all of it can be sent again over a new connection. No I/O; one thread.
-class Roster {
+class RequestedState {
  public:
   using Bytes = std::shared_ptr<const std::vector<std::uint8_t>>;
   struct Character {
@@ -45,11 +45,11 @@ class Roster {
 
   // The messages to send again after the welcome of a new connection. `resumed`: the server still has what it has
   // confirmed.
-  struct Again {
+  struct Resend {
     std::vector<std::pair<wire::GroomHash, Bytes>> offers;  // first
     std::vector<wire::Message> messages;
   };
-  Again say_again(bool resumed);
+  Resend take_resend(bool resumed);
 
   [[nodiscard]] const std::map<std::uint32_t, Character>& characters() const { return characters_; }
   // Its removal may not be confirmed yet.
@@ -67,7 +67,7 @@ class Roster {
   std::map<std::uint32_t, wire::HairState> states_;  // as it was when the connection broke, or as it was added with
   std::set<std::uint32_t> leaving_;                  // removed, and not confirmed
   // Characters whose AddCharacter was sent twice. The server may announce one and then refuse its second AddCharacter.
-  std::set<std::uint32_t> said_twice_;
+  std::set<std::uint32_t> sent_twice_;
   std::optional<wire::SetWind> wind_;
   std::optional<wire::Observe> observe_;
 };

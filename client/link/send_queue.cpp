@@ -12,8 +12,8 @@ bool holds_poses(const wire::Message& message) {
 
 // The character's next pose after the one at `from` does not continue from what the server saw last. False when none
 // waits.
-bool pass_on_teleport(std::deque<wire::Message>::iterator from, std::deque<wire::Message>::iterator end,
-                      std::uint32_t character) {
+bool carry_teleport(std::deque<wire::Message>::iterator from, std::deque<wire::Message>::iterator end,
+                    std::uint32_t character) {
   for (; from != end; ++from) {
     auto* batch = std::get_if<wire::PoseBatch>(&*from);
     if (!batch) continue;
@@ -36,8 +36,8 @@ bool SendQueue::push(wire::Message message) {
 }
 
 void SendQueue::push_poses(std::vector<wire::PoseSample> poses) {
-  if (!jumped_.empty()) {
-    for (wire::PoseSample& pose : poses) pose.teleport |= jumped_.erase(pose.character) != 0;
+  if (!teleport_pending_.empty()) {
+    for (wire::PoseSample& pose : poses) pose.teleport |= teleport_pending_.erase(pose.character) != 0;
   }
   for (std::size_t begin = 0; begin < poses.size(); begin += wire::kPosesPerBatchMax) {
     const std::size_t end = std::min(poses.size(), begin + wire::kPosesPerBatchMax);
@@ -54,7 +54,8 @@ void SendQueue::drop_oldest_poses() {
   --pose_batch_count_;
   poses_dropped_ += dropped.poses.size();
   for (const wire::PoseSample& pose : dropped.poses) {
-    if (pose.teleport && !pass_on_teleport(after, messages_.end(), pose.character)) jumped_.insert(pose.character);
+    if (pose.teleport && !carry_teleport(after, messages_.end(), pose.character))
+      teleport_pending_.insert(pose.character);
   }
 }
 
@@ -77,7 +78,7 @@ void SendQueue::clear() {
 void SendQueue::drop_poses(const std::vector<wire::PoseSample>& poses) {
   poses_dropped_ += poses.size();
   for (const wire::PoseSample& pose : poses) {
-    if (pose.teleport) jumped_.insert(pose.character);
+    if (pose.teleport) teleport_pending_.insert(pose.character);
   }
 }
 

@@ -35,7 +35,7 @@ class SendQueue {
 
   std::deque<wire::Message> messages_;
   std::size_t pose_batch_count_ = 0;
-  std::set<std::uint32_t> jumped_;  // characters whose next pose must be sent as a teleport
+  std::set<std::uint32_t> teleport_pending_;  // characters whose next pose must be sent as a teleport
   std::uint64_t poses_dropped_ = 0;
 };
 

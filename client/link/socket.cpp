@@ -43,7 +43,7 @@ asio::awaitable<std::string> connect_socket(tcp::socket& socket, const Address& 
   co_return std::string();
 }
 
-std::string plain_fault(const error_code& error, const Address& address) {
+std::string describe_failure(const error_code& error, const Address& address) {
   if (error == asio::error::eof || error == asio::ssl::error::stream_truncated)
     return "the server closed the connection without a goodbye";
   return "the connection to " + name_of(address) + " broke: " + error.message();

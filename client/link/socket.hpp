@@ -14,6 +14,6 @@ namespace asio = boost::asio;
 asio::awaitable<std::string> connect_socket(asio::ip::tcp::socket& socket, const Address& address);
 
 // What has ended a connection, for people.
-std::string plain_fault(const boost::system::error_code& error, const Address& address);
+std::string describe_failure(const boost::system::error_code& error, const Address& address);
 
 }  // namespace hairnet::link

@@ -25,7 +25,7 @@ class PacketStream : public ServerStream {
     error_code error;
     const std::size_t count =
         co_await socket().async_read_some(asio::buffer(buffer_), asio::redirect_error(asio::use_awaitable, error));
-    if (error) co_return Read{{}, plain_fault(error, address_)};
+    if (error) co_return Read{{}, describe_failure(error, address_)};
     co_return Read{{buffer_.data(), count}, {}};
   }
 
@@ -73,13 +73,13 @@ class TlsStream : public PacketStream<TlsSocket> {
       : PacketStream(std::move(address)),
         options_(std::move(options)),
         context_(make_tls_context()),
-        fault_(set_up(context_, options_)),
+        fault_(configure(context_, options_)),
         socket_(io, context_) {}
 
   asio::awaitable<std::string> open() override {
     if (!fault_.empty()) co_return fault_;
     std::string fault = co_await connect_socket(socket_.next_layer(), address_);
-    if (fault.empty()) fault = co_await shake_hands(socket_, address_, options_);
+    if (fault.empty()) fault = co_await tls_handshake(socket_, address_, options_);
     co_return fault;
   }
 

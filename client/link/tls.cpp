@@ -12,7 +12,7 @@ namespace {
 using boost::system::error_code;
 
 // Why the certificate was refused, where that is what went wrong.
-std::string plain_handshake_fault(TlsSocket& socket, const error_code& error, const TlsOptions& options) {
+std::string describe_handshake_failure(TlsSocket& socket, const error_code& error, const TlsOptions& options) {
   const long verdict = SSL_get_verify_result(socket.native_handle());
   if (verdict == X509_V_OK || options.insecure) return error.message();
   return std::string("its certificate is refused (") + X509_verify_cert_error_string(verdict) + ")";
@@ -26,7 +26,7 @@ asio::ssl::context make_tls_context() {
   return context;
 }
 
-std::string set_up(asio::ssl::context& context, const TlsOptions& options) {
+std::string configure(asio::ssl::context& context, const TlsOptions& options) {
   error_code error;
   context.set_verify_mode(options.insecure ? asio::ssl::verify_none : asio::ssl::verify_peer, error);
   if (error) return "TLS cannot be set up: " + error.message();
@@ -39,14 +39,14 @@ std::string set_up(asio::ssl::context& context, const TlsOptions& options) {
   return {};
 }
 
-asio::awaitable<std::string> shake_hands(TlsSocket& socket, const Address& address, const TlsOptions& options) {
+asio::awaitable<std::string> tls_handshake(TlsSocket& socket, const Address& address, const TlsOptions& options) {
   error_code error, not_an_address;
   asio::ip::make_address(address.host, not_an_address);
   if (not_an_address) SSL_set_tlsext_host_name(socket.native_handle(), address.host.c_str());
   if (!options.insecure) socket.set_verify_callback(asio::ssl::host_name_verification(address.host), error);
   if (!error)
     co_await socket.async_handshake(asio::ssl::stream_base::client, asio::redirect_error(asio::use_awaitable, error));
-  if (error) co_return "no TLS with " + to_string(address) + ": " + plain_handshake_fault(socket, error, options);
+  if (error) co_return "no TLS with " + to_string(address) + ": " + describe_handshake_failure(socket, error, options);
   co_return std::string();
 }
 

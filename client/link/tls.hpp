@@ -13,10 +13,10 @@ using TlsSocket = asio::ssl::stream<asio::ip::tcp::socket>;
 asio::ssl::context make_tls_context();
 
 // Applies `options` to the context. Returns an empty string, or one line that says what failed.
-std::string set_up(asio::ssl::context& context, const TlsOptions& options);
+std::string configure(asio::ssl::context& context, const TlsOptions& options);
 
 // Over a connected socket: names the host to the server and checks its certificate. Empty, or one line that says why
 // not.
-asio::awaitable<std::string> shake_hands(TlsSocket& socket, const Address& address, const TlsOptions& options);
+asio::awaitable<std::string> tls_handshake(TlsSocket& socket, const Address& address, const TlsOptions& options);
 
 }  // namespace hairnet::link

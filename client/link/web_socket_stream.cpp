@@ -97,7 +97,7 @@ class WebSocketStream : public ServerStream {
   }
 
   [[nodiscard]] std::string plain(const error_code& error) const {
-    if (error != websocket::error::closed) return plain_fault(error, address_);
+    if (error != websocket::error::closed) return describe_failure(error, address_);
     const std::string why(stream_.reason().reason.data(), stream_.reason().reason.size());
     return "the server closed the WebSocket without a goodbye" + (why.empty() ? why : ": " + why);
   }
@@ -116,7 +116,7 @@ class PlainWebSocket : public WebSocketStream<tcp::socket> {
 // What TLS needs before its stream is made, and must outlive it.
 struct TlsBase {
   explicit TlsBase(TlsOptions o)
-      : options(std::move(o)), context(make_tls_context()), fault(set_up(context, options)) {}
+      : options(std::move(o)), context(make_tls_context()), fault(configure(context, options)) {}
   const TlsOptions options;
   asio::ssl::context context;
   const std::string fault;
@@ -132,7 +132,7 @@ class TlsWebSocket : private TlsBase, public WebSocketStream<TlsSocket> {
     if (!TlsBase::fault.empty()) co_return TlsBase::fault;
     TlsSocket& socket = stream_.next_layer();
     std::string why_not = co_await connect_socket(socket.next_layer(), address_);
-    if (why_not.empty()) why_not = co_await shake_hands(socket, address_, options);
+    if (why_not.empty()) why_not = co_await tls_handshake(socket, address_, options);
     co_return why_not;
   }
 };

@@ -2,7 +2,7 @@
 
 #include "core/geometry/vec.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 
 // World space, m.
 struct Camera {
@@ -15,4 +15,4 @@ struct DepthRange {
   float near_m = 0.1f, far_m = 100;
 };
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

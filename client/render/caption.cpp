@@ -3,7 +3,7 @@
 
 #include "client/render/renderer.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 namespace {
 
 constexpr int kColumns = 5, kRows = 8;  // the eighth row is for descenders
@@ -66,4 +66,4 @@ void draw_text(Image& image, int x_px, int y_px, std::string_view text, int scal
   }
 }
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

@@ -3,7 +3,7 @@
 #include "client/render/geometry_parts.hpp"
 #include "core/ffd/deform.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 namespace {
 
 // Left, right, left, right ... from the root.
@@ -12,7 +12,7 @@ struct Edges {
   std::span<const float> blend, blend_slope;
 };
 
-void add_strip(const Edges& edges, std::size_t number, const LightField& light, Mesh<StripVertex>& mesh) {
+void add_card(const Edges& edges, std::size_t number, const OcclusionGrid& light, Mesh<CardVertex>& mesh) {
   const std::size_t pairs = edges.points.size() / 2;
   if (pairs < 2) return;
   const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
@@ -24,7 +24,7 @@ void add_strip(const Edges& edges, std::size_t number, const LightField& light, 
   }
   for (std::size_t i = 0; i < 2 * pairs; ++i) {
     const Vec3f side = unit_or_up(edges.points[i | 1] - edges.points[i & ~std::size_t{1}]);
-    const LightLeft left = light.at(edges.points[i]);
+    const Transmittance left = light.at(edges.points[i]);
     const Vec3f& p = edges.points[i];
     mesh.vertices.push_back(
         {{p.x(), p.y(), p.z(), edges.blend[i]},
@@ -41,27 +41,27 @@ void add_strip(const Edges& edges, std::size_t number, const LightField& light, 
 
 }  // namespace
 
-void add_strips(const GeometrySource& source, GroomGeometry& geometry) {
+void add_cards(const GeometrySource& source, GroomGeometry& geometry) {
   const Groom& groom = source.groom;
-  for (std::size_t s = 0; s < groom.strips.size(); ++s) {
-    const PointRange& range = groom.strips[s].points;
+  for (std::size_t s = 0; s < groom.cards.size(); ++s) {
+    const PointRange& range = groom.cards[s].points;
     const Edges edges{groom.points_of(range), std::span(source.rest.direction).subspan(range.begin, range.count()),
                       source.blend.subspan(range.begin, range.count()),
                       std::span(source.rest.blend_slope).subspan(range.begin, range.count())};
-    add_strip(edges, s, source.light, geometry.strips);
+    add_card(edges, s, source.light, geometry.cards);
   }
-  const FarStrips& far = groom.far_strips;
-  const std::vector<float> blend = far_strip_blend(groom);
-  const RestTangents rest = far_strip_tangents(far, blend);
-  for (std::size_t s = 0; s < far.strips.size(); ++s) {
-    const PointRange& range = far.strips[s].points;
+  const FarCards& far = groom.far_cards;
+  const std::vector<float> blend = far_card_blend(groom);
+  const RestTangents rest = far_card_tangents(far, blend);
+  for (std::size_t s = 0; s < far.cards.size(); ++s) {
+    const PointRange& range = far.cards[s].points;
     const Edges edges{std::span(far.points).subspan(range.begin, range.count()),
                       std::span(rest.direction).subspan(range.begin, range.count()),
                       std::span(blend).subspan(range.begin, range.count()),
                       std::span(rest.blend_slope).subspan(range.begin, range.count())};
-    add_strip(edges, s, source.light, geometry.far_strips);
+    add_card(edges, s, source.light, geometry.far_cards);
   }
-  geometry.far_strip_count = far.strips.size();
+  geometry.far_card_count = far.cards.size();
 }
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

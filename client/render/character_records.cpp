@@ -4,13 +4,13 @@
 #include <cassert>
 #include <cmath>
 
-namespace hairnet::view {
+namespace hairnet::render {
 namespace {
 
 using Vec4f = Eigen::Vector4f;
 
 constexpr std::size_t kFirstBone = 6, kFirstLayer = 16;
-constexpr float kStray_m = 2.5e-3f;  // of followers from their strand
+constexpr float kStray_m = 2.5e-3f;  // of follow hairs from their strand
 
 Vec4f with(const Vec3f& v, float w) {
   return {v.x(), v.y(), v.z(), w};
@@ -24,7 +24,7 @@ void CharacterRecords::clear() {
 }
 
 void CharacterRecords::add(const ShownCharacter& character, const Vec3& origin, const DrawDetail& detail,
-                           float strand_width_m, bool strips, const PointRows& points) {
+                           float strand_width_m, bool cards, const PointRows& points) {
   records_.resize(records_.size() + kRecordTexels, Vec4f::Zero());
   Vec4f* texels = records_.data() + records_.size() - kRecordTexels;
   const auto place = [&](const RigidTransform& bone, std::size_t at) {
@@ -32,7 +32,7 @@ void CharacterRecords::add(const ShownCharacter& character, const Vec3& origin, 
     texels[at + 1] = with((bone.position - origin).cast<float>(), 0);
   };
   place(character.pose.head(), 0);
-  const float far = strips ? detail.strips : 0.0f;
+  const float far = cards ? detail.cards : 0.0f;
   texels[2] = with(character.hair_colour, strand_width_m * width_scale(detail));
   // Each is whole before the other begins to go.
   texels[3] = {detail.strand_share, std::min(1.0f, 2 - 2 * far), std::min(1.0f, 2 * far), detail.quadratic};
@@ -41,10 +41,10 @@ void CharacterRecords::add(const ShownCharacter& character, const Vec3& origin, 
   texels[1].w() = static_cast<float>(points.first);
   texels[kFirstBone + 1].w() = static_cast<float>(points.count);
   std::size_t layers = 0;
-  for (const LatticeLayer& layer : character.layers.first(std::min(character.layers.size(), kLatticeLayersMost))) {
+  for (const LatticeLayer& layer : character.layers.first(std::min(character.layers.size(), kLatticeLayersMax))) {
     if (add_layer(layer, texels + kFirstLayer + 3 * layers)) ++layers;
   }
-  texels[4] = {detail.follower_count, kStray_m, static_cast<float>(layers), 0};
+  texels[4] = {detail.follow_hair_count, kStray_m, static_cast<float>(layers), 0};
 }
 
 bool CharacterRecords::add_layer(const LatticeLayer& layer, Vec4f* texels) {
@@ -63,4 +63,4 @@ bool CharacterRecords::add_layer(const LatticeLayer& layer, Vec4f* texels) {
   return true;
 }
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

@@ -5,27 +5,27 @@
 
 #include "client/render/stage.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 
 // The two textures that character.glsl reads, as floats: a row of records a character, and the nodes of lattices.
 class CharacterRecords {
  public:
   static constexpr std::size_t kRecordTexels = 32, kLatticeRow = 1024;
-  static constexpr std::size_t kCharacterRowsMost = kLatticeLayersMost * 64 * 64 * 64 / kLatticeRow;
+  static constexpr std::size_t kCharacterRowsMax = kLatticeLayersMax * 64 * 64 * 64 / kLatticeRow;
 
   void clear();
-  // Rows of StrandPlacement's textures that have the points of the character's strands.
+  // Rows of StrandDeformPass's textures that have the points of the character's strands.
   struct PointRows {
     std::size_t first = 0, count = 0;
   };
-  // `origin`: of scene space, in the world. `strips`: whether the groom has far strips. Layers that are not finite are
+  // `origin`: of scene space, in the world. `cards`: whether the groom has far cards. Layers that are not finite are
   // left out.
   void add(const ShownCharacter& character, const Vec3& origin, const DrawDetail& detail, float strand_width_m,
-           bool strips, const PointRows& points);
+           bool cards, const PointRows& points);
 
   // For one more character, when textures have so many rows.
   [[nodiscard]] bool has_room(std::size_t rows) const {
-    return count() + 1 < rows && lattices_.size() / kLatticeRow + kCharacterRowsMost < rows;
+    return count() + 1 < rows && lattices_.size() / kLatticeRow + kCharacterRowsMax < rows;
   }
   [[nodiscard]] std::size_t count() const { return records_.size() / kRecordTexels; }
   [[nodiscard]] const std::vector<Eigen::Vector4f>& records() const { return records_; }
@@ -37,4 +37,4 @@ class CharacterRecords {
   std::vector<Eigen::Vector4f> records_, lattices_;
 };
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

@@ -2,7 +2,7 @@
 
 #include "client/render/renderer.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 
 // A tile of another size than the first is cut to it; a missing tile stays paper.
 Image contact_sheet(std::span<const Image> tiles, int columns, int gap_px) {
@@ -30,4 +30,4 @@ Image contact_sheet(std::span<const Image> tiles, int columns, int gap_px) {
   return sheet;
 }
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace hairnet::view {
+namespace hairnet::render {
 namespace {
 
 bool has_extension(const char* list, std::string_view wanted) {
@@ -97,4 +97,4 @@ bool EglContext::make_current() const {
   return eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_) == EGL_TRUE;
 }
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

@@ -6,7 +6,7 @@
 
 #include "core/result.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 
 // An OpenGL ES 3 context without any window or surface. The display is shared by the process and stays open.
 class EglContext {
@@ -26,4 +26,4 @@ class EglContext {
   EGLContext context_;
 };
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

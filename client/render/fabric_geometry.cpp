@@ -1,12 +1,12 @@
 #include "client/render/geometry_parts.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 namespace {
 
 FabricVertex vertex(const GeometrySource& source, std::uint32_t point, const Vec3f& direction, const Vec3f& colour,
                     float opacity, float cord) {
   const Vec3f& p = source.groom.points[point];
-  const LightLeft left = source.light.at(p);
+  const Transmittance left = source.light.at(p);
   return {{p.x(), p.y(), p.z(), source.blend[point]},
           to_halves(direction, source.rest.blend_slope[point]),
           sides_of(left),
@@ -52,4 +52,4 @@ void add_fabric(const GeometrySource& source, GroomGeometry& geometry) {
   for (const Cloth& cloth : source.groom.cloths) add_cloth(source, cloth, geometry.fabric);
 }
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

@@ -4,7 +4,7 @@
 
 #include <utility>
 
-namespace hairnet::view {
+namespace hairnet::render {
 
 // Owns one OpenGL name. Its context must be current when it is destroyed.
 template <void (*kMake)(GLsizei, GLuint*), void (*kDelete)(GLsizei, const GLuint*)>
@@ -33,4 +33,4 @@ using Texture = GlObject<glGenTextures, glDeleteTextures>;
 using Renderbuffer = GlObject<glGenRenderbuffers, glDeleteRenderbuffers>;
 using Framebuffer = GlObject<glGenFramebuffers, glDeleteFramebuffers>;
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

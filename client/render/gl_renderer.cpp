@@ -7,7 +7,7 @@
 #include "client/render/program.hpp"
 #include "client/render/renderer.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 namespace {
 
 constexpr std::int64_t kLargePixelsMax = 40'000'000;
@@ -98,4 +98,4 @@ Result<std::unique_ptr<Renderer>> Renderer::create(int supersample) {
   return renderer;
 }
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

@@ -6,7 +6,7 @@
 #include "client/render/program.hpp"
 #include "client/render/strand_deform_pass.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 namespace {
 
 const void* offset(std::size_t bytes) {
@@ -19,7 +19,7 @@ void describe(GLuint location, GLint count, GLenum type, std::size_t stride, std
                         static_cast<GLsizei>(stride), offset(at));
 }
 
-// The four that strips and fabric begin with.
+// The four that cards and fabric begin with.
 template <class Vertex>
 void describe_point() {
   describe(0, 4, GL_FLOAT, sizeof(Vertex), offsetof(Vertex, rest));
@@ -34,9 +34,9 @@ void describe_vertex(const StrandVertex*) {
   describe(2, 1, GL_FLOAT, sizeof(StrandVertex), offsetof(StrandVertex, strand));
 }
 
-void describe_vertex(const StripVertex*) {
-  describe_point<StripVertex>();
-  describe(4, 4, GL_FLOAT, sizeof(StripVertex), offsetof(StripVertex, side));
+void describe_vertex(const CardVertex*) {
+  describe_point<CardVertex>();
+  describe(4, 4, GL_FLOAT, sizeof(CardVertex), offsetof(CardVertex, side));
 }
 
 void describe_vertex(const FabricVertex*) {
@@ -80,7 +80,7 @@ void GroomBuffers::fill(const Mesh<Vertex>& mesh, const Buffer& vertices, DrawnM
 template <std::size_t kNumbers>
 void GroomBuffers::fill(const std::vector<std::array<float, kNumbers>>& points, const Texture& texture) {
   static_assert(kNumbers == 2 || kNumbers == 4);
-  constexpr std::size_t kRow = StrandPlacement::kPointRow;
+  constexpr std::size_t kRow = StrandDeformPass::kPointRow;
   std::vector<std::array<float, kNumbers>> rows = points;
   rows.resize((points.size() / kRow + 1) * kRow);
   constexpr auto kWidth = static_cast<GLsizei>(kRow);
@@ -96,12 +96,12 @@ void GroomBuffers::fill(const std::vector<std::array<float, kNumbers>>& points, 
 GroomBuffers::GroomBuffers(const GroomGeometry& geometry)
     : point_end_(geometry.strand_points.end),
       strand_count_(geometry.strand_count),
-      far_strip_count_(geometry.far_strip_count),
+      far_card_count_(geometry.far_card_count),
       strand_width_m_(geometry.strand_width_m),
       waviness_(geometry.waviness),
       radius_m_(geometry.radius_m) {
-  fill(geometry.strips, strip_vertices_, strips_);
-  fill(geometry.far_strips, far_strip_vertices_, far_strips_);
+  fill(geometry.cards, card_vertices_, cards_);
+  fill(geometry.far_cards, far_card_vertices_, far_cards_);
   fill(geometry.fabric, fabric_vertices_, fabric_);
   fill(geometry.body, body_vertices_, body_);
   glActiveTexture(GL_TEXTURE0 + kRestPointsUnit);
@@ -110,7 +110,7 @@ GroomBuffers::GroomBuffers(const GroomGeometry& geometry)
   fill(geometry.strand_points.arc, rest_arcs_);
   glBindVertexArray(0);
   upload(GL_ARRAY_BUFFER, strand_vertices_, geometry.strand_vertices);
-  for (const StrandList& list : geometry.strand_lists) {
+  for (const SimplifiedStrands& list : geometry.simplified_strands) {
     List& one = lists_.emplace_back(List{{}, list.tolerance_m, list.end});
     glBindVertexArray(one.mesh.array_.name());
     describe_vertex(static_cast<const StrandVertex*>(nullptr));
@@ -128,7 +128,7 @@ void GroomBuffers::bind_points() const {
 }
 
 std::size_t GroomBuffers::point_rows(std::size_t strand_count) const {
-  constexpr std::size_t kRow = StrandPlacement::kPointRow;
+  constexpr std::size_t kRow = StrandDeformPass::kPointRow;
   return (point_end_[strand_count] + kRow - 1) / kRow;
 }
 
@@ -142,4 +142,4 @@ std::size_t GroomBuffers::list_for(float tolerance_m) const {
   return list;
 }
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

@@ -3,7 +3,7 @@
 #include "client/render/gl_objects.hpp"
 #include "client/render/groom_geometry.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 
 // Triangles of a groom on the GPU, drawn for many characters at once.
 class DrawnMesh {
@@ -26,19 +26,19 @@ class GroomBuffers {
  public:
   explicit GroomBuffers(const GroomGeometry& geometry);
 
-  // What StrandPlacement reads of the strands' points, on the texture units kRestPointsUnit and kRestArcsUnit.
+  // What StrandDeformPass reads of the strands' points, on the texture units kRestPointsUnit and kRestArcsUnit.
   void bind_points() const;
   // Rows of kPointRow points that the first `strand_count` strands have.
   [[nodiscard]] std::size_t point_rows(std::size_t strand_count) const;
   // Of the first `strand_count` strands in the order of drawing, drawn `instances` times.
   void draw_strands(std::size_t list, std::size_t strand_count, GLsizei instances) const;
-  [[nodiscard]] const DrawnMesh& strips() const { return strips_; }
-  [[nodiscard]] const DrawnMesh& far_strips() const { return far_strips_; }
+  [[nodiscard]] const DrawnMesh& cards() const { return cards_; }
+  [[nodiscard]] const DrawnMesh& far_cards() const { return far_cards_; }
   [[nodiscard]] const DrawnMesh& fabric() const { return fabric_; }
   [[nodiscard]] const DrawnMesh& body() const { return body_; }
 
   [[nodiscard]] std::size_t strand_count() const { return strand_count_; }
-  [[nodiscard]] std::size_t far_strip_count() const { return far_strip_count_; }
+  [[nodiscard]] std::size_t far_card_count() const { return far_card_count_; }
   [[nodiscard]] float strand_width_m() const { return strand_width_m_; }
   [[nodiscard]] float waviness() const { return waviness_; }
   [[nodiscard]] float radius_m() const { return radius_m_; }
@@ -53,7 +53,7 @@ class GroomBuffers {
   struct List {
     DrawnMesh mesh;
     float tolerance_m;
-    std::vector<std::uint32_t> end;  // StrandList::end
+    std::vector<std::uint32_t> end;  // SimplifiedStrands::end
   };
   template <class Vertex>
   void fill(const Mesh<Vertex>& mesh, const Buffer& vertices, DrawnMesh& drawn);
@@ -64,12 +64,12 @@ class GroomBuffers {
 
   Texture rest_points_, rest_arcs_;
   std::vector<std::uint32_t> point_end_;  // StrandPoints::end
-  Buffer strand_vertices_, strip_vertices_, far_strip_vertices_, fabric_vertices_, body_vertices_;
+  Buffer strand_vertices_, card_vertices_, far_card_vertices_, fabric_vertices_, body_vertices_;
   std::vector<List> lists_;
-  DrawnMesh strips_, far_strips_, fabric_, body_;
-  std::size_t strand_count_, far_strip_count_;
+  DrawnMesh cards_, far_cards_, fabric_, body_;
+  std::size_t strand_count_, far_card_count_;
   float strand_width_m_, waviness_, radius_m_;
   std::size_t bytes_ = 0;
 };
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

@@ -7,7 +7,7 @@
 #include "core/ffd/clump_strands.hpp"
 #include "core/ffd/deform.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 namespace {
 
 // Fewer strands are drawn wider, so that a head looks covered at any density.
@@ -44,7 +44,7 @@ float waviness_of(const Groom& groom) {
 float radius_of(const Groom& groom) {
   float squared = 0;
   for (const Vec3f& p : groom.points) squared = std::max(squared, p.squaredNorm());
-  for (const Vec3f& p : groom.far_strips.points) squared = std::max(squared, p.squaredNorm());
+  for (const Vec3f& p : groom.far_cards.points) squared = std::max(squared, p.squaredNorm());
   for (const Vec3f& p : groom.body.mesh.vertices) squared = std::max(squared, p.squaredNorm());
   return std::sqrt(squared);
 }
@@ -60,11 +60,11 @@ std::uint8_t to_byte(float x) {
   return static_cast<std::uint8_t>(std::lround(255.0f * std::clamp(x, 0.0f, 1.0f)));
 }
 
-Byte4 sides_of(const LightLeft& left) {
+Byte4 sides_of(const Transmittance& left) {
   return {to_byte(left[0]), to_byte(left[1]), to_byte(left[2]), to_byte(left[3])};
 }
 
-Byte4 ends_of(const LightLeft& left, float third, float fourth) {
+Byte4 ends_of(const Transmittance& left, float third, float fourth) {
   return {to_byte(left[4]), to_byte(left[5]), to_byte(third), to_byte(fourth)};
 }
 
@@ -74,17 +74,17 @@ Vec3f unit_or_up(const Vec3f& v) {
 
 GroomGeometry make_groom_geometry(const Groom& groom) {
   GroomGeometry geometry;
-  geometry.strand_count = ClusterStrands(groom).strand_begin().size() - 1;
+  geometry.strand_count = ClumpStrands(groom).strand_begin().size() - 1;
   geometry.strand_width_m = strand_width_m(geometry.strand_count);
-  constexpr float kCopies = 3;  // a strand and its followers
+  constexpr float kCopies = 3;  // a strand and its follow hairs
   const float drawn_per_strand =
       static_cast<float>(geometry.strand_count) / static_cast<float>(std::max<std::size_t>(1, groom.strand_count()));
-  const LightField light(groom, geometry.strand_width_m * kCopies * drawn_per_strand);
+  const OcclusionGrid light(groom, geometry.strand_width_m * kCopies * drawn_per_strand);
   const std::vector<float> blend = root_blend(groom);
   const RestTangents rest = rest_tangents(groom, blend);
   const GeometrySource source{groom, light, blend, rest};
   add_strands(source, geometry);
-  add_strips(source, geometry);
+  add_cards(source, geometry);
   add_fabric(source, geometry);
   add_body(source, geometry);
   geometry.waviness = waviness_of(groom);
@@ -92,4 +92,4 @@ GroomGeometry make_groom_geometry(const Groom& groom) {
   return geometry;
 }
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

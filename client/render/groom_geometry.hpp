@@ -7,7 +7,7 @@
 
 #include "core/groom/groom.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 
 // What the shaders take of a groom, at rest in head space: made once, for all its characters (client/shaders).
 // Directions are IEEE halves; light left and fractions are of 255.
@@ -25,16 +25,16 @@ struct StrandPoints {
   std::vector<std::uint32_t> end{0};       // the first n strands have the points below end[n]; strand count + 1
 };
 // Which points of the strands are drawn. Strands stand in the order of drawing.
-struct StrandList {
+struct SimplifiedStrands {
   float tolerance_m = 0;                 // no point left out is further from the line
   std::vector<std::uint32_t> triangles;  // two a segment
   std::vector<std::uint32_t> end;        // the first n strands have the indices below end[n]; strand count + 1
 };
-struct StripVertex {
+struct CardVertex {
   std::array<float, 4> rest;
   Half4 direction;
   Byte4 sides, ends;          // as of strands; fraction along; 0 left, 255 right
-  std::array<float, 4> side;  // unit, left to right; number of the strip
+  std::array<float, 4> side;  // unit, left to right; number of the card
 };
 struct FabricVertex {
   std::array<float, 4> rest;
@@ -57,13 +57,13 @@ struct Mesh {
 
 struct GroomGeometry {
   StrandPoints strand_points;
-  std::vector<StrandVertex> strand_vertices;  // every point twice: for the left and the right of its ribbon
-  std::vector<StrandList> strand_lists;       // from all points to few
-  std::size_t strand_count = 0;               // that are drawn: clusters' copies among them
-  float strand_width_m = 0;                   // at the root, when all strands and two followers each are drawn
-  Mesh<StripVertex> strips;                   // the groom's own
-  Mesh<StripVertex> far_strips;               // in place of its strands
-  std::size_t far_strip_count = 0;
+  std::vector<StrandVertex> strand_vertices;          // every point twice: for the left and the right of its ribbon
+  std::vector<SimplifiedStrands> simplified_strands;  // from all points to few
+  std::size_t strand_count = 0;                       // that are drawn: clumps' copies among them
+  float strand_width_m = 0;    // at the root, when all strands and two follow hairs each are drawn
+  Mesh<CardVertex> cards;      // the groom's own
+  Mesh<CardVertex> far_cards;  // in place of its strands
+  std::size_t far_card_count = 0;
   float waviness = 0;  // 0: hairs keep to the course of their lock ... 1: curls
   Mesh<FabricVertex> fabric;
   Mesh<BodyVertex> body;
@@ -73,4 +73,4 @@ struct GroomGeometry {
 // `groom` is sound (validate).
 GroomGeometry make_groom_geometry(const Groom& groom);
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

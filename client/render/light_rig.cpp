@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace hairnet::view {
+namespace hairnet::render {
 namespace {
 
 // Bearing 0 is where the camera stands, positive to its right.
@@ -31,4 +31,4 @@ LightRig studio_lights(const Camera& camera) {
   return rig;
 }
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

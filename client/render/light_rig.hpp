@@ -4,7 +4,7 @@
 
 #include "client/render/camera.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 
 // Key, fill and rim from far away, and the room's own light. Linear RGB.
 struct LightRig {
@@ -16,4 +16,4 @@ struct LightRig {
 // The studio stands about the camera's bearing, so that front, side and back are lit alike.
 LightRig studio_lights(const Camera& camera);
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace hairnet::view {
+namespace hairnet::render {
 namespace {
 
 constexpr int kCellsAcross = 56;
@@ -33,22 +33,22 @@ Vec3f direction_of(const std::array<int, 3>& ray) {
 
 }  // namespace
 
-LightField::LightField(const Groom& groom, float width_m) {
+OcclusionGrid::OcclusionGrid(const Groom& groom, float width_m) {
   if (!lay_out(groom)) return;
   const std::size_t size = index(0, 0, count_[2]);
   extinction_.assign(size, 0.0f);
   left_.assign(size, Rays{});
   add_hair(groom, width_m);
-  add_strips(groom);
+  add_cards(groom);
   add_body(groom.body.mesh);
   for (std::size_t ray = 0; ray < kRays.size(); ++ray) sweep(ray);
 }
 
-bool LightField::lay_out(const Groom& groom) {
+bool OcclusionGrid::lay_out(const Groom& groom) {
   Eigen::AlignedBox3f box;
   for (std::uint32_t p = 0; p < groom.strand_begin.back(); ++p) box.extend(groom.points[p]);
-  for (const Strip& strip : groom.strips) {
-    for (const Vec3f& p : groom.points_of(strip.points)) box.extend(p);
+  for (const HairCard& card : groom.cards) {
+    for (const Vec3f& p : groom.points_of(card.points)) box.extend(p);
   }
   if (box.isEmpty()) return false;
   const Vec3f size = box.sizes();
@@ -61,7 +61,7 @@ bool LightField::lay_out(const Groom& groom) {
   return true;
 }
 
-bool LightField::find(const Vec3f& position, std::size_t& cell) const {
+bool OcclusionGrid::find(const Vec3f& position, std::size_t& cell) const {
   const Vec3f at = (position - origin_) / cell_m_;
   for (int axis = 0; axis < 3; ++axis) {
     if (!(at[axis] >= 0.0f && at[axis] < static_cast<float>(count_[static_cast<std::size_t>(axis)]))) return false;
@@ -70,7 +70,7 @@ bool LightField::find(const Vec3f& position, std::size_t& cell) const {
   return true;
 }
 
-void LightField::add_hair(const Groom& groom, float width_m) {
+void OcclusionGrid::add_hair(const Groom& groom, float width_m) {
   const float per_m = kHairShare * 0.75f * width_m / (cell_m_ * cell_m_);
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {
     const std::span<const Vec3f> strand = groom.strand_points(s);
@@ -87,10 +87,10 @@ void LightField::add_hair(const Groom& groom, float width_m) {
   }
 }
 
-// A strip shades as the hair that it stands for. Cloth and threads are thin beside hair and left out.
-void LightField::add_strips(const Groom& groom) {
-  for (const Strip& strip : groom.strips) {
-    const std::span<const Vec3f> points = groom.points_of(strip.points);
+// A card shades as the hair that it stands for. Cloth and threads are thin beside hair and left out.
+void OcclusionGrid::add_cards(const Groom& groom) {
+  for (const HairCard& card : groom.cards) {
+    const std::span<const Vec3f> points = groom.points_of(card.points);
     for (std::size_t i = 0; i + 3 < points.size(); i += 2) {
       const Vec3f middle = 0.25f * (points[i] + points[i + 1] + points[i + 2] + points[i + 3]);
       const float width = std::min((points[i + 1] - points[i]).norm(), 4.0f * cell_m_);
@@ -102,7 +102,7 @@ void LightField::add_strips(const Groom& groom) {
   }
 }
 
-void LightField::add_body(const TriangleMesh& mesh) {
+void OcclusionGrid::add_body(const TriangleMesh& mesh) {
   std::vector<std::uint8_t> solid(extinction_.size(), 0);
   for (const auto& triangle : mesh.triangles) {
     const Vec3f &a = mesh.vertices[triangle[0]], &b = mesh.vertices[triangle[1]], &c = mesh.vertices[triangle[2]];
@@ -123,7 +123,7 @@ void LightField::add_body(const TriangleMesh& mesh) {
 }
 
 // Light that comes along a ray reversed: from the far side of the grid inwards, each cell adds what it holds.
-void LightField::sweep(std::size_t ray) {
+void OcclusionGrid::sweep(std::size_t ray) {
   const std::array<int, 3>& towards = kRays[ray];
   std::vector<float> depth(extinction_.size(), 0.0f);
   const float step = std::sqrt(static_cast<float>(std::abs(towards[0]) + std::abs(towards[1]) + std::abs(towards[2])));
@@ -148,8 +148,8 @@ void LightField::sweep(std::size_t ray) {
 
 // Each of the six directions averages the ray through the cube's face (one half) and the rays through the four corners
 // of that face (the other half). On a surface, only rays from in front of it count.
-LightLeft LightField::gather(const Vec3f& position, const Vec3f& normal) const {
-  LightLeft sum{1, 1, 1, 1, 1, 1};
+Transmittance OcclusionGrid::gather(const Vec3f& position, const Vec3f& normal) const {
+  Transmittance sum{1, 1, 1, 1, 1, 1};
   if (left_.empty()) return sum;
   const Vec3f at = (position - origin_) / cell_m_ - Vec3f::Constant(0.5f);
   std::array<int, 3> base{};
@@ -187,4 +187,4 @@ LightLeft LightField::gather(const Vec3f& position, const Vec3f& normal) const {
   return sum;
 }
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

@@ -6,20 +6,20 @@
 
 #include "core/groom/groom.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 
 // The fraction of light that reaches one point from each of six directions: +x -x +y -y +z -z of the head.
-using LightLeft = std::array<float, 6>;
+using Transmittance = std::array<float, 6>;
 
 // A coarse grid over a groom at rest that stores how much light reaches each cell through hair and body: baked
 // ambient occlusion by direction. Head space, m.
-class LightField {
+class OcclusionGrid {
  public:
   // `width_m`: of a strand as drawn, with all that is drawn beside it.
-  LightField(const Groom& groom, float width_m);
-  [[nodiscard]] LightLeft at(const Vec3f& position) const { return gather(position, Vec3f::Zero()); }
+  OcclusionGrid(const Groom& groom, float width_m);
+  [[nodiscard]] Transmittance at(const Vec3f& position) const { return gather(position, Vec3f::Zero()); }
   // On a surface with this normal: light from behind the surface is ignored.
-  [[nodiscard]] LightLeft at(const Vec3f& position, const Vec3f& normal) const { return gather(position, normal); }
+  [[nodiscard]] Transmittance at(const Vec3f& position, const Vec3f& normal) const { return gather(position, normal); }
   [[nodiscard]] float cell_m() const { return cell_m_; }
 
  private:
@@ -31,10 +31,10 @@ class LightField {
   [[nodiscard]] bool find(const Vec3f& position, std::size_t& cell) const;
   bool lay_out(const Groom& groom);
   void add_hair(const Groom& groom, float width_m);
-  void add_strips(const Groom& groom);
+  void add_cards(const Groom& groom);
   void add_body(const TriangleMesh& mesh);
   void sweep(std::size_t ray);
-  [[nodiscard]] LightLeft gather(const Vec3f& position, const Vec3f& normal) const;
+  [[nodiscard]] Transmittance gather(const Vec3f& position, const Vec3f& normal) const;
 
   Vec3f origin_{0, 0, 0};
   float cell_m_ = 0.01f;
@@ -44,4 +44,4 @@ class LightField {
   std::vector<Rays> left_;
 };
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

@@ -8,7 +8,7 @@
 #include "client/render/program.hpp"
 #include "client/render/projection.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 namespace {
 
 constexpr float kHiddenAlpha = 0.22f;
@@ -84,4 +84,4 @@ void Overlay::draw(const Drawing& drawing, const Camera& camera, const DepthRang
   glDisable(GL_BLEND);
 }
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

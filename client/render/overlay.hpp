@@ -9,7 +9,7 @@
 #include "core/geometry/vec.hpp"
 #include "core/result.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 
 using Rgba = std::array<std::uint8_t, 4>;  // as on the screen, not linear
 
@@ -51,4 +51,4 @@ class Overlay {
   std::unique_ptr<Gl> gl_;
 };
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

@@ -2,7 +2,7 @@
 
 #include "client/render/program.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 namespace {
 
 void make_texture(Texture& texture, GLenum format, int width, int height) {
@@ -84,4 +84,4 @@ Image PictureTarget::read_small() const {
   return image;
 }
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

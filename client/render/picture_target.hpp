@@ -3,7 +3,7 @@
 #include "client/render/gl_objects.hpp"
 #include "client/render/renderer.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 
 // Where a picture is drawn: supersampled, several samples a pixel, sRGB with depth; and the small one that it is
 // filtered into and read from.
@@ -25,4 +25,4 @@ class PictureTarget {
   Framebuffer samples_target_, large_target_, small_target_;
 };
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

@@ -4,7 +4,7 @@
 
 #include "client/render/renderer.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 
 Result<std::vector<std::uint8_t>> encode_png(const Image& image) {
   const std::size_t bytes = 4 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
@@ -27,4 +27,4 @@ Result<std::vector<std::uint8_t>> encode_png(const Image& image) {
   return out;
 }
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

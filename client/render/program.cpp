@@ -5,7 +5,7 @@
 
 #include "client/render/shader_text.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 namespace {
 
 std::string first_line(std::string log) {
@@ -35,7 +35,7 @@ void bind_samplers(GLuint program) {
   glUseProgram(program);
   constexpr std::pair<const char*, GLint> kSamplers[] = {{"records", kRecordsUnit},
                                                          {"lattices", kLatticesUnit},
-                                                         {"strip_texture", kStripTextureUnit},
+                                                         {"card_texture", kCardTextureUnit},
                                                          {"source", kSourceUnit},
                                                          {"rest_points", kRestPointsUnit},
                                                          {"rest_arcs", kRestArcsUnit},
@@ -90,4 +90,4 @@ Program::~Program() {
   if (name_ != 0) glDeleteProgram(name_);
 }
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

@@ -11,10 +11,10 @@
 #include "core/geometry/vec.hpp"
 #include "core/result.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 
 // Texture units of the samplers that shaders name.
-inline constexpr GLint kRecordsUnit = 0, kLatticesUnit = 1, kStripTextureUnit = 2, kSourceUnit = 3, kRestPointsUnit = 4,
+inline constexpr GLint kRecordsUnit = 0, kLatticesUnit = 1, kCardTextureUnit = 2, kSourceUnit = 3, kRestPointsUnit = 4,
                        kRestArcsUnit = 5, kDeformedPointsUnit = 6, kPlacedPointsUnit = 7;
 
 // A linked pair of shaders. Its context must be current whenever it is touched.
@@ -48,4 +48,4 @@ class Program {
   mutable std::vector<std::pair<const char*, GLint>> places_;  // of uniforms asked for; names are literals
 };
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace hairnet::view {
+namespace hairnet::render {
 namespace {
 
 Vec3 any_across(const Vec3& direction) {
@@ -47,4 +47,4 @@ Mat4f perspective(const Camera& camera, float aspect, float near_m, float far_m)
   return m;
 }
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

@@ -2,7 +2,7 @@
 
 #include "client/render/camera.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 
 using Mat4f = Eigen::Matrix4f;
 
@@ -16,4 +16,4 @@ Eigen::Matrix3d view_rotation(const Camera& camera);
 // View to clip space, near and far in m along the view.
 Mat4f perspective(const Camera& camera, float aspect, float near_m, float far_m);
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

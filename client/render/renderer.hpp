@@ -9,7 +9,7 @@
 #include "client/render/stage.hpp"
 #include "core/result.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 
 // 8-bit RGBA (sRGB), rows from the top.
 struct Image {
@@ -39,4 +39,4 @@ class Renderer {
                              int width, int height) = 0;
 };
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

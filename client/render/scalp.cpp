@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
-namespace hairnet::view {
+namespace hairnet::render {
 namespace {
 
-constexpr float kReachLeast_m = 0.014f;  // wider than a parting
-constexpr float kSkull_m2 = 0.06f;       // that hair usually grows on
-constexpr float kSpacings = 1.5f;        // of sparse roots within reach
+constexpr float kReachMin_m = 0.014f;  // wider than a parting
+constexpr float kSkull_m2 = 0.06f;     // that hair usually grows on
+constexpr float kSpacings = 1.5f;      // of sparse roots within reach
 constexpr std::size_t kSamples = 256;
-constexpr int kStripRoots = 4;                // points across a strip's root
+constexpr int kCardRoots = 4;                 // points across a card's root
 constexpr float kBare = 0.08f, kFull = 0.4f;  // shares of the usual density; at a straight hairline there is half
 
 std::vector<Vec3f> roots_of(const Groom& groom) {
@@ -19,11 +19,11 @@ std::vector<Vec3f> roots_of(const Groom& groom) {
     const std::span<const Vec3f> strand = groom.strand_points(s);
     if (!strand.empty() && groom.strands[s].rooted) roots.push_back(strand.front());
   }
-  for (const Strip& strip : groom.strips) {
-    const std::span<const Vec3f> points = groom.points_of(strip.points);
-    if (points.size() < 2 || !strip.properties.rooted) continue;
-    for (int i = 0; i < kStripRoots; ++i)
-      roots.push_back(points[0] + static_cast<float>(i) / (kStripRoots - 1) * (points[1] - points[0]));
+  for (const HairCard& card : groom.cards) {
+    const std::span<const Vec3f> points = groom.points_of(card.points);
+    if (points.size() < 2 || !card.properties.rooted) continue;
+    for (int i = 0; i < kCardRoots; ++i)
+      roots.push_back(points[0] + static_cast<float>(i) / (kCardRoots - 1) * (points[1] - points[0]));
   }
   std::ranges::sort(roots, {}, [](const Vec3f& root) { return root.x(); });
   return roots;
@@ -33,7 +33,7 @@ std::vector<Vec3f> roots_of(const Groom& groom) {
 
 Scalp::Scalp(const Groom& groom) : roots_(roots_of(groom)) {
   if (roots_.empty()) return;
-  reach_m_ = std::max(kReachLeast_m, kSpacings * std::sqrt(kSkull_m2 / static_cast<float>(roots_.size())));
+  reach_m_ = std::max(kReachMin_m, kSpacings * std::sqrt(kSkull_m2 / static_cast<float>(roots_.size())));
   std::vector<float> densities;
   const std::size_t stride = (roots_.size() + kSamples - 1) / kSamples;
   for (std::size_t r = 0; r < roots_.size(); r += stride) densities.push_back(density(roots_[r]));
@@ -59,4 +59,4 @@ float Scalp::at(const Vec3f& position) const {
   return t * t * (3 - 2 * t);
 }
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

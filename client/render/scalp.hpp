@@ -4,7 +4,7 @@
 
 #include "core/groom/groom.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 
 // Where the roots of a groom grow on the skin: the skin there is drawn in the colour of the hair.
 class Scalp {
@@ -22,4 +22,4 @@ class Scalp {
   std::vector<Vec3f> roots_;  // by their x
 };
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

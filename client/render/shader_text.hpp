@@ -2,9 +2,9 @@
 
 #include <string_view>
 
-namespace hairnet::view {
+namespace hairnet::render {
 
 // The text of a file of client/render/shaders as it was when the library was built; empty for an unknown name.
 std::string_view shader_text(std::string_view file);
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

@@ -16,16 +16,16 @@
 #include "client/render/strand_deform_pass.hpp"
 #include "client/render/vector_texture.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 namespace {
 
 constexpr double kCoordinateMax_m = 1e4;
-constexpr float kNearLeast_m = 0.01f;
-constexpr int kStripTextureWidth = 1024, kStripTextureHeight = 512;
+constexpr float kNearMin_m = 0.01f;
+constexpr int kCardTextureWidth = 1024, kCardTextureHeight = 512;
 
 struct Programs {
-  Program background, body, fabric, strip, strand;
-  StrandPlacement placement;
+  Program background, body, fabric, card, strand;
+  StrandDeformPass placement;
 
   static Result<Programs> build() {
     Result<Program> background = Program::build("screen.vert", "background.frag");
@@ -34,31 +34,31 @@ struct Programs {
     if (!body) return Refusal(body.error());
     Result<Program> fabric = Program::build("fabric.vert", "fabric.frag");
     if (!fabric) return Refusal(fabric.error());
-    Result<Program> strip = Program::build("card.vert", "card.frag");
-    if (!strip) return Refusal(strip.error());
+    Result<Program> card = Program::build("card.vert", "card.frag");
+    if (!card) return Refusal(card.error());
     Result<Program> strand = Program::build("strand.vert", "strand.frag");
     if (!strand) return Refusal(strand.error());
-    Result<StrandPlacement> placement = StrandPlacement::build();
+    Result<StrandDeformPass> placement = StrandDeformPass::build();
     if (!placement) return Refusal(placement.error());
     return Programs{std::move(*background), std::move(*body),   std::move(*fabric),
-                    std::move(*strip),      std::move(*strand), std::move(*placement)};
+                    std::move(*card),       std::move(*strand), std::move(*placement)};
   }
 };
 
-// Draws the texture of strips once.
-Result<void> make_strip_texture(const Texture& texture) {
+// Draws the texture of cards once.
+Result<void> make_card_texture(const Texture& texture) {
   const Result<Program> program = Program::build("screen.vert", "card_texture.frag");
   if (!program) return Refusal(program.error());
   GLint before = 0;
   glGetIntegerv(GL_FRAMEBUFFER_BINDING, &before);
-  glActiveTexture(GL_TEXTURE0 + kStripTextureUnit);
+  glActiveTexture(GL_TEXTURE0 + kCardTextureUnit);
   glBindTexture(GL_TEXTURE_2D, texture.name());
-  glTexStorage2D(GL_TEXTURE_2D, 8, GL_RGBA8, kStripTextureWidth, kStripTextureHeight);
+  glTexStorage2D(GL_TEXTURE_2D, 8, GL_RGBA8, kCardTextureWidth, kCardTextureHeight);
   const Framebuffer target;
   const VertexArray nothing;
   glBindFramebuffer(GL_FRAMEBUFFER, target.name());
   glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture.name(), 0);
-  glViewport(0, 0, kStripTextureWidth, kStripTextureHeight);
+  glViewport(0, 0, kCardTextureWidth, kCardTextureHeight);
   for (const GLenum test : {GL_DEPTH_TEST, GL_BLEND, GL_CULL_FACE, GL_SCISSOR_TEST}) glDisable(test);
   program->use();
   glBindVertexArray(nothing.name());
@@ -80,7 +80,7 @@ struct Appearance {
 };
 
 bool is_far(const GroomBuffers& groom, const Appearance& one) {
-  return one.detail.strips >= 1 && !groom.far_strips().empty();
+  return one.detail.cards >= 1 && !groom.far_cards().empty();
 }
 
 // That are drawn of a share of the groom's; 0 of characters that are far.
@@ -97,8 +97,8 @@ class GlStage final : public Stage {
   Result<void> start() {
     GLint side_max = 0;
     glGetIntegerv(GL_MAX_TEXTURE_SIZE, &side_max);
-    rows_most_ = static_cast<std::size_t>(side_max);
-    if (Result<void> made = make_strip_texture(strip_texture_); !made) return made;
+    rows_max_ = static_cast<std::size_t>(side_max);
+    if (Result<void> made = make_card_texture(card_texture_); !made) return made;
     return glGetError() == GL_NO_ERROR ? Result<void>() : Refusal("OpenGL ES cannot make what the stage needs");
   }
 
@@ -142,11 +142,11 @@ class GlStage final : public Stage {
   void count(std::size_t indices, std::size_t instances);
 
   Programs programs_;
-  Texture strip_texture_;
+  Texture card_texture_;
   VectorTexture records_texture_{kRecordsUnit, CharacterRecords::kRecordTexels};
   VectorTexture lattices_texture_{kLatticesUnit, CharacterRecords::kLatticeRow};
   VertexArray nothing_;         // for the one triangle over the screen
-  std::size_t rows_most_ = 0;   // of a texture
+  std::size_t rows_max_ = 0;    // of a texture
   std::size_t point_rows_ = 0;  // of the strands of all characters
   CharacterRecords records_;
   std::vector<std::optional<GroomBuffers>> grooms_;
@@ -154,7 +154,7 @@ class GlStage final : public Stage {
   DepthRange depth_range_;
 };
 
-// By groom, the nearest first: those of one list of strands, and those that show strips, then lie side by side. What
+// By groom, the nearest first: those of one list of strands, and those that show cards, then lie side by side. What
 // no pixel can show is left out.
 std::vector<std::vector<Appearance>> GlStage::appearances(std::span<const ShownCharacter> characters, View& view,
                                                           const Look& look) const {
@@ -180,13 +180,13 @@ std::vector<std::vector<Appearance>> GlStage::appearances(std::span<const ShownC
   }
   for (auto& shown : by_groom) {
     std::ranges::stable_sort(shown, [](const Appearance& a, const Appearance& b) {
-      return std::tuple(a.detail.strips, a.list, -a.detail.strand_share) <
-             std::tuple(b.detail.strips, b.list, -b.detail.strand_share);
+      return std::tuple(a.detail.cards, a.list, -a.detail.strand_share) <
+             std::tuple(b.detail.cards, b.list, -b.detail.strand_share);
     });
   }
   const float far_m = std::max(static_cast<float>(furthest) * 1.01f, 0.1f);
   const float near_m =
-      std::clamp(static_cast<float>(nearest) * 0.99f, std::max(kNearLeast_m, far_m * 1e-4f), 0.99f * far_m);
+      std::clamp(static_cast<float>(nearest) * 0.99f, std::max(kNearMin_m, far_m * 1e-4f), 0.99f * far_m);
   view.range = {near_m, far_m};
   view.projection = perspective(view.camera, view.aspect, near_m, far_m);
   return by_groom;
@@ -220,7 +220,7 @@ void GlStage::count(std::size_t indices, std::size_t instances) {
 // The textures of strand points are limited in size. When all wanted strands do not fit, every character is drawn with
 // fewer strands.
 void GlStage::fit_points(std::vector<std::vector<Appearance>>& by_groom) const {
-  const std::size_t most = std::min(rows_most_, StrandPlacement::kRowsMost);
+  const std::size_t most = std::min(rows_max_, StrandDeformPass::kRowsMax);
   std::size_t rows = 0, characters = 0;
   for (std::size_t g = 0; g < by_groom.size(); ++g) {
     characters += by_groom[g].size();
@@ -245,12 +245,12 @@ void GlStage::add_records(std::vector<std::vector<Appearance>>& by_groom, const 
     for (std::size_t i = 0; i < by_groom[g].size(); ++i) {
       const Appearance& one = by_groom[g][i];
       const std::size_t rows = groom->point_rows(strands_of(*groom, one));
-      if (!records_.has_room(rows_most_) || point_rows_ + rows > rows_most_) {
+      if (!records_.has_room(rows_max_) || point_rows_ + rows > rows_max_) {
         statistics_.left_out += by_groom[g].size() - i;
         by_groom[g].resize(i);
         break;
       }
-      records_.add(*one.character, origin, one.detail, groom->strand_width_m(), !groom->far_strips().empty(),
+      records_.add(*one.character, origin, one.detail, groom->strand_width_m(), !groom->far_cards().empty(),
                    {point_rows_, rows});
       point_rows_ += rows;
     }
@@ -277,15 +277,15 @@ void GlStage::draw_strands(const GroomBuffers& groom, const std::vector<Appearan
   programs_.strand.set("strand_count", static_cast<float>(groom.strand_count()));
   for (std::size_t begin = 0; begin < shown.size();) {
     std::size_t end = begin, strands = 0;
-    float followers = 0;
+    float follow_hairs = 0;
     const bool far = is_far(groom, shown[begin]);
     while (end < shown.size() && shown[end].list == shown[begin].list && is_far(groom, shown[end]) == far) {
       strands = std::max(strands, strands_of(groom, shown[end]));
-      followers = std::max(followers, shown[end].detail.follower_count);
+      follow_hairs = std::max(follow_hairs, shown[end].detail.follow_hair_count);
       ++end;
     }
     if (strands > 0) {
-      const int copies = 1 + static_cast<int>(std::ceil(std::clamp(followers, 0.0f, 15.0f)));
+      const int copies = 1 + static_cast<int>(std::ceil(std::clamp(follow_hairs, 0.0f, 15.0f)));
       const std::size_t instances = (end - begin) * static_cast<std::size_t>(copies);
       programs_.strand.set("first_record", static_cast<int>(first + begin));
       programs_.strand.set("copies", copies);
@@ -311,22 +311,22 @@ void GlStage::draw_groom(const GroomBuffers& groom, const std::vector<Appearance
   draw_all(programs_.body, groom.body());
   glEnable(GL_SAMPLE_ALPHA_TO_COVERAGE);
   draw_all(programs_.fabric, groom.fabric());
-  programs_.strip.use();
-  programs_.strip.set("far_strips", 0.0f);
-  programs_.strip.set("waviness", 0.0f);
-  draw_all(programs_.strip, groom.strips());
+  programs_.card.use();
+  programs_.card.set("far_cards", 0.0f);
+  programs_.card.set("waviness", 0.0f);
+  draw_all(programs_.card, groom.cards());
   if (groom.strand_count() > 0) draw_strands(groom, shown, first);
 
-  const auto far = std::ranges::find_if(shown, [](const Appearance& a) { return a.detail.strips > 0; });
-  if (far == shown.end() || groom.far_strips().empty()) return;
+  const auto far = std::ranges::find_if(shown, [](const Appearance& a) { return a.detail.cards > 0; });
+  if (far == shown.end() || groom.far_cards().empty()) return;
   const auto skipped = static_cast<std::size_t>(far - shown.begin());
-  programs_.strip.use();
-  programs_.strip.set("far_strips", 1.0f);
-  programs_.strip.set("waviness", groom.waviness());
-  programs_.strip.set("first_record", static_cast<int>(first + skipped));
-  groom.far_strips().draw(static_cast<GLsizei>(shown.size() - skipped));
-  count(groom.far_strips().index_count(), shown.size() - skipped);
-  statistics_.strips += groom.far_strip_count() * (shown.size() - skipped);
+  programs_.card.use();
+  programs_.card.set("far_cards", 1.0f);
+  programs_.card.set("waviness", groom.waviness());
+  programs_.card.set("first_record", static_cast<int>(first + skipped));
+  groom.far_cards().draw(static_cast<GLsizei>(shown.size() - skipped));
+  count(groom.far_cards().index_count(), shown.size() - skipped);
+  statistics_.cards += groom.far_card_count() * (shown.size() - skipped);
 }
 
 void GlStage::draw(std::span<const ShownCharacter> characters, const Camera& wanted, const Look& look, int width,
@@ -367,7 +367,7 @@ void GlStage::draw(std::span<const ShownCharacter> characters, const Camera& wan
   glClearDepthf(1);
   glClear(GL_DEPTH_BUFFER_BIT);
   for (const Program* program :
-       {&programs_.background, &programs_.body, &programs_.fabric, &programs_.strip, &programs_.strand})
+       {&programs_.background, &programs_.body, &programs_.fabric, &programs_.card, &programs_.strand})
     set_scene(*program, view, look, width, height, target_is_srgb);
   programs_.background.use();
   programs_.background.set("top", look.background_top);
@@ -377,8 +377,8 @@ void GlStage::draw(std::span<const ShownCharacter> characters, const Camera& wan
 
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_LESS);
-  glActiveTexture(GL_TEXTURE0 + kStripTextureUnit);
-  glBindTexture(GL_TEXTURE_2D, strip_texture_.name());
+  glActiveTexture(GL_TEXTURE0 + kCardTextureUnit);
+  glBindTexture(GL_TEXTURE_2D, card_texture_.name());
   std::size_t first = 0;
   for (std::size_t g = 0; g < by_groom.size(); ++g) {
     if (!by_groom[g].empty()) draw_groom(*grooms_[g], by_groom[g], first);
@@ -399,4 +399,4 @@ Result<std::unique_ptr<Stage>> Stage::create() {
   return stage;
 }
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

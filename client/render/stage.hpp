@@ -14,13 +14,13 @@
 #include "core/pose/pose.hpp"
 #include "core/result.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 
 // One character at one moment.
 struct ShownCharacter {
   std::size_t groom = 0;                   // as Stage::add_groom numbered it
   Pose pose;                               // world; the head's place moves the hair, all bones the body
-  std::span<const LatticeLayer> layers;    // at most kLatticeLayersMost count; none: the hair is rigid
+  std::span<const LatticeLayer> layers;    // at most kLatticeLayersMax count; none: the hair is rigid
   Vec3f hair_colour{0.16f, 0.07f, 0.03f};  // linear RGB albedo
   Vec3f skin_colour{0.75f, 0.52f, 0.42f};
   std::optional<DrawDetail> detail;  // none: chosen by its size on the screen
@@ -36,7 +36,7 @@ struct Look {
 };
 
 struct StageStatistics {
-  std::size_t draw_calls = 0, strands = 0, strips = 0, vertices = 0;  // of the last draw()
+  std::size_t draw_calls = 0, strands = 0, cards = 0, vertices = 0;  // of the last draw()
   std::size_t left_out = 0;                          // characters for which the GPU's textures have no rows
   std::size_t groom_bytes = 0, character_bytes = 0;  // on the GPU: of all grooms; of one character
   std::size_t point_bytes = 0;                       // on the GPU: points of the strands that are drawn
@@ -61,4 +61,4 @@ class Stage {
   [[nodiscard]] virtual DepthRange depth_range() const = 0;  // of what the last draw() left in the depth buffer
 };
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

@@ -2,17 +2,17 @@
 
 #include <algorithm>
 
-namespace hairnet::view {
+namespace hairnet::render {
 
-Result<StrandPlacement> StrandPlacement::build() {
+Result<StrandDeformPass> StrandDeformPass::build() {
   Result<Program> deform = Program::build("points.vert", "deform_points.frag");
   if (!deform) return Refusal(deform.error());
   Result<Program> place = Program::build("points.vert", "limit_lengths.frag");
   if (!place) return Refusal(place.error());
-  return StrandPlacement(std::move(*deform), std::move(*place));
+  return StrandDeformPass(std::move(*deform), std::move(*place));
 }
 
-void StrandPlacement::Points::allocate(GLint unit, std::size_t rows) const {
+void StrandDeformPass::Points::allocate(GLint unit, std::size_t rows) const {
   glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
   glBindTexture(GL_TEXTURE_2D, texture.name());
   glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32UI, static_cast<GLsizei>(kPointRow), static_cast<GLsizei>(rows), 0,
@@ -23,9 +23,9 @@ void StrandPlacement::Points::allocate(GLint unit, std::size_t rows) const {
   glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture.name(), 0);
 }
 
-void StrandPlacement::reserve(std::size_t rows) {
+void StrandDeformPass::reserve(std::size_t rows) {
   if (rows <= rows_) return;
-  rows_ = std::max(rows, std::min(rows + rows / 4, kRowsMost));
+  rows_ = std::max(rows, std::min(rows + rows / 4, kRowsMax));
   GLint before = 0;
   glGetIntegerv(GL_FRAMEBUFFER_BINDING, &before);
   deformed_.allocate(kDeformedPointsUnit, rows_);
@@ -33,7 +33,7 @@ void StrandPlacement::reserve(std::size_t rows) {
   glBindFramebuffer(GL_FRAMEBUFFER, static_cast<GLuint>(before));
 }
 
-void StrandPlacement::place(const GroomBuffers& groom, std::size_t first_record, std::size_t characters) const {
+void StrandDeformPass::place(const GroomBuffers& groom, std::size_t first_record, std::size_t characters) const {
   groom.bind_points();
   glViewport(0, 0, static_cast<GLsizei>(kPointRow), static_cast<GLsizei>(rows_));
   glBindVertexArray(nothing_.name());
@@ -43,8 +43,8 @@ void StrandPlacement::place(const GroomBuffers& groom, std::size_t first_record,
   run(place_, placed_, first_record, characters);
 }
 
-void StrandPlacement::run(const Program& pass, const Points& into, std::size_t first_record,
-                          std::size_t characters) const {
+void StrandDeformPass::run(const Program& pass, const Points& into, std::size_t first_record,
+                           std::size_t characters) const {
   glBindFramebuffer(GL_FRAMEBUFFER, into.target.name());
   pass.use();
   pass.set("first_record", static_cast<int>(first_record));
@@ -52,9 +52,9 @@ void StrandPlacement::run(const Program& pass, const Points& into, std::size_t f
   glDrawArraysInstanced(GL_TRIANGLES, 0, 6, static_cast<GLsizei>(characters));
 }
 
-void StrandPlacement::bind() const {
+void StrandDeformPass::bind() const {
   glActiveTexture(GL_TEXTURE0 + kPlacedPointsUnit);
   glBindTexture(GL_TEXTURE_2D, placed_.texture.name());
 }
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

@@ -5,18 +5,18 @@
 #include "client/render/groom_buffers.hpp"
 #include "client/render/program.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 
 // Places the points of strands before the strands are drawn: deforms them, and keeps every strand to its length at rest
 // (StrandLengths in shaders). Two passes write textures of points; client/shaders/strand_points.glsl says how they lie.
-// Each drawn vertex then reads its point, so FFD is done once a point, not once a vertex and follower.
-class StrandPlacement {
+// Each drawn vertex then reads its point, so FFD is done once a point, not once a vertex and follow hair.
+class StrandDeformPass {
  public:
   static constexpr std::size_t kPointRow = 1024;  // points of a row
   // Of rows: both textures then take 256 MiB.
-  static constexpr std::size_t kRowsMost = 8192;
+  static constexpr std::size_t kRowsMax = 8192;
 
-  static Result<StrandPlacement> build();
+  static Result<StrandDeformPass> build();
 
   // Makes room for so many rows, for all characters of a picture; what they held is lost.
   void reserve(std::size_t rows);
@@ -34,7 +34,7 @@ class StrandPlacement {
     Framebuffer target;
     void allocate(GLint unit, std::size_t rows) const;
   };
-  StrandPlacement(Program deform, Program place) : deform_(std::move(deform)), place_(std::move(place)) {}
+  StrandDeformPass(Program deform, Program place) : deform_(std::move(deform)), place_(std::move(place)) {}
   void run(const Program& pass, const Points& into, std::size_t first_record, std::size_t characters) const;
 
   Program deform_, place_;
@@ -43,4 +43,4 @@ class StrandPlacement {
   std::size_t rows_ = 0;
 };
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

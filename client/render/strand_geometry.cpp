@@ -6,15 +6,15 @@
 #include "core/ffd/clump_strands.hpp"
 #include "core/random.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 namespace {
 
-constexpr float kSag_m = 5e-4f;     // of a smooth line over its pieces, at most, as far as kPiecesMost allow
+constexpr float kSag_m = 5e-4f;     // of a smooth line over its pieces, at most, as far as kPiecesMax allow
 constexpr float kPiece_m = 0.012f;  // longer ones would show corners where a lattice bends straight hair
-constexpr int kPiecesMost = 2;
+constexpr int kPiecesMax = 2;
 constexpr std::array<float, 4> kTolerances_m{0, 2.5e-4f, 8e-4f, 4e-3f};
-constexpr std::size_t kPlacedMost = 256;  // points of a strand: placing takes their square
-constexpr std::size_t kRunMost = 256;     // points of which one stays anyhow: simplifying takes their square
+constexpr std::size_t kPlacedMax = 256;  // points of a strand: placing takes their square
+constexpr std::size_t kRunMax = 256;     // points of which one stays anyhow: simplifying takes their square
 
 struct LinePoint {
   Vec3f x;
@@ -37,7 +37,7 @@ Line smoothed(const Line& line) {
                 d = i + 2 < line.size() ? line[i + 2].x : Vec3f(2 * c - b);
     const float sag_m = (spline(a, b, c, d, 0.5f) - 0.5f * (b + c)).norm();
     const float wanted = std::max(std::sqrt(sag_m / kSag_m), (c - b).norm() / kPiece_m);
-    const int pieces = static_cast<int>(std::clamp(std::ceil(wanted), 1.0f, static_cast<float>(kPiecesMost)));
+    const int pieces = static_cast<int>(std::clamp(std::ceil(wanted), 1.0f, static_cast<float>(kPiecesMax)));
     smooth.push_back(line[i]);
     for (int piece = 1; piece < pieces; ++piece) {
       const float t = static_cast<float>(piece) / static_cast<float>(pieces);
@@ -87,7 +87,7 @@ std::vector<bool> kept_points(const Line& line, float tolerance_m) {
   for (std::size_t i = 0; i < line.size(); i += 4) kept[i] = kept[i] || tolerance_m < 2e-3f;
   for (std::size_t i = 0; i < line.size(); ++i) kept[i] = kept[i] || (line[i].own && tolerance_m < 5e-4f);
   kept[line.size() / 2] = kept[line.size() / 4] = true;
-  for (std::size_t i = 0; i < line.size(); i += kRunMost) kept[i] = true;
+  for (std::size_t i = 0; i < line.size(); i += kRunMax) kept[i] = true;
   if (tolerance_m == 0) return kept;
   const std::vector<bool> always = kept;
   for (std::size_t first = 0, i = 1; i < line.size(); ++i) {
@@ -98,7 +98,7 @@ std::vector<bool> kept_points(const Line& line, float tolerance_m) {
   return kept;
 }
 
-// The strands to draw: the groom's own, then the copies of clusters, which inherit the per-point data of their strand.
+// The strands to draw: the groom's own, then the copies of clumps, which inherit the per-point data of their strand.
 class Lines {
  public:
   explicit Lines(const GeometrySource& source) : source_(source), drawn_(source.groom) {
@@ -106,8 +106,8 @@ class Lines {
     drawn_.follow(source.groom.points, points_);
     parents_.resize(source.groom.strand_count());
     std::iota(parents_.begin(), parents_.end(), 0u);
-    for (const Cluster& cluster : source.groom.clusters) {
-      parents_.insert(parents_.end(), cluster.copy_count, cluster.strand);
+    for (const Clump& clump : source.groom.clumps) {
+      parents_.insert(parents_.end(), clump.copy_count, clump.strand);
     }
   }
   [[nodiscard]] std::size_t count() const { return parents_.size(); }
@@ -129,28 +129,28 @@ class Lines {
 
  private:
   const GeometrySource& source_;
-  ClusterStrands drawn_;
+  ClumpStrands drawn_;
   std::vector<Vec3f> points_;
   std::vector<std::size_t> parents_;
 };
 
 // Left and right of every point, and the points themselves. `strand`: in the order of drawing.
-void add_points(const Line& line, std::size_t strand, const LightField& light, GroomGeometry& geometry) {
+void add_points(const Line& line, std::size_t strand, const OcclusionGrid& light, GroomGeometry& geometry) {
   StrandPoints& points = geometry.strand_points;
   float arc_m = 0;
   for (std::size_t i = 0; i < line.size(); ++i) {
     const Vec3f& x = line[i].x;
     if (i > 0) arc_m += (x - line[i - 1].x).norm();
     points.rest.push_back({x.x(), x.y(), x.z(), line[i].delta});
-    points.arc.push_back({arc_m, line.size() <= kPlacedMost ? static_cast<float>(i) : 0.0f});
-    const LightLeft left = light.at(x);
+    points.arc.push_back({arc_m, line.size() <= kPlacedMax ? static_cast<float>(i) : 0.0f});
+    const Transmittance left = light.at(x);
     geometry.strand_vertices.insert(geometry.strand_vertices.end(), 2,
                                     {sides_of(left), ends_of(left, line[i].fraction, 0), static_cast<float>(strand)});
   }
 }
 
 // `first`: the vertex that the line begins with.
-void add_triangles(const Line& line, std::uint32_t first, StrandList& list) {
+void add_triangles(const Line& line, std::uint32_t first, SimplifiedStrands& list) {
   const std::vector<bool> kept = kept_points(line, list.tolerance_m);
   std::uint32_t before = first;
   for (std::size_t i = 1; i < line.size(); ++i) {
@@ -165,7 +165,7 @@ void add_triangles(const Line& line, std::uint32_t first, StrandList& list) {
 
 void add_strands(const GeometrySource& source, GroomGeometry& geometry) {
   const Lines lines(source);
-  for (const float tolerance_m : kTolerances_m) geometry.strand_lists.push_back({tolerance_m, {}, {0}});
+  for (const float tolerance_m : kTolerances_m) geometry.simplified_strands.push_back({tolerance_m, {}, {0}});
   std::vector<std::size_t> order(lines.count());
   std::iota(order.begin(), order.end(), std::size_t{0});
   Random random(1);
@@ -176,12 +176,12 @@ void add_strands(const GeometrySource& source, GroomGeometry& geometry) {
       line = smoothed(line);
       const auto first = static_cast<std::uint32_t>(geometry.strand_vertices.size());
       add_points(line, n, source.light, geometry);
-      for (StrandList& list : geometry.strand_lists) add_triangles(line, first, list);
+      for (SimplifiedStrands& list : geometry.simplified_strands) add_triangles(line, first, list);
     }
     geometry.strand_points.end.push_back(static_cast<std::uint32_t>(geometry.strand_points.rest.size()));
-    for (StrandList& list : geometry.strand_lists)
+    for (SimplifiedStrands& list : geometry.simplified_strands)
       list.end.push_back(static_cast<std::uint32_t>(list.triangles.size()));
   }
 }
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

@@ -2,16 +2,16 @@
 
 #include <algorithm>
 
-namespace hairnet::view {
+namespace hairnet::render {
 
 void VectorTexture::fill(const std::vector<Eigen::Vector4f>& values) {
   bind();
   const auto width = static_cast<GLsizei>(row_);
   const std::size_t rows = values.size() / row_, rest = values.size() % row_;
   if (rows + 1 > capacity_) {
-    GLint rows_most = 0;
-    glGetIntegerv(GL_MAX_TEXTURE_SIZE, &rows_most);
-    capacity_ = std::clamp<std::size_t>(2 * (rows + 1), 4, static_cast<std::size_t>(rows_most));
+    GLint rows_max = 0;
+    glGetIntegerv(GL_MAX_TEXTURE_SIZE, &rows_max);
+    capacity_ = std::clamp<std::size_t>(2 * (rows + 1), 4, static_cast<std::size_t>(rows_max));
     glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, width, static_cast<GLsizei>(capacity_), 0, GL_RGBA, GL_FLOAT, nullptr);
     for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
       glTexParameteri(GL_TEXTURE_2D, filter, GL_NEAREST);
@@ -28,4 +28,4 @@ void VectorTexture::bind() const {
   glBindTexture(GL_TEXTURE_2D, texture_.name());
 }
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

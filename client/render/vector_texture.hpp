@@ -6,7 +6,7 @@
 #include "client/render/gl_objects.hpp"
 #include "core/geometry/vec.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 
 // A texture of vectors in rows of a fixed width, bound to its own texture unit. It grows as needed; the caller must not
 // fill more rows than a texture may have.
@@ -22,4 +22,4 @@ class VectorTexture {
   std::size_t row_, capacity_ = 0;  // texels; rows
 };
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

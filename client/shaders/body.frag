@@ -31,12 +31,12 @@ void main() {
   // The scalp takes the colour that hair has at its roots (hair_albedo), so that partings show no light streaks.
   vec3 albedo = mix(record(row, 5).rgb, record(row, 2).rgb * 0.55, roots);
   vec4 rotation = record(row, 0);
-  float ambient = ambient_left(light_sides, light_ends);
+  float ambient = ambient_transmittance(light_sides, light_ends);
   vec3 sum = albedo * mix(ambient_below, ambient_above, 0.5 + 0.5 * n.y) *
              pow(vec3(ambient), 1.3 - albedo);  // skin lights skin, warmly, where little else does
   for (int i = 0; i < 3; ++i) {
     vec3 l = light_direction[i];
-    float left = light_left(light_sides, light_ends, rotate_back(rotation, l));
+    float left = transmittance(light_sides, light_ends, rotate_back(rotation, l));
     sum += (albedo * wrapped(dot(n, l)) + (1.0 - roots) * sheen(n, l, v)) * light_colour[i] * left;
   }
   colour = vec4(to_target(tone_map(sum)), 1.0);

@@ -12,7 +12,7 @@ in vec4 place;
 flat in int row;
 
 uniform float waviness;  // 0: hairs keep to the course of their lock ... 1: curls
-uniform sampler2D strip_texture;  // red: shade of a hair; green: a number of its own; blue: glint; alpha: coverage
+uniform sampler2D card_texture;  // red: shade of a hair; green: a number of its own; blue: glint; alpha: coverage
 
 out vec4 colour;
 
@@ -21,8 +21,8 @@ void main() {
   // Four textures side by side, mirrored or not: neighbours differ.
   float number = floor(place.z + 0.5);
   float across = mod(floor(number / 4.0), 2.0) > 0.5 ? 1.0 - place.x : place.x;
-  vec4 hair = texture(strip_texture, vec2((mod(number, 4.0) + mix(0.004, 0.996, across)) / 4.0, place.y));
-  float drawn = dithered_strip(hair.a * place.w, place.z);
+  vec4 hair = texture(card_texture, vec2((mod(number, 4.0) + mix(0.004, 0.996, across)) / 4.0, place.y));
+  float drawn = dithered_card(hair.a * place.w, place.z);
   if (drawn <= 0.0) discard;
   vec4 chance = vec4(hair.x, 0.5, hair.y, hair.z);
   vec3 albedo = hair_albedo(character.hair_albedo, chance, place.y);
@@ -32,7 +32,7 @@ void main() {
   vec3 along = normalize(tangent_scene), side = normalize(cross(along, normal_scene) + 1e-6);
   vec3 t = normalize(along + 0.8 * waviness * (sin(phase) * side + cos(1.3 * phase) * normal_scene));
   vec3 sum = shade_hair(position_scene, t, character.rotation, albedo, chance, light_sides, light_ends);
-  // A strip stands for hairs that lie about it: its edges turn away.
+  // A card stands for hairs that lie about it: its edges turn away.
   float facing = 0.75 + 0.25 * abs(dot(normalize(normal_scene), normalize(cameraPosition - position_scene)));
   colour = vec4(to_target(tone_map(sum * facing)), drawn);
 }

@@ -3,26 +3,26 @@
 #include "ffd.glsl"
 #include "hair_light.glsl"
 
-// Strips: ribbons of textured hair, the groom's own or those that stand for its strands far away.
+// Cards: ribbons of textured hair, the groom's own or those that stand for its strands far away.
 layout(location = 0) in vec4 rest;       // head space; delta
 layout(location = 1) in vec4 direction;  // rest tangent, root to tip; d delta / ds
 layout(location = 2) in vec4 sides;      // light left from +x -x +y -y
 layout(location = 3) in vec4 ends;       // from +z -z; along: 0 at the root ... 1; across: 0 left, 1 right
-layout(location = 4) in vec4 side;       // unit, from left to right at rest; number of the strip
+layout(location = 4) in vec4 side;       // unit, from left to right at rest; number of the card
 
-uniform float far_strips;  // 1: those that stand for strands far away; 0: the groom's own, which they stand for too
+uniform float far_cards;  // 1: those that stand for strands far away; 0: the groom's own, which they stand for too
 
 out vec3 position_scene;
 out vec3 tangent_scene;
 out vec3 normal_scene;
 out vec4 light_sides;
 out vec2 light_ends;
-out vec4 place;  // across, along, number of the strip, opacity
+out vec4 place;  // across, along, number of the card, opacity
 flat out int row;
 
 void main() {
   Character character = load_character(first_record + gl_InstanceID);
-  float opacity = mix(character.strand_opacity, character.strip_opacity, far_strips);
+  float opacity = mix(character.strand_opacity, character.card_opacity, far_cards);
   gl_Position = kNowhere;
   position_scene = tangent_scene = normal_scene = vec3(0.0);
   light_sides = vec4(0.0);

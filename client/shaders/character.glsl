@@ -1,15 +1,15 @@
 // A character's record: row `row` of `records`, RGBA float, kRecordTexels wide.
 //   0 head rotation, quaternion xyzw     1 head position xyz, scene space; first row of its strands' points
 //   2 hair albedo; width of a strand at its root, m
-//   3 share of strands drawn; opacity of strands; opacity of far strips; quadratic share of the FFD
-//   4 followers; how far they stray, m; layers; by how much of itself the character is enlarged
+//   3 share of strands drawn; opacity of strands; opacity of far cards; quadratic share of the FFD
+//   4 follow hairs; how far they stray, m; layers; by how much of itself the character is enlarged
 //   5 skin albedo; 1 when the body is not drawn
 //   6 ... 15 bones: rotation, position; texel 7 also has the count of rows of its strands' points
 //   16 ... layers: origin, weight; 1 / spacing, first node in `lattices`; nodes an axis, 0
 const int kRecordTexels = 32;
 const int kBoneCount = 5;
 const int kFirstLayer = 16;
-const int kLayerCountMost = 5;
+const int kLatticeLayersMax = 5;
 const int kLatticeRow = 1024;  // texels of a row of `lattices`
 
 uniform highp sampler2D records;
@@ -22,8 +22,8 @@ struct Character {
   vec3 position;
   vec3 hair_albedo;
   float width;
-  float strand_share, strand_opacity, strip_opacity, quadratic;
-  float followers, stray;
+  float strand_share, strand_opacity, card_opacity, quadratic;
+  float follow_hairs, stray;
   float size;  // 1: as its groom was made
   int layer_count;
   int row;

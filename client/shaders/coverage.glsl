@@ -19,8 +19,8 @@ float dithered(float cover, float number) {
   return fract(chance * 1024.0) < 0.5 ? rounded_by(cover, chance) : step(chance, cover);
 }
 
-// Of strips, of which few lie behind each other.
-float dithered_strip(float cover, float number) { return rounded_by(cover, chance_at_pixel(number)); }
+// Of cards, of which few lie behind each other.
+float dithered_card(float cover, float number) { return rounded_by(cover, chance_at_pixel(number)); }
 
 // Of cloth: even, Bayer's 4x4 thresholds.
 float woven(float cover) {

@@ -30,10 +30,10 @@ void main() {
   float seen = albedo.a >= 1.0 ? 1.0 : 1.0 - pow(1.0 - albedo.a, 1.0 / max(abs(dot(n, v)), 0.15));
   float drawn = woven(seen);
   if (drawn <= 0.0) discard;
-  float ambient = ambient_left(light_sides, light_ends);
+  float ambient = ambient_transmittance(light_sides, light_ends);
   vec3 sum = albedo.rgb * mix(ambient_below, ambient_above, 0.5 + 0.5 * n.y) * ambient;
   for (int i = 0; i < 3; ++i) {
-    float left = light_left(light_sides, light_ends, rotate_back(rotation, light_direction[i]));
+    float left = transmittance(light_sides, light_ends, rotate_back(rotation, light_direction[i]));
     sum += cloth_light(n, v, light_direction[i], albedo.rgb, 1.0 - 0.6 * albedo.a) * light_colour[i] * left;
   }
   colour = vec4(to_target(tone_map(sum)), drawn);

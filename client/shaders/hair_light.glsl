@@ -2,13 +2,13 @@
 
 // What is left of light that comes from `direction` (unit, head axes) at a place of the resting hair, from what is left
 // along the six axes: +x -x +y -y, +z -z.
-float light_left(vec4 sides, vec2 ends, vec3 direction) {
+float transmittance(vec4 sides, vec2 ends, vec3 direction) {
   vec3 squared = direction * direction;
   return squared.x * (direction.x > 0.0 ? sides.x : sides.y) + squared.y * (direction.y > 0.0 ? sides.z : sides.w) +
          squared.z * (direction.z > 0.0 ? ends.x : ends.y);
 }
 
-float ambient_left(vec4 sides, vec2 ends) {
+float ambient_transmittance(vec4 sides, vec2 ends) {
   return (1.5 * sides.z + 0.5 * sides.w + sides.x + sides.y + ends.x + ends.y) / 6.0;
 }
 
@@ -43,10 +43,10 @@ vec3 hair_albedo(vec3 albedo, vec4 chance, float s) {
 // All lights on hair at `position` (scene) with unit tangent `t`; `rotation`: of the head.
 vec3 shade_hair(vec3 position, vec3 t, vec4 rotation, vec3 albedo, vec4 chance, vec4 sides, vec2 ends) {
   vec3 v = normalize(cameraPosition - position);
-  float ambient = ambient_left(sides, ends);
+  float ambient = ambient_transmittance(sides, ends);
   vec3 sum = albedo * mix(ambient_below, ambient_above, ambient) * ambient;
   for (int i = 0; i < 3; ++i) {
-    float left = light_left(sides, ends, rotate_back(rotation, light_direction[i]));
+    float left = transmittance(sides, ends, rotate_back(rotation, light_direction[i]));
     // Light hair passes and scatters what dark hair swallows.
     vec3 passed = pow(vec3(max(left, 1e-3)), 1.0 - 0.75 * sqrt(albedo));
     sum += hair_light(t, v, light_direction[i], albedo, chance) * light_colour[i] * passed;

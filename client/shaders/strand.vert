@@ -5,7 +5,7 @@
 
 // A strand as a ribbon that faces the camera, through points that two passes have placed before (deform_points.frag,
 // limit_lengths.frag). Every point comes twice: even vertices on the left, odd ones on the right. Shading is done here, not by the pixel: a ribbon is a pixel or two wide, and its points lie close.
-// Instances: a character's strands, then its followers, then the next character.
+// Instances: a character's strands, then its follow hairs, then the next character.
 layout(location = 0) in vec4 sides;  // light left from +x -x +y -y
 layout(location = 1) in vec4 ends;   // from +z -z; fraction of the strand's length; 0
 layout(location = 2) in float strand;
@@ -18,7 +18,7 @@ out vec4 shade;   // colour as the target takes it; coverage of the core
 out vec3 across;  // px from the middle; half of the drawn width, px; a number of the strand's own
 
 // Follow hairs are furthest from their strand in the middle; at the tips they gather into locks.
-vec3 follower_offset(vec4 chance, float s, float stray) {
+vec3 follow_hair_offset(vec4 chance, float s, float stray) {
   float reach = stray * mix(0.55, 1.0, smoothstep(0.0, 0.25, s)) * mix(1.0, 0.7, smoothstep(0.5, 1.0, s));
   float turn = 6.2832 * (chance.x + (chance.z - 0.5) * s);
   float z = 2.0 * chance.y - 1.0;
@@ -34,7 +34,7 @@ float presence(float share) {
 void main() {
   Character character = load_character(first_record + gl_InstanceID / copies);
   int copy = gl_InstanceID % copies;
-  float present = presence(character.strand_share) * clamp(character.followers + 1.0 - float(copy), 0.0, 1.0);
+  float present = presence(character.strand_share) * clamp(character.follow_hairs + 1.0 - float(copy), 0.0, 1.0);
   shade = vec4(0.0);
   across = vec3(0.0);
   gl_Position = kNowhere;
@@ -48,7 +48,7 @@ void main() {
   vec3 before = s > 0.0 ? position_of(texelFetch(placed_points, texel_of(number - 1, first_row), 0)) : head;
   vec3 after = s < 1.0 ? position_of(texelFetch(placed_points, texel_of(number + 1, first_row), 0)) : head;
   vec3 t = rotate(character.rotation, normalize(after - before + vec3(0.0, -1e-9, 0.0)));
-  if (copy > 0) head += rotate(rotation_of(point), follower_offset(chance, s, character.stray));
+  if (copy > 0) head += rotate(rotation_of(point), follow_hair_offset(chance, s, character.stray));
   vec3 position = to_scene(character, head);
 
   vec3 colour = shade_hair(position, t, character.rotation, hair_albedo(character.hair_albedo, chance, s), chance, sides, ends.xy);

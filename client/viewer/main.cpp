@@ -3,8 +3,8 @@
 #include <utility>
 
 #include "client/tools/command_line/stop_signal.hpp"
-#include "client/viewer/cast/load_characters.hpp"
-#include "client/viewer/cast/options.hpp"
+#include "client/viewer/characters/load_characters.hpp"
+#include "client/viewer/characters/options.hpp"
 #include "client/viewer/offline/local_run.hpp"
 #include "client/viewer/offline/pictures.hpp"
 #include "client/viewer/offline/stream.hpp"
@@ -18,7 +18,7 @@ using namespace hairnet::viewer;
 
 // When what is shown is to be kept: for the sheet and the last picture, or for each of a clip.
 std::vector<double> moment_times_s(const ViewOptions& options) {
-  if (options.output == Output::clip) return film_times_s(options);
+  if (options.output == Output::video) return video_times_s(options);
   std::vector<double> times_s;
   if (!options.sheet.empty()) times_s = options.times_s;
   if (!options.out.empty()) times_s.push_back(options.duration_s + options.settle_s);
@@ -26,7 +26,7 @@ std::vector<double> moment_times_s(const ViewOptions& options) {
 }
 
 Result<void> run(const ViewOptions& options) {
-  heed_stop_signals();
+  install_stop_signal_handlers();
   if (options.output == Output::window) return run_window(options);
   std::unique_ptr<Pictures> pictures;
   if (options.output == Output::pictures) {
@@ -34,22 +34,24 @@ Result<void> run(const ViewOptions& options) {
     if (!made) return Refusal(made.error());
     pictures = std::move(*made);
   }
-  if (options.output == Output::clip) {
-    if (const Result<void> possible = check_film(options); !possible) return possible;
+  if (options.output == Output::video) {
+    if (const Result<void> possible = check_video(options); !possible) return possible;
   }
-  const Result<std::vector<Actor>> cast = load_cast(options);
-  if (!cast) return Refusal(cast.error());
-  if (options.output == Output::clip && options.source == Source::local) return film_locally(options, *cast);
+  const Result<std::vector<CharacterSetup>> characters = load_characters(options);
+  if (!characters) return Refusal(characters.error());
+  if (options.output == Output::video && options.source == Source::local)
+    return record_local_video(options, *characters);
 
   const std::vector<double> times_s = moment_times_s(options);
   const bool local = options.source == Source::local;
-  const StreamResult streamed = local ? run_locally(options, *cast, times_s) : stream(options, *cast, times_s);
+  const StreamResult streamed =
+      local ? run_locally(options, *characters, times_s) : stream(options, *characters, times_s);
   if (!local) std::fputs(streamed.statistics.summary().c_str(), stdout);
   if (!streamed.ended) return streamed.ended;
-  if (streamed.stopped && (pictures || (options.output == Output::clip && streamed.moments.empty())))
+  if (streamed.stopped && (pictures || (options.output == Output::video && streamed.moments.empty())))
     return Refusal(std::string("stopped before the end: no ") + (pictures ? "picture" : "clip") + " is made");
-  if (options.output == Output::clip) return film_stream(options, *cast, streamed);
-  return pictures ? pictures->write(options, *cast, streamed) : Result<void>();
+  if (options.output == Output::video) return record_stream_video(options, *characters, streamed);
+  return pictures ? pictures->write(options, *characters, streamed) : Result<void>();
 }
 
 }  // namespace

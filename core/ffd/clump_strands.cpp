@@ -13,7 +13,7 @@ Vec3f across(const Vec3f& direction, const Vec3f& wanted) {
   return flat.squaredNorm() > 1e-8f ? Vec3f(flat.normalized()) : direction.unitOrthogonal();
 }
 
-// Of the cluster's radius: roots lie closer, the lock is full after an eighth of its length, and gathers at the tip.
+// Of the clump's radius: roots lie closer, the lock is full after an eighth of its length, and gathers at the tip.
 float radius_at(float s, float radius_m, float tip_radius_m) {
   const float opening = std::min(1.0f, 0.4f + 4.8f * s);
   return opening * std::lerp(radius_m, tip_radius_m, s);
@@ -21,23 +21,23 @@ float radius_at(float s, float radius_m, float tip_radius_m) {
 
 }  // namespace
 
-ClusterStrands::ClusterStrands(const Groom& groom)
+ClumpStrands::ClumpStrands(const Groom& groom)
     : own_point_count_(groom.strand_begin.back()), strand_begin_(groom.strand_begin) {
   constexpr float kGoldenAngle = std::numbers::pi_v<float> * (3 - 2.2360679775f);
-  for (const Cluster& cluster : groom.clusters) {
-    const std::uint32_t begin = groom.strand_begin[cluster.strand], end = groom.strand_begin[cluster.strand + 1];
-    for (std::uint32_t c = 0; c < cluster.copy_count; ++c) {
-      // A sunflower's places fill the disc evenly; another turn for each strand.
-      const float ring = std::sqrt((static_cast<float>(c) + 0.7f) / static_cast<float>(cluster.copy_count));
-      const float angle = kGoldenAngle * static_cast<float>(c + 7 * (cluster.strand % 1024));
+  for (const Clump& clump : groom.clumps) {
+    const std::uint32_t begin = groom.strand_begin[clump.strand], end = groom.strand_begin[clump.strand + 1];
+    for (std::uint32_t c = 0; c < clump.copy_count; ++c) {
+      // A sunflower's output_offsets fill the disc evenly; another turn for each strand.
+      const float ring = std::sqrt((static_cast<float>(c) + 0.7f) / static_cast<float>(clump.copy_count));
+      const float angle = kGoldenAngle * static_cast<float>(c + 7 * (clump.strand % 1024));
       copies_.push_back({begin, end, std::fmod(angle, 2 * std::numbers::pi_v<float>), std::min(ring, 1.0f),
-                         cluster.radius_m, cluster.tip_radius_m});
+                         clump.radius_m, clump.tip_radius_m});
       strand_begin_.push_back(strand_begin_.back() + (end - begin));
     }
   }
 }
 
-void ClusterStrands::follow(std::span<const Vec3f> points, std::span<Vec3f> points_out) const {
+void ClumpStrands::follow(std::span<const Vec3f> points, std::span<Vec3f> points_out) const {
   assert(points.size() >= own_point_count_ && points_out.size() == point_count());
   std::copy_n(points.begin(), own_point_count_, points_out.begin());
   std::size_t out = own_point_count_;

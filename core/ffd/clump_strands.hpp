@@ -8,11 +8,11 @@
 
 namespace hairnet {
 
-// The strands that are drawn for a groom: its own, then the copies of its clusters, which need no FFD of their own. A
+// The strands that are drawn for a groom: its own, then the copies of its clumps, which need no FFD of their own. A
 // copy keeps its place across its strand: at an offset in a frame that is carried along the strand without twisting.
-class ClusterStrands {
+class ClumpStrands {
  public:
-  explicit ClusterStrands(const Groom& groom);
+  explicit ClumpStrands(const Groom& groom);
 
   // Offsets of all drawn strands into the points that follow() gives: the groom's own first, as they stand in the
   // groom.
@@ -26,8 +26,8 @@ class ClusterStrands {
   struct Copy {
     std::uint32_t begin, end;      // the points that it follows
     float angle;                   // about the strand, radians
-    float ring;                    // share of the cluster's radius, 0 … 1
-    float radius_m, tip_radius_m;  // of the cluster
+    float ring;                    // share of the clump's radius, 0 … 1
+    float radius_m, tip_radius_m;  // of the clump
   };
   std::size_t own_point_count_;
   std::vector<Copy> copies_;

@@ -73,7 +73,7 @@ Deformer::Deformer(const Lattice& lattice, std::span<const Vec3f> points_head, s
   for (const Vec3f& x : points_head) sites.push_back(ffd_site(lattice, kind, x));
   const std::vector<std::uint32_t> order = order_by_stencil(sites);
   cells_ = make_cells(lattice, kind, sites, order);
-  places_ = sorted<std::uint32_t>(order, [](std::uint32_t p) { return 3 * p; });
+  output_offsets_ = sorted<std::uint32_t>(order, [](std::uint32_t p) { return 3 * p; });
   points_ = sorted_four(order, points_head, blend);
   if (rest == nullptr) return;
   assert(rest->direction.size() == points_head.size() && rest->blend_slope.size() == points_head.size());
@@ -101,7 +101,7 @@ WideDeform Deformer::make_work(std::span<const Vec3f> grid_displacements, std::s
     work.points[n] = points_[n].data();
     work.slopes[n] = slopes_[n].data();
   }
-  work.places = places_.data();
+  work.output_offsets = output_offsets_.data();
   for (int a = 0; a < 3; ++a) work.inverse_spacing[a] = 1 / lattice_.spacing[a];
   work.row = static_cast<std::uint32_t>(lattice_.dims[0]);
   work.slice = work.row * static_cast<std::uint32_t>(lattice_.dims[1]);

@@ -16,8 +16,8 @@ namespace hairnet {
 // delta(lambda) of eq. 7, or of the group's own curve, for every point of the groom: 0 moves rigidly with the head, 1
 // follows the lattice. It is 1 for hair without a root on the skull and for root_length_m = 0.
 std::vector<float> root_blend(const Groom& groom);
-// The same for every point of Groom::far_strips, measured along the middle line of each card.
-std::vector<float> far_strip_blend(const Groom& groom);
+// The same for every point of Groom::far_cards, measured along the middle line of each card.
+std::vector<float> far_card_blend(const Groom& groom);
 
 // Deforms a fixed set of points by the displacements of the lattice's nodes. The points are given at rest in head space
 // and sorted by stencil once, in the constructor; deform() writes results in the caller's order. deform() allocates
@@ -30,7 +30,7 @@ class Deformer {
   // With tangents. `rest` has one entry per point.
   Deformer(const Lattice& lattice, std::span<const Vec3f> points_head, std::span<const float> blend,
            const RestTangents& rest, FfdKind kind);
-  // All points of the groom: strands', threads', strips' and cloths' alike.
+  // All points of the groom: strands', threads', cards' and cloths' alike.
   Deformer(const Groom& groom, const Lattice& lattice, FfdKind kind);
 
   // points_out[i] = x_i + delta_i u(x_i), u(x) = sum_j w_j(x) displacement_j; head space, m. `grid_displacements` has
@@ -57,7 +57,7 @@ class Deformer {
   std::size_t point_count_;
   std::vector<DeformCell> cells_;
   // Sorted, with kDeformOverhang more entries, as WideDeform names them.
-  std::vector<std::uint32_t> places_;
+  std::vector<std::uint32_t> output_offsets_;
   std::array<std::vector<float>, 4> points_, slopes_;
 };
 

@@ -51,7 +51,7 @@ struct LatticeLayer {
   std::span<const Vec3f> grid_displacements;  // every grid node, head space, m
   float weight = 1;
 };
-inline constexpr std::size_t kLatticeLayersMost = 5;  // of a character
+inline constexpr std::size_t kLatticeLayersMax = 5;  // of a character
 
 // Displacements (head space, m) of every grid node, in index order, from those of the active nodes.
 void expand_displacements(const LevelGeometry& geometry, std::span<const Vec3f> active, std::span<Vec3f> grid_out);

@@ -10,7 +10,7 @@ RestTangents none_of(std::size_t point_count) {
   return {std::vector<Vec3f>(point_count, Vec3f::Zero()), std::vector<float>(point_count, 0.0f)};
 }
 
-// Point i of a line is every `stride`-th of `points`: a strip has two edges.
+// Point i of a line is every `stride`-th of `points`: a card has two edges.
 void add_line(std::span<const Vec3f> points, std::span<const float> blend, const PointRange& range,
               std::uint32_t stride, RestTangents& rest) {
   const std::uint32_t last = range.end - stride;
@@ -37,27 +37,27 @@ RestTangents rest_tangents(const Groom& groom, std::span<const float> blend) {
   for (const Thread& thread : groom.threads) {
     if (thread.points.count() > 0) add_line(groom.points, blend, thread.points, 1, rest);
   }
-  for (const Strip& strip : groom.strips) {
-    if (strip.points.count() >= 2) add_line(groom.points, blend, strip.points, 2, rest);
+  for (const HairCard& card : groom.cards) {
+    if (card.points.count() >= 2) add_line(groom.points, blend, card.points, 2, rest);
   }
   return rest;
 }
 
-RestTangents far_strip_tangents(const FarStrips& far, std::span<const float> blend) {
+RestTangents far_card_tangents(const FarCards& far, std::span<const float> blend) {
   assert(blend.size() == far.points.size());
   RestTangents rest = none_of(far.points.size());
-  for (const FarStrip& strip : far.strips) {
-    if (strip.points.count() >= 2) add_line(far.points, blend, strip.points, 2, rest);
+  for (const FarCard& card : far.cards) {
+    if (card.points.count() >= 2) add_line(far.points, blend, card.points, 2, rest);
   }
   return rest;
 }
 
-std::vector<Vec3f> far_strip_normals(const FarStrips& far, const RestTangents& rest) {
+std::vector<Vec3f> far_card_normals(const FarCards& far, const RestTangents& rest) {
   assert(rest.direction.size() == far.points.size());
   std::vector<Vec3f> normals(far.points.size());
-  for (const FarStrip& strip : far.strips) {
-    for (std::uint32_t p = strip.points.begin; p + 1 < strip.points.end; p += 2) {
-      // One normal a pair, so that a strip is flat across.
+  for (const FarCard& card : far.cards) {
+    for (std::uint32_t p = card.points.begin; p + 1 < card.points.end; p += 2) {
+      // One normal a pair, so that a card is flat across.
       const Vec3f along = rest.direction[p] + rest.direction[p + 1];
       const Vec3f normal = (far.points[p + 1] - far.points[p]).cross(along);
       const float length = normal.norm();

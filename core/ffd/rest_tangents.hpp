@@ -13,13 +13,13 @@ struct RestTangents {
   std::vector<float> blend_slope;  // d delta / ds, 1/m
 };
 
-// Computes them for all points of the groom: central differences along strands, threads and the middle line of strips,
+// Computes them for all points of the groom: central differences along strands, threads and the middle line of cards,
 // as the drawn polyline has them. Zero for points of cloth and of lines without length. `blend`: delta of each point.
 RestTangents rest_tangents(const Groom& groom, std::span<const float> blend);
 
-// The same of far strips' points, along either edge. `blend` is that of far_strip_blend.
-RestTangents far_strip_tangents(const FarStrips& far, std::span<const float> blend);
+// The same of far cards' points, along either edge. `blend` is that of far_card_blend.
+RestTangents far_card_tangents(const FarCards& far, std::span<const float> blend);
 // Of unit length, one for either point of a pair: across (left to right) x along, which is away from the head.
-std::vector<Vec3f> far_strip_normals(const FarStrips& far, const RestTangents& rest);
+std::vector<Vec3f> far_card_normals(const FarCards& far, const RestTangents& rest);
 
 }  // namespace hairnet

@@ -18,8 +18,8 @@ void blend_line(const RootBlend& blend, float root_length_m, std::span<const Vec
 }
 
 // Both points of a pair have the middle's delta. `middle_delta` is for scratch; `delta` has two a point of `middle`.
-void blend_strip(const RootBlend& blend, float root_length_m, std::span<const Vec3f> middle,
-                 std::vector<float>& middle_delta, std::span<float> delta) {
+void blend_card(const RootBlend& blend, float root_length_m, std::span<const Vec3f> middle,
+                std::vector<float>& middle_delta, std::span<float> delta) {
   middle_delta.resize(middle.size());
   blend_line(blend, root_length_m, middle, middle_delta);
   for (std::size_t i = 0; i < delta.size(); ++i) delta[i] = middle_delta[i / 2];
@@ -42,11 +42,11 @@ std::vector<float> root_blend(const Groom& groom) {
   }
   std::vector<Vec3f> middle;
   std::vector<float> middle_delta;
-  for (const Strip& strip : groom.strips) {
-    if (!strip.properties.rooted || strip.properties.root_length_m <= 0) continue;
-    middle_of(groom, strip, middle);
-    blend_strip(blend_of(groom, strip.properties.group), strip.properties.root_length_m, middle, middle_delta,
-                {delta.data() + strip.points.begin, delta.data() + strip.points.end});
+  for (const HairCard& card : groom.cards) {
+    if (!card.properties.rooted || card.properties.root_length_m <= 0) continue;
+    middle_of(groom, card, middle);
+    blend_card(blend_of(groom, card.properties.group), card.properties.root_length_m, middle, middle_delta,
+               {delta.data() + card.points.begin, delta.data() + card.points.end});
   }
   for (const Cloth& cloth : groom.cloths) {
     if (cloth.root_length_m <= 0) continue;
@@ -59,15 +59,15 @@ std::vector<float> root_blend(const Groom& groom) {
   return delta;
 }
 
-std::vector<float> far_strip_blend(const Groom& groom) {
-  const FarStrips& far = groom.far_strips;
+std::vector<float> far_card_blend(const Groom& groom) {
+  const FarCards& far = groom.far_cards;
   std::vector<float> delta(far.points.size(), 1.0f), middle_delta;
   std::vector<Vec3f> middle;
-  for (const FarStrip& strip : far.strips) {
-    if (!strip.rooted || strip.root_length_m <= 0) continue;
-    middle_of(far, strip, middle);
-    blend_strip(blend_of(groom, strip.group), strip.root_length_m, middle, middle_delta,
-                {delta.data() + strip.points.begin, delta.data() + strip.points.end});
+  for (const FarCard& card : far.cards) {
+    if (!card.rooted || card.root_length_m <= 0) continue;
+    middle_of(far, card, middle);
+    blend_card(blend_of(groom, card.group), card.root_length_m, middle, middle_delta,
+               {delta.data() + card.points.begin, delta.data() + card.points.end});
   }
   return delta;
 }

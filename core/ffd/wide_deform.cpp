@@ -170,14 +170,14 @@ HWY_INLINE V component(const float* HWY_RESTRICT terms, const AxisWeights<kNodes
 
 // To the caller's order. Lanes beyond the cell write too: theirs are points of the next cell, which writes them again,
 // or beyond the last cell copies of its last point.
-HWY_INLINE void scatter(V x, V y, V z, const std::uint32_t* HWY_RESTRICT places, float* HWY_RESTRICT out) {
+HWY_INLINE void scatter(V x, V y, V z, const std::uint32_t* HWY_RESTRICT output_offsets, float* HWY_RESTRICT out) {
   const D d;
   HWY_ALIGN float xy[2 * kLanes], only_z[kLanes];
   hn::StoreInterleaved2(x, y, d, xy);
   hn::Store(z, d, only_z);
   HWY_UNROLL(16)
   for (std::size_t i = 0; i < kLanes; ++i) {
-    float* to = out + places[i];
+    float* to = out + output_offsets[i];
     __builtin_memcpy(to, xy + 2 * i, 2 * sizeof(float));
     to[2] = only_z[i];
   }
@@ -190,7 +190,7 @@ HWY_NOINLINE void deform_cell(const WideDeform& work, const DeformCell& cell, co
   for (int a = 0; a < 3; ++a) frames[a] = make_frame<kNodes>(work.inverse_spacing[a], cell.centre[a]);
   const float* const points[] = {work.points[0], work.points[1], work.points[2], work.points[3]};
   const float* const slopes[] = {work.slopes[0], work.slopes[1], work.slopes[2], work.slopes[3]};
-  const std::uint32_t* const places = work.places;
+  const std::uint32_t* const output_offsets = work.output_offsets;
   float* const points_out = work.points_out;
   float* const tangents_out = work.tangents_out;
   const std::size_t end = cell.end;
@@ -205,11 +205,11 @@ HWY_NOINLINE void deform_cell(const WideDeform& work, const DeformCell& cell, co
     for (int c = 0; c < 3; ++c) u[c] = component<kNodes, kTangents>(terms + c, axes, du[c]);
     const V delta = hn::LoadU(d, points[3] + p);
     for (int c = 0; c < 3; ++c) x[c] = hn::MulAdd(delta, u[c], x[c]);
-    scatter(x[0], x[1], x[2], places + p, points_out);
+    scatter(x[0], x[1], x[2], output_offsets + p, points_out);
     if constexpr (kTangents) {
       const V delta_slope = hn::LoadU(d, slopes[3] + p);
       for (int c = 0; c < 3; ++c) along[c] = hn::MulAdd(delta, du[c], hn::MulAdd(delta_slope, u[c], along[c]));
-      scatter(along[0], along[1], along[2], places + p, tangents_out);
+      scatter(along[0], along[1], along[2], output_offsets + p, tangents_out);
     }
   }
 }

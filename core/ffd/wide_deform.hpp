@@ -25,7 +25,7 @@ struct WideDeform {
   std::size_t cell_count;
   const float* points[4];                // sorted: x, y, z, delta
   const float* slopes[4];                // sorted: rest tangent and d delta / ds; null without tangents_out
-  const std::uint32_t* places;           // sorted point -> the first of its floats in points_out
+  const std::uint32_t* output_offsets;   // sorted point -> the first of its floats in points_out
   float inverse_spacing[3];              // 1/m
   std::uint32_t row, slice, node_count;  // nodes of the grid: along x, of one z, all
   const float* displacements;            // xyz of every grid node

@@ -8,26 +8,26 @@
 namespace hairnet {
 
 // A hair card: one textured ribbon that stands for many strands when the hair is far away.
-struct FarStrip {
-  PointRange points;               // of FarStrips::points: left, right, left, right … from the root
+struct FarCard {
+  PointRange points;               // of FarCards::points: left, right, left, right … from the root
   float root_length_m = 0.02f;     // lambda_0 of eq. 7, if rooted; 0 = no root blend
-  std::uint32_t strand_count = 1;  // strands, and strips of the groom's own, that it stands for
+  std::uint32_t strand_count = 1;  // strands, and cards of the groom's own, that it stands for
   std::uint16_t group = 0;         // index into Groom::group_names; all that it stands for is of this group
   bool rooted = true;
 };
 
-// What is drawn instead of the strands and strips of a groom when it is far away. The cards follow the lattice by FFD
+// What is drawn instead of the strands and cards of a groom when it is far away. The cards follow the lattice by FFD
 // but have no mechanics: the levels do not depend on them.
-struct FarStrips {
-  std::vector<Vec3f> points;  // head space, m; strip by strip
-  std::vector<FarStrip> strips;
+struct FarCards {
+  std::vector<Vec3f> points;  // head space, m; card by card
+  std::vector<FarCard> cards;
 
-  // Sets the strip's range.
-  void add(const std::vector<Vec3f>& edges, FarStrip strip) {
+  // Sets the card's range.
+  void add(const std::vector<Vec3f>& edges, FarCard card) {
     const auto begin = static_cast<std::uint32_t>(points.size());
     points.insert(points.end(), edges.begin(), edges.end());
-    strip.points = {begin, static_cast<std::uint32_t>(points.size())};
-    strips.push_back(strip);
+    card.points = {begin, static_cast<std::uint32_t>(points.size())};
+    cards.push_back(card);
   }
 };
 

@@ -6,11 +6,11 @@
 namespace hairnet {
 
 // Formats validation messages: "<what> <index>: <fault>".
-inline std::string at(std::string_view what, std::size_t index, std::string_view fault) {
+inline std::string fault_at(std::string_view what, std::size_t index, std::string_view fault) {
   return std::string(what) + ' ' + std::to_string(index) + ": " + std::string(fault);
 }
 
-inline std::string over(std::string_view what, std::size_t count, std::size_t most) {
+inline std::string over_limit(std::string_view what, std::size_t count, std::size_t most) {
   return std::to_string(count) + ' ' + std::string(what) + ", more than the limit of " + std::to_string(most);
 }
 

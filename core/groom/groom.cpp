@@ -14,18 +14,21 @@ bool within(const Vec3f& x, float most) {
 
 std::string validate_strands(const Groom& groom, const GroomLimits& limits) {
   if (groom.strand_count() > limits.strand_count_max)
-    return over("strands", groom.strand_count(), limits.strand_count_max);
-  if (groom.points.size() > limits.point_count_max) return over("points", groom.points.size(), limits.point_count_max);
+    return over_limit("strands", groom.strand_count(), limits.strand_count_max);
+  if (groom.points.size() > limits.point_count_max)
+    return over_limit("points", groom.points.size(), limits.point_count_max);
   if (groom.group_names.size() > limits.group_count_max)
-    return over("groups", groom.group_names.size(), limits.group_count_max);
+    return over_limit("groups", groom.group_names.size(), limits.group_count_max);
   if (groom.strand_begin.size() != groom.strand_count() + 1 || groom.strand_begin.front() != 0)
     return "strand offsets do not cover the points";
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {
-    if (groom.strand_begin[s] > groom.strand_begin[s + 1]) return at("strand", s, "offsets descend");
-    if (const std::string fault = fault_of(groom.strands[s], groom); !fault.empty()) return at("strand", s, fault);
+    if (groom.strand_begin[s] > groom.strand_begin[s + 1]) return fault_at("strand", s, "offsets descend");
+    if (const std::string fault = fault_of(groom.strands[s], groom); !fault.empty())
+      return fault_at("strand", s, fault);
   }
   for (std::size_t i = 0; i < groom.points.size(); ++i) {
-    if (!within(groom.points[i], limits.coordinate_max_m)) return at("point", i, "not finite or too far from the head");
+    if (!within(groom.points[i], limits.coordinate_max_m))
+      return fault_at("point", i, "not finite or too far from the head");
   }
   return {};
 }
@@ -33,26 +36,27 @@ std::string validate_strands(const Groom& groom, const GroomLimits& limits) {
 std::string validate_body(const Body& body, const GroomLimits& limits) {
   const TriangleMesh& mesh = body.mesh;
   if (mesh.vertices.size() > limits.vertex_count_max)
-    return over("body vertices", mesh.vertices.size(), limits.vertex_count_max);
+    return over_limit("body vertices", mesh.vertices.size(), limits.vertex_count_max);
   if (mesh.triangles.size() > 2 * limits.vertex_count_max)
-    return over("body triangles", mesh.triangles.size(), 2 * limits.vertex_count_max);
+    return over_limit("body triangles", mesh.triangles.size(), 2 * limits.vertex_count_max);
   if (body.bone_weights.size() != mesh.vertices.size()) return "bone weights are not one entry a body vertex";
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    if (!within(mesh.vertices[v], limits.coordinate_max_m)) return at("body vertex", v, "not finite or too far away");
+    if (!within(mesh.vertices[v], limits.coordinate_max_m))
+      return fault_at("body vertex", v, "not finite or too far away");
     float sum = 0;
     for (const float weight : body.bone_weights[v]) {
-      if (!(weight >= 0 && weight <= 1.001f)) return at("body vertex", v, "a bone weight is not in [0, 1]");
+      if (!(weight >= 0 && weight <= 1.001f)) return fault_at("body vertex", v, "a bone weight is not in [0, 1]");
       sum += weight;
     }
-    if (std::abs(sum - 1) > 1e-3f) return at("body vertex", v, "bone weights do not sum to 1");
+    if (std::abs(sum - 1) > 1e-3f) return fault_at("body vertex", v, "bone weights do not sum to 1");
   }
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     for (const std::uint32_t v : mesh.triangles[t]) {
-      if (v >= mesh.vertices.size()) return at("body triangle", t, "a vertex does not exist");
+      if (v >= mesh.vertices.size()) return fault_at("body triangle", t, "a vertex does not exist");
     }
   }
   for (std::size_t b = 0; b < kBoneCount; ++b) {
-    if (!within(body.joints[b], limits.coordinate_max_m)) return at("joint", b, "not finite or too far away");
+    if (!within(body.joints[b], limits.coordinate_max_m)) return fault_at("joint", b, "not finite or too far away");
   }
   return {};
 }
@@ -67,27 +71,27 @@ void middle_between(std::span<const Vec3f> edges, std::vector<Vec3f>& line) {
 
 void set_material(const Material& material, Groom& groom) {
   groom.materials = {material, {}};
-  for (FarStrip& strip : groom.far_strips.strips) {
-    if (strip.rooted) strip.root_length_m = material.root_length_m;
+  for (FarCard& card : groom.far_cards.cards) {
+    if (card.rooted) card.root_length_m = material.root_length_m;
   }
   for (StrandProperties& strand : groom.strands) {
     if (strand.rooted) strand.root_length_m = material.root_length_m;
   }
-  for (auto& [points, strip] : groom.strips) {
-    if (strip.rooted) strip.root_length_m = material.root_length_m;
+  for (auto& [points, card] : groom.cards) {
+    if (card.rooted) card.root_length_m = material.root_length_m;
   }
 }
 
 void set_group_material(std::uint16_t group, const Material& material, Groom& groom) {
   groom.materials.set(group, material);
-  for (FarStrip& strip : groom.far_strips.strips) {
-    if (strip.rooted && strip.group == group) strip.root_length_m = material.root_length_m;
+  for (FarCard& card : groom.far_cards.cards) {
+    if (card.rooted && card.group == group) card.root_length_m = material.root_length_m;
   }
   for (StrandProperties& strand : groom.strands) {
     if (strand.rooted && strand.group == group) strand.root_length_m = material.root_length_m;
   }
-  for (auto& [points, strip] : groom.strips) {
-    if (strip.rooted && strip.group == group) strip.root_length_m = material.root_length_m;
+  for (auto& [points, card] : groom.cards) {
+    if (card.rooted && card.group == group) card.root_length_m = material.root_length_m;
   }
 }
 
@@ -99,12 +103,12 @@ void Groom::add_cloth(std::span<const Vec3f> vertices, Cloth cloth) {
   cloths.push_back(std::move(cloth));
 }
 
-void middle_of(const Groom& groom, const Strip& strip, std::vector<Vec3f>& line) {
-  middle_between(groom.points_of(strip.points), line);
+void middle_of(const Groom& groom, const HairCard& card, std::vector<Vec3f>& line) {
+  middle_between(groom.points_of(card.points), line);
 }
 
-void middle_of(const FarStrips& all, const FarStrip& strip, std::vector<Vec3f>& line) {
-  middle_between({all.points.data() + strip.points.begin, all.points.data() + strip.points.end}, line);
+void middle_of(const FarCards& all, const FarCard& card, std::vector<Vec3f>& line) {
+  middle_between({all.points.data() + card.points.begin, all.points.data() + card.points.end}, line);
 }
 
 std::string validate(const Groom& groom, const GroomLimits& limits) {
@@ -112,7 +116,7 @@ std::string validate(const Groom& groom, const GroomLimits& limits) {
   std::string fault = validate_strands(groom, limits);
   if (fault.empty()) fault = validate(groom.materials, groom.group_names.size());
   if (fault.empty()) fault = validate_features(groom, limits);
-  if (fault.empty()) fault = validate_far_strips(groom, limits);
+  if (fault.empty()) fault = validate_far_cards(groom, limits);
   return fault.empty() ? validate_body(groom.body, limits) : fault;
 }
 

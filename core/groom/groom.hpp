@@ -22,14 +22,14 @@ struct StrandProperties {
 };
 
 // A lock of hair drawn as one ribbon of textured hair. It has the mechanics of a strand along its middle.
-struct Strip {
+struct HairCard {
   PointRange points;            // left, right, left, right … from the root
   StrandProperties properties;  // radius_m is of no use here
 };
 
 // A strand that is drawn as a clump of hair: copies follow the strand at fixed offsets. The copies have no mechanics;
 // hair_count is the number of real hairs that the strand and its copies stand for together.
-struct Cluster {
+struct Clump {
   std::uint32_t strand = 0;
   std::uint16_t copy_count = 6;
   float radius_m = 0.004f;  // of the lock, a little beyond the root
@@ -40,7 +40,7 @@ struct Cluster {
 // (threads, cloth, knots), and the body below.
 struct Groom {
   std::string name;
-  // Strand by strand, root first; then those of the threads, of the strips and of the cloths. All of them follow the
+  // Strand by strand, root first; then those of the threads, of the cards and of the cloths. All of them follow the
   // lattice.
   std::vector<Vec3f> points;
   std::vector<std::uint32_t> strand_begin{0};  // strand s has points [strand_begin[s], strand_begin[s + 1])
@@ -48,12 +48,12 @@ struct Groom {
   std::vector<std::string> group_names;  // at least one once there is anything that has a group
   MaterialSet materials;
   std::vector<RootBlend> root_blends;  // one a group, or none at all: eq. 7 everywhere
-  std::vector<Cluster> clusters;
+  std::vector<Clump> clumps;
   std::vector<Thread> threads;
-  std::vector<Strip> strips;
+  std::vector<HairCard> cards;
   std::vector<Cloth> cloths;
   std::vector<Knot> knots;
-  FarStrips far_strips;  // none until make_far_strips; their points are not among `points`
+  FarCards far_cards;  // none until make_far_cards; their points are not among `points`
   Body body;
 
   [[nodiscard]] std::size_t strand_count() const { return strands.size(); }
@@ -64,7 +64,7 @@ struct Groom {
     return {points.data() + range.begin, points.data() + range.end};
   }
 
-  // Each sets the point range of what it adds. Add strands first, then threads, strips, cloths.
+  // Each sets the point range of what it adds. Add strands first, then threads, cards, cloths.
   void add_strand(std::span<const Vec3f> strand, const StrandProperties& properties) {
     append(strand);
     strand_begin.push_back(static_cast<std::uint32_t>(points.size()));
@@ -74,9 +74,9 @@ struct Groom {
     thread.points = append(polyline);
     threads.push_back(thread);
   }
-  void add_strip(std::span<const Vec3f> edges, const StrandProperties& properties) {
+  void add_card(std::span<const Vec3f> edges, const StrandProperties& properties) {
     const PointRange range = append(edges);
-    strips.push_back({range, properties});
+    cards.push_back({range, properties});
   }
   // The cloth's triangles count from the first of `vertices`.
   void add_cloth(std::span<const Vec3f> vertices, Cloth cloth);
@@ -92,20 +92,20 @@ struct Groom {
 // Sets the material of all hair, or of one group, and the root length lambda_0 of its rooted strands.
 void set_material(const Material& material, Groom& groom);
 void set_group_material(std::uint16_t group, const Material& material, Groom& groom);
-// The line along a strip's middle, a point a pair.
-void middle_of(const Groom& groom, const Strip& strip, std::vector<Vec3f>& line);
-void middle_of(const FarStrips& all, const FarStrip& strip, std::vector<Vec3f>& line);
+// The line along a card's middle, a point a pair.
+void middle_of(const Groom& groom, const HairCard& card, std::vector<Vec3f>& line);
+void middle_of(const FarCards& all, const FarCard& card, std::vector<Vec3f>& line);
 
 struct GroomLimits {
   std::size_t strand_count_max = 200'000;
   std::size_t point_count_max = 8'000'000;
   std::size_t vertex_count_max = 1'000'000;
   std::size_t group_count_max = 256;
-  std::size_t copy_count_max = 64;      // of one cluster
-  std::size_t fabric_count_max = 4096;  // threads, strips, cloths, and knots: of each so many
-  std::size_t far_strip_count_max = 4096;
-  std::size_t far_strip_pair_count_max = 64;  // of one strip
-  float coordinate_max_m = 10;                // every coordinate's absolute value
+  std::size_t copy_count_max = 64;      // of one clump
+  std::size_t fabric_count_max = 4096;  // threads, cards, cloths, and knots: of each so many
+  std::size_t far_card_count_max = 4096;
+  std::size_t far_card_pair_count_max = 64;  // of one card
+  float coordinate_max_m = 10;               // every coordinate's absolute value
 };
 
 // Empty when the groom is sound: consistent offsets, finite and bounded numbers, valid groups, weights and triangles.

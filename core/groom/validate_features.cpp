@@ -26,7 +26,7 @@ bool is_colour(const Vec3f& c) {
   return c.allFinite() && c.minCoeff() >= 0 && c.maxCoeff() <= 1;
 }
 
-// Threads, strips and cloths take up the points after the strands' one after the other.
+// Threads, cards and cloths take up the points after the strands' one after the other.
 class Points {
  public:
   explicit Points(const Groom& groom) : next_(groom.strand_begin.back()), count_(groom.points.size()) {}
@@ -44,11 +44,11 @@ class Points {
   std::size_t next_, count_;
 };
 
-std::string fault_of(const Cluster& cluster, const Groom& groom, const GroomLimits& limits) {
-  if (cluster.strand >= groom.strand_count()) return "its strand does not exist";
-  if (cluster.copy_count > limits.copy_count_max) return over("copies", cluster.copy_count, limits.copy_count_max);
+std::string fault_of(const Clump& clump, const Groom& groom, const GroomLimits& limits) {
+  if (clump.strand >= groom.strand_count()) return "its strand does not exist";
+  if (clump.copy_count > limits.copy_count_max) return over_limit("copies", clump.copy_count, limits.copy_count_max);
   return out_of_range(
-      {{"radius (m)", cluster.radius_m, 0, 0.1f}, {"radius at the tip (m)", cluster.tip_radius_m, 0, 0.1f}});
+      {{"radius (m)", clump.radius_m, 0, 0.1f}, {"radius at the tip (m)", clump.tip_radius_m, 0, 0.1f}});
 }
 
 std::string fault_of(const Thread& thread, const Groom& groom) {
@@ -67,18 +67,18 @@ std::string fault_of(const Cloth& cloth, const Groom& groom, const GroomLimits& 
   if (cloth.group >= groom.group_names.size()) return "its group does not exist";
   if (!is_colour(cloth.colour)) return "colour is not in [0, 1]";
   if (cloth.triangles.size() > 2 * limits.vertex_count_max)
-    return over("triangles", cloth.triangles.size(), 2 * limits.vertex_count_max);
+    return over_limit("triangles", cloth.triangles.size(), 2 * limits.vertex_count_max);
   for (std::size_t t = 0; t < cloth.triangles.size(); ++t) {
     const auto& [a, b, c] = cloth.triangles[t];
     const auto foreign = [&](std::uint32_t v) { return v < cloth.points.begin || v >= cloth.points.end; };
-    if (foreign(a) || foreign(b) || foreign(c)) return at("triangle", t, "a point is not the cloth's own");
-    if (a == b || b == c || c == a) return at("triangle", t, "a corner comes twice");
+    if (foreign(a) || foreign(b) || foreign(c)) return fault_at("triangle", t, "a point is not the cloth's own");
+    if (a == b || b == c || c == a) return fault_at("triangle", t, "a corner comes twice");
   }
   if (!cloth.root_distance_m.empty() && cloth.root_distance_m.size() != cloth.points.count())
     return "distances from the pins are neither none nor one a point";
   for (std::size_t i = 0; i < cloth.root_distance_m.size(); ++i) {
     if (!(cloth.root_distance_m[i] >= 0 && cloth.root_distance_m[i] <= 100))
-      return at("point", i, "distance from the pins not in [0, 100] m");
+      return fault_at("point", i, "distance from the pins not in [0, 100] m");
   }
   return out_of_range({{"root length (m)", cloth.root_length_m, 0, 10},
                        {"opacity", cloth.opacity, 0, 1},
@@ -104,22 +104,22 @@ std::string validate_root_blends(const Groom& groom) {
   if (!groom.root_blends.empty() && groom.root_blends.size() != groom.group_names.size())
     return "root blends are neither none nor one a group";
   for (std::size_t g = 0; g < groom.root_blends.size(); ++g) {
-    if (const std::string fault = validate(groom.root_blends[g]); !fault.empty()) return at("group", g, fault);
+    if (const std::string fault = validate(groom.root_blends[g]); !fault.empty()) return fault_at("group", g, fault);
   }
   return {};
 }
 
-std::string validate_clusters(const Groom& groom, const GroomLimits& limits) {
-  if (groom.clusters.size() > groom.strand_count())
-    return over("clusters", groom.clusters.size(), groom.strand_count());
+std::string validate_clumps(const Groom& groom, const GroomLimits& limits) {
+  if (groom.clumps.size() > groom.strand_count())
+    return over_limit("clumps", groom.clumps.size(), groom.strand_count());
   std::size_t drawn_points = groom.points.size();
-  for (std::size_t c = 0; c < groom.clusters.size(); ++c) {
-    const Cluster& cluster = groom.clusters[c];
-    if (const std::string fault = fault_of(cluster, groom, limits); !fault.empty()) return at("cluster", c, fault);
-    drawn_points += cluster.copy_count * groom.strand_points(cluster.strand).size();
+  for (std::size_t c = 0; c < groom.clumps.size(); ++c) {
+    const Clump& clump = groom.clumps[c];
+    if (const std::string fault = fault_of(clump, groom, limits); !fault.empty()) return fault_at("clump", c, fault);
+    drawn_points += clump.copy_count * groom.strand_points(clump.strand).size();
   }
   if (drawn_points > limits.point_count_max)
-    return over("points with the clusters'", drawn_points, limits.point_count_max);
+    return over_limit("points with the clumps'", drawn_points, limits.point_count_max);
   return {};
 }
 
@@ -128,19 +128,19 @@ std::string validate_point_owners(const Groom& groom, const GroomLimits& limits)
   for (std::size_t i = 0; i < groom.threads.size(); ++i) {
     std::string fault = points.take(groom.threads[i].points, 2, 1);
     if (fault.empty()) fault = fault_of(groom.threads[i], groom);
-    if (!fault.empty()) return at("thread", i, fault);
+    if (!fault.empty()) return fault_at("thread", i, fault);
   }
-  for (std::size_t i = 0; i < groom.strips.size(); ++i) {
-    std::string fault = points.take(groom.strips[i].points, 4, 2);
-    if (fault.empty()) fault = fault_of(groom.strips[i].properties, groom);
-    if (!fault.empty()) return at("strip", i, fault);
+  for (std::size_t i = 0; i < groom.cards.size(); ++i) {
+    std::string fault = points.take(groom.cards[i].points, 4, 2);
+    if (fault.empty()) fault = fault_of(groom.cards[i].properties, groom);
+    if (!fault.empty()) return fault_at("card", i, fault);
   }
   for (std::size_t i = 0; i < groom.cloths.size(); ++i) {
     std::string fault = points.take(groom.cloths[i].points, 3, 1);
     if (fault.empty()) fault = fault_of(groom.cloths[i], groom, limits);
-    if (!fault.empty()) return at("cloth", i, fault);
+    if (!fault.empty()) return fault_at("cloth", i, fault);
   }
-  return points.all_taken() ? "" : "strands, threads, strips and cloths do not cover the points";
+  return points.all_taken() ? "" : "strands, threads, cards and cloths do not cover the points";
 }
 
 }  // namespace
@@ -155,50 +155,50 @@ std::string fault_of(const StrandProperties& properties, const Groom& groom) {
 
 std::string validate_features(const Groom& groom, const GroomLimits& limits) {
   for (const auto& [name, count] : {std::pair<std::string_view, std::size_t>{"threads", groom.threads.size()},
-                                    {"strips", groom.strips.size()},
+                                    {"cards", groom.cards.size()},
                                     {"cloths", groom.cloths.size()},
                                     {"knots", groom.knots.size()}}) {
-    if (count > limits.fabric_count_max) return over(name, count, limits.fabric_count_max);
+    if (count > limits.fabric_count_max) return over_limit(name, count, limits.fabric_count_max);
   }
   if (groom.strand_begin.back() > groom.points.size()) return "strand offsets go beyond the points";
   std::string fault = validate_root_blends(groom);
-  if (fault.empty()) fault = validate_clusters(groom, limits);
+  if (fault.empty()) fault = validate_clumps(groom, limits);
   if (fault.empty()) fault = validate_point_owners(groom, limits);
   std::size_t tied_points = 0;
   for (std::size_t k = 0; fault.empty() && k < groom.knots.size(); ++k) {
     tied_points += groom.knots[k].points.size();
     fault = fault_of(groom.knots[k], groom);
-    if (!fault.empty()) return at("knot", k, fault);
+    if (!fault.empty()) return fault_at("knot", k, fault);
   }
   if (fault.empty() && tied_points > limits.point_count_max)
-    return over("tied points", tied_points, limits.point_count_max);
+    return over_limit("tied points", tied_points, limits.point_count_max);
   return fault;
 }
 
-std::string validate_far_strips(const Groom& groom, const GroomLimits& limits) {
-  const FarStrips& far = groom.far_strips;
-  if (far.strips.size() > limits.far_strip_count_max)
-    return over("far strips", far.strips.size(), limits.far_strip_count_max);
+std::string validate_far_cards(const Groom& groom, const GroomLimits& limits) {
+  const FarCards& far = groom.far_cards;
+  if (far.cards.size() > limits.far_card_count_max)
+    return over_limit("far cards", far.cards.size(), limits.far_card_count_max);
   std::size_t next = 0;
-  for (std::size_t i = 0; i < far.strips.size(); ++i) {
-    const auto& [points, root_length_m, strand_count, group, rooted] = far.strips[i];
+  for (std::size_t i = 0; i < far.cards.size(); ++i) {
+    const auto& [points, root_length_m, strand_count, group, rooted] = far.cards[i];
     if (points.begin != next || points.end < points.begin || points.end > far.points.size())
-      return at("far strip", i, "its points do not follow those before it");
+      return fault_at("far card", i, "its points do not follow those before it");
     next = points.end;
     if (points.count() < 4 || points.count() % 2 != 0)
-      return at("far strip", i, "too few points, or one without its partner");
-    if (points.count() / 2 > limits.far_strip_pair_count_max)
-      return at("far strip", i, over("pairs of points", points.count() / 2, limits.far_strip_pair_count_max));
-    if (group >= groom.group_names.size()) return at("far strip", i, "its group does not exist");
-    if (!(root_length_m >= 0 && root_length_m <= 10)) return at("far strip", i, "root length not in [0, 10] m");
-    if (strand_count < 1 || strand_count > groom.strand_count() + groom.strips.size())
-      return at("far strip", i, "stands for no strands, or more than there are");
+      return fault_at("far card", i, "too few points, or one without its partner");
+    if (points.count() / 2 > limits.far_card_pair_count_max)
+      return fault_at("far card", i, over_limit("pairs of points", points.count() / 2, limits.far_card_pair_count_max));
+    if (group >= groom.group_names.size()) return fault_at("far card", i, "its group does not exist");
+    if (!(root_length_m >= 0 && root_length_m <= 10)) return fault_at("far card", i, "root length not in [0, 10] m");
+    if (strand_count < 1 || strand_count > groom.strand_count() + groom.cards.size())
+      return fault_at("far card", i, "stands for no strands, or more than there are");
   }
-  if (next != far.points.size()) return "far strips do not cover their points";
+  if (next != far.points.size()) return "far cards do not cover their points";
   for (std::size_t i = 0; i < far.points.size(); ++i) {
     const Vec3f& x = far.points[i];
     if (!x.allFinite() || x.cwiseAbs().maxCoeff() > limits.coordinate_max_m)
-      return at("far strips' point", i, "not finite or too far from the head");
+      return fault_at("far cards' point", i, "not finite or too far from the head");
   }
   return {};
 }

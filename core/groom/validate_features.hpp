@@ -11,9 +11,9 @@ namespace hairnet {
 // Of the properties alone; empty when sound.
 std::string fault_of(const StrandProperties& properties, const Groom& groom);
 
-// Root blends, clusters, threads, strips, cloths and knots; the strands must be sound and their offsets in order.
+// Root blends, clumps, threads, cards, cloths and knots; the strands must be sound and their offsets in order.
 std::string validate_features(const Groom& groom, const GroomLimits& limits);
 
-std::string validate_far_strips(const Groom& groom, const GroomLimits& limits);
+std::string validate_far_cards(const Groom& groom, const GroomLimits& limits);
 
 }  // namespace hairnet

@@ -8,20 +8,21 @@
 namespace hairnet {
 namespace {
 
-// A course as a column: the points of its outline, m. Neighbours on the scalp should stay together, so roots weigh
+// A centreline as a column: the points of its outline, m. Neighbours on the scalp should stay together, so roots weigh
 // more.
 constexpr Eigen::Index kNumbers = 3 * static_cast<Eigen::Index>(kOutlinePoints);
 constexpr float kRootWeight = 1.5f;
 using Columns = Eigen::Matrix<float, kNumbers, Eigen::Dynamic>;
 
-constexpr std::size_t kLearntFrom = 20'000;  // courses; the others join the nearest of the clusters found among these
+constexpr std::size_t kLearntFrom =
+    20'000;  // centrelines; the others join the nearest of the clusters found among these
 constexpr int kRounds = 12;
 constexpr Eigen::Index kBlock = 1024;  // columns compared at once
 
-Columns columns_of(std::span<const Course> courses, std::span<const std::uint32_t> members) {
+Columns columns_of(std::span<const Centreline> centrelines, std::span<const std::uint32_t> members) {
   Columns columns(kNumbers, static_cast<Eigen::Index>(members.size()));
   for (std::size_t m = 0; m < members.size(); ++m) {
-    const auto& outline = courses[members[m]].outline;
+    const auto& outline = centrelines[members[m]].outline;
     for (std::size_t i = 0; i < kOutlinePoints; ++i) {
       columns.col(static_cast<Eigen::Index>(m)).segment<3>(3 * static_cast<Eigen::Index>(i)) =
           (i == 0 ? kRootWeight : 1.0f) * outline[i];
@@ -86,18 +87,18 @@ void move_to_means(const Columns& columns, const std::vector<Eigen::Index>& near
 
 }  // namespace
 
-std::vector<std::vector<std::uint32_t>> cluster_courses(std::span<const Course> courses,
-                                                        std::span<const std::uint32_t> members, std::size_t count) {
+std::vector<std::vector<std::uint32_t>> cluster_centrelines(std::span<const Centreline> centrelines,
+                                                            std::span<const std::uint32_t> members, std::size_t count) {
   if (members.empty() || count == 0) return {};
   const std::size_t stride = (members.size() + kLearntFrom - 1) / kLearntFrom;
   std::vector<std::uint32_t> some;
   for (std::size_t m = 0; m < members.size(); m += stride) some.push_back(members[m]);
-  const Columns learnt_from = columns_of(courses, some);
+  const Columns learnt_from = columns_of(centrelines, some);
   Columns centres = first_centres(learnt_from, std::min(count, some.size()));
   for (int round = 0; round < kRounds; ++round)
     move_to_means(learnt_from, nearest_centres(learnt_from, centres), centres);
 
-  const std::vector<Eigen::Index> nearest = nearest_centres(columns_of(courses, members), centres);
+  const std::vector<Eigen::Index> nearest = nearest_centres(columns_of(centrelines, members), centres);
   std::vector<std::vector<std::uint32_t>> clusters(static_cast<std::size_t>(centres.cols()));
   for (std::size_t m = 0; m < members.size(); ++m) clusters[static_cast<std::size_t>(nearest[m])].push_back(members[m]);
   std::erase_if(clusters, [](const auto& cluster) { return cluster.empty(); });

@@ -8,9 +8,9 @@
 
 namespace hairnet {
 
-// Groups courses that begin near each other and go the same way: k-means on their outlines. Gives at most
-// `count` clusters, none of them empty, as indices into `courses`; each of `members` is in exactly one.
-std::vector<std::vector<std::uint32_t>> cluster_courses(std::span<const Course> courses,
-                                                        std::span<const std::uint32_t> members, std::size_t count);
+// Groups centrelines that begin near each other and go the same way: k-means on their outlines. Gives at most
+// `count` clusters, none of them empty, as indices into `centrelines`; each of `members` is in exactly one.
+std::vector<std::vector<std::uint32_t>> cluster_centrelines(std::span<const Centreline> centrelines,
+                                                            std::span<const std::uint32_t> members, std::size_t count);
 
 }  // namespace hairnet

@@ -15,26 +15,26 @@ namespace {
 
 // Deviations from the middle to an edge. Those of an even spread are 1.73; a little more, that neighbours overlap.
 constexpr double kEdge = 1.95;
-constexpr double kHalfLeast = 0.002, kHalfMost = 0.03;            // m, of the width
+constexpr double kHalfWidthMin = 0.002, kHalfWidthMax = 0.03;     // m, of the width
 constexpr double kSkinPreference = 0.5;                           // of the spread's trace
-constexpr double kStretchMost = 1.5;                              // of the mean
-constexpr double kRootReachMost = 0.15, kTipReachMost = 0.1;      // of the length
-constexpr double kMoveMost = 0.01;                                // m, outwards
+constexpr double kStretchMax = 1.5;                               // of the mean
+constexpr double kRootReachMax = 0.15, kTipReachMax = 0.1;        // of the length
+constexpr double kMoveMax = 0.01;                                 // m, outwards
 constexpr double kClearanceRoot = 0.001, kClearanceRest = 0.003;  // m off the skin
 constexpr std::size_t kPairCount = 12;
 constexpr double kEvenness = 0.05;  // what a pair is worth by its distance from others
 
 template <class T>
-using AlongStrip = std::array<T, kCoursePoints>;
+using AlongCard = std::array<T, kCentrelinePoints>;
 
 // What surrounds the hair.
 struct Head {
-  Head(const Groom& groom, const std::vector<Course>& courses) : skin(groom.body.mesh), hair(courses) {
-    const bool any_rooted = std::ranges::any_of(courses, &Course::rooted);
+  Head(const Groom& groom, const std::vector<Centreline>& centrelines) : skin(groom.body.mesh), hair(centrelines) {
+    const bool any_rooted = std::ranges::any_of(centrelines, &Centreline::rooted);
     double count = 0;
-    for (const Course& course : courses) {
-      if (any_rooted && !course.rooted) continue;
-      centre += course.points[0].cast<double>();
+    for (const Centreline& centreline : centrelines) {
+      if (any_rooted && !centreline.rooted) continue;
+      centre += centreline.points[0].cast<double>();
       ++count;
     }
     if (count > 0) centre /= count;
@@ -45,7 +45,7 @@ struct Head {
     away.y() = std::max(0.0, away.y());
     return away.norm() > 1e-6 ? Vec3(away.normalized()) : Vec3(Vec3::UnitY());
   }
-  // Where a strip there should look: away from the head, but in a tail or at an edge away from the other hair as well.
+  // Where a card there should look: away from the head, but in a tail or at an edge away from the other hair as well.
   // Not of unit length: short where it matters little.
   [[nodiscard]] Vec3 view_side(const Vec3& point) const {
     constexpr double kOfHair = 3;
@@ -71,24 +71,24 @@ struct Head {
   Vec3 centre = Vec3::Zero();
 };
 
-Vec3 direction_at(const AlongStrip<Vec3>& line, std::size_t i) {
+Vec3 direction_at(const AlongCard<Vec3>& line, std::size_t i) {
   const Vec3 chord = line[std::min(i + 1, line.size() - 1)] - line[i > 0 ? i - 1 : 0];
   return chord.norm() > 1e-9 ? Vec3(chord.normalized()) : Vec3(-Vec3::UnitY());
 }
 
-// A cluster of courses: their mean, and how they spread about it.
+// A cluster of centrelines: their mean, and how they spread about it.
 struct Lock {
-  Lock(const std::vector<Course>& courses, const std::vector<std::uint32_t>& members) {
+  Lock(const std::vector<Centreline>& centrelines, const std::vector<std::uint32_t>& members) {
     const auto count = static_cast<double>(members.size());
     middle.fill(Vec3::Zero());
     spread.fill(Mat3::Zero());
     for (const std::uint32_t m : members) {
-      for (std::size_t i = 0; i < kCoursePoints; ++i) middle[i] += courses[m].points[i].cast<double>() / count;
-      own_variance += static_cast<double>(courses[m].own_variance_m2) / count;
+      for (std::size_t i = 0; i < kCentrelinePoints; ++i) middle[i] += centrelines[m].points[i].cast<double>() / count;
+      own_variance += static_cast<double>(centrelines[m].own_variance_m2) / count;
     }
     for (const std::uint32_t m : members) {
-      for (std::size_t i = 0; i < kCoursePoints; ++i) {
-        const Vec3 offset = courses[m].points[i].cast<double>() - middle[i];
+      for (std::size_t i = 0; i < kCentrelinePoints; ++i) {
+        const Vec3 offset = centrelines[m].points[i].cast<double>() - middle[i];
         spread[i] += offset * offset.transpose() / count;
       }
     }
@@ -97,9 +97,9 @@ struct Lock {
   void add_own_width() {
     for (Mat3& s : spread) s += own_variance * Mat3::Identity();
   }
-  AlongStrip<Vec3> middle;
-  AlongStrip<Mat3> spread;  // m^2; of the courses
-  double own_variance = 0;  // m^2; of the hair about its course
+  AlongCard<Vec3> middle;
+  AlongCard<Mat3> spread;   // m^2; of the centrelines
+  double own_variance = 0;  // m^2; of the hair about its centreline
 };
 
 // Along a direction, m. Rounding can leave a variance of nothing a little below it.
@@ -107,48 +107,48 @@ double deviation(const Mat3& spread, const Vec3& direction) {
   return std::sqrt(std::max(0.0, direction.dot(spread * direction)));
 }
 
-double median_length(const std::vector<Course>& courses, const std::vector<std::uint32_t>& members) {
+double median_length(const std::vector<Centreline>& centrelines, const std::vector<std::uint32_t>& members) {
   std::vector<float> lengths;
-  for (const std::uint32_t m : members) lengths.push_back(outline_length(courses[m].outline));
+  for (const std::uint32_t m : members) lengths.push_back(outline_length(centrelines[m].outline));
   const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
   std::ranges::nth_element(lengths, middle);
   return static_cast<double>(*middle);
 }
 
-double length_of(const AlongStrip<Vec3>& line) {
-  AlongStrip<Vec3f> rounded;
+double length_of(const AlongCard<Vec3>& line) {
+  AlongCard<Vec3f> rounded;
   std::ranges::transform(line, rounded.begin(), [](const Vec3& x) { return x.cast<float>(); });
   return static_cast<double>(outline_length(make_outline(rounded)));
 }
 
 // The mean of lines that part is shorter than each of them. Lengths are compared without waves, which the mean has
 // lost.
-void stretch_to(double length_m, AlongStrip<Vec3>& line) {
+void stretch_to(double length_m, AlongCard<Vec3>& line) {
   const double own = length_of(line);
-  const double ratio = own > 0 ? std::clamp(length_m / own, 1.0, kStretchMost) : 1;
+  const double ratio = own > 0 ? std::clamp(length_m / own, 1.0, kStretchMax) : 1;
   for (std::size_t i = line.size() - 1; i > 0; --i) line[i] = line[0] + ratio * (line[i] - line[0]);
 }
 
-// The middle begins among the roots; the strip begins where the hindmost of them are, or skin would show there.
-void reach_back(const Head& head, const Mat3& spread, AlongStrip<Vec3>& line) {
+// The middle begins among the roots; the card begins where the hindmost of them are, or skin would show there.
+void reach_back(const Head& head, const Mat3& spread, AlongCard<Vec3>& line) {
   const Vec3 away = head.outward(line[0]), along = direction_at(line, 0);
   const Vec3 flat = along - along.dot(away) * away;
   if (flat.norm() < 1e-3) return;
   const Vec3 back = -flat.normalized();
-  const double reach = std::min(kEdge * deviation(spread, back), kRootReachMost * length_of(line));
+  const double reach = std::min(kEdge * deviation(spread, back), kRootReachMax * length_of(line));
   line[0] += reach * flat.norm() * back;
 }
 
-// Tips that spread along the strip are seen beyond their mean.
-void reach_on(const Mat3& spread, AlongStrip<Vec3>& line) {
+// Tips that spread along the card are seen beyond their mean.
+void reach_on(const Mat3& spread, AlongCard<Vec3>& line) {
   const Vec3 along = direction_at(line, line.size() - 1);
-  line.back() += std::min(deviation(spread, along), kTipReachMost * length_of(line)) * along;
+  line.back() += std::min(deviation(spread, along), kTipReachMax * length_of(line)) * along;
 }
 
-void smooth(AlongStrip<Mat3>& spread) {
+void smooth(AlongCard<Mat3>& spread) {
   constexpr int kTimes = 4;
   for (int time = 0; time < kTimes; ++time) {
-    const AlongStrip<Mat3> rough = spread;
+    const AlongCard<Mat3> rough = spread;
     for (std::size_t i = 0; i < spread.size(); ++i) {
       const std::size_t before = i > 0 ? i - 1 : i, after = std::min(i + 1, spread.size() - 1);
       spread[i] = 0.25 * rough[before] + 0.5 * rough[i] + 0.25 * rough[after];
@@ -158,8 +158,8 @@ void smooth(AlongStrip<Mat3>& spread) {
 
 // Across the line at each point: where the members spread most, unless that is hardly more than elsewhere; then along
 // the skin. Signs such that across x along looks away from the head.
-AlongStrip<Vec3> sides_of(const Head& head, const AlongStrip<Vec3>& line, const AlongStrip<Mat3>& spread) {
-  AlongStrip<Vec3> sides;
+AlongCard<Vec3> sides_of(const Head& head, const AlongCard<Vec3>& line, const AlongCard<Mat3>& spread) {
+  AlongCard<Vec3> sides;
   double looks_out = 0;
   Vec3 before = direction_at(line, 0).cross(head.outward(line[0]));
   for (std::size_t i = 0; i < line.size(); ++i) {
@@ -182,11 +182,11 @@ AlongStrip<Vec3> sides_of(const Head& head, const AlongStrip<Vec3>& line, const 
 }
 
 // Of a lock one sees the outer side.
-void move_out(const AlongStrip<Vec3>& sides, const AlongStrip<Mat3>& spread, AlongStrip<Vec3>& line) {
-  const AlongStrip<Vec3> middle = line;
+void move_out(const AlongCard<Vec3>& sides, const AlongCard<Mat3>& spread, AlongCard<Vec3>& line) {
+  const AlongCard<Vec3> middle = line;
   for (std::size_t i = 1; i < line.size(); ++i) {
     const Vec3 normal = sides[i].cross(direction_at(middle, i));
-    line[i] += std::min(deviation(spread[i], normal), kMoveMost) * normal;
+    line[i] += std::min(deviation(spread[i], normal), kMoveMax) * normal;
   }
 }
 
@@ -198,8 +198,8 @@ double distance_to_segment(const Vec3& point, const Vec3& a, const Vec3& b) {
 
 // Those of the line's points that keep its shape, ascending: one after the other, the one that is farthest off the line
 // through the others, and where it is straight the one farthest from them.
-std::vector<std::size_t> places_of_pairs(const AlongStrip<Vec3>& line) {
-  AlongStrip<double> arc{};
+std::vector<std::size_t> places_of_pairs(const AlongCard<Vec3>& line) {
+  AlongCard<double> arc{};
   for (std::size_t i = 1; i < line.size(); ++i) arc[i] = arc[i - 1] + (line[i] - line[i - 1]).norm();
   std::vector<std::size_t> places{0, line.size() - 1};
   while (places.size() < kPairCount) {
@@ -224,11 +224,11 @@ Vec3f bounded(const Vec3& x) {
   return x.cast<float>().cwiseMax(-most).cwiseMin(most);
 }
 
-std::vector<Vec3> edges_of(const Head& head, const AlongStrip<Vec3>& line, const AlongStrip<Vec3>& sides,
-                           const AlongStrip<Mat3>& spread, bool rooted) {
+std::vector<Vec3> edges_of(const Head& head, const AlongCard<Vec3>& line, const AlongCard<Vec3>& sides,
+                           const AlongCard<Mat3>& spread, bool rooted) {
   std::vector<Vec3> edges;
   for (const std::size_t i : places_of_pairs(line)) {
-    const double half = std::clamp(kEdge * deviation(spread[i], sides[i]), kHalfLeast, kHalfMost);
+    const double half = std::clamp(kEdge * deviation(spread[i], sides[i]), kHalfWidthMin, kHalfWidthMax);
     const double clearance = rooted && i == 0 ? kClearanceRoot : kClearanceRest;
     for (const double hand : {-1.0, 1.0}) edges.push_back(head.outside(line[i] + hand * half * sides[i], clearance));
   }
@@ -247,12 +247,12 @@ void clear_between(const Head& head, std::vector<Vec3>& edges) {
   }
 }
 
-std::vector<Vec3f> ribbon_about(const Head& head, const std::vector<Course>& courses,
+std::vector<Vec3f> ribbon_about(const Head& head, const std::vector<Centreline>& centrelines,
                                 const std::vector<std::uint32_t>& members) {
-  const bool rooted = courses[members[0]].rooted;
-  Lock lock(courses, members);
+  const bool rooted = centrelines[members[0]].rooted;
+  Lock lock(centrelines, members);
   auto& [line, spread, own_variance] = lock;
-  stretch_to(median_length(courses, members), line);
+  stretch_to(median_length(centrelines, members), line);
   if (rooted) reach_back(head, spread.front(), line);
   reach_on(spread.back(), line);
   lock.add_own_width();
@@ -267,10 +267,10 @@ std::vector<Vec3f> ribbon_about(const Head& head, const std::vector<Course>& cou
   return ribbon;
 }
 
-FarStrip properties_of(const std::vector<Course>& courses, const std::vector<std::uint32_t>& members) {
+FarCard properties_of(const std::vector<Centreline>& centrelines, const std::vector<std::uint32_t>& members) {
   double root_length = 0;
-  for (const std::uint32_t m : members) root_length += static_cast<double>(courses[m].root_length_m);
-  const Course& first = courses[members[0]];
+  for (const std::uint32_t m : members) root_length += static_cast<double>(centrelines[m].root_length_m);
+  const Centreline& first = centrelines[members[0]];
   return {{},
           static_cast<float>(root_length / static_cast<double>(members.size())),
           static_cast<std::uint32_t>(members.size()),
@@ -278,17 +278,17 @@ FarStrip properties_of(const std::vector<Course>& courses, const std::vector<std
           first.rooted};
 }
 
-// Courses that may share a strip, and how many strips they get: a share by their length, at least one.
+// Centrelines that may share a card, and how many cards they get: a share by their length, at least one.
 struct Kind {
   std::vector<std::uint32_t> members;
   double length_m = 0;
 };
-std::vector<Kind> kinds_of(const std::vector<Course>& courses) {
+std::vector<Kind> kinds_of(const std::vector<Centreline>& centrelines) {
   std::map<std::pair<std::uint16_t, bool>, Kind> kinds;
-  for (std::uint32_t c = 0; c < courses.size(); ++c) {
-    Kind& kind = kinds[{courses[c].group, courses[c].rooted}];
+  for (std::uint32_t c = 0; c < centrelines.size(); ++c) {
+    Kind& kind = kinds[{centrelines[c].group, centrelines[c].rooted}];
     kind.members.push_back(c);
-    kind.length_m += static_cast<double>(outline_length(courses[c].outline));
+    kind.length_m += static_cast<double>(outline_length(centrelines[c].outline));
   }
   std::vector<Kind> list;
   for (auto& [key, kind] : kinds) list.push_back(std::move(kind));
@@ -299,29 +299,29 @@ std::vector<Kind> kinds_of(const std::vector<Course>& courses) {
 
 }  // namespace
 
-FarStrips make_far_strips(const Groom& groom, std::size_t count) {
+FarCards make_far_cards(const Groom& groom, std::size_t count) {
   if (count == 0) return {};
-  const std::vector<Course> courses = make_courses(groom);
-  const Head head(groom, courses);
-  const std::vector<Kind> kinds = kinds_of(courses);
+  const std::vector<Centreline> centrelines = make_centrelines(groom);
+  const Head head(groom, centrelines);
+  const std::vector<Kind> kinds = kinds_of(centrelines);
   const double length = std::accumulate(kinds.begin(), kinds.end(), 0.0,
                                         [](double sum, const Kind& kind) { return sum + kind.length_m; });
-  FarStrips far;
+  FarCards far;
   double owed = static_cast<double>(count), length_left = length;
   for (const Kind& kind : kinds) {
     const double share = std::max(1.0, std::round(owed * kind.length_m / std::max(length_left, 1e-9)));
     owed = std::max(0.0, owed - share);
     length_left -= kind.length_m;
-    for (const auto& members : cluster_courses(courses, kind.members, static_cast<std::size_t>(share)))
-      far.add(ribbon_about(head, courses, members), properties_of(courses, members));
+    for (const auto& members : cluster_centrelines(centrelines, kind.members, static_cast<std::size_t>(share)))
+      far.add(ribbon_about(head, centrelines, members), properties_of(centrelines, members));
   }
   return far;
 }
 
-std::size_t far_strip_count_for(const Groom& groom) {
-  constexpr std::size_t kMost = 400, kStrandsEach = 6, kFew = 24;
-  const std::size_t lines = groom.strand_count() + groom.strips.size();
-  return std::clamp(lines / kStrandsEach, std::min(lines, kFew), kMost);
+std::size_t far_card_count_for(const Groom& groom) {
+  constexpr std::size_t kMax = 400, kStrandsEach = 6, kFew = 24;
+  const std::size_t lines = groom.strand_count() + groom.cards.size();
+  return std::clamp(lines / kStrandsEach, std::min(lines, kFew), kMax);
 }
 
 }  // namespace hairnet

@@ -22,9 +22,9 @@ std::uint64_t key_of(const Cube& cube) {
 
 }  // namespace
 
-HairVolume::HairVolume(std::span<const Course> courses) {
-  for (const Course& course : courses) {
-    for (const Vec3f& x : course.points) {
+HairVolume::HairVolume(std::span<const Centreline> centrelines) {
+  for (const Centreline& centreline : centrelines) {
+    for (const Vec3f& x : centreline.points) {
       Hair& hair = cubes_[key_of(cube_at(x.cast<double>(), kCube))];
       hair.sum += x.cast<double>();
       hair.count += 1;

@@ -11,7 +11,7 @@ namespace hairnet {
 // A coarse voxel grid of the hair. It tells the direction from a point towards the surface of the hair.
 class HairVolume {
  public:
-  explicit HairVolume(std::span<const Course> courses);
+  explicit HairVolume(std::span<const Centreline> centrelines);
 
   // Points away from the surrounding hair: (point - mean of the hair within kReach) / kReach. Its length is about 0.5
   // at the surface, and 0 inside evenly distributed hair or where there is none.

@@ -8,7 +8,7 @@
 namespace hairnet {
 namespace {
 
-constexpr double kCourseReach = 1.0 / 16, kOutlineReach = 1.0 / 6;
+constexpr double kCentrelineReach = 1.0 / 16, kOutlineReach = 1.0 / 6;
 
 // A polyline by its arc length, and the integral of its points over that.
 class ArcIntegral {
@@ -29,7 +29,7 @@ class ArcIntegral {
   [[nodiscard]] const Vec3& point(std::size_t i) const { return points_[i]; }
   [[nodiscard]] double share(std::size_t i) const { return arcs_[i] / length(); }  // of the length, up to point i
 
-  // The mean of the points from `begin` to `end`, as shares of the length.
+  // The mean of the points from `begin` to `end`, as lumped of the length.
   [[nodiscard]] Vec3 mean(double begin, double end) const {
     const Place from = place(begin * length()), to = place(end * length());
     const double arc = to.arc - from.arc;
@@ -65,30 +65,30 @@ std::array<Vec3f, kCount> sample(const ArcIntegral& line, double reach) {
   return points;
 }
 
-// Of the line's points about its course, each way across: half the mean square of their distances.
-float variance_about(const std::array<Vec3f, kCoursePoints>& course, const ArcIntegral& line) {
+// Of the line's points about its centreline, each way across: half the mean square of their distances.
+float variance_about(const std::array<Vec3f, kCentrelinePoints>& centreline, const ArcIntegral& line) {
   double sum = 0;
   for (std::size_t i = 0; i < line.point_count(); ++i) {
-    const double at = line.share(i) * (kCoursePoints - 1);
-    const std::size_t before = std::min(static_cast<std::size_t>(at), kCoursePoints - 2);
+    const double at = line.share(i) * (kCentrelinePoints - 1);
+    const std::size_t before = std::min(static_cast<std::size_t>(at), kCentrelinePoints - 2);
     const auto t = static_cast<float>(at - static_cast<double>(before));
-    const Vec3f on_course = course[before] + t * (course[before + 1] - course[before]);
+    const Vec3f on_course = centreline[before] + t * (centreline[before + 1] - centreline[before]);
     sum += (line.point(i) - on_course.cast<double>()).squaredNorm();
   }
   return static_cast<float>(0.5 * sum / static_cast<double>(line.point_count()));
 }
 
-void append_course(std::span<const Vec3f> line, const StrandProperties& properties, float variance_m2,
-                   std::vector<Course>& courses) {
+void append_centreline(std::span<const Vec3f> line, const StrandProperties& properties, float variance_m2,
+                       std::vector<Centreline>& centrelines) {
   const ArcIntegral integral(line);
   if (integral.length() < kLengthMin) return;
-  const auto points = sample<kCoursePoints>(integral, kCourseReach);
-  courses.push_back({points, sample<kOutlinePoints>(integral, kOutlineReach),
-                     variance_m2 + variance_about(points, integral), properties.root_length_m, properties.group,
-                     properties.rooted});
+  const auto points = sample<kCentrelinePoints>(integral, kCentrelineReach);
+  centrelines.push_back({points, sample<kOutlinePoints>(integral, kOutlineReach),
+                         variance_m2 + variance_about(points, integral), properties.root_length_m, properties.group,
+                         properties.rooted});
 }
 
-// As if the hair filled the strip evenly from edge to edge.
+// As if the hair filled the card evenly from edge to edge.
 float variance_across(std::span<const Vec3f> edges) {
   float width_sum = 0;
   for (std::size_t i = 0; i + 1 < edges.size(); i += 2) width_sum += (edges[i + 1] - edges[i]).norm();
@@ -98,22 +98,22 @@ float variance_across(std::span<const Vec3f> edges) {
 
 }  // namespace
 
-std::vector<Course> make_courses(const Groom& groom) {
+std::vector<Centreline> make_centrelines(const Groom& groom) {
   std::vector<float> lock_variance(groom.strand_count(), 0.0f);
-  for (const Cluster& cluster : groom.clusters) {
-    const float radius = 0.5f * (cluster.radius_m + cluster.tip_radius_m);
-    lock_variance[cluster.strand] = 0.25f * radius * radius;  // of an even disc
+  for (const Clump& clump : groom.clumps) {
+    const float radius = 0.5f * (clump.radius_m + clump.tip_radius_m);
+    lock_variance[clump.strand] = 0.25f * radius * radius;  // of an even disc
   }
-  std::vector<Course> courses;
-  courses.reserve(groom.strand_count() + groom.strips.size());
+  std::vector<Centreline> centrelines;
+  centrelines.reserve(groom.strand_count() + groom.cards.size());
   for (std::size_t s = 0; s < groom.strand_count(); ++s)
-    append_course(groom.strand_points(s), groom.strands[s], lock_variance[s], courses);
+    append_centreline(groom.strand_points(s), groom.strands[s], lock_variance[s], centrelines);
   std::vector<Vec3f> middle;
-  for (const Strip& strip : groom.strips) {
-    middle_of(groom, strip, middle);
-    append_course(middle, strip.properties, variance_across(groom.points_of(strip.points)), courses);
+  for (const HairCard& card : groom.cards) {
+    middle_of(groom, card, middle);
+    append_centreline(middle, card.properties, variance_across(groom.points_of(card.points)), centrelines);
   }
-  return courses;
+  return centrelines;
 }
 
 float outline_length(const std::array<Vec3f, kOutlinePoints>& outline) {
@@ -122,7 +122,7 @@ float outline_length(const std::array<Vec3f, kOutlinePoints>& outline) {
   return length;
 }
 
-std::array<Vec3f, kOutlinePoints> make_outline(const std::array<Vec3f, kCoursePoints>& line) {
+std::array<Vec3f, kOutlinePoints> make_outline(const std::array<Vec3f, kCentrelinePoints>& line) {
   const ArcIntegral integral(line);
   if (integral.length() < kLengthMin) {
     std::array<Vec3f, kOutlinePoints> outline;

@@ -9,22 +9,22 @@
 namespace hairnet {
 
 // The centreline of a strand: the strand without its curls, as local means at equal arc lengths from root to tip.
-inline constexpr std::size_t kCoursePoints = 25, kOutlinePoints = 4;
-struct Course {
-  std::array<Vec3f, kCoursePoints> points;    // the first is the root, the last the tip
-  std::array<Vec3f, kOutlinePoints> outline;  // the same, coarser: even long waves are gone
-  float own_variance_m2 = 0;                  // of the strand about its centreline, per axis across it: the curls
+inline constexpr std::size_t kCentrelinePoints = 25, kOutlinePoints = 4;
+struct Centreline {
+  std::array<Vec3f, kCentrelinePoints> points;  // the first is the root, the last the tip
+  std::array<Vec3f, kOutlinePoints> outline;    // the same, coarser: even long waves are gone
+  float own_variance_m2 = 0;                    // of the strand about its centreline, per axis across it: the curls
   float root_length_m = 0;
   std::uint16_t group = 0;
   bool rooted = true;
 };
 
-// Makes the centrelines of all strands, then those of the strips' middle lines. Lines without length are left out.
-std::vector<Course> make_courses(const Groom& groom);
+// Makes the centrelines of all strands, then those of the cards' middle lines. Lines without length are left out.
+std::vector<Centreline> make_centrelines(const Groom& groom);
 
 // The length of the polyline through the outline's points, m.
 float outline_length(const std::array<Vec3f, kOutlinePoints>& outline);
 // Reduces a line that is already smooth to an outline.
-std::array<Vec3f, kOutlinePoints> make_outline(const std::array<Vec3f, kCoursePoints>& line);
+std::array<Vec3f, kOutlinePoints> make_outline(const std::array<Vec3f, kCentrelinePoints>& line);
 
 }  // namespace hairnet

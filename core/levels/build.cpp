@@ -30,7 +30,7 @@ namespace {
 struct GroomMechanics {
   StiffenerList springs, attachments;
   StiffenerList ties;  // the knots' springs, which no hair's may displace
-  NodeShares shares;
+  LumpedHair lumped;
   std::size_t degenerate_strands = 0;
 };
 
@@ -39,7 +39,7 @@ void add_strand(std::span<const Vec3f> points, const StrandProperties& propertie
                 const Grid& grid, GroomMechanics& mechanics, std::optional<double> own_damping_time_s = {}) {
   std::vector<Vec3> polyline, cuts;
   polyline_on_grid(grid, points, polyline);
-  add_strand_shares(grid, polyline, properties, material, mechanics.shares);
+  lump_strand(grid, polyline, properties, material, mechanics.lumped);
   const double length = arc_length(grid, polyline);
   if (length < kLengthMin) {
     ++mechanics.degenerate_strands;
@@ -67,16 +67,16 @@ bool add_strands(const Groom& groom, const Grid& grid, const LevelProgress& prog
     add_strand(groom.strand_points(s), properties, groom.materials.of(properties.group), grid, mechanics);
   }
   std::vector<Vec3f> middle;
-  for (const Strip& strip : groom.strips) {
-    middle_of(groom, strip, middle);
-    add_strand(middle, strip.properties, groom.materials.of(strip.properties.group), grid, mechanics);
+  for (const HairCard& card : groom.cards) {
+    middle_of(groom, card, middle);
+    add_strand(middle, card.properties, groom.materials.of(card.properties.group), grid, mechanics);
   }
   return true;
 }
 
 // A stiffener may reach into cells with no hair or cloth of their own: a knot's frame, a triangle's corner.
-void touch_nodes(const StiffenerList& list, NodeShares& shares) {
-  for (const NodeWeight& entry : list.entries) shares.touched[entry.node] = true;
+void touch_nodes(const StiffenerList& list, LumpedHair& lumped) {
+  for (const NodeWeight& entry : list.entries) lumped.touched[entry.node] = true;
 }
 
 // Threads, cloth and knots. Stiffeners merge within a group only, so fabric's groups are other ones than hair's, and
@@ -91,14 +91,14 @@ void add_fabric(const Groom& groom, const Grid& grid, GroomMechanics& mechanics)
   for (const Cloth& cloth : groom.cloths) {
     const auto group = static_cast<std::uint16_t>(group_count + cloth.group);
     add_cloth(grid, groom.points, cloth, group, mechanics.springs, mechanics.attachments);
-    add_cloth_shares(grid, groom.points, cloth, groom.materials.base, mechanics.shares);
+    lump_cloth(grid, groom.points, cloth, groom.materials.base, mechanics.lumped);
   }
   for (std::size_t k = 0; k < groom.knots.size(); ++k) {
     add_knot(grid, groom.points, groom.knots[k], static_cast<std::uint16_t>(k), mechanics.ties);
-    add_knot_mass(grid, groom.points, groom.knots[k], groom.materials.base, mechanics.shares);
+    add_knot_mass(grid, groom.points, groom.knots[k], groom.materials.base, mechanics.lumped);
   }
-  touch_nodes(mechanics.ties, mechanics.shares);
-  touch_nodes(mechanics.springs, mechanics.shares);
+  touch_nodes(mechanics.ties, mechanics.lumped);
+  touch_nodes(mechanics.springs, mechanics.lumped);
 }
 
 // Knots may take a quarter of a level's springs, and what hair and fabric leave. False when cancelled.
@@ -157,9 +157,9 @@ void store_level(const GroomMechanics& mechanics, Level& level) {
   for (std::uint32_t a = 0; a < active_nodes.size(); ++a) {
     level.rest.push_back(level.geometry.lattice.node(active_nodes[a]));
     std::array<float, 6>& drag = level.drag.emplace_back();
-    for (int c = 0; c < 6; ++c) drag[c] = static_cast<float>(mechanics.shares.drag[active_nodes[a]][c]);
+    for (int c = 0; c < 6; ++c) drag[c] = static_cast<float>(mechanics.lumped.drag[active_nodes[a]][c]);
   }
-  const NodeMechanics nodes = fill_ether(level.geometry, mechanics.shares);
+  const NodeMechanics nodes = fill_ether(level.geometry, mechanics.lumped);
   level.mass.assign(nodes.mass.begin(), nodes.mass.end());
   level.ether_stiffness.assign(nodes.ether_stiffness.begin(), nodes.ether_stiffness.end());
   level.ether_damping.assign(nodes.ether_damping.begin(), nodes.ether_damping.end());
@@ -191,7 +191,7 @@ bool make_level(const Groom& groom, const LevelSpec& spec, std::shared_ptr<const
   const Grid grid(fit_lattice(groom.points, spec.dims));
   assert(grid.node_count() <= std::numeric_limits<std::uint16_t>::max());
 
-  GroomMechanics mechanics{{}, {}, {}, NodeShares(grid.node_count())};
+  GroomMechanics mechanics{{}, {}, {}, LumpedHair(grid.node_count())};
   if (!add_strands(groom, grid, progress, mechanics)) return false;
   add_fabric(groom, grid, mechanics);
   report.springs_before = mechanics.springs.count() + mechanics.ties.count();
@@ -204,7 +204,7 @@ bool make_level(const Groom& groom, const LevelSpec& spec, std::shared_ptr<const
   const StiffenerList all_attachments = mechanics.attachments;
   if (!decimate_both(grid, spec, progress, parallel_for, mechanics)) return false;
   if (!progress.at(0.7, "placing contact points")) return false;
-  level.geometry = trim(grid.lattice(), mechanics.shares.touched);
+  level.geometry = trim(grid.lattice(), mechanics.lumped.touched);
   level.displacement_max_m = displacement_max_m(grid.lattice());
   store_level(mechanics, level);
   level.skin = std::move(skin);
@@ -226,7 +226,7 @@ bool make_level(const Groom& groom, const LevelSpec& spec, std::shared_ptr<const
 }  // namespace
 
 // An even part of the hair's points stands for all of them in the maps between levels.
-void connect_levels(const Groom& groom, LevelSet& set, const ParallelFor& parallel_for) {
+void make_level_maps(const Groom& groom, LevelSet& set, const ParallelFor& parallel_for) {
   constexpr std::size_t kMapPoints = 6000;
   const std::vector<float> blend = root_blend(groom);
   const std::size_t stride = std::max<std::size_t>(1, groom.points.size() / kMapPoints);
@@ -237,12 +237,12 @@ void connect_levels(const Groom& groom, LevelSet& set, const ParallelFor& parall
     some_points.push_back(groom.points[p]);
     some_blend.push_back(blend[p]);
   }
-  connect_levels(set, some_points, some_blend, parallel_for);
+  make_level_maps(set, some_points, some_blend, parallel_for);
 }
 
-std::shared_ptr<const Level> build_level(const Groom& groom, const LevelSpec& spec, const BuildObserver& observer,
+std::shared_ptr<const Level> build_level(const Groom& groom, const LevelSpec& spec, const BuildCallbacks& callbacks,
                                          LevelReport* report, const ParallelFor& parallel_for) {
-  BuildProgress progress(observer, 1);
+  BuildProgress progress(callbacks, 1);
   if (!progress.at(0, 0, "measuring the skin")) return nullptr;
   const std::shared_ptr<const Skin> skin = make_skin(groom, parallel_for);
   auto level = std::make_shared<Level>();
@@ -253,21 +253,21 @@ std::shared_ptr<const Level> build_level(const Groom& groom, const LevelSpec& sp
   return level;
 }
 
-std::shared_ptr<const LevelSet> build_levels(const Groom& groom, const BuildObserver& observer,
+std::shared_ptr<const LevelSet> build_levels(const Groom& groom, const BuildCallbacks& callbacks,
                                              std::array<LevelReport, 4>* reports, const ParallelFor& parallel_for) {
-  BuildProgress progress(observer, kLevelSpecs.size());
+  BuildProgress progress(callbacks, kLevelSpecs.size());
   if (!progress.at(0, 0, "measuring the skin")) return nullptr;
   const std::shared_ptr<const Skin> skin = make_skin(groom, parallel_for);
   auto set = std::make_shared<LevelSet>();
   std::array<LevelReport, 4> own_reports;
   std::array<bool, kLevelSpecs.size()> is_made{};
-  run(parallel_for, kLevelSpecs.size(), [&](std::size_t i) {
+  run_loop(parallel_for, kLevelSpecs.size(), [&](std::size_t i) {
     LevelReport& report = (reports ? *reports : own_reports)[i];
     report = {};
     is_made[i] = make_level(groom, kLevelSpecs[i], skin, {progress, i}, parallel_for, set->levels[i], report);
   });
   if (std::ranges::find(is_made, false) != is_made.end()) return nullptr;
-  connect_levels(groom, *set, parallel_for);
+  make_level_maps(groom, *set, parallel_for);
   return set;
 }
 

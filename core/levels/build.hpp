@@ -21,11 +21,11 @@ struct LevelReport {
   std::size_t active_nodes = 0;
   std::size_t degenerate_strands = 0;    // strands and threads without length: they get no springs
   std::size_t contacts = 0;              // points of hair at which contact acts
-  double decimation_s = 0, total_s = 0;  // measured with BuildObserver::clock_s; 0 without a clock
+  double decimation_s = 0, total_s = 0;  // measured with BuildCallbacks::clock_s; 0 without a clock
 };
 
 // Callbacks of a build. Only one thread at a time calls them, also when `parallel_for` runs on many.
-struct BuildObserver {
+struct BuildCallbacks {
   // Gets the finished fraction in [0, 1] and the name of the current stage. Return false to cancel the build.
   std::function<bool(double fraction, std::string_view stage)> progress;
   std::function<double()> clock_s;  // for the times of the report; core reads no clock of its own
@@ -34,14 +34,15 @@ struct BuildObserver {
 // Builds one level. `groom` must pass validate() and have at least one point. Returns null only when cancelled. The
 // result has the same bits for any `parallel_for`, whose body may call `parallel_for` again; an empty one runs
 // serially.
-std::shared_ptr<const Level> build_level(const Groom& groom, const LevelSpec& spec, const BuildObserver& observer = {},
-                                         LevelReport* report = nullptr, const ParallelFor& parallel_for = {});
+std::shared_ptr<const Level> build_level(const Groom& groom, const LevelSpec& spec,
+                                         const BuildCallbacks& callbacks = {}, LevelReport* report = nullptr,
+                                         const ParallelFor& parallel_for = {});
 
-std::shared_ptr<const LevelSet> build_levels(const Groom& groom, const BuildObserver& observer = {},
+std::shared_ptr<const LevelSet> build_levels(const Groom& groom, const BuildCallbacks& callbacks = {},
                                              std::array<LevelReport, 4>* reports = nullptr,
                                              const ParallelFor& parallel_for = {});
 
 // Computes the maps between the levels of `set`, which were built from `groom`.
-void connect_levels(const Groom& groom, LevelSet& set, const ParallelFor& parallel_for = {});
+void make_level_maps(const Groom& groom, LevelSet& set, const ParallelFor& parallel_for = {});
 
 }  // namespace hairnet

@@ -9,11 +9,12 @@
 
 namespace hairnet {
 
-// Combines the progress of several equal parts that are built in parallel. It calls the observer from one thread at a
-// time, with a fraction that never decreases, and never again after the observer has cancelled.
+// Combines the progress of several equal parts that are built in parallel. It calls the callbacks from one thread at a
+// time, with a fraction that never decreases, and never again after the callbacks has cancelled.
 class BuildProgress {
  public:
-  BuildProgress(const BuildObserver& observer, std::size_t part_count) : observer_(observer), done_(part_count, 0.0) {}
+  BuildProgress(const BuildCallbacks& callbacks, std::size_t part_count)
+      : observer_(callbacks), done_(part_count, 0.0) {}
 
   // False to cancel.
   [[nodiscard]] bool at(std::size_t part, double fraction, std::string_view stage) {
@@ -34,7 +35,7 @@ class BuildProgress {
   }
 
  private:
-  const BuildObserver& observer_;
+  const BuildCallbacks& observer_;
   std::mutex mutex_;
   std::vector<double> done_;
   bool cancelled_ = false;

@@ -94,11 +94,11 @@ void add_cloth(const Grid& grid, std::span<const Vec3f> points_head, const Cloth
   }
 }
 
-void add_cloth_shares(const Grid& grid, std::span<const Vec3f> points_head, const Cloth& cloth,
-                      const Material& material, NodeShares& shares) {
+void lump_cloth(const Grid& grid, std::span<const Vec3f> points_head, const Cloth& cloth, const Material& material,
+                LumpedHair& lumped) {
   const double root_height = hanging_height(points_head, cloth);
   for (std::uint32_t i = cloth.points.begin; i < cloth.points.end; ++i) {
-    for (const auto& [node, weight] : grid.weights(grid.from_head(points_head[i]))) shares.touched[node] = true;
+    for (const auto& [node, weight] : grid.weights(grid.from_head(points_head[i]))) lumped.touched[node] = true;
   }
   for (const auto& corners : cloth.triangles) {
     const Triangle triangle(points_head, corners);
@@ -116,9 +116,9 @@ void add_cloth_shares(const Grid& grid, std::span<const Vec3f> points_head, cons
       for (const auto& [node, weight] : grid.weights(grid.from_head(at.cast<float>()))) {
         const double mass = static_cast<double>(cloth.area_density_kg_per_m2) * area * weight;
         const double below_root = root_height - grid.node_head(node).y();
-        add_mass(node, mass, below_root, material, shares);
+        add_mass(node, mass, below_root, material, lumped);
         for (int c = 0; c < 6; ++c)
-          shares.drag[node][c] += static_cast<double>(cloth.air_drag_ns_per_m3) * area * weight * nn[c];
+          lumped.drag[node][c] += static_cast<double>(cloth.air_drag_ns_per_m3) * area * weight * nn[c];
       }
     };
     // The centres of the small triangles, upright and upside down.

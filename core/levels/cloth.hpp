@@ -18,7 +18,7 @@ void add_cloth(const Grid& grid, std::span<const Vec3f> points_head, const Cloth
 
 // Adds the cloth's mass (by area) and its drag (Q = q A n n^T, across the plane), integrated over the triangles.
 // Hanging lengths count from the highest pinned point, or from the highest point when none is pinned.
-void add_cloth_shares(const Grid& grid, std::span<const Vec3f> points_head, const Cloth& cloth,
-                      const Material& material, NodeShares& shares);
+void lump_cloth(const Grid& grid, std::span<const Vec3f> points_head, const Cloth& cloth, const Material& material,
+                LumpedHair& lumped);
 
 }  // namespace hairnet

@@ -13,10 +13,10 @@
 namespace hairnet {
 namespace {
 
-constexpr std::size_t kCandidatesMost = 1500;
+constexpr std::size_t kCandidatesMax = 1500;
 constexpr double kSpacing = 0.75;  // of points along a strand, in cells of the lattice
-constexpr float kSpacingLeast_m = 0.01f;
-constexpr float kBlendLeast = 0.15f;  // nearer to the root hair hardly moves against the head
+constexpr float kSpacingMin_m = 0.01f;
+constexpr float kBlendMin = 0.15f;    // nearer to the root hair hardly moves against the head
 constexpr double kLoad = 160 * 9.81;  // m/s^2 on a point's share of the mass
 constexpr double kDent_m = 0.005;     // that the load may press in
 // A point in the design is this much farther off than where contact begins, so that rounding makes none.
@@ -29,7 +29,7 @@ double potential_for_load(double load_n) {
   return load_n * kContactDepth_m * kContactDepth_m * kContactDepth_m / (3 * kDent_m * kDent_m);
 }
 
-// Every `stride`-th point of a run of the groom's points: a strand, an edge of a strip, a thread, a vertex of a cloth.
+// Every `stride`-th point of a run of the groom's points: a strand, an edge of a card, a thread, a vertex of a cloth.
 struct Line {
   PointRange points;
   std::uint32_t stride = 1;
@@ -47,7 +47,7 @@ std::vector<Line> lines_of(const Groom& groom) {
     lines.push_back({{groom.strand_begin[s], groom.strand_begin[s + 1]}, 1, groom.strands[s].rooted});
   }
   for (const Thread& thread : groom.threads) lines.push_back({thread.points, 1, thread.rooted});
-  for (const Strip& strip : groom.strips) lines.push_back({strip.points, 2, strip.properties.rooted});
+  for (const HairCard& card : groom.cards) lines.push_back({card.points, 2, card.properties.rooted});
   for (const Cloth& cloth : groom.cloths) {
     for (std::uint32_t p = cloth.points.begin; p < cloth.points.end; ++p) lines.push_back({{p, p + 1}});
   }
@@ -58,7 +58,7 @@ std::vector<Line> lines_of(const Groom& groom) {
 // An even part of the lines, however many there are.
 std::vector<Line> candidates_of(const Groom& groom) {
   const std::vector<Line> all = lines_of(groom);
-  const double share = static_cast<double>(kCandidatesMost) / static_cast<double>(std::max<std::size_t>(1, all.size()));
+  const double share = static_cast<double>(kCandidatesMax) / static_cast<double>(std::max<std::size_t>(1, all.size()));
   std::vector<Line> some;
   for (std::size_t l = 0; l < all.size(); ++l) {
     const double turn = static_cast<double>(l) * (std::numbers::phi - 1);
@@ -68,12 +68,12 @@ std::vector<Line> candidates_of(const Groom& groom) {
 }
 
 // Where a line begins, is halfway and ends.
-using Course = std::array<Vec3f, 3>;
-Course course_of(const Groom& groom, const Line& line) {
+using Centreline = std::array<Vec3f, 3>;
+Centreline centreline_of(const Groom& groom, const Line& line) {
   const auto at = [&](std::size_t i) { return groom.points[line.point(i)]; };
   return {at(0), at(line.count() / 2), at(line.count() - 1)};
 }
-float apart2(const Course& a, const Course& b) {
+float apart2(const Centreline& a, const Centreline& b) {
   return (a[0] - b[0]).squaredNorm() + (a[1] - b[1]).squaredNorm() + (a[2] - b[2]).squaredNorm();
 }
 
@@ -95,7 +95,7 @@ void add_points(const Groom& groom, const std::vector<float>& blend, const Line&
     owed_m += step_m;
     arm_m += step_m;
     const bool is_tip = i + 1 == line.count();
-    if (blend[p] < kBlendLeast || (owed_m < spacing_m && !(is_tip && owed_m > 0.5f * spacing_m))) continue;
+    if (blend[p] < kBlendMin || (owed_m < spacing_m && !(is_tip && owed_m > 0.5f * spacing_m))) continue;
     owed_m = 0;
     chosen.hair.points.push_back(groom.points[p]);
     chosen.hair.blend.push_back(blend[p]);
@@ -109,20 +109,20 @@ class FarthestFirst {
  public:
   FarthestFirst(const Groom& groom, const std::vector<Line>& lines)
       : to_chosen_(lines.size(), std::numeric_limits<float>::max()) {
-    for (const Line& line : lines) courses_.push_back(course_of(groom, line));
+    for (const Line& line : lines) centrelines_.push_back(centreline_of(groom, line));
   }
   [[nodiscard]] bool is_over() const { return !(*std::ranges::max_element(to_chosen_) > 0); }
   std::size_t next() {
     const auto chosen = static_cast<std::size_t>(std::ranges::max_element(to_chosen_) - to_chosen_.begin());
-    for (std::size_t l = 0; l < courses_.size(); ++l) {
-      to_chosen_[l] = std::min(to_chosen_[l], apart2(courses_[l], courses_[chosen]));
+    for (std::size_t l = 0; l < centrelines_.size(); ++l) {
+      to_chosen_[l] = std::min(to_chosen_[l], apart2(centrelines_[l], centrelines_[chosen]));
     }
     to_chosen_[chosen] = 0;
     return chosen;
   }
 
  private:
-  std::vector<Course> courses_;
+  std::vector<Centreline> centrelines_;
   std::vector<float> to_chosen_;  // squared
 };
 
@@ -142,7 +142,7 @@ Chosen choose_points(const Groom& groom, float spacing_m, std::size_t count_max)
 }
 
 // Where contact of a point begins, of the distance to the skin.
-float limit_of(const SkinField& field, const Chosen& chosen, std::size_t point, float thickness_m) {
+float limit_of(const SkinDistanceField& field, const Chosen& chosen, std::size_t point, float thickness_m) {
   const auto distance_m = [&](const Vec3f& at) { return static_cast<float>(skin_distance(field, at.cast<double>())); };
   const float arm_m = kArmSlack_m + kArmStretch * chosen.arm_m[point];
   if (field.bone != Bone::head && distance_m(chosen.root[point]) > arm_m) return kContactNever_m;
@@ -155,7 +155,7 @@ ContactPoints make_contact_points(const Groom& groom, const LevelGeometry& geome
                                   const Skin& skin, std::size_t count_max) {
   ContactPoints contacts;
   if (skin.empty()) return contacts;
-  const float spacing_m = std::max(kSpacingLeast_m, static_cast<float>(kSpacing) * geometry.lattice.spacing.mean());
+  const float spacing_m = std::max(kSpacingMin_m, static_cast<float>(kSpacing) * geometry.lattice.spacing.mean());
   const Chosen chosen = choose_points(groom, spacing_m, count_max);
   const HairStencils stencils = make_stencils(geometry, chosen.hair);
   contacts.rest = chosen.hair.points;
@@ -171,7 +171,7 @@ ContactPoints make_contact_points(const Groom& groom, const LevelGeometry& geome
     }
     contacts.potential.push_back(static_cast<float>(by_material * potential_for_load(kLoad * share_kg)));
   }
-  for (const SkinField& field : skin) {
+  for (const SkinDistanceField& field : skin) {
     for (std::size_t p = 0; p < contacts.count(); ++p) {
       contacts.limit.push_back(limit_of(field, chosen, p, material.thickness_m));
     }

@@ -172,7 +172,7 @@ class Decimation {
     const NearestChords nearest(chords_, members);
     std::vector<std::vector<Candidate>> found((members.size() + kPart - 1) / kPart);
     std::atomic<bool> is_cancelled = false;
-    hairnet::run(parallel_for_, found.size(), [&](std::size_t part) {
+    hairnet::run_loop(parallel_for_, found.size(), [&](std::size_t part) {
       if (is_cancelled) return;
       if (!report()) {
         is_cancelled = true;
@@ -255,8 +255,8 @@ class Decimation {
       if (weight == 0) continue;
       (weight > 0 ? pulling : pulled).push_back({node, weight / cluster.share});
     }
-    append_greatest(pulling, kind_ == StiffenerKind::spring ? kNodesAnEnd : kNodesAnAttachment, kept);
-    append_greatest(pulled, kNodesAnEnd, kept);
+    append_greatest(pulling, kind_ == StiffenerKind::spring ? kNodesPerEndMax : kNodesPerAttachmentMax, kept);
+    append_greatest(pulled, kNodesPerEndMax, kept);
     std::ranges::sort(kept, {}, &NodeWeight::node);
     return kept;
   }

@@ -11,8 +11,8 @@ namespace hairnet {
 enum class StiffenerKind : std::uint8_t { spring, attachment };
 
 // The most nodes of a merged stiffener: those with the largest weights are kept.
-inline constexpr std::size_t kNodesAnEnd = 4;  // at each of a spring's two ends
-inline constexpr std::size_t kNodesAnAttachment = 16;
+inline constexpr std::size_t kNodesPerEndMax = 4;  // at each of a spring's two ends
+inline constexpr std::size_t kNodesPerAttachmentMax = 16;
 
 // Reduces `list` to exactly `count_max` stiffeners (or leaves it, when it has no more), by merging pairs of one group,
 // the cheapest first (fig. 7). Springs merge into their mean, and not one into the other, so that no stiffness is lost:

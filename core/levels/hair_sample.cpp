@@ -7,7 +7,7 @@
 namespace hairnet {
 namespace {
 
-constexpr double kWeightLeast = 0.01;
+constexpr double kWeightMin = 0.01;
 
 // Sums of weights by active node, few of all of them at once.
 class WeightSums {
@@ -76,7 +76,7 @@ HairStencils make_stencils(const LevelGeometry& geometry, const HairSample& hair
     const std::size_t first = stencils.weights.size();
     sums.take([&](std::uint32_t node, double weight) {
       whole += weight;
-      if (weight < kWeightLeast) return;
+      if (weight < kWeightMin) return;
       kept += weight;
       stencils.nodes.push_back(node);
       stencils.weights.push_back(weight);

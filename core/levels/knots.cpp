@@ -49,12 +49,12 @@ void add_knot(const Grid& grid, std::span<const Vec3f> points_head, const Knot& 
 }
 
 void add_knot_mass(const Grid& grid, std::span<const Vec3f> points_head, const Knot& knot, const Material& material,
-                   NodeShares& shares) {
+                   LumpedHair& lumped) {
   if (!(knot.mass_kg > 0)) return;
   for (const auto& [node, weight] : grid.weights(grid.from_head(mean_of(points_head, knot).cast<float>()))) {
     const double mass = static_cast<double>(knot.mass_kg) * weight;
-    const double hang_length = shares.mass[node] > 0 ? shares.hang_moment[node] / shares.mass[node] : kHangLengthMin;
-    add_mass(node, mass, hang_length, material, shares);
+    const double hang_length = lumped.mass[node] > 0 ? lumped.hang_moment[node] / lumped.mass[node] : kHangLengthMin;
+    add_mass(node, mass, hang_length, material, lumped);
   }
 }
 

@@ -18,8 +18,8 @@ void add_knot(const Grid& grid, std::span<const Vec3f> points_head, const Knot& 
               StiffenerList& ties);
 
 // Adds the knot's own mass to the nodes around its mean point. The knot hangs as the hair there does, so all hair must
-// be in `shares` before.
+// be in `lumped` before.
 void add_knot_mass(const Grid& grid, std::span<const Vec3f> points_head, const Knot& knot, const Material& material,
-                   NodeShares& shares);
+                   LumpedHair& lumped);
 
 }  // namespace hairnet

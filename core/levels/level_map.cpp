@@ -147,12 +147,12 @@ void LevelMap::apply(std::span<const Vec3f> from, std::span<Vec3f> to) const {
   }
 }
 
-void connect_levels(LevelSet& set, std::span<const Vec3f> points_head, std::span<const float> blend,
-                    const ParallelFor& parallel_for) {
+void make_level_maps(LevelSet& set, std::span<const Vec3f> points_head, std::span<const float> blend,
+                     const ParallelFor& parallel_for) {
   const std::size_t count = set.levels.size();
   std::vector<std::optional<LevelMap::End>> ends(count);
-  run(parallel_for, count, [&](std::size_t i) { ends[i].emplace(set.levels[i], points_head, blend); });
-  run(parallel_for, count * count, [&](std::size_t pair) {
+  run_loop(parallel_for, count, [&](std::size_t i) { ends[i].emplace(set.levels[i], points_head, blend); });
+  run_loop(parallel_for, count * count, [&](std::size_t pair) {
     const std::size_t from = pair / count, to = pair % count;
     if (from == to) return;
     set.maps[from][to] = std::shared_ptr<const LevelMap>(new LevelMap(*ends[from], *ends[to]));

@@ -20,8 +20,8 @@ class LevelMap {
   ~LevelMap();
 
   // Makes all maps of a set in less time: the matrices of each level are computed once and shared by its maps.
-  friend void connect_levels(LevelSet& set, std::span<const Vec3f> points_head, std::span<const float> blend,
-                             const ParallelFor& parallel_for);
+  friend void make_level_maps(LevelSet& set, std::span<const Vec3f> points_head, std::span<const float> blend,
+                              const ParallelFor& parallel_for);
 
   // An entry an active node, head space. Costs about as much as two iterations of a step.
   void apply(std::span<const Vec3f> from, std::span<Vec3f> to) const;
@@ -35,7 +35,7 @@ class LevelMap {
 };
 
 // Makes the maps between all levels of a set.
-void connect_levels(LevelSet& set, std::span<const Vec3f> points_head, std::span<const float> blend,
-                    const ParallelFor& parallel_for = {});
+void make_level_maps(LevelSet& set, std::span<const Vec3f> points_head, std::span<const float> blend,
+                     const ParallelFor& parallel_for = {});
 
 }  // namespace hairnet

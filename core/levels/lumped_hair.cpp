@@ -30,24 +30,24 @@ std::array<double, 6> drag_tensor(const Vec3& direction) {
 
 }  // namespace
 
-void add_mass(std::uint32_t node, double mass, double hang_length, const Material& material, NodeShares& shares) {
-  shares.touched[node] = true;
-  shares.mass[node] += mass;
-  shares.ether_mass += mass * static_cast<double>(material.ether_mass_ratio);
-  shares.hang_moment[node] += mass * std::max(hang_length, kHangLengthMin);
-  shares.gel_moment[node] += mass * static_cast<double>(material.ether_stiffness_per_s2);
-  shares.ether_damping_moment[node] += mass * static_cast<double>(material.ether_damping_ratio);
+void add_mass(std::uint32_t node, double mass, double hang_length, const Material& material, LumpedHair& lumped) {
+  lumped.touched[node] = true;
+  lumped.mass[node] += mass;
+  lumped.ether_mass += mass * static_cast<double>(material.ether_mass_ratio);
+  lumped.hang_moment[node] += mass * std::max(hang_length, kHangLengthMin);
+  lumped.gel_moment[node] += mass * static_cast<double>(material.ether_stiffness_per_s2);
+  lumped.ether_damping_moment[node] += mass * static_cast<double>(material.ether_damping_ratio);
 }
 
-void add_strand_shares(const Grid& grid, std::span<const Vec3> polyline, const StrandProperties& strand,
-                       const Material& material, NodeShares& shares) {
+void lump_strand(const Grid& grid, std::span<const Vec3> polyline, const StrandProperties& strand,
+                 const Material& material, LumpedHair& lumped) {
   // Gauss's rule of two points integrates cubics exactly.
   const double gauss_offset = 0.5 / std::sqrt(3.0);
   const double hair_count = strand.hair_count;
   const double density = hair_count * static_cast<double>(material.linear_density_kg_per_m);
   const double air_drag = hair_count * static_cast<double>(material.air_drag_ns_per_m2);
   for (const Vec3& point : polyline) {
-    for (const auto& [node, weight] : grid.weights(point)) shares.touched[node] = true;
+    for (const auto& [node, weight] : grid.weights(point)) lumped.touched[node] = true;
   }
   std::vector<double> fractions;
   for (std::size_t i = 1; i < polyline.size(); ++i) {
@@ -64,8 +64,8 @@ void add_strand_shares(const Grid& grid, std::span<const Vec3> polyline, const S
           const double piece = 0.5 * share * length * weight, mass = density * piece;
           const int level = grid.lattice().coordinates(node)[1];
           const double below_root = (polyline.front()[1] - level) * grid.spacing()[1];
-          add_mass(node, mass, below_root, material, shares);
-          for (int c = 0; c < 6; ++c) shares.drag[node][c] += air_drag * piece * drag[c];
+          add_mass(node, mass, below_root, material, lumped);
+          for (int c = 0; c < 6; ++c) lumped.drag[node][c] += air_drag * piece * drag[c];
         }
       }
     }

@@ -13,8 +13,8 @@ namespace hairnet {
 // The hair's mass, drag and hanging length lumped onto the grid nodes: the integral along the strands of trilinear
 // weight times density. The integral is exact, since each piece lies in one cell where the weight is a cubic along the
 // piece. So sums over all nodes equal those of the hair, and the number of points in a polyline does not matter.
-struct NodeShares {
-  explicit NodeShares(std::size_t node_count)
+struct LumpedHair {
+  explicit LumpedHair(std::size_t node_count)
       : mass(node_count),
         drag(node_count),
         hang_moment(node_count),
@@ -36,11 +36,11 @@ inline constexpr double kHangLengthMin = 0.015;  // m
 
 // Adds hair or fabric that weighs `mass` (kg) on the node and hangs `hang_length` (m) below its root, in the ether of
 // `material`.
-void add_mass(std::uint32_t node, double mass, double hang_length, const Material& material, NodeShares& shares);
+void add_mass(std::uint32_t node, double mass, double hang_length, const Material& material, LumpedHair& lumped);
 
 // Adds one strand. `polyline` in grid coordinates, without repeated points; its nodes are touched even if it is a
 // point.
-void add_strand_shares(const Grid& grid, std::span<const Vec3> polyline, const StrandProperties& strand,
-                       const Material& material, NodeShares& shares);
+void lump_strand(const Grid& grid, std::span<const Vec3> polyline, const StrandProperties& strand,
+                 const Material& material, LumpedHair& lumped);
 
 }  // namespace hairnet

@@ -10,11 +10,11 @@
 namespace hairnet {
 namespace {
 
-constexpr double kShareLeast = 0.35;  // of a triangle's weights, for the bone to carry it
-constexpr float kReach_m = 0.15f;     // skin farther from the hair's box than this meets no hair
-constexpr double kMargin_m = 0.03;    // of the grid, around the skin
+constexpr double kShareMin = 0.35;  // of a triangle's weights, for the bone to carry it
+constexpr float kReach_m = 0.15f;   // skin farther from the hair's box than this meets no hair
+constexpr double kMargin_m = 0.03;  // of the grid, around the skin
 constexpr double kCellLeast_m = 0.008;
-constexpr double kNodesMost = 24'000;  // of one bone's grid
+constexpr double kNodesMax = 24'000;  // of one bone's grid
 constexpr double kEndSlope = 2;
 constexpr double kSearch_m = 0.08;  // farther from the skin than this nobody asks how far
 
@@ -49,7 +49,7 @@ struct Part {
     mesh.vertices = body.mesh.vertices;
     for (std::size_t t = 0; t < carried.size(); ++t) {
       const auto& triangle = body.mesh.triangles[t];
-      carried[t] = share_of(body, triangle, bone) >= kShareLeast;
+      carried[t] = share_of(body, triangle, bone) >= kShareMin;
       const bool is_near =
           std::ranges::any_of(triangle, [&](std::uint32_t v) { return reach.holds(mesh.vertices[v]); });
       if (!carried[t] || !is_near) continue;
@@ -62,10 +62,10 @@ struct Part {
   Box box;
 };
 
-SkinField grid_around(const Box& box, Bone bone) {
+SkinDistanceField grid_around(const Box& box, Bone bone) {
   const Vec3 size = (box.high - box.low).cast<double>() + Vec3::Constant(2 * kMargin_m);
-  const double cell = std::max(kCellLeast_m, std::cbrt(size.prod() / kNodesMost));
-  SkinField field;
+  const double cell = std::max(kCellLeast_m, std::cbrt(size.prod() / kNodesMax));
+  SkinDistanceField field;
   field.bone = bone;
   field.cell_m = static_cast<float>(cell);
   field.origin = box.low - Vec3f::Constant(static_cast<float>(kMargin_m));
@@ -75,10 +75,10 @@ SkinField grid_around(const Box& box, Bone bone) {
   return field;
 }
 
-// A row of the grid along x. Whether a node is inside is asked anew only where the skin may lie between it and the one
+// A row of the grid along x. A node is tested for being inside again only where the skin may lie between it and the one
 // before.
-void fill_row(const MeshQuery& body, const MeshQuery& part, const std::vector<bool>& carried, SkinField& field, int j,
-              int k) {
+void fill_row(const MeshQuery& body, const MeshQuery& part, const std::vector<bool>& carried, SkinDistanceField& field,
+              int j, int k) {
   const double cell = static_cast<double>(field.cell_m);
   double last_m = 0;
   bool inside = false;
@@ -96,11 +96,11 @@ void fill_row(const MeshQuery& body, const MeshQuery& part, const std::vector<bo
   }
 }
 
-std::optional<SkinField> make_field(const Body& body, const MeshQuery& whole, Bone bone, const Box& reach) {
+std::optional<SkinDistanceField> make_field(const Body& body, const MeshQuery& whole, Bone bone, const Box& reach) {
   const Part part(body, static_cast<std::size_t>(bone), reach);
   if (part.mesh.triangles.empty() || part.box.is_empty()) return std::nullopt;
   const MeshQuery skin(part.mesh);
-  SkinField field = grid_around(part.box, bone);
+  SkinDistanceField field = grid_around(part.box, bone);
   for (int k = 0; k < field.dims[2]; ++k) {
     for (int j = 0; j < field.dims[1]; ++j) fill_row(whole, skin, part.carried, field, j, k);
   }
@@ -112,19 +112,19 @@ std::optional<SkinField> make_field(const Body& body, const MeshQuery& whole, Bo
 std::shared_ptr<const Skin> make_skin(const Groom& groom, const ParallelFor& parallel_for) {
   const MeshQuery whole(groom.body.mesh);
   const Box reach = reach_of(groom);
-  std::array<std::optional<SkinField>, kBoneCount> fields;
+  std::array<std::optional<SkinDistanceField>, kBoneCount> fields;
   if (!whole.empty() && !groom.points.empty()) {
-    run(parallel_for, kBoneCount,
-        [&](std::size_t b) { fields[b] = make_field(groom.body, whole, static_cast<Bone>(b), reach); });
+    run_loop(parallel_for, kBoneCount,
+             [&](std::size_t b) { fields[b] = make_field(groom.body, whole, static_cast<Bone>(b), reach); });
   }
   auto skin = std::make_shared<Skin>();
-  for (std::optional<SkinField>& field : fields) {
+  for (std::optional<SkinDistanceField>& field : fields) {
     if (field) skin->push_back(std::move(*field));
   }
   return skin;
 }
 
-double skin_distance(const SkinField& field, const Vec3& point, Vec3* gradient) {
+double skin_distance(const SkinDistanceField& field, const Vec3& point, Vec3* gradient) {
   const Vec3 at = (point - field.origin.cast<double>()) / static_cast<double>(field.cell_m);
   Vec3 within, t;
   std::array<int, 3> low;

@@ -12,6 +12,6 @@ std::shared_ptr<const Skin> make_skin(const Groom& groom, const ParallelFor& par
 
 // The signed distance at a point (head space at rest, m): trilinear inside the grid; outside it, the value at the
 // nearest point of the grid plus the distance to that point. `gradient` may be null; its length is about 1.
-double skin_distance(const SkinField& field, const Vec3& point, Vec3* gradient = nullptr);
+double skin_distance(const SkinDistanceField& field, const Vec3& point, Vec3* gradient = nullptr);
 
 }  // namespace hairnet

@@ -10,19 +10,19 @@ namespace hairnet {
 namespace {
 
 // Far beyond anything that is built, and far from where the solver's sums overflow.
-constexpr float kMost = 1e9f;
-constexpr float kWeightMost = 1e3f;
+constexpr float kMax = 1e9f;
+constexpr float kWeightMax = 1e3f;
 constexpr float kCellLeast_m = 1e-4f;
-constexpr int kSkinNodesMost = 1 << 20;  // of one grid: an entry's number is exact in float
+constexpr int kSkinNodesMax = 1 << 20;  // of one grid: an entry's number is exact in float
 // What rounding to float may leave of sums that are exact by construction.
 constexpr double kSumTolerance = 1e-4;
 constexpr double kRestTolerance_m = 1e-4;
 
-bool within(float value, float least, float most = kMost) {
+bool within(float value, float least, float most = kMax) {
   return value >= least && value <= most;  // false for a NaN
 }
 
-bool all_within(const std::vector<float>& values, float least, float most = kMost) {
+bool all_within(const std::vector<float>& values, float least, float most = kMax) {
   for (const float value : values) {
     if (!within(value, least, most)) return false;
   }
@@ -31,7 +31,7 @@ bool all_within(const std::vector<float>& values, float least, float most = kMos
 
 bool is_positive_semi_definite(const std::array<float, 6>& q) {
   for (const float c : q) {
-    if (!within(c, -kMost)) return false;
+    if (!within(c, -kMax)) return false;
   }
   Eigen::Matrix3d drag;
   drag << q[0], q[1], q[2], q[1], q[3], q[4], q[2], q[4], q[5];
@@ -71,7 +71,7 @@ std::string validate_counts(const Stiffeners& list) {
 // `weight_sum`: 0 of a spring, 1 of an attachment.
 std::string validate_stiffeners(const Stiffeners& list, double weight_sum, const Level& level) {
   if (std::string fault = validate_counts(list); !fault.empty()) return fault;
-  if (!all_within(list.weights, -kWeightMost, kWeightMost)) return "a weight is not finite, or too large";
+  if (!all_within(list.weights, -kWeightMax, kWeightMax)) return "a weight is not finite, or too large";
   if (!all_within(list.stiffness, std::numeric_limits<float>::min())) return "a stiffness is not finite and positive";
   if (!all_within(list.damping, 0)) return "a damping is not finite, or negative";
   for (std::size_t s = 0; s < list.count(); ++s) {
@@ -94,18 +94,18 @@ std::string validate_stiffeners(const Stiffeners& list, double weight_sum, const
 
 std::string validate_skin(const Skin& skin) {
   std::array<bool, kBoneCount> is_met{};
-  for (const SkinField& field : skin) {
+  for (const SkinDistanceField& field : skin) {
     const auto bone = static_cast<std::size_t>(field.bone);
     if (bone >= kBoneCount || std::exchange(is_met[bone], true)) return "skin: no such bone, or two fields of one";
-    if (!field.origin.allFinite() || field.origin.cwiseAbs().maxCoeff() > kMost) return "skin: an origin is not finite";
+    if (!field.origin.allFinite() || field.origin.cwiseAbs().maxCoeff() > kMax) return "skin: an origin is not finite";
     if (!within(field.cell_m, kCellLeast_m)) return "skin: a cell without size";
     std::size_t count = 1;
     for (const int nodes : field.dims) {
-      if (nodes < 2 || nodes > kSkinNodesMost) return "skin: a grid of no or too many nodes";
+      if (nodes < 2 || nodes > kSkinNodesMax) return "skin: a grid of no or too many nodes";
       count *= static_cast<std::size_t>(nodes);
     }
-    if (count > kSkinNodesMost || field.distance.size() != count) return "skin: counts disagree";
-    if (!all_within(field.distance, -kMost)) return "skin: a distance is not finite";
+    if (count > kSkinNodesMax || field.distance.size() != count) return "skin: counts disagree";
+    if (!all_within(field.distance, -kMax)) return "skin: a distance is not finite";
   }
   return {};
 }
@@ -123,9 +123,9 @@ std::string validate_contacts(const Level& level) {
     return "contacts: counts disagree";
   if (!all_within(contacts.weights, 0, 1)) return "contacts: a weight is not within 0 and 1";
   if (!all_within(contacts.potential, 0)) return "contacts: a potential is not finite, or negative";
-  if (!all_within(contacts.limit, -kMost)) return "contacts: a limit is not finite";
+  if (!all_within(contacts.limit, -kMax)) return "contacts: a limit is not finite";
   for (std::size_t p = 0; p < count; ++p) {
-    if (!contacts.rest[p].allFinite() || contacts.rest[p].cwiseAbs().maxCoeff() > kMost)
+    if (!contacts.rest[p].allFinite() || contacts.rest[p].cwiseAbs().maxCoeff() > kMax)
       return "contacts: a point is not finite";
     float sum = 0;
     for (std::uint32_t e = contacts.begin[p]; e < contacts.begin[p + 1]; ++e) {

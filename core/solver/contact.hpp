@@ -13,7 +13,7 @@ namespace hairnet {
 inline constexpr double kContactSlope = 6 / (kContactDepth_m * kContactDepth_m * kContactDepth_m);  // of f, over U
 
 // Contact reaches its full stiffness at this depth. A fast point meets that stiffness before it enters the skin.
-inline constexpr double kContactStiffest_m = 0.01;
+inline constexpr double kContactStiffnessDepth_m = 0.01;
 // The highest speed at which contact pushes a point out.
 inline constexpr double kContactRecovery_m_per_s = 0.4;
 // The force on a point in a step. `p`: its depth at the end of the step if it moved with the bone. `ahead`: its depth
@@ -25,7 +25,7 @@ struct ContactLaw {
 
 inline ContactLaw contact_law(double U, double p, double ahead, double step_s) {
   const double slope = kContactSlope * U;
-  const double k = slope * std::clamp(std::max(p, ahead), 0.0, kContactStiffest_m);
+  const double k = slope * std::clamp(std::max(p, ahead), 0.0, kContactStiffnessDepth_m);
   if (p < 0) return {k * p, k};  // not there yet: no force at the limit
   return {std::min(slope * p * p / 2, k * kContactRecovery_m_per_s * step_s), k};
 }

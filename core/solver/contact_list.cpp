@@ -45,7 +45,7 @@ std::vector<Contact> find_contacts(const Level& level, const StepInput& input, c
   for (std::size_t p = 0; p < points.count(); ++p) {
     const Path path = path_of(level, input, lattice, p);
     for (std::size_t f = 0; f < level.skin->size(); ++f) {
-      const SkinField& field = (*level.skin)[f];
+      const SkinDistanceField& field = (*level.skin)[f];
       const double limit = double{points.limit[f * points.count() + p]};
       if (limit <= double{kContactNever_m}) continue;
       const RigidTransform &bone_from = input.from[field.bone], &bone_to = input.to[field.bone];

@@ -23,7 +23,8 @@ namespace HWY_NAMESPACE {
 template <class Lanes>
 struct Contacts : StepData<Lanes> {
   using Data = StepData<Lanes>;
-  using Data::level, Data::m, Data::h, Data::term, Data::turn_term, Data::motion_term, Data::turned, Data::turned_back;
+  using Data::level, Data::m, Data::h, Data::term, Data::rotation_term, Data::motion_term, Data::turned,
+      Data::rotated_back;
   using Data::moved, Data::squared, Data::half, Data::node, Data::block_at, Data::put, Data::Data;
   using typename Data::L, typename Data::Real, typename Data::Mask, typename Data::Vector, typename Data::Block;
   using typename Data::Motion;
@@ -45,24 +46,24 @@ struct Contacts : StepData<Lanes> {
       velocity = L::add_scaled(weight, node(m.velocity, points.nodes[e]), velocity);
     }
     const Vector rest = L::vector(points.rest + 3 * p);
-    const Vector with_head = L::add(rest, turned(turn_term(offsetof(StepTerms, turn)), displacement));
+    const Vector with_head = L::add(rest, turned(rotation_term(offsetof(StepTerms, turn)), displacement));
     return {L::add(rest, displacement), with_head, L::add_scaled(h, velocity, with_head)};
   }
 
   HWY_INLINE void add(std::size_t p) {
     const Path path = path_of(p);
     for (std::size_t f = 0; f < level.skin_count; ++f) {
-      const SkinFieldView& field = level.skin[f];
+      const SkinDistanceFieldView& field = level.skin[f];
       if (field.limit[p] <= kContactNever_m) continue;
-      const std::size_t bone = field.bone * sizeof(StepTerms::Motion);
+      const std::size_t bone = field.bone * sizeof(StepTerms::AffineMap);
       const Motion to_bone = motion_term(offsetof(StepTerms, to_bone) + bone);
       const bool is_head = field.bone == 0;  // in whose axes all is told
       const Vector from =
           is_head ? path.from : moved(motion_term(offsetof(StepTerms, to_bone_before) + bone), path.from);
       const Vector travel = L::subtract(is_head ? path.ahead : moved(to_bone, path.ahead), from);
       const Real reach = hn::Sqrt(squared(travel)), limit = L::real(field.limit[p]), none = L::real(0);
-      if (hn::AllFalse(L::d, hn::Lt(Skin<Lanes>::least_distance(field, from), limit + reach))) continue;
-      const typename Skin<Lanes>::Here skin = Skin<Lanes>::at(field, from);
+      if (hn::AllFalse(L::d, hn::Lt(Skin<Lanes>::distance_min(field, from), limit + reach))) continue;
+      const typename Skin<Lanes>::SkinSample skin = Skin<Lanes>::at(field, from);
       if (hn::AllFalse(L::d, hn::Lt(skin.distance, limit + reach))) continue;
 
       const Real depth = limit - skin.distance, depth_ahead = depth - L::dot(skin.normal, travel);
@@ -76,12 +77,12 @@ struct Contacts : StepData<Lanes> {
       const Real slope =
           term(offsetof(StepTerms, contact)) * L::real(static_cast<float>(kContactSlope) * level.contacts.potential[p]);
       const Real k = hn::IfThenElseZero(meets, slope * hn::Min(hn::Max(hn::Max(depth, depth_ahead), none),
-                                                               L::real(static_cast<float>(kContactStiffest_m))));
+                                                               L::real(static_cast<float>(kContactStiffnessDepth_m))));
       const Real recovery = k * (h * L::real(static_cast<float>(kContactRecovery_m_per_s)));
       const Real push = hn::IfThenElse(is_in, hn::Min(half() * slope * depth * depth, recovery), k * depth);
       const Real against =
           L::dot(skin.normal, L::subtract(is_head ? path.with_head : moved(to_bone, path.with_head), from));
-      const Vector normal = is_head ? skin.normal : turned_back(to_bone.turn, skin.normal);
+      const Vector normal = is_head ? skin.normal : rotated_back(to_bone.turn, skin.normal);
       give_contact(p, h * hn::NegMulAdd(k, against, push), h * h * k, normal);
     }
   }

@@ -32,7 +32,7 @@ class Lanes {
         members_(members),
         width_(crowd_width()),
         view_(make_view(level, {.wind = is_windy(members), .crowd = true}, scratch.view)),
-        memory_(scratch.lanes.carve(crowd_sizes(), view_)),
+        memory_(scratch.lanes.allocate(crowd_sizes(), view_)),
         terms_(scratch.lanes.terms()) {}
 
   void load() {
@@ -84,7 +84,7 @@ std::size_t crowd_width() {
   return crowd_sizes().real;
 }
 
-std::size_t crowd_least() {
+std::size_t crowd_count_min() {
   return crowd_width() >= 16 ? 3 : std::min<std::size_t>(crowd_width(), 2);
 }
 

@@ -17,7 +17,7 @@ struct CrowdMember {
 std::size_t crowd_width();
 
 // The number of characters from which a crowd is faster than single steps; measured with hairnet-bench.
-std::size_t crowd_least();
+std::size_t crowd_count_min();
 
 // Steps up to crowd_width() characters of one level at once, one per SIMD lane. Each gets the same bits as from `step`,
 // and no lane affects another. The time does not depend on the number of members.

@@ -31,7 +31,7 @@ LatticeEnergy energy(const Level& level, const MaterialScale& material, const He
   }
   for (std::size_t i = 0; i < level.rest.size(); ++i) {
     sum.elastic_j += half_square(ether_stiffness(level, material, i), displacement[i].squaredNorm());
-    const Vec3 velocity = state.velocity[i].cast<double>() - motion.rest_velocity(level.rest[i].cast<double>());
+    const Vec3 velocity = state.velocity[i].cast<double>() - motion.rigid_velocity(level.rest[i].cast<double>());
     sum.kinetic_j += half_square(node_mass(level, material, i), velocity.squaredNorm());
   }
   return sum;

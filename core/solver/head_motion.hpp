@@ -16,23 +16,23 @@ struct HeadMotion {
   explicit HeadMotion(const StepInput& input)
       : relative(input.to.head().inverse() * input.from.head()),
         turn(relative.rotation.toRotationMatrix()),
-        turn_less_identity(turn - Mat3::Identity()),
+        rotation_less_identity(turn - Mat3::Identity()),
         step_s(input.step_s),
         gravity_load(input.to.head().rotation.conjugate() * input.environment->gravity - kDesignGravity) {}
 
   // R' p^0 = (B_1 p^0 - B_0 p^0) / h: the velocity of a point that moves rigidly with the head.
-  [[nodiscard]] Vec3 rest_velocity(const Vec3& rest) const {
-    return -(turn_less_identity * rest + relative.position) / step_s;
+  [[nodiscard]] Vec3 rigid_velocity(const Vec3& rest) const {
+    return -(rotation_less_identity * rest + relative.position) / step_s;
   }
 
   RigidTransform relative;  // head space at the start of the step -> head space at its end
-  Mat3 turn, turn_less_identity;
+  Mat3 turn, rotation_less_identity;
   double step_s;
   Vec3 gravity_load;  // g - R g_0, head axes, m/s^2
 };
 
 // Where a point that moves rigidly with `bone` ends, both in head space: (head_1^-1 B_1 B_0^-1 head_0) x.
-inline RigidTransform bone_carry(const StepInput& input, Bone bone) {
+inline RigidTransform bone_motion(const StepInput& input, Bone bone) {
   if (bone == Bone::head) return {};
   return input.to.head().inverse() * input.to[bone] * input.from[bone].inverse() * input.from.head();
 }

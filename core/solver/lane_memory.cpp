@@ -6,7 +6,7 @@
 
 namespace hairnet {
 
-LaneMemory LaneBlock::carve(const LaneSizes& sizes, const LevelView& level) {
+LaneMemory LaneArena::allocate(const LaneSizes& sizes, const LevelView& level) {
   LaneMemory memory;
   struct Part {
     float** at;
@@ -17,14 +17,14 @@ LaneMemory LaneBlock::carve(const LaneSizes& sizes, const LevelView& level) {
       Part{&terms_, kStepTermCount * sizes.real},
       Part{&memory.displacement, node_vectors},
       Part{&memory.velocity, node_vectors},
-      Part{&memory.rest_velocity, node_vectors},
-      Part{&memory.carried, node_vectors},
+      Part{&memory.rigid_velocity, node_vectors},
+      Part{&memory.rotated_displacement, node_vectors},
       Part{&memory.solution, node_vectors},
       Part{&memory.residual, node_vectors},
       Part{&memory.preconditioned, node_vectors},
       Part{&memory.direction, node_vectors},
       Part{&memory.product, node_vectors},
-      Part{&memory.held, level.node_count * sizes.real},
+      Part{&memory.attachment_diagonal, level.node_count * sizes.real},
       Part{&memory.diagonal, node_blocks},
       Part{&memory.preconditioner, node_blocks},
       Part{&memory.spring_direction, level.springs.count * sizes.vector},

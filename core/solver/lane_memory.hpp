@@ -14,9 +14,9 @@ struct LaneMemory {
   const float* terms = nullptr;  // StepTerms, a Real each
 
   // Vectors of nodes. `velocity` becomes R v - R' P^0 within a step, `residual` begins as the right-hand side b.
-  float *displacement, *velocity, *rest_velocity, *carried;
+  float *displacement, *velocity, *rigid_velocity, *rotated_displacement;
   float *solution, *residual, *preconditioned, *direction, *product;
-  float* held;                       // Reals of nodes: what attachments add to the diagonal
+  float* attachment_diagonal;        // Reals of nodes: what attachments add to the diagonal
   float *diagonal, *preconditioner;  // Blocks of nodes: a node's own part of the system; the inverse of its whole
 
   float* spring_direction;                        // Vectors, eps / |eps|
@@ -35,9 +35,9 @@ struct LaneSizes {
 };
 
 // Grows to the largest level met and stays, so that steps allocate nothing once it has.
-class LaneBlock {
+class LaneArena {
  public:
-  LaneMemory carve(const LaneSizes& sizes, const LevelView& level);
+  LaneMemory allocate(const LaneSizes& sizes, const LevelView& level);
   [[nodiscard]] float* terms() { return terms_; }
 
  private:

@@ -29,11 +29,11 @@ void put_wind_fractions(const LevelGeometry& geometry, std::vector<float>& fract
   }
 }
 
-void put_skin(const Level& level, std::vector<SkinFieldView>& skin) {
+void put_skin(const Level& level, std::vector<SkinDistanceFieldView>& skin) {
   skin.clear();
   const float* limit = level.contacts.limit.data();
-  for (const SkinField& field : *level.skin) {
-    SkinFieldView view{};
+  for (const SkinDistanceField& field : *level.skin) {
+    SkinDistanceFieldView view{};
     view.bone = static_cast<std::size_t>(field.bone);
     for (std::size_t a = 0; a < 3; ++a) {
       view.cells[a] = static_cast<float>(field.dims[a] - 1);

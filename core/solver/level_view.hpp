@@ -19,7 +19,7 @@ struct StiffenerView {
   const float* rest_length;  // |eps_0|, springs only
 };
 
-struct SkinFieldView {
+struct SkinDistanceFieldView {
   std::size_t bone;
   float origin[3], per_cell;
   float cells[3];           // along each axis
@@ -49,7 +49,7 @@ struct LevelView {
   const float* wind_fraction;  // of the way along the box, xyz of each node (LatticeWind); null in still air
   StiffenerView springs, attachments;
   IncidenceView incidences;  // for crowds only
-  const SkinFieldView* skin;
+  const SkinDistanceFieldView* skin;
   std::size_t skin_count;
   ContactPointsView contacts;
 };
@@ -57,7 +57,7 @@ struct LevelView {
 // The buffers that a view points to. They grow to the largest level seen and are never freed.
 struct LevelViewScratch {
   std::vector<float> rest_length, wind_fraction;
-  std::vector<SkinFieldView> skin;
+  std::vector<SkinDistanceFieldView> skin;
   std::vector<std::uint32_t> incidence_begin;
   std::vector<std::uint16_t> incidence_stiffeners;
   std::vector<float> incidence_weights;

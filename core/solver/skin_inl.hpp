@@ -24,14 +24,14 @@ struct Skin {
   using L = Lanes;
 
   // skin_distance() of core/levels/skin_distance_field.hpp, with the gradient made a unit vector.
-  struct Here {
+  struct SkinSample {
     Real distance;
     Vector normal;
   };
-  static HWY_INLINE Here at(const SkinFieldView& field, const Vector& point) {
+  static HWY_INLINE SkinSample at(const SkinDistanceFieldView& field, const Vector& point) {
     const Vector at = L::scale(L::real(field.per_cell), L::subtract(point, L::vector(field.origin)));
-    const Place x = place_along(L::x(at), field.cells[0]), y = place_along(L::y(at), field.cells[1]),
-                z = place_along(L::z(at), field.cells[2]);
+    const GridCell x = cell_along(L::x(at), field.cells[0]), y = cell_along(L::y(at), field.cells[1]),
+                   z = cell_along(L::z(at), field.cells[2]);
     // Whole numbers below 2^24 are exact in float.
     const Real entry = hn::MulAdd(z.low, L::real(static_cast<float>(field.layer)),
                                   hn::MulAdd(y.low, L::real(static_cast<float>(field.row)), x.low));
@@ -57,7 +57,7 @@ struct Skin {
   }
   // A lower bound of the distance at the point, from the value at the nearest node: along an edge the distance changes
   // by at most the edge's length, and there are three edges to the node.
-  static HWY_INLINE Real least_distance(const SkinFieldView& field, const Vector& point) {
+  static HWY_INLINE Real distance_min(const SkinDistanceFieldView& field, const Vector& point) {
     const Vector at = L::scale(L::real(field.per_cell), L::subtract(point, L::vector(field.origin)));
     const auto along = [](Real a, float cells)
                            HWY_ATTR { return hn::Round(hn::Min(hn::Max(a, L::real(0)), L::real(cells))); };
@@ -77,10 +77,10 @@ struct Skin {
     Real value, slope;
   };
   // Along one axis of a grid: the node below, the share of the cell from there, and how far the point is outside.
-  struct Place {
+  struct GridCell {
     Real low, t, beyond;
   };
-  static HWY_INLINE Place place_along(Real at, float cells) {
+  static HWY_INLINE GridCell cell_along(Real at, float cells) {
     const Real within = hn::Min(hn::Max(at, L::real(0)), L::real(cells));
     const Real low = hn::Min(hn::Floor(within), L::real(cells - 1));
     return {low, within - low, at - within};

@@ -40,7 +40,7 @@ bool step(const Level& level, const StepInput& input, const SolverSettings& sett
   assert(state.displacement.size() == level.rest.size() && state.velocity.size() == level.rest.size());
   const LaneSizes sizes = single_sizes();
   const LevelView level_view = make_view(level, {.wind = !input.environment->wind.is_still()}, scratch.view);
-  const LaneMemory memory = scratch.lanes.carve(sizes, level_view);
+  const LaneMemory memory = scratch.lanes.allocate(sizes, level_view);
   const StepTerms terms = step_terms(level, input, state);
   std::memcpy(scratch.lanes.terms(), &terms, sizeof terms);
   spread(state.displacement, sizes.vector, memory.displacement);

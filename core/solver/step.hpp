@@ -58,7 +58,7 @@ int substep_count_for(double tick_s);
 
 // Buffers of a step, reused for all characters and levels. They grow to the largest level seen and are never freed.
 struct StepScratch {
-  LaneBlock lanes;
+  LaneArena lanes;
   LevelViewScratch view;
 };
 

@@ -43,13 +43,13 @@ struct StepData {
   struct Turn {
     Vector x, y, z;  // columns
   };
-  HWY_INLINE Turn turn_term(std::size_t byte) const {
+  HWY_INLINE Turn rotation_term(std::size_t byte) const {
     return {vector_term(byte), vector_term(byte + 3 * sizeof(float)), vector_term(byte + 6 * sizeof(float))};
   }
   static HWY_INLINE Vector turned(const Turn& turn, const Vector& a) {
     return L::add_scaled(L::z(a), turn.z, L::add_scaled(L::y(a), turn.y, L::scale(L::x(a), turn.x)));
   }
-  static HWY_INLINE Vector turned_back(const Turn& turn, const Vector& a) {
+  static HWY_INLINE Vector rotated_back(const Turn& turn, const Vector& a) {
     return L::compose(L::dot(turn.x, a), L::dot(turn.y, a), L::dot(turn.z, a));
   }
   struct Motion {
@@ -57,8 +57,8 @@ struct StepData {
     Vector shift;
   };
   HWY_INLINE Motion motion_term(std::size_t byte) const {
-    return {turn_term(byte + offsetof(StepTerms::Motion, turn)),
-            vector_term(byte + offsetof(StepTerms::Motion, shift))};
+    return {rotation_term(byte + offsetof(StepTerms::AffineMap, turn)),
+            vector_term(byte + offsetof(StepTerms::AffineMap, shift))};
   }
   static HWY_INLINE Vector moved(const Motion& motion, const Vector& a) {
     return L::add(turned(motion.turn, a), motion.shift);

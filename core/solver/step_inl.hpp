@@ -23,15 +23,15 @@ template <class Lanes>
 struct Step : StepData<Lanes> {
   using Data = StepData<Lanes>;
   using Data::block_at, Data::put, Data::Data;
-  using Data::kVector, Data::level, Data::m, Data::h, Data::term, Data::vector_term, Data::turn_term;
+  using Data::kVector, Data::level, Data::m, Data::h, Data::term, Data::vector_term, Data::rotation_term;
   using Data::motion_term, Data::turned, Data::moved, Data::squared, Data::half, Data::node, Data::real_at;
   using typename Data::L, typename Data::Real, typename Data::Mask, typename Data::Vector, typename Data::Block;
   using typename Data::Turn, typename Data::Motion;
 
   // A step of all: m.displacement and m.velocity are the states at its start, and at its end.
   HWY_INLINE void run(int iterations) {
-    hold_to_energy_limit();
-    carry();
+    limit_elastic_energy();
+    rotate_state();
     add_node_forces();
     Contacts<Lanes>(level, m).add();
     add_springs();
@@ -172,8 +172,8 @@ struct Step : StepData<Lanes> {
   // While a lattice has more elastic energy than its last step may have left, scales its displacements down towards the
   // design. This rarely happens in ordinary motion. Afterwards `measure` has run for the state that the step starts
   // from.
-  HWY_INLINE void hold_to_energy_limit() {
-    constexpr float kRounding = 1e-3f, kRounding_j = 1e-12f, kDrawLeast = 0.5f;
+  HWY_INLINE void limit_elastic_energy() {
+    constexpr float kRounding = 1e-3f, kRounding_j = 1e-12f, kDrawMin = 0.5f;
     constexpr int kDraws = 20;
     measure();
     const Real most =
@@ -183,7 +183,7 @@ struct Step : StepData<Lanes> {
       const Mask is_over = energy > most;
       if (hn::AllFalse(L::d, is_over)) return;
       // Springs that have hardly turned have an energy that goes with the square of the displacement.
-      Real by = hn::Max(L::real(kDrawLeast), L::real(0.999f) * hn::Sqrt(most / energy));
+      Real by = hn::Max(L::real(kDrawMin), L::real(0.999f) * hn::Sqrt(most / energy));
       if (draw == kDraws) by = L::real(0);
       by = hn::IfThenElse(is_over, by, L::real(1));
       for (std::size_t i = 0; i < level.node_count; ++i) {
@@ -194,14 +194,14 @@ struct Step : StepData<Lanes> {
   }
 
   // Into the head's new axes: R d, R v - R' P^0 (m.velocity from here on) and the rest's velocity R' P^0.
-  HWY_INLINE void carry() {
-    const Turn turn = turn_term(offsetof(StepTerms, turn));
-    const Motion rest_velocity = motion_term(offsetof(StepTerms, rest_velocity));
+  HWY_INLINE void rotate_state() {
+    const Turn turn = rotation_term(offsetof(StepTerms, turn));
+    const Motion rigid_velocity = motion_term(offsetof(StepTerms, rigid_velocity));
     for (std::size_t i = 0; i < level.node_count; ++i) {
-      const Vector rest_rate = moved(rest_velocity, L::vector(level.rest + 3 * i));
-      put(rest_rate, m.rest_velocity, i);
-      put(turned(turn, node(m.displacement, i)), m.carried, i);
-      put(L::subtract(turned(turn, node(m.velocity, i)), rest_rate), m.velocity, i);
+      const Vector rigid_rate = moved(rigid_velocity, L::vector(level.rest + 3 * i));
+      put(rigid_rate, m.rigid_velocity, i);
+      put(turned(turn, node(m.displacement, i)), m.rotated_displacement, i);
+      put(L::subtract(turned(turn, node(m.velocity, i)), rigid_rate), m.velocity, i);
     }
   }
 
@@ -219,7 +219,7 @@ struct Step : StepData<Lanes> {
       put(system.load, m.residual, i);
       put(system.own, m.diagonal, i);
       put(system.own, m.preconditioner, i);
-      put(L::real(0), m.held, i);
+      put(L::real(0), m.attachment_diagonal, i);
     }
   }
 
@@ -228,7 +228,8 @@ struct Step : StepData<Lanes> {
     const Real mass = node_mass(i);
     const Law ether = ether_law(i);
     const Block Q = drag(i);
-    const Vector pull = L::add_scaled(ether.k, node(m.carried, i), L::multiply(Q, node(m.rest_velocity, i)));
+    const Vector pull =
+        L::add_scaled(ether.k, node(m.rotated_displacement, i), L::multiply(Q, node(m.rigid_velocity, i)));
     const Vector force = L::subtract(L::scale(mass, vector_term(offsetof(StepTerms, gravity_load))), pull);
     return {L::add_scaled(h, force, L::scale(mass, node(m.velocity, i))),
             L::add_diagonal(hn::MulAdd(h, hn::MulAdd(h, ether.k, ether.q), mass), L::scale(h, Q))};
@@ -255,20 +256,21 @@ struct Step : StepData<Lanes> {
   // Springs at y = 0 (eq. 3): the direction at the start of the step, the elongation there and its change by the rest
   // motion over the step.
   HWY_INLINE void add_springs() {
-    const Turn turn = turn_term(offsetof(StepTerms, turn));
-    const Turn rest_rate_of = turn_term(offsetof(StepTerms, rest_velocity) + offsetof(StepTerms::Motion, turn));
+    const Turn turn = rotation_term(offsetof(StepTerms, turn));
+    const Turn rigid_rate_of =
+        rotation_term(offsetof(StepTerms, rigid_velocity) + offsetof(StepTerms::AffineMap, turn));
     for (std::size_t s = 0; s < level.springs.count; ++s) {
       const Real k = term(offsetof(StepTerms, stiffness)) * L::real(level.springs.stiffness[s]);
       const Real more = real_at(m.spring_change, s) * k, stiffness = k + more;
       const Real q = solver_damping(stiffness, term(offsetof(StepTerms, damping)) * L::real(level.springs.damping[s]));
       const Vector e = turned(turn, node(m.spring_direction, s));
-      const Real rest_rate = L::dot(e, turned(rest_rate_of, L::vector(level.springs.rest + 3 * s)));  // R' eps_0 . e
+      const Real rigid_rate = L::dot(e, turned(rigid_rate_of, L::vector(level.springs.rest + 3 * s)));  // R' eps_0 . e
       const Real elongation = real_at(m.spring_elongation, s);
       const Real hk_q = hn::MulAdd(h, stiffness, q), coefficient = h * hk_q;
       const Real tension =
-          hn::MulAdd(hk_q, rest_rate, hn::MulAdd(more, beyond_branch(s, more, elongation), k * elongation));
+          hn::MulAdd(hk_q, rigid_rate, hn::MulAdd(more, beyond_branch(s, more, elongation), k * elongation));
       put(e, m.spring_direction, s);
-      put(hn::MulAdd(h, rest_rate, elongation), m.spring_elongation, s);
+      put(hn::MulAdd(h, rigid_rate, elongation), m.spring_elongation, s);
       put(coefficient, m.spring_coefficient, s);
       scatter(level.springs, s, L::scale(L::real(0) - h * tension, e), m.residual);
       scatter_block(level.springs, s, L::scale(coefficient, L::square(e)), m.preconditioner);
@@ -277,7 +279,7 @@ struct Step : StepData<Lanes> {
 
   // Attachments at y = 0 (eq. 4).
   HWY_INLINE void add_attachments() {
-    const Turn turn = turn_term(offsetof(StepTerms, turn));
+    const Turn turn = rotation_term(offsetof(StepTerms, turn));
     for (std::size_t s = 0; s < level.attachments.count; ++s) {
       const Law attachment = law(level.attachments, s);
       const Real coefficient = h * hn::MulAdd(h, attachment.k, attachment.q);
@@ -287,7 +289,7 @@ struct Step : StepData<Lanes> {
       for (std::size_t e = level.attachments.begin[s]; e < level.attachments.begin[s + 1]; ++e) {
         const std::size_t j = level.attachments.nodes[e];
         const float w = level.attachments.weights[e];
-        put(hn::MulAdd(L::real(w * w), coefficient, real_at(m.held, j)), m.held, j);
+        put(hn::MulAdd(L::real(w * w), coefficient, real_at(m.attachment_diagonal, j)), m.attachment_diagonal, j);
       }
     }
   }
@@ -295,7 +297,7 @@ struct Step : StepData<Lanes> {
   // Inverses of A's 3x3 diagonal blocks.
   HWY_INLINE void precondition() {
     for (std::size_t i = 0; i < level.node_count; ++i) {
-      const Block whole = L::add_diagonal(real_at(m.held, i), block_at(m.preconditioner, i));
+      const Block whole = L::add_diagonal(real_at(m.attachment_diagonal, i), block_at(m.preconditioner, i));
       put(L::inverse(whole), m.preconditioner, i);
     }
   }
@@ -416,7 +418,7 @@ struct Step : StepData<Lanes> {
     Real kinetic_end = L::real(0), kinetic_change = L::real(0), farthest2 = L::real(0), fastest2 = L::real(0);
     for (std::size_t i = 0; i < level.node_count; ++i) {
       const Vector y = node(m.solution, i), change = L::subtract(y, node(m.velocity, i));
-      const Vector displacement = L::add_scaled(h, y, node(m.carried, i));
+      const Vector displacement = L::add_scaled(h, y, node(m.rotated_displacement, i));
       const Real mass = node_mass(i), speed2 = squared(y);
       kinetic_end = hn::MulAdd(mass, speed2, kinetic_end);
       kinetic_change = hn::MulAdd(mass, squared(change), kinetic_change);
@@ -447,7 +449,7 @@ struct Step : StepData<Lanes> {
     put(by * hn::Sqrt(fastest2), m.speed_max, 0);
     for (std::size_t i = 0; i < level.node_count; ++i) {
       put(L::scale(by, node(m.displacement, i)), m.displacement, i);
-      put(L::add_scaled(by, node(m.solution, i), node(m.rest_velocity, i)), m.velocity, i);
+      put(L::add_scaled(by, node(m.solution, i), node(m.rigid_velocity, i)), m.velocity, i);
     }
   }
 };

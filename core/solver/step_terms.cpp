@@ -17,7 +17,7 @@ void put(const Mat3& m, float (&out)[9]) {
 void put(const Vec3& v, float (&out)[3]) {
   Eigen::Map<Vec3f>{out} = v.cast<float>();
 }
-void put(const RigidTransform& t, StepTerms::Motion& out) {
+void put(const RigidTransform& t, StepTerms::AffineMap& out) {
   put(t.rotation.toRotationMatrix(), out.turn);
   put(t.position, out.shift);
 }
@@ -25,7 +25,7 @@ void put(const RigidTransform& t, StepTerms::Motion& out) {
 // Only of the bones that have skin; the head's own stay the identity.
 void put_bones(const Level& level, const StepInput& input, StepTerms& terms) {
   std::array<bool, kBoneCount> is_wanted{};
-  for (const SkinField& field : *level.skin) is_wanted[static_cast<std::size_t>(field.bone)] = true;
+  for (const SkinDistanceField& field : *level.skin) is_wanted[static_cast<std::size_t>(field.bone)] = true;
   for (std::size_t b = 1; b < kBoneCount; ++b) {
     if (!is_wanted[b]) continue;
     put(input.from.bones[b].inverse() * input.from.head(), terms.to_bone_before[b]);
@@ -40,8 +40,8 @@ StepTerms step_terms(const Level& level, const StepInput& input, const LatticeSt
   const HeadMotion motion(input);
   terms.step_s = static_cast<float>(input.step_s);
   put(motion.turn, terms.turn);
-  put(Mat3(motion.turn_less_identity / -input.step_s), terms.rest_velocity.turn);
-  put(Vec3(motion.relative.position / -input.step_s), terms.rest_velocity.shift);
+  put(Mat3(motion.rotation_less_identity / -input.step_s), terms.rigid_velocity.turn);
+  put(Vec3(motion.relative.position / -input.step_s), terms.rigid_velocity.shift);
   put(motion.gravity_load, terms.gravity_load);
 
   const MaterialScale& material = input.material;

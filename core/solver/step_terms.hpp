@@ -9,14 +9,14 @@ namespace hairnet {
 // can lie side by side in memory. Axes of the head at the end of the step; matrices by columns. The default is a
 // character at rest that does not move.
 struct StepTerms {
-  struct Motion {  // x -> turn x + shift
+  struct AffineMap {  // x -> turn x + shift
     float turn[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     float shift[3] = {};
   };
 
   float step_s = 1;
   float turn[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};  // of vectors, from the head's axes at the start
-  Motion rest_velocity{{}, {}};                 // R' p^0 = turn p^0 + shift, m/s
+  AffineMap rigid_velocity{{}, {}};             // R' p^0 = turn p^0 + shift, m/s
   float gravity_load[3] = {};                   // g - R g_0, m/s^2
 
   // The character's own material (MaterialScale), and what is left of contact.
@@ -26,7 +26,7 @@ struct StepTerms {
   float elastic_energy_max_j = 0;  // of LatticeState
 
   // A point of head space at the start, and at the end -> where it is to the bone at rest.
-  Motion to_bone_before[kBoneCount], to_bone[kBoneCount];
+  AffineMap to_bone_before[kBoneCount], to_bone[kBoneCount];
 
   float wind[8][3] = {};  // at the corners of the lattice (LatticeWind), m/s
 };

@@ -22,13 +22,14 @@ void Batches::add(Character& character, Outcome& outcome) {
   batches_.back().end = index + 1;
 }
 
-void Batches::step(const TickTerms& terms, ClockNs now_ns, const ParallelFor& parallel_for) {
+void Batches::step(const TickContext& terms, ClockNs now_ns, const ParallelFor& parallel_for) {
   const auto step_one = [&](std::size_t b) {
     const std::int64_t begin_ns = now_ns ? now_ns() : 0;
     step(terms, batches_[b]);
     if (now_ns) batches_[b].step_ns = now_ns() - begin_ns;
   };
-  run(parallel_for, batches_.size(), std::cref(step_one));  // a reference, since a std::function of it would allocate
+  run_loop(parallel_for, batches_.size(),
+           std::cref(step_one));  // a reference, since a std::function of it would allocate
 }
 
 StepCosts Batches::costs() const {
@@ -41,7 +42,7 @@ StepCosts Batches::costs() const {
   return costs;
 }
 
-void Batches::step(const TickTerms& terms, const Batch& batch) {
+void Batches::step(const TickContext& terms, const Batch& batch) {
   std::unique_ptr<Scratch> scratch = take_scratch();
   const std::size_t count = batch.end - batch.begin;
   const StepPlan& plan = terms.plans->of(batch.level, batch.ticks);
@@ -66,7 +67,7 @@ void Batches::step(const TickTerms& terms, const Batch& batch) {
 
 void Batches::step_members(const Level& level, int iterations, Scratch& scratch) const {
   const SolverSettings settings{.iterations = iterations};
-  if (scratch.members.size() >= crowd_least()) return step_crowd(level, scratch.members, settings, scratch.step);
+  if (scratch.members.size() >= crowd_count_min()) return step_crowd(level, scratch.members, settings, scratch.step);
   for (CrowdMember& member : scratch.members) {
     for (const StepInput& input : member.inputs) {
       member.is_finite = hairnet::step(level, input, settings, scratch.step, *member.state) && member.is_finite;

@@ -21,7 +21,7 @@ class Batches {
   void add(Character& character, Outcome& outcome);
 
   // Steps all and ends their tick. `now_ns` may be null: then nothing is timed.
-  void step(const TickTerms& terms, ClockNs now_ns, const ParallelFor& parallel_for);
+  void step(const TickContext& terms, ClockNs now_ns, const ParallelFor& parallel_for);
   [[nodiscard]] StepCosts costs() const;  // of the last step
 
  private:
@@ -43,7 +43,7 @@ class Batches {
     std::vector<CrowdMember> members;
   };
 
-  void step(const TickTerms& terms, const Batch& batch);
+  void step(const TickContext& terms, const Batch& batch);
   void step_members(const Level& level, int iterations, Scratch& scratch) const;
   std::unique_ptr<Scratch> take_scratch();
   void put_scratch(std::unique_ptr<Scratch> scratch);

@@ -43,26 +43,26 @@ void ease_to_rigid(double elapsed_s, Character& c) {
     const double t = std::clamp(since_s / kRigidEase_s, 0.0, 1.0);
     return 1 - t * t * (3 - 2 * t);
   };
-  const double before = left(c.easing_s);
-  c.easing_s += elapsed_s;
-  const double after = left(c.easing_s);
+  const double before = left(c.rigid_ease_s);
+  c.rigid_ease_s += elapsed_s;
+  const double after = left(c.rigid_ease_s);
   if (after <= 0) {
     c.level = LevelIndex::rigid;
     c.state = {};
-    c.easing_s = -1;
+    c.rigid_ease_s = -1;
     return;
   }
   for (Vec3f& d : c.state.displacement) d *= static_cast<float>(after / before);
 }
 
 // Springs and contact as a switch of levels and untangling leave them.
-void ease_in(const TickTerms& terms, Character& c) {
+void ease_in(const TickContext& terms, Character& c) {
   const double elapsed_s = terms.plan(c).interval_s;
   const double still_s = terms.environment(c).wind.is_still() ? c.bones_still_s : 0;
   c.untangle.update(c.to, still_s, elapsed_s, *c.model(), c.state.displacement);
-  c.contact_release = std::max(c.untangle.share(), 1 - SwitchEase(c.switched_s).contact());
-  c.switched_s += elapsed_s;
-  const double stiffness = std::min(c.untangle.stiffness(), SwitchEase(c.switched_s).stiffness());
+  c.contact_release = std::max(c.untangle.share(), 1 - SwitchEase(c.since_switch_s).contact());
+  c.since_switch_s += elapsed_s;
+  const double stiffness = std::min(c.untangle.stiffness(), SwitchEase(c.since_switch_s).stiffness());
   c.state.elastic_energy_max_j *= static_cast<float>(stiffness / std::exchange(c.stiffness, stiffness));
 }
 
@@ -75,12 +75,12 @@ void count_stillness(double elapsed_s, Character& c) {
   c.last_from = c.from;
 }
 
-bool has_turn(const TickTerms& terms, const Character& c) {
-  return c.due || (terms.tick + c.phase) % c.stride == 0;
+bool is_due(const TickContext& terms, const Character& c) {
+  return c.steps_next_tick || (terms.tick + c.phase) % c.stride == 0;
 }
 
 // The rest's velocity over the first substep to come, in the axes of the head at its start.
-void add_rest_velocity_to_come(const StepPlan& plan, Character& c) {
+void add_next_rigid_velocity(const StepPlan& plan, Character& c) {
   const Pose first = interpolate(c.from, c.to, 1.0 / plan.substep_count);
   const RigidTransform motion = c.from.head().inverse() * first.head();
   const Level& level = *c.model();
@@ -92,40 +92,40 @@ void add_rest_velocity_to_come(const StepPlan& plan, Character& c) {
 
 }  // namespace
 
-Outcome begin_tick(const TickTerms& terms, Character& c) {
-  if (!has_turn(terms, c)) return Outcome::waiting;
-  c.due = false;
-  c.step_ticks = static_cast<std::uint8_t>(terms.tick + 1 - c.at_tick);
-  c.at_tick = terms.tick + 1;
+Outcome begin_tick(const TickContext& terms, Character& c) {
+  if (!is_due(terms, c)) return Outcome::waiting;
+  c.steps_next_tick = false;
+  c.step_ticks = static_cast<std::uint8_t>(terms.tick + 1 - c.state_tick);
+  c.state_tick = terms.tick + 1;
   const StepPlan& plan = terms.plan(c);
-  c.jumped = std::exchange(c.teleport, false) || is_teleport(c.from, c.to, plan.interval_s);
-  const bool bones_move = c.jumped || !is_still(c.still_pose, c.to);
+  c.discontinuous = std::exchange(c.teleport, false) || is_teleport(c.from, c.to, plan.interval_s);
+  const bool bones_move = c.discontinuous || !is_still(c.still_pose, c.to);
   c.bones_still_s = bones_move ? 0 : c.bones_still_s + (c.is_asleep() ? 0 : plan.interval_s);
   if (bones_move || !terms.environment(c).wind.is_still()) {
     c.wake();
     c.still_pose = c.to;
   }
   if (c.is_asleep()) return Outcome::asleep;
-  c.changed_tick = c.at_tick;
+  c.changed_tick = c.state_tick;
   c.last_step_s = plan.substep_s();
   Outcome outcome = Outcome::idle;
-  if (c.easing_s >= 0) {
+  if (c.rigid_ease_s >= 0) {
     ease_to_rigid(plan.interval_s, c);
     outcome = Outcome::eased;
-  } else if (c.jumped) {
-    outcome = Outcome::teleported;
+  } else if (c.discontinuous) {
+    outcome = Outcome::teleport;
   } else if (c.model()) {
-    if (std::exchange(c.velocity_beyond_rest, false)) add_rest_velocity_to_come(plan, c);
+    if (std::exchange(c.velocity_is_relative, false)) add_next_rigid_velocity(plan, c);
     ease_in(terms, c);
     return Outcome::stepped;
   }
-  c.last_from = c.jumped ? c.to : interpolate(c.from, c.to, (plan.substep_count - 1.0) / plan.substep_count);
+  c.last_from = c.discontinuous ? c.to : interpolate(c.from, c.to, (plan.substep_count - 1.0) / plan.substep_count);
   c.from = c.to;
   if (outcome == Outcome::idle) c.still_s += plan.interval_s;
   return outcome;
 }
 
-void put_inputs(const TickTerms& terms, const Character& c, std::span<StepInput> inputs) {
+void put_inputs(const TickContext& terms, const Character& c, std::span<StepInput> inputs) {
   const StepPlan& plan = terms.plan(c);
   const std::uint64_t first_tick = terms.tick + 1 - c.step_ticks;
   for (std::size_t s = 0; s < inputs.size(); ++s) {
@@ -142,35 +142,35 @@ void put_inputs(const TickTerms& terms, const Character& c, std::span<StepInput>
   }
 }
 
-Outcome end_tick(const TickTerms& terms, std::span<const StepInput> inputs, bool is_finite, Character& c) {
+Outcome end_tick(const TickContext& terms, std::span<const StepInput> inputs, bool is_finite, Character& c) {
   c.last_from = inputs.back().from;
   c.from = c.to;
   if (!is_finite) {
     reset_to_rest(*c.model(), c.state);
-    c.jumped = true;
+    c.discontinuous = true;
     return Outcome::reset;
   }
   count_stillness(terms.plan(c).interval_s, c);
   return Outcome::stepped;
 }
 
-void hold(Character& c) {
-  c.held = true;
-  if (c.model() && !c.velocity_beyond_rest) add_rest_velocity(*c.model(), last_motion(c), -1, c.state);
+void suspend(Character& c) {
+  c.suspended = true;
+  if (c.model() && !c.velocity_is_relative) add_rigid_velocity(*c.model(), last_head_motion(c), -1, c.state);
   c.last_from = c.from;
-  c.velocity_beyond_rest = true;
+  c.velocity_is_relative = true;
 }
 
-void release(std::uint64_t tick, Character& c) {
-  c.held = false;
-  c.due = c.teleport = true;
-  c.at_tick = tick;
+void unsuspend(std::uint64_t tick, Character& c) {
+  c.suspended = false;
+  c.steps_next_tick = c.teleport = true;
+  c.state_tick = tick;
   c.wake();
 }
 
 bool replace_state(std::span<const Vec3f> displacement, std::span<const Vec3f> velocity, Character& c) {
   const Level* level = c.model();
-  if (!level || c.easing_s >= 0) return false;
+  if (!level || c.rigid_ease_s >= 0) return false;
   const std::size_t count = level->rest.size();
   if (displacement.size() != count || (!velocity.empty() && velocity.size() != count)) return false;
   const float farthest_m = level->displacement_max_m + kStateSlack_m;
@@ -182,7 +182,7 @@ bool replace_state(std::span<const Vec3f> displacement, std::span<const Vec3f> v
   std::ranges::copy(displacement, c.state.displacement.begin());
   std::ranges::copy(velocity, c.state.velocity.begin());
   c.last_from = velocity.empty() ? c.from : c.last_from;
-  c.velocity_beyond_rest = velocity.empty();
+  c.velocity_is_relative = velocity.empty();
   c.wake();
   return true;
 }

@@ -6,7 +6,7 @@
 namespace hairnet {
 
 // The head's motion over the last substep.
-inline HeadMotion last_motion(const Character& c) {
+inline HeadMotion last_head_motion(const Character& c) {
   StepInput input;
   input.from = c.last_from;
   input.to = c.from;
@@ -16,9 +16,9 @@ inline HeadMotion last_motion(const Character& c) {
 
 // Adds `sign` times the rigid velocity, that of hair that moves rigidly with the head; head axes at the end of
 // `motion`.
-inline void add_rest_velocity(const Level& level, const HeadMotion& motion, float sign, LatticeState& state) {
+inline void add_rigid_velocity(const Level& level, const HeadMotion& motion, float sign, LatticeState& state) {
   for (std::size_t i = 0; i < level.rest.size(); ++i) {
-    state.velocity[i] += sign * motion.rest_velocity(level.rest[i].cast<double>()).cast<float>();
+    state.velocity[i] += sign * motion.rigid_velocity(level.rest[i].cast<double>()).cast<float>();
   }
 }
 

@@ -23,10 +23,10 @@ bool has_same_nodes(const Level* a, const Level* b) {
 
 // Transfers displacements and velocities to another level. Only velocity relative to the head is mapped; the rigid
 // velocity is an exact function of the poses. Velocities are scaled down if the map added kinetic energy.
-void carry_over(const LevelMap& map, const Level& old_level, LatticeState old_state, const HeadMotion& motion,
-                const MaterialScale& material, const Level& level, LatticeState& state) {
+void transfer_state(const LevelMap& map, const Level& old_level, LatticeState old_state, const HeadMotion& motion,
+                    const MaterialScale& material, const Level& level, LatticeState& state) {
   const double kinetic_max_j = energy(old_level, material, motion, old_state).kinetic_j;
-  add_rest_velocity(old_level, motion, -1, old_state);
+  add_rigid_velocity(old_level, motion, -1, old_state);
   map.apply(old_state.displacement, state.displacement);
   map.apply(old_state.velocity, state.velocity);
   float farthest_m = 0;
@@ -42,15 +42,15 @@ void carry_over(const LevelMap& map, const Level& old_level, LatticeState old_st
     const auto by = static_cast<float>(std::sqrt(kinetic_max_j / kinetic_j));
     for (Vec3f& v : state.velocity) v *= by;
   }
-  add_rest_velocity(level, motion, 1, state);
+  add_rigid_velocity(level, motion, 1, state);
 }
 
 void switch_to_rigid(Character& c) {
   if (!c.model() || is_at_rest(c.state)) {
     c.level = LevelIndex::rigid;
     c.state = {};
-  } else if (c.easing_s < 0) {
-    c.easing_s = 0;
+  } else if (c.rigid_ease_s < 0) {
+    c.rigid_ease_s = 0;
   }
 }
 
@@ -60,13 +60,13 @@ void switch_level(LevelIndex to, Character& c) {
   c.wake();
   if (to == LevelIndex::rigid) return switch_to_rigid(c);
   const Level* old_level = c.model();
-  const HeadMotion motion = last_motion(c);
-  if (std::exchange(c.easing_s, -1) >= 0) {
+  const HeadMotion motion = last_head_motion(c);
+  if (std::exchange(c.rigid_ease_s, -1) >= 0) {
     // Easing has no velocity of its own.
     const std::vector<Vec3f> displacement = std::move(c.state.displacement);
     reset_to_rest(*old_level, c.state);
     c.state.displacement = displacement;
-    add_rest_velocity(*old_level, motion, 1, c.state);
+    add_rigid_velocity(*old_level, motion, 1, c.state);
   }
   if (to == c.level) return;
   const LevelMap* map = old_level ? c.levels->map(c.level, to) : nullptr;
@@ -75,10 +75,10 @@ void switch_level(LevelIndex to, Character& c) {
   LatticeState old_state = std::move(c.state);
   reset_to_rest(level, c.state);
   if (map) {
-    c.switched_s = 0;
-    carry_over(*map, *old_level, std::move(old_state), motion, c.material, level, c.state);
+    c.since_switch_s = 0;
+    transfer_state(*map, *old_level, std::move(old_state), motion, c.material, level, c.state);
   } else {
-    add_rest_velocity(level, motion, 1, c.state);
+    add_rigid_velocity(level, motion, 1, c.state);
   }
 }
 
@@ -90,7 +90,7 @@ void replace_levels(std::shared_ptr<const LevelSet> levels, Character& c) {
     c.state.elastic_energy_max_j = std::numeric_limits<float>::infinity();
     return;
   }
-  c.easing_s = -1;
+  c.rigid_ease_s = -1;
   c.state = {};
   const LevelIndex level = std::exchange(c.level, LevelIndex::rigid);
   if (level == LevelIndex::rigid || c.levels) switch_level(level, c);

@@ -55,7 +55,7 @@ struct World::Impl {
     const Slot* slot = std::as_const(*this).find(id);
     return slot ? &slots[id.slot].character : nullptr;
   }
-  [[nodiscard]] TickTerms terms() const { return {def.tick_s, environments, &plans, tick}; }
+  [[nodiscard]] TickContext terms() const { return {def.tick_s, environments, &plans, tick}; }
 
   // Sorts characters by level, stride and tick of their next step, so that batches are full; costly levels come first,
   // so that no worker starts a long batch last.
@@ -63,11 +63,11 @@ struct World::Impl {
     order.clear();
     for (std::uint32_t s = 0; s < slots.size(); ++s) {
       const Character& c = slots[s].character;
-      if (!slots[s].live || c.held) continue;
+      if (!slots[s].live || c.suspended) continue;
       order.push_back({c.level, c.stride, c.phase % c.stride, std::bit_cast<std::uintptr_t>(c.model()), s});
     }
     std::ranges::sort(order, {},
-                      [](const Placed& p) { return std::tuple(p.level, p.model, p.stride, p.turn, p.slot); });
+                      [](const Placed& p) { return std::tuple(p.level, p.model, p.stride, p.step_phase, p.slot); });
     is_arranged = true;
   }
   [[nodiscard]] Character& at(std::size_t i) { return slots[order[i].slot].character; }
@@ -79,14 +79,14 @@ struct World::Impl {
 
   void begin_ticks() {
     constexpr std::size_t kChunk = 64;
-    const TickTerms shared = terms();
+    const TickContext shared = terms();
     outcomes.resize(order.size());
     const auto begin_chunk = [&](std::size_t chunk) {
       for (std::size_t i = chunk * kChunk; i < std::min(order.size(), (chunk + 1) * kChunk); ++i) {
         outcomes[i] = begin_tick(shared, at(i));
       }
     };
-    run(def.parallel_for, (order.size() + kChunk - 1) / kChunk, std::cref(begin_chunk));
+    run_loop(def.parallel_for, (order.size() + kChunk - 1) / kChunk, std::cref(begin_chunk));
   }
 
   void step_batches() {
@@ -102,12 +102,12 @@ struct World::Impl {
     StepReport sum;
     for (const Outcome outcome : outcomes) {
       sum.stepped += outcome == Outcome::stepped || outcome == Outcome::reset;
-      sum.teleports += outcome == Outcome::teleported;
+      sum.teleports += outcome == Outcome::teleport;
       sum.lattices_reset += outcome == Outcome::reset;
       sum.asleep += outcome == Outcome::asleep;
       sum.waiting += outcome == Outcome::waiting;
     }
-    sum.held = static_cast<std::uint32_t>(live_count - order.size());
+    sum.suspended = static_cast<std::uint32_t>(live_count - order.size());
     sum.costs = batches.costs();
     return sum;
   }
@@ -121,11 +121,11 @@ struct World::Impl {
   struct Placed {
     LevelIndex level;
     std::uint8_t stride;
-    std::uint32_t turn;
+    std::uint32_t step_phase;
     std::uintptr_t model;
     std::uint32_t slot;
   };
-  std::vector<Placed> order;      // live slots but the held ones, as arrange() puts them
+  std::vector<Placed> order;      // live slots but the suspended ones, as arrange() puts them
   bool is_arranged = false;       // order still fits who is there, on which level and stride
   std::vector<Outcome> outcomes;  // of the last tick, in this order
   Batches batches;
@@ -153,7 +153,7 @@ CharacterId World::add(const CharacterDef& def) {
   slot.character.levels = def.levels;
   slot.character.from = slot.character.to = slot.character.last_from = slot.character.still_pose = def.pose;
   slot.character.last_step_s = impl_->def.tick_s;
-  slot.character.at_tick = impl_->tick;
+  slot.character.state_tick = impl_->tick;
   slot.character.phase = index;
   slot.character.environment = def.environment;
   impl_->need_environment(def.environment);
@@ -183,7 +183,7 @@ void World::set_pose(CharacterId id, const Pose& pose, bool teleport) {
   }
 }
 
-void World::set_levels(CharacterId id, std::shared_ptr<const LevelSet> levels) {
+void World::set_level_set(CharacterId id, std::shared_ptr<const LevelSet> levels) {
   Character* c = impl_->find(id);
   if (!c) return;
   replace_levels(std::move(levels), *c);
@@ -223,13 +223,13 @@ void World::set_stride(CharacterId id, int stride) {
   impl_->is_arranged = false;
 }
 
-void World::set_held(CharacterId id, bool held) {
+void World::set_suspended(CharacterId id, bool suspended) {
   Character* c = impl_->find(id);
-  if (!c || c->held == held) return;
-  if (held) {
-    hold(*c);
+  if (!c || c->suspended == suspended) return;
+  if (suspended) {
+    suspend(*c);
   } else {
-    release(impl_->tick, *c);
+    unsuspend(impl_->tick, *c);
   }
   impl_->is_arranged = false;
 }
@@ -259,8 +259,8 @@ LatticeView World::lattice(CharacterId id) const {
   const Slot* slot = std::as_const(*impl_).find(id);
   assert(slot);
   const Character& c = slot->character;
-  const bool stepped = c.changed_tick == impl_->tick && !c.held;
-  return {c.level, c.model(), c.state.displacement, &c.from, c.is_asleep(), stepped, c.jumped};
+  const bool stepped = c.changed_tick == impl_->tick && !c.suspended;
+  return {c.level, c.model(), c.state.displacement, &c.from, c.is_asleep(), stepped, c.discontinuous};
 }
 
 const LatticeState& World::state(CharacterId id) const {
@@ -281,16 +281,16 @@ std::uint64_t World::hash() const {
     fnv.add(c.untangle.share());
     fnv.add(c.bones_still_s);
     fnv.add(c.still_s);
-    fnv.add(c.easing_s);
-    fnv.add(c.switched_s);
+    fnv.add(c.rigid_ease_s);
+    fnv.add(c.since_switch_s);
     const MaterialScale& m = c.material;
     for (const float x : {m.stiffness, m.damping, m.density, m.ether_damping, m.air_drag, m.gel_per_s2}) fnv.add(x);
     fnv.add(c.state.elastic_energy_max_j);
     fnv.add(c.state.speed_max_m_per_s);
     fnv.add(std::uint64_t{c.environment} << 8 | std::uint64_t{c.stride} << 4 |
-            std::uint64_t{c.velocity_beyond_rest} << 3 | std::uint64_t{c.held} << 2 | std::uint64_t{c.due} << 1 |
-            std::uint64_t{c.teleport});
-    fnv.add(c.held ? 0 : impl_->tick - c.at_tick);
+            std::uint64_t{c.velocity_is_relative} << 3 | std::uint64_t{c.suspended} << 2 |
+            std::uint64_t{c.steps_next_tick} << 1 | std::uint64_t{c.teleport});
+    fnv.add(c.suspended ? 0 : impl_->tick - c.state_tick);
     for (const Pose* pose : {&c.from, &c.to}) {
       for (const RigidTransform& bone : pose->bones) {
         for (int i = 0; i < 4; ++i) fnv.add(bone.rotation.coeffs()[i]);

@@ -45,7 +45,7 @@ struct StepReport {
   std::uint32_t lattices_reset = 0;  // a non-finite lattice returned to rest
   std::uint32_t asleep = 0;          // characters at rest that were not stepped
   std::uint32_t waiting = 0;         // characters with a stride whose next step is in a later tick
-  std::uint32_t held = 0;            // suspended characters
+  std::uint32_t suspended = 0;       // suspended characters
   StepCosts costs;                   // times only with WorldDef::now_ns
 };
 
@@ -57,7 +57,8 @@ struct LatticeView {
   const Pose* pose = nullptr;           // the one the last step ended at
   bool asleep = false;   // nothing changed in the last tick, and nothing changes until the character wakes
   bool stepped = false;  // pose or lattice changed in the last tick
-  bool jumped = false;   // the last change was a teleport, the end of a suspension or a reset: do not interpolate to it
+  bool discontinuous =
+      false;  // the last change was a teleport, the end of a suspension or a reset: do not interpolate to it
 };
 
 // The simulated characters. One thread at a time may call it; no calls while step() runs. Deterministic: the same calls
@@ -76,7 +77,7 @@ class World {
   // valid.
   void set_pose(CharacterId id, const Pose& pose, bool teleport = false);
   // A lattice of the same nodes (built with another material) keeps its state, any other starts at rest.
-  void set_levels(CharacterId id, std::shared_ptr<const LevelSet> levels);
+  void set_level_set(CharacterId id, std::shared_ptr<const LevelSet> levels);
   // Transfers the state to the new level by least squares (LevelSet::maps). The transferred state strains the new
   // springs and may put nodes inside the body, so stiffness and contact fade in over kSwitchEase_s. For the rigid level
   // the displacements fade out over kRigidEase_s, and the old level stays until then. Returns false when the character
@@ -93,7 +94,7 @@ class World {
   // A suspended character is not stepped and costs nothing; for characters that nobody sees. When the suspension ends,
   // the lattice moves rigidly with the head to the newest pose in the next tick, as after a teleport. The hair then
   // continues with the velocity relative to the head that it had before.
-  void set_held(CharacterId id, bool held);
+  void set_suspended(CharacterId id, bool suspended);
   // Replaces the lattice state on the present level. Empty velocities: the hair moves with the head. Returns false and
   // changes nothing when the counts are not the level's, a number is not finite, a node is further from its design than
   // the level allows, or faster than 100 m/s.

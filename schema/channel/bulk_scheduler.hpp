@@ -7,11 +7,11 @@ namespace hairnet::channel {
 // Decides when bulk data (pieces of grooms) is sent before urgent messages (poses, frames, answers) of one connection.
 // Normally bulk data waits until nothing else is queued. On a slow line something is always queued, so bulk data gets
 // at least a quarter of the bytes there. One thread.
-class BulkShare {
+class BulkScheduler {
  public:
-  explicit BulkShare(std::size_t piece_bytes) : piece_bytes_(piece_bytes) {}
+  explicit BulkScheduler(std::size_t piece_bytes) : piece_bytes_(piece_bytes) {}
 
-  void sent_soon(std::size_t bytes, bool bulk_waits) { credit_bytes_ = bulk_waits ? credit_bytes_ + bytes : 0; }
+  void sent_urgent(std::size_t bytes, bool bulk_waits) { credit_bytes_ = bulk_waits ? credit_bytes_ + bytes : 0; }
   void sent_bulk() { credit_bytes_ = 0; }
   [[nodiscard]] bool is_due() const { return credit_bytes_ >= 3 * piece_bytes_; }
 

@@ -18,8 +18,8 @@ class Collector final : public nlohmann::json_sax<nlohmann::json> {
   bool boolean(bool value) override { return put(value); }
   bool number_integer(std::int64_t value) override { return put(value); }
   bool number_unsigned(std::uint64_t value) override {
-    constexpr std::uint64_t kMost = std::numeric_limits<std::int64_t>::max();
-    return value > kMost ? put(static_cast<double>(value)) : put(static_cast<std::int64_t>(value));
+    constexpr std::uint64_t kMax = std::numeric_limits<std::int64_t>::max();
+    return value > kMax ? put(static_cast<double>(value)) : put(static_cast<std::int64_t>(value));
   }
   bool number_float(double value, const std::string&) override { return put(value); }
   bool string(std::string& value) override {

@@ -83,16 +83,16 @@ std::int32_t as_signed(U32 x) {
   return static_cast<std::int32_t>(x);
 }
 
-// Visits all integers in their order. visit(i, prediction, k) codes integer i and returns its value; say_largest codes
+// Visits all integers in their order. visit(i, prediction, k) codes integer i and returns its value; code_largest codes
 // which component follows, where there is no history to tell.
-template <class Visit, class SayLargest>
+template <class Visit, class CodeLargest>
 void walk(const BoneArray& predicted, bool intra, const Choices& choices, BoneArray& values, Visit visit,
-          SayLargest say_largest) {
+          CodeLargest code_largest) {
   std::array<U32, kPerBone> error{};
   for (std::size_t bone = 0; bone < kBoneCount; ++bone) {
     const U32* from = predicted.data() + kPerBone * bone;
     U32* value = values.data() + kPerBone * bone;
-    const Largest largest = intra ? say_largest(value + kRotation) : largest_of(from + kRotation);
+    const Largest largest = intra ? code_largest(value + kRotation) : largest_of(from + kRotation);
     const std::size_t skipped = kRotation + largest.component;
     for (std::size_t c = 0; c < kPerBone; ++c) {
       if (c == skipped) continue;
@@ -105,17 +105,17 @@ void walk(const BoneArray& predicted, bool intra, const Choices& choices, BoneAr
   }
 }
 
-using FoldedBones = std::array<U32, kBoneIntegers>;
+using ZigzagBones = std::array<U32, kBoneIntegers>;
 
-FoldedBones folded(const BoneArray& error, std::size_t chained_from) {
-  FoldedBones out;
+ZigzagBones folded(const BoneArray& error, std::size_t chained_from) {
+  ZigzagBones out;
   for (std::size_t i = 0; i < kBoneIntegers; ++i)
-    out[i] = fold(as_signed(i < chained_from ? error[i] : error[i] - error[i - kPerBone]));
+    out[i] = zigzag(as_signed(i < chained_from ? error[i] : error[i] - error[i - kPerBone]));
   return out;
 }
 
 // Roughly, of positions or rotations.
-unsigned bits_of(const FoldedBones& integers, std::size_t begin, std::size_t end) {
+unsigned bits_of(const ZigzagBones& integers, std::size_t begin, std::size_t end) {
   unsigned bits = 0;
   for (std::size_t bone = 0; bone < kBoneIntegers; bone += kPerBone)
     for (std::size_t c = begin; c < end; ++c) bits += static_cast<unsigned>(std::bit_width(integers[bone + c]));
@@ -124,7 +124,7 @@ unsigned bits_of(const FoldedBones& integers, std::size_t begin, std::size_t end
 
 // The parameter that takes fewest bits for the positions' or the rotations' part of `folded`, among those near its
 // mean.
-unsigned best_parameter(const FoldedBones& integers, std::size_t begin, std::size_t end) {
+unsigned best_parameter(const ZigzagBones& integers, std::size_t begin, std::size_t end) {
   std::uint64_t sum = 0;
   for (std::size_t bone = 0; bone < kBoneIntegers; bone += kPerBone)
     for (std::size_t c = begin; c < end; ++c) sum += integers[bone + c];
@@ -158,7 +158,7 @@ Choices choose(const BoneArray& values, History history) {
     best.weights = weights;
     best_error = error;
   }
-  const FoldedBones unchained = folded(best_error, kBoneIntegers), chained = folded(best_error, kPerBone);
+  const ZigzagBones unchained = folded(best_error, kBoneIntegers), chained = folded(best_error, kPerBone);
   const auto decide = [&](std::size_t begin, std::size_t end, bool& chain, unsigned& k) {
     chain = bits_of(chained, begin, end) < bits_of(unchained, begin, end);
     k = best_parameter(chain ? chained : unchained, begin, end);
@@ -170,7 +170,7 @@ Choices choose(const BoneArray& values, History history) {
 
 }  // namespace
 
-void encode_bones(const Integers& frame, History history, BitWriter& writer) {
+void encode_bones(const FrameIntegers& frame, History history, BitWriter& writer) {
   const bool intra = history.empty();
   BoneArray values;
   for (std::size_t i = 0; i < kBoneIntegers; ++i) values[i] = static_cast<U32>(frame.bones[i]);
@@ -183,7 +183,7 @@ void encode_bones(const Integers& frame, History history, BitWriter& writer) {
   walk(
       predict(history, best.weights), intra, best, values,
       [&](std::size_t i, U32 expected, unsigned k) {
-        put_exponential(writer, fold(as_signed(values[i] - expected)), k);
+        put_exponential(writer, zigzag(as_signed(values[i] - expected)), k);
         return values[i];
       },
       [&](const U32* quaternion) {
@@ -194,7 +194,7 @@ void encode_bones(const Integers& frame, History history, BitWriter& writer) {
       });
 }
 
-void decode_bones(BitReader& reader, History history, Integers& frame) {
+void decode_bones(BitReader& reader, History history, FrameIntegers& frame) {
   Choices choices;
   choices.weights = static_cast<unsigned>(reader.take(kWeightBits));
   choices.chain_positions = reader.take(1) != 0;
@@ -205,7 +205,7 @@ void decode_bones(BitReader& reader, History history, Integers& frame) {
   walk(
       predict(history, choices.weights), history.empty(), choices, values,
       [&](std::size_t, U32 expected, unsigned k) {
-        return expected + static_cast<U32>(unfold(take_exponential(reader, k)));
+        return expected + static_cast<U32>(unzigzag(take_exponential(reader, k)));
       },
       [&](const U32*) {
         const auto component = static_cast<unsigned>(reader.take(2));

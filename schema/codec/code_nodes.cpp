@@ -10,10 +10,10 @@ void encode_nodes(const NodeWalk& walk, const std::int16_t* nodes, BitWriter& wr
   std::uint32_t size = 0;
   for (std::uint32_t i = walk.count; i-- > 0;) {
     const std::int16_t* node = nodes + 3 * i;
-    const Surroundings around = look_around(walk, i, weights, size);
-    Folded z;
+    const NodeContext around = make_node_context(walk, i, weights, size);
+    ZigzagNode z;
     for (unsigned axis = 0; axis < 3; ++axis)
-      z[axis] = fold(static_cast<std::int16_t>(node[axis] - around.expected[axis]));
+      z[axis] = zigzag(static_cast<std::int16_t>(node[axis] - around.expected[axis]));
     size = std::min<std::uint32_t>(std::uint32_t{z[0]} + z[1] + z[2], kSizeMax);
     if (around.quiet()) {
       out.put(size == 0 ? 1 : 0, 1);
@@ -32,8 +32,8 @@ bool decode_nodes(const NodeWalk& walk, BitReader& reader, std::int16_t* nodes) 
   std::uint32_t size = 0;
   for (std::uint32_t i = walk.count; i-- > 0;) {
     std::int16_t* node = nodes + 3 * i;
-    const Surroundings around = look_around(walk, i, weights, size);
-    Folded z{};
+    const NodeContext around = make_node_context(walk, i, weights, size);
+    ZigzagNode z{};
     if (!around.quiet()) {
       z = take_node(in, around.rice_parameter());
     } else if (in.take(1) == 0) {
@@ -41,7 +41,7 @@ bool decode_nodes(const NodeWalk& walk, BitReader& reader, std::int16_t* nodes) 
     }
     size = std::min<std::uint32_t>(std::uint32_t{z[0]} + z[1] + z[2], kSizeMax);
     for (unsigned axis = 0; axis < 3; ++axis)
-      node[axis] = static_cast<std::int16_t>(around.expected[axis] + unfold(z[axis]));
+      node[axis] = static_cast<std::int16_t>(around.expected[axis] + unzigzag(z[axis]));
     remember(walk, i, node, size);
     if (in.beyond_end()) [[unlikely]]
       return false;

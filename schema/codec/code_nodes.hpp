@@ -51,7 +51,7 @@ struct NodeWalk {
 };
 
 // What surrounds a node that is to be coded.
-struct Surroundings {
+struct NodeContext {
   std::array<std::int16_t, 3> expected;
   std::uint32_t expected_size;
 
@@ -60,8 +60,8 @@ struct Surroundings {
 };
 
 // `last_size`: of the node coded before, which counts when no neighbour is there.
-inline Surroundings look_around(const NodeWalk& walk, std::uint32_t i, const std::array<std::uint32_t, 4>& size_weights,
-                                std::uint32_t last_size) {
+inline NodeContext make_node_context(const NodeWalk& walk, std::uint32_t i,
+                                     const std::array<std::uint32_t, 4>& size_weights, std::uint32_t last_size) {
   const NodeNeighbours& neighbours = walk.neighbours[i];
   const std::uint32_t a = std::min(neighbours[0] - walk.first, walk.count);
   const std::uint32_t b = std::min(neighbours[1] - walk.first, walk.count);
@@ -69,7 +69,7 @@ inline Surroundings look_around(const NodeWalk& walk, std::uint32_t i, const std
   const unsigned count = unsigned{a < walk.count} + unsigned{b < walk.count} + unsigned{c < walk.count};
   const CodedNode &na = walk.coded[a], &nb = walk.coded[b], &nc = walk.coded[c];
   const std::uint32_t sizes = count == 0 ? last_size : std::uint32_t{na.size} + nb.size + nc.size;
-  Surroundings out;
+  NodeContext out;
   out.expected_size = (sizes * size_weights[count] + walk.motion[i] * walk.expectation.motion) >> kExpectationShift;
   const std::int32_t weight = walk.spatial[count];
   for (unsigned axis = 0; axis < 3; ++axis) {

@@ -4,7 +4,7 @@
 namespace hairnet::codec {
 namespace {
 
-bool fits(const Integers& earlier, std::size_t node_count) {
+bool fits(const FrameIntegers& earlier, std::size_t node_count) {
   return earlier.nodes.size() == 3 * node_count;
 }
 
@@ -15,7 +15,7 @@ bool decode_plane(std::span<const NodeNeighbours> neighbours, NodeRange range, c
 }
 
 bool decode_planes(BitReader& reader, NodeRange range, History history, std::span<const NodeNeighbours> neighbours,
-                   bool has_velocities, Integers& out) {
+                   bool has_velocities, FrameIntegers& out) {
   NodeScratch scratch(range);
   const std::size_t begin = 3 * std::size_t{range.first};
   const TemporalWeights& temporal = kTemporalWeights[history.size()][reader.take(kTemporalBits[history.size()])];
@@ -32,10 +32,10 @@ bool decode_planes(BitReader& reader, NodeRange range, History history, std::spa
 }  // namespace
 
 bool decode_range(std::span<const std::uint8_t> bytes, NodeRange range, bool with_bones, History history,
-                  const Neighbours* neighbours, bool has_velocities, Integers& out) {
+                  const Neighbours* neighbours, bool has_velocities, FrameIntegers& out) {
   const std::size_t node_count = neighbours ? neighbours->node_count() : 0;
   if (history.size() > kHistoryMax || !fits(out, node_count)) return false;
-  for (const Integers* earlier : history) {
+  for (const FrameIntegers* earlier : history) {
     if (!earlier || !fits(*earlier, node_count)) return false;
   }
   if (range.first > node_count || range.count > node_count - range.first) return false;
@@ -48,7 +48,7 @@ bool decode_range(std::span<const std::uint8_t> bytes, NodeRange range, bool wit
 }
 
 bool decode_frame(std::span<const std::uint8_t> bytes, History history, const Neighbours* neighbours,
-                  bool has_velocities, Integers& out) {
+                  bool has_velocities, FrameIntegers& out) {
   const std::size_t node_count = neighbours ? neighbours->node_count() : 0;
   out.nodes.resize(3 * node_count);
   return decode_range(bytes, {0, static_cast<std::uint32_t>(node_count)}, true, history, neighbours, has_velocities,

@@ -37,7 +37,7 @@ unsigned choose_spatial(std::span<const NodeNeighbours> neighbours, NodeRange ra
 }
 
 // The scale that makes velocities of displacements best, in the sense of least squares.
-int choose_velocity_scale(const Integers& frame, std::span<const std::int16_t> before, NodeRange range) {
+int choose_velocity_scale(const FrameIntegers& frame, std::span<const std::int16_t> before, NodeRange range) {
   std::int64_t product = 0, square = 0;
   for (std::size_t i = 3 * std::size_t{range.first}; i < 3 * (std::size_t{range.first} + range.count); ++i) {
     const int moved = frame.nodes[i] - before[i];
@@ -56,8 +56,8 @@ void encode_plane(std::span<const NodeNeighbours> neighbours, NodeRange range, c
   encode_nodes(scratch.walk(neighbours, range, kSpatialWeights[spatial], expectation), nodes, writer);
 }
 
-void encode_planes(const Integers& frame, History history, std::span<const NodeNeighbours> neighbours, NodeRange range,
-                   BitWriter& writer) {
+void encode_planes(const FrameIntegers& frame, History history, std::span<const NodeNeighbours> neighbours,
+                   NodeRange range, BitWriter& writer) {
   NodeScratch scratch(range);
   const std::size_t begin = 3 * std::size_t{range.first};
   const unsigned choice = choose_temporal(frame, history, range);
@@ -78,7 +78,7 @@ void encode_planes(const Integers& frame, History history, std::span<const NodeN
 
 }  // namespace
 
-void append_content(const Integers& frame, History history, const Neighbours* neighbours, NodeRange range,
+void append_content(const FrameIntegers& frame, History history, const Neighbours* neighbours, NodeRange range,
                     bool with_bones, std::vector<std::uint8_t>& out) {
   assert(history.size() <= kHistoryMax);
   assert(frame.nodes.size() == (neighbours ? 3 * neighbours->node_count() : 0));
@@ -92,7 +92,7 @@ void append_content(const Integers& frame, History history, const Neighbours* ne
   out.insert(out.end(), room.get(), room.get() + writer.finish());
 }
 
-void encode_frame(const Integers& frame, History history, const Neighbours* neighbours,
+void encode_frame(const FrameIntegers& frame, History history, const Neighbours* neighbours,
                   std::vector<std::uint8_t>& out) {
   const NodeRange all{0, static_cast<std::uint32_t>(frame.nodes.size() / 3)};
   append_content(frame, history, neighbours, all, true, out);

@@ -5,7 +5,7 @@
 
 namespace hairnet::codec {
 
-std::vector<EncodedRange> encode_ranges(const Integers& frame, History history, const Neighbours* neighbours,
+std::vector<EncodedRange> encode_ranges(const FrameIntegers& frame, History history, const Neighbours* neighbours,
                                         std::size_t bytes_max) {
   assert(bytes_max >= kRangeBytesMin);
   const auto node_count = static_cast<std::uint32_t>(frame.nodes.size() / 3);

@@ -14,7 +14,7 @@
 namespace hairnet::codec {
 
 // By the step of the quantisation; a coordinate's error is at most half of it (and float rounding).
-enum class ErrorClass : std::uint8_t { fine, normal, coarse };
+enum class ErrorClass : std::uint8_t { quarter_mm, half_mm, one_mm };
 inline constexpr std::size_t kErrorClassCount = 3;
 inline constexpr std::array<float, kErrorClassCount> kStep_m{0.25e-3f, 0.5e-3f, 1e-3f};
 
@@ -24,7 +24,7 @@ inline constexpr double kPositionStep_m = 1.0 / (1 << 14);
 inline constexpr double kRotationStep = 1.0 / (1 << 15);
 
 // What is coded. Everything that two frames of one character share is theirs to agree on: level and class.
-struct Integers {
+struct FrameIntegers {
   std::array<std::int32_t, kBoneIntegers> bones{};
   std::vector<std::int16_t> nodes;       // 3 an active node (x y z), in units of the class's step; empty: rigid
   std::vector<std::int16_t> velocities;  // as `nodes`, in units of kVelocityStepsPer_s steps a second; empty: not sent
@@ -33,9 +33,9 @@ inline constexpr float kVelocityStepsPer_s = 32;  // a velocity unit is 32 steps
 
 // `pose` must be valid and within the wire's bounds. `last` may be null; it selects the sign of each quaternion, since
 // q and -q are the same rotation.
-void quantise_pose(const Pose& pose, const Integers* last, Integers& out);
+void quantise_pose(const Pose& pose, const FrameIntegers* last, FrameIntegers& out);
 // The pose that steps, frames and clients use, rounded to float as rounded_to_wire does.
-Pose dequantise_pose(const Integers& integers);
+Pose dequantise_pose(const FrameIntegers& integers);
 // False when a coordinate does not fit 16 bits in that class (take a coarser one; in the coarse class it is cut off).
 bool quantise_nodes(std::span<const Vec3f> displacement, ErrorClass error_class, std::vector<std::int16_t>& out);
 void dequantise_nodes(std::span<const std::int16_t> nodes, ErrorClass error_class, std::vector<Vec3f>& displacement);
@@ -58,17 +58,18 @@ class Neighbours {
 
 // Earlier frames of the same character, level and class, at equal distances in time, newest first: t-s, t-2s, t-3s.
 // None: intra. All must have as many nodes as the frame.
-using History = std::span<const Integers* const>;
+using History = std::span<const FrameIntegers* const>;
 inline constexpr std::size_t kHistoryMax = 3;
 
 // Appends the frame's content to `out`. `neighbours`: of the frame's level; null exactly when it has no nodes.
-void encode_frame(const Integers& frame, History history, const Neighbours* neighbours, std::vector<std::uint8_t>& out);
+void encode_frame(const FrameIntegers& frame, History history, const Neighbours* neighbours,
+                  std::vector<std::uint8_t>& out);
 
 // For any bytes: true and a frame equal to what was encoded, or false (then `out` is unspecified). `bytes` is exactly
 // one content; trailing bytes are refused. `history` and `neighbours` must be those of the encoder. `has_velocities`:
 // they were encoded.
 [[nodiscard]] bool decode_frame(std::span<const std::uint8_t> bytes, History history, const Neighbours* neighbours,
-                                bool has_velocities, Integers& out);
+                                bool has_velocities, FrameIntegers& out);
 
 // For datagrams: a frame cut into ranges of nodes, each of at most `bytes_max` and decodable alone (against the same
 // history). The first range carries the bones.
@@ -81,11 +82,11 @@ struct EncodedRange {
   std::vector<std::uint8_t> bytes;
 };
 // `bytes_max`: at least kRangeBytesMin.
-std::vector<EncodedRange> encode_ranges(const Integers& frame, History history, const Neighbours* neighbours,
+std::vector<EncodedRange> encode_ranges(const FrameIntegers& frame, History history, const Neighbours* neighbours,
                                         std::size_t bytes_max);
 // Fills the range's part of `out`, whose nodes are already as many as the level has. `with_bones`: it is the first
 // range.
 [[nodiscard]] bool decode_range(std::span<const std::uint8_t> bytes, NodeRange range, bool with_bones, History history,
-                                const Neighbours* neighbours, bool has_velocities, Integers& out);
+                                const Neighbours* neighbours, bool has_velocities, FrameIntegers& out);
 
 }  // namespace hairnet::codec

@@ -40,7 +40,7 @@ struct NodeScratch {
 };
 
 // Predicts velocities from the displacements since the newest earlier frame, times `scale` / 16.
-inline void predict_velocities(const Integers& frame, History history, NodeRange range, int scale,
+inline void predict_velocities(const FrameIntegers& frame, History history, NodeRange range, int scale,
                                NodeScratch& scratch) {
   std::ranges::fill(scratch.motion, std::uint16_t{0});
   const std::size_t begin = 3 * std::size_t{range.first};
@@ -51,7 +51,7 @@ inline void predict_velocities(const Integers& frame, History history, NodeRange
 }
 
 // The bones if `with_bones`, and the nodes of the range: appended.
-void append_content(const Integers& frame, History history, const Neighbours* neighbours, NodeRange range,
+void append_content(const FrameIntegers& frame, History history, const Neighbours* neighbours, NodeRange range,
                     bool with_bones, std::vector<std::uint8_t>& out);
 
 }  // namespace hairnet::codec

@@ -10,16 +10,16 @@
 namespace hairnet::codec {
 
 // 0, -1, 1, -2, ... to 0, 1, 2, 3, ...; modulo 2^16 and 2^32.
-inline std::uint16_t fold(std::int16_t x) {
+inline std::uint16_t zigzag(std::int16_t x) {
   return static_cast<std::uint16_t>((x << 1) ^ (x >> 15));
 }
-inline std::int16_t unfold(std::uint16_t z) {
+inline std::int16_t unzigzag(std::uint16_t z) {
   return static_cast<std::int16_t>((z >> 1) ^ -(z & 1));
 }
-inline std::uint32_t fold(std::int32_t x) {
+inline std::uint32_t zigzag(std::int32_t x) {
   return (static_cast<std::uint32_t>(x) << 1) ^ static_cast<std::uint32_t>(x >> 31);
 }
-inline std::int32_t unfold(std::uint32_t z) {
+inline std::int32_t unzigzag(std::uint32_t z) {
   return static_cast<std::int32_t>((z >> 1) ^ (0u - (z & 1)));
 }
 

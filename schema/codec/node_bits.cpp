@@ -4,7 +4,7 @@
 
 namespace hairnet::codec {
 
-void put_long_node(BitWriter& writer, const Folded& z, unsigned k) {
+void put_long_node(BitWriter& writer, const ZigzagNode& z, unsigned k) {
   for (const std::uint16_t integer : z) {
     const unsigned zeros = static_cast<unsigned>(integer) >> k;
     if (zeros < kZerosMax) {
@@ -19,13 +19,13 @@ void put_long_node(BitWriter& writer, const Folded& z, unsigned k) {
   }
 }
 
-Folded take_long_node(BitReader& reader, unsigned k) {
+ZigzagNode take_long_node(BitReader& reader, unsigned k) {
   std::array<unsigned, 3> zeros;
   for (unsigned& count : zeros) {
     count = std::min(static_cast<unsigned>(std::countr_zero(reader.peek())), kZerosMax);
     reader.skip(count < kZerosMax ? count + 1 : kZerosMax);
   }
-  Folded z;
+  ZigzagNode z;
   for (unsigned i = 0; i < 3; ++i) {
     z[i] = zeros[i] < kZerosMax ? static_cast<std::uint16_t>(zeros[i] << k | reader.take(k))
                                 : static_cast<std::uint16_t>(reader.take(16));

@@ -11,7 +11,7 @@
 // its 16 bits later. All zeros come first so that a decoder can count them before it knows k.
 namespace hairnet::codec {
 
-using Folded = std::array<std::uint16_t, 3>;
+using ZigzagNode = std::array<std::uint16_t, 3>;
 
 inline constexpr unsigned kZerosMax = 16;
 inline constexpr unsigned kRiceParameterMax = 15;
@@ -19,10 +19,10 @@ inline constexpr unsigned kPeekBits = 57;  // that BitReader::peek has at least
 static_assert(3 * (kZerosMax + 1) <= kPeekBits && 3 * kRiceParameterMax <= kPeekBits);
 
 // For nodes with an integer that has too many zeros, or too many bits for one word.
-void put_long_node(BitWriter& writer, const Folded& z, unsigned k);
-Folded take_long_node(BitReader& reader, unsigned k);
+void put_long_node(BitWriter& writer, const ZigzagNode& z, unsigned k);
+ZigzagNode take_long_node(BitReader& reader, unsigned k);
 
-inline void put_node(BitWriter& writer, const Folded& z, unsigned k) {
+inline void put_node(BitWriter& writer, const ZigzagNode& z, unsigned k) {
   const unsigned a = z[0] >> k, b = z[1] >> k, c = z[2] >> k;
   const unsigned zeros_bits = a + b + c + 3;
   if (zeros_bits + 3 * k > 56 || (a | b | c) >= kZerosMax) [[unlikely]]  // a power of 2, so one that is as large shows
@@ -33,7 +33,7 @@ inline void put_node(BitWriter& writer, const Folded& z, unsigned k) {
   writer.put(ones | low << zeros_bits, zeros_bits + 3 * k);
 }
 
-inline Folded take_node(BitReader& reader, unsigned k) {
+inline ZigzagNode take_node(BitReader& reader, unsigned k) {
   const std::uint64_t word = reader.peek();
   std::uint64_t rest = word;
   const auto a = static_cast<unsigned>(std::countr_zero(rest));

@@ -86,7 +86,7 @@ double dot(const Quat& q, const std::int32_t* integers) {
 
 }  // namespace
 
-void quantise_pose(const Pose& pose, const Integers* last, Integers& out) {
+void quantise_pose(const Pose& pose, const FrameIntegers* last, FrameIntegers& out) {
   assert(is_valid(pose));
   for (std::size_t bone = 0; bone < kBoneCount; ++bone) {
     std::int32_t* integers = out.bones.data() + kPerBone * bone;
@@ -109,7 +109,7 @@ void quantise_pose(const Pose& pose, const Integers* last, Integers& out) {
   }
 }
 
-Pose dequantise_pose(const Integers& integers) {
+Pose dequantise_pose(const FrameIntegers& integers) {
   Pose pose;
   for (std::size_t bone = 0; bone < kBoneCount; ++bone) {
     const std::int32_t* from = integers.bones.data() + kPerBone * bone;

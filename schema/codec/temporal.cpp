@@ -61,7 +61,7 @@ void predict_nodes(History history, NodeRange range, TemporalWeights weights, st
   }
 }
 
-unsigned choose_temporal(const Integers& frame, History history, NodeRange range) {
+unsigned choose_temporal(const FrameIntegers& frame, History history, NodeRange range) {
   if (history.empty()) return 0;
   const std::size_t begin = 3 * std::size_t{range.first}, coordinates = 3 * std::size_t{range.count};
   const auto frame_from = [&](std::size_t age) {

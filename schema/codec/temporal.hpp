@@ -47,6 +47,6 @@ void predict_nodes(History history, NodeRange range, TemporalWeights weights, st
                    std::span<std::uint16_t> motion);
 
 // The index of the weights that fit the range best, estimated from a sample of its nodes.
-unsigned choose_temporal(const Integers& frame, History history, NodeRange range);
+unsigned choose_temporal(const FrameIntegers& frame, History history, NodeRange range);
 
 }  // namespace hairnet::codec

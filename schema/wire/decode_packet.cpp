@@ -47,14 +47,14 @@ Fault read(const fb::Hello& in, Hello& out) {
   if (token.size() > kTokenBytesMax) return "token: longer than " + std::to_string(kTokenBytesMax) + " bytes";
   out.token = token;
   out.session = in.session();
-  if (in.secret()) out.secret = copy_out(*in.secret());
+  if (in.secret()) out.secret = from_flatbuffer(*in.secret());
   Fault fault = read_text(in.client_name(), "client name", out.client_name);
   if (fault.empty()) fault = read_text(in.room(), "room", out.room);
   return fault.empty() ? read_enum(in.role(), Role::participant, Role::observer, "role", out.role) : fault;
 }
 
 Fault read(const fb::GroomOffer& in, GroomOffer& out) {
-  out = {copy_out(*in.hash()), in.byte_count()};
+  out = {from_flatbuffer(*in.hash()), in.byte_count()};
   return out.byte_count == 0 ? "groom offer: no bytes" : Fault();
 }
 
@@ -63,25 +63,26 @@ Fault read(const fb::GroomChunk& in, GroomChunk& out) {
   if (byte_count == 0 || byte_count > kGroomChunkBytesMax)
     return "groom chunk: " + std::to_string(byte_count) + " bytes, not in [1, " + std::to_string(kGroomChunkBytesMax) +
            ']';
-  out.hash = copy_out(*in.hash());
+  out.hash = from_flatbuffer(*in.hash());
   out.offset = in.offset();
-  copy_out(*in.bytes(), out.bytes);
+  from_flatbuffer(*in.bytes(), out.bytes);
   return {};
 }
 
 Fault read_state(const fb::HairState& in, HairState& out) {
   const std::size_t count = in.displacements()->size();
-  if (count > kHairStateIntegersMax) return "hair state: more than " + std::to_string(kHairStateIntegersMax) + " integers";
+  if (count > kHairStateIntegersMax)
+    return "hair state: more than " + std::to_string(kHairStateIntegersMax) + " integers";
   if (in.velocities()->size() != 0 && in.velocities()->size() != count) return "hair state: counts differ";
   out.step_m = in.step_m();
-  copy_out(*in.displacements(), out.displacements);
-  copy_out(*in.velocities(), out.velocities);
+  from_flatbuffer(*in.displacements(), out.displacements);
+  from_flatbuffer(*in.velocities(), out.velocities);
   return read_enum(in.level(), LevelIndex::high, LevelIndex::ether, "level of a hair state", out.level);
 }
 
 Fault read(const fb::AddCharacter& in, AddCharacter& out) {
   out.character = in.character();
-  out.groom = copy_out(*in.groom());
+  out.groom = from_flatbuffer(*in.groom());
   if (in.state()) {
     if (Fault fault = read_state(*in.state(), out.state.emplace()); !fault.empty()) return fault;
   }
@@ -93,13 +94,13 @@ Fault read(const fb::Observe& in, Observe& out) {
     return "observe: more than " + std::to_string(kMembersPerMessageMax) + " members";
   out.count = in.count();
   out.radius_m = in.radius_m();
-  if (in.from()) out.from = copy_out(*in.from());
-  copy_out(*in.members(), out.members);
+  if (in.from()) out.from = from_flatbuffer(*in.from());
+  from_flatbuffer(*in.members(), out.members);
   out.stride = in.stride();
   out.velocities = in.velocities();
   Fault fault = read_enum(in.mode(), ObserveMode::all, ObserveMode::list, "observe mode", out.mode);
-  return fault.empty() ? read_enum(in.error_class(), codec::ErrorClass::fine, codec::ErrorClass::coarse, "error class",
-                                   out.error_class)
+  return fault.empty() ? read_enum(in.error_class(), codec::ErrorClass::quarter_mm, codec::ErrorClass::one_mm,
+                                   "error class", out.error_class)
                        : fault;
 }
 
@@ -120,27 +121,27 @@ Fault read(const fb::ReportImportance& in, ReportImportance& out) {
 Fault read(const fb::RequestKeyframes& in, RequestKeyframes& out) {
   if (in.members()->size() > kMembersPerMessageMax)
     return "keyframes: more than " + std::to_string(kMembersPerMessageMax) + " members";
-  copy_out(*in.members(), out.members);
+  from_flatbuffer(*in.members(), out.members);
   return {};
 }
 
 Fault read(const fb::GroomRequest& in, GroomRequest& out) {
-  out = {copy_out(*in.hash()), in.offset()};
+  out = {from_flatbuffer(*in.hash()), in.offset()};
   return {};
 }
 
 Fault read(const fb::GroomData& in, GroomData& out) {
-  out.hash = copy_out(*in.hash());
+  out.hash = from_flatbuffer(*in.hash());
   out.byte_count = in.byte_count();
   out.offset = in.offset();
-  copy_out(*in.bytes(), out.bytes);
+  from_flatbuffer(*in.bytes(), out.bytes);
   const bool fits = out.byte_count <= kGroomBytesMax && out.offset <= out.byte_count &&
                     out.bytes.size() <= out.byte_count - out.offset && out.bytes.size() <= kGroomChunkBytesMax;
   return fits ? Fault() : "groom data: not within the groom";
 }
 
 Fault read(const fb::MemberJoined& in, MemberJoined& out) {
-  out = {in.member(), in.session(), in.character(), copy_out(*in.groom())};
+  out = {in.member(), in.session(), in.character(), from_flatbuffer(*in.groom())};
   return {};
 }
 
@@ -170,7 +171,7 @@ Fault read(const fb::PoseBatch& in, PoseBatch& out) {
     sample.character = p->character();
     sample.sequence = p->sequence();
     sample.teleport = p->teleport();
-    sample.pose = copy_out(p->bones());
+    sample.pose = from_flatbuffer(p->bones());
     if (Fault fault = read_time(p->capture_time_ns(), "pose's capture time", sample.capture_time_ns); !fault.empty())
       return fault;
   }
@@ -184,7 +185,7 @@ Fault read(const fb::Welcome& in, Welcome& out) {
   out.tick = in.tick();
   out.character_count_max = in.character_count_max();
   out.groom_bytes_max = in.groom_bytes_max();
-  if (in.secret()) out.secret = copy_out(*in.secret());
+  if (in.secret()) out.secret = from_flatbuffer(*in.secret());
   out.resumed = in.resumed();
   out.resume_grace_s = in.resume_grace_s();
   if (!(out.resume_grace_s >= 0 && out.resume_grace_s <= 1e6f)) return "welcome: grace out of range";
@@ -196,18 +197,18 @@ Fault read(const fb::Welcome& in, Welcome& out) {
 }
 
 Fault read(const fb::GroomNeed& in, GroomNeed& out) {
-  out = {copy_out(*in.hash()), in.offset()};
+  out = {from_flatbuffer(*in.hash()), in.offset()};
   return {};
 }
 
 Fault read(const fb::GroomStatus& in, GroomStatus& out) {
-  out.hash = copy_out(*in.hash());
+  out.hash = from_flatbuffer(*in.hash());
   return read_enum(in.state(), GroomState::queued, GroomState::refused, "groom state", out.state);
 }
 
 Fault read(const fb::CharacterAdded& in, CharacterAdded& out) {
   out.character = in.character();
-  out.groom = copy_out(*in.groom());
+  out.groom = from_flatbuffer(*in.groom());
   out.member = in.member();
   return read_level(in.level(), out.level);
 }
@@ -218,8 +219,8 @@ Fault read(const fb::CharacterRemoved& in, CharacterRemoved& out) {
 }
 
 Fault read_lattice(const fb::LevelRecord& in, Lattice& out) {
-  out.origin = copy_out(*in.origin());
-  out.spacing = copy_out(*in.spacing());
+  out.origin = from_flatbuffer(*in.origin());
+  out.spacing = from_flatbuffer(*in.spacing());
   const std::array<std::uint32_t, 3> dims{in.node_count_x(), in.node_count_y(), in.node_count_z()};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (dims[axis] > kLatticeNodesPerAxisMax)
@@ -234,17 +235,17 @@ Fault read_lattice(const fb::LevelRecord& in, Lattice& out) {
 }
 
 Fault read(const fb::LevelRecord& in, LevelRecord& out) {
-  out.groom = copy_out(*in.groom());
+  out.groom = from_flatbuffer(*in.groom());
   if (Fault fault = read_enum(in.level(), LevelIndex::high, LevelIndex::ether, "level of a level record", out.level);
       !fault.empty())
     return fault;
   LevelGeometry& g = out.geometry;
   if (Fault fault = read_lattice(in, g.lattice); !fault.empty()) return fault;
-  copy_out(*in.active_nodes(), g.active_nodes);
-  copy_out(*in.trimmed_nodes(), g.trimmed_nodes);
-  copy_out(*in.trimmed_begin(), g.trimmed_begin);
-  copy_out(*in.trimmed_from(), g.trimmed_from);
-  copy_out(*in.trimmed_weights(), g.trimmed_weights);
+  from_flatbuffer(*in.active_nodes(), g.active_nodes);
+  from_flatbuffer(*in.trimmed_nodes(), g.trimmed_nodes);
+  from_flatbuffer(*in.trimmed_begin(), g.trimmed_begin);
+  from_flatbuffer(*in.trimmed_from(), g.trimmed_from);
+  from_flatbuffer(*in.trimmed_weights(), g.trimmed_weights);
   const Fault fault = validate(g);
   return fault.empty() ? fault : "level record: " + fault;
 }
@@ -310,7 +311,7 @@ Fault read(const fb::FrameBatch& in, FrameBatch& out) {
   if (Fault fault = read_time(in.sample_time_ns(), "frames' sample time", out.sample_time_ns); !fault.empty())
     return fault;
   auto storage = std::make_shared<std::vector<std::uint8_t>>();
-  copy_out(*in.frames(), *storage);
+  from_flatbuffer(*in.frames(), *storage);
   Unpacker packed(*storage);
   std::uint32_t member = 0;
   while (!packed.empty()) {
@@ -323,9 +324,8 @@ Fault read(const fb::FrameBatch& in, FrameBatch& out) {
 
 Fault read(const fb::Error& in, Error& out) {
   out.character = in.character();
-  if (in.groom()) out.groom = copy_out(*in.groom());
-  if (Fault fault =
-          read_enum(in.reason(), ErrorReason::malformed, kErrorReasonLast, "error reason", out.reason);
+  if (in.groom()) out.groom = from_flatbuffer(*in.groom());
+  if (Fault fault = read_enum(in.reason(), ErrorReason::malformed, kErrorReasonLast, "error reason", out.reason);
       !fault.empty())
     return fault;
   return read_text(in.detail(), "error detail", out.detail);
@@ -340,12 +340,12 @@ Fault read(const fb::Goodbye& in, Goodbye& out) {
 }
 
 Fault read(const fb::SetMaterial& in, SetMaterial& out) {
-  out = {in.character(), copy_out(*in.scale())};
+  out = {in.character(), from_flatbuffer(*in.scale())};
   return {};
 }
 
 Fault read(const fb::SetWind& in, SetWind& out) {
-  out.wind = copy_out(*in.wind());
+  out.wind = from_flatbuffer(*in.wind());
   return {};
 }
 
@@ -407,20 +407,20 @@ Fault read_body(const fb::Envelope& in, Message& out) {
   return "no message of a kind that this version knows";
 }
 
-Decoded refused(DecodeError error, std::string detail) {
+DecodedPacket refused(DecodeError error, std::string detail) {
   return {error, std::move(detail), {}};
 }
 
 }  // namespace
 
-Decoded decode_packet(std::span<const std::uint8_t> packet) {
+DecodedPacket decode_packet(std::span<const std::uint8_t> packet) {
   if (packet.size() > kPacketBytesMax)
     return refused(DecodeError::too_large,
                    std::to_string(packet.size()) + " bytes, more than " + std::to_string(kPacketBytesMax));
   const AlignedBytes aligned(packet);
   const auto* root = verified_root<fb::Envelope>(aligned.bytes(), fb::EnvelopeIdentifier());
   if (!root) return refused(DecodeError::malformed, "not a whole and sound packet of this protocol");
-  Decoded decoded;
+  DecodedPacket decoded;
   Fault fault = read_time(root->clock_ns(), "envelope's clock", decoded.envelope.clock_ns);
   if (fault.empty()) fault = read_body(*root, decoded.envelope.message);
   return fault.empty() ? std::move(decoded) : refused(DecodeError::invalid, std::move(fault));

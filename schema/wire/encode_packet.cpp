@@ -22,7 +22,7 @@ Body body(Offset<Table> table) {
 }
 
 Body write(FlatBufferBuilder& to, const Hello& m) {
-  const fb::Secret secret = flatten(m.secret);
+  const fb::Secret secret = to_flatbuffer(m.secret);
   const auto name = to.CreateString(fit_text(m.client_name));
   const auto room = to.CreateString(fit_text(m.room));
   const auto token = to.CreateString(m.token);
@@ -31,17 +31,17 @@ Body write(FlatBufferBuilder& to, const Hello& m) {
 }
 
 Body write(FlatBufferBuilder& to, const GroomOffer& m) {
-  const fb::Hash hash = flatten(m.hash);
+  const fb::Hash hash = to_flatbuffer(m.hash);
   return body(fb::CreateGroomOffer(to, &hash, m.byte_count));
 }
 
 Body write(FlatBufferBuilder& to, const GroomChunk& m) {
-  const fb::Hash hash = flatten(m.hash);
+  const fb::Hash hash = to_flatbuffer(m.hash);
   return body(fb::CreateGroomChunkDirect(to, &hash, m.offset, &m.bytes));
 }
 
 Body write(FlatBufferBuilder& to, const AddCharacter& m) {
-  const fb::Hash groom = flatten(m.groom);
+  const fb::Hash groom = to_flatbuffer(m.groom);
   Offset<fb::HairState> state;
   if (m.state)
     state = fb::CreateHairStateDirect(to, &m.state->displacements, &m.state->velocities, m.state->step_m,
@@ -61,29 +61,29 @@ Body write(FlatBufferBuilder& to, const PoseBatch& m) {
   std::vector<fb::PoseSample> poses;
   poses.reserve(m.poses.size());
   for (const PoseSample& p : m.poses)
-    poses.emplace_back(p.capture_time_ns, p.character, p.sequence, flatten(p.pose), p.teleport);
+    poses.emplace_back(p.capture_time_ns, p.character, p.sequence, to_flatbuffer(p.pose), p.teleport);
   return body(fb::CreatePoseBatch(to, to.CreateVectorOfStructs(poses)));
 }
 
 Body write(FlatBufferBuilder& to, const Welcome& m) {
-  const fb::Secret secret = flatten(m.secret);
+  const fb::Secret secret = to_flatbuffer(m.secret);
   return body(fb::CreateWelcome(to, m.session, m.tick, m.groom_bytes_max, m.tick_rate_hz, m.character_count_max,
                                 m.protocol_version, to.CreateString(fit_text(m.room)), &secret, m.resumed,
                                 m.resume_grace_s, m.pose_delay_ns));
 }
 
 Body write(FlatBufferBuilder& to, const GroomNeed& m) {
-  const fb::Hash hash = flatten(m.hash);
+  const fb::Hash hash = to_flatbuffer(m.hash);
   return body(fb::CreateGroomNeed(to, &hash, m.offset));
 }
 
 Body write(FlatBufferBuilder& to, const GroomStatus& m) {
-  const fb::Hash hash = flatten(m.hash);
+  const fb::Hash hash = to_flatbuffer(m.hash);
   return body(fb::CreateGroomStatus(to, &hash, static_cast<std::uint8_t>(m.state)));
 }
 
 Body write(FlatBufferBuilder& to, const CharacterAdded& m) {
-  const fb::Hash groom = flatten(m.groom);
+  const fb::Hash groom = to_flatbuffer(m.groom);
   return body(fb::CreateCharacterAdded(to, &groom, m.character, static_cast<std::uint8_t>(m.level), m.member));
 }
 
@@ -93,8 +93,8 @@ Body write(FlatBufferBuilder& to, const CharacterRemoved& m) {
 
 Body write(FlatBufferBuilder& to, const LevelRecord& m) {
   const LevelGeometry& g = m.geometry;
-  const fb::Hash groom = flatten(m.groom);
-  const fb::Vec3 origin = flatten(g.lattice.origin), spacing = flatten(g.lattice.spacing);
+  const fb::Hash groom = to_flatbuffer(m.groom);
+  const fb::Vec3 origin = to_flatbuffer(g.lattice.origin), spacing = to_flatbuffer(g.lattice.spacing);
   const auto dims = [&](std::size_t axis) { return static_cast<std::uint32_t>(g.lattice.dims[axis]); };
   return body(fb::CreateLevelRecordDirect(to, &groom, &origin, &spacing, dims(0), dims(1), dims(2), &g.active_nodes,
                                           &g.trimmed_nodes, &g.trimmed_begin, &g.trimmed_from, &g.trimmed_weights,
@@ -149,7 +149,7 @@ Body write(FlatBufferBuilder& to, const FrameBatch& m) {
 }
 
 Body write(FlatBufferBuilder& to, const Error& m) {
-  const fb::Hash groom = flatten(m.groom);
+  const fb::Hash groom = to_flatbuffer(m.groom);
   return body(fb::CreateError(to, m.groom == GroomHash{} ? nullptr : &groom, to.CreateString(fit_text(m.detail)),
                               m.character, static_cast<std::uint8_t>(m.reason)));
 }
@@ -159,17 +159,17 @@ Body write(FlatBufferBuilder& to, const Goodbye& m) {
 }
 
 Body write(FlatBufferBuilder& to, const SetMaterial& m) {
-  const fb::MaterialScale scale = flatten(m.scale);
+  const fb::MaterialScale scale = to_flatbuffer(m.scale);
   return body(fb::CreateSetMaterial(to, &scale, m.character));
 }
 
 Body write(FlatBufferBuilder& to, const SetWind& m) {
-  const fb::Wind wind = flatten(m.wind);
+  const fb::Wind wind = to_flatbuffer(m.wind);
   return body(fb::CreateSetWind(to, &wind));
 }
 
 Body write(FlatBufferBuilder& to, const Observe& m) {
-  const fb::Vec3 from = m.from ? flatten(*m.from) : fb::Vec3();
+  const fb::Vec3 from = m.from ? to_flatbuffer(*m.from) : fb::Vec3();
   return body(fb::CreateObserveDirect(to, &m.members, m.from ? &from : nullptr, m.count, m.radius_m, m.stride,
                                       static_cast<std::uint8_t>(m.mode), static_cast<std::uint8_t>(m.error_class),
                                       m.velocities));
@@ -187,17 +187,17 @@ Body write(FlatBufferBuilder& to, const RequestKeyframes& m) {
 }
 
 Body write(FlatBufferBuilder& to, const GroomRequest& m) {
-  const fb::Hash hash = flatten(m.hash);
+  const fb::Hash hash = to_flatbuffer(m.hash);
   return body(fb::CreateGroomRequest(to, &hash, m.offset));
 }
 
 Body write(FlatBufferBuilder& to, const GroomData& m) {
-  const fb::Hash hash = flatten(m.hash);
+  const fb::Hash hash = to_flatbuffer(m.hash);
   return body(fb::CreateGroomDataDirect(to, &hash, m.byte_count, m.offset, &m.bytes));
 }
 
 Body write(FlatBufferBuilder& to, const MemberJoined& m) {
-  const fb::Hash groom = flatten(m.groom);
+  const fb::Hash groom = to_flatbuffer(m.groom);
   return body(fb::CreateMemberJoined(to, &groom, m.session, m.character, m.member));
 }
 

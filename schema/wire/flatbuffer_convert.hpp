@@ -18,26 +18,26 @@ namespace hairnet::wire {
 
 static_assert(std::endian::native == std::endian::little, "bulk data is copied as it lies in the buffer");
 
-fb::Hash flatten(const GroomHash& hash);
-GroomHash copy_out(const fb::Hash& hash);
+fb::Hash to_flatbuffer(const GroomHash& hash);
+GroomHash from_flatbuffer(const fb::Hash& hash);
 
-fb::Secret flatten(const SessionSecret& secret);
-SessionSecret copy_out(const fb::Secret& secret);
+fb::Secret to_flatbuffer(const SessionSecret& secret);
+SessionSecret from_flatbuffer(const fb::Secret& secret);
 
 // Rounded to float as rounded_to_wire does; what comes back is exactly that.
-fb::Bones flatten(const Pose& pose);
-Pose copy_out(const fb::Bones& bones);
+fb::Bones to_flatbuffer(const Pose& pose);
+Pose from_flatbuffer(const fb::Bones& bones);
 
-fb::MaterialScale flatten(const MaterialScale& scale);
-MaterialScale copy_out(const fb::MaterialScale& scale);
+fb::MaterialScale to_flatbuffer(const MaterialScale& scale);
+MaterialScale from_flatbuffer(const fb::MaterialScale& scale);
 
-fb::Wind flatten(const Wind& wind);
-Wind copy_out(const fb::Wind& wind);
+fb::Wind to_flatbuffer(const Wind& wind);
+Wind from_flatbuffer(const fb::Wind& wind);
 
-inline Vec3f copy_out(const fb::Vec3& v) {
+inline Vec3f from_flatbuffer(const fb::Vec3& v) {
   return {v.x(), v.y(), v.z()};
 }
-inline fb::Vec3 flatten(const Vec3f& v) {
+inline fb::Vec3 to_flatbuffer(const Vec3f& v) {
   return {v.x(), v.y(), v.z()};
 }
 
@@ -80,7 +80,7 @@ bool is_aligned(const flatbuffers::Vector<const Struct*>& structs) {
 
 // Scalars, or plain structs of the same layout.
 template <class To, class From>
-void copy_out(const flatbuffers::Vector<From>& from, std::vector<To>& to) {
+void from_flatbuffer(const flatbuffers::Vector<From>& from, std::vector<To>& to) {
   static_assert(std::is_arithmetic_v<From> && sizeof(To) % sizeof(From) == 0);
   to.resize(from.size() / (sizeof(To) / sizeof(From)));
   if (!to.empty()) std::memcpy(static_cast<void*>(to.data()), from.Data(), to.size() * sizeof(To));

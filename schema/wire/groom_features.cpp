@@ -21,33 +21,33 @@ std::uint32_t count_of(const PointRange& range) {
   return static_cast<std::uint32_t>(range.count());
 }
 
-fb::StrandProperties flatten(const StrandProperties& s) {
+fb::StrandProperties to_flatbuffer(const StrandProperties& s) {
   return {s.radius_m, s.hair_count, s.root_length_m, s.group, s.rooted};
 }
-StrandProperties copy_out(const fb::StrandProperties& s) {
+StrandProperties from_flatbuffer(const fb::StrandProperties& s) {
   return {s.radius_m(), s.hair_count(), s.root_length_m(), s.group(), s.rooted()};
 }
 
-fb::Thread flatten(const Thread& t) {
+fb::Thread to_flatbuffer(const Thread& t) {
   return {count_of(t.points),
           t.group,
           t.rooted,
           t.root_length_m,
           t.radius_m,
-          wire::flatten(t.colour),
+          wire::to_flatbuffer(t.colour),
           t.axial_stiffness_n,
           t.damping_time_s,
           t.pin_stiffness_n_per_m,
           t.linear_density_kg_per_m,
           t.air_drag_ns_per_m2};
 }
-Thread copy_out(const fb::Thread& t, const PointRange& points) {
+Thread from_flatbuffer(const fb::Thread& t, const PointRange& points) {
   return {points,
           t.group(),
           t.rooted(),
           t.root_length_m(),
           t.radius_m(),
-          wire::copy_out(t.colour()),
+          wire::from_flatbuffer(t.colour()),
           t.axial_stiffness_n(),
           t.damping_time_s(),
           t.pin_stiffness_n_per_m(),
@@ -55,13 +55,13 @@ Thread copy_out(const fb::Thread& t, const PointRange& points) {
           t.air_drag_ns_per_m2()};
 }
 
-fb::Cloth flatten(const Cloth& c) {
+fb::Cloth to_flatbuffer(const Cloth& c) {
   return {count_of(c.points),
           static_cast<std::uint32_t>(c.triangles.size()),
           c.group,
           !c.root_distance_m.empty(),
           c.root_length_m,
-          wire::flatten(c.colour),
+          wire::to_flatbuffer(c.colour),
           c.opacity,
           c.stretch_stiffness_n_per_m,
           c.shear_stiffness_n_per_m,
@@ -70,13 +70,13 @@ fb::Cloth flatten(const Cloth& c) {
           c.area_density_kg_per_m2,
           c.air_drag_ns_per_m3};
 }
-Cloth copy_out(const fb::Cloth& c, const PointRange& points) {
+Cloth from_flatbuffer(const fb::Cloth& c, const PointRange& points) {
   return {points,
           c.group(),
           {},
           {},
           c.root_length_m(),
-          wire::copy_out(c.colour()),
+          wire::from_flatbuffer(c.colour()),
           c.opacity(),
           c.stretch_stiffness_n_per_m(),
           c.shear_stiffness_n_per_m(),
@@ -151,7 +151,7 @@ std::string read_cloths(const fb::Groom& in, PointCounter& points, Groom& out) {
   Pieces triangles(in.cloth_triangles());
   Pieces distances(in.cloth_root_distances());
   for (const fb::Cloth& c : structs(in.cloths())) {
-    Cloth& cloth = out.cloths.emplace_back(copy_out(c, points.take(c.point_count())));
+    Cloth& cloth = out.cloths.emplace_back(from_flatbuffer(c, points.take(c.point_count())));
     if (!triangles.take(c.triangle_count(), cloth.triangles)) return "fewer cloth triangles than counted";
     if (c.pinned() && !distances.take(c.point_count(), cloth.root_distance_m))
       return "fewer distances on cloth than counted";
@@ -171,14 +171,14 @@ std::string read_knots(const fb::Groom& in, Groom& out) {
   return points.all_taken() ? "" : "more tied points than counted";
 }
 
-std::string read_far_strips(const fb::Groom& in, FarStrips& out) {
-  Pieces points(in.far_strip_points());
+std::string read_far_cards(const fb::Groom& in, FarCards& out) {
+  Pieces points(in.far_card_points());
   std::vector<Vec3f> edges;
-  for (const fb::FarStrip& s : structs(in.far_strips())) {
-    if (!points.take(s.point_count(), edges)) return "fewer points of far strips than counted";
+  for (const fb::FarCard& s : structs(in.far_cards())) {
+    if (!points.take(s.point_count(), edges)) return "fewer points of far cards than counted";
     out.add(edges, {{}, s.root_length_m(), s.strand_count(), s.group(), s.rooted()});
   }
-  return points.all_taken() ? "" : "more points of far strips than counted";
+  return points.all_taken() ? "" : "more points of far cards than counted";
 }
 
 }  // namespace
@@ -186,23 +186,23 @@ std::string read_far_strips(const fb::Groom& in, FarStrips& out) {
 FlatFeatures write_features(FlatBufferBuilder& to, const Groom& groom) {
   std::vector<std::uint16_t> blend_counts;
   std::vector<float> blend_points, distances;
-  std::vector<fb::Cluster> clusters;
+  std::vector<fb::Clump> clumps;
   std::vector<fb::Thread> threads;
-  std::vector<fb::Strip> strips;
+  std::vector<fb::HairCard> cards;
   std::vector<fb::Cloth> cloths;
   std::vector<fb::Knot> knots;
-  std::vector<fb::FarStrip> far_strips;
+  std::vector<fb::FarCard> far_cards;
   std::vector<float> far_points;
   std::vector<std::uint32_t> triangles, tied;
   for (const RootBlend& blend : groom.root_blends) {
     blend_counts.push_back(static_cast<std::uint16_t>(blend.points.size()));
     for (const auto& point : blend.points) blend_points.insert(blend_points.end(), point.begin(), point.end());
   }
-  for (const Cluster& c : groom.clusters) clusters.emplace_back(c.strand, c.copy_count, c.radius_m, c.tip_radius_m);
-  for (const Thread& t : groom.threads) threads.push_back(flatten(t));
-  for (const Strip& s : groom.strips) strips.emplace_back(count_of(s.points), flatten(s.properties));
+  for (const Clump& c : groom.clumps) clumps.emplace_back(c.strand, c.copy_count, c.radius_m, c.tip_radius_m);
+  for (const Thread& t : groom.threads) threads.push_back(to_flatbuffer(t));
+  for (const HairCard& s : groom.cards) cards.emplace_back(count_of(s.points), to_flatbuffer(s.properties));
   for (const Cloth& c : groom.cloths) {
-    cloths.push_back(flatten(c));
+    cloths.push_back(to_flatbuffer(c));
     for (const auto& triangle : c.triangles) triangles.insert(triangles.end(), triangle.begin(), triangle.end());
     distances.insert(distances.end(), c.root_distance_m.begin(), c.root_distance_m.end());
   }
@@ -210,41 +210,41 @@ FlatFeatures write_features(FlatBufferBuilder& to, const Groom& groom) {
     knots.emplace_back(static_cast<std::uint32_t>(k.points.size()), k.stiffness_n_per_m, k.damping_time_s, k.mass_kg);
     tied.insert(tied.end(), k.points.begin(), k.points.end());
   }
-  for (const FarStrip& s : groom.far_strips.strips)
-    far_strips.emplace_back(count_of(s.points), s.strand_count, s.root_length_m, s.group, s.rooted);
-  for (const Vec3f& x : groom.far_strips.points) far_points.insert(far_points.end(), x.begin(), x.end());
+  for (const FarCard& s : groom.far_cards.cards)
+    far_cards.emplace_back(count_of(s.points), s.strand_count, s.root_length_m, s.group, s.rooted);
+  for (const Vec3f& x : groom.far_cards.points) far_points.insert(far_points.end(), x.begin(), x.end());
   FlatFeatures flat;  // one after the other: the order decides the bytes
   flat.root_blend_counts = write(to, blend_counts);
   flat.root_blend_points = write(to, blend_points);
-  flat.clusters = write_structs(to, clusters);
+  flat.clumps = write_structs(to, clumps);
   flat.threads = write_structs(to, threads);
-  flat.strips = write_structs(to, strips);
+  flat.cards = write_structs(to, cards);
   flat.cloths = write_structs(to, cloths);
   flat.cloth_triangles = write(to, triangles);
   flat.cloth_root_distances = write(to, distances);
   flat.knots = write_structs(to, knots);
   flat.knot_points = write(to, tied);
-  flat.far_strips = write_structs(to, far_strips);
-  flat.far_strip_points = write(to, far_points);
+  flat.far_cards = write_structs(to, far_cards);
+  flat.far_card_points = write(to, far_points);
   return flat;
 }
 
 std::string read_features(const fb::Groom& in, Groom& out) {
-  if (!is_aligned_or_absent(in.clusters()) || !is_aligned_or_absent(in.threads()) ||
-      !is_aligned_or_absent(in.strips()) || !is_aligned_or_absent(in.cloths()) || !is_aligned_or_absent(in.knots()) ||
-      !is_aligned_or_absent(in.far_strips()))
-    return "clusters, threads, strips, cloths, knots or far strips are not aligned";
+  if (!is_aligned_or_absent(in.clumps()) || !is_aligned_or_absent(in.threads()) || !is_aligned_or_absent(in.cards()) ||
+      !is_aligned_or_absent(in.cloths()) || !is_aligned_or_absent(in.knots()) || !is_aligned_or_absent(in.far_cards()))
+    return "clumps, threads, cards, cloths, knots or far cards are not aligned";
   std::string fault = read_root_blends(in, out);
   if (!fault.empty()) return fault;
-  for (const fb::Cluster& c : structs(in.clusters()))
-    out.clusters.push_back({c.strand(), c.copy_count(), c.radius_m(), c.tip_radius_m()});
+  for (const fb::Clump& c : structs(in.clumps()))
+    out.clumps.push_back({c.strand(), c.copy_count(), c.radius_m(), c.tip_radius_m()});
   PointCounter points(out);
-  for (const fb::Thread& t : structs(in.threads())) out.threads.push_back(copy_out(t, points.take(t.point_count())));
-  for (const fb::Strip& s : structs(in.strips()))
-    out.strips.push_back({points.take(s.point_count()), copy_out(s.properties())});
+  for (const fb::Thread& t : structs(in.threads()))
+    out.threads.push_back(from_flatbuffer(t, points.take(t.point_count())));
+  for (const fb::HairCard& s : structs(in.cards()))
+    out.cards.push_back({points.take(s.point_count()), from_flatbuffer(s.properties())});
   fault = read_cloths(in, points, out);
   if (fault.empty()) fault = read_knots(in, out);
-  return fault.empty() ? read_far_strips(in, out.far_strips) : fault;
+  return fault.empty() ? read_far_cards(in, out.far_cards) : fault;
 }
 
 }  // namespace hairnet::wire

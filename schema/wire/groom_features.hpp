@@ -13,16 +13,16 @@ struct FlatFeatures {
   using Vector = flatbuffers::Offset<flatbuffers::Vector<T>>;
   Vector<std::uint16_t> root_blend_counts;
   Vector<float> root_blend_points;
-  Vector<const fb::Cluster*> clusters;
+  Vector<const fb::Clump*> clumps;
   Vector<const fb::Thread*> threads;
-  Vector<const fb::Strip*> strips;
+  Vector<const fb::HairCard*> cards;
   Vector<const fb::Cloth*> cloths;
   Vector<std::uint32_t> cloth_triangles;
   Vector<float> cloth_root_distances;
   Vector<const fb::Knot*> knots;
   Vector<std::uint32_t> knot_points;
-  Vector<const fb::FarStrip*> far_strips;
-  Vector<float> far_strip_points;
+  Vector<const fb::FarCard*> far_cards;
+  Vector<float> far_card_points;
 };
 
 // What a groom does not have is left out of the buffer.

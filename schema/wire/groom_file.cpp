@@ -54,7 +54,7 @@ auto write_group_materials(FlatBufferBuilder& to, const MaterialSet& materials) 
 }
 
 fb::Joints flatten_joints(const Body& body) {
-  const auto joint = [&](Bone bone) { return flatten(body.joints[static_cast<std::size_t>(bone)]); };
+  const auto joint = [&](Bone bone) { return to_flatbuffer(body.joints[static_cast<std::size_t>(bone)]); };
   return {joint(Bone::head), joint(Bone::neck), joint(Bone::left_shoulder), joint(Bone::right_shoulder),
           joint(Bone::upper_trunk)};
 }
@@ -62,7 +62,7 @@ fb::Joints flatten_joints(const Body& body) {
 std::size_t bulk_bytes(const Groom& groom) {
   const auto bytes = [](const auto& v) { return v.size() * sizeof(v[0]); };
   return bytes(groom.points) + bytes(groom.strand_begin) + bytes(groom.strands) + bytes(groom.body.mesh.vertices) +
-         bytes(groom.body.mesh.triangles) + bytes(groom.body.bone_weights) + bytes(groom.far_strips.points) +
+         bytes(groom.body.mesh.triangles) + bytes(groom.body.bone_weights) + bytes(groom.far_cards.points) +
          groom.group_names.size() * (kTextBytesMax / 16);
 }
 
@@ -85,8 +85,8 @@ std::string read_strands(const fb::Groom& in, Groom& out) {
   out.strands.reserve(in.strands()->size());
   for (const fb::StrandProperties* s : *in.strands())
     out.strands.push_back({s->radius_m(), s->hair_count(), s->root_length_m(), s->group(), s->rooted()});
-  copy_out(*in.strand_begin(), out.strand_begin);
-  copy_out(*in.points(), out.points);
+  from_flatbuffer(*in.strand_begin(), out.strand_begin);
+  from_flatbuffer(*in.points(), out.points);
   return {};
 }
 
@@ -104,12 +104,12 @@ std::string read_materials(const fb::Groom& in, const GroomLimits& limits, Mater
 std::string read_body(const fb::Groom& in, Body& out) {
   if (in.vertices()->size() % 3 != 0 || in.triangles()->size() % 3 != 0 || in.bone_weights()->size() % kBoneCount != 0)
     return "body: vertices or triangles are not 3 numbers each, or bone weights not 5";
-  copy_out(*in.vertices(), out.mesh.vertices);
-  copy_out(*in.triangles(), out.mesh.triangles);
-  copy_out(*in.bone_weights(), out.bone_weights);
+  from_flatbuffer(*in.vertices(), out.mesh.vertices);
+  from_flatbuffer(*in.triangles(), out.mesh.triangles);
+  from_flatbuffer(*in.bone_weights(), out.bone_weights);
   const fb::Joints& joints = *in.joints();
-  out.joints = {copy_out(joints.head()), copy_out(joints.neck()), copy_out(joints.left_shoulder()),
-                copy_out(joints.right_shoulder()), copy_out(joints.upper_trunk())};
+  out.joints = {from_flatbuffer(joints.head()), from_flatbuffer(joints.neck()), from_flatbuffer(joints.left_shoulder()),
+                from_flatbuffer(joints.right_shoulder()), from_flatbuffer(joints.upper_trunk())};
   out.fitted_from_roots = in.fitted_from_roots();
   return {};
 }
@@ -137,9 +137,9 @@ std::vector<std::uint8_t> encode_groom(const Groom& groom) {
   const auto root =
       fb::CreateGroom(to, kGroomVersion, body.fitted_from_roots, name, group_names, strands, strand_begin, points,
                       &joints, vertices, bone_weights, triangles, &material, group_materials,
-                      features.root_blend_counts, features.root_blend_points, features.clusters, features.threads,
-                      features.strips, features.cloths, features.cloth_triangles, features.cloth_root_distances,
-                      features.knots, features.knot_points, features.far_strips, features.far_strip_points);
+                      features.root_blend_counts, features.root_blend_points, features.clumps, features.threads,
+                      features.cards, features.cloths, features.cloth_triangles, features.cloth_root_distances,
+                      features.knots, features.knot_points, features.far_cards, features.far_card_points);
   return finish(to, root, fb::GroomIdentifier());
 }
 

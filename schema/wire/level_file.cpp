@@ -72,16 +72,16 @@ Offset<fb::Stiffeners> write(FlatBufferBuilder& to, const Stiffeners& list) {
                               to.CreateVector(list.damping), rest);
 }
 
-Offset<fb::SkinField> write(FlatBufferBuilder& to, const SkinField& field) {
-  const fb::Vec3 origin = flatten(field.origin);
+Offset<fb::SkinDistanceField> write(FlatBufferBuilder& to, const SkinDistanceField& field) {
+  const fb::Vec3 origin = to_flatbuffer(field.origin);
   const auto nodes = [&](std::size_t axis) { return static_cast<std::uint32_t>(field.dims[axis]); };
-  return fb::CreateSkinField(to, static_cast<std::uint8_t>(field.bone), &origin, field.cell_m, nodes(0), nodes(1),
-                             nodes(2), to.CreateVector(field.distance));
+  return fb::CreateSkinDistanceField(to, static_cast<std::uint8_t>(field.bone), &origin, field.cell_m, nodes(0),
+                                     nodes(1), nodes(2), to.CreateVector(field.distance));
 }
 
 Offset<fb::BuiltLevel> write(FlatBufferBuilder& to, const Level& level) {
   const LevelGeometry& g = level.geometry;
-  const fb::Vec3 origin = flatten(g.lattice.origin), spacing = flatten(g.lattice.spacing);
+  const fb::Vec3 origin = to_flatbuffer(g.lattice.origin), spacing = to_flatbuffer(g.lattice.spacing);
   const auto dims = [&](std::size_t axis) { return static_cast<std::uint32_t>(g.lattice.dims[axis]); };
   const ContactPoints& c = level.contacts;
   const auto active_nodes = to.CreateVector(g.active_nodes), trimmed_nodes = to.CreateVector(g.trimmed_nodes);
@@ -101,11 +101,11 @@ Offset<fb::BuiltLevel> write(FlatBufferBuilder& to, const Level& level) {
                               contact_weights, contact_rest, contact_potential, contact_limit);
 }
 
-// Like copy_out, but false where the last element is not whole.
+// Like from_flatbuffer, but false where the last element is not whole.
 template <class To, class From>
 bool read(const flatbuffers::Vector<From>& from, std::vector<To>& to) {
   if (from.size() % (sizeof(To) / sizeof(From)) != 0) return false;
-  copy_out(from, to);
+  from_flatbuffer(from, to);
   return true;
 }
 
@@ -122,13 +122,13 @@ bool read_contacts(const fb::BuiltLevel& in, ContactPoints& out) {
 }
 
 // Counts as they stand: validate() judges them.
-SkinField read(const fb::SkinField& in) {
-  SkinField field{static_cast<Bone>(in.bone()), copy_out(*in.origin()), in.cell_m(), {}, {}};
+SkinDistanceField read(const fb::SkinDistanceField& in) {
+  SkinDistanceField field{static_cast<Bone>(in.bone()), from_flatbuffer(*in.origin()), in.cell_m(), {}, {}};
   const auto nodes = [](std::uint32_t count) {
     return static_cast<int>(std::min<std::uint32_t>(count, std::numeric_limits<int>::max()));
   };
   field.dims = {nodes(in.node_count_x()), nodes(in.node_count_y()), nodes(in.node_count_z())};
-  copy_out(*in.distance(), field.distance);
+  from_flatbuffer(*in.distance(), field.distance);
   return field;
 }
 
@@ -138,7 +138,7 @@ bool read(const fb::BuiltLevel& in, const LevelSpec& spec, Level& out) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (dims[axis] != static_cast<std::uint32_t>(spec.dims[axis])) return false;
   }
-  g.lattice = {copy_out(*in.origin()), copy_out(*in.spacing()), spec.dims};
+  g.lattice = {from_flatbuffer(*in.origin()), from_flatbuffer(*in.spacing()), spec.dims};
   out.displacement_max_m = in.displacement_max_m();
   return read(*in.active_nodes(), g.active_nodes) && read(*in.trimmed_nodes(), g.trimmed_nodes) &&
          read(*in.trimmed_begin(), g.trimmed_begin) && !g.trimmed_begin.empty() &&
@@ -156,7 +156,7 @@ std::string read(std::span<const std::uint8_t> payload, LevelSet& set) {
   const auto* root = verified_root<fb::BuiltLevels>(aligned.bytes(), fb::BuiltLevelsIdentifier());
   if (!root || root->levels()->size() != set.levels.size()) return "not a whole and sound buffer of levels";
   auto skin = std::make_shared<Skin>();
-  for (const fb::SkinField* field : *root->skin()) skin->push_back(read(*field));
+  for (const fb::SkinDistanceField* field : *root->skin()) skin->push_back(read(*field));
   for (std::size_t i = 0; i < set.levels.size(); ++i) {
     const std::string name(kLevelNames[i]);
     set.levels[i].skin = skin;
@@ -183,8 +183,8 @@ std::vector<std::uint8_t> encode_levels(const GroomHash& groom, const LevelSet& 
   FlatBufferBuilder to;
   std::vector<Offset<fb::BuiltLevel>> levels;
   for (const Level& level : set.levels) levels.push_back(write(to, level));
-  std::vector<Offset<fb::SkinField>> skin;
-  for (const SkinField& field : *set.levels.front().skin) skin.push_back(write(to, field));
+  std::vector<Offset<fb::SkinDistanceField>> skin;
+  for (const SkinDistanceField& field : *set.levels.front().skin) skin.push_back(write(to, field));
   const auto payload = finish(to, fb::CreateBuiltLevels(to, to.CreateVector(levels), to.CreateVector(skin)),
                               fb::BuiltLevelsIdentifier());
   std::vector<std::uint8_t> bytes(kLevelFileHeaderBytes + payload.size());
@@ -192,7 +192,7 @@ std::vector<std::uint8_t> encode_levels(const GroomHash& groom, const LevelSet& 
   header.groom = groom;
   std::memcpy(bytes.data(), &header, sizeof(header));
   std::ranges::copy(payload, bytes.begin() + kLevelFileHeaderBytes);
-  seal_level_file(bytes);
+  set_level_file_checksum(bytes);
   return bytes;
 }
 
@@ -225,7 +225,7 @@ DecodedLevels decode_levels(std::span<const std::uint8_t> bytes, const GroomHash
   return {LevelFileFault::none, {}, std::move(set)};
 }
 
-void seal_level_file(std::span<std::uint8_t> bytes) {
+void set_level_file_checksum(std::span<std::uint8_t> bytes) {
   assert(bytes.size() >= kLevelFileHeaderBytes);
   const std::uint64_t payload_bytes = bytes.size() - kLevelFileHeaderBytes;
   std::memcpy(bytes.data() + offsetof(Header, payload_bytes), &payload_bytes, sizeof(payload_bytes));

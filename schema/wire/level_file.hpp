@@ -45,6 +45,6 @@ std::vector<std::uint8_t> encode_levels(const GroomHash& groom, const LevelSet& 
 DecodedLevels decode_levels(std::span<const std::uint8_t> bytes, const GroomHash& groom);
 
 // Writes payload length and checksum into the header. `bytes` must have at least a header.
-void seal_level_file(std::span<std::uint8_t> bytes);
+void set_level_file_checksum(std::span<std::uint8_t> bytes);
 
 }  // namespace hairnet::wire

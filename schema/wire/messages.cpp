@@ -115,7 +115,8 @@ std::string validate(const HairState& state) {
 
 bool is_room_name(std::string_view name) {
   const auto is_plain = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' || c == '_' || c == '-';
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' || c == '_' ||
+           c == '-';
   };
   return name.size() <= kRoomNameBytesMax && std::all_of(name.begin(), name.end(), is_plain);
 }

@@ -154,7 +154,7 @@ struct Observe {
   float radius_m = 0;                  // radius: heads within it
   std::optional<Vec3f> from;           // what nearest and radius are measured from, world; none: its own nearest head
   std::vector<std::uint32_t> members;  // list
-  codec::ErrorClass error_class = codec::ErrorClass::normal;
+  codec::ErrorClass error_class = codec::ErrorClass::half_mm;
   std::uint32_t stride = 1;  // ticks between frames, at least: 1, 2, 4
   bool velocities = false;   // of nodes, beside their displacements
 };
@@ -233,7 +233,7 @@ struct LevelRecord {
 struct Frame {
   std::uint32_t member = 0;
   LevelIndex level = LevelIndex::rigid;
-  codec::ErrorClass error_class = codec::ErrorClass::normal;
+  codec::ErrorClass error_class = codec::ErrorClass::half_mm;
   bool discontinuous = false;    // teleport, reset or level switch: do not interpolate from the last frame
   bool asleep = false;           // nothing will change, and no frame come, before the character wakes
   bool velocities = false;       // the content has them
@@ -291,12 +291,12 @@ std::size_t frame_bytes(const Frame& frame);
 // `packet` is exactly one packet, size prefix included. It is verified, validated (ranges, counts, finite numbers, unit
 // rotations, consistent geometry) and copied out. Values of poses, materials and winds are not checked here, so that
 // one bad value does not refuse the whole packet: see validate_pose and validate.
-struct Decoded {
+struct DecodedPacket {
   DecodeError error = DecodeError::none;
   std::string detail;
   Envelope envelope;
 };
-Decoded decode_packet(std::span<const std::uint8_t> packet);
+DecodedPacket decode_packet(std::span<const std::uint8_t> packet);
 
 // Empty when sound (ranges, finite numbers); else one line. A hair state's count is its level's to judge.
 std::string validate(const Observe& observe);

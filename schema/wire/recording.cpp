@@ -51,18 +51,18 @@ Offset<flatbuffers::Vector<float>> write_vectors(FlatBufferBuilder& to, const st
 Body write(FlatBufferBuilder& to, const RecordedTick& e) {
   std::vector<fb::RecordedAdd> added;
   for (const RecordedAdd& a : e.added)
-    added.emplace_back(a.character, flatten(a.groom), flatten(a.pose), a.room, static_cast<std::uint8_t>(a.level),
-                       a.levels_ready);
+    added.emplace_back(a.character, to_flatbuffer(a.groom), to_flatbuffer(a.pose), a.room,
+                       static_cast<std::uint8_t>(a.level), a.levels_ready);
   std::vector<fb::RecordedLevel> levels;
   for (const RecordedLevel& l : e.levels) levels.emplace_back(l.character, static_cast<std::uint8_t>(l.level));
   std::vector<fb::RecordedMaterial> materials;
-  for (const RecordedMaterial& m : e.materials) materials.emplace_back(m.character, flatten(m.scale));
+  for (const RecordedMaterial& m : e.materials) materials.emplace_back(m.character, to_flatbuffer(m.scale));
   std::vector<fb::RecordedWind> winds;
-  for (const RecordedWind& w : e.winds) winds.emplace_back(flatten(w.wind), w.room);
+  for (const RecordedWind& w : e.winds) winds.emplace_back(to_flatbuffer(w.wind), w.room);
   std::vector<fb::RecordedStride> strides;
   for (const RecordedStride& s : e.strides) strides.emplace_back(s.character, s.stride);
-  std::vector<fb::RecordedHold> holds;
-  for (const RecordedHold& h : e.holds) holds.emplace_back(h.character, h.held);
+  std::vector<fb::RecordedSuspension> suspensions;
+  for (const RecordedSuspension& h : e.suspensions) suspensions.emplace_back(h.character, h.suspended);
   std::vector<fb::RecordedState> states;
   std::vector<Vec3f> displacements, velocities;
   for (const RecordedState& s : e.states) {
@@ -72,7 +72,7 @@ Body write(FlatBufferBuilder& to, const RecordedTick& e) {
   }
   std::vector<fb::RecordedPose> poses;
   poses.reserve(e.poses.size());
-  for (const RecordedPose& p : e.poses) poses.emplace_back(p.character, flatten(p.pose), p.teleport);
+  for (const RecordedPose& p : e.poses) poses.emplace_back(p.character, to_flatbuffer(p.pose), p.teleport);
   const auto removed_at = to.CreateVector(e.removed);
   const auto added_at = to.CreateVectorOfStructs(added);
   const auto levels_at = to.CreateVectorOfStructs(levels);
@@ -80,12 +80,12 @@ Body write(FlatBufferBuilder& to, const RecordedTick& e) {
   const auto materials_at = to.CreateVectorOfStructs(materials);
   const auto winds_at = to.CreateVectorOfStructs(winds);
   const auto strides_at = to.CreateVectorOfStructs(strides);
-  const auto holds_at = to.CreateVectorOfStructs(holds);
+  const auto suspensions_at = to.CreateVectorOfStructs(suspensions);
   const auto states_at = to.CreateVectorOfStructs(states);
   const auto displacements_at = write_vectors(to, displacements);
   const auto velocities_at = write_vectors(to, velocities);
   return body(fb::CreateRecordedTick(to, e.tick, e.sample_time_ns, e.state_hash, removed_at, added_at, levels_at,
-                                     poses_at, materials_at, winds_at, strides_at, holds_at, states_at,
+                                     poses_at, materials_at, winds_at, strides_at, suspensions_at, states_at,
                                      displacements_at, velocities_at));
 }
 
@@ -118,7 +118,7 @@ Fault read(const fb::RecordedHeader& in, RecordingHeader& out) {
 }
 
 Fault read(const fb::RecordedGroom& in, RecordedGroom& out) {
-  copy_out(*in.bytes(), out.bytes);
+  from_flatbuffer(*in.bytes(), out.bytes);
   return {};
 }
 
@@ -129,14 +129,14 @@ Fault read_level(std::uint8_t from, LevelIndex& to) {
 }
 
 Fault read_pose(const fb::Bones& from, Pose& to) {
-  to = copy_out(from);
+  to = from_flatbuffer(from);
   const PoseRefusal refusal = validate_pose(to);
   return refusal == PoseRefusal::none ? Fault() : std::string("pose: ") + to_string(refusal);
 }
 
 Fault read(const fb::RecordedAdd& in, RecordedAdd& out) {
   out.character = in.character();
-  out.groom = copy_out(in.groom());
+  out.groom = from_flatbuffer(in.groom());
   out.room = in.room();
   out.levels_ready = in.levels_ready();
   Fault fault = read_level(in.level(), out.level);
@@ -149,7 +149,7 @@ Fault read(const fb::RecordedLevel& in, RecordedLevel& out) {
 }
 
 Fault read(const fb::RecordedMaterial& in, RecordedMaterial& out) {
-  out = {in.character(), copy_out(in.scale())};
+  out = {in.character(), from_flatbuffer(in.scale())};
   return validate(out.scale);
 }
 
@@ -158,19 +158,19 @@ Fault read(const fb::RecordedStride& in, RecordedStride& out) {
   return out.stride == 1 || out.stride == 2 || out.stride == 4 ? Fault() : "stride is not 1, 2 or 4";
 }
 
-Fault read(const fb::RecordedHold& in, RecordedHold& out) {
-  out = {in.character(), in.held()};
+Fault read(const fb::RecordedSuspension& in, RecordedSuspension& out) {
+  out = {in.character(), in.suspended()};
   return {};
 }
 
 Fault read(const fb::RecordedWind& in, RecordedWind& out) {
-  out = {in.room(), copy_out(in.wind())};
+  out = {in.room(), from_flatbuffer(in.wind())};
   return validate(out.wind);
 }
 
 Fault read_vectors(const flatbuffers::Vector<float>& in, std::vector<Vec3f>& out) {
   if (in.size() % 3 != 0) return "state: not 3 numbers a node";
-  copy_out(in, out);
+  from_flatbuffer(in, out);
   const bool finite = std::all_of(out.begin(), out.end(), [](const Vec3f& v) { return v.allFinite(); });
   return finite ? Fault() : "state: not finite";
 }
@@ -216,12 +216,12 @@ Fault read(const fb::RecordedTick& in, RecordedTick& out) {
   out.tick = in.tick();
   out.sample_time_ns = in.sample_time_ns();
   out.state_hash = in.state_hash();
-  copy_out(*in.removed(), out.removed);
+  from_flatbuffer(*in.removed(), out.removed);
   Fault fault = read_all(*in.added(), out.added);
   if (fault.empty()) fault = read_all(*in.levels(), out.levels);
   if (fault.empty()) fault = read_all(*in.materials(), out.materials);
   if (fault.empty()) fault = read_all(*in.strides(), out.strides);
-  if (fault.empty()) fault = read_all(*in.holds(), out.holds);
+  if (fault.empty()) fault = read_all(*in.suspensions(), out.suspensions);
   if (fault.empty()) fault = read_all(*in.winds(), out.winds);
   if (fault.empty()) fault = read_states(in, out.states);
   if (fault.empty()) fault = read_all(*in.poses(), out.poses);

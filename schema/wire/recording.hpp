@@ -42,9 +42,9 @@ struct RecordedStride {
   std::uint64_t character = 0;
   std::uint8_t stride = 1;
 };  // from this tick on
-struct RecordedHold {
+struct RecordedSuspension {
   std::uint64_t character = 0;
-  bool held = false;
+  bool suspended = false;
 };  // from this tick on
 struct RecordedState {
   std::uint64_t character = 0;
@@ -67,7 +67,7 @@ struct RecordedTick {
   std::vector<RecordedLevel> levels;
   std::vector<RecordedMaterial> materials;
   std::vector<RecordedStride> strides;
-  std::vector<RecordedHold> holds;
+  std::vector<RecordedSuspension> suspensions;
   std::vector<RecordedState> states;
   std::vector<RecordedWind> winds;
   std::vector<RecordedPose> poses;

@@ -10,9 +10,9 @@ namespace hairnet::wire {
 namespace {
 
 struct LeadByte {
-  std::size_t length;        // of the character, bytes; 0 = no character starts so
-  std::uint32_t bits;        // of the code point
-  std::uint32_t code_least;  // a smaller code point has a shorter form
+  std::size_t length;            // of the character, bytes; 0 = no character starts so
+  std::uint32_t bits;            // of the code point
+  std::uint32_t code_point_min;  // a smaller code point has a shorter form
 };
 
 LeadByte lead(unsigned char byte) {
@@ -39,7 +39,7 @@ std::size_t character_bytes(std::string_view text) {
     if ((byte & 0xC0) != 0x80) return 0;
     code = code << 6 | (byte & 0x3Fu);
   }
-  return code >= first.code_least && is_allowed(code) ? first.length : 0;
+  return code >= first.code_point_min && is_allowed(code) ? first.length : 0;
 }
 
 }  // namespace

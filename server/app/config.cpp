@@ -38,9 +38,9 @@ using Given = std::vector<std::pair<const Setting*, Setting::Value>>;
 
 std::string words_about(const Setting& s) {
   std::string text = s.about + " (" + to_toml(s.get());
-  if (s.kind() == Setting::Kind::whole && s.whole_most < std::numeric_limits<std::int64_t>::max())
-    text += fmt::format("; {} to {}", s.whole_least, s.whole_most);
-  if (s.kind() == Setting::Kind::number) text += fmt::format("; {} to {}", s.number_least, s.number_most);
+  if (s.kind() == Setting::Kind::integer && s.integer_max < std::numeric_limits<std::int64_t>::max())
+    text += fmt::format("; {} to {}", s.integer_min, s.integer_max);
+  if (s.kind() == Setting::Kind::number) text += fmt::format("; {} to {}", s.number_min, s.number_max);
   if (!s.choices.empty()) text += fmt::format("; {}", fmt::join(s.choices, ", "));
   return text + ")";
 }

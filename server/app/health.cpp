@@ -4,7 +4,7 @@
 
 namespace hairnet::server {
 
-std::string not_ready(const Health& health) {
+std::string why_not_ready(const Health& health) {
   if (health.draining) return "draining";
   if (!health.accepting) return "not accepting yet";
   if (health.last_tick_ns == 0) return "no tick has run yet";

@@ -16,6 +16,6 @@ struct Health {
 inline constexpr std::int64_t kTickStallMax_ns = 1'000'000'000;
 
 // Empty when the server takes clients and its ticks are on time; else one line that says why not.
-std::string not_ready(const Health& health);
+std::string why_not_ready(const Health& health);
 
 }  // namespace hairnet::server

@@ -20,7 +20,7 @@ using prometheus::MetricFamily;
 using prometheus::MetricType;
 
 // Not exported: the tick_seconds histogram shows the same.
-constexpr std::array<std::string_view, 2> kShownOtherwise{"tick_ns_total", "tick_ns_max"};
+constexpr std::array<std::string_view, 2> kNotExported{"tick_ns_total", "tick_ns_max"};
 
 ClientMetric::Histogram contents(const Histogram& histogram) {
   ClientMetric::Histogram contents;
@@ -39,7 +39,7 @@ class Families {
  public:
   void add(const CounterSet& set) {
     for (const Counter* counter : set.counters()) {
-      if (std::find(kShownOtherwise.begin(), kShownOtherwise.end(), counter->name()) != kShownOtherwise.end()) continue;
+      if (std::find(kNotExported.begin(), kNotExported.end(), counter->name()) != kNotExported.end()) continue;
       const MetricName name = metric_name(counter->name(), MetricKind::counter);
       add(name, MetricType::Counter).counter.value = static_cast<double>(counter->value()) * name.scale;
     }

@@ -112,14 +112,14 @@ Server::Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder>
 
 GroomListener Server::groom_listener() {
   GroomListener listener;
-  listener.tell = [this](SessionId id, const wire::Message& message, std::int64_t now_ns) {
+  listener.send = [this](SessionId id, const wire::Message& message, std::int64_t now_ns) {
     if (Session* session = sessions_.find(id)) session->send(message, now_ns);
   };
   listener.deliver = [this](SessionId id, const wire::GroomHash& groom, GroomStore::Bytes bytes, std::int64_t now_ns) {
     if (Session* session = sessions_.find(id)) session->on_groom_read(groom, std::move(bytes), now_ns);
   };
-  listener.lose = [this](SessionId id, const wire::GroomHash& groom, std::int64_t) {
-    if (Session* session = sessions_.find(id)) session->lose_groom(groom);
+  listener.revoke = [this](SessionId id, const wire::GroomHash& groom, std::int64_t) {
+    if (Session* session = sessions_.find(id)) session->revoke_groom(groom);
   };
   return listener;
 }

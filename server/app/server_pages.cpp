@@ -19,13 +19,13 @@ HttpResponse ServerPages::handle(const HttpRequest& request) {
 }
 
 HttpResponse ServerPages::ready_page() const {
-  const std::string why = not_ready(health_());
+  const std::string why = why_not_ready(health_());
   if (why.empty()) return {.body = "ready\n"};
   return {.status = 503, .body = why + "\n"};
 }
 
 HttpResponse ServerPages::metrics_page() {
-  metrics_->program.ready.set(not_ready(health_()).empty() ? 1 : 0);
+  metrics_->program.ready.set(why_not_ready(health_()).empty() ? 1 : 0);
   read_process(metrics_->program);
   return {.content_type = kPrometheusContentType, .body = prometheus_text(*metrics_)};
 }

@@ -9,7 +9,7 @@
 namespace hairnet::server {
 namespace {
 
-constexpr std::array<const char*, 5> kKindNames{"a truth value", "a whole number", "a number", "text", "three numbers"};
+constexpr std::array<const char*, 5> kKindNames{"a boolean", "an integer", "a number", "text", "three numbers"};
 
 const char* kind_name(std::size_t kind) {
   return kKindNames[kind];
@@ -21,19 +21,19 @@ bool parse(const std::string& word, T& value) {
   return fault == std::errc() && end == word.data() + word.size();
 }
 
-bool parse_toggle(const std::string& word, bool& value) {
+bool parse_boolean(const std::string& word, bool& value) {
   value = word == "on" || word == "true";
   return value || word == "off" || word == "false";
 }
 
 // Written so that a NaN fails.
 bool is_in(const Setting& s, double number) {
-  return number >= s.number_least && number <= s.number_most;
+  return number >= s.number_min && number <= s.number_max;
 }
 
 std::string range(const Setting& s) {
-  return s.kind() == Setting::Kind::whole ? fmt::format("{} to {}", s.whole_least, s.whole_most)
-                                          : fmt::format("{} to {}", s.number_least, s.number_most);
+  return s.kind() == Setting::Kind::integer ? fmt::format("{} to {}", s.integer_min, s.integer_max)
+                                            : fmt::format("{} to {}", s.number_min, s.number_max);
 }
 
 std::string check_text(const Setting& s, const std::string& text) {
@@ -56,7 +56,7 @@ std::string check(const Setting& s, Setting::Value& value) {
     return fmt::format("is {}, not {}", kind_name(value.index()), kind_name(static_cast<std::size_t>(kind)));
   bool in_range = true;
   if (const auto* whole = std::get_if<std::int64_t>(&value)) {
-    in_range = *whole >= s.whole_least && *whole <= s.whole_most;
+    in_range = *whole >= s.integer_min && *whole <= s.integer_max;
   } else if (const auto* number = std::get_if<double>(&value)) {
     in_range = is_in(s, *number);
   } else if (const auto* triple = std::get_if<Setting::Triple>(&value)) {
@@ -76,7 +76,7 @@ bool parse_words(const Setting& s, const std::vector<std::string>& words, Settin
         [&](auto& to) {
           using T = std::decay_t<decltype(to)>;
           if constexpr (std::is_same_v<T, bool>) {
-            parsed = parse_toggle(words[0], to);
+            parsed = parse_boolean(words[0], to);
           } else if constexpr (std::is_same_v<T, std::string>) {
             to = words[0];
           } else if constexpr (std::is_same_v<T, Setting::Triple>) {
@@ -89,7 +89,7 @@ bool parse_words(const Setting& s, const std::vector<std::string>& words, Settin
   }
   if (!parsed) {
     fault = fmt::format("'{}' is not {}", fmt::join(words, " "),
-                        kind == Setting::Kind::toggle ? "on or off" : kind_name(static_cast<std::size_t>(kind)));
+                        kind == Setting::Kind::boolean ? "on or off" : kind_name(static_cast<std::size_t>(kind)));
     return false;
   }
   fault = check(s, value);

@@ -13,17 +13,17 @@ namespace hairnet::server {
 struct Setting {
   using Triple = std::array<double, 3>;
   using Value = std::variant<bool, std::int64_t, double, std::string, Triple>;
-  enum class Kind : std::uint8_t { toggle, whole, number, text, triple };  // in the order of Value's alternatives
+  enum class Kind : std::uint8_t { boolean, integer, number, text, triple };  // in the order of Value's alternatives
 
   std::string section, key;  // of the file
   std::string flag;          // with its dashes
   std::string about;         // for --help
   std::function<Value()> get;
   std::function<void(const Value&)> set;  // of a value that check() has passed
-  std::int64_t whole_least = 0, whole_most = 0;
-  double number_least = 0, number_most = 0;  // of a number, and of each of a triple
-  std::vector<std::string> choices;          // of a text; none: any
-  bool may_be_empty = true;                  // of a text
+  std::int64_t integer_min = 0, integer_max = 0;
+  double number_min = 0, number_max = 0;  // of a number, and of each of a triple
+  std::vector<std::string> choices;       // of a text; none: any
+  bool may_be_empty = true;               // of a text
 
   [[nodiscard]] Kind kind() const { return static_cast<Kind>(get().index()); }
   [[nodiscard]] std::string name() const { return section + "." + key; }

@@ -32,11 +32,11 @@ class List {
 
   // A flag left empty is the key's own name with dashes.
   template <class Integer>
-  Setting& whole(Integer& to, const char* key, std::int64_t least, std::int64_t most, const char* about,
-                 const char* flag = "") {
+  Setting& integer(Integer& to, const char* key, std::int64_t least, std::int64_t most, const char* about,
+                   const char* flag = "") {
     Setting& s = add(key, flag, about);
-    s.whole_least = least;
-    s.whole_most = most;
+    s.integer_min = least;
+    s.integer_max = most;
     s.get = [&to] { return Setting::Value(static_cast<std::int64_t>(to)); };
     s.set = [&to](const Setting::Value& v) { to = static_cast<Integer>(std::get<std::int64_t>(v)); };
     return s;
@@ -75,7 +75,7 @@ class List {
     s.set = [&to](const Setting::Value& v) { to = std::get<std::string>(v); };
     return s;
   }
-  Setting& toggle(bool& to, const char* key, const char* about, const char* flag = "") {
+  Setting& boolean(bool& to, const char* key, const char* about, const char* flag = "") {
     Setting& s = add(key, flag, about);
     s.get = [&to] { return Setting::Value(to); };
     s.set = [&to](const Setting::Value& v) { to = std::get<bool>(v); };
@@ -105,8 +105,8 @@ class List {
   }
   Setting& ranged(const char* key, const char* flag, const char* about, double least, double most) {
     Setting& s = add(key, flag, about);
-    s.number_least = least;
-    s.number_most = most;
+    s.number_min = least;
+    s.number_max = most;
     return s;
   }
 
@@ -117,15 +117,15 @@ class List {
 void add_server(List& list, Config& c) {
   list.section("server");
   list.text(c.bind, "bind", "numeric address to listen on").may_be_empty = false;
-  list.whole(c.port, "port", 0, 65535, "TCP port; 0 picks a free one");
+  list.integer(c.port, "port", 0, 65535, "TCP port; 0 picks a free one");
   list.text(c.port_file, "port_file", "write the port in use to this file; empty: nowhere");
-  list.whole(c.tick_rate_hz, "tick_rate_hz", 10, 120, "steps and frames a second", "--tick-rate");
+  list.integer(c.tick_rate_hz, "tick_rate_hz", 10, 120, "steps and frames a second", "--tick-rate");
   list.number(c.pose_delay_ms, "pose_delay_ms", 0, 200, "poses are sampled this far back");
-  list.whole(c.ticks_behind_max, "ticks_behind_max", 1, 1000, "more overdue ticks than this are skipped");
+  list.integer(c.ticks_behind_max, "ticks_behind_max", 1, 1000, "more overdue ticks than this are skipped");
   list.number(c.tick_budget, "tick_budget", 0.05, 0.95,
               "share of a tick that its work may take; detail goes down to keep within it");
-  list.whole(c.workers, "workers", 0, 256,
-             "threads of a tick; 0: the machine's, less one for the network where there are more than two");
+  list.integer(c.workers, "workers", 0, 256,
+               "threads of a tick; 0: the machine's, less one for the network where there are more than two");
   list.text(c.token_key_file, "token_key_file",
             "clients need tokens signed by the key in this file (hairnet-token key); empty: they need none");
   list.number(c.drain_s, "drain_s", 0, 600, "at shutdown, for clients to take what waits for them");
@@ -134,8 +134,8 @@ void add_server(List& list, Config& c) {
 
 void add_solver(List& list, Config& c) {
   list.section("solver");
-  list.whole(c.substeps, "substeps", 0, 16, "solver steps a tick; 0: as many as keep a step within 1/50 s");
-  list.whole(c.iterations, "iterations", 0, 256, "of conjugate gradient a step; 0: each level's own");
+  list.integer(c.substeps, "substeps", 0, 16, "solver steps a tick; 0: as many as keep a step within 1/50 s");
+  list.integer(c.iterations, "iterations", 0, 256, "of conjugate gradient a step; 0: each level's own");
 }
 
 void add_wind(List& list, Config& c) {
@@ -148,31 +148,31 @@ void add_wind(List& list, Config& c) {
               "--turbulence");
   list.number(w.turbulence_scale_m, "turbulence_scale_m", kTurbulenceScaleMin_m, 100,
               "metres over which turbulence changes", "--turbulence-scale");
-  list.whole(w.seed, "seed", 0, kWholeMax, "another seed, another turbulence", "--wind-seed");
-  list.toggle(c.sessions.wind_from_clients, "from_clients", "whether clients may set their room's wind",
-              "--wind-from-clients");
+  list.integer(w.seed, "seed", 0, kWholeMax, "another seed, another turbulence", "--wind-seed");
+  list.boolean(c.sessions.wind_from_clients, "from_clients", "whether clients may set their room's wind",
+               "--wind-from-clients");
 }
 
 void add_limits(List& list, Config& c) {
   SessionLimits& s = c.sessions;
   list.section("limits");
-  list.whole(s.session_count_max, "clients_max", 1, 10'000, "clients at once");
-  list.whole(s.character_count_max, "characters_max", 1, 65'536, "characters of all clients");
-  list.whole(s.characters_per_session_max, "characters_per_client_max", 1, 65'536,
-             "characters of one client; the lower of this and all of them");
-  list.whole(s.room_count_max, "rooms_max", 1, 65'536, "rooms at once");
-  list.whole(s.sessions_per_room_max, "clients_per_room_max", 1, 10'000, "clients of one room");
-  list.whole(s.characters_per_room_max, "characters_per_room_max", 1, 65'536, "characters of one room");
-  list.whole(s.downloads_per_session_max, "downloads_per_client_max", 1, 65'536,
-             "grooms of others that a client may have asked for at once");
-  list.whole(s.control_bytes_max, "control_bytes_max", 1 << 20, kGiB,
-             "unsent answers and level records of a client; more ends its session");
-  list.whole(s.frame_packet_bytes_max, "frame_packet_bytes_max", 4096, static_cast<std::int64_t>(wire::kPacketBytesMax),
-             "frames of one packet");
-  list.whole(c.command_weight_max, "command_weight_max", 1024, 1 << 26,
-             "commands and poses on their way to the tick; poses beyond it are dropped");
-  list.whole(c.state_bytes_max, "state_bytes_max", 0, 64 * kGiB,
-             "of hair states that clients brought, while they wait for their levels; beyond it hair starts at rest");
+  list.integer(s.session_count_max, "clients_max", 1, 10'000, "clients at once");
+  list.integer(s.character_count_max, "characters_max", 1, 65'536, "characters of all clients");
+  list.integer(s.characters_per_session_max, "characters_per_client_max", 1, 65'536,
+               "characters of one client; the lower of this and all of them");
+  list.integer(s.room_count_max, "rooms_max", 1, 65'536, "rooms at once");
+  list.integer(s.sessions_per_room_max, "clients_per_room_max", 1, 10'000, "clients of one room");
+  list.integer(s.characters_per_room_max, "characters_per_room_max", 1, 65'536, "characters of one room");
+  list.integer(s.downloads_per_session_max, "downloads_per_client_max", 1, 65'536,
+               "grooms of others that a client may have asked for at once");
+  list.integer(s.control_bytes_max, "control_bytes_max", 1 << 20, kGiB,
+               "unsent answers and level records of a client; more ends its session");
+  list.integer(s.frame_packet_bytes_max, "frame_packet_bytes_max", 4096,
+               static_cast<std::int64_t>(wire::kPacketBytesMax), "frames of one packet");
+  list.integer(c.command_weight_max, "command_weight_max", 1024, 1 << 26,
+               "commands and poses on their way to the tick; poses beyond it are dropped");
+  list.integer(c.state_bytes_max, "state_bytes_max", 0, 64 * kGiB,
+               "of hair states that clients brought, while they wait for their levels; beyond it hair starts at rest");
   list.number(s.messages_per_s, "messages_per_s", 1, 1e6, "messages of a client, mean");
   list.number(s.messages_burst, "messages_burst", 1, 1e7, "messages of a client, at once");
   list.number(s.poses_per_s, "poses_per_s", 1, 1e8, "poses of a client, mean");
@@ -197,14 +197,14 @@ void add_transport(List& list, Config& c) {
              "pages that may open a WebSocket, as https://host[:port], * for all; empty: the server's own");
   list.text(t.tls.certificate, "tls_certificate", "PEM file, the certificate's chain; empty: no TLS");
   list.text(t.tls.key, "tls_key", "PEM file, the certificate's key, without a passphrase");
-  list.toggle(t.tls_required, "tls_required", "refuse plain connections");
-  list.whole(a.connections_max, "connections_max", 0, 1 << 20,
-             "connections of all kinds; 0: 2 * clients_max + arrivals_max + page_connections_max");
-  list.whole(a.arrivals_max, "arrivals_max", 1, 1 << 16, "connections whose protocol is not known yet");
-  list.whole(a.http_max, "page_connections_max", 1, 1 << 16, "connections that request pages");
-  list.whole(a.connections_per_address_max, "connections_per_address_max", 0, 1 << 20,
-             "connections of one IPv4 address or IPv6 /64; 0: no bound");
-  list.whole(t.requests_per_connection_max, "requests_per_connection_max", 1, 1 << 20, "pages of one connection");
+  list.boolean(t.tls_required, "tls_required", "refuse plain connections");
+  list.integer(a.connections_max, "connections_max", 0, 1 << 20,
+               "connections of all kinds; 0: 2 * clients_max + arrivals_max + page_connections_max");
+  list.integer(a.arrivals_max, "arrivals_max", 1, 1 << 16, "connections whose protocol is not known yet");
+  list.integer(a.http_max, "page_connections_max", 1, 1 << 16, "connections that request pages");
+  list.integer(a.connections_per_address_max, "connections_per_address_max", 0, 1 << 20,
+               "connections of one IPv4 address or IPv6 /64; 0: no bound");
+  list.integer(t.requests_per_connection_max, "requests_per_connection_max", 1, 1 << 20, "pages of one connection");
   list.seconds(t.opening_timeout, "opening_timeout_s", 0.1, 600, "for a connection's first bytes, and again for TLS");
   list.seconds(t.request_timeout, "request_timeout_s", 0.1, 600, "for a whole request, the wait for it included");
   list.seconds(t.response_timeout, "response_timeout_s", 0.1, 600, "for each 64 KiB of a page to be taken");
@@ -217,35 +217,35 @@ void add_grooms(List& list, Config& c) {
   const GroomLimits most;
   const auto of = [](std::size_t n) { return static_cast<std::int64_t>(n); };
   list.section("grooms");
-  list.whole(g.groom_bytes_max, "groom_bytes_max", 1024, of(wire::kGroomBytesMax), "bytes of one groom");
-  list.whole(g.upload_bytes_max, "upload_bytes_max", 1024, 64 * kGiB,
-             "bytes of all uploads under way; unless given, room for four grooms at least");
-  list.whole(g.level_bytes_max, "level_bytes_max", 1 << 20, 1024 * kGiB, "bytes of all levels in memory");
-  list.whole(g.groom_count_max, "grooms_max", 1, 1 << 20, "grooms of all clients");
-  list.whole(g.grooms_per_session_max, "grooms_per_client_max", 1, 1 << 20, "grooms of one client");
-  list.whole(g.strands_per_session_max, "strands_per_client_max", 1, std::int64_t{1} << 40,
-             "strands of all grooms of one client");
+  list.integer(g.groom_bytes_max, "groom_bytes_max", 1024, of(wire::kGroomBytesMax), "bytes of one groom");
+  list.integer(g.upload_bytes_max, "upload_bytes_max", 1024, 64 * kGiB,
+               "bytes of all uploads under way; unless given, room for four grooms at least");
+  list.integer(g.level_bytes_max, "level_bytes_max", 1 << 20, 1024 * kGiB, "bytes of all levels in memory");
+  list.integer(g.groom_count_max, "grooms_max", 1, 1 << 20, "grooms of all clients");
+  list.integer(g.grooms_per_session_max, "grooms_per_client_max", 1, 1 << 20, "grooms of one client");
+  list.integer(g.strands_per_session_max, "strands_per_client_max", 1, std::int64_t{1} << 40,
+               "strands of all grooms of one client");
   list.number(g.upload_bytes_per_s, "upload_bytes_per_s", 1, 1e12, "bytes of grooms from one client, mean");
   list.number(g.upload_burst_bytes, "upload_burst_bytes", 1024, 1e12,
               "bytes of grooms from one client, at once; unless given, room for four grooms at least");
-  list.whole(g.build_queue_max, "build_queue_max", 1, 1 << 16, "grooms that wait to be built");
+  list.integer(g.build_queue_max, "build_queue_max", 1, 1 << 16, "grooms that wait to be built");
   list.seconds(g.upload_timeout_ns, "upload_timeout_s", 1, 3600, "without a chunk, an upload is refused");
   list.seconds(g.build_ns_max, "build_seconds_max", 0.1, 86'400, "that one groom may take to build");
-  list.whole(c.build_threads, "build_threads", 0, 64,
-             "threads of a groom's build, of low priority; 0: what the machine has, at most 4");
+  list.integer(c.build_threads, "build_threads", 0, 64,
+               "threads of a groom's build, of low priority; 0: what the machine has, at most 4");
   list.text(c.groom_cache, "groom_cache",
             "keep uploaded grooms in this folder, so that no client need upload them again; empty: none are kept");
-  list.whole(c.groom_cache_mib, "groom_cache_mib", 1, 1 << 20, "MiB kept there; those used least lately go first");
+  list.integer(c.groom_cache_mib, "groom_cache_mib", 1, 1 << 20, "MiB kept there; those used least lately go first");
   list.text(c.level_cache, "level_cache",
             "keep built levels in this folder, so that the next server need not build them; empty: none are kept");
-  list.whole(c.level_cache_mib, "level_cache_mib", 1, 1 << 20, "MiB kept there; those used least lately go first");
-  list.whole(g.groom.strand_count_max, "strands_max", 1, of(most.strand_count_max), "of one groom");
-  list.whole(g.groom.point_count_max, "points_max", 1, of(most.point_count_max), "of one groom's strands");
-  list.whole(g.groom.vertex_count_max, "vertices_max", 1, of(most.vertex_count_max), "of one groom's body");
-  list.whole(g.groom.group_count_max, "groups_max", 1, of(most.group_count_max), "of one groom");
-  list.whole(g.groom.copy_count_max, "copies_max", 1, of(most.copy_count_max), "of one cluster");
-  list.whole(g.groom.fabric_count_max, "fabrics_max", 1, of(most.fabric_count_max),
-             "threads, strips, cloths and knots: of each so many");
+  list.integer(c.level_cache_mib, "level_cache_mib", 1, 1 << 20, "MiB kept there; those used least lately go first");
+  list.integer(g.groom.strand_count_max, "strands_max", 1, of(most.strand_count_max), "of one groom");
+  list.integer(g.groom.point_count_max, "points_max", 1, of(most.point_count_max), "of one groom's strands");
+  list.integer(g.groom.vertex_count_max, "vertices_max", 1, of(most.vertex_count_max), "of one groom's body");
+  list.integer(g.groom.group_count_max, "groups_max", 1, of(most.group_count_max), "of one groom");
+  list.integer(g.groom.copy_count_max, "copies_max", 1, of(most.copy_count_max), "of one cluster");
+  list.integer(g.groom.fabric_count_max, "fabrics_max", 1, of(most.fabric_count_max),
+               "threads, cards, cloths and knots: of each so many");
   list.number(g.groom.coordinate_max_m, "coordinate_max_m", 0.01, most.coordinate_max_m,
               "every coordinate of a groom, absolute");
 }

@@ -22,12 +22,12 @@ TickThread::~TickThread() {
 void TickThread::count_tick(std::int64_t begun_ns, std::int64_t done_ns) {
   const auto spent_ns = static_cast<std::uint64_t>(done_ns - begun_ns);
   const double spent_s = static_cast<double>(spent_ns) * 1e-9;
-  const double budget_used = spent_s / counters_->gauges.tick_budget_seconds.value();
+  const double budget_used = spent_s / counters_->gauges.tick_period_seconds.value();
   counters_->tick_ns_total.add(spent_ns);
   counters_->tick_ns_max.raise_to(spent_ns);
   if (budget_used > 1) counters_->ticks_overrun.add();
   counters_->histograms.tick_seconds.observe(spent_s);
-  counters_->histograms.tick_budget_used_ratio.observe(budget_used);
+  counters_->histograms.tick_period_used_ratio.observe(budget_used);
   counters_->gauges.last_tick_ns.store(done_ns, std::memory_order_relaxed);
 }
 

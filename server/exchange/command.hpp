@@ -17,7 +17,7 @@ namespace hairnet::server {
 // materials and winds are in range.
 struct OpenSession {
   SessionId session = 0;
-  std::shared_ptr<Outlet> outlet;
+  std::shared_ptr<ObserverSink> sink;
   std::string room;
   bool resumed = false;  // the session exists already and gets a new sink
 };

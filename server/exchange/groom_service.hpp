@@ -25,18 +25,18 @@ struct ChunkAnswer : Refused {
 
 // What sessions can do with grooms: offer, upload, use and download them. I/O thread. Answers (GroomNeed, GroomStatus,
 // late errors) are sent to the session as messages, in order.
-class GroomDesk {
+class GroomService {
  public:
-  virtual ~GroomDesk() = default;
+  virtual ~GroomService() = default;
   // A session begins. `strand_count_max` limits its strands; without this call only the server's limit applies.
   virtual void open(SessionId session, std::uint64_t strand_count_max, std::int64_t now_ns) = 0;
   virtual Refused offer(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns) = 0;
   virtual ChunkAnswer chunk(SessionId session, wire::GroomChunk chunk, std::int64_t now_ns) = 0;
   // The session uses the groom from now on, so the groom is not evicted. Refuses groom_unknown when no session has
   // offered the groom and the cache does not have it.
-  virtual Refused hold(SessionId session, const wire::GroomHash& groom) = 0;
+  virtual Refused retain(SessionId session, const wire::GroomHash& groom) = 0;
   // Sends the state of each groom that the session uses again.
-  virtual void tell_states(SessionId session, std::int64_t now_ns) = 0;
+  virtual void resend_states(SessionId session, std::int64_t now_ns) = 0;
   // The validated file of a groom in memory; null when it is not in memory. The pointer stays valid after the groom is
   // evicted.
   virtual std::shared_ptr<const std::vector<std::uint8_t>> bytes(const wire::GroomHash& groom) = 0;
@@ -44,7 +44,7 @@ class GroomDesk {
   // it.
   virtual bool fetch(SessionId session, const wire::GroomHash& groom) = 0;
   // Whether the cache has the groom's file, so that fetch() would return true.
-  [[nodiscard]] virtual bool keeps(const wire::GroomHash& groom) const = 0;
+  [[nodiscard]] virtual bool is_cached(const wire::GroomHash& groom) const = 0;
   // The session has ended: its unfinished uploads stop, and it uses no groom any more.
   virtual void release(SessionId session, std::int64_t now_ns) = 0;
 };

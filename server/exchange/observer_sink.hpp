@@ -15,16 +15,16 @@ struct FramePacket {
 
 // Receives the messages and frames that the tick makes for one session; implemented by the session's Outbox. Any
 // thread; calls never block.
-class Outlet {
+class ObserverSink {
  public:
-  virtual ~Outlet() = default;
+  virtual ~ObserverSink() = default;
   // Queues a message. Order is kept, and no message is dropped: one that does not fit ends the session.
   virtual void push(const wire::Message& message, std::int64_t now_ns) = 0;
   // Queues the frames of one tick, after the messages pushed so far.
   virtual void push_frames(std::vector<FramePacket> packets) = 0;
   // Call it before making frames. When the frames of too many ticks wait, drops them all and returns true: the next
   // frames must then be keyframes.
-  virtual bool make_way() = 0;
+  virtual bool drop_if_congested() = 0;
 };
 
 }  // namespace hairnet::server

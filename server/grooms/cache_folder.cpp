@@ -187,7 +187,8 @@ int CacheFolder::write(const fs::path& path, std::span<const std::uint8_t> bytes
 
 void CacheFolder::warn_once(std::string_view what) {
   if (!warned_)
-    spdlog::warn("event={} folder={} why={}", def_.not_kept_event, log_text(def_.folder.string()), log_text(what));
+    spdlog::warn("event={} folder={} detail={}", def_.write_failed_event, log_text(def_.folder.string()),
+                 log_text(what));
   warned_ = true;
 }
 

@@ -17,7 +17,7 @@ struct CacheFolderDef {
   std::string suffix;              // of its files' names, with the dot, after the groom's hash
   std::uint64_t bytes_max = 0;     // of all its files
   std::size_t file_bytes_max = 0;  // of one
-  std::string not_kept_event;      // in the log, when something cannot be kept
+  std::string write_failed_event;  // in the log, when something cannot be kept
   std::string contents;            // what its files hold, for people
 };
 

@@ -137,12 +137,12 @@ std::shared_ptr<const LevelSet> GroomBuilder::levels_of(const wire::GroomHash& h
   };
   if (def_.levels) {
     if (const std::shared_ptr<LevelSet> cached = def_.levels->find(hash)) {
-      connect_levels(groom, *cached, parallel_for);
+      make_level_maps(groom, *cached, parallel_for);
       return cached;
     }
   }
   const std::int64_t begun_ns = def_.now_ns ? def_.now_ns() : 0;
-  BuildObserver observer;
+  BuildCallbacks observer;
   observer.progress = [this, begun_ns](double, std::string_view) {
     return !cancelled_.load() && (!def_.now_ns || def_.now_ns() - begun_ns <= def_.build_ns_max);
   };

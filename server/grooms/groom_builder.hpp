@@ -61,7 +61,9 @@ class GroomBuilder {
   // I/O thread. False when the queue is full.
   bool try_put(GroomJob& job);
   // Whether the groom cache had the groom when its folder was last listed. Does not read the disk.
-  [[nodiscard]] bool keeps(const wire::GroomHash& groom) const { return def_.grooms && def_.grooms->keeps(groom); }
+  [[nodiscard]] bool is_cached(const wire::GroomHash& groom) const {
+    return def_.grooms && def_.grooms->is_cached(groom);
+  }
   // Reads a groom from the cache, in turn with jobs.
   void read(const wire::GroomHash& groom);
   // Lists the cache's folder again, on the builder's thread.

@@ -10,13 +10,13 @@
 namespace hairnet::server {
 
 GroomCache::GroomCache(std::filesystem::path folder, std::uint64_t bytes_max, GroomCacheCounters& counters)
-    : folder_({std::move(folder), ".hngroom", bytes_max, wire::kGroomBytesMax, "grooms_not_kept", "a groom"},
+    : folder_({std::move(folder), ".hngroom", bytes_max, wire::kGroomBytesMax, "groom_cache_write_failed", "a groom"},
               counters.groom_cache_written, counters.groom_cache_writes_failed, counters.groom_cache_evicted),
       counters_(&counters) {
   refresh();
 }
 
-bool GroomCache::keeps(const wire::GroomHash& groom) const {
+bool GroomCache::is_cached(const wire::GroomHash& groom) const {
   const std::lock_guard lock(mutex_);
   return known_.contains(groom);
 }
@@ -59,7 +59,7 @@ void GroomCache::put(const wire::GroomHash& groom, std::span<const std::uint8_t>
 
 void GroomCache::reject(const char* why, const wire::GroomHash& groom, Counter& counter) {
   counter.add();
-  spdlog::info("event=groom_not_used file={} why={}", log_text(folder_.path_of(groom).string()), why);
+  spdlog::info("event=groom_cache_rejected file={} detail={}", log_text(folder_.path_of(groom).string()), why);
   folder_.remove(groom);
   forget(groom);
 }

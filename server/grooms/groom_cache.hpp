@@ -23,7 +23,7 @@ class GroomCache {
 
   // Whether the file was there when the folder was last looked through: it may be gone, or bad. Does not ask the disk.
   // Any thread.
-  [[nodiscard]] bool keeps(const wire::GroomHash& groom) const;
+  [[nodiscard]] bool is_cached(const wire::GroomHash& groom) const;
   // Looks through the folder, in which other servers may have put grooms.
   void refresh();
 

@@ -80,9 +80,9 @@ Refused GroomStore::offer(SessionId session, const wire::GroomOffer& offer, std:
             fmt::format("a groom of {} bytes; 1 to {} are taken", offer.byte_count, limits_.groom_bytes_max)};
   }
   const auto groom = grooms_.find(offer.hash);
-  if (Refused refused = check_hold(session, groom)) return refused;
+  if (Refused refused = check_retain(session, groom)) return refused;
   if (groom != grooms_.end()) return offer_known(groom, session, offer, now_ns);
-  if (!builder_->keeps(offer.hash)) return begin_upload(session, offer, now_ns);
+  if (!builder_->is_cached(offer.hash)) return begin_upload(session, offer, now_ns);
   if (Refused refused = begin_reading(session, offer.hash)) return refused;
   return offer_known(grooms_.find(offer.hash), session, offer, now_ns);
 }
@@ -98,15 +98,15 @@ Refused GroomStore::offer_known(Grooms::iterator groom, SessionId session, const
     return {ErrorReason::groom_hash_mismatch,
             fmt::format("the groom of that hash has {} bytes, not {}", entry.byte_count, offer.byte_count)};
   }
-  const bool offered = std::exchange(entry.holders[session], offer.byte_count) != 0;
+  const bool offered = std::exchange(entry.users[session], offer.byte_count) != 0;
   entry.used = ++uses_;
   if (uploads) {
-    tell(session, wire::GroomNeed{offer.hash, entry.received}, now_ns);
+    send(session, wire::GroomNeed{offer.hash, entry.received}, now_ns);
     return {};
   }
   if (!offered) counters_->grooms_shared.add();
-  tell(session, wire::GroomNeed{offer.hash, offer.byte_count}, now_ns);
-  tell(session, wire::GroomStatus{offer.hash, state_of(entry)}, now_ns);
+  send(session, wire::GroomNeed{offer.hash, offer.byte_count}, now_ns);
+  send(session, wire::GroomStatus{offer.hash, state_of(entry)}, now_ns);
   return {};
 }
 
@@ -116,14 +116,14 @@ wire::GroomState GroomStore::state_of(const Entry& entry) {
                                           : GroomState::queued;
 }
 
-void GroomStore::tell_states(SessionId session, std::int64_t now_ns) {
+void GroomStore::resend_states(SessionId session, std::int64_t now_ns) {
   for (auto& [hash, entry] : grooms_) {
-    if (!entry.holders.contains(session)) continue;
+    if (!entry.users.contains(session)) continue;
     if (entry.state == State::uploading && entry.uploader == session) {
       entry.asked_ns = now_ns;  // while it was away nothing could come
-      tell(session, wire::GroomNeed{hash, entry.received}, now_ns);
+      send(session, wire::GroomNeed{hash, entry.received}, now_ns);
     } else {
-      tell(session, wire::GroomStatus{hash, state_of(entry)}, now_ns);
+      send(session, wire::GroomStatus{hash, state_of(entry)}, now_ns);
     }
   }
 }
@@ -138,7 +138,7 @@ GroomStore::Bytes GroomStore::bytes(const wire::GroomHash& hash) {
 }
 
 bool GroomStore::fetch(SessionId session, const wire::GroomHash& hash) {
-  if (!builder_->keeps(hash)) return false;
+  if (!builder_->is_cached(hash)) return false;
   const auto [fetched, is_new] = fetches_.try_emplace(hash);
   if (is_new) builder_->read(hash);
   std::vector<SessionId>& waiting = fetched->second;
@@ -146,10 +146,10 @@ bool GroomStore::fetch(SessionId session, const wire::GroomHash& hash) {
   return true;
 }
 
-Refused GroomStore::check_hold(SessionId session, Grooms::const_iterator groom) {
-  if (groom != grooms_.end() && groom->second.holders.contains(session)) return {};
-  const auto held = std::ranges::count_if(grooms_, [&](const auto& g) { return g.second.holders.contains(session); });
-  if (static_cast<std::size_t>(held) >= limits_.grooms_per_session_max) {
+Refused GroomStore::check_retain(SessionId session, Grooms::const_iterator groom) {
+  if (groom != grooms_.end() && groom->second.users.contains(session)) return {};
+  const auto retained = std::ranges::count_if(grooms_, [&](const auto& g) { return g.second.users.contains(session); });
+  if (static_cast<std::size_t>(retained) >= limits_.grooms_per_session_max) {
     counters_->grooms_refused_limit.add();
     return {ErrorReason::limit_exceeded, fmt::format("at most {} grooms a session", limits_.grooms_per_session_max)};
   }
@@ -160,8 +160,8 @@ Refused GroomStore::check_hold(SessionId session, Grooms::const_iterator groom) 
 
 bool GroomStore::is_over_strands(SessionId session, Grooms::const_iterator groom) const {
   std::uint64_t strands = groom->second.strand_count;
-  for (auto held = grooms_.begin(); held != grooms_.end(); ++held) {
-    if (held != groom && held->second.holders.contains(session)) strands += held->second.strand_count;
+  for (auto retained = grooms_.begin(); retained != grooms_.end(); ++retained) {
+    if (retained != groom && retained->second.users.contains(session)) strands += retained->second.strand_count;
   }
   return strands > strand_count_max(session);
 }
@@ -200,7 +200,7 @@ Refused GroomStore::begin_upload(SessionId session, const wire::GroomOffer& offe
   if (Refused refused = make_place()) return refused;
   if (Refused refused = check_upload(session, offer.byte_count, now_ns)) return refused;
   Entry& entry = grooms_[offer.hash];
-  entry.holders[session] = offer.byte_count;
+  entry.users[session] = offer.byte_count;
   entry.used = ++uses_;
   await_upload(grooms_.find(offer.hash), session, now_ns);
   return {};
@@ -208,8 +208,8 @@ Refused GroomStore::begin_upload(SessionId session, const wire::GroomOffer& offe
 
 void GroomStore::await_upload(Grooms::iterator groom, SessionId uploader, std::int64_t now_ns) {
   Entry& entry = groom->second;
-  if (entry.byte_count != entry.holders.at(uploader)) {
-    entry.byte_count = entry.holders.at(uploader);
+  if (entry.byte_count != entry.users.at(uploader)) {
+    entry.byte_count = entry.users.at(uploader);
     entry.received = 0;
     entry.chunks.clear();
   }
@@ -219,14 +219,14 @@ void GroomStore::await_upload(Grooms::iterator groom, SessionId uploader, std::i
   entry.uploader = uploader;
   entry.asked_ns = now_ns;
   set_upload_bytes(entry, entry.byte_count);
-  tell(uploader, wire::GroomNeed{groom->first, entry.received}, now_ns);
+  send(uploader, wire::GroomNeed{groom->first, entry.received}, now_ns);
 }
 
 Refused GroomStore::begin_reading(SessionId session, const wire::GroomHash& hash) {
   if (Refused refused = make_place()) return refused;
   Entry& entry = grooms_[hash];
   entry.state = State::reading;
-  entry.holders[session] = 0;
+  entry.users[session] = 0;
   entry.used = ++uses_;
   to_read_.push_back(hash);
   feed_builder();
@@ -236,7 +236,7 @@ Refused GroomStore::begin_reading(SessionId session, const wire::GroomHash& hash
 void GroomStore::feed_builder() {
   while (!to_read_.empty() && reading_count_ < kReadingMax) {
     const auto groom = grooms_.find(to_read_.front());
-    if (groom->second.holders.empty()) {  // they have left
+    if (groom->second.users.empty()) {  // they have left
       erase(groom);
     } else {
       GroomJob job{groom->first, {}};
@@ -249,7 +249,7 @@ void GroomStore::feed_builder() {
 
 ChunkAnswer GroomStore::chunk(SessionId session, wire::GroomChunk chunk, std::int64_t now_ns) {
   const auto groom = grooms_.find(chunk.hash);
-  if (groom == grooms_.end() || !groom->second.holders.contains(session))
+  if (groom == grooms_.end() || !groom->second.users.contains(session))
     return {{ErrorReason::groom_unknown, "a chunk of a groom that was not offered"}};
   if (is_repeated(groom->second, session, chunk)) return {};
   Refused refused = put_chunk(groom, session, std::move(chunk), now_ns);
@@ -288,22 +288,23 @@ Refused GroomStore::finish_upload(Grooms::iterator groom, std::int64_t now_ns) {
   GroomJob job{groom->first, std::move(groom->second.chunks)};
   if (!builder_->try_put(job)) {
     counters_->grooms_refused_queue_full.add();
-    tell_state(groom, GroomState::refused, now_ns);
+    send_state(groom, GroomState::refused, now_ns);
     erase(groom);
     return {ErrorReason::groom_build_queue_full, "too many grooms wait to be built; try again"};
   }
   groom->second.chunks.clear();
   groom->second.state = State::queued;
-  tell_state(groom, GroomState::queued, now_ns);
+  send_state(groom, GroomState::queued, now_ns);
   return {};
 }
 
-Refused GroomStore::hold(SessionId session, const wire::GroomHash& hash) {
+Refused GroomStore::retain(SessionId session, const wire::GroomHash& hash) {
   const auto groom = grooms_.find(hash);
-  if (groom == grooms_.end() && !builder_->keeps(hash)) return {ErrorReason::groom_unknown, "offer the groom first"};
-  if (Refused refused = check_hold(session, groom)) return refused;
+  if (groom == grooms_.end() && !builder_->is_cached(hash))
+    return {ErrorReason::groom_unknown, "offer the groom first"};
+  if (Refused refused = check_retain(session, groom)) return refused;
   if (groom == grooms_.end()) return begin_reading(session, hash);
-  groom->second.holders.try_emplace(session, 0);
+  groom->second.users.try_emplace(session, 0);
   groom->second.used = ++uses_;
   return {};
 }
@@ -319,7 +320,7 @@ void GroomStore::release(SessionId session, std::int64_t now_ns) {
   for (auto groom = grooms_.begin(); groom != grooms_.end();) {
     const auto next = std::next(groom);
     Entry& entry = groom->second;
-    entry.holders.erase(session);
+    entry.users.erase(session);
     if (entry.state == State::uploading && entry.uploader == session) pass_on(groom, now_ns);
     groom = next;
   }
@@ -327,16 +328,16 @@ void GroomStore::release(SessionId session, std::int64_t now_ns) {
 
 void GroomStore::pass_on(Grooms::iterator groom, std::int64_t now_ns) {
   Entry& entry = groom->second;
-  if (entry.holders.empty()) return erase(groom);
+  if (entry.users.empty()) return erase(groom);
   set_upload_bytes(entry, 0);
-  const auto holders = entry.holders;
-  for (const auto& [session, byte_count] : holders) {
+  const auto users = entry.users;
+  for (const auto& [session, byte_count] : users) {
     if (byte_count == 0) continue;
     const Refused refused = check_upload(session, byte_count, now_ns);
     if (!refused) return await_upload(groom, session, now_ns);
-    refuse_holder(groom, session, refused, now_ns);
+    refuse_user(groom, session, refused, now_ns);
   }
-  if (entry.holders.empty()) return erase(groom);
+  if (entry.users.empty()) return erase(groom);
   refuse_all(groom, {ErrorReason::groom_unknown, "nobody who has the groom is there; offer it"},
              counters_->grooms_refused_absent, now_ns);
 }
@@ -359,7 +360,7 @@ void GroomStore::poll(std::int64_t now_ns) {
     Entry& entry = groom->second;
     if (entry.state == State::uploading && has_stalled(entry, now_ns)) {
       counters_->grooms_refused_stalled.add();
-      refuse_holder(groom, entry.uploader, {ErrorReason::limit_exceeded, "the upload stalled"}, now_ns);
+      refuse_user(groom, entry.uploader, {ErrorReason::limit_exceeded, "the upload stalled"}, now_ns);
       pass_on(groom, now_ns);
     }
     groom = next;
@@ -407,21 +408,21 @@ void GroomStore::take_building(Grooms::iterator groom, GroomResult result, std::
   entry.strand_count = result.strand_count;
   set_upload_bytes(entry, entry.bytes->size());
   entry.byte_count = entry.bytes->size();
-  const auto holders = entry.holders;
-  for (const auto& [session, offered_bytes] : holders) {
+  const auto users = entry.users;
+  for (const auto& [session, offered_bytes] : users) {
     if (offered_bytes != 0 && offered_bytes != entry.byte_count) {
       counters_->grooms_refused_hash.add();
-      refuse_holder(groom, session,
-                    {ErrorReason::groom_hash_mismatch,
-                     fmt::format("the groom of that hash has {} bytes, not {}", entry.byte_count, offered_bytes)},
-                    now_ns);
+      refuse_user(groom, session,
+                  {ErrorReason::groom_hash_mismatch,
+                   fmt::format("the groom of that hash has {} bytes, not {}", entry.byte_count, offered_bytes)},
+                  now_ns);
     } else if (is_over_strands(session, groom)) {
       counters_->grooms_refused_strands.add();
-      refuse_holder(groom, session, too_many_strands(session), now_ns);
-      if (listener_.lose) listener_.lose(session, groom->first, now_ns);
+      refuse_user(groom, session, too_many_strands(session), now_ns);
+      if (listener_.revoke) listener_.revoke(session, groom->first, now_ns);
     }
   }
-  tell_state(groom, GroomState::building, now_ns);
+  send_state(groom, GroomState::building, now_ns);
 }
 
 void GroomStore::take_ready(Grooms::iterator groom, GroomResult result, std::int64_t now_ns) {
@@ -439,7 +440,7 @@ void GroomStore::take_ready(Grooms::iterator groom, GroomResult result, std::int
   counters_->grooms_ready.add();
   spdlog::info("event=groom_ready groom={} level_bytes={}", hex(groom->first), bytes);
   commands_->put(GroomReady{groom->first, std::move(result.levels), entry.bytes});
-  tell_state(groom, GroomState::ready, now_ns);
+  send_state(groom, GroomState::ready, now_ns);
 }
 
 void GroomStore::take_refused(Grooms::iterator groom, const GroomResult& result, std::int64_t now_ns) {
@@ -448,7 +449,7 @@ void GroomStore::take_refused(Grooms::iterator groom, const GroomResult& result,
   if (result.fault != GroomResult::Fault::hash) return refuse_all(groom, refused, counter, now_ns);
   // One wrong uploader must not spoil the groom for the others.
   Entry& entry = groom->second;
-  const bool is_there = entry.holders.contains(entry.uploader);
+  const bool is_there = entry.users.contains(entry.uploader);
   entry.received = 0;
   // The bytes came from several uploaders: ask the last one for all of them before it is refused.
   if (entry.is_mixed && is_there) {
@@ -457,32 +458,32 @@ void GroomStore::take_refused(Grooms::iterator groom, const GroomResult& result,
     return;
   }
   counter.add();
-  if (is_there) refuse_holder(groom, entry.uploader, refused, now_ns);
+  if (is_there) refuse_user(groom, entry.uploader, refused, now_ns);
   pass_on(groom, now_ns);
 }
 
-void GroomStore::refuse_holder(Grooms::iterator groom, SessionId session, const Refused& refused, std::int64_t now_ns) {
-  groom->second.holders.erase(session);
-  tell(session, wire::Error{refused.reason, 0, groom->first, refused.detail}, now_ns);
-  tell(session, wire::GroomStatus{groom->first, GroomState::refused}, now_ns);
+void GroomStore::refuse_user(Grooms::iterator groom, SessionId session, const Refused& refused, std::int64_t now_ns) {
+  groom->second.users.erase(session);
+  send(session, wire::Error{refused.reason, 0, groom->first, refused.detail}, now_ns);
+  send(session, wire::GroomStatus{groom->first, GroomState::refused}, now_ns);
 }
 
 void GroomStore::refuse_all(Grooms::iterator groom, const Refused& refused, Counter& counter, std::int64_t now_ns) {
-  const auto holders = groom->second.holders;
-  spdlog::info("event=groom_refused groom={} reason={} why={}", hex(groom->first), to_string(refused.reason),
+  const auto users = groom->second.users;
+  spdlog::info("event=groom_refused groom={} reason={} detail={}", hex(groom->first), to_string(refused.reason),
                log_text(refused.detail));
   counter.add();
-  for (const auto& [session, byte_count] : holders) refuse_holder(groom, session, refused, now_ns);
+  for (const auto& [session, byte_count] : users) refuse_user(groom, session, refused, now_ns);
   erase(groom);
 }
 
-void GroomStore::tell(SessionId session, const wire::Message& message, std::int64_t now_ns) {
-  listener_.tell(session, message, now_ns);
+void GroomStore::send(SessionId session, const wire::Message& message, std::int64_t now_ns) {
+  listener_.send(session, message, now_ns);
 }
 
-void GroomStore::tell_state(Grooms::const_iterator groom, GroomState state, std::int64_t now_ns) {
-  for (const auto& [session, byte_count] : groom->second.holders)
-    tell(session, wire::GroomStatus{groom->first, state}, now_ns);
+void GroomStore::send_state(Grooms::const_iterator groom, GroomState state, std::int64_t now_ns) {
+  for (const auto& [session, byte_count] : groom->second.users)
+    send(session, wire::GroomStatus{groom->first, state}, now_ns);
 }
 
 void GroomStore::set_upload_bytes(Entry& entry, std::size_t bytes) {
@@ -501,7 +502,7 @@ void GroomStore::erase(Grooms::iterator groom) {
 bool GroomStore::evict_one() {
   auto oldest = grooms_.end();
   for (auto groom = grooms_.begin(); groom != grooms_.end(); ++groom) {
-    if (groom->second.state != State::ready || !groom->second.holders.empty()) continue;
+    if (groom->second.state != State::ready || !groom->second.users.empty()) continue;
     if (oldest == grooms_.end() || groom->second.used < oldest->second.used) oldest = groom;
   }
   if (oldest == grooms_.end()) return false;
@@ -510,9 +511,9 @@ bool GroomStore::evict_one() {
   return true;
 }
 
-std::size_t GroomStore::holder_count() const {
+std::size_t GroomStore::user_count() const {
   std::size_t count = 0;
-  for (const auto& [hash, entry] : grooms_) count += entry.holders.size();
+  for (const auto& [hash, entry] : grooms_) count += entry.users.size();
   return count;
 }
 

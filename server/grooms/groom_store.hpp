@@ -33,19 +33,19 @@ struct GroomStoreLimits {
 
 // How the store calls back: messages, files and revoked grooms for a session.
 struct GroomListener {
-  std::function<void(SessionId, const wire::Message&, std::int64_t now_ns)> tell;
+  std::function<void(SessionId, const wire::Message&, std::int64_t now_ns)> send;
   // What fetch() was asked for; null when it could not be read.
   std::function<void(SessionId, const wire::GroomHash&, std::shared_ptr<const std::vector<std::uint8_t>>,
                      std::int64_t now_ns)>
       deliver;
   // The session may not use the groom any more: its characters that wear it must be removed.
-  std::function<void(SessionId, const wire::GroomHash&, std::int64_t now_ns)> lose;
+  std::function<void(SessionId, const wire::GroomHash&, std::int64_t now_ns)> revoke;
 };
 
 // All grooms by content hash, from offer to built levels. Sessions that offer the same hash share one upload; when the
 // uploader leaves or stalls, another session that has offered the groom continues it. A groom in the cache is not
 // uploaded. A groom that no session uses stays until its memory is needed. I/O thread.
-class GroomStore final : public GroomDesk {
+class GroomStore final : public GroomService {
  public:
   using Bytes = std::shared_ptr<const std::vector<std::uint8_t>>;
   GroomStore(const GroomStoreLimits& limits, GroomBuilder& builder, CommandQueue& commands, GroomCounters& counters,
@@ -54,18 +54,18 @@ class GroomStore final : public GroomDesk {
   void open(SessionId session, std::uint64_t strand_count_max, std::int64_t now_ns) override;
   Refused offer(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns) override;
   ChunkAnswer chunk(SessionId session, wire::GroomChunk chunk, std::int64_t now_ns) override;
-  Refused hold(SessionId session, const wire::GroomHash& groom) override;
-  void tell_states(SessionId session, std::int64_t now_ns) override;
+  Refused retain(SessionId session, const wire::GroomHash& groom) override;
+  void resend_states(SessionId session, std::int64_t now_ns) override;
   Bytes bytes(const wire::GroomHash& groom) override;
   bool fetch(SessionId session, const wire::GroomHash& groom) override;
-  [[nodiscard]] bool keeps(const wire::GroomHash& groom) const override { return builder_->keeps(groom); }
+  [[nodiscard]] bool is_cached(const wire::GroomHash& groom) const override { return builder_->is_cached(groom); }
   void release(SessionId session, std::int64_t now_ns) override;
   // An upload has not stalled while its uploader sends chunks of another groom.
   void poll(std::int64_t now_ns);  // results of the builder, stalled uploads
 
   [[nodiscard]] bool ready(const wire::GroomHash& groom) const;
   [[nodiscard]] std::size_t groom_count() const { return grooms_.size(); }
-  [[nodiscard]] std::size_t holder_count() const;  // of all grooms; a session counts once for each
+  [[nodiscard]] std::size_t user_count() const;  // of all grooms; a session counts once for each
   [[nodiscard]] std::size_t upload_bytes() const { return upload_bytes_; }
   [[nodiscard]] std::size_t level_bytes() const { return level_bytes_; }
 
@@ -87,7 +87,7 @@ class GroomStore final : public GroomDesk {
     bool is_asked_anew = false;  // asked a second time: the uploader may still be sending the bytes asked for first
     std::int64_t asked_ns = 0;   // when its uploader was asked for it
     std::map<SessionId, std::uint64_t>
-        holders;                   // the size that each has offered; 0: has not offered, so it cannot upload
+        users;                     // the size that each has offered; 0: has not offered, so it cannot upload
     std::size_t upload_bytes = 0;  // its part of all uploads'
     std::size_t level_bytes = 0;   // once ready; those of the file among them
     Bytes bytes;                   // of the file, from building on
@@ -104,7 +104,7 @@ class GroomStore final : public GroomDesk {
   static wire::GroomState state_of(const Entry& entry);
   Account& account(SessionId session, std::int64_t now_ns);
   // Why a session may not use the groom (grooms_.end(): not in memory) in addition to those it uses. Counts refusals.
-  Refused check_hold(SessionId session, Grooms::const_iterator groom);
+  Refused check_retain(SessionId session, Grooms::const_iterator groom);
   [[nodiscard]] bool is_over_strands(SessionId session, Grooms::const_iterator groom) const;
   [[nodiscard]] std::uint64_t strand_count_max(SessionId session) const;
   [[nodiscard]] Refused too_many_strands(SessionId session) const;
@@ -128,10 +128,10 @@ class GroomStore final : public GroomDesk {
   void take_ready(Grooms::iterator groom, GroomResult result, std::int64_t now_ns);
   void take_refused(Grooms::iterator groom, const GroomResult& result, std::int64_t now_ns);
   void hand_over(const GroomResult& read, std::int64_t now_ns);
-  void refuse_holder(Grooms::iterator groom, SessionId session, const Refused& refused, std::int64_t now_ns);
+  void refuse_user(Grooms::iterator groom, SessionId session, const Refused& refused, std::int64_t now_ns);
   void refuse_all(Grooms::iterator groom, const Refused& refused, Counter& counter, std::int64_t now_ns);
-  void tell(SessionId session, const wire::Message& message, std::int64_t now_ns);
-  void tell_state(Grooms::const_iterator groom, wire::GroomState state, std::int64_t now_ns);
+  void send(SessionId session, const wire::Message& message, std::int64_t now_ns);
+  void send_state(Grooms::const_iterator groom, wire::GroomState state, std::int64_t now_ns);
   void set_upload_bytes(Entry& entry, std::size_t bytes);
   void erase(Grooms::iterator groom);
   bool evict_one();  // the least recently used ready groom that no session uses

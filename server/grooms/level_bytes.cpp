@@ -21,8 +21,8 @@ std::size_t bytes_of(const ContactPoints& c) {
 }
 
 std::size_t bytes_of(const Skin& skin) {
-  std::size_t bytes = skin.size() * sizeof(SkinField);
-  for (const SkinField& field : skin) bytes += bytes_of(field.distance);
+  std::size_t bytes = skin.size() * sizeof(SkinDistanceField);
+  for (const SkinDistanceField& field : skin) bytes += bytes_of(field.distance);
   return bytes;
 }
 

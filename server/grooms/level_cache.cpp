@@ -10,8 +10,9 @@
 namespace hairnet::server {
 
 LevelCache::LevelCache(std::filesystem::path folder, std::uint64_t bytes_max, LevelCacheCounters& counters)
-    : folder_({std::move(folder), ".hnlevels", bytes_max, wire::kLevelFileBytesMax, "levels_not_kept", "levels"},
-              counters.level_cache_written, counters.level_cache_writes_failed, counters.level_cache_evicted),
+    : folder_(
+          {std::move(folder), ".hnlevels", bytes_max, wire::kLevelFileBytesMax, "level_cache_write_failed", "levels"},
+          counters.level_cache_written, counters.level_cache_writes_failed, counters.level_cache_evicted),
       counters_(&counters) {}
 
 std::shared_ptr<LevelSet> LevelCache::find(const wire::GroomHash& groom) {
@@ -60,7 +61,8 @@ void LevelCache::put(const wire::GroomHash& groom, const LevelSet& set) {
 
 void LevelCache::count(const std::string& detail, const wire::GroomHash& groom, Counter& counter) {
   counter.add();
-  spdlog::info("event=levels_rebuilt file={} why={}", log_text(folder_.path_of(groom).string()), log_text(detail));
+  spdlog::info("event=level_cache_rejected file={} detail={}", log_text(folder_.path_of(groom).string()),
+               log_text(detail));
 }
 
 }  // namespace hairnet::server

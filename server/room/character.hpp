@@ -17,7 +17,7 @@ namespace hairnet::server {
 
 // One coding of a character's frame of this tick; several observers share it.
 struct FrameVariant {
-  codec::ErrorClass error_class = codec::ErrorClass::normal;
+  codec::ErrorClass error_class = codec::ErrorClass::half_mm;
   std::uint8_t order = 0, stride = 1;
   bool velocities = false;
   std::vector<std::uint8_t> content;
@@ -27,24 +27,24 @@ struct FrameVariant {
 struct Character {
   CharacterKey key = 0;
   std::uint32_t room = 0;  // index
-  std::uint32_t seat = 0;  // in its room; the member number less one
+  std::uint32_t slot = 0;  // in its room; the member number less one
   wire::GroomHash groom{};
-  LevelIndex finest = LevelIndex::high;  // that its owner asks for
+  LevelIndex requested_level = LevelIndex::high;  // that its owner asks for
   MaterialScale material;
   std::optional<wire::HairState> state;  // sent by its owner; reset once the World has it
   std::uint64_t state_ticks = 0;         // that it waited for its levels
   PoseInbox inbox;
 
-  bool placed = false;                                    // in the World, from its first pose on
-  LevelIndex level = LevelIndex::rigid;                   // that the World was told
-  int stride = 1;                                         // that the World was told
-  bool held = false;                                      // nobody sees it: not stepped
-  Pose pose;                                              // the one last given to the World
-  codec::Integers bones;                                  // as integers; no nodes
-  bool pose_changed = false, pose_teleported = false;     // at this tick
-  float head_speed_m_per_s = 0, head_turn_rad_per_s = 0;  // smoothed
-  bool lod_chosen = false;                                // a Lod was chosen at least once
-  std::uint64_t lod_since = 0;                            // tick at which they last changed
+  bool in_world = false;                                           // in the World, from its first pose on
+  LevelIndex level = LevelIndex::rigid;                            // that the World was told
+  int stride = 1;                                                  // that the World was told
+  bool suspended = false;                                          // nobody sees it: not stepped
+  Pose pose;                                                       // the one last given to the World
+  codec::FrameIntegers bones;                                      // as integers; no nodes
+  bool pose_changed = false, pose_teleport = false;                // at this tick
+  float head_speed_m_per_s = 0, head_angular_speed_rad_per_s = 0;  // smoothed
+  bool lod_chosen = false;                                         // a Lod was chosen at least once
+  std::uint64_t lod_since = 0;                                     // tick at which they last changed
 
   // As its observers see it, at the present tick.
   float screen_height = 0;  // the largest

@@ -4,7 +4,7 @@
 
 namespace hairnet::server {
 
-codec::Integers& FrameHistory::add(codec::ErrorClass error_class, std::uint64_t tick, std::uint64_t keep_from) {
+codec::FrameIntegers& FrameHistory::add(codec::ErrorClass error_class, std::uint64_t tick, std::uint64_t keep_from) {
   auto& entries = entries_[static_cast<std::size_t>(error_class)];
   auto place = std::find_if(entries.begin(), entries.end(),
                             [&](const Entry& entry) { return !entry.in_use || entry.tick < keep_from; });
@@ -14,7 +14,7 @@ codec::Integers& FrameHistory::add(codec::ErrorClass error_class, std::uint64_t 
   return place->integers;
 }
 
-const codec::Integers* FrameHistory::find(codec::ErrorClass error_class, std::uint64_t tick) const {
+const codec::FrameIntegers* FrameHistory::find(codec::ErrorClass error_class, std::uint64_t tick) const {
   for (const Entry& entry : entries_[static_cast<std::size_t>(error_class)]) {
     if (entry.in_use && entry.tick == tick) return &entry.integers;
   }

@@ -14,16 +14,16 @@ class FrameHistory {
  public:
   // A place for the frame of `tick`; it takes the place of one that is before `keep_from`, and its vectors. Valid until
   // the next call.
-  codec::Integers& add(codec::ErrorClass error_class, std::uint64_t tick, std::uint64_t keep_from);
+  codec::FrameIntegers& add(codec::ErrorClass error_class, std::uint64_t tick, std::uint64_t keep_from);
   // Null when it is not there. Valid until the next add of that class.
-  [[nodiscard]] const codec::Integers* find(codec::ErrorClass error_class, std::uint64_t tick) const;
+  [[nodiscard]] const codec::FrameIntegers* find(codec::ErrorClass error_class, std::uint64_t tick) const;
   void clear();  // after a change of level
 
  private:
   struct Entry {
     std::uint64_t tick = 0;
     bool in_use = false;
-    codec::Integers integers;
+    codec::FrameIntegers integers;
   };
   std::array<std::vector<Entry>, codec::kErrorClassCount> entries_;
 };

@@ -26,12 +26,12 @@ std::vector<Distance> distances(const wire::Observe& observe, std::span<const Me
     from.push_back(observe.from->cast<double>());
   } else {
     for (const MemberHead& head : heads) {
-      if (head.own && head.placed) from.push_back(head.head);
+      if (head.own && head.has_pose) from.push_back(head.head);
     }
   }
   std::vector<Distance> all;
   for (std::size_t i = 0; i < heads.size(); ++i) {
-    if (!heads[i].own && heads[i].placed) all.push_back({distance2(heads[i].head, from), heads[i].member, i});
+    if (!heads[i].own && heads[i].has_pose) all.push_back({distance2(heads[i].head, from), heads[i].member, i});
   }
   return all;
 }
@@ -52,8 +52,8 @@ void choose_members(const wire::Observe& observe, std::span<const MemberHead> he
                                [](const Distance& d) { return std::pair(d.m2, d.member); });
     } else {
       const double radius2 = double{observe.radius_m} * observe.radius_m;
-      count = static_cast<std::size_t>(std::ranges::partition(others, [&](const Distance& d) { return d.m2 <= radius2; }).begin() -
-                                       others.begin());
+      count = static_cast<std::size_t>(
+          std::ranges::partition(others, [&](const Distance& d) { return d.m2 <= radius2; }).begin() - others.begin());
     }
     for (std::size_t i = 0; i < count; ++i) wanted[others[i].index] = true;
   }

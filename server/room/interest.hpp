@@ -14,7 +14,7 @@ struct MemberHead {
   std::uint32_t member = 0;
   Vec3 head = Vec3::Zero();  // world, m
   bool own = false;          // belongs to the observing session
-  bool placed = false;       // false: no pose has come yet, and `head` is undefined
+  bool has_pose = false;     // false: no pose has come yet, and `head` is undefined
 };
 
 // Chooses the members whose frames a session gets: `wanted` has one entry a head. A session always gets its own

@@ -17,22 +17,22 @@ struct Character;
 
 // One session's view of one member: whether the session wants it, and which frames it was sent.
 struct View {
-  std::uint32_t occupancy = 0;  // of the room's slot, when the view began; 0: not begun
-  bool wanted = true;           // by the session's Observe
-  bool in_view = true;          // as last reported
-  float screen_height = -1;     // as last reported; negative: never
+  std::uint32_t generation = 0;  // of the room's slot, when the view began; 0: not begun
+  bool wanted = true;            // by the session's Observe
+  bool in_view = true;           // as last reported
+  float screen_height = -1;      // as last reported; negative: never
 
   std::array<std::uint64_t, codec::kHistoryMax> sent{};  // ticks of the last frames, newest first
   std::uint8_t sent_count = 0;
   LevelIndex level = LevelIndex::rigid;  // of those
-  codec::ErrorClass error_class = codec::ErrorClass::normal;
-  bool sleep_told = false;          // the last frame said that it is asleep
-  bool discontinuity_owed = false;  // a discontinuity that no frame has told the session yet
+  codec::ErrorClass error_class = codec::ErrorClass::half_mm;
+  bool sleep_sent = false;             // the last frame said that it is asleep
+  bool discontinuity_pending = false;  // a discontinuity that no frame has told the session yet
 
   void forget_sent() {
-    discontinuity_owed = discontinuity_owed || sent_count > 0;
+    discontinuity_pending = discontinuity_pending || sent_count > 0;
     sent_count = 0;
-    sleep_told = false;
+    sleep_sent = false;
   }
 };
 
@@ -40,10 +40,10 @@ struct View {
 struct Observer {
   SessionId session = 0;
   std::uint32_t room = 0;
-  std::shared_ptr<Outlet> outlet;  // null while its connection is lost
+  std::shared_ptr<ObserverSink> sink;  // null while its connection is lost
   wire::Observe observe;
   bool observe_changed = true;
-  std::vector<View> views;  // by seat
+  std::vector<View> views;  // by slot
   std::set<std::pair<wire::GroomHash, LevelIndex>> records_sent;
   int congestion_stride = 1;              // ticks between frames that its connection keeps up with
   std::uint64_t congestion_eases_at = 0;  // tick

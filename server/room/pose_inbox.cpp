@@ -29,7 +29,7 @@ PoseInbox::Put PoseInbox::put(const TimedPose& pose, std::int64_t now_ns) {
   }
   if (poses_.size() == kPosesMax) {
     // The dropped pose's teleport moves to the next pose, so that it is not lost.
-    Held& next = poses_[1];
+    Entry& next = poses_[1];
     if (poses_[0].timed.teleport && !poses_[0].reported) next.timed.teleport = true;
     poses_.erase(poses_.begin());
   }
@@ -39,24 +39,24 @@ PoseInbox::Put PoseInbox::put(const TimedPose& pose, std::int64_t now_ns) {
 
 PoseInbox::Sample PoseInbox::sample(std::int64_t time_ns) {
   if (poses_.empty()) return {};
-  forget_before(time_ns - kKept_ns);
+  forget_before(time_ns - kHistory_ns);
   const auto after =
-      std::find_if(poses_.begin(), poses_.end(), [&](const Held& held) { return held.timed.captured_ns > time_ns; });
-  bool teleported = false;
-  for (auto held = poses_.begin(); held != after; ++held) {
-    teleported |= held->timed.teleport && !held->reported;
-    held->reported = true;
+      std::find_if(poses_.begin(), poses_.end(), [&](const Entry& entry) { return entry.timed.captured_ns > time_ns; });
+  bool teleport = false;
+  for (auto entry = poses_.begin(); entry != after; ++entry) {
+    teleport |= entry->timed.teleport && !entry->reported;
+    entry->reported = true;
   }
   if (after == poses_.end()) {
     Sample sample = beyond_newest(time_ns);
-    sample.teleported = teleported;
+    sample.teleport = teleport;
     return sample;
   }
-  if (after == poses_.begin()) return {Kind::held, teleported, after->timed.pose};
+  if (after == poses_.begin()) return {Kind::clamped, teleport, after->timed.pose};
   const TimedPose& a = std::prev(after)->timed;
   const TimedPose& b = after->timed;
-  if (b.teleport) return {Kind::held, teleported, a.pose};
-  return {Kind::interpolated, teleported, interpolate(a.pose, b.pose, fraction(a.captured_ns, b.captured_ns, time_ns))};
+  if (b.teleport) return {Kind::clamped, teleport, a.pose};
+  return {Kind::interpolated, teleport, interpolate(a.pose, b.pose, fraction(a.captured_ns, b.captured_ns, time_ns))};
 }
 
 PoseInbox::Sample PoseInbox::beyond_newest(std::int64_t time_ns) const {

@@ -22,17 +22,17 @@ class PoseInbox {
   static constexpr std::int64_t kAgeMax_ns = 1'000'000'000;
   static constexpr std::int64_t kLeadMax_ns = 1'000'000'000;
   static constexpr std::int64_t kExtrapolationMax_ns = 50'000'000;
-  static constexpr std::int64_t kKept_ns = 100'000'000;  // age of kept poses, for extrapolation
+  static constexpr std::int64_t kHistory_ns = 100'000'000;  // age of kept poses, for extrapolation
 
   enum class Put : std::uint8_t { accepted, stale, out_of_order, future };
   Put put(const TimedPose& pose, std::int64_t now_ns);
 
-  enum class Kind : std::uint8_t { none, interpolated, extrapolated, stale, held };
+  enum class Kind : std::uint8_t { none, interpolated, extrapolated, stale, clamped };
   struct Sample {
     // none: no pose has come yet. clamped: before the first pose, or before a teleport: the nearest pose as it is.
     // stale: more than kExtrapolationMax_ns after the newest pose.
     Kind kind = Kind::none;
-    bool teleported = false;  // a teleport lies between the last sample and this one
+    bool teleport = false;  // a teleport lies between the last sample and this one
     Pose pose;
   };
   // Between two poses: interpolates, except that a teleport jumps at its capture time. Before the first pose: returns
@@ -46,14 +46,14 @@ class PoseInbox {
   }
 
  private:
-  struct Held {
+  struct Entry {
     TimedPose timed;
     bool reported = false;  // a sample has reported its teleport
   };
   Sample beyond_newest(std::int64_t time_ns) const;
   void forget_before(std::int64_t time_ns);
 
-  std::vector<Held> poses_;  // captured_ns and sequence rise
+  std::vector<Entry> poses_;  // captured_ns and sequence rise
 };
 
 }  // namespace hairnet::server

@@ -7,7 +7,7 @@ namespace hairnet::server {
 
 Room& Rooms::room_named(const std::string& name) {
   if (const auto found = by_name_.find(name); found != by_name_.end()) return rooms_[found->second];
-  if (by_name_.size() >= room_count_max_) forget_emptiest();
+  if (by_name_.size() >= room_count_max_) forget_longest_empty();
   auto index = static_cast<std::uint32_t>(rooms_.size());
   if (free_rooms_.empty()) {
     rooms_.emplace_back();
@@ -26,13 +26,13 @@ Room& Rooms::room_named(const std::string& name) {
   return room;
 }
 
-Observer& Rooms::open(SessionId session, const std::string& name, std::shared_ptr<Outlet> outlet) {
+Observer& Rooms::open(SessionId session, const std::string& name, std::shared_ptr<ObserverSink> sink) {
   Room& room = room_named(name);
   room.empty_since_ns = 0;
   Observer& observer = observers_[session];
   observer.session = session;
   observer.room = room.index;
-  observer.outlet = std::move(outlet);
+  observer.sink = std::move(sink);
   room.observers.push_back(&observer);
   return observer;
 }
@@ -52,21 +52,21 @@ Character* Rooms::add(CharacterKey key, const wire::GroomHash& groom, LevelIndex
   Room& room = rooms_[owner->room];
   Character& character = characters_[key];
   by_key_[key] = &character;
-  is_everyone_there_ = false;
+  is_everyone_current_ = false;
   character.key = key;
   character.room = room.index;
   character.groom = groom;
-  character.finest = finest;
-  if (room.free_seats.empty()) {
-    character.seat = static_cast<std::uint32_t>(room.seats.size());
-    room.seats.emplace_back();
+  character.requested_level = finest;
+  if (room.free_slots.empty()) {
+    character.slot = static_cast<std::uint32_t>(room.slots.size());
+    room.slots.emplace_back();
   } else {
-    character.seat = room.free_seats.back();
-    room.free_seats.pop_back();
+    character.slot = room.free_slots.back();
+    room.free_slots.pop_back();
   }
-  Room::Seat& seat = room.seats[character.seat];
-  seat.character = &character;
-  ++seat.occupancy;
+  Room::Slot& slot = room.slots[character.slot];
+  slot.character = &character;
+  ++slot.generation;
   ++room.member_count;
   return &character;
 }
@@ -75,12 +75,12 @@ void Rooms::remove(CharacterKey key, std::int64_t now_ns) {
   const auto found = characters_.find(key);
   if (found == characters_.end()) return;
   Room& room = rooms_[found->second.room];
-  room.seats[found->second.seat].character = nullptr;
-  room.free_seats.push_back(found->second.seat);
+  room.slots[found->second.slot].character = nullptr;
+  room.free_slots.push_back(found->second.slot);
   --room.member_count;
   characters_.erase(found);
   by_key_.erase(key);
-  is_everyone_there_ = false;
+  is_everyone_current_ = false;
   note_empty(room, now_ns);
 }
 
@@ -94,7 +94,7 @@ void Rooms::poll(std::int64_t now_ns) {
   }
 }
 
-void Rooms::forget_emptiest() {
+void Rooms::forget_longest_empty() {
   Room* emptiest = nullptr;
   for (Room& room : rooms_) {
     if (!room.in_use || room.empty_since_ns == 0) continue;
@@ -116,7 +116,7 @@ Character* Rooms::find(CharacterKey key) {
 }
 
 std::span<Character* const> Rooms::everyone() {
-  if (!std::exchange(is_everyone_there_, true)) {
+  if (!std::exchange(is_everyone_current_, true)) {
     everyone_.clear();
     for (auto& [key, character] : characters_) everyone_.push_back(&character);
   }

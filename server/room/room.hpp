@@ -19,15 +19,15 @@ namespace hairnet::server {
 
 // Characters that can see each other. Its index names it to the World and in recordings.
 struct Room {
-  struct Seat {
+  struct Slot {
     Character* character = nullptr;
-    std::uint32_t occupancy = 0;  // counts the characters that have had this slot
+    std::uint32_t generation = 0;  // counts the characters that have had this slot
   };
   std::uint32_t index = 0;
   bool in_use = false;
   std::string name;
-  std::vector<Seat> seats;
-  std::vector<std::uint32_t> free_seats;
+  std::vector<Slot> slots;
+  std::vector<std::uint32_t> free_slots;
   std::size_t member_count = 0;
   std::vector<Observer*> observers;
   Wind wind;
@@ -47,7 +47,7 @@ class Rooms {
       : counters_(&counters), wind_(wind), grace_ns_(grace_ns), room_count_max_(room_count_max) {}
 
   // The session's observer; its room is made when there is none of that name.
-  Observer& open(SessionId session, const std::string& room, std::shared_ptr<Outlet> outlet);
+  Observer& open(SessionId session, const std::string& room, std::shared_ptr<ObserverSink> sink);
   void close(SessionId session, std::int64_t now_ns);  // its characters must be gone
   // Null when the session is not known.
   Character* add(CharacterKey key, const wire::GroomHash& groom, LevelIndex finest);
@@ -76,7 +76,7 @@ class Rooms {
  private:
   Room& room_named(const std::string& name);
   void note_empty(Room& room, std::int64_t now_ns);
-  void forget_emptiest();
+  void forget_longest_empty();
   void forget(Room& room);
 
   RoomCounters* counters_;
@@ -86,7 +86,7 @@ class Rooms {
   std::map<CharacterKey, Character> characters_;
   std::unordered_map<CharacterKey, Character*> by_key_;
   std::vector<Character*> everyone_;
-  bool is_everyone_there_ = true;  // in everyone_
+  bool is_everyone_current_ = true;  // in everyone_
   std::map<SessionId, Observer> observers_;
   std::deque<Room> rooms_;
   std::vector<std::uint32_t> free_rooms_;
@@ -94,7 +94,7 @@ class Rooms {
 };
 
 constexpr std::uint32_t member_of(const Character& character) {
-  return character.seat + 1;
+  return character.slot + 1;
 }
 
 }  // namespace hairnet::server

@@ -17,8 +17,8 @@ constexpr const char* kBeyondEnd = "beyond the groom's end";
 Refused Downloads::add(const wire::GroomRequest& request) {
   if (std::ranges::any_of(waiting_, [&](const Download& d) { return d.hash == request.hash; })) return {};
   Refused refused;
-  auto bytes = desk_->bytes(request.hash);
-  if (!bytes && !desk_->keeps(request.hash))
+  auto bytes = groom_service_->bytes(request.hash);
+  if (!bytes && !groom_service_->is_cached(request.hash))
     refused = {ErrorReason::groom_unavailable, kNotHere};
   else if (bytes && request.offset > bytes->size())
     refused = {ErrorReason::groom_unavailable, kBeyondEnd};
@@ -35,8 +35,8 @@ Refused Downloads::add(const wire::GroomRequest& request) {
 std::optional<wire::Message> Downloads::next(SessionId session) {
   if (waiting_.empty() || waiting_.front().is_fetching) return std::nullopt;
   Download& download = waiting_.front();
-  if (!download.bytes && !download.is_gone) download.bytes = desk_->bytes(download.hash);
-  if (!download.bytes && !download.is_gone && desk_->fetch(session, download.hash)) {
+  if (!download.bytes && !download.is_gone) download.bytes = groom_service_->bytes(download.hash);
+  if (!download.bytes && !download.is_gone && groom_service_->fetch(session, download.hash)) {
     download.is_fetching = true;
     return std::nullopt;
   }

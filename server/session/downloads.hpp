@@ -18,14 +18,14 @@ class Downloads {
  public:
   static constexpr std::size_t kPiece_bytes = 16 << 10;  // frames wait for no more than this
 
-  Downloads(GroomDesk& desk, const SessionLimits& limits, SessionCounters& counters)
-      : desk_(&desk), limits_(&limits), counters_(&counters) {}
+  Downloads(GroomService& desk, const SessionLimits& limits, SessionCounters& counters)
+      : groom_service_(&desk), limits_(&limits), counters_(&counters) {}
 
   // Asked for again while it waits, a groom is sent once.
   Refused add(const wire::GroomRequest& request);
   // The next piece, or the error in a groom's place; none while nothing waits, or while the first is read from disk.
   std::optional<wire::Message> next(SessionId session);
-  // What came of GroomDesk::fetch; null when the file is gone or bad. True when it was waited for.
+  // What came of GroomService::fetch; null when the file is gone or bad. True when it was waited for.
   bool on_read(const wire::GroomHash& groom, std::shared_ptr<const std::vector<std::uint8_t>> bytes);
   void clear() { waiting_.clear(); }
   [[nodiscard]] bool is_waiting() const { return !waiting_.empty(); }
@@ -40,7 +40,7 @@ class Downloads {
     bool is_fetching = false, is_gone = false;
   };
 
-  GroomDesk* desk_;
+  GroomService* groom_service_;
   const SessionLimits* limits_;
   SessionCounters* counters_;
   std::deque<Download> waiting_;

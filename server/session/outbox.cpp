@@ -34,9 +34,9 @@ void Outbox::push_frames(std::vector<FramePacket> packets) {
   for (FramePacket& packet : packets) waiting_.push_back({std::move(packet.bytes), last_tick_, packet.frame_count});
 }
 
-bool Outbox::make_way() {
+bool Outbox::drop_if_congested() {
   const std::lock_guard lock(mutex_);
-  if (ticks_waiting_ < (held_back_ ? kTicksWaitingMax : kTicksUnseenMax)) return false;
+  if (ticks_waiting_ < (is_blocked_ ? kTicksWaitingMax : kTicksUnseenMax)) return false;
   drop_frames();
   return true;
 }
@@ -65,7 +65,7 @@ void Outbox::push_goodbye(const wire::Goodbye& goodbye, std::int64_t now_ns) {
 bool Outbox::take(std::vector<std::uint8_t>& packet, std::int64_t now_ns) {
   {
     const std::lock_guard lock(mutex_);
-    held_back_ = false;
+    is_blocked_ = false;
     if (waiting_.empty()) return false;
     Waiting& first = waiting_.front();
     packet = std::move(first.packet);
@@ -82,9 +82,9 @@ bool Outbox::take(std::vector<std::uint8_t>& packet, std::int64_t now_ns) {
   return true;
 }
 
-void Outbox::hold_back() {
+void Outbox::mark_blocked() {
   const std::lock_guard lock(mutex_);
-  held_back_ = true;
+  is_blocked_ = true;
 }
 
 bool Outbox::overflowed() const {

@@ -13,7 +13,7 @@ namespace hairnet::server {
 // The send queue of one session: messages, bounded in bytes, and the frames of a few ticks, in order. Frames are
 // predicted from earlier frames, so a full queue drops all of them together. The tick and I/O threads push; the I/O
 // thread takes.
-class Outbox final : public Outlet {
+class Outbox final : public ObserverSink {
  public:
   static constexpr std::size_t kTicksWaitingMax = 3;  // while the connection is blocked
   // While the I/O thread has not tried to send: a late server runs several ticks without a pause, which does not mean
@@ -24,14 +24,14 @@ class Outbox final : public Outlet {
 
   void push(const wire::Message& message, std::int64_t now_ns) override;
   void push_frames(std::vector<FramePacket> packets) override;
-  bool make_way() override;
+  bool drop_if_congested() override;
   // Queues the goodbye as the last packet: drops the frames that wait, and everything pushed later.
   void push_goodbye(const wire::Goodbye& goodbye, std::int64_t now_ns);
 
   // The next packet, its clock set to `now_ns`. False when nothing waits.
   bool take(std::vector<std::uint8_t>& packet, std::int64_t now_ns);
   // The connection is not writable. Reset by the next take().
-  void hold_back();
+  void mark_blocked();
 
   // A message did not fit: the client misses it, so the session must end.
   [[nodiscard]] bool overflowed() const;
@@ -55,7 +55,7 @@ class Outbox final : public Outlet {
   std::size_t control_bytes_ = 0;
   std::uint64_t last_tick_ = 0;
   std::size_t ticks_waiting_ = 0;
-  bool overflowed_ = false, closed_ = false, held_back_ = false;
+  bool overflowed_ = false, closed_ = false, is_blocked_ = false;
 };
 
 }  // namespace hairnet::server

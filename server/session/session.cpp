@@ -41,7 +41,7 @@ void Session::on_packet(std::span<const std::uint8_t> packet, std::int64_t now_n
   if (state_ == State::draining || state_ == State::closed) return;
   context_->counters.packets_received.add();
   context_->counters.histograms.received_packet_bytes.observe(static_cast<double>(packet.size()));
-  wire::Decoded decoded = wire::decode_packet(packet);
+  wire::DecodedPacket decoded = wire::decode_packet(packet);
   if (decoded.error == wire::DecodeError::none) {
     on_message(std::move(decoded.envelope), now_ns);
     return;
@@ -78,7 +78,7 @@ void Session::on_writable(std::int64_t now_ns) {
 
 void Session::on_closed(std::string_view reason, std::int64_t now_ns) {
   if (state_ != State::active || context_->limits.resume_grace_ns == 0) return close(reason, now_ns);
-  spdlog::info("event=session_detached session={} why={}", id(), log_text(reason));
+  spdlog::info("event=session_detached session={} detail={}", id(), log_text(reason));
   context_->counters.sessions_detached.add();
   state_ = State::detached;
   detached_since_ns_ = now_ns;
@@ -166,7 +166,7 @@ bool Session::try_resume(const wire::Hello& hello, std::int64_t now_ns) {
   context_->counters.sessions_resumed.add();
   spdlog::info("event=session_resumed session={} peer={}", id(), connection_->peer());
   welcome(true, now_ns);
-  context_->grooms.tell_states(id(), now_ns);
+  context_->grooms.resend_states(id(), now_ns);
   return true;
 }
 
@@ -251,7 +251,7 @@ void Session::welcome(bool resumed, std::int64_t now_ns) {
   context_->commands.put(OpenSession{id(), outbox_, identity_.room, resumed});
 }
 
-SessionIdentity Session::surrender(std::int64_t now_ns) {
+SessionIdentity Session::release_identity(std::int64_t now_ns) {
   if (connection_) {
     context_->counters.sessions_closed_taken_over.add();
     connection_->send(wire::encode_packet({now_ns, wire::Goodbye{GoodbyeReason::session_taken_over, ""}}));
@@ -305,11 +305,11 @@ void Session::on_add_character(wire::AddCharacter add, std::int64_t now_ns) {
     refused = {ErrorReason::limit_exceeded,
                "the server is full: at most " + std::to_string(limits.character_count_max) + " characters"};
   else
-    refused = context_->grooms.hold(id(), add.groom);
+    refused = context_->grooms.retain(id(), add.groom);
   if (!refused && add.state) {
     if (std::string fault = wire::validate(*add.state); !fault.empty()) {
       // The character is added without the state: its hair starts at rest.
-      context_->counters.states_refused.add();
+      context_->counters.hair_states_refused.add();
       refuse({ErrorReason::state_invalid, std::move(fault)}, now_ns, add.character, add.groom);
       add.state.reset();
     }
@@ -390,7 +390,7 @@ void Session::remove(std::uint32_t character) {
   context_->commands.put(RemoveCharacter{character_key(id(), character)});
 }
 
-void Session::lose_groom(const wire::GroomHash& groom) {
+void Session::revoke_groom(const wire::GroomHash& groom) {
   std::vector<std::uint32_t> lost;
   for (const auto& [character, its] : identity_.characters) {
     if (its == groom) lost.push_back(character);
@@ -483,7 +483,7 @@ void Session::on_groom_request(const wire::GroomRequest& request, std::int64_t n
 }
 
 void Session::on_goodbye(const wire::Goodbye& goodbye, std::int64_t now_ns) {
-  spdlog::info("event=client_leaves session={} why={}", id(), log_text(goodbye.detail));
+  spdlog::info("event=client_goodbye session={} detail={}", id(), log_text(goodbye.detail));
   close(to_string(GoodbyeReason::client_leaves), now_ns);
 }
 
@@ -494,7 +494,8 @@ void Session::on_unexpected(std::string_view detail, std::int64_t now_ns) {
 
 void Session::refuse(const Refused& refused, std::int64_t now_ns, std::uint32_t character,
                      const wire::GroomHash& groom) {
-  spdlog::debug("event=refused session={} reason={} why={}", id(), to_string(refused.reason), log_text(refused.detail));
+  spdlog::debug("event=request_refused session={} reason={} detail={}", id(), to_string(refused.reason),
+                log_text(refused.detail));
   send(wire::Error{refused.reason, character, groom, refused.detail}, now_ns);
 }
 
@@ -516,11 +517,11 @@ void Session::flush(std::int64_t now_ns) {
     context_->counters.packets_sent.add();
     context_->counters.histograms.sent_packet_bytes.observe(static_cast<double>(packet.size()));
     context_->counters.bytes_sent.add(packet.size());
-    download_share_.sent_soon(packet.size(), downloads_.is_waiting());
+    download_share_.sent_urgent(packet.size(), downloads_.is_waiting());
     connection_->send(std::move(packet));
     if (download_share_.is_due() && send_download(now_ns)) download_share_.sent_bulk();
   }
-  outbox_->hold_back();
+  outbox_->mark_blocked();
   if (full_since_ns_ == 0) full_since_ns_ = now_ns;
 }
 
@@ -563,7 +564,7 @@ void Session::poll(std::int64_t now_ns) {
 
 void Session::drain(GoodbyeReason reason, std::string detail, std::int64_t now_ns) {
   if (state_ == State::draining || state_ == State::closed) return;
-  spdlog::info("event=session_ends session={} reason={} why={}", id(), to_string(reason), log_text(detail));
+  spdlog::info("event=session_draining session={} reason={} detail={}", id(), to_string(reason), log_text(detail));
   if (!connection_) return close(to_string(reason), now_ns);
   state_ = State::draining;
   drain_since_ns_ = now_ns;
@@ -591,7 +592,7 @@ void Session::close(std::string_view reason, std::int64_t now_ns) {
   leave(now_ns);
   if (connection_) connection_->close(reason);
   context_->counters.sessions_closed.add();
-  spdlog::info("event=session_closed session={} reason={}", id(), log_text(reason));
+  spdlog::info("event=session_closed session={} detail={}", id(), log_text(reason));
 }
 
 }  // namespace hairnet::server

@@ -30,7 +30,7 @@ struct SessionContext {
   SessionLimits limits;
   SessionCounters& counters;
   CommandQueue& commands;
-  GroomDesk& grooms;
+  GroomService& grooms;
   std::uint32_t tick_rate_hz = 30;
   std::uint64_t groom_bytes_max = 0;
   const std::atomic<std::uint64_t>& tick;
@@ -63,14 +63,14 @@ class Session final : public PacketSink {
   // Removes the characters, queues the goodbye, sends the queue and closes.
   void drain(wire::GoodbyeReason reason, std::string detail, std::int64_t now_ns);
 
-  // What GroomDesk::fetch was asked for; null when it could not be read.
+  // What GroomService::fetch was asked for; null when it could not be read.
   void on_groom_read(const wire::GroomHash& groom, std::shared_ptr<const std::vector<std::uint8_t>> bytes,
                      std::int64_t now_ns);
   // The session may not use the groom any more: removes the characters that wear it.
-  void lose_groom(const wire::GroomHash& groom);
+  void revoke_groom(const wire::GroomHash& groom);
 
   // Gives the identity to the session of a new connection. This session ends without leaving the room.
-  SessionIdentity surrender(std::int64_t now_ns);
+  SessionIdentity release_identity(std::int64_t now_ns);
 
   [[nodiscard]] SessionId id() const { return identity_.id; }
   [[nodiscard]] const wire::SessionSecret& secret() const { return identity_.secret; }
@@ -124,7 +124,7 @@ class Session final : public PacketSink {
   PeerClock clock_;
   TokenBucket messages_, poses_;
   Downloads downloads_;
-  channel::BulkShare download_share_{Downloads::kPiece_bytes};
+  channel::BulkScheduler download_share_{Downloads::kPiece_bytes};
   std::int64_t opened_ns_, heard_ns_;
   std::int64_t full_since_ns_ = 0;  // the connection has taken nothing since; 0 = it does
   std::int64_t drain_since_ns_ = 0, detached_since_ns_ = 0;

@@ -46,7 +46,7 @@ struct SessionCounters : CounterSet {
   Counter characters_added{*this, "characters_added"};
   Counter characters_removed{*this, "characters_removed"};  // by their clients, or with them
   Counter characters_refused{*this, "characters_refused"};
-  Counter states_refused{*this, "hair_states_refused"};
+  Counter hair_states_refused{*this, "hair_states_refused"};
   Counter levels_refused{*this, "levels_refused"};
   Counter materials_refused{*this, "materials_refused"};
   Counter winds_refused{*this, "winds_refused"};

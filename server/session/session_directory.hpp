@@ -29,9 +29,9 @@ struct SessionIdentity {
 class SessionDirectory {
  public:
   virtual ~SessionDirectory() = default;
-  // Replaces the session `id` by `heir` and returns its identity. A connection that the session still has is closed.
-  // None when there is no such session or the secret is wrong.
-  virtual std::optional<SessionIdentity> take_over(Session& heir, SessionId id, const wire::SessionSecret& secret,
+  // Replaces the session `id` by `successor` and returns its identity. A connection that the session still has is
+  // closed. None when there is no such session or the secret is wrong.
+  virtual std::optional<SessionIdentity> take_over(Session& successor, SessionId id, const wire::SessionSecret& secret,
                                                    std::int64_t now_ns) = 0;
 };
 

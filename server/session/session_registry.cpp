@@ -8,9 +8,9 @@
 namespace hairnet::server {
 
 PacketSink* SessionRegistry::open(std::shared_ptr<Connection> connection, std::int64_t now_ns) {
-  const auto unwelcomed = std::ranges::count_if(
+  const auto awaiting_hello = std::ranges::count_if(
       sessions_, [](const auto& entry) { return entry.second->state() == Session::State::awaiting_hello; });
-  if (draining_ || std::cmp_greater_equal(unwelcomed, context_->limits.session_count_max)) {
+  if (draining_ || std::cmp_greater_equal(awaiting_hello, context_->limits.session_count_max)) {
     context_->counters.sessions_refused_full.add();
     const wire::Goodbye goodbye =
         draining_ ? wire::Goodbye{wire::GoodbyeReason::server_draining, "the server stops"}
@@ -24,15 +24,15 @@ PacketSink* SessionRegistry::open(std::shared_ptr<Connection> connection, std::i
   return sessions_.emplace(id, std::move(session)).first->second.get();
 }
 
-std::optional<SessionIdentity> SessionRegistry::take_over(Session& heir, SessionId id, const wire::SessionSecret& secret,
-                                                          std::int64_t now_ns) {
+std::optional<SessionIdentity> SessionRegistry::take_over(Session& successor, SessionId id,
+                                                          const wire::SessionSecret& secret, std::int64_t now_ns) {
   const auto found = sessions_.find(id);
-  if (found == sessions_.end() || !found->second->is_joined() || found->second.get() == &heir) return std::nullopt;
+  if (found == sessions_.end() || !found->second->is_joined() || found->second.get() == &successor) return std::nullopt;
   const wire::SessionSecret& expected = found->second->secret();
   if (sodium_memcmp(expected.data(), secret.data(), expected.size()) != 0) return std::nullopt;
-  auto node = sessions_.extract(heir.id());
-  SessionIdentity identity = found->second->surrender(now_ns);
-  surrendered_.push_back(std::exchange(found->second, std::move(node.mapped())));
+  auto node = sessions_.extract(successor.id());
+  SessionIdentity identity = found->second->release_identity(now_ns);
+  released_.push_back(std::exchange(found->second, std::move(node.mapped())));
   return identity;
 }
 
@@ -46,7 +46,7 @@ void SessionRegistry::flush(std::int64_t now_ns) {
 }
 
 void SessionRegistry::poll(std::int64_t now_ns) {
-  surrendered_.clear();
+  released_.clear();
   std::erase_if(sessions_, [](const auto& entry) { return entry.second->state() == Session::State::closed; });
   std::size_t detached = 0, packets_waiting = 0;
   for (auto& [id, session] : sessions_) {

@@ -18,7 +18,7 @@ class SessionRegistry final : public SessionDirectory {
   // Null when the server is full or draining: the connection has then been sent a Goodbye and closed. The sink lives
   // until the first poll() after the connection is closed.
   PacketSink* open(std::shared_ptr<Connection> connection, std::int64_t now_ns);
-  std::optional<SessionIdentity> take_over(Session& heir, SessionId id, const wire::SessionSecret& secret,
+  std::optional<SessionIdentity> take_over(Session& successor, SessionId id, const wire::SessionSecret& secret,
                                            std::int64_t now_ns) override;
   [[nodiscard]] Session* find(SessionId id);
   void flush(std::int64_t now_ns);
@@ -30,7 +30,7 @@ class SessionRegistry final : public SessionDirectory {
  private:
   SessionContext* context_;
   std::map<SessionId, std::unique_ptr<Session>> sessions_;
-  std::vector<std::unique_ptr<Session>> surrendered_;  // until their connections are closed for good
+  std::vector<std::unique_ptr<Session>> released_;  // until their connections are closed for good
   SessionId last_id_ = 0;
   bool draining_ = false;
 };

@@ -51,27 +51,27 @@ constexpr auto kRungErrors = [] {
 
 // The weight of a character's error: its size on screen times 0.5 (the head is still) to 1 (it moves fast).
 double weight_of(const BudgetCharacter& c) {
-  constexpr double kLeast = 1e-3, kMost = 2, kStill = 0.5, kLively_m_per_s = 1, kHairLength_m = 0.2;
-  const double size = c.importance > kLeast ? std::min<double>(c.importance, kMost) : kLeast;
+  constexpr double kMin = 1e-3, kMax = 2, kStill = 0.5, kLively_m_per_s = 1, kHairLength_m = 0.2;
+  const double size = c.importance > kMin ? std::min<double>(c.importance, kMax) : kMin;
   const double motion =
-      static_cast<double>(c.head_speed_m_per_s) + kHairLength_m * static_cast<double>(c.head_turn_rad_per_s);
+      static_cast<double>(c.head_speed_m_per_s) + kHairLength_m * static_cast<double>(c.head_angular_speed_rad_per_s);
   const double lively = motion > 0 ? std::min(1.0, motion / kLively_m_per_s) : 0;
   return size * (kStill + (1 - kStill) * lively);
 }
 
 LevelIndex finest(const BudgetCharacter& c) {
-  return c.levels_ready ? c.wanted : LevelIndex::rigid;
+  return c.levels_ready ? c.requested_level : LevelIndex::rigid;
 }
 
 // Whether an asleep character keeps its level. It costs nothing, and a change of level would wake it.
 bool may_sleep_on(const BudgetCharacter& c) {
-  return c.asleep && !c.now.held && c.now.level >= finest(c) && (c.now.level != rigid || finest(c) == rigid);
+  return c.asleep && !c.now.suspended && c.now.level >= finest(c) && (c.now.level != rigid || finest(c) == rigid);
 }
 
 std::uint8_t rung_of(const Lod& lod, LevelIndex ladder_of) {
   const std::span<const Rung> ladder = kLadders[static_cast<std::size_t>(ladder_of)];
   std::uint8_t rung = 0;
-  if (lod.held) return rung;
+  if (lod.suspended) return rung;
   const double error = error_of(lod.level, lod.stride);
   while (rung + 1u < ladder.size() && error_of(ladder[rung + 1u].level, ladder[rung + 1u].stride) >= error) ++rung;
   return rung;
@@ -125,13 +125,13 @@ class Chooser {
     }
     s_.target.resize(s_.items.size());
     if (now_ns > budget_ns_) {
-      fill_budget(share_of(kBudgetDown), s_.items, s_.fill, s_.target, Rest::spent);
+      fill_budget(share_of(kBudgetDown), s_.items, s_.fill, s_.target, Remainder::spend);
       for (std::size_t i = 0; i < s_.items.size(); ++i) set(i, std::min(s_.target[i], s_.items[i].now));
     } else {
       for (std::size_t i = 0; i < s_.items.size(); ++i) set(i, s_.items[i].now);
       sum_ns_ = now_ns;
-      fill_budget(share_of(kBudgetUp), s_.items, s_.fill, s_.target, Rest::spent);
-      if (!raise_to_target()) give_way();
+      fill_budget(share_of(kBudgetUp), s_.items, s_.fill, s_.target, Remainder::spend);
+      if (!raise_to_target()) rebalance();
     }
     return finish();
   }
@@ -160,9 +160,9 @@ class Chooser {
     s_.items.clear();
     for (const std::uint32_t i : s_.order) {
       const BudgetCharacter& c = characters_[i];
-      if (c.unseen_s >= kHoldAfter_s) {
+      if (c.unseen_s >= kSuspendAfter_s) {
         chosen_[i] = c.now;
-        chosen_[i].held = true;
+        chosen_[i].suspended = true;
         continue;
       }
       if (may_sleep_on(c)) {
@@ -210,14 +210,14 @@ class Chooser {
 
   // Lowers characters that cost more than kEntitledMost of their fair share, and raises characters that have less than
   // kEntitledLeast of theirs. The remainder of the shares is not spent.
-  void give_way() {
+  void rebalance() {
     s_.entitled.resize(s_.items.size());
-    fill_budget(share_of(kEntitledLeast), s_.items, s_.fill, s_.entitled, Rest::left);
+    fill_budget(share_of(kEntitledLeast), s_.items, s_.fill, s_.entitled, Remainder::keep);
     const auto lacks = [this](std::size_t i) { return s_.entitled[i] > s_.items[i].now && has_dwelt(s_.items[i]); };
     bool does_anyone = false;
     for (std::size_t i = 0; i < s_.items.size() && !does_anyone; ++i) does_anyone = lacks(i);
     if (!does_anyone) return;
-    fill_budget(share_of(kEntitledMost), s_.items, s_.fill, s_.target, Rest::left);
+    fill_budget(share_of(kEntitledMost), s_.items, s_.fill, s_.target, Remainder::keep);
     sum_ns_ = 0;
     for (std::size_t i = 0; i < s_.items.size(); ++i) {
       const BudgetItem& item = s_.items[i];
@@ -235,7 +235,7 @@ class Chooser {
 
   [[nodiscard]] bool has_dwelt(const BudgetItem& item) const {
     const BudgetCharacter& c = characters_[item.character];
-    return c.since_s >= kLodDwell_s || c.now.held;
+    return c.since_s >= kLodDwell_s || c.now.suspended;
   }
 
   void set(std::size_t item, std::uint8_t rung) {

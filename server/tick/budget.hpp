@@ -16,7 +16,7 @@ namespace hairnet::server {
 struct Lod {
   LevelIndex level = LevelIndex::rigid;
   std::uint8_t stride = 1;
-  bool held = false;
+  bool suspended = false;
   friend bool operator==(const Lod&, const Lod&) = default;
 };
 
@@ -28,8 +28,8 @@ struct BudgetCharacter {
   std::uint32_t observer_count = 0;  // that its frames go to
   float importance = 0;              // the largest over observers: height of the head on screen, 1 = all of it
   float unseen_s = 0;                // how long no observer has had it in view; 0: one has
-  float head_speed_m_per_s = 0, head_turn_rad_per_s = 0;  // smoothed over about a second
-  LevelIndex wanted = LevelIndex::high;                   // the finest that its owner asked for
+  float head_speed_m_per_s = 0, head_angular_speed_rad_per_s = 0;  // smoothed over about a second
+  LevelIndex requested_level = LevelIndex::high;                   // the finest that its owner asked for
   bool levels_ready = false;
   bool asleep = false;  // as LatticeView has it
   Lod now;
@@ -54,7 +54,7 @@ struct BudgetReport {
 inline constexpr double kBudgetUp = 0.9;     // of what is available: what raising may fill
 inline constexpr double kBudgetDown = 0.95;  // lowering comes down to this once it is over
 inline constexpr double kLodDwell_s = 0.5;   // before a character is raised again, or lowered for another's sake
-inline constexpr float kHoldAfter_s = 1;     // unseen
+inline constexpr float kSuspendAfter_s = 1;  // unseen
 
 // Buffers, reused from call to call; they grow and stay.
 struct BudgetScratch {

@@ -33,7 +33,7 @@ CostEstimate::CostEstimate(double tick_s) {
   }
 }
 
-void CostEstimate::take(const StepCosts& costs) {
+void CostEstimate::observe(const StepCosts& costs) {
   for (std::size_t l = 0; l < kLevelCount; ++l) {
     for (const int stride : {1, 2, 4}) {
       const StepCost& cost = costs.of(static_cast<LevelIndex>(l), stride);

@@ -12,7 +12,7 @@ class CostEstimate {
  public:
   explicit CostEstimate(double tick_s);
 
-  void take(const StepCosts& costs);  // of one tick
+  void observe(const StepCosts& costs);  // of one tick
 
   // Worker-seconds of one turn, which is over `stride` (1, 2 or 4) ticks. None on the rigid level.
   [[nodiscard]] double turn_s(LevelIndex level, int stride) const;

@@ -17,7 +17,7 @@ FillStep step_to(std::span<const BudgetItem> items, std::size_t index, std::uint
   constexpr double kEven = 1e6;  // beyond any error for the time
   const BudgetItem& item = items[index];
   const std::int64_t cost_ns = item.cost_ns[rung] - item.cost_ns[rung - 1u];
-  double priority = item.weight * (rung <= item.now ? kKeep : 1.0);
+  double priority = item.weight * (rung <= item.now ? kHysteresis : 1.0);
   if (rung <= item.even) {
     priority += kEven * static_cast<double>(kRungCountMax - rung);
   } else {
@@ -27,7 +27,7 @@ FillStep step_to(std::span<const BudgetItem> items, std::size_t index, std::uint
   return {priority, cost_ns, item.key, static_cast<std::uint32_t>(index), rung};
 }
 
-std::int64_t held_to(std::int64_t level_ns, const FillShare& share) {
+std::int64_t clamp_to_share(std::int64_t level_ns, const FillShare& share) {
   return std::clamp(level_ns, share.least_ns, share.most_ns);
 }
 
@@ -38,7 +38,7 @@ std::int64_t water_level(std::int64_t budget_ns, std::span<const FillShare> shar
   while (low < high) {
     const std::int64_t level = low + (high - low + 1) / 2;
     std::int64_t sum = 0;
-    for (const FillShare& share : shares) sum += held_to(level, share);
+    for (const FillShare& share : shares) sum += clamp_to_share(level, share);
     if (sum <= budget_ns) {
       low = level;
     } else {
@@ -122,8 +122,8 @@ class ClientFill {
 
 // Spends the remaining time on the steps that gain most, one step an item. No item goes beyond its even rungs while
 // another item lacks one of its own.
-void spend_rest(std::int64_t left_ns, std::span<const BudgetItem> items, std::vector<FillStep>& steps,
-                std::span<std::uint8_t> rungs) {
+void spend_remainder(std::int64_t left_ns, std::span<const BudgetItem> items, std::vector<FillStep>& steps,
+                     std::span<std::uint8_t> rungs) {
   steps.clear();
   std::int64_t cheapest_ns = std::numeric_limits<std::int64_t>::max();
   for (std::size_t i = 0; i < items.size(); ++i) {
@@ -159,7 +159,7 @@ std::int64_t cost_of(std::span<const BudgetItem> items, std::span<const std::uin
 }  // namespace
 
 std::int64_t fill_budget(std::int64_t budget_ns, std::span<const BudgetItem> items, FillScratch& scratch,
-                         std::span<std::uint8_t> rungs, Rest rest) {
+                         std::span<std::uint8_t> rungs, Remainder remainder) {
   std::ranges::fill(rungs, std::uint8_t{0});
   group(items, scratch);
   const std::int64_t least_ns = cost_of(items, rungs);
@@ -168,11 +168,12 @@ std::int64_t fill_budget(std::int64_t budget_ns, std::span<const BudgetItem> ite
   ClientFill filler(items, scratch.steps, rungs);
   for (const FillShare& room : scratch.rooms) {
     const auto clients = std::span(scratch.clients).subspan(room.begin, room.end - room.begin);
-    const std::int64_t client_level = water_level(held_to(room_level, room), clients);
-    for (const FillShare& client : clients) filler.fill(client, held_to(client_level, client));
+    const std::int64_t client_level = water_level(clamp_to_share(room_level, room), clients);
+    for (const FillShare& client : clients) filler.fill(client, clamp_to_share(client_level, client));
   }
   const std::int64_t spent_ns = cost_of(items, rungs);
-  if (rest == Rest::spent && spent_ns < budget_ns) spend_rest(budget_ns - spent_ns, items, scratch.steps, rungs);
+  if (remainder == Remainder::spend && spent_ns < budget_ns)
+    spend_remainder(budget_ns - spent_ns, items, scratch.steps, rungs);
   return cost_of(items, rungs);
 }
 

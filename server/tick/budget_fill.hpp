@@ -40,16 +40,16 @@ struct FillScratch {
   std::vector<FillStep> steps;
 };
 
-enum class Rest : std::uint8_t { left, spent };
+enum class Remainder : std::uint8_t { keep, spend };
 
 // Rungs for as much as `budget_ns` buys, for items in order of room, session and key: shared between rooms, then
 // between a room's clients, max-min fair; within a client the even rungs first, then by error taken away for the time.
 // Remainder::spend gives the time that shares could not use to the items that gain most. When not even rung 0 of all
-// items fits, all get rung 0. The rung that an item has now is worth kKeep times as much. Returns the cost of the
+// items fits, all get rung 0. The rung that an item has now is worth kHysteresis times as much. Returns the cost of the
 // result.
 std::int64_t fill_budget(std::int64_t budget_ns, std::span<const BudgetItem> items, FillScratch& scratch,
-                         std::span<std::uint8_t> rungs, Rest rest);
+                         std::span<std::uint8_t> rungs, Remainder remainder);
 
-inline constexpr double kKeep = 1.3;
+inline constexpr double kHysteresis = 1.3;
 
 }  // namespace hairnet::server

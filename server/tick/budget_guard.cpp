@@ -15,8 +15,8 @@ constexpr double kKeptLeast = 0.8;
 constexpr double kMarginStep = 0.08;    // by an overrun
 constexpr double kMarginReturn = 4e-5;  // a tick: one overrun in 2000 keeps the balance
 constexpr int kMarginTicks = 30;  // from one step to the next: what made one tick late is still there in the next few
-constexpr double kBesideGain = 0.1;    // a tick
-constexpr double kBesideLeast = 0.05;  // of a tick, by which what is beside the work may at least seem to have grown
+constexpr double kOverheadGain = 0.1;  // a tick
+constexpr double kOverheadMin = 0.05;  // of a tick, by which what is beside the work may at least seem to have grown
 
 }  // namespace
 
@@ -24,18 +24,18 @@ TickGuard::TickGuard(const TickGuardDef& def) : def_(def), share_(def.tick_share
   assert(def.tick_s > 0 && def.tick_share > 0 && def.tick_share <= 1 && def.workers > 0);
 }
 
-void TickGuard::take(double tick_duration_s, double work_s, double wanted_s) {
+void TickGuard::observe(double tick_duration_s, double work_s, double wanted_s) {
   const double used = tick_duration_s / (share_ * def_.tick_s);
   if (!(used >= 0) || !(work_s >= 0)) return;
   // One late tick in ten is not to pull up what nine say.
-  const double most_s = std::max(2 * beside_s_, kBesideLeast * def_.tick_s * def_.workers);
-  const double beside_s = std::clamp(tick_duration_s * def_.workers - work_s, 0.0, most_s);
-  beside_s_ += kBesideGain * (beside_s - beside_s_);
+  const double most_s = std::max(2 * overhead_s_, kOverheadMin * def_.tick_s * def_.workers);
+  const double overhead_s = std::clamp(tick_duration_s * def_.workers - work_s, 0.0, most_s);
+  overhead_s_ += kOverheadGain * (overhead_s - overhead_s_);
   calm_ticks_ = std::min(calm_ticks_ + 1, kMarginTicks + 1);
   if (tick_duration_s <= def_.tick_s) {
-    kept_ = std::min(1.0, kept_ * (1 + kMarginReturn));
+    margin_factor_ = std::min(1.0, margin_factor_ * (1 + kMarginReturn));
   } else if (calm_ticks_ > kMarginTicks) {
-    kept_ = std::max(kKeptLeast, kept_ * (1 - kMarginStep));
+    margin_factor_ = std::max(kKeptLeast, margin_factor_ * (1 - kMarginStep));
     calm_ticks_ = 0;
   }
   choose_share(wanted_s);
@@ -52,13 +52,13 @@ void TickGuard::take(double tick_duration_s, double work_s, double wanted_s) {
 
 double TickGuard::available_s() const {
   const double all_s = share_ * def_.tick_s * def_.workers;
-  return std::max(kTrustLeast * all_s, trust_ * (all_s - beside_s_));
+  return std::max(kTrustLeast * all_s, trust_ * (all_s - overhead_s_));
 }
 
 // The margin opens from none, where what is wanted just fits, to all of it, where it is so much too much.
 void TickGuard::choose_share(double wanted_s) {
-  const double there_s = std::max(kTrustLeast * full_s(), trust_ * (full_s() - beside_s_));
-  share_ = def_.tick_share * std::clamp(2 - wanted_s / there_s, kept_, 1.0);
+  const double there_s = std::max(kTrustLeast * full_s(), trust_ * (full_s() - overhead_s_));
+  share_ = def_.tick_share * std::clamp(2 - wanted_s / there_s, margin_factor_, 1.0);
 }
 
 }  // namespace hairnet::server

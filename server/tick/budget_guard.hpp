@@ -24,7 +24,7 @@ class TickGuard {
 
   // From the tick's begin to its end, and of all workers what was spent on characters (steps, encoding, sending); s.
   // `wanted_s`: what everyone as finely as asked for would take, as predicted.
-  void take(double tick_duration_s, double work_s, double wanted_s);
+  void observe(double tick_duration_s, double work_s, double wanted_s);
   [[nodiscard]] double available_s() const;
 
  private:
@@ -33,11 +33,11 @@ class TickGuard {
 
   TickGuardDef def_;
   double trust_ = 1;
-  double kept_ = 1;          // of the share, but for the margin where it is needed
-  double share_;             // of a tick, that is aimed at
-  int calm_ticks_ = 0;       // since the margin was last widened, counted as far as it matters
-  double beside_s_ = 0;      // worker-seconds of a tick that are not work on characters, smoothed
-  std::uint8_t recent_ = 0;  // a bit a tick, newest lowest: beyond the share
+  double margin_factor_ = 1;  // of the share, but for the margin where it is needed
+  double share_;              // of a tick, that is aimed at
+  int calm_ticks_ = 0;        // since the margin was last widened, counted as far as it matters
+  double overhead_s_ = 0;     // worker-seconds of a tick that are not work on characters, smoothed
+  std::uint8_t recent_ = 0;   // a bit a tick, newest lowest: beyond the share
 };
 
 }  // namespace hairnet::server

@@ -5,17 +5,17 @@
 
 namespace hairnet::server {
 
-void measure(const Rooms& rooms, const Simulation& simulation, TickGauges& gauges) {
+void update_character_gauges(const Rooms& rooms, const Simulation& simulation, TickGauges& gauges) {
   std::array<double, kLevelCount> at_level{};
-  double stepped = 0, asleep = 0, held = 0, waiting = 0;
+  double stepped = 0, asleep = 0, suspended = 0, waiting = 0;
   for (const auto& [key, character] : rooms.characters()) {
-    if (!character.placed || !simulation.contains(key)) {
+    if (!character.in_world || !simulation.contains(key)) {
       ++waiting;
       continue;
     }
     const LatticeView lattice = simulation.lattice(key);
     ++at_level[static_cast<std::size_t>(lattice.level)];
-    ++(character.held ? held : lattice.asleep ? asleep : stepped);
+    ++(character.suspended ? suspended : lattice.asleep ? asleep : stepped);
   }
   Gauge* const levels[] = {&gauges.characters_at_high, &gauges.characters_at_medium, &gauges.characters_at_low,
                            &gauges.characters_at_ether, &gauges.characters_at_rigid};
@@ -23,7 +23,7 @@ void measure(const Rooms& rooms, const Simulation& simulation, TickGauges& gauge
   for (std::size_t i = 0; i < kLevelCount; ++i) levels[i]->set(at_level[i]);
   gauges.characters_in_state_stepped.set(stepped);
   gauges.characters_in_state_asleep.set(asleep);
-  gauges.characters_in_state_held.set(held);
+  gauges.characters_in_state_suspended.set(suspended);
   gauges.rooms.set(static_cast<double>(rooms.room_count()));
   gauges.characters_in_state_waiting.set(waiting);
 }

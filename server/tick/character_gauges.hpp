@@ -8,6 +8,6 @@
 namespace hairnet::server {
 
 // Sets the gauges that count characters by level and state. Visits all characters, so call it about once a second.
-void measure(const Rooms& rooms, const Simulation& simulation, TickGauges& gauges);
+void update_character_gauges(const Rooms& rooms, const Simulation& simulation, TickGauges& gauges);
 
 }  // namespace hairnet::server

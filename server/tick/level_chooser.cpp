@@ -14,7 +14,7 @@ void smooth(double& mean, double value) {
 }
 
 Lod lod_of(const Character& character) {
-  return {character.level, static_cast<std::uint8_t>(character.stride), character.held};
+  return {character.level, static_cast<std::uint8_t>(character.stride), character.suspended};
 }
 
 }  // namespace
@@ -29,10 +29,10 @@ bool LevelChooser::note_unseen(Rooms& rooms, const Simulation& simulation) const
   bool is_urgent = false;
   for (Character* one : rooms.everyone()) {
     Character& character = *one;
-    if (!character.placed) continue;
+    if (!character.in_world) continue;
     character.unseen_ticks = character.seen ? 0 : character.unseen_ticks + 1;
-    is_urgent = is_urgent || (character.held && character.seen) || character.finest > character.level ||
-                (character.level == LevelIndex::rigid && character.finest != LevelIndex::rigid &&
+    is_urgent = is_urgent || (character.suspended && character.seen) || character.requested_level > character.level ||
+                (character.level == LevelIndex::rigid && character.requested_level != LevelIndex::rigid &&
                  !character.lod_chosen && simulation.has_levels(character.groom));
   }
   return is_urgent;
@@ -47,8 +47,8 @@ BudgetCharacter LevelChooser::as_budgeted(const Character& character, bool ready
   b.importance = character.screen_height;
   b.unseen_s = static_cast<float>(static_cast<double>(character.unseen_ticks) * def_.tick_s);
   b.head_speed_m_per_s = character.head_speed_m_per_s;
-  b.head_turn_rad_per_s = character.head_turn_rad_per_s;
-  b.wanted = character.finest;
+  b.head_angular_speed_rad_per_s = character.head_angular_speed_rad_per_s;
+  b.requested_level = character.requested_level;
   b.levels_ready = ready;
   b.asleep = character.asleep;
   b.now = lod_of(character);
@@ -62,7 +62,7 @@ void LevelChooser::choose(Rooms& rooms, const Simulation& simulation, wire::Reco
   placed_.clear();
   budgeted_.clear();
   for (Character* character : rooms.everyone()) {
-    if (!character->placed) continue;
+    if (!character->in_world) continue;
     placed_.push_back(character);
     budgeted_.push_back(as_budgeted(*character, simulation.has_levels(character->groom), inputs.tick));
   }
@@ -90,7 +90,7 @@ void LevelChooser::apply(Character& character, const Lod& lod, wire::RecordedTic
   LevelIndex level = lod.level;
   // A hair state fits one level only: start at that level and change later.
   if (character.state && character.level == LevelIndex::rigid && level != LevelIndex::rigid)
-    level = std::max(character.state->level, character.finest);
+    level = std::max(character.state->level, character.requested_level);
   const bool ready = level != LevelIndex::rigid;
   if (!(lod == lod_of(character)) || !character.lod_chosen) character.lod_since = inputs.tick;
   character.lod_chosen = character.lod_chosen || ready;
@@ -103,15 +103,15 @@ void LevelChooser::apply(Character& character, const Lod& lod, wire::RecordedTic
     character.stride = lod.stride;
     inputs.strides.push_back({character.key, lod.stride});
   }
-  if (lod.held != character.held) {
-    character.held = lod.held;
-    inputs.holds.push_back({character.key, lod.held});
+  if (lod.suspended != character.suspended) {
+    character.suspended = lod.suspended;
+    inputs.suspensions.push_back({character.key, lod.suspended});
   }
 }
 
-void LevelChooser::take(Rooms& rooms, const StepCosts& costs, double tick_duration_s) {
+void LevelChooser::observe(Rooms& rooms, const StepCosts& costs, double tick_duration_s) {
   if (!def_.now_ns) return;
-  cost_.take(costs);
+  cost_.observe(costs);
   over_ = tick_duration_s > def_.tick_share * def_.tick_s;
   std::array<std::int64_t, kLevelCount> encode_ns{};
   std::array<std::size_t, kLevelCount> encoded{};
@@ -135,7 +135,7 @@ void LevelChooser::take(Rooms& rooms, const StepCosts& costs, double tick_durati
     counters_->gauges.set_step_cost(static_cast<LevelIndex>(l), cost_.turn_s(static_cast<LevelIndex>(l), 1));
   }
   if (sent > 0) smooth(send_s_, static_cast<double>(send_ns) * 1e-9 / static_cast<double>(sent));
-  guard_.take(tick_duration_s, static_cast<double>(step_ns + all_encode_ns + send_ns) * 1e-9, wanted_s_);
+  guard_.observe(tick_duration_s, static_cast<double>(step_ns + all_encode_ns + send_ns) * 1e-9, wanted_s_);
   counters_->step_ns_total.add(static_cast<std::uint64_t>(step_ns));
   counters_->encode_ns_total.add(static_cast<std::uint64_t>(all_encode_ns));
   counters_->send_ns_total.add(static_cast<std::uint64_t>(send_ns));

@@ -29,7 +29,7 @@ class LevelChooser {
   void choose(Rooms& rooms, const Simulation& simulation, wire::RecordedTick& inputs);
 
   // What the tick took: in steps, and in all. Publishing left its times with rooms, observers and characters.
-  void take(Rooms& rooms, const StepCosts& costs, double tick_duration_s);
+  void observe(Rooms& rooms, const StepCosts& costs, double tick_duration_s);
 
  private:
   // True when somebody's level must not wait for the next choice.

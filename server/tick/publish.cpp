@@ -57,8 +57,8 @@ void note_sent(View& view, const Character& character, ErrorClass error_class, s
   std::shift_right(view.sent.begin(), view.sent.end(), 1);
   view.sent[0] = tick;
   view.sent_count = static_cast<std::uint8_t>(std::min<std::size_t>(view.sent_count + 1u, view.sent.size()));
-  view.sleep_told = character.asleep;
-  view.discontinuity_owed = false;
+  view.sleep_sent = character.asleep;
+  view.discontinuity_pending = false;
 }
 
 }  // namespace
@@ -71,16 +71,16 @@ void Publisher::publish(Rooms& rooms, const Simulation& simulation, const wire::
   for (auto& [session, observer] : rooms.observers()) {
     observer.requests.clear();
     observer.send_ns = 0;
-    if (observer.outlet) observers_.push_back(&observer);
+    if (observer.sink) observers_.push_back(&observer);
   }
-  const auto look_at = [&](std::size_t i) { look(terms, *everyone[i]); };
+  const auto begin_frame_of = [&](std::size_t i) { begin_frame(terms, *everyone[i]); };
   const auto request_for = [&](std::size_t i) { request(terms, rooms.rooms()[i]); };
   const auto encode_one = [&](std::size_t i) { encode(terms, *everyone[i]); };
   const auto send_to = [&](std::size_t i) { send(terms, *observers_[i]); };
-  run(parallel_for, everyone.size(), look_at);
-  run(parallel_for, rooms.rooms().size(), request_for);
-  run(parallel_for, everyone.size(), encode_one);
-  run(parallel_for, observers_.size(), send_to);
+  run_loop(parallel_for, everyone.size(), begin_frame_of);
+  run_loop(parallel_for, rooms.rooms().size(), request_for);
+  run_loop(parallel_for, everyone.size(), encode_one);
+  run_loop(parallel_for, observers_.size(), send_to);
 }
 
 void Publisher::follow_level(const LatticeView& lattice, Character& character) {
@@ -100,14 +100,14 @@ void Publisher::forget_groom(const wire::GroomHash& groom) {
   std::erase_if(neighbours_, [&](const auto& entry) { return entry.first.first == groom; });
 }
 
-void Publisher::look(const Terms& terms, Character& character) {
+void Publisher::begin_frame(const Terms& terms, Character& character) {
   character.variant_count = 0;
   character.changed = false;
-  if (!character.placed || !terms.simulation.contains(character.key)) return;
+  if (!character.in_world || !terms.simulation.contains(character.key)) return;
   const LatticeView lattice = character.lattice = terms.simulation.lattice(character.key);
   follow_level(lattice, character);
   if (lattice.stepped) character.shown_bones = character.bones.bones;
-  character.discontinuous = character.discontinuous || (lattice.stepped && lattice.jumped);
+  character.discontinuous = character.discontinuous || (lattice.stepped && lattice.discontinuous);
   character.asleep = lattice.asleep && !character.discontinuous;
   character.changed = (lattice.stepped && !lattice.asleep) || character.discontinuous;
   if (!character.changed) return;
@@ -122,7 +122,7 @@ void Publisher::request(const Terms& terms, Room& room) const {
   if (!room.in_use) return;
   room.stride_max = 1;
   for (Observer* observer : room.observers) {
-    if (!observer->outlet) continue;
+    if (!observer->sink) continue;
     const std::int64_t begun_ns = clock_ns();
     room.stride_max = std::max(room.stride_max, request(terms, room, *observer));
     observer->send_ns = clock_ns() - begun_ns;
@@ -131,7 +131,7 @@ void Publisher::request(const Terms& terms, Room& room) const {
 
 int Publisher::request(const Terms& terms, const Room& room, Observer& observer) const {
   const std::uint64_t tick = terms.tick.tick;
-  if (observer.outlet->make_way()) {
+  if (observer.sink->drop_if_congested()) {
     observer.forget_sent();
     observer.congestion_stride = std::min(2 * observer.congestion_stride, static_cast<int>(kStrideMax));
     observer.congestion_eases_at = tick + def_.congestion_ticks;
@@ -142,27 +142,27 @@ int Publisher::request(const Terms& terms, const Room& room, Observer& observer)
   }
   const auto stride =
       std::max<std::uint64_t>(observer.observe.stride, static_cast<std::uint64_t>(observer.congestion_stride));
-  observer.views.resize(room.seats.size());
-  for (std::size_t s = 0; s < room.seats.size(); ++s) {
-    Character* character = room.seats[s].character;
-    if (!character || !character->placed) continue;
+  observer.views.resize(room.slots.size());
+  for (std::size_t s = 0; s < room.slots.size(); ++s) {
+    Character* character = room.slots[s].character;
+    if (!character || !character->in_world) continue;
     View& view = observer.views[s];
-    if (!character->asleep) view.sleep_told = false;
+    if (!character->asleep) view.sleep_sent = false;
     if (!view.wanted || !view.in_view) continue;
-    view.discontinuity_owed = view.discontinuity_owed || character->discontinuous;
+    view.discontinuity_pending = view.discontinuity_pending || character->discontinuous;
     const bool due = character->changed && (view.sent_count == 0 || tick - view.sent[0] >= stride);
-    if (!due && (!character->asleep || view.sleep_told)) continue;
+    if (!due && (!character->asleep || view.sleep_sent)) continue;
     const Level* model = character->lattice.model;
     const bool has_record = view.sent_count > 0 && view.level == character->shown;
     if (model && !has_record && observer.records_sent.emplace(character->groom, character->shown).second) {
       counters_->level_records_sent.add();
-      observer.outlet->push(wire::LevelRecord{character->groom, character->shown, model->geometry}, terms.now_ns);
+      observer.sink->push(wire::LevelRecord{character->groom, character->shown, model->geometry}, terms.now_ns);
     }
     const ErrorClass error_class = holding_class(observer.observe.error_class, model);
     const Coding coding = coding_for(view, *character, error_class, tick);
     const bool velocities = observer.observe.velocities && model;
     observer.requests.push_back(
-        {character, variant_of(*character, error_class, coding, velocities), view.discontinuity_owed});
+        {character, variant_of(*character, error_class, coding, velocities), view.discontinuity_pending});
     note_sent(view, *character, error_class, tick);
   }
   return static_cast<int>(stride);
@@ -180,9 +180,9 @@ void Publisher::encode(const Terms& terms, Character& character) const {
   for (const FrameVariant& v : variants)  // an observer whose stride was longer until now still refers to older frames
     kept_ticks = std::max(kept_ticks, std::uint64_t{v.order} * v.stride);
   const std::uint64_t keep_from = tick - std::min(tick, kept_ticks);
-  std::array<codec::Integers*, codec::kErrorClassCount> integers{};
+  std::array<codec::FrameIntegers*, codec::kErrorClassCount> integers{};
   for (const FrameVariant& variant : variants) {
-    codec::Integers*& now = integers[static_cast<std::size_t>(variant.error_class)];
+    codec::FrameIntegers*& now = integers[static_cast<std::size_t>(variant.error_class)];
     if (now) continue;
     now = &character.history.add(variant.error_class, tick, keep_from);
     now->bones = character.shown_bones;
@@ -193,10 +193,10 @@ void Publisher::encode(const Terms& terms, Character& character) const {
   for (const bool velocities : {false, true}) {
     for (FrameVariant& variant : variants) {
       if (variant.velocities != velocities) continue;
-      codec::Integers& now = *integers[static_cast<std::size_t>(variant.error_class)];
+      codec::FrameIntegers& now = *integers[static_cast<std::size_t>(variant.error_class)];
       if (velocities && now.velocities.empty())
         codec::quantise_velocities(terms.simulation.velocity(character.key), variant.error_class, now.velocities);
-      std::array<const codec::Integers*, codec::kHistoryMax> history{};
+      std::array<const codec::FrameIntegers*, codec::kHistoryMax> history{};
       for (std::size_t k = 0; k < variant.order; ++k)
         history[k] = character.history.find(variant.error_class, tick - variant.stride * (k + 1));
       variant.content.clear();
@@ -241,7 +241,7 @@ void Publisher::send(const Terms& terms, Observer& observer) const {
   flush();
   counters_->frames_published.add(observer.requests.size());
   for (const FramePacket& packet : packets) counters_->frame_bytes_published.add(packet.bytes.size());
-  observer.outlet->push_frames(std::move(packets));
+  observer.sink->push_frames(std::move(packets));
   observer.send_ns += clock_ns() - begun_ns;
 }
 

@@ -38,7 +38,7 @@ class Publisher {
     const wire::RecordedTick& tick;
     std::int64_t now_ns;
   };
-  void look(const Terms& terms, Character& character);
+  void begin_frame(const Terms& terms, Character& character);
   void follow_level(const LatticeView& lattice, Character& character);
   void request(const Terms& terms, Room& room) const;
   int request(const Terms& terms, const Room& room, Observer& observer) const;  // the stride it is sent at

@@ -40,7 +40,7 @@ void Recorder::put_groom(Bytes bytes) {
 void Recorder::put(wire::RecordedTick tick) {
   const auto bytes_of = [](const auto&... lists) { return (... + (lists.size() * sizeof(lists[0]))); };
   std::size_t bytes = sizeof(tick) + bytes_of(tick.removed, tick.added, tick.levels, tick.materials, tick.strides,
-                                              tick.holds, tick.states, tick.winds, tick.poses);
+                                              tick.suspensions, tick.states, tick.winds, tick.poses);
   for (const wire::RecordedState& state : tick.states) bytes += bytes_of(state.displacements, state.velocities);
   put(std::move(tick), bytes);
 }
@@ -76,7 +76,7 @@ bool Recorder::poll() {
 void Recorder::fail(const char* why) {
   if (failed_.exchange(true)) return;
   counters_->recordings_failed.add();
-  spdlog::error("event=recording_ended file={} why={}", log_text(path_), log_text(why));
+  spdlog::error("event=recording_failed file={} detail={}", log_text(path_), log_text(why));
 }
 
 }  // namespace hairnet::server

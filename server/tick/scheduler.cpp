@@ -60,7 +60,7 @@ Scheduler::Scheduler(const SchedulerDef& def, CommandQueue& commands, RoomCounte
       simulation_(def_.world, def_.wind),
       level_chooser_(def_.levels, counters),
       publisher_(def_.publish, counters) {
-  counters_->gauges.tick_budget_seconds.set(def_.world.tick_s);
+  counters_->gauges.tick_period_seconds.set(def_.world.tick_s);
   if (recorder_) recorder_->put(header_of(def_));
 }
 
@@ -75,56 +75,56 @@ void Scheduler::run_tick(const TickClock::Tick& tick, std::int64_t now_ns) {
 
   take_commands(now_ns);
   sample_poses();
-  look_around();
+  update_interest();
   level_chooser_.choose(rooms_, simulation_, inputs_);
-  bring_states();
+  apply_hair_states();
   change_materials();
   change_winds();
   record_grooms();
   counters_->schedule_ns_total.add(static_cast<std::uint64_t>(clock_ns() - begun_ns));
   const StepReport report = step(now_ns);
   publisher_.publish(rooms_, simulation_, inputs_, def_.world.parallel_for, now_ns);
-  if (tick.tick % def_.tick_rate_hz == 0) measure(rooms_, simulation_, counters_->gauges);
+  if (tick.tick % def_.tick_rate_hz == 0) update_character_gauges(rooms_, simulation_, counters_->gauges);
   record();
   rooms_.poll(now_ns);
-  level_chooser_.take(rooms_, report.costs, static_cast<double>(clock_ns() - begun_ns) * 1e-9);
+  level_chooser_.observe(rooms_, report.costs, static_cast<double>(clock_ns() - begun_ns) * 1e-9);
 }
 
-struct Scheduler::Taker {
+struct Scheduler::CommandHandler {
   Scheduler& scheduler;
   std::int64_t now_ns;
 
-  Outlet* outlet(SessionId session) const {
+  ObserverSink* sink(SessionId session) const {
     const Observer* observer = scheduler.rooms_.observer(session);
-    return observer ? observer->outlet.get() : nullptr;
+    return observer ? observer->sink.get() : nullptr;
   }
-  void tell_members(const Observer& observer) const {
-    for (const Room::Seat& seat : scheduler.rooms_.room(observer.room).seats) {
-      if (seat.character) tell_joined(observer, *seat.character);
+  void send_members(const Observer& observer) const {
+    for (const Room::Slot& slot : scheduler.rooms_.room(observer.room).slots) {
+      if (slot.character) send_joined(observer, *slot.character);
     }
   }
-  void tell_joined(const Observer& observer, const Character& c) const {
-    if (!observer.outlet) return;
+  void send_joined(const Observer& observer, const Character& c) const {
+    if (!observer.sink) return;
     const SessionId owner = session_of(c.key);
     const std::uint32_t member = member_of(c);
     if (owner == observer.session)
-      observer.outlet->push(wire::CharacterAdded{number_of(c.key), c.groom, c.shown, member}, now_ns);
+      observer.sink->push(wire::CharacterAdded{number_of(c.key), c.groom, c.shown, member}, now_ns);
     else
-      observer.outlet->push(wire::MemberJoined{member, owner, number_of(c.key), c.groom}, now_ns);
+      observer.sink->push(wire::MemberJoined{member, owner, number_of(c.key), c.groom}, now_ns);
   }
   void operator()(OpenSession& c) const {
     Observer* observer = c.resumed ? scheduler.rooms_.observer(c.session) : nullptr;
     if (!observer) {
-      observer = &scheduler.rooms_.open(c.session, c.room, std::move(c.outlet));
+      observer = &scheduler.rooms_.open(c.session, c.room, std::move(c.sink));
     } else {
-      observer->outlet = std::move(c.outlet);
+      observer->sink = std::move(c.sink);
       observer->records_sent.clear();
       observer->forget_sent();
     }
-    tell_members(*observer);
+    send_members(*observer);
   }
   void operator()(const DetachSession& c) const {
-    if (Observer* observer = scheduler.rooms_.observer(c.session)) observer->outlet = nullptr;
+    if (Observer* observer = scheduler.rooms_.observer(c.session)) observer->sink = nullptr;
   }
   void operator()(const CloseSession& c) const {
     auto& characters = scheduler.rooms_.characters();
@@ -137,22 +137,23 @@ struct Scheduler::Taker {
   void operator()(AddCharacter& c) const {
     Character* character = scheduler.rooms_.add(c.character, c.groom, c.level);
     if (!character) return;
-    if (c.state) scheduler.keep_state(*character, std::move(*c.state), now_ns);
+    if (c.state) scheduler.store_hair_state(*character, std::move(*c.state), now_ns);
     Room& room = scheduler.rooms_.room(character->room);
     for (Observer* observer : room.observers) {
       observer->observe_changed = true;
-      tell_joined(*observer, *character);
+      send_joined(*observer, *character);
     }
   }
   void operator()(const RemoveCharacter& c) const {
     scheduler.remove(c.character, now_ns);
-    if (Outlet* to = outlet(session_of(c.character))) to->push(wire::CharacterRemoved{number_of(c.character)}, now_ns);
+    if (ObserverSink* to = sink(session_of(c.character)))
+      to->push(wire::CharacterRemoved{number_of(c.character)}, now_ns);
   }
   void operator()(const SetLevel& c) const {
     Character* character = scheduler.rooms_.find(c.character);
     if (!character) return;
-    character->finest = c.level;
-    if (c.level == LevelIndex::rigid) scheduler.forget_state(*character);
+    character->requested_level = c.level;
+    if (c.level == LevelIndex::rigid) scheduler.forget_hair_state(*character);
   }
   void operator()(const SetMaterial& c) const {
     Character* character = scheduler.rooms_.find(c.character);
@@ -177,10 +178,10 @@ struct Scheduler::Taker {
     Observer* observer = scheduler.rooms_.observer(c.session);
     if (!observer) return;
     const Room& room = scheduler.rooms_.room(observer->room);
-    observer->views.resize(room.seats.size());
+    observer->views.resize(room.slots.size());
     for (const wire::MemberImportance& m : c.members) {
       // A member that has left meanwhile is no fault.
-      if (m.member == 0 || m.member > room.seats.size() || !room.seats[m.member - 1].character) continue;
+      if (m.member == 0 || m.member > room.slots.size() || !room.slots[m.member - 1].character) continue;
       View& view = Scheduler::view_of(*observer, room, m.member - 1);
       view.screen_height = m.screen_height;
       view.in_view = m.in_view;
@@ -211,33 +212,33 @@ struct Scheduler::Taker {
 void Scheduler::take_commands(std::int64_t now_ns) {
   counters_->gauges.commands_waiting.set(static_cast<double>(commands_->weight()));
   commands_->take_all(taken_);
-  for (Command& command : taken_) std::visit(Taker{*this, now_ns}, command);
+  for (Command& command : taken_) std::visit(CommandHandler{*this, now_ns}, command);
   taken_.clear();
 }
 
 void Scheduler::remove(CharacterKey key, std::int64_t now_ns) {
   Character* character = rooms_.find(key);
   if (!character) return;
-  forget_state(*character);
-  if (character->placed) inputs_.removed.push_back(key);
+  forget_hair_state(*character);
+  if (character->in_world) inputs_.removed.push_back(key);
   const wire::MemberLeft left{member_of(*character)};
   for (Observer* observer : rooms_.room(character->room).observers) {
-    if (observer->outlet && observer->session != session_of(key)) observer->outlet->push(left, now_ns);
+    if (observer->sink && observer->session != session_of(key)) observer->sink->push(left, now_ns);
   }
   rooms_.remove(key, now_ns);
 }
 
 void Scheduler::sample_poses() {
   const std::span<Character* const> everyone = rooms_.everyone();
-  run(def_.world.parallel_for, (everyone.size() + kChunk - 1) / kChunk, [&](std::size_t chunk) {
+  run_loop(def_.world.parallel_for, (everyone.size() + kChunk - 1) / kChunk, [&](std::size_t chunk) {
     Histogram::Tally ages(counters_->histograms.pose_age_seconds);
     for (Character* character : everyone.subspan(chunk * kChunk, std::min(kChunk, everyone.size() - chunk * kChunk)))
       sample_pose(*character, ages);
   });
   for (Character* character : everyone) {
     if (!character->pose_changed) continue;
-    if (character->placed)
-      inputs_.poses.push_back({character->key, character->pose_teleported, character->pose});
+    if (character->in_world)
+      inputs_.poses.push_back({character->key, character->pose_teleport, character->pose});
     else if (!awaits_levels(*character))
       place(*character);
   }
@@ -257,14 +258,14 @@ void Scheduler::sample_pose(Character& character, Histogram::Tally& ages) {
   // An extrapolated pose may be out of range. Clients reject frames with such poses.
   if (wire::validate_pose(sample.pose) != wire::PoseRefusal::none) return;
   // The step uses the quantised pose, so that frames and the recording have exactly the same pose.
-  const codec::Integers before = character.bones;
-  codec::quantise_pose(sample.pose, character.placed ? &before : nullptr, character.bones);
-  if (character.placed && !sample.teleported && before.bones == character.bones.bones)
+  const codec::FrameIntegers before = character.bones;
+  codec::quantise_pose(sample.pose, character.in_world ? &before : nullptr, character.bones);
+  if (character.in_world && !sample.teleport && before.bones == character.bones.bones)
     return note_motion(character, 0, 0);  // the World has this pose already
   const Pose pose_before = std::exchange(character.pose, codec::dequantise_pose(character.bones));
   character.pose_changed = true;
-  character.pose_teleported = sample.teleported;
-  if (!character.placed) return;
+  character.pose_teleport = sample.teleport;
+  if (!character.in_world) return;
   const RigidTransform &from = pose_before.head(), &to = character.pose.head();
   note_motion(character, (to.position - from.position).norm(), to.rotation.angularDistance(from.rotation));
 }
@@ -279,7 +280,7 @@ bool Scheduler::awaits_levels(Character& character) const {
 // Adds the character to the World on the rigid level; when its levels are ready, one is chosen in the same tick.
 void Scheduler::place(Character& character) {
   const bool ready = simulation_.has_levels(character.groom);
-  character.placed = true;
+  character.in_world = true;
   character.discontinuous = true;
   character.shown_bones = character.bones.bones;
   inputs_.added.push_back({character.key, character.groom, character.room, ready, LevelIndex::rigid, character.pose});
@@ -291,46 +292,46 @@ void Scheduler::note_motion(Character& character, double moved_m, double turned_
     mean += static_cast<float>(share * (moved / def_.world.tick_s - static_cast<double>(mean)));
   };
   smooth(character.head_speed_m_per_s, moved_m);
-  smooth(character.head_turn_rad_per_s, turned_rad);
+  smooth(character.head_angular_speed_rad_per_s, turned_rad);
 }
 
-View& Scheduler::view_of(Observer& observer, const Room& room, std::size_t seat) {
-  View& view = observer.views[seat];
-  if (view.occupancy != room.seats[seat].occupancy) {
+View& Scheduler::view_of(Observer& observer, const Room& room, std::size_t slot) {
+  View& view = observer.views[slot];
+  if (view.generation != room.slots[slot].generation) {
     view = {};
-    view.occupancy = room.seats[seat].occupancy;
+    view.generation = room.slots[slot].generation;
   }
   return view;
 }
 
-void Scheduler::look_around() {
+void Scheduler::update_interest() {
   for (Room& room : rooms_.rooms()) {
     if (!room.in_use) continue;
-    for (Observer* observer : room.observers) look_around(room, *observer);
+    for (Observer* observer : room.observers) update_interest(room, *observer);
   }
 }
 
-void Scheduler::look_around(const Room& room, Observer& observer) {
-  if (!observer.outlet) return;
-  observer.views.resize(room.seats.size());
+void Scheduler::update_interest(const Room& room, Observer& observer) {
+  if (!observer.sink) return;
+  observer.views.resize(room.slots.size());
   const bool by_place =
       observer.observe.mode == wire::ObserveMode::nearest || observer.observe.mode == wire::ObserveMode::radius;
   const bool look = observer.observe_changed || (by_place && (inputs_.tick + observer.session) % kInterestTicks == 0);
   if (look) {
     heads_.clear();
     bool awaits_pose = false;
-    for (std::size_t s = 0; s < room.seats.size(); ++s) {
-      const Character* c = room.seats[s].character;
+    for (std::size_t s = 0; s < room.slots.size(); ++s) {
+      const Character* c = room.slots[s].character;
       heads_.push_back({static_cast<std::uint32_t>(s + 1), c ? c->pose.head().position : Vec3::Zero(),
-                        c && session_of(c->key) == observer.session, c && c->placed});
-      awaits_pose = awaits_pose || (c && !c->placed);
+                        c && session_of(c->key) == observer.session, c && c->in_world});
+      awaits_pose = awaits_pose || (c && !c->in_world);
     }
     choose_members(observer.observe, heads_, wanted_);
     // Somebody who has no pose yet is looked at again once there is one.
     observer.observe_changed = by_place && awaits_pose;
   }
-  for (std::size_t s = 0; s < room.seats.size(); ++s) {
-    Character* c = room.seats[s].character;
+  for (std::size_t s = 0; s < room.slots.size(); ++s) {
+    Character* c = room.slots[s].character;
     if (!c) continue;
     View& view = view_of(observer, room, s);
     if (look) view.wanted = wanted_[s];
@@ -342,7 +343,7 @@ void Scheduler::look_around(const Room& room, Observer& observer) {
   }
 }
 
-void Scheduler::bring_states() {
+void Scheduler::apply_hair_states() {
   for (const wire::RecordedLevel& change : inputs_.levels) {
     Character& character = *rooms_.find(change.character);
     if (change.level == LevelIndex::rigid || !character.state) continue;
@@ -354,37 +355,38 @@ void Scheduler::bring_states() {
       copy_vectors(state.velocities, codec::kVelocityStepsPer_s * state.step_m, recorded.velocities);
       recorded.velocities.resize(recorded.displacements.size(), Vec3f::Zero());
     }
-    forget_state(character);
+    forget_hair_state(character);
   }
 }
 
-void Scheduler::keep_state(Character& character, wire::HairState state, std::int64_t now_ns) {
+void Scheduler::store_hair_state(Character& character, wire::HairState state, std::int64_t now_ns) {
   const std::size_t bytes = bytes_of(state);
-  if (character.finest == LevelIndex::rigid) return;
+  if (character.requested_level == LevelIndex::rigid) return;
   if (state_bytes_ + bytes > def_.state_bytes_max) {
     counters_->hair_states_dropped_full.add();
-    return refuse_state(character.key, "too many hair states wait for their levels; this hair starts at rest", now_ns);
+    return refuse_hair_state(character.key, "too many hair states wait for their levels; this hair starts at rest",
+                             now_ns);
   }
   state_bytes_ += bytes;
   character.state = std::move(state);
 }
 
-void Scheduler::forget_state(Character& character) {
+void Scheduler::forget_hair_state(Character& character) {
   if (!character.state) return;
   state_bytes_ -= bytes_of(*character.state);
   character.state.reset();
 }
 
-void Scheduler::refuse_state(CharacterKey key, std::string detail, std::int64_t now_ns) {
+void Scheduler::refuse_hair_state(CharacterKey key, std::string detail, std::int64_t now_ns) {
   const Observer* owner = rooms_.observer(session_of(key));
-  if (!owner || !owner->outlet) return;
-  owner->outlet->push(wire::Error{wire::ErrorReason::state_invalid, number_of(key), {}, std::move(detail)}, now_ns);
+  if (!owner || !owner->sink) return;
+  owner->sink->push(wire::Error{wire::ErrorReason::state_invalid, number_of(key), {}, std::move(detail)}, now_ns);
 }
 
 void Scheduler::change_materials() {
   std::erase_if(materials_changed_, [this](CharacterKey key) {
     const Character* character = rooms_.find(key);
-    if (character && !character->placed) return false;
+    if (character && !character->in_world) return false;
     if (character) inputs_.materials.push_back({key, character->material});
     return true;
   });
@@ -410,9 +412,9 @@ StepReport Scheduler::step(std::int64_t now_ns) {
   counters_->teleports.add(report.teleports);
   counters_->lattices_reset.add(report.lattices_reset);
   counters_->characters_asleep.add(report.asleep);
-  for (const CharacterKey key : simulation_.states_refused()) {
+  for (const CharacterKey key : simulation_.hair_states_refused()) {
     counters_->hair_states_dropped_unfit.add();
-    refuse_state(key, "the hair state does not fit the level", now_ns);
+    refuse_hair_state(key, "the hair state does not fit the level", now_ns);
   }
   return report;
 }

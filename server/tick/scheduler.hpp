@@ -44,13 +44,13 @@ class Scheduler {
   [[nodiscard]] const Rooms& rooms() const { return rooms_; }
 
  private:
-  struct Taker;
+  struct CommandHandler;
 
   void take_commands(std::int64_t now_ns);
   void sample_poses();
   void sample_pose(Character& character, Histogram::Tally& ages);  // workers
-  void look_around();
-  void look_around(const Room& room, Observer& observer);
+  void update_interest();
+  void update_interest(const Room& room, Observer& observer);
   void change_materials();
   void change_winds();
   void record_grooms();
@@ -60,14 +60,14 @@ class Scheduler {
   void remove(CharacterKey key, std::int64_t now_ns);
   [[nodiscard]] bool awaits_levels(Character& character) const;
   void place(Character& character);
-  void bring_states();
-  void keep_state(Character& character, wire::HairState state, std::int64_t now_ns);
-  void forget_state(Character& character);
-  void refuse_state(CharacterKey key, std::string detail, std::int64_t now_ns);
+  void apply_hair_states();
+  void store_hair_state(Character& character, wire::HairState state, std::int64_t now_ns);
+  void forget_hair_state(Character& character);
+  void refuse_hair_state(CharacterKey key, std::string detail, std::int64_t now_ns);
   void note_motion(Character& character, double moved_m, double turned_rad) const;
   void record_groom(const wire::GroomHash& groom);
   // The session's view of who sits there now.
-  static View& view_of(Observer& observer, const Room& room, std::size_t seat);
+  static View& view_of(Observer& observer, const Room& room, std::size_t slot);
 
   [[nodiscard]] std::int64_t clock_ns() const { return def_.world.now_ns ? def_.world.now_ns() : 0; }
 

@@ -46,16 +46,16 @@ StepReport Simulation::step(const wire::RecordedTick& inputs) {
     const auto placed = characters_.find(change.character);
     if (placed != characters_.end()) world_.set_stride(placed->second.id, change.stride);
   }
-  for (const wire::RecordedHold& change : inputs.holds) {
+  for (const wire::RecordedSuspension& change : inputs.suspensions) {
     const auto placed = characters_.find(change.character);
-    if (placed != characters_.end()) world_.set_held(placed->second.id, change.held);
+    if (placed != characters_.end()) world_.set_suspended(placed->second.id, change.suspended);
   }
-  states_refused_.clear();
+  hair_states_refused_.clear();
   for (const wire::RecordedState& state : inputs.states) {
     const auto placed = characters_.find(state.character);
     if (placed == characters_.end()) continue;
     if (!world_.set_state(placed->second.id, state.displacements, state.velocities))
-      states_refused_.push_back(state.character);
+      hair_states_refused_.push_back(state.character);
   }
   for (const wire::RecordedWind& change : inputs.winds) set_wind(change.room, change.wind);
   for (const wire::RecordedPose& pose : inputs.poses) {
@@ -84,7 +84,7 @@ void Simulation::set_level(const wire::RecordedLevel& change) {
   if (!character.has_levels) {
     auto set = levels(character.groom);
     if (!set) return;
-    world_.set_levels(character.id, std::move(set));
+    world_.set_level_set(character.id, std::move(set));
     character.has_levels = true;
   }
   world_.set_level(character.id, change.level);

@@ -35,7 +35,7 @@ class Simulation {
   [[nodiscard]] LatticeView lattice(CharacterKey key) const;              // contains(key) must hold
   [[nodiscard]] std::span<const Vec3f> velocity(CharacterKey key) const;  // of the lattice's nodes, head space, m/s
   // Whose brought state the last step found not to fit.
-  [[nodiscard]] const std::vector<CharacterKey>& states_refused() const { return states_refused_; }
+  [[nodiscard]] const std::vector<CharacterKey>& hair_states_refused() const { return hair_states_refused_; }
   [[nodiscard]] std::uint64_t hash() const { return world_.hash(); }
   [[nodiscard]] std::size_t character_count() const { return characters_.size(); }
 
@@ -54,7 +54,7 @@ class Simulation {
   World world_;
   std::unordered_map<CharacterKey, Placed> characters_;
   std::map<wire::GroomHash, std::shared_ptr<const LevelSet>> levels_;
-  std::vector<CharacterKey> states_refused_;
+  std::vector<CharacterKey> hair_states_refused_;
 };
 
 }  // namespace hairnet::server

@@ -12,7 +12,7 @@ namespace hairnet::server {
 
 // As of the last tick, or the last second where that is enough.
 struct TickGauges : GaugeSet {
-  Gauge tick_budget_seconds{*this, "tick_budget_seconds"};  // a tick's period
+  Gauge tick_period_seconds{*this, "tick_period_seconds"};  // a tick's period
   Gauge commands_waiting{*this, "commands_waiting"};        // and poses, on their way to the tick
   Gauge rooms{*this, "rooms"};
   Gauge characters_at_high{*this, "characters_at_high"};  // by the level of the lattice, asleep or not
@@ -21,8 +21,9 @@ struct TickGauges : GaugeSet {
   Gauge characters_at_ether{*this, "characters_at_ether"};
   Gauge characters_at_rigid{*this, "characters_at_rigid"};
   Gauge characters_in_state_stepped{*this, "characters_in_state_stepped"};
-  Gauge characters_in_state_asleep{*this, "characters_in_state_asleep"};    // at rest
-  Gauge characters_in_state_held{*this, "characters_in_state_held"};        // not stepped, since no observer sees them
+  Gauge characters_in_state_asleep{*this, "characters_in_state_asleep"};  // at rest
+  Gauge characters_in_state_suspended{*this,
+                                      "characters_in_state_suspended"};     // not stepped, since no observer sees them
   Gauge characters_in_state_waiting{*this, "characters_in_state_waiting"};  // for their first pose
   Gauge step_cost_seconds_at_high{*this, "step_cost_seconds_at_high"};      // of one character's step, as measured
   Gauge step_cost_seconds_at_medium{*this, "step_cost_seconds_at_medium"};
@@ -47,8 +48,8 @@ struct TickHistograms : HistogramSet {
                          "tick_seconds",
                          {0.0005, 0.001, 0.002, 0.004, 0.006, 0.008, 0.011, 0.016, 0.022, 0.033, 0.05, 0.1, 0.25, 1}};
   // Of the tick's period; above 1 is an overrun.
-  Histogram tick_budget_used_ratio{
-      *this, "tick_budget_used_ratio", {0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1, 1.5, 2, 4, 8}};
+  Histogram tick_period_used_ratio{
+      *this, "tick_period_used_ratio", {0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1, 1.5, 2, 4, 8}};
   // From the newest pose's capture to the tick, of each character that poses come for: none is older than a second.
   Histogram pose_age_seconds{
       *this, "pose_age_seconds", {0.005, 0.01, 0.015, 0.02, 0.025, 0.03, 0.04, 0.05, 0.075, 0.1, 0.15, 0.25, 0.5, 1}};

@@ -59,16 +59,16 @@ asio::awaitable<boost::system::error_code> ByteStream::accept_tls(asio::ssl::con
 
 void ByteStream::expires_after(std::chrono::nanoseconds time) {
   expiry_.expires_after(time);
-  expiry_.async_wait([weak = weak_from_this(), turn = ++expiry_turn_](const boost::system::error_code& error) {
+  expiry_.async_wait([weak = weak_from_this(), turn = ++expiry_count_](const boost::system::error_code& error) {
     const auto self = weak.lock();
-    if (error || !self || self->expiry_turn_ != turn) return;
+    if (error || !self || self->expiry_count_ != turn) return;
     self->has_expired_ = true;
     self->close();
   });
 }
 
 void ByteStream::expires_never() {
-  ++expiry_turn_;
+  ++expiry_count_;
   expiry_.cancel();
 }
 
@@ -85,7 +85,7 @@ asio::awaitable<void> ByteStream::end_writing() {
   socket_.shutdown(asio::ip::tcp::socket::shutdown_send, ignored);
 }
 
-asio::awaitable<void> ByteStream::finish() {
+asio::awaitable<void> ByteStream::close_gracefully() {
   const auto self = shared_from_this();
   if (!is_open()) co_return;
   expires_after(kFinish);

@@ -39,12 +39,12 @@ class ByteStream : public std::enable_shared_from_this<ByteStream> {
   void expires_after(std::chrono::nanoseconds time);
   void expires_never();
   // While the stream is corked, writes are buffered; the next uncorked write sends them all in one system call.
-  void hold(bool held) { is_held_ = held; }
+  void cork(bool corked) { is_corked_ = corked; }
   void close();
   // Ends writing, then reads and drops what the peer still sends for up to a second, then closes. A socket that is
   // closed with unread bytes resets the connection, and the peer would lose our last bytes.
-  asio::awaitable<void> finish();
-  asio::awaitable<void> end_writing();  // the first half of finish(): TLS's end, then the socket's
+  asio::awaitable<void> close_gracefully();
+  asio::awaitable<void> end_writing();  // the first half of close_gracefully(): TLS's end, then the socket's
 
   // Writes as many bytes as the system takes without waiting, and returns their number. Only for a plain stream that
   // has no write in progress. An error is ignored here: the next write meets the same error and reports it.
@@ -68,8 +68,8 @@ class ByteStream : public std::enable_shared_from_this<ByteStream> {
   auto async_write_some(const Buffers& from, Token&& token) {
     return asio::async_initiate<Token, void(boost::system::error_code, std::size_t)>(
         [this](auto handler, const Buffers& buffers) {
-          if (is_held_ || !held_.empty())
-            write_held(keep(buffers), std::move(handler));
+          if (is_corked_ || !corked_.empty())
+            write_corked(append_corked(buffers), std::move(handler));
           else if (tls_)
             tls_->async_write_some(buffers, std::move(handler));
           else
@@ -87,18 +87,18 @@ class ByteStream : public std::enable_shared_from_this<ByteStream> {
     return taken;
   }
   template <class Buffers>
-  std::size_t keep(const Buffers& from) {
-    const std::size_t before = held_.size(), bytes = asio::buffer_size(from);
-    held_.resize(before + bytes);
-    asio::buffer_copy(asio::buffer(held_.data() + before, bytes), from);
+  std::size_t append_corked(const Buffers& from) {
+    const std::size_t before = corked_.size(), bytes = asio::buffer_size(from);
+    corked_.resize(before + bytes);
+    asio::buffer_copy(asio::buffer(corked_.data() + before, bytes), from);
     return bytes;
   }
   template <class Handler>
-  void write_held(std::size_t bytes, Handler handler) {
-    if (is_held_)
+  void write_corked(std::size_t bytes, Handler handler) {
+    if (is_corked_)
       return asio::post(get_executor(), asio::append(std::move(handler), boost::system::error_code(), bytes));
     leaving_.clear();
-    std::swap(leaving_, held_);
+    std::swap(leaving_, corked_);
     // The handler gets the count of its own bytes only: earlier writers already got theirs.
     auto done = asio::bind_executor(get_executor(), [handler = std::move(handler), bytes](
                                                         const boost::system::error_code& error, std::size_t) mutable {
@@ -116,9 +116,9 @@ class ByteStream : public std::enable_shared_from_this<ByteStream> {
   std::string peer_;
   Admission::Ticket ticket_;
   TransportCounters* counters_;
-  std::vector<std::uint8_t> put_back_, held_, leaving_;
-  std::uint64_t expiry_turn_ = 0;  // counts timers, so that a cancelled one that already fired is ignored
-  bool is_held_ = false, has_expired_ = false, from_loopback_ = false;
+  std::vector<std::uint8_t> put_back_, corked_, leaving_;
+  std::uint64_t expiry_count_ = 0;  // counts timers, so that a cancelled one that already fired is ignored
+  bool is_corked_ = false, has_expired_ = false, from_loopback_ = false;
 };
 
 }  // namespace hairnet::server

@@ -56,16 +56,16 @@ Counter& counter_of(TransportCounters& counters, Admission::Verdict verdict) {
 }
 
 struct Found {
-  Opening opening = Opening::unknown;
+  DetectedProtocol protocol = DetectedProtocol::unknown;
   boost::system::error_code error;
 };
 
 // Reads bytes until they show what the peer speaks, then puts them back for the next reader.
-asio::awaitable<Found> find_opening(ByteStream& stream) {
+asio::awaitable<Found> read_protocol(ByteStream& stream) {
   std::array<std::uint8_t, kFirstReadBytes> first;
   std::size_t filled = 0;
   Found found;
-  while (found.opening == Opening::unknown) {
+  while (found.protocol == DetectedProtocol::unknown) {
     const auto [error, count] =
         co_await stream.async_read_some(asio::buffer(first.data() + filled, first.size() - filled), kAwaitable);
     if (error) {
@@ -73,7 +73,7 @@ asio::awaitable<Found> find_opening(ByteStream& stream) {
       break;
     }
     filled += count;
-    found.opening = opening_of({first.data(), filled});
+    found.protocol = detect_protocol({first.data(), filled});
   }
   stream.put_back({first.data(), filled});
   co_return found;
@@ -81,7 +81,7 @@ asio::awaitable<Found> find_opening(ByteStream& stream) {
 
 }  // namespace
 
-void Reception::welcome(tcp::socket socket) {
+void ConnectionRouter::accept(tcp::socket socket) {
   boost::system::error_code error;
   const tcp::endpoint endpoint = socket.remote_endpoint(error);
   if (error) {  // gone already
@@ -93,40 +93,40 @@ void Reception::welcome(tcp::socket socket) {
   if (verdict != Admission::Verdict::admitted) {
     Counter& counter = counter_of(*counters, verdict);
     counter.add();
-    if (refusal_log.pass(monotonic_now_ns()))
+    if (refusal_log.allow(monotonic_now_ns()))
       spdlog::warn("event={} peer={} count={}", counter.name(), shown(endpoint), counter.value());
     return;
   }
   auto stream = std::make_shared<ByteStream>(std::move(socket), shown(endpoint), std::move(ticket), *counters);
-  guests.emplace(stream.get(), stream);
+  pending.emplace(stream.get(), stream);
   asio::co_spawn(
-      stream->get_executor(), [self = shared_from_this(), stream] { return self->receive(stream); }, asio::detached);
+      stream->get_executor(), [self = shared_from_this(), stream] { return self->serve(stream); }, asio::detached);
 }
 
-asio::awaitable<void> Reception::receive(std::shared_ptr<ByteStream> stream) {
+asio::awaitable<void> ConnectionRouter::serve(std::shared_ptr<ByteStream> stream) {
   co_await route(stream);
-  guests.erase(stream.get());
+  pending.erase(stream.get());
 }
 
-asio::awaitable<void> Reception::route(std::shared_ptr<ByteStream> stream) {
+asio::awaitable<void> ConnectionRouter::route(std::shared_ptr<ByteStream> stream) {
   stream->expires_after(options.opening_timeout);
-  Found found = co_await find_opening(*stream);
-  if (found.opening == Opening::tls && !tls) {
+  Found found = co_await read_protocol(*stream);
+  if (found.protocol == DetectedProtocol::tls && !tls) {
     counters->handshakes_failed_tls_absent.add();
     co_await asio::async_write(*stream, asio::buffer(kTlsHandshakeFailure), kAwaitable);
-    co_await stream->finish();
+    co_await stream->close_gracefully();
     co_return;
   }
-  if (found.opening == Opening::tls) {
+  if (found.protocol == DetectedProtocol::tls) {
     stream->expires_after(options.opening_timeout);
     if (const auto error = co_await stream->accept_tls(*tls)) {
       (stream->has_expired() ? counters->handshakes_failed_timeout : counters->handshakes_failed_tls).add();
-      spdlog::debug("event=tls_failed peer={} reason={}", stream->peer(), log_text(error.message()));
+      spdlog::debug("event=tls_failed peer={} detail={}", stream->peer(), log_text(error.message()));
       stream->close();
       co_return;
     }
     counters->connections_tls.add();
-    found = co_await find_opening(*stream);
+    found = co_await read_protocol(*stream);
   }
   if (found.error) {
     (stream->has_expired() ? counters->handshakes_failed_timeout : counters->handshakes_failed_silent).add();
@@ -135,12 +135,13 @@ asio::awaitable<void> Reception::route(std::shared_ptr<ByteStream> stream) {
   }
   if (options.tls_required && !stream->is_tls()) {
     counters->handshakes_failed_tls_required.add();
-    if (found.opening == Opening::http) co_await asio::async_write(*stream, asio::buffer(kTlsOnly), kAwaitable);
-    co_await stream->finish();
+    if (found.protocol == DetectedProtocol::http)
+      co_await asio::async_write(*stream, asio::buffer(kTlsOnly), kAwaitable);
+    co_await stream->close_gracefully();
     co_return;
   }
-  if (found.opening == Opening::http) {
-    co_await converse_http(shared_from_this(), stream);
+  if (found.protocol == DetectedProtocol::http) {
+    co_await serve_http(shared_from_this(), stream);
     co_return;
   }
   // TLS inside TLS is not supported: its first bytes are read as a size prefix, which is out of bounds.
@@ -152,10 +153,10 @@ asio::awaitable<void> Reception::route(std::shared_ptr<ByteStream> stream) {
   connection->start(sink);
 }
 
-void Reception::close() {
+void ConnectionRouter::close() {
   is_closed = true;
-  for (const auto& [key, guest] : guests) {
-    if (const auto stream = guest.lock()) stream->close();
+  for (const auto& [key, weak_stream] : pending) {
+    if (const auto stream = weak_stream.lock()) stream->close();
   }
 }
 

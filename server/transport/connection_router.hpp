@@ -14,9 +14,9 @@
 namespace hairnet::server {
 
 // Lets one log line a second through, so that many refusals do not fill the log.
-class LogPace {
+class LogThrottle {
  public:
-  bool pass(std::int64_t now_ns) {
+  bool allow(std::int64_t now_ns) {
     if (now_ns < next_ns_) return false;
     next_ns_ = now_ns + 1'000'000'000;
     return true;
@@ -29,7 +29,7 @@ class LogPace {
 // Accepts the sockets of one port, detects what each peer speaks, and hands the connection to a session or to the HTTP
 // pages. All connections of the port share it. Runs on the loop's serial executor; each pending connection keeps it
 // alive.
-struct Reception : std::enable_shared_from_this<Reception> {
+struct ConnectionRouter : std::enable_shared_from_this<ConnectionRouter> {
   using OpenSession = std::function<PacketSink*(std::shared_ptr<Connection>, std::int64_t now_ns)>;
 
   TransportOptions options;
@@ -37,21 +37,21 @@ struct Reception : std::enable_shared_from_this<Reception> {
   OpenSession open_session;
   HttpService* service = nullptr;
   std::shared_ptr<Admission> admission;
-  std::shared_ptr<asio::ssl::context> tls;                                  // null: no TLS
-  std::unique_ptr<StaticFiles> files;                                       // null: none
-  std::unordered_map<const ByteStream*, std::weak_ptr<ByteStream>> guests;  // pending handshakes, and pages
+  std::shared_ptr<asio::ssl::context> tls;                                   // null: no TLS
+  std::unique_ptr<StaticFiles> files;                                        // null: none
+  std::unordered_map<const ByteStream*, std::weak_ptr<ByteStream>> pending;  // pending handshakes, and pages
   bool is_closed = false;
-  LogPace refusal_log, origin_log, accept_log;
+  LogThrottle refusal_log, origin_log, accept_log;
 
-  void welcome(asio::ip::tcp::socket socket);
+  void accept(asio::ip::tcp::socket socket);
   void close();  // closes the pending connections; the session registry closes the sessions
 
  private:
-  asio::awaitable<void> receive(std::shared_ptr<ByteStream> stream);
+  asio::awaitable<void> serve(std::shared_ptr<ByteStream> stream);
   asio::awaitable<void> route(std::shared_ptr<ByteStream> stream);
 };
 
 // Answers requests until the connection ends or becomes a WebSocket.
-asio::awaitable<void> converse_http(std::shared_ptr<Reception> reception, std::shared_ptr<ByteStream> stream);
+asio::awaitable<void> serve_http(std::shared_ptr<ConnectionRouter> router, std::shared_ptr<ByteStream> stream);
 
 }  // namespace hairnet::server

@@ -14,19 +14,19 @@ bool is_method_letter(std::uint8_t byte) {
 
 }  // namespace
 
-Opening opening_of(std::span<const std::uint8_t> first) {
-  if (first.empty()) return Opening::unknown;
+DetectedProtocol detect_protocol(std::span<const std::uint8_t> first) {
+  if (first.empty()) return DetectedProtocol::unknown;
   if (first[0] == kTlsHandshake) {
-    if (first.size() > 1 && first[1] != kTlsMajor) return Opening::packets;
-    if (first.size() > 2) return first[2] >= 1 && first[2] <= 4 ? Opening::tls : Opening::packets;
-    return Opening::unknown;
+    if (first.size() > 1 && first[1] != kTlsMajor) return DetectedProtocol::packets;
+    if (first.size() > 2) return first[2] >= 1 && first[2] <= 4 ? DetectedProtocol::tls : DetectedProtocol::packets;
+    return DetectedProtocol::unknown;
   }
-  const std::span<const std::uint8_t> method = first.first(std::min(first.size(), kOpeningBytes));
+  const std::span<const std::uint8_t> method = first.first(std::min(first.size(), kProtocolBytesMax));
   for (std::size_t i = 0; i < method.size(); ++i) {
-    const bool ends = i == kOpeningBytes - 1 && method[i] == ' ';  // GET and PUT
-    if (!is_method_letter(method[i]) && !ends) return Opening::packets;
+    const bool ends = i == kProtocolBytesMax - 1 && method[i] == ' ';  // GET and PUT
+    if (!is_method_letter(method[i]) && !ends) return DetectedProtocol::packets;
   }
-  return method.size() == kOpeningBytes ? Opening::http : Opening::unknown;
+  return method.size() == kProtocolBytesMax ? DetectedProtocol::http : DetectedProtocol::unknown;
 }
 
 }  // namespace hairnet::server

@@ -7,15 +7,15 @@
 namespace hairnet::server {
 
 // The protocol that a peer speaks, detected from its first bytes.
-enum class Opening : std::uint8_t {
-  unknown,  // more bytes are needed, never more than kOpeningBytes
+enum class DetectedProtocol : std::uint8_t {
+  unknown,  // more bytes are needed, never more than kProtocolBytesMax
   packets,  // a packet's size prefix
   http,     // a method's name; as a size prefix at least 0x20000000, far beyond any packet
   tls,      // a handshake record; as a size prefix at least 66326, far beyond any first message
 };
 
-inline constexpr std::size_t kOpeningBytes = 4;
+inline constexpr std::size_t kProtocolBytesMax = 4;
 
-Opening opening_of(std::span<const std::uint8_t> first);
+DetectedProtocol detect_protocol(std::span<const std::uint8_t> first);
 
 }  // namespace hairnet::server

@@ -54,17 +54,17 @@ bool offers(std::string_view list, std::string_view word) {
   return false;
 }
 
-class Conversation {
+class HttpConnection {
  public:
-  Conversation(std::shared_ptr<Reception> reception, std::shared_ptr<ByteStream> stream)
-      : reception_(std::move(reception)),
+  HttpConnection(std::shared_ptr<ConnectionRouter> router, std::shared_ptr<ByteStream> stream)
+      : router_(std::move(router)),
         stream_(std::move(stream)),
-        options_(&reception_->options),
-        counters_(reception_->counters),
+        options_(&router_->options),
+        counters_(router_->counters),
         buffer_(kReadBytesMax) {}
 
   asio::awaitable<void> run() {
-    for (std::size_t count = 1; !reception_->is_closed; ++count) {
+    for (std::size_t count = 1; !router_->is_closed; ++count) {
       stream_->expires_after(options_->request_timeout);
       http::request_parser<http::string_body> parser;
       parser.header_limit(kHeaderBytesMax);
@@ -90,7 +90,7 @@ class Conversation {
       const bool sent = co_await respond(reply, file, request.method() != http::verb::head, keep);
       if (!sent || !keep) break;
     }
-    co_await stream_->finish();
+    co_await stream_->close_gracefully();
   }
 
  private:
@@ -126,9 +126,9 @@ class Conversation {
 
   HttpReply answer(const Request& request, StaticFile& file) {
     const std::string_view target = view(request.target()), path = path_of(target);
-    if (reception_->service && is_service_path(path)) {
+    if (router_->service && is_service_path(path)) {
       const std::string_view query = path.size() < target.size() ? target.substr(path.size() + 1) : std::string_view();
-      HttpResponse made = reception_->service->handle(
+      HttpResponse made = router_->service->handle(
           {view(request.method_string()), path, query, stream_->peer(), stream_->is_from_loopback()});
       HttpReply reply;
       reply.status = made.status;
@@ -136,8 +136,8 @@ class Conversation {
       reply.body = std::move(made.body);
       return reply;
     }
-    if (!reception_->files) return refusal(404, "there is no such page");
-    switch (reception_->files->find(path, file)) {
+    if (!router_->files) return refusal(404, "there is no such page");
+    switch (router_->files->find(path, file)) {
       case StaticFind::bad_path:
         return refusal(400, "this is no path");
       case StaticFind::not_found:
@@ -204,7 +204,7 @@ class Conversation {
     const std::string_view origin = view(request[http::field::origin]), host = view(request[http::field::host]);
     if (request.count(http::field::origin) > 1 || !origin_allowed(origin, host, options_->origins)) {
       counters_->origins_refused.add();
-      if (reception_->origin_log.pass(monotonic_now_ns()))
+      if (router_->origin_log.allow(monotonic_now_ns()))
         spdlog::warn("event=origin_refused origin={} peer={} count={}", log_text(origin), stream_->peer(),
                      counters_->origins_refused.value());
       return refusal(403, "this server takes no WebSocket from pages of that origin");
@@ -226,19 +226,19 @@ class Conversation {
     const bool with_subprotocol = request.count(http::field::sec_websocket_protocol) != 0;
     if (const auto error = co_await connection->accept(request, with_subprotocol)) {
       counters_->handshakes_failed_websocket.add();
-      co_await stream_->finish();
+      co_await stream_->close_gracefully();
       co_return;
     }
-    if (reception_->is_closed) {
+    if (router_->is_closed) {
       stream_->close();
       co_return;
     }
     counters_->connections_websocket.add();
-    PacketSink* sink = reception_->open_session(connection, monotonic_now_ns());
+    PacketSink* sink = router_->open_session(connection, monotonic_now_ns());
     connection->start(sink);
   }
 
-  std::shared_ptr<Reception> reception_;
+  std::shared_ptr<ConnectionRouter> router_;
   std::shared_ptr<ByteStream> stream_;
   const TransportOptions* options_;
   TransportCounters* counters_;
@@ -247,8 +247,8 @@ class Conversation {
 
 }  // namespace
 
-asio::awaitable<void> converse_http(std::shared_ptr<Reception> reception, std::shared_ptr<ByteStream> stream) {
-  Conversation conversation(std::move(reception), std::move(stream));
+asio::awaitable<void> serve_http(std::shared_ptr<ConnectionRouter> router, std::shared_ptr<ByteStream> stream) {
+  HttpConnection conversation(std::move(router), std::move(stream));
   co_await conversation.run();
 }
 

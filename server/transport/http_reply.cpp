@@ -7,7 +7,7 @@ namespace hairnet::server {
 namespace {
 
 // Cross-origin isolated, so that a page may share memory with its workers and has precise clocks.
-constexpr std::string_view kSecurity =
+constexpr std::string_view kSecurityHeaders =
     "X-Content-Type-Options: nosniff\r\n"
     "Referrer-Policy: no-referrer\r\n"
     "Cross-Origin-Opener-Policy: same-origin\r\n"
@@ -88,7 +88,7 @@ std::string header_of(const HttpReply& reply, bool keep_alive, std::int64_t date
   add(header, "Upgrade", reply.upgrade);
   if (reply.status == 405) add(header, "Allow", "GET, HEAD");
   add(header, "Connection", !reply.upgrade.empty() ? "upgrade, close" : keep_alive ? "keep-alive" : "close");
-  return header.append(kSecurity).append("\r\n");
+  return header.append(kSecurityHeaders).append("\r\n");
 }
 
 }  // namespace hairnet::server

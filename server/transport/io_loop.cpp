@@ -37,8 +37,8 @@ void IoLoop::run() {
   while (!core_->context.stopped()) {
     if (core_->context.poll() == 0) core_->context.run_one();
     std::unique_lock lock(mutex_);
-    urged_.wait_for(lock, kBetweenWakes, [this] { return is_urged_; });
-    is_urged_ = false;
+    woken_.wait_for(lock, kBetweenWakes, [this] { return is_woken_; });
+    is_woken_ = false;
   }
 }
 
@@ -48,18 +48,18 @@ void IoLoop::poll() {
 
 void IoLoop::stop() {
   core_->context.stop();
-  urge();
+  wake();
 }
 
 void IoLoop::post(std::function<void()> task) {
   asio::post(core_->serial, std::move(task));
-  urge();
+  wake();
 }
 
-void IoLoop::urge() {
+void IoLoop::wake() {
   const std::lock_guard lock(mutex_);
-  is_urged_ = true;
-  urged_.notify_one();
+  is_woken_ = true;
+  woken_.notify_one();
 }
 
 void IoLoop::every(std::int64_t period_ns, std::function<void()> task) {

@@ -31,12 +31,12 @@ class IoLoop {
   [[nodiscard]] IoLoopCore& core() { return *core_; }
 
  private:
-  void urge();
+  void wake();
 
   std::unique_ptr<IoLoopCore> core_;
   std::mutex mutex_;
-  std::condition_variable urged_;
-  bool is_urged_ = false;
+  std::condition_variable woken_;
+  bool is_woken_ = false;
 };
 
 // The monotonic clock that all times of the server are on.

@@ -38,18 +38,18 @@ boost::system::error_code listen(tcp::acceptor& acceptor, const std::string& tex
   return error;
 }
 
-asio::awaitable<void> accept(std::shared_ptr<Reception> reception, std::shared_ptr<tcp::acceptor> acceptor) {
+asio::awaitable<void> accept(std::shared_ptr<ConnectionRouter> router, std::shared_ptr<tcp::acceptor> acceptor) {
   asio::steady_timer retry(acceptor->get_executor());
   while (acceptor->is_open()) {
     auto [error, socket] = co_await acceptor->async_accept(kAwaitable);
     if (!acceptor->is_open()) co_return;
     if (!error) {
-      reception->welcome(std::move(socket));
+      router->accept(std::move(socket));
       continue;
     }
-    reception->counters->accepts_failed.add();
-    if (reception->accept_log.pass(monotonic_now_ns()))
-      spdlog::warn("event=accept_failed reason={}", log_text(error.message()));
+    router->counters->accepts_failed.add();
+    if (router->accept_log.allow(monotonic_now_ns()))
+      spdlog::warn("event=accept_failed detail={}", log_text(error.message()));
     retry.expires_after(kRetry);
     co_await retry.async_wait(kAwaitable);
   }
@@ -58,7 +58,7 @@ asio::awaitable<void> accept(std::shared_ptr<Reception> reception, std::shared_p
 }  // namespace
 
 struct Listener::Impl {
-  std::shared_ptr<Reception> reception;
+  std::shared_ptr<ConnectionRouter> router;
   std::vector<std::shared_ptr<tcp::acceptor>> acceptors;
 };
 
@@ -67,22 +67,22 @@ Result<std::unique_ptr<Listener>> Listener::create(IoLoop& loop, const Transport
                                                    HttpService* service) {
   if (std::string wrong = validate(options); !wrong.empty()) return Refusal(std::move(wrong));
   auto impl = std::make_shared<Impl>();
-  impl->reception = std::make_shared<Reception>();
-  Reception& reception = *impl->reception;
-  reception.options = options;
-  reception.counters = &counters;
-  reception.open_session = std::move(open_session);
-  reception.service = service;
-  reception.admission = std::make_shared<Admission>(options.admission);
+  impl->router = std::make_shared<ConnectionRouter>();
+  ConnectionRouter& router = *impl->router;
+  router.options = options;
+  router.counters = &counters;
+  router.open_session = std::move(open_session);
+  router.service = service;
+  router.admission = std::make_shared<Admission>(options.admission);
   if (!options.tls.certificate.empty()) {
     auto tls = make_tls_context(options.tls);
     if (!tls) return Refusal(std::move(tls.error()));
-    reception.tls = std::move(*tls);
+    router.tls = std::move(*tls);
   }
   if (!options.web_root.empty()) {
     auto files = StaticFiles::open(options.web_root);
     if (!files) return Refusal(std::move(files.error()));
-    reception.files = std::move(*files);
+    router.files = std::move(*files);
   }
   std::uint16_t port = options.port;
   for (const std::string& address : options.addresses) {
@@ -94,7 +94,7 @@ Result<std::unique_ptr<Listener>> Listener::create(IoLoop& loop, const Transport
     impl->acceptors.push_back(std::move(acceptor));
   }
   for (const auto& acceptor : impl->acceptors)
-    asio::co_spawn(loop.core().serial, accept(impl->reception, acceptor), asio::detached);
+    asio::co_spawn(loop.core().serial, accept(impl->router, acceptor), asio::detached);
   return std::unique_ptr<Listener>(new Listener(std::move(impl)));
 }
 
@@ -112,7 +112,7 @@ std::uint16_t Listener::port() const {
 void Listener::close() {
   boost::system::error_code ignored;
   for (const auto& acceptor : impl_->acceptors) acceptor->close(ignored);
-  impl_->reception->close();
+  impl_->router->close();
 }
 
 }  // namespace hairnet::server

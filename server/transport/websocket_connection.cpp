@@ -8,9 +8,9 @@
 namespace hairnet::server {
 namespace {
 
-constexpr std::size_t kReadBytes = std::size_t{64} << 10;     // at a time, so that memory grows with what arrives
-constexpr std::size_t kKeptBytes = std::size_t{64} << 10;     // of a larger message's memory
-constexpr std::size_t kHeldBytesMax = std::size_t{32} << 10;  // up to here a copy costs less than another system call
+constexpr std::size_t kReadBytes = std::size_t{64} << 10;       // at a time, so that memory grows with what arrives
+constexpr std::size_t kKeptBytes = std::size_t{64} << 10;       // of a larger message's memory
+constexpr std::size_t kCorkedBytesMax = std::size_t{32} << 10;  // up to here a copy costs less than another system call
 
 }  // namespace
 
@@ -49,7 +49,7 @@ asio::awaitable<void> WebSocketConnection::read() {
   while (true) {
     const auto [error, count] = co_await socket_.async_read_some(message_, kReadBytes, kAwaitable);
     if (error) {
-      tell_closed(count_end(error));
+      report_closed(count_end(error));
       break;
     }
     counters_->bytes_read.add(count);
@@ -69,7 +69,7 @@ asio::awaitable<void> WebSocketConnection::read() {
   // The writer may be in the middle of a message that nobody takes any more.
   closing_ = ended_ = true;
   wake_writer_.cancel();
-  co_await stream_->finish();
+  co_await stream_->close_gracefully();
 }
 
 void WebSocketConnection::deliver() {
@@ -101,14 +101,14 @@ asio::awaitable<void> WebSocketConnection::write() {
 
 asio::awaitable<boost::system::error_code> WebSocketConnection::write_out() {
   const std::size_t count = sending_.packets.size();
-  const bool together = sending_.bytes <= kHeldBytesMax;
+  const bool together = sending_.bytes <= kCorkedBytesMax;
   for (std::size_t i = 0; i < count; ++i) {
-    stream_->hold(together && i + 1 < count);
+    stream_->cork(together && i + 1 < count);
     const auto [error, bytes] = co_await socket_.async_write(asio::buffer(sending_.packets[i]), kAwaitable);
     counters_->bytes_written.add(bytes);
     counters_->bytes_written_websocket.add(bytes);
     if (error) {
-      stream_->hold(false);
+      stream_->cork(false);
       co_return error;
     }
     counters_->packets_written_websocket.add();
@@ -153,7 +153,7 @@ std::string_view WebSocketConnection::count_end(const boost::system::error_code&
   return "the connection broke";
 }
 
-void WebSocketConnection::tell_closed(std::string_view reason) {
+void WebSocketConnection::report_closed(std::string_view reason) {
   closing_ = true;
   if (PacketSink* sink = std::exchange(sink_, nullptr)) sink->on_closed(reason, monotonic_now_ns());
 }

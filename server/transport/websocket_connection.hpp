@@ -42,7 +42,7 @@ class WebSocketConnection final : public Connection, public std::enable_shared_f
   void deliver();
   void close_with(websocket::close_code code, std::string_view reason);
   std::string_view count_end(const boost::system::error_code& error);
-  void tell_closed(std::string_view reason);  // by the peer or the network
+  void report_closed(std::string_view reason);  // by the peer or the network
 
   std::shared_ptr<ByteStream> stream_;
   websocket::stream<ByteStream&, false> socket_;  // without compression

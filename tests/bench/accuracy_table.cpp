@@ -28,9 +28,9 @@ struct StepTimes {
 
 StepTimes time_steps(const Subject& subject, const Level& level, LevelIndex index, const Options& o) {
   const int shipped = iterations_for(index, 1 / kTimedRate_hz);
-  const Cast cast = make_cast(level, subject.motions.front(), {kTimedRate_hz, o.characters, 2}, shipped);
-  std::vector<std::unique_ptr<Performer>> performers;
-  std::vector<Lap> laps;
+  const Workload cast = make_workload(level, subject.motions.front(), {kTimedRate_hz, o.characters, 2}, shipped);
+  std::vector<std::unique_ptr<StepRunner>> performers;
+  std::vector<TimedRun> laps;
   for (const int iterations : kIterations) {
     performers.push_back(make_crowd(level, cast, {.iterations = iterations}));
     laps.push_back({"crowd " + std::to_string(iterations), [p = performers.back().get()] { p->rewind(); },
@@ -41,7 +41,7 @@ StepTimes time_steps(const Subject& subject, const Level& level, LevelIndex inde
       {"naive", [&] { performers.back()->rewind(); }, [&] { static_cast<void>(performers.back()->perform()); }});
   measure(laps, o.repetitions);
   StepTimes times;
-  const auto steps = static_cast<double>(cast.players.size() * cast.frame_count);
+  const auto steps = static_cast<double>(cast.characters.size() * cast.frame_count);
   for (std::size_t i = 0; i < times.crowd.size(); ++i) times.crowd[i] = 1e6 * laps[i].seconds_min / steps;
   times.naive = 1e6 * laps.back().seconds_min / steps;
   return times;

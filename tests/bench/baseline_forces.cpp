@@ -83,7 +83,7 @@ void add_attachments(const PlainLevel& level, double h, const NodeVectors& P, co
 }
 
 // core/levels/skin_distance_field.hpp
-double skin_distance(const PlainSkinField& field, const Vector3d& point, Vector3d* gradient = nullptr) {
+double skin_distance(const PlainSkinDistanceField& field, const Vector3d& point, Vector3d* gradient = nullptr) {
   const Vector3d at = (point - vector_at(field.origin)) / field.cell_m;
   Vector3d within, t;
   int low[3];
@@ -129,7 +129,7 @@ void add_contacts(const PlainLevel& level, const PlainInput& input, const NodeVe
     const Vector3d from = point(input.head_from, rest) + displacement,
                    with_head = point(input.head_to, rest) + displacement;
     for (std::size_t f = 0; f < level.skin_count; ++f) {
-      const PlainSkinField& field = level.skin[f];
+      const PlainSkinDistanceField& field = level.skin[f];
       const PlainBone& bone = input.bones[f];
       const double limit = static_cast<double>(field.limit[p]);
       if (limit <= -1) continue;

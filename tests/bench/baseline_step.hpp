@@ -20,8 +20,8 @@ struct PlainStiffeners {
 };
 
 // A level for steps of one length. Vectors are three numbers a node, head space.
-// SkinField and ContactPoints (core/levels/level.hpp).
-struct PlainSkinField {
+// SkinDistanceField and ContactPoints (core/levels/level.hpp).
+struct PlainSkinDistanceField {
   double origin[3], cell_m;
   int dims[3];
   const float* distance = nullptr;
@@ -42,7 +42,7 @@ struct PlainLevel {
   const double* ether_damping = nullptr;    // as the solver takes it, N s/m
   const double* drag = nullptr;             // xx xy xz yy yz zz, N s/m
   PlainStiffeners springs, attachments;
-  const PlainSkinField* skin = nullptr;
+  const PlainSkinDistanceField* skin = nullptr;
   std::size_t skin_count = 0;
   PlainContactPoints contacts;
 };

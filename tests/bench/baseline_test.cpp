@@ -20,13 +20,13 @@ Pose moved(double yaw_rad, const Vec3& position, double shoulder_rad = 0) {
 }
 
 // Crumpled lattices whose heads turn and whose shoulders move.
-Cast random_cast(const Level& level) {
-  Cast cast{kFrame_s, 1, {}};
+Workload random_cast(const Level& level) {
+  Workload cast{kFrame_s, 1, {}};
   for (unsigned seed = 1; seed <= 4; ++seed) {
-    Player player{make_random_state(level, 0.02f, 0.5f, seed), {}};
-    player.poses = {moved(0.1 * seed, {0.5, 1.5, -2.0 * seed}),
-                    moved(0.1 * seed + 0.08, {0.52, 1.49, -2.0 * seed + 0.03}, 0.2)};
-    cast.players.push_back(player);
+    BenchCharacter character{make_random_state(level, 0.02f, 0.5f, seed), {}};
+    character.poses = {moved(0.1 * seed, {0.5, 1.5, -2.0 * seed}),
+                       moved(0.1 * seed + 0.08, {0.52, 1.49, -2.0 * seed + 0.03}, 0.2)};
+    cast.characters.push_back(character);
   }
   return cast;
 }
@@ -35,15 +35,15 @@ class Baselines : public testing::TestWithParam<Baseline> {};
 
 TEST_P(Baselines, agree_with_the_reference_when_their_solver_converges) {
   const Level level = make_random_level();
-  const Cast cast = random_cast(level);
+  const Workload cast = random_cast(level);
   const auto performer =
       make_baseline(GetParam(), level, cast, {.iterations = 4000, .steps_per_frame = 1, .relative_residual = 1e-12});
   performer->rewind();
   ASSERT_TRUE(performer->perform());
   const std::vector<LatticeState> states = performer->states();
-  for (std::size_t c = 0; c < cast.players.size(); ++c) {
-    const StepInput input = step_input(cast, cast.players[c], 0, 0, 1);
-    WorldLattice reference = to_world(level, input.from.head(), cast.players[c].state);
+  for (std::size_t c = 0; c < cast.characters.size(); ++c) {
+    const StepInput input = step_input(cast, cast.characters[c], 0, 0, 1);
+    WorldLattice reference = to_world(level, input.from.head(), cast.characters[c].state);
     const WorldLattice before = reference;
     reference_step(level, input, reference, 1e-12);
     const LatticeState expected = to_head(level, input.to.head(), reference);
@@ -59,7 +59,7 @@ TEST_P(Baselines, agree_with_the_reference_when_their_solver_converges) {
 
 TEST_P(Baselines, stop_at_their_iterations) {
   const Level level = make_random_level();
-  const Cast cast = random_cast(level);
+  const Workload cast = random_cast(level);
   const auto few = make_baseline(GetParam(), level, cast, {.iterations = 2});
   const auto more = make_baseline(GetParam(), level, cast, {.iterations = 3});
   few->rewind();
@@ -75,8 +75,8 @@ TEST_P(Baselines, stop_at_their_iterations) {
 
 TEST_P(Baselines, take_what_is_not_finite_for_a_failure) {
   const Level level = make_random_level();
-  Cast cast = random_cast(level);
-  cast.players[1].state.velocity[3].x() = std::numeric_limits<float>::quiet_NaN();
+  Workload cast = random_cast(level);
+  cast.characters[1].state.velocity[3].x() = std::numeric_limits<float>::quiet_NaN();
   const auto performer = make_baseline(GetParam(), level, cast, {});
   performer->rewind();
   EXPECT_FALSE(performer->perform());
@@ -87,7 +87,7 @@ INSTANTIATE_TEST_SUITE_P(All, Baselines, testing::Values(Baseline::naive, Baseli
 
 TEST(Performers, crowd_and_single_give_the_same_bits) {
   const Level level = make_random_level();
-  const Cast cast = random_cast(level);
+  const Workload cast = random_cast(level);
   for (const int iterations : {3, 12}) {
     const auto single = make_single(level, cast, {.iterations = iterations, .steps_per_frame = 2});
     const auto crowd = make_crowd(level, cast, {.iterations = iterations, .steps_per_frame = 2});

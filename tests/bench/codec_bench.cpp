@@ -14,10 +14,10 @@ namespace {
 
 using codec::Integers;
 
-std::vector<Integers> quantised(const CodecClip& clip, codec::ErrorClass error_class) {
-  std::vector<Integers> out;
+std::vector<FrameIntegers> quantised(const CodecClip& clip, codec::ErrorClass error_class) {
+  std::vector<FrameIntegers> out;
   for (std::size_t t = 0; t < clip.poses.size(); ++t) {
-    Integers frame;
+    FrameIntegers frame;
     codec::quantise_pose(clip.poses[t], out.empty() ? nullptr : &out.back(), frame);
     codec::quantise_nodes(clip.displacements[t], error_class, frame.nodes);
     out.push_back(std::move(frame));
@@ -27,13 +27,13 @@ std::vector<Integers> quantised(const CodecClip& clip, codec::ErrorClass error_c
 
 // A frame and what it is coded against.
 struct Job {
-  const Integers* frame;
-  std::vector<const Integers*> history;
+  const FrameIntegers* frame;
+  std::vector<const FrameIntegers*> history;
   std::vector<std::uint8_t> bytes;
 };
 
 // From the fourth frame on, or when the history is there.
-std::vector<Job> jobs_of(const std::vector<Integers>& frames, const CodecCase& what) {
+std::vector<Job> jobs_of(const std::vector<FrameIntegers>& frames, const CodecCase& what) {
   std::vector<Job> jobs;
   for (std::size_t t = std::max(codec::kHistoryMax, what.order * what.stride); t < frames.size(); ++t) {
     Job& job = jobs.emplace_back(Job{&frames[t], {}, {}});
@@ -43,20 +43,20 @@ std::vector<Job> jobs_of(const std::vector<Integers>& frames, const CodecCase& w
 }
 
 std::size_t bone_bytes(const Job& job) {
-  const auto without_nodes = [](const Integers& frame) { return Integers{frame.bones, {}, {}}; };
-  std::vector<Integers> past;
-  for (const Integers* earlier : job.history) past.push_back(without_nodes(*earlier));
-  std::vector<const Integers*> history;
-  for (const Integers& earlier : past) history.push_back(&earlier);
+  const auto without_nodes = [](const FrameIntegers& frame) { return Integers{frame.bones, {}, {}}; };
+  std::vector<FrameIntegers> past;
+  for (const FrameIntegers* earlier : job.history) past.push_back(without_nodes(*earlier));
+  std::vector<const FrameIntegers*> history;
+  for (const FrameIntegers& earlier : past) history.push_back(&earlier);
   std::vector<std::uint8_t> bytes;
   codec::encode_frame(without_nodes(*job.frame), history, nullptr, bytes);
   return bytes.size();
 }
 
 void time(std::vector<Job>& jobs, const codec::Neighbours& neighbours, int repetitions, CodecResult& result) {
-  Integers got;
+  FrameIntegers got;
   std::vector<std::uint8_t> bytes;
-  std::vector<Lap> laps;
+  std::vector<TimedRun> laps;
   laps.push_back({"encode", [] {},
                   [&] {
                     for (const Job& job : jobs) {
@@ -105,7 +105,7 @@ CodecResult measure_codec(const LevelGeometry& geometry, const std::vector<Codec
                           int repetitions) {
   const codec::Neighbours neighbours(geometry);
   CodecResult result;
-  std::vector<std::vector<Integers>> frames;
+  std::vector<std::vector<FrameIntegers>> frames;
   std::vector<Job> jobs;
   for (const CodecClip& clip : clips) {
     frames.push_back(quantised(clip, what.error_class));
@@ -115,7 +115,7 @@ CodecResult measure_codec(const LevelGeometry& geometry, const std::vector<Codec
   std::size_t bytes = 0, of_bones = 0;
   for (Job& job : jobs) {
     codec::encode_frame(*job.frame, job.history, &neighbours, job.bytes);
-    Integers got;
+    FrameIntegers got;
     result.right &= codec::decode_frame(job.bytes, job.history, &neighbours, false, got) &&
                     got.bones == job.frame->bones && got.nodes == job.frame->nodes;
     bytes += job.bytes.size();
@@ -136,7 +136,7 @@ double share_of_prototype(const std::vector<CodecClip>& clips, codec::ErrorClass
   constexpr unsigned kParameterBits = 4, kParameterMax = 15;
   std::size_t bits = 0, coordinates = 0;
   for (const CodecClip& clip : clips) {
-    const std::vector<Integers> frames = quantised(clip, error_class);
+    const std::vector<FrameIntegers> frames = quantised(clip, error_class);
     for (std::size_t t = codec::kHistoryMax; t < frames.size(); ++t) {
       const auto &x = frames[t].nodes, &a = frames[t - 1].nodes, &b = frames[t - 2].nodes, &c = frames[t - 3].nodes;
       for (std::size_t begin = 0; begin < x.size(); begin += kBlock) {

@@ -17,7 +17,7 @@ struct CodecClip {
 std::vector<CodecClip> step_clips(const Subject& subject, LevelIndex index, double rate_hz, double duration_s);
 
 struct CodecCase {
-  codec::ErrorClass error_class = codec::ErrorClass::normal;
+  codec::ErrorClass error_class = codec::ErrorClass::half_mm;
   std::size_t order = 3, stride = 1;
 };
 struct CodecResult {

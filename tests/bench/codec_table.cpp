@@ -59,7 +59,7 @@ void measure_codec_table(const Subject& subject, const Options& options, Report&
     for (const double rate_hz : kRates_hz) {
       const std::vector<CodecClip> clips = step_clips(subject, index, rate_hz, options.duration_s);
       const Row row{std::string(kLevelNames[i]), rate_hz, &geometry, &clips};
-      const double prototype = share_of_prototype(clips, codec::ErrorClass::normal);
+      const double prototype = share_of_prototype(clips, codec::ErrorClass::half_mm);
       std::printf("  %2.0f Hz %-36s %8.3f\n", rate_hz, (row.level + " normal, a prototype, order 3").c_str(),
                   prototype);
       report.add({{"section", "codec"},
@@ -68,14 +68,14 @@ void measure_codec_table(const Subject& subject, const Options& options, Report&
                   {"variant", "prototype"},
                   {"share_of_raw", prototype}});
       for (std::size_t order = 0; order <= codec::kHistoryMax; ++order)
-        add_row(row, {codec::ErrorClass::normal, order, 1}, options.repetitions, report);
+        add_row(row, {codec::ErrorClass::half_mm, order, 1}, options.repetitions, report);
       for (const std::size_t stride : {2, 4}) {
         for (std::size_t order = 1; order <= codec::kHistoryMax; ++order)
-          add_row(row, {codec::ErrorClass::normal, order, stride}, 0, report);
+          add_row(row, {codec::ErrorClass::half_mm, order, stride}, 0, report);
       }
       // Whether a frame that is long past is worth keeping.
-      for (const std::size_t stride : {3, 8}) add_row(row, {codec::ErrorClass::normal, 1, stride}, 0, report);
-      for (const codec::ErrorClass error_class : {codec::ErrorClass::fine, codec::ErrorClass::coarse}) {
+      for (const std::size_t stride : {3, 8}) add_row(row, {codec::ErrorClass::half_mm, 1, stride}, 0, report);
+      for (const codec::ErrorClass error_class : {codec::ErrorClass::quarter_mm, codec::ErrorClass::one_mm}) {
         for (const std::size_t order : {std::size_t{0}, codec::kHistoryMax})
           add_row(row, {error_class, order, 1}, 0, report);
       }

@@ -14,19 +14,19 @@ constexpr int kConverged = 1000, kBaselineConverged = 20'000;
 constexpr double kResidual = 1e-10;
 constexpr double kBaselineOff_m = 1e-6, kOff_m = 2e-5;  // in double; in float
 
-// A few players and one frame; no step is held to an energy that the last one left.
-Cast some_of(const Cast& cast) {
-  Cast some{cast.frame_s, 1, {}};
-  for (std::size_t c = 0; c < std::min(kPlayers, cast.players.size()); ++c) {
-    Player player = cast.players[c * cast.players.size() / kPlayers];
-    player.poses.resize(2);
-    player.state.elastic_energy_max_j = std::numeric_limits<float>::infinity();
-    some.players.push_back(std::move(player));
+// A few characters and one frame; no step is held to an energy that the last one left.
+Workload some_of(const Workload& cast) {
+  Workload some{cast.frame_s, 1, {}};
+  for (std::size_t c = 0; c < std::min(kPlayers, cast.characters.size()); ++c) {
+    BenchCharacter character = cast.characters[c * cast.characters.size() / kPlayers];
+    character.poses.resize(2);
+    character.state.elastic_energy_max_j = std::numeric_limits<float>::infinity();
+    some.characters.push_back(std::move(character));
   }
   return some;
 }
 
-double most_off_m(Performer& performer, const std::vector<LatticeState>& truth) {
+double most_off_m(StepRunner& performer, const std::vector<LatticeState>& truth) {
   performer.rewind();
   if (!performer.perform()) return std::numeric_limits<double>::infinity();
   const std::vector<LatticeState> states = performer.states();
@@ -41,16 +41,16 @@ double most_off_m(Performer& performer, const std::vector<LatticeState>& truth) 
 
 }  // namespace
 
-double check_against_reference(const Level& level, const Cast& cast, const std::string& where, Report& report) {
-  const Cast some = some_of(cast);
+double check_against_reference(const Level& level, const Workload& cast, const std::string& where, Report& report) {
+  const Workload some = some_of(cast);
   std::vector<LatticeState> truth;
-  for (const Player& player : some.players) {
-    const StepInput input = step_input(some, player, 0, 0, 1);
-    WorldLattice lattice = to_world(level, input.from.head(), player.state);
+  for (const BenchCharacter& character : some.characters) {
+    const StepInput input = step_input(some, character, 0, 0, 1);
+    WorldLattice lattice = to_world(level, input.from.head(), character.state);
     reference_step(level, input, lattice, kResidual);
     truth.push_back(to_head(level, input.to.head(), lattice));
   }
-  const auto check = [&](const char* name, std::unique_ptr<Performer> performer, double bound_m) {
+  const auto check = [&](const char* name, std::unique_ptr<StepRunner> performer, double bound_m) {
     const double off_m = most_off_m(*performer, truth);
     if (off_m <= bound_m) return off_m;
     char text[160];
@@ -59,7 +59,7 @@ double check_against_reference(const Level& level, const Cast& cast, const std::
     report.fail(where + text);
     return off_m;
   };
-  const PerformerSettings baseline{kBaselineConverged, 1, kResidual}, ours{kConverged, 1, 0};
+  const StepRunnerSettings baseline{kBaselineConverged, 1, kResidual}, ours{kConverged, 1, 0};
   check("naive", make_baseline(Baseline::naive, level, some, baseline), kBaselineOff_m);
   check("fair", make_baseline(Baseline::fair, level, some, baseline), kBaselineOff_m);
   return std::max(check("single", make_single(level, some, ours), kOff_m),

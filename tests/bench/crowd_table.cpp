@@ -17,7 +17,7 @@ namespace hairnet::bench {
 namespace {
 
 constexpr std::array kRates_hz{25.0, 60.0, 90.0};
-constexpr int kPaperIterations = 16, kIterationsMost = 64;
+constexpr int kPaperIterations = 16, kIterationsMax = 64;
 constexpr double kWarmUp_s = 1;
 constexpr std::size_t kNaiveCharacters = 16;
 
@@ -52,11 +52,11 @@ Run run(const Subject& subject, const std::shared_ptr<const LevelSet>& levels, c
 }
 
 double naive_step_s(const Subject& subject, const Level& level, double rate_hz, int iterations, int repetitions) {
-  const Cast cast = make_cast(level, subject.motions.front(), {rate_hz, kNaiveCharacters, 1}, iterations);
+  const Workload cast = make_workload(level, subject.motions.front(), {rate_hz, kNaiveCharacters, 1}, iterations);
   const auto naive = make_baseline(Baseline::naive, level, cast, {.iterations = kPaperIterations});
-  std::vector<Lap> laps{{"naive", [&] { naive->rewind(); }, [&] { static_cast<void>(naive->perform()); }}};
+  std::vector<TimedRun> laps{{"naive", [&] { naive->rewind(); }, [&] { static_cast<void>(naive->perform()); }}};
   measure(laps, repetitions);
-  return laps[0].seconds_min / static_cast<double>(cast.players.size());
+  return laps[0].seconds_min / static_cast<double>(cast.characters.size());
 }
 
 void measure_level(const Subject& subject, const Options& o, const std::shared_ptr<const LevelSet>& levels,
@@ -69,7 +69,7 @@ void measure_level(const Subject& subject, const Options& o, const std::shared_p
     const int shipped = iterations_for(index, 1 / rate_hz / substep_count_for(1 / rate_hz));
     const double naive_s = naive_step_s(subject, level, rate_hz, shipped, o.repetitions);
     const CutOffError error(subject, level, rate_hz, 1, o.duration_s);
-    const int equal = error.iterations_for(error.of_naive(kPaperIterations), kIterationsMost);
+    const int equal = error.iterations_for(error.of_naive(kPaperIterations), kIterationsMax);
     struct Setting {
       const char* name;
       int substeps, iterations;

@@ -18,7 +18,7 @@ namespace hairnet::bench {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr int kRunsLeast = 50;
+constexpr int kRunsMin = 50;
 constexpr double kMeasure_s = 0.2;
 
 // Whole strands, evenly picked.
@@ -58,7 +58,7 @@ std::vector<Vec3f> lively_displacements(const Lattice& lattice) {
 
 double least_ns(const std::function<void()>& run) {
   double least = std::numeric_limits<double>::max(), spent_s = 0;
-  for (int n = 0; n < kRunsLeast || spent_s < kMeasure_s; ++n) {
+  for (int n = 0; n < kRunsMin || spent_s < kMeasure_s; ++n) {
     const Clock::time_point begin = Clock::now();
     run();
     const double run_s = std::chrono::duration<double>(Clock::now() - begin).count();

@@ -14,7 +14,7 @@ namespace hairnet::bench {
 namespace {
 
 constexpr double kRate_hz = 25;
-constexpr int kPaperIterations = 16, kIterationsMost = 64;
+constexpr int kPaperIterations = 16, kIterationsMax = 64;
 
 struct Cell {
   int nodes_per_axis;
@@ -52,21 +52,21 @@ int shipped_iterations(const Cell& cell) {
 struct Variant {
   std::string name;
   std::string isa;
-  PerformerSettings settings;
+  StepRunnerSettings settings;
   double error;
-  std::unique_ptr<Performer> performer;
+  std::unique_ptr<StepRunner> performer;
 };
 
-std::vector<Variant> make_variants(const Subject& subject, const Level& level, const Cell& cell, const Cast& cast,
+std::vector<Variant> make_variants(const Subject& subject, const Level& level, const Cell& cell, const Workload& cast,
                                    const Options& o) {
   const CutOffError one_step(subject, level, kRate_hz, 1, o.duration_s);
   const int shipped_steps = substep_count_for(1 / kRate_hz), shipped = shipped_iterations(cell);
   const CutOffError shipped_step(subject, level, kRate_hz, shipped_steps, o.duration_s);
   const double paper_error = one_step.of_naive(kPaperIterations);
-  const int equal = cell.springs == 0 ? 1 : one_step.iterations_for(paper_error, kIterationsMost);
+  const int equal = cell.springs == 0 ? 1 : one_step.iterations_for(paper_error, kIterationsMax);
   const double equal_error = one_step.of_ours(equal), shipped_error = shipped_step.of_ours(shipped);
 
-  const PerformerSettings paper{kPaperIterations, 1, 0}, as_good{equal, 1, 0}, as_shipped{shipped, shipped_steps, 0};
+  const StepRunnerSettings paper{kPaperIterations, 1, 0}, as_good{equal, 1, 0}, as_shipped{shipped, shipped_steps, 0};
   const std::string isa = isa_in_use();
   std::vector<Variant> variants;
   variants.push_back({"naive", isa, paper, paper_error, make_baseline(Baseline::naive, level, cast, paper)});
@@ -75,8 +75,8 @@ std::vector<Variant> make_variants(const Subject& subject, const Level& level, c
   variants.push_back({"single", isa, as_good, equal_error, make_single(level, cast, as_good)});
   variants.push_back({"crowd", isa, as_good, equal_error, make_crowd(level, cast, as_good)});
   if (cell.springs > 0 && o.naive_iterations_max > 0) {
-    const PerformerSettings patient{shipped_step.naive_iterations_for(shipped_error, o.naive_iterations_max),
-                                    shipped_steps, 0};
+    const StepRunnerSettings patient{shipped_step.naive_iterations_for(shipped_error, o.naive_iterations_max),
+                                     shipped_steps, 0};
     const double error = shipped_step.of_naive(patient.iterations);
     variants.push_back({"naive, shipped", isa, patient, error, make_baseline(Baseline::naive, level, cast, patient)});
     variants.push_back({"fair, shipped", isa, patient, error, make_baseline(Baseline::fair, level, cast, patient)});
@@ -90,8 +90,9 @@ Result<void> use(const std::string& isa) {
   return isa == isa_in_use() ? Result<void>() : use_isa(isa);
 }
 
-std::vector<Lap> time_all(std::vector<Variant>& variants, int repetitions, const std::string& where, Report& report) {
-  std::vector<Lap> laps;
+std::vector<TimedRun> time_all(std::vector<Variant>& variants, int repetitions, const std::string& where,
+                               Report& report) {
+  std::vector<TimedRun> laps;
   for (Variant& v : variants) {
     laps.push_back({v.name,
                     [&] {
@@ -120,7 +121,7 @@ void check_hashes(const std::vector<Variant>& variants, const std::string& where
 }
 
 void report_times(const Level& level, const Cell& cell, const std::vector<Variant>& variants,
-                  const std::vector<Lap>& laps, double frames, Report& report) {
+                  const std::vector<TimedRun>& laps, double frames, Report& report) {
   std::printf("  %-16s %10s %12s %9s %8s %11s %9s   %s\n", "", "iterations", "us a frame", "x naive", "x fair",
               "as precise", "error", "state hash");
   const auto us_of = [&](std::size_t v) { return 1e6 * laps[v].seconds_min / frames; };
@@ -163,20 +164,21 @@ void report_times(const Level& level, const Cell& cell, const std::vector<Varian
 
 void measure_cell(const Subject& subject, const Options& o, const Cell& cell, Report& report) {
   const Level level = build(subject.groom, cell);
-  const Cast cast = make_cast(level, subject.motions.front(), {kRate_hz, o.characters, 2}, shipped_iterations(cell));
+  const Workload cast =
+      make_workload(level, subject.motions.front(), {kRate_hz, o.characters, 2}, shipped_iterations(cell));
   char where[80];
   std::snprintf(where, sizeof where, "%d³, %zu + %zu, %zu contact points", cell.nodes_per_axis,
                 level.attachments.count(), level.springs.count(), level.contacts.count());
   const double off_m = check_against_reference(level, cast, where, report);
   std::vector<Variant> variants = make_variants(subject, level, cell, cast, o);
   const std::string isa = isa_in_use();
-  const std::vector<Lap> laps = time_all(variants, o.repetitions, where, report);
+  const std::vector<TimedRun> laps = time_all(variants, o.repetitions, where, report);
   if (const auto used = use(isa); !used) report.fail(used.error());
   check_hashes(variants, where, report);
 
   std::printf("\n%s, %zu nodes; paper %.1f ms; converged steps within %.2g mm of the reference\n", where,
               level.rest.size(), cell.paper_ms, 1e3 * off_m);
-  report_times(level, cell, variants, laps, static_cast<double>(cast.players.size() * cast.frame_count), report);
+  report_times(level, cell, variants, laps, static_cast<double>(cast.characters.size() * cast.frame_count), report);
 }
 
 }  // namespace

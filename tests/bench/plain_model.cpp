@@ -29,8 +29,8 @@ PlainModel::PlainModel(const Level& level, double step_s, const MaterialScale& m
     ether_damping_.push_back(ether_damping(level, material, i, static_cast<float>(step_s)));
   }
   std::size_t f = 0;
-  for (const SkinField& field : *level.skin) {
-    PlainSkinField& out = skin_.emplace_back();
+  for (const SkinDistanceField& field : *level.skin) {
+    PlainSkinDistanceField& out = skin_.emplace_back();
     for (std::size_t a = 0; a < 3; ++a) {
       out.origin[a] = field.origin[static_cast<Eigen::Index>(a)];
       out.dims[a] = field.dims[a];
@@ -81,7 +81,7 @@ PlainStep::PlainStep(const Level& level, const StepInput& input) : input_{} {
   std::copy_n(input.environment->gravity.data(), 3, input_.gravity);
   std::copy_n(kDesignGravity.data(), 3, input_.design_gravity);
   input_.contact_release = input.contact_release;
-  for (const SkinField& field : *level.skin) {
+  for (const SkinDistanceField& field : *level.skin) {
     const RigidTransform &from = input.from[field.bone], &to = input.to[field.bone];
     bones_.push_back({plain(from.inverse()), plain(to.inverse()), plain(to)});
   }

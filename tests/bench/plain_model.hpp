@@ -25,7 +25,7 @@ class PlainModel {
             PlainStiffeners& plain);
 
   std::vector<double> rest_, mass_, ether_stiffness_, ether_damping_, drag_;
-  std::vector<PlainSkinField> skin_;
+  std::vector<PlainSkinDistanceField> skin_;
   Terms springs_, attachments_;
   PlainLevel plain_;
 };

@@ -9,33 +9,34 @@
 namespace hairnet::bench {
 namespace {
 
-// A player's inputs, step by step.
-std::vector<StepInput> inputs_of(const Cast& cast, const Player& player, int steps_per_frame) {
+// A character's inputs, step by step.
+std::vector<StepInput> inputs_of(const Workload& cast, const BenchCharacter& character, int steps_per_frame) {
   std::vector<StepInput> inputs;
   for (std::size_t frame = 0; frame < cast.frame_count; ++frame) {
-    for (int s = 0; s < steps_per_frame; ++s) inputs.push_back(step_input(cast, player, frame, s, steps_per_frame));
+    for (int s = 0; s < steps_per_frame; ++s) inputs.push_back(step_input(cast, character, frame, s, steps_per_frame));
   }
   return inputs;
 }
 
-class BaselinePerformer final : public Performer {
+class BaselineRunner final : public StepRunner {
  public:
-  BaselinePerformer(Baseline kind, const Level& level, const Cast& cast, const PerformerSettings& settings)
-      : level_(level), cast_(cast), model_(level, cast.frame_s / settings.steps_per_frame) {
+  BaselineRunner(Baseline kind, const Level& level, const Workload& cast, const StepRunnerSettings& settings)
+      : level_(level), workload_(cast), model_(level, cast.frame_s / settings.steps_per_frame) {
     const BaselineSettings solver{settings.iterations, settings.relative_residual};
     baseline_ =
         kind == Baseline::naive ? make_naive_step(model_.level(), solver) : make_fair_step(model_.level(), solver);
-    for (const Player& player : cast.players) {
+    for (const BenchCharacter& character : cast.characters) {
       auto& steps = steps_.emplace_back();
-      for (const StepInput& input : inputs_of(cast, player, settings.steps_per_frame)) steps.emplace_back(level, input);
+      for (const StepInput& input : inputs_of(cast, character, settings.steps_per_frame))
+        steps.emplace_back(level, input);
     }
-    lattices_.resize(cast.players.size());
+    lattices_.resize(cast.characters.size());
   }
 
   void rewind() override {
     for (std::size_t c = 0; c < lattices_.size(); ++c) {
-      const Player& player = cast_.players[c];
-      lattices_[c] = to_world(level_, player.poses.front().head(), player.state);
+      const BenchCharacter& character = workload_.characters[c];
+      lattices_[c] = to_world(level_, character.poses.front().head(), character.state);
     }
   }
   bool perform() override {
@@ -48,7 +49,7 @@ class BaselinePerformer final : public Performer {
   [[nodiscard]] std::vector<LatticeState> states() const override {
     std::vector<LatticeState> states;
     for (std::size_t c = 0; c < lattices_.size(); ++c) {
-      states.push_back(to_head(level_, cast_.players[c].poses.back().head(), lattices_[c]));
+      states.push_back(to_head(level_, workload_.characters[c].poses.back().head(), lattices_[c]));
     }
     return states;
   }
@@ -60,7 +61,7 @@ class BaselinePerformer final : public Performer {
 
  private:
   const Level& level_;
-  const Cast& cast_;
+  const Workload& workload_;
   PlainModel model_;
   std::unique_ptr<BaselineStep> baseline_;
   std::vector<std::vector<PlainStep>> steps_;
@@ -68,16 +69,17 @@ class BaselinePerformer final : public Performer {
 };
 
 // What both of our kernels keep.
-class OurPerformer : public Performer {
+class KernelRunner : public StepRunner {
  public:
-  OurPerformer(const Level& level, const Cast& cast, const PerformerSettings& settings)
-      : level_(level), cast_(cast), solver_{.iterations = settings.iterations} {
-    for (const Player& player : cast.players) inputs_.push_back(inputs_of(cast, player, settings.steps_per_frame));
-    states_.resize(cast.players.size());
+  KernelRunner(const Level& level, const Workload& cast, const StepRunnerSettings& settings)
+      : level_(level), workload_(cast), solver_{.iterations = settings.iterations} {
+    for (const BenchCharacter& character : cast.characters)
+      inputs_.push_back(inputs_of(cast, character, settings.steps_per_frame));
+    states_.resize(cast.characters.size());
   }
 
   void rewind() override {
-    for (std::size_t c = 0; c < states_.size(); ++c) states_[c] = cast_.players[c].state;
+    for (std::size_t c = 0; c < states_.size(); ++c) states_[c] = workload_.characters[c].state;
   }
   [[nodiscard]] std::vector<LatticeState> states() const override { return states_; }
   [[nodiscard]] std::string hash() const override {
@@ -88,15 +90,15 @@ class OurPerformer : public Performer {
 
  protected:
   const Level& level_;
-  const Cast& cast_;
+  const Workload& workload_;
   SolverSettings solver_;
   std::vector<std::vector<StepInput>> inputs_;
   std::vector<LatticeState> states_;
 };
 
-class SinglePerformer final : public OurPerformer {
+class SingleRunner final : public KernelRunner {
  public:
-  using OurPerformer::OurPerformer;
+  using KernelRunner::KernelRunner;
   bool perform() override {
     bool is_finite = true;
     for (std::size_t c = 0; c < states_.size(); ++c) {
@@ -109,16 +111,16 @@ class SinglePerformer final : public OurPerformer {
   StepScratch scratch_;
 };
 
-class CrowdPerformer final : public OurPerformer {
+class CrowdRunner final : public KernelRunner {
  public:
-  CrowdPerformer(const Level& level, const Cast& cast, const PerformerSettings& settings)
-      : OurPerformer(level, cast, settings), members_(crowd_width()) {}
+  CrowdRunner(const Level& level, const Workload& cast, const StepRunnerSettings& settings)
+      : KernelRunner(level, cast, settings), members_(crowd_width()) {}
 
   bool perform() override {
     bool is_finite = true;
     for (std::size_t begin = 0; begin < states_.size(); begin += members_.size()) {
       const std::size_t count = std::min(members_.size(), states_.size() - begin);
-      for (std::size_t frame = 0; frame < cast_.frame_count; ++frame) {
+      for (std::size_t frame = 0; frame < workload_.frame_count; ++frame) {
         is_finite &= perform_frame(begin, count, frame);
       }
     }
@@ -129,7 +131,7 @@ class CrowdPerformer final : public OurPerformer {
   // As a world does: the steps of one frame at a time.
   bool perform_frame(std::size_t begin, std::size_t count, std::size_t frame) {
     for (std::size_t m = 0; m < count; ++m) {
-      const std::size_t steps = inputs_[begin + m].size() / cast_.frame_count;
+      const std::size_t steps = inputs_[begin + m].size() / workload_.frame_count;
       members_[m] = {std::span(inputs_[begin + m]).subspan(frame * steps, steps), &states_[begin + m]};
     }
     step_crowd(level_, std::span(members_).first(count), solver_, scratch_);
@@ -142,15 +144,15 @@ class CrowdPerformer final : public OurPerformer {
 
 }  // namespace
 
-std::unique_ptr<Performer> make_baseline(Baseline kind, const Level& level, const Cast& cast,
-                                         const PerformerSettings& settings) {
-  return std::make_unique<BaselinePerformer>(kind, level, cast, settings);
+std::unique_ptr<StepRunner> make_baseline(Baseline kind, const Level& level, const Workload& cast,
+                                          const StepRunnerSettings& settings) {
+  return std::make_unique<BaselineRunner>(kind, level, cast, settings);
 }
-std::unique_ptr<Performer> make_single(const Level& level, const Cast& cast, const PerformerSettings& settings) {
-  return std::make_unique<SinglePerformer>(level, cast, settings);
+std::unique_ptr<StepRunner> make_single(const Level& level, const Workload& cast, const StepRunnerSettings& settings) {
+  return std::make_unique<SingleRunner>(level, cast, settings);
 }
-std::unique_ptr<Performer> make_crowd(const Level& level, const Cast& cast, const PerformerSettings& settings) {
-  return std::make_unique<CrowdPerformer>(level, cast, settings);
+std::unique_ptr<StepRunner> make_crowd(const Level& level, const Workload& cast, const StepRunnerSettings& settings) {
+  return std::make_unique<CrowdRunner>(level, cast, settings);
 }
 
 }  // namespace hairnet::bench

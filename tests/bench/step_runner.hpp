@@ -9,16 +9,16 @@
 namespace hairnet::bench {
 
 // One implementation of the step that can be timed: it steps the characters of a workload, always from the same states.
-class Performer {
+class StepRunner {
  public:
-  virtual ~Performer() = default;
+  virtual ~StepRunner() = default;
   virtual void rewind() = 0;                 // to the cast's states
-  [[nodiscard]] virtual bool perform() = 0;  // all frames of all players; false when a lattice is not finite
+  [[nodiscard]] virtual bool perform() = 0;  // all frames of all characters; false when a lattice is not finite
   [[nodiscard]] virtual std::vector<LatticeState> states() const = 0;
   [[nodiscard]] virtual std::string hash() const = 0;  // of all states as they are
 };
 
-struct PerformerSettings {
+struct StepRunnerSettings {
   int iterations = 16;
   int steps_per_frame = 1;
   double relative_residual = 0;  // of the baselines
@@ -27,9 +27,9 @@ struct PerformerSettings {
 enum class Baseline : bool { naive, fair };
 
 // `level` and `cast` must outlive them.
-std::unique_ptr<Performer> make_baseline(Baseline kind, const Level& level, const Cast& cast,
-                                         const PerformerSettings& settings);
-std::unique_ptr<Performer> make_single(const Level& level, const Cast& cast, const PerformerSettings& settings);
-std::unique_ptr<Performer> make_crowd(const Level& level, const Cast& cast, const PerformerSettings& settings);
+std::unique_ptr<StepRunner> make_baseline(Baseline kind, const Level& level, const Workload& cast,
+                                          const StepRunnerSettings& settings);
+std::unique_ptr<StepRunner> make_single(const Level& level, const Workload& cast, const StepRunnerSettings& settings);
+std::unique_ptr<StepRunner> make_crowd(const Level& level, const Workload& cast, const StepRunnerSettings& settings);
 
 }  // namespace hairnet::bench

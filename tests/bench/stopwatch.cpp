@@ -19,7 +19,7 @@ class NoReport final : public benchmark::BenchmarkReporter {
   void ReportRuns(const std::vector<Run>&) override {}
 };
 
-void run(benchmark::State& state, Lap& lap) {
+void run(benchmark::State& state, TimedRun& lap) {
   using Clock = std::chrono::steady_clock;
   for (auto _ : state) {
     lap.rewind();
@@ -44,9 +44,9 @@ void initialize_once() {
 
 }  // namespace
 
-void measure(std::vector<Lap>& laps, int repetitions) {
+void measure(std::vector<TimedRun>& laps, int repetitions) {
   initialize_once();
-  for (Lap& lap : laps) {
+  for (TimedRun& lap : laps) {
     lap.seconds_min = std::numeric_limits<double>::infinity();
     benchmark::RegisterBenchmark(lap.name.c_str(), [&lap](benchmark::State& state) { run(state, lap); })
         ->UseManualTime()

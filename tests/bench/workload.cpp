@@ -29,32 +29,33 @@ double start_time_s(const Motion& motion, std::size_t index, std::size_t count, 
   return free_s * static_cast<double>(index) / static_cast<double>(count);
 }
 
-Cast make_cast(const Level& level, const Motion& motion, const CastSpec& spec, int iterations) {
-  Cast cast{1 / spec.rate_hz, spec.frame_count, {}};
+Workload make_workload(const Level& level, const Motion& motion, const WorkloadSpec& spec, int iterations) {
+  Workload cast{1 / spec.rate_hz, spec.frame_count, {}};
   const auto lead_frames = static_cast<std::size_t>(std::ceil(kLeadIn_s * spec.rate_hz));
   const double span_s = static_cast<double>(lead_frames + spec.frame_count) * cast.frame_s;
   StepScratch scratch;
   for (std::size_t c = 0; c < spec.player_count; ++c) {
-    Player& player = cast.players.emplace_back();
-    reset_to_rest(level, player.state);
+    BenchCharacter& character = cast.characters.emplace_back();
+    reset_to_rest(level, character.state);
     const double start_s = start_time_s(motion, c, spec.player_count, span_s);
     Pose from = motion.sample(start_s);
     for (std::size_t frame = 1; frame <= lead_frames + spec.frame_count; ++frame) {
       const Pose to = motion.sample(start_s + static_cast<double>(frame) * cast.frame_s);
       if (frame <= lead_frames) {
-        lead(level, from, to, cast.frame_s, iterations, scratch, player.state);
+        lead(level, from, to, cast.frame_s, iterations, scratch, character.state);
       } else {
-        player.poses.push_back(from);
+        character.poses.push_back(from);
       }
       from = to;
     }
-    player.poses.push_back(from);
+    character.poses.push_back(from);
   }
   return cast;
 }
 
-StepInput step_input(const Cast& cast, const Player& player, std::size_t frame, int step, int step_count) {
-  const Pose &from = player.poses[frame], &to = player.poses[frame + 1];
+StepInput step_input(const Workload& cast, const BenchCharacter& character, std::size_t frame, int step,
+                     int step_count) {
+  const Pose &from = character.poses[frame], &to = character.poses[frame + 1];
   StepInput input;
   input.step_s = cast.frame_s / step_count;
   input.from = interpolate(from, to, static_cast<double>(step) / step_count);

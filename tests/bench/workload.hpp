@@ -8,32 +8,33 @@
 namespace hairnet::bench {
 
 // One character in the middle of a lively motion: its lattice after one second of the motion, and the frames to come.
-struct Player {
+struct BenchCharacter {
   LatticeState state;
   std::vector<Pose> poses;  // at the start of the first frame, and at the end of each
 };
 
 // The characters of a benchmark; each starts at a different time of the motion.
-struct Cast {
+struct Workload {
   double frame_s = 0;
   std::size_t frame_count = 0;
-  std::vector<Player> players;
+  std::vector<BenchCharacter> characters;
 };
 
-struct CastSpec {
+struct WorkloadSpec {
   double rate_hz = 25;
   std::size_t player_count = 64, frame_count = 2;
 };
 
 // Starts each character at rest at its own time and steps it through one second with the shipped solver at
 // `iterations`.
-Cast make_cast(const Level& level, const Motion& motion, const CastSpec& spec, int iterations);
+Workload make_workload(const Level& level, const Motion& motion, const WorkloadSpec& spec, int iterations);
 
 // The start time of character `index` of `count`: all differ, and `span_s` of the motion is left. A motion that is too
 // short stays at its last pose.
 double start_time_s(const Motion& motion, std::size_t index, std::size_t count, double span_s);
 
-// What a player's step `step` of `frame`'s `step_count` is given.
-StepInput step_input(const Cast& cast, const Player& player, std::size_t frame, int step, int step_count);
+// What a character's step `step` of `frame`'s `step_count` is given.
+StepInput step_input(const Workload& cast, const BenchCharacter& character, std::size_t frame, int step,
+                     int step_count);
 
 }  // namespace hairnet::bench

@@ -28,7 +28,7 @@ struct Options {
   bool is_quick = false, has_lattices = false;
 };
 
-void say(const std::string& line) {
+void print_line(const std::string& line) {
   std::fprintf(stderr, "%s\n", line.c_str());
 }
 

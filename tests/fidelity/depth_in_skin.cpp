@@ -68,24 +68,24 @@ double DeepPoints::share(const BentBody& body, std::span<const Vec3f> points) {
   constexpr double kFar_m = 0.02;  // beyond the limit: a longer distance costs more to find than it saves
   std::size_t count = 0;
   for (std::size_t p = 0; p < points.size(); ++p) {
-    Spot& spot = spots_[p];
-    spot.travelled_m += static_cast<double>((points[p] - spot.last).norm());
-    spot.travelled_m += body.moved_m(points[p], spot.distance_m + spot.travelled_m);
-    spot.last = points[p];
-    const double depth_m = spot.is_inside ? spot.distance_m : -spot.distance_m;
-    if (depth_m + spot.travelled_m < spot.limit_m) continue;
-    if (spot.is_side_known && depth_m - spot.travelled_m > spot.limit_m) {
+    ProbePoint& probe = spots_[p];
+    probe.travelled_m += static_cast<double>((points[p] - probe.last).norm());
+    probe.travelled_m += body.moved_m(points[p], probe.distance_m + probe.travelled_m);
+    probe.last = points[p];
+    const double depth_m = probe.is_inside ? probe.distance_m : -probe.distance_m;
+    if (depth_m + probe.travelled_m < probe.limit_m) continue;
+    if (probe.is_side_known && depth_m - probe.travelled_m > probe.limit_m) {
       ++count;
       continue;
     }
-    const bool may_have_crossed = spot.travelled_m >= spot.distance_m || !spot.is_side_known;
-    const double most_m = std::min(spot.distance_m + spot.travelled_m + kRounding_m, spot.limit_m + kFar_m);
-    spot.distance_m = std::min(most_m, body.distance_m(points[p], most_m));
-    spot.travelled_m = 0;
+    const bool may_have_crossed = probe.travelled_m >= probe.distance_m || !probe.is_side_known;
+    const double most_m = std::min(probe.distance_m + probe.travelled_m + kRounding_m, probe.limit_m + kFar_m);
+    probe.distance_m = std::min(most_m, body.distance_m(points[p], most_m));
+    probe.travelled_m = 0;
     // Within the limit of the skin a point is not too deep on either side.
-    spot.is_side_known = !may_have_crossed || spot.distance_m > spot.limit_m;
-    if (may_have_crossed) spot.is_inside = !spot.is_side_known || body.inside(points[p]);
-    if (spot.is_inside && spot.distance_m > spot.limit_m) ++count;
+    probe.is_side_known = !may_have_crossed || probe.distance_m > probe.limit_m;
+    if (may_have_crossed) probe.is_inside = !probe.is_side_known || body.inside(points[p]);
+    if (probe.is_inside && probe.distance_m > probe.limit_m) ++count;
   }
   return static_cast<double>(count) / static_cast<double>(points.size());
 }

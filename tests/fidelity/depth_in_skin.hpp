@@ -53,7 +53,7 @@ class DeepPoints {
   double share(const BentBody& body, std::span<const Vec3f> points);
 
  private:
-  struct Spot {
+  struct ProbePoint {
     double limit_m;          // the depth beyond which the point is too deep
     double distance_m;       // to the skin when the mesh was last asked, or the least that it can be
     bool is_inside;          // at that time; true while the side is not known
@@ -61,7 +61,7 @@ class DeepPoints {
     double travelled_m = 0;  // of point and skin since then, at most
     Vec3f last;              // where the point was at the last tick looked at
   };
-  std::vector<Spot> spots_;
+  std::vector<ProbePoint> spots_;
 };
 
 }  // namespace hairnet::fidelity

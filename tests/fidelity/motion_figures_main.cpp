@@ -16,7 +16,7 @@ constexpr const char* kProgram = "hairnet-fidelity-holding";
 constexpr double kPosture_s = 4;  // when our own postures are taken up
 
 // Adds the runs to `all`, so that those before a refusal are not lost.
-Result<void> measure(const HoldingFlags& flags, std::vector<Holding>& all) {
+Result<void> measure(const MotionFigureFlags& flags, std::vector<MotionFigures>& all) {
   ProgressBar bar(kProgram);
   const auto count = static_cast<double>(flags.grooms.size() * flags.motions.size());
   double done = 0;
@@ -34,20 +34,21 @@ Result<void> measure(const HoldingFlags& flags, std::vector<Holding>& all) {
       const Clip clip = make_clip(played, flags.rate_hz, flags.duration_s);
       const std::string stage = groom_name + ", " + motion_name;
       const auto show = [&](double part) { bar.show((done + part) / count, stage); };
-      for (Holding& run : measure_holding(subject, clip, hangs, flags.measure, show)) all.push_back(std::move(run));
+      for (MotionFigures& run : measure_motion_figures(subject, clip, hangs, flags.measure, show))
+        all.push_back(std::move(run));
       done += 1;
     }
   }
   return {};
 }
 
-int run(const HoldingFlags& flags) {
-  std::vector<Holding> all;
+int run(const MotionFigureFlags& flags) {
+  std::vector<MotionFigures> all;
   const auto measured = measure(flags, all);
-  if (!all.empty()) std::fputs(holding_tables(all).c_str(), stdout);
+  if (!all.empty()) std::fputs(motion_figure_tables(all).c_str(), stdout);
   if (flags.picture) std::fputs(("\n" + picture_commands(all, flags.duration_s)).c_str(), stdout);
   if (!measured) std::fprintf(stderr, "%s: %s\n", kProgram, measured.error().c_str());
-  const int written = write_json(kProgram, flags.json, holding_json(all));
+  const int written = write_json(kProgram, flags.json, motion_figure_json(all));
   return measured ? written : 1;
 }
 
@@ -55,7 +56,7 @@ int run(const HoldingFlags& flags) {
 }  // namespace hairnet::fidelity
 
 int main(int argc, char** argv) {
-  const auto parsed = hairnet::fidelity::parse_holding_flags(argc, argv);
+  const auto parsed = hairnet::fidelity::parse_motion_figure_flags(argc, argv);
   if (const int* exit_code = std::get_if<int>(&parsed)) return *exit_code;
-  return hairnet::fidelity::run(std::get<hairnet::fidelity::HoldingFlags>(parsed));
+  return hairnet::fidelity::run(std::get<hairnet::fidelity::MotionFigureFlags>(parsed));
 }

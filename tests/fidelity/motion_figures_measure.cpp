@@ -21,27 +21,27 @@ void raise(Worst& worst, double value, double time_s) {
   if (value > worst.value) worst = {value, time_s};
 }
 
-// Where the spots of the design would be if they moved rigidly with the head, and by how much their speed changed: in
-// this tick or one not long before, since what a head does reaches the tips later.
-class RigidSpots {
+// Where the probe_points of the design would be if they moved rigidly with the head, and by how much their speed
+// changed: in this tick or one not long before, since what a head does reaches the tips later.
+class RigidProbePoints {
  public:
-  RigidSpots(std::size_t count, double tick_s)
+  RigidProbePoints(std::size_t count, double tick_s)
       : before_(count, Vec3::Zero()),
         before_that_(before_),
         last_m_(static_cast<std::size_t>(std::ceil(kReachTips_s / tick_s)), std::vector<double>(count, 0.0)) {}
 
   void move(const StrandSample& strands, const RigidTransform& head) {
     std::vector<double>& now_m = last_m_[tick_++ % last_m_.size()];
-    for (std::size_t i = 0; i < strands.spots.size(); ++i) {
-      const Vec3 now = head.point(strands.points[strands.spots[i]].cast<double>());
+    for (std::size_t i = 0; i < strands.probe_points.size(); ++i) {
+      const Vec3 now = head.point(strands.points[strands.probe_points[i]].cast<double>());
       now_m[i] = (now - 2 * before_[i] + before_that_[i]).norm();
       before_that_[i] = before_[i];
       before_[i] = now;
     }
   }
-  [[nodiscard]] double jump_m(std::size_t spot) const {
+  [[nodiscard]] double jump_m(std::size_t probe) const {
     double most_m = 0;
-    for (const std::vector<double>& tick_m : last_m_) most_m = std::max(most_m, tick_m[spot]);
+    for (const std::vector<double>& tick_m : last_m_) most_m = std::max(most_m, tick_m[probe]);
     return most_m;
   }
 
@@ -54,7 +54,8 @@ class RigidSpots {
 // One character of the world, and what is found of it.
 class Run {
  public:
-  Run(CharacterId character, const Level& level, const StrandSample& strands, const BentBody& body, Holding holding)
+  Run(CharacterId character, const Level& level, const StrandSample& strands, const BentBody& body,
+      MotionFigures holding)
       : holding_(std::move(holding)),
         character_(character),
         strands_(strands),
@@ -65,13 +66,13 @@ class Run {
         stretched_(strands.points),
         points_(strands.points),
         points_before_(strands.points),
-        before_(strands.spots.size(), Vec3::Zero()),
+        before_(strands.probe_points.size(), Vec3::Zero()),
         before_that_(before_) {}
 
   [[nodiscard]] CharacterId character() const { return character_; }
 
   // To be called after every tick. Jumps count when `time_s` is not negative.
-  void follow(const World& world, const RigidTransform& head, const RigidSpots& rigid, double time_s) {
+  void follow(const World& world, const RigidTransform& head, const RigidProbePoints& rigid, double time_s) {
     points_before_.swap(points_);
     const LatticeView view = world.lattice(character_);
     expand_displacements(view.model->geometry, view.displacement, grid_);
@@ -79,7 +80,7 @@ class Run {
     points_ = stretched_;
     drawn_lengths_.limit(points_);
     for (std::size_t i = 0; i < before_.size(); ++i) {
-      const Vec3 now = head.point(points_[strands_.spots[i]].cast<double>());
+      const Vec3 now = head.point(points_[strands_.probe_points[i]].cast<double>());
       const double jump_m = (now - 2 * before_[i] + before_that_[i]).norm() - rigid.jump_m(i);
       before_that_[i] = before_[i];
       before_[i] = now;
@@ -124,7 +125,7 @@ class Run {
     rest.inverted_share = inverted_share(*world.lattice(character_).model, strands_, grid_);
   }
 
-  Holding finish() {
+  MotionFigures finish() {
     holding_.deep_share /= std::max(1, looks_);
     holding_.length_p50 = percentile(lengths_, 0.5);
     holding_.length_p99 = percentile(lengths_, 0.99);
@@ -135,12 +136,12 @@ class Run {
 
  private:
   std::vector<Vec3f> at_spots(std::span<const Vec3f> points) const {
-    std::vector<Vec3f> spots;
-    for (const std::uint32_t p : strands_.spots) spots.push_back(points[p]);
-    return spots;
+    std::vector<Vec3f> probe_points;
+    for (const std::uint32_t p : strands_.probe_points) probe_points.push_back(points[p]);
+    return probe_points;
   }
 
-  Holding holding_;
+  MotionFigures holding_;
   CharacterId character_;
   const StrandSample& strands_;
   Deformer deformer_;
@@ -148,7 +149,7 @@ class Run {
   DeepPoints deep_;
   int looks_ = 0;
   std::vector<Vec3f> grid_, stretched_, points_, points_before_;  // head space; as FFD has them, as they are drawn
-  std::vector<Vec3> before_, before_that_;                        // of the spots, world
+  std::vector<Vec3> before_, before_that_;                        // of the probe_points, world
   std::vector<float> jumps_m_, lengths_, drawn_;
 };
 
@@ -171,18 +172,19 @@ Subject make_subject(Groom groom, const std::vector<LevelIndex>& indices) {
   return {std::move(groom), indices, std::move(levels)};
 }
 
-std::vector<Holding> measure_holding(const Subject& subject, const Clip& clip, bool hangs,
-                                     const HoldingOptions& options, const std::function<void(double)>& progress) {
+std::vector<MotionFigures> measure_motion_figures(const Subject& subject, const Clip& clip, bool hangs,
+                                                  const MotionFigureOptions& options,
+                                                  const std::function<void(double)>& progress) {
   const StrandSample strands = sample_strands(subject.groom, options.point_count);
   BentBody body(subject.groom);
   WorldDef def;
   def.tick_s = 1 / clip.rate_hz;
-  RigidSpots rigid(strands.spots.size(), def.tick_s);
+  RigidProbePoints rigid(strands.probe_points.size(), def.tick_s);
   World world(def);
   std::vector<Run> runs;
   for (const LevelIndex level : subject.indices)
     runs.emplace_back(world.add({subject.levels, level, clip.poses.front()}), (*subject.levels)[level], strands, body,
-                      Holding{.groom = subject.groom.name, .motion = clip.name, .level = level});
+                      MotionFigures{.groom = subject.groom.name, .motion = clip.name, .level = level});
 
   const auto step_to = [&](const Pose& pose, double time_s) {
     for (const Run& run : runs) world.set_pose(run.character(), pose);
@@ -209,7 +211,7 @@ std::vector<Holding> measure_holding(const Subject& subject, const Clip& clip, b
     body.bend({});
     for (Run& run : runs) run.look_at_rest(world, body, def.tick_s);
   }
-  std::vector<Holding> all;
+  std::vector<MotionFigures> all;
   for (Run& run : runs) all.push_back(run.finish());
   return all;
 }

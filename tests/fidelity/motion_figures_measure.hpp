@@ -28,7 +28,7 @@ struct RestFigures {
 };
 
 // Measures of one hairstyle in one motion.
-struct Holding {
+struct MotionFigures {
   std::string groom, motion;
   LevelIndex level = LevelIndex::high;
   double deep_share = 0;  // mean over ticks, of points more than kTooDeep_m deeper in the body than designed
@@ -44,7 +44,7 @@ struct Holding {
   std::optional<RestFigures> rest{};                              // empty when it was not asked for
 };
 
-struct HoldingOptions {
+struct MotionFigureOptions {
   Environment environment{};       // during the motion; calm after it
   double rest_after_s = 5;         // upright and still after the motion, before the rest is measured; 0: it is not
   std::size_t point_count = 4000;  // of the hairstyle for depth and jumps, about
@@ -60,7 +60,8 @@ Subject make_subject(Groom groom, const std::vector<LevelIndex>& indices);
 
 // Plays the clip through a World with its default settings, a character on each level. Whether hair hangs is measured
 // at the end of `hangs` clips, before the head goes upright.
-std::vector<Holding> measure_holding(const Subject& subject, const Clip& clip, bool hangs,
-                                     const HoldingOptions& options, const std::function<void(double)>& progress = {});
+std::vector<MotionFigures> measure_motion_figures(const Subject& subject, const Clip& clip, bool hangs,
+                                                  const MotionFigureOptions& options,
+                                                  const std::function<void(double)>& progress = {});
 
 }  // namespace hairnet::fidelity

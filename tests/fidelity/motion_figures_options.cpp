@@ -44,8 +44,8 @@ std::vector<LevelIndex> levels_of(const Names& names) {
 
 }  // namespace
 
-std::variant<HoldingFlags, int> parse_holding_flags(int argc, char** argv) {
-  HoldingFlags flags;
+std::variant<MotionFigureFlags, int> parse_motion_figure_flags(int argc, char** argv) {
+  MotionFigureFlags flags;
   Names levels;
   std::string set = "everyday";
   Wind wind;

@@ -8,16 +8,16 @@
 
 namespace hairnet::fidelity {
 
-struct HoldingFlags {
+struct MotionFigureFlags {
   std::vector<std::string> grooms, motions;
   std::vector<LevelIndex> levels{LevelIndex::high, LevelIndex::low};
   double rate_hz = 30, duration_s = 12;
-  HoldingOptions measure;
+  MotionFigureOptions measure;
   bool picture = false;
   std::string json;
 };
 
 // Or the exit status, when there is nothing to be done.
-std::variant<HoldingFlags, int> parse_holding_flags(int argc, char** argv);
+std::variant<MotionFigureFlags, int> parse_motion_figure_flags(int argc, char** argv);
 
 }  // namespace hairnet::fidelity

@@ -19,41 +19,42 @@ struct Column {
   const char *title, *key;
   double scale;
   int digits;
-  double (*value)(const Holding&);
+  double (*value)(const MotionFigures&);
 };
 
-double at_rest(const Holding& run, double RestFigures::*figure) {
+double at_rest(const MotionFigures& run, double RestFigures::*figure) {
   return run.rest ? (*run.rest).*figure : kNone;
 }
 
 constexpr double kPercent = 100, kMillimetres = 1000, kDegrees = 180 / std::numbers::pi;
 
 constexpr std::array<Column, 16> kColumns{{
-    {"deep: mean %", "deep_share", kPercent, 2, [](const Holding& r) { return r.deep_share; }},
-    {"worst %", "deep_share_worst", kPercent, 1, [](const Holding& r) { return r.deep.value; }},
-    {"at s", "deep_worst_s", 1, 1, [](const Holding& r) { return r.deep.time_s; }},
-    {"length: p50", "length_p50", 1, 3, [](const Holding& r) { return r.length_p50; }},
-    {"p99", "length_p99", 1, 2, [](const Holding& r) { return r.length_p99; }},
-    {"max", "length_max", 1, 2, [](const Holding& r) { return r.length.value; }},
-    {"drawn: p99", "drawn_p99", 1, 2, [](const Holding& r) { return r.drawn_p99; }},
-    {"jump: p99.9 mm", "jump_p999_m", kMillimetres, 1, [](const Holding& r) { return r.jump_p999_m; }},
-    {"max mm", "jump_max_m", kMillimetres, 0, [](const Holding& r) { return r.jump_m.value; }},
-    {"at s", "jump_max_s", 1, 1, [](const Holding& r) { return r.jump_m.time_s; }},
-    {"hangs at °", "hanging_rad", kDegrees, 1, [](const Holding& r) { return r.hanging_rad; }},
+    {"deep: mean %", "deep_share", kPercent, 2, [](const MotionFigures& r) { return r.deep_share; }},
+    {"worst %", "deep_share_worst", kPercent, 1, [](const MotionFigures& r) { return r.deep.value; }},
+    {"at s", "deep_worst_s", 1, 1, [](const MotionFigures& r) { return r.deep.time_s; }},
+    {"length: p50", "length_p50", 1, 3, [](const MotionFigures& r) { return r.length_p50; }},
+    {"p99", "length_p99", 1, 2, [](const MotionFigures& r) { return r.length_p99; }},
+    {"max", "length_max", 1, 2, [](const MotionFigures& r) { return r.length.value; }},
+    {"drawn: p99", "drawn_p99", 1, 2, [](const MotionFigures& r) { return r.drawn_p99; }},
+    {"jump: p99.9 mm", "jump_p999_m", kMillimetres, 1, [](const MotionFigures& r) { return r.jump_p999_m; }},
+    {"max mm", "jump_max_m", kMillimetres, 0, [](const MotionFigures& r) { return r.jump_m.value; }},
+    {"at s", "jump_max_s", 1, 1, [](const MotionFigures& r) { return r.jump_m.time_s; }},
+    {"hangs at °", "hanging_rad", kDegrees, 1, [](const MotionFigures& r) { return r.hanging_rad; }},
     {"rest: mm/s", "rest_speed_m_per_s", kMillimetres, 2,
-     [](const Holding& r) { return at_rest(r, &RestFigures::speed_m_per_s); }},
-    {"deep %", "rest_deep_share", kPercent, 2, [](const Holding& r) { return at_rest(r, &RestFigures::deep_share); }},
-    {"RMS mm", "rest_rms_m", kMillimetres, 2, [](const Holding& r) { return at_rest(r, &RestFigures::rms_m); }},
-    {"p99 mm", "rest_p99_m", kMillimetres, 1, [](const Holding& r) { return at_rest(r, &RestFigures::p99_m); }},
+     [](const MotionFigures& r) { return at_rest(r, &RestFigures::speed_m_per_s); }},
+    {"deep %", "rest_deep_share", kPercent, 2,
+     [](const MotionFigures& r) { return at_rest(r, &RestFigures::deep_share); }},
+    {"RMS mm", "rest_rms_m", kMillimetres, 2, [](const MotionFigures& r) { return at_rest(r, &RestFigures::rms_m); }},
+    {"p99 mm", "rest_p99_m", kMillimetres, 1, [](const MotionFigures& r) { return at_rest(r, &RestFigures::p99_m); }},
     {"inverted %", "rest_inverted_share", kPercent, 2,
-     [](const Holding& r) { return at_rest(r, &RestFigures::inverted_share); }},
+     [](const MotionFigures& r) { return at_rest(r, &RestFigures::inverted_share); }},
 }};
 
 bool is_time(const Column& column) {
   return std::string_view(column.key).ends_with("_s") && std::string_view(column.title) == "at s";
 }
 
-std::string_view level_name(const Holding& run) {
+std::string_view level_name(const MotionFigures& run) {
   return kLevelNames[static_cast<std::size_t>(run.level)];
 }
 
@@ -75,11 +76,11 @@ std::string cell(const Column& column, double value) {
 
 // `of` the values of the runs that have one.
 template <class Of>
-std::string row(const std::vector<const Holding*>& runs, Of of) {
+std::string row(const std::vector<const MotionFigures*>& runs, Of of) {
   std::string text;
   for (const Column& column : kColumns) {
     std::vector<double> values;
-    for (const Holding* run : runs)
+    for (const MotionFigures* run : runs)
       if (const double value = column.value(*run); !std::isnan(value)) values.push_back(value);
     text += values.empty() || (runs.size() > 1 && is_time(column)) ? " |" : cell(column, of(values));
   }
@@ -96,11 +97,11 @@ double worst(const std::vector<double>& values) {
   return *std::ranges::max_element(values);
 }
 
-std::string set_rows(std::span<const Holding> all, const char* set, std::span<const std::string_view> motions) {
+std::string set_rows(std::span<const MotionFigures> all, const char* set, std::span<const std::string_view> motions) {
   std::string text;
   for (const std::string_view level : kLevelNames) {
-    std::vector<const Holding*> runs;
-    for (const Holding& run : all)
+    std::vector<const MotionFigures*> runs;
+    for (const MotionFigures& run : all)
       if (level_name(run) == level && std::ranges::find(motions, run.motion) != motions.end()) runs.push_back(&run);
     if (runs.size() < 2) continue;
     const std::string first = "| " + std::string(set) + " | " + std::string(level) + " | ";
@@ -111,18 +112,18 @@ std::string set_rows(std::span<const Holding> all, const char* set, std::span<co
 
 }  // namespace
 
-std::string holding_tables(std::span<const Holding> all) {
+std::string motion_figure_tables(std::span<const MotionFigures> all) {
   std::string text = header("| hairstyle | motion | level |", 3);
-  for (const Holding& run : all)
+  for (const MotionFigures& run : all)
     text += "| " + run.groom + " | " + run.motion + " | " + std::string(level_name(run)) + " |" + row({&run}, mean);
   const std::string sets = set_rows(all, "everyday", kEverydayMotions) + set_rows(all, "wild", kWildMotions) +
                            set_rows(all, "postures", kPostures);
   return sets.empty() ? text : text + "\n" + header("| motions | level | |", 3) + sets;
 }
 
-nlohmann::ordered_json holding_json(std::span<const Holding> all) {
+nlohmann::ordered_json motion_figure_json(std::span<const MotionFigures> all) {
   nlohmann::ordered_json rows = nlohmann::ordered_json::array();
-  for (const Holding& run : all) {
+  for (const MotionFigures& run : all) {
     nlohmann::ordered_json& entry = rows.emplace_back();
     entry = {{"groom", run.groom}, {"motion", run.motion}, {"level", level_name(run)}};
     for (const Column& column : kColumns)
@@ -131,11 +132,11 @@ nlohmann::ordered_json holding_json(std::span<const Holding> all) {
   return rows;
 }
 
-std::string picture_commands(std::span<const Holding> all, double duration_s) {
+std::string picture_commands(std::span<const MotionFigures> all, double duration_s) {
   std::string text;
-  const auto add = [&](std::string_view level, const char* what, Worst Holding::*figure) {
-    const Holding* found = nullptr;
-    for (const Holding& run : all) {
+  const auto add = [&](std::string_view level, const char* what, Worst MotionFigures::*figure) {
+    const MotionFigures* found = nullptr;
+    for (const MotionFigures& run : all) {
       const bool is_made = run.groom.starts_with("made:") && run.motion.starts_with("made:");
       if (is_made && level_name(run) == level && (!found || (run.*figure).value > (found->*figure).value)) found = &run;
     }
@@ -149,9 +150,9 @@ std::string picture_commands(std::span<const Holding> all, double duration_s) {
     text += line;
   };
   for (const std::string_view level : kLevelNames) {
-    add(level, "deep", &Holding::deep);
-    add(level, "long", &Holding::length);
-    add(level, "jump", &Holding::jump_m);
+    add(level, "deep", &MotionFigures::deep);
+    add(level, "long", &MotionFigures::length);
+    add(level, "jump", &MotionFigures::jump_m);
   }
   return text;
 }

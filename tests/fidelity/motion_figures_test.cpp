@@ -31,7 +31,7 @@ constexpr Bounds kBounds[] = {
     {"late_nod", 0.001, 0.005, 1.04, 1.21, 0.0034},
 };
 constexpr double kDrawnLength_p99 = 1.02;
-constexpr double kRestDeepShareMost = 0, kRestInvertedShareMost = 0;
+constexpr double kRestDeepShareMax = 0, kRestInvertedShareMax = 0;
 
 constexpr double kRate_hz = 30, kDuration_s = 12;
 constexpr std::size_t kStrandCount = 800, kPointCount = 1500;
@@ -43,7 +43,7 @@ TEST_P(EverydayHair, stays_out_of_the_body_keeps_its_length_never_jumps_and_come
   const Subject subject = make_subject(make_hairstyle(hairstyle, {.strand_count = kStrandCount}).value(),
                                        {LevelIndex::medium, LevelIndex::low});
   const Clip clip = make_clip(looped(make_motion(bounds.motion).value(), kDuration_s), kRate_hz, kDuration_s);
-  for (const Holding& run : measure_holding(subject, clip, false, {.point_count = kPointCount})) {
+  for (const MotionFigures& run : measure_motion_figures(subject, clip, false, {.point_count = kPointCount})) {
     SCOPED_TRACE(kLevelNames[static_cast<std::size_t>(run.level)]);
     EXPECT_LT(run.deep_share, bounds.deep_share_mean);
     EXPECT_LT(run.deep.value, bounds.deep_share_worst) << "at " << run.deep.time_s << " s";
@@ -53,8 +53,8 @@ TEST_P(EverydayHair, stays_out_of_the_body_keeps_its_length_never_jumps_and_come
     EXPECT_LT(run.jump_p999_m, bounds.jump_p999_m) << "the largest at " << run.jump_m.time_s << " s";
     EXPECT_LT(run.rest->speed_m_per_s, bounds.rest_speed_m_per_s);
     EXPECT_LT(run.rest->rms_m, bounds.rest_rms_m);
-    EXPECT_LE(run.rest->deep_share, kRestDeepShareMost);
-    EXPECT_LE(run.rest->inverted_share, kRestInvertedShareMost);
+    EXPECT_LE(run.rest->deep_share, kRestDeepShareMax);
+    EXPECT_LE(run.rest->inverted_share, kRestInvertedShareMax);
   }
 }
 

@@ -9,7 +9,7 @@
 namespace hairnet::fidelity {
 namespace {
 
-constexpr std::size_t kStrandsLeast = 400;
+constexpr std::size_t kStrandsMin = 400;
 constexpr double kLengthLeast_m = 0.001;  // a shorter strand has no length to keep
 
 }  // namespace
@@ -17,7 +17,7 @@ constexpr double kLengthLeast_m = 0.001;  // a shorter strand has no length to k
 StrandSample sample_strands(const Groom& groom, std::size_t point_count) {
   const std::vector<float> blend = root_blend(groom);
   const std::size_t points_a_strand = std::max<std::size_t>(1, groom.strand_begin.back() / groom.strand_count());
-  const std::size_t count = std::min(groom.strand_count(), std::max(kStrandsLeast, point_count / points_a_strand));
+  const std::size_t count = std::min(groom.strand_count(), std::max(kStrandsMin, point_count / points_a_strand));
   StrandSample sample;
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t s = i * groom.strand_count() / count;
@@ -33,7 +33,7 @@ StrandSample sample_strands(const Groom& groom, std::size_t point_count) {
   Random random(1);
   const double share = static_cast<double>(point_count) / static_cast<double>(sample.points.size());
   for (std::uint32_t p = 0; p < sample.points.size(); ++p)
-    if (random.unit() < share) sample.spots.push_back(p);
+    if (random.unit() < share) sample.probe_points.push_back(p);
   return sample;
 }
 

@@ -12,11 +12,11 @@ namespace hairnet::fidelity {
 
 // Whole strands that stand for all of a hairstyle, evenly many of each part of it.
 struct StrandSample {
-  std::vector<Vec3f> points;            // of the design, head space, m
-  std::vector<float> blend;             // of each point
-  std::vector<std::uint32_t> begin{0};  // strand s has points [begin[s], begin[s + 1])
-  std::vector<double> length_m;         // of each strand
-  std::vector<std::uint32_t> spots;     // indices of `point_count` points or so, spread over the strands
+  std::vector<Vec3f> points;                // of the design, head space, m
+  std::vector<float> blend;                 // of each point
+  std::vector<std::uint32_t> begin{0};      // strand s has points [begin[s], begin[s + 1])
+  std::vector<double> length_m;             // of each strand
+  std::vector<std::uint32_t> probe_points;  // indices of `point_count` points or so, spread over the strands
 
   [[nodiscard]] std::size_t strand_count() const { return length_m.size(); }
 };

@@ -27,12 +27,12 @@ inline LevelGeometry codec_geometry(bool large) {
 }
 
 // Small smooth motion, the oldest last; `frame` 0 is the one to encode, 1 to 3 its history.
-inline std::vector<codec::Integers> codec_frames(std::size_t node_count) {
+inline std::vector<codec::FrameIntegers> codec_frames(std::size_t node_count) {
   Random random(1);
-  std::vector<codec::Integers> out(1 + codec::kHistoryMax);
+  std::vector<codec::FrameIntegers> out(1 + codec::kHistoryMax);
   for (std::size_t age = out.size(); age-- > 0;) {
-    codec::Integers& frame = out[age];
-    const codec::Integers* before = age + 1 < out.size() ? &out[age + 1] : nullptr;
+    codec::FrameIntegers& frame = out[age];
+    const codec::FrameIntegers* before = age + 1 < out.size() ? &out[age + 1] : nullptr;
     for (std::size_t i = 0; i < codec::kBoneIntegers; ++i)
       frame.bones[i] = (before ? before->bones[i] : 0) + static_cast<std::int32_t>(random.between(-200, 300));
     for (std::size_t i = 0; i < 3 * node_count; ++i) {

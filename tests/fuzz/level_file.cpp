@@ -6,7 +6,7 @@
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace hairnet;
   std::vector<std::uint8_t> bytes(data, data + size);
-  if (size >= wire::kLevelFileHeaderBytes) wire::seal_level_file(bytes);
+  if (size >= wire::kLevelFileHeaderBytes) wire::set_level_file_checksum(bytes);
   const wire::DecodedLevels got = wire::decode_levels(bytes, {});
   fuzz::require((got.fault == wire::LevelFileFault::none) == got.detail.empty(), "a fault has a line");
   fuzz::require((got.fault == wire::LevelFileFault::none) == (got.levels != nullptr), "levels or a fault");

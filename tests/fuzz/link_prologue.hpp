@@ -19,8 +19,8 @@ inline wire::GroomHash link_groom() {
 // Of both members; `age` as in codec_frames, and so is the history.
 inline wire::Message link_frames(std::size_t age, std::size_t order) {
   const codec::Neighbours neighbours(codec_geometry(false));
-  const std::vector<codec::Integers> all = codec_frames(neighbours.node_count());
-  std::vector<const codec::Integers*> history;
+  const std::vector<codec::FrameIntegers> all = codec_frames(neighbours.node_count());
+  std::vector<const codec::FrameIntegers*> history;
   for (std::size_t n = 1; n <= order; ++n) history.push_back(&all[age + n]);
   auto storage = std::make_shared<std::vector<std::uint8_t>>();
   codec::encode_frame(all[age], history, &neighbours, *storage);

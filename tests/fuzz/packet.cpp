@@ -5,10 +5,10 @@
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace hairnet;
   const std::vector<std::uint8_t> packet(data, data + size);
-  const wire::Decoded got = wire::decode_packet(packet);
+  const wire::DecodedPacket got = wire::decode_packet(packet);
   fuzz::require((got.error == wire::DecodeError::none) == got.detail.empty(), "a refusal has a line");
   if (got.error != wire::DecodeError::none) return 0;
-  const wire::Decoded again = wire::decode_packet(wire::encode_packet(got.envelope));
+  const wire::DecodedPacket again = wire::decode_packet(wire::encode_packet(got.envelope));
   fuzz::require(again.error == wire::DecodeError::none, "encoded again it is refused: " + again.detail);
   return 0;
 }

@@ -41,9 +41,9 @@ void add_codec_seeds(Folder& folder) {
   for (std::uint8_t byte = 0; byte < 32; ++byte) {
     const CodecSetting setting = codec_setting(byte);
     const codec::Neighbours neighbours(codec_geometry(setting.large));
-    std::vector<codec::Integers> frames = codec_frames(neighbours.node_count());
+    std::vector<codec::FrameIntegers> frames = codec_frames(neighbours.node_count());
     if (!setting.velocities) frames[0].velocities.clear();
-    std::vector<const codec::Integers*> history;
+    std::vector<const codec::FrameIntegers*> history;
     for (std::size_t n = 1; n <= setting.order; ++n) history.push_back(&frames[n]);
     Bytes bytes{byte};
     // A range's bytes alone cannot be asked for; a frame's are as good to begin with.

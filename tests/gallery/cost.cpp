@@ -30,7 +30,7 @@ void main() { colour = vec4(0.2, 0.1, 0.05, 1.0); })";
 // Lines of one pixel and one colour through points that stay where they are.
 class PlainLines {
  public:
-  explicit PlainLines(const view::GroomGeometry& geometry) : program_(glCreateProgram()) {
+  explicit PlainLines(const render::GroomGeometry& geometry) : program_(glCreateProgram()) {
     for (const auto& [stage, text] : {std::pair{GL_VERTEX_SHADER, kLineVertex}, {GL_FRAGMENT_SHADER, kLineFragment}}) {
       const GLuint shader = glCreateShader(static_cast<GLenum>(stage));
       glShaderSource(shader, 1, &text, nullptr);
@@ -43,7 +43,7 @@ class PlainLines {
     for (const auto& point : geometry.strand_points.rest)
       positions.insert(positions.end(), point.begin(), point.begin() + 3);
     std::vector<std::uint32_t> lines;
-    const auto& triangles = geometry.strand_lists.front().triangles;
+    const auto& triangles = geometry.simplified_strands.front().triangles;
     for (std::size_t t = 0; t < triangles.size(); t += 6)
       lines.insert(lines.end(), {triangles[t] / 2, triangles[t + 2] / 2});
     count_ = static_cast<GLsizei>(lines.size());
@@ -72,8 +72,8 @@ class PlainLines {
 
  private:
   GLuint program_;
-  view::VertexArray array_;
-  view::Buffer points_, indices_;
+  render::VertexArray array_;
+  render::Buffer points_, indices_;
   GLsizei count_ = 0;
 };
 
@@ -93,34 +93,34 @@ double fastest_ms(const std::function<void()>& draw) {
 }  // namespace
 
 Result<void> print_draw_cost(const Hairstyle& style, int width_px, int height_px) {
-  const auto moments = perform(style, "made:dance", LevelIndex::high, {1.6});
+  const auto moments = simulate_motion(style, "made:dance", LevelIndex::high, {1.6});
   if (!moments) return Refusal(moments.error());
-  const Result<view::EglContext> context = view::EglContext::create();
+  const Result<render::EglContext> context = render::EglContext::create();
   if (!context) return Refusal(context.error());
-  const Result<std::unique_ptr<view::Stage>> stage = view::Stage::create();
+  const Result<std::unique_ptr<render::Stage>> stage = render::Stage::create();
   if (!stage) return Refusal(stage.error());
-  view::PictureTarget target;
+  render::PictureTarget target;
   if (!target.resize(width_px, height_px, 1)) return Refusal("no room for the picture");
   target.begin_large();
   // Hair alone: bodies cost the same either way.
   const std::size_t groom = (*stage)->add_groom(*style.groom);
   LatticeLayer layer;
-  view::ShownCharacter character = shown(groom, moments->front(), layer);
+  render::ShownCharacter character = shown(groom, moments->front(), layer);
   character.body_shown = false;
-  view::Camera camera;
+  render::Camera camera;
   camera.target = character.pose.head().position - Vec3(0, 0.1, 0);
   camera.eye = camera.target + Vec3(0.4, 0.1, 1.3);
 
-  const view::GroomGeometry geometry = view::make_groom_geometry(*style.groom);
+  const render::GroomGeometry geometry = render::make_groom_geometry(*style.groom);
   const PlainLines lines(geometry);
   const Eigen::Matrix3f axes =
-      (view::view_rotation(camera) * character.pose.head().rotation.toRotationMatrix()).cast<float>();
+      (render::view_rotation(camera) * character.pose.head().rotation.toRotationMatrix()).cast<float>();
   Eigen::Matrix4f view = Eigen::Matrix4f::Identity();
   view.topLeftCorner<3, 3>() = axes;
   view.topRightCorner<3, 1>() =
-      (view::view_rotation(camera) * (character.pose.head().position - camera.eye)).cast<float>();
+      (render::view_rotation(camera) * (character.pose.head().position - camera.eye)).cast<float>();
   const Eigen::Matrix4f to_clip =
-      view::perspective(camera, static_cast<float>(width_px) / static_cast<float>(height_px), 0.1f, 10) * view;
+      render::perspective(camera, static_cast<float>(width_px) / static_cast<float>(height_px), 0.1f, 10) * view;
 
   const double empty_ms = fastest_ms([&] { (*stage)->draw({}, camera, {}, width_px, height_px, true); });
   const double lines_ms = fastest_ms([&] { lines.draw(to_clip); });
@@ -132,19 +132,19 @@ Result<void> print_draw_cost(const Hairstyle& style, int width_px, int height_px
               static_cast<double>(geometry.strand_count) / lines_ms);
   struct Way {
     const char* name;
-    view::DrawDetail detail;
+    render::DrawDetail detail;
   };
   std::vector<Way> ways{{"strands, quadratic FFD, lit", {}},
                         {"strands, linear FFD, lit", {}},
                         {"strands, rigid, lit", {}},
-                        {"strands, quadratic, 2 followers each", {}},
+                        {"strands, quadratic, 2 follow_hairs each", {}},
                         {"strands at 4 mm of their points", {}},
-                        {"strips, quadratic FFD, lit", {}}};
-  for (Way& way : ways) way.detail.follower_count = 0;
+                        {"cards, quadratic FFD, lit", {}}};
+  for (Way& way : ways) way.detail.follow_hair_count = 0;
   ways[1].detail.quadratic = 0;
-  ways[3].detail.follower_count = 2;
+  ways[3].detail.follow_hair_count = 2;
   ways[4].detail.tolerance_m = 1;
-  ways[5].detail.strips = 1;
+  ways[5].detail.cards = 1;
   for (const Way& way : ways) {
     character.detail = way.detail;
     const auto layers = character.layers;
@@ -154,12 +154,12 @@ Result<void> print_draw_cost(const Hairstyle& style, int width_px, int height_px
                       }) -
                       empty_ms;
     character.layers = layers;
-    const view::StageStatistics& s = (*stage)->statistics();
-    const bool strips = way.detail.strips > 0;
-    std::printf("%-38s %8.1f %7.0f %s %8.1f\n", way.name, ms, static_cast<double>(strips ? s.strips : s.strands) / ms,
-                strips ? "strips " : "strands", ms / lines_ms);
+    const render::StageStatistics& s = (*stage)->statistics();
+    const bool cards = way.detail.cards > 0;
+    std::printf("%-38s %8.1f %7.0f %s %8.1f\n", way.name, ms, static_cast<double>(cards ? s.cards : s.strands) / ms,
+                cards ? "cards " : "strands", ms / lines_ms);
   }
-  const view::StageStatistics& s = (*stage)->statistics();
+  const render::StageStatistics& s = (*stage)->statistics();
   std::printf("on the GPU: %.1f MB of the groom, %zu bytes a character at this level, %.1f MB of strands' points\n",
               1e-6 * static_cast<double>(s.groom_bytes), s.character_bytes, 1e-6 * static_cast<double>(s.point_bytes));
   return {};

@@ -17,11 +17,11 @@ struct Options {
   int size_px = 300;
 };
 
-Result<void> draw_hairstyles(const Options& options, view::Renderer& renderer) {
+Result<void> draw_hairstyles(const Options& options, render::Renderer& renderer) {
   for (std::size_t i = 0; i < options.grooms.size(); ++i) {
     const Result<Hairstyle> style = load_hairstyle(options.grooms[i]);
     if (!style) return Refusal(style.error());
-    const Result<view::Image> sheet = hairstyle_sheet(renderer, *style, i, options.size_px);
+    const Result<render::Image> sheet = hairstyle_sheet(renderer, *style, i, options.size_px);
     if (!sheet) return Refusal(sheet.error());
     std::string name = options.grooms[i];
     std::ranges::replace(name, ':', '_');
@@ -33,30 +33,30 @@ Result<void> draw_hairstyles(const Options& options, view::Renderer& renderer) {
   return {};
 }
 
-Result<void> draw_one(const Options& options, view::Renderer& renderer, const std::string& section) {
+Result<void> draw_one(const Options& options, render::Renderer& renderer, const std::string& section) {
   const Result<Hairstyle> style = load_hairstyle(section == "wind" ? "made:long_straight" : "made:long_curly");
   if (!style) return Refusal(style.error());
-  const Result<view::Image> sheet = section == "wind" ? wind_sheet(renderer, *style, options.size_px)
-                                                      : detail_sheet(renderer, *style, options.size_px);
+  const Result<render::Image> sheet = section == "wind" ? wind_sheet(renderer, *style, options.size_px)
+                                                        : detail_sheet(renderer, *style, options.size_px);
   if (!sheet) return Refusal(sheet.error());
   std::printf("%s/%s.png\n", options.out.c_str(), section.c_str());
   return write_picture(options.out + "/" + section + ".png", *sheet);
 }
 
-Result<void> draw_crowd(const Options& options, view::Renderer& renderer) {
+Result<void> draw_crowd(const Options& options, render::Renderer& renderer) {
   std::vector<Hairstyle> styles;
   for (const char* name : {"made:long_straight", "made:long_curly", "made:bob", "made:ponytail", "made:short"}) {
     Result<Hairstyle> style = load_hairstyle(name);
     if (!style) return Refusal(style.error());
     styles.push_back(std::move(*style));
   }
-  view::StageStatistics statistics;
-  const Result<view::Image> picture = crowd_picture(renderer, styles, 100, 1280, 720, statistics);
+  render::StageStatistics statistics;
+  const Result<render::Image> picture = crowd_picture(renderer, styles, 100, 1280, 720, statistics);
   if (!picture) return Refusal(picture.error());
   std::printf(
-      "%s/crowd.png: 100 characters of 5 grooms, %zu draw calls, %zu strands, %zu strips, %zu vertices; "
+      "%s/crowd.png: 100 characters of 5 grooms, %zu draw calls, %zu strands, %zu cards, %zu vertices; "
       "GPU bytes: %zu of grooms, %zu a character, %zu of strands' points\n",
-      options.out.c_str(), statistics.draw_calls, statistics.strands, statistics.strips, statistics.vertices,
+      options.out.c_str(), statistics.draw_calls, statistics.strands, statistics.cards, statistics.vertices,
       statistics.groom_bytes, statistics.character_bytes, statistics.point_bytes);
   return write_picture(options.out + "/crowd.png", *picture);
 }
@@ -82,7 +82,7 @@ Result<void> run(Options& options) {
   std::error_code error;
   std::filesystem::create_directories(options.out, error);
   if (error) return Refusal(options.out + ": " + error.message());
-  Result<std::unique_ptr<view::Renderer>> renderer = view::Renderer::create();
+  Result<std::unique_ptr<render::Renderer>> renderer = render::Renderer::create();
   if (!renderer) return Refusal(renderer.error());
   for (const std::string& section : options.sections) {
     const Result<void> drawn = section == "hairstyles" ? draw_hairstyles(options, **renderer)
@@ -98,7 +98,7 @@ Result<void> run(Options& options) {
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "Pictures of every hairstyle: still and in motion, as strands and strips; from near to far; in wind; a crowd");
+      "Pictures of every hairstyle: still and in motion, as strands and cards; from near to far; in wind; a crowd");
   Options options;
   app.add_option("--out", options.out, "folder for the pictures")->capture_default_str();
   app.add_option("--section", options.sections, "hairstyles, detail, wind, crowd, cost; several may be named")

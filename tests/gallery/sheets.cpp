@@ -11,7 +11,7 @@ namespace hairnet::gallery {
 namespace {
 
 // Camera about a head: from the front, its left side, its back.
-view::Camera camera_about(const Vec3& head, const Groom& groom, double bearing_deg, double distance_scale = 1) {
+render::Camera camera_about(const Vec3& head, const Groom& groom, double bearing_deg, double distance_scale = 1) {
   float low = 0, high = 0.12f, wide = 0.1f;
   for (const Vec3f& p : groom.points) {
     low = std::min(low, p.y());
@@ -21,7 +21,7 @@ view::Camera camera_about(const Vec3& head, const Groom& groom, double bearing_d
   const double centre = 0.5 * static_cast<double>(low + high);
   const double radius = std::max(0.5 * static_cast<double>(high - low), static_cast<double>(wide));
   const double bearing = bearing_deg * std::numbers::pi / 180;
-  view::Camera camera;
+  render::Camera camera;
   camera.fov_deg = 24;
   camera.target = head + Vec3(0, centre, 0);
   camera.eye = camera.target + distance_scale * 1.2 * radius / std::sin(12 * std::numbers::pi / 180) *
@@ -29,120 +29,122 @@ view::Camera camera_about(const Vec3& head, const Groom& groom, double bearing_d
   return camera;
 }
 
-void caption(view::Image& image, const std::string& text) {
-  view::draw_text(image, 6, 6, text, 2);
+void caption(render::Image& image, const std::string& text) {
+  render::draw_text(image, 6, 6, text, 2);
 }
 
 }  // namespace
 
-Result<void> write_picture(const std::string& path, const view::Image& image) {
-  const Result<std::vector<std::uint8_t>> png = view::encode_png(image);
+Result<void> write_picture(const std::string& path, const render::Image& image) {
+  const Result<std::vector<std::uint8_t>> png = render::encode_png(image);
   if (!png) return Refusal(path + ": " + png.error());
   const Result<void> written = write_file(path, std::as_bytes(std::span(*png)));
   return written ? Result<void>() : Refusal(path + ": " + written.error());
 }
 
-Result<view::Image> hairstyle_sheet(view::Renderer& renderer, const Hairstyle& style, std::size_t number, int size_px) {
-  const auto moments = perform(style, "made:dance", LevelIndex::high, {-0.5, 1.6, 2.6});
+Result<render::Image> hairstyle_sheet(render::Renderer& renderer, const Hairstyle& style, std::size_t number,
+                                      int size_px) {
+  const auto moments = simulate_motion(style, "made:dance", LevelIndex::high, {-0.5, 1.6, 2.6});
   if (!moments) return Refusal(moments.error());
   const std::size_t groom = renderer.stage().add_groom(*style.groom);
-  std::vector<view::Image> tiles;
-  for (const float strips : {0.0f, 1.0f}) {
+  std::vector<render::Image> tiles;
+  for (const float cards : {0.0f, 1.0f}) {
     for (const Moment& moment : *moments) {
-      if (strips > 0 && &moment == &(*moments)[1]) continue;
+      if (cards > 0 && &moment == &(*moments)[1]) continue;
       for (const double bearing : {0.0, 90.0, 180.0}) {
         LatticeLayer layer;
-        view::ShownCharacter character = shown(groom, moment, layer);
+        render::ShownCharacter character = shown(groom, moment, layer);
         character.hair_colour = hair_colour(number);
-        const view::Camera camera = camera_about(moment.pose.head().position, *style.groom, bearing);
-        if (strips > 0) {
+        const render::Camera camera = camera_about(moment.pose.head().position, *style.groom, bearing);
+        if (cards > 0) {
           character.detail.emplace();
-          character.detail->strips = 1;
+          character.detail->cards = 1;
         }
-        Result<view::Image> tile = renderer.draw({&character, 1}, camera, {}, size_px, size_px * 5 / 4);
+        Result<render::Image> tile = renderer.draw({&character, 1}, camera, {}, size_px, size_px * 5 / 4);
         if (!tile) return tile;
-        caption(*tile, (strips > 0 ? "strips" : style.name) +
-                           std::string(&moment == &moments->front() ? " still" : " moving"));
+        caption(*tile,
+                (cards > 0 ? "cards" : style.name) + std::string(&moment == &moments->front() ? " still" : " moving"));
         tiles.push_back(std::move(*tile));
       }
     }
   }
   renderer.stage().remove_groom(groom);
-  return view::contact_sheet(tiles, 6);
+  return render::contact_sheet(tiles, 6);
 }
 
-Result<view::Image> detail_sheet(view::Renderer& renderer, const Hairstyle& style, int size_px) {
-  const auto moments = perform(style, "made:dance", LevelIndex::high, {2.0});
+Result<render::Image> detail_sheet(render::Renderer& renderer, const Hairstyle& style, int size_px) {
+  const auto moments = simulate_motion(style, "made:dance", LevelIndex::high, {2.0});
   if (!moments) return Refusal(moments.error());
   const std::size_t groom = renderer.stage().add_groom(*style.groom);
-  std::vector<view::Image> tiles;
+  std::vector<render::Image> tiles;
   for (const double scale : {0.6, 1.0, 2.0, 4.0, 8.0, 16.0}) {
     LatticeLayer layer;
-    view::ShownCharacter character = shown(groom, moments->front(), layer);
-    const view::Camera camera = camera_about(character.pose.head().position, *style.groom, 30, scale);
-    Result<view::Image> tile = renderer.draw({&character, 1}, camera, {}, size_px, size_px * 5 / 4);
+    render::ShownCharacter character = shown(groom, moments->front(), layer);
+    const render::Camera camera = camera_about(character.pose.head().position, *style.groom, 30, scale);
+    Result<render::Image> tile = renderer.draw({&character, 1}, camera, {}, size_px, size_px * 5 / 4);
     if (!tile) return tile;
-    const view::StageStatistics& s = renderer.stage().statistics();
+    const render::StageStatistics& s = renderer.stage().statistics();
     caption(*tile, std::to_string(s.strands) + " strands");
-    view::draw_text(*tile, 6, 24, std::to_string(s.strips) + " strips", 2);
+    render::draw_text(*tile, 6, 24, std::to_string(s.cards) + " cards", 2);
     tiles.push_back(std::move(*tile));
     // The same, as near as the first: what the few that are drawn look like.
-    view::Camera near = camera_about(character.pose.head().position, *style.groom, 30, 1);
+    render::Camera near = camera_about(character.pose.head().position, *style.groom, 30, 1);
     const double distance = (camera.eye - camera.target).norm();
-    const float head_px = view::kHead_m * 0.5f * static_cast<float>(size_px * 5 / 4) /
+    const float head_px = render::kHead_m * 0.5f * static_cast<float>(size_px * 5 / 4) /
                           std::tan(12 * std::numbers::pi_v<float> / 180) / static_cast<float>(distance);
     character.detail =
-        view::detail_for(head_px, 1, style.groom->strand_count(), view::make_groom_geometry(*style.groom).waviness);
-    Result<view::Image> close = renderer.draw({&character, 1}, near, {}, size_px, size_px * 5 / 4);
+        render::detail_for(head_px, 1, style.groom->strand_count(), render::make_groom_geometry(*style.groom).waviness);
+    Result<render::Image> close = renderer.draw({&character, 1}, near, {}, size_px, size_px * 5 / 4);
     if (!close) return close;
     caption(*close, "as drawn at " + std::to_string(static_cast<int>(head_px)) + " px");
     tiles.push_back(std::move(*close));
   }
   renderer.stage().remove_groom(groom);
-  std::vector<view::Image> rows;
+  std::vector<render::Image> rows;
   for (std::size_t row = 0; row < 2; ++row) {
     for (std::size_t i = row; i < tiles.size(); i += 2) rows.push_back(std::move(tiles[i]));
   }
-  return view::contact_sheet(rows, 6);
+  return render::contact_sheet(rows, 6);
 }
 
-Result<view::Image> wind_sheet(view::Renderer& renderer, const Hairstyle& style, int size_px) {
+Result<render::Image> wind_sheet(render::Renderer& renderer, const Hairstyle& style, int size_px) {
   Wind wind;
   wind.mean_m_per_s = Vec3(-5, 0, 2);
   wind.gust_ratio = 0.5;
   wind.turbulence_rms_m_per_s = 1;
   Environment environment;
   environment.wind = WindField(wind);
-  const auto moments = perform(style, "made:still", LevelIndex::high, {-0.9, 0.5, 1.5, 2.5, 3.5}, environment);
+  const auto moments = simulate_motion(style, "made:still", LevelIndex::high, {-0.9, 0.5, 1.5, 2.5, 3.5}, environment);
   if (!moments) return Refusal(moments.error());
   const std::size_t groom = renderer.stage().add_groom(*style.groom);
-  std::vector<view::Image> tiles;
+  std::vector<render::Image> tiles;
   for (const Moment& moment : *moments) {
     LatticeLayer layer;
-    view::ShownCharacter character = shown(groom, moment, layer);
-    const view::Camera camera = camera_about(moment.pose.head().position, *style.groom, 15);
-    Result<view::Image> tile = renderer.draw({&character, 1}, camera, {}, size_px, size_px * 5 / 4);
+    render::ShownCharacter character = shown(groom, moment, layer);
+    const render::Camera camera = camera_about(moment.pose.head().position, *style.groom, 15);
+    Result<render::Image> tile = renderer.draw({&character, 1}, camera, {}, size_px, size_px * 5 / 4);
     if (!tile) return tile;
     tiles.push_back(std::move(*tile));
   }
   renderer.stage().remove_groom(groom);
-  return view::contact_sheet(tiles, static_cast<int>(tiles.size()));
+  return render::contact_sheet(tiles, static_cast<int>(tiles.size()));
 }
 
-Result<view::Image> crowd_picture(view::Renderer& renderer, const std::vector<Hairstyle>& styles, std::size_t count,
-                                  int width_px, int height_px, view::StageStatistics& statistics) {
+Result<render::Image> crowd_picture(render::Renderer& renderer, const std::vector<Hairstyle>& styles, std::size_t count,
+                                    int width_px, int height_px, render::StageStatistics& statistics) {
   static const std::vector<std::string> kMotions{"made:dance", "made:nod", "made:shake", "made:look_around",
                                                  "made:lean"};
   std::vector<std::size_t> grooms;
   std::vector<Moment> moments;
   for (std::size_t s = 0; s < styles.size(); ++s) {
     grooms.push_back(renderer.stage().add_groom(*styles[s].groom));
-    auto taken = perform(styles[s], kMotions[s % kMotions.size()], LevelIndex::medium, {0.6, 1.1, 1.7, 2.2, 2.6});
+    auto taken =
+        simulate_motion(styles[s], kMotions[s % kMotions.size()], LevelIndex::medium, {0.6, 1.1, 1.7, 2.2, 2.6});
     if (!taken) return Refusal(taken.error());
     for (Moment& moment : *taken) moments.push_back(std::move(moment));
   }
   std::vector<LatticeLayer> layers(count);
-  std::vector<view::ShownCharacter> crowd;
+  std::vector<render::ShownCharacter> crowd;
   const std::size_t columns = 10;
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t style = (i * 7 + i / columns) % styles.size(), moment = i * 3 % 5;
@@ -155,12 +157,12 @@ Result<view::Image> crowd_picture(view::Renderer& renderer, const std::vector<Ha
     }
   }
   Vec3 middle = Vec3::Zero();
-  for (const view::ShownCharacter& one : crowd) middle += one.pose.head().position / static_cast<double>(count);
-  view::Camera camera;
+  for (const render::ShownCharacter& one : crowd) middle += one.pose.head().position / static_cast<double>(count);
+  render::Camera camera;
   camera.target = middle - Vec3(0, 0.3, 1.5);
   camera.eye = middle + Vec3(0, 2.1, 7.4);
   camera.fov_deg = 36;
-  Result<view::Image> image = renderer.draw(crowd, camera, {}, width_px, height_px);
+  Result<render::Image> image = renderer.draw(crowd, camera, {}, width_px, height_px);
   statistics = renderer.stage().statistics();
   for (const std::size_t groom : grooms) renderer.stage().remove_groom(groom);
   return image;

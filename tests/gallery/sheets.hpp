@@ -9,13 +9,14 @@
 namespace hairnet::gallery {
 
 // Each draws one picture. Sizes in pixels are those of a tile.
-Result<view::Image> hairstyle_sheet(view::Renderer& renderer, const Hairstyle& style, std::size_t number, int size_px);
-Result<view::Image> detail_sheet(view::Renderer& renderer, const Hairstyle& style, int size_px);
-Result<view::Image> wind_sheet(view::Renderer& renderer, const Hairstyle& style, int size_px);
+Result<render::Image> hairstyle_sheet(render::Renderer& renderer, const Hairstyle& style, std::size_t number,
+                                      int size_px);
+Result<render::Image> detail_sheet(render::Renderer& renderer, const Hairstyle& style, int size_px);
+Result<render::Image> wind_sheet(render::Renderer& renderer, const Hairstyle& style, int size_px);
 // `count` characters of the hairstyles in turn, in rows.
-Result<view::Image> crowd_picture(view::Renderer& renderer, const std::vector<Hairstyle>& styles, std::size_t count,
-                                  int width_px, int height_px, view::StageStatistics& statistics);
+Result<render::Image> crowd_picture(render::Renderer& renderer, const std::vector<Hairstyle>& styles, std::size_t count,
+                                    int width_px, int height_px, render::StageStatistics& statistics);
 
-Result<void> write_picture(const std::string& path, const view::Image& image);
+Result<void> write_picture(const std::string& path, const render::Image& image);
 
 }  // namespace hairnet::gallery

@@ -33,8 +33,8 @@ Result<Hairstyle> load_hairstyle(const std::string& name) {
   return style;
 }
 
-Result<std::vector<Moment>> perform(const Hairstyle& style, const std::string& motion, LevelIndex level,
-                                    const std::vector<double>& times_s, const Environment& environment) {
+Result<std::vector<Moment>> simulate_motion(const Hairstyle& style, const std::string& motion, LevelIndex level,
+                                            const std::vector<double>& times_s, const Environment& environment) {
   const Result<Motion> loaded = fidelity::load_motion(motion, style.groom->body);
   if (!loaded) return Refusal(loaded.error());
   const double last_s = times_s.empty() ? 0 : times_s.back();
@@ -55,8 +55,8 @@ Result<std::vector<Moment>> perform(const Hairstyle& style, const std::string& m
   return moments;
 }
 
-view::ShownCharacter shown(std::size_t groom, const Moment& moment, LatticeLayer& layer) {
-  view::ShownCharacter character;
+render::ShownCharacter shown(std::size_t groom, const Moment& moment, LatticeLayer& layer) {
+  render::ShownCharacter character;
   character.groom = groom;
   character.pose = moment.pose;
   if (moment.geometry != nullptr) {

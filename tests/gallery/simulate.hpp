@@ -29,11 +29,11 @@ struct Moment {
 
 // Steps a character of `style` through `motion`, after a second of easing into it, and copies out the moments at
 // `times_s` (ascending, from the motion's beginning; a negative time is at rest).
-Result<std::vector<Moment>> perform(const Hairstyle& style, const std::string& motion, LevelIndex level,
-                                    const std::vector<double>& times_s, const Environment& environment = {});
+Result<std::vector<Moment>> simulate_motion(const Hairstyle& style, const std::string& motion, LevelIndex level,
+                                            const std::vector<double>& times_s, const Environment& environment = {});
 
 // What a stage is given for a moment. `layer` must live as long as what is returned.
-view::ShownCharacter shown(std::size_t groom, const Moment& moment, LatticeLayer& layer);
+render::ShownCharacter shown(std::size_t groom, const Moment& moment, LatticeLayer& layer);
 
 // Hair colours that tell hairstyles apart; linear RGB.
 Vec3f hair_colour(std::size_t number);

@@ -46,65 +46,65 @@ std::vector<std::uint8_t> make_bad_packet(Random& random, std::int64_t now_ns) {
   }
 }
 
-Misfit::Misfit(const Props& props, std::uint32_t number, Misbehaviour kind)
-    : props_(&props), number_(number), kind_(kind), random_(props.seed, number) {}
+BadClient::BadClient(const ClientContext& context, std::uint32_t number, Misbehaviour kind)
+    : context_(&context), number_(number), kind_(kind), random_(context.seed, number) {}
 
-std::int64_t Misfit::act(std::int64_t now_ns) {
+std::int64_t BadClient::act(std::int64_t now_ns) {
   if (gone_) return kNever_ns;
-  if (now_ns >= dial_ns_) {
-    dial_ns_ = kNever_ns;
+  if (now_ns >= connect_ns_) {
+    connect_ns_ = kNever_ns;
     goodbye_.clear();
-    line_ = props_->dialler->dial(*this);
+    connection_ = context_->connector->connect(*this);
   }
   if (open_ && now_ns >= next_ns_) misbehave(now_ns);
-  return std::min(dial_ns_, next_ns_);
+  return std::min(connect_ns_, next_ns_);
 }
 
-void Misfit::on_open(std::int64_t now_ns) {
+void BadClient::on_open(std::int64_t now_ns) {
   open_ = true;
   if (kind_ == Misbehaviour::silent) return;
   const std::vector<std::uint8_t> packet = hello(now_ns);
   if (kind_ == Misbehaviour::half_open) {
-    line_->send(std::span(packet).first(packet.size() / 2));
-    line_->close_sending();
+    connection_->send(std::span(packet).first(packet.size() / 2));
+    connection_->close_sending();
     return;
   }
-  line_->send(packet);
+  connection_->send(packet);
   next_ns_ = now_ns + kMalformedInterval_ns;
-  props_->wake(number_, next_ns_);
+  context_->wake(number_, next_ns_);
 }
 
-void Misfit::misbehave(std::int64_t now_ns) {
+void BadClient::misbehave(std::int64_t now_ns) {
   if (kind_ == Misbehaviour::flood) {
     const std::vector<std::uint8_t> packet = wire::encode_packet({now_ns, wire::PoseBatch{}});
-    for (int i = 0; i < kFloodMessages && line_->unsent_bytes() < kFloodUnsentMax; ++i) line_->send(packet);
+    for (int i = 0; i < kFloodMessages && connection_->unsent_bytes() < kFloodUnsentMax; ++i) connection_->send(packet);
     next_ns_ = now_ns + kFloodInterval_ns;
   } else {
-    line_->send(make_bad_packet(random_, now_ns));
+    connection_->send(make_bad_packet(random_, now_ns));
     next_ns_ = now_ns + kMalformedInterval_ns;
   }
 }
 
-void Misfit::on_packet(std::span<const std::uint8_t> packet, std::int64_t) {
-  const wire::Decoded decoded = wire::decode_packet(packet);
+void BadClient::on_packet(std::span<const std::uint8_t> packet, std::int64_t) {
+  const wire::DecodedPacket decoded = wire::decode_packet(packet);
   if (decoded.error != wire::DecodeError::none) return;
   if (const auto* goodbye = std::get_if<wire::Goodbye>(&decoded.envelope.message))
     goodbye_ = wire::to_string(goodbye->reason);
 }
 
-void Misfit::on_closed(std::string_view reason, std::int64_t now_ns) {
+void BadClient::on_closed(std::string_view reason, std::int64_t now_ns) {
   if (gone_) return;
-  props_->tally->count_misfit_end(now_ns, kMisbehaviourNames[static_cast<std::size_t>(kind_)],
-                                  goodbye_.empty() ? "closed_" + std::string(reason) : "goodbye_" + goodbye_);
-  line_.reset();
+  context_->tally->count_bad_client_end(now_ns, kMisbehaviourNames[static_cast<std::size_t>(kind_)],
+                                        goodbye_.empty() ? "closed_" + std::string(reason) : "goodbye_" + goodbye_);
+  connection_.reset();
   open_ = false;
   next_ns_ = kNever_ns;
-  dial_ns_ = now_ns + kRedialWait_ns;
-  props_->wake(number_, dial_ns_);
+  connect_ns_ = now_ns + kRedialWait_ns;
+  context_->wake(number_, connect_ns_);
 }
 
-void Misfit::leave_now() {
-  line_.reset();
+void BadClient::leave_now() {
+  connection_.reset();
   open_ = false;
   gone_ = true;
 }

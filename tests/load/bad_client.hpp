@@ -14,12 +14,12 @@ namespace hairnet::load {
 //   malformed  a proper hello, then ten bad packets a second
 //   silent     connects and says nothing
 //   half_open  sends the first half of a hello, and ends its sending
-class Misfit final : public Actor, private LineEvents {
+class BadClient final : public VirtualClient, private ConnectionEvents {
  public:
-  Misfit(const Props& props, std::uint32_t number, Misbehaviour kind);
+  BadClient(const ClientContext& context, std::uint32_t number, Misbehaviour kind);
 
   std::int64_t act(std::int64_t now_ns) override;
-  void dress(std::uint32_t, const std::vector<LevelIndex>&, std::int64_t) override {}
+  void set_characters(std::uint32_t, const std::vector<LevelIndex>&, std::int64_t) override {}
   void lose_connection(std::int64_t, std::int64_t) override {}
   void leave(bool, std::int64_t) override { leave_now(); }
   [[nodiscard]] bool gone() const override { return gone_; }
@@ -33,14 +33,14 @@ class Misfit final : public Actor, private LineEvents {
   void leave_now();
   void misbehave(std::int64_t now_ns);
 
-  const Props* props_;
+  const ClientContext* context_;
   std::uint32_t number_;
   Misbehaviour kind_;
   Random random_;
-  std::unique_ptr<Line> line_;
+  std::unique_ptr<ClientConnection> connection_;
   bool open_ = false, gone_ = false;
   std::string goodbye_;
-  std::int64_t dial_ns_ = 0, next_ns_ = kNever_ns;
+  std::int64_t connect_ns_ = 0, next_ns_ = kNever_ns;
 };
 
 // A packet that no server should take: a flipped bit, a wrong length, noise, numbers that are none, text that is none.

@@ -21,12 +21,12 @@ bool CapacitySearch::bracketed() const {
   return bad_ && *bad_ - good_ <= step;
 }
 
-void CapacitySearch::report(bool held) {
+void CapacitySearch::report(bool passed) {
   assert(next_);
   Probe probe = *next_;
-  probe.held = held;
+  probe.passed = passed;
   probes_.push_back(probe);
-  if (held) {
+  if (passed) {
     good_ = std::max(good_, probe.characters);
     if (probe.confirms) capacity_ = probe.characters;
   } else {
@@ -34,7 +34,7 @@ void CapacitySearch::report(bool held) {
     // A count that held once and not again did not hold: something less is tried.
     if (good_ >= *bad_) good_ = 0;
     for (const Probe& earlier : probes_)
-      if (earlier.held && earlier.characters < *bad_) good_ = std::max(good_, earlier.characters);
+      if (earlier.passed && earlier.characters < *bad_) good_ = std::max(good_, earlier.characters);
   }
   go_on();
 }

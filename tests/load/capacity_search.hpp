@@ -20,13 +20,13 @@ class CapacitySearch {
   struct Probe {
     std::uint32_t characters = 0;
     bool confirms = false;
-    bool held = false;
+    bool passed = false;
   };
 
   explicit CapacitySearch(const Limits& limits);
   // How many characters to try next; none when the search is over.
   [[nodiscard]] std::optional<Probe> next() const { return next_; }
-  void report(bool held);  // of next()
+  void report(bool passed);  // of next()
   // The largest confirmed count; 0: not even the least holds, or none was confirmed in time.
   [[nodiscard]] std::uint32_t capacity() const { return capacity_; }
   [[nodiscard]] bool reached_most() const { return capacity_ == most_; }

@@ -49,7 +49,7 @@ TEST(CapacitySearch, WhatHeldOnceAndNotAgainIsNotTheAnswer) {
   int turn = 0;
   const auto found = search({}, [&](std::uint32_t n) { return n < 400 || (n <= 500 && turn++ % 2 == 0); });
   EXPECT_GT(found.capacity(), 0u);
-  EXPECT_TRUE(found.probes().back().held);
+  EXPECT_TRUE(found.probes().back().passed);
   EXPECT_TRUE(found.probes().back().confirms);
   EXPECT_LE(found.capacity(), 500u);
 }

@@ -7,7 +7,7 @@
 namespace hairnet::load {
 namespace {
 
-constexpr std::int64_t kBeginAgainLeast_ns = 500'000'000;  // after the session has ended: a user would try again
+constexpr std::int64_t kRejoinMin_ns = 500'000'000;  // after the session has ended: a user would try again
 constexpr std::int64_t kBeginAgainSpread_ns = 1'000'000'000;
 constexpr std::int64_t kSlowReadInterval_ns = 1'000'000'000;
 constexpr std::size_t kSlowReadBytes = 1024;
@@ -20,118 +20,118 @@ constexpr std::uint32_t kPlacesInARow = 8;
 
 }  // namespace
 
-Client::Client(const Props& props, std::uint32_t number, std::uint32_t place, bool slow)
-    : props_(&props),
+Client::Client(const ClientContext& context, std::uint32_t number, std::uint32_t place, bool slow)
+    : context_(&context),
       number_(number),
       place_(place),
       slow_(slow),
-      random_(props.seed, number),
-      interval_ns_(1e9 / props.pose_hz) {}
+      random_(context.seed, number),
+      interval_ns_(1e9 / context.pose_hz) {}
 
 void Client::join(std::uint32_t characters, const std::vector<LevelIndex>& levels, std::int64_t intended_ns,
                   std::int64_t now_ns) {
   for (std::uint32_t i = 0; i < characters; ++i) {
-    puppets_.push_back(make_puppet(i + 1, levels));
-    puppets_.back().join_ns = intended_ns;
+    characters_.push_back(make_character(i + 1, levels));
+    characters_.back().join_ns = intended_ns;
   }
   phase_ns_ = intended_ns + static_cast<std::int64_t>(random_.unit() * interval_ns_);
   begin(now_ns);
 }
 
-Client::Puppet Client::make_puppet(std::uint32_t number, const std::vector<LevelIndex>& levels) const {
-  Random random(props_->seed, (std::uint64_t{number_} << 32) + number);
-  Puppet puppet;
-  puppet.number = number;
+Client::Character Client::make_character(std::uint32_t number, const std::vector<LevelIndex>& levels) const {
+  Random random(context_->seed, (std::uint64_t{number_} << 32) + number);
+  Character character;
+  character.number = number;
   const std::uint32_t turn = place_ + number - 1;
-  puppet.groom = turn % props_->grooms->size();
-  puppet.motion = random.next() % props_->motions->count();
-  puppet.motion_step = random.next() >> 32;
-  puppet.level = levels[turn % levels.size()];
+  character.groom = turn % context_->grooms->size();
+  character.motion = random.next() % context_->motions->count();
+  character.motion_step = random.next() >> 32;
+  character.level = levels[turn % levels.size()];
   // Clients of a room stand in rows, each client's further characters behind it.
-  const std::uint32_t place = props_->room_size > 0 ? place_ % props_->room_size : place_;
-  puppet.place = kPlaceSpacing_m * Vec3(place % kPlacesInARow, 0, place / kPlacesInARow + 0.1 * (number - 1));
-  return puppet;
+  const std::uint32_t place = context_->room_size > 0 ? place_ % context_->room_size : place_;
+  character.place = kPlaceSpacing_m * Vec3(place % kPlacesInARow, 0, place / kPlacesInARow + 0.1 * (number - 1));
+  return character;
 }
 
 void Client::begin(std::int64_t now_ns) {
   begin_ns_ = kNever_ns;
   state_ = State::away;
   others_.clear();
-  peer_ = props_->make_peer(number_, place_);
-  for (const EncodedGroom& groom : *props_->grooms) peer_->offer(groom);
-  for (const Puppet& puppet : puppets_) put_on_stage(puppet);
+  protocol_ = context_->make_protocol_client(number_, place_);
+  for (const EncodedGroom& groom : *context_->grooms) protocol_->offer(groom);
+  for (const Character& character : characters_) add_to_server(character);
   drive(now_ns);
 }
 
-void Client::put_on_stage(const Puppet& puppet) {
-  peer_->add_character(puppet.number, (*props_->grooms)[puppet.groom].hash, puppet.level);
+void Client::add_to_server(const Character& character) {
+  protocol_->add_character(character.number, (*context_->grooms)[character.groom].hash, character.level);
 }
 
 // Opens, closes or sends on the connection as the protocol client wants. Call it after anything that may change that.
 void Client::drive(std::int64_t now_ns) {
-  if (!peer_) return;
-  peer_->poll(now_ns);
-  peer_->tell(*this, now_ns);
-  if (line_ && peer_->wants_close()) {
-    line_.reset();
-    peer_->on_closed(now_ns);
-    peer_->tell(*this, now_ns);
+  if (!protocol_) return;
+  protocol_->poll(now_ns);
+  protocol_->tell(*this, now_ns);
+  if (connection_ && protocol_->wants_close()) {
+    connection_.reset();
+    protocol_->on_closed(now_ns);
+    protocol_->tell(*this, now_ns);
   }
-  if (!line_ && peer_->wants_connection()) {
-    peer_->on_opening(now_ns);
-    line_ = props_->dialler->dial(*this);
+  if (!connection_ && protocol_->wants_connection()) {
+    protocol_->on_opening(now_ns);
+    connection_ = context_->connector->connect(*this);
   }
-  while (line_) {
-    const std::vector<std::uint8_t> packet = peer_->take_packet(now_ns);
+  while (connection_) {
+    const std::vector<std::uint8_t> packet = protocol_->take_packet(now_ns);
     if (packet.empty()) break;
-    if (!slow_) props_->tally->count(now_ns, &Counts::bytes_out, packet.size());
-    line_->send(packet);
+    if (!slow_) context_->tally->count(now_ns, &Counts::bytes_out, packet.size());
+    connection_->send(packet);
   }
-  if (line_ && peer_->wants_half_close()) line_->close_sending();
+  if (connection_ && protocol_->wants_half_close()) connection_->close_sending();
   if (state_ == State::gone) {
-    hang_up();
-    return props_->wake(number_, now_ns);
+    close_connection();
+    return context_->wake(number_, now_ns);
   }
-  props_->wake(number_, std::min(peer_->next_deadline_ns(), begin_ns_));
+  context_->wake(number_, std::min(protocol_->next_deadline_ns(), begin_ns_));
 }
 
 void Client::on_open(std::int64_t now_ns) {
-  peer_->on_open(now_ns);
+  protocol_->on_open(now_ns);
   drive(now_ns);
 }
 
 void Client::on_packet(std::span<const std::uint8_t> packet, std::int64_t arrival_ns) {
-  if (!slow_) props_->tally->count(arrival_ns, &Counts::bytes_in, packet.size());
-  peer_->on_packet(packet, arrival_ns, *this);
+  if (!slow_) context_->tally->count(arrival_ns, &Counts::bytes_in, packet.size());
+  protocol_->on_packet(packet, arrival_ns, *this);
   drive(arrival_ns);
 }
 
 void Client::on_closed(std::string_view reason, std::int64_t now_ns) {
   closed_ = reason;
-  line_.reset();
-  peer_->on_closed(now_ns);
+  connection_.reset();
+  protocol_->on_closed(now_ns);
   drive(now_ns);
 }
 
 void Client::on_welcome(const wire::Welcome& welcome, std::int64_t now_ns) {
   pass_poses(now_ns);
-  if (started_) props_->tally->count(now_ns, welcome.resumed ? &Counts::resumes : &Counts::restarts);
+  if (started_) context_->tally->count(now_ns, welcome.resumed ? &Counts::resumes : &Counts::restarts);
   if (state_ != State::leaving) state_ = State::active;
   started_ = true;
-  if (props_->watcher) props_->watcher->on_welcome(number_);
+  if (context_->watcher) context_->watcher->on_welcome(number_);
   tick_ns_ = 1'000'000'000 / std::max(1u, welcome.tick_rate_hz);
   tick_ = 0;
   for (auto& [member, other] : others_) other.arrival_ns = 0;
-  for (Puppet& puppet : puppets_) {
-    puppet.tick = 0;
-    puppet.asleep = false;
-    puppet.answered = next_pose_ - 1;
+  for (Character& character : characters_) {
+    character.tick = 0;
+    character.asleep = false;
+    character.answered = next_pose_ - 1;
   }
   if (slow_) {
-    line_->limit_reading(kSlowReadBytes);
+    connection_->limit_reading(kSlowReadBytes);
     read_ns_ = now_ns + kSlowReadInterval_ns;
   }
-  props_->wake(number_, pose_time_ns(next_pose_));
+  context_->wake(number_, pose_time_ns(next_pose_));
 }
 
 void Client::on_lost(std::string_view reason, std::int64_t now_ns) {
@@ -144,7 +144,7 @@ void Client::on_end(std::string_view reason, std::int64_t now_ns) {
     return;
   }
   lose(reason, now_ns);
-  begin_ns_ = now_ns + kBeginAgainLeast_ns + static_cast<std::int64_t>(random_.unit() * kBeginAgainSpread_ns);
+  begin_ns_ = now_ns + kRejoinMin_ns + static_cast<std::int64_t>(random_.unit() * kBeginAgainSpread_ns);
 }
 
 // What the server said, or how the connection ended, is an error unless the plan wanted it.
@@ -154,80 +154,80 @@ void Client::lose(std::string_view reason, std::int64_t now_ns) {
                           : closed_.empty() ? "no_welcome"
                                             : "closed_" + closed_;
   if (slow_)
-    props_->tally->count_misfit_end(now_ns, "slow", why);
+    context_->tally->count_bad_client_end(now_ns, "slow", why);
   else if (!meant && state_ != State::leaving)
-    props_->tally->count_error(now_ns, why);
+    context_->tally->count_error(now_ns, why);
   closed_.clear();
   give_up_poses(now_ns, now_ns, !meant);
   if (state_ == State::active) state_ = State::away;
   read_ns_ = kNever_ns;
-  for (Puppet& puppet : puppets_)
-    if (puppet.join_ns == kNever_ns) puppet.join_ns = now_ns;
+  for (Character& character : characters_)
+    if (character.join_ns == kNever_ns) character.join_ns = now_ns;
 }
 
 std::int64_t Client::act(std::int64_t now_ns) {
   if (state_ == State::gone) return kNever_ns;
   if (now_ns >= begin_ns_) begin(now_ns);
-  if (now_ns >= read_ns_ && line_) {
-    line_->limit_reading(kSlowReadBytes);
+  if (now_ns >= read_ns_ && connection_) {
+    connection_->limit_reading(kSlowReadBytes);
     read_ns_ = now_ns + kSlowReadInterval_ns;
   }
   if (state_ != State::leaving) pass_poses(now_ns);
   drive(now_ns);
   if (state_ == State::gone) return kNever_ns;
   const std::int64_t pose_ns = state_ == State::leaving ? kNever_ns : pose_time_ns(next_pose_);
-  return std::min({pose_ns, begin_ns_, read_ns_, peer_->next_deadline_ns()});
+  return std::min({pose_ns, begin_ns_, read_ns_, protocol_->next_deadline_ns()});
 }
 
 // Every pose that is due goes out with the time it was meant to be captured at, however late that is. There are none
 // before the first welcome; after it they are due whether or not there is a session to send them in.
 void Client::pass_poses(std::int64_t now_ns) {
-  const bool can_send = state_ == State::active && line_ && line_->unsent_bytes() <= kUnsentBytesMax;
+  const bool can_send = state_ == State::active && connection_ && connection_->unsent_bytes() <= kUnsentBytesMax;
   while (pose_time_ns(next_pose_) <= now_ns) {
     const std::int64_t captured_ns = pose_time_ns(next_pose_);
     if (!slow_ && started_) {
-      props_->tally->record_lag(captured_ns, now_ns);
-      props_->tally->count(captured_ns, &Counts::poses_intended, puppets_.size());
-      props_->tally->count(captured_ns, can_send ? &Counts::poses_sent : &Counts::poses_unsent, puppets_.size());
+      context_->tally->record_lag(captured_ns, now_ns);
+      context_->tally->count(captured_ns, &Counts::poses_intended, characters_.size());
+      context_->tally->count(captured_ns, can_send ? &Counts::poses_sent : &Counts::poses_unsent, characters_.size());
     }
-    if (can_send) peer_->push_poses(make_poses(next_pose_));
+    if (can_send) protocol_->push_poses(make_poses(next_pose_));
     ++next_pose_;
   }
 }
 
 std::vector<wire::PoseSample> Client::make_poses(std::int64_t pose) {
-  std::vector<wire::PoseSample> samples(puppets_.size());
-  for (std::size_t i = 0; i < puppets_.size(); ++i) {
-    Puppet& puppet = puppets_[i];
+  std::vector<wire::PoseSample> samples(characters_.size());
+  for (std::size_t i = 0; i < characters_.size(); ++i) {
+    Character& character = characters_[i];
     const MotionBank::Step step =
-        props_->motions->step(puppet.motion, puppet.motion_step + static_cast<std::uint64_t>(pose));
+        context_->motions->step(character.motion, character.motion_step + static_cast<std::uint64_t>(pose));
     wire::PoseSample& sample = samples[i];
-    sample.character = puppet.number;
+    sample.character = character.number;
     sample.sequence = static_cast<std::uint32_t>(pose);
     sample.capture_time_ns = pose_time_ns(pose);
     sample.teleport = step.teleport;
     sample.pose = *step.pose;
-    for (RigidTransform& bone : sample.pose.bones) bone.position += puppet.place;
-    if (puppet.asleep && !slow_) {
+    for (RigidTransform& bone : sample.pose.bones) bone.position += character.place;
+    if (character.asleep && !slow_) {
       const auto same = [](const RigidTransform& a, const RigidTransform& b) {
         return a.position == b.position && a.rotation.coeffs() == b.rotation.coeffs();
       };
-      if (std::ranges::equal(step.pose->bones, puppet.last_pose->bones, same)) {
-        props_->tally->count(sample.capture_time_ns, &Counts::poses_asleep);
-        puppet.answered = pose;
+      if (std::ranges::equal(step.pose->bones, character.last_pose->bones, same)) {
+        context_->tally->count(sample.capture_time_ns, &Counts::poses_asleep);
+        character.answered = pose;
       } else {
-        puppet.asleep = false;  // it owes a frame again, from this pose on
-        puppet.tick = 0;
+        character.asleep = false;  // it owes a frame again, from this pose on
+        character.tick = 0;
       }
     }
-    puppet.last_pose = step.pose;
+    character.last_pose = step.pose;
   }
   return samples;
 }
 
 void Client::on_frame(const FrameSeen& frame, std::int64_t now_ns) {
   if (slow_) return;
-  Tally& tally = *props_->tally;
+  Tally& tally = *context_->tally;
   const bool own = frame.character != 0;
   tally.record_frame(now_ns, frame.level, frame.stride, frame.content_bytes, frame.discontinuous, own);
   if (frame.undecodable) tally.count(now_ns, &Counts::frames_undecodable);
@@ -240,62 +240,63 @@ void Client::on_frame(const FrameSeen& frame, std::int64_t now_ns) {
     tick_arrival_ns_ = now_ns;
   }
   if (!own) return watch_other(frame, now_ns);
-  if (frame.character > puppets_.size()) return;
-  Puppet& puppet = puppets_[frame.character - 1];
-  answer(puppet, frame, now_ns);
-  if (props_->watcher) props_->watcher->on_frame(number_, frame, puppet.groom);
+  if (frame.character > characters_.size()) return;
+  Character& character = characters_[frame.character - 1];
+  answer(character, frame, now_ns);
+  if (context_->watcher) context_->watcher->on_frame(number_, frame, character.groom);
 }
 
 void Client::watch_other(const FrameSeen& frame, std::int64_t now_ns) {
   Other& other = others_[frame.member];
-  props_->tally->record_frame_of_other(frame.sample_time_local_ns, now_ns, other.arrival_ns);
+  context_->tally->record_frame_of_other(frame.sample_time_local_ns, now_ns, other.arrival_ns);
   other.arrival_ns = frame.asleep ? 0 : now_ns;
 }
 
 // This frame answers all poses up to the one it was sampled at.
-void Client::answer(Puppet& puppet, const FrameSeen& frame, std::int64_t now_ns) {
-  Tally& tally = *props_->tally;
-  if (puppet.join_ns != kNever_ns) tally.record_join(std::exchange(puppet.join_ns, kNever_ns), now_ns, true);
-  if (puppet.tick > 0 && frame.tick > puppet.tick + puppet.stride)
-    tally.count(now_ns, &Counts::frames_missed, (frame.tick - puppet.tick) / puppet.stride - 1);
-  puppet.tick = frame.tick;
-  puppet.stride = std::max(1u, frame.stride);
+void Client::answer(Character& character, const FrameSeen& frame, std::int64_t now_ns) {
+  Tally& tally = *context_->tally;
+  if (character.join_ns != kNever_ns) tally.record_join(std::exchange(character.join_ns, kNever_ns), now_ns, true);
+  if (character.tick > 0 && frame.tick > character.tick + character.stride)
+    tally.count(now_ns, &Counts::frames_missed, (frame.tick - character.tick) / character.stride - 1);
+  character.tick = frame.tick;
+  character.stride = std::max(1u, frame.stride);
   const std::int64_t newest = std::min(newest_pose_at(frame.sample_time_local_ns), next_pose_ - 1);
-  for (std::int64_t pose = puppet.answered + 1; pose <= newest; ++pose)
+  for (std::int64_t pose = character.answered + 1; pose <= newest; ++pose)
     tally.record_answer(pose_time_ns(pose), now_ns, 1);
-  puppet.answered = std::max(puppet.answered, newest);
-  puppet.asleep = frame.asleep && puppet.last_pose != nullptr;
-  if (puppet.asleep) {
+  character.answered = std::max(character.answered, newest);
+  character.asleep = frame.asleep && character.last_pose != nullptr;
+  if (character.asleep) {
     // Poses that are already under way may be those that wake it; they are told apart by the next one only.
-    tally.count(now_ns, &Counts::poses_asleep, static_cast<std::uint64_t>(next_pose_ - 1 - puppet.answered));
-    puppet.answered = next_pose_ - 1;
+    tally.count(now_ns, &Counts::poses_asleep, static_cast<std::uint64_t>(next_pose_ - 1 - character.answered));
+    character.answered = next_pose_ - 1;
   }
 }
 
 void Client::on_refusal(std::string_view reason, std::int64_t now_ns) {
-  if (!slow_) props_->tally->count_error(now_ns, "error_" + std::string(reason));
+  if (!slow_) context_->tally->count_error(now_ns, "error_" + std::string(reason));
 }
 
 void Client::lose_connection(std::int64_t intended_ns, std::int64_t now_ns) {
-  if (!line_ || state_ == State::leaving || state_ == State::gone) return;
+  if (!connection_ || state_ == State::leaving || state_ == State::gone) return;
   meant_to_lose_ = true;
-  for (Puppet& puppet : puppets_)
-    if (puppet.join_ns == kNever_ns) puppet.join_ns = intended_ns;
-  line_.reset();
-  peer_->on_closed(now_ns);
+  for (Character& character : characters_)
+    if (character.join_ns == kNever_ns) character.join_ns = intended_ns;
+  connection_.reset();
+  protocol_->on_closed(now_ns);
   drive(now_ns);
 }
 
-void Client::dress(std::uint32_t characters, const std::vector<LevelIndex>& levels, std::int64_t now_ns) {
-  while (puppets_.size() > characters) {
-    peer_->remove_character(puppets_.back().number);
-    puppets_.pop_back();
+void Client::set_characters(std::uint32_t characters, const std::vector<LevelIndex>& levels, std::int64_t now_ns) {
+  while (characters_.size() > characters) {
+    protocol_->remove_character(characters_.back().number);
+    characters_.pop_back();
   }
-  while (puppets_.size() < characters) {
-    Puppet& puppet = puppets_.emplace_back(make_puppet(static_cast<std::uint32_t>(puppets_.size() + 1), levels));
-    puppet.join_ns = now_ns;
-    puppet.answered = next_pose_ - 1;
-    put_on_stage(puppet);
+  while (characters_.size() < characters) {
+    Character& character =
+        characters_.emplace_back(make_character(static_cast<std::uint32_t>(characters_.size() + 1), levels));
+    character.join_ns = now_ns;
+    character.answered = next_pose_ - 1;
+    add_to_server(character);
   }
   drive(now_ns);
 }
@@ -305,10 +306,10 @@ void Client::leave(bool politely, std::int64_t now_ns) {
   settle(now_ns);
   if (politely && state_ == State::active) {
     state_ = State::leaving;
-    peer_->leave(now_ns);
+    protocol_->leave(now_ns);
     drive(now_ns);
   } else {
-    hang_up();
+    close_connection();
     state_ = State::gone;
   }
 }
@@ -316,10 +317,10 @@ void Client::leave(bool politely, std::int64_t now_ns) {
 // Counts old poses that no frame has answered as unanswered; a younger pose may still get its frame.
 void Client::settle(std::int64_t now_ns) {
   if (slow_) return;
-  for (Puppet& puppet : puppets_) {
-    if (puppet.join_ns != kNever_ns && now_ns - puppet.join_ns > kAnswerWait_ns)
-      props_->tally->record_join(puppet.join_ns, now_ns, false);
-    puppet.join_ns = kNever_ns;
+  for (Character& character : characters_) {
+    if (character.join_ns != kNever_ns && now_ns - character.join_ns > kAnswerWait_ns)
+      context_->tally->record_join(character.join_ns, now_ns, false);
+    character.join_ns = kNever_ns;
   }
   give_up_poses(now_ns - kAnswerWait_ns, now_ns, true);
 }
@@ -328,18 +329,18 @@ void Client::settle(std::int64_t now_ns) {
 void Client::give_up_poses(std::int64_t until_ns, std::int64_t now_ns, bool count) {
   if (slow_ || state_ != State::active) return;
   const std::int64_t newest = std::min(newest_pose_at(until_ns), next_pose_ - 1);
-  for (Puppet& puppet : puppets_) {
-    if (count && !puppet.asleep) {
-      for (std::int64_t pose = puppet.answered + 1; pose <= newest; ++pose)
-        props_->tally->record_unanswered(pose_time_ns(pose), now_ns, 1);
+  for (Character& character : characters_) {
+    if (count && !character.asleep) {
+      for (std::int64_t pose = character.answered + 1; pose <= newest; ++pose)
+        context_->tally->record_unanswered(pose_time_ns(pose), now_ns, 1);
     }
-    puppet.answered = std::max(puppet.answered, newest);
+    character.answered = std::max(character.answered, newest);
   }
 }
 
-void Client::hang_up() {
-  line_.reset();
-  peer_.reset();
+void Client::close_connection() {
+  connection_.reset();
+  protocol_.reset();
   read_ns_ = begin_ns_ = kNever_ns;
 }
 

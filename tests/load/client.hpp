@@ -14,23 +14,23 @@ namespace hairnet::load {
 
 // A user with some characters: connects, adds them, and sends all their poses at its own fixed times; returns when it
 // loses its connection. A slow one behaves likewise but hardly reads, and does not count.
-class Client final : public Actor, private LineEvents, private PeerEvents {
+class Client final : public VirtualClient, private ConnectionEvents, private ProtocolEvents {
  public:
-  Client(const Props& props, std::uint32_t number, std::uint32_t place, bool slow);
+  Client(const ClientContext& context, std::uint32_t number, std::uint32_t place, bool slow);
 
   void join(std::uint32_t characters, const std::vector<LevelIndex>& levels, std::int64_t intended_ns,
             std::int64_t now_ns);
   std::int64_t act(std::int64_t now_ns) override;
-  void dress(std::uint32_t characters, const std::vector<LevelIndex>& levels, std::int64_t now_ns) override;
+  void set_characters(std::uint32_t characters, const std::vector<LevelIndex>& levels, std::int64_t now_ns) override;
   void lose_connection(std::int64_t intended_ns, std::int64_t now_ns) override;
   void leave(bool politely, std::int64_t now_ns) override;
   [[nodiscard]] bool gone() const override { return state_ == State::gone; }
-  [[nodiscard]] std::size_t character_count() const override { return slow_ ? 0 : puppets_.size(); }
+  [[nodiscard]] std::size_t character_count() const override { return slow_ ? 0 : characters_.size(); }
   [[nodiscard]] bool counts() const override { return !slow_; }
 
  private:
   enum class State : std::uint8_t { away, active, leaving, gone };
-  struct Puppet {
+  struct Character {
     std::uint32_t number = 0;
     std::size_t groom = 0, motion = 0;
     std::uint64_t motion_step = 0;  // of pose 0
@@ -58,28 +58,28 @@ class Client final : public Actor, private LineEvents, private PeerEvents {
   void drive(std::int64_t now_ns);
   void lose(std::string_view reason, std::int64_t now_ns);
   void settle(std::int64_t now_ns);
-  void hang_up();
-  void put_on_stage(const Puppet& puppet);
-  Puppet make_puppet(std::uint32_t number, const std::vector<LevelIndex>& levels) const;
+  void close_connection();
+  void add_to_server(const Character& character);
+  Character make_character(std::uint32_t number, const std::vector<LevelIndex>& levels) const;
   void pass_poses(std::int64_t now_ns);
   [[nodiscard]] std::vector<wire::PoseSample> make_poses(std::int64_t pose);
-  void answer(Puppet& puppet, const FrameSeen& frame, std::int64_t now_ns);
+  void answer(Character& character, const FrameSeen& frame, std::int64_t now_ns);
   void watch_other(const FrameSeen& frame, std::int64_t now_ns);
   void give_up_poses(std::int64_t until_ns, std::int64_t now_ns, bool count);
   [[nodiscard]] std::int64_t pose_time_ns(std::int64_t pose) const;
   [[nodiscard]] std::int64_t newest_pose_at(std::int64_t time_ns) const;  // captured at or before it; may be -1
 
-  const Props* props_;
+  const ClientContext* context_;
   std::uint32_t number_, place_;
   bool slow_;
   Random random_;
   State state_ = State::away;
-  std::unique_ptr<Line> line_;
-  std::unique_ptr<Peer> peer_;
-  std::string closed_;           // how the last connection ended
-  bool meant_to_lose_ = false;   // the connection, by the plan: no error
-  std::vector<Puppet> puppets_;  // number - 1 is the index
-  std::int64_t phase_ns_ = 0;    // when pose 0 is captured
+  std::unique_ptr<ClientConnection> connection_;
+  std::unique_ptr<ProtocolClient> protocol_;
+  std::string closed_;                 // how the last connection ended
+  bool meant_to_lose_ = false;         // the connection, by the plan: no error
+  std::vector<Character> characters_;  // number - 1 is the index
+  std::int64_t phase_ns_ = 0;          // when pose 0 is captured
   double interval_ns_ = 0;
   std::int64_t next_pose_ = 0;
   bool started_ = false;  // has been welcomed once

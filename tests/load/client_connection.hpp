@@ -9,23 +9,24 @@
 
 namespace hairnet::load {
 
-// What happens on a connection, never from within a call to the Line. The Line may be destroyed in any of them.
-class LineEvents {
+// What happens on a connection, never from within a call to the ClientConnection. The ClientConnection may be destroyed
+// in any of them.
+class ConnectionEvents {
  public:
   virtual void on_open(std::int64_t now_ns) = 0;
   // `arrival_ns`: when it was read.
   virtual void on_packet(std::span<const std::uint8_t> packet, std::int64_t arrival_ns) = 0;
-  // Last; not after the Line is destroyed. `reason`: a word such as refused, reset, closed.
+  // Last; not after the ClientConnection is destroyed. `reason`: a word such as refused, reset, closed.
   virtual void on_closed(std::string_view reason, std::int64_t now_ns) = 0;
 
  protected:
-  ~LineEvents() = default;
+  ~ConnectionEvents() = default;
 };
 
 // A connection that carries packets, or is being made. Destroying it closes it at once, what waits unsent is lost.
-class Line {
+class ClientConnection {
  public:
-  virtual ~Line() = default;
+  virtual ~ClientConnection() = default;
   virtual void send(std::span<const std::uint8_t> bytes) = 0;  // a packet, or the bad bytes of a BadClient
   virtual void close_sending() = 0;                            // after what waits
   // Only so many more bytes are read, until allowed more.
@@ -33,11 +34,11 @@ class Line {
   [[nodiscard]] virtual std::size_t unsent_bytes() const = 0;
 };
 
-class Dialler {
+class Connector {
  public:
-  virtual ~Dialler() = default;
+  virtual ~Connector() = default;
   // Always succeeds; failure to connect is on_closed.
-  virtual std::unique_ptr<Line> dial(LineEvents& events) = 0;
+  virtual std::unique_ptr<ClientConnection> connect(ConnectionEvents& events) = 0;
 };
 
 }  // namespace hairnet::load

@@ -13,23 +13,23 @@ namespace hairnet::load {
 
 // A server in the test's own time: welcomes at once, and answers every tick with a frame of each character, sampled
 // `pose_delay_ns` before; unless it stalls, when nothing comes of it.
-class FakeServer final : public Dialler {
+class FakeServer final : public Connector {
  public:
   static constexpr std::int64_t kTick_ns = 33'333'333, kPoseDelay_ns = 25'000'000;
 
-  std::unique_ptr<Line> dial(LineEvents& events) override {
-    auto line = std::make_unique<FakeLine>(*this, events);
+  std::unique_ptr<ClientConnection> connect(ConnectionEvents& events) override {
+    auto line = std::make_unique<FakeClientConnection>(*this, events);
     lines_.push_back(line.get());
-    ++dialled;
+    ++connect_count;
     return line;
   }
-  std::unique_ptr<Peer> make_peer() { return std::make_unique<FakePeer>(*this); }
+  std::unique_ptr<ProtocolClient> make_protocol_client() { return std::make_unique<FakeProtocolClient>(*this); }
 
   // What has become due by now: connections open, ticks are answered.
   void pump(std::int64_t now_ns) {
     now_ns_ = now_ns;
-    const std::vector<FakeLine*> lines = lines_;
-    for (FakeLine* line : lines)
+    const std::vector<FakeClientConnection*> lines = lines_;
+    for (FakeClientConnection* line : lines)
       if (is_alive(line) && !line->open) {
         line->open = true;
         line->events->on_open(now_ns);
@@ -43,38 +43,38 @@ class FakeServer final : public Dialler {
         continue;
       }
       const std::uint8_t tick_packet[16] = {};
-      for (FakeLine* line : lines)
+      for (FakeClientConnection* line : lines)
         if (is_alive(line) && line->open) line->events->on_packet(tick_packet, now_ns);
       next_tick_ns_ += kTick_ns;
       ++tick_;
     }
   }
   void drop_all(std::int64_t now_ns) {
-    const std::vector<FakeLine*> lines = lines_;
-    for (FakeLine* line : lines)
+    const std::vector<FakeClientConnection*> lines = lines_;
+    for (FakeClientConnection* line : lines)
       if (is_alive(line)) line->events->on_closed("reset", now_ns);
   }
 
   bool stalled = false;
-  std::size_t dialled = 0;
+  std::size_t connect_count = 0;
   std::vector<std::pair<std::int64_t, std::int64_t>> poses;  // captured, pushed
 
  private:
-  struct FakeLine final : Line {
-    FakeLine(FakeServer& s, LineEvents& e) : server(&s), events(&e) {}
-    ~FakeLine() override { std::erase(server->lines_, this); }
+  struct FakeClientConnection final : ClientConnection {
+    FakeClientConnection(FakeServer& s, ConnectionEvents& e) : server(&s), events(&e) {}
+    ~FakeClientConnection() override { std::erase(server->lines_, this); }
     void send(std::span<const std::uint8_t>) override {}
     void close_sending() override {}
     void limit_reading(std::size_t) override {}
     [[nodiscard]] std::size_t unsent_bytes() const override { return 0; }
     FakeServer* server;
-    LineEvents* events;
+    ConnectionEvents* events;
     bool open = false;
   };
 
   // Connects again 600 ms after it lost its connection.
-  struct FakePeer final : Peer {
-    explicit FakePeer(FakeServer& s) : server(&s) {}
+  struct FakeProtocolClient final : ProtocolClient {
+    explicit FakeProtocolClient(FakeServer& s) : server(&s) {}
     void offer(const EncodedGroom&) override {}
     void add_character(std::uint32_t character, const wire::GroomHash&, LevelIndex) override {
       characters.push_back(character);
@@ -87,7 +87,7 @@ class FakeServer final : public Dialler {
     void leave(std::int64_t) override { state = State::ended; }
     void poll(std::int64_t) override {}
     [[nodiscard]] std::int64_t next_deadline_ns() const override { return connected ? kNever_ns : retry_ns; }
-    void tell(PeerEvents& events, std::int64_t now_ns) override {
+    void tell(ProtocolEvents& events, std::int64_t now_ns) override {
       if (std::exchange(told, state) == state) return;
       wire::Welcome welcome;
       welcome.tick_rate_hz = 30;
@@ -103,7 +103,7 @@ class FakeServer final : public Dialler {
     [[nodiscard]] bool wants_close() const override { return connected && state == State::ended; }
     void on_opening(std::int64_t) override { connected = true; }
     void on_open(std::int64_t) override {}
-    void on_packet(std::span<const std::uint8_t>, std::int64_t now_ns, PeerEvents& events) override {
+    void on_packet(std::span<const std::uint8_t>, std::int64_t now_ns, ProtocolEvents& events) override {
       if (state != State::welcomed) {
         state = State::welcomed;
         return;
@@ -133,11 +133,11 @@ class FakeServer final : public Dialler {
     std::vector<std::uint32_t> characters;
   };
 
-  [[nodiscard]] bool is_alive(const FakeLine* line) const {
+  [[nodiscard]] bool is_alive(const FakeClientConnection* line) const {
     return std::find(lines_.begin(), lines_.end(), line) != lines_.end();
   }
 
-  std::vector<FakeLine*> lines_;
+  std::vector<FakeClientConnection*> lines_;
   std::int64_t next_tick_ns_ = 0;
   std::uint64_t tick_ = 100;
   std::int64_t now_ns_ = 0;

@@ -50,7 +50,7 @@ Result<void> find_capacity(const Options& options, const Prober& run, Report& re
     search.report(complete && met && trusted);
     found.points.push_back({search.probes().back(), complete ? result->stages.back().figures : Figures()});
     const bool early = result->ended_early, died = result->server_died;
-    if (search.capacity() > 0 || report.runs.empty() || search.probes().back().held) {
+    if (search.capacity() > 0 || report.runs.empty() || search.probes().back().passed) {
       report.runs.clear();
       report.runs.push_back(std::move(*result));
       report.verdicts = std::move(verdicts);

@@ -8,13 +8,13 @@
 
 namespace hairnet::load {
 
-Fleet::Fleet(const Plan& plan, Props props, std::int64_t begin_ns)
-    : plan_(&plan), props_(std::move(props)), begin_ns_(begin_ns), schedule_(make_schedule(plan)) {
-  props_.wake = [this](std::uint32_t client, std::int64_t at_ns) { wake(client, at_ns); };
+Fleet::Fleet(const Plan& plan, ClientContext context, std::int64_t begin_ns)
+    : plan_(&plan), context_(std::move(context)), begin_ns_(begin_ns), schedule_(make_schedule(plan)) {
+  context_.wake = [this](std::uint32_t client, std::int64_t at_ns) { wake(client, at_ns); };
 }
 
 void Fleet::advance(std::int64_t now_ns) {
-  props_.tally->note_population(now_ns, counted_clients_, characters_);
+  context_.tally->note_population(now_ns, counted_clients_, characters_);
   while (next_action_ < schedule_.size() && begin_ns_ + schedule_[next_action_].at_ns <= now_ns)
     perform(schedule_[next_action_++], now_ns);
   while (!queue_.empty() && queue_.top().at_ns <= now_ns) {
@@ -26,68 +26,69 @@ void Fleet::advance(std::int64_t now_ns) {
 }
 
 void Fleet::act(const Due& due, std::int64_t now_ns) {
-  const auto found = actors_.find(due.client);
-  if (found == actors_.end() || found->second.due_ns != due.at_ns) return;
+  const auto found = virtual_clients_.find(due.client);
+  if (found == virtual_clients_.end() || found->second.due_ns != due.at_ns) return;
   found->second.due_ns = kNever_ns;
-  const std::int64_t next_ns = found->second.actor->act(now_ns);
-  if (found->second.actor->gone()) maybe_gone_.push_back(due.client);
+  const std::int64_t next_ns = found->second.virtual_client->act(now_ns);
+  if (found->second.virtual_client->gone()) maybe_gone_.push_back(due.client);
   wake(due.client, next_ns);
 }
 
 void Fleet::wake(std::uint32_t client, std::int64_t at_ns) {
-  const auto found = actors_.find(client);
-  if (found == actors_.end() || at_ns >= found->second.due_ns) return;
+  const auto found = virtual_clients_.find(client);
+  if (found == virtual_clients_.end() || at_ns >= found->second.due_ns) return;
   found->second.due_ns = at_ns;
   queue_.push({at_ns, client});
 }
 
 void Fleet::perform(const Action& action, std::int64_t now_ns) {
   const std::int64_t intended_ns = begin_ns_ + action.at_ns;
-  props_.tally->record_lag(intended_ns, now_ns);
+  context_.tally->record_lag(intended_ns, now_ns);
   if (action.kind == Action::Kind::join) return join(action, now_ns);
-  const auto found = actors_.find(action.client);
-  if (found == actors_.end()) return;
-  Actor& actor = *found->second.actor;
-  characters_ -= actor.character_count();
+  const auto found = virtual_clients_.find(action.client);
+  if (found == virtual_clients_.end()) return;
+  VirtualClient& virtual_client = *found->second.virtual_client;
+  characters_ -= virtual_client.character_count();
   switch (action.kind) {
     case Action::Kind::join:
       break;
     case Action::Kind::leave:
     case Action::Kind::vanish:
-      if (actor.counts()) --counted_clients_;
-      actor.leave(action.kind == Action::Kind::leave, now_ns);
+      if (virtual_client.counts()) --counted_clients_;
+      virtual_client.leave(action.kind == Action::Kind::leave, now_ns);
       break;
     case Action::Kind::lose_connection:
-      actor.lose_connection(intended_ns, now_ns);
+      virtual_client.lose_connection(intended_ns, now_ns);
       break;
-    case Action::Kind::dress:
-      actor.dress(action.characters, plan_->stages[action.stage].levels, now_ns);
+    case Action::Kind::set_characters:
+      virtual_client.set_characters(action.characters, plan_->stages[action.stage].levels, now_ns);
       break;
   }
-  if (action.kind != Action::Kind::leave && action.kind != Action::Kind::vanish) characters_ += actor.character_count();
+  if (action.kind != Action::Kind::leave && action.kind != Action::Kind::vanish)
+    characters_ += virtual_client.character_count();
   maybe_gone_.push_back(action.client);
 }
 
 void Fleet::join(const Action& action, std::int64_t now_ns) {
-  Member& member = actors_[action.client];
+  Member& member = virtual_clients_[action.client];
   const bool is_client = !action.misbehaviour || *action.misbehaviour == Misbehaviour::slow;
   if (is_client) {
-    auto client = std::make_unique<Client>(props_, action.client, action.place, action.misbehaviour.has_value());
+    auto client = std::make_unique<Client>(context_, action.client, action.place, action.misbehaviour.has_value());
     Client& joining = *client;
-    member.actor = std::move(client);
+    member.virtual_client = std::move(client);
     joining.join(action.characters, plan_->stages[action.stage].levels, begin_ns_ + action.at_ns, now_ns);
   } else {
-    member.actor = std::make_unique<Misfit>(props_, action.client, *action.misbehaviour);
+    member.virtual_client = std::make_unique<BadClient>(context_, action.client, *action.misbehaviour);
   }
-  if (member.actor->counts()) ++counted_clients_;
-  characters_ += member.actor->character_count();
+  if (member.virtual_client->counts()) ++counted_clients_;
+  characters_ += member.virtual_client->character_count();
   wake(action.client, now_ns);
 }
 
 void Fleet::remove_gone() {
   for (const std::uint32_t client : std::exchange(maybe_gone_, {})) {
-    const auto found = actors_.find(client);
-    if (found != actors_.end() && found->second.actor->gone()) actors_.erase(found);
+    const auto found = virtual_clients_.find(client);
+    if (found != virtual_clients_.end() && found->second.virtual_client->gone()) virtual_clients_.erase(found);
   }
 }
 
@@ -98,10 +99,10 @@ std::int64_t Fleet::next_ns() const {
 }
 
 void Fleet::finish(std::int64_t now_ns) {
-  props_.tally->note_population(now_ns, counted_clients_, characters_);
+  context_.tally->note_population(now_ns, counted_clients_, characters_);
   next_action_ = schedule_.size();
-  for (auto& [client, member] : actors_) {
-    member.actor->leave(true, now_ns);
+  for (auto& [client, member] : virtual_clients_) {
+    member.virtual_client->leave(true, now_ns);
     maybe_gone_.push_back(client);
   }
   counted_clients_ = characters_ = 0;

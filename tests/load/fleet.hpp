@@ -14,8 +14,8 @@ namespace hairnet::load {
 // All virtual clients of a run. No I/O, no clock: the caller says what time it is, early and often. One thread.
 class Fleet {
  public:
-  // `props.wake` is the fleet's own business.
-  Fleet(const Plan& plan, Props props, std::int64_t begin_ns);
+  // `context.wake` is the fleet's own business.
+  Fleet(const Plan& plan, ClientContext context, std::int64_t begin_ns);
   Fleet(const Fleet&) = delete;
   Fleet& operator=(const Fleet&) = delete;
 
@@ -24,11 +24,11 @@ class Fleet {
   [[nodiscard]] std::int64_t next_ns() const;  // when something is due; kNever_ns: nothing
   // The plan is over: counts what is unanswered, and says goodbye. advance() until empty(), for as long as one likes.
   void finish(std::int64_t now_ns);
-  [[nodiscard]] bool empty() const { return actors_.empty(); }
+  [[nodiscard]] bool empty() const { return virtual_clients_.empty(); }
 
   [[nodiscard]] std::size_t client_count() const { return counted_clients_; }  // of the well-behaved
   [[nodiscard]] std::size_t character_count() const { return characters_; }
-  [[nodiscard]] std::size_t misfit_count() const { return actors_.size() - counted_clients_; }
+  [[nodiscard]] std::size_t bad_client_count() const { return virtual_clients_.size() - counted_clients_; }
 
  private:
   struct Due {
@@ -37,7 +37,7 @@ class Fleet {
     bool operator>(const Due& other) const { return at_ns > other.at_ns; }
   };
   struct Member {
-    std::unique_ptr<Actor> actor;
+    std::unique_ptr<VirtualClient> virtual_client;
     std::int64_t due_ns = kNever_ns;  // its entry in the queue that counts; others are stale
   };
   void perform(const Action& action, std::int64_t now_ns);
@@ -47,11 +47,11 @@ class Fleet {
   void remove_gone();
 
   const Plan* plan_;
-  Props props_;
+  ClientContext context_;
   std::int64_t begin_ns_;
   std::vector<Action> schedule_;
   std::size_t next_action_ = 0;
-  std::unordered_map<std::uint32_t, Member> actors_;
+  std::unordered_map<std::uint32_t, Member> virtual_clients_;
   std::priority_queue<Due, std::vector<Due>, std::greater<>> queue_;
   std::vector<std::uint32_t> maybe_gone_;
   std::size_t counted_clients_ = 0, characters_ = 0;

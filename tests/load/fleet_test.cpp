@@ -25,14 +25,14 @@ class FleetTest : public testing::Test {
   void run(Each each) {
     server_ = FakeServer();
     tally_.emplace(plan_, 0);
-    Props props;
-    props.seed = plan_.seed;
-    props.grooms = &grooms_;
-    props.motions = &motions_;
-    props.dialler = &server_;
-    props.make_peer = [this](std::uint32_t, std::uint32_t) { return server_.make_peer(); };
-    props.tally = &*tally_;
-    Fleet fleet(plan_, props, 0);
+    ClientContext context;
+    context.seed = plan_.seed;
+    context.grooms = &grooms_;
+    context.motions = &motions_;
+    context.connector = &server_;
+    context.make_protocol_client = [this](std::uint32_t, std::uint32_t) { return server_.make_protocol_client(); };
+    context.tally = &*tally_;
+    Fleet fleet(plan_, context, 0);
     const std::int64_t end_ns = plan_.stage_begin_ns(plan_.stages.size());
     for (std::int64_t now_ns = 0; now_ns < end_ns; now_ns += kStep_ns) {
       each(now_ns);
@@ -115,7 +115,7 @@ TEST_F(FleetTest, LostConnectionsAreErrorsPosesMeanwhileUnsentAndClientsReturn) 
     if (now_ns == 3'000'000'000) server_.drop_all(now_ns);
   });
   EXPECT_EQ(stage(1).counts.errors.at("closed_reset"), 3u);
-  EXPECT_EQ(server_.dialled, 6u);
+  EXPECT_EQ(server_.connect_count, 6u);
   EXPECT_GT(stage(1).counts.poses_unsent, 3u * 72 / 2 - 10);  // half a second at least
   EXPECT_LT(stage(1).counts.poses_unsent, 3u * 72);
   EXPECT_EQ(stage(1).counts.joins, 3u);
@@ -125,7 +125,7 @@ TEST_F(FleetTest, LostConnectionsAreErrorsPosesMeanwhileUnsentAndClientsReturn) 
 TEST_F(FleetTest, AStormReconnectsItsShareAndIsNoError) {
   plan({"ramp:1s:clients=8,characters=1", "steady:6s:storm=50%"});
   run();
-  EXPECT_EQ(server_.dialled, 12u);
+  EXPECT_EQ(server_.connect_count, 12u);
   EXPECT_TRUE(stage(1).counts.errors.empty());
   EXPECT_EQ(stage(1).counts.joins, 4u);
   EXPECT_GT(stage(1).join.min_ms(), 600);  // the time that they were away
@@ -137,13 +137,13 @@ TEST_F(FleetTest, AGeneratorThatSleepsSaysSo) {
   plan({"steady:5s:clients=3,characters=1"});
   server_ = FakeServer();
   tally_.emplace(plan_, 0);
-  Props props;
-  props.grooms = &grooms_;
-  props.motions = &motions_;
-  props.dialler = &server_;
-  props.make_peer = [this](std::uint32_t, std::uint32_t) { return server_.make_peer(); };
-  props.tally = &*tally_;
-  Fleet fleet(plan_, props, 0);
+  ClientContext context;
+  context.grooms = &grooms_;
+  context.motions = &motions_;
+  context.connector = &server_;
+  context.make_protocol_client = [this](std::uint32_t, std::uint32_t) { return server_.make_protocol_client(); };
+  context.tally = &*tally_;
+  Fleet fleet(plan_, context, 0);
   for (std::int64_t now_ns = 0; now_ns < 5'000'000'000; now_ns += now_ns == 2'000'000'000 ? 400 * kStep_ns : kStep_ns) {
     server_.pump(now_ns);
     fleet.advance(now_ns);

@@ -15,9 +15,10 @@ namespace hairnet::load {
 
 // Uploads the grooms before a run and stays connected, so that the server keeps them. It is not measured: a load test
 // does not include the building of levels.
-class Preparation final : private LineEvents, private PeerEvents {
+class GroomUploader final : private ConnectionEvents, private ProtocolEvents {
  public:
-  Preparation(Dialler& dialler, std::unique_ptr<Peer> peer, const std::vector<EncodedGroom>& grooms);
+  GroomUploader(Connector& connector, std::unique_ptr<ProtocolClient> protocol,
+                const std::vector<EncodedGroom>& grooms);
   [[nodiscard]] bool done() const { return welcomed_ && waiting_.empty(); }
   [[nodiscard]] const std::string& fault() const { return fault_; }  // one line; empty while all is well
   [[nodiscard]] const wire::Welcome& welcome() const { return welcome_; }
@@ -35,14 +36,14 @@ class Preparation final : private LineEvents, private PeerEvents {
   void on_refusal(std::string_view reason, std::int64_t now_ns) override;
   void on_frame(const FrameSeen&, std::int64_t) override {}
 
-  std::unique_ptr<Peer> peer_;
+  std::unique_ptr<ProtocolClient> protocol_;
   const std::vector<EncodedGroom>* grooms_;
   std::set<wire::GroomHash> waiting_;
   bool welcomed_ = false;
   wire::Welcome welcome_;
   std::string fault_, last_word_, closed_;
-  Dialler* dialler_;
-  std::unique_ptr<Line> line_;
+  Connector* connector_;
+  std::unique_ptr<ClientConnection> connection_;
 };
 
 }  // namespace hairnet::load

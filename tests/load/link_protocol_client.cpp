@@ -7,8 +7,8 @@
 namespace hairnet::load {
 namespace {
 
-link::CoreOptions core_options(PeerOptions& options) {
-  link::CoreOptions core;
+link::LinkCoreOptions core_options(ProtocolOptions& options) {
+  link::LinkCoreOptions core;
   core.client_name = std::move(options.name);
   core.room = std::move(options.room);
   core.token = std::move(options.token);
@@ -30,9 +30,9 @@ std::string_view reason_text(wire::GoodbyeReason reason) {
   return reason == wire::GoodbyeReason::none ? std::string_view() : wire::to_string(reason);
 }
 
-class LinkPeer final : public Peer, private link::FrameSink {
+class LinkProtocolClient final : public ProtocolClient, private link::FrameSink {
  public:
-  explicit LinkPeer(PeerOptions options) : core_(core_options(options)) {
+  explicit LinkProtocolClient(ProtocolOptions options) : core_(core_options(options)) {
     core_.set_frame_sink(this);
     core_.observe(observe_of(options.observe));
     core_.start();
@@ -48,7 +48,7 @@ class LinkPeer final : public Peer, private link::FrameSink {
 
   void poll(std::int64_t now_ns) override { core_.poll(now_ns); }
   [[nodiscard]] std::int64_t next_deadline_ns() const override { return core_.next_deadline_ns(); }
-  void tell(PeerEvents& events, std::int64_t now_ns) override {
+  void tell(ProtocolEvents& events, std::int64_t now_ns) override {
     for (link::Event& event : core_.take_events()) {
       if (const auto* connected = std::get_if<link::Connected>(&event))
         events.on_welcome(connected->welcome, now_ns);
@@ -68,7 +68,7 @@ class LinkPeer final : public Peer, private link::FrameSink {
   [[nodiscard]] bool wants_close() const override { return core_.wants_close(); }
   void on_opening(std::int64_t now_ns) override { core_.on_opening(now_ns); }
   void on_open(std::int64_t now_ns) override { core_.on_open(now_ns); }
-  void on_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns, PeerEvents& events) override {
+  void on_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns, ProtocolEvents& events) override {
     events_ = &events;
     now_ns_ = now_ns;
     core_.on_packet(packet, now_ns);
@@ -99,14 +99,14 @@ class LinkPeer final : public Peer, private link::FrameSink {
   }
 
   link::LinkCore core_;
-  PeerEvents* events_ = nullptr;  // during on_packet
+  ProtocolEvents* events_ = nullptr;  // during on_packet
   std::int64_t now_ns_ = 0;
 };
 
 }  // namespace
 
-std::unique_ptr<Peer> make_link_peer(PeerOptions options) {
-  return std::make_unique<LinkPeer>(std::move(options));
+std::unique_ptr<ProtocolClient> make_link_protocol_client(ProtocolOptions options) {
+  return std::make_unique<LinkProtocolClient>(std::move(options));
 }
 
 }  // namespace hairnet::load

@@ -9,7 +9,7 @@
 namespace hairnet::load {
 
 // What each client says of itself.
-struct PeerOptions {
+struct ProtocolOptions {
   std::string name, room, token;
   std::string observe = "all";  // as a plan has it
   std::uint64_t seed = 1;
@@ -18,6 +18,6 @@ struct PeerOptions {
 };
 
 // The client library's own core.
-std::unique_ptr<Peer> make_link_peer(PeerOptions options);
+std::unique_ptr<ProtocolClient> make_link_protocol_client(ProtocolOptions options);
 
 }  // namespace hairnet::load

@@ -41,7 +41,8 @@ std::string to_screen(const RunProgress& p) {
   const int filled = static_cast<int>(kBarWidth * std::clamp(p.time_s / p.duration_s, 0.0, 1.0));
   std::string text = fmt::format("hairnet-load  {:<16} [{}{}] {:.0f} of {:.0f} s\n", p.stage, std::string(filled, '#'),
                                  std::string(kBarWidth - filled, '.'), p.time_s, p.duration_s);
-  text += fmt::format("  population  {} clients, {} characters, {} misbehaving\n", p.clients, p.characters, p.misfits);
+  text +=
+      fmt::format("  population  {} clients, {} characters, {} misbehaving\n", p.clients, p.characters, p.bad_clients);
   text += fmt::format("  latency     p50 {:.1f}  p99 {:.1f}  max {:.1f} ms\n", w.latency_p50_ms, w.latency_p99_ms,
                       w.latency_max_ms);
   text += fmt::format("  frames      {:.0f}/s, {:.0f} missed/s; {}\n", per_s(w.frames, w), per_s(w.frames_missed, w),

@@ -35,7 +35,7 @@ struct FrameSeen {
 };
 
 // The events of one client's protocol.
-class PeerEvents {
+class ProtocolEvents {
  public:
   virtual void on_welcome(const wire::Welcome& welcome, std::int64_t now_ns) = 0;
   // The connection is lost and will be made again. `reason`: from the Goodbye; empty when there was none.
@@ -47,14 +47,14 @@ class PeerEvents {
   virtual void on_frame(const FrameSeen& frame, std::int64_t now_ns) = 0;
 
  protected:
-  ~PeerEvents() = default;
+  ~ProtocolEvents() = default;
 };
 
 // The client's side of the protocol without I/O and clock: packets in, packets out, over as many connections as it
 // takes. Events come within on_packet (frames) and tell (all else); they do not call back.
-class Peer {
+class ProtocolClient {
  public:
-  virtual ~Peer() = default;
+  virtual ~ProtocolClient() = default;
   // Requests may be made at any time and are sent once there is a session. Poses without a session are dropped.
   virtual void offer(const EncodedGroom& groom) = 0;
   virtual void add_character(std::uint32_t character, const wire::GroomHash& groom, LevelIndex level) = 0;
@@ -65,7 +65,7 @@ class Peer {
   // Time-outs; due again at next_deadline_ns().
   virtual void poll(std::int64_t now_ns) = 0;
   [[nodiscard]] virtual std::int64_t next_deadline_ns() const = 0;
-  virtual void tell(PeerEvents& events, std::int64_t now_ns) = 0;
+  virtual void tell(ProtocolEvents& events, std::int64_t now_ns) = 0;
 
   // The connection's side.
   [[nodiscard]] virtual bool wants_connection() const = 0;
@@ -73,7 +73,7 @@ class Peer {
   [[nodiscard]] virtual bool wants_close() const = 0;
   virtual void on_opening(std::int64_t now_ns) = 0;
   virtual void on_open(std::int64_t now_ns) = 0;
-  virtual void on_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns, PeerEvents& events) = 0;
+  virtual void on_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns, ProtocolEvents& events) = 0;
   virtual void on_closed(std::int64_t now_ns) = 0;
   // The next packet to send; empty: there is none.
   [[nodiscard]] virtual std::vector<std::uint8_t> take_packet(std::int64_t now_ns) = 0;

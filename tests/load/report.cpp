@@ -57,7 +57,7 @@ std::string to_summary(const Report& report) {
     for (const StageResult& stage : report.runs.back().stages) {
       for (const auto& [reason, count] : stage.tally.counts.errors)
         text += fmt::format("{}: {} x {}\n", stage.stage.name, count, reason);
-      for (const auto& [end, count] : stage.tally.counts.misfit_ends)
+      for (const auto& [end, count] : stage.tally.counts.bad_client_ends)
         text += fmt::format("{}: misbehaving {} ({} times)\n", stage.stage.name, end, count);
     }
     for (const auto& [failure, count] : report.runs.back().check_failures)
@@ -66,7 +66,7 @@ std::string to_summary(const Report& report) {
   if (report.capacity) {
     for (const CapacityPoint& point : report.capacity->points)
       text += fmt::format("{:>8} characters: {}{}, p99 {} ms\n", point.probe.characters,
-                          point.probe.held ? "held" : "did not hold", point.probe.confirms ? " (confirming)" : "",
+                          point.probe.passed ? "passed" : "failed", point.probe.confirms ? " (confirming)" : "",
                           shown(point.figures, "latency_p99_ms", "{:.1f}"));
   }
   for (const Verdict& verdict : report.verdicts)

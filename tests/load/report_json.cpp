@@ -36,7 +36,7 @@ Json stage_json(const StageResult& stage) {
           {"duration_s", rounded(stage.duration_s)},
           {"figures", figures_json(stage.figures)},
           {"errors", stage.tally.counts.errors},
-          {"misfit_ends", stage.tally.counts.misfit_ends},
+          {"bad_client_ends", stage.tally.counts.bad_client_ends},
           {"generator_thread_cpu_s", figures_json(stage.own.thread_cpu_s)},
           {"server_thread_cpu_s", figures_json(stage.server.thread_cpu_s)},
           {"latency_tail", tail_json(stage.tally.latency)},
@@ -86,7 +86,7 @@ Json capacity_json(const CapacityReport& capacity) {
   Json points = Json::array();
   for (const CapacityPoint& point : capacity.points)
     points.push_back({{"characters", point.probe.characters},
-                      {"held", point.probe.held},
+                      {"passed", point.probe.passed},
                       {"confirms", point.probe.confirms},
                       {"figures", figures_json(point.figures)}});
   return {{"characters", capacity.capacity},

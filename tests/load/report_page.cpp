@@ -99,7 +99,7 @@ class Page {
     for (const CapacityPoint& point : capacity.points) {
       std::vector<std::string> row{
           std::to_string(point.probe.characters),
-          std::string(point.probe.held ? "held" : "did not hold") + (point.probe.confirms ? ", confirming" : "")};
+          std::string(point.probe.passed ? "passed" : "failed") + (point.probe.confirms ? ", confirming" : "")};
       for (const char* name : {"latency_p50_ms", "latency_p99_ms", "frames_missed_share", "server_cpu_cores",
                                "generator_cpu_cores", "generator_lag_p99_ms"}) {
         const auto found = point.figures.find(name);
@@ -239,7 +239,7 @@ class Page {
     for (const StageResult& stage : run.stages) {
       for (const auto& [reason, count] : stage.tally.counts.errors)
         rows.push_back({stage.stage.name, "well-behaved", reason, std::to_string(count)});
-      for (const auto& [end, count] : stage.tally.counts.misfit_ends)
+      for (const auto& [end, count] : stage.tally.counts.bad_client_ends)
         rows.push_back({stage.stage.name, "misbehaving", end, std::to_string(count)});
     }
     for (const auto& [failure, count] : run.check_failures)

@@ -60,7 +60,7 @@ Report sample_report() {
     staged.figures = {{"latency_p99_ms", 41.25}, {"errors", 0}};
     for (int i = 1; i < 1000; ++i) staged.tally.latency.record(i * 100'000);
     staged.tally.counts.errors["closed_<reset>"] = 2;
-    staged.tally.counts.misfit_ends["slow: goodbye_slow_consumer"] = 1;
+    staged.tally.counts.bad_client_ends["slow: goodbye_slow_consumer"] = 1;
     staged.server_metrics = {{"hairnet_refused_total{reason=\"a&b\"}", 3}};
     staged.server.thread_cpu_s = {{"tick", 1.5}};
     run.stages.push_back(std::move(staged));
@@ -143,7 +143,7 @@ TEST(LiveView, DrawsAScreenOfFixedHeightAndALineOfOne) {
   EXPECT_EQ(std::ranges::count(to_line(progress), '\n'), 1);
 }
 
-TEST(Misfit, ItsPacketsRepeatWithTheSeedAndMostAreRefused) {
+TEST(BadClient, ItsPacketsRepeatWithTheSeedAndMostAreRefused) {
   Random a(4), b(4);
   int refused = 0;
   for (int i = 0; i < 300; ++i) {

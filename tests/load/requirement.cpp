@@ -60,7 +60,7 @@ Result<Requirement> parse_requirement(std::string_view text) {
   return found;
 }
 
-bool holds(const Requirement& requirement, double value) {
+bool is_met(const Requirement& requirement, double value) {
   switch (requirement.relation) {
     case Relation::less:
       return value < requirement.bound;
@@ -86,7 +86,7 @@ std::vector<Verdict> judge(const std::vector<Requirement>& requirements, const s
       Verdict verdict{requirement.text, stage.stage, std::nullopt, false};
       if (const auto found = stage.figures->find(requirement.figure); found != stage.figures->end()) {
         verdict.value = found->second;
-        verdict.met = holds(requirement, found->second);
+        verdict.met = is_met(requirement, found->second);
       }
       verdicts.push_back(std::move(verdict));
     }

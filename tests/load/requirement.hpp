@@ -23,7 +23,7 @@ struct Requirement {
   double bound = 0;
 };
 Result<Requirement> parse_requirement(std::string_view text);
-bool holds(const Requirement& requirement, double value);
+bool is_met(const Requirement& requirement, double value);
 
 struct NamedFigures {
   std::string stage;

@@ -47,16 +47,18 @@ class Run {
         options_(&options),
         show_(&show),
         server_(std::move(server)),
-        dialler_(io_, server_),
+        connector_(io_, server_),
         check_(plan.seed, options.check_share) {
-    props_.seed = plan.seed;
-    props_.pose_hz = plan.pose_hz;
-    props_.room_size = plan.room_size;
-    props_.grooms = &assets.grooms;
-    props_.motions = &assets.motions;
-    props_.dialler = &dialler_;
-    props_.make_peer = [this](std::uint32_t client, std::uint32_t place) { return make_peer(client, place); };
-    if (options.check_share > 0) props_.watcher = &check_;
+    context_.seed = plan.seed;
+    context_.pose_hz = plan.pose_hz;
+    context_.room_size = plan.room_size;
+    context_.grooms = &assets.grooms;
+    context_.motions = &assets.motions;
+    context_.connector = &connector_;
+    context_.make_protocol_client = [this](std::uint32_t client, std::uint32_t place) {
+      return make_protocol_client(client, place);
+    };
+    if (options.check_share > 0) context_.watcher = &check_;
   }
 
   Result<RunResult> perform() {
@@ -71,9 +73,9 @@ class Run {
       marks_.push_back({begin_ns_ + plan_->stage_begin_ns(i + 1), 0, 0, {}, {}, {}});
     }
     tally_.emplace(*plan_, begin_ns_);
-    props_.tally = &*tally_;
+    context_.tally = &*tally_;
     {
-      Fleet fleet(*plan_, props_, begin_ns_);
+      Fleet fleet(*plan_, context_, begin_ns_);
       drive(fleet);
     }
     run_until(io_, steady_ns() + (scrapes_under_way_ > 0 ? kScrapeWait_ns : 0));
@@ -82,20 +84,20 @@ class Run {
   }
 
  private:
-  std::unique_ptr<Peer> make_peer(std::uint32_t client, std::uint32_t place) {
+  std::unique_ptr<ProtocolClient> make_protocol_client(std::uint32_t client, std::uint32_t place) {
     const std::uint32_t room = plan_->room_size > 0 ? place / plan_->room_size : 0;
-    PeerOptions peer = peer_options("load-" + std::to_string(client), "load-" + std::to_string(room));
-    peer.seed = plan_->seed + client;
-    return make_link_peer(std::move(peer));
+    ProtocolOptions protocol = peer_options("load-" + std::to_string(client), "load-" + std::to_string(room));
+    protocol.seed = plan_->seed + client;
+    return make_link_protocol_client(std::move(protocol));
   }
-  PeerOptions peer_options(std::string name, std::string room) {
+  ProtocolOptions peer_options(std::string name, std::string room) {
     return {std::move(name), std::move(room),        options_->token, plan_->observe,
             plan_->seed,     options_->decode_share, catalog_};
   }
 
   Result<void> prepare() {
-    preparation_ = std::make_unique<Preparation>(
-        dialler_, make_link_peer(peer_options("load-preparation", "load-preparation")), *props_.grooms);
+    preparation_ = std::make_unique<GroomUploader>(
+        connector_, make_link_protocol_client(peer_options("load-preparation", "load-preparation")), *context_.grooms);
     const std::int64_t deadline_ns = steady_ns() + kPreparation_ns_max;
     while (!preparation_->done()) {
       if (!preparation_->fault().empty()) return Refusal(preparation_->fault());
@@ -180,7 +182,7 @@ class Run {
       if (begin_ns_ + plan_->stage_begin_ns(i) <= now_ns) progress.stage = plan_->stages[i].name;
     progress.clients = fleet.client_count();
     progress.characters = fleet.character_count();
-    progress.misfits = fleet.misfit_count();
+    progress.bad_clients = fleet.bad_client_count();
     progress.latest = tally_->latest(now_ns);
     progress.generator_cpu_cores = point.generator_cpu_cores;
     progress.server_cpu_cores = point.server_cpu_cores;
@@ -227,11 +229,11 @@ class Run {
   asio::io_context io_;
   asio::executor_work_guard<asio::io_context::executor_type> work_ = asio::make_work_guard(io_);
   asio::ip::tcp::endpoint server_;
-  TcpDialler dialler_;
+  TcpConnector connector_;
   FrameCheck check_;
   std::shared_ptr<link::LevelCatalog> catalog_ = std::make_shared<link::LevelCatalog>();
-  Props props_;
-  std::unique_ptr<Preparation> preparation_;
+  ClientContext context_;
+  std::unique_ptr<GroomUploader> preparation_;
   std::optional<Tally> tally_;
   RunResult result_;
   std::int64_t begin_ns_ = 0, end_ns_ = 0, ended_ns_ = 0;

@@ -36,7 +36,7 @@ struct RunOptions {
 struct RunProgress {
   double time_s = 0, duration_s = 0;
   std::string stage;
-  std::size_t clients = 0, characters = 0, misfits = 0;
+  std::size_t clients = 0, characters = 0, bad_clients = 0;
   WindowFigures latest;
   double generator_cpu_cores = 0, server_cpu_cores = 0, server_resident_mib = 0;
   std::uint64_t check_failures = 0;

@@ -17,9 +17,9 @@ std::int64_t ns(double seconds) {
   return std::llround(seconds * 1e9);
 }
 
-class Author {
+class ScheduleBuilder {
  public:
-  explicit Author(const Plan& plan) : plan_(&plan), random_(plan.seed, kStream) {}
+  explicit ScheduleBuilder(const Plan& plan) : plan_(&plan), random_(plan.seed, kStream) {}
 
   std::vector<Action> write() {
     for (std::size_t s = 0; s < plan_->stages.size(); ++s) write_stage(s);
@@ -34,7 +34,7 @@ class Author {
     begin_ns_ = plan_->stage_begin_ns(index);
     if (stage.characters != characters_) {
       for (const std::uint32_t client : people_)
-        actions_.push_back({begin_ns_, Action::Kind::dress, client, 0, {}, stage.characters, index});
+        actions_.push_back({begin_ns_, Action::Kind::set_characters, client, 0, {}, stage.characters, index});
     }
     characters_ = stage.characters;
     const double spread_s = stage.kind == StageKind::ramp    ? stage.duration_s
@@ -42,7 +42,7 @@ class Author {
                                                              : std::min(kSteadySpread_s, stage.duration_s / 4);
     go_to(people_, stage.clients, spread_s, std::nullopt);
     for (std::size_t kind = 0; kind < kMisbehaviourCount; ++kind)
-      go_to(misfits_[kind], stage.misbehaving[kind].of(stage.clients), std::min(spread_s, kSteadySpread_s),
+      go_to(bad_clients_[kind], stage.misbehaving[kind].of(stage.clients), std::min(spread_s, kSteadySpread_s),
             static_cast<Misbehaviour>(kind));
     churn(stage, spread_s);
     storm(stage);
@@ -96,7 +96,7 @@ class Author {
   Random random_;
   std::vector<Action> actions_;
   std::vector<std::uint32_t> people_;
-  std::array<std::vector<std::uint32_t>, kMisbehaviourCount> misfits_;
+  std::array<std::vector<std::uint32_t>, kMisbehaviourCount> bad_clients_;
   std::uint32_t next_client_ = 0, characters_ = 0;
   std::size_t stage_ = 0;
   std::int64_t begin_ns_ = 0;
@@ -105,7 +105,7 @@ class Author {
 }  // namespace
 
 std::vector<Action> make_schedule(const Plan& plan) {
-  return Author(plan).write();
+  return ScheduleBuilder(plan).write();
 }
 
 }  // namespace hairnet::load

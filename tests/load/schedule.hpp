@@ -11,7 +11,7 @@ namespace hairnet::load {
 // What a client does at its intended time, from the plan's begin. Clients are numbered from 0 and never return as
 // another's number.
 struct Action {
-  enum class Kind : std::uint8_t { join, leave, vanish, lose_connection, dress };
+  enum class Kind : std::uint8_t { join, leave, vanish, lose_connection, set_characters };
   std::int64_t at_ns = 0;
   Kind kind = Kind::join;  // leave: says goodbye. vanish: goes without. lose_connection: and is back at once
   std::uint32_t client = 0;

@@ -101,9 +101,9 @@ TEST(Schedule, MisbehavingClientsComeBesideTheOthersAndGo) {
 
 TEST(Schedule, CharactersOfThoseThereChangeWithTheStage) {
   const auto schedule = make_schedule(plan_of({"steady:2s:clients=3,characters=1", "steady:2s:characters=5"}));
-  ASSERT_EQ(count(schedule, Action::Kind::dress), 3u);
+  ASSERT_EQ(count(schedule, Action::Kind::set_characters), 3u);
   for (const Action& action : schedule) {
-    if (action.kind == Action::Kind::dress) {
+    if (action.kind == Action::Kind::set_characters) {
       EXPECT_EQ(action.characters, 5u);
     }
   }

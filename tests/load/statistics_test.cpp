@@ -167,7 +167,7 @@ TEST(Requirement, ReadsEveryRelation) {
   const auto holds_for = [](const char* text, double value) {
     const auto requirement = parse_requirement(text);
     EXPECT_TRUE(requirement) << text;
-    return requirement && holds(*requirement, value);
+    return requirement && is_met(*requirement, value);
   };
   EXPECT_TRUE(holds_for("latency_p99_ms<40", 39.9));
   EXPECT_FALSE(holds_for("latency_p99_ms<40", 40));

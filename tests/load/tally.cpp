@@ -55,8 +55,8 @@ void Tally::count_error(std::int64_t now_ns, std::string_view reason) {
   window_at(now_ns).counts.add_error(reason);
 }
 
-void Tally::count_misfit_end(std::int64_t now_ns, std::string_view kind, std::string_view reason) {
-  ++at(now_ns).counts.misfit_ends[std::string(kind) + ": " + std::string(reason)];
+void Tally::count_bad_client_end(std::int64_t now_ns, std::string_view kind, std::string_view reason) {
+  ++at(now_ns).counts.bad_client_ends[std::string(kind) + ": " + std::string(reason)];
 }
 
 void Tally::record_answer(std::int64_t captured_ns, std::int64_t arrived_ns, std::uint64_t characters) {

@@ -16,7 +16,7 @@ namespace hairnet::load {
 
 inline constexpr std::array<std::uint32_t, 3> kStrides{1, 2, 4};
 
-// What was counted over a time, of the well-behaved clients but for `misfit_ends`.
+// What was counted over a time, of the well-behaved clients but for `bad_client_ends`.
 struct Counts {
   std::uint64_t poses_intended = 0;  // one a character
   std::uint64_t poses_sent = 0;
@@ -32,12 +32,12 @@ struct Counts {
   std::uint64_t frames_discontinuous = 0;
   std::array<std::uint64_t, kLevelCount> frames_by_level{};  // own and others'
   std::array<std::uint64_t, kStrides.size()> frames_by_stride{};
-  std::uint64_t bytes_in = 0, bytes_out = 0;                      // packets
-  std::uint64_t content_bytes = 0;                                // in frames: nodes alone
-  std::uint64_t joins = 0, joins_unanswered = 0;                  // of characters: until their first frame
-  double client_s = 0, character_s = 0;                           // the sums of their times
-  std::map<std::string, std::uint64_t, std::less<>> errors;       // by reason
-  std::map<std::string, std::uint64_t, std::less<>> misfit_ends;  // "kind: reason"
+  std::uint64_t bytes_in = 0, bytes_out = 0;                          // packets
+  std::uint64_t content_bytes = 0;                                    // in frames: nodes alone
+  std::uint64_t joins = 0, joins_unanswered = 0;                      // of characters: until their first frame
+  double client_s = 0, character_s = 0;                               // the sums of their times
+  std::map<std::string, std::uint64_t, std::less<>> errors;           // by reason
+  std::map<std::string, std::uint64_t, std::less<>> bad_client_ends;  // "kind: reason"
 
   void add_error(std::string_view reason);
 };
@@ -72,7 +72,7 @@ class Tally {
 
   void count(std::int64_t now_ns, std::uint64_t Counts::*which, std::uint64_t by = 1);
   void count_error(std::int64_t now_ns, std::string_view reason);
-  void count_misfit_end(std::int64_t now_ns, std::string_view kind, std::string_view reason);
+  void count_bad_client_end(std::int64_t now_ns, std::string_view kind, std::string_view reason);
   void record_answer(std::int64_t captured_ns, std::int64_t arrived_ns, std::uint64_t characters);
   // Waited in vain until `now_ns`.
   void record_unanswered(std::int64_t captured_ns, std::int64_t now_ns, std::uint64_t characters);

@@ -30,7 +30,7 @@ std::string_view reason_of(const error_code& fault) {
 
 class Connection : public std::enable_shared_from_this<Connection> {
  public:
-  Connection(asio::io_context& io, LineEvents& events, std::shared_ptr<std::vector<std::uint8_t>> buffer)
+  Connection(asio::io_context& io, ConnectionEvents& events, std::shared_ptr<std::vector<std::uint8_t>> buffer)
       : socket_(io), events_(&events), buffer_(std::move(buffer)), splitter_(wire::kPacketBytesMax) {}
 
   void connect(const tcp::endpoint& server) {
@@ -142,7 +142,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   }
 
   tcp::socket socket_;
-  LineEvents* events_;
+  ConnectionEvents* events_;
   std::shared_ptr<std::vector<std::uint8_t>> buffer_;
   channel::PacketSplitter splitter_;
   std::vector<std::uint8_t> unsent_;
@@ -150,12 +150,12 @@ class Connection : public std::enable_shared_from_this<Connection> {
   bool open_ = false, reading_ = false, writing_ = false, sending_closed_ = false;
 };
 
-class TcpLine final : public Line {
+class TcpClientConnection final : public ClientConnection {
  public:
-  explicit TcpLine(std::shared_ptr<Connection> connection) : connection_(std::move(connection)) {}
-  ~TcpLine() override { connection_->abandon(); }
-  TcpLine(const TcpLine&) = delete;
-  TcpLine& operator=(const TcpLine&) = delete;
+  explicit TcpClientConnection(std::shared_ptr<Connection> connection) : connection_(std::move(connection)) {}
+  ~TcpClientConnection() override { connection_->abandon(); }
+  TcpClientConnection(const TcpClientConnection&) = delete;
+  TcpClientConnection& operator=(const TcpClientConnection&) = delete;
   void send(std::span<const std::uint8_t> bytes) override { connection_->send(bytes); }
   void close_sending() override { connection_->close_sending(); }
   void limit_reading(std::size_t bytes) override { connection_->limit_reading(bytes); }
@@ -180,15 +180,15 @@ Result<tcp::endpoint> resolve(const Address& address) {
   return found.begin()->endpoint();
 }
 
-TcpDialler::TcpDialler(asio::io_context& io, tcp::endpoint server)
+TcpConnector::TcpConnector(asio::io_context& io, tcp::endpoint server)
     : io_(&io),
       server_(std::move(server)),
       receive_buffer_(std::make_shared<std::vector<std::uint8_t>>(kReceiveBytes)) {}
 
-std::unique_ptr<Line> TcpDialler::dial(LineEvents& events) {
+std::unique_ptr<ClientConnection> TcpConnector::connect(ConnectionEvents& events) {
   auto connection = std::make_shared<Connection>(*io_, events, receive_buffer_);
   connection->connect(server_);
-  return std::make_unique<TcpLine>(std::move(connection));
+  return std::make_unique<TcpClientConnection>(std::move(connection));
 }
 
 }  // namespace hairnet::load

@@ -24,10 +24,10 @@ Result<asio::ip::tcp::endpoint> resolve(const Address& address);
 
 // Thousands of TCP connections on one thread: a socket without a byte to read costs no buffer, what can be sent at once
 // is, and one buffer receives for all.
-class TcpDialler final : public Dialler {
+class TcpConnector final : public Connector {
  public:
-  TcpDialler(asio::io_context& io, asio::ip::tcp::endpoint server);
-  std::unique_ptr<Line> dial(LineEvents& events) override;
+  TcpConnector(asio::io_context& io, asio::ip::tcp::endpoint server);
+  std::unique_ptr<ClientConnection> connect(ConnectionEvents& events) override;
 
  private:
   asio::io_context* io_;

@@ -25,15 +25,15 @@ class FrameWatcher {
 };
 
 // What all virtual clients share. Outlives them.
-struct Props {
+struct ClientContext {
   std::uint64_t seed = 1;
   double pose_hz = 72;
   std::uint32_t room_size = 0;  // clients; 0: one room for all
   const std::vector<EncodedGroom>* grooms = nullptr;
   const MotionBank* motions = nullptr;
-  Dialler* dialler = nullptr;
+  Connector* connector = nullptr;
   // `place`: its index among the clients, which decides its room.
-  std::function<std::unique_ptr<Peer>(std::uint32_t client, std::uint32_t place)> make_peer;
+  std::function<std::unique_ptr<ProtocolClient>(std::uint32_t client, std::uint32_t place)> make_protocol_client;
   Tally* tally = nullptr;
   FrameWatcher* watcher = nullptr;  // may be null
   // Calls the client's act() at `at_ns`, or earlier if an earlier time was asked for before.
@@ -41,12 +41,12 @@ struct Props {
 };
 
 // One virtual client. It acts at the times that the plan intends, independently of what the server does.
-class Actor {
+class VirtualClient {
  public:
-  virtual ~Actor() = default;
+  virtual ~VirtualClient() = default;
   // Does what is due; the next time something is, or kNever_ns.
   virtual std::int64_t act(std::int64_t now_ns) = 0;
-  virtual void dress(std::uint32_t characters, const std::vector<LevelIndex>& levels, std::int64_t now_ns) = 0;
+  virtual void set_characters(std::uint32_t characters, const std::vector<LevelIndex>& levels, std::int64_t now_ns) = 0;
   virtual void lose_connection(std::int64_t intended_ns, std::int64_t now_ns) = 0;
   // What is still unanswered is counted.
   virtual void leave(bool politely, std::int64_t now_ns) = 0;

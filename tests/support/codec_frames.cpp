@@ -26,7 +26,7 @@ LevelGeometry RandomFrames::full_grid(const std::array<int, 3>& dims) {
 }
 
 Integers RandomFrames::frame(std::size_t node_count, int bits, bool velocities) {
-  Integers out;
+  FrameIntegers out;
   for (std::int32_t& bone : out.bones) bone = static_cast<std::int32_t>(random_.next()) >> below(32);
   const auto fill = [&](std::vector<std::int16_t>& integers) {
     integers.resize(3 * node_count);
@@ -75,10 +75,10 @@ MovingLattice step_made_lattice(LevelIndex index, double rate_hz, std::size_t ti
   return out;
 }
 
-std::vector<Integers> quantised(const MovingLattice& moving, ErrorClass error_class, bool velocities) {
-  std::vector<Integers> out;
+std::vector<FrameIntegers> quantised(const MovingLattice& moving, ErrorClass error_class, bool velocities) {
+  std::vector<FrameIntegers> out;
   for (std::size_t t = 0; t < moving.poses.size(); ++t) {
-    Integers frame;
+    FrameIntegers frame;
     quantise_pose(moving.poses[t], out.empty() ? nullptr : &out.back(), frame);
     quantise_nodes(moving.displacements[t], error_class, frame.nodes);
     if (velocities) quantise_velocities(moving.velocities[t], error_class, frame.velocities);

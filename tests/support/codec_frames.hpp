@@ -20,7 +20,7 @@ class RandomFrames {
   LevelGeometry geometry();
   static LevelGeometry full_grid(const std::array<int, 3>& dims);
   // Integers of at most `bits` bits; bones of any size.
-  Integers frame(std::size_t node_count, int bits, bool velocities);
+  FrameIntegers frame(std::size_t node_count, int bits, bool velocities);
 
  private:
   Random random_;
@@ -35,6 +35,6 @@ struct MovingLattice {
 // A made hairstyle through a made motion, after a second of it.
 MovingLattice step_made_lattice(LevelIndex level, double rate_hz, std::size_t tick_count);
 
-std::vector<Integers> quantised(const MovingLattice& moving, ErrorClass error_class, bool velocities);
+std::vector<FrameIntegers> quantised(const MovingLattice& moving, ErrorClass error_class, bool velocities);
 
 }  // namespace hairnet::codec

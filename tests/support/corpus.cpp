@@ -89,7 +89,7 @@ Result<Groom> import_real(const RealGroom& real) {
   auto imported = assemble_groom(def);
   if (!imported) return of(real.name, imported.error());
   Groom groom = std::move(imported->groom);
-  groom.far_strips = make_far_strips(groom, far_strip_count_for(groom));
+  groom.far_cards = make_far_cards(groom, far_card_count_for(groom));
   return groom;
 }
 

@@ -35,7 +35,7 @@ inline void expect_equal(const Level& a, const Level& b) {
   expect_equal(a.attachments, b.attachments);
   ASSERT_EQ(a.skin->size(), b.skin->size());
   for (std::size_t f = 0; f < a.skin->size(); ++f) {
-    const SkinField &of_a = (*a.skin)[f], &of_b = (*b.skin)[f];
+    const SkinDistanceField &of_a = (*a.skin)[f], &of_b = (*b.skin)[f];
     EXPECT_EQ(of_a.bone, of_b.bone);
     EXPECT_EQ(of_a.origin, of_b.origin);
     EXPECT_EQ(of_a.cell_m, of_b.cell_m);

@@ -18,11 +18,11 @@ struct ReadFrame {
   std::int64_t sample_time_ns = 0;
   wire::Frame frame;  // its content is gone
   Pose pose;
-  codec::Integers integers;
+  codec::FrameIntegers integers;
 };
 
-// Reads the frames of one session, in order, straight from PROTOCOL.md: the plain counterpart of what clients do. Remembers every
-// frame it was sent.
+// Reads the frames of one session, in order, straight from PROTOCOL.md: the plain counterpart of what clients do.
+// Remembers every frame it was sent.
 class FrameReader {
  public:
   void take(const wire::CharacterAdded& added) { grooms_[added.member] = added.groom; }
@@ -51,7 +51,7 @@ class FrameReader {
         }
         neighbours = &record->second;
       }
-      std::vector<const codec::Integers*> history;
+      std::vector<const codec::FrameIntegers*> history;
       for (unsigned k = 1; k <= frame.order; ++k) {
         const auto& sent = sent_[frame.member];
         const auto found = sent.find(batch.tick - k * frame.stride);
@@ -60,8 +60,9 @@ class FrameReader {
       ReadFrame& out = read.emplace_back();
       if (history.size() != frame.order ||
           !codec::decode_frame(frame.content, history, neighbours, frame.velocities, out.integers)) {
-        faults.push_back("frame of order " + std::to_string(frame.order) + " at tick " + std::to_string(batch.tick) +
-                         (history.size() != frame.order ? ": what it refers to was not sent" : ": its content is not sound"));
+        faults.push_back(
+            "frame of order " + std::to_string(frame.order) + " at tick " + std::to_string(batch.tick) +
+            (history.size() != frame.order ? ": what it refers to was not sent" : ": its content is not sound"));
         read.pop_back();
         continue;
       }
@@ -78,7 +79,7 @@ class FrameReader {
  private:
   std::map<std::uint32_t, wire::GroomHash> grooms_;
   std::map<std::pair<wire::GroomHash, LevelIndex>, codec::Neighbours> neighbours_;
-  std::map<std::uint32_t, std::map<std::uint64_t, codec::Integers>> sent_;
+  std::map<std::uint32_t, std::map<std::uint64_t, codec::FrameIntegers>> sent_;
 };
 
 }  // namespace hairnet

@@ -55,9 +55,10 @@ inline void add_stiffener(const Level& level, Stiffeners& stiffeners,
 }
 
 // The signed distance to a sphere, in a cube of 30 cm.
-inline SkinField make_round_skin(Bone bone, const Vec3f& centre, float radius_m, int nodes_per_axis = 31) {
+inline SkinDistanceField make_round_skin(Bone bone, const Vec3f& centre, float radius_m, int nodes_per_axis = 31) {
   const float cell_m = 0.3f / static_cast<float>(nodes_per_axis - 1);
-  SkinField field{bone, centre - Vec3f::Constant(0.15f), cell_m, {nodes_per_axis, nodes_per_axis, nodes_per_axis}, {}};
+  SkinDistanceField field{
+      bone, centre - Vec3f::Constant(0.15f), cell_m, {nodes_per_axis, nodes_per_axis, nodes_per_axis}, {}};
   for (int k = 0; k < nodes_per_axis; ++k) {
     for (int j = 0; j < nodes_per_axis; ++j) {
       for (int i = 0; i < nodes_per_axis; ++i) {
@@ -88,7 +89,7 @@ inline void add_contact(Level& level, const Vec3f& rest, float potential_j = 0.0
 // Once all points are there: each keeps 6 mm off the skin, or as far as it is in the design.
 inline void set_limits(Level& level) {
   ContactPoints& contacts = level.contacts;
-  for (const SkinField& field : *level.skin) {
+  for (const SkinDistanceField& field : *level.skin) {
     for (const Vec3f& rest : contacts.rest) {
       contacts.limit.push_back(std::min(0.006f, static_cast<float>(skin_distance(field, rest.cast<double>())) - 1e-5f));
     }

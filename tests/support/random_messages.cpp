@@ -123,7 +123,8 @@ Observe RandomMessages::observe() {
   o.count = static_cast<std::uint32_t>(integer(0, 0xFFFFFFFF));
   o.radius_m = static_cast<float>(real(0, 100));
   if (coin()) o.from = vector(100);
-  for (std::size_t n = integer(0, 5); n > 0; --n) o.members.push_back(static_cast<std::uint32_t>(integer(0, 0xFFFFFFFF)));
+  for (std::size_t n = integer(0, 5); n > 0; --n)
+    o.members.push_back(static_cast<std::uint32_t>(integer(0, 0xFFFFFFFF)));
   o.error_class = static_cast<codec::ErrorClass>(integer(0, 2));
   o.stride = 1u << integer(0, 2);
   o.velocities = coin();
@@ -140,8 +141,7 @@ Message RandomMessages::message(std::size_t kind) {
   const auto u32 = [&] { return static_cast<std::uint32_t>(integer(0, 0xFFFFFFFF)); };
   const auto u64 = [&] { return integer(0, ~std::uint64_t{0}); };
   switch (kind) {
-    case 0:
-    {
+    case 0: {
       Hello hello{static_cast<std::uint16_t>(integer(0, 0xFFFF)), text(), text(), text(), Role::participant, 0, {}};
       if (coin()) hello.role = Role::observer;
       if (coin()) {
@@ -190,7 +190,8 @@ Message RandomMessages::message(std::size_t kind) {
     case 13:
       return frame_batch();
     case 14:
-      return Error{static_cast<ErrorReason>(integer(1, static_cast<std::uint64_t>(kErrorReasonLast))), u32(), coin() ? hash() : GroomHash{}, text()};
+      return Error{static_cast<ErrorReason>(integer(1, static_cast<std::uint64_t>(kErrorReasonLast))), u32(),
+                   coin() ? hash() : GroomHash{}, text()};
     case 15:
       return Goodbye{static_cast<GoodbyeReason>(integer(1, static_cast<std::uint64_t>(kGoodbyeReasonLast))), text()};
     case 16:
@@ -289,7 +290,7 @@ void RandomMessages::add_features(Groom& g) {
   const auto colour = [&] { return Vec3f(vector(1).cwiseAbs()); };
   if (coin()) g.root_blends = {{}, {{{number(0.1, 1), number(0, 0.5)}, {number(1.1, 9), number(0.5, 1)}}}};
   for (std::uint32_t s = 0; s < g.strand_count(); s += 3)
-    g.clusters.push_back({s, static_cast<std::uint16_t>(integer(0, 9)), number(0, 0.01), number(0, 0.01)});
+    g.clumps.push_back({s, static_cast<std::uint16_t>(integer(0, 9)), number(0, 0.01), number(0, 0.01)});
   for (std::size_t i = integer(0, 3); i > 0; --i) {
     g.add_thread(points(integer(2, 9)), {{},
                                          group(),
@@ -304,7 +305,7 @@ void RandomMessages::add_features(Groom& g) {
                                          number(0, 1e-2)});
   }
   for (std::size_t i = integer(0, 3); i > 0; --i) {
-    g.add_strip(points(2 * integer(2, 6)), {number(1e-5, 1e-4), number(1, 50), number(0, 0.1), group(), coin()});
+    g.add_card(points(2 * integer(2, 6)), {number(1e-5, 1e-4), number(1, 50), number(0, 0.1), group(), coin()});
   }
   for (std::size_t i = integer(0, 3); i > 0; --i) {
     const std::size_t count = integer(3, 12);
@@ -326,8 +327,8 @@ void RandomMessages::add_features(Groom& g) {
     g.knots.push_back(knot);
   }
   for (std::size_t i = g.strand_count() == 0 ? 0 : integer(0, 3); i > 0; --i) {
-    g.far_strips.add(points(2 * integer(2, 6)),
-                     {{}, number(0, 0.1), static_cast<std::uint32_t>(integer(1, g.strand_count())), group(), coin()});
+    g.far_cards.add(points(2 * integer(2, 6)),
+                    {{}, number(0, 0.1), static_cast<std::uint32_t>(integer(1, g.strand_count())), group(), coin()});
   }
 }
 
@@ -348,12 +349,15 @@ RecordedTick RandomMessages::recorded_tick() {
   t.sample_time_ns = time_ns();
   t.state_hash = u64();
   for (std::size_t n = integer(0, 3); n > 0; --n) t.removed.push_back(u64());
-  for (std::size_t n = integer(0, 3); n > 0; --n) t.added.push_back({u64(), hash(), static_cast<std::uint32_t>(integer(0, 99)), coin(), level(), pose()});
+  for (std::size_t n = integer(0, 3); n > 0; --n)
+    t.added.push_back({u64(), hash(), static_cast<std::uint32_t>(integer(0, 99)), coin(), level(), pose()});
   for (std::size_t n = integer(0, 3); n > 0; --n) t.levels.push_back({u64(), level()});
   for (std::size_t n = integer(0, 3); n > 0; --n) t.materials.push_back({u64(), material_scale()});
-  for (std::size_t n = integer(0, 2); n > 0; --n) t.winds.push_back({static_cast<std::uint32_t>(integer(0, 99)), wind()});
-  for (std::size_t n = integer(0, 3); n > 0; --n) t.strides.push_back({u64(), static_cast<std::uint8_t>(1 << integer(0, 2))});
-  for (std::size_t n = integer(0, 3); n > 0; --n) t.holds.push_back({u64(), coin()});
+  for (std::size_t n = integer(0, 2); n > 0; --n)
+    t.winds.push_back({static_cast<std::uint32_t>(integer(0, 99)), wind()});
+  for (std::size_t n = integer(0, 3); n > 0; --n)
+    t.strides.push_back({u64(), static_cast<std::uint8_t>(1 << integer(0, 2))});
+  for (std::size_t n = integer(0, 3); n > 0; --n) t.suspensions.push_back({u64(), coin()});
   for (std::size_t n = integer(0, 70); n > 0; --n) {
     RecordedState state;
     state.character = u64();

@@ -42,7 +42,7 @@ class RandomMessages {
   GroomHash hash();
   LevelIndex level(LevelIndex last = LevelIndex::rigid);
   Vec3f vector(float most);
-  void add_features(Groom& groom);  // threads, strips, cloths, knots, clusters, root blends, far strips
+  void add_features(Groom& groom);  // threads, cards, cloths, knots, clumps, root blends, far cards
   std::vector<std::uint8_t> bytes(std::size_t count);
 
   std::mt19937_64 random_;

@@ -12,7 +12,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json case_of(const std::string& name, const LevelGeometry* geometry, const Integers& frame, History history) {
+Json case_of(const std::string& name, const LevelGeometry* geometry, const FrameIntegers& frame, History history) {
   std::optional<Neighbours> neighbours;
   if (geometry) neighbours.emplace(*geometry);
   std::vector<std::uint8_t> bytes;
@@ -21,7 +21,7 @@ Json case_of(const std::string& name, const LevelGeometry* geometry, const Integ
   out["dims"] = geometry ? Json(geometry->lattice.dims) : Json(std::array{0, 0, 0});
   out["active_nodes"] = geometry ? Json(geometry->active_nodes) : Json::array();
   out["history"] = Json::array();
-  for (const Integers* earlier : history)
+  for (const FrameIntegers* earlier : history)
     out["history"].push_back({{"bones", earlier->bones}, {"nodes", earlier->nodes}});
   out["has_velocities"] = !frame.velocities.empty();
   out["content"] = hex(bytes);
@@ -31,9 +31,9 @@ Json case_of(const std::string& name, const LevelGeometry* geometry, const Integ
   return out;
 }
 
-std::vector<const Integers*> pointers(const std::vector<Integers>& frames) {
-  std::vector<const Integers*> out;
-  for (const Integers& frame : frames) out.push_back(&frame);
+std::vector<const FrameIntegers*> pointers(const std::vector<FrameIntegers>& frames) {
+  std::vector<const FrameIntegers*> out;
+  for (const FrameIntegers& frame : frames) out.push_back(&frame);
   return out;
 }
 
@@ -45,8 +45,8 @@ void add_random(Json& cases) {
     const bool rigid = round % 8 == 7;
     const std::size_t count = rigid ? 0 : geometry.active_nodes.size();
     const int bits = 1 + round % 16;
-    const Integers frame = random.frame(count, bits, round % 3 == 0);
-    std::vector<Integers> past;
+    const FrameIntegers frame = random.frame(count, bits, round % 3 == 0);
+    std::vector<FrameIntegers> past;
     for (int n = 0; n < round / 2 % 4; ++n) past.push_back(random.frame(count, bits, false));
     cases.push_back(case_of("random " + std::to_string(round), rigid ? nullptr : &geometry, frame, pointers(past)));
   }
@@ -55,10 +55,10 @@ void add_random(Json& cases) {
 void add_moving(Json& cases) {
   const MovingLattice moving = step_made_lattice(LevelIndex::low, 30, 24);
   for (std::size_t c = 0; c < kErrorClassCount; ++c) {
-    const std::vector<Integers> frames = quantised(moving, static_cast<ErrorClass>(c), c == 1);
+    const std::vector<FrameIntegers> frames = quantised(moving, static_cast<ErrorClass>(c), c == 1);
     for (const std::size_t stride : {1, 2, 4}) {
       for (std::size_t order = 0; order <= kHistoryMax; ++order) {
-        std::vector<const Integers*> history;
+        std::vector<const FrameIntegers*> history;
         for (std::size_t n = 1; n <= order; ++n) history.push_back(&frames[frames.size() - 1 - n * stride]);
         const std::string name = "lattice, class " + std::to_string(c) + ", stride " + std::to_string(stride);
         cases.push_back(case_of(name, &moving.geometry, frames.back(), history));
@@ -70,11 +70,11 @@ void add_moving(Json& cases) {
 }  // namespace
 
 nlohmann::ordered_json frame_sequence(const MovingLattice& moving) {
-  const std::vector<Integers> frames = quantised(moving, ErrorClass::fine, true);
+  const std::vector<FrameIntegers> frames = quantised(moving, ErrorClass::quarter_mm, true);
   const Neighbours neighbours(moving.geometry);
   Json out{{"contents", Json::array()}, {"orders", Json::array()}, {"nodes", Json::array()}};
   for (std::size_t tick = 0; tick < frames.size(); ++tick) {
-    std::vector<const Integers*> history;
+    std::vector<const FrameIntegers*> history;
     for (std::size_t n = 1; n <= std::min(tick, kHistoryMax); ++n) history.push_back(&frames[tick - n]);
     std::vector<std::uint8_t> content;
     encode_frame(frames[tick], history, &neighbours, content);

@@ -72,17 +72,17 @@ Json groom_case(const Groom& groom, WebRandom& random) {
   deformer.deform(grid, points, tangents);
   std::vector<Vec3f> limited = points;
   StrandLengths(groom).limit(limited);
-  const std::vector<float> far_blend = far_strip_blend(groom);
-  const RestTangents far_rest = far_strip_tangents(groom.far_strips, far_blend);
+  const std::vector<float> far_blend = far_card_blend(groom);
+  const RestTangents far_rest = far_card_tangents(groom.far_cards, far_blend);
   const Json far{{"blend", far_blend},
                  {"direction", flat(far_rest.direction)},
                  {"blendSlope", far_rest.blend_slope},
-                 {"normals", flat(far_strip_normals(groom.far_strips, far_rest))}};
+                 {"normals", flat(far_card_normals(groom.far_cards, far_rest))}};
   return {{"file", hex(file)},
           {"hash", hex(wire::hash_groom(file))},
           {"groom", to_json(groom)},
           {"rootBlend", blend},
-          {"farStrips", far},
+          {"farCards", far},
           {"direction", flat(rest.direction)},
           {"blendSlope", rest.blend_slope},
           {"geometry", to_json(geometry)},
@@ -110,7 +110,7 @@ Json groom_cases() {
   Json cases = Json::array();
   for (const char* style : {"bob", "ponytail", "plait", "veiled", "locks", "strips"}) {
     Groom groom = make_hairstyle(style, {.strand_count = 40}).value();
-    groom.far_strips = make_far_strips(groom, 6);
+    groom.far_cards = make_far_cards(groom, 6);
     groom.body.mesh.vertices.resize(3);  // the bust is large, and always the same
     groom.body.bone_weights.resize(3);
     groom.body.mesh.triangles = {{0, 1, 2}};

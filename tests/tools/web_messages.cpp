@@ -237,9 +237,9 @@ void add_features(const Groom& groom, Json& out) {
     for (const auto& point : blend.points) append(point, curve);
     out["rootBlends"].push_back(curve);
   }
-  for (const char* name : {"clusters", "threads", "strips", "cloths", "knots"}) out[name] = Json::array();
-  for (const Cluster& c : groom.clusters) {
-    out["clusters"].push_back(
+  for (const char* name : {"clumps", "threads", "cards", "cloths", "knots"}) out[name] = Json::array();
+  for (const Clump& c : groom.clumps) {
+    out["clumps"].push_back(
         {{"strand", c.strand}, {"copyCount", c.copy_count}, {"radiusM", c.radius_m}, {"tipRadiusM", c.tip_radius_m}});
   }
   for (const Thread& t : groom.threads) {
@@ -250,12 +250,12 @@ void add_features(const Groom& groom, Json& out) {
                               {"radiusM", t.radius_m},
                               {"colour", three(t.colour)}});
   }
-  for (const Strip& s : groom.strips) {
-    out["strips"].push_back({{"points", range_of(s.points)},
-                             {"group", s.properties.group},
-                             {"rooted", s.properties.rooted},
-                             {"rootLengthM", s.properties.root_length_m},
-                             {"hairCount", s.properties.hair_count}});
+  for (const HairCard& s : groom.cards) {
+    out["cards"].push_back({{"points", range_of(s.points)},
+                            {"group", s.properties.group},
+                            {"rooted", s.properties.rooted},
+                            {"rootLengthM", s.properties.root_length_m},
+                            {"hairCount", s.properties.hair_count}});
   }
   for (const Cloth& c : groom.cloths) {
     out["cloths"].push_back({{"points", range_of(c.points)},
@@ -267,15 +267,15 @@ void add_features(const Groom& groom, Json& out) {
                              {"opacity", c.opacity}});
   }
   for (const Knot& k : groom.knots) out["knots"].push_back({{"points", k.points}});
-  Json strips = Json::array();
-  for (const FarStrip& s : groom.far_strips.strips) {
-    strips.push_back({{"points", range_of(s.points)},
-                      {"rootLengthM", s.root_length_m},
-                      {"strandCount", s.strand_count},
-                      {"group", s.group},
-                      {"rooted", s.rooted}});
+  Json cards = Json::array();
+  for (const FarCard& s : groom.far_cards.cards) {
+    cards.push_back({{"points", range_of(s.points)},
+                     {"rootLengthM", s.root_length_m},
+                     {"strandCount", s.strand_count},
+                     {"group", s.group},
+                     {"rooted", s.rooted}});
   }
-  out["farStrips"] = {{"points", flat(groom.far_strips.points)}, {"strips", strips}};
+  out["farCards"] = {{"points", flat(groom.far_cards.points)}, {"cards", cards}};
 }
 
 }  // namespace

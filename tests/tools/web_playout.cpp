@@ -74,9 +74,9 @@ class Scene {
                       {"arrivalTimeNs", arrival_ns}});
   }
 
-  void hold() {
-    playout_.hold();
-    steps_.push_back({{"hold", true}});
+  void freeze() {
+    playout_.freeze();
+    steps_.push_back({{"freeze", true}});
   }
 
   void sample(std::int64_t render_ns) {
@@ -136,16 +136,16 @@ Json steady(bool velocities) {
 Json gap() {
   Scene scene(12);
   scene.run(0, 10, 4);
-  scene.show_until(50 * kTick_ns);  // held, eased to rest
+  scene.show_until(50 * kTick_ns);  // frozen, eased to rest
   scene.run(50, 60, 4);
   return scene.finish("a gap");
 }
 
-Json held() {
+Json frozen() {
   Scene scene(13);
   scene.run(0, 8, 4);
   scene.show_until(12 * kTick_ns);
-  scene.hold();
+  scene.freeze();
   scene.show_until(40 * kTick_ns);
   scene.run(40, 44, 4);
   scene.push(44, 2, false, true);
@@ -184,7 +184,7 @@ Json switches() {
 }  // namespace
 
 Json playout_cases() {
-  return {steady(true), steady(false), gap(), held(), disorder(), switches()};
+  return {steady(true), steady(false), gap(), frozen(), disorder(), switches()};
 }
 
 }  // namespace hairnet

@@ -77,7 +77,7 @@ Json spoilt_cases() {
       packet[at] =
           static_cast<std::uint8_t>(random.coin() ? packet[at] ^ 1u << random.integer(0, 7) : random.integer(0, 255));
     }
-    const wire::Decoded decoded = wire::decode_packet(packet);
+    const wire::DecodedPacket decoded = wire::decode_packet(packet);
     cases.push_back({{"packet", hex(packet)}, {"error", wire::to_string(decoded.error)}});
   }
   return cases;
@@ -123,7 +123,7 @@ int write_all(const std::filesystem::path& folder) {
 std::string fault_of(const Json& encoded) {
   const auto packet = from_hex(encoded.at("packet").get<std::string>());
   if (!packet) return "not hexadecimal";
-  const wire::Decoded decoded = wire::decode_packet(*packet);
+  const wire::DecodedPacket decoded = wire::decode_packet(*packet);
   if (decoded.error != wire::DecodeError::none) return wire::to_string(decoded.error) + (": " + decoded.detail);
   const Json message = to_json(decoded.envelope.message);
   if (message != encoded.at("message")) return "reads as " + message.dump();

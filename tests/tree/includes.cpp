@@ -13,9 +13,9 @@ namespace fs = std::filesystem;
 
 const std::set<std::string> kTops{"core", "schema", "server", "client", "tests", "deploy"};
 // Headers of these are named in the rules; all others are the standard library's and the system's.
-const std::set<std::string> kLibraries{"Eigen", "hwy",  "boost", "openssl", "sodium", "sodium.h", "flatbuffers", "nanoflann.hpp",
-                                       "tl",    "CLI",  "EGL",   "GLES3",   "GLFW",   "imgui.h",  "png.h",       "backends",
-                                       "spdlog", "nlohmann", "prometheus", "toml++"};
+const std::set<std::string> kLibraries{
+    "Eigen", "hwy",   "boost", "openssl", "sodium", "sodium.h", "flatbuffers", "nanoflann.hpp", "tl",         "CLI",
+    "EGL",   "GLES3", "GLFW",  "imgui.h", "png.h",  "backends", "spdlog",      "nlohmann",      "prometheus", "toml++"};
 // Core and schema know no clock, thread or file.
 const std::set<std::string> kOutside{"chrono", "thread", "fstream", "iostream", "filesystem", "ctime"};
 
@@ -24,19 +24,23 @@ bool allows(const IncludeRules& rules, const std::string& from, const std::strin
   return rule != rules.end() && (from == to || rule->second.contains(to) || rule->second.contains("any"));
 }
 
-std::string fault_of(const fs::path& root, const IncludeRules& rules, const std::string& folder, const std::string& name,
-                     bool quoted) {
+std::string fault_of(const fs::path& root, const IncludeRules& rules, const std::string& folder,
+                     const std::string& name, bool quoted) {
   const std::string top = name.substr(0, name.find('/'));
   if (quoted && kTops.contains(top)) {
     const std::string to = fs::path(name).parent_path().generic_string();
     if (!fs::exists(root / name)) return name + " does not exist";
     return allows(rules, folder, to) ? "" : folder + " may not include " + to;
   }
-  if (kLibraries.contains(top)) return allows(rules, folder, '<' + top + '>') ? "" : folder + " may not include <" + top + '>';
-  if (quoted && top != "flatbuffers" && name.find("_generated.h") == std::string::npos && name != "hwy/foreach_target.h")
+  if (kLibraries.contains(top))
+    return allows(rules, folder, '<' + top + '>') ? "" : folder + " may not include <" + top + '>';
+  if (quoted && top != "flatbuffers" && name.find("_generated.h") == std::string::npos &&
+      name != "hwy/foreach_target.h")
     return '"' + name + "\" is not written from the root of the tree";
   const bool inner = folder.starts_with("core") || folder.starts_with("schema");
-  return inner && kOutside.contains(top) && !allows(rules, folder, '<' + top + '>') ? folder + " may not include <" + top + '>' : "";
+  return inner && kOutside.contains(top) && !allows(rules, folder, '<' + top + '>')
+             ? folder + " may not include <" + top + '>'
+             : "";
 }
 
 }  // namespace

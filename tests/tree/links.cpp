@@ -21,7 +21,8 @@ std::vector<std::string> lines_of(const fs::path& path) {
 std::string anchor_of(const std::string& heading) {
   std::string anchor;
   for (const char c : heading) {
-    if (std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_') anchor += static_cast<char>(std::tolower(c));
+    if (std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_')
+      anchor += static_cast<char>(std::tolower(c));
     if (c == ' ') anchor += '-';
   }
   return anchor;

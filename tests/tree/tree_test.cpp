@@ -22,10 +22,16 @@ std::string text_of(const fs::path& path) {
   return text.str();
 }
 
-IncludeRules rules() { return parse_rules(text_of(kRoot / "tests/tree/include_rules.txt")); }
+IncludeRules rules() {
+  return parse_rules(text_of(kRoot / "tests/tree/include_rules.txt"));
+}
 
-TEST(Includes, follow_the_rules) { EXPECT_THAT(wrong_includes(kRoot, rules()), IsEmpty()); }
-TEST(Includes, have_rules_without_a_circle) { EXPECT_EQ(circle_of(rules()), ""); }
+TEST(Includes, follow_the_rules) {
+  EXPECT_THAT(wrong_includes(kRoot, rules()), IsEmpty());
+}
+TEST(Includes, have_rules_without_a_circle) {
+  EXPECT_EQ(circle_of(rules()), "");
+}
 
 // A tree of one's own, to plant faults in.
 class Planted : public testing::Test {
@@ -35,8 +41,9 @@ class Planted : public testing::Test {
     std::ofstream(root_ / path) << text;
   }
   void TearDown() override { fs::remove_all(root_); }
-  fs::path root_ = fs::path(testing::TempDir()) / ("tree_" + std::to_string(::testing::UnitTest::GetInstance()->random_seed()) +
-                                                   testing::UnitTest::GetInstance()->current_test_info()->name());
+  fs::path root_ =
+      fs::path(testing::TempDir()) / ("tree_" + std::to_string(::testing::UnitTest::GetInstance()->random_seed()) +
+                                      testing::UnitTest::GetInstance()->current_test_info()->name());
 };
 
 TEST_F(Planted, wrong_include_is_found) {
@@ -53,14 +60,17 @@ TEST_F(Planted, clock_in_core_is_found) {
   write("core/pose/pose.cpp", "#include <chrono>\n");
   EXPECT_THAT(wrong_includes(root_, parse_rules("core/pose:\n")), ElementsAre(HasSubstr("<chrono>")));
 }
-TEST_F(Planted, circle_of_rules_is_found) { EXPECT_EQ(circle_of(parse_rules("a: b\nb: c\nc: a\n")), "a b c a"); }
+TEST_F(Planted, circle_of_rules_is_found) {
+  EXPECT_EQ(circle_of(parse_rules("a: b\nb: c\nc: a\n")), "a b c a");
+}
 
 TEST(Pages, name_what_exists) {
   EXPECT_THAT(broken_links(kRoot, {"demo/sheet.png", "x.png", "OUT.json", "IN.txt", "from_web.json"}), IsEmpty());
 }
 TEST_F(Planted, broken_link_is_found) {
   write("README.md", "# A\n[b](b.md) [c](#nothing) `core/none.hpp` [a](#a)\n");
-  EXPECT_THAT(broken_links(root_), ElementsAre(HasSubstr("no b.md"), HasSubstr("no heading #nothing"), HasSubstr("no file core/none.hpp")));
+  EXPECT_THAT(broken_links(root_),
+              ElementsAre(HasSubstr("no b.md"), HasSubstr("no heading #nothing"), HasSubstr("no file core/none.hpp")));
 }
 
 }  // namespace

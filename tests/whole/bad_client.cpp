@@ -5,7 +5,7 @@
 
 namespace hairnet::whole {
 
-Misfit::Misfit(Timeline& timeline, Journal& journal, ServerHost& host, MisfitPlan plan, std::uint64_t seed)
+BadClient::BadClient(Timeline& timeline, Journal& journal, ServerHost& host, BadClientPlan plan, std::uint64_t seed)
     : timeline_(&timeline),
       journal_(&journal),
       host_(&host),
@@ -14,15 +14,15 @@ Misfit::Misfit(Timeline& timeline, Journal& journal, ServerHost& host, MisfitPla
       messages_(random_.next()),
       splitter_(wire::kPacketBytesMax) {}
 
-void Misfit::start(std::int64_t until_ns) {
+void BadClient::start(std::int64_t until_ns) {
   until_ns_ = until_ns;
-  dial();
+  connect();
 }
 
-void Misfit::stop() {
+void BadClient::stop() {
   until_ns_ = 0;
-  if (wire_) {
-    const std::shared_ptr<Wire> wire = std::exchange(wire_, nullptr);
+  if (connection_) {
+    const std::shared_ptr<SimulatedConnection> wire = std::exchange(connection_, nullptr);
     left_.push_back(wire);
     wire->forget_client();
     if (random_.unit() < 0.3)
@@ -30,32 +30,32 @@ void Misfit::stop() {
     else
       wire->drop();
   }
-  for (const std::weak_ptr<Wire>& left : left_) {  // what they have left unsent would come long after
+  for (const std::weak_ptr<SimulatedConnection>& left : left_) {  // what they have left unsent would come long after
     if (const auto wire = left.lock(); wire && !wire->all_sent()) wire->break_now({-1, random_.unit() < 0.5 ? 0 : -1});
   }
 }
 
-bool Misfit::is_heard_out() const {
-  return std::ranges::all_of(left_, [](const std::weak_ptr<Wire>& left) {
+bool BadClient::has_all_arrived() const {
+  return std::ranges::all_of(left_, [](const std::weak_ptr<SimulatedConnection>& left) {
     const auto wire = left.lock();
     return !wire || wire->all_arrived();
   });
 }
 
-void Misfit::dial() {
-  if (timeline_->now_ns() >= until_ns_ || wire_) return;
+void BadClient::connect() {
+  if (timeline_->now_ns() >= until_ns_ || connection_) return;
   ++turn_;
   splitter_ = channel::PacketSplitter(wire::kPacketBytesMax);
   journal_->count(std::string(kMisbehaviourNames[static_cast<std::size_t>(plan_.kind)]) + " misfit dials");
-  wire_ = std::make_shared<Wire>(*timeline_, *host_, *this, plan_.quality, random_.next());
-  wire_->dial(false);
+  connection_ = std::make_shared<SimulatedConnection>(*timeline_, *host_, *this, plan_.quality, random_.next());
+  connection_->connect(false);
 }
 
-void Misfit::say(const wire::Message& message) {
-  if (wire_ && wire_->is_open()) wire_->write(wire::encode_packet({clock_ns(), message}));
+void BadClient::send(const wire::Message& message) {
+  if (connection_ && connection_->is_open()) connection_->write(wire::encode_packet({clock_ns(), message}));
 }
 
-void Misfit::hello() {
+void BadClient::hello() {
   wire::Hello hello;
   hello.client_name = name();
   hello.room = plan_.room;
@@ -64,7 +64,7 @@ void Misfit::hello() {
     hello.session = welcome_->session;
     hello.secret = welcome_->secret;
   }
-  if (plan_.kind == Misbehaviour::stranger_door) {
+  if (plan_.kind == Misbehaviour::wrong_hello) {
     switch (random_.next() % 6) {
       case 0:
         hello.protocol_version = static_cast<std::uint16_t>(random_.next());
@@ -86,10 +86,10 @@ void Misfit::hello() {
         break;
     }
   }
-  say(hello);
+  send(hello);
 }
 
-void Misfit::on_open() {
+void BadClient::on_open() {
   const std::uint64_t turn = turn_;
   switch (plan_.kind) {
     case Misbehaviour::silent:
@@ -97,15 +97,15 @@ void Misfit::on_open() {
         wire::Hello hello;
         hello.client_name = name();
         const std::vector<std::uint8_t> packet = wire::encode_packet({clock_ns(), hello});
-        wire_->write(std::span(packet).first(static_cast<std::size_t>(random_.next() % packet.size())));
-        if (random_.unit() < 0.5) wire_->half_close();
+        connection_->write(std::span(packet).first(static_cast<std::size_t>(random_.next() % packet.size())));
+        if (random_.unit() < 0.5) connection_->half_close();
       }
       return;
     case Misbehaviour::noise:
       break;
     case Misbehaviour::slow_reader:
       hello();
-      if (random_.unit() < 0.5) wire_->pause_reading(true);
+      if (random_.unit() < 0.5) connection_->pause_reading(true);
       break;
     default:
       hello();
@@ -116,13 +116,13 @@ void Misfit::on_open() {
   });
 }
 
-void Misfit::on_bytes(std::span<const std::uint8_t> bytes) {
+void BadClient::on_bytes(std::span<const std::uint8_t> bytes) {
   const bool sound = splitter_.feed(bytes, [this](std::span<const std::uint8_t> packet) { on_packet(packet); });
   if (!sound) journal_->fault(name(), "is sent a stream that cannot be split");
 }
 
-void Misfit::on_packet(std::span<const std::uint8_t> packet) {
-  const wire::Decoded decoded = wire::decode_packet(packet);
+void BadClient::on_packet(std::span<const std::uint8_t> packet) {
+  const wire::DecodedPacket decoded = wire::decode_packet(packet);
   if (decoded.error != wire::DecodeError::none)
     return journal_->fault(name(), "is sent a bad packet: " + decoded.detail);
   const wire::Message& message = decoded.envelope.message;
@@ -143,14 +143,14 @@ void Misfit::on_packet(std::span<const std::uint8_t> packet) {
   }
 }
 
-void Misfit::on_closed(const std::string&) {
-  wire_.reset();
+void BadClient::on_closed(const std::string&) {
+  connection_.reset();
   ++turn_;
-  timeline_->after(static_cast<std::int64_t>(random_.between(2e7, 8e8)), [this] { dial(); });
+  timeline_->after(static_cast<std::int64_t>(random_.between(2e7, 8e8)), [this] { connect(); });
 }
 
-void Misfit::act() {
-  if (timeline_->now_ns() >= until_ns_ || !wire_ || !wire_->is_open()) return;
+void BadClient::act() {
+  if (timeline_->now_ns() >= until_ns_ || !connection_ || !connection_->is_open()) return;
   misbehave();
   const std::uint64_t turn = turn_;
   timeline_->after(static_cast<std::int64_t>(random_.between(5e6, 1e8)), [this, turn] {
@@ -158,34 +158,34 @@ void Misfit::act() {
   });
 }
 
-void Misfit::misbehave() {
+void BadClient::misbehave() {
   switch (plan_.kind) {
     case Misbehaviour::silent:
-    case Misbehaviour::stranger_door:
+    case Misbehaviour::wrong_hello:
       return;
     case Misbehaviour::noise: {
       std::vector<std::uint8_t> bytes(random_.next() % 300);
       for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random_.next());
-      return wire_->write(bytes);
+      return connection_->write(bytes);
     }
     case Misbehaviour::mutant:
       return mutate();
     case Misbehaviour::stranger:
-      return say(sensible_nonsense());
+      return send(random_valid_message());
     case Misbehaviour::flood:
-      for (int i = 0; i < 60 && wire_->takes_more(); ++i) say(wire::PoseBatch{});
+      for (int i = 0; i < 60 && connection_->takes_more(); ++i) send(wire::PoseBatch{});
       return;
     case Misbehaviour::pose_flood: {
       add_crowd();
       wire::PoseBatch batch;
       for (int i = 0; i < 60; ++i) batch.poses.push_back({1, ++sequence_, clock_ns() + i, false, rigid_pose({})});
-      return say(batch);
+      return send(batch);
     }
     case Misbehaviour::slow_reader:
-      wire_->pause_reading(random_.unit() < 0.8);
-      if (random_.unit() < 0.2) say(wire::RequestKeyframes{});
-      if (random_.unit() < 0.3 && !members_.empty()) say(wire::GroomRequest{assets().grooms.back().hash, 0});
-      return say(wire::PoseBatch{});
+      connection_->pause_reading(random_.unit() < 0.8);
+      if (random_.unit() < 0.2) send(wire::RequestKeyframes{});
+      if (random_.unit() < 0.3 && !members_.empty()) send(wire::GroomRequest{assets().grooms.back().hash, 0});
+      return send(wire::PoseBatch{});
     case Misbehaviour::groom_spoiler:
       return spoil_groom();
     case Misbehaviour::crowd:
@@ -193,7 +193,7 @@ void Misfit::misbehave() {
     case Misbehaviour::churner:
       add_crowd();
       if (random_.unit() < 0.3) {
-        const std::shared_ptr<Wire> wire = std::exchange(wire_, nullptr);
+        const std::shared_ptr<SimulatedConnection> wire = std::exchange(connection_, nullptr);
         ++turn_;
         left_.push_back(wire);
         wire->forget_client();
@@ -201,23 +201,23 @@ void Misfit::misbehave() {
           wire->drop();
         else
           wire->break_now({-1, static_cast<std::int64_t>(random_.between(0, 2e8))});
-        timeline_->after(static_cast<std::int64_t>(random_.between(1e6, 1e8)), [this] { dial(); });
+        timeline_->after(static_cast<std::int64_t>(random_.between(1e6, 1e8)), [this] { connect(); });
       }
       return;
   }
 }
 
-void Misfit::mutate() {
+void BadClient::mutate() {
   std::vector<std::uint8_t> packet =
       wire::encode_packet({clock_ns(), messages_.message(random_.next() % wire::kMessageKinds)});
   const std::uint64_t flips = random_.next() % 4;
   for (std::uint64_t i = 0; i < flips; ++i)
     packet[4 + random_.next() % (packet.size() - 4)] ^= static_cast<std::uint8_t>(1u << random_.next() % 8);
-  wire_->write(packet);
+  connection_->write(packet);
 }
 
 // Messages as a client may send them, about things that are and things that are not.
-wire::Message Misfit::sensible_nonsense() {
+wire::Message BadClient::random_valid_message() {
   const auto number = [&] { return static_cast<std::uint32_t>(random_.next() % 6); };
   const auto level = [&] { return static_cast<LevelIndex>(2 + random_.next() % 3); };
   const Assets::GroomFile& groom = assets().grooms[random_.next() % assets().grooms.size()];
@@ -263,30 +263,30 @@ wire::Message Misfit::sensible_nonsense() {
   }
 }
 
-void Misfit::spoil_groom() {
+void BadClient::spoil_groom() {
   if (!welcome_) return;
   const Assets::GroomFile& groom = assets().grooms[random_.next() % assets().grooms.size()];
   std::vector<std::uint8_t> bytes = *groom.bytes;
   const bool wrong = random_.unit() < 0.5;
   if (wrong) bytes[bytes.size() / 2] ^= 1;
-  say(wire::GroomOffer{groom.hash, bytes.size()});
+  send(wire::GroomOffer{groom.hash, bytes.size()});
   const std::size_t end = random_.unit() < 0.5 ? bytes.size() : bytes.size() / 2;
   for (std::size_t at = 0; at < end;) {
     const std::size_t count = std::min(end - at, std::max<std::size_t>(400, bytes.size() / 3));
     const auto begin = bytes.begin() + static_cast<std::ptrdiff_t>(at);
-    say(wire::GroomChunk{groom.hash, at, {begin, begin + static_cast<std::ptrdiff_t>(count)}});
+    send(wire::GroomChunk{groom.hash, at, {begin, begin + static_cast<std::ptrdiff_t>(count)}});
     at += count;
   }
 }
 
-void Misfit::add_crowd() {
+void BadClient::add_crowd() {
   if (!welcome_) return;
   const Assets::GroomFile& groom = assets().grooms[random_.next() % assets().grooms.size()];
   if (characters_.empty() || random_.unit() < 0.2) {
-    say(wire::GroomOffer{groom.hash, groom.bytes->size()});
-    say(wire::GroomChunk{groom.hash, 0, *groom.bytes});
+    send(wire::GroomOffer{groom.hash, groom.bytes->size()});
+    send(wire::GroomChunk{groom.hash, 0, *groom.bytes});
     for (std::uint32_t number = 1; number <= 4; ++number) {
-      say(wire::AddCharacter{number, groom.hash, LevelIndex::ether, {}});
+      send(wire::AddCharacter{number, groom.hash, LevelIndex::ether, {}});
       characters_.insert(number);
     }
   }
@@ -295,10 +295,10 @@ void Misfit::add_crowd() {
   for (const std::uint32_t number : characters_)
     batch.poses.push_back(
         {number, sequence_, clock_ns(), false, rigid_pose({Quat::Identity(), {random_.between(-1, 1), 1.6, 0}})});
-  say(batch);
+  send(batch);
   if (random_.unit() < 0.2 && !characters_.empty()) {
-    say(wire::RemoveCharacter{*characters_.begin()});
-    if (random_.unit() < 0.5) say(wire::AddCharacter{*characters_.begin(), groom.hash, LevelIndex::rigid, {}});
+    send(wire::RemoveCharacter{*characters_.begin()});
+    if (random_.unit() < 0.5) send(wire::AddCharacter{*characters_.begin(), groom.hash, LevelIndex::rigid, {}});
   }
 }
 

@@ -24,7 +24,7 @@ enum class Misbehaviour : std::uint8_t {
   flood,          // more messages than may be sent
   pose_flood,     // more poses than may be sent
   slow_reader,    // takes what it is sent slowly, or not at all
-  stranger_door,  // wrong version, room, token or session
+  wrong_hello,    // wrong version, room, token or session
   groom_spoiler,  // uploads other bytes than those of the hash, or stops halfway
   crowd,          // adds and removes as many characters as it may, and more
   churner,        // comes and goes all the time
@@ -33,20 +33,20 @@ inline constexpr std::array<std::string_view, 11> kMisbehaviourNames{
     "silent", "noise",       "mutant",        "stranger",     "flood",  "pose_flood",
     "slow",   "wrong_hello", "groom_spoiler", "crowd_of_one", "churner"};
 
-struct MisfitPlan {
+struct BadClientPlan {
   int number = 0;
   Misbehaviour kind = Misbehaviour::silent;
   std::string room, token;
-  Quality quality;
+  NetworkQuality quality;
 };
 
 // A client that breaks the rules until stop() is called. It still checks that the server's packets are valid.
-class Misfit final : public ClientEnd {
+class BadClient final : public ClientEvents {
  public:
-  Misfit(Timeline& timeline, Journal& journal, ServerHost& host, MisfitPlan plan, std::uint64_t seed);
+  BadClient(Timeline& timeline, Journal& journal, ServerHost& host, BadClientPlan plan, std::uint64_t seed);
   void start(std::int64_t until_ns);
   void stop();
-  [[nodiscard]] bool is_heard_out() const;  // nothing of what it has sent is still to arrive
+  [[nodiscard]] bool has_all_arrived() const;  // nothing of what it has sent is still to arrive
 
   void on_open() override;
   void on_bytes(std::span<const std::uint8_t> bytes) override;
@@ -59,26 +59,26 @@ class Misfit final : public ClientEnd {
     return "misfit " + std::to_string(plan_.number) + " (" +
            std::string(kMisbehaviourNames[static_cast<std::size_t>(plan_.kind)]) + ")";
   }
-  void dial();
+  void connect();
   void on_packet(std::span<const std::uint8_t> packet);
-  void say(const wire::Message& message);
+  void send(const wire::Message& message);
   void hello();
   void act();
   void misbehave();
   void mutate();
   void spoil_groom();
   void add_crowd();
-  wire::Message sensible_nonsense();
+  wire::Message random_valid_message();
 
   Timeline* timeline_;
   Journal* journal_;
   ServerHost* host_;
-  MisfitPlan plan_;
+  BadClientPlan plan_;
   Random random_;
   wire::RandomMessages messages_;
   channel::PacketSplitter splitter_;
-  std::shared_ptr<Wire> wire_;
-  std::vector<std::weak_ptr<Wire>> left_;  // its earlier ones, which may still carry
+  std::shared_ptr<SimulatedConnection> connection_;
+  std::vector<std::weak_ptr<SimulatedConnection>> left_;  // its earlier ones, which may still carry
   std::optional<wire::Welcome> welcome_;
   std::int64_t until_ns_ = 0;
   std::uint64_t turn_ = 0;  // counts connections

@@ -7,7 +7,7 @@
 
 namespace hairnet::whole {
 
-Pipe::Pipe(Timeline& timeline, const Quality& quality, std::uint64_t seed)
+Pipe::Pipe(Timeline& timeline, const NetworkQuality& quality, std::uint64_t seed)
     : timeline_(&timeline), quality_(quality), random_(seed, 1) {}
 
 void Pipe::write(std::span<const std::uint8_t> bytes) {
@@ -51,7 +51,7 @@ void Pipe::pump() {
     std::vector<std::uint8_t>& first = unsent_.front();
     std::size_t count =
         std::min({first.size() - first_sent_, quality_.segment_bytes_max, quality_.window_bytes - way_bytes_});
-    if (quality_.in_crumbs) count = 1 + static_cast<std::size_t>(random_.next() % count);
+    if (quality_.in_small_pieces) count = 1 + static_cast<std::size_t>(random_.next() % count);
     std::vector<std::uint8_t> segment(first.begin() + static_cast<std::ptrdiff_t>(first_sent_),
                                       first.begin() + static_cast<std::ptrdiff_t>(first_sent_ + count));
     first_sent_ += count;
@@ -103,7 +103,7 @@ void Pipe::read() {
     way_bytes_ -= segment.size();
     for (std::size_t at = 0; at < segment.size() && !dead_;) {
       std::size_t count = segment.size() - at;
-      if (quality_.in_crumbs) count = 1 + static_cast<std::size_t>(random_.next() % count);
+      if (quality_.in_small_pieces) count = 1 + static_cast<std::size_t>(random_.next() % count);
       if (on_bytes) on_bytes(std::span(segment).subspan(at, count));
       at += count;
     }
@@ -113,7 +113,8 @@ void Pipe::read() {
   if (end_arrived_ && unread_.empty() && on_end) std::exchange(on_end, nullptr)();
 }
 
-Wire::Wire(Timeline& timeline, Host& host, ClientEnd& client, const Quality& quality, std::uint64_t seed)
+SimulatedConnection::SimulatedConnection(Timeline& timeline, Host& host, ClientEvents& client,
+                                         const NetworkQuality& quality, std::uint64_t seed)
     : timeline_(&timeline),
       host_(&host),
       client_(&client),
@@ -122,9 +123,9 @@ Wire::Wire(Timeline& timeline, Host& host, ClientEnd& client, const Quality& qua
       down_(std::make_shared<Pipe>(timeline, quality, 2 * seed + 1)),
       splitter_(wire::kPacketBytesMax) {}
 
-void Wire::dial(bool into_nothing) {
+void SimulatedConnection::connect(bool into_nothing) {
   if (into_nothing) return;
-  const std::weak_ptr<Wire> weak = weak_from_this();
+  const std::weak_ptr<SimulatedConnection> weak = weak_from_this();
   up_->on_bytes = [weak](std::span<const std::uint8_t> bytes) {
     if (const auto self = weak.lock()) self->take(bytes);
   };
@@ -149,7 +150,7 @@ void Wire::dial(bool into_nothing) {
   timeline_->after(quality_.delay_ns, [self = shared_from_this()] { self->answer(); });
 }
 
-void Wire::answer() {
+void SimulatedConnection::answer() {
   const auto self = shared_from_this();
   if (over_ && !answered_) return;  // the client has given up
   if (!host_->is_up()) {
@@ -166,7 +167,7 @@ void Wire::answer() {
   if (server_closed_) sink_ = nullptr;
 }
 
-void Wire::take(std::span<const std::uint8_t> bytes) {
+void SimulatedConnection::take(std::span<const std::uint8_t> bytes) {
   if (!sink_ || broken_stream_) return;
   const std::int64_t now_ns = host_->clock_ns();
   const bool sound = splitter_.feed(bytes, [&](std::span<const std::uint8_t> packet) {
@@ -177,24 +178,24 @@ void Wire::take(std::span<const std::uint8_t> bytes) {
   if (sink_) sink_->on_broken_stream(now_ns);
 }
 
-void Wire::send(std::vector<std::uint8_t> packet) {
+void SimulatedConnection::send(std::vector<std::uint8_t> packet) {
   if (!server_closed_) down_->write(packet);
 }
 
-void Wire::close(std::string_view) {
+void SimulatedConnection::close(std::string_view) {
   if (std::exchange(server_closed_, true)) return;
   sink_ = nullptr;
   down_->end();
 }
 
-void Wire::drop() {
+void SimulatedConnection::drop() {
   over_ = true;
   client_ = nullptr;
   up_->end();
   down_->pause(false);
 }
 
-void Wire::break_now(const Break& how) {
+void SimulatedConnection::break_now(const ConnectionLoss& how) {
   if (broken_ns_ < 0) broken_ns_ = timeline_->now_ns();
   up_->kill();
   down_->kill();
@@ -203,31 +204,31 @@ void Wire::break_now(const Break& how) {
   if (how.server_told_ns >= 0) timeline_->after(how.server_told_ns, [self] { self->tell_server("reset"); });
 }
 
-void Wire::break_after(std::uint64_t bytes, bool of_server, const Break& how) {
+void SimulatedConnection::break_after(std::uint64_t bytes, bool of_server, const ConnectionLoss& how) {
   Pipe& pipe = of_server ? *down_ : *up_;
   pipe.kill_after(pipe.arrived_bytes() + bytes, [weak = weak_from_this(), how] {
     if (const auto self = weak.lock()) self->break_now(how);
   });
 }
 
-void Wire::break_no_more() {
+void SimulatedConnection::break_no_more() {
   up_->kill_never();
   down_->kill_never();
 }
 
-void Wire::on_server_killed() {
+void SimulatedConnection::on_server_killed() {
   sink_ = nullptr;
   server_closed_ = true;
   up_->kill();
   down_->kill();
 }
 
-void Wire::tell_client(const std::string& why) {
+void SimulatedConnection::tell_client(const std::string& why) {
   if (std::exchange(over_, true)) return;
-  if (ClientEnd* client = std::exchange(client_, nullptr)) client->on_closed(why);
+  if (ClientEvents* client = std::exchange(client_, nullptr)) client->on_closed(why);
 }
 
-void Wire::tell_server(std::string_view why) {
+void SimulatedConnection::tell_server(std::string_view why) {
   if (server_closed_) return;
   server_closed_ = true;
   if (server::PacketSink* sink = std::exchange(sink_, nullptr)) sink->on_closed(why, host_->clock_ns());

@@ -20,14 +20,14 @@
 namespace hairnet::whole {
 
 // Of one connection, either way.
-struct Quality {
+struct NetworkQuality {
   std::int64_t delay_ns = 5 * kMs;  // one way
   std::int64_t jitter_ns = 0;       // beside it, at most; order stays
   double bytes_per_s = 1e7;
   std::size_t window_bytes = 64u << 10;  // on the way or not yet read
   std::size_t segment_bytes_max = 1460;
   std::size_t unsent_bytes_max = 64u << 10;  // with so much the sender is not writable
-  bool in_crumbs = false;                    // reads may give any piece of the stream
+  bool in_small_pieces = false;              // reads may give any piece of the stream
 
   // What it carries at least, for a small window must wait for its bytes to arrive.
   [[nodiscard]] double least_bytes_per_s() const {
@@ -40,7 +40,7 @@ struct Quality {
 // One direction: bytes written, carried in segments, read in pieces, in order.
 class Pipe : public std::enable_shared_from_this<Pipe> {
  public:
-  Pipe(Timeline& timeline, const Quality& quality, std::uint64_t seed);
+  Pipe(Timeline& timeline, const NetworkQuality& quality, std::uint64_t seed);
 
   void write(std::span<const std::uint8_t> bytes);
   void end();                                                             // after what was written
@@ -64,7 +64,7 @@ class Pipe : public std::enable_shared_from_this<Pipe> {
   void read();
 
   Timeline* timeline_;
-  Quality quality_;
+  NetworkQuality quality_;
   Random random_;
   std::deque<std::vector<std::uint8_t>> unsent_;
   std::size_t unsent_bytes_ = 0, first_sent_ = 0;  // of the first of unsent_, what is on its way
@@ -78,38 +78,39 @@ class Pipe : public std::enable_shared_from_this<Pipe> {
 };
 
 // What a connection tells its client.
-class ClientEnd {
+class ClientEvents {
  public:
-  virtual ~ClientEnd() = default;
+  virtual ~ClientEvents() = default;
   virtual void on_open() = 0;
   virtual void on_bytes(std::span<const std::uint8_t> bytes) = 0;
   virtual void on_room() = 0;                          // more can be written
   virtual void on_closed(const std::string& why) = 0;  // the last call
 };
 
-class Wire;
+class SimulatedConnection;
 
 // Where connections are answered.
 class Host {
  public:
   virtual ~Host() = default;
   [[nodiscard]] virtual bool is_up() const = 0;
-  virtual server::PacketSink* open(std::shared_ptr<Wire> wire) = 0;
+  virtual server::PacketSink* open(std::shared_ptr<SimulatedConnection> wire) = 0;
   [[nodiscard]] virtual std::int64_t clock_ns() const = 0;  // its own
 };
 
 // How a connection ends that neither side closes: who is told, and after how long. Less than 0: never.
-struct Break {
+struct ConnectionLoss {
   std::int64_t client_told_ns = 0, server_told_ns = 0;
 };
 
 // One connection between a client and the server.
-class Wire final : public server::Connection, public std::enable_shared_from_this<Wire> {
+class SimulatedConnection final : public server::Connection, public std::enable_shared_from_this<SimulatedConnection> {
  public:
-  Wire(Timeline& timeline, Host& host, ClientEnd& client, const Quality& quality, std::uint64_t seed);
+  SimulatedConnection(Timeline& timeline, Host& host, ClientEvents& client, const NetworkQuality& quality,
+                      std::uint64_t seed);
 
   // The client's side.
-  void dial(bool into_nothing);  // on_open() or on_closed() follow, or nothing
+  void connect(bool into_nothing);  // on_open() or on_closed() follow, or nothing
   void write(std::span<const std::uint8_t> bytes) { up_->write(bytes); }
   [[nodiscard]] bool takes_more() const { return open_ && !over_ && up_->unsent_bytes() < quality_.unsent_bytes_max; }
   [[nodiscard]] bool all_sent() const { return up_->unsent_bytes() == 0; }
@@ -120,8 +121,8 @@ class Wire final : public server::Connection, public std::enable_shared_from_thi
   [[nodiscard]] bool is_open() const { return open_ && !over_; }
 
   // The network's side.
-  void break_now(const Break& how);
-  void break_after(std::uint64_t bytes, bool of_server, const Break& how);
+  void break_now(const ConnectionLoss& how);
+  void break_after(std::uint64_t bytes, bool of_server, const ConnectionLoss& how);
   void break_no_more();  // what break_after() was to do and has not done yet
   void forget_client() { client_ = nullptr; }
 
@@ -146,8 +147,8 @@ class Wire final : public server::Connection, public std::enable_shared_from_thi
 
   Timeline* timeline_;
   Host* host_;
-  ClientEnd* client_;
-  Quality quality_;
+  ClientEvents* client_;
+  NetworkQuality quality_;
   std::shared_ptr<Pipe> up_, down_;
   channel::PacketSplitter splitter_;
   server::PacketSink* sink_ = nullptr;

@@ -35,7 +35,7 @@ void Player::join() {
   joined_ = true;
   leaving_ = false;
   broken_ns_ = -1;
-  if (wire_) std::exchange(wire_, nullptr)->drop();
+  if (connection_) std::exchange(connection_, nullptr)->drop();
   make_core();
   turn();
   if (!std::exchange(posing_, true)) send_poses();
@@ -43,7 +43,7 @@ void Player::join() {
 
 void Player::make_core() {
   finish();
-  link::CoreOptions options;
+  link::LinkCoreOptions options;
   options.client_name = name();
   options.room = plan_.room;
   options.token = plan_.token;
@@ -95,8 +95,8 @@ void Player::leave(bool says_goodbye) {
     return;
   }
   journal_->count("left without a word");
-  if (wire_) {
-    const std::shared_ptr<Wire> wire = std::exchange(wire_, nullptr);
+  if (connection_) {
+    const std::shared_ptr<SimulatedConnection> wire = std::exchange(connection_, nullptr);
     wire->forget_client();
     const bool server_told = random_.unit() < 0.7;
     if (!server_told) journal_->count("half-open, left");
@@ -118,7 +118,7 @@ void Player::finish() {
 
 void Player::set_moving(bool moving) {
   for (auto& [number, character] : characters_) {
-    if (character.moving && !moving) character.held_at_ns = timeline_->now_ns();
+    if (character.moving && !moving) character.still_since_ns = timeline_->now_ns();
     character.moving = moving;
   }
 }
@@ -128,7 +128,7 @@ void Player::calm_down() {
   calm_since_ns_ = timeline_->now_ns();
   calm_ = true;
   pause_reading(false);
-  if (wire_) wire_->break_no_more();
+  if (connection_) connection_->break_no_more();
   set_moving(true);
   observe_ = {};
   sees_all_ = true;
@@ -139,40 +139,41 @@ void Player::calm_down() {
   for (const auto& [member, m] : members_) all.push_back({member, 0.5f, true});
   core_->report_importance(all);
   for (const auto& [number, character] : characters_) core_->set_material(number, {});
-  if (wire_ && !is_active()) journal_->count("calm while connecting");
+  if (connection_ && !is_active()) journal_->count("calm while connecting");
   turn();
 }
 
-bool Player::is_heard_out() const {
-  return std::ranges::all_of(wires_, [this](const std::weak_ptr<Wire>& weak) {
+bool Player::has_all_arrived() const {
+  return std::ranges::all_of(connections_, [this](const std::weak_ptr<SimulatedConnection>& weak) {
     const auto wire = weak.lock();
-    return !wire || wire == wire_ || wire->all_arrived();
+    return !wire || wire == connection_ || wire->all_arrived();
   });
 }
 
-void Player::break_connection(const Break& how, std::optional<std::uint64_t> after_bytes, bool of_server) {
-  if (!wire_ || !wire_->is_open()) return;
+void Player::break_connection(const ConnectionLoss& how, std::optional<std::uint64_t> after_bytes, bool of_server) {
+  if (!connection_ || !connection_->is_open()) return;
   if (!after_bytes) {
-    wire_->break_now(how);
+    connection_->break_now(how);
   } else {
-    wire_->break_after(*after_bytes, of_server, how);
+    connection_->break_after(*after_bytes, of_server, how);
   }
   journal_->count(after_bytes ? "broken at a byte" : "broken");
   if (how.server_told_ns < 0) journal_->count("half-open");
 }
 
 void Player::pause_reading(bool paused) {
-  if (wire_) wire_->pause_reading(paused);
+  if (connection_) connection_->pause_reading(paused);
 }
 
 void Player::connect() {
   core_->on_opening(clock_ns());
   half_closed_ = false;
-  wire_ = std::make_shared<Wire>(*timeline_, *host_, *this, plan_.quality, random_.next() ^ ++dials_);
-  wires_.push_back(wire_);
+  connection_ =
+      std::make_shared<SimulatedConnection>(*timeline_, *host_, *this, plan_.quality, random_.next() ^ ++dials_);
+  connections_.push_back(connection_);
   const bool into_nothing = !plan_.steady && act_until_ns_ > timeline_->now_ns() && random_.unit() < 0.05;
   if (into_nothing) journal_->count("dialled into nothing");
-  wire_->dial(into_nothing);
+  connection_->connect(into_nothing);
 }
 
 void Player::turn() {
@@ -185,26 +186,26 @@ void Player::turn() {
     turn_again_ = false;
     core_->poll(clock_ns());
     if (core_->wants_close()) {
-      if (wire_) {
-        wire_->drop();
-        wire_.reset();
+      if (connection_) {
+        connection_->drop();
+        connection_.reset();
       }
       core_->on_closed("", clock_ns());
     }
     if (core_->wants_connection()) connect();
-    while (wire_ && wire_->takes_more()) {
+    while (connection_ && connection_->takes_more()) {
       const std::vector<std::uint8_t> packet = core_->take_packet(clock_ns());
       if (packet.empty()) break;
-      wire_->write(packet);
+      connection_->write(packet);
     }
-    if (wire_ && core_->wants_half_close() && !std::exchange(half_closed_, true)) wire_->half_close();
+    if (connection_ && core_->wants_half_close() && !std::exchange(half_closed_, true)) connection_->half_close();
     hear();
   } while (turn_again_);
   turning_ = false;
   if (core_->ended()) {
-    if (wire_) {
-      wire_->drop();
-      wire_.reset();
+    if (connection_) {
+      connection_->drop();
+      connection_.reset();
     }
     if (leaving_ || !joined_) return;
     // A first attempt that fails is a core's last: a person would try again.
@@ -250,10 +251,10 @@ void Player::on_bytes(std::span<const std::uint8_t> bytes) {
 void Player::on_closed(const std::string& why) {
   if (!core_) return;
   if (core_->active() && broken_ns_ < 0) {
-    broken_ns_ = wire_ && wire_->broken_ns() >= 0 ? wire_->broken_ns() : timeline_->now_ns();
-    broken_life_ = wire_ ? wire_->life() : -1;
+    broken_ns_ = connection_ && connection_->broken_ns() >= 0 ? connection_->broken_ns() : timeline_->now_ns();
+    broken_life_ = connection_ ? connection_->life() : -1;
   }
-  wire_.reset();
+  connection_.reset();
   core_->on_closed(why, clock_ns());
   turn();
 }
@@ -266,7 +267,7 @@ std::set<server::CharacterKey> Player::keys() const {
 }
 
 Pose Player::pose_of(const Character& character) const {
-  const std::int64_t at_ns = character.moving ? timeline_->now_ns() : character.held_at_ns;
+  const std::int64_t at_ns = character.moving ? timeline_->now_ns() : character.still_since_ns;
   const double t = 1e-9 * static_cast<double>(at_ns) + character.phase;
   const Vec3 place =
       character.place + Vec3(character.reach * std::sin(2.1 * t), 0, character.reach * std::cos(1.7 * t));
@@ -408,7 +409,7 @@ void Player::act() {
     journal_->count("gap of poses");
   } else if (pick == 13 && !numbers.empty() && !plain) {
     Character& character = characters_[one_of(numbers, random_)];
-    if (character.moving) character.held_at_ns = timeline_->now_ns();
+    if (character.moving) character.still_since_ns = timeline_->now_ns();
     character.moving = !character.moving;
     journal_->count("rest or move");
   } else if (pick == 14 && !plain) {

@@ -18,7 +18,7 @@ namespace hairnet::whole {
 struct PlayerPlan {
   int number = 0;
   std::string room, token;
-  Quality quality;
+  NetworkQuality quality;
   double pose_hz = 60;
   std::int64_t clock_offset_ns = 0;
   int clock_ppm = 0;           // its clock's drift
@@ -28,7 +28,7 @@ struct PlayerPlan {
 };
 
 // A well-behaved client: a LinkCore over simulated connections, with random requests. Checks what the server sends.
-class Player final : public ClientEnd {
+class Player final : public ClientEvents {
  public:
   Player(Timeline& timeline, Journal& journal, ServerHost& host, PlayerPlan plan, std::uint64_t seed);
 
@@ -36,11 +36,11 @@ class Player final : public ClientEnd {
   void leave(bool says_goodbye);
   void add_character();
   void act_at_random(std::int64_t until_ns);  // again and again
-  void break_connection(const Break& how, std::optional<std::uint64_t> after_bytes, bool of_server);
+  void break_connection(const ConnectionLoss& how, std::optional<std::uint64_t> after_bytes, bool of_server);
   void pause_reading(bool paused);
   void calm_down();  // asks for everything, plainly, and no more garbage; its connection does not break any more
   [[nodiscard]] std::int64_t calm_since_ns() const { return calm_since_ns_; }
-  [[nodiscard]] bool is_heard_out() const;  // nothing that it sent over an earlier connection is still to arrive
+  [[nodiscard]] bool has_all_arrived() const;  // nothing that it sent over an earlier connection is still to arrive
   void set_moving(bool moving);
 
   [[nodiscard]] const PlayerPlan& plan() const { return plan_; }
@@ -67,8 +67,8 @@ class Player final : public ClientEnd {
     bool moving = true;
     double phase = 0, reach = 0.1, turn = 0.5;
     Vec3 place = Vec3::Zero();
-    std::int64_t held_at_ns = 0;  // of the motion, while it does not move
-    bool teleports = false;       // the next pose
+    std::int64_t still_since_ns = 0;  // of the motion, while it does not move
+    bool teleports = false;           // the next pose
   };
   [[nodiscard]] const std::map<std::uint32_t, Character>& characters() const { return characters_; }
   // The keys of its characters, once the server knows them.
@@ -82,7 +82,7 @@ class Player final : public ClientEnd {
   void on_closed(const std::string& why) override;
 
  private:
-  struct Hearer;
+  struct EventHandler;
 
   [[nodiscard]] std::int64_t clock_ns() const;
   void make_core();
@@ -107,8 +107,8 @@ class Player final : public ClientEnd {
   PlayerPlan plan_;
   Random random_;
   std::unique_ptr<link::LinkCore> core_;
-  std::shared_ptr<Wire> wire_;
-  std::vector<std::weak_ptr<Wire>> wires_;  // it and all earlier ones
+  std::shared_ptr<SimulatedConnection> connection_;
+  std::vector<std::weak_ptr<SimulatedConnection>> connections_;  // it and all earlier ones
   std::int64_t wake_ns_ = -1;
   bool half_closed_ = false, leaving_ = false, joined_ = false, acting_ = false, posing_ = false, turning_ = false;
   bool turn_again_ = false, calm_ = false;

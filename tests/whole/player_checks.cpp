@@ -15,7 +15,7 @@ constexpr std::int64_t kFrameLateness_ns = 40 * kMs;
 
 }  // namespace
 
-struct Player::Hearer {
+struct Player::EventHandler {
   Player& p;
 
   void operator()(const link::Connected& e) const {
@@ -106,7 +106,7 @@ struct Player::Hearer {
     if (found->second.own) p.fault("is told that its own character left");
     p.members_.erase(found);
   }
-  void operator()(const link::LevelKnown& e) const {
+  void operator()(const link::LevelReceived& e) const {
     p.journal_->mix(e.geometry->active_nodes.size());
     if (e.level == LevelIndex::rigid) p.fault("is sent a record of the rigid level");
   }
@@ -129,7 +129,7 @@ struct Player::Hearer {
 void Player::hear() {
   for (link::Event& event : core_->take_events()) {
     journal_->mix(event.index());
-    std::visit(Hearer{*this}, event);
+    std::visit(EventHandler{*this}, event);
   }
   check_counters();
 }
@@ -166,11 +166,11 @@ void Player::check(const link::FrameBatch& batch, const link::Frame& frame, Memb
   if (member.last_tick && batch.tick <= *member.last_tick) fault(what + "ticks do not rise");
   if (member.own != (frame.character != 0)) fault(what + "is not whose it was");
   // Its own hair, as it was when a server was lost, stands for what the next one has of it: none.
-  const LevelIndex level = frame.kept ? LevelIndex::rigid : frame.level;
-  if (frame.kept) journal_->count("frames of kept hair");
-  if (frame.kept && !member.own) fault(what + "has kept hair, and is another's");
-  const int life = wire_ ? wire_->life() : host_->life();
-  const Truth* truth = host_->truth(life, batch.tick, member.key);
+  const LevelIndex level = frame.last_known ? LevelIndex::rigid : frame.level;
+  if (frame.last_known) journal_->count("frames of kept hair");
+  if (frame.last_known && !member.own) fault(what + "has kept hair, and is another's");
+  const int life = connection_ ? connection_->life() : host_->life();
+  const GroundTruth* truth = host_->truth(life, batch.tick, member.key);
   if (!truth) {
     fault(what + "was not in the World");
   } else {
@@ -203,10 +203,10 @@ void Player::check(const link::FrameBatch& batch, const link::Frame& frame, Memb
 
 // A steady client misses no step of its own first character, and has it soon.
 void Player::check_interval(const link::FrameBatch& batch, const link::Frame& frame, const Member& member) {
-  if (!plan_.steady || frame.character != 1 || member.frames == 0 || !wire_) return;
-  const int life = wire_->life();
+  if (!plan_.steady || frame.character != 1 || member.frames == 0 || !connection_) return;
+  const int life = connection_->life();
   for (std::uint64_t tick = *member.last_tick + 1; tick < batch.tick; ++tick) {
-    const Truth* truth = host_->truth(life, tick, member.key);
+    const GroundTruth* truth = host_->truth(life, tick, member.key);
     if (truth && truth->stepped && !truth->asleep)
       fault("misses the step of its own at tick " + std::to_string(tick) + " before " + std::to_string(batch.tick));
   }

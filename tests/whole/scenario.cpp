@@ -26,13 +26,13 @@ std::string name_of(LevelIndex level) {
 
 class Scenario {
  public:
-  Scenario(std::uint64_t seed, bool says_all) : seed_(seed), says_all_(says_all), random_(seed, 0) {}
+  Scenario(std::uint64_t seed, bool is_verbose) : seed_(seed), says_all_(is_verbose), random_(seed, 0) {}
   ~Scenario() { forget_levels(); }
   Outcome run();
 
  private:
   server::Config make_config();
-  Quality make_quality();
+  NetworkQuality make_quality();
   void make_players();
   void make_misfits();
   void disturb();
@@ -71,7 +71,7 @@ class Scenario {
   std::vector<std::string> rooms_;
   std::unique_ptr<ServerHost> host_;
   std::vector<std::unique_ptr<Player>> players_;
-  std::vector<std::unique_ptr<Misfit>> misfits_;
+  std::vector<std::unique_ptr<BadClient>> bad_clients_;
   std::int64_t disturbed_until_ns_ = 0;
   bool wants_tokens_ = false;
 };
@@ -109,15 +109,15 @@ server::Config Scenario::make_config() {
   return config;
 }
 
-Quality Scenario::make_quality() {
-  Quality quality;
+NetworkQuality Scenario::make_quality() {
+  NetworkQuality quality;
   quality.delay_ns = moment(kMs / 2, 60 * kMs);
   quality.jitter_ns = chance(0.5) ? moment(0, 40 * kMs) : 0;
   quality.bytes_per_s = chance(0.2) ? random_.between(4e4, 4e5) : 1e7;
   quality.window_bytes = chance(0.3) ? 3000 : 64u << 10;
   quality.segment_bytes_max = chance(0.2) ? 200 : 1460 * 8;
   quality.unsent_bytes_max = chance(0.2) ? 4000 : 64u << 10;
-  quality.in_crumbs = chance(0.15);
+  quality.in_small_pieces = chance(0.15);
   return quality;
 }
 
@@ -158,14 +158,14 @@ void Scenario::make_players() {
 void Scenario::make_misfits() {
   const int count = chance(0.25) ? 0 : static_cast<int>(1 + random_.next() % 3);
   for (int n = 0; n < count; ++n) {
-    MisfitPlan plan;
+    BadClientPlan plan;
     plan.number = n + 1;
     plan.kind = static_cast<Misbehaviour>(random_.next() % kMisbehaviourNames.size());
     plan.room = rooms_[random_.next() % rooms_.size()];
     if (wants_tokens_) plan.token = assets().token(false, plan.room);
     plan.quality = make_quality();
-    misfits_.push_back(std::make_unique<Misfit>(timeline_, journal_, *host_, plan, seed_));
-    Misfit& misfit = *misfits_.back();
+    bad_clients_.push_back(std::make_unique<BadClient>(timeline_, journal_, *host_, plan, seed_));
+    BadClient& misfit = *bad_clients_.back();
     timeline_.at(moment(0, disturbed_until_ns_ / 2), [this, &misfit] { misfit.start(disturbed_until_ns_); });
   }
 }
@@ -173,7 +173,7 @@ void Scenario::make_misfits() {
 void Scenario::disturb_one(Player& player) {
   const std::uint64_t pick = random_.next() % 8;
   const auto told = [&] { return static_cast<std::int64_t>(random_.between(0, chance(0.5) ? 5e7 : 2.5e9)); };
-  const Break how{told(), chance(0.3) ? -1 : told()};
+  const ConnectionLoss how{told(), chance(0.3) ? -1 : told()};
   say("disturbs " + player.name() + " by " + std::to_string(pick));
   if (pick <= 2) {
     player.break_connection(how, {}, false);
@@ -293,11 +293,11 @@ std::string Scenario::unsettled() {
 
 void Scenario::calm() {
   say("calm");
-  for (const auto& misfit : misfits_) misfit->stop();
+  for (const auto& misfit : bad_clients_) misfit->stop();
   // What was sent before, over connections that are no more, may say otherwise than what is said from here on.
-  const auto is_heard_out = [](const auto& client) { return client->is_heard_out(); };
+  const auto has_all_arrived = [](const auto& client) { return client->has_all_arrived(); };
   const std::int64_t stopped_ns = timeline_.now_ns();
-  while (!std::ranges::all_of(misfits_, is_heard_out) || !std::ranges::all_of(players_, is_heard_out)) {
+  while (!std::ranges::all_of(bad_clients_, has_all_arrived) || !std::ranges::all_of(players_, has_all_arrived)) {
     timeline_.run(timeline_.now_ns() + 50 * kMs);
     if (timeline_.now_ns() - stopped_ns > kSettle_ns_max) return journal_.fault("all", "have sent what never arrives");
   }
@@ -322,7 +322,7 @@ void Scenario::calm() {
 
 // How long what is sent to a player waits behind level records and what buffers hold, where its connection is slow.
 double Scenario::backlog_s(const Player& player) {
-  const Quality& quality = player.plan().quality;
+  const NetworkQuality& quality = player.plan().quality;
   return static_cast<double>(quality.window_bytes + quality.unsent_bytes_max + kLevelRecords_bytes) /
          quality.least_bytes_per_s();
 }
@@ -385,7 +385,7 @@ void Scenario::check_nothing_left() {
   check("sessions, counted by themselves,", server.context().session_count);
   check("characters, counted by sessions,", server.context().character_count);
   check("rooms, counted by sessions,", server.context().rooms.room_count());
-  check("holders of grooms", server.grooms().holder_count());
+  check("users of grooms", server.grooms().user_count());
   check("bytes of uploads", server.grooms().upload_bytes());
   check("characters in the World", server.scheduler().simulation().character_count());
   check("characters in rooms", server.scheduler().rooms().characters().size());
@@ -451,9 +451,9 @@ Outcome Scenario::run() {
 
 }  // namespace
 
-Outcome run_scenario(std::uint64_t seed, bool says_all) {
+Outcome run_scenario(std::uint64_t seed, bool is_verbose) {
   assets();
-  return Scenario(seed, says_all).run();
+  return Scenario(seed, is_verbose).run();
 }
 
 }  // namespace hairnet::whole

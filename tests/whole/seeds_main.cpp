@@ -39,7 +39,7 @@ struct Options {
   std::uint64_t first = 1, count = 100;
   unsigned jobs = 1;
   unsigned twice_every = 20;  // seeds that are run twice, for the same hash
-  bool says_all = false, quiet = false;
+  bool is_verbose = false, quiet = false;
 };
 
 class Sweep {
@@ -69,7 +69,7 @@ class Sweep {
     for (std::uint64_t i = next_++; i < options_.count; i = next_++) {
       const std::uint64_t seed = options_.first + i;
       current_seed = seed;
-      Outcome outcome = hairnet::whole::run_scenario(seed, options_.says_all);
+      Outcome outcome = hairnet::whole::run_scenario(seed, options_.is_verbose);
       if (options_.twice_every > 0 && seed % options_.twice_every == 0 &&
           hairnet::whole::run_scenario(seed).hash != outcome.hash)
         outcome.faults.push_back(fmt::format("seed {}: another outcome the second time", seed));
@@ -111,10 +111,10 @@ int main(int argc, char** argv) {
   app.add_option("--jobs", options.jobs, "threads")->check(CLI::Range(1, 64));
   app.add_option("--twice-every", options.twice_every,
                  "of so many seeds one is run twice, for the same outcome; 0: none");
-  app.add_flag("--verbose", options.says_all, "say what the scenario and the server do");
+  app.add_flag("--verbose", options.is_verbose, "say what the scenario and the server do");
   app.add_flag("--quiet", options.quiet, "no list of events");
   CLI11_PARSE(app, argc, argv);
-  spdlog::set_level(options.says_all ? spdlog::level::debug : spdlog::level::off);
+  spdlog::set_level(options.is_verbose ? spdlog::level::debug : spdlog::level::off);
   for (const int signal : {SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL}) std::signal(signal, tell_seed);
   return Sweep(options).run();
 }

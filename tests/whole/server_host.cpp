@@ -28,20 +28,20 @@ void ServerHost::start() {
   auto created = server::Server::create(config_, *life.metrics, clock_ns(), measure_ns);
   if (!created) return journal_->fault("server", "does not start: " + created.error());
   server_ = std::move(*created);
-  wires_.clear();
+  connections_.clear();
   const int number = this->life();
   run_io(number);
   run_tick(number);
   run_builder(number);
 }
 
-void ServerHost::kill(const Break& how) {
+void ServerHost::kill(const ConnectionLoss& how) {
   if (!server_) return;
-  for (const std::weak_ptr<Wire>& weak : wires_) {
+  for (const std::weak_ptr<SimulatedConnection>& weak : connections_) {
     const auto wire = weak.lock();
     if (!wire) continue;
     wire->on_server_killed();
-    Break one = how;
+    ConnectionLoss one = how;
     one.client_told_ns = static_cast<std::int64_t>(random_.unit() * static_cast<double>(how.client_told_ns));
     one.server_told_ns = -1;
     wire->break_now(one);
@@ -57,9 +57,9 @@ std::int64_t ServerHost::clock_ns() const {
   return lives_.empty() ? 0 : timeline_->now_ns() + lives_.back().clock_offset_ns;
 }
 
-server::PacketSink* ServerHost::open(std::shared_ptr<Wire> wire) {
-  std::erase_if(wires_, [](const auto& weak) { return weak.expired(); });
-  wires_.push_back(wire);
+server::PacketSink* ServerHost::open(std::shared_ptr<SimulatedConnection> wire) {
+  std::erase_if(connections_, [](const auto& weak) { return weak.expired(); });
+  connections_.push_back(wire);
   wire->set_life(life());
   return server_->open(std::move(wire), clock_ns());
 }
@@ -110,7 +110,7 @@ void ServerHost::note_tick() {
   for (const auto& [key, character] : server_->scheduler().rooms().characters()) {
     if (!simulation.contains(key)) continue;
     const LatticeView lattice = simulation.lattice(key);
-    Truth& truth = tick.characters[key];
+    GroundTruth& truth = tick.characters[key];
     if (before && lattice.asleep) {
       const auto last = before->characters.find(key);
       if (last != before->characters.end() && last->second.asleep) {
@@ -152,7 +152,7 @@ void ServerHost::check_bounds() {
     journal_->fault("server", "more characters than there may be");
 }
 
-const Truth* ServerHost::truth(int life, std::uint64_t tick, server::CharacterKey character) const {
+const GroundTruth* ServerHost::truth(int life, std::uint64_t tick, server::CharacterKey character) const {
   const auto& ticks = lives_.at(static_cast<std::size_t>(life)).ticks;
   if (tick >= ticks.size() || ticks[tick].ran_ns < 0) return nullptr;
   const auto found = ticks[tick].characters.find(character);

@@ -14,7 +14,7 @@
 namespace hairnet::whole {
 
 // One character at one tick, as the server's World holds it.
-struct Truth {
+struct GroundTruth {
   LevelIndex level = LevelIndex::rigid;
   bool asleep = false, stepped = false;
   Pose pose;
@@ -29,15 +29,15 @@ class ServerHost final : public Host {
   ServerHost(Timeline& timeline, Journal& journal, const server::Config& config, std::uint64_t seed);
 
   void start();
-  void kill(const Break& how);  // how its clients' connections end
-  void drain();                 // says goodbye to all; kill() it later
+  void kill(const ConnectionLoss& how);  // how its clients' connections end
+  void drain();                          // says goodbye to all; kill() it later
   void stall_tick(std::int64_t until_ns) { stalled_until_ns_ = until_ns; }
   // What the server takes its work to last, for each reading of the clock that it measures with: with much it must
   // lower levels.
   void set_work(std::int64_t reading_ns) { work_ns_ = reading_ns; }
 
   [[nodiscard]] bool is_up() const override { return server_ != nullptr; }
-  server::PacketSink* open(std::shared_ptr<Wire> wire) override;
+  server::PacketSink* open(std::shared_ptr<SimulatedConnection> wire) override;
   [[nodiscard]] std::int64_t clock_ns() const override;
   [[nodiscard]] int life() const { return static_cast<int>(lives_.size()) - 1; }
   [[nodiscard]] const server::Server* server() const { return server_.get(); }
@@ -47,14 +47,14 @@ class ServerHost final : public Host {
   [[nodiscard]] const server::Config& config() const { return config_; }
 
   // What was so in that life; null when that tick never ran or did not have the character.
-  [[nodiscard]] const Truth* truth(int life, std::uint64_t tick, server::CharacterKey character) const;
+  [[nodiscard]] const GroundTruth* truth(int life, std::uint64_t tick, server::CharacterKey character) const;
   // When a tick ran, on the timeline; negative: it was skipped.
   [[nodiscard]] std::int64_t ran_ns(int life, std::uint64_t tick) const;
 
  private:
   struct Tick {
     std::int64_t ran_ns = -1;
-    std::map<server::CharacterKey, Truth> characters;
+    std::map<server::CharacterKey, GroundTruth> characters;
   };
   struct Life {
     std::unique_ptr<server::Metrics> metrics;
@@ -73,7 +73,7 @@ class ServerHost final : public Host {
   Random random_;
   std::vector<Life> lives_;
   std::unique_ptr<server::Server> server_;
-  std::vector<std::weak_ptr<Wire>> wires_;
+  std::vector<std::weak_ptr<SimulatedConnection>> connections_;
   std::int64_t stalled_until_ns_ = 0, work_ns_ = 0;
 };
 

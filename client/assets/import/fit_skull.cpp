@@ -17,7 +17,7 @@ constexpr double kAxisRatioMax = 1.3;      // of an ellipsoid's axis to the sphe
 constexpr double kRadiusRatioMax = 1.7;    // of a sphere's radius to the usual one, and the other way round
 constexpr double kRadiusDeviation = 0.04;  // of its logarithm: how much heads differ
 constexpr double kPointError = 0.011;      // in usual radii, at the least: where on the skin a root is
-constexpr double kStripDeviation = 0.05;   // in usual radii: how far off its middle a strip may run
+constexpr double kBandDeviation = 0.05;    // in usual radii: how far off its middle a band may run
 constexpr double kIndependentPoints = 5;   // a head is no sphere: neighbours err alike, however many they are
 
 struct Sphere {
@@ -108,13 +108,13 @@ std::vector<Vec3> near(const Sphere& sphere, std::span<const Vec3> points, doubl
   return out;
 }
 
-// Points of a strip so narrow that they do not tell where the head's middle is across it.
-struct Strip {
+// Points of a band so narrow that they do not tell where the head's middle is across it.
+struct RootBand {
   Vec3 middle, across;
 };
 
 // None for a patch, whose thinnest side is that towards the middle.
-std::optional<Strip> strip_of(std::span<const Vec3> points, const Vec3& centre) {
+std::optional<RootBand> band_of(std::span<const Vec3> points, const Vec3& centre) {
   Vec3 mean = Vec3::Zero();
   for (const Vec3& x : points) mean += x / static_cast<double>(points.size());
   Mat3 covariance = Mat3::Zero();
@@ -126,7 +126,7 @@ std::optional<Strip> strip_of(std::span<const Vec3> points, const Vec3& centre) 
   double inwards = 0;
   for (const Vec3& x : points) inwards += std::abs(across.dot((x - centre).normalized()));
   if (inwards > 0.7 * static_cast<double>(points.size())) return {};
-  return Strip{mean, across};
+  return RootBand{mean, across};
 }
 
 double weight_of(double residual, double spread) {
@@ -137,7 +137,7 @@ double weight_of(double residual, double spread) {
 // The most probable sphere: Gauss-Newton on the weighted distances, for the centre and the radius's logarithm, which is
 // drawn to the usual one. `spread` is how far points usually lie off.
 void refine(Sphere& sphere, std::span<const Vec3> inliers, double spread, double usual_radius,
-            const std::optional<Strip>& strip) {
+            const std::optional<RootBand>& band) {
   Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
   Eigen::Vector4d right = Eigen::Vector4d::Zero();
   double weights = 0, squares = 0;
@@ -163,10 +163,10 @@ void refine(Sphere& sphere, std::span<const Vec3> inliers, double spread, double
   right(3) -= radius_precision * off;
   // Keeps a step that the points say nothing about small.
   normal.diagonal().head<3>().array() += 1 / (usual_radius * usual_radius);
-  if (strip) {
-    const double strip_precision = std::pow(kStripDeviation * usual_radius, -2);
-    normal.topLeftCorner<3, 3>() += strip_precision * strip->across * strip->across.transpose();
-    right.head<3>() -= strip_precision * strip->across.dot(sphere.centre - strip->middle) * strip->across;
+  if (band) {
+    const double strip_precision = std::pow(kBandDeviation * usual_radius, -2);
+    normal.topLeftCorner<3, 3>() += strip_precision * band->across * band->across.transpose();
+    right.head<3>() -= strip_precision * band->across.dot(sphere.centre - band->middle) * band->across;
   }
   const Eigen::Vector4d step = normal.ldlt().solve(right);
   if (!step.allFinite()) return;
@@ -250,10 +250,10 @@ SkullFit fit_skull_shape(std::span<const Vec3> points, double usual_radius) {
   SkullFit fit;
   fit.inliers = near(*sphere, sample, std::clamp(3 * spread, 0.2 * sphere->radius, 0.35 * sphere->radius));
   if (fit.inliers.size() < 4) return usual_skull(sample, usual_radius);
-  const std::optional<Strip> strip = strip_of(fit.inliers, sphere->centre);
-  if (strip) sphere->centre -= strip->across.dot(sphere->centre - strip->middle) * strip->across;
+  const std::optional<RootBand> band = band_of(fit.inliers, sphere->centre);
+  if (band) sphere->centre -= band->across.dot(sphere->centre - band->middle) * band->across;
   constexpr int kStepCount = 30;
-  for (int i = 0; i < kStepCount; ++i) refine(*sphere, fit.inliers, spread, usual_radius, strip);
+  for (int i = 0; i < kStepCount; ++i) refine(*sphere, fit.inliers, spread, usual_radius, band);
   fit.centre = sphere->centre;
   fit.semi_axes = Vec3::Constant(sphere->radius);
   fit.conditioning = conditioning_of(*sphere, fit.inliers);

@@ -20,7 +20,7 @@ constexpr double kFreeFace = 12;  // hair in the face tells against it, whatever
 constexpr double kFar_m = 0.03;
 constexpr double kHeadHeight_m = 0.35;  // at the most, with some of the neck
 constexpr std::uint32_t kPointsOfStrand = 8;
-constexpr std::size_t kRootsMost = 4000, kProbesMost = 160, kVerticesMost = 12'000;
+constexpr std::size_t kRootsMax = 4000, kProbesMax = 160, kVerticesMax = 12'000;
 
 // Roots, the way from each to its tip, and points between, file coordinates.
 struct Strands {
@@ -30,7 +30,7 @@ struct Strands {
 Strands strands_of(std::span<const StrandFile> files) {
   std::size_t count = 0;
   for (const StrandFile& file : files) count += file.strands.strand_count();
-  const std::size_t step = std::max<std::size_t>(1, count / kRootsMost);
+  const std::size_t step = std::max<std::size_t>(1, count / kRootsMax);
   Strands out;
   std::size_t n = 0;
   for (const StrandFile& file : files) {
@@ -68,7 +68,7 @@ double share_towards(const Strands& strands, const SkullFit& skull, const Vec3& 
 
 // Every n-th.
 std::vector<Vec3> thinned(const std::vector<Vec3>& points) {
-  const std::size_t step = std::max<std::size_t>(1, points.size() / kVerticesMost);
+  const std::size_t step = std::max<std::size_t>(1, points.size() / kVerticesMax);
   std::vector<Vec3> out;
   for (std::size_t i = 0; i < points.size(); i += step) out.push_back(points[i]);
   return out;
@@ -167,7 +167,7 @@ std::optional<PlacedTogether> guess_together(std::span<const StrandFile> files, 
   for (const Vec3f& v : mesh.vertices) vertices_m.emplace_back(of_body * v.cast<double>());
   vertices_m = thinned(slab(vertices_m, top_of(vertices_m), 0, kHeadHeight_m));
   const Strands strands = strands_of(files);
-  const std::size_t step = std::max<std::size_t>(1, strands.roots.size() / kProbesMost);
+  const std::size_t step = std::max<std::size_t>(1, strands.roots.size() / kProbesMax);
   for (std::size_t i = 0; i < strands.roots.size(); i += step) probes.push_back(strands.roots[i]);
   if (probes.empty()) return {};
   const auto misfit_m = [&](const Placement& placement) {

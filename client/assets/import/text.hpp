@@ -49,12 +49,12 @@ inline std::string_view take_line(std::string_view& text) {
 
 // Makes a word of the input safe for an error message: printable and at most 40 characters.
 inline std::string shown(std::string_view word) {
-  constexpr std::size_t kMost = 40;
-  std::string out(word.substr(0, kMost));
+  constexpr std::size_t kMax = 40;
+  std::string out(word.substr(0, kMax));
   for (char& letter : out) {
     if (letter < ' ' || letter > '~') letter = '?';
   }
-  return word.size() > kMost ? out + "..." : out;
+  return word.size() > kMax ? out + "..." : out;
 }
 
 }  // namespace hairnet

@@ -38,10 +38,10 @@ using BoneWeights = std::array<float, kBoneCount>;
 // Shares of the bones at a point of the skin. Head and neck part along a plane that slants from the nape down to the
 // throat; the shoulders fade into the trunk towards the breastbone and down the ribs.
 BoneWeights weights_at(const Vec3& p) {
-  const double head = made::smooth_step(-0.022, 0.022, p.y() + 0.44 * p.z() + 0.052);
-  const double trunk = 1 - made::smooth_step(-0.165, -0.095, p.y() + 0.25 * p.z() - 0.35 * std::abs(p.x()));
-  const double outward = made::smooth_step(0.035, 0.125, std::abs(p.x()));
-  const double upper = made::smooth_step(-0.31, -0.22, p.y() + 0.8 * std::max(0.0, std::abs(p.x()) - 0.10));
+  const double head = made::smootherstep(-0.022, 0.022, p.y() + 0.44 * p.z() + 0.052);
+  const double trunk = 1 - made::smootherstep(-0.165, -0.095, p.y() + 0.25 * p.z() - 0.35 * std::abs(p.x()));
+  const double outward = made::smootherstep(0.035, 0.125, std::abs(p.x()));
+  const double upper = made::smootherstep(-0.31, -0.22, p.y() + 0.8 * std::max(0.0, std::abs(p.x()) - 0.10));
   const double below_head = 1 - head;
   const double shoulder = below_head * trunk * outward * upper;
   const double left = p.x() > 0 ? shoulder : 0, right = p.x() > 0 ? 0 : shoulder;

@@ -8,19 +8,19 @@
 namespace hairnet::made {
 namespace {
 
-// Left and right edges of a strip about `line`, both at least as far off the skin as the hair that they stand for.
+// Left and right edges of a card about `line`, both at least as far off the skin as the hair that they stand for.
 std::vector<Vec3f> edges_about(std::span<const Vec3f> line, double width_m) {
   std::vector<Vec3f> edges;
   Vec3 side = Vec3::UnitX();
   for (std::size_t i = 0; i < line.size(); ++i) {
-    // A strip begins a little behind its root, so that roots in a row leave no gap at the parting.
+    // A card begins a little behind its root, so that roots in a row leave no gap at the parting.
     const Vec3 p = i > 0 ? line[i].cast<double>() : onto_skin((1.3f * line[0] - 0.3f * line[1]).cast<double>());
     const Vec3 along = (line[std::min(i + 1, line.size() - 1)] - line[i > 0 ? i - 1 : 0]).cast<double>().normalized();
     const Vec3 flat = along.cross(bust_normal(p));
     // Where hair stands off the skin the last direction is as good as any.
     if (flat.norm() > 0.2) side = flat.normalized();
     const double s = static_cast<double>(i) / static_cast<double>(line.size() - 1);
-    const double half = 0.5 * width_m * mix(0.7, 1, smooth_step(0, 0.25, s)) * mix(1, 0.6, smooth_step(0.6, 1, s));
+    const double half = 0.5 * width_m * mix(0.7, 1, smootherstep(0, 0.25, s)) * mix(1, 0.6, smootherstep(0.6, 1, s));
     for (const double hand : {-1.0, 1.0}) {
       const double clearance = i == 0 ? 0.001 : 0.003;
       edges.push_back(push_out(p + hand * half * side, clearance).cast<float>());
@@ -31,20 +31,20 @@ std::vector<Vec3f> edges_about(std::span<const Vec3f> line, double width_m) {
 
 }  // namespace
 
-void turn_into_strips(double width_m, Groom& groom) {
-  Groom strips;
-  strips.name = groom.name;
-  strips.group_names = groom.group_names;
-  strips.root_blends = groom.root_blends;
-  strips.body = std::move(groom.body);
+void turn_into_cards(double width_m, Groom& groom) {
+  Groom cards;
+  cards.name = groom.name;
+  cards.group_names = groom.group_names;
+  cards.root_blends = groom.root_blends;
+  cards.body = std::move(groom.body);
   for (std::size_t s = 0; s < groom.strand_count(); ++s)
-    strips.add_strip(edges_about(groom.strand_points(s), width_m), groom.strands[s]);
-  groom = std::move(strips);
+    cards.add_card(edges_about(groom.strand_points(s), width_m), groom.strands[s]);
+  groom = std::move(cards);
 }
 
-void turn_into_clusters(std::uint16_t copy_count, double radius_m, Groom& groom) {
+void turn_into_clumps(std::uint16_t copy_count, double radius_m, Groom& groom) {
   for (std::uint32_t s = 0; s < groom.strand_count(); ++s)
-    groom.clusters.push_back({s, copy_count, static_cast<float>(radius_m), static_cast<float>(0.5 * radius_m)});
+    groom.clumps.push_back({s, copy_count, static_cast<float>(radius_m), static_cast<float>(0.5 * radius_m)});
 }
 
 }  // namespace hairnet::made

@@ -7,13 +7,13 @@
 namespace hairnet::made {
 
 // 0 below `low`, 1 above `high`; first and second derivatives are continuous (Perlin's quintic).
-inline double smooth_step(double low, double high, double x) {
+inline double smootherstep(double low, double high, double x) {
   const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
   return t * t * t * (t * (t * 6 - 15) + 10);
 }
 
-// The integral of smooth_step from `low` to x: the distance covered while the speed rises from 0 to 1 between them.
-inline double smooth_way(double low, double high, double x) {
+// The integral of smootherstep from `low` to x: the distance covered while the speed rises from 0 to 1 between them.
+inline double smootherstep_integral(double low, double high, double x) {
   const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
   return (high - low) * t * t * t * t * (t * (t - 3) + 2.5) + std::max(0.0, x - high);
 }

@@ -8,13 +8,13 @@
 namespace hairnet::made {
 
 // The most common movements of people in a virtual room; the head stays upright. `t`: seconds from the motion's start.
-Gesture walk_and_stop(const Temper& temper, std::uint32_t seed, double t);
-Gesture side_step(const Temper& temper, std::uint32_t seed, double t);
-Gesture glide(const Temper& temper, std::uint32_t seed, double t);
-Gesture dash(const Temper& temper, std::uint32_t seed, double t);
-Gesture turn_on_spot(const Temper& temper, std::uint32_t seed, double t);
-Gesture lift(const Temper& temper, std::uint32_t seed, double t);
-Gesture late_nod(const Temper& temper, std::uint32_t seed, double t);
-Gesture look(const Temper& temper, std::uint32_t seed, double t);
+Gesture walk_and_stop(const MotionVariation& variation, std::uint32_t seed, double t);
+Gesture side_step(const MotionVariation& variation, std::uint32_t seed, double t);
+Gesture glide(const MotionVariation& variation, std::uint32_t seed, double t);
+Gesture dash(const MotionVariation& variation, std::uint32_t seed, double t);
+Gesture turn_on_spot(const MotionVariation& variation, std::uint32_t seed, double t);
+Gesture lift(const MotionVariation& variation, std::uint32_t seed, double t);
+Gesture late_nod(const MotionVariation& variation, std::uint32_t seed, double t);
+Gesture look(const MotionVariation& variation, std::uint32_t seed, double t);
 
 }  // namespace hairnet::made

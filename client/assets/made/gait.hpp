@@ -11,6 +11,6 @@ struct Gait {
 };
 
 // Lets head and trunk follow the steps. `amount` scales everything, from 0, standing, to 1.
-void step_along(Gesture& gesture, const Temper& temper, double t, const Gait& gait, double amount = 1);
+void add_gait(Gesture& gesture, const MotionVariation& variation, double t, const Gait& gait, double amount = 1);
 
 }  // namespace hairnet::made

@@ -55,18 +55,18 @@ Path grow(const Growth& growth) {
     const double step = std::min(growth.step_m, growth.length_m - s + 1e-6);
     const double clearance = growth.clearance(p, s);
     const double gap = bust_distance(p) - clearance;
-    const double nearness = 1 - smooth_step(0, kMargin, gap);
+    const double nearness = 1 - smootherstep(0, kMargin, gap);
     const bool near = nearness > 0;
     const Vec3 normal = near ? bust_normal(p) : Vec3(Vec3::Zero());
     const Vec3 wish = without_inward(growth.wish({p, s, normal, nearness}), normal, nearness);
     direction += turn * (wish.normalized() - direction);
     if (near) {
-      direction = without_inward(direction, normal, 1 - smooth_step(0, 0.3 * kMargin, gap));
+      direction = without_inward(direction, normal, 1 - smootherstep(0, 0.3 * kMargin, gap));
     }
     direction.normalize();
     Vec3 next = p + step * direction;
     if (growth.spares_face) {
-      const double into = -face_distance(next) * smooth_step(0.0, 0.05, s);
+      const double into = -face_distance(next) * smootherstep(0.0, 0.05, s);
       if (into > 0) {
         next += std::min(into, 0.6 * step) * face_normal(next);
       }
@@ -131,7 +131,7 @@ Path curled(const Path& path, const Curl& curl) {
     side = (side - side.dot(along) * along).normalized();  // carried along without twist
     s += (path[i] - path[i - 1]).norm();
     const double angle = curl.phase + curl.hand * 2 * std::numbers::pi * s / curl.wavelength_m;
-    const double radius = curl.radius_m * smooth_step(-0.2 * curl.onset_m, curl.onset_m, s);
+    const double radius = curl.radius_m * smootherstep(-0.2 * curl.onset_m, curl.onset_m, s);
     out.push_back(path[i] +
                   radius * (std::cos(angle) * side + (1 - curl.flatness) * std::sin(angle) * along.cross(side)));
   }

@@ -11,7 +11,7 @@ namespace hairnet::made {
 using Path = std::vector<Vec3>;
 
 // The tip of a strand while it grows.
-struct Here {
+struct GrowthPoint {
   Vec3 p;           // head space, m
   double s;         // arc length from the start, m
   Vec3 normal;      // of the skin under it; zero away from the skin
@@ -26,7 +26,7 @@ struct Growth {
   double bend_m = 0.02;  // arc length over which it turns to where it wants to go: the hair's stiffness
   double step_m = 0.005;
   // The preferred direction at a point; not normalised, gravity included.
-  std::function<Vec3(const Here&)> wish;
+  std::function<Vec3(const GrowthPoint&)> wish;
   // How far it keeps off the skin there.
   std::function<double(const Vec3& p, double s)> clearance;
   bool spares_face = true;                            // goes round the face instead of across it

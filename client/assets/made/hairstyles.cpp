@@ -108,17 +108,17 @@ void dress_veiled(const StyleOptions& options, Groom& groom) {
 
 void dress_locks(const StyleOptions& options, Groom& groom) {
   dress_wavy(options, groom);
-  made::turn_into_clusters(6, 0.0045, groom);
+  made::turn_into_clumps(6, 0.0045, groom);
   RootLengths lengths;
   lengths.spread = 0.3f;
   lengths.seed = static_cast<std::uint32_t>(options.seed);
   set_root_lengths(lengths, kEveryGroup, groom);
 }
 
-void dress_strips(const StyleOptions& options, Groom& groom) {
+void dress_cards(const StyleOptions& options, Groom& groom) {
   dress_long_straight(options, groom);
   // As wide together as the scalp is round, twice over.
-  made::turn_into_strips(std::clamp(0.6 / std::sqrt(static_cast<double>(options.strand_count)), 0.004, 0.03), groom);
+  made::turn_into_cards(std::clamp(0.6 / std::sqrt(static_cast<double>(options.strand_count)), 0.004, 0.03), groom);
 }
 
 void dress_short(const StyleOptions& options, Groom& groom) {
@@ -170,7 +170,7 @@ constexpr std::array<Style, 11> kStyles{{
      made::dress_plait},
     {{"veiled", "long and sleek under a veil that is pinned across the crown"}, 0.52, 0, 10'000, dress_veiled},
     {{"locks", "waves of few strands, each drawn as a lock that follows it"}, 0.40, 0.25, 1'600, dress_locks},
-    {{"strips", "long and sleek, in ribbons of textured hair"}, 0.52, 0, 1'000, dress_strips},
+    {{"strips", "long and sleek, in ribbons of textured hair"}, 0.52, 0, 1'000, dress_cards},
 }};
 constexpr auto kStyleNames = [] {
   std::array<MadeName, kStyles.size()> names;

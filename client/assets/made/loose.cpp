@@ -41,7 +41,7 @@ class Dresser {
   void find_cut_height() {
     const Vec3 p = skin_along(Vec3(0.42, 0.88, -0.2).normalized());
     const Root root{p, bust_normal(p), std::atan2(p.x(), p.z()), 1.0};
-    cut_height_m_ = grow(flow_of(recipe_, root, {.length_m = options_.length_m, .layer = 0.7})).back().y();
+    cut_height_m_ = grow(growth_of(recipe_, root, {.length_m = options_.length_m, .layer = 0.7})).back().y();
   }
 
   // Before thinning and cutting.
@@ -49,7 +49,7 @@ class Dresser {
     if (fringe) {
       return std::min(recipe_.fringe.length_m, options_.length_m);
     }
-    return options_.length_m * mix(recipe_.side_length, 1, smooth_step(0.1, 0.75, root.height));
+    return options_.length_m * mix(recipe_.side_length, 1, smootherstep(0.1, 0.75, root.height));
   }
 
   [[nodiscard]] Vec3 stray(double amount) {
@@ -67,11 +67,11 @@ class Dresser {
       lock.comb = recipe_.comb(root.point, root);
       lock.curl = make_curl(options_.curl, random_);
       lock.shortening = 1 - 0.35 * recipe_.thinning * random_.unit();
-      lock.path = grow(flow_of(recipe_, root,
-                               {.length_m = 1.1 * full_length_m(root, lock.fringe),
-                                .layer = random_.unit(),
-                                .stray = stray(0.6 * recipe_.flyaway),
-                                .fringe = lock.fringe}));
+      lock.path = grow(growth_of(recipe_, root,
+                                 {.length_m = 1.1 * full_length_m(root, lock.fringe),
+                                  .layer = random_.unit(),
+                                  .stray = stray(0.6 * recipe_.flyaway),
+                                  .fringe = lock.fringe}));
       locks_.push_back(std::move(lock));
     }
   }
@@ -98,11 +98,11 @@ class Dresser {
     const Lock& lock = lock_of(root, fringe);
     const double chance = random_.unit();
     const double thinned = lock.shortening * (1 - recipe_.thinning * chance * chance * chance);
-    Path path = grow(flow_of(recipe_, root,
-                             {.length_m = thinned * full_length_m(root, fringe),
-                              .layer = random_.unit(),
-                              .stray = stray(recipe_.flyaway),
-                              .fringe = fringe}));
+    Path path = grow(growth_of(recipe_, root,
+                               {.length_m = thinned * full_length_m(root, fringe),
+                                .layer = random_.unit(),
+                                .stray = stray(recipe_.flyaway),
+                                .fringe = fringe}));
     gather(path, lock, root);
     if (!fringe) {
       cut(path, root, thinned);
@@ -124,7 +124,7 @@ class Dresser {
     for (std::size_t i = 1; i < path.size(); ++i) {
       s += (path[i] - before).norm();
       before = path[i];
-      const double pull = clumping * smooth_step(0.0, recipe_.gathered_at, s / std::max(along.length(), 1e-6));
+      const double pull = clumping * smootherstep(0.0, recipe_.gathered_at, s / std::max(along.length(), 1e-6));
       // Beyond the lock's end the strand goes on beside it.
       if (s <= along.length()) {
         shift = pull * (along.at(s) + 0.2 * apart - path[i]);

@@ -15,11 +15,11 @@
 namespace hairnet {
 namespace {
 
+using made::add_gait;
 using made::bump;
 using made::Gesture;
-using made::smooth_step;
-using made::step_along;
-using made::Temper;
+using made::MotionVariation;
+using made::smootherstep;
 using made::wave;
 
 constexpr double kEaseIn_s = 0.5;
@@ -37,73 +37,73 @@ struct Glances {
   [[nodiscard]] Vec3 at(double t) const {
     const auto glance = static_cast<std::size_t>(t / kHold_s);
     const Vec3 &from = targets[glance % targets.size()], &to = targets[(glance + 1) % targets.size()];
-    return from + smooth_step(kHold_s - kTurn_s, kHold_s, t - static_cast<double>(glance) * kHold_s) * (to - from);
+    return from + smootherstep(kHold_s - kTurn_s, kHold_s, t - static_cast<double>(glance) * kHold_s) * (to - from);
   }
   std::array<Vec3, 61> targets;  // yaw, pitch, roll
 };
 
-Gesture still(const Temper&, std::uint32_t, double) {
+Gesture still(const MotionVariation&, std::uint32_t, double) {
   return {};
 }
 
-Gesture nod(const Temper& temper, std::uint32_t, double t) {
-  return {.head_pitch = temper.size * 0.45 * wave(1.1 * temper.pace, t)};
+Gesture nod(const MotionVariation& variation, std::uint32_t, double t) {
+  return {.head_pitch = variation.size * 0.45 * wave(1.1 * variation.tempo, t)};
 }
 
-Gesture shake(const Temper& temper, std::uint32_t, double t) {
-  const double yaw = temper.size * wave(1.25 * temper.pace, t);
-  return {.trunk_yaw = 0.08 * yaw, .head_yaw = 0.8 * yaw, .head_roll = 0.06 * wave(2.5 * temper.pace, t)};
+Gesture shake(const MotionVariation& variation, std::uint32_t, double t) {
+  const double yaw = variation.size * wave(1.25 * variation.tempo, t);
+  return {.trunk_yaw = 0.08 * yaw, .head_yaw = 0.8 * yaw, .head_roll = 0.06 * wave(2.5 * variation.tempo, t)};
 }
 
-Gesture look_around(const Temper&, std::uint32_t seed, double t) {
+Gesture look_around(const MotionVariation&, std::uint32_t seed, double t) {
   const Vec3 gaze = Glances(seed).at(t);
   return {.trunk_yaw = 0.25 * gaze[0], .head_yaw = 0.75 * gaze[0], .head_pitch = gaze[1], .head_roll = gaze[2]};
 }
 
-Gesture walk(const Temper& temper, std::uint32_t, double t) {
+Gesture walk(const MotionVariation& variation, std::uint32_t, double t) {
   Gesture g;
-  step_along(g, temper, t, {1.9 * temper.pace, 0.045 * temper.size, 0.02});
-  g.speed_m_per_s = 1.35 * temper.pace;
+  add_gait(g, variation, t, {1.9 * variation.tempo, 0.045 * variation.size, 0.02});
+  g.speed_m_per_s = 1.35 * variation.tempo;
   return g;
 }
 
-Gesture run(const Temper& temper, std::uint32_t, double t) {
+Gesture run(const MotionVariation& variation, std::uint32_t, double t) {
   Gesture g;
-  step_along(g, temper, t, {2.7 * temper.pace, 0.11 * temper.size, 0.025});
+  add_gait(g, variation, t, {2.7 * variation.tempo, 0.11 * variation.size, 0.025});
   g.trunk_pitch = 0.16;
   g.head_pitch -= 0.10;
-  g.speed_m_per_s = 3.4 * temper.pace;
+  g.speed_m_per_s = 3.4 * variation.tempo;
   return g;
 }
 
-Gesture jump(const Temper& temper, std::uint32_t, double t) {
-  const double cycle = t * temper.pace / 1.3;
+Gesture jump(const MotionVariation& variation, std::uint32_t, double t) {
+  const double cycle = t * variation.tempo / 1.3;
   const double x = cycle - std::floor(cycle);
   const double crouch = bump((x - 0.24) / 0.42) + 0.8 * bump((x - 0.82) / 0.34);
   const double flight = bump((x - 0.55) / 0.5);
   Gesture g;
-  g.lift_m = temper.size * (0.42 * flight - 0.16 * crouch);
+  g.lift_m = variation.size * (0.42 * flight - 0.16 * crouch);
   g.trunk_pitch = 0.30 * crouch;
   g.head_pitch = -0.18 * crouch + 0.08 * flight;
   g.left_shoulder = g.right_shoulder = -0.25 * flight;
   return g;
 }
 
-Gesture dance(const Temper& temper, std::uint32_t, double t) {
-  const double beat = t * temper.pace * 2;  // 120 beats a minute
+Gesture dance(const MotionVariation& variation, std::uint32_t, double t) {
+  const double beat = t * variation.tempo * 2;  // 120 beats a minute
   const auto bar = std::floor(beat / 4);
   // Half a turn to the one side and back, every other bar.
   const bool away = static_cast<long>(bar) % 2 == 0;
-  const double turn = smooth_step(1.0, 2.6, beat - 4 * bar);
+  const double turn = smootherstep(1.0, 2.6, beat - 4 * bar);
   Gesture g;
-  g.trunk_yaw = 2.4 * (away ? turn : 1 - turn) + 0.15 * wave(0.5, beat, temper.phase);
-  g.trunk_roll = temper.size * 0.14 * wave(0.25, beat, temper.phase);
+  g.trunk_yaw = 2.4 * (away ? turn : 1 - turn) + 0.15 * wave(0.5, beat, variation.phase);
+  g.trunk_roll = variation.size * 0.14 * wave(0.25, beat, variation.phase);
   g.trunk_pitch = 0.08 * wave(0.5, beat);
-  g.head_yaw = temper.size * 0.45 * wave(0.5, beat, temper.phase + 0.2);
-  g.head_roll = temper.size * 0.28 * wave(0.25, beat, temper.phase + 0.1);
-  g.head_pitch = temper.size * 0.20 * wave(1, beat);
+  g.head_yaw = variation.size * 0.45 * wave(0.5, beat, variation.phase + 0.2);
+  g.head_roll = variation.size * 0.28 * wave(0.25, beat, variation.phase + 0.1);
+  g.head_pitch = variation.size * 0.20 * wave(1, beat);
   g.lift_m = 0.07 * (wave(1, beat) - 1) / 2;
-  g.sway_m = 0.16 * wave(0.25, beat, temper.phase);
+  g.sway_m = 0.16 * wave(0.25, beat, variation.phase);
   g.left_shoulder = 0.2 * wave(1, beat);
   g.right_shoulder = 0.2 * wave(1, beat, 0.5);
   return g;
@@ -111,29 +111,29 @@ Gesture dance(const Temper& temper, std::uint32_t, double t) {
 
 // Into a posture within a second and a half, held, and back.
 double posture(double t) {
-  return smooth_step(0.4, 1.9, t) * (1 - smooth_step(4.6, 6.1, t));
+  return smootherstep(0.4, 1.9, t) * (1 - smootherstep(4.6, 6.1, t));
 }
 
-Gesture lean(const Temper&, std::uint32_t, double t) {
+Gesture lean(const MotionVariation&, std::uint32_t, double t) {
   return {.trunk_roll = 1.2 * posture(t)};
 }
 
-Gesture lie_down(const Temper&, std::uint32_t, double t) {
+Gesture lie_down(const MotionVariation&, std::uint32_t, double t) {
   return {.lift_m = -0.6 * posture(t), .trunk_pitch = -0.5 * std::numbers::pi * posture(t)};
 }
 
-Gesture upside_down(const Temper&, std::uint32_t, double t) {
+Gesture upside_down(const MotionVariation&, std::uint32_t, double t) {
   return {.lift_m = -0.3 * posture(t), .trunk_pitch = 2.9 * posture(t)};
 }
 
-Gesture shrug(const Temper& temper, std::uint32_t, double t) {
-  const double up = 0.35 * temper.size * (1 - wave(0.6 * temper.pace, t, 0.25)) / 2;
-  return {.head_yaw = 0.9 * wave(0.3 * temper.pace, t), .shoulders_up = up};
+Gesture shrug(const MotionVariation& variation, std::uint32_t, double t) {
+  const double up = 0.35 * variation.size * (1 - wave(0.6 * variation.tempo, t, 0.25)) / 2;
+  return {.head_yaw = 0.9 * wave(0.3 * variation.tempo, t), .shoulders_up = up};
 }
 
 // Every 1.5 s somewhere else, facing another way.
-Gesture teleport(const Temper& temper, std::uint32_t seed, double t) {
-  Gesture g = look_around(temper, seed, t);
+Gesture teleport(const MotionVariation& variation, std::uint32_t seed, double t) {
+  Gesture g = look_around(variation, seed, t);
   const auto place = static_cast<std::uint32_t>(t / 1.5);
   Random random(seed, 100 + place);
   if (place > 0) {
@@ -147,7 +147,7 @@ Gesture teleport(const Temper& temper, std::uint32_t seed, double t) {
 struct Recipe {
   MadeName name;
   double duration_s;
-  Gesture (*gesture)(const Temper&, std::uint32_t seed, double t);
+  Gesture (*gesture)(const MotionVariation&, std::uint32_t seed, double t);
 };
 
 constexpr std::array<Recipe, 21> kRecipes{{
@@ -204,14 +204,15 @@ Result<Motion> make_motion(std::string_view name, const MotionOptions& options) 
 
   const double duration_s = options.duration_s > 0 ? options.duration_s : recipe->duration_s;
   const auto pose_count = static_cast<std::size_t>(std::lround(duration_s * options.rate_hz)) + 1;
-  const Temper temper(options.seed);
+  const MotionVariation variation(options.seed);
   Motion motion{std::string(name), options.rate_hz, {}, {}};
   double travelled_m = 0;
   std::uint32_t place = 0;
   for (std::size_t i = 0; i < pose_count; ++i) {
     const double t = static_cast<double>(i) / options.rate_hz;
-    const double ease = smooth_step(0, kEaseIn_s, t) * (1 - smooth_step(duration_s - kEaseOut_s, duration_s - 0.1, t));
-    Gesture gesture = recipe->gesture(temper, options.seed, t);
+    const double ease =
+        smootherstep(0, kEaseIn_s, t) * (1 - smootherstep(duration_s - kEaseOut_s, duration_s - 0.1, t));
+    Gesture gesture = recipe->gesture(variation, options.seed, t);
     travelled_m += ease * gesture.speed_m_per_s / options.rate_hz;
     motion.poses.push_back(made::pose_of(gesture, ease, travelled_m));
     motion.teleports.push_back(gesture.place_index != place);

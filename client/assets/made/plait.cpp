@@ -28,8 +28,10 @@ Path make_core(const Tie& tie, double length_m) {
   growth.length_m = length_m;
   growth.bend_m = 0.03;
   growth.spares_face = false;
-  growth.wish = [&](const Here& at) { return Vec3(Vec3(-6 * at.p.x(), -1, 0) + tie.axis * std::exp(-at.s / 0.02)); };
-  growth.clearance = [](const Vec3&, double s) { return mix(0.012, 0.026, smooth_step(0, 0.08, s)); };
+  growth.wish = [&](const GrowthPoint& at) {
+    return Vec3(Vec3(-6 * at.p.x(), -1, 0) + tie.axis * std::exp(-at.s / 0.02));
+  };
+  growth.clearance = [](const Vec3&, double s) { return mix(0.012, 0.026, smootherstep(0, 0.08, s)); };
   return grow(growth);
 }
 
@@ -41,7 +43,7 @@ class Plait {
   [[nodiscard]] double tied_at() const { return std::max(length_m_ - 0.075, 0.7 * length_m_); }
   // How thick the plait is there, relative to its full.
   [[nodiscard]] double fullness(double s) const {
-    return mix(0.75, 1, smooth_step(0, 0.04, s)) * mix(1, 0.55, smooth_step(0.1, tied_at(), s));
+    return mix(0.75, 1, smootherstep(0, 0.04, s)) * mix(1, 0.55, smootherstep(0.1, tied_at(), s));
   }
 
   // The middle of a lock `s` metres down, and what is beside and behind the plait there. Each lock swings from side to
@@ -51,7 +53,7 @@ class Plait {
   };
   [[nodiscard]] Place lock(int lock, double s) const {
     const Place core = place(s);
-    const double held = smooth_step(0, 0.03, s) * (1 - 0.75 * smooth_step(tied_at() - 0.03, tied_at(), s));
+    const double held = smootherstep(0, 0.03, s) * (1 - 0.75 * smootherstep(tied_at() - 0.03, tied_at(), s));
     const double phase = kTurn * (s / kPeriod + static_cast<double>(lock) / kLocks);
     const double wide = 0.0125 * fullness(s) * held, deep = 0.0072 * fullness(s) * held;
     return {core.middle + wide * std::sin(phase) * core.side + deep * std::sin(2 * phase) * core.back, core.side,
@@ -76,10 +78,10 @@ void append_plaited(const Plait& plait, int lock, double length_m, Random& rando
   const double turn = 0.6 * random.symmetric();
   for (double s = 0.004; s < length_m; s += 0.004) {
     const Plait::Place at = plait.lock(lock, s);
-    const double tuft = smooth_step(plait.tied_at() - 0.004, plait.tied_at() + 0.03, s);
+    const double tuft = smootherstep(plait.tied_at() - 0.004, plait.tied_at() + 0.03, s);
     const double in_lock =
-        0.0088 * plait.fullness(s) * mix(1, 0.75, smooth_step(plait.tied_at() - 0.03, plait.tied_at(), s));
-    const double radius = ring * (in_lock + 0.003 * tuft) * smooth_step(-0.01, 0.02, s);
+        0.0088 * plait.fullness(s) * mix(1, 0.75, smootherstep(plait.tied_at() - 0.03, plait.tied_at(), s));
+    const double radius = ring * (in_lock + 0.003 * tuft) * smootherstep(-0.01, 0.02, s);
     const double round = angle + turn * s / kPeriod;
     path.push_back(at.middle + radius * (std::cos(round) * at.side + std::sin(round) * at.back));
   }

@@ -30,14 +30,14 @@ Path tail(double length_m, Random& random) {
   growth.bend_m = 0.042;
   growth.spares_face = false;
   const double spread = 0.038 * ring;
-  growth.wish = [=](const Here& at) {
-    const double gathered = smooth_step(0, 0.10, at.s) * (1 - 0.75 * smooth_step(0.4 * length_m, length_m, at.s));
+  growth.wish = [=](const GrowthPoint& at) {
+    const double gathered = smootherstep(0, 0.10, at.s) * (1 - 0.75 * smootherstep(0.4 * length_m, length_m, at.s));
     // Gathers sideways only: forwards and backwards the fall decides.
     const double in = 6 * (spread * radial.x() * gathered - at.p.x());
     return Vec3(Vec3(in, -1, 0) + stray + 0.8 * kBand.axis * std::exp(-at.s / 0.018));
   };
   const double lift = 0.004 + 0.035 * (0.5 + 0.5 * ring * std::cos(angle));
-  growth.clearance = [lift](const Vec3&, double s) { return lift * smooth_step(0.0, 0.1, s); };
+  growth.clearance = [lift](const Vec3&, double s) { return lift * smootherstep(0.0, 0.1, s); };
   return grow(growth);
 }
 

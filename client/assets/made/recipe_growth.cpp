@@ -11,7 +11,7 @@ namespace {
 
 // Hair goes to the chest or to the back before it meets a shoulder, and keeps together.
 Vec3 parted_by_shoulders(const LooseRecipe& recipe, const Root& root, const Vec3& p) {
-  const double beside = 1 - smooth_step(-0.12, 0.04, p.y());
+  const double beside = 1 - smootherstep(-0.12, 0.04, p.y());
   if (beside <= 0) {
     return Vec3::Zero();
   }
@@ -26,7 +26,7 @@ Vec3 along_skin(const Vec3& v, const Vec3& normal) {
   return v - v.dot(normal) * normal;
 }
 
-Vec3 wish(const LooseRecipe& recipe, const Root& root, const Temperament& temperament, const Here& at) {
+Vec3 wish(const LooseRecipe& recipe, const Root& root, const StrandVariation& variation, const GrowthPoint& at) {
   const double reach = at.s / recipe.comb_reach_m;
   const double held = at.nearness * std::exp(-reach * reach);
   Vec3 sum(0, -mix(1, recipe.fall, held), 0);
@@ -35,16 +35,16 @@ Vec3 wish(const LooseRecipe& recipe, const Root& root, const Temperament& temper
   }
   sum += parted_by_shoulders(recipe, root, at.p);
   if (recipe.tuck > 0) {
-    const double tip = smooth_step(temperament.length_m - 0.075, temperament.length_m, at.s);
+    const double tip = smootherstep(variation.length_m - 0.075, variation.length_m, at.s);
     sum += recipe.tuck * tip * (Vec3(0, at.p.y(), -0.02) - at.p).normalized();
   }
-  return sum + temperament.stray * (1 - 0.5 * held);
+  return sum + variation.stray * (1 - 0.5 * held);
 }
 
-Vec3 fringe_wish(const LooseRecipe& recipe, const Root& root, const Temperament& temperament, const Here& at) {
+Vec3 fringe_wish(const LooseRecipe& recipe, const Root& root, const StrandVariation& variation, const GrowthPoint& at) {
   const double held = at.nearness * std::exp(-at.s / 0.05);
   const Vec3 ahead = recipe.comb(at.p, root) * 0.5 + Vec3(recipe.fringe.sweep, 0, 0.5);
-  return held * along_skin(ahead, at.normal) + Vec3(0.25 * recipe.fringe.sweep, -1, 0) + temperament.stray;
+  return held * along_skin(ahead, at.normal) + Vec3(0.25 * recipe.fringe.sweep, -1, 0) + variation.stray;
 }
 
 // 0 in the middle of the fringe, 1 at its ends.
@@ -75,32 +75,32 @@ bool in_fringe(const LooseRecipe& recipe, const Root& root) {
   return above_hairline(root.point) < fringe.depth_m * (1 - fringe.wedge * share * share);
 }
 
-Growth flow_of(const LooseRecipe& recipe, const Root& root, const Temperament& temperament) {
+Growth growth_of(const LooseRecipe& recipe, const Root& root, const StrandVariation& variation) {
   Growth growth;
   growth.start = root.point;
-  growth.length_m = temperament.length_m;
-  growth.step_m = std::clamp(temperament.length_m / 24, 0.0015, 0.005);
-  growth.bend_m = temperament.fringe ? 0.6 * recipe.bend_m : recipe.bend_m;
-  growth.spares_face = !temperament.fringe;
-  growth.wish = [&recipe, root, temperament](const Here& at) {
-    return temperament.fringe ? fringe_wish(recipe, root, temperament, at) : wish(recipe, root, temperament, at);
+  growth.length_m = variation.length_m;
+  growth.step_m = std::clamp(variation.length_m / 24, 0.0015, 0.005);
+  growth.bend_m = variation.fringe ? 0.6 * recipe.bend_m : recipe.bend_m;
+  growth.spares_face = !variation.fringe;
+  growth.wish = [&recipe, root, variation](const GrowthPoint& at) {
+    return variation.fringe ? fringe_wish(recipe, root, variation, at) : wish(recipe, root, variation, at);
   };
   const Vec3 flat = along_skin(growth.wish({root.point, 0, root.normal, 1}), root.normal).normalized();
-  growth.direction = recipe.rise * root.normal + flat + temperament.stray;
+  growth.direction = recipe.rise * root.normal + flat + variation.stray;
 
   // Who is rooted higher lies farther out, as it must pass over the others.
-  const double height = mix(0.15, 1, smooth_step(-0.1, 0.95, root.height));
+  const double height = mix(0.15, 1, smootherstep(-0.1, 0.95, root.height));
   const double edge = fringe_edge(recipe.fringe, root);
-  const double flatter = temperament.fringe ? mix(0.6, 1, edge * edge) : 1;  // where it meets the rest, as the rest
-  const double on_head = flatter * recipe.lift_m * height * mix(0.35, 1, temperament.layer);
-  const double on_body = 0.003 + 0.55 * recipe.lift_m * temperament.layer;
+  const double flatter = variation.fringe ? mix(0.6, 1, edge * edge) : 1;  // where it meets the rest, as the rest
+  const double on_head = flatter * recipe.lift_m * height * mix(0.35, 1, variation.layer);
+  const double on_body = 0.003 + 0.55 * recipe.lift_m * variation.layer;
   growth.clearance = [rise_m = recipe.lift_rise_m, on_head, on_body](const Vec3& p, double s) {
     const double rising = 1 - std::exp(-s / rise_m);
-    return std::min(0.8 * s, rising * mix(on_body, on_head, smooth_step(-0.10, -0.01, p.y())));
+    return std::min(0.8 * s, rising * mix(on_body, on_head, smootherstep(-0.10, -0.01, p.y())));
   };
-  if (temperament.fringe) {
+  if (variation.fringe) {
     const double longer = recipe.fringe.sweep == 0 ? 0.022 * edge * edge * edge * edge : 0;  // rounded at its ends
-    const double tip_m = recipe.fringe.tip_height_m - longer + 0.006 * (temperament.layer - 0.5);
+    const double tip_m = recipe.fringe.tip_height_m - longer + 0.006 * (variation.layer - 0.5);
     growth.done = [tip_m](const Vec3& p, double) { return p.y() < tip_m; };
   }
   return growth;

@@ -6,7 +6,7 @@
 namespace hairnet::made {
 
 // The random differences between one strand and its neighbours.
-struct Temperament {
+struct StrandVariation {
   double length_m = 0;
   double layer = 0.5;         // 0 nearest to the skin … 1 outermost
   Vec3 stray = Vec3::Zero();  // added to where it wants to go
@@ -14,7 +14,7 @@ struct Temperament {
 };
 
 // How a strand from `root` grows under the recipe, which must outlive the result.
-Growth flow_of(const LooseRecipe& recipe, const Root& root, const Temperament& temperament);
+Growth growth_of(const LooseRecipe& recipe, const Root& root, const StrandVariation& variation);
 
 // Before the shoulders rather than behind them.
 bool falls_to_chest(const LooseRecipe& recipe, const Root& root);

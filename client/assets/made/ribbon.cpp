@@ -64,7 +64,7 @@ std::vector<std::uint32_t> add_bow(Groom& groom, const Vec3& centre, const Vec3&
     constexpr int kDown = 13;
     const auto end = [&](int column, int row) {
       const double s = kEndLength * row / (kDown - 1.0) * (side > 0 ? 1 : 0.86);
-      const double width = kRibbonWidth * mix(0.5, 1, smooth_step(0, 0.03, s)) * (column - 1) * 0.5;
+      const double width = kRibbonWidth * mix(0.5, 1, smootherstep(0, 0.03, s)) * (column - 1) * 0.5;
       const Vec3 line = centre + side * (0.036 * (1 - std::exp(-s / 0.025)) + 0.06 * s) * right +
                         (0.012 * (1 - std::exp(-s / 0.02)) + 0.003 * std::sin(s / 0.018)) * out;
       return Vec3(line - Vec3(0, s, 0) + width * right);

@@ -35,7 +35,7 @@ double hairline_height(double azimuth) {
     ++i;
   }
   const HairlineMark &a = kHairline[i - 1], &b = kHairline[i];
-  return mix(a.height_m, b.height_m, smooth_step(a.azimuth_deg, b.azimuth_deg, degrees));
+  return mix(a.height_m, b.height_m, smootherstep(a.azimuth_deg, b.azimuth_deg, degrees));
 }
 
 double azimuth_of(const Vec3& p) {

@@ -46,7 +46,7 @@ void add_path(Groom& groom, const Path& path, const StrandFinish& finish) {
 Curl make_curl(double amount, Random& random) {
   Curl curl;
   curl.wavelength_m = wavelength(amount) * random.between(0.85, 1.2);
-  curl.radius_m = 0.0120 * smooth_step(0, 0.45, amount) * mix(1, 0.75, amount) * random.between(0.75, 1.2);
+  curl.radius_m = 0.0120 * smootherstep(0, 0.45, amount) * mix(1, 0.75, amount) * random.between(0.75, 1.2);
   curl.onset_m = mix(0.16, 0.06, amount);
   curl.phase = 2 * std::numbers::pi * random.unit();
   curl.hand = random.unit() < 0.5 ? -1 : 1;
@@ -54,12 +54,12 @@ Curl make_curl(double amount, Random& random) {
   return curl;
 }
 
-int curl_points(double amount, double length_m, int points_least) {
+int curl_points(double amount, double length_m, int point_count_min) {
   if (amount <= 0) {
-    return points_least;
+    return point_count_min;
   }
   const double turns = length_m / wavelength(amount);
-  return std::clamp(static_cast<int>(std::lround(5 * turns)), points_least, 56);
+  return std::clamp(static_cast<int>(std::lround(5 * turns)), point_count_min, 56);
 }
 
 }  // namespace hairnet::made

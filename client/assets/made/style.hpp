@@ -34,6 +34,6 @@ void add_path(Groom& groom, const Path& path, const StrandFinish& finish);
 // A curl of the looks `amount` asks for, 0 straight … 1 tight. Phase, size and hand vary by `random`.
 Curl make_curl(double amount, Random& random);
 // Points that a strand of that length needs to show its curls.
-int curl_points(double amount, double length_m, int points_least);
+int curl_points(double amount, double length_m, int point_count_min);
 
 }  // namespace hairnet::made

@@ -20,7 +20,7 @@ Path pulled(const Root& root, const Tie& tie, Random& random) {
   const double angle = std::atan2(across.dot(Vec3::UnitX()), across.dot(tie.down())) + 0.12 * random.symmetric();
   const Vec3 goal = tie.on_ring(angle, tie.radius_m * std::sqrt(random.between(0.25, 1.0)));
   const double far = (root.point - goal).norm();
-  const double lift = random.between(0.0015, 0.0065) * smooth_step(0.0, 0.1, far) + 0.0015;
+  const double lift = random.between(0.0015, 0.0065) * smootherstep(0.0, 0.1, far) + 0.0015;
   const Vec3 stray = 0.05 * Vec3(random.symmetric(), random.symmetric(), random.symmetric());
   Growth growth;
   growth.start = root.point;
@@ -28,7 +28,7 @@ Path pulled(const Root& root, const Tie& tie, Random& random) {
   growth.step_m = 0.004;
   growth.bend_m = 0.008;
   growth.spares_face = false;
-  growth.wish = [goal, stray](const Here& at) {
+  growth.wish = [goal, stray](const GrowthPoint& at) {
     const Vec3 to = goal - at.p;
     return Vec3(to.normalized() + stray * std::exp(-at.s / 0.05));
   };

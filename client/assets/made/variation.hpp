@@ -7,14 +7,14 @@
 namespace hairnet::made {
 
 // The random differences between seeds: a phase, and how large and how fast the person's movements are.
-struct Temper {
-  explicit Temper(std::uint32_t seed) {
+struct MotionVariation {
+  explicit MotionVariation(std::uint32_t seed) {
     Random random(seed, 7);
     phase = random.unit();
     size = random.between(0.9, 1.1);
-    pace = random.between(0.93, 1.07);
+    tempo = random.between(0.93, 1.07);
   }
-  double phase, size, pace;
+  double phase, size, tempo;
 };
 
 }  // namespace hairnet::made

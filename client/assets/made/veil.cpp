@@ -26,12 +26,12 @@ Path column_path(double across, double length_m) {
   growth.bend_m = 0.03;
   growth.step_m = 0.004;
   growth.spares_face = false;
-  growth.wish = [=](const Here& at) {
+  growth.wish = [=](const GrowthPoint& at) {
     const double back = 1.1 * std::exp(-at.s / 0.09);
     return Vec3(0.10 * across + 0.12 * std::sin(angle) * std::exp(-at.s / 0.2), -1, -back - 0.06);
   };
   growth.clearance = [=](const Vec3&, double s) {
-    return mix(0.021, kHairThickness, smooth_step(0, 0.08, s)) + 0.007 * (1 + fold) * smooth_step(0.03, 0.25, s);
+    return mix(0.021, kHairThickness, smootherstep(0, 0.08, s)) + 0.007 * (1 + fold) * smootherstep(0.03, 0.25, s);
   };
   return grow(growth);
 }

@@ -13,7 +13,7 @@ extern "C" void on_stop(int) {
 
 }  // namespace
 
-void heed_stop_signals() {
+void install_stop_signal_handlers() {
   struct sigaction action {};
   action.sa_handler = on_stop;
   action.sa_flags = SA_RESETHAND | SA_RESTART;
@@ -22,7 +22,7 @@ void heed_stop_signals() {
   sigaction(SIGTERM, &action, nullptr);
 }
 
-bool asked_to_stop() {
+bool stop_requested() {
   return g_asked != 0;
 }
 

@@ -2,10 +2,10 @@
 
 namespace hairnet::viewer {
 
-// Installs handlers: the first SIGINT or SIGTERM only requests a stop (see asked_to_stop), the second one ends the
+// Installs handlers: the first SIGINT or SIGTERM only requests a stop (see stop_requested), the second one ends the
 // program at once.
-void heed_stop_signals();
+void install_stop_signal_handlers();
 // Whether one came.
-[[nodiscard]] bool asked_to_stop();
+[[nodiscard]] bool stop_requested();
 
 }  // namespace hairnet::viewer

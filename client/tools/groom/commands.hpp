@@ -29,7 +29,7 @@ struct ImportOptions {
   std::optional<double> root_length_m;  // whatever the material says
   double root_spread = 0;               // of each strand's own root length, a share
   MaterialOptions materials;
-  std::optional<std::size_t> strip_count;  // for drawing far away; none: as many as the hair deserves
+  std::optional<std::size_t> card_count;  // for drawing far away; none: as many as the hair deserves
   std::string name, out;
 };
 Result<void> import_groom(const ImportOptions& options);
@@ -38,7 +38,7 @@ struct MakeOptions {
   std::string style, out;
   HairstyleOptions hairstyle;
   MaterialOptions materials;
-  std::optional<std::size_t> strip_count;  // as for an import
+  std::optional<std::size_t> card_count;  // as for an import
 };
 Result<void> make_groom(const MakeOptions& options);
 

@@ -53,7 +53,7 @@ Result<void> import_groom(const ImportOptions& options) {
     for (StrandProperties& strand : groom.strands) strand.root_length_m = static_cast<float>(*options.root_length_m);
   }
   if (options.root_spread > 0) spread_root_lengths(options, groom);
-  groom.far_strips = make_far_strips(groom, options.strip_count.value_or(far_strip_count_for(groom)));
+  groom.far_cards = make_far_cards(groom, options.card_count.value_or(far_card_count_for(groom)));
   return save_groom(groom, options.out);
 }
 

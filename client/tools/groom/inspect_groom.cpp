@@ -64,16 +64,15 @@ void print_groups(const Groom& groom) {
 // What is in the hair besides strands, each kind on a line if there is any.
 void print_features(const Groom& groom) {
   std::size_t copies = 0, triangles = 0, pinned = 0, tied = 0;
-  for (const Cluster& cluster : groom.clusters) copies += cluster.copy_count;
+  for (const Clump& clump : groom.clumps) copies += clump.copy_count;
   for (const Cloth& cloth : groom.cloths) {
     triangles += cloth.triangles.size();
     pinned += !cloth.root_distance_m.empty();
   }
   for (const Knot& knot : groom.knots) tied += knot.points.size();
-  if (!groom.clusters.empty())
-    std::printf("clusters   %zu, of %zu more drawn strands\n", groom.clusters.size(), copies);
+  if (!groom.clumps.empty()) std::printf("clumps     %zu, of %zu more drawn strands\n", groom.clumps.size(), copies);
   if (!groom.threads.empty()) std::printf("threads    %zu\n", groom.threads.size());
-  if (!groom.strips.empty()) std::printf("strips     %zu\n", groom.strips.size());
+  if (!groom.cards.empty()) std::printf("cards     %zu\n", groom.cards.size());
   if (!groom.cloths.empty())
     std::printf("cloths     %zu of %zu triangles, %zu pinned to the skull\n", groom.cloths.size(), triangles, pinned);
   if (!groom.knots.empty()) std::printf("knots      %zu, tying %zu points\n", groom.knots.size(), tied);
@@ -87,10 +86,10 @@ void print_features(const Groom& groom) {
 void print_groom(const Groom& groom) {
   double hairs = 0;
   for (const StrandProperties& strand : groom.strands) hairs += static_cast<double>(strand.hair_count);
-  for (const Strip& strip : groom.strips) hairs += static_cast<double>(strip.properties.hair_count);
+  for (const HairCard& card : groom.cards) hairs += static_cast<double>(card.properties.hair_count);
   std::printf("groom      %s\n", groom.name.c_str());
   std::printf("strands    %zu of %u points, for %.0f hairs%s\n", groom.strand_count(), groom.strand_begin.back(), hairs,
-              groom.strips.empty() ? "" : " with the strips");
+              groom.cards.empty() ? "" : " with the cards");
   print_lengths(groom);
   print_material(groom.materials.base);
   print_groups(groom);
@@ -112,14 +111,14 @@ void print_groom(const Groom& groom) {
               groom.body.mesh.triangles.size(), groom.body.fitted_from_roots ? ", a skull fitted to the roots" : "");
 }
 
-void print_far_strips(const Groom& groom) {
-  FarStrips far = groom.far_strips;
-  const bool has_own = !far.strips.empty();
-  if (!has_own) far = make_far_strips(groom, far_strip_count_for(groom));
+void print_far_cards(const Groom& groom) {
+  FarCards far = groom.far_cards;
+  const bool has_own = !far.cards.empty();
+  if (!has_own) far = make_far_cards(groom, far_card_count_for(groom));
   std::vector<std::uint32_t> strands;
-  for (const FarStrip& strip : far.strips) strands.push_back(strip.strand_count);
+  for (const FarCard& card : far.cards) strands.push_back(card.strand_count);
   std::ranges::sort(strands);
-  std::printf("far strips %zu%s", far.strips.size(), has_own || far.strips.empty() ? "" : ", made as it is loaded");
+  std::printf("far cards %zu%s", far.cards.size(), has_own || far.cards.empty() ? "" : ", made as it is loaded");
   if (!strands.empty()) {
     std::printf("; each for %u / %u / %u strands (least, median, most), %zu points", strands.front(),
                 strands[strands.size() / 2], strands.back(), far.points.size());
@@ -132,7 +131,7 @@ void print_levels(const Groom& groom) {
   const double start_s = now_s();
   {
     ProgressBar bar("building levels");
-    BuildObserver observer;
+    BuildCallbacks observer;
     observer.clock_s = now_s;
     observer.progress = [&](double fraction, std::string_view stage) {
       bar.show(fraction, stage);
@@ -158,7 +157,7 @@ Result<void> inspect_groom(const InspectOptions& options) {
   const Result<Groom> groom = read_groom(options.groom, options.hairstyle);
   if (!groom) return Refusal(options.groom + ": " + groom.error());
   print_groom(*groom);
-  print_far_strips(*groom);
+  print_far_cards(*groom);
   if (!options.levels) return {};
   if (groom->points.empty()) return Refusal(options.groom + ": there is nothing to build levels from");
   print_levels(*groom);

@@ -10,7 +10,7 @@ Result<void> make_groom(const MakeOptions& options) {
   Result<Groom> made = make_hairstyle(options.style, options.hairstyle);
   if (!made) return Refusal("made:" + options.style + ": " + made.error());
   if (const Result<void> applied = apply_materials(options.materials, *made); !applied) return applied;
-  made->far_strips = make_far_strips(*made, options.strip_count.value_or(far_strip_count_for(*made)));
+  made->far_cards = make_far_cards(*made, options.card_count.value_or(far_card_count_for(*made)));
   return save_groom(*made, options.out);
 }
 

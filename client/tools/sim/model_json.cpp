@@ -70,7 +70,7 @@ Json trimmed_json(const LevelGeometry& g) {
 
 Json skin_json(const Skin& skin) {
   Json list = Json::array();
-  for (const SkinField& field : skin) {
+  for (const SkinDistanceField& field : skin) {
     list.push_back({{"bone", kBoneNames[static_cast<std::size_t>(field.bone)]},
                     {"origin", vector_json(field.origin)},
                     {"cell", field.cell_m},
@@ -112,7 +112,7 @@ std::string contact_note() {
          "the way there) at B1^-1 of a point, n the unit gradient at with_bone; d = limit - s(with_bone), "
          "a = d - n.(ahead - with_bone); it acts where d > 0, or a > 0 and s < limit at the middle or the end of the "
          "way; slope = 6 U / " +
-         number(kContactDepth_m) + "^3, k = slope clamp(max(d, a), 0, " + number(kContactStiffest_m) +
+         number(kContactDepth_m) + "^3, k = slope clamp(max(d, a), 0, " + number(kContactStiffnessDepth_m) +
          "), F = min(slope d^2 / 2, k h " + number(kContactRecovery_m_per_s) +
          ") for d > 0, else k d; node j gets w_j (F - k n.(with_head - with_bone)) n - "
          "w_j k W n n^T (h (p'_1j - R' p0_j)), W = sum_j w_j; a limit of " +

@@ -56,7 +56,7 @@ Result<std::shared_ptr<const LevelSet>> ReplayedWorld::levels_of(const wire::Gro
   RecordedLevels& recorded = found->second;
   if (!recorded.levels) {
     if (recorded.groom->points.empty()) return Refusal("levels of a groom without strand points");
-    BuildObserver observer;
+    BuildCallbacks observer;
     observer.progress = [this](double fraction, std::string_view stage) {
       progress_(fraction, stage);
       return true;
@@ -96,7 +96,7 @@ Result<void> ReplayedWorld::set_level(const wire::RecordedLevel& level) {
   if (!character.has_levels && level.level != LevelIndex::rigid) {
     Result<std::shared_ptr<const LevelSet>> levels = levels_of(character.groom);
     if (!levels) return Refusal(levels.error());
-    world_->set_levels(character.id, std::move(*levels));
+    world_->set_level_set(character.id, std::move(*levels));
     character.has_levels = true;
   }
   world_->set_level(character.id, level.level);
@@ -131,10 +131,10 @@ Result<void> ReplayedWorld::take(const wire::RecordedTick& tick) {
     if (found == characters_.end()) return at_tick("sets the stride of unknown " + name_of(change.character));
     world_->set_stride(found->second.id, change.stride);
   }
-  for (const wire::RecordedHold& change : tick.holds) {
+  for (const wire::RecordedSuspension& change : tick.suspensions) {
     const auto found = characters_.find(change.character);
     if (found == characters_.end()) return at_tick("suspends unknown " + name_of(change.character));
-    world_->set_held(found->second.id, change.held);
+    world_->set_suspended(found->second.id, change.suspended);
   }
   for (const wire::RecordedState& state : tick.states) {
     const auto found = characters_.find(state.character);

@@ -56,7 +56,7 @@ Result<Groom> load_sound_groom(const SimulateOptions& o) {
 
 // Only the level asked for: the others are left empty.
 std::shared_ptr<const LevelSet> build_one(const SimulateOptions& o, const Groom& groom, ProgressBar& bar) {
-  BuildObserver observer;
+  BuildCallbacks observer;
   observer.progress = [&bar](double fraction, std::string_view stage) {
     bar.show(fraction, stage);
     return true;

@@ -34,11 +34,11 @@ std::span<const float> GridNodes::velocities(const RigidTransform& from, const R
   active_.assign(velocity_head.begin(), velocity_head.end());
   for (std::size_t i = 0; i < active_.size(); ++i) {
     const Vec3f rest = geometry_.lattice.node(geometry_.active_nodes[i]);
-    active_[i] -= motion.rest_velocity(rest.cast<double>()).cast<float>();
+    active_[i] -= motion.rigid_velocity(rest.cast<double>()).cast<float>();
   }
   expand_displacements(geometry_, active_, grid_);
   for (std::uint32_t n = 0; n < grid_.size(); ++n)
-    put(row_, n, to.vector(motion.rest_velocity(geometry_.lattice.node(n).cast<double>()) + grid_[n].cast<double>()));
+    put(row_, n, to.vector(motion.rigid_velocity(geometry_.lattice.node(n).cast<double>()) + grid_[n].cast<double>()));
   return row_;
 }
 

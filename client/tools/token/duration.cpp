@@ -6,7 +6,7 @@ namespace hairnet::token {
 namespace {
 
 constexpr std::int64_t kDay_s = 86'400;
-constexpr std::int64_t kMost_s = 3653 * kDay_s;
+constexpr std::int64_t kMax_s = 3653 * kDay_s;
 
 // 0 for what is no unit.
 std::int64_t unit_s(std::string_view unit) {
@@ -24,7 +24,7 @@ std::optional<std::int64_t> parse_duration_s(std::string_view text) {
   const auto [end, fault] = std::from_chars(text.data(), last, count);
   if (fault != std::errc()) return std::nullopt;
   const std::int64_t unit = unit_s({end, static_cast<std::size_t>(last - end)});
-  if (unit == 0 || count < 1 || count > kMost_s / unit) return std::nullopt;
+  if (unit == 0 || count < 1 || count > kMax_s / unit) return std::nullopt;
   return count * unit;
 }
 

@@ -35,21 +35,22 @@ Vec3 direction_of(View view) {
   return Vec3::UnitZ();
 }
 
-std::optional<Vec3> middle_of(std::span<const Subject> subjects) {
-  if (subjects.empty()) return {};
+std::optional<Vec3> middle_of(std::span<const ViewedCharacter> viewed) {
+  if (viewed.empty()) return {};
   Vec3 sum = Vec3::Zero();
-  for (const Subject& subject : subjects) sum += head_middle(subject.pose);
-  return Vec3(sum / static_cast<double>(subjects.size()));
+  for (const ViewedCharacter& character : viewed) sum += head_middle(character.pose);
+  return Vec3(sum / static_cast<double>(viewed.size()));
 }
 
-void frame_all(std::span<const Subject> subjects, View view, int width, int height, OrbitCamera& camera) {
-  if (subjects.empty()) return;
+void frame_all(std::span<const ViewedCharacter> viewed, View view, int width, int height, OrbitCamera& camera) {
+  if (viewed.empty()) return;
   Vec3 facing = Vec3::Zero();
   const Groom* groom = nullptr;
   double hang = 0;
-  for (const Subject& subject : subjects) {
-    facing += upright(subject.pose).head().vector(Vec3::UnitZ());
-    if (std::exchange(groom, subject.groom.get()) != subject.groom.get()) hang = std::max(hang, hang_m(*subject.groom));
+  for (const ViewedCharacter& character : viewed) {
+    facing += upright(character.pose).head().vector(Vec3::UnitZ());
+    if (std::exchange(groom, character.groom.get()) != character.groom.get())
+      hang = std::max(hang, hang_m(*character.groom));
   }
   const double heading = facing.norm() > 1e-3 ? std::atan2(facing.x(), facing.z()) : 0;
   const Quat turn(Eigen::AngleAxisd(heading, Vec3::UnitY()));
@@ -57,8 +58,8 @@ void frame_all(std::span<const Subject> subjects, View view, int width, int heig
   // The smallest upright rectangle across the view that holds all, then by how much further the nearest are to the eye.
   Eigen::AlignedBox3d box;
   const Vec3 backward = (camera.camera().eye - camera.camera().target).normalized();
-  for (const Subject& subject : subjects) {
-    const Vec3& joint = subject.pose.head().position;
+  for (const ViewedCharacter& character : viewed) {
+    const Vec3& joint = character.pose.head().position;
     const auto in_view = [&](const Vec3& p) {
       return Vec3(p.dot(camera.right()), p.dot(camera.up()), p.dot(backward));
     };

@@ -3,7 +3,7 @@
 #include <optional>
 #include <span>
 
-#include "client/viewer/cast/options.hpp"
+#include "client/viewer/characters/options.hpp"
 #include "client/viewer/drawing/orbit_camera.hpp"
 #include "client/viewer/sources/hair_source.hpp"
 
@@ -13,9 +13,9 @@ namespace hairnet::viewer {
 Vec3 direction_of(View view);
 
 // Between the heads; none when nobody is there.
-std::optional<Vec3> middle_of(std::span<const Subject> subjects);
+std::optional<Vec3> middle_of(std::span<const ViewedCharacter> viewed);
 
 // Looks at all heads and their hair, from the side that `view` names of where they face in the mean.
-void frame_all(std::span<const Subject> subjects, View view, int width, int height, OrbitCamera& camera);
+void frame_all(std::span<const ViewedCharacter> viewed, View view, int width, int height, OrbitCamera& camera);
 
 }  // namespace hairnet::viewer

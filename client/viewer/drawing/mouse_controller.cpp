@@ -11,23 +11,24 @@ Vec3 head_middle(const Pose& pose) {
   return pose.head().point(Vec3(0, 0.08, 0.01));
 }
 
-std::optional<std::uint64_t> pick(const Ray& ray, std::span<const Subject> subjects) {
+std::optional<std::uint64_t> pick(const Ray& ray, std::span<const ViewedCharacter> viewed) {
   std::optional<std::uint64_t> nearest;
   double nearest_m = std::numeric_limits<double>::infinity();
-  for (const Subject& subject : subjects) {
-    const std::optional<double> at = hit_sphere(ray, head_middle(subject.pose), kHeadRadius_m);
+  for (const ViewedCharacter& character : viewed) {
+    const std::optional<double> at = hit_sphere(ray, head_middle(character.pose), kHeadRadius_m);
     if (!at || *at >= nearest_m) continue;
     nearest_m = *at;
-    nearest = subject.id;
+    nearest = character.id;
   }
   return nearest;
 }
 
-std::optional<std::uint64_t> Hand::take_chosen() {
+std::optional<std::uint64_t> MouseController::take_chosen() {
   return std::exchange(chosen_, std::nullopt);
 }
 
-void Hand::begin(const Mouse& mouse, Show& show, const OrbitCamera& camera, int width_px, int height_px) {
+void MouseController::begin(const MouseInput& mouse, HairSource& source, const OrbitCamera& camera, int width_px,
+                            int height_px) {
   if (mouse.elsewhere) {
     drag_ = Drag::elsewhere;
     return;
@@ -37,25 +38,26 @@ void Hand::begin(const Mouse& mouse, Show& show, const OrbitCamera& camera, int 
     return;
   }
   drag_ = Drag::orbit;
-  chosen_ = pick(camera.ray(mouse.x_px, mouse.y_px, width_px, height_px), show.subjects());
-  HeadGrab* grab = chosen_ ? show.grab(*chosen_) : nullptr;
+  chosen_ = pick(camera.ray(mouse.x_px, mouse.y_px, width_px, height_px), source.viewed_characters());
+  HeadGrab* grab = chosen_ ? source.grab(*chosen_) : nullptr;
   if (grab == nullptr) return;
   drag_ = Drag::head;
-  held_ = chosen_;
+  grabbed_ = chosen_;
   depth_m_ = camera.distance_m();
-  for (const Subject& subject : show.subjects()) {
-    if (subject.id == *held_) depth_m_ = (camera.camera().eye - head_middle(subject.pose)).norm();
+  for (const ViewedCharacter& character : source.viewed_characters()) {
+    if (character.id == *grabbed_) depth_m_ = (camera.camera().eye - head_middle(character.pose)).norm();
   }
   grab->take();
 }
 
-void Hand::release(Show& show) {
+void MouseController::release(HairSource& source) {
   drag_ = Drag::none;
-  if (HeadGrab* grab = held_ ? show.grab(*held_) : nullptr; grab != nullptr) grab->release();
-  held_.reset();
+  if (HeadGrab* grab = grabbed_ ? source.grab(*grabbed_) : nullptr; grab != nullptr) grab->release();
+  grabbed_.reset();
 }
 
-void Hand::apply(const Mouse& mouse, Show& show, OrbitCamera& camera, int width_px, int height_px) {
+void MouseController::apply(const MouseInput& mouse, HairSource& source, OrbitCamera& camera, int width_px,
+                            int height_px) {
   if (!mouse.elsewhere && mouse.wheel != 0) camera.zoom(mouse.wheel);
   const bool pressed = mouse.left || mouse.middle || mouse.right;
   if (!pressed) {
@@ -67,7 +69,7 @@ void Hand::apply(const Mouse& mouse, Show& show, OrbitCamera& camera, int width_
   if (drag_ == Drag::orbit) camera.orbit(mouse.right_px, mouse.down_px, height_px);
   if (drag_ == Drag::pan) camera.pan(mouse.right_px, mouse.down_px, height_px);
   if (drag_ != Drag::head) return;
-  HeadGrab* grab = show.grab(*held_);
+  HeadGrab* grab = source.grab(*grabbed_);
   if (grab == nullptr) return release(show);
   if (mouse.shift) {
     const double pixel_m = camera.pixel_m(height_px) * depth_m_ / camera.distance_m();

@@ -9,7 +9,7 @@
 namespace hairnet::viewer {
 
 // What a mouse did since the last picture. Pixels from the top left of the picture.
-struct Mouse {
+struct MouseInput {
   double x_px = 0, y_px = 0, right_px = 0, down_px = 0, wheel = 0;
   bool left = false, middle = false, right = false;  // held
   bool shift = false;
@@ -19,22 +19,22 @@ struct Mouse {
 // Turns mouse input into actions. The left button turns one's own head when pressed on it (with shift it moves the
 // head), and orbits the camera when pressed elsewhere. The middle and right buttons pan the camera, the wheel zooms.
 // Knows no window; one thread.
-class Hand {
+class MouseController {
  public:
-  void apply(const Mouse& mouse, Show& show, OrbitCamera& camera, int width_px, int height_px);
+  void apply(const MouseInput& mouse, HairSource& source, OrbitCamera& camera, int width_px, int height_px);
   // Whose head is held.
-  [[nodiscard]] std::optional<std::uint64_t> held() const { return held_; }
+  [[nodiscard]] std::optional<std::uint64_t> grabbed() const { return grabbed_; }
   // Whose head was pressed on last, one's own or another's; taken by asking.
   std::optional<std::uint64_t> take_chosen();
 
  private:
   enum class Drag : std::uint8_t { none, head, orbit, pan, elsewhere };
-  void begin(const Mouse& mouse, Show& show, const OrbitCamera& camera, int width_px, int height_px);
-  void release(Show& show);
+  void begin(const MouseInput& mouse, HairSource& source, const OrbitCamera& camera, int width_px, int height_px);
+  void release(HairSource& source);
 
   Drag drag_ = Drag::none;
   double depth_m_ = 1;  // of the head that is held
-  std::optional<std::uint64_t> held_, chosen_;
+  std::optional<std::uint64_t> grabbed_, chosen_;
 };
 
 // About a head, for picking and framing: its middle in the world, and how far it reaches.
@@ -42,6 +42,6 @@ Vec3 head_middle(const Pose& pose);
 inline constexpr double kHeadRadius_m = 0.15;
 
 // Whose head the ray meets first.
-std::optional<std::uint64_t> pick(const Ray& ray, std::span<const Subject> subjects);
+std::optional<std::uint64_t> pick(const Ray& ray, std::span<const ViewedCharacter> viewed);
 
 }  // namespace hairnet::viewer

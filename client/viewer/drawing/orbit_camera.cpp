@@ -7,8 +7,8 @@
 namespace hairnet::viewer {
 namespace {
 
-constexpr double kPitchMost = 1.54;  // rad; at the poles up and forward would be parallel
-constexpr double kDistanceLeast_m = 0.12, kDistanceMost_m = 500;
+constexpr double kPitchMax = 1.54;  // rad; at the poles up and forward would be parallel
+constexpr double kDistanceMin_m = 0.12, kDistanceMax_m = 500;
 constexpr double kZoomStep = 0.88;
 constexpr double kFollow_s = 0.2;
 constexpr double kFrameMargin = 1.12;
@@ -29,7 +29,7 @@ std::optional<double> hit_sphere(const Ray& ray, const Vec3& centre, double radi
 void OrbitCamera::orbit(double right_px, double down_px, int height_px) {
   const double per_px = std::numbers::pi / std::max(1, height_px);
   yaw_ = std::remainder(yaw_ - right_px * per_px, 2 * std::numbers::pi);
-  pitch_ = std::clamp(pitch_ + down_px * per_px, -kPitchMost, kPitchMost);
+  pitch_ = std::clamp(pitch_ + down_px * per_px, -kPitchMax, kPitchMax);
 }
 
 void OrbitCamera::pan(double right_px, double down_px, int height_px) {
@@ -37,18 +37,18 @@ void OrbitCamera::pan(double right_px, double down_px, int height_px) {
 }
 
 void OrbitCamera::zoom(double steps) {
-  distance_m_ = std::clamp(distance_m_ * std::pow(kZoomStep, steps), kDistanceLeast_m, kDistanceMost_m);
+  distance_m_ = std::clamp(distance_m_ * std::pow(kZoomStep, steps), kDistanceMin_m, kDistanceMax_m);
 }
 
 void OrbitCamera::frame(const Vec3& centre, double radius_m) {
   target_ = centre;
   followed_.reset();
-  distance_m_ = std::clamp(kFrameMargin * radius_m / std::sin(kHalfAngle), kDistanceLeast_m, kDistanceMost_m);
+  distance_m_ = std::clamp(kFrameMargin * radius_m / std::sin(kHalfAngle), kDistanceMin_m, kDistanceMax_m);
 }
 
 void OrbitCamera::look_from(const Vec3& direction) {
   yaw_ = std::atan2(direction.x(), direction.z());
-  pitch_ = std::clamp(std::asin(std::clamp(direction.y(), -1.0, 1.0)), -kPitchMost, kPitchMost);
+  pitch_ = std::clamp(std::asin(std::clamp(direction.y(), -1.0, 1.0)), -kPitchMax, kPitchMax);
 }
 
 void OrbitCamera::follow(const std::optional<Vec3>& point, double elapsed_s) {
@@ -73,8 +73,8 @@ Vec3 OrbitCamera::up() const {
   return backward().cross(right());
 }
 
-view::Camera OrbitCamera::camera() const {
-  view::Camera camera;
+render::Camera OrbitCamera::camera() const {
+  render::Camera camera;
   camera.eye = target_ + distance_m_ * backward();
   camera.target = target_;
   camera.fov_deg = static_cast<float>(kFov_deg);

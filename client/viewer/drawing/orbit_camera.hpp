@@ -30,7 +30,7 @@ class OrbitCamera {
   // From now on the target goes along with `point` as it moves, smoothly; call once a picture. None: it stays.
   void follow(const std::optional<Vec3>& point, double elapsed_s);
 
-  [[nodiscard]] view::Camera camera() const;
+  [[nodiscard]] render::Camera camera() const;
   [[nodiscard]] Ray ray(double x_px, double y_px, int width_px, int height_px) const;
   [[nodiscard]] double distance_m() const { return distance_m_; }
   [[nodiscard]] Vec3 right() const;  // world, unit

@@ -10,8 +10,8 @@
 namespace hairnet::viewer {
 namespace {
 
-using view::Drawing;
-using view::Rgba;
+using render::Drawing;
+using render::Rgba;
 
 constexpr float kFarFromDesign_m = 0.10f;
 constexpr float kStrainShown = 0.15f;
@@ -35,16 +35,16 @@ Rgba strain_colour(float strain) {
 // A subject's lattice in the world.
 class LatticeDrawing {
  public:
-  LatticeDrawing(const Subject& subject, Drawing& drawing) : subject_(subject), drawing_(drawing) {
-    const LevelGeometry& geometry = *subject.geometry;
+  LatticeDrawing(const ViewedCharacter& character, Drawing& drawing) : viewed_(character), drawing_(drawing) {
+    const LevelGeometry& geometry = *character.geometry;
     for (std::size_t i = 0; i < geometry.active_nodes.size(); ++i) {
       rest_.emplace_back(geometry.lattice.node(geometry.active_nodes[i]));
-      node_.emplace_back(rest_.back() + subject.displacement[i]);
+      node_.emplace_back(rest_.back() + character.displacement[i]);
     }
   }
 
   void draw_lattice() {
-    const LevelGeometry& geometry = *subject_.geometry;
+    const LevelGeometry& geometry = *viewed_.geometry;
     std::vector<int> active(geometry.lattice.node_count(), -1);
     for (std::size_t i = 0; i < geometry.active_nodes.size(); ++i)
       active[geometry.active_nodes[i]] = static_cast<int>(i);
@@ -95,7 +95,7 @@ class LatticeDrawing {
   // Points of hair that meet skin, those that are nearer to it than their limit in red.
   void draw_contacts(const Level& model) {
     const ContactPoints& contacts = model.contacts;
-    const Pose& pose = subject_.pose;
+    const Pose& pose = viewed_.pose;
     for (std::size_t p = 0; p < contacts.count(); ++p) {
       Vec3f at = contacts.rest[p];
       for (std::uint32_t e = contacts.begin[p]; e < contacts.begin[p + 1]; ++e) {
@@ -105,7 +105,7 @@ class LatticeDrawing {
       const Vec3 place = pose.head().point(at.cast<double>());
       bool touches = false;
       for (std::size_t f = 0; f < model.skin->size(); ++f) {
-        const SkinField& field = (*model.skin)[f];
+        const SkinDistanceField& field = (*model.skin)[f];
         const Vec3 to_bone = pose[field.bone].inverse().point(place);
         touches |= skin_distance(field, to_bone) < static_cast<double>(contacts.limit[f * contacts.count() + p]);
       }
@@ -131,16 +131,16 @@ class LatticeDrawing {
 
  private:
   [[nodiscard]] Vec3f world(const Vec3f& head) const {
-    return subject_.pose.head().point(head.cast<double>()).cast<float>();
+    return viewed_.pose.head().point(head.cast<double>()).cast<float>();
   }
 
-  const Subject& subject_;
+  const ViewedCharacter& viewed_;
   Drawing& drawing_;
   std::vector<Vec3f> rest_, node_;  // head space, active order
 };
 
-bool is_chosen(const Subject& subject, std::optional<std::uint64_t> chosen) {
-  return !chosen || *chosen == subject.id;
+bool is_chosen(const ViewedCharacter& character, std::optional<std::uint64_t> chosen) {
+  return !chosen || *chosen == character.id;
 }
 
 }  // namespace
@@ -161,26 +161,26 @@ Vec3f level_colour(LevelIndex level) {
   return Vec3f::Zero();
 }
 
-void draw_overlays(const Overlays& overlays, std::span<const Subject> subjects, std::optional<std::uint64_t> chosen,
-                   Drawing& drawing) {
-  for (const Subject& subject : subjects) {
-    if (!is_chosen(subject, chosen) || subject.geometry == nullptr) continue;
-    LatticeDrawing lattice(subject, drawing);
+void draw_overlays(const Overlays& overlays, std::span<const ViewedCharacter> viewed,
+                   std::optional<std::uint64_t> chosen, Drawing& drawing) {
+  for (const ViewedCharacter& character : viewed) {
+    if (!is_chosen(character, chosen) || character.geometry == nullptr) continue;
+    LatticeDrawing lattice(character, drawing);
     if (overlays.lattice) lattice.draw_lattice();
-    if (subject.model == nullptr) continue;
-    if (overlays.springs) lattice.draw_springs(subject.model->springs);
-    if (overlays.attachments) lattice.draw_attachments(subject.model->attachments);
-    if (overlays.contacts) lattice.draw_contacts(*subject.model);
-    if (overlays.drag) lattice.draw_drag(*subject.model);
+    if (character.model == nullptr) continue;
+    if (overlays.springs) lattice.draw_springs(character.model->springs);
+    if (overlays.attachments) lattice.draw_attachments(character.model->attachments);
+    if (overlays.contacts) lattice.draw_contacts(*character.model);
+    if (overlays.drag) lattice.draw_drag(*character.model);
   }
 }
 
-std::string missing_models(const Overlays& overlays, std::span<const Subject> subjects,
+std::string missing_models(const Overlays& overlays, std::span<const ViewedCharacter> viewed,
                            std::optional<std::uint64_t> chosen) {
   if (!overlays.need_model()) return {};
   std::size_t missing = 0;
-  for (const Subject& subject : subjects)
-    missing += is_chosen(subject, chosen) && subject.geometry != nullptr && subject.model == nullptr;
+  for (const ViewedCharacter& character : viewed)
+    missing += is_chosen(character, chosen) && character.geometry != nullptr && character.model == nullptr;
   if (missing == 0) return {};
   return std::to_string(missing) + " without springs to show: a server sends none, they are being built here";
 }

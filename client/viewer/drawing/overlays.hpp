@@ -17,9 +17,9 @@ struct Overlays {
   bool springs = false;      // by strain
   bool attachments = false;  // from where they bind to where they are
   bool contacts = false;     // the points of hair that meet skin
-  bool drag = false;    // each node's strongest drag, and the way it acts
-  bool levels = false;  // hair in its level's colour
-  bool timing = false;  // graphs
+  bool drag = false;         // each node's strongest drag, and the way it acts
+  bool levels = false;       // hair in its level's colour
+  bool timing = false;       // graphs
 
   [[nodiscard]] bool need_model() const { return springs || attachments || contacts || drag; }
 };
@@ -27,12 +27,12 @@ struct Overlays {
 // Of each level, for hair (linear RGB).
 Vec3f level_colour(LevelIndex level);
 
-// Of one subject, or all when `chosen` is none. What needs the model is left out where it is not known.
-void draw_overlays(const Overlays& overlays, std::span<const Subject> subjects, std::optional<std::uint64_t> chosen,
-                   view::Drawing& drawing);
+// Of one character, or all when `chosen` is none. What needs the model is left out where it is not known.
+void draw_overlays(const Overlays& overlays, std::span<const ViewedCharacter> viewed,
+                   std::optional<std::uint64_t> chosen, render::Drawing& drawing);
 
 // One line that says whose model is not known though it is wanted; empty when all is drawn.
-std::string missing_models(const Overlays& overlays, std::span<const Subject> subjects,
+std::string missing_models(const Overlays& overlays, std::span<const ViewedCharacter> viewed,
                            std::optional<std::uint64_t> chosen);
 
 }  // namespace hairnet::viewer

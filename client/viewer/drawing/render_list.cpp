@@ -2,22 +2,22 @@
 
 namespace hairnet::viewer {
 
-std::size_t StageCast::number_of(const std::shared_ptr<const Groom>& groom) {
+std::size_t RenderList::number_of(const std::shared_ptr<const Groom>& groom) {
   const auto [place, is_new] = grooms_.try_emplace(groom.get());
   if (is_new) place->second = {groom, stage_.add_groom(*groom), true};
   place->second.worn = true;
   return place->second.number;
 }
 
-std::span<const view::ShownCharacter> StageCast::show(std::span<const Subject> subjects) {
+std::span<const render::ShownCharacter> RenderList::show(std::span<const ViewedCharacter> viewed) {
   for (auto& [key, groom] : grooms_) groom.worn = false;
   shown_.clear();
-  for (const Subject& subject : subjects) {
-    view::ShownCharacter shown;
-    shown.groom = number_of(subject.groom);
-    shown.pose = subject.pose;
-    shown.layers = subject.layers;
-    shown.hair_colour = colour_ != nullptr ? colour_(subject) : subject.hair_colour;
+  for (const ViewedCharacter& character : viewed) {
+    render::ShownCharacter shown;
+    shown.groom = number_of(character.groom);
+    shown.pose = character.pose;
+    shown.layers = character.layers;
+    shown.hair_colour = colour_ != nullptr ? colour_(character) : character.hair_colour;
     shown_.push_back(shown);
   }
   std::erase_if(grooms_, [this](const auto& entry) {

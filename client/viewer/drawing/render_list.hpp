@@ -13,14 +13,14 @@ namespace hairnet::viewer {
 
 // Turns the characters of a source into what the renderer draws. Uploads each groom to the GPU once, and frees it when
 // no character uses it. One thread: that of the OpenGL context.
-class StageCast {
+class RenderList {
  public:
-  explicit StageCast(view::Stage& stage) : stage_(stage) {}
+  explicit RenderList(render::Stage& stage) : stage_(stage) {}
 
-  // As Stage::draw takes them; valid until the next call, and as long as `subjects` are.
-  std::span<const view::ShownCharacter> show(std::span<const Subject> subjects);
+  // As Stage::draw takes them; valid until the next call, and as long as `viewed` are.
+  std::span<const render::ShownCharacter> show(std::span<const ViewedCharacter> viewed);
   // In place of each one's own hair colour from now on, linear RGB; none: its own.
-  using Colour = Vec3f (*)(const Subject& subject);
+  using Colour = Vec3f (*)(const ViewedCharacter& character);
   void set_colour(Colour colour) { colour_ = colour; }
 
  private:
@@ -31,10 +31,10 @@ class StageCast {
   };
   std::size_t number_of(const std::shared_ptr<const Groom>& groom);
 
-  view::Stage& stage_;
+  render::Stage& stage_;
   Colour colour_ = nullptr;
   std::map<const Groom*, OnStage> grooms_;
-  std::vector<view::ShownCharacter> shown_;
+  std::vector<render::ShownCharacter> shown_;
 };
 
 }  // namespace hairnet::viewer

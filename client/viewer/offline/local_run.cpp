@@ -38,40 +38,41 @@ class Cost {
 
 std::vector<Moment> moments_of(const LocalWorld& world) {
   std::vector<Moment> moments;
-  for (const Subject& subject : world.subjects()) {
+  for (const ViewedCharacter& character : world.viewed_characters()) {
     const auto time_ns = static_cast<std::int64_t>(1e9 * world.time_s());
-    Shape shape{subject.level, time_ns, {subject.displacement.begin(), subject.displacement.end()}, subject.geometry};
-    moments.push_back({subject.pose, std::move(shape), {}});
+    Shape shape{
+        character.level, time_ns, {character.displacement.begin(), character.displacement.end()}, character.geometry};
+    moments.push_back({character.pose, std::move(shape), {}});
   }
   return moments;
 }
 
 }  // namespace
 
-LocalWorld local_world_of(const ViewOptions& options, const std::vector<Actor>& cast) {
+LocalWorld local_world_of(const ViewOptions& options, const std::vector<CharacterSetup>& characters) {
   LocalWorld world({options.tick_rate_hz, options.duration_s, Loop::plain, options.wind.value_or(Wind{}), steady_ns});
-  const SceneList scenes(cast);
+  const SceneList scenes(characters);
   for (const LocalCharacter& character : scenes.given()) world.add(character);
   ProgressBar bar("hairnet-view");
   std::map<std::shared_ptr<const Groom>, std::shared_ptr<LevelSet>> sets;
-  for (const Actor& actor : cast) {
-    if (actor.level == LevelIndex::rigid || actor.groom->points.empty()) continue;
-    std::shared_ptr<LevelSet>& set = sets[actor.groom];
+  for (const CharacterSetup& setup : characters) {
+    if (setup.level == LevelIndex::rigid || setup.groom->points.empty()) continue;
+    std::shared_ptr<LevelSet>& set = sets[setup.groom];
     if (!set) set = std::make_shared<LevelSet>();
-    const auto index = static_cast<std::size_t>(actor.level);
+    const auto index = static_cast<std::size_t>(setup.level);
     if (!set->levels[index].rest.empty()) continue;
-    BuildObserver observer;
+    BuildCallbacks observer;
     observer.progress = [&bar](double fraction, std::string_view stage) {
       bar.show(fraction, stage);
       return true;
     };
-    set->levels[index] = *build_level(*actor.groom, kLevelSpecs[index], observer);
+    set->levels[index] = *build_level(*setup.groom, kLevelSpecs[index], observer);
   }
   for (const auto& [groom, set] : sets) world.give_levels(*groom, set);
   return world;
 }
 
-StreamResult run_locally(const ViewOptions& options, const std::vector<Actor>& cast,
+StreamResult run_locally(const ViewOptions& options, const std::vector<CharacterSetup>& characters,
                          const std::vector<double>& moment_times_s) {
   StreamResult result;
   std::optional<FrameTrace> trace;
@@ -83,14 +84,14 @@ StreamResult run_locally(const ViewOptions& options, const std::vector<Actor>& c
     }
     trace.emplace(std::move(*made));
   }
-  LocalWorld world = local_world_of(options, cast);
+  LocalWorld world = local_world_of(options, characters);
   if (trace) world.on_tick([&] { add_to_trace(world, *trace); });
   ProgressBar bar("hairnet-view");
   Cost cost;
   const double end_s = options.duration_s + options.settle_s;
   // Tick by tick, so that a signal is heeded; and to the wanted moments between.
   while (result.moments.size() < moment_times_s.size() || world.time_s() < end_s) {
-    if (asked_to_stop()) {
+    if (stop_requested()) {
       result.stopped = true;
       break;
     }
@@ -100,7 +101,7 @@ StreamResult run_locally(const ViewOptions& options, const std::vector<Actor>& c
     world.advance_to(at_moment ? moment_times_s[result.moments.size()] : tick_end_s);
     cost.take(world.ticks());
     if (at_moment) result.moments.push_back(moments_of(world));
-    bar.show((world.time_s() + Performance::kLeadIn_s) / (end_s + Performance::kLeadIn_s), "simulating");
+    bar.show((world.time_s() + MotionTimeline::kLeadIn_s) / (end_s + MotionTimeline::kLeadIn_s), "simulating");
   }
   if (trace) result.ended = trace->finish();
   cost.print();

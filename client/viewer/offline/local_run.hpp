@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "client/viewer/cast/load_characters.hpp"
-#include "client/viewer/cast/options.hpp"
+#include "client/viewer/characters/load_characters.hpp"
+#include "client/viewer/characters/options.hpp"
 #include "client/viewer/offline/stream.hpp"
 #include "client/viewer/sources/local_world.hpp"
 
@@ -11,11 +11,11 @@ namespace hairnet::viewer {
 
 // A world with the cast in it, each at its level, which is built here with a bar to show how far it is; the others are
 // not. It is where it starts.
-LocalWorld local_world_of(const ViewOptions& options, const std::vector<Actor>& cast);
+LocalWorld local_world_of(const ViewOptions& options, const std::vector<CharacterSetup>& characters);
 
 // The cast simulated here as fast as it goes, from the beginning to the end that `options` says; the trace, and what is
 // shown at each of `moment_times_s` (ascending) as a stream gives it. The same options give the same bits.
-StreamResult run_locally(const ViewOptions& options, const std::vector<Actor>& cast,
+StreamResult run_locally(const ViewOptions& options, const std::vector<CharacterSetup>& characters,
                          const std::vector<double>& moment_times_s);
 
 }  // namespace hairnet::viewer

@@ -12,7 +12,7 @@
 #include "client/files/write_file.hpp"
 #include "client/render/renderer.hpp"
 #include "client/tools/command_line/progress_bar.hpp"
-#include "client/viewer/cast/hair_colour.hpp"
+#include "client/viewer/characters/hair_colour.hpp"
 #include "client/viewer/drawing/framing.hpp"
 
 namespace hairnet::viewer {
@@ -40,10 +40,10 @@ struct Framing {
 
 // The camera keeps to the world, turned once to the heading that the clip begins with, and follows the head's place, so
 // that the head's turns and the hair's swing are seen.
-view::Camera camera_of(const Pose& beginning, const Framing& framing, const Pose& pose, View view) {
+render::Camera camera_of(const Pose& beginning, const Framing& framing, const Pose& pose, View view) {
   const Quat heading = upright(beginning).head().rotation;
   const Vec3 direction = (heading * direction_of(view)).normalized();
-  view::Camera camera;
+  render::Camera camera;
   camera.fov_deg = kFieldOfView_deg;
   camera.target = pose.head().position + Vec3(0, framing.centre_y, 0);
   const double half_angle = kFieldOfView_deg / 2 * std::numbers::pi / 180;
@@ -51,7 +51,7 @@ view::Camera camera_of(const Pose& beginning, const Framing& framing, const Pose
   return camera;
 }
 
-// Whom to draw: one of the cast, or another of the room.
+// Whom to draw: one of the characters, or another of the room.
 struct Sitter {
   const Groom* groom = nullptr;
   Vec3f hair_colour = Vec3f::Zero();
@@ -59,11 +59,11 @@ struct Sitter {
   std::vector<const Moment*> moments;  // [time]; null: not seen
 };
 
-std::vector<Sitter> sitters_of(const std::vector<Actor>& cast, const StreamResult& streamed) {
+std::vector<Sitter> sitters_of(const std::vector<CharacterSetup>& characters, const StreamResult& streamed) {
   std::vector<Sitter> sitters;
-  for (std::size_t c = 0; c < cast.size(); ++c) {
-    Sitter& one =
-        sitters.emplace_back(Sitter{cast[c].groom.get(), cast[c].hair_colour, cast[c].motion.poses.front(), {}});
+  for (std::size_t c = 0; c < characters.size(); ++c) {
+    Sitter& one = sitters.emplace_back(
+        Sitter{characters[c].groom.get(), characters[c].hair_colour, characters[c].motion.poses.front(), {}});
     for (const std::vector<Moment>& moment : streamed.moments) one.moments.push_back(&moment[c]);
   }
   for (const SeenCharacter& other : streamed.others) {
@@ -75,8 +75,8 @@ std::vector<Sitter> sitters_of(const std::vector<Actor>& cast, const StreamResul
   return sitters;
 }
 
-Result<void> write_png(const std::string& path, const view::Image& image) {
-  const Result<std::vector<std::uint8_t>> png = view::encode_png(image);
+Result<void> write_png(const std::string& path, const render::Image& image) {
+  const Result<std::vector<std::uint8_t>> png = render::encode_png(image);
   if (!png) return Refusal(path + ": " + png.error());
   const Result<void> written = write_file(path, std::as_bytes(std::span(*png)));
   if (!written) return Refusal(path + ": " + written.error());
@@ -85,12 +85,12 @@ Result<void> write_png(const std::string& path, const view::Image& image) {
 
 class RenderedPictures : public Pictures {
  public:
-  explicit RenderedPictures(std::unique_ptr<view::Renderer> renderer) : renderer_(std::move(renderer)) {}
+  explicit RenderedPictures(std::unique_ptr<render::Renderer> renderer) : renderer_(std::move(renderer)) {}
 
-  Result<void> write(const ViewOptions& options, const std::vector<Actor>& cast,
+  Result<void> write(const ViewOptions& options, const std::vector<CharacterSetup>& characters,
                      const StreamResult& streamed) override {
     ProgressBar bar("hairnet-view");
-    const std::vector<Sitter> sitters = sitters_of(cast, streamed);
+    const std::vector<Sitter> sitters = sitters_of(characters, streamed);
     if (sitters.empty()) return Refusal("nobody was seen");
     if (!options.sheet.empty()) {
       if (const Result<void> done = write_sheet(options, sitters, bar); !done) return done;
@@ -100,40 +100,40 @@ class RenderedPictures : public Pictures {
 
  private:
   Result<void> write_sheet(const ViewOptions& options, const std::vector<Sitter>& sitters, ProgressBar& bar) {
-    std::vector<view::Image> tiles;
+    std::vector<render::Image> tiles;
     const std::size_t count = sitters.size() * options.views.size() * options.times_s.size();
     for (const Sitter& sitter : sitters) {
       for (const View view : options.views) {
         for (std::size_t t = 0; t < options.times_s.size(); ++t) {
           bar.show(static_cast<double>(tiles.size()) / static_cast<double>(count), "drawing");
-          Result<view::Image> tile = draw(options, sitter, sitter.moments[t], view);
+          Result<render::Image> tile = draw(options, sitter, sitter.moments[t], view);
           if (!tile) return Refusal(tile.error());
           char caption[32];
           std::snprintf(caption, sizeof caption, "%.2f s", options.times_s[t]);
-          view::draw_text(*tile, 8, 8, caption);
+          render::draw_text(*tile, 8, 8, caption);
           tiles.push_back(std::move(*tile));
         }
       }
     }
-    return write_png(options.sheet, view::contact_sheet(tiles, static_cast<int>(options.times_s.size())));
+    return write_png(options.sheet, render::contact_sheet(tiles, static_cast<int>(options.times_s.size())));
   }
 
   Result<void> write_last(const ViewOptions& options, const std::vector<Sitter>& sitters, ProgressBar& bar) {
-    std::vector<view::Image> tiles;
+    std::vector<render::Image> tiles;
     for (const View view : options.views) {
       for (const Sitter& sitter : sitters) {
         const std::size_t count = options.views.size() * sitters.size();
         bar.show(static_cast<double>(tiles.size()) / static_cast<double>(count), "drawing");
-        Result<view::Image> tile = draw(options, sitter, sitter.moments.back(), view);
+        Result<render::Image> tile = draw(options, sitter, sitter.moments.back(), view);
         if (!tile) return Refusal(tile.error());
         tiles.push_back(std::move(*tile));
       }
     }
-    return write_png(options.out, view::contact_sheet(tiles, static_cast<int>(sitters.size())));
+    return write_png(options.out, render::contact_sheet(tiles, static_cast<int>(sitters.size())));
   }
 
   // The empty studio where there is no moment.
-  Result<view::Image> draw(const ViewOptions& options, const Sitter& sitter, const Moment* moment, View view) {
+  Result<render::Image> draw(const ViewOptions& options, const Sitter& sitter, const Moment* moment, View view) {
     const Groom& groom = *sitter.groom;
     if (!moment) {
       return renderer_->draw({}, camera_of(sitter.beginning, Framing(groom), sitter.beginning, view), {}, options.width,
@@ -143,7 +143,7 @@ class RenderedPictures : public Pictures {
     if (is_new) number->second = renderer_->stage().add_groom(groom);
     link::LatticeBlend blend;
     replay(*moment, blend);
-    view::ShownCharacter shown;
+    render::ShownCharacter shown;
     shown.groom = number->second;
     shown.pose = moment->pose;
     shown.layers = blend.layers();
@@ -152,14 +152,14 @@ class RenderedPictures : public Pictures {
                            options.width, options.height);
   }
 
-  std::unique_ptr<view::Renderer> renderer_;
+  std::unique_ptr<render::Renderer> renderer_;
   std::map<const Groom*, std::size_t> grooms_;  // as the stage numbered them
 };
 
 }  // namespace
 
 Result<std::unique_ptr<Pictures>> make_pictures() {
-  Result<std::unique_ptr<view::Renderer>> renderer = view::Renderer::create();
+  Result<std::unique_ptr<render::Renderer>> renderer = render::Renderer::create();
   if (!renderer) return Refusal(renderer.error());
   return std::make_unique<RenderedPictures>(std::move(*renderer));
 }

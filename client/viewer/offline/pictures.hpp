@@ -3,8 +3,8 @@
 #include <memory>
 #include <vector>
 
-#include "client/viewer/cast/load_characters.hpp"
-#include "client/viewer/cast/options.hpp"
+#include "client/viewer/characters/load_characters.hpp"
+#include "client/viewer/characters/options.hpp"
 #include "client/viewer/offline/stream.hpp"
 #include "core/result.hpp"
 
@@ -15,7 +15,7 @@ class Pictures {
  public:
   virtual ~Pictures() = default;
   // Writes options.sheet (the first of `streamed` moments, one for each of options.times_s) and options.out (the last).
-  virtual Result<void> write(const ViewOptions& options, const std::vector<Actor>& cast,
+  virtual Result<void> write(const ViewOptions& options, const std::vector<CharacterSetup>& characters,
                              const StreamResult& streamed) = 0;
 };
 

@@ -6,7 +6,7 @@
 namespace hairnet::viewer {
 namespace {
 
-constexpr std::uint64_t kCatchUpMost = 15;  // pictures; a window that stood still is not made up for
+constexpr std::uint64_t kCatchUpMax = 15;  // pictures; a window that stood still is not made up for
 
 std::string free_path(const char* ending) {
   for (int n = 1; n < 10'000; ++n) {
@@ -19,23 +19,23 @@ std::string free_path(const char* ending) {
 
 }  // namespace
 
-Result<void> Recorder::start_clip(int width, int height) {
-  clip_path_ = free_path(".mp4");
-  Result<ClipWriter> clip = ClipWriter::create(clip_path_, width, height, kRate_hz);
+Result<void> Recorder::start_video(int width, int height) {
+  video_path_ = free_path(".mp4");
+  Result<VideoWriter> clip = VideoWriter::create(video_path_, width, height, kRate_hz);
   if (!clip) return Refusal(clip.error());
   clip_.emplace(std::move(*clip));
   width_ = width;
   height_ = height;
   picture_count_ = 0;
-  status_ = "recording " + clip_path_;
+  status_ = "recording " + video_path_;
   return {};
 }
 
-Result<void> Recorder::stop_clip() {
+Result<void> Recorder::stop_video() {
   if (!clip_) return {};
   Result<void> finished = clip_->finish();
   clip_.reset();
-  status_ = finished ? "wrote " + clip_path_ : "";
+  status_ = finished ? "wrote " + video_path_ : "";
   return finished;
 }
 
@@ -71,8 +71,8 @@ Result<void> Recorder::add_picture(std::span<const std::uint8_t> rgba, std::int6
                 upright_.end() - static_cast<std::ptrdiff_t>(at + row));
   const auto due = static_cast<std::uint64_t>(1e-9 * static_cast<double>(now_ns - begun_ns_) * kRate_hz) + 1;
   const std::uint64_t missing = due > picture_count_ ? due - picture_count_ : 0;
-  if (missing > kCatchUpMost) begun_ns_ += static_cast<std::int64_t>(1e9 * static_cast<double>(missing - 1) / kRate_hz);
-  for (std::uint64_t i = 0; i < (missing > kCatchUpMost ? 1 : missing); ++i) {
+  if (missing > kCatchUpMax) begun_ns_ += static_cast<std::int64_t>(1e9 * static_cast<double>(missing - 1) / kRate_hz);
+  for (std::uint64_t i = 0; i < (missing > kCatchUpMax ? 1 : missing); ++i) {
     Result<void> added = clip_->add(upright_);
     if (!added) {
       clip_.reset();
@@ -89,10 +89,10 @@ void Recorder::add_tick(const LocalWorld& world) {
 }
 
 void add_to_trace(const LocalWorld& world, FrameTrace& trace) {
-  for (const Subject& subject : world.subjects()) {
-    const std::optional<LatticeView> lattice = world.lattice(subject.id);
+  for (const ViewedCharacter& character : world.viewed_characters()) {
+    const std::optional<LatticeView> lattice = world.lattice(character.id);
     if (!lattice) continue;
-    trace.add({world.ticks().back().number, subject.id, lattice->level, lattice->jumped, lattice->asleep, 0,
+    trace.add({world.ticks().back().number, character.id, lattice->level, lattice->discontinuous, lattice->asleep, 0,
                *lattice->pose, lattice->displacement, 1});
   }
 }

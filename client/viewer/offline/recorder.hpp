@@ -19,11 +19,11 @@ class Recorder {
  public:
   static constexpr double kRate_hz = 30;
 
-  Result<void> start_clip(int width, int height);
+  Result<void> start_video(int width, int height);
   Result<void> start_trace();
-  Result<void> stop_clip();
+  Result<void> stop_video();
   Result<void> stop_trace();
-  [[nodiscard]] bool has_clip() const { return clip_.has_value(); }
+  [[nodiscard]] bool has_video() const { return clip_.has_value(); }
   [[nodiscard]] bool has_trace() const { return trace_.has_value(); }
 
   // Whether a picture of now is to be added, and in which size.
@@ -37,16 +37,16 @@ class Recorder {
   [[nodiscard]] const std::string& status() const { return status_; }
 
  private:
-  std::optional<ClipWriter> clip_;
+  std::optional<VideoWriter> clip_;
   std::optional<FrameTrace> trace_;
   int width_ = 0, height_ = 0;
   std::int64_t begun_ns_ = 0;
   std::uint64_t picture_count_ = 0;
   std::vector<std::uint8_t> upright_;
-  std::string clip_path_, trace_path_, status_;
+  std::string video_path_, trace_path_, status_;
 };
 
-// Adds what a local world has after the tick just done; character numbers are those of its subjects.
+// Adds what a local world has after the tick just done; character numbers are those of its viewed.
 void add_to_trace(const LocalWorld& world, FrameTrace& trace);
 
 }  // namespace hairnet::viewer

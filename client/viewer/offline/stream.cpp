@@ -19,10 +19,11 @@ constexpr std::int64_t kPlayInterval_ns = 8'000'000;  // how often a display wou
 // A room while it is streamed to, without anybody looking at it.
 class Streamer {
  public:
-  Streamer(const ViewOptions& options, const std::vector<Actor>& cast, const std::vector<double>& moment_times_s)
-      : options_(options), moment_times_s_(moment_times_s), room_(options, cast, false) {
+  Streamer(const ViewOptions& options, const std::vector<CharacterSetup>& characters,
+           const std::vector<double>& moment_times_s)
+      : options_(options), moment_times_s_(moment_times_s), room_(options, characters, false) {
     // Twice a picture, so that a clip of many a second has each of its own time.
-    if (options.output == Output::clip)
+    if (options.output == Output::video)
       play_interval_ns_ = std::min(play_interval_ns_, static_cast<std::int64_t>(0.5e9 / options.frame_rate_hz));
     if (!moment_times_s.empty()) room_.keep_moments();
   }
@@ -54,10 +55,10 @@ class Streamer {
 
   void add_to_trace(const link::Frame& frame, std::uint64_t tick, std::span<const Vec3f> displacement,
                     std::uint64_t name) {
-    const bool rigid = frame.kept || displacement.empty();  // as the server sent it
+    const bool rigid = frame.last_known || displacement.empty();  // as the server sent it
     const float step_m = rigid ? 0 : codec::kStep_m[static_cast<std::size_t>(frame.error_class)];
-    trace_->add({tick, name, frame.kept ? LevelIndex::rigid : frame.level, frame.discontinuous, frame.asleep, step_m,
-                 frame.pose, rigid ? std::span<const Vec3f>() : displacement, frame.step_stride});
+    trace_->add({tick, name, frame.last_known ? LevelIndex::rigid : frame.level, frame.discontinuous, frame.asleep,
+                 step_m, frame.pose, rigid ? std::span<const Vec3f>() : displacement, frame.step_stride});
   }
 
   // Everything that happens in real time.
@@ -70,7 +71,7 @@ class Streamer {
       const std::optional<double> time_s = room_.clip_time_s(now);
       if (now >= next_play_ns_) play(now, time_s);
       if (time_s && *time_s >= length_s && result_.moments.size() == moment_times_s_.size()) return {};
-      if (asked_to_stop()) {
+      if (stop_requested()) {
         result_.stopped = true;
         return {};
       }
@@ -107,9 +108,9 @@ class Streamer {
 
 }  // namespace
 
-StreamResult stream(const ViewOptions& options, const std::vector<Actor>& cast,
+StreamResult stream(const ViewOptions& options, const std::vector<CharacterSetup>& characters,
                     const std::vector<double>& moment_times_s) {
-  return Streamer(options, cast, moment_times_s).run();
+  return Streamer(options, characters, moment_times_s).run();
 }
 
 }  // namespace hairnet::viewer

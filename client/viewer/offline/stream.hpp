@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "client/viewer/cast/load_characters.hpp"
-#include "client/viewer/cast/options.hpp"
+#include "client/viewer/characters/load_characters.hpp"
+#include "client/viewer/characters/options.hpp"
 #include "client/viewer/sources/moment.hpp"
 #include "client/viewer/sources/other_characters.hpp"
 #include "client/viewer/sources/stream_statistics.hpp"
@@ -12,7 +12,7 @@
 namespace hairnet::viewer {
 
 struct StreamResult {
-  std::vector<std::vector<Moment>> moments;  // [time][character of the cast]
+  std::vector<std::vector<Moment>> moments;  // [time][character of the characters]
   std::vector<SeenCharacter> others;
   StreamStatistics statistics;
   Result<void> ended;    // what cut the stream short, if anything
@@ -21,7 +21,7 @@ struct StreamResult {
 
 // Streams the cast in real time until `options` says it ends or a signal asks for it, writes the trace, and copies out
 // what is shown at each of `moment_times_s` (ascending). What was received before a failure is still returned.
-StreamResult stream(const ViewOptions& options, const std::vector<Actor>& cast,
+StreamResult stream(const ViewOptions& options, const std::vector<CharacterSetup>& characters,
                     const std::vector<double>& moment_times_s);
 
 }  // namespace hairnet::viewer

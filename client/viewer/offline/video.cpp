@@ -10,7 +10,7 @@
 #include "client/render/renderer.hpp"
 #include "client/tools/command_line/progress_bar.hpp"
 #include "client/tools/command_line/stop_signal.hpp"
-#include "client/viewer/cast/hair_colour.hpp"
+#include "client/viewer/characters/hair_colour.hpp"
 #include "client/viewer/drawing/framing.hpp"
 #include "client/viewer/drawing/render_list.hpp"
 #include "client/viewer/offline/local_run.hpp"
@@ -18,50 +18,50 @@
 namespace hairnet::viewer {
 namespace {
 
-constexpr std::size_t kKeptMost = 60'000;  // lattices of a stream that are kept for a clip: a gigabyte at the most
+constexpr std::size_t kKeptMax = 60'000;  // lattices of a stream that are kept for a clip: a gigabyte at the most
 
-Result<std::unique_ptr<view::Renderer>> make_renderer() {
-  return view::Renderer::create();
+Result<std::unique_ptr<render::Renderer>> make_renderer() {
+  return render::Renderer::create();
 }
 
 // Draws one picture after the other into a clip. The camera looks at all who are there in the first one, and goes along
 // with the middle of them.
-class Film {
+class VideoRecording {
  public:
-  Film(const ViewOptions& options, view::Renderer& renderer, ClipWriter& clip)
-      : options_(options), renderer_(renderer), clip_(clip), cast_(renderer.stage()) {}
+  VideoRecording(const ViewOptions& options, render::Renderer& renderer, VideoWriter& clip)
+      : options_(options), renderer_(renderer), clip_(clip), characters_(renderer.stage()) {}
 
-  Result<void> add(std::span<const Subject> subjects) {
-    if (!framed_ && !subjects.empty()) {
-      frame_all(subjects, options_.views.front(), options_.width, options_.height, camera_);
+  Result<void> add(std::span<const ViewedCharacter> viewed) {
+    if (!framed_ && !viewed.empty()) {
+      frame_all(viewed, options_.views.front(), options_.width, options_.height, camera_);
       framed_ = true;
     }
-    camera_.follow(middle_of(subjects), 1 / options_.frame_rate_hz);
-    const Result<view::Image> image =
-        renderer_.draw(cast_.show(subjects), camera_.camera(), view::Look{}, options_.width, options_.height);
+    camera_.follow(middle_of(viewed), 1 / options_.frame_rate_hz);
+    const Result<render::Image> image =
+        renderer_.draw(characters_.show(viewed), camera_.camera(), render::Look{}, options_.width, options_.height);
     if (!image) return Refusal(image.error());
     return clip_.add(image->rgba);
   }
 
  private:
   const ViewOptions& options_;
-  view::Renderer& renderer_;
-  ClipWriter& clip_;
-  StageCast cast_;
+  render::Renderer& renderer_;
+  VideoWriter& clip_;
+  RenderList characters_;
   OrbitCamera camera_;
   bool framed_ = false;
 };
 
-// `count` pictures; `picture` gives the n-th one's subjects. Ends early where `ended` says so.
+// `count` pictures; `picture` gives the n-th one's viewed. Ends early where `ended` says so.
 Result<void> film(const ViewOptions& options, std::size_t count,
-                  const std::function<std::span<const Subject>(std::size_t)>& picture,
+                  const std::function<std::span<const ViewedCharacter>(std::size_t)>& picture,
                   const std::function<bool()>& ended) {
-  Result<std::unique_ptr<view::Renderer>> renderer = make_renderer();
+  Result<std::unique_ptr<render::Renderer>> renderer = make_renderer();
   if (!renderer) return Refusal(renderer.error());
-  Result<ClipWriter> clip = ClipWriter::create(options.out, options.width, options.height, options.frame_rate_hz);
+  Result<VideoWriter> clip = VideoWriter::create(options.out, options.width, options.height, options.frame_rate_hz);
   if (!clip) return Refusal(clip.error());
   ProgressBar bar("hairnet-view");
-  Film pictures(options, **renderer, *clip);
+  VideoRecording pictures(options, **renderer, *clip);
   for (std::size_t i = 0; i < count && !ended(); ++i) {
     bar.show(static_cast<double>(i) / static_cast<double>(count), "filming");
     if (Result<void> added = pictures.add(picture(i)); !added) return added;
@@ -73,26 +73,26 @@ Result<void> film(const ViewOptions& options, std::size_t count,
 class Shown {
  public:
   Shown(std::uint64_t id, std::shared_ptr<const Groom> groom, const Vec3f& hair_colour, const Moment& moment) {
-    subject_.id = id;
-    subject_.groom = std::move(groom);
-    subject_.hair_colour = hair_colour;
-    subject_.pose = moment.pose;
+    viewed_.id = id;
+    viewed_.groom = std::move(groom);
+    viewed_.hair_colour = hair_colour;
+    viewed_.pose = moment.pose;
     replay(moment, blend_);
   }
-  [[nodiscard]] Subject subject() const {
-    Subject subject = subject_;
-    subject.layers = blend_.layers();
-    return subject;
+  [[nodiscard]] ViewedCharacter viewed_character() const {
+    ViewedCharacter character = viewed_;
+    character.layers = blend_.layers();
+    return character;
   }
 
  private:
-  Subject subject_;
+  ViewedCharacter viewed_;
   link::LatticeBlend blend_;
 };
 
 }  // namespace
 
-std::vector<double> film_times_s(const ViewOptions& options) {
+std::vector<double> video_times_s(const ViewOptions& options) {
   const double end_s = options.duration_s + options.settle_s;
   const auto count = static_cast<std::size_t>(std::floor(end_s * options.frame_rate_hz + 1e-6));
   std::vector<double> times_s;
@@ -101,44 +101,47 @@ std::vector<double> film_times_s(const ViewOptions& options) {
   return times_s;
 }
 
-Result<void> check_film(const ViewOptions& options) {
-  const std::size_t count = film_times_s(options).size() * std::max<std::size_t>(1, options.characters.size());
-  if (options.source == Source::server && count > kKeptMost)
+Result<void> check_video(const ViewOptions& options) {
+  const std::size_t count = video_times_s(options).size() * std::max<std::size_t>(1, options.characters.size());
+  if (options.source == Source::server && count > kKeptMax)
     return Refusal("a clip of a server's room is kept in memory until it is drawn, and this one is too long");
-  const Result<std::unique_ptr<view::Renderer>> renderer = make_renderer();
+  const Result<std::unique_ptr<render::Renderer>> renderer = make_renderer();
   if (!renderer) return Refusal(renderer.error());
-  const Result<ClipWriter> clip = ClipWriter::create(options.out, options.width, options.height, options.frame_rate_hz);
+  const Result<VideoWriter> clip =
+      VideoWriter::create(options.out, options.width, options.height, options.frame_rate_hz);
   return clip ? Result<void>() : Refusal(clip.error());
 }
 
-Result<void> film_locally(const ViewOptions& options, const std::vector<Actor>& cast) {
-  LocalWorld world = local_world_of(options, cast);
-  const std::vector<double> times_s = film_times_s(options);
+Result<void> record_local_video(const ViewOptions& options, const std::vector<CharacterSetup>& characters) {
+  LocalWorld world = local_world_of(options, characters);
+  const std::vector<double> times_s = video_times_s(options);
   const auto picture = [&](std::size_t i) {
     world.advance_to(times_s[i]);
-    return world.subjects();
+    return world.viewed_characters();
   };
-  return film(options, times_s.size(), picture, asked_to_stop);
+  return film(options, times_s.size(), picture, stop_requested);
 }
 
-Result<void> film_stream(const ViewOptions& options, const std::vector<Actor>& cast, const StreamResult& streamed) {
+Result<void> record_stream_video(const ViewOptions& options, const std::vector<CharacterSetup>& characters,
+                                 const StreamResult& streamed) {
   std::vector<Shown> shown;
-  std::vector<Subject> subjects;
-  const auto picture = [&](std::size_t i) -> std::span<const Subject> {
+  std::vector<ViewedCharacter> viewed;
+  const auto picture = [&](std::size_t i) -> std::span<const ViewedCharacter> {
     shown.clear();
-    subjects.clear();
+    viewed.clear();
     for (std::size_t c = 0; c < streamed.moments[i].size(); ++c)
-      shown.emplace_back(c, cast[c].groom, cast[c].hair_colour, streamed.moments[i][c]);
+      shown.emplace_back(c, characters[c].groom, characters[c].hair_colour, streamed.moments[i][c]);
     for (std::size_t o = 0; o < streamed.others.size(); ++o) {
       const SeenCharacter& other = streamed.others[o];
       if (i < other.moments.size() && other.moments[i])
-        shown.emplace_back(cast.size() + o, other.groom, default_hair_colour(cast.size() + o), *other.moments[i]);
+        shown.emplace_back(characters.size() + o, other.groom, default_hair_colour(characters.size() + o),
+                           *other.moments[i]);
     }
-    for (const Shown& one : shown) subjects.push_back(one.subject());
-    return subjects;
+    for (const Shown& one : shown) viewed.push_back(one.viewed_character());
+    return viewed;
   };
   // The signal that ended the stream does not end this.
-  return film(options, streamed.moments.size(), picture, [&] { return !streamed.stopped && asked_to_stop(); });
+  return film(options, streamed.moments.size(), picture, [&] { return !streamed.stopped && stop_requested(); });
 }
 
 }  // namespace hairnet::viewer

@@ -2,24 +2,25 @@
 
 #include <vector>
 
-#include "client/viewer/cast/load_characters.hpp"
-#include "client/viewer/cast/options.hpp"
+#include "client/viewer/characters/load_characters.hpp"
+#include "client/viewer/characters/options.hpp"
 #include "client/viewer/offline/stream.hpp"
 #include "core/result.hpp"
 
 namespace hairnet::viewer {
 
 // Times of a clip's pictures, from 0 to the end that `options` says.
-std::vector<double> film_times_s(const ViewOptions& options);
+std::vector<double> video_times_s(const ViewOptions& options);
 
 // Clips of everybody in one picture, drawn off-screen, options.out. Refused where nothing can draw, without ffmpeg, and
 // in a build without the renderer. A stop signal ends a clip early: what was simulated or streamed until then is in it.
 
 // Of a cast that is simulated here, picture by picture: the same options give the same pictures.
-Result<void> film_locally(const ViewOptions& options, const std::vector<Actor>& cast);
-// Of what a stream showed at film_times_s(options), as many of them as it came to.
-Result<void> film_stream(const ViewOptions& options, const std::vector<Actor>& cast, const StreamResult& streamed);
+Result<void> record_local_video(const ViewOptions& options, const std::vector<CharacterSetup>& characters);
+// Of what a stream showed at video_times_s(options), as many of them as it came to.
+Result<void> record_stream_video(const ViewOptions& options, const std::vector<CharacterSetup>& characters,
+                                 const StreamResult& streamed);
 // Whether that can be done at all, and would fit into memory; asked before streaming.
-Result<void> check_film(const ViewOptions& options);
+Result<void> check_video(const ViewOptions& options);
 
 }  // namespace hairnet::viewer

@@ -9,19 +9,19 @@ Refusal no_renderer() {
 
 }  // namespace
 
-std::vector<double> film_times_s(const ViewOptions&) {
+std::vector<double> video_times_s(const ViewOptions&) {
   return {};
 }
 
-Result<void> check_film(const ViewOptions&) {
+Result<void> check_video(const ViewOptions&) {
   return no_renderer();
 }
 
-Result<void> film_locally(const ViewOptions&, const std::vector<Actor>&) {
+Result<void> record_local_video(const ViewOptions&, const std::vector<CharacterSetup>&) {
   return no_renderer();
 }
 
-Result<void> film_stream(const ViewOptions&, const std::vector<Actor>&, const StreamResult&) {
+Result<void> record_stream_video(const ViewOptions&, const std::vector<CharacterSetup>&, const StreamResult&) {
   return no_renderer();
 }
 

@@ -16,7 +16,7 @@
 namespace hairnet::viewer {
 
 // One character as it is to be drawn now.
-struct Subject {
+struct ViewedCharacter {
   std::uint64_t id = 0;  // stays its own while it is there
   std::string name;
   std::shared_ptr<const Groom> groom;
@@ -34,16 +34,16 @@ struct Subject {
 
 // The source of the characters that a window draws and controls, simulated here (LocalWorld) or by a server (LiveRoom).
 // One thread.
-class Show {
+class HairSource {
  public:
   static constexpr double kAside_m = 0.8;  // of teleport(), along x
 
-  virtual ~Show() = default;
+  virtual ~HairSource() = default;
   // Moves all characters to the moment to draw, `now_ns` of a monotonic clock. The error is one line that says why the
   // source has ended.
   virtual Result<void> advance(std::int64_t now_ns) = 0;
   // Until the next call that is not const.
-  [[nodiscard]] virtual std::span<const Subject> subjects() const = 0;
+  [[nodiscard]] virtual std::span<const ViewedCharacter> viewed_characters() const = 0;
 
   // Of a character of one's own; null and no effect for others.
   virtual HeadGrab* grab(std::uint64_t id) = 0;

@@ -28,51 +28,51 @@ Vec3 limited(const Vec3& v, double most) {
 
 }  // namespace
 
-void HeadGrab::Follower::advance(double elapsed_s, double rate_per_s, double speed_most) {
+void HeadGrab::DampedValue::advance(double elapsed_s, double rate_per_s, double speed_max) {
   const Vec3 error = at - target, c = speed + rate_per_s * error;
   const double decay = std::exp(-rate_per_s * elapsed_s);
   const Vec3 step = decay * (error + elapsed_s * c) - error;
-  const Vec3 slow = limited(step, speed_most * elapsed_s);
+  const Vec3 slow = limited(step, speed_max * elapsed_s);
   at += slow;
   speed = slow.squaredNorm() < step.squaredNorm() ? Vec3(slow / elapsed_s)
-                                                  : limited(decay * (speed - rate_per_s * elapsed_s * c), speed_most);
+                                                  : limited(decay * (speed - rate_per_s * elapsed_s * c), speed_max);
 }
 
 void HeadGrab::take() {
-  held_ = true;
+  grabbed_ = true;
   turn_.target = turn_.at;
   shift_.target = shift_.at;
 }
 
 void HeadGrab::turn(const Vec3& axis_world, double angle_rad) {
-  if (!held_) return;
+  if (!grabbed_) return;
   const Quat more(Eigen::AngleAxisd(angle_rad, axis_world));
-  turn_.target = limited(to_rotation_vector(more * from_rotation_vector(turn_.target)), kTurnMost_rad);
+  turn_.target = limited(to_rotation_vector(more * from_rotation_vector(turn_.target)), kTurnMax_rad);
 }
 
 void HeadGrab::move(const Vec3& by_world_m) {
-  if (held_) shift_.target = limited(shift_.target + by_world_m, kShiftMost_m);
+  if (grabbed_) shift_.target = limited(shift_.target + by_world_m, kShiftMax_m);
 }
 
 void HeadGrab::release() {
-  held_ = false;
+  grabbed_ = false;
   turn_.target.setZero();
   shift_.target.setZero();
 }
 
 void HeadGrab::advance(double elapsed_s) {
   if (!(elapsed_s > 0)) return;
-  const double rate_per_s = held_ ? kHeldRate_per_s : kFreeRate_per_s;
-  turn_.advance(elapsed_s, rate_per_s, kTurnSpeedMost_rad_per_s);
-  shift_.advance(elapsed_s, rate_per_s, kShiftSpeedMost_m_per_s);
-  if (held_ || !at_rest()) return;
+  const double rate_per_s = grabbed_ ? kHeldRate_per_s : kFreeRate_per_s;
+  turn_.advance(elapsed_s, rate_per_s, kTurnSpeedMax_rad_per_s);
+  shift_.advance(elapsed_s, rate_per_s, kShiftSpeedMax_m_per_s);
+  if (grabbed_ || !at_rest()) return;
   turn_ = {};
   shift_ = {};
 }
 
 bool HeadGrab::at_rest() const {
   const double furthest = std::max({turn_.at.norm(), turn_.speed.norm(), shift_.at.norm(), shift_.speed.norm()});
-  return !held_ && furthest < kAtRest;
+  return !grabbed_ && furthest < kAtRest;
 }
 
 Pose HeadGrab::apply(const Pose& pose, const Body& body) const {

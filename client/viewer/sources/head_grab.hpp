@@ -10,8 +10,8 @@ namespace hairnet::viewer {
 // overshoot. Time is a parameter; one thread.
 class HeadGrab {
  public:
-  static constexpr double kTurnMost_rad = 1.9, kShiftMost_m = 1.5;
-  static constexpr double kTurnSpeedMost_rad_per_s = 25, kShiftSpeedMost_m_per_s = 12;
+  static constexpr double kTurnMax_rad = 1.9, kShiftMax_m = 1.5;
+  static constexpr double kTurnSpeedMax_rad_per_s = 25, kShiftSpeedMax_m_per_s = 12;
 
   void take();
   void turn(const Vec3& axis_world, double angle_rad);  // unit axis; while held, on what it was turned by
@@ -19,7 +19,7 @@ class HeadGrab {
   void release();
   void advance(double elapsed_s);
 
-  [[nodiscard]] bool held() const { return held_; }
+  [[nodiscard]] bool grabbed() const { return grabbed_; }
   // Where its motion has it.
   [[nodiscard]] bool at_rest() const;
   // The head turned about the foot of the neck, the neck with it by its own share (PoseCompletion); the whole moved.
@@ -27,13 +27,13 @@ class HeadGrab {
 
  private:
   // Goes critically damped towards a target.
-  struct Follower {
+  struct DampedValue {
     Vec3 at = Vec3::Zero(), speed = Vec3::Zero(), target = Vec3::Zero();
-    void advance(double elapsed_s, double rate_per_s, double speed_most);
+    void advance(double elapsed_s, double rate_per_s, double speed_max);
   };
-  bool held_ = false;
-  Follower turn_;   // as a rotation vector, world, rad
-  Follower shift_;  // m, world
+  bool grabbed_ = false;
+  DampedValue turn_;   // as a rotation vector, world, rad
+  DampedValue shift_;  // m, world
 };
 
 }  // namespace hairnet::viewer

@@ -41,7 +41,7 @@ void LevelBuilder::work() {
     const std::shared_ptr<const Groom> groom = std::move(queue_.front());
     queue_.pop_front();
     lock.unlock();
-    BuildObserver observer;
+    BuildCallbacks observer;
     observer.progress = [this, &groom](double fraction, std::string_view) {
       char text[160];
       std::snprintf(text, sizeof text, "building levels of %.80s: %.0f %%", groom->name.c_str(), 100 * fraction);

@@ -5,17 +5,17 @@
 #include <cstdio>
 #include <utility>
 
-#include "client/viewer/cast/hair_colour.hpp"
+#include "client/viewer/characters/hair_colour.hpp"
 
 namespace hairnet::viewer {
 namespace {
 
 constexpr const char* kWaiting = "waiting for the lattices";
-constexpr std::int64_t kUprightLeast_ns = 1'000'000'000;
+constexpr std::int64_t kUprightMin_ns = 1'000'000'000;
 constexpr std::int64_t kGroomsReady_ns_max = 600'000'000'000;
 constexpr std::int64_t kCoarser_ns = 3'000'000'000;       // at a coarser level for so long: the server gives no more
 constexpr std::int64_t kRefusalDetail_ns = 500'000'000;   // within which an error says why a groom was refused
-constexpr double kLateMost = 4;                           // periods; poses later than that are not made up for
+constexpr double kLateMax = 4;                            // periods; poses later than that are not made up for
 constexpr std::uint64_t kOther = std::uint64_t{1} << 32;  // from here on ids are others'
 
 std::int64_t to_ns(double seconds) {
@@ -50,17 +50,17 @@ link::LinkOptions LiveRoom::link_options(const ViewOptions& options) {
   return link;
 }
 
-LiveRoom::LiveRoom(const ViewOptions& options, const std::vector<Actor>& cast, bool tolerant)
+LiveRoom::LiveRoom(const ViewOptions& options, const std::vector<CharacterSetup>& characters, bool tolerant)
     : options_(options),
-      cast_(cast),
+      characters_(characters),
       tolerant_(tolerant),
       link_(link_options(options)),
       wind_(options.wind.value_or(Wind{})) {
   const Loop loop = std::isfinite(options.duration_s) ? Loop::plain : Loop::smooth;
-  for (const Actor& actor : cast) {
-    Role& role = roles_.emplace_back(actor.motion, options.duration_s, loop);
-    role.level_wanted = actor.level;
-    if (actor.material) role.material = scale_between(actor.groom->materials.base, *actor.material);
+  for (const CharacterSetup& setup : characters) {
+    OwnCharacter& own = own_characters_.emplace_back(setup.motion, options.duration_s, loop);
+    own.level_wanted = setup.level;
+    if (setup.material) own.material = scale_between(setup.groom->materials.base, *setup.material);
   }
 }
 
@@ -68,19 +68,19 @@ Result<void> LiveRoom::open() {
   const Result<wire::Welcome> welcome = link_.connect();
   if (!welcome) return Refusal(welcome.error());
   session_ = welcome->session;
-  for (std::size_t i = 0; i < cast_.size(); ++i) {
-    const auto same = std::find_if(cast_.begin(), cast_.begin() + static_cast<std::ptrdiff_t>(i),
-                                   [&](const Actor& a) { return a.groom == cast_[i].groom; });
-    const auto first = static_cast<std::size_t>(same - cast_.begin());
-    roles_[i].groom = first == i ? link_.upload(*cast_[i].groom) : roles_[first].groom;
+  for (std::size_t i = 0; i < characters_.size(); ++i) {
+    const auto same = std::find_if(characters_.begin(), characters_.begin() + static_cast<std::ptrdiff_t>(i),
+                                   [&](const CharacterSetup& a) { return a.groom == characters_[i].groom; });
+    const auto first = static_cast<std::size_t>(same - characters_.begin());
+    own_characters_[i].groom = first == i ? link_.upload(*characters_[i].groom) : own_characters_[first].groom;
     const auto character = static_cast<std::uint32_t>(i + 1);
-    link_.add_character(character, roles_[i].groom, cast_[i].level);
-    if (cast_[i].material) link_.set_material(character, roles_[i].material);
+    link_.add_character(character, own_characters_[i].groom, characters_[i].level);
+    if (characters_[i].material) link_.set_material(character, own_characters_[i].material);
   }
   if (options_.wind) link_.set_wind(*options_.wind);
   link_.observe(options_.observe.value_or(nobody()));
   opened_ns_ = poses_begun_ns_ = next_pose_ns_ = link_.now_ns();
-  status_ = cast_.empty() ? "" : kWaiting;
+  status_ = characters_.empty() ? "" : kWaiting;
   return {};
 }
 
@@ -108,7 +108,7 @@ Result<void> LiveRoom::take(const link::Disconnected& end) {
 
 Result<void> LiveRoom::take(const link::Connected& connected) {
   session_ = connected.welcome.session;
-  status_ = zero_ns_ || cast_.empty() ? "" : kWaiting;
+  status_ = zero_ns_ || characters_.empty() ? "" : kWaiting;
   return {};
 }
 
@@ -116,8 +116,8 @@ Result<void> LiveRoom::take(const link::Reconnecting& lost) {
   const std::string line = lost.detail + "; reconnecting";
   if (line != status_) std::fprintf(stderr, "hairnet-view: %s\n", line.c_str());  // the same is said once
   status_ = line;
-  for (Role& role : roles_) role.playout.hold();
-  audience_.hold();
+  for (OwnCharacter& own : own_characters_) own.playout.freeze();
+  other_characters_.freeze();
   return {};
 }
 
@@ -131,44 +131,45 @@ Result<void> LiveRoom::take(const wire::Error& error) {
   if (error.reason == wire::ErrorReason::state_invalid) return {};  // the hair starts at rest
   const bool may_come_later =
       error.reason == wire::ErrorReason::groom_unavailable || error.reason == wire::ErrorReason::limit_exceeded;
-  if (may_come_later && audience_.retry(error.groom, link_.now_ns())) return {};
+  if (may_come_later && other_characters_.retry(error.groom, link_.now_ns())) return {};
   note_refused(error);
   return refuse_or_note(plain(error));
 }
 
 // Notes the refusal for the character that the error names, or for all that wear the groom it names.
 void LiveRoom::note_refused(const wire::Error& error) {
-  for (std::size_t i = 0; i < roles_.size(); ++i) {
-    const bool by_groom = error.groom != wire::GroomHash{} && error.groom == roles_[i].groom;
-    roles_[i].refused = roles_[i].refused || by_groom || error.character == i + 1;
+  for (std::size_t i = 0; i < own_characters_.size(); ++i) {
+    const bool by_groom = error.groom != wire::GroomHash{} && error.groom == own_characters_[i].groom;
+    own_characters_[i].refused = own_characters_[i].refused || by_groom || error.character == i + 1;
   }
 }
 
 Result<void> LiveRoom::take(const wire::CharacterAdded& added) {
-  if (added.character >= 1 && added.character <= roles_.size()) roles_[added.character - 1].member = added.member;
+  if (added.character >= 1 && added.character <= own_characters_.size())
+    own_characters_[added.character - 1].member = added.member;
   return {};
 }
 
 Result<void> LiveRoom::take(const wire::MemberJoined& joined) {
-  if (options_.observe) audience_.take(joined);
+  if (options_.observe) other_characters_.take(joined);
   return {};
 }
 
 Result<void> LiveRoom::take(const wire::MemberLeft& left) {
-  audience_.take(left);
+  other_characters_.take(left);
   statistics_.forget(left.member);
   return {};
 }
 
 Result<void> LiveRoom::take(const link::GroomFetched& fetched) {
-  const Result<void> taken = audience_.take(fetched);
+  const Result<void> taken = other_characters_.take(fetched);
   return taken ? taken : refuse_or_note(taken.error());
 }
 
 Result<void> LiveRoom::take(const wire::GroomStatus& status) {
   if (status.state != wire::GroomState::refused) return {};
   if (!tolerant_) refused_ns_ = link_.now_ns();
-  for (Role& role : roles_) role.refused = role.refused || role.groom == status.hash;
+  for (OwnCharacter& own : own_characters_) own.refused = own.refused || own.groom == status.hash;
   return {};
 }
 
@@ -184,25 +185,25 @@ void LiveRoom::take(const link::Frame& frame, const link::FrameBatch& batch, std
                     std::int64_t now_ns) {
   codec::dequantise_nodes(frame.displacements, frame.error_class, displacement_);
   if (frame.character == 0) {
-    if (audience_.push(frame, sampled_ns, now_ns) && on_frame_)
-      on_frame_(frame, batch.tick, displacement_, audience_.name_of(frame.member));
+    if (other_characters_.push(frame, sampled_ns, now_ns) && on_frame_)
+      on_frame_(frame, batch.tick, displacement_, other_characters_.name_of(frame.member));
     return;
   }
-  Role& role = roles_[frame.character - 1];
-  role.at_level = role.at_level || frame.level == role.level_wanted;
-  if (!role.coarser_ns && frame.level != LevelIndex::rigid) role.coarser_ns = now_ns;
-  role.playout.push(frame, sampled_ns, now_ns);
+  OwnCharacter& own = own_characters_[frame.character - 1];
+  own.at_level = own.at_level || frame.level == own.level_wanted;
+  if (!own.coarser_ns && frame.level != LevelIndex::rigid) own.coarser_ns = now_ns;
+  own.playout.push(frame, sampled_ns, now_ns);
   statistics_.count_displacement(frame.character, displacement_);
   if (on_frame_) on_frame_(frame, batch.tick, displacement_, session_ << 32 | frame.character);
 }
 
 // The clips begin together, once every character that is not refused is simulated at its level.
 void LiveRoom::begin_when_ready(std::int64_t now_ns) {
-  const bool ready = std::all_of(roles_.begin(), roles_.end(), [&](const Role& role) {
-    return role.refused || role.at_level || (role.coarser_ns && now_ns - *role.coarser_ns > kCoarser_ns);
+  const bool ready = std::all_of(own_characters_.begin(), own_characters_.end(), [&](const OwnCharacter& own) {
+    return own.refused || own.at_level || (own.coarser_ns && now_ns - *own.coarser_ns > kCoarser_ns);
   });
-  if (!ready || now_ns < opened_ns_ + kUprightLeast_ns) return;
-  zero_ns_ = now_ns + to_ns(Performance::kLeadIn_s);
+  if (!ready || now_ns < opened_ns_ + kUprightMin_ns) return;
+  zero_ns_ = now_ns + to_ns(MotionTimeline::kLeadIn_s);
   paused_s_ = 0;
   if (status_ == kWaiting) status_.clear();
 }
@@ -213,12 +214,12 @@ std::optional<double> LiveRoom::clip_time_s(std::int64_t now_ns) const {
 }
 
 double LiveRoom::motion_time_s(std::int64_t now_ns) const {
-  return clip_time_s(now_ns).value_or(-Performance::kLeadIn_s);
+  return clip_time_s(now_ns).value_or(-MotionTimeline::kLeadIn_s);
 }
 
-Pose LiveRoom::pose_of(std::size_t role, double time_s) const {
-  Pose pose = roles_[role].grab.apply(roles_[role].performance.at(time_s), cast_[role].groom->body);
-  if (roles_[role].aside) {
+Pose LiveRoom::pose_of(std::size_t own, double time_s) const {
+  Pose pose = own_characters_[own].grab.apply(own_characters_[own].timeline.at(time_s), characters_[own].groom->body);
+  if (own_characters_[own].aside) {
     for (RigidTransform& bone : pose.bones) bone.position.x() += kAside_m;
   }
   return pose;
@@ -228,12 +229,13 @@ void LiveRoom::push_poses(std::int64_t now_ns) {
   const double to_s = motion_time_s(now_ns);
   std::vector<wire::PoseSample> poses;
   ++sequence_;
-  for (std::size_t i = 0; i < roles_.size(); ++i) {
+  for (std::size_t i = 0; i < own_characters_.size(); ++i) {
     wire::PoseSample sample;
     sample.character = static_cast<std::uint32_t>(i + 1);
     sample.sequence = sequence_;
     sample.capture_time_ns = now_ns;
-    sample.teleport = roles_[i].performance.jumps(last_pose_s_, to_s) || std::exchange(roles_[i].jumps, false);
+    sample.teleport = own_characters_[i].timeline.teleports(last_pose_s_, to_s) ||
+                      std::exchange(own_characters_[i].teleport_pending, false);
     sample.pose = rounded_to_wire(pose_of(i, to_s));
     poses.push_back(sample);
   }
@@ -244,7 +246,7 @@ void LiveRoom::push_poses(std::int64_t now_ns) {
   ++pose_count_;
   const double jitter_s = 1e-3 * options_.jitter_ms * std::uniform_real_distribution<>(-1, 1)(random_);
   const auto after_s = [&] { return static_cast<double>(pose_count_) / options_.pose_rate_hz; };
-  const double late_s = kLateMost / options_.pose_rate_hz + 1e-3 * options_.jitter_ms;
+  const double late_s = kLateMax / options_.pose_rate_hz + 1e-3 * options_.jitter_ms;
   if (now_ns > poses_begun_ns_ + to_ns(after_s() + late_s)) {
     poses_begun_ns_ = now_ns;
     pose_count_ = 1;
@@ -254,23 +256,23 @@ void LiveRoom::push_poses(std::int64_t now_ns) {
 
 void LiveRoom::keep_moments() {
   keeps_moments_ = true;
-  audience_.keep_moments();
+  other_characters_.keep_moments();
 }
 
 void LiveRoom::play(std::int64_t now_ns, std::ptrdiff_t moment) {
-  for (Role& role : roles_) {
-    role.sample = role.playout.sample(now_ns);
-    if (!role.sample.valid) continue;
-    if (keeps_moments_) role.trail.note(role.sample);
-    role.blend.apply(role.sample);
+  for (OwnCharacter& own : own_characters_) {
+    own.sample = own.playout.sample(now_ns);
+    if (!own.sample.valid) continue;
+    if (keeps_moments_) own.trail.note(own.sample);
+    own.blend.apply(own.sample);
   }
-  audience_.play(now_ns, moment);
+  other_characters_.play(now_ns, moment);
 }
 
 std::vector<Moment> LiveRoom::moments() const {
   std::vector<Moment> moments;
-  for (const Role& role : roles_) {
-    if (role.sample.valid) moments.push_back(role.trail.moment(role.sample.pose));
+  for (const OwnCharacter& own : own_characters_) {
+    if (own.sample.valid) moments.push_back(own.trail.moment(own.sample.pose));
   }
   return moments;
 }
@@ -279,7 +281,7 @@ Result<void> LiveRoom::advance(std::int64_t now_ns) {
   const double elapsed_s = 1e-9 * static_cast<double>(now_ns - advanced_ns_.value_or(now_ns));
   advanced_ns_ = now_ns;
   if (paused_ && clip_time_s(now_ns).value_or(-1) > 0) paused_s_ += elapsed_s;
-  for (Role& role : roles_) role.grab.advance(elapsed_s);
+  for (OwnCharacter& own : own_characters_) own.grab.advance(elapsed_s);
   if (Result<void> turned = turn(now_ns); !turned) return turned;
   play(now_ns, -1);
   show(now_ns);
@@ -296,37 +298,37 @@ std::shared_ptr<const Level> LiveRoom::model_of(const std::shared_ptr<const Groo
 }
 
 void LiveRoom::show(std::int64_t now_ns) {
-  subjects_.clear();
+  viewed_.clear();
   const auto add = [&](const std::shared_ptr<const Groom>& groom, const link::Playout::Sample& sample,
-                       const link::LatticeBlend& blend) -> Subject& {
-    Subject& subject = subjects_.emplace_back();
-    subject.groom = groom;
-    subject.pose = sample.pose;
-    subject.layers = blend.layers();
-    subject.level = sample.displacement.empty() ? LevelIndex::rigid : sample.level;
-    if (!sample.displacement.empty()) subject.geometry = sample.geometry;
-    subject.displacement = sample.displacement;
-    subject.model = model_of(groom, subject.level, subject.geometry.get());
-    return subject;
+                       const link::LatticeBlend& blend) -> ViewedCharacter& {
+    ViewedCharacter& character = viewed_.emplace_back();
+    character.groom = groom;
+    character.pose = sample.pose;
+    character.layers = blend.layers();
+    character.level = sample.displacement.empty() ? LevelIndex::rigid : sample.level;
+    if (!sample.displacement.empty()) character.geometry = sample.geometry;
+    character.displacement = sample.displacement;
+    character.model = model_of(groom, character.level, character.geometry.get());
+    return character;
   };
-  for (std::size_t i = 0; i < roles_.size(); ++i) {
-    const Role& role = roles_[i];
-    Subject& subject = add(cast_[i].groom, role.sample, role.blend);
-    subject.id = i + 1;
-    subject.name = cast_[i].groom->name + " " + std::to_string(i + 1);
-    subject.hair_colour = cast_[i].hair_colour;
-    subject.pose = pose_of(i, motion_time_s(now_ns));
-    subject.material = role.material;
-    subject.level_wanted = role.level_wanted;
-    subject.own = true;
+  for (std::size_t i = 0; i < own_characters_.size(); ++i) {
+    const OwnCharacter& own = own_characters_[i];
+    ViewedCharacter& character = add(characters_[i].groom, own.sample, own.blend);
+    character.id = i + 1;
+    character.name = characters_[i].groom->name + " " + std::to_string(i + 1);
+    character.hair_colour = characters_[i].hair_colour;
+    character.pose = pose_of(i, motion_time_s(now_ns));
+    character.material = own.material;
+    character.level_wanted = own.level_wanted;
+    character.own = true;
   }
-  for (const auto& [number, member] : audience_.members()) {
-    const std::shared_ptr<const Groom> groom = audience_.groom_of(member);
+  for (const auto& [number, member] : other_characters_.members()) {
+    const std::shared_ptr<const Groom> groom = other_characters_.groom_of(member);
     if (!member.here || !groom || !member.sample.valid) continue;
-    Subject& subject = add(groom, member.sample, member.blend);
-    subject.id = kOther + number;
-    subject.name = groom->name + ", member " + std::to_string(number);
-    subject.hair_colour = default_hair_colour(number);
+    ViewedCharacter& character = add(groom, member.sample, member.blend);
+    character.id = kOther + number;
+    character.name = groom->name + ", member " + std::to_string(number);
+    character.hair_colour = default_hair_colour(number);
   }
 }
 
@@ -337,44 +339,44 @@ void LiveRoom::report_importance(const Seen& seen) {
     importance.member = member;
     members.push_back(importance);
   };
-  for (std::size_t i = 0; i < roles_.size(); ++i) {
-    if (roles_[i].member != 0) add(roles_[i].member, pose_of(i, motion_time_s(link_.now_ns())));
+  for (std::size_t i = 0; i < own_characters_.size(); ++i) {
+    if (own_characters_[i].member != 0) add(own_characters_[i].member, pose_of(i, motion_time_s(link_.now_ns())));
   }
-  for (const auto& [number, member] : audience_.members()) {
+  for (const auto& [number, member] : other_characters_.members()) {
     if (member.here && member.sample.valid) add(number, member.sample.pose);
   }
   members.resize(std::min<std::size_t>(members.size(), wire::kMembersPerMessageMax));
   if (!members.empty()) link_.report_importance(members);
 }
 
-LiveRoom::Role* LiveRoom::role_of(std::uint64_t id) {
-  return id >= 1 && id <= roles_.size() ? &roles_[id - 1] : nullptr;
+LiveRoom::OwnCharacter* LiveRoom::own_character(std::uint64_t id) {
+  return id >= 1 && id <= own_characters_.size() ? &own_characters_[id - 1] : nullptr;
 }
 
 HeadGrab* LiveRoom::grab(std::uint64_t id) {
-  Role* role = role_of(id);
-  return role != nullptr ? &role->grab : nullptr;
+  OwnCharacter* own = own_character(id);
+  return own != nullptr ? &own->grab : nullptr;
 }
 
 void LiveRoom::set_material(std::uint64_t id, const MaterialScale& scale) {
-  Role* role = role_of(id);
-  if (role == nullptr || !validate(scale).empty()) return;
-  role->material = scale;
+  OwnCharacter* own = own_character(id);
+  if (own == nullptr || !validate(scale).empty()) return;
+  own->material = scale;
   link_.set_material(static_cast<std::uint32_t>(id), scale);
 }
 
 void LiveRoom::set_level(std::uint64_t id, LevelIndex level) {
-  Role* role = role_of(id);
-  if (role == nullptr) return;
-  role->level_wanted = level;
+  OwnCharacter* own = own_character(id);
+  if (own == nullptr) return;
+  own->level_wanted = level;
   link_.set_level(static_cast<std::uint32_t>(id), level);
 }
 
 void LiveRoom::teleport(std::uint64_t id) {
-  Role* role = role_of(id);
-  if (role == nullptr) return;
-  role->aside = !role->aside;
-  role->jumps = true;
+  OwnCharacter* own = own_character(id);
+  if (own == nullptr) return;
+  own->aside = !own->aside;
+  own->teleport_pending = true;
 }
 
 void LiveRoom::set_wind(const Wind& wind) {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "client/link/link.hpp"
-#include "client/viewer/cast/load_characters.hpp"
-#include "client/viewer/cast/options.hpp"
+#include "client/viewer/characters/load_characters.hpp"
+#include "client/viewer/characters/options.hpp"
 #include "client/viewer/sources/hair_source.hpp"
 #include "client/viewer/sources/level_builder.hpp"
 #include "client/viewer/sources/motion_timeline.hpp"
@@ -23,10 +23,10 @@ namespace hairnet::viewer {
 // out; others' poses and lattices belong to one time. One thread beside the link's.
 //
 // Time 0 is when the clips begin together: heads rest upright until every lattice is there.
-class LiveRoom : public Show {
+class LiveRoom : public HairSource {
  public:
   // All must outlive this. `tolerant`: what a server refuses is noted, and does not end it.
-  LiveRoom(const ViewOptions& options, const std::vector<Actor>& cast, bool tolerant);
+  LiveRoom(const ViewOptions& options, const std::vector<CharacterSetup>& characters, bool tolerant);
 
   // Of one character at one time; its number is one's own, or 0 of others.
   using OnFrame = std::function<void(const link::Frame& frame, std::uint64_t tick, std::span<const Vec3f> displacement,
@@ -44,9 +44,9 @@ class LiveRoom : public Show {
   [[nodiscard]] std::int64_t now_ns() const { return link_.now_ns(); }
   // Negative before the clips begin; none while it is not known when.
   [[nodiscard]] std::optional<double> clip_time_s(std::int64_t now_ns) const;
-  [[nodiscard]] std::vector<Moment> moments() const;  // of the cast, as shown last
+  [[nodiscard]] std::vector<Moment> moments() const;  // of the characters, as shown last
   [[nodiscard]] std::vector<SeenCharacter> others(std::size_t moment_count) const {
-    return audience_.seen(moment_count);
+    return other_characters_.seen(moment_count);
   }
   StreamStatistics& statistics() { return statistics_; }
   [[nodiscard]] link::LinkCounters counters() const { return link_.counters(); }
@@ -59,7 +59,7 @@ class LiveRoom : public Show {
   void set_level_builder(LevelBuilder* builder) { builder_ = builder; }
 
   Result<void> advance(std::int64_t now_ns) override;
-  [[nodiscard]] std::span<const Subject> subjects() const override { return subjects_; }
+  [[nodiscard]] std::span<const ViewedCharacter> viewed_characters() const override { return viewed_; }
   HeadGrab* grab(std::uint64_t id) override;
   void set_material(std::uint64_t id, const MaterialScale& scale) override;
   void set_level(std::uint64_t id, LevelIndex level) override;
@@ -70,23 +70,23 @@ class LiveRoom : public Show {
   void set_paused(bool paused) override { paused_ = paused; }
 
  private:
-  // One of the cast. Numbered from 1, in its order.
-  struct Role {
-    Role(const Motion& motion, double duration_s, Loop loop) : performance(motion, duration_s, loop) {}
-    Performance performance;
+  // One of the characters. Numbered from 1, in its order.
+  struct OwnCharacter {
+    OwnCharacter(const Motion& motion, double duration_s, Loop loop) : timeline(motion, duration_s, loop) {}
+    MotionTimeline timeline;
     wire::GroomHash groom{};
     std::uint32_t member = 0;  // 0: not known yet
     link::Playout playout;
-    SwitchTrail trail;
+    SwitchHistory trail;
     link::LatticeBlend blend;
     link::Playout::Sample sample;
     MaterialScale material;
     LevelIndex level_wanted = LevelIndex::high;
     HeadGrab grab;
-    bool aside = false, jumps = false;       // by teleport()
-    bool at_level = false;                   // a frame at the level asked for has come
-    bool refused = false;                    // and noted: its lattice may never come
-    std::optional<std::int64_t> coarser_ns;  // since when there is a lattice, of a level that the server chose
+    bool aside = false, teleport_pending = false;  // by teleport()
+    bool at_level = false;                         // a frame at the level asked for has come
+    bool refused = false;                          // and noted: its lattice may never come
+    std::optional<std::int64_t> coarser_ns;        // since when there is a lattice, of a level that the server chose
   };
   static link::LinkOptions link_options(const ViewOptions& options);
   Result<void> take_events();
@@ -105,24 +105,24 @@ class LiveRoom : public Show {
   Result<void> refuse_or_note(const std::string& line);
   void note_refused(const wire::Error& error);
   void begin_when_ready(std::int64_t now_ns);
-  [[nodiscard]] Pose pose_of(std::size_t role, double time_s) const;
+  [[nodiscard]] Pose pose_of(std::size_t own, double time_s) const;
   [[nodiscard]] double motion_time_s(std::int64_t now_ns) const;
   void push_poses(std::int64_t now_ns);
   void show(std::int64_t now_ns);
   [[nodiscard]] std::shared_ptr<const Level> model_of(const std::shared_ptr<const Groom>& groom, LevelIndex level,
                                                       const LevelGeometry* geometry) const;
-  Role* role_of(std::uint64_t id);
+  OwnCharacter* own_character(std::uint64_t id);
 
   const ViewOptions& options_;
-  const std::vector<Actor>& cast_;
+  const std::vector<CharacterSetup>& characters_;
   const bool tolerant_;
   link::Link link_;
-  Audience audience_{link_};
-  std::vector<Role> roles_;
+  OtherCharacters other_characters_{link_};
+  std::vector<OwnCharacter> own_characters_;
   OnFrame on_frame_;
   StreamStatistics statistics_;
   LevelBuilder* builder_ = nullptr;
-  std::vector<Subject> subjects_;
+  std::vector<ViewedCharacter> viewed_;
   Wind wind_;
   bool keeps_moments_ = false;
   bool paused_ = false;
@@ -137,7 +137,7 @@ class LiveRoom : public Show {
   std::int64_t poses_begun_ns_ = 0, next_pose_ns_ = 0;  // pose_count_ are sent since then
   std::optional<std::int64_t> zero_ns_;                 // when the clips begin
   std::optional<std::int64_t> refused_ns_;
-  double last_pose_s_ = -Performance::kLeadIn_s;
+  double last_pose_s_ = -MotionTimeline::kLeadIn_s;
   std::vector<Vec3f> displacement_;
   std::mt19937 random_{1};
 };

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "client/viewer/cast/place.hpp"
+#include "client/viewer/characters/place.hpp"
 #include "client/viewer/sources/hair_source.hpp"
 #include "client/viewer/sources/motion_timeline.hpp"
 #include "core/world/world.hpp"
@@ -34,13 +34,13 @@ struct LocalTick {
 
 // The core's World in this process. It is always stepped to just beyond the shown time, and hair is shown between the
 // last two ticks; so that what is shown is exact, and the same for the same calls. Time 0 is when the clips begin, and
-// it starts Performance::kLeadIn_s before. One thread.
-class LocalWorld : public Show {
+// it starts MotionTimeline::kLeadIn_s before. One thread.
+class LocalWorld : public HairSource {
  public:
-  static constexpr double kTickRateLeast_hz = 10, kTickRateMost_hz = 240;
+  static constexpr double kTickRateMin_hz = 10, kTickRateMax_hz = 240;
   struct Def {
     double tick_rate_hz = 30;
-    double duration_s = 0;  // of the clips, as Performance takes it
+    double duration_s = 0;  // of the clips, as MotionTimeline takes it
     Loop loop = Loop::plain;
     Wind wind;
     ClockNs clock_ns = nullptr;  // times steps; null: not timed
@@ -75,7 +75,7 @@ class LocalWorld : public Show {
   [[nodiscard]] std::optional<LatticeView> lattice(std::uint64_t id) const;
 
   Result<void> advance(std::int64_t now_ns) override;
-  [[nodiscard]] std::span<const Subject> subjects() const override { return subjects_; }
+  [[nodiscard]] std::span<const ViewedCharacter> viewed_characters() const override { return viewed_; }
   HeadGrab* grab(std::uint64_t id) override;
   void set_material(std::uint64_t id, const MaterialScale& scale) override;
   void set_level(std::uint64_t id, LevelIndex level) override;
@@ -92,42 +92,42 @@ class LocalWorld : public Show {
     std::shared_ptr<const LevelGeometry> geometry;
     std::vector<Vec3f> displacement;
   };
-  struct Actor {
-    Actor(LocalCharacter of, double duration_s, Loop loop)
-        : def(std::move(of)), performance(*def.motion, duration_s, loop), level_wanted(def.level) {}
+  struct SimulatedCharacter {
+    SimulatedCharacter(LocalCharacter of, double duration_s, Loop loop)
+        : def(std::move(of)), timeline(*def.motion, duration_s, loop), level_wanted(def.level) {}
     LocalCharacter def;
     std::uint64_t id = 0;
     CharacterId character;
-    Performance performance;
+    MotionTimeline timeline;
     std::shared_ptr<const LevelSet> levels;
     MaterialScale material;
     LevelIndex level_wanted;
     HeadGrab grab;
-    bool aside = false, jumps = false;  // by teleport()
-    Lattice before, after;              // the last two ticks
+    bool aside = false, teleport_pending = false;  // by teleport()
+    Lattice before, after;                         // the last two ticks
     std::vector<Vec3f> shown;
     link::LatticeBlend blend;
   };
   static WorldDef world_def(const Def& def);
-  Actor* find(std::uint64_t id);
-  [[nodiscard]] Pose pose_of(const Actor& actor, double time_s) const;
+  SimulatedCharacter* find(std::uint64_t id);
+  [[nodiscard]] Pose pose_of(const SimulatedCharacter& simulated, double time_s) const;
   [[nodiscard]] double tick_time_s(std::uint64_t tick) const;
   void tick();
-  void take_lattice(Actor& actor);
-  void set_level_now(Actor& actor);
+  void take_lattice(SimulatedCharacter& simulated);
+  void set_level_now(SimulatedCharacter& simulated);
   void show();
-  void show(Actor& actor, Subject& subject);
+  void show(SimulatedCharacter& simulated, ViewedCharacter& character);
 
   Def def_;
   World world_;
-  std::vector<std::unique_ptr<Actor>> actors_;
-  std::vector<Subject> subjects_;
+  std::vector<std::unique_ptr<SimulatedCharacter>> simulated_;
+  std::vector<ViewedCharacter> viewed_;
   std::vector<LocalTick> ticks_;
   OnTick on_tick_;
   std::uint64_t tick_ = 0, next_id_ = 1;
-  double start_s_ = -Performance::kLeadIn_s;  // of tick 0 of the world as it is
+  double start_s_ = -MotionTimeline::kLeadIn_s;  // of tick 0 of the world as it is
   std::uint64_t start_tick_ = 0;
-  double shown_s_ = -Performance::kLeadIn_s;
+  double shown_s_ = -MotionTimeline::kLeadIn_s;
   double speed_ = 1;
   bool paused_ = false;
   std::optional<std::int64_t> last_ns_;

@@ -18,7 +18,7 @@ bool teleports(const Motion& motion) {
 
 }  // namespace
 
-Performance::Performance(const Motion& motion, double duration_s, Loop loop)
+MotionTimeline::MotionTimeline(const Motion& motion, double duration_s, Loop loop)
     : motion_(motion), duration_s_(duration_s), period_s_(motion.duration_s()) {
   const RigidTransform &first = motion.poses.front().head(), &last = motion.poses.back().head();
   loops_smoothly_ =
@@ -29,7 +29,7 @@ Performance::Performance(const Motion& motion, double duration_s, Loop loop)
   drift_m_per_s_.y() = 0;
 }
 
-Pose Performance::clip(double time_s) const {
+Pose MotionTimeline::clip(double time_s) const {
   if (!(period_s_ > 0)) return motion_.sample(0);
   const double t = std::fmod(time_s, period_s_);
   Pose pose = motion_.sample(t);
@@ -39,7 +39,7 @@ Pose Performance::clip(double time_s) const {
   return ease(pose, motion_.poses.front(), t - (period_s_ - seam_s), seam_s);
 }
 
-Pose Performance::at(double time_s) const {
+Pose MotionTimeline::at(double time_s) const {
   if (time_s < 0) {
     const Pose& first = motion_.poses.front();
     return ease(upright(first), first, time_s + kLeadIn_s, kLeadIn_s);
@@ -49,7 +49,7 @@ Pose Performance::at(double time_s) const {
   return ease(last, upright(last), time_s - duration_s_, kEaseUpright_s);
 }
 
-bool Performance::jumps(double from_s, double to_s) const {
+bool MotionTimeline::teleports(double from_s, double to_s) const {
   if (from_s < 0 || from_s >= duration_s_ || !(period_s_ > 0)) return false;
   const double from_round = std::floor(from_s / period_s_), to_round = std::floor(to_s / period_s_);
   const double from = from_s - from_round * period_s_, to = to_s - to_round * period_s_;

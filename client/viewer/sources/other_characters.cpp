@@ -7,7 +7,7 @@
 
 namespace hairnet::viewer {
 
-void Audience::take(const wire::MemberJoined& joined) {
+void OtherCharacters::take(const wire::MemberJoined& joined) {
   Member& member = members_[joined.member];
   if (!member.moments.empty()) gone_.push_back(std::move(member));
   member = {};
@@ -15,11 +15,11 @@ void Audience::take(const wire::MemberJoined& joined) {
   want(joined.groom);
 }
 
-void Audience::want(const wire::GroomHash& groom) {
+void OtherCharacters::want(const wire::GroomHash& groom) {
   if (grooms_.try_emplace(groom).second) link_.request_groom(groom);
 }
 
-void Audience::take(const wire::MemberLeft& left) {
+void OtherCharacters::take(const wire::MemberLeft& left) {
   const auto found = members_.find(left.member);
   if (found == members_.end()) return;
   found->second.here = false;
@@ -28,7 +28,7 @@ void Audience::take(const wire::MemberLeft& left) {
   forget_unused_grooms();
 }
 
-void Audience::forget_unused_grooms() {
+void OtherCharacters::forget_unused_grooms() {
   std::erase_if(grooms_, [this](const auto& entry) {
     const auto wears = [&](const Member& member) { return member.joined.groom == entry.first; };
     const bool unused =
@@ -40,12 +40,12 @@ void Audience::forget_unused_grooms() {
   });
 }
 
-std::shared_ptr<const Groom> Audience::groom_of(const Member& member) const {
+std::shared_ptr<const Groom> OtherCharacters::groom_of(const Member& member) const {
   const auto found = grooms_.find(member.joined.groom);
   return found == grooms_.end() ? nullptr : found->second;
 }
 
-Result<void> Audience::take(const link::GroomFetched& fetched) {
+Result<void> OtherCharacters::take(const link::GroomFetched& fetched) {
   if (!fetched.bytes) return Refusal("another's groom: " + fetched.fault);
   Result<Groom> groom = wire::decode_groom(*fetched.bytes);
   if (!groom) return Refusal("another's groom: " + groom.error());
@@ -53,25 +53,25 @@ Result<void> Audience::take(const link::GroomFetched& fetched) {
   return {};
 }
 
-bool Audience::retry(const wire::GroomHash& groom, std::int64_t now_ns) {
+bool OtherCharacters::retry(const wire::GroomHash& groom, std::int64_t now_ns) {
   const auto wanted = grooms_.find(groom);
   if (wanted == grooms_.end() || wanted->second) return false;
   retries_[groom] = now_ns + kRetry_ns;
   return true;
 }
 
-bool Audience::push(const link::Frame& frame, std::int64_t sample_time_ns, std::int64_t now_ns) {
+bool OtherCharacters::push(const link::Frame& frame, std::int64_t sample_time_ns, std::int64_t now_ns) {
   const auto found = members_.find(frame.member);
   if (found == members_.end()) return false;
   found->second.playout.push(frame, sample_time_ns, now_ns);
   return true;
 }
 
-void Audience::hold() {
-  for (auto& [number, member] : members_) member.playout.hold();
+void OtherCharacters::freeze() {
+  for (auto& [number, member] : members_) member.playout.freeze();
 }
 
-void Audience::play(std::int64_t now_ns, std::ptrdiff_t moment) {
+void OtherCharacters::play(std::int64_t now_ns, std::ptrdiff_t moment) {
   for (auto& [number, member] : members_) {
     if (!member.here) continue;
     member.sample = member.playout.sample(now_ns);
@@ -87,12 +87,12 @@ void Audience::play(std::int64_t now_ns, std::ptrdiff_t moment) {
   });
 }
 
-std::uint64_t Audience::name_of(std::uint32_t member) const {
+std::uint64_t OtherCharacters::name_of(std::uint32_t member) const {
   const wire::MemberJoined& joined = members_.at(member).joined;
   return joined.session << 32 | joined.character;
 }
 
-std::vector<SeenCharacter> Audience::seen(std::size_t moment_count) const {
+std::vector<SeenCharacter> OtherCharacters::seen(std::size_t moment_count) const {
   std::vector<SeenCharacter> seen;
   const auto add = [&](const Member& member) {
     const std::shared_ptr<const Groom>& groom = grooms_.at(member.joined.groom);

@@ -23,19 +23,19 @@ struct SeenCharacter {
 
 // The characters of other clients in the room: fetches their grooms, plays out their frames, and stores the moments
 // that pictures need. One thread.
-class Audience {
+class OtherCharacters {
  public:
   struct Member {
     wire::MemberJoined joined;
     link::Playout playout;
-    SwitchTrail trail;
+    SwitchHistory trail;
     link::LatticeBlend blend;
     link::Playout::Sample sample;  // what play() gave last
     bool here = true;
     std::map<std::ptrdiff_t, Moment> moments;
   };
 
-  explicit Audience(link::Link& link) : link_(link) {}
+  explicit OtherCharacters(link::Link& link) : link_(link) {}
 
   void take(const wire::MemberJoined& joined);
   void take(const wire::MemberLeft& left);
@@ -48,7 +48,7 @@ class Audience {
   // Before play() is given moments.
   void keep_moments() { keeps_moments_ = true; }
   // No frames come for a while.
-  void hold();
+  void freeze();
   // As Playout::sample, of everyone; `moment` is the index of a wanted one, or negative.
   void play(std::int64_t now_ns, std::ptrdiff_t moment);
   // session << 32 | the owner's number.

@@ -5,7 +5,7 @@
 #include "client/assets/load_groom.hpp"
 #include "client/assets/made/made.hpp"
 #include "client/assets/made_spec.hpp"
-#include "client/viewer/cast/hair_colour.hpp"
+#include "client/viewer/characters/hair_colour.hpp"
 
 namespace hairnet::viewer {
 namespace {
@@ -15,17 +15,17 @@ constexpr const char* kInTurn = "one after the other";
 
 }  // namespace
 
-SceneList::SceneList(const std::vector<Actor>& cast) {
+SceneList::SceneList(const std::vector<CharacterSetup>& characters) {
   for (const MadeName& made : hairstyle_names()) hair_.emplace_back(made.name);
   for (const MadeName& made : motion_names()) motions_.emplace_back(made.name);
   made_hair_ = hair_.size();
   made_motions_ = motions_.size();
-  for (const Actor& actor : cast) {
+  for (const CharacterSetup& setup : characters) {
     const std::string number = std::to_string(given_.size() + 1);
-    given_.push_back({actor.groom->name + " " + number, actor.groom, std::make_shared<const Motion>(actor.motion),
-                      Place{}, actor.level, actor.hair_colour, actor.material});
-    hair_.push_back("given " + number + ": " + actor.groom->name);
-    motions_.push_back("given " + number + ": " + actor.motion.name);
+    given_.push_back({setup.groom->name + " " + number, setup.groom, std::make_shared<const Motion>(setup.motion),
+                      Place{}, setup.level, setup.hair_colour, setup.material});
+    hair_.push_back("given " + number + ": " + setup.groom->name);
+    motions_.push_back("given " + number + ": " + setup.motion.name);
   }
   hair_.emplace_back(kInTurn);
   motions_.emplace_back(kInTurn);
@@ -55,7 +55,7 @@ Result<std::shared_ptr<const Motion>> SceneList::motion_of(std::size_t motion, s
 
 Result<std::vector<LocalCharacter>> SceneList::make(const Choice& choice) {
   const bool every_level = choice.level == kEveryLevel;
-  const auto count = every_level ? kLevelCount : static_cast<std::size_t>(std::clamp(choice.count, 1, kCountMost));
+  const auto count = every_level ? kLevelCount : static_cast<std::size_t>(std::clamp(choice.count, 1, kCountMax));
   const std::size_t hair_count = hair_.size() - 1, motion_count = motions_.size() - 1;
   const auto hair = static_cast<std::size_t>(choice.hair), motion = static_cast<std::size_t>(choice.motion);
   if (hair > hair_count || motion > motion_count) return Refusal("no such scene");

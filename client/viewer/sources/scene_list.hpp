@@ -7,17 +7,17 @@
 #include <utility>
 #include <vector>
 
-#include "client/viewer/cast/load_characters.hpp"
+#include "client/viewer/characters/load_characters.hpp"
 #include "client/viewer/sources/local_world.hpp"
 #include "core/result.hpp"
 
 namespace hairnet::viewer {
 
-// What a local world can be filled with: every made hairstyle and motion, and those of a cast, in any number. Makes
-// what is asked for when it is, and keeps it. One thread.
+// What a local world can be filled with: every made hairstyle and motion, and those of a characters, in any number.
+// Makes what is asked for when it is, and keeps it. One thread.
 class SceneList {
  public:
-  static constexpr int kCountMost = 256;
+  static constexpr int kCountMax = 256;
   static constexpr int kEveryLevel = static_cast<int>(kLevelCount);  // as Choice::level: one of each, side by side
   struct Choice {
     int hair = 0, motion = 0;  // of hair() and motions()
@@ -25,7 +25,7 @@ class SceneList {
     int level = 0;  // a LevelIndex, or kEveryLevel
   };
 
-  explicit SceneList(const std::vector<Actor>& cast);
+  explicit SceneList(const std::vector<CharacterSetup>& characters);
 
   // Names to choose from; the last ones are "one after the other".
   [[nodiscard]] const std::vector<std::string>& hair() const { return hair_; }

@@ -7,10 +7,10 @@
 namespace hairnet::viewer {
 
 void StreamStatistics::count_frames(const link::FrameBatch& batch, std::int64_t latency_ns) {
-  if (latencies_ns_.size() < kLatenciesMost)
+  if (latencies_ns_.size() < kLatenciesMax)
     latencies_ns_.push_back(latency_ns);
   else
-    latencies_ns_[latency_count_ % kLatenciesMost] = latency_ns;
+    latencies_ns_[latency_count_ % kLatenciesMax] = latency_ns;
   ++latency_count_;
   for (const link::Frame& frame : batch.frames) {
     ++frame_count_;

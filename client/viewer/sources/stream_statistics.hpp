@@ -22,7 +22,7 @@ class StreamStatistics {
 
   [[nodiscard]] std::uint64_t frame_count() const { return frame_count_; }
   [[nodiscard]] std::uint64_t missed_tick_count() const { return missed_tick_count_; }
-  [[nodiscard]] double latency_ms(double quantile) const;  // of the last kLatenciesMost batches
+  [[nodiscard]] double latency_ms(double quantile) const;  // of the last kLatenciesMax batches
   [[nodiscard]] std::string summary() const;               // lines
 
  private:
@@ -35,7 +35,7 @@ class StreamStatistics {
   };
   std::map<std::uint32_t, LastFrame> last_frame_;  // by member
   std::map<std::uint32_t, Displaced> last_displacement_;
-  static constexpr std::size_t kLatenciesMost = 100'000;
+  static constexpr std::size_t kLatenciesMax = 100'000;
   std::vector<std::int64_t> latencies_ns_;  // a ring once it is full
   std::size_t latency_count_ = 0;
   std::uint64_t frame_count_ = 0, missed_tick_count_ = 0, poses_sent_ = 0;

@@ -9,7 +9,7 @@ constexpr std::size_t kShapesMax = 64;  // of switches that follow each other wi
 
 }  // namespace
 
-void SwitchTrail::note(const link::Playout::Sample& sample) {
+void SwitchHistory::note(const link::Playout::Sample& sample) {
   const bool switched = started_ && sample.level != last_.level;
   if (switched) around_.push_back(last_);
   started_ = true;
@@ -23,7 +23,7 @@ void SwitchTrail::note(const link::Playout::Sample& sample) {
   if (!around_.empty() && last_.time_ns - around_.back().time_ns >= link::SwitchBlend::kSwitchBlend_ns) around_.clear();
 }
 
-Moment SwitchTrail::moment(const Pose& pose) const {
+Moment SwitchHistory::moment(const Pose& pose) const {
   return {pose, last_, {around_.begin(), around_.end()}};
 }
 

@@ -9,7 +9,7 @@ namespace hairnet::viewer {
 
 // Stores the lattices just before and after the last level switches of a character, so that a picture that is drawn
 // later can show the same cross-fade as a window (link::SwitchBlend). One thread.
-class SwitchTrail {
+class SwitchHistory {
  public:
   // All that is played, in order.
   void note(const link::Playout::Sample& sample);

@@ -7,10 +7,10 @@ namespace hairnet::viewer {
 
 // Lowers the drawing quality while pictures take too long, and raises it again up to the chosen quality. Changes
 // gradually.
-class Pace {
+class AdaptiveQuality {
  public:
   static constexpr double kSlow_ms = 40, kFast_ms = 20;
-  static constexpr double kLeast = 0.02;
+  static constexpr double kMin = 0.02;
 
   // After a picture that took so long. Returns by what the chosen quality is to be multiplied from now on.
   double take(double picture_ms) {
@@ -18,7 +18,7 @@ class Pace {
       share_ *= std::max(0.6, std::pow(kSlow_ms / picture_ms, 0.4));
     else if (picture_ms < kFast_ms)
       share_ *= 1.03;
-    share_ = std::clamp(share_, kLeast, 1.0);
+    share_ = std::clamp(share_, kMin, 1.0);
     return share_;
   }
   [[nodiscard]] double share() const { return share_; }

@@ -24,21 +24,21 @@ constexpr const char* kKeys =
     "D drag     V level colours          G  timing\n"
     "R      record a clip  U  controls           H  this";
 
-// One's own that are chosen, as numbers: changing one may change what subjects() gives.
-std::vector<std::uint64_t> own_chosen(const ViewState& state, const Show& show) {
+// One's own that are chosen, as numbers: changing one may change what viewed_characters() gives.
+std::vector<std::uint64_t> own_chosen(const ViewState& state, const HairSource& source) {
   std::vector<std::uint64_t> ids;
-  for (const Subject& subject : show.subjects()) {
-    if (subject.own && (!state.chosen || *state.chosen == subject.id)) ids.push_back(subject.id);
+  for (const ViewedCharacter& character : source.viewed_characters()) {
+    if (character.own && (!state.chosen || *state.chosen == character.id)) ids.push_back(character.id);
   }
   return ids;
 }
 
-void set_level(LevelIndex level, const ViewState& state, Show& show) {
-  for (const std::uint64_t id : own_chosen(state, show)) show.set_level(id, level);
+void set_level(LevelIndex level, const ViewState& state, HairSource& source) {
+  for (const std::uint64_t id : own_chosen(state, source)) source.set_level(id, level);
 }
 
-void teleport(const ViewState& state, Show& show) {
-  for (const std::uint64_t id : own_chosen(state, show)) show.teleport(id);
+void teleport(const ViewState& state, HairSource& source) {
+  for (const std::uint64_t id : own_chosen(state, source)) source.teleport(id);
 }
 
 bool combo(const char* label, const std::vector<std::string>& names, int& index) {
@@ -58,7 +58,7 @@ void scene_controls(ViewState& state, Controls& controls) {
   if (controls.scenes == nullptr || !ImGui::CollapsingHeader("Scene", ImGuiTreeNodeFlags_DefaultOpen)) return;
   bool changed = combo("hair", controls.scenes->hair(), state.scene.hair);
   changed |= combo("motion", controls.scenes->motions(), state.scene.motion);
-  ImGui::SliderInt("how many", &state.scene.count, 1, SceneList::kCountMost, "%d", ImGuiSliderFlags_Logarithmic);
+  ImGui::SliderInt("how many", &state.scene.count, 1, SceneList::kCountMax, "%d", ImGuiSliderFlags_Logarithmic);
   changed |= ImGui::IsItemDeactivatedAfterEdit();
   std::vector<std::string> levels(kLevelNames.begin(), kLevelNames.end());
   levels.emplace_back("each, side by side");
@@ -69,8 +69,8 @@ void scene_controls(ViewState& state, Controls& controls) {
 
 void time_controls(Controls& controls) {
   if (!ImGui::CollapsingHeader("Time", ImGuiTreeNodeFlags_DefaultOpen)) return;
-  bool paused = controls.show.paused();
-  if (ImGui::Checkbox("pause", &paused)) controls.show.set_paused(paused);
+  bool paused = controls.source.paused();
+  if (ImGui::Checkbox("pause", &paused)) controls.source.set_paused(paused);
   LocalWorld* world = controls.world;
   if (world == nullptr) return;
   ImGui::SameLine();
@@ -82,9 +82,9 @@ void time_controls(Controls& controls) {
   if (ImGui::SliderFloat("speed", &speed, 0.05f, 2, "%.2f", ImGuiSliderFlags_Logarithmic))
     world->set_speed(static_cast<double>(speed));
   auto rate_hz = static_cast<int>(std::lround(world->tick_rate_hz()));
-  if (ImGui::SliderInt("ticks a second", &rate_hz, static_cast<int>(LocalWorld::kTickRateLeast_hz),
-                       static_cast<int>(LocalWorld::kTickRateMost_hz)))
-    world->set_tick_rate(std::clamp<double>(rate_hz, LocalWorld::kTickRateLeast_hz, LocalWorld::kTickRateMost_hz));
+  if (ImGui::SliderInt("ticks a second", &rate_hz, static_cast<int>(LocalWorld::kTickRateMin_hz),
+                       static_cast<int>(LocalWorld::kTickRateMax_hz)))
+    world->set_tick_rate(std::clamp<double>(rate_hz, LocalWorld::kTickRateMin_hz, LocalWorld::kTickRateMax_hz));
   ImGui::Text("%.2f s", world->time_s());
 }
 
@@ -111,14 +111,14 @@ bool material_sliders(MaterialScale& scale) {
 
 void character_controls(ViewState& state, Controls& controls) {
   if (!ImGui::CollapsingHeader("Character", ImGuiTreeNodeFlags_DefaultOpen)) return;
-  const std::span<const Subject> subjects = controls.show.subjects();
-  const auto chosen = std::find_if(subjects.begin(), subjects.end(),
-                                   [&](const Subject& s) { return state.chosen && s.id == *state.chosen; });
-  if (ImGui::BeginCombo("who", chosen == subjects.end() ? "all" : chosen->name.c_str())) {
+  const std::span<const ViewedCharacter> viewed = controls.source.viewed_characters();
+  const auto chosen = std::find_if(viewed.begin(), viewed.end(),
+                                   [&](const ViewedCharacter& s) { return state.chosen && s.id == *state.chosen; });
+  if (ImGui::BeginCombo("who", chosen == viewed.end() ? "all" : chosen->name.c_str())) {
     if (ImGui::Selectable("all", !state.chosen)) state.chosen.reset();
-    for (const Subject& subject : subjects) {
-      ImGui::PushID(static_cast<int>(subject.id & 0x7fffffff));
-      if (ImGui::Selectable(subject.name.c_str(), state.chosen == subject.id)) state.chosen = subject.id;
+    for (const ViewedCharacter& character : viewed) {
+      ImGui::PushID(static_cast<int>(character.id & 0x7fffffff));
+      if (ImGui::Selectable(character.name.c_str(), state.chosen == character.id)) state.chosen = character.id;
       ImGui::PopID();
     }
     ImGui::EndCombo();
@@ -126,27 +126,27 @@ void character_controls(ViewState& state, Controls& controls) {
   ImGui::Checkbox("follow", &state.follows);
   ImGui::SameLine();
   if (ImGui::Button("look at all")) state.frame_wanted = true;
-  const auto own = chosen != subjects.end()
+  const auto own = chosen != viewed.end()
                        ? chosen
-                       : std::find_if(subjects.begin(), subjects.end(), [](const Subject& s) { return s.own; });
-  if (own == subjects.end() || !own->own) {
-    ImGui::TextUnformatted(chosen == subjects.end() ? "nobody here is one's own" : "another's: only to be looked at");
+                       : std::find_if(viewed.begin(), viewed.end(), [](const ViewedCharacter& s) { return s.own; });
+  if (own == viewed.end() || !own->own) {
+    ImGui::TextUnformatted(chosen == viewed.end() ? "nobody here is one's own" : "another's: only to be looked at");
     return;
   }
-  if (chosen != subjects.end())
+  if (chosen != viewed.end())
     ImGui::Text("shown at level %s", kLevelNames[static_cast<std::size_t>(own->level)].data());
   const std::vector<std::string> levels(kLevelNames.begin(), kLevelNames.end());
   auto level = static_cast<int>(own->level_wanted);
   MaterialScale scale = own->material;
-  if (combo("finest level", levels, level)) set_level(static_cast<LevelIndex>(level), state, controls.show);
-  if (ImGui::Button("teleport")) teleport(state, controls.show);
+  if (combo("finest level", levels, level)) set_level(static_cast<LevelIndex>(level), state, controls.source);
+  if (ImGui::Button("teleport")) teleport(state, controls.source);
   if (!material_sliders(scale)) return;
-  for (const std::uint64_t id : own_chosen(state, controls.show)) controls.show.set_material(id, scale);
+  for (const std::uint64_t id : own_chosen(state, controls.source)) controls.source.set_material(id, scale);
 }
 
 void wind_controls(ViewState& state, Controls& controls) {
   if (!ImGui::CollapsingHeader(controls.room != nullptr ? "Wind of the room" : "Wind")) return;
-  Wind wind = controls.show.wind();
+  Wind wind = controls.source.wind();
   const Vec3& mean = wind.mean_m_per_s;
   auto speed = static_cast<float>(mean.norm());
   auto towards_deg = speed > 0 ? static_cast<float>(std::atan2(mean.x(), mean.z()) * 57.29577951) : 0.0f;
@@ -162,18 +162,19 @@ void wind_controls(ViewState& state, Controls& controls) {
   wind.mean_m_per_s = static_cast<double>(speed) * Vec3(std::sin(angle), 0, std::cos(angle));
   wind.gust_ratio = static_cast<double>(gust);
   wind.turbulence_rms_m_per_s = static_cast<double>(rough);
-  controls.show.set_wind(wind);
+  controls.source.set_wind(wind);
 }
 
 void picture_controls(ViewState& state, const Controls& controls) {
   if (!ImGui::CollapsingHeader("Picture")) return;
   ImGui::SliderFloat("exposure", &state.look.exposure, 0.2f, 4, "%.2f", ImGuiSliderFlags_Logarithmic);
   ImGui::SliderFloat("quality", &state.look.quality, 0.1f, 4, "%.2f", ImGuiSliderFlags_Logarithmic);
-  ImGui::Checkbox("less when pictures come slowly", &state.keeps_pace);
-  if (state.keeps_pace && state.pace.share() < 1) ImGui::Text("now %.0f %% of it", 100 * state.pace.share());
-  const view::StageStatistics& drawn = controls.drawn;
-  ImGui::Text("%zu strands, %zu strips in %zu calls\n%.1f MB of grooms, %.1f MB of points, %.1f kB a character",
-              drawn.strands, drawn.strips, drawn.draw_calls, 1e-6 * static_cast<double>(drawn.groom_bytes),
+  ImGui::Checkbox("less when pictures come slowly", &state.adapts_quality);
+  if (state.adapts_quality && state.adaptive_quality.share() < 1)
+    ImGui::Text("now %.0f %% of it", 100 * state.adaptive_quality.share());
+  const render::StageStatistics& drawn = controls.drawn;
+  ImGui::Text("%zu strands, %zu cards in %zu calls\n%.1f MB of grooms, %.1f MB of points, %.1f kB a character",
+              drawn.strands, drawn.cards, drawn.draw_calls, 1e-6 * static_cast<double>(drawn.groom_bytes),
               1e-6 * static_cast<double>(drawn.point_bytes), 1e-3 * static_cast<double>(drawn.character_bytes));
 }
 
@@ -197,13 +198,13 @@ void overlay_controls(ViewState& state, const Controls& controls) {
       ImGui::TextColored(ImVec4(c.x(), c.y(), c.z(), 1), "%s", kLevelNames[i].data());
     }
   }
-  const std::string missing = missing_models(o, controls.show.subjects(), state.chosen);
+  const std::string missing = missing_models(o, controls.source.viewed_characters(), state.chosen);
   if (!missing.empty()) ImGui::TextWrapped("%s", missing.c_str());
 }
 
 void record_controls(ViewState& state, const Controls& controls) {
   if (!ImGui::CollapsingHeader("Record")) return;
-  if (ImGui::Button(controls.recorder.has_clip() ? "end clip" : "clip")) state.clip_wanted = true;
+  if (ImGui::Button(controls.recorder.has_video() ? "end clip" : "clip")) state.video_wanted = true;
   if (controls.world != nullptr) {
     ImGui::SameLine();
     if (ImGui::Button(controls.recorder.has_trace() ? "end trace" : "trace of frames")) state.trace_wanted = true;
@@ -237,30 +238,31 @@ void timing_window(const ViewState& state, const Controls& controls) {
 
 }  // namespace
 
-std::optional<std::uint64_t> cycled(std::span<const Subject> subjects, std::optional<std::uint64_t> chosen, int by) {
-  const auto count = static_cast<int>(subjects.size());
+std::optional<std::uint64_t> cycled(std::span<const ViewedCharacter> viewed, std::optional<std::uint64_t> chosen,
+                                    int by) {
+  const auto count = static_cast<int>(viewed.size());
   int at = by > 0 ? -1 : count;  // all
   for (int i = 0; i < count; ++i) {
-    if (chosen == subjects[static_cast<std::size_t>(i)].id) at = i;
+    if (chosen == viewed[static_cast<std::size_t>(i)].id) at = i;
   }
   at += by;
   if (at < 0 || at >= count) return {};
-  return subjects[static_cast<std::size_t>(at)].id;
+  return viewed[static_cast<std::size_t>(at)].id;
 }
 
 void take_keys(std::span<const int> keys, ViewState& state, Controls& controls) {
   const auto pressed = [&](int key) { return std::find(keys.begin(), keys.end(), key) != keys.end(); };
   if (pressed(GLFW_KEY_TAB))
-    state.chosen = cycled(controls.show.subjects(), state.chosen, ImGui::GetIO().KeyShift ? -1 : 1);
+    state.chosen = cycled(controls.source.viewed_characters(), state.chosen, ImGui::GetIO().KeyShift ? -1 : 1);
   if (pressed(GLFW_KEY_F)) state.follows = !state.follows;
   if (pressed(GLFW_KEY_A)) state.frame_wanted = true;
-  if (pressed(GLFW_KEY_SPACE)) controls.show.set_paused(!controls.show.paused());
-  if (pressed(GLFW_KEY_T)) teleport(state, controls.show);
-  if (pressed(GLFW_KEY_R)) state.clip_wanted = true;
+  if (pressed(GLFW_KEY_SPACE)) controls.source.set_paused(!controls.source.paused());
+  if (pressed(GLFW_KEY_T)) teleport(state, controls.source);
+  if (pressed(GLFW_KEY_R)) state.video_wanted = true;
   if (pressed(GLFW_KEY_U)) state.controls_shown = !state.controls_shown;
   if (pressed(GLFW_KEY_H)) state.keys_shown = !state.keys_shown;
   for (int i = 0; i < static_cast<int>(kLevelCount); ++i) {
-    if (pressed(GLFW_KEY_1 + i)) set_level(static_cast<LevelIndex>(i), state, controls.show);
+    if (pressed(GLFW_KEY_1 + i)) set_level(static_cast<LevelIndex>(i), state, controls.source);
   }
   Overlays& o = state.overlays;
   const std::array<std::pair<int, bool*>, 7> toggles{{{GLFW_KEY_L, &o.lattice},
@@ -298,7 +300,8 @@ void draw_controls(ViewState& state, Controls& controls) {
   ImGui::SetNextWindowSize(ImVec2(kPanelWidth, std::min(720.0f, io.DisplaySize.y - 16)), ImGuiCond_FirstUseEver);
   if (ImGui::Begin(controls.room != nullptr ? "hairnet: a server's room" : "hairnet: local")) {
     ImGui::PushItemWidth(0.55f * ImGui::GetWindowWidth());
-    ImGui::Text("%zu characters, %.1f pictures/s", controls.show.subjects().size(), static_cast<double>(io.Framerate));
+    ImGui::Text("%zu characters, %.1f pictures/s", controls.source.viewed_characters().size(),
+                static_cast<double>(io.Framerate));
     ImGui::SameLine();
     if (ImGui::SmallButton("keys (H)")) state.keys_shown = !state.keys_shown;
     const std::string& status =

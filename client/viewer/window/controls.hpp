@@ -19,33 +19,33 @@ namespace hairnet::viewer {
 // All that a window's keys, sliders and buttons change.
 struct ViewState {
   OrbitCamera camera;
-  Hand hand;
+  MouseController mouse;
   Overlays overlays;
-  view::Look look;
-  Pace pace;
-  bool keeps_pace = true;  // quality gives way to the rate of pictures
+  render::Look look;
+  AdaptiveQuality adaptive_quality;
+  bool adapts_quality = true;  // quality gives way to the rate of pictures
   Timings timings;
   std::optional<std::uint64_t> chosen;  // none: all
   bool follows = true;                  // the camera goes along with the chosen one, or the middle of all
   bool camera_chosen = false;           // by hand, since it looked at everybody
   bool controls_shown = true, keys_shown = false;
   SceneList::Choice scene;
-  bool scene_wanted = false;                       // the scene chosen is to be made
-  bool given_wanted = false;                       // or that of the command line
-  bool frame_wanted = true;                        // the camera must frame all characters again
-  bool clip_wanted = false, trace_wanted = false;  // begin or end one
-  float still_wind_deg = 0;                        // direction of the wind while its speed is 0
-  std::string fault;                               // of what was asked for last; one line
+  bool scene_wanted = false;                        // the scene chosen is to be made
+  bool given_wanted = false;                        // or that of the command line
+  bool frame_wanted = true;                         // the camera must frame all characters again
+  bool video_wanted = false, trace_wanted = false;  // begin or end one
+  float still_wind_deg = 0;                         // direction of the wind while its speed is 0
+  std::string fault;                                // of what was asked for last; one line
 };
 
 // The controls of a picture, drawn and obeyed. `world` or `room`: whichever the show is.
 struct Controls {
-  Show& show;
+  HairSource& source;
   LocalWorld* world = nullptr;
   LiveRoom* room = nullptr;
   const SceneList* scenes = nullptr;
   const Recorder& recorder;
-  const view::StageStatistics& drawn;
+  const render::StageStatistics& drawn;
   std::string busy;  // what is being waited for
 };
 
@@ -56,6 +56,7 @@ inline constexpr float kPanelWidth = 310;
 void take_keys(std::span<const int> pressed, ViewState& state, Controls& controls);
 void draw_controls(ViewState& state, Controls& controls);
 // The next subject after the chosen one, `by` 1 or -1; past the last: all.
-std::optional<std::uint64_t> cycled(std::span<const Subject> subjects, std::optional<std::uint64_t> chosen, int by);
+std::optional<std::uint64_t> cycled(std::span<const ViewedCharacter> viewed, std::optional<std::uint64_t> chosen,
+                                    int by);
 
 }  // namespace hairnet::viewer

@@ -10,7 +10,7 @@
 
 #include "client/render/overlay.hpp"
 #include "client/tools/command_line/stop_signal.hpp"
-#include "client/viewer/cast/load_characters.hpp"
+#include "client/viewer/characters/load_characters.hpp"
 #include "client/viewer/drawing/framing.hpp"
 #include "client/viewer/drawing/render_list.hpp"
 #include "client/viewer/window/controls.hpp"
@@ -29,17 +29,17 @@ double ms_since(std::int64_t began_ns) {
   return 1e-6 * static_cast<double>(steady_ns() - began_ns);
 }
 
-Vec3f colour_of_level(const Subject& subject) {
-  return level_colour(subject.level);
+Vec3f colour_of_level(const ViewedCharacter& character) {
+  return level_colour(character.level);
 }
 
 int index_of(const std::vector<std::string>& names, const char* name) {
   return static_cast<int>(std::max<std::ptrdiff_t>(0, std::find(names.begin(), names.end(), name) - names.begin()));
 }
 
-Mouse mouse_now(double pixels_per_point) {
+MouseInput mouse_now(double pixels_per_point) {
   const ImGuiIO& io = ImGui::GetIO();
-  Mouse mouse;
+  MouseInput mouse;
   mouse.x_px = pixels_per_point * static_cast<double>(io.MousePos.x);
   mouse.y_px = pixels_per_point * static_cast<double>(io.MousePos.y);
   mouse.right_px = pixels_per_point * static_cast<double>(io.MouseDelta.x);
@@ -55,18 +55,18 @@ Mouse mouse_now(double pixels_per_point) {
 
 // What is on the GPU; goes before the window whose context it is of.
 struct Drawer {
-  Drawer(std::unique_ptr<view::Stage> s, std::unique_ptr<view::Overlay> o)
-      : stage(std::move(s)), overlay(std::move(o)), cast(*stage) {}
-  std::unique_ptr<view::Stage> stage;
-  std::unique_ptr<view::Overlay> overlay;
-  StageCast cast;
-  view::Drawing drawing;
+  Drawer(std::unique_ptr<render::Stage> s, std::unique_ptr<render::Overlay> o)
+      : stage(std::move(s)), overlay(std::move(o)), render_list(*stage) {}
+  std::unique_ptr<render::Stage> stage;
+  std::unique_ptr<render::Overlay> overlay;
+  RenderList render_list;
+  render::Drawing drawing;
   std::vector<std::uint8_t> pixels;
 
   static Result<std::unique_ptr<Drawer>> create() {
-    Result<std::unique_ptr<view::Stage>> stage = view::Stage::create();
+    Result<std::unique_ptr<render::Stage>> stage = render::Stage::create();
     if (!stage) return Refusal(stage.error());
-    Result<std::unique_ptr<view::Overlay>> overlay = view::Overlay::create();
+    Result<std::unique_ptr<render::Overlay>> overlay = render::Overlay::create();
     if (!overlay) return Refusal(overlay.error());
     return std::make_unique<Drawer>(std::move(*stage), std::move(*overlay));
   }
@@ -78,16 +78,16 @@ class ViewerWindow {
   ViewerWindow(const ViewOptions& options, Window& window, Drawer& drawer)
       : options_(options), window_(window), drawer_(drawer) {}
 
-  Result<void> run_local(const std::vector<Actor>& cast) {
+  Result<void> run_local(const std::vector<CharacterSetup>& characters) {
     LocalWorld world({options_.tick_rate_hz, options_.duration_s,
                       std::isfinite(options_.duration_s) ? Loop::plain : Loop::smooth, options_.wind.value_or(Wind{}),
                       steady_ns});
     world.on_tick([&] { recorder_.add_tick(world); });
-    SceneList scenes(cast);
+    SceneList scenes(characters);
     state_.scene.hair = index_of(scenes.hair(), kFirstHair);
     state_.scene.motion = index_of(scenes.motions(), kFirstMotion);
-    state_.scene_wanted = cast.empty();
-    state_.given_wanted = !cast.empty();
+    state_.scene_wanted = characters.empty();
+    state_.given_wanted = !characters.empty();
     Controls controls{world, &world, nullptr, &scenes, recorder_, drawer_.stage->statistics(), {}};
     while (goes_on() && world.time_s() < options_.duration_s + options_.settle_s) {
       if (std::exchange(state_.given_wanted, false)) fill(scenes.given(), world);
@@ -102,8 +102,8 @@ class ViewerWindow {
     return finish();
   }
 
-  Result<void> run_room(const std::vector<Actor>& cast) {
-    LiveRoom room(options_, cast, true);
+  Result<void> run_room(const std::vector<CharacterSetup>& characters) {
+    LiveRoom room(options_, characters, true);
     if (Result<void> opened = room.open(); !opened) return opened;
     Controls controls{room, nullptr, &room, nullptr, recorder_, drawer_.stage->statistics(), {}};
     while (goes_on() && room.clip_time_s(room.now_ns()).value_or(-1) < options_.duration_s + options_.settle_s) {
@@ -117,10 +117,10 @@ class ViewerWindow {
   }
 
  private:
-  [[nodiscard]] bool goes_on() const { return !window_.closing() && !asked_to_stop(); }
+  [[nodiscard]] bool goes_on() const { return !window_.closing() && !stop_requested(); }
 
   Result<void> finish() {
-    const Result<void> clip = recorder_.stop_clip(), trace = recorder_.stop_trace();
+    const Result<void> clip = recorder_.stop_video(), trace = recorder_.stop_trace();
     return clip ? trace : clip;
   }
 
@@ -145,19 +145,19 @@ class ViewerWindow {
     take_keys(window_.keys(), state_, controls);
     const int width = window_.width_px(), height = window_.height_px();
     const Vec3 eye = state_.camera.camera().eye;
-    state_.hand.apply(mouse_now(window_.pixels_per_point()), controls.show, state_.camera, width, height);
+    state_.mouse.apply(mouse_now(window_.pixels_per_point()), controls.source, state_.camera, width, height);
     state_.camera_chosen = state_.camera_chosen || eye != state_.camera.camera().eye;
-    if (const auto chosen = state_.hand.take_chosen()) state_.chosen = chosen;
-    if (Result<void> advanced = controls.show.advance(now_ns); !advanced) return advanced;
-    const std::span<const Subject> subjects = controls.show.subjects();
-    point_camera(subjects, elapsed_s);
+    if (const auto chosen = state_.mouse.take_chosen()) state_.chosen = chosen;
+    if (Result<void> advanced = controls.source.advance(now_ns); !advanced) return advanced;
+    const std::span<const ViewedCharacter> viewed = controls.source.viewed_characters();
+    point_camera(viewed, elapsed_s);
 
     const std::int64_t began_ns = steady_ns();
-    drawer_.cast.set_colour(state_.overlays.levels ? colour_of_level : nullptr);
-    const view::Camera camera = state_.camera.camera();
-    drawer_.stage->draw(drawer_.cast.show(subjects), camera, look_at_pace(elapsed_s), width, height, false);
+    drawer_.render_list.set_colour(state_.overlays.levels ? colour_of_level : nullptr);
+    const render::Camera camera = state_.camera.camera();
+    drawer_.stage->draw(drawer_.render_list.show(viewed), camera, adaptive_look(elapsed_s), width, height, false);
     drawer_.drawing.clear();
-    draw_overlays(state_.overlays, subjects, state_.chosen, drawer_.drawing);
+    draw_overlays(state_.overlays, viewed, state_.chosen, drawer_.drawing);
     drawer_.overlay->draw(drawer_.drawing, camera, drawer_.stage->depth_range(), width, height);
     state_.timings.draw_ms.add(static_cast<float>(ms_since(began_ns)));
     keep_picture(now_ns, width, height);
@@ -167,32 +167,32 @@ class ViewerWindow {
     return {};
   }
 
-  view::Look look_at_pace(double elapsed_s) {
-    view::Look look = state_.look;
-    const double share = state_.pace.take(1e3 * elapsed_s);
-    if (state_.keeps_pace) look.quality *= static_cast<float>(share);
+  render::Look adaptive_look(double elapsed_s) {
+    render::Look look = state_.look;
+    const double share = state_.adaptive_quality.take(1e3 * elapsed_s);
+    if (state_.adapts_quality) look.quality *= static_cast<float>(share);
     return look;
   }
 
-  void point_camera(std::span<const Subject> subjects, double elapsed_s) {
+  void point_camera(std::span<const ViewedCharacter> viewed, double elapsed_s) {
     // Frame all characters when one comes or goes, unless the user has moved the camera.
-    if (std::exchange(framed_count_, subjects.size()) != subjects.size() && !state_.camera_chosen)
+    if (std::exchange(framed_count_, viewed.size()) != viewed.size() && !state_.camera_chosen)
       state_.frame_wanted = true;
-    if (state_.frame_wanted && !subjects.empty()) {
+    if (state_.frame_wanted && !viewed.empty()) {
       // In the part that the panel leaves.
       const double panel_px =
           state_.controls_shown ? window_.pixels_per_point() * static_cast<double>(kPanelWidth) : 0.0;
       const int left_px = std::max(window_.width_px() / 3, window_.width_px() - static_cast<int>(panel_px));
-      frame_all(subjects, options_.views.front(), left_px, window_.height_px(), state_.camera);
+      frame_all(viewed, options_.views.front(), left_px, window_.height_px(), state_.camera);
       state_.camera.pan(0.5 * (window_.width_px() - left_px), 0, window_.height_px());
       state_.frame_wanted = state_.camera_chosen = false;
     }
-    std::optional<Vec3> followed = state_.follows ? middle_of(subjects) : std::nullopt;
-    for (const Subject& subject : subjects) {
-      if (state_.follows && state_.chosen == subject.id) followed = head_middle(subject.pose);
+    std::optional<Vec3> followed = state_.follows ? middle_of(viewed) : std::nullopt;
+    for (const ViewedCharacter& character : viewed) {
+      if (state_.follows && state_.chosen == character.id) followed = head_middle(character.pose);
     }
     // Do not follow a grabbed head: the camera would move with it, and the mouse ray with the camera.
-    if (state_.hand.held()) followed.reset();
+    if (state_.mouse.grabbed()) followed.reset();
     if (followed_last_ != state_.chosen) state_.camera.follow({}, 0);
     followed_last_ = state_.chosen;
     state_.camera.follow(followed, elapsed_s);
@@ -202,7 +202,7 @@ class ViewerWindow {
   void keep_picture(std::int64_t now_ns, int width, int height) {
     if (!recorder_.wants_picture(now_ns)) return;
     if (width != recorder_.width() || height != recorder_.height()) {
-      note(recorder_.stop_clip(), "the window has changed its size, and the clip is ended");
+      note(recorder_.stop_video(), "the window has changed its size, and the clip is ended");
       return;
     }
     drawer_.pixels.resize(std::size_t{4} * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
@@ -212,8 +212,8 @@ class ViewerWindow {
   }
 
   void obey_recording(int width, int height) {
-    if (std::exchange(state_.clip_wanted, false))
-      note(recorder_.has_clip() ? recorder_.stop_clip() : recorder_.start_clip(width, height), "");
+    if (std::exchange(state_.video_wanted, false))
+      note(recorder_.has_video() ? recorder_.stop_video() : recorder_.start_video(width, height), "");
     if (std::exchange(state_.trace_wanted, false))
       note(recorder_.has_trace() ? recorder_.stop_trace() : recorder_.start_trace(), "");
   }
@@ -272,10 +272,10 @@ Result<void> run_window(const ViewOptions& options) {
   if (!window) return Refusal(window.error());
   Result<std::unique_ptr<Drawer>> drawer = Drawer::create();
   if (!drawer) return Refusal(drawer.error());
-  const Result<std::vector<Actor>> cast = load_cast(options);
-  if (!cast) return Refusal(cast.error());
+  const Result<std::vector<CharacterSetup>> characters = load_characters(options);
+  if (!characters) return Refusal(characters.error());
   ViewerWindow viewer(options, **window, **drawer);
-  return options.source == Source::local ? viewer.run_local(*cast) : viewer.run_room(*cast);
+  return options.source == Source::local ? viewer.run_local(*characters) : viewer.run_room(*characters);
 }
 
 }  // namespace hairnet::viewer

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "client/viewer/cast/options.hpp"
+#include "client/viewer/characters/options.hpp"
 #include "core/result.hpp"
 
 namespace hairnet::viewer {

@@ -22,8 +22,8 @@ void on_fault(int, const char* description) {
 std::vector<int> g_pressed;  // ImGui of this version sees only what is held at a picture; a slow one would miss keys
 
 void on_key(GLFWwindow*, int key, int, int action, int modifiers) {
-  constexpr std::size_t kMost = 64;
-  if (action == GLFW_PRESS && (modifiers & (GLFW_MOD_CONTROL | GLFW_MOD_ALT)) == 0 && g_pressed.size() < kMost)
+  constexpr std::size_t kMax = 64;
+  if (action == GLFW_PRESS && (modifiers & (GLFW_MOD_CONTROL | GLFW_MOD_ALT)) == 0 && g_pressed.size() < kMax)
     g_pressed.push_back(key);
 }
 

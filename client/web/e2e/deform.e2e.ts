@@ -61,7 +61,7 @@ for (const kind of ["quadratic", "linear"] as const) {
         hairAlbedo: [0, 0, 0],
         skinAlbedo: [0, 0, 0],
         widthM: 1,
-        detail: { strandShare: 1, followerCount: 0, toleranceM: 0, quadratic: kind === "quadratic" ? 1 : 0, strips: 0 },
+        detail: { strandShare: 1, followHairCount: 0, toleranceM: 0, quadratic: kind === "quadratic" ? 1 : 0, cards: 0 },
         strayM: 0,
         size: 1,
         bodyVisible: true,

@@ -3,7 +3,7 @@ import type { HairCharacter, HairScene } from "../src/scene/index";
 import type { Stage } from "../page/stage";
 
 /** What the pages leave in `window` for those who look in. */
-export interface Looked {
+export interface PageGlobals {
   stage: Stage;
   hair: HairScene | null;
 }
@@ -17,7 +17,7 @@ export interface Picture {
 
 export function readyCount(page: Page): Promise<number> {
   return page.evaluate(() => {
-    const { hair } = (window as unknown as { hairnet: Looked }).hairnet;
+    const { hair } = (window as unknown as { hairnet: PageGlobals }).hairnet;
     return [...(hair?.characters.values() ?? [])].filter((one: HairCharacter) => one.isReady).length;
   });
 }
@@ -25,7 +25,7 @@ export function readyCount(page: Page): Promise<number> {
 /** Draws and reads a small picture at once, as screenshots take seconds in software. */
 export function takePicture(page: Page, width = 320): Promise<Picture> {
   return page.evaluate((wanted) => {
-    const { stage } = (window as unknown as { hairnet: Looked }).hairnet;
+    const { stage } = (window as unknown as { hairnet: PageGlobals }).hairnet;
     stage.renderer.render(stage.scene, stage.camera);
     const canvas = document.createElement("canvas");
     canvas.width = wanted;

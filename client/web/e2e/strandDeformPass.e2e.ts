@@ -42,7 +42,7 @@ test("the GPU places the points of strands as the CPU does, and none is further 
       hairAlbedo: [0, 0, 0],
       skinAlbedo: [0, 0, 0],
       widthM: 1,
-      detail: { strandShare: 1, followerCount: 0, toleranceM: 0, quadratic: 1, strips: 0 },
+      detail: { strandShare: 1, followHairCount: 0, toleranceM: 0, quadratic: 1, cards: 0 },
       strayM: 0,
       size: 1,
       bodyVisible: true,

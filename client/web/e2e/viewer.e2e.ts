@@ -4,7 +4,7 @@ import type { Page } from "playwright-core";
 import { Actor, makeGroomFile } from "./actor";
 import { Browser } from "./browser";
 import { HairnetServer, until } from "./hairnetServer";
-import { readyCount, shareChanged, shareWarm, takePicture, type Looked } from "./picture";
+import { readyCount, shareChanged, shareWarm, takePicture, type PageGlobals } from "./picture";
 
 const server = new HairnetServer();
 const browser = new Browser();
@@ -64,7 +64,7 @@ test("hair swings on when a head has turned and stopped, then comes to rest", as
   await actor.turnTo(0.9, 0.25);
   const headYaw = () =>
     page.evaluate(() => {
-      const { hair } = (window as unknown as { hairnet: Looked }).hairnet;
+      const { hair } = (window as unknown as { hairnet: PageGlobals }).hairnet;
       const [one] = [...hair!.characters.values()];
       return 2 * Math.asin(one.quaternion.y);
     });
@@ -90,7 +90,7 @@ test("a server that dies and comes back has its hair back in the page", async ()
   page = await browser.open(`${server.address}/?room=restart&observe`);
   await until("it is ready", async () => (await readyCount(page)) === 1);
   await server.kill();
-  await until("the page says that it reconnects", async () => (await state()) === "away");
+  await until("the page says that it reconnects", async () => (await state()) === "reconnecting");
   expect(await page.textContent("#state")).toBe("reconnecting");
   await shoot("reconnecting");
   await server.start();
@@ -109,13 +109,13 @@ test("two pages see each other, and a head that keys or the mouse turn is seen t
   await second.setInputFiles("#groom-file", other.path);
   for (const one of [page, second]) await until("it sees both", async () => (await readyCount(one)) === 2, 90_000);
   const places = await page.evaluate(() => {
-    const { hair } = (window as unknown as { hairnet: Looked }).hairnet;
+    const { hair } = (window as unknown as { hairnet: PageGlobals }).hairnet;
     return [...hair!.characters.values()].map((one) => one.position.x);
   });
   expect(Math.abs(places[0] - places[1])).toBeGreaterThan(0.5);
   const yawOfOther = (in_: Page) =>
     in_.evaluate(() => {
-      const { hair } = (window as unknown as { hairnet: Looked }).hairnet;
+      const { hair } = (window as unknown as { hairnet: PageGlobals }).hairnet;
       return [...hair!.characters.values()].filter((one) => !one.own).map((one) => 2 * Math.asin(one.quaternion.y))[0];
     });
   await second.close();
@@ -132,7 +132,7 @@ test("two pages see each other, and a head that keys or the mouse turn is seen t
   await page.keyboard.up("ArrowRight");
   await until("and come back", () => Math.abs(seenBy()) < 0.05);
   const at = await page.evaluate(() => {
-    const { hair, stage } = (window as unknown as { hairnet: Looked }).hairnet;
+    const { hair, stage } = (window as unknown as { hairnet: PageGlobals }).hairnet;
     const own = [...hair!.characters.values()].find((one) => one.own)!;
     const { x, y } = own.position.clone().setY(own.position.y + 0.08).project(stage.camera);
     return { x: ((x + 1) / 2) * innerWidth, y: ((1 - y) / 2) * innerHeight };
@@ -182,7 +182,7 @@ test("hair is drawn again after the graphics context was lost", async () => {
   await page.selectOption("#quality", "0.3");
   await until("it is in the picture", async () => shareWarm(await takePicture(page)) > 0.05);
   await page.evaluate(async () => {
-    const { stage } = (window as unknown as { hairnet: Looked }).hairnet;
+    const { stage } = (window as unknown as { hairnet: PageGlobals }).hairnet;
     const loss = stage.renderer.getContext().getExtension("WEBGL_lose_context")!;
     const lost = new Promise((done) => stage.canvas.addEventListener("webglcontextlost", done, { once: true }));
     loss.loseContext();

@@ -1,11 +1,11 @@
 const kSlowMs = 28;
 const kFastMs = 17.5; // 60 pictures a second, when the screen shows no more
-const kFrameMsMost = 1000; // longer, and the page was hidden, or did something else
-const kLeast = 0.25;
-const kMost = 1.5;
+const kFrameMsMax = 1000; // longer, and the page was hidden, or did something else
+const kMin = 0.25;
+const kMax = 1.5;
 
 /** Lowers the drawing quality while pictures take too long, and raises it again. Changes gradually. */
-export class Quality {
+export class AdaptiveQuality {
   /** null: automatic */
   chosen: number | null = null;
   #automatic = 0.7;
@@ -18,7 +18,7 @@ export class Quality {
   /** Milliseconds from one picture to the next. */
   add(frameMs: number): void {
     if (document.visibilityState === "hidden") return;
-    this.#frames.push(Math.min(frameMs, kFrameMsMost));
+    this.#frames.push(Math.min(frameMs, kFrameMsMax));
     const sum = this.#frames.reduce((a, b) => a + b);
     // Half a second tells enough; of very slow pictures three do. One may have been slow for a reason of its own.
     if (this.#frames.length < 3 || (sum < 500 && this.#frames.length < 30)) return;
@@ -29,6 +29,6 @@ export class Quality {
   }
 
   #change(factor: number): void {
-    this.#automatic = Math.min(Math.max(this.#automatic * factor, kLeast), kMost);
+    this.#automatic = Math.min(Math.max(this.#automatic * factor, kMin), kMax);
   }
 }

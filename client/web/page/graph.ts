@@ -28,12 +28,12 @@ export class Graph {
     const context = canvas.getContext("2d");
     if (!context) return;
     context.clearRect(0, 0, width, height);
-    const delayMost = nice(Math.max(50, ...this.#delays.filter(Number.isFinite)));
-    const rateMost = nice(Math.max(10, ...this.#rates));
+    const delayMax = nice(Math.max(50, ...this.#delays.filter(Number.isFinite)));
+    const rateMax = nice(Math.max(10, ...this.#rates));
     const x = (n: number) => width * (1 - (this.#rates.length - 1 - n) / (kSamples - 1));
     context.beginPath();
     context.moveTo(x(0), height);
-    this.#rates.forEach((rate, n) => context.lineTo(x(n), height * (1 - (0.9 * rate) / rateMost)));
+    this.#rates.forEach((rate, n) => context.lineTo(x(n), height * (1 - (0.9 * rate) / rateMax)));
     context.lineTo(width, height);
     context.fillStyle = "#5f9fbf55";
     context.fill();
@@ -41,7 +41,7 @@ export class Graph {
     let isDown = false;
     this.#delays.forEach((delay, n) => {
       if (Number.isFinite(delay)) {
-        const y = height * (1 - (0.9 * delay) / delayMost);
+        const y = height * (1 - (0.9 * delay) / delayMax);
         if (isDown) context.lineTo(x(n), y);
         else context.moveTo(x(n), y);
       }
@@ -52,9 +52,9 @@ export class Graph {
     context.stroke();
     context.font = `${10 * scale}px system-ui, sans-serif`;
     context.fillStyle = "#e0a266";
-    context.fillText(`${delayMost} ms`, 4 * scale, 12 * scale);
+    context.fillText(`${delayMax} ms`, 4 * scale, 12 * scale);
     context.fillStyle = "#8fc4de";
-    const label = `${rateMost} kB/s`;
+    const label = `${rateMax} kB/s`;
     context.fillText(label, width - context.measureText(label).width - 4 * scale, 12 * scale);
   }
 }

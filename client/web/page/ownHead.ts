@@ -2,8 +2,8 @@ import { Matrix4, Quaternion, Vector3, type Camera } from "three";
 import type { Pose } from "../src/index";
 import { followYaw, poseOf, rotationOf, yawOf, type HeadAngles } from "./headPose";
 
-const kTurnMostRad = 1.2;
-const kNodMostRad = 0.7;
+const kTurnMaxRad = 1.2;
+const kNodMaxRad = 0.7;
 const kRadPerPx = 0.007;
 const kMPerPx = 0.0015;
 const kKeyRadPerS = 4;
@@ -76,8 +76,8 @@ export class OwnHead {
     const keysTurn = this.#turnByKeys(dtS);
     if (this.followsView) this.#lookAlong(camera);
     else if (!this.#isHeld && !keysTurn) this.#wanted = { yaw: 0, pitch: 0 };
-    this.#wanted.yaw = clamp(this.#wanted.yaw, kTurnMostRad);
-    this.#wanted.pitch = clamp(this.#wanted.pitch, kNodMostRad);
+    this.#wanted.yaw = clamp(this.#wanted.yaw, kTurnMaxRad);
+    this.#wanted.pitch = clamp(this.#wanted.pitch, kNodMaxRad);
     const share = 1 - Math.exp(-kEagerness * dtS);
     this.#now.yaw += share * (this.#wanted.yaw - this.#now.yaw);
     this.#now.pitch += share * (this.#wanted.pitch - this.#now.pitch);

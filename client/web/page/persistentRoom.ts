@@ -1,24 +1,24 @@
 import { connect, HairnetError, Role, type Room } from "../src/index";
 import type { Query } from "./query";
 
-export type SessionState = "connecting" | "connected" | "away" | "closed" | "refused";
+export type PersistentRoomState = "connecting" | "connected" | "reconnecting" | "closed" | "refused";
 
-const kWaitLeastS = 1;
-const kWaitMostS = 10;
+const kWaitMinS = 1;
+const kWaitMaxS = 10;
 
 /**
  * Keeps the page in a room as long as the page is open. Unlike `connect`, it also retries the first connection, and it
  * joins again when the server has closed the session for a temporary reason. It stops when the server refuses for good.
  */
-export class Session {
+export class PersistentRoom {
   room: Room | null = null;
-  #waitS = kWaitLeastS;
+  #waitS = kWaitMinS;
   #timer: ReturnType<typeof setTimeout> | undefined;
 
   constructor(
     private readonly query: Query,
     private readonly onRoom: (room: Room) => void,
-    private readonly onState: (state: SessionState, detail: string) => void,
+    private readonly onState: (state: PersistentRoomState, detail: string) => void,
     private readonly onFault: (detail: string) => void,
   ) {}
 
@@ -32,7 +32,7 @@ export class Session {
         token: this.query.token,
         role: this.query.observe ? Role.observer : Role.participant,
       });
-      this.#waitS = kWaitLeastS;
+      this.#waitS = kWaitMinS;
       this.#take(room);
     } catch (error) {
       if (!(error instanceof HairnetError)) throw error;
@@ -58,6 +58,6 @@ export class Session {
   #again(why: string): void {
     this.onState("closed", why);
     this.#timer = setTimeout(() => void this.start(), 1000 * this.#waitS);
-    this.#waitS = Math.min(1.6 * this.#waitS, kWaitMostS);
+    this.#waitS = Math.min(1.6 * this.#waitS, kWaitMaxS);
   }
 }

@@ -1,7 +1,7 @@
 import { CanvasTexture, Group, PerspectiveCamera, Scene, SRGBColorSpace, Vector3, WebGLRenderer } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
-const kPixelRatioMost = 2;
+const kPixelRatioMax = 2;
 export const kHeadInVrM = 1.6;
 
 /** Renderer, camera and an empty room. */
@@ -23,7 +23,7 @@ export class Stage {
     private readonly covered: () => { right: number; bottom: number },
   ) {
     this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: "high-performance" });
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, kPixelRatioMost));
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, kPixelRatioMax));
     this.renderer.xr.enabled = true;
     this.renderer.xr.setReferenceSpaceType("local-floor");
     this.scene.background = backdrop();

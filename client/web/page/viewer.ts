@@ -8,9 +8,9 @@ import { listenForGrabs } from "./headGrab";
 import { offerHeadset } from "./headset";
 import { MemberList } from "./memberList";
 import { OwnHead } from "./ownHead";
-import { Quality } from "./adaptiveQuality";
+import { AdaptiveQuality } from "./adaptiveQuality";
 import type { Query } from "./query";
-import { Session, type SessionState } from "./persistentRoom";
+import { PersistentRoom, type PersistentRoomState } from "./persistentRoom";
 import { Sliders } from "./sliders";
 import { kHeadInVrM, Stage } from "./stage";
 
@@ -26,9 +26,9 @@ export class PageViewer {
   readonly stage: Stage;
   readonly members = new MemberList(element<HTMLUListElement>("members"));
   hair: HairScene | null = null;
-  readonly #session: Session;
+  readonly #session: PersistentRoom;
   readonly #head = new OwnHead();
-  readonly #quality = new Quality();
+  readonly #quality = new AdaptiveQuality();
   readonly #graph = new Graph(element<HTMLCanvasElement>("graph"));
   readonly #sliders: Sliders;
   #own: OwnCharacter | null = null;
@@ -45,7 +45,7 @@ export class PageViewer {
 
   constructor(private readonly query: Query) {
     this.stage = new Stage(element<HTMLCanvasElement>("view"), () => coveredByPanel());
-    this.#session = new Session(
+    this.#session = new PersistentRoom(
       query,
       (room) => this.#enter(room),
       (state, detail) => this.#showState(state, detail),
@@ -235,7 +235,7 @@ export class PageViewer {
     const { room, hair } = this;
     element("hint").hidden = !(room && room.members.size === 0);
     element("hint").textContent = this.query.observe
-      ? "Nobody is here yet. Whoever joins this room appears by themselves."
+      ? "Nobody is here yet. Others appear as soon as they join this room."
       : "Nobody is here yet. Choose a hairstyle, or drop a .groom file, to be the first.";
     if (!room || !hair) return;
     this.members.refresh(room, hair.characters);
@@ -246,15 +246,15 @@ export class PageViewer {
     const delays = [...room.members.values()].map((member) => 1000 * room.delayS(member)).filter((delay) => delay > 0);
     const delay = delays.length > 0 ? delays.sort((a, b) => a - b)[delays.length >> 1] : null;
     this.#graph.add(delay, rate);
-    const { drawCalls, strands, strips } = hair.statistics;
-    const shown = `${strands > 0 || strips === 0 ? `${strands} strands` : ""}${strips > 0 ? ` ${strips} far strips` : ""}`;
+    const { drawCalls, strands, cards } = hair.statistics;
+    const shown = `${strands > 0 || cards === 0 ? `${strands} strands` : ""}${cards > 0 ? ` ${cards} far cards` : ""}`;
     element("figures").textContent =
       `${delay === null ? "no frames" : `${delay.toFixed(0)} ms behind`}, ${rate.toFixed(0)} kB/s, ${drawCalls} draw calls, ` +
       `${shown}, quality ${this.#quality.value.toFixed(2)}`;
   }
 
-  #showState(state: SessionState, detail: string): void {
-    const texts = { connecting: "connecting", connected: "connected", away: "reconnecting", closed: "server gone", refused: "refused" };
+  #showState(state: PersistentRoomState, detail: string): void {
+    const texts = { connecting: "connecting", connected: "connected", reconnecting: "reconnecting", closed: "server gone", refused: "refused" };
     const shown = element("state");
     shown.dataset.state = state;
     shown.textContent = texts[state];

@@ -4,9 +4,9 @@ import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 import { decodeGroom, type Groom, type Member, type OwnCharacter, type Room } from "../src/index";
 import { HairScene } from "../src/scene/index";
 import { VrmHair } from "../src/vrm/index";
-import { Quality } from "./adaptiveQuality";
+import { AdaptiveQuality } from "./adaptiveQuality";
 import type { Query } from "./query";
-import { Session } from "./persistentRoom";
+import { PersistentRoom } from "./persistentRoom";
 import { Stage } from "./stage";
 
 const kFaultShownMs = 8000;
@@ -24,8 +24,8 @@ export class VrmViewer {
   model: VRM | null = null;
   /** stands still when false */
   isMoving = true;
-  readonly #session: Session;
-  readonly #quality = new Quality();
+  readonly #session: PersistentRoom;
+  readonly #quality = new AdaptiveQuality();
   #own: OwnCharacter | null = null;
   #groom: Groom | null = null;
   #file: Uint8Array | null = null;
@@ -38,7 +38,7 @@ export class VrmViewer {
     const rim = new DirectionalLight(0xdfe8ff, 2);
     rim.position.set(1, 1.8, -2);
     this.stage.scene.add(key, rim, new HemisphereLight(0xbfc8d8, 0x6b5f55, 0.9));
-    this.#session = new Session(
+    this.#session = new PersistentRoom(
       query,
       (room) => this.#enter(room),
       (state, detail) => detail && showFault(detail, state === "refused" ? Infinity : kFaultShownMs),

@@ -1,11 +1,11 @@
 /**
- * hairnet-client: other people's hair, simulated by a server, for browsers. `Connection` speaks with the server,
+ * hairnet-client: other people's hair, simulated by a server, for browsers. `Link` speaks with the server,
  * `Playout` and `LatticeBlend` say what to show of a character at any moment, `Deformer` moves its points on the CPU.
  * `hairnet-client/scene` draws it with three.js.
  */
 export { HairnetError } from "./hair/hairnetError";
 export type { FaultKind } from "./hair/hairnetError";
-export { ErrorClass, Level, kStepsM, kVelocityStepsPerS } from "./hair/level";
+export { ErrorClass, LevelIndex, kStepsM, kVelocityStepsPerS } from "./hair/level";
 export { Bone, interpolatePose, kBoneCount, kNumbersPerBone, kPoseNumbers, poseFault, rigidPose } from "./hair/pose";
 export type { Pose } from "./hair/pose";
 export { expandDisplacements, nodeCount, nodePosition } from "./hair/lattice";
@@ -14,13 +14,13 @@ export type { Frame } from "./hair/frame";
 export { dequantiseNodes, dequantiseVelocities } from "./hair/dequantise";
 export { Playout } from "./hair/playout";
 export type { PlayoutSample } from "./hair/playout";
-export { LatticeBlend, kLayersMax, kSwitchBlendNs } from "./hair/latticeBlend";
+export { LatticeBlend, kLatticeLayersMax, kSwitchBlendNs } from "./hair/latticeBlend";
 export type { LatticeLayer } from "./hair/latticeBlend";
 export { Deformer } from "./hair/deform";
 export { StrandLengths } from "./hair/strandLengths";
 export type { DeformOutput, FfdKind } from "./hair/deform";
-export { blendAt, farStripBlend, rootBlend } from "./hair/rootBlend";
-export { farStripNormals, farStripTangents, restTangents } from "./hair/restTangents";
+export { blendAt, farCardBlend, rootBlend } from "./hair/rootBlend";
+export { farCardNormals, farCardTangents, restTangents } from "./hair/restTangents";
 export type { RestTangents } from "./hair/restTangents";
 export { validateGroom } from "./hair/validateGroom";
 export type * from "./hair/groom";
@@ -28,10 +28,10 @@ export type * from "./hair/groom";
 export { decodeGroom } from "./net/groomFile";
 export { hashGroom } from "./net/groomHash";
 export type { GroomHash } from "./net/groomHash";
-export { Connection, webSocketUrl } from "./net/link";
-export type { ConnectionOptions, WebSocketLike } from "./net/link";
+export { Link, webSocketUrl } from "./net/link";
+export type { LinkOptions, WebSocketLike } from "./net/link";
 export { LinkCore } from "./net/linkCore";
-export type { LinkCounters, LinkOptions } from "./net/linkCoreOptions";
+export type { LinkCounters, LinkCoreOptions } from "./net/linkCoreOptions";
 export type * from "./net/events";
 export {
   ErrorReason,

@@ -16,7 +16,7 @@
 #include "core/ffd/strand_lengths.hpp"
 #include "core/random.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 namespace {
 
 // Short strands all over a ball of 0.1 m.
@@ -33,16 +33,16 @@ Groom ball_of_hair() {
   return groom;
 }
 
-float mean(const LightLeft& left) {
+float mean(const Transmittance& left) {
   float sum = 0;
   for (const float side : left) sum += side / 6;
   return sum;
 }
 
-TEST(LightField, lets_less_light_into_the_middle_of_hair_than_to_its_surface) {
-  const LightField light(ball_of_hair(), 3e-3f);
-  const LightLeft middle = light.at(Vec3f(0, 0, 0)), top = light.at(Vec3f(0, 0.1f, 0)),
-                  away = light.at(Vec3f(0, 0.6f, 0));
+TEST(OcclusionGrid, lets_less_light_into_the_middle_of_hair_than_to_its_surface) {
+  const OcclusionGrid light(ball_of_hair(), 3e-3f);
+  const Transmittance middle = light.at(Vec3f(0, 0, 0)), top = light.at(Vec3f(0, 0.1f, 0)),
+                      away = light.at(Vec3f(0, 0.6f, 0));
   EXPECT_LT(mean(middle), 0.6f * mean(top));
   EXPECT_LT(mean(top), mean(away));
   for (const float side : away) EXPECT_EQ(side, 1);
@@ -50,20 +50,20 @@ TEST(LightField, lets_less_light_into_the_middle_of_hair_than_to_its_surface) {
   EXPECT_LT(top[3], 0.5f * top[2]) << "from below, through the ball";
 }
 
-TEST(LightField, is_as_symmetric_as_the_hair) {
-  const LightField light(ball_of_hair(), 3e-3f);
-  const LightLeft left = light.at(Vec3f(-0.09f, 0, 0)), right = light.at(Vec3f(0.09f, 0, 0));
+TEST(OcclusionGrid, is_as_symmetric_as_the_hair) {
+  const OcclusionGrid light(ball_of_hair(), 3e-3f);
+  const Transmittance left = light.at(Vec3f(-0.09f, 0, 0)), right = light.at(Vec3f(0.09f, 0, 0));
   EXPECT_NEAR(left[1], right[0], 0.12f) << "towards the outside";
   EXPECT_NEAR(left[0], right[1], 0.12f) << "towards the middle";
 }
 
-TEST(LightField, darkens_with_the_width_of_strands) {
+TEST(OcclusionGrid, darkens_with_the_width_of_strands) {
   const Groom groom = ball_of_hair();
-  EXPECT_LT(mean(LightField(groom, 4e-3f).at(Vec3f::Zero())), mean(LightField(groom, 1e-3f).at(Vec3f::Zero())));
+  EXPECT_LT(mean(OcclusionGrid(groom, 4e-3f).at(Vec3f::Zero())), mean(OcclusionGrid(groom, 1e-3f).at(Vec3f::Zero())));
 }
 
-TEST(LightField, of_nothing_leaves_all_light) {
-  EXPECT_EQ(LightField(Groom{}, 1e-3f).at(Vec3f::Zero()), (LightLeft{1, 1, 1, 1, 1, 1}));
+TEST(OcclusionGrid, of_nothing_leaves_all_light) {
+  EXPECT_EQ(OcclusionGrid(Groom{}, 1e-3f).at(Vec3f::Zero()), (Transmittance{1, 1, 1, 1, 1, 1}));
 }
 
 TEST(Scalp, is_whole_between_the_rows_of_a_parting_and_fades_out_beyond_the_hairline) {
@@ -111,13 +111,13 @@ TEST_F(MadeGeometry, has_every_point_of_every_strand_with_its_root_blend) {
 }
 
 TEST_F(MadeGeometry, keeps_every_left_out_point_within_the_tolerance_of_the_drawn_line) {
-  ASSERT_GE(geometry_.strand_lists.size(), 3u);
+  ASSERT_GE(geometry_.simplified_strands.size(), 3u);
   const auto position = [&](std::uint32_t vertex) {
     const auto& r = geometry_.strand_points.rest[vertex / 2];
     return Vec3f(r[0], r[1], r[2]);
   };
   std::size_t before = SIZE_MAX;
-  for (const StrandList& list : geometry_.strand_lists) {
+  for (const SimplifiedStrands& list : geometry_.simplified_strands) {
     EXPECT_LT(list.triangles.size(), before) << "each list is shorter than the one before";
     before = list.triangles.size();
     ASSERT_EQ(list.triangles.size() % 6, 0u);
@@ -144,12 +144,12 @@ TEST(GroomGeometry, divides_long_segments_for_near_pictures_and_keeps_the_points
   groom.add_strand(strand, {});
   const GroomGeometry geometry = make_groom_geometry(groom);
   EXPECT_EQ(geometry.strand_points.rest.size(), 25u);
-  EXPECT_EQ(geometry.strand_lists[0].triangles.size(), 6u * 24);
-  EXPECT_EQ(geometry.strand_lists[1].triangles.size(), 6u * 12);
+  EXPECT_EQ(geometry.simplified_strands[0].triangles.size(), 6u * 24);
+  EXPECT_EQ(geometry.simplified_strands[1].triangles.size(), 6u * 12);
 }
 
 TEST_F(MadeGeometry, draws_whole_strands_for_any_number_of_them) {
-  for (const StrandList& list : geometry_.strand_lists) {
+  for (const SimplifiedStrands& list : geometry_.simplified_strands) {
     ASSERT_EQ(list.end.size(), geometry_.strand_count + 1);
     EXPECT_EQ(list.end.back(), list.triangles.size());
     for (std::size_t n = 0; n < geometry_.strand_count; ++n) {
@@ -197,7 +197,7 @@ TEST(GroomGeometry, puts_strands_in_an_order_of_which_every_beginning_is_an_even
 TEST(GroomGeometry, draws_the_copies_of_clusters_too) {
   Groom groom = *make_hairstyle("short", {.strand_count = 50});
   const std::size_t own = make_groom_geometry(groom).strand_count;
-  groom.clusters.push_back({3, 5, 0.004f, 0.002f});
+  groom.clumps.push_back({3, 5, 0.004f, 0.002f});
   const GroomGeometry geometry = make_groom_geometry(groom);
   EXPECT_EQ(geometry.strand_count, own + 5);
 }
@@ -215,7 +215,7 @@ TEST(GroomGeometry, takes_a_strand_of_very_many_points_that_go_ever_further) {
   groom.add_strand(zigzag, {.rooted = false});
   const GroomGeometry geometry = make_groom_geometry(groom);
   EXPECT_GE(geometry.strand_vertices.size(), 2u * kPoints);
-  for (const StrandList& list : geometry.strand_lists) EXPECT_FALSE(list.triangles.empty());
+  for (const SimplifiedStrands& list : geometry.simplified_strands) EXPECT_FALSE(list.triangles.empty());
 }
 
 TEST(GroomGeometry, of_nothing_is_nothing) {
@@ -234,34 +234,34 @@ TEST(GroomGeometry, leaves_out_strands_without_length) {
   groom.add_strand({}, {});
   const GroomGeometry geometry = make_groom_geometry(groom);
   EXPECT_TRUE(geometry.strand_vertices.empty());
-  EXPECT_EQ(geometry.strand_lists.front().end.size(), 4u);
+  EXPECT_EQ(geometry.simplified_strands.front().end.size(), 4u);
 }
 
 TEST(DrawDetail, falls_continuously_as_a_head_grows_smaller) {
   DrawDetail before = detail_for(2000, 1, 10'000, 0.5f);
   EXPECT_EQ(before.strand_share, 1);
-  EXPECT_EQ(before.strips, 0);
+  EXPECT_EQ(before.cards, 0);
   EXPECT_EQ(before.quadratic, 1);
   for (float px = 2000; px > 1; px *= 0.99f) {
     const DrawDetail detail = detail_for(px, 1, 10'000, 0.5f);
     EXPECT_LE(detail.strand_share, before.strand_share);
-    EXPECT_LE(detail.follower_count, before.follower_count);
+    EXPECT_LE(detail.follow_hair_count, before.follow_hair_count);
     EXPECT_GE(detail.tolerance_m, before.tolerance_m);
     EXPECT_LE(detail.quadratic, before.quadratic);
-    EXPECT_GE(detail.strips, before.strips);
+    EXPECT_GE(detail.cards, before.cards);
     EXPECT_NEAR(detail.strand_share, before.strand_share, 0.03f) << px;
-    EXPECT_NEAR(detail.follower_count, before.follower_count, 0.1f) << px;
-    EXPECT_NEAR(detail.strips, before.strips, 0.05f) << px;
+    EXPECT_NEAR(detail.follow_hair_count, before.follow_hair_count, 0.1f) << px;
+    EXPECT_NEAR(detail.cards, before.cards, 0.05f) << px;
     EXPECT_NEAR(width_scale(detail), width_scale(before), 0.03f * width_scale(before)) << px;
     before = detail;
   }
-  EXPECT_EQ(before.strips, 1);
+  EXPECT_EQ(before.cards, 1);
   EXPECT_EQ(before.quadratic, 0);
 }
 
 TEST(DrawDetail, keeps_the_strands_of_curls_longer_than_those_of_straight_hair) {
-  EXPECT_LT(detail_for(85, 1, 10'000, 1).strips, detail_for(85, 1, 10'000, 0).strips);
-  EXPECT_EQ(detail_for(40, 1, 10'000, 1).strips, 1);
+  EXPECT_LT(detail_for(85, 1, 10'000, 1).cards, detail_for(85, 1, 10'000, 0).cards);
+  EXPECT_EQ(detail_for(40, 1, 10'000, 1).cards, 1);
 }
 
 TEST(DrawDetail, draws_fewer_strands_wider) {
@@ -294,4 +294,4 @@ TEST(Projection, mends_cameras_that_see_nothing) {
 }
 
 }  // namespace
-}  // namespace hairnet::view
+}  // namespace hairnet::render

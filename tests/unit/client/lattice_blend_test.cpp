@@ -110,7 +110,7 @@ TEST_F(LatticeBlendTest, the_field_is_what_blended_points_show_over_switches_and
     const std::vector<Vec3f> wanted = shown_by_points(s, false);
     lattices_.apply(s);
     ASSERT_LT(furthest(deformed(lattices_.layers()), wanted), kRounding_m) << ms << " ms";
-    ASSERT_LE(lattices_.layers().size(), kLatticeLayersMost);
+    ASSERT_LE(lattices_.layers().size(), kLatticeLayersMax);
     blended += lattices_.layers().size() == 3;
     doubly += lattices_.layers().size() == 5;
     largest = std::max(
@@ -127,7 +127,7 @@ TEST_F(LatticeBlendTest, a_third_switch_drops_what_is_weakest_and_keeps_five_lay
   for (int ms = 0; ms < 3000; ms += 10) {
     if (ms % 60 == 0) level = static_cast<LevelIndex>((ms / 60) % 3);
     lattices_.apply(sample(level, ms * kMs));
-    ASSERT_LE(lattices_.layers().size(), kLatticeLayersMost);
+    ASSERT_LE(lattices_.layers().size(), kLatticeLayersMax);
     float sum = 0;
     for (const LatticeLayer& layer : lattices_.layers()) sum += layer.weight;
     ASSERT_NEAR(sum, 1, 1e-6f);

@@ -21,9 +21,9 @@ inline wire::GroomHash hash_of(std::uint8_t first) {
 }
 
 // Drives a LinkCore in a test: owns its clock and plays the server's end of its connection.
-class CoreDriver {
+class LinkCoreDriver {
  public:
-  explicit CoreDriver(CoreOptions options = {}) : core(std::move(options)) {}
+  explicit LinkCoreDriver(LinkCoreOptions options = {}) : core(std::move(options)) {}
 
   // Opens a connection as the core wants one, waiting as long as it says.
   void open() {
@@ -62,7 +62,7 @@ class CoreDriver {
   std::optional<wire::Message> take() {
     const std::vector<std::uint8_t> bytes = core.take_packet(now_ns);
     if (bytes.empty()) return std::nullopt;
-    wire::Decoded decoded = wire::decode_packet(bytes);
+    wire::DecodedPacket decoded = wire::decode_packet(bytes);
     EXPECT_EQ(decoded.error, wire::DecodeError::none) << decoded.detail;
     EXPECT_EQ(decoded.envelope.clock_ns, now_ns);
     return std::move(decoded.envelope.message);

@@ -12,7 +12,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-Roster::Bytes some_bytes(std::size_t count) {
+RequestedState::Bytes some_bytes(std::size_t count) {
   std::vector<std::uint8_t> bytes(count);
   std::iota(bytes.begin(), bytes.end(), std::uint8_t{0});
   return std::make_shared<const std::vector<std::uint8_t>>(std::move(bytes));
@@ -26,7 +26,7 @@ std::vector<wire::PoseSample> pose_of(std::uint32_t character, bool teleport = f
 }
 
 TEST(LinkCore, wants_a_connection_once_started_and_not_before) {
-  CoreDriver d;
+  LinkCoreDriver d;
   d.pass(1000 * kMs);
   EXPECT_FALSE(d.core.wants_connection());
   d.core.start();
@@ -36,12 +36,12 @@ TEST(LinkCore, wants_a_connection_once_started_and_not_before) {
 }
 
 TEST(LinkCore, says_hello_first_and_nothing_more_before_the_welcome) {
-  CoreOptions options;
+  LinkCoreOptions options;
   options.client_name = "tester";
   options.room = "hall";
   options.token = "a.b.c";
   options.role = wire::Role::observer;
-  CoreDriver d(options);
+  LinkCoreDriver d(options);
   d.core.add_character(1, hash_of(1), LevelIndex::low);
   d.core.start();
   d.open();
@@ -58,7 +58,7 @@ TEST(LinkCore, says_hello_first_and_nothing_more_before_the_welcome) {
 }
 
 TEST(LinkCore, what_was_asked_for_before_the_welcome_is_said_after_it) {
-  CoreDriver d;
+  LinkCoreDriver d;
   d.core.offer_groom(hash_of(1), some_bytes(100));
   d.core.add_character(7, hash_of(1), LevelIndex::high);
   d.core.set_level(7, LevelIndex::low);
@@ -75,7 +75,7 @@ TEST(LinkCore, what_was_asked_for_before_the_welcome_is_said_after_it) {
 }
 
 TEST(LinkCore, a_stream_is_understood_however_it_is_cut) {
-  CoreDriver d;
+  LinkCoreDriver d;
   d.core.start();
   d.open();
   std::vector<std::uint8_t> stream = d.packet(welcome_to(5));
@@ -88,7 +88,7 @@ TEST(LinkCore, a_stream_is_understood_however_it_is_cut) {
 }
 
 TEST(LinkCore, a_first_attempt_that_fails_is_the_last) {
-  CoreDriver d;
+  LinkCoreDriver d;
   d.core.start();
   d.core.on_opening(d.now_ns);
   d.core.on_closed("cannot connect to there", d.now_ns);
@@ -99,7 +99,7 @@ TEST(LinkCore, a_first_attempt_that_fails_is_the_last) {
 
 TEST(LinkCore, a_server_that_says_nothing_runs_into_the_time_out) {
   for (const bool opened : {false, true}) {
-    CoreDriver d;
+    LinkCoreDriver d;
     d.core.start();
     d.core.on_opening(d.now_ns);
     if (opened) d.core.on_open(d.now_ns);
@@ -117,13 +117,13 @@ TEST(LinkCore, a_server_that_says_nothing_runs_into_the_time_out) {
 TEST(LinkCore, only_a_welcome_an_error_or_a_goodbye_may_come_first) {
   for (const wire::Message& message :
        {wire::Message(wire::GroomStatus{}), wire::Message(wire::FrameBatch{}), wire::Message(wire::MemberLeft{1})}) {
-    CoreDriver d;
+    LinkCoreDriver d;
     d.core.start();
     d.open();
     d.send(message);
     EXPECT_EQ(d.event<Disconnected>()->reason, wire::GoodbyeReason::protocol_error);
   }
-  CoreDriver d;
+  LinkCoreDriver d;
   d.core.start();
   d.open();
   d.send(wire::Error{wire::ErrorReason::token_invalid, 0, {}, "expired"});
@@ -137,11 +137,11 @@ TEST(LinkCore, only_a_welcome_an_error_or_a_goodbye_may_come_first) {
 TEST(LinkCore, a_server_that_breaks_the_protocol_is_left_for_good) {
   std::vector<std::uint8_t> garbage{64, 0, 0, 0};
   garbage.resize(68, 0x40);
-  CoreDriver sender;
+  LinkCoreDriver sender;
   for (const std::vector<std::uint8_t>& bytes :
        {std::vector<std::uint8_t>{0xff, 0xff, 0xff, 0xff}, garbage, sender.packet(wire::Welcome{}),
         sender.packet(wire::SetLevel{1, LevelIndex::low})}) {
-    CoreDriver d;
+    LinkCoreDriver d;
     d.connect();
     d.core.on_bytes(bytes, d.now_ns);
     EXPECT_EQ(d.event<Disconnected>()->reason, wire::GoodbyeReason::protocol_error);
@@ -150,7 +150,7 @@ TEST(LinkCore, a_server_that_breaks_the_protocol_is_left_for_good) {
 }
 
 TEST(LinkCore, a_message_transport_gives_one_packet_a_message) {
-  CoreDriver d;
+  LinkCoreDriver d;
   d.core.start();
   d.open();
   d.core.on_packet(d.packet(welcome_to(1)), d.now_ns);
@@ -163,7 +163,7 @@ TEST(LinkCore, a_message_transport_gives_one_packet_a_message) {
 }
 
 TEST(LinkCore, leaving_says_goodbye_and_waits_a_moment_for_it_to_be_taken) {
-  CoreDriver d;
+  LinkCoreDriver d;
   d.connect();
   d.core.push_poses(pose_of(1));
   d.core.leave(d.now_ns);
@@ -175,7 +175,7 @@ TEST(LinkCore, leaving_says_goodbye_and_waits_a_moment_for_it_to_be_taken) {
   d.core.on_closed("the server closed", d.now_ns);
   EXPECT_EQ(d.event<Disconnected>()->reason, wire::GoodbyeReason::client_leaves);
 
-  CoreDriver stuck;
+  LinkCoreDriver stuck;
   stuck.connect();
   stuck.core.leave(stuck.now_ns);
   stuck.pass(400 * kMs);
@@ -184,7 +184,7 @@ TEST(LinkCore, leaving_says_goodbye_and_waits_a_moment_for_it_to_be_taken) {
 }
 
 TEST(LinkCore, leaving_before_there_is_a_session_ends_at_once) {
-  CoreDriver d;
+  LinkCoreDriver d;
   d.core.start();
   d.open();
   d.core.leave(d.now_ns);
@@ -193,7 +193,7 @@ TEST(LinkCore, leaving_before_there_is_a_session_ends_at_once) {
 }
 
 TEST(LinkCore, a_sign_of_life_goes_out_when_there_is_nothing_else) {
-  CoreDriver d;
+  LinkCoreDriver d;
   d.connect();
   d.pass(14'999 * kMs);
   EXPECT_FALSE(d.take());
@@ -205,7 +205,7 @@ TEST(LinkCore, a_sign_of_life_goes_out_when_there_is_nothing_else) {
 }
 
 TEST(LinkCore, poses_go_out_after_any_number_of_signs_of_life) {
-  CoreDriver d;
+  LinkCoreDriver d;
   d.connect();
   for (int i = 0; i < 3; ++i) {
     d.pass_to_deadline();
@@ -217,7 +217,7 @@ TEST(LinkCore, poses_go_out_after_any_number_of_signs_of_life) {
 }
 
 TEST(LinkCore, deadlines_move_on_though_nobody_takes_what_there_is_to_send) {
-  CoreDriver d;
+  LinkCoreDriver d;
   d.connect();
   for (int i = 0; i < 100; ++i) {
     d.core.poll(d.now_ns = d.core.next_deadline_ns());
@@ -227,7 +227,7 @@ TEST(LinkCore, deadlines_move_on_though_nobody_takes_what_there_is_to_send) {
 }
 
 TEST(LinkCore, server_times_map_to_the_cores_clock) {
-  CoreDriver d;
+  LinkCoreDriver d;
   d.connect();
   EXPECT_EQ(d.core.to_local_ns(kServerClock_ns + d.now_ns), d.now_ns);
 }
@@ -242,7 +242,7 @@ TEST(LinkCore, grooms_of_others_come_in_pieces_and_are_checked) {
         begin,
         {bytes.begin() + static_cast<std::ptrdiff_t>(begin), bytes.begin() + static_cast<std::ptrdiff_t>(end)}};
   };
-  CoreDriver d;
+  LinkCoreDriver d;
   d.connect();
   d.core.request_groom(hash);
   d.core.request_groom(hash);
@@ -268,7 +268,7 @@ TEST(LinkCore, grooms_of_others_come_in_pieces_and_are_checked) {
 }
 
 TEST(LinkCore, a_groom_that_is_not_to_be_had_can_be_asked_for_again) {
-  CoreDriver d;
+  LinkCoreDriver d;
   d.connect();
   d.core.offer_groom(hash_of(3), some_bytes(10));
   d.core.request_groom(hash_of(3));
@@ -282,7 +282,7 @@ TEST(LinkCore, a_groom_that_is_not_to_be_had_can_be_asked_for_again) {
 }
 
 TEST(LinkCore, a_groom_refused_for_there_are_too_many_can_be_asked_for_again) {
-  CoreDriver d;
+  LinkCoreDriver d;
   d.connect();
   d.core.request_groom(hash_of(3));
   d.take_all();
@@ -293,14 +293,14 @@ TEST(LinkCore, a_groom_refused_for_there_are_too_many_can_be_asked_for_again) {
 }
 
 TEST(LinkCore, a_character_that_nobody_asked_for_breaks_the_protocol) {
-  CoreDriver d;
+  LinkCoreDriver d;
   d.connect();
   d.send(wire::CharacterAdded{3, hash_of(1), LevelIndex::low, 1});
   EXPECT_EQ(d.event<Disconnected>()->reason, wire::GoodbyeReason::protocol_error);
 }
 
 TEST(LinkCore, a_groom_goes_out_though_poses_always_wait) {
-  CoreDriver d;
+  LinkCoreDriver d;
   d.connect();
   const std::size_t groom_bytes = 200'000;
   d.core.offer_groom(hash_of(3), some_bytes(groom_bytes));
@@ -321,7 +321,7 @@ TEST(LinkCore, a_groom_goes_out_though_poses_always_wait) {
 }
 
 TEST(LinkCore, importance_is_said_a_few_times_a_second_and_only_when_it_changes) {
-  CoreDriver d;
+  LinkCoreDriver d;
   d.connect();
   std::vector<wire::MemberImportance> seen{{1, 0.5f, true}, {2, 0.25f, false}};
   const auto report = [&] {

@@ -19,8 +19,8 @@ LevelGeometry small_grid() {
 }
 
 // What a character looks like at a tick: something smooth, of which every integer changes.
-codec::Integers moving(std::uint64_t tick, std::uint32_t member, bool velocities = false) {
-  codec::Integers integers;
+codec::FrameIntegers moving(std::uint64_t tick, std::uint32_t member, bool velocities = false) {
+  codec::FrameIntegers integers;
   const double t = 0.1 * static_cast<double>(tick) + member;
   codec::quantise_pose(rigid_pose({Quat(Eigen::AngleAxisd(t, Vec3::UnitY())), Vec3(t, 1, 2)}), nullptr, integers);
   for (int i = 0; i < 81; ++i) {
@@ -32,7 +32,7 @@ codec::Integers moving(std::uint64_t tick, std::uint32_t member, bool velocities
 
 class Receiving : public ::testing::Test {
  protected:
-  explicit Receiving(CoreOptions options = {}) : d(std::move(options)) { settle(5); }
+  explicit Receiving(LinkCoreOptions options = {}) : d(std::move(options)) { settle(5); }
   void settle(std::uint64_t session) {
     d.connect(welcome_to(session));
     d.core.add_character(kOwnCharacter, hash_of(1), LevelIndex::low);
@@ -53,11 +53,11 @@ class Receiving : public ::testing::Test {
     bool damaged = false;
   };
   void send_frame(std::uint64_t tick, std::uint32_t member, Coded coded) {
-    std::vector<codec::Integers> past;
-    std::vector<const codec::Integers*> history;
+    std::vector<codec::FrameIntegers> past;
+    std::vector<const codec::FrameIntegers*> history;
     for (int k = 1; k <= coded.order; ++k)
       past.push_back(moving(tick - static_cast<std::uint64_t>(k * coded.stride), member, coded.velocities));
-    for (const codec::Integers& p : past) history.push_back(&p);
+    for (const codec::FrameIntegers& p : past) history.push_back(&p);
     const codec::Neighbours neighbours(small_grid());
     std::vector<std::uint8_t> content;
     codec::encode_frame(moving(tick, member, coded.velocities), history, &neighbours, content);
@@ -79,7 +79,7 @@ class Receiving : public ::testing::Test {
   }
   // As of a character whose groom is not ready, or that is at its coarsest.
   void send_rigid_frame(std::uint64_t tick, std::uint32_t member) {
-    codec::Integers integers = moving(tick, member);
+    codec::FrameIntegers integers = moving(tick, member);
     integers.nodes.clear();
     wire::FrameBatch batch;
     batch.tick = tick;
@@ -97,7 +97,7 @@ class Receiving : public ::testing::Test {
     EXPECT_EQ(batch->frames.size(), 1u);
     return batch->frames.at(0);
   }
-  CoreDriver d;
+  LinkCoreDriver d;
 };
 
 TEST_F(Receiving, frames_come_back_as_they_were_whatever_they_refer_to) {
@@ -374,9 +374,9 @@ TEST_F(Receiving, a_sink_takes_frames_in_place_of_events) {
 }
 
 TEST(LinkCoreShare, only_a_share_of_the_members_is_decoded_and_all_are_counted) {
-  CoreOptions options;
+  LinkCoreOptions options;
   options.decode_share = 0.25;
-  CoreDriver d(options);
+  LinkCoreDriver d(options);
   d.connect();
   CountingSink sink;
   d.core.set_frame_sink(&sink);

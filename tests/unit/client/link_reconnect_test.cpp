@@ -8,14 +8,14 @@
 namespace hairnet::link {
 namespace {
 
-Roster::Bytes ten_bytes() {
+RequestedState::Bytes ten_bytes() {
   return std::make_shared<const std::vector<std::uint8_t>>(10);
 }
 
 // A client with one groom and one character, both confirmed, at low level.
 class Settled : public ::testing::Test {
  protected:
-  explicit Settled(CoreOptions options = {}) : d(std::move(options)) {
+  explicit Settled(LinkCoreOptions options = {}) : d(std::move(options)) {
     d.connect(welcome_to(5));
     d.core.offer_groom(hash_of(1), ten_bytes());
     d.core.add_character(7, hash_of(1), LevelIndex::low);
@@ -31,7 +31,7 @@ class Settled : public ::testing::Test {
     d.send(welcome);
   }
 
-  CoreDriver d;
+  LinkCoreDriver d;
   wire::Hello hello;
 };
 
@@ -39,8 +39,8 @@ TEST(Backoff, waits_are_spread_over_as_long_as_it_has_been_away) {
   std::vector<double> shares;
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
     Backoff backoff(seed);
-    for (std::int64_t away_ns = 0; away_ns < 2 * Backoff::kBoundMost_ns; away_ns += 1'000'000'000) {
-      const std::int64_t bound_ns = std::clamp(away_ns, Backoff::kBoundLeast_ns, Backoff::kBoundMost_ns);
+    for (std::int64_t away_ns = 0; away_ns < 2 * Backoff::kBoundMax_ns; away_ns += 1'000'000'000) {
+      const std::int64_t bound_ns = std::clamp(away_ns, Backoff::kBoundMin_ns, Backoff::kBoundMax_ns);
       const std::int64_t wait_ns = backoff.next_ns(away_ns);
       EXPECT_GE(wait_ns, 0);
       EXPECT_LE(wait_ns, bound_ns);
@@ -60,7 +60,7 @@ TEST(Backoff, who_asks_again_is_back_within_twice_the_time_that_the_server_was_a
     for (const std::int64_t away_ns : {50'000'000, 400'000'000, 1'400'000'000}) {
       std::int64_t at_ns = 0;
       while (at_ns < away_ns) at_ns += backoff.next_ns(at_ns);
-      EXPECT_LE(at_ns, 2 * away_ns + Backoff::kBoundLeast_ns);
+      EXPECT_LE(at_ns, 2 * away_ns + Backoff::kBoundMin_ns);
     }
   }
 }
@@ -220,7 +220,7 @@ TEST_F(Settled, refusals_that_would_be_repeated_end_it) {
   for (const wire::GoodbyeReason reason :
        {wire::GoodbyeReason::version_unsupported, wire::GoodbyeReason::token_refused,
         wire::GoodbyeReason::session_taken_over, wire::GoodbyeReason::protocol_error}) {
-    CoreDriver c;
+    LinkCoreDriver c;
     c.connect();
     c.core.on_closed("the cable", c.now_ns);
     c.open();
@@ -260,8 +260,8 @@ TEST_F(Settled, waits_grow_while_nothing_works_and_are_short_again_after_a_good_
 
 class Impatient : public Settled {
  protected:
-  static CoreOptions options() {
-    CoreOptions options;
+  static LinkCoreOptions options() {
+    LinkCoreOptions options;
     options.give_up_after_s = 30;
     return options;
   }
@@ -292,9 +292,9 @@ TEST_F(Impatient, an_outage_that_ends_in_time_does_not_count_for_the_next) {
 }
 
 TEST(LinkCoreWithoutReconnect, a_broken_connection_is_the_end) {
-  CoreOptions options;
+  LinkCoreOptions options;
   options.reconnect = false;
-  CoreDriver d(options);
+  LinkCoreDriver d(options);
   d.connect();
   d.core.on_closed("the cable", d.now_ns);
   EXPECT_EQ(d.event<Disconnected>()->detail, "the cable");
@@ -361,7 +361,7 @@ TEST_F(Settled, a_groom_on_its_way_goes_on_where_it_broke_off) {
 
 // What a network simulator does: the connection breaks after any byte, and the client ends where it would have.
 TEST(LinkCoreUnderLoss, a_break_at_any_byte_is_survived) {
-  const auto script = [](const CoreDriver& d, bool resumed) {
+  const auto script = [](const LinkCoreDriver& d, bool resumed) {
     std::vector<std::uint8_t> stream;
     for (const wire::Message& message :
          {wire::Message(welcome_to(5, resumed)), wire::Message(wire::GroomNeed{hash_of(1), 0}),
@@ -373,11 +373,11 @@ TEST(LinkCoreUnderLoss, a_break_at_any_byte_is_survived) {
     }
     return stream;
   };
-  const std::size_t length = script(CoreDriver(), false).size();
-  const std::size_t welcome_bytes = CoreDriver().packet(welcome_to(5)).size();
+  const std::size_t length = script(LinkCoreDriver(), false).size();
+  const std::size_t welcome_bytes = LinkCoreDriver().packet(welcome_to(5)).size();
   for (std::size_t cut = welcome_bytes; cut < length; ++cut) {
     for (const bool resumed : {false, true}) {
-      CoreDriver d;
+      LinkCoreDriver d;
       d.core.offer_groom(hash_of(1), ten_bytes());
       d.core.add_character(7, hash_of(1), LevelIndex::high);
       d.core.start();

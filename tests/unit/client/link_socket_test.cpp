@@ -34,7 +34,7 @@ class ScriptedServer {
       std::memcpy(packet, &size, 4);
       asio::read(socket_, asio::buffer(packet + 4, size), ec);
       if (ec) return std::nullopt;
-      wire::Decoded decoded = wire::decode_packet({packet, 4 + std::size_t{size}});
+      wire::DecodedPacket decoded = wire::decode_packet({packet, 4 + std::size_t{size}});
       EXPECT_EQ(decoded.error, wire::DecodeError::none) << decoded.detail;
       return std::move(decoded.envelope.message);
     }

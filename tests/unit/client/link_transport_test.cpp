@@ -25,7 +25,7 @@ class Welcoming : public server::PacketSink {
   Welcoming(std::shared_ptr<server::Connection> connection, bool breaks_off, std::size_t& poses)
       : connection_(std::move(connection)), breaks_off_(breaks_off), poses_(poses) {}
   void on_packet(std::span<const std::uint8_t> packet, std::int64_t) override {
-    const wire::Decoded decoded = wire::decode_packet(packet);
+    const wire::DecodedPacket decoded = wire::decode_packet(packet);
     ASSERT_EQ(decoded.error, wire::DecodeError::none);
     if (const auto* hello = std::get_if<wire::Hello>(&decoded.envelope.message)) {
       wire::Welcome welcome;

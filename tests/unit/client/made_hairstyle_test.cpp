@@ -20,7 +20,7 @@ double arc_length_m(std::span<const Vec3f> strand) {
   return length;
 }
 
-// Strands, and the lines along the middles of strips.
+// Strands, and the lines along the middles of cards.
 struct Line {
   std::vector<Vec3f> points;
   StrandProperties properties;
@@ -31,9 +31,9 @@ std::vector<Line> lines_of(const Groom& groom) {
     const auto points = groom.strand_points(s);
     lines.push_back({{points.begin(), points.end()}, groom.strands[s]});
   }
-  for (const Strip& strip : groom.strips) {
-    lines.push_back({{}, strip.properties});
-    middle_of(groom, strip, lines.back().points);
+  for (const HairCard& card : groom.cards) {
+    lines.push_back({{}, card.properties});
+    middle_of(groom, card, lines.back().points);
   }
   return lines;
 }
@@ -79,7 +79,7 @@ TEST_P(MadeHairstyle, is_rooted_on_the_skin_but_for_what_is_tied) {
     ASSERT_EQ(strand.rooted, groom.group_names[strand.group] != "tail");
     const double off_m = std::abs(made::bust_distance(points[0].cast<double>()));
     if (strand.rooted) {
-      ASSERT_LT(off_m, groom.strips.empty() ? 0.002 : 0.004) << "between the edges of a wide strip";
+      ASSERT_LT(off_m, groom.cards.empty() ? 0.002 : 0.004) << "between the edges of a wide card";
       ASSERT_GT(strand.root_length_m, 0);
     } else {
       ASSERT_GT(off_m, 0.01);
@@ -197,8 +197,8 @@ TEST(MadeHairstyles, show_every_feature) {
   EXPECT_EQ(made("ponytail").knots.size(), 2u);
   EXPECT_GT(made("ponytail").cloths.size(), 1u);
   EXPECT_EQ(made("veiled").cloths.size(), 1u);
-  EXPECT_EQ(made("strips").strips.size(), kFew);
-  EXPECT_EQ(made("locks").clusters.size(), kFew);
+  EXPECT_EQ(made("strips").cards.size(), kFew);
+  EXPECT_EQ(made("locks").clumps.size(), kFew);
   const Groom gelled = made("side_part");
   ASSERT_EQ(gelled.root_blends.size(), gelled.group_names.size());
   EXPECT_TRUE(std::ranges::any_of(gelled.root_blends, [](const RootBlend& blend) { return !blend.points.empty(); }));

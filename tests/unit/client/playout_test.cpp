@@ -22,7 +22,7 @@ Frame frame_at(int x, LevelIndex level = LevelIndex::high, bool discontinuous = 
   frame.level = level;
   frame.discontinuous = discontinuous;
   frame.pose = rigid_pose({Quat::Identity(), Vec3(x, 0, 0)});
-  frame.error_class = codec::ErrorClass::fine;
+  frame.error_class = codec::ErrorClass::quarter_mm;
   if (level != LevelIndex::rigid)
     frame.displacements = {static_cast<std::int16_t>(x), 0, 0, 0, static_cast<std::int16_t>(-x), 0};
   return frame;
@@ -183,7 +183,7 @@ TEST_F(Playing, frames_out_of_order_are_played_in_order) {
 TEST_F(Playing, what_is_held_on_purpose_stays_however_long) {
   push_line(9);
   playout_.sample(8 * kInterval);
-  playout_.hold();
+  playout_.freeze();
   const std::int64_t last_shown = 9 * kInterval + kDelay;
   for (std::int64_t waited = 0; waited < 60'000 * kMs; waited += 1'000 * kMs) {
     const Playout::Sample sample = playout_.sample(last_shown + waited);
@@ -199,7 +199,7 @@ TEST_F(Playing, hair_that_eases_already_is_held_where_it_is_and_goes_on_from_the
   const float x = playout_.sample(now).displacement[0].x();
   EXPECT_LT(x, 0.9 * kStep_m * 90);
   EXPECT_GT(x, 0.1 * kStep_m * 90);
-  playout_.hold();
+  playout_.freeze();
   for (int i = 0; i < 100; ++i) EXPECT_FLOAT_EQ(playout_.sample(now += 10 * kMs).displacement[0].x(), x);
   float last = x;
   for (std::int64_t i = now / kInterval + 1; i < now / kInterval + 60; ++i) {
@@ -241,7 +241,7 @@ class Swinging : public ::testing::Test {
   [[nodiscard]] Frame frame_at(double t, bool velocities) const {
     Frame frame;
     frame.level = LevelIndex::low;
-    frame.error_class = codec::ErrorClass::fine;
+    frame.error_class = codec::ErrorClass::quarter_mm;
     frame.step_s = static_cast<float>(kStep_s);
     frame.pose = rigid_pose(head_at(t));
     frame.geometry = geometry_;
@@ -280,7 +280,7 @@ class Swinging : public ::testing::Test {
 
 TEST_F(Swinging, velocities_bring_the_hair_several_times_nearer_to_where_it_was) {
   // Rounding to the class's step is off by step / sqrt(12) in each of three coordinates, however it is played.
-  const double rounding_m = double{codec::kStep_m[static_cast<std::size_t>(codec::ErrorClass::fine)]} / 2;
+  const double rounding_m = double{codec::kStep_m[static_cast<std::size_t>(codec::ErrorClass::quarter_mm)]} / 2;
   for (const int stride : {1, 2, 4}) {
     const double cubic_m = error_m(stride, true), straight_m = error_m(stride, false);
     EXPECT_LT(cubic_m - rounding_m, straight_m / 4) << "stride " << stride;

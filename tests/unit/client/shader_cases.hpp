@@ -16,7 +16,7 @@
 #include "tests/support/corpus.hpp"
 
 // Lattices and hairstyles for tests of what shaders do to points.
-namespace hairnet::view {
+namespace hairnet::render {
 
 struct Layer {
   LevelGeometry geometry;
@@ -93,4 +93,4 @@ inline std::string test_name(const testing::TestParamInfo<std::string>& groom) {
   return name;
 }
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render

@@ -12,7 +12,7 @@
 #include "core/random.hpp"
 #include "tests/unit/client/shader_cases.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 namespace {
 
 constexpr float kPosition_m = 1e-4f;
@@ -30,8 +30,8 @@ struct Points {
   // All that follows the lattice of a groom as it is drawn.
   void add(const GroomGeometry& geometry) {
     for (const auto& point : geometry.strand_points.rest) add(point, {});
-    for (const auto* strips : {&geometry.strips, &geometry.far_strips})
-      for (const StripVertex& vertex : strips->vertices) add(vertex.rest, vertex.direction);
+    for (const auto* cards : {&geometry.cards, &geometry.far_cards})
+      for (const CardVertex& vertex : cards->vertices) add(vertex.rest, vertex.direction);
     for (const FabricVertex& vertex : geometry.fabric.vertices) add(vertex.rest, vertex.direction);
   }
   [[nodiscard]] std::vector<Vec3f> positions() const {
@@ -268,4 +268,4 @@ TEST_P(ShaderDeformGroom, moves_all_of_a_hairstyle_as_core_does) {
 INSTANTIATE_TEST_SUITE_P(Grooms, ShaderDeformGroom, testing::ValuesIn(all_grooms()), test_name);
 
 }  // namespace
-}  // namespace hairnet::view
+}  // namespace hairnet::render

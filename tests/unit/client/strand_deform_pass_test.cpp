@@ -11,7 +11,7 @@
 #include "core/levels/fit_lattice.hpp"
 #include "tests/unit/client/shader_cases.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 namespace {
 
 constexpr float kPosition_m = 1e-4f;
@@ -21,10 +21,10 @@ struct Placed {
   std::vector<Eigen::Quaternionf> rotations;
 };
 
-class StrandPlacementTest : public ShaderTest {
+class StrandDeformPassTest : public ShaderTest {
  protected:
   void set_up_drawing() override {
-    Result<StrandPlacement> placement = StrandPlacement::build();
+    Result<StrandDeformPass> placement = StrandDeformPass::build();
     ASSERT_TRUE(placement) << placement.error();
     placement_.emplace(std::move(*placement));
   }
@@ -40,9 +40,9 @@ class StrandPlacementTest : public ShaderTest {
     placement_->reserve(2 * rows);
     placement_->place(groom, 0, 2);
 
-    std::vector<std::array<std::uint32_t, 4>> texels(rows * StrandPlacement::kPointRow);
+    std::vector<std::array<std::uint32_t, 4>> texels(rows * StrandDeformPass::kPointRow);
     glBindFramebuffer(GL_FRAMEBUFFER, placement_->placed());
-    glReadPixels(0, static_cast<GLint>(rows), static_cast<GLsizei>(StrandPlacement::kPointRow),
+    glReadPixels(0, static_cast<GLint>(rows), static_cast<GLsizei>(StrandDeformPass::kPointRow),
                  static_cast<GLsizei>(rows), GL_RGBA_INTEGER, GL_UNSIGNED_INT, texels.data());
     EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR));
     Placed placed;
@@ -77,10 +77,10 @@ class StrandPlacementTest : public ShaderTest {
   }
 
  private:
-  std::optional<StrandPlacement> placement_;
+  std::optional<StrandDeformPass> placement_;
 };
 
-TEST_F(StrandPlacementTest, leaves_hair_without_a_lattice_where_it_is) {
+TEST_F(StrandDeformPassTest, leaves_hair_without_a_lattice_where_it_is) {
   const GroomGeometry geometry = make_groom_geometry(*make_hairstyle("long_curly", {.strand_count = 300}));
   const Placed still = by_shader(geometry, {}, 1);
   EXPECT_LT(furthest(still.positions, rest_of(geometry)), 1e-6f);
@@ -88,7 +88,7 @@ TEST_F(StrandPlacementTest, leaves_hair_without_a_lattice_where_it_is) {
     EXPECT_LT(rotation.angularDistance(Eigen::Quaternionf::Identity()), 1e-3f);
 }
 
-TEST_F(StrandPlacementTest, turns_small_things_with_the_hair_even_upside_down) {
+TEST_F(StrandDeformPassTest, turns_small_things_with_the_hair_even_upside_down) {
   Groom groom = *make_hairstyle("long_straight", {.strand_count = 300});
   for (StrandProperties& strand : groom.strands) strand.root_length_m = 0;  // all of it follows the lattice
   const GroomGeometry geometry = make_groom_geometry(groom);
@@ -105,9 +105,9 @@ TEST_F(StrandPlacementTest, turns_small_things_with_the_hair_even_upside_down) {
     ASSERT_LT(rotation.normalized().angularDistance(turn), 0.03f);
 }
 
-class StrandPlacementGroom : public StrandPlacementTest, public testing::WithParamInterface<std::string> {};
+class StrandDeformPassGroom : public StrandDeformPassTest, public testing::WithParamInterface<std::string> {};
 
-TEST_P(StrandPlacementGroom, places_all_points_as_core_does_and_makes_no_strand_longer) {
+TEST_P(StrandDeformPassGroom, places_all_points_as_core_does_and_makes_no_strand_longer) {
   if (!can_load(GetParam())) GTEST_SKIP() << "NOT TESTED: no ../shared/data";
   const Result<Groom> groom = fidelity::load_groom(GetParam());
   ASSERT_TRUE(groom) << groom.error();
@@ -132,7 +132,7 @@ TEST_P(StrandPlacementGroom, places_all_points_as_core_does_and_makes_no_strand_
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Grooms, StrandPlacementGroom, testing::ValuesIn(all_grooms()), test_name);
+INSTANTIATE_TEST_SUITE_P(Grooms, StrandDeformPassGroom, testing::ValuesIn(all_grooms()), test_name);
 
 }  // namespace
-}  // namespace hairnet::view
+}  // namespace hairnet::render

@@ -20,9 +20,9 @@ std::vector<Vec3f> points_of(LevelIndex level, std::span<const Vec3f> displaceme
   return points;
 }
 
-TEST(SwitchTrail, a_moment_drawn_later_is_what_a_display_would_have_shown) {
+TEST(SwitchHistory, a_moment_drawn_later_is_what_a_display_would_have_shown) {
   std::mt19937 random(7);
-  SwitchTrail trail;
+  SwitchHistory trail;
   link::SwitchBlend display;
   std::size_t blended = 0, plain = 0;
   LevelIndex level = LevelIndex::high;
@@ -53,8 +53,8 @@ TEST(SwitchTrail, a_moment_drawn_later_is_what_a_display_would_have_shown) {
   EXPECT_GT(plain, 500u);
 }
 
-TEST(SwitchTrail, keeps_little_however_often_the_level_switches) {
-  SwitchTrail trail;
+TEST(SwitchHistory, keeps_little_however_often_the_level_switches) {
+  SwitchHistory trail;
   for (int i = 0; i < 1000; ++i) {
     trail.note({true, {}, i % 2 ? LevelIndex::low : LevelIndex::high, {}, i * kMs, {}});
     EXPECT_LE(trail.moment({}).trail.size(), 64u);

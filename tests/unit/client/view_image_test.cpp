@@ -3,7 +3,7 @@
 
 #include "client/render/renderer.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 namespace {
 
 Image plain(int width, int height, std::uint8_t grey) {
@@ -96,4 +96,4 @@ TEST(Caption, is_cut_at_the_edges) {
 }
 
 }  // namespace
-}  // namespace hairnet::view
+}  // namespace hairnet::render

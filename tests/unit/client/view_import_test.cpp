@@ -9,7 +9,7 @@
 #include "client/assets/import/guess_placement.hpp"
 #include "client/assets/import/obj.hpp"
 #include "client/assets/made/made.hpp"
-#include "client/viewer/cast/imported_hair.hpp"
+#include "client/viewer/characters/imported_hair.hpp"
 #include "core/geometry/mesh_query.hpp"
 
 namespace hairnet::viewer {
@@ -91,10 +91,10 @@ TEST_F(ImportedFiles, are_told_apart_by_extensions_in_capitals_too) {
                            "OFFSET 0 -150 0 } } MOTION Frames: 1 Frame Time: 0.1 0 0 0";
   ::testing::internal::CaptureStderr();
   const std::array<std::string, 2> files{hair, motion};
-  const Result<std::vector<Actor>> cast = cast_of_files(files);
+  const Result<std::vector<CharacterSetup>> characters = characters_of_files(files);
   const std::string said = ::testing::internal::GetCapturedStderr();
-  ASSERT_TRUE(cast) << cast.error();
-  EXPECT_NEAR(cast->front().motion.poses.front().head().position.y(), 1.5, 1e-6);
+  ASSERT_TRUE(characters) << characters.error();
+  EXPECT_NEAR(characters->front().motion.poses.front().head().position.y(), 1.5, 1e-6);
   EXPECT_NE(said.find(motion + ": the skeleton is 150 units tall"), std::string::npos) << said;
 }
 
@@ -108,11 +108,11 @@ TEST_F(ImportedFiles, stand_beside_the_characters_that_are_named) {
   options.characters = {named, named};
   options.characters[1].place = Place{5, 0, 0};
   ::testing::internal::CaptureStderr();
-  const Result<std::vector<Actor>> cast = load_cast(options);
+  const Result<std::vector<CharacterSetup>> characters = load_characters(options);
   ::testing::internal::GetCapturedStderr();
-  ASSERT_TRUE(cast) << cast.error();
-  ASSERT_EQ(cast->size(), 3u);
-  const auto x_m = [&](std::size_t i) { return (*cast)[i].motion.poses.front().head().position.x(); };
+  ASSERT_TRUE(characters) << characters.error();
+  ASSERT_EQ(characters->size(), 3u);
+  const auto x_m = [&](std::size_t i) { return (*characters)[i].motion.poses.front().head().position.x(); };
   EXPECT_GT(x_m(2) - x_m(0), 0.5) << "one head inside another";
   EXPECT_NEAR(x_m(1), 5, 0.1);
 }

@@ -146,8 +146,8 @@ TEST(HeadGrab, is_bounded_and_holds_with_any_lapse_of_time) {
     grab.advance(i % 7 == 0 ? 30.0 : 1e-4);
   }
   const Pose pose = grab.apply(rigid_pose({}), body);
-  EXPECT_LE(Eigen::AngleAxisd(pose.head().rotation).angle(), HeadGrab::kTurnMost_rad + 1e-6);
-  EXPECT_LE(pose[Bone::upper_trunk].position.norm(), HeadGrab::kShiftMost_m + 1e-6);
+  EXPECT_LE(Eigen::AngleAxisd(pose.head().rotation).angle(), HeadGrab::kTurnMax_rad + 1e-6);
+  EXPECT_LE(pose[Bone::upper_trunk].position.norm(), HeadGrab::kShiftMax_m + 1e-6);
   grab.advance(std::numeric_limits<double>::quiet_NaN());
   EXPECT_TRUE(is_valid(grab.apply(rigid_pose({}), body)));
 }
@@ -166,22 +166,22 @@ TEST(HeadGrab, the_neck_goes_along_and_the_trunk_stays) {
 }
 
 // Two who stand side by side; the second is another's.
-class TwoHeads : public Show {
+class TwoHeads : public HairSource {
  public:
   TwoHeads() {
     HairstyleOptions options;
     options.strand_count = 10;
     const auto groom = std::make_shared<const Groom>(*make_hairstyle("short", options));
     for (std::uint64_t id : {1u, 2u}) {
-      Subject& subject = subjects_.emplace_back();
-      subject.id = id;
-      subject.groom = groom;
-      subject.own = id == 1;
-      subject.pose = rigid_pose({Quat::Identity(), Vec3(id == 1 ? -0.4 : 0.4, 1.5, 0)});
+      ViewedCharacter& character = viewed_.emplace_back();
+      character.id = id;
+      character.groom = groom;
+      character.own = id == 1;
+      character.pose = rigid_pose({Quat::Identity(), Vec3(id == 1 ? -0.4 : 0.4, 1.5, 0)});
     }
   }
   Result<void> advance(std::int64_t) override { return {}; }
-  [[nodiscard]] std::span<const Subject> subjects() const override { return subjects_; }
+  [[nodiscard]] std::span<const ViewedCharacter> viewed_characters() const override { return viewed_; }
   HeadGrab* grab(std::uint64_t id) override { return id == 1 ? &grab_ : nullptr; }
   void set_material(std::uint64_t, const MaterialScale&) override {}
   void set_level(std::uint64_t, LevelIndex) override {}
@@ -193,81 +193,82 @@ class TwoHeads : public Show {
   HeadGrab grab_;
 
  private:
-  std::vector<Subject> subjects_;
+  std::vector<ViewedCharacter> viewed_;
   Wind wind_;
 };
 
-class HandTest : public ::testing::Test {
+class MouseControllerTest : public ::testing::Test {
  protected:
-  HandTest() {
+  MouseControllerTest() {
     camera_.look_from(Vec3::UnitZ());
     camera_.frame(Vec3(0, 1.5, 0), 0.8);
   }
   // Where the head is seen.
-  Mouse over(std::uint64_t id) {
-    const Vec3 at = head_middle(show_.subjects()[id - 1].pose) - camera_.camera().target;
+  MouseInput over(std::uint64_t id) {
+    const Vec3 at = head_middle(show_.viewed_characters()[id - 1].pose) - camera_.camera().target;
     const double pixel_m = camera_.pixel_m(kHeight);
-    Mouse mouse;
+    MouseInput mouse;
     mouse.x_px = 0.5 * kWidth + at.dot(camera_.right()) / pixel_m;
     mouse.y_px = 0.5 * kHeight - at.dot(camera_.up()) / pixel_m;
     mouse.left = true;
     return mouse;
   }
-  void apply(const Mouse& mouse) { hand_.apply(mouse, show_, camera_, kWidth, kHeight); }
+  void apply(const MouseInput& mouse) { mouse_controller_.apply(mouse, show_, camera_, kWidth, kHeight); }
 
   TwoHeads show_;
   OrbitCamera camera_;
-  Hand hand_;
+  MouseController mouse_controller_;
 };
 
-TEST_F(HandTest, a_drag_on_a_head_of_ones_own_turns_it_and_not_the_camera) {
+TEST_F(MouseControllerTest, a_drag_on_a_head_of_ones_own_turns_it_and_not_the_camera) {
   const Vec3 eye = camera_.camera().eye;
-  Mouse mouse = over(1);
+  MouseInput mouse = over(1);
   apply(mouse);
-  EXPECT_EQ(hand_.held(), 1u);
-  EXPECT_EQ(hand_.take_chosen(), 1u);
+  EXPECT_EQ(mouse_controller_.grabbed(), 1u);
+  EXPECT_EQ(mouse_controller_.take_chosen(), 1u);
   mouse.right_px = 100;
   apply(mouse);
-  EXPECT_TRUE(show_.grab_.held());
+  EXPECT_TRUE(show_.grab_.grabbed());
   for (int i = 0; i < 50; ++i) show_.grab_.advance(0.016);
-  const Pose pose = show_.grab_.apply(show_.subjects()[0].pose, show_.subjects()[0].groom->body);
+  const Pose pose = show_.grab_.apply(show_.viewed_characters()[0].pose, show_.viewed_characters()[0].groom->body);
   EXPECT_GT(pose.head().vector(Vec3::UnitZ()).x(), 0.3) << "the face goes where the mouse goes";
   EXPECT_EQ(camera_.camera().eye, eye);
   mouse.left = false;
   apply(mouse);
-  EXPECT_FALSE(hand_.held());
-  EXPECT_FALSE(show_.grab_.held());
+  EXPECT_FALSE(mouse_controller_.grabbed());
+  EXPECT_FALSE(show_.grab_.grabbed());
 }
 
-TEST_F(HandTest, with_shift_the_head_goes_with_the_mouse) {
-  Mouse mouse = over(1);
+TEST_F(MouseControllerTest, with_shift_the_head_goes_with_the_mouse) {
+  MouseInput mouse = over(1);
   mouse.shift = true;
   apply(mouse);
   mouse.right_px = 50;
   mouse.down_px = 20;
   apply(mouse);
   for (int i = 0; i < 100; ++i) show_.grab_.advance(0.016);
-  const Pose& from = show_.subjects()[0].pose;
-  const Vec3 moved = show_.grab_.apply(from, show_.subjects()[0].groom->body).head().position - from.head().position;
+  const Pose& from = show_.viewed_characters()[0].pose;
+  const Vec3 moved =
+      show_.grab_.apply(from, show_.viewed_characters()[0].groom->body).head().position - from.head().position;
   const double pixel_m = camera_.pixel_m(kHeight);
   EXPECT_NEAR(moved.x(), 50 * pixel_m, 0.1 * 50 * pixel_m);
   EXPECT_NEAR(moved.y(), -20 * pixel_m, 0.1 * 50 * pixel_m);
 }
 
-TEST_F(HandTest, anothers_head_is_chosen_and_the_camera_turns) {
+TEST_F(MouseControllerTest, anothers_head_is_chosen_and_the_camera_turns) {
   const Vec3 eye = camera_.camera().eye;
-  Mouse mouse = over(2);
+  MouseInput mouse = over(2);
   mouse.right_px = 30;
   apply(mouse);
-  EXPECT_EQ(hand_.take_chosen(), 2u);
-  EXPECT_FALSE(hand_.held());
-  EXPECT_FALSE(show_.grab_.held());
+  EXPECT_EQ(mouse_controller_.take_chosen(), 2u);
+  EXPECT_FALSE(mouse_controller_.grabbed());
+  EXPECT_FALSE(show_.grab_.grabbed());
   EXPECT_GT((camera_.camera().eye - eye).norm(), 0.01);
 }
 
-TEST_F(HandTest, what_began_over_the_controls_moves_nothing) {
+TEST_F(MouseControllerTest, what_began_over_the_controls_moves_nothing) {
   const Vec3 eye = camera_.camera().eye;
-  Mouse mouse = over(1);
+  MouseInput mouse = over(1);
   mouse.elsewhere = true;
   mouse.wheel = 3;
   apply(mouse);
@@ -276,27 +277,27 @@ TEST_F(HandTest, what_began_over_the_controls_moves_nothing) {
   mouse.right_px = 200;
   apply(mouse);
   EXPECT_EQ(camera_.camera().eye, eye);
-  EXPECT_FALSE(show_.grab_.held());
+  EXPECT_FALSE(show_.grab_.grabbed());
 }
 
-TEST_F(HandTest, a_drag_that_began_beside_keeps_to_the_camera_over_a_head) {
-  Mouse mouse;
+TEST_F(MouseControllerTest, a_drag_that_began_beside_keeps_to_the_camera_over_a_head) {
+  MouseInput mouse;
   mouse.left = true;
   apply(mouse);
   mouse = over(1);
   mouse.right_px = 10;
   apply(mouse);
-  EXPECT_FALSE(show_.grab_.held());
+  EXPECT_FALSE(show_.grab_.grabbed());
 }
 
 TEST(Framing, all_heads_are_in_view_from_every_side) {
   TwoHeads show;
   for (const View view : {View::front, View::side, View::back, View::three_quarter}) {
     OrbitCamera camera;
-    frame_all(show.subjects(), view, kWidth, kHeight, camera);
-    for (const Subject& subject : show.subjects()) {
+    frame_all(source.viewed_characters(), view, kWidth, kHeight, camera);
+    for (const ViewedCharacter& character : source.viewed_characters()) {
       const Ray ray{camera.camera().eye, (camera.camera().target - camera.camera().eye).normalized()};
-      const Vec3 to = head_middle(subject.pose) - ray.origin;
+      const Vec3 to = head_middle(character.pose) - ray.origin;
       const double depth = to.dot(ray.direction);
       const double tangent = std::tan(OrbitCamera::kFov_deg / 2 * 3.14159265 / 180);
       EXPECT_LT(std::abs(to.dot(camera.up())) + 0.1, depth * tangent);
@@ -305,13 +306,13 @@ TEST(Framing, all_heads_are_in_view_from_every_side) {
   }
 }
 
-TEST(Pace, gives_way_to_slow_pictures_and_comes_back) {
-  Pace pace;
-  for (int i = 0; i < 100; ++i) pace.take(2000);
-  EXPECT_EQ(pace.share(), Pace::kLeast);
-  double last = pace.share();
+TEST(AdaptiveQuality, gives_way_to_slow_pictures_and_comes_back) {
+  AdaptiveQuality adaptive_quality;
+  for (int i = 0; i < 100; ++i) adaptive_quality.take(2000);
+  EXPECT_EQ(adaptive_quality.share(), AdaptiveQuality::kMin);
+  double last = adaptive_quality.share();
   for (int i = 0; i < 500; ++i) {
-    const double share = pace.take(5);
+    const double share = adaptive_quality.take(5);
     EXPECT_GE(share, last);
     EXPECT_LT(share, 1.05 * last);
     last = share;

@@ -8,7 +8,7 @@
 #include "client/render/light_rig.hpp"
 #include "client/render/renderer.hpp"
 
-namespace hairnet::view {
+namespace hairnet::render {
 namespace {
 
 constexpr int kSide = 96;  // px, of most pictures here
@@ -110,7 +110,7 @@ class ViewRenderer : public testing::Test {
     if (!made && made.error().starts_with("no off-screen OpenGL ES 3")) GTEST_SKIP() << "NOT TESTED: " << made.error();
     ASSERT_TRUE(made) << made.error();
     renderer_ = std::move(*made);
-    detail_.follower_count = 0;
+    detail_.follow_hair_count = 0;
   }
   Image draw(std::span<const ShownCharacter> characters) {
     auto image = renderer_->draw(characters, kCamera, {}, kSide, kSide);
@@ -208,16 +208,16 @@ TEST_F(ViewRenderer, turns_width_below_a_pixel_into_coverage) {
 
 TEST_F(ViewRenderer, covers_about_as_much_with_fewer_strands_as_with_all) {
   ShownCharacter character = shown(curtain(400));
-  character.detail->follower_count = 2;
+  character.detail->follow_hair_count = 2;
   const double all = covered(character);
   character.detail->strand_share = 0.3f;
   const double few = covered(character);
   EXPECT_NEAR(few, all, 0.25 * all);
 }
 
-TEST_F(ViewRenderer, shows_followers_beside_their_strand) {
+TEST_F(ViewRenderer, shows_follow_hairs_beside_their_strand) {
   Camera camera = kCamera;
-  camera.fov_deg /= 25;  // 0.2 mm a pixel; followers stray 2.5 mm
+  camera.fov_deg /= 25;  // 0.2 mm a pixel; follow hairs stray 2.5 mm
   ShownCharacter character = shown(level_strand());
   const auto height_covered_px = [&] {
     const auto image = renderer_->draw(std::span(&character, 1), camera, {}, kSide, kSide);
@@ -233,32 +233,32 @@ TEST_F(ViewRenderer, shows_followers_beside_their_strand) {
     return high - low;
   };
   const int alone = height_covered_px();
-  character.detail->follower_count = 15;  // each thinner than the strand alone was
+  character.detail->follow_hair_count = 15;  // each thinner than the strand alone was
   EXPECT_GT(alone, 0);
   EXPECT_GT(height_covered_px(), alone + 1);
 }
 
-TEST_F(ViewRenderer, draws_strips_where_the_strands_were) {
+TEST_F(ViewRenderer, draws_cards_where_the_strands_were) {
   Groom groom = *make_hairstyle("long_straight", {.strand_count = 2000});
   groom.body = {};
-  FarStrip strip;
+  FarCard card;
   for (int i = 0; i < 12; ++i) {
     const float x = -0.12f + 0.02f * static_cast<float>(i);
-    groom.far_strips.add({Vec3f(x, 0.1f, 0.05f), Vec3f(x + 0.025f, 0.1f, 0.05f), Vec3f(x, -0.1f, 0.05f),
-                          Vec3f(x + 0.025f, -0.1f, 0.05f), Vec3f(x, -0.2f, 0.05f), Vec3f(x + 0.025f, -0.2f, 0.05f)},
-                         strip);
+    groom.far_cards.add({Vec3f(x, 0.1f, 0.05f), Vec3f(x + 0.025f, 0.1f, 0.05f), Vec3f(x, -0.1f, 0.05f),
+                         Vec3f(x + 0.025f, -0.1f, 0.05f), Vec3f(x, -0.2f, 0.05f), Vec3f(x + 0.025f, -0.2f, 0.05f)},
+                        card);
   }
   const Image empty = draw_nothing();
   ShownCharacter character = shown(groom);
-  character.detail->strips = 1;
-  const Image strips = draw(std::span(&character, 1));
-  EXPECT_EQ(renderer_->stage().statistics().strips, 12u);
+  character.detail->cards = 1;
+  const Image cards = draw(std::span(&character, 1));
+  EXPECT_EQ(renderer_->stage().statistics().cards, 12u);
   EXPECT_EQ(renderer_->stage().statistics().strands, 0u);
-  EXPECT_GT(difference(strips, empty, column_of(0.01f), row_of(0)), 60);
-  EXPECT_EQ(difference(strips, empty, column_of(0.2f), row_of(0)), 0);
-  character.detail->strips = 0.5f;
+  EXPECT_GT(difference(cards, empty, column_of(0.01f), row_of(0)), 60);
+  EXPECT_EQ(difference(cards, empty, column_of(0.2f), row_of(0)), 0);
+  character.detail->cards = 0.5f;
   draw(std::span(&character, 1));
-  EXPECT_GT(renderer_->stage().statistics().strips, 0u) << "both while they fade";
+  EXPECT_GT(renderer_->stage().statistics().cards, 0u) << "both while they fade";
   EXPECT_GT(renderer_->stage().statistics().strands, 0u);
 }
 
@@ -429,11 +429,11 @@ TEST_F(ViewRenderer, shows_threads_in_their_colour) {
   EXPECT_EQ(difference(image, empty, column_of(0.02f), row_of(0)), 0);
 }
 
-TEST_F(ViewRenderer, shows_a_grooms_own_strips_in_the_hairs_colour) {
+TEST_F(ViewRenderer, shows_a_grooms_own_cards_in_the_hairs_colour) {
   Groom groom = bare();
   const std::array<Vec3f, 6> edges{Vec3f(-0.05f, 0.1f, 0), Vec3f(0.05f, 0.1f, 0),    Vec3f(-0.05f, 0, 0),
                                    Vec3f(0.05f, 0, 0),     Vec3f(-0.05f, -0.15f, 0), Vec3f(0.05f, -0.15f, 0)};
-  groom.add_strip(edges, {.rooted = false});
+  groom.add_card(edges, {.rooted = false});
   ShownCharacter character = shown(groom);
   character.hair_colour = Vec3f(0.5f, 0.03f, 0.02f);
   const Image image = draw(std::span(&character, 1)), empty = draw_nothing();
@@ -497,4 +497,4 @@ TEST(LightRig, lights_from_where_the_camera_stands) {
 }
 
 }  // namespace
-}  // namespace hairnet::view
+}  // namespace hairnet::render

@@ -2,8 +2,8 @@
 
 #include <limits>
 
-#include "client/viewer/cast/character_spec.hpp"
-#include "client/viewer/cast/hair_colour.hpp"
+#include "client/viewer/characters/character_spec.hpp"
+#include "client/viewer/characters/hair_colour.hpp"
 #include "client/viewer/sources/motion_timeline.hpp"
 #include "client/viewer/sources/stream_statistics.hpp"
 
@@ -24,74 +24,74 @@ double lean(const Pose& pose) {
   return pose.head().rotation.angularDistance(Quat::Identity());
 }
 
-TEST(Performance, begins_upright_where_the_clip_begins_and_eases_into_it) {
+TEST(MotionTimeline, begins_upright_where_the_clip_begins_and_eases_into_it) {
   const Motion motion = leaning(1);
-  const Performance performance(motion, 3);
-  EXPECT_NEAR(lean(performance.at(-5)), 0, 1e-9);
-  EXPECT_EQ(performance.at(-5).head().position, motion.poses[0].head().position);
-  EXPECT_NEAR(lean(performance.at(-Performance::kLeadIn_s / 2)), 0.15, 1e-9);
-  EXPECT_NEAR(lean(performance.at(0)), 0.3, 1e-9);
+  const MotionTimeline timeline(motion, 3);
+  EXPECT_NEAR(lean(timeline.at(-5)), 0, 1e-9);
+  EXPECT_EQ(timeline.at(-5).head().position, motion.poses[0].head().position);
+  EXPECT_NEAR(lean(timeline.at(-MotionTimeline::kLeadIn_s / 2)), 0.15, 1e-9);
+  EXPECT_NEAR(lean(timeline.at(0)), 0.3, 1e-9);
 }
 
-TEST(Performance, loops_while_the_duration_lasts_then_eases_upright) {
+TEST(MotionTimeline, loops_while_the_duration_lasts_then_eases_upright) {
   const Motion motion = leaning(1);
-  const Performance performance(motion, 2.5);
-  EXPECT_NEAR(lean(performance.at(0.25)), lean(performance.at(1.25)), 1e-9);
-  EXPECT_NEAR(lean(performance.at(2.49)), 0.3 + 0.49, 1e-6);
-  EXPECT_NEAR(lean(performance.at(2.5)), 0.8, 1e-5);
-  EXPECT_NEAR(lean(performance.at(2.5 + Performance::kEaseUpright_s)), 0, 1e-9);
-  EXPECT_NEAR(performance.at(9).head().position.x(), 0.5, 1e-5);
+  const MotionTimeline timeline(motion, 2.5);
+  EXPECT_NEAR(lean(timeline.at(0.25)), lean(timeline.at(1.25)), 1e-9);
+  EXPECT_NEAR(lean(timeline.at(2.49)), 0.3 + 0.49, 1e-6);
+  EXPECT_NEAR(lean(timeline.at(2.5)), 0.8, 1e-5);
+  EXPECT_NEAR(lean(timeline.at(2.5 + MotionTimeline::kEaseUpright_s)), 0, 1e-9);
+  EXPECT_NEAR(timeline.at(9).head().position.x(), 0.5, 1e-5);
 }
 
-TEST(Performance, an_end_that_does_not_meet_the_beginning_is_a_jump) {
+TEST(MotionTimeline, an_end_that_does_not_meet_the_beginning_is_a_jump) {
   const Motion travels = leaning(1);
-  const Performance performance(travels, 3);
-  EXPECT_FALSE(performance.jumps(0.2, 0.9));
-  EXPECT_TRUE(performance.jumps(0.95, 1.05));
-  EXPECT_FALSE(performance.jumps(1.1, 1.2));
-  EXPECT_FALSE(performance.jumps(-0.3, -0.2));
-  EXPECT_FALSE(performance.jumps(3.1, 4.1));
+  const MotionTimeline timeline(travels, 3);
+  EXPECT_FALSE(timeline.teleports(0.2, 0.9));
+  EXPECT_TRUE(timeline.teleports(0.95, 1.05));
+  EXPECT_FALSE(timeline.teleports(1.1, 1.2));
+  EXPECT_FALSE(timeline.teleports(-0.3, -0.2));
+  EXPECT_FALSE(timeline.teleports(3.1, 4.1));
 }
 
-TEST(Performance, a_clip_that_closes_loops_without_a_jump) {
+TEST(MotionTimeline, a_clip_that_closes_loops_without_a_jump) {
   Motion closed = leaning(0);
   closed.poses.back() = closed.poses.front();
-  EXPECT_FALSE(Performance(closed, 3).jumps(0.95, 1.05));
+  EXPECT_FALSE(MotionTimeline(closed, 3).jumps(0.95, 1.05));
 }
 
-TEST(Performance, the_clips_own_teleports_are_jumps) {
+TEST(MotionTimeline, the_clips_own_teleports_are_jumps) {
   Motion motion = leaning(0);
   motion.teleports.assign(motion.poses.size(), false);
   motion.teleports[30] = true;
-  const Performance performance(motion, 3);
-  EXPECT_TRUE(performance.jumps(0.45, 0.55));
-  EXPECT_TRUE(performance.jumps(1.45, 1.55));
-  EXPECT_FALSE(performance.jumps(0.55, 0.6));
+  const MotionTimeline timeline(motion, 3);
+  EXPECT_TRUE(timeline.teleports(0.45, 0.55));
+  EXPECT_TRUE(timeline.teleports(1.45, 1.55));
+  EXPECT_FALSE(timeline.teleports(0.55, 0.6));
 }
 
-TEST(Performance, for_ever_a_clip_that_travels_stays_about_its_place_and_never_jumps) {
+TEST(MotionTimeline, for_ever_a_clip_that_travels_stays_about_its_place_and_never_jumps) {
   const Motion travels = leaning(3);
-  const Performance performance(travels, std::numeric_limits<double>::infinity(), Loop::smooth);
-  Pose last = performance.at(0);
+  const MotionTimeline timeline(travels, std::numeric_limits<double>::infinity(), Loop::smooth);
+  Pose last = timeline.at(0);
   for (int i = 1; i < 60 * 60; ++i) {
     const double time_s = i / 60.0;
-    const Pose pose = performance.at(time_s);
+    const Pose pose = timeline.at(time_s);
     ASSERT_TRUE(is_valid(pose));
-    EXPECT_FALSE(performance.jumps(time_s - 1 / 60.0, time_s));
+    EXPECT_FALSE(timeline.teleports(time_s - 1 / 60.0, time_s));
     EXPECT_LT((pose.head().position - last.head().position).norm(), 0.05) << time_s;
     EXPECT_LT(pose.head().rotation.angularDistance(last.head().rotation), 0.08) << time_s;
-    EXPECT_LT((pose.head().position - performance.at(0).head().position).norm(), 0.1);
+    EXPECT_LT((pose.head().position - timeline.at(0).head().position).norm(), 0.1);
     last = pose;
   }
 }
 
-TEST(Performance, for_ever_a_clip_with_teleports_keeps_them) {
+TEST(MotionTimeline, for_ever_a_clip_with_teleports_keeps_them) {
   Motion motion = leaning(2);
   motion.teleports.assign(motion.poses.size(), false);
   motion.teleports[30] = true;
-  const Performance performance(motion, std::numeric_limits<double>::infinity(), Loop::smooth);
-  EXPECT_TRUE(performance.jumps(100.45, 100.55));
-  EXPECT_TRUE(performance.jumps(100.95, 101.05));
+  const MotionTimeline timeline(motion, std::numeric_limits<double>::infinity(), Loop::smooth);
+  EXPECT_TRUE(timeline.teleports(100.45, 100.55));
+  EXPECT_TRUE(timeline.teleports(100.95, 101.05));
 }
 
 TEST(CharacterSpec, takes_its_keys_in_any_order) {

@@ -12,14 +12,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class ClipTest : public ::testing::Test {
+class VideoTest : public ::testing::Test {
  protected:
-  ClipTest() : folder_(fs::temp_directory_path() / ("hairnet_clip_" + std::to_string(getpid()))) {
+  VideoTest() : folder_(fs::temp_directory_path() / ("hairnet_clip_" + std::to_string(getpid()))) {
     fs::create_directories(folder_);
     before_ = fs::current_path();
     fs::current_path(folder_);
   }
-  ~ClipTest() override {
+  ~VideoTest() override {
     fs::current_path(before_);
     fs::remove_all(folder_);
   }
@@ -34,32 +34,32 @@ class ClipTest : public ::testing::Test {
   fs::path folder_, before_;
 };
 
-TEST_F(ClipTest, refuses_what_it_cannot_write_in_one_line_and_leaves_no_file) {
-  const auto fault = [](const Result<ClipWriter>& clip) { return clip ? std::string() : clip.error(); };
+TEST_F(VideoTest, refuses_what_it_cannot_write_in_one_line_and_leaves_no_file) {
+  const auto fault = [](const Result<VideoWriter>& clip) { return clip ? std::string() : clip.error(); };
   for (const std::string& line :
-       {fault(ClipWriter::create("a.avi", 64, 64, 30)), fault(ClipWriter::create("a", 64, 64, 30)),
-        fault(ClipWriter::create("a.mp4", 8, 64, 30)), fault(ClipWriter::create("a.mp4", 64, 9000, 30)),
-        fault(ClipWriter::create("a.mp4", 64, 64, 0)), fault(ClipWriter::create("a.mp4", 64, 64, std::nan(""))),
-        fault(ClipWriter::create("nosuch/a.mp4", 64, 64, 30))}) {
+       {fault(VideoWriter::create("a.avi", 64, 64, 30)), fault(VideoWriter::create("a", 64, 64, 30)),
+        fault(VideoWriter::create("a.mp4", 8, 64, 30)), fault(VideoWriter::create("a.mp4", 64, 9000, 30)),
+        fault(VideoWriter::create("a.mp4", 64, 64, 0)), fault(VideoWriter::create("a.mp4", 64, 64, std::nan(""))),
+        fault(VideoWriter::create("nosuch/a.mp4", 64, 64, 30))}) {
     EXPECT_FALSE(line.empty());
     EXPECT_EQ(line.find('\n'), std::string::npos);
   }
   EXPECT_EQ(file_count(), 0u);
 }
 
-TEST_F(ClipTest, without_ffmpeg_it_says_what_to_install) {
+TEST_F(VideoTest, without_ffmpeg_it_says_what_to_install) {
   const std::string path = std::getenv("PATH");
   setenv("PATH", "/nonexistent", 1);
-  const Result<ClipWriter> clip = ClipWriter::create("a.mp4", 64, 64, 30);
+  const Result<VideoWriter> clip = VideoWriter::create("a.mp4", 64, 64, 30);
   setenv("PATH", path.c_str(), 1);
   ASSERT_FALSE(clip);
   EXPECT_NE(clip.error().find("apt-get install ffmpeg"), std::string::npos);
 }
 
-TEST_F(ClipTest, a_finished_clip_of_every_kind_is_there_and_no_part_of_it_beside) {
+TEST_F(VideoTest, a_finished_clip_of_every_kind_is_there_and_no_part_of_it_beside) {
   if (!has_ffmpeg()) GTEST_SKIP() << "there is no ffmpeg";
   for (const char* path : {"a.mp4", "a.gif", "a.webm"}) {
-    Result<ClipWriter> clip = ClipWriter::create(path, 33, 47, 10);  // odd sides are cut to even ones where need be
+    Result<VideoWriter> clip = VideoWriter::create(path, 33, 47, 10);  // odd sides are cut to even ones where need be
     ASSERT_TRUE(clip) << clip.error();
     for (std::uint8_t i = 0; i < 5; ++i) ASSERT_TRUE(clip->add(picture(33, 47, static_cast<std::uint8_t>(40 * i))));
     EXPECT_FALSE(clip->add(picture(32, 47, 0))) << "another size";
@@ -72,16 +72,16 @@ TEST_F(ClipTest, a_finished_clip_of_every_kind_is_there_and_no_part_of_it_beside
   EXPECT_EQ(file_count(), 3u);
 }
 
-TEST_F(ClipTest, what_is_given_up_or_fails_leaves_the_old_file_alone) {
+TEST_F(VideoTest, what_is_given_up_or_fails_leaves_the_old_file_alone) {
   if (!has_ffmpeg()) GTEST_SKIP() << "there is no ffmpeg";
   {
-    Result<ClipWriter> clip = ClipWriter::create("a.mp4", 64, 64, 30);
+    Result<VideoWriter> clip = VideoWriter::create("a.mp4", 64, 64, 30);
     ASSERT_TRUE(clip);
     ASSERT_TRUE(clip->add(picture(64, 64, 100)));
   }
   EXPECT_EQ(file_count(), 0u);
   fs::create_directory("b.mp4.part");  // ffmpeg cannot write there
-  Result<ClipWriter> clip = ClipWriter::create("b.mp4", 64, 64, 30);
+  Result<VideoWriter> clip = VideoWriter::create("b.mp4", 64, 64, 30);
   ASSERT_TRUE(clip);
   Result<void> done;
   for (int i = 0; i < 200 && done; ++i) done = clip->add(picture(64, 64, 100));
@@ -91,10 +91,10 @@ TEST_F(ClipTest, what_is_given_up_or_fails_leaves_the_old_file_alone) {
   EXPECT_FALSE(fs::exists("b.mp4"));
 }
 
-TEST_F(ClipTest, a_recorder_keeps_its_rate_however_fast_pictures_come) {
+TEST_F(VideoTest, a_recorder_keeps_its_rate_however_fast_pictures_come) {
   if (!has_ffmpeg()) GTEST_SKIP() << "there is no ffmpeg";
   Recorder recorder;
-  ASSERT_TRUE(recorder.start_clip(64, 64));
+  ASSERT_TRUE(recorder.start_video(64, 64));
   std::size_t taken = 0;
   for (std::int64_t now_ns = 0; now_ns < 1'000'000'000; now_ns += 5'000'000) {
     if (!recorder.wants_picture(now_ns)) continue;
@@ -102,11 +102,11 @@ TEST_F(ClipTest, a_recorder_keeps_its_rate_however_fast_pictures_come) {
     ASSERT_TRUE(recorder.add_picture(picture(64, 64, 7), now_ns));
   }
   EXPECT_NEAR(static_cast<double>(taken), Recorder::kRate_hz, 2);
-  ASSERT_TRUE(recorder.stop_clip());
+  ASSERT_TRUE(recorder.stop_video());
   EXPECT_TRUE(fs::exists("hairnet-1.mp4"));
-  ASSERT_TRUE(recorder.start_clip(64, 64));
+  ASSERT_TRUE(recorder.start_video(64, 64));
   ASSERT_TRUE(recorder.add_picture(picture(64, 64, 7), 0));
-  ASSERT_TRUE(recorder.stop_clip());
+  ASSERT_TRUE(recorder.stop_video());
   EXPECT_TRUE(fs::exists("hairnet-2.mp4")) << "nothing is written over";
 }
 

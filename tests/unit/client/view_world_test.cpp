@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "client/assets/made/made.hpp"
-#include "client/viewer/cast/place.hpp"
+#include "client/viewer/characters/place.hpp"
 #include "client/viewer/sources/level_builder.hpp"
 #include "client/viewer/sources/local_world.hpp"
 #include "client/viewer/sources/scene_list.hpp"
@@ -49,7 +49,7 @@ class LocalWorldTest : public ::testing::Test {
   }
   static float furthest(const LocalWorld& w) {
     float most = 0;
-    for (const Vec3f& d : w.subjects()[0].displacement) most = std::max(most, d.norm());
+    for (const Vec3f& d : w.viewed_characters()[0].displacement) most = std::max(most, d.norm());
     return most;
   }
   static inline std::shared_ptr<const Groom> groom_;
@@ -60,14 +60,14 @@ TEST_F(LocalWorldTest, hair_without_levels_is_rigid_and_lives_once_it_has_them) 
   LocalWorld w({30, 100, Loop::smooth, {}, nullptr});
   w.add(character("shake"));
   w.advance_to(1);
-  EXPECT_TRUE(w.subjects()[0].layers.empty());
+  EXPECT_TRUE(w.viewed_characters()[0].layers.empty());
   ASSERT_EQ(w.grooms_without_levels().size(), 1u);
   w.give_levels(*groom_, levels_);
   EXPECT_TRUE(w.grooms_without_levels().empty());
   w.advance_to(1.1);
-  EXPECT_EQ(w.subjects()[0].layers.size(), 2u) << "out of the rigid level it is blended";
+  EXPECT_EQ(w.viewed_characters()[0].layers.size(), 2u) << "out of the rigid level it is blended";
   w.advance_to(2);
-  EXPECT_EQ(w.subjects()[0].layers.size(), 1u);
+  EXPECT_EQ(w.viewed_characters()[0].layers.size(), 1u);
   EXPECT_GT(furthest(w), 0.002f);
 }
 
@@ -76,7 +76,7 @@ TEST_F(LocalWorldTest, the_same_times_show_the_same_bits_whatever_was_shown_betw
   for (int i = 0; i <= 200; ++i) steadily.advance_to(0.01 * i);
   at_once.advance_to(2);
   ASSERT_EQ(steadily.world().hash(), at_once.world().hash());
-  const auto a = steadily.subjects()[0].displacement, b = at_once.subjects()[0].displacement;
+  const auto a = steadily.viewed_characters()[0].displacement, b = at_once.viewed_characters()[0].displacement;
   ASSERT_EQ(a.size(), b.size());
   for (std::size_t i = 0; i < a.size(); ++i) EXPECT_EQ(a[i], b[i]);
 }
@@ -84,11 +84,13 @@ TEST_F(LocalWorldTest, the_same_times_show_the_same_bits_whatever_was_shown_betw
 TEST_F(LocalWorldTest, hair_shown_between_two_ticks_lies_between_them) {
   LocalWorld w = world("shake");
   w.advance_to(1.0);
-  const std::vector<Vec3f> from(w.subjects()[0].displacement.begin(), w.subjects()[0].displacement.end());
+  const std::vector<Vec3f> from(w.viewed_characters()[0].displacement.begin(),
+                                w.viewed_characters()[0].displacement.end());
   w.advance_to(1.0 + 0.5 / 30);
-  const std::vector<Vec3f> middle(w.subjects()[0].displacement.begin(), w.subjects()[0].displacement.end());
+  const std::vector<Vec3f> middle(w.viewed_characters()[0].displacement.begin(),
+                                  w.viewed_characters()[0].displacement.end());
   w.advance_to(1.0 + 1.0 / 30);
-  const auto to = w.subjects()[0].displacement;
+  const auto to = w.viewed_characters()[0].displacement;
   for (std::size_t i = 0; i < to.size(); ++i) EXPECT_LT((middle[i] - 0.5f * (from[i] + to[i])).norm(), 1e-6f);
 }
 
@@ -133,10 +135,11 @@ TEST_F(LocalWorldTest, a_machine_that_is_too_slow_shows_slow_motion) {
 TEST_F(LocalWorldTest, another_tick_rate_keeps_hair_as_it_is) {
   LocalWorld w = world("shake");
   w.advance_to(1);
-  const std::vector<Vec3f> before(w.subjects()[0].displacement.begin(), w.subjects()[0].displacement.end());
+  const std::vector<Vec3f> before(w.viewed_characters()[0].displacement.begin(),
+                                  w.viewed_characters()[0].displacement.end());
   w.set_tick_rate(90);
   w.advance_to(1 + 1.0 / 90);
-  const auto after = w.subjects()[0].displacement;
+  const auto after = w.viewed_characters()[0].displacement;
   ASSERT_EQ(before.size(), after.size());
   float most = 0;
   for (std::size_t i = 0; i < after.size(); ++i) most = std::max(most, (after[i] - before[i]).norm());
@@ -151,24 +154,24 @@ TEST_F(LocalWorldTest, levels_that_were_not_built_are_passed_over) {
   w.advance_to(0);
   w.set_level(1, LevelIndex::high);
   w.advance_to(0.5);
-  EXPECT_EQ(w.subjects()[0].level, LevelIndex::low);
+  EXPECT_EQ(w.viewed_characters()[0].level, LevelIndex::low);
   w.set_level(1, LevelIndex::ether);
   w.advance_to(0.6);
-  EXPECT_EQ(w.subjects()[0].level, LevelIndex::ether);
-  EXPECT_EQ(w.subjects()[0].layers.size(), 3u) << "the switch is blended";
+  EXPECT_EQ(w.viewed_characters()[0].level, LevelIndex::ether);
+  EXPECT_EQ(w.viewed_characters()[0].layers.size(), 3u) << "the switch is blended";
 }
 
 TEST_F(LocalWorldTest, a_teleport_moves_the_head_and_not_the_hair_against_it) {
   LocalWorld w = world("still");
   w.advance_to(1);
-  const Vec3 before = w.subjects()[0].pose.head().position;
+  const Vec3 before = w.viewed_characters()[0].pose.head().position;
   w.teleport(1);
   w.advance_to(1.2);
-  EXPECT_GT((w.subjects()[0].pose.head().position - before).norm(), 0.5);
+  EXPECT_GT((w.viewed_characters()[0].pose.head().position - before).norm(), 0.5);
   EXPECT_LT(furthest(w), 1e-4f);
   w.teleport(1);
   w.advance_to(1.4);
-  EXPECT_LT((w.subjects()[0].pose.head().position - before).norm(), 1e-9);
+  EXPECT_LT((w.viewed_characters()[0].pose.head().position - before).norm(), 1e-9);
 }
 
 TEST_F(LocalWorldTest, a_head_that_is_turned_swings_its_hair_and_comes_home) {
@@ -181,11 +184,11 @@ TEST_F(LocalWorldTest, a_head_that_is_turned_swings_its_hair_and_comes_home) {
   grab->turn(Vec3::UnitY(), 1.0);
   std::int64_t now_ns = 0;
   for (int i = 0; i < 12; ++i) ASSERT_TRUE(w.advance(now_ns += 16'000'000));
-  EXPECT_GT(w.subjects()[0].pose.head().rotation.angularDistance(Quat::Identity()), 0.8);
+  EXPECT_GT(w.viewed_characters()[0].pose.head().rotation.angularDistance(Quat::Identity()), 0.8);
   EXPECT_GT(furthest(w), 0.005f);
   grab->release();
   for (int i = 0; i < 240; ++i) ASSERT_TRUE(w.advance(now_ns += 16'000'000));
-  EXPECT_LT(w.subjects()[0].pose.head().rotation.angularDistance(Quat::Identity()), 1e-6);
+  EXPECT_LT(w.viewed_characters()[0].pose.head().rotation.angularDistance(Quat::Identity()), 1e-6);
 }
 
 TEST_F(LocalWorldTest, what_is_out_of_range_changes_nothing) {
@@ -193,7 +196,7 @@ TEST_F(LocalWorldTest, what_is_out_of_range_changes_nothing) {
   MaterialScale scale;
   scale.stiffness = std::numeric_limits<float>::quiet_NaN();
   w.set_material(1, scale);
-  EXPECT_EQ(w.subjects()[0].material, MaterialScale{});
+  EXPECT_EQ(w.viewed_characters()[0].material, MaterialScale{});
   Wind wind;
   wind.gust_ratio = 7;
   w.set_wind(wind);

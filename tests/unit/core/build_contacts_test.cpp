@@ -21,7 +21,7 @@ Groom make_groom_with_body() {
 TEST(Skin, every_bone_of_a_body_with_shoulders_has_a_field) {
   const auto skin = make_skin(make_groom_with_body());
   std::set<Bone> bones;
-  for (const SkinField& field : *skin) bones.insert(field.bone);
+  for (const SkinDistanceField& field : *skin) bones.insert(field.bone);
   EXPECT_EQ(bones.size(), skin->size());
   EXPECT_EQ(bones.size(), kBoneCount);
 }
@@ -43,7 +43,7 @@ TEST(Skin, of_a_round_head_is_the_distance_to_a_ball) {
 
 TEST(Skin, gradient_is_the_slope_of_the_distance) {
   const auto skin = make_skin(make_groom_with_body());
-  const SkinField& field = skin->front();
+  const SkinDistanceField& field = skin->front();
   const double cell = static_cast<double>(field.cell_m);
   for (int n = 0; n < 50; ++n) {
     // Within a cell, where the trilinear function is smooth.
@@ -59,7 +59,7 @@ TEST(Skin, gradient_is_the_slope_of_the_distance) {
 }
 
 TEST(Skin, beyond_the_grid_grows_with_the_way_there) {
-  const SkinField& field = make_skin(make_groom_with_body())->front();
+  const SkinDistanceField& field = make_skin(make_groom_with_body())->front();
   const Vec3 corner = field.origin.cast<double>();
   const double at_corner = skin_distance(field, corner);
   EXPECT_NEAR(skin_distance(field, corner - Vec3(0.3, 0, 0)), at_corner + 0.3, 1e-6);

@@ -17,22 +17,22 @@ constexpr double kGravity = 9.81;
 
 struct Filled {
   Grid grid;
-  NodeShares shares;
+  LumpedHair lumped;
   LevelGeometry geometry;
   NodeMechanics nodes;
 };
 
 Filled fill(const Groom& groom, int n) {
   const Grid grid(fit_lattice(groom.points, {n, n, n}));
-  NodeShares shares(grid.node_count());
+  LumpedHair lumped(grid.node_count());
   std::vector<Vec3> polyline;
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {
     polyline_on_grid(grid, groom.strand_points(s), polyline);
-    add_strand_shares(grid, polyline, groom.strands[s], groom.materials.of(groom.strands[s].group), shares);
+    lump_strand(grid, polyline, groom.strands[s], groom.materials.of(groom.strands[s].group), lumped);
   }
-  LevelGeometry geometry = trim(grid.lattice(), shares.touched);
-  NodeMechanics nodes = fill_ether(geometry, shares);
-  return {grid, std::move(shares), std::move(geometry), std::move(nodes)};
+  LevelGeometry geometry = trim(grid.lattice(), lumped.touched);
+  NodeMechanics nodes = fill_ether(geometry, lumped);
+  return {grid, std::move(lumped), std::move(geometry), std::move(nodes)};
 }
 
 double sum(const std::vector<double>& values) {
@@ -139,17 +139,17 @@ TEST(Ether, groups_keep_their_own_materials) {
   std::size_t in_fringe = 0, in_tail = 0;
   for (std::size_t a = 0; a < filled.nodes.mass.size(); ++a) {
     const std::uint32_t node = filled.geometry.active_nodes[a];
-    if (filled.shares.mass[node] == 0) continue;
+    if (filled.lumped.mass[node] == 0) continue;
     const bool is_fringe = filled.grid.node_head(node).z() > 0;
     (is_fringe ? in_fringe : in_tail)++;
     const double m = filled.nodes.mass[a], k = filled.nodes.ether_stiffness[a], q = filled.nodes.ether_damping[a];
-    const double hang = kGravity * filled.shares.mass[node] / filled.shares.hang_moment[node];
+    const double hang = kGravity * filled.lumped.mass[node] / filled.lumped.hang_moment[node];
     EXPECT_NEAR(k / m - hang, is_fringe ? 400 : 0, 1e-4);
     EXPECT_NEAR(q / (2 * std::sqrt(k * m)), is_fringe ? 0.6 : 0.15, 1e-6);
   }
   EXPECT_GT(in_fringe, 10u);
   EXPECT_GT(in_tail, 10u);
-  const double hair = sum(filled.shares.mass);
+  const double hair = sum(filled.lumped.mass);
   EXPECT_NEAR(sum(filled.nodes.mass), hair * (1 + 0.5 * (0.9 + 0.5)), 1e-5 * hair);
 }
 

@@ -148,7 +148,7 @@ TEST(BuildLevels, are_those_that_build_level_gives) {
 
 TEST(BuildLevels, progress_never_falls_and_ends_at_one) {
   std::vector<double> fractions;
-  BuildObserver observer;
+  BuildCallbacks observer;
   observer.progress = [&](double fraction, std::string_view stage) {
     EXPECT_FALSE(stage.empty());
     fractions.push_back(fraction);
@@ -163,7 +163,7 @@ TEST(BuildLevels, progress_never_falls_and_ends_at_one) {
 TEST(BuildLevels, can_be_cancelled_at_every_call) {
   const Groom groom = groom_with_body(support::make_head_of_hair(60));
   int call_count = 0;
-  BuildObserver observer;
+  BuildCallbacks observer;
   observer.progress = [&](double, std::string_view) { return ++call_count > 0; };
   ASSERT_TRUE(build_levels(groom, observer));
   for (int stop = 1; stop <= call_count; ++stop) {
@@ -206,7 +206,7 @@ TEST(BuildLevels, threads_ask_one_at_a_time_and_not_again_once_cancelled) {
     std::atomic<int> asking = 0;
     int calls = 0;
     double last = 0;
-    BuildObserver observer;
+    BuildCallbacks observer;
     observer.progress = [&](double fraction, std::string_view) {
       EXPECT_EQ(++asking, 1);
       EXPECT_GE(fraction, last);
@@ -221,7 +221,7 @@ TEST(BuildLevels, threads_ask_one_at_a_time_and_not_again_once_cancelled) {
 
 TEST(BuildLevels, report_gives_the_callers_time) {
   double now_s = 0;
-  BuildObserver observer;
+  BuildCallbacks observer;
   observer.clock_s = [&] { return now_s += 1; };
   std::array<LevelReport, 4> reports;
   ASSERT_TRUE(build_levels(support::make_head_of_hair(20), observer, &reports));

@@ -10,14 +10,14 @@
 namespace hairnet {
 namespace {
 
-NodeShares shares_of(const Groom& groom, const Grid& grid) {
-  NodeShares shares(grid.node_count());
+LumpedHair shares_of(const Groom& groom, const Grid& grid) {
+  LumpedHair lumped(grid.node_count());
   std::vector<Vec3> polyline;
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {
     polyline_on_grid(grid, groom.strand_points(s), polyline);
-    add_strand_shares(grid, polyline, groom.strands[s], {}, shares);
+    lump_strand(grid, polyline, groom.strands[s], {}, lumped);
   }
-  return shares;
+  return lumped;
 }
 
 double sum(const std::vector<double>& values) {
@@ -28,18 +28,18 @@ Grid grid_of(const Groom& groom, int n) {
   return Grid(fit_lattice(groom.points, {n, n, n}));
 }
 
-TEST(NodeShares, mass_is_the_hairs_own_at_every_lattice_size) {
+TEST(LumpedHair, mass_is_the_hairs_own_at_every_lattice_size) {
   const Groom groom = support::make_odd_groom();
   const double mass = support::hair_length(groom) * static_cast<double>(Material{}.linear_density_kg_per_m);
   for (const int n : {3, 4, 5, 7, 10}) EXPECT_NEAR(sum(shares_of(groom, grid_of(groom, n)).mass), mass, 1e-5 * mass);
 }
 
-TEST(NodeShares, nodes_balance_on_the_hairs_centre_of_mass) {
+TEST(LumpedHair, nodes_balance_on_the_hairs_centre_of_mass) {
   const Groom groom = support::make_odd_groom();
   const Grid grid = grid_of(groom, 6);
-  const NodeShares shares = shares_of(groom, grid);
+  const LumpedHair lumped = shares_of(groom, grid);
   Vec3 of_nodes = Vec3::Zero(), of_hair = Vec3::Zero();
-  for (std::uint32_t node = 0; node < grid.node_count(); ++node) of_nodes += shares.mass[node] * grid.node_head(node);
+  for (std::uint32_t node = 0; node < grid.node_count(); ++node) of_nodes += lumped.mass[node] * grid.node_head(node);
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {
     const auto points = groom.strand_points(s);
     for (std::size_t i = 1; i < points.size(); ++i) {
@@ -47,17 +47,17 @@ TEST(NodeShares, nodes_balance_on_the_hairs_centre_of_mass) {
       of_hair += static_cast<double>(groom.strands[s].hair_count) * (b - a).norm() * (a + b) / 2;
     }
   }
-  EXPECT_NEAR((of_nodes / sum(shares.mass) - of_hair / support::hair_length(groom)).norm(), 0, 1e-6);
+  EXPECT_NEAR((of_nodes / sum(lumped.mass) - of_hair / support::hair_length(groom)).norm(), 0, 1e-6);
 }
 
-TEST(NodeShares, drag_of_a_straight_strand_lets_air_pass_along_it) {
+TEST(LumpedHair, drag_of_a_straight_strand_lets_air_pass_along_it) {
   Groom groom;
   const Vec3f direction = Vec3f(1, -2, 0.5f).normalized();
   support::add(groom, support::straight({0, 0, 0}, direction, 0.3f, 4), {.hair_count = 10});
   const Grid grid = grid_of(groom, 6);
-  const NodeShares shares = shares_of(groom, grid);
+  const LumpedHair lumped = shares_of(groom, grid);
   Mat3 drag = Mat3::Zero();
-  for (const auto& [xx, xy, xz, yy, yz, zz] : shares.drag)
+  for (const auto& [xx, xy, xz, yy, yz, zz] : lumped.drag)
     drag += (Mat3() << xx, xy, xz, xy, yy, yz, xz, yz, zz).finished();
   const Vec3 e = direction.cast<double>();
   const Mat3 expected =
@@ -66,27 +66,27 @@ TEST(NodeShares, drag_of_a_straight_strand_lets_air_pass_along_it) {
   EXPECT_NEAR((drag * e).norm(), 0, 1e-5 * expected.norm());
 }
 
-TEST(NodeShares, drag_has_twice_its_coefficient_times_length_for_a_trace) {
+TEST(LumpedHair, drag_has_twice_its_coefficient_times_length_for_a_trace) {
   const Groom groom = support::make_odd_groom();
-  const NodeShares shares = shares_of(groom, grid_of(groom, 7));
+  const LumpedHair lumped = shares_of(groom, grid_of(groom, 7));
   double trace = 0;
-  for (const auto& q : shares.drag) trace += q[0] + q[3] + q[5];
+  for (const auto& q : lumped.drag) trace += q[0] + q[3] + q[5];
   const double expected = 2 * static_cast<double>(Material{}.air_drag_ns_per_m2) * support::hair_length(groom);
   EXPECT_NEAR(trace, expected, 1e-5 * expected);
 }
 
-TEST(NodeShares, do_not_depend_on_how_finely_a_strand_is_drawn) {
+TEST(LumpedHair, do_not_depend_on_how_finely_a_strand_is_drawn) {
   Groom coarse, fine;
   support::add(coarse, support::straight({0.013f, 0.02f, 0}, {1, -2, 0.7f}, 0.3f, 1));
   support::add(fine, support::straight({0.013f, 0.02f, 0}, {1, -2, 0.7f}, 0.3f, 300));
   const Grid grid = grid_of(coarse, 7);
-  const NodeShares a = shares_of(coarse, grid), b = shares_of(fine, grid);
+  const LumpedHair a = shares_of(coarse, grid), b = shares_of(fine, grid);
   for (std::uint32_t node = 0; node < grid.node_count(); ++node) {
     EXPECT_NEAR(a.mass[node], b.mass[node], 1e-4 * sum(a.mass));
   }
 }
 
-TEST(NodeShares, a_curl_keeps_its_arc_length) {
+TEST(LumpedHair, a_curl_keeps_its_arc_length) {
   Groom groom;
   support::add(groom, support::curl({0, 0, 0}, 0.02f, 0.1f, 6, 300));
   const double mass = sum(shares_of(groom, grid_of(groom, 5)).mass);
@@ -94,52 +94,52 @@ TEST(NodeShares, a_curl_keeps_its_arc_length) {
   EXPECT_GT(mass, 5 * chord_mass);
 }
 
-TEST(NodeShares, hair_along_a_lattice_line_touches_that_line_alone) {
+TEST(LumpedHair, hair_along_a_lattice_line_touches_that_line_alone) {
   Lattice lattice;
   lattice.dims = {5, 5, 5};
   lattice.spacing = Vec3f::Constant(0.1f);
   const Grid grid(lattice);
   Groom groom;
   support::add(groom, {{0.1f, 0.2f, 0.3f}, {0.3f, 0.2f, 0.3f}});
-  const NodeShares shares = shares_of(groom, grid);
+  const LumpedHair lumped = shares_of(groom, grid);
   for (std::uint32_t node = 0; node < grid.node_count(); ++node) {
     const auto [i, j, k] = lattice.coordinates(node);
-    EXPECT_EQ(shares.touched[node], j == 2 && k == 3 && i >= 1 && i <= 3) << i << ' ' << j << ' ' << k;
-    EXPECT_EQ(shares.mass[node] > 0, shares.touched[node]);
+    EXPECT_EQ(lumped.touched[node], j == 2 && k == 3 && i >= 1 && i <= 3) << i << ' ' << j << ' ' << k;
+    EXPECT_EQ(lumped.mass[node] > 0, lumped.touched[node]);
   }
 }
 
-TEST(NodeShares, hair_through_a_cell_touches_its_eight_nodes) {
+TEST(LumpedHair, hair_through_a_cell_touches_its_eight_nodes) {
   Lattice lattice;
   lattice.dims = {6, 6, 6};
   const Grid grid(lattice);
   Groom groom;
   support::add(groom, {{1.25f, 1.5f, 1.75f}, {4.5f, 3.75f, 2.5f}});
-  const NodeShares shares = shares_of(groom, grid);
+  const LumpedHair lumped = shares_of(groom, grid);
   for (int i = 0; i <= 1000; ++i) {
     const Vec3 point = Vec3(1.25, 1.5, 1.75) + i / 1000.0 * Vec3(3.25, 2.25, 0.75);
-    for (const auto& [node, weight] : grid.weights(point)) EXPECT_TRUE(shares.touched[node]);
+    for (const auto& [node, weight] : grid.weights(point)) EXPECT_TRUE(lumped.touched[node]);
   }
 }
 
-TEST(NodeShares, hanging_length_is_depth_below_the_root_and_never_too_small) {
+TEST(LumpedHair, hanging_length_is_depth_below_the_root_and_never_too_small) {
   Groom groom;
   support::add(groom, support::straight({0, 0.1f, 0}, {0.001f, -1, 0}, 0.4f, 10));
   const Grid grid = grid_of(groom, 8);
-  const NodeShares shares = shares_of(groom, grid);
+  const LumpedHair lumped = shares_of(groom, grid);
   for (std::uint32_t node = 0; node < grid.node_count(); ++node) {
-    if (shares.mass[node] == 0) continue;
+    if (lumped.mass[node] == 0) continue;
     const double depth = 0.1 - grid.node_head(node).y();
-    EXPECT_NEAR(shares.hang_moment[node] / shares.mass[node], std::max(depth, kHangLengthMin), 1e-6);
+    EXPECT_NEAR(lumped.hang_moment[node] / lumped.mass[node], std::max(depth, kHangLengthMin), 1e-6);
   }
 }
 
-TEST(NodeShares, a_single_point_touches_its_nodes_without_mass) {
+TEST(LumpedHair, a_single_point_touches_its_nodes_without_mass) {
   Groom groom;
   support::add(groom, {{0.1f, 0.1f, 0.1f}});
-  const NodeShares shares = shares_of(groom, grid_of(groom, 4));
-  EXPECT_EQ(sum(shares.mass), 0);
-  EXPECT_GT(std::count(shares.touched.begin(), shares.touched.end(), true), 0);
+  const LumpedHair lumped = shares_of(groom, grid_of(groom, 4));
+  EXPECT_EQ(sum(lumped.mass), 0);
+  EXPECT_GT(std::count(lumped.touched.begin(), lumped.touched.end(), true), 0);
 }
 
 }  // namespace

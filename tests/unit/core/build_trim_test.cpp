@@ -35,13 +35,13 @@ std::vector<bool> box_of(const Lattice& lattice, const std::array<int, 3>& low, 
 
 LevelGeometry trim_groom(const Groom& groom, int n) {
   const Grid grid(fit_lattice(groom.points, {n, n, n}));
-  NodeShares shares(grid.node_count());
+  LumpedHair lumped(grid.node_count());
   std::vector<Vec3> polyline;
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {
     polyline_on_grid(grid, groom.strand_points(s), polyline);
-    add_strand_shares(grid, polyline, groom.strands[s], {}, shares);
+    lump_strand(grid, polyline, groom.strands[s], {}, lumped);
   }
-  return trim(grid.lattice(), shares.touched);
+  return trim(grid.lattice(), lumped.touched);
 }
 
 struct Combination {

@@ -21,12 +21,12 @@ constexpr unsigned kSeedMax = 32;
 
 // Characters of one level with poses, materials and winds of their own. The third is at rest, the fifth has more energy
 // than its last step may have left.
-struct Cast {
+struct TestCrowd {
   Level level = make_random_level({.seed = 5});
   std::vector<LatticeState> states;
   std::vector<std::array<StepInput, kSubsteps>> inputs;
 
-  explicit Cast(std::size_t count) {
+  explicit TestCrowd(std::size_t count) {
     for (std::size_t c = 0; c < count; ++c) {
       const auto seed = static_cast<unsigned>(c + 1);
       states.push_back(make_random_state(level, 0.02f, 0.5f, seed));
@@ -116,7 +116,7 @@ std::vector<std::int64_t> instruction_sets() {
 }
 
 TEST_P(InstructionSets, a_character_in_a_crowd_ends_in_the_bits_that_it_ends_in_alone) {
-  const Cast cast(crowd_width());
+  const TestCrowd cast(crowd_width());
   const std::vector<LatticeState> alone = cast.alone();
   std::vector<std::size_t> all(crowd_width());
   for (std::size_t c = 0; c < all.size(); ++c) all[c] = c;
@@ -125,7 +125,7 @@ TEST_P(InstructionSets, a_character_in_a_crowd_ends_in_the_bits_that_it_ends_in_
 }
 
 TEST_P(InstructionSets, who_is_beside_a_character_and_in_which_lane_it_is_changes_no_bit) {
-  const Cast cast(8);
+  const TestCrowd cast(8);
   const std::vector<LatticeState> alone = cast.alone();
   const std::vector<std::vector<std::size_t>> crowds{{4}, {1, 4}, {7, 0, 4}, {4, 2, 6, 3}};
   for (const auto& crowd : crowds) {
@@ -136,7 +136,7 @@ TEST_P(InstructionSets, who_is_beside_a_character_and_in_which_lane_it_is_change
 }
 
 TEST_P(InstructionSets, agrees_with_the_double_reference_from_the_same_state) {
-  const Cast cast(6);
+  const TestCrowd cast(6);
   StepScratch scratch;
   for (const std::size_t c : {0, 1, 3, 5}) {
     const StepInput& input = cast.inputs[c].front();
@@ -153,7 +153,7 @@ TEST_P(InstructionSets, agrees_with_the_double_reference_from_the_same_state) {
 }
 
 TEST_P(InstructionSets, a_broken_state_is_told_and_harms_no_one_beside_it) {
-  Cast cast(std::min<std::size_t>(crowd_width(), 4));
+  TestCrowd cast(std::min<std::size_t>(crowd_width(), 4));
   const std::vector<LatticeState> alone = cast.alone();
   if (cast.states.size() < 2) return;
   cast.states[1].velocity[0].x() = std::numeric_limits<float>::quiet_NaN();
@@ -177,7 +177,7 @@ TEST(InstructionSetsThatFuse, come_to_the_same_bits_whatever_their_width) {
   const std::vector<std::size_t> crowd{0, 1, 2, 3, 4, 5, 6, 7};
   for (const std::int64_t set : {HWY_AVX2, HWY_AVX3}) {
     hwy::SetSupportedTargetsForTest(set);
-    results.push_back(Cast(crowd.size()).together(crowd));
+    results.push_back(TestCrowd(crowd.size()).together(crowd));
   }
   hwy::SetSupportedTargetsForTest(0);
   for (const std::size_t c : crowd) EXPECT_EQ(bits(results[0][c]), bits(results[1][c])) << "character " << c;

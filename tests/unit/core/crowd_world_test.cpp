@@ -152,7 +152,7 @@ TEST(CrowdWorld, allocates_nothing_while_strides_change_and_characters_are_held_
   const auto change = [&](int round) {
     for (std::size_t c = 0; c < crowd.ids.size(); ++c) {
       crowd.world.set_stride(crowd.ids[c], 1 << (c + static_cast<std::size_t>(round)) % 3);
-      crowd.world.set_held(crowd.ids[c], (c + static_cast<std::size_t>(round)) % 5 == 0);
+      crowd.world.set_suspended(crowd.ids[c], (c + static_cast<std::size_t>(round)) % 5 == 0);
     }
   };
   for (int t = 0; t < 16; ++t) {

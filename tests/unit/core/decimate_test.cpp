@@ -272,7 +272,7 @@ TEST(Decimating, merged_stiffeners_have_few_nodes_whose_weights_sum_up) {
       EXPECT_TRUE(std::isfinite(springs.stiffness[s]) && springs.stiffness[s] > 0);
     }
     for (std::size_t s = 0; s < attachments.count(); ++s) {
-      EXPECT_LE(attachments.weights(s).size(), kNodesAnAttachment);
+      EXPECT_LE(attachments.weights(s).size(), kNodesPerAttachmentMax);
       EXPECT_NEAR(dense(attachments, s, grid.node_count()).sum(), 1, 1e-12);
     }
   }

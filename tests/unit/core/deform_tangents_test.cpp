@@ -70,14 +70,14 @@ TEST_P(DeformTangents, of_a_groom_agree_with_the_chords_of_the_drawn_hair) {
   }
 }
 
-TEST(RestTangents, follow_strands_threads_and_both_edges_of_strips) {
+TEST(RestTangents, follow_strands_threads_and_both_edges_of_cards) {
   Groom groom;
   groom.group_names = {"all"};
   const std::vector<Vec3f> line{{0, 0, 0}, {0, -0.02f, 0}, {0, -0.04f, 0}};
   groom.add_strand(line, {.root_length_m = 0.02f});
   groom.add_thread(line, {});
   const std::vector<Vec3f> edges{{0, 0, 0}, {0.01f, 0, 0}, {0, 0, 0.02f}, {0.01f, 0, 0.02f}};
-  groom.add_strip(edges, {.root_length_m = 0});
+  groom.add_card(edges, {.root_length_m = 0});
   const std::vector<float> blend = root_blend(groom);
   const RestTangents rest = rest_tangents(groom, blend);
   for (std::size_t p = 0; p < 6; ++p) EXPECT_LT((rest.direction[p] - Vec3f(0, -1, 0)).norm(), 1e-6f) << p;

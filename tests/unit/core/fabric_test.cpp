@@ -96,8 +96,8 @@ TEST(Cloth, turns_freely) {
 TEST(Cloth, gives_its_weight_by_area_and_its_drag_across) {
   const Groom groom = make_sheet(false);
   const Grid grid(fit_lattice(groom.points, {8, 9, 3}));
-  NodeShares shares(grid.node_count());
-  add_cloth_shares(grid, groom.points, groom.cloths[0], groom.materials.base, shares);
+  LumpedHair shares(grid.node_count());
+  lump_cloth(grid, groom.points, groom.cloths[0], groom.materials.base, shares);
   const double mass = std::accumulate(shares.mass.begin(), shares.mass.end(), 0.0);
   EXPECT_NEAR(mass, static_cast<double>(Cloth{}.area_density_kg_per_m2) * kArea_m2, 1e-6 * mass);
   Vec3 moment = Vec3::Zero();

@@ -9,7 +9,7 @@
 #include "core/hair_cards/far_cards.hpp"
 #include "tests/support/real_hair.hpp"
 
-// Whole hairstyles: what far strips cover of them, and that they stay off the skin.
+// Whole hairstyles: what far cards cover of them, and that they stay off the skin.
 namespace hairnet {
 namespace {
 
@@ -70,37 +70,37 @@ Shadow shadow_of_hair(const Groom& groom, View view) {
     const auto points = groom.strand_points(s);
     for (std::size_t i = 1; i < points.size(); ++i) shadow.add_line(points[i - 1], points[i]);
   }
-  for (const Strip& strip : groom.strips) add_ribbon(groom.points_of(strip.points), shadow);
+  for (const HairCard& card : groom.cards) add_ribbon(groom.points_of(card.points), shadow);
   return shadow;
 }
 
-Shadow shadow_of_strips(const FarStrips& far, View view) {
+Shadow shadow_of_cards(const FarCards& far, View view) {
   Shadow shadow(view);
-  for (const FarStrip& strip : far.strips) {
-    add_ribbon({far.points.data() + strip.points.begin, far.points.data() + strip.points.end}, shadow);
+  for (const FarCard& card : far.cards) {
+    add_ribbon({far.points.data() + card.points.begin, far.points.data() + card.points.end}, shadow);
   }
   return shadow;
 }
 
-void expect_covered(const Groom& groom, const FarStrips& far) {
+void expect_covered(const Groom& groom, const FarCards& far) {
   for (const View view : {View::front, View::side, View::top}) {
-    const Shadow hair = shadow_of_hair(groom, view), strips = shadow_of_strips(far, view);
-    const double covered = hair.share_within(strips, 0), beside = 1 - strips.share_within(hair, 2);
+    const Shadow hair = shadow_of_hair(groom, view), cards = shadow_of_cards(far, view);
+    const double covered = hair.share_within(cards, 0), beside = 1 - cards.share_within(hair, 2);
     EXPECT_GT(covered, 0.8) << "view " << static_cast<int>(view);
-    EXPECT_GT(hair.share_within(strips, 2), 0.95) << "view " << static_cast<int>(view);
+    EXPECT_GT(hair.share_within(cards, 2), 0.95) << "view " << static_cast<int>(view);
     EXPECT_LT(beside, 0.1) << "view " << static_cast<int>(view);
   }
 }
 
-// How deep the deepest of the strips' points, and middles of their quads, is in the body, m.
-double depth_in(const MeshQuery& skin, const FarStrips& far) {
+// How deep the deepest of the cards' points, and middles of their quads, is in the body, m.
+double depth_in(const MeshQuery& skin, const FarCards& far) {
   double deepest = 0;
   const auto look_at = [&](const Vec3f& x) {
     if (skin.inside(x.cast<double>())) deepest = std::max(deepest, skin.closest(x.cast<double>()).distance);
   };
-  for (const FarStrip& strip : far.strips) {
-    for (std::uint32_t p = strip.points.begin; p < strip.points.end; ++p) look_at(far.points[p]);
-    for (std::uint32_t p = strip.points.begin; p + 3 < strip.points.end; p += 2) {
+  for (const FarCard& card : far.cards) {
+    for (std::uint32_t p = card.points.begin; p < card.points.end; ++p) look_at(far.points[p]);
+    for (std::uint32_t p = card.points.begin; p + 3 < card.points.end; p += 2) {
       look_at(0.25f * (far.points[p] + far.points[p + 1] + far.points[p + 2] + far.points[p + 3]));
     }
   }
@@ -108,30 +108,30 @@ double depth_in(const MeshQuery& skin, const FarStrips& far) {
 }
 
 void expect_sound(Groom groom) {
-  const std::size_t count = far_strip_count_for(groom);
-  const FarStrips far = make_far_strips(groom, count);
-  EXPECT_GE(far.strips.size(), count * 9 / 10);
+  const std::size_t count = far_card_count_for(groom);
+  const FarCards far = make_far_cards(groom, count);
+  EXPECT_GE(far.cards.size(), count * 9 / 10);
   const MeshQuery skin(groom.body.mesh);
   EXPECT_LT(depth_in(skin, far), 0.0005);
   expect_covered(groom, far);
-  groom.far_strips = far;
+  groom.far_cards = far;
   EXPECT_EQ(validate(groom), "");
 }
 
-class FarStripsOfMadeHair : public testing::TestWithParam<std::string_view> {};
+class FarCardsOfMadeHair : public testing::TestWithParam<std::string_view> {};
 
-TEST_P(FarStripsOfMadeHair, cover_it_and_stay_off_the_skin) {
+TEST_P(FarCardsOfMadeHair, cover_it_and_stay_off_the_skin) {
   expect_sound(make_hairstyle(GetParam(), {.strand_count = 3000}).value());
 }
 
-INSTANTIATE_TEST_SUITE_P(Made, FarStripsOfMadeHair,
+INSTANTIATE_TEST_SUITE_P(Made, FarCardsOfMadeHair,
                          testing::Values("long_straight", "long_curly", "wavy", "bob", "side_part", "ponytail", "short",
                                          "plait", "veiled", "locks", "strips"),
                          [](const auto& style) { return std::string(style.param); });
 
-class FarStripsOfRealHair : public testing::TestWithParam<test::RealHair> {};
+class FarCardsOfRealHair : public testing::TestWithParam<test::RealHair> {};
 
-TEST_P(FarStripsOfRealHair, cover_it_and_stay_off_the_skin) {
+TEST_P(FarCardsOfRealHair, cover_it_and_stay_off_the_skin) {
   const auto path = test::shared_data() / GetParam().path;
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "no real hairstyle at " << path;
   auto groom = test::import_real(GetParam());
@@ -139,7 +139,7 @@ TEST_P(FarStripsOfRealHair, cover_it_and_stay_off_the_skin) {
   expect_sound(std::move(*groom));
 }
 
-INSTANTIATE_TEST_SUITE_P(Styles, FarStripsOfRealHair, testing::ValuesIn(test::kRealHair),
+INSTANTIATE_TEST_SUITE_P(Styles, FarCardsOfRealHair, testing::ValuesIn(test::kRealHair),
                          [](const auto& style) { return std::string(style.param.name); });
 
 // Left for right, and its strands in another order, so that the clusters are others.
@@ -157,13 +157,13 @@ Groom mirrored(const Groom& groom) {
   return mirror;
 }
 
-TEST(FarStrips, of_a_mirrored_groom_cover_the_mirrored_places) {
+TEST(FarCards, of_a_mirrored_groom_cover_the_mirrored_places) {
   const Groom groom = make_hairstyle("side_part", {.strand_count = 3000}).value();
-  const FarStrips far = make_far_strips(groom, 300);
-  FarStrips back = make_far_strips(mirrored(groom), 300);
+  const FarCards far = make_far_cards(groom, 300);
+  FarCards back = make_far_cards(mirrored(groom), 300);
   for (Vec3f& x : back.points) x.x() = -x.x();
   for (const View view : {View::front, View::side, View::top}) {
-    const Shadow a = shadow_of_strips(far, view), b = shadow_of_strips(back, view);
+    const Shadow a = shadow_of_cards(far, view), b = shadow_of_cards(back, view);
     EXPECT_GT(a.share_within(b, 1), 0.97);
     EXPECT_GT(b.share_within(a, 1), 0.97);
   }

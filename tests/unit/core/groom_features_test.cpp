@@ -21,9 +21,9 @@ Groom make_full() {
   groom.group_names.push_back("fabric");
   groom.root_blends.resize(groom.group_names.size());
   groom.root_blends[0].points = {{1, 0.3f}, {2, 0.9f}};
-  groom.clusters = {{2, 5, 0.004f, 0.002f}};
+  groom.clumps = {{2, 5, 0.004f, 0.002f}};
   groom.add_thread(support::straight({0, 0.1f, 0}, {0, -1, 0}, 0.2f, 5), {.group = 2});
-  groom.add_strip(std::vector<Vec3f>{{-0.01f, 0.1f, 0}, {0.01f, 0.1f, 0}, {-0.01f, 0, 0}, {0.01f, 0, 0}}, {.group = 2});
+  groom.add_card(std::vector<Vec3f>{{-0.01f, 0.1f, 0}, {0.01f, 0.1f, 0}, {-0.01f, 0, 0}, {0.01f, 0, 0}}, {.group = 2});
   Cloth cloth;
   cloth.group = 2;
   cloth.triangles = {{0, 1, 2}};
@@ -51,19 +51,19 @@ TEST(GroomFeatures, are_refused_in_one_line_when_they_are_unsound) {
   EXPECT_NE(fault([](Groom& g) { g.root_blends[0].points[1][0] = 1; }), "") << "does not rise";
   EXPECT_NE(fault([](Groom& g) { g.root_blends[0].points[0][0] = kNan; }), "");
   EXPECT_NE(fault([](Groom& g) { g.root_blends[0].points.assign(65, {1, 1}); }), "");
-  EXPECT_NE(fault([](Groom& g) { g.clusters[0].strand = 6; }), "");
-  EXPECT_NE(fault([](Groom& g) { g.clusters[0].copy_count = 65; }), "");
-  EXPECT_NE(fault([](Groom& g) { g.clusters[0].radius_m = kNan; }), "");
-  EXPECT_NE(fault([](Groom& g) { g.clusters.assign(7, g.clusters[0]); }), "") << "more than strands";
+  EXPECT_NE(fault([](Groom& g) { g.clumps[0].strand = 6; }), "");
+  EXPECT_NE(fault([](Groom& g) { g.clumps[0].copy_count = 65; }), "");
+  EXPECT_NE(fault([](Groom& g) { g.clumps[0].radius_m = kNan; }), "");
+  EXPECT_NE(fault([](Groom& g) { g.clumps.assign(7, g.clumps[0]); }), "") << "more than strands";
   EXPECT_NE(fault([](Groom& g) { g.threads[0].group = 3; }), "");
   EXPECT_NE(fault([](Groom& g) { g.threads[0].points.end -= 1; }), "") << "a point of nobody's";
   EXPECT_NE(fault([](Groom& g) { g.threads[0].points.begin += 1; }), "");
   EXPECT_NE(fault([](Groom& g) { g.threads[0].colour.x() = 2; }), "");
   EXPECT_NE(fault([](Groom& g) { g.threads[0].axial_stiffness_n = -1; }), "");
   EXPECT_NE(fault([](Groom& g) { g.threads[0].linear_density_kg_per_m = kNan; }), "");
-  EXPECT_NE(fault([](Groom& g) { g.strips[0].points.end += 1; }), "");
-  EXPECT_NE(fault([](Groom& g) { g.strips[0].properties.hair_count = 0; }), "");
-  EXPECT_NE(fault([](Groom& g) { g.strips[0].properties.group = 3; }), "");
+  EXPECT_NE(fault([](Groom& g) { g.cards[0].points.end += 1; }), "");
+  EXPECT_NE(fault([](Groom& g) { g.cards[0].properties.hair_count = 0; }), "");
+  EXPECT_NE(fault([](Groom& g) { g.cards[0].properties.group = 3; }), "");
   EXPECT_NE(fault([](Groom& g) { g.cloths[0].triangles[0][1] = 0; }), "") << "a strand's point";
   EXPECT_NE(fault([](Groom& g) { g.cloths[0].triangles[0][1] = ~0u; }), "");
   EXPECT_NE(fault([](Groom& g) { g.cloths[0].triangles[0][1] = g.cloths[0].triangles[0][0]; }), "");
@@ -195,7 +195,7 @@ std::vector<Vec3f> random_displacements(const Lattice& lattice, float size_m) {
   return displacements;
 }
 
-TEST(Strips, follow_the_lattice_as_strands_at_the_same_place_do) {
+TEST(Cards, follow_the_lattice_as_strands_at_the_same_place_do) {
   const Lattice lattice = make_lattice();
   const std::vector<Vec3f> line = support::straight(Vec3f(0.03f, 0.1f, 0), Vec3f(0.2f, -1, 0.1f), 0.2f, 9);
   Groom groom;
@@ -204,7 +204,7 @@ TEST(Strips, follow_the_lattice_as_strands_at_the_same_place_do) {
   groom.add_strand(line, {.root_length_m = 0.03f});
   std::vector<Vec3f> edges;
   for (const Vec3f& p : line) edges.insert(edges.end(), {p, p});
-  groom.add_strip(edges, {.root_length_m = 0.03f});
+  groom.add_card(edges, {.root_length_m = 0.03f});
   ASSERT_EQ(validate(groom), "");
   for (const FfdKind kind : {FfdKind::quadratic, FfdKind::linear}) {
     std::vector<Vec3f> moved(groom.points.size());
@@ -228,7 +228,7 @@ TEST(Cloth, follows_the_lattice_by_its_distance_from_the_pins) {
 
 TEST(Clusters, draw_their_strands_and_the_copies) {
   const Groom groom = make_full();
-  const ClusterStrands strands(groom);
+  const ClumpStrands strands(groom);
   ASSERT_EQ(strands.strand_begin().size(), groom.strand_count() + 5 + 1);
   std::vector<Vec3f> drawn(strands.point_count());
   strands.follow(groom.points, drawn);
@@ -248,7 +248,7 @@ TEST(Clusters, draw_their_strands_and_the_copies) {
 
 TEST(Clusters, keep_their_offsets_whatever_the_lattice_does) {
   const Groom groom = make_full();
-  const ClusterStrands strands(groom);
+  const ClumpStrands strands(groom);
   const Lattice lattice = make_lattice();
   std::vector<Vec3f> moved(groom.points.size()), drawn(strands.point_count()), at_rest(strands.point_count());
   Deformer(groom, lattice, FfdKind::quadratic).deform(random_displacements(lattice, 0.03f), moved);
@@ -269,8 +269,8 @@ TEST(Clusters, move_smoothly_with_their_strand) {
   Groom groom;
   groom.group_names = {"hair"};
   groom.add_strand(support::straight(Vec3f::Zero(), -Vec3f::UnitY(), 0.2f, 10), {});
-  groom.clusters = {{0, 6, 0.005f, 0.003f}};
-  const ClusterStrands strands(groom);
+  groom.clumps = {{0, 6, 0.005f, 0.003f}};
+  const ClumpStrands strands(groom);
   std::vector<Vec3f> before, drawn(strands.point_count());
   for (int step = 0; step <= 200; ++step) {
     const float angle = 3.1f * static_cast<float>(step) / 200;
@@ -288,9 +288,9 @@ TEST(Clusters, of_strands_without_length_are_still_defined) {
   groom.add_strand(std::vector<Vec3f>{}, {});
   groom.add_strand(std::vector<Vec3f>(1, Vec3f::Zero()), {});
   groom.add_strand(std::vector<Vec3f>(4, Vec3f::Zero()), {});
-  groom.clusters = {{0, 3}, {1, 3}, {2, 3}};
+  groom.clumps = {{0, 3}, {1, 3}, {2, 3}};
   ASSERT_EQ(validate(groom), "");
-  const ClusterStrands strands(groom);
+  const ClumpStrands strands(groom);
   std::vector<Vec3f> drawn(strands.point_count());
   strands.follow(groom.points, drawn);
   for (const Vec3f& p : drawn) EXPECT_TRUE(p.allFinite() && p.norm() < 0.01f);

@@ -158,7 +158,7 @@ TEST(Step, a_turning_head_deviates_by_the_square_of_the_angle_a_step) {
     input.to = rigid_pose(turned(angle_rad, {0, 1, 0}));
     const HeadMotion rest_motion(before);
     for (std::size_t i = 0; i < level.rest.size(); ++i) {
-      state.velocity[i] = rest_motion.rest_velocity(level.rest[i].cast<double>()).cast<float>();
+      state.velocity[i] = rest_motion.rigid_velocity(level.rest[i].cast<double>()).cast<float>();
     }
     EXPECT_TRUE(step(level, input, kConverged, scratch, state));
     return largest(state.displacement);
@@ -315,7 +315,7 @@ TEST(Step, skin_that_moves_into_the_hair_pushes_it_out) {
     ASSERT_TRUE(step(level, input, {}, scratch, state));
   }
   const ContactPoints& contacts = level.contacts;
-  const SkinField& shoulder = level.skin->back();
+  const SkinDistanceField& shoulder = level.skin->back();
   int pushed = 0;
   for (std::size_t p = 0; p < contacts.count(); ++p) {
     const double limit = double{contacts.limit[contacts.count() + p]};

@@ -28,7 +28,7 @@ TEST(ValidateLevel, levels_as_built_are_sound) {
 }
 
 // The first field, of the level's own.
-SkinField& skin_of(Level& level) {
+SkinDistanceField& skin_of(Level& level) {
   auto own = std::make_shared<Skin>(*level.skin);
   level.skin = own;
   return own->front();

@@ -22,7 +22,7 @@ std::shared_ptr<const LevelSet> make_levels(bool drag = true, bool contacts = tr
                                                                               .contacts = contacts});
   }
   const std::vector<Vec3f>& points = levels->levels[0].rest;
-  connect_levels(*levels, points, std::vector<float>(points.size(), 1.0f));
+  make_level_maps(*levels, points, std::vector<float>(points.size(), 1.0f));
   return levels;
 }
 
@@ -159,7 +159,7 @@ TEST(Stride, a_character_moves_alike_alone_and_among_others_of_any_stride) {
     }
     for (std::uint32_t i = 1; i < ids.size(); ++i) {
       if (random() % 4 == 0) crowded.set_stride(ids[i], 1 << random() % 3);
-      if (random() % 8 == 0) crowded.set_held(ids[i], random() % 2 == 0);
+      if (random() % 8 == 0) crowded.set_suspended(ids[i], random() % 2 == 0);
     }
     alone.set_pose(a, swaying(0, tick));
     for (std::uint32_t i = 0; i < ids.size(); ++i) crowded.set_pose(ids[i], swaying(i, tick));
@@ -183,11 +183,11 @@ TEST(Stride, a_teleport_between_turns_is_made_in_the_next_one) {
     world.set_pose(id, rigid_pose({Quat::Identity(), {0, 1.5, 0.2}}));
     EXPECT_EQ(world.step().teleports, tick == 13 ? 1u : 0u);
   }
-  EXPECT_TRUE(world.lattice(id).jumped);
+  EXPECT_TRUE(world.lattice(id).discontinuous);
   EXPECT_EQ(displacement(world, id), before);
 }
 
-TEST(Held, a_character_is_not_stepped_and_nothing_of_it_changes) {
+TEST(Suspended, a_character_is_not_stepped_and_nothing_of_it_changes) {
   World world({});
   const CharacterId id = world.add({make_levels(), LevelIndex::low, swaying(0, 0)});
   for (int tick = 1; tick < 20; ++tick) {
@@ -195,19 +195,19 @@ TEST(Held, a_character_is_not_stepped_and_nothing_of_it_changes) {
     world.step();
   }
   const std::vector<Vec3f> before = displacement(world, id);
-  world.set_held(id, true);
+  world.set_suspended(id, true);
   const std::uint64_t hash = world.hash();
   for (int tick = 0; tick < 100; ++tick) {
     const StepReport report = world.step();
     EXPECT_EQ(report.stepped + report.asleep + report.waiting, 0u);
-    EXPECT_EQ(report.held, 1u);
+    EXPECT_EQ(report.suspended, 1u);
     EXPECT_FALSE(world.lattice(id).stepped);
   }
   EXPECT_EQ(displacement(world, id), before);
   EXPECT_EQ(world.hash(), hash);
 }
 
-TEST(Held, released_it_moves_rigidly_with_the_head_and_goes_on_in_the_next_tick) {
+TEST(Suspended, released_it_moves_rigidly_with_the_head_and_goes_on_in_the_next_tick) {
   for (const int stride : {1, 2, 4}) {
     World world({});
     const CharacterId id = world.add({make_levels(), LevelIndex::low, swaying(0, 0)});
@@ -217,29 +217,29 @@ TEST(Held, released_it_moves_rigidly_with_the_head_and_goes_on_in_the_next_tick)
       world.step();
     }
     const std::vector<Vec3f> before = displacement(world, id);
-    world.set_held(id, true);
+    world.set_suspended(id, true);
     for (int tick = 21; tick < 63; ++tick) {
       world.set_pose(id, swaying(0, tick));
       world.step();
     }
-    world.set_held(id, false);
+    world.set_suspended(id, false);
     world.step();
     EXPECT_TRUE(world.lattice(id).stepped);
-    EXPECT_TRUE(world.lattice(id).jumped);
+    EXPECT_TRUE(world.lattice(id).discontinuous);
     EXPECT_EQ(displacement(world, id), before);
     EXPECT_EQ(world.lattice(id).pose->head().position, swaying(0, 62).head().position);
     for (int tick = 63; tick < 63 + stride; ++tick) {
       world.set_pose(id, swaying(0, tick));
       world.step();
     }
-    EXPECT_FALSE(world.lattice(id).jumped);
+    EXPECT_FALSE(world.lattice(id).discontinuous);
     EXPECT_NE(displacement(world, id), before);
   }
 }
 
 // Held at one speed and released at another, hair at rest against the head stays so: the head's motion while nobody
 // looked is none of its business.
-TEST(Held, released_on_a_moving_head_hair_is_not_jerked) {
+TEST(Suspended, released_on_a_moving_head_hair_is_not_jerked) {
   World world({});
   const CharacterId id = world.add({make_levels(false), LevelIndex::medium, {}});
   double z = 0;
@@ -251,16 +251,16 @@ TEST(Held, released_on_a_moving_head_hair_is_not_jerked) {
     }
   };
   walk(0, 2);
-  world.set_held(id, true);
+  world.set_suspended(id, true);
   walk(0.1, 30);
-  world.set_held(id, false);
+  world.set_suspended(id, false);
   walk(0.1, 1);
   walk(0.1, 10);
   for (const Vec3f& d : world.lattice(id).displacement) EXPECT_LT(d.norm(), 1e-5f);
-  world.set_held(id, true);
+  world.set_suspended(id, true);
   walk(0.02, 5);
   ASSERT_TRUE(world.set_level(id, LevelIndex::low));
-  world.set_held(id, false);
+  world.set_suspended(id, false);
   walk(0.02, 10);
   for (const Vec3f& d : world.lattice(id).displacement) EXPECT_LT(d.norm(), 1e-5f);
 }
@@ -284,11 +284,11 @@ TEST(Stride, nothing_makes_a_lattice_run_away) {
     world.set_pose(id, pose, uniform(0, 1) < 0.02);
     if (uniform(0, 1) < 0.1) world.set_level(id, static_cast<LevelIndex>(random() % kLevelCount));
     if (uniform(0, 1) < 0.1) world.set_stride(id, 1 << random() % 3);
-    if (uniform(0, 1) < 0.1) world.set_held(id, random() % 2 == 0);
+    if (uniform(0, 1) < 0.1) world.set_suspended(id, random() % 2 == 0);
     ASSERT_EQ(world.step().lattices_reset, 0u) << "step " << step;
     for (const Vec3f& d : world.lattice(id).displacement) ASSERT_LE(d.norm(), 0.6f * 1.0001f) << "step " << step;
   }
-  world.set_held(id, false);
+  world.set_suspended(id, false);
   world.set_stride(id, 4);
   world.set_level(id, LevelIndex::high);
   for (int step = 0; step < 900; ++step) {

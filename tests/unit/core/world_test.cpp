@@ -14,7 +14,7 @@ namespace {
 // Levels alike but for their lattices; their nodes stand for the hair where maps are fitted.
 std::shared_ptr<const LevelSet> connected(const std::shared_ptr<LevelSet>& levels) {
   const std::vector<Vec3f>& points = levels->levels[0].rest;
-  connect_levels(*levels, points, std::vector<float>(points.size(), 1.0f));
+  make_level_maps(*levels, points, std::vector<float>(points.size(), 1.0f));
   return levels;
 }
 

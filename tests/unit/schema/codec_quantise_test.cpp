@@ -36,7 +36,7 @@ TEST(PoseIntegers, are_within_a_twentieth_of_a_millimetre_and_a_tenth_of_a_milli
   double turn_max_rad = 0;
   for (int round = 0; round < 50'000; ++round) {
     const Pose pose = random_pose(random, 100);
-    Integers integers;
+    FrameIntegers integers;
     quantise_pose(pose, nullptr, integers);
     const Pose got = dequantise_pose(integers);
     ASSERT_TRUE(is_valid(got));
@@ -52,7 +52,7 @@ TEST(PoseIntegers, are_within_a_twentieth_of_a_millimetre_and_a_tenth_of_a_milli
 TEST(PoseIntegers, of_a_rounded_pose_are_the_same_again) {
   Random random(2);
   for (int round = 0; round < 50'000; ++round) {
-    Integers integers, again;
+    FrameIntegers integers, again;
     quantise_pose(random_pose(random, round % 2 ? 3 : 10'000), nullptr, integers);
     const Pose rounded = dequantise_pose(integers);
     ASSERT_TRUE(same_bits(rounded, rounded_to_wire(rounded)));
@@ -65,14 +65,14 @@ TEST(PoseIntegers, of_a_rounded_pose_are_the_same_again) {
 TEST(PoseIntegers, keep_to_one_side_when_quaternions_change_sign) {
   Random random(3);
   const Pose from = random_pose(random, 1), to = random_pose(random, 1);
-  Integers last;
+  FrameIntegers last;
   quantise_pose(from, nullptr, last);
   for (int step = 0; step <= 200; ++step) {
     Pose pose = interpolate(from, to, step / 200.0);
     for (RigidTransform& bone : pose.bones) {
       if (random.unit() < 0.5) bone.rotation.coeffs() *= -1;
     }
-    Integers integers;
+    FrameIntegers integers;
     quantise_pose(pose, &last, integers);
     for (std::size_t i = 0; i < kBoneIntegers; ++i)
       ASSERT_LT(std::abs(integers.bones[i] - last.bones[i]), 2000) << "step " << step << " integer " << i;
@@ -88,7 +88,7 @@ TEST(PoseIntegers, of_q_and_of_its_negative_are_the_same) {
     const Pose pose = random_pose(random, 1);
     Pose negated = pose;
     for (RigidTransform& bone : negated.bones) bone.rotation.coeffs() *= -1;
-    Integers a, b;
+    FrameIntegers a, b;
     quantise_pose(pose, nullptr, a);
     quantise_pose(negated, nullptr, b);
     ASSERT_EQ(a.bones, b.bones);

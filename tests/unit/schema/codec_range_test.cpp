@@ -7,8 +7,8 @@ namespace {
 
 constexpr std::int16_t kUntouched = 12345;
 
-Integers blank(std::size_t node_count, bool velocities) {
-  Integers out;
+FrameIntegers blank(std::size_t node_count, bool velocities) {
+  FrameIntegers out;
   out.nodes.assign(3 * node_count, kUntouched);
   if (velocities) out.velocities.assign(3 * node_count, kUntouched);
   return out;
@@ -22,11 +22,11 @@ TEST(NodeRanges, each_keep_to_their_bytes_and_decode_alone) {
     const std::size_t count = neighbours.node_count();
     const bool velocities = round % 3 == 0;
     const int bits = 1 + round % 16;
-    const Integers frame = random.frame(count, bits, velocities);
-    std::vector<Integers> past;
+    const FrameIntegers frame = random.frame(count, bits, velocities);
+    std::vector<FrameIntegers> past;
     for (int n = 0; n < round % 4; ++n) past.push_back(random.frame(count, bits, false));
-    std::vector<const Integers*> history;
-    for (const Integers& earlier : past) history.push_back(&earlier);
+    std::vector<const FrameIntegers*> history;
+    for (const FrameIntegers& earlier : past) history.push_back(&earlier);
 
     const std::size_t bytes_max = kRangeBytesMin + random.below(1200);
     const std::vector<EncodedRange> ranges = encode_ranges(frame, history, &neighbours, bytes_max);
@@ -37,7 +37,7 @@ TEST(NodeRanges, each_keep_to_their_bytes_and_decode_alone) {
       next += nodes.count;
       ASSERT_LE(bytes.size(), bytes_max);
       // This one alone: its nodes are right and no other is touched.
-      Integers got = blank(count, velocities);
+      FrameIntegers got = blank(count, velocities);
       ASSERT_TRUE(decode_range(bytes, nodes, r == 0, history, &neighbours, velocities, got));
       if (r == 0) {
         EXPECT_EQ(got.bones, frame.bones);
@@ -57,17 +57,17 @@ TEST(NodeRanges, each_keep_to_their_bytes_and_decode_alone) {
 TEST(NodeRanges, of_a_high_lattice_are_two_or_three_datagrams) {
   const MovingLattice moving = step_made_lattice(LevelIndex::high, 30, 20);
   const Neighbours neighbours(moving.geometry);
-  const std::vector<Integers> frames = quantised(moving, ErrorClass::normal, false);
-  for (const Integers& frame : frames) EXPECT_LE(encode_ranges(frame, {}, &neighbours, 1085).size(), 3u);
+  const std::vector<FrameIntegers> frames = quantised(moving, ErrorClass::half_mm, false);
+  for (const FrameIntegers& frame : frames) EXPECT_LE(encode_ranges(frame, {}, &neighbours, 1085).size(), 3u);
 }
 
 TEST(NodeRanges, of_a_rigid_frame_are_one) {
   RandomFrames random(2);
-  const Integers frame = random.frame(0, 1, false);
+  const FrameIntegers frame = random.frame(0, 1, false);
   const std::vector<EncodedRange> ranges = encode_ranges(frame, {}, nullptr, kRangeBytesMin);
   ASSERT_EQ(ranges.size(), 1u);
   EXPECT_EQ(ranges[0].nodes.count, 0u);
-  Integers got;
+  FrameIntegers got;
   ASSERT_TRUE(decode_range(ranges[0].bytes, ranges[0].nodes, true, {}, nullptr, false, got));
   EXPECT_EQ(got.bones, frame.bones);
 }
@@ -75,14 +75,14 @@ TEST(NodeRanges, of_a_rigid_frame_are_one) {
 TEST(NodeRanges, beyond_the_lattice_are_refused) {
   RandomFrames random(3);
   const Neighbours neighbours(RandomFrames::full_grid({4, 4, 4}));
-  const Integers frame = random.frame(64, 8, false);
+  const FrameIntegers frame = random.frame(64, 8, false);
   std::vector<std::uint8_t> bytes;
   encode_frame(frame, {}, &neighbours, bytes);
-  Integers got = blank(64, false);
+  FrameIntegers got = blank(64, false);
   EXPECT_TRUE(decode_range(bytes, {0, 64}, true, {}, &neighbours, false, got));
   for (const NodeRange range : {NodeRange{0, 65}, {1, 64}, {64, 1}, {65, 0}, {0xFFFFFFFF, 2}, {2, 0xFFFFFFFF}})
     EXPECT_FALSE(decode_range(bytes, range, true, {}, &neighbours, false, got));
-  Integers fewer = blank(63, false);
+  FrameIntegers fewer = blank(63, false);
   EXPECT_FALSE(decode_range(bytes, {0, 64}, true, {}, &neighbours, false, fewer));
 }
 

@@ -13,12 +13,12 @@ namespace {
 struct Sent {
   LevelGeometry geometry;
   std::unique_ptr<Neighbours> neighbours;
-  std::vector<Integers> past;
-  std::vector<const Integers*> history;
-  Integers frame;
+  std::vector<FrameIntegers> past;
+  std::vector<const FrameIntegers*> history;
+  FrameIntegers frame;
   std::vector<std::uint8_t> bytes;
 
-  [[nodiscard]] bool decodes(std::span<const std::uint8_t> from, Integers& got) const {
+  [[nodiscard]] bool decodes(std::span<const std::uint8_t> from, FrameIntegers& got) const {
     // Of its own size, so that a sanitizer sees the end.
     const std::vector<std::uint8_t> exact(from.begin(), from.end());
     return decode_frame(exact, history, neighbours.get(), !frame.velocities.empty(), got);
@@ -32,7 +32,7 @@ Sent random_sent(RandomFrames& random, int round) {
   const std::size_t count = out.neighbours->node_count();
   const int bits = 1 + round % 16;
   for (int n = 0; n < round % 4; ++n) out.past.push_back(random.frame(count, bits, false));
-  for (const Integers& frame : out.past) out.history.push_back(&frame);
+  for (const FrameIntegers& frame : out.past) out.history.push_back(&frame);
   out.frame = random.frame(count, bits, round % 3 == 0);
   encode_frame(out.frame, out.history, out.neighbours.get(), out.bytes);
   return out;
@@ -42,7 +42,7 @@ TEST(FrameDecoder, refuses_every_truncation) {
   RandomFrames random(1);
   for (int round = 0; round < 60; ++round) {
     const Sent sent = random_sent(random, round);
-    Integers got;
+    FrameIntegers got;
     ASSERT_TRUE(sent.decodes(sent.bytes, got));
     for (std::size_t length = 0; length < sent.bytes.size(); ++length)
       ASSERT_FALSE(sent.decodes(std::span(sent.bytes).first(length), got)) << "round " << round << " at " << length;
@@ -57,7 +57,7 @@ TEST(FrameDecoder, refuses_trailing_bytes) {
       for (const std::uint8_t value : std::array<std::uint8_t, 3>{0x00, 0xFF, 0x5A}) {
         std::vector<std::uint8_t> longer = sent.bytes;
         longer.resize(longer.size() + extra, value);
-        Integers got;
+        FrameIntegers got;
         ASSERT_FALSE(sent.decodes(longer, got)) << "round " << round;
       }
     }
@@ -72,7 +72,7 @@ TEST(FrameDecoder, refuses_bits_set_after_the_last) {
     ASSERT_FALSE(sent.bytes.empty());
     std::vector<std::uint8_t> spoilt = sent.bytes;
     spoilt[spoilt.size() - 1] |= 0x80;
-    Integers got;
+    FrameIntegers got;
     if (spoilt == sent.bytes || !sent.decodes(spoilt, got)) {
       ++padded;
     } else {
@@ -92,7 +92,7 @@ TEST(FrameDecoder, takes_any_noise_for_no_more_than_a_wrong_frame) {
     const std::size_t kind = random.below(3);
     for (std::uint8_t& byte : noise)
       byte = static_cast<std::uint8_t>(kind == 0 ? random.below(256) : kind == 1 ? 0 : 1u << random.below(8));
-    Integers got;
+    FrameIntegers got;
     if (sent.decodes(noise, got)) {
       ++taken;
       ASSERT_EQ(got.nodes.size(), 3 * sent.neighbours->node_count());
@@ -108,7 +108,7 @@ TEST(FrameDecoder, takes_spoilt_bytes_for_no_more_than_a_wrong_frame) {
     std::vector<std::uint8_t> spoilt = sent.bytes;
     for (std::size_t n = 1 + random.below(4); n > 0; --n)
       spoilt[random.below(spoilt.size())] ^= static_cast<std::uint8_t>(1u << random.below(8));
-    Integers got;
+    FrameIntegers got;
     if (sent.decodes(spoilt, got)) {
       ASSERT_EQ(got.nodes.size(), sent.frame.nodes.size());
       ASSERT_EQ(got.velocities.size(), sent.frame.velocities.size());
@@ -120,12 +120,12 @@ TEST(FrameDecoder, refuses_a_history_of_other_nodes) {
   RandomFrames random(6);
   const LevelGeometry geometry = RandomFrames::full_grid({4, 4, 4});
   const Neighbours neighbours(geometry);
-  const Integers frame = random.frame(64, 8, false), other = random.frame(63, 8, false);
+  const FrameIntegers frame = random.frame(64, 8, false), other = random.frame(63, 8, false);
   std::vector<std::uint8_t> bytes;
   encode_frame(frame, {}, &neighbours, bytes);
-  Integers got;
+  FrameIntegers got;
   ASSERT_TRUE(decode_frame(bytes, {}, &neighbours, false, got));
-  const std::vector<const Integers*> wrong{&other}, absent{nullptr}, many(4, &frame);
+  const std::vector<const FrameIntegers*> wrong{&other}, absent{nullptr}, many(4, &frame);
   EXPECT_FALSE(decode_frame(bytes, wrong, &neighbours, false, got));
   EXPECT_FALSE(decode_frame(bytes, absent, &neighbours, false, got));
   EXPECT_FALSE(decode_frame(bytes, many, &neighbours, false, got));

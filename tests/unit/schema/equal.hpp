@@ -32,8 +32,8 @@ inline bool equal(const PointRange& a, const PointRange& b) {
 inline bool equal(const RootBlend& a, const RootBlend& b) {
   return a.points == b.points;
 }
-inline bool equal(const Cluster& a, const Cluster& b) {
-  const auto all = [](const Cluster& c) { return std::tie(c.strand, c.copy_count, c.radius_m, c.tip_radius_m); };
+inline bool equal(const Clump& a, const Clump& b) {
+  const auto all = [](const Clump& c) { return std::tie(c.strand, c.copy_count, c.radius_m, c.tip_radius_m); };
   return all(a) == all(b);
 }
 inline bool equal(const Thread& a, const Thread& b) {
@@ -43,11 +43,11 @@ inline bool equal(const Thread& a, const Thread& b) {
   };
   return equal(a.points, b.points) && all(a) == all(b);
 }
-inline bool equal(const Strip& a, const Strip& b) {
+inline bool equal(const HairCard& a, const HairCard& b) {
   return equal(a.points, b.points) && equal(a.properties, b.properties);
 }
-inline bool equal(const FarStrip& a, const FarStrip& b) {
-  const auto all = [](const FarStrip& s) { return std::tie(s.root_length_m, s.strand_count, s.group, s.rooted); };
+inline bool equal(const FarCard& a, const FarCard& b) {
+  const auto all = [](const FarCard& s) { return std::tie(s.root_length_m, s.strand_count, s.group, s.rooted); };
   return equal(a.points, b.points) && all(a) == all(b);
 }
 inline bool equal(const Cloth& a, const Cloth& b) {
@@ -201,9 +201,9 @@ inline bool equal(const Groom& a, const Groom& b) {
                     g.body.bone_weights, g.body.joints, g.body.fitted_from_roots, g.materials);
   };
   return all(a) == all(b) && equal(a.strands, b.strands) && equal(a.root_blends, b.root_blends) &&
-         equal(a.clusters, b.clusters) && equal(a.threads, b.threads) && equal(a.strips, b.strips) &&
-         equal(a.cloths, b.cloths) && equal(a.knots, b.knots) && a.far_strips.points == b.far_strips.points &&
-         equal(a.far_strips.strips, b.far_strips.strips);
+         equal(a.clumps, b.clumps) && equal(a.threads, b.threads) && equal(a.cards, b.cards) &&
+         equal(a.cloths, b.cloths) && equal(a.knots, b.knots) && a.far_cards.points == b.far_cards.points &&
+         equal(a.far_cards.cards, b.far_cards.cards);
 }
 
 inline bool equal(const RecordingHeader& a, const RecordingHeader& b) {
@@ -232,8 +232,8 @@ inline bool equal(const RecordedPose& a, const RecordedPose& b) {
 inline bool equal(const RecordedStride& a, const RecordedStride& b) {
   return a.character == b.character && a.stride == b.stride;
 }
-inline bool equal(const RecordedHold& a, const RecordedHold& b) {
-  return a.character == b.character && a.held == b.held;
+inline bool equal(const RecordedSuspension& a, const RecordedSuspension& b) {
+  return a.character == b.character && a.suspended == b.suspended;
 }
 inline bool equal(const RecordedState& a, const RecordedState& b) {
   return a.character == b.character && a.displacements == b.displacements && a.velocities == b.velocities;
@@ -245,7 +245,7 @@ inline bool equal(const RecordedTick& a, const RecordedTick& b) {
   return std::tie(a.tick, a.sample_time_ns, a.state_hash, a.removed) ==
              std::tie(b.tick, b.sample_time_ns, b.state_hash, b.removed) &&
          equal(a.added, b.added) && equal(a.levels, b.levels) && equal(a.poses, b.poses) &&
-         equal(a.materials, b.materials) && equal(a.strides, b.strides) && equal(a.holds, b.holds) &&
+         equal(a.materials, b.materials) && equal(a.strides, b.strides) && equal(a.suspensions, b.suspensions) &&
          equal(a.states, b.states) && equal(a.winds, b.winds);
 }
 

@@ -182,8 +182,8 @@ TEST(GroomFile, of_version_1_is_read) {
 TEST(GroomFile, with_features_is_refused_at_every_truncation) {
   RandomMessages random(9);
   Groom groom = random.groom(5);
-  while (groom.threads.empty() || groom.strips.empty() || groom.cloths.empty() || groom.knots.empty() ||
-         groom.far_strips.strips.empty())
+  while (groom.threads.empty() || groom.cards.empty() || groom.cloths.empty() || groom.knots.empty() ||
+         groom.far_cards.cards.empty())
     groom = random.groom(5);
   const Bytes bytes = encode_groom(groom);
   ASSERT_TRUE(decode_groom(bytes)) << decode_groom(bytes).error();
@@ -195,8 +195,8 @@ TEST(GroomFile, with_features_is_refused_at_every_truncation) {
 TEST(GroomFile, with_features_survives_every_flipped_bit) {
   RandomMessages random(10);
   Groom groom = random.groom(2);
-  while (groom.threads.empty() || groom.strips.empty() || groom.cloths.empty() || groom.knots.empty() ||
-         groom.far_strips.strips.empty())
+  while (groom.threads.empty() || groom.cards.empty() || groom.cloths.empty() || groom.knots.empty() ||
+         groom.far_cards.cards.empty())
     groom = random.groom(2);
   Bytes bytes = encode_groom(groom);
   for (std::size_t bit = 0; bit < 8 * bytes.size(); ++bit) {
@@ -208,18 +208,18 @@ TEST(GroomFile, with_features_survives_every_flipped_bit) {
   }
 }
 
-// Two far strips, of 6 and 10 points, on one strand.
-Groom make_groom_with_far_strips() {
+// Two far cards, of 6 and 10 points, on one strand.
+Groom make_groom_with_far_cards() {
   Groom groom;
   groom.group_names = {"all"};
   groom.add_strand(std::vector<Vec3f>(3, Vec3f(0.1f, 0.2f, 0.3f)), {});
-  groom.far_strips.add(std::vector<Vec3f>(6, Vec3f(0.1f, 0, 0)), {{}, 0.0123f, 1, 0, true});
-  groom.far_strips.add(std::vector<Vec3f>(10, Vec3f(0.2f, 0, 0)), {{}, 0.0123f, 1, 0, false});
+  groom.far_cards.add(std::vector<Vec3f>(6, Vec3f(0.1f, 0, 0)), {{}, 0.0123f, 1, 0, true});
+  groom.far_cards.add(std::vector<Vec3f>(10, Vec3f(0.2f, 0, 0)), {{}, 0.0123f, 1, 0, false});
   return groom;
 }
 
 // Where the count of the first one's points lies: before that of its strands and its root length.
-std::size_t far_strip_at(const Bytes& bytes) {
+std::size_t far_card_at(const Bytes& bytes) {
   const float root_length_m = 0.0123f;
   std::array<std::uint8_t, 12> wanted{6, 0, 0, 0, 1, 0, 0, 0};
   std::memcpy(wanted.data() + 8, &root_length_m, 4);
@@ -227,17 +227,17 @@ std::size_t far_strip_at(const Bytes& bytes) {
   return found == bytes.end() ? 0 : static_cast<std::size_t>(found - bytes.begin());
 }
 
-TEST(GroomFile, with_far_strips_that_count_other_points_than_there_are_is_refused) {
-  const Bytes bytes = encode_groom(make_groom_with_far_strips());
+TEST(GroomFile, with_far_cards_that_count_other_points_than_there_are_is_refused) {
+  const Bytes bytes = encode_groom(make_groom_with_far_cards());
   ASSERT_TRUE(decode_groom(bytes)) << decode_groom(bytes).error();
-  const std::size_t at = far_strip_at(bytes);
+  const std::size_t at = far_card_at(bytes);
   ASSERT_NE(at, 0u);
   for (const auto count : std::array<std::uint8_t, 6>{0, 2, 4, 5, 8, 200}) {
     Bytes other = bytes;
     other[at] = count;
     const Result<Groom> got = decode_groom(other);
     ASSERT_FALSE(got) << int{count};
-    EXPECT_NE(got.error().find("far strip"), std::string::npos) << got.error();
+    EXPECT_NE(got.error().find("far card"), std::string::npos) << got.error();
   }
   Bytes other = bytes;
   other[at + 3] = 255;
@@ -247,20 +247,20 @@ TEST(GroomFile, with_far_strips_that_count_other_points_than_there_are_is_refuse
   EXPECT_FALSE(decode_groom(other)) << "stands for two strands of one";
 }
 
-TEST(GroomFile, refuses_more_far_strips_than_the_limit) {
-  const Bytes bytes = encode_groom(make_groom_with_far_strips());
+TEST(GroomFile, refuses_more_far_cards_than_the_limit) {
+  const Bytes bytes = encode_groom(make_groom_with_far_cards());
   GroomLimits limits;
-  limits.far_strip_count_max = 1;
+  limits.far_card_count_max = 1;
   EXPECT_FALSE(decode_groom(bytes, limits));
   limits = {};
-  limits.far_strip_pair_count_max = 4;
+  limits.far_card_pair_count_max = 4;
   EXPECT_FALSE(decode_groom(bytes, limits));
 }
 
-TEST(GroomFile, without_far_strips_spends_nothing_on_them) {
-  Groom groom = make_groom_with_far_strips();
+TEST(GroomFile, without_far_cards_spends_nothing_on_them) {
+  Groom groom = make_groom_with_far_cards();
   const std::size_t with = encode_groom(groom).size();
-  groom.far_strips = {};
+  groom.far_cards = {};
   EXPECT_GE(with, encode_groom(groom).size() + 16 * sizeof(Vec3f) + 2 * 16);
 }
 

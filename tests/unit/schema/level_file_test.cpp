@@ -54,7 +54,7 @@ TEST_F(LevelFile, comes_back_bit_for_bit) {
 TEST_F(LevelFile, of_a_groom_with_the_maps_made_again_is_the_whole_set) {
   const DecodedLevels decoded = decode_levels(bytes_, kGroom);
   ASSERT_TRUE(decoded.levels);
-  connect_levels(groom_of(40), *decoded.levels);
+  make_level_maps(groom_of(40), *decoded.levels);
   support::expect_equal(*levels_, *decoded.levels);
 }
 
@@ -80,7 +80,7 @@ TEST_F(LevelFile, is_refused_at_every_truncation) {
 TEST_F(LevelFile, sealed_again_at_a_truncation_is_refused_still) {
   for (std::size_t size = kLevelFileHeaderBytes; size < bytes_.size(); size += size < 2000 ? 1 : 997) {
     Bytes bytes(bytes_.begin(), bytes_.begin() + static_cast<std::ptrdiff_t>(size));
-    seal_level_file(bytes);
+    set_level_file_checksum(bytes);
     ASSERT_EQ(decode_levels(bytes, kGroom).fault, LevelFileFault::unsound) << size;
   }
 }
@@ -89,7 +89,7 @@ TEST_F(LevelFile, with_bytes_behind_it_is_refused) {
   Bytes bytes = bytes_;
   bytes.resize(bytes.size() + 8);
   EXPECT_EQ(decode_levels(bytes, kGroom).fault, LevelFileFault::damaged);
-  seal_level_file(bytes);
+  set_level_file_checksum(bytes);
   EXPECT_EQ(decode_levels(bytes, kGroom).fault, LevelFileFault::unsound);
 }
 
@@ -138,7 +138,7 @@ TEST_F(LevelFile, spoilt_and_sealed_again_never_gives_an_unsound_level) {
         std::memcpy(bytes.data() + at, &word, 4);
       }
     }
-    seal_level_file(bytes);
+    set_level_file_checksum(bytes);
     const DecodedLevels decoded = decode_levels(bytes, kGroom);
     (decoded.fault == LevelFileFault::none ? accepted : refused)++;
     ASSERT_EQ(decoded.fault == LevelFileFault::none, decoded.levels != nullptr);

@@ -24,7 +24,7 @@ TEST(Mutation, of_packets_never_gives_an_unsound_message) {
   for (int n = 0; n < kMutations; ++n) {
     const std::size_t kind = static_cast<std::size_t>(n) % kMessageKinds;
     const Bytes packet = mutated(random, encode_packet(messages.envelope(kind)));
-    const Decoded got = decode_packet(packet);
+    const DecodedPacket got = decode_packet(packet);
     ASSERT_EQ(got.error == DecodeError::none, got.detail.empty());
     (got.error == DecodeError::none ? accepted : refused)++;
     if (got.error == DecodeError::none) {
@@ -87,7 +87,7 @@ TEST(Mutation, into_noise_is_refused) {
       std::memcpy(noise.data() + 8, "HNET", 4);
       if (n % 2) std::memcpy(noise.data() + 4, "\x10\0\0\0", 4);
     }
-    const Decoded got = decode_packet(noise);
+    const DecodedPacket got = decode_packet(noise);
     EXPECT_NE(got.error, DecodeError::none);
   }
 }

@@ -37,7 +37,7 @@ TEST(Packet, gives_back_every_message_of_random_content) {
       const Envelope sent = random.envelope(kind);
       ASSERT_EQ(sent.message.index(), kind);
       const Bytes packet = encode_packet(sent);
-      const Decoded got = decode_packet(packet);
+      const DecodedPacket got = decode_packet(packet);
       ASSERT_EQ(got.error, DecodeError::none) << "kind " << kind << ": " << got.detail;
       EXPECT_EQ(got.envelope.clock_ns, sent.clock_ns);
       EXPECT_TRUE(equal(got.envelope.message, sent.message)) << "kind " << kind;
@@ -83,7 +83,7 @@ TEST(Packet, loses_nothing_but_padding_by_a_truncation_whose_prefix_agrees) {
       Bytes cut(packet.begin(), packet.begin() + static_cast<std::ptrdiff_t>(n));
       const auto counted = static_cast<std::uint32_t>(n - 4);
       std::memcpy(cut.data(), &counted, 4);
-      const Decoded got = decode_packet(cut);
+      const DecodedPacket got = decode_packet(cut);
       if (n + 8 > packet.size() && got.error == DecodeError::none) {
         EXPECT_TRUE(equal(got.envelope.message, sent.message)) << "kind " << kind << ", " << n << " bytes";
       } else {
@@ -116,7 +116,7 @@ TEST(Packet, is_decoded_at_any_address) {
     for (std::size_t shift = 0; shift < 8; ++shift) {
       Bytes shifted(shift, 0xFF);
       shifted.insert(shifted.end(), packet.begin(), packet.end());
-      const Decoded got = decode_packet(std::span(shifted).subspan(shift));
+      const DecodedPacket got = decode_packet(std::span(shifted).subspan(shift));
       ASSERT_EQ(got.error, DecodeError::none);
       EXPECT_TRUE(equal(got.envelope.message, sent.message));
     }
@@ -131,7 +131,7 @@ TEST(Packet, survives_every_flipped_bit) {
     for (std::size_t bit = 0; bit < 8 * packet.size(); ++bit) {
       const auto mask = static_cast<std::uint8_t>(1u << bit % 8);
       packet[bit / 8] ^= mask;
-      const Decoded got = decode_packet(packet);
+      const DecodedPacket got = decode_packet(packet);
       EXPECT_EQ(got.error == DecodeError::none, got.detail.empty());
       if (got.error == DecodeError::none) {
         EXPECT_EQ(decode_packet(encode_packet(got.envelope)).error, DecodeError::none) << "kind " << kind;
@@ -191,9 +191,11 @@ TEST(Packet, with_an_enum_out_of_range_is_invalid) {
   EXPECT_EQ(round_trip_error(SetLevel{1, no_level}), DecodeError::invalid);
   EXPECT_EQ(round_trip_error(CharacterAdded{1, {}, no_level}), DecodeError::invalid);
   EXPECT_EQ(round_trip_error(GroomStatus{{}, static_cast<GroomState>(4)}), DecodeError::invalid);
-  EXPECT_EQ(round_trip_error(Error{static_cast<ErrorReason>(static_cast<int>(kErrorReasonLast) + 1), 0, {}, {}}), DecodeError::invalid);
+  EXPECT_EQ(round_trip_error(Error{static_cast<ErrorReason>(static_cast<int>(kErrorReasonLast) + 1), 0, {}, {}}),
+            DecodeError::invalid);
   EXPECT_EQ(round_trip_error(Error{}), DecodeError::invalid) << "an error without a reason";
-  EXPECT_EQ(round_trip_error(Goodbye{static_cast<GoodbyeReason>(static_cast<int>(kGoodbyeReasonLast) + 1), {}}), DecodeError::invalid);
+  EXPECT_EQ(round_trip_error(Goodbye{static_cast<GoodbyeReason>(static_cast<int>(kGoodbyeReasonLast) + 1), {}}),
+            DecodeError::invalid);
   EXPECT_EQ(round_trip_error(Goodbye{}), DecodeError::invalid) << "a goodbye without a reason";
   RandomMessages random(10);
   EXPECT_EQ(round_trip_error(LevelRecord{{}, LevelIndex::rigid, random.geometry()}), DecodeError::invalid);
@@ -218,7 +220,7 @@ TEST(Packet, delivers_unsound_poses_for_the_session_to_judge) {
   PoseBatch batch;
   batch.poses.resize(2);
   batch.poses[0].pose[Bone::neck].position.x() = kNan;
-  const Decoded got = decode_packet(encode(batch));
+  const DecodedPacket got = decode_packet(encode(batch));
   ASSERT_EQ(got.error, DecodeError::none);
   const auto& poses = std::get<PoseBatch>(got.envelope.message).poses;
   EXPECT_EQ(validate_pose(poses[0].pose), PoseRefusal::not_finite);
@@ -230,7 +232,7 @@ TEST(Packet, delivers_unsound_materials_and_winds_for_the_session_to_judge) {
   material.scale.density = static_cast<float>(kNan);
   SetWind wind;
   wind.wind.mean_m_per_s.x() = 1e9;
-  const Decoded got_material = decode_packet(encode(material)), got_wind = decode_packet(encode(wind));
+  const DecodedPacket got_material = decode_packet(encode(material)), got_wind = decode_packet(encode(wind));
   ASSERT_EQ(got_material.error, DecodeError::none);
   ASSERT_EQ(got_wind.error, DecodeError::none);
   EXPECT_NE(validate(std::get<SetMaterial>(got_material.envelope.message).scale), "");
@@ -244,7 +246,7 @@ TEST(Packet, rounds_poses_as_rounded_to_wire_does) {
     bone.position *= 1 + 1e-10;
     bone.rotation.coeffs() *= 1 + 1e-10;
   }
-  const Decoded got = decode_packet(encode(PoseBatch{{PoseSample{1, 1, 0, false, pose}}}));
+  const DecodedPacket got = decode_packet(encode(PoseBatch{{PoseSample{1, 1, 0, false, pose}}}));
   const Pose received = std::get<PoseBatch>(got.envelope.message).poses.at(0).pose;
   EXPECT_TRUE(equal(received, rounded_to_wire(pose)));
   EXPECT_FALSE(equal(received, pose));
@@ -307,7 +309,7 @@ TEST(Packet, with_an_absurd_count_is_refused_without_the_memory_for_it) {
     for (const std::uint32_t count : {0x7FFFFFFFu, 0xFFFFFFFFu, 0x10000000u}) {
       Bytes packet = sound;
       std::memcpy(packet.data() + at, &count, 4);
-      const Decoded got = decode_packet(packet);
+      const DecodedPacket got = decode_packet(packet);
       if (got.error != DecodeError::none) continue;
       EXPECT_LE(std::get<FrameBatch>(got.envelope.message).frames.size(), 1u);
     }
@@ -316,7 +318,7 @@ TEST(Packet, with_an_absurd_count_is_refused_without_the_memory_for_it) {
 
 TEST(Packet, makes_text_fit_to_travel) {
   const auto sent_name = [](std::string name) {
-    const Decoded got = decode_packet(encode(Hello{1, std::move(name), {}, {}, Role::participant, 0, {}}));
+    const DecodedPacket got = decode_packet(encode(Hello{1, std::move(name), {}, {}, Role::participant, 0, {}}));
     EXPECT_EQ(got.error, DecodeError::none);
     return std::get<Hello>(got.envelope.message).client_name;
   };
@@ -328,9 +330,9 @@ TEST(Packet, makes_text_fit_to_travel) {
 
 TEST(Packet, has_a_name_for_every_reason) {
   for (std::uint8_t r = 0; r <= static_cast<std::uint8_t>(kErrorReasonLast); ++r)
-     EXPECT_STRNE(to_string(static_cast<ErrorReason>(r)), "unknown");
+    EXPECT_STRNE(to_string(static_cast<ErrorReason>(r)), "unknown");
   for (std::uint8_t r = 0; r <= static_cast<std::uint8_t>(kGoodbyeReasonLast); ++r)
-     EXPECT_STRNE(to_string(static_cast<GoodbyeReason>(r)), "unknown");
+    EXPECT_STRNE(to_string(static_cast<GoodbyeReason>(r)), "unknown");
   for (std::uint8_t r = 0; r <= 3; ++r) EXPECT_STRNE(to_string(static_cast<DecodeError>(r)), "unknown");
   for (std::uint8_t r = 0; r <= 3; ++r) EXPECT_STRNE(to_string(static_cast<PoseRefusal>(r)), "unknown");
 }

@@ -33,9 +33,9 @@ TEST(CostEstimate, begins_with_a_finer_level_costing_more_and_a_stride_less_a_ti
 
 TEST(CostEstimate, comes_to_what_is_measured) {
   CostEstimate cost(kTick_s);
-  for (int tick = 0; tick < 10; ++tick) cost.take(costs_of(LevelIndex::low, 1, 30e-6, 100));
+  for (int tick = 0; tick < 10; ++tick) cost.observe(costs_of(LevelIndex::low, 1, 30e-6, 100));
   EXPECT_NEAR(cost.turn_s(LevelIndex::low, 1), 30e-6, 1e-6);
-  for (int tick = 0; tick < 60; ++tick) cost.take(costs_of(LevelIndex::low, 1, 60e-6, 100));
+  for (int tick = 0; tick < 60; ++tick) cost.observe(costs_of(LevelIndex::low, 1, 60e-6, 100));
   EXPECT_NEAR(cost.turn_s(LevelIndex::low, 1), 60e-6, 2e-6);
 }
 
@@ -43,7 +43,7 @@ TEST(CostEstimate, takes_a_slow_machine_for_slow_on_levels_not_measured_too) {
   const CostEstimate table(kTick_s);
   CostEstimate cost(kTick_s);
   for (int tick = 0; tick < 100; ++tick) {
-    cost.take(costs_of(LevelIndex::low, 1, 5 * table.turn_s(LevelIndex::low, 1), 100));
+    cost.observe(costs_of(LevelIndex::low, 1, 5 * table.turn_s(LevelIndex::low, 1), 100));
   }
   EXPECT_NEAR(cost.turn_s(LevelIndex::high, 2) / table.turn_s(LevelIndex::high, 2), 5, 0.5);
 }
@@ -51,7 +51,7 @@ TEST(CostEstimate, takes_a_slow_machine_for_slow_on_levels_not_measured_too) {
 TEST(CostEstimate, is_hardly_pulled_by_one_tick_in_ten) {
   CostEstimate cost(kTick_s);
   for (int tick = 0; tick < 300; ++tick) {
-    cost.take(costs_of(LevelIndex::high, 1, tick % 10 == 9 ? 5e-3 : 50e-6, 40));
+    cost.observe(costs_of(LevelIndex::high, 1, tick % 10 == 9 ? 5e-3 : 50e-6, 40));
     EXPECT_LT(cost.turn_s(LevelIndex::high, 1), 1.15 * 50e-6);
     EXPECT_GT(cost.turn_s(LevelIndex::high, 1), 0.95 * 50e-6);
   }
@@ -60,8 +60,8 @@ TEST(CostEstimate, is_hardly_pulled_by_one_tick_in_ten) {
 TEST(CostEstimate, ignores_what_was_not_timed) {
   const CostEstimate table(kTick_s);
   CostEstimate cost(kTick_s);
-  cost.take(costs_of(LevelIndex::high, 1, 0, 40));
-  cost.take({});
+  cost.observe(costs_of(LevelIndex::high, 1, 0, 40));
+  cost.observe({});
   EXPECT_EQ(cost.turn_s(LevelIndex::high, 1), table.turn_s(LevelIndex::high, 1));
 }
 
@@ -75,7 +75,7 @@ TEST(TickGuard, gives_the_share_of_every_worker_at_first) {
 
 // A tick of one worker that does nothing but work on characters.
 void take(TickGuard& guard, double tick_duration_s) {
-  guard.take(tick_duration_s, tick_duration_s, 0);
+  guard.observe(tick_duration_s, tick_duration_s, 0);
 }
 
 TEST(TickGuard, cuts_within_a_few_ticks_until_ticks_fit) {
@@ -118,12 +118,12 @@ TEST(TickGuard, settles) {
 
 TEST(TickGuard, takes_off_what_ticks_take_beside_the_work) {
   TickGuard guard(def_of(2));
-  const double work_s = 0.3 * kTick_s, beside_s = 0.2 * kTick_s;
-  for (int tick = 0; tick < 60; ++tick) guard.take((work_s + beside_s) / 2, work_s, 0);
+  const double work_s = 0.3 * kTick_s, overhead_s = 0.2 * kTick_s;
+  for (int tick = 0; tick < 60; ++tick) guard.observe((work_s + overhead_s) / 2, work_s, 0);
   EXPECT_NEAR(guard.available_s(), (2 * 0.7 - 0.2) * kTick_s, 0.002 * kTick_s);
-  guard.take(5 * kTick_s, work_s, 0);
+  guard.observe(5 * kTick_s, work_s, 0);
   EXPECT_GT(guard.available_s(), (2 * 0.7 - 0.23) * kTick_s) << "by one accident hardly more";
-  for (int tick = 0; tick < 30; ++tick) guard.take(work_s / 2, work_s, 0);
+  for (int tick = 0; tick < 30; ++tick) guard.observe(work_s / 2, work_s, 0);
   EXPECT_NEAR(guard.available_s(), 2 * 0.7 * kTick_s, 0.02 * kTick_s) << "and within a second no longer";
 }
 
@@ -136,7 +136,7 @@ double overrun_share(TickGuard& guard, double wanted_s, Random& random) {
     const double stretched = random.unit() < 0.02 ? 1 + random.unit() : 1;
     const double tick_s = guard.available_s() * stretched;
     overruns += tick_s > kTick_s;
-    guard.take(tick_s, guard.available_s(), wanted_s);
+    guard.observe(tick_s, guard.available_s(), wanted_s);
   }
   return static_cast<double>(overruns) / kTicks;
 }
@@ -147,15 +147,15 @@ TEST(TickGuard, keeps_a_margin_against_noise_where_more_is_wanted_than_there_is)
   EXPECT_GT(overrun_share(without, 0.1 * kTick_s, random), 0.003) << "what is wanted comes first";
   EXPECT_LT(overrun_share(with, 4 * kTick_s, random), 0.001);
   const double drawn_in_s = with.available_s();
-  with.take(drawn_in_s, drawn_in_s, 0.1 * kTick_s);
+  with.observe(drawn_in_s, drawn_in_s, 0.1 * kTick_s);
   EXPECT_GT(with.available_s(), 1.1 * drawn_in_s) << "and is none as soon as it fits";
 }
 
 TEST(TickGuard, never_gives_nothing_nor_more_than_the_share) {
   TickGuard guard(def_of());
-  for (int tick = 0; tick < 1000; ++tick) guard.take(100 * kTick_s, 0, 0);
+  for (int tick = 0; tick < 1000; ++tick) guard.observe(100 * kTick_s, 0, 0);
   EXPECT_GT(guard.available_s(), 0);
-  for (int tick = 0; tick < 30 * 600; ++tick) guard.take(0, 0, 0);
+  for (int tick = 0; tick < 30 * 600; ++tick) guard.observe(0, 0, 0);
   EXPECT_NEAR(guard.available_s(), 0.7 * kTick_s, 1e-12);
 }
 

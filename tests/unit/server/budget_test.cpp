@@ -76,9 +76,9 @@ struct Play {
 
   // By the words of the header, apart from how it is computed.
   [[nodiscard]] double cost_s(const BudgetCharacter& c, const Lod& lod) const {
-    const LevelIndex finest = c.levels_ready ? c.wanted : LevelIndex::rigid;
+    const LevelIndex finest = c.levels_ready ? c.requested_level : LevelIndex::rigid;
     const bool has_hair_to_show = lod.level == LevelIndex::rigid && finest != LevelIndex::rigid;
-    if (lod.held || (c.asleep && lod == c.now && !has_hair_to_show)) return 0;
+    if (lod.suspended || (c.asleep && lod == c.now && !has_hair_to_show)) return 0;
     return (cost.turn_s(lod.level, lod.stride) + terms.encode_s[static_cast<std::size_t>(lod.level)] +
             c.observer_count * terms.send_s) /
            lod.stride;
@@ -106,7 +106,7 @@ Play random_play(unsigned seed, bool with_odd_ones = true) {
     BudgetCharacter& c = play.add(session % rooms, session, static_cast<float>(std::pow(10, dice.uniform(-2.5, 0.2))));
     c.observer_count = dice.below(20);
     c.head_speed_m_per_s = static_cast<float>(dice.uniform(0, 2));
-    c.wanted = static_cast<LevelIndex>(dice.below(kLevelCount));
+    c.requested_level = static_cast<LevelIndex>(dice.below(kLevelCount));
     if (!with_odd_ones) continue;
     c.levels_ready = dice.below(10) != 0;
     c.asleep = dice.below(5) == 0;
@@ -147,9 +147,9 @@ TEST(Budget, gives_only_what_was_asked_for_and_is_ready) {
     play.tick();
     for (std::size_t i = 0; i < play.characters.size(); ++i) {
       const BudgetCharacter& c = play.characters[i];
-      EXPECT_EQ(play.chosen[i].held, c.unseen_s >= kHoldAfter_s);
-      if (play.chosen[i].held) continue;
-      EXPECT_GE(play.chosen[i].level, c.wanted);
+      EXPECT_EQ(play.chosen[i].suspended, c.unseen_s >= kSuspendAfter_s);
+      if (play.chosen[i].suspended) continue;
+      EXPECT_GE(play.chosen[i].level, c.requested_level);
       if (!c.levels_ready) {
         EXPECT_EQ(play.chosen[i].level, LevelIndex::rigid);
       }
@@ -162,7 +162,7 @@ TEST(Budget, gives_everyone_what_was_asked_for_when_there_is_room) {
   play.terms.available_s = 10;
   play.tick();
   for (std::size_t i = 0; i < play.characters.size(); ++i) {
-    EXPECT_EQ(play.chosen[i], (Lod{play.characters[i].wanted, 1, false}));
+    EXPECT_EQ(play.chosen[i], (Lod{play.characters[i].requested_level, 1, false}));
   }
   EXPECT_EQ(play.report.below_wanted, 0u);
   EXPECT_NEAR(play.report.wanted_s, play.report.predicted_s, 1e-12);
@@ -338,7 +338,7 @@ TEST(Budget, a_held_character_is_taken_up_as_soon_as_it_is_seen) {
   EXPECT_EQ(play.tick(), 0u);
   play.characters[0].unseen_s = 1;
   play.tick();
-  EXPECT_TRUE(play.chosen[0].held);
+  EXPECT_TRUE(play.chosen[0].suspended);
   play.characters[0].unseen_s = 0;
   play.tick();
   EXPECT_EQ(play.chosen[0], (Lod{LevelIndex::high, 1, false}));
@@ -356,7 +356,7 @@ TEST(Budget, survives_nonsense) {
   for (const double available_s : {1e-3, 0.0, -1.0, 1e300, std::numeric_limits<double>::quiet_NaN()}) {
     play.terms.available_s = available_s;
     play.tick();
-    for (const Lod& lod : play.chosen) EXPECT_FALSE(lod.held);
+    for (const Lod& lod : play.chosen) EXPECT_FALSE(lod.suspended);
     EXPECT_TRUE(std::isfinite(play.report.predicted_s));
   }
 }

@@ -70,9 +70,9 @@ TEST_F(ConfigFile, says_file_line_and_key_of_what_is_wrong) {
   EXPECT_EQ(refusal("\n[sever]\nport = 1\n"), ":2: there is no section 'sever'");
   EXPECT_EQ(refusal("port = 1\n"), ":1: there is no key 'port'");
   EXPECT_EQ(refusal("server = 1\n"), ":1: 'server' is a section, not a key");
-  EXPECT_EQ(refusal("[server]\nport = \"1\"\n"), ":2: server.port: is text, not a whole number");
-  EXPECT_EQ(refusal("[server]\nport = 1.0\n"), ":2: server.port: is a number, not a whole number");
-  EXPECT_EQ(refusal("[server]\nbind = 7\n"), ":2: server.bind: is a whole number, not text");
+  EXPECT_EQ(refusal("[server]\nport = \"1\"\n"), ":2: server.port: is text, not an integer");
+  EXPECT_EQ(refusal("[server]\nport = 1.0\n"), ":2: server.port: is a number, not an integer");
+  EXPECT_EQ(refusal("[server]\nbind = 7\n"), ":2: server.bind: is an integer, not text");
   EXPECT_EQ(refusal("[server]\nport = 65536\n"), ":2: server.port: 65536 is not in 0 to 65535");
   EXPECT_EQ(refusal("[server]\n[server.port]\n"), ":2: server.port: is of a type that no setting takes");
   EXPECT_EQ(refusal("[server]\nport = 1979-05-27\n"), ":2: server.port: is of a type that no setting takes");
@@ -82,7 +82,7 @@ TEST_F(ConfigFile, says_file_line_and_key_of_what_is_wrong) {
   EXPECT_EQ(refusal("[limits]\nidle_timeout_s = inf\n"), ":2: limits.idle_timeout_s: inf is not in 1 to 86400");
   EXPECT_EQ(refusal("[wind]\nmean_m_per_s = [0, nan, 0]\n"), ":2: wind.mean_m_per_s: [0, nan, 0] is not in -60 to 60");
   EXPECT_EQ(refusal("[wind]\nmean_m_per_s = [0, 0]\n"), ":2: wind.mean_m_per_s: is of a type that no setting takes");
-  EXPECT_EQ(refusal("[wind]\nfrom_clients = \"on\"\n"), ":2: wind.from_clients: is text, not a truth value");
+  EXPECT_EQ(refusal("[wind]\nfrom_clients = \"on\"\n"), ":2: wind.from_clients: is text, not a boolean");
   EXPECT_THAT(refusal("[log]\nlog_level = \"loud\"\n"), StartsWith(":2: log.log_level: 'loud' is none of trace, "));
   EXPECT_THAT(refusal("[server]\nport = 1\nport = 2\n"), StartsWith(":3: "));
   EXPECT_THAT(refusal("[server\n"), StartsWith(":1: "));
@@ -172,16 +172,16 @@ TEST(Settings, each_can_be_set_to_its_bounds_by_its_flag_and_no_further) {
   for (const Setting& setting : settings_of(config)) {
     Setting::Value value;
     std::string fault;
-    if (setting.kind() == Setting::Kind::whole) {
-      for (const std::int64_t n : {setting.whole_least, setting.whole_most}) {
+    if (setting.kind() == Setting::Kind::integer) {
+      for (const std::int64_t n : {setting.integer_min, setting.integer_max}) {
         ASSERT_TRUE(parse_words(setting, {std::to_string(n)}, value, fault)) << setting.name() << ": " << fault;
         setting.set(value);
         EXPECT_EQ(setting.get(), Setting::Value(n)) << setting.name();
       }
-      EXPECT_FALSE(parse_words(setting, {std::to_string(setting.whole_least - 1)}, value, fault)) << setting.name();
+      EXPECT_FALSE(parse_words(setting, {std::to_string(setting.integer_min - 1)}, value, fault)) << setting.name();
       EXPECT_FALSE(parse_words(setting, {"1x"}, value, fault)) << setting.name();
     } else if (setting.kind() == Setting::Kind::number) {
-      for (const double n : {setting.number_least, setting.number_most}) {
+      for (const double n : {setting.number_min, setting.number_max}) {
         value = n;
         ASSERT_EQ(check(setting, value), "") << setting.name();
         setting.set(value);

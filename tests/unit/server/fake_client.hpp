@@ -4,9 +4,9 @@
 
 #include <memory>
 
-#include "tests/unit/server/fake_connection.hpp"
 #include "server/app/server.hpp"
 #include "tests/support/frame_reader.hpp"
+#include "tests/unit/server/fake_connection.hpp"
 
 namespace hairnet::server {
 
@@ -18,7 +18,7 @@ class FakeClient {
         clock_offset_ns_(clock_offset_ns),
         sink_(server.open(connection, now_ns)) {}
 
-  void say(const wire::Message& message, std::int64_t now_ns) {
+  void send(const wire::Message& message, std::int64_t now_ns) {
     if (sink_ && !connection->closed)
       sink_->on_packet(wire::encode_packet({now_ns + clock_offset_ns_, message}), now_ns);
   }
@@ -26,30 +26,30 @@ class FakeClient {
     wire::Hello hello;
     hello.client_name = "fake";
     hello.room = room;
-    say(hello, now_ns);
+    send(hello, now_ns);
   }
   // Goes on with another's session.
   void resume(const wire::Welcome& welcome, std::int64_t now_ns) {
     wire::Hello hello;
     hello.session = welcome.session;
     hello.secret = welcome.secret;
-    say(hello, now_ns);
+    send(hello, now_ns);
   }
   void break_connection(std::int64_t now_ns) {
     connection->closed = true;
     sink_->on_closed("broken", now_ns);
   }
   void upload(const std::vector<std::uint8_t>& bytes, const wire::GroomHash& hash, std::int64_t now_ns) {
-    say(wire::GroomOffer{hash, bytes.size()}, now_ns);
+    send(wire::GroomOffer{hash, bytes.size()}, now_ns);
     const auto needs = connection->all<wire::GroomNeed>();
     for (std::size_t at = needs.empty() ? bytes.size() : needs.back().offset; at < bytes.size();) {
       const std::size_t count = std::min<std::size_t>(wire::kGroomChunkBytesMax, bytes.size() - at);
-      say(wire::GroomChunk{hash, at, {bytes.data() + at, bytes.data() + at + count}}, now_ns);
+      send(wire::GroomChunk{hash, at, {bytes.data() + at, bytes.data() + at + count}}, now_ns);
       at += count;
     }
   }
   void pose(std::uint32_t character, const Pose& pose, std::int64_t now_ns, bool teleport = false) {
-    say(wire::PoseBatch{{{character, ++sequence_, now_ns + clock_offset_ns_, teleport, pose}}}, now_ns);
+    send(wire::PoseBatch{{{character, ++sequence_, now_ns + clock_offset_ns_, teleport, pose}}}, now_ns);
   }
   // As a client would understand it; none may be unreadable.
   struct SeenFrame {
@@ -73,8 +73,8 @@ class FakeClient {
       if (!batch) continue;
       for (const ReadFrame& read : reader.take(*batch, faults)) {
         const wire::Frame& f = read.frame;
-        seen.push_back({read.tick, f.member, f.level, f.discontinuous, f.asleep, f.order, read.pose, read.integers.nodes,
-                        read.integers.velocities});
+        seen.push_back({read.tick, f.member, f.level, f.discontinuous, f.asleep, f.order, read.pose,
+                        read.integers.nodes, read.integers.velocities});
       }
     }
     EXPECT_TRUE(faults.empty()) << faults.size() << " faults, the first: " << faults.front();

@@ -14,7 +14,7 @@ namespace hairnet::server {
 class FakeConnection final : public Connection {
  public:
   void send(std::vector<std::uint8_t> packet) override {
-    wire::Decoded decoded = wire::decode_packet(packet);
+    wire::DecodedPacket decoded = wire::decode_packet(packet);
     if (room) --*room;
     sound &= decoded.error == wire::DecodeError::none;
     largest_packet_bytes = std::max(largest_packet_bytes, packet.size());

@@ -58,13 +58,13 @@ class GroomCacheTest : public testing::Test {
 TEST_F(GroomCacheTest, gives_back_what_was_put_and_knows_it_again_after_a_restart) {
   {
     GroomCache cache(folder_ / "deep", kPlenty, counters_);
-    EXPECT_FALSE(cache.keeps(one_.hash));
+    EXPECT_FALSE(cache.is_cached(one_.hash));
     cache.put(one_.hash, one_.bytes);
-    EXPECT_TRUE(cache.keeps(one_.hash));
+    EXPECT_TRUE(cache.is_cached(one_.hash));
   }
   GroomCache again(folder_ / "deep", kPlenty, counters_);
-  EXPECT_TRUE(again.keeps(one_.hash));
-  EXPECT_FALSE(again.keeps(two_.hash));
+  EXPECT_TRUE(again.is_cached(one_.hash));
+  EXPECT_FALSE(again.is_cached(two_.hash));
   const GroomCache::Bytes found = again.find(one_.hash);
   ASSERT_TRUE(found);
   EXPECT_EQ(*found, one_.bytes);
@@ -84,11 +84,11 @@ TEST_F(GroomCacheTest, a_file_of_other_bytes_than_its_name_says_is_removed_and_c
         longer, two_.bytes}) {
     write(path(one_.hash), bytes);
     cache.refresh();
-    EXPECT_TRUE(cache.keeps(one_.hash));
+    EXPECT_TRUE(cache.is_cached(one_.hash));
     EXPECT_FALSE(cache.find(one_.hash));
     EXPECT_EQ(counters_.groom_cache_rejected_damaged.value(), ++rejected);
     EXPECT_FALSE(fs::exists(path(one_.hash)));
-    EXPECT_FALSE(cache.keeps(one_.hash));
+    EXPECT_FALSE(cache.is_cached(one_.hash));
   }
   cache.put(one_.hash, one_.bytes);
   EXPECT_TRUE(cache.find(one_.hash));
@@ -99,9 +99,9 @@ TEST_F(GroomCacheTest, a_file_that_has_gone_meanwhile_is_a_miss) {
   GroomCache cache(folder_, kPlenty, counters_);
   cache.put(one_.hash, one_.bytes);
   fs::remove(path(one_.hash));
-  EXPECT_TRUE(cache.keeps(one_.hash)) << "as of when it last looked";
+  EXPECT_TRUE(cache.is_cached(one_.hash)) << "as of when it last looked";
   EXPECT_FALSE(cache.find(one_.hash));
-  EXPECT_FALSE(cache.keeps(one_.hash));
+  EXPECT_FALSE(cache.is_cached(one_.hash));
   EXPECT_EQ(counters_.groom_cache_misses.value(), 1u);
 }
 
@@ -113,7 +113,7 @@ TEST_F(GroomCacheTest, what_is_no_file_of_its_own_is_neither_kept_nor_removed) {
   write(path(three_.hash).string() + ".backup", three_.bytes);
   fs::create_symlink(folder_ / "notes.txt", path(three_.hash));
   GroomCache cache(folder_, kPlenty, counters_);
-  for (const File* file : {&one_, &two_, &three_}) EXPECT_FALSE(cache.keeps(file->hash));
+  for (const File* file : {&one_, &two_, &three_}) EXPECT_FALSE(cache.is_cached(file->hash));
   for (const File* file : {&one_, &two_, &three_}) EXPECT_FALSE(cache.find(file->hash));
   EXPECT_EQ(file_count(), 5u);
   EXPECT_EQ(counters_.groom_cache_hits.value(), 0u);
@@ -125,7 +125,7 @@ TEST_F(GroomCacheTest, half_written_files_of_a_dead_server_are_never_found_and_g
   write(part, {one_.bytes.begin(), one_.bytes.begin() + 1000});
   age(part, 2);
   GroomCache cache(folder_, kFileBytes, counters_);
-  EXPECT_FALSE(cache.keeps(one_.hash));
+  EXPECT_FALSE(cache.is_cached(one_.hash));
   EXPECT_FALSE(cache.find(one_.hash));
   cache.put(two_.hash, two_.bytes);
   EXPECT_FALSE(fs::exists(part));
@@ -140,9 +140,9 @@ TEST_F(GroomCacheTest, what_was_used_least_lately_goes_first) {
   age(path(two_.hash), 2);
   EXPECT_TRUE(cache.find(one_.hash));
   cache.put(three_.hash, three_.bytes);
-  EXPECT_TRUE(cache.keeps(one_.hash));
-  EXPECT_FALSE(cache.keeps(two_.hash));
-  EXPECT_TRUE(cache.keeps(three_.hash));
+  EXPECT_TRUE(cache.is_cached(one_.hash));
+  EXPECT_FALSE(cache.is_cached(two_.hash));
+  EXPECT_TRUE(cache.is_cached(three_.hash));
   EXPECT_EQ(counters_.groom_cache_evicted.value(), 1u);
 }
 
@@ -154,13 +154,13 @@ TEST_F(GroomCacheTest, a_folder_that_cannot_be_written_is_one_warning_and_no_fai
     cache.put(one_.hash, one_.bytes);
     cache.put(two_.hash, two_.bytes);
     cache.refresh();
-    EXPECT_FALSE(cache.keeps(one_.hash));
+    EXPECT_FALSE(cache.is_cached(one_.hash));
     EXPECT_FALSE(cache.find(one_.hash));
   }
   const std::string said = testing::internal::GetCapturedStdout();
-  const std::size_t first = said.find("event=grooms_not_kept folder=");
+  const std::size_t first = said.find("event=groom_cache_write_failed folder=");
   EXPECT_NE(first, std::string::npos) << said;
-  EXPECT_EQ(said.find("event=grooms_not_kept", first + 1), std::string::npos) << said;
+  EXPECT_EQ(said.find("event=groom_cache_write_failed", first + 1), std::string::npos) << said;
   EXPECT_EQ(counters_.groom_cache_writes_failed.value(), 2u);
 }
 

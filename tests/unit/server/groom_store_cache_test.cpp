@@ -28,8 +28,8 @@ TEST_F(GroomStoreTest, a_groom_that_is_kept_on_disk_is_not_uploaded) {
 
 TEST_F(GroomStoreTest, a_character_may_have_a_groom_on_disk_that_nobody_has_offered) {
   make_with_cache({&good_});
-  EXPECT_EQ(store_->hold(kAnna, good_.hash).reason, ErrorReason::none);
-  EXPECT_EQ(store_->hold(kBert, wire::GroomHash{9}).reason, ErrorReason::groom_unknown);
+  EXPECT_EQ(store_->retain(kAnna, good_.hash).reason, ErrorReason::none);
+  EXPECT_EQ(store_->retain(kBert, wire::GroomHash{9}).reason, ErrorReason::groom_unknown);
   build();
   EXPECT_TRUE(store_->ready(good_.hash));
   EXPECT_THAT(needs(kAnna), IsEmpty());
@@ -43,7 +43,7 @@ TEST_F(GroomStoreTest, an_uploaded_groom_is_kept_for_the_next_server) {
   build();
   EXPECT_EQ(cache_counters_.groom_cache_written.value(), 1u);
   make({});
-  EXPECT_EQ(store_->hold(kAnna, good_.hash).reason, ErrorReason::none);
+  EXPECT_EQ(store_->retain(kAnna, good_.hash).reason, ErrorReason::none);
   build();
   EXPECT_TRUE(store_->ready(good_.hash));
   EXPECT_EQ(counters_.grooms_uploaded.value(), 1u);
@@ -83,7 +83,7 @@ TEST_F(GroomStoreTest, a_bad_file_is_removed_and_the_upload_asked_for_without_an
 TEST_F(GroomStoreTest, a_bad_file_that_nobody_can_upload_is_refused_as_unknown) {
   make_with_cache({&good_});
   spoil_kept();
-  EXPECT_EQ(store_->hold(kAnna, good_.hash).reason, ErrorReason::none);
+  EXPECT_EQ(store_->retain(kAnna, good_.hash).reason, ErrorReason::none);
   build();
   EXPECT_THAT(errors(kAnna), ElementsAre(ErrorReason::groom_unknown));
   EXPECT_EQ(counters_.grooms_refused_absent.value(), 1u);
@@ -95,7 +95,7 @@ TEST_F(GroomStoreTest, a_bad_file_that_nobody_can_upload_is_refused_as_unknown) 
 TEST_F(GroomStoreTest, an_offer_of_the_wrong_length_does_not_spoil_a_kept_groom) {
   make_with_cache({&good_});
   EXPECT_EQ(store_->offer(kAnna, {good_.hash, good_.bytes.size() + 1}, now_ns_).reason, ErrorReason::none);
-  EXPECT_EQ(store_->hold(kBert, good_.hash).reason, ErrorReason::none);
+  EXPECT_EQ(store_->retain(kBert, good_.hash).reason, ErrorReason::none);
   build();
   EXPECT_THAT(errors(kAnna), ElementsAre(ErrorReason::groom_hash_mismatch));
   EXPECT_EQ(states(kBert).back(), GroomState::ready);
@@ -107,7 +107,7 @@ TEST_F(GroomStoreTest, many_kept_grooms_at_once_leave_the_build_queue_to_uploads
   GroomStoreLimits limits;
   limits.build_queue_max = 3;
   make_with_cache({&kept[0], &kept[1], &kept[2], &kept[3], &kept[4], &kept[5]}, limits);
-  for (const Upload& upload : kept) EXPECT_EQ(store_->hold(kAnna, upload.hash).reason, ErrorReason::none);
+  for (const Upload& upload : kept) EXPECT_EQ(store_->retain(kAnna, upload.hash).reason, ErrorReason::none);
   offer(kBert, good_);
   EXPECT_EQ(send_all(kBert, good_), ErrorReason::none);
   build();
@@ -119,7 +119,7 @@ TEST_F(GroomStoreTest, grooms_on_disk_are_not_read_for_those_who_have_left) {
   std::vector<Upload> kept;
   for (unsigned seed = 1; seed < 6; ++seed) kept.emplace_back(wire::encode_groom(small_groom(seed)));
   make_with_cache({&kept[0], &kept[1], &kept[2], &kept[3], &kept[4]});
-  for (const Upload& upload : kept) store_->hold(kAnna, upload.hash);
+  for (const Upload& upload : kept) store_->retain(kAnna, upload.hash);
   store_->release(kAnna, now_ns_);
   build();
   EXPECT_EQ(cache_counters_.groom_cache_hits.value(), 2u) << "those that the builder had been given";
@@ -129,7 +129,7 @@ TEST_F(GroomStoreTest, grooms_on_disk_are_not_read_for_those_who_have_left) {
 TEST_F(GroomStoreTest, a_file_on_disk_is_read_once_for_all_who_ask) {
   make_with_cache({&good_});
   EXPECT_FALSE(store_->bytes(good_.hash));
-  EXPECT_TRUE(store_->keeps(good_.hash));
+  EXPECT_TRUE(store_->is_cached(good_.hash));
   EXPECT_TRUE(store_->fetch(kAnna, good_.hash));
   EXPECT_TRUE(store_->fetch(kBert, good_.hash));
   EXPECT_FALSE(store_->fetch(kBert, wire::GroomHash{9}));
@@ -152,7 +152,7 @@ TEST_F(GroomStoreTest, who_asks_for_a_bad_file_is_told_that_it_is_not_there) {
   build();
   ASSERT_EQ(delivered_.size(), 1u);
   EXPECT_FALSE(delivered_[0].bytes);
-  EXPECT_FALSE(store_->keeps(good_.hash));
+  EXPECT_FALSE(store_->is_cached(good_.hash));
 }
 
 TEST_F(GroomStoreTest, what_another_server_has_kept_is_found_after_a_while) {
@@ -162,10 +162,10 @@ TEST_F(GroomStoreTest, what_another_server_has_kept_is_found_after_a_while) {
   build();
   other.put(good_.hash, good_.bytes);
   build();
-  EXPECT_FALSE(store_->keeps(good_.hash));
+  EXPECT_FALSE(store_->is_cached(good_.hash));
   now_ns_ += 11 * kSecond_ns;
   build();
-  EXPECT_TRUE(store_->keeps(good_.hash));
+  EXPECT_TRUE(store_->is_cached(good_.hash));
 }
 
 TEST_F(GroomStoreTest, a_kept_groom_larger_than_is_taken_is_refused) {
@@ -173,7 +173,7 @@ TEST_F(GroomStoreTest, a_kept_groom_larger_than_is_taken_is_refused) {
   limits.groom_bytes_max = good_.bytes.size() - 1;
   make_with_cache({&good_}, limits);
   EXPECT_EQ(offer(kAnna, good_), ErrorReason::limit_exceeded);
-  EXPECT_EQ(store_->hold(kAnna, good_.hash).reason, ErrorReason::none);
+  EXPECT_EQ(store_->retain(kAnna, good_.hash).reason, ErrorReason::none);
   build();
   EXPECT_THAT(errors(kAnna), ElementsAre(ErrorReason::limit_exceeded));
   EXPECT_FALSE(fs::is_empty(folder_)) << "others who share the folder may take it";

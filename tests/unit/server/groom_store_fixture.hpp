@@ -43,14 +43,14 @@ class GroomStoreTest : public testing::Test {
     store_.reset();
     builder_ = std::make_unique<GroomBuilder>(def);
     GroomListener listener;
-    listener.tell = [this](SessionId session, const wire::Message& message, std::int64_t) {
-      told_.emplace_back(session, message);
+    listener.send = [this](SessionId session, const wire::Message& message, std::int64_t) {
+      sent_.emplace_back(session, message);
     };
     listener.deliver = [this](SessionId session, const wire::GroomHash& groom, const GroomStore::Bytes& bytes,
                               std::int64_t) {
       delivered_.push_back({session, groom, bytes});
     };
-    listener.lose = [this](SessionId session, const wire::GroomHash&, std::int64_t) { lost_.push_back(session); };
+    listener.revoke = [this](SessionId session, const wire::GroomHash&, std::int64_t) { lost_.push_back(session); };
     store_ = std::make_unique<GroomStore>(limits, *builder_, commands_, counters_, listener);
   }
   // With a cache in which these lie. What was in memory is gone.
@@ -86,9 +86,9 @@ class GroomStoreTest : public testing::Test {
     }
   }
   template <class T>
-  [[nodiscard]] std::vector<T> told(SessionId session) const {
+  [[nodiscard]] std::vector<T> sent(SessionId session) const {
     std::vector<T> found;
-    for (const auto& [to, message] : told_) {
+    for (const auto& [to, message] : sent_) {
       if (to != session) continue;
       if (const T* m = std::get_if<T>(&message)) found.push_back(*m);
     }
@@ -96,17 +96,17 @@ class GroomStoreTest : public testing::Test {
   }
   [[nodiscard]] std::vector<wire::GroomState> states(SessionId session) const {
     std::vector<wire::GroomState> found;
-    for (const auto& status : told<wire::GroomStatus>(session)) found.push_back(status.state);
+    for (const auto& status : sent<wire::GroomStatus>(session)) found.push_back(status.state);
     return found;
   }
   [[nodiscard]] std::vector<std::uint64_t> needs(SessionId session) const {
     std::vector<std::uint64_t> found;
-    for (const auto& need : told<wire::GroomNeed>(session)) found.push_back(need.offset);
+    for (const auto& need : sent<wire::GroomNeed>(session)) found.push_back(need.offset);
     return found;
   }
   [[nodiscard]] std::vector<wire::ErrorReason> errors(SessionId session) const {
     std::vector<wire::ErrorReason> found;
-    for (const auto& error : told<wire::Error>(session)) found.push_back(error.reason);
+    for (const auto& error : sent<wire::Error>(session)) found.push_back(error.reason);
     return found;
   }
   std::size_t ready_commands() {
@@ -119,7 +119,7 @@ class GroomStoreTest : public testing::Test {
   Upload good_{wire::encode_groom(small_groom())};
   CommandQueue commands_{1000};
   GroomCounters counters_;
-  std::vector<std::pair<SessionId, wire::Message>> told_;
+  std::vector<std::pair<SessionId, wire::Message>> sent_;
   struct Delivered {
     SessionId session;
     wire::GroomHash groom;

@@ -116,8 +116,8 @@ TEST_F(GroomStoreTest, bytes_that_are_there_already_are_no_fault_but_not_wanted)
   offer(kAnna, good_);
   const wire::GroomChunk first{good_.hash, 0, {good_.bytes.begin(), good_.bytes.begin() + 100}};
   EXPECT_TRUE(store_->chunk(kAnna, first, now_ns_).was_wanted);
-  store_->tell_states(kAnna, now_ns_);  // it has resumed, and
-  offer(kAnna, good_);                  // offers again: it is asked twice
+  store_->resend_states(kAnna, now_ns_);  // it has resumed, and
+  offer(kAnna, good_);                    // offers again: it is asked twice
   EXPECT_THAT(needs(kAnna), ElementsAre(0u, 100u, 100u));
   const ChunkAnswer again = store_->chunk(kAnna, first, now_ns_);
   EXPECT_EQ(again.reason, ErrorReason::none);
@@ -132,7 +132,7 @@ TEST_F(GroomStoreTest, bytes_that_are_there_already_are_no_fault_but_not_wanted)
 TEST_F(GroomStoreTest, an_upload_does_not_stall_while_its_client_is_away_for_its_grace) {
   offer(kAnna, good_);
   now_ns_ += 29 * kSecond_ns;
-  store_->tell_states(kAnna, now_ns_);
+  store_->resend_states(kAnna, now_ns_);
   now_ns_ += 29 * kSecond_ns;
   store_->poll(now_ns_);
   EXPECT_THAT(errors(kAnna), IsEmpty());
@@ -195,14 +195,14 @@ TEST_F(GroomStoreTest, bytes_that_are_no_groom_are_refused_with_a_reason) {
   bald.strand_begin = {0};
   const Upload no_hair(wire::encode_groom(bald));
   for (const Upload* upload : {&junk, &no_hair}) {
-    told_.clear();
+    sent_.clear();
     offer(kAnna, *upload);
     send_all(kAnna, *upload);
     build();
     EXPECT_THAT(errors(kAnna), ElementsAre(ErrorReason::groom_invalid));
-    EXPECT_FALSE(told<wire::Error>(kAnna)[0].detail.empty());
+    EXPECT_FALSE(sent<wire::Error>(kAnna)[0].detail.empty());
     EXPECT_EQ(states(kAnna).back(), GroomState::refused);
-    EXPECT_EQ(store_->hold(kAnna, upload->hash).reason, ErrorReason::groom_unknown);
+    EXPECT_EQ(store_->retain(kAnna, upload->hash).reason, ErrorReason::groom_unknown);
   }
   EXPECT_EQ(store_->groom_count(), 0u);
   EXPECT_EQ(store_->upload_bytes(), 0u);
@@ -339,12 +339,12 @@ TEST_F(GroomStoreTest, the_strands_of_all_grooms_of_a_session_are_bounded) {
     build();
   }
   EXPECT_THAT(errors(kAnna), ElementsAre(ErrorReason::limit_exceeded));
-  EXPECT_EQ(told<wire::Error>(kAnna)[0].groom, third.hash);
+  EXPECT_EQ(sent<wire::Error>(kAnna)[0].groom, third.hash);
   EXPECT_THAT(lost_, ElementsAre(kAnna));
   EXPECT_EQ(states(kAnna).back(), GroomState::refused);
   EXPECT_EQ(counters_.grooms_refused_strands.value(), 1u);
   EXPECT_EQ(offer(kAnna, third), ErrorReason::limit_exceeded) << "known by now, and refused at once";
-  EXPECT_EQ(store_->hold(kAnna, third.hash).reason, ErrorReason::limit_exceeded);
+  EXPECT_EQ(store_->retain(kAnna, third.hash).reason, ErrorReason::limit_exceeded);
   EXPECT_EQ(offer(kBert, third), ErrorReason::none);
 }
 

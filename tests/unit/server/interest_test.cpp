@@ -40,7 +40,8 @@ TEST(Interest, in_the_nearest_takes_the_lower_member_of_two_as_near) {
   wire::Observe observe;
   observe.mode = wire::ObserveMode::nearest;
   observe.count = 1;
-  const std::vector<MemberHead> heads{{1, {0, 0, 0}, true, true}, {2, {0, 1, 0}, false, true}, {3, {1, 0, 0}, false, true}};
+  const std::vector<MemberHead> heads{
+      {1, {0, 0, 0}, true, true}, {2, {0, 1, 0}, false, true}, {3, {1, 0, 0}, false, true}};
   EXPECT_THAT(chosen(observe, heads), ElementsAre(true, true, false));
 }
 

@@ -87,7 +87,7 @@ TEST_F(LevelCacheTest, counts_what_it_cannot_use_by_reason_and_puts_good_levels_
     return bytes;
   };
   std::vector<std::uint8_t> unsound = spoilt(wire::kLevelFileHeaderBytes);
-  wire::seal_level_file(unsound);
+  wire::set_level_file_checksum(unsound);
   const std::vector<std::pair<std::vector<std::uint8_t>, const Counter*>> cases{
       {{}, &counters_.level_cache_rejected_damaged},
       {{good.begin(), good.begin() + 1000}, &counters_.level_cache_rejected_damaged},
@@ -133,9 +133,9 @@ TEST_F(LevelCacheTest, a_folder_that_cannot_be_written_is_one_warning_and_no_fai
     }
   }
   const std::string said = testing::internal::GetCapturedStdout();
-  const std::size_t first = said.find("event=levels_not_kept folder=");
+  const std::size_t first = said.find("event=level_cache_write_failed folder=");
   EXPECT_NE(first, std::string::npos) << said;
-  EXPECT_EQ(said.find("event=levels_not_kept folder=", first + 1), std::string::npos) << said;
+  EXPECT_EQ(said.find("event=level_cache_write_failed folder=", first + 1), std::string::npos) << said;
   EXPECT_EQ(counters_.level_cache_misses.value(), 3u);
   EXPECT_EQ(counters_.level_cache_writes_failed.value(), 3u);
   EXPECT_EQ(read(folder_).size(), 3u);

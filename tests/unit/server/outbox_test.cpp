@@ -29,7 +29,7 @@ class OutboxTest : public testing::Test {
   wire::Message take(std::int64_t now_ns = 0) {
     std::vector<std::uint8_t> packet;
     if (!outbox_.take(packet, now_ns)) return wire::Hello{};
-    wire::Decoded decoded = wire::decode_packet(packet);
+    wire::DecodedPacket decoded = wire::decode_packet(packet);
     EXPECT_EQ(decoded.error, wire::DecodeError::none) << decoded.detail;
     clock_ns_ = decoded.envelope.clock_ns;
     return decoded.envelope.message;
@@ -63,17 +63,17 @@ TEST_F(OutboxTest, sets_the_clock_of_every_packet_as_it_goes) {
 }
 
 TEST_F(OutboxTest, makes_way_only_when_as_many_ticks_wait_as_may) {
-  outbox_.hold_back();
+  outbox_.mark_blocked();
   for (std::uint64_t tick = 1; tick < Outbox::kTicksWaitingMax; ++tick) {
-    EXPECT_FALSE(outbox_.make_way());
+    EXPECT_FALSE(outbox_.drop_if_congested());
     outbox_.push_frames(frames_of(tick, 3));
   }
-  EXPECT_FALSE(outbox_.make_way());
+  EXPECT_FALSE(outbox_.drop_if_congested());
   outbox_.push_frames(frames_of(Outbox::kTicksWaitingMax));
-  EXPECT_TRUE(outbox_.make_way()) << "all of them: each is predicted from the one before";
+  EXPECT_TRUE(outbox_.drop_if_congested()) << "all of them: each is predicted from the one before";
   EXPECT_TRUE(is_empty());
   EXPECT_EQ(counters_.frames_superseded.value(), 3 * (Outbox::kTicksWaitingMax - 1) + 1);
-  EXPECT_FALSE(outbox_.make_way());
+  EXPECT_FALSE(outbox_.drop_if_congested());
 }
 
 TEST_F(OutboxTest, of_a_tick_that_gives_way_what_was_taken_counts_as_sent) {
@@ -87,38 +87,38 @@ TEST_F(OutboxTest, of_a_tick_that_gives_way_what_was_taken_counts_as_sent) {
 TEST_F(OutboxTest, a_tick_waits_until_its_last_packet_is_taken) {
   for (std::uint64_t tick = 1; tick <= Outbox::kTicksWaitingMax; ++tick) outbox_.push_frames(frames_of(tick, 2));
   EXPECT_EQ(take_tick(), 1u);
-  outbox_.hold_back();
-  EXPECT_TRUE(outbox_.make_way());
+  outbox_.mark_blocked();
+  EXPECT_TRUE(outbox_.drop_if_congested());
   for (std::uint64_t tick = 1; tick <= Outbox::kTicksWaitingMax; ++tick) outbox_.push_frames(frames_of(tick, 2));
   take();
   take();
-  outbox_.hold_back();
-  EXPECT_FALSE(outbox_.make_way());
+  outbox_.mark_blocked();
+  EXPECT_FALSE(outbox_.drop_if_congested());
 }
 
 TEST_F(OutboxTest, ticks_that_nobody_has_tried_to_send_are_no_sign_of_a_slow_client) {
   for (std::uint64_t tick = 1; tick <= Outbox::kTicksUnseenMax; ++tick) {
-    EXPECT_FALSE(outbox_.make_way()) << tick;
+    EXPECT_FALSE(outbox_.drop_if_congested()) << tick;
     outbox_.push_frames(frames_of(tick));
   }
-  EXPECT_TRUE(outbox_.make_way()) << "they do not pile up forever";
+  EXPECT_TRUE(outbox_.drop_if_congested()) << "they do not pile up forever";
   EXPECT_EQ(counters_.frames_superseded.value(), Outbox::kTicksUnseenMax);
 }
 
 TEST_F(OutboxTest, a_connection_that_takes_again_is_held_back_no_longer) {
-  outbox_.hold_back();
+  outbox_.mark_blocked();
   outbox_.push_frames(frames_of(1));
   EXPECT_EQ(take_tick(), 1u);
   for (std::uint64_t tick = 2; tick <= 1 + Outbox::kTicksWaitingMax; ++tick) outbox_.push_frames(frames_of(tick));
-  EXPECT_FALSE(outbox_.make_way());
+  EXPECT_FALSE(outbox_.drop_if_congested());
 }
 
 TEST_F(OutboxTest, frames_that_make_way_leave_messages_where_they_are) {
   outbox_.push(wire::CharacterRemoved{1}, 0);
   for (std::uint64_t tick = 1; tick <= Outbox::kTicksWaitingMax; ++tick) outbox_.push_frames(frames_of(tick));
   outbox_.push(wire::CharacterRemoved{2}, 0);
-  outbox_.hold_back();
-  ASSERT_TRUE(outbox_.make_way());
+  outbox_.mark_blocked();
+  ASSERT_TRUE(outbox_.drop_if_congested());
   EXPECT_EQ(std::get<wire::CharacterRemoved>(take()).character, 1u);
   EXPECT_EQ(std::get<wire::CharacterRemoved>(take()).character, 2u);
   EXPECT_TRUE(is_empty());

@@ -36,7 +36,7 @@ TEST_F(PoseInboxTest, has_no_sample_before_the_first_pose) {
 
 TEST_F(PoseInboxTest, holds_the_first_pose_at_times_before_it) {
   put(timed(1, 0, 3));
-  EXPECT_EQ(sample(-25).kind, Kind::held);
+  EXPECT_EQ(sample(-25).kind, Kind::clamped);
   EXPECT_EQ(x(-25), 3);
 }
 
@@ -142,11 +142,11 @@ TEST_F(PoseInboxTest, a_teleport_happens_at_its_time_and_is_told_once) {
   put(timed(2, 20, 10, true));
   put(timed(3, 40, 10));
   EXPECT_EQ(x(19), 0);
-  EXPECT_FALSE(sample(19).teleported);
+  EXPECT_FALSE(sample(19).teleport);
   const auto after = sample(21);
-  EXPECT_TRUE(after.teleported);
+  EXPECT_TRUE(after.teleport);
   EXPECT_EQ(after.pose.head().position.x(), 10);
-  EXPECT_FALSE(sample(22).teleported);
+  EXPECT_FALSE(sample(22).teleport);
 }
 
 TEST_F(PoseInboxTest, a_teleport_is_not_extrapolated_across) {
@@ -159,7 +159,7 @@ TEST_F(PoseInboxTest, a_teleport_that_arrives_late_is_still_told) {
   put(timed(1, 0, 0));
   sample(40);
   inbox_.put(timed(2, 20, 10, true), kStart_ns + 41 * kMs);
-  EXPECT_TRUE(sample(42).teleported);
+  EXPECT_TRUE(sample(42).teleport);
 }
 
 TEST_F(PoseInboxTest, a_teleport_is_not_lost_in_a_burst_of_poses) {
@@ -167,7 +167,7 @@ TEST_F(PoseInboxTest, a_teleport_is_not_lost_in_a_burst_of_poses) {
   sample(1);
   put(timed(2, 2, 5, true));
   for (std::uint32_t i = 0; i < 4 * PoseInbox::kPosesMax; ++i) put(timed(3 + i, 3 + i, 5));
-  EXPECT_TRUE(sample(200).teleported);
+  EXPECT_TRUE(sample(200).teleport);
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ namespace {
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-class FakeOutlet final : public Outlet {
+class FakeObserverSink final : public ObserverSink {
  public:
   void push(const wire::Message&, std::int64_t) override {}
   void push_frames(std::vector<FramePacket> packets) override {
@@ -23,7 +23,7 @@ class FakeOutlet final : public Outlet {
       batches.push_back(std::get<wire::FrameBatch>(wire::decode_packet(packet.bytes).envelope.message));
     }
   }
-  bool make_way() override { return std::exchange(full, false); }
+  bool drop_if_congested() override { return std::exchange(full, false); }
 
   // What the newest tick brought, by member.
   std::vector<wire::Frame> newest(std::uint64_t tick) const {
@@ -41,14 +41,14 @@ class FakeOutlet final : public Outlet {
 // Rigid characters that move with every tick: frames are poses.
 class PublishTest : public testing::Test {
  protected:
-  std::shared_ptr<FakeOutlet> open(SessionId session) {
-    auto outlet = std::make_shared<FakeOutlet>();
-    rooms_.open(session, "", outlet);
-    return outlet;
+  std::shared_ptr<FakeObserverSink> open(SessionId session) {
+    auto sink = std::make_shared<FakeObserverSink>();
+    rooms_.open(session, "", sink);
+    return sink;
   }
   Character& add(SessionId session, std::uint32_t number) {
     Character& character = *rooms_.add(character_key(session, number), {}, LevelIndex::rigid);
-    character.placed = true;
+    character.in_world = true;
     inputs_.added.push_back({character.key, {}, 0, false, LevelIndex::rigid, pose()});
     return character;
   }
@@ -59,7 +59,7 @@ class PublishTest : public testing::Test {
       codec::quantise_pose(pose(), nullptr, character.bones);
       inputs_.poses.push_back({key, false, pose()});
     }
-    for (auto& [session, observer] : rooms_.observers()) observer.views.resize(rooms_.room(observer.room).seats.size());
+    for (auto& [session, observer] : rooms_.observers()) observer.views.resize(rooms_.room(observer.room).slots.size());
     simulation_.step(inputs_);
     publisher_.publish(rooms_, simulation_, inputs_, {}, 1);
     inputs_.added.clear();
@@ -86,10 +86,10 @@ TEST_F(PublishTest, everyone_gets_everyone_coded_once) {
   add(2, 4);
   add(2, 5);
   for (int t = 0; t < 5; ++t) tick();
-  for (const auto& outlet : {first, second}) {
-    EXPECT_EQ(outlet->frames_announced, 15u);
+  for (const auto& sink : {first, second}) {
+    EXPECT_EQ(sink->frames_announced, 15u);
     std::vector<std::uint32_t> members;
-    for (const wire::Frame& frame : outlet->newest(5)) members.push_back(frame.member);
+    for (const wire::Frame& frame : sink->newest(5)) members.push_back(frame.member);
     EXPECT_THAT(members, ElementsAre(1, 2, 3));
   }
   EXPECT_EQ(counters_.frames_encoded.value(), 15u) << "not once an observer";
@@ -97,12 +97,12 @@ TEST_F(PublishTest, everyone_gets_everyone_coded_once) {
 }
 
 TEST_F(PublishTest, the_order_rises_with_what_was_sent) {
-  const auto outlet = open(1);
+  const auto sink = open(1);
   add(1, 1);
   std::vector<int> seen;
   for (std::uint64_t t = 1; t <= 5; ++t) {
     tick();
-    seen.push_back(outlet->newest(t).at(0).order);
+    seen.push_back(sink->newest(t).at(0).order);
   }
   EXPECT_THAT(seen, ElementsAre(0, 1, 2, 3, 3));
 }
@@ -141,25 +141,25 @@ TEST_F(PublishTest, a_connection_that_does_not_keep_up_begins_anew_with_fewer_fr
 }
 
 TEST_F(PublishTest, an_observers_stride_is_kept_and_predicted_over) {
-  const auto outlet = open(1);
+  const auto sink = open(1);
   rooms_.observer(1)->observe.stride = 4;
   add(1, 1);
   for (int t = 0; t < 13; ++t) tick();
-  EXPECT_EQ(outlet->frames_announced, 4u);
-  EXPECT_THAT(orders(outlet->newest(13)), ElementsAre(3));
-  EXPECT_EQ(outlet->newest(13).at(0).stride, 4);
+  EXPECT_EQ(sink->frames_announced, 4u);
+  EXPECT_THAT(orders(sink->newest(13)), ElementsAre(3));
+  EXPECT_EQ(sink->newest(13).at(0).stride, 4);
 }
 
 TEST_F(PublishTest, whatever_the_strides_become_every_frame_can_be_read) {
   std::mt19937 random(7);
   const auto chance = [&](unsigned percent) { return random() % 100 < percent; };
   struct Peer {
-    std::shared_ptr<FakeOutlet> outlet;
+    std::shared_ptr<FakeObserverSink> sink;
     FrameReader reader;
     std::size_t batches_read = 0;
   };
   std::vector<Peer> peers(3);
-  for (SessionId s = 1; s <= peers.size(); ++s) peers[s - 1].outlet = open(s);
+  for (SessionId s = 1; s <= peers.size(); ++s) peers[s - 1].sink = open(s);
   for (std::uint32_t c = 1; c <= 2; ++c) add(1, c);
   for (Peer& peer : peers) {
     for (std::uint32_t member = 1; member <= 2; ++member) peer.reader.take(wire::MemberJoined{.member = member});
@@ -170,15 +170,15 @@ TEST_F(PublishTest, whatever_the_strides_become_every_frame_can_be_read) {
     for (SessionId s = 1; s <= peers.size(); ++s) {
       if (chance(4)) rooms_.observer(s)->observe.stride = 1 << random() % 3;
       if (chance(4)) rooms_.observer(s)->observe.error_class = static_cast<codec::ErrorClass>(random() % 3);
-      if (chance(3)) peers[s - 1].outlet->full = true;
+      if (chance(3)) peers[s - 1].sink->full = true;
       for (View& view : rooms_.observer(s)->views) {
         if (chance(6)) view.in_view = !view.in_view;
       }
     }
     tick();
     for (Peer& peer : peers) {
-      for (; peer.batches_read < peer.outlet->batches.size(); ++peer.batches_read) {
-        for (const ReadFrame& frame : peer.reader.take(peer.outlet->batches[peer.batches_read], faults)) {
+      for (; peer.batches_read < peer.sink->batches.size(); ++peer.batches_read) {
+        for (const ReadFrame& frame : peer.reader.take(peer.sink->batches[peer.batches_read], faults)) {
           ++read;
           if (frame.frame.stride > 1 && frame.frame.order > 1) ++strided;
           EXPECT_EQ(frame.integers.bones, rooms_.find(character_key(1, frame.frame.member))->bones.bones);
@@ -192,7 +192,7 @@ TEST_F(PublishTest, whatever_the_strides_become_every_frame_can_be_read) {
 }
 
 TEST_F(PublishTest, what_a_frame_refers_to_is_there_when_the_stride_shortens) {
-  const auto outlet = open(1);
+  const auto sink = open(1);
   rooms_.observer(1)->observe.stride = 4;
   const Character& character = add(1, 1);
   for (int t = 0; t < 9; ++t) tick();
@@ -202,8 +202,8 @@ TEST_F(PublishTest, what_a_frame_refers_to_is_there_when_the_stride_shortens) {
   for (int t = 0; t < 3; ++t) tick();
   rooms_.observer(1)->views[0].in_view = true;
   tick();
-  ASSERT_EQ(outlet->newest(13).size(), 1u);
-  const wire::Frame frame = outlet->newest(13)[0];
+  ASSERT_EQ(sink->newest(13).size(), 1u);
+  const wire::Frame frame = sink->newest(13)[0];
   EXPECT_EQ(frame.stride, 4);
   EXPECT_EQ(frame.order, 3);
   for (std::uint64_t k = 1; k <= frame.order; ++k)
@@ -211,19 +211,19 @@ TEST_F(PublishTest, what_a_frame_refers_to_is_there_when_the_stride_shortens) {
 }
 
 TEST_F(PublishTest, a_seat_taken_anew_is_another_member_to_everyone) {
-  const auto outlet = open(1);
+  const auto sink = open(1);
   add(1, 1);
   for (int t = 0; t < 5; ++t) tick();
   inputs_.removed.push_back(character_key(1, 1));
   rooms_.remove(character_key(1, 1), 0);
   Character& next = add(1, 2);
-  rooms_.observer(1)->views[next.seat] = {};
+  rooms_.observer(1)->views[next.slot] = {};
   tick();
-  EXPECT_THAT(orders(outlet->newest(6)), ElementsAre(0));
+  EXPECT_THAT(orders(sink->newest(6)), ElementsAre(0));
 }
 
 TEST_F(PublishTest, nobody_is_sent_what_is_out_of_view_or_not_wanted) {
-  const auto outlet = open(1);
+  const auto sink = open(1);
   add(1, 1);
   add(1, 2);
   add(1, 3);
@@ -231,16 +231,16 @@ TEST_F(PublishTest, nobody_is_sent_what_is_out_of_view_or_not_wanted) {
   rooms_.observer(1)->views[0].in_view = false;
   rooms_.observer(1)->views[1].wanted = false;
   tick();
-  ASSERT_EQ(outlet->newest(2).size(), 1u);
-  EXPECT_EQ(outlet->newest(2)[0].member, 3u);
+  ASSERT_EQ(sink->newest(2).size(), 1u);
+  EXPECT_EQ(sink->newest(2)[0].member, 3u);
 }
 
 TEST_F(PublishTest, many_frames_are_cut_into_packets_of_the_bound) {
-  const auto outlet = open(1);
+  const auto sink = open(1);
   for (std::uint32_t c = 1; c <= 500; ++c) add(1, c);
   tick();
-  EXPECT_EQ(outlet->newest(1).size(), 500u);
-  EXPECT_GT(outlet->batches.size(), 3u);
+  EXPECT_EQ(sink->newest(1).size(), 500u);
+  EXPECT_GT(sink->batches.size(), 3u);
 }
 
 }  // namespace

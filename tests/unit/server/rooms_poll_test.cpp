@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "tests/unit/server/fake_client.hpp"
 #include "schema/wire/groom_file.hpp"
+#include "tests/unit/server/fake_client.hpp"
 #include "tests/unit/server/small_groom.hpp"
 
 // The whole server without a socket: who sees whom, and what outlives a connection.
@@ -55,7 +55,7 @@ class RoomsPollTest : public testing::Test {
     auto client = std::make_unique<FakeClient>(*server_, now_ns_);
     client->hello(now_ns_, room);
     client->upload(bytes_, hash_, now_ns_);
-    client->say(wire::AddCharacter{1, hash_, level}, now_ns_);
+    client->send(wire::AddCharacter{1, hash_, level}, now_ns_);
     return client;
   }
   static std::set<std::uint32_t> members_seen(const FakeClient& client) {
@@ -120,7 +120,7 @@ TEST_F(RoomsPollTest, an_observer_sees_without_being_seen) {
   wire::Hello hello;
   hello.room = "stage";
   hello.role = wire::Role::observer;
-  watcher.say(hello, now_ns_);
+  watcher.send(hello, now_ns_);
   run_ms(500, {player.get()});
   EXPECT_EQ(members_seen(watcher).size(), 1u);
   EXPECT_THAT(player->connection->all<wire::MemberJoined>(), IsEmpty());
@@ -139,8 +139,8 @@ TEST_F(RoomsPollTest, observers_choose_members_detail_and_velocities) {
   observe.members = {joined[1].member};
   observe.stride = 2;
   observe.velocities = true;
-  observe.error_class = codec::ErrorClass::fine;
-  watcher.say(observe, now_ns_);
+  observe.error_class = codec::ErrorClass::quarter_mm;
+  watcher.send(observe, now_ns_);
   run_ms(100, {a.get(), b.get()});
   const std::size_t before = watcher.all_frames().size();
   run_ms(1000, {a.get(), b.get()});
@@ -165,14 +165,14 @@ TEST_F(RoomsPollTest, who_nobody_looks_at_is_not_stepped_and_goes_on_when_somebo
   const auto client = join();
   run_ms(500, {client.get()});
   const std::uint32_t member = client->frames(1).back().member;
-  client->say(wire::ReportImportance{{{member, 0, false}}}, now_ns_);
+  client->send(wire::ReportImportance{{{member, 0, false}}}, now_ns_);
   run_ms(1300, {client.get()});  // longer than it stays for who looks back at once
   const std::size_t before = client->all_frames().size();
   const std::uint64_t stepped = metrics_.tick.characters_stepped.value();
   run_ms(1000, {client.get()});
   EXPECT_EQ(client->all_frames().size(), before);
   EXPECT_EQ(metrics_.tick.characters_stepped.value(), stepped);
-  client->say(wire::ReportImportance{{{member, 0.3f, true}}}, now_ns_);
+  client->send(wire::ReportImportance{{{member, 0.3f, true}}}, now_ns_);
   run_ms(300, {client.get()});
   auto frames = client->all_frames();
   ASSERT_GT(frames.size(), before + 5);
@@ -220,7 +220,7 @@ TEST_F(RoomsPollTest, a_new_server_takes_the_hair_as_its_owner_last_had_it) {
   const auto client = join();
   wire::Observe observe;
   observe.velocities = true;
-  client->say(observe, now_ns_);
+  client->send(observe, now_ns_);
   run_ms(700, {client.get()});
   const auto last = client->frames(1).back();
   ASSERT_THAT(last.displacements, testing::Contains(testing::Ne(0)));
@@ -228,7 +228,7 @@ TEST_F(RoomsPollTest, a_new_server_takes_the_hair_as_its_owner_last_had_it) {
   FakeClient again(*server_, now_ns_);
   again.hello(now_ns_);
   again.upload(bytes_, hash_, now_ns_);
-  again.say(
+  again.send(
       wire::AddCharacter{1, hash_, LevelIndex::low,
                          wire::HairState{LevelIndex::low, codec::kStep_m[1], last.displacements, last.velocities}},
       now_ns_);
@@ -252,10 +252,10 @@ TEST_F(RoomsPollTest, hair_brought_is_not_shown_rigid_while_its_levels_are_made)
     start();
     FakeClient again(*server_, now_ns_);
     again.hello(now_ns_);
-    again.say(wire::GroomOffer{hash_, bytes_.size()}, now_ns_);
-    again.say(wire::AddCharacter{1, hash_, LevelIndex::low,
-                                 wire::HairState{LevelIndex::low, codec::kStep_m[1], last.displacements, {}}},
-              now_ns_);
+    again.send(wire::GroomOffer{hash_, bytes_.size()}, now_ns_);
+    again.send(wire::AddCharacter{1, hash_, LevelIndex::low,
+                                  wire::HairState{LevelIndex::low, codec::kStep_m[1], last.displacements, {}}},
+               now_ns_);
     run_ms(upload_ms, {&again});
     if (upload_ms < 2000) {
       EXPECT_THAT(again.frames(1), IsEmpty());
@@ -274,8 +274,8 @@ TEST_F(RoomsPollTest, a_state_that_does_not_fit_is_refused_and_the_hair_starts_a
   FakeClient client(*server_, now_ns_);
   client.hello(now_ns_);
   client.upload(bytes_, hash_, now_ns_);
-  client.say(wire::AddCharacter{1, hash_, LevelIndex::low, wire::HairState{LevelIndex::low, 5e-4f, {1, 2, 3}, {}}},
-             now_ns_);
+  client.send(wire::AddCharacter{1, hash_, LevelIndex::low, wire::HairState{LevelIndex::low, 5e-4f, {1, 2, 3}, {}}},
+              now_ns_);
   run_ms(50);
   client.pose(1, rigid_pose({}), now_ns_);
   run_ms(200);
@@ -289,15 +289,15 @@ TEST_F(RoomsPollTest, hair_states_wait_for_their_levels_within_a_bound) {
   start(config);
   FakeClient client(*server_, now_ns_);
   client.hello(now_ns_);
-  client.say(wire::GroomOffer{hash_, bytes_.size()}, now_ns_);
+  client.send(wire::GroomOffer{hash_, bytes_.size()}, now_ns_);
   const wire::HairState state{LevelIndex::low, 5e-4f, std::vector<std::int16_t>(30), {}};
   for (const std::uint32_t character : {1u, 2u})
-    client.say(wire::AddCharacter{character, hash_, LevelIndex::low, state}, now_ns_);
+    client.send(wire::AddCharacter{character, hash_, LevelIndex::low, state}, now_ns_);
   run_ms(50);
   EXPECT_THAT(client.errors(), ElementsAre(wire::ErrorReason::state_invalid));
   EXPECT_EQ(metrics_.tick.hair_states_dropped_full.value(), 1u);
-  client.say(wire::RemoveCharacter{1}, now_ns_);
-  client.say(wire::AddCharacter{3, hash_, LevelIndex::low, state}, now_ns_);
+  client.send(wire::RemoveCharacter{1}, now_ns_);
+  client.send(wire::AddCharacter{3, hash_, LevelIndex::low, state}, now_ns_);
   run_ms(50);
   EXPECT_EQ(metrics_.tick.hair_states_dropped_full.value(), 1u) << "there is room again";
 }
@@ -310,7 +310,7 @@ TEST_F(RoomsPollTest, an_observer_fetches_the_grooms_it_lacks) {
   run_ms(300, {owner.get()});
   const auto joined = watcher.connection->all<wire::MemberJoined>();
   ASSERT_EQ(joined.size(), 1u);
-  watcher.say(wire::GroomRequest{joined[0].groom, 0}, now_ns_);
+  watcher.send(wire::GroomRequest{joined[0].groom, 0}, now_ns_);
   run_ms(50, {owner.get()});
   std::vector<std::uint8_t> got;
   for (const auto& data : watcher.connection->all<wire::GroomData>())
@@ -329,7 +329,7 @@ TEST_F(RoomsPollTest, after_a_restart_nothing_is_uploaded_or_built_again) {
   const auto offering = join();
   FakeClient silent(*server_, now_ns_);
   silent.hello(now_ns_);
-  silent.say(wire::AddCharacter{1, hash_, LevelIndex::low}, now_ns_);
+  silent.send(wire::AddCharacter{1, hash_, LevelIndex::low}, now_ns_);
   run_ms(300, {offering.get(), &silent});
   EXPECT_EQ(metrics_.groom.groom_bytes_received.value(), uploaded);
   EXPECT_EQ(metrics_.groom_cache.groom_cache_hits.value(), 1u);
@@ -356,11 +356,11 @@ TEST_F(RoomsPollTest, after_a_restart_onto_bad_files_the_groom_is_uploaded_again
   start(keeping());
   FakeClient again(*server_, now_ns_);
   again.hello(now_ns_);
-  again.say(wire::GroomOffer{hash_, bytes_.size()}, now_ns_);
-  again.say(wire::AddCharacter{1, hash_, LevelIndex::low}, now_ns_);
+  again.send(wire::GroomOffer{hash_, bytes_.size()}, now_ns_);
+  again.send(wire::AddCharacter{1, hash_, LevelIndex::low}, now_ns_);
   run_ms(100, {&again});
   ASSERT_EQ(again.connection->all<wire::GroomNeed>().back().offset, 0u);
-  again.say(wire::GroomChunk{hash_, 0, bytes_}, now_ns_);
+  again.send(wire::GroomChunk{hash_, 0, bytes_}, now_ns_);
   run_ms(300, {&again});
   EXPECT_THAT(again.errors(), IsEmpty());
   EXPECT_EQ(again.frames(1).back().level, LevelIndex::low);
@@ -375,8 +375,8 @@ TEST_F(RoomsPollTest, grooms_on_disk_are_sent_to_whoever_asks) {
   start(keeping());
   FakeClient watcher(*server_, now_ns_);
   watcher.hello(now_ns_);
-  watcher.say(wire::GroomRequest{hash_, 0}, now_ns_);
-  watcher.say(wire::GroomRequest{wire::GroomHash{9}, 0}, now_ns_);
+  watcher.send(wire::GroomRequest{hash_, 0}, now_ns_);
+  watcher.send(wire::GroomRequest{wire::GroomHash{9}, 0}, now_ns_);
   run_ms(50);
   std::vector<std::uint8_t> got;
   for (const auto& data : watcher.connection->all<wire::GroomData>())
@@ -403,7 +403,7 @@ TEST_F(RoomsPollTest, rooms_that_stay_empty_for_their_grace_count_as_rooms) {
   start(config);
   const auto stays = join("first");
   for (int i = 0; i < 20; ++i) {
-    join("room" + std::to_string(i))->say(wire::Goodbye{wire::GoodbyeReason::client_leaves, ""}, now_ns_);
+    join("room" + std::to_string(i))->send(wire::Goodbye{wire::GoodbyeReason::client_leaves, ""}, now_ns_);
     run_ms(50, {stays.get()});
   }
   EXPECT_EQ(server_->scheduler().rooms().room_count(), 3u);
@@ -419,9 +419,9 @@ TEST_F(RoomsPollTest, an_empty_room_forgets_its_wind_after_a_while) {
     const auto windy = join("garden");
     wire::SetWind set;
     set.wind.mean_m_per_s = {6, 0, 0};
-    windy->say(set, now_ns_);
+    windy->send(set, now_ns_);
     run_ms(100);
-    windy->say(wire::Goodbye{wire::GoodbyeReason::client_leaves, ""}, now_ns_);
+    windy->send(wire::Goodbye{wire::GoodbyeReason::client_leaves, ""}, now_ns_);
     run_ms(absent_ms);
     const auto next = join("garden");
     next->pose(1, rigid_pose({}), now_ns_);
@@ -429,7 +429,7 @@ TEST_F(RoomsPollTest, an_empty_room_forgets_its_wind_after_a_while) {
     const auto displacements = next->frames(1).back().displacements;
     const bool blown = std::ranges::any_of(displacements, [](int d) { return d > 4; });
     EXPECT_EQ(blown, absent_ms < 1000);
-    next->say(wire::Goodbye{wire::GoodbyeReason::client_leaves, ""}, now_ns_);
+    next->send(wire::Goodbye{wire::GoodbyeReason::client_leaves, ""}, now_ns_);
     run_ms(2000);
   }
 }

@@ -15,25 +15,25 @@ Health sound() {
 }
 
 TEST(Health, is_ready_while_it_accepts_and_ticks_are_on_time) {
-  EXPECT_EQ(not_ready(sound()), "");
+  EXPECT_EQ(why_not_ready(sound()), "");
   Health health = sound();
   health.last_tick_ns = kNow_ns - kTickStallMax_ns;
-  EXPECT_EQ(not_ready(health), "");
+  EXPECT_EQ(why_not_ready(health), "");
 }
 
 TEST(Health, is_not_ready_while_draining_before_accepting_or_when_ticks_stall) {
   Health health = sound();
   health.draining = true;
-  EXPECT_EQ(not_ready(health), "draining");
+  EXPECT_EQ(why_not_ready(health), "draining");
   health = sound();
   health.accepting = false;
-  EXPECT_EQ(not_ready(health), "not accepting yet");
+  EXPECT_EQ(why_not_ready(health), "not accepting yet");
   health = sound();
   health.last_tick_ns = 0;
-  EXPECT_EQ(not_ready(health), "no tick has run yet");
+  EXPECT_EQ(why_not_ready(health), "no tick has run yet");
   health = sound();
   health.last_tick_ns = kNow_ns - 2'500'000'000;
-  EXPECT_EQ(not_ready(health), "ticks stalled: the last was 2.5 s ago");
+  EXPECT_EQ(why_not_ready(health), "ticks stalled: the last was 2.5 s ago");
 }
 
 class Pages : public testing::Test {

@@ -12,68 +12,69 @@ using wire::ErrorReason;
 
 TEST_F(SessionTest, sends_a_groom_that_is_asked_for_in_pieces_and_from_where_it_is_asked) {
   hello();
-  say(wire::GroomRequest{desk_.known, 50'000});
+  send(wire::GroomRequest{groom_service_.known, 50'000});
   std::vector<std::uint8_t> got;
   for (const wire::GroomData& data : connection_->all<wire::GroomData>()) {
     EXPECT_EQ(data.offset, 50'000 + got.size());
-    EXPECT_EQ(data.byte_count, desk_.file->size());
+    EXPECT_EQ(data.byte_count, groom_service_.file->size());
     got.insert(got.end(), data.bytes.begin(), data.bytes.end());
   }
-  EXPECT_EQ(got, std::vector<std::uint8_t>(desk_.file->begin() + 50'000, desk_.file->end()));
-  say(wire::GroomRequest{wire::GroomHash{9}, 0});
-  say(wire::GroomRequest{desk_.known, 200'001});
+  EXPECT_EQ(got, std::vector<std::uint8_t>(groom_service_.file->begin() + 50'000, groom_service_.file->end()));
+  send(wire::GroomRequest{wire::GroomHash{9}, 0});
+  send(wire::GroomRequest{groom_service_.known, 200'001});
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::groom_unavailable, ErrorReason::groom_unavailable));
 }
 
 TEST_F(SessionTest, a_groom_on_disk_is_sent_once_it_has_been_read_and_others_wait_for_it) {
   hello();
-  say(wire::GroomRequest{desk_.kept, 100});
-  say(wire::GroomRequest{desk_.kept, 100});
-  say(wire::GroomRequest{desk_.known, 0});
-  EXPECT_THAT(desk_.fetched, ElementsAre(7u));
+  send(wire::GroomRequest{groom_service_.kept, 100});
+  send(wire::GroomRequest{groom_service_.kept, 100});
+  send(wire::GroomRequest{groom_service_.known, 0});
+  EXPECT_THAT(groom_service_.fetched, ElementsAre(7u));
   EXPECT_THAT(connection_->all<wire::GroomData>(), IsEmpty());
   const auto read = std::make_shared<const std::vector<std::uint8_t>>(500, std::uint8_t{3});
   session_.on_groom_read(wire::GroomHash{9}, read, now_ns_);  // not asked for
-  session_.on_groom_read(desk_.kept, read, now_ns_);
-  session_.on_groom_read(desk_.kept, read, now_ns_);  // nor that again
+  session_.on_groom_read(groom_service_.kept, read, now_ns_);
+  session_.on_groom_read(groom_service_.kept, read, now_ns_);  // nor that again
   const auto sent = connection_->all<wire::GroomData>();
   ASSERT_GT(sent.size(), 2u);
-  EXPECT_EQ(sent[0].hash, desk_.kept);
+  EXPECT_EQ(sent[0].hash, groom_service_.kept);
   EXPECT_EQ(sent[0].offset, 100u);
   EXPECT_EQ(sent[0].bytes.size(), 400u);
-  EXPECT_EQ(sent[1].hash, desk_.known);
+  EXPECT_EQ(sent[1].hash, groom_service_.known);
   EXPECT_THAT(errors(), IsEmpty());
 }
 
 TEST_F(SessionTest, a_groom_that_could_not_be_read_from_disk_is_unavailable) {
   hello();
-  say(wire::GroomRequest{desk_.kept, 0});
-  say(wire::GroomRequest{desk_.known, 0});
-  session_.on_groom_read(desk_.kept, nullptr, now_ns_);
+  send(wire::GroomRequest{groom_service_.kept, 0});
+  send(wire::GroomRequest{groom_service_.known, 0});
+  session_.on_groom_read(groom_service_.kept, nullptr, now_ns_);
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::groom_unavailable));
-  EXPECT_EQ(connection_->all<wire::Error>()[0].groom, desk_.kept);
+  EXPECT_EQ(connection_->all<wire::Error>()[0].groom, groom_service_.kept);
   EXPECT_EQ(counters_.downloads_refused.value(), 1u);
   EXPECT_EQ(connection_->all<wire::GroomData>().back().offset + connection_->all<wire::GroomData>().back().bytes.size(),
-            desk_.file->size());
-  say(wire::GroomRequest{desk_.kept, 501});
-  session_.on_groom_read(desk_.kept, std::make_shared<const std::vector<std::uint8_t>>(500, std::uint8_t{3}), now_ns_);
+            groom_service_.file->size());
+  send(wire::GroomRequest{groom_service_.kept, 501});
+  session_.on_groom_read(groom_service_.kept, std::make_shared<const std::vector<std::uint8_t>>(500, std::uint8_t{3}),
+                         now_ns_);
   EXPECT_EQ(errors().size(), 2u) << "beyond its end";
 }
 
 TEST_F(SessionTest, as_many_grooms_may_be_asked_for_at_once_as_its_limit_says) {
   context_.limits.downloads_per_session_max = 1;
   hello();
-  say(wire::GroomRequest{desk_.kept, 0});
-  say(wire::GroomRequest{desk_.known, 0});
+  send(wire::GroomRequest{groom_service_.kept, 0});
+  send(wire::GroomRequest{groom_service_.known, 0});
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::limit_exceeded));
-  say(wire::GroomRequest{desk_.kept, 0});
+  send(wire::GroomRequest{groom_service_.kept, 0});
   EXPECT_EQ(errors().size(), 1u) << "asked for already, it is one still";
 }
 
 TEST_F(SessionTest, frames_wait_for_one_piece_of_a_groom_at_most) {
   hello();
   connection_->takes_more = false;
-  say(wire::GroomRequest{desk_.known, 0});
+  send(wire::GroomRequest{groom_service_.known, 0});
   session_.outbox().push_frames({{wire::encode_packet({1, wire::FrameBatch{}}), 1}});
   connection_->takes_more = true;
   session_.flush(now_ns_);
@@ -91,13 +92,13 @@ TEST_F(SessionTest, frames_wait_for_one_piece_of_a_groom_at_most) {
 TEST_F(SessionTest, a_groom_arrives_though_frames_always_wait) {
   hello();
   connection_->room = 0;
-  say(wire::GroomRequest{desk_.known, 0});
+  send(wire::GroomRequest{groom_service_.known, 0});
   wire::FrameBatch batch;
   const std::vector<std::uint8_t> content(2000);
   batch.frames.emplace_back().content = content;
   const std::vector<std::uint8_t> packet = wire::encode_packet({1, batch});
-  while (counters_.bytes_sent.value() < 5 * desk_.file->size()) {
-    session_.outbox().make_way();
+  while (counters_.bytes_sent.value() < 5 * groom_service_.file->size()) {
+    session_.outbox().drop_if_congested();
     session_.outbox().push_frames({{packet, 1}, {packet, 1}});
     connection_->room = 1;
     session_.flush(now_ns_);
@@ -105,7 +106,7 @@ TEST_F(SessionTest, a_groom_arrives_though_frames_always_wait) {
   }
   std::size_t got_bytes = 0;
   for (const wire::GroomData& data : connection_->all<wire::GroomData>()) got_bytes += data.bytes.size();
-  EXPECT_EQ(got_bytes, desk_.file->size());
+  EXPECT_EQ(got_bytes, groom_service_.file->size());
 }
 
 }  // namespace

@@ -9,16 +9,16 @@
 #include <utility>
 #include <vector>
 
-#include "tests/unit/server/fake_connection.hpp"
 #include "server/session/session.hpp"
 #include "server/session/session_registry.hpp"
+#include "tests/unit/server/fake_connection.hpp"
 
 namespace hairnet::server {
 
 inline constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
 // One groom in memory and one on disk; no chunk is wanted.
-class FakeDesk final : public GroomDesk {
+class FakeGroomService final : public GroomService {
  public:
   void open(SessionId session, std::uint64_t strand_count_max, std::int64_t) override {
     strands_max[session] = strand_count_max;
@@ -27,10 +27,10 @@ class FakeDesk final : public GroomDesk {
   ChunkAnswer chunk(SessionId, wire::GroomChunk, std::int64_t) override {
     return {{wire::ErrorReason::unexpected_message, "not asked for"}};
   }
-  Refused hold(SessionId, const wire::GroomHash& groom) override {
+  Refused retain(SessionId, const wire::GroomHash& groom) override {
     return groom == known ? Refused{} : Refused{wire::ErrorReason::groom_unknown, "offer it first"};
   }
-  void tell_states(SessionId session, std::int64_t) override { told.push_back(session); }
+  void resend_states(SessionId session, std::int64_t) override { told.push_back(session); }
   std::shared_ptr<const std::vector<std::uint8_t>> bytes(const wire::GroomHash& groom) override {
     return groom == known ? file : nullptr;
   }
@@ -39,7 +39,7 @@ class FakeDesk final : public GroomDesk {
     fetched.push_back(session);
     return true;
   }
-  [[nodiscard]] bool keeps(const wire::GroomHash& groom) const override { return groom == kept; }
+  [[nodiscard]] bool is_cached(const wire::GroomHash& groom) const override { return groom == kept; }
   void release(SessionId session, std::int64_t) override { released.push_back(session); }
 
   wire::GroomHash known{1}, kept{2};  // in memory, on disk
@@ -52,8 +52,8 @@ class FakeDesk final : public GroomDesk {
 // A session over a fake connection, with small limits, in the test's time.
 class SessionTest : public testing::Test {
  protected:
-  void say(const wire::Message& message) { session_.on_message({now_ns_, message}, now_ns_); }
-  void hello() { say(wire::Hello{wire::kProtocolVersion, "test", "", "", wire::Role::participant, 0, {}}); }
+  void send(const wire::Message& message) { session_.on_message({now_ns_, message}, now_ns_); }
+  void hello() { send(wire::Hello{wire::kProtocolVersion, "test", "", "", wire::Role::participant, 0, {}}); }
   [[nodiscard]] std::vector<wire::ErrorReason> errors() const {
     std::vector<wire::ErrorReason> reasons;
     for (const auto& error : connection_->all<wire::Error>()) reasons.push_back(error.reason);
@@ -92,9 +92,9 @@ class SessionTest : public testing::Test {
   std::vector<std::unique_ptr<Session>> kept_;  // others', as they stay open
   SessionCounters counters_;
   CommandQueue commands_{1000};
-  FakeDesk desk_;
+  FakeGroomService groom_service_;
   std::atomic<std::uint64_t> tick_{42};
-  SessionContext context_{small_limits(), counters_, commands_, desk_, 30, 1 << 20, tick_};
+  SessionContext context_{small_limits(), counters_, commands_, groom_service_, 30, 1 << 20, tick_};
   std::int64_t now_ns_ = 100 * kSecond_ns;
   std::shared_ptr<FakeConnection> connection_ = std::make_shared<FakeConnection>();
   Session session_{7, connection_, context_, now_ns_};

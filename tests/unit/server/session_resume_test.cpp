@@ -13,7 +13,7 @@ using State = Session::State;
 
 TEST_F(SessionTest, outlives_its_connection_for_the_grace_and_then_gives_everything_back) {
   hello();
-  say(wire::AddCharacter{1, desk_.known, LevelIndex::low});
+  send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
   session_.on_closed("reset", now_ns_);
   EXPECT_EQ(session_.state(), State::detached);
   EXPECT_EQ(commands<DetachSession>().size(), 1u);
@@ -21,7 +21,7 @@ TEST_F(SessionTest, outlives_its_connection_for_the_grace_and_then_gives_everyth
   session_.flush(now_ns_);
   session_.poll(now_ns_ + context_.limits.resume_grace_ns);
   EXPECT_EQ(session_.state(), State::detached);
-  EXPECT_THAT(desk_.released, IsEmpty());
+  EXPECT_THAT(groom_service_.released, IsEmpty());
   session_.poll(now_ns_ + context_.limits.resume_grace_ns + 1);
   EXPECT_EQ(session_.state(), State::closed);
   EXPECT_EQ(commands<CloseSession>().size(), 1u);
@@ -54,10 +54,10 @@ class ResumeTest : public SessionTest {
     hello.session = session;
     hello.secret = secret;
     hello.room = room;
-    say(client, hello);
+    send(client, hello);
     return client;
   }
-  void say(Client& client, const wire::Message& message) {
+  void send(Client& client, const wire::Message& message) {
     client.sink->on_packet(wire::encode_packet({now_ns_, message}), now_ns_);
   }
   SessionRegistry registry_{context_};
@@ -65,7 +65,7 @@ class ResumeTest : public SessionTest {
 
 TEST_F(ResumeTest, goes_on_with_characters_and_grooms_over_another_connection) {
   Client first = connect(0, {}, "hall");
-  say(first, wire::AddCharacter{1, desk_.known, LevelIndex::low});
+  send(first, wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
   const wire::Welcome told = first.welcome();
   EXPECT_FALSE(told.resumed);
   first.sink->on_closed("reset", now_ns_);
@@ -80,14 +80,14 @@ TEST_F(ResumeTest, goes_on_with_characters_and_grooms_over_another_connection) {
   EXPECT_EQ(again.session, told.session);
   EXPECT_EQ(again.room, "hall");
   EXPECT_EQ(again.secret, told.secret);
-  EXPECT_THAT(desk_.told, ElementsAre(static_cast<SessionId>(told.session)));
-  EXPECT_THAT(desk_.released, IsEmpty());
+  EXPECT_THAT(groom_service_.told, ElementsAre(static_cast<SessionId>(told.session)));
+  EXPECT_THAT(groom_service_.released, IsEmpty());
   registry_.poll(now_ns_ + context_.limits.resume_grace_ns + 1);
   EXPECT_EQ(registry_.count(), 1u);
   EXPECT_EQ(counters_.gauges.clients_detached.value(), 0);
   EXPECT_EQ(context_.character_count, 1u);
   commands<CloseSession>();
-  say(second, wire::SetLevel{1, LevelIndex::high});
+  send(second, wire::SetLevel{1, LevelIndex::high});
   EXPECT_EQ(commands<SetLevel>().at(0).character, character_key(static_cast<SessionId>(told.session), 1));
 }
 

@@ -26,7 +26,7 @@ TEST_F(SessionTest, welcomes_a_hello_of_its_version) {
 }
 
 TEST_F(SessionTest, refuses_another_version_by_name_and_closes) {
-  say(wire::Hello{wire::kProtocolVersion + 1, "test"});
+  send(wire::Hello{wire::kProtocolVersion + 1, "test"});
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::version_unsupported));
   EXPECT_THAT(goodbyes(), ElementsAre(GoodbyeReason::version_unsupported));
   EXPECT_TRUE(connection_->closed);
@@ -35,7 +35,7 @@ TEST_F(SessionTest, refuses_another_version_by_name_and_closes) {
 }
 
 TEST_F(SessionTest, closes_when_anything_comes_before_hello) {
-  say(wire::RemoveCharacter{1});
+  send(wire::RemoveCharacter{1});
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::unexpected_message));
   EXPECT_THAT(goodbyes(), ElementsAre(GoodbyeReason::protocol_error));
   EXPECT_TRUE(connection_->closed);
@@ -52,9 +52,9 @@ TEST_F(SessionTest, refuses_a_second_hello_and_goes_on) {
 
 TEST_F(SessionTest, refuses_messages_that_only_servers_send) {
   hello();
-  say(wire::Welcome{});
-  say(wire::FrameBatch{});
-  say(wire::LevelRecord{});
+  send(wire::Welcome{});
+  send(wire::FrameBatch{});
+  send(wire::LevelRecord{});
   EXPECT_THAT(errors(), testing::Each(ErrorReason::unexpected_message));
   EXPECT_EQ(counters_.messages_unexpected.value(), 3u);
   EXPECT_EQ(session_.state(), State::active);
@@ -62,13 +62,13 @@ TEST_F(SessionTest, refuses_messages_that_only_servers_send) {
 
 TEST_F(SessionTest, passes_on_sound_materials_and_winds) {
   hello();
-  say(wire::AddCharacter{1, desk_.known, LevelIndex::medium});
+  send(wire::AddCharacter{1, groom_service_.known, LevelIndex::medium});
   wire::SetMaterial material{1, {}};
   material.scale.stiffness = 3;
   wire::SetWind wind;
   wind.wind.mean_m_per_s = {4, 0, 1};
-  say(material);
-  say(wind);
+  send(material);
+  send(wind);
   EXPECT_THAT(errors(), IsEmpty());
   std::vector<Command> taken;
   commands_.take_all(taken);
@@ -80,14 +80,14 @@ TEST_F(SessionTest, passes_on_sound_materials_and_winds) {
 
 TEST_F(SessionTest, refuses_unsound_materials_and_winds_whole_and_goes_on) {
   hello();
-  say(wire::AddCharacter{1, desk_.known, LevelIndex::medium});
-  say(wire::SetMaterial{2, {}});
+  send(wire::AddCharacter{1, groom_service_.known, LevelIndex::medium});
+  send(wire::SetMaterial{2, {}});
   wire::SetMaterial material{1, {}};
   material.scale.density = std::numeric_limits<float>::quiet_NaN();
-  say(material);
+  send(material);
   wire::SetWind wind;
   wind.wind.turbulence_scale_m = 0.1;
-  say(wind);
+  send(wind);
   EXPECT_THAT(errors(),
               ElementsAre(ErrorReason::character_unknown, ErrorReason::material_invalid, ErrorReason::wind_invalid));
   EXPECT_THAT(connection_->all<wire::Error>()[1].detail, testing::HasSubstr("density"));
@@ -103,7 +103,7 @@ TEST_F(SessionTest, refuses_unsound_materials_and_winds_whole_and_goes_on) {
 TEST_F(SessionTest, keeps_the_wind_to_itself_when_told_so) {
   context_.limits.wind_from_clients = false;
   hello();
-  say(wire::SetWind{});
+  send(wire::SetWind{});
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::not_allowed));
   EXPECT_EQ(counters_.winds_refused.value(), 1u);
   EXPECT_THAT(commands<SetWind>(), IsEmpty());
@@ -111,10 +111,10 @@ TEST_F(SessionTest, keeps_the_wind_to_itself_when_told_so) {
 
 TEST_F(SessionTest, passes_on_what_names_its_own_characters) {
   hello();
-  say(wire::AddCharacter{1, desk_.known, LevelIndex::medium});
-  say(wire::SetLevel{1, LevelIndex::low});
-  say(one_pose(rigid_pose({}), now_ns_));
-  say(wire::RemoveCharacter{1});
+  send(wire::AddCharacter{1, groom_service_.known, LevelIndex::medium});
+  send(wire::SetLevel{1, LevelIndex::low});
+  send(one_pose(rigid_pose({}), now_ns_));
+  send(wire::RemoveCharacter{1});
   EXPECT_THAT(errors(), IsEmpty());
   std::vector<Command> taken;
   commands_.take_all(taken);
@@ -127,14 +127,14 @@ TEST_F(SessionTest, passes_on_what_names_its_own_characters) {
 
 TEST_F(SessionTest, names_the_reason_of_every_refused_character) {
   hello();
-  say(wire::AddCharacter{0, desk_.known, LevelIndex::low});
-  say(wire::AddCharacter{1, wire::GroomHash{9}, LevelIndex::low});
-  say(wire::AddCharacter{1, desk_.known, LevelIndex::low});
-  say(wire::AddCharacter{1, desk_.known, LevelIndex::low});
-  say(wire::AddCharacter{2, desk_.known, LevelIndex::low});
-  say(wire::AddCharacter{3, desk_.known, LevelIndex::low});
-  say(wire::SetLevel{5, LevelIndex::low});
-  say(wire::RemoveCharacter{5});
+  send(wire::AddCharacter{0, groom_service_.known, LevelIndex::low});
+  send(wire::AddCharacter{1, wire::GroomHash{9}, LevelIndex::low});
+  send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
+  send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
+  send(wire::AddCharacter{2, groom_service_.known, LevelIndex::low});
+  send(wire::AddCharacter{3, groom_service_.known, LevelIndex::low});
+  send(wire::SetLevel{5, LevelIndex::low});
+  send(wire::RemoveCharacter{5});
   EXPECT_THAT(errors(),
               ElementsAre(ErrorReason::malformed, ErrorReason::groom_unknown, ErrorReason::character_exists,
                           ErrorReason::limit_exceeded, ErrorReason::character_unknown, ErrorReason::character_unknown));
@@ -143,24 +143,24 @@ TEST_F(SessionTest, names_the_reason_of_every_refused_character) {
 
 TEST_F(SessionTest, the_bound_of_all_characters_holds_over_sessions_and_is_given_back) {
   hello();
-  say(wire::AddCharacter{1, desk_.known, LevelIndex::low});
-  say(wire::AddCharacter{2, desk_.known, LevelIndex::low});
+  send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
+  send(wire::AddCharacter{2, groom_service_.known, LevelIndex::low});
   auto other_connection = std::make_shared<FakeConnection>();
   Session other(8, other_connection, context_, now_ns_);
   other.on_message({now_ns_, wire::Hello{}}, now_ns_);
-  other.on_message({now_ns_, wire::AddCharacter{1, desk_.known, LevelIndex::low}}, now_ns_);
-  other.on_message({now_ns_, wire::AddCharacter{2, desk_.known, LevelIndex::low}}, now_ns_);
+  other.on_message({now_ns_, wire::AddCharacter{1, groom_service_.known, LevelIndex::low}}, now_ns_);
+  other.on_message({now_ns_, wire::AddCharacter{2, groom_service_.known, LevelIndex::low}}, now_ns_);
   ASSERT_EQ(other_connection->all<wire::Error>().size(), 1u);
   EXPECT_EQ(other_connection->all<wire::Error>()[0].reason, ErrorReason::limit_exceeded);
-  say(wire::Goodbye{GoodbyeReason::client_leaves, ""});
+  send(wire::Goodbye{GoodbyeReason::client_leaves, ""});
   EXPECT_EQ(context_.character_count, 1u);
-  other.on_message({now_ns_, wire::AddCharacter{2, desk_.known, LevelIndex::low}}, now_ns_);
+  other.on_message({now_ns_, wire::AddCharacter{2, groom_service_.known, LevelIndex::low}}, now_ns_);
   EXPECT_EQ(other_connection->all<wire::Error>().size(), 1u);
 }
 
 TEST_F(SessionTest, refuses_bad_poses_by_reason_one_error_a_second_and_takes_the_good_ones) {
   hello();
-  say(wire::AddCharacter{1, desk_.known, LevelIndex::low});
+  send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
   Pose not_finite = rigid_pose({}), not_unit = rigid_pose({});
   not_finite[Bone::neck].position.y() = std::numeric_limits<double>::quiet_NaN();
   not_unit[Bone::head].rotation.coeffs() *= 1.1;
@@ -170,7 +170,7 @@ TEST_F(SessionTest, refuses_bad_poses_by_reason_one_error_a_second_and_takes_the
     batch.poses.push_back({1, static_cast<std::uint32_t>(batch.poses.size() + 1), now_ns_, false, pose});
   batch.poses.push_back({99, 1, now_ns_, false, rigid_pose({})});
   batch.poses.push_back({1, 9, now_ns_ - 3600 * kSecond_ns, false, rigid_pose({})});
-  say(batch);
+  send(batch);
   EXPECT_EQ(counters_.poses_rejected_not_finite.value(), 1u);
   EXPECT_EQ(counters_.poses_rejected_not_unit.value(), 1u);
   EXPECT_EQ(counters_.poses_rejected_too_far.value(), 1u);
@@ -181,14 +181,14 @@ TEST_F(SessionTest, refuses_bad_poses_by_reason_one_error_a_second_and_takes_the
   ASSERT_EQ(puts.size(), 1u);
   EXPECT_EQ(puts[0].poses.size(), 1u);
   now_ns_ += kSecond_ns;
-  say(one_pose(too_far, now_ns_));
+  send(one_pose(too_far, now_ns_));
   EXPECT_EQ(errors().size(), 2u);
 }
 
 TEST_F(SessionTest, maps_capture_times_to_the_servers_clock) {
   const std::int64_t offset_ns = -60 * kSecond_ns;
   session_.on_message({now_ns_ + offset_ns, wire::Hello{}}, now_ns_);
-  session_.on_message({now_ns_ + offset_ns, wire::AddCharacter{1, desk_.known, LevelIndex::low}}, now_ns_);
+  session_.on_message({now_ns_ + offset_ns, wire::AddCharacter{1, groom_service_.known, LevelIndex::low}}, now_ns_);
   session_.on_message({now_ns_ + offset_ns, one_pose(rigid_pose({}), now_ns_ + offset_ns - 4'000'000)}, now_ns_);
   const auto puts = commands<PutPoses>();
   ASSERT_EQ(puts.size(), 1u);
@@ -197,7 +197,7 @@ TEST_F(SessionTest, maps_capture_times_to_the_servers_clock) {
 
 TEST_F(SessionTest, closes_a_client_above_the_message_rate) {
   hello();
-  for (int i = 0; i < 100; ++i) say(wire::SetLevel{1, LevelIndex::low});
+  for (int i = 0; i < 100; ++i) send(wire::SetLevel{1, LevelIndex::low});
   EXPECT_THAT(goodbyes(), ElementsAre(GoodbyeReason::over_rate));
   EXPECT_TRUE(connection_->closed);
   EXPECT_EQ(counters_.messages_over_rate.value(), 1u);
@@ -205,7 +205,7 @@ TEST_F(SessionTest, closes_a_client_above_the_message_rate) {
 
 TEST_F(SessionTest, groom_bytes_that_nobody_asked_for_are_messages) {
   hello();
-  for (int i = 0; i < 100; ++i) say(wire::GroomChunk{desk_.known, 0, std::vector<std::uint8_t>(5000)});
+  for (int i = 0; i < 100; ++i) send(wire::GroomChunk{groom_service_.known, 0, std::vector<std::uint8_t>(5000)});
   EXPECT_THAT(goodbyes(), ElementsAre(GoodbyeReason::over_rate));
   EXPECT_LE(errors().size(), 40u);
 }
@@ -214,18 +214,18 @@ TEST_F(SessionTest, keeps_a_client_at_the_message_rate) {
   hello();
   for (int i = 0; i < 100; ++i) {
     now_ns_ += kSecond_ns / 10;
-    say(wire::SetLevel{1, LevelIndex::low});
+    send(wire::SetLevel{1, LevelIndex::low});
   }
   EXPECT_THAT(goodbyes(), IsEmpty());
 }
 
 TEST_F(SessionTest, drops_and_counts_poses_above_their_rate) {
   hello();
-  say(wire::AddCharacter{1, desk_.known, LevelIndex::low});
+  send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
   wire::PoseBatch batch;
   batch.poses.assign(80, {1, 1, now_ns_, false, rigid_pose({})});
-  say(batch);
-  say(batch);
+  send(batch);
+  send(batch);
   EXPECT_EQ(counters_.poses_over_rate.value(), 80u);
   EXPECT_EQ(session_.state(), State::active);
 }
@@ -233,11 +233,11 @@ TEST_F(SessionTest, drops_and_counts_poses_above_their_rate) {
 TEST_F(SessionTest, a_full_command_queue_refuses_and_loses_nothing) {
   hello();
   for (Command filler = SetLevel{}; commands_.try_put(filler);) filler = SetLevel{};
-  say(wire::AddCharacter{1, desk_.known, LevelIndex::low});
+  send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::limit_exceeded));
   EXPECT_EQ(context_.character_count, 0u);
   EXPECT_THAT(commands<AddCharacter>(), IsEmpty());
-  say(wire::AddCharacter{1, desk_.known, LevelIndex::low});
+  send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
   EXPECT_EQ(commands<AddCharacter>().size(), 1u);
 }
 
@@ -267,7 +267,7 @@ TEST_F(SessionTest, closes_a_client_that_takes_nothing) {
   session_.poll(now_ns_ + 11 * kSecond_ns);
   EXPECT_EQ(session_.state(), State::draining);
   EXPECT_EQ(counters_.sessions_closed_slow.value(), 1u);
-  EXPECT_THAT(desk_.released, ElementsAre(7u));
+  EXPECT_THAT(groom_service_.released, ElementsAre(7u));
   session_.poll(now_ns_ + 14 * kSecond_ns);
   EXPECT_TRUE(connection_->closed);
 }
@@ -282,7 +282,7 @@ TEST_F(SessionTest, a_client_that_takes_something_now_and_then_is_kept) {
     session_.poll(now_ns_);
     connection_->takes_more = true;
     session_.on_writable(now_ns_);
-    say(wire::SetLevel{1, LevelIndex::low});
+    send(wire::SetLevel{1, LevelIndex::low});
   }
   EXPECT_EQ(session_.state(), State::active);
 }
@@ -293,9 +293,9 @@ TEST_F(SessionTest, frames_give_way_once_the_connection_was_seen_to_take_no_more
   Outbox& outbox = session_.outbox();
   for (std::size_t i = 0; i < Outbox::kTicksWaitingMax; ++i)
     outbox.push_frames({{wire::encode_packet({1, wire::FrameBatch{}}), 1}});
-  EXPECT_FALSE(outbox.make_way()) << "the ticks of a late server, made one after the other";
+  EXPECT_FALSE(outbox.drop_if_congested()) << "the ticks of a late server, made one after the other";
   session_.flush(now_ns_);
-  EXPECT_TRUE(outbox.make_way());
+  EXPECT_TRUE(outbox.drop_if_congested());
 }
 
 TEST_F(SessionTest, an_overflowing_outbox_closes_as_a_slow_consumer) {
@@ -331,12 +331,12 @@ TEST_F(SessionTest, closes_on_a_broken_stream) {
 
 TEST_F(SessionTest, gives_everything_back_once_when_it_leaves) {
   hello();
-  say(wire::AddCharacter{1, desk_.known, LevelIndex::low});
-  say(wire::Goodbye{GoodbyeReason::client_leaves, ""});
+  send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
+  send(wire::Goodbye{GoodbyeReason::client_leaves, ""});
   session_.on_closed("reset", now_ns_);
   EXPECT_EQ(session_.state(), State::closed);
   EXPECT_EQ(commands<CloseSession>().size(), 1u);
-  EXPECT_THAT(desk_.released, ElementsAre(7u));
+  EXPECT_THAT(groom_service_.released, ElementsAre(7u));
   EXPECT_EQ(context_.character_count, 0u);
   EXPECT_EQ(counters_.characters_added.value(), 1u);
   EXPECT_EQ(counters_.characters_removed.value(), 1u);
@@ -344,14 +344,14 @@ TEST_F(SessionTest, gives_everything_back_once_when_it_leaves) {
 }
 
 TEST_F(SessionTest, joins_the_room_that_hello_names) {
-  say(wire::Hello{wire::kProtocolVersion, "test", "hall-2.b_c", "", wire::Role::participant, 0, {}});
+  send(wire::Hello{wire::kProtocolVersion, "test", "hall-2.b_c", "", wire::Role::participant, 0, {}});
   EXPECT_EQ(connection_->all<wire::Welcome>().at(0).room, "hall-2.b_c");
   EXPECT_EQ(commands<OpenSession>().at(0).room, "hall-2.b_c");
   EXPECT_EQ(context_.rooms.count("hall-2.b_c").sessions, 1u);
 }
 
 TEST_F(SessionTest, refuses_a_room_whose_name_cannot_be_and_a_room_too_many) {
-  say(wire::Hello{wire::kProtocolVersion, "test", "no/slash", "", wire::Role::participant, 0, {}});
+  send(wire::Hello{wire::kProtocolVersion, "test", "no/slash", "", wire::Role::participant, 0, {}});
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::room_invalid));
   EXPECT_THAT(goodbyes(), ElementsAre(GoodbyeReason::room_refused));
   EXPECT_THAT(commands<OpenSession>(), IsEmpty());
@@ -394,7 +394,7 @@ TEST_F(SessionTest, wants_a_token_by_its_key_and_holds_the_bearer_to_it) {
   claims.strands_max = 5000;
   const std::string good = channel::sign(claims, *context_.token_key);
   EXPECT_EQ(try_token(good, wire::Role::participant), 2u) << "one character, whatever the server allows";
-  EXPECT_EQ(desk_.strands_max.at(9), 5000u);
+  EXPECT_EQ(groom_service_.strands_max.at(9), 5000u);
   EXPECT_EQ(try_token(good, wire::Role::participant, "attic"), 0u);
   EXPECT_EQ(try_token("", wire::Role::participant), 0u);
   EXPECT_EQ(try_token(good + "A", wire::Role::participant), 0u);
@@ -408,8 +408,8 @@ TEST_F(SessionTest, wants_a_token_by_its_key_and_holds_the_bearer_to_it) {
 }
 
 TEST_F(SessionTest, an_observer_has_no_characters) {
-  say(wire::Hello{wire::kProtocolVersion, "test", "", "", wire::Role::observer, 0, {}});
-  say(wire::AddCharacter{1, desk_.known, LevelIndex::low});
+  send(wire::Hello{wire::kProtocolVersion, "test", "", "", wire::Role::observer, 0, {}});
+  send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::not_allowed));
 }
 
@@ -418,44 +418,44 @@ TEST_F(SessionTest, passes_on_what_it_wants_to_see_and_refuses_what_is_out_of_ra
   wire::Observe observe;
   observe.mode = wire::ObserveMode::radius;
   observe.radius_m = 3;
-  say(observe);
+  send(observe);
   EXPECT_EQ(commands<SetObserve>().at(0).observe.radius_m, 3);
   observe.radius_m = -1;
-  say(observe);
+  send(observe);
   observe.radius_m = 1;
   observe.stride = 3;
-  say(observe);
+  send(observe);
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::observe_invalid, ErrorReason::observe_invalid));
   EXPECT_THAT(commands<SetObserve>(), IsEmpty());
   EXPECT_EQ(counters_.observes_refused.value(), 2u);
-  say(wire::ReportImportance{{{4, 0.5f, false}}});
+  send(wire::ReportImportance{{{4, 0.5f, false}}});
   EXPECT_EQ(commands<SetImportance>().at(0).members.size(), 1u);
-  say(wire::RequestKeyframes{{4, 5}});
+  send(wire::RequestKeyframes{{4, 5}});
   EXPECT_THAT(commands<MakeKeyframes>().at(0).members, ElementsAre(4, 5));
 }
 
 TEST_F(SessionTest, a_hair_state_out_of_range_leaves_the_character_at_rest) {
   hello();
   wire::HairState state{LevelIndex::low, 0.5e-3f, {1, 2, 3}, {}};
-  say(wire::AddCharacter{1, desk_.known, LevelIndex::low, state});
+  send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low, state});
   EXPECT_TRUE(commands<AddCharacter>().at(0).state.has_value());
   state.step_m = 1;
-  say(wire::AddCharacter{2, desk_.known, LevelIndex::low, state});
+  send(wire::AddCharacter{2, groom_service_.known, LevelIndex::low, state});
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::state_invalid));
   EXPECT_FALSE(commands<AddCharacter>().at(0).state.has_value());
 }
 
 TEST_F(SessionTest, characters_of_a_groom_that_the_session_may_not_have_leave) {
   hello();
-  say(wire::AddCharacter{1, desk_.known, LevelIndex::low});
-  say(wire::AddCharacter{2, desk_.known, LevelIndex::low});
-  session_.lose_groom(wire::GroomHash{9});
+  send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
+  send(wire::AddCharacter{2, groom_service_.known, LevelIndex::low});
+  session_.revoke_groom(wire::GroomHash{9});
   EXPECT_EQ(context_.character_count, 2u);
-  session_.lose_groom(desk_.known);
+  session_.revoke_groom(groom_service_.known);
   EXPECT_EQ(commands<RemoveCharacter>().size(), 2u);
   EXPECT_EQ(context_.character_count, 0u);
   EXPECT_EQ(counters_.characters_removed.value(), 2u);
-  say(wire::AddCharacter{1, desk_.known, LevelIndex::low});
+  send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
   EXPECT_THAT(errors(), IsEmpty());
 }
 

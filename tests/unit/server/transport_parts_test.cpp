@@ -20,30 +20,31 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
 
-Opening opening_of_text(std::string_view bytes) {
-  return opening_of({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+DetectedProtocol opening_of_text(std::string_view bytes) {
+  return detect_protocol({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
 }
 
-TEST(Opening, every_protocol_is_known_by_its_first_bytes_and_not_before) {
+TEST(DetectedProtocol, every_protocol_is_known_by_its_first_bytes_and_not_before) {
   const std::string_view tls("\x16\x03\x01\x02", 4), packet("\x4c\0\0\0", 4);
   for (const std::string_view whole : {std::string_view("GET "), std::string_view("HEAD"), std::string_view("POST"),
                                        std::string_view("PUT "), std::string_view("OPTI"), std::string_view("PRI ")}) {
-    EXPECT_EQ(opening_of_text(whole), Opening::http) << whole;
-    for (std::size_t n = 0; n < 4; ++n) EXPECT_EQ(opening_of_text(whole.substr(0, n)), Opening::unknown) << whole;
+    EXPECT_EQ(opening_of_text(whole), DetectedProtocol::http) << whole;
+    for (std::size_t n = 0; n < 4; ++n)
+      EXPECT_EQ(opening_of_text(whole.substr(0, n)), DetectedProtocol::unknown) << whole;
   }
-  EXPECT_EQ(opening_of_text(tls), Opening::tls);
-  for (std::size_t n = 0; n < 3; ++n) EXPECT_EQ(opening_of_text(tls.substr(0, n)), Opening::unknown);
-  EXPECT_EQ(opening_of_text(packet), Opening::packets);
-  EXPECT_EQ(opening_of_text(packet.substr(0, 2)), Opening::packets);
-  EXPECT_EQ(opening_of_text(packet.substr(0, 1)), Opening::unknown) << "it is also the letter L";
+  EXPECT_EQ(opening_of_text(tls), DetectedProtocol::tls);
+  for (std::size_t n = 0; n < 3; ++n) EXPECT_EQ(opening_of_text(tls.substr(0, n)), DetectedProtocol::unknown);
+  EXPECT_EQ(opening_of_text(packet), DetectedProtocol::packets);
+  EXPECT_EQ(opening_of_text(packet.substr(0, 2)), DetectedProtocol::packets);
+  EXPECT_EQ(opening_of_text(packet.substr(0, 1)), DetectedProtocol::unknown) << "it is also the letter L";
 }
 
-TEST(Opening, any_prefix_of_a_first_message_is_a_packet) {
+TEST(DetectedProtocol, any_prefix_of_a_first_message_is_a_packet) {
   // A first message has at most a few thousand bytes.
   for (std::uint32_t bytes = 0; bytes < 60'000; ++bytes) {
     const std::array<std::uint8_t, 4> prefix{static_cast<std::uint8_t>(bytes), static_cast<std::uint8_t>(bytes >> 8), 0,
                                              0};
-    ASSERT_EQ(opening_of(prefix), Opening::packets) << bytes;
+    ASSERT_EQ(detect_protocol(prefix), DetectedProtocol::packets) << bytes;
   }
 }
 

@@ -1,5 +1,5 @@
 import type { LevelGeometry } from "./lattice";
-import type { ErrorClass, Level } from "./level";
+import type { ErrorClass, LevelIndex } from "./level";
 import type { Pose } from "./pose";
 
 /** One character at one moment, decoded. */
@@ -8,14 +8,14 @@ export interface Frame {
   readonly member: number;
   /** one's own number for it; 0: another's */
   readonly character: number;
-  readonly level: Level;
+  readonly level: LevelIndex;
   readonly errorClass: ErrorClass;
   /** teleport, reset or switch of level: do not interpolate from the last frame */
   readonly discontinuous: boolean;
   /** the lattice is at rest: the server sends no further frame until it moves */
   readonly asleep: boolean;
   /** the last known hair from before a reconnect: the new server has no lattice yet */
-  readonly kept: boolean;
+  readonly lastKnown: boolean;
   /** ticks from one step of the character to the next */
   readonly stepStride: number;
   /** the same in seconds; 0: not known */

@@ -22,7 +22,7 @@ export interface PointRange {
 }
 
 /** A strand drawn as a lock: copies that follow it at an offset of their own. */
-export interface Cluster {
+export interface Clump {
   readonly strand: number;
   readonly copyCount: number;
   readonly radiusM: number;
@@ -43,7 +43,7 @@ export interface Thread {
 }
 
 /** A lock of hair drawn as one ribbon of textured hair: points left, right, left, right ... from the root. */
-export interface Strip {
+export interface HairCard {
   readonly points: PointRange;
   readonly group: number;
   readonly rooted: boolean;
@@ -53,22 +53,22 @@ export interface Strip {
 }
 
 /** A lock of many strands as one ribbon of textured hair. */
-export interface FarStrip {
-  /** of `FarStrips.points`: left, right, left, right ... from the root */
+export interface FarCard {
+  /** of `FarCards.points`: left, right, left, right ... from the root */
   readonly points: PointRange;
   /** lambda_0 of the root blend, if rooted; 0: none */
   readonly rootLengthM: number;
-  /** strands, and strips of the groom's own, that it stands for */
+  /** strands, and cards of the groom's own, that it stands for */
   readonly strandCount: number;
   readonly group: number;
   readonly rooted: boolean;
 }
 
-/** What is drawn of a hairstyle far away, in place of its strands and strips. It follows the lattice as they do. */
-export interface FarStrips {
-  /** 3 each, head space, m; strip by strip */
+/** What is drawn of a hairstyle far away, in place of its strands and cards. It follows the lattice as they do. */
+export interface FarCards {
+  /** 3 each, head space, m; card by card */
   readonly points: Float32Array;
-  readonly strips: readonly FarStrip[];
+  readonly cards: readonly FarCard[];
 }
 
 /** Woven cloth: a veil, a band, a ribbon. */
@@ -126,7 +126,7 @@ export interface Body {
 export interface Groom {
   readonly name: string;
   readonly groupNames: readonly string[];
-  /** 3 each: strand by strand, root first; then those of threads, strips and cloths. All follow the lattice. */
+  /** 3 each: strand by strand, root first; then those of threads, cards and cloths. All follow the lattice. */
   readonly points: Float32Array;
   readonly strands: Strands;
   /** of all hair, but for the groups below; null in files of version 1, whose hair is normal */
@@ -134,12 +134,12 @@ export interface Groom {
   readonly groupMaterials: readonly { readonly group: number; readonly material: Material }[];
   /** one a group, or none at all; each (arc length over root length, delta) pairs; no pairs: 1 - exp(-x^2) */
   readonly rootBlends: readonly Float32Array[];
-  readonly clusters: readonly Cluster[];
+  readonly clumps: readonly Clump[];
   readonly threads: readonly Thread[];
-  readonly strips: readonly Strip[];
+  readonly cards: readonly HairCard[];
   readonly cloths: readonly Cloth[];
   readonly knots: readonly Knot[];
   /** none in files that have none; their points are not among `points` */
-  readonly farStrips: FarStrips;
+  readonly farCards: FarCards;
   readonly body: Body;
 }

@@ -15,7 +15,7 @@ export interface MovingLattice {
  * Both w and t' are constant as `interpolatePose` moves the head; so d' follows from the node's velocity R^-1 p' that the
  * frame brings. That one is the mean over the step that ended there: half a step's change leads to the moment itself.
  */
-export class HermiteHead {
+export class HermiteLattice {
   #durationS = 1;
   #halfStep = 0;
   /** from the axes of the later head into those of the earlier, row by row; its inverse is its transpose */

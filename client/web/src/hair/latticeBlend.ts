@@ -1,13 +1,13 @@
 import type { LevelGeometry } from "./lattice";
 import { expandDisplacements, nodeCount } from "./lattice";
-import { Level } from "./level";
+import { LevelIndex } from "./level";
 import type { PlayoutSample } from "./playout";
 
 /** How long a switch of level takes to fade. */
 export const kSwitchBlendNs = 400_000_000;
 /** Layers at a time: the newest, and two switches. Of more that follow each other closer the weakest is left out. */
-export const kLayersMax = 5;
-const kSwitchesMax = (kLayersMax - 1) / 2;
+export const kLatticeLayersMax = 5;
+const kSwitchesMax = (kLatticeLayersMax - 1) / 2;
 
 /** A lattice whose FFD counts with a weight: hair's displacement is u(x) = sum of weight * FFD(x) over the layers. */
 export interface LatticeLayer {
@@ -41,7 +41,7 @@ export class LatticeBlend {
   /** of the oldest switch first */
   #fading: Layer[] = [];
   readonly #layers: Layer[] = [];
-  #level = Level.rigid;
+  #level = LevelIndex.rigid;
   #started = false;
   #switchedNs = 0;
   #switchNumber = 0;

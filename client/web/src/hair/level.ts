@@ -1,5 +1,5 @@
 /** A mechanical model of a groom, the finest first; travels as its number. */
-export enum Level {
+export enum LevelIndex {
   high = 0,
   medium = 1,
   low = 2,
@@ -9,9 +9,9 @@ export enum Level {
 
 /** How finely frames are quantised. */
 export enum ErrorClass {
-  fine = 0,
-  normal = 1,
-  coarse = 2,
+  quarterMm = 0,
+  halfMm = 1,
+  oneMm = 2,
 }
 
 /** Metres a unit of displacement stands for, by error class. As floats, which is how servers reckon. */

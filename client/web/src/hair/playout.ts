@@ -1,16 +1,16 @@
 import { dequantiseNodes, dequantiseVelocities } from "./dequantise";
 import type { Frame } from "./frame";
-import { HermiteHead } from "./hermiteLattice";
+import { HermiteLattice } from "./hermiteLattice";
 import type { LevelGeometry } from "./lattice";
-import { Level } from "./level";
+import { LevelIndex } from "./level";
 import type { Pose } from "./pose";
 import { interpolatePose, kPoseNumbers, rigidPose } from "./pose";
 
-const kFramesMax = 256; // held while nobody samples
+const kFramesMax = 256; // kept while nobody samples
 const kSpareMax = 8;
 const kArrivalsMax = 60; // two seconds at 30 Hz
 const kIntervalDefaultNs = 33_333_333;
-const kHoldNs = 100_000_000;
+const kFreezeNs = 100_000_000;
 const kCubicNsMax = 250_000_000;
 const kEaseToRestNs = 500_000_000;
 // The delay changes by at most this share of the time that passes: slower or faster motion that nobody notices.
@@ -19,7 +19,7 @@ const kSlewMax = 0.1;
 /** What to draw at one moment. Its arrays are the play-out's own: valid until its next call. */
 export interface PlayoutSample {
   readonly pose: Pose;
-  readonly level: Level;
+  readonly level: LevelIndex;
   /** 3 an active node of `geometry`, head space, m; empty: rigid */
   readonly displacement: Float32Array;
   /** the sample time that is shown; never goes back */
@@ -28,13 +28,13 @@ export interface PlayoutSample {
   readonly geometry: LevelGeometry | null;
 }
 
-class Held {
+class BufferedFrame {
   timeNs = 0;
   discontinuous = false;
-  /** held for as long as nothing newer comes */
+  /** shown until a newer frame comes */
   asleep = false;
   readonly pose: Pose = rigidPose();
-  level = Level.rigid;
+  level = LevelIndex.rigid;
   displacement = new Float32Array(0);
   /** of each node in the world, head axes, m/s, over the step that ended here; or empty */
   velocity = new Float32Array(0);
@@ -56,7 +56,7 @@ class Held {
     }
   }
 
-  assign(other: Held): void {
+  assign(other: BufferedFrame): void {
     this.timeNs = other.timeNs;
     this.discontinuous = other.discontinuous;
     this.asleep = other.asleep;
@@ -71,8 +71,8 @@ class Held {
 }
 
 /**
- * Frames of one character, played out smoothly a little behind the newest: interpolated between two, held at the last
- * for a moment when none comes, then eased to rest; a sleeping character is held until it wakes. Time is an argument,
+ * Frames of one character, played out smoothly a little behind the newest: interpolated between two, frozen at the last
+ * for a moment when none comes, then eased to rest; a sleeping character stays frozen until it wakes. Time is an argument,
  * always on the client's clock, ns.
  *
  * Between frames that bring velocities hair moves by a cubic that keeps them (Hermite), else in a straight line.
@@ -83,18 +83,18 @@ class Held {
  */
 export class Playout {
   /** by time; at most one at or before the play time once sampled */
-  readonly #frames: Held[] = [];
+  readonly #frames: BufferedFrame[] = [];
   /** done with, to be used again */
-  readonly #spare: Held[] = [];
+  readonly #spare: BufferedFrame[] = [];
   /** of the last frames, by arrival */
   readonly #arrivals: { timeNs: number; latenessNs: number }[] = [];
   readonly #intervals: number[] = [];
   /** what sample() gave last */
-  readonly #shown = new Held();
-  readonly #head = new HermiteHead();
+  readonly #shown = new BufferedFrame();
+  readonly #head = new HermiteLattice();
   readonly #sample = {
     pose: this.#shown.pose,
-    level: Level.rigid,
+    level: LevelIndex.rigid,
     displacement: this.#shown.displacement,
     timeNs: 0,
     geometry: null as LevelGeometry | null,
@@ -119,7 +119,7 @@ export class Playout {
    * already played is dropped, and so is a duplicate. Copies what it keeps.
    */
   push(frame: Frame, sampleTimeNs: number, arrivalTimeNs: number): void {
-    this.#observe(sampleTimeNs, arrivalTimeNs);
+    this.#recordArrival(sampleTimeNs, arrivalTimeNs);
     const frames = this.#frames;
     let place = frames.length;
     while (place > 0 && frames[place - 1].timeNs > sampleTimeNs) --place;
@@ -130,25 +130,25 @@ export class Playout {
     }
     // After a gap, interpolate to the new frame from what is on the screen, not from the frame before the gap.
     if (this.#started && frames.length > 0 && frames[frames.length - 1].timeNs < this.#shown.timeNs) {
-      const from = this.#spare.pop() ?? new Held();
+      const from = this.#spare.pop() ?? new BufferedFrame();
       from.assign(this.#shown);
       from.discontinuous = false;
       for (const gone of frames.splice(0)) this.#release(gone);
       frames.push(from);
       place = 1;
     }
-    const held = this.#spare.pop() ?? new Held();
-    held.timeNs = sampleTimeNs;
-    held.discontinuous = frame.discontinuous;
-    held.asleep = frame.asleep;
-    held.pose.set(frame.pose.subarray(0, kPoseNumbers));
-    held.level = frame.level;
-    held.stepNs = Math.round(1e9 * frame.stepS);
-    held.geometry = frame.geometry;
-    held.resize(frame.displacements.length, frame.velocities.length);
-    dequantiseNodes(frame.displacements, frame.errorClass, held.displacement);
-    dequantiseVelocities(frame.velocities, frame.errorClass, held.velocity);
-    frames.splice(place, 0, held);
+    const buffered = this.#spare.pop() ?? new BufferedFrame();
+    buffered.timeNs = sampleTimeNs;
+    buffered.discontinuous = frame.discontinuous;
+    buffered.asleep = frame.asleep;
+    buffered.pose.set(frame.pose.subarray(0, kPoseNumbers));
+    buffered.level = frame.level;
+    buffered.stepNs = Math.round(1e9 * frame.stepS);
+    buffered.geometry = frame.geometry;
+    buffered.resize(frame.displacements.length, frame.velocities.length);
+    dequantiseNodes(frame.displacements, frame.errorClass, buffered.displacement);
+    dequantiseVelocities(frame.velocities, frame.errorClass, buffered.velocity);
+    frames.splice(place, 0, buffered);
     if (frames.length > kFramesMax) {
       this.#dropFirst();
       ++this.#droppedCount;
@@ -159,7 +159,7 @@ export class Playout {
    * Freezes what is shown until the next frame arrives. For callers that know that no frame will come for a while, as
    * during a reconnect.
    */
-  hold(): void {
+  freeze(): void {
     if (this.#frames.length === 0) return;
     const last = this.#frames[this.#frames.length - 1];
     // It may be easing already.
@@ -191,11 +191,11 @@ export class Playout {
     this.#release(this.#frames.shift()!);
   }
 
-  #release(held: Held): void {
-    if (this.#spare.length < kSpareMax) this.#spare.push(held);
+  #release(buffered: BufferedFrame): void {
+    if (this.#spare.length < kSpareMax) this.#spare.push(buffered);
   }
 
-  #observe(sampleTimeNs: number, arrivalTimeNs: number): void {
+  #recordArrival(sampleTimeNs: number, arrivalTimeNs: number): void {
     const arrival = this.#arrivals.length < kArrivalsMax ? { timeNs: 0, latenessNs: 0 } : this.#arrivals.shift()!;
     arrival.timeNs = sampleTimeNs;
     arrival.latenessNs = arrivalTimeNs - sampleTimeNs;
@@ -242,7 +242,7 @@ export class Playout {
     shown.timeNs = Math.max(shown.timeNs, this.#renderTimeNs - this.#delayNs);
   }
 
-  #showBetween(from: Held, to: Held): void {
+  #showBetween(from: BufferedFrame, to: BufferedFrame): void {
     const shown = this.#shown;
     shown.level = from.level;
     const count = from.displacement.length;
@@ -269,7 +269,7 @@ export class Playout {
     for (let i = 0; i < out.length; ++i) out[i] = (a.length > 0 ? (1 - s) * a[i] : 0) + (b.length > 0 ? s * b[i] : 0);
   }
 
-  #showCubic(from: Held, to: Held, s: number): void {
+  #showCubic(from: BufferedFrame, to: BufferedFrame, s: number): void {
     const durationS = 1e-9 * (to.timeNs - from.timeNs);
     const stepS = Math.min(durationS, 1e-9 * to.stepNs);
     this.#shown.resize(to.displacement.length, 0);
@@ -277,9 +277,9 @@ export class Playout {
     this.#head.interpolate(from, to, to.geometry!, s, this.#shown.displacement);
   }
 
-  #showLast(last: Held): void {
+  #showLast(last: BufferedFrame): void {
     const shown = this.#shown;
-    const waited = shown.timeNs - last.timeNs - Math.max(kHoldNs, 2 * last.stepNs);
+    const waited = shown.timeNs - last.timeNs - Math.max(kFreezeNs, 2 * last.stepNs);
     const eased = Math.min(Math.max(waited / kEaseToRestNs, 0), 1);
     const left = last.asleep ? 1 : 1 - eased * eased * (3 - 2 * eased);
     shown.pose.set(last.pose);
@@ -293,7 +293,7 @@ export class Playout {
 const byValue = (a: number, b: number): number => a - b;
 
 /** Over a long gap the end velocities no longer describe the motion between, so the cubic is not used. */
-function isCubic(from: Held, to: Held): boolean {
+function isCubic(from: BufferedFrame, to: BufferedFrame): boolean {
   const count = to.displacement.length;
   return (
     count > 0 &&

@@ -1,4 +1,4 @@
-import type { FarStrips, Groom } from "./groom";
+import type { FarCards, Groom } from "./groom";
 
 /** The direction of the hair at each point of a groom at rest: derivatives by the arc length s. */
 export interface RestTangents {
@@ -9,7 +9,7 @@ export interface RestTangents {
 }
 
 /**
- * Of all points of the groom: along strands, threads and the middle of strips, differences between a point's neighbours.
+ * Of all points of the groom: along strands, threads and the middle of cards, differences between a point's neighbours.
  * Zero where no line leads: on cloths, and on lines of no length. `blend` is delta of each point (`rootBlend`).
  */
 export function restTangents(groom: Groom, blend: Float32Array): RestTangents {
@@ -17,25 +17,25 @@ export function restTangents(groom: Groom, blend: Float32Array): RestTangents {
   const rest = { direction: new Float32Array(points.length), blendSlope: new Float32Array(blend.length) };
   for (let s = 0; s < strands.count; ++s) addLine(points, blend, strands.begin[s], strands.begin[s + 1], 1, rest);
   for (const thread of groom.threads) addLine(points, blend, thread.points.begin, thread.points.end, 1, rest);
-  for (const strip of groom.strips) addLine(points, blend, strip.points.begin, strip.points.end, 2, rest);
+  for (const card of groom.cards) addLine(points, blend, card.points.begin, card.points.end, 2, rest);
   return rest;
 }
 
-/** The same of far strips' points, along either edge. `blend` is that of `farStripBlend`. */
-export function farStripTangents(far: FarStrips, blend: Float32Array): RestTangents {
+/** The same of far cards' points, along either edge. `blend` is that of `farCardBlend`. */
+export function farCardTangents(far: FarCards, blend: Float32Array): RestTangents {
   const rest = { direction: new Float32Array(far.points.length), blendSlope: new Float32Array(blend.length) };
-  for (const strip of far.strips) addLine(far.points, blend, strip.points.begin, strip.points.end, 2, rest);
+  for (const card of far.cards) addLine(far.points, blend, card.points.begin, card.points.end, 2, rest);
   return rest;
 }
 
 /** Of unit length, 3 a point, one for either point of a pair: across (left to right) x along, away from the head. */
-export function farStripNormals(far: FarStrips, rest: RestTangents): Float32Array {
+export function farCardNormals(far: FarCards, rest: RestTangents): Float32Array {
   const { points } = far;
   const { direction } = rest;
   const normals = new Float32Array(points.length);
-  for (const strip of far.strips) {
-    for (let p = 3 * strip.points.begin; p + 5 < 3 * strip.points.end; p += 6) {
-      // One normal a pair, so that a strip is flat across.
+  for (const card of far.cards) {
+    for (let p = 3 * card.points.begin; p + 5 < 3 * card.points.end; p += 6) {
+      // One normal a pair, so that a card is flat across.
       const [ax, ay, az] = [points[p + 3] - points[p], points[p + 4] - points[p + 1], points[p + 5] - points[p + 2]];
       const [bx, by, bz] = [
         direction[p] + direction[p + 3], direction[p + 1] + direction[p + 4], direction[p + 2] + direction[p + 5],
@@ -52,7 +52,7 @@ export function farStripNormals(far: FarStrips, rest: RestTangents): Float32Arra
   return normals;
 }
 
-/** A line's next point is `stride` points on: a strip has two edges. */
+/** A line's next point is `stride` points on: a card has two edges. */
 function addLine(
   points: Float32Array,
   blend: Float32Array,

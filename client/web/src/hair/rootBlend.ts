@@ -48,9 +48,9 @@ export function rootBlend(groom: Groom): Float32Array {
     if (!thread.rooted || thread.rootLengthM <= 0) continue;
     blendLine(curveOf(thread.group), thread.rootLengthM, points, thread.points.begin, thread.points.end, delta);
   }
-  for (const strip of groom.strips) {
-    if (!strip.rooted || strip.rootLengthM <= 0) continue;
-    blendStrip(curveOf(strip.group), strip.rootLengthM, points, strip.points, delta);
+  for (const card of groom.cards) {
+    if (!card.rooted || card.rootLengthM <= 0) continue;
+    blendCard(curveOf(card.group), card.rootLengthM, points, card.points, delta);
   }
   for (const cloth of groom.cloths) {
     if (cloth.rootLengthM <= 0) continue;
@@ -61,13 +61,13 @@ export function rootBlend(groom: Groom): Float32Array {
   return delta;
 }
 
-/** The same for every point of the groom's far strips, along the middle of each. */
-export function farStripBlend(groom: Groom): Float32Array {
-  const { points, strips } = groom.farStrips;
+/** The same for every point of the groom's far cards, along the middle of each. */
+export function farCardBlend(groom: Groom): Float32Array {
+  const { points, cards } = groom.farCards;
   const delta = new Float32Array(points.length / 3).fill(1);
-  for (const strip of strips) {
-    if (!strip.rooted || strip.rootLengthM <= 0) continue;
-    blendStrip(curveOfGroup(groom, strip.group), strip.rootLengthM, points, strip.points, delta);
+  for (const card of cards) {
+    if (!card.rooted || card.rootLengthM <= 0) continue;
+    blendCard(curveOfGroup(groom, card.group), card.rootLengthM, points, card.points, delta);
   }
   return delta;
 }
@@ -76,8 +76,8 @@ function curveOfGroup(groom: Groom, group: number): ArrayLike<number> {
   return groom.rootBlends[group] ?? [];
 }
 
-/** Along the middle of a strip: both points of a pair have the same. */
-function blendStrip(
+/** Along the middle of a card: both points of a pair have the same. */
+function blendCard(
   curve: ArrayLike<number>,
   rootLengthM: number,
   points: Float32Array,

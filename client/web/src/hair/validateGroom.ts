@@ -8,8 +8,8 @@ const kVerticesMax = 1_000_000;
 const kGroupsMax = 256;
 const kCopiesMax = 64;
 const kFabricsMax = 4096;
-const kFarStripsMax = 4096;
-const kFarStripPairsMax = 64;
+const kFarCardsMax = 4096;
+const kFarCardPairsMax = 64;
 const kCoordinateMaxM = 10;
 const kRootBlendPointsMax = 64;
 
@@ -21,14 +21,14 @@ export function validateGroom(groom: Groom): void {
   checkStrands(groom);
   checkMaterials(groom);
   checkCount("threads", groom.threads.length, kFabricsMax);
-  checkCount("strips", groom.strips.length, kFabricsMax);
+  checkCount("cards", groom.cards.length, kFabricsMax);
   checkCount("cloths", groom.cloths.length, kFabricsMax);
   checkCount("knots", groom.knots.length, kFabricsMax);
   checkRootBlends(groom);
-  checkClusters(groom);
+  checkClumps(groom);
   checkPointOwners(groom);
   checkKnots(groom);
-  checkFarStrips(groom);
+  checkFarCards(groom);
   checkBody(groom);
 }
 
@@ -108,21 +108,21 @@ function checkRootBlends(groom: Groom): void {
   });
 }
 
-function checkClusters(groom: Groom): void {
-  const { strands, clusters } = groom;
-  checkCount("clusters", clusters.length, strands.count);
+function checkClumps(groom: Groom): void {
+  const { strands, clumps } = groom;
+  checkCount("clumps", clumps.length, strands.count);
   let drawnPoints = groom.points.length / 3;
-  clusters.forEach((cluster, c) => {
-    if (cluster.strand >= strands.count) refuse(`cluster ${c}: its strand does not exist`);
-    checkCount(`copies of cluster ${c}`, cluster.copyCount, kCopiesMax);
-    checkRange(`cluster ${c}: radius (m)`, cluster.radiusM, 0, 0.1);
-    checkRange(`cluster ${c}: radius at the tip (m)`, cluster.tipRadiusM, 0, 0.1);
-    drawnPoints += cluster.copyCount * (strands.begin[cluster.strand + 1] - strands.begin[cluster.strand]);
+  clumps.forEach((clump, c) => {
+    if (clump.strand >= strands.count) refuse(`clump ${c}: its strand does not exist`);
+    checkCount(`copies of clump ${c}`, clump.copyCount, kCopiesMax);
+    checkRange(`clump ${c}: radius (m)`, clump.radiusM, 0, 0.1);
+    checkRange(`clump ${c}: radius at the tip (m)`, clump.tipRadiusM, 0, 0.1);
+    drawnPoints += clump.copyCount * (strands.begin[clump.strand + 1] - strands.begin[clump.strand]);
   });
-  checkCount("points with the clusters'", drawnPoints, kPointsMax);
+  checkCount("points with the clumps'", drawnPoints, kPointsMax);
 }
 
-/** Threads, strips and cloths take up the points after the strands' one after the other. */
+/** Threads, cards and cloths take up the points after the strands' one after the other. */
 function checkPointOwners(groom: Groom): void {
   const pointCount = groom.points.length / 3;
   let next = groom.strands.begin[groom.strands.count];
@@ -140,17 +140,17 @@ function checkPointOwners(groom: Groom): void {
     checkRange(`thread ${i}: root length (m)`, thread.rootLengthM, 0, 10);
     checkRange(`thread ${i}: radius (m)`, thread.radiusM, Math.fround(1e-6), Math.fround(0.05));
   });
-  groom.strips.forEach((strip, i) => {
-    take(`strip ${i}`, strip.points, 4, 2);
-    checkGroup(`strip ${i}`, strip.group, groom);
-    checkHairCount(`strip ${i}`, strip.hairCount);
-    checkRange(`strip ${i}: root length (m)`, strip.rootLengthM, 0, 10);
+  groom.cards.forEach((card, i) => {
+    take(`card ${i}`, card.points, 4, 2);
+    checkGroup(`card ${i}`, card.group, groom);
+    checkHairCount(`card ${i}`, card.hairCount);
+    checkRange(`card ${i}: root length (m)`, card.rootLengthM, 0, 10);
   });
   groom.cloths.forEach((cloth, i) => {
     take(`cloth ${i}`, cloth.points, 3, 1);
     checkCloth(`cloth ${i}`, cloth, groom);
   });
-  if (next !== pointCount) refuse("strands, threads, strips and cloths do not cover the points");
+  if (next !== pointCount) refuse("strands, threads, cards and cloths do not cover the points");
 }
 
 function checkColour(what: string, colour: Colour): void {
@@ -187,25 +187,25 @@ function checkKnots(groom: Groom): void {
   checkCount("tied points", tied, kPointsMax);
 }
 
-function checkFarStrips(groom: Groom): void {
-  const { points, strips } = groom.farStrips;
-  checkCount("far strips", strips.length, kFarStripsMax);
+function checkFarCards(groom: Groom): void {
+  const { points, cards } = groom.farCards;
+  checkCount("far cards", cards.length, kFarCardsMax);
   let next = 0;
-  strips.forEach((strip, i) => {
-    const { begin, end } = strip.points;
+  cards.forEach((card, i) => {
+    const { begin, end } = card.points;
     if (begin !== next || end < begin || end > points.length / 3)
-      refuse(`far strip ${i}: its points do not follow those before it`);
+      refuse(`far card ${i}: its points do not follow those before it`);
     next = end;
     const count = end - begin;
-    if (count < 4 || count % 2 !== 0) refuse(`far strip ${i}: too few points, or one without its partner`);
-    checkCount(`pairs of points of far strip ${i}`, count / 2, kFarStripPairsMax);
-    checkGroup(`far strip ${i}`, strip.group, groom);
-    checkRange(`far strip ${i}: root length (m)`, strip.rootLengthM, 0, 10);
-    if (strip.strandCount < 1 || strip.strandCount > groom.strands.count + groom.strips.length)
-      refuse(`far strip ${i}: stands for no strands, or more than there are`);
+    if (count < 4 || count % 2 !== 0) refuse(`far card ${i}: too few points, or one without its partner`);
+    checkCount(`pairs of points of far card ${i}`, count / 2, kFarCardPairsMax);
+    checkGroup(`far card ${i}`, card.group, groom);
+    checkRange(`far card ${i}: root length (m)`, card.rootLengthM, 0, 10);
+    if (card.strandCount < 1 || card.strandCount > groom.strands.count + groom.cards.length)
+      refuse(`far card ${i}: stands for no strands, or more than there are`);
   });
-  if (next !== points.length / 3) refuse("far strips do not cover their points");
-  checkCoordinates("far strips' point", points);
+  if (next !== points.length / 3) refuse("far cards do not cover their points");
+  checkCoordinates("far cards' point", points);
 }
 
 function checkBody(groom: Groom): void {

@@ -1,5 +1,5 @@
-const kBoundLeastNs = 100_000_000;
-const kBoundMostNs = 5_000_000_000;
+const kBoundMinNs = 100_000_000;
+const kBoundMaxNs = 5_000_000_000;
 
 /**
  * How long to wait before the next attempt to connect: at random between nothing and as long as the connection has been
@@ -7,5 +7,5 @@ const kBoundMostNs = 5_000_000_000;
  * `random`: from 0 up to 1.
  */
 export function backoffNs(awayNs: number, random: () => number): number {
-  return Math.floor(random() * Math.min(Math.max(awayNs, kBoundLeastNs), kBoundMostNs));
+  return Math.floor(random() * Math.min(Math.max(awayNs, kBoundMinNs), kBoundMaxNs));
 }

@@ -2,7 +2,7 @@
  * Decides when bulk data (groom chunks) may go before urgent messages (poses, answers) on one connection. Usually bulk
  * is sent when nothing urgent waits. On a slow line that is always busy, bulk still gets at least one byte in four.
  */
-export class BulkShare {
+export class BulkScheduler {
   /** sent since the last piece, while one waited */
   #creditBytes = 0;
 

@@ -1,6 +1,6 @@
 import * as flatbuffers from "flatbuffers";
 import { HairnetError } from "../hair/hairnetError";
-import { ErrorClass, Level } from "../hair/level";
+import { ErrorClass, LevelIndex } from "../hair/level";
 import { validateGeometry } from "../hair/lattice";
 import type { Pose } from "../hair/pose";
 import { kPoseNumbers } from "../hair/pose";
@@ -128,7 +128,7 @@ function enumOf(value: number, first: number, last: number, name: string): numbe
   return value;
 }
 
-const levelOf = (value: number): Level => enumOf(value, Level.high, Level.rigid, "level");
+const levelOf = (value: number): LevelIndex => enumOf(value, LevelIndex.high, LevelIndex.rigid, "level");
 
 /** The bytes of a struct that has no other meaning. */
 function bytesAt(struct: { bb: flatbuffers.ByteBuffer | null; bb_pos: number } | null, count: number): Uint8Array {
@@ -181,7 +181,7 @@ function readHairState(from: fb.HairState | null): m.HairState | null {
   if (count > kHairStateIntegersMax) throw invalid(`hair state: more than ${kHairStateIntegersMax} integers`);
   if (from.velocitiesLength() !== 0 && from.velocitiesLength() !== count) throw invalid("hair state: counts differ");
   return {
-    level: enumOf(from.level(), Level.high, Level.ether, "level of a hair state"),
+    level: enumOf(from.level(), LevelIndex.high, LevelIndex.ether, "level of a hair state"),
     stepM: from.stepM(),
     displacements: from.displacementsArray()!.slice(),
     velocities: from.velocitiesArray()!.slice(),
@@ -286,7 +286,7 @@ function readLevelRecord(from: fb.LevelRecord): m.LevelRecord {
   return {
     type: "levelRecord",
     groom: hashOf(from.groom()),
-    level: enumOf(from.level(), Level.high, Level.ether, "level of a level record"),
+    level: enumOf(from.level(), LevelIndex.high, LevelIndex.ether, "level of a level record"),
     geometry,
   };
 }
@@ -359,7 +359,7 @@ function readObserve(from: fb.Observe): m.Observe {
     radiusM: from.radiusM(),
     from: origin ? vectorOf(origin) : null,
     members: membersOf(from.membersArray(), "observe"),
-    errorClass: enumOf(from.errorClass(), ErrorClass.fine, ErrorClass.coarse, "error class"),
+    errorClass: enumOf(from.errorClass(), ErrorClass.quarterMm, ErrorClass.oneMm, "error class"),
     stride: from.stride(),
     velocities: from.velocities(),
   };

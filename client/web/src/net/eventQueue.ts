@@ -15,7 +15,7 @@ export class EventQueue {
   #frameBytes = 0;
   #otherBytes = 0;
   /** members whose next frame continues from none that was taken */
-  readonly #jumped = new Set<number>();
+  readonly #discontinuityPending = new Set<number>();
   #framesDropped = 0;
   #ended = false;
 
@@ -27,13 +27,13 @@ export class EventQueue {
   push(event: LinkEvent): boolean {
     if (this.#ended) return true;
     if (event.type === "frameBatch") {
-      const batch = this.#jumped.size > 0 ? this.#withJumps(event) : event;
+      const batch = this.#discontinuityPending.size > 0 ? this.#withDiscontinuities(event) : event;
       this.#frameBytes += bytesOfBatch(batch);
       this.#events.push(batch);
       while (this.#frameBytes > kFrameBytesMax) this.#dropOldestFrames();
       return true;
     }
-    if (event.type === "memberLeft") this.#jumped.delete(event.member);
+    if (event.type === "memberLeft") this.#discontinuityPending.delete(event.member);
     const bytes = bytesOf(event);
     if (this.#otherBytes + bytes > kOtherBytesMax) return false;
     this.#otherBytes += bytes;
@@ -60,12 +60,12 @@ export class EventQueue {
     this.#frameBytes -= bytesOfBatch(dropped);
     this.#framesDropped += dropped.frames.length;
     for (const frame of dropped.frames) {
-      if (frame.discontinuous) this.#passOnJump(frame.member, oldest);
+      if (frame.discontinuous) this.#carryDiscontinuity(frame.member, oldest);
     }
   }
 
   /** A jump that the reader never sees still parts the frames around it. */
-  #passOnJump(member: number, from: number): void {
+  #carryDiscontinuity(member: number, from: number): void {
     for (let i = from; i < this.#events.length; ++i) {
       const event = this.#events[i];
       if (event.type !== "frameBatch") continue;
@@ -76,11 +76,11 @@ export class EventQueue {
       this.#events[i] = { ...event, frames };
       return;
     }
-    this.#jumped.add(member);
+    this.#discontinuityPending.add(member);
   }
 
-  #withJumps(batch: FrameBatch): FrameBatch {
-    const frames = batch.frames.map((frame) => (this.#jumped.delete(frame.member) ? { ...frame, discontinuous: true } : frame));
+  #withDiscontinuities(batch: FrameBatch): FrameBatch {
+    const frames = batch.frames.map((frame) => (this.#discontinuityPending.delete(frame.member) ? { ...frame, discontinuous: true } : frame));
     return { ...batch, frames };
   }
 }
@@ -93,7 +93,7 @@ function bytesOfBatch(batch: FrameBatch): number {
 
 function bytesOf(event: LinkEvent): number {
   if (event.type === "groomFetched") return kObjectBytes + (event.bytes?.length ?? 0);
-  if (event.type !== "levelKnown") return 4 * kObjectBytes;
+  if (event.type !== "levelReceived") return 4 * kObjectBytes;
   const { activeNodes, trimmedNodes, trimmedFrom } = event.geometry;
   return kObjectBytes + 4 * (activeNodes.length + 2 * trimmedNodes.length + 2 * trimmedFrom.length);
 }

@@ -1,6 +1,6 @@
 import type { Frame } from "../hair/frame";
 import type { LevelGeometry } from "../hair/lattice";
-import type { Level } from "../hair/level";
+import type { LevelIndex } from "../hair/level";
 import type { GroomHash } from "./groomHash";
 import type {
   CharacterAdded,
@@ -39,10 +39,10 @@ export interface Disconnected {
   readonly detail: string;
 }
 /** How frames of a level are read. */
-export interface LevelKnown {
-  readonly type: "levelKnown";
+export interface LevelReceived {
+  readonly type: "levelReceived";
   readonly groom: GroomHash;
-  readonly level: Level;
+  readonly level: LevelIndex;
   readonly geometry: LevelGeometry;
 }
 /** A groom that was requested: its file's bytes, as `decodeGroom` takes them; or null, and why in one line. */
@@ -70,7 +70,7 @@ export type LinkEvent =
   | CharacterRemoved
   | MemberJoined
   | MemberLeft
-  | LevelKnown
+  | LevelReceived
   | FrameBatch
   | GroomFetched
   | ErrorMessage;

@@ -1,5 +1,5 @@
 import { HairnetError } from "../hair/hairnetError";
-import { ErrorClass, Level } from "../hair/level";
+import { ErrorClass, LevelIndex } from "../hair/level";
 import type { CodedFrame } from "./messages";
 
 // `frames` of a FrameBatch: one frame after the other without anything between (schema/PROTOCOL.md, Frames).
@@ -37,12 +37,12 @@ export function decodeFrames(packed: Uint8Array): CodedFrame[] {
     if (step === 0 || member + step > kMemberMax)
       throw new HairnetError("invalid", "frame batch: members do not ascend");
     member += step;
-    const level: Level = head & 7;
+    const level: LevelIndex = head & 7;
     const errorClass: ErrorClass = head >> 6;
     const stride = (reference >> 2) & 3;
     const stepStride = (reference >> 4) & 3;
-    if (level > Level.rigid) throw new HairnetError("invalid", `level ${level} does not exist`);
-    if (errorClass > ErrorClass.coarse) throw new HairnetError("invalid", "frame: no such error class");
+    if (level > LevelIndex.rigid) throw new HairnetError("invalid", `level ${level} does not exist`);
+    if (errorClass > ErrorClass.oneMm) throw new HairnetError("invalid", "frame: no such error class");
     if (stride === 3 || stepStride === 3 || reference >> 6 !== 0)
       throw new HairnetError("invalid", "frame: no such stride");
     frames.push({

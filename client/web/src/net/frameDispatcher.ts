@@ -1,16 +1,16 @@
 import type { Frame } from "../hair/frame";
 import type { LevelGeometry } from "../hair/lattice";
-import { ErrorClass, Level } from "../hair/level";
+import { ErrorClass, LevelIndex } from "../hair/level";
 import { rigidPose } from "../hair/pose";
 import type { FrameBatch, FrameSink } from "./events";
-import type { KeptHair } from "./lastKnownHair";
-import type { Taken } from "./members";
+import type { LastKnownHair } from "./lastKnownHair";
+import type { DecodedFrame } from "./members";
 import type { CodedFrame, CodedFrameBatch } from "./messages";
 
 const kNothing: Int16Array = new Int16Array(0);
 
 /** Hands decoded frames on: to a sink as they are, or copied into a batch. */
-export class FramePasser {
+export class FrameDispatcher {
   sink: FrameSink | null = null;
   tickRateHz = 30;
   #tick = 0;
@@ -20,11 +20,11 @@ export class FramePasser {
   readonly #shown = {
     member: 0,
     character: 0,
-    level: Level.rigid,
-    errorClass: ErrorClass.normal,
+    level: LevelIndex.rigid,
+    errorClass: ErrorClass.halfMm,
     discontinuous: false,
     asleep: false,
-    kept: false,
+    lastKnown: false,
     stepStride: 1,
     stepS: 0,
     pose: rigidPose(),
@@ -33,7 +33,7 @@ export class FramePasser {
     geometry: null as LevelGeometry | null,
   };
 
-  constructor(private readonly kept: KeptHair) {}
+  constructor(private readonly lastKnown: LastKnownHair) {}
 
   begin(batch: CodedFrameBatch): void {
     this.#tick = batch.tick;
@@ -42,7 +42,7 @@ export class FramePasser {
   }
 
   /** `taken`: decoded. */
-  pass(frame: CodedFrame, taken: Taken, nowNs: number): void {
+  pass(frame: CodedFrame, taken: DecodedFrame, nowNs: number): void {
     const shown = this.#shown;
     shown.member = frame.member;
     shown.character = taken.character;
@@ -50,14 +50,14 @@ export class FramePasser {
     shown.errorClass = frame.errorClass;
     shown.discontinuous = taken.discontinuous;
     shown.asleep = frame.asleep;
-    shown.kept = false;
+    shown.lastKnown = false;
     shown.stepStride = frame.stepStride;
     shown.stepS = frame.stepStride / this.tickRateHz;
     shown.pose = taken.pose!;
     shown.displacements = taken.integers!.nodes;
     shown.velocities = taken.integers!.velocities;
     shown.geometry = taken.geometry;
-    if (shown.character !== 0 && shown.level === Level.rigid) this.#bringKept(nowNs);
+    if (shown.character !== 0 && shown.level === LevelIndex.rigid) this.#showLastKnown(nowNs);
     if (this.sink) {
       this.sink(shown, this.#sampleTimeNs, this.#tick);
       return;
@@ -78,10 +78,10 @@ export class FramePasser {
     return { type: "frameBatch", tick: this.#tick, sampleTimeNs: this.#sampleTimeNs, frames };
   }
 
-  #bringKept(nowNs: number): void {
-    const hair = this.kept.of(this.#shown.character, nowNs);
+  #showLastKnown(nowNs: number): void {
+    const hair = this.lastKnown.of(this.#shown.character, nowNs);
     if (!hair) return;
-    this.#shown.kept = true;
+    this.#shown.lastKnown = true;
     this.#shown.level = hair.state.level;
     this.#shown.errorClass = hair.errorClass;
     this.#shown.displacements = hair.state.displacements;

@@ -43,21 +43,21 @@ function readGroom(from: fb.Groom): g.Groom {
     strands,
     ...readMaterials(from),
     rootBlends: readRootBlends(from),
-    clusters: list(from.clustersLength(), (i) => readCluster(from.clusters(i)!)),
+    clumps: list(from.clumpsLength(), (i) => readClump(from.clumps(i)!)),
     threads: list(from.threadsLength(), (i) => readThread(from.threads(i)!, nextPoints)),
-    strips: list(from.stripsLength(), (i) => readStrip(from.strips(i)!, nextPoints)),
+    cards: list(from.cardsLength(), (i) => readCard(from.cards(i)!, nextPoints)),
     cloths: readCloths(from, nextPoints),
     knots: readKnots(from),
-    farStrips: readFarStrips(from),
+    farCards: readFarCards(from),
     body: readBody(from),
   };
 }
 
 function list<T>(count: number, each: (index: number) => T): T[] {
-  if (count > kListMax) throw invalid(`${count} clusters, threads, strips, cloths or knots, more than ${kListMax}`);
+  if (count > kListMax) throw invalid(`${count} clumps, threads, cards, cloths or knots, more than ${kListMax}`);
   return Array.from({ length: count }, (_, index) => each(index));
 }
-/** Of the most there may be of anything that becomes an object each: clusters, one a strand. */
+/** Of the most there may be of anything that becomes an object each: clumps, one a strand. */
 const kListMax = 200_000;
 
 function textOf(bytes: string | Uint8Array | null, name: string): string {
@@ -159,7 +159,7 @@ function colourOf(from: fb.Vec3): g.Colour {
   return [from.x(), from.y(), from.z()];
 }
 
-function readCluster(from: fb.Cluster): g.Cluster {
+function readClump(from: fb.Clump): g.Clump {
   return {
     strand: from.strand(),
     copyCount: from.copyCount(),
@@ -179,7 +179,7 @@ function readThread(from: fb.Thread, nextPoints: (count: number) => g.PointRange
   };
 }
 
-function readStrip(from: fb.Strip, nextPoints: (count: number) => g.PointRange): g.Strip {
+function readCard(from: fb.HairCard, nextPoints: (count: number) => g.PointRange): g.HairCard {
   const properties = from.properties()!;
   return {
     points: nextPoints(from.pointCount()),
@@ -217,19 +217,19 @@ function readKnots(from: fb.Groom): g.Knot[] {
   return knots;
 }
 
-function readFarStrips(from: fb.Groom): g.FarStrips {
+function readFarCards(from: fb.Groom): g.FarCards {
   const nextPoints = pointCounter(0);
-  const strips = list(from.farStripsLength(), (i) => {
-    const strip = from.farStrips(i)!;
+  const cards = list(from.farCardsLength(), (i) => {
+    const card = from.farCards(i)!;
     return {
-      points: nextPoints(strip.pointCount()),
-      rootLengthM: strip.rootLengthM(),
-      strandCount: strip.strandCount(),
-      group: strip.group(),
-      rooted: strip.rooted(),
+      points: nextPoints(card.pointCount()),
+      rootLengthM: card.rootLengthM(),
+      strandCount: card.strandCount(),
+      group: card.group(),
+      rooted: card.rooted(),
     };
   });
-  return { points: from.farStripPointsArray()?.slice() ?? new Float32Array(0), strips };
+  return { points: from.farCardPointsArray()?.slice() ?? new Float32Array(0), cards };
 }
 
 function readBody(from: fb.Groom): g.Body {

@@ -12,7 +12,7 @@ interface Reported {
 }
 
 /** How this client sees members, said to the server a few times a second at most, and only what has changed enough. */
-export class Importance {
+export class ImportanceReporter {
   readonly #members = new Map<number, Reported>();
   #anyDue = false;
   #nextNs = 0;
@@ -40,7 +40,7 @@ export class Importance {
   }
 
   /** The server may have missed some. */
-  sayAllAgain(): void {
+  resendAll(): void {
     for (const reported of this.#members.values()) reported.due = true;
     this.#anyDue = this.#members.size > 0;
   }

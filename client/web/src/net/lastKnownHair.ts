@@ -6,7 +6,7 @@ import type { HairState } from "./messages";
 const kLatticeWaitNs = 1_000_000_000;
 
 /** A lattice as a frame gave it. */
-export interface Hair {
+export interface HairSnapshot {
   readonly groom: GroomHash;
   readonly errorClass: ErrorClass;
   readonly state: HairState;
@@ -17,25 +17,25 @@ export interface Hair {
  * The last known hair of this client's own characters, taken when the connection was lost. A new server has no lattice
  * until it has the groom, so it sends rigid frames at first. This hair is shown in their place.
  */
-export class KeptHair {
-  readonly #kept = new Map<number, { readonly hair: Hair; untilNs: number }>();
+export class LastKnownHair {
+  readonly #lastKnown = new Map<number, { readonly hair: HairSnapshot; untilNs: number }>();
 
-  keep(character: number, hair: Hair): void {
-    this.#kept.set(character, { hair, untilNs: Infinity });
+  keep(character: number, hair: HairSnapshot): void {
+    this.#lastKnown.set(character, { hair, untilNs: Infinity });
   }
 
   drop(character: number): void {
-    this.#kept.delete(character);
+    this.#lastKnown.delete(character);
   }
 
   dropOf(groom: GroomHash): void {
-    for (const [character, kept] of this.#kept) {
-      if (kept.hair.groom === groom) this.#kept.delete(character);
+    for (const [character, kept] of this.#lastKnown) {
+      if (kept.hair.groom === groom) this.#lastKnown.delete(character);
     }
   }
 
   dropAll(): void {
-    this.#kept.clear();
+    this.#lastKnown.clear();
   }
 
   /**
@@ -43,13 +43,13 @@ export class KeptHair {
    * the character rigid), the last known hair is no longer shown.
    */
   onReady(groom: GroomHash, nowNs: number): void {
-    for (const kept of this.#kept.values()) {
+    for (const kept of this.#lastKnown.values()) {
       if (kept.hair.groom === groom && kept.untilNs === Infinity) kept.untilNs = nowNs + kLatticeWaitNs;
     }
   }
 
-  of(character: number, nowNs: number): Hair | null {
-    const kept = this.#kept.get(character);
+  of(character: number, nowNs: number): HairSnapshot | null {
+    const kept = this.#lastKnown.get(character);
     return kept && nowNs < kept.untilNs ? kept.hair : null;
   }
 }

@@ -1,5 +1,5 @@
 import type { LevelGeometry } from "../hair/lattice";
-import type { Level } from "../hair/level";
+import type { LevelIndex } from "../hair/level";
 import { Neighbours } from "./codec/neighbours";
 import type { GroomHash } from "./groomHash";
 import type { LevelRecord } from "./messages";
@@ -30,7 +30,7 @@ export class LevelCatalog {
   }
 }
 
-export const levelKey = (groom: GroomHash, level: Level): string => `${groom} ${level}`;
+export const levelKey = (groom: GroomHash, level: LevelIndex): string => `${groom} ${level}`;
 
 function isSame(a: LevelGeometry, b: LevelGeometry): boolean {
   return (

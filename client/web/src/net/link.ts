@@ -2,7 +2,7 @@ import { HairnetError } from "../hair/hairnetError";
 import type { LinkEvent } from "./events";
 import { isFinal } from "./finalGoodbye";
 import { LinkCore } from "./linkCore";
-import type { LinkCounters, LinkOptions } from "./linkCoreOptions";
+import type { LinkCounters, LinkCoreOptions } from "./linkCoreOptions";
 import type { Welcome } from "./messages";
 
 // Bytes that may wait in the socket before no more packets are taken: poses wait where old ones can give way.
@@ -11,7 +11,7 @@ const kBufferedWaitMs = 10;
 // Timers' own limit is 2^31 ms.
 const kTimerMsMax = 3_600_000;
 
-/** What a `Connection` needs of a WebSocket: browsers' own, or another's for tests and Node. */
+/** What a `Link` needs of a WebSocket: browsers' own, or another's for tests and Node. */
 export interface WebSocketLike {
   binaryType: string;
   readonly bufferedAmount: number;
@@ -23,7 +23,7 @@ export interface WebSocketLike {
   close(): void;
 }
 
-export interface ConnectionOptions extends Partial<LinkOptions> {
+export interface LinkOptions extends Partial<LinkCoreOptions> {
   /** makes sockets; by default the platform's WebSocket with the subprotocol "hairnet" */
   readonly makeSocket?: (url: string) => WebSocketLike;
   /** this client's monotonic clock, ns; by default performance.now() */
@@ -50,7 +50,7 @@ export function webSocketUrl(server: string): string {
  * what drives it. It connects, comes back after a lost connection, and says what happened as events, which the caller
  * takes with `poll()`, once a picture for example. Nothing here throws but `HairnetError`, for arguments.
  */
-export class Connection {
+export class Link {
   readonly core: LinkCore;
   readonly #url: string;
   readonly #makeSocket: (url: string) => WebSocketLike;
@@ -62,7 +62,7 @@ export class Connection {
   #answer: { resolve: (welcome: Welcome) => void; reject: (error: Error) => void } | null = null;
   #connectCalled = false;
 
-  constructor(server: string, options: ConnectionOptions = {}) {
+  constructor(server: string, options: LinkOptions = {}) {
     const { makeSocket, nowNs, ...linkOptions } = options;
     this.#url = webSocketUrl(server);
     this.#makeSocket = makeSocket ?? makeWebSocket;
@@ -97,7 +97,7 @@ export class Connection {
     this.#turn();
   }
 
-  /** Calls of the caller, and a turn soon after: `use((link) => link.addCharacter(...))`. */
+  /** Calls of the caller, and a turn soon after: `use((core) => core.addCharacter(...))`. */
   use<T>(call: (core: LinkCore) => T): T {
     const result = call(this.core);
     if (!this.#turnIsDue) {

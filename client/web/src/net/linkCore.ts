@@ -1,25 +1,25 @@
 import { HairnetError } from "../hair/hairnetError";
-import { Level } from "../hair/level";
+import { LevelIndex } from "../hair/level";
 import { backoffNs } from "./backoff";
-import { BulkShare } from "./bulkScheduler";
+import { BulkScheduler } from "./bulkScheduler";
 import { ClockEstimate } from "./clockEstimate";
 import { decodePacket } from "./decodePacket";
 import { encodePacket } from "./encodePacket";
 import { EventQueue } from "./eventQueue";
 import type { FrameSink, LinkEvent } from "./events";
 import { isFinal } from "./finalGoodbye";
-import { FramePasser } from "./frameDispatcher";
+import { FrameDispatcher } from "./frameDispatcher";
 import { GroomFetch } from "./groomFetch";
 import type { GroomHash } from "./groomHash";
 import { hashBytes, hashGroom } from "./groomHash";
-import { Importance } from "./importanceReporter";
-import { KeptHair } from "./lastKnownHair";
-import type { LinkCounters, LinkOptions } from "./linkCoreOptions";
+import { ImportanceReporter } from "./importanceReporter";
+import { LastKnownHair } from "./lastKnownHair";
+import type { LinkCounters, LinkCoreOptions } from "./linkCoreOptions";
 import { kDefaultOptions } from "./linkCoreOptions";
 import { Members } from "./members";
 import type * as m from "./messages";
 import { ErrorReason, GoodbyeReason, GroomState, kMembersPerMessageMax, kProtocolVersion } from "./messages";
-import { Roster } from "./requestedState";
+import { RequestedState } from "./requestedState";
 import { SendQueue } from "./sendQueue";
 import { UploadQueue } from "./uploadQueue";
 import { validateMessage, validatePoseSample } from "./validateMessage";
@@ -30,13 +30,13 @@ const kGoodbyeWaitNs = 400_000_000;
 // A session that lasted so long was no failed attempt: the next one comes soon again.
 const kStableNs = 5_000_000_000;
 // After a resume the server tells of all members at once; who is not among them by then has left meanwhile.
-const kMembersToldAgainNs = 1_000_000_000;
+const kMembersResendWaitNs = 1_000_000_000;
 
 type State = "idle" | "waiting" | "wanting" | "opening" | "greeting" | "active" | "leaving" | "ended";
 
 /**
  * A client's whole conversation with a server, without socket and clock: packets and times in, packets and events out.
- * Whoever owns it drives it so, with times (ns) of one monotonic clock that never go back:
+ * Its owner calls it as follows, with times (ns) of one monotonic clock that never go back:
  *
  *   start()                     once; then after whatever happens:
  *   poll(now)                   time-outs; due again at nextDeadlineNs at the latest
@@ -51,7 +51,7 @@ type State = "idle" | "waiting" | "wanting" | "opening" | "greeting" | "active" 
  * throw `HairnetError` for arguments that no server takes, and then change nothing.
  */
 export class LinkCore {
-  readonly #options: LinkOptions;
+  readonly #options: LinkCoreOptions;
   #state: State = "idle";
   /** from onOpening() to onClosed() */
   #connection = false;
@@ -68,16 +68,16 @@ export class LinkCore {
   /** when a packet, or a sign of life, went out last */
   #sentNs = 0;
   #clock = new ClockEstimate();
-  readonly #roster = new Roster();
+  readonly #requested = new RequestedState();
   readonly #uploads = new UploadQueue(kChunkBytes);
-  readonly #uploadShare = new BulkShare(kChunkBytes);
+  readonly #uploadShare = new BulkScheduler(kChunkBytes);
   readonly #queue = new SendQueue();
   readonly #members = new Members();
-  readonly #kept = new KeptHair();
-  readonly #importance = new Importance();
+  readonly #lastKnown = new LastKnownHair();
+  readonly #importance = new ImportanceReporter();
   readonly #fetch = new GroomFetch();
   readonly #events = new EventQueue();
-  readonly #frames = new FramePasser(this.#kept);
+  readonly #frames = new FrameDispatcher(this.#lastKnown);
   readonly #counters = {
     bytesSent: 0,
     bytesReceived: 0,
@@ -92,7 +92,7 @@ export class LinkCore {
   #endDetail = "";
   #endReason = GoodbyeReason.none;
 
-  constructor(options: Partial<LinkOptions> = {}) {
+  constructor(options: Partial<LinkCoreOptions> = {}) {
     this.#options = { ...kDefaultOptions, ...options };
     validateMessage(this.#hello());
   }
@@ -107,50 +107,50 @@ export class LinkCore {
   offerGroom(bytes: Uint8Array): GroomHash {
     const hash = hashGroom(bytes);
     validateMessage({ type: "groomOffer", hash, byteCount: bytes.length });
-    this.#roster.offer(hash, bytes);
+    this.#requested.offer(hash, bytes);
     const offer = this.isActive ? this.#uploads.offer(hash, bytes) : null;
-    if (offer) this.#say(offer);
+    if (offer) this.#send(offer);
     return hash;
   }
 
-  addCharacter(character: number, groom: GroomHash, level: Level = Level.high): void {
+  addCharacter(character: number, groom: GroomHash, level: LevelIndex = LevelIndex.high): void {
     const added: m.AddCharacter = { type: "addCharacter", character, groom, level, state: null };
     validateMessage(added);
-    this.#roster.add(added);
-    this.#say(added);
+    this.#requested.add(added);
+    this.#send(added);
   }
 
   /** The finest level it may have. */
-  setLevel(character: number, level: Level): void {
+  setLevel(character: number, level: LevelIndex): void {
     const wanted: m.SetLevel = { type: "setLevel", character, level };
     validateMessage(wanted);
-    if (level === Level.rigid) this.#kept.drop(character);
-    this.#roster.setLevel(wanted);
-    this.#say(wanted);
+    if (level === LevelIndex.rigid) this.#lastKnown.drop(character);
+    this.#requested.setLevel(wanted);
+    this.#send(wanted);
   }
 
   /** Refused with an error message when out of range. */
   setMaterial(character: number, scale: m.MaterialScale): void {
     const wanted: m.SetMaterial = { type: "setMaterial", character, scale: { ...scale } };
     validateMessage(wanted);
-    this.#roster.setMaterial(wanted);
-    this.#say(wanted);
+    this.#requested.setMaterial(wanted);
+    this.#send(wanted);
   }
 
   /** Sets the wind of the whole room; the last client to set it wins. */
   setWind(wind: m.Wind): void {
     const wanted: m.SetWind = { type: "setWind", wind: { ...wind } };
     validateMessage(wanted);
-    this.#roster.setWind(wanted);
-    this.#say(wanted);
+    this.#requested.setWind(wanted);
+    this.#send(wanted);
   }
 
   removeCharacter(character: number): void {
     const removed: m.RemoveCharacter = { type: "removeCharacter", character };
     validateMessage(removed);
-    this.#roster.remove(character);
-    this.#kept.drop(character);
-    this.#say(removed);
+    this.#requested.remove(character);
+    this.#lastKnown.drop(character);
+    this.#send(removed);
   }
 
   /** Poses of one moment, sent as one batch; copied. */
@@ -165,8 +165,8 @@ export class LinkCore {
   observe(wanted: Omit<m.Observe, "type">): void {
     const message: m.Observe = { ...wanted, type: "observe", members: wanted.members.slice() };
     validateMessage(message);
-    this.#roster.observe(message);
-    this.#say(message);
+    this.#requested.observe(message);
+    this.#send(message);
   }
 
   /** Said a few times a second at most, and what has changed enough to matter. */
@@ -180,7 +180,7 @@ export class LinkCore {
   requestGroom(hash: GroomHash): void {
     hashBytes(hash);
     const request = this.#fetch.request(hash);
-    if (request) this.#say(request);
+    if (request) this.#send(request);
   }
 
   /** Frames then go there, and no `FrameBatch` events come; null: events again. */
@@ -345,7 +345,7 @@ export class LinkCore {
       case "characterAdded":
         return this.#onCharacterAdded(message, nowNs);
       case "characterRemoved":
-        this.#roster.onRemoved(message.character);
+        this.#requested.onRemoved(message.character);
         this.#members.removeOwn(message.character);
         return this.#push(message);
       case "memberJoined":
@@ -356,7 +356,7 @@ export class LinkCore {
         return;
       case "levelRecord": {
         const { groom, level } = message;
-        return this.#push({ type: "levelKnown", groom, level, geometry: this.#members.learn(message) });
+        return this.#push({ type: "levelReceived", groom, level, geometry: this.#members.addLevel(message) });
       }
       case "groomData": {
         const fetched = this.#fetch.take(message);
@@ -390,18 +390,18 @@ export class LinkCore {
 
   #pollActive(nowNs: number): void {
     if (nowNs - this.#sentNs >= 1e9 * this.#options.keepAliveS) {
-      if (this.#queue.isEmpty) this.#say({ type: "poseBatch", poses: [] }); // nothing to say, but still here
+      if (this.#queue.isEmpty) this.#send({ type: "poseBatch", poses: [] }); // a keep-alive
       this.#sentNs = nowNs;
     }
     const report = this.#importance.take(nowNs);
-    if (report) this.#say(report);
+    if (report) this.#send(report);
     if (nowNs < this.#membersDueNs) return;
     this.#membersDueNs = Infinity;
     this.#tellLeft(this.#members.dropUnconfirmed());
   }
 
   /** The roster says it again where there is no session yet, or no longer. */
-  #say(message: m.ClientMessage): void {
+  #send(message: m.ClientMessage): void {
     if (this.isActive && !this.#queue.push(message))
       this.#end(GoodbyeReason.none, "more messages wait to be sent than the server takes");
   }
@@ -417,11 +417,11 @@ export class LinkCore {
       const { giveUpAfterS } = this.#options;
       this.#giveUpNs = giveUpAfterS > 0 ? nowNs + 1e9 * giveUpAfterS : Infinity;
     }
-    for (const character of this.#roster.characters) {
+    for (const character of this.#requested.characters) {
       const hair = this.#members.hairOf(character);
       if (!hair) continue;
-      this.#roster.remember(character, hair.state);
-      this.#kept.keep(character, hair);
+      this.#requested.remember(character, hair.state);
+      this.#lastKnown.keep(character, hair);
     }
     this.#members.forgetFrames();
     this.#membersDueNs = Infinity;
@@ -457,24 +457,24 @@ export class LinkCore {
     if (resumed) ++this.#counters.resumes;
     this.#push({ type: "connected", welcome, again });
     if (resumed) {
-      this.#kept.dropAll();
-      this.#members.expectAllAgain();
-      this.#membersDueNs = nowNs + kMembersToldAgainNs;
+      this.#lastKnown.dropAll();
+      this.#members.markAllUnconfirmed();
+      this.#membersDueNs = nowNs + kMembersResendWaitNs;
     } else {
       this.#tellLeft(this.#members.dropAll());
     }
-    this.#sayAllAgain(resumed);
+    this.#resendAll(resumed);
   }
 
-  #sayAllAgain(resumed: boolean): void {
-    const again = this.#roster.sayAgain(resumed);
-    for (const [hash, bytes] of again.offers) {
+  #resendAll(resumed: boolean): void {
+    const resend = this.#requested.takeResend(resumed);
+    for (const [hash, bytes] of resend.offers) {
       const offer = this.#uploads.offer(hash, bytes);
-      if (offer) this.#say(offer);
+      if (offer) this.#send(offer);
     }
-    for (const message of again.messages) this.#say(message);
-    for (const request of this.#fetch.requestAgain()) this.#say(request);
-    if (resumed) this.#importance.sayAllAgain();
+    for (const message of resend.messages) this.#send(message);
+    for (const request of this.#fetch.requestAgain()) this.#send(request);
+    if (resumed) this.#importance.resendAll();
     else this.#importance.forgetAll();
   }
 
@@ -490,24 +490,24 @@ export class LinkCore {
     // Until then its bytes may be another client's, which leaves, or whose bytes prove wrong when they are built.
     if (state === GroomState.ready || state === GroomState.refused) this.#uploads.drop(hash);
     if (state === GroomState.ready) {
-      this.#roster.onReady(hash);
-      this.#kept.onReady(hash, nowNs);
+      this.#requested.onReady(hash);
+      this.#lastKnown.onReady(hash, nowNs);
     } else if (state === GroomState.refused) {
-      this.#roster.onRefused(hash);
-      this.#kept.dropOf(hash);
+      this.#requested.onRefused(hash);
+      this.#lastKnown.dropOf(hash);
     }
     this.#push(status);
   }
 
   #onCharacterAdded(added: m.CharacterAdded, nowNs: number): void {
-    if (!this.#roster.hasAskedFor(added.character))
+    if (!this.#requested.hasAskedFor(added.character))
       return this.#lose(GoodbyeReason.protocolError, "the server added a character nobody requested", nowNs);
-    this.#roster.onAdded(added.character);
+    this.#requested.onAdded(added.character);
     if (this.#members.addOwn(added)) this.#push(added);
   }
 
   #onMemberJoined(joined: m.MemberJoined): void {
-    const former = this.#members.dropFormer(joined.session, joined.character, joined.member);
+    const former = this.#members.dropPreviousNumber(joined.session, joined.character, joined.member);
     if (former !== null) this.#tellLeft([former]);
     if (this.#members.join(joined)) this.#push(joined);
   }
@@ -516,20 +516,20 @@ export class LinkCore {
     const keyframes: number[] = [];
     this.#frames.begin(batch);
     for (const frame of batch.frames) {
-      const taken = this.#members.take(frame, batch.tick, nowNs);
+      const taken = this.#members.decodeMemberFrame(frame, batch.tick, nowNs);
       ++this.#counters.framesReceived;
       if (taken.outcome === "unknown") ++this.#counters.framesUnknown;
       if (taken.outcome === "undecodable") ++this.#counters.framesUndecodable;
       if (taken.wantsKeyframe && keyframes.length < kMembersPerMessageMax) keyframes.push(frame.member);
       if (taken.outcome !== "decoded") continue;
-      if (taken.character !== 0 && frame.level !== Level.rigid) {
+      if (taken.character !== 0 && frame.level !== LevelIndex.rigid) {
         // The server has a lattice of it.
-        this.#kept.drop(taken.character);
-        this.#roster.forgetState(taken.character);
+        this.#lastKnown.drop(taken.character);
+        this.#requested.forgetState(taken.character);
       }
       this.#frames.pass(frame, taken, nowNs);
     }
-    if (keyframes.length > 0) this.#say({ type: "requestKeyframes", members: keyframes });
+    if (keyframes.length > 0) this.#send({ type: "requestKeyframes", members: keyframes });
     const decoded = this.#frames.finish();
     if (decoded) this.#push(decoded);
   }
@@ -540,9 +540,9 @@ export class LinkCore {
     const endsFetch = mayBeFetch && groom !== null && this.#fetch.refuse(groom);
     if (!endsFetch && groom !== null && endsUpload(error)) {
       this.#uploads.drop(groom);
-      this.#roster.onRefused(groom);
+      this.#requested.onRefused(groom);
     }
-    if (!this.#roster.onError(error)) return this.#push(error);
+    if (!this.#requested.onError(error)) return this.#push(error);
     // Its removal was said twice, and the answer to the first lost with a connection.
     if (reason === ErrorReason.characterUnknown && this.#members.removeOwn(character))
       this.#push({ type: "characterRemoved", character });

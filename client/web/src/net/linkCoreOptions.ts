@@ -1,6 +1,6 @@
 import { Role } from "./messages";
 
-export interface LinkOptions {
+export interface LinkCoreOptions {
   /** for the server's log */
   readonly clientName: string;
   /** up to 64 letters, digits and . _ -; empty: the lobby */
@@ -20,7 +20,7 @@ export interface LinkOptions {
   readonly random: () => number;
 }
 
-export const kDefaultOptions: LinkOptions = {
+export const kDefaultOptions: LinkCoreOptions = {
   clientName: "hairnet-client",
   room: "",
   token: "",

@@ -1,12 +1,12 @@
 import { dequantisePose } from "../hair/dequantise";
 import type { LevelGeometry } from "../hair/lattice";
-import { ErrorClass, Level, kStepsM } from "../hair/level";
+import { ErrorClass, LevelIndex, kStepsM } from "../hair/level";
 import type { Pose } from "../hair/pose";
 import { poseFault, rigidPose } from "../hair/pose";
 import { decodeFrame } from "./codec/decodeFrame";
 import { FrameIntegers, kHistoryMax } from "./codec/frameIntegers";
 import type { GroomHash } from "./groomHash";
-import type { Hair } from "./lastKnownHair";
+import type { HairSnapshot } from "./lastKnownHair";
 import type { KnownLevel } from "./levelCatalog";
 import { LevelCatalog, levelKey } from "./levelCatalog";
 import type { CharacterAdded, CodedFrame, LevelRecord, MemberJoined } from "./messages";
@@ -16,23 +16,23 @@ const kKeyframeWaitNs = 500_000_000;
 // Ring of the last decoded frames: as many as a frame may refer to, and one slot for the next frame.
 const kSlotCount = kHistoryMax + 1;
 
-class Past {
+class HistoryEntry {
   valid = false;
   tick = 0;
-  level = Level.rigid;
-  errorClass = ErrorClass.normal;
+  level = LevelIndex.rigid;
+  errorClass = ErrorClass.halfMm;
   readonly integers = new FrameIntegers();
 }
 
 class Member {
   confirmed = true;
   /** an undecodable frame was discontinuous */
-  jumped = false;
+  discontinuityPending = false;
   lastTick = -1;
   keyframeAskedNs = 0;
   keyframeAsked = false;
   newest = 0;
-  readonly past = Array.from({ length: kSlotCount }, () => new Past());
+  readonly history = Array.from({ length: kSlotCount }, () => new HistoryEntry());
   readonly pose = rigidPose();
   /** looked up already, by level */
   readonly levels: (KnownLevel | undefined)[] = [undefined, undefined, undefined, undefined];
@@ -49,8 +49,8 @@ class Member {
   }
 }
 
-/** What became of a frame. Reused by the next `take`. */
-export interface Taken {
+/** What became of a frame. Reused by the next `decodeMemberFrame`. */
+export interface DecodedFrame {
   /**
    * undecodable: what it refers to is missing, or its bytes are wrong; unknown: no such member, or no newer than the
    * last
@@ -61,7 +61,7 @@ export interface Taken {
   discontinuous: boolean;
   /** one's own number; 0: another's */
   character: number;
-  /** of a decoded frame; until the next take of the member */
+  /** of a decoded frame; until the next frame of the member */
   integers: FrameIntegers | null;
   pose: Pose | null;
   /** of a decoded frame's level; null: rigid */
@@ -77,7 +77,7 @@ export class Members {
   readonly #catalog = new LevelCatalog();
   readonly #levels = new Map<string, KnownLevel>();
   readonly #history: FrameIntegers[] = [];
-  readonly #taken: Taken = {
+  readonly #taken: DecodedFrame = {
     outcome: "unknown",
     wantsKeyframe: false,
     discontinuous: false,
@@ -107,7 +107,7 @@ export class Members {
   }
 
   /** The geometry as it is known from now on. */
-  learn(record: LevelRecord): LevelGeometry {
+  addLevel(record: LevelRecord): LevelGeometry {
     const known = this.#catalog.keep(record);
     this.#levels.set(levelKey(record.groom, record.level), known);
     for (const member of this.#members.values()) {
@@ -116,7 +116,7 @@ export class Members {
     return known.geometry;
   }
 
-  take(frame: CodedFrame, tick: number, nowNs: number): Taken {
+  decodeMemberFrame(frame: CodedFrame, tick: number, nowNs: number): DecodedFrame {
     const taken = this.#taken;
     taken.outcome = "unknown";
     taken.wantsKeyframe = taken.discontinuous = false;
@@ -126,14 +126,14 @@ export class Members {
     if (!member || tick <= member.lastTick) return taken;
     member.lastTick = tick;
     taken.character = member.isOwn ? member.character : 0;
-    taken.discontinuous = frame.discontinuous || member.jumped;
+    taken.discontinuous = frame.discontinuous || member.discontinuityPending;
     if (this.#decode(member, frame, tick, taken)) {
       taken.outcome = "decoded";
-      member.jumped = member.keyframeAsked = false;
+      member.discontinuityPending = member.keyframeAsked = false;
       return taken;
     }
     taken.outcome = "undecodable";
-    member.jumped = taken.discontinuous;
+    member.discontinuityPending = taken.discontinuous;
     taken.wantsKeyframe = !member.keyframeAsked || nowNs - member.keyframeAskedNs >= kKeyframeWaitNs;
     if (taken.wantsKeyframe) member.keyframeAskedNs = nowNs;
     member.keyframeAsked = true;
@@ -141,11 +141,11 @@ export class Members {
   }
 
   /** The last hair of an own character, copied; null when it has none. */
-  hairOf(character: number): Hair | null {
+  hairOf(character: number): HairSnapshot | null {
     const found = this.#findOwn(character);
     if (!found) return null;
     const member = found[1];
-    const last = member.past[member.newest];
+    const last = member.history[member.newest];
     const known = member.levels[last.level];
     if (!last.valid || last.integers.nodes.length === 0 || !known) return null;
     return {
@@ -163,7 +163,7 @@ export class Members {
 
   forgetFrames(): void {
     for (const member of this.#members.values()) {
-      for (const past of member.past) past.valid = false;
+      for (const past of member.history) past.valid = false;
       member.keyframeAsked = false;
     }
   }
@@ -172,7 +172,7 @@ export class Members {
    * After a resume the server announces all members again. `dropUnconfirmed` then removes those that it did not
    * announce.
    */
-  expectAllAgain(): void {
+  markAllUnconfirmed(): void {
     for (const member of this.#members.values()) member.confirmed = false;
   }
 
@@ -180,7 +180,7 @@ export class Members {
    * Removes and returns the old member number of the same character, which left and came back during the outage; null
    * if there is none.
    */
-  dropFormer(session: bigint, character: number, number: number): number | null {
+  dropPreviousNumber(session: bigint, character: number, number: number): number | null {
     for (const [other, member] of this.#members) {
       if (member.confirmed || other === number || member.session !== session || member.character !== character) continue;
       this.#members.delete(other);
@@ -202,7 +202,7 @@ export class Members {
 
   /** The session is lost. Returns all others. */
   dropAll(): number[] {
-    this.expectAllAgain();
+    this.markAllUnconfirmed();
     this.#levels.clear();
     return this.dropUnconfirmed();
   }
@@ -226,20 +226,20 @@ export class Members {
     return null;
   }
 
-  #decode(member: Member, frame: CodedFrame, tick: number, taken: Taken): boolean {
-    const level = frame.level === Level.rigid ? null : this.#levelOf(member, frame.level);
+  #decode(member: Member, frame: CodedFrame, tick: number, taken: DecodedFrame): boolean {
+    const level = frame.level === LevelIndex.rigid ? null : this.#levelOf(member, frame.level);
     if (level === undefined) return false;
     const numbers = level ? 3 * level.geometry.activeNodes.length : 0;
     const history = this.#history;
     history.length = 0;
     for (let k = 0; k < frame.order; ++k) {
-      const past = member.past[(member.newest + kSlotCount - k) % kSlotCount];
+      const past = member.history[(member.newest + kSlotCount - k) % kSlotCount];
       const expected = tick - (k + 1) * frame.stride;
       if (!past.valid || past.tick !== expected || past.integers.nodes.length !== numbers) return false;
       history.push(past.integers);
     }
     const slot = (member.newest + 1) % kSlotCount;
-    const next = member.past[slot];
+    const next = member.history[slot];
     next.valid = false;
     if (!decodeFrame(frame.content, history, frame.order, level && level.neighbours, frame.velocities, next.integers))
       return false;
@@ -256,7 +256,7 @@ export class Members {
     return true;
   }
 
-  #levelOf(member: Member, level: Level): KnownLevel | undefined {
+  #levelOf(member: Member, level: LevelIndex): KnownLevel | undefined {
     return (member.levels[level] ??= this.#levels.get(levelKey(member.groom, level)));
   }
 }

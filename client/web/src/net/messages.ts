@@ -1,4 +1,4 @@
-import type { ErrorClass, Level } from "../hair/level";
+import type { ErrorClass, LevelIndex } from "../hair/level";
 import type { MemberImportance } from "../hair/hairSource";
 import type { LevelGeometry } from "../hair/lattice";
 import type { Pose } from "../hair/pose";
@@ -101,7 +101,7 @@ export interface GroomChunk {
 }
 /** A lattice: displacement = stepM * integer, velocity = 32 stepM/s * integer, 3 an active node. */
 export interface HairState {
-  readonly level: Level;
+  readonly level: LevelIndex;
   readonly stepM: number;
   readonly displacements: Int16Array;
   /** as many, or none: at rest */
@@ -113,14 +113,14 @@ export interface AddCharacter {
   readonly character: number;
   readonly groom: GroomHash;
   /** the finest that it is given */
-  readonly level: Level;
+  readonly level: LevelIndex;
   /** what it goes on from; null: its design */
   readonly state: HairState | null;
 }
 export interface SetLevel {
   readonly type: "setLevel";
   readonly character: number;
-  readonly level: Level;
+  readonly level: LevelIndex;
 }
 export interface RemoveCharacter {
   readonly type: "removeCharacter";
@@ -249,7 +249,7 @@ export interface CharacterAdded {
   readonly type: "characterAdded";
   readonly character: number;
   readonly groom: GroomHash;
-  readonly level: Level;
+  readonly level: LevelIndex;
   /** its number in frames */
   readonly member: number;
 }
@@ -273,13 +273,13 @@ export interface MemberLeft {
 export interface LevelRecord {
   readonly type: "levelRecord";
   readonly groom: GroomHash;
-  readonly level: Level;
+  readonly level: LevelIndex;
   readonly geometry: LevelGeometry;
 }
 /** A frame as it travels, its content still coded. */
 export interface CodedFrame {
   readonly member: number;
-  readonly level: Level;
+  readonly level: LevelIndex;
   readonly errorClass: ErrorClass;
   /** do not interpolate from the last frame */
   readonly discontinuous: boolean;

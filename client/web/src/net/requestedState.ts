@@ -1,4 +1,4 @@
-import { Level } from "../hair/level";
+import { LevelIndex } from "../hair/level";
 import type { GroomHash } from "./groomHash";
 import type {
   AddCharacter,
@@ -18,33 +18,33 @@ interface OfferedGroom {
   ready: boolean;
 }
 
-interface RosterCharacter {
+interface RequestedCharacter {
   readonly groom: GroomHash;
-  level: Level;
+  level: LevelIndex;
   material: MaterialScale | null;
   /** CharacterAdded has come */
   confirmed: boolean;
 }
 
 /** What is to be said over a new connection; offers first. */
-export interface Again {
+export interface Resend {
   readonly offers: (readonly [GroomHash, Uint8Array])[];
   readonly messages: ClientMessage[];
 }
 
 /**
- * What a client has asked for and what of it the server has confirmed, so that all of it can be said again over a new
+ * What a client has asked for and what of it the server has confirmed, so that all of it can be sent again over a new
  * connection. No I/O.
  */
-export class Roster {
+export class RequestedState {
   readonly #grooms = new Map<GroomHash, OfferedGroom>();
-  readonly #characters = new Map<number, RosterCharacter>();
+  readonly #characters = new Map<number, RequestedCharacter>();
   /** as it was when the connection broke */
   readonly #states = new Map<number, HairState>();
   /** removed, and not confirmed */
   readonly #leaving = new Set<number>();
   /** Of which the server may have heard already; it may tell of them before it refuses them. */
-  readonly #saidTwice = new Set<number>();
+  readonly #sentTwice = new Set<number>();
   #wind: SetWind | null = null;
   #observe: Observe | null = null;
 
@@ -63,7 +63,7 @@ export class Roster {
   }
 
   add(added: AddCharacter): void {
-    this.#saidTwice.delete(added.character);
+    this.#sentTwice.delete(added.character);
     this.#characters.set(added.character, {
       groom: added.groom,
       level: added.level,
@@ -77,7 +77,7 @@ export class Roster {
   setLevel(wanted: SetLevel): void {
     const character = this.#characters.get(wanted.character);
     if (character) character.level = wanted.level;
-    if (wanted.level === Level.rigid) this.#states.delete(wanted.character);
+    if (wanted.level === LevelIndex.rigid) this.#states.delete(wanted.character);
   }
 
   setMaterial(wanted: SetMaterial): void {
@@ -130,37 +130,37 @@ export class Roster {
   onError(error: ErrorMessage): boolean {
     if (error.character === 0) return false;
     if (error.reason === ErrorReason.characterUnknown) return this.#leaving.delete(error.character);
-    if (error.reason !== ErrorReason.characterExists || !this.#saidTwice.delete(error.character)) return false;
+    if (error.reason !== ErrorReason.characterExists || !this.#sentTwice.delete(error.character)) return false;
     this.onAdded(error.character);
     return true;
   }
 
   /** A new connection has its welcome. `resumed`: the server still has what it confirmed. */
-  sayAgain(resumed: boolean): Again {
-    const again: Again = { offers: [], messages: [] };
-    this.#saidTwice.clear();
+  takeResend(resumed: boolean): Resend {
+    const resend: Resend = { offers: [], messages: [] };
+    this.#sentTwice.clear();
     for (const [hash, groom] of this.#grooms) {
       groom.ready &&= resumed;
-      if (!groom.ready) again.offers.push([hash, groom.bytes]);
+      if (!groom.ready) resend.offers.push([hash, groom.bytes]);
     }
     if (!resumed) this.#leaving.clear();
-    for (const character of this.#leaving) again.messages.push({ type: "removeCharacter", character });
-    for (const [number, character] of this.#characters) this.#sayCharacterAgain(number, character, resumed, again);
-    if (this.#wind) again.messages.push(this.#wind);
-    if (this.#observe) again.messages.push(this.#observe);
-    return again;
+    for (const character of this.#leaving) resend.messages.push({ type: "removeCharacter", character });
+    for (const [number, character] of this.#characters) this.#resendCharacter(number, character, resumed, resend);
+    if (this.#wind) resend.messages.push(this.#wind);
+    if (this.#observe) resend.messages.push(this.#observe);
+    return resend;
   }
 
-  #sayCharacterAgain(number: number, character: RosterCharacter, resumed: boolean, again: Again): void {
+  #resendCharacter(number: number, character: RequestedCharacter, resumed: boolean, resend: Resend): void {
     const { groom, level, material } = character;
     character.confirmed &&= resumed;
     if (!character.confirmed) {
       const state = this.#states.get(number) ?? null;
-      again.messages.push({ type: "addCharacter", character: number, groom, level, state });
-      if (resumed) this.#saidTwice.add(number);
+      resend.messages.push({ type: "addCharacter", character: number, groom, level, state });
+      if (resumed) this.#sentTwice.add(number);
     }
     // The server may have added it before the connection broke, with an older level.
-    if (resumed) again.messages.push({ type: "setLevel", character: number, level });
-    if (material) again.messages.push({ type: "setMaterial", character: number, scale: material });
+    if (resumed) resend.messages.push({ type: "setLevel", character: number, level });
+    if (material) resend.messages.push({ type: "setMaterial", character: number, scale: material });
   }
 }

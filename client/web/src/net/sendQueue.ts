@@ -12,7 +12,7 @@ export class SendQueue {
   #messages: ClientMessage[] = [];
   #poseBatchCount = 0;
   /** characters whose next pose continues from none that was sent */
-  readonly #jumped = new Set<number>();
+  readonly #teleportPending = new Set<number>();
   #posesDropped = 0;
 
   get posesDropped(): number {
@@ -33,7 +33,7 @@ export class SendQueue {
 
   /** In batches as large as may be. A dropped pose's teleport passes to the character's next pose. */
   pushPoses(poses: readonly PoseSample[]): void {
-    const fresh = poses.map((pose) => (this.#jumped.delete(pose.character) ? { ...pose, teleport: true } : pose));
+    const fresh = poses.map((pose) => (this.#teleportPending.delete(pose.character) ? { ...pose, teleport: true } : pose));
     for (let begin = 0; begin < fresh.length; begin += kPosesPerBatchMax) {
       this.#messages.push({ type: "poseBatch", poses: fresh.slice(begin, begin + kPosesPerBatchMax) });
       if (++this.#poseBatchCount > kPoseBatchesMax) this.#dropOldestPoses();
@@ -59,7 +59,7 @@ export class SendQueue {
   dropPoses(poses: readonly PoseSample[]): void {
     this.#posesDropped += poses.length;
     for (const pose of poses) {
-      if (pose.teleport) this.#jumped.add(pose.character);
+      if (pose.teleport) this.#teleportPending.add(pose.character);
     }
   }
 
@@ -69,12 +69,12 @@ export class SendQueue {
     --this.#poseBatchCount;
     this.#posesDropped += dropped.poses.length;
     for (const pose of dropped.poses) {
-      if (pose.teleport) this.#passOnTeleport(oldest, pose.character);
+      if (pose.teleport) this.#carryTeleport(oldest, pose.character);
     }
   }
 
   /** The character's next pose from message `from` on no longer continues from what the server saw last. */
-  #passOnTeleport(from: number, character: number): void {
+  #carryTeleport(from: number, character: number): void {
     for (let i = from; i < this.#messages.length; ++i) {
       const message = this.#messages[i];
       if (message.type !== "poseBatch") continue;
@@ -84,6 +84,6 @@ export class SendQueue {
       this.#messages[i] = { type: "poseBatch", poses };
       return;
     }
-    this.#jumped.add(character);
+    this.#teleportPending.add(character);
   }
 }

@@ -1,5 +1,5 @@
 import { HairnetError } from "../hair/hairnetError";
-import { ErrorClass, Level } from "../hair/level";
+import { ErrorClass, LevelIndex } from "../hair/level";
 import { kPositionMaxM, validatePose } from "../hair/pose";
 import { hashBytes } from "./groomHash";
 import type { ClientMessage, HairState, Observe, PoseSample } from "./messages";
@@ -43,11 +43,11 @@ export function validateMessage(message: ClientMessage): void {
     case "addCharacter":
       checkCharacter(message.character);
       hashBytes(message.groom);
-      checkInteger(message.level, Level.high, Level.rigid, "level");
+      checkInteger(message.level, LevelIndex.high, LevelIndex.rigid, "level");
       return message.state ? checkState(message.state) : undefined;
     case "setLevel":
       checkCharacter(message.character);
-      return checkInteger(message.level, Level.high, Level.rigid, "level");
+      return checkInteger(message.level, LevelIndex.high, LevelIndex.rigid, "level");
     case "removeCharacter":
       return checkCharacter(message.character);
     case "poseBatch":
@@ -108,7 +108,7 @@ function checkNumbers(values: readonly unknown[], name: string): void {
 }
 
 function checkState(state: HairState): void {
-  checkInteger(state.level, Level.high, Level.ether, "level of a hair state");
+  checkInteger(state.level, LevelIndex.high, LevelIndex.ether, "level of a hair state");
   const count = state.displacements.length;
   if (count === 0 || count % 3 !== 0 || count > kHairStateIntegersMax)
     throw invalid("hair state: not 3 integers a node, or too many");
@@ -119,7 +119,7 @@ function checkState(state: HairState): void {
 function checkObserve(observe: Observe): void {
   checkInteger(observe.mode, ObserveMode.all, ObserveMode.list, "observe mode");
   checkInteger(observe.count, 0, 0xffffffff, "observed count");
-  checkInteger(observe.errorClass, ErrorClass.fine, ErrorClass.coarse, "error class");
+  checkInteger(observe.errorClass, ErrorClass.quarterMm, ErrorClass.oneMm, "error class");
   checkInteger(observe.members.length, 0, kMembersPerMessageMax, "observed members");
   observe.members.forEach(checkMember);
   if (![1, 2, 4].includes(observe.stride)) throw invalid("observe: stride is not 1, 2 or 4");

@@ -1,6 +1,6 @@
 import type { Frame } from "../hair/frame";
 
-const kMembersMost = 4096;
+const kMembersMax = 4096;
 
 /**
  * Frames of members that are not known yet. The first frame of a member may arrive before its `memberJoined` event is
@@ -10,7 +10,7 @@ export class EarlyFrames {
   readonly #frames = new Map<number, { frame: Frame; sampleNs: number; arrivalNs: number }>();
 
   put(frame: Frame, sampleNs: number, arrivalNs: number): void {
-    if (this.#frames.size >= kMembersMost && !this.#frames.has(frame.member)) return;
+    if (this.#frames.size >= kMembersMax && !this.#frames.has(frame.member)) return;
     const copy = {
       ...frame,
       pose: frame.pose.slice(),

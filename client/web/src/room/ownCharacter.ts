@@ -1,6 +1,6 @@
-import { Level } from "../hair/level";
+import { LevelIndex } from "../hair/level";
 import { validatePose, type Pose } from "../hair/pose";
-import type { Connection } from "../net/link";
+import type { Link } from "../net/link";
 import type { MaterialScale } from "../net/messages";
 
 /** A character of one's own in a room. */
@@ -10,7 +10,7 @@ export class OwnCharacter {
 
   /** Made by `Room.addCharacter`. */
   constructor(
-    private readonly connection: Connection,
+    private readonly link: Link,
     /** this client's own number for it */
     readonly character: number,
     /** names its groom */
@@ -33,19 +33,19 @@ export class OwnCharacter {
     const sample = {
       character: this.character,
       sequence: this.#sequence,
-      captureTimeNs: this.connection.nowNs(),
+      captureTimeNs: this.link.nowNs(),
       teleport,
       pose: this.#newest,
     };
-    this.connection.use((link) => link.pushPoses([sample]));
+    this.link.use((core) => core.pushPoses([sample]));
   }
 
   /** The finest level that it may have. */
-  setLevel(level: Level): void {
-    this.connection.use((link) => link.setLevel(this.character, level));
+  setLevel(level: LevelIndex): void {
+    this.link.use((core) => core.setLevel(this.character, level));
   }
 
   setMaterial(scale: MaterialScale): void {
-    this.connection.use((link) => link.setMaterial(this.character, scale));
+    this.link.use((core) => core.setMaterial(this.character, scale));
   }
 }

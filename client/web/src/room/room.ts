@@ -1,6 +1,6 @@
 import type { Groom } from "../hair/groom";
-import { ErrorClass, Level } from "../hair/level";
-import { Connection, type ConnectionOptions } from "../net/link";
+import { ErrorClass, LevelIndex } from "../hair/level";
+import { Link, type LinkOptions } from "../net/link";
 import type { LinkEvent } from "../net/events";
 import { decodeGroom } from "../net/groomFile";
 import { isFinal } from "../net/finalGoodbye";
@@ -15,8 +15,8 @@ import { OwnCharacter } from "./ownCharacter";
 
 const kGroomRetryNs = 3_000_000_000;
 
-/** "away": the connection is lost and the room is reconnecting; "closed": for good. */
-export type RoomState = "connected" | "away" | "closed";
+/** "reconnecting": the connection is lost and the room is reconnecting; "closed": for good. */
+export type RoomState = "connected" | "reconnecting" | "closed";
 
 /** What `Room` tells its listeners. */
 export interface RoomEvents {
@@ -32,10 +32,10 @@ export interface RoomEvents {
  * Joins a room. Rejects with `HairnetError`, of one line, when the first attempt fails; afterwards the room comes back by
  * itself whenever the connection breaks.
  */
-export async function connect(server: string, options: ConnectionOptions = {}): Promise<Room> {
-  const connection = new Connection(server, options);
-  const room = new Room(connection);
-  await connection.connect();
+export async function connect(server: string, options: LinkOptions = {}): Promise<Room> {
+  const link = new Link(server, options);
+  const room = new Room(link);
+  await link.connect();
   return room;
 }
 
@@ -61,23 +61,23 @@ export class Room implements HairSource {
   #state: RoomState = "connected";
   #nextCharacter = 1;
 
-  constructor(readonly connection: Connection) {
-    connection.use((link) => {
-      link.setFrameSink((frame, sampleTimeNs) => {
-        const sampleNs = link.toLocalNs(sampleTimeNs);
-        const arrivalNs = this.#arrivals.timeOf(sampleNs, connection.nowNs());
+  constructor(readonly link: Link) {
+    link.use((core) => {
+      core.setFrameSink((frame, sampleTimeNs) => {
+        const sampleNs = core.toLocalNs(sampleTimeNs);
+        const arrivalNs = this.#arrivals.timeOf(sampleNs, link.nowNs());
         // After a reconnect, member numbers may mean other members until the queued events are taken: store the frames.
         const member = this.#state === "connected" ? this.members.get(frame.member) : undefined;
         if (member) member.playout.push(frame, sampleNs, arrivalNs);
         else this.#early.put(frame, sampleNs, arrivalNs);
       });
-      link.observe({
+      core.observe({
         mode: ObserveMode.all,
         count: 0,
         radiusM: 0,
         from: null,
         members: [],
-        errorClass: ErrorClass.normal,
+        errorClass: ErrorClass.halfMm,
         stride: 1,
         velocities: true,
       });
@@ -89,7 +89,7 @@ export class Room implements HairSource {
   }
 
   get counters(): LinkCounters {
-    return this.connection.counters;
+    return this.link.counters;
   }
 
   /** Of `member`, from sampling its poses to showing them here, s; 0 without a frame. */
@@ -105,11 +105,11 @@ export class Room implements HairSource {
   }
 
   sample(_nowMs: number): readonly Member[] {
-    for (const event of this.connection.poll()) this.#take(event);
+    for (const event of this.link.poll()) this.#take(event);
     this.#early.take((frame, sampleNs, arrivalNs) => {
       this.members.get(frame.member)?.playout.push(frame, sampleNs, arrivalNs);
     });
-    const nowNs = this.connection.nowNs();
+    const nowNs = this.link.nowNs();
     this.#arrivals.onAwake(nowNs);
     this.#askAgain(nowNs);
     const shown = [...this.members.values()];
@@ -119,48 +119,48 @@ export class Room implements HairSource {
 
   reportImportance(members: readonly MemberImportance[]): void {
     const known = members.filter(({ member }) => this.members.has(member));
-    if (known.length > 0) this.connection.use((link) => link.reportImportance(known));
+    if (known.length > 0) this.link.use((core) => core.reportImportance(known));
   }
 
   /**
    * Adds a character of one's own with the hair of a groom file; it is seen once a pose was pushed. Throws
    * `HairnetError` when the file is damaged.
    */
-  addCharacter(groomFile: Uint8Array, level: Level = Level.high): OwnCharacter {
+  addCharacter(groomFile: Uint8Array, level: LevelIndex = LevelIndex.high): OwnCharacter {
     const groomKey = hashGroom(groomFile);
     this.#keepGroom(groomKey, this.#grooms.get(groomKey) ?? decodeGroom(groomFile), groomFile);
     return this.#add(groomKey, level);
   }
 
   /** The same with a groom that is in the room already, by its `groomKey`. */
-  addCharacterLike(member: Member, level: Level = Level.high): OwnCharacter {
+  addCharacterLike(member: Member, level: LevelIndex = LevelIndex.high): OwnCharacter {
     return this.#add(member.groomKey, level);
   }
 
   removeCharacter(own: OwnCharacter): void {
     this.#own.delete(own.character);
     this.#ownMembers.delete(own.character);
-    this.connection.use((link) => link.removeCharacter(own.character));
+    this.link.use((core) => core.removeCharacter(own.character));
     this.#forgetUnused(own.groomKey);
   }
 
   setWind(wind: Wind): void {
-    this.connection.use((link) => link.setWind(wind));
+    this.link.use((core) => core.setWind(wind));
   }
 
   /** Says goodbye; the room is empty and stays so. */
   close(): void {
-    this.connection.close();
+    this.link.close();
     for (const member of [...this.members.values()]) this.#drop(member);
     this.#setState("closed", "", 0);
   }
 
-  #add(groomKey: string, level: Level): OwnCharacter {
+  #add(groomKey: string, level: LevelIndex): OwnCharacter {
     const file = this.#files.get(groomKey);
-    if (file) this.connection.use((link) => link.offerGroom(file));
-    const own = new OwnCharacter(this.connection, this.#nextCharacter++, groomKey);
+    if (file) this.link.use((core) => core.offerGroom(file));
+    const own = new OwnCharacter(this.link, this.#nextCharacter++, groomKey);
     this.#own.set(own.character, own);
-    this.connection.use((link) => link.addCharacter(own.character, groomKey, level));
+    this.link.use((core) => core.addCharacter(own.character, groomKey, level));
     return own;
   }
 
@@ -169,8 +169,8 @@ export class Room implements HairSource {
       case "connected":
         return this.#setState("connected", "", 0);
       case "reconnecting":
-        for (const member of this.members.values()) member.playout.hold();
-        return this.#setState("away", event.detail || "the connection broke", event.waitS);
+        for (const member of this.members.values()) member.playout.freeze();
+        return this.#setState("reconnecting", event.detail || "the connection broke", event.waitS);
       case "disconnected":
         for (const member of [...this.members.values()]) this.#drop(member);
         return this.#setState("closed", event.detail, 0, isFinal(event.reason));
@@ -193,7 +193,7 @@ export class Room implements HairSource {
       case "error":
         if (event.reason === ErrorReason.groomUnavailable || event.reason === ErrorReason.limitExceeded) {
           if (event.groom && !this.#grooms.has(event.groom)) {
-            if (this.#isUsed(event.groom)) this.#askAgainNs.set(event.groom, this.connection.nowNs() + kGroomRetryNs);
+            if (this.#isUsed(event.groom)) this.#askAgainNs.set(event.groom, this.link.nowNs() + kGroomRetryNs);
             return;
           }
         }
@@ -221,7 +221,7 @@ export class Room implements HairSource {
     this.members.set(member.member, member);
     member.groom = this.#grooms.get(member.groomKey) ?? null;
     member.fault = this.#faults.get(member.groomKey) ?? "";
-    if (!member.groom && !member.fault) this.connection.use((link) => link.requestGroom(member.groomKey));
+    if (!member.groom && !member.fault) this.link.use((core) => core.requestGroom(member.groomKey));
     this.#tell("joined", { member });
   }
 
@@ -282,7 +282,7 @@ export class Room implements HairSource {
     for (const [key, atNs] of this.#askAgainNs) {
       if (nowNs < atNs) continue;
       this.#askAgainNs.delete(key);
-      this.connection.use((link) => link.requestGroom(key));
+      this.link.use((core) => core.requestGroom(key));
     }
   }
 

@@ -17,8 +17,8 @@ import { shader } from "./shaders";
 const kWidth = 1024;
 const kHeight = 512;
 
-/** The texture of strips, drawn once by the GPU, and again when its context was lost. */
-export class StripTexture {
+/** The texture of cards, drawn once by the GPU, and again when its context was lost. */
+export class CardTexture {
   readonly #target = new WebGLRenderTarget(kWidth, kHeight, {
     depthBuffer: false,
     generateMipmaps: true,

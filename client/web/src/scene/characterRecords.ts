@@ -6,7 +6,7 @@ import { FloatTexture } from "./floatTexture";
 /** client/shaders/character.glsl */
 export const kRecordTexels = 32;
 export const kFirstLayer = 16;
-export const kLayerCountMost = 5;
+export const kLatticeLayersMax = 5;
 /** Texels of a row of `lattices`. */
 export const kLatticeRow = 1024;
 
@@ -32,7 +32,7 @@ export interface Record {
   readonly size: number;
   readonly bodyVisible: boolean;
   readonly layers: readonly PlacedLayer[];
-  /** rows of `StrandPlacement` that the points of its strands have */
+  /** rows of `StrandDeformPass` that the points of its strands have */
   readonly pointRows: PointRows;
 }
 
@@ -88,9 +88,9 @@ export function writeRecord(record: Record, out: Float32Array): void {
   put(0, pose[0], pose[1], pose[2], pose[3]);
   put(1, pose[4], pose[5], pose[6], record.pointRows.first);
   put(2, ...record.hairAlbedo, record.widthM);
-  put(3, detail.strandShare, Math.min(2 - 2 * detail.strips, 1), Math.min(2 * detail.strips, 1), detail.quadratic);
-  const layerCount = Math.min(layers.length, kLayerCountMost);
-  put(4, detail.followerCount, record.strayM, layerCount, record.size - 1);
+  put(3, detail.strandShare, Math.min(2 - 2 * detail.cards, 1), Math.min(2 * detail.cards, 1), detail.quadratic);
+  const layerCount = Math.min(layers.length, kLatticeLayersMax);
+  put(4, detail.followHairCount, record.strayM, layerCount, record.size - 1);
   put(5, ...record.skinAlbedo, record.bodyVisible ? 0 : 1);
   for (let bone = 0; bone < kBoneCount; ++bone) {
     const at = bone * kNumbersPerBone;

@@ -1,6 +1,6 @@
 import { DataTexture, FloatType, NearestFilter, RGBAFormat } from "three";
 
-const kRowsLeast = 8;
+const kRowsMin = 8;
 
 /** A texture of RGBA floats that grows and shrinks by rows and is rewritten every frame. */
 export class FloatTexture {
@@ -20,8 +20,8 @@ export class FloatTexture {
   /** Makes room for so many rows; what they held may be lost. `values` may be another array afterwards. */
   reserve(rows: number): void {
     // All of it goes to the GPU each time: not for long more than is used.
-    if (rows <= this.#rows && this.#rows <= Math.max(4 * rows, kRowsLeast)) return;
-    this.#rows = Math.max(Math.ceil(1.5 * rows), kRowsLeast);
+    if (rows <= this.#rows && this.#rows <= Math.max(4 * rows, kRowsMin)) return;
+    this.#rows = Math.max(Math.ceil(1.5 * rows), kRowsMin);
     this.values = new Float32Array(4 * this.width * this.#rows);
     // The size of a texture is fixed once it is on the GPU, so the GPU texture is created again.
     this.texture.dispose();

@@ -30,18 +30,18 @@ export interface Drawn {
 export interface DrawCounts {
   drawCalls: number;
   strands: number;
-  strips: number;
+  cards: number;
   vertices: number;
 }
 
-const kFollowersMost = 15;
+const kFollowHairsMax = 15;
 
-/** Sorts for `GroomDrawing.show`: who is drawn as strips alone comes last, and those of one list stand together. */
+/** Sorts for `GroomDrawing.show`: who is drawn as cards alone comes last, and those of one list stand together. */
 export function inDrawingOrder(a: Drawn, b: Drawn): number {
   return (
-    Number(a.detail.strips >= 1) - Number(b.detail.strips >= 1) ||
+    Number(a.detail.cards >= 1) - Number(b.detail.cards >= 1) ||
     a.list - b.list ||
-    a.detail.strips - b.detail.strips ||
+    a.detail.cards - b.detail.cards ||
     b.detail.strandShare - a.detail.strandShare
   );
 }
@@ -52,15 +52,15 @@ export class GroomDrawing {
   readonly waviness: number;
   readonly strandWidthM: number;
   readonly radiusM: number;
-  readonly hasFarStrips: boolean;
+  readonly hasFarCards: boolean;
   readonly bytes: number;
-  /** What `StrandPlacement` reads of the strands' points: rows of kPointRow. */
+  /** What `StrandDeformPass` reads of the strands' points: rows of kPointRow. */
   readonly restPoints: DataTexture;
   readonly restArcs: DataTexture;
   readonly #geometry: GroomGeometry;
   readonly #strands: Part[];
-  readonly #strips: Part | null;
-  readonly #farStrips: Part | null;
+  readonly #cards: Part | null;
+  readonly #farCards: Part | null;
   readonly #fabric: Part | null;
   readonly #body: Part | null;
   readonly #parts: Part[];
@@ -77,7 +77,7 @@ export class GroomDrawing {
     this.waviness = geometry.waviness;
     this.strandWidthM = geometry.strandWidthM;
     this.radiusM = geometry.radiusM;
-    this.hasFarStrips = geometry.farStrips.triangles.length > 0;
+    this.hasFarCards = geometry.farCards.triangles.length > 0;
     const make = (part: HairPart, attributes: Attributes, triangles: Uint32Array, own: Record<string, IUniform>) => {
       const material = makeMaterial(part, uniforms, own);
       adapt(material, part);
@@ -91,9 +91,9 @@ export class GroomDrawing {
       ["albedo", 0, 4],
       ["cord", 4, 1],
     ]);
-    this.#strips = whole("strip", geometry.strips, side, { far_strips: { value: 0 }, waviness: { value: 0 } });
-    this.#farStrips = whole("strip", geometry.farStrips, side, {
-      far_strips: { value: 1 },
+    this.#cards = whole("card", geometry.cards, side, { far_cards: { value: 0 }, waviness: { value: 0 } });
+    this.#farCards = whole("card", geometry.farCards, side, {
+      far_cards: { value: 1 },
       waviness: { value: geometry.waviness },
     });
     const { strands: points } = geometry;
@@ -110,7 +110,7 @@ export class GroomDrawing {
     this.#strands = points.lists.map((list) =>
       make("strand", strands, list.triangles, { strand_count: strandCount }),
     );
-    const parts = [this.#body, this.#fabric, this.#strips, ...this.#strands, this.#farStrips];
+    const parts = [this.#body, this.#fabric, this.#cards, ...this.#strands, this.#farCards];
     this.#parts = parts.filter((part) => part !== null);
     for (const part of this.#parts) group.add(part.mesh);
     this.bytes = bytesOf(geometry);
@@ -141,19 +141,19 @@ export class GroomDrawing {
     if (shown.length === 0) return;
     this.#body?.show(first, shown.length, 1, counts);
     this.#fabric?.show(first, shown.length, 1, counts);
-    this.#strips?.show(first, shown.length, 1, counts);
+    this.#cards?.show(first, shown.length, 1, counts);
     for (let begin = 0; begin < shown.length; ) {
       let end = begin;
       let strands = 0;
-      let followers = 0;
+      let followHairs = 0;
       const far = this.#isFar(shown[begin].detail);
       const { list } = shown[begin];
       for (; end < shown.length && shown[end].list === list && this.#isFar(shown[end].detail) === far; ++end) {
         strands = Math.max(strands, this.strandsOf(shown[end]));
-        followers = Math.max(followers, shown[end].detail.followerCount);
+        followHairs = Math.max(followHairs, shown[end].detail.followHairCount);
       }
       if (strands > 0) {
-        const copies = 1 + Math.ceil(Math.min(Math.max(followers, 0), kFollowersMost));
+        const copies = 1 + Math.ceil(Math.min(Math.max(followHairs, 0), kFollowHairsMax));
         const part = this.#strands[list];
         part.mesh.geometry.setDrawRange(0, this.#geometry.strands.lists[list].end[strands]);
         part.show(first + begin, end - begin, copies, counts);
@@ -161,10 +161,10 @@ export class GroomDrawing {
       }
       begin = end;
     }
-    const farFrom = shown.findIndex((one) => one.detail.strips > 0);
-    if (this.#farStrips && farFrom >= 0) {
-      this.#farStrips.show(first + farFrom, shown.length - farFrom, 1, counts);
-      counts.strips += this.#geometry.farStripCount * (shown.length - farFrom);
+    const farFrom = shown.findIndex((one) => one.detail.cards > 0);
+    if (this.#farCards && farFrom >= 0) {
+      this.#farCards.show(first + farFrom, shown.length - farFrom, 1, counts);
+      counts.cards += this.#geometry.farCardCount * (shown.length - farFrom);
     }
   }
 
@@ -178,7 +178,7 @@ export class GroomDrawing {
   }
 
   #isFar(detail: DrawDetail): boolean {
-    return this.hasFarStrips && detail.strips >= 1;
+    return this.hasFarCards && detail.cards >= 1;
   }
 }
 
@@ -199,17 +199,17 @@ function attributesOf(arrays: MeshArrays, extras: readonly Extra[]): Attributes 
 }
 
 function bytesOf(geometry: GroomGeometry): number {
-  const { strands, strips, farStrips, fabric, body } = geometry;
+  const { strands, cards, farCards, fabric, body } = geometry;
   let bytes = 0;
-  for (const mesh of [strands, strips, farStrips, fabric, body])
+  for (const mesh of [strands, cards, farCards, fabric, body])
     for (const array of Object.values(mesh)) if (ArrayBuffer.isView(array)) bytes += array.byteLength;
   for (const list of geometry.strands.lists) bytes += list.triangles.byteLength;
   return bytes;
 }
 
-const kOrder: Record<HairPart, number> = { body: 0, fabric: 1, strip: 2, strand: 3 };
+const kOrder: Record<HairPart, number> = { body: 0, fabric: 1, card: 2, strand: 3 };
 
-/** A mesh whose instances are characters, or characters' strands and their followers. */
+/** A mesh whose instances are characters, or characters' strands and their follow hairs. */
 class Part {
   readonly mesh: Mesh<InstancedBufferGeometry, RawShaderMaterial>;
 

@@ -12,7 +12,7 @@ import { makeLightRig, type LightRig } from "./lightRig";
 import { shader } from "./shaders";
 
 /** What a material draws. */
-export type HairPart = "strand" | "strip" | "fabric" | "body";
+export type HairPart = "strand" | "card" | "fabric" | "body";
 
 /** Uniforms that all materials of a scene share, by their names in client/shaders. */
 export class SceneUniforms {
@@ -33,7 +33,7 @@ export class SceneUniforms {
       records: { value: records },
       lattices: { value: lattices },
       placed_points: { value: placedPoints },
-      strip_texture: { value: null },
+      card_texture: { value: null },
     };
   }
 

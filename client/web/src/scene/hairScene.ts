@@ -9,9 +9,9 @@ import { HairCharacter } from "./hairCharacter";
 import { SceneUniforms, type HairPart } from "./hairMaterials";
 import { sceneLights, studioLights } from "./lightRig";
 import { place } from "./placement";
-import { kLayerCountMost, Lattices, Records, type PlacedLayer, type PointRows } from "./characterRecords";
-import { fitShares, StrandPlacement, type PlacedGroom } from "./strandDeformPass";
-import { StripTexture } from "./cardTexture";
+import { kLatticeLayersMax, Lattices, Records, type PlacedLayer, type PointRows } from "./characterRecords";
+import { fitShares, StrandDeformPass, type PlacedGroom } from "./strandDeformPass";
+import { CardTexture } from "./cardTexture";
 import { seenBy, viewsOf, type View } from "./view";
 
 export interface HairSceneOptions {
@@ -31,7 +31,7 @@ export interface HairStatistics extends DrawCounts {
 }
 
 const kImportanceEveryMs = 250;
-const kStrayM = 2.5e-3; // of followers from their strand
+const kStrayM = 2.5e-3; // of follow hairs from their strand
 
 /** The names of events are those of `HairScene.addEventListener`. */
 export interface HairSceneEventMap {
@@ -59,7 +59,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   readonly statistics: HairStatistics = {
     drawCalls: 0,
     strands: 0,
-    strips: 0,
+    cards: 0,
     vertices: 0,
     characters: 0,
     grooms: 0,
@@ -72,9 +72,9 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   readonly #options: HairSceneOptions;
   readonly #records = new Records();
   readonly #lattices = new Lattices();
-  readonly #placement = new StrandPlacement(this.#records.texture, this.#lattices.texture);
+  readonly #placement = new StrandDeformPass(this.#records.texture, this.#lattices.texture);
   readonly #uniforms = new SceneUniforms(this.#records.texture, this.#lattices.texture, this.#placement.texture);
-  readonly #stripTexture = new StripTexture();
+  readonly #cardTexture = new CardTexture();
   readonly #builder = new GroomBuilder();
   readonly #grooms = new Map<string, GroomEntry>();
   /** numbers of the members, in this frame */
@@ -90,7 +90,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     this.#renderer = renderer;
     this.#options = options;
     this.lights = options.lights ?? "studio";
-    this.#uniforms.all.strip_texture.value = this.#stripTexture.texture;
+    this.#uniforms.all.card_texture.value = this.#cardTexture.texture;
     renderer.domElement.addEventListener("webglcontextrestored", this.#onRestored);
   }
 
@@ -99,7 +99,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     if (this.#isDisposed) return;
     this.updateWorldMatrix(true, false);
     camera.updateWorldMatrix(true, false);
-    this.#stripTexture.draw(this.#renderer);
+    this.#cardTexture.draw(this.#renderer);
     const members = this.#source.sample(nowMs);
     this.#meet(members);
     const views = viewsOf(this.#renderer, camera);
@@ -120,13 +120,13 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     this.#grooms.clear();
     for (const character of this.characters.values()) this.remove(character);
     this.characters.clear();
-    this.#stripTexture.dispose();
+    this.#cardTexture.dispose();
     this.#placement.dispose();
     this.#records.dispose();
     this.#lattices.dispose();
   }
 
-  readonly #onRestored = () => this.#stripTexture.forget();
+  readonly #onRestored = () => this.#cardTexture.forget();
 
   // Characters come and go with the members, grooms with the characters.
   #meet(members: readonly ShownMember[]): void {
@@ -203,7 +203,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
         character,
         pose: placed.pose,
         size: placed.size,
-        detail: groom?.hasFarStrips ? detail : { ...detail, strips: 0 },
+        detail: groom?.hasFarCards ? detail : { ...detail, cards: 0 },
         list: groom?.listFor(detail.toleranceM) ?? 0,
         importance: { member: member.member, screenHeight: seen.screenHeight, inView: seen.inView },
       };
@@ -223,9 +223,9 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     this.#lattices.begin(nodes);
     this.#records.begin(rows);
     const counts = this.statistics;
-    counts.drawCalls = counts.strands = counts.strips = counts.vertices = counts.groomBytes = counts.grooms = 0;
-    const rowsMost = this.#placement.rowsMost(this.#renderer);
-    fitShares([...this.#grooms.values()], rowsMost);
+    counts.drawCalls = counts.strands = counts.cards = counts.vertices = counts.groomBytes = counts.grooms = 0;
+    const rowsMax = this.#placement.rowsMax(this.#renderer);
+    fitShares([...this.#grooms.values()], rowsMax);
     const placed: PlacedGroom[] = [];
     let pointRows = 0;
     for (const { drawing, shown } of this.#grooms.values()) {
@@ -235,7 +235,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
       shown.sort(inDrawingOrder);
       const first = this.#records.count;
       for (const one of shown) {
-        if (pointRows + drawing.pointRowsOf(one) > rowsMost) one.detail = { ...one.detail, strandShare: 0 };
+        if (pointRows + drawing.pointRowsOf(one) > rowsMax) one.detail = { ...one.detail, strandShare: 0 };
         const count = drawing.pointRowsOf(one);
         this.#addRecord(one, drawing, { first: pointRows, count });
         pointRows += count;
@@ -269,7 +269,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   #placeLayers(layers: readonly LatticeLayer[]): PlacedLayer[] {
     const placed: PlacedLayer[] = [];
     for (const { geometry, grid, weight } of layers) {
-      if (placed.length === kLayerCountMost) break;
+      if (placed.length === kLatticeLayersMax) break;
       const firstNode = weight === 0 ? null : this.#lattices.add(grid);
       if (firstNode === null) continue;
       const { origin, spacing, dims } = geometry.lattice;

@@ -7,16 +7,16 @@ import fabricFrag from "../../../shaders/fabric.frag?raw";
 import fabricVert from "../../../shaders/fabric.vert?raw";
 import ffd from "../../../shaders/ffd.glsl?raw";
 import hairLight from "../../../shaders/hair_light.glsl?raw";
-import placePointsFrag from "../../../shaders/limit_lengths.frag?raw";
+import limitLengthsFrag from "../../../shaders/limit_lengths.frag?raw";
 import pointsVert from "../../../shaders/points.vert?raw";
 import scene from "../../../shaders/scene.glsl?raw";
 import screenVert from "../../../shaders/screen.vert?raw";
 import strandFrag from "../../../shaders/strand.frag?raw";
 import strandVert from "../../../shaders/strand.vert?raw";
 import strandPoints from "../../../shaders/strand_points.glsl?raw";
-import stripFrag from "../../../shaders/card.frag?raw";
-import stripTextureFrag from "../../../shaders/card_texture.frag?raw";
-import stripVert from "../../../shaders/card.vert?raw";
+import cardFrag from "../../../shaders/card.frag?raw";
+import cardTextureFrag from "../../../shaders/card_texture.frag?raw";
+import cardVert from "../../../shaders/card.vert?raw";
 
 const files: Record<string, string> = {
   "body.frag": bodyFrag,
@@ -28,16 +28,16 @@ const files: Record<string, string> = {
   "fabric.vert": fabricVert,
   "ffd.glsl": ffd,
   "hair_light.glsl": hairLight,
-  "limit_lengths.frag": placePointsFrag,
+  "limit_lengths.frag": limitLengthsFrag,
   "points.vert": pointsVert,
   "scene.glsl": scene,
   "screen.vert": screenVert,
   "strand.frag": strandFrag,
   "strand.vert": strandVert,
   "strand_points.glsl": strandPoints,
-  "card.frag": stripFrag,
-  "card_texture.frag": stripTextureFrag,
-  "card.vert": stripVert,
+  "card.frag": cardFrag,
+  "card_texture.frag": cardTextureFrag,
+  "card.vert": cardVert,
 };
 
 /**

@@ -25,13 +25,13 @@ export interface PlacedGroom {
   readonly characters: number;
 }
 
-const kRowsMost = 8192; // both textures then take 256 MiB
+const kRowsMax = 8192; // both textures then take 256 MiB
 
 /**
  * Places the points of strands before the strands are drawn: deforms them, and keeps every strand to its length at rest
  * (`StrandLengths` in shaders). Two passes write textures of points; client/shaders/strand_points.glsl says how they lie.
  */
-export class StrandPlacement {
+export class StrandDeformPass {
   readonly #deformed = makeTarget();
   readonly #placed = makeTarget();
   readonly #uniforms: Record<string, IUniform>;
@@ -65,8 +65,8 @@ export class StrandPlacement {
     return 2 * 16 * kPointRow * this.#placed.height;
   }
 
-  rowsMost(renderer: WebGLRenderer): number {
-    return Math.min(renderer.capabilities.maxTextureSize, kRowsMost);
+  rowsMax(renderer: WebGLRenderer): number {
+    return Math.min(renderer.capabilities.maxTextureSize, kRowsMax);
   }
 
   /** `rows`: of all characters, whose records say which rows each has. Not while the renderer draws something else. */
@@ -104,7 +104,7 @@ export class StrandPlacement {
   #reserve(rows: number): void {
     const { height } = this.#placed;
     if (rows <= height && height <= 4 * rows) return;
-    const wanted = Math.max(rows, Math.min(Math.ceil(1.25 * rows), kRowsMost));
+    const wanted = Math.max(rows, Math.min(Math.ceil(1.25 * rows), kRowsMax));
     this.#deformed.setSize(kPointRow, wanted);
     this.#placed.setSize(kPointRow, wanted);
     this.#uniforms.target_rows.value = wanted;
@@ -130,7 +130,7 @@ export class StrandPlacement {
 /** Lowers the shares of strands of all characters alike until their points fit in so many rows. */
 export function fitShares(
   grooms: readonly { readonly drawing: GroomDrawing | null; readonly shown: readonly Drawn[] }[],
-  rowsMost: number,
+  rowsMax: number,
 ): void {
   let rows = 0;
   let characters = 0;
@@ -139,9 +139,9 @@ export function fitShares(
       rows += drawing?.pointRowsOf(one) ?? 0;
       characters += 1;
     }
-  if (rows <= rowsMost) return;
+  if (rows <= rowsMax) return;
   // Each character may waste one row.
-  const scale = Math.max(rowsMost - characters, 0) / rows;
+  const scale = Math.max(rowsMax - characters, 0) / rows;
   for (const { shown } of grooms)
     for (const one of shown) one.detail = { ...one.detail, strandShare: scale * Math.min(one.detail.strandShare, 1) };
 }

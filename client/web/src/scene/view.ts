@@ -2,7 +2,7 @@ import { Frustum, Matrix4, Sphere, Vector2, Vector3, type Camera, type WebGLRend
 import type { Pose } from "../hair/pose";
 import { kHeadM } from "./drawDetail";
 
-const kScreenHeightMost = 100; // that servers take
+const kScreenHeightMax = 100; // that servers take
 
 /** A camera, or one eye. */
 export interface View {
@@ -61,5 +61,5 @@ export function seenBy(views: readonly View[], pose: Pose, radius: number, size:
     screenHeight = Math.max(screenHeight, px / Math.max(view.heightPx, 1));
     inView ||= view.frustum.intersectsSphere(ball);
   }
-  return { headPx, screenHeight: Math.min(screenHeight, kScreenHeightMost), inView };
+  return { headPx, screenHeight: Math.min(screenHeight, kScreenHeightMax), inView };
 }

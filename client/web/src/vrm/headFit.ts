@@ -21,8 +21,8 @@ interface Skull {
   readonly middleZ: number;
 }
 
-const kSizeLeast = 0.5;
-const kSizeMost = 2;
+const kSizeMin = 0.5;
+const kSizeMax = 2;
 
 /**
  * The groom's skull is enlarged evenly until it is as wide and as deep as the model's above the ears (the larger of the
@@ -33,7 +33,7 @@ export function fitHead(groom: Groom, vrm: VRM, anchor: Object3D, hidden: readon
   const from = skullOf(headPoints(groom));
   const to = skullOf(modelHeadPoints(vrm, anchor, hidden));
   if (!from || !to) return kNoFit;
-  const size = Math.min(Math.max(to.widthX / from.widthX, to.widthZ / from.widthZ, kSizeLeast), kSizeMost);
+  const size = Math.min(Math.max(to.widthX / from.widthX, to.widthZ / from.widthZ, kSizeMin), kSizeMax);
   return { size, offset: [0, to.top - size * from.top, to.middleZ - size * from.middleZ] };
 }
 

@@ -3,8 +3,8 @@ import { Deformer } from "../../src/hair/deform";
 import { StrandLengths } from "../../src/hair/strandLengths";
 import { HairnetError } from "../../src/hair/hairnetError";
 import { expandDisplacements } from "../../src/hair/lattice";
-import { blendAt, farStripBlend, rootBlend } from "../../src/hair/rootBlend";
-import { farStripNormals, farStripTangents, restTangents } from "../../src/hair/restTangents";
+import { blendAt, farCardBlend, rootBlend } from "../../src/hair/rootBlend";
+import { farCardNormals, farCardTangents, restTangents } from "../../src/hair/restTangents";
 import { decodeGroom } from "../../src/net/groomFile";
 import type { GeometryVector } from "../support/shapes";
 import { fullGrid, geometryOf } from "../support/shapes";
@@ -30,7 +30,7 @@ interface FfdVector {
 interface GroomVector {
   file: string;
   rootBlend: number[];
-  farStrips: { blend: number[]; direction: number[]; blendSlope: number[]; normals: number[] };
+  farCards: { blend: number[]; direction: number[]; blendSlope: number[]; normals: number[] };
   direction: number[];
   blendSlope: number[];
   geometry: GeometryVector;
@@ -128,21 +128,21 @@ describe("whole grooms", () => {
     }
   });
 
-  it("have core's root blend, tangents and normals of far strips", () => {
+  it("have core's root blend, tangents and normals of far cards", () => {
     let count = 0;
     for (const each of vectors<GroomVector[]>("grooms.json")) {
       const groom = decodeGroom(fromHex(each.file));
-      const blend = farStripBlend(groom);
-      const rest = farStripTangents(groom.farStrips, blend);
-      expect(furthest(blend, each.farStrips.blend)).toBeLessThan(2e-6);
-      expect(furthest(rest.direction, each.farStrips.direction)).toBeLessThan(1e-6);
+      const blend = farCardBlend(groom);
+      const rest = farCardTangents(groom.farCards, blend);
+      expect(furthest(blend, each.farCards.blend)).toBeLessThan(2e-6);
+      expect(furthest(rest.direction, each.farCards.direction)).toBeLessThan(1e-6);
       for (let p = 0; p < blend.length; ++p) {
-        const slope = each.farStrips.blendSlope[p];
+        const slope = each.farCards.blendSlope[p];
         expect(Math.abs(rest.blendSlope[p] - slope)).toBeLessThan(1e-5 * (10 + Math.abs(slope)));
       }
       // A cross product of what is almost parallel is no better.
-      expect(furthest(farStripNormals(groom.farStrips, rest), each.farStrips.normals)).toBeLessThan(1e-3);
-      count += groom.farStrips.strips.length;
+      expect(furthest(farCardNormals(groom.farCards, rest), each.farCards.normals)).toBeLessThan(1e-3);
+      count += groom.farCards.cards.length;
     }
     expect(count).toBeGreaterThan(20);
   });

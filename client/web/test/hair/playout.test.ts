@@ -2,9 +2,9 @@ import { describe, expect, it } from "vitest";
 import { Deformer } from "../../src/hair/deform";
 import type { Frame } from "../../src/hair/frame";
 import type { LatticeLayer } from "../../src/hair/latticeBlend";
-import { LatticeBlend, kLayersMax } from "../../src/hair/latticeBlend";
+import { LatticeBlend, kLatticeLayersMax } from "../../src/hair/latticeBlend";
 import type { LevelGeometry } from "../../src/hair/lattice";
-import { ErrorClass, Level } from "../../src/hair/level";
+import { ErrorClass, LevelIndex } from "../../src/hair/level";
 import type { PlayoutSample } from "../../src/hair/playout";
 import { Playout } from "../../src/hair/playout";
 import { rigidPose } from "../../src/hair/pose";
@@ -38,7 +38,7 @@ interface SampleStep {
   blended: number[];
   droppedCount: number;
 }
-type Step = PushStep | SampleStep | { hold: true };
+type Step = PushStep | SampleStep | { freeze: true };
 interface PlayoutVector {
   name: string;
   levels: GeometryVector[];
@@ -51,12 +51,12 @@ function frameOf(pushed: PushedFrame, levels: LevelGeometry[]): Frame {
     ...pushed,
     member: 1,
     character: 0,
-    kept: false,
+    lastKnown: false,
     stepStride: 1,
     pose: Float64Array.from(pushed.pose),
     displacements: Int16Array.from(pushed.displacements),
     velocities: Int16Array.from(pushed.velocities),
-    geometry: pushed.level === Level.rigid ? null : levels[pushed.level],
+    geometry: pushed.level === LevelIndex.rigid ? null : levels[pushed.level],
   };
 }
 
@@ -79,7 +79,7 @@ describe("play-out", () => {
       const playout = new Playout();
       const blend = new LatticeBlend();
       for (const step of scene.steps) {
-        if ("hold" in step) playout.hold();
+        if ("freeze" in step) playout.freeze();
         else if ("push" in step) playout.push(frameOf(step.push, levels), step.sampleTimeNs, step.arrivalTimeNs);
         else {
           const sample = playout.sample(step.sample);
@@ -100,11 +100,11 @@ describe("play-out", () => {
   const frameAt = (x: number, asleep = false): Frame => ({
     member: 1,
     character: 0,
-    level: Level.rigid,
-    errorClass: ErrorClass.normal,
+    level: LevelIndex.rigid,
+    errorClass: ErrorClass.halfMm,
     discontinuous: false,
     asleep,
-    kept: false,
+    lastKnown: false,
     stepStride: 1,
     stepS: 1 / 30,
     pose: rigidPose([0, 0, 0, 1], [x, 0, 0]),
@@ -138,15 +138,15 @@ describe("play-out", () => {
 
 describe("switches of level", () => {
   const geometries = [fullGrid([4, 4, 4]), fullGrid([3, 3, 3], 0.15)];
-  const sampleAt = (level: Level, timeNs: number, size: number): PlayoutSample => ({
+  const sampleAt = (level: LevelIndex, timeNs: number, size: number): PlayoutSample => ({
     pose: rigidPose(),
     level,
     displacement:
-      level === Level.rigid
+      level === LevelIndex.rigid
         ? new Float32Array(0)
         : Float32Array.from({ length: 3 * geometries[level].activeNodes.length }, (_, i) => size * Math.sin(i + level)),
     timeNs,
-    geometry: level === Level.rigid ? null : geometries[level],
+    geometry: level === LevelIndex.rigid ? null : geometries[level],
   });
   const points = Float32Array.from({ length: 60 }, (_, i) => 0.15 + 0.1 * Math.sin(3 * i));
 
@@ -161,7 +161,7 @@ describe("switches of level", () => {
       timeNs += 150e6; // each before the one before has faded
       const before = blended(points, blend.update(sampleAt(level, timeNs, 0.01)));
       const layers = blend.update(sampleAt(next, timeNs, 0.01));
-      expect(layers.length).toBeLessThanOrEqual(kLayersMax);
+      expect(layers.length).toBeLessThanOrEqual(kLatticeLayersMax);
       // What is left of a switch after two more, 150 ms each: 0.68 of 0.68.
       expect(furthest(blended(points, layers), before)).toBeLessThan(0.48 * apart);
       level = next;

@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { Level } from "../../src/hair/level";
+import { LevelIndex } from "../../src/hair/level";
 import type { Frame } from "../../src/hair/frame";
 import { rigidPose } from "../../src/hair/pose";
 import { EventQueue } from "../../src/net/eventQueue";
@@ -10,7 +10,7 @@ function batch(tick: number, members: readonly number[], discontinuous = false):
   const displacements = new Int16Array(6 << 20);
   const frames = members.map((member) => ({
     member,
-    level: Level.low,
+    level: LevelIndex.low,
     discontinuous,
     pose: rigidPose(),
     displacements,

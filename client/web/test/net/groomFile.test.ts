@@ -28,7 +28,7 @@ describe("groom files", () => {
       expect(JSON.parse(JSON.stringify(groom, plain))).toEqual(each.groom);
     }
     const grooms = cases.map((each) => each.groom as Groom);
-    for (const part of ["clusters", "threads", "strips", "cloths", "knots", "rootBlends"] as const)
+    for (const part of ["clumps", "threads", "cards", "cloths", "knots", "rootBlends"] as const)
       expect(grooms.some((groom) => groom[part].length > 0), part).toBe(true);
   });
 

@@ -1,9 +1,9 @@
 import { afterEach, describe, expect, it, vi } from "vitest";
 import { HairnetError } from "../../src/hair/hairnetError";
 import type { WebSocketLike } from "../../src/net/link";
-import { Connection, webSocketUrl } from "../../src/net/link";
+import { Link, webSocketUrl } from "../../src/net/link";
 import { decodePacket } from "../../src/net/decodePacket";
-import { LinkDriver } from "../support/linkCoreDriver";
+import { LinkCoreDriver } from "../support/linkCoreDriver";
 import { serverPacket } from "../support/serverPacket";
 
 class FakeSocket implements WebSocketLike {
@@ -33,11 +33,11 @@ class FakeSocket implements WebSocketLike {
   }
 }
 
-const welcome = serverPacket(1, new LinkDriver().welcome());
+const welcome = serverPacket(1, new LinkCoreDriver().welcome());
 
-function connected(): { connection: Connection; sockets: FakeSocket[]; answer: Promise<unknown> } {
+function connected(): { connection: Link; sockets: FakeSocket[]; answer: Promise<unknown> } {
   const sockets: FakeSocket[] = [];
-  const connection = new Connection("localhost:7420", {
+  const connection = new Link("localhost:7420", {
     makeSocket: () => {
       sockets.push(new FakeSocket());
       return sockets[sockets.length - 1];
@@ -68,7 +68,7 @@ describe("connection", () => {
     socket.open();
     socket.tell(welcome);
     await expect(answer).resolves.toMatchObject({ type: "welcome", session: 77n });
-    connection.use((link) => link.addCharacter(1, "00".repeat(32)));
+    connection.use((core) => core.addCharacter(1, "00".repeat(32)));
     await Promise.resolve();
     expect(socket.saidTypes).toEqual(["hello", "addCharacter"]);
     connection.close();
@@ -108,7 +108,7 @@ describe("connection", () => {
     vi.advanceTimersByTime(200);
     expect(sockets.length).toBe(2);
     sockets[1].open();
-    sockets[1].tell(serverPacket(2, new LinkDriver().welcome({ resumed: true })));
+    sockets[1].tell(serverPacket(2, new LinkCoreDriver().welcome({ resumed: true })));
     expect(connection.poll().map((event) => event.type)).toEqual(["connected", "reconnecting", "connected"]);
     // What the old socket still says is nobody's.
     sockets[0].tell(welcome);

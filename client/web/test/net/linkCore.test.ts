@@ -2,14 +2,14 @@ import { describe, expect, it } from "vitest";
 import type { FrameBatch, LinkEvent } from "../../src/net/events";
 import type { Frame } from "../../src/hair/frame";
 import { HairnetError } from "../../src/hair/hairnetError";
-import { ErrorClass, Level } from "../../src/hair/level";
+import { ErrorClass, LevelIndex } from "../../src/hair/level";
 import { rigidPose } from "../../src/hair/pose";
 import { encodePacket } from "../../src/net/encodePacket";
 import { hashGroom } from "../../src/net/groomHash";
 import { LinkCore } from "../../src/net/linkCore";
 import type * as m from "../../src/net/messages";
 import { ErrorReason, GoodbyeReason, GroomState, ObserveMode } from "../../src/net/messages";
-import { LinkDriver, kSecond } from "../support/linkCoreDriver";
+import { LinkCoreDriver, kSecond } from "../support/linkCoreDriver";
 import type { GeometryVector } from "../support/shapes";
 import { geometryOf } from "../support/shapes";
 import { serverPacket } from "../support/serverPacket";
@@ -22,13 +22,13 @@ const geometry = geometryOf(sequence.geometry);
 const groom = "ab".repeat(32);
 
 const joined: m.MemberJoined = { type: "memberJoined", member: 300, session: 5n, character: 1, groom };
-const record: m.LevelRecord = { type: "levelRecord", groom, level: Level.low, geometry };
+const record: m.LevelRecord = { type: "levelRecord", groom, level: LevelIndex.low, geometry };
 
 function batch(n: number, more: Partial<m.CodedFrame> = {}, tick = 100 + n): m.CodedFrameBatch {
   const frame: m.CodedFrame = {
     member: 300,
-    level: Level.low,
-    errorClass: ErrorClass.fine,
+    level: LevelIndex.low,
+    errorClass: ErrorClass.quarterMm,
     discontinuous: false,
     asleep: false,
     velocities: true,
@@ -55,7 +55,7 @@ function framesOf(events: LinkEvent[]): Frame[] {
 
 describe("link: opening", () => {
   it("says hello and nothing more before the welcome", () => {
-    const driver = new LinkDriver({ clientName: "me", room: "hall" });
+    const driver = new LinkCoreDriver({ clientName: "me", room: "hall" });
     driver.core.addCharacter(7, groom);
     const hello = driver.open();
     expect(hello).toMatchObject({ type: "hello", protocolVersion: 3, clientName: "me", room: "hall", session: 0n });
@@ -63,19 +63,19 @@ describe("link: opening", () => {
   });
 
   it("says after the welcome what was asked for before", () => {
-    const driver = new LinkDriver();
+    const driver = new LinkCoreDriver();
     const file = new Uint8Array(1000);
     const hash = driver.core.offerGroom(file);
-    driver.core.addCharacter(7, hash, Level.medium);
-    driver.core.setLevel(7, Level.low);
+    driver.core.addCharacter(7, hash, LevelIndex.medium);
+    driver.core.setLevel(7, LevelIndex.low);
     const said = driver.join();
     expect(said[0]).toMatchObject({ type: "groomOffer", hash, byteCount: 1000 });
-    expect(said[1]).toMatchObject({ type: "addCharacter", character: 7, groom: hash, level: Level.low });
+    expect(said[1]).toMatchObject({ type: "addCharacter", character: 7, groom: hash, level: LevelIndex.low });
     expect(driver.eventTypes()).toEqual(["connected"]);
   });
 
   it("ends when the first attempt fails, and says why", () => {
-    const driver = new LinkDriver();
+    const driver = new LinkCoreDriver();
     driver.open();
     driver.break("no such host");
     expect(driver.core.hasEnded).toBe(true);
@@ -84,7 +84,7 @@ describe("link: opening", () => {
   });
 
   it("gives up on a server that does not welcome it in time", () => {
-    const driver = new LinkDriver();
+    const driver = new LinkCoreDriver();
     driver.open();
     driver.pass(4.9 * kSecond);
     expect(driver.core.hasEnded).toBe(false);
@@ -93,7 +93,7 @@ describe("link: opening", () => {
   });
 
   it("ends with a server that begins with something else than a welcome", () => {
-    const driver = new LinkDriver();
+    const driver = new LinkCoreDriver();
     driver.open();
     driver.tell({ type: "memberLeft", member: 1 });
     expect(driver.core.hasEnded).toBe(true);
@@ -101,13 +101,13 @@ describe("link: opening", () => {
   });
 
   it("ends on a bad packet, a second welcome, or a message that only clients send", () => {
-    const spoil: ((driver: LinkDriver) => void)[] = [
+    const spoil: ((driver: LinkCoreDriver) => void)[] = [
       (driver) => driver.core.onPacket(new Uint8Array(40), driver.nowNs),
       (driver) => driver.tell(driver.welcome()),
       (driver) => driver.core.onPacket(encodePacket(0, { type: "setLevel", character: 1, level: 0 }), driver.nowNs),
     ];
     for (const each of spoil) {
-      const driver = new LinkDriver();
+      const driver = new LinkCoreDriver();
       driver.join();
       each(driver);
       expect(driver.core.hasEnded).toBe(true);
@@ -117,7 +117,7 @@ describe("link: opening", () => {
 
   it("refuses a room whose name cannot be, and calls with arguments that no server takes", () => {
     expect(() => new LinkCore({ room: "a/b" })).toThrow(HairnetError);
-    const driver = new LinkDriver();
+    const driver = new LinkCoreDriver();
     expect(() => driver.core.addCharacter(0, groom)).toThrow(HairnetError);
     expect(() => driver.core.addCharacter(1, "xyz")).toThrow(HairnetError);
     expect(() => driver.core.pushPoses([{ ...pose(1, 1), pose: new Float64Array(35) }])).toThrow(HairnetError);
@@ -125,7 +125,7 @@ describe("link: opening", () => {
   });
 
   it("takes server times to its own by the least delay", () => {
-    const driver = new LinkDriver();
+    const driver = new LinkCoreDriver();
     driver.join();
     expect(driver.core.toLocalNs(driver.nowNs + driver.serverAheadNs)).toBe(driver.nowNs);
     driver.serverAheadNs -= 3e6; // this packet took 3 ms longer
@@ -138,7 +138,7 @@ describe("link: grooms", () => {
   const file = Uint8Array.from({ length: 40_000 }, (_, i) => i % 251);
 
   it("sends a groom as it is asked for, poses before chunks", () => {
-    const driver = new LinkDriver();
+    const driver = new LinkCoreDriver();
     driver.join();
     const hash = driver.core.offerGroom(file);
     expect(driver.sent()).toMatchObject([{ type: "groomOffer", hash }]);
@@ -156,7 +156,7 @@ describe("link: grooms", () => {
   });
 
   it("still brings a groom through where poses always wait", () => {
-    const driver = new LinkDriver();
+    const driver = new LinkCoreDriver();
     driver.join();
     const hash = driver.core.offerGroom(file);
     driver.tell({ type: "groomNeed", hash, offset: 0 });
@@ -172,7 +172,7 @@ describe("link: grooms", () => {
 
   it("fetches another's groom and checks it against its hash", () => {
     const hash = hashGroom(file);
-    const driver = new LinkDriver();
+    const driver = new LinkCoreDriver();
     driver.join();
     driver.core.requestGroom(hash);
     driver.core.requestGroom(hash);
@@ -193,7 +193,7 @@ describe("link: grooms", () => {
 
   it("says what is wrong with a groom that is not the one asked for, or has gaps", () => {
     for (const [hash, offset] of [[groom, 0], [hashGroom(file), 7]] as const) {
-      const driver = new LinkDriver();
+      const driver = new LinkCoreDriver();
       driver.join();
       driver.events();
       driver.core.requestGroom(hash);
@@ -205,7 +205,7 @@ describe("link: grooms", () => {
 
   it("asks again after a lost connection from where the pieces broke off", () => {
     const hash = hashGroom(file);
-    const driver = new LinkDriver();
+    const driver = new LinkCoreDriver();
     driver.join();
     driver.core.requestGroom(hash);
     driver.tell({ type: "groomData", hash, byteCount: file.length, offset: 0, bytes: file.subarray(0, 100) });
@@ -215,8 +215,8 @@ describe("link: grooms", () => {
 });
 
 describe("link: frames", () => {
-  function joinedDriver(): LinkDriver {
-    const driver = new LinkDriver();
+  function joinedDriver(): LinkCoreDriver {
+    const driver = new LinkCoreDriver();
     driver.join();
     driver.tell(joined);
     driver.tell(record);
@@ -230,7 +230,7 @@ describe("link: frames", () => {
       driver.tell(batch(n));
       const [frame] = framesOf(driver.events());
       expect(Array.from(frame.displacements)).toEqual(sequence.nodes[n]);
-      expect(frame).toMatchObject({ member: 300, character: 0, level: Level.low, stepStride: 2 });
+      expect(frame).toMatchObject({ member: 300, character: 0, level: LevelIndex.low, stepStride: 2 });
       expect(frame.stepS).toBeCloseTo(2 / 30, 9);
       expect(frame.geometry).toEqual(geometry);
     }
@@ -301,12 +301,12 @@ describe("link: spoilt packets", () => {
   it("end the connection or do nothing, and never throw, at 20 000 mutations", () => {
     const random = seeded(9);
     const below = (count: number) => Math.floor(random() * count);
-    const welcome = serverPacket(1, new LinkDriver().welcome());
+    const welcome = serverPacket(1, new LinkCoreDriver().welcome());
     const sound = [joined, record, batch(0), batch(1), batch(2)].map((message) => serverPacket(1, message));
     const others = vectors<{ packet: string }[]>("packets.json").map((each) => fromHex(each.packet));
     const packets = [welcome, ...sound, ...sound, ...others];
     let ended = 0;
-    let driver = new LinkDriver();
+    let driver = new LinkCoreDriver();
     driver.join();
     for (let n = 0; n < 20_000; ++n) {
       const packet = packets[below(packets.length)].slice();
@@ -317,7 +317,7 @@ describe("link: spoilt packets", () => {
       driver.events();
       if (driver.core.isActive) continue;
       ++ended;
-      driver = new LinkDriver();
+      driver = new LinkCoreDriver();
       driver.join();
       for (const each of sound) driver.core.onPacket(each, driver.nowNs);
     }
@@ -327,7 +327,7 @@ describe("link: spoilt packets", () => {
 
 describe("link: staying alive, importance, poses", () => {
   it("lets the server know that it is still there", () => {
-    const driver = new LinkDriver();
+    const driver = new LinkCoreDriver();
     driver.join();
     driver.pass(14 * kSecond);
     expect(driver.sent()).toEqual([]);
@@ -337,7 +337,7 @@ describe("link: staying alive, importance, poses", () => {
   });
 
   it("reports importance a few times a second at most, and what has changed", () => {
-    const driver = new LinkDriver();
+    const driver = new LinkCoreDriver();
     driver.join();
     driver.core.reportImportance([{ member: 1, screenHeight: 0.5, inView: true }]);
     driver.pass(0);
@@ -356,7 +356,7 @@ describe("link: staying alive, importance, poses", () => {
   });
 
   it("lets the oldest poses give way when the connection does not keep up, and passes their teleports on", () => {
-    const driver = new LinkDriver();
+    const driver = new LinkCoreDriver();
     driver.join();
     driver.core.pushPoses([pose(1, 1, true)]);
     for (let n = 2; n < 100; ++n) driver.core.pushPoses([pose(1, n)]);
@@ -368,7 +368,7 @@ describe("link: staying alive, importance, poses", () => {
   });
 
   it("drops poses while there is no connection, and passes their teleports on", () => {
-    const driver = new LinkDriver();
+    const driver = new LinkCoreDriver();
     driver.core.pushPoses([pose(1, 1, true), pose(2, 1)]);
     driver.join();
     driver.core.pushPoses([pose(1, 2), pose(2, 2)]);
@@ -380,18 +380,18 @@ describe("link: staying alive, importance, poses", () => {
 describe("link: coming back", () => {
   const file = new Uint8Array(100).fill(1);
 
-  function withCharacter(): { driver: LinkDriver; hash: string } {
-    const driver = new LinkDriver();
+  function withCharacter(): { driver: LinkCoreDriver; hash: string } {
+    const driver = new LinkCoreDriver();
     driver.join();
     const hash = driver.core.offerGroom(file);
-    driver.core.addCharacter(7, hash, Level.low);
+    driver.core.addCharacter(7, hash, LevelIndex.low);
     driver.core.observe({
-      mode: ObserveMode.nearest, count: 5, radiusM: 0, from: null, members: [], errorClass: ErrorClass.normal, stride: 1,
+      mode: ObserveMode.nearest, count: 5, radiusM: 0, from: null, members: [], errorClass: ErrorClass.halfMm, stride: 1,
       velocities: true,
     });
     driver.sent();
     driver.tell({ type: "groomStatus", hash, state: GroomState.ready });
-    driver.tell({ type: "characterAdded", character: 7, groom: hash, level: Level.rigid, member: 300 });
+    driver.tell({ type: "characterAdded", character: 7, groom: hash, level: LevelIndex.rigid, member: 300 });
     driver.tell({ ...record, groom: hash });
     driver.tell(batch(0));
     driver.events();
@@ -417,9 +417,9 @@ describe("link: coming back", () => {
     const said = driver.rejoin();
     expect(said.map((message) => message.type)).toEqual(["groomOffer", "addCharacter", "observe"]);
     const added = said[1] as m.AddCharacter;
-    expect(added).toMatchObject({ character: 7, groom: hash, level: Level.low });
+    expect(added).toMatchObject({ character: 7, groom: hash, level: LevelIndex.low });
     expect(Array.from(added.state!.displacements)).toEqual(sequence.nodes[0]);
-    expect(added.state!.level).toBe(Level.low);
+    expect(added.state!.level).toBe(LevelIndex.low);
     expect(added.state!.velocities.length).toBe(sequence.nodes[0].length);
   });
 
@@ -427,18 +427,18 @@ describe("link: coming back", () => {
     const { driver, hash } = withCharacter();
     driver.break();
     driver.rejoin();
-    driver.tell({ type: "characterAdded", character: 7, groom: hash, level: Level.rigid, member: 4 });
-    const rigid = { member: 4, level: Level.rigid, velocities: false, order: 0, content: rigidContent() };
+    driver.tell({ type: "characterAdded", character: 7, groom: hash, level: LevelIndex.rigid, member: 4 });
+    const rigid = { member: 4, level: LevelIndex.rigid, velocities: false, order: 0, content: rigidContent() };
     driver.events();
     driver.tell(batch(0, rigid, 5));
     const [kept] = framesOf(driver.events());
-    expect(kept).toMatchObject({ kept: true, level: Level.low });
+    expect(kept).toMatchObject({ lastKnown: true, level: LevelIndex.low });
     expect(Array.from(kept.displacements)).toEqual(sequence.nodes[0]);
     driver.tell({ ...record, groom: hash });
     driver.tell(batch(0, { member: 4 }, 6));
     driver.events();
     driver.tell(batch(0, rigid, 7));
-    expect(framesOf(driver.events())[0]).toMatchObject({ kept: false, level: Level.rigid });
+    expect(framesOf(driver.events())[0]).toMatchObject({ lastKnown: false, level: LevelIndex.rigid });
   });
 
   it("keeps a level's geometry the same object when a server tells of it again, and takes one that differs", () => {
@@ -447,7 +447,7 @@ describe("link: coming back", () => {
       driver.events();
       driver.tell({ ...record, groom: hash });
       const [event] = driver.events();
-      return event.type === "levelKnown" ? event.geometry : null;
+      return event.type === "levelReceived" ? event.geometry : null;
     };
     const before = geometryNow();
     driver.break();
@@ -456,11 +456,11 @@ describe("link: coming back", () => {
     const lattice = { ...geometry.lattice, origin: Float32Array.of(1, 2, 3) };
     driver.tell({ ...record, groom: hash, geometry: { ...geometry, lattice } });
     const [other] = driver.events();
-    expect(other).toMatchObject({ type: "levelKnown", geometry: { lattice: { origin: Float32Array.of(1, 2, 3) } } });
+    expect(other).toMatchObject({ type: "levelReceived", geometry: { lattice: { origin: Float32Array.of(1, 2, 3) } } });
   });
 
   it("tells of members that have left meanwhile", () => {
-    const driver = new LinkDriver();
+    const driver = new LinkCoreDriver();
     driver.join();
     driver.tell(joined);
     driver.tell({ ...joined, member: 301, character: 2 });
@@ -475,7 +475,7 @@ describe("link: coming back", () => {
   });
 
   it("comes back ever more rarely to a server that stays away, and gives up when it is to", () => {
-    const driver = new LinkDriver({ giveUpAfterS: 20, random: () => 0.999 });
+    const driver = new LinkCoreDriver({ giveUpAfterS: 20, random: () => 0.999 });
     driver.join();
     driver.break();
     let attempts = 0;
@@ -498,7 +498,7 @@ describe("link: coming back", () => {
       [GoodbyeReason.serverDraining, false],
       [GoodbyeReason.slowConsumer, false],
     ] as const) {
-      const driver = new LinkDriver();
+      const driver = new LinkCoreDriver();
       driver.join();
       driver.tell({ type: "goodbye", reason, detail: "so it is" });
       expect(driver.core.hasEnded).toBe(ends);
@@ -507,7 +507,7 @@ describe("link: coming back", () => {
   });
 
   it("overlooks errors that only say that something arrived twice", () => {
-    const driver = new LinkDriver();
+    const driver = new LinkCoreDriver();
     driver.join();
     driver.core.addCharacter(7, groom);
     driver.sent();
@@ -525,7 +525,7 @@ describe("link: coming back", () => {
   });
 
   it("says goodbye, closes, and ends", () => {
-    const driver = new LinkDriver();
+    const driver = new LinkCoreDriver();
     driver.join();
     driver.core.leave(driver.nowNs);
     expect(driver.sent()).toMatchObject([{ type: "goodbye", reason: GoodbyeReason.clientLeaves }]);

@@ -1,6 +1,6 @@
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
-import { Session, type SessionState } from "../../page/persistentRoom";
-import { LinkDriver } from "../support/linkCoreDriver";
+import { PersistentRoom, type PersistentRoomState } from "../../page/persistentRoom";
+import { LinkCoreDriver } from "../support/linkCoreDriver";
 import { serverPacket } from "../support/serverPacket";
 import { GoodbyeReason, type ServerMessage } from "../../src/net/messages";
 
@@ -33,10 +33,10 @@ afterEach(() => {
   vi.useRealTimers();
 });
 
-function begin(room = "hall"): { states: SessionState[]; session: Session; started: Promise<void> } {
-  const states: SessionState[] = [];
+function begin(room = "hall"): { states: PersistentRoomState[]; session: PersistentRoom; started: Promise<void> } {
+  const states: PersistentRoomState[] = [];
   const query = { room, server: "http://localhost:7420", token: "", observe: false };
-  const session = new Session(query, () => {}, (state) => states.push(state), () => {});
+  const session = new PersistentRoom(query, () => {}, (state) => states.push(state), () => {});
   return { states, session, started: session.start() };
 }
 
@@ -63,7 +63,7 @@ test("what would be refused again is told and not tried again", async () => {
 
   const later = begin();
   FakeSocket.made[1].onopen?.();
-  FakeSocket.made[1].tell(new LinkDriver().welcome());
+  FakeSocket.made[1].tell(new LinkCoreDriver().welcome());
   await later.started;
   FakeSocket.made[1].tell({ type: "goodbye", reason: GoodbyeReason.sessionTakenOver, detail: "" });
   later.session.room!.sample(0);

@@ -1,11 +1,11 @@
 import { expect, test } from "vitest";
-import { Level, ErrorClass } from "../../src/hair/level";
+import { LevelIndex, ErrorClass } from "../../src/hair/level";
 import { rigidPose } from "../../src/hair/pose";
-import { Connection, type WebSocketLike } from "../../src/net/link";
+import { Link, type WebSocketLike } from "../../src/net/link";
 import { decodePacket } from "../../src/net/decodePacket";
 import { GoodbyeReason, type ClientMessage, type ServerMessage } from "../../src/net/messages";
 import { Room } from "../../src/room/index";
-import { LinkDriver } from "../support/linkCoreDriver";
+import { LinkCoreDriver } from "../support/linkCoreDriver";
 import { serverPacket } from "../support/serverPacket";
 
 const kSecond = 1e9;
@@ -15,7 +15,7 @@ const groom = "ab".repeat(32);
 class Told {
   nowNs = 100 * kSecond;
   readonly sockets: FakeSocket[] = [];
-  readonly connection = new Connection("localhost:7420", {
+  readonly link = new Link("localhost:7420", {
     makeSocket: () => {
       this.sockets.push(new FakeSocket());
       return this.sockets[this.sockets.length - 1];
@@ -23,12 +23,12 @@ class Told {
     nowNs: () => this.nowNs,
     random: () => 0.5,
   });
-  readonly room = new Room(this.connection);
+  readonly room = new Room(this.link);
 
   constructor() {
-    void this.connection.connect();
+    void this.link.connect();
     this.socket.onopen?.(undefined as never);
-    this.tell(new LinkDriver().welcome());
+    this.tell(new LinkCoreDriver().welcome());
   }
 
   get socket(): FakeSocket {
@@ -43,7 +43,7 @@ class Told {
   }
   /** A rigid frame at the origin, after which no other comes. */
   tellAsleep(member: number): void {
-    const frame = { member, level: Level.rigid, errorClass: ErrorClass.normal, discontinuous: false, asleep: true };
+    const frame = { member, level: LevelIndex.rigid, errorClass: ErrorClass.halfMm, discontinuous: false, asleep: true };
     const rest = { velocities: false, order: 0, stride: 1, stepStride: 1, content: rigidContent() };
     this.tell({ type: "frameBatch", tick: 1, sampleTimeNs: this.nowNs, frames: [{ ...frame, ...rest }] });
   }
@@ -81,15 +81,15 @@ test("asks for a groom that it lacks, and again later when nobody can give it", 
   told.tell({ type: "memberJoined", member: 5, session: 9n, character: 1, groom });
   told.room.sample(0);
   const requests = () => told.said().filter((message) => message.type === "groomRequest");
-  told.connection.flush();
+  told.link.flush();
   expect(requests()).toHaveLength(1);
   told.tell({ type: "error", reason: 20, character: 0, groom, detail: "not here" }); // groomUnavailable
   told.room.sample(0);
-  told.connection.flush();
+  told.link.flush();
   expect(requests()).toHaveLength(0);
   told.nowNs += 4 * kSecond;
   told.room.sample(0);
-  told.connection.flush();
+  told.link.flush();
   expect(requests()).toHaveLength(1);
 });
 
@@ -114,7 +114,7 @@ test("a character of one's own is drawn with the pose pushed last, wherever fram
   told.tell({ type: "memberJoined", member: 5, session: 9n, character: 1, groom });
   told.room.sample(0);
   const own = told.room.addCharacterLike(told.room.members.get(5)!);
-  told.tell({ type: "characterAdded", character: own.character, groom, level: Level.rigid, member: 7 });
+  told.tell({ type: "characterAdded", character: own.character, groom, level: LevelIndex.rigid, member: 7 });
   told.tellAsleep(7);
   own.push(rigidPose([0, 0, 0, 1], [1, 2, 3]));
   told.room.sample(0);
@@ -132,7 +132,7 @@ test("one's own characters are all there when a new server numbers them the othe
   const like = told.room.members.get(5)!;
   const own = [told.room.addCharacterLike(like), told.room.addCharacterLike(like)];
   const add = (n: number, member: number) =>
-    told.tell({ type: "characterAdded", character: own[n].character, groom, level: Level.rigid, member });
+    told.tell({ type: "characterAdded", character: own[n].character, groom, level: LevelIndex.rigid, member });
   add(0, 1);
   add(1, 2);
   told.room.sample(0);
@@ -141,7 +141,7 @@ test("one's own characters are all there when a new server numbers them the othe
   told.nowNs += 20 * kSecond;
   told.room.sample(0);
   told.socket.onopen?.(undefined as never);
-  told.tell(new LinkDriver().welcome());
+  told.tell(new LinkCoreDriver().welcome());
   add(0, 2);
   add(1, 1);
   told.tellAsleep(2); // before anybody has looked at who has which number
@@ -160,7 +160,7 @@ test("nobody's groom is asked for again or kept as damaged", () => {
   const told = new Told();
   const requests = () => {
     told.room.sample(0);
-    told.connection.flush();
+    told.link.flush();
     return told.said().filter((message) => message.type === "groomRequest").length;
   };
   const join = (member: number) => told.tell({ type: "memberJoined", member, session: 9n, character: 1, groom });
@@ -184,20 +184,20 @@ test("nobody's groom is asked for again or kept as damaged", () => {
   expect(told.room.members.get(7)!.fault).toBe("");
 });
 
-test("says that the connection is lost and made anew", () => {
+test("says that the connection is lost and made again", () => {
   const told = new Told();
   const states: string[] = [];
   told.room.on("state", ({ state }) => states.push(state));
   told.room.sample(0);
   told.socket.onclose?.({ code: 1006, reason: "" });
   told.room.sample(0);
-  expect(told.room.state).toBe("away");
+  expect(told.room.state).toBe("reconnecting");
   told.nowNs += 20 * kSecond;
   told.room.sample(0);
   told.socket.onopen?.(undefined as never);
-  told.tell(new LinkDriver().welcome({ resumed: true }));
+  told.tell(new LinkCoreDriver().welcome({ resumed: true }));
   told.room.sample(0);
-  expect(states.filter((state, n) => state !== states[n - 1])).toEqual(["connected", "away", "connected"]);
+  expect(states.filter((state, n) => state !== states[n - 1])).toEqual(["connected", "reconnecting", "connected"]);
   told.room.close();
   expect(told.room.state).toBe("closed");
 });

@@ -21,19 +21,19 @@ describe("detail", () => {
     for (let px = 2000; px > 5; px *= 0.99) {
       const detail = detailFor(px, 1, 10_000, 0.5);
       expect(detail.strandShare).toBeLessThanOrEqual(before.strandShare);
-      expect(detail.strips).toBeGreaterThanOrEqual(before.strips);
+      expect(detail.cards).toBeGreaterThanOrEqual(before.cards);
       expect(before.strandShare - detail.strandShare).toBeLessThan(0.02);
-      expect(detail.strips - before.strips).toBeLessThan(0.04);
+      expect(detail.cards - before.cards).toBeLessThan(0.04);
       expect(Math.abs(detail.quadratic - before.quadratic)).toBeLessThan(0.04);
       expect(Math.abs(widthScale(detail) / widthScale(before) - 1)).toBeLessThan(0.05);
       before = detail;
     }
-    expect(before.strips).toBe(1);
+    expect(before.cards).toBe(1);
   });
 
   test("quality counts as size, and a groom of few strands is drawn whole sooner", () => {
     expect(detailFor(100, 2, 10_000, 0)).toEqual(detailFor(200, 1, 10_000, 0));
-    expect(detailFor(85, 1, 10_000, 1).strips).toBeLessThan(detailFor(85, 1, 10_000, 0).strips);
+    expect(detailFor(85, 1, 10_000, 1).cards).toBeLessThan(detailFor(85, 1, 10_000, 0).cards);
     expect(detailFor(100, 1, 500, 0).strandShare).toBe(1);
     expect(detailFor(0, 1, 10_000, 0).strandShare).toBeGreaterThan(0);
   });
@@ -44,7 +44,7 @@ const record: Record = {
   hairAlbedo: [0.1, 0.2, 0.3],
   skinAlbedo: [0.4, 0.5, 0.6],
   widthM: 4e-4,
-  detail: { strandShare: 0.5, followerCount: 2, toleranceM: 0, quadratic: 1, strips: 0.25 },
+  detail: { strandShare: 0.5, followHairCount: 2, toleranceM: 0, quadratic: 1, cards: 0.25 },
   strayM: 0.002,
   size: 1.25,
   bodyVisible: false,
@@ -121,14 +121,14 @@ describe("records", () => {
 });
 
 describe("draw calls", () => {
-  const counts = (): DrawCounts => ({ drawCalls: 0, strands: 0, strips: 0, vertices: 0 });
+  const counts = (): DrawCounts => ({ drawCalls: 0, strands: 0, cards: 0, vertices: 0 });
   const group = new Group();
   const uniforms = new SceneUniforms(new Records().texture, new Lattices().texture, new Texture());
   const materials: RawShaderMaterial[] = [];
   const drawing = new GroomDrawing(makeGroomGeometry(madeGroom()), group, uniforms, (material) => materials.push(material));
   const at = (px: number) => {
     const detail = detailFor(px, 1, drawing.strandCount, drawing.waviness);
-    return { detail: { ...detail, strips: 0 }, list: drawing.listFor(detail.toleranceM) };
+    return { detail: { ...detail, cards: 0 }, list: drawing.listFor(detail.toleranceM) };
   };
 
   test("characters of one groom and one drawing level share one", () => {
@@ -174,17 +174,17 @@ describe("draw calls", () => {
 
   test("with details of their own, too, all are drawn: those of one list together", () => {
     const made = makeGroomGeometry(madeGroom());
-    const geometry = { ...made, farStrips: { ...made.farStrips, triangles: Uint32Array.of(0, 1, 2) }, farStripCount: 3 };
+    const geometry = { ...made, farCards: { ...made.farCards, triangles: Uint32Array.of(0, 1, 2) }, farCardCount: 3 };
     const hall = new Group();
     const mixed = new GroomDrawing(geometry, hall, uniforms, () => {});
-    const one = (list: number, strips: number) => ({ list, detail: { ...detailFor(400, 1, 40, 0), followerCount: 0, strips } });
+    const one = (list: number, cards: number) => ({ list, detail: { ...detailFor(400, 1, 40, 0), followHairCount: 0, cards } });
     const shown = [one(1, 0), one(0, 0.5), one(1, 0.5), one(0, 0), one(2, 1), one(0, 1)].sort(inDrawingOrder);
     const drawn = counts();
     mixed.show(shown, 0, drawn);
     const strands = hall.children.filter((mesh) => mesh.visible && mesh.name === "hairnet strand");
     const instances = strands.map((mesh) => (mesh as unknown as { geometry: { instanceCount: number } }).geometry.instanceCount);
     expect(instances).toEqual([2, 2]);
-    expect(drawn.strips).toBeGreaterThanOrEqual(3 * 4);
+    expect(drawn.cards).toBeGreaterThanOrEqual(3 * 4);
   });
 
   test("nobody is none, and what is disposed of leaves the scene", () => {

@@ -2,7 +2,7 @@ import { describe, expect, test } from "vitest";
 import { buffersOf, makeGroomGeometry } from "../../src/scene/geometry/groomGeometry";
 import { kPointRow } from "../../src/scene/geometry/strandGeometry";
 import { toHalf } from "../../src/scene/geometry/half";
-import { LightField } from "../../src/scene/geometry/occlusionGrid";
+import { OcclusionGrid } from "../../src/scene/geometry/occlusionGrid";
 import { Scalp } from "../../src/scene/geometry/scalp";
 import { madeGroom } from "../support/madeGroom";
 
@@ -93,10 +93,10 @@ describe("a groom's geometry", () => {
     expect(buffers).toContain(strands.rest.buffer);
   });
 
-  test("adds the copies of clusters within their radius of the strand", () => {
+  test("adds the copies of clumps within their radius of the strand", () => {
     const clustered = makeGroomGeometry({
       ...groom,
-      clusters: [{ strand: 3, copyCount: 5, radiusM: 0.004, tipRadiusM: 0.002 }],
+      clumps: [{ strand: 3, copyCount: 5, radiusM: 0.004, tipRadiusM: 0.002 }],
     });
     expect(clustered.strandCount).toBe(45);
     const own = groom.points.subarray(3 * groom.strands.begin[3], 3 * groom.strands.begin[4]);
@@ -113,7 +113,7 @@ describe("a groom's geometry", () => {
 
 describe("the light field", () => {
   test("leaves light outside and takes it inside, from the side that hair and skull are on", () => {
-    const light = new LightField(madeGroom(2000, 12), 4e-3);
+    const light = new OcclusionGrid(madeGroom(2000, 12), 4e-3);
     const out = new Float32Array(6);
     expect([...light.at(0, 2, 0, out)]).toEqual([1, 1, 1, 1, 1, 1]);
     light.at(0.07, 0.05, 0, out);
@@ -123,7 +123,7 @@ describe("the light field", () => {
   });
 
   test("of a groom that is the same on both sides is the same on both sides, but for its cells", () => {
-    const light = new LightField(madeGroom(400, 12, 0), 4e-3);
+    const light = new OcclusionGrid(madeGroom(400, 12, 0), 4e-3);
     const a = new Float32Array(6);
     const b = new Float32Array(6);
     const apart = [0, 0];
@@ -139,7 +139,7 @@ describe("the light field", () => {
   });
 
   test("is none where there is no hair", () => {
-    const light = new LightField(madeGroom(0, 12), 4e-3);
+    const light = new OcclusionGrid(madeGroom(0, 12), 4e-3);
     expect([...light.at(0, 0.1, 0, new Float32Array(6))]).toEqual([1, 1, 1, 1, 1, 1]);
   });
 });

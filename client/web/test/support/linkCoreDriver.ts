@@ -1,6 +1,6 @@
 import type { LinkEvent } from "../../src/net/events";
 import { decodePacket } from "../../src/net/decodePacket";
-import type { LinkOptions } from "../../src/net/linkCoreOptions";
+import type { LinkCoreOptions } from "../../src/net/linkCoreOptions";
 import { LinkCore } from "../../src/net/linkCore";
 import type { Message, ServerMessage, Welcome } from "../../src/net/messages";
 import { serverPacket } from "./serverPacket";
@@ -8,13 +8,13 @@ import { serverPacket } from "./serverPacket";
 export const kSecond = 1e9;
 
 /** A core, the connections that it wants, and a server that says what the test tells it to. Time is the test's. */
-export class LinkDriver {
+export class LinkCoreDriver {
   readonly core: LinkCore;
   nowNs = 1000 * kSecond;
   /** of the server's clock, more than ours */
   serverAheadNs = 5 * kSecond;
 
-  constructor(options: Partial<LinkOptions> = {}) {
+  constructor(options: Partial<LinkCoreOptions> = {}) {
     this.core = new LinkCore({ random: () => 0.5, ...options });
     this.core.start();
   }

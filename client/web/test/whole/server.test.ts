@@ -2,7 +2,7 @@ import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { afterAll, beforeAll, describe, expect, it } from "vitest";
 import WebSocket from "ws";
-import { Connection, Level, LatticeBlend, Playout, decodeGroom, rigidPose } from "../../src/index";
+import { Link, LevelIndex, LatticeBlend, Playout, decodeGroom, rigidPose } from "../../src/index";
 import type { Frame, FrameBatch, GroomFetched, LinkEvent, MemberJoined, WebSocketLike } from "../../src/index";
 import { Server, findServer } from "../support/server";
 import { until } from "../support/until";
@@ -12,14 +12,14 @@ import { vectorFolder } from "../support/vectors";
 class Client {
   readonly events: LinkEvent[] = [];
   readonly frames: { frame: Frame; sampleTimeNs: number; arrivalNs: number }[] = [];
-  readonly connection: Connection;
+  readonly link: Link;
   socket: WebSocket | null = null;
   #turns: ReturnType<typeof setInterval>;
   #sequence = 0;
   #isStreaming = false;
 
   constructor(port: number, name: string) {
-    this.connection = new Connection(`127.0.0.1:${port}`, {
+    this.link = new Link(`127.0.0.1:${port}`, {
       clientName: name,
       room: "web",
       makeSocket: (url) => (this.socket = new WebSocket(url, "hairnet")) as unknown as WebSocketLike,
@@ -37,26 +37,26 @@ class Client {
 
   stop(): void {
     clearInterval(this.#turns);
-    this.connection.close();
+    this.link.close();
   }
 
   #turn(): void {
-    const now = this.connection.nowNs();
+    const now = this.link.nowNs();
     if (this.#isStreaming) {
       const turn = 0.5 * Math.sin(6e-9 * now);
       const pose = rigidPose([0, Math.sin(turn / 2), 0, Math.cos(turn / 2)], [0.1 * Math.sin(4e-9 * now), 1.6, 0]);
-      this.connection.core.pushPoses([
+      this.link.core.pushPoses([
         { character: 1, sequence: ++this.#sequence, captureTimeNs: now, teleport: false, pose },
       ]);
     }
-    for (const event of this.connection.poll()) {
+    for (const event of this.link.poll()) {
       if (event.type === "frameBatch") this.#take(event, now);
       else this.events.push(event);
     }
   }
 
   #take(batch: FrameBatch, now: number): void {
-    const sampleTimeNs = this.connection.core.toLocalNs(batch.sampleTimeNs);
+    const sampleTimeNs = this.link.core.toLocalNs(batch.sampleTimeNs);
     for (const frame of batch.frames) this.frames.push({ frame, sampleTimeNs, arrivalNs: now });
   }
 }
@@ -70,7 +70,7 @@ describe.skipIf(program === null)("with a server", () => {
   const join_ = async (name: string): Promise<Client> => {
     const client = new Client(server.port, name);
     clients.push(client);
-    await client.connection.connect();
+    await client.link.connect();
     return client;
   };
 
@@ -82,8 +82,8 @@ describe.skipIf(program === null)("with a server", () => {
 
   it("hair that one client brings moves on another's screen, through a broken line and a server's death", async () => {
     const owner = await join_("owner");
-    const hash = owner.connection.core.offerGroom(file);
-    owner.connection.core.addCharacter(1, hash, Level.low);
+    const hash = owner.link.core.offerGroom(file);
+    owner.link.core.addCharacter(1, hash, LevelIndex.low);
     owner.stream();
     const observer = await join_("observer");
 
@@ -91,8 +91,8 @@ describe.skipIf(program === null)("with a server", () => {
     const joined: MemberJoined = observer.of("memberJoined")[0];
     expect(joined).toMatchObject({ character: 1, groom: hash });
 
-    await until("a lattice comes", () => observer.frames.some((each) => each.frame.level === Level.low));
-    observer.connection.use((link) => link.requestGroom(hash));
+    await until("a lattice comes", () => observer.frames.some((each) => each.frame.level === LevelIndex.low));
+    observer.link.use((core) => core.requestGroom(hash));
     await until("the groom comes", () => observer.of("groomFetched").length > 0);
     const fetched: GroomFetched = observer.of("groomFetched")[0];
     expect(Buffer.compare(fetched.bytes!, file)).toBe(0);
@@ -100,13 +100,13 @@ describe.skipIf(program === null)("with a server", () => {
 
     const moves = (frame: Frame) => frame.displacements.some((integer) => Math.abs(integer) > 4);
     await until("hair moves", () => observer.frames.filter((each) => moves(each.frame)).length > 40);
-    expect(observer.connection.counters).toMatchObject({ framesUndecodable: 0 });
+    expect(observer.link.counters).toMatchObject({ framesUndecodable: 0 });
     playOut(observer);
 
     // The line breaks: the session goes on.
     owner.socket!.terminate();
     await until("the owner comes back", () => owner.of("connected").length === 2);
-    expect(owner.connection.counters).toMatchObject({ reconnects: 1, resumes: 1 });
+    expect(owner.link.counters).toMatchObject({ reconnects: 1, resumes: 1 });
     expect(observer.of("memberLeft")).toEqual([]);
 
     // The server dies: another is told everything again, and hair goes on.
@@ -115,11 +115,11 @@ describe.skipIf(program === null)("with a server", () => {
     await until("both come back", () => owner.of("connected").length === 3 && observer.of("connected").length === 2);
     const before = owner.frames.length;
     await until("the new server sends a lattice", () =>
-      owner.frames.slice(before).some((each) => !each.frame.kept && each.frame.level === Level.low),
+      owner.frames.slice(before).some((each) => !each.frame.lastKnown && each.frame.level === LevelIndex.low),
     );
     // It went on from where it was: hair was not at rest. A server that needs more than two seconds for its levels has
     // it rigid until then.
-    const first = owner.frames.slice(before).find((each) => !each.frame.kept && each.frame.level === Level.low)!;
+    const first = owner.frames.slice(before).find((each) => !each.frame.lastKnown && each.frame.level === LevelIndex.low)!;
     expect(moves(first.frame)).toBe(true);
     await until("the member is told of again", () => observer.of("memberJoined").length === 2);
     expect(observer.of("memberLeft").length).toBe(1);

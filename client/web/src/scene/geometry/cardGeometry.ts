@@ -1,21 +1,21 @@
-import { farStripTangents, type RestTangents } from "../../hair/restTangents";
-import { farStripBlend } from "../../hair/rootBlend";
+import { farCardTangents, type RestTangents } from "../../hair/restTangents";
+import { farCardBlend } from "../../hair/rootBlend";
 import type { GeometrySource } from "./groomGeometry";
 import type { MeshBuilder } from "./meshBuilder";
 
-/** The groom's own strips. */
-export function addStrips(source: GeometrySource, mesh: MeshBuilder): void {
+/** The groom's own cards. */
+export function addCards(source: GeometrySource, mesh: MeshBuilder): void {
   const { groom, blend, rest } = source;
-  groom.strips.forEach((strip, number) => addStrip(source, edgesOf(groom.points, blend, rest, strip.points), number, mesh));
+  groom.cards.forEach((card, number) => addCard(source, edgesOf(groom.points, blend, rest, card.points), number, mesh));
 }
 
 /** What stands for the strands far away. */
-export function addFarStrips(source: GeometrySource, mesh: MeshBuilder): void {
-  const { farStrips } = source.groom;
-  const blend = farStripBlend(source.groom);
-  const rest = farStripTangents(farStrips, blend);
-  farStrips.strips.forEach((strip, number) =>
-    addStrip(source, edgesOf(farStrips.points, blend, rest, strip.points), number, mesh),
+export function addFarCards(source: GeometrySource, mesh: MeshBuilder): void {
+  const { farCards } = source.groom;
+  const blend = farCardBlend(source.groom);
+  const rest = farCardTangents(farCards, blend);
+  farCards.cards.forEach((card, number) =>
+    addCard(source, edgesOf(farCards.points, blend, rest, card.points), number, mesh),
   );
 }
 
@@ -41,7 +41,7 @@ function edgesOf(
   };
 }
 
-function addStrip({ light }: GeometrySource, edges: Edges, number: number, mesh: MeshBuilder): void {
+function addCard({ light }: GeometrySource, edges: Edges, number: number, mesh: MeshBuilder): void {
   const { points, directions } = edges;
   const pairs = edges.blend.length >> 1;
   if (pairs < 2) return;

@@ -2,21 +2,21 @@ import type { Groom } from "../../hair/groom";
 
 const kGoldenAngle = Math.PI * (3 - 2.2360679775);
 
-/** A groom's own strands and its clusters' copies. */
+/** A groom's own strands and its clumps' copies. */
 export function drawnStrandCount(groom: Groom): number {
-  return groom.clusters.reduce((count, cluster) => count + cluster.copyCount, groom.strands.count);
+  return groom.clumps.reduce((count, clump) => count + clump.copyCount, groom.strands.count);
 }
 
-/** Calls `take` with the points (3 each) of every copy of every cluster, in order, and the strand that it follows. */
-export function eachClusterCopy(groom: Groom, take: (points: Float32Array, strand: number) => void): void {
-  for (const cluster of groom.clusters) {
-    const begin = groom.strands.begin[cluster.strand];
-    const points = groom.points.subarray(3 * begin, 3 * groom.strands.begin[cluster.strand + 1]);
-    for (let c = 0; c < cluster.copyCount; ++c) {
+/** Calls `take` with the points (3 each) of every copy of every clump, in order, and the strand that it follows. */
+export function eachClumpCopy(groom: Groom, take: (points: Float32Array, strand: number) => void): void {
+  for (const clump of groom.clumps) {
+    const begin = groom.strands.begin[clump.strand];
+    const points = groom.points.subarray(3 * begin, 3 * groom.strands.begin[clump.strand + 1]);
+    for (let c = 0; c < clump.copyCount; ++c) {
       // A sunflower's places fill the disc evenly; another turn for each strand.
-      const ring = Math.min(Math.sqrt((c + 0.7) / cluster.copyCount), 1);
-      const angle = (kGoldenAngle * (c + 7 * (cluster.strand % 1024))) % (2 * Math.PI);
-      take(follow(points, ring, angle, cluster.radiusM, cluster.tipRadiusM), cluster.strand);
+      const ring = Math.min(Math.sqrt((c + 0.7) / clump.copyCount), 1);
+      const angle = (kGoldenAngle * (c + 7 * (clump.strand % 1024))) % (2 * Math.PI);
+      take(follow(points, ring, angle, clump.radiusM, clump.tipRadiusM), clump.strand);
     }
   }
 }

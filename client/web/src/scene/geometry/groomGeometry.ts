@@ -4,13 +4,13 @@ import { rootBlend } from "../../hair/rootBlend";
 import { addBody } from "./bodyGeometry";
 import { drawnStrandCount } from "./clumpStrands";
 import { addFabric } from "./fabricGeometry";
-import { LightField } from "./occlusionGrid";
+import { OcclusionGrid } from "./occlusionGrid";
 import { makeStrands } from "./strandGeometry";
-import { addFarStrips, addStrips } from "./cardGeometry";
+import { addFarCards, addCards } from "./cardGeometry";
 import { MeshBuilder, type MeshArrays } from "./meshBuilder";
 
 /** Which points of the strands are drawn. Strands stand in the order of drawing. */
-export interface StrandList {
+export interface SimplifiedStrands {
   /** no point left out is further from the line, m */
   readonly toleranceM: number;
   /** two triangles a segment */
@@ -34,7 +34,7 @@ export interface StrandGeometry {
   /** the strand's place in the order of drawing */
   readonly strand: Float32Array;
   /** from all points to few */
-  readonly lists: readonly StrandList[];
+  readonly lists: readonly SimplifiedStrands[];
 }
 
 /**
@@ -43,15 +43,15 @@ export interface StrandGeometry {
  */
 export interface GroomGeometry {
   readonly strands: StrandGeometry;
-  /** that are drawn: clusters' copies among them */
+  /** that are drawn: clumps' copies among them */
   readonly strandCount: number;
-  /** at the root, when all strands and two followers each are drawn */
+  /** at the root, when all strands and two follow hairs each are drawn */
   readonly strandWidthM: number;
-  /** the groom's own; `extra`: unit side, left to right; number of the strip */
-  readonly strips: MeshArrays;
+  /** the groom's own; `extra`: unit side, left to right; number of the card */
+  readonly cards: MeshArrays;
   /** in place of its strands */
-  readonly farStrips: MeshArrays;
-  readonly farStripCount: number;
+  readonly farCards: MeshArrays;
+  readonly farCardCount: number;
   /** 0: hairs keep to the course of their lock; 1: curls */
   readonly waviness: number;
   /** `extra`: linear RGB, opacity, half of a thread's width (negative on its left; 0: cloth) */
@@ -65,7 +65,7 @@ export interface GroomGeometry {
 /** What the parts of a geometry are made of. */
 export interface GeometrySource {
   readonly groom: Groom;
-  readonly light: LightField;
+  readonly light: OcclusionGrid;
   /** delta of every groom point */
   readonly blend: Float32Array;
   /** how hair goes on at each */
@@ -76,26 +76,26 @@ export interface GeometrySource {
 export function makeGroomGeometry(groom: Groom): GroomGeometry {
   const strandCount = drawnStrandCount(groom);
   const strandWidthM = widthFor(strandCount);
-  const copies = 3; // a strand and its followers
+  const copies = 3; // a strand and its follow hairs
   const drawnPerStrand = strandCount / Math.max(1, groom.strands.count);
-  const light = new LightField(groom, strandWidthM * copies * drawnPerStrand);
+  const light = new OcclusionGrid(groom, strandWidthM * copies * drawnPerStrand);
   const blend = rootBlend(groom);
   const source: GeometrySource = { groom, light, blend, rest: restTangents(groom, blend) };
-  const strips = new MeshBuilder(4);
-  const farStrips = new MeshBuilder(4);
+  const cards = new MeshBuilder(4);
+  const farCards = new MeshBuilder(4);
   const fabric = new MeshBuilder(5);
   const body = new MeshBuilder(4);
-  addStrips(source, strips);
-  addFarStrips(source, farStrips);
+  addCards(source, cards);
+  addFarCards(source, farCards);
   addFabric(source, fabric);
   addBody(source, body);
   return {
     strands: makeStrands(source),
     strandCount,
     strandWidthM,
-    strips: strips.take(),
-    farStrips: farStrips.take(),
-    farStripCount: groom.farStrips.strips.length,
+    cards: cards.take(),
+    farCards: farCards.take(),
+    farCardCount: groom.farCards.cards.length,
     fabric: fabric.take(),
     body: body.take(),
     waviness: wavinessOf(groom),
@@ -106,7 +106,7 @@ export function makeGroomGeometry(groom: Groom): GroomGeometry {
 /** What a worker hands over rather than copies. */
 export function buffersOf(geometry: GroomGeometry): ArrayBuffer[] {
   const buffers: ArrayBuffer[] = [];
-  for (const mesh of [geometry.strands, geometry.strips, geometry.farStrips, geometry.fabric, geometry.body])
+  for (const mesh of [geometry.strands, geometry.cards, geometry.farCards, geometry.fabric, geometry.body])
     for (const array of Object.values(mesh)) if (ArrayBuffer.isView(array)) buffers.push(array.buffer as ArrayBuffer);
   for (const list of geometry.strands.lists) buffers.push(list.triangles.buffer as ArrayBuffer, list.end.buffer as ArrayBuffer);
   return buffers;

@@ -1,6 +1,6 @@
 import { growingBytes, growingFloats, growingHalves, growingIndices } from "./growing";
 import { toHalf } from "./half";
-import type { LightLeft } from "./occlusionGrid";
+import type { Transmittance } from "./occlusionGrid";
 
 /** Vertices as the shaders of client/shaders read them: location 0 rest, 1 direction, 2 sides, 3 ends, 4 ... extra. */
 export interface MeshArrays {
@@ -44,7 +44,7 @@ export class MeshBuilder {
     dy: number,
     dz: number,
     slope: number,
-    left: LightLeft,
+    left: Transmittance,
     third: number,
     fourth: number,
   ): void {

@@ -1,7 +1,7 @@
 import type { Groom } from "../../hair/groom";
 
 /** The fraction of light that reaches one point from each of six directions: +x -x +y -y +z -z of the head. */
-export type LightLeft = Float32Array;
+export type Transmittance = Float32Array;
 
 const kCellsAcross = 56;
 const kCellMinM = 0.004;
@@ -32,7 +32,7 @@ const kRayCount = kRays.length;
  * A coarse grid over a groom at rest that stores how much light reaches each cell through hair and body: baked ambient
  * occlusion by direction. Head space, m.
  */
-export class LightField {
+export class OcclusionGrid {
   cellM = 0.01;
   #origin = [0, 0, 0];
   #count = [0, 0, 0];
@@ -52,7 +52,7 @@ export class LightField {
     this.#extinction = new Float32Array(size);
     this.#left = new Float32Array(kRayCount * size);
     this.#addHair(groom, widthM);
-    this.#addStrips(groom);
+    this.#addCards(groom);
     this.#addBody(groom.body.vertices, groom.body.triangles);
     for (let ray = 0; ray < kRayCount; ++ray) this.#sweep(ray);
   }
@@ -61,7 +61,7 @@ export class LightField {
    * Into `out`, 0 to 1 each. A side gets half from its face's ray and half from the four corners about it. `normal`: on a
    * surface, what comes from behind it does not count.
    */
-  at(x: number, y: number, z: number, out: LightLeft, normal: readonly number[] | null = null): LightLeft {
+  at(x: number, y: number, z: number, out: Transmittance, normal: readonly number[] | null = null): Transmittance {
     out.fill(1);
     if (this.#left.length === 0) return out;
     const base = this.#base;
@@ -125,7 +125,7 @@ export class LightField {
         }
     };
     extend(0, groom.strands.begin[groom.strands.count]);
-    for (const strip of groom.strips) extend(strip.points.begin, strip.points.end);
+    for (const card of groom.cards) extend(card.points.begin, card.points.end);
     if (!(low[0] <= high[0])) return false;
     const size = [0, 1, 2].map((axis) => high[axis] - low[axis]);
     this.cellM = Math.max(Math.max(...size) / kCellsAcross, kCellMinM);
@@ -159,13 +159,13 @@ export class LightField {
     }
   }
 
-  // A strip shades as the hair that it stands for. Cloth and threads are thin beside hair and left out.
-  #addStrips(groom: Groom): void {
+  // A card shades as the hair that it stands for. Cloth and threads are thin beside hair and left out.
+  #addCards(groom: Groom): void {
     const { points } = groom;
     const distance = (a: number, b: number) =>
       Math.hypot(points[a] - points[b], points[a + 1] - points[b + 1], points[a + 2] - points[b + 2]);
-    for (const strip of groom.strips) {
-      for (let p = strip.points.begin; p + 3 < strip.points.end; p += 2) {
+    for (const card of groom.cards) {
+      for (let p = card.points.begin; p + 3 < card.points.end; p += 2) {
         const at = 3 * p;
         const middle = (axis: number) =>
           0.25 * (points[at + axis] + points[at + 3 + axis] + points[at + 6 + axis] + points[at + 9 + axis]);

@@ -1,10 +1,10 @@
 import type { Groom } from "../../hair/groom";
 
-const kReachLeastM = 0.014; // wider than a parting
+const kReachMinM = 0.014; // wider than a parting
 const kSkullM2 = 0.06; // that hair usually grows on
 const kSpacings = 1.5; // of sparse roots within reach
 const kSamples = 256;
-const kStripRoots = 4; // points across a strip's root
+const kCardRoots = 4; // points across a card's root
 // Shares of the usual density; at a straight hairline there is half.
 const kBare = 0.08;
 const kFull = 0.4;
@@ -19,7 +19,7 @@ export class Scalp {
     this.#roots = rootsOf(groom);
     const count = this.#roots.length / 3;
     if (count === 0) return;
-    this.#reachM = Math.max(kReachLeastM, kSpacings * Math.sqrt(kSkullM2 / count));
+    this.#reachM = Math.max(kReachMinM, kSpacings * Math.sqrt(kSkullM2 / count));
     const densities: number[] = [];
     for (let r = 0; r < count; r += Math.ceil(count / kSamples))
       densities.push(this.#density(this.#roots[3 * r], this.#roots[3 * r + 1], this.#roots[3 * r + 2]));
@@ -57,17 +57,17 @@ export class Scalp {
   }
 }
 
-function rootsOf({ strands, strips, points }: Groom): Float32Array {
+function rootsOf({ strands, cards, points }: Groom): Float32Array {
   const roots: number[][] = [];
   for (let s = 0; s < strands.count; ++s) {
     const at = 3 * strands.begin[s];
     if (strands.begin[s] < strands.begin[s + 1] && strands.rooted[s]) roots.push([...points.subarray(at, at + 3)]);
   }
-  for (const strip of strips) {
-    if (strip.points.end - strip.points.begin < 2 || !strip.rooted) continue;
-    const at = 3 * strip.points.begin;
-    for (let i = 0; i < kStripRoots; ++i) {
-      const t = i / (kStripRoots - 1);
+  for (const card of cards) {
+    if (card.points.end - card.points.begin < 2 || !card.rooted) continue;
+    const at = 3 * card.points.begin;
+    for (let i = 0; i < kCardRoots; ++i) {
+      const t = i / (kCardRoots - 1);
       roots.push([0, 1, 2].map((axis) => points[at + axis] + t * (points[at + 3 + axis] - points[at + axis])));
     }
   }

@@ -1,13 +1,13 @@
-import { eachClusterCopy, drawnStrandCount } from "./clumpStrands";
+import { eachClumpCopy, drawnStrandCount } from "./clumpStrands";
 import type { GeometrySource, StrandGeometry } from "./groomGeometry";
 import { growingBytes, growingFloats, growingIndices } from "./growing";
 import { toByte } from "./meshBuilder";
 
-const kSagM = 5e-4; // of a smooth line over its pieces, at most, as far as kPiecesMost allow
+const kSagM = 5e-4; // of a smooth line over its pieces, at most, as far as kPiecesMax allow
 const kPieceM = 0.012; // longer ones would show corners where a lattice bends straight hair
-const kPiecesMost = 2;
-const kPlacedMost = 256; // points of a strand: placing takes their square
-const kRunMost = 256; // points between two that stay: what one looks through to find the furthest
+const kPiecesMax = 2;
+const kPlacedMax = 256; // points of a strand: placing takes their square
+const kRunMax = 256; // points between two that stay: what one looks through to find the furthest
 const kTolerancesM = [0, 2.5e-4, 8e-4, 4e-3];
 
 /** Points of a row of the textures that the shaders read: client/shaders/strand_points.glsl. */
@@ -78,7 +78,7 @@ class PointBuilder {
       const at = 3 * i;
       if (i > 0) arcM += distance(x, at - 3, at);
       this.#rest.push(x[at], x[at + 1], x[at + 2], line.delta[i]);
-      this.#arc.push(arcM, line.count <= kPlacedMost ? i : 0);
+      this.#arc.push(arcM, line.count <= kPlacedMax ? i : 0);
       this.source.light.at(x[at], x[at + 1], x[at + 2], left);
       for (let side = 0; side < 2; ++side) {
         this.#sides.push(toByte(left[0]), toByte(left[1]), toByte(left[2]), toByte(left[3]));
@@ -103,13 +103,13 @@ class PointBuilder {
   }
 }
 
-/** The groom's own strands, then clusters' copies, whose points have what their strand's have. */
+/** The groom's own strands, then clumps' copies, whose points have what their strand's have. */
 function drawnStrands({ groom }: GeometrySource): { points: Float32Array; strand: number }[] {
   const drawn: { points: Float32Array; strand: number }[] = [];
   for (let s = 0; s < groom.strands.count; ++s)
     drawn.push({ points: groom.points.subarray(3 * groom.strands.begin[s], 3 * groom.strands.begin[s + 1]), strand: s });
-  eachClusterCopy(groom, (points, strand) => drawn.push({ points, strand }));
-  if (drawn.length !== drawnStrandCount(groom)) throw new Error("clusters' copies do not add up");
+  eachClumpCopy(groom, (points, strand) => drawn.push({ points, strand }));
+  if (drawn.length !== drawnStrandCount(groom)) throw new Error("clumps' copies do not add up");
   return drawn;
 }
 
@@ -158,7 +158,7 @@ function lengthOf(x: number, y: number, z: number): number {
 
 /** Corners of a polyline become a curve (Catmull-Rom) through the same points. */
 function smoothed(line: Line): Line {
-  const most = (line.count - 1) * kPiecesMost + 1;
+  const most = (line.count - 1) * kPiecesMax + 1;
   const smooth: Line = {
     count: 0,
     x: new Float32Array(3 * most),
@@ -193,7 +193,7 @@ function smoothed(line: Line): Line {
       at[2] - 0.5 * (line.x[p + 2] + line.x[p + 5]),
     );
     const wanted = Math.max(Math.sqrt(sag / kSagM), distance(line.x, p, p + 3) / kPieceM);
-    const pieces = Math.min(Math.max(Math.ceil(wanted), 1), kPiecesMost);
+    const pieces = Math.min(Math.max(Math.ceil(wanted), 1), kPiecesMax);
     for (let piece = 0; piece < pieces; ++piece) {
       const t = piece / pieces;
       spline(i, t);
@@ -219,7 +219,7 @@ function keptPoints(line: Line, toleranceM: number): Uint8Array {
   if (toleranceM < 2e-3) for (let i = 0; i < line.count; i += 4) kept[i] = 1;
   if (toleranceM < 5e-4) for (let i = 0; i < line.count; ++i) kept[i] |= line.own[i];
   kept[line.count >> 1] = kept[line.count >> 2] = 1;
-  for (let i = 0; i < line.count; i += kRunMost) kept[i] = 1;
+  for (let i = 0; i < line.count; i += kRunMax) kept[i] = 1;
   // Between each two that stay, as a piece of its own: its ends are where the drawn line bends.
   for (let first = 0, i = 1; i <= last; ++i) {
     if (!kept[i]) continue;

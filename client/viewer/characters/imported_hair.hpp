@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "client/viewer/cast/load_characters.hpp"
+#include "client/viewer/characters/load_characters.hpp"
 #include "core/result.hpp"
 
 namespace hairnet::viewer {
@@ -19,8 +19,8 @@ bool is_foreign_hair(std::string_view path);
 Result<Groom> import_hair(std::span<const std::string> files);
 
 // What files show without a word more: every .groom a character, all foreign files together one, all moved by the
-// first .bvh among them, or looking around. All about the origin and of one colour: load_cast says where they stand.
-// Refused in one line, with the file's name.
-Result<std::vector<Actor>> cast_of_files(std::span<const std::string> files);
+// first .bvh among them, or looking around. All about the origin and of one colour: load_characters says where they
+// stand. Refused in one line, with the file's name.
+Result<std::vector<CharacterSetup>> characters_of_files(std::span<const std::string> files);
 
 }  // namespace hairnet::viewer

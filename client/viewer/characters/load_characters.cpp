@@ -1,4 +1,4 @@
-#include "client/viewer/cast/load_characters.hpp"
+#include "client/viewer/characters/load_characters.hpp"
 
 #include <iterator>
 #include <map>
@@ -8,9 +8,9 @@
 #include "client/assets/load_groom.hpp"
 #include "client/assets/load_motion.hpp"
 #include "client/assets/made_spec.hpp"
-#include "client/viewer/cast/hair_colour.hpp"
-#include "client/viewer/cast/imported_hair.hpp"
-#include "client/viewer/cast/place.hpp"
+#include "client/viewer/characters/hair_colour.hpp"
+#include "client/viewer/characters/imported_hair.hpp"
+#include "client/viewer/characters/place.hpp"
 
 namespace hairnet::viewer {
 
@@ -19,7 +19,7 @@ namespace {
 using Grooms = std::map<std::pair<std::string, std::size_t>, std::shared_ptr<const Groom>>;
 
 // About the origin.
-Result<Actor> load_actor(const CharacterOptions& options, Grooms& grooms) {
+Result<CharacterSetup> load_character(const CharacterOptions& options, Grooms& grooms) {
   std::shared_ptr<const Groom>& groom = grooms[{options.groom, options.hairstyle.strand_count}];
   if (!groom) {
     const bool foreign = !is_made_spec(options.groom) && is_foreign_hair(options.groom);
@@ -31,30 +31,30 @@ Result<Actor> load_actor(const CharacterOptions& options, Grooms& grooms) {
   }
   Result<Motion> motion = load_motion(options.motion, options.bvh, &groom->body);
   if (!motion) return Refusal(options.motion + ": " + motion.error());
-  return Actor{groom, std::move(*motion), options.level, Vec3f::Zero(), options.material};
+  return CharacterSetup{groom, std::move(*motion), options.level, Vec3f::Zero(), options.material};
 }
 
 }  // namespace
 
-Result<std::vector<Actor>> load_cast(const ViewOptions& options) {
+Result<std::vector<CharacterSetup>> load_characters(const ViewOptions& options) {
   Grooms grooms;
-  std::vector<Actor> cast;
+  std::vector<CharacterSetup> characters;
   for (const CharacterOptions& character : options.characters) {
-    Result<Actor> actor = load_actor(character, grooms);
-    if (!actor) return Refusal(actor.error());
-    cast.push_back(std::move(*actor));
+    Result<CharacterSetup> setup = load_character(character, grooms);
+    if (!setup) return Refusal(setup.error());
+    characters.push_back(std::move(*setup));
   }
   if (!options.files.empty()) {
-    Result<std::vector<Actor>> more = cast_of_files(options.files);
+    Result<std::vector<CharacterSetup>> more = characters_of_files(options.files);
     if (!more) return Refusal(more.error());
-    std::move(more->begin(), more->end(), std::back_inserter(cast));
+    std::move(more->begin(), more->end(), std::back_inserter(characters));
   }
-  for (std::size_t i = 0; i < cast.size(); ++i) {
+  for (std::size_t i = 0; i < characters.size(); ++i) {
     const CharacterOptions* named = i < options.characters.size() ? &options.characters[i] : nullptr;
-    cast[i].hair_colour = named && named->colour ? *named->colour : default_hair_colour(i);
-    move_to(named && named->place ? *named->place : side_by_side(i, cast.size()), cast[i].motion);
+    characters[i].hair_colour = named && named->colour ? *named->colour : default_hair_colour(i);
+    move_to(named && named->place ? *named->place : side_by_side(i, characters.size()), characters[i].motion);
   }
-  return cast;
+  return characters;
 }
 
 }  // namespace hairnet::viewer

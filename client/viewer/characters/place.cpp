@@ -1,4 +1,4 @@
-#include "client/viewer/cast/place.hpp"
+#include "client/viewer/characters/place.hpp"
 
 #include <algorithm>
 #include <array>
@@ -12,7 +12,7 @@ namespace hairnet::viewer {
 namespace {
 
 constexpr double kApart_m = 0.7, kRowsApart_m = 0.9;
-constexpr std::size_t kRowMost = 8;
+constexpr std::size_t kRowMax = 8;
 constexpr double kFar_m = 1000;  // well within what a protocol lets a pose have
 
 }  // namespace
@@ -36,8 +36,8 @@ Result<Place> parse_place(std::string_view text) {
 }
 
 Place side_by_side(std::size_t n, std::size_t count) {
-  const std::size_t row = n / kRowMost, first = row * kRowMost;
-  const std::size_t in_row = std::min(kRowMost, count - first);
+  const std::size_t row = n / kRowMax, first = row * kRowMax;
+  const std::size_t in_row = std::min(kRowMax, count - first);
   return {kApart_m * (static_cast<double>(n - first) - (static_cast<double>(in_row) - 1) / 2),
           -kRowsApart_m * static_cast<double>(row), 0};
 }

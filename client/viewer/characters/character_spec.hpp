@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-#include "client/viewer/cast/options.hpp"
+#include "client/viewer/characters/options.hpp"
 #include "core/result.hpp"
 
 namespace hairnet::viewer {

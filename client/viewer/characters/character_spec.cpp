@@ -1,10 +1,10 @@
-#include "client/viewer/cast/character_spec.hpp"
+#include "client/viewer/characters/character_spec.hpp"
 
 #include <charconv>
 #include <cmath>
 
 #include "client/assets/import/placement.hpp"
-#include "client/viewer/cast/hair_colour.hpp"
+#include "client/viewer/characters/hair_colour.hpp"
 
 namespace hairnet::viewer {
 namespace {

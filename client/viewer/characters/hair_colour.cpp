@@ -1,4 +1,4 @@
-#include "client/viewer/cast/hair_colour.hpp"
+#include "client/viewer/characters/hair_colour.hpp"
 
 #include <array>
 #include <charconv>

@@ -1,4 +1,4 @@
-#include "client/viewer/cast/options.hpp"
+#include "client/viewer/characters/options.hpp"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -10,7 +10,7 @@
 #include "client/files/video_writer.hpp"
 #include "client/tools/command_line/in_range.hpp"
 #include "client/tools/command_line/wind_flags.hpp"
-#include "client/viewer/cast/character_spec.hpp"
+#include "client/viewer/characters/character_spec.hpp"
 
 namespace hairnet::viewer {
 namespace {
@@ -117,11 +117,11 @@ void take_output(ViewOptions& o, const Texts& texts) {
   const bool pictures = !o.out.empty() || !o.sheet.empty();
   o.source = texts.local || !o.files.empty() ? Source::local : Source::server;
   if (pictures && texts.no_draw) refuse("--no-draw", "excludes --out and --sheet");
-  if (is_clip(o.out)) {
+  if (is_video(o.out)) {
     if (!o.sheet.empty()) refuse("--sheet", "is made without a clip: give them one after the other");
     if (!o.trace.empty() && o.source == Source::local)
       refuse("--trace", "is written without a clip when it is simulated here: give them one after the other");
-    o.output = Output::clip;
+    o.output = Output::video;
   } else {
     o.output = pictures ? Output::pictures : texts.no_draw || !o.trace.empty() ? Output::none : Output::window;
   }
@@ -136,7 +136,7 @@ void take_durations(ViewOptions& o, const Texts& texts) {
   o.duration_s = seconds("--duration", texts.duration.empty() ? (lasts ? "forever" : "6") : texts.duration, 0.1);
   o.reconnect_s = seconds("--reconnect", texts.reconnect.empty() ? (lasts ? "forever" : "0") : texts.reconnect, 0);
   if (std::isfinite(o.duration_s)) return;
-  if (o.output == Output::pictures || o.output == Output::clip)
+  if (o.output == Output::pictures || o.output == Output::video)
     refuse("--duration", "pictures and videos need an end: 'forever' is not possible");
   if (!o.trace.empty()) refuse("--duration", "a trace needs an end: 'forever' would fill the disk");
   if (o.output == Output::none && o.source == Source::local)
@@ -144,7 +144,7 @@ void take_durations(ViewOptions& o, const Texts& texts) {
 }
 
 void take_size(ViewOptions& o, std::string text) {
-  if (text.empty()) text = o.output == Output::window ? "1280x800" : o.output == Output::clip ? "960x720" : "480x540";
+  if (text.empty()) text = o.output == Output::window ? "1280x800" : o.output == Output::video ? "960x720" : "480x540";
   const std::vector<std::string> parts = split(text, 'x');
   if (parts.size() != 2) refuse("--size", "'" + text + "' is not WIDTHxHEIGHT");
   o.width = static_cast<int>(whole_number("--size", parts[0], 16, 8192));

@@ -9,7 +9,7 @@
 #include "client/assets/import/bvh.hpp"
 #include "client/assets/made/made.hpp"
 #include "client/link/address.hpp"
-#include "client/viewer/cast/place.hpp"
+#include "client/viewer/characters/place.hpp"
 #include "core/groom/material.hpp"
 #include "core/levels/level.hpp"
 #include "core/solver/wind.hpp"
@@ -32,7 +32,7 @@ enum class View : std::uint8_t { front, side, back, three_quarter };
 // Where hair is simulated: by a server, or by the core's World in this process.
 enum class Source : std::uint8_t { server, local };
 // What is made of it. Nothing is drawn for `none`.
-enum class Output : std::uint8_t { window, pictures, clip, none };
+enum class Output : std::uint8_t { window, pictures, video, none };
 
 struct ViewOptions {
   Source source = Source::server;
@@ -48,13 +48,13 @@ struct ViewOptions {
   double settle_s = 0;    // after them: heads ease upright within 1 s, then are still
   double pose_rate_hz = 60;
   double tick_rate_hz = 30;   // of a local world
-  double frame_rate_hz = 30;  // of a clip
+  double frame_rate_hz = 30;  // of a video
   double jitter_ms = 0;       // each pose is taken up to this much earlier or later
   std::optional<Wind> wind;   // for the whole room
   std::string out, sheet, trace;
   std::vector<double> times_s;    // of the sheet's columns
   std::vector<View> views;        // of the sheet's rows, each for every character
-  int width = 480, height = 540;  // of a picture, a clip or the window
+  int width = 480, height = 540;  // of a picture, a video or the window
 };
 
 // What the command line asks for, or the exit code when the program is to end at once (help, or a usage error, already

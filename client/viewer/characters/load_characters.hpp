@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "client/viewer/cast/options.hpp"
+#include "client/viewer/characters/options.hpp"
 #include "core/groom/groom.hpp"
 #include "core/pose/motion.hpp"
 #include "core/result.hpp"
@@ -12,7 +12,7 @@
 namespace hairnet::viewer {
 
 // One character, loaded. Those with the same groom share it.
-struct Actor {
+struct CharacterSetup {
   std::shared_ptr<const Groom> groom;
   Motion motion;  // at the character's place
   LevelIndex level = LevelIndex::high;
@@ -22,6 +22,6 @@ struct Actor {
 
 // The characters that `options` names, then what its files hold. Those that were given a place are there, the others
 // stand side by side.
-Result<std::vector<Actor>> load_cast(const ViewOptions& options);
+Result<std::vector<CharacterSetup>> load_characters(const ViewOptions& options);
 
 }  // namespace hairnet::viewer

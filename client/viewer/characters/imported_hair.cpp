@@ -1,4 +1,4 @@
-#include "client/viewer/cast/imported_hair.hpp"
+#include "client/viewer/characters/imported_hair.hpp"
 
 #include <filesystem>
 #include <optional>
@@ -106,11 +106,11 @@ Result<Groom> import_hair(std::span<const std::string> files) {
     if (const Result<void> read = read_part(file, parts); !read) return Refusal(read.error());
   }
   Result<Groom> groom = parts.strands.empty() ? groom_of_body(parts) : groom_of_strands(std::move(parts));
-  if (groom) groom->far_strips = make_far_strips(*groom, far_strip_count_for(*groom));
+  if (groom) groom->far_cards = make_far_cards(*groom, far_card_count_for(*groom));
   return groom;
 }
 
-Result<std::vector<Actor>> cast_of_files(std::span<const std::string> files) {
+Result<std::vector<CharacterSetup>> characters_of_files(std::span<const std::string> files) {
   std::vector<std::string> foreign, motions;
   std::vector<std::shared_ptr<const Groom>> grooms;
   for (const std::string& file : files) {
@@ -137,14 +137,14 @@ Result<std::vector<Actor>> cast_of_files(std::span<const std::string> files) {
     if (!groom) return Refusal(groom.error());
     grooms.push_back(std::make_shared<const Groom>(std::move(*groom)));
   }
-  std::vector<Actor> cast;
+  std::vector<CharacterSetup> characters;
   for (const std::shared_ptr<const Groom>& groom : grooms) {
     const std::string spec = motions.empty() ? "made:look_around" : motions[0];
     Result<Motion> motion = load_motion(spec, {}, &groom->body);
     if (!motion) return Refusal(spec + ": " + motion.error());
-    cast.push_back({groom, std::move(*motion), LevelIndex::high, Vec3f::Zero(), {}});
+    characters.push_back({groom, std::move(*motion), LevelIndex::high, Vec3f::Zero(), {}});
   }
-  return cast;
+  return characters;
 }
 
 }  // namespace hairnet::viewer
