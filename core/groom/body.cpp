@@ -15,11 +15,11 @@ double rise(double from, double to, double x) {
 }  // namespace
 
 void generate_bone_weights(Body& body) {
-  const auto joint = [&](Bone b) -> Vec3 { return body.joints[static_cast<std::size_t>(b)].cast<double>(); };
-  const Vec3 head_joint = joint(Bone::head), neck_joint = joint(Bone::neck);
+  const Vec3 head_joint = body.joint(Bone::head), neck_joint = body.joint(Bone::neck);
   const double neck_m = std::max(head_joint.y() - neck_joint.y(), 0.02);
-  const double shoulder_y = 0.5 * (joint(Bone::left_shoulder).y() + joint(Bone::right_shoulder).y());
-  const double shoulder_m = std::max(0.5 * (joint(Bone::left_shoulder).x() - joint(Bone::right_shoulder).x()), 0.01);
+  const double shoulder_y = 0.5 * (body.joint(Bone::left_shoulder).y() + body.joint(Bone::right_shoulder).y());
+  const double shoulder_m =
+      std::max(0.5 * (body.joint(Bone::left_shoulder).x() - body.joint(Bone::right_shoulder).x()), 0.01);
 
   body.bone_weights.clear();
   body.bone_weights.reserve(body.mesh.vertices.size());
@@ -40,7 +40,7 @@ void generate_bone_weights(Body& body) {
   }
 }
 
-void skin(const Body& body, const Pose& pose, std::vector<Vec3f>& out) {
+void skin_vertices(const Body& body, const Pose& pose, std::vector<Vec3f>& out) {
   assert(body.bone_weights.size() == body.mesh.vertices.size());
   std::array<Eigen::Matrix<double, 3, 4>, kBoneCount> bones;
   for (std::size_t b = 0; b < kBoneCount; ++b)

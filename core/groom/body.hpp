@@ -15,12 +15,14 @@ struct Body {
   std::array<Vec3f, kBoneCount> joints{Vec3f(0, 0, 0), Vec3f(0, -0.10f, -0.02f), Vec3f(0.03f, -0.16f, -0.01f),
                                        Vec3f(-0.03f, -0.16f, -0.01f), Vec3f(0, -0.25f, -0.04f)};  // pivot of each bone
   bool fitted_from_roots = false;  // no mesh was given: the skull is an ellipsoid
+
+  [[nodiscard]] Vec3 joint(Bone bone) const { return joints[static_cast<std::size_t>(bone)].cast<double>(); }
 };
 
 // Computes smooth bone weights from the vertices' positions about the joints, for a mesh without weights.
 void generate_bone_weights(Body& body);
 
 // Linear blend skinning: world positions of the vertices. `out` has one entry per vertex.
-void skin(const Body& body, const Pose& pose, std::vector<Vec3f>& out);
+void skin_vertices(const Body& body, const Pose& pose, std::vector<Vec3f>& out);
 
 }  // namespace hairnet

@@ -37,8 +37,8 @@ Quat neck_rotation(const Quat& trunk, const Quat& head) {
 
 }  // namespace
 
-PoseCompletion::PoseCompletion(const Body& body, double yaw_lag_s)
-    : neck_joint_(body.joints[static_cast<std::size_t>(Bone::neck)].cast<double>()), yaw_lag_s_(yaw_lag_s) {}
+PoseCompletion::PoseCompletion(const Vec3& neck_joint_head, double yaw_lag_s)
+    : neck_joint_(neck_joint_head), yaw_lag_s_(yaw_lag_s) {}
 
 Pose PoseCompletion::complete(const RigidTransform& head, double elapsed_s) {
   const Yaw yaw = yaw_of(head.rotation);

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "core/groom/body.hpp"
 #include "core/pose/pose.hpp"
 
 namespace hairnet {
@@ -12,7 +11,8 @@ namespace hairnet {
 // which no neck can bend, the neck's part of the angle decreases to zero at 180 degrees.
 class PoseCompletion {
  public:
-  explicit PoseCompletion(const Body& body, double yaw_lag_s = 0.25);
+  // `neck_joint_head`: the pivot of the neck at rest, head space, m.
+  explicit PoseCompletion(const Vec3& neck_joint_head, double yaw_lag_s = 0.25);
   // `head`: head space at rest to world; `elapsed_s` since the last call, 0 to start over.
   Pose complete(const RigidTransform& head, double elapsed_s);
   // The neck alone, between the head and a trunk that is known.

@@ -39,7 +39,7 @@ void BentBody::bend(const Pose& pose) {
   Pose in_head;
   for (std::size_t b = 0; b < kBoneCount; ++b) in_head.bones[b] = pose.head().inverse() * pose.bones[b];
   TriangleMesh bent{{}, near_.mesh.triangles};
-  skin(near_, in_head, bent.vertices);
+  skin_vertices(near_, in_head, bent.vertices);
   constexpr float kRounding_m = 1e-6F;  // of skin that goes with the head
   std::vector<float> vertex_m(vertices_.size());
   for (std::size_t v = 0; v < vertices_.size(); ++v) vertex_m[v] = (bent.vertices[v] - vertices_[v]).norm();

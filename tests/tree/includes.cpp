@@ -19,6 +19,18 @@ const std::set<std::string> kLibraries{
 // Core and schema know no clock, thread or file.
 const std::set<std::string> kOutside{"chrono", "thread", "fstream", "iostream", "filesystem", "ctime"};
 
+// The folder of the source file whose `line` imports from, relative to `root`; empty: the line imports no file of ours.
+std::string folder_of_import(const fs::path& root, const fs::path& file, const std::string& line) {
+  static const std::regex kImport(".*(?:from|import) ?\\(?\"(\\.[^\"]+)\".*");
+  std::smatch match;
+  if (!std::regex_match(line, match, kImport)) return {};
+  return (file.parent_path() / match[1].str())
+      .lexically_normal()
+      .parent_path()
+      .lexically_relative(root)
+      .generic_string();
+}
+
 bool allows(const IncludeRules& rules, const std::string& from, const std::string& to) {
   const auto rule = rules.find(from);
   return rule != rules.end() && (from == to || rule->second.contains(to) || rule->second.contains("any"));
@@ -89,10 +101,13 @@ std::vector<std::string> wrong_includes(const fs::path& root, const IncludeRules
   for (const std::string& top : kTops) {
     if (!fs::exists(root / top)) continue;
     for (auto it = fs::recursive_directory_iterator(root / top); it != fs::recursive_directory_iterator(); ++it) {
-      if (it->path().filename() == "node_modules") it.disable_recursion_pending();
+      if (it->path().filename() == "node_modules" || it->path().filename() == "generated")
+        it.disable_recursion_pending();
       const std::string extension = it->path().extension().string();
-      if (extension != ".hpp" && extension != ".cpp") continue;
       const std::string file = it->path().lexically_relative(root).generic_string();
+      const bool is_script =
+          extension == ".ts" && (file.starts_with("client/web/src/") || file.starts_with("client/web/page/"));
+      if (extension != ".hpp" && extension != ".cpp" && !is_script) continue;
       const std::string folder = fs::path(file).parent_path().generic_string();
       if (!rules.contains(folder)) {
         faults.push_back(file + ": the folder has no line in the rules");
@@ -102,6 +117,12 @@ std::vector<std::string> wrong_includes(const fs::path& root, const IncludeRules
       std::size_t number = 0;
       for (std::string line; std::getline(source, line);) {
         ++number;
+        if (is_script) {
+          const std::string to = folder_of_import(root, it->path(), line);
+          if (!to.empty() && !allows(rules, folder, to))
+            faults.push_back(file + ':' + std::to_string(number) + ": " + folder + " may not import " + to);
+          continue;
+        }
         std::smatch match;
         if (line.find("include") == std::string::npos || !std::regex_match(line, match, kInclude)) continue;
         const std::string fault = fault_of(root, rules, folder, match[2], match[1] == "\"");

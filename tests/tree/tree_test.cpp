@@ -52,6 +52,11 @@ TEST_F(Planted, wrong_include_is_found) {
   EXPECT_THAT(wrong_includes(root_, parse_rules("core/groom:\ncore/pose:\n")),
               ElementsAre(HasSubstr("core/pose/pose.hpp:2: core/pose may not include core/groom")));
 }
+TEST_F(Planted, wrong_import_is_found) {
+  write("client/web/src/hair/pose.ts", "import { Link } from \"../net/link\";\n");
+  EXPECT_THAT(wrong_includes(root_, parse_rules("client/web/src/hair:\n")),
+              ElementsAre(HasSubstr("client/web/src/hair may not import client/web/src/net")));
+}
 TEST_F(Planted, folder_without_a_rule_is_found) {
   write("core/extra/extra.hpp", "#pragma once\n");
   EXPECT_THAT(wrong_includes(root_, {}), ElementsAre(HasSubstr("no line in the rules")));

@@ -159,7 +159,7 @@ Result<ImportedMotion> decode_bvh(std::string_view text, const BvhImport& import
   for (std::size_t b = 0; b < kBoneCount; ++b) {
     if ((*joints)[b] != kNone) from_rest[b] = at_rest(b).inverse() * A;
   }
-  PoseCompletion completion(body ? *body : Body{});
+  PoseCompletion completion((body ? *body : Body{}).joint(Bone::neck));
   imported.motion.rate_hz = 1 / file->frame_time_s;
   imported.motion.poses.reserve(file->frame_count);
   for (std::size_t frame = 0; frame < file->frame_count; ++frame) {

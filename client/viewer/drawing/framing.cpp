@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "client/assets/upright.hpp"
-#include "client/viewer/drawing/mouse_controller.hpp"
 
 namespace hairnet::viewer {
 namespace {

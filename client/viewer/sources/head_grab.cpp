@@ -83,7 +83,7 @@ Pose HeadGrab::apply(const Pose& pose, const Body& body) const {
   head.rotation = (from_rotation_vector(turn_.at) * head.rotation).normalized();
   head.position = pose.head().point(neck_joint) - head.rotation * neck_joint;
   // What the rule adds to the neck for such a turn, on what the motion has.
-  const PoseCompletion completion(body);
+  const PoseCompletion completion(body.joint(Bone::neck));
   const Quat& trunk = pose[Bone::upper_trunk].rotation;
   out[Bone::neck] = completion.neck(head, trunk) * completion.neck(pose.head(), trunk).inverse() * pose[Bone::neck];
   for (RigidTransform& bone : out.bones) bone.position += shift_.at;

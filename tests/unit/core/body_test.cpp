@@ -48,7 +48,7 @@ TEST(Body, skin_moves_rigidly_with_a_rigid_pose) {
   const Body body = make_cloud();
   const RigidTransform whole = support::turned(0.7, {1, 2, 3}, {1, 2, 3});
   std::vector<Vec3f> out;
-  skin(body, rigid_pose(whole), out);
+  skin_vertices(body, rigid_pose(whole), out);
   for (std::size_t v = 0; v < out.size(); ++v) {
     EXPECT_LT((out[v].cast<double>() - whole.point(body.mesh.vertices[v].cast<double>())).norm(), 3e-6);
   }

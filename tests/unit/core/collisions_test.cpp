@@ -64,7 +64,7 @@ class Character {
     Pose in_head;
     for (std::size_t b = 0; b < kBoneCount; ++b) in_head.bones[b] = pose_.head().inverse() * pose_.bones[b];
     TriangleMesh bent = groom.body.mesh;
-    skin(groom.body, in_head, bent.vertices);
+    skin_vertices(groom.body, in_head, bent.vertices);
     const MeshQuery body(bent), body_in_design(groom.body.mesh);
     std::size_t count = 0;
     for (std::size_t p = 0; p < points.size(); ++p)

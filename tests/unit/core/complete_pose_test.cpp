@@ -4,6 +4,7 @@
 
 #include <numbers>
 
+#include "core/groom/body.hpp"
 #include "tests/support/levels.hpp"
 
 namespace hairnet {
@@ -13,7 +14,7 @@ using support::turned;
 
 TEST(PoseCompletion, a_head_at_rest_gives_the_rest_pose) {
   const RigidTransform head{Quat::Identity(), {1, 1.6, -3}};
-  const Pose pose = PoseCompletion(Body{}).complete(head, 0);
+  const Pose pose = PoseCompletion(Body{}.joint(Bone::neck)).complete(head, 0);
   for (const RigidTransform& bone : pose.bones) {
     EXPECT_LT((bone.position - head.position).norm(), 1e-12);
     EXPECT_NEAR(bone.rotation.angularDistance(head.rotation), 0, 1e-12);
@@ -22,9 +23,9 @@ TEST(PoseCompletion, a_head_at_rest_gives_the_rest_pose) {
 
 TEST(PoseCompletion, bones_stay_joined_and_the_trunk_upright_for_any_head) {
   const Body body;
-  const Vec3 neck_joint = body.joints[static_cast<std::size_t>(Bone::neck)].cast<double>();
+  const Vec3 neck_joint = body.joint(Bone::neck);
   std::mt19937 random(3);
-  PoseCompletion completion(body);
+  PoseCompletion completion(neck_joint);
   for (int i = 0; i < 500; ++i) {
     const RigidTransform head = turned(4 * static_cast<double>(support::random_vec(random, 1).x()),
                                        support::random_vec(random, 1).cast<double>(), {0, 1.6, 0});
@@ -37,13 +38,13 @@ TEST(PoseCompletion, bones_stay_joined_and_the_trunk_upright_for_any_head) {
 }
 
 TEST(PoseCompletion, the_neck_takes_half_of_a_nod) {
-  const Pose pose = PoseCompletion(Body{}).complete(turned(0.6, {1, 0, 0}), 0);
+  const Pose pose = PoseCompletion(Body{}.joint(Bone::neck)).complete(turned(0.6, {1, 0, 0}), 0);
   EXPECT_NEAR(pose[Bone::neck].rotation.angularDistance(turned(0.3, {1, 0, 0}).rotation), 0, 1e-9);
   EXPECT_NEAR(pose[Bone::upper_trunk].rotation.angularDistance(Quat::Identity()), 0, 1e-9);
 }
 
 TEST(PoseCompletion, the_trunk_follows_the_heads_yaw_with_a_first_order_lag) {
-  PoseCompletion completion(Body{}, 0.25);
+  PoseCompletion completion(Body{}.joint(Bone::neck), 0.25);
   completion.complete({}, 0);
   const RigidTransform looking_left = turned(1, {0, 1, 0});
   Pose pose;
@@ -52,7 +53,7 @@ TEST(PoseCompletion, the_trunk_follows_the_heads_yaw_with_a_first_order_lag) {
 }
 
 TEST(PoseCompletion, the_trunk_turns_the_short_way_round) {
-  PoseCompletion completion(Body{});
+  PoseCompletion completion(Body{}.joint(Bone::neck));
   completion.complete(turned(3.0, {0, 1, 0}), 0);
   const Pose pose = completion.complete(turned(-3.0, {0, 1, 0}), 0.1);
   EXPECT_LT(pose[Bone::upper_trunk].rotation.angularDistance(turned(std::numbers::pi, {0, 1, 0}).rotation), 0.15);
