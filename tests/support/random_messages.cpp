@@ -1,6 +1,10 @@
 #include "tests/support/random_messages.hpp"
 
 #include <array>
+#include <ranges>
+#include <utility>
+
+#include "tests/support/fields.hpp"
 
 namespace hairnet::wire {
 
@@ -131,92 +135,76 @@ Observe RandomMessages::observe() {
   return o;
 }
 
-SessionSecret RandomMessages::secret() {
-  SessionSecret secret;
-  for (std::uint8_t& byte : secret) byte = static_cast<std::uint8_t>(integer(0, 255));
-  return secret;
+void RandomMessages::draw(Hello& hello) {
+  hello = {static_cast<std::uint16_t>(integer(0, 0xFFFF)), text(), text(), text(), Role::participant, 0, {}};
+  if (coin()) hello.role = Role::observer;
+  if (coin()) {
+    hello.session = integer(1, ~std::uint64_t{0});
+    draw(hello.secret);
+  }
+}
+void RandomMessages::draw(GroomOffer& offer) {
+  offer = {hash(), integer(1, ~std::uint64_t{0})};
+}
+void RandomMessages::draw(RequestKeyframes& request) {
+  request.members.resize(2);
+  for (std::uint32_t& member : request.members) draw(member);
+}
+void RandomMessages::draw(Welcome& w) {
+  draw(w.protocol_version);
+  draw(w.session);
+  w.tick_rate_hz = static_cast<std::uint32_t>(integer(1, kTickRateMax_hz));
+  draw(w.tick);
+  draw(w.character_count_max);
+  draw(w.groom_bytes_max);
+  draw(w.room);
+  draw(w.secret);
+  draw(w.resumed);
+  w.resume_grace_s = static_cast<float>(real(0, 100));
+  draw(w.pose_delay_ns);
+}
+void RandomMessages::draw(GroomData& data) {
+  data = {hash(), 5000, integer(0, 3000), bytes(integer(0, 2000))};
+}
+void RandomMessages::draw(LevelRecord& record) {
+  record = {hash(), level(LevelIndex::ether), geometry()};
+}
+void RandomMessages::draw(Error& error) {
+  error = {static_cast<ErrorReason>(integer(1, static_cast<std::uint64_t>(kErrorReasonLast))), u32(),
+           coin() ? hash() : GroomHash{}, text()};
+}
+void RandomMessages::draw(Goodbye& goodbye) {
+  goodbye = {static_cast<GoodbyeReason>(integer(1, static_cast<std::uint64_t>(kGoodbyeReasonLast))), text()};
+}
+
+template <class T>
+void RandomMessages::draw(T& value) {
+  if constexpr (boost::describe::has_describe_members<T>::value) {
+    for_each_field<T>([&](const char*, auto field) { draw(value.*field); });
+  } else if constexpr (std::is_same_v<T, std::vector<std::uint8_t>>) {
+    value = bytes(integer(1, 2000));
+  } else if constexpr (requires { value.has_value(); }) {
+    if (coin()) draw(value.emplace());
+  } else if constexpr (requires { value.emplace_back(); } && !std::is_same_v<T, std::string>) {
+    for (std::size_t n = integer(0, 6); n > 0; --n) draw(value.emplace_back());
+  } else if constexpr (std::ranges::range<T> && !std::is_same_v<T, std::string>) {
+    for (auto& each : value) draw(each);
+  } else if constexpr (std::is_same_v<T, bool>) {
+    value = coin();
+  } else if constexpr (std::is_floating_point_v<T>) {
+    value = static_cast<T>(real(0, 2));
+  } else {
+    value = static_cast<T>(integer(0, std::numeric_limits<T>::max()));
+  }
 }
 
 Message RandomMessages::message(std::size_t kind) {
-  const auto u32 = [&] { return static_cast<std::uint32_t>(integer(0, 0xFFFFFFFF)); };
-  const auto u64 = [&] { return integer(0, ~std::uint64_t{0}); };
-  switch (kind) {
-    case 0: {
-      Hello hello{static_cast<std::uint16_t>(integer(0, 0xFFFF)), text(), text(), text(), Role::participant, 0, {}};
-      if (coin()) hello.role = Role::observer;
-      if (coin()) {
-        hello.session = integer(1, ~std::uint64_t{0});
-        hello.secret = secret();
-      }
-      return hello;
-    }
-    case 1:
-      return GroomOffer{hash(), integer(1, ~std::uint64_t{0})};
-    case 2:
-      return GroomChunk{hash(), u64(), bytes(integer(1, 2000))};
-    case 3:
-      return AddCharacter{u32(), hash(), level(), coin() ? std::optional(hair_state()) : std::nullopt};
-    case 4:
-      return SetLevel{u32(), level()};
-    case 5:
-      return RemoveCharacter{u32()};
-    case 6: {
-      PoseBatch batch;
-      for (std::size_t n = integer(0, 6); n > 0; --n) batch.poses.push_back({u32(), u32(), time_ns(), coin(), pose()});
-      return batch;
-    }
-    case 7:
-      return Welcome{static_cast<std::uint16_t>(integer(0, 0xFFFF)),
-                     u64(),
-                     static_cast<std::uint32_t>(integer(1, kTickRateMax_hz)),
-                     u64(),
-                     u32(),
-                     u64(),
-                     text(),
-                     secret(),
-                     coin(),
-                     static_cast<float>(real(0, 100)),
-                     time_ns()};
-    case 8:
-      return GroomNeed{hash(), u64()};
-    case 9:
-      return GroomStatus{hash(), static_cast<GroomState>(integer(0, 3))};
-    case 10:
-      return CharacterAdded{u32(), hash(), level(), u32()};
-    case 11:
-      return CharacterRemoved{u32()};
-    case 12:
-      return LevelRecord{hash(), level(LevelIndex::ether), geometry()};
-    case 13:
-      return frame_batch();
-    case 14:
-      return Error{static_cast<ErrorReason>(integer(1, static_cast<std::uint64_t>(kErrorReasonLast))), u32(),
-                   coin() ? hash() : GroomHash{}, text()};
-    case 15:
-      return Goodbye{static_cast<GoodbyeReason>(integer(1, static_cast<std::uint64_t>(kGoodbyeReasonLast))), text()};
-    case 16:
-      return SetMaterial{u32(), material_scale()};
-    case 17:
-      return SetWind{wind()};
-    case 18:
-      return observe();
-    case 19: {
-      ReportImportance report;
-      for (std::size_t n = integer(0, 6); n > 0; --n)
-        report.members.push_back({u32(), static_cast<float>(real(0, 2)), coin()});
-      return report;
-    }
-    case 20:
-      return RequestKeyframes{{u32(), u32()}};
-    case 21:
-      return GroomRequest{hash(), u64()};
-    case 22:
-      return GroomData{hash(), 5000, integer(0, 3000), bytes(integer(0, 2000))};
-    case 23:
-      return MemberJoined{u32(), u64(), u32(), hash()};
-    default:
-      return MemberLeft{u32()};
-  }
+  Message message;
+  const auto draw_kind = [&]<std::size_t... I>(std::index_sequence<I...>) {
+    (void)((kind == I && (draw(message.emplace<I>()), true)) || ...);
+  };
+  draw_kind(std::make_index_sequence<kMessageKinds>());
+  return message;
 }
 
 Material RandomMessages::material() {
@@ -343,7 +331,6 @@ RecordingHeader RandomMessages::recording_header() {
 }
 
 RecordedTick RandomMessages::recorded_tick() {
-  const auto u64 = [&] { return integer(0, ~std::uint64_t{0}); };
   RecordedTick t;
   t.tick = u64();
   t.sample_time_ns = time_ns();

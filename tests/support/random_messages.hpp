@@ -38,12 +38,35 @@ class RandomMessages {
  private:
   std::int64_t time_ns();
   std::string text();
-  SessionSecret secret();
+  std::uint32_t u32() { return static_cast<std::uint32_t>(integer(0, 0xFFFFFFFF)); }
+  std::uint64_t u64() { return integer(0, ~std::uint64_t{0}); }
   GroomHash hash();
   LevelIndex level(LevelIndex last = LevelIndex::rigid);
   Vec3f vector(float most);
   void add_features(Groom& groom);  // threads, cards, cloths, knots, clumps, root blends, far cards
   std::vector<std::uint8_t> bytes(std::size_t count);
+
+  // A value of any type: a struct's fields one after the other. Overloads are for what has ranges of its own.
+  template <class T>
+  void draw(T& value);
+  void draw(std::int64_t& time) { time = time_ns(); }
+  void draw(std::string& string) { string = text(); }
+  void draw(LevelIndex& index) { index = level(); }
+  void draw(GroomState& state) { state = static_cast<GroomState>(integer(0, 3)); }
+  void draw(Pose& sound) { sound = pose(); }
+  void draw(MaterialScale& scale) { scale = material_scale(); }
+  void draw(Wind& any) { any = wind(); }
+  void draw(HairState& state) { state = hair_state(); }
+  void draw(Hello& hello);
+  void draw(GroomOffer& offer);
+  void draw(Observe& any) { any = observe(); }
+  void draw(RequestKeyframes& request);
+  void draw(Welcome& welcome);
+  void draw(GroomData& data);
+  void draw(LevelRecord& record);
+  void draw(FrameBatch& batch) { batch = frame_batch(); }
+  void draw(Error& error);
+  void draw(Goodbye& goodbye);
 
   std::mt19937_64 random_;
 };

@@ -1,7 +1,10 @@
 #include "tests/tools/web_messages.hpp"
 
+#include <boost/core/type_name.hpp>
+#include <ranges>
 #include <string>
 
+#include "tests/support/fields.hpp"
 #include "tests/tools/hex.hpp"
 
 namespace hairnet {
@@ -9,212 +12,83 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-template <class Number>
-Json text(Number number) {
-  return std::to_string(number);
-}
-
-template <class Enum>
-Json number(Enum value) {
-  return static_cast<unsigned>(value);
-}
-
 Json three(const auto& v) {
   return {v[0], v[1], v[2]};
 }
 
-Json body_of(const wire::Hello& m) {
-  return {{"type", "hello"},
-          {"protocolVersion", m.protocol_version},
-          {"clientName", m.client_name},
-          {"room", m.room},
-          {"token", m.token},
-          {"role", number(m.role)},
-          {"session", text(m.session)},
-          {"secret", hex(m.secret)}};
-}
-Json body_of(const wire::GroomOffer& m) {
-  return {{"type", "groomOffer"}, {"hash", hex(m.hash)}, {"byteCount", text(m.byte_count)}};
-}
-Json body_of(const wire::GroomChunk& m) {
-  return {{"type", "groomChunk"}, {"hash", hex(m.hash)}, {"offset", text(m.offset)}, {"bytes", hex(m.bytes)}};
-}
-Json state_of(const wire::HairState& s) {
-  return {{"level", number(s.level)},
-          {"stepM", s.step_m},
-          {"displacements", s.displacements},
-          {"velocities", s.velocities}};
-}
-Json body_of(const wire::AddCharacter& m) {
-  return {{"type", "addCharacter"},
-          {"character", m.character},
-          {"groom", hex(m.groom)},
-          {"level", number(m.level)},
-          {"state", m.state ? state_of(*m.state) : Json()}};
-}
-Json body_of(const wire::SetLevel& m) {
-  return {{"type", "setLevel"}, {"character", m.character}, {"level", number(m.level)}};
-}
-Json body_of(const wire::RemoveCharacter& m) {
-  return {{"type", "removeCharacter"}, {"character", m.character}};
-}
-Json body_of(const wire::PoseBatch& m) {
-  Json poses = Json::array();
-  for (const wire::PoseSample& p : m.poses) {
-    poses.push_back({{"character", p.character},
-                     {"sequence", p.sequence},
-                     {"captureTimeNs", text(p.capture_time_ns)},
-                     {"teleport", p.teleport},
-                     {"pose", to_json(p.pose)}});
+// "mean_m_per_s" to "meanMPerS": the same name in TypeScript.
+std::string camel_case(std::string_view name) {
+  std::string out;
+  for (std::size_t i = 0; i < name.size(); ++i) {
+    if (name[i] == '_') {
+      out += static_cast<char>(std::toupper(static_cast<unsigned char>(name[++i])));
+    } else {
+      out += name[i];
+    }
   }
-  return {{"type", "poseBatch"}, {"poses", poses}};
-}
-Json body_of(const wire::Welcome& m) {
-  return {{"type", "welcome"},
-          {"protocolVersion", m.protocol_version},
-          {"session", text(m.session)},
-          {"tickRateHz", m.tick_rate_hz},
-          {"tick", text(m.tick)},
-          {"characterCountMax", m.character_count_max},
-          {"groomBytesMax", text(m.groom_bytes_max)},
-          {"room", m.room},
-          {"secret", hex(m.secret)},
-          {"resumed", m.resumed},
-          {"resumeGraceS", m.resume_grace_s},
-          {"poseDelayNs", text(m.pose_delay_ns)}};
-}
-Json body_of(const wire::GroomNeed& m) {
-  return {{"type", "groomNeed"}, {"hash", hex(m.hash)}, {"offset", text(m.offset)}};
-}
-Json body_of(const wire::GroomStatus& m) {
-  return {{"type", "groomStatus"}, {"hash", hex(m.hash)}, {"state", number(m.state)}};
-}
-Json body_of(const wire::GroomData& m) {
-  return {{"type", "groomData"},
-          {"hash", hex(m.hash)},
-          {"byteCount", text(m.byte_count)},
-          {"offset", text(m.offset)},
-          {"bytes", hex(m.bytes)}};
-}
-Json body_of(const wire::CharacterAdded& m) {
-  return {{"type", "characterAdded"},
-          {"character", m.character},
-          {"groom", hex(m.groom)},
-          {"level", number(m.level)},
-          {"member", m.member}};
-}
-Json body_of(const wire::CharacterRemoved& m) {
-  return {{"type", "characterRemoved"}, {"character", m.character}};
-}
-Json body_of(const wire::MemberJoined& m) {
-  return {{"type", "memberJoined"},
-          {"member", m.member},
-          {"session", text(m.session)},
-          {"character", m.character},
-          {"groom", hex(m.groom)}};
-}
-Json body_of(const wire::MemberLeft& m) {
-  return {{"type", "memberLeft"}, {"member", m.member}};
-}
-Json body_of(const wire::LevelRecord& m) {
-  return {
-      {"type", "levelRecord"}, {"groom", hex(m.groom)}, {"level", number(m.level)}, {"geometry", to_json(m.geometry)}};
-}
-Json body_of(const wire::FrameBatch& m) {
-  Json frames = Json::array();
-  for (const wire::Frame& f : m.frames) {
-    frames.push_back({{"member", f.member},
-                      {"level", number(f.level)},
-                      {"errorClass", number(f.error_class)},
-                      {"discontinuous", f.discontinuous},
-                      {"asleep", f.asleep},
-                      {"velocities", f.velocities},
-                      {"order", f.order},
-                      {"stride", f.stride},
-                      {"stepStride", f.step_stride},
-                      {"content", hex(f.content)}});
-  }
-  return {{"type", "frameBatch"}, {"tick", text(m.tick)}, {"sampleTimeNs", text(m.sample_time_ns)}, {"frames", frames}};
-}
-Json body_of(const wire::Error& m) {
-  return {{"type", "error"},
-          {"reason", number(m.reason)},
-          {"character", m.character},
-          {"groom", m.groom == wire::GroomHash{} ? Json() : Json(hex(m.groom))},
-          {"detail", m.detail}};
-}
-Json body_of(const wire::Goodbye& m) {
-  return {{"type", "goodbye"}, {"reason", number(m.reason)}, {"detail", m.detail}};
-}
-Json body_of(const wire::SetMaterial& m) {
-  const MaterialScale& s = m.scale;
-  return {{"type", "setMaterial"},
-          {"character", m.character},
-          {"scale",
-           {{"stiffness", s.stiffness},
-            {"damping", s.damping},
-            {"density", s.density},
-            {"etherDamping", s.ether_damping},
-            {"airDrag", s.air_drag},
-            {"gelPerS2", s.gel_per_s2}}}};
-}
-Json body_of(const wire::SetWind& m) {
-  const Wind& w = m.wind;
-  return {{"type", "setWind"},
-          {"wind",
-           {{"meanMPerS", three(w.mean_m_per_s)},
-            {"gustRatio", w.gust_ratio},
-            {"gustPeriodS", w.gust_period_s},
-            {"turbulenceRmsMPerS", w.turbulence_rms_m_per_s},
-            {"turbulenceScaleM", w.turbulence_scale_m},
-            {"seed", text(w.seed)}}}};
-}
-Json body_of(const wire::Observe& m) {
-  return {{"type", "observe"},
-          {"mode", number(m.mode)},
-          {"count", m.count},
-          {"radiusM", m.radius_m},
-          {"from", m.from ? three(*m.from) : Json()},
-          {"members", m.members},
-          {"errorClass", number(m.error_class)},
-          {"stride", m.stride},
-          {"velocities", m.velocities}};
-}
-Json body_of(const wire::ReportImportance& m) {
-  Json members = Json::array();
-  for (const wire::MemberImportance& each : m.members)
-    members.push_back({{"member", each.member}, {"screenHeight", each.screen_height}, {"inView", each.in_view}});
-  return {{"type", "reportImportance"}, {"members", members}};
-}
-Json body_of(const wire::RequestKeyframes& m) {
-  return {{"type", "requestKeyframes"}, {"members", m.members}};
-}
-Json body_of(const wire::GroomRequest& m) {
-  return {{"type", "groomRequest"}, {"hash", hex(m.hash)}, {"offset", text(m.offset)}};
+  return out;
 }
 
-Json range_of(const PointRange& range) {
-  return {{"begin", range.begin}, {"end", range.end}};
+template <class T>
+constexpr bool holds_structs() {
+  if constexpr (std::ranges::range<T>)
+    return boost::describe::has_describe_members<std::ranges::range_value_t<T>>::value;
+  return false;
+}
+
+// As the TypeScript tests read it: 64-bit integers as text, hashes and bytes as hexadecimal digits.
+template <class T>
+Json value_of(const T& value) {
+  if constexpr (std::is_enum_v<T>) {
+    return static_cast<unsigned>(value);
+  } else if constexpr (std::is_integral_v<T> && sizeof(T) == 8) {
+    return std::to_string(value);
+  } else if constexpr (std::is_same_v<T, Pose>) {
+    return to_json(value);
+  } else if constexpr (requires { value.has_value(); }) {
+    return value ? value_of(*value) : Json();
+  } else if constexpr (requires { Vec3(value.template cast<double>()); }) {
+    return three(value);
+  } else if constexpr (requires { hex(value); }) {
+    return hex(value);
+  } else if constexpr (boost::describe::has_describe_members<T>::value) {
+    Json out = Json::object();
+    for_each_field<T>([&](const char* name, auto field) { out[camel_case(name)] = value_of(value.*field); });
+    return out;
+  } else if constexpr (holds_structs<T>()) {
+    Json out = Json::array();
+    for (const auto& each : value) out.push_back(value_of(each));
+    return out;
+  } else {
+    return value;
+  }
+}
+
+// The kind of a message, as `type` of the TypeScript messages: "setWind" of wire::SetWind.
+template <class M>
+std::string kind_of() {
+  std::string name = boost::core::type_name<M>();
+  name.erase(0, name.rfind(':') + 1);
+  name[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(name[0])));
+  return name;
+}
+
+template <class M>
+Json body_of(const M& m) {
+  Json out{{"type", kind_of<M>()}};
+  out.update(value_of(m));
+  return out;
+}
+Json body_of(const wire::Error& m) {
+  Json out = body_of<wire::Error>(m);
+  if (m.groom == wire::GroomHash{}) out["groom"] = Json();
+  return out;
 }
 
 Json flat_triangles(const std::vector<std::array<std::uint32_t, 3>>& triangles) {
   Json out = Json::array();
   for (const auto& triangle : triangles) append(triangle, out);
   return out;
-}
-
-Json material_of(const Material& m) {
-  return {{"axialStiffnessN", m.axial_stiffness_n},
-          {"attachmentStiffnessNPerM", m.attachment_stiffness_n_per_m},
-          {"dampingRatio", m.damping_ratio},
-          {"linearDensityKgPerM", m.linear_density_kg_per_m},
-          {"airDragNsPerM2", m.air_drag_ns_per_m2},
-          {"etherMassRatio", m.ether_mass_ratio},
-          {"etherStiffnessPerS2", m.ether_stiffness_per_s2},
-          {"etherDampingRatio", m.ether_damping_ratio},
-          {"rootLengthM", m.root_length_m},
-          {"thicknessM", m.thickness_m},
-          {"metaballPotentialJ", m.metaball_potential_j}};
 }
 
 Json strands_of(const Groom& groom) {
@@ -238,12 +112,9 @@ void add_features(const Groom& groom, Json& out) {
     out["rootBlends"].push_back(curve);
   }
   for (const char* name : {"clumps", "threads", "cards", "cloths", "knots"}) out[name] = Json::array();
-  for (const Clump& c : groom.clumps) {
-    out["clumps"].push_back(
-        {{"strand", c.strand}, {"copyCount", c.copy_count}, {"radiusM", c.radius_m}, {"tipRadiusM", c.tip_radius_m}});
-  }
+  for (const Clump& c : groom.clumps) out["clumps"].push_back(value_of(c));
   for (const Thread& t : groom.threads) {
-    out["threads"].push_back({{"points", range_of(t.points)},
+    out["threads"].push_back({{"points", value_of(t.points)},
                               {"group", t.group},
                               {"rooted", t.rooted},
                               {"rootLengthM", t.root_length_m},
@@ -251,14 +122,14 @@ void add_features(const Groom& groom, Json& out) {
                               {"colour", three(t.colour)}});
   }
   for (const HairCard& s : groom.cards) {
-    out["cards"].push_back({{"points", range_of(s.points)},
+    out["cards"].push_back({{"points", value_of(s.points)},
                             {"group", s.properties.group},
                             {"rooted", s.properties.rooted},
                             {"rootLengthM", s.properties.root_length_m},
                             {"hairCount", s.properties.hair_count}});
   }
   for (const Cloth& c : groom.cloths) {
-    out["cloths"].push_back({{"points", range_of(c.points)},
+    out["cloths"].push_back({{"points", value_of(c.points)},
                              {"group", c.group},
                              {"triangles", flat_triangles(c.triangles)},
                              {"rootDistanceM", c.root_distance_m},
@@ -267,15 +138,7 @@ void add_features(const Groom& groom, Json& out) {
                              {"opacity", c.opacity}});
   }
   for (const Knot& k : groom.knots) out["knots"].push_back({{"points", k.points}});
-  Json cards = Json::array();
-  for (const FarCard& s : groom.far_cards.cards) {
-    cards.push_back({{"points", range_of(s.points)},
-                     {"rootLengthM", s.root_length_m},
-                     {"strandCount", s.strand_count},
-                     {"group", s.group},
-                     {"rooted", s.rooted}});
-  }
-  out["farCards"] = {{"points", flat(groom.far_cards.points)}, {"cards", cards}};
+  out["farCards"] = {{"points", flat(groom.far_cards.points)}, {"cards", value_of(groom.far_cards.cards)}};
 }
 
 }  // namespace
@@ -290,14 +153,8 @@ nlohmann::ordered_json to_json(const wire::Message& message) {
   return std::visit([](const auto& m) { return body_of(m); }, message);
 }
 
-nlohmann::ordered_json to_json(const LevelGeometry& g) {
-  return {{"lattice",
-           {{"origin", three(g.lattice.origin)}, {"spacing", three(g.lattice.spacing)}, {"dims", g.lattice.dims}}},
-          {"activeNodes", g.active_nodes},
-          {"trimmedNodes", g.trimmed_nodes},
-          {"trimmedBegin", g.trimmed_begin},
-          {"trimmedFrom", g.trimmed_from},
-          {"trimmedWeights", g.trimmed_weights}};
+nlohmann::ordered_json to_json(const LevelGeometry& geometry) {
+  return value_of(geometry);
 }
 
 nlohmann::ordered_json to_json(const Pose& pose) {
@@ -314,10 +171,8 @@ nlohmann::ordered_json to_json(const Groom& groom) {
            {"groupNames", groom.group_names},
            {"points", flat(groom.points)},
            {"strands", strands_of(groom)},
-           {"material", material_of(groom.materials.base)}};
-  out["groupMaterials"] = Json::array();
-  for (const GroupMaterial& g : groom.materials.groups)
-    out["groupMaterials"].push_back({{"group", g.group}, {"material", material_of(g.material)}});
+           {"material", value_of(groom.materials.base)}};
+  out["groupMaterials"] = value_of(groom.materials.groups);
   add_features(groom, out);
   Json weights = Json::array();
   for (const auto& each : groom.body.bone_weights) append(each, weights);

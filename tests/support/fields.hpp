@@ -1,0 +1,107 @@
+#pragma once
+
+#include <boost/describe.hpp>
+
+#include "core/groom/groom.hpp"
+#include "schema/wire/messages.hpp"
+#include "schema/wire/recording.hpp"
+
+// The fields of everything that goes over the wire or into a file, in the order of their structs. With them tests
+// compare, draw and print a struct without a list of its fields: a new message needs one line here.
+namespace hairnet {
+
+BOOST_DESCRIBE_STRUCT(RigidTransform, (), (rotation, position))
+BOOST_DESCRIBE_STRUCT(Pose, (), (bones))
+BOOST_DESCRIBE_STRUCT(Material, (),
+                      (axial_stiffness_n, attachment_stiffness_n_per_m, damping_ratio, linear_density_kg_per_m,
+                       air_drag_ns_per_m2, ether_mass_ratio, ether_stiffness_per_s2, ether_damping_ratio, root_length_m,
+                       thickness_m, metaball_potential_j))
+BOOST_DESCRIBE_STRUCT(GroupMaterial, (), (group, material))
+BOOST_DESCRIBE_STRUCT(MaterialScale, (), (stiffness, damping, density, ether_damping, air_drag, gel_per_s2))
+BOOST_DESCRIBE_STRUCT(Wind, (),
+                      (mean_m_per_s, gust_ratio, gust_period_s, turbulence_rms_m_per_s, turbulence_scale_m, seed))
+BOOST_DESCRIBE_STRUCT(Lattice, (), (origin, spacing, dims))
+BOOST_DESCRIBE_STRUCT(LevelGeometry, (),
+                      (lattice, active_nodes, trimmed_nodes, trimmed_begin, trimmed_from, trimmed_weights))
+
+BOOST_DESCRIBE_STRUCT(PointRange, (), (begin, end))
+BOOST_DESCRIBE_STRUCT(StrandProperties, (), (radius_m, hair_count, root_length_m, group, rooted))
+BOOST_DESCRIBE_STRUCT(RootBlend, (), (points))
+BOOST_DESCRIBE_STRUCT(Clump, (), (strand, copy_count, radius_m, tip_radius_m))
+BOOST_DESCRIBE_STRUCT(Thread, (),
+                      (points, group, rooted, root_length_m, radius_m, colour, axial_stiffness_n, damping_time_s,
+                       pin_stiffness_n_per_m, linear_density_kg_per_m, air_drag_ns_per_m2))
+BOOST_DESCRIBE_STRUCT(HairCard, (), (points, properties))
+BOOST_DESCRIBE_STRUCT(FarCard, (), (points, root_length_m, strand_count, group, rooted))
+BOOST_DESCRIBE_STRUCT(FarCards, (), (points, cards))
+BOOST_DESCRIBE_STRUCT(Cloth, (),
+                      (points, group, triangles, root_distance_m, root_length_m, colour, opacity,
+                       stretch_stiffness_n_per_m, shear_stiffness_n_per_m, damping_time_s, pin_stiffness_n_per_m,
+                       area_density_kg_per_m2, air_drag_ns_per_m3))
+BOOST_DESCRIBE_STRUCT(Knot, (), (points, stiffness_n_per_m, damping_time_s, mass_kg))
+BOOST_DESCRIBE_STRUCT(TriangleMesh, (), (vertices, triangles))
+BOOST_DESCRIBE_STRUCT(Body, (), (mesh, bone_weights, joints, fitted_from_roots))
+BOOST_DESCRIBE_STRUCT(Groom, (),
+                      (name, points, strand_begin, strands, group_names, materials, root_blends, clumps, threads, cards,
+                       cloths, knots, far_cards, body))
+
+namespace wire {
+
+BOOST_DESCRIBE_STRUCT(Hello, (), (protocol_version, client_name, room, token, role, session, secret))
+BOOST_DESCRIBE_STRUCT(GroomOffer, (), (hash, byte_count))
+BOOST_DESCRIBE_STRUCT(GroomChunk, (), (hash, offset, bytes))
+BOOST_DESCRIBE_STRUCT(HairState, (), (level, step_m, displacements, velocities))
+BOOST_DESCRIBE_STRUCT(AddCharacter, (), (character, groom, level, state))
+BOOST_DESCRIBE_STRUCT(SetLevel, (), (character, level))
+BOOST_DESCRIBE_STRUCT(RemoveCharacter, (), (character))
+BOOST_DESCRIBE_STRUCT(PoseSample, (), (character, sequence, capture_time_ns, teleport, pose))
+BOOST_DESCRIBE_STRUCT(PoseBatch, (), (poses))
+BOOST_DESCRIBE_STRUCT(SetMaterial, (), (character, scale))
+BOOST_DESCRIBE_STRUCT(SetWind, (), (wind))
+BOOST_DESCRIBE_STRUCT(Observe, (), (mode, count, radius_m, from, members, error_class, stride, velocities))
+BOOST_DESCRIBE_STRUCT(MemberImportance, (), (member, screen_height, in_view))
+BOOST_DESCRIBE_STRUCT(ReportImportance, (), (members))
+BOOST_DESCRIBE_STRUCT(RequestKeyframes, (), (members))
+BOOST_DESCRIBE_STRUCT(GroomRequest, (), (hash, offset))
+BOOST_DESCRIBE_STRUCT(Welcome, (),
+                      (protocol_version, session, tick_rate_hz, tick, character_count_max, groom_bytes_max, room,
+                       secret, resumed, resume_grace_s, pose_delay_ns))
+BOOST_DESCRIBE_STRUCT(GroomNeed, (), (hash, offset))
+BOOST_DESCRIBE_STRUCT(GroomStatus, (), (hash, state))
+BOOST_DESCRIBE_STRUCT(GroomData, (), (hash, byte_count, offset, bytes))
+BOOST_DESCRIBE_STRUCT(CharacterAdded, (), (character, groom, level, member))
+BOOST_DESCRIBE_STRUCT(MemberJoined, (), (member, session, character, groom))
+BOOST_DESCRIBE_STRUCT(MemberLeft, (), (member))
+BOOST_DESCRIBE_STRUCT(CharacterRemoved, (), (character))
+BOOST_DESCRIBE_STRUCT(LevelRecord, (), (groom, level, geometry))
+BOOST_DESCRIBE_STRUCT(Frame, (),
+                      (member, level, error_class, discontinuous, asleep, velocities, order, stride, step_stride,
+                       content))
+BOOST_DESCRIBE_STRUCT(FrameBatch, (), (tick, sample_time_ns, frames))
+BOOST_DESCRIBE_STRUCT(Error, (), (reason, character, groom, detail))
+BOOST_DESCRIBE_STRUCT(Goodbye, (), (reason, detail))
+
+BOOST_DESCRIBE_STRUCT(RecordingHeader, (), (tick_rate_hz, substep_count, iterations, gravity, wind))
+BOOST_DESCRIBE_STRUCT(RecordedGroom, (), (bytes))
+BOOST_DESCRIBE_STRUCT(RecordedAdd, (), (character, groom, room, levels_ready, level, pose))
+BOOST_DESCRIBE_STRUCT(RecordedLevel, (), (character, level))
+BOOST_DESCRIBE_STRUCT(RecordedMaterial, (), (character, scale))
+BOOST_DESCRIBE_STRUCT(RecordedStride, (), (character, stride))
+BOOST_DESCRIBE_STRUCT(RecordedSuspension, (), (character, suspended))
+BOOST_DESCRIBE_STRUCT(RecordedState, (), (character, displacements, velocities))
+BOOST_DESCRIBE_STRUCT(RecordedWind, (), (room, wind))
+BOOST_DESCRIBE_STRUCT(RecordedPose, (), (character, teleport, pose))
+BOOST_DESCRIBE_STRUCT(RecordedTick, (),
+                      (tick, sample_time_ns, removed, added, levels, materials, strides, suspensions, states, winds,
+                       poses, state_hash))
+
+}  // namespace wire
+
+// Calls visit(name, pointer to member) for each field of T, in order.
+template <class T>
+void for_each_field(auto&& visit) {
+  boost::mp11::mp_for_each<boost::describe::describe_members<T, boost::describe::mod_public>>(
+      [&](auto field) { visit(field.name, field.pointer); });
+}
+
+}  // namespace hairnet
