@@ -2,7 +2,6 @@
 #include <cstdio>
 #include <vector>
 
-// Every public header, so that one that does not stand alone, or misses another, is found here.
 #include "client/assets/made/made.hpp"
 #include "client/link/link.hpp"
 #include "client/link/playout.hpp"
@@ -17,7 +16,7 @@ int main() {
   link::Link connection{link::LinkOptions{}};
   const std::int64_t first_ns = connection.now_ns();
 
-  Groom groom;
+  Groom groom = *make_hairstyle("bob", {.strand_count = 20});
   groom.name = "outside";
   const wire::GroomHash hash = wire::hash_groom(wire::encode_groom(groom));
 
