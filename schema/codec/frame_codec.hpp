@@ -29,14 +29,14 @@ struct FrameIntegers {
   std::vector<std::int16_t> nodes;       // 3 an active node (x y z), in units of the class's step; empty: rigid
   std::vector<std::int16_t> velocities;  // as `nodes`, in units of kVelocityStepsPer_s steps a second; empty: not sent
 };
-inline constexpr float kVelocityStepsPer_s = 32;  // a velocity unit is 32 steps a second: 16 mm/s in the normal class
+inline constexpr float kVelocityStepsPer_s = 32;  // a velocity unit is 32 steps a second: 16 mm/s in class half_mm
 
 // `pose` must be valid and within the wire's bounds. `last` may be null; it selects the sign of each quaternion, since
 // q and -q are the same rotation.
 void quantise_pose(const Pose& pose, const FrameIntegers* last, FrameIntegers& out);
 // The pose that steps, frames and clients use, rounded to float as rounded_to_wire does.
 Pose dequantise_pose(const FrameIntegers& integers);
-// False when a coordinate does not fit 16 bits in that class (take a coarser one; in the coarse class it is cut off).
+// False when a coordinate does not fit 16 bits in that class (use a coarser class; in class one_mm it is clamped).
 bool quantise_nodes(std::span<const Vec3f> displacement, ErrorClass error_class, std::vector<std::int16_t>& out);
 void dequantise_nodes(std::span<const std::int16_t> nodes, ErrorClass error_class, std::vector<Vec3f>& displacement);
 // m/s, head space; cut off beyond 16 bits.

@@ -12,7 +12,7 @@
 namespace hairnet::bench {
 namespace {
 
-using codec::Integers;
+using codec::FrameIntegers;
 
 std::vector<FrameIntegers> quantised(const CodecClip& clip, codec::ErrorClass error_class) {
   std::vector<FrameIntegers> out;
@@ -43,7 +43,7 @@ std::vector<Job> jobs_of(const std::vector<FrameIntegers>& frames, const CodecCa
 }
 
 std::size_t bone_bytes(const Job& job) {
-  const auto without_nodes = [](const FrameIntegers& frame) { return Integers{frame.bones, {}, {}}; };
+  const auto without_nodes = [](const FrameIntegers& frame) { return FrameIntegers{frame.bones, {}, {}}; };
   std::vector<FrameIntegers> past;
   for (const FrameIntegers* earlier : job.history) past.push_back(without_nodes(*earlier));
   std::vector<const FrameIntegers*> history;

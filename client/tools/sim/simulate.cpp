@@ -79,11 +79,11 @@ Run run_clip(const SimulateOptions& o, const Clip& clip, const StepperDef& def, 
     const StepReport report = stepper->step(to, clip.teleports[row]);
     run.step_s += std::chrono::duration<double>(Clock::now() - started).count();
 
-    const bool jumped = report.teleports > 0;
-    if (jumped) run.resets.push_back(row);
+    const bool has_teleported = report.teleports > 0;
+    if (has_teleported) run.resets.push_back(row);
     run.lattices_reset += report.lattices_reset;
     const double last_substep = (def.substep_count - 1.0) / def.substep_count;
-    files.add_row(jumped ? to : interpolate(clip.poses[row - 1], to, last_substep), to, substep_s, stepper->state());
+    files.add_row(has_teleported ? to : interpolate(clip.poses[row - 1], to, last_substep), to, substep_s, stepper->state());
     if (row <= clip.motion_tick_count) run.motion.add(stepper->state().displacement);
     bar.show(static_cast<double>(row) / static_cast<double>(clip.tick_count()), "stepping");
   }

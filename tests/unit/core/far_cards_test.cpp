@@ -56,13 +56,13 @@ Groom make_sheet(std::size_t strand_count = 2000) {
 
 TEST(CentrelineClusters, hold_every_course_once) {
   const Groom groom = support::make_head_of_hair(500);
-  const std::vector<Centreline> courses = make_centrelines(groom);
-  ASSERT_EQ(courses.size(), 500u);
+  const std::vector<Centreline> centrelines = make_centrelines(groom);
+  ASSERT_EQ(centrelines.size(), 500u);
   std::vector<std::uint32_t> members;
-  for (std::uint32_t c = 0; c < courses.size(); c += 2) members.push_back(c);
+  for (std::uint32_t c = 0; c < centrelines.size(); c += 2) members.push_back(c);
   for (const std::size_t count : {1u, 7u, 60u, 250u, 1000u}) {
     std::multiset<std::uint32_t> found;
-    const auto clusters = cluster_centrelines(courses, members, count);
+    const auto clusters = cluster_centrelines(centrelines, members, count);
     EXPECT_LE(clusters.size(), count);
     for (const auto& cluster : clusters) {
       EXPECT_FALSE(cluster.empty());
@@ -78,10 +78,10 @@ TEST(CentrelineClusters, keep_apart_what_lies_apart) {
     const float place = 0.2f * static_cast<float>(s % 3), jitter = 1e-4f * static_cast<float>(s);
     support::add(groom, support::straight({place + jitter, 0, 0}, {0, -1, 0}, 0.2f, 4));
   }
-  const std::vector<Centreline> courses = make_centrelines(groom);
-  std::vector<std::uint32_t> members(courses.size());
+  const std::vector<Centreline> centrelines = make_centrelines(groom);
+  std::vector<std::uint32_t> members(centrelines.size());
   std::iota(members.begin(), members.end(), 0u);
-  const auto clusters = cluster_centrelines(courses, members, 3);
+  const auto clusters = cluster_centrelines(centrelines, members, 3);
   ASSERT_EQ(clusters.size(), 3u);
   for (const auto& cluster : clusters) {
     EXPECT_EQ(cluster.size(), 20u);

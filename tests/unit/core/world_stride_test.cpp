@@ -47,11 +47,11 @@ TEST_P(Strides, a_character_steps_in_its_turns_and_stays_as_it_was_between) {
     const Vec3 place = world.lattice(id).pose->head().position;
     world.set_pose(id, swaying(0, tick));
     const StepReport report = world.step();
-    const bool has_turn = (tick - 1) % GetParam() == 0;
-    EXPECT_EQ(world.lattice(id).stepped, has_turn) << "tick " << tick;
-    EXPECT_EQ(report.stepped, has_turn ? 1u : 0u);
-    EXPECT_EQ(report.waiting, has_turn ? 0u : 1u);
-    if (has_turn) {
+    const bool is_due = (tick - 1) % GetParam() == 0;
+    EXPECT_EQ(world.lattice(id).stepped, is_due) << "tick " << tick;
+    EXPECT_EQ(report.stepped, is_due ? 1u : 0u);
+    EXPECT_EQ(report.waiting, is_due ? 0u : 1u);
+    if (is_due) {
       EXPECT_EQ(world.lattice(id).pose->head().position, swaying(0, tick).head().position);
       EXPECT_NE(displacement(world, id), before);
     } else {
