@@ -92,9 +92,9 @@ bool is_video(std::string_view path) {
 
 Result<VideoWriter> VideoWriter::create(const std::string& path, int width, int height, double rate_hz) {
   const Kind* kind = kind_of(path);
-  if (kind == nullptr) return Refusal(path + ": a clip ends in .mp4, .gif or .webm");
-  if (width < 16 || width > 8192 || height < 16 || height > 8192) return Refusal("a clip is 16 to 8192 pixels a side");
-  if (!(rate_hz >= 1 && rate_hz <= 240)) return Refusal("a clip has 1 to 240 pictures a second");
+  if (kind == nullptr) return Refusal(path + ": a video ends in .mp4, .gif or .webm");
+  if (width < 16 || width > 8192 || height < 16 || height > 8192) return Refusal("a video is 16 to 8192 pixels a side");
+  if (!(rate_hz >= 1 && rate_hz <= 240)) return Refusal("a video has 1 to 240 pictures a second");
   const std::filesystem::path folder = std::filesystem::path(path).parent_path();
   std::error_code ignored;
   if (!folder.empty() && !std::filesystem::is_directory(folder, ignored))
@@ -105,13 +105,13 @@ Result<VideoWriter> VideoWriter::create(const std::string& path, int width, int 
   writer.part_ = path + ".part";
   writer.picture_bytes_ = std::size_t{4} * static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
   const std::optional<Pipe> pictures = make_pipe();
-  if (!pictures) return Refusal("no pipe for a clip: " + std::string(std::strerror(errno)));
+  if (!pictures) return Refusal("no pipe for a video: " + std::string(std::strerror(errno)));
   writer.pictures_fd_ = pictures->write;
   int pictures_read = pictures->read;
   const std::optional<Pipe> complaints = make_pipe();
   if (!complaints) {
     close_end(pictures_read);
-    return Refusal("no pipe for a clip: " + std::string(std::strerror(errno)));
+    return Refusal("no pipe for a video: " + std::string(std::strerror(errno)));
   }
   writer.complaints_fd_ = complaints->read;
   fcntl(writer.complaints_fd_, F_SETFL, O_NONBLOCK);
@@ -126,7 +126,7 @@ Result<VideoWriter> VideoWriter::create(const std::string& path, int width, int 
   posix_spawn_file_actions_adddup2(&actions, pictures_read, STDIN_FILENO);
   posix_spawn_file_actions_adddup2(&actions, complaints_write, STDERR_FILENO);
   posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-  // A signal from the keyboard is for this program, which then ends the clip.
+  // A signal from the keyboard is for this program, which then ends the video.
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
@@ -138,8 +138,9 @@ Result<VideoWriter> VideoWriter::create(const std::string& path, int width, int 
   close_end(complaints_write);
   if (fault != 0) {
     writer.process_ = -1;
-    return Refusal(fault == ENOENT ? "clips need the program ffmpeg, which is not here (Debian: apt-get install ffmpeg)"
-                                   : "ffmpeg does not start: " + std::string(std::strerror(fault)));
+    return Refusal(fault == ENOENT
+                       ? "videos need the program ffmpeg, which is not here (Debian: apt-get install ffmpeg)"
+                       : "ffmpeg does not start: " + std::string(std::strerror(fault)));
   }
   std::signal(SIGPIPE, SIG_IGN);  // a pipe whose reader died says so by EPIPE
   return writer;
@@ -164,7 +165,7 @@ VideoWriter::~VideoWriter() {
 }
 
 Result<void> VideoWriter::add(std::span<const std::uint8_t> rgba) {
-  if (process_ <= 0) return Refusal(path_ + ": the clip is finished");
+  if (process_ <= 0) return Refusal(path_ + ": the video is finished");
   if (rgba.size() != picture_bytes_) return Refusal(path_ + ": a picture of another size");
   while (!rgba.empty()) {
     const ssize_t written = write(pictures_fd_, rgba.data(), rgba.size());
@@ -180,7 +181,7 @@ Result<void> VideoWriter::add(std::span<const std::uint8_t> rgba) {
 }
 
 Result<void> VideoWriter::finish() {
-  if (process_ <= 0) return Refusal(path_ + ": the clip is finished");
+  if (process_ <= 0) return Refusal(path_ + ": the video is finished");
   const std::string complaint = end_process();
   std::error_code fault;
   if (complaint.empty()) std::filesystem::rename(part_, path_, fault);

@@ -9,10 +9,10 @@
 
 namespace hairnet::viewer {
 
-// Whether a file of that name is a clip: .mp4, .gif or .webm.
+// Whether a file of that name is a video: .mp4, .gif or .webm.
 bool is_video(std::string_view path);
 
-// Pictures of one size, at a fixed rate, to a clip: a pipe to the program ffmpeg. The file appears when the clip is
+// Pictures of one size, at a fixed rate, to a video: a pipe to the program ffmpeg. The file appears when the video is
 // finished; what was given up leaves none. One thread.
 class VideoWriter {
  public:

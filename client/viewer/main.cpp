@@ -16,7 +16,7 @@ namespace {
 using namespace hairnet;
 using namespace hairnet::viewer;
 
-// When what is shown is to be kept: for the sheet and the last picture, or for each of a clip.
+// When what is shown is to be kept: for the sheet and the last picture, or for each of a video.
 std::vector<double> moment_times_s(const ViewOptions& options) {
   if (options.output == Output::video) return video_times_s(options);
   std::vector<double> times_s;
@@ -49,7 +49,7 @@ Result<void> run(const ViewOptions& options) {
   if (!local) std::fputs(streamed.statistics.summary().c_str(), stdout);
   if (!streamed.ended) return streamed.ended;
   if (streamed.stopped && (pictures || (options.output == Output::video && streamed.moments.empty())))
-    return Refusal(std::string("stopped before the end: no ") + (pictures ? "picture" : "clip") + " is made");
+    return Refusal(std::string("stopped before the end: no ") + (pictures ? "picture" : "video") + " is made");
   if (options.output == Output::video) return record_stream_video(options, *characters, streamed);
   return pictures ? pictures->write(options, *characters, streamed) : Result<void>();
 }

@@ -11,7 +11,7 @@ namespace hairnet::bench {
 namespace {
 
 constexpr std::array kRates_hz{25.0, 30.0};
-constexpr std::array<std::string_view, codec::kErrorClassCount> kClassNames{"fine", "normal", "coarse"};
+constexpr std::array<std::string_view, codec::kErrorClassCount> kClassNames{"quarter_mm", "half_mm", "one_mm"};
 
 struct Row {
   std::string level;

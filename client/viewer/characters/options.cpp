@@ -118,9 +118,9 @@ void take_output(ViewOptions& o, const Texts& texts) {
   o.source = texts.local || !o.files.empty() ? Source::local : Source::server;
   if (pictures && texts.no_draw) refuse("--no-draw", "excludes --out and --sheet");
   if (is_video(o.out)) {
-    if (!o.sheet.empty()) refuse("--sheet", "is made without a clip: give them one after the other");
+    if (!o.sheet.empty()) refuse("--sheet", "is made without a video: give them one after the other");
     if (!o.trace.empty() && o.source == Source::local)
-      refuse("--trace", "is written without a clip when it is simulated here: give them one after the other");
+      refuse("--trace", "is written without a video when it is simulated here: give them one after the other");
     o.output = Output::video;
   } else {
     o.output = pictures ? Output::pictures : texts.no_draw || !o.trace.empty() ? Output::none : Output::window;
@@ -237,12 +237,12 @@ void add_flags(CLI::App& app, ViewOptions& o, Texts& texts) {
                  "seconds of the clips, which loop, or 'forever' (6; in a window, forever)");
   app.add_option("--settle", o.settle_s, "seconds added, the heads easing upright, then still")
       ->check(in_range(0.0, kDuration_s_max));
-  app.add_option("--out", o.out, "PNG: every character at the end; or a clip, .mp4, .gif or .webm");
+  app.add_option("--out", o.out, "PNG: every character at the end; or a video, .mp4, .gif or .webm");
   app.add_option("--sheet", o.sheet, "PNG: a row for every character and view, a column for each of --times");
   app.add_option("--times", texts.times, "seconds, separated by commas");
   app.add_option("--views", texts.views, "front, side, back, three_quarter, separated by commas (three_quarter)");
-  app.add_option("--size", texts.size, "of a picture, WIDTHxHEIGHT (480x540; clip 960x720; window 1280x800)");
-  app.add_option("--frame-rate", o.frame_rate_hz, "pictures a second of a clip (30)")->check(in_range(1.0, 240.0));
+  app.add_option("--size", texts.size, "of a picture, WIDTHxHEIGHT (480x540; video 960x720; window 1280x800)");
+  app.add_option("--frame-rate", o.frame_rate_hz, "pictures a second of a video (30)")->check(in_range(1.0, 240.0));
   app.add_option("--trace", o.trace, "folder for every frame that is received, or simulated");
   app.add_flag("--no-draw", texts.no_draw, "stream and measure only");
   add_server_flags(app, o, texts);
@@ -255,7 +255,7 @@ std::variant<ViewOptions, int> parse_options(int argc, char** argv) {
   ViewOptions options;
   Texts texts;
   CLI::App app(
-      "Shows living hair, of a hairnet server's room or simulated here: in a window, as pictures or as a clip.",
+      "Shows living hair, of a hairnet server's room or simulated here: in a window, as pictures or as a video.",
       "hairnet-view");
   app.footer(std::string(kFooter));
   app.failure_message([](const CLI::App* a, const CLI::Error& e) { return a->get_name() + ": " + e.what() + "\n"; });

@@ -21,9 +21,9 @@ std::string free_path(const char* ending) {
 
 Result<void> Recorder::start_video(int width, int height) {
   video_path_ = free_path(".mp4");
-  Result<VideoWriter> clip = VideoWriter::create(video_path_, width, height, kRate_hz);
-  if (!clip) return Refusal(clip.error());
-  clip_.emplace(std::move(*clip));
+  Result<VideoWriter> video = VideoWriter::create(video_path_, width, height, kRate_hz);
+  if (!video) return Refusal(video.error());
+  video_.emplace(std::move(*video));
   width_ = width;
   height_ = height;
   picture_count_ = 0;
@@ -32,9 +32,9 @@ Result<void> Recorder::start_video(int width, int height) {
 }
 
 Result<void> Recorder::stop_video() {
-  if (!clip_) return {};
-  Result<void> finished = clip_->finish();
-  clip_.reset();
+  if (!video_) return {};
+  Result<void> finished = video_->finish();
+  video_.reset();
   status_ = finished ? "wrote " + video_path_ : "";
   return finished;
 }
@@ -57,12 +57,12 @@ Result<void> Recorder::stop_trace() {
 }
 
 bool Recorder::wants_picture(std::int64_t now_ns) const {
-  return clip_ && (picture_count_ == 0 ||
-                   1e-9 * static_cast<double>(now_ns - begun_ns_) * kRate_hz >= static_cast<double>(picture_count_));
+  return video_ && (picture_count_ == 0 ||
+                    1e-9 * static_cast<double>(now_ns - begun_ns_) * kRate_hz >= static_cast<double>(picture_count_));
 }
 
 Result<void> Recorder::add_picture(std::span<const std::uint8_t> rgba, std::int64_t now_ns) {
-  if (!clip_) return {};
+  if (!video_) return {};
   if (picture_count_ == 0) begun_ns_ = now_ns;
   const std::size_t row = std::size_t{4} * static_cast<std::size_t>(width_);
   upright_.resize(rgba.size());
@@ -73,9 +73,9 @@ Result<void> Recorder::add_picture(std::span<const std::uint8_t> rgba, std::int6
   const std::uint64_t missing = due > picture_count_ ? due - picture_count_ : 0;
   if (missing > kCatchUpMax) begun_ns_ += static_cast<std::int64_t>(1e9 * static_cast<double>(missing - 1) / kRate_hz);
   for (std::uint64_t i = 0; i < (missing > kCatchUpMax ? 1 : missing); ++i) {
-    Result<void> added = clip_->add(upright_);
+    Result<void> added = video_->add(upright_);
     if (!added) {
-      clip_.reset();
+      video_.reset();
       status_.clear();
       return added;
     }

@@ -12,7 +12,7 @@
 
 namespace hairnet::viewer {
 
-// What a window keeps of what it shows: a clip of the pictures at a fixed rate, however fast they come, and a trace of
+// What a window keeps of what it shows: a video of the pictures at a fixed rate, however fast they come, and a trace of
 // a local world's ticks, as long as it counts them from one beginning. Files are named hairnet-N.mp4 and
 // hairnet-N.trace, in the folder the program was started in; N is the first that is free. One thread.
 class Recorder {
@@ -23,7 +23,7 @@ class Recorder {
   Result<void> start_trace();
   Result<void> stop_video();
   Result<void> stop_trace();
-  [[nodiscard]] bool has_video() const { return clip_.has_value(); }
+  [[nodiscard]] bool has_video() const { return video_.has_value(); }
   [[nodiscard]] bool has_trace() const { return trace_.has_value(); }
 
   // Whether a picture of now is to be added, and in which size.
@@ -37,7 +37,7 @@ class Recorder {
   [[nodiscard]] const std::string& status() const { return status_; }
 
  private:
-  std::optional<VideoWriter> clip_;
+  std::optional<VideoWriter> video_;
   std::optional<FrameTrace> trace_;
   int width_ = 0, height_ = 0;
   std::int64_t begun_ns_ = 0;

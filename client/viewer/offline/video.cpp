@@ -18,18 +18,18 @@
 namespace hairnet::viewer {
 namespace {
 
-constexpr std::size_t kKeptMax = 60'000;  // lattices of a stream that are kept for a clip: a gigabyte at the most
+constexpr std::size_t kKeptMax = 60'000;  // lattices of a stream that are kept for a video: a gigabyte at the most
 
 Result<std::unique_ptr<render::Renderer>> make_renderer() {
   return render::Renderer::create();
 }
 
-// Draws one picture after the other into a clip. The camera looks at all who are there in the first one, and goes along
-// with the middle of them.
+// Draws one picture after the other into a video. The camera looks at all who are there in the first one, and goes
+// along with the middle of them.
 class VideoRecording {
  public:
-  VideoRecording(const ViewOptions& options, render::Renderer& renderer, VideoWriter& clip)
-      : options_(options), renderer_(renderer), clip_(clip), characters_(renderer.stage()) {}
+  VideoRecording(const ViewOptions& options, render::Renderer& renderer, VideoWriter& video)
+      : options_(options), renderer_(renderer), video_(video), characters_(renderer.stage()) {}
 
   Result<void> add(std::span<const ViewedCharacter> viewed) {
     if (!framed_ && !viewed.empty()) {
@@ -40,13 +40,13 @@ class VideoRecording {
     const Result<render::Image> image =
         renderer_.draw(characters_.show(viewed), camera_.camera(), render::Look{}, options_.width, options_.height);
     if (!image) return Refusal(image.error());
-    return clip_.add(image->rgba);
+    return video_.add(image->rgba);
   }
 
  private:
   const ViewOptions& options_;
   render::Renderer& renderer_;
-  VideoWriter& clip_;
+  VideoWriter& video_;
   RenderList characters_;
   OrbitCamera camera_;
   bool framed_ = false;
@@ -58,15 +58,15 @@ Result<void> film(const ViewOptions& options, std::size_t count,
                   const std::function<bool()>& ended) {
   Result<std::unique_ptr<render::Renderer>> renderer = make_renderer();
   if (!renderer) return Refusal(renderer.error());
-  Result<VideoWriter> clip = VideoWriter::create(options.out, options.width, options.height, options.frame_rate_hz);
-  if (!clip) return Refusal(clip.error());
+  Result<VideoWriter> video = VideoWriter::create(options.out, options.width, options.height, options.frame_rate_hz);
+  if (!video) return Refusal(video.error());
   ProgressBar bar("hairnet-view");
-  VideoRecording pictures(options, **renderer, *clip);
+  VideoRecording pictures(options, **renderer, *video);
   for (std::size_t i = 0; i < count && !ended(); ++i) {
     bar.show(static_cast<double>(i) / static_cast<double>(count), "filming");
     if (Result<void> added = pictures.add(picture(i)); !added) return added;
   }
-  return clip->finish();
+  return video->finish();
 }
 
 // One character as a window would have shown it: with the cross-fades of its level switches.
@@ -104,12 +104,12 @@ std::vector<double> video_times_s(const ViewOptions& options) {
 Result<void> check_video(const ViewOptions& options) {
   const std::size_t count = video_times_s(options).size() * std::max<std::size_t>(1, options.characters.size());
   if (options.source == Source::server && count > kKeptMax)
-    return Refusal("a clip of a server's room is kept in memory until it is drawn, and this one is too long");
+    return Refusal("a video of a server's room is kept in memory until it is drawn, and this one is too long");
   const Result<std::unique_ptr<render::Renderer>> renderer = make_renderer();
   if (!renderer) return Refusal(renderer.error());
-  const Result<VideoWriter> clip =
+  const Result<VideoWriter> video =
       VideoWriter::create(options.out, options.width, options.height, options.frame_rate_hz);
-  return clip ? Result<void>() : Refusal(clip.error());
+  return video ? Result<void>() : Refusal(video.error());
 }
 
 Result<void> record_local_video(const ViewOptions& options, const std::vector<CharacterSetup>& characters) {

@@ -9,11 +9,12 @@
 
 namespace hairnet::viewer {
 
-// Times of a clip's pictures, from 0 to the end that `options` says.
+// Times of a video's pictures, from 0 to the end that `options` says.
 std::vector<double> video_times_s(const ViewOptions& options);
 
 // Clips of everybody in one picture, drawn off-screen, options.out. Refused where nothing can draw, without ffmpeg, and
-// in a build without the renderer. A stop signal ends a clip early: what was simulated or streamed until then is in it.
+// in a build without the renderer. A stop signal ends a video early: what was simulated or streamed until then is in
+// it.
 
 // Of a cast that is simulated here, picture by picture: the same options give the same pictures.
 Result<void> record_local_video(const ViewOptions& options, const std::vector<CharacterSetup>& characters);

@@ -4,7 +4,7 @@ namespace hairnet::viewer {
 namespace {
 
 Refusal no_renderer() {
-  return Refusal("this build has no renderer (HAIRNET_VIEW is off), so clips are not possible");
+  return Refusal("this build has no renderer (HAIRNET_VIEW is off), so videos are not possible");
 }
 
 }  // namespace

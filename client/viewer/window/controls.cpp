@@ -22,7 +22,7 @@ constexpr const char* kKeys =
     "1-5    level          +, -  speed\n"
     "L lattice  S springs  M contacts   C attachments\n"
     "D drag     V level colours          G  timing\n"
-    "R      record a clip  U  controls           H  this";
+    "R      record video   U  controls           H  this";
 
 // One's own that are chosen, as numbers: changing one may change what viewed_characters() gives.
 std::vector<std::uint64_t> own_chosen(const ViewState& state, const HairSource& source) {
@@ -204,7 +204,7 @@ void overlay_controls(ViewState& state, const Controls& controls) {
 
 void record_controls(ViewState& state, const Controls& controls) {
   if (!ImGui::CollapsingHeader("Record")) return;
-  if (ImGui::Button(controls.recorder.has_video() ? "end clip" : "clip")) state.video_wanted = true;
+  if (ImGui::Button(controls.recorder.has_video() ? "end video" : "video")) state.video_wanted = true;
   if (controls.world != nullptr) {
     ImGui::SameLine();
     if (ImGui::Button(controls.recorder.has_trace() ? "end trace" : "trace of frames")) state.trace_wanted = true;

@@ -120,8 +120,8 @@ class ViewerWindow {
   [[nodiscard]] bool goes_on() const { return !window_.closing() && !stop_requested(); }
 
   Result<void> finish() {
-    const Result<void> clip = recorder_.stop_video(), trace = recorder_.stop_trace();
-    return clip ? trace : clip;
+    const Result<void> video = recorder_.stop_video(), trace = recorder_.stop_trace();
+    return video ? trace : video;
   }
 
   void fill(Result<std::vector<LocalCharacter>> characters, LocalWorld& world) {
@@ -202,7 +202,7 @@ class ViewerWindow {
   void keep_picture(std::int64_t now_ns, int width, int height) {
     if (!recorder_.wants_picture(now_ns)) return;
     if (width != recorder_.width() || height != recorder_.height()) {
-      note(recorder_.stop_video(), "the window has changed its size, and the clip is ended");
+      note(recorder_.stop_video(), "the window has changed its size, and the video is ended");
       return;
     }
     drawer_.pixels.resize(std::size_t{4} * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));

@@ -42,8 +42,8 @@ TEST(ViewOptions, a_window_opens_unless_something_else_is_asked_for) {
   EXPECT_EQ(sound({"--character", kOne, "--trace", "t"}).output, Output::none);
   EXPECT_EQ(sound({"--character", kOne, "--out", "a.png"}).output, Output::pictures);
   EXPECT_EQ(sound({"--character", kOne, "--sheet", "a.png", "--times", "1"}).output, Output::pictures);
-  for (const char* clip : {"a.mp4", "a.gif", "a.webm", "a.MP4"})
-    EXPECT_EQ(sound({"--local", "--character", kOne, "--out", clip}).output, Output::video);
+  for (const char* video : {"a.mp4", "a.gif", "a.webm", "a.MP4"})
+    EXPECT_EQ(sound({"--local", "--character", kOne, "--out", video}).output, Output::video);
 }
 
 TEST(ViewOptions, a_characters_motion_has_a_rest_pose_axes_and_a_unit_or_they_are_found) {

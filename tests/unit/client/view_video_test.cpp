@@ -35,7 +35,7 @@ class VideoTest : public ::testing::Test {
 };
 
 TEST_F(VideoTest, refuses_what_it_cannot_write_in_one_line_and_leaves_no_file) {
-  const auto fault = [](const Result<VideoWriter>& clip) { return clip ? std::string() : clip.error(); };
+  const auto fault = [](const Result<VideoWriter>& video) { return video ? std::string() : video.error(); };
   for (const std::string& line :
        {fault(VideoWriter::create("a.avi", 64, 64, 30)), fault(VideoWriter::create("a", 64, 64, 30)),
         fault(VideoWriter::create("a.mp4", 8, 64, 30)), fault(VideoWriter::create("a.mp4", 64, 9000, 30)),
@@ -50,24 +50,24 @@ TEST_F(VideoTest, refuses_what_it_cannot_write_in_one_line_and_leaves_no_file) {
 TEST_F(VideoTest, without_ffmpeg_it_says_what_to_install) {
   const std::string path = std::getenv("PATH");
   setenv("PATH", "/nonexistent", 1);
-  const Result<VideoWriter> clip = VideoWriter::create("a.mp4", 64, 64, 30);
+  const Result<VideoWriter> video = VideoWriter::create("a.mp4", 64, 64, 30);
   setenv("PATH", path.c_str(), 1);
-  ASSERT_FALSE(clip);
-  EXPECT_NE(clip.error().find("apt-get install ffmpeg"), std::string::npos);
+  ASSERT_FALSE(video);
+  EXPECT_NE(video.error().find("apt-get install ffmpeg"), std::string::npos);
 }
 
 TEST_F(VideoTest, a_finished_clip_of_every_kind_is_there_and_no_part_of_it_beside) {
   if (!has_ffmpeg()) GTEST_SKIP() << "there is no ffmpeg";
   for (const char* path : {"a.mp4", "a.gif", "a.webm"}) {
-    Result<VideoWriter> clip = VideoWriter::create(path, 33, 47, 10);  // odd sides are cut to even ones where need be
-    ASSERT_TRUE(clip) << clip.error();
-    for (std::uint8_t i = 0; i < 5; ++i) ASSERT_TRUE(clip->add(picture(33, 47, static_cast<std::uint8_t>(40 * i))));
-    EXPECT_FALSE(clip->add(picture(32, 47, 0))) << "another size";
-    const Result<void> finished = clip->finish();
+    Result<VideoWriter> video = VideoWriter::create(path, 33, 47, 10);  // odd sides are cut to even ones where need be
+    ASSERT_TRUE(video) << video.error();
+    for (std::uint8_t i = 0; i < 5; ++i) ASSERT_TRUE(video->add(picture(33, 47, static_cast<std::uint8_t>(40 * i))));
+    EXPECT_FALSE(video->add(picture(32, 47, 0))) << "another size";
+    const Result<void> finished = video->finish();
     ASSERT_TRUE(finished) << finished.error();
     EXPECT_GT(fs::file_size(path), 100u);
-    EXPECT_FALSE(clip->add(picture(33, 47, 0)));
-    EXPECT_FALSE(clip->finish());
+    EXPECT_FALSE(video->add(picture(33, 47, 0)));
+    EXPECT_FALSE(video->finish());
   }
   EXPECT_EQ(file_count(), 3u);
 }
@@ -75,17 +75,17 @@ TEST_F(VideoTest, a_finished_clip_of_every_kind_is_there_and_no_part_of_it_besid
 TEST_F(VideoTest, what_is_given_up_or_fails_leaves_the_old_file_alone) {
   if (!has_ffmpeg()) GTEST_SKIP() << "there is no ffmpeg";
   {
-    Result<VideoWriter> clip = VideoWriter::create("a.mp4", 64, 64, 30);
-    ASSERT_TRUE(clip);
-    ASSERT_TRUE(clip->add(picture(64, 64, 100)));
+    Result<VideoWriter> video = VideoWriter::create("a.mp4", 64, 64, 30);
+    ASSERT_TRUE(video);
+    ASSERT_TRUE(video->add(picture(64, 64, 100)));
   }
   EXPECT_EQ(file_count(), 0u);
   fs::create_directory("b.mp4.part");  // ffmpeg cannot write there
-  Result<VideoWriter> clip = VideoWriter::create("b.mp4", 64, 64, 30);
-  ASSERT_TRUE(clip);
+  Result<VideoWriter> video = VideoWriter::create("b.mp4", 64, 64, 30);
+  ASSERT_TRUE(video);
   Result<void> done;
-  for (int i = 0; i < 200 && done; ++i) done = clip->add(picture(64, 64, 100));
-  if (done) done = clip->finish();
+  for (int i = 0; i < 200 && done; ++i) done = video->add(picture(64, 64, 100));
+  if (done) done = video->finish();
   ASSERT_FALSE(done);
   EXPECT_EQ(done.error().find('\n'), std::string::npos);
   EXPECT_FALSE(fs::exists("b.mp4"));
