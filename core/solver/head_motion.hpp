@@ -31,12 +31,6 @@ struct HeadMotion {
   Vec3 gravity_load;  // g - R g_0, head axes, m/s^2
 };
 
-// Where a point that moves rigidly with `bone` ends, both in head space: (head_1^-1 B_1 B_0^-1 head_0) x.
-inline RigidTransform bone_motion(const StepInput& input, Bone bone) {
-  if (bone == Bone::head) return {};
-  return input.to.head().inverse() * input.to[bone] * input.from[bone].inverse() * input.from.head();
-}
-
 // Where a point fixed to `bone` at rest is at the end of the step, head space.
 inline Vec3 posed(const StepInput& input, Bone bone, const Vec3& rest) {
   if (bone == Bone::head) return rest;
