@@ -1,6 +1,7 @@
 import { describe, expect, test } from "vitest";
-import { buffersOf, makeGroomGeometry } from "../../src/scene/geometry/groomGeometry";
-import { kPointRow } from "../../src/scene/geometry/strandGeometry";
+import { kPointRow } from "../../src/generated/constants";
+import { buffersOf } from "../../src/scene/geometry/groomGeometry";
+import { makeGroomGeometry } from "../../src/scene/geometry/makeGroomGeometry";
 import { toHalf } from "../../src/scene/geometry/half";
 import { OcclusionGrid } from "../../src/scene/geometry/occlusionGrid";
 import { Scalp } from "../../src/scene/geometry/scalp";
