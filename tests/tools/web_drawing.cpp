@@ -197,23 +197,26 @@ Json record_case() {
   render::ShownCharacter character;
   for (RigidTransform& bone : character.pose.bones)
     bone = {Quat(Eigen::AngleAxisd(1, random.vector(1).cast<double>().normalized())), random.vector(2).cast<double>()};
-  character.detail = render::detail_for(100, 1, 10'000, 0);
+  const render::DrawDetail detail{
+      .strand_share = 0.4f, .follow_hair_count = 1.5f, .tolerance_m = 1e-3f, .quadratic = 0.25f, .cards = 0.75f};
+  character.detail = detail;
   character.body_shown = false;
   const std::array geometries{random.geometry({3, 4, 5}), random.geometry({4, 3, 3})};
   const std::array grids{random.vectors(60, 0.1f), random.vectors(36, 0.1f)};
   const std::array<LatticeLayer, 2> layers{{{&geometries[0], grids[0], 1}, {&geometries[1], grids[1], -0.25f}}};
   character.layers = layers;
   render::CharacterRecords records;
-  records.add(character, Vec3::Zero(), *character.detail, 4e-4f, true, {7, 11});
+  records.add(character, Vec3::Zero(), detail, 4e-4f, true, {7, 11});
   Json out{{"pose", to_json(character.pose)},
            {"hairAlbedo", flat(std::array{character.hair_colour})},
            {"skinAlbedo", flat(std::array{character.skin_colour})},
            {"strandWidthM", 4e-4},
            {"detail",
-            {{"strandShare", character.detail->strand_share},
-             {"followHairCount", character.detail->follow_hair_count},
-             {"quadratic", character.detail->quadratic},
-             {"cards", character.detail->cards}}},
+            {{"strandShare", detail.strand_share},
+             {"followHairCount", detail.follow_hair_count},
+             {"toleranceM", detail.tolerance_m},
+             {"quadratic", detail.quadratic},
+             {"cards", detail.cards}}},
            {"pointRows", {{"first", 7}, {"count", 11}}},
            {"layers", Json::array()},
            {"record", raw(records.records())},
