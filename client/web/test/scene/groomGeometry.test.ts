@@ -1,11 +1,11 @@
 import { describe, expect, test } from "vitest";
+import { DataUtils } from "three";
 import { kPointRow } from "../../src/generated/constants";
 import { buffersOf } from "../../src/scene/geometry/groomGeometry";
 import { makeGroomGeometry } from "../../src/scene/geometry/makeGroomGeometry";
 import { toHalf } from "../../src/scene/geometry/half";
 import { OcclusionGrid } from "../../src/scene/geometry/occlusionGrid";
 import { Scalp } from "../../src/scene/geometry/scalp";
-import { fromHalf } from "../support/fromHalf";
 import { madeGroom } from "../support/madeGroom";
 
 describe("a groom's geometry", () => {
@@ -44,6 +44,8 @@ test("where there is no hair, light is left whole and there is no scalp", () => 
   expect([...new OcclusionGrid(bald, 4e-3).at(0, 0.1, 0, new Float32Array(6))]).toEqual([1, 1, 1, 1, 1, 1]);
   expect(new Scalp(bald).at(0, 0.16, 0.09)).toBe(0);
 });
+
+const { fromHalfFloat: fromHalf } = DataUtils;
 
 test("halves are the nearest there are, and bounded", () => {
   for (const x of [0, 1, -1, 0.5, 0.333, -0.0457, 123.4, 2 ** -14])
