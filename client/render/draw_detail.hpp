@@ -11,7 +11,7 @@ inline constexpr float kFollowHairsMax = 15;
 struct DrawDetail {
   float strand_share = 1;  // of the groom's strands, 0 ... 1; what is drawn is wider in turn
   float follow_hair_count =
-      2;  // made beside every strand on the GPU, 0 ... kFollowHairsMax; a fraction is the last one's opacity
+      2;  // made beside every strand on the GPU, at most kFollowHairsMax; a fraction: opacity of the last
   float tolerance_m = 0;  // how far a strand's drawn line may be from its points
   float quadratic = 1;    // 1: quadratic FFD; 0: linear; between: so much of each
   float cards = 0;        // 0: strands; 1: cards; between: both, faded
