@@ -12,7 +12,7 @@ struct Edges {
   std::span<const float> blend, blend_slope;
 };
 
-void add_card(const Edges& edges, std::size_t number, const OcclusionGrid& light, Mesh<CardVertex>& mesh) {
+void add_card(const Edges& edges, std::size_t number, const OcclusionGrid& occlusion, Mesh<CardVertex>& mesh) {
   const std::size_t pairs = edges.points.size() / 2;
   if (pairs < 2) return;
   const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
@@ -24,7 +24,7 @@ void add_card(const Edges& edges, std::size_t number, const OcclusionGrid& light
   }
   for (std::size_t i = 0; i < 2 * pairs; ++i) {
     const Vec3f side = unit_or_up(edges.points[i | 1] - edges.points[i & ~std::size_t{1}]);
-    const Transmittance left = light.at(edges.points[i]);
+    const Transmittance left = occlusion.at(edges.points[i]);
     const Vec3f& p = edges.points[i];
     mesh.vertices.push_back(
         {{p.x(), p.y(), p.z(), edges.blend[i]},
@@ -48,7 +48,7 @@ void add_cards(const GeometrySource& source, GroomGeometry& geometry) {
     const Edges edges{groom.points_of(range), std::span(source.rest.direction).subspan(range.begin, range.count()),
                       source.blend.subspan(range.begin, range.count()),
                       std::span(source.rest.blend_slope).subspan(range.begin, range.count())};
-    add_card(edges, s, source.light, geometry.cards);
+    add_card(edges, s, source.occlusion, geometry.cards);
   }
   const FarCards& far = groom.far_cards;
   const std::vector<float> blend = far_card_blend(groom);
@@ -59,7 +59,7 @@ void add_cards(const GeometrySource& source, GroomGeometry& geometry) {
                       std::span(rest.direction).subspan(range.begin, range.count()),
                       std::span(blend).subspan(range.begin, range.count()),
                       std::span(rest.blend_slope).subspan(range.begin, range.count())};
-    add_card(edges, s, source.light, geometry.far_cards);
+    add_card(edges, s, source.occlusion, geometry.far_cards);
   }
   geometry.far_card_count = far.cards.size();
 }

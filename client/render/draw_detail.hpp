@@ -5,11 +5,12 @@
 namespace hairnet::render {
 
 inline constexpr float kHead_m = 0.24f;  // a head's height, for what its size on the screen decides
+inline constexpr float kFollowHairsMax = 15;
 
 // How finely one character's hair is drawn; chosen apart from its mechanical level.
 struct DrawDetail {
   float strand_share = 1;       // of the groom's strands, 0 ... 1; what is drawn is wider in turn
-  float follow_hair_count = 2;  // made beside every strand on the GPU, 0 ... 15; a fraction is the last one's opacity
+  float follow_hair_count = 2;  // beside every strand, 0 ... kFollowHairsMax; a fraction is the last one's opacity
   float tolerance_m = 0;        // how far a strand's drawn line may be from its points
   float quadratic = 1;          // 1: quadratic FFD; 0: linear; between: so much of each
   float cards = 0;              // 0: strands; 1: cards; between: both, faded

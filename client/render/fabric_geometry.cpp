@@ -6,7 +6,7 @@ namespace {
 FabricVertex vertex(const GeometrySource& source, std::uint32_t point, const Vec3f& direction, const Vec3f& colour,
                     float opacity, float cord) {
   const Vec3f& p = source.groom.points[point];
-  const Transmittance left = source.light.at(p);
+  const Transmittance left = source.occlusion.at(p);
   return {{p.x(), p.y(), p.z(), source.blend[point]},
           to_halves(direction, source.rest.blend_slope[point]),
           sides_of(left),

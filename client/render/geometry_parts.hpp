@@ -9,7 +9,7 @@ namespace hairnet::render {
 // The parts of make_groom_geometry. `blend`: delta of every groom point; `rest`: how hair goes on at each.
 struct GeometrySource {
   const Groom& groom;
-  const OcclusionGrid& light;
+  const OcclusionGrid& occlusion;
   std::span<const float> blend;
   const RestTangents& rest;
 };

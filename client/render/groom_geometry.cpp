@@ -10,18 +10,20 @@
 namespace hairnet::render {
 namespace {
 
+constexpr float kWidth_m = 4e-4f, kWidthCount = 10'000;  // of a strand, when so many are drawn
+constexpr float kCopies = 3;                             // a strand and its follow hairs
+constexpr double kCourse_m = 0.04;
+constexpr float kBentByTheHead = 0.2f, kCurls = 0.35f;
+
 // Fewer strands are drawn wider, so that a head looks covered at any density.
 float strand_width_m(std::size_t strand_count) {
-  constexpr float kWidth_m = 4e-4f, kCount = 10'000;
   return kWidth_m *
-         std::clamp(std::sqrt(kCount / static_cast<float>(std::max<std::size_t>(1, strand_count))), 0.6f, 4.0f);
+         std::clamp(std::sqrt(kWidthCount / static_cast<float>(std::max<std::size_t>(1, strand_count))), 0.6f, 4.0f);
 }
 
 // Measures curliness: compares the length of a hair with the straight distance over a few centimetres. The result is
 // the sine of the mean angle between the hair and that straight line, scaled to 0 ... 1.
 float waviness_of(const Groom& groom) {
-  constexpr double kCourse_m = 0.04;
-  constexpr float kBentByTheHead = 0.2f, kCurls = 0.35f;
   double length = 0, course = 0;
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {
     const std::span<const Vec3f> strand = groom.strand_points(s);
@@ -76,13 +78,12 @@ GroomGeometry make_groom_geometry(const Groom& groom) {
   GroomGeometry geometry;
   geometry.strand_count = ClumpStrands(groom).strand_begin().size() - 1;
   geometry.strand_width_m = strand_width_m(geometry.strand_count);
-  constexpr float kCopies = 3;  // a strand and its follow hairs
   const float drawn_per_strand =
       static_cast<float>(geometry.strand_count) / static_cast<float>(std::max<std::size_t>(1, groom.strand_count()));
-  const OcclusionGrid light(groom, geometry.strand_width_m * kCopies * drawn_per_strand);
+  const OcclusionGrid occlusion(groom, geometry.strand_width_m * kCopies * drawn_per_strand);
   const std::vector<float> blend = root_blend(groom);
   const RestTangents rest = rest_tangents(groom, blend);
-  const GeometrySource source{groom, light, blend, rest};
+  const GeometrySource source{groom, occlusion, blend, rest};
   add_strands(source, geometry);
   add_cards(source, geometry);
   add_fabric(source, geometry);

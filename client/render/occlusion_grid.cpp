@@ -37,7 +37,7 @@ OcclusionGrid::OcclusionGrid(const Groom& groom, float width_m) {
   if (!lay_out(groom)) return;
   const std::size_t size = index(0, 0, count_[2]);
   extinction_.assign(size, 0.0f);
-  left_.assign(size, Rays{});
+  transmittance_.assign(size, Rays{});
   add_hair(groom, width_m);
   add_cards(groom);
   add_body(groom.body.mesh);
@@ -140,7 +140,7 @@ void OcclusionGrid::sweep(std::size_t ray) {
           const std::size_t next = index(x_next, y_next, z_next);
           depth[here] = depth[next] + step * extinction_[next];
         }
-        left_[here][ray] = std::exp(-depth[here]);
+        transmittance_[here][ray] = std::exp(-depth[here]);
       }
     }
   }
@@ -150,7 +150,7 @@ void OcclusionGrid::sweep(std::size_t ray) {
 // of that face (the other half). On a surface, only rays from in front of it count.
 Transmittance OcclusionGrid::gather(const Vec3f& position, const Vec3f& normal) const {
   Transmittance sum{1, 1, 1, 1, 1, 1};
-  if (left_.empty()) return sum;
+  if (transmittance_.empty()) return sum;
   const Vec3f at = (position - origin_) / cell_m_ - Vec3f::Constant(0.5f);
   std::array<int, 3> base{};
   Vec3f part;
@@ -168,7 +168,7 @@ Transmittance OcclusionGrid::gather(const Vec3f& position, const Vec3f& normal) 
     const int x = corner & 1, y = (corner >> 1) & 1, z = corner >> 2;
     const float weight =
         (x != 0 ? part.x() : 1 - part.x()) * (y != 0 ? part.y() : 1 - part.y()) * (z != 0 ? part.z() : 1 - part.z());
-    const Rays& cell = left_[index(base[0] + x, base[1] + y, base[2] + z)];
+    const Rays& cell = transmittance_[index(base[0] + x, base[1] + y, base[2] + z)];
     for (std::size_t ray = 0; ray < rays.size(); ++ray) rays[ray] += weight * cell[ray];
   }
   const bool surface = normal.squaredNorm() > 0;

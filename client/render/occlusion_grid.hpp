@@ -41,7 +41,7 @@ class OcclusionGrid {
   std::array<int, 3> count_{0, 0, 0};
   std::vector<float> extinction_;      // optical depth of one cell's width
   using Rays = std::array<float, 14>;  // what is left along each ray: to the faces and the corners of a cube
-  std::vector<Rays> left_;
+  std::vector<Rays> transmittance_;
 };
 
 }  // namespace hairnet::render

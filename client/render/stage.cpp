@@ -285,7 +285,7 @@ void GlStage::draw_strands(const GroomBuffers& groom, const std::vector<Appearan
       ++end;
     }
     if (strands > 0) {
-      const int copies = 1 + static_cast<int>(std::ceil(std::clamp(follow_hairs, 0.0f, 15.0f)));
+      const int copies = 1 + static_cast<int>(std::ceil(std::clamp(follow_hairs, 0.0f, kFollowHairsMax)));
       const std::size_t instances = (end - begin) * static_cast<std::size_t>(copies);
       programs_.strand.set("first_record", static_cast<int>(first + begin));
       programs_.strand.set("copies", copies);

@@ -135,7 +135,7 @@ class Lines {
 };
 
 // Left and right of every point, and the points themselves. `strand`: in the order of drawing.
-void add_points(const Line& line, std::size_t strand, const OcclusionGrid& light, GroomGeometry& geometry) {
+void add_points(const Line& line, std::size_t strand, const OcclusionGrid& occlusion, GroomGeometry& geometry) {
   StrandPoints& points = geometry.strand_points;
   float arc_m = 0;
   for (std::size_t i = 0; i < line.size(); ++i) {
@@ -143,7 +143,7 @@ void add_points(const Line& line, std::size_t strand, const OcclusionGrid& light
     if (i > 0) arc_m += (x - line[i - 1].x).norm();
     points.rest.push_back({x.x(), x.y(), x.z(), line[i].delta});
     points.arc.push_back({arc_m, line.size() <= kPlacedMax ? static_cast<float>(i) : 0.0f});
-    const Transmittance left = light.at(x);
+    const Transmittance left = occlusion.at(x);
     geometry.strand_vertices.insert(geometry.strand_vertices.end(), 2,
                                     {sides_of(left), ends_of(left, line[i].fraction, 0), static_cast<float>(strand)});
   }
@@ -175,7 +175,7 @@ void add_strands(const GeometrySource& source, GroomGeometry& geometry) {
     if (Line line = lines.line(order[n]); !line.empty()) {
       line = smoothed(line);
       const auto first = static_cast<std::uint32_t>(geometry.strand_vertices.size());
-      add_points(line, n, source.light, geometry);
+      add_points(line, n, source.occlusion, geometry);
       for (SimplifiedStrands& list : geometry.simplified_strands) add_triangles(line, first, list);
     }
     geometry.strand_points.end.push_back(static_cast<std::uint32_t>(geometry.strand_points.rest.size()));

@@ -4,7 +4,7 @@
 
 namespace hairnet {
 
-// What core and link make of hair, for the web client to be held to.
+// What core, link and render make of hair, for the web client to be held to.
 
 // FFD in double (reference_deform) of points in and out of lattices, with tangents; both kinds.
 nlohmann::ordered_json ffd_cases();
@@ -16,5 +16,8 @@ nlohmann::ordered_json root_blend_cases();
 // Frames that arrive with jitter, played out (link::Playout), and points deformed by that over switches of level
 // (link::SwitchBlend).
 nlohmann::ordered_json playout_cases();
+// What is drawn of small grooms (render::GroomGeometry) with the light that reaches it and its scalp; draw detail,
+// lights, and a character's record.
+nlohmann::ordered_json drawing_cases();
 
 }  // namespace hairnet

@@ -115,7 +115,7 @@ int write_all(const std::filesystem::path& folder) {
                     write(folder, "codec.json", codec::codec_cases()) && write(folder, "sequence.json", sequence()) &&
                     write(folder, "ffd.json", ffd_cases()) && write(folder, "grooms.json", groom_cases()) &&
                     write(folder, "root_blend.json", root_blend_cases()) &&
-                    write(folder, "playout.json", playout_cases()) &&
+                    write(folder, "playout.json", playout_cases()) && write(folder, "drawing.json", drawing_cases()) &&
                     write(folder, "bob.groom", std::as_bytes(std::span(groom)));
   return done ? 0 : 1;
 }

@@ -1,15 +1,18 @@
-// Writes src/net/generated: what flatc makes of the schema, and the layout of its tables for src/net/verify.ts. Files that
-// are there already, as they would be, are left alone: others may be reading them.
+// Writes src/net/generated (what flatc makes of the schema, and the layout of its tables for src/net/verify.ts) and
+// src/generated (the constants of the C++ renderer). Files that are there already, as they would be, are left alone:
+// others may be reading them.
 import { execFileSync } from "node:child_process";
 import { existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
 import { dirname, join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
 import { tmpdir } from "node:os";
+import { constantsOf } from "./constants.mjs";
 import { layoutOf } from "./layout.mjs";
 
 const here = dirname(fileURLToPath(import.meta.url));
 const schemaFolder = resolve(here, "../../../schema");
 const outFolder = resolve(here, "../src/net/generated");
+const constantsFolder = resolve(here, "../src/generated");
 const schemas = ["envelope", "session", "pose", "frame", "groom"];
 const classFolder = "hairnet/wire/fb";
 
@@ -22,6 +25,10 @@ function flatc(args) {
     console.error(`generate: ${why.trim()}`);
     process.exit(1);
   }
+}
+
+function writeChanged(path, text) {
+  if (!existsSync(path) || readFileSync(path, "utf8") !== text) writeFileSync(path, text);
 }
 
 // What belongs into the folder, by path.
@@ -56,10 +63,9 @@ try {
   for (const name of readdirSync(join(outFolder, classFolder))) {
     if (!files.has(join(classFolder, name))) rmSync(join(outFolder, classFolder, name));
   }
-  for (const [name, text] of files) {
-    const path = join(outFolder, name);
-    if (!existsSync(path) || readFileSync(path, "utf8") !== text) writeFileSync(path, text);
-  }
+  for (const [name, text] of files) writeChanged(join(outFolder, name), text);
+  mkdirSync(constantsFolder, { recursive: true });
+  writeChanged(join(constantsFolder, "constants.ts"), constantsOf(resolve(here, "../../..")));
 } finally {
   rmSync(scratch, { recursive: true });
 }

@@ -491,9 +491,13 @@ TEST(LightRig, lights_from_where_the_camera_stands) {
   for (const Vec3& eye : {Vec3(0, 0, 1), Vec3(1, 0, 0), Vec3(0, 0, -1)}) {
     const LightRig rig = studio_lights({eye, {0, 0, 0}, {0, 1, 0}, 30});
     EXPECT_GT(rig.towards[0].cast<double>().dot(eye), 0.3) << "key before";
+    EXPECT_LT(rig.towards[0].cast<double>().dot(Vec3::UnitY().cross(eye)), 0) << "key at the left";
+    EXPECT_GT(rig.towards[0].y(), 0.5f) << "key above";
     EXPECT_LT(rig.towards[2].cast<double>().dot(eye), -0.3) << "rim behind";
     for (const Vec3f& towards : rig.towards) EXPECT_NEAR(towards.norm(), 1, 1e-5f);
   }
+  for (const Vec3f& towards : studio_lights({{0, 1, 0}, {0, 0, 0}, {0, 1, 0}, 30}).towards)
+    EXPECT_NEAR(towards.norm(), 1, 1e-5f) << "straight down";
 }
 
 }  // namespace

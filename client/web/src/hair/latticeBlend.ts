@@ -1,3 +1,4 @@
+import { kLatticeLayersMax } from "../generated/constants";
 import type { LevelGeometry } from "./lattice";
 import { expandDisplacements, nodeCount } from "./lattice";
 import { LevelIndex } from "./level";
@@ -6,7 +7,6 @@ import type { PlayoutSample } from "./playout";
 /** How long a switch of level takes to fade. */
 export const kSwitchBlendNs = 400_000_000;
 /** Layers at a time: the newest, and two switches. Of more that follow each other closer the weakest is left out. */
-export const kLatticeLayersMax = 5;
 const kSwitchesMax = (kLatticeLayersMax - 1) / 2;
 
 /** A lattice whose FFD counts with a weight: hair's displacement is u(x) = sum of weight * FFD(x) over the layers. */

@@ -12,14 +12,12 @@ import {
   type Texture,
   type WebGLRenderer,
 } from "three";
+import { kCardTextureHeight, kCardTextureWidth } from "../generated/constants";
 import { shader } from "./shaders";
-
-const kWidth = 1024;
-const kHeight = 512;
 
 /** The texture of cards, drawn once by the GPU, and again when its context was lost. */
 export class CardTexture {
-  readonly #target = new WebGLRenderTarget(kWidth, kHeight, {
+  readonly #target = new WebGLRenderTarget(kCardTextureWidth, kCardTextureHeight, {
     depthBuffer: false,
     generateMipmaps: true,
     minFilter: LinearMipmapLinearFilter,

@@ -1,14 +1,8 @@
+import { kFirstBone, kFirstLayer, kLatticeLayersMax, kLatticeRow, kRecordTexels } from "../generated/constants";
 import type { Pose } from "../hair/pose";
 import { kBoneCount, kNumbersPerBone } from "../hair/pose";
 import type { DrawDetail } from "./drawDetail";
 import { FloatTexture } from "./floatTexture";
-
-/** client/shaders/character.glsl */
-export const kRecordTexels = 32;
-export const kFirstLayer = 16;
-export const kLatticeLayersMax = 5;
-/** Texels of a row of `lattices`. */
-export const kLatticeRow = 1024;
 
 /** A lattice that moves hair, where it lies in `lattices`. */
 export interface PlacedLayer {
@@ -94,8 +88,8 @@ export function writeRecord(record: Record, out: Float32Array): void {
   put(5, ...record.skinAlbedo, record.bodyVisible ? 0 : 1);
   for (let bone = 0; bone < kBoneCount; ++bone) {
     const at = bone * kNumbersPerBone;
-    put(6 + 2 * bone, pose[at], pose[at + 1], pose[at + 2], pose[at + 3]);
-    put(7 + 2 * bone, pose[at + 4], pose[at + 5], pose[at + 6], bone === 0 ? record.pointRows.count : 0);
+    put(kFirstBone + 2 * bone, pose[at], pose[at + 1], pose[at + 2], pose[at + 3]);
+    put(kFirstBone + 1 + 2 * bone, pose[at + 4], pose[at + 5], pose[at + 6], bone === 0 ? record.pointRows.count : 0);
   }
   for (let l = 0; l < layerCount; ++l) {
     const { origin, spacing, dims, weight, firstNode } = layers[l];

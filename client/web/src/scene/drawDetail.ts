@@ -1,3 +1,5 @@
+import { kFullHeadPx, kFullStrands, kHeadM, kStrandsMin } from "../generated/constants";
+
 /** How finely one character's hair is drawn; chosen apart from its mechanical level. */
 export interface DrawDetail {
   /** of the groom's strands, 0 to 1; what is drawn is wider in turn */
@@ -11,11 +13,6 @@ export interface DrawDetail {
   /** 0: strands; 1: cards; between: both, faded */
   cards: number;
 }
-
-export const kHeadM = 0.24;
-const kFullHeadPx = 350; // at which kFullStrands are drawn
-const kFullStrands = 10_000;
-const kStrandsMin = 300;
 
 /**
  * `headPx`: a head's height on the screen (0.24 m), in pixels. `quality` multiplies it. Continuous in both.

@@ -1,5 +1,6 @@
 import type { Groom } from "../hair/groom";
-import { makeGroomGeometry, type GroomGeometry } from "./geometry/groomGeometry";
+import type { GroomGeometry } from "./geometry/groomGeometry";
+import { makeGroomGeometry } from "./geometry/makeGroomGeometry";
 import GroomWorker from "./groomWorker?worker&inline";
 
 type Answer = { id: number; geometry?: GroomGeometry; fault?: string };

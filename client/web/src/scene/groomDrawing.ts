@@ -13,9 +13,9 @@ import {
   type IUniform,
   type RawShaderMaterial,
 } from "three";
+import { kFollowHairsMax, kPointRow } from "../generated/constants";
 import type { DrawDetail } from "./drawDetail";
 import type { GroomGeometry } from "./geometry/groomGeometry";
-import { kPointRow } from "./geometry/strandGeometry";
 import type { MeshArrays } from "./geometry/meshBuilder";
 import { makeMaterial, type HairPart, type SceneUniforms } from "./hairMaterials";
 
@@ -33,8 +33,6 @@ export interface DrawCounts {
   cards: number;
   vertices: number;
 }
-
-const kFollowHairsMax = 15;
 
 /** Sorts for `GroomDrawing.show`: who is drawn as cards alone comes last, and those of one list stand together. */
 export function inDrawingOrder(a: Drawn, b: Drawn): number {

@@ -1,5 +1,6 @@
 import type { Groom } from "../hair/groom";
-import { buffersOf, makeGroomGeometry } from "./geometry/groomGeometry";
+import { buffersOf } from "./geometry/groomGeometry";
+import { makeGroomGeometry } from "./geometry/makeGroomGeometry";
 
 /** Asked for a groom's geometry, answers with it, or with what went wrong. */
 self.onmessage = ({ data }: MessageEvent<{ id: number; groom: Groom }>) => {

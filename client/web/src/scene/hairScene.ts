@@ -1,4 +1,5 @@
 import { Group, type Camera, type Object3D, type Object3DEventMap, type RawShaderMaterial, type WebGLRenderer } from "three";
+import { kLatticeLayersMax, kStrayM } from "../generated/constants";
 import type { HairSource, MemberImportance, ShownMember } from "../hair/hairSource";
 import type { LatticeLayer } from "../hair/latticeBlend";
 import { poseFault, type Pose } from "../hair/pose";
@@ -9,7 +10,7 @@ import { HairCharacter } from "./hairCharacter";
 import { SceneUniforms, type HairPart } from "./hairMaterials";
 import { sceneLights, studioLights } from "./lightRig";
 import { place } from "./placement";
-import { kLatticeLayersMax, Lattices, Records, type PlacedLayer, type PointRows } from "./characterRecords";
+import { Lattices, Records, type PlacedLayer, type PointRows } from "./characterRecords";
 import { fitShares, StrandDeformPass, type PlacedGroom } from "./strandDeformPass";
 import { CardTexture } from "./cardTexture";
 import { seenBy, viewsOf, type View } from "./view";
@@ -31,7 +32,6 @@ export interface HairStatistics extends DrawCounts {
 }
 
 const kImportanceEveryMs = 250;
-const kStrayM = 2.5e-3; // of follow hairs from their strand
 
 /** The names of events are those of `HairScene.addEventListener`. */
 export interface HairSceneEventMap {

@@ -1,4 +1,5 @@
 import { AmbientLight, Color, DirectionalLight, HemisphereLight, Vector3, type Camera, type Object3D } from "three";
+import { kAmbientAbove, kAmbientBelow, kBearingHeightDeg, kColours } from "../generated/constants";
 
 /** Key, fill and rim from far away, and the room's own light. Linear RGB. */
 export interface LightRig {
@@ -25,10 +26,10 @@ export function makeLightRig(): LightRig {
 export function studioLights(camera: Camera, rig: LightRig): void {
   const toCamera = camera.getWorldDirection(new Vector3()).negate();
   toCamera.y = 0;
-  if (toCamera.lengthSq() < 1e-6) toCamera.set(0, 0, 1);
+  if (toCamera.lengthSq() < 1e-6) toCamera.set(-1, 0, 0); // as C++ does
   toCamera.normalize();
   const right = new Vector3(0, 1, 0).cross(toCamera);
-  const put = (n: number, bearingDeg: number, heightDeg: number) => {
+  kBearingHeightDeg.forEach(([bearingDeg, heightDeg], n) => {
     const bearing = (bearingDeg * Math.PI) / 180;
     const height = (heightDeg * Math.PI) / 180;
     rig.towards[n]
@@ -36,15 +37,10 @@ export function studioLights(camera: Camera, rig: LightRig): void {
       .multiplyScalar(Math.cos(height) * Math.cos(bearing))
       .addScaledVector(right, Math.cos(height) * Math.sin(bearing));
     rig.towards[n].y += Math.sin(height);
-  };
-  put(0, -42, 42);
-  put(1, 55, 12);
-  put(2, 152, 38);
-  rig.colours[0].setRGB(1.02, 0.98, 0.92);
-  rig.colours[1].setRGB(0.24, 0.26, 0.29);
-  rig.colours[2].setRGB(0.8, 0.84, 0.92);
-  rig.ambientAbove.setRGB(0.22, 0.23, 0.25);
-  rig.ambientBelow.setRGB(0.13, 0.12, 0.115);
+    rig.colours[n].fromArray(kColours[n]);
+  });
+  rig.ambientAbove.fromArray(kAmbientAbove);
+  rig.ambientBelow.fromArray(kAmbientBelow);
 }
 
 /**

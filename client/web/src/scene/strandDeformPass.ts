@@ -14,7 +14,7 @@ import {
   type Texture,
   type WebGLRenderer,
 } from "three";
-import { kPointRow } from "./geometry/strandGeometry";
+import { kPointRow, kRowsMax } from "../generated/constants";
 import type { Drawn, GroomDrawing } from "./groomDrawing";
 import { shader } from "./shaders";
 
@@ -24,8 +24,6 @@ export interface PlacedGroom {
   readonly first: number;
   readonly characters: number;
 }
-
-const kRowsMax = 8192; // both textures then take 256 MiB
 
 /**
  * Places the points of strands before the strands are drawn: deforms them, and keeps every strand to its length at rest

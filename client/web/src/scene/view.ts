@@ -1,6 +1,6 @@
 import { Frustum, Matrix4, Sphere, Vector2, Vector3, type Camera, type WebGLRenderer } from "three";
+import { kHeadM } from "../generated/constants";
 import type { Pose } from "../hair/pose";
-import { kHeadM } from "./drawDetail";
 
 const kScreenHeightMax = 100; // that servers take
 

@@ -1,8 +1,9 @@
 import { describe, expect, it } from "vitest";
+import { kLatticeLayersMax } from "../../src/generated/constants";
 import { Deformer } from "../../src/hair/deform";
 import type { Frame } from "../../src/hair/frame";
 import type { LatticeLayer } from "../../src/hair/latticeBlend";
-import { LatticeBlend, kLatticeLayersMax } from "../../src/hair/latticeBlend";
+import { LatticeBlend } from "../../src/hair/latticeBlend";
 import type { LevelGeometry } from "../../src/hair/lattice";
 import { ErrorClass, LevelIndex } from "../../src/hair/level";
 import type { PlayoutSample } from "../../src/hair/playout";

@@ -1,43 +1,18 @@
 import { describe, expect, test } from "vitest";
 import { Group, PerspectiveCamera, Texture, Vector2, Vector3, type RawShaderMaterial, type WebGLRenderer } from "three";
 import { kPoseNumbers, rigidPose } from "../../src/hair/pose";
-import { detailFor, widthScale } from "../../src/scene/drawDetail";
-import { makeGroomGeometry } from "../../src/scene/geometry/groomGeometry";
-import { kPointRow } from "../../src/scene/geometry/strandGeometry";
+import { detailFor } from "../../src/scene/drawDetail";
+import { makeGroomGeometry } from "../../src/scene/geometry/makeGroomGeometry";
+import { kFirstLayer, kPointRow, kRecordTexels } from "../../src/generated/constants";
 import { GroomDrawing, inDrawingOrder, type DrawCounts } from "../../src/scene/groomDrawing";
 import { HairCharacter } from "../../src/scene/hairCharacter";
 import { SceneUniforms } from "../../src/scene/hairMaterials";
-import { makeLightRig, studioLights } from "../../src/scene/lightRig";
 import { place } from "../../src/scene/placement";
-import { kFirstLayer, kRecordTexels, Lattices, Records, writeRecord, type Record } from "../../src/scene/characterRecords";
+import { Lattices, Records, writeRecord, type Record } from "../../src/scene/characterRecords";
 import { shader } from "../../src/scene/shaders";
 import { fitShares } from "../../src/scene/strandDeformPass";
 import { seenBy, viewsOf } from "../../src/scene/view";
 import { madeGroom } from "../support/madeGroom";
-
-describe("detail", () => {
-  test("falls with size and never jumps", () => {
-    let before = detailFor(2000, 1, 10_000, 0.5);
-    for (let px = 2000; px > 5; px *= 0.99) {
-      const detail = detailFor(px, 1, 10_000, 0.5);
-      expect(detail.strandShare).toBeLessThanOrEqual(before.strandShare);
-      expect(detail.cards).toBeGreaterThanOrEqual(before.cards);
-      expect(before.strandShare - detail.strandShare).toBeLessThan(0.02);
-      expect(detail.cards - before.cards).toBeLessThan(0.04);
-      expect(Math.abs(detail.quadratic - before.quadratic)).toBeLessThan(0.04);
-      expect(Math.abs(widthScale(detail) / widthScale(before) - 1)).toBeLessThan(0.05);
-      before = detail;
-    }
-    expect(before.cards).toBe(1);
-  });
-
-  test("quality counts as size, and a groom of few strands is drawn whole sooner", () => {
-    expect(detailFor(100, 2, 10_000, 0)).toEqual(detailFor(200, 1, 10_000, 0));
-    expect(detailFor(85, 1, 10_000, 1).cards).toBeLessThan(detailFor(85, 1, 10_000, 0).cards);
-    expect(detailFor(100, 1, 500, 0).strandShare).toBe(1);
-    expect(detailFor(0, 1, 10_000, 0).strandShare).toBeGreaterThan(0);
-  });
-});
 
 const record: Record = {
   pose: rigidPose([0, 0.6, 0, 0.8], [1, 2, 3]),
@@ -256,22 +231,6 @@ describe("how a head is seen", () => {
   test("on a canvas of no height it has none", () => {
     expect(seenBy(through(0), pose, 0.5, 1)).toMatchObject({ headPx: 0, screenHeight: 0 });
   });
-});
-
-test("the studio's lights are unit and stand about the camera", () => {
-  const rig = makeLightRig();
-  const camera = new PerspectiveCamera();
-  camera.position.set(0, 0, 3);
-  camera.updateMatrixWorld();
-  studioLights(camera, rig);
-  for (const light of rig.towards) expect(light.length()).toBeCloseTo(1);
-  expect(rig.towards[0].x).toBeLessThan(0); // key above its left
-  expect(rig.towards[0].y).toBeGreaterThan(0.5);
-  expect(rig.towards[2].z).toBeLessThan(0); // rim behind
-  camera.rotation.x = -Math.PI / 2; // straight down
-  camera.updateMatrixWorld();
-  studioLights(camera, rig);
-  for (const light of rig.towards) expect(light.toArray().every(Number.isFinite)).toBe(true);
 });
 
 test("shaders come with what they include, each once, and without their version", () => {

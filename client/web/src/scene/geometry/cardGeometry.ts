@@ -1,6 +1,6 @@
 import { farCardTangents, type RestTangents } from "../../hair/restTangents";
 import { farCardBlend } from "../../hair/rootBlend";
-import type { GeometrySource } from "./groomGeometry";
+import type { GeometrySource } from "./geometrySource";
 import type { MeshBuilder } from "./meshBuilder";
 
 /** The groom's own cards. */
@@ -41,7 +41,7 @@ function edgesOf(
   };
 }
 
-function addCard({ light }: GeometrySource, edges: Edges, number: number, mesh: MeshBuilder): void {
+function addCard({ occlusion }: GeometrySource, edges: Edges, number: number, mesh: MeshBuilder): void {
   const { points, directions } = edges;
   const pairs = edges.blend.length >> 1;
   if (pairs < 2) return;
@@ -55,7 +55,7 @@ function addCard({ light }: GeometrySource, edges: Edges, number: number, mesh: 
     const side = [0, 1, 2].map((axis) => points[from + 3 + axis] - points[from + axis]);
     const width = Math.hypot(...side);
     const unit = width > 1e-12 ? side.map((x) => x / width) : [0, 1, 0];
-    light.at(points[at], points[at + 1], points[at + 2], left);
+    occlusion.at(points[at], points[at + 1], points[at + 2], left);
     mesh.add(
       points[at],
       points[at + 1],

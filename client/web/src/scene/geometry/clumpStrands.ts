@@ -46,9 +46,14 @@ function follow(points: Float32Array, ring: number, angle: number, radiusM: numb
 function across(direction: number[], wanted: number[]): number[] {
   const along = wanted[0] * direction[0] + wanted[1] * direction[1] + wanted[2] * direction[2];
   let flat = wanted.map((x, axis) => x - along * direction[axis]);
-  if (Math.hypot(...flat) <= 1e-4) flat = cross(direction, Math.abs(direction[0]) < 0.7 ? [1, 0, 0] : [0, 1, 0]);
+  if (Math.hypot(...flat) <= 1e-4) flat = orthogonal(direction);
   const length = Math.hypot(...flat);
   return flat.map((x) => x / length);
+}
+
+/** Across a direction, as Eigen's unitOrthogonal chooses it. */
+function orthogonal([x, y, z]: number[]): number[] {
+  return Math.hypot(x, y) > 1e-5 * Math.abs(z) ? [-y, x, 0] : [0, -z, y];
 }
 
 function cross(a: number[], b: number[]): number[] {

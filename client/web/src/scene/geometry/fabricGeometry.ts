@@ -1,7 +1,7 @@
 import type { Cloth, Colour, Thread } from "../../hair/groom";
-import { vertexNormals } from "./bodyGeometry";
-import type { GeometrySource } from "./groomGeometry";
+import type { GeometrySource } from "./geometrySource";
 import type { MeshBuilder } from "./meshBuilder";
+import { vertexNormals } from "./vertexNormals";
 
 /** Threads, then cloths. */
 export function addFabric(source: GeometrySource, mesh: MeshBuilder): void {
@@ -30,7 +30,7 @@ function addCloth(source: GeometrySource, cloth: Cloth, mesh: MeshBuilder): void
 const left = new Float32Array(6);
 
 function addVertex(
-  { groom, light, blend, rest }: GeometrySource,
+  { groom, occlusion, blend, rest }: GeometrySource,
   point: number,
   directions: Float32Array,
   at: number,
@@ -42,7 +42,7 @@ function addVertex(
   const x = groom.points[3 * point];
   const y = groom.points[3 * point + 1];
   const z = groom.points[3 * point + 2];
-  light.at(x, y, z, left);
+  occlusion.at(x, y, z, left);
   mesh.add(x, y, z, blend[point], directions[3 * at], directions[3 * at + 1], directions[3 * at + 2], rest.blendSlope[point], left, 0, 0);
   mesh.addExtra(colour[0], colour[1], colour[2], opacity, cord);
 }

@@ -1,31 +1,9 @@
+import { kBodyExtinction, kCellMinM, kCellsAcross, kFade, kHairShare, kMargin, kRays } from "../../generated/constants";
 import type { Groom } from "../../hair/groom";
 
 /** The fraction of light that reaches one point from each of six directions: +x -x +y -y +z -z of the head. */
 export type Transmittance = Float32Array;
 
-const kCellsAcross = 56;
-const kCellMinM = 0.004;
-const kMargin = 2; // empty cells about the hair
-const kFade = 5; // cells beyond the grid over which its shade fades out
-const kHairShare = 0.22; // of blocked light that is lost rather than scattered on
-const kBodyExtinction = 1.6; // of a cell that holds skin
-/** To the faces and the corners of a cube. */
-const kRays: readonly (readonly [number, number, number])[] = [
-  [1, 0, 0],
-  [-1, 0, 0],
-  [0, 1, 0],
-  [0, -1, 0],
-  [0, 0, 1],
-  [0, 0, -1],
-  [1, 1, 1],
-  [1, 1, -1],
-  [1, -1, 1],
-  [1, -1, -1],
-  [-1, 1, 1],
-  [-1, 1, -1],
-  [-1, -1, 1],
-  [-1, -1, -1],
-];
 const kRayCount = kRays.length;
 
 /**
@@ -39,7 +17,7 @@ export class OcclusionGrid {
   /** optical depth of one cell's width; empty: there is no hair */
   #extinction = new Float32Array(0);
   /** what is left along each ray, kRayCount a cell */
-  #left = new Float32Array(0);
+  #transmittance = new Float32Array(0);
   // Of one place, while it is looked at.
   readonly #rays = new Float32Array(kRayCount);
   readonly #base = [0, 0, 0];
@@ -50,7 +28,7 @@ export class OcclusionGrid {
     if (!this.#layOut(groom)) return;
     const size = this.#count[0] * this.#count[1] * this.#count[2];
     this.#extinction = new Float32Array(size);
-    this.#left = new Float32Array(kRayCount * size);
+    this.#transmittance = new Float32Array(kRayCount * size);
     this.#addHair(groom, widthM);
     this.#addCards(groom);
     this.#addBody(groom.body.vertices, groom.body.triangles);
@@ -63,7 +41,7 @@ export class OcclusionGrid {
    */
   at(x: number, y: number, z: number, out: Transmittance, normal: readonly number[] | null = null): Transmittance {
     out.fill(1);
-    if (this.#left.length === 0) return out;
+    if (this.#transmittance.length === 0) return out;
     const base = this.#base;
     const part = this.#part;
     let inside = 1;
@@ -83,7 +61,7 @@ export class OcclusionGrid {
       const k = corner >> 2;
       const weight = (i ? part[0] : 1 - part[0]) * (j ? part[1] : 1 - part[1]) * (k ? part[2] : 1 - part[2]);
       const cell = kRayCount * this.#index(base[0] + i, base[1] + j, base[2] + k);
-      for (let ray = 0; ray < kRayCount; ++ray) rays[ray] += weight * this.#left[cell + ray];
+      for (let ray = 0; ray < kRayCount; ++ray) rays[ray] += weight * this.#transmittance[cell + ray];
     }
     for (let side = 0; side < 6; ++side) {
       const axis = side >> 1;
@@ -127,11 +105,12 @@ export class OcclusionGrid {
     extend(0, groom.strands.begin[groom.strands.count]);
     for (const card of groom.cards) extend(card.points.begin, card.points.end);
     if (!(low[0] <= high[0])) return false;
-    const size = [0, 1, 2].map((axis) => high[axis] - low[axis]);
-    this.cellM = Math.max(Math.max(...size) / kCellsAcross, kCellMinM);
+    // In floats: of the longest side, which has kCellsAcross cells exactly, the last may be lost to rounding, or not.
+    const size = [0, 1, 2].map((axis) => Math.fround(high[axis] - low[axis]));
+    this.cellM = Math.fround(Math.max(Math.max(...size) / kCellsAcross, kCellMinM));
     for (let axis = 0; axis < 3; ++axis) {
       this.#origin[axis] = low[axis] - kMargin * this.cellM;
-      this.#count[axis] = Math.min(Math.floor(size[axis] / this.cellM), kCellsAcross) + 1 + 2 * kMargin;
+      this.#count[axis] = Math.min(Math.floor(Math.fround(size[axis] / this.cellM)), kCellsAcross) + 1 + 2 * kMargin;
     }
     return true;
   }
@@ -225,7 +204,7 @@ export class OcclusionGrid {
             const next = this.#index(xNext, yNext, zNext);
             depth[here] = depth[next] + step * this.#extinction[next];
           }
-          this.#left[kRayCount * here + ray] = Math.exp(-depth[here]);
+          this.#transmittance[kRayCount * here + ray] = Math.exp(-depth[here]);
         }
       }
     }

@@ -1,13 +1,5 @@
+import { kBare, kCardRoots, kFull, kReachMinM, kSamples, kSkullM2, kSpacings } from "../../generated/constants";
 import type { Groom } from "../../hair/groom";
-
-const kReachMinM = 0.014; // wider than a parting
-const kSkullM2 = 0.06; // that hair usually grows on
-const kSpacings = 1.5; // of sparse roots within reach
-const kSamples = 256;
-const kCardRoots = 4; // points across a card's root
-// Shares of the usual density; at a straight hairline there is half.
-const kBare = 0.08;
-const kFull = 0.4;
 
 /** Where the roots of a groom grow on the skin: the skin there is drawn in the colour of the hair. */
 export class Scalp {

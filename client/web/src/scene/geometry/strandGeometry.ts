@@ -1,17 +1,9 @@
+import { kPieceM, kPiecesMax, kPlacedMax, kPointRow, kRunMax, kSagM, kTolerancesM } from "../../generated/constants";
 import { eachClumpCopy, drawnStrandCount } from "./clumpStrands";
-import type { GeometrySource, StrandGeometry } from "./groomGeometry";
+import type { GeometrySource } from "./geometrySource";
+import type { StrandGeometry } from "./groomGeometry";
 import { growingBytes, growingFloats, growingIndices } from "./growing";
 import { toByte } from "./meshBuilder";
-
-const kSagM = 5e-4; // of a smooth line over its pieces, at most, as far as kPiecesMax allow
-const kPieceM = 0.012; // longer ones would show corners where a lattice bends straight hair
-const kPiecesMax = 2;
-const kPlacedMax = 256; // points of a strand: placing takes their square
-const kRunMax = 256; // points between two that stay: what one looks through to find the furthest
-const kTolerancesM = [0, 2.5e-4, 8e-4, 4e-3];
-
-/** Points of a row of the textures that the shaders read: client/shaders/strand_points.glsl. */
-export const kPointRow = 1024;
 
 /** One drawn strand, a number a point. */
 interface Line {
@@ -79,7 +71,7 @@ class PointBuilder {
       if (i > 0) arcM += distance(x, at - 3, at);
       this.#rest.push(x[at], x[at + 1], x[at + 2], line.delta[i]);
       this.#arc.push(arcM, line.count <= kPlacedMax ? i : 0);
-      this.source.light.at(x[at], x[at + 1], x[at + 2], left);
+      this.source.occlusion.at(x[at], x[at + 1], x[at + 2], left);
       for (let side = 0; side < 2; ++side) {
         this.#sides.push(toByte(left[0]), toByte(left[1]), toByte(left[2]), toByte(left[3]));
         this.#ends.push(toByte(left[4]), toByte(left[5]), toByte(line.fraction[i]), 0);
@@ -113,20 +105,23 @@ function drawnStrands({ groom }: GeometrySource): { points: Float32Array; strand
   return drawn;
 }
 
-/** Fisher and Yates, the same each time. */
+/** Fisher and Yates with core's Random(1) (core/random.hpp), so that both renderers draw strands in one order. */
 function shuffled(count: number): Uint32Array {
   const order = Uint32Array.from({ length: count }, (_, i) => i);
-  let state = 1;
+  const step = 0x9e3779b97f4a7c15n;
+  let state = step ^ mixBits(step);
   for (let i = count; i > 1; --i) {
-    state = (Math.imul(state, 747796405) + 2891336453) >>> 0;
-    const scrambled = Math.imul((state >>> ((state >>> 28) + 4)) ^ state, 277803737) >>> 0;
-    const j = ((scrambled >>> 22) ^ scrambled) >>> 0;
-    const other = j % i;
-    const kept = order[i - 1];
-    order[i - 1] = order[other];
-    order[other] = kept;
+    state = BigInt.asUintN(64, state + step);
+    const other = Number(mixBits(state) % BigInt(i));
+    [order[i - 1], order[other]] = [order[other], order[i - 1]];
   }
   return order;
+}
+
+function mixBits(bits: bigint): bigint {
+  let z = BigInt.asUintN(64, (bits ^ (bits >> 30n)) * 0xbf58476d1ce4e5b9n);
+  z = BigInt.asUintN(64, (z ^ (z >> 27n)) * 0x94d049bb133111ebn);
+  return z ^ (z >> 31n);
 }
 
 /** Null when there is nothing to draw. `first`: of the groom's points that those of the line go with. */

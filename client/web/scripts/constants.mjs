@@ -1,0 +1,49 @@
+// Reads the numbers that the C++ renderer declares as `constexpr`, so that both renderers have the same ones:
+// `constexpr float kCellMin_m = 0.004f;` becomes `export const kCellMinM = 0.004;`. Expressions are left out.
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
+
+const files = [
+  "core/ffd/lattice.hpp",
+  "client/render/body_geometry.cpp",
+  "client/render/character_records.cpp",
+  "client/render/character_records.hpp",
+  "client/render/draw_detail.cpp",
+  "client/render/draw_detail.hpp",
+  "client/render/groom_geometry.cpp",
+  "client/render/light_rig.cpp",
+  "client/render/occlusion_grid.cpp",
+  "client/render/scalp.cpp",
+  "client/render/stage.cpp",
+  "client/render/strand_deform_pass.hpp",
+  "client/render/strand_geometry.cpp",
+];
+
+// The value as JSON, or null where it is an expression. A std::array may have one pair of braces more than it needs.
+function numbersOf(value) {
+  const text = value.replace(/(\d)'/g, "$1").replace(/(\d)f\b/g, "$1").replaceAll("{", "[").replaceAll("}", "]");
+  try {
+    const numbers = JSON.parse(text);
+    return Array.isArray(numbers) && numbers.length === 1 ? numbers[0] : numbers;
+  } catch {
+    return null;
+  }
+}
+
+export function constantsOf(root) {
+  const constants = new Map();
+  for (const file of files) {
+    const text = readFileSync(join(root, file), "utf8").replace(/\/\/.*/g, "");
+    for (const [, declared] of text.matchAll(/constexpr (?:int|float|double|std::size_t|std::array<[^;{]*>) (k[^;]*);/g))
+      for (const each of declared.split(/,\s*(?=k[A-Z])/)) {
+        const [, name, value] = each.match(/^(k\w+)(?: = |(?={))(.*)$/s);
+        const here = name.replace(/_(\w)/g, (_, letter) => letter.toUpperCase());
+        const numbers = numbersOf(value);
+        if (numbers === null) continue;
+        if (constants.has(here)) throw new Error(`${file}: another ${here}`);
+        constants.set(here, JSON.stringify(numbers));
+      }
+  }
+  const lines = [...constants].map(([name, numbers]) => `export const ${name} = ${numbers}${numbers[0] === "[" ? " as const" : ""};\n`);
+  return `// Made by scripts/constants.mjs of the C++ renderer's constants, which say what each is.\n${lines.join("")}`;
+}

@@ -1,0 +1,187 @@
+// What client/render makes of the same grooms, sizes and cameras in C++: tests/tools/web_drawing.cpp.
+import { describe, expect, test } from "vitest";
+import { DataUtils, PerspectiveCamera } from "three";
+import { kStrayM } from "../../src/generated/constants";
+import { decodeGroom } from "../../src/net/groomFile";
+import { Lattices, writeRecord } from "../../src/scene/characterRecords";
+import { detailFor, widthScale, type DrawDetail } from "../../src/scene/drawDetail";
+import { makeGroomGeometry } from "../../src/scene/geometry/makeGroomGeometry";
+import type { MeshArrays } from "../../src/scene/geometry/meshBuilder";
+import { OcclusionGrid } from "../../src/scene/geometry/occlusionGrid";
+import { Scalp } from "../../src/scene/geometry/scalp";
+import { makeLightRig, studioLights } from "../../src/scene/lightRig";
+import { geometryOf, type GeometryVector } from "../support/shapes";
+import { fromHex, furthest, vectors } from "../support/vectors";
+
+/** Arrays of numbers are in hexadecimal, as they lie in memory. */
+type Digits<Names extends string> = Record<Names, string>;
+type MeshVector = Digits<"rest" | "direction" | "sides" | "ends" | "triangles">;
+
+interface GeometryCase extends Digits<"file" | "places" | "normals" | "open" | "onSurface" | "scalp"> {
+  cellM: number;
+  geometry: {
+    strands: Digits<"rest" | "arc" | "pointEnd" | "sides" | "ends" | "strand"> & {
+      lists: (Digits<"triangles" | "end"> & { toleranceM: number })[];
+    };
+    cards: MeshVector & Digits<"side">;
+    farCards: MeshVector & Digits<"side">;
+    fabric: MeshVector & Digits<"albedo" | "cord">;
+    body: MeshVector & Digits<"shares">;
+  } & Record<"strandCount" | "strandWidthM" | "farCardCount" | "waviness" | "radiusM", number>;
+}
+interface Vectors {
+  geometry: GeometryCase[];
+  detail: string;
+  lights: Record<"eye" | "target" | "towards" | "colours" | "ambient", number[]>[];
+  record: {
+    pose: number[];
+    hairAlbedo: [number, number, number];
+    skinAlbedo: [number, number, number];
+    strandWidthM: number;
+    detail: DrawDetail;
+    pointRows: { first: number; count: number };
+    layers: { geometry: GeometryVector; grid: number[]; weight: number }[];
+    record: string;
+    lattices: string;
+  };
+}
+
+const floats = (digits: string) => new Float32Array(fromHex(digits).buffer);
+const indices = (digits: string) => new Uint32Array(fromHex(digits).buffer);
+const shorts = (digits: string) => new Uint16Array(fromHex(digits).buffer);
+const numbers = (halves: Uint16Array) => Array.from(halves, DataUtils.fromHalfFloat);
+const corners = (digits: string) => Uint32Array.from(shorts(digits));
+
+// C++ calculates in float, TypeScript in double, and both store floats, halves or bytes: what they store may differ in
+// its last place. Behind each bound is the largest difference that was measured.
+const kPointM = 2e-7; // 6e-8: the last place of a float below 1 m
+const kArcM = 2e-6; // 1e-6: sums of floats up to 3 m
+const kHalf = 5e-4; // 5e-5: halves below 6e-5 are 0 here; the last place below 1 is 5e-4
+const kByte = 1; // 1
+const kLight = 1e-5; // 2.6e-6: sums over cells
+const kDetail = 1e-5; // 1.2e-6, of numbers up to 12
+const kDirection = 1e-6; // 1.5e-7
+
+function near(name: string, a: ArrayLike<number>, b: ArrayLike<number>, most: number) {
+  expect(furthest(a, b), name).toBeLessThanOrEqual(most);
+}
+
+/** Numbers `first` to `first + size` of each run of `every`. */
+function column(all: ArrayLike<number>, every: number, first: number, size: number): number[] {
+  return Array.from(all).filter((_, i) => i % every >= first && i % every < first + size);
+}
+
+function expectMesh(name: string, mesh: MeshArrays, vector: MeshVector, restSize = 4): void {
+  expect(mesh.triangles, name).toEqual(corners(vector.triangles));
+  near(`${name} rest`, column(mesh.rest, 4, 0, restSize), floats(vector.rest), kPointM);
+  near(`${name} direction`, numbers(mesh.direction), numbers(shorts(vector.direction)), kHalf);
+  near(`${name} sides`, mesh.sides, fromHex(vector.sides), kByte);
+  near(`${name} ends`, mesh.ends, fromHex(vector.ends), kByte);
+}
+
+const all = vectors<Vectors>("drawing.json");
+
+describe.each(all.geometry.map((vector) => ({ vector, groom: decodeGroom(fromHex(vector.file)) })))(
+  "of $groom.name",
+  ({ vector, groom }) => {
+    const geometry = makeGroomGeometry(groom);
+    const expected = vector.geometry;
+
+    test("strands have the same points, in the same order, and the same of them are drawn", () => {
+      const { strands } = geometry;
+      expect(geometry.strandCount).toBe(expected.strandCount);
+      expect(geometry.strandWidthM).toBeCloseTo(expected.strandWidthM, 9);
+      expect(strands.pointEnd).toEqual(indices(expected.strands.pointEnd));
+      const points = strands.strand.length / 2;
+      near("strand rest", strands.rest.subarray(0, 4 * points), floats(expected.strands.rest), kPointM);
+      near("strand arc", strands.arc.subarray(0, 2 * points), floats(expected.strands.arc), kArcM);
+      for (const first of [0, 1]) {
+        // left and right
+        near("strand sides", column(strands.sides, 8, 4 * first, 4), fromHex(expected.strands.sides), kByte);
+        near("strand ends", column(strands.ends, 8, 4 * first, 4), fromHex(expected.strands.ends), kByte);
+        near("strand", column(strands.strand, 2, first, 1), floats(expected.strands.strand), 0);
+      }
+      expect(strands.lists).toHaveLength(expected.strands.lists.length);
+      strands.lists.forEach((list, n) => {
+        expect(list.toleranceM).toBeCloseTo(expected.strands.lists[n].toleranceM, 9);
+        expect(list.end).toEqual(indices(expected.strands.lists[n].end));
+        expect(list.triangles).toEqual(corners(expected.strands.lists[n].triangles));
+      });
+    });
+
+    test("cards, far cards, fabric and body are the same", () => {
+      for (const name of ["cards", "farCards"] as const) {
+        expectMesh(name, geometry[name], expected[name]);
+        near(`${name} side`, geometry[name].extra, floats(expected[name].side), kPointM);
+      }
+      expect(geometry.farCardCount).toBe(expected.farCardCount);
+      expectMesh("fabric", geometry.fabric, expected.fabric);
+      near("fabric albedo", column(geometry.fabric.extra, 5, 0, 4), floats(expected.fabric.albedo), 0);
+      near("fabric cord", column(geometry.fabric.extra, 5, 4, 1), floats(expected.fabric.cord), 0);
+      expectMesh("body", geometry.body, expected.body, 3);
+      near("body shares", geometry.body.extra.map((share) => Math.round(255 * share)), fromHex(expected.body.shares), kByte);
+      near("waviness", [geometry.waviness], [expected.waviness], kDetail);
+      near("radius", [geometry.radiusM], [expected.radiusM], kPointM);
+    });
+
+    test("as much light and scalp is at every place", () => {
+      const occlusion = new OcclusionGrid(groom, 1e-3);
+      const scalp = new Scalp(groom);
+      const places = floats(vector.places);
+      const normals = floats(vector.normals);
+      const open = new Float32Array(2 * places.length);
+      const onSurface = new Float32Array(2 * places.length);
+      const shares = new Float32Array(places.length / 3);
+      for (let p = 0; p < shares.length; ++p) {
+        const [x, y, z] = places.subarray(3 * p, 3 * p + 3);
+        occlusion.at(x, y, z, open.subarray(6 * p, 6 * p + 6));
+        occlusion.at(x, y, z, onSurface.subarray(6 * p, 6 * p + 6), [...normals.subarray(3 * p, 3 * p + 3)]);
+        shares[p] = scalp.at(x, y, z);
+      }
+      expect(occlusion.cellM).toBeCloseTo(vector.cellM, 8);
+      near("open", open, floats(vector.open), kLight);
+      near("on surface", onSurface, floats(vector.onSurface), kLight);
+      near("scalp", shares, floats(vector.scalp), kLight);
+    });
+  },
+);
+
+test("every size, quality, number and waviness of hair is drawn in the same detail", () => {
+  const cases = floats(all.detail);
+  for (let at = 0; at < cases.length; at += 10) {
+    const [px, quality, strands, waviness, ...expected] = cases.subarray(at, at + 10);
+    const detail = detailFor(px, quality, strands, waviness);
+    const { strandShare, followHairCount, toleranceM, quadratic, cards } = detail;
+    near("detail", [strandShare, followHairCount, toleranceM, quadratic, cards, widthScale(detail)], expected, kDetail);
+  }
+});
+
+test("the studio's lights stand in the same places about the camera and have the same colours", () => {
+  const rig = makeLightRig();
+  const camera = new PerspectiveCamera();
+  for (const { eye, target, towards, colours, ambient } of all.lights) {
+    camera.position.fromArray(eye);
+    camera.lookAt(target[0], target[1], target[2]);
+    camera.updateMatrixWorld();
+    studioLights(camera, rig);
+    near("towards", rig.towards.flatMap((light) => light.toArray()), towards, kDirection);
+    near("colours", rig.colours.flatMap((light) => light.toArray()), colours, kDirection);
+    near("ambient", [rig.ambientAbove, rig.ambientBelow].flatMap((light) => light.toArray()), ambient, kDirection);
+  }
+});
+
+test("a character's record and its lattices lie in textures as in C++", () => {
+  const { pose, strandWidthM, layers, record, lattices, ...same } = all.record;
+  const nodes = new Lattices();
+  nodes.begin(layers.reduce((sum, layer) => sum + layer.grid.length / 3, 0));
+  const placed = layers.map(({ geometry, grid, weight }) => {
+    const { origin, spacing, dims } = geometryOf(geometry).lattice;
+    return { origin, spacing, dims, weight, firstNode: nodes.add(Float32Array.from(grid))! };
+  });
+  const out = new Float32Array(floats(record).length);
+  const widthM = strandWidthM * widthScale(same.detail);
+  writeRecord({ ...same, pose: Float64Array.from(pose), widthM, strayM: kStrayM, size: 1, bodyVisible: false, layers: placed }, out);
+  near("record", out, floats(record), kDirection);
+  const { data } = nodes.texture.image as unknown as { data: Float32Array };
+  near("lattices", data.subarray(0, floats(lattices).length), floats(lattices), 0);
+});
