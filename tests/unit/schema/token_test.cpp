@@ -8,6 +8,7 @@
 #include <random>
 
 #include "schema/channel/flat_json.hpp"
+#include "schema/limits.hpp"
 
 namespace hairnet::channel {
 
