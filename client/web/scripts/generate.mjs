@@ -1,6 +1,6 @@
-// Writes src/net/generated: what flatc makes of the schema; the layout of its tables, for src/net/verify.ts; and the enums
-// and limits that C++ has too. Files that are there already, as they would be, are left alone: others may be reading
-// them.
+// Writes src/generated, the enums and limits that C++ has too, and src/net/generated: what flatc makes of the schema, and
+// the layout of its tables for src/net/verify.ts. Files that are there already, as they would be, are left alone: others may
+// be reading them.
 import { execFileSync } from "node:child_process";
 import { existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
 import { dirname, join, resolve } from "node:path";
@@ -11,9 +11,10 @@ import { layoutOf } from "./layout.mjs";
 const here = dirname(fileURLToPath(import.meta.url));
 const root = resolve(here, "../../..");
 const schemaFolder = join(root, "schema");
-const outFolder = resolve(here, "../src/net/generated");
+const outFolder = resolve(here, "../src");
 const schemas = ["enums", "types", "messages", "groom"];
 const classFolder = "hairnet/wire/fb";
+const flatcFolder = "net/generated";
 
 function flatc(args) {
   try {
@@ -76,16 +77,16 @@ function generate(scratch) {
     const [, enumName] = text.match(/^export enum (\w+)/m) ?? [];
     // Generated code imports more than it uses. It shares our enums.
     files.set(
-      join(classFolder, name),
+      join(flatcFolder, classFolder, name),
       enums.has(enumName)
-        ? `export { ${enumName} } from "../../../enums";\n`
+        ? `export { ${enumName} } from "../../../../../generated/enums";\n`
         : `// @ts-nocheck\n${text.replace(enumValues, (_, of, value) => `${of}.${camelCase(value)}`)}`,
     );
   }
-  files.set("enums.ts", enumsText(enums));
-  files.set("limits.ts", limitsText());
+  files.set("generated/enums.ts", enumsText(enums));
+  files.set("generated/limits.ts", limitsText());
   const classes = names.map((name) => `export * from "./${classFolder}/${name.replace(/\.ts$/, "")}";\n`);
-  files.set("messages.ts", classes.join(""));
+  files.set(join(flatcFolder, "messages.ts"), classes.join(""));
 
   const layouts = {};
   for (const name of ["messages", "groom"]) {
@@ -93,7 +94,7 @@ function generate(scratch) {
     Object.assign(layouts, layoutOf(readFileSync(join(scratch, `${name}.bfbs`))));
   }
   files.set(
-    "layout.ts",
+    join(flatcFolder, "layout.ts"),
     'import type { TableLayout } from "../verify";\n\n' +
       `export const layouts: Record<string, TableLayout> = ${JSON.stringify(layouts, null, 1)};\n`,
   );
@@ -103,9 +104,11 @@ function generate(scratch) {
 const scratch = mkdtempSync(join(tmpdir(), "hairnet-schema-"));
 try {
   const files = generate(scratch);
-  mkdirSync(join(outFolder, classFolder), { recursive: true });
-  for (const name of readdirSync(join(outFolder, classFolder))) {
-    if (!files.has(join(classFolder, name))) rmSync(join(outFolder, classFolder, name));
+  for (const folder of ["generated", flatcFolder, join(flatcFolder, classFolder)]) {
+    mkdirSync(join(outFolder, folder), { recursive: true });
+    for (const name of readdirSync(join(outFolder, folder))) {
+      if (/\.ts$/.test(name) && !files.has(join(folder, name))) rmSync(join(outFolder, folder, name));
+    }
   }
   for (const [name, text] of files) {
     const path = join(outFolder, name);

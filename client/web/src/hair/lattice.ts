@@ -1,4 +1,4 @@
-import { kLatticeCoordinateMaxM, kLatticeNodesPerAxisMax } from "../net/generated/limits";
+import { kLatticeCoordinateMaxM, kLatticeNodesPerAxisMax } from "../generated/limits";
 import { HairnetError } from "./hairnetError";
 
 /**

@@ -1,4 +1,4 @@
-export { ErrorClass, LevelIndex } from "../net/generated/enums";
+export { ErrorClass, LevelIndex } from "../generated/enums";
 
 /** Metres a unit of displacement stands for, by error class. As floats, which is how servers reckon. */
 export const kStepsM: readonly number[] = [0.25e-3, 0.5e-3, 1e-3].map(Math.fround);

@@ -1,4 +1,4 @@
-import { kPositionMaxM } from "../net/generated/limits";
+import { kPositionMaxM } from "../generated/limits";
 import { HairnetError } from "./hairnetError";
 
 export { kPositionMaxM };

@@ -1,4 +1,4 @@
-import { kGroomLimits } from "../net/generated/limits";
+import { kGroomLimits } from "../generated/limits";
 import type { Cloth, Colour, Groom, PointRange } from "./groom";
 import { HairnetError } from "./hairnetError";
 import { kBoneCount } from "./pose";

@@ -2,15 +2,15 @@ import type { ErrorClass, LevelIndex } from "../hair/level";
 import type { MemberImportance } from "../hair/hairSource";
 import type { LevelGeometry } from "../hair/lattice";
 import type { Pose } from "../hair/pose";
-import type { ErrorReason, GoodbyeReason, GroomState, ObserveMode, Role } from "./generated/enums";
-import { kRoomNameBytesMax, kRoomNameRule } from "./generated/limits";
+import type { ErrorReason, GoodbyeReason, GroomState, ObserveMode, Role } from "../generated/enums";
+import { kRoomNameBytesMax, kRoomNameRule } from "../generated/limits";
 import type { GroomHash } from "./groomHash";
 
 export type { MemberImportance };
 
 // What client and server say to each other; schema/PROTOCOL.md states bytes, states, limits and reasons.
 
-export * from "./generated/limits";
+export * from "../generated/limits";
 export {
   ErrorReason,
   GoodbyeReason,
@@ -19,7 +19,7 @@ export {
   Role,
   kErrorReasonLast,
   kGoodbyeReasonLast,
-} from "./generated/enums";
+} from "../generated/enums";
 
 // Times are nanoseconds as numbers: exact to 104 days, to 256 ns at 73 years. Ticks, offsets and sizes are exact to 2^53.
 

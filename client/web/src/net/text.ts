@@ -1,4 +1,4 @@
-import { kTextBytesMax } from "./generated/limits";
+import { kTextBytesMax } from "../generated/limits";
 
 export { kTextBytesMax };
 
