@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "schema/channel/flat_json.hpp"
+#include "schema/limits.hpp"
 
 namespace hairnet::channel {
 namespace {
@@ -92,7 +93,7 @@ std::string TokenKey::to_text() const {
 
 tl::expected<std::string, JwtRefusal> open_jwt(std::string_view token, const TokenKey& key) {
   const auto malformed = tl::unexpected(JwtRefusal::malformed);
-  if (token.size() > kTokenBytesMax) return malformed;
+  if (token.size() > wire::kTokenBytesMax) return malformed;
   const std::size_t first = token.find('.');
   const std::size_t second = first == std::string_view::npos ? first : token.find('.', first + 1);
   if (second == std::string_view::npos || token.find('.', second + 1) != std::string_view::npos) return malformed;

@@ -9,7 +9,6 @@
 
 namespace hairnet::channel {
 
-inline constexpr std::size_t kTokenBytesMax = 4096;
 inline constexpr std::size_t kTokenKeyBytesMin = 32;  // RFC 7518, 3.2: no shorter than the hash
 inline constexpr std::size_t kTokenKeyBytesMax = 256;
 

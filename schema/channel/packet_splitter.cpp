@@ -30,7 +30,7 @@ bool PacketSplitter::feed(std::span<const std::uint8_t> bytes,
       if (filled_ < kPrefixBytes) break;
     }
     const std::size_t whole = packet_bytes(data());
-    if (whole < kPacketBytesLeast || whole > packet_bytes_max_) {
+    if (whole < wire::kPacketBytesMin || whole > packet_bytes_max_) {
       kill();
       break;
     }

@@ -6,10 +6,9 @@
 #include <span>
 #include <vector>
 
-namespace hairnet::channel {
+#include "schema/limits.hpp"
 
-// The least packet: size prefix, root offset, identifier and an empty table.
-inline constexpr std::size_t kPacketBytesLeast = 16;
+namespace hairnet::channel {
 
 // Cuts a byte stream into size-prefixed packets (u32 little endian, not counting itself). No I/O.
 class PacketSplitter {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "schema/channel/flat_json.hpp"
+#include "schema/limits.hpp"
 
 namespace hairnet::channel {
 namespace {
@@ -77,9 +78,9 @@ class ClaimReader {
   bool sound_ = true;
 };
 
-std::optional<TokenRole> role_of(const std::optional<std::string>& text) {
-  if (text == "participant") return TokenRole::participant;
-  if (text == "observer") return TokenRole::observer;
+std::optional<wire::Role> role_of(const std::optional<std::string>& text) {
+  if (text == to_string(wire::Role::participant)) return wire::Role::participant;
+  if (text == to_string(wire::Role::observer)) return wire::Role::observer;
   return std::nullopt;
 }
 
@@ -103,16 +104,9 @@ std::string_view to_string(TokenRefusal refusal) {
   return "unknown";
 }
 
-bool is_room_name(std::string_view text) {
-  return text.size() <= kTokenRoomBytesMax && std::all_of(text.begin(), text.end(), [](char c) {
-           return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '.' || c == '_' ||
-                  c == '-';
-         });
-}
-
 std::string validate(const TokenClaims& claims) {
   const auto is_time = [](std::int64_t t) { return t >= 0 && t <= kTokenTimeMax_s; };
-  if (claims.room && !is_room_name(*claims.room)) return "a room is up to 64 letters, digits, '.', '_' and '-'";
+  if (claims.room && !wire::is_room_name(*claims.room)) return wire::kRoomNameRule;
   if (!is_time(claims.expires_s) || !is_time(claims.not_before_s.value_or(0))) return "a time is not in 1970 to 9999";
   if (claims.not_before_s && *claims.not_before_s >= claims.expires_s) return "it expires before it is good";
   if (claims.strands_max.value_or(0) > static_cast<std::uint64_t>(kStrandsMax)) return "strands_max is too large";
@@ -123,7 +117,7 @@ std::string validate(const TokenClaims& claims) {
 std::string sign(const TokenClaims& claims, const TokenKey& key) {
   nlohmann::ordered_json json;
   if (claims.room) json["room"] = *claims.room;
-  json["role"] = claims.role == TokenRole::observer ? "observer" : "participant";
+  json["role"] = to_string(claims.role);
   json["exp"] = claims.expires_s;
   if (claims.not_before_s) json["nbf"] = *claims.not_before_s;
   if (claims.characters_max) json["characters_max"] = *claims.characters_max;
@@ -143,7 +137,7 @@ tl::expected<TokenClaims, TokenRefusal> read_claims(std::string_view token, cons
   if (!reader.for_us()) return tl::unexpected(TokenRefusal::wrong_audience);
   TokenClaims claims;
   claims.room = reader.text("room");
-  const std::optional<TokenRole> role = role_of(reader.text("role"));
+  const std::optional<wire::Role> role = role_of(reader.text("role"));
   const std::optional<std::int64_t> expires_s = reader.time_s("exp", false);
   claims.not_before_s = reader.time_s("nbf", true);
   if (const auto most = reader.whole("characters_max", kCharactersMax))
@@ -151,7 +145,7 @@ tl::expected<TokenClaims, TokenRefusal> read_claims(std::string_view token, cons
   if (const auto most = reader.whole("strands_max", kStrandsMax))
     claims.strands_max = static_cast<std::uint64_t>(*most);
   claims.name = reader.text("name").value_or("");
-  if (!reader.sound() || !role || !expires_s || (claims.room && !is_room_name(*claims.room)) || !is_name(claims.name))
+  if (!reader.sound() || !role || !expires_s || (claims.room && !wire::is_room_name(*claims.room)) || !is_name(claims.name))
     return tl::unexpected(TokenRefusal::malformed);
   claims.role = *role;
   claims.expires_s = *expires_s;

@@ -7,16 +7,15 @@
 #include <tl/expected.hpp>
 
 #include "schema/channel/jwt.hpp"
+#include "schema/enums.hpp"
 
 namespace hairnet::channel {
-
-enum class TokenRole : std::uint8_t { participant, observer };  // an observer has no characters of its own
 
 // What a token grants. As claims of a JSON Web Token, in this order: room, role, exp, nbf, characters_max, strands_max,
 // name. Other claims are ignored, but `aud`, which must name "hairnet" when it is there.
 struct TokenClaims {
   std::optional<std::string> room;  // none: any room
-  TokenRole role = TokenRole::participant;
+  wire::Role role = wire::Role::participant;
   std::int64_t expires_s = 0;                   // seconds since 1970; no longer good from then on
   std::optional<std::int64_t> not_before_s;     // not good until then
   std::optional<std::uint32_t> characters_max;  // none: the server's own limit
@@ -27,7 +26,6 @@ struct TokenClaims {
 };
 
 inline constexpr std::size_t kTokenNameBytesMax = 256;
-inline constexpr std::size_t kTokenRoomBytesMax = 64;
 inline constexpr std::int64_t kTokenTimeMax_s = 253'402'300'799;  // the end of the year 9999
 
 enum class TokenRefusal : std::uint8_t {
@@ -39,9 +37,6 @@ enum class TokenRefusal : std::uint8_t {
   wrong_room,
 };
 std::string_view to_string(TokenRefusal refusal);
-
-// Up to 64 letters, digits, '.', '_' and '-'; the empty one is the lobby.
-bool is_room_name(std::string_view text);
 
 // Empty when the claims can be signed; else one line that says why not.
 std::string validate(const TokenClaims& claims);

@@ -8,14 +8,15 @@
 
 #include "core/ffd/lattice.hpp"
 #include "core/pose/pose.hpp"
+#include "schema/enums.hpp"
 
 // One character's frame as bits: poses and displacements quantised to integers, and the integers coded without loss.
 // Pure: no clock, no state but the arguments, the same bits on every machine.
 namespace hairnet::codec {
 
 // By the step of the quantisation; a coordinate's error is at most half of it (and float rounding).
-enum class ErrorClass : std::uint8_t { quarter_mm, half_mm, one_mm };
-inline constexpr std::size_t kErrorClassCount = 3;
+using wire::ErrorClass;
+inline constexpr std::size_t kErrorClassCount = wire::kErrorClassNames.size();
 inline constexpr std::array<float, kErrorClassCount> kStep_m{0.25e-3f, 0.5e-3f, 1e-3f};
 
 // 5 bones: position x y z in units of kPositionStep_m, quaternion x y z w in units of kRotationStep.

@@ -1,6 +1,9 @@
 #include "schema/wire/flatbuffer_convert.hpp"
 
 namespace hairnet::wire {
+
+static_assert(kLevelNames == kLevelIndexNames, "core/levels/level.hpp and enums.fbs list the same levels");
+
 namespace {
 
 fb::Transform to_flatbuffer(const RigidTransform& bone) {

@@ -9,9 +9,8 @@
 #include <vector>
 
 #include "flatbuffers/flatbuffers.h"
-#include "pose_generated.h"
 #include "schema/wire/messages.hpp"
-#include "session_generated.h"
+#include "types_generated.h"
 
 // Between FlatBuffers and plain structs. For the sources of this folder alone: generated types stop here.
 namespace hairnet::wire {
@@ -43,6 +42,15 @@ inline fb::Vec3 to_flatbuffer(const Vec3f& v) {
 
 inline std::string_view view(const flatbuffers::String* text) {
   return text ? text->string_view() : std::string_view();
+}
+
+// An enum of enums.fbs into the plain enum of the same names. Returns what is wrong with the value: empty, or one line.
+template <class From, class To>
+std::string read_enum(From from, const char* name, To& to, To first = To{}, To last = static_cast<To>(From::MAX)) {
+  if (from < static_cast<From>(first) || from > static_cast<From>(last))
+    return std::string(name) + ' ' + std::to_string(static_cast<unsigned>(from)) + " does not exist";
+  to = static_cast<To>(from);
+  return {};
 }
 
 // The same bytes at an 8-byte boundary: copied when they do not lie at one.

@@ -10,8 +10,6 @@
 
 namespace hairnet::wire {
 
-inline constexpr std::size_t kGroomBytesMax = 256u << 20;
-
 // A groom as a file and as uploaded: the same bytes. Encoding is deterministic. The groom must be sound (validate); its
 // names are made to be text (messages.hpp).
 std::vector<std::uint8_t> encode_groom(const Groom& groom);

@@ -52,9 +52,9 @@ Body write(FlatBufferBuilder& to, const RecordedTick& e) {
   std::vector<fb::RecordedAdd> added;
   for (const RecordedAdd& a : e.added)
     added.emplace_back(a.character, to_flatbuffer(a.groom), to_flatbuffer(a.pose), a.room,
-                       static_cast<std::uint8_t>(a.level), a.levels_ready);
+                       static_cast<fb::LevelIndex>(a.level), a.levels_ready);
   std::vector<fb::RecordedLevel> levels;
-  for (const RecordedLevel& l : e.levels) levels.emplace_back(l.character, static_cast<std::uint8_t>(l.level));
+  for (const RecordedLevel& l : e.levels) levels.emplace_back(l.character, static_cast<fb::LevelIndex>(l.level));
   std::vector<fb::RecordedMaterial> materials;
   for (const RecordedMaterial& m : e.materials) materials.emplace_back(m.character, to_flatbuffer(m.scale));
   std::vector<fb::RecordedWind> winds;
@@ -122,12 +122,6 @@ Fault read(const fb::RecordedGroom& in, RecordedGroom& out) {
   return {};
 }
 
-Fault read_level(std::uint8_t from, LevelIndex& to) {
-  if (from > static_cast<std::uint8_t>(LevelIndex::rigid)) return "level " + std::to_string(from) + " does not exist";
-  to = static_cast<LevelIndex>(from);
-  return {};
-}
-
 Fault read_pose(const fb::Bones& from, Pose& to) {
   to = from_flatbuffer(from);
   const PoseRefusal refusal = validate_pose(to);
@@ -139,13 +133,13 @@ Fault read(const fb::RecordedAdd& in, RecordedAdd& out) {
   out.groom = from_flatbuffer(in.groom());
   out.room = in.room();
   out.levels_ready = in.levels_ready();
-  Fault fault = read_level(in.level(), out.level);
+  Fault fault = read_enum(in.level(), "level", out.level);
   return fault.empty() ? read_pose(in.bones(), out.pose) : fault;
 }
 
 Fault read(const fb::RecordedLevel& in, RecordedLevel& out) {
   out.character = in.character();
-  return read_level(in.level(), out.level);
+  return read_enum(in.level(), "level", out.level);
 }
 
 Fault read(const fb::RecordedMaterial& in, RecordedMaterial& out) {
@@ -155,7 +149,7 @@ Fault read(const fb::RecordedMaterial& in, RecordedMaterial& out) {
 
 Fault read(const fb::RecordedStride& in, RecordedStride& out) {
   out = {in.character(), in.stride()};
-  return out.stride == 1 || out.stride == 2 || out.stride == 4 ? Fault() : "stride is not 1, 2 or 4";
+  return is_stride(out.stride) ? Fault() : "stride is not 1, 2 or 4";
 }
 
 Fault read(const fb::RecordedSuspension& in, RecordedSuspension& out) {

@@ -186,7 +186,7 @@ bool Session::join(const wire::Hello& hello, std::int64_t now_ns) {
   Refused refused;
   const RoomCensus::Count room = context_->rooms.count(hello.room);
   if (!wire::is_room_name(hello.room))
-    refused = {ErrorReason::room_invalid, "a room's name is at most 64 of a-z A-Z 0-9 . _ -"};
+    refused = {ErrorReason::room_invalid, wire::kRoomNameRule};
   else if (room.sessions == 0 && context_->rooms.room_count() >= limits.room_count_max)
     refused = {ErrorReason::limit_exceeded,
                "the server is full: at most " + std::to_string(limits.room_count_max) + " rooms"};
@@ -216,7 +216,7 @@ bool Session::check_token(const wire::Hello& hello, std::int64_t now_ns) {
   Refused refused;
   if (!claims)
     refused = {ErrorReason::token_invalid, std::string(channel::to_string(claims.error()))};
-  else if (claims->role == channel::TokenRole::observer && hello.role == wire::Role::participant)
+  else if (claims->role == wire::Role::observer && hello.role == wire::Role::participant)
     refused = {ErrorReason::token_invalid, "the token lets its bearer observe only"};
   if (refused) {
     context_->counters.sessions_refused_token.add();

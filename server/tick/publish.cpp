@@ -1,14 +1,13 @@
 #include "server/tick/publish.hpp"
 
 #include <algorithm>
-#include <bit>
 
 namespace hairnet::server {
 namespace {
 
 using codec::ErrorClass;
 
-constexpr std::uint64_t kStrideMax = wire::kStrideMax;
+static_assert(kStrideMax == wire::kStrideMax);
 
 // The error class asked for, or the next coarser one whose 16-bit integers cover every displacement of the level.
 ErrorClass holding_class(ErrorClass wanted, const Level* level) {
@@ -26,7 +25,7 @@ struct Coding {
 Coding coding_for(const View& view, const Character& character, ErrorClass error_class, std::uint64_t tick) {
   if (view.sent_count == 0 || view.level != character.shown || view.error_class != error_class) return {};
   const std::uint64_t stride = tick - view.sent[0];
-  if (stride > kStrideMax || !std::has_single_bit(stride)) return {};
+  if (!wire::is_stride(stride)) return {};
   Coding coding{0, static_cast<std::uint8_t>(stride)};
   while (coding.order < view.sent_count && view.sent[coding.order] == tick - stride * (coding.order + 1u) &&
          character.history.find(error_class, view.sent[coding.order]))
@@ -133,7 +132,7 @@ int Publisher::request(const Terms& terms, const Room& room, Observer& observer)
   const std::uint64_t tick = terms.tick.tick;
   if (observer.sink->drop_if_congested()) {
     observer.forget_sent();
-    observer.congestion_stride = std::min(2 * observer.congestion_stride, static_cast<int>(kStrideMax));
+    observer.congestion_stride = std::min(2 * observer.congestion_stride, kStrideMax);
     observer.congestion_eases_at = tick + def_.congestion_ticks;
     counters_->observers_congested.add();
   } else if (observer.congestion_stride > 1 && tick >= observer.congestion_eases_at) {

@@ -11,7 +11,6 @@ namespace hairnet::bench {
 namespace {
 
 constexpr std::array kRates_hz{25.0, 30.0};
-constexpr std::array<std::string_view, codec::kErrorClassCount> kClassNames{"quarter_mm", "half_mm", "one_mm"};
 
 struct Row {
   std::string level;
@@ -22,7 +21,7 @@ struct Row {
 
 void add_row(const Row& row, const CodecCase& what, int repetitions, Report& report) {
   const CodecResult got = measure_codec(*row.geometry, *row.clips, what, repetitions);
-  const std::string name(kClassNames[static_cast<std::size_t>(what.error_class)]);
+  const std::string name(wire::kErrorClassNames[static_cast<std::size_t>(what.error_class)]);
   const std::string label =
       row.level + " " + name + ", order " + std::to_string(what.order) + ", stride " + std::to_string(what.stride);
   if (!got.right) report.fail("codec, " + label + ": a frame did not come back");

@@ -15,7 +15,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     channel::PacketSplitter splitter(kPacketBytesMax);
     for (std::size_t at = 0; at < stream.size(); at += piece_bytes) {
       const bool alive = splitter.feed(stream.subspan(at, std::min(piece_bytes, stream.size() - at)), [&](auto packet) {
-        fuzz::require(packet.size() <= kPacketBytesMax && packet.size() >= channel::kPacketBytesLeast, "its length");
+        fuzz::require(packet.size() <= kPacketBytesMax && packet.size() >= wire::kPacketBytesMin, "its length");
         fuzz::require(reinterpret_cast<std::uintptr_t>(packet.data()) % 8 == 0, "aligned");
         packets.insert(packets.end(), packet.begin(), packet.end());
       });

@@ -41,7 +41,7 @@ std::string fault_of(const fs::path& root, const IncludeRules& rules, const std:
   const std::string top = name.substr(0, name.find('/'));
   if (quoted && kTops.contains(top)) {
     const std::string to = fs::path(name).parent_path().generic_string();
-    if (!fs::exists(root / name)) return name + " does not exist";
+    if (!fs::exists(root / name) && !fs::exists(fs::path(HAIRNET_BINARY_DIR) / name)) return name + " does not exist";
     return allows(rules, folder, to) ? "" : folder + " may not include " + to;
   }
   if (kLibraries.contains(top))

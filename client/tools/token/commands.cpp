@@ -61,7 +61,7 @@ Result<std::string> show_token(const ShowOptions& options, std::int64_t now_s) {
   nlohmann::ordered_json json;
   json["state"] = state(*claims, now_s);
   json["room"] = claims->room ? nlohmann::ordered_json(*claims->room) : nlohmann::ordered_json(nullptr);
-  json["role"] = claims->role == channel::TokenRole::observer ? "observer" : "participant";
+  json["role"] = to_string(claims->role);
   json["expires"] = utc(claims->expires_s);
   if (claims->not_before_s) json["not_before"] = utc(*claims->not_before_s);
   if (claims->characters_max) json["characters_max"] = *claims->characters_max;

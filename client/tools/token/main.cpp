@@ -41,7 +41,7 @@ void add_make(CLI::App& app, token::MakeOptions& o) {
   make.add_option_function<std::string>(
           "--role",
           [&o](const std::string& role) {
-            o.claims.role = role == "observer" ? channel::TokenRole::observer : channel::TokenRole::participant;
+            o.claims.role = role == "observer" ? wire::Role::observer : wire::Role::participant;
           },
           "participant, or observer: without characters of its own")
       ->required()

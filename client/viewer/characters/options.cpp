@@ -100,7 +100,7 @@ void take_observe(ViewOptions& o, std::string text) {
 }
 
 void take_room(const ViewOptions& o) {
-  if (!wire::is_room_name(o.room)) refuse("--room", "'" + o.room + "' is not 1 to 64 letters, digits, '.', '_' or '-'");
+  if (!wire::is_room_name(o.room)) refuse("--room", wire::kRoomNameRule);
   if (o.token.size() > wire::kTokenBytesMax) refuse("--token", "it is too long");
 }
 

@@ -22,7 +22,7 @@ Bytes packet(std::size_t bytes, std::uint8_t fill) {
 std::vector<Bytes> random_packets(std::mt19937& random, std::size_t count) {
   std::vector<Bytes> packets;
   for (std::size_t n = 0; n < count; ++n)
-    packets.push_back(packet(kPacketBytesLeast + random() % (kMax_bytes - kPacketBytesLeast + 1),
+    packets.push_back(packet(wire::kPacketBytesMin + random() % (kMax_bytes - wire::kPacketBytesMin + 1),
                              static_cast<std::uint8_t>(random())));
   return packets;
 }
@@ -80,13 +80,13 @@ TEST(PacketSplitter, takes_the_largest_packet_and_dies_of_a_larger_one) {
 }
 
 TEST(PacketSplitter, dies_of_a_packet_below_the_least) {
-  for (std::size_t bytes = 4; bytes < kPacketBytesLeast; ++bytes) {
+  for (std::size_t bytes = 4; bytes < wire::kPacketBytesMin; ++bytes) {
     PacketSplitter splitter(kMax_bytes);
     EXPECT_FALSE(splitter.feed(packet(bytes, 1), [](auto) { FAIL(); }));
   }
   PacketSplitter splitter(kMax_bytes);
   int count = 0;
-  EXPECT_TRUE(splitter.feed(packet(kPacketBytesLeast, 1), [&](auto) { ++count; }));
+  EXPECT_TRUE(splitter.feed(packet(wire::kPacketBytesMin, 1), [&](auto) { ++count; }));
   EXPECT_EQ(count, 1);
 }
 

@@ -1,10 +1,12 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
+#include <map>
+#include <regex>
+#include <set>
 #include <sstream>
 
-#include "schema/channel/packet_splitter.hpp"
-#include "schema/wire/groom_file.hpp"
 #include "schema/wire/messages.hpp"
 
 // PROTOCOL.md is the contract: what it states in figures, names and bytes is what the code does.
@@ -13,25 +15,61 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-static_assert(channel::kPacketBytesLeast == kPacketBytesMin);
+using Row = std::vector<std::string>;
 
-std::vector<std::string> page_lines() {
-  std::ifstream file(HAIRNET_PROTOCOL_FILE);
+std::vector<std::string> lines_of(const std::string& path) {
+  std::ifstream file(std::string(HAIRNET_SOURCE_DIR) + '/' + path);
   std::vector<std::string> lines;
   for (std::string line; std::getline(file, line);) lines.push_back(line);
   return lines;
 }
 
-// The cells of the table row whose first cell is `name` in backquotes; empty when there is none.
-std::vector<std::string> row_of(const std::string& name, std::size_t column_count) {
+std::string text_of(const std::string& path) {
+  std::string text;
+  for (const std::string& line : lines_of(path)) text += line + '\n';
+  return text;
+}
+
+std::vector<std::string> page_lines() {
+  return lines_of("schema/PROTOCOL.md");
+}
+
+std::vector<std::string> matches_of(const std::string& text, const std::string& pattern) {
+  const std::regex regex(pattern);
+  std::vector<std::string> found;
+  for (std::sregex_iterator it(text.begin(), text.end(), regex), end; it != end; ++it) found.push_back((*it)[1]);
+  return found;
+}
+
+// What stands between the braces after `opening` in a schema or header.
+std::string block_of(const std::string& path, const std::string& opening) {
+  const std::string text = text_of(path);
+  const std::size_t begin = text.find(opening);
+  EXPECT_NE(begin, std::string::npos) << opening;
+  return begin == std::string::npos ? "" : text.substr(begin, text.find('}', begin) - begin);
+}
+
+// The rows of the table below the line that starts with `header`: cells without the first one's backquotes.
+std::vector<Row> table_below(const std::string& header) {
+  std::vector<Row> rows;
+  bool is_below = false;
+  std::size_t line_count = 0;  // of the table, so far
   for (const std::string& line : page_lines()) {
-    if (line.rfind("| `" + name + "` |", 0) != 0) continue;
-    std::vector<std::string> cells;
-    std::istringstream row(line.substr(1));
-    for (std::string cell; std::getline(row, cell, '|');) cells.push_back(cell.substr(1, cell.size() - 2));
-    if (cells.size() == column_count) return cells;
+    is_below = is_below || line.rfind(header, 0) == 0;
+    if (!is_below) continue;
+    if (line.empty() || line.front() != '|') {
+      if (line_count > 0) break;
+      continue;
+    }
+    if (++line_count < 3) continue;
+    Row& row = rows.emplace_back();
+    std::istringstream cells(line.substr(1));
+    for (std::string cell; std::getline(cells, cell, '|');)
+      row.push_back(cell.substr(1, std::max<std::size_t>(cell.size(), 2) - 2));
+    std::erase(row.front(), '`');
   }
-  return {};
+  EXPECT_FALSE(rows.empty()) << header;
+  return rows;
 }
 
 // The packets of the section "Vectors", in order.
@@ -53,52 +91,116 @@ std::vector<Bytes> vectors() {
   return packets;
 }
 
-TEST(ProtocolPage, documents_every_error_and_what_to_do) {
-  for (std::uint8_t r = 1; r <= static_cast<std::uint8_t>(kErrorReasonLast); ++r) {
-    const std::string name = to_string(static_cast<ErrorReason>(r));
-    const std::vector<std::string> row = row_of(name, 3);
-    ASSERT_FALSE(row.empty()) << name;
-    EXPECT_GT(row[2].size(), 3u) << name;
+std::vector<std::string> values_of(const std::string& enum_name) {
+  const std::string block = block_of("schema/enums.fbs", "enum " + enum_name + " ");
+  return matches_of(block.substr(block.find('{')), "(\\w+)");
+}
+
+void expect_reasons_in_order(const std::string& enum_name, const std::vector<Row>& rows, std::size_t column_count) {
+  const std::vector<std::string> reasons = values_of(enum_name);
+  ASSERT_EQ(rows.size() + 1, reasons.size());  // `none` never travels
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    ASSERT_EQ(rows[i].size(), column_count) << reasons[i + 1];
+    EXPECT_EQ(rows[i].front(), reasons[i + 1]);
+    EXPECT_GT(rows[i].back().size(), 3u) << reasons[i + 1];
   }
 }
 
-TEST(ProtocolPage, documents_every_goodbye_and_what_to_do) {
-  for (std::uint8_t r = 1; r <= static_cast<std::uint8_t>(kGoodbyeReasonLast); ++r) {
-    const std::string name = to_string(static_cast<GoodbyeReason>(r));
-    EXPECT_FALSE(row_of(name, 4).empty()) << name;
+TEST(ProtocolPage, documents_every_error_in_order_and_what_to_do) {
+  expect_reasons_in_order("ErrorReason", table_below("| error |"), 3);
+}
+
+TEST(ProtocolPage, documents_every_goodbye_in_order_and_what_to_do) {
+  expect_reasons_in_order("GoodbyeReason", table_below("| goodbye |"), 4);
+}
+
+TEST(ProtocolPage, states_the_numbers_of_all_other_enums) {
+  const std::vector<Row> rows = table_below("| u8 |");
+  std::set<std::string> named{"ErrorReason", "GoodbyeReason"};
+  for (const Row& row : rows) {
+    named.insert(row.front());
+    std::vector<std::string> values(row.begin() + 1, row.end());
+    while (!values.empty() && values.back().empty()) values.pop_back();
+    EXPECT_EQ(values, values_of(row.front())) << row.front();
   }
+  const std::vector<std::string> enums = matches_of(text_of("schema/enums.fbs"), "enum (\\w+) :");
+  EXPECT_EQ(named, std::set<std::string>(enums.begin(), enums.end()));
+}
+
+// The page's tables of messages by the variants of C++, and each message's fields by its table of the schema.
+TEST(ProtocolPage, has_a_row_with_the_fields_of_every_message) {
+  const auto alternatives = [](const std::string& path, const std::string& variant) {
+    const std::string text = text_of(path);
+    const std::size_t begin = text.find('<', text.find("using " + variant + " ="));
+    const auto names = matches_of(text.substr(begin, text.find('>', begin) - begin), "(\\w+)");
+    return std::set<std::string>(names.begin(), names.end());
+  };
+  const auto client = alternatives("schema/wire/client_messages.hpp", "ClientMessage");
+  const auto server = alternatives("schema/wire/server_messages.hpp", "ServerMessage");
+  std::map<std::string, std::vector<Row>> tables;
+  for (const char* section :
+       {"## Messages from client to server", "## Messages from server to client", "## Messages either way"})
+    tables[section] = table_below(section);
+  std::string messages = block_of("schema/messages.fbs", "union Body");
+  for (const std::string& name : matches_of(messages.substr(messages.find('{')), "(\\w+)")) {
+    ASSERT_TRUE(client.contains(name) || server.contains(name)) << name;
+    const std::vector<Row>& rows = tables[!server.contains(name)  ? "## Messages from client to server"
+                                          : client.contains(name) ? "## Messages either way"
+                                                                  : "## Messages from server to client"];
+    const auto row = std::find_if(rows.begin(), rows.end(), [&](const Row& each) { return each.front() == name; });
+    ASSERT_NE(row, rows.end()) << name;
+    ASSERT_EQ(row->size(), 3u) << name;
+    std::vector<std::string> stated = matches_of((*row)[1], "`(\\w+)`");
+    std::vector<std::string> fields =
+        matches_of(block_of("schema/messages.fbs", "table " + name + " {"), "\n  (\\w+): ");
+    std::sort(stated.begin(), stated.end());
+    std::sort(fields.begin(), fields.end());
+    EXPECT_EQ(stated, fields) << name;
+  }
+  EXPECT_EQ(tables["## Messages from client to server"].size() + tables["## Messages from server to client"].size() + 1,
+            std::variant_size_v<Message>);
+  EXPECT_EQ(client.size() + server.size() - 1, std::variant_size_v<Message>);
 }
 
 TEST(ProtocolPage, documents_what_the_decoder_says) {
-  for (std::uint8_t r = 1; r <= static_cast<std::uint8_t>(DecodeError::invalid); ++r) {
-    const std::string name = to_string(static_cast<DecodeError>(r));
-    EXPECT_FALSE(row_of(name, 2).empty()) << name;
+  const std::vector<Row> rows = table_below("| in the decoder |");
+  ASSERT_EQ(rows.size(), static_cast<std::size_t>(DecodeError::invalid));
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    EXPECT_EQ(rows[i].front(), to_string(static_cast<DecodeError>(i + 1)));
+    EXPECT_EQ(rows[i].size(), 2u) << rows[i].front();
   }
 }
 
+// Constants of a header, by name, as the page writes numbers.
+std::map<std::string, std::string> constants_of(const std::string& text, const std::string& pattern) {
+  const std::regex regex(pattern);
+  std::map<std::string, std::string> found;
+  for (std::sregex_iterator it(text.begin(), text.end(), regex), end; it != end; ++it) {
+    std::string number = (*it)[2];
+    std::erase_if(number, [](char c) { return c == '\'' || c == 'f'; });
+    found[(*it)[1]] = number;
+  }
+  return found;
+}
+
+std::map<std::string, std::string> stated_below(const std::string& header) {
+  std::map<std::string, std::string> stated;
+  for (const Row& row : table_below(header)) stated[row.at(0)] = row.at(1);
+  return stated;
+}
+
 TEST(ProtocolPage, states_the_limits_that_hold) {
-  const auto stated = [](const std::string& name) {
-    const std::vector<std::string> row = row_of(name, 3);
-    return row.empty() ? std::string("nothing") : row[1];
-  };
-  EXPECT_EQ(stated("kPacketBytesMax"), std::to_string(kPacketBytesMax));
-  EXPECT_EQ(stated("kPacketBytesMin"), std::to_string(kPacketBytesMin));
-  EXPECT_EQ(stated("kGroomChunkBytesMax"), std::to_string(kGroomChunkBytesMax));
-  EXPECT_EQ(stated("kGroomBytesMax"), std::to_string(kGroomBytesMax));
-  EXPECT_EQ(stated("kPosesPerBatchMax"), std::to_string(kPosesPerBatchMax));
-  EXPECT_EQ(stated("kMembersPerMessageMax"), std::to_string(kMembersPerMessageMax));
-  EXPECT_EQ(stated("kHairStateIntegersMax"), std::to_string(kHairStateIntegersMax));
-  EXPECT_EQ(stated("kRoomNameBytesMax"), std::to_string(kRoomNameBytesMax));
-  EXPECT_EQ(stated("kTokenBytesMax"), std::to_string(kTokenBytesMax));
-  EXPECT_EQ(stated("kStrideMax"), std::to_string(kStrideMax));
-  EXPECT_EQ(stated("kObserveRadiusMax_m"), std::to_string(static_cast<int>(kObserveRadiusMax_m)));
-  EXPECT_EQ(stated("kScreenHeightMax"), std::to_string(static_cast<int>(kScreenHeightMax)));
-  EXPECT_EQ(stated("kTextBytesMax"), std::to_string(kTextBytesMax));
-  EXPECT_EQ(stated("kPositionMax_m"), std::to_string(static_cast<int>(kPositionMax_m)));
-  EXPECT_EQ(stated("kTimeMax_ns"), std::to_string(kTimeMax_ns));
-  EXPECT_EQ(stated("kTickRateMax_hz"), std::to_string(kTickRateMax_hz));
-  EXPECT_EQ(stated("kLatticeNodesPerAxisMax"), std::to_string(kLatticeNodesPerAxisMax));
-  EXPECT_EQ(stated("kLatticeCoordinateMax_m"), std::to_string(static_cast<int>(kLatticeCoordinateMax_m)));
+  auto limits = constants_of(text_of("schema/limits.hpp"), "inline constexpr [\\w:]+ (k\\w+) = ([\\d'.f]+);");
+  EXPECT_EQ(limits.extract("kProtocolVersion").mapped(), std::to_string(kProtocolVersion));
+  EXPECT_EQ(limits.size(), 20u);
+  EXPECT_EQ(limits["kTimeMax_ns"], std::to_string(kTimeMax_ns));
+  EXPECT_EQ(stated_below("| limit |"), limits);
+}
+
+TEST(ProtocolPage, states_the_limits_of_grooms) {
+  const auto limits = constants_of(block_of("core/groom/groom.hpp", "struct GroomLimits {"), "(\\w+) = ([\\d'.f]+);");
+  EXPECT_EQ(limits.size(), 9u);
+  EXPECT_EQ(stated_below("| groom |"), limits);
 }
 
 TEST(ProtocolPage, states_the_version) {

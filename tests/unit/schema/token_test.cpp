@@ -8,6 +8,7 @@
 #include <random>
 
 #include "schema/channel/flat_json.hpp"
+#include "schema/limits.hpp"
 
 namespace hairnet::channel {
 
@@ -43,7 +44,7 @@ TokenKey key_of(std::uint8_t byte) {
 TokenClaims full_claims() {
   TokenClaims claims;
   claims.room = "stage.2";
-  claims.role = TokenRole::observer;
+  claims.role = wire::Role::observer;
   claims.expires_s = kNow_s + 60;
   claims.not_before_s = kNow_s - 60;
   claims.characters_max = 3;
@@ -121,7 +122,7 @@ TEST(Jwt, refuses_another_key_and_no_key) {
 
 TEST(Jwt, refuses_more_than_4_KB_whatever_its_signature) {
   std::string json = R"({"x":")";
-  json.resize(kTokenBytesMax, 'x');
+  json.resize(wire::kTokenBytesMax, 'x');
   json += "\"}";
   EXPECT_EQ(open_jwt(with_payload(json), rfc_key()).error(), JwtRefusal::malformed);
 }

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
+#include <map>
 #include <vector>
 
 namespace hairnet::server {
@@ -21,6 +23,33 @@ TEST(Config, the_defaults_are_sound) {
   EXPECT_GE(parsed.config.build_threads, 1u);
   EXPECT_EQ(parsed.config.level_cache, "");
   EXPECT_EQ(validate(parsed.config), "");
+}
+
+// The page's table of time-outs, by their names, in seconds.
+std::map<std::string, std::string> documented_time_outs() {
+  std::ifstream page(HAIRNET_PROTOCOL_FILE);
+  std::map<std::string, std::string> seconds;
+  bool in_table = false;
+  for (std::string line; std::getline(page, line) && (!in_table || !line.empty());) {
+    if (in_table && line.rfind("|---", 0) != 0) {
+      const std::size_t bar = line.find(" | "), end = line.find(" | ", bar + 1);
+      seconds[line.substr(2, bar - 2)] = line.substr(bar + 3, end - bar - 3);
+    }
+    in_table |= line.rfind("| time-out |", 0) == 0;
+  }
+  return seconds;
+}
+
+TEST(Config, its_time_outs_are_the_documented_ones) {
+  const Config config;
+  const auto seconds = [](std::int64_t ns) { return std::to_string(ns / 1'000'000'000) + " s"; };
+  const std::map<std::string, std::string> expected{
+      {"handshake", seconds(config.sessions.handshake_timeout_ns)},
+      {"idle, nothing heard from a client", seconds(config.sessions.idle_timeout_ns)},
+      {"client without a chunk of what it uploads", seconds(config.grooms.upload_timeout_ns)},
+      {"slow consumer, nothing taken", seconds(config.sessions.slow_consumer_ns)},
+      {"draining", seconds(config.sessions.drain_timeout_ns)}};
+  EXPECT_EQ(documented_time_outs(), expected);
 }
 
 TEST(Config, takes_every_flag_in_its_range) {

@@ -398,7 +398,7 @@ TEST_F(SessionTest, wants_a_token_by_its_key_and_holds_the_bearer_to_it) {
   EXPECT_EQ(try_token(good, wire::Role::participant, "attic"), 0u);
   EXPECT_EQ(try_token("", wire::Role::participant), 0u);
   EXPECT_EQ(try_token(good + "A", wire::Role::participant), 0u);
-  claims.role = channel::TokenRole::observer;
+  claims.role = wire::Role::observer;
   const std::string observer = channel::sign(claims, *context_.token_key);
   EXPECT_EQ(try_token(observer, wire::Role::participant), 0u);
   EXPECT_EQ(try_token(observer, wire::Role::observer), 1u);

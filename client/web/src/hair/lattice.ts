@@ -1,3 +1,4 @@
+import { kLatticeCoordinateMaxM, kLatticeNodesPerAxisMax } from "../generated/limits";
 import { HairnetError } from "./hairnetError";
 
 /**
@@ -30,8 +31,6 @@ export interface LevelGeometry {
   readonly trimmedWeights: Float32Array;
 }
 
-export const kLatticeNodesPerAxisMax = 64;
-const kLatticeCoordinateMaxM = 100;
 const kTrimmedWeightMax = 16;
 
 export function nodeCount(lattice: Lattice): number {

@@ -1,4 +1,7 @@
+import { kPositionMaxM } from "../generated/limits";
 import { HairnetError } from "./hairnetError";
+
+export { kPositionMaxM };
 
 /**
  * The bones of one character at one moment: 7 numbers a bone, rotation x y z w and position x y z (metres), of a rigid
@@ -20,8 +23,6 @@ export enum Bone {
   upperTrunk = 4,
 }
 
-/** Any coordinate's absolute value, m. */
-export const kPositionMaxM = 10_000;
 const kUnitTolerance = 1e-3;
 
 /** All bones at one transform: the character at rest, moved as a whole. */

@@ -1,16 +1,8 @@
+import { kGroomLimits } from "../generated/limits";
 import type { Cloth, Colour, Groom, PointRange } from "./groom";
 import { HairnetError } from "./hairnetError";
 import { kBoneCount } from "./pose";
 
-const kStrandsMax = 200_000;
-const kPointsMax = 8_000_000;
-const kVerticesMax = 1_000_000;
-const kGroupsMax = 256;
-const kCopiesMax = 64;
-const kFabricsMax = 4096;
-const kFarCardsMax = 4096;
-const kFarCardPairsMax = 64;
-const kCoordinateMaxM = 10;
 const kRootBlendPointsMax = 64;
 
 /**
@@ -20,10 +12,10 @@ const kRootBlendPointsMax = 64;
 export function validateGroom(groom: Groom): void {
   checkStrands(groom);
   checkMaterials(groom);
-  checkCount("threads", groom.threads.length, kFabricsMax);
-  checkCount("cards", groom.cards.length, kFabricsMax);
-  checkCount("cloths", groom.cloths.length, kFabricsMax);
-  checkCount("knots", groom.knots.length, kFabricsMax);
+  checkCount("threads", groom.threads.length, kGroomLimits.fabricCountMax);
+  checkCount("cards", groom.cards.length, kGroomLimits.fabricCountMax);
+  checkCount("cloths", groom.cloths.length, kGroomLimits.fabricCountMax);
+  checkCount("knots", groom.knots.length, kGroomLimits.fabricCountMax);
   checkRootBlends(groom);
   checkClumps(groom);
   checkPointOwners(groom);
@@ -52,16 +44,16 @@ function checkGroup(what: string, group: number, groom: Groom): void {
 function checkCoordinates(what: string, coordinates: Float32Array): void {
   if (coordinates.length % 3 !== 0) refuse(`${what}s are not 3 numbers each`);
   for (let i = 0; i < coordinates.length; ++i) {
-    if (!(Math.abs(coordinates[i]) <= kCoordinateMaxM))
+    if (!(Math.abs(coordinates[i]) <= kGroomLimits.coordinateMaxM))
       refuse(`${what} ${Math.floor(i / 3)}: not finite or too far from the head`);
   }
 }
 
 function checkStrands(groom: Groom): void {
   const { strands, points } = groom;
-  checkCount("strands", strands.count, kStrandsMax);
-  checkCount("points", points.length / 3, kPointsMax);
-  checkCount("groups", groom.groupNames.length, kGroupsMax);
+  checkCount("strands", strands.count, kGroomLimits.strandCountMax);
+  checkCount("points", points.length / 3, kGroomLimits.pointCountMax);
+  checkCount("groups", groom.groupNames.length, kGroomLimits.groupCountMax);
   if (strands.begin.length !== strands.count + 1 || strands.begin[0] !== 0)
     refuse("strand offsets do not cover the points");
   for (let s = 0; s < strands.count; ++s) {
@@ -114,12 +106,12 @@ function checkClumps(groom: Groom): void {
   let drawnPoints = groom.points.length / 3;
   clumps.forEach((clump, c) => {
     if (clump.strand >= strands.count) refuse(`clump ${c}: its strand does not exist`);
-    checkCount(`copies of clump ${c}`, clump.copyCount, kCopiesMax);
+    checkCount(`copies of clump ${c}`, clump.copyCount, kGroomLimits.copyCountMax);
     checkRange(`clump ${c}: radius (m)`, clump.radiusM, 0, 0.1);
     checkRange(`clump ${c}: radius at the tip (m)`, clump.tipRadiusM, 0, 0.1);
     drawnPoints += clump.copyCount * (strands.begin[clump.strand + 1] - strands.begin[clump.strand]);
   });
-  checkCount("points with the clumps'", drawnPoints, kPointsMax);
+  checkCount("points with the clumps'", drawnPoints, kGroomLimits.pointCountMax);
 }
 
 /** Threads, cards and cloths take up the points after the strands' one after the other. */
@@ -161,7 +153,7 @@ function checkCloth(what: string, cloth: Cloth, groom: Groom): void {
   checkGroup(what, cloth.group, groom);
   checkColour(what, cloth.colour);
   const { triangles, points, rootDistanceM } = cloth;
-  checkCount(`triangles of ${what}`, triangles.length / 3, 2 * kVerticesMax);
+  checkCount(`triangles of ${what}`, triangles.length / 3, 2 * kGroomLimits.vertexCountMax);
   for (let t = 0; t < triangles.length; t += 3) {
     const [a, b, c] = [triangles[t], triangles[t + 1], triangles[t + 2]];
     if (Math.min(a, b, c) < points.begin || Math.max(a, b, c) >= points.end)
@@ -184,12 +176,12 @@ function checkKnots(groom: Groom): void {
     }
     tied += knot.points.length;
   });
-  checkCount("tied points", tied, kPointsMax);
+  checkCount("tied points", tied, kGroomLimits.pointCountMax);
 }
 
 function checkFarCards(groom: Groom): void {
   const { points, cards } = groom.farCards;
-  checkCount("far cards", cards.length, kFarCardsMax);
+  checkCount("far cards", cards.length, kGroomLimits.farCardCountMax);
   let next = 0;
   cards.forEach((card, i) => {
     const { begin, end } = card.points;
@@ -198,7 +190,7 @@ function checkFarCards(groom: Groom): void {
     next = end;
     const count = end - begin;
     if (count < 4 || count % 2 !== 0) refuse(`far card ${i}: too few points, or one without its partner`);
-    checkCount(`pairs of points of far card ${i}`, count / 2, kFarCardPairsMax);
+    checkCount(`pairs of points of far card ${i}`, count / 2, kGroomLimits.farCardPairCountMax);
     checkGroup(`far card ${i}`, card.group, groom);
     checkRange(`far card ${i}: root length (m)`, card.rootLengthM, 0, 10);
     if (card.strandCount < 1 || card.strandCount > groom.strands.count + groom.cards.length)
@@ -213,8 +205,8 @@ function checkBody(groom: Groom): void {
   if (vertices.length % 3 !== 0 || triangles.length % 3 !== 0 || boneWeights.length % kBoneCount !== 0)
     refuse("body: vertices or triangles are not 3 numbers each, or bone weights not 5");
   const vertexCount = vertices.length / 3;
-  checkCount("body vertices", vertexCount, kVerticesMax);
-  checkCount("body triangles", triangles.length / 3, 2 * kVerticesMax);
+  checkCount("body vertices", vertexCount, kGroomLimits.vertexCountMax);
+  checkCount("body triangles", triangles.length / 3, 2 * kGroomLimits.vertexCountMax);
   if (boneWeights.length / kBoneCount !== vertexCount) refuse("bone weights are not one entry a body vertex");
   checkCoordinates("body vertex", vertices);
   for (let v = 0; v < vertexCount; ++v) {

@@ -2,75 +2,24 @@ import type { ErrorClass, LevelIndex } from "../hair/level";
 import type { MemberImportance } from "../hair/hairSource";
 import type { LevelGeometry } from "../hair/lattice";
 import type { Pose } from "../hair/pose";
+import type { ErrorReason, GoodbyeReason, GroomState, ObserveMode, Role } from "../generated/enums";
+import { kRoomNameBytesMax, kRoomNameRule } from "../generated/limits";
 import type { GroomHash } from "./groomHash";
 
 export type { MemberImportance };
 
 // What client and server say to each other; schema/PROTOCOL.md states bytes, states, limits and reasons.
 
-export const kProtocolVersion = 3;
-export const kPacketBytesMax = 4 << 20;
-export const kGroomChunkBytesMax = 256 << 10;
-export const kGroomBytesMax = 256 << 20;
-export const kPosesPerBatchMax = 4096;
-export const kMembersPerMessageMax = 4096;
-export const kHairStateIntegersMax = 3 << 18;
-export const kRoomNameBytesMax = 64;
-export const kTokenBytesMax = 4096;
-export const kObserveRadiusMaxM = 20_000;
-export const kHairStateStepMaxM = Math.fround(1e-3);
-export const kScreenHeightMax = 100;
-export const kTickRateMaxHz = 1000;
-/** Any time, absolute: 73 years. */
-export const kTimeMaxNs = 2 ** 61;
-
-export enum ErrorReason {
-  none,
-  malformed,
-  versionUnsupported,
-  unexpectedMessage,
-  limitExceeded,
-  groomUnknown,
-  groomInvalid,
-  groomHashMismatch,
-  groomBuildQueueFull,
-  characterUnknown,
-  characterExists,
-  levelInvalid,
-  poseInvalid,
-  materialInvalid,
-  windInvalid,
-  notAllowed,
-  tokenInvalid,
-  roomInvalid,
-  observeInvalid,
-  stateInvalid,
-  groomUnavailable,
-}
-export const kErrorReasonLast = ErrorReason.groomUnavailable;
-
-export enum GoodbyeReason {
-  none,
-  clientLeaves,
-  serverDraining,
-  protocolError,
-  versionUnsupported,
-  handshakeTimeout,
-  idleTimeout,
-  slowConsumer,
-  serverFull,
-  overRate,
-  tokenRefused,
-  roomRefused,
-  sessionTakenOver,
-}
-export const kGoodbyeReasonLast = GoodbyeReason.sessionTakenOver;
-
-export enum Role {
-  participant,
-  /** has no characters of its own */
-  observer,
-}
+export * from "../generated/limits";
+export {
+  ErrorReason,
+  GoodbyeReason,
+  GroomState,
+  ObserveMode,
+  Role,
+  kErrorReasonLast,
+  kGoodbyeReasonLast,
+} from "../generated/enums";
 
 // Times are nanoseconds as numbers: exact to 104 days, to 256 ns at 73 years. Ticks, offsets and sizes are exact to 2^53.
 
@@ -167,12 +116,6 @@ export interface SetWind {
   readonly type: "setWind";
   readonly wind: Wind;
 }
-export enum ObserveMode {
-  all,
-  nearest,
-  radius,
-  list,
-}
 /** Which others of its room a session is sent, and how finely. */
 export interface Observe {
   readonly type: "observe";
@@ -226,12 +169,6 @@ export interface GroomNeed {
   readonly type: "groomNeed";
   readonly hash: GroomHash;
   readonly offset: number;
-}
-export enum GroomState {
-  queued,
-  building,
-  ready,
-  refused,
 }
 export interface GroomStatus {
   readonly type: "groomStatus";
@@ -356,5 +293,5 @@ export interface Envelope {
 
 /** One line of what is wrong with a room's name, or null. */
 export function roomFault(name: string): string | null {
-  return /^[A-Za-z0-9._-]{0,64}$/.test(name) ? null : "a room's name is up to 64 letters, digits and . _ -";
+  return /^[A-Za-z0-9._-]*$/.test(name) && name.length <= kRoomNameBytesMax ? null : kRoomNameRule;
 }

@@ -1,5 +1,6 @@
-/** Any text of a message, bytes of its UTF-8. */
-export const kTextBytesMax = 1024;
+import { kTextBytesMax } from "../generated/limits";
+
+export { kTextBytesMax };
 
 const decoder = new TextDecoder("utf-8", { fatal: true, ignoreBOM: true });
 const encoder = new TextEncoder();

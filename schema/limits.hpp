@@ -1,0 +1,47 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+// What bounds messages and groom files, and the version of the protocol. The TypeScript constants are generated from
+// these lines (client/web/scripts/generate.mjs), and PROTOCOL.md has a row for each: keep to one plain number a line.
+namespace hairnet::wire {
+
+inline constexpr std::uint16_t kProtocolVersion = 3;
+inline constexpr std::size_t kPacketBytesMax = 4'194'304;
+inline constexpr std::size_t kPacketBytesMin = 16;            // prefix, root, identifier, an empty table
+inline constexpr std::size_t kPacketOverheadBytesMax = 4096;  // of any packet, beside poses, frames, geometry or chunk
+inline constexpr std::size_t kGroomChunkBytesMax = 262'144;
+inline constexpr std::size_t kGroomBytesMax = 268'435'456;
+inline constexpr std::size_t kPosesPerBatchMax = 4096;
+inline constexpr std::size_t kMembersPerMessageMax = 4096;     // of Observe, ReportImportance, RequestKeyframes
+inline constexpr std::size_t kHairStateIntegersMax = 786'432;  // of the largest lattice
+inline constexpr std::size_t kRoomNameBytesMax = 64;
+inline constexpr std::size_t kTokenBytesMax = 4096;
+inline constexpr std::uint32_t kStrideMax = 4;  // ticks
+inline constexpr float kObserveRadiusMax_m = 20'000;
+inline constexpr float kHairStateStepMax_m = 0.001f;
+inline constexpr float kScreenHeightMax = 100;                          // a head's height over the screen's
+inline constexpr std::size_t kTextBytesMax = 1024;                      // any string
+inline constexpr double kPositionMax_m = 10'000;                        // any coordinate of a pose, absolute
+inline constexpr std::int64_t kTimeMax_ns = 2'305'843'009'213'693'952;  // any time, absolute: sums cannot overflow
+inline constexpr std::uint32_t kTickRateMax_hz = 1000;
+inline constexpr std::uint32_t kLatticeNodesPerAxisMax = 64;
+inline constexpr float kLatticeCoordinateMax_m = 100;  // origin and spacing, absolute
+
+constexpr bool is_stride(std::uint64_t ticks) {
+  return ticks == 1 || ticks == 2 || ticks == kStrideMax;
+}
+
+inline constexpr const char* kRoomNameRule = "a room's name is up to 64 letters, digits, '.', '_' and '-'";
+// Whether a text keeps to that rule, with letters and digits of ASCII. The empty name is the lobby.
+constexpr bool is_room_name(std::string_view text) {
+  return text.size() <= kRoomNameBytesMax && std::all_of(text.begin(), text.end(), [](char c) {
+           return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '.' || c == '_' ||
+                  c == '-';
+         });
+}
+
+}  // namespace hairnet::wire

@@ -1,0 +1,236 @@
+#include "schema/wire/message_codec.hpp"
+
+namespace hairnet::wire {
+
+Offset<fb::Hello> write(FlatBufferBuilder& to, const Hello& m) {
+  const fb::Secret secret = to_flatbuffer(m.secret);
+  const auto name = to.CreateString(fit_text(m.client_name));
+  const auto room = to.CreateString(fit_text(m.room));
+  const auto token = to.CreateString(m.token);
+  return fb::CreateHello(to, m.protocol_version, name, room, token, static_cast<fb::Role>(m.role), m.session,
+                         m.session == 0 ? nullptr : &secret);
+}
+
+Fault read(const fb::Hello& in, Hello& out) {
+  out.protocol_version = in.protocol_version();
+  const std::string_view token = view(in.token());
+  if (token.size() > kTokenBytesMax) return "token: longer than " + std::to_string(kTokenBytesMax) + " bytes";
+  out.token = token;
+  out.session = in.session();
+  if (in.secret()) out.secret = from_flatbuffer(*in.secret());
+  Fault fault = read_text(in.client_name(), "client name", out.client_name);
+  if (fault.empty()) fault = read_text(in.room(), "room", out.room);
+  return fault.empty() ? read_enum(in.role(), "role", out.role) : fault;
+}
+
+Offset<fb::GroomOffer> write(FlatBufferBuilder& to, const GroomOffer& m) {
+  const fb::Hash hash = to_flatbuffer(m.hash);
+  return fb::CreateGroomOffer(to, &hash, m.byte_count);
+}
+
+Fault read(const fb::GroomOffer& in, GroomOffer& out) {
+  out = {from_flatbuffer(*in.hash()), in.byte_count()};
+  return out.byte_count == 0 ? "groom offer: no bytes" : Fault();
+}
+
+Offset<fb::GroomChunk> write(FlatBufferBuilder& to, const GroomChunk& m) {
+  const fb::Hash hash = to_flatbuffer(m.hash);
+  return fb::CreateGroomChunkDirect(to, &hash, m.offset, &m.bytes);
+}
+
+Fault read(const fb::GroomChunk& in, GroomChunk& out) {
+  const std::size_t byte_count = in.bytes()->size();
+  if (byte_count == 0 || byte_count > kGroomChunkBytesMax)
+    return "groom chunk: " + std::to_string(byte_count) + " bytes, not in [1, " + std::to_string(kGroomChunkBytesMax) +
+           ']';
+  out.hash = from_flatbuffer(*in.hash());
+  out.offset = in.offset();
+  from_flatbuffer(*in.bytes(), out.bytes);
+  return {};
+}
+
+Offset<fb::AddCharacter> write(FlatBufferBuilder& to, const AddCharacter& m) {
+  const fb::Hash groom = to_flatbuffer(m.groom);
+  Offset<fb::HairState> state;
+  if (m.state)
+    state = fb::CreateHairStateDirect(to, &m.state->displacements, &m.state->velocities, m.state->step_m,
+                                      static_cast<fb::LevelIndex>(m.state->level));
+  return fb::CreateAddCharacter(to, &groom, m.character, static_cast<fb::LevelIndex>(m.level), state);
+}
+
+namespace {
+
+Fault read_state(const fb::HairState& in, HairState& out) {
+  const std::size_t count = in.displacements()->size();
+  if (count > kHairStateIntegersMax)
+    return "hair state: more than " + std::to_string(kHairStateIntegersMax) + " integers";
+  if (in.velocities()->size() != 0 && in.velocities()->size() != count) return "hair state: counts differ";
+  out.step_m = in.step_m();
+  from_flatbuffer(*in.displacements(), out.displacements);
+  from_flatbuffer(*in.velocities(), out.velocities);
+  return read_enum(in.level(), "level of a hair state", out.level, LevelIndex::high, LevelIndex::ether);
+}
+
+}  // namespace
+
+Fault read(const fb::AddCharacter& in, AddCharacter& out) {
+  out.character = in.character();
+  out.groom = from_flatbuffer(*in.groom());
+  if (in.state()) {
+    if (Fault fault = read_state(*in.state(), out.state.emplace()); !fault.empty()) return fault;
+  }
+  return read_enum(in.level(), "level", out.level);
+}
+
+std::string validate(const HairState& state) {
+  if (state.displacements.empty() || state.displacements.size() % 3 != 0) return "not 3 integers a node";
+  if (!(state.step_m > 0 && state.step_m <= kHairStateStepMax_m)) return "step_m is not in (0, 0.001]";
+  return {};
+}
+
+Offset<fb::SetLevel> write(FlatBufferBuilder& to, const SetLevel& m) {
+  return fb::CreateSetLevel(to, m.character, static_cast<fb::LevelIndex>(m.level));
+}
+
+Fault read(const fb::SetLevel& in, SetLevel& out) {
+  out.character = in.character();
+  return read_enum(in.level(), "level", out.level);
+}
+
+Offset<fb::RemoveCharacter> write(FlatBufferBuilder& to, const RemoveCharacter& m) {
+  return fb::CreateRemoveCharacter(to, m.character);
+}
+
+Fault read(const fb::RemoveCharacter& in, RemoveCharacter& out) {
+  out.character = in.character();
+  return {};
+}
+
+Offset<fb::PoseBatch> write(FlatBufferBuilder& to, const PoseBatch& m) {
+  std::vector<fb::PoseSample> poses;
+  poses.reserve(m.poses.size());
+  for (const PoseSample& p : m.poses)
+    poses.emplace_back(p.capture_time_ns, p.character, p.sequence, to_flatbuffer(p.pose), p.teleport);
+  return fb::CreatePoseBatch(to, to.CreateVectorOfStructs(poses));
+}
+
+Fault read(const fb::PoseBatch& in, PoseBatch& out) {
+  const auto& poses = *in.poses();
+  if (poses.size() > kPosesPerBatchMax)
+    return "pose batch: " + std::to_string(poses.size()) + " poses, more than " + std::to_string(kPosesPerBatchMax);
+  if (!is_aligned(poses)) return "pose batch: poses not aligned";
+  out.poses.reserve(poses.size());
+  for (const fb::PoseSample* p : poses) {
+    PoseSample& sample = out.poses.emplace_back();
+    sample.character = p->character();
+    sample.sequence = p->sequence();
+    sample.teleport = p->teleport();
+    sample.pose = from_flatbuffer(p->bones());
+    if (Fault fault = read_time(p->capture_time_ns(), "pose's capture time", sample.capture_time_ns); !fault.empty())
+      return fault;
+  }
+  return {};
+}
+
+Offset<fb::SetMaterial> write(FlatBufferBuilder& to, const SetMaterial& m) {
+  const fb::MaterialScale scale = to_flatbuffer(m.scale);
+  return fb::CreateSetMaterial(to, &scale, m.character);
+}
+
+Fault read(const fb::SetMaterial& in, SetMaterial& out) {
+  out = {in.character(), from_flatbuffer(*in.scale())};
+  return {};
+}
+
+Offset<fb::SetWind> write(FlatBufferBuilder& to, const SetWind& m) {
+  const fb::Wind wind = to_flatbuffer(m.wind);
+  return fb::CreateSetWind(to, &wind);
+}
+
+Fault read(const fb::SetWind& in, SetWind& out) {
+  out.wind = from_flatbuffer(*in.wind());
+  return {};
+}
+
+Offset<fb::Observe> write(FlatBufferBuilder& to, const Observe& m) {
+  const fb::Vec3 from = m.from ? to_flatbuffer(*m.from) : fb::Vec3();
+  return fb::CreateObserveDirect(to, &m.members, m.from ? &from : nullptr, m.count, m.radius_m, m.stride,
+                                 static_cast<fb::ObserveMode>(m.mode), static_cast<fb::ErrorClass>(m.error_class),
+                                 m.velocities);
+}
+
+Fault read(const fb::Observe& in, Observe& out) {
+  if (in.members()->size() > kMembersPerMessageMax)
+    return "observe: more than " + std::to_string(kMembersPerMessageMax) + " members";
+  out.count = in.count();
+  out.radius_m = in.radius_m();
+  if (in.from()) out.from = from_flatbuffer(*in.from());
+  from_flatbuffer(*in.members(), out.members);
+  out.stride = in.stride();
+  out.velocities = in.velocities();
+  Fault fault = read_enum(in.mode(), "observe mode", out.mode);
+  return fault.empty() ? read_enum(in.error_class(), "error class", out.error_class) : fault;
+}
+
+std::string validate(const Observe& observe) {
+  if (!is_stride(observe.stride)) return "stride is not 1, 2 or 4";
+  if (observe.mode == ObserveMode::radius && !(observe.radius_m >= 0 && observe.radius_m <= kObserveRadiusMax_m))
+    return "radius_m is not in [0, " + std::to_string(static_cast<int>(kObserveRadiusMax_m)) + "]";
+  if (observe.from && !(observe.from->allFinite() && observe.from->cwiseAbs().maxCoeff() <= kPositionMax_m))
+    return "the point it is measured from is not finite or too far";
+  return {};
+}
+
+Offset<fb::ReportImportance> write(FlatBufferBuilder& to, const ReportImportance& m) {
+  std::vector<fb::MemberImportance> members;
+  members.reserve(m.members.size());
+  for (const MemberImportance& i : m.members) members.emplace_back(i.member, i.screen_height, i.in_view);
+  return fb::CreateReportImportance(to, to.CreateVectorOfStructs(members));
+}
+
+Fault read(const fb::ReportImportance& in, ReportImportance& out) {
+  const auto& members = *in.members();
+  if (members.size() > kMembersPerMessageMax)
+    return "importance: more than " + std::to_string(kMembersPerMessageMax) + " members";
+  if (!is_aligned(members)) return "importance: members not aligned";
+  out.members.reserve(members.size());
+  for (const fb::MemberImportance* m : members) {
+    if (!(m->screen_height() >= 0 && m->screen_height() <= kScreenHeightMax))
+      return "importance: screen height not in [0, 100]";
+    out.members.push_back({m->member(), m->screen_height(), m->in_view()});
+  }
+  return {};
+}
+
+Offset<fb::RequestKeyframes> write(FlatBufferBuilder& to, const RequestKeyframes& m) {
+  return fb::CreateRequestKeyframesDirect(to, &m.members);
+}
+
+Fault read(const fb::RequestKeyframes& in, RequestKeyframes& out) {
+  if (in.members()->size() > kMembersPerMessageMax)
+    return "keyframes: more than " + std::to_string(kMembersPerMessageMax) + " members";
+  from_flatbuffer(*in.members(), out.members);
+  return {};
+}
+
+Offset<fb::GroomRequest> write(FlatBufferBuilder& to, const GroomRequest& m) {
+  const fb::Hash hash = to_flatbuffer(m.hash);
+  return fb::CreateGroomRequest(to, &hash, m.offset);
+}
+
+Fault read(const fb::GroomRequest& in, GroomRequest& out) {
+  out = {from_flatbuffer(*in.hash()), in.offset()};
+  return {};
+}
+
+Offset<fb::Goodbye> write(FlatBufferBuilder& to, const Goodbye& m) {
+  return fb::CreateGoodbye(to, to.CreateString(fit_text(m.detail)), static_cast<fb::GoodbyeReason>(m.reason));
+}
+
+Fault read(const fb::Goodbye& in, Goodbye& out) {
+  if (Fault fault = read_enum(in.reason(), "goodbye reason", out.reason, GoodbyeReason::client_leaves); !fault.empty())
+    return fault;
+  return read_text(in.detail(), "goodbye detail", out.detail);
+}
+
+}  // namespace hairnet::wire

@@ -1,0 +1,124 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/groom/material_scale.hpp"
+#include "core/levels/level.hpp"
+#include "core/pose/pose.hpp"
+#include "core/solver/wind.hpp"
+#include "schema/enums.hpp"
+#include "schema/limits.hpp"
+#include "schema/wire/message.hpp"
+
+// What a client says to the server, as plain structs. PROTOCOL.md says what each means.
+namespace hairnet::wire {
+
+using GroomHash = std::array<std::uint8_t, 32>;  // BLAKE2b-256 of the groom's file bytes
+
+// A secret of the session, known only to its client, that lets the client resume the session on a new connection.
+using SessionSecret = std::array<std::uint8_t, 16>;
+
+struct Hello {
+  std::uint16_t protocol_version = kProtocolVersion;
+  std::string client_name;
+  std::string room = {};   // empty: the lobby
+  std::string token = {};  // empty: none
+  Role role = Role::participant;
+  std::uint64_t session = 0;  // to be continued; 0: a new one
+  SessionSecret secret{};     // of that session
+};
+struct GroomOffer {
+  GroomHash hash{};
+  std::uint64_t byte_count = 0;
+};
+struct GroomChunk {
+  GroomHash hash{};
+  std::uint64_t offset = 0;
+  std::vector<std::uint8_t> bytes;
+};
+// A lattice as its owner last had it: displacement = step * integer, velocity = 32 step/s * integer, 3 an active node.
+struct HairState {
+  LevelIndex level = LevelIndex::high;
+  float step_m = 0;
+  std::vector<std::int16_t> displacements, velocities;  // as many; velocities may be empty: at rest
+};
+struct AddCharacter {
+  std::uint32_t character = 0;
+  GroomHash groom{};
+  LevelIndex level = LevelIndex::high;  // the finest that it is given
+  std::optional<HairState> state = {};  // what it goes on from; none: its design
+};
+struct SetLevel {
+  std::uint32_t character = 0;
+  LevelIndex level = LevelIndex::high;
+};
+struct RemoveCharacter {
+  std::uint32_t character = 0;
+};
+struct PoseSample {
+  std::uint32_t character = 0;
+  std::uint32_t sequence = 0;        // rises by any amount with each newer pose of the character
+  std::int64_t capture_time_ns = 0;  // the client's monotonic clock, the one in its envelopes
+  bool teleport = false;
+  Pose pose;
+};
+struct PoseBatch {
+  std::vector<PoseSample> poses;
+};
+// The decoder does not check these values: the session validates them, as it does poses.
+struct SetMaterial {
+  std::uint32_t character = 0;
+  MaterialScale scale;
+};
+struct SetWind {  // of the session's room
+  Wind wind;
+};
+// Which other members a session receives frames of, and at which detail. It always receives its own characters.
+struct Observe {
+  ObserveMode mode = ObserveMode::all;
+  std::uint32_t count = 0;             // nearest: so many
+  float radius_m = 0;                  // radius: heads within it
+  std::optional<Vec3f> from;           // what nearest and radius are measured from, world; none: its own nearest head
+  std::vector<std::uint32_t> members;  // list
+  ErrorClass error_class = ErrorClass::half_mm;
+  std::uint32_t stride = 1;  // ticks between frames, at least: 1, 2, 4
+  bool velocities = false;   // of nodes, beside their displacements
+};
+// How large and whether a client sees members. It may send this at any time; members it does not name keep their
+// values.
+struct MemberImportance {
+  std::uint32_t member = 0;
+  float screen_height = 0;  // of the head, over the screen's
+  bool in_view = true;
+};
+struct ReportImportance {
+  std::vector<MemberImportance> members;
+};
+struct RequestKeyframes {
+  std::vector<std::uint32_t> members;  // the next frame of these refers to none before; empty: of all
+};
+struct GroomRequest {  // another's groom, which the client lacks; answered by GroomData
+  GroomHash hash{};
+  std::uint64_t offset = 0;
+};
+
+// Both ends say it.
+struct Goodbye {
+  GoodbyeReason reason = GoodbyeReason::none;
+  std::string detail;
+};
+
+using ClientMessage =
+    std::variant<Hello, GroomOffer, GroomChunk, AddCharacter, SetLevel, RemoveCharacter, PoseBatch, SetMaterial,
+                 SetWind, Observe, ReportImportance, RequestKeyframes, GroomRequest, Goodbye>;
+
+// Empty when sound (ranges, finite numbers); else one line. A hair state's count is its level's to judge.
+std::string validate(const Observe& observe);
+std::string validate(const HairState& state);
+
+}  // namespace hairnet::wire

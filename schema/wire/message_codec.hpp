@@ -1,0 +1,36 @@
+#pragma once
+
+#include <string>
+
+#include "messages_generated.h"
+#include "schema/wire/flatbuffer_convert.hpp"
+#include "schema/wire/messages.hpp"
+#include "schema/wire/text.hpp"
+
+// For client_messages.cpp, server_messages.cpp and packet.cpp alone. Each message has a `write`, and below it a `read`
+// that copies the message out of a verified table and returns what is wrong with its values: empty, or one line. Counts
+// are checked before memory is taken for them, and no `read` copies the same bytes twice.
+namespace hairnet::wire {
+
+using flatbuffers::FlatBufferBuilder;
+using flatbuffers::Offset;
+using Fault = std::string;
+
+inline Fault read_text(const flatbuffers::String* from, const char* name, std::string& to) {
+  const std::string_view text = view(from);
+  if (!is_text(text))
+    return std::string(name) + ": not UTF-8 of at most " + std::to_string(kTextBytesMax) +
+           " bytes free of control characters";
+  to = text;
+  return {};
+}
+
+inline Fault read_time(std::int64_t from_ns, const char* name, std::int64_t& to_ns) {
+  if (from_ns < -kTimeMax_ns || from_ns > kTimeMax_ns) return std::string(name) + ": out of range";
+  to_ns = from_ns;
+  return {};
+}
+
+}  // namespace hairnet::wire
+
+#include "codec_generated.h"

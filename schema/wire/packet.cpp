@@ -1,0 +1,100 @@
+#include "schema/wire/message_codec.hpp"
+
+namespace hairnet::wire {
+namespace {
+
+template <class Table>
+std::pair<fb::Body, Offset<void>> written(Offset<Table> table) {
+  return {fb::BodyTraits<Table>::enum_value, table.Union()};
+}
+
+// Bytes of the bulk that a message brings, so that the buffer is allocated once and never beyond the limit.
+std::size_t bulk_bytes(const Message& message) {
+  if (const auto* chunk = std::get_if<GroomChunk>(&message)) return chunk->bytes.size();
+  if (const auto* data = std::get_if<GroomData>(&message)) return data->bytes.size();
+  if (const auto* hello = std::get_if<Hello>(&message)) return hello->token.size();
+  if (const auto* add = std::get_if<AddCharacter>(&message))
+    return add->state ? 2 * (add->state->displacements.size() + add->state->velocities.size()) : 0;
+  if (const auto* batch = std::get_if<PoseBatch>(&message)) return batch->poses.size() * sizeof(fb::PoseSample);
+  if (const auto* record = std::get_if<LevelRecord>(&message)) {
+    const LevelGeometry& g = record->geometry;
+    return sizeof(std::uint32_t) * (g.active_nodes.size() + g.trimmed_nodes.size() + g.trimmed_begin.size() +
+                                    g.trimmed_from.size() + g.trimmed_weights.size());
+  }
+  std::size_t bytes = 0;
+  if (const auto* batch = std::get_if<FrameBatch>(&message)) {
+    for (const Frame& f : batch->frames) bytes += frame_bytes(f);
+  }
+  return bytes;
+}
+
+template <class Table>
+Table table_of(Offset<Table>);
+
+// Reads the body as M when it is one.
+template <class M>
+bool read_as(const fb::Envelope& in, Message& out, Fault& fault) {
+  using Table = decltype(table_of(write(std::declval<FlatBufferBuilder&>(), std::declval<const M&>())));
+  const Table* table = in.body_as<Table>();
+  if (table) fault = read(*table, out.emplace<M>());
+  return table != nullptr;
+}
+
+template <class... Ms>
+Fault read_body(const fb::Envelope& in, std::variant<Ms...>& out) {
+  Fault fault;
+  const bool is_known = (read_as<Ms>(in, out, fault) || ...);
+  return is_known ? fault : "no message of a kind that this version knows";
+}
+
+DecodedPacket refused(DecodeError error, std::string detail) {
+  return {error, std::move(detail), {}};
+}
+
+}  // namespace
+
+const char* to_string(DecodeError error) {
+  switch (error) {
+    case DecodeError::none:
+      return "none";
+    case DecodeError::too_large:
+      return "too_large";
+    case DecodeError::malformed:
+      return "malformed";
+    case DecodeError::invalid:
+      return "invalid";
+  }
+  return "unknown";
+}
+
+void set_clock(std::span<std::uint8_t> packet, std::int64_t clock_ns) {
+  auto* root = flatbuffers::GetMutableRoot<flatbuffers::Table>(packet.data() + sizeof(flatbuffers::uoffset_t));
+  [[maybe_unused]] const bool is_set = root->SetField<std::int64_t>(fb::Envelope::VT_CLOCK_NS, clock_ns, clock_ns);
+}
+
+std::vector<std::uint8_t> encode_packet(const Envelope& envelope) {
+  const std::size_t bulk = bulk_bytes(envelope.message);
+  if (bulk > kPacketBytesMax) return {};
+  FlatBufferBuilder builder(bulk + kPacketOverheadBytesMax);
+  const auto [type, body] = std::visit([&](const auto& m) { return written(write(builder, m)); }, envelope.message);
+  builder.ForceDefaults(envelope.clock_ns == 0);  // the clock is there to be set later
+  const auto root = fb::CreateEnvelope(builder, envelope.clock_ns, type, body);
+  std::vector<std::uint8_t> packet = finish(builder, root, fb::EnvelopeIdentifier());
+  if (packet.size() > kPacketBytesMax) packet.clear();
+  return packet;
+}
+
+DecodedPacket decode_packet(std::span<const std::uint8_t> packet) {
+  if (packet.size() > kPacketBytesMax)
+    return refused(DecodeError::too_large,
+                   std::to_string(packet.size()) + " bytes, more than " + std::to_string(kPacketBytesMax));
+  const AlignedBytes aligned(packet);
+  const auto* root = verified_root<fb::Envelope>(aligned.bytes(), fb::EnvelopeIdentifier());
+  if (!root) return refused(DecodeError::malformed, "not a whole and sound packet of this protocol");
+  DecodedPacket decoded;
+  Fault fault = read_time(root->clock_ns(), "envelope's clock", decoded.envelope.clock_ns);
+  if (fault.empty()) fault = read_body(*root, decoded.envelope.message);
+  return fault.empty() ? std::move(decoded) : refused(DecodeError::invalid, std::move(fault));
+}
+
+}  // namespace hairnet::wire

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/ffd/lattice.hpp"
+#include "schema/codec/frame_codec.hpp"
+#include "schema/wire/client_messages.hpp"
+
+// What the server says to a client, as plain structs. PROTOCOL.md says what each means.
+namespace hairnet::wire {
+
+struct Welcome {
+  std::uint16_t protocol_version = kProtocolVersion;
+  std::uint64_t session = 0;
+  std::uint32_t tick_rate_hz = 30;
+  std::uint64_t tick = 0;
+  std::uint32_t character_count_max = 0;
+  std::uint64_t groom_bytes_max = 0;
+  std::string room = {};
+  SessionSecret secret{};
+  bool resumed = false;            // the session that Hello named goes on, with its characters and grooms
+  float resume_grace_s = 0;        // how long a session outlives its connection
+  std::int64_t pose_delay_ns = 0;  // a tick samples poses this far before its own time
+};
+struct GroomNeed {
+  GroomHash hash{};
+  std::uint64_t offset = 0;
+};  // send from here on; offset = byte_count: all there
+struct GroomStatus {
+  GroomHash hash{};
+  GroomState state = GroomState::queued;
+};
+struct GroomData {  // the groom's bytes from `offset` on; pieces come in order
+  GroomHash hash{};
+  std::uint64_t byte_count = 0;  // of the whole
+  std::uint64_t offset = 0;
+  std::vector<std::uint8_t> bytes;
+};
+struct CharacterAdded {  // to its owner
+  std::uint32_t character = 0;
+  GroomHash groom{};
+  LevelIndex level = LevelIndex::rigid;
+  std::uint32_t member = 0;  // its number in frames
+};
+struct MemberJoined {  // to all others in the room
+  std::uint32_t member = 0;
+  std::uint64_t session = 0;    // the owner's
+  std::uint32_t character = 0;  // the owner's number for it
+  GroomHash groom{};
+};
+struct MemberLeft {
+  std::uint32_t member = 0;
+};
+struct CharacterRemoved {
+  std::uint32_t character = 0;
+};
+struct LevelRecord {
+  GroomHash groom{};
+  LevelIndex level = LevelIndex::high;
+  LevelGeometry geometry;
+};
+// An encoded frame. `content` comes from codec::encode_frame. It is predicted from the last `order` frames of the
+// member that were sent to this session, `stride` ticks apart.
+struct Frame {
+  std::uint32_t member = 0;
+  LevelIndex level = LevelIndex::rigid;
+  ErrorClass error_class = ErrorClass::half_mm;
+  bool discontinuous = false;    // teleport, reset or level switch: do not interpolate from the last frame
+  bool asleep = false;           // nothing will change, and no frame come, before the character wakes
+  bool velocities = false;       // the content has them
+  std::uint8_t order = 0;        // 0 to 3
+  std::uint8_t stride = 1;       // 1, 2 or 4; of no meaning at order 0
+  std::uint8_t step_stride = 1;  // ticks from one step of the character to the next
+  std::span<const std::uint8_t> content;
+};
+struct FrameBatch {
+  std::uint64_t tick = 0;
+  std::int64_t sample_time_ns = 0;  // server clock: when the poses were sampled (tick time - pose delay)
+  std::vector<Frame> frames;        // members ascend
+  std::shared_ptr<const std::vector<std::uint8_t>> storage = {};  // what the contents of a decoded batch lie in
+};
+struct Error {
+  ErrorReason reason = ErrorReason::none;
+  std::uint32_t character = 0;  // 0 = none
+  GroomHash groom{};            // zero = none
+  std::string detail;
+};
+
+using ServerMessage = std::variant<Welcome, GroomNeed, GroomStatus, GroomData, CharacterAdded, CharacterRemoved,
+                                   MemberJoined, MemberLeft, LevelRecord, FrameBatch, Error, Goodbye>;
+
+}  // namespace hairnet::wire
