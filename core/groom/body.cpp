@@ -7,6 +7,7 @@
 #include "core/smoothstep.hpp"
 
 namespace hairnet {
+
 void generate_bone_weights(Body& body) {
   const auto joint = [&](Bone b) -> Vec3 { return body.joints[static_cast<std::size_t>(b)].cast<double>(); };
   const Vec3 head_joint = joint(Bone::head), neck_joint = joint(Bone::neck);

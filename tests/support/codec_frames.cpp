@@ -25,7 +25,7 @@ LevelGeometry RandomFrames::full_grid(const std::array<int, 3>& dims) {
   return out;
 }
 
-Integers RandomFrames::frame(std::size_t node_count, int bits, bool velocities) {
+FrameIntegers RandomFrames::frame(std::size_t node_count, int bits, bool velocities) {
   FrameIntegers out;
   for (std::int32_t& bone : out.bones) bone = static_cast<std::int32_t>(random_.next()) >> below(32);
   const auto fill = [&](std::vector<std::int16_t>& integers) {
