@@ -212,24 +212,8 @@ wire::GroomHash Link::upload(const Groom& groom) {
   return hash;
 }
 
-void Link::add_character(std::uint32_t character, const wire::GroomHash& groom, LevelIndex level) {
-  impl_->ask([&](LinkCore& core) { core.add_character(character, groom, level); });
-}
-
-void Link::set_level(std::uint32_t character, LevelIndex level) {
-  impl_->ask([&](LinkCore& core) { core.set_level(character, level); });
-}
-
-void Link::set_material(std::uint32_t character, const MaterialScale& scale) {
-  impl_->ask([&](LinkCore& core) { core.set_material(character, scale); });
-}
-
-void Link::set_wind(const Wind& wind) {
-  impl_->ask([&](LinkCore& core) { core.set_wind(wind); });
-}
-
-void Link::observe(const wire::Observe& wanted) {
-  impl_->ask([&](LinkCore& core) { core.observe(wanted); });
+void Link::send(wire::ClientMessage message) {
+  impl_->ask([&](LinkCore& core) { core.send(std::move(message)); });
 }
 
 void Link::report_importance(const std::vector<wire::MemberImportance>& members) {
@@ -238,10 +222,6 @@ void Link::report_importance(const std::vector<wire::MemberImportance>& members)
 
 void Link::request_groom(const wire::GroomHash& hash) {
   impl_->ask([&](LinkCore& core) { core.request_groom(hash); });
-}
-
-void Link::remove_character(std::uint32_t character) {
-  impl_->ask([&](LinkCore& core) { core.remove_character(character); });
 }
 
 void Link::push_poses(std::vector<wire::PoseSample> poses) {

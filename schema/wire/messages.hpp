@@ -88,6 +88,9 @@ inline constexpr GoodbyeReason kGoodbyeReasonLast = GoodbyeReason::session_taken
 // A secret of the session, known only to its client, that lets the client resume the session on a new connection.
 using SessionSecret = std::array<std::uint8_t, 16>;
 
+// A message that a client sends again over a new connection: the newest of the session, or of each character.
+enum class Resent : std::uint8_t { per_session, per_character };
+
 enum class Role : std::uint8_t { participant, observer };  // an observer has no characters of its own
 
 // Client to server.
@@ -140,15 +143,18 @@ struct PoseBatch {
 };
 // The decoder does not check these values: the session validates them, as it does poses.
 struct SetMaterial {
+  static constexpr Resent kResent = Resent::per_character;
   std::uint32_t character = 0;
   MaterialScale scale;
 };
 struct SetWind {  // of the session's room
+  static constexpr Resent kResent = Resent::per_session;
   Wind wind;
 };
 // Which other members a session receives frames of, and at which detail. It always receives its own characters.
 enum class ObserveMode : std::uint8_t { all, nearest, radius, list };
 struct Observe {
+  static constexpr Resent kResent = Resent::per_session;
   ObserveMode mode = ObserveMode::all;
   std::uint32_t count = 0;             // nearest: so many
   float radius_m = 0;                  // radius: heads within it
@@ -265,6 +271,11 @@ using Message = std::variant<Hello, GroomOffer, GroomChunk, AddCharacter, SetLev
                              GroomNeed, GroomStatus, CharacterAdded, CharacterRemoved, LevelRecord, FrameBatch, Error,
                              Goodbye, SetMaterial, SetWind, Observe, ReportImportance, RequestKeyframes, GroomRequest,
                              GroomData, MemberJoined, MemberLeft>;
+
+// What a client sends, in the order of Message.
+using ClientMessage =
+    std::variant<Hello, GroomOffer, GroomChunk, AddCharacter, SetLevel, RemoveCharacter, PoseBatch, Goodbye,
+                 SetMaterial, SetWind, Observe, ReportImportance, RequestKeyframes, GroomRequest>;
 
 // The unit on every transport: a message and its sender's monotonic clock.
 struct Envelope {
