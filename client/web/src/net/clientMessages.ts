@@ -15,7 +15,7 @@ import {
 } from "./messageCodec";
 import { fitText } from "./text";
 
-// What a client says to its server. A message is its interface, its codec below it, and a line in `ClientMessage` and in
+// What a client says to its server. A message is its interface, its codec below it, and its name in `ClientMessage` and
 // `clientCodecs` at the end. schema/PROTOCOL.md states bytes, states and limits.
 //
 // Times are nanoseconds as numbers: exact to 104 days, to 256 ns at 73 years. Offsets and sizes are exact to 2^53.
@@ -544,11 +544,13 @@ export type ClientMessage =
   | Hello | GroomOffer | GroomChunk | AddCharacter | SetLevel | RemoveCharacter | PoseBatch | SetMaterial | SetWind
   | Observe | ReportImportance | RequestKeyframes | GroomRequest | Goodbye;
 
+/** @internal Types of the package do not show generated code. */
 export const clientCodecs: { readonly [M in ClientMessage as M["type"]]: ClientCodec<M> } = {
   hello, groomOffer, groomChunk, addCharacter, setLevel, removeCharacter, poseBatch, setMaterial, setWind, observe,
   reportImportance, requestKeyframes, groomRequest, goodbye,
 };
 
+/** @internal */
 export function codecOf(message: ClientMessage): ClientCodec<ClientMessage> {
   return clientCodecs[message.type] as ClientCodec<ClientMessage>;
 }

@@ -7,8 +7,8 @@ import { hashBytes, toHex } from "./groomHash";
 import { kMembersPerMessageMax, kTimeMaxNs } from "./limits";
 import { decodeText, kTextBytesMax } from "./text";
 
-// How messages are read, written and checked: what an entry of the tables of messages holds, and the fields that several
-// messages have.
+// How messages are read, written and checked: what an entry of the tables of messages holds, and how the fields are
+// treated that several messages have.
 
 export type Builder = flatbuffers.Builder;
 export type Offset = flatbuffers.Offset;

@@ -27,8 +27,8 @@ for (const [key, reader] of Object.entries({ ...clientCodecs, ...serverReaders }
 }
 
 /**
- * One size-prefixed packet, ready to send. Text is made fit to travel (`fitText`). Throws `HairnetError` for what may not
- * be sent.
+ * One size-prefixed packet, ready to send. Text is made fit to travel (`fitText`). Throws `HairnetError` for what may
+ * not be sent.
  */
 export function encodePacket(clockNs: number, message: ClientMessage): Uint8Array {
   validateMessage(message);

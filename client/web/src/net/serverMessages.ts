@@ -1,18 +1,20 @@
 import { validateGeometry, type LevelGeometry } from "../hair/lattice";
-import { LevelIndex, type ErrorClass } from "../hair/level";
+import { LevelIndex } from "../hair/level";
 import type { Goodbye } from "./clientMessages";
 import { GroomState, kErrorReasonLast, type ErrorReason } from "./enums";
-import { decodeFrames } from "./frameBatch";
+import { decodeFrames, type CodedFrame } from "./frameBatch";
 import type { GroomHash } from "./groomHash";
 import { kGroomBytesMax, kGroomChunkBytesMax, kTickRateMaxHz } from "./limits";
 import {
   enumOf, hashOf, invalid, kUtf8, levelOf, secretOf, textOf, timeOf, vectorOf, type MessageReader,
 } from "./messageCodec";
 
-// What a server says to its client. A message is its interface, how it is read below it, and a line in `ServerMessage` and
-// in `serverReaders` at the end. schema/PROTOCOL.md states bytes, states and reasons.
+// What a server says to its client. A message is its interface, its reader below it, and its name in `ServersAlone` and
+// `serverReaders` at the end. schema/PROTOCOL.md states bytes, states and reasons.
 //
-// Times are nanoseconds as numbers: exact to 104 days, to 256 ns at 73 years. Ticks, offsets and sizes are exact to 2^53.
+// Times are nanoseconds as numbers: exact to 104 days, to 256 ns at 73 years. Ticks and sizes are exact to 2^53.
+
+export type { CodedFrame };
 
 export interface Welcome {
   readonly type: "welcome";
@@ -168,23 +170,6 @@ const levelRecord: MessageReader<LevelRecord> = {
   },
 };
 
-/** A frame as it travels, its content still coded. */
-export interface CodedFrame {
-  readonly member: number;
-  readonly level: LevelIndex;
-  readonly errorClass: ErrorClass;
-  /** do not interpolate from the last frame */
-  readonly discontinuous: boolean;
-  /** no frame will come before the character wakes */
-  readonly asleep: boolean;
-  readonly velocities: boolean;
-  /** 0 to 3: of the earlier frames that it refers to, `stride` ticks apart */
-  readonly order: number;
-  readonly stride: number;
-  /** ticks from one step of the character to the next */
-  readonly stepStride: number;
-  readonly content: Uint8Array;
-}
 export interface CodedFrameBatch {
   readonly type: "frameBatch";
   readonly tick: number;
@@ -228,6 +213,7 @@ type ServersAlone =
   | LevelRecord | CodedFrameBatch | ErrorMessage;
 export type ServerMessage = ServersAlone | Goodbye;
 
+/** @internal Types of the package do not show generated code. */
 export const serverReaders: { readonly [M in ServersAlone as M["type"]]: MessageReader<M> } = {
   welcome, groomNeed, groomStatus, groomData, characterAdded, characterRemoved, memberJoined, memberLeft, levelRecord,
   frameBatch, error,
