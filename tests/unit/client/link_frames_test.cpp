@@ -255,9 +255,9 @@ class Restarted : public Receiving {
     const std::optional<Frame> frame = received();
     EXPECT_TRUE(frame);
     if (!frame) return false;
-    EXPECT_EQ(frame->kept, frame->level != LevelIndex::rigid);
-    EXPECT_EQ(frame->kept, !frame->displacements.empty());
-    return frame->kept;
+    EXPECT_EQ(frame->last_known, frame->level != LevelIndex::rigid);
+    EXPECT_EQ(frame->last_known, !frame->displacements.empty());
+    return frame->last_known;
   }
 };
 class Resumed : public Restarted {
@@ -269,7 +269,7 @@ TEST_F(Restarted, ones_own_hair_keeps_its_shape_until_the_new_server_has_a_latti
   send_rigid_frame(3, kOwnMember);
   const std::optional<Frame> frame = received();
   ASSERT_TRUE(frame);
-  EXPECT_TRUE(frame->kept);
+  EXPECT_TRUE(frame->last_known);
   EXPECT_EQ(frame->level, LevelIndex::low);
   EXPECT_EQ(frame->displacements, moving(10, kOwnMember).nodes);
   ASSERT_TRUE(frame->geometry);
@@ -280,7 +280,7 @@ TEST_F(Restarted, ones_own_hair_keeps_its_shape_until_the_new_server_has_a_latti
   send_frame(4, kOwnMember, {});
   const std::optional<Frame> stepped = received();
   ASSERT_TRUE(stepped);
-  EXPECT_FALSE(stepped->kept);
+  EXPECT_FALSE(stepped->last_known);
   EXPECT_EQ(stepped->displacements, moving(4, kOwnMember).nodes);
   EXPECT_FALSE(keeps_hair(5));
 }
