@@ -1,7 +1,8 @@
 #include "client/assets/upright.hpp"
 
-#include <algorithm>
 #include <cmath>
+
+#include "core/smoothstep.hpp"
 
 namespace hairnet {
 
@@ -12,8 +13,7 @@ Pose upright(const Pose& pose) {
 }
 
 Pose ease(const Pose& from, const Pose& to, double time_s, double duration_s) {
-  const double s = std::clamp(time_s / duration_s, 0.0, 1.0);
-  return interpolate(from, to, s * s * (3 - 2 * s));
+  return interpolate(from, to, smoothstep(0.0, duration_s, time_s));
 }
 
 }  // namespace hairnet

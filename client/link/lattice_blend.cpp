@@ -1,6 +1,5 @@
 #include "client/link/lattice_blend.hpp"
 
-#include <algorithm>
 #include <utility>
 
 #include "client/link/switch_blend.hpp"
@@ -13,13 +12,6 @@ void LatticeBlend::fill(const Playout::Sample& sample, Field& field) {
   if (!field.geometry) return;
   field.grid.resize(field.geometry->lattice.node_count());
   expand_displacements(*field.geometry, sample.displacement, field.grid);
-}
-
-// As SwitchBlend fades.
-float LatticeBlend::left_at(std::int64_t time_ns) const {
-  const double t = static_cast<double>(time_ns - switched_ns_) / static_cast<double>(SwitchBlend::kSwitchBlend_ns);
-  const double gone = std::clamp(t, 0.0, 1.0);
-  return static_cast<float>(1 - gone * gone * (3 - 2 * gone));
 }
 
 void LatticeBlend::begin_switch(std::int64_t time_ns) {
@@ -44,7 +36,7 @@ void LatticeBlend::apply(const Playout::Sample& sample, bool discontinuous) {
   }
   started_ = true;
   level_ = sample.level;
-  left_ = switches_.empty() ? 0 : left_at(sample.time_ns);
+  left_ = switches_.empty() ? 0 : SwitchBlend::left_after(sample.time_ns - switched_ns_);
   if (left_ <= 0) switches_.clear();
   list_layers();
 }

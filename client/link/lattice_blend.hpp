@@ -45,7 +45,6 @@ class LatticeBlend {
   void begin_switch(std::int64_t time_ns);
   void list_layers();
   void list(const Field& field, float weight);
-  [[nodiscard]] float left_at(std::int64_t time_ns) const;
 
   bool started_ = false;
   LevelIndex level_ = LevelIndex::rigid;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "client/link/server_stream.hpp"
+#include "schema/channel/monotonic_clock.hpp"
 #include "schema/wire/groom_file.hpp"
 
 namespace hairnet::link {
@@ -19,11 +20,6 @@ using std::chrono::milliseconds;
 
 constexpr milliseconds kDestructionWait_max{600};
 constexpr std::size_t kWriteBytesMax = 64u << 10;  // gathered into one write
-
-std::int64_t steady_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
 
 }  // namespace
 
@@ -74,11 +70,11 @@ struct Link::Impl {
   // Gives the core its time-outs, and the connections that it wants.
   asio::awaitable<void> watch() {
     while (true) {
-      const std::int64_t deadline_ns = turn(steady_ns());
+      const std::int64_t deadline_ns = turn(channel::monotonic_ns());
       error_code ignored;
       // Waits are short enough for any clock arithmetic.
       wake.expires_after(
-          std::chrono::nanoseconds(std::clamp<std::int64_t>(deadline_ns - steady_ns(), 0, kWait_ns_max)));
+          std::chrono::nanoseconds(std::clamp<std::int64_t>(deadline_ns - channel::monotonic_ns(), 0, kWait_ns_max)));
       co_await wake.async_wait(asio::redirect_error(asio::use_awaitable, ignored));
     }
   }
@@ -119,7 +115,7 @@ struct Link::Impl {
     }
     if (fault.empty()) {
       c->open = true;
-      with_core([](LinkCore& k) { k.on_open(steady_ns()); });
+      with_core([](LinkCore& k) { k.on_open(channel::monotonic_ns()); });
       asio::co_spawn(io, transmit(c), asio::detached);
     }
     while (fault.empty()) {
@@ -133,16 +129,16 @@ struct Link::Impl {
     c->stream->close();
     c->wake.cancel();
     current.reset();
-    with_core([&](LinkCore& k) { k.on_closed(std::move(fault), steady_ns()); });
+    with_core([&](LinkCore& k) { k.on_closed(std::move(fault), channel::monotonic_ns()); });
     look_again();
   }
 
   void take(std::span<const std::uint8_t> bytes, bool is_message) {
     const std::lock_guard lock(mutex);
     if (is_message)
-      core.on_packet(bytes, steady_ns());
+      core.on_packet(bytes, channel::monotonic_ns());
     else
-      core.on_bytes(bytes, steady_ns());
+      core.on_bytes(bytes, channel::monotonic_ns());
   }
 
   asio::awaitable<void> transmit(std::shared_ptr<Connection> c) {
@@ -166,16 +162,16 @@ struct Link::Impl {
   // A packet, or as many as make one good write.
   void gather(std::vector<std::uint8_t>& bytes, bool is_message) {
     const std::lock_guard lock(mutex);
-    bytes = core.take_packet(steady_ns());
+    bytes = core.take_packet(channel::monotonic_ns());
     while (!is_message && !bytes.empty() && bytes.size() < kWriteBytesMax) {
-      const std::vector<std::uint8_t> more = core.take_packet(steady_ns());
+      const std::vector<std::uint8_t> more = core.take_packet(channel::monotonic_ns());
       if (more.empty()) break;
       bytes.insert(bytes.end(), more.begin(), more.end());
     }
   }
 
   void leave() {
-    ask([](LinkCore& k) { k.leave(steady_ns()); });
+    ask([](LinkCore& k) { k.leave(channel::monotonic_ns()); });
   }
 
   void answer_with(Result<wire::Welcome> welcome) {
@@ -216,24 +212,8 @@ wire::GroomHash Link::upload(const Groom& groom) {
   return hash;
 }
 
-void Link::add_character(std::uint32_t character, const wire::GroomHash& groom, LevelIndex level) {
-  impl_->ask([&](LinkCore& core) { core.add_character(character, groom, level); });
-}
-
-void Link::set_level(std::uint32_t character, LevelIndex level) {
-  impl_->ask([&](LinkCore& core) { core.set_level(character, level); });
-}
-
-void Link::set_material(std::uint32_t character, const MaterialScale& scale) {
-  impl_->ask([&](LinkCore& core) { core.set_material(character, scale); });
-}
-
-void Link::set_wind(const Wind& wind) {
-  impl_->ask([&](LinkCore& core) { core.set_wind(wind); });
-}
-
-void Link::observe(const wire::Observe& wanted) {
-  impl_->ask([&](LinkCore& core) { core.observe(wanted); });
+void Link::send(wire::ClientMessage message) {
+  impl_->ask([&](LinkCore& core) { core.send(std::move(message)); });
 }
 
 void Link::report_importance(const std::vector<wire::MemberImportance>& members) {
@@ -242,10 +222,6 @@ void Link::report_importance(const std::vector<wire::MemberImportance>& members)
 
 void Link::request_groom(const wire::GroomHash& hash) {
   impl_->ask([&](LinkCore& core) { core.request_groom(hash); });
-}
-
-void Link::remove_character(std::uint32_t character) {
-  impl_->ask([&](LinkCore& core) { core.remove_character(character); });
 }
 
 void Link::push_poses(std::vector<wire::PoseSample> poses) {
@@ -257,7 +233,7 @@ std::vector<Event> Link::poll() {
 }
 
 std::int64_t Link::now_ns() const {
-  return steady_ns();
+  return channel::monotonic_ns();
 }
 
 std::int64_t Link::to_local_ns(std::int64_t server_time_ns) const {

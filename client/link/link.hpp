@@ -29,17 +29,21 @@ class Link {
   Result<wire::Welcome> connect();
   // Offers the groom; its bytes follow as far as the server lacks them. The same groom twice is one upload.
   wire::GroomHash upload(const Groom& groom);
-  void add_character(std::uint32_t character, const wire::GroomHash& groom, LevelIndex level);
-  void set_level(std::uint32_t character, LevelIndex level);
+  // Any request but those with a call of their own below.
+  void send(wire::ClientMessage message);
+  void add_character(std::uint32_t character, const wire::GroomHash& groom, LevelIndex level) {
+    send(wire::AddCharacter{character, groom, level});
+  }
+  void remove_character(std::uint32_t character) { send(wire::RemoveCharacter{character}); }
+  void set_level(std::uint32_t character, LevelIndex level) { send(wire::SetLevel{character, level}); }
   // Refused with an Error when out of range.
-  void set_material(std::uint32_t character, const MaterialScale& scale);
-  void set_wind(const Wind& wind);            // of the whole room; the last client to set it wins
-  void observe(const wire::Observe& wanted);  // of others; every frame of all at first
+  void set_material(std::uint32_t character, const MaterialScale& scale) { send(wire::SetMaterial{character, scale}); }
+  void set_wind(const Wind& wind) { send(wire::SetWind{wind}); }  // of the whole room; the last client to set it wins
+  void observe(const wire::Observe& wanted) { send(wanted); }     // of others; every frame of all at first
   // How large members are on this screen. Sends at most four reports a second, of relevant changes only.
   void report_importance(const std::vector<wire::MemberImportance>& members);
   // Requests the groom of another client. GroomFetched follows, or an Error (groom_unavailable).
   void request_groom(const wire::GroomHash& hash);
-  void remove_character(std::uint32_t character);
   // Poses captured at `capture_time_ns` of now_ns(); sent as one batch.
   void push_poses(std::vector<wire::PoseSample> poses);
   // What arrived since the last call. A caller that never polls loses the oldest frames, not memory.

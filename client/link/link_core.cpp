@@ -60,47 +60,19 @@ void LinkCore::start() {
 void LinkCore::offer_groom(const wire::GroomHash& hash, RequestedState::Bytes bytes) {
   requested_.offer(hash, bytes);
   if (!active()) return;
-  if (const auto offer = uploads_.offer(hash, std::move(bytes))) send(*offer);
+  if (const auto offer = uploads_.offer(hash, std::move(bytes))) enqueue(*offer);
 }
 
-void LinkCore::add_character(std::uint32_t character, const wire::GroomHash& groom, LevelIndex level) {
-  const wire::AddCharacter added{character, groom, level, {}};
-  requested_.add(added);
-  send(added);
-}
-
-void LinkCore::set_level(std::uint32_t character, LevelIndex level) {
-  if (level == LevelIndex::rigid) last_known_.drop(character);
-  const wire::SetLevel wanted{character, level};
-  requested_.set_level(wanted);
-  send(wanted);
-}
-
-void LinkCore::set_material(std::uint32_t character, const MaterialScale& scale) {
-  const wire::SetMaterial wanted{character, scale};
-  requested_.set_material(wanted);
-  send(wanted);
-}
-
-void LinkCore::set_wind(const Wind& wind) {
-  const wire::SetWind wanted{wind};
-  requested_.set_wind(wanted);
-  send(wanted);
-}
-
-void LinkCore::remove_character(std::uint32_t character) {
-  last_known_.drop(character);
-  requested_.remove(character);
-  send(wire::RemoveCharacter{character});
-}
-
-void LinkCore::observe(wire::Observe wanted) {
-  requested_.observe(wanted);
-  send(std::move(wanted));
+void LinkCore::send(wire::ClientMessage message) {
+  if (const auto* removed = std::get_if<wire::RemoveCharacter>(&message)) last_known_.drop(removed->character);
+  if (const auto* wanted = std::get_if<wire::SetLevel>(&message); wanted && wanted->level == LevelIndex::rigid)
+    last_known_.drop(wanted->character);
+  requested_.store(message);
+  enqueue(std::move(message));
 }
 
 void LinkCore::request_groom(const wire::GroomHash& hash) {
-  if (const auto request = fetch_.request(hash)) send(*request);
+  if (const auto request = fetch_.request(hash)) enqueue(*request);
 }
 
 void LinkCore::push_poses(std::vector<wire::PoseSample> poses) {
@@ -111,7 +83,7 @@ void LinkCore::push_poses(std::vector<wire::PoseSample> poses) {
 }
 
 // Without a session the message is not sent: RequestedState stores it and resends it after the next welcome.
-void LinkCore::send(wire::Message message) {
+void LinkCore::enqueue(wire::ClientMessage message) {
   if (active() && !queue_.push(std::move(message)))
     end(GoodbyeReason::none, "more messages wait to be sent than the server takes");
 }
@@ -128,11 +100,11 @@ void LinkCore::poll(std::int64_t now_ns) {
   if (ended()) return;
   if (now_ns >= give_up_ns_) return end(GoodbyeReason::none, "gave up reconnecting");
   if (active() && now_ns - sent_ns_ >= to_ns(options_.keep_alive_s)) {
-    if (queue_.empty()) send(wire::PoseBatch{});  // keep-alive
+    if (queue_.empty()) enqueue(wire::PoseBatch{});  // keep-alive
     sent_ns_ = now_ns;
   }
   if (active()) {
-    if (std::optional<wire::ReportImportance> report = importance_.take(now_ns)) send(std::move(*report));
+    if (std::optional<wire::ReportImportance> report = importance_.take(now_ns)) enqueue(std::move(*report));
     if (now_ns >= members_due_ns_) {
       members_due_ns_ = kNever_ns;
       tell_left(members_.drop_unconfirmed());
@@ -240,11 +212,12 @@ std::vector<std::uint8_t> LinkCore::take_packet(std::int64_t now_ns) {
   if (!connection_ || ended() || goodbye_taken_) return {};
   if (state_ != State::greeting && state_ != State::active && state_ != State::leaving) return {};
   const bool is_chunk = active() && uploads_.is_waiting() && (queue_.empty() || upload_share_.is_due());
-  std::optional<wire::Message> message = is_chunk ? uploads_.next_chunk() : queue_.pop();
+  std::optional<wire::ClientMessage> message = is_chunk ? uploads_.next_chunk() : queue_.pop();
   if (!message) return {};
   goodbye_taken_ = std::holds_alternative<wire::Goodbye>(*message);
   sent_ns_ = now_ns;
-  std::vector<std::uint8_t> packet = wire::encode_packet({now_ns, std::move(*message)});
+  const auto to_message = [](auto& m) { return wire::Message(std::move(m)); };
+  std::vector<std::uint8_t> packet = wire::encode_packet({now_ns, std::visit(to_message, *message)});
   if (is_chunk)
     upload_share_.sent_bulk();
   else
@@ -308,10 +281,10 @@ void LinkCore::on(wire::Welcome& welcome, std::int64_t now_ns) {
 void LinkCore::resend_all(bool resumed) {
   RequestedState::Resend resend = requested_.take_resend(resumed);
   for (auto& [hash, bytes] : resend.offers) {
-    if (const auto offer = uploads_.offer(hash, std::move(bytes))) send(*offer);
+    if (const auto offer = uploads_.offer(hash, std::move(bytes))) enqueue(*offer);
   }
-  for (wire::Message& message : resend.messages) send(std::move(message));
-  for (const wire::GroomRequest& request : fetch_.request_again()) send(request);
+  for (wire::ClientMessage& message : resend.messages) enqueue(std::move(message));
+  for (const wire::GroomRequest& request : fetch_.request_again()) enqueue(request);
   if (resumed)
     importance_.resend_all();
   else
@@ -378,46 +351,45 @@ void LinkCore::on(wire::GroomData& data, std::int64_t) {
 }
 
 void LinkCore::on(wire::FrameBatch& batch, std::int64_t now_ns) {
-  FrameBatch decoded{batch.tick, batch.sample_time_ns, {}};
-  if (!sink_) decoded.frames.reserve(batch.frames.size());
+  FrameBatch events{batch.tick, batch.sample_time_ns, {}};
+  if (!sink_) events.frames.reserve(batch.frames.size());
   wire::RequestKeyframes keyframes;
   for (const wire::Frame& frame : batch.frames) {
-    const Members::DecodedFrame taken = members_.decode_frame(frame, batch.tick, now_ns);
+    const Members::DecodedFrame decoded = members_.decode_frame(frame, batch.tick, now_ns);
     ++counters_.frames_received;
-    counters_.frames_unknown += taken.outcome == Members::Outcome::unknown;
-    counters_.frames_undecodable += taken.outcome == Members::Outcome::undecodable;
-    if (taken.wants_keyframe && keyframes.members.size() < wire::kMembersPerMessageMax)
+    counters_.frames_unknown += decoded.outcome == Members::Outcome::unknown;
+    counters_.frames_undecodable += decoded.outcome == Members::Outcome::undecodable;
+    if (decoded.wants_keyframe && keyframes.members.size() < wire::kMembersPerMessageMax)
       keyframes.members.push_back(frame.member);
-    if (taken.outcome != Members::Outcome::unknown) dispatch(batch, frame, taken, decoded, now_ns);
+    if (decoded.outcome != Members::Outcome::unknown)
+      dispatch({batch.tick, batch.sample_time_ns, frame, decoded}, events, now_ns);
   }
-  if (!keyframes.members.empty()) send(std::move(keyframes));
-  if (!decoded.frames.empty()) push(std::move(decoded));
+  if (!keyframes.members.empty()) enqueue(std::move(keyframes));
+  if (!events.frames.empty()) push(std::move(events));
 }
 
-void LinkCore::dispatch(const wire::FrameBatch& batch, const wire::Frame& frame, const Members::DecodedFrame& taken,
-                        FrameBatch& decoded, std::int64_t now_ns) {
-  if (taken.character != 0 && taken.integers && frame.level != LevelIndex::rigid) {  // the server simulates it
-    last_known_.drop(taken.character);
-    requested_.forget_state(taken.character);
+void LinkCore::dispatch(const ReceivedFrame& received, FrameBatch& events, std::int64_t now_ns) {
+  const auto& [tick, sample_time_ns, frame, decoded] = received;
+  if (decoded.character != 0 && decoded.integers && frame.level != LevelIndex::rigid) {  // the server simulates it
+    last_known_.drop(decoded.character);
+    requested_.forget_state(decoded.character);
   }
   if (sink_) {
-    sink_->on_frame({batch.tick, batch.sample_time_ns, frame, taken.character, taken.discontinuous,
-                     taken.outcome == Members::Outcome::undecodable, taken.integers,
-                     taken.integers ? &taken.pose : nullptr, taken.geometry.get()});
-  } else if (taken.integers) {
-    Frame& out = decoded.frames.emplace_back();
+    sink_->on_frame(received);
+  } else if (decoded.integers) {
+    Frame& out = events.frames.emplace_back();
     out.member = frame.member;
-    out.character = taken.character;
+    out.character = decoded.character;
     out.level = frame.level;
     out.error_class = frame.error_class;
-    out.discontinuous = taken.discontinuous;
+    out.discontinuous = decoded.discontinuous;
     out.asleep = frame.asleep;
     out.step_stride = frame.step_stride;
     out.step_s = static_cast<float>(frame.step_stride) / static_cast<float>(welcome_->tick_rate_hz);
-    out.pose = taken.pose;
-    out.displacements = taken.integers->nodes;
-    out.velocities = taken.integers->velocities;
-    out.geometry = taken.geometry;
+    out.pose = decoded.pose;
+    out.displacements = decoded.integers->nodes;
+    out.velocities = decoded.integers->velocities;
+    out.geometry = decoded.geometry;
     if (out.character != 0) show_last_known(out, now_ns);
   }
 }

@@ -56,12 +56,7 @@ struct ReceivedFrame {
   std::uint64_t tick = 0;
   std::int64_t sample_time_ns = 0;  // server clock
   const wire::Frame& frame;
-  std::uint32_t character = 0;  // one's own number; 0: another's
-  bool discontinuous = false;   // the frame's own, or of one before it that could not be decoded
-  bool undecodable = false;
-  const codec::FrameIntegers* integers = nullptr;  // null: not decoded
-  const Pose* pose = nullptr;                      // likewise
-  const LevelGeometry* geometry = nullptr;         // likewise, or rigid
+  const Members::DecodedFrame& decoded;
 };
 
 // Receives frames directly instead of as events, for programs that drive many cores. on_bytes() and on_packet() call
@@ -96,13 +91,10 @@ class LinkCore {
   void start();
   // `bytes` is the groom's file and `hash` its hash; kept for as long as they may have to be sent again.
   void offer_groom(const wire::GroomHash& hash, RequestedState::Bytes bytes);
-  void add_character(std::uint32_t character, const wire::GroomHash& groom, LevelIndex level);
-  void set_level(std::uint32_t character, LevelIndex level);
-  void set_material(std::uint32_t character, const MaterialScale& scale);
-  void set_wind(const Wind& wind);
-  void remove_character(std::uint32_t character);
+  // Any request but those with a call of their own here. What must outlive the connection is also stored: characters,
+  // levels, and the newest of every message that has a kResent.
+  void send(wire::ClientMessage message);
   void push_poses(std::vector<wire::PoseSample> poses);
-  void observe(wire::Observe wanted);
   // Said a few times a second at most, and what has changed enough to matter.
   void report_importance(std::span<const wire::MemberImportance> members) { importance_.report(members); }
   // Another's groom: GroomFetched follows, or an Error (groom_unavailable).
@@ -149,10 +141,9 @@ class LinkCore {
   void on(wire::Error& error, std::int64_t now_ns);
   void on(wire::Goodbye& goodbye, std::int64_t now_ns);
 
-  void send(wire::Message message);
+  void enqueue(wire::ClientMessage message);
   void resend_all(bool resumed);
-  void dispatch(const wire::FrameBatch& batch, const wire::Frame& frame, const Members::DecodedFrame& taken,
-                FrameBatch& decoded, std::int64_t now_ns);
+  void dispatch(const ReceivedFrame& received, FrameBatch& events, std::int64_t now_ns);
   void show_last_known(Frame& frame, std::int64_t now_ns);
   void tell_left(const std::vector<std::uint32_t>& members);
   void push(Event event);

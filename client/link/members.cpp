@@ -72,32 +72,32 @@ const KnownLevel* Members::level_of(Member& member, LevelIndex level) const {
 }
 
 Members::DecodedFrame Members::decode_frame(const wire::Frame& frame, std::uint64_t tick, std::int64_t now_ns) {
-  DecodedFrame taken;
+  DecodedFrame decoded;
   const auto found = members_.find(frame.member);
-  if (found == members_.end()) return taken;
+  if (found == members_.end()) return decoded;
   Member& member = found->second;
-  if (member.last_tick && tick <= *member.last_tick) return taken;
+  if (member.last_tick && tick <= *member.last_tick) return decoded;
   member.last_tick = tick;
-  taken.character = member.own ? member.character : 0;
-  taken.discontinuous = frame.discontinuous || member.discontinuity_pending;
+  decoded.character = member.own ? member.character : 0;
+  decoded.discontinuous = frame.discontinuous || member.discontinuity_pending;
   if (!decodes(frame.member)) {
-    taken.outcome = Outcome::skipped;
-    return taken;
+    decoded.outcome = Outcome::skipped;
+    return decoded;
   }
-  if (decode(member, frame, tick, taken)) {
-    taken.outcome = Outcome::decoded;
+  if (decode(member, frame, tick, decoded)) {
+    decoded.outcome = Outcome::decoded;
     member.discontinuity_pending = member.keyframe_asked = false;
-    return taken;
+    return decoded;
   }
-  taken.outcome = Outcome::undecodable;
-  member.discontinuity_pending = taken.discontinuous;
-  taken.wants_keyframe = !member.keyframe_asked || now_ns - member.keyframe_asked_ns >= kKeyframeWait_ns;
-  if (taken.wants_keyframe) member.keyframe_asked_ns = now_ns;
+  decoded.outcome = Outcome::undecodable;
+  member.discontinuity_pending = decoded.discontinuous;
+  decoded.wants_keyframe = !member.keyframe_asked || now_ns - member.keyframe_asked_ns >= kKeyframeWait_ns;
+  if (decoded.wants_keyframe) member.keyframe_asked_ns = now_ns;
   member.keyframe_asked = true;
-  return taken;
+  return decoded;
 }
 
-bool Members::decode(Member& member, const wire::Frame& frame, std::uint64_t tick, DecodedFrame& taken) const {
+bool Members::decode(Member& member, const wire::Frame& frame, std::uint64_t tick, DecodedFrame& decoded) const {
   const bool rigid = frame.level == LevelIndex::rigid;
   const KnownLevel* level = rigid ? nullptr : level_of(member, frame.level);
   if (!rigid && !level) return false;
@@ -115,15 +115,15 @@ bool Members::decode(Member& member, const wire::Frame& frame, std::uint64_t tic
   if (!codec::decode_frame(frame.content, codec::History(history.data(), frame.order),
                            level ? &level->neighbours : nullptr, frame.velocities, next.integers))
     return false;
-  taken.pose = codec::dequantise_pose(next.integers);
-  if (wire::validate_pose(taken.pose) != wire::PoseRefusal::none) return false;
+  decoded.pose = codec::dequantise_pose(next.integers);
+  if (wire::validate_pose(decoded.pose) != wire::PoseRefusal::none) return false;
   next.valid = true;
   next.tick = tick;
   next.level = frame.level;
   next.error_class = frame.error_class;
   member.newest = slot;
-  taken.integers = &next.integers;
-  if (level) taken.geometry = {member.levels[static_cast<std::size_t>(frame.level)], &level->geometry};
+  decoded.integers = &next.integers;
+  if (level) decoded.geometry = {member.levels[static_cast<std::size_t>(frame.level)], &level->geometry};
   return true;
 }
 

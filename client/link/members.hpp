@@ -90,7 +90,7 @@ class Members {
   bool put(std::uint32_t number, Member member);
   [[nodiscard]] bool decodes(std::uint32_t number) const;
   [[nodiscard]] const KnownLevel* level_of(Member& member, LevelIndex level) const;
-  [[nodiscard]] bool decode(Member& member, const wire::Frame& frame, std::uint64_t tick, DecodedFrame& taken) const;
+  [[nodiscard]] bool decode(Member& member, const wire::Frame& frame, std::uint64_t tick, DecodedFrame& decoded) const;
 
   std::shared_ptr<LevelCatalog> catalog_;
   double decode_share_;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "core/smoothstep.hpp"
+
 namespace hairnet::link {
 namespace {
 
@@ -15,10 +17,6 @@ constexpr std::int64_t kCubic_ns_max = 250'000'000;
 constexpr std::int64_t kEaseToRest_ns = 500'000'000;
 // The delay changes by at most this share of the time that passes: slower or faster motion that nobody notices.
 constexpr double kSlewMax = 0.1;
-
-double smoothstep(double s) {
-  return s * s * (3 - 2 * s);
-}
 
 // The same rotation, by less than half a turn.
 Quat nearer(const Quat& q) {
@@ -186,8 +184,8 @@ void Playout::show_cubic(const BufferedFrame& from, const BufferedFrame& to, dou
 
 void Playout::show_last(const BufferedFrame& last) {
   const std::int64_t waited = shown_.time_ns - last.time_ns - std::max(kFreeze_ns, 2 * last.step_ns);
-  const double eased = std::clamp(static_cast<double>(waited) / static_cast<double>(kEaseToRest_ns), 0.0, 1.0);
-  const float left = last.asleep ? 1 : static_cast<float>(1 - smoothstep(eased));
+  const double eased = smoothstep(0.0, double{kEaseToRest_ns}, static_cast<double>(waited));
+  const float left = last.asleep ? 1 : static_cast<float>(1 - eased);
   shown_.pose = last.pose;
   shown_.level = last.level;
   shown_.displacement = last.displacement;

@@ -8,32 +8,46 @@ void RequestedState::offer(const wire::GroomHash& hash, Bytes bytes) {
   grooms_.try_emplace(hash, Offered{std::move(bytes), false});
 }
 
+void RequestedState::store(const wire::ClientMessage& message) {
+  if (const auto* added = std::get_if<wire::AddCharacter>(&message)) return add(*added);
+  if (const auto* removed = std::get_if<wire::RemoveCharacter>(&message)) return remove(removed->character);
+  if (const auto* wanted = std::get_if<wire::SetLevel>(&message)) return set_level(*wanted);
+  const auto store_setting = [&]<class M>(const M& m) {
+    if constexpr (requires { requires M::kResent == wire::Resent::per_session; }) {
+      settings_[message.index()] = m;
+    } else if constexpr (requires { requires M::kResent == wire::Resent::per_character; }) {
+      if (Character* character = find(m.character)) character->settings[message.index()] = m;
+    }
+  };
+  std::visit(store_setting, message);
+}
+
+RequestedState::Character* RequestedState::find(std::uint32_t character) {
+  const auto found = characters_.find(character);
+  return found == characters_.end() ? nullptr : &found->second;
+}
+
 void RequestedState::add(const wire::AddCharacter& added) {
   sent_twice_.erase(added.character);
-  characters_[added.character] = {added.groom, added.level, {}, false};
-  states_.erase(added.character);
-  if (added.state) states_[added.character] = *added.state;
-}
-
-void RequestedState::set_level(const wire::SetLevel& wanted) {
-  if (const auto found = characters_.find(wanted.character); found != characters_.end())
-    found->second.level = wanted.level;
-  if (wanted.level == LevelIndex::rigid) states_.erase(wanted.character);
-}
-
-void RequestedState::set_material(const wire::SetMaterial& wanted) {
-  if (const auto found = characters_.find(wanted.character); found != characters_.end())
-    found->second.material = wanted.scale;
+  characters_[added.character] = {added, {}, false};
 }
 
 void RequestedState::remove(std::uint32_t character) {
   characters_.erase(character);
-  states_.erase(character);
   leaving_.insert(character);
 }
 
+void RequestedState::set_level(const wire::SetLevel& wanted) {
+  if (Character* character = find(wanted.character)) character->added.level = wanted.level;
+  if (wanted.level == LevelIndex::rigid) forget_state(wanted.character);
+}
+
 void RequestedState::remember(std::uint32_t character, wire::HairState state) {
-  if (characters_.contains(character)) states_[character] = std::move(state);
+  if (Character* known = find(character)) known->added.state = std::move(state);
+}
+
+void RequestedState::forget_state(std::uint32_t character) {
+  if (Character* known = find(character)) known->added.state.reset();
 }
 
 void RequestedState::on_ready(const wire::GroomHash& hash) {
@@ -41,7 +55,7 @@ void RequestedState::on_ready(const wire::GroomHash& hash) {
 }
 
 void RequestedState::on_added(std::uint32_t character) {
-  if (const auto found = characters_.find(character); found != characters_.end()) found->second.confirmed = true;
+  if (Character* known = find(character)) known->confirmed = true;
 }
 
 bool RequestedState::on_error(const wire::Error& error) {
@@ -64,17 +78,14 @@ RequestedState::Resend RequestedState::take_resend(bool resumed) {
   for (auto& [number, character] : characters_) {
     character.confirmed = character.confirmed && resumed;
     if (!character.confirmed) {
-      wire::AddCharacter add{number, character.groom, character.level, {}};
-      if (const auto state = states_.find(number); state != states_.end()) add.state = state->second;
-      resend.messages.push_back(std::move(add));
+      resend.messages.push_back(character.added);
       if (resumed) sent_twice_.insert(number);
     }
     // The server may have added it before the connection broke, with an older level.
-    if (resumed) resend.messages.push_back(wire::SetLevel{number, character.level});
-    if (character.material) resend.messages.push_back(wire::SetMaterial{number, *character.material});
+    if (resumed) resend.messages.push_back(wire::SetLevel{number, character.added.level});
+    for (const auto& [kind, message] : character.settings) resend.messages.push_back(message);
   }
-  if (wind_) resend.messages.push_back(*wind_);
-  if (observe_) resend.messages.push_back(*observe_);
+  for (const auto& [kind, message] : settings_) resend.messages.push_back(message);
   return resend;
 }
 

@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <map>
 #include <memory>
-#include <optional>
 #include <set>
 #include <utility>
 #include <vector>
@@ -17,23 +16,19 @@ namespace hairnet::link {
 class RequestedState {
  public:
   using Bytes = std::shared_ptr<const std::vector<std::uint8_t>>;
+  using Settings = std::map<std::size_t, wire::ClientMessage>;  // the newest of each kind, by its index
   struct Character {
-    wire::GroomHash groom{};
-    LevelIndex level = LevelIndex::high;
-    std::optional<MaterialScale> material;
-    bool confirmed = false;  // CharacterAdded has come
+    wire::AddCharacter added;  // with its newest level, and the state from which a new server continues its hair
+    Settings settings;         // those of Resent::per_character
+    bool confirmed = false;    // CharacterAdded has come
   };
 
   void offer(const wire::GroomHash& hash, Bytes bytes);  // kept until the groom is refused
-  void add(const wire::AddCharacter& added);
-  void set_level(const wire::SetLevel& wanted);
-  void set_material(const wire::SetMaterial& wanted);
-  void set_wind(const wire::SetWind& wanted) { wind_ = wanted; }
-  void observe(wire::Observe wanted) { observe_ = std::move(wanted); }
-  void remove(std::uint32_t character);
+  // Stores what the message changes: the characters and their levels, and every message that has a kResent.
+  void store(const wire::ClientMessage& message);
   // Stores the state from which a new server continues the hair of the character.
   void remember(std::uint32_t character, wire::HairState state);
-  void forget_state(std::uint32_t character) { states_.erase(character); }
+  void forget_state(std::uint32_t character);
 
   void on_ready(const wire::GroomHash& hash);
   void on_refused(const wire::GroomHash& hash) { grooms_.erase(hash); }
@@ -47,7 +42,7 @@ class RequestedState {
   // confirmed.
   struct Resend {
     std::vector<std::pair<wire::GroomHash, Bytes>> offers;  // first
-    std::vector<wire::Message> messages;
+    std::vector<wire::ClientMessage> messages;
   };
   Resend take_resend(bool resumed);
 
@@ -62,14 +57,17 @@ class RequestedState {
     Bytes bytes;
     bool ready = false;
   };
+  Character* find(std::uint32_t character);  // null: not there
+  void add(const wire::AddCharacter& added);
+  void remove(std::uint32_t character);
+  void set_level(const wire::SetLevel& wanted);
+
   std::map<wire::GroomHash, Offered> grooms_;
   std::map<std::uint32_t, Character> characters_;
-  std::map<std::uint32_t, wire::HairState> states_;  // as it was when the connection broke, or as it was added with
-  std::set<std::uint32_t> leaving_;                  // removed, and not confirmed
+  std::set<std::uint32_t> leaving_;  // removed, and not confirmed
   // Characters whose AddCharacter was sent twice. The server may announce one and then refuse its second AddCharacter.
   std::set<std::uint32_t> sent_twice_;
-  std::optional<wire::SetWind> wind_;
-  std::optional<wire::Observe> observe_;
+  Settings settings_;  // those of Resent::per_session
 };
 
 }  // namespace hairnet::link

@@ -6,13 +6,13 @@
 namespace hairnet::link {
 namespace {
 
-bool holds_poses(const wire::Message& message) {
+bool holds_poses(const wire::ClientMessage& message) {
   return std::holds_alternative<wire::PoseBatch>(message);
 }
 
 // The character's next pose after the one at `from` does not continue from what the server saw last. False when none
 // waits.
-bool carry_teleport(std::deque<wire::Message>::iterator from, std::deque<wire::Message>::iterator end,
+bool carry_teleport(std::deque<wire::ClientMessage>::iterator from, std::deque<wire::ClientMessage>::iterator end,
                     std::uint32_t character) {
   for (; from != end; ++from) {
     auto* batch = std::get_if<wire::PoseBatch>(&*from);
@@ -28,7 +28,7 @@ bool carry_teleport(std::deque<wire::Message>::iterator from, std::deque<wire::M
 
 }  // namespace
 
-bool SendQueue::push(wire::Message message) {
+bool SendQueue::push(wire::ClientMessage message) {
   if (messages_.size() - pose_batch_count_ >= kOthersMax) return false;
   pose_batch_count_ += holds_poses(message);
   messages_.push_back(std::move(message));
@@ -59,16 +59,16 @@ void SendQueue::drop_oldest_poses() {
   }
 }
 
-std::optional<wire::Message> SendQueue::pop() {
+std::optional<wire::ClientMessage> SendQueue::pop() {
   if (messages_.empty()) return std::nullopt;
-  wire::Message message = std::move(messages_.front());
+  wire::ClientMessage message = std::move(messages_.front());
   messages_.pop_front();
   pose_batch_count_ -= holds_poses(message);
   return message;
 }
 
 void SendQueue::clear() {
-  for (const wire::Message& message : messages_) {
+  for (const wire::ClientMessage& message : messages_) {
     if (const auto* batch = std::get_if<wire::PoseBatch>(&message)) drop_poses(batch->poses);
   }
   messages_.clear();

@@ -18,10 +18,10 @@ class SendQueue {
   static constexpr std::size_t kOthersMax = 65'536;
 
   // False when full: more was asked for than any server takes.
-  [[nodiscard]] bool push(wire::Message message);
+  [[nodiscard]] bool push(wire::ClientMessage message);
   // In batches of at most kPosesPerBatchMax. A dropped pose's teleport passes to the character's next pose.
   void push_poses(std::vector<wire::PoseSample> poses);
-  std::optional<wire::Message> pop();
+  std::optional<wire::ClientMessage> pop();
   // All that waits is lost, as the connection is. A teleport among the lost poses passes to the character's next pose.
   void clear();
   // Drops these poses without queueing them. Their teleports pass on in the same way.
@@ -33,7 +33,7 @@ class SendQueue {
  private:
   void drop_oldest_poses();
 
-  std::deque<wire::Message> messages_;
+  std::deque<wire::ClientMessage> messages_;
   std::size_t pose_batch_count_ = 0;
   std::set<std::uint32_t> teleport_pending_;  // characters whose next pose must be sent as a teleport
   std::uint64_t poses_dropped_ = 0;

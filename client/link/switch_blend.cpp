@@ -1,8 +1,12 @@
 #include "client/link/switch_blend.hpp"
 
-#include <algorithm>
+#include "core/smoothstep.hpp"
 
 namespace hairnet::link {
+
+float SwitchBlend::left_after(std::int64_t elapsed_ns) {
+  return static_cast<float>(1 - smoothstep(0.0, double{kSwitchBlend_ns}, static_cast<double>(elapsed_ns)));
+}
 
 void SwitchBlend::apply(LevelIndex level, std::int64_t time_ns, bool discontinuous, std::span<Vec3f> points_head) {
   if (discontinuous || shown_.size() != points_head.size()) {
@@ -14,9 +18,7 @@ void SwitchBlend::apply(LevelIndex level, std::int64_t time_ns, bool discontinuo
   }
   level_ = level;
   if (!offset_.empty()) {
-    const double t = static_cast<double>(time_ns - switched_ns_) / static_cast<double>(kSwitchBlend_ns);
-    const double gone = std::clamp(t, 0.0, 1.0);
-    const auto left = static_cast<float>(1 - gone * gone * (3 - 2 * gone));
+    const float left = left_after(time_ns - switched_ns_);
     for (std::size_t i = 0; i < points_head.size(); ++i) points_head[i] += left * offset_[i];
     if (left <= 0) offset_.clear();
   }

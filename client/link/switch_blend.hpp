@@ -14,6 +14,8 @@ namespace hairnet::link {
 class SwitchBlend {
  public:
   static constexpr std::int64_t kSwitchBlend_ns = 400'000'000;
+  // The share of a switch's difference that is left after `elapsed_ns`: 1 to 0, along a smooth curve.
+  static float left_after(std::int64_t elapsed_ns);
 
   // `points_head`: as deformed by `level` for the time `time_ns` (Playout::Sample), head space, m; always as many.
   // Adds the part of the last switch that has not faded yet. A `discontinuous` moment, or another number of points,

@@ -4,15 +4,9 @@
 #include <cassert>
 #include <cmath>
 
+#include "core/smoothstep.hpp"
+
 namespace hairnet {
-namespace {
-
-double rise(double from, double to, double x) {
-  const double t = std::clamp((x - from) / (to - from), 0.0, 1.0);
-  return t * t * (3 - 2 * t);
-}
-
-}  // namespace
 
 void generate_bone_weights(Body& body) {
   const Vec3 head_joint = body.joint(Bone::head), neck_joint = body.joint(Bone::neck);
@@ -27,12 +21,12 @@ void generate_bone_weights(Body& body) {
     const Vec3 p = vertex.cast<double>();
     // The head ends along a plane that slants from the nape down to the throat, the neck where the shoulders rise.
     const double slanted = p.y() - head_joint.y() + 0.45 * (p.z() - head_joint.z()) + 0.5 * neck_m;
-    const double head = rise(-0.25 * neck_m, 0.25 * neck_m, slanted);
+    const double head = smoothstep(-0.25 * neck_m, 0.25 * neck_m, slanted);
     const double trunk =
-        (1 - head) * (1 - rise(-0.35 * neck_m, 0.35 * neck_m, p.y() - neck_joint.y() - 0.35 * std::abs(p.x())));
+        (1 - head) * (1 - smoothstep(-0.35 * neck_m, 0.35 * neck_m, p.y() - neck_joint.y() - 0.35 * std::abs(p.x())));
     // Shoulders fade into the trunk towards the breastbone and down the ribs.
-    const double shoulder = trunk * rise(shoulder_m, shoulder_m + 0.10, std::abs(p.x())) *
-                            rise(shoulder_y - 0.16, shoulder_y - 0.06, p.y());
+    const double shoulder = trunk * smoothstep(shoulder_m, shoulder_m + 0.10, std::abs(p.x())) *
+                            smoothstep(shoulder_y - 0.16, shoulder_y - 0.06, p.y());
     const double left = p.x() > 0 ? shoulder : 0;
     body.bone_weights.push_back({static_cast<float>(head), static_cast<float>(1 - head - trunk),
                                  static_cast<float>(left), static_cast<float>(shoulder - left),

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/smoothstep.hpp"
+
 namespace hairnet {
 namespace {
 
@@ -17,9 +19,8 @@ struct Yaw {
 // Swing-twist: rotation = swing * twist with the twist about +Y and the swing's axis horizontal.
 Yaw yaw_of(const Quat& rotation) {
   const double twist_squared = rotation.w() * rotation.w() + rotation.y() * rotation.y();  // cos^2 of half the swing
-  const double t = std::clamp(4 * twist_squared, 0.0, 1.0);
   const double angle = std::remainder(2 * std::atan2(rotation.y(), rotation.w()), 2 * kPi);
-  return {angle, t * t * (3 - 2 * t)};
+  return {angle, smoothstep(0.0, 1.0, 4 * twist_squared)};
 }
 
 // `rotation` moved so that it leaves the joint where `from` has it.

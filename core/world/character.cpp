@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/smoothstep.hpp"
 #include "core/world/rigid_velocity.hpp"
 
 namespace hairnet {
@@ -39,10 +40,7 @@ struct SwitchEase {
 
 // The displacements shrink along a smooth curve to none, where the rigid level begins.
 void ease_to_rigid(double elapsed_s, Character& c) {
-  const auto left = [](double since_s) {
-    const double t = std::clamp(since_s / kRigidEase_s, 0.0, 1.0);
-    return 1 - t * t * (3 - 2 * t);
-  };
+  const auto left = [](double since_s) { return 1 - smoothstep(0.0, kRigidEase_s, since_s); };
   const double before = left(c.rigid_ease_s);
   c.rigid_ease_s += elapsed_s;
   const double after = left(c.rigid_ease_s);

@@ -3,12 +3,13 @@
 #include <chrono>
 #include <cstdint>
 
-namespace hairnet::viewer {
+namespace hairnet::channel {
 
-// Nanoseconds of a clock that only goes forward; its 0 means nothing. Any thread.
-inline std::int64_t steady_ns() {
+// Now, in nanoseconds, on the clock that a program puts into its envelopes. It only goes forward; its 0 means nothing.
+// Any thread.
+inline std::int64_t monotonic_ns() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
       .count();
 }
 
-}  // namespace hairnet::viewer
+}  // namespace hairnet::channel

@@ -23,6 +23,9 @@ using GroomHash = std::array<std::uint8_t, 32>;  // BLAKE2b-256 of the groom's f
 // A secret of the session, known only to its client, that lets the client resume the session on a new connection.
 using SessionSecret = std::array<std::uint8_t, 16>;
 
+// A message that a client sends again over a new connection: the newest of the session, or of each character.
+enum class Resent : std::uint8_t { per_session, per_character };
+
 struct Hello {
   std::uint16_t protocol_version = kProtocolVersion;
   std::string client_name;
@@ -72,14 +75,17 @@ struct PoseBatch {
 };
 // The decoder does not check these values: the session validates them, as it does poses.
 struct SetMaterial {
+  static constexpr Resent kResent = Resent::per_character;
   std::uint32_t character = 0;
   MaterialScale scale;
 };
 struct SetWind {  // of the session's room
+  static constexpr Resent kResent = Resent::per_session;
   Wind wind;
 };
 // Which other members a session receives frames of, and at which detail. It always receives its own characters.
 struct Observe {
+  static constexpr Resent kResent = Resent::per_session;
   ObserveMode mode = ObserveMode::all;
   std::uint32_t count = 0;             // nearest: so many
   float radius_m = 0;                  // radius: heads within it

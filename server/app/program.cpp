@@ -97,14 +97,16 @@ class Threads {
   Threads(Server& server, Metrics& metrics, IoLoop& loop) : server_(&server) {
     recorder_.emplace([&server] { return server.poll_recorder(); }, DutyThread::Priority::normal);
     if (server.recorder()) server.recorder()->on_put = [this] { recorder_->wake(); };
-    server.builder().on_result = [&server, &loop] { loop.post([&server] { server.poll_io(monotonic_now_ns()); }); };
+    server.builder().on_result = [&server, &loop] {
+      loop.post([&server] { server.poll_io(channel::monotonic_ns()); });
+    };
     server.builder().on_job = [this] { builder_->wake(); };
     builder_.emplace([&server] { return server.poll_builder(); }, DutyThread::Priority::low);
     tick_.emplace(server, metrics.tick, [this, &server, &loop] {
       if (flush_posted_.exchange(true)) return;  // a busy I/O thread flushes once for several ticks
       loop.post([this, &server] {
         flush_posted_ = false;
-        server.flush(monotonic_now_ns());
+        server.flush(channel::monotonic_ns());
       });
     });
   }
@@ -134,7 +136,7 @@ int run_program(const Config& config) {
   set_up_log(config.log_level);
   Metrics metrics;
   IoLoop loop;  // outlives the sessions, which hold its sockets
-  auto created = Server::create(config, metrics, monotonic_now_ns(), monotonic_now_ns);
+  auto created = Server::create(config, metrics, channel::monotonic_ns(), channel::monotonic_ns);
   if (!created) return refuse(created.error());
   Server& server = **created;
   metrics.program.start_time_seconds.set(static_cast<double>(std::time(nullptr)));
@@ -142,7 +144,7 @@ int run_program(const Config& config) {
   ServerPages pages(metrics, [&health, &metrics] {
     Health now = health;
     now.last_tick_ns = metrics.tick.gauges.last_tick_ns.load(std::memory_order_relaxed);
-    now.now_ns = monotonic_now_ns();
+    now.now_ns = channel::monotonic_ns();
     return now;
   });
   auto listener = Listener::create(
@@ -159,10 +161,10 @@ int run_program(const Config& config) {
   Shutdown shutdown(loop, server, **listener, metrics.transport, config.drain_s);
   loop.on_terminate([&shutdown, &health] {
     health.draining = true;
-    shutdown.begin(monotonic_now_ns());
+    shutdown.begin(channel::monotonic_ns());
   });
   loop.every(kIoPeriod_ns, [&server, &shutdown] {
-    const std::int64_t now_ns = monotonic_now_ns();
+    const std::int64_t now_ns = channel::monotonic_ns();
     server.poll_io(now_ns);
     shutdown.poll(now_ns);
   });

@@ -33,9 +33,9 @@ void TickThread::count_tick(std::int64_t begun_ns, std::int64_t done_ns) {
 
 void TickThread::run() {
   while (true) {
-    const std::int64_t begun_ns = monotonic_now_ns();
+    const std::int64_t begun_ns = channel::monotonic_ns();
     if (server_->poll_tick(begun_ns)) {
-      count_tick(begun_ns, monotonic_now_ns());
+      count_tick(begun_ns, channel::monotonic_ns());
       on_tick_();
     }
     const std::chrono::steady_clock::time_point due{std::chrono::nanoseconds(server_->next_tick_ns())};

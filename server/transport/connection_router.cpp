@@ -93,7 +93,7 @@ void ConnectionRouter::accept(tcp::socket socket) {
   if (verdict != Admission::Verdict::admitted) {
     Counter& counter = counter_of(*counters, verdict);
     counter.add();
-    if (refusal_log.allow(monotonic_now_ns()))
+    if (refusal_log.allow(channel::monotonic_ns()))
       spdlog::warn("event={} peer={} count={}", counter.name(), shown(endpoint), counter.value());
     return;
   }
@@ -149,7 +149,7 @@ asio::awaitable<void> ConnectionRouter::route(std::shared_ptr<ByteStream> stream
   stream->move_to(Admission::Place::session);
   counters->connections_tcp.add();
   auto connection = std::make_shared<TcpConnection>(stream, options.packet_bytes_max, *counters);
-  PacketSink* sink = open_session(connection, monotonic_now_ns());
+  PacketSink* sink = open_session(connection, channel::monotonic_ns());
   connection->start(sink);
 }
 

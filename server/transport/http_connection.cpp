@@ -204,7 +204,7 @@ class HttpConnection {
     const std::string_view origin = view(request[http::field::origin]), host = view(request[http::field::host]);
     if (request.count(http::field::origin) > 1 || !origin_allowed(origin, host, options_->origins)) {
       counters_->origins_refused.add();
-      if (router_->origin_log.allow(monotonic_now_ns()))
+      if (router_->origin_log.allow(channel::monotonic_ns()))
         spdlog::warn("event=origin_refused origin={} peer={} count={}", log_text(origin), stream_->peer(),
                      counters_->origins_refused.value());
       return refusal(403, "this server takes no WebSocket from pages of that origin");
@@ -234,7 +234,7 @@ class HttpConnection {
       co_return;
     }
     counters_->connections_websocket.add();
-    PacketSink* sink = router_->open_session(connection, monotonic_now_ns());
+    PacketSink* sink = router_->open_session(connection, channel::monotonic_ns());
     connection->start(sink);
   }
 

@@ -72,8 +72,4 @@ void IoLoop::on_terminate(std::function<void()> task) {
   wait_for_signal(*core_, std::make_shared<std::function<void()>>(std::move(task)));
 }
 
-std::int64_t monotonic_now_ns() {
-  return std::chrono::steady_clock::now().time_since_epoch().count();
-}
-
 }  // namespace hairnet::server

@@ -6,6 +6,8 @@
 #include <memory>
 #include <mutex>
 
+#include "schema/channel/monotonic_clock.hpp"
+
 namespace hairnet::server {
 
 struct IoLoopCore;  // the Asio part, for the transport folder alone
@@ -38,8 +40,5 @@ class IoLoop {
   std::condition_variable woken_;
   bool is_woken_ = false;
 };
-
-// The monotonic clock that all times of the server are on.
-std::int64_t monotonic_now_ns();
 
 }  // namespace hairnet::server

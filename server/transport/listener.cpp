@@ -48,7 +48,7 @@ asio::awaitable<void> accept(std::shared_ptr<ConnectionRouter> router, std::shar
       continue;
     }
     router->counters->accepts_failed.add();
-    if (router->accept_log.allow(monotonic_now_ns()))
+    if (router->accept_log.allow(channel::monotonic_ns()))
       spdlog::warn("event=accept_failed detail={}", log_text(error.message()));
     retry.expires_after(kRetry);
     co_await retry.async_wait(kAwaitable);

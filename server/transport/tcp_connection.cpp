@@ -42,7 +42,7 @@ asio::awaitable<void> TcpConnection::read() {
     counters_->bytes_read.add(count);
     counters_->bytes_read_tcp.add(count);
     if (!sink_) continue;  // closing: drop what still comes; unread bytes would reset the connection
-    const std::int64_t now_ns = monotonic_now_ns();
+    const std::int64_t now_ns = channel::monotonic_ns();
     const bool sound = splitter_.feed({buffer.get(), count}, [&](std::span<const std::uint8_t> packet) {
       counters_->packets_read_tcp.add();
       if (sink_) sink_->on_packet(packet, now_ns);
@@ -60,7 +60,7 @@ asio::awaitable<void> TcpConnection::write() {
     }
     std::swap(sending_, unsent_);
     is_writing_ = true;
-    if (sink_) sink_->on_writable(monotonic_now_ns());
+    if (sink_) sink_->on_writable(channel::monotonic_ns());
     if (const auto error = co_await write_out()) {
       end(error.message());
       co_return;
@@ -120,7 +120,7 @@ void TcpConnection::close(std::string_view) {
 
 void TcpConnection::end(std::string_view reason) {
   shut();
-  if (PacketSink* sink = std::exchange(sink_, nullptr)) sink->on_closed(reason, monotonic_now_ns());
+  if (PacketSink* sink = std::exchange(sink_, nullptr)) sink->on_closed(reason, channel::monotonic_ns());
 }
 
 void TcpConnection::shut() {

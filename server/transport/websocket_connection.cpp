@@ -61,7 +61,7 @@ asio::awaitable<void> WebSocketConnection::read() {
       message_.consume(message_.size());
       PacketSink* sink = sink_;
       close_with(websocket::close_code::unknown_data, "packets are binary messages");
-      sink->on_closed("a text message", monotonic_now_ns());
+      sink->on_closed("a text message", channel::monotonic_ns());
     } else if (socket_.is_message_done()) {
       deliver();
     }
@@ -75,7 +75,7 @@ asio::awaitable<void> WebSocketConnection::read() {
 void WebSocketConnection::deliver() {
   counters_->packets_read_websocket.add();
   const auto bytes = message_.cdata();
-  sink_->on_packet({static_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, monotonic_now_ns());
+  sink_->on_packet({static_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, channel::monotonic_ns());
   message_.consume(message_.size());
   if (message_.capacity() > kKeptBytes) message_.shrink_to_fit();
 }
@@ -88,7 +88,7 @@ asio::awaitable<void> WebSocketConnection::write() {
       continue;
     }
     std::swap(sending_, unsent_);
-    if (sink_) sink_->on_writable(monotonic_now_ns());
+    if (sink_) sink_->on_writable(channel::monotonic_ns());
     if (const auto error = co_await write_out()) {
       // A reader that is failing the connection says why by itself; if the socket is broken, it has heard as well.
       if (error != asio::error::operation_aborted) stream_->close();
@@ -155,7 +155,7 @@ std::string_view WebSocketConnection::count_end(const boost::system::error_code&
 
 void WebSocketConnection::report_closed(std::string_view reason) {
   closing_ = true;
-  if (PacketSink* sink = std::exchange(sink_, nullptr)) sink->on_closed(reason, monotonic_now_ns());
+  if (PacketSink* sink = std::exchange(sink_, nullptr)) sink->on_closed(reason, channel::monotonic_ns());
 }
 
 void teardown(beast::role_type, ByteStream& stream, boost::system::error_code& error) {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "client/assets/upright.hpp"
+#include "core/smoothstep.hpp"
 
 namespace hairnet::fidelity {
 namespace {
@@ -35,10 +36,10 @@ Round next_round(const Pose& first, const Pose& last) {
 }
 
 Pose in_round(const Round& round, const Pose& pose, double time_s) {
-  const double s = std::min(1.0, time_s / round.seam_s);
+  const double share = smoothstep(std::min(1.0, time_s / round.seam_s));
   Pose placed;
   for (std::size_t b = 0; b < kBoneCount; ++b)
-    placed.bones[b] = round.place * pose.bones[b] * interpolate(round.left_over[b], {}, s * s * (3 - 2 * s));
+    placed.bones[b] = round.place * pose.bones[b] * interpolate(round.left_over[b], {}, share);
   return placed;
 }
 

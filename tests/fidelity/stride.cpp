@@ -3,7 +3,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <map>
 #include <memory>
@@ -14,6 +13,7 @@
 
 #include "core/levels/build.hpp"
 #include "core/world/world.hpp"
+#include "schema/channel/monotonic_clock.hpp"
 #include "tests/fidelity/cut_off.hpp"
 #include "tests/fidelity/write_json.hpp"
 #include "tests/support/corpus.hpp"
@@ -36,15 +36,11 @@ struct Options {
   std::string json;
 };
 
-std::int64_t now_ns() {
-  return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
-}
-
 NodeTrajectory run_world(const std::shared_ptr<const LevelSet>& levels, LevelIndex level, const Clip& clip,
                          int stride) {
   WorldDef def;
   def.tick_s = 1 / clip.rate_hz;
-  def.now_ns = now_ns;
+  def.now_ns = channel::monotonic_ns;
   World world(def);
   std::vector<CharacterId> ids;
   for (int i = 0; i < kCrowd; ++i) {

@@ -34,15 +34,15 @@ class LinkProtocolClient final : public ProtocolClient, private link::FrameSink 
  public:
   explicit LinkProtocolClient(ProtocolOptions options) : core_(core_options(options)) {
     core_.set_frame_sink(this);
-    core_.observe(observe_of(options.observe));
+    core_.send(observe_of(options.observe));
     core_.start();
   }
 
   void offer(const EncodedGroom& groom) override { core_.offer_groom(groom.hash, groom.bytes); }
   void add_character(std::uint32_t character, const wire::GroomHash& groom, LevelIndex level) override {
-    core_.add_character(character, groom, level);
+    core_.send(wire::AddCharacter{character, groom, level});
   }
-  void remove_character(std::uint32_t character) override { core_.remove_character(character); }
+  void remove_character(std::uint32_t character) override { core_.send(wire::RemoveCharacter{character}); }
   void push_poses(std::vector<wire::PoseSample> poses) override { core_.push_poses(std::move(poses)); }
   void leave(std::int64_t now_ns) override { core_.leave(now_ns); }
 
@@ -80,21 +80,24 @@ class LinkProtocolClient final : public ProtocolClient, private link::FrameSink 
   }
 
  private:
-  void on_frame(const link::ReceivedFrame& frame) override {
+  void on_frame(const link::ReceivedFrame& received) override {
+    const auto& [tick, sample_time_ns, frame, decoded] = received;
     FrameSeen seen;
-    seen.member = frame.frame.member;
-    seen.character = frame.character;
-    seen.tick = frame.tick;
-    seen.stride = frame.frame.step_stride;
-    seen.sample_time_local_ns = core_.to_local_ns(frame.sample_time_ns);
-    seen.level = frame.frame.level;
-    seen.discontinuous = frame.discontinuous;
-    seen.asleep = frame.frame.asleep;
-    seen.undecodable = frame.undecodable;
-    seen.content_bytes = frame.frame.content.size();
-    seen.pose = frame.pose;
-    seen.step_m = codec::kStep_m[static_cast<std::size_t>(frame.frame.error_class)];
-    if (frame.integers) seen.displacements = frame.integers->nodes;
+    seen.member = frame.member;
+    seen.character = decoded.character;
+    seen.tick = tick;
+    seen.stride = frame.step_stride;
+    seen.sample_time_local_ns = core_.to_local_ns(sample_time_ns);
+    seen.level = frame.level;
+    seen.discontinuous = decoded.discontinuous;
+    seen.asleep = frame.asleep;
+    seen.undecodable = decoded.outcome == link::Members::Outcome::undecodable;
+    seen.content_bytes = frame.content.size();
+    seen.step_m = codec::kStep_m[static_cast<std::size_t>(frame.error_class)];
+    if (decoded.integers) {
+      seen.pose = &decoded.pose;
+      seen.displacements = decoded.integers->nodes;
+    }
     events_->on_frame(seen, now_ns_);
   }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "schema/channel/monotonic_clock.hpp"
 #include "tests/load/fleet.hpp"
 #include "tests/load/frame_check.hpp"
 #include "tests/load/groom_uploader.hpp"
@@ -65,7 +66,7 @@ class Run {
     if (auto prepared = prepare(); !prepared) return Refusal(prepared.error());
     result_.plan = *plan_;
     result_.tick_rate_hz = preparation_->welcome().tick_rate_hz;
-    begin_ns_ = steady_ns() + kLeadIn_ns;
+    begin_ns_ = channel::monotonic_ns() + kLeadIn_ns;
     end_ns_ = begin_ns_ + plan_->stage_begin_ns(plan_->stages.size());
     for (std::size_t i = 0; i < plan_->stages.size(); ++i) {
       const std::int64_t stage_ns = begin_ns_ + plan_->stage_begin_ns(i);
@@ -78,7 +79,7 @@ class Run {
       Fleet fleet(*plan_, context_, begin_ns_);
       drive(fleet);
     }
-    run_until(io_, steady_ns() + (scrapes_under_way_ > 0 ? kScrapeWait_ns : 0));
+    run_until(io_, channel::monotonic_ns() + (scrapes_under_way_ > 0 ? kScrapeWait_ns : 0));
     conclude();
     return std::move(result_);
   }
@@ -98,23 +99,23 @@ class Run {
   Result<void> prepare() {
     preparation_ = std::make_unique<GroomUploader>(
         connector_, make_link_protocol_client(peer_options("load-preparation", "load-preparation")), *context_.grooms);
-    const std::int64_t deadline_ns = steady_ns() + kPreparation_ns_max;
+    const std::int64_t deadline_ns = channel::monotonic_ns() + kPreparation_ns_max;
     while (!preparation_->done()) {
       if (!preparation_->fault().empty()) return Refusal(preparation_->fault());
       if (stopped()) return Refusal("stopped before it began");
-      if (steady_ns() > deadline_ns) return Refusal("the grooms are not ready in time");
-      preparation_->poll(steady_ns());
-      run_until(io_, steady_ns() + kPreparationRound_ns);
+      if (channel::monotonic_ns() > deadline_ns) return Refusal("the grooms are not ready in time");
+      preparation_->poll(channel::monotonic_ns());
+      run_until(io_, channel::monotonic_ns() + kPreparationRound_ns);
     }
     return {};
   }
 
   void drive(Fleet& fleet) {
-    std::int64_t now_ns = steady_ns();
+    std::int64_t now_ns = channel::monotonic_ns();
     while (now_ns < end_ns_ && !stopped()) {
       const std::int64_t soonest_ns = std::max(fleet.next_ns(), now_ns + kGrid_ns);
       run_until(io_, std::min({soonest_ns, next_sample_ns(), next_mark_ns(), end_ns_}));
-      now_ns = steady_ns();
+      now_ns = channel::monotonic_ns();
       pass_marks(now_ns);
       if (now_ns < end_ns_) fleet.advance(now_ns);
       tally_->advance(now_ns);
@@ -126,10 +127,10 @@ class Run {
     result_.ended_early = now_ns < end_ns_;
     pass_marks(now_ns);
     run_until(io_, now_ns + kLastAnswers_ns);
-    fleet.finish(steady_ns());
+    fleet.finish(channel::monotonic_ns());
     for (int i = 0; i < kGoodbyeRounds && !fleet.empty(); ++i) {
-      run_until(io_, steady_ns() + kGoodbyeRound_ns);
-      fleet.advance(steady_ns());
+      run_until(io_, channel::monotonic_ns() + kGoodbyeRound_ns);
+      fleet.advance(channel::monotonic_ns());
     }
     tally_->finish(now_ns);
     if (result_.ended_early) ended_ns_ = now_ns;

@@ -1,10 +1,10 @@
 #include "tests/load/tcp_client_connection.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <limits>
 #include <utility>
 
+#include "schema/channel/monotonic_clock.hpp"
 #include "schema/channel/packet_splitter.hpp"
 #include "schema/wire/messages.hpp"
 
@@ -87,7 +87,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     if (fault) return fail(fault);
     open_ = true;
     wait_to_read();
-    events_->on_open(steady_ns());
+    events_->on_open(channel::monotonic_ns());
   }
 
   void wait_to_read() {
@@ -107,7 +107,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     if (fault == asio::error::would_block) return wait_to_read();
     if (fault) return fail(fault);
     if (readable_ != kUnlimited) readable_ -= count;
-    const std::int64_t arrival_ns = steady_ns();
+    const std::int64_t arrival_ns = channel::monotonic_ns();
     const bool sound = splitter_.feed({buffer_->data(), count}, [&](std::span<const std::uint8_t> packet) {
       if (events_) events_->on_packet(packet, arrival_ns);
     });
@@ -138,7 +138,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   }
 
   void fail(const error_code& fault) {
-    if (events_) events_->on_closed(reason_of(fault), steady_ns());
+    if (events_) events_->on_closed(reason_of(fault), channel::monotonic_ns());
   }
 
   tcp::socket socket_;
@@ -166,11 +166,6 @@ class TcpClientConnection final : public ClientConnection {
 };
 
 }  // namespace
-
-std::int64_t steady_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
 
 Result<tcp::endpoint> resolve(const Address& address) {
   asio::io_context io;

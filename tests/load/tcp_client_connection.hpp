@@ -13,8 +13,6 @@ namespace hairnet::load {
 
 namespace asio = boost::asio;
 
-std::int64_t steady_ns();
-
 // Where the server is.
 struct Address {
   std::string host = "127.0.0.1";

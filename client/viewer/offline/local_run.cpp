@@ -50,7 +50,8 @@ std::vector<Moment> moments_of(const LocalWorld& world) {
 }  // namespace
 
 LocalWorld local_world_of(const ViewOptions& options, const std::vector<CharacterSetup>& characters) {
-  LocalWorld world({options.tick_rate_hz, options.duration_s, Loop::plain, options.wind.value_or(Wind{}), steady_ns});
+  LocalWorld world(
+      {options.tick_rate_hz, options.duration_s, Loop::plain, options.wind.value_or(Wind{}), channel::monotonic_ns});
   const SceneList scenes(characters);
   for (const LocalCharacter& character : scenes.given()) world.add(character);
   ProgressBar bar("hairnet-view");

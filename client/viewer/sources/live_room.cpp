@@ -183,7 +183,8 @@ Result<void> LiveRoom::take(const link::FrameBatch& batch) {
 
 void LiveRoom::take(const link::Frame& frame, const link::FrameBatch& batch, std::int64_t sampled_ns,
                     std::int64_t now_ns) {
-  codec::dequantise_nodes(frame.displacements, frame.error_class, displacement_);
+  if (frame.character != 0 || on_frame_)
+    codec::dequantise_nodes(frame.displacements, frame.error_class, displacement_);
   if (frame.character == 0) {
     if (other_characters_.push(frame, sampled_ns, now_ns) && on_frame_)
       on_frame_(frame, batch.tick, displacement_, other_characters_.name_of(frame.member));
@@ -236,7 +237,7 @@ void LiveRoom::push_poses(std::int64_t now_ns) {
     sample.capture_time_ns = now_ns;
     sample.teleport = own_characters_[i].timeline.teleports(last_pose_s_, to_s) ||
                       std::exchange(own_characters_[i].teleport_pending, false);
-    sample.pose = rounded_to_wire(pose_of(i, to_s));
+    sample.pose = pose_of(i, to_s);
     poses.push_back(sample);
   }
   last_pose_s_ = to_s;

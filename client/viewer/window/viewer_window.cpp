@@ -26,7 +26,7 @@ constexpr double kHead_m = 0.24;
 constexpr double kComingIntoView_m = 2;  // margin around the view: servers do not simulate unseen hair
 
 double ms_since(std::int64_t began_ns) {
-  return 1e-6 * static_cast<double>(steady_ns() - began_ns);
+  return 1e-6 * static_cast<double>(channel::monotonic_ns() - began_ns);
 }
 
 Vec3f colour_of_level(const ViewedCharacter& character) {
@@ -81,7 +81,7 @@ class ViewerWindow {
   Result<void> run_local(const std::vector<CharacterSetup>& characters) {
     LocalWorld world({options_.tick_rate_hz, options_.duration_s,
                       std::isfinite(options_.duration_s) ? Loop::plain : Loop::smooth, options_.wind.value_or(Wind{}),
-                      steady_ns});
+                      channel::monotonic_ns});
     world.on_tick([&] { recorder_.add_tick(world); });
     SceneList scenes(characters);
     state_.scene.hair = index_of(scenes.hair(), kFirstHair);
@@ -138,7 +138,7 @@ class ViewerWindow {
   // Mouse and keys, then everybody as they are at that moment, then the picture of it.
   Result<void> draw_picture(Controls& controls) {
     window_.begin_picture();
-    const std::int64_t now_ns = steady_ns();
+    const std::int64_t now_ns = channel::monotonic_ns();
     const double elapsed_s = std::clamp(1e-9 * static_cast<double>(now_ns - last_ns_), 0.0, 1.0);
     if (last_ns_ != 0) state_.timings.frame_ms.add(static_cast<float>(1e3 * elapsed_s));
     last_ns_ = now_ns;
@@ -152,7 +152,7 @@ class ViewerWindow {
     const std::span<const ViewedCharacter> viewed = controls.source.viewed_characters();
     point_camera(viewed, elapsed_s);
 
-    const std::int64_t began_ns = steady_ns();
+    const std::int64_t began_ns = channel::monotonic_ns();
     drawer_.render_list.set_colour(state_.overlays.levels ? colour_of_level : nullptr);
     const render::Camera camera = state_.camera.camera();
     drawer_.stage->draw(drawer_.render_list.show(viewed), camera, adaptive_look(elapsed_s), width, height, false);
@@ -230,7 +230,7 @@ class ViewerWindow {
 
   void take_timings(const LiveRoom& room) {
     state_.timings.latency_ms.add(static_cast<float>(room.latency_ms()));
-    const std::int64_t now_ns = steady_ns();
+    const std::int64_t now_ns = channel::monotonic_ns();
     if (now_ns - counted_ns_ < 250'000'000) return;
     const std::uint64_t bytes = room.counters().bytes_received;
     const double elapsed_s = 1e-9 * static_cast<double>(now_ns - counted_ns_);

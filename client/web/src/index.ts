@@ -56,8 +56,7 @@ export type {
   Welcome,
   Wind,
 } from "./net/messages";
-export { decodePacket } from "./net/decodePacket";
-export { encodePacket } from "./net/encodePacket";
+export { decodePacket, encodePacket } from "./net/packet";
 export type { ClientMessage, Envelope, Message, ServerMessage } from "./net/messages";
 
 export { connect, Member, OwnCharacter, Room } from "./room/index";

@@ -42,7 +42,7 @@ TEST(LinkCore, says_hello_first_and_nothing_more_before_the_welcome) {
   options.token = "a.b.c";
   options.role = wire::Role::observer;
   LinkCoreDriver d(options);
-  d.core.add_character(1, hash_of(1), LevelIndex::low);
+  d.core.send(wire::AddCharacter{1, hash_of(1), LevelIndex::low});
   d.core.start();
   d.open();
   const auto hello = d.expect<wire::Hello>();
@@ -60,11 +60,11 @@ TEST(LinkCore, says_hello_first_and_nothing_more_before_the_welcome) {
 TEST(LinkCore, what_was_asked_for_before_the_welcome_is_said_after_it) {
   LinkCoreDriver d;
   d.core.offer_groom(hash_of(1), some_bytes(100));
-  d.core.add_character(7, hash_of(1), LevelIndex::high);
-  d.core.set_level(7, LevelIndex::low);
-  d.core.set_wind({});
-  d.core.add_character(8, hash_of(1), LevelIndex::high);
-  d.core.remove_character(8);
+  d.core.send(wire::AddCharacter{7, hash_of(1), LevelIndex::high});
+  d.core.send(wire::SetLevel{7, LevelIndex::low});
+  d.core.send(wire::SetWind{});
+  d.core.send(wire::AddCharacter{8, hash_of(1), LevelIndex::high});
+  d.core.send(wire::RemoveCharacter{8});
   d.connect();
   EXPECT_EQ(d.expect<wire::GroomOffer>().byte_count, 100u);
   EXPECT_EQ(d.expect<wire::AddCharacter>().level, LevelIndex::low);

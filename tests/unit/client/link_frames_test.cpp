@@ -35,7 +35,7 @@ class Receiving : public ::testing::Test {
   explicit Receiving(LinkCoreOptions options = {}) : d(std::move(options)) { settle(5); }
   void settle(std::uint64_t session) {
     d.connect(welcome_to(session));
-    d.core.add_character(kOwnCharacter, hash_of(1), LevelIndex::low);
+    d.core.send(wire::AddCharacter{kOwnCharacter, hash_of(1), LevelIndex::low});
     tell_members();
     d.take_all();
     d.core.take_events();
@@ -255,9 +255,9 @@ class Restarted : public Receiving {
     const std::optional<Frame> frame = received();
     EXPECT_TRUE(frame);
     if (!frame) return false;
-    EXPECT_EQ(frame->kept, frame->level != LevelIndex::rigid);
-    EXPECT_EQ(frame->kept, !frame->displacements.empty());
-    return frame->kept;
+    EXPECT_EQ(frame->last_known, frame->level != LevelIndex::rigid);
+    EXPECT_EQ(frame->last_known, !frame->displacements.empty());
+    return frame->last_known;
   }
 };
 class Resumed : public Restarted {
@@ -269,7 +269,7 @@ TEST_F(Restarted, ones_own_hair_keeps_its_shape_until_the_new_server_has_a_latti
   send_rigid_frame(3, kOwnMember);
   const std::optional<Frame> frame = received();
   ASSERT_TRUE(frame);
-  EXPECT_TRUE(frame->kept);
+  EXPECT_TRUE(frame->last_known);
   EXPECT_EQ(frame->level, LevelIndex::low);
   EXPECT_EQ(frame->displacements, moving(10, kOwnMember).nodes);
   ASSERT_TRUE(frame->geometry);
@@ -280,7 +280,7 @@ TEST_F(Restarted, ones_own_hair_keeps_its_shape_until_the_new_server_has_a_latti
   send_frame(4, kOwnMember, {});
   const std::optional<Frame> stepped = received();
   ASSERT_TRUE(stepped);
-  EXPECT_FALSE(stepped->kept);
+  EXPECT_FALSE(stepped->last_known);
   EXPECT_EQ(stepped->displacements, moving(4, kOwnMember).nodes);
   EXPECT_FALSE(keeps_hair(5));
 }
@@ -304,7 +304,7 @@ TEST_F(Restarted, a_server_that_has_the_groom_and_gives_no_lattice_is_believed_a
 
 TEST_F(Restarted, hair_is_rigid_at_once_when_its_owner_wants_it_so) {
   EXPECT_TRUE(keeps_hair(3));
-  d.core.set_level(kOwnCharacter, LevelIndex::rigid);
+  d.core.send(wire::SetLevel{kOwnCharacter, LevelIndex::rigid});
   EXPECT_FALSE(keeps_hair(4));
 }
 
@@ -352,11 +352,11 @@ class CountingSink : public FrameSink {
  public:
   void on_frame(const ReceivedFrame& frame) override {
     ++frames;
-    decoded += frame.integers != nullptr;
+    decoded += frame.decoded.integers != nullptr;
     bytes += frame.frame.content.size();
-    undecodable += frame.undecodable;
-    if (!frame.integers) return;
-    EXPECT_EQ(frame.integers->nodes, moving(frame.tick, frame.frame.member).nodes);
+    undecodable += frame.decoded.outcome == Members::Outcome::undecodable;
+    if (!frame.decoded.integers) return;
+    EXPECT_EQ(frame.decoded.integers->nodes, moving(frame.tick, frame.frame.member).nodes);
   }
   std::size_t frames = 0, decoded = 0, bytes = 0, undecodable = 0;
 };

@@ -18,7 +18,7 @@ class Settled : public ::testing::Test {
   explicit Settled(LinkCoreOptions options = {}) : d(std::move(options)) {
     d.connect(welcome_to(5));
     d.core.offer_groom(hash_of(1), ten_bytes());
-    d.core.add_character(7, hash_of(1), LevelIndex::low);
+    d.core.send(wire::AddCharacter{7, hash_of(1), LevelIndex::low});
     d.take_all();
     d.send(wire::GroomStatus{hash_of(1), wire::GroomState::ready});
     d.send(wire::CharacterAdded{7, hash_of(1), LevelIndex::low, 31});
@@ -103,8 +103,8 @@ TEST_F(Settled, hello_names_the_session_and_its_secret) {
 
 TEST_F(Settled, after_a_resume_only_what_the_server_may_have_missed_is_said_again) {
   d.core.offer_groom(hash_of(2), ten_bytes());
-  d.core.add_character(8, hash_of(2), LevelIndex::high);
-  d.core.set_level(7, LevelIndex::ether);
+  d.core.send(wire::AddCharacter{8, hash_of(2), LevelIndex::high});
+  d.core.send(wire::SetLevel{7, LevelIndex::ether});
   break_off();
   come_back(welcome_to(5, true));
   EXPECT_EQ(d.expect<wire::GroomOffer>().hash, hash_of(2));
@@ -122,7 +122,7 @@ TEST_F(Settled, after_a_resume_only_what_the_server_may_have_missed_is_said_agai
 }
 
 TEST_F(Settled, a_character_that_is_told_of_before_it_is_refused_is_no_fault) {
-  d.core.add_character(8, hash_of(1), LevelIndex::high);
+  d.core.send(wire::AddCharacter{8, hash_of(1), LevelIndex::high});
   break_off();
   come_back(welcome_to(5, true));
   d.core.take_events();
@@ -147,7 +147,7 @@ TEST_F(Settled, a_groom_may_be_asked_for_again_until_it_is_ready) {
 }
 
 TEST_F(Settled, a_removal_that_was_not_confirmed_is_said_again_and_may_have_arrived) {
-  d.core.remove_character(7);
+  d.core.send(wire::RemoveCharacter{7});
   break_off();
   come_back(welcome_to(5, true));
   EXPECT_EQ(d.expect<wire::RemoveCharacter>().character, 7u);
@@ -174,12 +174,13 @@ TEST_F(Settled, a_member_that_left_and_came_back_meanwhile_is_not_there_twice) {
 }
 
 TEST_F(Settled, a_server_that_forgot_is_told_everything) {
-  d.core.set_material(7, {});
-  d.core.set_wind({});
+  d.core.send(wire::SetMaterial{7, {}});
+  d.core.send(wire::SetWind{{Vec3(9, 0, 0)}});
+  d.core.send(wire::SetWind{{Vec3(3, 0, 0)}});
   wire::Observe observe;
   observe.mode = wire::ObserveMode::nearest;
   observe.count = 3;
-  d.core.observe(observe);
+  d.core.send(observe);
   break_off();
   come_back(welcome_to(6));
   EXPECT_EQ(d.expect<wire::GroomOffer>().hash, hash_of(1));
@@ -187,7 +188,7 @@ TEST_F(Settled, a_server_that_forgot_is_told_everything) {
   EXPECT_EQ(added.character, 7u);
   EXPECT_EQ(added.level, LevelIndex::low);
   EXPECT_EQ(d.expect<wire::SetMaterial>().character, 7u);
-  d.expect<wire::SetWind>();
+  EXPECT_EQ(d.expect<wire::SetWind>().wind.mean_m_per_s.x(), 3);  // the newest alone
   EXPECT_EQ(d.expect<wire::Observe>().count, 3u);
   EXPECT_FALSE(d.take());
   d.send(wire::GroomNeed{hash_of(1), 0});
@@ -379,7 +380,7 @@ TEST(LinkCoreUnderLoss, a_break_at_any_byte_is_survived) {
     for (const bool resumed : {false, true}) {
       LinkCoreDriver d;
       d.core.offer_groom(hash_of(1), ten_bytes());
-      d.core.add_character(7, hash_of(1), LevelIndex::high);
+      d.core.send(wire::AddCharacter{7, hash_of(1), LevelIndex::high});
       d.core.start();
       d.open();
       const std::vector<std::uint8_t> first = script(d, false);

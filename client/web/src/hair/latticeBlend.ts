@@ -3,6 +3,7 @@ import type { LevelGeometry } from "./lattice";
 import { expandDisplacements, nodeCount } from "./lattice";
 import { LevelIndex } from "./level";
 import type { PlayoutSample } from "./playout";
+import { smoothstep } from "./smoothstep";
 
 /** How long a switch of level takes to fade. */
 export const kSwitchBlendNs = 400_000_000;
@@ -75,8 +76,7 @@ export class LatticeBlend {
 
   #fade(timeNs: number): void {
     if (this.#fading.length === 0) return;
-    const gone = Math.min(Math.max((timeNs - this.#switchedNs) / kSwitchBlendNs, 0), 1);
-    const left = 1 - gone * gone * (3 - 2 * gone);
+    const left = 1 - smoothstep(0, kSwitchBlendNs, timeNs - this.#switchedNs);
     if (left <= 0) this.#fading = [];
     for (const layer of this.#fading) layer.weight = left * layer.weightAtSwitch;
   }

@@ -5,6 +5,7 @@ import type { LevelGeometry } from "./lattice";
 import { LevelIndex } from "./level";
 import type { Pose } from "./pose";
 import { interpolatePose, kPoseNumbers, rigidPose } from "./pose";
+import { smoothstep } from "./smoothstep";
 
 const kFramesMax = 256; // kept while nobody samples
 const kSpareMax = 8;
@@ -280,8 +281,7 @@ export class Playout {
   #showLast(last: BufferedFrame): void {
     const shown = this.#shown;
     const waited = shown.timeNs - last.timeNs - Math.max(kFreezeNs, 2 * last.stepNs);
-    const eased = Math.min(Math.max(waited / kEaseToRestNs, 0), 1);
-    const left = last.asleep ? 1 : 1 - eased * eased * (3 - 2 * eased);
+    const left = last.asleep ? 1 : 1 - smoothstep(0, kEaseToRestNs, waited);
     shown.pose.set(last.pose);
     shown.level = last.level;
     shown.geometry = last.geometry;

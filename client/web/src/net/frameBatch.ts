@@ -1,8 +1,25 @@
 import { HairnetError } from "../hair/hairnetError";
 import { ErrorClass, LevelIndex } from "../hair/level";
-import type { CodedFrame } from "./messages";
 
 // `frames` of a FrameBatch: one frame after the other without anything between (schema/PROTOCOL.md, Frames).
+
+/** A frame as it travels, its content still coded. */
+export interface CodedFrame {
+  readonly member: number;
+  readonly level: LevelIndex;
+  readonly errorClass: ErrorClass;
+  /** do not interpolate from the last frame */
+  readonly discontinuous: boolean;
+  /** no frame will come before the character wakes */
+  readonly asleep: boolean;
+  readonly velocities: boolean;
+  /** 0 to 3: of the earlier frames that it refers to, `stride` ticks apart */
+  readonly order: number;
+  readonly stride: number;
+  /** ticks from one step of the character to the next */
+  readonly stepStride: number;
+  readonly content: Uint8Array;
+}
 
 const kMemberMax = 0xffffffff;
 

@@ -41,22 +41,22 @@ export class FrameDispatcher {
     this.#frames = [];
   }
 
-  /** `taken`: decoded. */
-  pass(frame: CodedFrame, taken: DecodedFrame, nowNs: number): void {
+  /** Of outcome "decoded". */
+  pass(frame: CodedFrame, decoded: DecodedFrame, nowNs: number): void {
     const shown = this.#shown;
     shown.member = frame.member;
-    shown.character = taken.character;
+    shown.character = decoded.character;
     shown.level = frame.level;
     shown.errorClass = frame.errorClass;
-    shown.discontinuous = taken.discontinuous;
+    shown.discontinuous = decoded.discontinuous;
     shown.asleep = frame.asleep;
     shown.lastKnown = false;
     shown.stepStride = frame.stepStride;
     shown.stepS = frame.stepStride / this.tickRateHz;
-    shown.pose = taken.pose!;
-    shown.displacements = taken.integers!.nodes;
-    shown.velocities = taken.integers!.velocities;
-    shown.geometry = taken.geometry;
+    shown.pose = decoded.pose!;
+    shown.displacements = decoded.integers!.nodes;
+    shown.velocities = decoded.integers!.velocities;
+    shown.geometry = decoded.geometry;
     if (shown.character !== 0 && shown.level === LevelIndex.rigid) this.#showLastKnown(nowNs);
     if (this.sink) {
       this.sink(shown, this.#sampleTimeNs, this.#tick);

@@ -3,7 +3,7 @@ import type { LinkEvent } from "./events";
 import { isFinal } from "./finalGoodbye";
 import { LinkCore } from "./linkCore";
 import type { LinkCounters, LinkCoreOptions } from "./linkCoreOptions";
-import type { Welcome } from "./messages";
+import type { ClientMessage, Welcome } from "./messages";
 
 // Bytes that may wait in the socket before no more packets are taken: poses wait where old ones can give way.
 const kBufferedBytesMax = 64 << 10;
@@ -97,7 +97,12 @@ export class Link {
     this.#turn();
   }
 
-  /** Calls of the caller, and a turn soon after: `use((core) => core.addCharacter(...))`. */
+  /** Sends a request, soon: `send({ type: "removeCharacter", character: 1 })`. See `LinkCore.send`. */
+  send(message: ClientMessage): void {
+    this.use((core) => core.send(message));
+  }
+
+  /** Calls of the caller, and a turn soon after: `use((core) => core.requestGroom(...))`. */
   use<T>(call: (core: LinkCore) => T): T {
     const result = call(this.core);
     if (!this.#turnIsDue) {

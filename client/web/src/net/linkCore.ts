@@ -3,8 +3,7 @@ import { LevelIndex } from "../hair/level";
 import { backoffNs } from "./backoff";
 import { BulkScheduler } from "./bulkScheduler";
 import { ClockEstimate } from "./clockEstimate";
-import { decodePacket } from "./decodePacket";
-import { encodePacket } from "./encodePacket";
+import { validateMessage, validatePoseSample } from "./clientMessages";
 import { EventQueue } from "./eventQueue";
 import type { FrameSink, LinkEvent } from "./events";
 import { isFinal } from "./finalGoodbye";
@@ -19,10 +18,10 @@ import { kDefaultOptions } from "./linkCoreOptions";
 import { Members } from "./members";
 import type * as m from "./messages";
 import { ErrorReason, GoodbyeReason, GroomState, kMembersPerMessageMax, kProtocolVersion } from "./messages";
+import { decodePacket, encodePacket } from "./packet";
 import { RequestedState } from "./requestedState";
 import { SendQueue } from "./sendQueue";
 import { UploadQueue } from "./uploadQueue";
-import { validateMessage, validatePoseSample } from "./validateMessage";
 
 // A pose waits for at most one chunk of a groom: it is kept small.
 const kChunkBytes = 16 << 10;
@@ -109,48 +108,20 @@ export class LinkCore {
     validateMessage({ type: "groomOffer", hash, byteCount: bytes.length });
     this.#requested.offer(hash, bytes);
     const offer = this.isActive ? this.#uploads.offer(hash, bytes) : null;
-    if (offer) this.#send(offer);
+    if (offer) this.#enqueue(offer);
     return hash;
   }
 
-  addCharacter(character: number, groom: GroomHash, level: LevelIndex = LevelIndex.high): void {
-    const added: m.AddCharacter = { type: "addCharacter", character, groom, level, state: null };
-    validateMessage(added);
-    this.#requested.add(added);
-    this.#send(added);
-  }
-
-  /** The finest level it may have. */
-  setLevel(character: number, level: LevelIndex): void {
-    const wanted: m.SetLevel = { type: "setLevel", character, level };
-    validateMessage(wanted);
-    if (level === LevelIndex.rigid) this.#lastKnown.drop(character);
-    this.#requested.setLevel(wanted);
-    this.#send(wanted);
-  }
-
-  /** Refused with an error message when out of range. */
-  setMaterial(character: number, scale: m.MaterialScale): void {
-    const wanted: m.SetMaterial = { type: "setMaterial", character, scale: { ...scale } };
-    validateMessage(wanted);
-    this.#requested.setMaterial(wanted);
-    this.#send(wanted);
-  }
-
-  /** Sets the wind of the whole room; the last client to set it wins. */
-  setWind(wind: m.Wind): void {
-    const wanted: m.SetWind = { type: "setWind", wind: { ...wind } };
-    validateMessage(wanted);
-    this.#requested.setWind(wanted);
-    this.#send(wanted);
-  }
-
-  removeCharacter(character: number): void {
-    const removed: m.RemoveCharacter = { type: "removeCharacter", character };
-    validateMessage(removed);
-    this.#requested.remove(character);
-    this.#lastKnown.drop(character);
-    this.#send(removed);
+  /**
+   * Any request but those with a call of their own below; kept, not copied. What must outlive the connection is also
+   * stored: characters, levels, and the newest of every message whose codec says `resent`.
+   */
+  send(message: m.ClientMessage): void {
+    validateMessage(message);
+    const hidesHair = message.type === "setLevel" && message.level === LevelIndex.rigid;
+    if (hidesHair || message.type === "removeCharacter") this.#lastKnown.drop(message.character);
+    this.#requested.store(message);
+    this.#enqueue(message);
   }
 
   /** Poses of one moment, sent as one batch; copied. */
@@ -159,14 +130,6 @@ export class LinkCore {
     const copied = poses.map((sample) => ({ ...sample, pose: sample.pose.slice() }));
     if (this.isActive) this.#queue.pushPoses(copied);
     else this.#queue.dropPoses(copied);
-  }
-
-  /** What of others is sent; every frame of all at first. */
-  observe(wanted: Omit<m.Observe, "type">): void {
-    const message: m.Observe = { ...wanted, type: "observe", members: wanted.members.slice() };
-    validateMessage(message);
-    this.#requested.observe(message);
-    this.#send(message);
   }
 
   /** Said a few times a second at most, and what has changed enough to matter. */
@@ -180,7 +143,7 @@ export class LinkCore {
   requestGroom(hash: GroomHash): void {
     hashBytes(hash);
     const request = this.#fetch.request(hash);
-    if (request) this.#send(request);
+    if (request) this.#enqueue(request);
   }
 
   /** Frames then go there, and no `FrameBatch` events come; null: events again. */
@@ -390,18 +353,18 @@ export class LinkCore {
 
   #pollActive(nowNs: number): void {
     if (nowNs - this.#sentNs >= 1e9 * this.#options.keepAliveS) {
-      if (this.#queue.isEmpty) this.#send({ type: "poseBatch", poses: [] }); // a keep-alive
+      if (this.#queue.isEmpty) this.#enqueue({ type: "poseBatch", poses: [] }); // a keep-alive
       this.#sentNs = nowNs;
     }
     const report = this.#importance.take(nowNs);
-    if (report) this.#send(report);
+    if (report) this.#enqueue(report);
     if (nowNs < this.#membersDueNs) return;
     this.#membersDueNs = Infinity;
     this.#tellLeft(this.#members.dropUnconfirmed());
   }
 
-  /** The roster says it again where there is no session yet, or no longer. */
-  #send(message: m.ClientMessage): void {
+  /** Without a session the message is not sent: `RequestedState` stores it and resends it after the next welcome. */
+  #enqueue(message: m.ClientMessage): void {
     if (this.isActive && !this.#queue.push(message))
       this.#end(GoodbyeReason.none, "more messages wait to be sent than the server takes");
   }
@@ -470,10 +433,10 @@ export class LinkCore {
     const resend = this.#requested.takeResend(resumed);
     for (const [hash, bytes] of resend.offers) {
       const offer = this.#uploads.offer(hash, bytes);
-      if (offer) this.#send(offer);
+      if (offer) this.#enqueue(offer);
     }
-    for (const message of resend.messages) this.#send(message);
-    for (const request of this.#fetch.requestAgain()) this.#send(request);
+    for (const message of resend.messages) this.#enqueue(message);
+    for (const request of this.#fetch.requestAgain()) this.#enqueue(request);
     if (resumed) this.#importance.resendAll();
     else this.#importance.forgetAll();
   }
@@ -516,22 +479,22 @@ export class LinkCore {
     const keyframes: number[] = [];
     this.#frames.begin(batch);
     for (const frame of batch.frames) {
-      const taken = this.#members.decodeMemberFrame(frame, batch.tick, nowNs);
+      const decoded = this.#members.decodeMemberFrame(frame, batch.tick, nowNs);
       ++this.#counters.framesReceived;
-      if (taken.outcome === "unknown") ++this.#counters.framesUnknown;
-      if (taken.outcome === "undecodable") ++this.#counters.framesUndecodable;
-      if (taken.wantsKeyframe && keyframes.length < kMembersPerMessageMax) keyframes.push(frame.member);
-      if (taken.outcome !== "decoded") continue;
-      if (taken.character !== 0 && frame.level !== LevelIndex.rigid) {
+      if (decoded.outcome === "unknown") ++this.#counters.framesUnknown;
+      if (decoded.outcome === "undecodable") ++this.#counters.framesUndecodable;
+      if (decoded.wantsKeyframe && keyframes.length < kMembersPerMessageMax) keyframes.push(frame.member);
+      if (decoded.outcome !== "decoded") continue;
+      if (decoded.character !== 0 && frame.level !== LevelIndex.rigid) {
         // The server has a lattice of it.
-        this.#lastKnown.drop(taken.character);
-        this.#requested.forgetState(taken.character);
+        this.#lastKnown.drop(decoded.character);
+        this.#requested.forgetState(decoded.character);
       }
-      this.#frames.pass(frame, taken, nowNs);
+      this.#frames.pass(frame, decoded, nowNs);
     }
-    if (keyframes.length > 0) this.#send({ type: "requestKeyframes", members: keyframes });
-    const decoded = this.#frames.finish();
-    if (decoded) this.#push(decoded);
+    if (keyframes.length > 0) this.#enqueue({ type: "requestKeyframes", members: keyframes });
+    const frames = this.#frames.finish();
+    if (frames) this.#push(frames);
   }
 
   #onError(error: m.ErrorMessage): void {

@@ -77,7 +77,7 @@ export class Members {
   readonly #catalog = new LevelCatalog();
   readonly #levels = new Map<string, KnownLevel>();
   readonly #history: FrameIntegers[] = [];
-  readonly #taken: DecodedFrame = {
+  readonly #decoded: DecodedFrame = {
     outcome: "unknown",
     wantsKeyframe: false,
     discontinuous: false,
@@ -117,27 +117,27 @@ export class Members {
   }
 
   decodeMemberFrame(frame: CodedFrame, tick: number, nowNs: number): DecodedFrame {
-    const taken = this.#taken;
-    taken.outcome = "unknown";
-    taken.wantsKeyframe = taken.discontinuous = false;
-    taken.character = 0;
-    taken.integers = taken.pose = taken.geometry = null;
+    const decoded = this.#decoded;
+    decoded.outcome = "unknown";
+    decoded.wantsKeyframe = decoded.discontinuous = false;
+    decoded.character = 0;
+    decoded.integers = decoded.pose = decoded.geometry = null;
     const member = this.#members.get(frame.member);
-    if (!member || tick <= member.lastTick) return taken;
+    if (!member || tick <= member.lastTick) return decoded;
     member.lastTick = tick;
-    taken.character = member.isOwn ? member.character : 0;
-    taken.discontinuous = frame.discontinuous || member.discontinuityPending;
-    if (this.#decode(member, frame, tick, taken)) {
-      taken.outcome = "decoded";
+    decoded.character = member.isOwn ? member.character : 0;
+    decoded.discontinuous = frame.discontinuous || member.discontinuityPending;
+    if (this.#decode(member, frame, tick, decoded)) {
+      decoded.outcome = "decoded";
       member.discontinuityPending = member.keyframeAsked = false;
-      return taken;
+      return decoded;
     }
-    taken.outcome = "undecodable";
-    member.discontinuityPending = taken.discontinuous;
-    taken.wantsKeyframe = !member.keyframeAsked || nowNs - member.keyframeAskedNs >= kKeyframeWaitNs;
-    if (taken.wantsKeyframe) member.keyframeAskedNs = nowNs;
+    decoded.outcome = "undecodable";
+    member.discontinuityPending = decoded.discontinuous;
+    decoded.wantsKeyframe = !member.keyframeAsked || nowNs - member.keyframeAskedNs >= kKeyframeWaitNs;
+    if (decoded.wantsKeyframe) member.keyframeAskedNs = nowNs;
     member.keyframeAsked = true;
-    return taken;
+    return decoded;
   }
 
   /** The last hair of an own character, copied; null when it has none. */
@@ -226,7 +226,7 @@ export class Members {
     return null;
   }
 
-  #decode(member: Member, frame: CodedFrame, tick: number, taken: DecodedFrame): boolean {
+  #decode(member: Member, frame: CodedFrame, tick: number, decoded: DecodedFrame): boolean {
     const level = frame.level === LevelIndex.rigid ? null : this.#levelOf(member, frame.level);
     if (level === undefined) return false;
     const numbers = level ? 3 * level.geometry.activeNodes.length : 0;
@@ -250,9 +250,9 @@ export class Members {
     next.level = frame.level;
     next.errorClass = frame.errorClass;
     member.newest = slot;
-    taken.integers = next.integers;
-    taken.pose = member.pose;
-    taken.geometry = level && level.geometry;
+    decoded.integers = next.integers;
+    decoded.pose = member.pose;
+    decoded.geometry = level && level.geometry;
     return true;
   }
 

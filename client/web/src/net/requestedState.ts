@@ -1,16 +1,7 @@
 import { LevelIndex } from "../hair/level";
+import { clientCodecs, codecOf } from "./clientMessages";
 import type { GroomHash } from "./groomHash";
-import type {
-  AddCharacter,
-  ClientMessage,
-  ErrorMessage,
-  HairState,
-  MaterialScale,
-  Observe,
-  SetLevel,
-  SetMaterial,
-  SetWind,
-} from "./messages";
+import type { AddCharacter, ClientMessage, ErrorMessage, HairState } from "./messages";
 import { ErrorReason } from "./messages";
 
 interface OfferedGroom {
@@ -18,10 +9,14 @@ interface OfferedGroom {
   ready: boolean;
 }
 
+/** The newest of each kind. */
+type Settings = Map<string, ClientMessage>;
+
 interface RequestedCharacter {
-  readonly groom: GroomHash;
-  level: LevelIndex;
-  material: MaterialScale | null;
+  /** with its newest level, and the state from which a new server continues its hair */
+  added: AddCharacter;
+  /** what is resent of each character */
+  readonly settings: Settings;
   /** CharacterAdded has come */
   confirmed: boolean;
 }
@@ -39,14 +34,12 @@ export interface Resend {
 export class RequestedState {
   readonly #grooms = new Map<GroomHash, OfferedGroom>();
   readonly #characters = new Map<number, RequestedCharacter>();
-  /** as it was when the connection broke */
-  readonly #states = new Map<number, HairState>();
   /** removed, and not confirmed */
   readonly #leaving = new Set<number>();
   /** Of which the server may have heard already; it may tell of them before it refuses them. */
   readonly #sentTwice = new Set<number>();
-  #wind: SetWind | null = null;
-  #observe: Observe | null = null;
+  /** what is resent of the session */
+  readonly #settings: Settings = new Map();
 
   get characters(): Iterable<number> {
     return this.#characters.keys();
@@ -62,50 +55,35 @@ export class RequestedState {
     if (!this.#grooms.has(hash)) this.#grooms.set(hash, { bytes, ready: false });
   }
 
-  add(added: AddCharacter): void {
-    this.#sentTwice.delete(added.character);
-    this.#characters.set(added.character, {
-      groom: added.groom,
-      level: added.level,
-      material: null,
-      confirmed: false,
-    });
-    this.#states.delete(added.character);
-    if (added.state) this.#states.set(added.character, added.state);
-  }
-
-  setLevel(wanted: SetLevel): void {
-    const character = this.#characters.get(wanted.character);
-    if (character) character.level = wanted.level;
-    if (wanted.level === LevelIndex.rigid) this.#states.delete(wanted.character);
-  }
-
-  setMaterial(wanted: SetMaterial): void {
-    const character = this.#characters.get(wanted.character);
-    if (character) character.material = wanted.scale;
-  }
-
-  setWind(wanted: SetWind): void {
-    this.#wind = wanted;
-  }
-
-  observe(wanted: Observe): void {
-    this.#observe = wanted;
-  }
-
-  remove(character: number): void {
-    this.#characters.delete(character);
-    this.#states.delete(character);
-    this.#leaving.add(character);
+  /** Stores what the message changes: the characters, their levels, and what is resent. */
+  store(message: ClientMessage): void {
+    switch (message.type) {
+      case "addCharacter":
+        this.#sentTwice.delete(message.character);
+        this.#characters.set(message.character, { added: message, settings: new Map(), confirmed: false });
+        return;
+      case "removeCharacter":
+        this.#characters.delete(message.character);
+        this.#leaving.add(message.character);
+        return;
+      case "setLevel":
+        this.#change(message.character, { level: message.level });
+        if (message.level === LevelIndex.rigid) this.forgetState(message.character);
+        return;
+    }
+    const { resent } = codecOf(message);
+    if (resent === "session") this.#settings.set(message.type, message);
+    else if (resent === "character" && "character" in message)
+      this.#characters.get(message.character)?.settings.set(message.type, message);
   }
 
   /** The hair of a character is to go on from there, should the server have forgotten it. */
   remember(character: number, state: HairState): void {
-    if (this.#characters.has(character)) this.#states.set(character, state);
+    this.#change(character, { state });
   }
 
   forgetState(character: number): void {
-    this.#states.delete(character);
+    this.#change(character, { state: null });
   }
 
   onReady(hash: GroomHash): void {
@@ -145,22 +123,30 @@ export class RequestedState {
     }
     if (!resumed) this.#leaving.clear();
     for (const character of this.#leaving) resend.messages.push({ type: "removeCharacter", character });
-    for (const [number, character] of this.#characters) this.#resendCharacter(number, character, resumed, resend);
-    if (this.#wind) resend.messages.push(this.#wind);
-    if (this.#observe) resend.messages.push(this.#observe);
+    for (const character of this.#characters.values()) this.#resendCharacter(character, resumed, resend.messages);
+    resend.messages.push(...inOrder(this.#settings));
     return resend;
   }
 
-  #resendCharacter(number: number, character: RequestedCharacter, resumed: boolean, resend: Resend): void {
-    const { groom, level, material } = character;
-    character.confirmed &&= resumed;
-    if (!character.confirmed) {
-      const state = this.#states.get(number) ?? null;
-      resend.messages.push({ type: "addCharacter", character: number, groom, level, state });
-      if (resumed) this.#sentTwice.add(number);
+  #change(character: number, change: Partial<AddCharacter>): void {
+    const known = this.#characters.get(character);
+    if (known) known.added = { ...known.added, ...change };
+  }
+
+  #resendCharacter(known: RequestedCharacter, resumed: boolean, messages: ClientMessage[]): void {
+    const { character, level } = known.added;
+    known.confirmed &&= resumed;
+    if (!known.confirmed) {
+      messages.push(known.added);
+      if (resumed) this.#sentTwice.add(character);
     }
     // The server may have added it before the connection broke, with an older level.
-    if (resumed) resend.messages.push({ type: "setLevel", character: number, level });
-    if (material) resend.messages.push({ type: "setMaterial", character: number, scale: material });
+    if (resumed) messages.push({ type: "setLevel", character, level });
+    messages.push(...inOrder(known.settings));
   }
+}
+
+/** As the table of messages has them, whatever the order in which they came. */
+function inOrder(settings: Settings): ClientMessage[] {
+  return Object.keys(clientCodecs).flatMap((type) => settings.get(type) ?? []);
 }

@@ -42,10 +42,10 @@ export class OwnCharacter {
 
   /** The finest level that it may have. */
   setLevel(level: LevelIndex): void {
-    this.link.use((core) => core.setLevel(this.character, level));
+    this.link.send({ type: "setLevel", character: this.character, level });
   }
 
   setMaterial(scale: MaterialScale): void {
-    this.link.use((core) => core.setMaterial(this.character, scale));
+    this.link.send({ type: "setMaterial", character: this.character, scale: { ...scale } });
   }
 }

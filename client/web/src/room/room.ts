@@ -71,7 +71,8 @@ export class Room implements HairSource {
         if (member) member.playout.push(frame, sampleNs, arrivalNs);
         else this.#early.put(frame, sampleNs, arrivalNs);
       });
-      core.observe({
+      core.send({
+        type: "observe",
         mode: ObserveMode.all,
         count: 0,
         radiusM: 0,
@@ -140,12 +141,12 @@ export class Room implements HairSource {
   removeCharacter(own: OwnCharacter): void {
     this.#own.delete(own.character);
     this.#ownMembers.delete(own.character);
-    this.link.use((core) => core.removeCharacter(own.character));
+    this.link.send({ type: "removeCharacter", character: own.character });
     this.#forgetUnused(own.groomKey);
   }
 
   setWind(wind: Wind): void {
-    this.link.use((core) => core.setWind(wind));
+    this.link.send({ type: "setWind", wind: { ...wind } });
   }
 
   /** Says goodbye; the room is empty and stays so. */
@@ -160,7 +161,7 @@ export class Room implements HairSource {
     if (file) this.link.use((core) => core.offerGroom(file));
     const own = new OwnCharacter(this.link, this.#nextCharacter++, groomKey);
     this.#own.set(own.character, own);
-    this.link.use((core) => core.addCharacter(own.character, groomKey, level));
+    this.link.send({ type: "addCharacter", character: own.character, groom: groomKey, level, state: null });
     return own;
   }
 

@@ -2,8 +2,8 @@ import { afterEach, describe, expect, it, vi } from "vitest";
 import { HairnetError } from "../../src/hair/hairnetError";
 import type { WebSocketLike } from "../../src/net/link";
 import { Link, webSocketUrl } from "../../src/net/link";
-import { decodePacket } from "../../src/net/decodePacket";
-import { LinkCoreDriver } from "../support/linkCoreDriver";
+import { decodePacket } from "../../src/net/packet";
+import { LinkCoreDriver, addCharacter } from "../support/linkCoreDriver";
 import { serverPacket } from "../support/serverPacket";
 
 class FakeSocket implements WebSocketLike {
@@ -68,7 +68,7 @@ describe("connection", () => {
     socket.open();
     socket.tell(welcome);
     await expect(answer).resolves.toMatchObject({ type: "welcome", session: 77n });
-    connection.use((core) => core.addCharacter(1, "00".repeat(32)));
+    connection.send(addCharacter(1, "00".repeat(32)));
     await Promise.resolve();
     expect(socket.saidTypes).toEqual(["hello", "addCharacter"]);
     connection.close();
@@ -90,7 +90,7 @@ describe("connection", () => {
     socket.open();
     socket.tell(welcome);
     socket.bufferedAmount = 1 << 20;
-    connection.core.addCharacter(1, "00".repeat(32));
+    connection.core.send(addCharacter(1, "00".repeat(32)));
     connection.flush();
     expect(socket.saidTypes).toEqual(["hello"]);
     socket.bufferedAmount = 0;

@@ -4,12 +4,12 @@ import type { Frame } from "../../src/hair/frame";
 import { HairnetError } from "../../src/hair/hairnetError";
 import { ErrorClass, LevelIndex } from "../../src/hair/level";
 import { rigidPose } from "../../src/hair/pose";
-import { encodePacket } from "../../src/net/encodePacket";
 import { hashGroom } from "../../src/net/groomHash";
 import { LinkCore } from "../../src/net/linkCore";
 import type * as m from "../../src/net/messages";
 import { ErrorReason, GoodbyeReason, GroomState, ObserveMode } from "../../src/net/messages";
-import { LinkCoreDriver, kSecond } from "../support/linkCoreDriver";
+import { encodePacket } from "../../src/net/packet";
+import { LinkCoreDriver, addCharacter, kSecond } from "../support/linkCoreDriver";
 import type { GeometryVector } from "../support/shapes";
 import { geometryOf } from "../support/shapes";
 import { serverPacket } from "../support/serverPacket";
@@ -56,7 +56,7 @@ function framesOf(events: LinkEvent[]): Frame[] {
 describe("link: opening", () => {
   it("says hello and nothing more before the welcome", () => {
     const driver = new LinkCoreDriver({ clientName: "me", room: "hall" });
-    driver.core.addCharacter(7, groom);
+    driver.core.send(addCharacter(7, groom));
     const hello = driver.open();
     expect(hello).toMatchObject({ type: "hello", protocolVersion: 3, clientName: "me", room: "hall", session: 0n });
     expect(driver.sent()).toEqual([]);
@@ -66,8 +66,8 @@ describe("link: opening", () => {
     const driver = new LinkCoreDriver();
     const file = new Uint8Array(1000);
     const hash = driver.core.offerGroom(file);
-    driver.core.addCharacter(7, hash, LevelIndex.medium);
-    driver.core.setLevel(7, LevelIndex.low);
+    driver.core.send(addCharacter(7, hash, LevelIndex.medium));
+    driver.core.send({ type: "setLevel", character: 7, level: LevelIndex.low });
     const said = driver.join();
     expect(said[0]).toMatchObject({ type: "groomOffer", hash, byteCount: 1000 });
     expect(said[1]).toMatchObject({ type: "addCharacter", character: 7, groom: hash, level: LevelIndex.low });
@@ -118,8 +118,8 @@ describe("link: opening", () => {
   it("refuses a room whose name cannot be, and calls with arguments that no server takes", () => {
     expect(() => new LinkCore({ room: "a/b" })).toThrow(HairnetError);
     const driver = new LinkCoreDriver();
-    expect(() => driver.core.addCharacter(0, groom)).toThrow(HairnetError);
-    expect(() => driver.core.addCharacter(1, "xyz")).toThrow(HairnetError);
+    expect(() => driver.core.send(addCharacter(0, groom))).toThrow(HairnetError);
+    expect(() => driver.core.send(addCharacter(1, "xyz"))).toThrow(HairnetError);
     expect(() => driver.core.pushPoses([{ ...pose(1, 1), pose: new Float64Array(35) }])).toThrow(HairnetError);
     expect(driver.join()).toEqual([]);
   });
@@ -384,10 +384,10 @@ describe("link: coming back", () => {
     const driver = new LinkCoreDriver();
     driver.join();
     const hash = driver.core.offerGroom(file);
-    driver.core.addCharacter(7, hash, LevelIndex.low);
-    driver.core.observe({
-      mode: ObserveMode.nearest, count: 5, radiusM: 0, from: null, members: [], errorClass: ErrorClass.halfMm, stride: 1,
-      velocities: true,
+    driver.core.send(addCharacter(7, hash, LevelIndex.low));
+    driver.core.send({
+      type: "observe", mode: ObserveMode.nearest, count: 5, radiusM: 0, from: null, members: [],
+      errorClass: ErrorClass.halfMm, stride: 1, velocities: true,
     });
     driver.sent();
     driver.tell({ type: "groomStatus", hash, state: GroomState.ready });
@@ -413,9 +413,21 @@ describe("link: coming back", () => {
 
   it("tells a server that has lost the session everything, with the hair as it was", () => {
     const { driver, hash } = withCharacter();
+    const setWind = (gustRatio: number): m.SetWind => ({
+      type: "setWind",
+      wind: {
+        meanMPerS: [1, 0, 0], gustRatio, gustPeriodS: 4, turbulenceRmsMPerS: 0, turbulenceScaleM: 0.6, seed: 1n,
+      },
+    });
+    for (const gustRatio of [0, 0.5]) driver.core.send(setWind(gustRatio));
+    const scale = { stiffness: 2, damping: 1, density: 1, etherDamping: 1, airDrag: 1, gelPerS2: 0 };
+    driver.core.send({ type: "setMaterial", character: 7, scale });
     driver.break();
     const said = driver.rejoin();
-    expect(said.map((message) => message.type)).toEqual(["groomOffer", "addCharacter", "observe"]);
+    const types = said.map((message) => message.type);
+    expect(types).toEqual(["groomOffer", "addCharacter", "setMaterial", "setWind", "observe"]);
+    expect(said[2]).toMatchObject({ character: 7, scale });
+    expect(said[3]).toEqual(setWind(0.5));
     const added = said[1] as m.AddCharacter;
     expect(added).toMatchObject({ character: 7, groom: hash, level: LevelIndex.low });
     expect(Array.from(added.state!.displacements)).toEqual(sequence.nodes[0]);
@@ -509,7 +521,7 @@ describe("link: coming back", () => {
   it("overlooks errors that only say that something arrived twice", () => {
     const driver = new LinkCoreDriver();
     driver.join();
-    driver.core.addCharacter(7, groom);
+    driver.core.send(addCharacter(7, groom));
     driver.sent();
     driver.break();
     const said = driver.rejoin({ resumed: true });

@@ -2,7 +2,7 @@ import { expect, test } from "vitest";
 import { LevelIndex, ErrorClass } from "../../src/hair/level";
 import { rigidPose } from "../../src/hair/pose";
 import { Link, type WebSocketLike } from "../../src/net/link";
-import { decodePacket } from "../../src/net/decodePacket";
+import { decodePacket } from "../../src/net/packet";
 import { GoodbyeReason, type ClientMessage, type ServerMessage } from "../../src/net/messages";
 import { Room } from "../../src/room/index";
 import { LinkCoreDriver } from "../support/linkCoreDriver";

@@ -1,11 +1,16 @@
+import { LevelIndex } from "../../src/hair/level";
 import type { LinkEvent } from "../../src/net/events";
-import { decodePacket } from "../../src/net/decodePacket";
 import type { LinkCoreOptions } from "../../src/net/linkCoreOptions";
 import { LinkCore } from "../../src/net/linkCore";
-import type { Message, ServerMessage, Welcome } from "../../src/net/messages";
+import type { AddCharacter, Message, ServerMessage, Welcome } from "../../src/net/messages";
+import { decodePacket } from "../../src/net/packet";
 import { serverPacket } from "./serverPacket";
 
 export const kSecond = 1e9;
+
+export function addCharacter(character: number, groom: string, level = LevelIndex.high): AddCharacter {
+  return { type: "addCharacter", character, groom, level, state: null };
+}
 
 /** A core, the connections that it wants, and a server that says what the test tells it to. Time is the test's. */
 export class LinkCoreDriver {

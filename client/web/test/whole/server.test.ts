@@ -4,6 +4,7 @@ import { afterAll, beforeAll, describe, expect, it } from "vitest";
 import WebSocket from "ws";
 import { Link, LevelIndex, LatticeBlend, Playout, decodeGroom, rigidPose } from "../../src/index";
 import type { Frame, FrameBatch, GroomFetched, LinkEvent, MemberJoined, WebSocketLike } from "../../src/index";
+import { addCharacter } from "../support/linkCoreDriver";
 import { Server, findServer } from "../support/server";
 import { until } from "../support/until";
 import { vectorFolder } from "../support/vectors";
@@ -83,7 +84,7 @@ describe.skipIf(program === null)("with a server", () => {
   it("hair that one client brings moves on another's screen, through a broken line and a server's death", async () => {
     const owner = await join_("owner");
     const hash = owner.link.core.offerGroom(file);
-    owner.link.core.addCharacter(1, hash, LevelIndex.low);
+    owner.link.core.send(addCharacter(1, hash, LevelIndex.low));
     owner.stream();
     const observer = await join_("observer");
 

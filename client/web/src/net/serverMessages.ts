@@ -1,0 +1,220 @@
+import { validateGeometry, type LevelGeometry } from "../hair/lattice";
+import { LevelIndex } from "../hair/level";
+import type { Goodbye } from "./clientMessages";
+import { GroomState, kErrorReasonLast, type ErrorReason } from "../generated/enums";
+import { decodeFrames, type CodedFrame } from "./frameBatch";
+import type { GroomHash } from "./groomHash";
+import { kGroomBytesMax, kGroomChunkBytesMax, kTickRateMaxHz } from "../generated/limits";
+import {
+  enumOf, hashOf, invalid, kUtf8, levelOf, secretOf, textOf, timeOf, vectorOf, type MessageReader,
+} from "./messageCodec";
+
+// What a server says to its client. A message is its interface, its reader below it, and its name in `ServersAlone` and
+// `serverReaders` at the end. schema/PROTOCOL.md states bytes, states and reasons.
+//
+// Times are nanoseconds as numbers: exact to 104 days, to 256 ns at 73 years. Ticks and sizes are exact to 2^53.
+
+export type { CodedFrame };
+
+export interface Welcome {
+  readonly type: "welcome";
+  readonly protocolVersion: number;
+  readonly session: bigint;
+  readonly tickRateHz: number;
+  readonly tick: number;
+  readonly characterCountMax: number;
+  readonly groomBytesMax: number;
+  readonly room: string;
+  readonly secret: Uint8Array;
+  /** the session that Hello named goes on, with its characters and grooms */
+  readonly resumed: boolean;
+  readonly resumeGraceS: number;
+  /** a tick samples poses this far before its own time */
+  readonly poseDelayNs: number;
+}
+const welcome: MessageReader<Welcome> = {
+  read(from) {
+    const resumeGraceS = from.resumeGraceS();
+    if (!(resumeGraceS >= 0 && resumeGraceS <= 1e6)) throw invalid("welcome: grace out of range");
+    const tickRateHz = from.tickRateHz();
+    if (tickRateHz < 1 || tickRateHz > kTickRateMaxHz)
+      throw invalid(`welcome: tick rate not in [1, ${kTickRateMaxHz}] Hz`);
+    return {
+      protocolVersion: from.protocolVersion(),
+      session: from.session(),
+      tickRateHz,
+      tick: Number(from.tick()),
+      characterCountMax: from.characterCountMax(),
+      groomBytesMax: Number(from.groomBytesMax()),
+      room: textOf(from.room(kUtf8), "room"),
+      secret: secretOf(from.secret()),
+      resumed: from.resumed(),
+      resumeGraceS,
+      poseDelayNs: timeOf(from.poseDelayNs(), "welcome's pose delay"),
+    };
+  },
+};
+
+/** To be sent from this offset on; the groom's size: all is there. */
+export interface GroomNeed {
+  readonly type: "groomNeed";
+  readonly hash: GroomHash;
+  readonly offset: number;
+}
+const groomNeed: MessageReader<GroomNeed> = {
+  read: (from) => ({ hash: hashOf(from.hash()), offset: Number(from.offset()) }),
+};
+
+export interface GroomStatus {
+  readonly type: "groomStatus";
+  readonly hash: GroomHash;
+  readonly state: GroomState;
+}
+const groomStatus: MessageReader<GroomStatus> = {
+  read(from) {
+    const state: GroomState = enumOf(from.state(), GroomState.queued, GroomState.refused, "groom state");
+    return { hash: hashOf(from.hash()), state };
+  },
+};
+
+/** The groom's bytes from `offset` on; pieces come in order. */
+export interface GroomData {
+  readonly type: "groomData";
+  readonly hash: GroomHash;
+  /** of the whole */
+  readonly byteCount: number;
+  readonly offset: number;
+  readonly bytes: Uint8Array;
+}
+const groomData: MessageReader<GroomData> = {
+  read(from) {
+    const bytes = from.bytesArray()!;
+    const byteCount = Number(from.byteCount());
+    const offset = Number(from.offset());
+    const isWithin = byteCount <= kGroomBytesMax && offset + bytes.length <= byteCount;
+    if (!isWithin || bytes.length > kGroomChunkBytesMax) throw invalid("groom data: not within the groom");
+    return { hash: hashOf(from.hash()), byteCount, offset, bytes: bytes.slice() };
+  },
+};
+
+export interface CharacterAdded {
+  readonly type: "characterAdded";
+  readonly character: number;
+  readonly groom: GroomHash;
+  readonly level: LevelIndex;
+  /** its number in frames */
+  readonly member: number;
+}
+const characterAdded: MessageReader<CharacterAdded> = {
+  read(from) {
+    const groom = hashOf(from.groom());
+    return { character: from.character(), groom, level: levelOf(from.level()), member: from.member() };
+  },
+};
+
+export interface CharacterRemoved {
+  readonly type: "characterRemoved";
+  readonly character: number;
+}
+const characterRemoved: MessageReader<CharacterRemoved> = {
+  read: (from) => ({ character: from.character() }),
+};
+
+export interface MemberJoined {
+  readonly type: "memberJoined";
+  readonly member: number;
+  /** the owner's */
+  readonly session: bigint;
+  /** the owner's number for it */
+  readonly character: number;
+  readonly groom: GroomHash;
+}
+const memberJoined: MessageReader<MemberJoined> = {
+  read(from) {
+    const groom = hashOf(from.groom());
+    return { member: from.member(), session: from.session(), character: from.character(), groom };
+  },
+};
+
+export interface MemberLeft {
+  readonly type: "memberLeft";
+  readonly member: number;
+}
+const memberLeft: MessageReader<MemberLeft> = {
+  read: (from) => ({ member: from.member() }),
+};
+
+export interface LevelRecord {
+  readonly type: "levelRecord";
+  readonly groom: GroomHash;
+  readonly level: LevelIndex;
+  readonly geometry: LevelGeometry;
+}
+const levelRecord: MessageReader<LevelRecord> = {
+  read(from) {
+    const geometry = {
+      lattice: {
+        origin: new Float32Array(vectorOf(from.origin()!)),
+        spacing: new Float32Array(vectorOf(from.spacing()!)),
+        dims: [from.nodeCountX(), from.nodeCountY(), from.nodeCountZ()] as const,
+      },
+      activeNodes: from.activeNodesArray()!.slice(),
+      trimmedNodes: from.trimmedNodesArray()!.slice(),
+      trimmedBegin: from.trimmedBeginArray()!.slice(),
+      trimmedFrom: from.trimmedFromArray()!.slice(),
+      trimmedWeights: from.trimmedWeightsArray()!.slice(),
+    };
+    validateGeometry(geometry);
+    const level: LevelIndex = enumOf(from.level(), LevelIndex.high, LevelIndex.ether, "level of a level record");
+    return { groom: hashOf(from.groom()), level, geometry };
+  },
+};
+
+export interface CodedFrameBatch {
+  readonly type: "frameBatch";
+  readonly tick: number;
+  /** server's clock: when the poses were sampled */
+  readonly sampleTimeNs: number;
+  /** members ascend */
+  readonly frames: readonly CodedFrame[];
+}
+const frameBatch: MessageReader<CodedFrameBatch> = {
+  read: (from) => ({
+    tick: Number(from.tick()),
+    sampleTimeNs: timeOf(from.sampleTimeNs(), "frames' sample time"),
+    frames: decodeFrames(from.framesArray()!),
+  }),
+};
+
+/** Something was refused. */
+export interface ErrorMessage {
+  readonly type: "error";
+  readonly reason: ErrorReason;
+  /** 0: none */
+  readonly character: number;
+  readonly groom: GroomHash | null;
+  readonly detail: string;
+}
+const error: MessageReader<ErrorMessage> = {
+  read(from) {
+    const groom = from.groom();
+    return {
+      reason: enumOf(from.reason(), 1, kErrorReasonLast, "error reason"),
+      character: from.character(),
+      groom: groom ? hashOf(groom) : null,
+      detail: textOf(from.detail(kUtf8), "error detail"),
+    };
+  },
+};
+
+/** `Goodbye` is either side's. */
+type ServersAlone =
+  | Welcome | GroomNeed | GroomStatus | GroomData | CharacterAdded | CharacterRemoved | MemberJoined | MemberLeft
+  | LevelRecord | CodedFrameBatch | ErrorMessage;
+export type ServerMessage = ServersAlone | Goodbye;
+
+/** @internal Types of the package do not show generated code. */
+export const serverReaders: { readonly [M in ServersAlone as M["type"]]: MessageReader<M> } = {
+  welcome, groomNeed, groomStatus, groomData, characterAdded, characterRemoved, memberJoined, memberLeft, levelRecord,
+  frameBatch, error,
+};
