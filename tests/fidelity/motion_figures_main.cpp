@@ -12,7 +12,7 @@
 namespace hairnet::fidelity {
 namespace {
 
-constexpr const char* kProgram = "hairnet-fidelity-holding";
+constexpr const char* kProgram = "hairnet-fidelity-motion";
 constexpr double kPosture_s = 4;  // when our own postures are taken up
 
 // Adds the runs to `all`, so that those before a refusal are not lost.

@@ -55,8 +55,8 @@ class RigidProbePoints {
 class Run {
  public:
   Run(CharacterId character, const Level& level, const StrandSample& strands, const BentBody& body,
-      MotionFigures holding)
-      : holding_(std::move(holding)),
+      MotionFigures figures)
+      : figures_(std::move(figures)),
         character_(character),
         strands_(strands),
         deformer_(level.geometry.lattice, strands.points, strands.blend, FfdKind::quadratic),
@@ -86,15 +86,15 @@ class Run {
       before_[i] = now;
       if (time_s < 0) continue;
       jumps_m_.push_back(std::max(0.0F, static_cast<float>(jump_m)));
-      raise(holding_.jump_m, jump_m, time_s);
+      raise(figures_.jump_m, jump_m, time_s);
     }
   }
 
   void look(const BentBody& body, double time_s) {
     const double share = deep_.share(body, at_spots(stretched_));
-    holding_.deep_share += share;
+    figures_.deep_share += share;
     ++looks_;
-    raise(holding_.deep, share, time_s);
+    raise(figures_.deep, share, time_s);
     for (std::size_t s = 0; s < strands_.strand_count(); ++s) {
       const auto length_of = [&](const std::vector<Vec3f>& points) {
         return polyline_length({points.begin() + strands_.begin[s], points.begin() + strands_.begin[s + 1]}) /
@@ -103,14 +103,14 @@ class Run {
       const double length = length_of(stretched_);
       lengths_.push_back(static_cast<float>(length));
       drawn_.push_back(static_cast<float>(length_of(points_)));
-      raise(holding_.length, length, time_s);
+      raise(figures_.length, length, time_s);
     }
   }
 
-  void look_whether_it_hangs(const Quat& head) { holding_.hanging_rad = hanging_angle(strands_, points_, head); }
+  void look_whether_it_hangs(const Quat& head) { figures_.hanging_rad = hanging_angle(strands_, points_, head); }
 
   void look_at_rest(const World& world, const BentBody& body, double tick_s) {
-    RestFigures& rest = holding_.rest.emplace();
+    RestFigures& rest = figures_.rest.emplace();
     std::vector<float> off_m;
     double square_sum = 0;
     for (std::size_t p = 0; p < points_.size(); ++p) {
@@ -126,12 +126,12 @@ class Run {
   }
 
   MotionFigures finish() {
-    holding_.deep_share /= std::max(1, looks_);
-    holding_.length_p50 = percentile(lengths_, 0.5);
-    holding_.length_p99 = percentile(lengths_, 0.99);
-    holding_.drawn_p99 = percentile(drawn_, 0.99);
-    holding_.jump_p999_m = percentile(jumps_m_, 0.999);
-    return std::move(holding_);
+    figures_.deep_share /= std::max(1, looks_);
+    figures_.length_p50 = percentile(lengths_, 0.5);
+    figures_.length_p99 = percentile(lengths_, 0.99);
+    figures_.drawn_p99 = percentile(drawn_, 0.99);
+    figures_.jump_p999_m = percentile(jumps_m_, 0.999);
+    return std::move(figures_);
   }
 
  private:
@@ -141,7 +141,7 @@ class Run {
     return probe_points;
   }
 
-  MotionFigures holding_;
+  MotionFigures figures_;
   CharacterId character_;
   const StrandSample& strands_;
   Deformer deformer_;

@@ -12,9 +12,9 @@ namespace hairnet::fidelity {
 namespace {
 
 constexpr std::string_view kFooter = R"(Examples:
-  hairnet-fidelity-holding
-  hairnet-fidelity-holding --set all --json holding.json
-  hairnet-fidelity-holding --groom made:bob --motion made:glide --motion made:lift --level low --rate 90
+  hairnet-fidelity-motion
+  hairnet-fidelity-motion --set all --json motion.json
+  hairnet-fidelity-motion --groom made:bob --motion made:glide --motion made:lift --level low --rate 90
 )";
 
 const std::vector<std::string> kGrooms{"harolongo", "sintel", "made:long_straight"};
@@ -50,7 +50,7 @@ std::variant<MotionFigureFlags, int> parse_motion_figure_flags(int argc, char** 
   std::string set = "everyday";
   Wind wind;
   CLI::App app("What one sees go wrong with hair: in the body, drawn out, jumping, and not coming home.",
-               "hairnet-fidelity-holding");
+               "hairnet-fidelity-motion");
   app.footer(std::string(kFooter));
   app.failure_message([](const CLI::App* a, const CLI::Error& e) { return a->get_name() + ": " + e.what() + "\n"; });
   const auto add_names = [&](const char* flag, Names& names, const char* about) {

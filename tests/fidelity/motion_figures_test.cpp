@@ -9,7 +9,7 @@
 #include "tests/fidelity/motion_figures_measure.hpp"
 #include "tests/fidelity/motion_sets.hpp"
 
-// What one sees of hair in motions of every day: the measures of hairnet-fidelity-holding on few strands.
+// What one sees of hair in motions of every day: the measures of hairnet-fidelity-motion on few strands.
 namespace hairnet::fidelity {
 namespace {
 
