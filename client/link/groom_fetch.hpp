@@ -19,7 +19,7 @@ class GroomFetch {
   std::optional<wire::GroomRequest> request(const wire::GroomHash& hash);
   // Requests to repeat over a new connection. Each continues at the first byte that is missing.
   [[nodiscard]] std::vector<wire::GroomRequest> request_again() const;
-  // The whole groom, or what is wrong with it, once that is known.
+  // Returns the whole groom, or the reason why it cannot be used, once that is known.
   std::optional<GroomFetched> take(const wire::GroomData& data);
   // The server refused the request: it has no such groom, or sends too many already. False: not requested.
   bool refuse(const wire::GroomHash& hash) { return fetches_.erase(hash) != 0; }

@@ -16,7 +16,7 @@
 
 namespace hairnet::link {
 
-// The members of the room as this session was told of them, and the recent frames of each, from which the next are
+// The members of the room, as the server announced them, and the recent frames of each, from which the next frames are
 // decoded. One thread.
 class Members {
  public:
@@ -33,15 +33,16 @@ class Members {
 
   enum class Outcome : std::uint8_t {
     decoded,
-    skipped,      // not of the share that is decoded
-    undecodable,  // what it refers to is missing, or its bytes are wrong; if discontinuous, the next is too
-    unknown,      // no such member, or no newer than the last
+    skipped,  // not of the share that is decoded
+    // a frame that it refers to is missing, or its bytes are wrong; if discontinuous, the next frame is marked too
+    undecodable,
+    unknown,  // no such member, or no newer than the last
   };
   struct DecodedFrame {
     Outcome outcome = Outcome::unknown;
     bool wants_keyframe = false;
     bool discontinuous = false;                      // the frame's own, or that of an undecodable one before it
-    std::uint32_t character = 0;                     // one's own number; 0: another's
+    std::uint32_t character = 0;                     // this client's own number; 0: another client's character
     const codec::FrameIntegers* integers = nullptr;  // decoded; until the next frame of the member
     Pose pose;                                       // decoded
     std::shared_ptr<const LevelGeometry> geometry;   // decoded; null: rigid

@@ -7,13 +7,14 @@
 namespace hairnet::link {
 namespace {
 
-constexpr std::size_t kFramesMax = 256;   // kept while nobody samples
+constexpr std::size_t kFramesMax = 256;   // stored while no caller samples
 constexpr std::size_t kArrivalsMax = 60;  // two seconds at 30 Hz
 constexpr std::int64_t kIntervalDefault_ns = 33'333'333;
 constexpr std::int64_t kFreeze_ns = 100'000'000;
 constexpr std::int64_t kCubic_ns_max = 250'000'000;
 constexpr std::int64_t kEaseToRest_ns = 500'000'000;
-// The delay changes by at most this share of the time that passes: slower or faster motion that nobody notices.
+// The delay changes by at most this share of the elapsed time: motion becomes slower or faster, but too little to
+// notice.
 constexpr double kSlewMax = 0.1;
 
 double smoothstep(double s) {
@@ -44,7 +45,7 @@ void Playout::push(const Frame& frame, std::int64_t sample_time_ns, std::int64_t
     ++dropped_count_;
     return;
   }
-  // After a gap, interpolate to the new frame from what is on the screen, not from the frame before the gap.
+  // After a gap, interpolate to the new frame from the shown state, not from the frame before the gap.
   if (started_ && !frames_.empty() && frames_.back().time_ns < shown_.time_ns) {
     frames_.clear();
     frames_.push_back(shown_);

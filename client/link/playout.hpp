@@ -27,7 +27,7 @@ class Playout {
   // was already played is dropped, and so is a duplicate.
   void push(const Frame& frame, std::int64_t sample_time_ns, std::int64_t arrival_time_ns);
 
-  // Freezes what is shown until the next frame arrives. For callers that know that no frame will come for a while, as
+  // Freezes the shown state until the next frame arrives. For callers that know that no frame will come for a while, as
   // during a reconnect.
   void freeze();
 

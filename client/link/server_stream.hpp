@@ -23,14 +23,15 @@ class ServerStream {
   };
 
   virtual ~ServerStream() = default;
-  // Resolves, connects, shakes hands. Empty, or one line that says why not.
+  // Resolves, connects, shakes hands. Returns an empty string, or one line with the reason of the failure.
   virtual asio::awaitable<std::string> open() = 0;
   // A piece of the stream, or one message of a transport that has them.
   virtual asio::awaitable<Read> read() = 0;
-  // Of a transport with messages: one packet. False when the connection has ended; read() then says why.
+  // For a transport with messages, `bytes` is one packet. Returns false when the connection has ended; read() then
+  // returns the reason.
   virtual asio::awaitable<bool> write(std::span<const std::uint8_t> bytes) = 0;
   virtual void half_close() = 0;  // nothing more will be written
-  virtual void close() = 0;       // whatever waits ends soon
+  virtual void close() = 0;       // pending operations end soon
   [[nodiscard]] virtual bool has_messages() const = 0;
 };
 

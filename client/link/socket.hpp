@@ -10,7 +10,7 @@ namespace hairnet::link {
 
 namespace asio = boost::asio;
 
-// Resolves and connects. Empty, or one line that says why not.
+// Resolves and connects. Returns an empty string, or one line with the reason of the failure.
 asio::awaitable<std::string> connect_socket(asio::ip::tcp::socket& socket, const Address& address);
 
 // What has ended a connection, for people.

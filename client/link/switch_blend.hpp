@@ -15,9 +15,9 @@ class SwitchBlend {
  public:
   static constexpr std::int64_t kSwitchBlend_ns = 400'000'000;
 
-  // `points_head`: as deformed by `level` for the time `time_ns` (Playout::Sample), head space, m; always as many.
-  // Adds the part of the last switch that has not faded yet. A `discontinuous` moment, or another number of points,
-  // ends the fade.
+  // Adds the part of the last switch that has not faded yet. `points_head`: the points that `level` gives at the time
+  // `time_ns` (Playout::Sample), head space, m; the same number in each call. A `discontinuous` moment, or another
+  // number of points, ends the fade.
   void apply(LevelIndex level, std::int64_t time_ns, bool discontinuous, std::span<Vec3f> points_head);
 
  private:

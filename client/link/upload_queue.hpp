@@ -22,7 +22,7 @@ class UploadQueue {
   // The server wants the bytes from `need.offset` on, or with the groom's size none now: another client may be sending
   // them, and should it leave, the server asks again. False for an unknown groom, or an offset beyond it.
   bool need(const wire::GroomNeed& need);
-  // The server has all of it, or refused it: the bytes are let go.
+  // Frees the bytes of a groom: the server has all of them, or refused the groom.
   void drop(const wire::GroomHash& hash);
   // Forgets all uploads: the connection is lost, and the grooms will be offered again.
   void clear();

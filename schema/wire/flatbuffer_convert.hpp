@@ -61,7 +61,7 @@ class AlignedBytes {
 // The root of a size-prefixed buffer, or null when the 8-byte aligned `bytes` are not exactly one valid buffer.
 template <class Root>
 const Root* verified_root(std::span<const std::uint8_t> bytes, const char* identifier) {
-  // The verifier compares the identifier before it has made sure of the bytes that hold it.
+  // The verifier compares the identifier before it has checked that these bytes exist.
   if (bytes.size() < kPacketBytesMin || bytes.size() >= FLATBUFFERS_MAX_BUFFER_SIZE) return nullptr;
   flatbuffers::Verifier::Options limits;
   limits.max_depth = 8;

@@ -33,7 +33,7 @@ constexpr const char* kExamples = R"(Examples:
 
 Exit status: 0 after SIGTERM or SIGINT, 2 when the configuration is wrong or the port is taken.)";
 
-// What a flag was given, kept until the file has been read: flags win.
+// The values of flags, stored until the file has been read: flags win.
 using Given = std::vector<std::pair<const Setting*, Setting::Value>>;
 
 std::string words_about(const Setting& s) {
@@ -61,7 +61,7 @@ void add_flag(CLI::App& app, const Setting& setting, Given& given) {
       ->group("[" + setting.section + "]");
 }
 
-// What was left open, from what is known.
+// Fills in the settings that have no value of their own.
 void complete(Config& config, const std::set<std::string>& named) {
   // The network takes a small part of what ticks take: of two cores one would be half for little.
   const unsigned threads = std::max(1u, std::thread::hardware_concurrency());

@@ -17,13 +17,14 @@ struct Config {
   std::string port_file;      // the port in use is written here; empty: not
   std::uint32_t tick_rate_hz = 30;
   double pose_delay_ms = 25;  // an interval of a 60-72 Hz client and its jitter: the tick samples this far back
-  int substeps = 0;           // 0: as many as keep a step within kStepMax_s
+  int substeps = 0;           // 0: enough that no step exceeds kStepMax_s
   int iterations = 0;         // 0: each level's own
   std::uint32_t ticks_behind_max = 3;  // more overdue ticks than this are skipped
   double tick_budget = 0.7;            // of the tick that its work may take: levels go down to keep within it
-  std::uint32_t workers = 0;           // threads of the tick; 0: as many as the machine has, of three or more one less
-  std::uint32_t build_threads = 0;     // threads of a groom's build; 0: what the machine has, at most 4
-  std::string groom_cache;             // folder of uploaded grooms; empty: none are kept
+  // threads of the tick; 0: one for each hardware thread, minus one if there are three or more
+  std::uint32_t workers = 0;
+  std::uint32_t build_threads = 0;  // threads of a groom's build; 0: what the machine has, at most 4
+  std::string groom_cache;          // folder of uploaded grooms; empty: none are kept
   std::uint64_t groom_cache_mib = 4096;
   std::string level_cache;  // folder of built levels; empty: none are kept
   std::uint64_t level_cache_mib = 1024;

@@ -15,7 +15,7 @@ struct Health {
 
 inline constexpr std::int64_t kTickStallMax_ns = 1'000'000'000;
 
-// Empty when the server takes clients and its ticks are on time; else one line that says why not.
+// Empty when the server takes clients and its ticks are on time; else one line with the reason.
 std::string why_not_ready(const Health& health);
 
 }  // namespace hairnet::server

@@ -58,7 +58,7 @@ TransportOptions transport_options(const Config& config) {
   return options;
 }
 
-// On a signal: the port closes, clients are told and get what waits for them, then the loop stops.
+// On a signal: the port closes, clients get a Goodbye and their waiting packets, then the loop stops.
 class Shutdown {
  public:
   Shutdown(IoLoop& loop, Server& server, Listener& listener, const TransportCounters& counters, double drain_s)
@@ -133,7 +133,7 @@ void log_counters(const Metrics& metrics, double interval_s, IoLoop& loop) {
 int run_program(const Config& config) {
   set_up_log(config.log_level);
   Metrics metrics;
-  IoLoop loop;  // outlives the sessions, which hold its sockets
+  IoLoop loop;  // outlives the sessions, which own its sockets
   auto created = Server::create(config, metrics, monotonic_now_ns(), monotonic_now_ns);
   if (!created) return refuse(created.error());
   Server& server = **created;

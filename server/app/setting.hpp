@@ -29,10 +29,10 @@ struct Setting {
   [[nodiscard]] std::string name() const { return section + "." + key; }
 };
 
-// Empty when the value is valid; else what is wrong with it, without the setting's name. Converts an integer `value` to
-// a number where the setting is a number.
+// Returns an empty string when the value is valid; else the fault, without the setting's name. Converts an integer
+// `value` to a number where the setting is a number.
 std::string check(const Setting& setting, Setting::Value& value);
-// The words of a flag as a value of the setting's kind, checked. Otherwise false, and `fault` says what is wrong.
+// Parses and checks the words of a flag as a value of the setting's kind. On failure returns false and sets `fault`.
 bool parse_words(const Setting& setting, const std::vector<std::string>& words, Setting::Value& value,
                  std::string& fault);
 // As TOML writes it: text in quotes, a triple as an array.

@@ -18,7 +18,7 @@ struct CacheFolderDef {
   std::uint64_t bytes_max = 0;     // of all its files
   std::size_t file_bytes_max = 0;  // of one
   std::string write_failed_event;  // in the log, when something cannot be kept
-  std::string contents;            // what its files hold, for people
+  std::string contents;            // what the files contain, in words for log lines
 };
 
 // An LRU cache of files in one folder, bounded in bytes. Each file is named by the hash of a groom. A file is written

@@ -14,7 +14,7 @@ namespace {
 using wire::ErrorReason;
 using wire::GroomState;
 
-// Of those that the cache has, so many are given to the builder at once: uploads do not wait long behind them.
+// The builder gets at most this many cached grooms at once, so that uploads do not wait long behind them.
 constexpr std::size_t kReadingMax = 2;
 // Until a groom is found that another server has put into the cache's folder.
 constexpr std::int64_t kRefreshInterval_ns = 10'000'000'000;

@@ -79,7 +79,7 @@ class GroomStore final : public GroomService {
   };
   struct Entry {
     State state = State::uploading;
-    std::uint64_t byte_count = 0;  // of the upload, as its uploader says; from building on as it is
+    std::uint64_t byte_count = 0;  // of the upload, as the uploader announced; from building on, the real count
     std::uint64_t received = 0;
     std::vector<std::vector<std::uint8_t>> chunks;
     SessionId uploader = 0;
@@ -98,7 +98,8 @@ class GroomStore final : public GroomService {
   struct Account {
     TokenBucket bytes;
     std::uint64_t strand_count_max = 0;
-    std::int64_t chunk_ns = std::numeric_limits<std::int64_t>::min();  // when its last chunk came, of whatever groom
+    // arrival of the uploader's last chunk, of any groom
+    std::int64_t chunk_ns = std::numeric_limits<std::int64_t>::min();
   };
 
   static wire::GroomState state_of(const Entry& entry);
@@ -108,7 +109,7 @@ class GroomStore final : public GroomService {
   [[nodiscard]] bool is_over_strands(SessionId session, Grooms::const_iterator groom) const;
   [[nodiscard]] std::uint64_t strand_count_max(SessionId session) const;
   [[nodiscard]] Refused too_many_strands(SessionId session) const;
-  // Why a session may not begin to upload, or go on with, a groom of this size.
+  // Why a session may not begin or continue to upload a groom of this size.
   Refused check_upload(SessionId session, std::uint64_t byte_count, std::int64_t now_ns);
   Refused offer_known(Grooms::iterator groom, SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns);
   Refused make_place();  // for one more groom
@@ -121,7 +122,7 @@ class GroomStore final : public GroomService {
   void feed_builder();  // with grooms that the cache has
   Refused finish_upload(Grooms::iterator groom, std::int64_t now_ns);
   bool has_stalled(const Entry& entry, std::int64_t now_ns);
-  // Lets another who has offered it go on with the upload; refuses it to the rest when there is none.
+  // Asks another session that has offered the groom to continue the upload; without one, refuses the groom to all.
   void pass_on(Grooms::iterator groom, std::int64_t now_ns);
   void take(GroomResult result, std::int64_t now_ns);
   void take_building(Grooms::iterator groom, GroomResult result, std::int64_t now_ns);

@@ -36,9 +36,9 @@ struct Character {
   PoseInbox inbox;
 
   bool in_world = false;                                           // in the World, from its first pose on
-  LevelIndex level = LevelIndex::rigid;                            // that the World was told
-  int stride = 1;                                                  // that the World was told
-  bool suspended = false;                                          // nobody sees it: not stepped
+  LevelIndex level = LevelIndex::rigid;                            // current level in the World
+  int stride = 1;                                                  // current stride in the World
+  bool suspended = false;                                          // no observer sees it: the World does not step it
   Pose pose;                                                       // the one last given to the World
   codec::FrameIntegers bones;                                      // as integers; no nodes
   bool pose_changed = false, pose_teleport = false;                // at this tick

@@ -26,8 +26,8 @@ struct View {
   std::uint8_t sent_count = 0;
   LevelIndex level = LevelIndex::rigid;  // of those
   codec::ErrorClass error_class = codec::ErrorClass::half_mm;
-  bool sleep_sent = false;             // the last frame said that it is asleep
-  bool discontinuity_pending = false;  // a discontinuity that no frame has told the session yet
+  bool sleep_sent = false;             // the last frame was marked asleep
+  bool discontinuity_pending = false;  // a discontinuity that the session has not received yet
 
   void forget_sent() {
     discontinuity_pending = discontinuity_pending || sent_count > 0;

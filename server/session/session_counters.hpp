@@ -8,7 +8,7 @@ namespace hairnet::server {
 
 struct SessionGauges : GaugeSet {
   Gauge clients{*this, "clients"};                    // all, the next among them
-  Gauge clients_detached{*this, "clients_detached"};  // whose connections broke, and who may come back
+  Gauge clients_detached{*this, "clients_detached"};  // their connections broke, and they may resume
   Gauge packets_waiting{*this, "packets_waiting"};    // in outboxes, for connections to take them
 };
 

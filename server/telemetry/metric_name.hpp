@@ -10,7 +10,7 @@ namespace hairnet::server {
 struct MetricName {
   std::string family;
   std::string label_name, label_value;  // empty: none
-  double scale = 1;                     // what is shown is our value times this: Prometheus counts in seconds
+  double scale = 1;                     // /metrics shows our value times this: Prometheus counts in seconds
 };
 enum class MetricKind { counter, gauge, histogram };
 

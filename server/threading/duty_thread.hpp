@@ -12,7 +12,7 @@ class DutyThread {
  public:
   enum class Priority { normal, low };
   DutyThread(std::function<bool()> poll, Priority priority);
-  ~DutyThread();  // lets `poll` do what is left, and ends
+  ~DutyThread();  // lets `poll` finish its work, and ends the thread
   void wake();    // any thread
 
  private:

@@ -28,8 +28,8 @@ struct Rung {
 // Fractions of the available time, far enough apart that noise does not cross both.
 constexpr double kEntitledLeast = 0.8, kEntitledMost = 1.0;
 
-// What a character climbs, by the finest level asked for. What would cost more than a finer rung and err more is left
-// out: low at every tick under medium at every second one, high at every second under medium at every one.
+// The rungs of the ladder, by the finest level asked for. A rung that costs more than a finer one and has more error is
+// left out: low at every tick is below medium at every second one, high at every second below medium at every tick.
 using enum LevelIndex;
 constexpr std::array<Rung, 7> kToHigh{
     {{rigid, 4}, {ether, 4}, {low, 4}, {low, 2}, {medium, 2}, {medium, 1}, {high, 1}}};
@@ -154,7 +154,7 @@ class Chooser {
     if (!std::ranges::is_sorted(s_.order, {}, place)) std::ranges::sort(s_.order, {}, place);
   }
 
-  // Only of those that cost anything; the others are chosen for at once.
+  // Puts only characters that have a cost; the levels of the others are chosen at once.
   void put_items() {
     const Prices prices(terms_);
     s_.items.clear();
@@ -185,7 +185,7 @@ class Chooser {
     }
   }
 
-  // As far as there is room for it. False when someone is left below.
+  // Raises as far as the budget allows. False when a character stays below its target.
   bool raise_to_target() {
     s_.raises.clear();
     std::int64_t more_ns = 0;
@@ -266,7 +266,7 @@ class Chooser {
   std::span<Lod> chosen_;
   std::int64_t budget_ns_;
   std::int64_t wanted_ns_ = 0;
-  std::int64_t sum_ns_ = 0;  // of what is chosen
+  std::int64_t sum_ns_ = 0;  // of the chosen levels
 };
 
 }  // namespace

@@ -51,7 +51,7 @@ struct BudgetReport {
   bool is_over = false;            // not even the least of everyone fits
 };
 
-inline constexpr double kBudgetUp = 0.9;     // of what is available: what raising may fill
+inline constexpr double kBudgetUp = 0.9;     // the share of the available time that raising may fill
 inline constexpr double kBudgetDown = 0.95;  // lowering comes down to this once it is over
 inline constexpr double kLodDwell_s = 0.5;   // before a character is raised again, or lowered for another's sake
 inline constexpr float kSuspendAfter_s = 1;  // unseen

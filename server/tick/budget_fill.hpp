@@ -31,7 +31,7 @@ struct FillStep {
 };
 
 struct FillShare {
-  std::size_t begin = 0, end = 0;  // of what it is made of
+  std::size_t begin = 0, end = 0;  // of its items
   std::int64_t least_ns = 0, most_ns = 0;
 };
 

@@ -10,10 +10,11 @@ struct TickGuardDef {
   int workers = 1;          // that share the work
 };
 
-// How many worker-seconds a tick's work on characters may be predicted to take, from how long ticks really took. What a
-// tick takes beside that work, as measured, comes off its share. Predictions miss what nobody measures (other programs,
-// caches): their ratio to the truth is a trust that is learnt here. Two ticks of four beyond the share cut it at once,
-// by as much as they were beyond; it comes back the faster the further ticks stay within the share.
+// Decides how many worker-seconds a tick's predicted work on characters may take, from the measured time of ticks. The
+// measured overhead of a tick beside that work is subtracted from its share. Predictions miss the effects of other
+// programs and caches; the trust is the learnt ratio of predicted to measured time. Two of four ticks beyond the share
+// reduce the trust at once, by as much as they exceeded it; it recovers the faster the further ticks stay below the
+// share.
 //
 // Noise makes some ticks overrun even when the mean is on target. Each overrun widens a safety margin a little. The
 // margin narrows so slowly that a few overruns in ten thousand ticks keep it constant. It applies only where more work

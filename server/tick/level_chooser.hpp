@@ -16,7 +16,7 @@ struct LevelChooserDef {
   double tick_s = 1.0 / 30;
   double tick_share = 0.7;  // of the tick that its work may take
   int workers = 1;
-  ClockNs now_ns = nullptr;  // null: nothing is measured, and everyone gets what is asked for
+  ClockNs now_ns = nullptr;  // null: nothing is measured, and every character gets the level that its owner asked for
 };
 
 // Chooses every character's level and stride, and whether it is suspended, from measured times. Collects the inputs of
@@ -32,7 +32,7 @@ class LevelChooser {
   void observe(Rooms& rooms, const StepCosts& costs, double tick_duration_s);
 
  private:
-  // True when somebody's level must not wait for the next choice.
+  // True when the level of a character must not wait for the next choice.
   bool note_unseen(Rooms& rooms, const Simulation& simulation) const;
   [[nodiscard]] BudgetCharacter as_budgeted(const Character& character, bool ready, std::uint64_t tick) const;
   void apply(Character& character, const Lod& lod, wire::RecordedTick& inputs);

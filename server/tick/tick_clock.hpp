@@ -5,8 +5,8 @@
 
 namespace hairnet::server {
 
-// When ticks are due: tick n at start + n / rate, whatever happens. A late tick runs at once, with its own due time as
-// its time; when more than `behind_max` are overdue, all but the newest are skipped.
+// When ticks are due: tick n at start + n / rate, even after late ticks. A late tick runs at once, with its own due
+// time as its time; when more than `behind_max` are overdue, all but the newest are skipped.
 class TickClock {
  public:
   TickClock(std::uint32_t rate_hz, std::uint32_t behind_max, std::int64_t start_ns);

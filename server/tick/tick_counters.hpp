@@ -111,7 +111,7 @@ struct GroomCounters : CounterSet {
   Counter grooms_refused_strands{*this, "grooms_refused_strands"};        // too many in all grooms of a session
   Counter grooms_refused_rate{*this, "grooms_refused_rate"};              // of bytes to upload
   Counter grooms_refused_build_time{*this, "grooms_refused_build_time"};  // beyond that of one groom
-  Counter grooms_refused_absent{*this, "grooms_refused_absent"};          // used, but nobody there could upload it
+  Counter grooms_refused_absent{*this, "grooms_refused_absent"};          // used, but no session could upload it
   Counter groom_bytes_received{*this, "groom_bytes_received"};
 };
 

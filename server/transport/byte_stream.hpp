@@ -33,7 +33,7 @@ class ByteStream : public std::enable_shared_from_this<ByteStream> {
   [[nodiscard]] bool has_expired() const { return has_expired_; }
   bool move_to(Admission::Place place) { return ticket_.move_to(place); }
 
-  void put_back(std::span<const std::uint8_t> bytes);  // in front of what is read next
+  void put_back(std::span<const std::uint8_t> bytes);  // before the bytes that are read next
   asio::awaitable<boost::system::error_code> accept_tls(asio::ssl::context& context);
 
   void expires_after(std::chrono::nanoseconds time);

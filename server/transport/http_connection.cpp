@@ -94,7 +94,7 @@ class HttpConnection {
   }
 
  private:
-  // The request, or how it is refused. The stream is closed when there is nobody to answer.
+  // Reads the request, or returns the reply that refuses it. Closes the stream when no reply can be sent.
   asio::awaitable<std::optional<HttpReply>> read(http::request_parser<http::string_body>& parser, bool is_first) {
     const auto [error, bytes] = co_await http::async_read_header(*stream_, buffer_, parser, kAwaitable);
     if (error == http::error::header_limit || error == http::error::buffer_overflow) {
@@ -177,7 +177,7 @@ class HttpConnection {
         piece.resize(before + std::min<std::uint64_t>(left, kFilePieceBytes));
         const std::size_t count =
             file.read(offset, {reinterpret_cast<std::uint8_t*>(piece.data()) + before, piece.size() - before});
-        if (count == 0) co_return false;  // it has become shorter than was said
+        if (count == 0) co_return false;  // the file has become shorter than its announced size
         piece.resize(before + count);
         offset += count;
         left -= count;

@@ -21,7 +21,7 @@ class IoLoop {
   IoLoop& operator=(const IoLoop&) = delete;
 
   void run();   // until stop()
-  void poll();  // what is ready now
+  void poll();  // runs the ready handlers, and returns
   void stop();  // any thread
 
   void post(std::function<void()> task);                           // any thread

@@ -20,8 +20,8 @@ class Listener {
   // Answers with the session's sink, or null when the connection was refused and has been closed.
   using OpenSession = std::function<PacketSink*(std::shared_ptr<Connection>, std::int64_t now_ns)>;
 
-  // One line that says what is wrong with an address, a certificate or a folder. `counters` and `service`, which may be
-  // null, outlive the loop's last run.
+  // Creates the listener, or returns one line about a wrong address, certificate or folder. `counters` and `service`,
+  // which may be null, must outlive the loop's last run.
   static Result<std::unique_ptr<Listener>> create(IoLoop& loop, const TransportOptions& options,
                                                   TransportCounters& counters, OpenSession open_session,
                                                   HttpService* service = nullptr);

@@ -18,7 +18,7 @@ class StaticFile {
   StaticFile(StaticFile&& other) noexcept;
   StaticFile& operator=(StaticFile&& other) noexcept;
   ~StaticFile();
-  // Bytes from `offset` on, as many as are there and fit.
+  // Reads bytes from `offset` on, until `into` is full or the file ends.
   [[nodiscard]] std::size_t read(std::uint64_t offset, std::span<std::uint8_t> into) const;
 
   std::uint64_t bytes = 0;

@@ -30,7 +30,7 @@ void TcpConnection::start(PacketSink* sink) {
 }
 
 asio::awaitable<void> TcpConnection::read() {
-  // Not cleared, so that the system gives memory only for what is used.
+  // Not cleared, so that the system provides memory only for the used part.
   const auto buffer = std::make_unique_for_overwrite<std::uint8_t[]>(kReadBytes);
   while (!shut_) {
     const auto [error, count] = co_await stream_->async_read_some(asio::buffer(buffer.get(), kReadBytes), kAwaitable);

@@ -46,7 +46,7 @@ class TcpConnection final : public Connection, public std::enable_shared_from_th
   PacketQueue unsent_, sending_;    // gathered while the other is on its way
   std::vector<std::uint8_t> flat_;  // of small packets, or for TLS
   std::vector<asio::const_buffer> gathered_;
-  bool is_writing_ = false;  // what is in sending_
+  bool is_writing_ = false;  // sending_ is being written
   bool closing_ = false, shut_ = false;
 };
 

@@ -4,8 +4,8 @@
 
 namespace hairnet::server {
 
-// Bytes are those of messages and pages, without TLS and frames of WebSocket. Pages count with their headers; what is
-// read of HTTP does not.
+// Bytes count messages and pages, without TLS and without WebSocket framing. Pages count with their headers; bytes of
+// HTTP requests do not count.
 struct TransportCounters : CounterSet {
   Counter connections_accepted{*this, "connections_accepted"};  // all, those below included, but for the refused
   Counter connections_closed{*this, "connections_closed"};
@@ -32,7 +32,7 @@ struct TransportCounters : CounterSet {
   Counter packets_read_websocket{*this, "packets_read_websocket"};
   Counter packets_written_websocket{*this, "packets_written_websocket"};
 
-  Counter handshakes_failed_silent{*this, "handshakes_failed_silent"};  // went before saying what it speaks
+  Counter handshakes_failed_silent{*this, "handshakes_failed_silent"};  // closed before its protocol was detected
   Counter handshakes_failed_timeout{*this, "handshakes_failed_timeout"};
   Counter handshakes_failed_tls{*this, "handshakes_failed_tls"};
   Counter handshakes_failed_tls_absent{*this, "handshakes_failed_tls_absent"};      // TLS, and no certificate here

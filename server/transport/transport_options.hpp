@@ -31,7 +31,8 @@ struct TransportOptions {
   std::chrono::milliseconds opening_timeout{5000};    // for the first bytes, and again for the handshake of TLS
   std::chrono::milliseconds request_timeout{10000};   // for a whole HTTP request, the wait for it included
   std::chrono::milliseconds response_timeout{10000};  // for each 64 KiB of a response to leave
-  std::chrono::milliseconds ping_after{15000};  // a WebSocket that says nothing is pinged, and ended at twice this
+  // a silent WebSocket gets a ping after this time, and is closed after twice this time
+  std::chrono::milliseconds ping_after{15000};
   std::size_t requests_per_connection_max = 100;
 };
 

@@ -66,7 +66,7 @@ asio::awaitable<void> WebSocketConnection::read() {
       deliver();
     }
   }
-  // The writer may be in the middle of a message that nobody takes any more.
+  // The writer may be in the middle of a message that the peer no longer reads.
   closing_ = ended_ = true;
   wake_writer_.cancel();
   co_await stream_->close_gracefully();
@@ -90,7 +90,8 @@ asio::awaitable<void> WebSocketConnection::write() {
     std::swap(sending_, unsent_);
     if (sink_) sink_->on_writable(monotonic_now_ns());
     if (const auto error = co_await write_out()) {
-      // A reader that is failing the connection says why by itself; if the socket is broken, it has heard as well.
+      // A reader that is failing the connection reports the reason by itself; if the socket is broken, the reader has
+      // got the error too.
       if (error != asio::error::operation_aborted) stream_->close();
       co_return;
     }

@@ -25,7 +25,7 @@ class WebSocketConnection final : public Connection, public std::enable_shared_f
 
   WebSocketConnection(std::shared_ptr<ByteStream> stream, const TransportOptions& options, TransportCounters& counters);
 
-  // Answers the upgrade request, by a refusal if need be. The subprotocol is said when it was offered.
+  // Answers the upgrade request, or refuses it. The answer names the subprotocol if the client offered it.
   asio::awaitable<boost::system::error_code> accept(const Request& request, bool with_subprotocol);
   void start(PacketSink* sink);  // null: it was refused and has been closed
 

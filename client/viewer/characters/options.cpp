@@ -75,7 +75,7 @@ void take_server(ViewOptions& o, const std::string& text) {
   o.server = *address;
 }
 
-// all, nobody, nearest:N or radius:M. The default is all in a window and nobody otherwise.
+// Parses all, nobody, nearest:N or radius:M. The default is all in a window and nobody otherwise.
 void take_observe(ViewOptions& o, std::string text) {
   if (text.empty()) text = o.source == Source::server && o.output == Output::window ? "all" : "nobody";
   if (text == "nobody") return;

@@ -41,7 +41,7 @@ struct ViewOptions {
   link::Address server;
   link::TlsOptions tls;
   std::string room, token;
-  std::optional<wire::Observe> observe;  // others in the room to be seen; none: nobody
+  std::optional<wire::Observe> observe;  // which other characters of the room to show; none: no others
   double reconnect_s = 0;                // how long to try to reconnect; 0: not at all; infinity: forever
   std::vector<CharacterOptions> characters;
   double duration_s = 6;  // of the motions, which begin at time 0 when every lattice is there; infinity: forever
@@ -53,7 +53,7 @@ struct ViewOptions {
   std::optional<Wind> wind;   // for the whole room
   std::string out, sheet, trace;
   std::vector<double> times_s;    // of the sheet's columns
-  std::vector<View> views;        // of the sheet's rows, each for every character
+  std::vector<View> views;        // the rows of the sheet; each has all characters
   int width = 480, height = 540;  // of a picture, a video or the window
 };
 

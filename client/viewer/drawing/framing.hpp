@@ -12,7 +12,7 @@ namespace hairnet::viewer {
 // Where a view looks from, before a heading about +Y turns it; about 1 long.
 Vec3 direction_of(View view);
 
-// Between the heads; none when nobody is there.
+// The mean place of the heads; none without characters.
 std::optional<Vec3> middle_of(std::span<const ViewedCharacter> viewed);
 
 // Looks at all heads and their hair, from the side that `view` names of where they face in the mean.

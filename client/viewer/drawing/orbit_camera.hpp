@@ -46,7 +46,7 @@ class OrbitCamera {
 
   Vec3 target_{0, 1.5, 0};
   double distance_m_ = 2, yaw_ = 0.69, pitch_ = 0.12;  // rad; yaw 0 looks at a face that looks along +Z
-  std::optional<Vec3> followed_;                       // where what is followed was taken to be
+  std::optional<Vec3> followed_;                       // the last place of the followed character
 };
 
 }  // namespace hairnet::viewer

@@ -92,7 +92,7 @@ class LatticeDrawing {
     }
   }
 
-  // Points of hair that meet skin, those that are nearer to it than their limit in red.
+  // Draws the points of hair that meet skin; points nearer to the skin than their limit are red.
   void draw_contacts(const Level& model) {
     const ContactPoints& contacts = model.contacts;
     const Pose& pose = viewed_.pose;

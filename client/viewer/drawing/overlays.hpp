@@ -31,7 +31,7 @@ Vec3f level_colour(LevelIndex level);
 void draw_overlays(const Overlays& overlays, std::span<const ViewedCharacter> viewed,
                    std::optional<std::uint64_t> chosen, render::Drawing& drawing);
 
-// One line that says whose model is not known though it is wanted; empty when all is drawn.
+// One line that names the characters whose model is wanted but not known; empty when all is drawn.
 std::string missing_models(const Overlays& overlays, std::span<const ViewedCharacter> viewed,
                            std::optional<std::uint64_t> chosen);
 

@@ -19,7 +19,7 @@ class RenderList {
 
   // As Stage::draw takes them; valid until the next call, and as long as `viewed` are.
   std::span<const render::ShownCharacter> show(std::span<const ViewedCharacter> viewed);
-  // In place of each one's own hair colour from now on, linear RGB; none: its own.
+  // Replaces each character's own hair colour from now on, linear RGB; none: the own colour.
   using Colour = Vec3f (*)(const ViewedCharacter& character);
   void set_colour(Colour colour) { colour_ = colour; }
 

@@ -16,7 +16,7 @@
 namespace hairnet::viewer {
 namespace {
 
-// What a run took, in one line.
+// The time and memory of a run, in one line.
 class Cost {
  public:
   void take(std::span<const LocalTick> ticks) {

@@ -13,8 +13,8 @@ namespace hairnet::viewer {
 // not. It is where it starts.
 LocalWorld local_world_of(const ViewOptions& options, const std::vector<CharacterSetup>& characters);
 
-// The cast simulated here as fast as it goes, from the beginning to the end that `options` says; the trace, and what is
-// shown at each of `moment_times_s` (ascending) as a stream gives it. The same options give the same bits.
+// Simulates the characters here as fast as possible, from the beginning to the end that `options` sets. Returns the
+// trace and the moments at each of `moment_times_s` (ascending), like a stream. The same options give the same bits.
 StreamResult run_locally(const ViewOptions& options, const std::vector<CharacterSetup>& characters,
                          const std::vector<double>& moment_times_s);
 

@@ -23,7 +23,7 @@ constexpr double kMargin = 1.12;  // of the framed sphere
 // What is framed at least: head and neck, head space.
 constexpr std::array<float, 2> kHeadSpan_y{-0.20f, 0.22f};
 
-// Centre and radius, head space, of what is to be seen of a groom at rest: the head and, as far as they hang, strands.
+// Centre and radius, head space, of the visible part of a groom at rest: the head, and strands as far as they hang.
 struct Framing {
   explicit Framing(const Groom& groom) {
     float low = kHeadSpan_y[0], high = kHeadSpan_y[1], wide = 0.14f;

@@ -12,9 +12,9 @@
 
 namespace hairnet::viewer {
 
-// What a window keeps of what it shows: a clip of the pictures at a fixed rate, however fast they come, and a trace of
-// a local world's ticks, as long as it counts them from one beginning. Files are named hairnet-N.mp4 and
-// hairnet-N.trace, in the folder the program was started in; N is the first that is free. One thread.
+// Records a window: a clip of its pictures at a fixed rate, and a trace of a local world's ticks, as long as the ticks
+// count from one beginning. Files are named hairnet-N.mp4 and hairnet-N.trace, in the folder in which the program was
+// started; N is the first free number. One thread.
 class Recorder {
  public:
   static constexpr double kRate_hz = 30;

@@ -19,8 +19,9 @@ struct StreamResult {
   bool stopped = false;  // by a signal, before its end: moments may be missing
 };
 
-// Streams the cast in real time until `options` says it ends or a signal asks for it, writes the trace, and copies out
-// what is shown at each of `moment_times_s` (ascending). What was received before a failure is still returned.
+// Streams the characters in real time until the end that `options` sets or until a stop signal. Writes the trace, and
+// copies the shown state at each of `moment_times_s` (ascending). After a failure it still returns what was received
+// before.
 StreamResult stream(const ViewOptions& options, const std::vector<CharacterSetup>& characters,
                     const std::vector<double>& moment_times_s);
 

@@ -24,8 +24,8 @@ Result<std::unique_ptr<render::Renderer>> make_renderer() {
   return render::Renderer::create();
 }
 
-// Draws one picture after the other into a clip. The camera looks at all who are there in the first one, and goes along
-// with the middle of them.
+// Draws one picture after the other into a clip. The camera frames all characters of the first picture, and then moves
+// with their mean place.
 class VideoRecording {
  public:
   VideoRecording(const ViewOptions& options, render::Renderer& renderer, VideoWriter& clip)
@@ -52,7 +52,7 @@ class VideoRecording {
   bool framed_ = false;
 };
 
-// `count` pictures; `picture` gives the n-th one's viewed. Ends early where `ended` says so.
+// Makes `count` pictures; `picture` returns the characters of the n-th one. Ends early when `ended` returns true.
 Result<void> film(const ViewOptions& options, std::size_t count,
                   const std::function<std::span<const ViewedCharacter>(std::size_t)>& picture,
                   const std::function<bool()>& ended) {

@@ -14,8 +14,9 @@ class HeadGrab {
   static constexpr double kTurnSpeedMax_rad_per_s = 25, kShiftSpeedMax_m_per_s = 12;
 
   void take();
-  void turn(const Vec3& axis_world, double angle_rad);  // unit axis; while held, on what it was turned by
-  void move(const Vec3& by_world_m);                    // likewise
+  // unit axis; while the head is grabbed, added to the turn so far
+  void turn(const Vec3& axis_world, double angle_rad);
+  void move(const Vec3& by_world_m);  // likewise
   void release();
   void advance(double elapsed_s);
 

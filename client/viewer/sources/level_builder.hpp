@@ -20,7 +20,7 @@ namespace hairnet::viewer {
 class LevelBuilder {
  public:
   LevelBuilder();
-  ~LevelBuilder();  // cancels what is being built
+  ~LevelBuilder();  // cancels the current build
 
   // Null while they are built, which begins by it; then the same levels whenever asked.
   std::shared_ptr<const LevelSet> levels_of(const std::shared_ptr<const Groom>& groom);

@@ -13,8 +13,9 @@ namespace {
 constexpr const char* kWaiting = "waiting for the lattices";
 constexpr std::int64_t kUprightMin_ns = 1'000'000'000;
 constexpr std::int64_t kGroomsReady_ns_max = 600'000'000'000;
-constexpr std::int64_t kCoarser_ns = 3'000'000'000;       // at a coarser level for so long: the server gives no more
-constexpr std::int64_t kRefusalDetail_ns = 500'000'000;   // within which an error says why a groom was refused
+constexpr std::int64_t kCoarser_ns = 3'000'000'000;  // at a coarser level for so long: the server gives no more
+// an error within this time has the reason why a groom was refused
+constexpr std::int64_t kRefusalDetail_ns = 500'000'000;
 constexpr double kLateMax = 4;                            // periods; poses later than that are not made up for
 constexpr std::uint64_t kOther = std::uint64_t{1} << 32;  // from here on ids are others'
 
@@ -114,7 +115,7 @@ Result<void> LiveRoom::take(const link::Connected& connected) {
 
 Result<void> LiveRoom::take(const link::Reconnecting& lost) {
   const std::string line = lost.detail + "; reconnecting";
-  if (line != status_) std::fprintf(stderr, "hairnet-view: %s\n", line.c_str());  // the same is said once
+  if (line != status_) std::fprintf(stderr, "hairnet-view: %s\n", line.c_str());  // print the same line once only
   status_ = line;
   for (OwnCharacter& own : own_characters_) own.playout.freeze();
   other_characters_.freeze();

@@ -18,17 +18,17 @@
 
 namespace hairnet::viewer {
 
-// A server's room: streams the poses of a cast of one's own, and plays out what comes back, of the others too when they
-// are observed. One's own heads are shown where they are now (late latched), with the newest lattice that is played
-// out; others' poses and lattices belong to one time. One thread beside the link's.
+// The room of a server: streams the poses of this client's own characters, and plays out the frames that come back,
+// also those of other characters when they are observed. Own heads are shown where they are now (late latched), with
+// the newest lattice that is played out; poses and lattices of others belong to one time. One thread beside the link's.
 //
-// Time 0 is when the clips begin together: heads rest upright until every lattice is there.
+// All clips begin together at time 0: heads rest upright until every lattice has arrived.
 class LiveRoom : public HairSource {
  public:
   // All must outlive this. `tolerant`: what a server refuses is noted, and does not end it.
   LiveRoom(const ViewOptions& options, const std::vector<CharacterSetup>& characters, bool tolerant);
 
-  // Of one character at one time; its number is one's own, or 0 of others.
+  // Called for one frame of one character; `frame` has the client's own number, or 0 for other characters.
   using OnFrame = std::function<void(const link::Frame& frame, std::uint64_t tick, std::span<const Vec3f> displacement,
                                      std::uint64_t name)>;
   void on_frame(OnFrame call) { on_frame_ = std::move(call); }

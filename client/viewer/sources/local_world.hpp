@@ -33,8 +33,8 @@ struct LocalTick {
 };
 
 // The core's World in this process. It is always stepped to just beyond the shown time, and hair is shown between the
-// last two ticks; so that what is shown is exact, and the same for the same calls. Time 0 is when the clips begin, and
-// it starts MotionTimeline::kLeadIn_s before. One thread.
+// last two ticks. So the shown hair is exact, and the same calls give the same hair. Clips begin at time 0; the world
+// starts MotionTimeline::kLeadIn_s earlier. One thread.
 class LocalWorld : public HairSource {
  public:
   static constexpr double kTickRateMin_hz = 10, kTickRateMax_hz = 240;

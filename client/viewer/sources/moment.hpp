@@ -22,7 +22,7 @@ struct Shape {
 struct Moment {
   Pose pose;
   Shape shape;
-  std::vector<Shape> trail;  // what it is blended from, in order of time: before and after each switch of level
+  std::vector<Shape> trail;  // the lattices to blend from, in order of time: before and after each level switch
 };
 
 // Feeds a new blend with the samples before the moment, so that it has the same layers as a window would have had.

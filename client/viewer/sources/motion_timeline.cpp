@@ -11,7 +11,7 @@ namespace {
 // Closer than this the end of a clip meets its beginning.
 constexpr double kSeam_m = 0.02, kSeam_rad = 0.1;
 
-// Whether anything in the clip is a jump of its own: then it goes on at another place, and no drift can be told.
+// Whether the clip itself contains a jump. It then continues at another place, and its drift cannot be measured.
 bool teleports(const Motion& motion) {
   return std::find(motion.teleports.begin(), motion.teleports.end(), true) != motion.teleports.end();
 }

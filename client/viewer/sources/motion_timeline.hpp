@@ -6,8 +6,9 @@
 
 namespace hairnet::viewer {
 
-// How a clip goes over into its next round where its end does not meet its beginning. `plain`: it jumps, a teleport.
-// `smooth`: it stays about its place, what it travels taken out, and is eased into its beginning over kSeam_s.
+// The transition from a clip's end to its next round when they do not meet. `plain`: the pose jumps, a teleport.
+// `smooth`: the motion stays at its place, without the distance that it travels, and its end eases into its beginning
+// over kSeam_s.
 enum class Loop : std::uint8_t { plain, smooth };
 
 // A motion on the time line of a stream: upright until kLeadIn_s before 0, eased into the clip; the clip from 0, over

@@ -41,9 +41,9 @@ class OtherCharacters {
   void take(const wire::MemberLeft& left);
   // One line when the groom that came is none.
   Result<void> take(const link::GroomFetched& fetched);
-  // The groom is not available now: requests it again later. False when nobody waits for it.
+  // The groom is not available now: requests it again later. False when no character waits for it.
   bool retry(const wire::GroomHash& groom, std::int64_t now_ns);
-  // False when it is of nobody here. Times are of the link's clock.
+  // False when the frame's member is not known. Times are of the link's clock.
   bool push(const link::Frame& frame, std::int64_t sample_time_ns, std::int64_t now_ns);
   // Before play() is given moments.
   void keep_moments() { keeps_moments_ = true; }
@@ -66,7 +66,8 @@ class OtherCharacters {
 
   link::Link& link_;
   bool keeps_moments_ = false;
-  std::map<std::uint32_t, Member> members_;                         // those who left too, if there are moments of them
+  // also members that have left, if moments of them are stored
+  std::map<std::uint32_t, Member> members_;
   std::vector<Member> gone_;                                        // whose numbers others have now
   std::map<wire::GroomHash, std::shared_ptr<const Groom>> grooms_;  // null: on its way
   std::map<wire::GroomHash, std::int64_t> retries_;

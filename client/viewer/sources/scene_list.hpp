@@ -13,8 +13,8 @@
 
 namespace hairnet::viewer {
 
-// What a local world can be filled with: every made hairstyle and motion, and those of a characters, in any number.
-// Makes what is asked for when it is, and keeps it. One thread.
+// The hair and motions that a local world can use: every made hairstyle and motion, and those of the loaded characters,
+// in any number. Makes each on its first use, and stores it. One thread.
 class SceneList {
  public:
   static constexpr int kCountMax = 256;

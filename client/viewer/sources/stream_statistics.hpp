@@ -9,7 +9,7 @@
 
 namespace hairnet::viewer {
 
-// What a stream measures about itself.
+// Measures a stream: delays, frames and levels.
 class StreamStatistics {
  public:
   void count_poses(std::size_t count) { poses_sent_ += count; }

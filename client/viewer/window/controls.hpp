@@ -23,11 +23,11 @@ struct ViewState {
   Overlays overlays;
   render::Look look;
   AdaptiveQuality adaptive_quality;
-  bool adapts_quality = true;  // quality gives way to the rate of pictures
+  bool adapts_quality = true;  // lowers quality when pictures are slow
   Timings timings;
   std::optional<std::uint64_t> chosen;  // none: all
   bool follows = true;                  // the camera goes along with the chosen one, or the middle of all
-  bool camera_chosen = false;           // by hand, since it looked at everybody
+  bool camera_chosen = false;           // the user has moved the camera since it last framed all characters
   bool controls_shown = true, keys_shown = false;
   SceneList::Choice scene;
   bool scene_wanted = false;                        // the scene chosen is to be made
@@ -46,7 +46,7 @@ struct Controls {
   const SceneList* scenes = nullptr;
   const Recorder& recorder;
   const render::StageStatistics& drawn;
-  std::string busy;  // what is being waited for
+  std::string busy;  // the work that the window waits for
 };
 
 // Width of the panel, in ImGui's pixels.

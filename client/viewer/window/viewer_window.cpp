@@ -135,7 +135,7 @@ class ViewerWindow {
     state_.frame_wanted = true;
   }
 
-  // Mouse and keys, then everybody as they are at that moment, then the picture of it.
+  // Handles mouse and keys, advances all characters to this moment, then draws the picture.
   Result<void> draw_picture(Controls& controls) {
     window_.begin_picture();
     const std::int64_t now_ns = steady_ns();

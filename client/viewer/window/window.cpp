@@ -13,13 +13,14 @@
 namespace hairnet::viewer {
 namespace {
 
-std::string g_fault;  // GLFW tells why through a function without an argument of ours
+std::string g_fault;  // GLFW reports errors through a function without a user argument
 
 void on_fault(int, const char* description) {
   g_fault = description;
 }
 
-std::vector<int> g_pressed;  // ImGui of this version sees only what is held at a picture; a slow one would miss keys
+// ImGui of this version sees only keys that are down at a picture; with slow pictures it would miss key presses
+std::vector<int> g_pressed;
 
 void on_key(GLFWwindow*, int key, int, int action, int modifiers) {
   constexpr std::size_t kMax = 64;
