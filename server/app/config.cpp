@@ -61,9 +61,9 @@ void add_flag(CLI::App& app, const Setting& setting, Given& given) {
       ->group("[" + setting.section + "]");
 }
 
-// Fills in the settings that have no value of their own.
+// Computes the settings that were not given.
 void complete(Config& config, const std::set<std::string>& named) {
-  // The network takes a small part of what ticks take: of two cores one would be half for little.
+  // The network needs little time compared with ticks: on two cores, reserving one for it would waste most of it.
   const unsigned threads = std::max(1u, std::thread::hardware_concurrency());
   if (config.workers == 0) config.workers = threads > 2 ? threads - 1 : threads;
   if (config.build_threads == 0) config.build_threads = std::clamp(std::thread::hardware_concurrency(), 1u, 4u);

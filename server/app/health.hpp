@@ -5,11 +5,11 @@
 
 namespace hairnet::server {
 
-// What /readyz answers by. All times on the server's monotonic clock.
+// The state that /readyz reports. All times on the server's monotonic clock.
 struct Health {
   bool accepting = false;         // the port is open
   bool draining = false;          // a signal has asked it to end
-  std::int64_t last_tick_ns = 0;  // when the newest tick was done; 0: none yet
+  std::int64_t last_tick_ns = 0;  // when the newest tick ended; 0: none yet
   std::int64_t now_ns = 0;
 };
 

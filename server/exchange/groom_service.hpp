@@ -10,7 +10,7 @@
 
 namespace hairnet::server {
 
-// Why something was refused; `reason` none means it was not.
+// The reason of a refusal; `reason` none means that nothing was refused.
 struct Refused {
   wire::ErrorReason reason = wire::ErrorReason::none;
   std::string detail;

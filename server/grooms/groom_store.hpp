@@ -26,7 +26,7 @@ struct GroomStoreLimits {
   double upload_bytes_per_s = 16.0 * (1 << 20);     // of a session, as announced
   double upload_burst_bytes = 256.0 * (1 << 20);
   std::size_t build_queue_max = 16;
-  std::int64_t build_ns_max = 600'000'000'000;      // builders yield to everyone, so a busy machine takes long
+  std::int64_t build_ns_max = 600'000'000'000;      // the builder has low priority, so a busy machine needs long
   std::int64_t upload_timeout_ns = 30'000'000'000;  // without a chunk
   GroomLimits groom;
 };
@@ -34,11 +34,11 @@ struct GroomStoreLimits {
 // How the store calls back: messages, files and revoked grooms for a session.
 struct GroomListener {
   std::function<void(SessionId, const wire::Message&, std::int64_t now_ns)> send;
-  // What fetch() was asked for; null when it could not be read.
+  // The result of fetch(); null when the file could not be read.
   std::function<void(SessionId, const wire::GroomHash&, std::shared_ptr<const std::vector<std::uint8_t>>,
                      std::int64_t now_ns)>
       deliver;
-  // The session may not use the groom any more: its characters that wear it must be removed.
+  // The session may not use the groom any more: remove its characters with this groom.
   std::function<void(SessionId, const wire::GroomHash&, std::int64_t now_ns)> revoke;
 };
 
@@ -83,13 +83,14 @@ class GroomStore final : public GroomService {
     std::uint64_t received = 0;
     std::vector<std::vector<std::uint8_t>> chunks;
     SessionId uploader = 0;
-    bool is_mixed = false;       // what was received is of several uploaders
-    bool is_asked_anew = false;  // asked a second time: the uploader may still be sending the bytes asked for first
-    std::int64_t asked_ns = 0;   // when its uploader was asked for it
+    bool is_mixed = false;  // the received bytes came from several uploaders
+    // requested a second time: the uploader may still be sending the bytes of the first request
+    bool is_asked_again = false;
+    std::int64_t asked_ns = 0;  // when the bytes were requested from its uploader
     std::map<SessionId, std::uint64_t>
-        users;                     // the size that each has offered; 0: has not offered, so it cannot upload
-    std::size_t upload_bytes = 0;  // its part of all uploads'
-    std::size_t level_bytes = 0;   // once ready; those of the file among them
+        users;                     // the size that each session has offered; 0: it has not offered, so it cannot upload
+    std::size_t upload_bytes = 0;  // its share of the bytes of all uploads
+    std::size_t level_bytes = 0;   // once ready; including the bytes of the file
     Bytes bytes;                   // of the file, from building on
     std::size_t strand_count = 0;  // from building on
     std::uint64_t used = 0;        // order of last use, to evict by

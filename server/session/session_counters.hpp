@@ -7,7 +7,7 @@
 namespace hairnet::server {
 
 struct SessionGauges : GaugeSet {
-  Gauge clients{*this, "clients"};                    // all, the next among them
+  Gauge clients{*this, "clients"};                    // all, including detached ones
   Gauge clients_detached{*this, "clients_detached"};  // their connections broke, and they may resume
   Gauge packets_waiting{*this, "packets_waiting"};    // in outboxes, for connections to take them
 };

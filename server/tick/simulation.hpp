@@ -22,7 +22,7 @@ class Simulation {
 
   // Sets the levels of a groom, by its hash, from now on.
   void put_levels(const wire::GroomHash& groom, std::shared_ptr<const LevelSet> levels);
-  void forget_levels(const wire::GroomHash& groom);  // characters that have them keep them
+  void forget_levels(const wire::GroomHash& groom);  // characters with these levels keep them
   [[nodiscard]] std::shared_ptr<const LevelSet> levels(const wire::GroomHash& groom) const;
   [[nodiscard]] bool has_levels(const wire::GroomHash& groom) const { return levels_.contains(groom); }
 
@@ -33,7 +33,7 @@ class Simulation {
   [[nodiscard]] bool contains(CharacterKey key) const { return characters_.contains(key); }
   [[nodiscard]] LatticeView lattice(CharacterKey key) const;              // requires contains(key)
   [[nodiscard]] std::span<const Vec3f> velocity(CharacterKey key) const;  // of the lattice's nodes, head space, m/s
-  // Whose brought state the last step found not to fit.
+  // Characters whose initial hair state did not fit in the last step.
   [[nodiscard]] const std::vector<CharacterKey>& hair_states_refused() const { return hair_states_refused_; }
   [[nodiscard]] std::uint64_t hash() const { return world_.hash(); }
   [[nodiscard]] std::size_t character_count() const { return characters_.size(); }
@@ -49,7 +49,7 @@ class Simulation {
 
   void set_wind(std::uint32_t room, const Wind& wind);
 
-  Environment environment_;  // but for the wind, of all rooms
+  Environment environment_;  // of all rooms, without the wind
   World world_;
   std::unordered_map<CharacterKey, Placed> characters_;
   std::map<wire::GroomHash, std::shared_ptr<const LevelSet>> levels_;

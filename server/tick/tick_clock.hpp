@@ -14,7 +14,7 @@ class TickClock {
   struct Tick {
     std::uint64_t tick = 0;
     std::int64_t time_ns = 0;   // when it was due
-    std::uint64_t skipped = 0;  // ticks left out before it
+    std::uint64_t skipped = 0;  // ticks skipped before it
     bool late = false;          // by more than half a period
   };
   // The tick to run now, if one is due.

@@ -8,11 +8,11 @@
 
 namespace hairnet::server {
 
-struct IoLoopCore;  // the Asio part, for the transport folder alone
+struct IoLoopCore;  // the Asio part; only the transport folder uses it
 
 // The I/O thread's event loop. All its tasks run one at a time on the thread that calls run() or poll(). A wake-up
-// costs more than most messages, so under load run() wakes about once a millisecond and handles all messages that came
-// since. Posted tasks, and the first message after an idle time, do not wait for that.
+// costs more than most messages, so under load run() wakes about once a millisecond and handles all messages that have
+// arrived. Posted tasks, and the first message after an idle time, do not wait for that.
 class IoLoop {
  public:
   IoLoop();
@@ -39,7 +39,7 @@ class IoLoop {
   bool is_woken_ = false;
 };
 
-// The monotonic clock that all times of the server are on.
+// The monotonic clock of all times in the server.
 std::int64_t monotonic_now_ns();
 
 }  // namespace hairnet::server

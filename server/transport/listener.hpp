@@ -13,11 +13,11 @@
 
 namespace hairnet::server {
 
-// One port that speaks size-prefixed TCP, WebSocket and HTTP, each plain or inside TLS. I/O thread; there may be
+// One port that speaks size-prefixed TCP, WebSocket and HTTP, each plain or inside TLS. I/O thread. A program may have
 // several.
 class Listener {
  public:
-  // Answers with the session's sink, or null when the connection was refused and has been closed.
+  // Returns the session's sink, or null when the connection was refused and has been closed.
   using OpenSession = std::function<PacketSink*(std::shared_ptr<Connection>, std::int64_t now_ns)>;
 
   // Creates the listener, or returns one line about a wrong address, certificate or folder. `counters` and `service`,
@@ -29,7 +29,7 @@ class Listener {
   Listener(const Listener&) = delete;
   Listener& operator=(const Listener&) = delete;
   [[nodiscard]] std::uint16_t port() const;
-  // Takes no more connections, and ends those that are not sessions: handshakes and pages.
+  // Stops accepting, and closes the connections that are not sessions: handshakes and pages.
   void close();
 
  private:

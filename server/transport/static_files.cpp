@@ -65,7 +65,8 @@ bool is_control(char c) {
   return static_cast<unsigned char>(c) < 0x20 || c == 0x7f;
 }
 
-// Bundlers put a hash of the content into such names ("index-4f3a9b1c.js"): they never change.
+// Whether the name contains a hash of the file's content, as bundlers write it ("index-4f3a9b1c.js"). Such a file never
+// changes.
 bool is_hashed(std::string_view name) {
   const std::size_t dot = name.rfind('.');
   const std::size_t dash = name.rfind('-', dot);

@@ -8,9 +8,11 @@
 namespace hairnet::server {
 namespace {
 
-constexpr std::size_t kReadBytes = std::size_t{64} << 10;       // at a time, so that memory grows with what arrives
-constexpr std::size_t kKeptBytes = std::size_t{64} << 10;       // of a larger message's memory
-constexpr std::size_t kCorkedBytesMax = std::size_t{32} << 10;  // up to here a copy costs less than another system call
+// at a time, so that memory grows with the received bytes
+constexpr std::size_t kReadBytes = std::size_t{64} << 10;
+constexpr std::size_t kKeptBytes = std::size_t{64} << 10;  // kept of a larger message's memory
+// up to this size a copy costs less than another system call
+constexpr std::size_t kCorkedBytesMax = std::size_t{32} << 10;
 
 }  // namespace
 
@@ -54,7 +56,7 @@ asio::awaitable<void> WebSocketConnection::read() {
     }
     counters_->bytes_read.add(count);
     counters_->bytes_read_websocket.add(count);
-    if (!sink_) {  // closing: what still comes is read away until the peer's own end
+    if (!sink_) {  // closing: read and drop everything until the peer's own end
       message_.consume(message_.size());
     } else if (!socket_.got_binary()) {
       counters_->websockets_closed_text.add();
