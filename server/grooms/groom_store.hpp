@@ -71,7 +71,7 @@ class GroomStore final : public GroomService {
 
  private:
   enum class State : std::uint8_t {
-    reading,  // from the cache, or waiting for it
+    reading,  // in the cache, waiting for the builder or being read
     uploading,
     queued,
     building,
@@ -113,14 +113,14 @@ class GroomStore final : public GroomService {
   // Why a session may not begin or continue to upload a groom of this size.
   Refused check_upload(SessionId session, std::uint64_t byte_count, std::int64_t now_ns);
   Refused offer_known(Grooms::iterator groom, SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns);
-  Refused make_place();  // for one more groom
+  Refused make_place();  // makes room for one more groom
   Refused begin_upload(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns);
-  // Goes on from what was received, unless the uploader's groom is of another length.
+  // Continues after the received bytes, unless the uploader's groom has another length.
   void await_upload(Grooms::iterator groom, SessionId uploader, std::int64_t now_ns);
   static bool is_repeated(const Entry& entry, SessionId session, const wire::GroomChunk& chunk);
   Refused put_chunk(Grooms::iterator groom, SessionId session, wire::GroomChunk chunk, std::int64_t now_ns);
   Refused begin_reading(SessionId session, const wire::GroomHash& groom);
-  void feed_builder();  // with grooms that the cache has
+  void feed_builder();  // gives cached grooms to the builder
   Refused finish_upload(Grooms::iterator groom, std::int64_t now_ns);
   bool has_stalled(const Entry& entry, std::int64_t now_ns);
   // Asks another session that has offered the groom to continue the upload; without one, refuses the groom to all.
@@ -145,9 +145,9 @@ class GroomStore final : public GroomService {
   GroomListener listener_;
   Grooms grooms_;
   std::map<SessionId, Account> accounts_;
-  std::deque<wire::GroomHash> to_read_;                                             // not yet the builder's
-  std::size_t reading_count_ = 0;                                                   // the builder's
-  std::map<wire::GroomHash, std::vector<SessionId>> fetches_;                       // asked of the builder
+  std::deque<wire::GroomHash> to_read_;                                             // not yet given to the builder
+  std::size_t reading_count_ = 0;                                                   // given to the builder
+  std::map<wire::GroomHash, std::vector<SessionId>> fetches_;                       // requested from the builder
   std::map<wire::GroomHash, std::weak_ptr<const std::vector<std::uint8_t>>> read_;  // fetched, and still being sent
   std::size_t upload_bytes_ = 0, level_bytes_ = 0;
   std::uint64_t uses_ = 0;

@@ -20,7 +20,7 @@ class LevelCache {
  public:
   LevelCache(std::filesystem::path folder, std::uint64_t bytes_max, LevelCacheCounters& counters);
 
-  // Null when there are none that can be used. Without the maps between the levels (make_level_maps).
+  // Null when there are no valid ones. Without the maps between the levels (make_level_maps).
   [[nodiscard]] std::shared_ptr<LevelSet> find(const wire::GroomHash& groom);
   void put(const wire::GroomHash& groom, const LevelSet& set);
 

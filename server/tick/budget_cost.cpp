@@ -15,8 +15,8 @@ constexpr std::array<std::array<double, 3>, kLevelCount> kTable_s{{{86.3e-6, 86.
                                                                    {2.7e-6, 2.7e-6, 2.8e-6},
                                                                    {0, 0, 0}}};
 
-constexpr double kFirstSampleMost = 30;  // times the table's, or one over it: a slow machine, not a hiccup
-constexpr double kSampleMost = 2;        // times the estimate: what a single tick may pull by
+constexpr double kFirstSampleMost = 30;  // times the table's time, or one over it: allows a slow machine, but no hiccup
+constexpr double kSampleMost = 2;        // times the estimate: the most that a single tick counts
 constexpr double kGain = 0.1;            // of a tick with enough character-steps to be significant
 constexpr double kFullSteps = 16;
 constexpr double kMachineGain = 0.05;
