@@ -5,7 +5,7 @@
 
 namespace hairnet::server {
 
-// What Prometheus calls one of our counters, gauges or histograms: `poses_rejected_stale` is
+// The Prometheus name of one of our counters, gauges or histograms: `poses_rejected_stale` is
 // hairnet_poses_rejected_total{reason="stale"}.
 struct MetricName {
   std::string family;
