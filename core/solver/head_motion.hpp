@@ -31,13 +31,14 @@ struct HeadMotion {
   Vec3 gravity_load;  // g - R g_0, head axes, m/s^2
 };
 
-// Where a point that moves rigidly with `bone` ends, both in head space: (head_1^-1 B_1 B_0^-1 head_0) x.
+// Maps a point that moves rigidly with `bone` from its place at the start to its place at the end, both in head space:
+// (head_1^-1 B_1 B_0^-1 head_0) x.
 inline RigidTransform bone_motion(const StepInput& input, Bone bone) {
   if (bone == Bone::head) return {};
   return input.to.head().inverse() * input.to[bone] * input.from[bone].inverse() * input.from.head();
 }
 
-// Where a point fixed to `bone` at rest is at the end of the step, head space.
+// The place at the end of the step of a point that is fixed to `bone` at rest, head space.
 inline Vec3 posed(const StepInput& input, Bone bone, const Vec3& rest) {
   if (bone == Bone::head) return rest;
   return (input.to.head().inverse() * input.to[bone]).point(rest);
