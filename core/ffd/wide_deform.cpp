@@ -5,15 +5,17 @@
 #include <hwy/foreach_target.h>  // compiles this file once more for each instruction set
 #include <hwy/highway.h>
 
-// A lane is a point. Along one axis the three weights of quadratic FFD sum to one, so with middle node b
+// Each lane is a point. Along one axis the three weights of quadratic FFD sum to one, so with middle node b
+//
 //     w_a a + w_b b + w_c c = b + w_a (a - b) + w_c (c - b),
-// and linear FFD is a + t (c - a). Differencing a stencil's nodes so along x, y and z (into its "terms") takes 54
+//
+// and linear FFD is a + t (c - a). Such differences of a stencil's nodes along x, y and z (its "terms") take 54
 // subtractions of vectors of three. Every point of the cell then takes 26 multiply-adds a component, as many as
 // Horner's scheme on powers of t, whose coefficients take twice the work; the sum over 27 nodes takes 39 and a third
-// weight an axis. The same terms serve outside the lattice, where the weights are linear: no other path is needed. A
-// constant field has differences of exactly zero. Summing cells of at most 4, 8, 16 or 32 points over their nodes
-// instead changed the time of 10 000 points on 10 x 10 x 10 nodes by -3 to +18 %, mostly for the worse: there is no
-// such path.
+// weight an axis. The same terms serve outside the lattice, where the weights are linear, so no other path is needed. A
+// constant field has differences of exactly zero. A separate path that sums cells of at most 4, 8, 16 or 32 points over
+// their nodes changed the time of 10 000 points on 10 x 10 x 10 nodes by -3 to +18 %, mostly for the worse, so there is
+// none.
 
 HWY_BEFORE_NAMESPACE();
 namespace hairnet {
@@ -26,16 +28,17 @@ using D4 = hn::CappedTag<float, 4>;
 constexpr std::size_t kLanes = hn::MaxLanes(D());
 static_assert(kLanes <= kDeformOverhang);
 
-// Of t, in spacings: three axes of them multiply without leaving float's range.
+// Limit of t, in spacings: the product of three axes stays within float's range.
 constexpr float kFar = 1e9f;
 constexpr float kSqrtHalf = 0.70710678f;
 
-// Along one axis, how a cell's points find their weights: scale and offset of x, and scale of the tangent.
+// Along one axis, the terms from which a cell's points compute their weights: scale and offset of x, and scale of the
+// tangent.
 struct AxisFrame {
   V scale, offset, rate;
 };
 
-// Along one axis: of the terms after the first, and how those weights grow per metre along the strand.
+// Along one axis, the weights of the terms after the first, and their growth per metre along the strand.
 template <int kNodes>
 struct AxisWeights {
   V w[kNodes - 1];
@@ -53,8 +56,8 @@ HWY_INLINE AxisFrame make_frame(float inverse_spacing, float centre) {
   }
 }
 
-// Quadratic, model section 7: with u = (1/2 - t)/sqrt 2 and v = (1/2 + t)/sqrt 2, w_a = u u and w_c = v v. Where u is
-// not in [0, 1/sqrt 2] the tangent from the nearest such u' goes on: u' (2 u - u'); likewise v.
+// Quadratic B-spline (paper 4): with u = (1/2 - t)/sqrt 2 and v = (1/2 + t)/sqrt 2, w_a = u u and w_c = v v. Where u is
+// not in [0, 1/sqrt 2] the weight continues along the tangent at the nearest such u': u' (2 u - u'); likewise v.
 template <bool kOutside>
 HWY_INLINE void set_weights(V x, V along, const AxisFrame& frame, AxisWeights<3>& axis) {
   const D d;

@@ -56,7 +56,7 @@ struct Skin {
     return {distance, L::scale(L::real(1) / hn::Sqrt(length2), gradient)};
   }
   // A lower bound of the distance at the point, from the value at the nearest node: along an edge the distance changes
-  // by at most the edge's length, and the node is at most three half edges away.
+  // by at most the edge's length, and at most three edges lead from the point's cell to the node.
   static HWY_INLINE Real distance_min(const SkinDistanceFieldView& field, const Vector& point) {
     const Vector at = L::scale(L::real(field.per_cell), L::subtract(point, L::vector(field.origin)));
     const auto along = [](Real a, float cells)
