@@ -11,7 +11,7 @@
 
 namespace hairnet::viewer {
 
-// One character, loaded. Those with the same groom share it.
+// One loaded character. Characters with the same groom share it.
 struct CharacterSetup {
   std::shared_ptr<const Groom> groom;
   Motion motion;  // at the character's place

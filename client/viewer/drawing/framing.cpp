@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kUpwards_m = 0.22, kAround_m = 0.24;  // of head and shoulders about the head joint
 
-// How far down hair hangs from the head joint at rest.
+// How far hair hangs below the head joint at rest.
 double hang_m(const Groom& groom) {
   float low = -0.2f;
   for (const Vec3f& p : groom.points) low = std::min(low, p.y());

@@ -13,7 +13,7 @@ struct MouseInput {
   double x_px = 0, y_px = 0, right_px = 0, down_px = 0, wheel = 0;
   bool left = false, middle = false, right = false;  // pressed now
   bool shift = false;
-  bool elsewhere = false;  // over controls, which then have it
+  bool elsewhere = false;  // over controls, which get the input
 };
 
 // Turns mouse input into actions. The left button turns an own head when pressed on it (with shift it moves the head),
@@ -37,11 +37,11 @@ class MouseController {
   std::optional<std::uint64_t> grabbed_, chosen_;
 };
 
-// About a head, for picking and framing: its middle in the world, and how far it reaches.
+// The middle of a head in the world, for picking and framing, and its radius.
 Vec3 head_middle(const Pose& pose);
 inline constexpr double kHeadRadius_m = 0.15;
 
-// Whose head the ray meets first.
+// The character whose head the ray hits first.
 std::optional<std::uint64_t> pick(const Ray& ray, std::span<const ViewedCharacter> viewed);
 
 }  // namespace hairnet::viewer

@@ -89,7 +89,7 @@ StreamResult run_locally(const ViewOptions& options, const std::vector<Character
   ProgressBar bar("hairnet-view");
   Cost cost;
   const double end_s = options.duration_s + options.settle_s;
-  // Tick by tick, so that a signal is heeded; and to the wanted moments between.
+  // Tick by tick, so that a signal is noticed; and to the wanted moments between ticks.
   while (result.moments.size() < moment_times_s.size() || world.time_s() < end_s) {
     if (stop_requested()) {
       result.stopped = true;

@@ -9,8 +9,7 @@
 
 namespace hairnet::viewer {
 
-// A world with the cast in it, each at its level, which is built here with a bar to show how far it is; the others are
-// not. It is where it starts.
+// Makes a world at its start time with the characters in it. Builds only the level of each, and shows a progress bar.
 LocalWorld local_world_of(const ViewOptions& options, const std::vector<CharacterSetup>& characters);
 
 // Simulates the characters here as fast as possible, from the beginning to the end that `options` sets. Returns the

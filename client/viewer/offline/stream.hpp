@@ -12,10 +12,10 @@
 namespace hairnet::viewer {
 
 struct StreamResult {
-  std::vector<std::vector<Moment>> moments;  // [time][character of the characters]
+  std::vector<std::vector<Moment>> moments;  // [time][character]
   std::vector<SeenCharacter> others;
   StreamStatistics statistics;
-  Result<void> ended;    // what cut the stream short, if anything
+  Result<void> ended;    // the error that ended the stream early, if any
   bool stopped = false;  // by a signal, before its end: moments may be missing
 };
 

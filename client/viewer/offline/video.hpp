@@ -16,12 +16,12 @@ std::vector<double> video_times_s(const ViewOptions& options);
 // ffmpeg, and in a build without the renderer. A stop signal ends a clip early: the clip then contains what was
 // simulated or streamed until then.
 
-// Of a cast that is simulated here, picture by picture: the same options give the same pictures.
+// Makes a clip of characters that are simulated here, picture by picture: the same options give the same pictures.
 Result<void> record_local_video(const ViewOptions& options, const std::vector<CharacterSetup>& characters);
 // Makes a clip of the moments of a stream at video_times_s(options), as many as the stream reached.
 Result<void> record_stream_video(const ViewOptions& options, const std::vector<CharacterSetup>& characters,
                                  const StreamResult& streamed);
-// Whether that can be done at all, and would fit into memory; asked before streaming.
+// Whether a clip can be made at all, and would fit into memory; call it before streaming.
 Result<void> check_video(const ViewOptions& options);
 
 }  // namespace hairnet::viewer

@@ -27,13 +27,13 @@ class SceneList {
 
   explicit SceneList(const std::vector<CharacterSetup>& characters);
 
-  // Names to choose from; the last ones are "one after the other".
+  // Names of the choices; the last one is "one after the other".
   [[nodiscard]] const std::vector<std::string>& hair() const { return hair_; }
   [[nodiscard]] const std::vector<std::string>& motions() const { return motions_; }
 
-  // One line when it cannot be made.
+  // The error is one line.
   Result<std::vector<LocalCharacter>> make(const Choice& choice);
-  // The cast as it was given.
+  // The characters of the command line.
   [[nodiscard]] const std::vector<LocalCharacter>& given() const { return given_; }
 
  private:

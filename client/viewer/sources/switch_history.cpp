@@ -5,7 +5,7 @@
 namespace hairnet::viewer {
 namespace {
 
-constexpr std::size_t kShapesMax = 64;  // of switches that follow each other within the time of a blend
+constexpr std::size_t kShapesMax = 64;  // of switches that follow each other within the time of a fade
 
 }  // namespace
 

@@ -67,10 +67,10 @@ Result<void> Window::start() {
   glfwSwapInterval(1);
   glfwSetWindowSizeLimits(window_, 320, 240, GLFW_DONT_CARE, GLFW_DONT_CARE);
   g_pressed.clear();
-  glfwSetKeyCallback(window_, on_key);  // before ImGui's own, which calls it
+  glfwSetKeyCallback(window_, on_key);  // before ImGui's own, which then calls this one
   IMGUI_CHECKVERSION();
   ImGui::CreateContext();
-  ImGui::GetIO().IniFilename = nullptr;  // leaves no file behind
+  ImGui::GetIO().IniFilename = nullptr;  // writes no file
   ImGui::StyleColorsDark();
   ImGui::GetStyle().Colors[ImGuiCol_WindowBg].w = 0.82f;
   ImGui::GetStyle().WindowRounding = 4;
