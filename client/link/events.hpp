@@ -34,7 +34,7 @@ struct LevelReceived {
   LevelIndex level = LevelIndex::high;
   std::shared_ptr<const LevelGeometry> geometry;
 };
-// A groom that was requested: its file's bytes, as wire::decode_groom takes them; or null, and why in one line.
+// A requested groom: its file's bytes, for wire::decode_groom; or null, and the reason in one line.
 struct GroomFetched {
   wire::GroomHash hash{};
   std::shared_ptr<const std::vector<std::uint8_t>> bytes;

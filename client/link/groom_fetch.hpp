@@ -12,10 +12,10 @@
 
 namespace hairnet::link {
 
-// Grooms of others on their way from the server, piece by piece, checked against their hashes. No I/O; one thread.
+// Grooms of other clients that are being downloaded in pieces and checked against their hashes. No I/O; one thread.
 class GroomFetch {
  public:
-  // The request to send, or none: it is on its way already.
+  // The request to send; none if the groom is already being downloaded.
   std::optional<wire::GroomRequest> request(const wire::GroomHash& hash);
   // Requests to repeat over a new connection. Each continues at the first byte that is missing.
   [[nodiscard]] std::vector<wire::GroomRequest> request_again() const;
@@ -27,7 +27,7 @@ class GroomFetch {
  private:
   GroomFetched fail(const wire::GroomHash& hash, std::string why);
 
-  std::map<wire::GroomHash, std::vector<std::uint8_t>> fetches_;  // what has come of each
+  std::map<wire::GroomHash, std::vector<std::uint8_t>> fetches_;  // the received bytes of each
 };
 
 }  // namespace hairnet::link

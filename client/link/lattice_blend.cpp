@@ -15,7 +15,7 @@ void LatticeBlend::fill(const Playout::Sample& sample, Field& field) {
   expand_displacements(*field.geometry, sample.displacement, field.grid);
 }
 
-// As SwitchBlend fades.
+// The weight of the newest fade, like in SwitchBlend.
 float LatticeBlend::left_at(std::int64_t time_ns) const {
   const double t = static_cast<double>(time_ns - switched_ns_) / static_cast<double>(SwitchBlend::kSwitchBlend_ns);
   const double gone = std::clamp(t, 0.0, 1.0);
@@ -25,7 +25,7 @@ float LatticeBlend::left_at(std::int64_t time_ns) const {
 void LatticeBlend::begin_switch(std::int64_t time_ns) {
   for (Switch& fading : switches_) fading.share *= left_;
   std::erase_if(switches_, [](const Switch& fading) { return fading.share <= 0; });
-  // What was there before is weaker than what comes, the oldest weakest.
+  // Earlier switches have less weight than the new one, the oldest the least.
   switches_.insert(switches_.begin(), {std::move(last_), newest_, 1});
   if (switches_.size() > kSwitchesMax) switches_.pop_back();
   switched_ns_ = time_ns;

@@ -18,14 +18,14 @@ namespace asio = boost::asio;
 class ServerStream {
  public:
   struct Read {
-    std::span<const std::uint8_t> bytes;  // until the next read
-    std::string fault;                    // one line, when the connection has ended
+    std::span<const std::uint8_t> bytes;  // valid until the next read
+    std::string fault;                    // one line, if the connection has ended
   };
 
   virtual ~ServerStream() = default;
   // Resolves, connects, shakes hands. Returns an empty string, or one line with the reason of the failure.
   virtual asio::awaitable<std::string> open() = 0;
-  // A piece of the stream, or one message of a transport that has them.
+  // Reads a piece of the stream, or one message if the transport has messages.
   virtual asio::awaitable<Read> read() = 0;
   // For a transport with messages, `bytes` is one packet. Returns false when the connection has ended; read() then
   // returns the reason.
@@ -38,7 +38,7 @@ class ServerStream {
 std::unique_ptr<ServerStream> make_packet_stream(asio::io_context& io, const Address& address, const TlsOptions& tls);
 std::unique_ptr<ServerStream> make_web_socket_stream(asio::io_context& io, const Address& address,
                                                      const TlsOptions& tls);
-// Of the kind that the address asks for.
+// Makes a stream of the address's kind.
 std::unique_ptr<ServerStream> make_server_stream(asio::io_context& io, const Address& address, const TlsOptions& tls);
 
 }  // namespace hairnet::link

@@ -23,7 +23,7 @@ class SwitchBlend {
  private:
   LevelIndex level_ = LevelIndex::rigid;
   std::int64_t switched_ns_ = 0;
-  std::vector<Vec3f> shown_;   // the points of the last call, as they went out
+  std::vector<Vec3f> shown_;   // the result of the last call
   std::vector<Vec3f> offset_;  // at the switch; empty once it has faded
 };
 

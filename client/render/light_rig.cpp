@@ -6,7 +6,7 @@
 namespace hairnet::render {
 namespace {
 
-// Bearing 0 is where the camera stands, positive to its right.
+// Bearing 0 is the direction to the camera, positive to its right.
 Vec3f direction(const Vec3f& to_camera, const Vec3f& up, float bearing_deg, float height_deg) {
   const Vec3f right = up.cross(to_camera);
   const float bearing = bearing_deg * std::numbers::pi_v<float> / 180.0f;
