@@ -6,7 +6,7 @@
 
 namespace hairnet {
 
-// One line on stderr that redraws itself. Where stderr is no terminal, one line for each new stage instead.
+// One line on stderr that redraws itself. If stderr is not a terminal, one line for each new stage.
 class ProgressBar {
  public:
   explicit ProgressBar(std::string title);
