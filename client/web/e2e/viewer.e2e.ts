@@ -97,7 +97,7 @@ test("a server that dies and comes back has its hair back in the page", async ()
   await until("the page is connected again", async () => (await state()) === "connected");
   await until("its hair is back", async () => (await readyCount(page)) === 1);
   await until("it is in the picture", async () => shareWarm(await takePicture(page)) > 0.05);
-  // The browser itself notes each attempt that failed.
+  // The browser itself logs each failed attempt.
   expect(browser.takeFaults().filter((fault) => !/WebSocket connection|ERR_CONNECTION/.test(fault))).toEqual([]);
 });
 
@@ -193,7 +193,7 @@ test("hair is drawn again after the graphics context was lost", async () => {
     await back;
   });
   await until("it is in the picture again", async () => shareWarm(await takePicture(page)) > 0.05);
-  browser.takeFaults(); // the browser notes the loss
+  browser.takeFaults(); // the browser logs the loss
 });
 
 test("a server that is not there, and a browser that cannot draw, are each told in one line", async () => {

@@ -5,11 +5,11 @@ import type { RestTangents } from "./restTangents";
 
 export type FfdKind = "quadratic" | "linear";
 
-/** What a `Deformer` writes besides points. */
+/** The output of a `Deformer`. */
 export interface DeformOutput {
   /** 3 a point, head space, m */
   readonly points: Float32Array;
-  /** 3 a point: d(points)/ds, s the arc length at rest. Not of unit length: where hair is drawn out they are longer. */
+  /** 3 a point: d(points)/ds, s the arc length at rest. Not of unit length: longer where hair is stretched. */
   readonly tangents?: Float32Array;
 }
 
@@ -61,7 +61,7 @@ export class Deformer {
     for (let p = 0; p < this.pointCount; ++p) this.#place(p);
   }
 
-  /** `grid`: displacements of every grid node, 3 each (`expandDisplacements`); `out`: room for all points. */
+  /** `grid`: displacements of every grid node, 3 each (`expandDisplacements`); `out`: memory for all points. */
   deform(grid: Float32Array, out: DeformOutput): void {
     const { points, tangents } = out;
     if (grid.length !== 3 * nodeCount(this.#lattice) || points.length !== this.#points.length)
@@ -129,7 +129,7 @@ export class Deformer {
     this.#base[p] = lowest[0] + dims[0] * (lowest[1] + dims[1] * lowest[2]);
   }
 
-  /** Beyond half a spacing outside of the outermost stencil's middle, linear: it meets the parabola in value and slope. */
+  /** Linear beyond half a spacing from the outermost stencil's middle; value and slope are continuous there. */
   #weigh(at: number): void {
     const w = this.#w;
     const slope = this.#slope;

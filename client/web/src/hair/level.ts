@@ -1,4 +1,4 @@
-/** A mechanical model of a groom, the finest first; travels as its number. */
+/** A mechanical model of a groom, the finest first; sent as its number. */
 export enum LevelIndex {
   high = 0,
   medium = 1,
@@ -7,15 +7,15 @@ export enum LevelIndex {
   rigid = 4,
 }
 
-/** How finely frames are quantised. */
+/** The step of a frame's quantisation. */
 export enum ErrorClass {
   quarterMm = 0,
   halfMm = 1,
   oneMm = 2,
 }
 
-/** Metres a unit of displacement stands for, by error class. As floats, which is how servers reckon. */
+/** Metres in a unit of displacement, by error class. Rounded to float, as on servers. */
 export const kStepsM: readonly number[] = [0.25e-3, 0.5e-3, 1e-3].map(Math.fround);
 
-/** A unit of velocity is so many steps a second. */
+/** A unit of velocity is this many steps a second. */
 export const kVelocityStepsPerS = 32;

@@ -1,7 +1,7 @@
 import type { Groom } from "../hair/groom";
 import { buffersOf, makeGroomGeometry } from "./geometry/groomGeometry";
 
-/** Asked for a groom's geometry, answers with it, or with what went wrong. */
+/** Receives a groom, and answers with its geometry or with the error. */
 self.onmessage = ({ data }: MessageEvent<{ id: number; groom: Groom }>) => {
   const { id, groom } = data;
   try {

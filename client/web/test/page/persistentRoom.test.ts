@@ -4,7 +4,7 @@ import { LinkCoreDriver } from "../support/linkCoreDriver";
 import { serverPacket } from "../support/serverPacket";
 import { GoodbyeReason, type ServerMessage } from "../../src/net/messages";
 
-/** What the page's WebSocket is, told by the test. */
+/** The page's WebSocket, controlled by the test. */
 class FakeSocket {
   static made: FakeSocket[] = [];
   binaryType = "";

@@ -11,7 +11,7 @@ import { serverPacket } from "../support/serverPacket";
 const kSecond = 1e9;
 const groom = "ab".repeat(32);
 
-/** A room whose server says what the test tells it to. */
+/** A room whose server sends what the test wants. */
 class Told {
   nowNs = 100 * kSecond;
   readonly sockets: FakeSocket[] = [];
@@ -144,7 +144,7 @@ test("one's own characters are all there when a new server numbers them the othe
   told.tell(new LinkCoreDriver().welcome());
   add(0, 2);
   add(1, 1);
-  told.tellAsleep(2); // before anybody has looked at who has which number
+  told.tellAsleep(2); // before any sample has processed the new numbers
   told.room.sample(0);
   expect([...told.room.members.keys()].sort()).toEqual([1, 2]);
   own.forEach(({ character }, n) => {
@@ -172,7 +172,7 @@ test("nobody's groom is asked for again or kept as damaged", () => {
   expect(requests()).toBe(0);
   told.nowNs += 4 * kSecond;
   expect(requests()).toBe(0);
-  // What was damaged on its way may come whole the next time.
+  // A groom that was damaged on its way may arrive intact the next time.
   join(6);
   expect(requests()).toBe(1);
   told.tell({ type: "groomData", hash: groom, offset: 0, byteCount: 3, bytes: new Uint8Array(3) });
