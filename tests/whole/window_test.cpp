@@ -104,7 +104,7 @@ TEST_F(WindowTest, refuses_a_file_that_is_no_hair) {
   EXPECT_THAT(view->err(), HasSubstr("not.hair"));
 }
 
-TEST_F(WindowTest, without_a_display_one_line_says_what_to_do) {
+TEST_F(WindowTest, without_a_display_one_line_explains_what_to_do) {
   unsetenv("DISPLAY");
   unsetenv("WAYLAND_DISPLAY");
   auto view = start("hairnet-view", {"--local"}, "view");

@@ -237,7 +237,7 @@ TEST(AssembleGroom, refuses_flags_that_make_no_sense) {
   EXPECT_NE(refused([](GroomDef& d) { d.files[0].strands = ImportedStrands{}; }), "");
 }
 
-TEST(AssembleGroom, few_strands_or_roots_in_a_plane_still_make_a_sound_groom) {
+TEST(AssembleGroom, few_strands_or_roots_in_a_plane_still_make_a_valid_groom) {
   for (const std::size_t count : {1, 2, 3, 4, 5, 8}) {
     ImportedStrands strands;
     for (std::size_t s = 0; s < count; ++s) {

@@ -111,7 +111,7 @@ void expect_head(const std::string& name, const GroomDef& def, double radius) {
   for (const StrandProperties& strand : imported->groom.strands) EXPECT_TRUE(strand.rooted) << name;
 }
 
-TEST(SkullOfRoots, is_a_heads_whatever_part_of_the_scalp_has_hair) {
+TEST(SkullOfRoots, has_the_size_of_a_head_for_any_part_of_the_scalp) {
   for (const double radius : {0.08, 0.09, 0.1}) {
     for (const Cut& cut : cuts()) expect_head(cut.name, def_of(strands_of(cut, radius)), radius);
     for (const double noise_m : {0.0, 0.001})
@@ -119,7 +119,7 @@ TEST(SkullOfRoots, is_a_heads_whatever_part_of_the_scalp_has_hair) {
   }
 }
 
-TEST(SkullOfRoots, that_do_not_tell_its_size_is_said) {
+TEST(SkullOfRoots, that_do_not_determine_its_size_give_a_warning) {
   const auto warnings = [](ImportedStrands strands) { return assemble_groom(def_of(std::move(strands)))->warnings; };
   const std::vector<Cut> all = cuts();
   for (const std::size_t part : {0, 1, 2, 5, 6, 7})

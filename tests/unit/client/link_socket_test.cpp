@@ -105,7 +105,7 @@ Groom groom_of(std::size_t points) {
   return groom;
 }
 
-TEST(Link, connects_by_hello_and_welcome_and_says_goodbye) {
+TEST(Link, connects_by_hello_and_welcome_and_sends_goodbye) {
   std::promise<wire::GoodbyeReason> goodbye;
   ScriptedServer server([&](Peer& peer) {
     peer.welcome();

@@ -447,7 +447,7 @@ TEST_F(ViewRenderer, shows_a_grooms_own_cards_in_the_hairs_colour) {
   EXPECT_GT(reddish, 6);
 }
 
-TEST_F(ViewRenderer, leaves_out_characters_whose_place_makes_no_sense) {
+TEST_F(ViewRenderer, leaves_out_characters_at_invalid_places) {
   const Image empty = draw_nothing();
   ShownCharacter character = shown(level_strand());
   for (const double x : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e9}) {

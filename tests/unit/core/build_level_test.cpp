@@ -24,7 +24,7 @@ Groom groom_with_body(Groom groom) {
 
 class BuildLevel : public testing::TestWithParam<std::size_t> {};
 
-TEST_P(BuildLevel, odd_strands_give_a_sound_level) {
+TEST_P(BuildLevel, odd_strands_give_a_valid_level) {
   const Groom groom = groom_with_body(support::make_odd_groom());
   ASSERT_EQ(validate(groom), "");
   LevelReport report;
@@ -39,7 +39,7 @@ TEST_P(BuildLevel, odd_strands_give_a_sound_level) {
   EXPECT_GT(report.contacts, 0u);
 }
 
-TEST_P(BuildLevel, each_odd_strand_alone_gives_a_sound_level) {
+TEST_P(BuildLevel, each_odd_strand_alone_gives_a_valid_level) {
   const Groom all = support::make_odd_groom();
   for (std::size_t s = 30; s < all.strand_count(); ++s) {
     if (all.strand_points(s).empty()) continue;

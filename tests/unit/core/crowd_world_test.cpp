@@ -146,7 +146,7 @@ TEST(CrowdWorld, allocates_nothing_once_it_has_warmed_up) {
   EXPECT_EQ(allocation_count, before);
 }
 
-TEST(CrowdWorld, allocates_nothing_while_strides_change_and_characters_are_held_and_released) {
+TEST(CrowdWorld, allocates_nothing_while_strides_change_and_characters_are_suspended_and_resumed) {
   Crowd crowd;
   for (std::size_t c = 0; c < 70; ++c) crowd.add(c);
   const auto change = [&](int round) {

@@ -171,7 +171,7 @@ TEST(Decimating, two_bundles_of_identical_springs_become_two_springs_without_any
   EXPECT_NEAR((weight_matrix(springs, grid.node_count()) - before).norm(), 0, 1e-10 * before.norm());
 }
 
-TEST(Decimating, attachments_keep_their_total_hold_in_each_group) {
+TEST(Decimating, attachments_keep_their_total_stiffness_in_each_group) {
   const Groom groom = support::make_head_of_hair(300);
   const Grid grid = grid_of(groom, 10);
   StiffenerList attachments = attachments_of(groom, grid);

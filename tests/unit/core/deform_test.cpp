@@ -137,7 +137,7 @@ TEST_P(WideDeformCases, a_point_has_the_same_bits_in_any_order_and_any_company) 
   }
 }
 
-TEST_P(WideDeformCases, writes_all_points_and_nothing_else_whatever_their_number) {
+TEST_P(WideDeformCases, writes_all_points_and_nothing_else_for_any_number) {
   const Lattice lattice = make_lattice({4, 4, 4});
   const std::vector<Vec3f> displacements = random_displacements(lattice, 0.05f, 13);
   std::mt19937 random(14);

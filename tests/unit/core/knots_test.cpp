@@ -71,7 +71,7 @@ double change_between_locks(const Groom& groom, const std::vector<Vec3f>& points
   return std::abs(apart(points) - apart(groom.points));
 }
 
-TEST(Knots, hold_together_what_would_be_flung_apart) {
+TEST(Knots, keep_strands_together_that_would_be_flung_apart) {
   const Groom loose = make_two_locks(0.06f);
   Groom tied = loose;
   tied.knots.push_back({.points = middles(tied)});
@@ -125,7 +125,7 @@ std::vector<Vec3> rest_nodes(const Grid& grid) {
 const std::vector<Vec3f> kRing{{0.012f, 0, 0},  {0.0085f, 0, 0.0085f},   {0, 0, 0.012f},  {-0.0085f, 0, 0.0085f},
                                {-0.012f, 0, 0}, {-0.0085f, 0, -0.0085f}, {0, 0, -0.012f}, {0.0085f, 0, -0.0085f}};
 
-TEST(Knots, push_and_turn_nothing_as_a_whole) {
+TEST(Knots, exert_no_force_and_no_torque_as_a_whole) {
   const BuiltKnot knot = build_knot(kRing, 8);
   std::mt19937 random(1);
   const std::vector<Vec3> rest = rest_nodes(knot.grid);

@@ -238,7 +238,7 @@ TEST(Step, no_stiffness_and_no_number_of_iterations_adds_energy) {
   }
 }
 
-TEST(Step, lattices_whose_springs_gain_energy_by_turning_are_drawn_in_and_come_home) {
+TEST(Step, lattices_that_gain_energy_by_turning_springs_are_scaled_down_and_return_to_rest) {
   const HeadMotion still{StepInput{}};
   StepInput input;
   input.step_s = 1.0 / 25;

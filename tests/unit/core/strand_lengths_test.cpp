@@ -171,7 +171,7 @@ TEST_F(LimitedStrands, are_never_longer_than_at_rest) {
   }
 }
 
-TEST_F(LimitedStrands, are_what_the_reference_says) {
+TEST_F(LimitedStrands, equal_the_reference) {
   for (unsigned seed = 0; seed < 10; ++seed) {
     deform(0.1f, seed);
     const std::vector<Vec3> expected = reference_limit(strands_, reference_);
@@ -180,7 +180,7 @@ TEST_F(LimitedStrands, are_what_the_reference_says) {
   }
 }
 
-TEST_F(LimitedStrands, go_on_along_the_strand_without_turning_back) {
+TEST_F(LimitedStrands, continue_along_the_strand_without_turning_back) {
   deform(0.1f, 3);
   for (std::size_t s = 0; s + 1 < strands_.begin.size(); ++s) {
     // Each point's place on the deformed strand, as its arc length: found, not taken from the code under test.

@@ -207,7 +207,7 @@ TEST(Suspended, a_character_is_not_stepped_and_nothing_of_it_changes) {
   EXPECT_EQ(world.hash(), hash);
 }
 
-TEST(Suspended, released_it_moves_rigidly_with_the_head_and_goes_on_in_the_next_tick) {
+TEST(Suspended, resumed_it_moves_rigidly_with_the_head_and_continues_in_the_next_tick) {
   for (const int stride : {1, 2, 4}) {
     World world({});
     const CharacterId id = world.add({make_levels(), LevelIndex::low, swaying(0, 0)});

@@ -52,7 +52,7 @@ std::vector<std::uint64_t> hashes_of_a_run(const ParallelFor& parallel_for,
   return hashes;
 }
 
-TEST(World, gives_the_same_bits_in_whatever_order_characters_are_stepped) {
+TEST(World, gives_the_same_bits_in_any_order_of_characters) {
   const auto levels = make_levels();
   const auto forwards = hashes_of_a_run({}, levels);
   const auto shuffled = hashes_of_a_run(
@@ -67,7 +67,7 @@ TEST(World, gives_the_same_bits_in_whatever_order_characters_are_stepped) {
   EXPECT_NE(forwards.front(), forwards.back());
 }
 
-TEST(World, a_character_is_undisturbed_by_who_else_is_there) {
+TEST(World, a_character_does_not_depend_on_other_characters) {
   const auto levels = make_levels();
   World alone({}), crowded({});
   const CharacterId a = alone.add({levels, LevelIndex::high, shaken(9, 0)});
@@ -283,7 +283,7 @@ TEST(World, the_rigid_level_is_eased_into) {
   EXPECT_EQ(ticks, 9);
 }
 
-TEST(World, asked_back_while_easing_out_hair_goes_on_from_where_it_is) {
+TEST(World, level_requested_while_easing_out_continues_from_the_current_hair) {
   const auto levels = make_levels();
   World world({});
   const CharacterId id = world.add({levels, LevelIndex::low, {}});

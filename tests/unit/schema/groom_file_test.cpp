@@ -43,7 +43,7 @@ TEST(GroomFile, has_its_identifier_where_the_protocol_says) {
   EXPECT_EQ(std::memcmp(bytes.data() + 8, "HNGR", 4), 0);
 }
 
-TEST(GroomFile, holds_a_big_groom) {
+TEST(GroomFile, can_contain_a_big_groom) {
   RandomMessages random(3);
   Groom groom;
   groom.group_names = {"all"};
@@ -264,7 +264,7 @@ TEST(GroomFile, without_far_cards_spends_nothing_on_them) {
   EXPECT_GE(with, encode_groom(groom).size() + 16 * sizeof(Vec3f) + 2 * 16);
 }
 
-TEST(GroomHash, tells_grooms_apart_and_knows_them_again) {
+TEST(GroomHash, distinguishes_and_recognises_grooms) {
   RandomMessages random(8);
   Bytes bytes = encode_groom(random.groom(5));
   const GroomHash hash = hash_groom(bytes);

@@ -141,7 +141,7 @@ TEST(Packet, survives_every_flipped_bit) {
   }
 }
 
-TEST(Packet, above_the_limit_is_too_large_whatever_it_holds) {
+TEST(Packet, above_the_limit_is_too_large_with_any_content) {
   EXPECT_EQ(decode_error(Bytes(kPacketBytesMax + 1)), DecodeError::too_large);
   EXPECT_EQ(decode_error(Bytes(kPacketBytesMax)), DecodeError::malformed);
 }
@@ -216,7 +216,7 @@ TEST(Packet, with_an_unusable_welcome_or_offer_is_invalid) {
 }
 
 // One bad pose must not cost the others of its batch: the session judges each.
-TEST(Packet, delivers_unsound_poses_for_the_session_to_judge) {
+TEST(Packet, delivers_invalid_poses_for_the_session_to_judge) {
   PoseBatch batch;
   batch.poses.resize(2);
   batch.poses[0].pose[Bone::neck].position.x() = kNan;
@@ -227,7 +227,7 @@ TEST(Packet, delivers_unsound_poses_for_the_session_to_judge) {
   EXPECT_EQ(validate_pose(poses[1].pose), PoseRefusal::none);
 }
 
-TEST(Packet, delivers_unsound_materials_and_winds_for_the_session_to_judge) {
+TEST(Packet, delivers_invalid_materials_and_winds_for_the_session_to_judge) {
   SetMaterial material{7, {}};
   material.scale.density = static_cast<float>(kNan);
   SetWind wind;
@@ -252,7 +252,7 @@ TEST(Packet, rounds_poses_as_rounded_to_wire_does) {
   EXPECT_FALSE(equal(received, pose));
 }
 
-TEST(Packet, with_an_unsound_frame_is_invalid) {
+TEST(Packet, with_a_bad_frame_is_invalid) {
   const Bytes content{1, 2, 3};
   Frame sound;
   sound.level = LevelIndex::low;
@@ -273,7 +273,7 @@ TEST(Packet, with_an_unsound_frame_is_invalid) {
   EXPECT_EQ(error_of([](Frame& f) { f.step_stride = 8; }), DecodeError::invalid);
 }
 
-TEST(Packet, with_an_unsound_level_record_is_invalid) {
+TEST(Packet, with_a_bad_level_record_is_invalid) {
   RandomMessages random(13);
   LevelGeometry sound = random.geometry();
   while (sound.trimmed_from.empty() || sound.trimmed_nodes.empty()) sound = random.geometry();

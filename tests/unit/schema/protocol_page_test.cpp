@@ -69,14 +69,14 @@ TEST(ProtocolPage, documents_every_goodbye_and_what_to_do) {
   }
 }
 
-TEST(ProtocolPage, documents_what_the_decoder_says) {
+TEST(ProtocolPage, documents_every_decoder_error) {
   for (std::uint8_t r = 1; r <= static_cast<std::uint8_t>(DecodeError::invalid); ++r) {
     const std::string name = to_string(static_cast<DecodeError>(r));
     EXPECT_FALSE(row_of(name, 2).empty()) << name;
   }
 }
 
-TEST(ProtocolPage, states_the_limits_that_hold) {
+TEST(ProtocolPage, states_the_limits_of_the_code) {
   const auto stated = [](const std::string& name) {
     const std::vector<std::string> row = row_of(name, 3);
     return row.empty() ? std::string("nothing") : row[1];

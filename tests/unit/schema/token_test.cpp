@@ -119,7 +119,7 @@ TEST(Jwt, refuses_another_key_and_no_key) {
   EXPECT_EQ(sign_jwt("{}", TokenKey({})), "");
 }
 
-TEST(Jwt, refuses_more_than_4_KB_whatever_its_signature) {
+TEST(Jwt, refuses_more_than_4_KB_with_any_signature) {
   std::string json = R"({"x":")";
   json.resize(kTokenBytesMax, 'x');
   json += "\"}";

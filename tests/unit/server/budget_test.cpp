@@ -330,7 +330,7 @@ TEST(Budget, lets_sleepers_lie_and_wakes_none) {
   EXPECT_EQ(play.chosen[1], (Lod{LevelIndex::low, 2, false}));
 }
 
-TEST(Budget, a_held_character_is_taken_up_as_soon_as_it_is_seen) {
+TEST(Budget, a_suspended_character_is_resumed_as_soon_as_it_is_seen) {
   Play play(1);
   play.add(0, 1);
   play.tick();

@@ -166,7 +166,7 @@ TEST_F(LevelCacheTest, levels_larger_than_the_whole_cache_are_not_kept) {
   EXPECT_EQ(file_count(), 0u);
 }
 
-TEST_F(LevelCacheTest, removes_what_a_dead_server_left_half_written_and_nothing_of_others) {
+TEST_F(LevelCacheTest, removes_partial_files_of_a_dead_server_and_no_other_files) {
   LevelCache cache(folder_, file_bytes(), counters_);
   const fs::path part = path(hash(1)).string() + ".part-a1b2c3";
   const std::vector<fs::path> others{folder_ / "notes.txt", folder_ / "x.hnlevels", path(hash(2)).string() + ".backup"};

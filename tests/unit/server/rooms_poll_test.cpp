@@ -73,7 +73,7 @@ class RoomsPollTest : public testing::Test {
   std::unique_ptr<Server> server_;
 };
 
-TEST_F(RoomsPollTest, everyone_in_a_room_sees_the_same_hair_and_nobody_elses) {
+TEST_F(RoomsPollTest, all_sessions_in_a_room_see_the_same_hair_and_no_other) {
   start();
   const auto a = join("hall"), b = join("hall"), c = join("attic");
   run_ms(700, {a.get(), b.get(), c.get()});
@@ -97,7 +97,7 @@ TEST_F(RoomsPollTest, everyone_in_a_room_sees_the_same_hair_and_nobody_elses) {
   EXPECT_THAT(c->connection->all<wire::MemberJoined>(), IsEmpty());
 }
 
-TEST_F(RoomsPollTest, a_late_joiner_is_told_of_all_and_sees_sleepers_at_once) {
+TEST_F(RoomsPollTest, a_late_joiner_gets_all_members_and_sees_sleepers_at_once) {
   start();
   const auto sleeper = join();
   sleeper->pose(1, rigid_pose({}), now_ns_);
@@ -160,7 +160,7 @@ TEST_F(RoomsPollTest, observers_choose_members_detail_and_velocities) {
     EXPECT_NEAR(frames.back().displacements[i], 2 * same->displacements[i], 2);
 }
 
-TEST_F(RoomsPollTest, who_nobody_looks_at_is_not_stepped_and_goes_on_when_somebody_does) {
+TEST_F(RoomsPollTest, an_unseen_character_is_not_stepped_and_continues_when_it_is_seen) {
   start();
   const auto client = join();
   run_ms(500, {client.get()});
@@ -180,7 +180,7 @@ TEST_F(RoomsPollTest, who_nobody_looks_at_is_not_stepped_and_goes_on_when_somebo
   EXPECT_FALSE(frames.back().discontinuous);
 }
 
-TEST_F(RoomsPollTest, a_session_resumed_in_time_goes_on_where_its_hair_was) {
+TEST_F(RoomsPollTest, a_session_resumed_in_time_continues_with_its_hair) {
   start();
   const auto first = join();
   const auto other = join();
@@ -368,7 +368,7 @@ TEST_F(RoomsPollTest, after_a_restart_onto_bad_files_the_groom_is_uploaded_again
   EXPECT_EQ(metrics_.level_cache.level_cache_rejected_damaged.value(), 1u);
 }
 
-TEST_F(RoomsPollTest, grooms_on_disk_are_sent_to_whoever_asks) {
+TEST_F(RoomsPollTest, grooms_on_disk_are_sent_on_request) {
   start(keeping());
   const auto before = join();
   run_ms(100, {before.get()});

@@ -140,7 +140,7 @@ TEST_F(TlsTest, pages_travel_inside_tls_and_plain_beside_it) {
   EXPECT_THAT(told(peer, "GET /none HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n"), StartsWith("HTTP/1.1 404 "));
 }
 
-TEST_F(TlsTest, a_closing_session_sends_what_waits_and_says_the_end) {
+TEST_F(TlsTest, a_closing_session_sends_waiting_packets_and_ends_tls) {
   refuse_ = true;
   std::string got;
   const std::string failed = with_client([&](TlsSocket& socket) {
