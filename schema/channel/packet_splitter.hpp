@@ -8,7 +8,7 @@
 
 namespace hairnet::channel {
 
-// The least packet: size prefix, root offset, identifier and an empty table.
+// The smallest packet: size prefix, root offset, identifier and an empty table.
 inline constexpr std::size_t kPacketBytesLeast = 16;
 
 // Cuts a byte stream into size-prefixed packets (u32 little endian, not counting itself). No I/O.
@@ -31,7 +31,7 @@ class PacketSplitter {
 
   std::size_t packet_bytes_max_;
   std::vector<std::uint64_t> buffer_;  // 64-bit words for alignment
-  std::size_t filled_ = 0;             // bytes of the packet under way
+  std::size_t filled_ = 0;             // bytes of the current packet
   bool dead_ = false;
 };
 

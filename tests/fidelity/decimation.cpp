@@ -84,7 +84,7 @@ Result<void> run(Options options) {
   for (const std::string& groom : options.grooms) {
     const auto done = measure(groom, options, report);
     if (!done) return done;
-    // After each, so that a long run which is stopped leaves what it has.
+    // Written after each case, so that a long run that is stopped leaves its results.
     if (const auto written = write_text(options.json, json_of(report)); !written) return written;
   }
   std::printf("%s", tables_of(report).c_str());

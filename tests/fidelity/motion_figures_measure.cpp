@@ -51,7 +51,7 @@ class RigidProbePoints {
   std::size_t tick_ = 0;
 };
 
-// One character of the world, and what is found of it.
+// One character of the world, and its figures.
 class Run {
  public:
   Run(CharacterId character, const Level& level, const StrandSample& strands, const BentBody& body,

@@ -5,7 +5,7 @@
 namespace hairnet::load {
 namespace {
 
-// Probes until the search is over; `holds` says whether so many do.
+// Probes until the search is over; `holds` returns whether that many pass.
 template <class Holds>
 CapacitySearch search(const CapacitySearch::Limits& limits, Holds holds) {
   CapacitySearch search(limits);
@@ -45,7 +45,7 @@ TEST(CapacitySearch, ends_when_no_load_passes_or_every_load_passes) {
 }
 
 TEST(CapacitySearch, load_that_passes_once_and_fails_later_is_not_the_answer) {
-  // 400 to 500 holds every other time only.
+  // 400 to 500 pass every other time only.
   int turn = 0;
   const auto found = search({}, [&](std::uint32_t n) { return n < 400 || (n <= 500 && turn++ % 2 == 0); });
   EXPECT_GT(found.capacity(), 0u);

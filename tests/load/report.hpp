@@ -9,7 +9,7 @@
 
 namespace hairnet::load {
 
-// What a search for the capacity found.
+// The result of a search for the capacity.
 struct CapacityPoint {
   CapacitySearch::Probe probe;
   Figures figures;  // of its measured stage

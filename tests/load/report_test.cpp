@@ -17,7 +17,7 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-// Empty when every element is closed in order and no attribute or text has a stray < or &; else what is wrong.
+// Empty when every element is closed in order and no attribute or text has a stray < or &; else the fault.
 std::string markup_fault(std::string_view html) {
   std::vector<std::string> open;
   for (std::size_t at = 0; at < html.size(); ++at) {

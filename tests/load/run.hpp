@@ -48,7 +48,7 @@ struct StageResult {
   Figures figures;
   StageTally tally;
   ProcessUse own, server;
-  Exposition server_metrics;  // as exposition_between says; empty when there are none
+  Exposition server_metrics;  // from exposition_between; empty without samples
 };
 
 struct ProcessPoint {

@@ -16,7 +16,7 @@ struct StageInputs {
   double duration_s = 0;                  // measured, without warm-up
   std::optional<ProcessUse> own, server;  // used meanwhile
   double server_resident_growth_mib = 0;
-  double pose_delay_ms = 0;  // the server's own, as it says
+  double pose_delay_ms = 0;  // the server's own delay
   std::uint64_t frames_checked = 0, check_failures = 0;
 };
 

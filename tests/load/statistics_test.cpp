@@ -86,10 +86,10 @@ TEST(Tally, counts_events_in_their_windows) {
   constexpr std::int64_t kBegin = 1'000'000 * kMs;
   Tally tally(two_stages(), kBegin);
   const auto at = [](double s) { return kBegin + static_cast<std::int64_t>(s * 1e9); };
-  tally.count(at(1), &Counts::frames_missed, 5);  // warm-up: nobody's
+  tally.count(at(1), &Counts::frames_missed, 5);  // warm-up: does not count
   tally.count(at(3), &Counts::frames_missed, 2);
   tally.count(at(12), &Counts::frames_missed, 3);
-  tally.count(at(25), &Counts::frames_missed, 9);  // after the end: nobody's
+  tally.count(at(25), &Counts::frames_missed, 9);  // after the end: does not count
   tally.count(at(2), &Counts::frames_missed, 1);   // time may go back: an edge is the later part's
   tally.record_answer(at(9.9), at(12), 1);         // the stage that the pose was captured in
   tally.record_unanswered(at(15), at(20), 2);

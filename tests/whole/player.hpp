@@ -22,8 +22,8 @@ struct PlayerPlan {
   double pose_hz = 60;
   std::int64_t clock_offset_ns = 0;
   int clock_ppm = 0;           // its clock's drift
-  bool steady = false;         // a good network and a plain life: it is held to get every tick
-  bool sends_garbage = false;  // among its poses, until it is told to calm down
+  bool steady = false;         // a good network and simple behaviour: it must get every tick
+  bool sends_garbage = false;  // among its poses, until calm_down()
   double actions_per_s = 1;    // of all that a client may ask for
 };
 

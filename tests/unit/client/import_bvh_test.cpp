@@ -165,7 +165,7 @@ TEST(ImportBvh, windows_line_ends_and_tabs_change_nothing) {
 
 TEST(ImportBvh, refuses_every_truncation_with_a_reason) {
   const std::string whole = person("0 0 x0");
-  // Cut inside the last number, what is left may still be a number.
+  // Cut inside the last number, the rest may still be a number.
   const std::size_t last = whole.find_last_of(' ');
   for (std::size_t length = 0; length <= last; ++length)
     EXPECT_NE(refusal(std::string(whole, 0, length)), "") << length;

@@ -49,7 +49,7 @@ Quat turn(double degrees, const Vec3& axis) {
   return Quat(Eigen::AngleAxisd(degrees * kDegree, axis));
 }
 
-// How a file tells of that person. Zero poses differ by the axes that each joint has where the person is upright.
+// How a file describes that person. Zero poses differ by the axes that each joint has when the person is upright.
 struct Told {
   std::function<Quat(std::size_t)> axes = [](std::size_t) { return Quat::Identity(); };
   Quat file = Quat::Identity();  // from the person's axes to the file's
@@ -136,7 +136,7 @@ Vec3 head_joint(const std::function<Quat(std::size_t)>& frame) {
   return at;
 }
 
-// Every bone turns as its joint was told to, whatever axes the file gives it.
+// Every bone turns like its joint, for any axes of the file.
 void expect_told(const Told& told, const ImportedMotion& imported) {
   const Quat to_world = Quat::FromTwoVectors(told.file * Vec3::UnitY(), Vec3::UnitY()) * told.file;
   ASSERT_EQ(imported.motion.poses.size(), told.frames.size());

@@ -21,7 +21,7 @@ using testing::Not;
 struct Cut {
   const char* name;
   std::function<bool(const Vec3&)> has;
-  double noise_m = 0;  // of each root, to and from the middle
+  double noise_m = 0;  // of each root, along the radius
 };
 
 bool whole(const Vec3& d) {
@@ -149,7 +149,7 @@ TriangleMesh bust(const Vec3f& at) {
   return mesh;
 }
 
-// A made hairstyle as a file of strands holds it, only those whose root `has` takes.
+// A made hairstyle in the form of a strand file; only strands whose root `has` accepts.
 ImportedStrands exported(const char* style, const std::function<bool(const Vec3f&)>& has, const Vec3f& at) {
   static std::map<std::string, Groom> made;
   Groom& groom = made[style];

@@ -277,7 +277,7 @@ TEST(LinkCore, a_groom_that_is_not_to_be_had_can_be_asked_for_again) {
   EXPECT_TRUE(d.event<wire::Error>());
   d.core.request_groom(hash_of(3));
   d.expect<wire::GroomRequest>();
-  d.send(wire::GroomNeed{hash_of(3), 4});  // one's own upload of it goes on
+  d.send(wire::GroomNeed{hash_of(3), 4});  // the upload by this client continues
   EXPECT_EQ(d.expect<wire::GroomChunk>().bytes.size(), 6u);
 }
 

@@ -18,7 +18,7 @@ LevelGeometry small_grid() {
   return geometry;
 }
 
-// What a character looks like at a tick: something smooth, of which every integer changes.
+// A character's frame at a tick: smooth, and every integer of it changes.
 codec::FrameIntegers moving(std::uint64_t tick, std::uint32_t member, bool velocities = false) {
   codec::FrameIntegers integers;
   const double t = 0.1 * static_cast<double>(tick) + member;

@@ -359,7 +359,7 @@ TEST_F(Settled, a_broken_groom_download_continues_where_it_stopped) {
   EXPECT_EQ(d.expect<wire::GroomRequest>().offset, 60u);
 }
 
-// What a network simulator does: the connection breaks after any byte, and the client ends where it would have.
+// Like a network simulator: the connection breaks after any byte, and the client reaches the same state.
 TEST(LinkCoreUnderLoss, a_break_at_any_byte_is_survived) {
   const auto script = [](const LinkCoreDriver& d, bool resumed) {
     std::vector<std::uint8_t> stream;

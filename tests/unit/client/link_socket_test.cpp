@@ -264,7 +264,7 @@ TEST(Link, poses_overtake_a_large_upload) {
   });
   Link link(server.options());
   ASSERT_TRUE(link.connect());
-  link.upload(groom_of(3'000'000));  // 36 MB: far more than sockets hold
+  link.upload(groom_of(3'000'000));  // 36 MB: far more than socket buffers
   upload_started.get_future().wait();
   link.push_poses(std::vector<wire::PoseSample>(1));
   poses_pushed.set_value();

@@ -92,7 +92,7 @@ class LinkByTransport : public ::testing::TestWithParam<Transport> {
     loop_.stop();
     thread_.join();
   }
-  // Until one of that kind has come; the others are let go.
+  // Polls until an event of that kind arrives; drops the others.
   template <class T>
   static T wait_for(Link& link) {
     while (true) {

@@ -255,7 +255,7 @@ class Swinging : public ::testing::Test {
     if (velocities) codec::quantise_velocities(velocity, frame.error_class, frame.velocities);
     return frame;
   }
-  // RMS over nodes and times of what is shown less what was, m. Frames come every `stride` steps.
+  // RMS over nodes and times of the difference between shown and true state, m. Frames come every `stride` steps.
   double error_m(int stride, bool velocities) {
     Playout playout;
     const auto interval = static_cast<std::int64_t>(stride * kStep_s * 1e9);

@@ -120,7 +120,7 @@ class ShaderDeform : public ShaderTest {
     return deformed;
   }
 
-  // Where linear FFD bends, on the lattice's planes, rounding says which of two tangents is meant.
+  // Where linear FFD bends, on the lattice's planes, rounding decides which of two tangents is used.
   static bool is_bend(const Lattice& lattice, const Vec3f& x) {
     const Vec3f g = (x - lattice.origin).cwiseQuotient(lattice.spacing);
     return (g.array() - g.array().round()).abs().minCoeff() < 1e-4f;

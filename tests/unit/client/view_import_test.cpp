@@ -15,7 +15,7 @@
 namespace hairnet::viewer {
 namespace {
 
-// A made groom as a file of others would hold it: in other axes and another unit, its origin elsewhere.
+// A made groom as a file of another program: in other axes and another unit, with another origin.
 struct Foreign {
   std::vector<StrandFile> files;
   TriangleMesh body;

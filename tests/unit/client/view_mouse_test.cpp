@@ -165,7 +165,7 @@ TEST(HeadGrab, the_neck_goes_along_and_the_trunk_stays) {
   EXPECT_LT((pose.head().point(foot) - foot).norm(), 1e-9) << "the foot of the neck stays on the trunk";
 }
 
-// Two who stand side by side; the second is another's.
+// Two characters side by side; the second belongs to another client.
 class TwoHeads : public HairSource {
  public:
   TwoHeads() {

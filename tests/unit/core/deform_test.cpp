@@ -39,8 +39,8 @@ INSTANTIATE_TEST_SUITE_P(AllTargets, WideDeformCases,
                                           testing::ValuesIn(hwy::SupportedAndGeneratedTargets())),
                          case_name);
 
-// Rounding of x itself, and of t: some 1e-7 of a cell for every cell from the origin, times what u differs by across a
-// cell. Both grow with the extrapolation.
+// Rounding of x itself, and of t: some 1e-7 of a cell for every cell from the origin, times the difference of u across
+// a cell. Both grow with the extrapolation.
 TEST_P(WideDeformCases, agrees_with_the_reference_wherever_the_point_is) {
   constexpr float kDisplaced_m = 0.05f;
   for (const std::array<int, 3> dims : {std::array{3, 3, 3}, {6, 5, 4}, {10, 10, 10}}) {

@@ -76,7 +76,7 @@ TEST(Knots, keep_strands_together_that_would_be_flung_apart) {
   Groom tied = loose;
   tied.knots.push_back({.points = middles(tied)});
   ASSERT_EQ(validate(tied), "");
-  // A cell of the coarse lattice is 10 cm high: what it can hold is less.
+  // A cell of the coarse lattice is 10 cm high, so it resists less.
   for (const auto& [level, share] : {std::pair{0u, 0.05}, {1u, 0.10}, {2u, 0.25}}) {
     const LevelSpec& spec = kLevelSpecs[level];
     const double loose_m = change_between_locks(loose, points_in_spin(loose, *build_level(loose, spec), 11));

@@ -69,7 +69,7 @@ TEST(Material, refuses_values_out_of_range_and_names_them) {
 }
 
 TEST(Material, its_damping_is_that_share_of_critical_damping_of_a_strands_axial_mode) {
-  // A strand as a chain of many masses and springs, let go in its first mode: its modal k, m and q have this ratio.
+  // A strand as a chain of many masses and springs, released in its first mode: its modal k, m and q have this ratio.
   Material material;
   material.damping_ratio = 0.3f;
   for (const double length : {0.05, 0.3, 0.9}) {

@@ -59,7 +59,7 @@ double arc(std::span<const Vec3> strand, std::size_t to) {
   return length;
 }
 
-// The point of a polyline at an arc length, as one says it.
+// The point of a polyline at an arc length, computed in the plain way.
 Vec3 point_at(std::span<const Vec3> strand, double wanted) {
   for (std::size_t i = 1; i < strand.size(); ++i) {
     const double before = arc(strand, i - 1), after = arc(strand, i);

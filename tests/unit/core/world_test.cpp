@@ -11,7 +11,7 @@
 namespace hairnet {
 namespace {
 
-// Levels alike but for their lattices; their nodes stand for the hair where maps are fitted.
+// Levels that differ only in their lattices; their nodes serve as hair points when maps are fitted.
 std::shared_ptr<const LevelSet> connected(const std::shared_ptr<LevelSet>& levels) {
   const std::vector<Vec3f>& points = levels->levels[0].rest;
   make_level_maps(*levels, points, std::vector<float>(points.size(), 1.0f));
@@ -311,8 +311,8 @@ TEST(World, a_change_of_material_moves_nothing_at_once) {
   EXPECT_EQ(world.state(id).velocity, before.velocity);
 }
 
-// Whatever comes: poses from a shaking at the tick rate to jumps, levels, materials and wind at random. Never more than
-// the bound, and always home again.
+// Random poses (from shaking at the tick rate to jumps), levels, materials and wind. Nodes stay within the bound and
+// always return to rest.
 TEST(World, nothing_makes_a_lattice_run_away_and_everything_comes_home) {
   auto levels = std::make_shared<LevelSet>(*make_levels());
   for (Level& level : levels->levels) level.displacement_max_m = 0.6f;

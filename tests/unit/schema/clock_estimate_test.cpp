@@ -39,7 +39,7 @@ TEST(ClockEstimate, keeps_the_least_delay_under_jitter) {
   EXPECT_LT(least_seen_ns, kLeastDelay_ns + 2 * kMs);
 }
 
-// The filter against its definition: the least offset of the window, whatever came.
+// Compares the filter with its definition: the least offset of the window, for any samples.
 TEST(ClockEstimate, is_the_minimum_over_the_window) {
   std::mt19937 random(2);
   ClockEstimate clock(kWindow_ns);

@@ -5,8 +5,7 @@
 
 #include "tests/support/codec_frames.hpp"
 
-// What a decoder does with bytes that are not as they were written. Worth most under the address and
-// undefined-behaviour sanitizers.
+// A decoder's behaviour on damaged bytes. Most useful under the address and undefined-behaviour sanitizers.
 namespace hairnet::codec {
 namespace {
 

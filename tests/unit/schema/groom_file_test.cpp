@@ -119,7 +119,7 @@ TEST(GroomFile, refuses_more_than_the_limits_given) {
   EXPECT_TRUE(decode_groom(bytes));
 }
 
-// Where the version lies: the one number of two bytes in the root table. Found by what the decoder says of another.
+// The place of the version: the only two-byte number in the root table. Found by the decoder's answer to another value.
 std::size_t version_at(const Bytes& bytes) {
   for (std::size_t at = 12; at + 2 <= bytes.size(); ++at) {
     if (bytes[at] != 2 || bytes[at + 1] != 0) continue;

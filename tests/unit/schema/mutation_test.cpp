@@ -8,7 +8,7 @@
 #include "tests/support/mutation.hpp"
 #include "tests/support/random_messages.hpp"
 
-// Valid bytes, spoilt at random: decoding refuses them with a line, or gives something sound. Worth most under the
+// Valid bytes, damaged at random: decoding refuses them with one line, or gives a valid result. Most useful under the
 // address and undefined-behaviour sanitizers.
 namespace hairnet::wire {
 namespace {

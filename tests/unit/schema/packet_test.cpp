@@ -73,7 +73,7 @@ TEST(Packet, is_refused_at_every_truncation) {
   }
 }
 
-// The last bytes may be padding, which nobody misses.
+// The last bytes may be padding, whose loss changes nothing.
 TEST(Packet, loses_nothing_but_padding_by_a_truncation_whose_prefix_agrees) {
   RandomMessages random(5);
   for (std::size_t kind = 0; kind < kMessageKinds; ++kind) {
@@ -123,7 +123,7 @@ TEST(Packet, is_decoded_at_any_address) {
   }
 }
 
-// A single flipped bit is refused, or gives a message that is sound: it can be said again.
+// A packet with a single flipped bit is refused, or gives a valid message that can be encoded again.
 TEST(Packet, survives_every_flipped_bit) {
   RandomMessages random(8);
   for (std::size_t kind = 0; kind < kMessageKinds; ++kind) {
@@ -299,7 +299,7 @@ TEST(Packet, with_a_bad_level_record_is_invalid) {
   EXPECT_EQ(error_of([](LevelGeometry& g) { g.trimmed_begin.back() += 1; }), DecodeError::invalid);
 }
 
-// The counts inside a sound packet, each overwritten by one that the packet cannot hold.
+// The counts inside a valid packet, each replaced by one that does not fit the packet.
 TEST(Packet, with_an_absurd_count_is_refused_without_the_memory_for_it) {
   FrameBatch batch;
   batch.frames.resize(1);

@@ -105,7 +105,7 @@ TEST(Jwt, refuses_every_truncation_and_every_changed_character_of_the_example) {
 }
 
 TEST(Jwt, takes_one_way_only_to_write_the_bytes) {
-  // 32 bytes are 43 characters, of which the last has two bits to spare: 'k' is 36, so 'l', 'm' and 'n' say the same.
+  // 32 bytes are 43 characters, and the last one has two unused bits: 'k' is 36, so 'l', 'm' and 'n' mean the same.
   std::string token = kRfcToken;
   for (const char c : {'l', 'm', 'n'}) {
     token.back() = c;

@@ -26,7 +26,7 @@ struct Exposition {
 
 // Every line must be a comment of TYPE or HELP, or a sample of the family whose TYPE came last; no series twice; names
 // and labels as the format allows; counters finite and not negative; of each histogram cumulative buckets, rising
-// bounds up to +Inf, and a count equal to that. Otherwise false, and `fault` says what and where.
+// bounds up to +Inf, and a count equal to that. Otherwise returns false, and `fault` says what and where.
 bool parse_exposition(const std::string& text, Exposition& exposition, std::string& fault);
 
 }  // namespace hairnet::server

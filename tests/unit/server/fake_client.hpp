@@ -10,7 +10,7 @@
 
 namespace hairnet::server {
 
-// A client without a socket: what it says reaches its session at once.
+// A client without a socket: its messages reach its session at once.
 class FakeClient {
  public:
   FakeClient(Server& server, std::int64_t now_ns, std::int64_t clock_offset_ns = 0)

@@ -21,7 +21,7 @@ namespace hairnet::server {
 inline constexpr std::int64_t kSecond_ns = 1'000'000'000;
 inline constexpr SessionId kAnna = 1, kBert = 2;
 
-// A groom's file, or what is said to be one.
+// A groom's file, or bytes that pretend to be one.
 struct Upload {
   explicit Upload(std::vector<std::uint8_t> b) : bytes(std::move(b)), hash(wire::hash_groom(bytes)) {}
   std::vector<std::uint8_t> bytes;

@@ -117,7 +117,7 @@ TEST_F(GroomStoreTest, bytes_that_are_there_already_are_no_fault_but_not_wanted)
   const wire::GroomChunk first{good_.hash, 0, {good_.bytes.begin(), good_.bytes.begin() + 100}};
   EXPECT_TRUE(store_->chunk(kAnna, first, now_ns_).was_wanted);
   store_->resend_states(kAnna, now_ns_);  // it has resumed, and
-  offer(kAnna, good_);                    // offers again: it is asked twice
+  offer(kAnna, good_);                    // offers again: the server requests it again
   EXPECT_THAT(needs(kAnna), ElementsAre(0u, 100u, 100u));
   const ChunkAnswer again = store_->chunk(kAnna, first, now_ns_);
   EXPECT_EQ(again.reason, ErrorReason::none);
@@ -298,7 +298,7 @@ TEST_F(GroomStoreTest, the_least_recently_used_groom_goes_first_and_its_file_cou
   make(limits);
   for (std::size_t i = 0; i < 3; ++i) ASSERT_TRUE(bring(uploads[i]));
   EXPECT_EQ(counters_.grooms_evicted.value(), 0u);
-  EXPECT_TRUE(store_->bytes(uploads[0].hash));  // somebody looks at the first: now the second is the oldest
+  EXPECT_TRUE(store_->bytes(uploads[0].hash));  // a session uses the first: now the second is the oldest
   ASSERT_TRUE(bring(uploads[3]));
   EXPECT_TRUE(store_->ready(uploads[0].hash));
   EXPECT_FALSE(store_->ready(uploads[1].hash));

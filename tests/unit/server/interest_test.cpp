@@ -8,7 +8,7 @@ namespace {
 
 using testing::ElementsAre;
 
-// Members 1 to 5 along x; member 3, at the origin, is one's own; member 5 has had no pose.
+// Members 1 to 5 along x; member 3, at the origin, is the observer's own; member 5 has had no pose.
 std::vector<MemberHead> row() {
   return {{1, {-3, 0, 0}, false, true},
           {2, {-1, 0, 0}, false, true},

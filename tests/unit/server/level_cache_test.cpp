@@ -186,7 +186,7 @@ TEST_F(LevelCacheTest, removes_partial_files_of_a_dead_server_and_no_other_files
   for (const fs::path& other : others) EXPECT_EQ(read(other), bytes);
 }
 
-// Readers and writers of one groom in one folder that has hardly room for it: whatever is found is whole.
+// Readers and writers of one groom in one folder that is nearly full: every file that is found is complete.
 TEST_F(LevelCacheTest, servers_that_share_a_folder_find_whole_files_only) {
   std::vector<std::thread> servers;
   std::vector<LevelCacheCounters> counters(4);

@@ -25,7 +25,7 @@ Packets frames_of(std::uint64_t tick, std::size_t packet_count = 1) {
 
 class OutboxTest : public testing::Test {
  protected:
-  // The next message; nothing waits when it holds a Hello.
+  // The next message; the envelope contains a Hello when none waits.
   wire::Message take(std::int64_t now_ns = 0) {
     std::vector<std::uint8_t> packet;
     if (!outbox_.take(packet, now_ns)) return wire::Hello{};

@@ -10,7 +10,7 @@
 #include "tests/unit/server/fake_client.hpp"
 #include "tests/unit/server/small_groom.hpp"
 
-// The whole server without a socket: who sees whom, and what outlives a connection.
+// The whole server without a socket: visibility, and state that outlives a connection.
 namespace hairnet::server {
 namespace {
 
@@ -25,7 +25,7 @@ constexpr std::int64_t kStart_ns = 1'000'000'000'000;
 class RoomsPollTest : public testing::Test {
  protected:
   ~RoomsPollTest() override { std::filesystem::remove_all(folder_); }
-  // Of a server that keeps what it was given, and the next one with it.
+  // The settings of a server with caches, and of its successor.
   [[nodiscard]] Config keeping() const {
     Config config;
     config.groom_cache = folder_;
@@ -166,7 +166,7 @@ TEST_F(RoomsPollTest, an_unseen_character_is_not_stepped_and_continues_when_it_i
   run_ms(500, {client.get()});
   const std::uint32_t member = client->frames(1).back().member;
   client->send(wire::ReportImportance{{{member, 0, false}}}, now_ns_);
-  run_ms(1300, {client.get()});  // longer than it stays for who looks back at once
+  run_ms(1300, {client.get()});  // longer than the time before an unseen character is suspended
   const std::size_t before = client->all_frames().size();
   const std::uint64_t stepped = metrics_.tick.characters_stepped.value();
   run_ms(1000, {client.get()});

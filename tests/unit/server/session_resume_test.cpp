@@ -39,7 +39,7 @@ TEST_F(SessionTest, before_its_hello_or_without_a_grace_ends_with_its_connection
   EXPECT_EQ(session.state(), State::closed);
 }
 
-// Sessions as a registry holds them.
+// Sessions in a registry.
 class ResumeTest : public SessionTest {
  protected:
   struct Client {

@@ -23,7 +23,7 @@ namespace hairnet::server {
 
 inline constexpr std::size_t kPacketMax = 1u << 20;
 
-// A socket of the other end that never blocks, and speaks whatever bytes it is given.
+// A socket of the other end that never blocks, and sends any bytes.
 class Peer {
  public:
   explicit Peer(std::uint16_t port, int receive_bytes = 0)

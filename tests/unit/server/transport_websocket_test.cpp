@@ -71,7 +71,7 @@ class WebSocketTest : public TransportTest {
     made.request_timeout = std::chrono::milliseconds(500);
     return made;
   }
-  // Upgrades, and leaves nothing of the response in what is received.
+  // Upgrades, and removes the response from the received bytes.
   void upgrade(Peer& peer, std::string_view more = "Sec-WebSocket-Protocol: hairnet\r\n") {
     const std::size_t before = echoes_.size();
     peer.send(upgrade_request(more));
