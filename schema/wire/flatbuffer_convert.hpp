@@ -24,7 +24,7 @@ GroomHash from_flatbuffer(const fb::Hash& hash);
 fb::Secret to_flatbuffer(const SessionSecret& secret);
 SessionSecret from_flatbuffer(const fb::Secret& secret);
 
-// Rounded to float as rounded_to_wire does; what comes back is exactly that.
+// Rounded to float like rounded_to_wire; decoding gives exactly that pose.
 fb::Bones to_flatbuffer(const Pose& pose);
 Pose from_flatbuffer(const fb::Bones& bones);
 

@@ -65,8 +65,8 @@ struct PlainInput {
   double contact_release;
 };
 
-// Model section 6 in world axes and double, solved by conjugate gradient from dP' = 0 without a preconditioner, as the
-// paper does it. Still air; no limit to energy.
+// The step of paper 2.2 in world axes and double, solved by conjugate gradient from dP' = 0 without a preconditioner,
+// as the paper does it. Still air; no limit to energy.
 class BaselineStep {
  public:
   virtual ~BaselineStep() = default;

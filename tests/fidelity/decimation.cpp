@@ -40,7 +40,7 @@ Result<void> write_text(const std::string& path, const std::string& text) {
   return {};
 }
 
-// What is not chosen: real hairstyles and motions where there are any, some of our own hairstyles.
+// Fills in options that were not given: real hairstyles and motions if there are any, and some of our own hairstyles.
 void complete(Options& options) {
   if (options.grooms.empty()) {
     if (has_real_data()) options.grooms.assign(std::begin(kRealGrooms), std::end(kRealGrooms));

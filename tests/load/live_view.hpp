@@ -12,7 +12,7 @@ class LiveView {
  public:
   LiveView(std::FILE* out, bool is_terminal) : out_(out), is_terminal_(is_terminal) {}
   void show(const RunProgress& progress);
-  void end();  // leaves what was drawn
+  void end();  // leaves the last picture on the screen
 
  private:
   std::FILE* out_;

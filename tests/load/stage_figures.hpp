@@ -10,7 +10,7 @@
 
 namespace hairnet::load {
 
-// What the figures of a stage are made from.
+// The input for the figures of a stage.
 struct StageInputs {
   const StageTally* tally = nullptr;
   double duration_s = 0;                  // measured, without warm-up

@@ -130,7 +130,8 @@ std::string fault_of(const Json& encoded) {
   return std::to_string(decoded.envelope.clock_ns) == encoded.at("clockNs") ? "" : "another clock";
 }
 
-// What the web client's tests have encoded, [{packet, clockNs, message}], is read here as it was meant.
+// Decodes the packets that the web client's tests have encoded, [{packet, clockNs, message}], and compares the
+// messages.
 int check(const std::string& path) {
   const auto bytes = read_file(path);
   if (!bytes) {

@@ -43,7 +43,7 @@ class Pipe : public std::enable_shared_from_this<Pipe> {
   Pipe(Timeline& timeline, const NetworkQuality& quality, std::uint64_t seed);
 
   void write(std::span<const std::uint8_t> bytes);
-  void end();                                                             // after what was written
+  void end();                                                             // after the bytes written so far
   void kill();                                                            // nothing arrives any more
   void pause(bool paused);                                                // the receiver's reading
   void kill_after(std::uint64_t byte_count, std::function<void()> then);  // that arrived, counted from the first
@@ -116,7 +116,7 @@ class SimulatedConnection final : public server::Connection, public std::enable_
   [[nodiscard]] bool all_sent() const { return up_->unsent_bytes() == 0; }
   [[nodiscard]] bool all_arrived() const { return up_->is_empty(); }  // or is lost
   void half_close() { up_->end(); }
-  void drop();  // the client is not called again; the server sees the end after what was written
+  void drop();  // the client is not called again; the server sees the end after the bytes written so far
   void pause_reading(bool paused) { down_->pause(paused); }
   [[nodiscard]] bool is_open() const { return open_ && !over_; }
 

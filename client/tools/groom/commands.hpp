@@ -19,14 +19,14 @@ struct MaterialOptions {
 Result<void> apply_materials(const MaterialOptions& options, Groom& groom);
 
 struct ImportOptions {
-  std::vector<std::string> files;   // strands; the format is told by the file's name
+  std::vector<std::string> files;   // strand files; each file's extension names its format
   std::vector<std::string> groups;  // one a file, or none: the files' stems
   std::string body;                 // OBJ; empty: the skull is fitted from the roots
   Placement placement;
   std::optional<Axis> body_up, body_face;  // where the mesh differs from the strands
   std::optional<double> body_unit_m;
   double hairs_in_all = 100'000;
-  std::optional<double> root_length_m;  // whatever the material says
+  std::optional<double> root_length_m;  // overrides that of the material
   double root_spread = 0;               // of each strand's own root length, a share
   MaterialOptions materials;
   std::optional<std::size_t> card_count;  // for drawing far away; none: as many as the hair deserves

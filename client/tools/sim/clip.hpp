@@ -6,7 +6,7 @@
 
 namespace hairnet::sim {
 
-// A motion as a world is told it: one pose a tick, rounded as on the wire. Pose 0 is where the character starts.
+// A motion as the input of a world: one pose a tick, rounded as on the wire. Pose 0 is that of the start.
 struct Clip {
   std::vector<Pose> poses;
   std::vector<bool> teleports;        // pose i does not continue from pose i - 1

@@ -40,7 +40,7 @@ struct ReplayOptions {
 
 using Options = std::variant<SimulateOptions, ReplayOptions>;
 
-// What the command line asks for, or the exit code when the program is to end at once (help, or a usage error, already
+// The options of the command line, or the exit code when the program must end at once (help, or a usage error, already
 // printed in one line).
 std::variant<Options, int> parse_options(int argc, char** argv);
 

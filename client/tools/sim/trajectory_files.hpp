@@ -22,7 +22,7 @@ class GridNodes {
   // Velocities, m/s. `from` to `to` is the head's last step of `step_s`; equal when it does not move.
   std::span<const float> velocities(const RigidTransform& from, const RigidTransform& to, double step_s,
                                     std::span<const Vec3f> velocity_head);
-  // Displacements in head space as of the last positions(), for every grid node.
+  // Displacements in head space from the last positions(), for every grid node.
   [[nodiscard]] std::span<const Vec3f> displacements() const { return grid_; }
 
  private:

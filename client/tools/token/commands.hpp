@@ -20,7 +20,7 @@ struct ShowOptions {
   std::string token;
 };
 
-// Each returns what is to be printed, or one line that says what is wrong.
+// Each returns the text to print, or one line about the error.
 Result<std::string> make_key();
 Result<std::string> make_token(const MakeOptions& options, std::int64_t now_s);
 // The claims as JSON, and whether the token is good at `now_s`.

@@ -38,7 +38,7 @@ class LinkCoreDriver {
     expect<wire::Hello>();
     send(std::move(welcome));
   }
-  // What the driver of a socket does when the core wants it closed.
+  // The driver's part when the core wants its socket closed.
   void close_as_wanted() {
     if (core.wants_close()) core.on_closed("", now_ns);
   }

@@ -35,7 +35,7 @@ inline Layer rough_layer(const Lattice& lattice, std::uint64_t seed) {
   return layer;
 }
 
-// A graphics context, and where shaders read what the characters are.
+// A graphics context, and the textures from which shaders read characters.
 class ShaderTest : public testing::Test {
  protected:
   void SetUp() override {

@@ -7,7 +7,7 @@
 #include "core/levels/resample.hpp"
 #include "core/levels/stiffener_list.hpp"
 
-// All stiffeners of a groom, and what they are together in weight space.
+// All stiffeners of a groom, and their sum in weight space.
 namespace hairnet {
 
 // Of one strand's hair, damped by 8 ms.

@@ -15,7 +15,7 @@ namespace {
 
 enum class View { front, side, top };
 
-// What is seen to be covered, in squares.
+// The area that is covered, in squares.
 class Shadow {
  public:
   static constexpr float kSquare = 0.005f;  // m

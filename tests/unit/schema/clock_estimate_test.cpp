@@ -67,7 +67,7 @@ TEST(ClockEstimate, follows_drift_either_way) {
       clock.observe(peer_ns, now_ns);
       error_ns_max = std::max(error_ns_max, std::abs(static_cast<double>(clock.to_local(peer_ns) - now_ns)));
     }
-    // A window of drift is what a minimum over a window can be behind.
+    // A minimum over a window may lag by the drift within one window.
     EXPECT_LE(error_ns_max, 1.01 * std::abs(drift) * static_cast<double>(kWindow_ns)) << drift;
   }
 }

@@ -7,7 +7,7 @@
 #include "schema/wire/messages.hpp"
 #include "schema/wire/recording.hpp"
 
-// Field by field and bit by bit (no tolerance): what comes back from the wire is what went out.
+// Compares field by field and bit by bit (no tolerance).
 namespace hairnet::wire {
 
 inline bool equal(const RigidTransform& a, const RigidTransform& b) {

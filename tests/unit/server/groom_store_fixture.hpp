@@ -53,7 +53,7 @@ class GroomStoreTest : public testing::Test {
     listener.revoke = [this](SessionId session, const wire::GroomHash&, std::int64_t) { lost_.push_back(session); };
     store_ = std::make_unique<GroomStore>(limits, *builder_, commands_, counters_, listener);
   }
-  // With a cache in which these lie. What was in memory is gone.
+  // Makes a new store with a cache that contains these. The old memory is lost.
   void make_with_cache(const std::vector<const Upload*>& kept, const GroomStoreLimits& limits = {}) {
     std::filesystem::remove_all(folder_);
     cache_.emplace(folder_, std::uint64_t{1} << 30, cache_counters_);

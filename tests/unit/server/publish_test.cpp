@@ -25,7 +25,7 @@ class FakeObserverSink final : public ObserverSink {
   }
   bool drop_if_congested() override { return std::exchange(full, false); }
 
-  // What the newest tick brought, by member.
+  // The frames of the newest tick, by member.
   std::vector<wire::Frame> newest(std::uint64_t tick) const {
     std::vector<wire::Frame> frames;
     for (const wire::FrameBatch& batch : batches) {
