@@ -89,7 +89,7 @@ HWY_INLINE void set_weights(V x, V along, const AxisFrame& frame, AxisWeights<2>
   axis.slope[0] = hn::Mul(along, frame.rate);
 }
 
-// Along the axis whose neighbours are kStride apart: leaves the node that t counts from, then the differences from it.
+// Along the axis whose neighbours are kStride apart: leaves the node from which t counts, then the differences from it.
 template <int kNodes, int kStride, class V4>
 HWY_INLINE void difference_lines(V4* n) {
   HWY_UNROLL(9)
@@ -139,7 +139,7 @@ HWY_INLINE V line(const V* terms, const V* w) {
   if constexpr (kNodes == 3) sum = hn::MulAdd(terms[2], w[1], sum);
   return sum;
 }
-// Adds sum w_m terms_m, the first term left out.
+// Adds sum w_m terms_m, without the first term.
 template <int kNodes>
 HWY_INLINE V add_differences(const V* terms, const V* w, V sum) {
   sum = hn::MulAdd(terms[1], w[0], sum);
@@ -171,8 +171,8 @@ HWY_INLINE V component(const float* HWY_RESTRICT terms, const AxisWeights<kNodes
   return line<kNodes>(plane, axes[2].w);
 }
 
-// To the caller's order. Lanes beyond the cell write too: theirs are points of the next cell, which writes them again,
-// or beyond the last cell copies of its last point.
+// Writes in the caller's order. Lanes beyond the cell write too: they contain points of the next cell, which writes
+// them again, or, after the last cell, copies of its last point.
 HWY_INLINE void scatter(V x, V y, V z, const std::uint32_t* HWY_RESTRICT output_offsets, float* HWY_RESTRICT out) {
   const D d;
   HWY_ALIGN float xy[2 * kLanes], only_z[kLanes];
@@ -219,7 +219,7 @@ HWY_NOINLINE void deform_cell(const WideDeform& work, const DeformCell& cell, co
 
 template <int kNodes, bool kTangents>
 void deform_cells(const WideDeform& work) {
-  // One float after it, so that it can be read as a vector of four.
+  // One more float at the end, so that the last node can be read as a vector of four.
   float last_node[4] = {};
   __builtin_memcpy(last_node, work.displacements + 3 * (std::size_t{work.node_count} - 1), 12);
   HWY_ALIGN float terms[4 * kNodes * kNodes * kNodes];

@@ -14,7 +14,7 @@ inline constexpr std::size_t kDeformOverhang = 64;
 struct DeformCell {
   std::uint32_t begin, end;  // sorted points
   std::uint32_t base;        // grid index of the stencil's lowest node
-  bool outside;              // all of them lie where the border nodes extrapolate, or none does
+  bool outside;              // the border nodes extrapolate for all of them, or for none
   float centre[3];           // the node from which t counts, head space over spacing
 };
 

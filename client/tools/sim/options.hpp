@@ -14,7 +14,7 @@ namespace hairnet::sim {
 
 enum class Solver : std::uint8_t { standard, converged };
 
-// A clip simulated without a server. Empty file names are not written.
+// A clip simulated without a server. Files with empty names are not written.
 struct SimulateOptions {
   std::string groom, motion;
   HairstyleOptions hairstyle;
@@ -30,7 +30,7 @@ struct SimulateOptions {
   std::string out, velocities, points, poses, dump_model;
 };
 
-// A server's recording stepped again.
+// The replay of a server's recording.
 struct ReplayOptions {
   std::string recording;
   std::string out;    // .npy of one character's nodes

@@ -19,7 +19,8 @@ class ReplayedWorld {
   using BuildProgress = std::function<void(double fraction, std::string_view stage)>;
   explicit ReplayedWorld(BuildProgress progress) : progress_(std::move(progress)) {}
 
-  // A header or groom. Refuses a second header, values out of range, and grooms that do not decode.
+  // Takes the header or a groom. Returns an error for a second header, values out of range, and grooms that do not
+  // decode.
   Result<void> take(const wire::RecordingHeader& header);
   Result<void> take(const wire::RecordedGroom& groom);
   // Applies a tick and steps. The error is one line: the recording is inconsistent, or a hash differs.

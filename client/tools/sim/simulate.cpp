@@ -54,7 +54,7 @@ Result<Groom> load_sound_groom(const SimulateOptions& o) {
   return groom;
 }
 
-// Only the level asked for: the others are left empty.
+// Builds only the requested level: the others are left empty.
 std::shared_ptr<const LevelSet> build_one(const SimulateOptions& o, const Groom& groom, ProgressBar& bar) {
   BuildCallbacks observer;
   observer.progress = [&bar](double fraction, std::string_view stage) {

@@ -14,9 +14,9 @@ export interface DeformOutput {
 }
 
 /**
- * Deforms a fixed set of points, given at rest in head space, by displacements of a lattice's nodes:
- * x_i + delta_i u(x_i), u(x) = sum_j w_j(x) displacement_j. Outside of the lattice its border nodes extrapolate
- * linearly. Where each point is in the lattice is found once, here. `deform` allocates nothing.
+ * Deforms a fixed set of points, given at rest in head space, by displacements of a lattice's nodes: x_i + delta_i
+ * u(x_i), u(x) = sum_j w_j(x) displacement_j. Outside of the lattice its border nodes extrapolate linearly. The
+ * constructor finds each point's place in the lattice once. `deform` allocates nothing.
  */
 export class Deformer {
   readonly pointCount: number;
@@ -27,15 +27,15 @@ export class Deformer {
   readonly #rest: RestTangents | null;
   /** Grid index of the lowest node of each point's stencil. */
   readonly #base: Uint32Array;
-  /** From the stencil's middle node (quadratic) or lowest (linear), in node spacings; 3 a point. */
+  /** Position from the stencil's middle node (quadratic) or lowest node (linear), in node spacings; 3 a point. */
   readonly #t: Float64Array;
   // Weights along the axes and their derivatives, 1/m: 3 each of x, y, z.
   readonly #w = new Float64Array(9);
   readonly #slope = new Float64Array(9);
 
   /**
-   * `points`: 3 each. `blend`: delta of each point, or null for 1. `rest`: how hair goes on at each point, which
-   * tangents need.
+   * `points`: 3 each. `blend`: delta of each point, or null for 1. `rest`: the hair's direction at each point, needed
+   * for tangents.
    */
   constructor(
     lattice: Lattice,

@@ -29,7 +29,7 @@ beforeEach(async () => {
   vrm = await load();
 });
 
-test("the minimal model is a VRM with the bones that hair needs, and hair of its own", () => {
+test("the minimal model is a VRM with the bones that hair needs, and its own hair", () => {
   for (const bone of ["head", "neck", "leftShoulder", "rightShoulder", "upperChest"] as const)
     expect(vrm.humanoid.getRawBoneNode(bone)).not.toBeNull();
   expect(findHairMeshes(vrm).map((mesh) => mesh.name)).toEqual(["Hair"]);
