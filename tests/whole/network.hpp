@@ -19,7 +19,7 @@
 // Everything follows from a seed and runs in simulated time.
 namespace hairnet::whole {
 
-// Of one connection, either way.
+// The quality of one connection, in both directions.
 struct NetworkQuality {
   std::int64_t delay_ns = 5 * kMs;  // one way
   std::int64_t jitter_ns = 0;       // beside it, at most; order stays
@@ -89,7 +89,7 @@ class ClientEvents {
 
 class SimulatedConnection;
 
-// Where connections are answered.
+// Accepts connections.
 class Host {
  public:
   virtual ~Host() = default;

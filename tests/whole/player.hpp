@@ -14,7 +14,7 @@
 
 namespace hairnet::whole {
 
-// How a well-behaved client is made.
+// The properties of a well-behaved client.
 struct PlayerPlan {
   int number = 0;
   std::string room, token;

@@ -10,7 +10,7 @@ namespace {
 using wire::ErrorReason;
 using wire::GoodbyeReason;
 
-// From a tick's run to a steady client's having its frame, beside the network's own delay.
+// From the run of a tick to the arrival of its frame at a steady client, without the network's own delay.
 constexpr std::int64_t kFrameLateness_ns = 40 * kMs;
 
 }  // namespace

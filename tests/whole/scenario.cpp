@@ -83,7 +83,7 @@ server::Config Scenario::make_config() {
   config.pose_delay_ms = random_.between(0, 60);
   config.workers = config.build_threads = 1;
   config.ticks_behind_max = static_cast<std::uint32_t>(1 + random_.next() % 4);
-  // Of this trial alone, empty at first: what others have left there would be counted.
+  // A folder for this trial alone, empty at first: files of other trials would be counted.
   if (chance(0.5)) config.level_cache = assets().level_cache + "/" + std::to_string(seed_);
   wants_tokens_ = chance(0.3);
   if (wants_tokens_) config.token_key_file = assets().token_key_file;
@@ -215,7 +215,7 @@ void Scenario::disturb() {
     });
   }
   if (chance(0.1)) {
-    // All at once: a router restarts.
+    // All connections break at once: a router restarts.
     timeline_.at(moment(kSecond_ns, disturbed_until_ns_), [this] {
       journal_.count("all connections broken");
       for (const auto& player : players_)

@@ -13,7 +13,7 @@
 
 namespace hairnet::whole {
 
-// One character at one tick, as the server's World holds it.
+// One character at one tick in the server's World.
 struct GroundTruth {
   LevelIndex level = LevelIndex::rigid;
   bool asleep = false, stepped = false;
@@ -48,7 +48,7 @@ class ServerHost final : public Host {
 
   // The state in that life; null when that tick never ran or did not have the character.
   [[nodiscard]] const GroundTruth* truth(int life, std::uint64_t tick, server::CharacterKey character) const;
-  // When a tick ran, on the timeline; negative: it was skipped.
+  // The time at which a tick ran, on the timeline; negative: it was skipped.
   [[nodiscard]] std::int64_t ran_ns(int life, std::uint64_t tick) const;
 
  private:

@@ -57,7 +57,7 @@ struct Told {
   std::vector<std::function<Quat(std::size_t)>> frames;  // how each joint's bone is turned from upright, person's axes
 };
 
-// Each joint's x axis lies along the bone to its first child, as in files of 3D programs: the zero pose is one line.
+// Each joint's x axis points along the bone to its first child, as in files of 3D programs: the zero pose is one line.
 Quat along_bone(std::size_t joint) {
   for (const Joint& child : person()) {
     if (child.parent == static_cast<int>(joint))

@@ -17,7 +17,7 @@ using testing::Contains;
 using testing::HasSubstr;
 using testing::Not;
 
-// Where hair begins, of directions from the middle of a ball; the whole scalp goes down to 25 degrees below it.
+// The hairline for directions from the middle of a ball; the whole scalp goes down to 25 degrees below it.
 struct Cut {
   const char* name;
   std::function<bool(const Vec3&)> has;
@@ -66,7 +66,7 @@ ImportedStrands strands_of(const Cut& cut, double radius) {
   return strands;
 }
 
-// From the forehead over the top to the nape, one root beside the other.
+// From the forehead over the top to the nape, a single line of roots.
 ImportedStrands one_root_wide(double radius, double noise_m) {
   ImportedStrands strands;
   for (std::size_t i = 0; i < 60; ++i) {
@@ -84,7 +84,7 @@ GroomDef def_of(ImportedStrands strands) {
   return def;
 }
 
-// In the file's coordinates.
+// The joint in the file's coordinates.
 Vec3 joint_of(const GroomDef& def, const Groom& groom) {
   return (def.files[0].strands.points[0] - groom.points[0]).cast<double>();
 }

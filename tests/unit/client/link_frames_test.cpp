@@ -77,7 +77,7 @@ class Receiving : public ::testing::Test {
     batch.frames.push_back(frame);
     d.send(batch);
   }
-  // As of a character whose groom is not ready, or that is at its coarsest.
+  // Sends the frame of a character whose groom is not ready, or which is at its coarsest level.
   void send_rigid_frame(std::uint64_t tick, std::uint32_t member) {
     codec::FrameIntegers integers = moving(tick, member);
     integers.nodes.clear();

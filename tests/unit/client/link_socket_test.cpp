@@ -23,7 +23,7 @@ class ScriptedServer {
   class Peer {
    public:
     explicit Peer(tcp::socket socket) : socket_(std::move(socket)) {}
-    // Nothing when the client has closed.
+    // None when the client has closed.
     std::optional<wire::Message> read() {
       std::uint32_t size = 0;
       boost::system::error_code ec;

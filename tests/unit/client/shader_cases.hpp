@@ -24,7 +24,7 @@ struct Layer {
   float weight = 1;
 };
 
-// Every node at random: far rougher than hair ever moves.
+// Every node at random: far rougher than the motion of hair.
 inline Layer rough_layer(const Lattice& lattice, std::uint64_t seed) {
   Layer layer;
   layer.geometry.lattice = lattice;

@@ -203,7 +203,7 @@ class MouseControllerTest : public ::testing::Test {
     camera_.look_from(Vec3::UnitZ());
     camera_.frame(Vec3(0, 1.5, 0), 0.8);
   }
-  // Where the head is seen.
+  // Puts the mouse over the head.
   MouseInput over(std::uint64_t id) {
     const Vec3 at = head_middle(show_.viewed_characters()[id - 1].pose) - camera_.camera().target;
     const double pixel_m = camera_.pixel_m(kHeight);

@@ -10,7 +10,7 @@
 namespace hairnet::viewer {
 namespace {
 
-// One second, the head moving along x and leaning.
+// One second in which the head moves along x and leans.
 Motion leaning(double last_x) {
   Motion motion;
   for (int i = 0; i <= 60; ++i) {

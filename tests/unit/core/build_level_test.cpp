@@ -174,7 +174,7 @@ TEST(BuildLevels, can_be_cancelled_at_every_call) {
   }
 }
 
-// Each loop on threads of its own.
+// Runs each loop on its own threads.
 ParallelFor on_threads(std::size_t thread_count) {
   return [thread_count](std::size_t count, const std::function<void(std::size_t)>& body) {
     std::atomic<std::size_t> next = 0;

@@ -94,7 +94,7 @@ std::vector<Chord> merge_all_pairs(const Grid& grid, const StiffenerList& list, 
   return chords;
 }
 
-// How far springs are from the nearest of `left`, weighed by k L^2.
+// The distance of springs from the nearest of `left`, weighted by k L^2.
 double spread(const Grid& grid, const StiffenerList& list, const std::vector<Chord>& left) {
   double sum = 0;
   for (std::size_t s = 0; s < list.count(); ++s) {

@@ -228,7 +228,7 @@ TEST(Fabric, is_never_merged_with_hair) {
   both.add_thread(support::straight(Vec3f(0, 0.1f, 0), -Vec3f::UnitY(), 0.2f, 10), thread);
   const auto level = build_level(both, {{7, 7, 7}, 40, 10});
   const float stiffest = *std::max_element(level->springs.stiffness.begin(), level->springs.stiffness.end());
-  // Of seven newtons a piece of a cell's length has some 200 N/m, far more than 20 hairs.
+  // With seven newtons a piece of a cell's length has some 200 N/m, far more than 20 hairs.
   EXPECT_GT(stiffest, 100);
 }
 

@@ -15,7 +15,7 @@ namespace {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
-// One of everything.
+// A groom with one of each feature.
 Groom make_full() {
   Groom groom = support::make_head_of_hair(6);
   groom.group_names.push_back("fabric");

@@ -60,7 +60,7 @@ std::vector<Vec3f> points_in_spin(const Groom& groom, const Level& level, double
   return points;
 }
 
-// By how much the tied parts of the two locks came nearer or parted, m.
+// The change of distance between the tied parts of the two locks, m.
 double change_between_locks(const Groom& groom, const std::vector<Vec3f>& points) {
   const auto apart = [&](const std::vector<Vec3f>& at) {
     Vec3f sum = Vec3f::Zero();

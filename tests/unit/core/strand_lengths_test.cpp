@@ -183,7 +183,7 @@ TEST_F(LimitedStrands, equal_the_reference) {
 TEST_F(LimitedStrands, continue_along_the_strand_without_turning_back) {
   deform(0.1f, 3);
   for (std::size_t s = 0; s + 1 < strands_.begin.size(); ++s) {
-    // Each point's place on the deformed strand, as its arc length: found, not taken from the code under test.
+    // Searches each point's place on the deformed strand, as its arc length, independently of the tested code.
     const std::size_t begin = strands_.begin[s], count = strands_.begin[s + 1] - begin;
     const auto strand = std::span<const Vec3>(reference_).subspan(begin, count);
     double before = -1e-9;

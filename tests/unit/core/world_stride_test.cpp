@@ -126,7 +126,7 @@ TEST(Stride, comes_close_to_what_every_tick_comes_to) {
   }
 }
 
-// In steady translation without drag nothing moves against the head, if every step's length is that of its interval.
+// In steady translation without drag nothing moves relative to the head, if every step has the length of its interval.
 TEST(Stride, loses_no_time_however_it_changes) {
   World world({});
   const CharacterId id = world.add({make_levels(false), LevelIndex::rigid, {}});

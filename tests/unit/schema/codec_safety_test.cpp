@@ -18,7 +18,7 @@ struct Sent {
   std::vector<std::uint8_t> bytes;
 
   [[nodiscard]] bool decodes(std::span<const std::uint8_t> from, FrameIntegers& got) const {
-    // Of its own size, so that a sanitizer sees the end.
+    // A block of exactly this size, so that a sanitizer detects reads past the end.
     const std::vector<std::uint8_t> exact(from.begin(), from.end());
     return decode_frame(exact, history, neighbours.get(), !frame.velocities.empty(), got);
   }

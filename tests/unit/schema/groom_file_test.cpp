@@ -218,7 +218,7 @@ Groom make_groom_with_far_cards() {
   return groom;
 }
 
-// Where the count of the first one's points lies: before that of its strands and its root length.
+// The offset of the count of the first card's points: before that of its strands and its root length.
 std::size_t far_card_at(const Bytes& bytes) {
   const float root_length_m = 0.0123f;
   std::array<std::uint8_t, 12> wanted{6, 0, 0, 0, 1, 0, 0, 0};

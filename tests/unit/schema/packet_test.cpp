@@ -20,12 +20,12 @@ Bytes encode(const Message& message) {
   return encode_packet({1, message});
 }
 
-// The error of a message that is written down as it is and read again.
+// The decoder's error for a message that is encoded unchanged.
 DecodeError round_trip_error(const Message& message) {
   return decode_packet(encode(message)).error;
 }
 
-// Every one of these is decoded on its own heap block, so that a sanitizer sees a byte read too far.
+// Decodes each packet on its own heap block, so that a sanitizer detects a read past the end.
 DecodeError decode_error(const Bytes& packet) {
   return decode_packet(packet).error;
 }
@@ -215,7 +215,7 @@ TEST(Packet, with_an_unusable_welcome_or_offer_is_invalid) {
   EXPECT_EQ(round_trip_error(GroomOffer{{}, 0}), DecodeError::invalid);
 }
 
-// One bad pose must not cost the others of its batch: the session judges each.
+// One bad pose must not cost the others of its batch: the session checks each.
 TEST(Packet, delivers_invalid_poses_for_the_session_to_judge) {
   PoseBatch batch;
   batch.poses.resize(2);

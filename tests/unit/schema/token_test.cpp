@@ -183,7 +183,7 @@ TEST(Token, says_why_it_is_refused) {
   EXPECT_EQ(refusal(verify(token, key_of(1), kNow_s, "stage.2")), "bad_signature");
   EXPECT_EQ(refusal(verify("", rfc_key(), kNow_s, "")), "malformed");
   EXPECT_EQ(refusal(verify(kRfcUnsigned, rfc_key(), 0, "")), "malformed");
-  EXPECT_EQ(refusal(verify(kRfcToken, rfc_key(), 0, "")), "malformed");  // well signed, but it has no role
+  EXPECT_EQ(refusal(verify(kRfcToken, rfc_key(), 0, "")), "malformed");  // well signed, but without a role
 }
 
 TEST(Token, may_have_claims_of_others_and_whole_or_broken_times) {

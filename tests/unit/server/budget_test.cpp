@@ -74,7 +74,7 @@ struct Play {
     return changes;
   }
 
-  // By the words of the header, apart from how it is computed.
+  // The cost as the header defines it, computed independently.
   [[nodiscard]] double cost_s(const BudgetCharacter& c, const Lod& lod) const {
     const LevelIndex finest = c.levels_ready ? c.requested_level : LevelIndex::rigid;
     const bool has_hair_to_show = lod.level == LevelIndex::rigid && finest != LevelIndex::rigid;

@@ -19,7 +19,7 @@ struct Exposition {
   };
   std::map<std::string, Family> families;
 
-  // Of a sample without labels, or with just this one; NaN when there is none.
+  // The value of a sample without labels, or with only this one; NaN when there is none.
   [[nodiscard]] double value(const std::string& name, const std::string& label = "",
                              const std::string& label_value = "") const;
 };

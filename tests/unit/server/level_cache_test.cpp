@@ -55,7 +55,7 @@ class LevelCacheTest : public testing::Test {
   [[nodiscard]] std::size_t file_count() const {
     return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
   }
-  // As if last used so many hours ago.
+  // Sets the last use to that many hours ago.
   void age(const fs::path& file, int hours) {
     fs::last_write_time(file, fs::file_time_type::clock::now() - std::chrono::hours(hours));
   }

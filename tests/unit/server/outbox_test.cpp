@@ -10,8 +10,7 @@ using Packets = std::vector<FramePacket>;
 
 constexpr std::size_t kControlBytes = 4096;
 
-// As many packets of one tick's frames.
-// One frame a packet.
+// `packet_count` packets of one tick's frames, one frame each.
 Packets frames_of(std::uint64_t tick, std::size_t packet_count = 1) {
   Packets packets;
   for (std::size_t p = 0; p < packet_count; ++p) {

@@ -196,7 +196,7 @@ TEST_F(PublishTest, what_a_frame_refers_to_is_there_when_the_stride_shortens) {
   rooms_.observer(1)->observe.stride = 4;
   const Character& character = add(1, 1);
   for (int t = 0; t < 9; ++t) tick();
-  // At rest for three ticks, and only then is every tick asked for: four ticks lie between the frames.
+  // At rest for three ticks, then every tick is requested: four ticks lie between the frames.
   rooms_.observer(1)->observe.stride = 1;
   rooms_.observer(1)->views[0].in_view = false;
   for (int t = 0; t < 3; ++t) tick();
