@@ -5,7 +5,7 @@
 
 namespace hairnet {
 
-// A value, or one line that says what is wrong with the input and where (the caller adds the file's name).
+// A value, or one line about what is wrong with the input and where (the caller adds the file's name).
 template <class T>
 using Result = tl::expected<T, std::string>;
 using Refusal = tl::unexpected<std::string>;

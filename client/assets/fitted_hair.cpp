@@ -31,7 +31,8 @@ Result<Groom> fitted_hair(const TriangleMesh& body) {
     Vec3 shift = Vec3::Zero();
     for (std::uint32_t i = groom.strand_begin[s]; i < groom.strand_begin[s + 1]; ++i) {
       Vec3 p = to->centre + grown.cwiseProduct(groom.points[i].cast<double>() - from->centre);
-      if (i == groom.strand_begin[s]) shift = skin.closest(p).point - p;  // the root onto the skin, the rest with it
+      // moves the root onto the skin, and the strand with it
+      if (i == groom.strand_begin[s]) shift = skin.closest(p).point - p;
       p += shift;
       if (i > groom.strand_begin[s] && skin.inside(p)) {
         const Vec3 out = skin.closest(p).point - p;

@@ -5,8 +5,8 @@
 
 namespace hairnet::viewer {
 
-// Made hair for a body that has none, in head space: a short style of the made bust, drawn out to the other skull and
-// set onto its skin. `body` needs its mesh alone.
+// Made hair for a body without hair, in head space: a short style of the made bust, stretched to the other skull and
+// moved onto its skin. `body` needs only its mesh.
 Result<Groom> fitted_hair(const TriangleMesh& body);
 
 }  // namespace hairnet::viewer

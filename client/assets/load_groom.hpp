@@ -8,10 +8,10 @@
 
 namespace hairnet {
 
-// What a command line names as a groom: a groom file's path, or `made:STYLE` with `made` as its options. Far cards are
-// made for one that has none, so that every program can draw it far away.
+// Loads what a command line names as a groom: a groom file's path, or `made:STYLE` with the options `made`. Adds far
+// cards to a groom without them, so that every program can draw it far away.
 Result<Groom> load_groom(const std::string& spec, const HairstyleOptions& made = {});
-// The same, but as it is: nothing is added.
+// The same, without adding anything.
 Result<Groom> read_groom(const std::string& spec, const HairstyleOptions& made = {});
 
 }  // namespace hairnet

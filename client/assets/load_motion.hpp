@@ -8,8 +8,8 @@
 
 namespace hairnet {
 
-// What a command line names as a motion: a .bvh file's path, read as `import` and `body` say (decode_bvh), or
-// `made:NAME` with `made` as its options. The importer's warnings go to stderr.
+// Loads what a command line names as a motion: a .bvh file's path, read with `import` and `body` (decode_bvh), or
+// `made:NAME` with the options `made`. The importer's warnings go to stderr.
 Result<Motion> load_motion(const std::string& spec, const BvhImport& import = {}, const Body* body = nullptr,
                            const MotionOptions& made = {});
 

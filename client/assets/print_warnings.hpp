@@ -5,7 +5,7 @@
 
 namespace hairnet {
 
-// Each as a line `FILE: warning` on stderr.
+// Prints each as a line `FILE: warning` on stderr.
 void print_warnings(const std::string& file, std::span<const std::string> warnings);
 
 }  // namespace hairnet

@@ -10,10 +10,10 @@
 
 namespace hairnet {
 
-// The format that a file's name tells, in capitals too: .hair, .tfx, .data; none for any other.
+// The format that a file's extension names, also in capitals: .hair, .tfx, .data; none for any other.
 std::optional<StrandFormat> strand_format_of(std::string_view path);
 
-// Strands and bodies as their files hold them. A refusal begins with the file's name.
+// Read strands and bodies from their files. An error begins with the file's name.
 Result<ImportedStrands> read_strands(const std::string& path);
 Result<TriangleMesh> read_mesh(const std::string& path);
 

@@ -4,10 +4,10 @@
 
 namespace hairnet {
 
-// The design, upright where `pose` has the head and facing as it faces: all bones as one, turned about +Y only.
+// The design upright at the place and heading of `pose`'s head: all bones have one transform, turned about +Y only.
 Pose upright(const Pose& pose);
 
-// From `from` at 0 s to `to` at `duration_s` and after, starting and ending without speed.
+// Eases from `from` at 0 s to `to` at `duration_s` and after, with zero speed at both ends.
 Pose ease(const Pose& from, const Pose& to, double time_s, double duration_s);
 
 }  // namespace hairnet

@@ -26,7 +26,7 @@ struct TracedFrame {
 // A folder of arrays with one row a frame; the README describes them.
 class FrameTrace {
  public:
-  // Makes the folder when it is not there.
+  // Makes the folder if it does not exist.
   static Result<FrameTrace> create(const std::string& folder);
   FrameTrace(FrameTrace&&) noexcept;
   FrameTrace& operator=(FrameTrace&&) noexcept;

@@ -11,7 +11,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "arrays are written as they lie in memory");
 
-// NumPy wants data aligned to 64 bytes. Two such blocks hold the longest row count, so the header never moves the data.
+// NumPy wants data aligned to 64 bytes. Two such blocks fit the longest row count, so the header never moves the data.
 constexpr std::size_t kHeaderBytes = 128;
 
 Refusal system_refusal(const char* what) {

@@ -14,8 +14,8 @@ namespace hairnet {
 
 enum class NpyType : std::uint8_t { float32, int64 };
 
-// One array of NumPy's .npy format 1.0 (little endian, C order), its first axis growing row by row. Refusals do not
-// name the file.
+// One array of NumPy's .npy format 1.0 (little endian, C order). Its first axis grows row by row. Errors do not name
+// the file.
 class NpyWriter {
  public:
   // Rows have `row_shape`: {} for a plain list, {nodes, 3} for a list of node positions.

@@ -13,7 +13,7 @@
 namespace hairnet {
 namespace {
 
-// An open file of the system's.
+// Owns an open file of the system.
 class Descriptor {
  public:
   explicit Descriptor(const std::string& path) : number_(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)) {}
@@ -35,14 +35,14 @@ Refusal system_refusal(const char* what) {
 }  // namespace
 
 Result<std::vector<std::byte>> read_file(const std::string& path, std::size_t bytes_max) {
-  // Asked of what was opened, without waiting: a pipe without a writer would never open otherwise.
+  // Opened without waiting, then checked: opening a pipe without a writer would block.
   const Descriptor file(path);
   struct stat status {};
   if (file.number() < 0 || ::fstat(file.number(), &status) != 0) return system_refusal("cannot be opened");
   if (S_ISDIR(status.st_mode)) return Refusal("is a directory, not a file");
   if (!S_ISREG(status.st_mode)) return Refusal("is a pipe or device, not a file");
 
-  // In growing pieces rather than by the size asked for first: a file may change meanwhile.
+  // Reads in growing pieces, because the file may change after its size was read.
   std::vector<std::byte> bytes;
   std::size_t piece = std::size_t{1} << 16;
   while (true) {

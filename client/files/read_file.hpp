@@ -9,11 +9,11 @@
 
 namespace hairnet {
 
-// Largest file the tools take: twice the largest real input there is room for in a groom.
+// Largest file that the programs read: twice the largest real input that fits in a groom.
 inline constexpr std::size_t kFileBytesMax = std::size_t{512} << 20;
 
-// The whole file. Refuses a directory, a pipe or device (it might never end), what cannot be opened, an empty file and
-// one of more than `bytes_max` bytes; the reason does not name the file.
+// Reads the whole file. Returns an error for a directory, a pipe or device (it might never end), an unreadable or empty
+// file, and one of more than `bytes_max` bytes; the error does not name the file.
 Result<std::vector<std::byte>> read_file(const std::string& path, std::size_t bytes_max = kFileBytesMax);
 
 // The same bytes as characters, for text formats.
@@ -21,7 +21,7 @@ inline std::string_view as_text(const std::vector<std::byte>& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-// What tells a file's format, in small letters: ".hair" of "a/Curls.HAIR".
+// The extension in small letters: ".hair" of "a/Curls.HAIR".
 std::string extension_of(std::string_view path);
 
 }  // namespace hairnet

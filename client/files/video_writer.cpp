@@ -24,7 +24,7 @@ namespace {
 
 using Words = std::vector<std::string>;
 
-// How each kind is made. All but gif want an even width and height.
+// The ffmpeg options of each kind. All except gif need an even width and height.
 struct Kind {
   std::string_view ending;
   std::string_view format, words;  // separated by blanks
@@ -126,7 +126,7 @@ Result<VideoWriter> VideoWriter::create(const std::string& path, int width, int 
   posix_spawn_file_actions_adddup2(&actions, pictures_read, STDIN_FILENO);
   posix_spawn_file_actions_adddup2(&actions, complaints_write, STDERR_FILENO);
   posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-  // A signal from the keyboard is for this program, which then ends the video.
+  // The child ignores keyboard signals: this program handles them and ends the clip.
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
@@ -142,7 +142,7 @@ Result<VideoWriter> VideoWriter::create(const std::string& path, int width, int 
                        ? "videos need the program ffmpeg, which is not here (Debian: apt-get install ffmpeg)"
                        : "ffmpeg does not start: " + std::string(std::strerror(fault)));
   }
-  std::signal(SIGPIPE, SIG_IGN);  // a pipe whose reader died says so by EPIPE
+  std::signal(SIGPIPE, SIG_IGN);  // writing to a pipe without reader then returns EPIPE
   return writer;
 }
 

@@ -37,7 +37,7 @@ Result<void> write_device(const std::string& path, std::span<const std::byte> by
   return {};
 }
 
-// mkstemp makes files only their owner can read; a result gets the mode that any new file would.
+// mkstemp makes files that only their owner can read; the result gets the mode of any new file.
 mode_t mode_of_new_files() {
   const mode_t mask = ::umask(0);
   ::umask(mask);
@@ -52,7 +52,7 @@ Result<void> write_file(const std::string& path, std::span<const std::byte> byte
   if (std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored))
     return write_device(path, bytes);
 
-  // Through a link to what it points at: renaming over the link would leave the file behind it as it was.
+  // Follows a link to its target: renaming over the link would leave the target unchanged.
   const std::filesystem::path canonical = std::filesystem::weakly_canonical(path, ignored);
   const std::string target = canonical.empty() ? path : canonical.string();
   std::string temporary = target + ".XXXXXX";

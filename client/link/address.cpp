@@ -23,7 +23,7 @@ Refusal refuse(std::string_view text, std::string_view why) {
   return Refusal("'" + std::string(text) + "': " + std::string(why));
 }
 
-// What may stand in a request line; neither blanks nor controls.
+// Whether the text may be part of a request line: no blanks, no control characters.
 bool is_printable(std::string_view text) {
   return std::all_of(text.begin(), text.end(), [](char c) { return c > ' ' && c < '\x7f'; });
 }

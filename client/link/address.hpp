@@ -10,7 +10,7 @@ namespace hairnet::link {
 
 enum class Transport : std::uint8_t { tcp, tls, ws, wss };
 
-// Where a server is and how to speak to it.
+// The address of a server, and the protocol to use.
 struct Address {
   Transport transport = Transport::tcp;
   std::string host = "127.0.0.1";
@@ -24,14 +24,15 @@ struct Address {
 // How a server's certificate is checked.
 struct TlsOptions {
   std::string ca_file;    // PEM; empty: the system's store
-  bool insecure = false;  // takes any certificate: for a demo, never for users
+  bool insecure = false;  // accepts any certificate: for a demo, never for users
 };
 
-// "HOST:PORT", "tcp://HOST:PORT", "tls://HOST:PORT", "ws://HOST:PORT/PATH" or "wss://HOST:PORT/PATH". Without a port:
-// 7420, and for the web's two their own 80 and 443; without a path: /ws. An IPv6 address stands in brackets.
+// Parses "HOST:PORT", "tcp://HOST:PORT", "tls://HOST:PORT", "ws://HOST:PORT/PATH" or "wss://HOST:PORT/PATH". The
+// default port is 7420, and for ws and wss their own 80 and 443; the default path is /ws. An IPv6 address must be in
+// brackets.
 Result<Address> parse_address(std::string_view text);
 
-// As parse_address takes it.
+// In the form that parse_address accepts.
 std::string to_string(const Address& address);
 
 }  // namespace hairnet::link

@@ -11,7 +11,7 @@
 
 namespace hairnet::link {
 
-// What a server told its client, in order.
+// The events that a link reports to its caller, in order.
 struct Connected {
   wire::Welcome welcome;
   bool again = false;  // true after a Reconnecting; `welcome.resumed`: the server still had the session
@@ -22,8 +22,8 @@ struct Reconnecting {
   std::string detail;
   double wait_s = 0;  // before the next attempt
 };
-// The last event. `reason` is the server's, or client_leaves after leaving, or none when the connection broke; `detail`
-// says in one line what happened.
+// The last event. `reason` is the server's, or client_leaves after leaving, or none when the connection broke. `detail`
+// describes it in one line.
 struct Disconnected {
   wire::GoodbyeReason reason = wire::GoodbyeReason::none;
   std::string detail;
@@ -34,7 +34,7 @@ struct LevelReceived {
   LevelIndex level = LevelIndex::high;
   std::shared_ptr<const LevelGeometry> geometry;
 };
-// A groom that was requested: its file's bytes, as wire::decode_groom takes them; or null, and why in one line.
+// A requested groom: its file's bytes, for wire::decode_groom; or null, and the reason in one line.
 struct GroomFetched {
   wire::GroomHash hash{};
   std::shared_ptr<const std::vector<std::uint8_t>> bytes;

@@ -21,7 +21,7 @@ struct Frame {
   bool last_known = false;       // the last known hair from before a reconnect; the new server has no lattice yet
   std::uint8_t step_stride = 1;  // ticks from one step of the character to the next
   float step_s = 0;              // the same in seconds; 0: not known
-  Pose pose;                     // the one the step used
+  Pose pose;                     // the pose of the step
   // Three numbers per active node, in head axes (codec::dequantise_*). A displacement counts steps of `error_class`; a
   // velocity counts 32 steps per second and is the node's velocity in the world. Displacements are empty for a rigid
   // level, velocities when the server did not send them.

@@ -19,7 +19,7 @@ std::vector<wire::GroomRequest> GroomFetch::request_again() const {
 
 std::optional<GroomFetched> GroomFetch::take(const wire::GroomData& data) {
   const auto found = fetches_.find(data.hash);
-  if (found == fetches_.end()) return std::nullopt;  // refused or given up meanwhile
+  if (found == fetches_.end()) return std::nullopt;  // refused or cancelled meanwhile
   std::vector<std::uint8_t>& bytes = found->second;
   if (data.byte_count > wire::kGroomBytesMax) return fail(data.hash, "larger than a groom may be");
   if (data.offset != bytes.size() || data.bytes.size() > data.byte_count - data.offset)

@@ -12,14 +12,14 @@
 
 namespace hairnet::link {
 
-// Grooms of others on their way from the server, piece by piece, checked against their hashes. No I/O; one thread.
+// Grooms of other clients that are being downloaded in pieces and checked against their hashes. No I/O; one thread.
 class GroomFetch {
  public:
-  // The request to send, or none: it is on its way already.
+  // The request to send; none if the groom is already being downloaded.
   std::optional<wire::GroomRequest> request(const wire::GroomHash& hash);
   // Requests to repeat over a new connection. Each continues at the first byte that is missing.
   [[nodiscard]] std::vector<wire::GroomRequest> request_again() const;
-  // The whole groom, or what is wrong with it, once that is known.
+  // Returns the whole groom, or the reason why it cannot be used, once that is known.
   std::optional<GroomFetched> take(const wire::GroomData& data);
   // The server refused the request: it has no such groom, or sends too many already. False: not requested.
   bool refuse(const wire::GroomHash& hash) { return fetches_.erase(hash) != 0; }
@@ -27,7 +27,7 @@ class GroomFetch {
  private:
   GroomFetched fail(const wire::GroomHash& hash, std::string why);
 
-  std::map<wire::GroomHash, std::vector<std::uint8_t>> fetches_;  // what has come of each
+  std::map<wire::GroomHash, std::vector<std::uint8_t>> fetches_;  // the received bytes of each
 };
 
 }  // namespace hairnet::link

@@ -11,7 +11,7 @@
 
 namespace hairnet::link {
 
-// A lattice as a frame gave it.
+// The lattice of one frame.
 struct HairSnapshot {
   wire::GroomHash groom{};
   codec::ErrorClass error_class = codec::ErrorClass::half_mm;
@@ -19,8 +19,8 @@ struct HairSnapshot {
   std::shared_ptr<const LevelGeometry> geometry;
 };
 
-// The last known hair of this client's own characters, taken when the connection was lost. A new server has no lattice
-// until it has the groom, so it sends rigid frames at first. This hair is shown in their place. One thread.
+// The last known hair of this client's own characters, stored when the connection was lost. A new server has no lattice
+// until it has the groom, so it sends rigid frames at first. The link shows this hair instead. One thread.
 class LastKnownHair {
  public:
   void keep(std::uint32_t character, HairSnapshot hair) { last_known_[character] = {std::move(hair), kNever_ns}; }

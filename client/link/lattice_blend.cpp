@@ -17,7 +17,7 @@ void LatticeBlend::fill(const Playout::Sample& sample, Field& field) {
 void LatticeBlend::begin_switch(std::int64_t time_ns) {
   for (Switch& fading : switches_) fading.share *= left_;
   std::erase_if(switches_, [](const Switch& fading) { return fading.share <= 0; });
-  // What was there before is weaker than what comes, the oldest weakest.
+  // Earlier switches have less weight than the new one, the oldest the least.
   switches_.insert(switches_.begin(), {std::move(last_), newest_, 1});
   if (switches_.size() > kSwitchesMax) switches_.pop_back();
   switched_ns_ = time_ns;

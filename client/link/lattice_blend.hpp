@@ -12,8 +12,8 @@
 
 namespace hairnet::link {
 
-// SwitchBlend for programs that deform on the GPU: it keeps lattices in place of points. FFD is linear in the
-// displacements, so the points that SwitchBlend would give are those of a weighted sum of lattices' fields,
+// SwitchBlend for programs that deform on the GPU: it stores lattices instead of points. FFD is linear in the
+// displacements, so SwitchBlend's points are those of a weighted sum of the fields of lattices,
 //
 //     u(x) = u_newest(x) + w (u_before(x) - u_after(x)) + ...,     w fading from 1 to 0 over kSwitchBlend_ns,
 //
@@ -25,8 +25,8 @@ class LatticeBlend {
   // another geometry of the same level, ends all fades: there is nothing to blend from.
   void apply(const Playout::Sample& sample, bool discontinuous = false);
 
-  // Of the sample applied last, the newest lattice first; none: the hair is rigid. Valid until the next apply(), or
-  // until this is moved.
+  // The layers of the last applied sample, the newest lattice first; empty: the hair is rigid. Valid until the next
+  // apply(), or until this object is moved.
   [[nodiscard]] std::span<const LatticeLayer> layers() const { return {layers_.data(), layer_count_}; }
 
  private:
@@ -34,7 +34,7 @@ class LatticeBlend {
     std::shared_ptr<const LevelGeometry> geometry;  // null: rigid
     std::vector<Vec3f> grid;
   };
-  // One switch: its two lattices, and by how much of their difference hair was off when it began to fade.
+  // One switch: its two lattices, and the share of their difference by which hair was off when the fade began.
   struct Switch {
     Field before, after;
     float share = 1;
@@ -51,7 +51,7 @@ class LatticeBlend {
   std::int64_t switched_ns_ = 0;
   float left_ = 0;  // at the last sample
   Field newest_, last_;
-  std::vector<Switch> switches_;  // that fade, together; strongest first
+  std::vector<Switch> switches_;  // that are fading; strongest first
   std::array<LatticeLayer, kLatticeLayersMax> layers_;
   std::size_t layer_count_ = 0;
 };

@@ -10,7 +10,7 @@
 
 namespace hairnet::link {
 
-// What frames of a level are read with. Immutable.
+// The data for decoding frames of a level. Immutable.
 struct KnownLevel {
   explicit KnownLevel(LevelGeometry g) : geometry(std::move(g)), neighbours(geometry) {}
   LevelGeometry geometry;

@@ -16,11 +16,11 @@
 
 namespace hairnet::link {
 
-// The members of the room as this session was told of them, and the recent frames of each, from which the next are
+// The members of the room, as the server announced them, and the recent frames of each, from which the next frames are
 // decoded. One thread.
 class Members {
  public:
-  // `decode_share`: of the members, whose frames are decoded; the others' are only counted.
+  // `decode_share`: the share of members whose frames are decoded; other frames are only counted.
   Members(std::shared_ptr<LevelCatalog> catalog, double decode_share)
       : catalog_(std::move(catalog)), decode_share_(decode_share) {}
 
@@ -28,21 +28,22 @@ class Members {
   bool join(const wire::MemberJoined& joined);
   bool add_own(const wire::CharacterAdded& added);
   bool leave(std::uint32_t member);
-  bool remove_own(std::uint32_t character);  // false: it was not there
+  bool remove_own(std::uint32_t character);  // false: no such character
   std::shared_ptr<const LevelGeometry> add_level(wire::LevelRecord record);
 
   enum class Outcome : std::uint8_t {
     decoded,
-    skipped,      // not of the share that is decoded
-    undecodable,  // what it refers to is missing, or its bytes are wrong; if discontinuous, the next is too
-    unknown,      // no such member, or no newer than the last
+    skipped,  // its member is not in the decoded share
+    // a frame that it refers to is missing, or its bytes are wrong; if discontinuous, the next frame is marked too
+    undecodable,
+    unknown,  // no such member, or not newer than the last frame
   };
   struct DecodedFrame {
     Outcome outcome = Outcome::unknown;
     bool wants_keyframe = false;
-    bool discontinuous = false;                      // the frame's own, or that of an undecodable one before it
-    std::uint32_t character = 0;                     // one's own number; 0: another's
-    const codec::FrameIntegers* integers = nullptr;  // decoded; until the next frame of the member
+    bool discontinuous = false;                      // the frame's own mark, or that of an earlier undecodable frame
+    std::uint32_t character = 0;                     // this client's own number; 0: another client's character
+    const codec::FrameIntegers* integers = nullptr;  // of a decoded frame; valid until the next frame of the member
     Pose pose;                                       // decoded
     std::shared_ptr<const LevelGeometry> geometry;   // decoded; null: rigid
   };
@@ -51,7 +52,7 @@ class Members {
   // The lattice of an own character's last frame, if it had one.
   [[nodiscard]] std::optional<HairSnapshot> hair_of(std::uint32_t character) const;
 
-  // The connection broke: frames of the next refer to none before it.
+  // The connection broke: frames of the next connection do not refer to earlier ones.
   void forget_frames();
   // After a resume the server announces all members again. drop_unconfirmed() then removes those that it did not
   // announce.
@@ -61,7 +62,7 @@ class Members {
   std::optional<std::uint32_t> drop_previous_number(std::uint64_t session, std::uint32_t character,
                                                     std::uint32_t member);
   std::vector<std::uint32_t> drop_unconfirmed();
-  // The session is lost. Returns all others.
+  // The session is lost. Removes all other members and returns them.
   std::vector<std::uint32_t> drop_all();
 
  private:
@@ -85,7 +86,7 @@ class Members {
     bool keyframe_asked = false;
     std::size_t newest = 0;  // slot
     std::array<HistoryEntry, kSlotCount> history;
-    std::array<std::shared_ptr<const KnownLevel>, 4> levels;  // looked up already
+    std::array<std::shared_ptr<const KnownLevel>, 4> levels;  // found before in the catalog
   };
   bool put(std::uint32_t number, Member member);
   [[nodiscard]] bool decodes(std::uint32_t number) const;

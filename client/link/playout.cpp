@@ -9,16 +9,17 @@
 namespace hairnet::link {
 namespace {
 
-constexpr std::size_t kFramesMax = 256;   // kept while nobody samples
+constexpr std::size_t kFramesMax = 256;   // stored while no caller samples
 constexpr std::size_t kArrivalsMax = 60;  // two seconds at 30 Hz
 constexpr std::int64_t kIntervalDefault_ns = 33'333'333;
 constexpr std::int64_t kFreeze_ns = 100'000'000;
 constexpr std::int64_t kCubic_ns_max = 250'000'000;
 constexpr std::int64_t kEaseToRest_ns = 500'000'000;
-// The delay changes by at most this share of the time that passes: slower or faster motion that nobody notices.
+// The delay changes by at most this share of the elapsed time: motion becomes slower or faster, but too little to
+// notice.
 constexpr double kSlewMax = 0.1;
 
-// The same rotation, by less than half a turn.
+// The same rotation with the quaternion's sign for which it is less than half a turn.
 Quat nearer(const Quat& q) {
   return q.w() < 0 ? Quat(-q.coeffs()) : q;
 }
@@ -42,7 +43,7 @@ void Playout::push(const Frame& frame, std::int64_t sample_time_ns, std::int64_t
     ++dropped_count_;
     return;
   }
-  // After a gap, interpolate to the new frame from what is on the screen, not from the frame before the gap.
+  // After a gap, interpolate to the new frame from the shown state, not from the frame before the gap.
   if (started_ && !frames_.empty() && frames_.back().time_ns < shown_.time_ns) {
     frames_.clear();
     frames_.push_back(shown_);
@@ -64,7 +65,8 @@ void Playout::push(const Frame& frame, std::int64_t sample_time_ns, std::int64_t
 void Playout::freeze() {
   if (frames_.empty()) return;
   BufferedFrame& last = frames_.back();
-  if (started_ && shown_.time_ns >= last.time_ns) last.displacement = shown_.displacement;  // may be easing already
+  // the shown state may already be easing
+  if (started_ && shown_.time_ns >= last.time_ns) last.displacement = shown_.displacement;
   last.asleep = true;
 }
 
@@ -92,7 +94,7 @@ std::int64_t Playout::target_delay_ns() const {
   return least + interval + std::max(interval / 2, most - least);
 }
 
-// Moves the play time, shown_.time_ns, on to `render_time_ns`.
+// Advances the play time, shown_.time_ns, to `render_time_ns`.
 void Playout::advance(std::int64_t render_time_ns) {
   const std::int64_t target = target_delay_ns();
   if (!started_) {
@@ -149,10 +151,14 @@ void Playout::show_between(const BufferedFrame& from, const BufferedFrame& to) {
     shown_.displacement[i] += static_cast<float>(s) * to.displacement[i];
 }
 
-// With x = p^0 + d the node in the head's axes, w the head's angular velocity in them and t its position,
+// Let x = p^0 + d be the node in the head's axes, w the head's angular velocity in these axes, and t the head's
+// position. Then
+//
 //   p' = t' + R (w x x + d').
-// Both w and t' are constant as `interpolate` moves the head; so d' follows from the node's velocity R^-1 p' that the
-// frame brings. That one is the mean over the step that ended there: half a step's change leads to the moment itself.
+//
+// Both w and t' are constant while `interpolate` moves the head, so d' follows from the node's velocity R^-1 p' in the
+// frame. That velocity is the mean over the step that ended with the frame; half a step's change gives the velocity at
+// the frame's moment.
 void Playout::show_cubic(const BufferedFrame& from, const BufferedFrame& to, double s) {
   const double duration_s = 1e-9 * static_cast<double>(to.time_ns - from.time_ns);
   const RigidTransform &a = from.pose.head(), &b = to.pose.head();

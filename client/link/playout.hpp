@@ -12,22 +12,23 @@
 
 namespace hairnet::link {
 
-// The jitter buffer of one character: plays its frames smoothly, a little behind the newest. It interpolates between
-// two frames; when no frame comes it freezes for 100 ms, then eases to rest; a sleeping character stays frozen until it
-// wakes. Time is a parameter, always on the client's clock. One thread.
+// The jitter buffer of one character: plays its frames smoothly, with a small delay behind the newest. It interpolates
+// between two frames; when no frame comes it freezes for 100 ms, then eases to rest; a sleeping character stays frozen
+// until it wakes. Time is a parameter, always on the client's clock. One thread.
 //
-// Between frames that bring velocities hair moves by a cubic that keeps them (Hermite), else in a straight line.
+// Between frames with velocities the hair moves along a cubic with these velocities (Hermite), otherwise in a straight
+// line.
 //
 // The lateness of a frame is its arrival time minus its sample time. The play-out delay is the smallest lateness of the
 // last frames, plus one frame interval (to have a frame to interpolate to), plus the larger of their jitter and half an
 // interval.
 class Playout {
  public:
-  // Takes a frame whose poses were sampled at `sample_time_ns`, received at `arrival_time_ns`. One no newer than what
-  // was already played is dropped, and so is a duplicate.
+  // Takes a frame whose poses were sampled at `sample_time_ns` and which arrived at `arrival_time_ns`. Drops duplicates
+  // and frames that are not newer than the play time.
   void push(const Frame& frame, std::int64_t sample_time_ns, std::int64_t arrival_time_ns);
 
-  // Freezes what is shown until the next frame arrives. For callers that know that no frame will come for a while, as
+  // Freezes the shown state until the next frame arrives. For callers that know that no frame will come for a while, as
   // during a reconnect.
   void freeze();
 
@@ -37,9 +38,9 @@ class Playout {
     LevelIndex level = LevelIndex::rigid;
     std::span<const Vec3f> displacement;  // active order of `level`, head space, m; empty = rigid. Until the next call
     std::int64_t time_ns = 0;             // the sample time that is shown; never goes back
-    std::shared_ptr<const LevelGeometry> geometry;  // that of the displacement; null while there is none
+    std::shared_ptr<const LevelGeometry> geometry;  // of the displacement; null while there is none
   };
-  // What to draw at `render_time_ns`. An earlier time than the last is taken for the last.
+  // Returns what to draw at `render_time_ns`. A time before the last one counts as the last one.
   Sample sample(std::int64_t render_time_ns);
 
   [[nodiscard]] std::uint64_t dropped_count() const { return dropped_count_; }
@@ -70,8 +71,8 @@ class Playout {
 
   std::deque<BufferedFrame> frames_;  // by time; at most one at or before the play time once sampled
   std::deque<Arrival> arrivals_;      // of the last frames, by arrival
-  BufferedFrame shown_;               // what sample() gave last
-  bool started_ = false;              // sample() has shown something
+  BufferedFrame shown_;               // the last result of sample()
+  bool started_ = false;              // sample() has returned a valid sample
   std::int64_t render_time_ns_ = 0;
   std::int64_t delay_ns_ = 0;
   std::uint64_t dropped_count_ = 0;

@@ -10,8 +10,8 @@ bool holds_poses(const wire::ClientMessage& message) {
   return std::holds_alternative<wire::PoseBatch>(message);
 }
 
-// The character's next pose after the one at `from` does not continue from what the server saw last. False when none
-// waits.
+// Marks the character's next pose after the one at `from` as a teleport, because it does not continue from the last
+// pose that the server received. False when no pose of it waits.
 bool carry_teleport(std::deque<wire::ClientMessage>::iterator from, std::deque<wire::ClientMessage>::iterator end,
                     std::uint32_t character) {
   for (; from != end; ++from) {

@@ -17,12 +17,13 @@ class SendQueue {
   static constexpr std::size_t kPoseBatchesMax = 64;
   static constexpr std::size_t kOthersMax = 65'536;
 
-  // False when full: more was asked for than any server takes.
+  // False when full: the caller has sent more requests than any server accepts.
   [[nodiscard]] bool push(wire::ClientMessage message);
   // In batches of at most kPosesPerBatchMax. A dropped pose's teleport passes to the character's next pose.
   void push_poses(std::vector<wire::PoseSample> poses);
   std::optional<wire::ClientMessage> pop();
-  // All that waits is lost, as the connection is. A teleport among the lost poses passes to the character's next pose.
+  // Drops everything, since the connection is lost. A teleport among the dropped poses passes to the character's next
+  // pose.
   void clear();
   // Drops these poses without queueing them. Their teleports pass on in the same way.
   void drop_poses(const std::vector<wire::PoseSample>& poses);

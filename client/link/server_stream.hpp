@@ -18,26 +18,27 @@ namespace asio = boost::asio;
 class ServerStream {
  public:
   struct Read {
-    std::span<const std::uint8_t> bytes;  // until the next read
-    std::string fault;                    // one line, when the connection has ended
+    std::span<const std::uint8_t> bytes;  // valid until the next read
+    std::string fault;                    // one line, if the connection has ended
   };
 
   virtual ~ServerStream() = default;
-  // Resolves, connects, shakes hands. Empty, or one line that says why not.
+  // Resolves, connects, shakes hands. Returns an empty string, or one line with the reason of the failure.
   virtual asio::awaitable<std::string> open() = 0;
-  // A piece of the stream, or one message of a transport that has them.
+  // Reads a piece of the stream, or one message if the transport has messages.
   virtual asio::awaitable<Read> read() = 0;
-  // Of a transport with messages: one packet. False when the connection has ended; read() then says why.
+  // For a transport with messages, `bytes` is one packet. Returns false when the connection has ended; read() then
+  // returns the reason.
   virtual asio::awaitable<bool> write(std::span<const std::uint8_t> bytes) = 0;
   virtual void half_close() = 0;  // nothing more will be written
-  virtual void close() = 0;       // whatever waits ends soon
+  virtual void close() = 0;       // pending operations end soon
   [[nodiscard]] virtual bool has_messages() const = 0;
 };
 
 std::unique_ptr<ServerStream> make_packet_stream(asio::io_context& io, const Address& address, const TlsOptions& tls);
 std::unique_ptr<ServerStream> make_web_socket_stream(asio::io_context& io, const Address& address,
                                                      const TlsOptions& tls);
-// Of the kind that the address asks for.
+// Makes a stream of the address's kind.
 std::unique_ptr<ServerStream> make_server_stream(asio::io_context& io, const Address& address, const TlsOptions& tls);
 
 }  // namespace hairnet::link

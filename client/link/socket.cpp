@@ -16,7 +16,8 @@ using boost::system::error_code;
 constexpr int kUnsentBytesMax = 64 << 10;
 constexpr unsigned kUnacknowledgedMax_ms = 15'000;
 
-// What the kernel may hold back, and how long it waits for a peer that vanished. Without these it works less well.
+// Limits what the kernel may buffer, and how long it waits for a peer that vanished. The link also works without these
+// options, but less well.
 void tune(tcp::socket& socket) {
   error_code ignored;
   socket.set_option(tcp::no_delay(true), ignored);

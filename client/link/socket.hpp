@@ -10,10 +10,10 @@ namespace hairnet::link {
 
 namespace asio = boost::asio;
 
-// Resolves and connects. Empty, or one line that says why not.
+// Resolves and connects. Returns an empty string, or one line with the reason of the failure.
 asio::awaitable<std::string> connect_socket(asio::ip::tcp::socket& socket, const Address& address);
 
-// What has ended a connection, for people.
+// Describes the end of a connection in one line.
 std::string describe_failure(const boost::system::error_code& error, const Address& address);
 
 }  // namespace hairnet::link

@@ -17,15 +17,15 @@ class SwitchBlend {
   // The share of a switch's difference that is left after `elapsed_ns`: 1 to 0, along a smooth curve.
   static float left_after(std::int64_t elapsed_ns);
 
-  // `points_head`: as deformed by `level` for the time `time_ns` (Playout::Sample), head space, m; always as many.
-  // Adds the part of the last switch that has not faded yet. A `discontinuous` moment, or another number of points,
-  // ends the fade.
+  // Adds the part of the last switch that has not faded yet. `points_head`: the points that `level` gives at the time
+  // `time_ns` (Playout::Sample), head space, m; the same number in each call. A `discontinuous` moment, or another
+  // number of points, ends the fade.
   void apply(LevelIndex level, std::int64_t time_ns, bool discontinuous, std::span<Vec3f> points_head);
 
  private:
   LevelIndex level_ = LevelIndex::rigid;
   std::int64_t switched_ns_ = 0;
-  std::vector<Vec3f> shown_;   // the points of the last call, as they went out
+  std::vector<Vec3f> shown_;   // the result of the last call
   std::vector<Vec3f> offset_;  // at the switch; empty once it has faded
 };
 

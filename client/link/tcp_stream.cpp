@@ -36,7 +36,7 @@ class PacketStream : public ServerStream {
     co_return !error;
   }
 
-  // Not the half close of TLS: what the server still sends is read until it ends, and that it has the goodbye suffices.
+  // Does not half-close TLS: the link reads until the server closes, and the goodbye tells the server to do so.
   void half_close() override {
     error_code ignored;
     socket().lowest_layer().shutdown(tcp::socket::shutdown_send, ignored);

@@ -11,7 +11,7 @@ namespace {
 
 using boost::system::error_code;
 
-// Why the certificate was refused, where that is what went wrong.
+// The reason why the certificate was refused, if that was the failure.
 std::string describe_handshake_failure(TlsSocket& socket, const error_code& error, const TlsOptions& options) {
   const long verdict = SSL_get_verify_result(socket.native_handle());
   if (verdict == X509_V_OK || options.insecure) return error.message();

@@ -12,11 +12,11 @@ using TlsSocket = asio::ssl::stream<asio::ip::tcp::socket>;
 
 asio::ssl::context make_tls_context();
 
-// Applies `options` to the context. Returns an empty string, or one line that says what failed.
+// Applies `options` to the context. Returns an empty string, or one line with the reason of the failure.
 std::string configure(asio::ssl::context& context, const TlsOptions& options);
 
-// Over a connected socket: names the host to the server and checks its certificate. Empty, or one line that says why
-// not.
+// Shakes hands over a connected socket: names the host to the server and checks the server's certificate. Returns an
+// empty string, or one line with the reason of the failure.
 asio::awaitable<std::string> tls_handshake(TlsSocket& socket, const Address& address, const TlsOptions& options);
 
 }  // namespace hairnet::link

@@ -11,22 +11,23 @@
 
 namespace hairnet::link {
 
-// Groom bytes on their way to the server, chunk by chunk as it asks for them. No I/O; one thread.
+// Groom bytes for the server, sent in chunks when the server requests them. No I/O; one thread.
 class UploadQueue {
  public:
   using Bytes = std::shared_ptr<const std::vector<std::uint8_t>>;
   explicit UploadQueue(std::size_t chunk_bytes) : chunk_bytes_(chunk_bytes) {}
 
-  // The offer to send, or none: this groom is on its way already.
+  // The offer to send; none if this groom is already being uploaded.
   std::optional<wire::GroomOffer> offer(const wire::GroomHash& hash, Bytes bytes);
-  // The server wants the bytes from `need.offset` on, or with the groom's size none now: another client may be sending
-  // them, and should it leave, the server asks again. False for an unknown groom, or an offset beyond it.
+  // The server wants the bytes from `need.offset` on. An offset equal to the groom's size means that it wants none now:
+  // another client may be uploading them, and if it leaves, the server asks again. False for an unknown groom, or an
+  // offset beyond its size.
   bool need(const wire::GroomNeed& need);
-  // The server has all of it, or refused it: the bytes are let go.
+  // Frees the bytes of a groom: the server has all of them, or refused the groom.
   void drop(const wire::GroomHash& hash);
   // Forgets all uploads: the connection is lost, and the grooms will be offered again.
   void clear();
-  // The next piece of the groom that has been asked for longest; none when nothing is wanted.
+  // The next chunk of the groom that was requested first; none when nothing is requested.
   std::optional<wire::GroomChunk> next_chunk();
 
   [[nodiscard]] bool is_waiting() const { return !wanted_.empty(); }
@@ -39,7 +40,7 @@ class UploadQueue {
   };
   std::size_t chunk_bytes_;
   std::map<wire::GroomHash, Upload> uploads_;
-  std::deque<wire::GroomHash> wanted_;  // by when they were asked for
+  std::deque<wire::GroomHash> wanted_;  // in order of their requests
 };
 
 }  // namespace hairnet::link

@@ -12,7 +12,7 @@
 #include "client/link/tls.hpp"
 #include "schema/wire/messages.hpp"
 
-// A packet a binary message, over a WebSocket on TCP or TLS.
+// One binary message for each packet, over a WebSocket on TCP or TLS.
 namespace hairnet::link {
 namespace {
 
@@ -47,7 +47,7 @@ class WebSocketStream : public ServerStream {
     co_return !error;
   }
 
-  // The goodbye that was sent is the protocol's own; the server then closes.
+  // Sends nothing: the link has already sent the protocol's own goodbye, and the server then closes.
   void half_close() override {
     error_code ignored;
     beast::get_lowest_layer(stream_).shutdown(tcp::socket::shutdown_send, ignored);
@@ -113,7 +113,7 @@ class PlainWebSocket : public WebSocketStream<tcp::socket> {
   asio::awaitable<std::string> open_socket() override { return connect_socket(stream_.next_layer(), address_); }
 };
 
-// What TLS needs before its stream is made, and must outlive it.
+// Members that TLS needs before its stream is constructed, and that must outlive the stream.
 struct TlsBase {
   explicit TlsBase(TlsOptions o)
       : options(std::move(o)), context(make_tls_context()), fault(configure(context, options)) {}

@@ -26,9 +26,9 @@ void add_body(const GeometrySource& source, GroomGeometry& geometry) {
     const Vec3f& p = body.mesh.vertices[i];
     const Vec3f n = unit_or_up(normals[i]);
     const auto& share = body.bone_weights[i];
-    // Its own cell holds the skin itself: look from a little outside.
+    // A point's own cell contains the skin itself: sample a little outside.
     Transmittance left = source.occlusion.at(p + 1.5f * source.occlusion.cell_m() * n, n);
-    // Hair at rest shades the head always, if softly, but back and shoulders only until it is swung away.
+    // Hair at rest always shades the head, softly; it shades back and shoulders only until it swings away.
     for (float& side : left) side = std::lerp(side, 1.0f, std::lerp(kSwungAway, kScattered, share[0]));
     geometry.body.vertices.push_back({{p.x(), p.y(), p.z()},
                                       to_halves(n, scalp.at(p)),

@@ -10,7 +10,7 @@ struct Camera {
   float fov_deg = 30;  // vertical
 };
 
-// Depths that a picture holds, along the view, m.
+// The depths of a picture, along the view, m.
 struct DepthRange {
   float near_m = 0.1f, far_m = 100;
 };

@@ -16,7 +16,7 @@ void add_card(const Edges& edges, std::size_t number, const OcclusionGrid& occlu
   const std::size_t pairs = edges.points.size() / 2;
   if (pairs < 2) return;
   const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
-  std::vector<float> length_m(pairs, 0.0f);  // along the middle, to each pair
+  std::vector<float> length_m(pairs, 0.0f);  // along the middle, up to each pair
   for (std::size_t i = 1; i < pairs; ++i) {
     const Vec3f step =
         edges.points[2 * i] + edges.points[2 * i + 1] - edges.points[2 * i - 2] - edges.points[2 * i - 1];

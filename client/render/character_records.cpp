@@ -34,7 +34,7 @@ void CharacterRecords::add(const ShownCharacter& character, const Vec3& origin, 
   place(character.pose.head(), 0);
   const float far = cards ? detail.cards : 0.0f;
   texels[2] = with(character.hair_colour, strand_width_m * width_scale(detail));
-  // Each is whole before the other begins to go.
+  // Strands fade out only when cards are fully visible.
   texels[3] = {detail.strand_share, std::min(1.0f, 2 - 2 * far), std::min(1.0f, 2 * far), detail.quadratic};
   texels[5] = with(character.skin_colour, character.body_shown ? 0.0f : 1.0f);
   for (std::size_t b = 0; b < kBoneCount; ++b) place(character.pose.bones[b], kFirstBone + 2 * b);

@@ -7,23 +7,23 @@
 
 namespace hairnet::render {
 
-// The two textures that character.glsl reads, as floats: a row of records a character, and the nodes of lattices.
+// The two textures that character.glsl reads, as floats: one row of records for each character, and the nodes of
+// lattices.
 class CharacterRecords {
  public:
   static constexpr std::size_t kRecordTexels = 32, kLatticeRow = 1024;
   static constexpr std::size_t kCharacterRowsMax = kLatticeLayersMax * 64 * 64 * 64 / kLatticeRow;
 
   void clear();
-  // Rows of StrandDeformPass's textures that have the points of the character's strands.
+  // The rows of StrandDeformPass's textures with the points of the character's strands.
   struct PointRows {
     std::size_t first = 0, count = 0;
   };
-  // `origin`: of scene space, in the world. `cards`: whether the groom has far cards. Layers that are not finite are
-  // left out.
+  // `origin`: of scene space, in the world. `cards`: whether the groom has far cards. Skips layers that are not finite.
   void add(const ShownCharacter& character, const Vec3& origin, const DrawDetail& detail, float strand_width_m,
            bool cards, const PointRows& points);
 
-  // For one more character, when textures have so many rows.
+  // Whether there is room for one more character, when textures have that many rows.
   [[nodiscard]] bool has_room(std::size_t rows) const {
     return count() + 1 < rows && lattices_.size() / kLatticeRow + kCharacterRowsMax < rows;
   }

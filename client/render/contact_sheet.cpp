@@ -4,7 +4,7 @@
 
 namespace hairnet::render {
 
-// A tile of another size than the first is cut to it; a missing tile stays paper.
+// A tile of another size than the first is cropped to it; a missing tile is paper white.
 Image contact_sheet(std::span<const Image> tiles, int columns, int gap_px) {
   if (tiles.empty() || tiles[0].width < 1 || tiles[0].height < 1) return {};
   constexpr std::uint8_t kPaper = 246;

@@ -8,10 +8,10 @@
 
 namespace hairnet::render {
 
-// An OpenGL ES 3 context without any window or surface. The display is shared by the process and stays open.
+// An OpenGL ES 3 context without a window or surface. The process shares one display, which stays open.
 class EglContext {
  public:
-  // Tries Mesa's surfaceless platform, then every EGL device, then the default display. The context is current after.
+  // Tries Mesa's surfaceless platform, then every EGL device, then the default display. The new context is current.
   static Result<EglContext> create();
   EglContext(EglContext&& other) noexcept;
   EglContext& operator=(EglContext&&) = delete;

@@ -15,7 +15,7 @@ constexpr std::int64_t kLargePixelsMax = 40'000'000;
 class GlRenderer final : public Renderer {
  public:
   GlRenderer(EglContext context, int supersample) : context_(std::move(context)), supersample_(supersample) {}
-  ~GlRenderer() override { static_cast<void>(context_.make_current()); }  // for what the members own
+  ~GlRenderer() override { static_cast<void>(context_.make_current()); }  // for the members' destructors
 
   Result<void> start() {
     Result<Program> resolve = Program::build("screen.vert", "resolve.frag");
@@ -40,7 +40,7 @@ class GlRenderer final : public Renderer {
     if (!gl_->target.resize(width, height, supersample_for(width, height)))
       return Refusal("OpenGL ES has no room for a picture of " + size);
     gl_->target.begin_large();
-    // What a small picture asks for is what its pixels show, not the samples behind them.
+    // The detail of a small picture depends on its own pixels, not on the samples behind them.
     Look own = look;
     own.quality /= static_cast<float>(gl_->target.supersample());
     gl_->stage->draw(characters, camera, own, gl_->target.large_width(), gl_->target.large_height(), true);
@@ -53,11 +53,11 @@ class GlRenderer final : public Renderer {
   struct Gl {
     Program resolve;
     PictureTarget target;
-    VertexArray nothing;  // for the one triangle over the screen
+    VertexArray nothing;  // for the single triangle over the screen
     std::unique_ptr<Stage> stage;
   };
 
-  // The large picture is held to what a texture and a fair amount of memory take.
+  // Limits the large picture to the size of a texture and to a reasonable amount of memory.
   [[nodiscard]] int supersample_for(int width, int height) const {
     GLint texture_max = 0, renderbuffer_max = 0;
     glGetIntegerv(GL_MAX_TEXTURE_SIZE, &texture_max);
@@ -82,7 +82,7 @@ class GlRenderer final : public Renderer {
     return gl_->target.read_small();
   }
 
-  EglContext context_;  // first: goes last
+  EglContext context_;  // first: destroyed last
   int supersample_;
   std::optional<Gl> gl_;
 };

@@ -19,7 +19,7 @@ void describe(GLuint location, GLint count, GLenum type, std::size_t stride, std
                         static_cast<GLsizei>(stride), offset(at));
 }
 
-// The four that cards and fabric begin with.
+// The first four attributes of cards and fabric.
 template <class Vertex>
 void describe_point() {
   describe(0, 4, GL_FLOAT, sizeof(Vertex), offsetof(Vertex, rest));

@@ -26,11 +26,11 @@ class GroomBuffers {
  public:
   explicit GroomBuffers(const GroomGeometry& geometry);
 
-  // What StrandDeformPass reads of the strands' points, on the texture units kRestPointsUnit and kRestArcsUnit.
+  // Binds the strands' points for StrandDeformPass to the texture units kRestPointsUnit and kRestArcsUnit.
   void bind_points() const;
-  // Rows of kPointRow points that the first `strand_count` strands have.
+  // The number of rows of kPointRow points in the first `strand_count` strands.
   [[nodiscard]] std::size_t point_rows(std::size_t strand_count) const;
-  // Of the first `strand_count` strands in the order of drawing, drawn `instances` times.
+  // Draws the first `strand_count` strands in the order of drawing, `instances` times.
   void draw_strands(std::size_t list, std::size_t strand_count, GLsizei instances) const;
   [[nodiscard]] const DrawnMesh& cards() const { return cards_; }
   [[nodiscard]] const DrawnMesh& far_cards() const { return far_cards_; }
@@ -42,7 +42,7 @@ class GroomBuffers {
   [[nodiscard]] float strand_width_m() const { return strand_width_m_; }
   [[nodiscard]] float waviness() const { return waviness_; }
   [[nodiscard]] float radius_m() const { return radius_m_; }
-  // The coarsest list that strays no more than this.
+  // The coarsest list within the tolerance.
   [[nodiscard]] std::size_t list_for(float tolerance_m) const;
   [[nodiscard]] std::size_t index_count(std::size_t list, std::size_t strand_count) const {
     return lists_[list].end[strand_count];

@@ -12,7 +12,7 @@ constexpr std::array<std::array<float, 3>, 3> kColours{
     {{1.02f, 0.98f, 0.92f}, {0.24f, 0.26f, 0.29f}, {0.80f, 0.84f, 0.92f}}};
 constexpr std::array<float, 3> kAmbientAbove{0.22f, 0.23f, 0.25f}, kAmbientBelow{0.13f, 0.12f, 0.115f};
 
-// Bearing 0 is where the camera stands, positive to its right.
+// Bearing 0 is the direction to the camera, positive to its right.
 Vec3f direction(const Vec3f& to_camera, const Vec3f& up, float bearing_deg, float height_deg) {
   const Vec3f right = up.cross(to_camera);
   const float bearing = bearing_deg * std::numbers::pi_v<float> / 180.0f;

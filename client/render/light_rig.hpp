@@ -6,14 +6,14 @@
 
 namespace hairnet::render {
 
-// Key, fill and rim from far away, and the room's own light. Linear RGB.
+// Distant key, fill and rim lights, and ambient light. Linear RGB.
 struct LightRig {
   std::array<Vec3f, 3> towards;  // unit vectors, world
   std::array<Vec3f, 3> colours;
   Vec3f ambient_above, ambient_below;
 };
 
-// The studio stands about the camera's bearing, so that front, side and back are lit alike.
+// The studio turns with the camera's bearing, so that front, side and back have the same light.
 LightRig studio_lights(const Camera& camera);
 
 }  // namespace hairnet::render

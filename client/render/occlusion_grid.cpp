@@ -10,8 +10,8 @@ constexpr int kCellsAcross = 56;
 constexpr float kCellMin_m = 0.004f;
 constexpr int kMargin = 2;               // empty cells about the hair
 constexpr float kFade = 5;               // cells beyond the grid over which its shade fades out
-constexpr float kHairShare = 0.22f;      // of blocked light that is lost rather than scattered on
-constexpr float kBodyExtinction = 1.6f;  // of a cell that holds skin
+constexpr float kHairShare = 0.22f;      // share of blocked light that is lost; the rest is scattered
+constexpr float kBodyExtinction = 1.6f;  // of a cell with skin
 constexpr std::array<std::array<int, 3>, 14> kRays{{{1, 0, 0},
                                                     {-1, 0, 0},
                                                     {0, 1, 0},
@@ -76,7 +76,7 @@ void OcclusionGrid::add_hair(const Groom& groom, float width_m) {
     const std::span<const Vec3f> strand = groom.strand_points(s);
     std::size_t cell = 0;
     for (std::size_t i = 1; i < strand.size(); ++i) {
-      // A long segment is more than one cell's.
+      // A long segment counts in several cells.
       const Vec3f step = strand[i] - strand[i - 1];
       const int pieces = std::clamp(static_cast<int>(std::ceil(step.norm() / cell_m_)), 1, 64);
       for (int piece = 0; piece < pieces; ++piece) {
@@ -87,7 +87,7 @@ void OcclusionGrid::add_hair(const Groom& groom, float width_m) {
   }
 }
 
-// A card shades as the hair that it stands for. Cloth and threads are thin beside hair and left out.
+// A card shades like the hair that it replaces. Cloth and threads are thin compared with hair and are left out.
 void OcclusionGrid::add_cards(const Groom& groom) {
   for (const HairCard& card : groom.cards) {
     const std::span<const Vec3f> points = groom.points_of(card.points);
@@ -122,7 +122,7 @@ void OcclusionGrid::add_body(const TriangleMesh& mesh) {
   }
 }
 
-// Light that comes along a ray reversed: from the far side of the grid inwards, each cell adds what it holds.
+// Follows a ray of light backwards: from the far side of the grid inwards, adding the extinction of each cell.
 void OcclusionGrid::sweep(std::size_t ray) {
   const std::array<int, 3>& towards = kRays[ray];
   std::vector<float> depth(extinction_.size(), 0.0f);

@@ -15,10 +15,10 @@ using Transmittance = std::array<float, 6>;
 // ambient occlusion by direction. Head space, m.
 class OcclusionGrid {
  public:
-  // `width_m`: of a strand as drawn, with all that is drawn beside it.
+  // `width_m`: of a drawn strand, including its follow hairs.
   OcclusionGrid(const Groom& groom, float width_m);
   [[nodiscard]] Transmittance at(const Vec3f& position) const { return gather(position, Vec3f::Zero()); }
-  // On a surface with this normal: light from behind the surface is ignored.
+  // For a surface with this normal: ignores light from behind the surface.
   [[nodiscard]] Transmittance at(const Vec3f& position, const Vec3f& normal) const { return gather(position, normal); }
   [[nodiscard]] float cell_m() const { return cell_m_; }
 
@@ -40,7 +40,7 @@ class OcclusionGrid {
   float cell_m_ = 0.01f;
   std::array<int, 3> count_{0, 0, 0};
   std::vector<float> extinction_;      // optical depth of one cell's width
-  using Rays = std::array<float, 14>;  // what is left along each ray: to the faces and the corners of a cube
+  using Rays = std::array<float, 14>;  // transmittance along each ray: to the faces and the corners of a cube
   std::vector<Rays> transmittance_;
 };
 

@@ -11,7 +11,7 @@
 
 namespace hairnet::render {
 
-using Rgba = std::array<std::uint8_t, 4>;  // as on the screen, not linear
+using Rgba = std::array<std::uint8_t, 4>;  // in sRGB, not linear
 
 // Lines and points in the world, to be drawn over characters.
 struct Drawing {
@@ -19,7 +19,7 @@ struct Drawing {
     std::array<float, 3> position_world;
     Rgba colour;
   };
-  std::vector<Vertex> lines;  // two a line
+  std::vector<Vertex> lines;  // two vertices a line
   std::vector<Vertex> points;
   float point_px = 5;
 
@@ -36,13 +36,13 @@ struct Drawing {
   [[nodiscard]] bool empty() const { return lines.empty() && points.empty(); }
 };
 
-// Draws drawings with OpenGL ES 3 into whatever framebuffer is bound, over what a Stage left there. The context in
-// which it was made is current at every call, and when it goes. One thread.
+// Draws lines and points with OpenGL ES 3 into the bound framebuffer, over the picture of a Stage. The context in which
+// it was made must be current at every call, also at its destruction. One thread.
 class Overlay {
  public:
   static Result<std::unique_ptr<Overlay>> create();
   ~Overlay();
-  // Tested against the depths that are there, in the range that they were drawn with: what is hidden shows faintly.
+  // Tests against the existing depths, in the range with which they were drawn: hidden parts show faintly.
   void draw(const Drawing& drawing, const Camera& camera, const DepthRange& range, int width, int height);
 
  private:

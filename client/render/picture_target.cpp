@@ -13,7 +13,7 @@ void make_texture(Texture& texture, GLenum format, int width, int height) {
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
 }
 
-constexpr GLsizei kSamples = 4;  // every OpenGL ES 3 has them
+constexpr GLsizei kSamples = 4;  // the minimum of OpenGL ES 3
 
 void make_samples(const Renderbuffer& buffer, GLenum format, GLenum attachment, int width, int height) {
   glBindRenderbuffer(GL_RENDERBUFFER, buffer.name());
@@ -30,7 +30,7 @@ bool complete() {
 bool PictureTarget::resize(int width, int height, int supersample) {
   if (width == width_ && height == height_ && supersample == supersample_) return true;
   width_ = height_ = supersample_ = 0;
-  while (glGetError() != GL_NO_ERROR) {  // of a picture before, that found no room
+  while (glGetError() != GL_NO_ERROR) {  // errors of an earlier picture that did not fit into memory
   }
   glActiveTexture(GL_TEXTURE0 + kSourceUnit);
   const int large_width = width * supersample, large_height = height * supersample;

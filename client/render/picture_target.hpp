@@ -5,14 +5,14 @@
 
 namespace hairnet::render {
 
-// Where a picture is drawn: supersampled, several samples a pixel, sRGB with depth; and the small one that it is
-// filtered into and read from.
+// The targets of a picture: a supersampled one, several samples a pixel, sRGB with depth; and the small one into which
+// it is filtered, and from which it is read.
 class PictureTarget {
  public:
   // Recreates the targets when the size changes. Returns false when the GPU cannot.
   bool resize(int width, int height, int supersample);
   void begin_large() const;
-  void begin_small() const;  // gathers the samples of the large picture and binds it as `source`
+  void begin_small() const;  // resolves the samples of the large picture and binds it as `source`
   [[nodiscard]] Image read_small() const;
   [[nodiscard]] int large_width() const { return width_ * supersample_; }
   [[nodiscard]] int large_height() const { return height_ * supersample_; }

@@ -58,7 +58,7 @@ Result<Program> Program::build(std::string_view vertex, std::string_view fragmen
   Program program(glCreateProgram());
   for (const GLuint shader : {*first, *second}) {
     glAttachShader(program.name_, shader);
-    glDeleteShader(shader);  // the program keeps it
+    glDeleteShader(shader);  // the program still refers to it
   }
   if (!read_back.empty()) {
     glTransformFeedbackVaryings(program.name_, static_cast<GLsizei>(read_back.size()), read_back.data(),

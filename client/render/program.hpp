@@ -13,14 +13,14 @@
 
 namespace hairnet::render {
 
-// Texture units of the samplers that shaders name.
+// Texture units of the shaders' samplers.
 inline constexpr GLint kRecordsUnit = 0, kLatticesUnit = 1, kCardTextureUnit = 2, kSourceUnit = 3, kRestPointsUnit = 4,
                        kRestArcsUnit = 5, kDeformedPointsUnit = 6, kPlacedPointsUnit = 7;
 
-// A linked pair of shaders. Its context must be current whenever it is touched.
+// A linked pair of shaders. Its context must be current at every use.
 class Program {
  public:
-  // Names are files of client/shaders. `read_back`: what transform feedback takes, interleaved.
+  // Names are files of client/shaders. `read_back`: the outputs that transform feedback records, interleaved.
   static Result<Program> build(std::string_view vertex, std::string_view fragment,
                                std::span<const char* const> read_back = {});
   Program(Program&& other) noexcept;
@@ -28,7 +28,7 @@ class Program {
   ~Program();
 
   void use() const { glUseProgram(name_); }
-  // Of the program in use; a uniform that the shader does not have is passed over.
+  // Sets a uniform of the program in use; ignores uniforms that the shader does not have.
   void set(const char* uniform, float value) const { glUniform1f(at(uniform), value); }
   void set(const char* uniform, int value) const { glUniform1i(at(uniform), value); }
   void set(const char* uniform, const Vec3f& v) const { glUniform3f(at(uniform), v.x(), v.y(), v.z()); }
@@ -45,7 +45,7 @@ class Program {
   [[nodiscard]] GLint at(const char* uniform) const;
 
   GLuint name_;
-  mutable std::vector<std::pair<const char*, GLint>> places_;  // of uniforms asked for; names are literals
+  mutable std::vector<std::pair<const char*, GLint>> places_;  // of uniforms used so far; names are literals
 };
 
 }  // namespace hairnet::render

@@ -19,22 +19,22 @@ struct Image {
 Result<std::vector<std::uint8_t>> encode_png(const Image& image);
 // Tiles of one size side by side, row by row.
 Image contact_sheet(std::span<const Image> tiles, int columns, int gap_px = 4);
-// Dark letters of 5x7 dots, each `scale` pixels wide; what falls outside the image is cut. Printable ASCII, the rest is
-// '?'.
+// Draws dark letters of 5x7 dots, each `scale` pixels wide, and clips them to the image. Printable ASCII; other
+// characters become '?'.
 void draw_text(Image& image, int x_px, int y_px, std::string_view text, int scale = 2);
 
 inline constexpr int kPictureSideMax = 8192;
 
-// A stage and the pictures of it, without a window: off-screen OpenGL ES 3 through EGL (surfaceless; Mesa's software
+// A stage that draws pictures without a window: off-screen OpenGL ES 3 through EGL (surfaceless; Mesa's software
 // renderer suffices). One thread.
 class Renderer {
  public:
-  // `supersample`: samples along a pixel's side beside those of the target, 1 ... 4; fewer in very large pictures. One
-  // line that says what is missing.
+  // `supersample`: samples along a pixel's side in addition to those of the target, 1 ... 4; fewer in very large
+  // pictures. The error is one line about what is missing.
   static Result<std::unique_ptr<Renderer>> create(int supersample = 2);
   virtual ~Renderer() = default;
   [[nodiscard]] virtual Stage& stage() = 0;
-  // One line when the size is not 1 ... kPictureSideMax or there is no room for it.
+  // The error is one line: the size is not in 1 ... kPictureSideMax, or memory is not enough.
   virtual Result<Image> draw(std::span<const ShownCharacter> characters, const Camera& camera, const Look& look,
                              int width, int height) = 0;
 };

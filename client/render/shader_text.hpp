@@ -4,7 +4,7 @@
 
 namespace hairnet::render {
 
-// The text of a file of client/render/shaders as it was when the library was built; empty for an unknown name.
+// The text of a file of client/shaders at the time of the build; empty for an unknown name.
 std::string_view shader_text(std::string_view file);
 
 }  // namespace hairnet::render

@@ -72,7 +72,7 @@ Result<void> make_card_texture(const Texture& texture) {
   return {};
 }
 
-// One character of a picture, before its record.
+// One character of a picture, before its record is made.
 struct Appearance {
   const ShownCharacter* character;
   DrawDetail detail;
@@ -83,7 +83,7 @@ bool is_far(const GroomBuffers& groom, const Appearance& one) {
   return one.detail.cards >= 1 && !groom.far_cards().empty();
 }
 
-// That are drawn of a share of the groom's; 0 of characters that are far.
+// The number of strands to draw for the character's share; 0 for far characters.
 std::size_t strands_of(const GroomBuffers& groom, const Appearance& one) {
   if (is_far(groom, one)) return 0;
   const auto count = static_cast<float>(groom.strand_count());
@@ -129,7 +129,7 @@ class GlStage final : public Stage {
     DepthRange range;
     Mat4f projection;
     LightRig rig;
-    float samples;  // a pixel of the target
+    float samples;  // for each pixel of the target
   };
   [[nodiscard]] std::vector<std::vector<Appearance>> appearances(std::span<const ShownCharacter> characters, View& view,
                                                                  const Look& look) const;
@@ -145,7 +145,7 @@ class GlStage final : public Stage {
   Texture card_texture_;
   VectorTexture records_texture_{kRecordsUnit, CharacterRecords::kRecordTexels};
   VectorTexture lattices_texture_{kLatticesUnit, CharacterRecords::kLatticeRow};
-  VertexArray nothing_;         // for the one triangle over the screen
+  VertexArray nothing_;         // for the single triangle over the screen
   std::size_t rows_max_ = 0;    // of a texture
   std::size_t point_rows_ = 0;  // of the strands of all characters
   CharacterRecords records_;
@@ -154,8 +154,8 @@ class GlStage final : public Stage {
   DepthRange depth_range_;
 };
 
-// By groom, the nearest first: those of one list of strands, and those that show cards, then lie side by side. What
-// no pixel can show is left out.
+// The characters by groom, the nearest first, so that characters with one list of strands, and those with cards, are
+// adjacent. Leaves out characters that are too small for any pixel.
 std::vector<std::vector<Appearance>> GlStage::appearances(std::span<const ShownCharacter> characters, View& view,
                                                           const Look& look) const {
   std::vector<std::vector<Appearance>> by_groom(grooms_.size());
@@ -227,7 +227,7 @@ void GlStage::fit_points(std::vector<std::vector<Appearance>>& by_groom) const {
     for (const Appearance& one : by_groom[g]) rows += grooms_[g]->point_rows(strands_of(*grooms_[g], one));
   }
   if (rows <= most) return;
-  // Each character may waste one row.
+  // Each character may waste one row of points.
   const float scale =
       std::max(static_cast<float>(most) - static_cast<float>(characters), 0.0f) / static_cast<float>(rows);
   for (auto& shown : by_groom) {
@@ -257,7 +257,7 @@ void GlStage::add_records(std::vector<std::vector<Appearance>>& by_groom, const 
   }
 }
 
-// Before anything is drawn: the bound framebuffer is left for a moment.
+// Runs before the drawing, because it changes the bound framebuffer.
 void GlStage::place_strands(const std::vector<std::vector<Appearance>>& by_groom) {
   if (point_rows_ == 0) return;
   GLint before = 0;
@@ -297,7 +297,7 @@ void GlStage::draw_strands(const GroomBuffers& groom, const std::vector<Appearan
   }
 }
 
-// Its records begin at `first`, in the order of `shown`.
+// Draws the characters of one groom. Their records begin at `first`, in the order of `shown`.
 void GlStage::draw_groom(const GroomBuffers& groom, const std::vector<Appearance>& shown, std::size_t first) {
   const auto all = static_cast<GLsizei>(shown.size());
   const auto draw_all = [&](const Program& program, const DrawnMesh& mesh) {

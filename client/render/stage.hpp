@@ -18,47 +18,47 @@ namespace hairnet::render {
 
 // One character at one moment.
 struct ShownCharacter {
-  std::size_t groom = 0;                   // as Stage::add_groom numbered it
-  Pose pose;                               // world; the head's place moves the hair, all bones the body
-  std::span<const LatticeLayer> layers;    // at most kLatticeLayersMax count; none: the hair is rigid
+  std::size_t groom = 0;                   // the number from Stage::add_groom
+  Pose pose;                               // world; the head's transform moves the hair, all bones the body
+  std::span<const LatticeLayer> layers;    // at most kLatticeLayersMax; empty: the hair is rigid
   Vec3f hair_colour{0.16f, 0.07f, 0.03f};  // linear RGB albedo
   Vec3f skin_colour{0.75f, 0.52f, 0.42f};
   std::optional<DrawDetail> detail;  // none: chosen by its size on the screen
   bool body_shown = true;
 };
 
-// What lights and surrounds everything. The lights stand about the camera: key above its left, fill at its right, rim
+// The light and background of a picture. The lights turn with the camera: key above its left, fill at its right, rim
 // behind.
 struct Look {
   float exposure = 1;  // multiplies all light, not the background
   Vec3f background_top{0.80f, 0.81f, 0.82f}, background_bottom{0.52f, 0.53f, 0.55f};  // linear RGB
-  float quality = 1;  // of what screen size asks for: strands, points; 0.1 ... 4
+  float quality = 1;  // factor on the detail that the screen size determines: strands, points; 0.1 ... 4
 };
 
 struct StageStatistics {
   std::size_t draw_calls = 0, strands = 0, cards = 0, vertices = 0;  // of the last draw()
-  std::size_t left_out = 0;                          // characters for which the GPU's textures have no rows
+  std::size_t left_out = 0;                          // characters that did not fit into the GPU's textures
   std::size_t groom_bytes = 0, character_bytes = 0;  // on the GPU: of all grooms; of one character
-  std::size_t point_bytes = 0;                       // on the GPU: points of the strands that are drawn
+  std::size_t point_bytes = 0;                       // on the GPU: points of the drawn strands
 };
 
-// Draws characters with OpenGL ES 3 into whatever framebuffer is bound. The context in which it was made is current at
-// every call, and when it goes. One thread.
+// Draws characters with OpenGL ES 3 into the bound framebuffer. The context in which it was made must be current at
+// every call, also at its destruction. One thread.
 class Stage {
  public:
-  static Result<std::unique_ptr<Stage>> create();  // one line that says what is missing
+  static Result<std::unique_ptr<Stage>> create();  // the error is one line about what is missing
   virtual ~Stage() = default;
 
-  // Prepares the groom and brings it to the GPU; the number it has here.
+  // Prepares the groom and uploads it to the GPU. Returns its number in this stage.
   virtual std::size_t add_groom(const Groom& groom) = 0;
   virtual void remove_groom(std::size_t groom) = 0;
 
-  // Clears and draws `width` x `height` pixels of the bound framebuffer, which has depth and preferably 4 samples a
-  // pixel. Characters whose pose is not finite or over 10 km away are left out.
+  // Clears and draws `width` x `height` pixels of the bound framebuffer, which needs depth and preferably 4 samples a
+  // pixel. Leaves out characters whose pose is not finite or over 10 km away.
   virtual void draw(std::span<const ShownCharacter> characters, const Camera& camera, const Look& look, int width,
                     int height, bool target_is_srgb) = 0;
   [[nodiscard]] virtual const StageStatistics& statistics() const = 0;
-  [[nodiscard]] virtual DepthRange depth_range() const = 0;  // of what the last draw() left in the depth buffer
+  [[nodiscard]] virtual DepthRange depth_range() const = 0;  // of the depth buffer after the last draw()
 };
 
 }  // namespace hairnet::render

@@ -7,21 +7,21 @@
 
 namespace hairnet::render {
 
-// Places the points of strands before the strands are drawn: deforms them, and keeps every strand to its length at rest
-// (StrandLengths in shaders). Two passes write textures of points; client/shaders/strand_points.glsl says how they lie.
-// Each drawn vertex then reads its point, so FFD is done once a point, not once a vertex and follow hair.
+// Places the points of strands before the strands are drawn: deforms them, and limits every strand to its length at
+// rest (StrandLengths in shaders). Two passes write textures of points; client/shaders/strand_points.glsl has their
+// layout. Each drawn vertex then reads its point, so FFD runs once a point, not once a vertex and follow hair.
 class StrandDeformPass {
  public:
-  static constexpr std::size_t kPointRow = 1024;  // points of a row
-  // Of rows: both textures then take 256 MiB.
+  static constexpr std::size_t kPointRow = 1024;  // points in a row
+  // With this many rows both textures take 256 MiB.
   static constexpr std::size_t kRowsMax = 8192;
 
   static Result<StrandDeformPass> build();
 
-  // Makes room for so many rows, for all characters of a picture; what they held is lost.
+  // Allocates that many rows, for all characters of a picture; the old contents are lost.
   void reserve(std::size_t rows);
-  // Places the points of `characters` that wear the groom, whose records begin at `first_record` and say which rows the
-  // points have. Records and lattices are bound. Changes the bound framebuffer, viewport and vertex array.
+  // Places the points of `characters` with the groom. Their records begin at `first_record` and have the rows of the
+  // points. Records and lattices must be bound. Changes the bound framebuffer, viewport and vertex array.
   void place(const GroomBuffers& groom, std::size_t first_record, std::size_t characters) const;
   void bind() const;  // for drawing
   // The framebuffer of placed points, for reading back.

@@ -9,17 +9,18 @@
 namespace hairnet::render {
 namespace {
 
-constexpr float kSag_m = 5e-4f;     // of a smooth line over its pieces, at most, as far as kPiecesMax allow
-constexpr float kPiece_m = 0.012f;  // longer ones would show corners where a lattice bends straight hair
+constexpr float kSag_m = 5e-4f;     // of a smooth line over its pieces, at most, if kPiecesMax allows
+constexpr float kPiece_m = 0.012f;  // longer pieces would show corners where a lattice bends straight hair
 constexpr int kPiecesMax = 2;
 constexpr std::array<float, 4> kTolerances_m{0, 2.5e-4f, 8e-4f, 4e-3f};
-constexpr std::size_t kPlacedMax = 256;  // points of a strand: placing takes their square
-constexpr std::size_t kRunMax = 256;     // points of which one stays anyhow: simplifying takes their square
+constexpr std::size_t kPlacedMax = 256;  // points of a strand: the cost of placing grows with their square
+// points of which at least one stays: the cost of simplifying grows with their square
+constexpr std::size_t kRunMax = 256;
 
 struct LinePoint {
   Vec3f x;
   float delta, fraction;
-  bool own = true;  // of the groom; false: between two of its points
+  bool own = true;  // a point of the groom; false: between two of them
 };
 using Line = std::vector<LinePoint>;
 
@@ -28,7 +29,7 @@ Vec3f spline(const Vec3f& a, const Vec3f& b, const Vec3f& c, const Vec3f& d, flo
   return 0.5f * (2 * b + t * (c - a) + t * t * (2 * a - 5 * b + 4 * c - d) + t * t * t * (3 * (b - c) + d - a));
 }
 
-// Corners of a polyline become a curve through the same points.
+// Replaces the corners of a polyline by a curve through the same points.
 Line smoothed(const Line& line) {
   Line smooth;
   for (std::size_t i = 0; i + 1 < line.size(); ++i) {
@@ -49,7 +50,8 @@ Line smoothed(const Line& line) {
   return smooth;
 }
 
-// The point between two that is furthest from the line between them; the first, when none is beyond the tolerance.
+// The point in (first, last) that is furthest from the line between both ends; `first` when none is beyond the
+// tolerance.
 std::size_t furthest(const Line& line, std::size_t first, std::size_t last, float tolerance_m) {
   const Vec3f from = line[first].x, along = line[last].x - from;
   const float length2 = std::max(along.squaredNorm(), 1e-20f);
@@ -66,7 +68,8 @@ std::size_t furthest(const Line& line, std::size_t first, std::size_t last, floa
   return at;
 }
 
-// Marks what of (first, last) must stay so that nothing is further than the tolerance from the line (Douglas, Peucker).
+// Marks the points in (first, last) that must stay so that nothing is further than the tolerance from the line
+// (Douglas, Peucker).
 void simplify(const Line& line, std::size_t first, std::size_t last, float tolerance_m, std::vector<bool>& kept) {
   std::vector<std::array<std::size_t, 2>> pieces{{first, last}};
   while (!pieces.empty()) {
@@ -83,7 +86,8 @@ void simplify(const Line& line, std::size_t first, std::size_t last, float toler
 std::vector<bool> kept_points(const Line& line, float tolerance_m) {
   std::vector<bool> kept(line.size(), tolerance_m == 0);
   kept.front() = kept.back() = true;
-  // Roots and tips are where hair is seen to begin and end: a straight line keeps some points for the lattice to bend.
+  // A straight line also keeps some points for the lattice to bend. Roots and tips always stay, because they are
+  // visible ends.
   for (std::size_t i = 0; i < line.size(); i += 4) kept[i] = kept[i] || tolerance_m < 2e-3f;
   for (std::size_t i = 0; i < line.size(); ++i) kept[i] = kept[i] || (line[i].own && tolerance_m < 5e-4f);
   kept[line.size() / 2] = kept[line.size() / 4] = true;
@@ -134,7 +138,7 @@ class Lines {
   std::vector<std::size_t> parents_;
 };
 
-// Left and right of every point, and the points themselves. `strand`: in the order of drawing.
+// Adds a left and a right vertex for every point, and the points themselves. `strand`: in the order of drawing.
 void add_points(const Line& line, std::size_t strand, const OcclusionGrid& occlusion, GroomGeometry& geometry) {
   StrandPoints& points = geometry.strand_points;
   float arc_m = 0;
@@ -149,7 +153,7 @@ void add_points(const Line& line, std::size_t strand, const OcclusionGrid& occlu
   }
 }
 
-// `first`: the vertex that the line begins with.
+// `first`: the first vertex of the line.
 void add_triangles(const Line& line, std::uint32_t first, SimplifiedStrands& list) {
   const std::vector<bool> kept = kept_points(line, list.tolerance_m);
   std::uint32_t before = first;

@@ -11,7 +11,7 @@ flat in int row;
 
 out vec4 colour;
 
-// Red light travels furthest under the skin and so wraps furthest round the terminator.
+// Red light travels furthest under the skin, so it reaches furthest beyond the terminator.
 vec3 wrapped(float n_l) {
   const vec3 wrap = vec3(0.34, 0.20, 0.15);
   vec3 x = clamp((n_l + wrap) / (1.0 + wrap), 0.0, 1.0);
@@ -28,12 +28,12 @@ void main() {
   vec3 n = normalize(normal_scene + 1e-6);
   vec3 v = normalize(cameraPosition - position_scene);
   if (dot(n, v) < -0.3) n = -n;
-  // The scalp takes the colour that hair has at its roots (hair_albedo), so that partings show no light streaks.
+  // The scalp has the colour of hair at its roots (hair_albedo), so that partings show no light streaks.
   vec3 albedo = mix(record(row, 5).rgb, record(row, 2).rgb * 0.55, roots);
   vec4 rotation = record(row, 0);
   float ambient = ambient_transmittance(light_sides, light_ends);
   vec3 sum = albedo * mix(ambient_below, ambient_above, 0.5 + 0.5 * n.y) *
-             pow(vec3(ambient), 1.3 - albedo);  // skin lights skin, warmly, where little else does
+             pow(vec3(ambient), 1.3 - albedo);  // where little light arrives, skin lights skin, warmly
   for (int i = 0; i < 3; ++i) {
     vec3 l = light_direction[i];
     float left = transmittance(light_sides, light_ends, rotate_back(rotation, l));

@@ -1,10 +1,10 @@
 #include "scene.glsl"
 #include "character.glsl"
 
-// The body, skinned: each bone moves its share (linear blend).
+// The skinned body: each bone moves it by its share (linear blend).
 layout(location = 0) in vec3 rest;     // head space
-layout(location = 1) in vec4 normal;   // at rest; how much of a scalp it is, 0 ... 1
-layout(location = 2) in vec4 sides;    // light left from +x -x +y -y, by hair and body
+layout(location = 1) in vec4 normal;   // at rest; share of scalp, 0 ... 1
+layout(location = 2) in vec4 sides;    // transmittance from +x -x +y -y, through hair and body
 layout(location = 3) in vec4 ends;     // from +z -z; share of the fifth bone; 0
 layout(location = 4) in vec4 shares;   // of the bones: head, neck, left and right shoulder
 

@@ -11,14 +11,14 @@ in vec2 light_ends;
 in vec4 place;
 flat in int row;
 
-uniform float waviness;  // 0: hairs keep to the course of their lock ... 1: curls
-uniform sampler2D card_texture;  // red: shade of a hair; green: a number of its own; blue: glint; alpha: coverage
+uniform float waviness;  // 0: hairs follow their lock ... 1: curls
+uniform sampler2D card_texture;  // red: shade of a hair; green: its random number; blue: glint; alpha: coverage
 
 out vec4 colour;
 
 void main() {
   Character character = load_character(row);
-  // Four textures side by side, mirrored or not: neighbours differ.
+  // The texture has four ribbons side by side, mirrored or not, so that neighbours differ.
   float number = floor(place.z + 0.5);
   float across = mod(floor(number / 4.0), 2.0) > 0.5 ? 1.0 - place.x : place.x;
   vec4 hair = texture(card_texture, vec2((mod(number, 4.0) + mix(0.004, 0.996, across)) / 4.0, place.y));
@@ -26,13 +26,13 @@ void main() {
   if (drawn <= 0.0) discard;
   vec4 chance = vec4(hair.x, 0.5, hair.y, hair.z);
   vec3 albedo = hair_albedo(character.hair_albedo, chance, place.y);
-  // Curls are finer than a card. Each hair of the texture turns its tangent to and fro along its length, with its own
-  // phase, which breaks up the highlights.
+  // Curls are finer than a card. Each hair of the texture swings its tangent along its length, with its own phase,
+  // which breaks up the highlights.
   float phase = 6.2832 * (place.y * (5.0 + 8.0 * hair.z) + 7.0 * hair.y + number);
   vec3 along = normalize(tangent_scene), side = normalize(cross(along, normal_scene) + 1e-6);
   vec3 t = normalize(along + 0.8 * waviness * (sin(phase) * side + cos(1.3 * phase) * normal_scene));
   vec3 sum = shade_hair(position_scene, t, character.rotation, albedo, chance, light_sides, light_ends);
-  // A card stands for hairs that lie about it: its edges turn away.
+  // A card represents hairs around it: its edges turn away from the viewer.
   float facing = 0.75 + 0.25 * abs(dot(normalize(normal_scene), normalize(cameraPosition - position_scene)));
   colour = vec4(to_target(tone_map(sum * facing)), drawn);
 }

@@ -3,14 +3,15 @@
 #include "ffd.glsl"
 #include "hair_light.glsl"
 
-// Cards: ribbons of textured hair, the groom's own or those that stand for its strands far away.
+// Cards: ribbons of textured hair, either the groom's own or those that replace its strands far away.
 layout(location = 0) in vec4 rest;       // head space; delta
 layout(location = 1) in vec4 direction;  // rest tangent, root to tip; d delta / ds
-layout(location = 2) in vec4 sides;      // light left from +x -x +y -y
+layout(location = 2) in vec4 sides;      // transmittance from +x -x +y -y
 layout(location = 3) in vec4 ends;       // from +z -z; along: 0 at the root ... 1; across: 0 left, 1 right
 layout(location = 4) in vec4 side;       // unit, from left to right at rest; number of the card
 
-uniform float far_cards;  // 1: those that stand for strands far away; 0: the groom's own, which they stand for too
+// 1: cards that replace strands far away; 0: the groom's own cards, which the former also replace
+uniform float far_cards;
 
 out vec3 position_scene;
 out vec3 tangent_scene;

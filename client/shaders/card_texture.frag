@@ -1,6 +1,6 @@
 #include "scene.glsl"
 
-// Makes the texture of cards: four ribbons side by side, each of hairs from the root (y = 0) to the tip, of chance
+// Makes the texture of cards: four ribbons side by side. Each has hairs from the root (y = 0) to the tip, of random
 // shade, thickness and length, that drift across it and gather at its tip.
 in vec2 uv;
 out vec4 colour;

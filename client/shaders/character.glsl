@@ -24,7 +24,7 @@ struct Character {
   float width;
   float strand_share, strand_opacity, card_opacity, quadratic;
   float follow_hairs, stray;
-  float size;  // 1: as its groom was made
+  float size;  // 1: the size of its groom
   int layer_count;
   int row;
 };

@@ -1,7 +1,7 @@
-// Coverage for targets of several samples: alpha becomes samples (alpha to coverage), so nothing needs sorting. A few
-// samples have few steps between none and all: chance makes up for it.
-// The alpha that makes a whole number of samples, rounded by chance (0 ... 1); a little less than their share, which
-// all ways to count take alike. 0: none.
+// Coverage for targets with several samples: alpha becomes samples (alpha to coverage), so nothing needs sorting. A few
+// samples give few steps of coverage; random rounding makes up for this. Returns the alpha for a whole number of
+// samples, rounded by `chance` (0 ... 1). It is slightly less than their share, so that all GPUs count it alike. 0:
+// none.
 float rounded_by(float cover, float chance) {
   float count = floor(clamp(cover, 0.0, 1.0) * samples + chance);
   return max(count - 0.3, 0.0) / samples;
@@ -19,10 +19,10 @@ float dithered(float cover, float number) {
   return fract(chance * 1024.0) < 0.5 ? rounded_by(cover, chance) : step(chance, cover);
 }
 
-// Of cards, of which few lie behind each other.
+// For cards, of which few lie behind each other.
 float dithered_card(float cover, float number) { return rounded_by(cover, chance_at_pixel(number)); }
 
-// Of cloth: even, Bayer's 4x4 thresholds.
+// For cloth: even, with Bayer's 4x4 thresholds.
 float woven(float cover) {
   ivec2 at = ivec2(gl_FragCoord.xy) & 3;
   int low = ((at.x ^ at.y) & 1) * 2 + (at.y & 1);

@@ -8,7 +8,7 @@ flat in int row;
 uniform highp sampler2D rest_points;  // of the groom: head space, m; delta
 out uvec4 point;
 
-// How the frame turns, without what stretches or shears it.
+// The rotation of the frame, without its stretch and shear.
 vec4 rotation_in(mat3 frame) {
   vec3 x = normalize(frame[0] + vec3(1e-6, 0.0, 0.0));
   vec3 z = normalize(cross(x, frame[1]) + vec3(0.0, 0.0, 1e-6));

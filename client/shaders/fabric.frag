@@ -22,11 +22,11 @@ vec3 cloth_light(vec3 n, vec3 v, vec3 l, vec3 albedo, float thin) {
 void main() {
   vec3 v = normalize(cameraPosition - position_scene);
   vec3 n = normalize(normal_scene + 1e-6);
-  if (dot(n, v) < 0.0) n = -n;  // both sides are lit
+  if (dot(n, v) < 0.0) n = -n;  // light both sides
   float across2 = dot(cord_side, cord_side);
   if (across2 > 0.0) n = normalize(n * sqrt(max(1.0 - across2, 0.05)) + cord_side);
   vec4 albedo = albedo_opacity;
-  // Seen at a slant, cloth is denser.
+  // Cloth seen at a slant is denser.
   float seen = albedo.a >= 1.0 ? 1.0 : 1.0 - pow(1.0 - albedo.a, 1.0 / max(abs(dot(n, v)), 0.15));
   float drawn = woven(seen);
   if (drawn <= 0.0) discard;

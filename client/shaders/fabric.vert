@@ -5,14 +5,14 @@
 // Cloth and threads in the hair. A thread is a ribbon that faces the camera, lit as a round cord.
 layout(location = 0) in vec4 rest;       // head space; delta
 layout(location = 1) in vec4 direction;  // cloth: rest normal; thread: rest tangent; d delta / ds
-layout(location = 2) in vec4 sides;      // light left from +x -x +y -y
+layout(location = 2) in vec4 sides;      // transmittance from +x -x +y -y
 layout(location = 3) in vec4 ends;       // from +z -z; 0; 0
 layout(location = 4) in vec4 albedo;     // linear RGB; opacity
 layout(location = 5) in float cord;      // half of a thread's width, m, negative on its left; 0: cloth
 
 out vec3 position_scene;
 out vec3 normal_scene;
-out vec3 cord_side;  // of a thread: to its right, scene, times place across (-1 ... 1); 0 on cloth
+out vec3 cord_side;  // for a thread: to its right, scene, times the position across (-1 ... 1); 0 on cloth
 out vec4 light_sides;
 out vec2 light_ends;
 out vec4 albedo_opacity;

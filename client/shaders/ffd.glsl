@@ -1,6 +1,6 @@
-// Free-form deformation by a character's layers (core/ffd holds the same in C++; reference_deform.cpp reads best).
-// u(x) = sum over layers of weight * sum over nodes of w(x) * displacement, head space, m; `slope` is its gradient,
-// column a = du / dx_a. Outside the lattice its border nodes extrapolate linearly.
+// Free-form deformation by a character's layers (core/ffd has the same in C++; reference_deform.cpp is the easiest to
+// read). u(x) = sum over layers of weight * sum over nodes of w(x) * displacement, head space, m; `slope` is its
+// gradient, column a = du / dx_a. Outside the lattice its border nodes extrapolate linearly.
 
 vec3 node_displacement(int node) { return texelFetch(lattices, ivec2(node & (kLatticeRow - 1), node / kLatticeRow), 0).xyz; }
 
@@ -67,7 +67,7 @@ void displace(Character character, vec3 x, out vec3 u, out mat3 slope) {
 struct HairPoint {
   vec3 position;
   vec3 tangent;  // d(position) / ds, s the arc length at rest: t + delta J t + (d delta / ds) u; not of unit length
-  mat3 frame;    // how small things about the point go with it: 1 + delta J
+  mat3 frame;    // transforms small things at the point: 1 + delta J
 };
 
 // `rest`: position and delta of eq. 7; `direction`: rest tangent and d delta / ds, 1/m.

@@ -1,7 +1,7 @@
-// Light on hair and through it.
+// Light on hair and through hair.
 
-// What is left of light that comes from `direction` (unit, head axes) at a place of the resting hair, from what is left
-// along the six axes: +x -x +y -y, +z -z.
+// The share of light from `direction` (unit, head axes) that reaches a place of the resting hair, from the shares along
+// the six axes: +x -x +y -y, +z -z.
 float transmittance(vec4 sides, vec2 ends, vec3 direction) {
   vec3 squared = direction * direction;
   return squared.x * (direction.x > 0.0 ? sides.x : sides.y) + squared.y * (direction.y > 0.0 ? sides.z : sides.w) +
@@ -16,9 +16,9 @@ float lobe(float t_h, float power) {
   return smoothstep(-1.0, 0.0, t_h) * pow(max(1.0 - t_h * t_h, 1e-4), 0.5 * power);
 }
 
-// Kajiya and Kay's diffuse and highlight; the highlight twice with the tangent shifted (Scheuermann): towards the
-// root and white for light off the surface, towards the tip and coloured for light that went through the hair.
-// `chance`: four numbers in [0, 1) of the hair's own.
+// Kajiya and Kay's diffuse light and highlight. The highlight appears twice with the tangent shifted (Scheuermann):
+// towards the root and white for light reflected at the surface, towards the tip and coloured for light that passed
+// through the hair. `chance`: four random numbers in [0, 1), constant for the hair.
 vec3 hair_light(vec3 t, vec3 v, vec3 l, vec3 albedo, vec4 chance) {
   vec3 n = normalize(v - t * dot(t, v) + 1e-5);
   vec3 h = normalize(l + v + 1e-5);
@@ -34,7 +34,7 @@ vec3 hair_light(vec3 t, vec3 v, vec3 l, vec3 albedo, vec4 chance) {
          2.4 * sqrt(albedo) * albedo / (1.0 + 1.5 * albedo) * second * (0.7 + 0.6 * chance.y) * facing + 0.5 * albedo * through * diffuse;
 }
 
-// Each hair's own shade; darker at the root, lighter at the tip. `s`: 0 at the root, 1 at the tip.
+// Each hair has its own shade; it is darker at the root, lighter at the tip. `s`: 0 at the root, 1 at the tip.
 vec3 hair_albedo(vec3 albedo, vec4 chance, float s) {
   vec3 own = albedo * mix(0.75, 1.3, chance.x) * mix(vec3(1.0), vec3(1.12, 1.0, 0.86), chance.y - 0.4);
   return min(own * mix(0.55, 1.0, smoothstep(0.0, 0.2, s)) * mix(1.0, 1.2, s), vec3(0.95));
@@ -47,7 +47,7 @@ vec3 shade_hair(vec3 position, vec3 t, vec4 rotation, vec3 albedo, vec4 chance, 
   vec3 sum = albedo * mix(ambient_below, ambient_above, ambient) * ambient;
   for (int i = 0; i < 3; ++i) {
     float left = transmittance(sides, ends, rotate_back(rotation, light_direction[i]));
-    // Light hair passes and scatters what dark hair swallows.
+    // Light hair transmits and scatters light that dark hair absorbs.
     vec3 passed = pow(vec3(max(left, 1e-3)), 1.0 - 0.75 * sqrt(albedo));
     sum += hair_light(t, v, light_direction[i], albedo, chance) * light_colour[i] * passed;
   }

@@ -3,7 +3,7 @@
 #include "strand_points.glsl"
 
 // The second pass: each point moves along its deformed strand towards the root until it is no further from the root,
-// along the strand, than at rest (core/ffd/strand_lengths.hpp says why and is the measure of this).
+// along the strand, than at rest (core/ffd/strand_lengths.hpp explains it, and tests compare both).
 flat in int row;
 uniform highp usampler2D deformed_points;
 uniform highp sampler2D rest_arcs;  // of the groom: arc length from the root, m; number of the point in its strand

@@ -2,7 +2,7 @@
 #include "character.glsl"
 #include "strand_points.glsl"
 
-// All rows of the points of a character; an instance is a character. Six vertices, no vertex data.
+// Covers all rows of the points of a character; each instance is a character. Six vertices, no vertex data.
 uniform int target_rows;
 flat out int row;
 

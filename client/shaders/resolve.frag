@@ -3,8 +3,8 @@ precision highp float;
 precision highp int;
 precision highp sampler2D;
 
-// The large picture to its final size: a tent filter over the samples of a pixel and their neighbours, in linear light
-// (the source decodes sRGB), then sRGB with half a step of noise against banding.
+// Filters the large picture to its final size: a tent filter over the samples of a pixel and their neighbours, in
+// linear light (the source decodes sRGB), then sRGB with half a step of noise against banding.
 in vec2 uv;
 uniform sampler2D source;
 uniform int supersample;

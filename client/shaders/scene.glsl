@@ -3,27 +3,27 @@ precision highp float;
 precision highp int;
 precision highp sampler2D;
 
-// What all shaders share; each begins with #include "scene.glsl". Lengths in m, linear RGB. *Scene space* is the world,
-// or the world seen from a near place where floats are fine enough. The camera's names are those that three.js sets.
+// Included by all shaders. Lengths in m, linear RGB. *Scene space* is the world, or the world relative to a near place
+// where floats are precise enough. The camera's uniforms have the names that three.js sets.
 uniform mat4 viewMatrix;
 uniform mat4 projectionMatrix;
 uniform vec3 cameraPosition;
 uniform vec2 viewport_px;
-uniform float samples;  // a pixel; 1 without alpha to coverage
+uniform float samples;  // for each pixel; 1 without alpha to coverage
 
 uniform vec3 light_direction[3];  // key, fill, rim: unit, towards the light, scene axes
 uniform vec3 light_colour[3];
 uniform vec3 ambient_above;
 uniform vec3 ambient_below;
 uniform float exposure;
-uniform float encode_srgb;  // 1: the target takes sRGB as it is written; 0: the target encodes
+uniform float encode_srgb;  // 1: the target stores the value unchanged, so encode sRGB; 0: the target encodes it
 
 vec4 to_clip(vec3 position_scene) { return projectionMatrix * (viewMatrix * vec4(position_scene, 1.0)); }
 
-// Pixels that a metre covers where clip.w is 1.
+// Pixels in a metre where clip.w is 1.
 float px_per_m() { return 0.5 * viewport_px.y * projectionMatrix[1][1]; }
 
-const vec4 kNowhere = vec4(0.0, 0.0, 2.0, 1.0);  // beyond the far plane: what has this place is not drawn
+const vec4 kNowhere = vec4(0.0, 0.0, 2.0, 1.0);  // beyond the far plane: a vertex here is not drawn
 
 uint scramble(uint x) {  // PCG
   x = x * 747796405u + 2891336453u;
@@ -43,7 +43,7 @@ vec4 random4(uint seed) {  // in [0, 1)
 vec3 rotate(vec4 q, vec3 v) { return v + 2.0 * cross(q.xyz, cross(q.xyz, v) + q.w * v); }
 vec3 rotate_back(vec4 q, vec3 v) { return rotate(vec4(-q.xyz, q.w), v); }
 
-// Linear to 0.6, then a shoulder that never reaches 1.
+// Linear up to 0.6, then a shoulder that never reaches 1.
 vec3 tone_map(vec3 colour) {
   vec3 x = colour * exposure;
   return mix(x, 1.0 - 0.4 * exp((0.6 - x) / 0.4), step(0.6, x));

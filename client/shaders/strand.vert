@@ -3,10 +3,11 @@
 #include "strand_points.glsl"
 #include "hair_light.glsl"
 
-// A strand as a ribbon that faces the camera, through points that two passes have placed before (deform_points.frag,
-// limit_lengths.frag). Every point comes twice: even vertices on the left, odd ones on the right. Shading is done here, not by the pixel: a ribbon is a pixel or two wide, and its points lie close.
-// Instances: a character's strands, then its follow hairs, then the next character.
-layout(location = 0) in vec4 sides;  // light left from +x -x +y -y
+// A strand as a ribbon that faces the camera, through points that two earlier passes have placed (deform_points.frag,
+// limit_lengths.frag). Every point has two vertices: even ones on the left, odd ones on the right. Shading is done for
+// each vertex, not for each pixel: a ribbon is a pixel or two wide, and its points are close together. Instances: a
+// character's strands, then its follow hairs, then the next character.
+layout(location = 0) in vec4 sides;  // transmittance from +x -x +y -y
 layout(location = 1) in vec4 ends;   // from +z -z; fraction of the strand's length; 0
 layout(location = 2) in float strand;
 
@@ -14,8 +15,8 @@ uniform highp usampler2D placed_points;
 
 uniform float strand_count;
 
-out vec4 shade;   // colour as the target takes it; coverage of the core
-out vec3 across;  // px from the middle; half of the drawn width, px; a number of the strand's own
+out vec4 shade;   // colour in the target's encoding; coverage of the core
+out vec3 across;  // px from the middle; half of the drawn width, px; the strand's random number
 
 // Follow hairs are furthest from their strand in the middle; at the tips they gather into locks.
 vec3 follow_hair_offset(vec4 chance, float s, float stray) {
@@ -25,7 +26,7 @@ vec3 follow_hair_offset(vec4 chance, float s, float stray) {
   return reach * vec3(sqrt(1.0 - z * z) * vec2(cos(turn), sin(turn)), z).xzy * sqrt(chance.w);
 }
 
-// Strands come in a random order, so the first of them are an even share; the last of that share are just appearing.
+// Strands are in random order, so the first of them are an even sample; the last ones of the share fade in.
 float presence(float share) {
   float rank = (strand + 0.5) / strand_count;
   return share >= 1.0 ? 1.0 : clamp((share - rank) / (0.15 * share + 1e-6), 0.0, 1.0);
@@ -60,12 +61,12 @@ void main() {
   bool left = (gl_VertexID & 1) == 0;
   vec2 side = vec2(-along.y, along.x) * (left ? -1.0 : 1.0);
 
-  // Tips end at chance lengths, softly.
+  // Tips end at random lengths, softly.
   float end = 1.0 - 0.12 * chance.z;
   float taper = mix(1.0, 0.45, s * s) * (1.0 - smoothstep(end - 0.12, end, s));
   float width_px = character.width * taper * (copy == 0 ? 1.0 : 0.8) * px_per_m() / max(clip.w, 1e-3);
   float half_px = 0.5 * max(width_px, 1.0);
-  float edge_px = half_px + (samples < 2.0 ? 0.5 : 0.0);  // several samples make soft edges by themselves
+  float edge_px = half_px + (samples < 2.0 ? 0.5 : 0.0);  // several samples already make soft edges
   clip.xy += side * edge_px / pixel * clip.w;
   gl_Position = clip;
   shade = vec4(to_target(tone_map(colour)), min(width_px, 1.0) * present * character.strand_opacity);

@@ -1,6 +1,6 @@
-// Where the points of strands are, in rows of kPointRow texels: point n of a groom at texel n mod 1024 of row n / 1024,
-// counted from the first row of the character's own. A texel holds a position in head space, m, as the bits of three
-// floats, and a rotation, the quaternion xyzw in bytes: how small things about the point turn with it.
+// The layout of the points of strands, in rows of kPointRow texels: point n of a groom is at texel n mod 1024 of row n
+// / 1024, counted from the character's first row. A texel contains a position in head space, m, as the bits of three
+// floats, and a rotation, the quaternion xyzw in bytes, which turns small things at the point.
 const int kPointRow = 1024;
 
 struct StrandPoint {

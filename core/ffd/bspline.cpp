@@ -5,8 +5,8 @@
 namespace hairnet {
 namespace {
 
-// Weights of the stencil's nodes along one axis (model section 7). Beyond half a spacing outside the middle node of the
-// outermost stencil the border nodes extrapolate linearly, which meets the parabola in value and slope.
+// Weights of the stencil's nodes along one axis (quadratic B-spline, paper 4). Beyond half a spacing from the middle
+// node of the outermost stencil the border nodes extrapolate linearly; value and slope are continuous there.
 std::array<float, 3> quadratic_weights(float t) {
   if (t < -0.5f) return {-t, 1 + t, 0};
   if (t > 0.5f) return {0, 1 - t, t};
@@ -22,7 +22,7 @@ FfdSite ffd_site(const Lattice& lattice, FfdKind kind, const Vec3f& point_head) 
   FfdSite site{0, Vec3f::Zero(), false};
   for (int a = 0; a < 3; ++a) {
     const auto axis = static_cast<std::size_t>(a);
-    // Clamped as float: a point may be so far away that its node index has no int.
+    // Clamped as float: a point may be so far away that its node index does not fit an int.
     const float low = quadratic ? 1.0f : 0.0f, high = static_cast<float>(lattice.dims[axis] - 2);
     const float nearest = std::fmin(std::fmax(quadratic ? std::round(g[a]) : std::floor(g[a]), low), high);
     lowest[axis] = static_cast<int>(nearest) - (quadratic ? 1 : 0);

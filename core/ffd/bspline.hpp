@@ -12,12 +12,12 @@ enum class FfdKind : std::uint8_t { quadratic, linear };
 // The position of a point relative to the lattice nodes that move it.
 struct FfdSite {
   std::uint32_t base;  // grid index of the lowest node of its stencil: 3 x 3 x 3 nodes (quadratic) or 2 x 2 x 2
-  Vec3f t;             // from the stencil's middle node (quadratic) or lowest (linear), in node spacings
-  bool outside;        // it lies where the border nodes extrapolate linearly: t beyond [-1/2, 1/2], or [0, 1]
+  Vec3f t;             // position from the stencil's middle node (quadratic) or lowest node (linear), in node spacings
+  bool outside;        // the border nodes extrapolate linearly here: t is beyond [-1/2, 1/2], or [0, 1]
 };
 FfdSite ffd_site(const Lattice& lattice, FfdKind kind, const Vec3f& point_head);
 
-// The 27 nodes and weights that move one point by quadratic FFD (model section 7), grid indices.
+// The 27 nodes and weights that move one point by quadratic FFD (paper 4), grid indices.
 struct FfdWeight {
   std::uint32_t node;
   float weight;

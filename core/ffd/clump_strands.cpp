@@ -13,7 +13,8 @@ Vec3f across(const Vec3f& direction, const Vec3f& wanted) {
   return flat.squaredNorm() > 1e-8f ? Vec3f(flat.normalized()) : direction.unitOrthogonal();
 }
 
-// Of the clump's radius: roots lie closer, the lock is full after an eighth of its length, and gathers at the tip.
+// The clump's radius along the strand: roots lie closer, the full radius is reached after an eighth of the length, and
+// the tips gather.
 float radius_at(float s, float radius_m, float tip_radius_m) {
   const float opening = std::min(1.0f, 0.4f + 4.8f * s);
   return opening * std::lerp(radius_m, tip_radius_m, s);
@@ -27,7 +28,7 @@ ClumpStrands::ClumpStrands(const Groom& groom)
   for (const Clump& clump : groom.clumps) {
     const std::uint32_t begin = groom.strand_begin[clump.strand], end = groom.strand_begin[clump.strand + 1];
     for (std::uint32_t c = 0; c < clump.copy_count; ++c) {
-      // A sunflower's output_offsets fill the disc evenly; another turn for each strand.
+      // A sunflower pattern fills the disc evenly; each strand starts at another angle.
       const float ring = std::sqrt((static_cast<float>(c) + 0.7f) / static_cast<float>(clump.copy_count));
       const float angle = kGoldenAngle * static_cast<float>(c + 7 * (clump.strand % 1024));
       copies_.push_back({begin, end, std::fmod(angle, 2 * std::numbers::pi_v<float>), std::min(ring, 1.0f),
@@ -42,7 +43,7 @@ void ClumpStrands::follow(std::span<const Vec3f> points, std::span<Vec3f> points
   std::copy_n(points.begin(), own_point_count_, points_out.begin());
   std::size_t out = own_point_count_;
   for (const Copy& copy : copies_) {
-    // The frame starts from a fixed direction of the head, so that it turns with the head alone.
+    // The frame starts from a fixed direction of the head, so that it turns only with the head.
     Vec3f side = Vec3f::UnitZ();
     const auto last = static_cast<float>(copy.end - copy.begin) - 1;
     for (std::uint32_t i = copy.begin; i < copy.end; ++i) {

@@ -9,13 +9,13 @@
 namespace hairnet {
 
 // The strands that are drawn for a groom: its own, then the copies of its clumps, which need no FFD of their own. A
-// copy keeps its place across its strand: at an offset in a frame that is carried along the strand without twisting.
+// copy keeps its place across its strand: a fixed offset in a frame that follows the strand without twisting.
 class ClumpStrands {
  public:
   explicit ClumpStrands(const Groom& groom);
 
-  // Offsets of all drawn strands into the points that follow() gives: the groom's own first, as they stand in the
-  // groom.
+  // Offsets of all drawn strands in the points that follow() writes: first the groom's own strands, in the groom's
+  // order.
   [[nodiscard]] std::span<const std::uint32_t> strand_begin() const { return strand_begin_; }
   [[nodiscard]] std::size_t point_count() const { return strand_begin_.back(); }
 
@@ -24,7 +24,7 @@ class ClumpStrands {
 
  private:
   struct Copy {
-    std::uint32_t begin, end;      // the points that it follows
+    std::uint32_t begin, end;      // the strand's points
     float angle;                   // about the strand, radians
     float ring;                    // share of the clump's radius, 0 … 1
     float radius_m, tip_radius_m;  // of the clump

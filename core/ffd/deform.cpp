@@ -9,7 +9,7 @@
 namespace hairnet {
 namespace {
 
-// Number of each point in sorted order, and the last one's again for vectors that hang over the end.
+// The number of each point in sorted order; the last one is repeated for vectors that extend beyond the end.
 template <class Number, class Of>
 std::vector<Number> sorted(std::span<const std::uint32_t> order, const Of& of) {
   std::vector<Number> numbers;
@@ -29,7 +29,7 @@ std::array<std::vector<float>, 4> sorted_four(std::span<const std::uint32_t> ord
   return four;
 }
 
-// By stencil; those of one stencil in the caller's order, so that what is written for it lies close together.
+// Sorts by stencil; within a stencil in the caller's order, so that the results are written close together.
 std::vector<std::uint32_t> order_by_stencil(std::span<const FfdSite> sites) {
   std::vector<std::uint32_t> order(sites.size());
   std::iota(order.begin(), order.end(), 0u);

@@ -21,8 +21,7 @@ std::vector<float> far_card_blend(const Groom& groom);
 
 // Deforms a fixed set of points by the displacements of the lattice's nodes. The points are given at rest in head space
 // and sorted by stencil once, in the constructor; deform() writes results in the caller's order. deform() allocates
-// nothing and several threads may call it at once. The result of a point has the same bits whatever other points the
-// Deformer has.
+// nothing and several threads may call it at once. The bits of a point's result do not depend on the other points.
 class Deformer {
  public:
   // `blend`: delta of each point, or empty for 1. Points may lie outside the lattice (linear extrapolation).
@@ -30,7 +29,7 @@ class Deformer {
   // With tangents. `rest` has one entry per point.
   Deformer(const Lattice& lattice, std::span<const Vec3f> points_head, std::span<const float> blend,
            const RestTangents& rest, FfdKind kind);
-  // All points of the groom: strands', threads', cards' and cloths' alike.
+  // All points of the groom: those of strands, threads, cards and cloths.
   Deformer(const Groom& groom, const Lattice& lattice, FfdKind kind);
 
   // points_out[i] = x_i + delta_i u(x_i), u(x) = sum_j w_j(x) displacement_j; head space, m. `grid_displacements` has
@@ -56,7 +55,7 @@ class Deformer {
   FfdKind kind_;
   std::size_t point_count_;
   std::vector<DeformCell> cells_;
-  // Sorted, with kDeformOverhang more entries, as WideDeform names them.
+  // Sorted, with kDeformOverhang more entries, named as in WideDeform.
   std::vector<std::uint32_t> output_offsets_;
   std::array<std::vector<float>, 4> points_, slopes_;
 };

@@ -56,7 +56,8 @@ inline constexpr std::size_t kLatticeLayersMax = 5;  // of a character
 // Displacements (head space, m) of every grid node, in index order, from those of the active nodes.
 void expand_displacements(const LevelGeometry& geometry, std::span<const Vec3f> active, std::span<Vec3f> grid_out);
 
-// Empty when sound (dims and counts agree, indices in range and ascending, numbers finite); else one line.
+// Returns an empty string when valid (dims and counts agree, indices are in range and ascending, numbers finite); else
+// one line.
 std::string validate(const LevelGeometry& geometry);
 
 }  // namespace hairnet

@@ -6,7 +6,7 @@
 
 namespace hairnet {
 
-// One hair point at rest, in head space: what the FFD moves.
+// One hair point at rest, in head space.
 struct RestPoint {
   Vec3 x = Vec3::Zero();        // m
   double delta = 1;             // root blend

@@ -10,7 +10,7 @@ RestTangents none_of(std::size_t point_count) {
   return {std::vector<Vec3f>(point_count, Vec3f::Zero()), std::vector<float>(point_count, 0.0f)};
 }
 
-// Point i of a line is every `stride`-th of `points`: a card has two edges.
+// Takes every `stride`-th of `points`: a card has two edges.
 void add_line(std::span<const Vec3f> points, std::span<const float> blend, const PointRange& range,
               std::uint32_t stride, RestTangents& rest) {
   const std::uint32_t last = range.end - stride;
@@ -57,7 +57,7 @@ std::vector<Vec3f> far_card_normals(const FarCards& far, const RestTangents& res
   std::vector<Vec3f> normals(far.points.size());
   for (const FarCard& card : far.cards) {
     for (std::uint32_t p = card.points.begin; p + 1 < card.points.end; p += 2) {
-      // One normal a pair, so that a card is flat across.
+      // One normal for each pair, so that a card is flat across.
       const Vec3f along = rest.direction[p] + rest.direction[p + 1];
       const Vec3f normal = (far.points[p + 1] - far.points[p]).cross(along);
       const float length = normal.norm();

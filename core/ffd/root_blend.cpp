@@ -17,7 +17,8 @@ void blend_line(const RootBlend& blend, float root_length_m, std::span<const Vec
   }
 }
 
-// Both points of a pair have the middle's delta. `middle_delta` is for scratch; `delta` has two a point of `middle`.
+// Both points of a pair have the middle's delta. `middle_delta` is scratch memory; `delta` has two entries for each of
+// `middle`.
 void blend_card(const RootBlend& blend, float root_length_m, std::span<const Vec3f> middle,
                 std::vector<float>& middle_delta, std::span<float> delta) {
   middle_delta.resize(middle.size());

@@ -6,7 +6,7 @@
 namespace hairnet {
 namespace {
 
-// Arc lengths at rest and deformed come from the same sums, so equal points have equal ones.
+// Arc lengths at rest and deformed come from the same sums, so equal points have equal arc lengths.
 void measure(std::span<const Vec3f> strand, std::span<float> arc_m) {
   double length_m = 0;
   for (std::size_t i = 0; i < strand.size(); ++i) {
@@ -15,10 +15,10 @@ void measure(std::span<const Vec3f> strand, std::span<float> arc_m) {
   }
 }
 
-// `arc_m` and `rest_arc_m`: L and l of each point. From the tip on, since a point moves towards the root only, between
-// two points that have not moved yet.
+// `arc_m` and `rest_arc_m`: L and l of each point. Goes from the tip to the root: a point moves towards the root only,
+// and lies between two points that have not moved yet.
 void limit_strand(std::span<Vec3f> strand, std::span<const float> arc_m, std::span<const float> rest_arc_m) {
-  std::size_t after = strand.size();  // the end of the segment that holds the arc length l_i
+  std::size_t after = strand.size();  // the end of the segment that contains the arc length l_i
   for (std::size_t i = strand.size(); i-- > 1;) {
     const float wanted_m = rest_arc_m[i];
     if (arc_m[i] <= wanted_m) continue;

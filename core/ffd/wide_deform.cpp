@@ -5,15 +5,17 @@
 #include <hwy/foreach_target.h>  // compiles this file once more for each instruction set
 #include <hwy/highway.h>
 
-// A lane is a point. Along one axis the three weights of quadratic FFD sum to one, so with middle node b
+// Each lane is a point. Along one axis the three weights of quadratic FFD sum to one, so with middle node b
+//
 //     w_a a + w_b b + w_c c = b + w_a (a - b) + w_c (c - b),
-// and linear FFD is a + t (c - a). Differencing a stencil's nodes so along x, y and z (into its "terms") takes 54
+//
+// and linear FFD is a + t (c - a). Such differences of a stencil's nodes along x, y and z (its "terms") take 54
 // subtractions of vectors of three. Every point of the cell then takes 26 multiply-adds a component, as many as
 // Horner's scheme on powers of t, whose coefficients take twice the work; the sum over 27 nodes takes 39 and a third
-// weight an axis. The same terms serve outside the lattice, where the weights are linear: no other path is needed. A
-// constant field has differences of exactly zero. Summing cells of at most 4, 8, 16 or 32 points over their nodes
-// instead changed the time of 10 000 points on 10 x 10 x 10 nodes by -3 to +18 %, mostly for the worse: there is no
-// such path.
+// weight an axis. The same terms serve outside the lattice, where the weights are linear, so no other path is needed. A
+// constant field has differences of exactly zero. A separate path that sums cells of at most 4, 8, 16 or 32 points over
+// their nodes changed the time of 10 000 points on 10 x 10 x 10 nodes by -3 to +18 %, mostly for the worse, so there is
+// none.
 
 HWY_BEFORE_NAMESPACE();
 namespace hairnet {
@@ -26,16 +28,17 @@ using D4 = hn::CappedTag<float, 4>;
 constexpr std::size_t kLanes = hn::MaxLanes(D());
 static_assert(kLanes <= kDeformOverhang);
 
-// Of t, in spacings: three axes of them multiply without leaving float's range.
+// Limit of t, in spacings: the product of three axes stays within float's range.
 constexpr float kFar = 1e9f;
 constexpr float kSqrtHalf = 0.70710678f;
 
-// Along one axis, how a cell's points find their weights: scale and offset of x, and scale of the tangent.
+// Along one axis, the terms from which a cell's points compute their weights: scale and offset of x, and scale of the
+// tangent.
 struct AxisFrame {
   V scale, offset, rate;
 };
 
-// Along one axis: of the terms after the first, and how those weights grow per metre along the strand.
+// Along one axis, the weights of the terms after the first, and their growth per metre along the strand.
 template <int kNodes>
 struct AxisWeights {
   V w[kNodes - 1];
@@ -53,8 +56,8 @@ HWY_INLINE AxisFrame make_frame(float inverse_spacing, float centre) {
   }
 }
 
-// Quadratic, model section 7: with u = (1/2 - t)/sqrt 2 and v = (1/2 + t)/sqrt 2, w_a = u u and w_c = v v. Where u is
-// not in [0, 1/sqrt 2] the tangent from the nearest such u' goes on: u' (2 u - u'); likewise v.
+// Quadratic B-spline (paper 4): with u = (1/2 - t)/sqrt 2 and v = (1/2 + t)/sqrt 2, w_a = u u and w_c = v v. Where u is
+// not in [0, 1/sqrt 2] the weight continues along the tangent at the nearest such u': u' (2 u - u'); likewise v.
 template <bool kOutside>
 HWY_INLINE void set_weights(V x, V along, const AxisFrame& frame, AxisWeights<3>& axis) {
   const D d;
@@ -86,7 +89,7 @@ HWY_INLINE void set_weights(V x, V along, const AxisFrame& frame, AxisWeights<2>
   axis.slope[0] = hn::Mul(along, frame.rate);
 }
 
-// Along the axis whose neighbours are kStride apart: leaves the node that t counts from, then the differences from it.
+// Along the axis whose neighbours are kStride apart: leaves the node from which t counts, then the differences from it.
 template <int kNodes, int kStride, class V4>
 HWY_INLINE void difference_lines(V4* n) {
   HWY_UNROLL(9)
@@ -136,7 +139,7 @@ HWY_INLINE V line(const V* terms, const V* w) {
   if constexpr (kNodes == 3) sum = hn::MulAdd(terms[2], w[1], sum);
   return sum;
 }
-// Adds sum w_m terms_m, the first term left out.
+// Adds sum w_m terms_m, without the first term.
 template <int kNodes>
 HWY_INLINE V add_differences(const V* terms, const V* w, V sum) {
   sum = hn::MulAdd(terms[1], w[0], sum);
@@ -168,8 +171,8 @@ HWY_INLINE V component(const float* HWY_RESTRICT terms, const AxisWeights<kNodes
   return line<kNodes>(plane, axes[2].w);
 }
 
-// To the caller's order. Lanes beyond the cell write too: theirs are points of the next cell, which writes them again,
-// or beyond the last cell copies of its last point.
+// Writes in the caller's order. Lanes beyond the cell write too: they contain points of the next cell, which writes
+// them again, or, after the last cell, copies of its last point.
 HWY_INLINE void scatter(V x, V y, V z, const std::uint32_t* HWY_RESTRICT output_offsets, float* HWY_RESTRICT out) {
   const D d;
   HWY_ALIGN float xy[2 * kLanes], only_z[kLanes];
@@ -216,7 +219,7 @@ HWY_NOINLINE void deform_cell(const WideDeform& work, const DeformCell& cell, co
 
 template <int kNodes, bool kTangents>
 void deform_cells(const WideDeform& work) {
-  // One float after it, so that it can be read as a vector of four.
+  // One more float at the end, so that the last node can be read as a vector of four.
   float last_node[4] = {};
   __builtin_memcpy(last_node, work.displacements + 3 * (std::size_t{work.node_count} - 1), 12);
   HWY_ALIGN float terms[4 * kNodes * kNodes * kNodes];

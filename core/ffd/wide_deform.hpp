@@ -14,8 +14,8 @@ inline constexpr std::size_t kDeformOverhang = 64;
 struct DeformCell {
   std::uint32_t begin, end;  // sorted points
   std::uint32_t base;        // grid index of the stencil's lowest node
-  bool outside;              // all of them lie where the border nodes extrapolate, or none does
-  float centre[3];           // the node that t counts from, head space over spacing
+  bool outside;              // the border nodes extrapolate for all of them, or for none
+  float centre[3];           // the node from which t counts, head space over spacing
 };
 
 // The arguments of a kernel; it owns none of them. Only plain pointers: the kernel is compiled for several instruction
@@ -30,7 +30,7 @@ struct WideDeform {
   std::uint32_t row, slice, node_count;  // nodes of the grid: along x, of one z, all
   const float* displacements;            // xyz of every grid node
   float* points_out;                     // xyz of every point
-  float* tangents_out;                   // likewise, or null
+  float* tangents_out;                   // xyz of every tangent, or null
 };
 
 // Runs the kernel of the best instruction set of this machine, or the best that hwy::SetSupportedTargetsForTest allows.

@@ -16,7 +16,8 @@ double box_distance2(const Vec3& low, const Vec3& high, const Vec3& p) {
   return (low - p).cwiseMax(p - high).cwiseMax(0).squaredNorm();
 }
 
-// Barycentric coordinates of the point of segment a-b nearest to p, as (of a, of b); a segment without length is a.
+// Barycentric coordinates of the point of segment a-b nearest to p, as (of a, of b). For a segment without length the
+// result is a.
 std::pair<double, double> closest_on_segment(const Vec3& a, const Vec3& b, const Vec3& p) {
   const Vec3 ab = b - a;
   const double length2 = ab.squaredNorm();
@@ -24,8 +25,8 @@ std::pair<double, double> closest_on_segment(const Vec3& a, const Vec3& b, const
   return {1 - t, t};
 }
 
-// Barycentric coordinates of the point of the triangle nearest to p: the foot of the perpendicular where that lies
-// inside, else the nearest of the three edges.
+// Barycentric coordinates of the point of the triangle nearest to p: the foot of the perpendicular if it lies inside,
+// else the nearest point of the three edges.
 Vec3 closest_on_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p) {
   const Vec3 normal = (b - a).cross(c - a);
   const double area2 = normal.squaredNorm();
@@ -51,7 +52,7 @@ Vec3 closest_on_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3
   return best;
 }
 
-// Möller and Trumbore 1997, both sides; a little slack so that no ray slips between two triangles.
+// Möller and Trumbore 1997, both sides; with a small tolerance, so that no ray slips between two triangles.
 std::optional<double> hit_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& origin,
                                    const Vec3& direction) {
   constexpr double kSlack = 1e-9;
@@ -150,7 +151,7 @@ MeshQuery::Closest MeshQuery::closest(const Vec3& point, double distance_max) co
   if (empty()) return best;
   best.distance = distance_max;
   find_closest(0, point, best);
-  // A point that was found has barycentric coordinates that sum to 1.
+  // A point that was found has barycentric coordinates with sum 1.
   if (best.barycentric.isZero(0)) best.distance = std::numeric_limits<double>::infinity();
   return best;
 }

@@ -50,7 +50,7 @@ class MeshQuery {
     std::uint32_t begin, end;    // triangles in corners_
     std::uint32_t second;        // index of the second child, the first follows its parent; 0 = leaf
     Vec3 dipole_centre, dipole;  // area-weighted centre and sum of area vectors
-    double dipole_radius;        // of a ball about dipole_centre that holds all triangles
+    double dipole_radius;        // of a ball about dipole_centre that contains all triangles
   };
   std::uint32_t add_box(std::uint32_t begin, std::uint32_t end);
   void find_closest(std::uint32_t box, const Vec3& point, Closest& best) const;

@@ -19,7 +19,7 @@ void generate_bone_weights(Body& body) {
   body.bone_weights.reserve(body.mesh.vertices.size());
   for (const Vec3f& vertex : body.mesh.vertices) {
     const Vec3 p = vertex.cast<double>();
-    // The head ends along a plane that slants from the nape down to the throat, the neck where the shoulders rise.
+    // The head ends at a plane that slants from the nape down to the throat, the neck where the shoulders rise.
     const double slanted = p.y() - head_joint.y() + 0.45 * (p.z() - head_joint.z()) + 0.5 * neck_m;
     const double head = smoothstep(-0.25 * neck_m, 0.25 * neck_m, slanted);
     const double trunk =

@@ -10,7 +10,7 @@ namespace hairnet {
 
 // The skull and body that a groom was made on, in head space at rest.
 struct Body {
-  TriangleMesh mesh;                                        // m; empty only in a groom not yet finished
+  TriangleMesh mesh;                                        // m; empty only in an unfinished groom
   std::vector<std::array<float, kBoneCount>> bone_weights;  // one entry a vertex, each >= 0, sum 1
   std::array<Vec3f, kBoneCount> joints{Vec3f(0, 0, 0), Vec3f(0, -0.10f, -0.02f), Vec3f(0.03f, -0.16f, -0.01f),
                                        Vec3f(-0.03f, -0.16f, -0.01f), Vec3f(0, -0.25f, -0.04f)};  // pivot of each bone

@@ -7,12 +7,12 @@
 
 namespace hairnet {
 
-// A hair card: one textured ribbon that stands for many strands when the hair is far away.
+// A hair card: one textured ribbon that replaces many strands when the hair is far away.
 struct FarCard {
   PointRange points;               // of FarCards::points: left, right, left, right … from the root
   float root_length_m = 0.02f;     // lambda_0 of eq. 7, if rooted; 0 = no root blend
-  std::uint32_t strand_count = 1;  // strands, and cards of the groom's own, that it stands for
-  std::uint16_t group = 0;         // index into Groom::group_names; all that it stands for is of this group
+  std::uint32_t strand_count = 1;  // number of strands, and of the groom's own cards, that it replaces
+  std::uint16_t group = 0;         // index into Groom::group_names; all replaced strands are of this group
   bool rooted = true;
 };
 

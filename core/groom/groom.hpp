@@ -15,7 +15,7 @@ namespace hairnet {
 
 struct StrandProperties {
   float radius_m = 4e-5f;       // of one real hair, for drawing
-  float hair_count = 10;        // real hairs this strand stands for: multiplies stiffness, mass and drag
+  float hair_count = 10;        // real hairs that this strand represents: multiplies stiffness, mass and drag
   float root_length_m = 0.02f;  // lambda_0 of eq. 7; 0 = no root blend
   std::uint16_t group = 0;      // index into Groom::group_names
   bool rooted = true;           // its first point is on the skull
@@ -24,15 +24,15 @@ struct StrandProperties {
 // A lock of hair drawn as one ribbon of textured hair. It has the mechanics of a strand along its middle.
 struct HairCard {
   PointRange points;            // left, right, left, right … from the root
-  StrandProperties properties;  // radius_m is of no use here
+  StrandProperties properties;  // radius_m is not used here
 };
 
 // A strand that is drawn as a clump of hair: copies follow the strand at fixed offsets. The copies have no mechanics;
-// hair_count is the number of real hairs that the strand and its copies stand for together.
+// hair_count is the number of real hairs that the strand and its copies represent together.
 struct Clump {
   std::uint32_t strand = 0;
   std::uint16_t copy_count = 6;
-  float radius_m = 0.004f;  // of the lock, a little beyond the root
+  float radius_m = 0.004f;  // of the clump, a little beyond the root
   float tip_radius_m = 0.002f;
 };
 
@@ -45,15 +45,15 @@ struct Groom {
   std::vector<Vec3f> points;
   std::vector<std::uint32_t> strand_begin{0};  // strand s has points [strand_begin[s], strand_begin[s + 1])
   std::vector<StrandProperties> strands;
-  std::vector<std::string> group_names;  // at least one once there is anything that has a group
+  std::vector<std::string> group_names;  // at least one once anything has a group
   MaterialSet materials;
-  std::vector<RootBlend> root_blends;  // one a group, or none at all: eq. 7 everywhere
+  std::vector<RootBlend> root_blends;  // one for each group, or none at all: eq. 7 everywhere
   std::vector<Clump> clumps;
   std::vector<Thread> threads;
   std::vector<HairCard> cards;
   std::vector<Cloth> cloths;
   std::vector<Knot> knots;
-  FarCards far_cards;  // none until make_far_cards; their points are not among `points`
+  FarCards far_cards;  // empty until make_far_cards; their points are not in `points`
   Body body;
 
   [[nodiscard]] std::size_t strand_count() const { return strands.size(); }
@@ -64,7 +64,7 @@ struct Groom {
     return {points.data() + range.begin, points.data() + range.end};
   }
 
-  // Each sets the point range of what it adds. Add strands first, then threads, cards, cloths.
+  // Each function sets the point range of the part that it adds. Add strands first, then threads, cards, cloths.
   void add_strand(std::span<const Vec3f> strand, const StrandProperties& properties) {
     append(strand);
     strand_begin.push_back(static_cast<std::uint32_t>(points.size()));
@@ -92,7 +92,7 @@ struct Groom {
 // Sets the material of all hair, or of one group, and the root length lambda_0 of its rooted strands.
 void set_material(const Material& material, Groom& groom);
 void set_group_material(std::uint16_t group, const Material& material, Groom& groom);
-// The line along a card's middle, a point a pair.
+// The line along a card's middle, one point for each pair.
 void middle_of(const Groom& groom, const HairCard& card, std::vector<Vec3f>& line);
 void middle_of(const FarCards& all, const FarCard& card, std::vector<Vec3f>& line);
 
@@ -102,14 +102,14 @@ struct GroomLimits {
   std::size_t vertex_count_max = 1'000'000;
   std::size_t group_count_max = 256;
   std::size_t copy_count_max = 64;      // of one clump
-  std::size_t fabric_count_max = 4096;  // threads, cards, cloths, and knots: of each so many
+  std::size_t fabric_count_max = 4096;  // for each kind: threads, cards, cloths, and knots
   std::size_t far_card_count_max = 4096;
   std::size_t far_card_pair_count_max = 64;  // of one card
   float coordinate_max_m = 10;               // every coordinate's absolute value
 };
 
-// Empty when the groom is sound: consistent offsets, finite and bounded numbers, valid groups, weights and triangles.
-// Otherwise one line that says what is wrong and where. Empty and single-point strands are sound.
+// Returns an empty string when the groom is valid: consistent offsets, finite and bounded numbers, valid groups,
+// weights and triangles. Otherwise one line says what is wrong and where. Empty and single-point strands are valid.
 std::string validate(const Groom& groom, const GroomLimits& limits = {});
 
 }  // namespace hairnet

@@ -11,7 +11,7 @@ namespace {
 constexpr std::array<std::string_view, 5> kNames{"soft", "normal", "stiff", "gelled", "wet"};
 
 // Fine hair of 0.06 mm instead of 0.08 mm: about half the cross-section, so half the stiffness and mass, but nearly the
-// same drag, which in slow air hardly depends on thickness: it flies and sways.
+// same drag, which in slow air hardly depends on thickness. It flies and sways.
 Material make_soft() {
   Material m;
   m.axial_stiffness_n = 2e-4f;
@@ -25,8 +25,8 @@ Material make_soft() {
   return m;
 }
 
-// Coarse hair of 0.1 mm: more mass, and bending stiffness, which goes with the fourth power of thickness. The lattice
-// has no other stiffness against bending than the ether's; and more of the hair stands with its root.
+// Coarse hair of 0.1 mm: more mass, and more bending stiffness, which grows with the fourth power of thickness. The
+// lattice's only stiffness against bending is the ether's; a longer part of the hair stands with its root.
 Material make_stiff() {
   Material m;
   m.axial_stiffness_n = 2e-3f;
@@ -40,7 +40,7 @@ Material make_stiff() {
   return m;
 }
 
-// Strands glued to each other: the style holds its shape as one piece (ether), and its inside is out of the wind.
+// Strands glued to each other: ether keeps the style in one piece, and its inside is out of the wind.
 Material make_gelled() {
   Material m;
   m.axial_stiffness_n = 1e-3f;
@@ -54,8 +54,8 @@ Material make_gelled() {
   return m;
 }
 
-// Water doubles the mass or nearly so, and draws hair into clumps, each with little more drag than one hair; it damps
-// their rubbing, and lies close to the skin. Wet keratin is softer.
+// Water nearly doubles the mass, and draws hair into clumps, each with little more drag than one hair. It damps their
+// rubbing, and lets them lie close to the skin. Wet keratin is softer.
 Material make_wet() {
   Material m;
   m.axial_stiffness_n = 3e-4f;

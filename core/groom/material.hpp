@@ -18,32 +18,33 @@ namespace hairnet {
 struct Material {
   float axial_stiffness_n = 4e-4f;             // per hair, E A; a spring of length L has k = this / L (eq. 3)
   float attachment_stiffness_n_per_m = 6e-3f;  // per hair (eq. 4)
-  float damping_ratio = 0.16f;                 // of springs and attachments: of the strand's first axial mode
+  float damping_ratio = 0.16f;                 // of springs and attachments, relative to the strand's first axial mode
   float linear_density_kg_per_m = 6.6e-6f;     // per hair, rho
   float air_drag_ns_per_m2 = 1e-5f;            // per hair: q of the drag tensor (eq. 6)
   float ether_mass_ratio = 0.5f;               // ether mass over hair mass
-  float ether_stiffness_per_s2 = 0;            // gel: over mass, beside what freely hanging hair has
-  float ether_damping_ratio = 0.2f;            // of each node's swing about its design
-  float root_length_m = 0.02f;                 // lambda_0 of eq. 7, for strands that are given this material
-  float thickness_m = 0.006f;                  // hair keeps this far off the skin
-  float metaball_potential_j = 0.03f;          // of contact: twice as much is twice as hard
+  float ether_stiffness_per_s2 = 0;            // gel: added to that of freely hanging hair, over mass
+  float ether_damping_ratio = 0.2f;            // of each node's swing about its design position
+  float root_length_m = 0.02f;                 // lambda_0 of eq. 7, for strands with this material
+  float thickness_m = 0.006f;                  // hair stays this far from the skin
+  float metaball_potential_j = 0.03f;          // of contact: twice the value is twice as hard
   friend bool operator==(const Material&, const Material&) = default;
 };
 
-// Empty when every value is finite and in its stated range; else one line that names the value and the range.
+// Returns an empty string when every value is finite and in its stated range; else one line that names the value and
+// the range.
 std::string validate(const Material& material);
 
-// q / k of the springs and the attachment of one strand: its first axial mode, a quarter wave, has omega = (pi / 2) / L
-// sqrt(E A / rho), and a ratio zeta of its critical damping is q / k = 2 zeta / omega.
+// q / k of the springs and the attachment of one strand. Its first axial mode, a quarter wave, has omega = (pi / 2) / L
+// sqrt(E A / rho), and a ratio zeta of its critical damping gives q / k = 2 zeta / omega.
 double axial_damping_time_s(const Material& material, double strand_length_m);
 
 // Named materials, chosen by eye and by figures. `normal` is Material{}.
 std::span<const std::string_view> material_names();
-Result<Material> make_material(std::string_view name);     // refuses a name that is not there, listing those that are
+Result<Material> make_material(std::string_view name);     // an unknown name gives an error that lists the known ones
 std::string_view material_name(const Material& material);  // "custom" when it has none
 
-// A groom's materials: one for all of it, and others for some of its groups. Thickness and metaball potential are the
-// base's alone: nodes are shared by groups.
+// A groom's materials: one for the whole groom, and others for some of its groups. Thickness and metaball potential
+// come from the base only, because groups share nodes.
 struct GroupMaterial {
   std::uint16_t group = 0;  // index into Groom::group_names
   Material material;
@@ -59,7 +60,7 @@ struct MaterialSet {
   friend bool operator==(const MaterialSet&, const MaterialSet&) = default;
 };
 
-// Empty when sound for a groom of that many groups; else one line.
+// Returns an empty string when valid for a groom of that many groups; else one line.
 std::string validate(const MaterialSet& materials, std::size_t group_count);
 
 }  // namespace hairnet

@@ -19,12 +19,12 @@ constexpr std::array<Range, 6> kRanges{{{"stiffness", &MaterialScale::stiffness,
                                         {"air_drag", &MaterialScale::air_drag, 0, 100},
                                         {"gel_per_s2", &MaterialScale::gel_per_s2, 0, 10'000}}};
 
-// Of nothing there is no multiple: what was built as nothing stays so.
+// A built value of zero cannot be scaled: it stays zero.
 float ratio(double wanted, double built) {
   return built > 0 ? static_cast<float>(wanted / built) : 1;
 }
 
-// q of springs but for what the strand itself gives: q = 2 zeta (2 / pi) L sqrt(rho / EA) k, k = EA / length of the
+// q of springs without the factors of the strand itself: q = 2 zeta (2 / pi) L sqrt(rho / EA) k, k = EA / length of the
 // spring.
 double axial_damping(const Material& m) {
   return static_cast<double>(m.damping_ratio) *

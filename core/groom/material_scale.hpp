@@ -7,20 +7,21 @@
 namespace hairnet {
 
 // Changes the material of one character at run time: factors on the values that its levels were built with, and added
-// gel. The design stays the equilibrium and the lattice state is kept, so the hair does not jump. The client applies a
-// change of lambda_0 when it draws; a change of thickness needs a new build.
+// gel. The design stays the equilibrium and the lattice state does not change, so the hair does not jump. The client
+// applies a change of lambda_0 when it draws; a change of thickness needs a new build.
 struct MaterialScale {
   float stiffness = 1;      // of springs and attachments, k
   float damping = 1;        // of springs and attachments, q
-  float density = 1;        // of all mass, and of the ether that stands in for the tension of hanging mass
-  float ether_damping = 1;  // of q_e, beside the density's
+  float density = 1;        // of all mass, and of the ether that replaces the tension of hanging mass
+  float ether_damping = 1;  // of q_e, in addition to density's effect
   float air_drag = 1;       // of Q
-  float gel_per_s2 = 0;     // ether stiffness over mass, added to what was built
+  float gel_per_s2 = 0;     // ether stiffness over mass, added to the built value
 
   friend bool operator==(const MaterialScale&, const MaterialScale&) = default;
 };
 
-// Empty when every value is finite and in its stated range; else one line that names the value and the range.
+// Returns an empty string when every value is finite and in its stated range; else one line that names the value and
+// the range.
 std::string validate(const MaterialScale& scale);
 
 // The scale that makes hair built with the material `built` behave like `wanted`. It is exact for springs, mass and

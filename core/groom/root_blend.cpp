@@ -10,7 +10,7 @@ struct Point {
   double x = 0, y = 0;
 };
 
-// Point i of the curve, the origin being the first.
+// Point i of the curve; the first one is the origin.
 Point point(const RootBlend& blend, std::size_t i) {
   if (i == 0) return {};
   return {static_cast<double>(blend.points[i - 1][0]), static_cast<double>(blend.points[i - 1][1])};
@@ -20,8 +20,8 @@ double slope_between(const Point& a, const Point& b) {
   return (b.y - a.y) / (b.x - a.x);
 }
 
-// At point i: the harmonic mean of the slopes on either side (Fritsch and Butland 1984), which keeps the cubic between
-// two points monotone. Nothing moves at the root, and the curve ends level.
+// The slope at point i: the harmonic mean of the slopes on either side (Fritsch and Butland 1984), which keeps the
+// cubic between two points monotone. The slope is 0 at the root and at the end of the curve.
 double slope_at(const RootBlend& blend, std::size_t i) {
   if (i == 0 || i == blend.points.size()) return 0;
   const double before = slope_between(point(blend, i - 1), point(blend, i));
@@ -39,7 +39,7 @@ double blend_at(const RootBlend& blend, double lambda_ratio) {
   const Point a = point(blend, next - 1), b = point(blend, next);
   const double width = b.x - a.x, t = (lambda_ratio - a.x) / width;
   const double from_a = slope_at(blend, next - 1) * width, from_b = slope_at(blend, next) * width;
-  // Hermite's cubic.
+  // Hermite cubic.
   const double y = a.y + t * t * (3 - 2 * t) * (b.y - a.y) + t * (1 - t) * ((1 - t) * from_a - t * from_b);
   return std::clamp(y, a.y, b.y);
 }

@@ -9,8 +9,8 @@ namespace hairnet {
 // The root blend of a group: delta of eq. 7 as a curve over the arc length from the root, in units of lambda_0. Without
 // points it is eq. 7 itself, 1 - exp(-(lambda / lambda_0)^2).
 struct RootBlend {
-  // (lambda / lambda_0, delta), the first rising, the second never falling and within [0, 1]. The curve begins at (0,
-  // 0), goes through all of them smoothly and without overshooting, and stays at the last.
+  // (lambda / lambda_0, delta), the first value rising, the second never falling and within [0, 1]. The curve begins at
+  // (0, 0), goes through all points smoothly without overshoot, and stays at the last one.
   std::vector<std::array<float, 2>> points;
 };
 
@@ -19,7 +19,7 @@ double blend_at(const RootBlend& blend, double lambda_ratio);
 
 inline constexpr std::size_t kRootBlendPointsMax = 64;
 
-// Empty when sound; else one line.
+// Returns an empty string when valid; else one line.
 std::string validate(const RootBlend& blend);
 
 }  // namespace hairnet

@@ -6,7 +6,7 @@
 namespace hairnet {
 
 float root_length_at(const RootLengths& lengths, const Vec3f& root_head) {
-  // Where regions overlap, each counts by its weight; together they never count for more than all.
+  // Where regions overlap, each counts by its weight; the sum of the weights is at most 1.
   float sum = 0, weighted = 0;
   for (const RootLengthRegion& region : lengths.regions) {
     const float u = (root_head - region.centre).squaredNorm() / (region.radius_m * region.radius_m);
@@ -18,7 +18,7 @@ float root_length_at(const RootLengths& lengths, const Vec3f& root_head) {
 }
 
 void set_root_lengths(const RootLengths& lengths, int group, Groom& groom) {
-  std::mt19937_64 random(lengths.seed);  // its numbers are the standard's, unlike those of distributions
+  std::mt19937_64 random(lengths.seed);  // the standard defines its numbers, unlike those of distributions
   const float spread = std::clamp(lengths.spread, 0.0f, 0.95f);
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {
     const auto chance = static_cast<float>(static_cast<double>(random() >> 11) * 0x1p-52 - 1);  // [-1, 1)

@@ -7,7 +7,7 @@
 
 namespace hairnet {
 
-// Hair rooted near `centre` has another root length than the rest; in between it changes smoothly.
+// Hair rooted near `centre` has another root length than other hair; the transition is smooth.
 struct RootLengthRegion {
   Vec3f centre = Vec3f::Zero();  // head space, m
   float radius_m = 0.05f;        // no influence beyond
@@ -16,7 +16,7 @@ struct RootLengthRegion {
 
 // lambda_0 of eq. 7 over a head.
 struct RootLengths {
-  float root_length_m = 0.02f;  // where no region reaches
+  float root_length_m = 0.02f;  // outside all regions
   std::vector<RootLengthRegion> regions;
   float spread = 0;  // each strand's own lambda_0 is up to this share longer or shorter, at random; 0 … 0.95
   std::uint32_t seed = 1;

@@ -26,12 +26,12 @@ bool is_colour(const Vec3f& c) {
   return c.allFinite() && c.minCoeff() >= 0 && c.maxCoeff() <= 1;
 }
 
-// Threads, cards and cloths take up the points after the strands' one after the other.
+// The points of threads, cards and cloths follow those of the strands, one after the other.
 class Points {
  public:
   explicit Points(const Groom& groom) : next_(groom.strand_begin.back()), count_(groom.points.size()) {}
 
-  // Its run of points must be the next, of `least` points and a multiple of `unit`.
+  // The next run of points must be `range`, of at least `least` points and a multiple of `unit`.
   std::string take(const PointRange& range, std::size_t least, std::size_t unit) {
     if (range.begin != next_ || range.end < range.begin || range.end > count_)
       return "its points do not follow those before it";

@@ -8,10 +8,10 @@ namespace hairnet {
 
 // Parts of validate(Groom).
 
-// Of the properties alone; empty when sound.
+// Checks the properties alone; returns an empty string when valid.
 std::string fault_of(const StrandProperties& properties, const Groom& groom);
 
-// Root blends, clumps, threads, cards, cloths and knots; the strands must be sound and their offsets in order.
+// Checks root blends, clumps, threads, cards, cloths and knots. The strands must be valid and their offsets ascending.
 std::string validate_features(const Groom& groom, const GroomLimits& limits);
 
 std::string validate_far_cards(const Groom& groom, const GroomLimits& limits);

@@ -14,8 +14,7 @@ constexpr Eigen::Index kNumbers = 3 * static_cast<Eigen::Index>(kOutlinePoints);
 constexpr float kRootWeight = 1.5f;
 using Columns = Eigen::Matrix<float, kNumbers, Eigen::Dynamic>;
 
-constexpr std::size_t kLearntFrom =
-    20'000;  // centrelines; the others join the nearest of the clusters found among these
+constexpr std::size_t kLearntFrom = 20'000;  // centrelines; the others join the nearest of the clusters that these give
 constexpr int kRounds = 12;
 constexpr Eigen::Index kBlock = 1024;  // columns compared at once
 
@@ -31,8 +30,8 @@ Columns columns_of(std::span<const Centreline> centrelines, std::span<const std:
   return columns;
 }
 
-// At random, the likelier the farther from those there already (k-means++, Arthur and Vassilvitskii 2007). Fewer than
-// `count` when that many are not distinct.
+// Chooses first centres at random, with a probability that grows with the distance from those chosen before (k-means++,
+// Arthur and Vassilvitskii 2007). Returns fewer than `count` when there are fewer distinct columns.
 Columns first_centres(const Columns& columns, std::size_t count) {
   Random random(1);
   Columns centres(kNumbers, static_cast<Eigen::Index>(count));
@@ -55,14 +54,14 @@ Columns first_centres(const Columns& columns, std::size_t count) {
   return centres;
 }
 
-// For each column the centre nearest to it.
+// For each column the nearest centre.
 std::vector<Eigen::Index> nearest_centres(const Columns& columns, const Columns& centres) {
   const Eigen::VectorXf squares = centres.colwise().squaredNorm();
   std::vector<Eigen::Index> nearest(static_cast<std::size_t>(columns.cols()));
   Eigen::MatrixXf products;
   for (Eigen::Index begin = 0; begin < columns.cols(); begin += kBlock) {
     const Eigen::Index count = std::min(kBlock, columns.cols() - begin);
-    // |x - c|^2 less |x|^2, which is the same for all centres.
+    // |x - c|^2 minus |x|^2, which is the same for all centres.
     products.noalias() = centres.transpose() * columns.middleCols(begin, count);
     for (Eigen::Index i = 0; i < count; ++i)
       (squares - 2 * products.col(i)).minCoeff(&nearest[static_cast<std::size_t>(begin + i)]);
@@ -70,7 +69,7 @@ std::vector<Eigen::Index> nearest_centres(const Columns& columns, const Columns&
   return nearest;
 }
 
-// Each centre to the mean of those nearest to it; one that is nearest to none stays.
+// Moves each centre to the mean of the columns that are nearest to it; a centre without such columns stays.
 void move_to_means(const Columns& columns, const std::vector<Eigen::Index>& nearest, Columns& centres) {
   Eigen::Matrix<double, kNumbers, Eigen::Dynamic> sums(kNumbers, centres.cols());
   sums.setZero();

@@ -13,7 +13,7 @@
 namespace hairnet {
 namespace {
 
-// Deviations from the middle to an edge. Those of an even spread are 1.73; a little more, that neighbours overlap.
+// Deviations from the middle to an edge. An even spread has 1.73; a little more lets neighbours overlap.
 constexpr double kEdge = 1.95;
 constexpr double kHalfWidthMin = 0.002, kHalfWidthMax = 0.03;     // m, of the width
 constexpr double kSkinPreference = 0.5;                           // of the spread's trace
@@ -22,12 +22,12 @@ constexpr double kRootReachMax = 0.15, kTipReachMax = 0.1;        // of the leng
 constexpr double kMoveMax = 0.01;                                 // m, outwards
 constexpr double kClearanceRoot = 0.001, kClearanceRest = 0.003;  // m off the skin
 constexpr std::size_t kPairCount = 12;
-constexpr double kEvenness = 0.05;  // what a pair is worth by its distance from others
+constexpr double kEvenness = 0.05;  // weight of a pair's distance from other pairs
 
 template <class T>
 using AlongCard = std::array<T, kCentrelinePoints>;
 
-// What surrounds the hair.
+// The body and the hair around a card.
 struct Head {
   Head(const Groom& groom, const std::vector<Centreline>& centrelines) : skin(groom.body.mesh), hair(centrelines) {
     const bool any_rooted = std::ranges::any_of(centrelines, &Centreline::rooted);
@@ -39,22 +39,22 @@ struct Head {
     }
     if (count > 0) centre /= count;
   }
-  // Away from the head: from its centre, and lower down from the upright axis through that.
+  // Direction away from the head: from its centre, and lower down from the upright axis through the centre.
   [[nodiscard]] Vec3 outward(const Vec3& point) const {
     Vec3 away = point - centre;
     away.y() = std::max(0.0, away.y());
     return away.norm() > 1e-6 ? Vec3(away.normalized()) : Vec3(Vec3::UnitY());
   }
-  // Where a card there should look: away from the head, but in a tail or at an edge away from the other hair as well.
-  // Not of unit length: short where it matters little.
+  // The direction in which a card should face: away from the head; in a tail or at an edge also away from the other
+  // hair. Its length is not 1: it is short where the direction matters little.
   [[nodiscard]] Vec3 view_side(const Vec3& point) const {
     constexpr double kOfHair = 3;
     const Vec3 side = outward(point) + kOfHair * hair.towards_surface(point);
     return side / std::max(1.0, side.norm());
   }
-  // The point itself, or the nearest that is so far off the skin.
+  // The point itself, or the nearest point at that distance from the skin.
   [[nodiscard]] Vec3 outside(Vec3 point, double clearance_m) const {
-    constexpr int kTries = 4;  // out of one fold of the skin may be into another
+    constexpr int kTries = 4;  // outside one fold of the skin may be inside another
     for (int i = 0; i < kTries; ++i) {
       const bool inside = skin.inside(point);
       const MeshQuery::Closest near = inside ? skin.closest(point) : skin.closest(point, clearance_m);
@@ -76,7 +76,7 @@ Vec3 direction_at(const AlongCard<Vec3>& line, std::size_t i) {
   return chord.norm() > 1e-9 ? Vec3(chord.normalized()) : Vec3(-Vec3::UnitY());
 }
 
-// A cluster of centrelines: their mean, and how they spread about it.
+// A cluster of centrelines: their mean, and their spread about it.
 struct Lock {
   Lock(const std::vector<Centreline>& centrelines, const std::vector<std::uint32_t>& members) {
     const auto count = static_cast<double>(members.size());
@@ -93,7 +93,7 @@ struct Lock {
       }
     }
   }
-  // Curls and locks are wide, but begin and end no farther out.
+  // Curls and locks make the card wider, but not at its beginning and end.
   void add_own_width() {
     for (Mat3& s : spread) s += own_variance * Mat3::Identity();
   }
@@ -102,7 +102,7 @@ struct Lock {
   double own_variance = 0;  // m^2; of the hair about its centreline
 };
 
-// Along a direction, m. Rounding can leave a variance of nothing a little below it.
+// The deviation along a direction, m. Rounding can make a variance of zero slightly negative.
 double deviation(const Mat3& spread, const Vec3& direction) {
   return std::sqrt(std::max(0.0, direction.dot(spread * direction)));
 }
@@ -121,15 +121,15 @@ double length_of(const AlongCard<Vec3>& line) {
   return static_cast<double>(outline_length(make_outline(rounded)));
 }
 
-// The mean of lines that part is shorter than each of them. Lengths are compared without waves, which the mean has
-// lost.
+// The mean of diverging lines is shorter than each of them. Lengths are compared without waves, which the mean does not
+// have.
 void stretch_to(double length_m, AlongCard<Vec3>& line) {
   const double own = length_of(line);
   const double ratio = own > 0 ? std::clamp(length_m / own, 1.0, kStretchMax) : 1;
   for (std::size_t i = line.size() - 1; i > 0; --i) line[i] = line[0] + ratio * (line[i] - line[0]);
 }
 
-// The middle begins among the roots; the card begins where the hindmost of them are, or skin would show there.
+// The middle line begins at the mean of the roots. The card must begin at the hindmost root, or skin would show there.
 void reach_back(const Head& head, const Mat3& spread, AlongCard<Vec3>& line) {
   const Vec3 away = head.outward(line[0]), along = direction_at(line, 0);
   const Vec3 flat = along - along.dot(away) * away;
@@ -139,7 +139,7 @@ void reach_back(const Head& head, const Mat3& spread, AlongCard<Vec3>& line) {
   line[0] += reach * flat.norm() * back;
 }
 
-// Tips that spread along the card are seen beyond their mean.
+// Tips that spread along the card are visible beyond their mean.
 void reach_on(const Mat3& spread, AlongCard<Vec3>& line) {
   const Vec3 along = direction_at(line, line.size() - 1);
   line.back() += std::min(deviation(spread, along), kTipReachMax * length_of(line)) * along;
@@ -156,8 +156,8 @@ void smooth(AlongCard<Mat3>& spread) {
   }
 }
 
-// Across the line at each point: where the members spread most, unless that is hardly more than elsewhere; then along
-// the skin. Signs such that across x along looks away from the head.
+// The direction across the line at each point: where the members spread most, unless the spread is nearly even; then
+// along the skin. The sign makes across x along point away from the head.
 AlongCard<Vec3> sides_of(const Head& head, const AlongCard<Vec3>& line, const AlongCard<Mat3>& spread) {
   AlongCard<Vec3> sides;
   double looks_out = 0;
@@ -181,7 +181,7 @@ AlongCard<Vec3> sides_of(const Head& head, const AlongCard<Vec3>& line, const Al
   return sides;
 }
 
-// Of a lock one sees the outer side.
+// The visible side of a lock is its outer side.
 void move_out(const AlongCard<Vec3>& sides, const AlongCard<Mat3>& spread, AlongCard<Vec3>& line) {
   const AlongCard<Vec3> middle = line;
   for (std::size_t i = 1; i < line.size(); ++i) {
@@ -196,8 +196,8 @@ double distance_to_segment(const Vec3& point, const Vec3& a, const Vec3& b) {
   return (point - a - t * chord).norm();
 }
 
-// Those of the line's points that keep its shape, ascending: one after the other, the one that is farthest off the line
-// through the others, and where it is straight the one farthest from them.
+// The indices of the line's points that preserve its shape, ascending. Adds one point after the other: the one that is
+// farthest from the line through the chosen points, and on a straight line the one farthest from them.
 std::vector<std::size_t> places_of_pairs(const AlongCard<Vec3>& line) {
   AlongCard<double> arc{};
   for (std::size_t i = 1; i < line.size(); ++i) arc[i] = arc[i - 1] + (line[i] - line[i - 1]).norm();
@@ -218,7 +218,7 @@ std::vector<std::size_t> places_of_pairs(const AlongCard<Vec3>& line) {
   return places;
 }
 
-// What stands far off is not to end beyond where a groom may.
+// Keeps a far point within the coordinates that a groom may have.
 Vec3f bounded(const Vec3& x) {
   const float most = GroomLimits().coordinate_max_m;
   return x.cast<float>().cwiseMax(-most).cwiseMin(most);
@@ -235,7 +235,7 @@ std::vector<Vec3> edges_of(const Head& head, const AlongCard<Vec3>& line, const 
   return edges;
 }
 
-// Where the skin bulges between the points, they move out.
+// Where the skin bulges between the points, moves them out.
 void clear_between(const Head& head, std::vector<Vec3>& edges) {
   constexpr int kRounds = 3;
   for (int round = 0; round < kRounds; ++round) {
@@ -278,7 +278,7 @@ FarCard properties_of(const std::vector<Centreline>& centrelines, const std::vec
           first.rooted};
 }
 
-// Centrelines that may share a card, and how many cards they get: a share by their length, at least one.
+// Centrelines that may share a card, and the number of their cards: in proportion to their length, at least one.
 struct Kind {
   std::vector<std::uint32_t> members;
   double length_m = 0;
@@ -292,7 +292,7 @@ std::vector<Kind> kinds_of(const std::vector<Centreline>& centrelines) {
   }
   std::vector<Kind> list;
   for (auto& [key, kind] : kinds) list.push_back(std::move(kind));
-  // The longest last, so that what small ones get for being at all goes off its share.
+  // The longest kind last: it pays for the minimum of small kinds.
   std::ranges::stable_sort(list, {}, &Kind::length_m);
   return list;
 }

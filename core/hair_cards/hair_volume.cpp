@@ -33,7 +33,7 @@ HairVolume::HairVolume(std::span<const Centreline> centrelines) {
 }
 
 Vec3 HairVolume::towards_surface(const Vec3& point) const {
-  constexpr int kCubesMost = 2;  // from the point's own, each way
+  constexpr int kCubesMost = 2;  // from the point's own cube, in each direction
   const Cube middle = cube_at(point, kCube);
   Vec3 sum = Vec3::Zero();
   double weight_sum = 0;

@@ -8,7 +8,7 @@
 
 namespace hairnet {
 
-// A coarse voxel grid of the hair. It tells the direction from a point towards the surface of the hair.
+// A coarse voxel grid of the hair. It gives the direction from a point towards the surface of the hair.
 class HairVolume {
  public:
   explicit HairVolume(std::span<const Centreline> centrelines);

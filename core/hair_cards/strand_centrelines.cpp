@@ -29,7 +29,7 @@ class ArcIntegral {
   [[nodiscard]] const Vec3& point(std::size_t i) const { return points_[i]; }
   [[nodiscard]] double share(std::size_t i) const { return arcs_[i] / length(); }  // of the length, up to point i
 
-  // The mean of the points from `begin` to `end`, as lumped of the length.
+  // The mean of the points from `begin` to `end`, both as shares of the length.
   [[nodiscard]] Vec3 mean(double begin, double end) const {
     const Place from = place(begin * length()), to = place(end * length());
     const double arc = to.arc - from.arc;
@@ -52,8 +52,8 @@ class ArcIntegral {
   std::vector<double> arcs_;
 };
 
-// `reach`: of the piece about a point, each way, as a share of the length. It is shorter near root and tip, which stand
-// for themselves.
+// `reach`: half the length of the averaged piece about a point, as a share of the length. It is shorter near root and
+// tip, which are not averaged.
 template <std::size_t kCount>
 std::array<Vec3f, kCount> sample(const ArcIntegral& line, double reach) {
   std::array<Vec3f, kCount> points;
@@ -65,7 +65,8 @@ std::array<Vec3f, kCount> sample(const ArcIntegral& line, double reach) {
   return points;
 }
 
-// Of the line's points about its centreline, each way across: half the mean square of their distances.
+// The variance of the line's points about its centreline, for each axis across it: half the mean square of their
+// distances.
 float variance_about(const std::array<Vec3f, kCentrelinePoints>& centreline, const ArcIntegral& line) {
   double sum = 0;
   for (std::size_t i = 0; i < line.point_count(); ++i) {

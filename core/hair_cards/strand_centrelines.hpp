@@ -12,7 +12,7 @@ namespace hairnet {
 inline constexpr std::size_t kCentrelinePoints = 25, kOutlinePoints = 4;
 struct Centreline {
   std::array<Vec3f, kCentrelinePoints> points;  // the first is the root, the last the tip
-  std::array<Vec3f, kOutlinePoints> outline;    // the same, coarser: even long waves are gone
+  std::array<Vec3f, kOutlinePoints> outline;    // the same, coarser: even long waves have disappeared
   float own_variance_m2 = 0;                    // of the strand about its centreline, per axis across it: the curls
   float root_length_m = 0;
   std::uint16_t group = 0;

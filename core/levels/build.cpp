@@ -26,15 +26,15 @@
 namespace hairnet {
 namespace {
 
-// What a groom gives to one lattice, before any of it is reduced.
+// The contribution of a groom to one lattice, before any reduction.
 struct GroomMechanics {
   StiffenerList springs, attachments;
-  StiffenerList ties;  // the knots' springs, which no hair's may displace
+  StiffenerList ties;  // the knots' springs, which springs of hair must not displace
   LumpedHair lumped;
   std::size_t degenerate_strands = 0;
 };
 
-// A strand, or what has the mechanics of one, with a damping time of its own.
+// Adds a strand, or another line with the mechanics of a strand, with its own damping time.
 void add_strand(std::span<const Vec3f> points, const StrandProperties& properties, const Material& material,
                 const Grid& grid, GroomMechanics& mechanics, std::optional<double> own_damping_time_s = {}) {
   std::vector<Vec3> polyline, cuts;
@@ -74,13 +74,13 @@ bool add_strands(const Groom& groom, const Grid& grid, const LevelProgress& prog
   return true;
 }
 
-// A stiffener may reach into cells with no hair or cloth of their own: a knot's frame, a triangle's corner.
+// A stiffener may reach into cells without hair or cloth: a knot's frame, a triangle's corner.
 void touch_nodes(const StiffenerList& list, LumpedHair& lumped) {
   for (const NodeWeight& entry : list.entries) lumped.touched[entry.node] = true;
 }
 
-// Threads, cloth and knots. Stiffeners merge within a group only, so fabric's groups are other ones than hair's, and
-// each knot is one.
+// Adds threads, cloth and knots. Stiffeners merge within a group only, so fabric has other groups than hair, and each
+// knot has its own.
 void add_fabric(const Groom& groom, const Grid& grid, GroomMechanics& mechanics) {
   const std::size_t group_count = groom.group_names.size();
   for (const Thread& thread : groom.threads) {
@@ -101,7 +101,8 @@ void add_fabric(const Groom& groom, const Grid& grid, GroomMechanics& mechanics)
   touch_nodes(mechanics.springs, mechanics.lumped);
 }
 
-// Knots may take a quarter of a level's springs, and what hair and fabric leave. False when cancelled.
+// Knots may take a quarter of a level's springs, and the springs that hair and fabric do not need. False when
+// cancelled.
 bool decimate_springs(const Grid& grid, std::size_t count_max, const std::function<bool(double)>& keep_going,
                       const ParallelFor& parallel_for, GroomMechanics& mechanics) {
   constexpr StiffenerKind kSpring = StiffenerKind::spring;
@@ -130,8 +131,8 @@ std::vector<std::uint32_t> active_indices(const LevelGeometry& geometry) {
   return indices;
 }
 
-// To active indices and float; the rest is taken of what is stored, so that the design is in balance to the last bit
-// that the solver sees.
+// Converts to active indices and float. Rest lengths are computed from the stored values, so that the design is in
+// balance to the last bit that the solver uses.
 Stiffeners store_stiffeners(const StiffenerList& list, const std::vector<std::uint32_t>& active_index,
                             const std::vector<Vec3f>& rest_head) {
   Stiffeners stored;
@@ -167,7 +168,7 @@ void store_level(const GroomMechanics& mechanics, Level& level) {
   level.attachments = store_stiffeners(mechanics.attachments, active_index, level.rest);
 }
 
-// Hair on a head upside down hangs twice its own length from its design, and swings and stretches beyond.
+// Hair on a head upside down hangs twice its own length from its design, and swings and stretches further.
 float displacement_max_m(const Lattice& lattice) {
   const Vec3f cells(static_cast<float>(lattice.dims[0] - 1), static_cast<float>(lattice.dims[1] - 1),
                     static_cast<float>(lattice.dims[2] - 1));
@@ -225,14 +226,14 @@ bool make_level(const Groom& groom, const LevelSpec& spec, std::shared_ptr<const
 
 }  // namespace
 
-// An even part of the hair's points stands for all of them in the maps between levels.
+// The maps between levels use an even sample of the hair's points.
 void make_level_maps(const Groom& groom, LevelSet& set, const ParallelFor& parallel_for) {
   constexpr std::size_t kMapPoints = 6000;
   const std::vector<float> blend = root_blend(groom);
   const std::size_t stride = std::max<std::size_t>(1, groom.points.size() / kMapPoints);
   std::vector<Vec3f> some_points;
   std::vector<float> some_blend;
-  // Strands of equal length would else give the same point of each again and again.
+  // Without the alternation, strands of equal length would always give the same point of each.
   for (std::size_t p = 0; p < groom.points.size(); p += stride + (p / stride) % 2) {
     some_points.push_back(groom.points[p]);
     some_blend.push_back(blend[p]);

@@ -10,7 +10,7 @@
 namespace hairnet {
 
 // Combines the progress of several equal parts that are built in parallel. It calls the callbacks from one thread at a
-// time, with a fraction that never decreases, and never again after the callbacks has cancelled.
+// time, with a fraction that never decreases, and never again after the callback has cancelled.
 class BuildProgress {
  public:
   BuildProgress(const BuildCallbacks& callbacks, std::size_t part_count)

@@ -21,7 +21,7 @@ struct Triangle {
 struct Edge {
   double area = 0;                    // of its triangles, m^2
   bool is_longest = true;             // of every triangle that it belongs to
-  std::vector<std::uint32_t> across;  // the third corner of each
+  std::vector<std::uint32_t> across;  // the third corner of each triangle
 };
 using Edges = std::map<std::array<std::uint32_t, 2>, Edge>;
 
@@ -47,7 +47,7 @@ Edges edges_of(std::span<const Vec3f> points, const Cloth& cloth) {
   return edges;
 }
 
-// A straight piece of cloth of that axial stiffness in newtons, cut like hair.
+// Adds a straight piece of cloth of that axial stiffness in newtons, cut like hair.
 void add_straight(const Grid& grid, const Vec3f& from, const Vec3f& to, double axial_n, double damping_time_s,
                   std::uint16_t group, StiffenerList& springs) {
   std::vector<Vec3> line, cuts;

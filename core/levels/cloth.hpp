@@ -8,11 +8,11 @@
 
 namespace hairnet {
 
-// Cloth on the lattice (section 5.2 of the paper): each edge of its mesh a spring, cut at lattice planes like hair, and
-// one across each quad where the mesh has no diagonal. Along the weave an edge of length L stands for the width
-// (A1 + A2) / L of cloth, A its triangles' areas: k = S (A1 + A2) / L^2 with the stretch stiffness S. Diagonals: k = 2
-// G (A1 + A2) / L^2, so that the two of a square resist shear with the modulus G. Pinned points get attachments.
-// `points_head`: all of the groom's. `group`: of the stiffeners.
+// Adds cloth to the lattice (paper 5.2). Each edge of its mesh is a spring, cut at lattice planes like hair, and each
+// quad without a diagonal in the mesh gets one. Along the weave an edge of length L represents the width (A1 + A2) / L
+// of cloth, where A1 and A2 are its triangles' areas: k = S (A1 + A2) / L^2 with the stretch stiffness S. Diagonals
+// have k = 2 G (A1 + A2) / L^2, so that the two of a square resist shear with the modulus G. Pinned points get
+// attachments. `points_head`: all points of the groom. `group`: of the stiffeners.
 void add_cloth(const Grid& grid, std::span<const Vec3f> points_head, const Cloth& cloth, std::uint16_t group,
                StiffenerList& springs, StiffenerList& attachments);
 

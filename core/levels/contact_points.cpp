@@ -16,12 +16,12 @@ namespace {
 constexpr std::size_t kCandidatesMax = 1500;
 constexpr double kSpacing = 0.75;  // of points along a strand, in cells of the lattice
 constexpr float kSpacingMin_m = 0.01f;
-constexpr float kBlendMin = 0.15f;    // nearer to the root hair hardly moves against the head
+constexpr float kBlendMin = 0.15f;    // nearer to the root hair hardly moves relative to the head
 constexpr double kLoad = 160 * 9.81;  // m/s^2 on a point's share of the mass
-constexpr double kDent_m = 0.005;     // that the load may press in
-// A point in the design is this much farther off than where contact begins, so that rounding makes none.
+constexpr double kDent_m = 0.005;     // depth to which the load may press in
+// In the design a point is this much farther away than where contact begins, so that rounding causes no contact.
 constexpr float kSlack_m = 1e-5f;
-// How far hair comes from its root: drawn out, and by as much as bones move against the head.
+// The greatest distance of hair from its root: stretched, and moved by the bones relative to the head.
 constexpr float kArmStretch = 1.3f, kArmSlack_m = 0.05f;
 
 // U for which f = 3 U p^2 / depth^3 carries the load at p = kDent_m.
@@ -55,7 +55,7 @@ std::vector<Line> lines_of(const Groom& groom) {
   return lines;
 }
 
-// An even part of the lines, however many there are.
+// An even sample of the lines, bounded in number.
 std::vector<Line> candidates_of(const Groom& groom) {
   const std::vector<Line> all = lines_of(groom);
   const double share = static_cast<double>(kCandidatesMax) / static_cast<double>(std::max<std::size_t>(1, all.size()));
@@ -67,7 +67,7 @@ std::vector<Line> candidates_of(const Groom& groom) {
   return some;
 }
 
-// Where a line begins, is halfway and ends.
+// The begin, middle and end of a line.
 using Centreline = std::array<Vec3f, 3>;
 Centreline centreline_of(const Groom& groom, const Line& line) {
   const auto at = [&](std::size_t i) { return groom.points[line.point(i)]; };
@@ -80,11 +80,11 @@ float apart2(const Centreline& a, const Centreline& b) {
 // The points chosen.
 struct Chosen {
   HairSample hair;
-  std::vector<Vec3f> root;   // of each point's strand
-  std::vector<float> arm_m;  // the length of hair from there; infinite without a root
+  std::vector<Vec3f> root;   // of the strand of each point
+  std::vector<float> arm_m;  // the length of hair from the root; infinite without a root
 };
 
-// Points at even distances along the line that take enough of the lattice's motion, the tip among them.
+// Adds points at even distances along the line, including the tip, where hair takes enough of the lattice's motion.
 void add_points(const Groom& groom, const std::vector<float>& blend, const Line& line, float spacing_m,
                 Chosen& chosen) {
   const Vec3f root = groom.points[line.point(0)];
@@ -104,7 +104,8 @@ void add_points(const Groom& groom, const std::vector<float>& blend, const Line&
   }
 }
 
-// One candidate after the other, each the farthest from all before it (Gonzalez 1985), as long as their points fit.
+// Chooses one candidate after the other, each the farthest from all chosen ones (Gonzalez 1985), while their points
+// fit.
 class FarthestFirst {
  public:
   FarthestFirst(const Groom& groom, const std::vector<Line>& lines)
@@ -141,7 +142,7 @@ Chosen choose_points(const Groom& groom, float spacing_m, std::size_t count_max)
   return chosen;
 }
 
-// Where contact of a point begins, of the distance to the skin.
+// The distance to the skin at which contact of a point begins.
 float limit_of(const SkinDistanceField& field, const Chosen& chosen, std::size_t point, float thickness_m) {
   const auto distance_m = [&](const Vec3f& at) { return static_cast<float>(skin_distance(field, at.cast<double>())); };
   const float arm_m = kArmSlack_m + kArmStretch * chosen.arm_m[point];

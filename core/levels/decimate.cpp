@@ -14,11 +14,11 @@ namespace {
 
 constexpr std::size_t kNeighbourCount = 6;
 
-// One stiffener, or many merged. `share` is what an average weighs it by: k L of springs, k of attachments.
+// One stiffener, or several merged. `share` is its weight in an average: k L of springs, k of attachments.
 struct Cluster {
   double share = 0;
   double moment = 0;                // sum k L^2; attachments: sum k
-  double damping_moment = 0;        // the same of q
+  double damping_moment = 0;        // the same sum of q
   std::vector<NodeWeight> weights;  // sum share w, ascending by node
 };
 
@@ -52,7 +52,7 @@ std::vector<NodeWeight> sum_of(const std::vector<NodeWeight>& a, const std::vect
   return sum;
 }
 
-// Of the weights with one sign: the `count` greatest, scaled to the sum of all.
+// Appends the `count` greatest of weights with one sign, scaled to the sum of all.
 void append_greatest(std::vector<NodeWeight> side, std::size_t count, std::vector<NodeWeight>& kept) {
   const auto sum = [](const std::vector<NodeWeight>& weights) {
     return std::accumulate(weights.begin(), weights.end(), 0.0, [](double s, const auto& w) { return s + w.weight; });
@@ -100,8 +100,7 @@ class Decimation {
     return cluster;
   }
 
-  // Stiffeners with the very same ends are one, without any error. Strands that share a root, or are drawn twice, are
-  // common.
+  // Stiffeners with identical ends merge without any error. Strands that share a root, or are drawn twice, are common.
   void merge_identical() {
     std::vector<std::tuple<std::uint16_t, std::array<double, 6>, std::uint32_t>> keys;
     keys.reserve(count_);
@@ -126,8 +125,8 @@ class Decimation {
     }
   }
 
-  // Rounds until the count is reached or no pair is left. Few merges mean that the near ones are merged into each other
-  // already: look further.
+  // Rounds until the count is reached or no pair is left. When few merge, the near ones have already merged into each
+  // other: the next round looks further.
   bool run_rounds() {
     std::size_t neighbour_count = kNeighbourCount;
     while (count_ > count_max_) {
@@ -154,7 +153,7 @@ class Decimation {
       heap.pop();
       const auto [a, b] = std::minmax({find(candidate.a), find(candidate.b)});
       if (a == b) continue;
-      // What has merged since lies elsewhere and weighs more.
+      // Clusters that have merged since then have another place and weight.
       if (a == candidate.a && b == candidate.b && version_[a] == candidate.version_a &&
           version_[b] == candidate.version_b) {
         merge(a, b);
@@ -215,7 +214,7 @@ class Decimation {
     --count_;
   }
 
-  // The cluster that s was merged into; itself while it is there.
+  // The cluster into which s was merged; s itself if it was not.
   std::uint32_t find(std::uint32_t s) {
     while (merged_into_[s] != s) {
       merged_into_[s] = merged_into_[merged_into_[s]];
@@ -234,7 +233,7 @@ class Decimation {
     return groups;
   }
 
-  // At most count_max_ of those that are left, ascending: without those of least moment.
+  // At most count_max_ of the remaining clusters, ascending, without those of least moment.
   [[nodiscard]] std::vector<std::uint32_t> most_important() const {
     std::vector<std::uint32_t> left;
     for (std::uint32_t s = 0; s < merged_into_.size(); ++s) {
@@ -248,7 +247,7 @@ class Decimation {
     return left;
   }
 
-  // The weights of a merged stiffener, the least ones left out.
+  // The weights of a merged stiffener, without the smallest ones.
   [[nodiscard]] std::vector<NodeWeight> mean_weights(const Cluster& cluster) const {
     std::vector<NodeWeight> kept, pulling, pulled;
     for (const auto& [node, weight] : cluster.weights) {
@@ -267,8 +266,8 @@ class Decimation {
     return vector.norm();
   }
 
-  // Leaving out weights may shorten a spring that is the mean of many directions to almost nothing; its stiffness does
-  // not grow beyond this length's.
+  // Without its smallest weights, a spring that is the mean of many directions may become almost zero in length. Its
+  // stiffness does not grow beyond that of this length.
   [[nodiscard]] double length_min(std::uint32_t s) const { return 0.1 * grid_.length(chords_[s][1] - chords_[s][0]); }
 
   void store(const std::vector<std::uint32_t>& survivors) {
@@ -306,7 +305,7 @@ class Decimation {
   std::size_t count_start_, count_;
   std::vector<Cluster> clusters_;
   std::vector<Chord> chords_;
-  std::vector<std::uint32_t> version_;      // merges into each
+  std::vector<std::uint32_t> version_;      // number of merges into each
   std::vector<std::uint32_t> merged_into_;  // union-find
 };
 

@@ -7,8 +7,8 @@ namespace hairnet {
 namespace {
 
 constexpr double kGravity = 9.81;           // m/s^2
-constexpr double kHangLengthDefault = 0.1;  // m, in a groom without any hair
-constexpr double kEtherMassMin = 1e-6;      // kg, the total in a groom without any hair
+constexpr double kHangLengthDefault = 0.1;  // m, in a groom without hair
+constexpr double kEtherMassMin = 1e-6;      // kg, the total in a groom without hair
 
 // Sums of LumpedHair over some nodes.
 struct LumpedSum {

@@ -14,7 +14,8 @@ struct NodeMechanics {
   std::vector<double> ether_damping;    // N s/m
 };
 
-// Mass: the ether's total is a ratio of the hair's, shared equally, since each node stands for one cell.
+// Mass: the ether's total is a ratio of the hair's mass. All nodes get equal shares, since each node stands for one
+// cell.
 //
 // Stiffness: k_i = m_i (|g| / l_i + gel_i), where gel_i is the material's own ether stiffness and l_i the depth of the
 // node below the roots. With d and d' the vertical in head axes at rest and now, hair without gel hangs vertically at

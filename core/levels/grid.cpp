@@ -6,7 +6,7 @@
 namespace hairnet {
 
 Vec3 Grid::from_head(const Vec3f& head) const {
-  constexpr double kOnPlane = 4e-6;  // node spacings; float carries 0.3 m to 3e-8 m
+  constexpr double kOnPlane = 4e-6;  // node spacings; float resolves 3e-8 m at 0.3 m
   Vec3 grid = (head.cast<double>() - origin_).cwiseQuotient(spacing_);
   for (double& x : grid) {
     if (std::abs(x - std::round(x)) < kOnPlane) x = std::round(x);

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kWeightMin = 0.01;
 
-// Sums of weights by active node, few of all of them at once.
+// Sums of weights by active node; only a few nodes have one at a time.
 class WeightSums {
  public:
   explicit WeightSums(std::size_t node_count) : sums_(node_count), is_in_(node_count) {}
@@ -20,7 +20,7 @@ class WeightSums {
     sums_[node] += weight;
   }
 
-  // Calls use(node, weight) for each, ascending by node, and forgets them.
+  // Calls use(node, weight) for each sum, ascending by node, and clears them.
   void take(const auto& use) {
     std::ranges::sort(nodes_);
     for (const std::uint32_t node : nodes_) {
@@ -37,7 +37,7 @@ class WeightSums {
   std::vector<std::uint32_t> nodes_;
 };
 
-// Grid nodes as the active nodes that move them.
+// For each grid node, the active nodes that move it.
 class Followed {
  public:
   explicit Followed(const LevelGeometry& geometry) : geometry_(geometry), place_(geometry.lattice.node_count()) {

@@ -11,7 +11,7 @@ Vec3 mean_of(std::span<const Vec3f> points_head, const Knot& knot) {
   return sum / static_cast<double>(knot.points.size());
 }
 
-// The point farthest from the mean, then again and again the one farthest from all that were chosen.
+// The point farthest from the mean, then repeatedly the one farthest from all chosen ones.
 std::vector<Vec3> spread_joints(std::span<const Vec3f> points_head, const Knot& knot, const Vec3& mean) {
   constexpr double kApartMin = 1e-4;  // m; nearer points are one joint
   std::vector<double> distance(knot.points.size());

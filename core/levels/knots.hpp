@@ -8,17 +8,17 @@
 
 namespace hairnet {
 
-// A knot on the lattice is a small rigid truss. Its joints are up to kKnotJointsMax of the tied points, spread as far
-// apart as they lie (points at one place of a lattice cannot part), and four corners of a tetrahedron about their mean,
-// half a knot's extent away, without which points in a plane or on a line could shear past each other. A spring joins
-// each two joints: all act between two points of the lattice, so they push nothing as a whole. Each has k = stiffness /
-// (joints - 1).
+// A knot on the lattice is a small rigid truss. Its joints are up to kKnotJointsMax of the tied points, as far apart as
+// possible (points at one place of a lattice cannot separate), and four corners of a tetrahedron about their mean, half
+// a knot's extent away. Without these corners, points in a plane or on a line could shear past each other. A spring
+// joins each two joints. All of them act between two points of the lattice, so they exert no force on the knot as a
+// whole. Each has k = stiffness / (joints - 1).
 inline constexpr std::size_t kKnotJointsMax = 6;
 void add_knot(const Grid& grid, std::span<const Vec3f> points_head, const Knot& knot, std::uint16_t group,
               StiffenerList& ties);
 
-// Adds the knot's own mass to the nodes around its mean point. The knot hangs as the hair there does, so all hair must
-// be in `lumped` before.
+// Adds the knot's own mass to the nodes around its mean point. The knot hangs like the hair there, so all hair must
+// already be in `lumped`.
 void add_knot_mass(const Grid& grid, std::span<const Vec3f> points_head, const Knot& knot, const Material& material,
                    LumpedHair& lumped);
 

@@ -61,11 +61,11 @@ inline constexpr float kContactNever_m = -1;
 struct ContactPoints {
   std::vector<std::uint32_t> begin{0};
   std::vector<std::uint16_t> nodes;  // active index, ascending within a point
-  std::vector<float> weights;        // each > 0; a point's sum to at most 1
+  std::vector<float> weights;        // each > 0; the sum for a point is at most 1
   std::vector<Vec3f> rest;           // in the design, head space, m
   std::vector<float> potential;      // U, J
-  // The distance to each field's skin at which contact begins, m: [field][point]. In the design no point is nearer.
-  // kContactNever_m: the point cannot come there.
+  // The distance to each field's skin at which contact begins, m: [field][point]. In the design every point is at least
+  // as far. kContactNever_m: the point cannot reach that skin.
   std::vector<float> limit;
 
   [[nodiscard]] std::size_t count() const { return rest.size(); }
@@ -74,7 +74,7 @@ struct ContactPoints {
 // One mechanical model of a groom, immutable and shared by all its characters. Per-node arrays are in active order.
 struct Level {
   LevelGeometry geometry;
-  float displacement_max_m = 10;                                // no node goes further from its design
+  float displacement_max_m = 10;                                // the largest distance of a node from its design
   std::vector<Vec3f> rest;                                      // p^0, head space, m
   std::vector<float> mass;                                      // kg, hair and ether
   std::vector<float> ether_stiffness;                           // N/m
@@ -87,7 +87,7 @@ struct Level {
 };
 
 // Checks a level from an untrusted source: counts agree, indices are in range, numbers are finite, weights and rest
-// values match the nodes. Returns an empty string when the solver can run it, else one line that says what is wrong.
+// values match the nodes. Returns an empty string when the solver can run it, else one line about the fault.
 std::string validate(const Level& level);
 
 class LevelMap;

@@ -15,10 +15,11 @@ namespace {
 using Matrix = Eigen::SparseMatrix<double>;
 using Triplets = std::vector<Eigen::Triplet<double>>;
 
-// Of the mean diagonal of F^T F: enough to fix the nodes that no hair sees, too little to be seen at those it does.
+// Share of the mean diagonal of F^T F: enough to fix the nodes that no hair depends on, too little to show at the
+// others.
 constexpr double kFollow = 1e-3;
 
-// Grid nodes as combinations of active ones: what expand_displacements does, as lists.
+// Grid nodes as combinations of active nodes: the lists behind expand_displacements.
 class ActiveCombinations {
  public:
   explicit ActiveCombinations(const LevelGeometry& geometry) : combinations_(geometry.lattice.node_count()) {
@@ -47,7 +48,7 @@ Matrix assembled(Eigen::Index rows, Eigen::Index columns, const Triplets& triple
   return matrix;
 }
 
-// F: displacements of points, each times its delta, from those of active nodes.
+// F: maps displacements of active nodes to displacements of points, each times its delta.
 Matrix ffd_matrix(const Level& level, std::span<const Vec3f> points, std::span<const float> blend) {
   const ActiveCombinations active(level.geometry);
   Triplets triplets;
@@ -59,7 +60,8 @@ Matrix ffd_matrix(const Level& level, std::span<const Vec3f> points, std::span<c
   return assembled(static_cast<Eigen::Index>(points.size()), static_cast<Eigen::Index>(level.rest.size()), triplets);
 }
 
-// Displacements at the nodes of `to` from those of `from`: linear within its lattice, its faces' beyond it.
+// Maps displacements of `from` to the nodes of `to`: linear interpolation inside its lattice, the values of its faces
+// outside.
 Matrix sampling_matrix(const Level& from, const Level& to) {
   const ActiveCombinations active(from.geometry);
   const Lattice& lattice = from.geometry.lattice;
@@ -91,7 +93,7 @@ bool has_same_nodes(const LevelGeometry& a, const LevelGeometry& b) {
 
 }  // namespace
 
-// A level as an end of maps: its F, and F^T F + follow, factored, for the maps to it.
+// A level as source or target of maps: its F, and the factors of F^T F + follow for maps to it.
 struct LevelMap::End {
   End(const Level& of, std::span<const Vec3f> points, std::span<const float> blend)
       : level(&of), F(ffd_matrix(of, points, blend)), F_transposed(F.transpose()) {
@@ -118,7 +120,7 @@ struct LevelMap::LeastSquares {
   LeastSquares(const End& from, const End& to)
       : factor(to.factor),
         right(Matrix(to.F_transposed * from.F) + to.follow * sampling_matrix(*from.level, *to.level)) {}
-  std::shared_ptr<const End::Factor> factor;  // of all maps to one level
+  std::shared_ptr<const End::Factor> factor;  // shared by all maps to one level
   Matrix right;
 };
 

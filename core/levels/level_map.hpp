@@ -23,7 +23,7 @@ class LevelMap {
   friend void make_level_maps(LevelSet& set, std::span<const Vec3f> points_head, std::span<const float> blend,
                               const ParallelFor& parallel_for);
 
-  // An entry an active node, head space. Costs about as much as two iterations of a step.
+  // One entry for each active node, head space. Costs about as much as two iterations of a step.
   void apply(std::span<const Vec3f> from, std::span<Vec3f> to) const;
 
  private:

@@ -6,8 +6,8 @@
 namespace hairnet {
 namespace {
 
-// Where a segment crosses lattice planes of any axis, as fractions of it: ascending, 0 first, 1 last. Crossings of two
-// or three planes at once are one, although rounding tells them apart.
+// The fractions at which a segment crosses lattice planes of any axis: ascending, 0 first, 1 last. Crossings of two or
+// three planes at once count as one, although rounding separates them.
 void split_by_cells(const Vec3& a, const Vec3& b, std::vector<double>& fractions) {
   fractions.assign(1, 0.0);
   for (int axis = 0; axis < 3; ++axis) {

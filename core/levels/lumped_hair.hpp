@@ -21,25 +21,25 @@ struct LumpedHair {
         gel_moment(node_count),
         ether_damping_moment(node_count),
         touched(node_count) {}
-  std::vector<double> mass;                 // kg, hair alone
+  std::vector<double> mass;                 // kg, of the hair only
   std::vector<std::array<double, 6>> drag;  // eq. 6: xx xy xz yy yz zz, N s/m
   // Mass times hanging length (kg m), times the material's ether stiffness (kg/s^2), and times its ether damping ratio
   // (kg).
   std::vector<double> hang_moment, gel_moment, ether_damping_moment;
   double ether_mass = 0;      // kg, of the whole groom: shared by volume, not by where the hair is
-  std::vector<bool> touched;  // some piece of hair has a weight on the node
+  std::vector<bool> touched;  // a piece of hair has a weight on the node
 };
 
-// The smallest hanging length of a node, that is its depth below the roots of the hair around it (ether.hpp). Hair
-// beside or above its root uses this value.
+// The smallest hanging length of a node; the hanging length is the node's depth below the roots of the hair around it
+// (ether.hpp). Hair beside or above its root uses this value.
 inline constexpr double kHangLengthMin = 0.015;  // m
 
 // Adds hair or fabric that weighs `mass` (kg) on the node and hangs `hang_length` (m) below its root, in the ether of
 // `material`.
 void add_mass(std::uint32_t node, double mass, double hang_length, const Material& material, LumpedHair& lumped);
 
-// Adds one strand. `polyline` in grid coordinates, without repeated points; its nodes are touched even if it is a
-// point.
+// Adds one strand. `polyline` is in grid coordinates, without repeated points; its nodes are touched even if it is a
+// single point.
 void lump_strand(const Grid& grid, std::span<const Vec3> polyline, const StrandProperties& strand,
                  const Material& material, LumpedHair& lumped);
 

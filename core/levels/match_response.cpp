@@ -17,7 +17,7 @@ constexpr int kAffineCount = 12, kWaveCount = 12;
 constexpr double kWaveLength = 0.5;  // of the lattice's greatest extent
 constexpr int kIterations = 20;
 constexpr double kStayWeight = 1e-3;    // of the mean square relative change of the weights
-constexpr double kLengthChangeMax = 3;  // of a spring's vector, as its weights change
+constexpr double kLengthChangeMax = 3;  // of a spring's vector, when its weights change
 
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -35,7 +35,7 @@ double with_damping(const Stiffeners& list, std::size_t s) {
   return double{list.stiffness[s]} + double{list.damping[s]} / kResponse_s;
 }
 
-// Mass times accelerations, a column each.
+// Loads: mass times accelerations, one column each.
 MatrixXd smooth_loads(const Level& level) {
   Vec3f low = level.rest.front(), high = low;
   for (const Vec3f& p : level.rest) {
@@ -50,7 +50,7 @@ MatrixXd smooth_loads(const Level& level) {
       for (int term = 0; term < 4; ++term) loads(row(i) + axis, 4 * axis + term) = term == 0 ? 1 : p[term - 1];
     }
     for (int wave = 0; wave < kWaveCount; ++wave) {
-      // Directions spread evenly over the half sphere, phases by the same golden angle.
+      // Directions are spread evenly over the half sphere, phases by the same golden angle.
       const double z = (wave + 0.5) / kWaveCount, turn = wave * std::numbers::pi * (3 - std::sqrt(5.0));
       const Vec3 direction(std::sqrt(1 - z * z) * std::cos(turn), std::sqrt(1 - z * z) * std::sin(turn), z);
       const double wave_number = 2 * std::numbers::pi / (kWaveLength * extent);
@@ -61,7 +61,8 @@ MatrixXd smooth_loads(const Level& level) {
   return loads;
 }
 
-// Hair alone, an entry an unknown. Ether's share of the mass is alike at all nodes, and nearly all of the least one.
+// The mass of the hair only, one entry for each unknown. The ether's share is the same at all nodes, and would be
+// nearly all of the smallest mass.
 VectorXd hair_mass(const Level& level) {
   const double ether = 0.8 * double{*std::ranges::min_element(level.mass)};
   VectorXd mass(row(level.rest.size()));
@@ -70,7 +71,7 @@ VectorXd hair_mass(const Level& level) {
   return mass;
 }
 
-// All of A but the springs.
+// Adds all parts of A except the springs.
 void add_others(const Level& level, const Stiffeners& attachments, NodeMatrix& matrix) {
   for (std::size_t i = 0; i < level.rest.size(); ++i) {
     const double diagonal = double{level.mass[i]} / (kResponse_s * kResponse_s) +
@@ -87,7 +88,7 @@ void add_others(const Level& level, const Stiffeners& attachments, NodeMatrix& m
   }
 }
 
-// Loads scaled so that each moves the whole model alike, and the answer to them.
+// Loads, scaled so that each moves the full model by the same amount, and the full model's responses.
 struct Responses {
   MatrixXd loads, displacements;
 };
@@ -144,7 +145,7 @@ class ResponseError {
 
   [[nodiscard]] const VectorXd& start() const { return start_; }
 
-  // Infinite where a spring's vector changes its length too much, or the system cannot be solved.
+  // Infinite where a spring's vector changes its length too much, or where the system cannot be solved.
   double value(const VectorXd& x, VectorXd* gradient) {
     for (std::size_t s = 0; s < springs_.count(); ++s) {
       const double ratio = vector(x, s).norm() / start_length_[s];
@@ -166,7 +167,8 @@ class ResponseError {
     return weighted.cwiseProduct(u - wanted_.displacements).sum() / load_count + stay * (x - start_).squaredNorm();
   }
 
-  // Puts the springs of x into the level: the length of each as it was, k so that k w w^T is z z^T.
+  // Stores the springs of x in the level: each spring keeps its length, and k gets the value for which k w w^T is z
+  // z^T.
   void store(const VectorXd& x, Level& level) const {
     Stiffeners& springs = level.springs;
     for (std::size_t s = 0; s < springs.count(); ++s) {
@@ -238,7 +240,7 @@ class ResponseError {
   std::vector<double> size_, start_length_;
 };
 
-// The last steps and changes of the gradient, which stand for the second derivative (Nocedal 1980).
+// The last steps and changes of the gradient, which approximate the second derivative (Nocedal 1980).
 class CurvatureMemory {
  public:
   void put(VectorXd step, VectorXd change) {
@@ -269,7 +271,7 @@ class CurvatureMemory {
   std::deque<std::pair<VectorXd, VectorXd>> pairs_;
 };
 
-// One step of descent, halved until the error falls enough. False when it does not.
+// One step of descent, halved until the error falls enough. Returns false when the error does not fall.
 bool descend(ResponseError& error, const CurvatureMemory& memory, VectorXd& x, VectorXd& gradient, double& value) {
   const VectorXd direction = memory.descent(gradient);
   const double slope = gradient.dot(direction);

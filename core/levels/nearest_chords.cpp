@@ -21,7 +21,7 @@ struct ChordCloud {
 };
 using ChordTree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, ChordCloud>, ChordCloud, 6>;
 
-// The middle, then the weighted vector with its greatest component positive.
+// The midpoint, then the weighted vector, with its greatest component positive.
 ChordPoint point_of(const Chord& chord) {
   const Vec3 middle = 0.5 * (chord[0] + chord[1]);
   Vec3 vector = kVectorWeight * (chord[1] - chord[0]);
@@ -36,7 +36,7 @@ ChordPoint point_of(const Chord& chord) {
   return point;
 }
 
-// Neighbours in space side by side in memory: searches in large sets then miss the cache less.
+// Sorts neighbours in space together in memory: searches in large sets then have fewer cache misses.
 std::vector<std::uint32_t> cell_by_cell(std::span<const Chord> chords, std::span<const std::uint32_t> members) {
   std::vector<std::pair<std::array<int, 6>, std::uint32_t>> keys;
   keys.reserve(members.size());
@@ -86,7 +86,7 @@ NearestChords::NearestChords(NearestChords&&) noexcept = default;
 NearestChords& NearestChords::operator=(NearestChords&&) noexcept = default;
 
 void NearestChords::append_pairs(std::size_t begin, std::size_t end, std::size_t neighbour_count, Pairs& pairs) const {
-  std::vector<std::uint32_t> found(neighbour_count + 1);  // itself among them
+  std::vector<std::uint32_t> found(neighbour_count + 1);  // including itself
   std::vector<float> distances(neighbour_count + 1);
   for (std::size_t m = begin; m < end; ++m) {
     const std::size_t count =

@@ -12,7 +12,7 @@ void add_scaled(const SymmetricBlock& from, double scale, SymmetricBlock& to) {
 
 using Factor = Eigen::SparseMatrix<double>;
 
-// Where (row, column) of a block is in it.
+// The index of (row, column) in a stored block.
 constexpr std::size_t kPlace[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
 
 }  // namespace
@@ -83,8 +83,8 @@ bool NodeMatrix::factor() {
   return factors_.info() == Eigen::Success;
 }
 
-// As Eigen's own solve, which goes through the factors once for each column; here all columns of a row lie side by side
-// and one pass serves them all.
+// Like Eigen's own solve, which goes through the factors once for each column. Here all columns of a row are adjacent,
+// and one pass solves them all.
 Eigen::MatrixXd NodeMatrix::solve(const Eigen::MatrixXd& loads) const {
   using RowByRow = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   const auto& lower = factors_.matrixL().nestedExpression();  // below the unit diagonal, column by column

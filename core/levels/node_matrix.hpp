@@ -21,17 +21,17 @@ SymmetricBlock scaled(double a, const SymmetricBlock& block);
 // by block and factored (LDL^T). Every block is symmetric itself: stiffeners give w_i w_j (a I + b e e^T).
 class NodeMatrix {
  public:
-  // Blocks are on the diagonal and wherever two nodes share a stiffener of `lists`.
+  // Allocates blocks on the diagonal and for every two nodes that share a stiffener of `lists`.
   NodeMatrix(std::size_t node_count, std::initializer_list<const Stiffeners*> lists);
 
   void set_zero();
   void add(std::size_t node, const SymmetricBlock& block);
-  // w_i w_j `block` for all pairs (i, j) of `nodes`, ascending, which share a stiffener.
+  // Adds w_i w_j `block` for all pairs (i, j) of `nodes`, ascending, which must share a stiffener.
   void add(std::span<const std::uint16_t> nodes, std::span<const double> weights, const SymmetricBlock& block);
 
-  // False when it is not positive definite.
+  // Returns false when the matrix is not positive definite.
   [[nodiscard]] bool factor();
-  // Solves for each column; rows 3 i .. 3 i + 2 belong to node i. The matrix must be factored.
+  // Solves for each column; rows 3 i .. 3 i + 2 belong to node i. Call factor() before.
   [[nodiscard]] Eigen::MatrixXd solve(const Eigen::MatrixXd& loads) const;
 
  private:

@@ -22,7 +22,7 @@ void append_crossings(const Grid& grid, const Vec3& a, const Vec3& b, std::vecto
   }
 }
 
-// Leaves out interior points that are nearer than `length_min` to the one before or to the tip.
+// Removes interior points that are nearer than `length_min` to the previous point or to the tip.
 void merge_short_pieces(const Grid& grid, double length_min, std::vector<Vec3>& cuts) {
   const Vec3 tip = cuts.back();
   std::size_t kept = 1;

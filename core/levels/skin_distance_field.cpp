@@ -10,13 +10,13 @@
 namespace hairnet {
 namespace {
 
-constexpr double kShareMin = 0.35;  // of a triangle's weights, for the bone to carry it
-constexpr float kReach_m = 0.15f;   // skin farther from the hair's box than this meets no hair
+constexpr double kShareMin = 0.35;  // of a triangle's weights; a bone carries triangles with at least this share
+constexpr float kReach_m = 0.15f;   // skin farther from the hair's box than this touches no hair
 constexpr double kMargin_m = 0.03;  // of the grid, around the skin
 constexpr double kCellLeast_m = 0.008;
 constexpr double kNodesMax = 24'000;  // of one bone's grid
 constexpr double kEndSlope = 2;
-constexpr double kSearch_m = 0.08;  // farther from the skin than this nobody asks how far
+constexpr double kSearch_m = 0.08;  // no code needs distances beyond this
 
 struct Box {
   Vec3f low = Vec3f::Constant(std::numeric_limits<float>::infinity()), high = -low;
@@ -75,8 +75,8 @@ SkinDistanceField grid_around(const Box& box, Bone bone) {
   return field;
 }
 
-// A row of the grid along x. A node is tested for being inside again only where the skin may lie between it and the one
-// before.
+// Fills a row of the grid along x. A node is tested for being inside only where the skin may lie between it and the
+// previous node.
 void fill_row(const MeshQuery& body, const MeshQuery& part, const std::vector<bool>& carried, SkinDistanceField& field,
               int j, int k) {
   const double cell = static_cast<double>(field.cell_m);
@@ -88,7 +88,8 @@ void fill_row(const MeshQuery& body, const MeshQuery& part, const std::vector<bo
     const double whole_m = std::min(nearest.distance, kSearch_m);
     if (!(last_m > cell)) inside = body.inside(at);
     last_m = whole_m;
-    // Below skin that another bone carries, this one's part of the body ends, the sooner the farther its own skin is.
+    // Below skin that another bone carries, this bone's part of the body ends; the further away its own skin is, the
+    // sooner it ends.
     const bool is_own = !std::isfinite(nearest.distance) || carried[nearest.triangle];
     const double own_m = is_own ? whole_m : std::min(part.closest(at, kSearch_m).distance, kSearch_m);
     const double depth_m = whole_m - kEndSlope * (own_m - whole_m);

@@ -7,7 +7,7 @@
 namespace hairnet {
 namespace {
 
-// Appends the merge of two ascending lists, `plus` minus `minus`; nodes of both fold into one, or vanish.
+// Appends `plus` minus `minus`, two ascending lists; a node in both gets one entry, or none when the weights cancel.
 void append_difference(const TrilinearWeights& plus, const TrilinearWeights& minus, std::vector<NodeWeight>& entries) {
   const NodeWeight* p = plus.begin();
   const NodeWeight* m = minus.begin();

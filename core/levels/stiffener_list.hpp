@@ -16,7 +16,7 @@ struct StiffenerList {
   std::vector<double> stiffness;  // k, N/m
   std::vector<double> damping;    // q, N s/m
   std::vector<std::uint16_t> group;
-  std::vector<std::array<Vec3, 2>> ends;  // grid coordinates; an attachment has its point twice
+  std::vector<std::array<Vec3, 2>> ends;  // grid coordinates; an attachment has the same point twice
 
   [[nodiscard]] std::size_t count() const { return stiffness.size(); }
   [[nodiscard]] std::span<const NodeWeight> weights(std::size_t s) const {
@@ -29,7 +29,7 @@ struct StiffenerList {
 void add_spring(const Grid& grid, const Vec3& from, const Vec3& to, double axial_stiffness_n, double damping_time_s,
                 std::uint16_t group, StiffenerList& springs);
 
-// A spring of stiffness k (N/m), whatever its length; none without a chord or a stiffness.
+// A spring of stiffness k (N/m) for any length; none without a chord or a stiffness.
 struct SpringLaw {
   double stiffness_n_per_m = 0, damping_time_s = 0;
   std::uint16_t group = 0;
@@ -39,7 +39,8 @@ void add_spring(const Grid& grid, const Vec3& from, const Vec3& to, const Spring
 // Appends the stiffeners of `more` to `list`.
 void append(const StiffenerList& more, StiffenerList& list);
 
-// Eq. 4: one point of the lattice, bound to the skull where it lies. None without a stiffness.
+// Adds an attachment (eq. 4): binds one point of the lattice to the skull at its place. Adds nothing when the stiffness
+// is zero.
 void add_attachment(const Grid& grid, const Vec3& point, double stiffness_n_per_m, double damping_time_s,
                     std::uint16_t group, StiffenerList& attachments);
 

@@ -40,8 +40,8 @@ std::vector<double> mean_weights(std::span<const Neighbour> near) {
   return weights;
 }
 
-// Weights with which an affine function, fitted by least squares with weights 1 / distance^2, is read at the trimmed
-// node. Empty when the nodes lie in one plane.
+// The weights that evaluate, at the trimmed node, an affine function fitted by least squares with weights 1 /
+// distance^2. Empty when the nodes lie in one plane.
 std::vector<double> affine_weights(std::span<const Neighbour> near) {
   Mat4 normal = Mat4::Zero();
   for (const Neighbour& n : near) {
@@ -66,7 +66,8 @@ double amplification(std::span<const double> weights) {
   return sum;
 }
 
-// As much of `affine` as keeps the amplification within bounds, the rest of `mean`; both sum to 1, and so does this.
+// Blends `affine` and `mean`: as much of `affine` as the bound on the amplification allows. The weights of both, and of
+// the result, sum to 1.
 std::vector<double> bounded_blend(const std::vector<double>& affine, const std::vector<double>& mean) {
   double low = 0, high = 1;
   std::vector<double> blend(mean.size());
@@ -79,7 +80,7 @@ std::vector<double> bounded_blend(const std::vector<double>& affine, const std::
   return blend;
 }
 
-// Of the nearest few: combinations are sent to clients.
+// Uses only the nearest few nodes, because combinations are sent to clients.
 std::vector<double> combination(std::span<const Neighbour> near) {
   std::vector<double> affine;
   for (const std::size_t count : {8, 16, 32}) {

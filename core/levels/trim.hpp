@@ -6,13 +6,13 @@
 
 namespace hairnet {
 
-// Parts the grid's nodes into active ones (`is_active`, one entry a grid node) and trimmed ones, and gives each trimmed
-// node its fixed combination of active nodes' displacements:
-// - by an affine function fitted to active nodes around it, where these allow: at least four within two nodes on each
-//   axis, not all in one plane, and no amplification beyond kAmplificationMax;
-// - else as much of that as keeps the amplification, the rest the weighted mean of these nodes;
-// - in one plane: their weighted mean, fading with distance;
-// - farther than two nodes from any active one: no entries, no displacement.
+// Divides the grid's nodes into active nodes (`is_active`, one entry for each grid node) and trimmed ones, and gives
+// each trimmed node a fixed combination of active nodes' displacements:
+// - an affine function fitted to active nodes around it, if there are at least four within two nodes on each axis, not
+//   all in one plane, and the amplification is at most kAmplificationMax;
+// - if the amplification is larger: a blend of this function and the weighted mean of these nodes that meets the bound;
+// - if they lie in one plane: their weighted mean, fading with distance;
+// - if the node is farther than two nodes from any active one: no entries, no displacement.
 LevelGeometry trim(const Lattice& lattice, const std::vector<bool>& is_active);
 
 inline constexpr int kTrimReach = 2;            // nodes an axis

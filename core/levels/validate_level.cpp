@@ -9,12 +9,12 @@
 namespace hairnet {
 namespace {
 
-// Far beyond anything that is built, and far from where the solver's sums overflow.
+// Far larger than any built value, and far below values at which the solver's sums overflow.
 constexpr float kMax = 1e9f;
 constexpr float kWeightMax = 1e3f;
 constexpr float kCellLeast_m = 1e-4f;
 constexpr int kSkinNodesMax = 1 << 20;  // of one grid: an entry's number is exact in float
-// What rounding to float may leave of sums that are exact by construction.
+// The rounding error allowed in sums that are exact by construction.
 constexpr double kSumTolerance = 1e-4;
 constexpr double kRestTolerance_m = 1e-4;
 
@@ -68,7 +68,7 @@ std::string validate_counts(const Stiffeners& list) {
   return {};
 }
 
-// `weight_sum`: 0 of a spring, 1 of an attachment.
+// `weight_sum`: 0 for springs, 1 for attachments.
 std::string validate_stiffeners(const Stiffeners& list, double weight_sum, const Level& level) {
   if (std::string fault = validate_counts(list); !fault.empty()) return fault;
   if (!all_within(list.weights, -kWeightMax, kWeightMax)) return "a weight is not finite, or too large";
@@ -110,7 +110,7 @@ std::string validate_skin(const Skin& skin) {
   return {};
 }
 
-// Where each of so many runs begins, from 0 on, and the last one ends.
+// Whether `begin` has the offsets of `runs` runs, from 0 on, and the end of the last one.
 bool is_offsets(const std::vector<std::uint32_t>& begin, std::size_t runs, std::size_t end) {
   return begin.size() == runs + 1 && begin.front() == 0 && begin.back() == end && std::ranges::is_sorted(begin);
 }

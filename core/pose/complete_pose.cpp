@@ -23,12 +23,12 @@ Yaw yaw_of(const Quat& rotation) {
   return {angle, smoothstep(0.0, 1.0, 4 * twist_squared)};
 }
 
-// `rotation` moved so that it leaves the joint where `from` has it.
+// A transform with `rotation` that maps the joint to the same place as `from` does.
 RigidTransform about_joint(const Quat& rotation, const RigidTransform& from, const Vec3& joint) {
   return {rotation, from.point(joint) - rotation * joint};
 }
 
-// Half of the head's turn away from the trunk, less where no neck bends.
+// Half of the head's rotation relative to the trunk; less at angles that no neck can bend.
 Quat neck_rotation(const Quat& trunk, const Quat& head) {
   const Eigen::AngleAxisd bend(trunk.conjugate() * head);  // angle in [0, pi]
   constexpr double kFullBend = 2 * kPi / 3;

@@ -15,7 +15,7 @@ class PoseCompletion {
   explicit PoseCompletion(const Vec3& neck_joint_head, double yaw_lag_s = 0.25);
   // `head`: head space at rest to world; `elapsed_s` since the last call, 0 to start over.
   Pose complete(const RigidTransform& head, double elapsed_s);
-  // The neck alone, between the head and a trunk that is known.
+  // Computes only the neck, between the head and a known trunk.
   [[nodiscard]] RigidTransform neck(const RigidTransform& head, const Quat& trunk) const;
 
  private:

@@ -12,7 +12,7 @@ struct Motion {
   std::string name;
   double rate_hz = 60;
   std::vector<Pose> poses;      // at least one
-  std::vector<bool> teleports;  // per pose: it does not continue from the one before; empty = never
+  std::vector<bool> teleports;  // for each pose: it does not continue the previous one; empty = never
 
   [[nodiscard]] double duration_s() const {
     return poses.empty() ? 0 : (static_cast<double>(poses.size()) - 1) / rate_hz;

@@ -27,10 +27,10 @@ struct Pose {
 // All bones at one transform: the character at rest, moved as a whole.
 Pose rigid_pose(const RigidTransform& whole);
 
-// Bone by bone `interpolate`; s as there.
+// Interpolates bone by bone; for s see `interpolate` of RigidTransform.
 Pose interpolate(const Pose& a, const Pose& b, double s);
 
-// Every bone finite, with a rotation of unit length within 1e-3.
+// Whether every bone is finite and has a rotation of unit length within 1e-3.
 bool is_valid(const Pose& pose);
 
 // The pose as the wire carries it: each number rounded to float and nothing else (so rotations are of unit length to

@@ -19,14 +19,14 @@ inline constexpr double kContactRecovery_m_per_s = 0.4;
 // The force on a point in a step. `p`: its depth at the end of the step if it moved with the bone. `ahead`: its depth
 // if it kept its velocity, measured from the tangent plane of the skin below its position at the start.
 struct ContactLaw {
-  double force;      // N, along the skin's normal, at p
-  double stiffness;  // N/m, on any motion beside the bone's
+  double force;      // N, along the skin's normal, at depth p
+  double stiffness;  // N/m, on any motion relative to the bone
 };
 
 inline ContactLaw contact_law(double U, double p, double ahead, double step_s) {
   const double slope = kContactSlope * U;
   const double k = slope * std::clamp(std::max(p, ahead), 0.0, kContactStiffnessDepth_m);
-  if (p < 0) return {k * p, k};  // not there yet: no force at the limit
+  if (p < 0) return {k * p, k};  // outside: no force at the limit
   return {std::min(slope * p * p / 2, k * kContactRecovery_m_per_s * step_s), k};
 }
 

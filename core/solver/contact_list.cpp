@@ -9,10 +9,11 @@
 namespace hairnet {
 namespace {
 
-// Where a contact point is at the start of a step, and where it would end with the head and by its own velocity; world.
+// The place of a contact point at the start of a step, and where it would end with the head and by its own velocity;
+// world.
 struct Path {
   Vec3 from, with_head, ahead;
-  double weight = 0;  // of its nodes, together
+  double weight = 0;  // the sum of its nodes' weights
 };
 
 Path path_of(const Level& level, const StepInput& input, const WorldLattice& lattice, std::size_t p) {

@@ -12,8 +12,8 @@ namespace hairnet {
 struct Contact {
   std::size_t point = 0;
   Vec3 normal;           // out of the skin, world
-  double force = 0;      // N, when every node moves with its rest
-  double stiffness = 0;  // N/m, the weights' sum times that of the point
+  double force = 0;      // N, when every node moves rigidly
+  double stiffness = 0;  // N/m, the point's stiffness times the sum of the weights
 };
 std::vector<Contact> find_contacts(const Level& level, const StepInput& input, const WorldLattice& lattice);
 

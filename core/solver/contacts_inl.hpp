@@ -33,7 +33,7 @@ struct Contacts : StepData<Lanes> {
     for (std::size_t p = 0; p < level.contacts.count; ++p) add(p);
   }
 
-  // Where a contact point is at the start, and where it would end with the head and by its own velocity.
+  // The place of a contact point at the start, and where it would end with the head and by its own velocity.
   struct Path {
     Vector from, with_head, ahead;
   };
@@ -57,7 +57,7 @@ struct Contacts : StepData<Lanes> {
       if (field.limit[p] <= kContactNever_m) continue;
       const std::size_t bone = field.bone * sizeof(StepTerms::AffineMap);
       const Motion to_bone = motion_term(offsetof(StepTerms, to_bone) + bone);
-      const bool is_head = field.bone == 0;  // in whose axes all is told
+      const bool is_head = field.bone == 0;  // all other quantities are in the head's axes
       const Vector from =
           is_head ? path.from : moved(motion_term(offsetof(StepTerms, to_bone_before) + bone), path.from);
       const Vector travel = L::subtract(is_head ? path.ahead : moved(to_bone, path.ahead), from);

@@ -8,12 +8,12 @@ namespace hairnet {
 
 // One of the characters that are stepped side by side.
 struct CrowdMember {
-  std::span<const StepInput> inputs;  // of consecutive steps, as many as every member's
+  std::span<const StepInput> inputs;  // of consecutive steps; all members have the same number
   LatticeState* state = nullptr;      // fits the level
   bool is_finite = true;              // set by step_crowd; a state that is not finite must be discarded (reset_to_rest)
 };
 
-// How many characters go side by side on this machine: 16 with AVX-512, 8 with AVX2, 4 or 1 elsewhere.
+// The number of characters side by side on this machine: 16 with AVX-512, 8 with AVX2, 4 or 1 elsewhere.
 std::size_t crowd_width();
 
 // The number of characters from which a crowd is faster than single steps; measured with hairnet-bench.

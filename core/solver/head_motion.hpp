@@ -31,7 +31,7 @@ struct HeadMotion {
   Vec3 gravity_load;  // g - R g_0, head axes, m/s^2
 };
 
-// Where a point fixed to `bone` at rest is at the end of the step, head space.
+// The place at the end of the step of a point that is fixed to `bone` at rest, head space.
 inline Vec3 posed(const StepInput& input, Bone bone, const Vec3& rest) {
   if (bone == Bone::head) return rest;
   return (input.to.head().inverse() * input.to[bone]).point(rest);

@@ -36,7 +36,7 @@ void single_kernel_here(const LevelView& level, const LaneMemory& memory, int it
 constexpr std::size_t kTile = 1;
 #else
 constexpr std::size_t kTile = 4;
-// rows[r][c] and rows[c][r] change places.
+// Swaps rows[r][c] and rows[c][r].
 template <class V>
 HWY_INLINE void transpose(V (&rows)[4]) {
   const hn::FixedTag<float, 4> d;

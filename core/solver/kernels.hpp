@@ -5,8 +5,7 @@
 #include "core/solver/lane_memory.hpp"
 #include "core/solver/level_view.hpp"
 
-// The kernels of a step, each compiled for several instruction sets; the best that the machine has is picked at the
-// first call.
+// The kernels of a step, each compiled for several instruction sets; the first call picks the best one for the machine.
 namespace hairnet {
 
 LaneSizes crowd_sizes();  // a Real holds one float a lane

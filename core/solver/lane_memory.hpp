@@ -11,22 +11,22 @@ namespace hairnet {
 // The working memory of one step in one layout (lanes_inl.hpp). Each pointer is an array of one value per node, spring
 // or attachment. All arrays lie in one block, in the order in which a step uses them.
 struct LaneMemory {
-  const float* terms = nullptr;  // StepTerms, a Real each
+  const float* terms = nullptr;  // StepTerms, one Real each
 
   // Vectors of nodes. `velocity` becomes R v - R' P^0 within a step, `residual` begins as the right-hand side b.
   float *displacement, *velocity, *rigid_velocity, *rotated_displacement;
   float *solution, *residual, *preconditioned, *direction, *product;
-  float* attachment_diagonal;        // Reals of nodes: what attachments add to the diagonal
-  float *diagonal, *preconditioner;  // Blocks of nodes: a node's own part of the system; the inverse of its whole
+  float* attachment_diagonal;        // Reals of nodes: the attachments' part of the diagonal
+  float *diagonal, *preconditioner;  // Blocks of nodes: a node's own part of the system; the inverse of its whole block
 
   float* spring_direction;                        // Vectors, eps / |eps|
   float *spring_elongation, *spring_coefficient;  // Reals: |eps| - |eps_0|, m; h (h k + q)
-  float* spring_change;                           // Reals: what the strain adds to k, over k (SpringBranch)
+  float* spring_change;                           // Reals: the strain's addition to k, over k (SpringBranch)
   float* attachment_displacement;                 // Vectors, eps - eps_0
   float* attachment_coefficient;                  // Reals
   float* pull;                                    // Vectors, sigma of springs, then of attachments
 
-  float *elastic_energy_max_j, *speed_max, *is_finite;  // a Real each: what the step leaves (LatticeState; 1 or 0)
+  float *elastic_energy_max_j, *speed_max, *is_finite;  // one Real each: results of the step (LatticeState; 1 or 0)
 };
 
 // Floats of one Real, Vector and Block of a layout.
@@ -34,7 +34,7 @@ struct LaneSizes {
   std::size_t real, vector, block;
 };
 
-// Grows to the largest level met and stays, so that steps allocate nothing once it has.
+// Grows to the largest level so far and never shrinks, so that later steps allocate nothing.
 class LaneArena {
  public:
   LaneMemory allocate(const LaneSizes& sizes, const LevelView& level);

@@ -19,7 +19,8 @@ namespace hairnet {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// A lane is a character: many characters of one level side by side. In memory a Vector is the lanes' x, then y, then z.
+// Each lane is a character: many characters of one level side by side. In memory a Vector is the lanes' x, then y, then
+// z.
 template <class D>
 struct Crowd {
   using Real = hn::Vec<D>;
@@ -73,7 +74,7 @@ struct Crowd {
     return {hn::NegMulAdd(s, a.x, sum.x), hn::NegMulAdd(s, a.y, sum.y), hn::NegMulAdd(s, a.z, sum.z)};
   }
   static HWY_INLINE Real dot(const Vector& a, const Vector& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-  // For long sums of dot products: adds a's and b's products component by component; sum_of gives the whole.
+  // For long sums of dot products: adds the products of a and b component by component; sum_of returns the total.
   static HWY_INLINE Vector add_products(const Vector& a, const Vector& b, const Vector& sum) {
     return {hn::MulAdd(a.x, b.x, sum.x), hn::MulAdd(a.y, b.y, sum.y), hn::MulAdd(a.z, b.z, sum.z)};
   }
@@ -121,7 +122,7 @@ struct Crowd {
             hn::MulAdd(a.yz, b.z, hn::MulAdd(a.yy, b.y, a.xy * b.x)),
             hn::MulAdd(a.zz, b.z, hn::MulAdd(a.yz, b.y, a.xz * b.x))};
   }
-  // By cofactors.
+  // Computed by cofactors.
   static HWY_INLINE Block inverse(const Block& a) {
     const Real xx = minor(a.yy, a.zz, a.yz, a.yz), xy = minor(a.yz, a.xz, a.xy, a.zz),
                xz = minor(a.xy, a.yz, a.xz, a.yy);
@@ -137,7 +138,7 @@ struct Crowd {
 };
 
 #if HWY_TARGET == HWY_SCALAR
-// One character, where there are no registers of four: a crowd of one.
+// One character, on machines without registers of four: a crowd of one.
 struct Single : Crowd<hn::CappedTag<float, 1>> {
   static constexpr bool kIsCrowd = false;
 };
@@ -164,7 +165,7 @@ struct Single {
   static HWY_INLINE void store_real(Real a, float* p) { *p = hn::GetLane(a); }
 
   static HWY_INLINE Vector zero() { return {hn::Zero(d)}; }
-  // Loads that never wait for a store: a padded copy on the stack would.
+  // These loads never wait for a store; a padded copy on the stack would.
   static HWY_INLINE Vector vector(const float* xyz) {
     const hn::FixedTag<float, 2> pair;
     const hn::FixedTag<float, 1> one;
@@ -231,7 +232,7 @@ struct Single {
   static HWY_INLINE Vector multiply(const Block& a, const Vector& b) {
     return {hn::MulAdd(a.z, z(b), hn::MulAdd(a.y, y(b), a.x * x(b)))};
   }
-  // The inverse's columns are the cross products of a's, over their triple product.
+  // The inverse's columns are the cross products of a's columns, over their triple product.
   static HWY_INLINE Block inverse(const Block& a) {
     const Real x = cross(a.y, a.z), y = cross(a.z, a.x), z = cross(a.x, a.y);
     const Real by = real(1) / dot({a.x}, {x});

@@ -59,7 +59,8 @@ ContactPointsView make_view(const ContactPoints& contacts) {
 }
 
 IncidenceView put_incidences(const Level& level, LevelViewScratch& scratch) {
-  // Counted one place on, so that filling a node's entries leaves begin[node + 1] where the next ones begin.
+  // Counts are stored one place later, so that after filling a node's entries begin[node + 1] is the start of the next
+  // node's.
   auto& begin = scratch.incidence_begin;
   begin.assign(level.rest.size() + 2, 0);
   for (const Stiffeners* list : {&level.springs, &level.attachments}) {

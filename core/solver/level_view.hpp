@@ -8,8 +8,8 @@
 
 namespace hairnet {
 
-// A level as the kernels read it: plain pointers into it, since nothing that is compiled for several instruction sets
-// may call what other files compile for one.
+// A level for the kernels: plain pointers into it, because code that is compiled for several instruction sets must not
+// call code that other files compile for one.
 struct StiffenerView {
   std::size_t count;
   const std::uint32_t* begin;
@@ -34,7 +34,7 @@ struct ContactPointsView {
   const float *weights, *rest, *potential;
 };
 
-// Which stiffeners act on a node: springs, then attachments, numbered on.
+// The stiffeners that act on each node: springs, then attachments, in one numbering.
 struct IncidenceView {
   const std::uint32_t* begin;
   const std::uint16_t* stiffeners;
@@ -46,7 +46,7 @@ struct LevelView {
   float displacement_max_m;
   const float *rest, *mass, *ether_stiffness, *ether_damping;
   const float* drag;           // xx xy xz yy yz zz of each node
-  const float* wind_fraction;  // of the way along the box, xyz of each node (LatticeWind); null in still air
+  const float* wind_fraction;  // position in the box as fractions, xyz of each node (LatticeWind); null in still air
   StiffenerView springs, attachments;
   IncidenceView incidences;  // for crowds only
   const SkinDistanceFieldView* skin;
@@ -67,7 +67,7 @@ struct ViewFor {
   bool wind = false, crowd = false;
 };
 
-// Valid as long as `level` and until `scratch` is used again.
+// Valid while `level` exists and until `scratch` is used again.
 LevelView make_view(const Level& level, const ViewFor& what_for, LevelViewScratch& scratch);
 
 }  // namespace hairnet

@@ -22,7 +22,7 @@ inline float ether_stiffness(const Level& level, const MaterialScale& material, 
   return material.density * (level.ether_stiffness[node] + material.gel_per_s2 * level.mass[node]);
 }
 
-// As the solver takes it (damping.hpp).
+// The value for the solver (damping.hpp).
 inline float ether_damping(const Level& level, const MaterialScale& material, std::size_t node, float step_s) {
   return solver_damping(ether_stiffness(level, material, node),
                         material.density * material.ether_damping * level.ether_damping[node], step_s);
@@ -35,18 +35,18 @@ inline Mat3f drag_tensor(const Level& level, const MaterialScale& material, std:
   return material.air_drag * Q;
 }
 
-// k, and q as the solver takes it.
+// k, and the q for the solver.
 inline std::pair<float, float> stiffener_terms(const Stiffeners& stiffeners, const MaterialScale& material,
                                                std::size_t s, float step_s) {
   const float k = material.stiffness * stiffeners.stiffness[s];
   return {k, solver_damping(k, material.damping * stiffeners.damping[s], step_s)};
 }
 
-// A spring of some length in a step.
+// A spring of a given length in a step.
 struct SpringTerms {
   double k, rest_length;
   double stiffness;  // dT/dx
-  double q;          // as the solver takes it
+  double q;          // for the solver
 };
 inline SpringTerms spring_terms(const Level& level, const StepInput& input, std::size_t s, double length) {
   const double k = double{input.material.stiffness} * double{level.springs.stiffness[s]};

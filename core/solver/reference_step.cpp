@@ -11,7 +11,7 @@
 namespace hairnet {
 namespace {
 
-// A stiffener's law linearised about some epsilon: sigma, d sigma / d eps and d sigma / d eps' (eqs. 1-2).
+// A stiffener's law linearised at some epsilon: sigma, d sigma / d eps and d sigma / d eps' (eqs. 1-2).
 struct Linearised {
   const Stiffeners* stiffeners;
   std::size_t index;
@@ -21,7 +21,7 @@ struct Linearised {
 struct System {
   std::vector<Vec3> f;                 // forces on nodes
   std::vector<Mat3> df_dp, df_dp_dot;  // of forces on single nodes: block diagonal
-  std::vector<Linearised> stiffeners;  // all others act through weighted sums
+  std::vector<Linearised> stiffeners;  // all other forces act through weighted sums
 };
 
 void add_springs(const Level& level, const StepInput& input, const WorldLattice& lattice, System& system) {
@@ -63,8 +63,8 @@ void add_node_forces(const Level& level, const StepInput& input, const std::vect
   }
 }
 
-// A contact's stiffness acts on what its nodes move beyond their rest: `f` gets the force that the linearisation has at
-// P, so that the step's formula stays the paper's.
+// A contact's stiffness acts on the motion of its nodes relative to their rest. `f` gets the force of the linearisation
+// at P, so that the formula of the step stays the paper's.
 void add_contacts(const Level& level, const StepInput& input, const std::vector<Vec3>& rest_dot,
                   const WorldLattice& lattice, System& system) {
   const ContactPoints& points = level.contacts;

@@ -23,7 +23,7 @@ struct Skin {
   using Vector = typename Lanes::Vector;
   using L = Lanes;
 
-  // skin_distance() of core/levels/skin_distance_field.hpp, with the gradient made a unit vector.
+  // skin_distance() of core/levels/skin_distance_field.hpp, with the gradient scaled to unit length.
   struct SkinSample {
     Real distance;
     Vector normal;
@@ -56,7 +56,7 @@ struct Skin {
     return {distance, L::scale(L::real(1) / hn::Sqrt(length2), gradient)};
   }
   // A lower bound of the distance at the point, from the value at the nearest node: along an edge the distance changes
-  // by at most the edge's length, and there are three edges to the node.
+  // by at most the edge's length, and at most three edges lead from the point's cell to the node.
   static HWY_INLINE Real distance_min(const SkinDistanceFieldView& field, const Vector& point) {
     const Vector at = L::scale(L::real(field.per_cell), L::subtract(point, L::vector(field.origin)));
     const auto along = [](Real a, float cells)
@@ -67,7 +67,7 @@ struct Skin {
                                   hn::MulAdd(y, L::real(static_cast<float>(field.row)), x));
     const Vector to_node = L::subtract(at, L::compose(x, y, z));
     const Real away = hn::Sqrt(L::dot(to_node, to_node));
-    const Real within = L::real(0.87f);  // a half of a cell's diagonal
+    const Real within = L::real(0.87f);  // half of a cell's diagonal
     const Real beyond = hn::Max(away - within, L::real(0)) - hn::Min(away, within) * L::real(1.74f);
     return hn::MulAdd(beyond, L::real(1 / field.per_cell),
                       L::gather(field.distance, hn::ConvertTo(hn::RebindToSigned<decltype(L::d)>(), entry)));

@@ -7,10 +7,10 @@ namespace hairnet {
 // Eq. 3: a spring's epsilon joins its two ends. sigma = -(T(|eps| - |eps_0|) + q eps'.e) e, e = eps / |eps|. In the
 // paper the tension is T = k x. Real hair hardly stretches and buckles under compression, so here a spring is stiffer
 // beyond a positive strain and softer below a negative one. T stays convex.
-inline constexpr double kStiffStrain = 0.02, kStiffening = 2;     // of the rest length; what it adds to k, over k
-inline constexpr double kBucklingStrain = 0.05, kBuckling = 0.9;  // what it takes from k, over k
+inline constexpr double kStiffStrain = 0.02, kStiffening = 2;     // of the rest length; the addition to k, over k
+inline constexpr double kBucklingStrain = 0.05, kBuckling = 0.9;  // the reduction of k, over k
 
-// T = k (x + change (x - beyond)): where a spring is.
+// T = k (x + change (x - beyond)): the branch of the law at some elongation.
 struct SpringBranch {
   double change, beyond;
 };
@@ -39,14 +39,14 @@ inline Vec3 spring_force(double k, double q, double rest_length, const Vec3& eps
   return -(spring_tension(k, rest_length, eps.norm() - rest_length) + q * eps_dot.dot(e)) * e;
 }
 
-// The part of d sigma / d eps that the solver uses, -k e e^T with k = dT/dx: negative semi-definite always, and the
-// exact derivative at the rest length with eps' = 0. With q instead of k it is d sigma / d eps', exactly.
+// The part of d sigma / d eps that the solver uses, -k e e^T with k = dT/dx. It is always negative semi-definite, and
+// the exact derivative at the rest length with eps' = 0. With q instead of k it is exactly d sigma / d eps'.
 inline Mat3 spring_jacobian(double k, const Vec3& eps) {
   const Vec3 e = eps.normalized();
   return -k * e * e.transpose();
 }
 
-// The exact d sigma / d eps. Its further terms push across a shortened spring and so may be indefinite.
+// The exact d sigma / d eps. Its other terms push across a shortened spring and may therefore be indefinite.
 inline Mat3 spring_jacobian_exact(double k, double q, double rest_length, const Vec3& eps, const Vec3& eps_dot) {
   const double length = eps.norm(), x = length - rest_length;
   const Vec3 e = eps / length;

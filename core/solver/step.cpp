@@ -11,7 +11,7 @@
 namespace hairnet {
 namespace {
 
-// Between a node's three floats and its place in a single character's layout.
+// Copies between a node's three floats and its place in a single character's layout.
 void spread(const std::vector<Vec3f>& nodes, std::size_t stride, float* out) {
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     std::memcpy(out + i * stride, nodes[i].data(), sizeof(Vec3f));

@@ -33,9 +33,9 @@ inline const Environment kCalmEnvironment{};
 struct StepInput {
   Pose from, to;  // at the start and the end of the step
   double step_s = 1.0 / 30;
-  const Environment* environment = &kCalmEnvironment;  // outlives the step
+  const Environment* environment = &kCalmEnvironment;  // must outlive the step
   double contact_release = 0;                          // fraction of contact that is switched off, 0 to 1
-  MaterialScale material;                              // the character's own, on what the level was built with
+  MaterialScale material;                              // the character's own, on top of the level's material
   double time_s = 0;                                   // at the end of the step, for the wind
 };
 
@@ -53,7 +53,7 @@ inline constexpr std::array<int, kLevelCount> kLevelIterations{16, 10, 8, 1, 0};
 // with the square root of the condition number, which grows with the step's length.
 int iterations_for(LevelIndex level, double step_s);
 
-// The least number of steps in a tick that keeps them within kStepMax_s.
+// The smallest number of steps in a tick for which no step exceeds kStepMax_s.
 int substep_count_for(double tick_s);
 
 // Buffers of a step, reused for all characters and levels. They grow to the largest level seen and are never freed.
@@ -67,15 +67,15 @@ struct StepScratch {
 // it for a teleport: leave the state as it is, and the lattice moves rigidly with the head. Returns false when the
 // system or its solution is not finite; then discard the state (reset_to_rest).
 //
-// The step solves "(M - h df/dp' - h^2 df/dp) dP' = h (f + h df/dp P')" of model section 6 in other unknowns:
-// y = P'_1 - R'P^0, the velocity at the end of the step beyond the rest's. Then the displacement at its end is
-// d_1 = R d + h y, with R d the start's displacement turned into the new head axes ("carried"), and
+// The step solves "(M - h df/dp' - h^2 df/dp) dP' = h (f + h df/dp P')" of paper 2.2 in other unknowns:
+// y = P'_1 - R'P^0, the velocity at the end of the step relative to the rest's. The displacement at the end is then
+// d_1 = R d + h y, where R d is the start's displacement rotated into the new head axes, and
 //
 //     A y = b = M (R v - R'P^0) + h f|_(y = 0),      A = M - h df/dp' - h^2 df/dp.
 //
-// Translation of the head has dropped out, and y = 0 is the rest motion, from which CG starts. The error of CG is then
-// orthogonal to y at every iteration (y.(A y - b) = 0), and from this follows that the linearised step never ends with
-// more energy than it began with and was given from outside, at any number of iterations:
+// The translation of the head cancels, and y = 0 is the rest motion, from which CG starts. The error of CG is then
+// orthogonal to y at every iteration (y.(A y - b) = 0). Therefore the linearised step never ends with more energy than
+// its initial energy plus the energy from outside, at any number of iterations:
 //
 //     T_1 + V_1 = T_0 + V_0 + W - |y - y_0|^2_M / 2 - y.(h^2 K / 2 + h Q) y,     y_0 = R v - R'P^0.
 //

@@ -13,7 +13,8 @@
 #include "core/solver/level_view.hpp"
 #include "core/solver/step_terms.hpp"
 
-// What every part of a step reads and writes: the level, the working memory and the terms of the tick, in one layout.
+// The data that every part of a step reads and writes: the level, the working memory and the terms of the tick, in one
+// layout.
 HWY_BEFORE_NAMESPACE();
 namespace hairnet {
 namespace HWY_NAMESPACE {
@@ -27,7 +28,7 @@ struct StepData {
   using L = Lanes;
   static constexpr std::size_t kReal = Lanes::kReal, kVector = Lanes::kVector, kBlock = Lanes::kBlock;
 
-  // Copies, so that the compiler knows that no store of a number changes them.
+  // Copies, so that the compiler knows that storing a number does not change them.
   const LevelView level;
   const LaneMemory m;
   const Real h;

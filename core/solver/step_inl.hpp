@@ -28,7 +28,7 @@ struct Step : StepData<Lanes> {
   using typename Data::L, typename Data::Real, typename Data::Mask, typename Data::Vector, typename Data::Block;
   using typename Data::Turn, typename Data::Motion;
 
-  // A step of all: m.displacement and m.velocity are the states at its start, and at its end.
+  // Steps all lanes: m.displacement and m.velocity are the states at the start, and afterwards at the end.
   HWY_INLINE void run(int iterations) {
     limit_elastic_energy();
     rotate_state();
@@ -41,7 +41,7 @@ struct Step : StepData<Lanes> {
     advance(solve(iterations));
   }
 
-  // Most stiffeners have the eight nodes of one cell: loops over those are unrolled.
+  // Most stiffeners have the eight nodes of one cell: loops over these are unrolled.
   static constexpr std::size_t kCellNodes = 8;
   static HWY_INLINE bool is_in_cell(const StiffenerView& stiffeners, std::size_t s) {
     return stiffeners.begin[s + 1] - stiffeners.begin[s] == kCellNodes;
@@ -85,7 +85,7 @@ struct Step : StepData<Lanes> {
   }
 
   HWY_INLINE Real node_mass(std::size_t i) const { return term(offsetof(StepTerms, density)) * L::real(level.mass[i]); }
-  // The built part stands in for the tension of hanging hair and grows with its mass.
+  // The built part replaces the tension of hanging hair and grows with its mass.
   HWY_INLINE Real ether_stiffness(std::size_t i) const {
     return term(offsetof(StepTerms, density)) *
            hn::MulAdd(term(offsetof(StepTerms, gel_per_s2)), L::real(level.mass[i]), L::real(level.ether_stiffness[i]));
@@ -112,7 +112,7 @@ struct Step : StepData<Lanes> {
     return L::scale(term(offsetof(StepTerms, air_drag)), L::block(level.drag + 6 * i));
   }
 
-  // Springs and attachments as they lie in head space: |eps| - |eps_0| with the direction of eps, and eps - eps_0.
+  // Measures springs and attachments in head space: |eps| - |eps_0| with the direction of eps, and eps - eps_0.
   HWY_INLINE void measure() {
     const Real none = L::real(0);
     for (std::size_t s = 0; s < level.springs.count; ++s) {
@@ -121,7 +121,7 @@ struct Step : StepData<Lanes> {
       const Vector eps = L::add(rest, delta);
       const Real length = hn::Sqrt(squared(eps)), rest_length = L::real(level.springs.rest_length[s]);
       const Real both = length + rest_length, by = L::real(1) / (length * both);
-      // A spring of no length has no direction, and no force until it has one.
+      // A spring of zero length has no direction, and no force until it has one.
       const Mask has_length = length > none;
       put(L::scale(hn::IfThenElse(has_length, both * by, none), eps), m.spring_direction, s);
       // |eps_0 + delta| - |eps_0| without cancellation: exactly 0 for delta = 0.
@@ -135,7 +135,8 @@ struct Step : StepData<Lanes> {
     }
   }
 
-  // SpringBranch (spring.hpp) of a spring of this elongation: its change, and from a change, how far beyond it is.
+  // SpringBranch (spring.hpp) of a spring of this elongation: its change, and from a change, its elongation beyond the
+  // limit.
   HWY_INLINE Real branch_change(std::size_t s, Real elongation) const {
     const Real strain = elongation / L::real(level.springs.rest_length[s]), none = L::real(0);
     const Real softer = hn::IfThenElse(hn::Lt(strain, L::real(static_cast<float>(-kBucklingStrain))),
@@ -149,7 +150,7 @@ struct Step : StepData<Lanes> {
     return hn::NegMulAdd(strain, L::real(level.springs.rest_length[s]), elongation);
   }
 
-  // Of springs as measured, on the branch that is noted, of attachments as measured, and of the ether, J.
+  // The energy of the measured springs, on their stored branches, of the measured attachments, and of the ether, J.
   HWY_INLINE Real elastic_energy() const {
     Real springs = L::real(0), ether = L::real(0);
     Vector attachments = L::zero();
@@ -182,7 +183,7 @@ struct Step : StepData<Lanes> {
       const Real energy = elastic_energy();
       const Mask is_over = energy > most;
       if (hn::AllFalse(L::d, is_over)) return;
-      // Springs that have hardly turned have an energy that goes with the square of the displacement.
+      // The energy of springs that have hardly turned is proportional to the square of the displacement.
       Real by = hn::Max(L::real(kDrawMin), L::real(0.999f) * hn::Sqrt(most / energy));
       if (draw == kDraws) by = L::real(0);
       by = hn::IfThenElse(is_over, by, L::real(1));
@@ -193,7 +194,7 @@ struct Step : StepData<Lanes> {
     }
   }
 
-  // Into the head's new axes: R d, R v - R' P^0 (m.velocity from here on) and the rest's velocity R' P^0.
+  // Rotates into the head's new axes: R d, R v - R' P^0 (m.velocity from here on) and the rest's velocity R' P^0.
   HWY_INLINE void rotate_state() {
     const Turn turn = rotation_term(offsetof(StepTerms, turn));
     const Motion rigid_velocity = motion_term(offsetof(StepTerms, rigid_velocity));
@@ -205,14 +206,14 @@ struct Step : StepData<Lanes> {
     }
   }
 
-  // What acts on a node alone: b's part, and its own block of A.
+  // The forces on one node alone: its part of b, and its own block of A.
   struct NodeSystem {
     Vector load;
     Block own;
   };
 
-  // Forces on single nodes at y = 0 times h into m.residual, with the inertia M (R v - R' P^0); the nodes' own blocks
-  // of A into m.diagonal and m.preconditioner.
+  // Stores the forces on single nodes at y = 0 times h in m.residual, with the inertia M (R v - R' P^0), and the nodes'
+  // own blocks of A in m.diagonal and m.preconditioner.
   HWY_INLINE void add_node_forces() {
     for (std::size_t i = 0; i < level.node_count; ++i) {
       const NodeSystem system = free_node(i);
@@ -235,7 +236,7 @@ struct Step : StepData<Lanes> {
             L::add_diagonal(hn::MulAdd(h, hn::MulAdd(h, ether.k, ether.q), mass), L::scale(h, Q))};
   }
 
-  // The part of the drag that the wind makes, h Q u.
+  // The wind's part of the drag, h Q u.
   HWY_INLINE void add_wind() {
     for (std::size_t i = 0; i < level.node_count; ++i) {
       const float* at = level.wind_fraction + 3 * i;
@@ -320,7 +321,8 @@ struct Step : StepData<Lanes> {
   }
 
   // Adds a stiffener's force to its nodes. A single character adds it directly. A crowd is limited by memory traffic:
-  // it stores the force once per stiffener and each node sums its own (collect_pulls), which halves the traffic.
+  // it stores the force once for each stiffener, and each node sums its own forces (collect_pulls), which halves the
+  // traffic.
   HWY_INLINE void give_pull(const StiffenerView& stiffeners, std::size_t s, const Vector& pull, float* pulls) {
     if constexpr (L::kIsCrowd) {
       put(pull, pulls, s);
@@ -369,7 +371,7 @@ struct Step : StepData<Lanes> {
     return own;
   }
 
-  // The residual where the solution will be. Returns residual . preconditioned.
+  // Updates the residual for the new solution. Returns residual . preconditioned.
   HWY_INLINE Real update_residual(Real alpha) {
     Vector rho = L::zero();
     for (std::size_t i = 0; i < level.node_count; ++i) {
@@ -384,24 +386,24 @@ struct Step : StepData<Lanes> {
 
   struct Solved {
     Real work;  // y.b, J
-    Real rho;   // finite if all is
+    Real rho;   // finite if every number is finite
   };
 
-  // Conjugate gradient from y = 0; m.residual holds the right-hand side on entry. A character that has converged, or
-  // whose system is broken, stays where it is while others go on.
+  // Conjugate gradient from y = 0; m.residual contains the right-hand side on entry. A character that has converged, or
+  // whose system is broken, stays unchanged while the iteration continues for the other lanes.
   HWY_INLINE Solved solve(int iterations) {
     const Real none = L::real(0);
     for (std::size_t i = 0; i < level.node_count; ++i) {
       for (float* nodes : {m.solution, m.direction, m.product}) put(L::zero(), nodes, i);
     }
     Real rho = update_residual(none), work = none, alpha = none, beta = none;
-    const Real enough = L::real(1e-12f) * rho;  // of float's own rounding: iterating on would only stir it
+    const Real enough = L::real(1e-12f) * rho;  // the rounding error of float: more iterations gain nothing
     Mask goes_on = rho > none;
     for (int iteration = 0; iteration < iterations && !hn::AllFalse(L::d, goes_on); ++iteration) {
       const Real curvature = multiply(alpha, beta);
       goes_on = hn::And(goes_on, curvature > none);
       alpha = hn::IfThenElseZero(goes_on, rho / curvature);
-      work = hn::MulAdd(alpha, rho, work);  // b.direction = rho: what b has lost so far is conjugate to it
+      work = hn::MulAdd(alpha, rho, work);  // b.direction = rho: the part that b has lost so far is conjugate to it
       const Real rho_next = update_residual(alpha);
       beta = hn::IfThenElseZero(goes_on, rho_next / rho);
       rho = rho_next;
@@ -413,7 +415,7 @@ struct Step : StepData<Lanes> {
     return {work, rho};
   }
 
-  // The states at the end of the step, and what the next one must know of this.
+  // Computes the states at the end of the step, and what the next step needs to know of this one.
   HWY_INLINE void advance(const Solved& solved) {
     Real kinetic_end = L::real(0), kinetic_change = L::real(0), farthest2 = L::real(0), fastest2 = L::real(0);
     for (std::size_t i = 0; i < level.node_count; ++i) {
@@ -433,11 +435,11 @@ struct Step : StepData<Lanes> {
     for (std::size_t s = 0; s < level.attachments.count; ++s) {
       put(weighted_sum(level.attachments, s, m.displacement), m.attachment_displacement, s);
     }
-    // Of the linearised step, at least: a viscosity is -h k / 3 or more (damping.hpp), so y.(h^2 K / 2 + h Q) y is no
-    // less than y.(h^2 K + h Q) y / 4, that is (y.b - |y|^2_M) / 4.
+    // A lower bound for the linearised step: a viscosity is -h k / 3 or more (damping.hpp), so y.(h^2 K / 2 + h Q) y is
+    // no less than y.(h^2 K + h Q) y / 4, that is (y.b - |y|^2_M) / 4.
     const Real dissipation =
         hn::MulAdd(L::real(0.25f), hn::Max(solved.work - kinetic_end, L::real(0)), half() * kinetic_change);
-    // Springs that have left their branch for a stiffer one may have less than none by the linear law.
+    // Springs that have moved to a stiffer branch may have negative energy by the linear law.
     put(hn::Max(elastic_energy() + dissipation, L::real(0)), m.elastic_energy_max_j, 0);
 
     const Mask is_finite = hn::And(hn::IsFinite(solved.rho + kinetic_end + kinetic_change), hn::IsFinite(farthest2));

@@ -22,7 +22,7 @@ void put(const RigidTransform& t, StepTerms::AffineMap& out) {
   put(t.position, out.shift);
 }
 
-// Only of the bones that have skin; the head's own stay the identity.
+// Only of bones that have skin; the head's own maps stay the identity.
 void put_bones(const Level& level, const StepInput& input, StepTerms& terms) {
   std::array<bool, kBoneCount> is_wanted{};
   for (const SkinDistanceField& field : *level.skin) is_wanted[static_cast<std::size_t>(field.bone)] = true;

@@ -4,7 +4,8 @@
 
 #include "core/levels/level.hpp"
 
-// Eqs. 1-2 in double, for steps that are written to be read: what a stiffener acts on, and how it acts back.
+// Eqs. 1-2 in double, for steps that are written to be read: the quantity that a stiffener acts on, and its force on
+// the nodes.
 namespace hairnet {
 
 // epsilon = sum_j w_j p_j

@@ -15,7 +15,7 @@ constexpr double kTurbulenceMax_m_per_s = 20;
 constexpr double kTurbulenceScaleMax_m = 100;
 constexpr double kGustPeriodMin_s = 0.2, kGustPeriodMax_s = 120;
 
-// Wave vectors come in sets of six: two polarisations on each of three perpendicular axes, by which each component of
+// Wave vectors come in sets of six: two polarisations on each of three perpendicular axes, so that each component of
 // the velocity gets the same share.
 constexpr int kEddySets = 4;
 
@@ -46,7 +46,8 @@ double sine(double turns) {
 
 Vec3 random_direction(Random& random) {
   while (true) {
-    const Vec3 v{random.symmetric(), random.symmetric(), random.symmetric()};  // braces: in this order everywhere
+    // braces: evaluated in this order by every compiler
+    const Vec3 v{random.symmetric(), random.symmetric(), random.symmetric()};
     const double square = v.squaredNorm();
     if (square > 0.01 && square < 1) return v / std::sqrt(square);
   }
@@ -93,7 +94,7 @@ WindField::WindField(const Wind& wind) {
   if (is_moving && wind.gust_ratio > 0) {
     Random random(wind.seed, 0);
     modes->gust_ratio = wind.gust_ratio;
-    // No whole ratio between the periods, so that gusts do not come by the clock; shares sum to 1, so |g| <= 1.
+    // The periods have no rational ratios, so that gusts do not repeat regularly; shares sum to 1, so |g| <= 1.
     for (const auto& [quicker, share] : {std::pair{1.0, 0.5}, {2.236, 0.3}, {4.583, 0.2}}) {
       modes->gusts.push_back({quicker / wind.gust_period_s, random.unit(), share});
     }
@@ -107,7 +108,7 @@ WindField::WindField(const Wind& wind) {
       for (std::size_t along = 0; along < 3; ++along) {
         for (std::size_t aside = 1; aside < 3; ++aside) {
           const double wave_number = random.between(0.25, 1) / (kTurn * wind.turbulence_scale_m);
-          // An eddy turns over in about its own length over its speed.
+          // An eddy turns over in about its own length divided by its speed.
           const double turnover_hz = wave_number * wind.turbulence_rms_m_per_s;
           modes->turbulence.push_back({wave_number * axes[along], amplitude * axes[(along + aside) % 3],
                                        turnover_hz * random.symmetric(), random.unit()});

@@ -14,11 +14,11 @@ namespace hairnet {
 // The wind of a room, world axes. The default is still air.
 struct Wind {
   Vec3 mean_m_per_s = Vec3::Zero();
-  double gust_ratio = 0;     // the mean's speed comes and goes between (1 - ratio) and (1 + ratio) times its own
-  double gust_period_s = 4;  // of the slowest gust; two quicker ones ride on it
+  double gust_ratio = 0;              // gusts vary the mean's speed between (1 - ratio) and (1 + ratio) times its own
+  double gust_period_s = 4;           // of the slowest gust; two quicker ones are added to it
   double turbulence_rms_m_per_s = 0;  // of each component
-  // The least length over which turbulence changes: its wave numbers are 1/(4 scale) to 1/scale rad/m, so the smallest
-  // eddies are pi scale across. Shorter than kTurbulenceScaleMin_m, a lattice could not carry it.
+  // The smallest length over which turbulence changes: its wave numbers are 1/(4 scale) to 1/scale rad/m, so the
+  // smallest eddies are pi scale across. A lattice cannot represent turbulence below kTurbulenceScaleMin_m.
   double turbulence_scale_m = 0.6;
   std::uint64_t seed = 1;
 };
@@ -27,14 +27,14 @@ inline constexpr double kTurbulenceScaleMin_m = 0.3;
 // Empty when every value is finite and in its range; else one line that names the value and the range.
 std::string validate(const Wind& wind);
 
-// Air velocity everywhere and at any time, from a sound Wind. Immutable and cheap to copy. The same Wind gives the same
-// bits on every machine: no library's sine or distribution is used.
+// Air velocity everywhere and at any time, from a valid Wind. Immutable and cheap to copy. The same Wind gives the same
+// bits on every machine: the code uses no sine or distribution of a library.
 //
 //     u(x, t) = mean (1 + ratio g(t)) + sum_m a_m cos(k_m . (x - X(t)) + w_m t + phi_m),     |g| <= 1
 //
-// Each a_m is perpendicular to its wave vector k_m, so the field is free of divergence. X(t) is the way that the wind
-// has come by t: turbulence is carried along with it (Taylor's frozen turbulence), while the eddies' own w_m let it
-// change on the way.
+// Each a_m is perpendicular to its wave vector k_m, so the field is free of divergence. X(t) is the distance that the
+// wind has travelled by t: the wind carries turbulence along (Taylor's frozen turbulence), while the eddies' own w_m
+// change it on the way.
 class WindField {
  public:
   WindField() = default;  // still air
@@ -71,7 +71,8 @@ struct LatticeWind {
   std::array<Vec3f, 8> corners{Vec3f::Zero(), Vec3f::Zero(), Vec3f::Zero(), Vec3f::Zero(),
                                Vec3f::Zero(), Vec3f::Zero(), Vec3f::Zero(), Vec3f::Zero()};  // corner i + 2 j + 4 k
 
-  // `fraction` of the way along the box on each axis: node (i, j, k) is at (i / (nx - 1), j / (ny - 1), k / (nz - 1)).
+  // `fraction` is the position along the box on each axis: node (i, j, k) is at (i / (nx - 1), j / (ny - 1), k / (nz -
+  // 1)).
   [[nodiscard]] Vec3f at(const Vec3f& fraction) const;
 };
 

@@ -29,7 +29,7 @@ void Batches::step(const TickContext& terms, ClockNs now_ns, const ParallelFor& 
     if (now_ns) batches_[b].step_ns = now_ns() - begin_ns;
   };
   run_loop(parallel_for, batches_.size(),
-           std::cref(step_one));  // a reference, since a std::function of it would allocate
+           std::cref(step_one));  // a reference, because a copy into std::function would allocate
 }
 
 StepCosts Batches::costs() const {

@@ -17,10 +17,10 @@ namespace hairnet {
 class Batches {
  public:
   void clear();
-  // Characters of one level and one stride one after the other, so that they share batches.
+  // Add characters of one level and one stride one after the other, so that they share batches.
   void add(Character& character, Outcome& outcome);
 
-  // Steps all and ends their tick. `now_ns` may be null: then nothing is timed.
+  // Steps all characters and ends their tick. `now_ns` may be null: then nothing is timed.
   void step(const TickContext& terms, ClockNs now_ns, const ParallelFor& parallel_for);
   [[nodiscard]] StepCosts costs() const;  // of the last step
 
@@ -33,13 +33,13 @@ class Batches {
     const Level* model;
     LevelIndex level;
     int ticks;
-    std::size_t begin, end;  // items
+    std::size_t begin, end;  // indices of items
     std::int64_t step_ns;
   };
-  // What one batch at a time works with.
+  // The working memory of one batch at a time.
   struct Scratch {
     StepScratch step;
-    std::vector<StepInput> inputs;  // of a member after the other
+    std::vector<StepInput> inputs;  // of one member after the other
     std::vector<CrowdMember> members;
   };
 
@@ -52,7 +52,7 @@ class Batches {
   std::vector<Item> items_;
   std::vector<Batch> batches_;
   std::mutex mutex_;
-  std::vector<std::unique_ptr<Scratch>> scratches_;  // last used, first taken: it is still in the cache
+  std::vector<std::unique_ptr<Scratch>> scratches_;  // last used, first taken: its memory is still in the cache
 };
 
 }  // namespace hairnet

@@ -10,13 +10,13 @@
 namespace hairnet {
 namespace {
 
-// Bones closer to each other than this are as good as still: less than a headset's noise.
+// Bones that move less than this count as still: it is less than a headset's noise.
 constexpr double kStillShift_m = 3e-4;
 constexpr double kStillTurn_rad = 1e-3;
 constexpr float kStillSpeed_m_per_s = 1e-3f;
 
-// Of a state from outside. A coordinate may have been rounded to the wire's coarsest millimetre; no head moves faster
-// than 25 m/s and 2500 deg/s (is_teleport), so hair within a metre of it hardly does than this.
+// Tolerance for a state from outside: the wire's coarsest step may have rounded a coordinate by a millimetre. No head
+// moves faster than 25 m/s and 2500 deg/s (is_teleport), so hair within a metre of it is hardly faster.
 constexpr float kStateSlack_m = 0.002f;
 constexpr float kStateSpeedMax_m_per_s = 100;
 
@@ -29,7 +29,7 @@ bool is_still(const Pose& a, const Pose& b) {
   return true;
 }
 
-// What has come in of springs, attachments and contact since a switch of levels. They begin weak, not absent, so that
+// The effective shares of springs, attachments and contact after a level switch. They begin weak, not absent, so that
 // hair hardly sinks meanwhile.
 struct SwitchEase {
   explicit SwitchEase(double since_s) : t(std::clamp(since_s / kSwitchEase_s, 0.0, 1.0)) {}
@@ -38,7 +38,7 @@ struct SwitchEase {
   double t;
 };
 
-// The displacements shrink along a smooth curve to none, where the rigid level begins.
+// Reduces the displacements along a smooth curve to zero, where the rigid level begins.
 void ease_to_rigid(double elapsed_s, Character& c) {
   const auto left = [](double since_s) { return 1 - smoothstep(0.0, kRigidEase_s, since_s); };
   const double before = left(c.rigid_ease_s);
@@ -53,7 +53,7 @@ void ease_to_rigid(double elapsed_s, Character& c) {
   for (Vec3f& d : c.state.displacement) d *= static_cast<float>(after / before);
 }
 
-// Springs and contact as a switch of levels and untangling leave them.
+// Sets the shares of springs and contact after level switches and untangling.
 void ease_in(const TickContext& terms, Character& c) {
   const double elapsed_s = terms.plan(c).interval_s;
   const double still_s = terms.environment(c).wind.is_still() ? c.bones_still_s : 0;
@@ -77,7 +77,7 @@ bool is_due(const TickContext& terms, const Character& c) {
   return c.steps_next_tick || (terms.tick + c.phase) % c.stride == 0;
 }
 
-// The rest's velocity over the first substep to come, in the axes of the head at its start.
+// The rest's velocity over the coming first substep, in the axes of the head at its start.
 void add_next_rigid_velocity(const StepPlan& plan, Character& c) {
   const Pose first = interpolate(c.from, c.to, 1.0 / plan.substep_count);
   const RigidTransform motion = c.from.head().inverse() * first.head();
@@ -172,7 +172,7 @@ bool replace_state(std::span<const Vec3f> displacement, std::span<const Vec3f> v
   const std::size_t count = level->rest.size();
   if (displacement.size() != count || (!velocity.empty() && velocity.size() != count)) return false;
   const float farthest_m = level->displacement_max_m + kStateSlack_m;
-  // Written so that what is not a number fails.
+  // Written so that NaN fails.
   const auto within = [](float most) { return [most](const Vec3f& x) { return x.squaredNorm() <= most * most; }; };
   if (!std::ranges::all_of(displacement, within(farthest_m))) return false;
   if (!std::ranges::all_of(velocity, within(kStateSpeedMax_m_per_s))) return false;

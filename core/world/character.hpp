@@ -22,27 +22,28 @@ struct Character {
   LatticeState state;  // empty when rigid
   MaterialScale material;
   std::uint32_t environment = 0;
-  Pose from, to;                // `from`: at state_tick, where the state stands; `to`: the newest
-  Pose last_from;               // where the last substep began: with `from` it gives the rest velocity
+  Pose from, to;                // `from`: pose at state_tick, to which the state belongs; `to`: the newest
+  Pose last_from;               // pose at which the last substep began: with `from` it gives the rest velocity
   double last_step_s = 0;       // the length of that substep
-  Pose still_pose;              // the bones have not left it for bones_still_s
-  double bones_still_s = 0;     // how long
-  double still_s = 0;           // and hair as well; with kSleepAfter_s asleep
-  double rigid_ease_s = -1;     // since the rigid level was asked for; negative: it was not
-  double since_switch_s = 1e9;  // since the lattice was carried over from another level
-  double stiffness = 1;         // what the switch and untangling left of it in the last tick
+  Pose still_pose;              // the bones have stayed near it for bones_still_s
+  double bones_still_s = 0;     // duration
+  double still_s = 0;           // duration for bones and hair; from kSleepAfter_s on the character is asleep
+  double rigid_ease_s = -1;     // time since the rigid level was requested; negative: not requested
+  double since_switch_s = 1e9;  // time since the last level switch
+  double stiffness = 1;         // factor of the last tick from the level switch and untangling
   double contact_release = 0;
   Untangle untangle;
-  std::uint64_t state_tick = 0;        // ticks that the state has behind it
+  std::uint64_t state_tick = 0;        // ticks that the state includes
   std::uint64_t changed_tick = ~0ull;  // state_tick when it last changed
-  std::uint32_t phase = 0;             // of its turns: it has one when tick + phase is a multiple of the stride
-  std::uint8_t stride = 1;             // 1, 2 or 4
-  std::uint8_t step_ticks = 1;         // of its last turn
-  bool suspended = false;              // has no turns
-  bool steps_next_tick = false;        // has one in the next tick, whatever the phase
-  bool teleport = false;               // asked for
-  bool discontinuous = false;          // in its last turn
-  bool velocity_is_relative = false;   // velocities are less the rest's, whose motion is not known yet
+  // of its turns: the character has a turn when tick + phase is a multiple of the stride
+  std::uint32_t phase = 0;
+  std::uint8_t stride = 1;            // 1, 2 or 4
+  std::uint8_t step_ticks = 1;        // of its last turn
+  bool suspended = false;             // it has no turns
+  bool steps_next_tick = false;       // it has a turn in the next tick, independent of the phase
+  bool teleport = false;              // requested for the next turn
+  bool discontinuous = false;         // in its last turn
+  bool velocity_is_relative = false;  // velocities are relative to the rest's motion, which is not known yet
 
   [[nodiscard]] const Level* model() const {
     return level == LevelIndex::rigid || !levels ? nullptr : &(*levels)[level];
@@ -51,7 +52,7 @@ struct Character {
   void wake() { still_s = 0; }
 };
 
-// What every character of a tick shares.
+// Data that all characters of a tick share.
 struct TickContext {
   double tick_s = 0;
   std::span<const Environment> environments;
@@ -64,23 +65,23 @@ struct TickContext {
 
 enum class Outcome : std::uint8_t { waiting, idle, stepped, eased, teleport, reset, asleep };
 
-// All of a tick but the stepping. `waiting`: it is not the character's turn. `stepped`: the lattice is to be stepped;
-// else the character's tick is done.
+// Everything of a tick before the stepping. `waiting`: it is not the character's turn. `stepped`: the lattice must be
+// stepped; otherwise the character's tick is done.
 Outcome begin_tick(const TickContext& terms, Character& character);
 
-// The steps of the turn of a character to be stepped; as many as its plan's substeps.
+// Makes the inputs of the steps in a character's turn; one for each substep of its plan.
 void put_inputs(const TickContext& terms, const Character& character, std::span<StepInput> inputs);
 
-// After the last of them. A lattice that is not finite returns to rest.
+// Call it after the last step. A lattice that is not finite returns to rest.
 Outcome end_tick(const TickContext& terms, std::span<const StepInput> inputs, bool is_finite, Character& character);
 
-// A character nobody sees has no turns. Released, it moves rigidly with the head to the newest pose in the next tick,
-// `tick`, and then goes on with the velocity that its hair had against the head.
+// A suspended character, which no observer sees, has no turns. When it is resumed, it moves rigidly with the head to
+// the newest pose in the next tick, `tick`, and then continues with its hair's velocity relative to the head.
 void suspend(Character& character);
 void unsuspend(std::uint64_t tick, Character& character);
 
-// Another lattice state on the present level, as World::set_state takes it. False and nothing done when it is not
-// sound.
+// Replaces the lattice state on the current level, see World::set_state. Returns false and changes nothing when the
+// state is not valid.
 bool replace_state(std::span<const Vec3f> displacement, std::span<const Vec3f> velocity, Character& character);
 
 }  // namespace hairnet

@@ -11,13 +11,13 @@ namespace hairnet {
 
 using ClockNs = std::int64_t (*)();  // monotonic, called on any thread
 
-// What stepping characters took.
+// The cost of stepping characters.
 struct StepCost {
   std::int64_t step_ns = 0;           // the sum over all workers
   std::uint32_t character_steps = 0;  // one per character and tick in which it was stepped, whatever its stride
 };
 
-// By level, and by how many ticks the steps went over.
+// By level, and by the number of ticks that the steps cover.
 struct StepCosts {
   std::array<std::array<StepCost, kStrideMax>, kLevelCount> sums{};
 

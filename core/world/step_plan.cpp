@@ -8,7 +8,7 @@
 namespace hairnet {
 namespace {
 
-// Of the steps that the ticks would take one by one, and of each one's iterations.
+// The share of the steps that single ticks would need, and of the iterations in each step.
 constexpr std::array<double, kStrideMax> kStepShare{1, 3.0 / 4, 2.0 / 3, 1.0 / 2};
 constexpr std::array<double, kStrideMax> kIterationShare{1, 3.0 / 5, 3.0 / 5, 3.0 / 5};
 
@@ -16,7 +16,7 @@ StepPlan plan_over(double tick_s, int ticks, int substep_count, int iterations, 
   const auto n = static_cast<std::size_t>(ticks - 1);
   if (!is_iterated) return {ticks * tick_s, substep_count, iterations};
   constexpr double kRounding = 1e-9;
-  // Where steps cannot be parted so finely, those that are left have the iterations of the others.
+  // The number of steps is rounded down; the remaining steps get the iterations of the lost fraction.
   const double steps = ticks * substep_count * kStepShare[n];
   const double whole_steps = std::max(1.0, std::floor(steps + kRounding));
   const double iterations_each = iterations * kIterationShare[n] * steps / whole_steps;

@@ -12,7 +12,7 @@ inline constexpr int kStrideMax = 4;
 // How a lattice is stepped over one or several ticks at once: the number of equal substeps, and the iterations of
 // conjugate gradient in each.
 struct StepPlan {
-  double interval_s = 0;  // of all the ticks
+  double interval_s = 0;  // of all ticks together
   int substep_count = 1;
   int iterations = 1;
 

@@ -15,16 +15,16 @@ constexpr double kLookEvery_s = 0.2;
 constexpr double kStiffnessLeast = 0.01;
 constexpr float kHome_m = 0.002f;
 constexpr std::size_t kPointsMost = 400;
-constexpr float kDifference = 0.05f;  // of a cell, between which the gradient is taken
+constexpr float kDifference = 0.05f;  // of a cell: the step of the gradient's differences
 
-// Upright nothing presses hair into the body, so that it is safe without contact.
+// In an upright body no hair presses into the skin, so it is safe without contact.
 constexpr double kTurn_rad = 0.17, kTilt_rad = 0.087, kShift_m = 0.02;
 
 bool is_upright(const Pose& pose) {
   static const double kTurnCosine = std::cos(kTurn_rad / 2), kTiltCosine = std::cos(kTilt_rad);
   if (pose.head().vector(Vec3::UnitY()).y() < kTiltCosine) return false;
   return std::ranges::all_of(pose.bones, [&](const RigidTransform& bone) {
-    // The bone's origin at rest is the head joint's.
+    // The bone's origin at rest is that of the head joint.
     return std::abs(bone.rotation.dot(pose.head().rotation)) >= kTurnCosine &&
            (bone.position - pose.head().position).squaredNorm() <= kShift_m * kShift_m;
   });
@@ -44,7 +44,7 @@ bool is_home(std::span<const Vec3f> displacement) {
 
 bool is_folded(const Level& level, std::span<const Vec3f> displacement) {
   const Lattice& lattice = level.geometry.lattice;
-  // Kept, so that a tick allocates nothing once it is warm.
+  // Static, so that later ticks allocate nothing.
   thread_local std::vector<Vec3f> grid;
   grid.resize(lattice.node_count());
   expand_displacements(level.geometry, displacement, grid);

@@ -11,16 +11,16 @@ namespace hairnet {
 // contact point. `displacement`: active order.
 bool is_folded(const Level& level, std::span<const Vec3f> displacement);
 
-// Hair that was thrown about may come to rest turned through itself: contact holds its layers around the neck, or
-// springs that buckled hold a cell inside out. Only such a lattice is helped, and only while the body stands upright
-// and at rest in the world: contact and springs are let go within a second, so that the ether leads the hair home. They
-// come back as slowly once it is there, where both are zero, or once the body moves.
+// Resolves hair that rests turned through itself: contact keeps its layers around the neck, or buckled springs keep a
+// cell inside out. It acts only on such a lattice, and only while the body stands upright and at rest in the world.
+// Contact and springs then fade out within a second, and the ether pulls the hair back to the design. They fade in at
+// the same rate once the hair is there, where both are zero, or once the body moves.
 class Untangle {
  public:
-  // To be called every tick. `still_s`: how long the bones have been at rest in the world.
+  // Call it every tick. `still_s`: how long the bones have been at rest in the world.
   void update(const Pose& pose, double still_s, double elapsed_s, const Level& level,
               std::span<const Vec3f> displacement);
-  // The share of contact to let go, 0 to 1, and the factor of the stiffness of springs and attachments.
+  // The share of contact that is switched off, 0 to 1, and the factor of the stiffness of springs and attachments.
   [[nodiscard]] double share() const { return share_; }
   [[nodiscard]] double stiffness() const;
 

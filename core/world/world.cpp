@@ -125,8 +125,8 @@ struct World::Impl {
     std::uintptr_t model;
     std::uint32_t slot;
   };
-  std::vector<Placed> order;      // live slots but the suspended ones, as arrange() puts them
-  bool is_arranged = false;       // order still fits who is there, on which level and stride
+  std::vector<Placed> order;      // live slots without suspended ones, in the order of arrange()
+  bool is_arranged = false;       // order is still right for the current characters, levels and strides
   std::vector<Outcome> outcomes;  // of the last tick, in this order
   Batches batches;
   std::uint64_t tick = 0;

@@ -25,7 +25,7 @@ struct WorldDef {
   int substep_count = 0;  // 0: substep_count_for(tick_s); poses are interpolated within the tick
   int iterations = 0;     // of conjugate gradient a step; 0: iterations_for
   std::uint32_t character_count_max = 65536;
-  Environment environment;   // of every index that set_environment has not set
+  Environment environment;   // of every index without set_environment
   ClockNs now_ns = nullptr;  // null: steps are not timed (StepReport::costs)
   ParallelFor parallel_for;  // empty: one after the other
 };
@@ -34,7 +34,7 @@ struct CharacterDef {
   std::shared_ptr<const LevelSet> levels;  // null: only the rigid level can be set
   LevelIndex level = LevelIndex::rigid;
   Pose pose;
-  std::uint32_t environment = 0;  // which one blows about it
+  std::uint32_t environment = 0;  // index of its environment
 };
 
 inline constexpr std::uint32_t kEnvironmentCountMax = 65536;
@@ -84,7 +84,7 @@ class World {
   // has no such level.
   bool set_level(CharacterId id, LevelIndex level);
   void set_material(CharacterId id, const MaterialScale& material);  // must be valid; from the next step on
-  // Of the characters of that index, below kEnvironmentCountMax; from the next step on.
+  // Sets the environment of the characters with that index, below kEnvironmentCountMax; from the next step on.
   void set_environment(std::uint32_t index, const Environment& environment);
   void set_environment(const Environment& environment) { set_environment(0, environment); }
   // A character of stride 2 or 4 is stepped every second or fourth tick, over all of these ticks at once: from the pose
@@ -105,7 +105,7 @@ class World {
 
   [[nodiscard]] bool contains(CharacterId id) const;
   [[nodiscard]] std::size_t character_count() const;
-  [[nodiscard]] LatticeView lattice(CharacterId id) const;  // contains(id) must hold
+  [[nodiscard]] LatticeView lattice(CharacterId id) const;  // requires contains(id)
   [[nodiscard]] const LatticeState& state(CharacterId id) const;
   [[nodiscard]] std::uint64_t hash() const;  // all live state, in order of slots
 

@@ -1,5 +1,5 @@
-# Installs `public_headers` and what of ours they include, found by reading them: a private header that a public one
-# comes to need is not forgotten. Paths are relative to `source_dir`, or to `binary_dir` for generated headers.
+# Installs `public_headers` and our headers that they include. It finds these by reading the files, so that none is
+# forgotten. Paths are relative to `source_dir`.
 cmake_policy(VERSION 3.25)
 set(open ${public_headers})
 set(done)

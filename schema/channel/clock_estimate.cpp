@@ -6,7 +6,7 @@
 namespace hairnet::channel {
 namespace {
 
-// Samples closer than this share of the window are merged, which bounds the memory however fast a peer sends.
+// Merges samples closer than this share of the window, which bounds the memory for any rate of a peer.
 constexpr std::int64_t kSamplesPerWindow = 256;
 
 std::int64_t saturating_add(std::int64_t a, std::int64_t b) {

@@ -12,12 +12,12 @@ namespace hairnet::channel {
 class ClockEstimate {
  public:
   explicit ClockEstimate(std::int64_t window_ns = 10'000'000'000);
-  // `now_ns` does not descend from call to call.
+  // `now_ns` must not decrease from call to call.
   void observe(std::int64_t peer_clock_ns, std::int64_t now_ns);
   [[nodiscard]] bool known() const { return !window_.empty(); }
   // Converts a time of the peer's clock to ours. Requires known().
   [[nodiscard]] std::int64_t to_local(std::int64_t peer_time_ns) const;
-  [[nodiscard]] std::size_t sample_count() const { return window_.size(); }  // bounded, whatever the rate
+  [[nodiscard]] std::size_t sample_count() const { return window_.size(); }  // bounded, for any rate
 
  private:
   struct Sample {

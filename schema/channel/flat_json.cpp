@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kDepthMax = 8;
 
-// Each handler says whether to go on; the first no ends the parse.
+// Each handler returns whether to continue; the first false ends the parse.
 class Collector final : public nlohmann::json_sax<nlohmann::json> {
  public:
   FlatJson take() { return std::move(members_); }
@@ -27,7 +27,7 @@ class Collector final : public nlohmann::json_sax<nlohmann::json> {
     list_->push_back(std::move(value));
     return true;
   }
-  bool binary(nlohmann::json::binary_t&) override { return false; }  // not of JSON
+  bool binary(nlohmann::json::binary_t&) override { return false; }  // not part of JSON
   bool start_object(std::size_t) override {
     if (depth_ == 1) put(std::monostate());
     spoil_list();
@@ -54,12 +54,12 @@ class Collector final : public nlohmann::json_sax<nlohmann::json> {
  private:
   template <class T>
   bool put(T value) {
-    if (depth_ == 0) return false;  // a bare value is no object
+    if (depth_ == 0) return false;  // a bare value is not an object
     if (depth_ == 1) members_[name_] = std::move(value);
     spoil_list();
     return true;
   }
-  // A list with anything but text in it holds nothing.
+  // A list with an element that is not text gets no value.
   void spoil_list() {
     if (depth_ < 2 || !list_) return;
     list_ = nullptr;
@@ -73,7 +73,7 @@ class Collector final : public nlohmann::json_sax<nlohmann::json> {
   int depth_ = 0;
   std::string name_;
   FlatJson members_;
-  std::vector<std::string>* list_ = nullptr;  // the one being read
+  std::vector<std::string>* list_ = nullptr;  // the list being read
 };
 
 }  // namespace

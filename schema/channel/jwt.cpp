@@ -34,7 +34,7 @@ std::string to_base64(const void* bytes, std::size_t count) {
   return text;
 }
 
-// Only the one way to write the bytes: no padding, white space or stray bits.
+// Accepts only the canonical form: no padding, white space or stray bits.
 std::optional<std::vector<std::uint8_t>> from_base64(std::string_view text) {
   std::vector<std::uint8_t> bytes(text.size() / 4 * 3 + 3);
   std::size_t count = 0;

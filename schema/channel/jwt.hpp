@@ -15,7 +15,8 @@ inline constexpr std::size_t kTokenKeyBytesMax = 256;
 // A secret key that signs and verifies tokens. The destructor wipes it from memory.
 class TokenKey {
  public:
-  // kTokenKeyBytesMin to kTokenKeyBytesMax bytes; else an empty key, which signs and verifies nothing.
+  // Takes kTokenKeyBytesMin to kTokenKeyBytesMax bytes; with any other size the key is empty, and signs and verifies
+  // nothing.
   explicit TokenKey(std::vector<std::uint8_t> bytes);
   TokenKey(const TokenKey&) = delete;
   TokenKey& operator=(const TokenKey&) = delete;
@@ -24,7 +25,7 @@ class TokenKey {
   ~TokenKey();
 
   static TokenKey make_random();
-  // A key file's text: base64url without padding, and white space after it. An empty key when it is anything else.
+  // Parses a key file's text: base64url without padding, and white space after it. Any other text gives an empty key.
   static TokenKey parse(std::string_view text);
   [[nodiscard]] std::string to_text() const;
 

@@ -46,8 +46,8 @@ std::span<const std::uint8_t> PacketSplitter::take(std::span<const std::uint8_t>
   const std::size_t taken = std::min(bytes.size(), until - filled_);
   const std::size_t words = words_for(filled_ + taken);
   if (words > buffer_.size()) {
-    // Doubling, so that a packet that trickles in is not copied over and over; but by what came, not by what the prefix
-    // promises, and never past the limit.
+    // Doubles, so that a packet that arrives slowly is not copied again and again. It grows by received bytes, not by
+    // the announced size, and never past the limit.
     buffer_.reserve(std::min(std::max(words, 2 * buffer_.size()), words_for(packet_bytes_max_)));
     buffer_.resize(words);
   }

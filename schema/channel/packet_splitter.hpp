@@ -30,7 +30,7 @@ class PacketSplitter {
 
   std::size_t packet_bytes_max_;
   std::vector<std::uint64_t> buffer_;  // 64-bit words for alignment
-  std::size_t filled_ = 0;             // bytes of the packet under way
+  std::size_t filled_ = 0;             // bytes of the current packet
   bool dead_ = false;
 };
 

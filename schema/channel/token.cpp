@@ -22,13 +22,13 @@ bool is_name(std::string_view text) {
   for (std::size_t i = 0; i < text.size(); ++i) {
     const auto c = static_cast<unsigned char>(text[i]);
     if (c < 0x20 || c == 0x7f) return false;
-    // U+0080 to U+009F, controls as well; the parser has seen to it that this is UTF-8.
+    // U+0080 to U+009F are controls as well; the parser has checked that the text is UTF-8.
     if (c == 0xc2 && i + 1 < text.size() && static_cast<unsigned char>(text[i + 1]) < 0xa0) return false;
   }
   return true;
 }
 
-// Reads claims one by one, and remembers whether one was not as it must be.
+// Reads claims one by one, and remembers whether one was not valid.
 class ClaimReader {
  public:
   explicit ClaimReader(const FlatJson& claims) : claims_(&claims) {}
@@ -145,7 +145,8 @@ tl::expected<TokenClaims, TokenRefusal> read_claims(std::string_view token, cons
   if (const auto most = reader.whole("strands_max", kStrandsMax))
     claims.strands_max = static_cast<std::uint64_t>(*most);
   claims.name = reader.text("name").value_or("");
-  if (!reader.sound() || !role || !expires_s || (claims.room && !wire::is_room_name(*claims.room)) || !is_name(claims.name))
+  if (!reader.sound() || !role || !expires_s || (claims.room && !wire::is_room_name(*claims.room)) ||
+      !is_name(claims.name))
     return tl::unexpected(TokenRefusal::malformed);
   claims.role = *role;
   claims.expires_s = *expires_s;

@@ -11,13 +11,13 @@
 
 namespace hairnet::channel {
 
-// What a token grants. As claims of a JSON Web Token, in this order: room, role, exp, nbf, characters_max, strands_max,
-// name. Other claims are ignored, but `aud`, which must name "hairnet" when it is there.
+// The rights that a token grants. As claims of a JSON Web Token, in this order: room, role, exp, nbf, characters_max,
+// strands_max, name. Other claims are ignored, except `aud`, which must name "hairnet" if it is present.
 struct TokenClaims {
   std::optional<std::string> room;  // none: any room
   wire::Role role = wire::Role::participant;
-  std::int64_t expires_s = 0;                   // seconds since 1970; no longer good from then on
-  std::optional<std::int64_t> not_before_s;     // not good until then
+  std::int64_t expires_s = 0;                   // seconds since 1970; invalid from then on
+  std::optional<std::int64_t> not_before_s;     // invalid until then
   std::optional<std::uint32_t> characters_max;  // none: the server's own limit
   std::optional<std::uint64_t> strands_max;     // of all its grooms together
   std::string name;                             // for people and logs, at most kTokenNameBytesMax
@@ -29,7 +29,7 @@ inline constexpr std::size_t kTokenNameBytesMax = 256;
 inline constexpr std::int64_t kTokenTimeMax_s = 253'402'300'799;  // the end of the year 9999
 
 enum class TokenRefusal : std::uint8_t {
-  malformed,      // not a token of ours, or a claim of it is missing, of a wrong type or out of range
+  malformed,      // not one of our tokens, or a claim is missing, of a wrong type or out of range
   bad_signature,  // not signed with this key
   expired,
   not_yet,
@@ -38,7 +38,7 @@ enum class TokenRefusal : std::uint8_t {
 };
 std::string_view to_string(TokenRefusal refusal);
 
-// Empty when the claims can be signed; else one line that says why not.
+// Returns an empty string when the claims can be signed; else one line with the reason.
 std::string validate(const TokenClaims& claims);
 // `claims` must be valid and `key` not empty.
 std::string sign(const TokenClaims& claims, const TokenKey& key);
@@ -47,7 +47,7 @@ std::string sign(const TokenClaims& claims, const TokenKey& key);
 // no clock: `now_s` is in seconds since 1970.
 tl::expected<TokenClaims, TokenRefusal> verify(std::string_view token, const TokenKey& key, std::int64_t now_s,
                                                std::string_view room);
-// The claims of a token signed with this key; times and room are not checked.
+// Returns the claims of a token signed with this key, without checking times and room.
 tl::expected<TokenClaims, TokenRefusal> read_claims(std::string_view token, const TokenKey& key);
 
 }  // namespace hairnet::channel

@@ -14,7 +14,7 @@ class BitWriter {
  public:
   explicit BitWriter(std::uint8_t* out) : begin_(out), out_(out) {}
 
-  // The low `count` bits of `bits`, 0 to 56; higher ones must be 0.
+  // Writes the low `count` bits of `bits`, 0 to 56; higher bits must be 0.
   void put(std::uint64_t bits, unsigned count) {
     assert(count <= 56 && (bits >> count) == 0);
     word_ |= bits << used_;
@@ -22,7 +22,7 @@ class BitWriter {
     flush();
   }
 
-  // Bytes written; the writer is then done with.
+  // Returns the number of bytes written; do not use the writer afterwards.
   std::size_t finish() {
     if (used_ > 0) *out_++ = static_cast<std::uint8_t>(word_);
     return static_cast<std::size_t>(out_ - begin_);
@@ -51,7 +51,7 @@ class BitReader {
  public:
   explicit BitReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
 
-  // The next 56 bits or more, lowest first. Does not advance.
+  // Returns the next 56 bits or more, lowest first, without advancing.
   [[nodiscard]] std::uint64_t peek() const {
     const std::size_t at = bit_ >> 3;
     std::uint64_t word = 0;
@@ -64,7 +64,7 @@ class BitReader {
   }
   void skip(unsigned count) { bit_ += count; }
 
-  // 0 to 56 bits.
+  // Takes 0 to 56 bits.
   std::uint64_t take(unsigned count) {
     const std::uint64_t bits = peek() & ((std::uint64_t{1} << count) - 1);
     skip(count);

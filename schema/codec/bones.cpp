@@ -13,15 +13,15 @@ using U32 = std::uint32_t;
 using BoneArray = std::array<U32, kBoneIntegers>;  // unsigned: everything is modulo 2^32
 
 constexpr std::size_t kPerBone = 7;
-constexpr std::size_t kRotation = 3;  // where a bone's quaternion begins
-constexpr unsigned kWeightBits = 2;   // of the choice of a prediction
+constexpr std::size_t kRotation = 3;  // index of a bone's quaternion
+constexpr unsigned kWeightBits = 2;   // for the choice of a prediction
 constexpr unsigned kParameterBits = 5;
 
 U32 half(U32 x) {
   return static_cast<U32>(static_cast<std::int32_t>(x) >> 1);
 }
 
-// a, plus halves of the first and the second difference; missing frames continue the others evenly.
+// a, plus halves of the first and the second difference; missing frames continue the existing ones evenly.
 BoneArray predict(History history, unsigned choice) {
   BoneArray out{};
   if (history.empty()) return out;
@@ -48,7 +48,7 @@ struct Choices {
   [[nodiscard]] unsigned k(std::size_t component) const { return component < kRotation ? k_positions : k_rotations; }
 };
 
-// The component of a quaternion that is not predicted but follows.
+// The component of a quaternion that is computed from the others instead of coded.
 struct Largest {
   unsigned component = 0;  // 0 to 3
   bool negative = false;
@@ -74,7 +74,7 @@ U32 implied(const U32* quaternion, Largest largest) {
     const std::int64_t value = std::clamp<std::int64_t>(static_cast<std::int32_t>(quaternion[c]), -kOne, kOne);
     rest -= value * value;
   }
-  // Exact: the root of a whole number below 2^53 is rounded right, and no such number lies close below a square.
+  // Exact: the root of a whole number below 2^53 is rounded correctly, and no such number lies just below a square.
   const auto root = static_cast<U32>(std::sqrt(static_cast<double>(std::max<std::int64_t>(rest, 0))));
   return largest.negative ? 0u - root : root;
 }
@@ -84,7 +84,7 @@ std::int32_t as_signed(U32 x) {
 }
 
 // Visits all integers in their order. visit(i, prediction, k) codes integer i and returns its value; code_largest codes
-// which component follows, where there is no history to tell.
+// which component is the largest, if there is no history.
 template <class Visit, class CodeLargest>
 void walk(const BoneArray& predicted, bool intra, const Choices& choices, BoneArray& values, Visit visit,
           CodeLargest code_largest) {
@@ -114,7 +114,7 @@ ZigzagBones folded(const BoneArray& error, std::size_t chained_from) {
   return out;
 }
 
-// Roughly, of positions or rotations.
+// The approximate number of bits of positions or rotations.
 unsigned bits_of(const ZigzagBones& integers, std::size_t begin, std::size_t end) {
   unsigned bits = 0;
   for (std::size_t bone = 0; bone < kBoneIntegers; bone += kPerBone)
@@ -122,8 +122,7 @@ unsigned bits_of(const ZigzagBones& integers, std::size_t begin, std::size_t end
   return bits;
 }
 
-// The parameter that takes fewest bits for the positions' or the rotations' part of `folded`, among those near its
-// mean.
+// The parameter with the fewest bits for the positions' or the rotations' part of `folded`, among those near its mean.
 unsigned best_parameter(const ZigzagBones& integers, std::size_t begin, std::size_t end) {
   std::uint64_t sum = 0;
   for (std::size_t bone = 0; bone < kBoneIntegers; bone += kPerBone)

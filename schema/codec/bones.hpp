@@ -5,11 +5,11 @@
 
 namespace hairnet::codec {
 
-// The pose of a frame. After the end of the data decode_bones returns some values; check reader.beyond_end().
+// Code the pose of a frame. After the end of the data decode_bones returns some values; check reader.beyond_end().
 void encode_bones(const FrameIntegers& frame, History history, BitWriter& writer);
 void decode_bones(BitReader& reader, History history, FrameIntegers& frame);
 
-// More bytes than any pose takes.
+// An upper bound of the bytes of a pose.
 inline constexpr std::size_t kBonesBytesMax = 512;
 
 }  // namespace hairnet::codec

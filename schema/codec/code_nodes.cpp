@@ -6,7 +6,7 @@ namespace hairnet::codec {
 
 void encode_nodes(const NodeWalk& walk, const std::int16_t* nodes, BitWriter& writer) {
   const std::array<std::uint32_t, 4> weights = size_weights(walk.expectation);
-  BitWriter out = writer;  // in registers
+  BitWriter out = writer;  // a copy, which stays in registers
   std::uint32_t size = 0;
   for (std::uint32_t i = walk.count; i-- > 0;) {
     const std::int16_t* node = nodes + 3 * i;
@@ -28,7 +28,7 @@ void encode_nodes(const NodeWalk& walk, const std::int16_t* nodes, BitWriter& wr
 
 bool decode_nodes(const NodeWalk& walk, BitReader& reader, std::int16_t* nodes) {
   const std::array<std::uint32_t, 4> weights = size_weights(walk.expectation);
-  BitReader in = reader;  // in registers
+  BitReader in = reader;  // a copy, which stays in registers
   std::uint32_t size = 0;
   for (std::uint32_t i = walk.count; i-- > 0;) {
     std::int16_t* node = nodes + 3 * i;

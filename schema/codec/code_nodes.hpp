@@ -11,46 +11,46 @@
 #include "schema/codec/node_bits.hpp"
 #include "schema/codec/temporal.hpp"
 
-// The walk over nodes that encoder and decoder share: from the last to the first, each node's prediction corrected by
-// the errors of its neighbours, and its Rice parameter told by how much they needed.
+// The walk over nodes that encoder and decoder share. It goes from the last node to the first. The errors of a node's
+// neighbours correct its prediction, and the neighbours' sizes determine its Rice parameter.
 namespace hairnet::codec {
 
-// Share of the neighbours' errors that a node's prediction is corrected by, in 32nds of their sum: by how many
-// neighbours there are. A frame chooses.
+// The share of the neighbours' errors that corrects a node's prediction, in 32nds of their sum, by the number of
+// neighbours. A frame chooses it.
 using SpatialWeights = std::array<std::int32_t, 4>;
 inline constexpr unsigned kSpatialBits = 2;
 inline constexpr std::array<SpatialWeights, 1 << kSpatialBits> kSpatialWeights{
     {{0, 0, 0, 0}, {0, 12, 7, 4}, {0, 22, 12, 8}, {0, 33, 17, 11}}};
 
-// How large a node's integers will be, as weights of the neighbours' mean size and of the node's motion.
+// The expected size of a node's integers, as weights of the neighbours' mean size and of the node's motion.
 struct Expectation {
   std::uint32_t neighbours, motion;
 };
 inline constexpr unsigned kExpectationShift = 10;
-// By the number of frames that the prediction uses.
+// Indexed by the number of frames that the prediction uses.
 inline constexpr std::array<Expectation, kHistoryMax + 1> kDisplacementExpectation{
     {{72, 0}, {70, 0}, {52, 60}, {40, 150}}};
 inline constexpr Expectation kVelocityExpectation{72, 0};
 
-// What later nodes need to know of a coded one.
+// The data of a coded node that later nodes need.
 struct CodedNode {
-  std::array<std::int16_t, 3> error;  // node less temporal prediction
-  std::uint16_t size;                 // the three folded integers that were sent, together; at most kSizeMax
+  std::array<std::int16_t, 3> error;  // node minus temporal prediction
+  std::uint16_t size;                 // sum of the three folded integers; at most kSizeMax
 };
 inline constexpr unsigned kSizeMax = 16383;
 
-// Everything the walk needs but the bits.
+// The data of the walk, without the bits.
 struct NodeWalk {
   std::span<const NodeNeighbours> neighbours;  // of the range's nodes
   std::uint32_t first, count;                  // the range
-  const std::int16_t* predicted;               // 3 a node, from the range's first on
+  const std::int16_t* predicted;               // 3 a node, from the range's first node on
   const std::uint16_t* motion;                 // 1 a node
   SpatialWeights spatial;
   Expectation expectation;
-  CodedNode* coded;  // one more than nodes: absent neighbours are the last, which is zero
+  CodedNode* coded;  // one more than nodes: absent neighbours refer to the last entry, which is zero
 };
 
-// What surrounds a node that is to be coded.
+// The surroundings of a node to be coded.
 struct NodeContext {
   std::array<std::int16_t, 3> expected;
   std::uint32_t expected_size;
@@ -59,7 +59,7 @@ struct NodeContext {
   [[nodiscard]] unsigned rice_parameter() const { return static_cast<unsigned>(std::bit_width(expected_size | 1)) - 1; }
 };
 
-// `last_size`: of the node coded before, which counts when no neighbour is there.
+// `last_size`: of the node coded before, used when there is no neighbour.
 inline NodeContext make_node_context(const NodeWalk& walk, std::uint32_t i,
                                      const std::array<std::uint32_t, 4>& size_weights, std::uint32_t last_size) {
   const NodeNeighbours& neighbours = walk.neighbours[i];
@@ -79,7 +79,7 @@ inline NodeContext make_node_context(const NodeWalk& walk, std::uint32_t i,
   return out;
 }
 
-// Of the sum over so many neighbours: their mean's.
+// Weights for a sum over that many neighbours, which give the mean.
 inline std::array<std::uint32_t, 4> size_weights(const Expectation& expectation) {
   const std::uint32_t one = expectation.neighbours;
   return {6 * one, 6 * one, 3 * one, 2 * one};

@@ -7,7 +7,7 @@
 namespace hairnet::codec {
 namespace {
 
-// The spatial weights that leave least; judged by some of the nodes.
+// The spatial weights that leave the smallest errors, estimated on some of the nodes.
 unsigned choose_spatial(std::span<const NodeNeighbours> neighbours, NodeRange range, const std::int16_t* nodes,
                         const std::int16_t* predicted) {
   constexpr std::uint32_t kSamplesMax = 32;
@@ -36,7 +36,7 @@ unsigned choose_spatial(std::span<const NodeNeighbours> neighbours, NodeRange ra
   return static_cast<unsigned>(std::ranges::min_element(sums) - sums.begin());
 }
 
-// The scale that makes velocities of displacements best, in the sense of least squares.
+// The scale for which displacements predict velocities best, by least squares.
 int choose_velocity_scale(const FrameIntegers& frame, std::span<const std::int16_t> before, NodeRange range) {
   std::int64_t product = 0, square = 0;
   for (std::size_t i = 3 * std::size_t{range.first}; i < 3 * (std::size_t{range.first} + range.count); ++i) {
@@ -83,7 +83,7 @@ void append_content(const FrameIntegers& frame, History history, const Neighbour
   assert(history.size() <= kHistoryMax);
   assert(frame.nodes.size() == (neighbours ? 3 * neighbours->node_count() : 0));
   assert(frame.velocities.empty() || frame.velocities.size() == frame.nodes.size());
-  // Room for the worst, most of which is never touched.
+  // Reserves the worst case; most of this memory is never touched.
   const std::size_t bytes_max = kBonesBytesMax + kNodeBytesMax * range.count + kWriterSlackBytes;
   const std::unique_ptr<std::uint8_t[]> room = std::make_unique_for_overwrite<std::uint8_t[]>(bytes_max);
   BitWriter writer(room.get());

@@ -10,7 +10,7 @@ std::vector<EncodedRange> encode_ranges(const FrameIntegers& frame, History hist
   assert(bytes_max >= kRangeBytesMin);
   const auto node_count = static_cast<std::uint32_t>(frame.nodes.size() / 3);
   std::vector<EncodedRange> ranges;
-  std::uint32_t count = node_count;  // tried next: of the last range that did fit, or of what is left
+  std::uint32_t count = node_count;  // the next count to try: that of the last range that fitted, or the rest
   do {
     EncodedRange& range = ranges.emplace_back();
     const std::uint32_t first =
@@ -22,7 +22,7 @@ std::vector<EncodedRange> encode_ranges(const FrameIntegers& frame, History hist
       range.bytes.clear();
       append_content(frame, history, neighbours, range.nodes, with_bones, range.bytes);
       if (range.bytes.size() <= bytes_max || count == 0) break;
-      // As many as would fit if all were alike, and a little less.
+      // As many as would fit if all nodes had the same size, and a little less.
       count = static_cast<std::uint32_t>(std::uint64_t{count} * bytes_max * 15 / (range.bytes.size() * 16));
     }
   } while (ranges.back().nodes.first + ranges.back().nodes.count < node_count);

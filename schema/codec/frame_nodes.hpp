@@ -8,17 +8,18 @@
 // The part of the node coding that encoder and decoder share, for a whole frame or for a range of its nodes.
 namespace hairnet::codec {
 
-// A plane of nodes from `nodes` (3 each, from the range's first on), or into it. False when the bits are at an end.
+// Encodes or decodes one component of nodes from `nodes` (3 each, from the range's first on). Decoding returns false at
+// the end of the bits.
 void encode_nodes(const NodeWalk& walk, const std::int16_t* nodes, BitWriter& writer);
 [[nodiscard]] bool decode_nodes(const NodeWalk& walk, BitReader& reader, std::int16_t* nodes);
 
 inline constexpr unsigned kVelocityScaleBits = 7;
-inline constexpr int kVelocityScaleOne = 16;  // a velocity unit a step of displacement since the last frame
+inline constexpr int kVelocityScaleOne = 16;  // a velocity unit for a step of displacement since the last frame
 
-// More than a node with its velocity takes.
+// An upper bound of the bytes of a node with its velocity.
 inline constexpr std::size_t kNodeBytesMax = 2 * (1 + 3 * (kZerosMax + 16)) / 8 + 2;
 
-// Of one range.
+// The working memory of one range.
 struct NodeScratch {
   explicit NodeScratch(NodeRange range) : predicted(3 * range.count), motion(range.count), coded(range.count + 1) {}
 
@@ -50,7 +51,7 @@ inline void predict_velocities(const FrameIntegers& frame, History history, Node
   }
 }
 
-// The bones if `with_bones`, and the nodes of the range: appended.
+// Appends the bones if `with_bones`, and the nodes of the range.
 void append_content(const FrameIntegers& frame, History history, const Neighbours* neighbours, NodeRange range,
                     bool with_bones, std::vector<std::uint8_t>& out);
 

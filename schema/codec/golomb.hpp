@@ -9,7 +9,7 @@
 // Signed integers as bits: small numbers take few bits, and the length is bounded.
 namespace hairnet::codec {
 
-// 0, -1, 1, -2, ... to 0, 1, 2, 3, ...; modulo 2^16 and 2^32.
+// Maps 0, -1, 1, -2, ... to 0, 1, 2, 3, ...; modulo 2^16 and 2^32.
 inline std::uint16_t zigzag(std::int16_t x) {
   return static_cast<std::uint16_t>((x << 1) ^ (x >> 15));
 }
@@ -23,8 +23,8 @@ inline std::int32_t unzigzag(std::uint32_t z) {
   return static_cast<std::int32_t>((z >> 1) ^ (0u - (z & 1)));
 }
 
-// Exponential Golomb: with y = z + 2^k, as many zeros as y has bits beyond k + 1, a one, and y without its highest bit.
-// For 32-bit z; at most 32 - k zeros.
+// Exponential Golomb: with y = z + 2^k, first one zero for each bit of y beyond k + 1, then a one, then y without its
+// highest bit. For 32-bit z; at most 32 - k zeros.
 inline void put_exponential(BitWriter& writer, std::uint32_t z, unsigned k) {
   const std::uint64_t y = std::uint64_t{z} + (std::uint64_t{1} << k);
   const auto low_bits = static_cast<unsigned>(std::bit_width(y)) - 1;

@@ -8,10 +8,10 @@ namespace hairnet::codec {
 namespace {
 
 constexpr std::size_t kPerBone = 7;
-constexpr float kIntegerMax = 32767;  // symmetric: -32768 is never made
+constexpr float kIntegerMax = 32767;  // symmetric: -32768 never occurs
 
-// To the nearest integer, for any float up to 2^22: beyond 2^23 floats have no fraction left. Unlike std::nearbyint it
-// is four lanes wide in the instruction set that we build for.
+// Rounds to the nearest integer, for any float up to 2^22: beyond 2^23 floats have no fraction. Unlike std::nearbyint
+// it compiles to four lanes in the instruction set that we build for.
 float nearest(float x) {
   constexpr float kNoFraction = 1.5f * (1 << 23);
   return (x + kNoFraction) - kNoFraction;
@@ -22,7 +22,7 @@ std::int32_t to_integer(double x) {
   return static_cast<std::int32_t>(std::clamp(std::nearbyint(x), -kMax, kMax));
 }
 
-// True when all fitted. 3 integers a vector.
+// Returns true when all values fitted. 3 integers for each vector.
 bool quantise(std::span<const Vec3f> vectors, float unit, std::vector<std::int16_t>& out) {
   out.resize(3 * vectors.size());
   if (vectors.empty()) return true;
@@ -68,10 +68,10 @@ Quat dequantise_rotation(const std::int32_t* integers) {
   return Quat(as_float(q.w() / norm), as_float(q.x() / norm), as_float(q.y() / norm), as_float(q.z() / norm));
 }
 
-// Integers whose rotation comes back to the same integers: rounding leaves a length that is not quite 1, and making it
-// 1 again may move a component to the next integer.
+// Finds integers whose rotation quantises to the same integers again: rounding leaves a length that is not exactly 1,
+// and normalising may move a component to the next integer.
 Quaternion settled(Quaternion integers) {
-  constexpr int kRoundsMax = 8;  // one or two do
+  constexpr int kRoundsMax = 8;  // one or two suffice
   for (int round = 0; round < kRoundsMax; ++round) {
     const Quaternion again = quantise_rotation(dequantise_rotation(integers.data()));
     if (again == integers) break;
@@ -90,7 +90,7 @@ void quantise_pose(const Pose& pose, const FrameIntegers* last, FrameIntegers& o
   assert(is_valid(pose));
   for (std::size_t bone = 0; bone < kBoneCount; ++bone) {
     std::int32_t* integers = out.bones.data() + kPerBone * bone;
-    // Which of q and -q: near what came before, or near the bone before.
+    // Chooses q or -q: near the last frame's quaternion, or near the previous bone's.
     const Quat& q = pose.bones[bone].rotation;
     double side = q.w();
     if (last) {

@@ -68,11 +68,11 @@ unsigned choose_temporal(const FrameIntegers& frame, History history, NodeRange 
     return history[std::min(age, history.size() - 1)]->nodes.data() + begin;
   };
   const I16 *x = frame.nodes.data() + begin, *a = frame_from(0), *b = frame_from(1), *c = frame_from(2);
-  // So many coordinates tell as much as all, but for 0.3 % of the bytes.
+  // This many coordinates are as good as all, except for 0.3 % of the bytes.
   constexpr std::size_t kSamplesMax = 96;
   std::array<I16, kSamplesMax> value, moved, first, second;
   std::size_t stride = coordinates / kSamplesMax + 1;
-  if (stride % 3 == 0) ++stride;  // or one axis would speak for all
+  if (stride % 3 == 0) ++stride;  // otherwise all samples would be of one axis
   std::size_t samples = 0;
   for (std::size_t i = 0; i < coordinates; i += stride, ++samples) {
     value[samples] = x[i];

@@ -12,10 +12,10 @@
 namespace hairnet::codec {
 
 struct TemporalWeights {
-  std::uint8_t frames;         // of the history that are used; 0: the prediction is 0
+  std::uint8_t frames;         // number of earlier frames used; 0: the prediction is 0
   std::int16_t first, second;  // eighths
 };
-// Those a frame can choose from, by order; so many bits say which.
+// The weights that a frame can choose from, by order, and the number of bits for the choice.
 inline constexpr std::array<unsigned, kHistoryMax + 1> kTemporalBits{0, 1, 3, 4};
 inline constexpr std::array<std::array<TemporalWeights, 16>, kHistoryMax + 1> kTemporalWeights{{
     {{{0, 0, 0}}},
@@ -39,9 +39,9 @@ inline constexpr std::array<std::array<TemporalWeights, 16>, kHistoryMax + 1> kT
       {0, 0, 0}}},
 }};
 
-// From the frames that the weights use. All modulo 2^16. `motion` is the size of the highest difference that the
-// history has (0 of orders 0 and 1), a node's three coordinates together, at most kMotionMax: where it is large, so is
-// the error to be expected.
+// Predicts from the frames that the weights use, modulo 2^16. `motion` is the size of the highest difference in the
+// history (0 for orders 0 and 1), summed over a node's three coordinates, at most kMotionMax. Where it is large, the
+// expected error is large.
 inline constexpr int kMotionMax = 8191;
 void predict_nodes(History history, NodeRange range, TemporalWeights weights, std::span<std::int16_t> predicted,
                    std::span<std::uint16_t> motion);

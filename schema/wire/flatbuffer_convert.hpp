@@ -23,7 +23,7 @@ GroomHash from_flatbuffer(const fb::Hash& hash);
 fb::Secret to_flatbuffer(const SessionSecret& secret);
 SessionSecret from_flatbuffer(const fb::Secret& secret);
 
-// Rounded to float as rounded_to_wire does; what comes back is exactly that.
+// Rounded to float like rounded_to_wire; decoding gives exactly that pose.
 fb::Bones to_flatbuffer(const Pose& pose);
 Pose from_flatbuffer(const fb::Bones& bones);
 
@@ -69,7 +69,7 @@ class AlignedBytes {
 // The root of a size-prefixed buffer, or null when the 8-byte aligned `bytes` are not exactly one valid buffer.
 template <class Root>
 const Root* verified_root(std::span<const std::uint8_t> bytes, const char* identifier) {
-  // The verifier compares the identifier before it has made sure of the bytes that hold it.
+  // The verifier compares the identifier before it has checked that these bytes exist.
   if (bytes.size() < kPacketBytesMin || bytes.size() >= FLATBUFFERS_MAX_BUFFER_SIZE) return nullptr;
   flatbuffers::Verifier::Options limits;
   limits.max_depth = 8;

@@ -132,7 +132,7 @@ std::string read_root_blends(const fb::Groom& in, Groom& out) {
   return points.all_taken() ? "" : "more root blend points than counted";
 }
 
-// Hands out the points after the strands'; validate finds those that are not there.
+// Assigns the points after those of the strands; validate() detects missing ones.
 class PointCounter {
  public:
   explicit PointCounter(const Groom& groom) : next_(groom.strand_begin.empty() ? 0 : groom.strand_begin.back()) {}

@@ -25,7 +25,7 @@ struct FlatFeatures {
   Vector<float> far_card_points;
 };
 
-// What a groom does not have is left out of the buffer.
+// Features that a groom lacks are absent from the buffer.
 FlatFeatures write_features(flatbuffers::FlatBufferBuilder& to, const Groom& groom);
 
 // Empty when the counts agree; else one line. `out` has its strands and points already.

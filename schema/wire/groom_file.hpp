@@ -10,8 +10,8 @@
 
 namespace hairnet::wire {
 
-// A groom as a file and as uploaded: the same bytes. Encoding is deterministic. The groom must be sound (validate); its
-// names are made to be text (messages.hpp).
+// A groom as a file; clients upload the same bytes. Encoding is deterministic. The groom must pass validate(); fit_text
+// changes its names where they are not valid text (messages.hpp).
 std::vector<std::uint8_t> encode_groom(const Groom& groom);
 // Files of version 1 have no materials; their hair gets the material `normal`.
 Result<Groom> decode_groom(std::span<const std::uint8_t> bytes, const GroomLimits& limits = {});

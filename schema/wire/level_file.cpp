@@ -150,7 +150,7 @@ bool read(const fb::BuiltLevel& in, const LevelSpec& spec, Level& out) {
          read_contacts(in, out.contacts);
 }
 
-// Empty, or what is wrong.
+// Returns an empty string, or the fault.
 std::string read(std::span<const std::uint8_t> payload, LevelSet& set) {
   const AlignedBytes aligned(payload);
   const auto* root = verified_root<fb::BuiltLevels>(aligned.bytes(), fb::BuiltLevelsIdentifier());
@@ -167,7 +167,7 @@ std::string read(std::span<const std::uint8_t> payload, LevelSet& set) {
   return {};
 }
 
-// What a header says before its bytes are known to be whole.
+// Checks the header before the payload's checksum is checked.
 LevelFileFault fault_of(const Header& header, const GroomHash& groom) {
   const Header own;
   if (header.magic != own.magic) return LevelFileFault::not_a_level_file;

@@ -30,7 +30,7 @@ enum class LevelFileFault : std::uint8_t {
   not_a_level_file,
   other_version,  // of the layout or of the build, or other specs
   other_groom,
-  damaged,  // bytes are missing, too many, or not those that were written
+  damaged,  // bytes are missing, surplus or changed
   unsound,  // the bytes that were written, and yet no levels that may be run
 };
 
@@ -40,7 +40,7 @@ struct DecodedLevels {
   std::shared_ptr<LevelSet> levels;  // every level is valid; the maps between them are not part of the file
 };
 
-// Deterministic. The levels must be sound (validate).
+// Deterministic. The levels must pass validate().
 std::vector<std::uint8_t> encode_levels(const GroomHash& groom, const LevelSet& set);
 DecodedLevels decode_levels(std::span<const std::uint8_t> bytes, const GroomHash& groom);
 

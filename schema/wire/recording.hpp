@@ -77,7 +77,8 @@ using RecordEntry = std::variant<RecordingHeader, RecordedGroom, RecordedTick>;
 
 // `character` is unique for the recording: session id << 32 | the client's number.
 std::vector<std::uint8_t> encode_record_entry(const RecordEntry& entry);  // size-prefixed
-// Takes one entry off the front of `bytes` (which moves on); an incomplete last entry is a refusal that says so.
+// Takes one entry off the front of `bytes`, which then begins behind it. For an incomplete last entry the error says
+// so.
 Result<RecordEntry> take_record_entry(std::span<const std::uint8_t>& bytes);
 
 }  // namespace hairnet::wire

@@ -9,7 +9,7 @@ namespace hairnet::wire {
 // people's logs and terminals).
 bool is_text(std::string_view text);
 
-// `text` made to satisfy is_text: what it forbids becomes '?', what is too long is cut between two characters.
+// Makes `text` satisfy is_text: forbidden characters become '?', a text that is too long is cut between two characters.
 std::string fit_text(std::string_view text);
 
 }  // namespace hairnet::wire

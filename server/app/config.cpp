@@ -33,7 +33,7 @@ constexpr const char* kExamples = R"(Examples:
 
 Exit status: 0 after SIGTERM or SIGINT, 2 when the configuration is wrong or the port is taken.)";
 
-// What a flag was given, kept until the file has been read: flags win.
+// The values of flags, stored until the file has been read: flags win.
 using Given = std::vector<std::pair<const Setting*, Setting::Value>>;
 
 std::string words_about(const Setting& s) {
@@ -61,9 +61,9 @@ void add_flag(CLI::App& app, const Setting& setting, Given& given) {
       ->group("[" + setting.section + "]");
 }
 
-// What was left open, from what is known.
+// Computes the settings that were not given.
 void complete(Config& config, const std::set<std::string>& named) {
-  // The network takes a small part of what ticks take: of two cores one would be half for little.
+  // The network needs little time compared with ticks: on two cores, reserving one for it would waste most of it.
   const unsigned threads = std::max(1u, std::thread::hardware_concurrency());
   if (config.workers == 0) config.workers = threads > 2 ? threads - 1 : threads;
   if (config.build_threads == 0) config.build_threads = std::clamp(std::thread::hardware_concurrency(), 1u, 4u);

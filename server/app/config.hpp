@@ -14,31 +14,33 @@ namespace hairnet::server {
 struct Config {
   std::string bind = "127.0.0.1";
   std::uint16_t port = 7420;  // 0: the system picks one
-  std::string port_file;      // the port in use is written here; empty: not
+  std::string port_file;      // file to which the port in use is written; empty: none
   std::uint32_t tick_rate_hz = 30;
-  double pose_delay_ms = 25;  // an interval of a 60-72 Hz client and its jitter: the tick samples this far back
-  int substeps = 0;           // 0: as many as keep a step within kStepMax_s
-  int iterations = 0;         // 0: each level's own
+  // how far before its time a tick samples poses: an interval of a 60-72 Hz client and its jitter
+  double pose_delay_ms = 25;
+  int substeps = 0;                    // 0: enough that no step exceeds kStepMax_s
+  int iterations = 0;                  // 0: each level's own
   std::uint32_t ticks_behind_max = 3;  // more overdue ticks than this are skipped
-  double tick_budget = 0.7;            // of the tick that its work may take: levels go down to keep within it
-  std::uint32_t workers = 0;           // threads of the tick; 0: as many as the machine has, of three or more one less
-  std::uint32_t build_threads = 0;     // threads of a groom's build; 0: what the machine has, at most 4
-  std::string groom_cache;             // folder of uploaded grooms; empty: none are kept
+  double tick_budget = 0.7;            // share of a tick that its work may take: levels are lowered to stay within it
+  // threads of the tick; 0: one for each hardware thread, minus one if there are three or more
+  std::uint32_t workers = 0;
+  std::uint32_t build_threads = 0;  // threads of a groom's build; 0: one for each hardware thread, at most 4
+  std::string groom_cache;          // folder of uploaded grooms; empty: no cache
   std::uint64_t groom_cache_mib = 4096;
-  std::string level_cache;  // folder of built levels; empty: none are kept
+  std::string level_cache;  // folder of built levels; empty: no cache
   std::uint64_t level_cache_mib = 1024;
-  Wind wind;           // of every room, until a client of it sets another
+  Wind wind;           // of every room, until one of its clients sets another
   std::string record;  // recording file; empty: none
   std::string log_level = "warn";
   double counters_interval_s = 10;                       // at log level debug
   std::size_t command_weight_max = 262'144;              // commands and poses on their way to the tick
   std::string token_key_file;                            // clients need tokens signed by it; empty: none
   std::size_t state_bytes_max = std::size_t{256} << 20;  // of all hair states that wait for their levels
-  std::int64_t room_grace_ns = 10'000'000'000;           // that an empty room, and its wind, stays
-  double drain_s = 2;                                    // at shutdown, for clients to take what waits
+  std::int64_t room_grace_ns = 10'000'000'000;           // how long an empty room, and its wind, exists
+  double drain_s = 2;                                    // at shutdown, for clients to read what waits
   SessionLimits sessions;
   GroomStoreLimits grooms;
-  TransportOptions transport;  // but its address and port: those above
+  TransportOptions transport;  // without its address and port: those are above
 };
 
 struct ParsedConfig {
@@ -48,11 +50,11 @@ struct ParsedConfig {
 };
 ParsedConfig parse_config(int argc, const char* const* argv);
 
-// Empty when the values agree with each other; else one line.
+// Returns an empty string when the values agree with each other; else one line.
 std::string validate(const Config& config);
 // Every setting as a configuration file has it.
 std::string to_text(const Config& config);
-// One line for people.
+// One line for the log.
 std::string summary(const Config& config);
 
 }  // namespace hairnet::server

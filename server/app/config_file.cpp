@@ -21,7 +21,7 @@ std::optional<Setting::Triple> triple_of(const toml::array& array) {
   return triple;
 }
 
-// None for what no setting takes: dates, tables, other arrays.
+// None for values that no setting has: dates, tables, other arrays.
 std::optional<Setting::Value> value_of(const toml::node& node) {
   if (const auto* b = node.as_boolean()) return Setting::Value(b->get());
   if (const auto* i = node.as_integer()) return Setting::Value(i->get());
@@ -78,7 +78,7 @@ class Reader {
 Result<std::set<std::string>> read_config_file(const std::string& path, const std::vector<Setting>& settings) {
   std::ifstream stream(path, std::ios::binary);
   if (!stream || stream.peek() == std::char_traits<char>::eof()) {
-    // An empty file sets nothing; a folder opens, and then cannot be read.
+    // An empty file sets nothing. A folder can be opened, but not read.
     if (stream.eof() && !stream.bad()) return std::set<std::string>();
     return Refusal(path + ": cannot be read");
   }

@@ -5,17 +5,17 @@
 
 namespace hairnet::server {
 
-// What /readyz answers by. All times on the server's monotonic clock.
+// The state that /readyz reports. All times on the server's monotonic clock.
 struct Health {
   bool accepting = false;         // the port is open
   bool draining = false;          // a signal has asked it to end
-  std::int64_t last_tick_ns = 0;  // when the newest tick was done; 0: none yet
+  std::int64_t last_tick_ns = 0;  // when the newest tick ended; 0: none yet
   std::int64_t now_ns = 0;
 };
 
 inline constexpr std::int64_t kTickStallMax_ns = 1'000'000'000;
 
-// Empty when the server takes clients and its ticks are on time; else one line that says why not.
+// Empty when the server takes clients and its ticks are on time; else one line with the reason.
 std::string why_not_ready(const Health& health);
 
 }  // namespace hairnet::server

@@ -4,7 +4,7 @@
 
 namespace hairnet::server {
 
-// Reads what the system says of this process. What it does not say is left as it was.
+// Reads the system's figures of this process. A gauge stays unchanged when its figure cannot be read.
 void read_process(ProgramGauges& gauges);
 
 }  // namespace hairnet::server

@@ -58,7 +58,7 @@ TransportOptions transport_options(const Config& config) {
   return options;
 }
 
-// On a signal: the port closes, clients are told and get what waits for them, then the loop stops.
+// On a signal: the port closes, clients get a Goodbye and their waiting packets, then the loop stops.
 class Shutdown {
  public:
   Shutdown(IoLoop& loop, Server& server, Listener& listener, const TransportCounters& counters, double drain_s)
@@ -69,14 +69,14 @@ class Shutdown {
         drain_ns_(static_cast<std::int64_t>(drain_s * 1e9)) {}
 
   void begin(std::int64_t now_ns) {
-    if (begun_ns_) return loop_->stop();  // asked twice: at once
+    if (begun_ns_) return loop_->stop();  // the second signal: stop at once
     begun_ns_ = now_ns;
     listener_->close();
     server_->drain(now_ns);
   }
   void poll(std::int64_t now_ns) {
     if (!begun_ns_) return;
-    // A closed session's bytes may still be on their way: the connection lives until its peer has read them.
+    // A closed session's bytes may still be on their way: the connection exists until its peer has read them.
     const bool drained = server_->session_count() == 0 &&
                          counters_->connections_closed.value() == counters_->connections_accepted.value();
     if (drained || now_ns - *begun_ns_ > drain_ns_) loop_->stop();
@@ -91,7 +91,7 @@ class Shutdown {
   std::optional<std::int64_t> begun_ns_;
 };
 
-// The threads beside the I/O thread. Ends them in the order of the data's way: tick, builder, recorder.
+// The threads beside the I/O thread. Ends them in the direction of the data: tick, builder, recorder.
 class Threads {
  public:
   Threads(Server& server, Metrics& metrics, IoLoop& loop) : server_(&server) {
@@ -135,7 +135,7 @@ void log_counters(const Metrics& metrics, double interval_s, IoLoop& loop) {
 int run_program(const Config& config) {
   set_up_log(config.log_level);
   Metrics metrics;
-  IoLoop loop;  // outlives the sessions, which hold its sockets
+  IoLoop loop;  // outlives the sessions, which own its sockets
   auto created = Server::create(config, metrics, channel::monotonic_ns(), channel::monotonic_ns);
   if (!created) return refuse(created.error());
   Server& server = **created;

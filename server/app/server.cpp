@@ -54,7 +54,7 @@ GroomBuilderDef builder_def(const Config& config, std::optional<LevelCache>& lev
   return def;
 }
 
-// An empty key when there is none in the file.
+// Returns an empty key when the file has none.
 channel::TokenKey read_token_key(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::string text(kTokenKeyFileBytesMax, '\0');

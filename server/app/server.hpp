@@ -17,14 +17,15 @@
 
 namespace hairnet::server {
 
-// The whole server without sockets, threads of duties, and a clock. It has four duties, each for one thread: I/O
-// (sessions and groom store), tick, builder, recorder. Duties exchange data through bounded queues only, so poll() can
-// also run all of them in turn on one thread. The server owns the helper threads of the tick's and the build's loops,
-// and reads the wall clock to check when tokens expire.
+// The whole server without sockets, duty threads and a clock. It has four duties, each for one thread: I/O (sessions
+// and groom store), tick, builder, recorder. Duties exchange data through bounded queues only, so poll() can also run
+// all of them in turn on one thread. The server owns the helper threads of the tick's and the build's loops, and reads
+// the wall clock to check when tokens expire.
 class Server {
  public:
-  // `metrics` must outlive the server. Ticks are counted from `now_ns`. `clock`, of any thread, measures what work
-  // takes; without one nothing is measured and every character is stepped as its owner asks.
+  // `metrics` must outlive the server. Ticks are counted from `now_ns`. `clock`, which any thread may call, measures
+  // the duration of work; without one nothing is measured and every character is stepped at the level that its owner
+  // asked for.
   static Result<std::unique_ptr<Server>> create(const Config& config, Metrics& metrics, std::int64_t now_ns,
                                                 ClockNs clock = nullptr);
 
@@ -59,7 +60,7 @@ class Server {
 
   GroomListener groom_listener();
 
-  std::atomic<std::uint64_t> tick_{0};  // the newest begun, for Welcome
+  std::atomic<std::uint64_t> tick_{0};  // the newest tick that has begun, for Welcome
   CommandQueue commands_;
   std::unique_ptr<Recorder> recorder_;
   std::optional<GroomCache> groom_cache_;

@@ -12,7 +12,7 @@ namespace hairnet::server {
 // I/O thread; nothing blocks.
 class ServerPages final : public HttpService {
  public:
-  // `health` is asked at each request. `metrics` must outlive the pages.
+  // Calls `health` at each request. `metrics` must outlive the pages.
   ServerPages(Metrics& metrics, std::function<Health()> health);
 
   HttpResponse handle(const HttpRequest& request) override;

@@ -26,7 +26,7 @@ bool parse_boolean(const std::string& word, bool& value) {
   return value || word == "off" || word == "false";
 }
 
-// Written so that a NaN fails.
+// Written so that NaN fails.
 bool is_in(const Setting& s, double number) {
   return number >= s.number_min && number <= s.number_max;
 }

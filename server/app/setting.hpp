@@ -9,7 +9,7 @@
 
 namespace hairnet::server {
 
-// One thing that can be set, by a flag and by a key of the configuration file, and its place in a Config.
+// One setting: a flag, a key of the configuration file, and its place in a Config.
 struct Setting {
   using Triple = std::array<double, 3>;
   using Value = std::variant<bool, std::int64_t, double, std::string, Triple>;
@@ -19,23 +19,23 @@ struct Setting {
   std::string flag;          // with its dashes
   std::string about;         // for --help
   std::function<Value()> get;
-  std::function<void(const Value&)> set;  // of a value that check() has passed
+  std::function<void(const Value&)> set;  // called with a value that check() has passed
   std::int64_t integer_min = 0, integer_max = 0;
   double number_min = 0, number_max = 0;  // of a number, and of each of a triple
-  std::vector<std::string> choices;       // of a text; none: any
+  std::vector<std::string> choices;       // of a text; empty: any text
   bool may_be_empty = true;               // of a text
 
   [[nodiscard]] Kind kind() const { return static_cast<Kind>(get().index()); }
   [[nodiscard]] std::string name() const { return section + "." + key; }
 };
 
-// Empty when the value is valid; else what is wrong with it, without the setting's name. Converts an integer `value` to
-// a number where the setting is a number.
+// Returns an empty string when the value is valid; else the fault, without the setting's name. Converts an integer
+// `value` to a number where the setting is a number.
 std::string check(const Setting& setting, Setting::Value& value);
-// The words of a flag as a value of the setting's kind, checked. Otherwise false, and `fault` says what is wrong.
+// Parses and checks the words of a flag as a value of the setting's kind. On failure returns false and sets `fault`.
 bool parse_words(const Setting& setting, const std::vector<std::string>& words, Setting::Value& value,
                  std::string& fault);
-// As TOML writes it: text in quotes, a triple as an array.
+// The value in TOML: text in quotes, a triple as an array.
 std::string to_toml(const Setting::Value& value);
 
 }  // namespace hairnet::server

@@ -25,12 +25,12 @@ std::vector<std::string> words_of(std::string text) {
   return {std::istream_iterator<std::string>(stream), {}};
 }
 
-// Writes the list: each call is a setting of the current section.
+// Builds the list: each call adds a setting to the current section.
 class List {
  public:
   void section(std::string name) { section_ = std::move(name); }
 
-  // A flag left empty is the key's own name with dashes.
+  // An empty flag means the key's own name with dashes.
   template <class Integer>
   Setting& integer(Integer& to, const char* key, std::int64_t least, std::int64_t most, const char* about,
                    const char* flag = "") {
@@ -61,7 +61,7 @@ class List {
     s.set = [&to](const Setting::Value& v) { to = std::chrono::milliseconds(std::llround(std::get<double>(v) * 1e3)); };
     return s;
   }
-  // Words with spaces or commas between.
+  // Words separated by spaces or commas.
   Setting& words(std::vector<std::string>& to, const char* key, const char* about) {
     Setting& s = add(key, "", about);
     s.get = [&to] { return Setting::Value(fmt::format("{}", fmt::join(to, " "))); };

@@ -7,8 +7,8 @@
 
 namespace hairnet::server {
 
-// Everything that can be set, in the order of the file: sections together. They point into `config`, which must
-// outlive them. A new setting is a member of Config and a line here; flags, file, ranges and --help follow from that.
+// All settings in the order of the file, section by section. They point into `config`, which must outlive them. A new
+// setting is a member of Config and a line here; flags, file, ranges and --help follow from these.
 std::vector<Setting> settings_of(Config& config);
 
 }  // namespace hairnet::server

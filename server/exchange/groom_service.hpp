@@ -10,15 +10,15 @@
 
 namespace hairnet::server {
 
-// Why something was refused; `reason` none means it was not.
+// The reason of a refusal; `reason` none means that nothing was refused.
 struct Refused {
   wire::ErrorReason reason = wire::ErrorReason::none;
   std::string detail;
   explicit operator bool() const { return reason != wire::ErrorReason::none; }
 };
 
-// The result of a chunk. A chunk may be neither wanted nor refused: after a resume a client may be asked twice for the
-// same bytes, and the second copy is ignored.
+// The result of a chunk. A chunk may be neither wanted nor refused: after a resume the server may request the same
+// bytes twice, and it ignores the second copy.
 struct ChunkAnswer : Refused {
   bool was_wanted = false;
 };

@@ -24,7 +24,7 @@ void BuildPool::parallel_for(std::size_t count, const std::function<void(std::si
   const auto loop = loops_.insert(loops_.end(), Loop{body, count});
   begun_.notify_all();
   while (loop->next < count) run_next(*loop, lock);
-  // The rest is being run by threads that wait for nothing but loops of their own, further in.
+  // Other threads run the rest. They wait for nothing but their own nested loops, so this wait ends.
   ended_.wait(lock, [&] { return loop->done == count; });
   loops_.erase(loop);
 }

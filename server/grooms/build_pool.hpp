@@ -14,7 +14,7 @@ namespace hairnet::server {
 // be nested. Each build makes its own pool: starting threads costs little beside a build.
 class BuildPool {
  public:
-  explicit BuildPool(std::size_t thread_count);  // the caller is one of them
+  explicit BuildPool(std::size_t thread_count);  // including the caller
   ~BuildPool();
   BuildPool(const BuildPool&) = delete;
   BuildPool& operator=(const BuildPool&) = delete;

@@ -37,14 +37,14 @@ class Descriptor {
   Descriptor& operator=(const Descriptor&) = delete;
   explicit operator bool() const { return descriptor_ >= 0; }
   [[nodiscard]] int get() const { return descriptor_; }
-  // What has been written is known to be so only after this. False when it is not.
+  // Only this detects some write errors; returns false for one.
   bool close() { return ::close(std::exchange(descriptor_, -1)) == 0; }
 
  private:
   int descriptor_;
 };
 
-// False, with errno set, when not all were written.
+// Returns false, with errno set, when not all bytes were written.
 bool write_all(int descriptor, std::span<const std::uint8_t> bytes) {
   while (!bytes.empty()) {
     const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
@@ -55,7 +55,7 @@ bool write_all(int descriptor, std::span<const std::uint8_t> bytes) {
   return true;
 }
 
-// `size` bytes, or up to the end; nullopt with errno set.
+// Reads `size` bytes, or up to the end; nullopt with errno set.
 std::optional<std::vector<std::uint8_t>> read_all(int descriptor, std::size_t size) {
   std::vector<std::uint8_t> bytes(size);
   std::size_t count = 0;
@@ -85,12 +85,12 @@ struct CacheFile {
   fs::file_time_type used;
   fs::path path;
   std::uint64_t bytes = 0;
-  bool whole = true;  // not: being written, or left by a server that died while it wrote
+  bool whole = true;  // false: being written, or left by a server that died during the write
 
   [[nodiscard]] bool is_being_written(fs::file_time_type now) const { return !whole && now - used < kWriting; }
 };
 
-// Ours; nothing else in the folder is touched.
+// The files of this cache; nothing else in the folder is touched.
 std::vector<CacheFile> files_of(const fs::path& folder, std::string_view suffix) {
   std::vector<CacheFile> files;
   std::error_code error;
@@ -135,7 +135,7 @@ CacheFolder::Found CacheFolder::read(const wire::GroomHash& groom) const {
 }
 
 void CacheFolder::touch(const wire::GroomHash& groom) const {
-  // In a folder that may only be read there is nothing to remove either.
+  // In a read-only folder there is nothing to remove either.
   (void)::utimensat(AT_FDCWD, path_of(groom).c_str(), nullptr, AT_SYMLINK_NOFOLLOW);
 }
 
@@ -178,7 +178,7 @@ int CacheFolder::write(const fs::path& path, std::span<const std::uint8_t> bytes
   std::string part = fmt::format("{}{}XXXXXX", path.string(), kPartSuffix);
   Descriptor file(::mkostemp(part.data(), O_CLOEXEC));
   if (!file) return errno;
-  // Not synced: what a crash of the machine leaves of it has another checksum, and counts as absent.
+  // Not synced: a file that a crash of the machine damages has another checksum, and counts as absent.
   if (write_all(file.get(), bytes) && file.close() && ::rename(part.c_str(), path.c_str()) == 0) return 0;
   const int error = errno;
   ::unlink(part.c_str());

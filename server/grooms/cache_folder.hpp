@@ -17,8 +17,8 @@ struct CacheFolderDef {
   std::string suffix;              // of its files' names, with the dot, after the groom's hash
   std::uint64_t bytes_max = 0;     // of all its files
   std::size_t file_bytes_max = 0;  // of one
-  std::string write_failed_event;  // in the log, when something cannot be kept
-  std::string contents;            // what its files hold, for people
+  std::string write_failed_event;  // the log event when a file cannot be written
+  std::string contents;            // the content of its files, in words for log lines
 };
 
 // An LRU cache of files in one folder, bounded in bytes. Each file is named by the hash of a groom. A file is written
@@ -27,7 +27,7 @@ struct CacheFolderDef {
 // is counted, and one warning is logged. One thread.
 class CacheFolder {
  public:
-  // Makes the folder (and its parents) when it is not there. The counters must outlive it.
+  // Makes the folder (and its parents) if it does not exist. The counters must outlive it.
   CacheFolder(CacheFolderDef def, Counter& written, Counter& writes_failed, Counter& evicted);
 
   enum class Outcome : std::uint8_t { read, absent, unreadable, too_large };
@@ -35,20 +35,20 @@ class CacheFolder {
     Outcome outcome = Outcome::absent;
     std::vector<std::uint8_t> bytes;  // when read
   };
-  // Never waits for a pipe or the like that lies in the file's place.
+  // Never blocks, even if a pipe has the file's name.
   [[nodiscard]] Found read(const wire::GroomHash& groom) const;
-  // The file's last use is now.
+  // Sets the file's last use to now.
   void touch(const wire::GroomHash& groom) const;
-  // Takes the place of a file that is there. Makes room by removing others. False when it was not kept.
+  // Replaces an existing file. Makes room by removing other files. False when the file was not stored.
   bool put(const wire::GroomHash& groom, std::span<const std::uint8_t> bytes);
-  // Only a regular file is removed.
+  // Removes regular files only.
   void remove(const wire::GroomHash& groom) const;
-  // Of all files that are there.
+  // The hashes of all files in the folder.
   [[nodiscard]] std::vector<wire::GroomHash> hashes() const;
   [[nodiscard]] std::filesystem::path path_of(const wire::GroomHash& groom) const;
 
  private:
-  // The error of the system; 0 when done.
+  // Returns the system's error, or 0.
   [[nodiscard]] int write(const std::filesystem::path& path, std::span<const std::uint8_t> bytes) const;
   void warn_once(std::string_view what);
   void make_room(const std::filesystem::path& newest);

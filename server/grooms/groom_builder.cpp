@@ -70,7 +70,7 @@ bool GroomBuilder::poll() {
     def_.grooms->refresh();
     return true;
   }
-  // In turn: neither waits for all there is of the other.
+  // In turn: uploads and reads do not wait for all of each other.
   is_reading_next_ = !is_reading_next_;
   return is_reading_next_ ? poll_read() || poll_job() : poll_job() || poll_read();
 }
@@ -126,7 +126,7 @@ void GroomBuilder::build(GroomJob job) {
                 fmt::format("building it takes longer than {:g} s", static_cast<double>(def_.build_ns_max) * 1e-9)));
   result.outcome = Outcome::ready;
   put(std::move(result));
-  // Only what could be built, and after everyone has it.
+  // Cache only grooms that could be built, and only after the result is out.
   if (uploaded && def_.grooms) def_.grooms->put(hash, *bytes);
 }
 

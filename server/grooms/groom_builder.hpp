@@ -19,24 +19,24 @@ namespace hairnet::server {
 
 struct GroomJob {
   wire::GroomHash hash{};
-  std::vector<std::vector<std::uint8_t>> chunks;  // of the upload, in order; none: the groom cache has it
+  std::vector<std::vector<std::uint8_t>> chunks;  // of the upload, in order; empty: read it from the groom cache
 };
 
 struct GroomResult {
   enum class Fault : std::uint8_t { none, hash, size, invalid, time, stopping };
   enum class Outcome : std::uint8_t {
-    building,  // the bytes are those of the hash, and a groom within limits; ready or refused follows
+    building,  // the bytes match the hash, and the groom is within limits; ready or refused follows
     ready,
     refused,
-    absent,  // the groom cache did not have it after all
-    read,    // for read(): nothing is built of it
+    absent,  // the groom cache did not have the file
+    read,    // the answer to read(); nothing is built
   };
   wire::GroomHash hash{};
   Outcome outcome = Outcome::building;
   Fault fault = Fault::none;                               // when refused
   std::string detail;                                      // of the fault
   std::shared_ptr<const LevelSet> levels;                  // when ready
-  std::shared_ptr<const std::vector<std::uint8_t>> bytes;  // of the file, when building or read; read null: absent
+  std::shared_ptr<const std::vector<std::uint8_t>> bytes;  // of the file, when building or read; null when read: absent
   std::size_t strand_count = 0;                            // when building
 };
 
@@ -44,11 +44,11 @@ struct GroomBuilderDef {
   GroomLimits limits;
   std::size_t bytes_max = std::size_t{64} << 20;  // of one file
   std::size_t queue_max = 16;
-  std::size_t thread_count = 1;                 // of a build, the builder's own among them
+  std::size_t thread_count = 1;                 // of a build, including the builder's own
   LevelCache* levels = nullptr;                 // null: none; else outlives the builder
   GroomCache* grooms = nullptr;                 // null: none; else outlives the builder
-  ClockNs now_ns = nullptr;                     // null: builds take as long as they take
-  std::int64_t build_ns_max = 600'000'000'000;  // builders yield to everyone, so a busy machine takes long
+  ClockNs now_ns = nullptr;                     // null: builds have no time limit
+  std::int64_t build_ns_max = 600'000'000'000;  // the builder has low priority, so a busy machine needs long
 };
 
 // Makes levels of uploaded bytes: checks the hash, decodes, and builds the levels or reads them from the cache. That
@@ -70,9 +70,9 @@ class GroomBuilder {
   void refresh();
   bool take(GroomResult& result) { return results_.take(result); }
 
-  // Does one thing, on the builder's thread. False when there is none to do.
+  // Does one job or read, on the builder's thread. False when there was none.
   bool poll();
-  void cancel() { cancelled_ = true; }  // the job being done ends soon, refused
+  void cancel() { cancelled_ = true; }  // refuses the current job soon
 
   std::function<void()> on_job, on_result;  // wake the other side; set before use
 
@@ -82,7 +82,7 @@ class GroomBuilder {
   bool poll_read();
   bool poll_job();
   void build(GroomJob job);
-  // Null when it took too long or was cancelled.
+  // Null when the build took too long or was cancelled.
   std::shared_ptr<const LevelSet> levels_of(const wire::GroomHash& hash, const Groom& groom) const;
 
   GroomBuilderDef def_;

@@ -21,15 +21,15 @@ class GroomCache {
   using Bytes = std::shared_ptr<const std::vector<std::uint8_t>>;
   GroomCache(std::filesystem::path folder, std::uint64_t bytes_max, GroomCacheCounters& counters);
 
-  // Whether the file was there when the folder was last looked through: it may be gone, or bad. Does not ask the disk.
-  // Any thread.
+  // Whether the file existed when the folder was last listed: it may be gone by now, or damaged. Does not read the
+  // disk. Any thread.
   [[nodiscard]] bool is_cached(const wire::GroomHash& groom) const;
-  // Looks through the folder, in which other servers may have put grooms.
+  // Lists the folder again, because other servers may have added grooms.
   void refresh();
 
-  // The groom's file; null when there is none that can be used.
+  // The groom's file; null when there is no valid one.
   [[nodiscard]] Bytes find(const wire::GroomHash& groom);
-  // `bytes` must have that hash.
+  // `bytes` must have the hash `groom`.
   void put(const wire::GroomHash& groom, std::span<const std::uint8_t> bytes);
 
  private:

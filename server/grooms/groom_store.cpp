@@ -14,9 +14,9 @@ namespace {
 using wire::ErrorReason;
 using wire::GroomState;
 
-// Of those that the cache has, so many are given to the builder at once: uploads do not wait long behind them.
+// The builder gets at most this many cached grooms at once, so that uploads do not wait long behind them.
 constexpr std::size_t kReadingMax = 2;
-// Until a groom is found that another server has put into the cache's folder.
+// The longest time until a groom is found that another server has put into the cache's folder.
 constexpr std::int64_t kRefreshInterval_ns = 10'000'000'000;
 
 std::string hex(const wire::GroomHash& hash) {
@@ -120,7 +120,7 @@ void GroomStore::resend_states(SessionId session, std::int64_t now_ns) {
   for (auto& [hash, entry] : grooms_) {
     if (!entry.users.contains(session)) continue;
     if (entry.state == State::uploading && entry.uploader == session) {
-      entry.asked_ns = now_ns;  // while it was away nothing could come
+      entry.asked_ns = now_ns;  // no chunk could come while the session was detached
       send(session, wire::GroomNeed{hash, entry.received}, now_ns);
     } else {
       send(session, wire::GroomStatus{hash, state_of(entry)}, now_ns);
@@ -214,7 +214,7 @@ void GroomStore::await_upload(Grooms::iterator groom, SessionId uploader, std::i
     entry.chunks.clear();
   }
   entry.is_mixed = entry.received > 0 && (entry.is_mixed || entry.uploader != uploader);
-  entry.is_asked_anew = false;
+  entry.is_asked_again = false;
   entry.state = State::uploading;
   entry.uploader = uploader;
   entry.asked_ns = now_ns;
@@ -259,7 +259,7 @@ ChunkAnswer GroomStore::chunk(SessionId session, wire::GroomChunk chunk, std::in
 
 bool GroomStore::is_repeated(const Entry& entry, SessionId session, const wire::GroomChunk& chunk) {
   if (chunk.bytes.empty() || entry.uploader != session) return false;
-  if (entry.state == State::uploading && entry.is_asked_anew && chunk.offset > entry.received) return true;
+  if (entry.state == State::uploading && entry.is_asked_again && chunk.offset > entry.received) return true;
   const std::uint64_t there = entry.state == State::uploading ? entry.received : entry.byte_count;
   return chunk.offset < there && chunk.bytes.size() <= there - chunk.offset;
 }
@@ -454,7 +454,7 @@ void GroomStore::take_refused(Grooms::iterator groom, const GroomResult& result,
   // The bytes came from several uploaders: ask the last one for all of them before it is refused.
   if (entry.is_mixed && is_there) {
     await_upload(groom, entry.uploader, now_ns);
-    entry.is_asked_anew = true;
+    entry.is_asked_again = true;
     return;
   }
   counter.add();

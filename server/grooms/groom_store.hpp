@@ -26,7 +26,7 @@ struct GroomStoreLimits {
   double upload_bytes_per_s = 16.0 * (1 << 20);     // of a session, as announced
   double upload_burst_bytes = 256.0 * (1 << 20);
   std::size_t build_queue_max = 16;
-  std::int64_t build_ns_max = 600'000'000'000;      // builders yield to everyone, so a busy machine takes long
+  std::int64_t build_ns_max = 600'000'000'000;      // the builder has low priority, so a busy machine needs long
   std::int64_t upload_timeout_ns = 30'000'000'000;  // without a chunk
   GroomLimits groom;
 };
@@ -34,11 +34,11 @@ struct GroomStoreLimits {
 // How the store calls back: messages, files and revoked grooms for a session.
 struct GroomListener {
   std::function<void(SessionId, const wire::Message&, std::int64_t now_ns)> send;
-  // What fetch() was asked for; null when it could not be read.
+  // The result of fetch(); null when the file could not be read.
   std::function<void(SessionId, const wire::GroomHash&, std::shared_ptr<const std::vector<std::uint8_t>>,
                      std::int64_t now_ns)>
       deliver;
-  // The session may not use the groom any more: its characters that wear it must be removed.
+  // The session may not use the groom any more: remove its characters with this groom.
   std::function<void(SessionId, const wire::GroomHash&, std::int64_t now_ns)> revoke;
 };
 
@@ -71,7 +71,7 @@ class GroomStore final : public GroomService {
 
  private:
   enum class State : std::uint8_t {
-    reading,  // from the cache, or waiting for it
+    reading,  // in the cache, waiting for the builder or being read
     uploading,
     queued,
     building,
@@ -79,17 +79,18 @@ class GroomStore final : public GroomService {
   };
   struct Entry {
     State state = State::uploading;
-    std::uint64_t byte_count = 0;  // of the upload, as its uploader says; from building on as it is
+    std::uint64_t byte_count = 0;  // of the upload, as the uploader announced; from building on, the real count
     std::uint64_t received = 0;
     std::vector<std::vector<std::uint8_t>> chunks;
     SessionId uploader = 0;
-    bool is_mixed = false;       // what was received is of several uploaders
-    bool is_asked_anew = false;  // asked a second time: the uploader may still be sending the bytes asked for first
-    std::int64_t asked_ns = 0;   // when its uploader was asked for it
+    bool is_mixed = false;  // the received bytes came from several uploaders
+    // requested a second time: the uploader may still be sending the bytes of the first request
+    bool is_asked_again = false;
+    std::int64_t asked_ns = 0;  // when the bytes were requested from its uploader
     std::map<SessionId, std::uint64_t>
-        users;                     // the size that each has offered; 0: has not offered, so it cannot upload
-    std::size_t upload_bytes = 0;  // its part of all uploads'
-    std::size_t level_bytes = 0;   // once ready; those of the file among them
+        users;                     // the size that each session has offered; 0: it has not offered, so it cannot upload
+    std::size_t upload_bytes = 0;  // its share of the bytes of all uploads
+    std::size_t level_bytes = 0;   // once ready; including the bytes of the file
     Bytes bytes;                   // of the file, from building on
     std::size_t strand_count = 0;  // from building on
     std::uint64_t used = 0;        // order of last use, to evict by
@@ -98,7 +99,8 @@ class GroomStore final : public GroomService {
   struct Account {
     TokenBucket bytes;
     std::uint64_t strand_count_max = 0;
-    std::int64_t chunk_ns = std::numeric_limits<std::int64_t>::min();  // when its last chunk came, of whatever groom
+    // arrival of the uploader's last chunk, of any groom
+    std::int64_t chunk_ns = std::numeric_limits<std::int64_t>::min();
   };
 
   static wire::GroomState state_of(const Entry& entry);
@@ -108,20 +110,20 @@ class GroomStore final : public GroomService {
   [[nodiscard]] bool is_over_strands(SessionId session, Grooms::const_iterator groom) const;
   [[nodiscard]] std::uint64_t strand_count_max(SessionId session) const;
   [[nodiscard]] Refused too_many_strands(SessionId session) const;
-  // Why a session may not begin to upload, or go on with, a groom of this size.
+  // Why a session may not begin or continue to upload a groom of this size.
   Refused check_upload(SessionId session, std::uint64_t byte_count, std::int64_t now_ns);
   Refused offer_known(Grooms::iterator groom, SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns);
-  Refused make_place();  // for one more groom
+  Refused make_place();  // makes room for one more groom
   Refused begin_upload(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns);
-  // Goes on from what was received, unless the uploader's groom is of another length.
+  // Continues after the received bytes, unless the uploader's groom has another length.
   void await_upload(Grooms::iterator groom, SessionId uploader, std::int64_t now_ns);
   static bool is_repeated(const Entry& entry, SessionId session, const wire::GroomChunk& chunk);
   Refused put_chunk(Grooms::iterator groom, SessionId session, wire::GroomChunk chunk, std::int64_t now_ns);
   Refused begin_reading(SessionId session, const wire::GroomHash& groom);
-  void feed_builder();  // with grooms that the cache has
+  void feed_builder();  // gives cached grooms to the builder
   Refused finish_upload(Grooms::iterator groom, std::int64_t now_ns);
   bool has_stalled(const Entry& entry, std::int64_t now_ns);
-  // Lets another who has offered it go on with the upload; refuses it to the rest when there is none.
+  // Asks another session that has offered the groom to continue the upload; without one, refuses the groom to all.
   void pass_on(Grooms::iterator groom, std::int64_t now_ns);
   void take(GroomResult result, std::int64_t now_ns);
   void take_building(Grooms::iterator groom, GroomResult result, std::int64_t now_ns);
@@ -143,9 +145,9 @@ class GroomStore final : public GroomService {
   GroomListener listener_;
   Grooms grooms_;
   std::map<SessionId, Account> accounts_;
-  std::deque<wire::GroomHash> to_read_;                                             // not yet the builder's
-  std::size_t reading_count_ = 0;                                                   // the builder's
-  std::map<wire::GroomHash, std::vector<SessionId>> fetches_;                       // asked of the builder
+  std::deque<wire::GroomHash> to_read_;                                             // not yet given to the builder
+  std::size_t reading_count_ = 0;                                                   // given to the builder
+  std::map<wire::GroomHash, std::vector<SessionId>> fetches_;                       // requested from the builder
   std::map<wire::GroomHash, std::weak_ptr<const std::vector<std::uint8_t>>> read_;  // fetched, and still being sent
   std::size_t upload_bytes_ = 0, level_bytes_ = 0;
   std::uint64_t uses_ = 0;

@@ -6,7 +6,7 @@
 
 namespace hairnet::server {
 
-// Of memory, near enough.
+// The memory of the levels, approximately, in bytes.
 std::size_t level_bytes(const LevelSet& set);
 
 }  // namespace hairnet::server

@@ -12,15 +12,15 @@
 
 namespace hairnet::server {
 
-// Built levels on disk, a file a groom, so that a server need not build what one before it has built. A file is used
-// only when it is whole, of this build and this groom, and its levels are sound; else it counts as absent, and the next
-// put replaces it. A process that can write to the folder can replace every character's hair, though only by valid
-// levels: the folder should belong to the server alone. See CacheFolder. Builder thread.
+// Built levels on disk, one file a groom, so that a server does not rebuild what an earlier one has built. A file is
+// used only if it is complete, belongs to this build and this groom, and its levels are valid; otherwise it counts as
+// absent, and the next put replaces it. A process that can write to the folder can replace every character's hair, but
+// only by valid levels: the folder should belong to the server alone. See CacheFolder. Builder thread.
 class LevelCache {
  public:
   LevelCache(std::filesystem::path folder, std::uint64_t bytes_max, LevelCacheCounters& counters);
 
-  // Null when there are none that can be used. Without the maps between the levels (make_level_maps).
+  // Null when there are no valid ones. Without the maps between the levels (make_level_maps).
   [[nodiscard]] std::shared_ptr<LevelSet> find(const wire::GroomHash& groom);
   void put(const wire::GroomHash& groom, const LevelSet& set);
 

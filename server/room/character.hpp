@@ -23,45 +23,45 @@ struct FrameVariant {
   std::vector<std::uint8_t> content;
 };
 
-// One character as its room knows it; its lattice lives in the World. Tick thread.
+// A character on the tick thread; its lattice is in the World.
 struct Character {
   CharacterKey key = 0;
   std::uint32_t room = 0;  // index
-  std::uint32_t slot = 0;  // in its room; the member number less one
+  std::uint32_t slot = 0;  // in its room; the member number minus one
   wire::GroomHash groom{};
-  LevelIndex requested_level = LevelIndex::high;  // that its owner asks for
+  LevelIndex requested_level = LevelIndex::high;  // the finest level that its owner asked for
   MaterialScale material;
   std::optional<wire::HairState> state;  // sent by its owner; reset once the World has it
-  std::uint64_t state_ticks = 0;         // that it waited for its levels
+  std::uint64_t state_ticks = 0;         // ticks that it has waited for its levels
   PoseInbox inbox;
 
   bool in_world = false;                                           // in the World, from its first pose on
-  LevelIndex level = LevelIndex::rigid;                            // that the World was told
-  int stride = 1;                                                  // that the World was told
-  bool suspended = false;                                          // nobody sees it: not stepped
-  Pose pose;                                                       // the one last given to the World
+  LevelIndex level = LevelIndex::rigid;                            // current level in the World
+  int stride = 1;                                                  // current stride in the World
+  bool suspended = false;                                          // no observer sees it: the World does not step it
+  Pose pose;                                                       // the last pose given to the World
   codec::FrameIntegers bones;                                      // as integers; no nodes
   bool pose_changed = false, pose_teleport = false;                // at this tick
   float head_speed_m_per_s = 0, head_angular_speed_rad_per_s = 0;  // smoothed
   bool lod_chosen = false;                                         // a Lod was chosen at least once
   std::uint64_t lod_since = 0;                                     // tick at which they last changed
 
-  // As its observers see it, at the present tick.
+  // The character in the views of its observers, at the current tick.
   float screen_height = 0;  // the largest
   bool seen = true;
-  std::uint64_t unseen_ticks = 0;    // for so long
-  std::uint32_t observer_count = 0;  // that its frames go to
+  std::uint64_t unseen_ticks = 0;    // ticks without being seen
+  std::uint32_t observer_count = 0;  // observers that get its frames
 
   // This tick's frame.
   bool changed = false;  // there is something to send
   bool asleep = false;
   bool discontinuous = false;
-  LevelIndex shown = LevelIndex::rigid;  // of the lattice that is sent; a change to rigid takes several ticks
+  LevelIndex shown = LevelIndex::rigid;  // level of the lattice that is sent; a change to rigid takes several ticks
   LatticeView lattice;                   // in the World, until its next step
-  std::vector<FrameVariant> variants;    // of which the first variant_count are of this tick
+  std::vector<FrameVariant> variants;    // only the first variant_count belong to this tick
   std::size_t variant_count = 0;
-  std::int64_t encode_ns = 0;                                    // that these took
-  std::array<std::int32_t, codec::kBoneIntegers> shown_bones{};  // of the pose that the last step ended at
+  std::int64_t encode_ns = 0;                                    // time to encode these
+  std::array<std::int32_t, codec::kBoneIntegers> shown_bones{};  // of the pose at the end of the last step
   FrameHistory history;                                          // of frames at level `shown`
   std::shared_ptr<const codec::Neighbours> neighbours;           // of level `shown`; null when rigid
 };

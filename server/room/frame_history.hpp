@@ -8,16 +8,16 @@
 
 namespace hairnet::server {
 
-// The integers of one character's recent frames, by error class: what new frames are predicted from. Buffers are
+// The integers of one character's recent frames, by error class, from which new frames are predicted. Buffers are
 // reused.
 class FrameHistory {
  public:
-  // A place for the frame of `tick`; it takes the place of one that is before `keep_from`, and its vectors. Valid until
-  // the next call.
+  // Adds an entry for the frame of `tick`. It replaces an entry older than `keep_from`, if there is one, and reuses its
+  // vectors. Valid until the next call.
   codec::FrameIntegers& add(codec::ErrorClass error_class, std::uint64_t tick, std::uint64_t keep_from);
-  // Null when it is not there. Valid until the next add of that class.
+  // Null when there is no frame of that tick. Valid until the next add of that class.
   [[nodiscard]] const codec::FrameIntegers* find(codec::ErrorClass error_class, std::uint64_t tick) const;
-  void clear();  // after a change of level
+  void clear();  // call it after a change of level
 
  private:
   struct Entry {

@@ -13,7 +13,7 @@ struct Distance {
   std::size_t index = 0;
 };
 
-// Squared, from the nearest point that distances are taken from; zero where there is none.
+// Squared distance to the nearest of `from`; zero when `from` is empty.
 double distance2(const Vec3& head, std::span<const Vec3> from) {
   double least = from.empty() ? 0 : std::numeric_limits<double>::infinity();
   for (const Vec3& point : from) least = std::min(least, (head - point).squaredNorm());

@@ -15,19 +15,19 @@ namespace hairnet::server {
 
 struct Character;
 
-// One session's view of one member: whether the session wants it, and which frames it was sent.
+// One session's view of one member: whether the session wants it, and which of its frames were sent to the session.
 struct View {
-  std::uint32_t generation = 0;  // of the room's slot, when the view began; 0: not begun
+  std::uint32_t generation = 0;  // of the room's slot, when the view began; 0: no view yet
   bool wanted = true;            // by the session's Observe
   bool in_view = true;           // as last reported
   float screen_height = -1;      // as last reported; negative: never
 
   std::array<std::uint64_t, codec::kHistoryMax> sent{};  // ticks of the last frames, newest first
   std::uint8_t sent_count = 0;
-  LevelIndex level = LevelIndex::rigid;  // of those
+  LevelIndex level = LevelIndex::rigid;  // level of those frames
   codec::ErrorClass error_class = codec::ErrorClass::half_mm;
-  bool sleep_sent = false;             // the last frame said that it is asleep
-  bool discontinuity_pending = false;  // a discontinuity that no frame has told the session yet
+  bool sleep_sent = false;             // the last frame was marked asleep
+  bool discontinuity_pending = false;  // a discontinuity that the session has not received yet
 
   void forget_sent() {
     discontinuity_pending = discontinuity_pending || sent_count > 0;
@@ -36,7 +36,7 @@ struct View {
   }
 };
 
-// A session as its room knows it. Tick thread.
+// A session as an observer of its room. Tick thread.
 struct Observer {
   SessionId session = 0;
   std::uint32_t room = 0;
@@ -45,7 +45,7 @@ struct Observer {
   bool observe_changed = true;
   std::vector<View> views;  // by slot
   std::set<std::pair<wire::GroomHash, LevelIndex>> records_sent;
-  int congestion_stride = 1;              // ticks between frames that its connection keeps up with
+  int congestion_stride = 1;              // ticks between frames that the connection can carry
   std::uint64_t congestion_eases_at = 0;  // tick
 
   // This tick's frames.

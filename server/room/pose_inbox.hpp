@@ -11,7 +11,7 @@ namespace hairnet::server {
 struct TimedPose {
   std::uint32_t sequence = 0;
   std::int64_t captured_ns = 0;  // server clock
-  bool teleport = false;         // does not continue from the pose before
+  bool teleport = false;         // does not continue the previous pose
   Pose pose;
 };
 
@@ -22,7 +22,7 @@ class PoseInbox {
   static constexpr std::int64_t kAgeMax_ns = 1'000'000'000;
   static constexpr std::int64_t kLeadMax_ns = 1'000'000'000;
   static constexpr std::int64_t kExtrapolationMax_ns = 50'000'000;
-  static constexpr std::int64_t kHistory_ns = 100'000'000;  // age of kept poses, for extrapolation
+  static constexpr std::int64_t kHistory_ns = 100'000'000;  // age up to which poses are stored, for extrapolation
 
   enum class Put : std::uint8_t { accepted, stale, out_of_order, future };
   Put put(const TimedPose& pose, std::int64_t now_ns);
@@ -40,7 +40,7 @@ class PoseInbox {
   // there.
   Sample sample(std::int64_t time_ns);
 
-  // When the newest pose was captured; none has come: nothing.
+  // Capture time of the newest pose; none without a pose.
   [[nodiscard]] std::optional<std::int64_t> newest_ns() const {
     return poses_.empty() ? std::nullopt : std::optional(poses_.back().timed.captured_ns);
   }

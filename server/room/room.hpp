@@ -17,7 +17,7 @@
 
 namespace hairnet::server {
 
-// Characters that can see each other. Its index names it to the World and in recordings.
+// Characters that can see each other. Its index identifies the room in the World and in recordings.
 struct Room {
   struct Slot {
     Character* character = nullptr;
@@ -32,28 +32,28 @@ struct Room {
   std::vector<Observer*> observers;
   Wind wind;
   bool wind_changed = true;         // the World does not have it yet
-  int stride_max = 1;               // of the frames its observers are sent
-  std::int64_t empty_since_ns = 0;  // 0: it is not
+  int stride_max = 1;               // largest stride of the frames for its observers
+  std::int64_t empty_since_ns = 0;  // 0: the room is not empty
 
   [[nodiscard]] bool is_empty() const { return member_count == 0 && observers.empty(); }
 };
 
-// All rooms, their characters and observers. Characters and observers are ordered by key, so that everything done in
-// turn is done in the same order in every run. Tick thread.
+// All rooms, their characters and observers. Characters and observers are ordered by key, so that every run processes
+// them in the same order. Tick thread.
 class Rooms {
  public:
   // With more than `room_count_max` rooms, the room that has been empty longest is closed before its grace ends.
   Rooms(RoomCounters& counters, const Wind& wind, std::int64_t grace_ns, std::size_t room_count_max)
       : counters_(&counters), wind_(wind), grace_ns_(grace_ns), room_count_max_(room_count_max) {}
 
-  // The session's observer; its room is made when there is none of that name.
+  // Adds the session's observer; creates the room if no room has that name.
   Observer& open(SessionId session, const std::string& room, std::shared_ptr<ObserverSink> sink);
   void close(SessionId session, std::int64_t now_ns);  // its characters must be gone
   // Null when the session is not known.
   Character* add(CharacterKey key, const wire::GroomHash& groom, LevelIndex finest);
   void remove(CharacterKey key, std::int64_t now_ns);
   void put(const PutPoses& batch);
-  // Rooms that have been empty for the grace are gone.
+  // Removes rooms that have been empty for the grace time.
   void poll(std::int64_t now_ns);
 
   // Null when unknown.
@@ -67,7 +67,7 @@ class Rooms {
   [[nodiscard]] std::span<Character* const> everyone();
   [[nodiscard]] std::map<SessionId, Observer>& observers() { return observers_; }
   [[nodiscard]] const std::map<SessionId, Observer>& observers() const { return observers_; }
-  [[nodiscard]] std::deque<Room>& rooms() { return rooms_; }  // some not in use
+  [[nodiscard]] std::deque<Room>& rooms() { return rooms_; }  // including unused ones
   [[nodiscard]] std::size_t room_count() const { return by_name_.size(); }
 
   // The character's pose at a time of the server clock.
@@ -86,7 +86,7 @@ class Rooms {
   std::map<CharacterKey, Character> characters_;
   std::unordered_map<CharacterKey, Character*> by_key_;
   std::vector<Character*> everyone_;
-  bool is_everyone_current_ = true;  // in everyone_
+  bool is_everyone_current_ = true;  // everyone_ is current
   std::map<SessionId, Observer> observers_;
   std::deque<Room> rooms_;
   std::vector<std::uint32_t> free_rooms_;

@@ -18,7 +18,7 @@ class Connection {
   // Sends the queued packets, for up to two seconds, and closes. The sink is not called again. `reason` is for the log.
   virtual void close(std::string_view reason) = 0;
   [[nodiscard]] virtual std::string_view peer() const = 0;
-  // What carries the packets, for the log: "tcp", "tls", "ws" or "wss".
+  // The kind of connection, for the log: "tcp", "tls", "ws" or "wss".
   [[nodiscard]] virtual std::string_view transport() const { return "none"; }
 };
 

@@ -13,19 +13,21 @@
 
 namespace hairnet::server {
 
-// The grooms of others that one session has asked for, sent in pieces, one groom after the other. I/O thread.
+// The grooms that one session has requested, sent in pieces, one groom after the other. I/O thread.
 class Downloads {
  public:
-  static constexpr std::size_t kPiece_bytes = 16 << 10;  // frames wait for no more than this
+  static constexpr std::size_t kPiece_bytes = 16 << 10;  // frames wait for at most one piece
 
   Downloads(GroomService& desk, const SessionLimits& limits, SessionCounters& counters)
       : groom_service_(&desk), limits_(&limits), counters_(&counters) {}
 
-  // Asked for again while it waits, a groom is sent once.
+  // A groom that is requested again while it waits is sent once.
   Refused add(const wire::GroomRequest& request);
-  // The next piece, or the error in a groom's place; none while nothing waits, or while the first is read from disk.
+  // The next piece, or an error instead of a groom; none while nothing waits, or while the first groom is read from
+  // disk.
   std::optional<wire::Message> next(SessionId session);
-  // What came of GroomService::fetch; null when the file is gone or bad. True when it was waited for.
+  // Takes the result of GroomService::fetch; null when the file is gone or damaged. True when this session waited for
+  // it.
   bool on_read(const wire::GroomHash& groom, std::shared_ptr<const std::vector<std::uint8_t>> bytes);
   void clear() { waiting_.clear(); }
   [[nodiscard]] bool is_waiting() const { return !waiting_.empty(); }

@@ -73,7 +73,7 @@ bool Outbox::take(std::vector<std::uint8_t>& packet, std::int64_t now_ns) {
       control_bytes_ -= std::min(control_bytes_, packet.size());
     } else {
       counters_->frames_sent.add(first.frame_count);
-      // A tick's packets are pushed at once, so they lie side by side.
+      // The packets of one tick are pushed together, so they are adjacent.
       if (waiting_.size() == 1 || waiting_[1].tick != first.tick) --ticks_waiting_;
     }
     waiting_.pop_front();

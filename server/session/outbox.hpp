@@ -16,8 +16,8 @@ namespace hairnet::server {
 class Outbox final : public ObserverSink {
  public:
   static constexpr std::size_t kTicksWaitingMax = 3;  // while the connection is blocked
-  // While the I/O thread has not tried to send: a late server runs several ticks without a pause, which does not mean
-  // that the client is slow.
+  // The bound while the I/O thread has not tried to send. A late server runs several ticks without a pause, which does
+  // not mean that the client is slow.
   static constexpr std::size_t kTicksUnseenMax = 8;
 
   Outbox(std::size_t control_bytes_max, SessionCounters& counters);
@@ -30,7 +30,7 @@ class Outbox final : public ObserverSink {
 
   // The next packet, its clock set to `now_ns`. False when nothing waits.
   bool take(std::vector<std::uint8_t>& packet, std::int64_t now_ns);
-  // The connection is not writable. Reset by the next take().
+  // Call it when the connection is not writable. The next take() resets it.
   void mark_blocked();
 
   // A message did not fit: the client misses it, so the session must end.

@@ -14,12 +14,12 @@ class PeerClock {
  public:
   static constexpr std::int64_t kClockMax_ns = wire::kTimeMax_ns;  // either sign; sums then cannot overflow
   static constexpr std::int64_t kCaptureSpan_ns = 60'000'000'000;  // between a capture and its envelope
-  static constexpr std::int64_t kJump_ns = 50'000'000;             // a larger error is mended at once
+  static constexpr std::int64_t kJump_ns = 50'000'000;             // a larger error is corrected at once
   static constexpr double kSlew = 0.01;                            // of elapsed time
 
-  // False when the clock is beyond kClockMax_ns; it is then not used.
+  // False when the clock exceeds kClockMax_ns; the sample is then not used.
   bool observe(std::int64_t peer_clock_ns, std::int64_t now_ns);
-  // A capture time on the server's clock; none when implausibly far from the envelope that brought it.
+  // A capture time on the server's clock; none when it is implausibly far from the time of its envelope.
   [[nodiscard]] std::optional<std::int64_t> to_server(std::int64_t peer_time_ns) const;
 
  private:

@@ -7,9 +7,9 @@
 namespace hairnet::server {
 
 struct SessionGauges : GaugeSet {
-  Gauge clients{*this, "clients"};                    // all, the next among them
-  Gauge clients_detached{*this, "clients_detached"};  // whose connections broke, and who may come back
-  Gauge packets_waiting{*this, "packets_waiting"};    // in outboxes, for connections to take them
+  Gauge clients{*this, "clients"};                    // all, including detached ones
+  Gauge clients_detached{*this, "clients_detached"};  // their connections broke, and they may resume
+  Gauge packets_waiting{*this, "packets_waiting"};    // in outboxes, until connections send them
 };
 
 struct SessionHistograms : HistogramSet {
@@ -28,7 +28,8 @@ struct SessionCounters : CounterSet {
   Counter sessions_refused_room{*this, "sessions_refused_room"};
   Counter sessions_detached{*this, "sessions_detached"};
   Counter sessions_resumed{*this, "sessions_resumed"};
-  Counter sessions_not_resumed{*this, "sessions_not_resumed"};  // asked for, but unknown or over; new ones were made
+  // resume was requested, but the session was unknown or over; a new one was made
+  Counter sessions_not_resumed{*this, "sessions_not_resumed"};
   Counter sessions_refused_version{*this, "sessions_refused_version"};
   Counter sessions_closed_handshake_timeout{*this, "sessions_closed_handshake_timeout"};
   Counter sessions_closed_idle{*this, "sessions_closed_idle"};
@@ -44,7 +45,7 @@ struct SessionCounters : CounterSet {
   Counter messages_unexpected{*this, "messages_unexpected"};
   Counter messages_over_rate{*this, "messages_over_rate"};
   Counter characters_added{*this, "characters_added"};
-  Counter characters_removed{*this, "characters_removed"};  // by their clients, or with them
+  Counter characters_removed{*this, "characters_removed"};  // by their clients, or when their sessions ended
   Counter characters_refused{*this, "characters_refused"};
   Counter hair_states_refused{*this, "hair_states_refused"};
   Counter levels_refused{*this, "levels_refused"};

@@ -20,7 +20,7 @@ struct SessionIdentity {
   std::string name, room;
   wire::Role role = wire::Role::participant;
   std::size_t character_count_max = 0;
-  // Of all grooms together; the server's own limit holds as well.
+  // Of all grooms together; the server's own limit applies too.
   std::uint64_t strand_count_max = std::numeric_limits<std::uint64_t>::max();
   std::unordered_map<std::uint32_t, wire::GroomHash> characters;
 };

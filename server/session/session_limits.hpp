@@ -6,25 +6,26 @@
 namespace hairnet::server {
 
 struct SessionLimits {
-  // Sessions that have joined, detached ones included. As many connections again may wait for their Welcome, so that a
+  // Sessions that have joined, including detached ones. As many connections again may wait for their Welcome, so that a
   // client can resume its session when the server is full.
   std::size_t session_count_max = 256;
   std::size_t character_count_max = 4096;  // of all sessions
   std::size_t characters_per_session_max = 1024;
-  std::size_t control_bytes_max = std::size_t{32} << 20;  // unsent, a session; a level record is up to 100 KB
+  // of unsent messages in a session; a level record is up to 100 KB
+  std::size_t control_bytes_max = std::size_t{32} << 20;
   std::size_t frame_packet_bytes_max = std::size_t{256} << 10;
   std::size_t room_count_max = 4096;
   std::size_t sessions_per_room_max = 256;
   std::size_t characters_per_room_max = 65'536;
-  std::size_t downloads_per_session_max = 64;  // grooms of others, asked for and not yet sent
-  bool wind_from_clients = true;               // any of them may set the wind of its room
-  double messages_per_s = 1000;                // groom bytes that were asked for are free
+  std::size_t downloads_per_session_max = 64;  // grooms that were requested and not yet sent
+  bool wind_from_clients = true;               // every client may set the wind of its room
+  double messages_per_s = 1000;                // requested groom bytes do not count
   double messages_burst = 2000;
   double poses_per_s = 200'000;
   double poses_burst = 200'000;
   std::int64_t handshake_timeout_ns = 5'000'000'000;
   std::int64_t idle_timeout_ns = 60'000'000'000;
-  std::int64_t resume_grace_ns = 10'000'000'000;   // that a session outlives its connection; 0: not at all
+  std::int64_t resume_grace_ns = 10'000'000'000;   // how long a session outlives its connection; 0: not at all
   std::int64_t slow_consumer_ns = 10'000'000'000;  // without any progress of a full connection
   std::int64_t drain_timeout_ns = 2'000'000'000;
 };

@@ -15,22 +15,22 @@ class SessionRegistry final : public SessionDirectory {
  public:
   explicit SessionRegistry(SessionContext& context) : context_(&context) { context.directory = this; }
 
-  // Null when the server is full or draining: the connection has then been sent a Goodbye and closed. The sink lives
-  // until the first poll() after the connection is closed.
+  // Null when the server is full or draining: the connection then gets a Goodbye and is closed. The sink exists until
+  // the first poll() after the connection is closed.
   PacketSink* open(std::shared_ptr<Connection> connection, std::int64_t now_ns);
   std::optional<SessionIdentity> take_over(Session& successor, SessionId id, const wire::SessionSecret& secret,
                                            std::int64_t now_ns) override;
   [[nodiscard]] Session* find(SessionId id);
   void flush(std::int64_t now_ns);
   void poll(std::int64_t now_ns);
-  void drain(std::int64_t now_ns);  // all, and takes no more
+  void drain(std::int64_t now_ns);  // all sessions, and refuses new ones
   [[nodiscard]] std::size_t count() const { return sessions_.size(); }
   [[nodiscard]] const std::map<SessionId, std::unique_ptr<Session>>& all() const { return sessions_; }
 
  private:
   SessionContext* context_;
   std::map<SessionId, std::unique_ptr<Session>> sessions_;
-  std::vector<std::unique_ptr<Session>> released_;  // until their connections are closed for good
+  std::vector<std::unique_ptr<Session>> released_;  // until their connections are closed completely
   SessionId last_id_ = 0;
   bool draining_ = false;
 };

@@ -22,7 +22,7 @@ class CounterSet {
   std::vector<const Counter*> counters_;
 };
 
-// A total that any thread may add to. Relaxed: it orders nothing.
+// A total that any thread may add to. Relaxed memory order.
 class Counter {
  public:
   Counter(CounterSet& set, std::string_view name) : name_(name) { set.counters_.push_back(this); }

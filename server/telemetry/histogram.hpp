@@ -33,7 +33,7 @@ class Histogram {
   static constexpr std::size_t kBoundsMax = 20;
   using Counts = std::array<std::uint64_t, kBoundsMax + 1>;  // the bucket after the last bound has no upper one
 
-  // Values of one thread, gathered at no cost, to be added in one go.
+  // Values of one thread, collected without atomics and added together at the end.
   class Tally {
    public:
     explicit Tally(Histogram& to) : to_(&to) {}
@@ -52,7 +52,7 @@ class Histogram {
     double sum_ = 0;
   };
 
-  // `bounds` rise; each is the highest value of its bucket.
+  // `bounds` are ascending; each is the highest value of its bucket.
   Histogram(HistogramSet& set, std::string_view name, std::initializer_list<double> bounds) : name_(name) {
     assert(bounds.size() <= kBoundsMax);
     for (const double bound : bounds) {
@@ -73,7 +73,7 @@ class Histogram {
   [[nodiscard]] std::string_view name() const { return name_; }
   [[nodiscard]] std::size_t bound_count() const { return bound_count_; }
   [[nodiscard]] double bound(std::size_t i) const { return bounds_[i]; }
-  // Of bucket i alone, not of those below; i = bound_count() is what lies above every bound.
+  // Count of bucket i alone, without the buckets below; i = bound_count() is the bucket above every bound.
   [[nodiscard]] std::uint64_t count(std::size_t i) const { return counts_[i].load(std::memory_order_relaxed); }
   [[nodiscard]] double sum() const { return sum_.load(std::memory_order_relaxed); }
 

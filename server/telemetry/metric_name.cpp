@@ -51,7 +51,7 @@ constexpr std::array kParts{
 // DUTY_ns_total: time spent on something.
 constexpr std::string_view kNanoseconds = "_ns_total";
 
-// THINGS_refused_REASON and its kin.
+// Counters named THINGS_refused_REASON and similarly.
 constexpr std::array<std::string_view, 5> kVerbs{"_rejected_", "_refused_", "_dropped_", "_failed_", "_closed_"};
 
 MetricName unprefixed(std::string_view name) {

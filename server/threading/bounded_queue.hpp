@@ -15,7 +15,7 @@ class BoundedQueue {
  public:
   explicit BoundedQueue(std::size_t weight_max) : weight_max_(weight_max) {}
 
-  // False, and `item` is left alone, when it does not fit. An item heavier than the bound fits an empty queue.
+  // Returns false, without changing `item`, when it does not fit. An item heavier than the bound fits an empty queue.
   bool try_put(T& item, std::size_t weight = 1) {
     const std::lock_guard lock(mutex_);
     if (!items_.empty() && weight_ + weight > weight_max_) return false;
@@ -23,8 +23,8 @@ class BoundedQueue {
     items_.emplace_back(std::move(item), weight);
     return true;
   }
-  // For what must not be lost and is bounded elsewhere, by the sessions, characters and grooms that there are. Weighs
-  // nothing.
+  // For items that must not be lost, and whose number has another bound: the number of sessions, characters or grooms.
+  // Weighs nothing.
   void put(T item) {
     const std::lock_guard lock(mutex_);
     items_.emplace_back(std::move(item), 0);
@@ -37,7 +37,7 @@ class BoundedQueue {
     items_.pop_front();
     return true;
   }
-  // All there are now, in order; `out` is overwritten.
+  // Takes all items in order; overwrites `out`.
   void take_all(std::vector<T>& out) {
     out.clear();
     const std::lock_guard lock(mutex_);

@@ -7,12 +7,12 @@
 
 namespace hairnet::server {
 
-// A thread for one duty: calls `poll` as long as it does something, then sleeps until woken.
+// A thread for one duty: calls `poll` while it has work, then sleeps until it is woken.
 class DutyThread {
  public:
   enum class Priority { normal, low };
   DutyThread(std::function<bool()> poll, Priority priority);
-  ~DutyThread();  // lets `poll` do what is left, and ends
+  ~DutyThread();  // lets `poll` finish its work, and ends the thread
   void wake();    // any thread
 
  private:
@@ -23,7 +23,7 @@ class DutyThread {
   std::mutex mutex_;
   std::condition_variable woken_;
   bool wake_ = true, stopping_ = false;
-  std::thread thread_;  // last: it uses the others
+  std::thread thread_;  // last: it uses the other members
 };
 
 }  // namespace hairnet::server

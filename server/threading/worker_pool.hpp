@@ -10,11 +10,10 @@
 
 namespace hairnet::server {
 
-// Runs the tick's independent loops on the calling thread and helpers. What is computed does not depend on their
-// number.
+// Runs the tick's independent loops on the calling thread and helpers. Results do not depend on the number of helpers.
 class WorkerPool {
  public:
-  explicit WorkerPool(std::size_t worker_count);  // the caller is one of them
+  explicit WorkerPool(std::size_t worker_count);  // including the caller
   ~WorkerPool();
   WorkerPool(const WorkerPool&) = delete;
   WorkerPool& operator=(const WorkerPool&) = delete;

@@ -9,10 +9,11 @@
 namespace hairnet::server {
 namespace {
 
-// tests/fidelity/README.md. A level against the whole model: its lattice against 14^3 and its part of the springs
-// against all of them, as the root of both squares (10^3: 0.30 and 0.21, 7^3: 0.44 and 0.21, 5^3: 0.64 and 0.20). The
-// ether level's is no more than a guess from how much quicker it swings. A stride against every tick, played out
-// between its turns, and the level's again (Strides).
+// Measured errors from tests/fidelity/README.md. The error of a level combines the error of its lattice against 14^3
+// and of its share of the springs against all of them, as the root of the sum of squares (10^3: 0.30 and 0.21, 7^3:
+// 0.44 and 0.21, 5^3: 0.64 and 0.20). The value of the ether level is a guess from how much faster it swings. The error
+// of a stride against every tick (Strides there), played out between its turns, is combined with the level's in the
+// same way.
 constexpr std::array<std::array<double, 3>, kLevelCount> kError{
     {{0.37, 0.53, 0.68}, {0.48, 0.58, 0.71}, {0.67, 0.73, 0.81}, {0.85, 0.90, 0.98}, {1.00, 1.02, 1.05}}};
 
@@ -25,11 +26,11 @@ struct Rung {
   std::uint8_t stride;
 };
 
-// Fractions of the available time, far enough apart that noise does not cross both.
+// Shares of the available time, far enough apart that noise does not cross both.
 constexpr double kEntitledLeast = 0.8, kEntitledMost = 1.0;
 
-// What a character climbs, by the finest level asked for. What would cost more than a finer rung and err more is left
-// out: low at every tick under medium at every second one, high at every second under medium at every one.
+// The rungs of the ladder, by the finest level asked for. A rung that costs more than a finer one and has more error is
+// left out: low at every tick is below medium at every second one, high at every second below medium at every tick.
 using enum LevelIndex;
 constexpr std::array<Rung, 7> kToHigh{
     {{rigid, 4}, {ether, 4}, {low, 4}, {low, 2}, {medium, 2}, {medium, 1}, {high, 1}}};
@@ -81,7 +82,7 @@ std::int64_t in_ns(double s) {
   return s > 0 ? static_cast<std::int64_t>(std::min(1e9 * s, 1e12)) : 0;
 }
 
-// Costs of ladders without the characters' part.
+// The costs of ladders; the characters' own parts are added later.
 class Prices {
  public:
   explicit Prices(const BudgetTerms& terms) : send_ns_(1e9 * std::max(0.0, terms.send_s)) {
@@ -142,7 +143,7 @@ class Chooser {
   }
 
   void put_in_order() {
-    // That of the last call is most often that of this one.
+    // The order of the last call is usually still right.
     if (s_.order.size() != characters_.size()) {
       s_.order.resize(characters_.size());
       std::iota(s_.order.begin(), s_.order.end(), 0u);
@@ -154,7 +155,7 @@ class Chooser {
     if (!std::ranges::is_sorted(s_.order, {}, place)) std::ranges::sort(s_.order, {}, place);
   }
 
-  // Only of those that cost anything; the others are chosen for at once.
+  // Puts only characters that have a cost; the levels of the others are chosen at once.
   void put_items() {
     const Prices prices(terms_);
     s_.items.clear();
@@ -185,7 +186,7 @@ class Chooser {
     }
   }
 
-  // As far as there is room for it. False when someone is left below.
+  // Raises as far as the budget allows. False when a character stays below its target.
   bool raise_to_target() {
     s_.raises.clear();
     std::int64_t more_ns = 0;
@@ -266,7 +267,7 @@ class Chooser {
   std::span<Lod> chosen_;
   std::int64_t budget_ns_;
   std::int64_t wanted_ns_ = 0;
-  std::int64_t sum_ns_ = 0;  // of what is chosen
+  std::int64_t sum_ns_ = 0;  // of the chosen levels
 };
 
 }  // namespace

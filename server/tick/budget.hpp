@@ -26,37 +26,37 @@ struct BudgetCharacter {
   std::uint64_t session = 0;
   std::uint32_t room = 0;
   std::uint32_t observer_count = 0;  // that its frames go to
-  float importance = 0;              // the largest over observers: height of the head on screen, 1 = all of it
-  float unseen_s = 0;                // how long no observer has had it in view; 0: one has
+  float importance = 0;              // the largest over observers: height of the head over the height of the screen
+  float unseen_s = 0;                // time since an observer last had it in view; 0: in view now
   float head_speed_m_per_s = 0, head_angular_speed_rad_per_s = 0;  // smoothed over about a second
   LevelIndex requested_level = LevelIndex::high;                   // the finest that its owner asked for
   bool levels_ready = false;
-  bool asleep = false;  // as LatticeView has it
+  bool asleep = false;  // from LatticeView
   Lod now;
-  double since_s = std::numeric_limits<double>::infinity();  // how long it has been so; a new character's is infinite
+  double since_s = std::numeric_limits<double>::infinity();  // time since the last change; infinite for a new character
 };
 
 struct BudgetTerms {
-  double available_s = 0;  // worker-seconds a tick for all of it (TickGuard)
+  double available_s = 0;  // worker-seconds a tick for everything (TickGuard)
   const CostEstimate* cost = nullptr;
-  std::array<double, kLevelCount> encode_s{};  // worker-seconds of one frame of a level, however many it goes to
+  std::array<double, kLevelCount> encode_s{};  // worker-seconds of one frame of a level, for any number of observers
   double send_s = 0;                           // of one frame to one observer
 };
 
 struct BudgetReport {
-  double predicted_s = 0;  // a tick, as chosen
-  double wanted_s = 0;     // with everyone as finely as asked for
+  double predicted_s = 0;  // a tick, with the chosen levels
+  double wanted_s = 0;     // a tick, with every character at its requested level
   std::uint32_t raised = 0, lowered = 0;
-  std::uint32_t below_wanted = 0;  // seen, ready, and less than asked for
-  bool is_over = false;            // not even the least of everyone fits
+  std::uint32_t below_wanted = 0;  // seen, ready, and below the requested level
+  bool is_over = false;            // not even rung 0 of all characters fits
 };
 
-inline constexpr double kBudgetUp = 0.9;     // of what is available: what raising may fill
-inline constexpr double kBudgetDown = 0.95;  // lowering comes down to this once it is over
-inline constexpr double kLodDwell_s = 0.5;   // before a character is raised again, or lowered for another's sake
-inline constexpr float kSuspendAfter_s = 1;  // unseen
+inline constexpr double kBudgetUp = 0.9;     // the share of the available time that raising may fill
+inline constexpr double kBudgetDown = 0.95;  // when the budget is exceeded, lowering goes down to this share
+inline constexpr double kLodDwell_s = 0.5;   // before a character is raised again, or lowered in favour of another one
+inline constexpr float kSuspendAfter_s = 1;  // time unseen
 
-// Buffers, reused from call to call; they grow and stay.
+// Buffers that are reused from call to call.
 struct BudgetScratch {
   std::vector<std::uint32_t> order;
   std::vector<BudgetItem> items;
@@ -71,8 +71,8 @@ struct BudgetScratch {
 BudgetReport choose_levels(const BudgetTerms& terms, std::span<const BudgetCharacter> characters,
                            BudgetScratch& scratch, std::span<Lod> chosen);
 
-// Error of hair on a level and stride from the whole model, over its motion; rigid hair errs by all of it, and more
-// where its head moves at fewer ticks.
+// Error of hair on a level and stride against the full model, relative to its motion. Rigid hair has an error of 1, and
+// more when its head moves at fewer ticks.
 double expected_error(LevelIndex level, int stride);
 
 }  // namespace hairnet::server

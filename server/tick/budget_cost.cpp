@@ -15,9 +15,9 @@ constexpr std::array<std::array<double, 3>, kLevelCount> kTable_s{{{86.3e-6, 86.
                                                                    {2.7e-6, 2.7e-6, 2.8e-6},
                                                                    {0, 0, 0}}};
 
-constexpr double kFirstSampleMost = 30;  // times the table's, or one over it: a slow machine, not a hiccup
-constexpr double kSampleMost = 2;        // times the estimate: what a single tick may pull by
-constexpr double kGain = 0.1;            // of a tick with so many character-steps that it says something
+constexpr double kFirstSampleMost = 30;  // times the table's time, or one over it: allows a slow machine, but no hiccup
+constexpr double kSampleMost = 2;        // times the estimate: the most that a single tick counts
+constexpr double kGain = 0.1;            // of a tick with enough character-steps to be significant
 constexpr double kFullSteps = 16;
 constexpr double kMachineGain = 0.05;
 
@@ -45,7 +45,7 @@ void CostEstimate::observe(const StepCosts& costs) {
         estimate.is_measured = true;
         estimate.measured_s = ratio * estimate.table_s;
       }
-      // By factors, so that one late tick in ten does not pull up what nine say.
+      // By factors, so that one late tick in ten does not pull up the mean of the other nine.
       const double off = std::clamp(sample_s / estimate.measured_s, 1 / kSampleMost, kSampleMost);
       const double share = std::min(1.0, cost.character_steps / kFullSteps);
       estimate.measured_s *= std::pow(off, kGain * share);

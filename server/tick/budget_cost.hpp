@@ -14,7 +14,7 @@ class CostEstimate {
 
   void observe(const StepCosts& costs);  // of one tick
 
-  // Worker-seconds of one turn, which is over `stride` (1, 2 or 4) ticks. None on the rigid level.
+  // Worker-seconds of one turn, which covers `stride` (1, 2 or 4) ticks. 0 on the rigid level.
   [[nodiscard]] double turn_s(LevelIndex level, int stride) const;
 
  private:
@@ -25,7 +25,7 @@ class CostEstimate {
   };
 
   std::array<std::array<Estimate, kStrides>, kLevelCount> estimates_{};
-  double machine_ = 1;  // measured over the table's, of all levels together
+  double machine_ = 1;  // measured time over the table's time, for all levels together
 };
 
 }  // namespace hairnet::server

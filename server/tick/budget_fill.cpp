@@ -12,9 +12,9 @@ bool goes_before(const FillStep& a, const FillStep& b) {
   return a.rung < b.rung;
 }
 
-// Of the step from the rung below to `rung`.
+// The step from the rung below to `rung`.
 FillStep step_to(std::span<const BudgetItem> items, std::size_t index, std::uint8_t rung) {
-  constexpr double kEven = 1e6;  // beyond any error for the time
+  constexpr double kEven = 1e6;  // larger than any error over time
   const BudgetItem& item = items[index];
   const std::int64_t cost_ns = item.cost_ns[rung] - item.cost_ns[rung - 1u];
   double priority = item.weight * (rung <= item.now ? kHysteresis : 1.0);
@@ -31,7 +31,7 @@ std::int64_t clamp_to_share(std::int64_t level_ns, const FillShare& share) {
   return std::clamp(level_ns, share.least_ns, share.most_ns);
 }
 
-// The highest level to which all can be filled, none beyond its most or below its least.
+// The highest level to which all shares can be filled, with none beyond its maximum or below its minimum.
 std::int64_t water_level(std::int64_t budget_ns, std::span<const FillShare> shares) {
   std::int64_t low = 0, high = 0;
   for (const FillShare& share : shares) high = std::max(high, share.most_ns);
@@ -69,7 +69,7 @@ void group(std::span<const BudgetItem> items, FillScratch& scratch) {
   }
 }
 
-// One client's steps, best first, up to the first that its share does not pay for.
+// One client's steps, best first, up to the first one that its share cannot pay.
 class ClientFill {
  public:
   ClientFill(std::span<const BudgetItem> items, std::vector<FillStep>& steps, std::span<std::uint8_t> rungs)
@@ -79,7 +79,7 @@ class ClientFill {
     if (client.end - client.begin == 1) return fill_one(client.begin, share_ns);
     put_steps(client);
     std::int64_t left_ns = share_ns - client.least_ns;
-    // The part of [begin, end) that is best is bought whole or looked into, by halves.
+    // The better half of [begin, end) is bought as a whole, or searched by halves.
     auto begin = steps_.begin(), end = steps_.end();
     while (begin != end) {
       const auto middle = begin + (end - begin + 1) / 2;
@@ -109,7 +109,7 @@ class ClientFill {
       double before = std::numeric_limits<double>::infinity();
       for (std::uint8_t rung = 1; rung <= items_[i].last; ++rung) {
         FillStep step = step_to(items_, i, rung);
-        before = step.priority = std::min(step.priority, before);  // none before the one below it
+        before = step.priority = std::min(step.priority, before);  // no step before the step below it
         steps_.push_back(step);
       }
     }
@@ -131,7 +131,7 @@ void spend_remainder(std::int64_t left_ns, std::span<const BudgetItem> items, st
     steps.push_back(step_to(items, i, static_cast<std::uint8_t>(rungs[i] + 1)));
     cheapest_ns = std::min(cheapest_ns, steps.back().cost_ns);
   }
-  // A heap, since most of them are never looked at.
+  // A heap, because most steps are never looked at.
   const auto goes_after = [](const FillStep& a, const FillStep& b) { return goes_before(b, a); };
   std::ranges::make_heap(steps, goes_after);
   bool is_uneven = false;

@@ -15,11 +15,11 @@ struct BudgetItem {
   std::uint32_t character = 0;  // of the caller
   std::uint32_t room = 0;
   std::uint64_t session = 0, key = 0;
-  double weight = 0;                                  // what an error of it counts
-  std::array<std::int64_t, kRungCountMax> cost_ns{};  // a tick, in whole ns, so that sums are exact in any order
+  double weight = 0;                                  // the weight of its error
+  std::array<std::int64_t, kRungCountMax> cost_ns{};  // for each tick, in whole ns, so that sums are exact in any order
   const float* error = nullptr;                       // of each rung
   std::uint8_t last = 0, now = 0;
-  std::uint8_t even = 0;  // rungs up to here are given to all before any goes beyond
+  std::uint8_t even = 0;  // every item gets rungs up to this one before any item gets more
 };
 
 struct FillStep {
@@ -27,11 +27,11 @@ struct FillStep {
   std::int64_t cost_ns = 0;
   std::uint64_t key = 0;
   std::uint32_t item = 0;
-  std::uint8_t rung = 0;  // to which
+  std::uint8_t rung = 0;  // the rung that it reaches
 };
 
 struct FillShare {
-  std::size_t begin = 0, end = 0;  // of what it is made of
+  std::size_t begin = 0, end = 0;  // of its items
   std::int64_t least_ns = 0, most_ns = 0;
 };
 
@@ -42,11 +42,11 @@ struct FillScratch {
 
 enum class Remainder : std::uint8_t { keep, spend };
 
-// Rungs for as much as `budget_ns` buys, for items in order of room, session and key: shared between rooms, then
-// between a room's clients, max-min fair; within a client the even rungs first, then by error taken away for the time.
-// Remainder::spend gives the time that shares could not use to the items that gain most. When not even rung 0 of all
-// items fits, all get rung 0. The rung that an item has now is worth kHysteresis times as much. Returns the cost of the
-// result.
+// Chooses rungs for at most `budget_ns`. Items are in order of room, session and key. Rooms share the budget, then the
+// clients of a room, max-min fair. Within a client the even rungs come first, then the steps with the most removed
+// error for their time. Remainder::spend gives the time that shares could not use to the items that gain most. When not
+// even rung 0 of all items fits, all get rung 0. The rung that an item has now is worth kHysteresis times as much.
+// Returns the cost of the result.
 std::int64_t fill_budget(std::int64_t budget_ns, std::span<const BudgetItem> items, FillScratch& scratch,
                          std::span<std::uint8_t> rungs, Remainder remainder);
 

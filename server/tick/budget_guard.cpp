@@ -8,15 +8,16 @@ namespace hairnet::server {
 namespace {
 
 constexpr double kTrustLeast = 0.02;
-constexpr double kCutMost = 0.5;     // in one tick: a single very late one says little of how much is too much
-constexpr double kCalm = 0.85;       // of the share: below, trust comes back
-constexpr double kReturnPerS = 2.5;  // of itself, times how far a tick stayed below kCalm
+constexpr double kCutMost = 0.5;     // in one tick: a single very late tick says little about the right amount
+constexpr double kCalm = 0.85;       // share of the target: below it, trust recovers
+constexpr double kReturnPerS = 2.5;  // of the trust, times the distance of a tick below kCalm
 constexpr double kKeptLeast = 0.8;
-constexpr double kMarginStep = 0.08;    // by an overrun
-constexpr double kMarginReturn = 4e-5;  // a tick: one overrun in 2000 keeps the balance
-constexpr int kMarginTicks = 30;  // from one step to the next: what made one tick late is still there in the next few
+constexpr double kMarginStep = 0.08;    // for each overrun
+constexpr double kMarginReturn = 4e-5;  // for each tick: one overrun in 2000 keeps the balance
+// between two steps of the margin: a cause of one late tick often lasts for the next few
+constexpr int kMarginTicks = 30;
 constexpr double kOverheadGain = 0.1;  // a tick
-constexpr double kOverheadMin = 0.05;  // of a tick, by which what is beside the work may at least seem to have grown
+constexpr double kOverheadMin = 0.05;  // share of a tick that one sample of the overhead may always reach
 
 }  // namespace
 
@@ -27,7 +28,7 @@ TickGuard::TickGuard(const TickGuardDef& def) : def_(def), share_(def.tick_share
 void TickGuard::observe(double tick_duration_s, double work_s, double wanted_s) {
   const double used = tick_duration_s / (share_ * def_.tick_s);
   if (!(used >= 0) || !(work_s >= 0)) return;
-  // One late tick in ten is not to pull up what nine say.
+  // One late tick in ten must not pull up the mean of the other nine.
   const double most_s = std::max(2 * overhead_s_, kOverheadMin * def_.tick_s * def_.workers);
   const double overhead_s = std::clamp(tick_duration_s * def_.workers - work_s, 0.0, most_s);
   overhead_s_ += kOverheadGain * (overhead_s - overhead_s_);
@@ -55,7 +56,7 @@ double TickGuard::available_s() const {
   return std::max(kTrustLeast * all_s, trust_ * (all_s - overhead_s_));
 }
 
-// The margin opens from none, where what is wanted just fits, to all of it, where it is so much too much.
+// The safety margin applies only as far as the wanted work exceeds the available work.
 void TickGuard::choose_share(double wanted_s) {
   const double there_s = std::max(kTrustLeast * full_s(), trust_ * (full_s() - overhead_s_));
   share_ = def_.tick_share * std::clamp(2 - wanted_s / there_s, margin_factor_, 1.0);

@@ -5,8 +5,8 @@
 namespace hairnet::server {
 namespace {
 
-constexpr std::uint64_t kTicksBetween = 4;  // choices, unless something asks for one at once
-constexpr double kSmoothing = 0.05;         // of measured times, a tick
+constexpr std::uint64_t kTicksBetween = 4;  // between two choices, unless a change needs one at once
+constexpr double kSmoothing = 0.05;         // of measured times, for each tick
 constexpr double kUnbounded_s = 1e9;
 
 void smooth(double& mean, double value) {

@@ -14,9 +14,9 @@ namespace hairnet::server {
 
 struct LevelChooserDef {
   double tick_s = 1.0 / 30;
-  double tick_share = 0.7;  // of the tick that its work may take
+  double tick_share = 0.7;  // share of a tick that its work may take
   int workers = 1;
-  ClockNs now_ns = nullptr;  // null: nothing is measured, and everyone gets what is asked for
+  ClockNs now_ns = nullptr;  // null: nothing is measured, and every character gets the level that its owner asked for
 };
 
 // Chooses every character's level and stride, and whether it is suspended, from measured times. Collects the inputs of
@@ -28,11 +28,12 @@ class LevelChooser {
   // Appends the changes to `inputs`. `simulation` is in the state of the last tick.
   void choose(Rooms& rooms, const Simulation& simulation, wire::RecordedTick& inputs);
 
-  // What the tick took: in steps, and in all. Publishing left its times with rooms, observers and characters.
+  // Takes the costs of the steps and the duration of a tick. Publishing has stored its times in rooms, observers and
+  // characters.
   void observe(Rooms& rooms, const StepCosts& costs, double tick_duration_s);
 
  private:
-  // True when somebody's level must not wait for the next choice.
+  // True when the level of a character must not wait for the next choice.
   bool note_unseen(Rooms& rooms, const Simulation& simulation) const;
   [[nodiscard]] BudgetCharacter as_budgeted(const Character& character, bool ready, std::uint64_t tick) const;
   void apply(Character& character, const Lod& lod, wire::RecordedTick& inputs);
@@ -43,8 +44,8 @@ class LevelChooser {
   TickGuard guard_;
   std::array<double, kLevelCount> encode_s_{};  // of a frame, smoothed
   double send_s_ = 0;
-  double wanted_s_ = 0;  // as last predicted
-  bool over_ = false;    // the last tick took more than it may
+  double wanted_s_ = 0;  // the last prediction
+  bool over_ = false;    // the last tick exceeded its budget
   std::vector<Character*> placed_;
   std::vector<BudgetCharacter> budgeted_;
   std::vector<Lod> chosen_;

@@ -21,7 +21,7 @@ struct Coding {
   std::uint8_t order = 0, stride = 1;
 };
 
-// The highest order that both ends have the frames for.
+// The highest order for which server and client both have the earlier frames.
 Coding coding_for(const View& view, const Character& character, ErrorClass error_class, std::uint64_t tick) {
   if (view.sent_count == 0 || view.level != character.shown || view.error_class != error_class) return {};
   const std::uint64_t stride = tick - view.sent[0];
@@ -176,7 +176,7 @@ void Publisher::encode(const Terms& terms, Character& character) const {
   const auto strides =
       static_cast<std::uint64_t>(std::max(terms.rooms.room(character.room).stride_max, character.stride));
   std::uint64_t kept_ticks = codec::kHistoryMax * strides;
-  for (const FrameVariant& v : variants)  // an observer whose stride was longer until now still refers to older frames
+  for (const FrameVariant& v : variants)  // an observer that had a longer stride before still refers to older frames
     kept_ticks = std::max(kept_ticks, std::uint64_t{v.order} * v.stride);
   const std::uint64_t keep_from = tick - std::min(tick, kept_ticks);
   std::array<codec::FrameIntegers*, codec::kErrorClassCount> integers{};
@@ -188,7 +188,7 @@ void Publisher::encode(const Terms& terms, Character& character) const {
     codec::quantise_nodes(lattice.displacement, variant.error_class, now->nodes);
     now->velocities.clear();
   }
-  // What has velocities is coded last: until then the integers have none.
+  // Frames with velocities are coded last: the integers have no velocities until then.
   for (const bool velocities : {false, true}) {
     for (FrameVariant& variant : variants) {
       if (variant.velocities != velocities) continue;

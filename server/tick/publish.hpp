@@ -16,7 +16,7 @@ namespace hairnet::server {
 
 struct PublishDef {
   std::size_t packet_bytes_max = std::size_t{256} << 10;
-  std::uint64_t congestion_ticks = 60;  // before a stride that a slow connection was put on is halved again
+  std::uint64_t congestion_ticks = 60;  // until the stride of a slow connection is halved again
   ClockNs now_ns = nullptr;             // null: times are not measured
 };
 
@@ -41,7 +41,8 @@ class Publisher {
   void begin_frame(const Terms& terms, Character& character);
   void follow_level(const LatticeView& lattice, Character& character);
   void request(const Terms& terms, Room& room) const;
-  int request(const Terms& terms, const Room& room, Observer& observer) const;  // the stride it is sent at
+  // the stride at which frames are sent to it
+  int request(const Terms& terms, const Room& room, Observer& observer) const;
   void encode(const Terms& terms, Character& character) const;
   void send(const Terms& terms, Observer& observer) const;
 
@@ -49,7 +50,7 @@ class Publisher {
 
   PublishDef def_;
   TickCounters* counters_;
-  std::mutex neighbours_mutex_;  // taken when a character changes its level, and then only
+  std::mutex neighbours_mutex_;  // taken only when a character changes its level
   std::map<std::pair<wire::GroomHash, LevelIndex>, std::shared_ptr<const codec::Neighbours>> neighbours_;
   std::vector<Observer*> observers_;
 };

@@ -30,7 +30,7 @@ class Recorder {
   void put(wire::RecordedTick tick);
   [[nodiscard]] bool failed() const { return failed_.load(std::memory_order_relaxed); }
 
-  // Writes what waits, on the recorder's thread. False when nothing did.
+  // Writes the queued entries, on the recorder's thread. False when there were none.
   bool poll();
 
   std::function<void()> on_put;  // wakes the recorder; set before use
@@ -41,7 +41,7 @@ class Recorder {
     void operator()(std::FILE* file) const { std::fclose(file); }
   };
   Recorder(std::FILE* file, std::string path, TickCounters& counters);
-  // Not inlined: where g++ 12 sees which alternative it is, it warns that the others are uninitialised.
+  // Not inlined: otherwise g++ 12 sees which alternative it is, and warns that the others are uninitialised.
   [[gnu::noinline]] void put(Item&& item, std::size_t bytes);
   void fail(const char* why);
 

@@ -13,28 +13,27 @@
 
 namespace hairnet::server {
 
-// The World, driven by exactly what a recording holds: the live server and a replay call the same function with the
-// same inputs, and so come to the same bits. Tick thread.
+// The World with recorded inputs only: the live server and a replay call the same function with the same inputs, and so
+// get the same bits. Tick thread.
 class Simulation {
  public:
-  // `wind`, of rooms that have no other, must be sound; it takes the place of def's.
+  // `wind` replaces def's wind for rooms without their own; it must pass validate().
   explicit Simulation(const WorldDef& def, const Wind& wind = {});
 
-  // What a groom's hash stands for from now on.
+  // Sets the levels of a groom, by its hash, from now on.
   void put_levels(const wire::GroomHash& groom, std::shared_ptr<const LevelSet> levels);
-  void forget_levels(const wire::GroomHash& groom);  // characters that have them keep them
+  void forget_levels(const wire::GroomHash& groom);  // characters with these levels keep them
   [[nodiscard]] std::shared_ptr<const LevelSet> levels(const wire::GroomHash& groom) const;
   [[nodiscard]] bool has_levels(const wire::GroomHash& groom) const { return levels_.contains(groom); }
 
-  // Applies what a tick was told and makes the step: removed, added, levels, materials, strides, suspensions, states,
-  // winds, poses, in this order.
-  // What names no character is ignored, and so is an addition beyond the world's bound.
+  // Applies the inputs of a tick and steps the World. The order is: removed, added, levels, materials, strides,
+  // suspensions, states, winds, poses. Ignores inputs for unknown characters, and additions beyond the world's limit.
   StepReport step(const wire::RecordedTick& inputs);
 
   [[nodiscard]] bool contains(CharacterKey key) const { return characters_.contains(key); }
-  [[nodiscard]] LatticeView lattice(CharacterKey key) const;              // contains(key) must hold
+  [[nodiscard]] LatticeView lattice(CharacterKey key) const;              // requires contains(key)
   [[nodiscard]] std::span<const Vec3f> velocity(CharacterKey key) const;  // of the lattice's nodes, head space, m/s
-  // Whose brought state the last step found not to fit.
+  // Characters whose initial hair state did not fit in the last step.
   [[nodiscard]] const std::vector<CharacterKey>& hair_states_refused() const { return hair_states_refused_; }
   [[nodiscard]] std::uint64_t hash() const { return world_.hash(); }
   [[nodiscard]] std::size_t character_count() const { return characters_.size(); }
@@ -50,7 +49,7 @@ class Simulation {
 
   void set_wind(std::uint32_t room, const Wind& wind);
 
-  Environment environment_;  // but for the wind, of all rooms
+  Environment environment_;  // of all rooms, without the wind
   World world_;
   std::unordered_map<CharacterKey, Placed> characters_;
   std::map<wire::GroomHash, std::shared_ptr<const LevelSet>> levels_;

@@ -15,7 +15,7 @@ TickClock::TickClock(std::uint32_t rate_hz, std::uint32_t behind_max, std::int64
 }
 
 std::int64_t TickClock::due_ns(std::uint64_t tick) const {
-  // Whole seconds apart, so that a product never overflows and the rate never drifts.
+  // In whole seconds plus a remainder, so that a product never overflows and the rate never drifts.
   return start_ns_ + static_cast<std::int64_t>(tick / rate_hz_) * kSecond_ns +
          static_cast<std::int64_t>(tick % rate_hz_) * kSecond_ns / rate_hz_;
 }
@@ -24,7 +24,7 @@ std::optional<TickClock::Tick> TickClock::take(std::int64_t now_ns) {
   if (now_ns < due_ns(next_)) return {};
   const std::uint64_t first = next_;
   std::uint64_t overdue = static_cast<std::uint64_t>(now_ns - due_ns(next_)) * rate_hz_ / kSecond_ns;
-  while (due_ns(next_ + overdue) > now_ns) --overdue;  // a period is no whole number of nanoseconds
+  while (due_ns(next_ + overdue) > now_ns) --overdue;  // a period is not a whole number of nanoseconds
   while (due_ns(next_ + overdue + 1) <= now_ns) ++overdue;
   if (overdue > behind_max_) next_ += overdue;
   Tick tick{next_, due_ns(next_), next_ - first, false};

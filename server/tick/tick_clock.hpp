@@ -5,8 +5,8 @@
 
 namespace hairnet::server {
 
-// When ticks are due: tick n at start + n / rate, whatever happens. A late tick runs at once, with its own due time as
-// its time; when more than `behind_max` are overdue, all but the newest are skipped.
+// When ticks are due: tick n at start + n / rate, even after late ticks. A late tick runs at once, with its own due
+// time as its time; when more than `behind_max` are overdue, all but the newest are skipped.
 class TickClock {
  public:
   TickClock(std::uint32_t rate_hz, std::uint32_t behind_max, std::int64_t start_ns);
@@ -14,7 +14,7 @@ class TickClock {
   struct Tick {
     std::uint64_t tick = 0;
     std::int64_t time_ns = 0;   // when it was due
-    std::uint64_t skipped = 0;  // ticks left out before it
+    std::uint64_t skipped = 0;  // ticks skipped before it
     bool late = false;          // by more than half a period
   };
   // The tick to run now, if one is due.

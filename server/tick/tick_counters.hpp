@@ -10,10 +10,10 @@
 
 namespace hairnet::server {
 
-// As of the last tick, or the last second where that is enough.
+// Values of the last tick; some are updated once a second only.
 struct TickGauges : GaugeSet {
-  Gauge tick_period_seconds{*this, "tick_period_seconds"};  // a tick's period
-  Gauge commands_waiting{*this, "commands_waiting"};        // and poses, on their way to the tick
+  Gauge tick_period_seconds{*this, "tick_period_seconds"};  // period of a tick
+  Gauge commands_waiting{*this, "commands_waiting"};        // commands and poses on their way to the tick
   Gauge rooms{*this, "rooms"};
   Gauge characters_at_high{*this, "characters_at_high"};  // by the level of the lattice, asleep or not
   Gauge characters_at_medium{*this, "characters_at_medium"};
@@ -25,32 +25,34 @@ struct TickGauges : GaugeSet {
   Gauge characters_in_state_suspended{*this,
                                       "characters_in_state_suspended"};     // not stepped, since no observer sees them
   Gauge characters_in_state_waiting{*this, "characters_in_state_waiting"};  // for their first pose
-  Gauge step_cost_seconds_at_high{*this, "step_cost_seconds_at_high"};      // of one character's step, as measured
+  Gauge step_cost_seconds_at_high{*this, "step_cost_seconds_at_high"};      // of one character's step, measured
   Gauge step_cost_seconds_at_medium{*this, "step_cost_seconds_at_medium"};
   Gauge step_cost_seconds_at_low{*this, "step_cost_seconds_at_low"};
   Gauge step_cost_seconds_at_ether{*this, "step_cost_seconds_at_ether"};
   Gauge step_cost_seconds_at_rigid{*this, "step_cost_seconds_at_rigid"};
-  Gauge budget_available_seconds{*this, "budget_available_seconds"};  // worker-seconds a tick, as ticks really take
-  Gauge budget_predicted_seconds{*this, "budget_predicted_seconds"};  // of them, that the present levels take
-  Gauge budget_wanted_seconds{*this, "budget_wanted_seconds"};        // that everyone's finest would take
-  Gauge budget_over{*this, "budget_over"};                            // 1: not even the least of everyone fits
-  Gauge characters_below_wanted{*this, "characters_below_wanted"};    // seen, and coarser than asked for
+  Gauge budget_available_seconds{*this, "budget_available_seconds"};  // worker-seconds a tick, measured on real ticks
+  // worker-seconds a tick that the current levels take
+  Gauge budget_predicted_seconds{*this, "budget_predicted_seconds"};
+  // worker-seconds a tick that the finest levels would take
+  Gauge budget_wanted_seconds{*this, "budget_wanted_seconds"};
+  Gauge budget_over{*this, "budget_over"};                          // 1: not even rung 0 of all characters fits
+  Gauge characters_below_wanted{*this, "characters_below_wanted"};  // seen, and coarser than their owners asked for
   void set_step_cost(LevelIndex level, double seconds) {
     Gauge* const of[] = {&step_cost_seconds_at_high, &step_cost_seconds_at_medium, &step_cost_seconds_at_low,
                          &step_cost_seconds_at_ether, &step_cost_seconds_at_rigid};
     of[static_cast<std::size_t>(level)]->set(seconds);
   }
-  std::atomic<std::int64_t> last_tick_ns{0};  // when the newest tick was done; 0: none yet
+  std::atomic<std::int64_t> last_tick_ns{0};  // when the newest tick ended; 0: none yet
 };
 
 struct TickHistograms : HistogramSet {
   Histogram tick_seconds{*this,
                          "tick_seconds",
                          {0.0005, 0.001, 0.002, 0.004, 0.006, 0.008, 0.011, 0.016, 0.022, 0.033, 0.05, 0.1, 0.25, 1}};
-  // Of the tick's period; above 1 is an overrun.
+  // Duration over the tick's period; above 1 is an overrun.
   Histogram tick_period_used_ratio{
       *this, "tick_period_used_ratio", {0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1, 1.5, 2, 4, 8}};
-  // From the newest pose's capture to the tick, of each character that poses come for: none is older than a second.
+  // From the newest pose's capture to the tick, for each character that gets poses: none older than a second counts.
   Histogram pose_age_seconds{
       *this, "pose_age_seconds", {0.005, 0.01, 0.015, 0.02, 0.025, 0.03, 0.04, 0.05, 0.075, 0.1, 0.15, 0.25, 0.5, 1}};
 };
@@ -68,7 +70,7 @@ struct TickCounters : CounterSet {
   Counter characters_asleep{*this, "characters_asleep"};  // not stepped: at rest
   Counter teleports{*this, "teleports"};
   Counter lattices_reset{*this, "lattices_reset"};
-  // Worker time in ns: in steps, in encoding frames, and in choosing what each observer is sent and making its packets.
+  // Worker time in ns: stepping; encoding frames; choosing and making each observer's packets.
   Counter step_ns_total{*this, "step_ns_total"};
   Counter encode_ns_total{*this, "encode_ns_total"};
   Counter send_ns_total{*this, "send_ns_total"};
@@ -80,7 +82,8 @@ struct TickCounters : CounterSet {
   Counter frames_encoded{*this, "frames_encoded"};  // codings made; several observers share one
   Counter frame_bytes_published{*this, "frame_bytes_published"};
   Counter observers_congested{*this, "observers_congested"};  // frames of several ticks were dropped for one
-  Counter hair_states_dropped_unfit{*this, "hair_states_dropped_unfit"};  // brought for a level that is another
+  // sent for a level that the character does not have
+  Counter hair_states_dropped_unfit{*this, "hair_states_dropped_unfit"};
   Counter hair_states_dropped_full{*this, "hair_states_dropped_full"};
   Counter level_records_sent{*this, "level_records_sent"};
   Counter frames_dropped{*this, "frames_dropped"};  // not finite: never sent
@@ -90,9 +93,9 @@ struct TickCounters : CounterSet {
 
 struct GroomGauges : GaugeSet {
   Gauge grooms{*this, "grooms"};
-  Gauge groom_upload_bytes{*this, "groom_upload_bytes"};  // of uploads under way, as announced
+  Gauge groom_upload_bytes{*this, "groom_upload_bytes"};  // of unfinished uploads, as announced
   Gauge groom_level_bytes{*this, "groom_level_bytes"};    // of all levels in memory
-  Gauge grooms_waiting{*this, "grooms_waiting"};          // uploaded, and not yet ready: queued or being built
+  Gauge grooms_waiting{*this, "grooms_waiting"};          // uploaded, and queued or being built
 };
 
 struct GroomCounters : CounterSet {
@@ -109,13 +112,13 @@ struct GroomCounters : CounterSet {
   Counter grooms_refused_queue_full{*this, "grooms_refused_queue_full"};
   Counter grooms_refused_stalled{*this, "grooms_refused_stalled"};
   Counter grooms_refused_strands{*this, "grooms_refused_strands"};        // too many in all grooms of a session
-  Counter grooms_refused_rate{*this, "grooms_refused_rate"};              // of bytes to upload
-  Counter grooms_refused_build_time{*this, "grooms_refused_build_time"};  // beyond that of one groom
-  Counter grooms_refused_absent{*this, "grooms_refused_absent"};          // used, but nobody there could upload it
+  Counter grooms_refused_rate{*this, "grooms_refused_rate"};              // too many bytes announced to upload
+  Counter grooms_refused_build_time{*this, "grooms_refused_build_time"};  // the build of one groom took too long
+  Counter grooms_refused_absent{*this, "grooms_refused_absent"};          // used, but no session could upload it
   Counter groom_bytes_received{*this, "groom_bytes_received"};
 };
 
-// Of groom files; those rejected are removed and uploaded again.
+// Groom files on disk. A rejected file is removed and uploaded again.
 struct GroomCacheCounters : CounterSet {
   Counter groom_cache_hits{*this, "groom_cache_hits"};
   Counter groom_cache_misses{*this, "groom_cache_misses"};

@@ -27,7 +27,8 @@ class Admission : public std::enable_shared_from_this<Admission> {
     Ticket(Ticket&& other) noexcept;
     Ticket& operator=(Ticket&& other) noexcept;
     ~Ticket();
-    // Counts the connection as `place` from now on. False, and nothing changes, when there are too many of that kind.
+    // Counts the connection in `place` from now on. Returns false, and changes nothing, when there are too many of that
+    // kind.
     bool move_to(Place place);
 
    private:

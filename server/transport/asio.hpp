@@ -7,10 +7,10 @@ namespace hairnet::server {
 
 namespace asio = boost::asio;
 
-// One thread runs the loop, so what runs on its executor runs one at a time.
+// One thread runs the loop, so tasks on its executor run one at a time.
 using SerialExecutor = asio::io_context::executor_type;
 
-// What is awaited answers with its error as a value.
+// An awaited operation returns its error as a value.
 inline constexpr auto kAwaitable = asio::as_tuple(asio::use_awaitable);
 
 }  // namespace hairnet::server

@@ -1,6 +1,6 @@
 #pragma once
 
-// Compiled apart, in deploy/cmake/beast: it is slow to build, and only this folder's own .cpp files see it.
+// Compiled separately, in deploy/cmake/beast: it is slow to build, and only this folder's own .cpp files include it.
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>

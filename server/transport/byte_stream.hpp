@@ -33,7 +33,7 @@ class ByteStream : public std::enable_shared_from_this<ByteStream> {
   [[nodiscard]] bool has_expired() const { return has_expired_; }
   bool move_to(Admission::Place place) { return ticket_.move_to(place); }
 
-  void put_back(std::span<const std::uint8_t> bytes);  // in front of what is read next
+  void put_back(std::span<const std::uint8_t> bytes);  // before the bytes that are read next
   asio::awaitable<boost::system::error_code> accept_tls(asio::ssl::context& context);
 
   void expires_after(std::chrono::nanoseconds time);
@@ -44,7 +44,8 @@ class ByteStream : public std::enable_shared_from_this<ByteStream> {
   // Ends writing, then reads and drops what the peer still sends for up to a second, then closes. A socket that is
   // closed with unread bytes resets the connection, and the peer would lose our last bytes.
   asio::awaitable<void> close_gracefully();
-  asio::awaitable<void> end_writing();  // the first half of close_gracefully(): TLS's end, then the socket's
+  // the first half of close_gracefully(): ends TLS, then the socket's sending direction
+  asio::awaitable<void> end_writing();
 
   // Writes as many bytes as the system takes without waiting, and returns their number. Only for a plain stream that
   // has no write in progress. An error is ignored here: the next write meets the same error and reports it.

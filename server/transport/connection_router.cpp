@@ -60,7 +60,7 @@ struct Found {
   boost::system::error_code error;
 };
 
-// Reads bytes until they show what the peer speaks, then puts them back for the next reader.
+// Reads bytes until they show the peer's protocol, then puts them back for the next reader.
 asio::awaitable<Found> read_protocol(ByteStream& stream) {
   std::array<std::uint8_t, kFirstReadBytes> first;
   std::size_t filled = 0;
@@ -84,7 +84,7 @@ asio::awaitable<Found> read_protocol(ByteStream& stream) {
 void ConnectionRouter::accept(tcp::socket socket) {
   boost::system::error_code error;
   const tcp::endpoint endpoint = socket.remote_endpoint(error);
-  if (error) {  // gone already
+  if (error) {  // the peer has already left
     counters->handshakes_failed_silent.add();
     return;
   }
@@ -144,7 +144,7 @@ asio::awaitable<void> ConnectionRouter::route(std::shared_ptr<ByteStream> stream
     co_await serve_http(shared_from_this(), stream);
     co_return;
   }
-  // TLS inside TLS is not supported: its first bytes are read as a size prefix, which is out of bounds.
+  // TLS inside TLS is not supported: its first bytes count as a size prefix, which is out of bounds.
   stream->expires_never();
   stream->move_to(Admission::Place::session);
   counters->connections_tcp.add();

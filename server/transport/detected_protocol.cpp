@@ -6,7 +6,7 @@ namespace hairnet::server {
 namespace {
 
 constexpr std::uint8_t kTlsHandshake = 0x16;
-constexpr std::uint8_t kTlsMajor = 3;  // record versions are 3.1 to 3.4, whatever the handshake agrees on
+constexpr std::uint8_t kTlsMajor = 3;  // record versions are 3.1 to 3.4 for all TLS versions
 
 bool is_method_letter(std::uint8_t byte) {
   return byte >= 'A' && byte <= 'Z';

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::uint32_t kHeaderBytesMax = 8 << 10;
 constexpr std::size_t kTargetBytesMax = 2048;
-constexpr std::size_t kBodyBytesMax = 4096;  // that comes with a GET; it is read away
+constexpr std::size_t kBodyBytesMax = 4096;  // of a body that comes with a GET; it is read and ignored
 constexpr std::size_t kReadBytesMax = 16 << 10;
 constexpr std::size_t kFilePieceBytes = std::size_t{64} << 10;
 
@@ -36,7 +36,7 @@ bool is_service_path(std::string_view path) {
   return path == "/healthz" || path == "/readyz" || path == "/metrics";
 }
 
-// A list of tags, or "*"; weak ones count as their strong ones.
+// A list of tags, or "*"; weak tags count like strong ones.
 bool names_tag(std::string_view list, std::string_view etag) {
   return list == "*" || list.find(etag) != std::string_view::npos;
 }
@@ -94,7 +94,7 @@ class HttpConnection {
   }
 
  private:
-  // The request, or how it is refused. The stream is closed when there is nobody to answer.
+  // Reads the request, or returns the reply that refuses it. Closes the stream when no reply can be sent.
   asio::awaitable<std::optional<HttpReply>> read(http::request_parser<http::string_body>& parser, bool is_first) {
     const auto [error, bytes] = co_await http::async_read_header(*stream_, buffer_, parser, kAwaitable);
     if (error == http::error::header_limit || error == http::error::buffer_overflow) {
@@ -159,7 +159,7 @@ class HttpConnection {
     return reply;
   }
 
-  // False: the peer is gone or too slow.
+  // False: the peer has left or is too slow.
   asio::awaitable<bool> respond(const HttpReply& reply, const StaticFile& file, bool with_body, bool keep_alive) {
     const int kind = reply.status / 100;
     (kind == 2   ? counters_->http_responses_2xx
@@ -177,7 +177,7 @@ class HttpConnection {
         piece.resize(before + std::min<std::uint64_t>(left, kFilePieceBytes));
         const std::size_t count =
             file.read(offset, {reinterpret_cast<std::uint8_t*>(piece.data()) + before, piece.size() - before});
-        if (count == 0) co_return false;  // it has become shorter than was said
+        if (count == 0) co_return false;  // the file has become shorter than its announced size
         piece.resize(before + count);
         offset += count;
         left -= count;
@@ -218,9 +218,9 @@ class HttpConnection {
   }
 
   asio::awaitable<void> upgrade(const Request& request) {
-    // What came behind the request belongs to the WebSocket.
+    // Bytes behind the request belong to the WebSocket.
     stream_->put_back({static_cast<const std::uint8_t*>(buffer_.data().data()), buffer_.size()});
-    stream_->expires_never();  // it has times of its own
+    stream_->expires_never();  // the WebSocket has its own deadlines
     stream_->move_to(Admission::Place::session);
     auto connection = std::make_shared<WebSocketConnection>(stream_, *options_, *counters_);
     const bool with_subprotocol = request.count(http::field::sec_websocket_protocol) != 0;

@@ -20,7 +20,7 @@ struct HttpResponse {
   std::string body;
 };
 
-// What the app answers to /healthz, /readyz and /metrics. I/O thread; must not block or throw.
+// The app's answers to /healthz, /readyz and /metrics. I/O thread; must not block or throw.
 class HttpService {
  public:
   virtual ~HttpService() = default;

@@ -10,11 +10,11 @@
 
 namespace hairnet::server {
 
-struct IoLoopCore;  // the Asio part, for the transport folder alone
+struct IoLoopCore;  // the Asio part; only the transport folder uses it
 
 // The I/O thread's event loop. All its tasks run one at a time on the thread that calls run() or poll(). A wake-up
-// costs more than most messages, so under load run() wakes about once a millisecond and handles all messages that came
-// since. Posted tasks, and the first message after an idle time, do not wait for that.
+// costs more than most messages, so under load run() wakes about once a millisecond and handles all messages that have
+// arrived. Posted tasks, and the first message after an idle time, do not wait for that.
 class IoLoop {
  public:
   IoLoop();
@@ -23,7 +23,7 @@ class IoLoop {
   IoLoop& operator=(const IoLoop&) = delete;
 
   void run();   // until stop()
-  void poll();  // what is ready now
+  void poll();  // runs the ready handlers, and returns
   void stop();  // any thread
 
   void post(std::function<void()> task);                           // any thread

@@ -16,7 +16,7 @@ namespace {
 
 using asio::ip::tcp;
 
-// After a failed accept (no file descriptors left, say) the next try waits, so that it does not spin.
+// After a failed accept (for example without free file descriptors) the next try waits, so that the loop does not spin.
 constexpr std::chrono::milliseconds kRetry{100};
 
 std::string shown(const std::string& address, std::uint16_t port) {
@@ -31,7 +31,8 @@ boost::system::error_code listen(tcp::acceptor& acceptor, const std::string& tex
   const tcp::endpoint endpoint(address, port);
   acceptor.open(endpoint.protocol(), error);
   if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
-  // "::" is every address of both kinds, whatever the system's default; any other IPv6 address is itself alone.
+  // "::" means all addresses of IPv4 and IPv6, independent of the system's default; any other IPv6 address means itself
+  // only.
   if (!error && address.is_v6()) acceptor.set_option(asio::ip::v6_only(!address.is_unspecified()), error);
   if (!error) acceptor.bind(endpoint, error);
   if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);

@@ -13,15 +13,15 @@
 
 namespace hairnet::server {
 
-// One port that speaks size-prefixed TCP, WebSocket and HTTP, each plain or inside TLS. I/O thread; there may be
+// One port that speaks size-prefixed TCP, WebSocket and HTTP, each plain or inside TLS. I/O thread. A program may have
 // several.
 class Listener {
  public:
-  // Answers with the session's sink, or null when the connection was refused and has been closed.
+  // Returns the session's sink, or null when the connection was refused and has been closed.
   using OpenSession = std::function<PacketSink*(std::shared_ptr<Connection>, std::int64_t now_ns)>;
 
-  // One line that says what is wrong with an address, a certificate or a folder. `counters` and `service`, which may be
-  // null, outlive the loop's last run.
+  // Creates the listener, or returns one line about a wrong address, certificate or folder. `counters` and `service`,
+  // which may be null, must outlive the loop's last run.
   static Result<std::unique_ptr<Listener>> create(IoLoop& loop, const TransportOptions& options,
                                                   TransportCounters& counters, OpenSession open_session,
                                                   HttpService* service = nullptr);
@@ -29,7 +29,7 @@ class Listener {
   Listener(const Listener&) = delete;
   Listener& operator=(const Listener&) = delete;
   [[nodiscard]] std::uint16_t port() const;
-  // Takes no more connections, and ends those that are not sessions: handshakes and pages.
+  // Stops accepting, and closes the connections that are not sessions: handshakes and pages.
   void close();
 
  private:

@@ -33,7 +33,7 @@ bool origin_allowed(std::string_view origin, std::string_view host, std::span<co
   if (origin.empty()) return true;
   const std::string asked = normal_origin(origin);
   if (list.empty()) {
-    // A proxy in front may end TLS, so the page's scheme need not be ours.
+    // A proxy in front of the server may end TLS, so the page's scheme may differ from ours.
     return !host.empty() && (asked == normal_origin(std::string(kHttp).append(host)) ||
                              asked == normal_origin(std::string(kHttps).append(host)));
   }

@@ -11,7 +11,8 @@ namespace hairnet::server {
 // only the listed origins, where "*" allows every page.
 bool origin_allowed(std::string_view origin, std::string_view host, std::span<const std::string> list);
 
-// Empty when `origin` can stand in the list ("https://example.com:8443", "null" or "*"); else one line.
+// Returns an empty string when `origin` is valid in the list ("https://example.com:8443", "null" or "*"); else one
+// line.
 std::string validate_origin(std::string_view origin);
 
 }  // namespace hairnet::server

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kDepthMax = 16;
 
-// What it is when nothing says better: a browser then stores it and runs nothing.
+// The type of unknown files: a browser then stores the file and runs nothing.
 constexpr std::string_view kUnknownType = "application/octet-stream";
 
 constexpr std::array<std::pair<std::string_view, std::string_view>, 24> kTypes{{
@@ -65,7 +65,8 @@ bool is_control(char c) {
   return static_cast<unsigned char>(c) < 0x20 || c == 0x7f;
 }
 
-// Bundlers put a hash of the content into such names ("index-4f3a9b1c.js"): they never change.
+// Whether the name contains a hash of the file's content, as bundlers write it ("index-4f3a9b1c.js"). Such a file never
+// changes.
 bool is_hashed(std::string_view name) {
   const std::size_t dot = name.rfind('.');
   const std::size_t dash = name.rfind('-', dot);
@@ -182,7 +183,7 @@ bool decode_path(std::string_view path, std::string& decoded) {
       const int high = hex_value(path[i + 1]), low = hex_value(path[i + 2]);
       if (high < 0 || low < 0) return false;
       c = static_cast<char>(high * 16 + low);
-      if (c == '/') return false;  // a name cannot hold one
+      if (c == '/') return false;  // a name cannot contain one
       i += 2;
     }
     if (is_control(c) || c == '\\') return false;

@@ -11,14 +11,14 @@
 
 namespace hairnet::server {
 
-// A file open for reading. `etag` changes when the file does.
+// A file open for reading. `etag` changes when the file changes.
 class StaticFile {
  public:
   StaticFile() = default;
   StaticFile(StaticFile&& other) noexcept;
   StaticFile& operator=(StaticFile&& other) noexcept;
   ~StaticFile();
-  // Bytes from `offset` on, as many as are there and fit.
+  // Reads bytes from `offset` on, until `into` is full or the file ends.
   [[nodiscard]] std::size_t read(std::uint64_t offset, std::span<std::uint8_t> into) const;
 
   std::uint64_t bytes = 0;
@@ -36,11 +36,11 @@ enum class StaticFind : std::uint8_t { found, not_found, bad_path, is_folder };
 // are followed. Any thread.
 class StaticFiles {
  public:
-  // One line when the folder cannot be opened.
+  // The error is one line.
   static Result<std::unique_ptr<StaticFiles>> open(const std::string& folder);
   ~StaticFiles();
-  // `path` as it was sent, from '/' on and without the query. A path that ends in '/' means its index.html; `is_folder`
-  // is a folder without that '/'.
+  // `path` as in the request, from '/' on and without the query. A path that ends in '/' means its index.html; the
+  // result `is_folder` means a folder without that '/'.
   StaticFind find(std::string_view path, StaticFile& file) const;
 
  private:
@@ -48,8 +48,8 @@ class StaticFiles {
   int folder_;
 };
 
-// Percent signs decoded, once. False when it is not a path to look for: a control character, NUL, slash or backslash in
-// percent signs, bytes that are no percent code, no '/' in front.
+// Decodes percent signs, once. False when the path is not valid: an encoded control character, NUL, slash or backslash,
+// a wrong percent code, no '/' in front.
 bool decode_path(std::string_view path, std::string& decoded);
 
 }  // namespace hairnet::server

@@ -8,7 +8,7 @@ namespace hairnet::server {
 namespace {
 
 constexpr std::size_t kReadBytes = std::size_t{64} << 10;
-constexpr std::size_t kFlatBytesMax = std::size_t{16} << 10;  // up to here copying costs less than gathering
+constexpr std::size_t kFlatBytesMax = std::size_t{16} << 10;  // up to this size copying costs less than gathering
 constexpr std::size_t kFlatKeptBytes = std::size_t{128} << 10;
 
 }  // namespace
@@ -30,7 +30,7 @@ void TcpConnection::start(PacketSink* sink) {
 }
 
 asio::awaitable<void> TcpConnection::read() {
-  // Not cleared, so that the system gives memory only for what is used.
+  // Not cleared, so that the system provides memory only for the used part.
   const auto buffer = std::make_unique_for_overwrite<std::uint8_t[]>(kReadBytes);
   while (!shut_) {
     const auto [error, count] = co_await stream_->async_read_some(asio::buffer(buffer.get(), kReadBytes), kAwaitable);
@@ -41,7 +41,7 @@ asio::awaitable<void> TcpConnection::read() {
     }
     counters_->bytes_read.add(count);
     counters_->bytes_read_tcp.add(count);
-    if (!sink_) continue;  // closing: drop what still comes; unread bytes would reset the connection
+    if (!sink_) continue;  // closing: drop what still arrives; unread bytes would reset the connection
     const std::int64_t now_ns = channel::monotonic_ns();
     const bool sound = splitter_.feed({buffer.get(), count}, [&](std::span<const std::uint8_t> packet) {
       counters_->packets_read_tcp.add();
@@ -69,8 +69,8 @@ asio::awaitable<void> TcpConnection::write() {
     is_writing_ = false;
     if (flat_.capacity() > kFlatKeptBytes) flat_ = {};
   }
-  // Half-closed first: the peer reads everything and then the end; its own end, or the linger time-out, ends the
-  // reader.
+  // Close only our direction first: the peer reads everything and then the end. The peer's own end, or the linger
+  // time-out, ends the reader.
   if (!shut_) co_await stream_->end_writing();
 }
 
@@ -80,7 +80,7 @@ asio::awaitable<boost::system::error_code> TcpConnection::write_out() {
   if (sending_.packets.size() == 1) {
     std::tie(error, count) = co_await asio::async_write(*stream_, asio::buffer(sending_.packets[0]), kAwaitable);
   } else if (stream_->is_tls() || sending_.bytes <= kFlatBytesMax) {
-    flat_.clear();  // one record of TLS, where each buffer would make its own
+    flat_.clear();  // one record of TLS; without it each buffer would become a record
     for (const auto& packet : sending_.packets) flat_.insert(flat_.end(), packet.begin(), packet.end());
     std::tie(error, count) = co_await asio::async_write(*stream_, asio::buffer(flat_), kAwaitable);
   } else {

@@ -18,11 +18,11 @@ namespace hairnet::server {
 // serial executor, a reader and a writer, keep the object alive until both have ended.
 class TcpConnection final : public Connection, public std::enable_shared_from_this<TcpConnection> {
  public:
-  static constexpr std::chrono::seconds kLinger{2};  // for what waits when closed
+  static constexpr std::chrono::seconds kLinger{2};  // for packets that wait when the connection closes
 
   TcpConnection(std::shared_ptr<ByteStream> stream, std::size_t packet_bytes_max, TransportCounters& counters);
 
-  void start(PacketSink* sink);  // null: it was refused and has been closed
+  void start(PacketSink* sink);  // null: the connection was refused and has been closed
 
   void send(std::vector<std::uint8_t> packet) override;
   [[nodiscard]] bool writable() const override { return !closing_ && unsent_.bytes < PacketQueue::kBytesMax; }
@@ -43,10 +43,10 @@ class TcpConnection final : public Connection, public std::enable_shared_from_th
   channel::PacketSplitter splitter_;
   TransportCounters* counters_;
   PacketSink* sink_ = nullptr;      // null once closed
-  PacketQueue unsent_, sending_;    // gathered while the other is on its way
+  PacketQueue unsent_, sending_;    // one fills while the other is being sent
   std::vector<std::uint8_t> flat_;  // of small packets, or for TLS
   std::vector<asio::const_buffer> gathered_;
-  bool is_writing_ = false;  // what is in sending_
+  bool is_writing_ = false;  // sending_ is being written
   bool closing_ = false, shut_ = false;
 };
 

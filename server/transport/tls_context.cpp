@@ -22,7 +22,7 @@ std::string openssl_reason() {
   return text ? text : "unknown reason";
 }
 
-// Empty when the file can be read; OpenSSL's own words for that are hard to read.
+// Returns an empty string when the file can be read. OpenSSL's own messages about this are hard to read.
 std::string unreadable(const char* what, const std::string& path) {
   errno = 0;
   std::ifstream file(path, std::ios::binary);
@@ -32,7 +32,7 @@ std::string unreadable(const char* what, const std::string& path) {
 }
 
 int no_passphrase(char*, int, int, void*) {
-  return -1;  // or OpenSSL would ask at the terminal
+  return -1;  // otherwise OpenSSL would prompt at the terminal
 }
 
 int choose_http11(SSL*, const unsigned char** out, unsigned char* out_length, const unsigned char* in,

@@ -8,7 +8,7 @@
 
 namespace hairnet::server {
 
-// The server side of TLS 1.2 and later. Refuses unusable files with one line. An expired certificate only gives a
+// The server side of TLS 1.2 and later. The error for unusable files is one line. An expired certificate only causes a
 // warning, since a clock may be wrong. The files are read once.
 Result<std::shared_ptr<asio::ssl::context>> make_tls_context(const TlsFiles& files);
 

@@ -4,10 +4,10 @@
 
 namespace hairnet::server {
 
-// Bytes are those of messages and pages, without TLS and frames of WebSocket. Pages count with their headers; what is
-// read of HTTP does not.
+// Bytes count messages and pages, without TLS and without WebSocket framing. Pages count with their headers; bytes of
+// HTTP requests do not count.
 struct TransportCounters : CounterSet {
-  Counter connections_accepted{*this, "connections_accepted"};  // all, those below included, but for the refused
+  Counter connections_accepted{*this, "connections_accepted"};  // all, including those below, without the refused ones
   Counter connections_closed{*this, "connections_closed"};
   Counter accepts_failed{*this, "accepts_failed"};
   Counter connections_refused_full{*this, "connections_refused_full"};
@@ -17,8 +17,8 @@ struct TransportCounters : CounterSet {
 
   Counter connections_tcp{*this, "connections_tcp"};
   Counter connections_websocket{*this, "connections_websocket"};
-  Counter connections_http{*this, "connections_http"};  // whose first request was taken
-  Counter connections_tls{*this, "connections_tls"};    // and one of the three above
+  Counter connections_http{*this, "connections_http"};  // their first request was accepted
+  Counter connections_tls{*this, "connections_tls"};    // also counted in one of the three above
 
   Counter bytes_read{*this, "bytes_read"};
   Counter bytes_written{*this, "bytes_written"};
@@ -32,11 +32,13 @@ struct TransportCounters : CounterSet {
   Counter packets_read_websocket{*this, "packets_read_websocket"};
   Counter packets_written_websocket{*this, "packets_written_websocket"};
 
-  Counter handshakes_failed_silent{*this, "handshakes_failed_silent"};  // went before saying what it speaks
+  Counter handshakes_failed_silent{*this, "handshakes_failed_silent"};  // closed before its protocol was detected
   Counter handshakes_failed_timeout{*this, "handshakes_failed_timeout"};
   Counter handshakes_failed_tls{*this, "handshakes_failed_tls"};
-  Counter handshakes_failed_tls_absent{*this, "handshakes_failed_tls_absent"};      // TLS, and no certificate here
-  Counter handshakes_failed_tls_required{*this, "handshakes_failed_tls_required"};  // plain, and TLS is a must
+  // TLS, but the server has no certificate
+  Counter handshakes_failed_tls_absent{*this, "handshakes_failed_tls_absent"};
+  // plain, but the server requires TLS
+  Counter handshakes_failed_tls_required{*this, "handshakes_failed_tls_required"};
   Counter handshakes_failed_http{*this, "handshakes_failed_http"};
   Counter handshakes_failed_websocket{*this, "handshakes_failed_websocket"};
   Counter origins_refused{*this, "origins_refused"};

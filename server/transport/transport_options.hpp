@@ -28,14 +28,15 @@ struct TransportOptions {
   std::string web_root;              // folder of the pages; empty: none
 
   AdmissionLimits admission;
-  std::chrono::milliseconds opening_timeout{5000};    // for the first bytes, and again for the handshake of TLS
-  std::chrono::milliseconds request_timeout{10000};   // for a whole HTTP request, the wait for it included
-  std::chrono::milliseconds response_timeout{10000};  // for each 64 KiB of a response to leave
-  std::chrono::milliseconds ping_after{15000};  // a WebSocket that says nothing is pinged, and ended at twice this
+  std::chrono::milliseconds opening_timeout{5000};    // for the first bytes, and again for the TLS handshake
+  std::chrono::milliseconds request_timeout{10000};   // for a whole HTTP request, including the wait for it
+  std::chrono::milliseconds response_timeout{10000};  // for each 64 KiB of a response
+  // a silent WebSocket gets a ping after this time, and is closed after twice this time
+  std::chrono::milliseconds ping_after{15000};
   std::size_t requests_per_connection_max = 100;
 };
 
-// Empty when the options agree with each other; else one line.
+// Returns an empty string when the options agree with each other; else one line.
 std::string validate(const TransportOptions& options);
 
 }  // namespace hairnet::server

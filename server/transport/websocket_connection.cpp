@@ -8,9 +8,11 @@
 namespace hairnet::server {
 namespace {
 
-constexpr std::size_t kReadBytes = std::size_t{64} << 10;       // at a time, so that memory grows with what arrives
-constexpr std::size_t kKeptBytes = std::size_t{64} << 10;       // of a larger message's memory
-constexpr std::size_t kCorkedBytesMax = std::size_t{32} << 10;  // up to here a copy costs less than another system call
+// at a time, so that memory grows with the received bytes
+constexpr std::size_t kReadBytes = std::size_t{64} << 10;
+constexpr std::size_t kKeptBytes = std::size_t{64} << 10;  // kept of a larger message's memory
+// up to this size a copy costs less than another system call
+constexpr std::size_t kCorkedBytesMax = std::size_t{32} << 10;
 
 }  // namespace
 
@@ -54,7 +56,7 @@ asio::awaitable<void> WebSocketConnection::read() {
     }
     counters_->bytes_read.add(count);
     counters_->bytes_read_websocket.add(count);
-    if (!sink_) {  // closing: what still comes is read away until the peer's own end
+    if (!sink_) {  // closing: read and drop everything until the peer's own end
       message_.consume(message_.size());
     } else if (!socket_.got_binary()) {
       counters_->websockets_closed_text.add();
@@ -66,7 +68,7 @@ asio::awaitable<void> WebSocketConnection::read() {
       deliver();
     }
   }
-  // The writer may be in the middle of a message that nobody takes any more.
+  // The writer may be in the middle of a message that the peer no longer reads.
   closing_ = ended_ = true;
   wake_writer_.cancel();
   co_await stream_->close_gracefully();
@@ -90,7 +92,8 @@ asio::awaitable<void> WebSocketConnection::write() {
     std::swap(sending_, unsent_);
     if (sink_) sink_->on_writable(channel::monotonic_ns());
     if (const auto error = co_await write_out()) {
-      // A reader that is failing the connection says why by itself; if the socket is broken, it has heard as well.
+      // A reader that is failing the connection reports the reason by itself; if the socket is broken, the reader has
+      // got the error too.
       if (error != asio::error::operation_aborted) stream_->close();
       co_return;
     }

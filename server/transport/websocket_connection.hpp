@@ -19,15 +19,16 @@ class WebSocketConnection final : public Connection, public std::enable_shared_f
  public:
   static constexpr std::string_view kPath = "/ws";
   static constexpr std::string_view kSubprotocol = "hairnet";
-  static constexpr std::chrono::seconds kLinger{2};  // for what waits when closed, and the peer's own end
+  // for packets that wait when the connection closes, and for the peer's own end
+  static constexpr std::chrono::seconds kLinger{2};
 
   using Request = http::request<http::string_body>;
 
   WebSocketConnection(std::shared_ptr<ByteStream> stream, const TransportOptions& options, TransportCounters& counters);
 
-  // Answers the upgrade request, by a refusal if need be. The subprotocol is said when it was offered.
+  // Answers the upgrade request, or refuses it. The answer names the subprotocol if the client offered it.
   asio::awaitable<boost::system::error_code> accept(const Request& request, bool with_subprotocol);
-  void start(PacketSink* sink);  // null: it was refused and has been closed
+  void start(PacketSink* sink);  // null: the connection was refused and has been closed
 
   void send(std::vector<std::uint8_t> packet) override;
   [[nodiscard]] bool writable() const override { return !closing_ && unsent_.bytes < PacketQueue::kBytesMax; }
@@ -50,12 +51,12 @@ class WebSocketConnection final : public Connection, public std::enable_shared_f
   asio::steady_timer wake_writer_;
   TransportCounters* counters_;
   PacketSink* sink_ = nullptr;    // null once closed
-  PacketQueue unsent_, sending_;  // gathered while the other is on its way
+  PacketQueue unsent_, sending_;  // one fills while the other is being sent
   websocket::close_reason close_reason_{websocket::close_code::normal};
   bool closing_ = false, ended_ = false;
 };
 
-// How Beast ends the socket below it.
+// Beast calls it to end the socket below the WebSocket.
 template <class Handler>
 void async_teardown(beast::role_type, ByteStream& stream, Handler&& handler) {
   asio::co_spawn(

@@ -4,7 +4,8 @@
 
 namespace hairnet::bench {
 
-// What iterations buy: the trajectory's error beside the crowd's time, by level, stiffness, rate and iterations.
+// Measures the gain of iterations: the trajectory's error and the crowd's time, by level, stiffness, rate and
+// iterations.
 void measure_accuracy(const Subject& subject, const Options& options, Report& report);
 
 }  // namespace hairnet::bench

@@ -110,7 +110,7 @@ double skin_distance(const PlainSkinDistanceField& field, const Vector3d& point,
   return value + field.cell_m * (at - within).norm();
 }
 
-// core/solver/contact.hpp says what this is.
+// See core/solver/contact.hpp.
 void add_contacts(const PlainLevel& level, const PlainInput& input, const NodeVectors& P, const NodeVectors& P_dot,
                   BaselineSystem& system) {
   const double h = input.step_s, slope_of_u = 6 / (0.05 * 0.05 * 0.05);

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <memory>
 
-// The boundary to the baselines. They are compiled for the instruction set of the machine that builds them, into a
-// shared library that shows nothing else, so that no inline function of Eigen or ours exists in two versions: plain
+// The boundary to the baselines. They are compiled for the instruction set of the building machine, into a shared
+// library that exports nothing else, so that no inline function of Eigen or ours exists in two versions. It uses plain
 // numbers only.
 namespace hairnet::bench {
 
@@ -65,8 +65,8 @@ struct PlainInput {
   double contact_release;
 };
 
-// Model section 6 in world axes and double, solved by conjugate gradient from dP' = 0 without a preconditioner, as the
-// paper does it. Still air; no limit to energy.
+// The step of paper 2.2 in world axes and double, solved by conjugate gradient from dP' = 0 without a preconditioner,
+// as the paper does it. Still air; no limit to energy.
 class BaselineStep {
  public:
   virtual ~BaselineStep() = default;
@@ -81,7 +81,7 @@ struct BaselineSettings {
 
 #define HAIRNET_BASELINE_API __attribute__((visibility("default")))
 
-// Assembles the matrix from triplets in each step. `level` and what it points to must outlive it.
+// Assembles the matrix from triplets in each step. `level` and all that it points to must outlive the result.
 HAIRNET_BASELINE_API std::unique_ptr<BaselineStep> make_naive_step(const PlainLevel& level,
                                                                    const BaselineSettings& settings);
 // The same into a matrix whose pattern is made once: values are added at positions known beforehand.

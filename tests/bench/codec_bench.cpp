@@ -25,7 +25,7 @@ std::vector<FrameIntegers> quantised(const CodecClip& clip, codec::ErrorClass er
   return out;
 }
 
-// A frame and what it is coded against.
+// A frame and its history.
 struct Job {
   const FrameIntegers* frame;
   std::vector<const FrameIntegers*> history;

@@ -14,7 +14,7 @@ constexpr int kConverged = 1000, kBaselineConverged = 20'000;
 constexpr double kResidual = 1e-10;
 constexpr double kBaselineOff_m = 1e-6, kOff_m = 2e-5;  // in double; in float
 
-// A few characters and one frame; no step is held to an energy that the last one left.
+// A few characters and one frame; no step has an energy limit from an earlier one.
 Workload some_of(const Workload& cast) {
   Workload some{cast.frame_s, 1, {}};
   for (std::size_t c = 0; c < std::min(kPlayers, cast.characters.size()); ++c) {

@@ -21,7 +21,7 @@ constexpr int kPaperIterations = 16, kIterationsMax = 64;
 constexpr double kWarmUp_s = 1;
 constexpr std::size_t kNaiveCharacters = 16;
 
-// Only the levels that are measured; crowds do not change theirs.
+// Builds only the measured levels; crowds do not change theirs.
 std::shared_ptr<const LevelSet> build_both(const Groom& groom) {
   auto set = std::make_shared<LevelSet>();
   for (const LevelIndex index : {LevelIndex::high, LevelIndex::low}) {
@@ -104,7 +104,7 @@ void measure_level(const Subject& subject, const Options& o, const std::shared_p
   }
 }
 
-// What the heap holds, mapped blocks too; what was freed before and is used again counts as well.
+// The bytes of the heap, including mapped blocks and freed memory that is used again.
 std::size_t heap_bytes() {
   const struct mallinfo2 info = mallinfo2();
   return info.uordblks + info.hblkhd;

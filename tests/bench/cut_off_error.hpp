@@ -14,7 +14,7 @@ class CutOffError {
 
   [[nodiscard]] double of_ours(int iterations) const;
   [[nodiscard]] double of_naive(int iterations) const;  // infinite when it runs away
-  // The fewest iterations of ours that err no more than `error`, up to `most`.
+  // The fewest of our iterations with an error of at most `error`, up to `most`.
   [[nodiscard]] int iterations_for(double error, int most) const;
   // Of the naive step, to a quarter.
   [[nodiscard]] int naive_iterations_for(double error, int most) const;

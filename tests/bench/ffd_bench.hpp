@@ -18,11 +18,11 @@ struct FfdTime {
   double error_max_m = 0;      // from the double reference, over all points; of tangents a ratio
 };
 
-// FFD of about `point_count` points of the groom, whole strands evenly picked from all of it, each with its root blend,
-// by one lively shape of the level's lattice: quadratic, then linear. *Stored weights* is what a plain program does:
-// the 27 (8) nodes and weights of each point, kept, and a loop over them in float. *Wide* is Deformer, by the
-// instruction set of this machine and by narrower ones; with tangents, too. Groom and level must be sound, and the
-// groom not empty.
+// Times FFD of about `point_count` points of the groom: whole strands picked evenly, each with its root blend, deformed
+// by one lively shape of the level's lattice, quadratic and then linear. *Stored weights* is a plain program: the 27
+// (8) stored nodes and weights of each point, and a loop over them in float. *Wide* is Deformer, with the instruction
+// set of this machine and with narrower ones, also with tangents. Groom and level must be valid, and the groom not
+// empty.
 std::vector<FfdTime> time_ffd(const Groom& groom, const Level& level, std::size_t point_count = 10'000);
 
 }  // namespace hairnet::bench

@@ -17,8 +17,8 @@ struct Options {
   int repetitions = 7;          // of each time: the least counts
   std::size_t characters = 64;  // of the paper's table
   std::size_t crowd_high = 1024, crowd_low = 4096, memory_low = 10'000;
-  int naive_iterations_max = 1024;  // that the naive solver may take to err as little as what is shipped
-  bool shipped_cells_only = false;  // of the paper's table: those that are levels of ours
+  int naive_iterations_max = 1024;  // largest number for the naive solver to reach the error of the shipped one
+  bool shipped_cells_only = false;  // only cells of the paper's table that are our levels
   double duration_s = 4;            // of each motion, for errors
   std::string json, csv;            // files, or empty
   std::string callgrind;            // level name: steps alone, for valgrind

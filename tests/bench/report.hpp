@@ -8,7 +8,7 @@ namespace hairnet::bench {
 
 using Json = nlohmann::ordered_json;
 
-// All rows of a run, for files, and what was found wrong.
+// All rows of a run, for files, and the errors that were found.
 class Report {
  public:
   explicit Report(Json header) : header_(std::move(header)) {}

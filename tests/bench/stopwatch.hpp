@@ -6,7 +6,7 @@
 
 namespace hairnet::bench {
 
-// What is timed: `perform` alone, each time from where `rewind` puts it.
+// The timed code: `perform` alone, each time from the state that `rewind` sets.
 struct TimedRun {
   std::string name;
   std::function<void()> rewind, perform;

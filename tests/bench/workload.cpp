@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kLeadIn_s = 1;
 
-// One frame of what the service does: substeps of the shipped length.
+// One frame like in the service: substeps of the shipped length.
 void lead(const Level& level, const Pose& from, const Pose& to, double frame_s, int iterations, StepScratch& scratch,
           LatticeState& state) {
   const int step_count = substep_count_for(frame_s);

@@ -33,7 +33,7 @@ Workload make_workload(const Level& level, const Motion& motion, const WorkloadS
 // short stays at its last pose.
 double start_time_s(const Motion& motion, std::size_t index, std::size_t count, double span_s);
 
-// What a character's step `step` of `frame`'s `step_count` is given.
+// The input of a character's step `step` of the `step_count` steps of `frame`.
 StepInput step_input(const Workload& cast, const BenchCharacter& character, std::size_t frame, int step,
                      int step_count);
 

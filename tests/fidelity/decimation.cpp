@@ -40,7 +40,7 @@ Result<void> write_text(const std::string& path, const std::string& text) {
   return {};
 }
 
-// What is not chosen: real hairstyles and motions where there are any, some of our own hairstyles.
+// Fills in options that were not given: real hairstyles and motions if there are any, and some of our own hairstyles.
 void complete(Options& options) {
   if (options.grooms.empty()) {
     if (has_real_data()) options.grooms.assign(std::begin(kRealGrooms), std::end(kRealGrooms));
@@ -84,7 +84,7 @@ Result<void> run(Options options) {
   for (const std::string& groom : options.grooms) {
     const auto done = measure(groom, options, report);
     if (!done) return done;
-    // After each, so that a long run which is stopped leaves what it has.
+    // Written after each case, so that a long run that is stopped leaves its results.
     if (const auto written = write_text(options.json, json_of(report)); !written) return written;
   }
   std::printf("%s", tables_of(report).c_str());

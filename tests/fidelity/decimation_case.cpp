@@ -23,7 +23,7 @@ std::string text(const char* format, auto... values) {
   return line;
 }
 
-// What the models of one lattice are held against: all of its stiffeners, over one clip.
+// The reference for the models of one lattice: all of its stiffeners, over one clip.
 struct Truth {
   const Level* level = nullptr;
   std::vector<Vec3f> points;

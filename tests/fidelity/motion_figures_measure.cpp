@@ -21,8 +21,8 @@ void raise(Worst& worst, double value, double time_s) {
   if (value > worst.value) worst = {value, time_s};
 }
 
-// Where the probe_points of the design would be if they moved rigidly with the head, and by how much their speed
-// changed: in this tick or one not long before, since what a head does reaches the tips later.
+// The probe_points of the design, moved rigidly with the head, and the recent change of their speed: the tips react to
+// a head's motion some ticks later.
 class RigidProbePoints {
  public:
   RigidProbePoints(std::size_t count, double tick_s)
@@ -51,7 +51,7 @@ class RigidProbePoints {
   std::size_t tick_ = 0;
 };
 
-// One character of the world, and what is found of it.
+// One character of the world, and its figures.
 class Run {
  public:
   Run(CharacterId character, const Level& level, const StrandSample& strands, const BentBody& body,

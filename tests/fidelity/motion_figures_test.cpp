@@ -65,7 +65,7 @@ INSTANTIATE_TEST_SUITE_P(Made, EverydayHair,
                                   std::string(std::get<1>(test.param).motion);
                          });
 
-TEST(LoopedMotion, goes_on_from_where_and_facing_as_it_ended) {
+TEST(LoopedMotion, continues_at_the_place_and_heading_of_its_end) {
   Motion motion = make_motion("dance").value();
   motion.poses.resize(200);  // in the middle of a turn
   const double length_s = motion.duration_s();

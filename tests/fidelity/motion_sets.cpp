@@ -18,7 +18,7 @@ RigidTransform footing(const Pose& pose) {
   return place;
 }
 
-// How the next round of a motion differs from the motion: by its place, and by what is eased out.
+// The difference between the next round of a motion and the motion: its place, and the part that is eased out.
 struct Round {
   RigidTransform place;
   std::array<RigidTransform, kBoneCount> left_over;  // of each bone, in the bone's own space

@@ -16,9 +16,9 @@ inline constexpr std::string_view kWildMotions[] = {"dance_a",    "spinkick", "r
                                                     "made:dance", "made:run", "made:shake"};
 inline constexpr std::string_view kPostures[] = {"made:lie_down", "made:upside_down"};
 
-// Round after round until `duration_s`. Each goes on where and facing as the one before ended, and what else its first
-// pose differs by from the last one is eased out within a quarter of a second, or longer where it is more than a person
-// does in that time.
+// Repeats the motion until `duration_s`. Each round begins at the place and heading at which the previous one ended.
+// The rest of the difference between its first pose and the last one is eased out within a quarter of a second, or
+// longer where a person could not move so fast.
 Motion looped(const Motion& motion, double duration_s);
 
 // To `time_s`, then its pose there until `duration_s`.

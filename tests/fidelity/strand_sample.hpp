@@ -10,7 +10,7 @@
 
 namespace hairnet::fidelity {
 
-// Whole strands that stand for all of a hairstyle, evenly many of each part of it.
+// Whole strands that represent a hairstyle; each part of it has its share.
 struct StrandSample {
   std::vector<Vec3f> points;                // of the design, head space, m
   std::vector<float> blend;                 // of each point

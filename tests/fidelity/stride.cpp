@@ -26,7 +26,7 @@ using fidelity::NodeTrajectory;
 using Json = nlohmann::ordered_json;
 
 constexpr double kSmall_s = 1.0 / 360;
-constexpr int kCrowd = 64;  // alike, so that every batch is full whatever the stride
+constexpr int kCrowd = 64;  // all alike, so that every batch is full with any stride
 
 struct Options {
   std::vector<std::string> grooms{"yuksel", "harolongo", "ponytail", "sintel"};

@@ -1,6 +1,6 @@
-// How hair swings out, without contact, after the head was moved aside and stopped: frequency and decay, at every level
-// and rate, with the viscosity as asked for and with what the solver adds taken off it, against the undecimated model
-// in small steps.
+// Measures how hair swings out, without contact, after the head was moved aside and stopped: frequency and decay, at
+// every level and rate, with the full viscosity and with the solver's own damping subtracted, compared with the
+// undecimated model in small steps.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -32,7 +32,7 @@ Pose pushed(double time_s) {
   return rigid_pose({Quat::Identity(), Vec3(kPush_m * t * t * t * (10 + t * (-15 + 6 * t)), 1.5, 0)});
 }
 
-// The viscosity for which solver_damping gives what was asked for.
+// The viscosity for which solver_damping gives the wanted value.
 Level with_numerical_damping(Level level, double step_s) {
   const auto h = static_cast<float>(step_s);
   for (Stiffeners* s : {&level.springs, &level.attachments}) {

@@ -17,7 +17,8 @@ struct Trajectory {
   std::vector<std::vector<Vec3f>> displacement;
 };
 
-// From rest, every step's system solved to convergence. Refused when a step fails or the clip holds a teleport.
+// Integrates from rest, with every step's system solved to convergence. Refused when a step fails or the clip contains
+// a teleport.
 Result<Trajectory> integrate(const Level& level, const Clip& clip);
 
 // An even choice of a groom's points, at most `count_max`, as a lattice deforms them (quadratic FFD, root blend).

@@ -4,7 +4,7 @@
 
 #include "tests/fuzz/target.hpp"
 
-// A frame decoded from any bytes is sound, and comes back when it is encoded again.
+// A frame decoded from any bytes is valid, and encodes to the same frame again.
 namespace hairnet::fuzz {
 namespace {
 

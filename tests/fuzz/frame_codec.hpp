@@ -5,7 +5,7 @@
 #include "core/random.hpp"
 #include "schema/codec/frame_codec.hpp"
 
-// What the frame codec's fuzzer decodes against: the first byte of an input says with which history, lattice and parts.
+// The contexts of the frame codec's fuzzer: the first byte of an input chooses history, lattice and parts.
 namespace hairnet::fuzz {
 
 struct CodecSetting {

@@ -1,7 +1,7 @@
 #include "schema/wire/groom_file.hpp"
 #include "tests/fuzz/target.hpp"
 
-// A groom file is refused with a line, or gives a sound groom that is the same after another round.
+// A groom file is refused with one line, or gives a valid groom that survives another round unchanged.
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace hairnet;
   const std::vector<std::uint8_t> bytes(data, data + size);

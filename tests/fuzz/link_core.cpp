@@ -6,9 +6,9 @@
 #include "tests/fuzz/link_prologue.hpp"
 #include "tests/fuzz/target.hpp"
 
-// Whatever a server sends: a client's core lives, says only sound packets, tells only of sound frames, and tells
-// nothing after the end. The first byte says how long the pieces are that the stream arrives in, whether a sound
-// prologue comes first, and whether the session goes on when the connection was lost.
+// For any packets of a server, a client's core does not crash, sends only valid packets, reports only valid frames, and
+// reports nothing after the end. The first byte sets the length of the pieces of the stream, whether a valid prologue
+// comes first, and whether the session resumes after the connection was lost.
 namespace hairnet::fuzz {
 namespace {
 
@@ -47,7 +47,7 @@ class Client {
     settle();
   }
 
-  // What a driver does after whatever happens; time goes on.
+  // What a driver does after each event; time advances.
   void settle() {
     now_ns_ += 1'000'000;
     core_.poll(now_ns_);

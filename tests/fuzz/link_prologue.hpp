@@ -5,8 +5,8 @@
 #include "schema/wire/messages.hpp"
 #include "tests/fuzz/frame_codec.hpp"
 
-// What a server says first in the client's fuzzer: a welcome, one own character and one other member of the same groom,
-// one level, and a frame that the next may refer to.
+// The first packets of a server in the client's fuzzer: a welcome, one own character and one other member with the same
+// groom, one level, and a frame to which the next may refer.
 namespace hairnet::fuzz {
 
 inline constexpr std::uint32_t kOwnMember = 1, kOtherMember = 2, kOwnCharacter = 5;

@@ -1,7 +1,7 @@
 #include "schema/wire/messages.hpp"
 #include "tests/fuzz/target.hpp"
 
-// A packet is refused with a line, or what it decodes to can be encoded and decoded again.
+// A packet is refused with one line, or its decoded message can be encoded and decoded again.
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace hairnet;
   const std::vector<std::uint8_t> packet(data, data + size);

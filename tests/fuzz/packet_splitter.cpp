@@ -4,8 +4,8 @@
 #include "schema/channel/packet_splitter.hpp"
 #include "tests/fuzz/target.hpp"
 
-// Whatever the pieces that a stream arrives in, the packets are the same, and memory stays within one packet. The first
-// byte says how long the pieces are.
+// For any pieces of a stream, the packets are the same, and memory stays within one packet. The first byte sets the
+// length of the pieces.
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace hairnet;
   if (size == 0) return 0;

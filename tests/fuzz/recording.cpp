@@ -1,7 +1,7 @@
 #include "schema/wire/recording.hpp"
 #include "tests/fuzz/target.hpp"
 
-// Entry by entry a recording's reader moves on, or says why not; what it gives can be written again.
+// A recording's reader advances entry by entry, or gives a reason; its entries can be written again.
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace hairnet;
   const std::vector<std::uint8_t> bytes(data, data + size);

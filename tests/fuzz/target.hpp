@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <string>
 
-// What a fuzzer calls with each input, and what an input must not lead to.
+// The function that a fuzzer calls with each input.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
 
 namespace hairnet::fuzz {

@@ -2,8 +2,8 @@
 
 #include "tests/fuzz/target.hpp"
 
-// Any text is refused as a token, or is one that says the same when it is signed again; so is any payload that the
-// right key has signed. The first byte says which of the two the rest is.
+// Any text is refused as a token, or is a token that has the same claims when it is signed again. The same is true for
+// any payload that the right key has signed. The first byte says which of the two follows.
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace hairnet;
   static const channel::TokenKey key(std::vector<std::uint8_t>(channel::kTokenKeyBytesMin, 7));

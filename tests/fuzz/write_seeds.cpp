@@ -74,7 +74,7 @@ void add_packet_seeds(Folder& packets, Folder& streams) {
   }
 }
 
-// What a server may say, with and without the fuzzer's own prologue.
+// Packets that a server may send, with and without the fuzzer's own prologue.
 void add_link_seeds(Folder& folder) {
   const auto add = [&](std::uint8_t first, const std::vector<wire::Message>& messages) {
     Bytes stream{first};

@@ -87,7 +87,7 @@ Result<render::Image> detail_sheet(render::Renderer& renderer, const Hairstyle& 
     caption(*tile, std::to_string(s.strands) + " strands");
     render::draw_text(*tile, 6, 24, std::to_string(s.cards) + " cards", 2);
     tiles.push_back(std::move(*tile));
-    // The same, as near as the first: what the few that are drawn look like.
+    // The same from nearby, to show the strands that are still drawn.
     render::Camera near = camera_about(character.pose.head().position, *style.groom, 30, 1);
     const double distance = (camera.eye - camera.target).norm();
     const float head_px = render::kHead_m * 0.5f * static_cast<float>(size_px * 5 / 4) /

@@ -32,10 +32,10 @@ struct Moment {
 Result<std::vector<Moment>> simulate_motion(const Hairstyle& style, const std::string& motion, LevelIndex level,
                                             const std::vector<double>& times_s, const Environment& environment = {});
 
-// What a stage is given for a moment. `layer` must live as long as what is returned.
+// The stage's input for a moment. `layer` must outlive the result.
 render::ShownCharacter shown(std::size_t groom, const Moment& moment, LatticeLayer& layer);
 
-// Hair colours that tell hairstyles apart; linear RGB.
+// Hair colours that distinguish hairstyles; linear RGB.
 Vec3f hair_colour(std::size_t number);
 
 }  // namespace hairnet::gallery

@@ -9,7 +9,7 @@
 
 namespace hairnet::load {
 
-// What a plan's names stand for, loaded once for all runs of it.
+// The assets that a plan names, loaded once for all its runs.
 struct Assets {
   std::vector<EncodedGroom> grooms;
   MotionBank motions;

@@ -41,7 +41,7 @@ std::vector<std::uint8_t> make_bad_packet(Random& random, std::int64_t now_ns) {
       pose.pose.bones[0].position.x() = std::numeric_limits<double>::quiet_NaN();
       return wire::encode_packet({now_ns, wire::PoseBatch{{pose}}});
     }
-    default:  // what only servers say
+    default:  // messages that only servers send
       return wire::encode_packet({now_ns, wire::Welcome{}});
   }
 }

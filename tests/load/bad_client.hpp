@@ -9,10 +9,10 @@
 
 namespace hairnet::load {
 
-// A client without characters that misbehaves in one way, and comes back a second after it was thrown out:
+// A client without characters that misbehaves in one way, and returns a second after the server has closed it:
 //   flood      ten thousand messages a second
 //   malformed  a proper hello, then ten bad packets a second
-//   silent     connects and says nothing
+//   silent     connects and sends nothing
 //   half_open  sends the first half of a hello, and ends its sending
 class BadClient final : public VirtualClient, private ConnectionEvents {
  public:

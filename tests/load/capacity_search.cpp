@@ -31,7 +31,7 @@ void CapacitySearch::report(bool passed) {
     if (probe.confirms) capacity_ = probe.characters;
   } else {
     bad_ = std::min(bad_.value_or(probe.characters), probe.characters);
-    // A count that held once and not again did not hold: something less is tried.
+    // A count that passed once and then failed counts as failed: a smaller count is tried.
     if (good_ >= *bad_) good_ = 0;
     for (const Probe& earlier : probes_)
       if (earlier.passed && earlier.characters < *bad_) good_ = std::max(good_, earlier.characters);

@@ -6,8 +6,9 @@
 
 namespace hairnet::load {
 
-// The most characters at which the thresholds hold: doubling until they do not, bisection down to the resolution, then
-// the answer once more; where that fails, a little less, until it holds. Pure; the caller does the probing.
+// Finds the largest number of characters that meets the thresholds: it doubles until they fail, bisects down to the
+// resolution, then confirms the answer; if that fails, it tries a little less, until one is confirmed. Pure; the caller
+// does the probing.
 class CapacitySearch {
  public:
   struct Limits {
@@ -27,7 +28,7 @@ class CapacitySearch {
   // How many characters to try next; none when the search is over.
   [[nodiscard]] std::optional<Probe> next() const { return next_; }
   void report(bool passed);  // of next()
-  // The largest confirmed count; 0: not even the least holds, or none was confirmed in time.
+  // The largest confirmed count; 0: even the smallest fails, or none was confirmed in time.
   [[nodiscard]] std::uint32_t capacity() const { return capacity_; }
   [[nodiscard]] bool reached_most() const { return capacity_ == most_; }
   [[nodiscard]] const std::vector<Probe>& probes() const { return probes_; }
@@ -39,7 +40,7 @@ class CapacitySearch {
 
   Limits limits_;
   std::uint32_t most_ = 0;
-  std::uint32_t good_ = 0;            // the largest that held, so far not contradicted
+  std::uint32_t good_ = 0;            // the largest that passed and has not failed since
   std::optional<std::uint32_t> bad_;  // the least that did not
   std::uint32_t capacity_ = 0;
   std::vector<Probe> probes_;

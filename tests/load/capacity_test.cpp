@@ -5,7 +5,7 @@
 namespace hairnet::load {
 namespace {
 
-// Probes until the search is over; `holds` says whether so many do.
+// Probes until the search is over; `holds` returns whether that many pass.
 template <class Holds>
 CapacitySearch search(const CapacitySearch::Limits& limits, Holds holds) {
   CapacitySearch search(limits);
@@ -14,7 +14,7 @@ CapacitySearch search(const CapacitySearch::Limits& limits, Holds holds) {
   return search;
 }
 
-TEST(CapacitySearch, FindsAKnownCapacityWithinItsResolution) {
+TEST(CapacitySearch, finds_a_known_capacity_within_its_resolution) {
   for (const std::uint32_t known : {1u, 5u, 16u, 17u, 100u, 333u, 1000u, 4095u, 60'000u}) {
     CapacitySearch::Limits limits;
     const auto found = search(limits, [&](std::uint32_t n) { return n <= known; });
@@ -26,7 +26,7 @@ TEST(CapacitySearch, FindsAKnownCapacityWithinItsResolution) {
   }
 }
 
-TEST(CapacitySearch, KeepsToWholeClients) {
+TEST(CapacitySearch, keeps_to_whole_clients) {
   CapacitySearch::Limits limits;
   limits.granule = 24;
   const auto found = search(limits, [](std::uint32_t n) { return n <= 1000; });
@@ -35,7 +35,7 @@ TEST(CapacitySearch, KeepsToWholeClients) {
   EXPECT_GE(found.capacity(), 936u);
 }
 
-TEST(CapacitySearch, EndsWhenNothingHoldsOrEverythingDoes) {
+TEST(CapacitySearch, ends_when_no_load_passes_or_every_load_passes) {
   EXPECT_EQ(search({}, [](std::uint32_t) { return false; }).capacity(), 0u);
   CapacitySearch::Limits limits;
   limits.most = 500;
@@ -44,8 +44,8 @@ TEST(CapacitySearch, EndsWhenNothingHoldsOrEverythingDoes) {
   EXPECT_TRUE(all.reached_most());
 }
 
-TEST(CapacitySearch, WhatHeldOnceAndNotAgainIsNotTheAnswer) {
-  // 400 to 500 holds every other time only.
+TEST(CapacitySearch, load_that_passes_once_and_fails_later_is_not_the_answer) {
+  // 400 to 500 pass every other time only.
   int turn = 0;
   const auto found = search({}, [&](std::uint32_t n) { return n < 400 || (n <= 500 && turn++ % 2 == 0); });
   EXPECT_GT(found.capacity(), 0u);
@@ -54,7 +54,7 @@ TEST(CapacitySearch, WhatHeldOnceAndNotAgainIsNotTheAnswer) {
   EXPECT_LE(found.capacity(), 500u);
 }
 
-TEST(CapacitySearch, IsBoundedAgainstAServerThatIsNeverSure) {
+TEST(CapacitySearch, is_bounded_against_a_server_that_is_never_sure) {
   int turn = 0;
   const auto found = search({}, [&](std::uint32_t) { return turn++ % 2 == 0; });
   EXPECT_LE(found.probes().size(), 30u);
@@ -86,7 +86,7 @@ Prober fake_prober(double ms_per_character, double generator_limit) {
   };
 }
 
-TEST(FindCapacity, ProbesWithWarmUpAndMeasuredPartAndConfirmsLonger) {
+TEST(FindCapacity, probes_with_warm_up_and_measured_part_and_confirms_longer) {
   const Options options = capacity_options();
   const Plan plan = probe_plan(options.plan, {96, false, false}, *options.capacity);
   ASSERT_EQ(plan.stages.size(), 2u);
@@ -99,7 +99,7 @@ TEST(FindCapacity, ProbesWithWarmUpAndMeasuredPartAndConfirmsLonger) {
   EXPECT_DOUBLE_EQ(confirming.stages[1].duration_s - confirming.stages[1].warm_s, options.capacity->confirm_s);
 }
 
-TEST(FindCapacity, GivesOneClientMoreCharacters) {
+TEST(FindCapacity, adds_characters_to_a_single_client) {
   Options options = capacity_options();
   options.plan.stages.back().clients = 1;
   const Plan plan = probe_plan(options.plan, {77, false, false}, *options.capacity);
@@ -107,7 +107,7 @@ TEST(FindCapacity, GivesOneClientMoreCharacters) {
   EXPECT_EQ(plan.stages[1].characters, 77u);
 }
 
-TEST(FindCapacity, FindsWhereTheThresholdStopsHolding) {
+TEST(FindCapacity, finds_where_the_threshold_fails) {
   Report report;
   ASSERT_TRUE(find_capacity(capacity_options(), fake_prober(0.1, 1e9), report));
   ASSERT_TRUE(report.capacity);
@@ -119,14 +119,14 @@ TEST(FindCapacity, FindsWhereTheThresholdStopsHolding) {
   EXPECT_DOUBLE_EQ(report.runs[0].stages.back().figures.at("characters"), report.capacity->capacity);
 }
 
-TEST(FindCapacity, SaysWhenTheGeneratorWasTheLimit) {
+TEST(FindCapacity, reports_when_the_generator_was_the_limit) {
   Report report;
   ASSERT_TRUE(find_capacity(capacity_options(), fake_prober(0.1, 200), report));
   EXPECT_LE(report.capacity->capacity, 200u);
   EXPECT_TRUE(report.capacity->limited_by_generator);
 }
 
-TEST(FindCapacity, GivesUpWhenARunCannotBe) {
+TEST(FindCapacity, gives_up_when_a_run_is_impossible) {
   Report report;
   const auto found = find_capacity(
       capacity_options(), [](const Plan&) -> Result<RunResult> { return Refusal("no server"); }, report);

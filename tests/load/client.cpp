@@ -147,7 +147,7 @@ void Client::on_end(std::string_view reason, std::int64_t now_ns) {
   begin_ns_ = now_ns + kRejoinMin_ns + static_cast<std::int64_t>(random_.unit() * kBeginAgainSpread_ns);
 }
 
-// What the server said, or how the connection ended, is an error unless the plan wanted it.
+// The server's reason, or the end of the connection, is an error unless the plan wanted it.
 void Client::lose(std::string_view reason, std::int64_t now_ns) {
   const bool meant = std::exchange(meant_to_lose_, false);
   const std::string why = !reason.empty()   ? "goodbye_" + std::string(reason)
@@ -266,7 +266,7 @@ void Client::answer(Character& character, const FrameSeen& frame, std::int64_t n
   character.answered = std::max(character.answered, newest);
   character.asleep = frame.asleep && character.last_pose != nullptr;
   if (character.asleep) {
-    // Poses that are already under way may be those that wake it; they are told apart by the next one only.
+    // Poses that are already sent may wake it; only the next frame shows whether they did.
     tally.count(now_ns, &Counts::poses_asleep, static_cast<std::uint64_t>(next_pose_ - 1 - character.answered));
     character.answered = next_pose_ - 1;
   }

@@ -25,7 +25,7 @@ Exposition parse_exposition(std::string_view text) {
     text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
     if (line.ends_with('\r')) line.remove_suffix(1);
     if (line.empty() || line.front() == '#') continue;
-    // A label's value may hold spaces: the value follows the closing brace, or the name.
+    // A label's value may contain spaces: the value follows the closing brace, or the name.
     const std::size_t brace = line.rfind('}');
     const std::size_t space = line.find(' ', brace == std::string_view::npos ? 0 : brace);
     if (space == std::string_view::npos) continue;

@@ -11,8 +11,8 @@ namespace hairnet::load {
 using Exposition = std::map<std::string, double>;
 Exposition parse_exposition(std::string_view text);
 
-// How counters, and histograms' sums and counts, grew; and the newest value of what is no counter.
-// For each histogram NAME also `NAME_mean`, the mean of what was added meanwhile.
+// The growth of counters, and of histograms' sums and counts; the newest value of everything else. For each histogram
+// NAME also `NAME_mean`, the mean of the values added meanwhile.
 Exposition exposition_between(const Exposition& from, const Exposition& to);
 
 // The body of an HTTP/1 answer of status 200; empty when it is none.

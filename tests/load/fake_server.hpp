@@ -36,7 +36,7 @@ class FakeServer final : public Connector {
       }
     if (stalled) return;
     while (next_tick_ns_ <= now_ns) {
-      // A server that was stalled skips what it missed.
+      // A stalled server skips the ticks that it missed.
       if (next_tick_ns_ + kTick_ns <= now_ns) {
         next_tick_ns_ += kTick_ns;
         ++tick_;

@@ -17,7 +17,8 @@ Plan probe_plan(const Plan& plan, const CapacitySearch::Probe& probe, const Capa
 // Runs a plan; refused when it cannot.
 using Prober = std::function<Result<RunResult>(const Plan&)>;
 
-// Searches; `runs` of the report gets the confirming run, or the last. A probe whose generator was late did not hold.
+// Runs the search; `runs` of the report gets the confirming run, or the last one. A probe with a late generator counts
+// as failed.
 Result<void> find_capacity(const Options& options, const Prober& run, Report& report);
 
 }  // namespace hairnet::load

@@ -11,7 +11,7 @@
 
 namespace hairnet::load {
 
-// All virtual clients of a run. No I/O, no clock: the caller says what time it is, early and often. One thread.
+// All virtual clients of a run. No I/O, no clock: the caller passes the time, early and often. One thread.
 class Fleet {
  public:
   // `context.wake` is the fleet's own business.
@@ -22,7 +22,8 @@ class Fleet {
   // Does all that is due by `now_ns`.
   void advance(std::int64_t now_ns);
   [[nodiscard]] std::int64_t next_ns() const;  // when something is due; kNever_ns: nothing
-  // The plan is over: counts what is unanswered, and says goodbye. advance() until empty(), for as long as one likes.
+  // The plan is over: counts unanswered poses, and sends goodbyes. Then call advance() until empty(), or until the
+  // caller's time limit.
   void finish(std::int64_t now_ns);
   [[nodiscard]] bool empty() const { return virtual_clients_.empty(); }
 

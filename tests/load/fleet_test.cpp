@@ -55,7 +55,7 @@ class FleetTest : public testing::Test {
   std::optional<Tally> tally_;
 };
 
-TEST_F(FleetTest, CountsPosesAndFramesOfAPromptServer) {
+TEST_F(FleetTest, counts_poses_and_frames_of_a_prompt_server) {
   plan({"ramp:2s:clients=4,characters=3", "steady:10s"});
   run();
   const Counts& counts = stage(1).counts;
@@ -77,7 +77,7 @@ TEST_F(FleetTest, CountsPosesAndFramesOfAPromptServer) {
   EXPECT_EQ(stage(0).counts.joins, 12u);
 }
 
-TEST_F(FleetTest, AStalledServerDelaysNoPoseAndItsStallIsLatency) {
+TEST_F(FleetTest, stalled_server_delays_no_pose_and_its_stall_counts_as_latency) {
   plan({"steady:10s:clients=5,characters=2"});
   run();
   const std::vector<std::pair<std::int64_t, std::int64_t>> prompt = server_.poses;
@@ -94,14 +94,14 @@ TEST_F(FleetTest, AStalledServerDelaysNoPoseAndItsStallIsLatency) {
   EXPECT_NEAR(static_cast<double>(stage(0).counts.frames_missed), 10 * 30, 20);
 }
 
-TEST_F(FleetTest, PosesThatAServerNeverAnswersCountWithTheirWaiting) {
+TEST_F(FleetTest, poses_without_an_answer_count_with_their_waiting_time) {
   plan({"steady:6s:clients=2,characters=1"});
   run([this](std::int64_t now_ns) { server_.stalled = now_ns >= 3'000'000'000; });
   EXPECT_NEAR(static_cast<double>(stage(0).counts.poses_unanswered), 2 * 72 * (3 - 0.25), 10);
   EXPECT_NEAR(stage(0).latency.max_ms(), 3000, 80);
 }
 
-TEST_F(FleetTest, AServerThatWelcomesNobodyHasUnansweredJoins) {
+TEST_F(FleetTest, server_that_welcomes_no_client_has_unanswered_joins) {
   plan({"steady:3s:clients=4,characters=2"});
   run([this](std::int64_t) { server_.stalled = true; });
   EXPECT_EQ(stage(0).counts.joins, 0u);
@@ -109,7 +109,7 @@ TEST_F(FleetTest, AServerThatWelcomesNobodyHasUnansweredJoins) {
   EXPECT_GT(stage(0).join.max_ms(), 2000);
 }
 
-TEST_F(FleetTest, LostConnectionsAreErrorsPosesMeanwhileUnsentAndClientsReturn) {
+TEST_F(FleetTest, lost_connections_are_errors_and_clients_return) {
   plan({"ramp:1s:clients=3,characters=1", "steady:8s"});
   run([this](std::int64_t now_ns) {
     if (now_ns == 3'000'000'000) server_.drop_all(now_ns);
@@ -122,7 +122,7 @@ TEST_F(FleetTest, LostConnectionsAreErrorsPosesMeanwhileUnsentAndClientsReturn) 
   EXPECT_EQ(stage(1).counts.poses_intended, stage(1).counts.poses_sent + stage(1).counts.poses_unsent);
 }
 
-TEST_F(FleetTest, AStormReconnectsItsShareAndIsNoError) {
+TEST_F(FleetTest, reconnect_storm_reconnects_its_share_without_errors) {
   plan({"ramp:1s:clients=8,characters=1", "steady:6s:storm=50%"});
   run();
   EXPECT_EQ(server_.connect_count, 12u);
@@ -133,7 +133,7 @@ TEST_F(FleetTest, AStormReconnectsItsShareAndIsNoError) {
   EXPECT_EQ(stage(1).counts.resumes, 4u);
 }
 
-TEST_F(FleetTest, AGeneratorThatSleepsSaysSo) {
+TEST_F(FleetTest, generator_that_sleeps_reports_it) {
   plan({"steady:5s:clients=3,characters=1"});
   server_ = FakeServer();
   tally_.emplace(plan_, 0);
@@ -161,7 +161,7 @@ TEST_F(FleetTest, AGeneratorThatSleepsSaysSo) {
   EXPECT_NEAR(static_cast<double>(late), 3 * 72 * 0.3, 6);
 }
 
-TEST_F(FleetTest, TheSameSeedSendsTheSamePoses) {
+TEST_F(FleetTest, the_same_seed_sends_the_same_poses) {
   plan({"ramp:2s:clients=6,characters=2", "steady:5s:churn=2"});
   run();
   const auto first = server_.poses;

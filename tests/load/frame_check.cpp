@@ -58,7 +58,7 @@ void FrameCheck::on_frame(std::uint32_t client, const FrameSeen& frame, std::siz
 void FrameCheck::check_rest(Subject& subject, const FrameSeen& frame) {
   const std::int64_t now_ns = frame.sample_time_local_ns;
   if (subject.returned && subject.level != frame.level && same_pose(subject.pose, *frame.pose)) return;
-  // The first frame of a session is told as discontinuous, though hair goes on from where it was.
+  // The first frame of a session is marked discontinuous, although the hair continues from its last state.
   const bool returned = std::exchange(subject.returned, false);
   const bool comparable = subject.level == frame.level && subject.step_m == frame.step_m &&
                           (returned || !frame.discontinuous) &&

@@ -12,13 +12,13 @@
 
 namespace hairnet::load {
 
-// Holds the frames of some characters against what any lattice must keep to:
+// Compares the frames of some characters with rules that any lattice obeys:
 //   pose_invalid        numbers finite, rotations of unit length
 //   beyond_bound        no node further than kDisplacementMax_m from its design
 //   node_count_changed  one groom and level, one number of nodes
 //   tick_went_back      newer frames of a session are of later ticks
 //   moves_at_rest       5 s after the head came to rest no node moves more than 5 mm from frame to frame, nor while the
-//                       connection, or the server, was away; holds in still air only
+//                       connection, or the server, was away; true in still air only
 class FrameCheck final : public FrameWatcher {
  public:
   FrameCheck(std::uint64_t seed, double share) : seed_(seed), share_(share) {}

@@ -8,7 +8,7 @@
 
 namespace hairnet::load {
 
-// What each client says of itself.
+// The identity of each client.
 struct ProtocolOptions {
   std::string name, room, token;
   std::string observe = "all";  // as a plan has it

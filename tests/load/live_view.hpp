@@ -7,12 +7,12 @@
 
 namespace hairnet::load {
 
-// A run as it goes: one screen that is drawn over, or on something that is no terminal a line every few seconds.
+// Shows a run: one screen that is redrawn, or, if stdout is not a terminal, a line every few seconds.
 class LiveView {
  public:
   LiveView(std::FILE* out, bool is_terminal) : out_(out), is_terminal_(is_terminal) {}
   void show(const RunProgress& progress);
-  void end();  // leaves what was drawn
+  void end();  // leaves the last picture on the screen
 
  private:
   std::FILE* out_;

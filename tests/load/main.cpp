@@ -26,7 +26,7 @@ int fail(const std::string& why) {
   return static_cast<int>(Outcome::failed);
 }
 
-// A connection is a descriptor: as many as we may have.
+// Each connection needs a descriptor: raises the limit as far as allowed.
 void raise_descriptor_limit() {
   rlimit limit{};
   if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;

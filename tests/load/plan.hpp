@@ -10,7 +10,7 @@
 
 namespace hairnet::load {
 
-// What is done to the server, all of it: the same plan and seed give the same arrivals, poses and misdeeds.
+// Everything that is done to the server: the same plan and seed give the same arrivals, poses and misbehaviour.
 struct Plan {
   std::uint64_t seed = 1;
   double pose_hz = 72;

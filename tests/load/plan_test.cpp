@@ -7,7 +7,7 @@ namespace {
 
 using testing::HasSubstr;
 
-TEST(Stage, SaysEverythingThatItsTextSays) {
+TEST(Stage, has_every_setting_of_its_text) {
   const auto stage = parse_stage(
       "spike:2.5s:name=rush,clients=100,characters=3,level=high+low,churn=2.5,storm=25%,warm=500ms,measured=no,"
       "slow=2,flood=10%,malformed=1,silent=0,half_open=3",
@@ -28,7 +28,7 @@ TEST(Stage, SaysEverythingThatItsTextSays) {
   EXPECT_EQ(stage->misbehaving[4].of(stage->clients), 3u);
 }
 
-TEST(Stage, TakesOverPopulationButNotEventsFromTheOneBefore) {
+TEST(Stage, takes_over_population_but_not_events_of_the_previous_stage) {
   const auto first = parse_stage("ramp:5s:clients=8,characters=4,level=low,churn=1,storm=0.5,slow=1,warm=1s", nullptr);
   ASSERT_TRUE(first) << first.error();
   EXPECT_FALSE(first->measured);
@@ -45,7 +45,7 @@ TEST(Stage, TakesOverPopulationButNotEventsFromTheOneBefore) {
   EXPECT_DOUBLE_EQ(second->duration_s, 600);
 }
 
-TEST(Stage, ItsTextReadsBackTheSame) {
+TEST(Stage, text_reads_back_the_same) {
   const auto stage =
       parse_stage("steady:1m:clients=7,characters=2,level=medium,churn=0.5,flood=15%,half_open=2", nullptr);
   ASSERT_TRUE(stage) << stage.error();
@@ -54,7 +54,7 @@ TEST(Stage, ItsTextReadsBackTheSame) {
   EXPECT_EQ(to_text(*again), to_text(*stage));
 }
 
-TEST(Stage, RefusesWhatItCannotMeanInOneLine) {
+TEST(Stage, refuses_invalid_text_with_one_line) {
   const std::vector<std::pair<const char*, const char*>> bad{{"", "KIND:DURATION"},
                                                              {"steady", "KIND:DURATION"},
                                                              {"steady:1s:clients=1:x", "KIND:DURATION"},
@@ -87,7 +87,7 @@ TEST(Stage, RefusesWhatItCannotMeanInOneLine) {
   }
 }
 
-TEST(Plan, ReadsBackWhatItWrites) {
+TEST(Plan, reads_back_what_it_writes) {
   auto plan = parse_plan(R"({"seed": 7, "pose_hz": 90, "grooms": ["made:bob"], "motions": ["made:nod"], "room_size": 8,
     "observe": "4", /* a comment */ "stages": ["ramp:1s:clients=3", "steady:2s", "steady:2s"]})");
   ASSERT_TRUE(plan) << plan.error();
@@ -104,7 +104,7 @@ TEST(Plan, ReadsBackWhatItWrites) {
   EXPECT_EQ(to_json_text(*from_report), to_json_text(*plan));
 }
 
-TEST(Plan, RefusesBadJsonAndSaysWhichKey) {
+TEST(Plan, refuses_bad_json_and_names_the_key) {
   const std::vector<std::pair<const char*, const char*>> bad{
       {"{", "not JSON"},
       {"[]", "not a JSON object"},
@@ -127,7 +127,7 @@ TEST(Plan, RefusesBadJsonAndSaysWhichKey) {
   }
 }
 
-TEST(Plan, PresetsAreSound) {
+TEST(Plan, presets_are_valid) {
   for (const Preset& preset : presets()) EXPECT_TRUE(preset_plan(preset.name)) << preset.name;
   EXPECT_FALSE(preset_plan("nothing"));
 }

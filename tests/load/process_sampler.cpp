@@ -32,7 +32,7 @@ std::optional<double> field(std::string_view words, int index) {
 }  // namespace
 
 std::optional<StatLine> parse_stat_line(std::string_view line, double ticks_per_s) {
-  // "PID (NAME) STATE ..."; the name may hold anything, parentheses too.
+  // "PID (NAME) STATE ..."; the name may contain anything, also parentheses.
   const std::size_t open = line.find('('), close = line.rfind(')');
   if (open == std::string_view::npos || close == std::string_view::npos || close < open || close + 2 > line.size())
     return std::nullopt;

@@ -11,7 +11,7 @@
 
 namespace hairnet::load {
 
-// What a process has used so far, from /proc.
+// The resources that a process has used so far, from /proc.
 struct ProcessUse {
   double cpu_s = 0;  // user and system, all threads that live and have lived
   double resident_mib = 0;
@@ -28,7 +28,7 @@ struct StatLine {
 };
 std::optional<StatLine> parse_stat_line(std::string_view line, double ticks_per_s);
 
-// What it used between two samples; of threads that were there at both, or began between.
+// The use between two samples, by threads that existed at both, or began between them.
 ProcessUse use_between(const ProcessUse& from, const ProcessUse& to);
 
 }  // namespace hairnet::load

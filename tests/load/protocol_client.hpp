@@ -22,7 +22,7 @@ struct EncodedGroom {
 // One frame of one character, as a client got it.
 struct FrameSeen {
   std::uint32_t member = 0;
-  std::uint32_t character = 0;  // one's own number; 0: another's
+  std::uint32_t character = 0;  // this client's own number; 0: another client's character
   std::uint64_t tick = 0;
   std::uint32_t stride = 1;               // ticks to its next step
   std::int64_t sample_time_local_ns = 0;  // when its pose was sampled, on our clock
@@ -50,8 +50,8 @@ class ProtocolEvents {
   ~ProtocolEvents() = default;
 };
 
-// The client's side of the protocol without I/O and clock: packets in, packets out, over as many connections as it
-// takes. Events come within on_packet (frames) and tell (all else); they do not call back.
+// The client's side of the protocol without I/O and clock: packets in, packets out, over any number of connections.
+// Events come during on_packet (frames) and tell (all others); handlers must not call back.
 class ProtocolClient {
  public:
   virtual ~ProtocolClient() = default;

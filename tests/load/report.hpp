@@ -9,7 +9,7 @@
 
 namespace hairnet::load {
 
-// What a search for the capacity found.
+// The result of a search for the capacity.
 struct CapacityPoint {
   CapacitySearch::Probe probe;
   Figures figures;  // of its measured stage
@@ -36,7 +36,7 @@ struct Report {
 
 std::string machine_name();
 
-// Of one run: what came of its thresholds, and whether it is trusted.
+// The verdicts on one run: its thresholds, and whether it is trusted.
 std::vector<Verdict> judge_run(const std::vector<Requirement>& requirements, const RunResult& run);
 
 std::string to_json_text(const Report& report);

@@ -10,7 +10,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 double rounded(double value) {
-  // Six digits: what was measured has no more, and files stay small.
+  // Six digits: measurements are no more precise, and files stay small.
   char text[32];
   std::snprintf(text, sizeof text, "%.6g", value);
   return std::strtod(text, nullptr);

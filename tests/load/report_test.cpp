@@ -17,7 +17,7 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-// Empty when every element is closed in order and no attribute or text has a stray < or &; else what is wrong.
+// Empty when every element is closed in order and no attribute or text has a stray < or &; else the fault.
 std::string markup_fault(std::string_view html) {
   std::vector<std::string> open;
   for (std::size_t at = 0; at < html.size(); ++at) {
@@ -81,7 +81,7 @@ Report sample_report() {
   return report;
 }
 
-TEST(Page, IsWellFormedAndNeedsNothingBesideItself) {
+TEST(Page, is_well_formed_and_self_contained) {
   const std::string page = to_page(sample_report());
   EXPECT_EQ(markup_fault(page), "");
   for (const char* outside : {"http:", "https:", "//", "<script", "<link", "<img", "@import", "url("})
@@ -93,7 +93,7 @@ TEST(Page, IsWellFormedAndNeedsNothingBesideItself) {
     EXPECT_THAT(page, HasSubstr(part));
 }
 
-TEST(Page, IsWellFormedWithoutAnythingToShow) {
+TEST(Page, is_well_formed_without_data) {
   Report report;
   EXPECT_EQ(markup_fault(to_page(report)), "");
   report.runs.emplace_back();
@@ -101,7 +101,7 @@ TEST(Page, IsWellFormedWithoutAnythingToShow) {
   EXPECT_THAT(to_page(report), HasSubstr("nothing to show"));
 }
 
-TEST(Page, ItsCheckerFindsFaults) {
+TEST(Page, page_checker_finds_faults) {
   EXPECT_NE(markup_fault("<p><b></p></b>"), "");
   EXPECT_NE(markup_fault("<p>a & b</p>"), "");
   EXPECT_NE(markup_fault("<p class=\"x>y</p>"), "");
@@ -109,7 +109,7 @@ TEST(Page, ItsCheckerFindsFaults) {
   EXPECT_EQ(markup_fault("<p class=\"x\">a &amp; b</p>"), "");
 }
 
-TEST(JsonReport, HoldsFiguresAndAPlanThatCanBeRunAgain) {
+TEST(JsonReport, contains_figures_and_a_plan_that_can_be_run_again) {
   const Report report = sample_report();
   const std::string text = to_json_text(report);
   const auto json = nlohmann::json::parse(text);
@@ -123,7 +123,7 @@ TEST(JsonReport, HoldsFiguresAndAPlanThatCanBeRunAgain) {
   EXPECT_EQ(to_json_text(*plan), to_json_text(report.runs[0].plan));
 }
 
-TEST(Chart, TicksAreRoundAndSpanTheValues) {
+TEST(Chart, ticks_are_round_and_span_the_values) {
   EXPECT_EQ(ticks(0, 10, 5, false), (std::vector<double>{0, 2, 4, 6, 8, 10}));
   EXPECT_EQ(ticks(-1, 1, 4, false), (std::vector<double>{-1, -0.5, 0, 0.5, 1}));
   EXPECT_EQ(ticks(1, 1000, 5, true), (std::vector<double>{1, 10, 100, 1000}));
@@ -131,7 +131,7 @@ TEST(Chart, TicksAreRoundAndSpanTheValues) {
   EXPECT_TRUE(ticks(0, std::nan(""), 5, false).empty());
 }
 
-TEST(LiveView, DrawsAScreenOfFixedHeightAndALineOfOne) {
+TEST(LiveView, draws_a_screen_of_fixed_height_and_a_line_of_one) {
   RunProgress progress;
   progress.duration_s = 10;
   const auto height = std::ranges::count(to_screen(progress), '\n');
@@ -143,7 +143,7 @@ TEST(LiveView, DrawsAScreenOfFixedHeightAndALineOfOne) {
   EXPECT_EQ(std::ranges::count(to_line(progress), '\n'), 1);
 }
 
-TEST(BadClient, ItsPacketsRepeatWithTheSeedAndMostAreRefused) {
+TEST(BadClient, packets_repeat_with_the_seed_and_most_are_refused) {
   Random a(4), b(4);
   int refused = 0;
   for (int i = 0; i < 300; ++i) {
@@ -160,7 +160,7 @@ int exit_code_of(std::vector<const char*> words) {
   return std::holds_alternative<int>(parsed) ? std::get<int>(parsed) : -1;
 }
 
-TEST(Options, UsageIsStatusTwoAndHelpIsNone) {
+TEST(Options, usage_error_is_status_two_and_help_is_zero) {
   testing::internal::CaptureStderr();
   testing::internal::CaptureStdout();
   EXPECT_EQ(exit_code_of({"--help"}), 0);
@@ -183,7 +183,7 @@ TEST(Options, UsageIsStatusTwoAndHelpIsNone) {
   EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("hairnet-load: "));
 }
 
-TEST(Options, CommandLineGoesBeforeThePlan) {
+TEST(Options, command_line_goes_before_the_plan) {
   std::vector<const char*> words{
       "hairnet-load",        "--preset", "smoke",  "--stage", "steady:5s:clients=3", "--seed", "9", "--groom",
       "made:bob,made:short", "--spawn",  "server", "--",      "--workers",           "2"};

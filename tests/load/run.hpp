@@ -32,7 +32,7 @@ struct RunOptions {
   const std::atomic<bool>* stop = nullptr;  // set: the run ends early
 };
 
-// What is seen while it runs, twice a second.
+// The state of a run for display, twice a second.
 struct RunProgress {
   double time_s = 0, duration_s = 0;
   std::string stage;
@@ -48,7 +48,7 @@ struct StageResult {
   Figures figures;
   StageTally tally;
   ProcessUse own, server;
-  Exposition server_metrics;  // as exposition_between says; empty when there are none
+  Exposition server_metrics;  // from exposition_between; empty without samples
 };
 
 struct ProcessPoint {

@@ -48,7 +48,7 @@ class ScheduleBuilder {
     storm(stage);
   }
 
-  // Evenly over the spread; who came last goes first.
+  // Spreads changes evenly over the time; the client that came last leaves first.
   void go_to(std::vector<std::uint32_t>& group, std::uint32_t count, double spread_s,
              std::optional<Misbehaviour> misbehaviour) {
     const std::size_t from = group.size();
@@ -62,7 +62,7 @@ class ScheduleBuilder {
     }
   }
 
-  // Poisson, once all are there (so not in a ramp): each time someone leaves, and someone else comes.
+  // Poisson, once all clients have arrived (so not in a ramp): each time one client leaves, and another one comes.
   void churn(const Stage& stage, double from_s) {
     if (stage.churn_hz <= 0 || people_.empty()) return;
     for (double t = from_s + wait_s(stage.churn_hz); t < stage.duration_s; t += wait_s(stage.churn_hz)) {

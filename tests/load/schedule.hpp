@@ -8,15 +8,15 @@
 
 namespace hairnet::load {
 
-// What a client does at its intended time, from the plan's begin. Clients are numbered from 0 and never return as
-// another's number.
+// The action of a client at its intended time, counted from the plan's begin. Clients are numbered from 0; a number is
+// never used for another client.
 struct Action {
   enum class Kind : std::uint8_t { join, leave, vanish, lose_connection, set_characters };
   std::int64_t at_ns = 0;
-  Kind kind = Kind::join;  // leave: says goodbye. vanish: goes without. lose_connection: and is back at once
+  Kind kind = Kind::join;  // leave: sends goodbye. vanish: leaves without. lose_connection: returns at once
   std::uint32_t client = 0;
   std::uint32_t place = 0;                   // join: the place of the client it replaces, else the next free one
-  std::optional<Misbehaviour> misbehaviour;  // of who joins
+  std::optional<Misbehaviour> misbehaviour;  // of a client that joins
   std::uint32_t characters = 0;              // join and set_characters: how many the client has from now on
   std::size_t stage = 0;
   friend bool operator==(const Action&, const Action&) = default;

@@ -32,7 +32,7 @@ std::size_t population(const std::vector<Action>& schedule, double time_s) {
   return there.size();
 }
 
-TEST(Schedule, RampsEvenlyThenHoldsAndGoesDownAgain) {
+TEST(Schedule, ramps_evenly_then_stays_and_goes_down_again) {
   const auto schedule =
       make_schedule(plan_of({"ramp:10s:clients=100", "steady:10s", "ramp:10s:clients=20", "steady:1s"}));
   EXPECT_EQ(population(schedule, 0), 0u);
@@ -43,19 +43,19 @@ TEST(Schedule, RampsEvenlyThenHoldsAndGoesDownAgain) {
   EXPECT_EQ(population(schedule, 30.5), 20u);
 }
 
-TEST(Schedule, ASpikeComesAtOnce) {
+TEST(Schedule, spike_comes_at_once) {
   const auto schedule = make_schedule(plan_of({"steady:5s:clients=10", "spike:5s:clients=60"}));
   EXPECT_EQ(population(schedule, 4.99), 10u);
   EXPECT_EQ(population(schedule, 5.03), 60u);
 }
 
-TEST(Schedule, TheSameSeedRepeatsAndAnotherDoesNot) {
+TEST(Schedule, the_same_seed_repeats_and_another_does_not) {
   const std::vector<std::string> stages{"ramp:2s:clients=20,slow=2", "steady:20s:churn=3,storm=50%"};
   EXPECT_EQ(make_schedule(plan_of(stages)), make_schedule(plan_of(stages)));
   EXPECT_NE(make_schedule(plan_of(stages)), make_schedule(plan_of(stages, 2)));
 }
 
-TEST(Schedule, ChurnKeepsThePopulationAndItsRate) {
+TEST(Schedule, churn_keeps_the_population_and_its_rate) {
   const auto schedule = make_schedule(plan_of({"ramp:1s:clients=50", "steady:1000s:churn=2"}));
   for (const double time_s : {10.0, 500.0, 999.0}) EXPECT_EQ(population(schedule, time_s), 50u) << time_s;
   const double left = static_cast<double>(count(schedule, Action::Kind::leave) + count(schedule, Action::Kind::vanish));
@@ -64,7 +64,7 @@ TEST(Schedule, ChurnKeepsThePopulationAndItsRate) {
   EXPECT_GT(count(schedule, Action::Kind::vanish), left / 3);
 }
 
-TEST(Schedule, NobodyLeavesBeforeComing) {
+TEST(Schedule, no_client_leaves_before_it_comes) {
   const auto schedule = make_schedule(
       plan_of({"steady:4s:clients=30,churn=50,storm=1", "spike:2s:clients=5,churn=20", "ramp:3s:clients=40"}));
   std::set<std::uint32_t> there;
@@ -77,7 +77,7 @@ TEST(Schedule, NobodyLeavesBeforeComing) {
   }
 }
 
-TEST(Schedule, AStormTakesItsShareOnceEach) {
+TEST(Schedule, reconnect_storm_takes_each_client_of_its_share_once) {
   const auto schedule = make_schedule(plan_of({"ramp:1s:clients=40", "steady:10s:storm=25%"}));
   std::set<std::uint32_t> lost;
   for (const Action& action : schedule) {
@@ -88,7 +88,7 @@ TEST(Schedule, AStormTakesItsShareOnceEach) {
   EXPECT_EQ(lost.size(), 10u);
 }
 
-TEST(Schedule, MisbehavingClientsComeBesideTheOthersAndGo) {
+TEST(Schedule, misbehaving_clients_come_beside_other_clients_and_go) {
   const auto schedule = make_schedule(plan_of({"steady:2s:clients=20,slow=10%,flood=3", "steady:2s:slow=0,flood=0"}));
   std::map<Misbehaviour, int> joined;
   for (const Action& action : schedule)
@@ -99,7 +99,7 @@ TEST(Schedule, MisbehavingClientsComeBesideTheOthersAndGo) {
   EXPECT_EQ(count(schedule, Action::Kind::leave) + count(schedule, Action::Kind::vanish), 5u);
 }
 
-TEST(Schedule, CharactersOfThoseThereChangeWithTheStage) {
+TEST(Schedule, characters_of_present_clients_change_with_the_stage) {
   const auto schedule = make_schedule(plan_of({"steady:2s:clients=3,characters=1", "steady:2s:characters=5"}));
   ASSERT_EQ(count(schedule, Action::Kind::set_characters), 3u);
   for (const Action& action : schedule) {

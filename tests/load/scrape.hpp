@@ -7,8 +7,8 @@
 
 namespace hairnet::load {
 
-// GET /metrics; `done` gets what came within a second, nothing when it was no exposition. Does not block; `io` outlives
-// it.
+// GET /metrics; `done` gets the answer if it comes within a second, and nothing if it is not valid. Does not block;
+// `io` must outlive it.
 void scrape(boost::asio::io_context& io, const boost::asio::ip::tcp::endpoint& server,
             std::function<void(Exposition)> done);
 

@@ -13,8 +13,8 @@ namespace hairnet::load {
 // A server of our own, on a port that it picks; stopped by SIGTERM, later by SIGKILL, when this is destroyed.
 class SpawnedServer {
  public:
-  // `program` and its arguments; --bind, --port and --port-file are added. Waits until it listens, 20 s at most.
-  // What it prints goes to `log`, a file.
+  // Starts `program` with its arguments, and adds --bind, --port and --port-file. Waits until it listens, 20 s at most.
+  // Its output goes to the file `log`.
   static Result<std::unique_ptr<SpawnedServer>> start(const std::string& program,
                                                       const std::vector<std::string>& arguments,
                                                       const std::string& log);

@@ -32,11 +32,11 @@ inline constexpr std::uint32_t kClientCountMax = 20'000;
 inline constexpr std::uint32_t kCharactersPerClientMax = 4096;
 inline constexpr double kStageDurationMax_s = 7 * 24 * 3600.0;
 
-// A part of the plan: the population it goes to, and what happens meanwhile. Names are unique in a plan.
-//   ramp    goes there evenly over its duration; not measured unless it says so
-//   steady  goes there in the first second, and stays
-//   spike   goes there at once
-//   soak    as steady, for long: what grows meanwhile is of interest
+// A part of the plan: its target population, and its events. Names are unique in a plan.
+//   ramp    reaches the target evenly over its duration; not measured by default
+//   steady  reaches it in the first second, and stays
+//   spike   reaches it at once
+//   soak    like steady, for a long time, to find what grows
 struct Stage {
   StageKind kind = StageKind::steady;
   std::string name;
@@ -51,8 +51,8 @@ struct Stage {
   std::array<Headcount, kMisbehaviourCount> misbehaving{};
 };
 
-// KIND:DURATION[:KEY=VALUE,...]. What is not said is as in the stage before, but churn, storm, warm and measured.
-// One line says what is wrong.
+// Parses KIND:DURATION[:KEY=VALUE,...]. Missing keys are taken from the stage before, except churn, storm, warm and
+// measured. The error is one line.
 Result<Stage> parse_stage(std::string_view text, const Stage* before);
 // What parse_stage takes, with every key.
 std::string to_text(const Stage& stage);

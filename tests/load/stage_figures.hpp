@@ -10,13 +10,13 @@
 
 namespace hairnet::load {
 
-// What the figures of a stage are made from.
+// The input for the figures of a stage.
 struct StageInputs {
   const StageTally* tally = nullptr;
   double duration_s = 0;                  // measured, without warm-up
   std::optional<ProcessUse> own, server;  // used meanwhile
   double server_resident_growth_mib = 0;
-  double pose_delay_ms = 0;  // the server's own, as it says
+  double pose_delay_ms = 0;  // the server's own delay
   std::uint64_t frames_checked = 0, check_failures = 0;
 };
 

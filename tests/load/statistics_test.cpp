@@ -19,7 +19,7 @@ using testing::HasSubstr;
 
 constexpr std::int64_t kMs = 1'000'000;
 
-TEST(LatencyHistogram, QuantilesAreThoseOfTheSortedTimesWithinABin) {
+TEST(LatencyHistogram, quantiles_equal_those_of_sorted_times_within_a_bin) {
   LatencyHistogram histogram;
   std::vector<double> sorted_ms;
   Random random(3);
@@ -38,7 +38,7 @@ TEST(LatencyHistogram, QuantilesAreThoseOfTheSortedTimesWithinABin) {
   EXPECT_NEAR(histogram.min_ms(), sorted_ms.front(), 1e-5);
 }
 
-TEST(LatencyHistogram, IsZeroWhenEmptyAndTakesAnyTime) {
+TEST(LatencyHistogram, is_zero_when_empty_and_takes_any_time) {
   LatencyHistogram histogram;
   EXPECT_EQ(histogram.quantile_ms(0.5), 0);
   EXPECT_EQ(histogram.mean_ms(), 0);
@@ -49,7 +49,7 @@ TEST(LatencyHistogram, IsZeroWhenEmptyAndTakesAnyTime) {
   EXPECT_GT(histogram.quantile_ms(1), 1e9);
 }
 
-TEST(LatencyHistogram, MergedIsAsRecordedTogether) {
+TEST(LatencyHistogram, merged_histograms_equal_one_recorded_together) {
   LatencyHistogram a, b, both;
   for (int i = 1; i <= 100; ++i) {
     (i % 3 ? a : b).record(i * kMs);
@@ -61,7 +61,7 @@ TEST(LatencyHistogram, MergedIsAsRecordedTogether) {
   for (const double share : {0.01, 0.5, 0.99}) EXPECT_DOUBLE_EQ(a.quantile_ms(share), both.quantile_ms(share));
 }
 
-TEST(LatencyHistogram, ItsTailFallsToNothing) {
+TEST(LatencyHistogram, tail_falls_to_zero) {
   LatencyHistogram histogram;
   for (int i = 1; i <= 1000; ++i) histogram.record(i * kMs);
   const auto tail = histogram.tail(50);
@@ -82,14 +82,14 @@ Plan two_stages() {
   return plan;
 }
 
-TEST(Tally, PutsWhatHappenedWhereItBelongs) {
+TEST(Tally, counts_events_in_their_windows) {
   constexpr std::int64_t kBegin = 1'000'000 * kMs;
   Tally tally(two_stages(), kBegin);
   const auto at = [](double s) { return kBegin + static_cast<std::int64_t>(s * 1e9); };
-  tally.count(at(1), &Counts::frames_missed, 5);  // warm-up: nobody's
+  tally.count(at(1), &Counts::frames_missed, 5);  // warm-up: does not count
   tally.count(at(3), &Counts::frames_missed, 2);
   tally.count(at(12), &Counts::frames_missed, 3);
-  tally.count(at(25), &Counts::frames_missed, 9);  // after the end: nobody's
+  tally.count(at(25), &Counts::frames_missed, 9);  // after the end: does not count
   tally.count(at(2), &Counts::frames_missed, 1);   // time may go back: an edge is the later part's
   tally.record_answer(at(9.9), at(12), 1);         // the stage that the pose was captured in
   tally.record_unanswered(at(15), at(20), 2);
@@ -101,7 +101,7 @@ TEST(Tally, PutsWhatHappenedWhereItBelongs) {
   EXPECT_NEAR(tally.stage(1).latency.max_ms(), 5000, 1e-6);
 }
 
-TEST(Tally, WindowsCoverTheRunAndSumToIt) {
+TEST(Tally, windows_cover_the_run_and_sum_to_it) {
   Tally tally(two_stages(), 0);
   std::uint64_t frames = 0;
   for (int ms = 0; ms < 20'000; ms += 10) {
@@ -125,7 +125,7 @@ TEST(Tally, WindowsCoverTheRunAndSumToIt) {
   EXPECT_EQ(tally.stage(1).counts.frames_by_stride[1], tally.stage(1).counts.frames);
 }
 
-TEST(StageFigures, AreRatesOfWhatWasCounted) {
+TEST(StageFigures, are_rates_of_counts) {
   StageTally tally;
   tally.counts.frames = 980;
   tally.counts.frames_missed = 20;
@@ -163,7 +163,7 @@ TEST(StageFigures, AreRatesOfWhatWasCounted) {
   EXPECT_EQ(figures.count("server_cpu_cores"), 0u);
 }
 
-TEST(Requirement, ReadsEveryRelation) {
+TEST(Requirement, reads_every_relation) {
   const auto holds_for = [](const char* text, double value) {
     const auto requirement = parse_requirement(text);
     EXPECT_TRUE(requirement) << text;
@@ -183,7 +183,7 @@ TEST(Requirement, ReadsEveryRelation) {
   EXPECT_EQ(staged->figure, "error.closed_reset");
 }
 
-TEST(Requirement, RefusesWhatIsNone) {
+TEST(Requirement, refuses_invalid_requirements) {
   for (const char* text : {"", "latency", "latency=40", "<40", "latency<", "latency<x", "latency<40ms", "latency<nan",
                            "latency<inf", "/latency<4", "a b<3", "Latency<4", "latency<<4", "a/b/c<4"}) {
     const auto requirement = parse_requirement(text);
@@ -192,7 +192,7 @@ TEST(Requirement, RefusesWhatIsNone) {
   }
 }
 
-TEST(Requirement, IsOfAllMeasuredStagesOrOfOne) {
+TEST(Requirement, applies_to_all_measured_stages_or_to_one) {
   const Figures good{{"x", 1}}, bad{{"x", 9}};
   const std::vector<NamedFigures> stages{{"ramp", false, &bad}, {"steady", true, &good}, {"storm", true, &bad}};
   const auto judged = [&](const char* text) { return judge({parse_requirement(text).value()}, stages); };
@@ -208,7 +208,7 @@ TEST(Requirement, IsOfAllMeasuredStagesOrOfOne) {
   EXPECT_FALSE(judged("steady/y<5")[0].value);
 }
 
-TEST(ProcessSampler, ReadsNamesWithSpacesAndParentheses) {
+TEST(ProcessSampler, reads_names_with_spaces_and_parentheses) {
   const auto line =
       parse_stat_line("42 (a (b) c) S 1 42 42 0 -1 4194560 100 0 0 0 250 150 0 0 20 0 4 0 1000 100000 500 184", 100);
   ASSERT_TRUE(line);
@@ -218,13 +218,13 @@ TEST(ProcessSampler, ReadsNamesWithSpacesAndParentheses) {
     EXPECT_FALSE(parse_stat_line(bad, 100)) << bad;
 }
 
-TEST(ProcessSampler, TakesWhatHasEndedForNone) {
+TEST(ProcessSampler, treats_an_ended_process_as_none) {
   for (const char* ended : {"42 (x) Z 1 42 42 0 -1 4227084 100 0 0 0 250 150 0 0 20 0 1 0 1000 0 0 184",
                             "42 (x) X 1 42 42 0 -1 4227084 100 0 0 0 250 150 0 0 20 0 1 0 1000 0 0 184"})
     EXPECT_FALSE(parse_stat_line(ended, 100)) << ended;
 }
 
-TEST(ProcessSampler, SeesThisProcessAndNoOtherThatIsNone) {
+TEST(ProcessSampler, sees_this_process_and_no_ended_one) {
   const auto before = sample_process(getpid());
   ASSERT_TRUE(before);
   EXPECT_GT(before->resident_mib, 1);
@@ -242,7 +242,7 @@ TEST(ProcessSampler, SeesThisProcessAndNoOtherThatIsNone) {
   EXPECT_FALSE(sample_process(0x3fffffff));
 }
 
-TEST(Exposition, ReadsSamplesAndHowTheyGrew) {
+TEST(Exposition, reads_samples_and_their_growth) {
   const Exposition from = parse_exposition(
       "# HELP hairnet_ticks_total ticks\n# TYPE hairnet_ticks_total counter\nhairnet_ticks_total 100\n"
       "hairnet_tick_seconds_sum 1.5\nhairnet_tick_seconds_count 100\nhairnet_rooms 3\n");
@@ -257,14 +257,14 @@ TEST(Exposition, ReadsSamplesAndHowTheyGrew) {
   EXPECT_NEAR(grown.at("hairnet_tick_seconds_mean"), 0.005, 1e-12);
 }
 
-TEST(Exposition, TakesOnlyAGoodAnswer) {
+TEST(Exposition, accepts_only_a_valid_answer) {
   EXPECT_EQ(http_body("HTTP/1.1 200 OK\r\nContent-Type: text/plain\r\n\r\nx 1\n"), "x 1\n");
   EXPECT_EQ(http_body("HTTP/1.1 404 Not Found\r\n\r\nx 1\n"), "");
   EXPECT_EQ(http_body("\x20\x00\x00\x00HNET"), "");
   EXPECT_EQ(http_body(""), "");
 }
 
-TEST(FrameCheck, FindsEachKindOfFault) {
+TEST(FrameCheck, finds_each_kind_of_fault) {
   const auto failures_of = [](auto change) {
     FrameCheck check(1, 1);
     Pose pose = rigid_pose(RigidTransform{});
@@ -305,7 +305,7 @@ TEST(FrameCheck, FindsEachKindOfFault) {
             Names{"node_count_changed"});
 }
 
-TEST(FrameCheck, ExpectsHairAtRestToBeThereStillWhenTheServerIsBack) {
+TEST(FrameCheck, expects_resting_hair_unchanged_when_the_server_is_back) {
   const auto failures_of = [](int jump) {
     FrameCheck check(1, 1);
     const Pose pose = rigid_pose(RigidTransform{});
@@ -331,7 +331,7 @@ TEST(FrameCheck, ExpectsHairAtRestToBeThereStillWhenTheServerIsBack) {
   EXPECT_EQ(failures_of(11).at("moves_at_rest"), 1u);
 }
 
-TEST(FrameCheck, LooksAtItsShareOnly) {
+TEST(FrameCheck, checks_its_share_only) {
   FrameCheck check(5, 0.25);
   const Pose pose = rigid_pose(RigidTransform{});
   FrameSeen frame;

@@ -12,7 +12,7 @@ std::string escaped(std::string_view text);
 
 struct ChartLine {
   std::string label;
-  std::vector<std::pair<double, double>> points;  // x ascending; what is not finite breaks the line
+  std::vector<std::pair<double, double>> points;  // x ascending; a value that is not finite breaks the line
 };
 struct ChartBand {
   double from = 0, to = 0;
@@ -20,7 +20,7 @@ struct ChartBand {
 };
 struct Chart {
   std::string title, x_label, y_label;
-  bool log_x = false, log_y = false;  // then what is not above 0 is left out
+  bool log_x = false, log_y = false;  // then values of 0 and below are left out
   bool stacked = false;               // areas on one another, in order; all lines have the same x
   std::vector<ChartLine> lines;
   std::vector<ChartBand> bands;  // parts of the x axis, shaded in turn

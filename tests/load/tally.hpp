@@ -16,7 +16,7 @@ namespace hairnet::load {
 
 inline constexpr std::array<std::uint32_t, 3> kStrides{1, 2, 4};
 
-// What was counted over a time, of the well-behaved clients but for `bad_client_ends`.
+// Counts over a time, of the well-behaved clients except for `bad_client_ends`.
 struct Counts {
   std::uint64_t poses_intended = 0;  // one a character
   std::uint64_t poses_sent = 0;
@@ -27,7 +27,7 @@ struct Counts {
   std::uint64_t frames = 0;         // of own characters
   std::uint64_t frames_missed = 0;  // by tick and stride
   std::uint64_t frames_of_others = 0;
-  std::uint64_t frames_undecodable = 0;     // what they refer to was missing, or their bytes were wrong
+  std::uint64_t frames_undecodable = 0;     // a frame that they refer to was missing, or their bytes were wrong
   std::uint64_t resumes = 0, restarts = 0;  // lost connections after which the server had the session, or had not
   std::uint64_t frames_discontinuous = 0;
   std::array<std::uint64_t, kLevelCount> frames_by_level{};  // own and others'
@@ -109,7 +109,7 @@ class Tally {
 
   std::int64_t begin_ns_, window_ns_;
   std::vector<std::int64_t> ends_ns_;  // of the parts: each stage's warm-up and rest, in turn
-  std::vector<StageTally> stages_;     // as `ends_ns_`, and what comes after the end
+  std::vector<StageTally> stages_;     // like `ends_ns_`, and one for events after the end
   std::size_t newest_ = 0;             // part of the latest time seen
   LatencyHistogram lag_;
   std::int64_t window_count_max_ = 0;

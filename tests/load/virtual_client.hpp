@@ -24,7 +24,7 @@ class FrameWatcher {
   virtual void on_frame(std::uint32_t client, const FrameSeen& frame, std::size_t groom) = 0;
 };
 
-// What all virtual clients share. Outlives them.
+// The data that all virtual clients share. Outlives them.
 struct ClientContext {
   std::uint64_t seed = 1;
   double pose_hz = 72;
@@ -40,15 +40,15 @@ struct ClientContext {
   std::function<void(std::uint32_t client, std::int64_t at_ns)> wake;
 };
 
-// One virtual client. It acts at the times that the plan intends, independently of what the server does.
+// One virtual client. It acts at the times of the plan, independently of the server.
 class VirtualClient {
  public:
   virtual ~VirtualClient() = default;
-  // Does what is due; the next time something is, or kNever_ns.
+  // Does the work that is due; returns the time of the next work, or kNever_ns.
   virtual std::int64_t act(std::int64_t now_ns) = 0;
   virtual void set_characters(std::uint32_t characters, const std::vector<LevelIndex>& levels, std::int64_t now_ns) = 0;
   virtual void lose_connection(std::int64_t intended_ns, std::int64_t now_ns) = 0;
-  // What is still unanswered is counted.
+  // Leaves, and counts everything that is still unanswered.
   virtual void leave(bool politely, std::int64_t now_ns) = 0;
   [[nodiscard]] virtual bool gone() const = 0;  // has left, and may be destroyed
   // 0 for a client that does not count.

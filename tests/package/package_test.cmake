@@ -14,7 +14,7 @@ run(${CMAKE_COMMAND} -S ${OUTSIDE} -B ${SCRATCH}/outside -G ${GENERATOR} -DCMAKE
     -DCMAKE_PREFIX_PATH=${SCRATCH}/installed -DCMAKE_CXX_FLAGS=${FLAGS} -DHEADERS=${HEADERS})
 run(${CMAKE_COMMAND} --build ${SCRATCH}/outside)
 run(${SCRATCH}/outside/outside)
-# An installed package must not lean on the tree it came from.
+# An installed package must not need the tree that it came from.
 file(GLOB scripts ${SCRATCH}/installed/lib/cmake/hairnet/*.cmake ${SCRATCH}/installed/lib/*/cmake/hairnet/*.cmake)
 if(NOT scripts)
   message(FATAL_ERROR "no package scripts were installed")

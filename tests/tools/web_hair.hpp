@@ -4,7 +4,7 @@
 
 namespace hairnet {
 
-// What core, link and render make of hair, for the web client to be held to.
+// Results of core and link for hair, which the web client must reproduce.
 
 // FFD in double (reference_deform) of points in and out of lattices, with tangents; both kinds.
 nlohmann::ordered_json ffd_cases();

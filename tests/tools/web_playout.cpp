@@ -21,8 +21,8 @@ constexpr std::int64_t kTick_ns = 33'333'333;
 
 constexpr float kReach_m = 0.25f;  // of lattices; some points lie beyond
 
-// High and medium are two grids. A server and the line to its client, as a play-out sees them; what happens is written
-// down with what comes of it.
+// High and medium are two grids. A server and its connection to a client, as a play-out sees them; the scene is written
+// with its results.
 class Scene {
  public:
   explicit Scene(std::uint64_t seed) : random_(seed) {

@@ -22,7 +22,7 @@ class WebRandom {
   std::size_t below(std::size_t count) { return static_cast<std::size_t>(random_.next() % count); }
   // About two in three nodes are active, and each of the others follows one to three of them.
   LevelGeometry geometry(const std::array<int, 3>& dims);
-  // A grid of 5 x 5 x 5 that holds most of the points.
+  // A grid of 5 x 5 x 5 that contains most of the points.
   LevelGeometry geometry_around(std::span<const Vec3f> points);
 
  private:

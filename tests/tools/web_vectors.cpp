@@ -15,8 +15,8 @@
 #include "tests/tools/web_hair.hpp"
 #include "tests/tools/web_messages.hpp"
 
-// Writes what the C++ libraries make of packets, frames, grooms and hair, for the web client's tests to be held to; and
-// reads the packets that those tests encoded.
+// Writes the results of the C++ libraries for packets, frames, grooms and hair, which the web client's tests must
+// reproduce; and reads the packets that those tests encoded.
 namespace hairnet {
 namespace {
 
@@ -26,7 +26,7 @@ constexpr std::size_t kPacketsOfAKind = 12;
 constexpr std::size_t kSpoiltPackets = 6000;
 constexpr std::int64_t kExactTime_ns = std::int64_t{1} << 52;
 
-// Numbers that a double holds exactly, and what a client's own checks let through.
+// Numbers that a double represents exactly, and values that a client's own checks accept.
 struct Tame {
   void operator()(wire::Hello& m) const { m.room = "hall-2.b_" + std::to_string(m.room.size()); }
   void operator()(wire::GroomOffer& m) const { m.byte_count = 1 + m.byte_count % 1'000'000; }
@@ -130,7 +130,8 @@ std::string fault_of(const Json& encoded) {
   return std::to_string(decoded.envelope.clock_ns) == encoded.at("clockNs") ? "" : "another clock";
 }
 
-// What the web client's tests have encoded, [{packet, clockNs, message}], is read here as it was meant.
+// Decodes the packets that the web client's tests have encoded, [{packet, clockNs, message}], and compares the
+// messages.
 int check(const std::string& path) {
   const auto bytes = read_file(path);
   if (!bytes) {

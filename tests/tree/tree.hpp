@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-// What holds for the source tree itself: who includes whom, and that pages name what exists.
+// Rules for the source tree itself: who includes whom, and that pages name files that exist.
 namespace hairnet::tree {
 
 // Which folder may include which: one line a folder, `FOLDER: FOLDER ... <library> ...`; `any` allows everything.
@@ -16,7 +16,7 @@ IncludeRules parse_rules(std::string_view text);
 // Folders that include each other in a circle by these rules, as "a b c"; empty: none.
 std::string circle_of(const IncludeRules& rules);
 
-// Each fault is one line, `file:line: what is wrong`. Paths are relative to `root`; build outputs are left out.
+// Each fault is one line, `file:line: fault`. Paths are relative to `root`; build outputs are left out.
 std::vector<std::string> wrong_includes(const std::filesystem::path& root, const IncludeRules& rules);
 // Of every *.md: relative links and anchors that lead nowhere, and `paths` in backquotes that name no file.
 // `words`: names that look like files of the tree but are others' (demo/sheet.png, model.onnx).

@@ -33,7 +33,7 @@ TEST(Includes, have_rules_without_a_circle) {
   EXPECT_EQ(circle_of(rules()), "");
 }
 
-// A tree of one's own, to plant faults in.
+// A small tree in which faults are planted.
 class Planted : public testing::Test {
  protected:
   void write(const fs::path& path, std::string_view text) {

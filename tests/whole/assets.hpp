@@ -10,7 +10,8 @@
 
 namespace hairnet::whole {
 
-// What all trials share: grooms with as little hair as levels can be built from, a key and a folder on disk. Made once.
+// The assets of all trials: grooms with the least hair from which levels can be built, a key and a folder on disk. Made
+// once.
 struct Assets {
   struct GroomFile {
     wire::GroomHash hash{};

@@ -30,7 +30,7 @@ void BadClient::stop() {
     else
       wire->drop();
   }
-  for (const std::weak_ptr<SimulatedConnection>& left : left_) {  // what they have left unsent would come long after
+  for (const std::weak_ptr<SimulatedConnection>& left : left_) {  // their unsent bytes would arrive long after
     if (const auto wire = left.lock(); wire && !wire->all_sent()) wire->break_now({-1, random_.unit() < 0.5 ? 0 : -1});
   }
 }

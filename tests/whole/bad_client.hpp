@@ -17,16 +17,16 @@
 namespace hairnet::whole {
 
 enum class Misbehaviour : std::uint8_t {
-  silent,         // connects, and says nothing, or half a hello
+  silent,         // connects, and sends nothing, or half a hello
   noise,          // random bytes
-  mutant,         // says hello, then sound packets with bits changed
-  stranger,       // says hello, then sound messages without sense
+  mutant,         // sends a hello, then valid packets with changed bits
+  stranger,       // sends a hello, then valid messages without sense
   flood,          // more messages than may be sent
   pose_flood,     // more poses than may be sent
-  slow_reader,    // takes what it is sent slowly, or not at all
+  slow_reader,    // reads slowly, or not at all
   wrong_hello,    // wrong version, room, token or session
   groom_spoiler,  // uploads other bytes than those of the hash, or stops halfway
-  crowd,          // adds and removes as many characters as it may, and more
+  crowd,          // adds and removes as many characters as allowed, and more
   churner,        // comes and goes all the time
 };
 inline constexpr std::array<std::string_view, 11> kMisbehaviourNames{
@@ -46,7 +46,7 @@ class BadClient final : public ClientEvents {
   BadClient(Timeline& timeline, Journal& journal, ServerHost& host, BadClientPlan plan, std::uint64_t seed);
   void start(std::int64_t until_ns);
   void stop();
-  [[nodiscard]] bool has_all_arrived() const;  // nothing of what it has sent is still to arrive
+  [[nodiscard]] bool has_all_arrived() const;  // whether everything that it has sent has arrived
 
   void on_open() override;
   void on_bytes(std::span<const std::uint8_t> bytes) override;

@@ -34,7 +34,7 @@ TEST_F(Failure, a_killed_server_ends_the_client_with_a_plain_reason) {
   EXPECT_THAT(view->out(), HasSubstr("frames received"));
 }
 
-TEST_F(Failure, a_draining_server_says_so_to_its_client) {
+TEST_F(Failure, a_draining_server_sends_goodbye_to_its_client) {
   auto server = start_server();
   auto view = start_streaming("view");
   server->send(SIGTERM);
@@ -43,7 +43,7 @@ TEST_F(Failure, a_draining_server_says_so_to_its_client) {
   EXPECT_THAT(view->err(), HasSubstr("hairnet-view: the server says goodbye"));
 }
 
-TEST_F(Failure, the_server_goes_on_when_a_client_is_killed) {
+TEST_F(Failure, the_server_continues_when_a_client_is_killed) {
   auto server = start_server();
   auto first = start_streaming("first");
   first->send(SIGKILL);

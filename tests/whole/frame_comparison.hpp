@@ -40,7 +40,7 @@ struct FrameComparison {
 // `received` came over the wire, `computed` from the recording.
 FrameComparison compare(const Trace& received, const Trace& computed);
 
-// Of the last frame of each character, over its nodes.
+// RMS of the last frame of each character, over its nodes.
 std::map<std::int64_t, double> last_rms_mm(const Trace& trace);
 
 }  // namespace hairnet::whole

@@ -12,8 +12,7 @@
 
 namespace hairnet::whole {
 
-// What became of a trial: what was wrong, how often each kind of thing happened, and a hash of all that clients
-// received.
+// The record of a trial: faults, counts of each kind of event, and a hash of everything that clients received.
 class Journal {
  public:
   static constexpr std::size_t kFaultsMax = 20;

@@ -45,7 +45,7 @@ void Pipe::pump_soon() {
 
 void Pipe::pump() {
   pumping_ = false;
-  if (dead_) return;  // what waits stays: nobody takes it
+  if (dead_) return;  // waiting bytes stay: no peer takes them
   bool moved = false;
   while (unsent_bytes_ > 0 && way_bytes_ < quality_.window_bytes) {
     std::vector<std::uint8_t>& first = unsent_.front();
@@ -96,7 +96,7 @@ void Pipe::arrive(std::vector<std::uint8_t> segment) {
 }
 
 void Pipe::read() {
-  const auto self = shared_from_this();  // what is called may drop the connection
+  const auto self = shared_from_this();  // the called function may drop the connection
   while (!paused_ && !dead_ && !unread_.empty()) {
     const std::vector<std::uint8_t> segment = std::move(unread_.front());
     unread_.pop_front();

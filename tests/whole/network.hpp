@@ -19,7 +19,7 @@
 // Everything follows from a seed and runs in simulated time.
 namespace hairnet::whole {
 
-// Of one connection, either way.
+// The quality of one connection, in both directions.
 struct NetworkQuality {
   std::int64_t delay_ns = 5 * kMs;  // one way
   std::int64_t jitter_ns = 0;       // beside it, at most; order stays
@@ -29,7 +29,7 @@ struct NetworkQuality {
   std::size_t unsent_bytes_max = 64u << 10;  // with so much the sender is not writable
   bool in_small_pieces = false;              // reads may give any piece of the stream
 
-  // What it carries at least, for a small window must wait for its bytes to arrive.
+  // The least throughput: a small window must wait until its bytes arrive.
   [[nodiscard]] double least_bytes_per_s() const {
     const double arrival_s = 1e-9 * static_cast<double>(delay_ns + jitter_ns);
     return std::min(bytes_per_s,
@@ -43,7 +43,7 @@ class Pipe : public std::enable_shared_from_this<Pipe> {
   Pipe(Timeline& timeline, const NetworkQuality& quality, std::uint64_t seed);
 
   void write(std::span<const std::uint8_t> bytes);
-  void end();                                                             // after what was written
+  void end();                                                             // after the bytes written so far
   void kill();                                                            // nothing arrives any more
   void pause(bool paused);                                                // the receiver's reading
   void kill_after(std::uint64_t byte_count, std::function<void()> then);  // that arrived, counted from the first
@@ -67,7 +67,7 @@ class Pipe : public std::enable_shared_from_this<Pipe> {
   NetworkQuality quality_;
   Random random_;
   std::deque<std::vector<std::uint8_t>> unsent_;
-  std::size_t unsent_bytes_ = 0, first_sent_ = 0;  // of the first of unsent_, what is on its way
+  std::size_t unsent_bytes_ = 0, first_sent_ = 0;  // of the first of unsent_, the bytes on their way
   std::size_t way_bytes_ = 0;                      // on the way or unread
   std::deque<std::vector<std::uint8_t>> unread_;
   std::int64_t free_ns_ = 0, last_arrival_ns_ = 0;
@@ -77,7 +77,7 @@ class Pipe : public std::enable_shared_from_this<Pipe> {
   bool ended_ = false, end_sent_ = false, end_arrived_ = false, dead_ = false, paused_ = false, pumping_ = false;
 };
 
-// What a connection tells its client.
+// The events of a connection for its client.
 class ClientEvents {
  public:
   virtual ~ClientEvents() = default;
@@ -89,7 +89,7 @@ class ClientEvents {
 
 class SimulatedConnection;
 
-// Where connections are answered.
+// Accepts connections.
 class Host {
  public:
   virtual ~Host() = default;
@@ -98,7 +98,7 @@ class Host {
   [[nodiscard]] virtual std::int64_t clock_ns() const = 0;  // its own
 };
 
-// How a connection ends that neither side closes: who is told, and after how long. Less than 0: never.
+// A connection loss without a close: who notices, and after how long. Less than 0: never.
 struct ConnectionLoss {
   std::int64_t client_told_ns = 0, server_told_ns = 0;
 };
@@ -116,7 +116,7 @@ class SimulatedConnection final : public server::Connection, public std::enable_
   [[nodiscard]] bool all_sent() const { return up_->unsent_bytes() == 0; }
   [[nodiscard]] bool all_arrived() const { return up_->is_empty(); }  // or is lost
   void half_close() { up_->end(); }
-  void drop();  // the client is not called again; the server sees the end after what was written
+  void drop();  // the client is not called again; the server sees the end after the bytes written so far
   void pause_reading(bool paused) { down_->pause(paused); }
   [[nodiscard]] bool is_open() const { return open_ && !over_; }
 
@@ -137,7 +137,7 @@ class SimulatedConnection final : public server::Connection, public std::enable_
 
   [[nodiscard]] int life() const { return life_; }  // of the server that answered
   void set_life(int life) { life_ = life; }
-  [[nodiscard]] std::int64_t broken_ns() const { return broken_ns_; }  // negative: it is not, as far as it goes
+  [[nodiscard]] std::int64_t broken_ns() const { return broken_ns_; }  // negative: not broken, as far as this end knows
 
  private:
   void answer();

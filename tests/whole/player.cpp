@@ -324,7 +324,7 @@ void Player::spoil(wire::PoseSample& sample) {
       sample.capture_time_ns += static_cast<std::int64_t>(random_.between(-2e9, 2e9));
       break;
     case 6:
-      bone.position.z() = 9999;  // sound, and absurd
+      bone.position.z() = 9999;  // valid, but absurd
       break;
     default:
       sample.sequence -= static_cast<std::uint32_t>(random_.next() % 1000);

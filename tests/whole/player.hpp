@@ -14,7 +14,7 @@
 
 namespace hairnet::whole {
 
-// How a well-behaved client is made.
+// The properties of a well-behaved client.
 struct PlayerPlan {
   int number = 0;
   std::string room, token;
@@ -22,8 +22,8 @@ struct PlayerPlan {
   double pose_hz = 60;
   std::int64_t clock_offset_ns = 0;
   int clock_ppm = 0;           // its clock's drift
-  bool steady = false;         // a good network and a plain life: it is held to get every tick
-  bool sends_garbage = false;  // among its poses, until it is told to calm down
+  bool steady = false;         // a good network and simple behaviour: it must get every tick
+  bool sends_garbage = false;  // among its poses, until calm_down()
   double actions_per_s = 1;    // of all that a client may ask for
 };
 
@@ -38,7 +38,7 @@ class Player final : public ClientEvents {
   void act_at_random(std::int64_t until_ns);  // again and again
   void break_connection(const ConnectionLoss& how, std::optional<std::uint64_t> after_bytes, bool of_server);
   void pause_reading(bool paused);
-  void calm_down();  // asks for everything, plainly, and no more garbage; its connection does not break any more
+  void calm_down();  // requests everything, and sends no more garbage; its connection does not break any more
   [[nodiscard]] std::int64_t calm_since_ns() const { return calm_since_ns_; }
   [[nodiscard]] bool has_all_arrived() const;  // nothing that it sent over an earlier connection is still to arrive
   void set_moving(bool moving);
@@ -47,7 +47,7 @@ class Player final : public ClientEvents {
   [[nodiscard]] bool is_active() const { return core_ && core_->active(); }
   [[nodiscard]] std::string name() const { return "client " + std::to_string(plan_.number); }
 
-  // What it has: its own characters, as confirmed, by number; and all of its room by who they are.
+  // The characters that it knows: its own confirmed ones by number, and those of its room by owner.
   struct Member {
     server::CharacterKey key = 0;
     wire::GroomHash groom{};
@@ -86,7 +86,7 @@ class Player final : public ClientEvents {
 
   [[nodiscard]] std::int64_t clock_ns() const;
   void make_core();
-  void turn();  // does what the core wants now: connect, send, close
+  void turn();  // does the core's current work: connect, send, close
   void connect();
   void wake_at(std::int64_t local_ns);
   void hear();
@@ -120,7 +120,7 @@ class Player final : public ClientEvents {
   std::map<std::uint32_t, Member> members_;
   wire::Observe observe_;
   bool sees_all_ = true;
-  std::int64_t broken_ns_ = -1;  // the connection, and nobody said goodbye
+  std::int64_t broken_ns_ = -1;  // the connection broke without a goodbye
   int broken_life_ = -1;
   std::uint64_t counted_undecodable_ = 0, counted_unknown_ = 0;
 };

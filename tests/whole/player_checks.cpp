@@ -3,14 +3,14 @@
 
 #include "tests/whole/player.hpp"
 
-// What a well-behaved client holds the server to, as it hears it.
+// The promises of a server that a well-behaved client checks.
 namespace hairnet::whole {
 namespace {
 
 using wire::ErrorReason;
 using wire::GoodbyeReason;
 
-// From a tick's run to a steady client's having its frame, beside the network's own delay.
+// From the run of a tick to the arrival of its frame at a steady client, without the network's own delay.
 constexpr std::int64_t kFrameLateness_ns = 40 * kMs;
 
 }  // namespace
@@ -165,7 +165,7 @@ void Player::check(const link::FrameBatch& batch, const link::Frame& frame, Memb
   if (wire::validate_pose(frame.pose) != wire::PoseRefusal::none) fault(what + "its pose is not valid");
   if (member.last_tick && batch.tick <= *member.last_tick) fault(what + "ticks do not rise");
   if (member.own != (frame.character != 0)) fault(what + "is not whose it was");
-  // Its own hair, as it was when a server was lost, stands for what the next one has of it: none.
+  // Last known hair stands for a lattice that the new server does not have yet.
   const LevelIndex level = frame.last_known ? LevelIndex::rigid : frame.level;
   if (frame.last_known) journal_->count("frames of kept hair");
   if (frame.last_known && !member.own) fault(what + "has kept hair, and is another's");

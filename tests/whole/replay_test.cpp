@@ -72,7 +72,7 @@ TEST_F(Replay, a_damaged_recording_has_a_plain_reason) {
   finish(*cut, 1);
   EXPECT_THAT(cut->err(), HasSubstr("hairnet-sim: "));
 
-  // A bit of the last tick's state hash: everything is sound but the state.
+  // A bit of the last tick's state hash: everything is valid except the state.
   std::string changed = whole;
   std::size_t differs_at_hash = 0;
   for (std::size_t back = 1; back <= 64 && differs_at_hash == 0; ++back) {

@@ -83,7 +83,7 @@ server::Config Scenario::make_config() {
   config.pose_delay_ms = random_.between(0, 60);
   config.workers = config.build_threads = 1;
   config.ticks_behind_max = static_cast<std::uint32_t>(1 + random_.next() % 4);
-  // Of this trial alone, empty at first: what others have left there would be counted.
+  // A folder for this trial alone, empty at first: files of other trials would be counted.
   if (chance(0.5)) config.level_cache = assets().level_cache + "/" + std::to_string(seed_);
   wants_tokens_ = chance(0.3);
   if (wants_tokens_) config.token_key_file = assets().token_key_file;
@@ -215,7 +215,7 @@ void Scenario::disturb() {
     });
   }
   if (chance(0.1)) {
-    // All at once: a router restarts.
+    // All connections break at once: a router restarts.
     timeline_.at(moment(kSecond_ns, disturbed_until_ns_), [this] {
       journal_.count("all connections broken");
       for (const auto& player : players_)
@@ -253,7 +253,7 @@ std::set<server::CharacterKey> Scenario::keys_of(const std::string& room) {
   return keys;
 }
 
-// One line: what is not yet as it should be. Empty when all is.
+// One line about a part that has not recovered yet; empty when everything has.
 std::string Scenario::unsettled() {
   if (!host_->is_up()) return "the server is down";
   std::size_t character_count = 0;
@@ -277,7 +277,7 @@ std::string Scenario::unsettled() {
     for (const auto& [number, member] : player->members()) {
       const std::string whom = " of member " + std::to_string(number);
       if (member.frames == 0) return player->name() + " has no frame" + whom;
-      // It may not have been told yet that its connection is no more.
+      // The client may not have noticed the loss of its connection yet.
       if (member.last_ns < player->calm_since_ns()) return player->name() + " has no frame since all is calm" + whom;
       for (const auto& other : players_) {
         if (other->session() != server::session_of(member.key)) continue;
@@ -294,7 +294,7 @@ std::string Scenario::unsettled() {
 void Scenario::calm() {
   say("calm");
   for (const auto& misfit : bad_clients_) misfit->stop();
-  // What was sent before, over connections that are no more, may say otherwise than what is said from here on.
+  // Packets sent before, over lost connections, may contradict later ones.
   const auto has_all_arrived = [](const auto& client) { return client->has_all_arrived(); };
   const std::int64_t stopped_ns = timeline_.now_ns();
   while (!std::ranges::all_of(bad_clients_, has_all_arrived) || !std::ranges::all_of(players_, has_all_arrived)) {
@@ -320,7 +320,7 @@ void Scenario::calm() {
   say("settled after " + std::to_string((timeline_.now_ns() - begun_ns) / kMs) + " ms");
 }
 
-// How long what is sent to a player waits behind level records and what buffers hold, where its connection is slow.
+// The time that packets to a player wait behind level records and full buffers, on a slow connection.
 double Scenario::backlog_s(const Player& player) {
   const NetworkQuality& quality = player.plan().quality;
   return static_cast<double>(quality.window_bytes + quality.unsent_bytes_max + kLevelRecords_bytes) /

@@ -16,7 +16,7 @@ struct Outcome {
 
 // Runs the trial of one seed: a server, rooms, well-behaved and bad clients, and a network with disturbances for some
 // seconds. Then the disturbances stop and everything must recover; then all clients leave, and no state may be left.
-// Deterministic: the same seed comes to the same outcome. `is_verbose`: tells on standard error what it does.
+// Deterministic: the same seed gives the same outcome. `is_verbose`: prints its actions on standard error.
 Outcome run_scenario(std::uint64_t seed, bool is_verbose = false);
 
 }  // namespace hairnet::whole

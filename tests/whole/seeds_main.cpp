@@ -14,14 +14,14 @@
 
 #include "tests/whole/scenario.hpp"
 
-// Runs many seeds of tests/whole/scenario and says which came to something wrong, and what happened in all of them.
+// Runs many seeds of tests/whole/scenario and prints which of them failed, and the counts of all events.
 namespace {
 
 using hairnet::whole::Outcome;
 
 thread_local std::uint64_t current_seed = 0;
 
-// The seed of a crash, with nothing but what a signal handler may call.
+// Prints the seed of a crash, with functions that a signal handler may call.
 void tell_seed(int signal) {
   char text[64] = "crashed in seed ";
   std::size_t length = std::strlen(text);

@@ -27,7 +27,7 @@ void run_seeds(std::uint64_t first, std::uint64_t count) {
   }
 }
 
-TEST(WholeSeeds, whatever_befalls_them_a_server_and_its_clients_are_well_afterwards) {
+TEST(WholeSeeds, a_server_and_its_clients_recover_from_all_disturbances) {
   if (const auto asked = asked_seed()) return run_seeds(*asked, 1);
   run_seeds(1, kSeeds);
 }

@@ -13,7 +13,7 @@
 
 namespace hairnet::whole {
 
-// One character at one tick, as the server's World holds it.
+// One character at one tick in the server's World.
 struct GroundTruth {
   LevelIndex level = LevelIndex::rigid;
   bool asleep = false, stepped = false;
@@ -22,17 +22,17 @@ struct GroundTruth {
   std::array<std::uint64_t, codec::kErrorClassCount> nodes{}, velocities{};
 };
 
-// A machine on which servers run, one after the other: each with a clock of its own, its duties called as its threads
-// would, sometimes late. Notes what the World holds at every tick.
+// A machine on which servers run, one after the other: each with its own clock. It calls their duties like threads
+// would, sometimes late, and notes the World's state at every tick.
 class ServerHost final : public Host {
  public:
   ServerHost(Timeline& timeline, Journal& journal, const server::Config& config, std::uint64_t seed);
 
   void start();
   void kill(const ConnectionLoss& how);  // how its clients' connections end
-  void drain();                          // says goodbye to all; kill() it later
+  void drain();                          // sends a goodbye to all; call kill() later
   void stall_tick(std::int64_t until_ns) { stalled_until_ns_ = until_ns; }
-  // What the server takes its work to last, for each reading of the clock that it measures with: with much it must
+  // Sets the duration that the server measures for its work, for each reading of its clock: with a long one it must
   // lower levels.
   void set_work(std::int64_t reading_ns) { work_ns_ = reading_ns; }
 
@@ -46,9 +46,9 @@ class ServerHost final : public Host {
   }
   [[nodiscard]] const server::Config& config() const { return config_; }
 
-  // What was so in that life; null when that tick never ran or did not have the character.
+  // The state in that life; null when that tick never ran or did not have the character.
   [[nodiscard]] const GroundTruth* truth(int life, std::uint64_t tick, server::CharacterKey character) const;
-  // When a tick ran, on the timeline; negative: it was skipped.
+  // The time at which a tick ran, on the timeline; negative: it was skipped.
   [[nodiscard]] std::int64_t ran_ns(int life, std::uint64_t tick) const;
 
  private:

@@ -22,7 +22,7 @@ class Timeline {
     coming_.push({std::max(time_ns, now_ns_), ++count_, std::move(action)});
   }
   void after(std::int64_t wait_ns, Action action) { at(now_ns_ + wait_ns, std::move(action)); }
-  // All that happens before `until_ns`, or until `stop` says so between two actions.
+  // Runs all actions before `until_ns`, or until `stop` returns true between two actions.
   void run(std::int64_t until_ns, const std::function<bool()>& stop = {}) {
     while (!coming_.empty() && coming_.top().time_ns < until_ns) {
       if (stop && stop()) return;

@@ -28,7 +28,7 @@ class WholeTest : public ::testing::Test {
   void finish(Process& process, int exit_code);
   // SIGTERM, and the end of it.
   void drain(Process& server);
-  // Every frame of the trace that a client received is, within half a quantum, what a replay computed.
+  // Checks that every frame in the client's trace equals the replay's within half a quantum.
   void expect_same_frames(const std::string& received_folder, const std::string& computed_folder);
   // Until `path` is a file of at least `bytes`; false after a long while, or once `process` has ended.
   bool wait_for_file(const std::string& path, std::size_t bytes, Process& process);

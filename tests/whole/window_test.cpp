@@ -39,7 +39,7 @@ void write_hair(const std::string& file) {
 
 class WindowTest : public WholeTest {
  protected:
-  // hairnet-view on a display that nobody sees.
+  // Starts hairnet-view on a virtual display.
   std::unique_ptr<Process> start_on_display(const Arguments& more) {
     Arguments command{"/usr/bin/xvfb-run",
                       "-a",
@@ -104,7 +104,7 @@ TEST_F(WindowTest, refuses_a_file_that_is_no_hair) {
   EXPECT_THAT(view->err(), HasSubstr("not.hair"));
 }
 
-TEST_F(WindowTest, without_a_display_one_line_says_what_to_do) {
+TEST_F(WindowTest, without_a_display_one_line_explains_what_to_do) {
   unsetenv("DISPLAY");
   unsetenv("WAYLAND_DISPLAY");
   auto view = start("hairnet-view", {"--local"}, "view");
@@ -117,7 +117,7 @@ TEST_F(WindowTest, a_room_is_kept_alive_until_a_signal_and_left_with_a_goodbye) 
   auto server = start_server();
   auto view = start_view({"--no-draw", "--room", "lobby", "--character", kCharacter + ",at=0.6:0:20", "--duration",
                           "forever", "--reconnect", "forever"});
-  // It says on stderr what it does.
+  // It prints its state on stderr.
   for (int i = 0; i < 10'000 && view->running() && view->err().find("streaming") == std::string::npos; ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   ASSERT_THAT(view->err(), HasSubstr("streaming"));

@@ -11,7 +11,7 @@
 namespace hairnet {
 namespace {
 
-constexpr double kFarBelow_m = 0.07;  // the head joint: no hair of the head begins there, beards included
+constexpr double kFarBelow_m = 0.07;  // below the head joint, where no hair of the head begins, not even a beard
 
 std::string decimal(double x, int digits) {
   char text[32];
@@ -31,7 +31,7 @@ std::string check(const GroomDef& def) {
   return has_point ? std::string() : "there is no strand with a point";
 }
 
-// First points of all strands, turned and scaled but not yet shifted to the head joint.
+// First points of all strands, rotated and scaled but not yet shifted to the head joint.
 std::vector<Vec3> unshifted_roots(const GroomDef& def) {
   std::vector<Vec3> roots;
   for (const StrandFile& file : def.files) {
@@ -44,7 +44,7 @@ std::vector<Vec3> unshifted_roots(const GroomDef& def) {
   return roots;
 }
 
-// Empty when the roots make a head; else says so, and the unit that would fit.
+// Empty when the roots have the size of a head; else a warning with the unit that would fit.
 std::string size_misfit(const UnitGuess& guess, std::span<const Vec3> roots, const Placement& placement) {
   if (guess.allows(placement.unit_m)) return {};
   Vec3 low = roots.front(), high = low;
@@ -60,8 +60,8 @@ std::string size_misfit(const UnitGuess& guess, std::span<const Vec3> roots, con
          decimal(size_m.z(), 3) + " m; --unit " + decimal(guess.m, 3) + " would make it one";
 }
 
-// Neck, shoulders and trunk of a mesh that reaches below the head: the shoulders are where it widens, seen from the
-// head joint downwards. A mesh that does not widen keeps the usual joints.
+// Estimates neck, shoulders and trunk of a mesh that reaches below the head: the shoulders are where it widens, from
+// the head joint downwards. A mesh that does not widen keeps the usual joints.
 void estimate_joints(Body& body) {
   constexpr double kSlice_m = 0.01, kDeepest_m = 0.40, kShoulderHalfWidth_m = 0.10;
   std::vector<double> half_width(static_cast<std::size_t>(kDeepest_m / kSlice_m), 0.0);
@@ -82,7 +82,7 @@ void estimate_joints(Body& body) {
   set_y(Bone::upper_trunk, top - 0.12f);
 }
 
-// Turns all triangles round when more of the mesh is wound inside out than not: what is inside is told by the winding.
+// Inverts all triangles when more of the mesh is wound inside out than not, because the winding defines the inside.
 bool wind_outwards(TriangleMesh& mesh) {
   Vec3 middle = Vec3::Zero();
   for (const Vec3f& x : mesh.vertices) middle += x.cast<double>() / static_cast<double>(mesh.vertices.size());
@@ -96,7 +96,7 @@ bool wind_outwards(TriangleMesh& mesh) {
   return true;
 }
 
-// Turned and scaled but not yet shifted to the head joint.
+// Rotated and scaled but not yet shifted to the head joint.
 TriangleMesh unshifted_mesh(const GroomDef& def, std::vector<std::string>& warnings) {
   const Placement& placement = def.body_placement ? *def.body_placement : def.placement;
   TriangleMesh mesh;
@@ -115,12 +115,12 @@ Body body_of(TriangleMesh mesh, const Vec3& joint) {
   return body;
 }
 
-// A point in head axes and metres, in the coordinates of a file.
+// Converts a point in head axes and metres to the coordinates of a file.
 Vec3 to_file(const Placement& placement, const Vec3& joint) {
   return rotation_to_head(placement.up, placement.face).transpose() * joint / placement.unit_m;
 }
 
-// The head joint that a placement is given, in head axes and metres.
+// The head joint from the placement, in head axes and metres.
 std::optional<Vec3> given_joint(const Placement& placement) {
   if (!placement.origin) return {};
   return placement.unit_m * (rotation_to_head(placement.up, placement.face) * *placement.origin);
@@ -205,7 +205,7 @@ Result<ImportedGroom> assemble_groom(const GroomDef& def) {
   const std::optional<Vec3> given = given_joint(def.placement);
   const Vec3 joint = given ? *given : (skull_of_body ? *skull_of_body : skull).joint();
   if (def.body) {
-    // Without an origin of its own the mesh shares the strands' head joint.
+    // A mesh without its own origin shares the strands' head joint.
     groom.body =
         body_of(std::move(mesh), def.body_placement ? given_joint(*def.body_placement).value_or(joint) : joint);
   } else {

@@ -23,7 +23,7 @@ int find_joint(const BvhFile& file, std::string_view name) {
   return found == file.joints.end() ? kNone : static_cast<int>(found - file.joints.begin());
 }
 
-// Names in the order in which they are looked for; where a spine or neck has several joints, the uppermost comes first.
+// Names in the order of the search; where a spine or neck has several joints, the uppermost comes first.
 std::span<const std::string_view> usual_names(Bone bone) {
   static constexpr std::array<std::string_view, 1> kHead{"head"};
   static constexpr std::array<std::string_view, 3> kNeck{"neck2", "neck1", "neck"};
@@ -48,8 +48,8 @@ std::span<const std::string_view> usual_names(Bone bone) {
   return {};
 }
 
-// Whether an elbow hangs right on it. Some skeletons call the upper arm a shoulder, and arms do not carry the skin that
-// hair lies on.
+// Whether the joint's child is an elbow. Some skeletons call the upper arm a shoulder, and arms do not carry the skin
+// that hair lies on.
 bool is_upper_arm(const BvhFile& file, int joint) {
   return std::ranges::any_of(file.joints, [joint](const BvhFile::Joint& child) {
     const std::string name = plain_joint_name(child.name);
@@ -87,13 +87,14 @@ Result<JointOfBone> find_joints(const BvhFile& file, const BvhImport& import) {
   return joints;
 }
 
-// The least turn that brings `up` to +Y; a head over heels file turns about the axis its face looks along.
+// The smallest rotation from `up` to +Y; for an upside-down file it is about the axis of the face.
 Quat upright_turn(const Vec3& up, const Vec3& face) {
   if (up.y() < -0.999) return Quat(Eigen::AngleAxisd(std::numbers::pi, face));
   return Quat::FromTwoVectors(up, Vec3::UnitY());
 }
 
-// From file axes and units to the world's. Only up is turned: an actor who faces +x in the file does so in the world.
+// Converts file axes and units to the world's. It rotates only the up axis: an actor who faces +x in the file does so
+// in the world.
 class Conversion {
  public:
   explicit Conversion(const SkeletonRest& rest) : turn_(upright_turn(rest.up, rest.face)), unit_m_(rest.unit_m) {
@@ -103,7 +104,7 @@ class Conversion {
   [[nodiscard]] RigidTransform operator()(const RigidTransform& joint) const {
     return {(turn_ * joint.rotation * turn_.conjugate()).normalized(), unit_m_ * (turn_ * joint.position)};
   }
-  // From head axes to the rest pose's.
+  // Rotation from head axes to the rest pose's.
   [[nodiscard]] const Quat& facing() const { return facing_; }
 
  private:
@@ -151,7 +152,8 @@ Result<ImportedMotion> decode_bvh(std::string_view text, const BvhImport& import
   if (!rest) return Refusal(rest.error());
   warn_of_bones(imported);
 
-  // B = joint(t) joint(rest)^-1 A, A placing head space at the rest pose's head joint, facing as that does.
+  // B = joint(t) joint(rest)^-1 A, where A places head space at the rest pose's head joint, facing in the same
+  // direction.
   const Conversion convert(*rest);
   const auto at_rest = [&](std::size_t b) { return convert(rest->joint(*file, index(b))); };
   const RigidTransform A{convert.facing(), at_rest(0).position};
@@ -167,7 +169,7 @@ Result<ImportedMotion> decode_bvh(std::string_view text, const BvhImport& import
     Pose pose = completion.complete(bone(0), frame == 0 ? 0 : file->frame_time_s);
     constexpr auto kTrunk = static_cast<std::size_t>(Bone::upper_trunk);
     if ((*joints)[kTrunk] != kNone) {
-      // Shoulders and neck without a joint of their own go with the trunk that was found.
+      // Shoulders and neck without their own joint move with the trunk that was found.
       pose[Bone::left_shoulder] = pose[Bone::right_shoulder] = bone(kTrunk);
       pose[Bone::neck] = completion.neck(bone(0), bone(kTrunk).rotation);
     }

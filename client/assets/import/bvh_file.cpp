@@ -71,7 +71,8 @@ class Parser {
     return value || refuse("a number expected, found '" + shown(word) + "'");
   }
 
-  // After ROOT: the whole tree below it. A stack instead of recursion, so that nesting cannot exhaust ours.
+  // Reads the whole tree below ROOT. It uses a list instead of recursion, so that deep nesting cannot exhaust the
+  // stack.
   bool joint_tree() {
     std::vector<int> open;
     if (!open_joint(-1, open)) return false;
@@ -145,7 +146,7 @@ class Parser {
     if (file_.values_per_frame == 0) return refuse("no joint has a channel");
     if (!(file_.frame_time_s >= kFrameTimeMin_s && file_.frame_time_s <= kFrameTimeMax_s))
       return refuse("the frame time is not in [0.0001, 10] s");
-    // A value takes two characters at least, so that a false count costs no memory.
+    // A value takes two characters at least, so a false count cannot reserve much memory.
     if (frame_count > rest_.size() / (2 * file_.values_per_frame) + 1)
       return refuse(std::to_string(frame_count) + " frames do not fit into the rest of the file");
     file_.frame_count = frame_count;
@@ -187,7 +188,7 @@ RigidTransform to_world(const BvhFile& file, int joint, const float* row) {
 }
 
 std::vector<Vec3> all_positions(const BvhFile& file, const float* row) {
-  // Parents come before their children: no joint's chain is walked twice.
+  // Parents come before their children, so every joint is computed once.
   std::vector<RigidTransform> joints;
   std::vector<Vec3> positions;
   for (const BvhFile::Joint& joint : file.joints) {

@@ -10,14 +10,15 @@
 
 namespace hairnet {
 
-// A BVH file as it stands: the skeleton and a row of channel values a frame, in the file's own axes and units.
+// The contents of a BVH file: the skeleton and one row of channel values for each frame, in the file's own axes and
+// units.
 struct BvhFile {
   enum class Channel : std::uint8_t { x_position, y_position, z_position, x_rotation, y_rotation, z_rotation };
   struct Joint {
     std::string name;
     int parent = -1;  // index of an earlier joint; -1 for a root
     Vec3 offset = Vec3::Zero();
-    std::vector<Channel> channels;  // in the file's order, which is that of the rotations' product
+    std::vector<Channel> channels;  // in the file's order, which is the order of the rotations' product
     std::size_t first_value = 0;    // of its channels in a row
   };
   std::vector<Joint> joints;
@@ -26,12 +27,12 @@ struct BvhFile {
   double frame_time_s = 0;
   std::vector<float> values;  // frame by frame; positions in file units, rotations in degrees
 
-  // Joint to file world, by way of its ancestors alone (256 at most): the work does not grow with the rest of the
-  // skeleton. Position channels take the offset's place, as exporters mean them.
+  // Joint to file world, computed from its ancestors only (256 at most). Position channels replace the offset, as
+  // exporters intend.
   [[nodiscard]] RigidTransform pose(std::size_t frame, std::size_t joint) const;
   // The same with all channels at rest: rotations zero, offsets as they are.
   [[nodiscard]] RigidTransform bind_pose(std::size_t joint) const;
-  // Where all joints are, in a frame or with all channels at rest.
+  // The positions of all joints, in a frame or with all channels at rest.
   [[nodiscard]] std::vector<Vec3> positions(std::size_t frame) const;
   [[nodiscard]] std::vector<Vec3> zero_positions() const;
 };

@@ -17,7 +17,7 @@ class ByteReader {
   [[nodiscard]] std::size_t at() const { return at_; }
   [[nodiscard]] std::size_t remaining() const { return bytes_.size() - at_; }
   [[nodiscard]] bool has(std::size_t bytes) const { return bytes <= remaining(); }
-  // Whether `count` items of `item_bytes` are still there; no product that could overflow.
+  // Whether `count` items of `item_bytes` are left; the check cannot overflow.
   [[nodiscard]] bool has(std::uint64_t count, std::size_t item_bytes) const {
     return count <= remaining() / item_bytes;
   }

@@ -11,14 +11,15 @@
 namespace hairnet {
 namespace {
 
-constexpr std::size_t kSampleMax = 4000;  // points looked at: a head has no more shape than these show
+constexpr std::size_t kSampleMax = 4000;  // points in the sample: more of them do not refine the shape of a head
 constexpr int kTrialCount = 200;
 constexpr double kAxisRatioMax = 1.3;      // of an ellipsoid's axis to the sphere's radius
-constexpr double kRadiusRatioMax = 1.7;    // of a sphere's radius to the usual one, and the other way round
-constexpr double kRadiusDeviation = 0.04;  // of its logarithm: how much heads differ
-constexpr double kPointError = 0.011;      // in usual radii, at the least: where on the skin a root is
-constexpr double kBandDeviation = 0.05;    // in usual radii: how far off its middle a band may run
-constexpr double kIndependentPoints = 5;   // a head is no sphere: neighbours err alike, however many they are
+constexpr double kRadiusRatioMax = 1.7;    // of a sphere's radius to the usual one, in both directions
+constexpr double kRadiusDeviation = 0.04;  // of the radius's logarithm: how much heads differ
+constexpr double kPointError = 0.011;      // in usual radii, at least: uncertainty of a root's place on the skin
+constexpr double kBandDeviation = 0.05;    // in usual radii: how far a band may deviate from its middle
+// a head is not a sphere: errors of neighbouring points are correlated, however many there are
+constexpr double kIndependentPoints = 5;
 
 struct Sphere {
   Vec3 centre;
@@ -52,7 +53,7 @@ std::optional<Sphere> sphere_through(const std::array<Vec3, 4>& points) {
   return Sphere{points[0] + to_centre, to_centre.norm()};
 }
 
-// The two of a given radius through three points.
+// The two spheres of a given radius through three points.
 std::vector<Sphere> spheres_through(const std::array<Vec3, 4>& points, double radius) {
   const Vec3 a = points[1] - points[0], b = points[2] - points[0], normal = a.cross(b);
   const double area = normal.norm();
@@ -77,8 +78,8 @@ double median_distance(const Sphere& sphere, std::span<const Vec3> points) {
   return median(distances);
 }
 
-// Least median of squares (Rousseeuw 1984): up to half of the points may lie anywhere. Of spheres that fit alike the
-// most usual one is taken.
+// Least median of squares (Rousseeuw 1984): up to half of the points may be outliers. Of spheres that fit equally well
+// it takes the most usual one.
 std::optional<Sphere> robust_sphere(std::span<const Vec3> points, double usual_radius) {
   Draw draw;
   std::optional<Sphere> best;
@@ -108,12 +109,12 @@ std::vector<Vec3> near(const Sphere& sphere, std::span<const Vec3> points, doubl
   return out;
 }
 
-// Points of a band so narrow that they do not tell where the head's middle is across it.
+// Points of a band that is too narrow to determine the head's middle across it.
 struct RootBand {
   Vec3 middle, across;
 };
 
-// None for a patch, whose thinnest side is that towards the middle.
+// None for a patch, which is thinnest towards the middle.
 std::optional<RootBand> band_of(std::span<const Vec3> points, const Vec3& centre) {
   Vec3 mean = Vec3::Zero();
   for (const Vec3& x : points) mean += x / static_cast<double>(points.size());
@@ -134,8 +135,8 @@ double weight_of(double residual, double spread) {
   return 1 / (1 + far * far);
 }
 
-// The most probable sphere: Gauss-Newton on the weighted distances, for the centre and the radius's logarithm, which is
-// drawn to the usual one. `spread` is how far points usually lie off.
+// The most probable sphere: Gauss-Newton on the weighted distances, for the centre and the logarithm of the radius,
+// which is pulled towards the usual one. `spread` is the usual distance of points from the surface.
 void refine(Sphere& sphere, std::span<const Vec3> inliers, double spread, double usual_radius,
             const std::optional<RootBand>& band) {
   Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
@@ -161,7 +162,7 @@ void refine(Sphere& sphere, std::span<const Vec3> inliers, double spread, double
   const double radius_precision = weight_of(off, 3 * kRadiusDeviation) / (kRadiusDeviation * kRadiusDeviation);
   normal(3, 3) += radius_precision;
   right(3) -= radius_precision * off;
-  // Keeps a step that the points say nothing about small.
+  // Keeps a step small in directions that the points do not determine.
   normal.diagonal().head<3>().array() += 1 / (usual_radius * usual_radius);
   if (band) {
     const double strip_precision = std::pow(kBandDeviation * usual_radius, -2);
@@ -189,7 +190,7 @@ using Vec6 = Eigen::Matrix<double, 6, 1>;
 using Mat6 = Eigen::Matrix<double, 6, 6>;
 
 // One weighted Gauss-Newton step on the distances to the ellipsoid, for its centre and the logarithms of its axes. The
-// ridge draws the axes towards the sphere, as strongly as a tenth of the points would.
+// ridge pulls the axes towards the sphere, with the weight of a tenth of the points.
 void refine(SkullFit& fit, const Sphere& sphere, std::span<const Vec3> inliers, double spread) {
   Mat6 normal = Mat6::Zero();
   Vec6 right = Vec6::Zero();
@@ -245,7 +246,7 @@ SkullFit fit_skull_shape(std::span<const Vec3> points, double usual_radius) {
   std::optional<Sphere> sphere = sample.size() < 4 ? std::nullopt : robust_sphere(sample, usual_radius);
   if (!sphere) return usual_skull(sample, usual_radius);
 
-  // A scalp is no sphere: what lies within a fifth of the radius is still of it, whatever the median says.
+  // A scalp is not a sphere: points within a fifth of the radius belong to it, whatever the median is.
   const double spread = std::max(1.5 * median_distance(*sphere, sample), 0.02 * sphere->radius);
   SkullFit fit;
   fit.inliers = near(*sphere, sample, std::clamp(3 * spread, 0.2 * sphere->radius, 0.35 * sphere->radius));

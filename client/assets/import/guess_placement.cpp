@@ -16,13 +16,13 @@ namespace {
 constexpr double kUnitSlack = 0.5;  // of its logarithm, for hair over a body
 constexpr std::array<Axis, 6> kAxes{Axis::plus_y,  Axis::plus_z,  Axis::plus_x,
                                     Axis::minus_y, Axis::minus_z, Axis::minus_x};
-constexpr double kFreeFace = 12;  // hair in the face tells against it, whatever the roots say
+constexpr double kFreeFace = 12;  // hair in the face speaks against a direction, even if the roots fit
 constexpr double kFar_m = 0.03;
-constexpr double kHeadHeight_m = 0.35;  // at the most, with some of the neck
+constexpr double kHeadHeight_m = 0.35;  // at most, with part of the neck
 constexpr std::uint32_t kPointsOfStrand = 8;
 constexpr std::size_t kRootsMax = 4000, kProbesMax = 160, kVerticesMax = 12'000;
 
-// Roots, the way from each to its tip, and points between, file coordinates.
+// Roots, the vector from each to its tip, and points between, in file coordinates.
 struct Strands {
   std::vector<Vec3> roots, falls, points;
 };
@@ -52,7 +52,7 @@ Vec3 mean_of(const std::vector<Vec3>& vectors) {
   return sum / static_cast<double>(std::max<std::size_t>(1, vectors.size()));
 }
 
-// How much of the hair beside the face's height lies in that direction: hair leaves faces free.
+// The share of the hair at the face's height that lies in that direction: hair leaves faces free.
 double share_towards(const Strands& strands, const SkullFit& skull, const Vec3& up, const Vec3& face) {
   std::size_t beside = 0, there = 0;
   for (const Vec3& p : strands.points) {
@@ -66,7 +66,7 @@ double share_towards(const Strands& strands, const SkullFit& skull, const Vec3& 
   return beside == 0 ? 0 : static_cast<double>(there) / static_cast<double>(beside);
 }
 
-// Every n-th.
+// Returns every n-th point.
 std::vector<Vec3> thinned(const std::vector<Vec3>& points) {
   const std::size_t step = std::max<std::size_t>(1, points.size() / kVerticesMax);
   std::vector<Vec3> out;
@@ -74,7 +74,7 @@ std::vector<Vec3> thinned(const std::vector<Vec3>& points) {
   return out;
 }
 
-// The mean distance of the probes from the nearest vertex, each counted as kFar_m at the most.
+// The mean distance of the probes from the nearest vertex, each at most kFar_m.
 double misfit_of(const std::vector<Vec3>& probes_m, const std::vector<Vec3>& vertices_m) {
   Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;
   for (const Vec3& v : vertices_m) {
@@ -84,7 +84,7 @@ double misfit_of(const std::vector<Vec3>& probes_m, const std::vector<Vec3>& ver
   double sum = 0;
   for (const Vec3& probe : probes_m) {
     double nearest = kFar_m * kFar_m;
-    // What lies far from the whole needs no closer look.
+    // A probe that is far from the whole mesh is skipped.
     if ((probe - probe.cwiseMax(low).cwiseMin(high)).squaredNorm() < nearest) {
       for (const Vec3& v : vertices_m) nearest = std::min(nearest, (probe - v).squaredNorm());
     }
@@ -139,7 +139,7 @@ Result<Placement> guess_placement(std::span<const StrandFile> files) {
   const Vec3 fall = mean_of(strands.falls) / radius;
   double best = -std::numeric_limits<double>::infinity();
   for (const Axis up : kAxes) {
-    // Short hair stands up as well as down; long hair tells more by hanging.
+    // Short hair points up as well as down; long hair shows the direction better by hanging.
     const double score = from_middle.dot(direction(up)) - 0.5 * std::clamp(fall.dot(direction(up)), -2.0, 2.0);
     if (score <= best + 1e-9) continue;
     best = score;
@@ -158,10 +158,10 @@ Result<Placement> guess_placement(std::span<const StrandFile> files) {
 }
 
 std::optional<PlacedTogether> guess_together(std::span<const StrandFile> files, const TriangleMesh& mesh) {
-  constexpr double kSlack = 1.25;  // by which the same axes may fit worse than others
+  constexpr double kSlack = 1.25;  // the same axes may fit worse than others by this factor
   Result<Placement> body = guess_mesh_placement(mesh);
   if (!body) return {};
-  body->origin.reset();  // both files have one origin, and the head joint is found from the roots
+  body->origin.reset();  // both files have one origin, and the roots determine the head joint
   const Mat3 of_body = body->unit_m * rotation_to_head(body->up, body->face);
   std::vector<Vec3> vertices_m, probes;
   for (const Vec3f& v : mesh.vertices) vertices_m.emplace_back(of_body * v.cast<double>());
@@ -179,7 +179,7 @@ std::optional<PlacedTogether> guess_together(std::span<const StrandFile> files, 
   const double same_m = misfit_m(*body);
   Placement best = *body;
   double best_m = same_m;
-  // Hair that is small enough lies near any surface: only units in which it is the size of a head's.
+  // Very small hair lies near any surface: try only units in which it has the size of a head's.
   std::vector<double> units_m{body->unit_m};
   if (const Result<Placement> alone = guess_placement(files)) {
     units_m.push_back(alone->unit_m);
@@ -227,7 +227,7 @@ Result<Placement> guess_mesh_placement(const TriangleMesh& mesh) {
     placement.unit_m = unit_m;
   }
   if (!(best < 0.7)) return Refusal("its top is not the size of a head in any usual unit");
-  // Chin and nose stand out before the neck.
+  // Chin and nose are in front of the neck.
   const double unit_m = placement.unit_m;
   const std::vector<Vec3> jaw = slab(turned, top, 0.13 / unit_m, 0.19 / unit_m);
   const std::vector<Vec3> neck = slab(turned, top, 0.23 / unit_m, 0.26 / unit_m);

@@ -9,24 +9,24 @@
 
 namespace hairnet::viewer {
 
-// How files of strands lie, told from the strands themselves: roots sit on the upper back of a skull of usual size, and
-// most hair hangs. Units that people use (m, cm, mm, inch ...) are preferred to others. One line when there are no
-// roots to tell it by.
+// Guesses the placement of files of strands from the strands themselves: roots lie on the upper back of a skull of
+// usual size, and most hair hangs. Usual units (m, cm, mm, inch ...) are preferred. The error is one line: there are no
+// roots.
 Result<Placement> guess_placement(std::span<const StrandFile> files);
 
-// How strands and the mesh under them lie: the mesh as guess_mesh_placement has it, the strands as they do in the same
-// file axes when their roots then lie near its surface, else in whichever axes and unit bring them nearest. None when
+// The placements of strands and of the mesh under them. The mesh has that of guess_mesh_placement. The strands have the
+// same file axes if their roots then lie near its surface, else the axes and unit that bring them nearest. None when
 // nothing brings them within 3 cm.
 struct PlacedTogether {
   Placement strands, body;
 };
 std::optional<PlacedTogether> guess_together(std::span<const StrandFile> files, const TriangleMesh& mesh);
 
-// How a mesh of a head, a bust or a person lies by itself: +y or +z up, whichever is longer, the head's size for a
-// unit, the chin before the neck. `origin` is the head joint.
+// Guesses the placement of a mesh of a head, a bust or a person: up is +y or +z, along which it is longer; the unit
+// comes from the head's size, the face from the chin in front of the neck. `origin` is the head joint.
 Result<Placement> guess_mesh_placement(const TriangleMesh& mesh);
 
-// "up +z, face +y, 0.0033 m a unit".
+// Returns text like "up +z, face +y, 0.0033 m a unit".
 std::string to_string(const Placement& placement);
 
 }  // namespace hairnet::viewer

@@ -10,12 +10,13 @@
 namespace hairnet {
 namespace {
 
-constexpr double kScalp_m = 0.175, kPart_m = 0.16;  // long, from the forehead to the nape; of what may be a part of one
-constexpr double kScalpSlack = 0.24;                // of its logarithm: no two heads are alike, nor two hairstyles
+// length from the forehead to the nape, of a scalp and of a part of one
+constexpr double kScalp_m = 0.175, kPart_m = 0.16;
+constexpr double kScalpSlack = 0.24;  // of its logarithm: heads and hairstyles differ
 constexpr double kPartSlack = 0.9;
 constexpr double kSureConditioning = 0.025;
 
-// Along the direction in which they reach farthest, but for a few that may lie anywhere.
+// The extent in the longest direction, without a few points that may lie anywhere.
 double longest_extent(std::span<const Vec3> points) {
   Vec3 mean = Vec3::Zero();
   for (const Vec3& x : points) mean += x / static_cast<double>(points.size());
@@ -29,7 +30,7 @@ double longest_extent(std::span<const Vec3> points) {
   return along[along.size() - 1 - cut] - along[cut];
 }
 
-// Half of the roots are within so much of the skull, in its radii.
+// The distance within which half of the roots lie from the skull, in its radii.
 double misfit_of(const SkullFit& skull, std::span<const Vec3> roots) {
   std::vector<double> off;
   for (const Vec3& x : roots) off.push_back(std::abs(skull.distance(x)) / skull.radius());
@@ -38,8 +39,8 @@ double misfit_of(const SkullFit& skull, std::span<const Vec3> roots) {
   return *middle;
 }
 
-// The skull of a head in unknown units: about half as large as the roots reach, or smaller where some of them are
-// elsewhere, as a mane's are.
+// The skull of a head in unknown units: about half as large as the extent of the roots, or smaller if some of them are
+// elsewhere, like a mane's.
 SkullFit fit_skull_of_any_size(std::span<const Vec3> roots, double extent) {
   SkullFit best = fit_skull_shape(roots, extent / 2);
   double best_misfit = misfit_of(best, roots);

@@ -17,11 +17,10 @@ inline constexpr std::array<UsualUnit, 8> kUsualUnits{
     {{1, 0}, {0.01, 0}, {0.001, 0}, {0.0254, 0.5}, {0.1, 0.8}, {0.3048, 0.8}, {0.00254, 0.8}, {0.003, 0.8}}};
 
 struct UnitGuess {
-  double m = 1;  // metres of a unit
-  bool is_sure =
-      false;  // the roots cover so much of a head that they tell its size; else a usual unit is the best guess
+  double m = 1;          // metres in a unit
+  bool is_sure = false;  // the roots cover enough of a head to determine its size; else a usual unit is the best guess
 
-  // Whether a unit of so many metres makes a head of them, too.
+  // Whether a unit of that many metres also gives the size of a head.
   [[nodiscard]] bool allows(double unit_m) const { return std::abs(std::log(unit_m / m)) < (is_sure ? 0.4 : 0.9); }
 };
 

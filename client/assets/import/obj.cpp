@@ -22,7 +22,7 @@ std::string read_vertex(std::string_view numbers, std::vector<Vec3f>& vertices) 
   return {};
 }
 
-// Of "7", "7/1", "7//3", "7/1/3", "-2/…" the vertex: 1 is the first, -1 the last read so far.
+// The vertex of "7", "7/1", "7//3", "7/1/3", "-2/…": 1 is the first, -1 the last one read so far.
 std::optional<std::uint32_t> vertex_index(std::string_view corner, std::size_t vertex_count) {
   const std::string_view number = corner.substr(0, corner.find('/'));
   const std::optional<std::int64_t> index = parse_number<std::int64_t>(number);
@@ -47,7 +47,7 @@ std::string read_face(std::string_view corners, TriangleMesh& mesh) {
   return corner_count < 3 ? "a face needs 3 vertices" : "";
 }
 
-// The vertex at which the last line ended is `last`, if there was one.
+// `last` is the vertex at which the last line ended, if there was one.
 std::string read_line(std::string_view corners, const std::vector<Vec3f>& vertices, ImportedStrands& strands,
                       std::optional<std::uint32_t>& last) {
   std::size_t corner_count = 0;

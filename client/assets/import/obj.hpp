@@ -8,11 +8,11 @@
 
 namespace hairnet {
 
-// Wavefront OBJ: v and f (polygons are fanned, indices may be negative); everything else is skipped.
+// Wavefront OBJ: v and f (polygons become fans, indices may be negative); skips everything else.
 Result<TriangleMesh> decode_obj(std::string_view text);
 
-// Its lines (v and l) as strands. A line that begins where the previous one ended continues it, since some programs
-// write one line per edge. Returns no strands when there are no lines.
+// Reads its lines (v and l) as strands. A line that begins where the previous one ended continues it, since some
+// programs write one line for each edge. Returns no strands when there are no lines.
 Result<ImportedStrands> decode_obj_strands(std::string_view text);
 
 }  // namespace hairnet

@@ -23,15 +23,15 @@ bool parallel(Axis a, Axis b);  // or opposite
 // two must not be parallel.
 Mat3 rotation_to_head(Axis up, Axis face);
 
-// How a file's coordinates become head space: rotate (up to +Y, face to +Z), shift, scale.
+// The conversion of a file's coordinates to head space: rotate (up to +Y, face to +Z), shift, scale.
 struct Placement {
   Axis up = Axis::plus_y;
   Axis face = Axis::plus_z;
-  double unit_m = 1;           // metres a file unit
+  double unit_m = 1;           // metres in a file unit
   std::optional<Vec3> origin;  // head joint in file coordinates; without it, from the body's skull, else from the roots
 };
 
-// Refuses parallel axes and a unit that is not finite and positive.
+// Returns an error for parallel axes and for a unit that is not finite and positive.
 std::string validate(const Placement& placement);
 Vec3f place(const Placement& placement, const Vec3& origin, const Vec3f& file_point);
 
@@ -45,10 +45,10 @@ struct GroomDef {
   std::vector<StrandFile> files;
   std::optional<TriangleMesh> body;         // same file coordinates as the strands
   Placement placement;                      // of strands
-  std::optional<Placement> body_placement;  // when the mesh lies in other axes or units
+  std::optional<Placement> body_placement;  // if the mesh has other axes or units
   double hairs_in_all = 100'000;            // real hairs on the head, shared evenly over the strands
   double root_length_m = 0.02;
-  double rooted_distance_m = 0.015;  // a first point within this of the skin is on the skull
+  double rooted_distance_m = 0.015;  // a first point within this distance of the skin is on the skull
 };
 
 struct ImportedGroom {

@@ -9,15 +9,15 @@
 namespace hairnet {
 namespace {
 
-constexpr double kUprightCosine = 0.8;   // of hips to head against up
+constexpr double kUprightCosine = 0.8;   // cosine of the angle between hips-to-head and up
 constexpr double kPointsUpCosine = 0.9;  // of an upper arm or a thigh
-constexpr double kSnapCosine = 0.966;    // 15 degrees: no skeleton is quite alike on both sides
+constexpr double kSnapCosine = 0.966;    // 15 degrees: no skeleton is exactly symmetric
 constexpr double kTallMin_m = 0.4, kTallMax_m = 3, kUsualTall_m = 1.45;  // from the feet to the head joint
 
 struct Unit {
   double m;
   const char* name;
-  double rarity;  // how much worse it must fit than a usual one, of a logarithm
+  double rarity;  // penalty in the fit compared with a usual unit, as a logarithm
 };
 constexpr std::array<Unit, 6> kUnits{{{0.01, "a centimetre", 0},
                                       {0.001, "a millimetre", 0},
@@ -30,7 +30,7 @@ struct Pair {
   std::size_t left, right;
 };
 
-// The joint of the other side: "leftarm" -> "rightarm", "lhip" -> "rhip", "shoulderl" -> "shoulderr".
+// The names of the joint on the other side: "leftarm" -> "rightarm", "lhip" -> "rhip", "shoulderl" -> "shoulderr".
 std::vector<std::string> names_of_other_side(const std::string& left) {
   std::vector<std::string> names;
   if (const std::size_t at = left.find("left"); at != std::string::npos)
@@ -55,7 +55,7 @@ std::vector<Pair> pairs_of(const BvhFile& file) {
   return pairs;
 }
 
-// The joint from which trunk and legs part: by name, else the uppermost ancestor of the head with several children.
+// The joint where trunk and legs separate: by name, else the uppermost ancestor of the head with several children.
 std::size_t hips_of(const BvhFile& file, std::size_t head) {
   std::vector<int> children(file.joints.size(), 0);
   for (const BvhFile::Joint& joint : file.joints) {
@@ -77,7 +77,7 @@ class PosedSkeleton {
  public:
   PosedSkeleton(const BvhFile& file, std::size_t head, std::vector<Vec3> at)
       : file_(file), head_(head), hips_(hips_of(file, head)), at_(std::move(at)) {
-    // Where a limb leaves the trunk: the first joints of a pair that are apart.
+    // The place where a limb leaves the trunk: the first joints of a pair with a distance between them.
     for (const Pair& pair : pairs_of(file)) {
       const int l = file.joints[pair.left].parent, r = file.joints[pair.right].parent;
       if (l < 0 || r < 0) continue;
@@ -91,7 +91,7 @@ class PosedSkeleton {
     if (!(trunk().dot(up) >= kUprightCosine * trunk().norm())) return false;
     return limbs_.empty() || sideways(up).norm() > 0.05 * trunk().norm();
   }
-  // From right to left, level.
+  // The horizontal direction from right to left.
   [[nodiscard]] Vec3 sideways(const Vec3& up) const {
     Vec3 sum = Vec3::Zero();
     for (const Pair& limb : limbs_) sum += at_[limb.left] - at_[limb.right];
@@ -110,7 +110,7 @@ class PosedSkeleton {
     return high - low;
   }
 
-  // An upper arm or a thigh does, as where all zero bones lie along one axis.
+  // Whether an upper arm or a thigh points up, as in a zero pose with all bones along one axis.
   [[nodiscard]] bool limb_points(const Vec3& up) const {
     return std::ranges::any_of(limbs_, [&](const Pair& limb) {
       const auto child = std::ranges::find(file_.joints, static_cast<int>(limb.left), &BvhFile::Joint::parent);
@@ -145,12 +145,12 @@ Vec3 snapped(const Vec3& level) {
   return level.dot(nearest) > kSnapCosine ? nearest : level;
 }
 
-// +z where that is level, else -y, as programs turn one into the other.
+// +z if that is horizontal, else -y, which is how programs convert one to the other.
 Vec3 usual_face(const Vec3& up) {
   return std::abs(up.z()) < 0.5 ? Vec3::UnitZ() : Vec3(-Vec3::UnitY());
 }
 
-// The one that makes a person of so many file units; none when no usual one does.
+// The unit that gives a person for that many file units; none when no usual unit does.
 const Unit* usual_unit(double tall) {
   constexpr double kSlack = 0.7;  // of the logarithm: people of 0.72 to 2.9 m
   const Unit* best = nullptr;
@@ -181,7 +181,7 @@ double unit_of(double tall, const std::optional<double>& given_m, std::vector<st
   return given_m.value_or(1);
 }
 
-// Which pose is upright, and along which axis.
+// The upright pose, and its up axis.
 struct Choice {
   bool is_first_frame;
   Vec3 up;
@@ -191,7 +191,8 @@ Result<Choice> choose(const PosedSkeleton& zero, const PosedSkeleton& first, con
                       std::vector<std::string>& warnings) {
   const Vec3 y = import.up ? direction(*import.up) : Vec3::UnitY();
   const bool may_be_z = !import.up && !(import.face && parallel(*import.face, Axis::plus_z));
-  // A zero pose along z may be of someone who lies; that he is upright in motion too tells z from it.
+  // A zero pose along z may be a person who lies down. It counts as up only if the person is upright along z in motion
+  // too.
   const bool is_z = may_be_z && !zero.is_upright(y) && !first.is_upright(y) && first.is_upright(Vec3::UnitZ());
   const Vec3 up = is_z ? Vec3::UnitZ() : y;
   if (is_z) warnings.emplace_back("+z is taken as up, since the head is above the hips along it; --up sets it");

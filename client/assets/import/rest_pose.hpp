@@ -25,8 +25,8 @@ struct SkeletonRest {
 
 // Determines what `import` does not specify: the pose in which the head is above the hips and no limb points up, the up
 // axis, the facing direction from the left and right joints, and the unit that gives a human size. Adds a warning for
-// each value that differs from the default (zero pose, +y, +z, metres). Refuses a skeleton that is upright in no pose,
-// unless `import` names the pose.
+// each value that differs from the default (zero pose, +y, +z, metres). Returns an error for a skeleton that is upright
+// in no pose, unless `import` names the pose.
 Result<SkeletonRest> find_rest(const BvhFile& file, std::size_t head, const BvhImport& import,
                                std::vector<std::string>& warnings);
 

@@ -17,15 +17,15 @@ inline constexpr double kUsualSkullRadius_m = 0.09;
 struct SkullFit {
   Vec3 centre = Vec3::Zero();
   Vec3 semi_axes = Vec3::Zero();
-  std::vector<Vec3> inliers;  // the points that lie near it
-  // The least eigenvalue of what a point tells of centre and radius, on average: 0 in a plane, 0.03 to 0.13 for a
-  // scalp.
+  std::vector<Vec3> inliers;  // the points near it
+  // The smallest eigenvalue of the information of a point about centre and radius, on average: 0 in a plane, 0.03 to
+  // 0.13 for a scalp.
   double conditioning = 0;
 
-  // By the points; else it is a sphere, about as large as the usual one.
+  // Whether the points determine it; if not, it is a sphere of about the usual size.
   [[nodiscard]] bool is_determined() const { return conditioning > 0.01; }
   [[nodiscard]] double radius() const { return std::cbrt(semi_axes.prod()); }
-  // About how far the point is from the surface: 0 on it, negative inside.
+  // The approximate distance of the point from the surface: 0 on it, negative inside.
   [[nodiscard]] double distance(const Vec3& point) const {
     return radius() * ((point - centre).cwiseQuotient(semi_axes).norm() - 1);
   }
@@ -33,14 +33,13 @@ struct SkullFit {
   [[nodiscard]] Vec3 joint() const { return centre + radius() * Vec3(0, -0.8, -0.1); }
 };
 
-// Fits the sphere that most points lie near, then an ellipsoid close to it: a scalp shows only the upper part, so each
-// axis is pulled towards the sphere. Outliers (a ponytail's tail) are left out. Where the points do not determine the
-// size, for example in a strip or a small patch, the radius is pulled towards `usual_radius`. The same points give the
-// same bits.
+// Fits the sphere near most points, then an ellipsoid close to it: a scalp shows only the upper part, so each axis is
+// pulled towards the sphere. Outliers (a ponytail's tail) are ignored. Where the points do not determine the size, for
+// example in a strip or a small patch, the radius is pulled towards `usual_radius`. The same points give the same bits.
 SkullFit fit_skull_shape(std::span<const Vec3> points, double usual_radius = kUsualSkullRadius_m);
 
-// The skull under the uppermost 10 cm of a head, bust or person, head axes and metres, wherever its origin is; each
-// part of the surface counts by its area. None where those are no skull.
+// The skull under the uppermost 10 cm of a head, bust or person, in head axes and metres, for any origin; each part of
+// the surface counts by its area. None if this part is not a skull.
 std::optional<SkullFit> skull_of_mesh(const TriangleMesh& mesh);
 
 // An ellipsoid's mesh that moves with the head. `skull` is in head space.

@@ -11,7 +11,7 @@
 namespace hairnet {
 namespace {
 
-constexpr double kCap_m = 0.10;  // of a head, from its top: above brows and ears there is nothing but skull
+constexpr double kCap_m = 0.10;  // of a head, from its top: above brows and ears there is only the skull
 constexpr std::size_t kSampleCount = 3000;
 constexpr double kRadiusMin_m = 0.06, kRadiusMax_m = 0.14;
 
@@ -43,11 +43,11 @@ TriangleMesh unit_sphere() {
   return mesh;
 }
 
-// Points spread evenly over all of a mesh that is above `low_m`; of the low-discrepancy sequence of the plastic number.
+// Points spread evenly over the part of a mesh above `low_m`, from the low-discrepancy sequence of the plastic number.
 std::vector<Vec3> surface_points(const TriangleMesh& mesh, double low_m) {
   const auto corner = [&](std::uint32_t v) -> Vec3 { return mesh.vertices[v].cast<double>(); };
   std::vector<std::array<std::uint32_t, 3>> triangles;
-  std::vector<double> area{0};  // up to each
+  std::vector<double> area{0};  // sum up to each triangle
   for (const auto& triangle : mesh.triangles) {
     const Vec3 a = corner(triangle[0]), b = corner(triangle[1]), c = corner(triangle[2]);
     if (std::max({a.y(), b.y(), c.y()}) < low_m) continue;

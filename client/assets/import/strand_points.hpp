@@ -7,11 +7,11 @@
 
 namespace hairnet {
 
-// Fills `strands.points`, 3 f32 each with `gap_bytes` skipped after each, as many as `strand_begin` says. `in` must
-// hold that many. Empty, or where a coordinate is not finite.
+// Fills `strands.points`, 3 f32 each, skipping `gap_bytes` after each; `strand_begin` gives their number. `in` must
+// have that many. Returns an empty string, or the place of a coordinate that is not finite.
 std::string read_points(ByteReader& in, std::size_t gap_bytes, ImportedStrands& strands);
 
-// Appends the strand of `count` points that `in` holds next, checked in the same way.
+// Appends the next strand of `count` points from `in`, checked in the same way.
 std::string read_strand(ByteReader& in, std::size_t count, std::size_t gap_bytes, ImportedStrands& strands);
 
 }  // namespace hairnet

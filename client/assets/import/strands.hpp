@@ -10,7 +10,7 @@
 
 namespace hairnet {
 
-// Strands as a file holds them: its own units and axes, root first.
+// Strands in the units and axes of their file, root first.
 struct ImportedStrands {
   std::vector<Vec3f> points;
   std::vector<std::uint32_t> strand_begin{0};
@@ -19,8 +19,8 @@ struct ImportedStrands {
 
 enum class StrandFormat : std::uint8_t { yuksel_hair, tressfx, usc_data };
 
-// Memory taken is bounded by the size of `bytes`; every count is checked against it before anything is reserved.
-// Refuses non-finite points, truncation at any byte, wrong magic or version.
+// Every count is compared with the size of `bytes` before memory is reserved. Returns an error for non-finite points,
+// truncation at any byte, and wrong magic or version.
 Result<ImportedStrands> decode_yuksel_hair(std::span<const std::byte> bytes);
 Result<ImportedStrands> decode_tressfx(std::span<const std::byte> bytes);  // .tfx 3.0 and 4.0
 Result<ImportedStrands> decode_usc_data(std::span<const std::byte> bytes);

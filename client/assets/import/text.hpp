@@ -9,7 +9,8 @@
 
 namespace hairnet {
 
-// The whole of `text` as one number, with a leading + allowed; nothing for anything else, for overflow, nan and inf.
+// Parses the whole of `text` as one number; a leading + is allowed. None for anything else, and for overflow, nan and
+// inf.
 template <class Number>
 requires std::integral<Number> || std::floating_point<Number> std::optional<Number> parse_number(
     std::string_view text) {

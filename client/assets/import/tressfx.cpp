@@ -4,12 +4,12 @@
 #include "client/assets/import/strand_points.hpp"
 #include "client/assets/import/strands.hpp"
 
-// AMD's .tfx: f32 version, u32 strands, u32 vertices a strand, and the offset of the positions, which lie anywhere in
-// the file. Other arrays lie after them or between; they are not read, so bytes beyond the positions are no fault.
+// AMD's .tfx: f32 version, u32 strands, u32 vertices a strand, and the offset of the positions, which may be anywhere
+// in the file. Other arrays may lie before or after them and are not read, so bytes beyond the positions are no error.
 namespace hairnet {
 namespace {
 
-// Where each version keeps the offset of its positions, where its header ends, and what follows each position.
+// For each version: the place of the offset of its positions, the end of its header, and the bytes after each position.
 struct Layout {
   float version;
   std::size_t offset_at, header_bytes, gap_bytes;

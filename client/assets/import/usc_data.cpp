@@ -6,7 +6,7 @@
 #include "client/assets/import/strands.hpp"
 
 // USC-HairSalon's .data: i32 strands; for each strand i32 vertices, then 3 f32 a vertex. Nothing follows the last
-// strand, so that further bytes mean wrong counts and are refused. Strands of one vertex stand for bald places.
+// strand, so further bytes mean wrong counts and are an error. Strands of one vertex mark bald places.
 namespace hairnet {
 
 Result<ImportedStrands> decode_usc_data(std::span<const std::byte> bytes) {

@@ -4,7 +4,7 @@
 #include "client/assets/import/strand_points.hpp"
 #include "client/assets/import/strands.hpp"
 
-// Cem Yuksel's .hair: a header of 128 bytes, then the arrays its bits name, in bit order.
+// Cem Yuksel's .hair: a header of 128 bytes, then the arrays that its bits name, in bit order.
 namespace hairnet {
 namespace {
 
@@ -32,7 +32,7 @@ Result<Header> read_header(ByteReader& in) {
   return header;
 }
 
-// Bytes of all arrays, in 64 bits: counts of 32 bits cannot overflow it.
+// Bytes of all arrays, in 64 bits: 32-bit counts cannot overflow it.
 std::uint64_t array_bytes(const Header& header) {
   const auto per_point = [&](std::uint32_t bit, std::uint64_t bytes) {
     return (header.arrays & bit) != 0 ? bytes * header.point_count : 0;

@@ -9,7 +9,8 @@
 namespace hairnet {
 namespace {
 
-// Planes from `from` to `to`, `fine` apart within [fine_from, fine_to], growing smoothly to `coarse` away from it.
+// Planes from `from` to `to`, `fine` apart within [fine_from, fine_to], with spacings that grow smoothly to `coarse`
+// outside.
 std::vector<double> graded_planes(double from, double to, double fine_from, double fine_to, double fine,
                                   double coarse) {
   std::vector<double> planes{from};
@@ -35,7 +36,7 @@ made::GridPlanes bust_planes() {
 
 using BoneWeights = std::array<float, kBoneCount>;
 
-// Shares of the bones at a point of the skin. Head and neck part along a plane that slants from the nape down to the
+// The bones' shares at a point of the skin. Head and neck separate along a plane that slants from the nape down to the
 // throat; the shoulders fade into the trunk towards the breastbone and down the ribs.
 BoneWeights weights_at(const Vec3& p) {
   const double head = made::smootherstep(-0.022, 0.022, p.y() + 0.44 * p.z() + 0.052);

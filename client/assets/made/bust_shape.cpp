@@ -63,7 +63,7 @@ double neck(const Vec3& p) {
 }
 
 double torso(const Vec3& head_sided) {
-  // Rounded much more widely at the middle than the face is.
+  // Rounded much more widely at the middle than the face.
   const Vec3 p(std::sqrt(head_sided.x() * head_sided.x() + 3e-4), head_sided.y(), head_sided.z());
   double d = ellipsoid(p, {0, -0.290, -0.030}, {0.150, 0.125, 0.092});
   d = join(d, capsule(p, {0.030, -0.118, -0.048}, {0.138, -0.198, -0.042}, 0.028, 0.034), 0.06);   // trapezius
@@ -79,7 +79,7 @@ double torso(const Vec3& head_sided) {
 double bust_distance(const Vec3& point) {
   // Both halves at once; the rounding at the middle plane keeps pairs from meeting in a crease.
   const Vec3 p(std::sqrt(point.x() * point.x() + 9e-6), point.y(), point.z());
-  constexpr double kFar = 0.12;  // beyond this the other half of the body cannot matter
+  constexpr double kFar = 0.12;  // beyond this distance the other half of the body has no influence
   const double above = p.y() + 0.115, below = -0.06 - p.y();
   double d = neck(p);
   if (above > -kFar) {

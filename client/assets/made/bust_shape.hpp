@@ -4,8 +4,8 @@
 
 namespace hairnet::made {
 
-// The bust as a signed distance field in head space, m: negative inside. Within a few centimetres of the skin it is a
-// distance to about a tenth; farther away a lower estimate of the right order.
+// The bust as a signed distance field in head space, m: negative inside. Within a few centimetres of the skin its error
+// is about a tenth; farther away it is a lower estimate of the right order.
 double bust_distance(const Vec3& p);
 
 // Outward unit gradient of the field.
@@ -17,7 +17,7 @@ Vec3 push_out(Vec3 p, double clearance_m);
 // The nearest point of the skin, for a point within a centimetre or so of it.
 Vec3 onto_skin(Vec3 p);
 
-// Where the ray from the middle of the skull meets the skin, coming from outside. `direction` has unit length.
+// The point where the ray from the middle of the skull in `direction` leaves the skin. `direction` has unit length.
 Vec3 skin_along(const Vec3& direction);
 
 inline const Vec3 kSkullCentre{0, 0.062, 0.005};

@@ -8,7 +8,7 @@
 namespace hairnet::made {
 namespace {
 
-// Left and right edges of a card about `line`, both at least as far off the skin as the hair that they stand for.
+// Left and right edges of a card about `line`, both at least as far from the skin as the hair that they replace.
 std::vector<Vec3f> edges_about(std::span<const Vec3f> line, double width_m) {
   std::vector<Vec3f> edges;
   Vec3 side = Vec3::UnitX();
@@ -17,7 +17,7 @@ std::vector<Vec3f> edges_about(std::span<const Vec3f> line, double width_m) {
     const Vec3 p = i > 0 ? line[i].cast<double>() : onto_skin((1.3f * line[0] - 0.3f * line[1]).cast<double>());
     const Vec3 along = (line[std::min(i + 1, line.size() - 1)] - line[i > 0 ? i - 1 : 0]).cast<double>().normalized();
     const Vec3 flat = along.cross(bust_normal(p));
-    // Where hair stands off the skin the last direction is as good as any.
+    // Where hair points away from the skin, keep the last direction.
     if (flat.norm() > 0.2) side = flat.normalized();
     const double s = static_cast<double>(i) / static_cast<double>(line.size() - 1);
     const double half = 0.5 * width_m * mix(0.7, 1, smootherstep(0, 0.25, s)) * mix(1, 0.6, smootherstep(0.6, 1, s));

@@ -70,7 +70,7 @@ Gesture turn_on_spot(const MotionVariation& variation, std::uint32_t, double t) 
   const double since_s = since_start(t, kFirst_s, kPeriod_s);
   Gesture g;
   g.facing = std::numbers::pi * (done + smootherstep(0, kTurn_s, since_s));
-  g.head_yaw = 0.3 * bump(since_s / kTurn_s - 0.4);  // the head goes first
+  g.head_yaw = 0.3 * bump(since_s / kTurn_s - 0.4);  // the head turns first
   g.lift_m = -0.015 * variation.size * (bump(2 * since_s / kTurn_s - 0.5) + bump(2 * since_s / kTurn_s - 1.5));
   return g;
 }

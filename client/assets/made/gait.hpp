@@ -5,12 +5,12 @@
 
 namespace hairnet::made {
 
-// How far a person bobs and sways at each step, and how many steps a second there are.
+// A person's bobbing and swaying at each step, and the steps a second.
 struct Gait {
   double step_hz = 0, bob_m = 0, sway_m = 0;
 };
 
-// Lets head and trunk follow the steps. `amount` scales everything, from 0, standing, to 1.
+// Makes head and trunk follow the steps. `amount` scales everything, from 0 (standing) to 1.
 void add_gait(Gesture& gesture, const MotionVariation& variation, double t, const Gait& gait, double amount = 1);
 
 }  // namespace hairnet::made

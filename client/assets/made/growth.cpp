@@ -10,7 +10,7 @@
 namespace hairnet::made {
 namespace {
 
-// Space in front of the face that framing hair stays out of: a tall ellipsoid, open to the front.
+// The space in front of the face that framing hair must not enter: a tall ellipsoid, open to the front.
 const Vec3 kFaceCentre{0, 0.010, 0.125};
 const Vec3 kFaceRadii{0.060, 0.100, 0.095};
 
@@ -28,12 +28,12 @@ Vec3 face_normal(const Vec3& p) {
   return norm > 1e-9 ? Vec3(n / norm) : Vec3(Vec3::UnitX());
 }
 
-// `v` without `share` of what leads into the skin.
+// `v` without `share` of its component into the skin.
 Vec3 without_inward(const Vec3& v, const Vec3& normal, double share) {
   return v - share * std::min(0.0, v.dot(normal)) * normal;
 }
 
-// Whether the last steps led nowhere, as in the hollow of an armpit; if so, they are taken back.
+// Whether the last steps made no progress, as in the hollow of an armpit; if so, removes them.
 bool going_round(Path& path, double step_m) {
   constexpr std::size_t kSteps = 8;
   if (path.size() <= kSteps || (path.back() - path[path.size() - 1 - kSteps]).norm() > 0.4 * kSteps * step_m) {
@@ -75,7 +75,7 @@ Path grow(const Growth& growth) {
       next = push_out(next, growth.clearance(next, s + step));
     }
     const double moved = (next - p).norm();
-    // Caught in a hollow: the strand ends where it can go no farther.
+    // Caught in a hollow: the strand ends here.
     if (moved < 0.1 * step) {
       break;
     }
@@ -122,7 +122,7 @@ Path curled(const Path& path, const Curl& curl) {
   }
   Path out{path.front()};
   Vec3 along = (path[1] - path[0]).normalized();
-  // The same reference for all, so that neighbours with one phase curl together.
+  // All strands use the same reference, so that neighbours with one phase curl together.
   Vec3 side = (std::abs(along.x()) < 0.9 ? Vec3::UnitX() : Vec3::UnitZ()).cross(along).normalized();
   double s = 0;
   for (std::size_t i = 1; i < path.size(); ++i) {

@@ -7,7 +7,7 @@
 
 namespace hairnet::made {
 
-// A strand being made: points a few millimetres apart, root first, head space, m.
+// A strand under construction: points a few millimetres apart, root first, head space, m.
 using Path = std::vector<Vec3>;
 
 // The tip of a strand while it grows.
@@ -15,7 +15,7 @@ struct GrowthPoint {
   Vec3 p;           // head space, m
   double s;         // arc length from the start, m
   Vec3 normal;      // of the skin under it; zero away from the skin
-  double nearness;  // 1 where it lies on the skin, at its clearance or below; 0 from 12 mm above that
+  double nearness;  // 1 on the skin, at its clearance or below; 0 from 12 mm above that
 };
 
 // The rules by which one strand grows.
@@ -23,22 +23,23 @@ struct Growth {
   Vec3 start = Vec3::Zero();
   Vec3 direction = Vec3::UnitY();  // at the start
   double length_m = 0.3;
-  double bend_m = 0.02;  // arc length over which it turns to where it wants to go: the hair's stiffness
+  double bend_m = 0.02;  // arc length over which it turns to its preferred direction: the hair's stiffness
   double step_m = 0.005;
   // The preferred direction at a point; not normalised, gravity included.
   std::function<Vec3(const GrowthPoint&)> wish;
-  // How far it keeps off the skin there.
+  // The distance from the skin at that place.
   std::function<double(const Vec3& p, double s)> clearance;
-  bool spares_face = true;                            // goes round the face instead of across it
-  std::function<bool(const Vec3& p, double s)> done;  // cuts it short; may be empty
+  bool spares_face = true;                            // grows around the face instead of across it
+  std::function<bool(const Vec3& p, double s)> done;  // ends the strand early; may be empty
 };
 
-// Grows the strand step by step: towards the wish, limited by the bending stiffness, along the skin and outside it.
+// Grows the strand step by step in its preferred direction, limited by the bending stiffness, along the skin and
+// outside it.
 Path grow(const Growth& growth);
 
 double arc_length(const Path& path);
 
-// The point `s` metres along; beyond the end the last segment goes on straight.
+// The point `s` metres along; beyond the end the last segment continues straight.
 class ArcSampler {
  public:
   explicit ArcSampler(const Path& path);

@@ -89,11 +89,11 @@ void dress_side_part(const StyleOptions& options, Groom& groom) {
   recipe.tuck = 0.4;
   recipe.fringe = {.half_angle_deg = 30, .depth_m = 0.035, .tip_height_m = 0.058, .sweep = -0.9, .length_m = 0.15};
   made::dress_loose(recipe, options, groom);
-  // Gel: the fringe lets go of the skull later than the rest, and never wholly.
+  // Gel: the fringe leaves the skull later than other hair, and never completely.
   const auto fringe = made::group_index(groom, "fringe");
   groom.root_blends.resize(groom.group_names.size());
   groom.root_blends[fringe].points = {{1, 0.08f}, {2.5f, 0.4f}, {5, 0.75f}};
-  // Beside the parting hair stands up before it falls.
+  // Beside the parting, hair rises before it falls.
   RootLengths lengths;
   lengths.regions = {{Vec3f(0.032f, 0.165f, 0.04f), 0.06f, 0.04f}};
   lengths.spread = 0.3f;
@@ -117,14 +117,14 @@ void dress_locks(const StyleOptions& options, Groom& groom) {
 
 void dress_cards(const StyleOptions& options, Groom& groom) {
   dress_long_straight(options, groom);
-  // As wide together as the scalp is round, twice over.
+  // The sum of the widths is twice the scalp's circumference.
   made::turn_into_cards(std::clamp(0.6 / std::sqrt(static_cast<double>(options.strand_count)), 0.004, 0.03), groom);
 }
 
 void dress_short(const StyleOptions& options, Groom& groom) {
   LooseRecipe recipe;
   recipe.comb = [](const Vec3& p, const Root&) {
-    // From the whorl at the crown outwards; in front, over to the side.
+    // From the whorl at the crown outwards; in front, to the side.
     Vec3 away = comb_from_whorl(p, 0.012, -0.035);
     away.x() -= 0.5 * std::max(0.0, p.z() / 0.08);
     return away;

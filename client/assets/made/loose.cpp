@@ -11,7 +11,7 @@
 namespace hairnet::made {
 namespace {
 
-// A lock of hair: what its strands share.
+// A lock of hair: the data that its strands share.
 struct Lock {
   Root root;
   bool fringe = false;
@@ -36,15 +36,15 @@ class Dresser {
   }
 
  private:
-  // The hairdresser's reference: a strand from the side of the crown has the length asked for, and where it ends, the
-  // blunt part of the others is cut.
+  // The hairdresser's reference: a strand from the side of the crown has the requested length; the blunt part of other
+  // strands is cut at the height of its tip.
   void find_cut_height() {
     const Vec3 p = skin_along(Vec3(0.42, 0.88, -0.2).normalized());
     const Root root{p, bust_normal(p), std::atan2(p.x(), p.z()), 1.0};
     cut_height_m_ = grow(growth_of(recipe_, root, {.length_m = options_.length_m, .layer = 0.7})).back().y();
   }
 
-  // Before thinning and cutting.
+  // The length before thinning and cutting.
   [[nodiscard]] double full_length_m(const Root& root, bool fringe) const {
     if (fringe) {
       return std::min(recipe_.fringe.length_m, options_.length_m);
@@ -57,7 +57,7 @@ class Dresser {
   }
 
   void make_locks(const std::vector<Root>& roots) {
-    // The sequence of roots is even in each of its beginnings.
+    // Every beginning of the sequence of roots is evenly spread.
     const auto count = std::min<std::size_t>(roots.size(), static_cast<std::size_t>(recipe_.locks));
     for (std::size_t i = 0; i < count; ++i) {
       const Root& root = roots[i];
@@ -113,19 +113,19 @@ class Dresser {
     add_path(groom_, curled(path, curl), finish_for(root, fringe));
   }
 
-  // Pulls the path to its lock's, more and more towards the tip; what lay between the roots shrinks with it.
+  // Pulls the path to its lock's path, more and more towards the tip; the distance between the roots shrinks with it.
   void gather(Path& path, const Lock& lock, const Root& root) {
     const ArcSampler along(lock.path);
     const Vec3 apart = root.point - lock.root.point;
     const double clumping = recipe_.clumping * random_.between(0.6, 1.0);
     double s = 0;
     Vec3 shift = Vec3::Zero();
-    Vec3 before = path.front();  // as grown: the arc length must not feel the pull
+    Vec3 before = path.front();  // as grown: the pull must not change the arc length
     for (std::size_t i = 1; i < path.size(); ++i) {
       s += (path[i] - before).norm();
       before = path[i];
       const double pull = clumping * smootherstep(0.0, recipe_.gathered_at, s / std::max(along.length(), 1e-6));
-      // Beyond the lock's end the strand goes on beside it.
+      // Beyond the lock's end the strand continues beside it.
       if (s <= along.length()) {
         shift = pull * (along.at(s) + 0.2 * apart - path[i]);
       }
@@ -133,7 +133,7 @@ class Dresser {
     }
   }
 
-  // Cuts at the height of the reference strand, as far as the style is blunt, but leaves a stump of hair.
+  // Cuts at the height of the reference strand, to the degree that the style is blunt, but leaves a short rest of hair.
   void cut(Path& path, const Root& root, double thinned) {
     const double tip_m = path.back().y();
     const double blunt_m = cut_height_m_ + 0.006 * random_.symmetric() + 0.5 * (1 - thinned) * options_.length_m;

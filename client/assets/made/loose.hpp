@@ -5,7 +5,7 @@
 
 namespace hairnet::made {
 
-// Dresses hair that falls free from the scalp; adds its strands to a groom that has its body.
+// Adds strands that fall free from the scalp to a groom that has its body.
 void dress_loose(const LooseRecipe& recipe, const StyleOptions& options, Groom& groom);
 
 }  // namespace hairnet::made

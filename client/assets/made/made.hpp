@@ -32,7 +32,7 @@ struct MotionOptions {
   std::uint32_t seed = 1;  // phase and small variations
 };
 std::span<const MadeName> motion_names();  // nod, shake, walk, dance, lean, upside_down, …
-// Begins and ends upright at rest, though not always where it began (run and walk travel).
+// Begins and ends upright at rest, but not always at the same place (run and walk travel).
 Result<Motion> make_motion(std::string_view name, const MotionOptions& options = {});
 
 }  // namespace hairnet

@@ -25,7 +25,7 @@ using made::wave;
 constexpr double kEaseIn_s = 0.5;
 constexpr double kEaseOut_s = 0.8;
 
-// Gaze that goes from one chance direction to the next, a glance at a time.
+// A gaze that moves from one random direction to the next, one glance at a time.
 struct Glances {
   static constexpr double kHold_s = 1.1, kTurn_s = 0.55;
   explicit Glances(std::uint32_t seed) {
@@ -92,7 +92,7 @@ Gesture jump(const MotionVariation& variation, std::uint32_t, double t) {
 Gesture dance(const MotionVariation& variation, std::uint32_t, double t) {
   const double beat = t * variation.tempo * 2;  // 120 beats a minute
   const auto bar = std::floor(beat / 4);
-  // Half a turn to the one side and back, every other bar.
+  // Half a turn to one side and back, every other bar.
   const bool away = static_cast<long>(bar) % 2 == 0;
   const double turn = smootherstep(1.0, 2.6, beat - 4 * bar);
   Gesture g;
@@ -109,7 +109,7 @@ Gesture dance(const MotionVariation& variation, std::uint32_t, double t) {
   return g;
 }
 
-// Into a posture within a second and a half, held, and back.
+// Into a posture within a second and a half, then still, then back.
 double posture(double t) {
   return smootherstep(0.4, 1.9, t) * (1 - smootherstep(4.6, 6.1, t));
 }
@@ -131,7 +131,7 @@ Gesture shrug(const MotionVariation& variation, std::uint32_t, double t) {
   return {.head_yaw = 0.9 * wave(0.3 * variation.tempo, t), .shoulders_up = up};
 }
 
-// Every 1.5 s somewhere else, facing another way.
+// Every 1.5 s at another place, facing another direction.
 Gesture teleport(const MotionVariation& variation, std::uint32_t seed, double t) {
   Gesture g = look_around(variation, seed, t);
   const auto place = static_cast<std::uint32_t>(t / 1.5);

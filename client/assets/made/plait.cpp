@@ -12,7 +12,7 @@ namespace hairnet::made {
 namespace {
 
 constexpr int kLocks = 3;
-constexpr double kPeriod = 0.075;  // m of plait in which a lock gets back to its side
+constexpr double kPeriod = 0.075;  // m of plait after which a lock returns to its side
 constexpr double kTurn = 2 * std::numbers::pi;
 
 Tie nape_tie() {
@@ -20,7 +20,7 @@ Tie nape_tie() {
   return {skin + 0.016 * bust_normal(skin), Vec3(0, -0.45, -0.89).normalized(), 0.012};
 }
 
-// Where the plait hangs: out of the tie and down over neck and back.
+// The path of the plait: out of the tie and down over neck and back.
 Path make_core(const Tie& tie, double length_m) {
   Growth growth;
   growth.start = tie.centre;
@@ -41,13 +41,13 @@ class Plait {
 
   // Length of plait above the cord.
   [[nodiscard]] double tied_at() const { return std::max(length_m_ - 0.075, 0.7 * length_m_); }
-  // How thick the plait is there, relative to its full.
+  // The thickness of the plait there, relative to its maximum.
   [[nodiscard]] double fullness(double s) const {
     return mix(0.75, 1, smootherstep(0, 0.04, s)) * mix(1, 0.55, smootherstep(0.1, tied_at(), s));
   }
 
-  // The middle of a lock `s` metres down, and what is beside and behind the plait there. Each lock swings from side to
-  // side and, twice as often, over and under the others.
+  // The middle of a lock `s` metres down, and the sideways and backward directions of the plait there. Each lock swings
+  // from side to side and, twice as often, over and under the others.
   struct Place {
     Vec3 middle, side, back;
   };
@@ -72,7 +72,7 @@ class Plait {
   double length_m_;
 };
 
-// One hair's way down a lock, from the tie to its tip; beyond the cord the tips spread a little.
+// One hair's path down a lock, from the tie to its tip; beyond the cord the tips spread a little.
 void append_plaited(const Plait& plait, int lock, double length_m, Random& random, Path& path) {
   const double angle = kTurn * random.unit(), ring = std::sqrt(random.unit());
   const double turn = 0.6 * random.symmetric();
@@ -87,7 +87,7 @@ void append_plaited(const Plait& plait, int lock, double length_m, Random& rando
   }
 }
 
-// Of each strand the point nearest to `middle`, if it is within the radius.
+// The point of each strand nearest to `middle`, if it is within the radius.
 std::vector<std::uint32_t> points_at(const Groom& groom, const Vec3& middle, double radius_m) {
   std::vector<std::uint32_t> found;
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {
@@ -101,7 +101,7 @@ std::vector<std::uint32_t> points_at(const Groom& groom, const Vec3& middle, dou
   return found;
 }
 
-// Wound round the plait's end; both ends hang.
+// Winds a cord round the plait's end; both ends of the cord hang.
 std::vector<std::uint32_t> add_cord(const Plait& plait, Groom& groom) {
   constexpr int kWinds = 6;
   constexpr double kRadius = 0.0016, kHanging = 0.07;

@@ -4,8 +4,8 @@
 
 namespace hairnet::made {
 
-// All hair pulled back to the nape and plaited from there in three locks (group "plait"), knotted at every crossing. A
-// cord is wound round the end, its own ends hanging (group "cord"); below it the tips are free.
+// Pulls all hair back to the nape and plaits it from there in three locks (group "plait"), knotted at every crossing. A
+// cord is wound round the end, with hanging ends (group "cord"); below it the tips are free.
 void dress_plait(const StyleOptions& options, Groom& groom);
 
 }  // namespace hairnet::made

@@ -15,7 +15,7 @@ namespace {
 const Tie kBand{Vec3(0, 0.098, -0.118), Vec3(0, 0.42, -0.91).normalized(), 0.0125};
 const Vec3f kBandColour(0.30f, 0.02f, 0.05f);
 
-// Out of the band, over in an arch and down, spreading and then tapering.
+// Out of the band, in an arch and down, first spreading and then tapering.
 Path tail(double length_m, Random& random) {
   const double angle = 2 * std::numbers::pi * random.unit();
   const double ring = std::sqrt(random.unit());
@@ -32,7 +32,7 @@ Path tail(double length_m, Random& random) {
   const double spread = 0.038 * ring;
   growth.wish = [=](const GrowthPoint& at) {
     const double gathered = smootherstep(0, 0.10, at.s) * (1 - 0.75 * smootherstep(0.4 * length_m, length_m, at.s));
-    // Gathers sideways only: forwards and backwards the fall decides.
+    // Gathers sideways only: the fall determines the forward and backward position.
     const double in = 6 * (spread * radial.x() * gathered - at.p.x());
     return Vec3(Vec3(in, -1, 0) + stray + 0.8 * kBand.axis * std::exp(-at.s / 0.018));
   };
@@ -62,7 +62,7 @@ std::vector<std::uint32_t> add_band(Groom& groom) {
   return points;
 }
 
-// What the band holds: the ends of what is pulled into it and the beginnings of the tail.
+// The points in the band: the ends of the hair that is pulled into it and the beginnings of the tail.
 std::vector<std::uint32_t> held_points(const Groom& groom) {
   std::vector<std::uint32_t> points;
   for (std::size_t s = 0; s < groom.strand_count(); ++s)
@@ -91,7 +91,7 @@ void dress_ponytail(const StyleOptions& options, Groom& groom) {
   finish.points = curl_points(options.curl, options.length_m, 20);
   for (std::size_t i = 0; i < tail_count; ++i) {
     const Path path = tail(options.length_m, random);
-    // One lock in all, so its curls run nearly in step.
+    // One lock in all, so its curls are nearly in phase.
     Random shared(options.seed, 1000 + random.next() % 24);
     Curl curl = make_curl(options.curl, shared);
     curl.phase += 0.7 * random.symmetric();

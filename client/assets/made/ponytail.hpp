@@ -4,8 +4,8 @@
 
 namespace hairnet::made {
 
-// All hair pulled back to a band behind the crown (group "pulled"); from there the tail falls (group "tail", its
-// strands start in mid-air). The band is cloth, tied to both by a knot, with a bow on it.
+// Pulls all hair back to a band behind the crown (group "pulled"); from there the tail falls (group "tail", its strands
+// start in mid-air). The band is cloth, tied to both by a knot, with a bow on it.
 void dress_ponytail(const StyleOptions& options, Groom& groom);
 
 }  // namespace hairnet::made

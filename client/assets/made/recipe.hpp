@@ -10,31 +10,31 @@ namespace hairnet::made {
 struct Fringe {
   double half_angle_deg = 0;    // of the roots' azimuth; 0 = no fringe
   double depth_m = 0.035;       // behind the hairline, in the middle
-  double wedge = 0.5;           // how much of the depth is gone at the fringe's ends
+  double wedge = 0.5;           // share of the depth that is missing at the fringe's ends
   double tip_height_m = 0.066;  // cut at this height, about the brows
-  double sweep = 0;             // to the left (+X), against 1 straight ahead
+  double sweep = 0;             // to the left (+X), relative to 1 straight ahead
   double length_m = 0.11;       // at most
 };
 
-// How hair that falls free from the scalp is dressed.
+// The recipe of hair that falls free from the scalp.
 struct LooseRecipe {
   // Combing on the scalp at `p`, for a strand from `root`; only its part along the skin counts.
   std::function<Vec3(const Vec3& p, const Root& root)> comb;
-  double comb_reach_m = 0.10;  // the comb's hold fades over this arc length
-  double fall = 0.7;           // weight of gravity beside the comb, where that holds
+  double comb_reach_m = 0.10;  // the comb's effect fades over this arc length
+  double fall = 0.7;           // weight of gravity relative to the comb, where the comb acts
   double rise = 0.5;           // weight of the skin's normal in the first direction
   double bend_m = 0.022;       // see Growth
-  double lift_m = 0.022;       // thickness of the hair on the head, at its outermost
-  double lift_rise_m = 0.045;  // reached over this arc length
-  double blunt = 0.8;          // 0 every strand as long … 1 all cut at one height
-  double thinning = 0.15;      // how much shorter some strands are
+  double lift_m = 0.022;       // thickness of the hair on the head, at its outermost layer
+  double lift_rise_m = 0.045;  // the arc length over which it is reached
+  double blunt = 0.8;          // 0: every strand has the same length … 1: all are cut at one height
+  double thinning = 0.15;      // largest relative shortening of some strands
   double side_length = 1;      // length at the nape and sides, relative to the top
-  double front_deg = 98;       // strands rooted before this azimuth fall before the shoulders
+  double front_deg = 98;       // strands rooted in front of this azimuth fall in front of the shoulders
   double tuck = 0;             // tips turn in to the neck
-  double flyaway = 0.05;       // waywardness of single strands
+  double flyaway = 0.05;       // deviation of single strands
   int locks = 260;
   double clumping = 0.45;      // strands of a lock gather towards their tips, 0 … 1
-  double gathered_at = 0.9;    // the share of the length where that is complete
+  double gathered_at = 0.9;    // the share of the length where this is complete
   double curl_disorder = 0.9;  // of the phases within a lock, radians
   int points = 18;
   Fringe fringe;

@@ -9,7 +9,7 @@
 namespace hairnet::made {
 namespace {
 
-// Hair goes to the chest or to the back before it meets a shoulder, and keeps together.
+// Hair goes to the chest or to the back before it meets a shoulder, and stays together.
 Vec3 parted_by_shoulders(const LooseRecipe& recipe, const Root& root, const Vec3& p) {
   const double beside = 1 - smootherstep(-0.12, 0.04, p.y());
   if (beside <= 0) {
@@ -88,10 +88,10 @@ Growth growth_of(const LooseRecipe& recipe, const Root& root, const StrandVariat
   const Vec3 flat = along_skin(growth.wish({root.point, 0, root.normal, 1}), root.normal).normalized();
   growth.direction = recipe.rise * root.normal + flat + variation.stray;
 
-  // Who is rooted higher lies farther out, as it must pass over the others.
+  // Strands with higher roots lie farther out, because they must pass over the others.
   const double height = mix(0.15, 1, smootherstep(-0.1, 0.95, root.height));
   const double edge = fringe_edge(recipe.fringe, root);
-  const double flatter = variation.fringe ? mix(0.6, 1, edge * edge) : 1;  // where it meets the rest, as the rest
+  const double flatter = variation.fringe ? mix(0.6, 1, edge * edge) : 1;  // at its ends like the other hair
   const double on_head = flatter * recipe.lift_m * height * mix(0.35, 1, variation.layer);
   const double on_body = 0.003 + 0.55 * recipe.lift_m * variation.layer;
   growth.clearance = [rise_m = recipe.lift_rise_m, on_head, on_body](const Vec3& p, double s) {
@@ -109,7 +109,7 @@ Growth growth_of(const LooseRecipe& recipe, const Root& root, const StrandVariat
 Vec3 comb_from_parting(const Vec3& p, const Root& root, double x, double front_z, double back_z) {
   // Level on the top of the head, downwards at the sides and the nape.
   Vec3 away(p.x() - x, std::min(0.0, p.y() - 0.09), p.z() - std::clamp(p.z(), back_z, front_z));
-  // On the parting itself the root decides which way.
+  // On the parting itself the root decides the side.
   const double side = root.point.x() < x ? -1 : 1;
   if (p.z() > back_z) {
     away.x() = side * std::max(side * away.x(), 0.012);

@@ -9,14 +9,14 @@ namespace hairnet::made {
 struct StrandVariation {
   double length_m = 0;
   double layer = 0.5;         // 0 nearest to the skin … 1 outermost
-  Vec3 stray = Vec3::Zero();  // added to where it wants to go
+  Vec3 stray = Vec3::Zero();  // added to its preferred direction
   bool fringe = false;
 };
 
-// How a strand from `root` grows under the recipe, which must outlive the result.
+// The growth of a strand from `root` under the recipe, which must outlive the result.
 Growth growth_of(const LooseRecipe& recipe, const Root& root, const StrandVariation& variation);
 
-// Before the shoulders rather than behind them.
+// Whether it falls in front of the shoulders, not behind them.
 bool falls_to_chest(const LooseRecipe& recipe, const Root& root);
 
 bool in_fringe(const LooseRecipe& recipe, const Root& root);

@@ -10,7 +10,7 @@ namespace hairnet::made {
 namespace {
 
 constexpr double kRibbonWidth = 0.020, kLoopLength = 0.052, kEndLength = 0.14;
-constexpr double kEndClearance = 0.013;  // the ends lie on hair that lies on skin
+constexpr double kEndClearance = 0.013;  // the ends lie on hair, which lies on skin
 
 Cloth satin(Groom& groom, const Vec3f& colour) {
   Cloth cloth;
@@ -49,7 +49,7 @@ std::vector<std::uint32_t> add_bow(Groom& groom, const Vec3& centre, const Vec3&
   const Vec3 up = (Vec3::UnitY() - out.y() * out).normalized(), right = up.cross(out);
   std::vector<std::uint32_t> tied;
   for (const double side : {-1.0, 1.0}) {
-    // A petal in the plane across `out`, the ribbon's width along `out`; it stands off a little at its far end.
+    // A petal in the plane across `out`, with the ribbon's width along `out`; its far end stands off a little.
     constexpr int kAlong = 15;
     const auto loop = [&](int column, int row) {
       const double t = row / (kAlong - 1.0), open = std::sin(std::numbers::pi * t);
@@ -72,7 +72,7 @@ std::vector<std::uint32_t> add_bow(Groom& groom, const Vec3& centre, const Vec3&
     const std::uint32_t top = add_cloth_grid(groom, {3, kDown, false, end}, kEndClearance, satin(groom, colour));
     tied.push_back(top + 1);
   }
-  // The wound piece in the middle, which hides where the others meet.
+  // The wound piece in the middle, which hides the joints of the others.
   constexpr int kRound = 12;
   const auto middle = [&](int column, int row) {
     const double angle = 2 * std::numbers::pi * column / kRound;

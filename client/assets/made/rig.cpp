@@ -6,7 +6,7 @@ namespace hairnet::made {
 namespace {
 
 constexpr double kHeadHeight_m = 1.55;
-constexpr double kNeckShare = 0.4;  // of the head's turning against the trunk
+constexpr double kNeckShare = 0.4;  // of the head's rotation relative to the trunk
 
 Quat turn(double yaw, double pitch, double roll) {
   return Quat(Eigen::AngleAxisd(yaw, Vec3::UnitY()) * Eigen::AngleAxisd(pitch, Vec3::UnitX()) *

@@ -49,14 +49,14 @@ double above_hairline(const Vec3& p) {
 }
 
 std::vector<Root> scatter_roots(std::size_t count, std::uint64_t seed, const std::function<bool(const Vec3&)>& keep) {
-  // Kronecker sequence of the plastic number in two dimensions. Whether to keep a root is left to chance: a third
+  // Kronecker sequence of the plastic number in two dimensions. Chance decides whether to keep a root: a third
   // dimension of the sequence would pick rows.
   constexpr std::array<double, 2> kStep{0.7548776662466927, 0.5698402909980532};
   Random random(seed, 11);
   std::array<double, 2> u{random.unit(), random.unit()};
   std::vector<Root> roots;
   roots.reserve(count);
-  // A region that holds no scalp must not hang the search.
+  // A region without scalp must not hang the search.
   for (std::size_t tried = 0; roots.size() < count && tried < 400 * count + 10'000; ++tried) {
     for (std::size_t a = 0; a < 2; ++a) {
       u[a] += kStep[a] - (u[a] + kStep[a] >= 1 ? 1 : 0);
@@ -64,7 +64,7 @@ std::vector<Root> scatter_roots(std::size_t count, std::uint64_t seed, const std
     const double y = mix(-0.85, 1, u[0]), azimuth = 2 * std::numbers::pi * u[1];
     const double r = std::sqrt(1 - y * y);
     Vec3 direction(r * std::sin(azimuth), y, r * std::cos(azimuth));
-    // Strays by about half of what lies between neighbours: the sequence alone shows as rows.
+    // Moves roots by about half of the distance between neighbours, because the sequence alone shows as rows.
     const double stray = 1.3 / std::sqrt(static_cast<double>(count));
     direction += stray * Vec3(random.symmetric(), random.symmetric(), random.symmetric());
     direction.normalize();
@@ -73,7 +73,7 @@ std::vector<Root> scatter_roots(std::size_t count, std::uint64_t seed, const std
       continue;
     }
     const Vec3 normal = bust_normal(p);
-    // Even over directions is not even over skin: area grows with distance squared over the cosine.
+    // An even spread over directions is not even over skin: area grows with distance squared over the cosine.
     const double area = (p - kSkullCentre).squaredNorm() / std::max(0.3, normal.dot(direction));
     if (random.unit() * 0.0125 > area) {
       continue;

@@ -31,7 +31,7 @@ void add_path(Groom& groom, const Path& path, const StrandFinish& finish) {
   const double step = sampler.length() / (finish.points - 1);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Vec3 p = sampler.at(static_cast<double>(i) * step);
-    // The second point of a short strand is still rising from the skin.
+    // The second point of a short strand still rises from the skin.
     const double clearance = i == 0 ? 0 : std::min(finish.skin_clearance_m, 0.3 * static_cast<double>(i) * step);
     points[i] = (i == 0 && finish.rooted ? p : push_out(p, clearance)).cast<float>();
   }

@@ -23,17 +23,17 @@ std::uint16_t group_index(Groom& groom, std::string_view name);
 
 struct StrandFinish {
   int points = 18;
-  double skin_clearance_m = 0.0025;  // no point but the root is nearer to the skin
+  double skin_clearance_m = 0.0025;  // only the root may be nearer to the skin
   std::uint16_t group = 0;
   double hair_count = 10;
   bool rooted = true;
 };
-// Resamples the path evenly, keeps it off the skin and adds it.
+// Resamples the path evenly, moves it out of the skin and adds it.
 void add_path(Groom& groom, const Path& path, const StrandFinish& finish);
 
-// A curl of the looks `amount` asks for, 0 straight … 1 tight. Phase, size and hand vary by `random`.
+// A curl for `amount`, 0 straight … 1 tight. Phase, size and direction vary by `random`.
 Curl make_curl(double amount, Random& random);
-// Points that a strand of that length needs to show its curls.
+// The number of points that a strand of that length needs to show its curls.
 int curl_points(double amount, double length_m, int point_count_min);
 
 }  // namespace hairnet::made

@@ -11,17 +11,17 @@ struct Tie {
   double radius_m = 0.0125;
 
   [[nodiscard]] Vec3 down() const { return axis.cross(Vec3::UnitX()).normalized(); }
-  // At an angle about the axis from `down` towards +X.
+  // The point at an angle about the axis from `down` towards +X.
   [[nodiscard]] Vec3 on_ring(double angle, double radius_m_at) const;
 };
 
-// Roots that are pulled back to a tie: none before the ears, which hair would have to cross.
+// Whether a root is pulled back to a tie: no root in front of the ears, because the hair would cross them.
 bool is_pulled_back(const Vec3& root);
 
-// Along the scalp to the tie, as a taut thread would lie, each strand to its own place in it.
+// A path along the scalp to the tie, like a taut thread; each strand has its own place in the tie.
 Path pulled(const Root& root, const Tie& tie, Random& random);
 
-// A knot of the points that `tied` names, all in the groom already.
+// Adds a knot of the points in `tied`, which are already in the groom.
 void add_knot(Groom& groom, std::vector<std::uint32_t> tied, double stiffness_n_per_m);
 
 }  // namespace hairnet::made

@@ -6,7 +6,7 @@
 
 namespace hairnet::made {
 
-// The random differences between seeds: a phase, and how large and how fast the person's movements are.
+// The random differences between seeds: a phase, and the size and tempo of the person's movements.
 struct MotionVariation {
   explicit MotionVariation(std::uint32_t seed) {
     Random random(seed, 7);

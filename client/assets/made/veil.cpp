@@ -14,7 +14,7 @@ constexpr int kColumns = 33, kRows = 30;
 constexpr double kHairThickness = 0.030;  // under the veil
 constexpr double kCombHalf_rad = 0.80;    // of the comb's arc over the head
 
-// One warp of the veil: from the comb back over the hair, then down, in folds that open towards the hem.
+// One warp thread of the veil: from the comb back over the hair, then down, in folds that open towards the hem.
 Path column_path(double across, double length_m) {
   const double angle = kCombHalf_rad * across;
   const Vec3 skin = skin_along(Vec3(std::sin(angle), std::cos(angle), -0.22).normalized());

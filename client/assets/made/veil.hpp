@@ -4,8 +4,8 @@
 
 namespace hairnet::made {
 
-// A veil of tulle, pinned by a comb across the crown and falling over hair, shoulders and back (group "veil"). The hair
-// must be dressed already.
+// Adds a veil of tulle, pinned by a comb across the crown and falling over hair, shoulders and back (group "veil"). The
+// hair must be complete.
 void add_veil(double length_m, Groom& groom);
 
 }  // namespace hairnet::made

@@ -5,7 +5,7 @@
 
 namespace hairnet {
 
-// CLI::Range lets "nan" pass: no comparison with it is true.
+// CLI::Range accepts "nan", because no comparison with NaN is true.
 inline CLI::Validator in_range(double least, double most) {
   return {[least, most](std::string& text) {
             double value = 0;

@@ -6,7 +6,7 @@
 
 namespace hairnet {
 
-// One line on stderr that redraws itself. Where stderr is no terminal, one line for each new stage instead.
+// One line on stderr that redraws itself. If stderr is not a terminal, one line for each new stage.
 class ProgressBar {
  public:
   explicit ProgressBar(std::string title);
@@ -14,7 +14,7 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  // `fraction` in [0, 1] of the whole done, and what is being done now. Cheap to call often.
+  // `fraction` in [0, 1] of the whole job, and the name of the current stage. Cheap to call often.
   void show(double fraction, std::string_view stage);
 
  private:

@@ -7,8 +7,8 @@
 
 namespace hairnet {
 
-// Fills `wind` while parsing; it must outlive that, and be validated after it. Returns the flags, so that a program
-// can tell whether any was given.
+// Fills `wind` while parsing; it must outlive the parsing, and the caller must validate it afterwards. Returns the
+// flags, so that a program can check whether any was given.
 inline CLI::Option_group* add_wind_flags(CLI::App& app, Wind& wind) {
   CLI::Option_group* flags = app.add_option_group("Wind");
   flags

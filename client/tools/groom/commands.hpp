@@ -15,21 +15,21 @@ struct MaterialOptions {
   std::optional<Material> material;                               // of all hair; none: the groom's own
   std::vector<std::pair<std::string, Material>> group_materials;  // by the group's name
 };
-// Refuses groups that are not there.
+// The error names a missing group.
 Result<void> apply_materials(const MaterialOptions& options, Groom& groom);
 
 struct ImportOptions {
-  std::vector<std::string> files;   // strands; the format is told by the file's name
-  std::vector<std::string> groups;  // one a file, or none: the files' stems
-  std::string body;                 // OBJ; empty: the skull is fitted from the roots
+  std::vector<std::string> files;   // strand files; each file's extension names its format
+  std::vector<std::string> groups;  // one for each file, or none: the files' stems
+  std::string body;                 // OBJ; empty: a skull is fitted to the roots
   Placement placement;
-  std::optional<Axis> body_up, body_face;  // where the mesh differs from the strands
+  std::optional<Axis> body_up, body_face;  // if the mesh has other axes than the strands
   std::optional<double> body_unit_m;
   double hairs_in_all = 100'000;
-  std::optional<double> root_length_m;  // whatever the material says
-  double root_spread = 0;               // of each strand's own root length, a share
+  std::optional<double> root_length_m;  // overrides that of the material
+  double root_spread = 0;               // random share by which each strand's own root length differs
   MaterialOptions materials;
-  std::optional<std::size_t> card_count;  // for drawing far away; none: as many as the hair deserves
+  std::optional<std::size_t> card_count;  // for drawing far away; none: the default number
   std::string name, out;
 };
 Result<void> import_groom(const ImportOptions& options);
@@ -38,14 +38,14 @@ struct MakeOptions {
   std::string style, out;
   HairstyleOptions hairstyle;
   MaterialOptions materials;
-  std::optional<std::size_t> card_count;  // as for an import
+  std::optional<std::size_t> card_count;  // see ImportOptions
 };
 Result<void> make_groom(const MakeOptions& options);
 
 struct InspectOptions {
   std::string groom;
   HairstyleOptions hairstyle;  // for made:STYLE
-  bool levels = false;         // build them and say how
+  bool levels = false;         // builds them and prints statistics
 };
 Result<void> inspect_groom(const InspectOptions& options);
 

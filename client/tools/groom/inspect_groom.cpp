@@ -61,7 +61,7 @@ void print_groups(const Groom& groom) {
   }
 }
 
-// What is in the hair besides strands, each kind on a line if there is any.
+// Prints the features besides strands, one line for each kind that the groom has.
 void print_features(const Groom& groom) {
   std::size_t copies = 0, triangles = 0, pinned = 0, tied = 0;
   for (const Clump& clump : groom.clumps) copies += clump.copy_count;

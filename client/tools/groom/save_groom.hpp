@@ -7,7 +7,7 @@
 
 namespace hairnet::groom {
 
-// Writes the groom's file and says so, with its size, on stdout.
+// Writes the groom's file and prints its name and size on stdout.
 Result<void> save_groom(const Groom& groom, const std::string& path);
 
 }  // namespace hairnet::groom

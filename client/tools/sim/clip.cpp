@@ -13,7 +13,7 @@ constexpr double kEaseUpright_s = 1;
 
 Clip make_clip(const Motion& motion, double rate_hz, double settle_s) {
   Clip clip;
-  // Rounding must not add a tick to a clip whose length is a whole number of them.
+  // Rounding must not add a tick to a clip whose length is a whole number of ticks.
   clip.motion_tick_count = static_cast<std::size_t>(std::ceil(motion.duration_s() * rate_hz - 1e-9));
   for (std::size_t i = 0; i <= clip.motion_tick_count; ++i) {
     const double time_s = static_cast<double>(i) / rate_hz;

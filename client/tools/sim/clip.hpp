@@ -6,10 +6,10 @@
 
 namespace hairnet::sim {
 
-// A motion as a world is told it: one pose a tick, rounded as on the wire. Pose 0 is where the character starts.
+// A motion as the input of a world: one pose a tick, rounded as on the wire. Pose 0 is that of the start.
 struct Clip {
   std::vector<Pose> poses;
-  std::vector<bool> teleports;        // pose i does not continue from pose i - 1
+  std::vector<bool> teleports;        // pose i does not continue pose i - 1
   std::size_t motion_tick_count = 0;  // the ticks after these belong to the settling
 
   [[nodiscard]] std::size_t tick_count() const { return poses.size() - 1; }

@@ -18,7 +18,7 @@ Json vector_json(const V& v) {
   return {v[0], v[1], v[2]};
 }
 
-// Nodes and weights of stiffener `s`, by grid index; q as the solver takes it.
+// Nodes and weights of stiffener `s`, by grid index; q for the solver.
 Json stiffener_json(const Level& level, const Stiffeners& stiffeners, float step_s, std::size_t s) {
   Json nodes = Json::array(), weights = Json::array();
   for (std::uint32_t e = stiffeners.begin[s]; e < stiffeners.begin[s + 1]; ++e) {
@@ -126,7 +126,7 @@ std::string spring_note() {
          " L)); its stiffness is the slope at the step's start";
 }
 
-// What this model does that the paper's formulas do not say, or leave open.
+// The parts of this model that differ from the paper's equations, or that these leave open.
 Json notes_json() {
   return {
       contact_note(),

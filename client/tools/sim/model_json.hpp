@@ -18,7 +18,7 @@ struct ModelDump {
   std::vector<std::size_t> resets;   // rows of --out whose step was a teleport
 };
 
-// One built model as JSON (README.md says what each field holds), so that a program that shares no code with this one
+// Encodes a built model as JSON (README.md explains each field), so that a program that shares no code with this one
 // can integrate it. Every number reads back to the same bits.
 std::string encode_model_json(const ModelDump& dump);
 

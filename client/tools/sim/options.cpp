@@ -86,7 +86,7 @@ void add_simulation_flags(CLI::App& app, SimulateOptions& o) {
   add_motion_flags(app, o);
 }
 
-// The relations between flags that CLI11 cannot state. Empty when in order.
+// Checks relations between flags that CLI11 cannot express. Returns an empty string when they are right.
 std::string check(const SimulateOptions& simulate, const ReplayOptions& replay) {
   if (!replay.recording.empty()) {
     if (!simulate.groom.empty() || !simulate.motion.empty())

@@ -14,7 +14,7 @@ namespace hairnet::sim {
 
 enum class Solver : std::uint8_t { standard, converged };
 
-// A clip simulated without a server. Empty file names are not written.
+// A clip simulated without a server. Files with empty names are not written.
 struct SimulateOptions {
   std::string groom, motion;
   HairstyleOptions hairstyle;
@@ -30,7 +30,7 @@ struct SimulateOptions {
   std::string out, velocities, points, poses, dump_model;
 };
 
-// A server's recording stepped again.
+// The replay of a server's recording.
 struct ReplayOptions {
   std::string recording;
   std::string out;    // .npy of one character's nodes
@@ -40,7 +40,7 @@ struct ReplayOptions {
 
 using Options = std::variant<SimulateOptions, ReplayOptions>;
 
-// What the command line asks for, or the exit code when the program is to end at once (help, or a usage error, already
+// The options of the command line, or the exit code when the program must end at once (help, or a usage error, already
 // printed in one line).
 std::variant<Options, int> parse_options(int argc, char** argv);
 

@@ -38,7 +38,8 @@ class NodeFile {
   }
 
  private:
-  // One array has one shape: a character that changes its lattice, or two of the same number, have none.
+  // An array has one shape, so it needs one character with one lattice: a change of lattice, or two characters of the
+  // same number, is an error.
   Result<void> open(std::uint64_t tick, std::uint64_t key, const Level& level) {
     if (writer_ && key == key_ && &level == level_) return {};
     if (writer_)
@@ -96,7 +97,7 @@ struct Totals {
   std::size_t ticks = 0, grooms = 0, characters_max = 0;
 };
 
-// Reads entry after entry until the end, or to the reason why that cannot be.
+// Reads entry after entry until the end, or until an error.
 Result<void> replay_entries(std::span<const std::uint8_t> bytes, ReplayedWorld& replayed, ReplayFiles& files,
                             ProgressBar& bar, Totals& totals) {
   const std::size_t byte_count = bytes.size();

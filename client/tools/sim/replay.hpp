@@ -5,8 +5,8 @@
 
 namespace hairnet::sim {
 
-// Steps a recording again and compares World::hash after every tick. Refuses at the first difference, and at a
-// recording that is damaged or ends early (after the ticks before it have been replayed and their files written).
+// Replays a recording and compares World::hash after every tick. Returns an error at the first difference, and for a
+// recording that is damaged or ends early (after all complete ticks have been replayed and their files written).
 Result<void> replay(const ReplayOptions& options);
 
 }  // namespace hairnet::sim

@@ -18,7 +18,7 @@ std::string hex(std::uint64_t value) {
   return text;
 }
 
-// "session 7 character 3": how people know a recording's character.
+// "session 7 character 3": the name of a recording's character in messages.
 std::string name_of(std::uint64_t character) {
   return "session " + std::to_string(character >> 32) + " character " + std::to_string(character & 0xffffffff);
 }
@@ -139,7 +139,8 @@ Result<void> ReplayedWorld::take(const wire::RecordedTick& tick) {
   for (const wire::RecordedState& state : tick.states) {
     const auto found = characters_.find(state.character);
     if (found == characters_.end()) return at_tick("sets the state of unknown " + name_of(state.character));
-    world_->set_state(found->second.id, state.displacements, state.velocities);  // one refused was refused then, too
+    // a state refused here was refused on the server too
+    world_->set_state(found->second.id, state.displacements, state.velocities);
   }
   for (const wire::RecordedWind& change : tick.winds) {
     if (const std::string fault = validate(change.wind); !fault.empty()) return at_tick(fault);

@@ -13,16 +13,17 @@
 
 namespace hairnet::sim {
 
-// The world that a recording's entries tell what to do. Grooms are built when a character first needs their levels.
+// A world controlled by a recording's entries. It builds grooms when a character first needs their levels.
 class ReplayedWorld {
  public:
   using BuildProgress = std::function<void(double fraction, std::string_view stage)>;
   explicit ReplayedWorld(BuildProgress progress) : progress_(std::move(progress)) {}
 
-  // A header or groom. Refuses a second header, values out of range, and grooms that do not decode.
+  // Takes the header or a groom. Returns an error for a second header, values out of range, and grooms that do not
+  // decode.
   Result<void> take(const wire::RecordingHeader& header);
   Result<void> take(const wire::RecordedGroom& groom);
-  // Applies a tick and steps. Refuses what the recording has no ground for, and a hash that differs.
+  // Applies a tick and steps. The error is one line: the recording is inconsistent, or a hash differs.
   Result<void> take(const wire::RecordedTick& tick);
 
   [[nodiscard]] const World& world() const { return *world_; }

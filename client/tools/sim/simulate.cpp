@@ -54,7 +54,7 @@ Result<Groom> load_sound_groom(const SimulateOptions& o) {
   return groom;
 }
 
-// Only the level asked for: the others are left empty.
+// Builds only the requested level: the others are left empty.
 std::shared_ptr<const LevelSet> build_one(const SimulateOptions& o, const Groom& groom, ProgressBar& bar) {
   BuildCallbacks observer;
   observer.progress = [&bar](double fraction, std::string_view stage) {
@@ -83,7 +83,8 @@ Run run_clip(const SimulateOptions& o, const Clip& clip, const StepperDef& def, 
     if (has_teleported) run.resets.push_back(row);
     run.lattices_reset += report.lattices_reset;
     const double last_substep = (def.substep_count - 1.0) / def.substep_count;
-    files.add_row(has_teleported ? to : interpolate(clip.poses[row - 1], to, last_substep), to, substep_s, stepper->state());
+    files.add_row(has_teleported ? to : interpolate(clip.poses[row - 1], to, last_substep), to, substep_s,
+                  stepper->state());
     if (row <= clip.motion_tick_count) run.motion.add(stepper->state().displacement);
     bar.show(static_cast<double>(row) / static_cast<double>(clip.tick_count()), "stepping");
   }

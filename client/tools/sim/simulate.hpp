@@ -5,7 +5,7 @@
 
 namespace hairnet::sim {
 
-// Loads, builds the one level asked for, steps the clip, writes the files and prints a summary line.
+// Loads, builds the requested level, steps the clip, writes the files and prints a summary line.
 Result<void> simulate(const SimulateOptions& options);
 
 }  // namespace hairnet::sim

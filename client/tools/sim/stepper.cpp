@@ -7,7 +7,7 @@
 namespace hairnet::sim {
 namespace {
 
-// What the server runs: the world, with one character.
+// Steps like the server: the world, with one character.
 class WorldStepper : public Stepper {
  public:
   explicit WorldStepper(const StepperDef& def)

@@ -18,7 +18,7 @@ struct StepperDef {
   Pose start;
 };
 
-// One character, tick by tick, by either solver.
+// One character, stepped tick by tick, by one of two solvers.
 class Stepper {
  public:
   virtual ~Stepper() = default;

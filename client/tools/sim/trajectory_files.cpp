@@ -25,7 +25,8 @@ std::span<const float> GridNodes::positions(const RigidTransform& head, std::spa
 
 std::span<const float> GridNodes::velocities(const RigidTransform& from, const RigidTransform& to, double step_s,
                                              std::span<const Vec3f> velocity_head) {
-  // A trimmed node's displacement combines others', so its velocity combines theirs beyond the rest's, R'p^0.
+  // A trimmed node's displacement combines those of other nodes, so its velocity combines theirs relative to the
+  // rest's, R'p^0.
   StepInput input;
   input.from.bones[0] = from;
   input.to.bones[0] = to;

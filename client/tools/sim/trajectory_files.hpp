@@ -22,7 +22,7 @@ class GridNodes {
   // Velocities, m/s. `from` to `to` is the head's last step of `step_s`; equal when it does not move.
   std::span<const float> velocities(const RigidTransform& from, const RigidTransform& to, double step_s,
                                     std::span<const Vec3f> velocity_head);
-  // Displacements in head space as of the last positions(), for every grid node.
+  // Displacements in head space from the last positions(), for every grid node.
   [[nodiscard]] std::span<const Vec3f> displacements() const { return grid_; }
 
  private:
@@ -34,9 +34,9 @@ class GridNodes {
 // The .npy files of one simulated clip, row by row; row 0 is the state before the first step.
 class TrajectoryFiles {
  public:
-  // `groom` and `level` must outlive this. Refusals name the file.
+  // `groom` and `level` must outlive this. Errors name the file.
   static Result<TrajectoryFiles> create(const SimulateOptions& options, const Groom& groom, const Level& level);
-  // `step_from` is the pose that the last (sub)step of `step_s` began at; `pose` when there was none.
+  // `step_from` is the pose at which the last (sub)step of `step_s` began; `pose` when there was none.
   void add_row(const Pose& step_from, const Pose& pose, double step_s, const LatticeState& state);
   Result<void> finish();
 

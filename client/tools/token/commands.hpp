@@ -11,7 +11,7 @@ namespace hairnet::token {
 
 struct MakeOptions {
   std::string key_file;
-  channel::TokenClaims claims;    // but its times
+  channel::TokenClaims claims;    // without its times
   std::int64_t expires_s = 3600;  // from now
   std::optional<std::int64_t> not_before_s;
 };
@@ -20,10 +20,10 @@ struct ShowOptions {
   std::string token;
 };
 
-// Each returns what is to be printed, or one line that says what is wrong.
+// Each returns the text to print, or one line about the error.
 Result<std::string> make_key();
 Result<std::string> make_token(const MakeOptions& options, std::int64_t now_s);
-// The claims as JSON, and whether the token is good at `now_s`.
+// The claims as JSON, and whether the token is valid at `now_s`.
 Result<std::string> show_token(const ShowOptions& options, std::int64_t now_s);
 
 }  // namespace hairnet::token

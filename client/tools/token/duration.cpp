@@ -8,7 +8,7 @@ namespace {
 constexpr std::int64_t kDay_s = 86'400;
 constexpr std::int64_t kMax_s = 3653 * kDay_s;
 
-// 0 for what is no unit.
+// Returns 0 for an unknown unit.
 std::int64_t unit_s(std::string_view unit) {
   if (unit.empty() || unit == "s") return 1;
   if (unit == "m") return 60;

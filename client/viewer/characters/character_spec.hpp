@@ -8,10 +8,10 @@
 
 namespace hairnet::viewer {
 
-// "groom=made:long_curly,motion=made:dance,level=high,colour=red": keys groom and motion are required.
+// Parses "groom=made:long_curly,motion=made:dance,level=high,colour=red"; the keys groom and motion are required.
 Result<CharacterOptions> parse_character(const std::string& spec);
 
-// The whole of `text` as a finite number.
+// Parses the whole of `text` as a finite number.
 Result<double> parse_number(std::string_view text);
 
 }  // namespace hairnet::viewer

@@ -13,7 +13,7 @@ struct NamedColour {
   std::string_view name;
   std::array<float, 3> linear;
 };
-// In the order in which characters get them: neighbours differ.
+// In the order in which characters get them: neighbours have different colours.
 constexpr std::array<NamedColour, 8> kColours{{{"brown", {0.14f, 0.065f, 0.03f}},
                                                {"blonde", {0.52f, 0.36f, 0.17f}},
                                                {"black", {0.022f, 0.017f, 0.014f}},

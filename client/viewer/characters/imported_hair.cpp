@@ -17,7 +17,7 @@
 namespace hairnet::viewer {
 namespace {
 
-// What the files hold, before it is placed.
+// The strands and the body from the files, before they are placed.
 struct Parts {
   std::vector<StrandFile> strands;
   std::optional<TriangleMesh> body;

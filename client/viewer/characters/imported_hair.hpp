@@ -10,17 +10,17 @@
 
 namespace hairnet::viewer {
 
-// Whether a file of that name holds strands in a form that others use: .hair, .tfx, .data or .obj.
+// Whether the name is that of a strand file of another program: .hair, .tfx, .data or .obj.
 bool is_foreign_hair(std::string_view path);
 
-// A groom of strands that lie in files of others' formats, each file a group; an .obj without lines among them is the
-// body they were made on. Without strands the body gets made hair, fitted to it. Units and axes are guessed, and said
-// on stderr.
+// Makes a groom of the strands in files of other programs; each file becomes a group. An .obj without lines among them
+// is the body that they were made on. Without strands the body gets made hair, fitted to it. Guesses units and axes,
+// and prints the guesses on stderr.
 Result<Groom> import_hair(std::span<const std::string> files);
 
-// What files show without a word more: every .groom a character, all foreign files together one, all moved by the
-// first .bvh among them, or looking around. All about the origin and of one colour: load_characters says where they
-// stand. Refused in one line, with the file's name.
+// Makes the characters of plain files: each .groom is one character, all imported files together are one. The first
+// .bvh moves all of them; without one they look around. All stand at the origin in one colour; load_characters gives
+// them places. A refusal is one line with the file's name.
 Result<std::vector<CharacterSetup>> characters_of_files(std::span<const std::string> files);
 
 }  // namespace hairnet::viewer

@@ -18,7 +18,7 @@ namespace {
 
 using Grooms = std::map<std::pair<std::string, std::size_t>, std::shared_ptr<const Groom>>;
 
-// About the origin.
+// Loads the character at the origin.
 Result<CharacterSetup> load_character(const CharacterOptions& options, Grooms& grooms) {
   std::shared_ptr<const Groom>& groom = grooms[{options.groom, options.hairstyle.strand_count}];
   if (!groom) {

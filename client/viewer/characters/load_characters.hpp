@@ -11,7 +11,7 @@
 
 namespace hairnet::viewer {
 
-// One character, loaded. Those with the same groom share it.
+// One loaded character. Characters with the same groom share it.
 struct CharacterSetup {
   std::shared_ptr<const Groom> groom;
   Motion motion;  // at the character's place
@@ -20,8 +20,8 @@ struct CharacterSetup {
   std::optional<Material> material;
 };
 
-// The characters that `options` names, then what its files hold. Those that were given a place are there, the others
-// stand side by side.
+// Returns the characters that `options` names, then those of its files. Characters without a given place stand side by
+// side.
 Result<std::vector<CharacterSetup>> load_characters(const ViewOptions& options);
 
 }  // namespace hairnet::viewer

@@ -38,14 +38,14 @@ Examples:
 constexpr std::array<const char*, 4> kViewNames{"front", "side", "back", "three_quarter"};
 constexpr double kDuration_s_max = 24 * 3600;
 
-// What cannot go straight into the options, as typed.
+// Values as typed that need parsing before they go into the options.
 struct Texts {
   std::string connect = "127.0.0.1:7420", observe, times, views = "three_quarter", size, duration, reconnect;
   std::vector<std::string> characters;
   bool no_draw = false, local = false;
   Wind wind;
   CLI::App* wind_flags = nullptr;
-  std::vector<const CLI::Option*> of_server;  // flags that mean nothing without one
+  std::vector<const CLI::Option*> of_server;  // flags that only apply to a server
 };
 
 std::vector<std::string> split(const std::string& text, char separator) {
@@ -75,7 +75,7 @@ void take_server(ViewOptions& o, const std::string& text) {
   o.server = *address;
 }
 
-// all, nobody, nearest:N or radius:M. The default is all in a window and nobody otherwise.
+// Parses all, nobody, nearest:N or radius:M. The default is all in a window and nobody otherwise.
 void take_observe(ViewOptions& o, std::string text) {
   if (text.empty()) text = o.source == Source::server && o.output == Output::window ? "all" : "nobody";
   if (text == "nobody") return;
@@ -104,7 +104,7 @@ void take_room(const ViewOptions& o) {
   if (o.token.size() > wire::kTokenBytesMax) refuse("--token", "it is too long");
 }
 
-// Seconds, from `least_s` to a day, or infinity for the word 'forever'.
+// Parses seconds, from `least_s` to a day, or the word 'forever' as infinity.
 double seconds(const std::string& flag, const std::string& text, double least_s) {
   if (text == "forever") return std::numeric_limits<double>::infinity();
   const Result<double> number = parse_number(text);

@@ -22,7 +22,7 @@ struct CharacterOptions {
   std::optional<Place> place;  // none: side by side with the others
   LevelIndex level = LevelIndex::high;
   std::optional<Vec3f> colour;       // linear RGB
-  std::optional<Material> material;  // while it runs; the groom's own stays what was built
+  std::optional<Material> material;  // at run time; the groom's own is the built one
   HairstyleOptions hairstyle;
   BvhImport bvh;
 };
@@ -31,21 +31,21 @@ enum class View : std::uint8_t { front, side, back, three_quarter };
 
 // Where hair is simulated: by a server, or by the core's World in this process.
 enum class Source : std::uint8_t { server, local };
-// What is made of it. Nothing is drawn for `none`.
+// What the program makes. It draws nothing for `none`.
 enum class Output : std::uint8_t { window, pictures, video, none };
 
 struct ViewOptions {
   Source source = Source::server;
   Output output = Output::window;
-  std::vector<std::string> files;  // to be shown as they are
+  std::vector<std::string> files;  // to be shown without further options
   link::Address server;
   link::TlsOptions tls;
   std::string room, token;
-  std::optional<wire::Observe> observe;  // others in the room to be seen; none: nobody
+  std::optional<wire::Observe> observe;  // which other characters of the room to show; none: no others
   double reconnect_s = 0;                // how long to try to reconnect; 0: not at all; infinity: forever
   std::vector<CharacterOptions> characters;
-  double duration_s = 6;  // of the motions, which begin at time 0 when every lattice is there; infinity: forever
-  double settle_s = 0;    // after them: heads ease upright within 1 s, then are still
+  double duration_s = 6;  // of the motions, which begin at time 0 when every lattice has arrived; infinity: forever
+  double settle_s = 0;    // after the motions: heads ease upright within 1 s, then are still
   double pose_rate_hz = 60;
   double tick_rate_hz = 30;   // of a local world
   double frame_rate_hz = 30;  // of a video
@@ -53,11 +53,11 @@ struct ViewOptions {
   std::optional<Wind> wind;   // for the whole room
   std::string out, sheet, trace;
   std::vector<double> times_s;    // of the sheet's columns
-  std::vector<View> views;        // of the sheet's rows, each for every character
+  std::vector<View> views;        // the rows of the sheet; each has all characters
   int width = 480, height = 540;  // of a picture, a video or the window
 };
 
-// What the command line asks for, or the exit code when the program is to end at once (help, or a usage error, already
+// The options of the command line, or the exit code when the program must end at once (help, or a usage error, already
 // printed in one line).
 std::variant<ViewOptions, int> parse_options(int argc, char** argv);
 

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kApart_m = 0.7, kRowsApart_m = 0.9;
 constexpr std::size_t kRowMax = 8;
-constexpr double kFar_m = 1000;  // well within what a protocol lets a pose have
+constexpr double kFar_m = 1000;  // well within the protocol's limit for a pose
 
 }  // namespace
 

@@ -14,14 +14,14 @@ struct Place {
   friend bool operator==(const Place&, const Place&) = default;
 };
 
-// "X:Z" or "X:Z:HEADING_DEG".
+// Parses "X:Z" or "X:Z:HEADING_DEG".
 Result<Place> parse_place(std::string_view text);
 
-// Of character `n` of `count` that were given none: side by side, 0.7 m apart, about the origin; more than eight in
-// rows behind each other.
+// The place of character `n` of `count` without given places: side by side, 0.7 m apart, about the origin; more than
+// eight in rows behind each other.
 Place side_by_side(std::size_t n, std::size_t count);
 
-// `pose` as it is about the origin, at the place.
+// Moves a pose at the origin to the place.
 Pose placed(const Place& place, const Pose& pose);
 void move_to(const Place& place, Motion& motion);
 

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kUpwards_m = 0.22, kAround_m = 0.24;  // of head and shoulders about the head joint
 
-// How far down hair hangs from the head joint at rest.
+// How far hair hangs below the head joint at rest.
 double hang_m(const Groom& groom) {
   float low = -0.2f;
   for (const Vec3f& p : groom.points) low = std::min(low, p.y());
@@ -54,7 +54,8 @@ void frame_all(std::span<const ViewedCharacter> viewed, View view, int width, in
   const double heading = facing.norm() > 1e-3 ? std::atan2(facing.x(), facing.z()) : 0;
   const Quat turn(Eigen::AngleAxisd(heading, Vec3::UnitY()));
   camera.look_from((turn * direction_of(view)).normalized());
-  // The smallest upright rectangle across the view that holds all, then by how much further the nearest are to the eye.
+  // The smallest upright rectangle across the view that contains everything, then the extra depth of the nearest parts
+  // towards the eye.
   Eigen::AlignedBox3d box;
   const Vec3 backward = (camera.camera().eye - camera.camera().target).normalized();
   for (const ViewedCharacter& character : viewed) {

@@ -9,13 +9,13 @@
 
 namespace hairnet::viewer {
 
-// Where a view looks from, before a heading about +Y turns it; about 1 long.
+// The direction from the head to the eye before a heading about +Y turns it; its length is about 1.
 Vec3 direction_of(View view);
 
-// Between the heads; none when nobody is there.
+// The mean place of the heads; none without characters.
 std::optional<Vec3> middle_of(std::span<const ViewedCharacter> viewed);
 
-// Looks at all heads and their hair, from the side that `view` names of where they face in the mean.
+// Frames all heads and their hair, from the side that `view` names relative to the mean direction of the faces.
 void frame_all(std::span<const ViewedCharacter> viewed, View view, int width, int height, OrbitCamera& camera);
 
 }  // namespace hairnet::viewer

@@ -8,23 +8,23 @@
 
 namespace hairnet::viewer {
 
-// What a mouse did since the last picture. Pixels from the top left of the picture.
+// The mouse input since the last picture. Pixels count from the top left of the picture.
 struct MouseInput {
   double x_px = 0, y_px = 0, right_px = 0, down_px = 0, wheel = 0;
-  bool left = false, middle = false, right = false;  // held
+  bool left = false, middle = false, right = false;  // pressed now
   bool shift = false;
-  bool elsewhere = false;  // over controls, which then have it
+  bool elsewhere = false;  // over controls, which get the input
 };
 
-// Turns mouse input into actions. The left button turns one's own head when pressed on it (with shift it moves the
-// head), and orbits the camera when pressed elsewhere. The middle and right buttons pan the camera, the wheel zooms.
-// Knows no window; one thread.
+// Turns mouse input into actions. The left button turns an own head when pressed on it (with shift it moves the head),
+// and orbits the camera when pressed elsewhere. The middle and right buttons pan the camera, the wheel zooms. Knows no
+// window; one thread.
 class MouseController {
  public:
   void apply(const MouseInput& mouse, HairSource& source, OrbitCamera& camera, int width_px, int height_px);
-  // Whose head is held.
+  // The character whose head is being dragged.
   [[nodiscard]] std::optional<std::uint64_t> grabbed() const { return grabbed_; }
-  // Whose head was pressed on last, one's own or another's; taken by asking.
+  // Returns the character whose head was pressed last, own or not, and forgets it.
   std::optional<std::uint64_t> take_chosen();
 
  private:
@@ -33,15 +33,15 @@ class MouseController {
   void release(HairSource& source);
 
   Drag drag_ = Drag::none;
-  double depth_m_ = 1;  // of the head that is held
+  double depth_m_ = 1;  // of the head that is dragged
   std::optional<std::uint64_t> grabbed_, chosen_;
 };
 
-// About a head, for picking and framing: its middle in the world, and how far it reaches.
+// The middle of a head in the world, for picking and framing, and its radius.
 Vec3 head_middle(const Pose& pose);
 inline constexpr double kHeadRadius_m = 0.15;
 
-// Whose head the ray meets first.
+// The character whose head the ray hits first.
 std::optional<std::uint64_t> pick(const Ray& ray, std::span<const ViewedCharacter> viewed);
 
 }  // namespace hairnet::viewer

@@ -100,7 +100,7 @@ bool OrbitCamera::in_view(const Vec3& centre, double radius_m, double aspect) co
   const Vec3 from_eye = centre - (target_ + distance_m_ * backward());
   const double depth = -from_eye.dot(backward());
   if (depth < -radius_m) return false;
-  // Distances beyond the planes of the view's sides.
+  // The distance outside the planes of the view's sides.
   const auto inside = [&](double across, double tangent) {
     return (std::abs(across) - depth * tangent) / std::sqrt(1 + tangent * tangent) <= radius_m;
   };

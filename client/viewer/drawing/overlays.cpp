@@ -20,19 +20,19 @@ std::uint8_t byte(float x) {
   return static_cast<std::uint8_t>(std::lround(255 * std::clamp(x, 0.0f, 1.0f)));
 }
 
-// Blue at 0 by way of green to red at 1.
+// Blue at 0, green between, red at 1.
 Rgba heat(float x) {
   return {byte(2 * x - 0.6f), byte(1.4f - std::abs(2.4f * x - 1.2f)), byte(1.2f - 2 * x), 255};
 }
 
-// Pressed together blue, as designed grey, drawn out red.
+// Blue for compressed, grey for the design length, red for stretched.
 Rgba strain_colour(float strain) {
   const float s = std::clamp(strain / kStrainShown, -1.0f, 1.0f);
   return s < 0 ? Rgba{byte(0.7f + 0.6f * s), byte(0.7f + 0.3f * s), byte(0.7f - 0.3f * s), 200}
                : Rgba{byte(0.7f + 0.3f * s), byte(0.7f - 0.6f * s), byte(0.7f - 0.6f * s), 200};
 }
 
-// A subject's lattice in the world.
+// A character's lattice in the world.
 class LatticeDrawing {
  public:
   LatticeDrawing(const ViewedCharacter& character, Drawing& drawing) : viewed_(character), drawing_(drawing) {
@@ -64,7 +64,7 @@ class LatticeDrawing {
     }
   }
 
-  // A spring's weights sum to 0: it lies from the mean of its positive ones to that of its negative ones.
+  // A spring's weights sum to 0: draws it from the mean of its nodes with positive weights to that of the others.
   void draw_springs(const Stiffeners& springs) {
     for (std::size_t s = 0; s < springs.count(); ++s) {
       Vec3f from = Vec3f::Zero(), to = Vec3f::Zero(), vector = Vec3f::Zero();
@@ -92,7 +92,7 @@ class LatticeDrawing {
     }
   }
 
-  // Points of hair that meet skin, those that are nearer to it than their limit in red.
+  // Draws the points of hair that meet skin; points nearer to the skin than their limit are red.
   void draw_contacts(const Level& model) {
     const ContactPoints& contacts = model.contacts;
     const Pose& pose = viewed_.pose;

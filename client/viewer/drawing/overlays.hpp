@@ -11,27 +11,27 @@
 
 namespace hairnet::viewer {
 
-// What is drawn of the mechanics over the hair.
+// The parts of the mechanics to draw over the hair.
 struct Overlays {
-  bool lattice = false;      // active nodes, by how far they are from their design, and the edges between them
+  bool lattice = false;      // active nodes, coloured by their distance from their design, and the edges between them
   bool springs = false;      // by strain
-  bool attachments = false;  // from where they bind to where they are
+  bool attachments = false;  // from their points on the skull to their current places
   bool contacts = false;     // the points of hair that meet skin
-  bool drag = false;         // each node's strongest drag, and the way it acts
+  bool drag = false;         // each node's strongest drag, and its direction
   bool levels = false;       // hair in its level's colour
   bool timing = false;       // graphs
 
   [[nodiscard]] bool need_model() const { return springs || attachments || contacts || drag; }
 };
 
-// Of each level, for hair (linear RGB).
+// The colour of each level, for hair (linear RGB).
 Vec3f level_colour(LevelIndex level);
 
-// Of one character, or all when `chosen` is none. What needs the model is left out where it is not known.
+// Draws the overlays of one character, or of all when `chosen` is none. Leaves out overlays that need an unknown model.
 void draw_overlays(const Overlays& overlays, std::span<const ViewedCharacter> viewed,
                    std::optional<std::uint64_t> chosen, render::Drawing& drawing);
 
-// One line that says whose model is not known though it is wanted; empty when all is drawn.
+// One line that names the characters whose model is wanted but not known; empty when all is drawn.
 std::string missing_models(const Overlays& overlays, std::span<const ViewedCharacter> viewed,
                            std::optional<std::uint64_t> chosen);
 

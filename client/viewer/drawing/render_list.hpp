@@ -17,9 +17,9 @@ class RenderList {
  public:
   explicit RenderList(render::Stage& stage) : stage_(stage) {}
 
-  // As Stage::draw takes them; valid until the next call, and as long as `viewed` are.
+  // The characters for Stage::draw; valid until the next call, and while `viewed` is valid.
   std::span<const render::ShownCharacter> show(std::span<const ViewedCharacter> viewed);
-  // In place of each one's own hair colour from now on, linear RGB; none: its own.
+  // Replaces each character's own hair colour from now on, linear RGB; none: the own colour.
   using Colour = Vec3f (*)(const ViewedCharacter& character);
   void set_colour(Colour colour) { colour_ = colour; }
 

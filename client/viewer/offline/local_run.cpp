@@ -16,7 +16,7 @@
 namespace hairnet::viewer {
 namespace {
 
-// What a run took, in one line.
+// The time and memory of a run, in one line.
 class Cost {
  public:
   void take(std::span<const LocalTick> ticks) {
@@ -90,7 +90,7 @@ StreamResult run_locally(const ViewOptions& options, const std::vector<Character
   ProgressBar bar("hairnet-view");
   Cost cost;
   const double end_s = options.duration_s + options.settle_s;
-  // Tick by tick, so that a signal is heeded; and to the wanted moments between.
+  // Tick by tick, so that a signal is noticed; and to the wanted moments between ticks.
   while (result.moments.size() < moment_times_s.size() || world.time_s() < end_s) {
     if (stop_requested()) {
       result.stopped = true;

@@ -9,12 +9,11 @@
 
 namespace hairnet::viewer {
 
-// A world with the cast in it, each at its level, which is built here with a bar to show how far it is; the others are
-// not. It is where it starts.
+// Makes a world at its start time with the characters in it. Builds only the level of each, and shows a progress bar.
 LocalWorld local_world_of(const ViewOptions& options, const std::vector<CharacterSetup>& characters);
 
-// The cast simulated here as fast as it goes, from the beginning to the end that `options` says; the trace, and what is
-// shown at each of `moment_times_s` (ascending) as a stream gives it. The same options give the same bits.
+// Simulates the characters here as fast as possible, from the beginning to the end that `options` sets. Returns the
+// trace and the moments at each of `moment_times_s` (ascending), like a stream. The same options give the same bits.
 StreamResult run_locally(const ViewOptions& options, const std::vector<CharacterSetup>& characters,
                          const std::vector<double>& moment_times_s);
 

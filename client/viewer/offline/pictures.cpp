@@ -20,10 +20,10 @@ namespace {
 
 constexpr float kFieldOfView_deg = 26;
 constexpr double kMargin = 1.12;  // of the framed sphere
-// What is framed at least: head and neck, head space.
+// The least part to frame: head and neck, head space.
 constexpr std::array<float, 2> kHeadSpan_y{-0.20f, 0.22f};
 
-// Centre and radius, head space, of what is to be seen of a groom at rest: the head and, as far as they hang, strands.
+// Centre and radius, head space, of the visible part of a groom at rest: the head, and strands as far as they hang.
 struct Framing {
   explicit Framing(const Groom& groom) {
     float low = kHeadSpan_y[0], high = kHeadSpan_y[1], wide = 0.14f;
@@ -38,8 +38,8 @@ struct Framing {
   double centre_y, radius;
 };
 
-// The camera keeps to the world, turned once to the heading that the clip begins with, and follows the head's place, so
-// that the head's turns and the hair's swing are seen.
+// The camera is fixed to the world, at the heading with which the clip begins, and follows the head's place. So the
+// head's turns and the hair's swing are visible.
 render::Camera camera_of(const Pose& beginning, const Framing& framing, const Pose& pose, View view) {
   const Quat heading = upright(beginning).head().rotation;
   const Vec3 direction = (heading * direction_of(view)).normalized();
@@ -51,11 +51,11 @@ render::Camera camera_of(const Pose& beginning, const Framing& framing, const Po
   return camera;
 }
 
-// Whom to draw: one of the characters, or another of the room.
+// The subject of a picture: an own character, or another one of the room.
 struct Sitter {
   const Groom* groom = nullptr;
   Vec3f hair_colour = Vec3f::Zero();
-  Pose beginning;                      // where the clip begins, or where it was seen first
+  Pose beginning;                      // pose at which the clip begins, or when it was first seen
   std::vector<const Moment*> moments;  // [time]; null: not seen
 };
 
@@ -132,7 +132,7 @@ class RenderedPictures : public Pictures {
     return write_png(options.out, render::contact_sheet(tiles, static_cast<int>(sitters.size())));
   }
 
-  // The empty studio where there is no moment.
+  // Draws the empty studio if there is no moment.
   Result<render::Image> draw(const ViewOptions& options, const Sitter& sitter, const Moment* moment, View view) {
     const Groom& groom = *sitter.groom;
     if (!moment) {
@@ -153,7 +153,7 @@ class RenderedPictures : public Pictures {
   }
 
   std::unique_ptr<render::Renderer> renderer_;
-  std::map<const Groom*, std::size_t> grooms_;  // as the stage numbered them
+  std::map<const Groom*, std::size_t> grooms_;  // the stage's numbers
 };
 
 }  // namespace

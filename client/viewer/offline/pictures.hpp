@@ -10,7 +10,8 @@
 
 namespace hairnet::viewer {
 
-// Pictures of what a stream showed. Made before streaming, so that a machine that cannot draw says so at once.
+// Draws the pictures of a stream's moments. Create it before streaming, so that a machine that cannot draw fails at
+// once.
 class Pictures {
  public:
   virtual ~Pictures() = default;

@@ -6,7 +6,7 @@
 namespace hairnet::viewer {
 namespace {
 
-constexpr std::uint64_t kCatchUpMax = 15;  // pictures; a window that stood still is not made up for
+constexpr std::uint64_t kCatchUpMax = 15;  // pictures; after a longer standstill, missed pictures are not made up for
 
 std::string free_path(const char* ending) {
   for (int n = 1; n < 10'000; ++n) {

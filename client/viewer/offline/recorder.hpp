@@ -12,9 +12,9 @@
 
 namespace hairnet::viewer {
 
-// What a window keeps of what it shows: a video of the pictures at a fixed rate, however fast they come, and a trace of
-// a local world's ticks, as long as it counts them from one beginning. Files are named hairnet-N.mp4 and
-// hairnet-N.trace, in the folder the program was started in; N is the first that is free. One thread.
+// Records a window: a clip of its pictures at a fixed rate, and a trace of a local world's ticks, as long as the ticks
+// count from one beginning. Files are named hairnet-N.mp4 and hairnet-N.trace, in the folder in which the program was
+// started; N is the first free number. One thread.
 class Recorder {
  public:
   static constexpr double kRate_hz = 30;
@@ -26,14 +26,14 @@ class Recorder {
   [[nodiscard]] bool has_video() const { return video_.has_value(); }
   [[nodiscard]] bool has_trace() const { return trace_.has_value(); }
 
-  // Whether a picture of now is to be added, and in which size.
+  // Whether to add a picture now, and in which size.
   [[nodiscard]] bool wants_picture(std::int64_t now_ns) const;
   [[nodiscard]] int width() const { return width_; }
   [[nodiscard]] int height() const { return height_; }
-  // RGBA, rows from the bottom as OpenGL reads them.
+  // RGBA, rows from the bottom, like OpenGL.
   Result<void> add_picture(std::span<const std::uint8_t> rgba, std::int64_t now_ns);
-  void add_tick(const LocalWorld& world);  // of each: LocalWorld::on_tick
-  // Where it goes, or went last; empty when nothing was kept.
+  void add_tick(const LocalWorld& world);  // call it for each tick: LocalWorld::on_tick
+  // The file being written, or the last one; empty when there was none.
   [[nodiscard]] const std::string& status() const { return status_; }
 
  private:
@@ -46,7 +46,7 @@ class Recorder {
   std::string video_path_, trace_path_, status_;
 };
 
-// Adds what a local world has after the tick just done; character numbers are those of its viewed.
+// Adds a local world's state after the last tick; characters have the numbers of viewed_characters().
 void add_to_trace(const LocalWorld& world, FrameTrace& trace);
 
 }  // namespace hairnet::viewer

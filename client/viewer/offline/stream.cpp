@@ -14,15 +14,15 @@ namespace hairnet::viewer {
 namespace {
 
 constexpr std::int64_t kLoop_ns = 1'000'000;
-constexpr std::int64_t kPlayInterval_ns = 8'000'000;  // how often a display would ask for a picture, at least
+constexpr std::int64_t kPlayInterval_ns = 8'000'000;  // the longest interval between two pictures of a display
 
-// A room while it is streamed to, without anybody looking at it.
+// A room that is streamed to without a window.
 class Streamer {
  public:
   Streamer(const ViewOptions& options, const std::vector<CharacterSetup>& characters,
            const std::vector<double>& moment_times_s)
       : options_(options), moment_times_s_(moment_times_s), room_(options, characters, false) {
-    // Twice a picture, so that a video of many a second has each of its own time.
+    // Twice the picture rate, so that each picture of a fast clip has its own time.
     if (options.output == Output::video)
       play_interval_ns_ = std::min(play_interval_ns_, static_cast<std::int64_t>(0.5e9 / options.frame_rate_hz));
     if (!moment_times_s.empty()) room_.keep_moments();
@@ -61,7 +61,7 @@ class Streamer {
                  step_m, frame.pose, rigid ? std::span<const Vec3f>() : displacement, frame.step_stride});
   }
 
-  // Everything that happens in real time.
+  // Runs everything that happens in real time.
   Result<void> perform() {
     ProgressBar bar("hairnet-view");
     const double length_s = options_.duration_s + options_.settle_s;
@@ -83,7 +83,7 @@ class Streamer {
     }
   }
 
-  // Samples as a display would, so that play-out keeps time, and copies out the wanted moments.
+  // Samples like a display, so that play-out keeps time, and copies out the wanted moments.
   void play(std::int64_t now, const std::optional<double>& time_s) {
     next_play_ns_ = now + play_interval_ns_;
     const auto wanted = [&] {
@@ -91,7 +91,7 @@ class Streamer {
       return time_s && next < moment_times_s_.size() && *time_s >= moment_times_s_[next];
     };
     if (!wanted()) room_.play(now, -1);
-    // More than one after a stall: what came late is shown late, and nothing slower.
+    // More than one after a stall: a late picture is shown late, at normal speed.
     while (wanted()) {
       room_.play(now, static_cast<std::ptrdiff_t>(result_.moments.size()));
       result_.moments.push_back(room_.moments());

@@ -12,15 +12,16 @@
 namespace hairnet::viewer {
 
 struct StreamResult {
-  std::vector<std::vector<Moment>> moments;  // [time][character of the characters]
+  std::vector<std::vector<Moment>> moments;  // [time][character]
   std::vector<SeenCharacter> others;
   StreamStatistics statistics;
-  Result<void> ended;    // what cut the stream short, if anything
+  Result<void> ended;    // the error that ended the stream early, if any
   bool stopped = false;  // by a signal, before its end: moments may be missing
 };
 
-// Streams the cast in real time until `options` says it ends or a signal asks for it, writes the trace, and copies out
-// what is shown at each of `moment_times_s` (ascending). What was received before a failure is still returned.
+// Streams the characters in real time until the end that `options` sets or until a stop signal. Writes the trace, and
+// copies the shown state at each of `moment_times_s` (ascending). After a failure it still returns what was received
+// before.
 StreamResult stream(const ViewOptions& options, const std::vector<CharacterSetup>& characters,
                     const std::vector<double>& moment_times_s);
 

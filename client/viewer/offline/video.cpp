@@ -18,14 +18,14 @@
 namespace hairnet::viewer {
 namespace {
 
-constexpr std::size_t kKeptMax = 60'000;  // lattices of a stream that are kept for a video: a gigabyte at the most
+constexpr std::size_t kKeptMax = 60'000;  // lattices of a stream that are stored for a clip: at most a gigabyte
 
 Result<std::unique_ptr<render::Renderer>> make_renderer() {
   return render::Renderer::create();
 }
 
-// Draws one picture after the other into a video. The camera looks at all who are there in the first one, and goes
-// along with the middle of them.
+// Draws one picture after the other into a clip. The camera frames all characters of the first picture, and then moves
+// with their mean place.
 class VideoRecording {
  public:
   VideoRecording(const ViewOptions& options, render::Renderer& renderer, VideoWriter& video)
@@ -52,7 +52,7 @@ class VideoRecording {
   bool framed_ = false;
 };
 
-// `count` pictures; `picture` gives the n-th one's viewed. Ends early where `ended` says so.
+// Makes `count` pictures; `picture` returns the characters of the n-th one. Ends early when `ended` returns true.
 Result<void> film(const ViewOptions& options, std::size_t count,
                   const std::function<std::span<const ViewedCharacter>(std::size_t)>& picture,
                   const std::function<bool()>& ended) {
@@ -69,7 +69,7 @@ Result<void> film(const ViewOptions& options, std::size_t count,
   return video->finish();
 }
 
-// One character as a window would have shown it: with the cross-fades of its level switches.
+// One character as a window would show it: with the cross-fades of its level switches.
 class Shown {
  public:
   Shown(std::uint64_t id, std::shared_ptr<const Groom> groom, const Vec3f& hair_colour, const Moment& moment) {
@@ -140,7 +140,7 @@ Result<void> record_stream_video(const ViewOptions& options, const std::vector<C
     for (const Shown& one : shown) viewed.push_back(one.viewed_character());
     return viewed;
   };
-  // The signal that ended the stream does not end this.
+  // The signal that ended the stream does not end the film.
   return film(options, streamed.moments.size(), picture, [&] { return !streamed.stopped && stop_requested(); });
 }
 

@@ -15,21 +15,21 @@
 
 namespace hairnet::viewer {
 
-// One character as it is to be drawn now.
+// One character to draw now.
 struct ViewedCharacter {
-  std::uint64_t id = 0;  // stays its own while it is there
+  std::uint64_t id = 0;  // does not change while the character exists
   std::string name;
   std::shared_ptr<const Groom> groom;
   Vec3f hair_colour = Vec3f::Zero();  // linear RGB
   Pose pose;
-  std::span<const LatticeLayer> layers;           // of its hair; none: rigid
+  std::span<const LatticeLayer> layers;           // of its hair; empty: rigid
   LevelIndex level = LevelIndex::rigid;           // of the newest lattice
-  std::shared_ptr<const LevelGeometry> geometry;  // likewise; null: rigid
-  std::span<const Vec3f> displacement;            // likewise, active order, head space, m
-  std::shared_ptr<const Level> model;             // what it is simulated with; null: not known here
+  std::shared_ptr<const LevelGeometry> geometry;  // of the newest lattice; null: rigid
+  std::span<const Vec3f> displacement;            // of the newest lattice, active order, head space, m
+  std::shared_ptr<const Level> model;             // the level's mechanical model; null: not known here
   MaterialScale material;
-  LevelIndex level_wanted = LevelIndex::high;  // the finest it may have
-  bool own = false;                            // may be taken hold of and changed
+  LevelIndex level_wanted = LevelIndex::high;  // the finest that it may have
+  bool own = false;                            // the user may grab and change it
 };
 
 // The source of the characters that a window draws and controls, simulated here (LocalWorld) or by a server (LiveRoom).
@@ -39,22 +39,22 @@ class HairSource {
   static constexpr double kAside_m = 0.8;  // of teleport(), along x
 
   virtual ~HairSource() = default;
-  // Moves all characters to the moment to draw, `now_ns` of a monotonic clock. The error is one line that says why the
-  // source has ended.
+  // Moves all characters to the moment to draw, `now_ns` of a monotonic clock. The error is one line with the reason
+  // why the source has ended.
   virtual Result<void> advance(std::int64_t now_ns) = 0;
-  // Until the next call that is not const.
+  // Valid until the next non-const call.
   [[nodiscard]] virtual std::span<const ViewedCharacter> viewed_characters() const = 0;
 
-  // Of a character of one's own; null and no effect for others.
+  // The grab of an own character; null, without effect, for other characters.
   virtual HeadGrab* grab(std::uint64_t id) = 0;
   virtual void set_material(std::uint64_t id, const MaterialScale& scale) = 0;
   virtual void set_level(std::uint64_t id, LevelIndex level) = 0;
-  virtual void teleport(std::uint64_t id) = 0;  // a step aside, and back the next time
+  virtual void teleport(std::uint64_t id) = 0;  // a step aside; the next call moves it back
 
-  [[nodiscard]] virtual const Wind& wind() const = 0;  // as it was set here last
+  [[nodiscard]] virtual const Wind& wind() const = 0;  // the wind that was last set here
   virtual void set_wind(const Wind& wind) = 0;
   [[nodiscard]] virtual bool paused() const = 0;
-  virtual void set_paused(bool paused) = 0;  // one's own motions stand; hair lives on where a server simulates it
+  virtual void set_paused(bool paused) = 0;  // own motions stop; hair continues where a server simulates it
 };
 
 }  // namespace hairnet::viewer

@@ -82,7 +82,7 @@ Pose HeadGrab::apply(const Pose& pose, const Body& body) const {
   RigidTransform& head = out[Bone::head];
   head.rotation = (from_rotation_vector(turn_.at) * head.rotation).normalized();
   head.position = pose.head().point(neck_joint) - head.rotation * neck_joint;
-  // What the rule adds to the neck for such a turn, on what the motion has.
+  // The addition of the rule (PoseCompletion) to the neck for this turn, on top of the motion.
   const PoseCompletion completion(body.joint(Bone::neck));
   const Quat& trunk = pose[Bone::upper_trunk].rotation;
   out[Bone::neck] = completion.neck(head, trunk) * completion.neck(pose.head(), trunk).inverse() * pose[Bone::neck];

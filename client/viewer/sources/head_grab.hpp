@@ -14,19 +14,20 @@ class HeadGrab {
   static constexpr double kTurnSpeedMax_rad_per_s = 25, kShiftSpeedMax_m_per_s = 12;
 
   void take();
-  void turn(const Vec3& axis_world, double angle_rad);  // unit axis; while held, on what it was turned by
-  void move(const Vec3& by_world_m);                    // likewise
+  // unit axis; while the head is grabbed, added to the turn so far
+  void turn(const Vec3& axis_world, double angle_rad);
+  void move(const Vec3& by_world_m);  // adds to the offset
   void release();
   void advance(double elapsed_s);
 
   [[nodiscard]] bool grabbed() const { return grabbed_; }
-  // Where its motion has it.
+  // Whether the offset is zero and constant.
   [[nodiscard]] bool at_rest() const;
-  // The head turned about the foot of the neck, the neck with it by its own share (PoseCompletion); the whole moved.
+  // Turns the head about the foot of the neck, and the neck by its share (PoseCompletion); then moves all bones.
   [[nodiscard]] Pose apply(const Pose& pose, const Body& body) const;
 
  private:
-  // Goes critically damped towards a target.
+  // Moves towards a target with critical damping.
   struct DampedValue {
     Vec3 at = Vec3::Zero(), speed = Vec3::Zero(), target = Vec3::Zero();
     void advance(double elapsed_s, double rate_per_s, double speed_max);

@@ -49,7 +49,7 @@ void LevelBuilder::work() {
       status_ = text;
       return !stopping_;
     };
-    // Hair without a point has nothing to simulate.
+    // A groom without points has nothing to simulate.
     std::shared_ptr<const LevelSet> levels =
         groom->points.empty() ? std::make_shared<const LevelSet>() : build_levels(*groom, observer);
     lock.lock();

@@ -15,16 +15,17 @@
 
 namespace hairnet::viewer {
 
-// Builds grooms' levels on a thread of its own, one groom after the other, and keeps them while anybody else has the
+// Builds levels of grooms on a thread of its own, one groom after the other. Keeps them while another owner has the
 // groom. Call it from one thread.
 class LevelBuilder {
  public:
   LevelBuilder();
-  ~LevelBuilder();  // cancels what is being built
+  ~LevelBuilder();  // cancels the current build
 
-  // Null while they are built, which begins by it; then the same levels whenever asked.
+  // Returns null and begins to build on the first call, and null until the levels are built; then always the same
+  // levels.
   std::shared_ptr<const LevelSet> levels_of(const std::shared_ptr<const Groom>& groom);
-  // What is being built and how far it is, in one line; empty when nothing is.
+  // The current build and its progress in one line; empty without a build.
   [[nodiscard]] std::string status() const;
 
  private:
@@ -34,7 +35,7 @@ class LevelBuilder {
   };
   void work();
 
-  mutable std::mutex mutex_;  // guards what follows
+  mutable std::mutex mutex_;  // guards the members below
   std::condition_variable wanted_;
   std::map<const Groom*, Built> built_;
   std::deque<std::shared_ptr<const Groom>> queue_;

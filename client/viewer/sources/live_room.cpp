@@ -13,10 +13,11 @@ namespace {
 constexpr const char* kWaiting = "waiting for the lattices";
 constexpr std::int64_t kUprightMin_ns = 1'000'000'000;
 constexpr std::int64_t kGroomsReady_ns_max = 600'000'000'000;
-constexpr std::int64_t kCoarser_ns = 3'000'000'000;       // at a coarser level for so long: the server gives no more
-constexpr std::int64_t kRefusalDetail_ns = 500'000'000;   // within which an error says why a groom was refused
-constexpr double kLateMax = 4;                            // periods; poses later than that are not made up for
-constexpr std::uint64_t kOther = std::uint64_t{1} << 32;  // from here on ids are others'
+constexpr std::int64_t kCoarser_ns = 3'000'000'000;  // at a coarser level for this time: the server gives no finer one
+// an error within this time has the reason why a groom was refused
+constexpr std::int64_t kRefusalDetail_ns = 500'000'000;
+constexpr double kLateMax = 4;                            // periods; poses later than that are skipped
+constexpr std::uint64_t kOther = std::uint64_t{1} << 32;  // ids from here on belong to others
 
 std::int64_t to_ns(double seconds) {
   return static_cast<std::int64_t>(std::llround(seconds * 1e9));
@@ -28,7 +29,7 @@ std::string plain(const wire::Error& error) {
   return error.detail.empty() ? text : text + " (" + error.detail + ")";
 }
 
-// One's own characters alone.
+// Observes only this client's own characters.
 wire::Observe nobody() {
   wire::Observe observe;
   observe.mode = wire::ObserveMode::list;
@@ -114,7 +115,7 @@ Result<void> LiveRoom::take(const link::Connected& connected) {
 
 Result<void> LiveRoom::take(const link::Reconnecting& lost) {
   const std::string line = lost.detail + "; reconnecting";
-  if (line != status_) std::fprintf(stderr, "hairnet-view: %s\n", line.c_str());  // the same is said once
+  if (line != status_) std::fprintf(stderr, "hairnet-view: %s\n", line.c_str());  // print the same line once only
   status_ = line;
   for (OwnCharacter& own : own_characters_) own.playout.freeze();
   other_characters_.freeze();
@@ -136,7 +137,7 @@ Result<void> LiveRoom::take(const wire::Error& error) {
   return refuse_or_note(plain(error));
 }
 
-// Notes the refusal for the character that the error names, or for all that wear the groom it names.
+// Notes the refusal for the character that the error names, or for all characters with the groom that it names.
 void LiveRoom::note_refused(const wire::Error& error) {
   for (std::size_t i = 0; i < own_characters_.size(); ++i) {
     const bool by_groom = error.groom != wire::GroomHash{} && error.groom == own_characters_[i].groom;
@@ -183,8 +184,7 @@ Result<void> LiveRoom::take(const link::FrameBatch& batch) {
 
 void LiveRoom::take(const link::Frame& frame, const link::FrameBatch& batch, std::int64_t sampled_ns,
                     std::int64_t now_ns) {
-  if (frame.character != 0 || on_frame_)
-    codec::dequantise_nodes(frame.displacements, frame.error_class, displacement_);
+  if (frame.character != 0 || on_frame_) codec::dequantise_nodes(frame.displacements, frame.error_class, displacement_);
   if (frame.character == 0) {
     if (other_characters_.push(frame, sampled_ns, now_ns) && on_frame_)
       on_frame_(frame, batch.tick, displacement_, other_characters_.name_of(frame.member));
@@ -198,7 +198,7 @@ void LiveRoom::take(const link::Frame& frame, const link::FrameBatch& batch, std
   if (on_frame_) on_frame_(frame, batch.tick, displacement_, session_ << 32 | frame.character);
 }
 
-// The clips begin together, once every character that is not refused is simulated at its level.
+// All clips begin together, once every character that is not refused is simulated at its level.
 void LiveRoom::begin_when_ready(std::int64_t now_ns) {
   const bool ready = std::all_of(own_characters_.begin(), own_characters_.end(), [&](const OwnCharacter& own) {
     return own.refused || own.at_level || (own.coarser_ns && now_ns - *own.coarser_ns > kCoarser_ns);

@@ -18,44 +18,44 @@
 
 namespace hairnet::viewer {
 
-// A server's room: streams the poses of a cast of one's own, and plays out what comes back, of the others too when they
-// are observed. One's own heads are shown where they are now (late latched), with the newest lattice that is played
-// out; others' poses and lattices belong to one time. One thread beside the link's.
+// The room of a server: streams the poses of this client's own characters, and plays out the frames that come back,
+// also those of other characters when they are observed. Own heads are shown where they are now (late latched), with
+// the newest lattice that is played out; poses and lattices of others belong to one time. One thread beside the link's.
 //
-// Time 0 is when the clips begin together: heads rest upright until every lattice is there.
+// All clips begin together at time 0: heads rest upright until every lattice has arrived.
 class LiveRoom : public HairSource {
  public:
-  // All must outlive this. `tolerant`: what a server refuses is noted, and does not end it.
+  // All arguments must outlive this. `tolerant`: a refusal by the server is noted and does not end the room.
   LiveRoom(const ViewOptions& options, const std::vector<CharacterSetup>& characters, bool tolerant);
 
-  // Of one character at one time; its number is one's own, or 0 of others.
+  // Called for one frame of one character; `frame` has the client's own number, or 0 for other characters.
   using OnFrame = std::function<void(const link::Frame& frame, std::uint64_t tick, std::span<const Vec3f> displacement,
                                      std::uint64_t name)>;
   void on_frame(OnFrame call) { on_frame_ = std::move(call); }
-  // Before play() is given moments: what they are blended from is kept too.
+  // Call it before play() with moments: then it also stores the lattices to blend from.
   void keep_moments();
 
   Result<void> open();
-  // Takes what came, and sends poses that are due.
+  // Handles what has arrived, and sends the poses that are due.
   Result<void> turn(std::int64_t now_ns);
   // Samples all play-outs at `now_ns`. `moment`: index of the moment to store, or negative.
   void play(std::int64_t now_ns, std::ptrdiff_t moment);
 
   [[nodiscard]] std::int64_t now_ns() const { return link_.now_ns(); }
-  // Negative before the clips begin; none while it is not known when.
+  // Negative before the clips begin; none while their begin is not known.
   [[nodiscard]] std::optional<double> clip_time_s(std::int64_t now_ns) const;
-  [[nodiscard]] std::vector<Moment> moments() const;  // of the characters, as shown last
+  [[nodiscard]] std::vector<Moment> moments() const;  // of the own characters, as last shown
   [[nodiscard]] std::vector<SeenCharacter> others(std::size_t moment_count) const {
     return other_characters_.seen(moment_count);
   }
   StreamStatistics& statistics() { return statistics_; }
   [[nodiscard]] link::LinkCounters counters() const { return link_.counters(); }
   [[nodiscard]] double latency_ms() const { return latency_ms_; }      // from pose to frame, of the last batch
-  [[nodiscard]] const std::string& status() const { return status_; }  // one line; empty when all is well
-  // How the cast and others are seen, for the server's choice of detail.
+  [[nodiscard]] const std::string& status() const { return status_; }  // one line; empty without a problem
+  // Returns how large own and other characters appear, for the server's choice of detail.
   using Seen = std::function<wire::MemberImportance(const Pose& pose)>;
   void report_importance(const Seen& seen);
-  // Null: models of levels are not to be shown.
+  // Null: no models of levels are needed.
   void set_level_builder(LevelBuilder* builder) { builder_ = builder; }
 
   Result<void> advance(std::int64_t now_ns) override;
@@ -70,7 +70,7 @@ class LiveRoom : public HairSource {
   void set_paused(bool paused) override { paused_ = paused; }
 
  private:
-  // One of the characters. Numbered from 1, in its order.
+  // One of the own characters. Numbered from 1, in order.
   struct OwnCharacter {
     OwnCharacter(const Motion& motion, double duration_s, Loop loop) : timeline(motion, duration_s, loop) {}
     MotionTimeline timeline;
@@ -84,9 +84,10 @@ class LiveRoom : public HairSource {
     LevelIndex level_wanted = LevelIndex::high;
     HeadGrab grab;
     bool aside = false, teleport_pending = false;  // by teleport()
-    bool at_level = false;                         // a frame at the level asked for has come
-    bool refused = false;                          // and noted: its lattice may never come
-    std::optional<std::int64_t> coarser_ns;        // since when there is a lattice, of a level that the server chose
+    bool at_level = false;                         // a frame at the requested level has arrived
+    bool refused = false;                          // noted as refused: its lattice may never arrive
+    // since when it has had a lattice of a coarser level that the server chose
+    std::optional<std::int64_t> coarser_ns;
   };
   static link::LinkOptions link_options(const ViewOptions& options);
   Result<void> take_events();
@@ -126,7 +127,7 @@ class LiveRoom : public HairSource {
   Wind wind_;
   bool keeps_moments_ = false;
   bool paused_ = false;
-  double paused_s_ = 0;  // in all
+  double paused_s_ = 0;  // total
   std::optional<std::int64_t> advanced_ns_;
   std::string status_ = "connecting";
   double latency_ms_ = 0;
@@ -134,8 +135,8 @@ class LiveRoom : public HairSource {
   std::uint32_t sequence_ = 0;
   std::uint64_t pose_count_ = 0;
   std::int64_t opened_ns_ = 0;
-  std::int64_t poses_begun_ns_ = 0, next_pose_ns_ = 0;  // pose_count_ are sent since then
-  std::optional<std::int64_t> zero_ns_;                 // when the clips begin
+  std::int64_t poses_begun_ns_ = 0, next_pose_ns_ = 0;  // pose_count_ poses have been sent since then
+  std::optional<std::int64_t> zero_ns_;                 // the time at which the clips begin
   std::optional<std::int64_t> refused_ns_;
   double last_pose_s_ = -MotionTimeline::kLeadIn_s;
   std::vector<Vec3f> displacement_;

@@ -208,7 +208,7 @@ void LocalWorld::show() {
 }
 
 void LocalWorld::show(SimulatedCharacter& simulated, ViewedCharacter& character) {
-  // Over a change of lattice the one before is shown until the new one's time.
+  // Across a change of lattice, shows the old one until the new one's time.
   const double into = 1 - (tick_time_s(tick_) - shown_s_) * def_.tick_rate_hz;
   const auto share = static_cast<float>(std::clamp(into, 0.0, 1.0));
   const bool joined = simulated.before.geometry == simulated.after.geometry;

@@ -22,7 +22,7 @@ struct LocalCharacter {
   Place place;
   LevelIndex level = LevelIndex::high;
   Vec3f hair_colour = Vec3f::Zero();
-  std::optional<Material> material;  // while it runs
+  std::optional<Material> material;  // at run time
 };
 
 struct LocalTick {
@@ -33,45 +33,46 @@ struct LocalTick {
 };
 
 // The core's World in this process. It is always stepped to just beyond the shown time, and hair is shown between the
-// last two ticks; so that what is shown is exact, and the same for the same calls. Time 0 is when the clips begin, and
-// it starts MotionTimeline::kLeadIn_s before. One thread.
+// last two ticks. So the shown hair is exact, and the same calls give the same hair. Clips begin at time 0; the world
+// starts MotionTimeline::kLeadIn_s earlier. One thread.
 class LocalWorld : public HairSource {
  public:
   static constexpr double kTickRateMin_hz = 10, kTickRateMax_hz = 240;
   struct Def {
     double tick_rate_hz = 30;
-    double duration_s = 0;  // of the clips, as MotionTimeline takes it
+    double duration_s = 0;  // of the clips, see MotionTimeline
     Loop loop = Loop::plain;
     Wind wind;
     ClockNs clock_ns = nullptr;  // times steps; null: not timed
   };
   explicit LocalWorld(const Def& def);
 
-  std::uint64_t add(LocalCharacter character);  // rigid until it is given levels
-  void remove_all();                            // and time starts over
-  // To all of that groom. A set may lack levels that are not asked for (Level::rest is empty).
+  std::uint64_t add(LocalCharacter character);  // rigid until it has levels
+  void remove_all();                            // and restarts time
+  // Gives levels to all characters with that groom. A set may lack levels that were not requested (Level::rest is
+  // empty).
   void give_levels(const Groom& groom, const std::shared_ptr<const LevelSet>& levels);
   // The grooms of characters that have no levels yet.
   [[nodiscard]] std::vector<std::shared_ptr<const Groom>> grooms_without_levels() const;
 
-  // After every tick, however it comes about: ticks().back() and lattice() are of it. It changes nothing here.
+  // Called after every tick: ticks().back() and lattice() belong to it. It must not change the world.
   using OnTick = std::function<void()>;
   void on_tick(OnTick call) { on_tick_ = std::move(call); }
 
-  // In shown time, which is simulated time. Never goes back.
+  // `time_s` is shown time, which is simulated time. It never decreases.
   void advance_to(double time_s);
   [[nodiscard]] double time_s() const { return shown_s_; }
-  void step_once();                         // to the end of the tick that is shown, or of the next
-  [[nodiscard]] double tick_end_s() const;  // where that leads
-  // Keeps hair as it is.
+  void step_once();                         // to the end of the shown tick, or of the next one
+  [[nodiscard]] double tick_end_s() const;  // the time to which step_once() advances
+  // Keeps the state of the hair.
   void set_tick_rate(double hz);
   [[nodiscard]] double tick_rate_hz() const { return def_.tick_rate_hz; }
   void set_speed(double speed) { speed_ = speed; }  // simulated seconds a second
   [[nodiscard]] double speed() const { return speed_; }
-  // Of the last advance.
+  // The ticks of the last advance.
   [[nodiscard]] std::span<const LocalTick> ticks() const { return ticks_; }
   [[nodiscard]] const World& world() const { return world_; }
-  // The lattice after the last tick; none when rigid or not there.
+  // The lattice after the last tick; none when rigid or without such a character.
   [[nodiscard]] std::optional<LatticeView> lattice(std::uint64_t id) const;
 
   Result<void> advance(std::int64_t now_ns) override;
@@ -125,7 +126,7 @@ class LocalWorld : public HairSource {
   std::vector<LocalTick> ticks_;
   OnTick on_tick_;
   std::uint64_t tick_ = 0, next_id_ = 1;
-  double start_s_ = -MotionTimeline::kLeadIn_s;  // of tick 0 of the world as it is
+  double start_s_ = -MotionTimeline::kLeadIn_s;  // time of tick 0 of the current world
   std::uint64_t start_tick_ = 0;
   double shown_s_ = -MotionTimeline::kLeadIn_s;
   double speed_ = 1;

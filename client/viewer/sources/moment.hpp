@@ -10,7 +10,7 @@
 
 namespace hairnet::viewer {
 
-// Hair as it was played.
+// The hair of one played sample.
 struct Shape {
   LevelIndex level = LevelIndex::rigid;
   std::int64_t time_ns = 0;
@@ -18,11 +18,11 @@ struct Shape {
   std::shared_ptr<const LevelGeometry> geometry;  // of the displacement
 };
 
-// What one character looks like at one moment, copied out so that drawing can wait until the stream has ended.
+// The state of one character at one moment, copied so that drawing can wait until the stream has ended.
 struct Moment {
   Pose pose;
   Shape shape;
-  std::vector<Shape> trail;  // what it is blended from, in order of time: before and after each switch of level
+  std::vector<Shape> trail;  // the lattices to blend from, in order of time: before and after each level switch
 };
 
 // Feeds a new blend with the samples before the moment, so that it has the same layers as a window would have had.

@@ -8,10 +8,10 @@
 namespace hairnet::viewer {
 namespace {
 
-// Closer than this the end of a clip meets its beginning.
+// The end of a clip meets its beginning if it is closer than this.
 constexpr double kSeam_m = 0.02, kSeam_rad = 0.1;
 
-// Whether anything in the clip is a jump of its own: then it goes on at another place, and no drift can be told.
+// Whether the clip itself contains a jump. It then continues at another place, and its drift cannot be measured.
 bool teleports(const Motion& motion) {
   return std::find(motion.teleports.begin(), motion.teleports.end(), true) != motion.teleports.end();
 }
@@ -45,7 +45,7 @@ Pose MotionTimeline::at(double time_s) const {
     return ease(upright(first), first, time_s + kLeadIn_s, kLeadIn_s);
   }
   if (time_s < duration_s_) return clip(time_s);
-  const Pose last = clip(duration_s_ - 1e-6);  // a clip that ends just then has not begun again
+  const Pose last = clip(duration_s_ - 1e-6);  // a clip that ends exactly then has not begun again
   return ease(last, upright(last), time_s - duration_s_, kEaseUpright_s);
 }
 

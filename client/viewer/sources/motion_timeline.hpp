@@ -6,12 +6,13 @@
 
 namespace hairnet::viewer {
 
-// How a clip goes over into its next round where its end does not meet its beginning. `plain`: it jumps, a teleport.
-// `smooth`: it stays about its place, what it travels taken out, and is eased into its beginning over kSeam_s.
+// The transition from a clip's end to its next round when they do not meet. `plain`: the pose jumps, a teleport.
+// `smooth`: the motion stays at its place, without the distance that it travels, and its end eases into its beginning
+// over kSeam_s.
 enum class Loop : std::uint8_t { plain, smooth };
 
-// A motion on the time line of a stream: upright until kLeadIn_s before 0, eased into the clip; the clip from 0, over
-// and over until `duration_s` (infinity: forever); then eased upright within kEaseUpright_s and still.
+// A motion on the time line of a stream: upright until kLeadIn_s before 0, then eased into the clip. The clip runs from
+// 0, repeatedly until `duration_s` (infinity: forever). Then the pose eases upright within kEaseUpright_s and is still.
 class MotionTimeline {
  public:
   static constexpr double kLeadIn_s = 0.5;
@@ -21,7 +22,7 @@ class MotionTimeline {
   // `motion` must outlive this.
   MotionTimeline(const Motion& motion, double duration_s, Loop loop = Loop::plain);
   [[nodiscard]] Pose at(double time_s) const;
-  // Whether the pose jumps in (from_s, to_s]: a teleport of the clip, or its end not meeting its beginning.
+  // Whether the pose jumps in (from_s, to_s]: a teleport of the clip, or an end that does not meet its beginning.
   [[nodiscard]] bool teleports(double from_s, double to_s) const;
 
  private:
@@ -31,7 +32,7 @@ class MotionTimeline {
   double duration_s_, period_s_;
   bool loops_smoothly_;
   bool eases_seam_ = false;
-  Vec3 drift_m_per_s_ = Vec3::Zero();  // taken out, on the floor
+  Vec3 drift_m_per_s_ = Vec3::Zero();  // removed from the motion, on the floor
 };
 
 }  // namespace hairnet::viewer

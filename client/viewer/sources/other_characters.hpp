@@ -15,7 +15,7 @@
 
 namespace hairnet::viewer {
 
-// Another's character, as it was seen; a moment at which it was not there yet, or its hair unknown, has none.
+// Another client's character in the moments of a stream; none at moments when it was absent or its hair was unknown.
 struct SeenCharacter {
   std::shared_ptr<const Groom> groom;
   std::vector<std::optional<Moment>> moments;  // [time]
@@ -30,7 +30,7 @@ class OtherCharacters {
     link::Playout playout;
     SwitchHistory trail;
     link::LatticeBlend blend;
-    link::Playout::Sample sample;  // what play() gave last
+    link::Playout::Sample sample;  // the last sample of play()
     bool here = true;
     std::map<std::ptrdiff_t, Moment> moments;
   };
@@ -39,24 +39,24 @@ class OtherCharacters {
 
   void take(const wire::MemberJoined& joined);
   void take(const wire::MemberLeft& left);
-  // One line when the groom that came is none.
+  // The error is one line when the received groom is not valid.
   Result<void> take(const link::GroomFetched& fetched);
-  // The groom is not available now: requests it again later. False when nobody waits for it.
+  // The groom is not available now: requests it again later. False when no character waits for it.
   bool retry(const wire::GroomHash& groom, std::int64_t now_ns);
-  // False when it is of nobody here. Times are of the link's clock.
+  // False when the frame's member is not known. Times are of the link's clock.
   bool push(const link::Frame& frame, std::int64_t sample_time_ns, std::int64_t now_ns);
-  // Before play() is given moments.
+  // Call it before play() with moments.
   void keep_moments() { keeps_moments_ = true; }
-  // No frames come for a while.
+  // Call it when no frames will come for a while.
   void freeze();
-  // As Playout::sample, of everyone; `moment` is the index of a wanted one, or negative.
+  // Playout::sample for all members; `moment` is the index of a wanted moment, or negative.
   void play(std::int64_t now_ns, std::ptrdiff_t moment);
   // session << 32 | the owner's number.
   [[nodiscard]] std::uint64_t name_of(std::uint32_t member) const;
   [[nodiscard]] const std::map<std::uint32_t, Member>& members() const { return members_; }
-  // Null: not there yet.
+  // Null: not received yet.
   [[nodiscard]] std::shared_ptr<const Groom> groom_of(const Member& member) const;
-  // Those whose hair was seen at one moment at least. `moment_count`: of all.
+  // The characters whose hair was seen in at least one moment. `moment_count`: of all moments.
   [[nodiscard]] std::vector<SeenCharacter> seen(std::size_t moment_count) const;
 
  private:
@@ -66,9 +66,10 @@ class OtherCharacters {
 
   link::Link& link_;
   bool keeps_moments_ = false;
-  std::map<std::uint32_t, Member> members_;                         // those who left too, if there are moments of them
-  std::vector<Member> gone_;                                        // whose numbers others have now
-  std::map<wire::GroomHash, std::shared_ptr<const Groom>> grooms_;  // null: on its way
+  // also members that have left, if moments of them are stored
+  std::map<std::uint32_t, Member> members_;
+  std::vector<Member> gone_;                                        // members whose numbers belong to others now
+  std::map<wire::GroomHash, std::shared_ptr<const Groom>> grooms_;  // null: requested
   std::map<wire::GroomHash, std::int64_t> retries_;
 };
 

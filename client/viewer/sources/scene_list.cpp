@@ -70,7 +70,7 @@ Result<std::vector<LocalCharacter>> SceneList::make(const Choice& choice) {
     LocalCharacter character;
     character.groom = *groom;
     character.motion = *moved;
-    if (count > 1) character.place = side_by_side(n, count);  // a motion that was given may have a place already
+    if (count > 1) character.place = side_by_side(n, count);  // a given motion may already include a place
     character.level = static_cast<LevelIndex>(every_level ? n : static_cast<std::size_t>(choice.level));
     character.name = every_level ? std::string(kLevelNames[n]) : (*groom)->name + " " + std::to_string(n + 1);
     character.hair_colour = default_hair_colour(every_level ? 0 : n);

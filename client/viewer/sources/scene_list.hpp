@@ -13,8 +13,8 @@
 
 namespace hairnet::viewer {
 
-// What a local world can be filled with: every made hairstyle and motion, and those of a characters, in any number.
-// Makes what is asked for when it is, and keeps it. One thread.
+// The hair and motions that a local world can use: every made hairstyle and motion, and those of the loaded characters,
+// in any number. Makes each on its first use, and stores it. One thread.
 class SceneList {
  public:
   static constexpr int kCountMax = 256;
@@ -27,13 +27,13 @@ class SceneList {
 
   explicit SceneList(const std::vector<CharacterSetup>& characters);
 
-  // Names to choose from; the last ones are "one after the other".
+  // Names of the choices; the last one is "one after the other".
   [[nodiscard]] const std::vector<std::string>& hair() const { return hair_; }
   [[nodiscard]] const std::vector<std::string>& motions() const { return motions_; }
 
-  // One line when it cannot be made.
+  // The error is one line.
   Result<std::vector<LocalCharacter>> make(const Choice& choice);
-  // The cast as it was given.
+  // The characters of the command line.
   [[nodiscard]] const std::vector<LocalCharacter>& given() const { return given_; }
 
  private:

@@ -15,7 +15,7 @@ void StreamStatistics::count_frames(const link::FrameBatch& batch, std::int64_t 
   for (const link::Frame& frame : batch.frames) {
     ++frame_count_;
     const auto [last, is_first] = last_frame_.try_emplace(frame.member);
-    const std::uint64_t due = last->second.tick + frame.step_stride;  // steps are further apart than ticks
+    const std::uint64_t due = last->second.tick + frame.step_stride;  // ticks without a step have no frame
     if (!is_first && batch.tick > due && !last->second.asleep)
       missed_tick_count_ += (batch.tick - due) / frame.step_stride;
     last->second = {batch.tick, frame.asleep};

@@ -9,7 +9,7 @@
 
 namespace hairnet::viewer {
 
-// What a stream measures about itself.
+// Measures a stream: delays, frames and levels.
 class StreamStatistics {
  public:
   void count_poses(std::size_t count) { poses_sent_ += count; }
@@ -23,7 +23,7 @@ class StreamStatistics {
   [[nodiscard]] std::uint64_t frame_count() const { return frame_count_; }
   [[nodiscard]] std::uint64_t missed_tick_count() const { return missed_tick_count_; }
   [[nodiscard]] double latency_ms(double quantile) const;  // of the last kLatenciesMax batches
-  [[nodiscard]] std::string summary() const;               // lines
+  [[nodiscard]] std::string summary() const;               // several lines
 
  private:
   struct Displaced {
@@ -31,7 +31,7 @@ class StreamStatistics {
   };
   struct LastFrame {
     std::uint64_t tick = 0;
-    bool asleep = false;  // none is due before the character wakes
+    bool asleep = false;  // no frame is due before the character wakes
   };
   std::map<std::uint32_t, LastFrame> last_frame_;  // by member
   std::map<std::uint32_t, Displaced> last_displacement_;

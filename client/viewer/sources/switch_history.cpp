@@ -5,7 +5,7 @@
 namespace hairnet::viewer {
 namespace {
 
-constexpr std::size_t kShapesMax = 64;  // of switches that follow each other within the time of a blend
+constexpr std::size_t kShapesMax = 64;  // of switches that follow each other within the time of a fade
 
 }  // namespace
 
@@ -19,7 +19,7 @@ void SwitchHistory::note(const link::Playout::Sample& sample) {
   last_.displacement.assign(sample.displacement.begin(), sample.displacement.end());
   if (switched) around_.push_back(last_);
   if (around_.size() > kShapesMax) around_.erase(around_.begin(), around_.begin() + 2);
-  // An earlier switch counts for as long as a later one began from what it had left.
+  // An earlier switch matters as long as a later switch began before the earlier fade had ended.
   if (!around_.empty() && last_.time_ns - around_.back().time_ns >= link::SwitchBlend::kSwitchBlend_ns) around_.clear();
 }
 

@@ -11,9 +11,9 @@ namespace hairnet::viewer {
 // later can show the same cross-fade as a window (link::SwitchBlend). One thread.
 class SwitchHistory {
  public:
-  // All that is played, in order.
+  // Takes all played samples, in order.
   void note(const link::Playout::Sample& sample);
-  // Of the sample noted last.
+  // The moment of the last sample.
   [[nodiscard]] Moment moment(const Pose& pose) const;
 
  private:

@@ -12,7 +12,7 @@ class AdaptiveQuality {
   static constexpr double kSlow_ms = 40, kFast_ms = 20;
   static constexpr double kMin = 0.02;
 
-  // After a picture that took so long. Returns by what the chosen quality is to be multiplied from now on.
+  // Takes the time of the last picture. Returns the factor for the chosen quality from now on.
   double take(double picture_ms) {
     if (picture_ms > kSlow_ms)
       share_ *= std::max(0.6, std::pow(kSlow_ms / picture_ms, 0.4));

@@ -24,7 +24,7 @@ constexpr const char* kKeys =
     "D drag     V level colours          G  timing\n"
     "R      record video   U  controls           H  this";
 
-// One's own that are chosen, as numbers: changing one may change what viewed_characters() gives.
+// The ids of the chosen own characters, copied: changing one may change the result of viewed_characters().
 std::vector<std::uint64_t> own_chosen(const ViewState& state, const HairSource& source) {
   std::vector<std::uint64_t> ids;
   for (const ViewedCharacter& character : source.viewed_characters()) {

@@ -5,7 +5,7 @@
 
 namespace hairnet::viewer {
 
-// The last values of something measured, for a graph. One thread.
+// The last values of a measurement, for a graph. One thread.
 class TimeGraph {
  public:
   static constexpr std::size_t kCount = 240;
@@ -28,8 +28,8 @@ class TimeGraph {
 };
 
 struct Timings {
-  TimeGraph frame_ms, draw_ms, tick_ms, step_us;  // of a picture, of drawing it, of a tick, of a character's step in it
-  TimeGraph latency_ms, received_kb_per_s;        // of a server
+  TimeGraph frame_ms, draw_ms, tick_ms, step_us;  // of a picture, of drawing it, of a tick, of one character's step
+  TimeGraph latency_ms, received_kb_per_s;        // from a server
 };
 
 }  // namespace hairnet::viewer

@@ -53,7 +53,7 @@ MouseInput mouse_now(double pixels_per_point) {
   return mouse;
 }
 
-// What is on the GPU; goes before the window whose context it is of.
+// The GPU data; must be destroyed before the window, which owns the context.
 struct Drawer {
   Drawer(std::unique_ptr<render::Stage> s, std::unique_ptr<render::Overlay> o)
       : stage(std::move(s)), overlay(std::move(o)), render_list(*stage) {}
@@ -72,7 +72,7 @@ struct Drawer {
   }
 };
 
-// A show in a window: of a local world, or of a server's room.
+// A window that shows a local world or a server's room.
 class ViewerWindow {
  public:
   ViewerWindow(const ViewOptions& options, Window& window, Drawer& drawer)
@@ -127,7 +127,7 @@ class ViewerWindow {
   void fill(Result<std::vector<LocalCharacter>> characters, LocalWorld& world) {
     state_.fault = characters ? "" : characters.error();
     if (!characters) return;
-    // Ticks and characters are numbered from the start again.
+    // Ticks and characters are numbered from the beginning again.
     if (const Result<void> traced = recorder_.stop_trace(); !traced) state_.fault = traced.error();
     world.remove_all();
     for (LocalCharacter& character : *characters) world.add(std::move(character));
@@ -135,7 +135,7 @@ class ViewerWindow {
     state_.frame_wanted = true;
   }
 
-  // Mouse and keys, then everybody as they are at that moment, then the picture of it.
+  // Handles mouse and keys, advances all characters to this moment, then draws the picture.
   Result<void> draw_picture(Controls& controls) {
     window_.begin_picture();
     const std::int64_t now_ns = channel::monotonic_ns();
@@ -179,7 +179,7 @@ class ViewerWindow {
     if (std::exchange(framed_count_, viewed.size()) != viewed.size() && !state_.camera_chosen)
       state_.frame_wanted = true;
     if (state_.frame_wanted && !viewed.empty()) {
-      // In the part that the panel leaves.
+      // In the part beside the panel.
       const double panel_px =
           state_.controls_shown ? window_.pixels_per_point() * static_cast<double>(kPanelWidth) : 0.0;
       const int left_px = std::max(window_.width_px() / 3, window_.width_px() - static_cast<int>(panel_px));
@@ -198,7 +198,7 @@ class ViewerWindow {
     state_.camera.follow(followed, elapsed_s);
   }
 
-  // The scene without its controls.
+  // Records the scene without its controls.
   void keep_picture(std::int64_t now_ns, int width, int height) {
     if (!recorder_.wants_picture(now_ns)) return;
     if (width != recorder_.width() || height != recorder_.height()) {

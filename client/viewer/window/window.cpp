@@ -13,13 +13,14 @@
 namespace hairnet::viewer {
 namespace {
 
-std::string g_fault;  // GLFW tells why through a function without an argument of ours
+std::string g_fault;  // GLFW reports errors through a function without a user argument
 
 void on_fault(int, const char* description) {
   g_fault = description;
 }
 
-std::vector<int> g_pressed;  // ImGui of this version sees only what is held at a picture; a slow one would miss keys
+// ImGui of this version sees only keys that are down at a picture; with slow pictures it would miss key presses
+std::vector<int> g_pressed;
 
 void on_key(GLFWwindow*, int key, int, int action, int modifiers) {
   constexpr std::size_t kMax = 64;
@@ -66,10 +67,10 @@ Result<void> Window::start() {
   glfwSwapInterval(1);
   glfwSetWindowSizeLimits(window_, 320, 240, GLFW_DONT_CARE, GLFW_DONT_CARE);
   g_pressed.clear();
-  glfwSetKeyCallback(window_, on_key);  // before ImGui's own, which calls it
+  glfwSetKeyCallback(window_, on_key);  // before ImGui's own, which then calls this one
   IMGUI_CHECKVERSION();
   ImGui::CreateContext();
-  ImGui::GetIO().IniFilename = nullptr;  // leaves no file behind
+  ImGui::GetIO().IniFilename = nullptr;  // writes no file
   ImGui::StyleColorsDark();
   ImGui::GetStyle().Colors[ImGuiCol_WindowBg].w = 0.82f;
   ImGui::GetStyle().WindowRounding = 4;

@@ -10,26 +10,26 @@ struct GLFWwindow;
 
 namespace hairnet::viewer {
 
-// A window with a current OpenGL ES 3 context, 4 samples a pixel where there are, and Dear ImGui over it. One at a
-// time, on the thread that starts the program.
+// A window with a current OpenGL ES 3 context, 4 samples a pixel if available, and Dear ImGui over it. One at a time,
+// on the program's first thread.
 class Window {
  public:
-  // One line that says what is missing, and what to do without a window.
+  // The error is one line: what is missing, and what works without a window.
   static Result<std::unique_ptr<Window>> open(const std::string& title, int width, int height);
   ~Window();
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
 
-  // Takes what came from mouse and keyboard and begins a picture; the window's framebuffer is bound.
+  // Handles mouse and keyboard events and begins a picture; the window's framebuffer is bound.
   void begin_picture();
-  // Draws ImGui over it and shows it, at the display's own pace.
+  // Draws ImGui over the picture and shows it, at the display's rate.
   void end_picture();
   [[nodiscard]] bool closing() const;
-  // Keys that were pressed since the last picture, as GLFW names them; those that ImGui wants for itself are not told.
+  // Keys that were pressed since the last picture, as GLFW's numbers, without those that ImGui uses itself.
   [[nodiscard]] const std::vector<int>& keys() const { return keys_; }
   [[nodiscard]] int width_px() const { return width_px_; }  // of the framebuffer
   [[nodiscard]] int height_px() const { return height_px_; }
-  // Framebuffer pixels to one of the mouse's.
+  // Framebuffer pixels for one mouse point.
   [[nodiscard]] double pixels_per_point() const { return pixels_per_point_; }
 
  private:

@@ -9,14 +9,14 @@ import { program } from "./hairnetServer";
 
 const kEveryMs = 15;
 
-/** A groom file as hairnet-groom makes it; few strands, for a browser that draws in software. */
+/** Makes a groom file with hairnet-groom; few strands, for a browser that draws in software. */
 export function makeGroomFile(style: string, strands = 1500): { path: string; bytes: Uint8Array } {
   const path = join(mkdtempSync(join(tmpdir(), "hairnet-groom-")), `${style}.groom`);
   execFileSync(program("hairnet-groom"), ["make", style, "--strands", String(strands), "--out", path]);
   return { path, bytes: new Uint8Array(readFileSync(path)) };
 }
 
-/** Somebody in a room whose head turns when the test says so, from this process. */
+/** A participant of a room, in the test's process, whose head turns on the test's command. */
 export class Actor {
   yawRad = 0;
   readonly #timer: ReturnType<typeof setInterval>;
@@ -43,7 +43,7 @@ export class Actor {
       clientName: "e2e actor",
       makeSocket: (url) => {
         const socket = new WebSocket(url, "hairnet");
-        socket.on("error", () => {}); // its close is told as well
+        socket.on("error", () => {}); // its close event follows
         return socket as unknown as WebSocketLike;
       },
     });
@@ -51,7 +51,7 @@ export class Actor {
     return new Actor(joined, joined.addCharacter(groom), at);
   }
 
-  /** Evenly, within `durationS`. */
+  /** Turns evenly, within `durationS`. */
   async turnTo(yawRad: number, durationS: number): Promise<void> {
     const from = this.yawRad;
     const start = performance.now();

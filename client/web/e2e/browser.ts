@@ -3,7 +3,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { chromium, type BrowserContext, type Page } from "playwright-core";
 
-/** Chromium with a profile of its own, drawing in software: pictures are few and slow, but right. */
+/** Chromium with its own profile, drawing in software: pictures are few and slow, but correct. */
 export class Browser {
   readonly faults: string[] = [];
   #profile = "";
@@ -32,7 +32,7 @@ export class Browser {
     });
   }
 
-  /** A page; what it complains of is noted in `faults`. */
+  /** Opens a page; `faults` collects its errors. */
   async open(address: string): Promise<Page> {
     const page = await this.#context!.newPage();
     page.on("console", (message) => {
@@ -43,14 +43,14 @@ export class Browser {
     return page;
   }
 
-  /** A page that goes on drawing slows all others down. */
+  /** A page that continues to draw slows all others down. */
   async closePages(): Promise<void> {
     // Without any page the browser would end.
     const blank = await this.#context!.newPage();
     for (const page of this.#context!.pages()) if (page !== blank) await page.close();
   }
 
-  /** What was complained of since the last call. */
+  /** The errors since the last call. */
   takeFaults(): string[] {
     return this.faults.splice(0);
   }

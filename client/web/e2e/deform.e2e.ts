@@ -17,7 +17,7 @@ afterAll(() => browser.dispose());
 
 const kWithinM = 1e-4;
 
-/** Two layers, the finer one fading: their displacements at hair's own scale. */
+/** Two layers, the finer one fading: their displacements are as large as those of hair. */
 const layers = [
   { geometry: fullGrid([6, 8, 6], 0.07), weight: 1 },
   { geometry: fullGrid([4, 4, 4], 0.13), weight: -0.4 },
@@ -31,7 +31,7 @@ const layers = [
 for (const kind of ["quadratic", "linear"] as const) {
   test(`the GPU deforms points as the CPU does: ${kind}, inside and outside of lattices`, async () => {
     const groom = madeGroom(60, 20);
-    // Some far outside, where border nodes extrapolate.
+    // Some points are far outside, where border nodes extrapolate.
     for (let p = 0; p < 30; ++p) groom.points[3 * p] += 0.3;
     const count = groom.points.length / 3;
     const blend = rootBlend(groom);
@@ -117,7 +117,7 @@ interface Work {
   latticeRow: number;
 }
 
-/** Runs in the browser: positions and tangents of all points, 6 numbers each, by transform feedback. */
+/** Runs in the browser: returns positions and tangents of all points, 6 numbers each, from transform feedback. */
 function deformOnGpu(work: Work): number[] {
   const gl = document.createElement("canvas").getContext("webgl2")!;
   const program = gl.createProgram();

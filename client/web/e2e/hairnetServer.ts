@@ -14,7 +14,7 @@ export function program(name: string): string {
   return path;
 }
 
-/** A server of its own, on a port of its own, that hands out the built page. */
+/** A server with its own port that serves the built page. */
 export class HairnetServer extends Server {
   constructor() {
     super(program("hairnet-server"), ["--web-root", kPage, "--workers", "1"]);

@@ -2,13 +2,13 @@ import type { Page } from "playwright-core";
 import type { HairCharacter, HairScene } from "../src/scene/index";
 import type { Stage } from "../page/stage";
 
-/** What the pages leave in `window` for those who look in. */
+/** The globals that pages put into `window` for tests. */
 export interface PageGlobals {
   stage: Stage;
   hair: HairScene | null;
 }
 
-/** So many rows of so many RGBA pixels, drawn at this moment. */
+/** Rows of RGBA pixels, drawn at this moment. */
 export interface Picture {
   width: number;
   height: number;

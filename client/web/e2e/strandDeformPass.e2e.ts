@@ -91,7 +91,7 @@ interface Work {
   rows: number;
 }
 
-/** Runs in the browser: the texels of all points, 4 numbers each. The points have the rows from 1 on. */
+/** Runs in the browser: returns the texels of all points, 4 numbers each. The points have the rows from 1 on. */
 function placeOnGpu(work: Work): number[] {
   const gl = document.createElement("canvas").getContext("webgl2")!;
   const [pointRow, recordTexels, latticeRow] = work.widths;

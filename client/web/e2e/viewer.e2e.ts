@@ -37,7 +37,7 @@ afterAll(async () => {
   await server.dispose();
 });
 
-test("opens without a complaint, says that nobody is there, and shows who joins", async () => {
+test("opens without errors, reports an empty room, and shows characters that join", async () => {
   page = await browser.open(`${server.address}/?room=first&observe`);
   await until("the page is connected", async () => (await state()) === "connected");
   await until("the hint is shown", () => page.isVisible("#hint"));
@@ -85,7 +85,7 @@ test("hair swings on when a head has turned and stopped, then comes to rest", as
   expect(still).toBeLessThan(0.25 * moved);
 });
 
-test("a server that dies and comes back has its hair back in the page", async () => {
+test("after a server restart the page shows its hair again", async () => {
   await join("restart");
   page = await browser.open(`${server.address}/?room=restart&observe`);
   await until("it is ready", async () => (await readyCount(page)) === 1);
@@ -97,7 +97,7 @@ test("a server that dies and comes back has its hair back in the page", async ()
   await until("the page is connected again", async () => (await state()) === "connected");
   await until("its hair is back", async () => (await readyCount(page)) === 1);
   await until("it is in the picture", async () => shareWarm(await takePicture(page)) > 0.05);
-  // The browser itself notes each attempt that failed.
+  // The browser itself logs each failed attempt.
   expect(browser.takeFaults().filter((fault) => !/WebSocket connection|ERR_CONNECTION/.test(fault))).toEqual([]);
 });
 
@@ -193,10 +193,10 @@ test("hair is drawn again after the graphics context was lost", async () => {
     await back;
   });
   await until("it is in the picture again", async () => shareWarm(await takePicture(page)) > 0.05);
-  browser.takeFaults(); // the browser notes the loss
+  browser.takeFaults(); // the browser logs the loss
 });
 
-test("a server that is not there, and a browser that cannot draw, are each told in one line", async () => {
+test("a missing server and a browser that cannot draw are each reported in one line", async () => {
   page = await browser.open(`${server.address}/?server=ws://127.0.0.1:9`);
   await until("the state says so", async () => (await state()) === "closed");
   await until("a line says why", async () => /no WebSocket at ws:\/\/127\.0\.0\.1:9/.test((await page.textContent("#fault")) ?? ""));

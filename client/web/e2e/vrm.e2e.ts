@@ -22,7 +22,7 @@ afterAll(async () => {
   await server.dispose();
 });
 
-test("a VRM model carries the room's hair on its head in place of its own", async () => {
+test("a VRM model has the room's hair on its head instead of its own", async () => {
   lender = await Actor.join(server.address, "model", groom.bytes);
   const page = await browser.open(`${server.address}/vrm.html?room=model`);
   const look = () =>

@@ -1,6 +1,6 @@
 const kSlowMs = 28;
-const kFastMs = 17.5; // 60 pictures a second, when the screen shows no more
-const kFrameMsMax = 1000; // longer, and the page was hidden, or did something else
+const kFastMs = 17.5; // 60 pictures a second, on screens that show no more
+const kFrameMsMax = 1000; // longer: the page was hidden, or did something else
 const kMin = 0.25;
 const kMax = 1.5;
 
@@ -20,7 +20,8 @@ export class AdaptiveQuality {
     if (document.visibilityState === "hidden") return;
     this.#frames.push(Math.min(frameMs, kFrameMsMax));
     const sum = this.#frames.reduce((a, b) => a + b);
-    // Half a second tells enough; of very slow pictures three do. One may have been slow for a reason of its own.
+    // Waits for half a second of pictures, or for three very slow ones, because a single one may be slow for another
+    // reason.
     if (this.#frames.length < 3 || (sum < 500 && this.#frames.length < 30)) return;
     const median = this.#frames.sort((a, b) => a - b)[this.#frames.length >> 1];
     this.#frames = [];

@@ -7,7 +7,7 @@ export class Graph {
 
   constructor(private readonly canvas: HTMLCanvasElement) {}
 
-  /** `delayMs` null: not known. Called twice a second. */
+  /** `delayMs` null: not known. Call it twice a second. */
   add(delayMs: number | null, kilobytesPerS: number): void {
     this.#delays.push(delayMs ?? NaN);
     this.#rates.push(kilobytesPerS);

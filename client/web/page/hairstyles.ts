@@ -1,13 +1,13 @@
 import { decodeGroom, type Member } from "../src/index";
 
-/** A hairstyle that one can put on. */
+/** A hairstyle that the user can choose. */
 export interface Hairstyle {
   readonly label: string;
-  /** its file; or a member whose hair it is */
+  /** its file; or a member with this hair */
   readonly get: () => Promise<Uint8Array | Member>;
 }
 
-/** Files that lie beside the page: `grooms/index.json` is a list of names, or of {name, file}; none is no fault. */
+/** Files beside the page: `grooms/index.json` is a list of names, or of {name, file}; a missing list is no error. */
 export async function listedHairstyles(): Promise<Hairstyle[]> {
   let listed: unknown;
   try {
@@ -43,7 +43,7 @@ export function roomHairstyles(members: Iterable<Member>): Hairstyle[] {
   }));
 }
 
-/** A file that somebody chose or dropped. Throws `HairnetError`, of one line, when it is no groom. */
+/** A file that the user chose or dropped. Throws a one-line `HairnetError` when it is not a groom. */
 export async function fileHairstyle(file: File): Promise<Hairstyle> {
   const bytes = new Uint8Array(await file.arrayBuffer());
   const groom = decodeGroom(bytes);

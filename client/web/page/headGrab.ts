@@ -4,7 +4,7 @@ import type { Stage } from "./stage";
 
 const kHeadRadiusM = 0.15;
 
-/** Drags on one's own head turn it; all other drags are the orbit's. Keys go to the head while the view has the focus. */
+/** Drags on the own head turn it; all other drags orbit the camera. Keys move the head while the view has the focus. */
 export function listenForGrabs(stage: Stage, head: OwnHead, isShown: () => boolean): void {
   const { canvas } = stage;
   let pointer: number | null = null;

@@ -11,19 +11,19 @@ export interface HeadAngles {
 type Vector = readonly [number, number, number];
 type Quaternion = readonly [number, number, number, number];
 
-/** Where the neck turns, head space at rest, m; as of a groom whose own joints are not known. */
+/** The joint of the neck, head space at rest, m; for a groom with unknown joints. */
 const kNeck: Vector = [0, -0.1, -0.02];
-/** Of the head's yaw that the trunk goes along with when it turns far. */
+/** The angle of the head's yaw beyond which the trunk follows. */
 const kTrunkFollowsBeyondRad = 0.6;
 
 /**
- * A whole pose from a head alone. `position`: of the head joint; `bodyYawRad`: where the trunk looks. Shoulders and trunk
- * stay upright below the neck, and the neck turns half way.
+ * Makes a whole pose from a head alone. `position`: of the head joint; `bodyYawRad`: direction of the trunk. Shoulders
+ * and trunk stay upright below the neck, and the neck takes half of the head's turn.
  */
 export function poseOf(rotation: Quaternion, position: Vector, bodyYawRad: number): Pose {
   const pose = rigidPose(rotation, position);
   const trunk = about([0, 1, 0], bodyYawRad);
-  // The neck's joint hangs on the head; the trunk hangs on it.
+  // The neck's joint hangs on the head; the trunk hangs on this joint.
   const neckWorld = add(rotate(rotation, kNeck), position);
   const neck = halfWay(trunk, rotation);
   putBone(pose, Bone.neck, neck, neckWorld, kNeck);
@@ -31,7 +31,7 @@ export function poseOf(rotation: Quaternion, position: Vector, bodyYawRad: numbe
   return pose;
 }
 
-/** Where the trunk looks when the head does: it stays until the head is turned far, then follows. */
+/** The trunk's direction for a head's: it stays until the head is turned far, then follows. */
 export function followYaw(bodyYawRad: number, headYawRad: number): number {
   const away = Math.atan2(Math.sin(headYawRad - bodyYawRad), Math.cos(headYawRad - bodyYawRad));
   const beyond = Math.abs(away) - kTrunkFollowsBeyondRad;
@@ -45,13 +45,13 @@ export function rotationOf(angles: HeadAngles): Quaternion {
   return multiply(multiply(yaw, pitch), about([0, 0, 1], angles.rollRad));
 }
 
-/** Where +Z of a rotation looks, about +Y. */
+/** The direction of a rotation's +Z, about +Y. */
 export function yawOf(rotation: Quaternion): number {
   const [x, , z] = rotate(rotation, [0, 0, 1]);
   return Math.atan2(x, z);
 }
 
-/** A bone that turns about a joint: where the joint is in the world, and at rest. */
+/** Puts a bone that turns about a joint; the joint is given in the world and at rest. */
 function putBone(pose: Pose, bone: Bone, rotation: Quaternion, jointWorld: Vector, jointRest: Vector): void {
   const turned = rotate(rotation, jointRest);
   const position = jointWorld.map((x, axis) => x - turned[axis]);

@@ -1,6 +1,9 @@
 import type { WebGLRenderer } from "three";
 
-/** A button that enters and leaves immersive VR; hidden where there is no headset. One line goes to `onFault` when it refuses. */
+/**
+ * Shows a button that enters and leaves immersive VR; hidden without a headset. A refusal calls `onFault` with one
+ * line.
+ */
 export async function offerHeadset(
   button: HTMLButtonElement,
   renderer: WebGLRenderer,

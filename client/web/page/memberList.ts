@@ -2,7 +2,7 @@ import { Color } from "three";
 import type { HairCharacter } from "../src/scene/index";
 import type { Room } from "../src/index";
 
-/** Who is in the room: a click follows somebody, the swatch is the colour in which their hair is drawn here. */
+/** The members of the room: a click follows a member, the swatch has the colour in which its hair is drawn here. */
 export class MemberList {
   followed: number | null = null;
   readonly #rows = new Map<number, HTMLLIElement>();
@@ -37,7 +37,7 @@ export class MemberList {
     this.followed = null;
   }
 
-  /** What each is called now: its hairstyle, and what it waits for. */
+  /** The current label of each: its hairstyle, and what it waits for. */
   refresh(room: Room, characters: ReadonlyMap<number, HairCharacter>): void {
     for (const [number, row] of this.#rows) {
       const member = room.members.get(number);

@@ -1,6 +1,6 @@
 /**
  * A plain humanoid as the bytes of a VRM 1.0 file: boxes for a body, an egg for a head, and a cap of "hair" with a tail
- * on a spring bone. Made here, so that it is anybody's.
+ * on a spring bone. Code makes it, so it needs no licence of another person.
  */
 export function makeMinimalVrm(): ArrayBuffer {
   const body = new MeshBytes();
@@ -27,7 +27,7 @@ interface BoneSpec {
   readonly parent: string | null;
   /** from the parent */
   readonly at: Vector;
-  /** what it carries */
+  /** the box that it carries */
   readonly box?: Box;
   /** its name in the VRM, if it is a human bone */
   readonly human?: boolean;
@@ -107,7 +107,7 @@ function placeOf(bone: string): Vector {
   return [parent[0] + spec.at[0], parent[1] + spec.at[1], parent[2] + spec.at[2]];
 }
 
-/** A skinned mesh, each part hanging on one bone. */
+/** A skinned mesh; each part belongs to one bone. */
 class MeshBytes {
   readonly positions: number[] = [];
   readonly normals: number[] = [];

@@ -7,10 +7,10 @@ const kNodMaxRad = 0.7;
 const kRadPerPx = 0.007;
 const kMPerPx = 0.0015;
 const kKeyRadPerS = 4;
-/** How fast a head goes where it is wanted: of the way left, a second. */
+/** The share of the remaining way that a head moves towards its target in a second. */
 const kEagerness = 12;
 
-/** What a head needs of `WebGLRenderer.xr`. */
+/** The part of `WebGLRenderer.xr` that a head needs. */
 export interface HeadsetView {
   getReferenceSpace(): XRReferenceSpace | null;
   getFrame(): Pick<XRFrame, "getViewerPose"> | null;
@@ -18,10 +18,12 @@ export interface HeadsetView {
 
 type Angles = { yaw: number; pitch: number };
 
-/** One's own head: where the mouse, the keys, the view or a headset put it. Angles are from where it looks at rest. */
+/**
+ * The user's own head, controlled by mouse, keys, the view or a headset. Angles are relative to its direction at rest.
+ */
 export class OwnHead {
   readonly position = new Vector3();
-  /** where it looks at rest, about +Y */
+  /** its direction at rest, about +Y */
   heading = 0;
   followsView = false;
   #wanted: Angles = { yaw: 0, pitch: 0 };
@@ -37,14 +39,14 @@ export class OwnHead {
     this.#bodyYaw = heading;
   }
 
-  /** A key of the view was pressed; true: it was for the head. */
+  /** A key of the view was pressed. Returns true if the head uses it. */
   onKey(key: string): boolean {
     if (!key.startsWith("Arrow")) return false;
     this.#keys.add(key);
     return true;
   }
 
-  /** Keys were let go; all of them without one. */
+  /** A key was released; all keys without an argument. */
   onKeyUp(key?: string): void {
     if (key === undefined) this.#keys.clear();
     else this.#keys.delete(key);
@@ -54,7 +56,7 @@ export class OwnHead {
     this.#isHeld = true;
   }
 
-  /** While it is held, by so many pixels; `moves`: along the picture, not about the neck. */
+  /** Drags the grabbed head by that many pixels; `moves`: along the picture instead of about the neck. */
   drag(dx: number, dy: number, moves: boolean, camera: Camera): void {
     if (moves) {
       const right = new Vector3().setFromMatrixColumn(camera.matrixWorld, 0);
@@ -71,7 +73,7 @@ export class OwnHead {
     this.#isHeld = false;
   }
 
-  /** The pose at this moment. */
+  /** Returns the pose at this moment. */
   update(dtS: number, camera: Camera): Pose {
     const keysTurn = this.#turnByKeys(dtS);
     if (this.followsView) this.#lookAlong(camera);
@@ -82,13 +84,13 @@ export class OwnHead {
     this.#now.yaw += share * (this.#wanted.yaw - this.#now.yaw);
     this.#now.pitch += share * (this.#wanted.pitch - this.#now.pitch);
     const angles: HeadAngles = { yawRad: this.heading + this.#now.yaw, pitchRad: this.#now.pitch, rollRad: 0 };
-    this.#bodyYaw = followYaw(this.heading, angles.yawRad); // back to where it looked, with the head
+    this.#bodyYaw = followYaw(this.heading, angles.yawRad); // back to its old direction, with the head
     return poseOf(rotationOf(angles), [this.position.x, this.position.y, this.position.z], this.#bodyYaw);
   }
 
   /**
-   * The pose of a headset at this moment: it looks along -Z from between the eyes, which lie above and before the head
-   * joint. `rig` is what carries it, in the world. While the headset is not tracked, the pose stays.
+   * The pose of a headset at this moment: it looks along -Z from between the eyes, which are above and in front of the
+   * head joint. `rig` carries it in the world. While the headset is not tracked, the pose stays.
    */
   ofHeadset(xr: HeadsetView, rig: Matrix4): Pose {
     const space = xr.getReferenceSpace();
@@ -113,7 +115,7 @@ export class OwnHead {
     return yaw !== 0 || pitch !== 0;
   }
 
-  // The head looks where the camera does.
+  // Turns the head to the camera's direction.
   #lookAlong(camera: Camera): void {
     const forward = camera.getWorldDirection(new Vector3());
     const yaw = Math.atan2(forward.x, forward.z) - this.heading;
@@ -122,7 +124,7 @@ export class OwnHead {
   }
 }
 
-/** Between the eyes, from the head joint, head space, m. */
+/** The point between the eyes, from the head joint, head space, m. */
 const kEyes = new Vector3(0, 0.085, 0.085);
 
 function clamp(x: number, most: number): number {

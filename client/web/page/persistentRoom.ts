@@ -7,8 +7,8 @@ const kWaitMinS = 1;
 const kWaitMaxS = 10;
 
 /**
- * Keeps the page in a room as long as the page is open. Unlike `connect`, it also retries the first connection, and it
- * joins again when the server has closed the session for a temporary reason. It stops when the server refuses for good.
+ * Keeps the page in a room while the page is open. Unlike `connect`, it also retries the first connection, and it joins
+ * again when the server has closed the session for a temporary reason. It stops after a permanent refusal.
  */
 export class PersistentRoom {
   room: Room | null = null;

@@ -1,15 +1,15 @@
-/** What the page's address asks for. */
+/** The settings in the page's address. */
 export interface Query {
   /** empty: the lobby */
   readonly room: string;
-  /** by default the server that handed out the page */
+  /** by default the server that served the page */
   readonly server: string;
   readonly token: string;
   /** watch only */
   readonly observe: boolean;
 }
 
-/** `?room=&server=&token=&observe` */
+/** Reads `?room=&server=&token=&observe`. */
 export function readQuery(address: URL): Query {
   const asked = address.searchParams;
   const observe = asked.get("observe");

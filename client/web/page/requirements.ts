@@ -1,4 +1,4 @@
-/** What this browser lacks, in one line, or null when hair can be drawn. */
+/** Describes in one line what this browser lacks, or returns null when it can draw hair. */
 export function missingOf(canvas: HTMLCanvasElement): string | null {
   if (typeof WebSocket === "undefined") return "This browser has no WebSocket.";
   const gl = canvas.getContext("webgl2");

@@ -5,7 +5,7 @@ interface Slider {
   readonly least: number;
   readonly most: number;
   readonly start: number;
-  /** of the slider's way: most values of interest lie near 1 */
+  /** of the slider's scale: most useful values are near 1 */
   readonly isLogarithmic?: boolean;
 }
 
@@ -24,7 +24,7 @@ const kWind = {
   turbulence: { label: "Turbulence", least: 0, most: 4, start: 0.5 },
 } satisfies Record<string, Slider>;
 
-/** Sliders of one's own hair and of the room's wind. */
+/** Sliders of the user's own hair and of the room's wind. */
 export class Sliders {
   readonly #material = new Map<string, HTMLInputElement>();
   readonly #wind = new Map<string, HTMLInputElement>();
@@ -89,7 +89,7 @@ function addSliders(
     input.value = String(start);
     let isWaiting = false;
     input.addEventListener("input", () => {
-      // A few times a second is enough for a server.
+      // Sends a few times a second, which is enough for a server.
       if (isWaiting) return;
       isWaiting = true;
       setTimeout(() => {

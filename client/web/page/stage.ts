@@ -9,17 +9,17 @@ export class Stage {
   readonly renderer: WebGLRenderer;
   readonly scene = new Scene();
   readonly camera = new PerspectiveCamera(30, 1, 0.02, 100);
-  /** Carries the camera in VR: where its floor lies. */
+  /** Carries the camera in VR: the place of its floor. */
   readonly rig = new Group();
   readonly orbit: OrbitControls;
   isLost = false;
-  /** The picture is the visitor's own: it was turned or moved by hand. */
+  /** The user has turned or moved the view. */
   isMoved = false;
   #headY = kHeadInVrM;
 
   constructor(
     readonly canvas: HTMLCanvasElement,
-    /** how many pixels from the right and the bottom lie under controls */
+    /** the pixels at the right and the bottom that controls cover */
     private readonly covered: () => { right: number; bottom: number },
   ) {
     this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: "high-performance" });
@@ -36,7 +36,7 @@ export class Stage {
     this.orbit.minDistance = 0.25;
     this.orbit.maxDistance = 40;
     this.orbit.addEventListener("start", () => (this.isMoved = true));
-    // A headset's floor lies under the others' feet; without one the camera stands in the scene itself.
+    // A headset's floor is under the feet of other characters; without a headset the camera is in the scene itself.
     this.renderer.xr.addEventListener("sessionstart", () => (this.rig.position.y = this.#headY - kHeadInVrM));
     this.renderer.xr.addEventListener("sessionend", () => {
       this.rig.position.y = 0;
@@ -54,12 +54,12 @@ export class Stage {
     const { right, bottom } = this.covered();
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
-    // What the camera looks at stands in the middle of what is not covered.
+    // Centres the camera's target in the uncovered part.
     this.camera.setViewOffset(width, height, Math.round(right / 2), Math.round(bottom / 2), width, height);
     this.camera.updateProjectionMatrix();
   }
 
-  /** Stands so that all these places (heads, world) are seen; where it looks from stays. */
+  /** Frames all these heads (world); the direction of the view stays. */
   frame(heads: readonly Vector3[]): void {
     if (heads.length === 0) return;
     const middle = heads.reduce((sum, head) => sum.add(head), new Vector3()).divideScalar(heads.length);
@@ -74,7 +74,7 @@ export class Stage {
     this.orbit.update();
   }
 
-  /** In VR the floor will lie so far below heads at `headY` as a standing person's does. */
+  /** Sets the floor in VR so that heads at `headY` have the height of a standing person. */
   standAt(headY: number): void {
     this.#headY = headY;
   }

@@ -21,7 +21,7 @@ const kAcquaintedMs = 700;
 
 const element = <T extends HTMLElement>(id: string) => document.querySelector<T>(`#${id}`)!;
 
-/** The page: a room, what is drawn of it, and one's own head in it. */
+/** The page: a room, its picture, and the user's own head in it. */
 export class PageViewer {
   readonly stage: Stage;
   readonly members = new MemberList(element<HTMLUListElement>("members"));
@@ -104,7 +104,7 @@ export class PageViewer {
     if (!isInVr) stage.orbit.update();
     if (stage.isLost) return;
     if (this.#own) {
-      // Captured as late as can be, and drawn with it right away.
+      // Captured as late as possible, and drawn at once.
       const pose = isInVr
         ? this.#head.ofHeadset(stage.renderer.xr, stage.rig.matrixWorld)
         : this.#head.update(Math.min(dtMs / 1000, 0.1), stage.camera);
@@ -159,7 +159,7 @@ export class PageViewer {
     }
   }
 
-  // Beside the others, where nobody is.
+  // Finds a free place beside the other characters.
   #takePlace(room: Room): void {
     const others = [...room.members.values()].flatMap(({ own, pose }) => (pose && !own ? [pose] : []));
     const height = others.length > 0 ? others.reduce((sum, pose) => sum + pose[5], 0) / others.length : kHeadInVrM;

@@ -14,7 +14,7 @@ const kFaultShownMs = 8000;
 const element = <T extends HTMLElement>(id: string) => document.querySelector<T>(`#${id}`)!;
 
 /**
- * A VRM model that looks about, and wears simulated hair in place of its own: that of a dropped groom file, or of the
+ * A VRM model that looks around, and has simulated hair instead of its own: that of a dropped groom file, or of the
  * first other character in the room.
  */
 export class VrmViewer {
@@ -82,7 +82,7 @@ export class VrmViewer {
     this.stage.camera.position.copy(head).add(new Vector3(0.45, 0.12, 1.5));
   }
 
-  /** The model wears the hair of this groom file. */
+  /** Gives the model the hair of this groom file. */
   setGroom(file: Uint8Array): void {
     this.#groom = decodeGroom(file);
     this.#file = file;
@@ -104,7 +104,7 @@ export class VrmViewer {
     });
   }
 
-  // Somebody in the room has hair: the model gets the same.
+  // Another character in the room has hair: the model gets the same.
   #borrow(room: Room): void {
     const lender = [...room.members.values()].find((member: Member) => member.groom && !member.own);
     if (!lender?.groom) return;

@@ -1,6 +1,5 @@
-// Writes src/generated, the enums, limits and drawing constants that C++ has too, and src/net/generated: what flatc makes of
-// the schema, and the layout of its tables for src/net/verify.ts. Files that are there already, as they would be, are left alone: others may
-// be reading them.
+// Writes src/net/generated: flatc's output for the schema, and the layout of its tables for src/net/verify.ts. Does not
+// touch files that are up to date, because other processes may be reading them.
 import { execFileSync } from "node:child_process";
 import { existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
 import { dirname, join, resolve } from "node:path";
@@ -66,7 +65,7 @@ function limitsText() {
   return `${lines.join("")}} as const;\n`;
 }
 
-// What belongs into the folder, by path.
+// Returns the generated files by path.
 function generate(scratch) {
   const files = new Map();
   flatc(["--ts", "-o", scratch, ...schemas.map((name) => join(schemaFolder, `${name}.fbs`))]);

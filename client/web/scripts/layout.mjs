@@ -1,4 +1,4 @@
-// Reads flatc's binary schema (reflection.fbs) into the layout of each table: what lies at which slot of its vtable.
+// Converts flatc's binary schema (reflection.fbs) to the layout of each table: the type at each slot of its vtable.
 import { ByteBuffer } from "flatbuffers";
 
 // reflection.fbs: BaseType
@@ -13,7 +13,7 @@ class Table {
     this.bytes = bytes;
     this.position = position;
   }
-  // Where the field of that number lies, or 0.
+  // The offset of the field with that number, or 0.
   at(field) {
     const offset = this.bytes.__offset(this.position, 4 + 2 * field);
     return offset && this.position + offset;

@@ -1,6 +1,6 @@
 /**
- * hairnet-client: other people's hair, simulated by a server, for browsers. `Link` speaks with the server,
- * `Playout` and `LatticeBlend` say what to show of a character at any moment, `Deformer` moves its points on the CPU.
+ * hairnet-client: other people's hair, simulated by a server, for browsers. `Link` talks to the server, `Playout` and
+ * `LatticeBlend` compute what to show of a character at any moment, `Deformer` moves its points on the CPU.
  * `hairnet-client/scene` draws it with three.js.
  */
 export { HairnetError } from "./hair/hairnetError";

@@ -32,7 +32,7 @@ TEST(Address, every_transport_has_its_form_and_its_port) {
   }
 }
 
-TEST(Address, refuses_what_is_none_and_says_why) {
+TEST(Address, refuses_invalid_text_with_a_reason) {
   for (const char* text :
        {"", ":7420", "here:", "here:0", "here:65536", "here:-1", "here:7420x", "http://here", "://here", "::1", "[::1",
         "[::1]7420", "[]:1", "tcp://here/path", "he re:1", "ws://here/a b", "ws:///ws", "here:1:2", "h\xc3\xa4r:1"}) {

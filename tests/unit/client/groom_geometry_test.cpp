@@ -1,4 +1,4 @@
-// What is made of a groom on the CPU before anything is drawn: needs no OpenGL.
+// The CPU's part of a groom's geometry: needs no OpenGL.
 #include <gmock/gmock.h>
 
 #include <algorithm>

@@ -138,7 +138,7 @@ TEST(ImportBvh, warns_of_a_skeleton_that_is_no_person_with_a_unit_that_makes_it_
   for (const std::string& text : again->warnings) EXPECT_THAT(text, testing::Not(HasSubstr("--unit")));
 }
 
-TEST(ImportBvh, finds_joints_by_usual_names_and_says_which) {
+TEST(ImportBvh, finds_joints_by_usual_names_and_reports_them) {
   const auto motion = decode_bvh(with(person(), "JOINT Head", "JOINT mixamorig:Head"));
   ASSERT_TRUE(motion) << motion.error();
   EXPECT_THAT(motion->joints, ElementsAre("mixamorig:Head", "Neck", "", "", "Chest"));
@@ -165,7 +165,7 @@ TEST(ImportBvh, windows_line_ends_and_tabs_change_nothing) {
 
 TEST(ImportBvh, refuses_every_truncation_with_a_reason) {
   const std::string whole = person("0 0 x0");
-  // Cut inside the last number, what is left may still be a number.
+  // Cut inside the last number, the rest may still be a number.
   const std::size_t last = whole.find_last_of(' ');
   for (std::size_t length = 0; length <= last; ++length)
     EXPECT_NE(refusal(std::string(whole, 0, length)), "") << length;
@@ -189,7 +189,7 @@ TEST(ImportBvh, any_corrupt_byte_is_refused_or_gives_valid_poses) {
   }
 }
 
-TEST(ImportBvh, refuses_numbers_that_are_not_finite_and_says_the_line) {
+TEST(ImportBvh, refuses_numbers_that_are_not_finite_and_names_the_line) {
   for (const char* bad : {"nan", "inf", "-inf", "1e400", "1e39", "--1", "0x1", "1,5"}) {
     EXPECT_THAT(refusal(person("0 0 " + std::string(bad))), HasSubstr("line 35")) << bad;
   }

@@ -121,7 +121,7 @@ TEST(AssembleGroom, refuses_more_groups_than_a_groom_has) {
 TEST(AssembleGroom, a_size_that_is_no_heads_is_warned_of_with_a_unit_that_mends_it) {
   for (const double size : {0.01, 0.4, 25.0, 1000.0}) {
     GroomDef def = def_of(scalp_strands(Vec3(size, 15 * size, 0), 0.95 * size, 1000, size));
-    // A groom reaches 10 m at most: the larger ones are refused, and that must say so.
+    // A groom reaches 10 m at most: larger ones are refused with this reason.
     auto imported = assemble_groom(def);
     if (!imported) {
       def.placement.unit_m = 0.3 / size;
@@ -237,7 +237,7 @@ TEST(AssembleGroom, refuses_flags_that_make_no_sense) {
   EXPECT_NE(refused([](GroomDef& d) { d.files[0].strands = ImportedStrands{}; }), "");
 }
 
-TEST(AssembleGroom, few_strands_or_roots_in_a_plane_still_make_a_sound_groom) {
+TEST(AssembleGroom, few_strands_or_roots_in_a_plane_still_make_a_valid_groom) {
   for (const std::size_t count : {1, 2, 3, 4, 5, 8}) {
     ImportedStrands strands;
     for (std::size_t s = 0; s < count; ++s) {

@@ -55,7 +55,7 @@ TEST(ImportObj, windows_line_ends_comments_and_other_keywords_are_no_fault) {
   EXPECT_THAT(mesh->triangles, ElementsAre(Triangle{0, 1, 2}));
 }
 
-TEST(ImportObj, refuses_bad_indices_and_says_the_line) {
+TEST(ImportObj, refuses_bad_indices_and_names_the_line) {
   for (const char* face : {"f 1 2 5", "f 0 1 2", "f 1 2 -5", "f 1 2 x", "f 1 2 /3", "f 1 2 3.5", "f 1 2 4294967297",
                            "f 1 2 99999999999999999999", "f 1 2 -9223372036854775808"}) {
     EXPECT_THAT(refusal(kSquare + face + "\n"), HasSubstr("line 5: no vertex")) << face;
@@ -64,7 +64,7 @@ TEST(ImportObj, refuses_bad_indices_and_says_the_line) {
   EXPECT_THAT(refusal("f 1 2 3\n" + kSquare), HasSubstr("line 1")) << "vertices must come before their face";
 }
 
-TEST(ImportObj, refuses_bad_coordinates_and_says_the_line) {
+TEST(ImportObj, refuses_bad_coordinates_and_names_the_line) {
   for (const char* vertex :
        {"v 0 0", "v", "v 0 0 nan", "v inf 0 0", "v 0 -inf 0", "v 1e99 0 0", "v 0 0 0x10", "v a b c", "v 0,1,2"}) {
     EXPECT_THAT(refusal("v 0 0 0\n" + std::string(vertex) + "\nf 1 1 1\n"), HasSubstr("line 2: ")) << vertex;
@@ -83,7 +83,7 @@ TEST(ImportObj, a_reason_is_one_short_printable_line) {
   EXPECT_EQ(reason.find_first_of(std::string("\x01\n\r", 3)), std::string::npos);
 }
 
-TEST(ImportObj, every_truncation_and_corrupt_byte_is_refused_or_gives_a_sound_mesh) {
+TEST(ImportObj, every_truncation_and_corrupt_byte_is_refused_or_gives_a_valid_mesh) {
   const std::string whole = kSquare + "f 1 2 3 4\nf -1//1 -2/3/4 1\n";
   for (std::size_t length = 0; length <= whole.size(); ++length) {
     const auto mesh = decode_obj(std::string(whole, 0, length));

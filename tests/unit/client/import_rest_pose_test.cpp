@@ -49,7 +49,7 @@ Quat turn(double degrees, const Vec3& axis) {
   return Quat(Eigen::AngleAxisd(degrees * kDegree, axis));
 }
 
-// How a file tells of that person. Zero poses differ by the axes that each joint has where the person is upright.
+// How a file describes that person. Zero poses differ by the axes that each joint has when the person is upright.
 struct Told {
   std::function<Quat(std::size_t)> axes = [](std::size_t) { return Quat::Identity(); };
   Quat file = Quat::Identity();  // from the person's axes to the file's
@@ -57,7 +57,7 @@ struct Told {
   std::vector<std::function<Quat(std::size_t)>> frames;  // how each joint's bone is turned from upright, person's axes
 };
 
-// Each joint's x axis lies along the bone to its first child, as in files of 3D programs: the zero pose is one line.
+// Each joint's x axis points along the bone to its first child, as in files of 3D programs: the zero pose is one line.
 Quat along_bone(std::size_t joint) {
   for (const Joint& child : person()) {
     if (child.parent == static_cast<int>(joint))
@@ -136,7 +136,7 @@ Vec3 head_joint(const std::function<Quat(std::size_t)>& frame) {
   return at;
 }
 
-// Every bone turns as its joint was told to, whatever axes the file gives it.
+// Every bone turns like its joint, for any axes of the file.
 void expect_told(const Told& told, const ImportedMotion& imported) {
   const Quat to_world = Quat::FromTwoVectors(told.file * Vec3::UnitY(), Vec3::UnitY()) * told.file;
   ASSERT_EQ(imported.motion.poses.size(), told.frames.size());
@@ -191,7 +191,7 @@ TEST(ImportRestPose, a_first_frame_that_faces_any_way_gives_the_facing) {
   }
 }
 
-TEST(ImportRestPose, left_and_right_tell_where_the_zero_pose_faces) {
+TEST(ImportRestPose, left_and_right_determine_where_the_zero_pose_faces) {
   for (const double degrees : {90.0, 180.0, -90.0}) {
     const Told told{.file = turn(degrees, Vec3::UnitY()), .frames = {head_left, bowed}};
     Told same = told;  // its axes are the file's, so that the zero pose stands and faces that way
@@ -233,7 +233,7 @@ TEST(ImportRestPose, a_skeleton_that_is_never_upright_is_refused_and_the_flag_na
   }
 }
 
-TEST(ImportRestPose, the_flag_outdoes_what_the_bones_say) {
+TEST(ImportRestPose, the_flag_overrides_the_bones) {
   // The first frame bows the head; taken as the rest, that is upright.
   const auto nod = [](std::size_t joint) { return joint == kHead ? turn(30, Vec3::UnitX()) : Quat::Identity(); };
   const Told told{.frames = {nod, head_left}};
@@ -246,7 +246,7 @@ TEST(ImportRestPose, the_flag_outdoes_what_the_bones_say) {
   expect_told(told, *imported(told, import));
 }
 
-TEST(ImportRestPose, a_unit_that_makes_the_skeleton_a_person_is_taken_and_said) {
+TEST(ImportRestPose, a_unit_that_gives_the_size_of_a_person_is_used_with_a_warning) {
   for (const auto& [unit_m, name] : {std::pair{0.01, "centimetre"}, std::pair{0.001, "millimetre"},
                                      std::pair{0.0254, "inch"}, std::pair{0.0254 / 0.45, "CMU"}}) {
     for (const auto& axes : {std::function<Quat(std::size_t)>(upright), std::function<Quat(std::size_t)>(along_bone)}) {
@@ -276,7 +276,7 @@ TEST(ImportRestPose, words_for_the_flag_are_three) {
   for (const char* text : {"", "Zero", "frame"}) EXPECT_THAT(parse_rest_pose(text).error(), HasSubstr("auto, zero"));
 }
 
-TEST(ImportRealBvh, every_file_there_is_stands_upright_or_says_why_not) {
+TEST(ImportRealBvh, every_file_is_upright_or_gives_a_reason) {
   if (!std::filesystem::exists(test::shared_data())) GTEST_SKIP() << "no real motions at " << test::shared_data();
   std::size_t count = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(test::shared_data())) {

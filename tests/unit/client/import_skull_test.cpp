@@ -17,11 +17,11 @@ using testing::Contains;
 using testing::HasSubstr;
 using testing::Not;
 
-// Where hair begins, of directions from the middle of a ball; the whole scalp goes down to 25 degrees below it.
+// The hairline for directions from the middle of a ball; the whole scalp goes down to 25 degrees below it.
 struct Cut {
   const char* name;
   std::function<bool(const Vec3&)> has;
-  double noise_m = 0;  // of each root, to and from the middle
+  double noise_m = 0;  // of each root, along the radius
 };
 
 bool whole(const Vec3& d) {
@@ -66,7 +66,7 @@ ImportedStrands strands_of(const Cut& cut, double radius) {
   return strands;
 }
 
-// From the forehead over the top to the nape, one root beside the other.
+// From the forehead over the top to the nape, a single line of roots.
 ImportedStrands one_root_wide(double radius, double noise_m) {
   ImportedStrands strands;
   for (std::size_t i = 0; i < 60; ++i) {
@@ -84,7 +84,7 @@ GroomDef def_of(ImportedStrands strands) {
   return def;
 }
 
-// In the file's coordinates.
+// The joint in the file's coordinates.
 Vec3 joint_of(const GroomDef& def, const Groom& groom) {
   return (def.files[0].strands.points[0] - groom.points[0]).cast<double>();
 }
@@ -111,7 +111,7 @@ void expect_head(const std::string& name, const GroomDef& def, double radius) {
   for (const StrandProperties& strand : imported->groom.strands) EXPECT_TRUE(strand.rooted) << name;
 }
 
-TEST(SkullOfRoots, is_a_heads_whatever_part_of_the_scalp_has_hair) {
+TEST(SkullOfRoots, has_the_size_of_a_head_for_any_part_of_the_scalp) {
   for (const double radius : {0.08, 0.09, 0.1}) {
     for (const Cut& cut : cuts()) expect_head(cut.name, def_of(strands_of(cut, radius)), radius);
     for (const double noise_m : {0.0, 0.001})
@@ -119,7 +119,7 @@ TEST(SkullOfRoots, is_a_heads_whatever_part_of_the_scalp_has_hair) {
   }
 }
 
-TEST(SkullOfRoots, that_do_not_tell_its_size_is_said) {
+TEST(SkullOfRoots, that_do_not_determine_its_size_give_a_warning) {
   const auto warnings = [](ImportedStrands strands) { return assemble_groom(def_of(std::move(strands)))->warnings; };
   const std::vector<Cut> all = cuts();
   for (const std::size_t part : {0, 1, 2, 5, 6, 7})
@@ -149,7 +149,7 @@ TriangleMesh bust(const Vec3f& at) {
   return mesh;
 }
 
-// A made hairstyle as a file of strands holds it, only those whose root `has` takes.
+// A made hairstyle in the form of a strand file; only strands whose root `has` accepts.
 ImportedStrands exported(const char* style, const std::function<bool(const Vec3f&)>& has, const Vec3f& at) {
   static std::map<std::string, Groom> made;
   Groom& groom = made[style];

@@ -85,7 +85,7 @@ TEST_P(ImportStrands, any_corrupt_byte_is_refused_or_gives_finite_points) {
   }
 }
 
-TEST_P(ImportStrands, refuses_a_coordinate_that_is_not_finite_and_says_where) {
+TEST_P(ImportStrands, refuses_a_coordinate_that_is_not_finite_and_names_its_place) {
   for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
                           -std::numeric_limits<float>::infinity()}) {
     std::vector<std::byte> bytes = GetParam().file();

@@ -59,7 +59,7 @@ class LatticeBlendTest : public ::testing::Test {
     return points;
   }
 
-  // What a display that blends points shows.
+  // The result of a display that blends points.
   std::vector<Vec3f> shown_by_points(const Playout::Sample& s, bool discontinuous) {
     std::vector<Vec3f> points = groom_->points;
     if (!s.displacement.empty()) {

@@ -25,7 +25,7 @@ class LinkCoreDriver {
  public:
   explicit LinkCoreDriver(LinkCoreOptions options = {}) : core(std::move(options)) {}
 
-  // Opens a connection as the core wants one, waiting as long as it says.
+  // Opens a connection when the core wants one, after the core's waiting time.
   void open() {
     for (int i = 0; i < 10 && !core.wants_connection(); ++i) pass_to_deadline();
     ASSERT_TRUE(core.wants_connection());
@@ -38,7 +38,7 @@ class LinkCoreDriver {
     expect<wire::Hello>();
     send(std::move(welcome));
   }
-  // What the driver of a socket does when the core wants it closed.
+  // The driver's part when the core wants its socket closed.
   void close_as_wanted() {
     if (core.wants_close()) core.on_closed("", now_ns);
   }
@@ -58,7 +58,7 @@ class LinkCoreDriver {
   }
   void send(wire::Message message) { core.on_bytes(packet(std::move(message)), now_ns); }
 
-  // What the core says next; nothing when it has nothing to say.
+  // The core's next message; none when it has none.
   std::optional<wire::Message> take() {
     const std::vector<std::uint8_t> bytes = core.take_packet(now_ns);
     if (bytes.empty()) return std::nullopt;

@@ -57,7 +57,7 @@ TEST(LinkCore, says_hello_first_and_nothing_more_before_the_welcome) {
   EXPECT_EQ(d.core.counters().poses_dropped, 1u);
 }
 
-TEST(LinkCore, what_was_asked_for_before_the_welcome_is_said_after_it) {
+TEST(LinkCore, requests_before_the_welcome_are_sent_after_it) {
   LinkCoreDriver d;
   d.core.offer_groom(hash_of(1), some_bytes(100));
   d.core.send(wire::AddCharacter{7, hash_of(1), LevelIndex::high});
@@ -97,7 +97,7 @@ TEST(LinkCore, a_first_attempt_that_fails_is_the_last) {
   EXPECT_EQ(d.core.next_deadline_ns(), std::numeric_limits<std::int64_t>::max());
 }
 
-TEST(LinkCore, a_server_that_says_nothing_runs_into_the_time_out) {
+TEST(LinkCore, a_silent_server_runs_into_the_time_out) {
   for (const bool opened : {false, true}) {
     LinkCoreDriver d;
     d.core.start();
@@ -162,7 +162,7 @@ TEST(LinkCore, a_message_transport_gives_one_packet_a_message) {
   EXPECT_EQ(d.event<Disconnected>()->reason, wire::GoodbyeReason::protocol_error);
 }
 
-TEST(LinkCore, leaving_says_goodbye_and_waits_a_moment_for_it_to_be_taken) {
+TEST(LinkCore, leaving_sends_goodbye_and_waits_a_moment_until_it_is_sent) {
   LinkCoreDriver d;
   d.connect();
   d.core.push_poses(pose_of(1));
@@ -216,7 +216,7 @@ TEST(LinkCore, poses_go_out_after_any_number_of_signs_of_life) {
   EXPECT_EQ(d.core.counters().poses_dropped, 0u);
 }
 
-TEST(LinkCore, deadlines_move_on_though_nobody_takes_what_there_is_to_send) {
+TEST(LinkCore, deadlines_move_on_when_no_caller_takes_the_packets) {
   LinkCoreDriver d;
   d.connect();
   for (int i = 0; i < 100; ++i) {
@@ -277,7 +277,7 @@ TEST(LinkCore, a_groom_that_is_not_to_be_had_can_be_asked_for_again) {
   EXPECT_TRUE(d.event<wire::Error>());
   d.core.request_groom(hash_of(3));
   d.expect<wire::GroomRequest>();
-  d.send(wire::GroomNeed{hash_of(3), 4});  // one's own upload of it goes on
+  d.send(wire::GroomNeed{hash_of(3), 4});  // the upload by this client continues
   EXPECT_EQ(d.expect<wire::GroomChunk>().bytes.size(), 6u);
 }
 
@@ -292,7 +292,7 @@ TEST(LinkCore, a_groom_refused_for_there_are_too_many_can_be_asked_for_again) {
   d.expect<wire::GroomRequest>();
 }
 
-TEST(LinkCore, a_character_that_nobody_asked_for_breaks_the_protocol) {
+TEST(LinkCore, a_character_that_was_not_requested_breaks_the_protocol) {
   LinkCoreDriver d;
   d.connect();
   d.send(wire::CharacterAdded{3, hash_of(1), LevelIndex::low, 1});
@@ -320,7 +320,7 @@ TEST(LinkCore, a_groom_goes_out_though_poses_always_wait) {
   EXPECT_EQ(chunk_bytes, groom_bytes);
 }
 
-TEST(LinkCore, importance_is_said_a_few_times_a_second_and_only_when_it_changes) {
+TEST(LinkCore, importance_is_sent_a_few_times_a_second_and_only_when_it_changes) {
   LinkCoreDriver d;
   d.connect();
   std::vector<wire::MemberImportance> seen{{1, 0.5f, true}, {2, 0.25f, false}};

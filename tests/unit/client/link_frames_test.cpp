@@ -18,7 +18,7 @@ LevelGeometry small_grid() {
   return geometry;
 }
 
-// What a character looks like at a tick: something smooth, of which every integer changes.
+// A character's frame at a tick: smooth, and every integer of it changes.
 codec::FrameIntegers moving(std::uint64_t tick, std::uint32_t member, bool velocities = false) {
   codec::FrameIntegers integers;
   const double t = 0.1 * static_cast<double>(tick) + member;
@@ -77,7 +77,7 @@ class Receiving : public ::testing::Test {
     batch.frames.push_back(frame);
     d.send(batch);
   }
-  // As of a character whose groom is not ready, or that is at its coarsest.
+  // Sends the frame of a character whose groom is not ready, or which is at its coarsest level.
   void send_rigid_frame(std::uint64_t tick, std::uint32_t member) {
     codec::FrameIntegers integers = moving(tick, member);
     integers.nodes.clear();
@@ -100,7 +100,7 @@ class Receiving : public ::testing::Test {
   LinkCoreDriver d;
 };
 
-TEST_F(Receiving, frames_come_back_as_they_were_whatever_they_refer_to) {
+TEST_F(Receiving, frames_decode_to_the_same_for_any_references) {
   for (const int stride : {1, 2, 4}) {
     const std::uint64_t first = static_cast<std::uint64_t>(1000 * stride);
     for (int i = 0; i < 6; ++i) {
@@ -123,7 +123,7 @@ TEST_F(Receiving, frames_come_back_as_they_were_whatever_they_refer_to) {
   EXPECT_EQ(d.core.counters().frames_received, 18u);
 }
 
-TEST_F(Receiving, ones_own_frames_carry_ones_own_number) {
+TEST_F(Receiving, own_frames_carry_the_own_number) {
   send_frame(10, kOwnMember, {});
   const std::optional<Frame> frame = received();
   ASSERT_TRUE(frame);
@@ -186,7 +186,7 @@ TEST_F(Receiving, a_jump_that_could_not_be_decoded_parts_the_frames_around_it) {
   EXPECT_FALSE(batches[2].frames[0].discontinuous);
 }
 
-TEST_F(Receiving, frames_of_nobody_and_of_the_past_are_counted) {
+TEST_F(Receiving, frames_of_unknown_members_and_old_ticks_are_counted) {
   send_frame(10, 99, {});
   send_frame(10, kOther, {});
   send_frame(10, kOther, {});
@@ -221,7 +221,7 @@ TEST_F(Receiving, after_a_resume_the_first_frame_must_stand_alone) {
   EXPECT_EQ(d.events<FrameBatch>().size(), 1u);
 }
 
-TEST_F(Receiving, hair_goes_on_from_its_last_lattice_on_a_server_that_forgot) {
+TEST_F(Receiving, hair_continues_from_its_last_lattice_on_a_new_server) {
   send_frame(10, kOwnMember, {0, 1, false, true});
   send_frame(11, kOwnMember, {1, 1, false, true});
   d.core.on_closed("the cable", d.now_ns);
@@ -265,7 +265,7 @@ class Resumed : public Restarted {
   Resumed() : Restarted(true) {}
 };
 
-TEST_F(Restarted, ones_own_hair_keeps_its_shape_until_the_new_server_has_a_lattice) {
+TEST_F(Restarted, own_hair_keeps_its_shape_until_the_new_server_has_a_lattice) {
   send_rigid_frame(3, kOwnMember);
   const std::optional<Frame> frame = received();
   ASSERT_TRUE(frame);
@@ -285,7 +285,7 @@ TEST_F(Restarted, ones_own_hair_keeps_its_shape_until_the_new_server_has_a_latti
   EXPECT_FALSE(keeps_hair(5));
 }
 
-TEST_F(Restarted, of_others_nothing_is_kept) {
+TEST_F(Restarted, nothing_of_other_clients_is_kept) {
   send_rigid_frame(3, kOther);
   const std::optional<Frame> frame = received();
   ASSERT_TRUE(frame);
@@ -401,7 +401,7 @@ TEST(LinkCoreShare, only_a_share_of_the_members_is_decoded_and_all_are_counted) 
   EXPECT_EQ(d.core.counters().frames_received, 1000u);
 }
 
-TEST(LevelCatalog, cores_that_are_told_the_same_share_one_record) {
+TEST(LevelCatalog, cores_that_receive_the_same_record_share_one_copy) {
   LevelCatalog catalog;
   const auto a = catalog.keep({hash_of(1), LevelIndex::low, small_grid()});
   const auto b = catalog.keep({hash_of(1), LevelIndex::low, small_grid()});

@@ -99,7 +99,7 @@ TEST(SendQueue, keeps_the_order_of_what_was_asked_for) {
   EXPECT_FALSE(queue.pop());
 }
 
-TEST(SendQueue, the_oldest_poses_give_way_and_nothing_else_does) {
+TEST(SendQueue, only_the_oldest_poses_are_dropped) {
   SendQueue queue;
   ASSERT_TRUE(queue.push(wire::SetLevel{1, LevelIndex::low}));
   for (std::uint32_t i = 0; i < SendQueue::kPoseBatchesMax + 10; ++i) queue.push_poses(pose_of(1, i));
@@ -164,7 +164,7 @@ TEST(EventQueue, events_come_in_order_and_only_once) {
   EXPECT_TRUE(events.take_all().empty());
 }
 
-TEST(EventQueue, the_oldest_frames_give_way_are_counted_and_pass_on_their_jumps) {
+TEST(EventQueue, the_oldest_frames_are_dropped_and_counted_and_pass_on_their_discontinuities) {
   EventQueue events;
   constexpr std::size_t kNumbers = EventQueue::kFrameBytesMax / 4 / sizeof(std::int16_t);  // a quarter of the bound
   ASSERT_TRUE(events.push(wire::CharacterAdded{1, {}, LevelIndex::high, 1}));

@@ -54,7 +54,7 @@ TEST(Backoff, waits_are_spread_over_as_long_as_it_has_been_away) {
   EXPECT_GT(*std::max_element(shares.begin(), shares.end()), 0.98);
 }
 
-TEST(Backoff, who_asks_again_is_back_within_twice_the_time_that_the_server_was_away) {
+TEST(Backoff, client_is_back_within_twice_the_time_that_the_server_was_away) {
   for (std::uint64_t seed = 0; seed < 1000; ++seed) {
     Backoff backoff(seed);
     for (const std::int64_t away_ns : {50'000'000, 400'000'000, 1'400'000'000}) {
@@ -76,7 +76,7 @@ TEST(Backoff, the_same_seed_waits_the_same) {
   EXPECT_TRUE(differs);
 }
 
-TEST_F(Settled, a_broken_connection_is_made_anew_after_the_wait_it_tells) {
+TEST_F(Settled, a_broken_connection_is_replaced_after_the_reported_wait) {
   break_off();
   const std::optional<Reconnecting> lost = d.event<Reconnecting>();
   ASSERT_TRUE(lost);
@@ -101,7 +101,7 @@ TEST_F(Settled, hello_names_the_session_and_its_secret) {
   EXPECT_EQ(d.core.counters().resumes, 1u);
 }
 
-TEST_F(Settled, after_a_resume_only_what_the_server_may_have_missed_is_said_again) {
+TEST_F(Settled, after_a_resume_only_possibly_missed_messages_are_sent_again) {
   d.core.offer_groom(hash_of(2), ten_bytes());
   d.core.send(wire::AddCharacter{8, hash_of(2), LevelIndex::high});
   d.core.send(wire::SetLevel{7, LevelIndex::ether});
@@ -121,7 +121,7 @@ TEST_F(Settled, after_a_resume_only_what_the_server_may_have_missed_is_said_agai
   EXPECT_TRUE(d.event<wire::Error>());
 }
 
-TEST_F(Settled, a_character_that_is_told_of_before_it_is_refused_is_no_fault) {
+TEST_F(Settled, a_character_that_is_announced_before_it_is_refused_is_no_fault) {
   d.core.send(wire::AddCharacter{8, hash_of(1), LevelIndex::high});
   break_off();
   come_back(welcome_to(5, true));
@@ -146,7 +146,7 @@ TEST_F(Settled, a_groom_may_be_asked_for_again_until_it_is_ready) {
   EXPECT_FALSE(d.take());
 }
 
-TEST_F(Settled, a_removal_that_was_not_confirmed_is_said_again_and_may_have_arrived) {
+TEST_F(Settled, an_unconfirmed_removal_is_sent_again_and_may_have_arrived) {
   d.core.send(wire::RemoveCharacter{7});
   break_off();
   come_back(welcome_to(5, true));
@@ -173,7 +173,7 @@ TEST_F(Settled, a_member_that_left_and_came_back_meanwhile_is_not_there_twice) {
   EXPECT_EQ(std::get<wire::MemberJoined>(events[1]).member, 41u);
 }
 
-TEST_F(Settled, a_server_that_forgot_is_told_everything) {
+TEST_F(Settled, a_new_server_gets_everything) {
   d.core.send(wire::SetMaterial{7, {}});
   d.core.send(wire::SetWind{{Vec3(9, 0, 0)}});
   d.core.send(wire::SetWind{{Vec3(3, 0, 0)}});
@@ -318,7 +318,7 @@ TEST_F(Settled, a_teleport_that_was_lost_passes_to_the_next_pose_sent) {
   EXPECT_FALSE(d.expect<wire::PoseBatch>().poses[0].teleport);
 }
 
-TEST_F(Settled, another_servers_clock_begins_anew) {
+TEST_F(Settled, another_servers_clock_estimate_starts_over) {
   break_off();
   d.open();
   d.expect<wire::Hello>();
@@ -327,7 +327,7 @@ TEST_F(Settled, another_servers_clock_begins_anew) {
   EXPECT_EQ(d.core.to_local_ns(kOther_ns), d.now_ns);
 }
 
-TEST_F(Settled, members_told_again_are_no_news_and_those_not_told_again_have_left) {
+TEST_F(Settled, members_announced_again_are_known_and_the_others_have_left) {
   for (const std::uint32_t member : {40u, 41u, 42u}) d.send(wire::MemberJoined{member, 9, member, hash_of(3)});
   EXPECT_EQ(d.events<wire::MemberJoined>().size(), 3u);
   break_off();
@@ -343,14 +343,14 @@ TEST_F(Settled, members_told_again_are_no_news_and_those_not_told_again_have_lef
   EXPECT_EQ(left[0].member, 42u);
 }
 
-TEST_F(Settled, a_new_session_begins_with_nobody) {
+TEST_F(Settled, a_new_session_begins_without_members) {
   d.send(wire::MemberJoined{40, 9, 1, hash_of(3)});
   break_off();
   come_back(welcome_to(6));
   EXPECT_EQ(d.event<wire::MemberLeft>()->member, 40u);
 }
 
-TEST_F(Settled, a_groom_on_its_way_goes_on_where_it_broke_off) {
+TEST_F(Settled, a_broken_groom_download_continues_where_it_stopped) {
   d.core.request_groom(hash_of(8));
   d.take_all();
   d.send(wire::GroomData{hash_of(8), 100, 0, std::vector<std::uint8_t>(60)});
@@ -360,7 +360,7 @@ TEST_F(Settled, a_groom_on_its_way_goes_on_where_it_broke_off) {
   EXPECT_EQ(d.expect<wire::GroomRequest>().offset, 60u);
 }
 
-// What a network simulator does: the connection breaks after any byte, and the client ends where it would have.
+// Like a network simulator: the connection breaks after any byte, and the client reaches the same state.
 TEST(LinkCoreUnderLoss, a_break_at_any_byte_is_survived) {
   const auto script = [](const LinkCoreDriver& d, bool resumed) {
     std::vector<std::uint8_t> stream;

@@ -23,7 +23,7 @@ class ScriptedServer {
   class Peer {
    public:
     explicit Peer(tcp::socket socket) : socket_(std::move(socket)) {}
-    // Nothing when the client has closed.
+    // None when the client has closed.
     std::optional<wire::Message> read() {
       std::uint32_t size = 0;
       boost::system::error_code ec;
@@ -105,7 +105,7 @@ Groom groom_of(std::size_t points) {
   return groom;
 }
 
-TEST(Link, connects_by_hello_and_welcome_and_says_goodbye) {
+TEST(Link, connects_by_hello_and_welcome_and_sends_goodbye) {
   std::promise<wire::GoodbyeReason> goodbye;
   ScriptedServer server([&](Peer& peer) {
     peer.welcome();
@@ -264,7 +264,7 @@ TEST(Link, poses_overtake_a_large_upload) {
   });
   Link link(server.options());
   ASSERT_TRUE(link.connect());
-  link.upload(groom_of(3'000'000));  // 36 MB: far more than sockets hold
+  link.upload(groom_of(3'000'000));  // 36 MB: far more than socket buffers
   upload_started.get_future().wait();
   link.push_poses(std::vector<wire::PoseSample>(1));
   poses_pushed.set_value();

@@ -92,7 +92,7 @@ class LinkByTransport : public ::testing::TestWithParam<Transport> {
     loop_.stop();
     thread_.join();
   }
-  // Until one of that kind has come; the others are let go.
+  // Polls until an event of that kind arrives; drops the others.
   template <class T>
   static T wait_for(Link& link) {
     while (true) {
@@ -138,7 +138,7 @@ TEST_P(LinkByTransport, packets_go_both_ways) {
   EXPECT_EQ(poses_, 2u);
 }
 
-TEST_P(LinkByTransport, a_connection_that_breaks_is_made_anew_and_resumed) {
+TEST_P(LinkByTransport, a_broken_connection_is_replaced_and_resumed) {
   breaks_off_ = true;
   Link link(options_);
   ASSERT_TRUE(link.connect());
@@ -149,7 +149,7 @@ TEST_P(LinkByTransport, a_connection_that_breaks_is_made_anew_and_resumed) {
   EXPECT_EQ(link.counters().resumes, 1u);
 }
 
-TEST_P(LinkByTransport, a_certificate_that_nobody_vouches_for_is_refused_unless_told_otherwise) {
+TEST_P(LinkByTransport, an_untrusted_certificate_is_refused_unless_insecure_is_set) {
   if (!options_.server.encrypted()) return;
   options_.tls.ca_file.clear();
   const Result<wire::Welcome> refused = Link(options_).connect();

@@ -65,7 +65,7 @@ TEST_F(LoadedFiles, what_is_no_regular_file_is_refused_and_never_waited_for) {
   EXPECT_THAT(read_file(written("text", "abcd"), 3).error(), HasSubstr("limit of 3 bytes"));
 }
 
-TEST_F(LoadedFiles, a_format_is_told_by_a_name_in_any_letters) {
+TEST_F(LoadedFiles, a_format_is_recognised_by_an_extension_in_any_case) {
   EXPECT_EQ(strand_format_of("a/straight.HAIR"), StrandFormat::yuksel_hair);
   EXPECT_EQ(strand_format_of("Tail.Tfx"), StrandFormat::tressfx);
   EXPECT_EQ(strand_format_of("b.DATA"), StrandFormat::usc_data);
@@ -82,7 +82,7 @@ std::string deepmimic_clip(const char* root_w) {
   return R"({"Frames": [[)" + frame + "]]}";
 }
 
-TEST(DeepMimicClip, a_quaternion_of_another_length_is_normalised_and_said) {
+TEST(DeepMimicClip, a_quaternion_of_another_length_is_normalised_with_a_warning) {
   for (const char* norm : {"0.58", "1.7", "-0.58"}) {
     const auto clip = decode_deepmimic_clip(deepmimic_clip(norm), 60);
     ASSERT_TRUE(clip) << clip.error();

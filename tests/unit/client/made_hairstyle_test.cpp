@@ -58,7 +58,7 @@ class MadeHairstyle : public testing::TestWithParam<std::string_view> {
   }
 };
 
-TEST_P(MadeHairstyle, is_a_sound_groom) {
+TEST_P(MadeHairstyle, is_a_valid_groom) {
   const Groom groom = make();
   EXPECT_EQ(validate(groom), "");
   EXPECT_EQ(groom.name, GetParam());
@@ -145,7 +145,7 @@ std::vector<std::string_view> all_names() {
 INSTANTIATE_TEST_SUITE_P(All, MadeHairstyle, testing::ValuesIn(all_names()),
                          [](const auto& test) { return std::string(test.param); });
 
-TEST(MadeHairstyles, hold_the_five_that_are_promised) {
+TEST(MadeHairstyles, contain_the_five_promised_styles) {
   const auto names = all_names();
   for (const std::string_view name : {"long_straight", "long_curly", "bob", "ponytail", "short"}) {
     EXPECT_NE(std::find(names.begin(), names.end(), name), names.end()) << name;

@@ -124,7 +124,7 @@ TEST(MadeMotions, glide_reaches_its_speed_at_once) {
   EXPECT_NEAR(speed(61), 1.4, 1e-9);
 }
 
-TEST(MadeMotions, teleport_teleports_and_says_so) {
+TEST(MadeMotions, teleport_motion_marks_its_teleports) {
   const Motion motion = make_motion("teleport").value();
   EXPECT_GE(std::count(motion.teleports.begin(), motion.teleports.end(), true), 3);
   EXPECT_TRUE(motion.teleports_within(0, motion.duration_s()));

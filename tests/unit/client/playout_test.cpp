@@ -110,7 +110,7 @@ TEST_F(Playing, the_delay_grows_with_jitter_so_that_every_time_has_a_frame_after
   EXPECT_EQ(playout_.dropped_count(), 0u);
 }
 
-TEST_F(Playing, holds_for_100_ms_without_frames_then_eases_to_rest_in_half_a_second) {
+TEST_F(Playing, freezes_for_100_ms_without_frames_then_eases_to_rest_in_half_a_second) {
   push_line(4);
   const std::int64_t newest = 4 * kInterval + kDelay;  // when frame 4 is shown
   (void)playout_.sample(newest - kInterval);
@@ -180,7 +180,7 @@ TEST_F(Playing, frames_out_of_order_are_played_in_order) {
   }
 }
 
-TEST_F(Playing, what_is_held_on_purpose_stays_however_long) {
+TEST_F(Playing, hair_that_is_frozen_on_purpose_stays_for_any_time) {
   push_line(9);
   playout_.sample(8 * kInterval);
   playout_.freeze();
@@ -192,7 +192,7 @@ TEST_F(Playing, what_is_held_on_purpose_stays_however_long) {
   }
 }
 
-TEST_F(Playing, hair_that_eases_already_is_held_where_it_is_and_goes_on_from_there) {
+TEST_F(Playing, easing_hair_freezes_where_it_is_and_continues_from_there) {
   push_line(9);
   std::int64_t now = 0;
   for (; now < 9 * kInterval + kDelay + 350 * kMs; now += 10 * kMs) playout_.sample(now);
@@ -255,7 +255,7 @@ class Swinging : public ::testing::Test {
     if (velocities) codec::quantise_velocities(velocity, frame.error_class, frame.velocities);
     return frame;
   }
-  // RMS over nodes and times of what is shown less what was, m. Frames come every `stride` steps.
+  // RMS over nodes and times of the difference between shown and true state, m. Frames come every `stride` steps.
   double error_m(int stride, bool velocities) {
     Playout playout;
     const auto interval = static_cast<std::int64_t>(stride * kStep_s * 1e9);
@@ -304,7 +304,7 @@ TEST_F(Swinging, frames_with_and_without_velocities_are_played_as_they_can) {
   }
 }
 
-TEST_F(Playing, memory_is_bounded_when_nobody_samples) {
+TEST_F(Playing, memory_is_bounded_without_sampling) {
   for (std::int64_t i = 0; i < 10'000; ++i) push(i, 0);
   EXPECT_EQ(playout_.dropped_count(), 10'000u - 256u);
 }

@@ -24,7 +24,7 @@ struct Layer {
   float weight = 1;
 };
 
-// Every node at random: far rougher than hair ever moves.
+// Every node at random: far rougher than the motion of hair.
 inline Layer rough_layer(const Lattice& lattice, std::uint64_t seed) {
   Layer layer;
   layer.geometry.lattice = lattice;
@@ -35,7 +35,7 @@ inline Layer rough_layer(const Lattice& lattice, std::uint64_t seed) {
   return layer;
 }
 
-// A graphics context, and where shaders read what the characters are.
+// A graphics context, and the textures from which shaders read characters.
 class ShaderTest : public testing::Test {
  protected:
   void SetUp() override {

@@ -27,7 +27,7 @@ struct Points {
     rest.push_back(point);
     direction.push_back(along);
   }
-  // All that follows the lattice of a groom as it is drawn.
+  // Adds all drawn parts of a groom that follow the lattice.
   void add(const GroomGeometry& geometry) {
     for (const auto& point : geometry.strand_points.rest) add(point, {});
     for (const auto* cards : {&geometry.cards, &geometry.far_cards})
@@ -68,7 +68,7 @@ class ShaderDeform : public ShaderTest {
     Result<Program> program = Program::build("deform.vert", "nothing.frag", kRead);
     ASSERT_TRUE(program) << program.error();
     program_.emplace(std::move(*program));
-    // Nothing is drawn, yet OpenGL wants somewhere to draw.
+    // Nothing is drawn, but OpenGL needs a target.
     target_.emplace();
     glBindTexture(GL_TEXTURE_2D, pixel_.emplace().name());
     glTexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA8, 1, 1);
@@ -120,7 +120,7 @@ class ShaderDeform : public ShaderTest {
     return deformed;
   }
 
-  // Where linear FFD bends, on the lattice's planes, rounding says which of two tangents is meant.
+  // Where linear FFD bends, on the lattice's planes, rounding decides which of two tangents is used.
   static bool is_bend(const Lattice& lattice, const Vec3f& x) {
     const Vec3f g = (x - lattice.origin).cwiseQuotient(lattice.spacing);
     return (g.array() - g.array().round()).abs().minCoeff() < 1e-4f;

@@ -151,7 +151,7 @@ TEST(GridNodes, trimmed_nodes_follow_in_position_and_velocity) {
   }
 }
 
-TEST(ModelJson, holds_every_field_and_reads_back_to_the_same_bits) {
+TEST(ModelJson, contains_every_field_and_reads_back_to_the_same_bits) {
   Level level = support::make_random_level();
   ModelDump dump;
   dump.level = &level;
@@ -210,7 +210,7 @@ class ReplayedTicks : public ::testing::Test {
   ReplayedWorld replayed_{[](double, std::string_view) {}};
 };
 
-TEST_F(ReplayedTicks, equal_hashes_are_taken_and_others_refused) {
+TEST_F(ReplayedTicks, equal_hashes_are_accepted_and_others_refused) {
   World world(WorldDef{});
   CharacterDef def;
   ASSERT_TRUE(world.add(def));

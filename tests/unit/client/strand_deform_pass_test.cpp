@@ -1,4 +1,4 @@
-// Where the GPU places the points of strands, beside core's FFD and StrandLengths.
+// Compares the GPU's points of strands with core's FFD and StrandLengths.
 #include "client/render/strand_deform_pass.hpp"
 
 #include <gmock/gmock.h>
@@ -30,7 +30,7 @@ class StrandDeformPassTest : public ShaderTest {
   }
   void tear_down_drawing() override { placement_.reset(); }
 
-  // Of two characters that wear the groom, the second's points: it has the layers.
+  // Two characters have the groom; returns the points of the second, which has the layers.
   Placed by_shader(const GroomGeometry& geometry, std::span<const Layer> layers, float quadratic) {
     const GroomBuffers groom(geometry);
     const std::size_t rows = groom.point_rows(geometry.strand_count);

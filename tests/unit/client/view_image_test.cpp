@@ -31,7 +31,7 @@ Image decode(const std::vector<std::uint8_t>& bytes) {
   return image;
 }
 
-TEST(Png, comes_back_as_it_went) {
+TEST(Png, reads_back_the_same) {
   Image image = plain(37, 11, 0);
   for (std::size_t i = 0; i < image.rgba.size(); ++i) image.rgba[i] = static_cast<std::uint8_t>(i * 7 % 256);
   const auto bytes = encode_png(image);

@@ -15,7 +15,7 @@
 namespace hairnet::viewer {
 namespace {
 
-// A made groom as a file of others would hold it: in other axes and another unit, its origin elsewhere.
+// A made groom as a file of another program: in other axes and another unit, with another origin.
 struct Foreign {
   std::vector<StrandFile> files;
   TriangleMesh body;
@@ -73,7 +73,7 @@ class ImportedFiles : public ::testing::Test {
   std::filesystem::path folder_;
 };
 
-TEST_F(ImportedFiles, what_is_said_of_strands_names_their_file) {
+TEST_F(ImportedFiles, warnings_about_strands_name_their_file) {
   ::testing::internal::CaptureStderr();
   const std::array<std::string, 2> files{body_file(), hair_file()};
   const Result<Groom> groom = import_hair(files);
@@ -84,7 +84,7 @@ TEST_F(ImportedFiles, what_is_said_of_strands_names_their_file) {
   EXPECT_NE(said.find("hair.obj: the head joint is estimated from the body's skull"), std::string::npos) << said;
 }
 
-TEST_F(ImportedFiles, are_told_apart_by_extensions_in_capitals_too) {
+TEST_F(ImportedFiles, are_distinguished_by_extensions_also_in_capitals) {
   const std::string hair = hair_file() + ".OBJ", motion = hair_file() + ".BVH";
   std::filesystem::copy_file(hair_file(), hair);
   std::ofstream(motion) << "HIERARCHY ROOT Head { OFFSET 0 150 0 CHANNELS 3 Zrotation Xrotation Yrotation JOINT Foot { "
@@ -179,7 +179,7 @@ TEST(FittedHair, begins_on_the_skin_of_another_head_and_stays_off_its_inside) {
   EXPECT_FALSE(fitted_hair({}));
 }
 
-TEST(ObjStrands, lines_are_strands_and_edges_that_go_on_are_joined) {
+TEST(ObjStrands, lines_are_strands_and_consecutive_edges_are_joined) {
   const auto strands = decode_obj_strands("v 0 0 0\nv 0 1 0\nv 0 2 0\nv 5 0 0\nv 5 1 0\nl 1 2\nl 2 3\nl 4 -1\n");
   ASSERT_TRUE(strands) << strands.error();
   ASSERT_EQ(strands->strand_count(), 2u);

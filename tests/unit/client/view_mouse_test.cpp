@@ -72,7 +72,7 @@ TEST(OrbitCamera, follows_smoothly_and_keeps_its_bearing) {
   EXPECT_LT((camera.camera().eye - camera.camera().target - before).norm(), 1e-9);
 }
 
-TEST(OrbitCamera, tells_how_tall_a_head_stands_on_the_picture) {
+TEST(OrbitCamera, measures_the_height_of_a_head_on_the_picture) {
   OrbitCamera camera;
   camera.frame(Vec3::Zero(), 0.5);
   const double near = camera.height_share(Vec3::Zero(), 0.24);
@@ -136,7 +136,7 @@ TEST(HeadGrab, no_jerk_of_the_mouse_is_a_teleport) {
   }
 }
 
-TEST(HeadGrab, is_bounded_and_holds_with_any_lapse_of_time) {
+TEST(HeadGrab, is_bounded_and_stable_for_any_time_step) {
   const Body body = bust_body();
   HeadGrab grab;
   grab.take();
@@ -165,7 +165,7 @@ TEST(HeadGrab, the_neck_goes_along_and_the_trunk_stays) {
   EXPECT_LT((pose.head().point(foot) - foot).norm(), 1e-9) << "the foot of the neck stays on the trunk";
 }
 
-// Two who stand side by side; the second is another's.
+// Two characters side by side; the second belongs to another client.
 class TwoHeads : public HairSource {
  public:
   TwoHeads() {
@@ -203,7 +203,7 @@ class MouseControllerTest : public ::testing::Test {
     camera_.look_from(Vec3::UnitZ());
     camera_.frame(Vec3(0, 1.5, 0), 0.8);
   }
-  // Where the head is seen.
+  // Puts the mouse over the head.
   MouseInput over(std::uint64_t id) {
     const Vec3 at = head_middle(show_.viewed_characters()[id - 1].pose) - camera_.camera().target;
     const double pixel_m = camera_.pixel_m(kHeight);
@@ -220,7 +220,7 @@ class MouseControllerTest : public ::testing::Test {
   MouseController mouse_controller_;
 };
 
-TEST_F(MouseControllerTest, a_drag_on_a_head_of_ones_own_turns_it_and_not_the_camera) {
+TEST_F(MouseControllerTest, a_drag_on_an_own_head_turns_it_and_not_the_camera) {
   const Vec3 eye = camera_.camera().eye;
   MouseInput mouse = over(1);
   apply(mouse);
@@ -255,7 +255,7 @@ TEST_F(MouseControllerTest, with_shift_the_head_goes_with_the_mouse) {
   EXPECT_NEAR(moved.y(), -20 * pixel_m, 0.1 * 50 * pixel_m);
 }
 
-TEST_F(MouseControllerTest, anothers_head_is_chosen_and_the_camera_turns) {
+TEST_F(MouseControllerTest, another_clients_head_is_chosen_and_the_camera_turns) {
   const Vec3 eye = camera_.camera().eye;
   MouseInput mouse = over(2);
   mouse.right_px = 30;
@@ -306,7 +306,7 @@ TEST(Framing, all_heads_are_in_view_from_every_side) {
   }
 }
 
-TEST(AdaptiveQuality, gives_way_to_slow_pictures_and_comes_back) {
+TEST(AdaptiveQuality, falls_with_slow_pictures_and_recovers) {
   AdaptiveQuality adaptive_quality;
   for (int i = 0; i < 100; ++i) adaptive_quality.take(2000);
   EXPECT_EQ(adaptive_quality.share(), AdaptiveQuality::kMin);

@@ -68,7 +68,7 @@ TEST(ViewOptions, files_and_local_are_simulated_here_and_all_else_by_a_server) {
     EXPECT_TRUE(refused({"--local", flag, flag == std::string_view("--connect") ? "a:1" : "1"})) << flag;
 }
 
-TEST(ViewOptions, who_looks_through_a_window_sees_the_others_unless_told_otherwise) {
+TEST(ViewOptions, a_window_shows_other_characters_by_default) {
   EXPECT_TRUE(sound({"--character", kOne}).observe);
   EXPECT_FALSE(sound({"--character", kOne, "--observe", "nobody"}).observe);
   EXPECT_FALSE(sound({"--character", kOne, "--no-draw"}).observe);
@@ -77,7 +77,7 @@ TEST(ViewOptions, who_looks_through_a_window_sees_the_others_unless_told_otherwi
   EXPECT_TRUE(refused({"--no-draw"})) << "nobody to show and nobody to see";
 }
 
-TEST(ViewOptions, for_ever_is_a_word_where_there_need_be_no_end) {
+TEST(ViewOptions, forever_is_a_word_where_no_end_is_needed) {
   EXPECT_TRUE(std::isinf(sound({"--local"}).duration_s));
   EXPECT_EQ(sound({"--local", "--duration", "3"}).duration_s, 3);
   EXPECT_EQ(sound({"--character", kOne, "--out", "a.png"}).duration_s, 6);

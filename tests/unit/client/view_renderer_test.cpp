@@ -50,7 +50,7 @@ int difference(const Image& a, const Image& b, int x, int y) {
   return std::abs(p[0] - q[0]) + std::abs(p[1] - q[1]) + std::abs(p[2] - q[2]);
 }
 
-// How much darker `with` is, in linear light, summed over the picture.
+// The light that `with` lacks, linear, summed over the picture.
 double light_taken(const Image& without, const Image& with) {
   const auto linear = [](int byte) { return std::pow((byte / 255.0 + 0.055) / 1.055, 2.4); };
   double sum = 0;
@@ -83,7 +83,7 @@ void set_body(Groom& groom, const TriangleMesh& mesh) {
   groom.body.bone_weights.assign(mesh.vertices.size(), {1, 0, 0, 0, 0});
 }
 
-// From left to right, `y_m` above the middle.
+// A strand from left to right, `y_m` above the middle.
 Groom level_strand(float y_m = 0, float z_m = 0) {
   Groom groom = bare();
   const std::array<Vec3f, 4> strand{Vec3f(-0.15f, y_m, z_m), Vec3f(-0.05f, y_m, z_m), Vec3f(0.05f, y_m, z_m),
@@ -128,7 +128,7 @@ class ViewRenderer : public testing::Test {
     return draw(std::span(&character, 1));
   }
   Image draw_nothing() { return draw(std::span<const ShownCharacter>{}); }
-  // How much of the background is covered: without light, all that is drawn is black.
+  // The covered share of the background: without light, all hair is black.
   double covered(const ShownCharacter& character, const Camera& camera = kCamera) {
     Look dark;
     dark.exposure = 0;
@@ -447,7 +447,7 @@ TEST_F(ViewRenderer, shows_a_grooms_own_cards_in_the_hairs_colour) {
   EXPECT_GT(reddish, 6);
 }
 
-TEST_F(ViewRenderer, leaves_out_characters_whose_place_makes_no_sense) {
+TEST_F(ViewRenderer, leaves_out_characters_at_invalid_places) {
   const Image empty = draw_nothing();
   ShownCharacter character = shown(level_strand());
   for (const double x : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e9}) {

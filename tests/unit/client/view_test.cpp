@@ -10,7 +10,7 @@
 namespace hairnet::viewer {
 namespace {
 
-// One second, the head moving along x and leaning.
+// One second in which the head moves along x and leans.
 Motion leaning(double last_x) {
   Motion motion;
   for (int i = 0; i <= 60; ++i) {
@@ -69,7 +69,7 @@ TEST(MotionTimeline, the_clips_own_teleports_are_jumps) {
   EXPECT_FALSE(timeline.teleports(0.55, 0.6));
 }
 
-TEST(MotionTimeline, for_ever_a_clip_that_travels_stays_about_its_place_and_never_jumps) {
+TEST(MotionTimeline, endless_clip_that_travels_stays_near_its_place_and_never_jumps) {
   const Motion travels = leaning(3);
   const MotionTimeline timeline(travels, std::numeric_limits<double>::infinity(), Loop::smooth);
   Pose last = timeline.at(0);
@@ -85,7 +85,7 @@ TEST(MotionTimeline, for_ever_a_clip_that_travels_stays_about_its_place_and_neve
   }
 }
 
-TEST(MotionTimeline, for_ever_a_clip_with_teleports_keeps_them) {
+TEST(MotionTimeline, endless_clip_with_teleports_keeps_them) {
   Motion motion = leaning(2);
   motion.teleports.assign(motion.poses.size(), false);
   motion.teleports[30] = true;
@@ -155,7 +155,7 @@ TEST(StreamStatistics, ticks_between_the_steps_of_a_character_are_not_missed) {
   EXPECT_EQ(statistics.missed_tick_count(), 1u);
 }
 
-TEST(StreamStatistics, a_stream_for_ever_takes_no_more_memory_and_tells_of_the_last) {
+TEST(StreamStatistics, an_endless_stream_needs_constant_memory_and_reports_the_last_batches) {
   StreamStatistics statistics;
   for (int i = 0; i < 150'000; ++i) statistics.count_frames(batch_of(1, {}), i < 50'000 ? 900'000'000 : 7'000'000);
   EXPECT_EQ(statistics.latency_ms(0), 7);

@@ -47,7 +47,7 @@ TEST_F(VideoTest, refuses_what_it_cannot_write_in_one_line_and_leaves_no_file) {
   EXPECT_EQ(file_count(), 0u);
 }
 
-TEST_F(VideoTest, without_ffmpeg_it_says_what_to_install) {
+TEST_F(VideoTest, without_ffmpeg_it_names_what_to_install) {
   const std::string path = std::getenv("PATH");
   setenv("PATH", "/nonexistent", 1);
   const Result<VideoWriter> video = VideoWriter::create("a.mp4", 64, 64, 30);

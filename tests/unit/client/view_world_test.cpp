@@ -71,7 +71,7 @@ TEST_F(LocalWorldTest, hair_without_levels_is_rigid_and_lives_once_it_has_them) 
   EXPECT_GT(furthest(w), 0.002f);
 }
 
-TEST_F(LocalWorldTest, the_same_times_show_the_same_bits_whatever_was_shown_between) {
+TEST_F(LocalWorldTest, the_same_times_show_the_same_bits_with_any_times_between) {
   LocalWorld steadily = world("dance"), at_once = world("dance");
   for (int i = 0; i <= 200; ++i) steadily.advance_to(0.01 * i);
   at_once.advance_to(2);
@@ -94,7 +94,7 @@ TEST_F(LocalWorldTest, hair_shown_between_two_ticks_lies_between_them) {
   for (std::size_t i = 0; i < to.size(); ++i) EXPECT_LT((middle[i] - 0.5f * (from[i] + to[i])).norm(), 1e-6f);
 }
 
-TEST_F(LocalWorldTest, pause_holds_everything_and_a_step_is_one_tick) {
+TEST_F(LocalWorldTest, pause_stops_everything_and_a_step_is_one_tick) {
   LocalWorld w = world("shake");
   w.advance_to(1);
   w.set_paused(true);
@@ -106,7 +106,7 @@ TEST_F(LocalWorldTest, pause_holds_everything_and_a_step_is_one_tick) {
   EXPECT_NEAR(w.time_s(), 1 + 1.0 / 30, 1e-9);
 }
 
-TEST_F(LocalWorldTest, every_tick_is_told_of_once_however_it_comes_about) {
+TEST_F(LocalWorldTest, every_tick_is_reported_once) {
   LocalWorld w = world("shake");
   std::vector<std::uint64_t> numbers;
   w.on_tick([&] {
@@ -213,7 +213,7 @@ std::shared_ptr<const LevelSet> built(LevelBuilder& builder, const std::shared_p
   return nullptr;
 }
 
-TEST(LevelBuilder, builds_once_for_every_groom_that_is_there_however_many) {
+TEST(LevelBuilder, builds_each_of_any_number_of_grooms_once) {
   LevelBuilder builder;
   std::vector<std::shared_ptr<const Groom>> grooms;
   std::vector<std::shared_ptr<const LevelSet>> levels;

@@ -24,7 +24,7 @@ Groom groom_with_body(Groom groom) {
 
 class BuildLevel : public testing::TestWithParam<std::size_t> {};
 
-TEST_P(BuildLevel, odd_strands_give_a_sound_level) {
+TEST_P(BuildLevel, odd_strands_give_a_valid_level) {
   const Groom groom = groom_with_body(support::make_odd_groom());
   ASSERT_EQ(validate(groom), "");
   LevelReport report;
@@ -39,7 +39,7 @@ TEST_P(BuildLevel, odd_strands_give_a_sound_level) {
   EXPECT_GT(report.contacts, 0u);
 }
 
-TEST_P(BuildLevel, each_odd_strand_alone_gives_a_sound_level) {
+TEST_P(BuildLevel, each_odd_strand_alone_gives_a_valid_level) {
   const Groom all = support::make_odd_groom();
   for (std::size_t s = 30; s < all.strand_count(); ++s) {
     if (all.strand_points(s).empty()) continue;
@@ -174,7 +174,7 @@ TEST(BuildLevels, can_be_cancelled_at_every_call) {
   }
 }
 
-// Each loop on threads of its own.
+// Runs each loop on its own threads.
 ParallelFor on_threads(std::size_t thread_count) {
   return [thread_count](std::size_t count, const std::function<void(std::size_t)>& body) {
     std::atomic<std::size_t> next = 0;

@@ -7,10 +7,10 @@
 #include "core/levels/resample.hpp"
 #include "core/levels/stiffener_list.hpp"
 
-// All stiffeners of a groom, and what they are together in weight space.
+// All stiffeners of a groom, and their sum in weight space.
 namespace hairnet {
 
-// Of one strand's hair, damped by 8 ms.
+// Adds a spring of one strand's hair, damped by 8 ms.
 inline void add_spring(const Grid& grid, const Vec3& from, const Vec3& to, const StrandProperties& strand,
                        const Material& material, StiffenerList& springs) {
   add_spring(grid, from, to, static_cast<double>(strand.hair_count * material.axial_stiffness_n), 0.008, strand.group,

@@ -21,7 +21,7 @@ class RealHairs : public testing::TestWithParam<test::RealHair> {
   Groom groom_;
 };
 
-TEST_P(RealHairs, give_sound_levels_with_all_stiffeners_asked_for) {
+TEST_P(RealHairs, give_valid_levels_with_all_requested_stiffeners) {
   std::array<LevelReport, 4> reports;
   const auto set = build_levels(groom_, {}, &reports);
   for (std::size_t i = 0; i < kLevelSpecs.size(); ++i) {

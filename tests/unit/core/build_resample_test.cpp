@@ -41,7 +41,7 @@ TEST(FitLattice, leaves_half_a_cell_of_margin_on_every_side) {
   }
 }
 
-TEST(FitLattice, holds_every_point_of_odd_grooms_at_every_size) {
+TEST(FitLattice, contains_every_point_of_odd_grooms_at_every_size) {
   const Groom groom = support::make_odd_groom();
   for (const int n : {3, 4, 5, 10, 20}) {
     const Grid grid(fit_lattice(groom.points, {n, n, n}));

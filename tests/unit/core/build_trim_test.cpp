@@ -111,7 +111,7 @@ TEST(Trim, a_translation_carries_nodes_beside_hair_along) {
   }
 }
 
-TEST(Trim, an_affine_field_goes_on_beside_a_slab_of_cells) {
+TEST(Trim, an_affine_field_continues_beside_a_slab_of_cells) {
   const Lattice lattice = unit_lattice(9);
   const LevelGeometry geometry = trim(lattice, box_of(lattice, {2, 3, 2}, {6, 5, 6}));
   const std::vector<Vec3f> grid = expand(geometry, affine);
@@ -126,7 +126,7 @@ TEST(Trim, an_affine_field_goes_on_beside_a_slab_of_cells) {
   EXPECT_EQ(beside_faces, 18u);
 }
 
-TEST(Trim, an_affine_field_goes_on_wherever_no_weight_is_bounded) {
+TEST(Trim, an_affine_field_continues_wherever_no_weight_is_bounded) {
   const LevelGeometry geometry = trim_groom(support::make_head_of_hair(300), 10);
   const std::vector<Vec3f> grid = expand(geometry, affine);
   std::size_t exact = 0, all = 0;

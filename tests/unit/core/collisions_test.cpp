@@ -37,7 +37,7 @@ class Character {
  public:
   explicit Character(bool contact) : world_({}), id_(world_.add({levels(contact), LevelIndex::high, {}})) {}
 
-  // From the pose it has to `pose` in `ease_s`, then holding still for `hold_s`.
+  // Eases from its pose to `pose` in `ease_s`, then stays still for `hold_s`.
   void go_to(const Pose& pose, double ease_s, double hold_s) {
     const auto ease = static_cast<int>(ease_s * kTicksPerSecond), hold = static_cast<int>(hold_s * kTicksPerSecond);
     for (int tick = 1; tick <= ease + hold; ++tick) {

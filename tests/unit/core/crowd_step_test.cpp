@@ -124,7 +124,7 @@ TEST_P(InstructionSets, a_character_in_a_crowd_ends_in_the_bits_that_it_ends_in_
   for (std::size_t c = 0; c < all.size(); ++c) EXPECT_EQ(bits(alone[c]), bits(together[c])) << "character " << c;
 }
 
-TEST_P(InstructionSets, who_is_beside_a_character_and_in_which_lane_it_is_changes_no_bit) {
+TEST_P(InstructionSets, neighbours_and_lane_of_a_character_change_no_bit) {
   const TestCrowd cast(8);
   const std::vector<LatticeState> alone = cast.alone();
   const std::vector<std::vector<std::size_t>> crowds{{4}, {1, 4}, {7, 0, 4}, {4, 2, 6, 3}};
@@ -152,7 +152,7 @@ TEST_P(InstructionSets, agrees_with_the_double_reference_from_the_same_state) {
   }
 }
 
-TEST_P(InstructionSets, a_broken_state_is_told_and_harms_no_one_beside_it) {
+TEST_P(InstructionSets, a_broken_state_is_reported_and_harms_no_other_lane) {
   TestCrowd cast(std::min<std::size_t>(crowd_width(), 4));
   const std::vector<LatticeState> alone = cast.alone();
   if (cast.states.size() < 2) return;
@@ -170,7 +170,7 @@ TEST_P(InstructionSets, a_broken_state_is_told_and_harms_no_one_beside_it) {
 }
 
 #if HWY_ARCH_X86
-TEST(InstructionSetsThatFuse, come_to_the_same_bits_whatever_their_width) {
+TEST(InstructionSetsThatFuse, give_the_same_bits_for_any_width) {
   constexpr std::int64_t kFusing = HWY_AVX2 | HWY_AVX3;
   if ((hwy::SupportedTargets() & HWY_TARGETS & kFusing) != kFusing) GTEST_SKIP() << "this machine has not both";
   std::vector<std::vector<LatticeState>> results;

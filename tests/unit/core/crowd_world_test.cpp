@@ -63,7 +63,7 @@ struct Crowd {
   World world;
   std::array<std::shared_ptr<const LevelSet>, 2> grooms{make_levels(1), make_levels(10)};
   std::vector<CharacterId> ids;
-  std::vector<std::size_t> numbers;  // of the characters, whatever their slots
+  std::vector<std::size_t> numbers;  // of the characters, for any slots
   int ticks = 0;
 
   explicit Crowd(ParallelFor parallel_for = {}) : world(def_of(std::move(parallel_for))) {}
@@ -146,7 +146,7 @@ TEST(CrowdWorld, allocates_nothing_once_it_has_warmed_up) {
   EXPECT_EQ(allocation_count, before);
 }
 
-TEST(CrowdWorld, allocates_nothing_while_strides_change_and_characters_are_held_and_released) {
+TEST(CrowdWorld, allocates_nothing_while_strides_change_and_characters_are_suspended_and_resumed) {
   Crowd crowd;
   for (std::size_t c = 0; c < 70; ++c) crowd.add(c);
   const auto change = [&](int round) {

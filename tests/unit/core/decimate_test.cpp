@@ -94,7 +94,7 @@ std::vector<Chord> merge_all_pairs(const Grid& grid, const StiffenerList& list, 
   return chords;
 }
 
-// How far springs are from the nearest of `left`, weighed by k L^2.
+// The distance of springs from the nearest of `left`, weighted by k L^2.
 double spread(const Grid& grid, const StiffenerList& list, const std::vector<Chord>& left) {
   double sum = 0;
   for (std::size_t s = 0; s < list.count(); ++s) {
@@ -171,7 +171,7 @@ TEST(Decimating, two_bundles_of_identical_springs_become_two_springs_without_any
   EXPECT_NEAR((weight_matrix(springs, grid.node_count()) - before).norm(), 0, 1e-10 * before.norm());
 }
 
-TEST(Decimating, attachments_keep_their_total_hold_in_each_group) {
+TEST(Decimating, attachments_keep_their_total_stiffness_in_each_group) {
   const Groom groom = support::make_head_of_hair(300);
   const Grid grid = grid_of(groom, 10);
   StiffenerList attachments = attachments_of(groom, grid);

@@ -6,7 +6,7 @@
 
 #include "tests/unit/core/deform_cases.hpp"
 
-// This program counts what it allocates.
+// This program counts its allocations.
 namespace {
 std::atomic<std::size_t> g_allocation_count{0};
 }

@@ -64,7 +64,7 @@ inline Points make_points(const Lattice& lattice, unsigned seed) {
   return points;
 }
 
-// How far a point lies outside, as a factor on displacements: linear extrapolation multiplies the axes'.
+// How far a point lies outside, as a factor on displacements: the factors of the axes multiply.
 inline double reach(const Lattice& lattice, const Vec3f& x) {
   double factor = 1;
   for (int a = 0; a < 3; ++a) {

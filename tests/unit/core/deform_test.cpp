@@ -39,8 +39,8 @@ INSTANTIATE_TEST_SUITE_P(AllTargets, WideDeformCases,
                                           testing::ValuesIn(hwy::SupportedAndGeneratedTargets())),
                          case_name);
 
-// Rounding of x itself, and of t: some 1e-7 of a cell for every cell from the origin, times what u differs by across a
-// cell. Both grow with the extrapolation.
+// Rounding of x itself, and of t: some 1e-7 of a cell for every cell from the origin, times the difference of u across
+// a cell. Both grow with the extrapolation.
 TEST_P(WideDeformCases, agrees_with_the_reference_wherever_the_point_is) {
   constexpr float kDisplaced_m = 0.05f;
   for (const std::array<int, 3> dims : {std::array{3, 3, 3}, {6, 5, 4}, {10, 10, 10}}) {
@@ -137,7 +137,7 @@ TEST_P(WideDeformCases, a_point_has_the_same_bits_in_any_order_and_any_company) 
   }
 }
 
-TEST_P(WideDeformCases, writes_all_points_and_nothing_else_whatever_their_number) {
+TEST_P(WideDeformCases, writes_all_points_and_nothing_else_for_any_number) {
   const Lattice lattice = make_lattice({4, 4, 4});
   const std::vector<Vec3f> displacements = random_displacements(lattice, 0.05f, 13);
   std::mt19937 random(14);

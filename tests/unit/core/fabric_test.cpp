@@ -65,7 +65,7 @@ double modulus(const Cloth& properties, const Mat3& gradient) {
   return sum / kArea_m2;
 }
 
-TEST(Cloth, resists_stretching_by_its_stiffness_whatever_the_mesh_and_the_lattice) {
+TEST(Cloth, resists_stretching_by_its_stiffness_for_any_mesh_and_lattice) {
   Cloth cloth;
   cloth.shear_stiffness_n_per_m = 0;
   for (const int axis : {0, 1}) {
@@ -150,7 +150,7 @@ TEST(Cloth, hangs_from_its_pins_without_growing) {
   }
 }
 
-TEST(Cloth, without_area_or_with_coincident_points_gives_a_sound_level) {
+TEST(Cloth, without_area_or_with_coincident_points_gives_a_valid_level) {
   Groom groom = support::make_head_of_hair(20);
   const std::vector<Vec3f> points(4, Vec3f(0, 0.1f, 0));
   Cloth cloth;
@@ -228,7 +228,7 @@ TEST(Fabric, is_never_merged_with_hair) {
   both.add_thread(support::straight(Vec3f(0, 0.1f, 0), -Vec3f::UnitY(), 0.2f, 10), thread);
   const auto level = build_level(both, {{7, 7, 7}, 40, 10});
   const float stiffest = *std::max_element(level->springs.stiffness.begin(), level->springs.stiffness.end());
-  // Of seven newtons a piece of a cell's length has some 200 N/m, far more than 20 hairs.
+  // With seven newtons a piece of a cell's length has some 200 N/m, far more than 20 hairs.
   EXPECT_GT(stiffest, 100);
 }
 
@@ -249,7 +249,7 @@ TEST_P(FabricInHairstyles, leave_the_design_in_exact_equilibrium) {
   }
 }
 
-TEST_P(FabricInHairstyles, stay_sound_when_thrown_about) {
+TEST_P(FabricInHairstyles, stay_intact_when_thrown_about) {
   const Groom groom = make_hairstyle(GetParam(), {.strand_count = 300}).value();
   const Motion motion = make_motion("dance", {.duration_s = 3, .rate_hz = 30}).value();
   for (const LevelSpec& spec : kLevelSpecs) {

@@ -15,7 +15,7 @@ namespace {
 
 enum class View { front, side, top };
 
-// What is seen to be covered, in squares.
+// The area that is covered, in squares.
 class Shadow {
  public:
   static constexpr float kSquare = 0.005f;  // m
@@ -34,7 +34,7 @@ class Shadow {
       add_line(left + t * (next_left - left), right + t * (next_right - right));
     }
   }
-  // Of its squares, the share that `other` covers or, with `margin`, has so many squares off.
+  // The share of its squares that `other` covers, or, with `margin`, that are at most that many squares away.
   [[nodiscard]] double share_within(const Shadow& other, int margin) const {
     std::size_t within = 0;
     for (const auto& [u, v] : squares_) {
@@ -92,7 +92,7 @@ void expect_covered(const Groom& groom, const FarCards& far) {
   }
 }
 
-// How deep the deepest of the cards' points, and middles of their quads, is in the body, m.
+// The greatest depth of the cards' points, and of the middles of their quads, in the body, m.
 double depth_in(const MeshQuery& skin, const FarCards& far) {
   double deepest = 0;
   const auto look_at = [&](const Vec3f& x) {

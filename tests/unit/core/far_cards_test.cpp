@@ -54,7 +54,7 @@ Groom make_sheet(std::size_t strand_count = 2000) {
   return groom;
 }
 
-TEST(CentrelineClusters, hold_every_course_once) {
+TEST(CentrelineClusters, contain_every_centreline_once) {
   const Groom groom = support::make_head_of_hair(500);
   const std::vector<Centreline> centrelines = make_centrelines(groom);
   ASSERT_EQ(centrelines.size(), 500u);
@@ -89,7 +89,7 @@ TEST(CentrelineClusters, keep_apart_what_lies_apart) {
   }
 }
 
-TEST(FarCards, stand_for_every_strand_that_has_a_length_and_every_card_once) {
+TEST(FarCards, replace_every_strand_with_a_length_and_every_card_once) {
   const Groom odd = support::make_odd_groom();
   EXPECT_EQ(strands_of(make_far_cards(odd, 30)), make_centrelines(odd).size());
   EXPECT_EQ(fault_with(odd, make_far_cards(odd, 30)), "");
@@ -214,7 +214,7 @@ TEST(FarCards, never_outnumber_what_a_groom_may_have_or_leave_its_bounds) {
   EXPECT_EQ(fault_with(groom, make_far_cards(groom, 4096)), "");
 }
 
-TEST(FarCards, of_strands_that_are_one_and_the_same_are_sound) {
+TEST(FarCards, of_identical_strands_are_valid) {
   Groom groom;
   for (int s = 0; s < 50; ++s) support::add(groom, support::straight({0.013f, 0.1f, 0.07f}, {0.3f, -1, 0.2f}, 0.3f, 7));
   const FarCards far = make_far_cards(groom, 10);
@@ -300,7 +300,7 @@ TEST(FarCards, take_their_root_length_from_a_material_set_later) {
   for (const FarCard& card : groom.far_cards.cards) EXPECT_EQ(card.root_length_m, 0.07f);
 }
 
-TEST(FarCards, are_refused_in_one_line_when_they_are_unsound) {
+TEST(FarCards, are_refused_in_one_line_when_they_are_invalid) {
   Groom groom = support::make_head_of_hair(50);
   const FarCards sound = make_far_cards(groom, 10);
   ASSERT_EQ(fault_with(groom, sound), "");

@@ -91,7 +91,7 @@ TEST(Ffd, root_blend_rises_from_zero_at_the_root_by_equation_7) {
   for (std::size_t i = 4; i < 12; ++i) EXPECT_EQ(blend[i], 1.0f);
 }
 
-TEST(Ffd, a_root_stays_on_the_skull_whatever_the_lattice_does) {
+TEST(Ffd, a_root_stays_on_the_skull_for_any_motion_of_the_lattice) {
   const Lattice lattice = make_lattice({5, 5, 5});
   Groom groom;
   groom.group_names = {"all"};

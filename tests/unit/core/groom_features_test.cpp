@@ -15,7 +15,7 @@ namespace {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
-// One of everything.
+// A groom with one of each feature.
 Groom make_full() {
   Groom groom = support::make_head_of_hair(6);
   groom.group_names.push_back("fabric");
@@ -33,11 +33,11 @@ Groom make_full() {
   return groom;
 }
 
-TEST(GroomFeatures, one_of_everything_is_sound) {
+TEST(GroomFeatures, one_of_everything_is_valid) {
   EXPECT_EQ(validate(make_full()), "");
 }
 
-TEST(GroomFeatures, are_refused_in_one_line_when_they_are_unsound) {
+TEST(GroomFeatures, are_refused_in_one_line_when_they_are_invalid) {
   const auto fault = [](auto spoil) {
     Groom groom = make_full();
     spoil(groom);
@@ -246,7 +246,7 @@ TEST(Clusters, draw_their_strands_and_the_copies) {
   }
 }
 
-TEST(Clusters, keep_their_offsets_whatever_the_lattice_does) {
+TEST(Clusters, keep_their_offsets_for_any_motion_of_the_lattice) {
   const Groom groom = make_full();
   const ClumpStrands strands(groom);
   const Lattice lattice = make_lattice();

@@ -64,7 +64,7 @@ TEST_P(Hanging, a_strand_is_a_pendulum_that_ends_vertical_at_any_tilt) {
 
 INSTANTIATE_TEST_SUITE_P(Tilts, Hanging, testing::Values(15.0, 45.0, 90.0, 180.0));
 
-TEST(Hanging, more_ether_stiffness_is_gel_that_holds_the_design) {
+TEST(Hanging, more_ether_stiffness_is_gel_that_keeps_the_design) {
   const Groom groom = make_lock(0.3f);
   Groom with_gel = groom;
   with_gel.materials.base.ether_stiffness_per_s2 = 150;

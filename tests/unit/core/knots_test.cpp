@@ -60,7 +60,7 @@ std::vector<Vec3f> points_in_spin(const Groom& groom, const Level& level, double
   return points;
 }
 
-// By how much the tied parts of the two locks came nearer or parted, m.
+// The change of distance between the tied parts of the two locks, m.
 double change_between_locks(const Groom& groom, const std::vector<Vec3f>& points) {
   const auto apart = [&](const std::vector<Vec3f>& at) {
     Vec3f sum = Vec3f::Zero();
@@ -71,12 +71,12 @@ double change_between_locks(const Groom& groom, const std::vector<Vec3f>& points
   return std::abs(apart(points) - apart(groom.points));
 }
 
-TEST(Knots, hold_together_what_would_be_flung_apart) {
+TEST(Knots, keep_strands_together_that_would_be_flung_apart) {
   const Groom loose = make_two_locks(0.06f);
   Groom tied = loose;
   tied.knots.push_back({.points = middles(tied)});
   ASSERT_EQ(validate(tied), "");
-  // A cell of the coarse lattice is 10 cm high: what it can hold is less.
+  // A cell of the coarse lattice is 10 cm high, so it resists less.
   for (const auto& [level, share] : {std::pair{0u, 0.05}, {1u, 0.10}, {2u, 0.25}}) {
     const LevelSpec& spec = kLevelSpecs[level];
     const double loose_m = change_between_locks(loose, points_in_spin(loose, *build_level(loose, spec), 11));
@@ -125,7 +125,7 @@ std::vector<Vec3> rest_nodes(const Grid& grid) {
 const std::vector<Vec3f> kRing{{0.012f, 0, 0},  {0.0085f, 0, 0.0085f},   {0, 0, 0.012f},  {-0.0085f, 0, 0.0085f},
                                {-0.012f, 0, 0}, {-0.0085f, 0, -0.0085f}, {0, 0, -0.012f}, {0.0085f, 0, -0.0085f}};
 
-TEST(Knots, push_and_turn_nothing_as_a_whole) {
+TEST(Knots, exert_no_force_and_no_torque_as_a_whole) {
   const BuiltKnot knot = build_knot(kRing, 8);
   std::mt19937 random(1);
   const std::vector<Vec3> rest = rest_nodes(knot.grid);

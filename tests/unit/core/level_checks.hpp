@@ -7,7 +7,7 @@
 
 #include "core/levels/level.hpp"
 
-// What holds for every level, whatever groom it was built from.
+// Checks that are valid for a level of any groom.
 namespace hairnet::support {
 
 template <class T>

@@ -25,7 +25,7 @@ std::string fault_of(Change change) {
   return validate(value);
 }
 
-TEST(Material, named_ones_are_sound_and_each_its_own) {
+TEST(Material, named_ones_are_valid_and_different) {
   ASSERT_FALSE(material_names().empty());
   for (const std::string_view name : material_names()) {
     const auto material = make_material(name);
@@ -53,7 +53,7 @@ TEST(Material, changed_by_hand_it_is_custom) {
   EXPECT_EQ(material_name(material), "custom");
 }
 
-TEST(Material, refuses_what_is_out_of_range_and_says_what) {
+TEST(Material, refuses_values_out_of_range_and_names_them) {
   EXPECT_EQ(validate(Material{}), "");
   EXPECT_THAT(fault_of<Material>([](Material& m) { m.axial_stiffness_n = kNan; }), HasSubstr("axial stiffness"));
   EXPECT_THAT(fault_of<Material>([](Material& m) { m.attachment_stiffness_n_per_m = -1; }), HasSubstr("attachment"));
@@ -69,7 +69,7 @@ TEST(Material, refuses_what_is_out_of_range_and_says_what) {
 }
 
 TEST(Material, its_damping_is_that_share_of_critical_damping_of_a_strands_axial_mode) {
-  // A strand as a chain of many masses and springs, let go in its first mode: its modal k, m and q have this ratio.
+  // A strand as a chain of many masses and springs, released in its first mode: its modal k, m and q have this ratio.
   Material material;
   material.damping_ratio = 0.3f;
   for (const double length : {0.05, 0.3, 0.9}) {
@@ -120,7 +120,7 @@ TEST(MaterialSet, groups_without_their_own_have_the_base) {
   EXPECT_EQ(validate(materials, 5), "");
 }
 
-TEST(MaterialSet, refuses_groups_that_are_not_there_or_not_ascending_and_unsound_materials) {
+TEST(MaterialSet, refuses_missing_or_unsorted_groups_and_invalid_materials) {
   MaterialSet materials;
   materials.set(4, {});
   EXPECT_THAT(validate(materials, 4), HasSubstr("group 4: that group does not exist"));
@@ -134,7 +134,7 @@ TEST(MaterialSet, refuses_groups_that_are_not_there_or_not_ascending_and_unsound
   EXPECT_THAT(validate(materials, 5), HasSubstr("material: thickness"));
 }
 
-TEST(MaterialSet, is_part_of_what_makes_a_groom_sound) {
+TEST(MaterialSet, is_part_of_a_grooms_validation) {
   Groom groom = support::make_head_of_hair(3);
   EXPECT_EQ(validate(groom), "");
   groom.materials.set(1, {});
@@ -170,7 +170,7 @@ TEST(MaterialScale, the_default_changes_nothing_and_between_equals_is_the_defaul
     EXPECT_EQ(scale_between(*make_material(name), *make_material(name)), MaterialScale{});
 }
 
-TEST(MaterialScale, refuses_what_is_out_of_range_and_says_what) {
+TEST(MaterialScale, refuses_values_out_of_range_and_names_them) {
   using S = MaterialScale;
   EXPECT_THAT(fault_of<S>([](S& s) { s.stiffness = kNan; }), HasSubstr("scale stiffness"));
   EXPECT_THAT(fault_of<S>([](S& s) { s.stiffness = 101; }), HasSubstr("scale stiffness is 101"));

@@ -128,7 +128,7 @@ TEST(MeshQuery, winding_number_agrees_with_the_exact_sum_of_solid_angles) {
   }
 }
 
-TEST(MeshQuery, inside_holds_for_a_mesh_with_a_small_hole) {
+TEST(MeshQuery, inside_is_right_for_a_mesh_with_a_small_hole) {
   TriangleMesh mesh = make_sphere(16, 24);
   mesh.triangles.erase(mesh.triangles.end() - 96, mesh.triangles.end());  // the two lowest rings
   const MeshQuery query(mesh);

@@ -58,7 +58,7 @@ TEST(RigidTransform, inverse_undoes_and_products_compose) {
   EXPECT_LT(((a * b).point(x) - a.point(b.point(x))).norm(), 1e-12);
 }
 
-TEST(Motion, holds_its_ends_and_interpolates_between_but_not_into_a_teleport) {
+TEST(Motion, keeps_its_ends_and_interpolates_between_but_not_into_a_teleport) {
   Motion motion;
   motion.rate_hz = 10;
   for (int i = 0; i < 3; ++i) motion.poses.push_back(rigid_pose({Quat::Identity(), {i * 1.0, 0, 0}}));

@@ -212,7 +212,7 @@ TEST(Step, stiff_springs_and_few_iterations_stay_bounded_under_wild_poses) {
   }
 }
 
-// The head is still and nothing acts from outside: whatever the springs do, the lattice may only lose energy.
+// The head is still and no outside force acts: the lattice may only lose energy.
 TEST(Step, no_stiffness_and_no_number_of_iterations_adds_energy) {
   const HeadMotion still{StepInput{}};
   for (const float stiffness : {0.02f, 5.0f, 500.0f, 50'000.0f}) {
@@ -226,7 +226,7 @@ TEST(Step, no_stiffness_and_no_number_of_iterations_adds_energy) {
         double before_j = std::numeric_limits<double>::infinity();
         for (int tick = 0; tick < 60; ++tick) {
           ASSERT_TRUE(step(level, input, {.iterations = iterations}, scratch, state));
-          // What a step leaves over its limit is taken away at the beginning of the next.
+          // The next step first removes the energy above the limit.
           const LatticeEnergy now = energy(level, {}, still, state);
           const double now_j = now.kinetic_j + std::min(now.elastic_j, double{state.elastic_energy_max_j});
           ASSERT_LE(now_j, before_j * 1.002 + 1e-9)
@@ -238,7 +238,7 @@ TEST(Step, no_stiffness_and_no_number_of_iterations_adds_energy) {
   }
 }
 
-TEST(Step, lattices_whose_springs_gain_energy_by_turning_are_drawn_in_and_come_home) {
+TEST(Step, lattices_that_gain_energy_by_turning_springs_are_scaled_down_and_return_to_rest) {
   const HeadMotion still{StepInput{}};
   StepInput input;
   input.step_s = 1.0 / 25;

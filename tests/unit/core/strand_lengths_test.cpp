@@ -59,7 +59,7 @@ double arc(std::span<const Vec3> strand, std::size_t to) {
   return length;
 }
 
-// The point of a polyline at an arc length, as one says it.
+// The point of a polyline at an arc length, computed in the plain way.
 Vec3 point_at(std::span<const Vec3> strand, double wanted) {
   for (std::size_t i = 1; i < strand.size(); ++i) {
     const double before = arc(strand, i - 1), after = arc(strand, i);
@@ -171,7 +171,7 @@ TEST_F(LimitedStrands, are_never_longer_than_at_rest) {
   }
 }
 
-TEST_F(LimitedStrands, are_what_the_reference_says) {
+TEST_F(LimitedStrands, equal_the_reference) {
   for (unsigned seed = 0; seed < 10; ++seed) {
     deform(0.1f, seed);
     const std::vector<Vec3> expected = reference_limit(strands_, reference_);
@@ -180,10 +180,10 @@ TEST_F(LimitedStrands, are_what_the_reference_says) {
   }
 }
 
-TEST_F(LimitedStrands, go_on_along_the_strand_without_turning_back) {
+TEST_F(LimitedStrands, continue_along_the_strand_without_turning_back) {
   deform(0.1f, 3);
   for (std::size_t s = 0; s + 1 < strands_.begin.size(); ++s) {
-    // Each point's place on the deformed strand, as its arc length: found, not taken from the code under test.
+    // Searches each point's place on the deformed strand, as its arc length, independently of the tested code.
     const std::size_t begin = strands_.begin[s], count = strands_.begin[s + 1] - begin;
     const auto strand = std::span<const Vec3>(reference_).subspan(begin, count);
     double before = -1e-9;

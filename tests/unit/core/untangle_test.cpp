@@ -34,7 +34,7 @@ class UntangleTest : public ::testing::Test {
   Untangle untangle_;
 };
 
-TEST_F(UntangleTest, what_is_turned_as_a_whole_is_not_folded) {
+TEST_F(UntangleTest, a_lattice_turned_as_a_whole_is_not_folded) {
   EXPECT_FALSE(is_folded(level_, std::vector<Vec3f>(level_.rest.size(), Vec3f::Zero())));
   EXPECT_FALSE(is_folded(level_, turned_over()));
   EXPECT_TRUE(is_folded(level_, folded()));
@@ -65,7 +65,7 @@ TEST_F(UntangleTest, lets_springs_go_too_until_the_hair_is_home) {
   EXPECT_EQ(untangle_.stiffness(), 1);
 }
 
-TEST_F(UntangleTest, leads_a_folded_lattice_home_that_its_springs_would_hold) {
+TEST_F(UntangleTest, unfolds_a_lattice_that_its_springs_would_keep_folded) {
   auto levels = std::make_shared<LevelSet>();
   levels->levels[0] = support::make_random_level({.spring_count = 400, .attachment_count = 0, .spring_stiffness = 20});
   for (float& stiffness : levels->levels[0].ether_stiffness) stiffness *= 0.1f;

@@ -18,7 +18,7 @@ const Level& sound_level() {
   return *level;
 }
 
-TEST(ValidateLevel, levels_as_built_are_sound) {
+TEST(ValidateLevel, built_levels_are_valid) {
   Groom groom = support::make_odd_groom();
   for (const Body& body : {Body{}, support::make_plain_body()}) {
     groom.body = body;

@@ -249,7 +249,7 @@ TEST(LatticeWind, is_off_by_no_more_than_the_stated_bound) {
   }
 }
 
-TEST(Wind, refuses_what_is_out_of_range_and_says_what) {
+TEST(Wind, refuses_values_out_of_range_and_names_them) {
   const auto fault = [](auto change) {
     Wind wind = make_storm();
     change(wind);

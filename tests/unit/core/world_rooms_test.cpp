@@ -77,7 +77,7 @@ TEST(Environments, wake_their_own_characters_alone) {
   EXPECT_FALSE(world.lattice(there).asleep);
 }
 
-TEST(State, brought_back_goes_on_as_it_would_have) {
+TEST(State, restored_continues_as_without_a_break) {
   const auto levels = make_levels();
   World before({}), after({});
   const CharacterId a = before.add({levels, LevelIndex::medium, swaying(0)});
@@ -117,7 +117,7 @@ TEST(State, without_velocities_hair_moves_with_the_head) {
   EXPECT_LT(without_m, 0.3f * standing_m);  // drag alone
 }
 
-TEST(State, that_is_not_sound_is_refused_and_changes_nothing) {
+TEST(State, that_is_invalid_is_refused_and_changes_nothing) {
   auto levels = std::make_shared<LevelSet>(*make_levels());
   for (Level& level : levels->levels) level.displacement_max_m = 0.3f;
   World world({});
@@ -155,7 +155,7 @@ std::int64_t fake_now_ns() {
   return now_ns += 1000;
 }
 
-TEST(Costs, are_told_by_level_and_by_the_ticks_stepped_over) {
+TEST(Costs, are_reported_by_level_and_number_of_ticks) {
   const auto levels = make_levels();
   WorldDef def;
   def.now_ns = fake_now_ns;

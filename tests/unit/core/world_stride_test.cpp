@@ -94,9 +94,9 @@ TEST_P(Strides, the_rigid_level_is_eased_into_in_the_same_time) {
 
 INSTANTIATE_TEST_SUITE_P(All, Strides, testing::Values(1, 2, 4));
 
-// What a turn over several ticks errs, over the motion that there is: of a head that sways in a gusty wind, so that
-// poses, steps and the wind's time all have to be right. It moves by little and meets no skin: springs that stiffen,
-// and contact, differ with a step's length.
+// The error of a turn over several ticks, relative to the motion. The head sways in a gusty wind, so that poses, steps
+// and the wind's time must all be right. It moves little and touches no skin: springs that stiffen, and contact, depend
+// on a step's length.
 TEST(Stride, comes_close_to_what_every_tick_comes_to) {
   WorldDef def;
   def.environment.wind = WindField({.mean_m_per_s = {0.5, 0, 0}, .gust_ratio = 1, .gust_period_s = 1.5});
@@ -126,7 +126,7 @@ TEST(Stride, comes_close_to_what_every_tick_comes_to) {
   }
 }
 
-// In steady translation without drag nothing moves against the head, if every step's length is that of its interval.
+// In steady translation without drag nothing moves relative to the head, if every step has the length of its interval.
 TEST(Stride, loses_no_time_however_it_changes) {
   World world({});
   const CharacterId id = world.add({make_levels(false), LevelIndex::rigid, {}});
@@ -207,7 +207,7 @@ TEST(Suspended, a_character_is_not_stepped_and_nothing_of_it_changes) {
   EXPECT_EQ(world.hash(), hash);
 }
 
-TEST(Suspended, released_it_moves_rigidly_with_the_head_and_goes_on_in_the_next_tick) {
+TEST(Suspended, resumed_it_moves_rigidly_with_the_head_and_continues_in_the_next_tick) {
   for (const int stride : {1, 2, 4}) {
     World world({});
     const CharacterId id = world.add({make_levels(), LevelIndex::low, swaying(0, 0)});
@@ -237,8 +237,8 @@ TEST(Suspended, released_it_moves_rigidly_with_the_head_and_goes_on_in_the_next_
   }
 }
 
-// Held at one speed and released at another, hair at rest against the head stays so: the head's motion while nobody
-// looked is none of its business.
+// Suspended at one speed and resumed at another, hair at rest relative to the head stays so: the head's motion
+// meanwhile has no effect.
 TEST(Suspended, released_on_a_moving_head_hair_is_not_jerked) {
   World world({});
   const CharacterId id = world.add({make_levels(false), LevelIndex::medium, {}});
@@ -265,7 +265,7 @@ TEST(Suspended, released_on_a_moving_head_hair_is_not_jerked) {
   for (const Vec3f& d : world.lattice(id).displacement) EXPECT_LT(d.norm(), 1e-5f);
 }
 
-// Whatever comes at whatever stride, never further than the bound, and home again.
+// With any inputs at any stride, nodes stay within the bound and return to rest.
 TEST(Stride, nothing_makes_a_lattice_run_away) {
   auto levels = std::make_shared<LevelSet>(*make_levels());
   for (Level& level : levels->levels) level.displacement_max_m = 0.6f;

@@ -11,7 +11,7 @@
 namespace hairnet {
 namespace {
 
-// Levels alike but for their lattices; their nodes stand for the hair where maps are fitted.
+// Levels that differ only in their lattices; their nodes serve as hair points when maps are fitted.
 std::shared_ptr<const LevelSet> connected(const std::shared_ptr<LevelSet>& levels) {
   const std::vector<Vec3f>& points = levels->levels[0].rest;
   make_level_maps(*levels, points, std::vector<float>(points.size(), 1.0f));
@@ -52,7 +52,7 @@ std::vector<std::uint64_t> hashes_of_a_run(const ParallelFor& parallel_for,
   return hashes;
 }
 
-TEST(World, gives_the_same_bits_in_whatever_order_characters_are_stepped) {
+TEST(World, gives_the_same_bits_in_any_order_of_characters) {
   const auto levels = make_levels();
   const auto forwards = hashes_of_a_run({}, levels);
   const auto shuffled = hashes_of_a_run(
@@ -67,7 +67,7 @@ TEST(World, gives_the_same_bits_in_whatever_order_characters_are_stepped) {
   EXPECT_NE(forwards.front(), forwards.back());
 }
 
-TEST(World, a_character_is_undisturbed_by_who_else_is_there) {
+TEST(World, a_character_does_not_depend_on_other_characters) {
   const auto levels = make_levels();
   World alone({}), crowded({});
   const CharacterId a = alone.add({levels, LevelIndex::high, shaken(9, 0)});
@@ -283,7 +283,7 @@ TEST(World, the_rigid_level_is_eased_into) {
   EXPECT_EQ(ticks, 9);
 }
 
-TEST(World, asked_back_while_easing_out_hair_goes_on_from_where_it_is) {
+TEST(World, level_requested_while_easing_out_continues_from_the_current_hair) {
   const auto levels = make_levels();
   World world({});
   const CharacterId id = world.add({levels, LevelIndex::low, {}});
@@ -311,8 +311,8 @@ TEST(World, a_change_of_material_moves_nothing_at_once) {
   EXPECT_EQ(world.state(id).velocity, before.velocity);
 }
 
-// Whatever comes: poses from a shaking at the tick rate to jumps, levels, materials and wind at random. Never more than
-// the bound, and always home again.
+// Random poses (from shaking at the tick rate to jumps), levels, materials and wind. Nodes stay within the bound and
+// always return to rest.
 TEST(World, nothing_makes_a_lattice_run_away_and_everything_comes_home) {
   auto levels = std::make_shared<LevelSet>(*make_levels());
   for (Level& level : levels->levels) level.displacement_max_m = 0.6f;

@@ -39,7 +39,7 @@ TEST(ClockEstimate, keeps_the_least_delay_under_jitter) {
   EXPECT_LT(least_seen_ns, kLeastDelay_ns + 2 * kMs);
 }
 
-// The filter against its definition: the least offset of the window, whatever came.
+// Compares the filter with its definition: the least offset of the window, for any samples.
 TEST(ClockEstimate, is_the_minimum_over_the_window) {
   std::mt19937 random(2);
   ClockEstimate clock(kWindow_ns);
@@ -67,7 +67,7 @@ TEST(ClockEstimate, follows_drift_either_way) {
       clock.observe(peer_ns, now_ns);
       error_ns_max = std::max(error_ns_max, std::abs(static_cast<double>(clock.to_local(peer_ns) - now_ns)));
     }
-    // A window of drift is what a minimum over a window can be behind.
+    // A minimum over a window may lag by the drift within one window.
     EXPECT_LE(error_ns_max, 1.01 * std::abs(drift) * static_cast<double>(kWindow_ns)) << drift;
   }
 }

@@ -5,8 +5,7 @@
 
 #include "tests/support/codec_frames.hpp"
 
-// What a decoder does with bytes that are not as they were written. Worth most under the address and
-// undefined-behaviour sanitizers.
+// A decoder's behaviour on damaged bytes. Most useful under the address and undefined-behaviour sanitizers.
 namespace hairnet::codec {
 namespace {
 
@@ -19,7 +18,7 @@ struct Sent {
   std::vector<std::uint8_t> bytes;
 
   [[nodiscard]] bool decodes(std::span<const std::uint8_t> from, FrameIntegers& got) const {
-    // Of its own size, so that a sanitizer sees the end.
+    // A block of exactly this size, so that a sanitizer detects reads past the end.
     const std::vector<std::uint8_t> exact(from.begin(), from.end());
     return decode_frame(exact, history, neighbours.get(), !frame.velocities.empty(), got);
   }

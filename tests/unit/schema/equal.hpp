@@ -8,7 +8,7 @@
 
 #include "tests/support/fields.hpp"
 
-// What comes back from the wire is what went out: every field of every struct, bit by bit, with no tolerance.
+// Compares field by field and bit by bit (no tolerance).
 namespace hairnet::wire {
 
 template <class T>

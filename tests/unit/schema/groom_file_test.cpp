@@ -43,7 +43,7 @@ TEST(GroomFile, has_its_identifier_where_the_protocol_says) {
   EXPECT_EQ(std::memcmp(bytes.data() + 8, "HNGR", 4), 0);
 }
 
-TEST(GroomFile, holds_a_big_groom) {
+TEST(GroomFile, can_contain_a_big_groom) {
   RandomMessages random(3);
   Groom groom;
   groom.group_names = {"all"};
@@ -119,7 +119,7 @@ TEST(GroomFile, refuses_more_than_the_limits_given) {
   EXPECT_TRUE(decode_groom(bytes));
 }
 
-// Where the version lies: the one number of two bytes in the root table. Found by what the decoder says of another.
+// The place of the version: the only two-byte number in the root table. Found by the decoder's answer to another value.
 std::size_t version_at(const Bytes& bytes) {
   for (std::size_t at = 12; at + 2 <= bytes.size(); ++at) {
     if (bytes[at] != 2 || bytes[at + 1] != 0) continue;
@@ -218,7 +218,7 @@ Groom make_groom_with_far_cards() {
   return groom;
 }
 
-// Where the count of the first one's points lies: before that of its strands and its root length.
+// The offset of the count of the first card's points: before that of its strands and its root length.
 std::size_t far_card_at(const Bytes& bytes) {
   const float root_length_m = 0.0123f;
   std::array<std::uint8_t, 12> wanted{6, 0, 0, 0, 1, 0, 0, 0};
@@ -264,7 +264,7 @@ TEST(GroomFile, without_far_cards_spends_nothing_on_them) {
   EXPECT_GE(with, encode_groom(groom).size() + 16 * sizeof(Vec3f) + 2 * 16);
 }
 
-TEST(GroomHash, tells_grooms_apart_and_knows_them_again) {
+TEST(GroomHash, distinguishes_and_recognises_grooms) {
   RandomMessages random(8);
   Bytes bytes = encode_groom(random.groom(5));
   const GroomHash hash = hash_groom(bytes);

@@ -117,8 +117,8 @@ TEST_F(LevelFile, with_any_bit_flipped_is_refused) {
   }
 }
 
-// Whatever the checksum says: refused, or levels that a solver may run.
-TEST_F(LevelFile, spoilt_and_sealed_again_never_gives_an_unsound_level) {
+// With a right checksum: refused, or levels that a solver may run.
+TEST_F(LevelFile, damaged_with_a_right_checksum_never_gives_an_invalid_level) {
   static constexpr std::array<std::uint32_t, 9> kNasty{0,          1,          4,          0xFFFF,    0x7FFFFFFF,
                                                        0x80000000, 0xFFFFFFFF, 0x7FC00000, 0x7F800000};
   std::mt19937 random(2);

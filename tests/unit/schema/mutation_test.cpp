@@ -8,7 +8,7 @@
 #include "tests/support/mutation.hpp"
 #include "tests/support/random_messages.hpp"
 
-// Valid bytes, spoilt at random: decoding refuses them with a line, or gives something sound. Worth most under the
+// Valid bytes, damaged at random: decoding refuses them with one line, or gives a valid result. Most useful under the
 // address and undefined-behaviour sanitizers.
 namespace hairnet::wire {
 namespace {
@@ -17,7 +17,7 @@ using Bytes = std::vector<std::uint8_t>;
 
 constexpr int kMutations = 20'000;
 
-TEST(Mutation, of_packets_never_gives_an_unsound_message) {
+TEST(Mutation, of_packets_never_gives_an_invalid_message) {
   std::mt19937 random(1);
   RandomMessages messages(1);
   int accepted = 0, refused = 0;
@@ -35,7 +35,7 @@ TEST(Mutation, of_packets_never_gives_an_unsound_message) {
   EXPECT_GT(refused, kMutations / 100) << "too tame";
 }
 
-TEST(Mutation, of_groom_files_never_gives_an_unsound_groom) {
+TEST(Mutation, of_groom_files_never_gives_an_invalid_groom) {
   std::mt19937 random(2);
   RandomMessages messages(2);
   int accepted = 0, refused = 0;

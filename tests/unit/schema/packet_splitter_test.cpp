@@ -107,7 +107,7 @@ TEST(PacketSplitter, dies_of_the_prefix_alone_however_it_arrives) {
   EXPECT_FALSE(splitter.feed(std::span(prefix).subspan(3, 1), [](auto) {}));
 }
 
-TEST(PacketSplitter, holds_memory_for_what_came_and_not_for_what_was_announced) {
+TEST(PacketSplitter, allocates_for_received_bytes_and_not_for_announced_ones) {
   constexpr std::size_t kHuge_bytes = 64u << 20;
   PacketSplitter splitter(kHuge_bytes);
   const Bytes announced = packet(kHuge_bytes, 0);

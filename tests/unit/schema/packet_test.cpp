@@ -20,12 +20,12 @@ Bytes encode(const Message& message) {
   return encode_packet({1, message});
 }
 
-// The error of a message that is written down as it is and read again.
+// The decoder's error for a message that is encoded unchanged.
 DecodeError round_trip_error(const Message& message) {
   return decode_packet(encode(message)).error;
 }
 
-// Every one of these is decoded on its own heap block, so that a sanitizer sees a byte read too far.
+// Decodes each packet on its own heap block, so that a sanitizer detects a read past the end.
 DecodeError decode_error(const Bytes& packet) {
   return decode_packet(packet).error;
 }
@@ -73,7 +73,7 @@ TEST(Packet, is_refused_at_every_truncation) {
   }
 }
 
-// The last bytes may be padding, which nobody misses.
+// The last bytes may be padding, whose loss changes nothing.
 TEST(Packet, loses_nothing_but_padding_by_a_truncation_whose_prefix_agrees) {
   RandomMessages random(5);
   for (std::size_t kind = 0; kind < kMessageKinds; ++kind) {
@@ -123,7 +123,7 @@ TEST(Packet, is_decoded_at_any_address) {
   }
 }
 
-// A single flipped bit is refused, or gives a message that is sound: it can be said again.
+// A packet with a single flipped bit is refused, or gives a valid message that can be encoded again.
 TEST(Packet, survives_every_flipped_bit) {
   RandomMessages random(8);
   for (std::size_t kind = 0; kind < kMessageKinds; ++kind) {
@@ -141,7 +141,7 @@ TEST(Packet, survives_every_flipped_bit) {
   }
 }
 
-TEST(Packet, above_the_limit_is_too_large_whatever_it_holds) {
+TEST(Packet, above_the_limit_is_too_large_with_any_content) {
   EXPECT_EQ(decode_error(Bytes(kPacketBytesMax + 1)), DecodeError::too_large);
   EXPECT_EQ(decode_error(Bytes(kPacketBytesMax)), DecodeError::malformed);
 }
@@ -215,8 +215,8 @@ TEST(Packet, with_an_unusable_welcome_or_offer_is_invalid) {
   EXPECT_EQ(round_trip_error(GroomOffer{{}, 0}), DecodeError::invalid);
 }
 
-// One bad pose must not cost the others of its batch: the session judges each.
-TEST(Packet, delivers_unsound_poses_for_the_session_to_judge) {
+// One bad pose must not cost the others of its batch: the session checks each.
+TEST(Packet, delivers_invalid_poses_for_the_session_to_judge) {
   PoseBatch batch;
   batch.poses.resize(2);
   batch.poses[0].pose[Bone::neck].position.x() = kNan;
@@ -227,7 +227,7 @@ TEST(Packet, delivers_unsound_poses_for_the_session_to_judge) {
   EXPECT_EQ(validate_pose(poses[1].pose), PoseRefusal::none);
 }
 
-TEST(Packet, delivers_unsound_materials_and_winds_for_the_session_to_judge) {
+TEST(Packet, delivers_invalid_materials_and_winds_for_the_session_to_judge) {
   SetMaterial material{7, {}};
   material.scale.density = static_cast<float>(kNan);
   SetWind wind;
@@ -252,7 +252,7 @@ TEST(Packet, rounds_poses_as_rounded_to_wire_does) {
   EXPECT_FALSE(equal(received, pose));
 }
 
-TEST(Packet, with_an_unsound_frame_is_invalid) {
+TEST(Packet, with_a_bad_frame_is_invalid) {
   const Bytes content{1, 2, 3};
   Frame sound;
   sound.level = LevelIndex::low;
@@ -273,7 +273,7 @@ TEST(Packet, with_an_unsound_frame_is_invalid) {
   EXPECT_EQ(error_of([](Frame& f) { f.step_stride = 8; }), DecodeError::invalid);
 }
 
-TEST(Packet, with_an_unsound_level_record_is_invalid) {
+TEST(Packet, with_a_bad_level_record_is_invalid) {
   RandomMessages random(13);
   LevelGeometry sound = random.geometry();
   while (sound.trimmed_from.empty() || sound.trimmed_nodes.empty()) sound = random.geometry();
@@ -299,7 +299,7 @@ TEST(Packet, with_an_unsound_level_record_is_invalid) {
   EXPECT_EQ(error_of([](LevelGeometry& g) { g.trimmed_begin.back() += 1; }), DecodeError::invalid);
 }
 
-// The counts inside a sound packet, each overwritten by one that the packet cannot hold.
+// The counts inside a valid packet, each replaced by one that does not fit the packet.
 TEST(Packet, with_an_absurd_count_is_refused_without_the_memory_for_it) {
   FrameBatch batch;
   batch.frames.resize(1);

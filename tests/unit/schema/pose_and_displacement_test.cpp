@@ -12,7 +12,7 @@ namespace {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-TEST(PoseValidation, takes_sound_poses) {
+TEST(PoseValidation, accepts_valid_poses) {
   RandomMessages random(1);
   EXPECT_EQ(validate_pose(Pose{}), PoseRefusal::none);
   for (int round = 0; round < 100; ++round) EXPECT_EQ(validate_pose(random.pose()), PoseRefusal::none);

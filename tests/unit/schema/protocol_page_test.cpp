@@ -9,7 +9,7 @@
 
 #include "schema/wire/messages.hpp"
 
-// PROTOCOL.md is the contract: what it states in figures, names and bytes is what the code does.
+// PROTOCOL.md is the contract: its figures, names and bytes must equal those of the code.
 namespace hairnet::wire {
 namespace {
 

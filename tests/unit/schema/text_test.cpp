@@ -46,7 +46,7 @@ TEST(Text, is_cut_between_characters) {
   EXPECT_EQ(fitted, std::string(kTextBytesMax - 1, 'x'));
 }
 
-TEST(Text, fits_whatever_it_is_made_of_and_is_left_alone_when_fit) {
+TEST(Text, any_text_is_made_to_fit_and_fitting_text_is_unchanged) {
   std::mt19937 random(1);
   for (int round = 0; round < 2000; ++round) {
     std::string any(random() % 40, '\0');

@@ -106,7 +106,7 @@ TEST(Jwt, refuses_every_truncation_and_every_changed_character_of_the_example) {
 }
 
 TEST(Jwt, takes_one_way_only_to_write_the_bytes) {
-  // 32 bytes are 43 characters, of which the last has two bits to spare: 'k' is 36, so 'l', 'm' and 'n' say the same.
+  // 32 bytes are 43 characters, and the last one has two unused bits: 'k' is 36, so 'l', 'm' and 'n' mean the same.
   std::string token = kRfcToken;
   for (const char c : {'l', 'm', 'n'}) {
     token.back() = c;
@@ -120,7 +120,7 @@ TEST(Jwt, refuses_another_key_and_no_key) {
   EXPECT_EQ(sign_jwt("{}", TokenKey({})), "");
 }
 
-TEST(Jwt, refuses_more_than_4_KB_whatever_its_signature) {
+TEST(Jwt, refuses_more_than_4_KB_with_any_signature) {
   std::string json = R"({"x":")";
   json.resize(wire::kTokenBytesMax, 'x');
   json += "\"}";
@@ -184,7 +184,7 @@ TEST(Token, says_why_it_is_refused) {
   EXPECT_EQ(refusal(verify(token, key_of(1), kNow_s, "stage.2")), "bad_signature");
   EXPECT_EQ(refusal(verify("", rfc_key(), kNow_s, "")), "malformed");
   EXPECT_EQ(refusal(verify(kRfcUnsigned, rfc_key(), 0, "")), "malformed");
-  EXPECT_EQ(refusal(verify(kRfcToken, rfc_key(), 0, "")), "malformed");  // well signed, but it has no role
+  EXPECT_EQ(refusal(verify(kRfcToken, rfc_key(), 0, "")), "malformed");  // well signed, but without a role
 }
 
 TEST(Token, may_have_claims_of_others_and_whole_or_broken_times) {

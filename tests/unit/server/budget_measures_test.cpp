@@ -80,7 +80,7 @@ void take(TickGuard& guard, double tick_duration_s) {
 
 TEST(TickGuard, cuts_within_a_few_ticks_until_ticks_fit) {
   TickGuard guard(def_of());
-  const double truth = 3;  // the work takes so many times what is predicted
+  const double truth = 3;  // the work takes this many times the prediction
   int ticks = 0;
   for (; ticks < 100 && truth * guard.available_s() > 0.7 * kTick_s; ++ticks) take(guard, truth * guard.available_s());
   EXPECT_LE(ticks, 8);

@@ -33,7 +33,7 @@ namespace {
 
 constexpr double kTick_s = 1.0 / 30;
 
-// A server that does what it is told, tick by tick.
+// A server that applies the chosen levels, tick by tick.
 struct Play {
   CostEstimate cost{kTick_s};
   BudgetTerms terms;
@@ -74,7 +74,7 @@ struct Play {
     return changes;
   }
 
-  // By the words of the header, apart from how it is computed.
+  // The cost as the header defines it, computed independently.
   [[nodiscard]] double cost_s(const BudgetCharacter& c, const Lod& lod) const {
     const LevelIndex finest = c.levels_ready ? c.requested_level : LevelIndex::rigid;
     const bool has_hair_to_show = lod.level == LevelIndex::rigid && finest != LevelIndex::rigid;
@@ -124,7 +124,7 @@ TEST(Budget, is_kept_whenever_the_least_of_everyone_fits) {
     Play play = random_play(seed);
     std::vector<BudgetCharacter> before = play.characters;
     play.tick();
-    std::swap(play.characters, before);  // sleepers are told by what they had
+    std::swap(play.characters, before);  // sleepers are recognised by their last levels
     const double rounding_s = 1e-9 * static_cast<double>(before.size());
     EXPECT_NEAR(play.sum_s(), play.report.predicted_s, rounding_s) << "seed " << seed;
     if (!play.report.is_over) {
@@ -240,7 +240,7 @@ TEST(Budget, changes_nothing_while_nothing_changes) {
   }
 }
 
-// The noise's extremes may come late, so one last step is none: to and fro is.
+// The noise's extremes may come late, so one last change is allowed; changes back and forth are not.
 TEST(Budget, does_not_flicker_when_costs_and_importance_are_noisy) {
   for (unsigned seed = 0; seed < 40; ++seed) {
     Play play = random_play(seed, false);
@@ -330,7 +330,7 @@ TEST(Budget, lets_sleepers_lie_and_wakes_none) {
   EXPECT_EQ(play.chosen[1], (Lod{LevelIndex::low, 2, false}));
 }
 
-TEST(Budget, a_held_character_is_taken_up_as_soon_as_it_is_seen) {
+TEST(Budget, a_suspended_character_is_resumed_as_soon_as_it_is_seen) {
   Play play(1);
   play.add(0, 1);
   play.tick();

@@ -18,7 +18,7 @@ TEST_P(BuildPools, loops_within_loops_run_each_body_once) {
     pool.parallel_for(calls.size(), [&](std::size_t i) {
       pool.parallel_for(calls[i].size(),
                         [&](std::size_t j) { pool.parallel_for(3, [&](std::size_t) { ++calls[i][j]; }); });
-      // All of the inner loop is done when it returns.
+      // The inner loop is complete when it returns.
       for (const auto& count : calls[i]) EXPECT_EQ(count, 3);
     });
   }

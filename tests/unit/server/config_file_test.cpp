@@ -156,7 +156,7 @@ TEST(Settings, every_default_is_in_its_range) {
   }
 }
 
-TEST(Settings, flags_and_names_are_unique_and_said) {
+TEST(Settings, flags_and_names_are_unique_and_described) {
   Config config;
   std::set<std::string> flags, names;
   for (const Setting& setting : settings_of(config)) {

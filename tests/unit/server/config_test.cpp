@@ -14,7 +14,7 @@ ParsedConfig parse(std::vector<const char*> words) {
   return parse_config(static_cast<int>(words.size()), words.data());
 }
 
-TEST(Config, the_defaults_are_sound) {
+TEST(Config, the_defaults_are_valid) {
   const ParsedConfig parsed = parse({});
   EXPECT_EQ(parsed.exit_code, -1);
   EXPECT_EQ(parsed.config.port, 7420);

@@ -22,7 +22,7 @@ std::string content_of(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// What a query may ask for: NAME, and NAME{LABEL="VALUE"}.
+// The series that a query may use: NAME, and NAME{LABEL="VALUE"}.
 std::string series(const std::string& name, const std::string& label, const std::string& value) {
   return name + "{" + label + "=\"" + value + "\"}";
 }

@@ -19,14 +19,14 @@ struct Exposition {
   };
   std::map<std::string, Family> families;
 
-  // Of a sample without labels, or with just this one; NaN when there is none.
+  // The value of a sample without labels, or with only this one; NaN when there is none.
   [[nodiscard]] double value(const std::string& name, const std::string& label = "",
                              const std::string& label_value = "") const;
 };
 
 // Every line must be a comment of TYPE or HELP, or a sample of the family whose TYPE came last; no series twice; names
 // and labels as the format allows; counters finite and not negative; of each histogram cumulative buckets, rising
-// bounds up to +Inf, and a count equal to that. Otherwise false, and `fault` says what and where.
+// bounds up to +Inf, and a count equal to that. Otherwise returns false, and `fault` says what and where.
 bool parse_exposition(const std::string& text, Exposition& exposition, std::string& fault);
 
 }  // namespace hairnet::server

@@ -10,7 +10,7 @@
 
 namespace hairnet::server {
 
-// A client without a socket: what it says reaches its session at once.
+// A client without a socket: its messages reach its session at once.
 class FakeClient {
  public:
   FakeClient(Server& server, std::int64_t now_ns, std::int64_t clock_offset_ns = 0)
@@ -51,7 +51,7 @@ class FakeClient {
   void pose(std::uint32_t character, const Pose& pose, std::int64_t now_ns, bool teleport = false) {
     send(wire::PoseBatch{{{character, ++sequence_, now_ns + clock_offset_ns_, teleport, pose}}}, now_ns);
   }
-  // As a client would understand it; none may be unreadable.
+  // A frame as a client decodes it; every frame must be readable.
   struct SeenFrame {
     std::uint64_t tick = 0;
     std::uint32_t member = 0;
@@ -85,7 +85,7 @@ class FakeClient {
     std::erase_if(seen, [&](const SeenFrame& frame) { return frame.member != member; });
     return seen;
   }
-  // Of its own character.
+  // The frames of its own character.
   [[nodiscard]] std::vector<SeenFrame> frames(std::uint32_t character) const {
     for (const wire::CharacterAdded& added : connection->all<wire::CharacterAdded>()) {
       if (added.character == character) return member_frames(added.member);

@@ -10,7 +10,7 @@
 
 namespace hairnet::server {
 
-// A connection to nowhere, which keeps what was sent, decoded.
+// A fake connection that stores the sent packets, decoded.
 class FakeConnection final : public Connection {
  public:
   void send(std::vector<std::uint8_t> packet) override {

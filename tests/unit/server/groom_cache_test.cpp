@@ -73,7 +73,7 @@ TEST_F(GroomCacheTest, gives_back_what_was_put_and_knows_it_again_after_a_restar
   EXPECT_EQ(counters_.groom_cache_misses.value(), 1u);
 }
 
-TEST_F(GroomCacheTest, a_file_of_other_bytes_than_its_name_says_is_removed_and_counts_as_absent) {
+TEST_F(GroomCacheTest, a_file_with_another_hash_than_its_name_is_removed_and_counts_as_absent) {
   GroomCache cache(folder_, kPlenty, counters_);
   std::vector<std::uint8_t> flipped = one_.bytes, longer = one_.bytes;
   flipped[kFileBytes / 2] ^= 1;

@@ -26,7 +26,7 @@ TEST_F(GroomStoreTest, a_groom_that_is_kept_on_disk_is_not_uploaded) {
   EXPECT_EQ(store_->upload_bytes(), 0u);
 }
 
-TEST_F(GroomStoreTest, a_character_may_have_a_groom_on_disk_that_nobody_has_offered) {
+TEST_F(GroomStoreTest, a_character_may_have_a_groom_on_disk_that_no_session_has_offered) {
   make_with_cache({&good_});
   EXPECT_EQ(store_->retain(kAnna, good_.hash).reason, ErrorReason::none);
   EXPECT_EQ(store_->retain(kBert, wire::GroomHash{9}).reason, ErrorReason::groom_unknown);
@@ -80,7 +80,7 @@ TEST_F(GroomStoreTest, a_bad_file_is_removed_and_the_upload_asked_for_without_an
   EXPECT_EQ(cache_counters_.groom_cache_written.value(), 2u) << "and good bytes take its place";
 }
 
-TEST_F(GroomStoreTest, a_bad_file_that_nobody_can_upload_is_refused_as_unknown) {
+TEST_F(GroomStoreTest, a_bad_file_that_no_session_can_upload_is_refused_as_unknown) {
   make_with_cache({&good_});
   spoil_kept();
   EXPECT_EQ(store_->retain(kAnna, good_.hash).reason, ErrorReason::none);
@@ -115,7 +115,7 @@ TEST_F(GroomStoreTest, many_kept_grooms_at_once_leave_the_build_queue_to_uploads
   for (const Upload& upload : kept) EXPECT_TRUE(store_->ready(upload.hash));
 }
 
-TEST_F(GroomStoreTest, grooms_on_disk_are_not_read_for_those_who_have_left) {
+TEST_F(GroomStoreTest, grooms_on_disk_are_not_read_for_sessions_that_have_left) {
   std::vector<Upload> kept;
   for (unsigned seed = 1; seed < 6; ++seed) kept.emplace_back(wire::encode_groom(small_groom(seed)));
   make_with_cache({&kept[0], &kept[1], &kept[2], &kept[3], &kept[4]});
@@ -126,7 +126,7 @@ TEST_F(GroomStoreTest, grooms_on_disk_are_not_read_for_those_who_have_left) {
   EXPECT_EQ(store_->groom_count(), 2u);
 }
 
-TEST_F(GroomStoreTest, a_file_on_disk_is_read_once_for_all_who_ask) {
+TEST_F(GroomStoreTest, a_file_on_disk_is_read_once_for_all_requests) {
   make_with_cache({&good_});
   EXPECT_FALSE(store_->bytes(good_.hash));
   EXPECT_TRUE(store_->is_cached(good_.hash));
@@ -145,7 +145,7 @@ TEST_F(GroomStoreTest, a_file_on_disk_is_read_once_for_all_who_ask) {
   EXPECT_FALSE(store_->bytes(good_.hash));
 }
 
-TEST_F(GroomStoreTest, who_asks_for_a_bad_file_is_told_that_it_is_not_there) {
+TEST_F(GroomStoreTest, a_request_for_a_bad_file_gets_the_answer_that_it_is_absent) {
   make_with_cache({&good_});
   spoil_kept();
   EXPECT_TRUE(store_->fetch(kAnna, good_.hash));

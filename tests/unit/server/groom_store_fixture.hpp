@@ -21,7 +21,7 @@ namespace hairnet::server {
 inline constexpr std::int64_t kSecond_ns = 1'000'000'000;
 inline constexpr SessionId kAnna = 1, kBert = 2;
 
-// A groom's file, or what is said to be one.
+// A groom's file, or bytes that pretend to be one.
 struct Upload {
   explicit Upload(std::vector<std::uint8_t> b) : bytes(std::move(b)), hash(wire::hash_groom(bytes)) {}
   std::vector<std::uint8_t> bytes;
@@ -53,7 +53,7 @@ class GroomStoreTest : public testing::Test {
     listener.revoke = [this](SessionId session, const wire::GroomHash&, std::int64_t) { lost_.push_back(session); };
     store_ = std::make_unique<GroomStore>(limits, *builder_, commands_, counters_, listener);
   }
-  // With a cache in which these lie. What was in memory is gone.
+  // Makes a new store with a cache that contains these. The old memory is lost.
   void make_with_cache(const std::vector<const Upload*>& kept, const GroomStoreLimits& limits = {}) {
     std::filesystem::remove_all(folder_);
     cache_.emplace(folder_, std::uint64_t{1} << 30, cache_counters_);

@@ -49,7 +49,7 @@ TEST_F(GroomStoreTest, a_second_offer_in_the_middle_resumes_there) {
   EXPECT_TRUE(store_->ready(good_.hash));
 }
 
-TEST_F(GroomStoreTest, when_the_uploader_leaves_the_next_goes_on_from_there) {
+TEST_F(GroomStoreTest, when_the_uploader_leaves_the_next_one_continues_its_upload) {
   offer(kAnna, good_);
   offer(kBert, good_);
   chunk(kAnna, good_, 0, 100);
@@ -117,7 +117,7 @@ TEST_F(GroomStoreTest, bytes_that_are_there_already_are_no_fault_but_not_wanted)
   const wire::GroomChunk first{good_.hash, 0, {good_.bytes.begin(), good_.bytes.begin() + 100}};
   EXPECT_TRUE(store_->chunk(kAnna, first, now_ns_).was_wanted);
   store_->resend_states(kAnna, now_ns_);  // it has resumed, and
-  offer(kAnna, good_);                    // offers again: it is asked twice
+  offer(kAnna, good_);                    // offers again: the server requests it again
   EXPECT_THAT(needs(kAnna), ElementsAre(0u, 100u, 100u));
   const ChunkAnswer again = store_->chunk(kAnna, first, now_ns_);
   EXPECT_EQ(again.reason, ErrorReason::none);
@@ -141,7 +141,7 @@ TEST_F(GroomStoreTest, an_upload_does_not_stall_while_its_client_is_away_for_its
   EXPECT_THAT(errors(kAnna), ElementsAre(ErrorReason::limit_exceeded));
 }
 
-TEST_F(GroomStoreTest, an_offer_of_the_wrong_length_keeps_nobody_from_uploading) {
+TEST_F(GroomStoreTest, an_offer_of_the_wrong_length_prevents_no_upload) {
   EXPECT_EQ(store_->offer(kAnna, {good_.hash, good_.bytes.size() + 1}, now_ns_).reason, ErrorReason::none);
   chunk(kAnna, good_, 0, 100);
   EXPECT_EQ(offer(kBert, good_), ErrorReason::none);
@@ -153,7 +153,7 @@ TEST_F(GroomStoreTest, an_offer_of_the_wrong_length_keeps_nobody_from_uploading)
   EXPECT_EQ(states(kBert).back(), GroomState::ready);
 }
 
-TEST_F(GroomStoreTest, who_goes_on_with_wrong_bytes_is_asked_for_all_before_it_is_blamed) {
+TEST_F(GroomStoreTest, an_uploader_that_continues_wrong_bytes_is_asked_for_all_before_it_is_refused) {
   offer(kAnna, good_);
   Upload wrong = good_;
   wrong.bytes[50] ^= 1;
@@ -170,7 +170,7 @@ TEST_F(GroomStoreTest, who_goes_on_with_wrong_bytes_is_asked_for_all_before_it_i
   EXPECT_EQ(states(kBert).back(), GroomState::ready);
 }
 
-TEST_F(GroomStoreTest, bytes_of_another_hash_are_refused_and_do_not_spoil_the_groom_for_others) {
+TEST_F(GroomStoreTest, bytes_of_another_hash_are_refused_and_do_not_block_the_groom_for_other_sessions) {
   offer(kAnna, good_);
   offer(kBert, good_);
   Upload wrong = good_;
@@ -244,7 +244,7 @@ TEST_F(GroomStoreTest, a_full_build_queue_refuses_and_can_be_asked_again) {
   EXPECT_TRUE(store_->ready(other.hash));
 }
 
-TEST_F(GroomStoreTest, levels_nobody_holds_make_room_for_others_and_held_ones_stay) {
+TEST_F(GroomStoreTest, unused_levels_are_evicted_and_retained_ones_stay) {
   offer(kAnna, good_);
   send_all(kAnna, good_);
   build();
@@ -271,7 +271,7 @@ TEST_F(GroomStoreTest, levels_nobody_holds_make_room_for_others_and_held_ones_st
   EXPECT_LE(store_->level_bytes(), limits.level_bytes_max);
 }
 
-TEST_F(GroomStoreTest, building_is_said_only_of_bytes_that_have_the_hash) {
+TEST_F(GroomStoreTest, building_is_announced_only_for_bytes_with_the_hash) {
   Upload wrong = good_;
   wrong.bytes.back() ^= 1;
   offer(kAnna, good_);
@@ -298,7 +298,7 @@ TEST_F(GroomStoreTest, the_least_recently_used_groom_goes_first_and_its_file_cou
   make(limits);
   for (std::size_t i = 0; i < 3; ++i) ASSERT_TRUE(bring(uploads[i]));
   EXPECT_EQ(counters_.grooms_evicted.value(), 0u);
-  EXPECT_TRUE(store_->bytes(uploads[0].hash));  // somebody looks at the first: now the second is the oldest
+  EXPECT_TRUE(store_->bytes(uploads[0].hash));  // a session uses the first: now the second is the oldest
   ASSERT_TRUE(bring(uploads[3]));
   EXPECT_TRUE(store_->ready(uploads[0].hash));
   EXPECT_FALSE(store_->ready(uploads[1].hash));

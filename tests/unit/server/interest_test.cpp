@@ -8,7 +8,7 @@ namespace {
 
 using testing::ElementsAre;
 
-// Members 1 to 5 along x; member 3, at the origin, is one's own; member 5 has had no pose.
+// Members 1 to 5 along x; member 3, at the origin, is the observer's own; member 5 has had no pose.
 std::vector<MemberHead> row() {
   return {{1, {-3, 0, 0}, false, true},
           {2, {-1, 0, 0}, false, true},
@@ -23,11 +23,11 @@ std::vector<bool> chosen(const wire::Observe& observe, const std::vector<MemberH
   return wanted;
 }
 
-TEST(Interest, is_in_all_unless_said_otherwise) {
+TEST(Interest, is_in_all_by_default) {
   EXPECT_THAT(chosen({}), ElementsAre(true, true, true, true, true));
 }
 
-TEST(Interest, in_the_nearest_is_measured_from_ones_own_head) {
+TEST(Interest, in_the_nearest_is_measured_from_own_heads) {
   wire::Observe observe;
   observe.mode = wire::ObserveMode::nearest;
   for (const std::uint32_t count : {0u, 1u, 2u, 3u, 99u}) {
@@ -54,14 +54,14 @@ TEST(Interest, within_a_radius_counts_its_edge) {
   EXPECT_THAT(chosen(observe), ElementsAre(true, true, true, false, false));
 }
 
-TEST(Interest, in_a_list_ignores_who_is_not_there) {
+TEST(Interest, in_a_list_ignores_absent_members) {
   wire::Observe observe;
   observe.mode = wire::ObserveMode::list;
   observe.members = {4, 77, 0, 5};
   EXPECT_THAT(chosen(observe), ElementsAre(false, false, true, true, true));
 }
 
-TEST(Interest, of_who_has_neither_head_nor_place_is_in_the_lowest_numbers) {
+TEST(Interest, without_head_and_place_is_in_the_lowest_numbers) {
   std::vector<MemberHead> heads = row();
   heads[2].own = false;
   wire::Observe observe;

@@ -55,7 +55,7 @@ class LevelCacheTest : public testing::Test {
   [[nodiscard]] std::size_t file_count() const {
     return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
   }
-  // As if last used so many hours ago.
+  // Sets the last use to that many hours ago.
   void age(const fs::path& file, int hours) {
     fs::last_write_time(file, fs::file_time_type::clock::now() - std::chrono::hours(hours));
   }
@@ -166,7 +166,7 @@ TEST_F(LevelCacheTest, levels_larger_than_the_whole_cache_are_not_kept) {
   EXPECT_EQ(file_count(), 0u);
 }
 
-TEST_F(LevelCacheTest, removes_what_a_dead_server_left_half_written_and_nothing_of_others) {
+TEST_F(LevelCacheTest, removes_partial_files_of_a_dead_server_and_no_other_files) {
   LevelCache cache(folder_, file_bytes(), counters_);
   const fs::path part = path(hash(1)).string() + ".part-a1b2c3";
   const std::vector<fs::path> others{folder_ / "notes.txt", folder_ / "x.hnlevels", path(hash(2)).string() + ".backup"};
@@ -186,7 +186,7 @@ TEST_F(LevelCacheTest, removes_what_a_dead_server_left_half_written_and_nothing_
   for (const fs::path& other : others) EXPECT_EQ(read(other), bytes);
 }
 
-// Readers and writers of one groom in one folder that has hardly room for it: whatever is found is whole.
+// Readers and writers of one groom in one folder that is nearly full: every file that is found is complete.
 TEST_F(LevelCacheTest, servers_that_share_a_folder_find_whole_files_only) {
   std::vector<std::thread> servers;
   std::vector<LevelCacheCounters> counters(4);

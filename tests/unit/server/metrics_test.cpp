@@ -23,7 +23,7 @@ Exposition exposition_of(const Metrics& metrics) {
   return exposition;
 }
 
-TEST(Metrics, a_fresh_server_shows_every_counter_at_zero_and_no_gauge_that_nobody_has_set) {
+TEST(Metrics, a_fresh_server_shows_every_counter_at_zero_and_no_unset_gauge) {
   const Metrics metrics;
   const Exposition exposition = exposition_of(metrics);
   EXPECT_EQ(exposition.value("hairnet_ticks_run_total"), 0);
@@ -59,7 +59,7 @@ TEST(Metrics, every_counter_gauge_and_histogram_is_a_series_of_its_own) {
   EXPECT_EQ(exposition.value("hairnet_bytes_read_total"), 4503599627370496.0);
 }
 
-TEST(Metrics, a_histogram_counts_each_value_in_the_first_bucket_that_holds_it) {
+TEST(Metrics, a_histogram_counts_each_value_in_the_first_bucket_that_contains_it) {
   Metrics metrics;
   Histogram& seconds = metrics.tick.histograms.tick_seconds;
   seconds.observe(0);
@@ -111,7 +111,7 @@ TEST(Metrics, tallies_of_several_threads_add_up) {
   EXPECT_EQ(histogram.sum(), 200 * 13 + 200 * 2);
 }
 
-TEST(Metrics, names_say_thing_refusal_and_reason) {
+TEST(Metrics, names_contain_thing_refusal_and_reason) {
   const auto made = [](const char* name) { return metric_name(name, MetricKind::counter); };
   EXPECT_EQ(made("grooms_refused_queue_full").family, "hairnet_grooms_refused_total");
   EXPECT_EQ(made("grooms_refused_queue_full").label_name, "reason");

@@ -10,8 +10,7 @@ using Packets = std::vector<FramePacket>;
 
 constexpr std::size_t kControlBytes = 4096;
 
-// As many packets of one tick's frames.
-// One frame a packet.
+// `packet_count` packets of one tick's frames, one frame each.
 Packets frames_of(std::uint64_t tick, std::size_t packet_count = 1) {
   Packets packets;
   for (std::size_t p = 0; p < packet_count; ++p) {
@@ -25,7 +24,7 @@ Packets frames_of(std::uint64_t tick, std::size_t packet_count = 1) {
 
 class OutboxTest : public testing::Test {
  protected:
-  // The next message; nothing waits when it holds a Hello.
+  // The next message; the envelope contains a Hello when none waits.
   wire::Message take(std::int64_t now_ns = 0) {
     std::vector<std::uint8_t> packet;
     if (!outbox_.take(packet, now_ns)) return wire::Hello{};
@@ -53,7 +52,7 @@ TEST_F(OutboxTest, sends_messages_and_frames_in_the_order_they_came) {
   EXPECT_EQ(counters_.frames_sent.value(), 1u);
 }
 
-TEST_F(OutboxTest, sets_the_clock_of_every_packet_as_it_goes) {
+TEST_F(OutboxTest, sets_the_clock_of_every_packet_when_it_is_taken) {
   outbox_.push(wire::CharacterRemoved{2}, 5);
   outbox_.push_frames(frames_of(1));
   take(77);
@@ -76,7 +75,7 @@ TEST_F(OutboxTest, makes_way_only_when_as_many_ticks_wait_as_may) {
   EXPECT_FALSE(outbox_.drop_if_congested());
 }
 
-TEST_F(OutboxTest, of_a_tick_that_gives_way_what_was_taken_counts_as_sent) {
+TEST_F(OutboxTest, taken_packets_of_a_dropped_tick_count_as_sent) {
   outbox_.push_frames(frames_of(1, 3));
   take();
   outbox_.push_goodbye({}, 0);
@@ -96,7 +95,7 @@ TEST_F(OutboxTest, a_tick_waits_until_its_last_packet_is_taken) {
   EXPECT_FALSE(outbox_.drop_if_congested());
 }
 
-TEST_F(OutboxTest, ticks_that_nobody_has_tried_to_send_are_no_sign_of_a_slow_client) {
+TEST_F(OutboxTest, ticks_without_an_attempt_to_send_are_no_sign_of_a_slow_client) {
   for (std::uint64_t tick = 1; tick <= Outbox::kTicksUnseenMax; ++tick) {
     EXPECT_FALSE(outbox_.drop_if_congested()) << tick;
     outbox_.push_frames(frames_of(tick));
@@ -105,7 +104,7 @@ TEST_F(OutboxTest, ticks_that_nobody_has_tried_to_send_are_no_sign_of_a_slow_cli
   EXPECT_EQ(counters_.frames_superseded.value(), Outbox::kTicksUnseenMax);
 }
 
-TEST_F(OutboxTest, a_connection_that_takes_again_is_held_back_no_longer) {
+TEST_F(OutboxTest, a_connection_that_takes_packets_again_is_not_limited_any_more) {
   outbox_.mark_blocked();
   outbox_.push_frames(frames_of(1));
   EXPECT_EQ(take_tick(), 1u);

@@ -34,7 +34,7 @@ TEST_F(PoseInboxTest, has_no_sample_before_the_first_pose) {
   EXPECT_EQ(sample(0).kind, Kind::none);
 }
 
-TEST_F(PoseInboxTest, holds_the_first_pose_at_times_before_it) {
+TEST_F(PoseInboxTest, returns_the_first_pose_at_times_before_it) {
   put(timed(1, 0, 3));
   EXPECT_EQ(sample(-25).kind, Kind::clamped);
   EXPECT_EQ(x(-25), 3);
@@ -96,7 +96,7 @@ TEST_F(PoseInboxTest, irregular_arrivals_sampled_at_the_tick_rate_give_a_smooth_
   EXPECT_LT(worst_a, 6);
 }
 
-TEST_F(PoseInboxTest, extrapolates_along_the_last_poses_for_50_ms_and_then_holds) {
+TEST_F(PoseInboxTest, extrapolates_along_the_last_poses_for_50_ms_and_then_stops) {
   put(timed(1, 0, 0));
   put(timed(2, 20, 0.2));
   EXPECT_EQ(sample(45).kind, Kind::extrapolated);
@@ -137,7 +137,7 @@ TEST_F(PoseInboxTest, rejects_poses_from_more_than_a_second_away) {
   EXPECT_EQ(inbox_.put(timed(2, 10'999, 0), now_ns), Put::accepted);
 }
 
-TEST_F(PoseInboxTest, a_teleport_happens_at_its_time_and_is_told_once) {
+TEST_F(PoseInboxTest, a_teleport_happens_at_its_time_and_is_reported_once) {
   put(timed(1, 0, 0));
   put(timed(2, 20, 10, true));
   put(timed(3, 40, 10));
@@ -155,7 +155,7 @@ TEST_F(PoseInboxTest, a_teleport_is_not_extrapolated_across) {
   EXPECT_EQ(x(60), 10);
 }
 
-TEST_F(PoseInboxTest, a_teleport_that_arrives_late_is_still_told) {
+TEST_F(PoseInboxTest, a_teleport_that_arrives_late_is_still_reported) {
   put(timed(1, 0, 0));
   sample(40);
   inbox_.put(timed(2, 20, 10, true), kStart_ns + 41 * kMs);

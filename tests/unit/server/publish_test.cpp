@@ -25,7 +25,7 @@ class FakeObserverSink final : public ObserverSink {
   }
   bool drop_if_congested() override { return std::exchange(full, false); }
 
-  // What the newest tick brought, by member.
+  // The frames of the newest tick, by member.
   std::vector<wire::Frame> newest(std::uint64_t tick) const {
     std::vector<wire::Frame> frames;
     for (const wire::FrameBatch& batch : batches) {
@@ -107,7 +107,7 @@ TEST_F(PublishTest, the_order_rises_with_what_was_sent) {
   EXPECT_THAT(seen, ElementsAre(0, 1, 2, 3, 3));
 }
 
-TEST_F(PublishTest, a_late_joiner_begins_at_the_beginning_and_disturbs_nobody) {
+TEST_F(PublishTest, a_late_joiner_starts_with_keyframes_and_disturbs_no_other_observer) {
   const auto early = open(1);
   add(1, 1);
   for (int t = 0; t < 5; ++t) tick();
@@ -117,7 +117,7 @@ TEST_F(PublishTest, a_late_joiner_begins_at_the_beginning_and_disturbs_nobody) {
   EXPECT_THAT(orders(early->newest(6)), ElementsAre(3));
 }
 
-TEST_F(PublishTest, a_connection_that_does_not_keep_up_begins_anew_with_fewer_frames) {
+TEST_F(PublishTest, a_slow_connection_restarts_with_fewer_frames) {
   const auto slow = open(1), other = open(2);
   add(1, 1);
   for (int t = 0; t < 5; ++t) tick();
@@ -150,7 +150,7 @@ TEST_F(PublishTest, an_observers_stride_is_kept_and_predicted_over) {
   EXPECT_EQ(sink->newest(13).at(0).stride, 4);
 }
 
-TEST_F(PublishTest, whatever_the_strides_become_every_frame_can_be_read) {
+TEST_F(PublishTest, every_frame_can_be_read_for_any_change_of_strides) {
   std::mt19937 random(7);
   const auto chance = [&](unsigned percent) { return random() % 100 < percent; };
   struct Peer {
@@ -196,7 +196,7 @@ TEST_F(PublishTest, what_a_frame_refers_to_is_there_when_the_stride_shortens) {
   rooms_.observer(1)->observe.stride = 4;
   const Character& character = add(1, 1);
   for (int t = 0; t < 9; ++t) tick();
-  // At rest for three ticks, and only then is every tick asked for: four ticks lie between the frames.
+  // At rest for three ticks, then every tick is requested: four ticks lie between the frames.
   rooms_.observer(1)->observe.stride = 1;
   rooms_.observer(1)->views[0].in_view = false;
   for (int t = 0; t < 3; ++t) tick();
@@ -210,7 +210,7 @@ TEST_F(PublishTest, what_a_frame_refers_to_is_there_when_the_stride_shortens) {
     EXPECT_NE(character.history.find(frame.error_class, 13 - k * frame.stride), nullptr) << "order " << k;
 }
 
-TEST_F(PublishTest, a_seat_taken_anew_is_another_member_to_everyone) {
+TEST_F(PublishTest, a_reused_slot_is_another_member_to_everyone) {
   const auto sink = open(1);
   add(1, 1);
   for (int t = 0; t < 5; ++t) tick();
@@ -222,7 +222,7 @@ TEST_F(PublishTest, a_seat_taken_anew_is_another_member_to_everyone) {
   EXPECT_THAT(orders(sink->newest(6)), ElementsAre(0));
 }
 
-TEST_F(PublishTest, nobody_is_sent_what_is_out_of_view_or_not_wanted) {
+TEST_F(PublishTest, no_observer_gets_members_out_of_view_or_unwanted) {
   const auto sink = open(1);
   add(1, 1);
   add(1, 2);

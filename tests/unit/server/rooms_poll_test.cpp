@@ -10,7 +10,7 @@
 #include "tests/unit/server/fake_client.hpp"
 #include "tests/unit/server/small_groom.hpp"
 
-// The whole server without a socket: who sees whom, and what outlives a connection.
+// The whole server without a socket: visibility, and state that outlives a connection.
 namespace hairnet::server {
 namespace {
 
@@ -25,7 +25,7 @@ constexpr std::int64_t kStart_ns = 1'000'000'000'000;
 class RoomsPollTest : public testing::Test {
  protected:
   ~RoomsPollTest() override { std::filesystem::remove_all(folder_); }
-  // Of a server that keeps what it was given, and the next one with it.
+  // The settings of a server with caches, and of its successor.
   [[nodiscard]] Config keeping() const {
     Config config;
     config.groom_cache = folder_;
@@ -73,7 +73,7 @@ class RoomsPollTest : public testing::Test {
   std::unique_ptr<Server> server_;
 };
 
-TEST_F(RoomsPollTest, everyone_in_a_room_sees_the_same_hair_and_nobody_elses) {
+TEST_F(RoomsPollTest, all_sessions_in_a_room_see_the_same_hair_and_no_other) {
   start();
   const auto a = join("hall"), b = join("hall"), c = join("attic");
   run_ms(700, {a.get(), b.get(), c.get()});
@@ -97,7 +97,7 @@ TEST_F(RoomsPollTest, everyone_in_a_room_sees_the_same_hair_and_nobody_elses) {
   EXPECT_THAT(c->connection->all<wire::MemberJoined>(), IsEmpty());
 }
 
-TEST_F(RoomsPollTest, a_late_joiner_is_told_of_all_and_sees_sleepers_at_once) {
+TEST_F(RoomsPollTest, a_late_joiner_gets_all_members_and_sees_sleepers_at_once) {
   start();
   const auto sleeper = join();
   sleeper->pose(1, rigid_pose({}), now_ns_);
@@ -160,13 +160,13 @@ TEST_F(RoomsPollTest, observers_choose_members_detail_and_velocities) {
     EXPECT_NEAR(frames.back().displacements[i], 2 * same->displacements[i], 2);
 }
 
-TEST_F(RoomsPollTest, who_nobody_looks_at_is_not_stepped_and_goes_on_when_somebody_does) {
+TEST_F(RoomsPollTest, an_unseen_character_is_not_stepped_and_continues_when_it_is_seen) {
   start();
   const auto client = join();
   run_ms(500, {client.get()});
   const std::uint32_t member = client->frames(1).back().member;
   client->send(wire::ReportImportance{{{member, 0, false}}}, now_ns_);
-  run_ms(1300, {client.get()});  // longer than it stays for who looks back at once
+  run_ms(1300, {client.get()});  // longer than the time before an unseen character is suspended
   const std::size_t before = client->all_frames().size();
   const std::uint64_t stepped = metrics_.tick.characters_stepped.value();
   run_ms(1000, {client.get()});
@@ -180,7 +180,7 @@ TEST_F(RoomsPollTest, who_nobody_looks_at_is_not_stepped_and_goes_on_when_somebo
   EXPECT_FALSE(frames.back().discontinuous);
 }
 
-TEST_F(RoomsPollTest, a_session_resumed_in_time_goes_on_where_its_hair_was) {
+TEST_F(RoomsPollTest, a_session_resumed_in_time_continues_with_its_hair) {
   start();
   const auto first = join();
   const auto other = join();
@@ -368,7 +368,7 @@ TEST_F(RoomsPollTest, after_a_restart_onto_bad_files_the_groom_is_uploaded_again
   EXPECT_EQ(metrics_.level_cache.level_cache_rejected_damaged.value(), 1u);
 }
 
-TEST_F(RoomsPollTest, grooms_on_disk_are_sent_to_whoever_asks) {
+TEST_F(RoomsPollTest, grooms_on_disk_are_sent_on_request) {
   start(keeping());
   const auto before = join();
   run_ms(100, {before.get()});

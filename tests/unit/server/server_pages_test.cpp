@@ -62,7 +62,7 @@ TEST_F(Pages, ready_when_all_is_well) {
   EXPECT_EQ(page("/readyz").status, 200);
 }
 
-TEST_F(Pages, metrics_are_sound_and_say_whether_it_is_ready) {
+TEST_F(Pages, metrics_are_valid_and_show_readiness) {
   for (const bool draining : {false, true}) {
     health_.draining = draining;
     const HttpResponse answer = page("/metrics");
@@ -75,7 +75,7 @@ TEST_F(Pages, metrics_are_sound_and_say_whether_it_is_ready) {
   }
 }
 
-TEST_F(Pages, others_are_not_there) {
+TEST_F(Pages, unknown_paths_are_not_found) {
   for (const char* path : {"", "/", "/metrics/", "/healthzz", "/../metrics"}) EXPECT_EQ(page(path).status, 404) << path;
 }
 

@@ -106,7 +106,7 @@ TEST_F(ServerPollTest, a_frame_names_the_pose_and_time_that_the_step_used) {
   }
 }
 
-TEST_F(ServerPollTest, gauges_and_histograms_say_what_runs) {
+TEST_F(ServerPollTest, gauges_and_histograms_show_the_current_load) {
   start();
   FakeClient client(*server_, now_ns_);
   add(client);
@@ -210,7 +210,7 @@ TEST_F(ServerPollTest, switching_levels_sends_each_record_once_and_marks_the_swi
   EXPECT_EQ(client.connection->all<wire::LevelRecord>().size(), 2u);
 }
 
-TEST_F(ServerPollTest, a_removed_character_has_no_frames_after_its_removal_is_told) {
+TEST_F(ServerPollTest, a_removed_character_has_no_frames_after_its_removal_message) {
   start();
   FakeClient client(*server_, now_ns_);
   add(client);
@@ -230,7 +230,7 @@ TEST_F(ServerPollTest, a_removed_character_has_no_frames_after_its_removal_is_to
   EXPECT_EQ(server_->scheduler().simulation().character_count(), 1u);
 }
 
-TEST_F(ServerPollTest, a_client_that_leaves_takes_its_characters_along_and_nobody_elses) {
+TEST_F(ServerPollTest, a_leaving_client_removes_its_own_characters_only) {
   start();
   FakeClient leaves(*server_, now_ns_), stays(*server_, now_ns_);
   add(leaves);
@@ -267,7 +267,7 @@ TEST_F(ServerPollTest, a_teleport_marks_one_frame_and_leaves_the_lattice_where_i
     EXPECT_NEAR(frames.back().displacements[i] * kStep_m, rest.displacements[i] * kStep_m, 2e-3);
 }
 
-TEST_F(ServerPollTest, the_last_pose_holds_when_a_client_sends_no_more) {
+TEST_F(ServerPollTest, the_last_pose_stays_when_a_client_sends_no_more) {
   start();
   FakeClient client(*server_, now_ns_);
   add(client);
@@ -279,7 +279,7 @@ TEST_F(ServerPollTest, the_last_pose_holds_when_a_client_sends_no_more) {
   EXPECT_FALSE(client.connection->closed);
 }
 
-TEST_F(ServerPollTest, draining_tells_every_client_and_takes_no_new_one) {
+TEST_F(ServerPollTest, draining_sends_goodbye_to_every_client_and_accepts_no_new_one) {
   start();
   FakeClient client(*server_, now_ns_);
   add(client);

@@ -61,7 +61,7 @@ TEST_F(SessionTest, a_groom_that_could_not_be_read_from_disk_is_unavailable) {
   EXPECT_EQ(errors().size(), 2u) << "beyond its end";
 }
 
-TEST_F(SessionTest, as_many_grooms_may_be_asked_for_at_once_as_its_limit_says) {
+TEST_F(SessionTest, limits_the_number_of_groom_requests_at_once) {
   context_.limits.downloads_per_session_max = 1;
   hello();
   send(wire::GroomRequest{groom_service_.kept, 0});

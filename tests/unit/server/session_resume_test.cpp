@@ -39,7 +39,7 @@ TEST_F(SessionTest, before_its_hello_or_without_a_grace_ends_with_its_connection
   EXPECT_EQ(session.state(), State::closed);
 }
 
-// Sessions as a registry holds them.
+// Sessions in a registry.
 class ResumeTest : public SessionTest {
  protected:
   struct Client {
@@ -63,7 +63,7 @@ class ResumeTest : public SessionTest {
   SessionRegistry registry_{context_};
 };
 
-TEST_F(ResumeTest, goes_on_with_characters_and_grooms_over_another_connection) {
+TEST_F(ResumeTest, continues_with_characters_and_grooms_over_another_connection) {
   Client first = connect(0, {}, "hall");
   send(first, wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
   const wire::Welcome told = first.welcome();

@@ -42,7 +42,7 @@ TEST_F(SessionTest, closes_when_anything_comes_before_hello) {
   EXPECT_EQ(counters_.messages_unexpected.value(), 1u);
 }
 
-TEST_F(SessionTest, refuses_a_second_hello_and_goes_on) {
+TEST_F(SessionTest, refuses_a_second_hello_and_continues) {
   hello();
   hello();
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::unexpected_message));
@@ -60,7 +60,7 @@ TEST_F(SessionTest, refuses_messages_that_only_servers_send) {
   EXPECT_EQ(session_.state(), State::active);
 }
 
-TEST_F(SessionTest, passes_on_sound_materials_and_winds) {
+TEST_F(SessionTest, passes_on_valid_materials_and_winds) {
   hello();
   send(wire::AddCharacter{1, groom_service_.known, LevelIndex::medium});
   wire::SetMaterial material{1, {}};
@@ -78,7 +78,7 @@ TEST_F(SessionTest, passes_on_sound_materials_and_winds) {
   EXPECT_EQ(std::get<SetWind>(taken[3]).wind.mean_m_per_s, wind.wind.mean_m_per_s);
 }
 
-TEST_F(SessionTest, refuses_unsound_materials_and_winds_whole_and_goes_on) {
+TEST_F(SessionTest, refuses_invalid_materials_and_winds_completely_and_continues) {
   hello();
   send(wire::AddCharacter{1, groom_service_.known, LevelIndex::medium});
   send(wire::SetMaterial{2, {}});
@@ -100,7 +100,7 @@ TEST_F(SessionTest, refuses_unsound_materials_and_winds_whole_and_goes_on) {
   EXPECT_EQ(taken.size(), 2u) << "the session and its character";
 }
 
-TEST_F(SessionTest, keeps_the_wind_to_itself_when_told_so) {
+TEST_F(SessionTest, refuses_winds_of_clients_when_so_configured) {
   context_.limits.wind_from_clients = false;
   hello();
   send(wire::SetWind{});
@@ -141,7 +141,7 @@ TEST_F(SessionTest, names_the_reason_of_every_refused_character) {
   EXPECT_EQ(commands<AddCharacter>().size(), 2u);
 }
 
-TEST_F(SessionTest, the_bound_of_all_characters_holds_over_sessions_and_is_given_back) {
+TEST_F(SessionTest, the_limit_of_all_characters_covers_sessions_and_is_released) {
   hello();
   send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
   send(wire::AddCharacter{2, groom_service_.known, LevelIndex::low});
@@ -203,7 +203,7 @@ TEST_F(SessionTest, closes_a_client_above_the_message_rate) {
   EXPECT_EQ(counters_.messages_over_rate.value(), 1u);
 }
 
-TEST_F(SessionTest, groom_bytes_that_nobody_asked_for_are_messages) {
+TEST_F(SessionTest, groom_bytes_that_were_not_requested_count_as_messages) {
   hello();
   for (int i = 0; i < 100; ++i) send(wire::GroomChunk{groom_service_.known, 0, std::vector<std::uint8_t>(5000)});
   EXPECT_THAT(goodbyes(), ElementsAre(GoodbyeReason::over_rate));
@@ -287,7 +287,7 @@ TEST_F(SessionTest, a_client_that_takes_something_now_and_then_is_kept) {
   EXPECT_EQ(session_.state(), State::active);
 }
 
-TEST_F(SessionTest, frames_give_way_once_the_connection_was_seen_to_take_no_more) {
+TEST_F(SessionTest, frames_are_dropped_once_the_connection_was_seen_to_be_blocked) {
   hello();
   connection_->takes_more = false;
   Outbox& outbox = session_.outbox();
@@ -313,7 +313,7 @@ TEST_F(SessionTest, an_overflowing_outbox_closes_as_a_slow_consumer) {
   EXPECT_TRUE(connection->closed);
 }
 
-TEST_F(SessionTest, closes_on_a_packet_that_is_none) {
+TEST_F(SessionTest, closes_on_a_malformed_packet) {
   hello();
   const std::vector<std::uint8_t> garbage(64, 0xa5);
   session_.on_packet(garbage, now_ns_);
@@ -371,7 +371,7 @@ TEST_F(SessionTest, refuses_a_room_whose_name_cannot_be_and_a_room_too_many) {
   EXPECT_EQ(counters_.sessions_refused_room.value(), 3u);
 }
 
-TEST_F(SessionTest, wants_a_token_by_its_key_and_holds_the_bearer_to_it) {
+TEST_F(SessionTest, requires_a_token_by_its_key_and_enforces_its_claims) {
   context_.token_key.emplace(std::vector<std::uint8_t>(32, 7));
   context_.limits.session_count_max = 100;
   context_.unix_time_s = [] { return std::int64_t{1000}; };
@@ -459,7 +459,7 @@ TEST_F(SessionTest, characters_of_a_groom_that_the_session_may_not_have_leave) {
   EXPECT_THAT(errors(), IsEmpty());
 }
 
-TEST_F(SessionTest, a_full_server_says_so_and_goes_on_with_whom_it_has) {
+TEST_F(SessionTest, a_full_server_refuses_and_continues_with_its_clients) {
   SessionRegistry registry(context_);
   context_.directory = &registry;
   context_.limits.resume_grace_ns = kSecond_ns;
@@ -495,7 +495,7 @@ TEST_F(SessionTest, a_full_server_says_so_and_goes_on_with_whom_it_has) {
   EXPECT_EQ(dial(hello).first->all<wire::Welcome>().size(), 1u) << "there is room again";
 }
 
-TEST_F(SessionTest, connections_that_say_nothing_are_bounded) {
+TEST_F(SessionTest, silent_connections_are_limited) {
   SessionRegistry registry(context_);
   std::vector<std::shared_ptr<FakeConnection>> connections;
   for (int i = 0; i < 3; ++i) {

@@ -6,8 +6,8 @@
 
 namespace hairnet::server {
 
-// A few straight strands on an octahedron of a skull: as little hair as levels can be built from. `seed` tells one from
-// another.
+// A few straight strands on an octahedron as skull: the least hair from which levels can be built. `seed` makes grooms
+// differ.
 inline Groom small_groom(unsigned seed = 1) {
   Groom groom;
   groom.name = "small " + std::to_string(seed);

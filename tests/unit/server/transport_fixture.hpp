@@ -23,7 +23,7 @@ namespace hairnet::server {
 
 inline constexpr std::size_t kPacketMax = 1u << 20;
 
-// A socket of the other end that never blocks, and speaks whatever bytes it is given.
+// A socket of the other end that never blocks, and sends any bytes.
 class Peer {
  public:
   explicit Peer(std::uint16_t port, int receive_bytes = 0)
@@ -43,7 +43,7 @@ class Peer {
     socket_ = -1;
   }
   void end_writing() { ::shutdown(socket_, SHUT_WR); }
-  // As much as the socket takes.
+  // Sends as much as the socket takes.
   std::size_t send(std::span<const std::uint8_t> bytes) {
     const ssize_t sent = ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
     return sent > 0 ? static_cast<std::size_t>(sent) : 0;

@@ -120,7 +120,7 @@ TEST_F(HttpTest, a_page_that_has_not_changed_is_not_sent_again) {
   EXPECT_THAT(get("/", "If-None-Match: \"x\"\r\n"), StartsWith("HTTP/1.1 200 "));
 }
 
-TEST_F(HttpTest, a_large_file_comes_whole_also_to_a_slow_reader) {
+TEST_F(HttpTest, a_slow_reader_gets_a_large_file_completely) {
   Peer peer(listener_->port(), 4096);
   peer.send("GET /large.wasm HTTP/1.1\r\nHost: here\r\nConnection: close\r\n\r\n");
   run_rounds(300);
@@ -206,7 +206,7 @@ TEST_F(HttpTest, a_kept_connection_that_asks_nothing_more_is_ended_without_being
   EXPECT_EQ(counters_.handshakes_failed_timeout.value(), 0u);
 }
 
-TEST_F(HttpTest, who_says_nothing_at_all_is_ended) {
+TEST_F(HttpTest, a_silent_peer_is_closed) {
   Peer peer(listener_->port());
   EXPECT_EQ(told(peer, ""), "");
   EXPECT_EQ(counters_.handshakes_failed_timeout.value(), 1u);

@@ -88,7 +88,7 @@ TEST(TransportOptions, half_of_tls_is_refused) {
   EXPECT_THAT(validate(options), HasSubstr("certificate"));
 }
 
-TEST(Admission, what_leaves_makes_room_and_what_is_full_says_which) {
+TEST(Admission, leaving_makes_room_and_a_refusal_names_the_full_limit) {
   auto admission = std::make_shared<Admission>(AdmissionLimits{4, 2, 3, 1});
   using Verdict = Admission::Verdict;
   std::vector<Admission::Ticket> tickets(6);

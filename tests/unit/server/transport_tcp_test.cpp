@@ -72,7 +72,7 @@ TEST_F(TransportTest, a_closing_connection_sends_what_waits_and_ends) {
   EXPECT_EQ(echoes_[0]->closed, 0) << "the one who closes is not told";
 }
 
-TEST_F(TransportTest, the_sink_is_told_once_when_the_peer_goes) {
+TEST_F(TransportTest, the_sink_is_called_once_when_the_peer_leaves) {
   {
     Peer peer(listener_->port());
     peer.send(packet(32, 1));

@@ -63,7 +63,7 @@ class TlsTest : public TransportTest {
     ASSERT_TRUE(certificates().sound) << "deploy/certificate failed";
     TransportTest::SetUp();
   }
-  // Runs a client that may block on a thread of its own, and the loop here; what it throws is what is returned.
+  // Runs a client that may block on its own thread, and the loop here; returns the text of a thrown error.
   std::string with_client(const std::function<void(TlsSocket&)>& talk, const std::string& trusted = "ours/chain.pem",
                           bool handshake = true) {
     std::atomic<bool> done = false;
@@ -132,7 +132,7 @@ TEST_F(TlsTest, pages_travel_inside_tls_and_plain_beside_it) {
     asio::write(socket, asio::buffer(std::string_view("GET /none HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n")));
     boost::system::error_code error;
     asio::read(socket, asio::dynamic_buffer(page), error);
-    if (error != asio::error::eof) throw boost::system::system_error(error);  // the end is said, not cut
+    if (error != asio::error::eof) throw boost::system::system_error(error);  // the end is TLS's own, not a cut
   });
   EXPECT_EQ(failed, "");
   EXPECT_THAT(page, StartsWith("HTTP/1.1 404 "));
@@ -140,7 +140,7 @@ TEST_F(TlsTest, pages_travel_inside_tls_and_plain_beside_it) {
   EXPECT_THAT(told(peer, "GET /none HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n"), StartsWith("HTTP/1.1 404 "));
 }
 
-TEST_F(TlsTest, a_closing_session_sends_what_waits_and_says_the_end) {
+TEST_F(TlsTest, a_closing_session_sends_waiting_packets_and_ends_tls) {
   refuse_ = true;
   std::string got;
   const std::string failed = with_client([&](TlsSocket& socket) {

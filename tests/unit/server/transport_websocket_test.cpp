@@ -71,7 +71,7 @@ class WebSocketTest : public TransportTest {
     made.request_timeout = std::chrono::milliseconds(500);
     return made;
   }
-  // Upgrades, and leaves nothing of the response in what is received.
+  // Upgrades, and removes the response from the received bytes.
   void upgrade(Peer& peer, std::string_view more = "Sec-WebSocket-Protocol: hairnet\r\n") {
     const std::size_t before = echoes_.size();
     peer.send(upgrade_request(more));
@@ -216,7 +216,7 @@ TEST_F(WebSocketTest, each_wrong_frame_ends_the_connection_with_its_close_code_a
   EXPECT_TRUE(all_closed());
 }
 
-TEST_F(WebSocketTest, a_peers_close_is_answered_and_told_once) {
+TEST_F(WebSocketTest, a_peers_close_is_answered_and_reported_once) {
   Peer peer(listener_->port());
   upgrade(peer);
   const std::uint8_t normal[] = {0x03, 0xe8};
@@ -290,7 +290,7 @@ TEST_F(WebSocketTest, a_refused_session_still_gets_the_last_word) {
   EXPECT_EQ(frames[1].close_code(), 1000);
 }
 
-TEST_F(WebSocketTest, a_peer_that_goes_without_a_word_is_told_once) {
+TEST_F(WebSocketTest, a_peer_that_leaves_silently_is_reported_once) {
   {
     Peer peer(listener_->port());
     upgrade(peer);
@@ -365,7 +365,7 @@ TEST_F(ListedOriginTest, only_listed_pages_may_open_one) {
   EXPECT_THAT(response_, StartsWith("HTTP/1.1 101 "));
 }
 
-TEST_F(ListedOriginTest, who_answers_no_ping_is_ended_and_who_does_stays) {
+TEST_F(ListedOriginTest, a_peer_without_pongs_is_closed_and_one_with_pongs_stays) {
   Peer dead(listener_->port()), alive(listener_->port());
   upgrade(dead);
   upgrade(alive);

@@ -5,18 +5,18 @@ import type { RestTangents } from "./restTangents";
 
 export type FfdKind = "quadratic" | "linear";
 
-/** What a `Deformer` writes besides points. */
+/** The output of a `Deformer`. */
 export interface DeformOutput {
   /** 3 a point, head space, m */
   readonly points: Float32Array;
-  /** 3 a point: d(points)/ds, s the arc length at rest. Not of unit length: where hair is drawn out they are longer. */
+  /** 3 a point: d(points)/ds, s the arc length at rest. Not of unit length: longer where hair is stretched. */
   readonly tangents?: Float32Array;
 }
 
 /**
- * Deforms a fixed set of points, given at rest in head space, by displacements of a lattice's nodes:
- * x_i + delta_i u(x_i), u(x) = sum_j w_j(x) displacement_j. Outside of the lattice its border nodes extrapolate
- * linearly. Where each point is in the lattice is found once, here. `deform` allocates nothing.
+ * Deforms a fixed set of points, given at rest in head space, by displacements of a lattice's nodes: x_i + delta_i
+ * u(x_i), u(x) = sum_j w_j(x) displacement_j. Outside of the lattice its border nodes extrapolate linearly. The
+ * constructor finds each point's place in the lattice once. `deform` allocates nothing.
  */
 export class Deformer {
   readonly pointCount: number;
@@ -27,15 +27,15 @@ export class Deformer {
   readonly #rest: RestTangents | null;
   /** Grid index of the lowest node of each point's stencil. */
   readonly #base: Uint32Array;
-  /** From the stencil's middle node (quadratic) or lowest (linear), in node spacings; 3 a point. */
+  /** Position from the stencil's middle node (quadratic) or lowest node (linear), in node spacings; 3 a point. */
   readonly #t: Float64Array;
   // Weights along the axes and their derivatives, 1/m: 3 each of x, y, z.
   readonly #w = new Float64Array(9);
   readonly #slope = new Float64Array(9);
 
   /**
-   * `points`: 3 each. `blend`: delta of each point, or null for 1. `rest`: how hair goes on at each point, which
-   * tangents need.
+   * `points`: 3 each. `blend`: delta of each point, or null for 1. `rest`: the hair's direction at each point, needed
+   * for tangents.
    */
   constructor(
     lattice: Lattice,
@@ -61,7 +61,7 @@ export class Deformer {
     for (let p = 0; p < this.pointCount; ++p) this.#place(p);
   }
 
-  /** `grid`: displacements of every grid node, 3 each (`expandDisplacements`); `out`: room for all points. */
+  /** `grid`: displacements of every grid node, 3 each (`expandDisplacements`); `out`: memory for all points. */
   deform(grid: Float32Array, out: DeformOutput): void {
     const { points, tangents } = out;
     if (grid.length !== 3 * nodeCount(this.#lattice) || points.length !== this.#points.length)
@@ -129,7 +129,7 @@ export class Deformer {
     this.#base[p] = lowest[0] + dims[0] * (lowest[1] + dims[1] * lowest[2]);
   }
 
-  /** Beyond half a spacing outside of the outermost stencil's middle, linear: it meets the parabola in value and slope. */
+  /** Linear beyond half a spacing from the outermost stencil's middle; value and slope are continuous there. */
   #weigh(at: number): void {
     const w = this.#w;
     const slope = this.#slope;

@@ -3,13 +3,13 @@ import { kStepsM, kVelocityStepsPerS } from "./level";
 import type { Pose } from "./pose";
 import { kBoneCount, kNumbersPerBone } from "./pose";
 
-// From the integers of frames to metres (schema/codec/README.md, Integers).
+// Converts the integers of frames to metres (schema/codec/README.md, Integers).
 
 /** A bone's position x y z and quaternion x y z w. */
 const kIntegersPerBone = 7;
 const kPositionStepM = 2 ** -14;
 
-/** The pose that steps and frames use: each number rounded to float. No rotation for four zeros. */
+/** The pose for steps and frames: each number is rounded to float. Four zeros mean no rotation. */
 export function dequantisePose(bones: Int32Array, out: Pose): Pose {
   for (let bone = 0; bone < kBoneCount; ++bone) {
     const from = kIntegersPerBone * bone;

@@ -6,11 +6,11 @@ import type { Pose } from "./pose";
 export interface Frame {
   /** its number in the room */
   readonly member: number;
-  /** one's own number for it; 0: another's */
+  /** this client's own number for it; 0: another client's character */
   readonly character: number;
   readonly level: LevelIndex;
   readonly errorClass: ErrorClass;
-  /** teleport, reset or switch of level: do not interpolate from the last frame */
+  /** teleport, reset or level switch: do not interpolate from the last frame */
   readonly discontinuous: boolean;
   /** the lattice is at rest: the server sends no further frame until it moves */
   readonly asleep: boolean;
@@ -20,7 +20,7 @@ export interface Frame {
   readonly stepStride: number;
   /** the same in seconds; 0: not known */
   readonly stepS: number;
-  /** the one the step used */
+  /** the pose of the step */
   readonly pose: Pose;
   /** 3 an active node, head space, in steps of the error class; empty: rigid */
   readonly displacements: Int16Array;

@@ -5,7 +5,7 @@ export interface Strands {
   readonly begin: Uint32Array;
   /** of one real hair, for drawing */
   readonly radiusM: Float32Array;
-  /** real hairs that the strand stands for */
+  /** real hairs that the strand represents */
   readonly hairCount: Float32Array;
   /** lambda_0 of the root blend; 0: none */
   readonly rootLengthM: Float32Array;
@@ -15,13 +15,13 @@ export interface Strands {
   readonly rooted: Uint8Array;
 }
 
-/** A run of the groom's points, the end not included. */
+/** A run of the groom's points, without its end. */
 export interface PointRange {
   readonly begin: number;
   readonly end: number;
 }
 
-/** A strand drawn as a lock: copies that follow it at an offset of their own. */
+/** A strand drawn as a clump of hair: copies follow it at fixed offsets. */
 export interface Clump {
   readonly strand: number;
   readonly copyCount: number;
@@ -48,7 +48,7 @@ export interface HairCard {
   readonly group: number;
   readonly rooted: boolean;
   readonly rootLengthM: number;
-  /** real hairs that it stands for */
+  /** real hairs that it represents */
   readonly hairCount: number;
 }
 
@@ -58,13 +58,13 @@ export interface FarCard {
   readonly points: PointRange;
   /** lambda_0 of the root blend, if rooted; 0: none */
   readonly rootLengthM: number;
-  /** strands, and cards of the groom's own, that it stands for */
+  /** strands, and cards of the groom's own, that it replaces */
   readonly strandCount: number;
   readonly group: number;
   readonly rooted: boolean;
 }
 
-/** What is drawn of a hairstyle far away, in place of its strands and cards. It follows the lattice as they do. */
+/** Hair cards that replace a hairstyle's strands and cards far away. They follow the lattice like all points. */
 export interface FarCards {
   /** 3 each, head space, m; card by card */
   readonly points: Float32Array;
@@ -77,7 +77,7 @@ export interface Cloth {
   readonly group: number;
   /** 3 a triangle, indices into the groom's points */
   readonly triangles: Uint32Array;
-  /** one a point: the way along the cloth to where it is pinned, m; empty: pinned nowhere */
+  /** one for each point: the distance along the cloth to where it is pinned, m; empty: not pinned */
   readonly rootDistanceM: Float32Array;
   readonly rootLengthM: number;
   readonly colour: Colour;
@@ -90,7 +90,7 @@ export interface Knot {
   readonly points: Uint32Array;
 }
 
-/** What hair is made of, per real hair where it says so; core/groom/material.hpp says what each is. */
+/** The material of hair, per real hair where it says so; core/groom/material.hpp explains each value. */
 export interface Material {
   readonly axialStiffnessN: number;
   readonly attachmentStiffnessNPerM: number;
@@ -120,26 +120,28 @@ export interface Body {
 }
 
 /**
- * The immutable hairstyle in head space (metres), as it lies on the upright head, what else is in the hair, and the body
- * under it.
+ * The immutable hairstyle in head space (metres), as it lies on the upright head, other things in the hair, and the
+ * body under it.
  */
 export interface Groom {
   readonly name: string;
   readonly groupNames: readonly string[];
-  /** 3 each: strand by strand, root first; then those of threads, cards and cloths. All follow the lattice. */
+  /** 3 each: strand by strand, root first; then those of threads, cards and cloths. All of them follow the lattice. */
   readonly points: Float32Array;
   readonly strands: Strands;
-  /** of all hair, but for the groups below; null in files of version 1, whose hair is normal */
+  /** of all hair without its own group material; null in files of version 1, whose hair is normal */
   readonly material: Material | null;
   readonly groupMaterials: readonly { readonly group: number; readonly material: Material }[];
-  /** one a group, or none at all; each (arc length over root length, delta) pairs; no pairs: 1 - exp(-x^2) */
+  /**
+   * one for each group, or none at all; each has (arc length over root length, delta) pairs; no pairs: 1 - exp(-x^2)
+   */
   readonly rootBlends: readonly Float32Array[];
   readonly clumps: readonly Clump[];
   readonly threads: readonly Thread[];
   readonly cards: readonly HairCard[];
   readonly cloths: readonly Cloth[];
   readonly knots: readonly Knot[];
-  /** none in files that have none; their points are not among `points` */
+  /** empty in files without them; their points are not in `points` */
   readonly farCards: FarCards;
   readonly body: Body;
 }

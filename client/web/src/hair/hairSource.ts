@@ -8,27 +8,30 @@ export interface ShownMember {
   readonly member: number;
   /** it belongs to this session */
   readonly own: boolean;
-  /** names its groom: the same for all that have it */
+  /** identifies its groom: equal for all members with this groom */
   readonly groomKey: string;
-  /** null: not here yet */
+  /** null: not received yet */
   readonly groom: Groom | null;
-  /** world; null: nothing is known of it yet */
+  /** world; null: not received yet */
   readonly pose: Pose | null;
-  /** at most five; none: its hair is rigid */
+  /** at most five; empty: its hair is rigid */
   readonly layers: readonly LatticeLayer[];
 }
 
-/** How large a member's head is drawn, over the screen's height, and whether any of it is. */
+/** The height of a member's drawn head over the screen's height, and whether any of it is visible. */
 export interface MemberImportance {
   readonly member: number;
   readonly screenHeight: number;
   readonly inView: boolean;
 }
 
-/** Where a `HairScene` has its characters from: a `Room`, or anything that has hair. */
+/** The source of a `HairScene`'s characters: a `Room`, or another one. */
 export interface HairSource {
-  /** Everybody at this moment; `nowMs` as of `performance.now()`. What it returns is read before the next call. */
+  /**
+   * Returns all members at this moment; `nowMs` is a time of `performance.now()`. The result is valid until the next
+   * call.
+   */
   sample(nowMs: number): readonly ShownMember[];
-  /** Told a few times a second how members are seen. */
+  /** Called a few times a second with the importance of members. */
   reportImportance?(members: readonly MemberImportance[]): void;
 }

@@ -1,14 +1,14 @@
-/** Why something was refused; see `HairnetError`. */
+/** The kind of a fault; see `HairnetError`. */
 export type FaultKind =
-  /** Bytes that are not what they say they are: offsets, lengths, nesting. */
+  /** Bytes with wrong offsets, lengths or nesting. */
   | "malformed"
-  /** Sound bytes, or an argument, with a value out of range. */
+  /** Correct bytes, or an argument, with a value out of range. */
   | "invalid"
   /** More than a limit allows. */
   | "too_large"
   /** A server that could not be joined. */
   | "unreachable"
-  /** A server that will not have this session, now or later: its room, its token, its version. */
+  /** A server that refuses this session permanently: its room, its token, its version. */
   | "refused";
 
 /** The one kind of error that this package throws. `message` is one line. */

@@ -9,11 +9,14 @@ export interface MovingLattice {
 }
 
 /**
- * A cubic through two lattices that keeps their velocities. With x = p^0 + d the node in the head's axes, w the head's
- * angular velocity in them and t its position,
+ * A cubic through two lattices with their velocities. Let x = p^0 + d be the node in the head's axes, w the head's
+ * angular velocity in these axes, and t the head's position. Then
+ *
  *   p' = t' + R (w x x + d').
- * Both w and t' are constant as `interpolatePose` moves the head; so d' follows from the node's velocity R^-1 p' that the
- * frame brings. That one is the mean over the step that ended there: half a step's change leads to the moment itself.
+ *
+ * Both w and t' are constant while `interpolatePose` moves the head, so d' follows from the node's velocity R^-1 p' in
+ * the frame. That velocity is the mean over the step that ended with the frame; half a step's change gives the velocity
+ * at the frame's moment.
  */
 export class HermiteLattice {
   #durationS = 1;
@@ -25,7 +28,7 @@ export class HermiteLattice {
   readonly #driftTo = new Float64Array(3);
   readonly #rest = new Float64Array(3);
 
-  /** The head's motion between two poses so far apart, by steps of `stepS`. */
+  /** Sets the head's motion between two poses at that distance in time, for steps of `stepS`. */
   set(from: Pose, to: Pose, durationS: number, stepS: number): void {
     this.#durationS = durationS;
     this.#halfStep = stepS / durationS / 2;
@@ -49,7 +52,7 @@ export class HermiteLattice {
     ]);
   }
 
-  /** Displacements at s in [0, 1] of the way. */
+  /** Computes the displacements at s in [0, 1] of the interval. */
   interpolate(from: MovingLattice, to: MovingLattice, geometry: LevelGeometry, s: number, out: Float32Array): void {
     const s2 = s * s;
     const s3 = s2 * s;
@@ -86,7 +89,7 @@ export class HermiteLattice {
   }
 }
 
-/** conj(a) * b of the heads' rotations, x y z w, by less than half a turn. */
+/** conj(a) * b of the heads' rotations, x y z w, with the sign of less than half a turn. */
 function nearerProduct(a: Pose, b: Pose): [number, number, number, number] {
   const ax = -a[0], ay = -a[1], az = -a[2], aw = a[3];
   const [bx, by, bz, bw] = b;
@@ -100,7 +103,7 @@ function nearerProduct(a: Pose, b: Pose): [number, number, number, number] {
   ];
 }
 
-/** A vector of the world in the axes of the pose's head. */
+/** Rotates a world vector into the axes of the pose's head. */
 function turnBack(pose: Pose, [vx, vy, vz]: readonly [number, number, number], out: Float64Array): void {
   const x = -pose[0], y = -pose[1], z = -pose[2], w = pose[3];
   // v + 2 q x (q x v + w v)

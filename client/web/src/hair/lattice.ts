@@ -15,8 +15,8 @@ export interface Lattice {
 }
 
 /**
- * The static record of a level: which grid nodes are simulated, and how the others follow. Everything about simulated
- * nodes is ordered as `activeNodes`; "active index" is a position in it. Immutable.
+ * The static record of a level: the simulated grid nodes, and how the other nodes follow them. All data of simulated
+ * nodes is in the order of `activeNodes`; an "active index" is an index into that list. Immutable.
  */
 export interface LevelGeometry {
   readonly lattice: Lattice;
@@ -47,8 +47,8 @@ export function nodePosition(lattice: Lattice, node: number, out: Float32Array |
 }
 
 /**
- * Displacements (3 a node, head space, m) of every grid node, in index order, from those of the active nodes.
- * `gridOut` has 3 numbers a grid node.
+ * Computes displacements (3 a node, head space, m) of every grid node, in index order, from those of the active nodes.
+ * `gridOut` has 3 numbers for each grid node.
  */
 export function expandDisplacements(geometry: LevelGeometry, active: ArrayLike<number>, gridOut: Float32Array): void {
   const { activeNodes, trimmedNodes, trimmedBegin, trimmedFrom, trimmedWeights } = geometry;
@@ -76,12 +76,12 @@ export function expandDisplacements(geometry: LevelGeometry, active: ArrayLike<n
   }
 }
 
-/** What is wrong with a level's geometry in one line, or null. */
+/** Describes a fault of a level's geometry in one line, or returns null. */
 export function geometryFault(geometry: LevelGeometry): string | null {
   return latticeFault(geometry.lattice) ?? partitionFault(geometry) ?? trimmedFault(geometry);
 }
 
-/** Throws `HairnetError` unless the geometry is sound. */
+/** Throws `HairnetError` unless the geometry is valid. */
 export function validateGeometry(geometry: LevelGeometry): void {
   const fault = geometryFault(geometry);
   if (fault) throw new HairnetError("invalid", fault);

@@ -5,12 +5,12 @@ import { LevelIndex } from "./level";
 import type { PlayoutSample } from "./playout";
 import { smoothstep } from "./smoothstep";
 
-/** How long a switch of level takes to fade. */
+/** The duration of the fade after a level switch. */
 export const kSwitchBlendNs = 400_000_000;
-/** Layers at a time: the newest, and two switches. Of more that follow each other closer the weakest is left out. */
+/** Layers at a time: the newest, and two switches. With more switches in quick succession, the weakest is left out. */
 const kSwitchesMax = (kLatticeLayersMax - 1) / 2;
 
-/** A lattice whose FFD counts with a weight: hair's displacement is u(x) = sum of weight * FFD(x) over the layers. */
+/** A lattice with the weight of its FFD: the hair's displacement is u(x) = sum of weight * FFD(x) over the layers. */
 export interface LatticeLayer {
   readonly geometry: LevelGeometry;
   /** 3 a grid node, head space, m */
@@ -21,7 +21,7 @@ export interface LatticeLayer {
 class Layer implements LatticeLayer {
   readonly grid: Float32Array;
   weight = 1;
-  /** what is left of it at the switch that it fades from */
+  /** its weight at the switch from which it fades */
   weightAtSwitch = 1;
   /** number of the switch that froze it */
   switchNumber = 0;
@@ -32,9 +32,9 @@ class Layer implements LatticeLayer {
 }
 
 /**
- * A coarse level cannot show every shape of a finer one. Where a character's level changes, hair would jump by the
- * difference: it is kept, and fades over `kSwitchBlendNs`. As that difference is one of two FFDs, it is shown as layers,
- * frozen at the switch: the old lattice with weight w, the new one with weight -w. One for each character.
+ * A coarse level cannot show every shape of a finer one, so hair would jump at a level switch. This adds the difference
+ * back, and lets it fade over `kSwitchBlendNs`. The difference of two FFDs is shown as two layers, frozen at the
+ * switch: the old lattice with weight w, the new one with weight -w. One object for each character.
  */
 export class LatticeBlend {
   /** the newest, if not rigid; its lattice is that of the last sample */
@@ -48,19 +48,19 @@ export class LatticeBlend {
   #switchNumber = 0;
 
   /**
-   * Returns the layers that show a sample of `Playout`: the newest first, with weight 1, unless it is rigid. They are
-   * valid until the next call. `discontinuous`, or another lattice of the same level, ends all fades. (Frames are also
-   * discontinuous where the level changes; do not pass `discontinuous` then, or the change will not fade.)
+   * Returns the layers for a sample of `Playout`: the newest first, with weight 1, unless it is rigid. They are valid
+   * until the next call. `discontinuous`, or another lattice of the same level, ends all fades. (Frames are also
+   * discontinuous at a level switch; do not pass `discontinuous` then, or the switch will not fade.)
    */
   update(sample: PlayoutSample, discontinuous = false): readonly LatticeLayer[] {
     const geometry = sample.displacement.length > 0 ? sample.geometry : null;
     const before = this.#current;
     const sameLevel = sample.level === this.#level;
     const isRebuilt = sameLevel && geometry !== null && before !== null && geometry !== before.geometry;
-    const beginsAnew = discontinuous || isRebuilt || !this.#started;
-    if (beginsAnew) this.#fading = [];
-    // What is on the screen at a switch is what was shown last.
-    const switched = !beginsAnew && !sameLevel;
+    const restarts = discontinuous || isRebuilt || !this.#started;
+    if (restarts) this.#fading = [];
+    // The shown state before a switch is that of the last sample.
+    const switched = !restarts && !sameLevel;
     if (!switched) this.#fade(sample.timeNs);
     if (!geometry) this.#current = null;
     else if (switched || before?.geometry !== geometry) this.#current = new Layer(geometry);
@@ -81,7 +81,7 @@ export class LatticeBlend {
     for (const layer of this.#fading) layer.weight = left * layer.weightAtSwitch;
   }
 
-  /** What was shown, the lattice before the switch and what was fading, less the new lattice: all fades from now on. */
+  /** Begins to fade the lattice before the switch and the layers that were fading, minus the new lattice. */
   #beginFade(before: Layer | null, timeNs: number): void {
     this.#switchedNs = timeNs;
     ++this.#switchNumber;
@@ -91,7 +91,7 @@ export class LatticeBlend {
       frozen.grid.set(this.#current.grid);
       this.#freeze(frozen, -1);
     }
-    // Those of one switch belong together, and those of the oldest are the weakest.
+    // The layers of one switch belong together, and those of the oldest switch are the weakest.
     this.#fading = this.#fading.filter((layer) => layer.switchNumber > this.#switchNumber - kSwitchesMax);
     for (const layer of this.#fading) layer.weightAtSwitch = layer.weight;
   }

@@ -1,7 +1,7 @@
 export { ErrorClass, LevelIndex } from "../generated/enums";
 
-/** Metres a unit of displacement stands for, by error class. As floats, which is how servers reckon. */
+/** Metres in a unit of displacement, by error class. Rounded to float, as on servers. */
 export const kStepsM: readonly number[] = [0.25e-3, 0.5e-3, 1e-3].map(Math.fround);
 
-/** A unit of velocity is so many steps a second. */
+/** A unit of velocity is this many steps a second. */
 export const kVelocityStepsPerS = 32;

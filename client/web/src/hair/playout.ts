@@ -7,25 +7,26 @@ import type { Pose } from "./pose";
 import { interpolatePose, kPoseNumbers, rigidPose } from "./pose";
 import { smoothstep } from "./smoothstep";
 
-const kFramesMax = 256; // kept while nobody samples
+const kFramesMax = 256; // stored while no caller samples
 const kSpareMax = 8;
 const kArrivalsMax = 60; // two seconds at 30 Hz
 const kIntervalDefaultNs = 33_333_333;
 const kFreezeNs = 100_000_000;
 const kCubicNsMax = 250_000_000;
 const kEaseToRestNs = 500_000_000;
-// The delay changes by at most this share of the time that passes: slower or faster motion that nobody notices.
+// The delay changes by at most this share of the elapsed time: motion becomes slower or faster, but too little to
+// notice.
 const kSlewMax = 0.1;
 
-/** What to draw at one moment. Its arrays are the play-out's own: valid until its next call. */
+/** The state to draw at one moment. The play-out owns its arrays; they are valid until its next call. */
 export interface PlayoutSample {
   readonly pose: Pose;
   readonly level: LevelIndex;
   /** 3 an active node of `geometry`, head space, m; empty: rigid */
   readonly displacement: Float32Array;
-  /** the sample time that is shown; never goes back */
+  /** the sample time that is shown; never decreases */
   readonly timeNs: number;
-  /** that of the displacement; null while there is none */
+  /** of the displacement; null while there is none */
   readonly geometry: LevelGeometry | null;
 }
 
@@ -45,7 +46,7 @@ class BufferedFrame {
   #displacementRoom = new Float32Array(0);
   #velocityRoom = new Float32Array(0);
 
-  /** Sets the numbers of displacement and velocity; what they are is left open. */
+  /** Sets the counts of displacement and velocity; their values are undefined. */
   resize(displacements: number, velocities: number): void {
     if (this.displacement.length !== displacements) {
       if (this.#displacementRoom.length < displacements) this.#displacementRoom = new Float32Array(displacements);
@@ -72,11 +73,12 @@ class BufferedFrame {
 }
 
 /**
- * Frames of one character, played out smoothly a little behind the newest: interpolated between two, frozen at the last
- * for a moment when none comes, then eased to rest; a sleeping character stays frozen until it wakes. Time is an argument,
- * always on the client's clock, ns.
+ * The jitter buffer of one character: plays its frames smoothly, with a small delay behind the newest. It interpolates
+ * between two frames; when no frame comes it freezes for a moment, then eases to rest; a sleeping character stays
+ * frozen until it wakes. Time is an argument, always on the client's clock, ns.
  *
- * Between frames that bring velocities hair moves by a cubic that keeps them (Hermite), else in a straight line.
+ * Between frames with velocities the hair moves along a cubic with these velocities (Hermite), otherwise in a straight
+ * line.
  *
  * The lateness of a frame is its arrival time minus its sample time. The play-out delay is the smallest lateness of the
  * last frames, plus one frame interval (to have a frame to interpolate to), plus the larger of their jitter and half an
@@ -85,12 +87,12 @@ class BufferedFrame {
 export class Playout {
   /** by time; at most one at or before the play time once sampled */
   readonly #frames: BufferedFrame[] = [];
-  /** done with, to be used again */
+  /** no longer used, for reuse */
   readonly #spare: BufferedFrame[] = [];
   /** of the last frames, by arrival */
   readonly #arrivals: { timeNs: number; latenessNs: number }[] = [];
   readonly #intervals: number[] = [];
-  /** what sample() gave last */
+  /** the last result of sample() */
   readonly #shown = new BufferedFrame();
   readonly #head = new HermiteLattice();
   readonly #sample = {
@@ -116,8 +118,8 @@ export class Playout {
   }
 
   /**
-   * Takes a frame whose poses were sampled at `sampleTimeNs`, received at `arrivalTimeNs`. One no newer than what was
-   * already played is dropped, and so is a duplicate. Copies what it keeps.
+   * Takes a frame whose poses were sampled at `sampleTimeNs` and which arrived at `arrivalTimeNs`. Drops duplicates and
+   * frames that are not newer than the play time. Copies what it stores.
    */
   push(frame: Frame, sampleTimeNs: number, arrivalTimeNs: number): void {
     this.#recordArrival(sampleTimeNs, arrivalTimeNs);
@@ -129,7 +131,7 @@ export class Playout {
       ++this.#droppedCount;
       return;
     }
-    // After a gap, interpolate to the new frame from what is on the screen, not from the frame before the gap.
+    // After a gap, interpolate to the new frame from the shown state, not from the frame before the gap.
     if (this.#started && frames.length > 0 && frames[frames.length - 1].timeNs < this.#shown.timeNs) {
       const from = this.#spare.pop() ?? new BufferedFrame();
       from.assign(this.#shown);
@@ -157,13 +159,13 @@ export class Playout {
   }
 
   /**
-   * Freezes what is shown until the next frame arrives. For callers that know that no frame will come for a while, as
+   * Freezes the shown state until the next frame arrives. For callers that know that no frame will come for a while, as
    * during a reconnect.
    */
   freeze(): void {
     if (this.#frames.length === 0) return;
     const last = this.#frames[this.#frames.length - 1];
-    // It may be easing already.
+    // The shown state may already be easing.
     if (this.#started && this.#shown.timeNs >= last.timeNs) {
       last.resize(this.#shown.displacement.length, last.velocity.length);
       last.displacement.set(this.#shown.displacement);
@@ -171,7 +173,10 @@ export class Playout {
     last.asleep = true;
   }
 
-  /** What to draw at `renderTimeNs`; an earlier time than the last is taken for the last. Null until the first frame. */
+  /**
+   * Returns what to draw at `renderTimeNs`; a time before the last one counts as the last one. Null until the first
+   * frame.
+   */
   sample(renderTimeNs: number): PlayoutSample | null {
     const frames = this.#frames;
     if (frames.length === 0) return null;
@@ -222,7 +227,7 @@ export class Playout {
     return least + interval + Math.max(Math.floor(interval / 2), most - least);
   }
 
-  /** Moves the play time on to `renderTimeNs`. */
+  /** Advances the play time to `renderTimeNs`. */
   #advance(renderTimeNs: number): void {
     const target = (this.#target ??= this.#targetDelayNs());
     const shown = this.#shown;

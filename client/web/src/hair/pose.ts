@@ -14,7 +14,7 @@ export const kBoneCount = 5;
 export const kNumbersPerBone = 7;
 export const kPoseNumbers = kBoneCount * kNumbersPerBone;
 
-/** Where a bone's seven numbers begin, in bones. */
+/** The index of each bone in a pose. */
 export enum Bone {
   head = 0,
   neck = 1,
@@ -35,7 +35,10 @@ export function rigidPose(rotation: ArrayLike<number> = [0, 0, 0, 1], position: 
   return pose;
 }
 
-/** What is wrong with a pose in one line, or null: numbers finite, rotations of unit length, coordinates within 10 km. */
+/**
+ * Describes a fault of a pose in one line, or returns null: numbers finite, rotations of unit length, coordinates
+ * within 10 km.
+ */
 export function poseFault(pose: ArrayLike<number>): string | null {
   if (pose.length !== kPoseNumbers) return `pose has ${pose.length} numbers, not ${kPoseNumbers}`;
   for (let i = 0; i < kPoseNumbers; ++i) {
@@ -51,7 +54,7 @@ export function poseFault(pose: ArrayLike<number>): string | null {
   return null;
 }
 
-/** Throws `HairnetError` unless the pose is sound. */
+/** Throws `HairnetError` unless the pose is valid. */
 export function validatePose(pose: ArrayLike<number>): void {
   const fault = poseFault(pose);
   if (fault) throw new HairnetError("invalid", fault);

@@ -9,8 +9,9 @@ export interface RestTangents {
 }
 
 /**
- * Of all points of the groom: along strands, threads and the middle of cards, differences between a point's neighbours.
- * Zero where no line leads: on cloths, and on lines of no length. `blend` is delta of each point (`rootBlend`).
+ * Computes them for all points of the groom: along strands, threads and the middle of cards, as differences of a
+ * point's neighbours. Zero for points of cloths and of lines without length. `blend` is delta of each point
+ * (`rootBlend`).
  */
 export function restTangents(groom: Groom, blend: Float32Array): RestTangents {
   const { points, strands } = groom;
@@ -28,14 +29,17 @@ export function farCardTangents(far: FarCards, blend: Float32Array): RestTangent
   return rest;
 }
 
-/** Of unit length, 3 a point, one for either point of a pair: across (left to right) x along, away from the head. */
+/**
+ * Unit vectors, 3 numbers a point, the same for both points of a pair: across (left to right) x along, away from the
+ * head.
+ */
 export function farCardNormals(far: FarCards, rest: RestTangents): Float32Array {
   const { points } = far;
   const { direction } = rest;
   const normals = new Float32Array(points.length);
   for (const card of far.cards) {
     for (let p = 3 * card.points.begin; p + 5 < 3 * card.points.end; p += 6) {
-      // One normal a pair, so that a card is flat across.
+      // One normal for each pair, so that a card is flat across.
       const [ax, ay, az] = [points[p + 3] - points[p], points[p + 4] - points[p + 1], points[p + 5] - points[p + 2]];
       const [bx, by, bz] = [
         direction[p] + direction[p + 3], direction[p + 1] + direction[p + 4], direction[p + 2] + direction[p + 5],
@@ -52,7 +56,7 @@ export function farCardNormals(far: FarCards, rest: RestTangents): Float32Array 
   return normals;
 }
 
-/** A line's next point is `stride` points on: a card has two edges. */
+/** The points of a line are `stride` apart: a card has two edges. */
 function addLine(
   points: Float32Array,
   blend: Float32Array,

@@ -17,12 +17,12 @@ export function blendAt(curve: ArrayLike<number>, ratio: number): number {
   const t = (ratio - ax) / width;
   const fromA = slopeAt(curve, next - 1) * width;
   const fromB = slopeAt(curve, next) * width;
-  // Hermite's cubic.
+  // Hermite cubic.
   const y = ay + t * t * (3 - 2 * t) * (by - ay) + t * (1 - t) * ((1 - t) * fromA - t * fromB);
   return Math.min(Math.max(y, ay), by);
 }
 
-// Point i of the curve, the origin being the first.
+// Point i of the curve; the first one is the origin.
 const xOf = (curve: ArrayLike<number>, i: number) => (i === 0 ? 0 : curve[2 * i - 2]);
 const yOf = (curve: ArrayLike<number>, i: number) => (i === 0 ? 0 : curve[2 * i - 1]);
 
@@ -76,7 +76,7 @@ function curveOfGroup(groom: Groom, group: number): ArrayLike<number> {
   return groom.rootBlends[group] ?? [];
 }
 
-/** Along the middle of a card: both points of a pair have the same. */
+/** Along the middle of a card: both points of a pair have the same delta. */
 function blendCard(
   curve: ArrayLike<number>,
   rootLengthM: number,

@@ -1,7 +1,7 @@
 /**
- * Keeps deformed strands from being longer than they are at rest: a lattice stretches in wild motion, a hair does not.
- * Point i lies on its deformed strand at the arc length min(L_i, l_i) from the root, L_i deformed and l_i at rest, so a
- * stretched strand follows its deformed curve and ends early. `core/ffd/strand_lengths.hpp` says why so.
+ * Limits deformed strands to their length at rest: a lattice stretches in wild motion, hair does not. Point i is at the
+ * arc length min(L_i, l_i) from the root on its deformed strand, where L_i is the deformed arc length and l_i that at
+ * rest. So a stretched strand follows its deformed curve and ends early. `core/ffd/strand_lengths.hpp` has the reasons.
  */
 export class StrandLengths {
   readonly #begin: ArrayLike<number>;
@@ -9,7 +9,7 @@ export class StrandLengths {
   readonly #restArc: Float32Array;
   readonly #arc: Float32Array;
 
-  /** `points` at rest, 3 numbers each; strand s has those from begin[s] to begin[s + 1]. */
+  /** `points` at rest, 3 numbers each; strand s has points begin[s] to begin[s + 1]. */
   constructor(points: Float32Array, begin: ArrayLike<number>) {
     this.#begin = begin;
     this.#restArc = new Float32Array(begin[begin.length - 1] ?? 0);
@@ -23,7 +23,8 @@ export class StrandLengths {
     this.#measure(points, arc);
     for (let s = 0; s + 1 < this.#begin.length; ++s) {
       const root = this.#begin[s];
-      // From the tip on, as a point moves towards the root only: between two that have not moved yet.
+      // From the tip to the root: a point moves towards the root only, and lies between two points that have not moved
+      // yet.
       let after = this.#begin[s + 1];
       for (let i = after - 1; i > root; --i) {
         const wanted = this.#restArc[i];

@@ -6,8 +6,8 @@ import { kBoneCount } from "./pose";
 const kRootBlendPointsMax = 64;
 
 /**
- * Throws `HairnetError` unless the groom is sound: consistent offsets, finite and bounded numbers, groups, weights and
- * triangles that exist. Ranges of materials are the server's to judge. Empty and single-point strands are sound.
+ * Throws `HairnetError` unless the groom is valid: consistent offsets, finite and bounded numbers, existing groups,
+ * weights and triangles. The server checks the ranges of materials. Empty and single-point strands are valid.
  */
 export function validateGroom(groom: Groom): void {
   checkStrands(groom);
@@ -114,7 +114,7 @@ function checkClumps(groom: Groom): void {
   checkCount("points with the clumps'", drawnPoints, kGroomLimits.pointCountMax);
 }
 
-/** Threads, cards and cloths take up the points after the strands' one after the other. */
+/** The points of threads, cards and cloths follow those of the strands, one after the other. */
 function checkPointOwners(groom: Groom): void {
   const pointCount = groom.points.length / 3;
   let next = groom.strands.begin[groom.strands.count];

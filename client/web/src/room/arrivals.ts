@@ -1,5 +1,5 @@
 const kStalledNs = 60_000_000;
-/** By how much the least lateness that is remembered grows a frame: it follows clocks that drift apart. */
+/** The growth of the remembered least lateness a frame: it follows clocks that drift apart. */
 const kForgetNs = 100_000;
 
 /**
@@ -10,12 +10,12 @@ export class Arrivals {
   #awakeNs = -Infinity;
   #leastLatenessNs = Infinity;
 
-  /** The thread does something at this moment. */
+  /** The thread runs at this moment. */
   onAwake(nowNs: number): void {
     this.#awakeNs = nowNs;
   }
 
-  /** When a frame that is seen now has come, as far as can be told; `sampleNs` is on this clock. */
+  /** The estimated arrival of a frame that is read now; `sampleNs` is on this clock. */
   timeOf(sampleNs: number, nowNs: number): number {
     const stalled = nowNs - this.#awakeNs > kStalledNs;
     if (!stalled) {
@@ -24,7 +24,7 @@ export class Arrivals {
       return nowNs;
     }
     if (this.#leastLatenessNs === Infinity) return nowNs;
-    // On time, unless it would have been seen before the thread stood still.
+    // On time, unless the thread would have read it before it blocked.
     return Math.min(Math.max(sampleNs + this.#leastLatenessNs, this.#awakeNs), nowNs);
   }
 }

@@ -4,7 +4,7 @@ const kMembersMax = 4096;
 
 /**
  * Frames of members that are not known yet. The first frame of a member may arrive before its `memberJoined` event is
- * taken, and a sleeping member sends no second one. Keeps a copy of the newest frame of each member.
+ * processed, and a sleeping member sends no second one. Stores a copy of the newest frame of each member.
  */
 export class EarlyFrames {
   readonly #frames = new Map<number, { frame: Frame; sampleNs: number; arrivalNs: number }>();
@@ -20,7 +20,7 @@ export class EarlyFrames {
     this.#frames.set(frame.member, { frame: copy, sampleNs, arrivalNs });
   }
 
-  /** Hands out what there is, and forgets it: who is still unknown by then never came, or has left. */
+  /** Passes on all frames, and forgets them: a member that is still unknown then has left. */
   take(push: (frame: Frame, sampleNs: number, arrivalNs: number) => void): void {
     for (const { frame, sampleNs, arrivalNs } of this.#frames.values()) push(frame, sampleNs, arrivalNs);
     this.#frames.clear();

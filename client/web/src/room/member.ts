@@ -4,23 +4,23 @@ import { Playout } from "../hair/playout";
 import type { Pose } from "../hair/pose";
 import type { GroomHash } from "../net/groomHash";
 
-/** One character of a room, as its frames tell of it. */
+/** One character of a room, from its frames. */
 export class Member {
   readonly playout: Playout;
   readonly #blend: LatticeBlend;
   groom: Groom | null = null;
-  /** why its groom cannot be shown; empty: it can, or is still to come */
+  /** why its groom cannot be shown; empty: it can, or has not arrived yet */
   fault = "";
-  /** null: no frame has come */
+  /** null: no frame has arrived */
   pose: Pose | null = null;
   layers: readonly LatticeLayer[] = [];
 
   constructor(
     readonly member: number,
-    /** one's own number for it; 0: another's */
+    /** this client's own number for it; 0: another client's character */
     readonly character: number,
     readonly groomKey: GroomHash,
-    /** the same character under another number: what was shown of it goes on */
+    /** the same character under another number: its shown state continues */
     former?: Member,
   ) {
     this.playout = former?.playout ?? new Playout();
@@ -31,7 +31,7 @@ export class Member {
     return this.character !== 0;
   }
 
-  /** Brings pose and layers to what is to be shown at `nowNs`. `newest`: the pose to show it with in place of the frames'. */
+  /** Updates pose and layers to the state at `nowNs`. `newest`: a pose that replaces that of the frames. */
   sample(nowNs: number, newest: Pose | null): void {
     const sample = this.playout.sample(nowNs);
     if (!sample) {

@@ -3,7 +3,7 @@ import { validatePose, type Pose } from "../hair/pose";
 import type { Link } from "../net/link";
 import type { MaterialScale } from "../net/messages";
 
-/** A character of one's own in a room. */
+/** One of this client's own characters in a room. */
 export class OwnCharacter {
   #sequence = 0;
   #newest: Pose | null = null;
@@ -13,18 +13,18 @@ export class OwnCharacter {
     private readonly link: Link,
     /** this client's own number for it */
     readonly character: number,
-    /** names its groom */
+    /** identifies its groom */
     readonly groomKey: string,
   ) {}
 
-  /** The pose that was pushed last: its hair is drawn with it, and with the newest lattice there is. */
+  /** The last pushed pose: the hair is drawn with it, and with the newest lattice. */
   get newestPose(): Pose | null {
     return this.#newest;
   }
 
   /**
-   * Where its bones are now, world (see `Pose`); best 60 to 90 times a second. `teleport`: does not continue from the
-   * pose before. Throws `HairnetError` when the pose is not sound.
+   * Sets its current bones, world (see `Pose`); best 60 to 90 times a second. `teleport`: the pose does not continue
+   * the previous one. Throws `HairnetError` when the pose is not valid.
    */
   push(pose: Pose, teleport = false): void {
     validatePose(pose);

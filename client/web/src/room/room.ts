@@ -18,9 +18,12 @@ const kGroomRetryNs = 3_000_000_000;
 /** "reconnecting": the connection is lost and the room is reconnecting; "closed": for good. */
 export type RoomState = "connected" | "reconnecting" | "closed";
 
-/** What `Room` tells its listeners. */
+/** The events of a `Room`. */
 export interface RoomEvents {
-  /** `detail`: one line of why, empty when connected; `isRefused`: closed, and the same would be refused again */
+  /**
+   * `detail`: one line with the reason, empty when connected; `isRefused`: closed, and the same request would be
+   * refused again
+   */
   state: { state: RoomState; detail: string; waitS: number; isRefused: boolean };
   joined: { member: Member };
   left: { member: Member };
@@ -29,7 +32,7 @@ export interface RoomEvents {
 }
 
 /**
- * Joins a room. Rejects with `HairnetError`, of one line, when the first attempt fails; afterwards the room comes back by
+ * Joins a room. Rejects with a one-line `HairnetError` when the first attempt fails; afterwards the room reconnects by
  * itself whenever the connection breaks.
  */
 export async function connect(server: string, options: LinkOptions = {}): Promise<Room> {
@@ -40,20 +43,20 @@ export async function connect(server: string, options: LinkOptions = {}): Promis
 }
 
 /**
- * Everybody in a room, played out smoothly; a `HairSource` for `HairScene`. Others' grooms are fetched by themselves.
- * Somebody must call `sample`, as `HairScene.update` does: what arrives is taken then.
+ * All members of a room, played out smoothly; a `HairSource` for `HairScene`. It fetches grooms of other members by
+ * itself. Call `sample` regularly (`HairScene.update` does): it processes the received events.
  */
 export class Room implements HairSource {
-  /** by member number, as of the last `sample` */
+  /** by member number, at the last `sample` */
   readonly members = new Map<number, Member>();
   readonly #own = new Map<number, OwnCharacter>();
-  /** as what each was shown last, by its own number */
+  /** the last members of the own characters, by own number */
   readonly #ownMembers = new Map<number, Member>();
   readonly #grooms = new Map<string, Groom>();
   /** files of `#grooms`, which an own character with the same groom uploads */
   readonly #files = new Map<string, Uint8Array>();
   readonly #faults = new Map<string, string>();
-  /** grooms that nobody could give, and when to ask again */
+  /** grooms that no member could give, and when to ask again */
   readonly #askAgainNs = new Map<string, number>();
   readonly #listeners = new Map<keyof RoomEvents, Set<(event: never) => void>>();
   readonly #arrivals = new Arrivals();
@@ -93,7 +96,7 @@ export class Room implements HairSource {
     return this.link.counters;
   }
 
-  /** Of `member`, from sampling its poses to showing them here, s; 0 without a frame. */
+  /** The delay of `member` from sampling its poses to showing them here, s; 0 without a frame. */
   delayS(member: Member): number {
     return 1e-9 * member.playout.delayNs;
   }
@@ -124,8 +127,8 @@ export class Room implements HairSource {
   }
 
   /**
-   * Adds a character of one's own with the hair of a groom file; it is seen once a pose was pushed. Throws
-   * `HairnetError` when the file is damaged.
+   * Adds an own character with the hair of a groom file; it is visible after its first pose. Throws `HairnetError` when
+   * the file is damaged.
    */
   addCharacter(groomFile: Uint8Array, level: LevelIndex = LevelIndex.high): OwnCharacter {
     const groomKey = hashGroom(groomFile);
@@ -133,7 +136,7 @@ export class Room implements HairSource {
     return this.#add(groomKey, level);
   }
 
-  /** The same with a groom that is in the room already, by its `groomKey`. */
+  /** The same with a groom that is already in the room, by its `groomKey`. */
   addCharacterLike(member: Member, level: LevelIndex = LevelIndex.high): OwnCharacter {
     return this.#add(member.groomKey, level);
   }
@@ -149,7 +152,7 @@ export class Room implements HairSource {
     this.link.send({ type: "setWind", wind: { ...wind } });
   }
 
-  /** Says goodbye; the room is empty and stays so. */
+  /** Says goodbye; the room stays empty afterwards. */
   close(): void {
     this.link.close();
     for (const member of [...this.members.values()]) this.#drop(member);
@@ -198,14 +201,14 @@ export class Room implements HairSource {
             return;
           }
         }
-        // Hair then starts at rest.
+        // The hair then starts at rest.
         if (event.reason === ErrorReason.stateInvalid) return;
         return this.#tell("fault", { detail: event.detail || ErrorReason[event.reason] });
       default:
     }
   }
 
-  // After a new server its number is another one, which may have been another's of one's own; its hair goes on.
+  // A new server gives it another number, which may have belonged to another own character; its hair continues.
   #meetOwn(character: number, number: number, groom: string): void {
     const isKnown = this.members.get(number)?.character === character;
     if (isKnown || !this.#own.has(character)) return;
@@ -264,7 +267,7 @@ export class Room implements HairSource {
   }
 
   #takeGroom(key: string, bytes: Uint8Array | null, fault: string): void {
-    // Its wearers may have left, or an own character may have brought the same file.
+    // Its members may have left, or an own character may have added the same file.
     if (!this.#isUsed(key) || this.#grooms.has(key)) return;
     let why = fault;
     if (bytes) {

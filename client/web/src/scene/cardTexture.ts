@@ -15,7 +15,7 @@ import {
 import { kCardTextureHeight, kCardTextureWidth } from "../generated/constants";
 import { shader } from "./shaders";
 
-/** The texture of cards, drawn once by the GPU, and again when its context was lost. */
+/** The texture of cards, drawn once by the GPU, and again after its context was lost. */
 export class CardTexture {
   readonly #target = new WebGLRenderTarget(kCardTextureWidth, kCardTextureHeight, {
     depthBuffer: false,
@@ -31,12 +31,12 @@ export class CardTexture {
     return this.#target.texture;
   }
 
-  /** What it held is lost: the next `draw` draws it. */
+  /** The contents are lost: the next `draw` draws it again. */
   forget(): void {
     this.#isDrawn = false;
   }
 
-  /** Draws it unless it is; not while the renderer draws something else. */
+  /** Draws it if necessary; do not call it while the renderer draws something else. */
   draw(renderer: WebGLRenderer): void {
     if (this.#isDrawn) return;
     this.#isDrawn = true;

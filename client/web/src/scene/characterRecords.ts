@@ -4,7 +4,7 @@ import { kBoneCount, kNumbersPerBone } from "../hair/pose";
 import type { DrawDetail } from "./drawDetail";
 import { FloatTexture } from "./floatTexture";
 
-/** A lattice that moves hair, where it lies in `lattices`. */
+/** A lattice that moves hair, and its place in `lattices`. */
 export interface PlacedLayer {
   readonly origin: ArrayLike<number>;
   readonly spacing: ArrayLike<number>;
@@ -13,7 +13,7 @@ export interface PlacedLayer {
   readonly firstNode: number;
 }
 
-/** What a row says of its character. */
+/** The data of a character in its row. */
 export interface Record {
   /** scene */
   readonly pose: Pose;
@@ -22,11 +22,11 @@ export interface Record {
   readonly widthM: number;
   readonly detail: DrawDetail;
   readonly strayM: number;
-  /** how large it is drawn; 1: as its groom was made */
+  /** its scale; 1: the size of its groom */
   readonly size: number;
   readonly bodyVisible: boolean;
   readonly layers: readonly PlacedLayer[];
-  /** rows of `StrandDeformPass` that the points of its strands have */
+  /** rows of `StrandDeformPass` with the points of its strands */
   readonly pointRows: PointRows;
 }
 
@@ -35,7 +35,7 @@ export interface PointRows {
   readonly count: number;
 }
 
-/** The records of all characters that a frame draws; a row each, in the order in which draw calls take them. */
+/** The records of all characters in a frame; one row each, in the order of the draw calls. */
 export class Records {
   readonly #rows = new FloatTexture(kRecordTexels);
   #count = 0;
@@ -44,18 +44,18 @@ export class Records {
     return this.#rows.texture;
   }
 
-  /** Rows that were added. */
+  /** Number of added rows. */
   get count(): number {
     return this.#count;
   }
 
-  /** Room for `count` rows, none of them written. */
+  /** Makes room for `count` unwritten rows. */
   begin(count: number): void {
     this.#rows.reserve(Math.max(count, 1));
     this.#count = 0;
   }
 
-  /** The row that the record has. */
+  /** Returns the row of the record. */
   add(record: Record): number {
     writeRecord(record, this.#rows.values.subarray(4 * kRecordTexels * this.#count));
     return this.#count++;
@@ -70,7 +70,7 @@ export class Records {
   }
 }
 
-/** Into the first kRecordTexels texels of `out`. */
+/** Writes it into the first kRecordTexels texels of `out`. */
 export function writeRecord(record: Record, out: Float32Array): void {
   const { pose, detail, layers } = record;
   const put = (texel: number, a: number, b: number, c: number, d: number) => {
@@ -99,7 +99,7 @@ export function writeRecord(record: Record, out: Float32Array): void {
   }
 }
 
-/** The displacements of all lattices that a frame draws. */
+/** The displacements of all lattices in a frame. */
 export class Lattices {
   readonly #rows = new FloatTexture(kLatticeRow);
   #count = 0;
@@ -108,13 +108,15 @@ export class Lattices {
     return this.#rows.texture;
   }
 
-  /** Room for `count` nodes, none of them written. */
+  /** Makes room for `count` unwritten nodes. */
   begin(count: number): void {
     this.#rows.reserve(Math.max(Math.ceil(count / kLatticeRow), 1));
     this.#count = 0;
   }
 
-  /** `displacements`: 3 a grid node. The number of the first node; null when one of them is not finite. */
+  /**
+   * `displacements`: 3 for each grid node. Returns the number of the first node; null when one of them is not finite.
+   */
   add(displacements: Float32Array): number | null {
     const first = this.#count;
     const { values } = this.#rows;

@@ -1,22 +1,22 @@
 import { kFullHeadPx, kFullStrands, kHeadM, kStrandsMin } from "../generated/constants";
 
-/** How finely one character's hair is drawn; chosen apart from its mechanical level. */
+/** The drawing detail of one character's hair; independent of its mechanical level. */
 export interface DrawDetail {
-  /** of the groom's strands, 0 to 1; what is drawn is wider in turn */
+  /** of the groom's strands, 0 to 1; the drawn ones are wider in turn */
   strandShare: number;
-  /** made beside every strand on the GPU, 0 to 15; a fraction is the last one's opacity */
+  /** made beside every strand on the GPU, 0 to 15; a fraction is the opacity of the last one */
   followHairCount: number;
-  /** how far a strand's drawn line may be from its points */
+  /** largest distance between a strand's drawn line and its points */
   toleranceM: number;
-  /** 1: quadratic FFD; 0: linear; between: so much of each */
+  /** 1: quadratic FFD; 0: linear; between: a blend */
   quadratic: number;
   /** 0: strands; 1: cards; between: both, faded */
   cards: number;
 }
 
 /**
- * `headPx`: a head's height on the screen (0.24 m), in pixels. `quality` multiplies it. Continuous in both.
- * `waviness`: of the groom; cards pass for straight hair at a larger size than for curls. Equals
+ * `headPx`: a head's height on the screen (0.24 m), in pixels. `quality` multiplies it. The result is continuous in
+ * both. `waviness`: of the groom; cards can replace straight hair at a larger size than curls. Equals
  * client/render/draw_detail.cpp.
  */
 export function detailFor(headPx: number, quality: number, strandCount: number, waviness: number): DrawDetail {

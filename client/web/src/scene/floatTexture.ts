@@ -17,9 +17,9 @@ export class FloatTexture {
     this.texture.needsUpdate = true;
   }
 
-  /** Makes room for so many rows; what they held may be lost. `values` may be another array afterwards. */
+  /** Makes room for that many rows; old contents may be lost. `values` may be another array afterwards. */
   reserve(rows: number): void {
-    // All of it goes to the GPU each time: not for long more than is used.
+    // Each write sends all of it to the GPU, so it does not stay much larger than needed.
     if (rows <= this.#rows && this.#rows <= Math.max(4 * rows, kRowsMin)) return;
     this.#rows = Math.max(Math.ceil(1.5 * rows), kRowsMin);
     this.values = new Float32Array(4 * this.width * this.#rows);
@@ -28,7 +28,7 @@ export class FloatTexture {
     this.texture.image = { data: this.values, width: this.width, height: this.#rows };
   }
 
-  /** What `values` now holds is on the GPU for the next drawing. */
+  /** Sends `values` to the GPU for the next drawing. */
   write(): void {
     this.texture.needsUpdate = true;
   }

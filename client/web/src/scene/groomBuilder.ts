@@ -7,8 +7,8 @@ type Answer = { id: number; geometry?: GroomGeometry; fault?: string };
 type Waiting = { groom: Groom; resolve: (geometry: GroomGeometry) => void; reject: (fault: Error) => void };
 
 /**
- * Makes grooms' geometry in a worker, one after the other; where no worker may run (a page's policy forbids it, or there
- * are none), on this thread, which then stands still for a second or so a groom.
+ * Makes grooms' geometry in a worker, one after the other. Where no worker can run (a page's policy forbids it, or
+ * there are none), it runs on this thread, which then blocks for about a second for each groom.
  */
 export class GroomBuilder {
   #worker: Worker | null = null;
@@ -26,7 +26,7 @@ export class GroomBuilder {
     });
   }
 
-  /** What is being made is never finished. */
+  /** The current work is abandoned. */
   dispose(): void {
     this.#worker?.terminate();
     this.#worker = null;

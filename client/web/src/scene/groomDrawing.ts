@@ -19,14 +19,14 @@ import type { GroomGeometry } from "./geometry/groomGeometry";
 import type { MeshArrays } from "./geometry/meshBuilder";
 import { makeMaterial, type HairPart, type SceneUniforms } from "./hairMaterials";
 
-/** One character that is drawn, in the order of its records. */
+/** One character to draw, in the order of its records. */
 export interface Drawn {
   detail: DrawDetail;
   /** of strands */
   readonly list: number;
 }
 
-/** What was drawn of it last. */
+/** Counts of the last drawing. */
 export interface DrawCounts {
   drawCalls: number;
   strands: number;
@@ -34,7 +34,10 @@ export interface DrawCounts {
   vertices: number;
 }
 
-/** Sorts for `GroomDrawing.show`: who is drawn as cards alone comes last, and those of one list stand together. */
+/**
+ * Sorts for `GroomDrawing.show`: characters that are drawn as cards only come last, and those with one list are
+ * adjacent.
+ */
 export function inDrawingOrder(a: Drawn, b: Drawn): number {
   return (
     Number(a.detail.cards >= 1) - Number(b.detail.cards >= 1) ||
@@ -52,7 +55,7 @@ export class GroomDrawing {
   readonly radiusM: number;
   readonly hasFarCards: boolean;
   readonly bytes: number;
-  /** What `StrandDeformPass` reads of the strands' points: rows of kPointRow. */
+  /** The strands' points for `StrandDeformPass`: rows of kPointRow. */
   readonly restPoints: DataTexture;
   readonly restArcs: DataTexture;
   readonly #geometry: GroomGeometry;
@@ -114,7 +117,7 @@ export class GroomDrawing {
     this.bytes = bytesOf(geometry);
   }
 
-  /** The list of strands for a tolerance: the coarsest that keeps to it. */
+  /** The list of strands for a tolerance: the coarsest one within it. */
   listFor(toleranceM: number): number {
     let best = 0;
     this.#geometry.strands.lists.forEach((list, n) => {
@@ -123,17 +126,20 @@ export class GroomDrawing {
     return best;
   }
 
-  /** Strands that are drawn of the share; 0 of those that are far. */
+  /** The number of drawn strands for the share; 0 for far characters. */
   strandsOf({ detail }: Drawn): number {
     return this.#isFar(detail) ? 0 : Math.min(this.strandCount, Math.ceil(detail.strandShare * this.strandCount));
   }
 
-  /** Rows of kPointRow points that the strands of one have. */
+  /** Rows of kPointRow points in the strands of one character. */
   pointRowsOf(drawn: Drawn): number {
     return Math.ceil(this.#geometry.strands.pointEnd[this.strandsOf(drawn)] / kPointRow);
   }
 
-  /** Draws those whose records begin at `first`, in that order (`inDrawingOrder`). None: nothing. */
+  /**
+   * Draws characters with records from `first` on, in that order (`inDrawingOrder`). Without characters it draws
+   * nothing.
+   */
   show(shown: readonly Drawn[], first: number, counts: DrawCounts): void {
     for (const part of this.#parts) part.hide();
     if (shown.length === 0) return;
@@ -214,14 +220,14 @@ class Part {
   constructor(part: HairPart, attributes: Attributes, triangles: Uint32Array, material: RawShaderMaterial, uniforms: SceneUniforms) {
     const geometry = new InstancedBufferGeometry();
     for (const [name, attribute] of Object.entries(attributes)) {
-      // The body's shader has another name for what is there.
+      // The body's shader has another name for this attribute.
       geometry.setAttribute(part === "body" && name === "direction" ? "normal" : name, attribute);
     }
     geometry.setIndex(new BufferAttribute(triangles, 1));
     geometry.instanceCount = 0;
     this.mesh = new Mesh(geometry, material);
     this.mesh.name = material.name;
-    this.mesh.frustumCulled = false; // characters are, one by one
+    this.mesh.frustumCulled = false; // characters are culled one by one
     this.mesh.matrixAutoUpdate = false;
     this.mesh.renderOrder = kOrder[part];
     this.mesh.raycast = () => {};

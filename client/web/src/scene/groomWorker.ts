@@ -2,7 +2,7 @@ import type { Groom } from "../hair/groom";
 import { buffersOf } from "./geometry/groomGeometry";
 import { makeGroomGeometry } from "./geometry/makeGroomGeometry";
 
-/** Asked for a groom's geometry, answers with it, or with what went wrong. */
+/** Receives a groom, and answers with its geometry or with the error. */
 self.onmessage = ({ data }: MessageEvent<{ id: number; groom: Groom }>) => {
   const { id, groom } = data;
   try {

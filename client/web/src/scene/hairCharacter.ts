@@ -1,7 +1,7 @@
 import { Color, Object3D } from "three";
 import type { DrawDetail } from "./drawDetail";
 
-/** In the order in which characters get them: neighbours differ. Linear RGB albedo. */
+/** In the order in which characters get them: neighbours have different colours. Linear RGB albedo. */
 const kHairColours: readonly (readonly [number, number, number])[] = [
   [0.14, 0.065, 0.03], // brown
   [0.52, 0.36, 0.17], // blonde
@@ -14,30 +14,30 @@ const kHairColours: readonly (readonly [number, number, number])[] = [
 ];
 
 /**
- * One character of a `HairScene`, placed at its head: +Y up, +Z out of the face, the origin at the head joint. What is
- * added to it (a hat, a name) follows the head. Its hair is drawn together with that of others, not by this object;
- * `visible` shows or hides it all the same.
+ * One character of a `HairScene`, placed at its head: +Y up, +Z out of the face, the origin at the head joint. Objects
+ * added to it (a hat, a name) follow the head. Its hair is drawn together with that of other characters, not by this
+ * object; `visible` shows or hides it nevertheless.
  */
 export class HairCharacter extends Object3D {
   /** linear RGB albedo */
   readonly hairColour: Color;
   readonly skinColour = new Color().setRGB(0.75, 0.52, 0.42);
-  /** The groom's own bust. */
+  /** Whether the groom's own bust is drawn. */
   bodyVisible = true;
   /** null: chosen by its size on the screen */
   detail: DrawDetail | null = null;
   /**
-   * Something else that says where the head is, at rest aligned to head space (a VRM's head, see `hairnet-client/vrm`):
-   * hair is drawn there, as large as its world scale says, and the pose that came over the network is not shown.
+   * Another object that defines the head's place, aligned to head space at rest (a VRM's head, see
+   * `hairnet-client/vrm`): hair is drawn there, with its world scale, and the pose from the network is not used.
    */
   anchor: Object3D | null = null;
-  /** World poses have arrived and its groom is ready: it can be seen. */
+  /** Poses have arrived and its groom is ready: it can be drawn. */
   isReady = false;
 
   constructor(
     readonly member: number,
     readonly own: boolean,
-    /** names its groom: the same for all that have it */
+    /** identifies its groom: equal for all members with this groom */
     public groomKey: string,
   ) {
     super();

@@ -11,7 +11,7 @@ import {
 import { makeLightRig, type LightRig } from "./lightRig";
 import { shader } from "./shaders";
 
-/** What a material draws. */
+/** The kind of part that a material draws. */
 export type HairPart = "strand" | "card" | "fabric" | "body";
 
 /** Uniforms that all materials of a scene share, by their names in client/shaders. */
@@ -37,10 +37,10 @@ export class SceneUniforms {
     };
   }
 
-  /** How the target that is bound now takes colours; called as each part is drawn. */
+  /** Sets how the bound target takes colours; called for each drawn part. */
   setTarget(renderer: WebGLRenderer): void {
     const target = renderer.getRenderTarget();
-    // As three.js's own materials decide it.
+    // The same decision as in three.js's own materials.
     const isXr = target !== null && (target as { isXRRenderTarget?: boolean }).isXRRenderTarget === true;
     const space = target === null ? renderer.outputColorSpace : isXr ? target.texture.colorSpace : "";
     this.all.encode_srgb.value = space === SRGBColorSpace ? 1 : 0;
@@ -50,7 +50,7 @@ export class SceneUniforms {
 }
 
 /**
- * A material for one part of one groom. `own`: its uniforms beside the shared ones, first_record and copies among them.
+ * A material for one part of one groom. `own`: its uniforms beside the shared ones, including first_record and copies.
  */
 export function makeMaterial(part: HairPart, shared: SceneUniforms, own: Record<string, IUniform> = {}): RawShaderMaterial {
   return new RawShaderMaterial({

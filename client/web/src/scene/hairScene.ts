@@ -18,42 +18,42 @@ import { seenBy, viewsOf, type View } from "./view";
 export interface HairSceneOptions {
   /** "studio": key, fill and rim about the camera; "scene": the directional, ambient and hemisphere lights of the scene */
   lights?: "studio" | "scene";
-  /** Called with each material as it is made: one for every part of every groom. */
+  /** Called with each new material: one for every part of every groom. */
   onMaterial?: (material: RawShaderMaterial, part: HairPart) => void;
 }
 
-/** Of the last `update`. */
+/** Counts of the last `update`. */
 export interface HairStatistics extends DrawCounts {
   characters: number;
   grooms: number;
   groomBytes: number;
-  /** points of the strands that are drawn */
+  /** points of the drawn strands */
   pointBytes: number;
 }
 
 const kImportanceEveryMs = 250;
 
-/** The names of events are those of `HairScene.addEventListener`. */
+/** The events of `HairScene.addEventListener`, by name. */
 export interface HairSceneEventMap {
   characteradded: { character: HairCharacter };
   characterremoved: { character: HairCharacter };
-  /** A groom could not be made ready; its characters stay unseen. */
+  /** A groom could not be prepared; its characters stay invisible. */
   groomfault: { groomKey: string; detail: string };
 }
 
 /**
- * Everybody's hair, as a child of any three.js scene; call `update` before each rendering. Characters of one groom and
- * one level of drawing are one draw call. Its world matrix may move and turn the room, and scale it evenly.
+ * The hair of all members, as a child of any three.js scene; call `update` before each rendering. Characters of one
+ * groom and one drawing level are one draw call. Its world matrix may move and turn the room, and scale it evenly.
  *
- * Drawn with multisampling (`antialias: true`, or a target with samples) nothing needs sorting; without, hair is dithered.
- * Logarithmic and reversed depth buffers are not supported.
+ * Drawn with multisampling (`antialias: true`, or a target with samples) nothing needs sorting; without, hair is
+ * dithered. Logarithmic and reversed depth buffers are not supported.
  */
 export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   /** by member number; each is a child of this group */
   readonly characters = new Map<number, HairCharacter>();
   /** Multiplies all light. */
   exposure = 1;
-  /** Of what screen size asks for: strands, points; 0.1 to 4. */
+  /** Factor on the detail that the screen size determines: strands, points; 0.1 to 4. */
   quality = 1;
   lights: "studio" | "scene";
   readonly statistics: HairStatistics = {
@@ -94,7 +94,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     renderer.domElement.addEventListener("webglcontextrestored", this.#onRestored);
   }
 
-  /** Takes everybody as they are at `nowMs` (as of `performance.now()`), for pictures from `camera`. */
+  /** Updates all characters to their state at `nowMs` (a time of `performance.now()`), for pictures from `camera`. */
   update(camera: Camera, nowMs: number = performance.now()): void {
     if (this.#isDisposed) return;
     this.updateWorldMatrix(true, false);
@@ -109,7 +109,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     this.#reportImportance(nowMs);
   }
 
-  /** Leaves its parent and frees all that it has on the GPU. */
+  /** Leaves its parent and frees all its GPU memory. */
   override dispose(): void {
     this.#isDisposed = true;
     this.dispatchEvent({ type: "dispose" });
@@ -128,7 +128,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
 
   readonly #onRestored = () => this.#cardTexture.forget();
 
-  // Characters come and go with the members, grooms with the characters.
+  // Adds and removes characters with their members, and grooms with their characters.
   #meet(members: readonly ShownMember[]): void {
     const here = this.#here;
     here.clear();
@@ -136,7 +136,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     for (const member of members) {
       here.add(member.member);
       const before = this.characters.get(member.member);
-      // A new server may give one's own number to another.
+      // A new server may give an own character's number to another member.
       if (before && before.own !== member.own) this.#removeCharacter(before);
       const known = this.characters.get(member.member);
       if (known) known.groomKey = member.groomKey;
@@ -212,7 +212,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     }
   }
 
-  // Lattices, records, and the draw calls that take them.
+  // Writes lattices and records, and sets up the draw calls.
   #write(): void {
     let nodes = 0;
     let rows = 0;
@@ -283,7 +283,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     all.exposure.value = this.exposure;
     if (views.length > 0) all.viewport_px.value.set(views[0].widthPx, views[0].heightPx);
     if (this.lights === "scene") sceneLights(rootOf(this), rig);
-    // In a headset the lights stay where they are: lights that turn with the head look wrong.
+    // In a headset the lights do not move: lights that turn with the head look wrong.
     else if (!this.#renderer.xr.isPresenting || rig.colours[0].r === 0) studioLights(camera, rig);
   }
 
@@ -297,9 +297,9 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
 interface GroomEntry {
   /** null: still being made */
   drawing: GroomDrawing | null;
-  /** by somebody who is here */
+  /** a current member has it */
   isWorn: boolean;
-  /** those who are drawn with it */
+  /** characters that are drawn with it */
   readonly shown: Appearance[];
 }
 

@@ -1,7 +1,7 @@
 import { AmbientLight, Color, DirectionalLight, HemisphereLight, Vector3, type Camera, type Object3D } from "three";
 import { kAmbientAbove, kAmbientBelow, kBearingHeightDeg, kColours } from "../generated/constants";
 
-/** Key, fill and rim from far away, and the room's own light. Linear RGB. */
+/** Distant key, fill and rim lights, and ambient light. Linear RGB. */
 export interface LightRig {
   /** three unit vectors towards the lights, scene */
   readonly towards: readonly Vector3[];
@@ -20,8 +20,8 @@ export function makeLightRig(): LightRig {
 }
 
 /**
- * The studio stands about the camera's bearing, so that front, side and back are lit alike (client/render/light_rig.cpp):
- * key above its left, fill at its right, rim behind.
+ * The studio turns with the camera's bearing, so that front, side and back have the same light
+ * (client/render/light_rig.cpp): key above its left, fill at its right, rim behind.
  */
 export function studioLights(camera: Camera, rig: LightRig): void {
   const toCamera = camera.getWorldDirection(new Vector3()).negate();
@@ -44,8 +44,8 @@ export function studioLights(camera: Camera, rig: LightRig): void {
 }
 
 /**
- * The visible lights of a three.js scene: its three brightest directional ones, ambient and hemisphere lights. Others
- * are overlooked. three.js divides light by pi where it meets a surface, and so does this.
+ * The visible lights of a three.js scene: its three brightest directional ones, ambient and hemisphere lights. Ignores
+ * other lights. three.js divides light by pi where it meets a surface, and so does this.
  */
 export function sceneLights(root: Object3D, rig: LightRig): void {
   const directional: DirectionalLight[] = [];

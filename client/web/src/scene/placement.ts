@@ -9,8 +9,8 @@ const roomRotation = new Quaternion();
 const roomScale = new Vector3();
 
 /**
- * Puts the character where its head is, and gives its pose in scene space and its size: the room's pose moved by the
- * group's matrix, or the anchor's, about which the other bones keep their places.
+ * Puts the character at its head, and returns its pose in scene space and its size. The pose is the room's, moved by
+ * the group's matrix, or the anchor's; the other bones keep their places about it.
  */
 export function place(character: HairCharacter, pose: Pose, room: Matrix4): { pose: Pose; size: number } {
   const placed: Pose = new Float64Array(kPoseNumbers);

@@ -18,7 +18,7 @@ import { kPointRow, kRowsMax } from "../generated/constants";
 import type { Drawn, GroomDrawing } from "./groomDrawing";
 import { shader } from "./shaders";
 
-/** Characters that wear one groom: so many records from `first` on. */
+/** Characters with one groom: their records from `first` on. */
 export interface PlacedGroom {
   readonly drawing: GroomDrawing;
   readonly first: number;
@@ -26,8 +26,9 @@ export interface PlacedGroom {
 }
 
 /**
- * Places the points of strands before the strands are drawn: deforms them, and keeps every strand to its length at rest
- * (`StrandLengths` in shaders). Two passes write textures of points; client/shaders/strand_points.glsl says how they lie.
+ * Places the points of strands before the strands are drawn: deforms them, and limits every strand to its length at
+ * rest (`StrandLengths` in shaders). Two passes write textures of points; client/shaders/strand_points.glsl has their
+ * layout.
  */
 export class StrandDeformPass {
   readonly #deformed = makeTarget();
@@ -53,12 +54,12 @@ export class StrandDeformPass {
     this.#place = this.#makePass("limit_lengths.frag");
   }
 
-  /** The points where strands are drawn. */
+  /** The placed points. */
   get texture(): Texture {
     return this.#placed.texture;
   }
 
-  /** On the GPU. */
+  /** Its GPU memory. */
   get bytes(): number {
     return 2 * 16 * kPointRow * this.#placed.height;
   }
@@ -67,7 +68,10 @@ export class StrandDeformPass {
     return Math.min(renderer.capabilities.maxTextureSize, kRowsMax);
   }
 
-  /** `rows`: of all characters, whose records say which rows each has. Not while the renderer draws something else. */
+  /**
+   * `rows`: of all characters; their records say which rows each has. Do not call it while the renderer draws something
+   * else.
+   */
   place(renderer: WebGLRenderer, grooms: readonly PlacedGroom[], rows: number): void {
     if (rows === 0) return;
     this.#reserve(rows);
@@ -98,7 +102,7 @@ export class StrandDeformPass {
     this.#place.material.dispose();
   }
 
-  // What the textures held is lost when they get another size.
+  // The textures' contents are lost when their size changes.
   #reserve(rows: number): void {
     const { height } = this.#placed;
     if (rows <= height && height <= 4 * rows) return;
@@ -125,7 +129,7 @@ export class StrandDeformPass {
   }
 }
 
-/** Lowers the shares of strands of all characters alike until their points fit in so many rows. */
+/** Lowers the strand shares of all characters alike until their points fit in that many rows. */
 export function fitShares(
   grooms: readonly { readonly drawing: GroomDrawing | null; readonly shown: readonly Drawn[] }[],
   rowsMax: number,

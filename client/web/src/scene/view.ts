@@ -2,7 +2,7 @@ import { Frustum, Matrix4, Sphere, Vector2, Vector3, type Camera, type WebGLRend
 import { kHeadM } from "../generated/constants";
 import type { Pose } from "../hair/pose";
 
-const kScreenHeightMax = 100; // that servers take
+const kScreenHeightMax = 100; // the limit of servers
 
 /** A camera, or one eye. */
 export interface View {
@@ -16,7 +16,10 @@ export interface View {
   readonly isPerspective: boolean;
 }
 
-/** What a picture from `camera` will be seen by: itself, or the eyes of a headset. Its world matrix is up to date. */
+/**
+ * The views for a picture from `camera`: the camera itself, or the eyes of a headset. Its world matrix must be up to
+ * date.
+ */
 export function viewsOf(renderer: WebGLRenderer, camera: Camera): View[] {
   if (renderer.xr.isPresenting) {
     const { cameras } = renderer.xr.getCamera();
@@ -39,15 +42,15 @@ function makeView(camera: Camera, widthPx: number, heightPx: number): View {
   };
 }
 
-/** How a head is seen; the largest over the views. */
+/** The appearance of a head; the largest over the views. */
 export interface Seen {
   headPx: number;
-  /** of the head, over the view's */
+  /** height of the head over the view's height */
   screenHeight: number;
   inView: boolean;
 }
 
-/** `pose`: scene; `radius`: of all that belongs to it, about the head; `size`: by how much it is enlarged. */
+/** `pose`: scene; `radius`: of everything that belongs to it, about the head; `size`: its scale. */
 export function seenBy(views: readonly View[], pose: Pose, radius: number, size: number): Seen {
   const head = new Vector3(pose[4], pose[5], pose[6]);
   const ball = new Sphere(head, radius);

@@ -5,7 +5,7 @@ import { isBelow } from "./isBelow";
 import { heaviest } from "./vrmHairMeshes";
 import { atRest } from "./vrmSkeleton";
 
-/** How a groom made on one head sits on another: x on that head = size * x + offset, head space, m. */
+/** How a groom made on one head fits another: x on that head = size * x + offset, head space, m. */
 export interface HeadFit {
   readonly size: number;
   readonly offset: readonly [number, number, number];
@@ -25,9 +25,10 @@ const kSizeMin = 0.5;
 const kSizeMax = 2;
 
 /**
- * The groom's skull is enlarged evenly until it is as wide and as deep as the model's above the ears (the larger of the
- * two ratios, so that hair does not sink in), and moved so that the crowns meet and both lie in the middle from front to
- * back. What cannot be measured leaves it as it is. `hidden`: meshes that are not of the skull.
+ * Scales the groom's skull evenly until it is as wide and as deep as the model's above the ears (by the larger of the
+ * two ratios, so that hair does not sink in), and moves it so that the crowns meet and both have the same middle from
+ * front to back. A part that cannot be measured does not change the fit. `hidden`: meshes that do not belong to the
+ * skull.
  */
 export function fitHead(groom: Groom, vrm: VRM, anchor: Object3D, hidden: readonly Mesh[]): HeadFit {
   const from = skullOf(headPoints(groom));
@@ -37,7 +38,7 @@ export function fitHead(groom: Groom, vrm: VRM, anchor: Object3D, hidden: readon
   return { size, offset: [0, to.top - size * from.top, to.middleZ - size * from.middleZ] };
 }
 
-/** The groom's own body where it goes with the head. */
+/** The part of the groom's own body that moves with the head. */
 function headPoints(groom: Groom): Vector3[] {
   const { vertices, boneWeights } = groom.body;
   const points: Vector3[] = [];
@@ -46,7 +47,7 @@ function headPoints(groom: Groom): Vector3[] {
   return points;
 }
 
-/** Of all meshes that are not hidden, what hangs on the head bone itself, in head space at rest. */
+/** The vertices of all visible meshes that belong to the head bone itself, in head space at rest. */
 function modelHeadPoints(vrm: VRM, anchor: Object3D, hidden: readonly Mesh[]): Vector3[] {
   const head = vrm.humanoid.getRawBoneNode("head");
   return atRest(vrm, () => {

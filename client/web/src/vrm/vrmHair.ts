@@ -8,15 +8,15 @@ import { findHairMeshes } from "./vrmHairMeshes";
 import { VrmSkeleton } from "./vrmSkeleton";
 
 export interface VrmHairOptions {
-  /** Meshes of the model's own hair; by default `findHairMeshes` looks for them. None: `[]`. */
+  /** Meshes of the model's own hair; by default `findHairMeshes` finds them. None: `[]`. */
   hairMeshes?: readonly Mesh[];
-  /** How the groom sits on the model's head; by default `fitHead` measures both, once the groom is given to `fit`. */
+  /** How the groom fits the model's head; by default `fitHead` measures both when `fit` gets the groom. */
   headFit?: HeadFit;
 }
 
 /**
- * A VRM model that wears a character's hair instead of its own: its own is hidden, the character follows its head bone,
- * and the groom's own bust is not drawn. `dispose` undoes all of it.
+ * Gives a VRM model a character's hair: hides the model's own hair, makes the character follow the head bone, and does
+ * not draw the groom's own bust. `dispose` undoes all of it.
  */
 export class VrmHair {
   readonly skeleton: VrmSkeleton;
@@ -37,12 +37,12 @@ export class VrmHair {
     this.#placeAnchor();
   }
 
-  /** How much larger the model's head is than the groom's. */
+  /** The size of the model's head relative to the groom's. */
   get size(): number {
     return this.#fit.size;
   }
 
-  /** Measures this groom against the model's head, unless how it sits was given. */
+  /** Measures this groom against the model's head, unless `headFit` was given. */
   fit(groom: Groom): void {
     if (this.#fitIsGiven) return;
     this.#fit = kNoFit;
@@ -51,7 +51,7 @@ export class VrmHair {
     this.#placeAnchor();
   }
 
-  /** The model wears this character's hair from now on; what it wore before is let go. */
+  /** Gives the model this character's hair from now on, and releases the previous character. */
   wear(character: HairCharacter | null): void {
     if (this.#character) {
       this.#character.anchor = null;
@@ -64,7 +64,7 @@ export class VrmHair {
     character.anchor = this.skeleton.anchor;
   }
 
-  /** Where the model's bones are now: what to send for a character of one's own. World. */
+  /** The current bones of the model, for the pose of an own character. World. */
   pose(out?: Pose): Pose {
     return this.skeleton.pose(out);
   }
@@ -75,7 +75,7 @@ export class VrmHair {
     this.skeleton.dispose();
   }
 
-  // Where the groom's head joint comes to lie, and how large a metre of it is.
+  // Computes the place of the groom's head joint, and the scale.
   #placeAnchor(): void {
     this.skeleton.setAnchor(this.#fit.offset, this.#fit.size);
   }

@@ -3,13 +3,13 @@ import { Mesh, SkinnedMesh, type Material, type Object3D } from "three";
 import { isBelow } from "./isBelow";
 
 const kHairName = /hair|bangs|fringe|ponytail|pigtail|twintail|ahoge|kami|\u9aea|\u30d8\u30a2/i;
-/** Not hair, whatever else its name says. */
+/** Names that are not hair, even if they contain other words for hair. */
 const kOtherName = /hairband|hair_?pin|hair_?clip|ribbon|eyebrow|eyelash|brow|lash|ear(?!th)/i;
 const kShareOfHairBones = 0.6;
 
 /**
- * The meshes that a model has for its own hair: by their name or their material's, or because most of their vertices
- * hang on bones that are named as hair or swing under the head as spring bones.
+ * The meshes of a model's own hair: by their name or their material's, or because most of their vertices belong to
+ * bones that are named as hair or swing under the head as spring bones.
  */
 export function findHairMeshes(vrm: VRM): Mesh[] {
   const bones = hairBones(vrm);
@@ -38,7 +38,7 @@ function hairBones(vrm: VRM): Set<Object3D> {
   return bones;
 }
 
-/** Of a mesh's vertices, those whose heaviest bone is one of `bones`. */
+/** The share of a mesh's vertices whose heaviest bone is one of `bones`. */
 function shareOf(mesh: SkinnedMesh, bones: Set<Object3D>): number {
   const { skinIndex, skinWeight } = mesh.geometry.attributes;
   if (!skinIndex || !skinWeight || bones.size === 0) return 0;
@@ -47,7 +47,7 @@ function shareOf(mesh: SkinnedMesh, bones: Set<Object3D>): number {
   return count / Math.max(skinIndex.count, 1);
 }
 
-/** The index, in the skeleton, of the bone that a vertex hangs on most. */
+/** The index, in the skeleton, of a vertex's heaviest bone. */
 export function heaviest(mesh: SkinnedMesh, vertex: number): number {
   const { skinIndex, skinWeight } = mesh.geometry.attributes;
   let best = 0;

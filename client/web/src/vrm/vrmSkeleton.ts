@@ -2,7 +2,7 @@ import type { VRM, VRMHumanBoneName } from "@pixiv/three-vrm";
 import { Matrix4, Object3D, Quaternion, Vector3 } from "three";
 import { Bone, kBoneCount, kNumbersPerBone, kPoseNumbers, type Pose } from "../hair/pose";
 
-/** Which of a model's bones stand for ours; the first that it has. */
+/** The model's bones that serve as ours; the first existing one is used. */
 const kBonesFor: Record<Bone, readonly VRMHumanBoneName[]> = {
   [Bone.head]: ["head"],
   [Bone.neck]: ["neck", "head"],
@@ -12,20 +12,20 @@ const kBonesFor: Record<Bone, readonly VRMHumanBoneName[]> = {
 };
 
 /**
- * A model's head, neck, shoulders and upper chest as the five bones of a pose. Made while the model is anyhow posed: its
- * rest is found by resetting it for a moment.
+ * A model's head, neck, shoulders and upper chest as the five bones of a pose. The model may have any pose: resetting
+ * it for a moment gives its rest.
  */
 export class VrmSkeleton {
   /**
-   * A child of the head bone whose axes are those of head space: its origin the head joint, +Y up, +Z out of the face
-   * when the model is at rest.
+   * A child of the head bone with the axes of head space: its origin is the head joint, +Y up, +Z out of the face when
+   * the model is at rest.
    */
   readonly anchor = new Object3D();
   readonly #nodes: Object3D[];
   readonly #anchorAtJoint: Matrix4;
   /** of the anchor from the head joint, head space */
   readonly #offset = new Matrix4();
-  /** Of each bone's node at rest, to the head joint's place with head space's axes. */
+  /** For each bone's node at rest, the transform to the head joint's place with head space's axes. */
   readonly #restInHead: Matrix4[];
 
   constructor(readonly vrm: VRM) {
@@ -38,28 +38,28 @@ export class VrmSkeleton {
     head.setPosition(new Vector3().setFromMatrixPosition(rest[Bone.head]));
     const toHead = head.clone().invert();
     this.#restInHead = rest.map((node) => toHead.clone().multiply(node));
-    // Of head space in the head bone, whatever its own axes are.
+    // Head space in the head bone, for any axes of the bone.
     this.#anchorAtJoint = rest[Bone.head].clone().invert().multiply(head);
     this.setAnchor([0, 0, 0], 1);
     this.anchor.name = "hairnet anchor";
     this.#nodes[Bone.head].add(this.anchor);
   }
 
-  /** Moves the anchor's origin off the head joint (m, head space) and scales it. */
+  /** Moves the anchor's origin from the head joint (m, head space) and scales it. */
   setAnchor(offset: readonly [number, number, number], size: number): void {
     this.#offset.makeTranslation(...offset);
     moved.copy(this.#offset).scale(scale.setScalar(size)).premultiply(this.#anchorAtJoint);
     moved.decompose(this.anchor.position, this.anchor.quaternion, this.anchor.scale);
   }
 
-  /** Where a bone's joint is in head space at rest, in metres of the model. */
+  /** The place of a bone's joint in head space at rest, in metres of the model. */
   joint(bone: Bone, out = new Vector3()): Vector3 {
     return out.setFromMatrixPosition(this.#restInHead[bone]);
   }
 
   /**
-   * The pose, in the world, as the model stands now (its world matrices are brought up to date): that of a groom at the
-   * anchor. Where the anchor enlarges it, the other bones lie that much closer to the head, as the groom's own do.
+   * The current pose of the model in the world (updates its world matrices), for a groom at the anchor. If the anchor
+   * scales the groom up, the other bones move closer to the head by the same factor, to the groom's own distances.
    */
   pose(out: Pose = new Float64Array(kPoseNumbers)): Pose {
     this.anchor.updateWorldMatrix(true, false);
@@ -106,7 +106,7 @@ function facing(vrm: VRM): Quaternion {
   return new Quaternion().setFromAxisAngle(new Vector3(0, 1, 0), isOld ? Math.PI : 0);
 }
 
-/** What `measure` finds with the model at rest; then it stands as before. */
+/** Runs `measure` with the model at rest; then restores its pose. */
 export function atRest<T>(vrm: VRM, measure: () => T): T {
   const nodes = Object.values(vrm.humanoid.rawHumanBones).flatMap((bone) => (bone ? [bone.node] : []));
   const kept = nodes.map((node) => ({ position: node.position.clone(), quaternion: node.quaternion.clone() }));

@@ -140,7 +140,7 @@ describe("whole grooms", () => {
         const slope = each.farCards.blendSlope[p];
         expect(Math.abs(rest.blendSlope[p] - slope)).toBeLessThan(1e-5 * (10 + Math.abs(slope)));
       }
-      // A cross product of what is almost parallel is no better.
+      // A cross product of nearly parallel vectors is no more precise.
       expect(furthest(farCardNormals(groom.farCards, rest), each.farCards.normals)).toBeLessThan(1e-3);
       count += groom.farCards.cards.length;
     }

@@ -61,7 +61,7 @@ function frameOf(pushed: PushedFrame, levels: LevelGeometry[]): Frame {
   };
 }
 
-/** What layers make of points: the sum that shaders draw. */
+/** The effect of layers on points: the sum that shaders draw. */
 function blended(points: Float32Array, layers: readonly LatticeLayer[]): Float32Array {
   const sum = Float64Array.from(points);
   const out = { points: new Float32Array(points.length) };
@@ -159,15 +159,15 @@ describe("switches of level", () => {
     let timeNs = 0;
     blend.update(sampleAt(level, 0, 0.01));
     for (const next of [1, 0, 4, 1, 0, 4, 0, 1]) {
-      timeNs += 150e6; // each before the one before has faded
+      timeNs += 150e6; // each before the previous one has faded
       const before = blended(points, blend.update(sampleAt(level, timeNs, 0.01)));
       const layers = blend.update(sampleAt(next, timeNs, 0.01));
       expect(layers.length).toBeLessThanOrEqual(kLatticeLayersMax);
-      // What is left of a switch after two more, 150 ms each: 0.68 of 0.68.
+      // The rest of a switch after two more, 150 ms each: 0.68 of 0.68.
       expect(furthest(blended(points, layers), before)).toBeLessThan(0.48 * apart);
       level = next;
     }
-    // Once all has faded the newest is all there is.
+    // After all fades only the newest is left.
     expect(blend.update(sampleAt(1, timeNs + 399e6, 0.01)).length).toBeGreaterThan(1);
     expect(blend.update(sampleAt(1, timeNs + 401e6, 0.01)).length).toBe(1);
   });

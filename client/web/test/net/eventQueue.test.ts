@@ -34,7 +34,7 @@ test("a jump whose frame was dropped parts the character's next frame, queued by
   expect(jumps(queue)).toEqual([[1, false]]);
 });
 
-test("who has left takes the jump along", () => {
+test("a discontinuity is not passed on past a member that has left", () => {
   const queue = new EventQueue();
   queue.push(batch(1, [1, 1], true));
   queue.push(batch(2, [2]));

@@ -110,7 +110,7 @@ describe("connection", () => {
     sockets[1].open();
     sockets[1].tell(serverPacket(2, new LinkCoreDriver().welcome({ resumed: true })));
     expect(connection.poll().map((event) => event.type)).toEqual(["connected", "reconnecting", "connected"]);
-    // What the old socket still says is nobody's.
+    // Messages of the old socket are ignored.
     sockets[0].tell(welcome);
     expect(connection.core.isActive).toBe(true);
   });

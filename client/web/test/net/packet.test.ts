@@ -25,7 +25,7 @@ const kWide = new Set([
   "clockNs", "captureTimeNs", "sampleTimeNs", "poseDelayNs", "tick", "offset", "byteCount", "groomBytesMax",
 ]);
 
-/** As vectors have it, but for wide numbers, which are rounded on both sides. */
+/** Like the vectors, but with wide numbers rounded on both sides. */
 function plain(key: string, value: unknown): unknown {
   if (kWide.has(key)) return Number(value);
   if (typeof value === "bigint") return value.toString();
@@ -35,7 +35,7 @@ function plain(key: string, value: unknown): unknown {
 }
 const asJson = (message: unknown): unknown => JSON.parse(JSON.stringify(message, plain));
 
-/** What it throws, which must be this package's own error of one line, or what it decodes to. */
+/** Returns the thrown error, which must be this package's own with one line, or the decoded envelope. */
 function attempt(packet: Uint8Array): Envelope | HairnetError {
   try {
     return decodePacket(packet);

@@ -45,7 +45,7 @@ describe("a pose from a head alone", () => {
   });
 });
 
-test("the page's address says which room, server, token and role", () => {
+test("reads room, server, token and role from the page's address", () => {
   const here = (search: string) => readQuery(new URL(`https://host:7420/index.html${search}`));
   expect(here("")).toEqual({ room: "", server: "https://host:7420", token: "", observe: false });
   expect(here("?room=hall&server=ws://other:1&token=a.b.c&observe")).toEqual({

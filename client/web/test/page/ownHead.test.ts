@@ -9,7 +9,7 @@ camera.updateMatrixWorld();
 
 const yawOf = (pose: Float64Array) => 2 * Math.asin(pose[1]);
 
-test("a dragged head follows the mouse while it is held and comes back when it is let go, smoothly", () => {
+test("a dragged head follows the mouse, and returns smoothly after its release", () => {
   const head = new OwnHead();
   head.placeAt(new Vector3(0, 1.6, 0), 0);
   head.grab();
@@ -27,7 +27,7 @@ test("a dragged head follows the mouse while it is held and comes back when it i
   expect(Math.abs(before)).toBeLessThan(0.01);
 });
 
-test("a head turns no further than necks do, however far it is dragged or long a key is held", () => {
+test("a head turns no further than necks do, for any drag or key press", () => {
   const head = new OwnHead();
   head.grab();
   head.drag(1e5, -1e5, false, camera);
@@ -38,7 +38,7 @@ test("a head turns no further than necks do, however far it is dragged or long a
   expect(2 * Math.acos(Math.abs(pose[3]))).toBeLessThan(1.5);
 });
 
-test("keys turn it until they are let go; other keys are not its own", () => {
+test("keys turn it until their release; it ignores other keys", () => {
   const head = new OwnHead();
   expect(head.onKey("a")).toBe(false);
   expect(head.onKey("ArrowLeft")).toBe(true);

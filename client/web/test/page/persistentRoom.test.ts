@@ -4,7 +4,7 @@ import { LinkCoreDriver } from "../support/linkCoreDriver";
 import { serverPacket } from "../support/serverPacket";
 import { GoodbyeReason, type ServerMessage } from "../../src/net/messages";
 
-/** What the page's WebSocket is, told by the test. */
+/** The page's WebSocket, controlled by the test. */
 class FakeSocket {
   static made: FakeSocket[] = [];
   binaryType = "";
@@ -49,7 +49,7 @@ test("a server that is not there is tried again", async () => {
   expect(FakeSocket.made.length).toBeGreaterThan(1);
 });
 
-test("what would be refused again is told and not tried again", async () => {
+test("a permanent refusal is reported and not tried again", async () => {
   const wrong = begin("no such name");
   await wrong.started;
   expect(wrong.states).toEqual(["connecting", "refused"]);

@@ -19,7 +19,7 @@ test("frames that came while the thread stood still were on time, but never befo
     arrivals.timeOf((t - 30) * ms, t * ms);
   }
   const awake = (t - 20) * ms;
-  // Two seconds later thirty frames are seen at once.
+  // Two seconds later thirty frames are read at once.
   const seen = awake + 2000 * ms;
   let before = 0;
   for (let n = 1; n < 60; ++n) {

@@ -11,7 +11,7 @@ import { serverPacket } from "../support/serverPacket";
 const kSecond = 1e9;
 const groom = "ab".repeat(32);
 
-/** A room whose server says what the test tells it to. */
+/** A room whose server sends what the test wants. */
 class Told {
   nowNs = 100 * kSecond;
   readonly sockets: FakeSocket[] = [];
@@ -74,7 +74,7 @@ test("shows a sleeping member whose only frame came together with the news of it
   expect(member.pose && [...member.pose]).toEqual([...rigidPose()].map((x) => expect.closeTo(x, 4)));
 });
 
-test("asks for a groom that it lacks, and again later when nobody can give it", () => {
+test("asks for a missing groom, and again later when no member can give it", () => {
   const told = new Told();
   told.room.sample(0);
   told.said();
@@ -93,7 +93,7 @@ test("asks for a groom that it lacks, and again later when nobody can give it", 
   expect(requests()).toHaveLength(1);
 });
 
-test("forgets who has left, and tells of coming and going in order", () => {
+test("forgets members that have left, and reports members in order", () => {
   const told = new Told();
   const heard: string[] = [];
   told.room.on("joined", ({ member }) => heard.push(`joined ${member.member}`));
@@ -109,7 +109,7 @@ test("forgets who has left, and tells of coming and going in order", () => {
   expect(heard).toHaveLength(3);
 });
 
-test("a character of one's own is drawn with the pose pushed last, wherever frames have it", () => {
+test("an own character is drawn with the last pushed pose, independent of frames", () => {
   const told = new Told();
   told.tell({ type: "memberJoined", member: 5, session: 9n, character: 1, groom });
   told.room.sample(0);
@@ -125,7 +125,7 @@ test("a character of one's own is drawn with the pose pushed last, wherever fram
   expect([...told.room.members.get(7)!.pose!.subarray(4, 7)]).toEqual([1, 2, 3]);
 });
 
-test("one's own characters are all there when a new server numbers them the other way round, and their hair goes on", () => {
+test("all own characters exist when a new server swaps their numbers, and their hair continues", () => {
   const told = new Told();
   told.tell({ type: "memberJoined", member: 5, session: 9n, character: 1, groom });
   told.room.sample(0);
@@ -144,7 +144,7 @@ test("one's own characters are all there when a new server numbers them the othe
   told.tell(new LinkCoreDriver().welcome());
   add(0, 2);
   add(1, 1);
-  told.tellAsleep(2); // before anybody has looked at who has which number
+  told.tellAsleep(2); // before any sample has processed the new numbers
   told.room.sample(0);
   expect([...told.room.members.keys()].sort()).toEqual([1, 2]);
   own.forEach(({ character }, n) => {
@@ -156,7 +156,7 @@ test("one's own characters are all there when a new server numbers them the othe
   expect(told.room.delayS(told.room.members.get(1)!)).toBe(0);
 });
 
-test("nobody's groom is asked for again or kept as damaged", () => {
+test("an unused groom is not requested again, and not kept as damaged", () => {
   const told = new Told();
   const requests = () => {
     told.room.sample(0);
@@ -172,7 +172,7 @@ test("nobody's groom is asked for again or kept as damaged", () => {
   expect(requests()).toBe(0);
   told.nowNs += 4 * kSecond;
   expect(requests()).toBe(0);
-  // What was damaged on its way may come whole the next time.
+  // A groom that was damaged on its way may arrive intact the next time.
   join(6);
   expect(requests()).toBe(1);
   told.tell({ type: "groomData", hash: groom, offset: 0, byteCount: 3, bytes: new Uint8Array(3) });
@@ -184,7 +184,7 @@ test("nobody's groom is asked for again or kept as damaged", () => {
   expect(told.room.members.get(7)!.fault).toBe("");
 });
 
-test("says that the connection is lost and made again", () => {
+test("reports a lost and a restored connection", () => {
   const told = new Told();
   const states: string[] = [];
   told.room.on("state", ({ state }) => states.push(state));

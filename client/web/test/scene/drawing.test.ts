@@ -69,7 +69,7 @@ describe("records", () => {
     expect(lattices.add(Float32Array.of(1, 2, 3))).toBe(0);
   });
 
-  test("take no more room than a few times what is in use", () => {
+  test("take at most a few times the memory in use", () => {
     const records = new Records();
     const height = () => (records.texture.image as { height: number }).height;
     records.begin(1000);
@@ -137,7 +137,7 @@ describe("draw calls", () => {
     expect(shown[0].detail.strandShare / wanted[0]).toBeCloseTo(shown[1].detail.strandShare / wanted[1], 6);
   });
 
-  test("another drawing level is another, which begins at its own records", () => {
+  test("another drawing level is another draw call, which begins at its own records", () => {
     const drawn = counts();
     drawing.show([at(400), at(400), at(30)], 0, drawn);
     expect(drawn.drawCalls).toBe(3);
@@ -162,7 +162,7 @@ describe("draw calls", () => {
     expect(drawn.cards).toBeGreaterThanOrEqual(3 * 4);
   });
 
-  test("nobody is none, and what is disposed of leaves the scene", () => {
+  test("draws nothing without members, and disposed objects leave the scene", () => {
     const drawn = counts();
     drawing.show([], 0, drawn);
     expect(drawn.drawCalls).toBe(0);
@@ -177,7 +177,7 @@ describe("placement", () => {
   const pose = rigidPose([0, 0, 0, 1], [1, 1.6, 0]);
   pose.set([0, 0, 0, 1, 1, 1.5, 0.25], 7); // a neck of its own
 
-  test("the room's matrix moves, turns and scales everybody", () => {
+  test("the room's matrix moves, turns and scales all characters", () => {
     const character = new HairCharacter(1, false, "");
     const room = new Group();
     room.position.set(0, 0, 10);
@@ -233,7 +233,7 @@ describe("how a head is seen", () => {
   });
 });
 
-test("shaders come with what they include, each once, and without their version", () => {
+test("shaders contain each included file once, and no version line", () => {
   for (const name of ["strand.vert", "strand.frag", "card.vert", "card.frag", "body.vert", "body.frag", "fabric.vert", "fabric.frag"]) {
     const text = shader(name);
     expect(text).not.toMatch(/^#(include|version)/m);

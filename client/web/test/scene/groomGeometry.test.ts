@@ -55,7 +55,7 @@ test("halves are the nearest there are, and bounded", () => {
   expect(fromHalf(toHalf(1e-9))).toBe(0);
 });
 
-/** Of vertices, two a point. */
+/** Vertex numbers count two for each point. */
 function distanceToSegment(rest: Float32Array, v: number, from: number, to: number): number {
   const along = [0, 1, 2].map((a) => rest[2 * to + a] - rest[2 * from + a]);
   const away = [0, 1, 2].map((a) => rest[2 * v + a] - rest[2 * from + a]);

@@ -12,11 +12,11 @@ export function addCharacter(character: number, groom: string, level = LevelInde
   return { type: "addCharacter", character, groom, level, state: null };
 }
 
-/** A core, the connections that it wants, and a server that says what the test tells it to. Time is the test's. */
+/** A core, its connections, and a server that sends what the test wants. The test owns the time. */
 export class LinkCoreDriver {
   readonly core: LinkCore;
   nowNs = 1000 * kSecond;
-  /** of the server's clock, more than ours */
+  /** lead of the server's clock over ours */
   serverAheadNs = 5 * kSecond;
 
   constructor(options: Partial<LinkCoreOptions> = {}) {
@@ -42,7 +42,7 @@ export class LinkCoreDriver {
     };
   }
 
-  /** Opens the connection that is wanted; returns the hello. */
+  /** Opens the requested connection; returns the hello. */
   open(): Message {
     this.core.poll(this.nowNs);
     if (!this.core.wantsConnection) throw new Error("no connection is wanted");
@@ -51,14 +51,14 @@ export class LinkCoreDriver {
     return this.sent()[0];
   }
 
-  /** And welcomes it; returns what it says at once. */
+  /** Also welcomes it; returns its immediate messages. */
   join(more: Partial<Welcome> = {}): Message[] {
     this.open();
     this.tell(this.welcome(more));
     return this.sent();
   }
 
-  /** After the connection broke: waits until another is wanted. */
+  /** After the connection broke: waits until the core requests another. */
   rejoin(more: Partial<Welcome> = {}): Message[] {
     this.pass(6 * kSecond);
     return this.join(more);
@@ -68,7 +68,7 @@ export class LinkCoreDriver {
     this.core.onPacket(serverPacket(this.nowNs + this.serverAheadNs, message), this.nowNs);
   }
 
-  /** What the core sends now. */
+  /** The core's messages now. */
   sent(): Message[] {
     const messages: Message[] = [];
     for (let packet = this.core.takePacket(this.nowNs); packet; packet = this.core.takePacket(this.nowNs))

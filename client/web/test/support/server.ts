@@ -4,7 +4,7 @@ import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
 import { until } from "./until";
 
-/** The server's program: HAIRNET_SERVER, which must be there, or that of the release build; null: there is none. */
+/** The server's program: HAIRNET_SERVER, which must exist, or that of the release build; null: there is none. */
 export function findServer(): string | null {
   const named = process.env.HAIRNET_SERVER;
   const program = named ?? resolve(__dirname, "../../../../build/release/bin/hairnet-server");
@@ -24,7 +24,7 @@ export class Server {
     private readonly flags: readonly string[] = [],
   ) {}
 
-  /** On a free port the first time, on the same again afterwards. */
+  /** On a free port the first time, on the same port afterwards. */
   async start(): Promise<void> {
     const portFile = join(this.#folder, "port");
     rmSync(portFile, { force: true });
@@ -34,7 +34,7 @@ export class Server {
     this.port = Number(readFileSync(portFile, "utf8"));
   }
 
-  /** At once, as a crash would. */
+  /** At once, like a crash. */
   async kill(): Promise<void> {
     const server = this.#process;
     this.#process = null;

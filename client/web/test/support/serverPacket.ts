@@ -3,7 +3,7 @@ import * as fb from "../../src/net/generated/messages";
 import type * as m from "../../src/net/messages";
 import { fromHex } from "./vectors";
 
-/** A packet as a server sends it, of the messages that tests need. */
+/** A server's packet, for the messages that tests need. */
 export function serverPacket(clockNs: number, message: m.ServerMessage): Uint8Array {
   const to = new flatbuffers.Builder(256);
   const [type, body] = writeBody(to, message);

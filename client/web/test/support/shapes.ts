@@ -1,6 +1,6 @@
 import type { LevelGeometry } from "../../src/hair/lattice";
 
-/** A level's geometry as vectors have it. */
+/** A level's geometry in the vectors. */
 export interface GeometryVector {
   lattice: { origin: number[]; spacing: number[]; dims: [number, number, number] };
   activeNodes: number[];

@@ -1,6 +1,6 @@
 import { setTimeout as sleep } from "node:timers/promises";
 
-/** Looks every now and then until it is so; fails with what was waited for. */
+/** Checks repeatedly until the condition holds; the error names what was awaited. */
 export async function until(what: string, isSo: () => boolean | Promise<boolean>, timeoutMs = 90_000): Promise<void> {
   const endMs = performance.now() + timeoutMs;
   while (!(await isSo())) {

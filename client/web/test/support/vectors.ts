@@ -1,11 +1,11 @@
 import { existsSync, readFileSync } from "node:fs";
 import { join, resolve } from "node:path";
 
-/** Where `hairnet-web-vectors` has written what the C++ libraries make of packets, frames, grooms and hair. */
+/** The folder with the results of the C++ libraries for packets, frames, grooms and hair (`hairnet-web-vectors`). */
 export const vectorFolder =
   process.env.HAIRNET_WEB_VECTORS ?? resolve(__dirname, "../../../../build/release/web-vectors");
 
-/** A file of them. Throws with the way to make it when it is not there. */
+/** One of its files. Without the file, throws with the command that makes it. */
 export function vectors<T>(name: string): T {
   const path = join(vectorFolder, name);
   if (!existsSync(path)) {

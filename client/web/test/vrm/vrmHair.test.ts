@@ -29,7 +29,7 @@ beforeEach(async () => {
   vrm = await load();
 });
 
-test("the minimal model is a VRM with the bones that hair needs, and hair of its own", () => {
+test("the minimal model is a VRM with the bones that hair needs, and its own hair", () => {
   for (const bone of ["head", "neck", "leftShoulder", "rightShoulder", "upperChest"] as const)
     expect(vrm.humanoid.getRawBoneNode(bone)).not.toBeNull();
   expect(findHairMeshes(vrm).map((mesh) => mesh.name)).toEqual(["Hair"]);
@@ -39,7 +39,7 @@ test("hair is found by the bones it hangs on, too", () => {
   const [hair] = findHairMeshes(vrm);
   hair.name = "Mesh_7";
   for (const material of [hair.material].flat()) material.name = "Material_3";
-  // Only its tail hangs on the spring bone: the cap alone would be the head's.
+  // Only its tail belongs to the spring bone: the cap alone would belong to the head.
   const { skinIndex } = hair.geometry.attributes;
   const tail = vrm.scene.getObjectByName("hair_tail");
   const index = (hair as unknown as { skeleton: { bones: unknown[] } }).skeleton.bones.indexOf(tail);
@@ -159,7 +159,7 @@ describe("hair on a model", () => {
   });
 
   test("the anchor looks out of the face whatever axes the head bone has", () => {
-    // As exporters make them: bones along axes of their own, at rest.
+    // As exporters write them: bones at rest have their own axes.
     const head = vrm.humanoid.getRawBoneNode("head")!;
     head.quaternion.setFromAxisAngle(new Vector3(1, 2, 3).normalize(), 1.2);
     vrm.humanoid.rawRestPose.head!.rotation = head.quaternion.toArray();

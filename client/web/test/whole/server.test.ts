@@ -9,7 +9,7 @@ import { Server, findServer } from "../support/server";
 import { until } from "../support/until";
 import { vectorFolder } from "../support/vectors";
 
-/** One client with what has happened to it. */
+/** One client with a record of its events. */
 class Client {
   readonly events: LinkEvent[] = [];
   readonly frames: { frame: Frame; sampleTimeNs: number; arrivalNs: number }[] = [];
@@ -104,13 +104,13 @@ describe.skipIf(program === null)("with a server", () => {
     expect(observer.link.counters).toMatchObject({ framesUndecodable: 0 });
     playOut(observer);
 
-    // The line breaks: the session goes on.
+    // The connection breaks: the session continues.
     owner.socket!.terminate();
     await until("the owner comes back", () => owner.of("connected").length === 2);
     expect(owner.link.counters).toMatchObject({ reconnects: 1, resumes: 1 });
     expect(observer.of("memberLeft")).toEqual([]);
 
-    // The server dies: another is told everything again, and hair goes on.
+    // The server dies: a new one gets everything again, and the hair continues.
     await server.kill();
     await server.start();
     await until("both come back", () => owner.of("connected").length === 3 && observer.of("connected").length === 2);
@@ -118,8 +118,8 @@ describe.skipIf(program === null)("with a server", () => {
     await until("the new server sends a lattice", () =>
       owner.frames.slice(before).some((each) => !each.frame.lastKnown && each.frame.level === LevelIndex.low),
     );
-    // It went on from where it was: hair was not at rest. A server that needs more than two seconds for its levels has
-    // it rigid until then.
+    // It continued from its last state: hair was not at rest. A server that needs more than two seconds for its levels
+    // sends it rigid until then.
     const first = owner.frames.slice(before).find((each) => !each.frame.lastKnown && each.frame.level === LevelIndex.low)!;
     expect(moves(first.frame)).toBe(true);
     await until("the member is told of again", () => observer.of("memberJoined").length === 2);
@@ -128,7 +128,7 @@ describe.skipIf(program === null)("with a server", () => {
     expect(observer.of("error")).toEqual([]);
   });
 
-  /** What came can be shown at any moment: finite, and without jumps but where the level begins. */
+  /** The frames can be shown at any moment: finite, and without jumps except at the beginning of a level. */
   function playOut(observer: Client): void {
     const playout = new Playout();
     const blend = new LatticeBlend();
