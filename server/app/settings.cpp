@@ -123,19 +123,20 @@ void add_server(List& list, Config& c) {
   list.number(c.pose_delay_ms, "pose_delay_ms", 0, 200, "poses are sampled this far back");
   list.integer(c.ticks_behind_max, "ticks_behind_max", 1, 1000, "more overdue ticks than this are skipped");
   list.number(c.tick_budget, "tick_budget", 0.05, 0.95,
-              "share of a tick that its work may take; detail goes down to keep within it");
-  list.integer(c.workers, "workers", 0, 256,
-               "threads of a tick; 0: the machine's, less one for the network where there are more than two");
+              "share of a tick that its work may take; detail is lowered to stay within it");
+  list.integer(
+      c.workers, "workers", 0, 256,
+      "threads of a tick; 0: one for each hardware thread, minus one for the network if there are more than two");
   list.text(c.token_key_file, "token_key_file",
             "clients need tokens signed by the key in this file (hairnet-token key); empty: they need none");
-  list.number(c.drain_s, "drain_s", 0, 600, "at shutdown, for clients to take what waits for them");
+  list.number(c.drain_s, "drain_s", 0, 600, "seconds at shutdown for clients to read their waiting packets");
   list.text(c.record, "record", "write a recording to this file; empty: none");
 }
 
 void add_solver(List& list, Config& c) {
   list.section("solver");
-  list.integer(c.substeps, "substeps", 0, 16, "solver steps a tick; 0: as many as keep a step within 1/50 s");
-  list.integer(c.iterations, "iterations", 0, 256, "of conjugate gradient a step; 0: each level's own");
+  list.integer(c.substeps, "substeps", 0, 16, "solver steps a tick; 0: enough that no step exceeds 1/50 s");
+  list.integer(c.iterations, "iterations", 0, 256, "iterations of conjugate gradient a step; 0: each level's own");
 }
 
 void add_wind(List& list, Config& c) {
@@ -159,12 +160,12 @@ void add_limits(List& list, Config& c) {
   list.integer(s.session_count_max, "clients_max", 1, 10'000, "clients at once");
   list.integer(s.character_count_max, "characters_max", 1, 65'536, "characters of all clients");
   list.integer(s.characters_per_session_max, "characters_per_client_max", 1, 65'536,
-               "characters of one client; the lower of this and all of them");
+               "characters of one client; characters_max applies too");
   list.integer(s.room_count_max, "rooms_max", 1, 65'536, "rooms at once");
   list.integer(s.sessions_per_room_max, "clients_per_room_max", 1, 10'000, "clients of one room");
   list.integer(s.characters_per_room_max, "characters_per_room_max", 1, 65'536, "characters of one room");
   list.integer(s.downloads_per_session_max, "downloads_per_client_max", 1, 65'536,
-               "grooms of others that a client may have asked for at once");
+               "grooms that a client may request at once");
   list.integer(s.control_bytes_max, "control_bytes_max", 1 << 20, kGiB,
                "unsent answers and level records of a client; more ends its session");
   list.integer(s.frame_packet_bytes_max, "frame_packet_bytes_max", 4096,
@@ -172,7 +173,7 @@ void add_limits(List& list, Config& c) {
   list.integer(c.command_weight_max, "command_weight_max", 1024, 1 << 26,
                "commands and poses on their way to the tick; poses beyond it are dropped");
   list.integer(c.state_bytes_max, "state_bytes_max", 0, 64 * kGiB,
-               "of hair states that clients brought, while they wait for their levels; beyond it hair starts at rest");
+               "bytes of clients' hair states that wait for their levels; beyond it hair starts at rest");
   list.number(s.messages_per_s, "messages_per_s", 1, 1e6, "messages of a client, mean");
   list.number(s.messages_burst, "messages_burst", 1, 1e7, "messages of a client, at once");
   list.number(s.poses_per_s, "poses_per_s", 1, 1e8, "poses of a client, mean");
@@ -181,11 +182,11 @@ void add_limits(List& list, Config& c) {
                "seconds without a Hello, then the session ends");
   list.seconds(s.idle_timeout_ns, "idle_timeout_s", 1, 86'400, "seconds without a message, then the session ends");
   list.seconds(s.resume_grace_ns, "resume_grace_s", 0, 3600,
-               "a client may come back so long after its connection broke");
-  list.seconds(c.room_grace_ns, "room_grace_s", 0, 86'400, "an empty room, and its wind, stays so long");
+               "seconds in which a client may resume after its connection broke");
+  list.seconds(c.room_grace_ns, "room_grace_s", 0, 86'400, "seconds that an empty room, and its wind, exists");
   list.seconds(s.slow_consumer_ns, "slow_consumer_s", 0.1, 600,
                "seconds in which a client reads nothing, then the session ends");
-  list.seconds(s.drain_timeout_ns, "goodbye_timeout_s", 0, 600, "for a client to take its goodbye");
+  list.seconds(s.drain_timeout_ns, "goodbye_timeout_s", 0, 600, "seconds for a client to read its goodbye");
 }
 
 void add_transport(List& list, Config& c) {
@@ -205,9 +206,12 @@ void add_transport(List& list, Config& c) {
   list.integer(a.connections_per_address_max, "connections_per_address_max", 0, 1 << 20,
                "connections of one IPv4 address or IPv6 /64; 0: no bound");
   list.integer(t.requests_per_connection_max, "requests_per_connection_max", 1, 1 << 20, "pages of one connection");
-  list.seconds(t.opening_timeout, "opening_timeout_s", 0.1, 600, "for a connection's first bytes, and again for TLS");
-  list.seconds(t.request_timeout, "request_timeout_s", 0.1, 600, "for a whole request, the wait for it included");
-  list.seconds(t.response_timeout, "response_timeout_s", 0.1, 600, "for each 64 KiB of a page to be taken");
+  list.seconds(t.opening_timeout, "opening_timeout_s", 0.1, 600,
+               "seconds for a connection's first bytes, and again for TLS");
+  list.seconds(t.request_timeout, "request_timeout_s", 0.1, 600,
+               "seconds for a whole request, including the wait for it");
+  list.seconds(t.response_timeout, "response_timeout_s", 0.1, 600,
+               "seconds for a client to read each 64 KiB of a page");
   list.seconds(t.ping_after, "ping_after_s", 0.1, 600,
                "seconds after which a silent WebSocket is pinged; after twice this it is closed");
 }
@@ -219,7 +223,7 @@ void add_grooms(List& list, Config& c) {
   list.section("grooms");
   list.integer(g.groom_bytes_max, "groom_bytes_max", 1024, of(wire::kGroomBytesMax), "bytes of one groom");
   list.integer(g.upload_bytes_max, "upload_bytes_max", 1024, 64 * kGiB,
-               "bytes of all uploads under way; unless given, room for four grooms at least");
+               "bytes of all unfinished uploads; by default room for four grooms at least");
   list.integer(g.level_bytes_max, "level_bytes_max", 1 << 20, 1024 * kGiB, "bytes of all levels in memory");
   list.integer(g.groom_count_max, "grooms_max", 1, 1 << 20, "grooms of all clients");
   list.integer(g.grooms_per_session_max, "grooms_per_client_max", 1, 1 << 20, "grooms of one client");
@@ -227,34 +231,36 @@ void add_grooms(List& list, Config& c) {
                "strands of all grooms of one client");
   list.number(g.upload_bytes_per_s, "upload_bytes_per_s", 1, 1e12, "bytes of grooms from one client, mean");
   list.number(g.upload_burst_bytes, "upload_burst_bytes", 1024, 1e12,
-              "bytes of grooms from one client, at once; unless given, room for four grooms at least");
+              "bytes of grooms from one client, at once; by default room for four grooms at least");
   list.integer(g.build_queue_max, "build_queue_max", 1, 1 << 16, "grooms that wait to be built");
-  list.seconds(g.upload_timeout_ns, "upload_timeout_s", 1, 3600, "without a chunk, an upload is refused");
-  list.seconds(g.build_ns_max, "build_seconds_max", 0.1, 86'400, "that one groom may take to build");
+  list.seconds(g.upload_timeout_ns, "upload_timeout_s", 1, 3600, "seconds without a chunk, then an upload is refused");
+  list.seconds(g.build_ns_max, "build_seconds_max", 0.1, 86'400, "seconds that one groom may take to build");
   list.integer(c.build_threads, "build_threads", 0, 64,
-               "threads of a groom's build, of low priority; 0: what the machine has, at most 4");
+               "threads of a groom's build, of low priority; 0: one for each hardware thread, at most 4");
   list.text(c.groom_cache, "groom_cache",
-            "keep uploaded grooms in this folder, so that no client need upload them again; empty: none are kept");
-  list.integer(c.groom_cache_mib, "groom_cache_mib", 1, 1 << 20, "MiB kept there; those used least lately go first");
+            "cache uploaded grooms in this folder, so that no client uploads them again; empty: no cache");
+  list.integer(c.groom_cache_mib, "groom_cache_mib", 1, 1 << 20,
+               "MiB of this cache; it removes the least recently used first");
   list.text(c.level_cache, "level_cache",
-            "keep built levels in this folder, so that the next server need not build them; empty: none are kept");
-  list.integer(c.level_cache_mib, "level_cache_mib", 1, 1 << 20, "MiB kept there; those used least lately go first");
+            "cache built levels in this folder, so that the next server does not build them; empty: no cache");
+  list.integer(c.level_cache_mib, "level_cache_mib", 1, 1 << 20,
+               "MiB of this cache; it removes the least recently used first");
   list.integer(g.groom.strand_count_max, "strands_max", 1, of(most.strand_count_max), "of one groom");
   list.integer(g.groom.point_count_max, "points_max", 1, of(most.point_count_max), "of one groom's strands");
   list.integer(g.groom.vertex_count_max, "vertices_max", 1, of(most.vertex_count_max), "of one groom's body");
   list.integer(g.groom.group_count_max, "groups_max", 1, of(most.group_count_max), "of one groom");
-  list.integer(g.groom.copy_count_max, "copies_max", 1, of(most.copy_count_max), "of one cluster");
+  list.integer(g.groom.copy_count_max, "copies_max", 1, of(most.copy_count_max), "of one clump");
   list.integer(g.groom.fabric_count_max, "fabrics_max", 1, of(most.fabric_count_max),
-               "threads, cards, cloths and knots: of each so many");
+               "for each kind: threads, cards, cloths and knots");
   list.number(g.groom.coordinate_max_m, "coordinate_max_m", 0.01, most.coordinate_max_m,
               "every coordinate of a groom, absolute");
 }
 
 void add_log(List& list, Config& c) {
   list.section("log");
-  list.text(c.log_level, "log_level", "how much is said on standard error",
+  list.text(c.log_level, "log_level", "lowest level of messages on standard error",
             {"trace", "debug", "info", "warn", "error", "off"});
-  list.number(c.counters_interval_s, "counters_interval_s", 0.1, 86'400, "at level debug, between counters");
+  list.number(c.counters_interval_s, "counters_interval_s", 0.1, 86'400, "seconds between counters, at level debug");
 }
 
 }  // namespace

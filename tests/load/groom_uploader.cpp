@@ -65,7 +65,7 @@ void GroomUploader::on_refusal(std::string_view reason, std::int64_t) {
 }
 
 void GroomUploader::on_lost(std::string_view reason, std::int64_t) {
-  if (!done()) fault_ = "the server let go of us: " + (reason.empty() ? closed_ : std::string(reason));
+  if (!done()) fault_ = "the server closed the connection: " + (reason.empty() ? closed_ : std::string(reason));
 }
 
 void GroomUploader::on_end(std::string_view reason, std::int64_t) {

@@ -91,7 +91,7 @@ class RenderedPictures : public Pictures {
                      const StreamResult& streamed) override {
     ProgressBar bar("hairnet-view");
     const std::vector<Sitter> sitters = sitters_of(characters, streamed);
-    if (sitters.empty()) return Refusal("nobody was seen");
+    if (sitters.empty()) return Refusal("no character was seen");
     if (!options.sheet.empty()) {
       if (const Result<void> done = write_sheet(options, sitters, bar); !done) return done;
     }

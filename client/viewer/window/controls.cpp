@@ -130,7 +130,7 @@ void character_controls(ViewState& state, Controls& controls) {
                        ? chosen
                        : std::find_if(viewed.begin(), viewed.end(), [](const ViewedCharacter& s) { return s.own; });
   if (own == viewed.end() || !own->own) {
-    ImGui::TextUnformatted(chosen == viewed.end() ? "nobody here is one's own" : "another's: only to be looked at");
+    ImGui::TextUnformatted(chosen == viewed.end() ? "no own character here" : "another client's: cannot be changed");
     return;
   }
   if (chosen != viewed.end())
