@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "server/app/process_gauges.hpp"
-#include "server/app/prometheus_text.hpp"
+#include "server/telemetry/prometheus_text.hpp"
 
 namespace hairnet::server {
 

@@ -25,7 +25,7 @@ Refused Downloads::add(const wire::GroomRequest& request) {
   else if (waiting_.size() >= limits_->downloads_per_session_max)
     refused = {ErrorReason::limit_exceeded, "too many grooms are asked for at once"};
   if (refused) {
-    counters_->downloads_refused.add();
+    counters_->requests_refused_download.add();
     return refused;
   }
   waiting_.push_back({request.hash, request.offset, std::move(bytes)});
@@ -42,7 +42,7 @@ std::optional<wire::Message> Downloads::next(SessionId session) {
   }
   if (!download.bytes || download.offset > download.bytes->size()) {
     const wire::Error error{ErrorReason::groom_unavailable, 0, download.hash, download.bytes ? kBeyondEnd : kNotHere};
-    counters_->downloads_refused.add();
+    counters_->requests_refused_download.add();
     waiting_.pop_front();
     return error;
   }

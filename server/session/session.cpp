@@ -50,23 +50,23 @@ void Session::on_packet(std::span<const std::uint8_t> packet, std::int64_t now_n
   if (decoded.error == wire::DecodeError::invalid) {
     // The packet is well formed, but a value is out of range. The stream is still in sync, so the session goes on; the
     // packet counts against the message rate.
-    context_->counters.packets_invalid.add();
+    context_->counters.packets_refused_invalid.add();
     heard_ns_ = now_ns;
     if (state_ == State::active) {
       take_message(now_ns);
       return;
     }
   } else {
-    context_->counters.packets_malformed.add();
+    context_->counters.packets_refused_malformed.add();
   }
-  context_->counters.sessions_closed_protocol_error.add();
+  context_->counters.sessions_closed_by_server_protocol_error.add();
   drain(GoodbyeReason::protocol_error, decoded.detail, now_ns);
 }
 
 void Session::on_broken_stream(std::int64_t now_ns) {
   if (state_ == State::draining || state_ == State::closed) return;
-  context_->counters.packets_oversize.add();
-  context_->counters.sessions_closed_protocol_error.add();
+  context_->counters.packets_refused_oversize.add();
+  context_->counters.sessions_closed_by_server_protocol_error.add();
   refuse({ErrorReason::malformed, "a packet's size prefix is out of bounds"}, now_ns);
   drain(GoodbyeReason::protocol_error, "a packet's size prefix is out of bounds", now_ns);
 }
@@ -114,7 +114,7 @@ void Session::on_message(wire::Envelope envelope, std::int64_t now_ns) {
   const auto* chunk = std::get_if<wire::GroomChunk>(&envelope.message);
   if (!(chunk && chunk->bytes.size() >= kFreeChunkLeast_bytes) && !take_message(now_ns)) return;
   if (!clock_.observe(envelope.clock_ns, now_ns)) {
-    context_->counters.packets_invalid.add();
+    context_->counters.packets_refused_invalid.add();
     refuse({ErrorReason::malformed, "envelope clock out of range"}, now_ns);
     return;
   }
@@ -122,7 +122,7 @@ void Session::on_message(wire::Envelope envelope, std::int64_t now_ns) {
                         std::holds_alternative<wire::Goodbye>(envelope.message) || state_ == State::active;
   if (!expected) {
     on_unexpected("the first message must be hello", now_ns);
-    context_->counters.sessions_closed_protocol_error.add();
+    context_->counters.sessions_closed_by_server_protocol_error.add();
     drain(GoodbyeReason::protocol_error, "the first message must be hello", now_ns);
     return;
   }
@@ -131,8 +131,8 @@ void Session::on_message(wire::Envelope envelope, std::int64_t now_ns) {
 
 bool Session::take_message(std::int64_t now_ns) {
   if (messages_.take(1, now_ns)) return true;
-  context_->counters.messages_over_rate.add();
-  context_->counters.sessions_closed_over_rate.add();
+  context_->counters.messages_refused_over_rate.add();
+  context_->counters.sessions_closed_by_server_over_rate.add();
   drain(GoodbyeReason::over_rate, "too many messages a second", now_ns);
   return false;
 }
@@ -253,7 +253,7 @@ void Session::welcome(bool resumed, std::int64_t now_ns) {
 
 SessionIdentity Session::release_identity(std::int64_t now_ns) {
   if (connection_) {
-    context_->counters.sessions_closed_taken_over.add();
+    context_->counters.sessions_closed_by_server_taken_over.add();
     connection_->send(wire::encode_packet({now_ns, wire::Goodbye{GoodbyeReason::session_taken_over, ""}}));
     connection_->close(to_string(GoodbyeReason::session_taken_over));
   }
@@ -271,7 +271,7 @@ Refused Session::put(Command command, std::size_t weight) {
 
 void Session::on_groom_offer(const wire::GroomOffer& offer, std::int64_t now_ns) {
   if (const Refused refused = context_->grooms.offer(id(), offer, now_ns)) {
-    context_->counters.grooms_refused.add();
+    context_->counters.requests_refused_groom.add();
     refuse(refused, now_ns, 0, offer.hash);
   }
 }
@@ -282,7 +282,7 @@ void Session::on_groom_chunk(wire::GroomChunk chunk, std::int64_t now_ns) {
   const ChunkAnswer answer = context_->grooms.chunk(id(), std::move(chunk), now_ns);
   if (was_free && !answer.was_wanted && !take_message(now_ns)) return;  // only wanted bytes are free
   if (!answer) return;
-  context_->counters.chunks_refused.add();
+  context_->counters.requests_refused_chunk.add();
   refuse(answer, now_ns, 0, hash);
 }
 
@@ -309,7 +309,7 @@ void Session::on_add_character(wire::AddCharacter add, std::int64_t now_ns) {
   if (!refused && add.state) {
     if (std::string fault = wire::validate(*add.state); !fault.empty()) {
       // The character is added without the state: its hair starts at rest.
-      context_->counters.hair_states_refused.add();
+      context_->counters.requests_refused_hair_state.add();
       refuse({ErrorReason::state_invalid, std::move(fault)}, now_ns, add.character, add.groom);
       add.state.reset();
     }
@@ -319,7 +319,7 @@ void Session::on_add_character(wire::AddCharacter add, std::int64_t now_ns) {
   if (!refused)
     refused = put(AddCharacter{character_key(id(), add.character), add.groom, add.level, std::move(add.state)}, weight);
   if (refused) {
-    context_->counters.characters_refused.add();
+    context_->counters.requests_refused_character.add();
     refuse(refused, now_ns, add.character, add.groom);
     return;
   }
@@ -337,7 +337,7 @@ void Session::on_set_level(const wire::SetLevel& set, std::int64_t now_ns) {
     refused = put(SetLevel{character_key(id(), set.character), set.level});
   }
   if (refused) {
-    context_->counters.levels_refused.add();
+    context_->counters.requests_refused_level.add();
     refuse(refused, now_ns, set.character);
   }
 }
@@ -352,7 +352,7 @@ void Session::on_set_material(const wire::SetMaterial& set, std::int64_t now_ns)
     refused = put(SetMaterial{character_key(id(), set.character), set.scale});
   }
   if (refused) {
-    context_->counters.materials_refused.add();
+    context_->counters.requests_refused_material.add();
     refuse(refused, now_ns, set.character);
   }
 }
@@ -367,14 +367,14 @@ void Session::on_set_wind(const wire::SetWind& set, std::int64_t now_ns) {
     refused = put(SetWind{id(), set.wind});
   }
   if (refused) {
-    context_->counters.winds_refused.add();
+    context_->counters.requests_refused_wind.add();
     refuse(refused, now_ns);
   }
 }
 
 void Session::on_remove_character(const wire::RemoveCharacter& remove, std::int64_t now_ns) {
   if (!identity_.characters.contains(remove.character)) {
-    context_->counters.characters_refused.add();
+    context_->counters.requests_refused_character.add();
     refuse({ErrorReason::character_unknown, "remove of character " + std::to_string(remove.character)}, now_ns,
            remove.character);
     return;
@@ -403,7 +403,7 @@ void Session::on_pose_batch(const wire::PoseBatch& batch, std::int64_t now_ns) {
   SessionCounters& counters = context_->counters;
   counters.poses_received.add(batch.poses.size());
   if (!poses_.take(static_cast<double>(batch.poses.size()), now_ns)) {
-    counters.poses_over_rate.add(batch.poses.size());
+    counters.poses_dropped_over_rate.add(batch.poses.size());
     return;
   }
   PutPoses batch_put;
@@ -462,7 +462,7 @@ void Session::on_observe(wire::Observe observe, std::int64_t now_ns) {
   else
     refused = put(SetObserve{id(), std::move(observe)}, weight);
   if (!refused) return;
-  context_->counters.observes_refused.add();
+  context_->counters.requests_refused_observe.add();
   refuse(refused, now_ns);
 }
 
@@ -488,7 +488,7 @@ void Session::on_goodbye(const wire::Goodbye& goodbye, std::int64_t now_ns) {
 }
 
 void Session::on_unexpected(std::string_view detail, std::int64_t now_ns) {
-  context_->counters.messages_unexpected.add();
+  context_->counters.messages_refused_unexpected.add();
   refuse({ErrorReason::unexpected_message, std::string(detail)}, now_ns);
 }
 
@@ -543,7 +543,7 @@ void Session::poll(std::int64_t now_ns) {
   if (state_ == State::closed) return;
   if (state_ == State::detached) {
     if (now_ns - detached_since_ns_ <= limits.resume_grace_ns) return;
-    counters.sessions_closed_grace_over.add();
+    counters.sessions_closed_by_server_grace_over.add();
     return close("not resumed", now_ns);
   }
   if (state_ == State::draining) {
@@ -551,13 +551,13 @@ void Session::poll(std::int64_t now_ns) {
     return;
   }
   if (outbox_->overflowed() || (full_since_ns_ != 0 && now_ns - full_since_ns_ > limits.slow_consumer_ns)) {
-    counters.sessions_closed_slow.add();
+    counters.sessions_closed_by_server_slow.add();
     drain(GoodbyeReason::slow_consumer, "messages are not taken fast enough", now_ns);
   } else if (state_ == State::awaiting_hello && now_ns - opened_ns_ > limits.handshake_timeout_ns) {
-    counters.sessions_closed_handshake_timeout.add();
+    counters.sessions_closed_by_server_handshake_timeout.add();
     drain(GoodbyeReason::handshake_timeout, "no hello came", now_ns);
   } else if (now_ns - heard_ns_ > limits.idle_timeout_ns) {
-    counters.sessions_closed_idle.add();
+    counters.sessions_closed_by_server_idle.add();
     drain(GoodbyeReason::idle_timeout, "nothing was heard", now_ns);
   }
 }

@@ -83,7 +83,7 @@ class HttpConnection {
           co_return;
         }
       }
-      if (count == 1 && !refused) counters_->connections_http.add();
+      if (count == 1 && !refused) counters_->connections_opened_http.add();
       const bool keep = !refused && request.keep_alive() && count < options_->requests_per_connection_max;
       StaticFile file;
       const HttpReply reply = refused ? std::move(*refused) : answer(request, file);
@@ -185,7 +185,7 @@ class HttpConnection {
       stream_->expires_after(options_->response_timeout);
       const auto [error, bytes] = co_await asio::async_write(*stream_, asio::buffer(piece), kAwaitable);
       counters_->bytes_written.add(bytes);
-      counters_->bytes_written_http.add(bytes);
+      counters_->sent_bytes_http.add(bytes);
       if (error) {
         stream_->close();
         co_return false;
@@ -233,7 +233,7 @@ class HttpConnection {
       stream_->close();
       co_return;
     }
-    counters_->connections_websocket.add();
+    counters_->connections_opened_websocket.add();
     PacketSink* sink = router_->open_session(connection, monotonic_now_ns());
     connection->start(sink);
   }

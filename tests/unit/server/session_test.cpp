@@ -39,7 +39,7 @@ TEST_F(SessionTest, closes_when_anything_comes_before_hello) {
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::unexpected_message));
   EXPECT_THAT(goodbyes(), ElementsAre(GoodbyeReason::protocol_error));
   EXPECT_TRUE(connection_->closed);
-  EXPECT_EQ(counters_.messages_unexpected.value(), 1u);
+  EXPECT_EQ(counters_.messages_refused_unexpected.value(), 1u);
 }
 
 TEST_F(SessionTest, refuses_a_second_hello_and_goes_on) {
@@ -56,7 +56,7 @@ TEST_F(SessionTest, refuses_messages_that_only_servers_send) {
   send(wire::FrameBatch{});
   send(wire::LevelRecord{});
   EXPECT_THAT(errors(), testing::Each(ErrorReason::unexpected_message));
-  EXPECT_EQ(counters_.messages_unexpected.value(), 3u);
+  EXPECT_EQ(counters_.messages_refused_unexpected.value(), 3u);
   EXPECT_EQ(session_.state(), State::active);
 }
 
@@ -92,8 +92,8 @@ TEST_F(SessionTest, refuses_unsound_materials_and_winds_whole_and_goes_on) {
               ElementsAre(ErrorReason::character_unknown, ErrorReason::material_invalid, ErrorReason::wind_invalid));
   EXPECT_THAT(connection_->all<wire::Error>()[1].detail, testing::HasSubstr("density"));
   EXPECT_THAT(connection_->all<wire::Error>()[2].detail, testing::HasSubstr("turbulence scale"));
-  EXPECT_EQ(counters_.materials_refused.value(), 2u);
-  EXPECT_EQ(counters_.winds_refused.value(), 1u);
+  EXPECT_EQ(counters_.requests_refused_material.value(), 2u);
+  EXPECT_EQ(counters_.requests_refused_wind.value(), 1u);
   EXPECT_EQ(session_.state(), State::active);
   std::vector<Command> taken;
   commands_.take_all(taken);
@@ -105,7 +105,7 @@ TEST_F(SessionTest, keeps_the_wind_to_itself_when_told_so) {
   hello();
   send(wire::SetWind{});
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::not_allowed));
-  EXPECT_EQ(counters_.winds_refused.value(), 1u);
+  EXPECT_EQ(counters_.requests_refused_wind.value(), 1u);
   EXPECT_THAT(commands<SetWind>(), IsEmpty());
 }
 
@@ -200,7 +200,7 @@ TEST_F(SessionTest, closes_a_client_above_the_message_rate) {
   for (int i = 0; i < 100; ++i) send(wire::SetLevel{1, LevelIndex::low});
   EXPECT_THAT(goodbyes(), ElementsAre(GoodbyeReason::over_rate));
   EXPECT_TRUE(connection_->closed);
-  EXPECT_EQ(counters_.messages_over_rate.value(), 1u);
+  EXPECT_EQ(counters_.messages_refused_over_rate.value(), 1u);
 }
 
 TEST_F(SessionTest, groom_bytes_that_nobody_asked_for_are_messages) {
@@ -226,7 +226,7 @@ TEST_F(SessionTest, drops_and_counts_poses_above_their_rate) {
   batch.poses.assign(80, {1, 1, now_ns_, false, rigid_pose({})});
   send(batch);
   send(batch);
-  EXPECT_EQ(counters_.poses_over_rate.value(), 80u);
+  EXPECT_EQ(counters_.poses_dropped_over_rate.value(), 80u);
   EXPECT_EQ(session_.state(), State::active);
 }
 
@@ -266,7 +266,7 @@ TEST_F(SessionTest, closes_a_client_that_takes_nothing) {
   EXPECT_EQ(session_.state(), State::active);
   session_.poll(now_ns_ + 11 * kSecond_ns);
   EXPECT_EQ(session_.state(), State::draining);
-  EXPECT_EQ(counters_.sessions_closed_slow.value(), 1u);
+  EXPECT_EQ(counters_.sessions_closed_by_server_slow.value(), 1u);
   EXPECT_THAT(groom_service_.released, ElementsAre(7u));
   session_.poll(now_ns_ + 14 * kSecond_ns);
   EXPECT_TRUE(connection_->closed);
@@ -319,14 +319,14 @@ TEST_F(SessionTest, closes_on_a_packet_that_is_none) {
   session_.on_packet(garbage, now_ns_);
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::malformed));
   EXPECT_THAT(goodbyes(), ElementsAre(GoodbyeReason::protocol_error));
-  EXPECT_EQ(counters_.packets_malformed.value(), 1u);
+  EXPECT_EQ(counters_.packets_refused_malformed.value(), 1u);
 }
 
 TEST_F(SessionTest, closes_on_a_broken_stream) {
   hello();
   session_.on_broken_stream(now_ns_);
   EXPECT_THAT(goodbyes(), ElementsAre(GoodbyeReason::protocol_error));
-  EXPECT_EQ(counters_.packets_oversize.value(), 1u);
+  EXPECT_EQ(counters_.packets_refused_oversize.value(), 1u);
 }
 
 TEST_F(SessionTest, gives_everything_back_once_when_it_leaves) {
@@ -427,7 +427,7 @@ TEST_F(SessionTest, passes_on_what_it_wants_to_see_and_refuses_what_is_out_of_ra
   send(observe);
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::observe_invalid, ErrorReason::observe_invalid));
   EXPECT_THAT(commands<SetObserve>(), IsEmpty());
-  EXPECT_EQ(counters_.observes_refused.value(), 2u);
+  EXPECT_EQ(counters_.requests_refused_observe.value(), 2u);
   send(wire::ReportImportance{{{4, 0.5f, false}}});
   EXPECT_EQ(commands<SetImportance>().at(0).members.size(), 1u);
   send(wire::RequestKeyframes{{4, 5}});
