@@ -19,8 +19,8 @@ class Pages final : public HttpService {
   HttpResponse handle(const HttpRequest& request) override {
     last = std::string(request.method) + " " + std::string(request.path) + " " + std::string(request.query);
     from_loopback = request.from_loopback;
-    if (request.path == "/readyz") return {503, "text/plain", "draining\n"};
-    return {200, "text/plain; version=0.0.4", "metric 1\n"};
+    if (request.path == "/readyz") return refusal(503, "draining");
+    return {.content_type = "text/plain; version=0.0.4", .body = "metric 1\n"};
   }
   std::string last;
   bool from_loopback = false;
