@@ -88,7 +88,10 @@ TEST_F(ResumeTest, goes_on_with_characters_and_grooms_over_another_connection) {
   EXPECT_EQ(context_.character_count, 1u);
   commands<CloseSession>();
   send(second, wire::SetLevel{1, LevelIndex::high});
-  EXPECT_EQ(commands<SetLevel>().at(0).character, character_key(static_cast<SessionId>(told.session), 1));
+  const std::vector<FromClient> commanded = commands<FromClient>();
+  ASSERT_EQ(commanded.size(), 1u);
+  EXPECT_EQ(commanded[0].session, told.session);
+  EXPECT_EQ(std::get<wire::SetLevel>(commanded[0].request).character, 1u);
 }
 
 TEST_F(ResumeTest, takes_over_from_a_connection_that_still_looks_alive) {

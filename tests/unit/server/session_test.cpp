@@ -14,6 +14,11 @@ using wire::ErrorReason;
 using wire::GoodbyeReason;
 using State = Session::State;
 
+template <class T>
+const T& request(const Command& command) {
+  return std::get<T>(std::get<FromClient>(command).request);
+}
+
 TEST_F(SessionTest, welcomes_a_hello_of_its_version) {
   hello();
   EXPECT_EQ(session_.state(), State::active);
@@ -73,9 +78,10 @@ TEST_F(SessionTest, passes_on_sound_materials_and_winds) {
   std::vector<Command> taken;
   commands_.take_all(taken);
   ASSERT_EQ(taken.size(), 4u);
-  EXPECT_EQ(std::get<SetMaterial>(taken[2]).character, character_key(7, 1));
-  EXPECT_EQ(std::get<SetMaterial>(taken[2]).scale, material.scale);
-  EXPECT_EQ(std::get<SetWind>(taken[3]).wind.mean_m_per_s, wind.wind.mean_m_per_s);
+  EXPECT_EQ(std::get<FromClient>(taken[2]).session, 7u);
+  EXPECT_EQ(request<wire::SetMaterial>(taken[2]).character, 1u);
+  EXPECT_EQ(request<wire::SetMaterial>(taken[2]).scale, material.scale);
+  EXPECT_EQ(request<wire::SetWind>(taken[3]).wind.mean_m_per_s, wind.wind.mean_m_per_s);
 }
 
 TEST_F(SessionTest, refuses_unsound_materials_and_winds_whole_and_goes_on) {
@@ -106,7 +112,7 @@ TEST_F(SessionTest, keeps_the_wind_to_itself_when_told_so) {
   send(wire::SetWind{});
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::not_allowed));
   EXPECT_EQ(counters_.requests_refused_wind.value(), 1u);
-  EXPECT_THAT(commands<SetWind>(), IsEmpty());
+  EXPECT_THAT(requests<wire::SetWind>(), IsEmpty());
 }
 
 TEST_F(SessionTest, passes_on_what_names_its_own_characters) {
@@ -119,10 +125,13 @@ TEST_F(SessionTest, passes_on_what_names_its_own_characters) {
   std::vector<Command> taken;
   commands_.take_all(taken);
   ASSERT_EQ(taken.size(), 5u);
-  EXPECT_EQ(std::get<AddCharacter>(taken[1]).character, character_key(7, 1));
-  EXPECT_EQ(std::get<SetLevel>(taken[2]).level, LevelIndex::low);
-  EXPECT_EQ(std::get<PutPoses>(taken[3]).poses[0].pose.captured_ns, now_ns_);
-  EXPECT_EQ(std::get<RemoveCharacter>(taken[4]).character, character_key(7, 1));
+  for (const std::size_t i : {1, 2, 4}) EXPECT_EQ(std::get<FromClient>(taken[i]).session, 7u);
+  EXPECT_EQ(request<wire::AddCharacter>(taken[1]).character, 1u);
+  EXPECT_EQ(request<wire::SetLevel>(taken[2]).level, LevelIndex::low);
+  EXPECT_EQ(std::get<PutPoses>(taken[3]).session, 7u);
+  EXPECT_EQ(std::get<PutPoses>(taken[3]).poses[0].character, 1u);
+  EXPECT_EQ(std::get<PutPoses>(taken[3]).poses[0].capture_time_ns, now_ns_);
+  EXPECT_EQ(request<wire::RemoveCharacter>(taken[4]).character, 1u);
 }
 
 TEST_F(SessionTest, names_the_reason_of_every_refused_character) {
@@ -138,7 +147,7 @@ TEST_F(SessionTest, names_the_reason_of_every_refused_character) {
   EXPECT_THAT(errors(),
               ElementsAre(ErrorReason::malformed, ErrorReason::groom_unknown, ErrorReason::character_exists,
                           ErrorReason::limit_exceeded, ErrorReason::character_unknown, ErrorReason::character_unknown));
-  EXPECT_EQ(commands<AddCharacter>().size(), 2u);
+  EXPECT_EQ(requests<wire::AddCharacter>().size(), 2u);
 }
 
 TEST_F(SessionTest, the_bound_of_all_characters_holds_over_sessions_and_is_given_back) {
@@ -192,7 +201,7 @@ TEST_F(SessionTest, maps_capture_times_to_the_servers_clock) {
   session_.on_message({now_ns_ + offset_ns, one_pose(rigid_pose({}), now_ns_ + offset_ns - 4'000'000)}, now_ns_);
   const auto puts = commands<PutPoses>();
   ASSERT_EQ(puts.size(), 1u);
-  EXPECT_EQ(puts[0].poses[0].pose.captured_ns, now_ns_ - 4'000'000);
+  EXPECT_EQ(puts[0].poses[0].capture_time_ns, now_ns_ - 4'000'000);
 }
 
 TEST_F(SessionTest, closes_a_client_above_the_message_rate) {
@@ -232,13 +241,13 @@ TEST_F(SessionTest, drops_and_counts_poses_above_their_rate) {
 
 TEST_F(SessionTest, a_full_command_queue_refuses_and_loses_nothing) {
   hello();
-  for (Command filler = SetLevel{}; commands_.try_put(filler);) filler = SetLevel{};
+  for (Command filler = DetachSession{}; commands_.try_put(filler);) filler = DetachSession{};
   send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::limit_exceeded));
   EXPECT_EQ(context_.character_count, 0u);
-  EXPECT_THAT(commands<AddCharacter>(), IsEmpty());
+  EXPECT_THAT(requests<wire::AddCharacter>(), IsEmpty());
   send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
-  EXPECT_EQ(commands<AddCharacter>().size(), 1u);
+  EXPECT_EQ(requests<wire::AddCharacter>().size(), 1u);
 }
 
 TEST_F(SessionTest, closes_without_a_hello_in_time) {
@@ -419,30 +428,30 @@ TEST_F(SessionTest, passes_on_what_it_wants_to_see_and_refuses_what_is_out_of_ra
   observe.mode = wire::ObserveMode::radius;
   observe.radius_m = 3;
   send(observe);
-  EXPECT_EQ(commands<SetObserve>().at(0).observe.radius_m, 3);
+  EXPECT_EQ(requests<wire::Observe>().at(0).radius_m, 3);
   observe.radius_m = -1;
   send(observe);
   observe.radius_m = 1;
   observe.stride = 3;
   send(observe);
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::observe_invalid, ErrorReason::observe_invalid));
-  EXPECT_THAT(commands<SetObserve>(), IsEmpty());
+  EXPECT_THAT(requests<wire::Observe>(), IsEmpty());
   EXPECT_EQ(counters_.requests_refused_observe.value(), 2u);
   send(wire::ReportImportance{{{4, 0.5f, false}}});
-  EXPECT_EQ(commands<SetImportance>().at(0).members.size(), 1u);
+  EXPECT_EQ(requests<wire::ReportImportance>().at(0).members.size(), 1u);
   send(wire::RequestKeyframes{{4, 5}});
-  EXPECT_THAT(commands<MakeKeyframes>().at(0).members, ElementsAre(4, 5));
+  EXPECT_THAT(requests<wire::RequestKeyframes>().at(0).members, ElementsAre(4, 5));
 }
 
 TEST_F(SessionTest, a_hair_state_out_of_range_leaves_the_character_at_rest) {
   hello();
   wire::HairState state{LevelIndex::low, 0.5e-3f, {1, 2, 3}, {}};
   send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low, state});
-  EXPECT_TRUE(commands<AddCharacter>().at(0).state.has_value());
+  EXPECT_TRUE(requests<wire::AddCharacter>().at(0).state.has_value());
   state.step_m = 1;
   send(wire::AddCharacter{2, groom_service_.known, LevelIndex::low, state});
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::state_invalid));
-  EXPECT_FALSE(commands<AddCharacter>().at(0).state.has_value());
+  EXPECT_FALSE(requests<wire::AddCharacter>().at(0).state.has_value());
 }
 
 TEST_F(SessionTest, characters_of_a_groom_that_the_session_may_not_have_leave) {
@@ -452,7 +461,7 @@ TEST_F(SessionTest, characters_of_a_groom_that_the_session_may_not_have_leave) {
   session_.revoke_groom(wire::GroomHash{9});
   EXPECT_EQ(context_.character_count, 2u);
   session_.revoke_groom(groom_service_.known);
-  EXPECT_EQ(commands<RemoveCharacter>().size(), 2u);
+  EXPECT_EQ(requests<wire::RemoveCharacter>().size(), 2u);
   EXPECT_EQ(context_.character_count, 0u);
   EXPECT_EQ(counters_.characters_removed.value(), 2u);
   send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
