@@ -123,7 +123,7 @@ struct Session::MessageHandler {
     }
     Refused refused;
     const RoomCensus::Count room = context.rooms.count(hello.room);
-    if (!channel::is_room_name(hello.room))
+    if (!wire::is_room_name(hello.room))
       refused = {ErrorReason::room_invalid, "a room's name is at most 64 of a-z A-Z 0-9 . _ -"};
     else if (room.sessions == 0 && context.rooms.room_count() >= limits.room_count_max)
       refused = {ErrorReason::limit_exceeded,
