@@ -3,6 +3,7 @@
 #include <array>
 #include <string>
 
+#include "server/grooms/groom_counters.hpp"
 #include "server/room/room_counters.hpp"
 #include "server/session/session_counters.hpp"
 #include "server/tick/tick_counters.hpp"
@@ -39,6 +40,9 @@ struct Metrics {
     return {&session.histograms, &tick.histograms};
   }
 };
+
+// The body of /metrics.
+std::string prometheus_text(const Metrics& metrics);
 
 // The counters that are not zero: name, `between`, value, `after`, and so on.
 std::string to_text(const Metrics& metrics, char between, char after);

@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "server/app/process_gauges.hpp"
-#include "server/app/prometheus_text.hpp"
+#include "server/telemetry/prometheus_text.hpp"
 
 namespace hairnet::server {
 
@@ -15,13 +15,12 @@ HttpResponse ServerPages::handle(const HttpRequest& request) {
   if (path == "/healthz") return {.body = "alive\n"};
   if (path == "/readyz") return ready_page();
   if (path == "/metrics") return metrics_page();
-  return {.status = 404, .body = "no such page\n"};
+  return refusal(404, "no such page");
 }
 
 HttpResponse ServerPages::ready_page() const {
   const std::string why = why_not_ready(health_());
-  if (why.empty()) return {.body = "ready\n"};
-  return {.status = 503, .body = why + "\n"};
+  return why.empty() ? HttpResponse{.body = "ready\n"} : refusal(503, why);
 }
 
 HttpResponse ServerPages::metrics_page() {

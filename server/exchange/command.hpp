@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -8,7 +10,6 @@
 #include "schema/wire/messages.hpp"
 #include "server/exchange/character_key.hpp"
 #include "server/exchange/observer_sink.hpp"
-#include "server/room/pose_inbox.hpp"
 #include "server/threading/bounded_queue.hpp"
 
 namespace hairnet::server {
@@ -27,46 +28,17 @@ struct DetachSession {  // its connection is lost; its characters stay
 struct CloseSession {  // and its characters
   SessionId session = 0;
 };
-struct AddCharacter {
-  CharacterKey character = 0;
-  wire::GroomHash groom{};
-  LevelIndex level = LevelIndex::high;  // the finest
-  std::optional<wire::HairState> state;
-};
-struct RemoveCharacter {
-  CharacterKey character = 0;
-};
-struct SetLevel {
-  CharacterKey character = 0;
-  LevelIndex level = LevelIndex::high;
-};
-struct SetMaterial {
-  CharacterKey character = 0;
-  MaterialScale scale;
-};
-struct SetWind {  // of the session's room
+// What the tick does for a client, in the client's own numbers of characters and members.
+using ClientRequest = std::variant<wire::AddCharacter, wire::RemoveCharacter, wire::SetLevel, wire::SetMaterial,
+                                   wire::SetWind, wire::Observe, wire::ReportImportance, wire::RequestKeyframes>;
+struct FromClient {
   SessionId session = 0;
-  Wind wind;
-};
-struct SetObserve {
-  SessionId session = 0;
-  wire::Observe observe;
-};
-struct SetImportance {
-  SessionId session = 0;
-  std::vector<wire::MemberImportance> members;
-};
-struct MakeKeyframes {
-  SessionId session = 0;
-  std::vector<std::uint32_t> members;  // none: all
+  ClientRequest request;
 };
 struct PutPoses {
-  struct Entry {
-    CharacterKey character = 0;
-    TimedPose pose;
-  };
+  SessionId session = 0;
   std::int64_t arrived_ns = 0;
-  std::vector<Entry> poses;
+  std::vector<wire::PoseSample> poses;  // capture times are on the server's clock
 };
 struct GroomReady {
   wire::GroomHash groom{};
@@ -77,9 +49,7 @@ struct ForgetGroom {  // the groom was evicted
   wire::GroomHash groom{};
 };
 
-using Command =
-    std::variant<OpenSession, DetachSession, CloseSession, AddCharacter, RemoveCharacter, SetLevel, SetMaterial,
-                 SetWind, SetObserve, SetImportance, MakeKeyframes, PutPoses, GroomReady, ForgetGroom>;
+using Command = std::variant<OpenSession, DetachSession, CloseSession, FromClient, PutPoses, GroomReady, ForgetGroom>;
 using CommandQueue = BoundedQueue<Command>;  // weight: one a command, a pose, a member, 64 integers of hair
 
 }  // namespace hairnet::server

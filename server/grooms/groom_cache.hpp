@@ -9,7 +9,7 @@
 
 #include "schema/wire/messages.hpp"
 #include "server/grooms/cache_folder.hpp"
-#include "server/tick/tick_counters.hpp"
+#include "server/grooms/groom_counters.hpp"
 
 namespace hairnet::server {
 

@@ -11,8 +11,8 @@
 #include "server/exchange/command.hpp"
 #include "server/exchange/groom_service.hpp"
 #include "server/grooms/groom_builder.hpp"
+#include "server/grooms/groom_counters.hpp"
 #include "server/threading/token_bucket.hpp"
-#include "server/tick/tick_counters.hpp"
 
 namespace hairnet::server {
 

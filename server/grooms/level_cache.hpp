@@ -8,7 +8,7 @@
 #include "core/levels/level.hpp"
 #include "schema/wire/messages.hpp"
 #include "server/grooms/cache_folder.hpp"
-#include "server/tick/tick_counters.hpp"
+#include "server/grooms/groom_counters.hpp"
 
 namespace hairnet::server {
 

@@ -20,58 +20,60 @@ bool is_newer(std::uint32_t a, std::uint32_t b) {
 
 }  // namespace
 
-PoseInbox::Put PoseInbox::put(const TimedPose& pose, std::int64_t now_ns) {
-  if (pose.captured_ns > now_ns + kLeadMax_ns) return Put::future;
-  if (pose.captured_ns < now_ns - kAgeMax_ns) return Put::stale;
+PoseInbox::Put PoseInbox::put(const wire::PoseSample& sample, std::int64_t now_ns) {
+  if (sample.capture_time_ns > now_ns + kLeadMax_ns) return Put::future;
+  if (sample.capture_time_ns < now_ns - kAgeMax_ns) return Put::stale;
   if (!poses_.empty()) {
-    const TimedPose& newest = poses_.back().timed;
-    if (!is_newer(pose.sequence, newest.sequence) || pose.captured_ns <= newest.captured_ns) return Put::out_of_order;
+    const wire::PoseSample& newest = poses_.back().sample;
+    if (!is_newer(sample.sequence, newest.sequence) || sample.capture_time_ns <= newest.capture_time_ns)
+      return Put::out_of_order;
   }
   if (poses_.size() == kPosesMax) {
     // The dropped pose's teleport moves to the next pose, so that it is not lost.
     Entry& next = poses_[1];
-    if (poses_[0].timed.teleport && !poses_[0].reported) next.timed.teleport = true;
+    if (poses_[0].sample.teleport && !poses_[0].teleport_reported) next.sample.teleport = true;
     poses_.erase(poses_.begin());
   }
-  poses_.push_back({pose});
+  poses_.push_back({sample});
   return Put::accepted;
 }
 
 PoseInbox::Sample PoseInbox::sample(std::int64_t time_ns) {
   if (poses_.empty()) return {};
   forget_before(time_ns - kHistory_ns);
-  const auto after =
-      std::find_if(poses_.begin(), poses_.end(), [&](const Entry& entry) { return entry.timed.captured_ns > time_ns; });
+  const auto after = std::find_if(poses_.begin(), poses_.end(),
+                                  [&](const Entry& entry) { return entry.sample.capture_time_ns > time_ns; });
   bool teleport = false;
   for (auto entry = poses_.begin(); entry != after; ++entry) {
-    teleport |= entry->timed.teleport && !entry->reported;
-    entry->reported = true;
+    teleport |= entry->sample.teleport && !entry->teleport_reported;
+    entry->teleport_reported = true;
   }
   if (after == poses_.end()) {
     Sample sample = beyond_newest(time_ns);
     sample.teleport = teleport;
     return sample;
   }
-  if (after == poses_.begin()) return {Kind::clamped, teleport, after->timed.pose};
-  const TimedPose& a = std::prev(after)->timed;
-  const TimedPose& b = after->timed;
+  if (after == poses_.begin()) return {Kind::clamped, teleport, after->sample.pose};
+  const wire::PoseSample& a = std::prev(after)->sample;
+  const wire::PoseSample& b = after->sample;
   if (b.teleport) return {Kind::clamped, teleport, a.pose};
-  return {Kind::interpolated, teleport, interpolate(a.pose, b.pose, fraction(a.captured_ns, b.captured_ns, time_ns))};
+  return {Kind::interpolated, teleport,
+          interpolate(a.pose, b.pose, fraction(a.capture_time_ns, b.capture_time_ns, time_ns))};
 }
 
 PoseInbox::Sample PoseInbox::beyond_newest(std::int64_t time_ns) const {
-  const TimedPose& newest = poses_.back().timed;
-  if (time_ns == newest.captured_ns) return {Kind::interpolated, false, newest.pose};
-  const std::int64_t to_ns = std::min(time_ns, newest.captured_ns + kExtrapolationMax_ns);
+  const wire::PoseSample& newest = poses_.back().sample;
+  if (time_ns == newest.capture_time_ns) return {Kind::interpolated, false, newest.pose};
+  const std::int64_t to_ns = std::min(time_ns, newest.capture_time_ns + kExtrapolationMax_ns);
   const Kind kind = to_ns == time_ns ? Kind::extrapolated : Kind::stale;
   bool crosses_teleport = newest.teleport;
   for (std::size_t i = poses_.size() - 1; i-- > 0 && !crosses_teleport;) {
-    const TimedPose& before = poses_[i].timed;
-    const std::int64_t span_ns = newest.captured_ns - before.captured_ns;
+    const wire::PoseSample& before = poses_[i].sample;
+    const std::int64_t span_ns = newest.capture_time_ns - before.capture_time_ns;
     if (span_ns > kSlopeMost_ns) break;
     if (span_ns >= kSlopeLeast_ns)
       return {kind, false,
-              interpolate(before.pose, newest.pose, fraction(before.captured_ns, newest.captured_ns, to_ns))};
+              interpolate(before.pose, newest.pose, fraction(before.capture_time_ns, newest.capture_time_ns, to_ns))};
     crosses_teleport = before.teleport;
   }
   return {kind, false, newest.pose};
@@ -80,7 +82,8 @@ PoseInbox::Sample PoseInbox::beyond_newest(std::int64_t time_ns) const {
 void PoseInbox::forget_before(std::int64_t time_ns) {
   // The last two poses always stay: extrapolation needs them.
   std::size_t passed = 0;
-  while (poses_.size() - passed > 2 && poses_[passed + 1].timed.captured_ns < time_ns && poses_[passed].reported)
+  while (poses_.size() - passed > 2 && poses_[passed + 1].sample.capture_time_ns < time_ns &&
+         poses_[passed].teleport_reported)
     ++passed;
   poses_.erase(poses_.begin(), poses_.begin() + static_cast<std::ptrdiff_t>(passed));
 }

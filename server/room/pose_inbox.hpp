@@ -5,15 +5,9 @@
 #include <vector>
 
 #include "core/pose/pose.hpp"
+#include "schema/wire/messages.hpp"
 
 namespace hairnet::server {
-
-struct TimedPose {
-  std::uint32_t sequence = 0;
-  std::int64_t captured_ns = 0;  // server clock
-  bool teleport = false;         // does not continue the previous pose
-  Pose pose;
-};
 
 // The last few poses of one character, which the tick samples at any time. No clock, no I/O. Tick thread.
 class PoseInbox {
@@ -25,7 +19,8 @@ class PoseInbox {
   static constexpr std::int64_t kHistory_ns = 100'000'000;  // age up to which poses are stored, for extrapolation
 
   enum class Put : std::uint8_t { accepted, stale, out_of_order, future };
-  Put put(const TimedPose& pose, std::int64_t now_ns);
+  // The capture time is on the server's clock, as `now_ns` is.
+  Put put(const wire::PoseSample& sample, std::int64_t now_ns);
 
   enum class Kind : std::uint8_t { none, interpolated, extrapolated, stale, clamped };
   struct Sample {
@@ -42,18 +37,18 @@ class PoseInbox {
 
   // Capture time of the newest pose; none without a pose.
   [[nodiscard]] std::optional<std::int64_t> newest_ns() const {
-    return poses_.empty() ? std::nullopt : std::optional(poses_.back().timed.captured_ns);
+    return poses_.empty() ? std::nullopt : std::optional(poses_.back().sample.capture_time_ns);
   }
 
  private:
   struct Entry {
-    TimedPose timed;
-    bool reported = false;  // a sample has reported its teleport
+    wire::PoseSample sample;
+    bool teleport_reported = false;  // by a Sample
   };
   Sample beyond_newest(std::int64_t time_ns) const;
   void forget_before(std::int64_t time_ns);
 
-  std::vector<Entry> poses_;  // captured_ns and sequence rise
+  std::vector<Entry> poses_;  // capture_time_ns and sequence rise
 };
 
 }  // namespace hairnet::server

@@ -129,13 +129,13 @@ Observer* Rooms::observer(SessionId session) {
 }
 
 void Rooms::put(const PutPoses& batch) {
-  for (const PutPoses::Entry& entry : batch.poses) {
-    Character* character = find(entry.character);
+  for (const wire::PoseSample& sample : batch.poses) {
+    Character* character = find(character_key(batch.session, sample.character));
     if (!character) {
       counters_->poses_rejected_unknown.add();
       continue;
     }
-    switch (character->inbox.put(entry.pose, batch.arrived_ns)) {
+    switch (character->inbox.put(sample, batch.arrived_ns)) {
       case PoseInbox::Put::accepted:
         counters_->poses_accepted.add();
         break;

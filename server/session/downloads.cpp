@@ -16,18 +16,11 @@ constexpr const char* kBeyondEnd = "beyond the groom's end";
 
 Refused Downloads::add(const wire::GroomRequest& request) {
   if (std::ranges::any_of(waiting_, [&](const Download& d) { return d.hash == request.hash; })) return {};
-  Refused refused;
   auto bytes = groom_service_->bytes(request.hash);
-  if (!bytes && !groom_service_->is_cached(request.hash))
-    refused = {ErrorReason::groom_unavailable, kNotHere};
-  else if (bytes && request.offset > bytes->size())
-    refused = {ErrorReason::groom_unavailable, kBeyondEnd};
-  else if (waiting_.size() >= limits_->downloads_per_session_max)
-    refused = {ErrorReason::limit_exceeded, "too many grooms are asked for at once"};
-  if (refused) {
-    counters_->downloads_refused.add();
-    return refused;
-  }
+  if (!bytes && !groom_service_->is_cached(request.hash)) return {ErrorReason::groom_unavailable, kNotHere};
+  if (bytes && request.offset > bytes->size()) return {ErrorReason::groom_unavailable, kBeyondEnd};
+  if (waiting_.size() >= limits_->downloads_per_session_max)
+    return {ErrorReason::limit_exceeded, "too many grooms are asked for at once"};
   waiting_.push_back({request.hash, request.offset, std::move(bytes)});
   return {};
 }
@@ -42,7 +35,7 @@ std::optional<wire::Message> Downloads::next(SessionId session) {
   }
   if (!download.bytes || download.offset > download.bytes->size()) {
     const wire::Error error{ErrorReason::groom_unavailable, 0, download.hash, download.bytes ? kBeyondEnd : kNotHere};
-    counters_->downloads_refused.add();
+    counters_->requests_refused_download.add();
     waiting_.pop_front();
     return error;
   }

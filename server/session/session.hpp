@@ -80,36 +80,11 @@ class Session final : public PacketSink {
   [[nodiscard]] const Outbox& outbox() const { return *outbox_; }
 
  private:
-  struct Handler;
+  struct MessageHandler;  // in session_messages.cpp
 
-  void on_hello(const wire::Hello& hello, std::int64_t now_ns);
-  bool try_resume(const wire::Hello& hello, std::int64_t now_ns);
-  // False when the session was refused and ends.
-  bool join(const wire::Hello& hello, std::int64_t now_ns);
-  bool check_token(const wire::Hello& hello, std::int64_t now_ns);
-  void welcome(bool resumed, std::int64_t now_ns);
-  void end(const Refused& refused, wire::GoodbyeReason reason, std::int64_t now_ns);
-  void on_groom_offer(const wire::GroomOffer& offer, std::int64_t now_ns);
-  void on_groom_chunk(wire::GroomChunk chunk, std::int64_t now_ns);
-  void on_add_character(wire::AddCharacter add, std::int64_t now_ns);
-  void on_set_level(const wire::SetLevel& set, std::int64_t now_ns);
-  void on_set_material(const wire::SetMaterial& set, std::int64_t now_ns);
-  void on_set_wind(const wire::SetWind& set, std::int64_t now_ns);
-  void on_remove_character(const wire::RemoveCharacter& remove, std::int64_t now_ns);
-  void on_pose_batch(const wire::PoseBatch& batch, std::int64_t now_ns);
-  void on_observe(wire::Observe observe, std::int64_t now_ns);
-  void on_report_importance(wire::ReportImportance report, std::int64_t now_ns);
-  void on_request_keyframes(wire::RequestKeyframes request, std::int64_t now_ns);
-  void on_groom_request(const wire::GroomRequest& request, std::int64_t now_ns);
-  void on_goodbye(const wire::Goodbye& goodbye, std::int64_t now_ns);
-  void on_unexpected(std::string_view detail, std::int64_t now_ns);
-
-  // Why a pose is not passed on; counted.
-  Refused check_pose(const wire::PoseSample& sample);
   void refuse(const Refused& refused, std::int64_t now_ns, std::uint32_t character = 0,
               const wire::GroomHash& groom = {});
-  // Queues a command for the tick; refused when the queue is full.
-  Refused put(Command command, std::size_t weight = 1);
+  void refuse_unexpected(std::string_view detail, std::int64_t now_ns);
   bool take_message(std::int64_t now_ns);   // counts against the rate; false: the session ends with over_rate
   void remove(std::uint32_t character);     // one that there is
   bool send_download(std::int64_t now_ns);  // the next piece of a groom; false when there is none

@@ -5,6 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include "server/telemetry/metric_name.hpp"
+
 namespace hairnet::server {
 
 class Counter;
@@ -25,7 +27,11 @@ class CounterSet {
 // A total that any thread may add to. Relaxed memory order.
 class Counter {
  public:
-  Counter(CounterSet& set, std::string_view name) : name_(name) { set.counters_.push_back(this); }
+  Counter(CounterSet& set, std::string_view family, std::string_view label = {}, std::string_view value = {},
+          double scale = 1)
+      : name_{family, label, value, scale} {
+    set.counters_.push_back(this);
+  }
   Counter(const Counter&) = delete;
   Counter& operator=(const Counter&) = delete;
 
@@ -34,10 +40,11 @@ class Counter {
     if (n > value()) value_.store(n, std::memory_order_relaxed);
   }
   [[nodiscard]] std::uint64_t value() const { return value_.load(std::memory_order_relaxed); }
-  [[nodiscard]] std::string_view name() const { return name_; }
+  [[nodiscard]] double scaled_value() const { return static_cast<double>(value()) * name_.scale; }
+  [[nodiscard]] const MetricName& name() const { return name_; }
 
  private:
-  std::string_view name_;
+  MetricName name_;
   std::atomic<std::uint64_t> value_{0};
 };
 

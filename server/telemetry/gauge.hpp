@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "server/telemetry/metric_name.hpp"
+
 namespace hairnet::server {
 
 class Gauge;
@@ -26,17 +28,20 @@ class GaugeSet {
 // A current value. NaN until it is first set; /metrics leaves such gauges out. Any thread; relaxed memory order.
 class Gauge {
  public:
-  Gauge(GaugeSet& set, std::string_view name) : name_(name) { set.gauges_.push_back(this); }
+  Gauge(GaugeSet& set, std::string_view family, std::string_view label = {}, std::string_view value = {})
+      : name_{family, label, value} {
+    set.gauges_.push_back(this);
+  }
   Gauge(const Gauge&) = delete;
   Gauge& operator=(const Gauge&) = delete;
 
   void set(double value) { value_.store(value, std::memory_order_relaxed); }
   [[nodiscard]] double value() const { return value_.load(std::memory_order_relaxed); }
   [[nodiscard]] bool is_set() const { return !std::isnan(value()); }
-  [[nodiscard]] std::string_view name() const { return name_; }
+  [[nodiscard]] const MetricName& name() const { return name_; }
 
  private:
-  std::string_view name_;
+  MetricName name_;
   std::atomic<double> value_{std::numeric_limits<double>::quiet_NaN()};
 };
 

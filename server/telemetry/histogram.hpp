@@ -9,6 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include "server/telemetry/metric_name.hpp"
+
 namespace hairnet::server {
 
 class Histogram;
@@ -53,7 +55,7 @@ class Histogram {
   };
 
   // `bounds` are ascending; each is the highest value of its bucket.
-  Histogram(HistogramSet& set, std::string_view name, std::initializer_list<double> bounds) : name_(name) {
+  Histogram(HistogramSet& set, std::string_view family, std::initializer_list<double> bounds) : name_{family} {
     assert(bounds.size() <= kBoundsMax);
     for (const double bound : bounds) {
       assert(bound_count_ == 0 || bound > bounds_[bound_count_ - 1]);
@@ -70,7 +72,7 @@ class Histogram {
     sum_.fetch_add(value, std::memory_order_relaxed);
   }
 
-  [[nodiscard]] std::string_view name() const { return name_; }
+  [[nodiscard]] const MetricName& name() const { return name_; }
   [[nodiscard]] std::size_t bound_count() const { return bound_count_; }
   [[nodiscard]] double bound(std::size_t i) const { return bounds_[i]; }
   // Count of bucket i alone, without the buckets below; i = bound_count() is the bucket above every bound.
@@ -90,7 +92,7 @@ class Histogram {
     sum_.fetch_add(sum, std::memory_order_relaxed);
   }
 
-  std::string_view name_;
+  MetricName name_;
   std::array<double, kBoundsMax> bounds_{};
   std::size_t bound_count_ = 0;
   std::array<std::atomic<std::uint64_t>, kBoundsMax + 1> counts_{};

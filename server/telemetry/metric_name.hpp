@@ -5,15 +5,17 @@
 
 namespace hairnet::server {
 
-// The Prometheus name of one of our counters, gauges or histograms: `poses_rejected_stale` is
-// hairnet_poses_rejected_total{reason="stale"}.
+// The name of a counter, gauge or histogram. In /metrics it is hairnet_FAMILY, or hairnet_FAMILY{LABEL="VALUE"}; a
+// counter's ends in _total.
 struct MetricName {
-  std::string family;
-  std::string label_name, label_value;  // empty: none
-  double scale = 1;                     // /metrics shows our value times this: Prometheus counts in seconds
-};
-enum class MetricKind { counter, gauge, histogram };
+  std::string_view family, label = {}, value = {};  // empty label and value: the family has no label
+  double scale = 1;                                 // shown are our value times this: Prometheus counts in seconds
 
-MetricName metric_name(std::string_view name, MetricKind kind);
+  // FAMILY or FAMILY_VALUE, for the log and for standard output.
+  [[nodiscard]] std::string flat() const {
+    std::string text(family);
+    return value.empty() ? text : text.append("_").append(value);
+  }
+};
 
 }  // namespace hairnet::server

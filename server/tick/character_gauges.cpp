@@ -1,7 +1,6 @@
 #include "server/tick/character_gauges.hpp"
 
 #include <array>
-#include <iterator>
 
 namespace hairnet::server {
 
@@ -17,15 +16,12 @@ void update_character_gauges(const Rooms& rooms, const Simulation& simulation, T
     ++at_level[static_cast<std::size_t>(lattice.level)];
     ++(character.suspended ? suspended : lattice.asleep ? asleep : stepped);
   }
-  Gauge* const levels[] = {&gauges.characters_at_high, &gauges.characters_at_medium, &gauges.characters_at_low,
-                           &gauges.characters_at_ether, &gauges.characters_at_rigid};
-  static_assert(std::size(levels) == kLevelCount);
-  for (std::size_t i = 0; i < kLevelCount; ++i) levels[i]->set(at_level[i]);
-  gauges.characters_in_state_stepped.set(stepped);
-  gauges.characters_in_state_asleep.set(asleep);
-  gauges.characters_in_state_suspended.set(suspended);
+  for (std::size_t i = 0; i < kLevelCount; ++i) gauges.characters[static_cast<LevelIndex>(i)].set(at_level[i]);
+  gauges.characters_by_state_stepped.set(stepped);
+  gauges.characters_by_state_asleep.set(asleep);
+  gauges.characters_by_state_suspended.set(suspended);
   gauges.rooms.set(static_cast<double>(rooms.room_count()));
-  gauges.characters_in_state_waiting.set(waiting);
+  gauges.characters_by_state_waiting.set(waiting);
 }
 
 }  // namespace hairnet::server

@@ -132,7 +132,7 @@ void LevelChooser::observe(Rooms& rooms, const StepCosts& costs, double tick_dur
       smooth(encode_s_[l], static_cast<double>(encode_ns[l]) * 1e-9 / static_cast<double>(encoded[l]));
     all_encode_ns += encode_ns[l];
     for (const StepCost& cost : costs.sums[l]) step_ns += cost.step_ns;
-    counters_->gauges.set_step_cost(static_cast<LevelIndex>(l), cost_.turn_s(static_cast<LevelIndex>(l), 1));
+    counters_->gauges.step_cost_seconds[static_cast<LevelIndex>(l)].set(cost_.turn_s(static_cast<LevelIndex>(l), 1));
   }
   if (sent > 0) smooth(send_s_, static_cast<double>(send_ns) * 1e-9 / static_cast<double>(sent));
   guard_.observe(tick_duration_s, static_cast<double>(step_ns + all_encode_ns + send_ns) * 1e-9, wanted_s_);

@@ -113,7 +113,7 @@ void Publisher::begin_frame(const Terms& terms, Character& character) {
   const bool sound = std::all_of(lattice.displacement.begin(), lattice.displacement.end(),
                                  [](const Vec3f& d) { return d.allFinite(); });
   if (sound) return;
-  counters_->frames_dropped.add();
+  counters_->frames_dropped_not_finite.add();
   character.changed = character.asleep = false;
 }
 

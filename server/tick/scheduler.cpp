@@ -94,10 +94,6 @@ struct Scheduler::CommandHandler {
   Scheduler& scheduler;
   std::int64_t now_ns;
 
-  ObserverSink* sink(SessionId session) const {
-    const Observer* observer = scheduler.rooms_.observer(session);
-    return observer ? observer->sink.get() : nullptr;
-  }
   void send_members(const Observer& observer) const {
     for (const Room::Slot& slot : scheduler.rooms_.room(observer.room).slots) {
       if (slot.character) send_joined(observer, *slot.character);
@@ -134,52 +130,55 @@ struct Scheduler::CommandHandler {
     for (const CharacterKey key : keys) scheduler.remove(key, now_ns);
     scheduler.rooms_.close(c.session, now_ns);
   }
-  void operator()(AddCharacter& c) const {
-    Character* character = scheduler.rooms_.add(c.character, c.groom, c.level);
+  void operator()(FromClient& c) const {
+    std::visit([&](auto& request) { handle(c.session, request); }, c.request);
+  }
+  void handle(SessionId session, wire::AddCharacter& add) const {
+    Character* character = scheduler.rooms_.add(character_key(session, add.character), add.groom, add.level);
     if (!character) return;
-    if (c.state) scheduler.store_hair_state(*character, std::move(*c.state), now_ns);
+    if (add.state) scheduler.store_hair_state(*character, std::move(*add.state), now_ns);
     Room& room = scheduler.rooms_.room(character->room);
     for (Observer* observer : room.observers) {
       observer->observe_changed = true;
       send_joined(*observer, *character);
     }
   }
-  void operator()(const RemoveCharacter& c) const {
-    scheduler.remove(c.character, now_ns);
-    if (ObserverSink* to = sink(session_of(c.character)))
-      to->push(wire::CharacterRemoved{number_of(c.character)}, now_ns);
+  void handle(SessionId session, const wire::RemoveCharacter& remove) const {
+    scheduler.remove(character_key(session, remove.character), now_ns);
+    const Observer* observer = scheduler.rooms_.observer(session);
+    if (observer && observer->sink) observer->sink->push(wire::CharacterRemoved{remove.character}, now_ns);
   }
-  void operator()(const SetLevel& c) const {
-    Character* character = scheduler.rooms_.find(c.character);
+  void handle(SessionId session, const wire::SetLevel& set) const {
+    Character* character = scheduler.rooms_.find(character_key(session, set.character));
     if (!character) return;
-    character->requested_level = c.level;
-    if (c.level == LevelIndex::rigid) scheduler.forget_hair_state(*character);
+    character->requested_level = set.level;
+    if (set.level == LevelIndex::rigid) scheduler.forget_hair_state(*character);
   }
-  void operator()(const SetMaterial& c) const {
-    Character* character = scheduler.rooms_.find(c.character);
-    if (!character || character->material == c.scale) return;
-    character->material = c.scale;
-    scheduler.materials_changed_.insert(c.character);
+  void handle(SessionId session, const wire::SetMaterial& set) const {
+    Character* character = scheduler.rooms_.find(character_key(session, set.character));
+    if (!character || character->material == set.scale) return;
+    character->material = set.scale;
+    scheduler.materials_changed_.insert(character->key);
   }
-  void operator()(const SetWind& c) const {
-    const Observer* observer = scheduler.rooms_.observer(c.session);
+  void handle(SessionId session, const wire::SetWind& set) const {
+    const Observer* observer = scheduler.rooms_.observer(session);
     if (!observer) return;
     Room& room = scheduler.rooms_.room(observer->room);
-    room.wind = c.wind;
+    room.wind = set.wind;
     room.wind_changed = true;
   }
-  void operator()(SetObserve& c) const {
-    Observer* observer = scheduler.rooms_.observer(c.session);
+  void handle(SessionId session, wire::Observe& observe) const {
+    Observer* observer = scheduler.rooms_.observer(session);
     if (!observer) return;
-    observer->observe = std::move(c.observe);
+    observer->observe = std::move(observe);
     observer->observe_changed = true;
   }
-  void operator()(const SetImportance& c) const {
-    Observer* observer = scheduler.rooms_.observer(c.session);
+  void handle(SessionId session, const wire::ReportImportance& report) const {
+    Observer* observer = scheduler.rooms_.observer(session);
     if (!observer) return;
     const Room& room = scheduler.rooms_.room(observer->room);
     observer->views.resize(room.slots.size());
-    for (const wire::MemberImportance& m : c.members) {
+    for (const wire::MemberImportance& m : report.members) {
       // A member that has left meanwhile is no fault.
       if (m.member == 0 || m.member > room.slots.size() || !room.slots[m.member - 1].character) continue;
       View& view = Scheduler::view_of(*observer, room, m.member - 1);
@@ -187,11 +186,11 @@ struct Scheduler::CommandHandler {
       view.in_view = m.in_view;
     }
   }
-  void operator()(const MakeKeyframes& c) const {
-    Observer* observer = scheduler.rooms_.observer(c.session);
+  void handle(SessionId session, const wire::RequestKeyframes& request) const {
+    Observer* observer = scheduler.rooms_.observer(session);
     if (!observer) return;
-    if (c.members.empty()) observer->forget_sent();
-    for (const std::uint32_t member : c.members) {
+    if (request.members.empty()) observer->forget_sent();
+    for (const std::uint32_t member : request.members) {
       if (member != 0 && member <= observer->views.size()) observer->views[member - 1].forget_sent();
     }
   }

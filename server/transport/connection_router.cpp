@@ -94,7 +94,7 @@ void ConnectionRouter::accept(tcp::socket socket) {
     Counter& counter = counter_of(*counters, verdict);
     counter.add();
     if (refusal_log.allow(channel::monotonic_ns()))
-      spdlog::warn("event={} peer={} count={}", counter.name(), shown(endpoint), counter.value());
+      spdlog::warn("event={} peer={} count={}", counter.name().flat(), shown(endpoint), counter.value());
     return;
   }
   auto stream = std::make_shared<ByteStream>(std::move(socket), shown(endpoint), std::move(ticket), *counters);
@@ -147,7 +147,7 @@ asio::awaitable<void> ConnectionRouter::route(std::shared_ptr<ByteStream> stream
   // TLS inside TLS is not supported: its first bytes count as a size prefix, which is out of bounds.
   stream->expires_never();
   stream->move_to(Admission::Place::session);
-  counters->connections_tcp.add();
+  counters->connections_opened_tcp.add();
   auto connection = std::make_shared<TcpConnection>(stream, options.packet_bytes_max, *counters);
   PacketSink* sink = open_session(connection, channel::monotonic_ns());
   connection->start(sink);

@@ -8,7 +8,7 @@
 #include "server/telemetry/log_text.hpp"
 #include "server/transport/beast.hpp"
 #include "server/transport/connection_router.hpp"
-#include "server/transport/http_reply.hpp"
+#include "server/transport/http_response.hpp"
 #include "server/transport/io_loop.hpp"
 #include "server/transport/origin.hpp"
 #include "server/transport/websocket_connection.hpp"
@@ -83,19 +83,19 @@ class HttpConnection {
           co_return;
         }
       }
-      if (count == 1 && !refused) counters_->connections_http.add();
+      if (count == 1 && !refused) counters_->connections_opened_http.add();
       const bool keep = !refused && request.keep_alive() && count < options_->requests_per_connection_max;
       StaticFile file;
-      const HttpReply reply = refused ? std::move(*refused) : answer(request, file);
-      const bool sent = co_await respond(reply, file, request.method() != http::verb::head, keep);
+      const HttpResponse response = refused ? std::move(*refused) : answer(request, file);
+      const bool sent = co_await respond(response, file, request.method() != http::verb::head, keep);
       if (!sent || !keep) break;
     }
     co_await stream_->close_gracefully();
   }
 
  private:
-  // Reads the request, or returns the reply that refuses it. Closes the stream when no reply can be sent.
-  asio::awaitable<std::optional<HttpReply>> read(http::request_parser<http::string_body>& parser, bool is_first) {
+  // Reads the request, or returns the response that refuses it. Closes the stream when no response can be sent.
+  asio::awaitable<std::optional<HttpResponse>> read(http::request_parser<http::string_body>& parser, bool is_first) {
     const auto [error, bytes] = co_await http::async_read_header(*stream_, buffer_, parser, kAwaitable);
     if (error == http::error::header_limit || error == http::error::buffer_overflow) {
       const std::string_view sent(static_cast<const char*>(buffer_.data().data()), buffer_.size());
@@ -124,17 +124,12 @@ class HttpConnection {
     co_return std::nullopt;
   }
 
-  HttpReply answer(const Request& request, StaticFile& file) {
+  HttpResponse answer(const Request& request, StaticFile& file) {
     const std::string_view target = view(request.target()), path = path_of(target);
     if (router_->service && is_service_path(path)) {
       const std::string_view query = path.size() < target.size() ? target.substr(path.size() + 1) : std::string_view();
-      HttpResponse made = router_->service->handle(
+      return router_->service->handle(
           {view(request.method_string()), path, query, stream_->peer(), stream_->is_from_loopback()});
-      HttpReply reply;
-      reply.status = made.status;
-      reply.content_type = std::move(made.content_type);
-      reply.body = std::move(made.body);
-      return reply;
     }
     if (!router_->files) return refusal(404, "there is no such page");
     switch (router_->files->find(path, file)) {
@@ -143,34 +138,34 @@ class HttpConnection {
       case StaticFind::not_found:
         return refusal(404, "there is no such page");
       case StaticFind::is_folder: {
-        HttpReply reply = refusal(301, "it is a folder");
-        reply.location = std::string(path) + "/";
-        return reply;
+        HttpResponse response = refusal(301, "it is a folder");
+        response.location = std::string(path) + "/";
+        return response;
       }
       case StaticFind::found:
         break;
     }
-    HttpReply reply;
-    reply.content_type = file.content_type;
-    reply.cache_control = file.cache_control;
-    reply.etag = file.etag;
-    reply.file_bytes = file.bytes;
-    if (names_tag(view(request[http::field::if_none_match]), file.etag)) reply.status = 304;
-    return reply;
+    HttpResponse response;
+    response.content_type = file.content_type;
+    response.cache_control = file.cache_control;
+    response.etag = file.etag;
+    response.file_bytes = file.bytes;
+    if (names_tag(view(request[http::field::if_none_match]), file.etag)) response.status = 304;
+    return response;
   }
 
   // False: the peer has left or is too slow.
-  asio::awaitable<bool> respond(const HttpReply& reply, const StaticFile& file, bool with_body, bool keep_alive) {
-    const int kind = reply.status / 100;
+  asio::awaitable<bool> respond(const HttpResponse& response, const StaticFile& file, bool with_body, bool keep_alive) {
+    const int kind = response.status / 100;
     (kind == 2   ? counters_->http_responses_2xx
      : kind == 3 ? counters_->http_responses_3xx
      : kind == 4 ? counters_->http_responses_4xx
                  : counters_->http_responses_5xx)
         .add();
-    std::string piece = header_of(reply, keep_alive, static_cast<std::int64_t>(std::time(nullptr)));
-    const bool body_follows = with_body && reply.status != 304;
-    if (body_follows) piece += reply.body;
-    std::uint64_t left = body_follows && reply.body.empty() ? reply.file_bytes : 0;
+    std::string piece = header_of(response, keep_alive, static_cast<std::int64_t>(std::time(nullptr)));
+    const bool body_follows = with_body && response.status != 304;
+    if (body_follows) piece += response.body;
+    std::uint64_t left = body_follows && response.body.empty() ? response.file_bytes : 0;
     for (std::uint64_t offset = 0;;) {
       if (left > 0) {  // the first piece leaves with the header
         const std::size_t before = piece.size();
@@ -185,7 +180,7 @@ class HttpConnection {
       stream_->expires_after(options_->response_timeout);
       const auto [error, bytes] = co_await asio::async_write(*stream_, asio::buffer(piece), kAwaitable);
       counters_->bytes_written.add(bytes);
-      counters_->bytes_written_http.add(bytes);
+      counters_->sent_bytes_http.add(bytes);
       if (error) {
         stream_->close();
         co_return false;
@@ -195,11 +190,11 @@ class HttpConnection {
     }
   }
 
-  std::optional<HttpReply> refuse_upgrade(const Request& request) {
+  std::optional<HttpResponse> refuse_upgrade(const Request& request) {
     if (!websocket::is_upgrade(request)) {
-      HttpReply reply = refusal(426, "here is a WebSocket");
-      reply.upgrade = "websocket";
-      return reply;
+      HttpResponse response = refusal(426, "here is a WebSocket");
+      response.upgrade = "websocket";
+      return response;
     }
     const std::string_view origin = view(request[http::field::origin]), host = view(request[http::field::host]);
     if (request.count(http::field::origin) > 1 || !origin_allowed(origin, host, options_->origins)) {
@@ -233,7 +228,7 @@ class HttpConnection {
       stream_->close();
       co_return;
     }
-    counters_->connections_websocket.add();
+    counters_->connections_opened_websocket.add();
     PacketSink* sink = router_->open_session(connection, channel::monotonic_ns());
     connection->start(sink);
   }

@@ -1,7 +1,8 @@
 #pragma once
 
-#include <string>
 #include <string_view>
+
+#include "server/transport/http_response.hpp"
 
 namespace hairnet::server {
 
@@ -12,12 +13,6 @@ struct HttpRequest {
   std::string_view query;   // behind '?', not decoded
   std::string_view peer;    // address:port
   bool from_loopback = false;
-};
-
-struct HttpResponse {
-  int status = 200;
-  std::string content_type = "text/plain; charset=utf-8";
-  std::string body;
 };
 
 // The app's answers to /healthz, /readyz and /metrics. I/O thread; must not block or throw.

@@ -40,11 +40,11 @@ asio::awaitable<void> TcpConnection::read() {
       co_return;
     }
     counters_->bytes_read.add(count);
-    counters_->bytes_read_tcp.add(count);
+    counters_->received_bytes_tcp.add(count);
     if (!sink_) continue;  // closing: drop what still arrives; unread bytes would reset the connection
     const std::int64_t now_ns = channel::monotonic_ns();
     const bool sound = splitter_.feed({buffer.get(), count}, [&](std::span<const std::uint8_t> packet) {
-      counters_->packets_read_tcp.add();
+      counters_->received_packets_tcp.add();
       if (sink_) sink_->on_packet(packet, now_ns);
     });
     if (!sound && sink_) sink_->on_broken_stream(now_ns);
@@ -94,8 +94,8 @@ asio::awaitable<boost::system::error_code> TcpConnection::write_out() {
 
 void TcpConnection::count_written(std::size_t bytes, std::size_t packet_count) {
   counters_->bytes_written.add(bytes);
-  counters_->bytes_written_tcp.add(bytes);
-  counters_->packets_written_tcp.add(packet_count);
+  counters_->sent_bytes_tcp.add(bytes);
+  counters_->sent_packets_tcp.add(packet_count);
 }
 
 void TcpConnection::send(std::vector<std::uint8_t> packet) {

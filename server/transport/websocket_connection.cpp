@@ -55,7 +55,7 @@ asio::awaitable<void> WebSocketConnection::read() {
       break;
     }
     counters_->bytes_read.add(count);
-    counters_->bytes_read_websocket.add(count);
+    counters_->received_bytes_websocket.add(count);
     if (!sink_) {  // closing: read and drop everything until the peer's own end
       message_.consume(message_.size());
     } else if (!socket_.got_binary()) {
@@ -75,7 +75,7 @@ asio::awaitable<void> WebSocketConnection::read() {
 }
 
 void WebSocketConnection::deliver() {
-  counters_->packets_read_websocket.add();
+  counters_->received_packets_websocket.add();
   const auto bytes = message_.cdata();
   sink_->on_packet({static_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, channel::monotonic_ns());
   message_.consume(message_.size());
@@ -109,12 +109,12 @@ asio::awaitable<boost::system::error_code> WebSocketConnection::write_out() {
     stream_->cork(together && i + 1 < count);
     const auto [error, bytes] = co_await socket_.async_write(asio::buffer(sending_.packets[i]), kAwaitable);
     counters_->bytes_written.add(bytes);
-    counters_->bytes_written_websocket.add(bytes);
+    counters_->sent_bytes_websocket.add(bytes);
     if (error) {
       stream_->cork(false);
       co_return error;
     }
-    counters_->packets_written_websocket.add();
+    counters_->sent_packets_websocket.add();
   }
   co_return boost::system::error_code();
 }

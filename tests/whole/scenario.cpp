@@ -404,7 +404,7 @@ void Scenario::check_counts(int life) {
   const server::SessionCounters& s = m.session;
   const server::RoomCounters& r = m.room;
   const std::uint64_t judged =
-      s.poses_over_rate.value() + s.poses_dropped_busy.value() + s.poses_rejected_character.value() +
+      s.poses_dropped_over_rate.value() + s.poses_dropped_busy.value() + s.poses_rejected_character.value() +
       s.poses_rejected_time.value() + s.poses_rejected_not_finite.value() + s.poses_rejected_not_unit.value() +
       s.poses_rejected_too_far.value() + r.poses_accepted.value() + r.poses_rejected_stale.value() +
       r.poses_rejected_out_of_order.value() + r.poses_rejected_future.value() + r.poses_rejected_unknown.value();
@@ -413,15 +413,16 @@ void Scenario::check_counts(int life) {
                                  std::to_string(judged));
   if (s.frames_sent.value() + s.frames_superseded.value() > m.tick.frames_published.value())
     journal_.fault("server", "sent more frames than it published");
-  if (m.tick.frames_dropped.value() > 0) journal_.fault("server", "dropped frames that are not finite");
+  if (m.tick.frames_dropped_not_finite.value() > 0) journal_.fault("server", "dropped frames that are not finite");
 }
 
 void Scenario::count_life(int life) {
   const server::Metrics& metrics = host_->metrics(life);
   for (const server::CounterSet* set : metrics.counter_sets()) {
     for (const server::Counter* counter : set->counters()) {
-      if (counter->value() > 0 && counter->name() != "tick_ns_total" && counter->name() != "tick_ns_max")
-        journal_.count("server: " + std::string(counter->name()), counter->value());
+      if (counter->value() > 0)
+        journal_.count("server: " + counter->name().flat() + (counter->name().scale == 1 ? "" : ", in ns"),
+                       counter->value());
     }
   }
 }

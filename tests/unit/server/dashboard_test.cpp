@@ -10,8 +10,6 @@
 #include <vector>
 
 #include "server/app/metrics.hpp"
-#include "server/app/prometheus_text.hpp"
-#include "server/telemetry/metric_name.hpp"
 #include "tests/unit/server/exposition.hpp"
 
 namespace hairnet::server {
@@ -42,8 +40,9 @@ std::set<std::string> all_series() {
   }
   for (const GaugeSet* set : metrics.gauge_sets()) {
     for (const Gauge* gauge : set->gauges()) {
-      const MetricName name = metric_name(gauge->name(), MetricKind::gauge);
-      all.insert({name.family, series(name.family, name.label_name, name.label_value)});
+      const MetricName& name = gauge->name();
+      const std::string family = "hairnet_" + std::string(name.family);
+      all.insert({family, series(family, std::string(name.label), std::string(name.value))});
     }
   }
   return all;

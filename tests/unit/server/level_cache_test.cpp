@@ -97,7 +97,7 @@ TEST_F(LevelCacheTest, counts_what_it_cannot_use_by_reason_and_puts_good_levels_
       {wire::encode_levels(hash(7), levels()), &counters_.level_cache_rejected_groom},
       {unsound, &counters_.level_cache_rejected_unsound}};
   for (const auto& [bytes, counter] : cases) {
-    SCOPED_TRACE(counter->name());
+    SCOPED_TRACE(counter->name().flat());
     write(path(hash(1)), bytes);
     const std::uint64_t before = counter->value();
     EXPECT_FALSE(cache.find(hash(1)));

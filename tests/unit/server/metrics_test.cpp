@@ -5,12 +5,11 @@
 
 #include <cmath>
 #include <limits>
+#include <set>
 #include <thread>
 
 #include "server/app/process_gauges.hpp"
-#include "server/app/prometheus_text.hpp"
 #include "server/telemetry/log_text.hpp"
-#include "server/telemetry/metric_name.hpp"
 #include "tests/unit/server/exposition.hpp"
 
 namespace hairnet::server {
@@ -35,12 +34,12 @@ TEST(Metrics, a_fresh_server_shows_every_counter_at_zero_and_no_unset_gauge) {
 TEST(Metrics, every_counter_gauge_and_histogram_is_a_series_of_its_own) {
   Metrics metrics;
   metrics.session.gauges.clients.set(3);
-  metrics.tick.gauges.characters_at_low.set(7);
-  metrics.tick.gauges.characters_in_state_asleep.set(2.5);
-  metrics.tick.gauges.step_cost_seconds_at_high.set(1e-5);
+  metrics.tick.gauges.characters[LevelIndex::low].set(7);
+  metrics.tick.gauges.characters_by_state_asleep.set(2.5);
+  metrics.tick.gauges.step_cost_seconds[LevelIndex::high].set(1e-5);
   metrics.room.poses_rejected_out_of_order.add(5);
   metrics.session.poses_rejected_not_unit.add(6);
-  metrics.session.sessions_closed_idle.add(2);
+  metrics.session.sessions_closed_by_server_idle.add(2);
   metrics.session.sessions_closed.add(9);
   metrics.level_cache.level_cache_rejected_damaged.add(4);
   metrics.tick.step_ns_total.add(2'500'000'000);
@@ -112,15 +111,32 @@ TEST(Metrics, tallies_of_several_threads_add_up) {
 }
 
 TEST(Metrics, names_contain_thing_refusal_and_reason) {
-  const auto made = [](const char* name) { return metric_name(name, MetricKind::counter); };
-  EXPECT_EQ(made("grooms_refused_queue_full").family, "hairnet_grooms_refused_total");
-  EXPECT_EQ(made("grooms_refused_queue_full").label_name, "reason");
-  EXPECT_EQ(made("grooms_refused_queue_full").label_value, "queue_full");
-  EXPECT_EQ(made("frames_sent").family, "hairnet_frames_sent_total");
-  EXPECT_EQ(made("frames_sent").label_name, "");
-  EXPECT_EQ(made("bytes_written_websocket").family, "hairnet_sent_bytes_total");
-  EXPECT_EQ(made("bytes_written_websocket").label_value, "websocket");
-  EXPECT_EQ(metric_name("tick_seconds", MetricKind::histogram).family, "hairnet_tick_seconds");
+  Metrics metrics;
+  metrics.groom.grooms_refused_queue_full.add(2);
+  metrics.session.frames_sent.add(3);
+  metrics.transport.sent_bytes_websocket.add(4);
+  metrics.tick.encode_ns_total.add(2'500'000'000);
+  metrics.tick.tick_ns_max.raise_to(250'000'000);
+  const Exposition exposition = exposition_of(metrics);
+  EXPECT_EQ(exposition.value("hairnet_grooms_refused_total", "reason", "queue_full"), 2);
+  EXPECT_EQ(exposition.value("hairnet_frames_sent_total"), 3);
+  EXPECT_EQ(exposition.value("hairnet_sent_bytes_total", "transport", "websocket"), 4);
+  EXPECT_TRUE(exposition.families.contains("hairnet_tick_seconds"));
+  EXPECT_FALSE(exposition.families.contains("hairnet_tick_seconds_max_total")) << "only the log has it";
+  EXPECT_EQ(to_text(metrics, '=', ' '),
+            "sent_bytes_websocket=4 frames_sent=3 duty_seconds_encode=2.5 grooms_refused_queue_full=2 "
+            "tick_seconds_max=0.25 ");
+}
+
+TEST(Metrics, names_in_the_log_are_as_many_as_counters) {
+  const Metrics metrics;
+  std::size_t count = 0;
+  std::set<std::string> names;
+  for (const CounterSet* set : metrics.counter_sets()) {
+    count += set->counters().size();
+    for (const Counter* counter : set->counters()) names.insert(counter->name().flat());
+  }
+  EXPECT_EQ(names.size(), count);
 }
 
 TEST(LogText, text_from_outside_stays_in_its_quotes_and_on_its_line) {

@@ -17,13 +17,13 @@ Pose at_x(double x) {
   return rigid_pose({Quat::Identity(), {x, 0, 0}});
 }
 
-TimedPose timed(std::uint32_t sequence, std::int64_t at_ms, double x, bool teleport = false) {
-  return {sequence, kStart_ns + at_ms * kMs, teleport, at_x(x)};
+wire::PoseSample timed(std::uint32_t sequence, std::int64_t at_ms, double x, bool teleport = false) {
+  return {1, sequence, kStart_ns + at_ms * kMs, teleport, at_x(x)};
 }
 
 class PoseInboxTest : public testing::Test {
  protected:
-  Put put(const TimedPose& pose) { return inbox_.put(pose, pose.captured_ns); }
+  Put put(const wire::PoseSample& pose) { return inbox_.put(pose, pose.capture_time_ns); }
   PoseInbox::Sample sample(std::int64_t at_ms) { return inbox_.sample(kStart_ns + at_ms * kMs); }
   double x(std::int64_t at_ms) { return sample(at_ms).pose.head().position.x(); }
 
@@ -59,8 +59,8 @@ TEST_F(PoseInboxTest, turns_at_constant_rate_between_two_rotations) {
   const auto turned = [](double angle) {
     return rigid_pose({Quat(Eigen::AngleAxisd(angle, Vec3::UnitY())), Vec3::Zero()});
   };
-  inbox_.put({1, kStart_ns, false, turned(0)}, kStart_ns);
-  inbox_.put({2, kStart_ns + 20 * kMs, false, turned(0.4)}, kStart_ns + 20 * kMs);
+  inbox_.put({1, 1, kStart_ns, false, turned(0)}, kStart_ns);
+  inbox_.put({1, 2, kStart_ns + 20 * kMs, false, turned(0.4)}, kStart_ns + 20 * kMs);
   EXPECT_NEAR(sample(5).pose.head().rotation.angularDistance(Quat::Identity()), 0.1, 1e-9);
   EXPECT_NEAR(sample(15).pose.head().rotation.angularDistance(Quat::Identity()), 0.3, 1e-9);
 }
@@ -77,7 +77,7 @@ TEST_F(PoseInboxTest, irregular_arrivals_sampled_at_the_tick_rate_give_a_smooth_
   constexpr double kTick_s = 1.0 / 30;
   while (captured_ns < 5'000 * kMs) {
     captured_ns += interval_us(random) * 1000;
-    inbox_.put({++sequence, kStart_ns + captured_ns, false, at_x(truth(static_cast<double>(captured_ns) * 1e-9))},
+    inbox_.put({1, ++sequence, kStart_ns + captured_ns, false, at_x(truth(static_cast<double>(captured_ns) * 1e-9))},
                kStart_ns + captured_ns);
     for (; tick_ns <= captured_ns - 25 * kMs; tick_ns += 33'333'333) {
       const double now_x = inbox_.sample(kStart_ns + tick_ns).pose.head().position.x();

@@ -112,15 +112,15 @@ TEST_F(ServerPollTest, gauges_and_histograms_show_the_current_load) {
   add(client);
   client.send(wire::AddCharacter{2, hash_, LevelIndex::high}, now_ns_);  // never has a pose
   run_ms(1500, {&client});
-  const TickGauges& tick = metrics_.tick.gauges;
+  TickGauges& tick = metrics_.tick.gauges;
   EXPECT_EQ(metrics_.session.gauges.clients.value(), 1);
   EXPECT_EQ(metrics_.groom.gauges.grooms.value(), 1);
   EXPECT_GT(metrics_.groom.gauges.groom_level_bytes.value(), 0);
   EXPECT_EQ(metrics_.groom.gauges.groom_upload_bytes.value(), 0);
-  EXPECT_EQ(tick.characters_at_low.value(), 1);
-  EXPECT_EQ(tick.characters_at_high.value(), 0);
-  EXPECT_EQ(tick.characters_in_state_stepped.value(), 1);
-  EXPECT_EQ(tick.characters_in_state_waiting.value(), 1);
+  EXPECT_EQ(tick.characters[LevelIndex::low].value(), 1);
+  EXPECT_EQ(tick.characters[LevelIndex::high].value(), 0);
+  EXPECT_EQ(tick.characters_by_state_stepped.value(), 1);
+  EXPECT_EQ(tick.characters_by_state_waiting.value(), 1);
   EXPECT_NEAR(tick.tick_period_seconds.value(), 1.0 / 30, 1e-12);
   // A pose every 15 ms that arrives at once is at most 15 ms old at a tick; the 40 ticks or so after the first are
   // counted.

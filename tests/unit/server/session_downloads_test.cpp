@@ -52,7 +52,7 @@ TEST_F(SessionTest, a_groom_that_could_not_be_read_from_disk_is_unavailable) {
   session_.on_groom_read(groom_service_.kept, nullptr, now_ns_);
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::groom_unavailable));
   EXPECT_EQ(connection_->all<wire::Error>()[0].groom, groom_service_.kept);
-  EXPECT_EQ(counters_.downloads_refused.value(), 1u);
+  EXPECT_EQ(counters_.requests_refused_download.value(), 1u);
   EXPECT_EQ(connection_->all<wire::GroomData>().back().offset + connection_->all<wire::GroomData>().back().bytes.size(),
             groom_service_.file->size());
   send(wire::GroomRequest{groom_service_.kept, 501});

@@ -64,6 +64,15 @@ class SessionTest : public testing::Test {
     for (const auto& goodbye : connection_->all<wire::Goodbye>()) reasons.push_back(goodbye.reason);
     return reasons;
   }
+  // All that a client asked for with such a message.
+  template <class T>
+  std::vector<T> requests() {
+    std::vector<T> found;
+    for (FromClient& command : commands<FromClient>()) {
+      if (T* request = std::get_if<T>(&command.request)) found.push_back(std::move(*request));
+    }
+    return found;
+  }
   template <class T>
   std::vector<T> commands() {
     std::vector<Command> taken;

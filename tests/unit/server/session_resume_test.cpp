@@ -26,7 +26,7 @@ TEST_F(SessionTest, outlives_its_connection_for_the_grace_and_then_gives_everyth
   EXPECT_EQ(session_.state(), State::closed);
   EXPECT_EQ(commands<CloseSession>().size(), 1u);
   EXPECT_EQ(context_.character_count, 0u);
-  EXPECT_EQ(counters_.sessions_closed_grace_over.value(), 1u);
+  EXPECT_EQ(counters_.sessions_closed_by_server_grace_over.value(), 1u);
 }
 
 TEST_F(SessionTest, before_its_hello_or_without_a_grace_ends_with_its_connection) {
@@ -75,7 +75,7 @@ TEST_F(ResumeTest, continues_with_characters_and_grooms_over_another_connection)
   Client second = connect(told.session, told.secret, "ignored");
   const wire::Welcome again = second.welcome();
   EXPECT_TRUE(again.resumed);
-  EXPECT_EQ(counters_.sessions_closed_taken_over.value(), 0u) << "nobody was sent away";
+  EXPECT_EQ(counters_.sessions_closed_by_server_taken_over.value(), 0u) << "nobody was sent away";
   EXPECT_EQ(counters_.characters_removed.value(), 0u);
   EXPECT_EQ(again.session, told.session);
   EXPECT_EQ(again.room, "hall");
@@ -88,7 +88,10 @@ TEST_F(ResumeTest, continues_with_characters_and_grooms_over_another_connection)
   EXPECT_EQ(context_.character_count, 1u);
   commands<CloseSession>();
   send(second, wire::SetLevel{1, LevelIndex::high});
-  EXPECT_EQ(commands<SetLevel>().at(0).character, character_key(static_cast<SessionId>(told.session), 1));
+  const std::vector<FromClient> commanded = commands<FromClient>();
+  ASSERT_EQ(commanded.size(), 1u);
+  EXPECT_EQ(commanded[0].session, told.session);
+  EXPECT_EQ(std::get<wire::SetLevel>(commanded[0].request).character, 1u);
 }
 
 TEST_F(ResumeTest, takes_over_from_a_connection_that_still_looks_alive) {
@@ -102,7 +105,7 @@ TEST_F(ResumeTest, takes_over_from_a_connection_that_still_looks_alive) {
   EXPECT_EQ(commands<CloseSession>().size(), 0u);
   registry_.poll(now_ns_);
   EXPECT_EQ(registry_.count(), 1u);
-  EXPECT_EQ(counters_.sessions_closed_taken_over.value(), 1u);
+  EXPECT_EQ(counters_.sessions_closed_by_server_taken_over.value(), 1u);
 }
 
 TEST_F(ResumeTest, with_a_wrong_secret_is_a_new_session_and_leaves_the_other_alone) {

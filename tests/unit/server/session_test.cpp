@@ -14,6 +14,11 @@ using wire::ErrorReason;
 using wire::GoodbyeReason;
 using State = Session::State;
 
+template <class T>
+const T& request(const Command& command) {
+  return std::get<T>(std::get<FromClient>(command).request);
+}
+
 TEST_F(SessionTest, welcomes_a_hello_of_its_version) {
   hello();
   EXPECT_EQ(session_.state(), State::active);
@@ -39,7 +44,7 @@ TEST_F(SessionTest, closes_when_anything_comes_before_hello) {
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::unexpected_message));
   EXPECT_THAT(goodbyes(), ElementsAre(GoodbyeReason::protocol_error));
   EXPECT_TRUE(connection_->closed);
-  EXPECT_EQ(counters_.messages_unexpected.value(), 1u);
+  EXPECT_EQ(counters_.messages_refused_unexpected.value(), 1u);
 }
 
 TEST_F(SessionTest, refuses_a_second_hello_and_continues) {
@@ -56,7 +61,7 @@ TEST_F(SessionTest, refuses_messages_that_only_servers_send) {
   send(wire::FrameBatch{});
   send(wire::LevelRecord{});
   EXPECT_THAT(errors(), testing::Each(ErrorReason::unexpected_message));
-  EXPECT_EQ(counters_.messages_unexpected.value(), 3u);
+  EXPECT_EQ(counters_.messages_refused_unexpected.value(), 3u);
   EXPECT_EQ(session_.state(), State::active);
 }
 
@@ -73,9 +78,10 @@ TEST_F(SessionTest, passes_on_valid_materials_and_winds) {
   std::vector<Command> taken;
   commands_.take_all(taken);
   ASSERT_EQ(taken.size(), 4u);
-  EXPECT_EQ(std::get<SetMaterial>(taken[2]).character, character_key(7, 1));
-  EXPECT_EQ(std::get<SetMaterial>(taken[2]).scale, material.scale);
-  EXPECT_EQ(std::get<SetWind>(taken[3]).wind.mean_m_per_s, wind.wind.mean_m_per_s);
+  EXPECT_EQ(std::get<FromClient>(taken[2]).session, 7u);
+  EXPECT_EQ(request<wire::SetMaterial>(taken[2]).character, 1u);
+  EXPECT_EQ(request<wire::SetMaterial>(taken[2]).scale, material.scale);
+  EXPECT_EQ(request<wire::SetWind>(taken[3]).wind.mean_m_per_s, wind.wind.mean_m_per_s);
 }
 
 TEST_F(SessionTest, refuses_invalid_materials_and_winds_completely_and_continues) {
@@ -92,8 +98,8 @@ TEST_F(SessionTest, refuses_invalid_materials_and_winds_completely_and_continues
               ElementsAre(ErrorReason::character_unknown, ErrorReason::material_invalid, ErrorReason::wind_invalid));
   EXPECT_THAT(connection_->all<wire::Error>()[1].detail, testing::HasSubstr("density"));
   EXPECT_THAT(connection_->all<wire::Error>()[2].detail, testing::HasSubstr("turbulence scale"));
-  EXPECT_EQ(counters_.materials_refused.value(), 2u);
-  EXPECT_EQ(counters_.winds_refused.value(), 1u);
+  EXPECT_EQ(counters_.requests_refused_material.value(), 2u);
+  EXPECT_EQ(counters_.requests_refused_wind.value(), 1u);
   EXPECT_EQ(session_.state(), State::active);
   std::vector<Command> taken;
   commands_.take_all(taken);
@@ -105,8 +111,8 @@ TEST_F(SessionTest, refuses_winds_of_clients_when_so_configured) {
   hello();
   send(wire::SetWind{});
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::not_allowed));
-  EXPECT_EQ(counters_.winds_refused.value(), 1u);
-  EXPECT_THAT(commands<SetWind>(), IsEmpty());
+  EXPECT_EQ(counters_.requests_refused_wind.value(), 1u);
+  EXPECT_THAT(requests<wire::SetWind>(), IsEmpty());
 }
 
 TEST_F(SessionTest, passes_on_what_names_its_own_characters) {
@@ -119,10 +125,13 @@ TEST_F(SessionTest, passes_on_what_names_its_own_characters) {
   std::vector<Command> taken;
   commands_.take_all(taken);
   ASSERT_EQ(taken.size(), 5u);
-  EXPECT_EQ(std::get<AddCharacter>(taken[1]).character, character_key(7, 1));
-  EXPECT_EQ(std::get<SetLevel>(taken[2]).level, LevelIndex::low);
-  EXPECT_EQ(std::get<PutPoses>(taken[3]).poses[0].pose.captured_ns, now_ns_);
-  EXPECT_EQ(std::get<RemoveCharacter>(taken[4]).character, character_key(7, 1));
+  for (const std::size_t i : {1, 2, 4}) EXPECT_EQ(std::get<FromClient>(taken[i]).session, 7u);
+  EXPECT_EQ(request<wire::AddCharacter>(taken[1]).character, 1u);
+  EXPECT_EQ(request<wire::SetLevel>(taken[2]).level, LevelIndex::low);
+  EXPECT_EQ(std::get<PutPoses>(taken[3]).session, 7u);
+  EXPECT_EQ(std::get<PutPoses>(taken[3]).poses[0].character, 1u);
+  EXPECT_EQ(std::get<PutPoses>(taken[3]).poses[0].capture_time_ns, now_ns_);
+  EXPECT_EQ(request<wire::RemoveCharacter>(taken[4]).character, 1u);
 }
 
 TEST_F(SessionTest, names_the_reason_of_every_refused_character) {
@@ -138,7 +147,7 @@ TEST_F(SessionTest, names_the_reason_of_every_refused_character) {
   EXPECT_THAT(errors(),
               ElementsAre(ErrorReason::malformed, ErrorReason::groom_unknown, ErrorReason::character_exists,
                           ErrorReason::limit_exceeded, ErrorReason::character_unknown, ErrorReason::character_unknown));
-  EXPECT_EQ(commands<AddCharacter>().size(), 2u);
+  EXPECT_EQ(requests<wire::AddCharacter>().size(), 2u);
 }
 
 TEST_F(SessionTest, the_limit_of_all_characters_covers_sessions_and_is_released) {
@@ -192,7 +201,7 @@ TEST_F(SessionTest, maps_capture_times_to_the_servers_clock) {
   session_.on_message({now_ns_ + offset_ns, one_pose(rigid_pose({}), now_ns_ + offset_ns - 4'000'000)}, now_ns_);
   const auto puts = commands<PutPoses>();
   ASSERT_EQ(puts.size(), 1u);
-  EXPECT_EQ(puts[0].poses[0].pose.captured_ns, now_ns_ - 4'000'000);
+  EXPECT_EQ(puts[0].poses[0].capture_time_ns, now_ns_ - 4'000'000);
 }
 
 TEST_F(SessionTest, closes_a_client_above_the_message_rate) {
@@ -200,7 +209,7 @@ TEST_F(SessionTest, closes_a_client_above_the_message_rate) {
   for (int i = 0; i < 100; ++i) send(wire::SetLevel{1, LevelIndex::low});
   EXPECT_THAT(goodbyes(), ElementsAre(GoodbyeReason::over_rate));
   EXPECT_TRUE(connection_->closed);
-  EXPECT_EQ(counters_.messages_over_rate.value(), 1u);
+  EXPECT_EQ(counters_.messages_refused_over_rate.value(), 1u);
 }
 
 TEST_F(SessionTest, groom_bytes_that_were_not_requested_count_as_messages) {
@@ -226,19 +235,19 @@ TEST_F(SessionTest, drops_and_counts_poses_above_their_rate) {
   batch.poses.assign(80, {1, 1, now_ns_, false, rigid_pose({})});
   send(batch);
   send(batch);
-  EXPECT_EQ(counters_.poses_over_rate.value(), 80u);
+  EXPECT_EQ(counters_.poses_dropped_over_rate.value(), 80u);
   EXPECT_EQ(session_.state(), State::active);
 }
 
 TEST_F(SessionTest, a_full_command_queue_refuses_and_loses_nothing) {
   hello();
-  for (Command filler = SetLevel{}; commands_.try_put(filler);) filler = SetLevel{};
+  for (Command filler = DetachSession{}; commands_.try_put(filler);) filler = DetachSession{};
   send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::limit_exceeded));
   EXPECT_EQ(context_.character_count, 0u);
-  EXPECT_THAT(commands<AddCharacter>(), IsEmpty());
+  EXPECT_THAT(requests<wire::AddCharacter>(), IsEmpty());
   send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
-  EXPECT_EQ(commands<AddCharacter>().size(), 1u);
+  EXPECT_EQ(requests<wire::AddCharacter>().size(), 1u);
 }
 
 TEST_F(SessionTest, closes_without_a_hello_in_time) {
@@ -266,7 +275,7 @@ TEST_F(SessionTest, closes_a_client_that_takes_nothing) {
   EXPECT_EQ(session_.state(), State::active);
   session_.poll(now_ns_ + 11 * kSecond_ns);
   EXPECT_EQ(session_.state(), State::draining);
-  EXPECT_EQ(counters_.sessions_closed_slow.value(), 1u);
+  EXPECT_EQ(counters_.sessions_closed_by_server_slow.value(), 1u);
   EXPECT_THAT(groom_service_.released, ElementsAre(7u));
   session_.poll(now_ns_ + 14 * kSecond_ns);
   EXPECT_TRUE(connection_->closed);
@@ -319,14 +328,14 @@ TEST_F(SessionTest, closes_on_a_malformed_packet) {
   session_.on_packet(garbage, now_ns_);
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::malformed));
   EXPECT_THAT(goodbyes(), ElementsAre(GoodbyeReason::protocol_error));
-  EXPECT_EQ(counters_.packets_malformed.value(), 1u);
+  EXPECT_EQ(counters_.packets_refused_malformed.value(), 1u);
 }
 
 TEST_F(SessionTest, closes_on_a_broken_stream) {
   hello();
   session_.on_broken_stream(now_ns_);
   EXPECT_THAT(goodbyes(), ElementsAre(GoodbyeReason::protocol_error));
-  EXPECT_EQ(counters_.packets_oversize.value(), 1u);
+  EXPECT_EQ(counters_.packets_refused_oversize.value(), 1u);
 }
 
 TEST_F(SessionTest, gives_everything_back_once_when_it_leaves) {
@@ -419,30 +428,30 @@ TEST_F(SessionTest, passes_on_what_it_wants_to_see_and_refuses_what_is_out_of_ra
   observe.mode = wire::ObserveMode::radius;
   observe.radius_m = 3;
   send(observe);
-  EXPECT_EQ(commands<SetObserve>().at(0).observe.radius_m, 3);
+  EXPECT_EQ(requests<wire::Observe>().at(0).radius_m, 3);
   observe.radius_m = -1;
   send(observe);
   observe.radius_m = 1;
   observe.stride = 3;
   send(observe);
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::observe_invalid, ErrorReason::observe_invalid));
-  EXPECT_THAT(commands<SetObserve>(), IsEmpty());
-  EXPECT_EQ(counters_.observes_refused.value(), 2u);
+  EXPECT_THAT(requests<wire::Observe>(), IsEmpty());
+  EXPECT_EQ(counters_.requests_refused_observe.value(), 2u);
   send(wire::ReportImportance{{{4, 0.5f, false}}});
-  EXPECT_EQ(commands<SetImportance>().at(0).members.size(), 1u);
+  EXPECT_EQ(requests<wire::ReportImportance>().at(0).members.size(), 1u);
   send(wire::RequestKeyframes{{4, 5}});
-  EXPECT_THAT(commands<MakeKeyframes>().at(0).members, ElementsAre(4, 5));
+  EXPECT_THAT(requests<wire::RequestKeyframes>().at(0).members, ElementsAre(4, 5));
 }
 
 TEST_F(SessionTest, a_hair_state_out_of_range_leaves_the_character_at_rest) {
   hello();
   wire::HairState state{LevelIndex::low, 0.5e-3f, {1, 2, 3}, {}};
   send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low, state});
-  EXPECT_TRUE(commands<AddCharacter>().at(0).state.has_value());
+  EXPECT_TRUE(requests<wire::AddCharacter>().at(0).state.has_value());
   state.step_m = 1;
   send(wire::AddCharacter{2, groom_service_.known, LevelIndex::low, state});
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::state_invalid));
-  EXPECT_FALSE(commands<AddCharacter>().at(0).state.has_value());
+  EXPECT_FALSE(requests<wire::AddCharacter>().at(0).state.has_value());
 }
 
 TEST_F(SessionTest, characters_of_a_groom_that_the_session_may_not_have_leave) {
@@ -452,7 +461,7 @@ TEST_F(SessionTest, characters_of_a_groom_that_the_session_may_not_have_leave) {
   session_.revoke_groom(wire::GroomHash{9});
   EXPECT_EQ(context_.character_count, 2u);
   session_.revoke_groom(groom_service_.known);
-  EXPECT_EQ(commands<RemoveCharacter>().size(), 2u);
+  EXPECT_EQ(requests<wire::RemoveCharacter>().size(), 2u);
   EXPECT_EQ(context_.character_count, 0u);
   EXPECT_EQ(counters_.characters_removed.value(), 2u);
   send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});

@@ -19,8 +19,8 @@ class Pages final : public HttpService {
   HttpResponse handle(const HttpRequest& request) override {
     last = std::string(request.method) + " " + std::string(request.path) + " " + std::string(request.query);
     from_loopback = request.from_loopback;
-    if (request.path == "/readyz") return {503, "text/plain", "draining\n"};
-    return {200, "text/plain; version=0.0.4", "metric 1\n"};
+    if (request.path == "/readyz") return refusal(503, "draining");
+    return {.content_type = "text/plain; version=0.0.4", .body = "metric 1\n"};
   }
   std::string last;
   bool from_loopback = false;
@@ -91,7 +91,7 @@ TEST_F(HttpTest, the_servers_own_pages_come_from_the_service) {
   EXPECT_TRUE(pages_.from_loopback);
   EXPECT_THAT(get("/readyz"), StartsWith("HTTP/1.1 503 "));
   EXPECT_EQ(counters_.http_responses_5xx.value(), 1u);
-  EXPECT_EQ(counters_.connections_http.value(), 2u);
+  EXPECT_EQ(counters_.connections_opened_http.value(), 2u);
 }
 
 TEST_F(HttpTest, a_page_comes_with_its_type_and_headers_that_seal_it_off) {
@@ -158,7 +158,7 @@ TEST_F(HttpTest, every_kind_of_wrong_request_has_its_status) {
   EXPECT_THAT(get("/ws"), StartsWith("HTTP/1.1 426 "));
   Peer peer(listener_->port());
   EXPECT_THAT(told(peer, "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"), StartsWith("HTTP/1.1 400 "));
-  EXPECT_EQ(counters_.connections_http.value(), 3u) << "the requests for none, /../x and %00 are sound";
+  EXPECT_EQ(counters_.connections_opened_http.value(), 3u) << "the requests for none, /../x and %00 are sound";
   EXPECT_TRUE(all_closed());
   EXPECT_TRUE(echoes_.empty());
 }
@@ -172,7 +172,7 @@ TEST_F(HttpTest, a_connection_is_kept_for_a_bounded_number_of_requests) {
   for (std::size_t at = got.find("HTTP/1.1 200"); at != std::string::npos; at = got.find("HTTP/1.1 200", at + 1))
     ++responses;
   EXPECT_EQ(responses, 5u);
-  EXPECT_EQ(counters_.connections_http.value(), 1u);
+  EXPECT_EQ(counters_.connections_opened_http.value(), 1u);
 }
 
 TEST_F(HttpTest, a_request_may_come_byte_by_byte) {

@@ -20,9 +20,9 @@ TEST_F(TransportTest, packets_come_back_whole_however_the_bytes_are_cut) {
     return peer.received.size() >= sent.size();
   }));
   EXPECT_EQ(peer.received, sent);
-  EXPECT_EQ(counters_.packets_read_tcp.value(), 60u);
-  EXPECT_TRUE(run_until([&] { return counters_.packets_written_tcp.value() == 60; }));
-  EXPECT_EQ(counters_.packets_read_websocket.value(), 0u);
+  EXPECT_EQ(counters_.received_packets_tcp.value(), 60u);
+  EXPECT_TRUE(run_until([&] { return counters_.sent_packets_tcp.value() == 60; }));
+  EXPECT_EQ(counters_.received_packets_websocket.value(), 0u);
 }
 
 TEST_F(TransportTest, a_peer_that_does_not_read_makes_the_connection_unwritable_and_loses_nothing) {
@@ -110,7 +110,7 @@ TEST_F(TransportTest, what_waits_leaves_in_the_order_it_was_sent_however_large_e
     return peer.received.size() == sent.size();
   }));
   EXPECT_EQ(peer.received, sent);
-  EXPECT_EQ(counters_.bytes_written_tcp.value(), sent.size());
+  EXPECT_EQ(counters_.sent_bytes_tcp.value(), sent.size());
 }
 
 TEST_F(TransportTest, a_port_in_use_is_one_clear_line) {

@@ -102,7 +102,7 @@ TEST_F(TlsTest, packets_travel_inside_tls) {
   });
   EXPECT_EQ(failed, "");
   EXPECT_EQ(counters_.connections_tls.value(), 1u);
-  EXPECT_EQ(counters_.connections_tcp.value(), 1u);
+  EXPECT_EQ(counters_.connections_opened_tcp.value(), 1u);
   EXPECT_EQ(echoes_[0]->connection->transport(), "tls");
 }
 
@@ -121,7 +121,7 @@ TEST_F(TlsTest, a_websocket_travels_inside_tls) {
     socket.close(websocket::close_code::normal);
   });
   EXPECT_THAT(failed, testing::AnyOf("", HasSubstr("truncated")));
-  EXPECT_EQ(counters_.connections_websocket.value(), 1u);
+  EXPECT_EQ(counters_.connections_opened_websocket.value(), 1u);
   EXPECT_EQ(echoes_[0]->packets, 40u);
   EXPECT_EQ(echoes_[0]->connection->transport(), "wss");
 }

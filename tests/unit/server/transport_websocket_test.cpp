@@ -103,7 +103,7 @@ TEST_F(WebSocketTest, an_upgrade_is_answered_with_the_key_and_subprotocol) {
   EXPECT_THAT(response_, HasSubstr("Sec-WebSocket-Accept: s3pPLMBiTxaQ9kYGzzhZRbK+xOo="));  // RFC 6455, 1.3
   EXPECT_THAT(response_, HasSubstr("Sec-WebSocket-Protocol: hairnet"));
   EXPECT_THAT(response_, testing::Not(HasSubstr("deflate")));
-  EXPECT_EQ(counters_.connections_websocket.value(), 1u);
+  EXPECT_EQ(counters_.connections_opened_websocket.value(), 1u);
   EXPECT_EQ(echoes_[0]->connection->transport(), "ws");
 }
 
@@ -132,10 +132,10 @@ TEST_F(WebSocketTest, one_packet_is_one_message_both_ways_however_the_bytes_are_
     ASSERT_EQ(got[i].payload, packets[i]);
   }
   EXPECT_TRUE(echoes_[0]->aligned) << "packets are verified where they lie";
-  EXPECT_EQ(counters_.bytes_read_websocket.value(), total);
-  EXPECT_EQ(counters_.bytes_written_websocket.value(), total);
-  EXPECT_EQ(counters_.packets_read_websocket.value(), packets.size());
-  EXPECT_EQ(counters_.packets_written_websocket.value(), packets.size());
+  EXPECT_EQ(counters_.received_bytes_websocket.value(), total);
+  EXPECT_EQ(counters_.sent_bytes_websocket.value(), total);
+  EXPECT_EQ(counters_.received_packets_websocket.value(), packets.size());
+  EXPECT_EQ(counters_.sent_packets_websocket.value(), packets.size());
 }
 
 TEST_F(WebSocketTest, a_message_in_fragments_is_one_packet_also_with_a_ping_between) {
@@ -328,7 +328,7 @@ TEST_F(WebSocketTest, pages_of_other_origins_are_refused) {
   EXPECT_THAT(refused(upgrade_request("Origin: http://here:7420\r\nOrigin: http://evil.example\r\n")),
               StartsWith("HTTP/1.1 403 "));
   EXPECT_EQ(counters_.origins_refused.value(), 3u);
-  EXPECT_EQ(counters_.connections_http.value(), 0u);
+  EXPECT_EQ(counters_.connections_opened_http.value(), 0u);
   EXPECT_TRUE(echoes_.empty());
   Peer own(listener_->port());
   upgrade(own, "Origin: http://here:7420\r\n");
@@ -438,9 +438,9 @@ TEST_F(WebSocketTest, many_connections_of_every_kind_share_the_port) {
                [](const auto& p) { return p->text().ends_with(std::string(40, '\0')) || p->received.size() > 150; }) &&
            std::ranges::all_of(pages, [](const auto& p) { return p->ended; });
   }));
-  EXPECT_EQ(counters_.connections_tcp.value(), kEach);
-  EXPECT_EQ(counters_.connections_websocket.value(), kEach);
-  EXPECT_EQ(counters_.connections_http.value(), kEach);
+  EXPECT_EQ(counters_.connections_opened_tcp.value(), kEach);
+  EXPECT_EQ(counters_.connections_opened_websocket.value(), kEach);
+  EXPECT_EQ(counters_.connections_opened_http.value(), kEach);
   packets.clear();
   sockets.clear();
   ASSERT_TRUE(run_until([&] { return std::ranges::all_of(echoes_, [](const auto& e) { return e->closed == 1; }); }));

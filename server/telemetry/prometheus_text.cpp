@@ -1,16 +1,11 @@
-#include "server/app/prometheus_text.hpp"
+#include "server/telemetry/prometheus_text.hpp"
 
 #include <prometheus/text_serializer.h>
 
-#include <algorithm>
-#include <array>
 #include <limits>
 #include <map>
-#include <string_view>
 #include <utility>
 #include <vector>
-
-#include "server/telemetry/metric_name.hpp"
 
 namespace hairnet::server {
 namespace {
@@ -18,9 +13,6 @@ namespace {
 using prometheus::ClientMetric;
 using prometheus::MetricFamily;
 using prometheus::MetricType;
-
-// Not exported: the tick_seconds histogram shows the same.
-constexpr std::array<std::string_view, 2> kNotExported{"tick_ns_total", "tick_ns_max"};
 
 ClientMetric::Histogram contents(const Histogram& histogram) {
   ClientMetric::Histogram contents;
@@ -38,22 +30,17 @@ ClientMetric::Histogram contents(const Histogram& histogram) {
 class Families {
  public:
   void add(const CounterSet& set) {
-    for (const Counter* counter : set.counters()) {
-      if (std::find(kNotExported.begin(), kNotExported.end(), counter->name()) != kNotExported.end()) continue;
-      const MetricName name = metric_name(counter->name(), MetricKind::counter);
-      add(name, MetricType::Counter).counter.value = static_cast<double>(counter->value()) * name.scale;
-    }
+    for (const Counter* counter : set.counters())
+      add(counter->name(), "_total", MetricType::Counter).counter.value = counter->scaled_value();
   }
   void add(const GaugeSet& set) {
     for (const Gauge* gauge : set.gauges()) {
-      if (gauge->is_set())
-        add(metric_name(gauge->name(), MetricKind::gauge), MetricType::Gauge).gauge.value = gauge->value();
+      if (gauge->is_set()) add(gauge->name(), "", MetricType::Gauge).gauge.value = gauge->value();
     }
   }
   void add(const HistogramSet& set) {
     for (const Histogram* histogram : set.histograms())
-      add(metric_name(histogram->name(), MetricKind::histogram), MetricType::Histogram).histogram =
-          contents(*histogram);
+      add(histogram->name(), "", MetricType::Histogram).histogram = contents(*histogram);
   }
   [[nodiscard]] std::vector<MetricFamily> take() {
     std::vector<MetricFamily> families;
@@ -62,12 +49,13 @@ class Families {
   }
 
  private:
-  ClientMetric& add(const MetricName& name, MetricType type) {
-    MetricFamily& family = families_[name.family];
-    family.name = name.family;
+  ClientMetric& add(const MetricName& name, const char* suffix, MetricType type) {
+    const std::string shown = "hairnet_" + std::string(name.family) + suffix;
+    MetricFamily& family = families_[shown];
+    family.name = shown;
     family.type = type;
     ClientMetric& metric = family.metric.emplace_back();
-    if (!name.label_name.empty()) metric.label.push_back({name.label_name, name.label_value});
+    if (!name.label.empty()) metric.label.push_back({std::string(name.label), std::string(name.value)});
     return metric;
   }
   std::map<std::string, MetricFamily> families_;
@@ -82,11 +70,12 @@ MetricFamily build_info() {
 
 }  // namespace
 
-std::string prometheus_text(const Metrics& metrics) {
+std::string prometheus_text(std::span<const CounterSet* const> counters, std::span<const GaugeSet* const> gauges,
+                            std::span<const HistogramSet* const> histograms) {
   Families families;
-  for (const CounterSet* set : metrics.counter_sets()) families.add(*set);
-  for (const GaugeSet* set : metrics.gauge_sets()) families.add(*set);
-  for (const HistogramSet* set : metrics.histogram_sets()) families.add(*set);
+  for (const CounterSet* set : counters) families.add(*set);
+  for (const GaugeSet* set : gauges) families.add(*set);
+  for (const HistogramSet* set : histograms) families.add(*set);
   std::vector<MetricFamily> all = families.take();
   all.push_back(build_info());
   return prometheus::TextSerializer().Serialize(all);

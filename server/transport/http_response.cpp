@@ -1,4 +1,4 @@
-#include "server/transport/http_reply.hpp"
+#include "server/transport/http_response.hpp"
 
 #include <array>
 #include <ctime>
@@ -67,27 +67,27 @@ std::string_view status_name(int status) {
 
 }  // namespace
 
-HttpReply refusal(int status, std::string_view why) {
-  HttpReply reply;
-  reply.status = status;
-  reply.body = std::string(why) + "\n";
-  return reply;
+HttpResponse refusal(int status, std::string_view why) {
+  HttpResponse response;
+  response.status = status;
+  response.body = std::string(why) + "\n";
+  return response;
 }
 
-std::string header_of(const HttpReply& reply, bool keep_alive, std::int64_t date_s) {
-  std::string header = "HTTP/1.1 " + std::to_string(reply.status) + " ";
-  header.append(status_name(reply.status)).append("\r\nServer: hairnet\r\n");
+std::string header_of(const HttpResponse& response, bool keep_alive, std::int64_t date_s) {
+  std::string header = "HTTP/1.1 " + std::to_string(response.status) + " ";
+  header.append(status_name(response.status)).append("\r\nServer: hairnet\r\n");
   add(header, "Date", http_date(date_s));
-  if (reply.status != 304) {
-    add(header, "Content-Type", reply.content_type);
-    add(header, "Content-Length", std::to_string(reply.body.empty() ? reply.file_bytes : reply.body.size()));
+  if (response.status != 304) {
+    add(header, "Content-Type", response.content_type);
+    add(header, "Content-Length", std::to_string(response.body.empty() ? response.file_bytes : response.body.size()));
   }
-  add(header, "Cache-Control", reply.cache_control);
-  add(header, "ETag", reply.etag);
-  add(header, "Location", reply.location);
-  add(header, "Upgrade", reply.upgrade);
-  if (reply.status == 405) add(header, "Allow", "GET, HEAD");
-  add(header, "Connection", !reply.upgrade.empty() ? "upgrade, close" : keep_alive ? "keep-alive" : "close");
+  add(header, "Cache-Control", response.cache_control);
+  add(header, "ETag", response.etag);
+  add(header, "Location", response.location);
+  add(header, "Upgrade", response.upgrade);
+  if (response.status == 405) add(header, "Allow", "GET, HEAD");
+  add(header, "Connection", !response.upgrade.empty() ? "upgrade, close" : keep_alive ? "keep-alive" : "close");
   return header.append(kSecurityHeaders).append("\r\n");
 }
 

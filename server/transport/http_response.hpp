@@ -7,19 +7,19 @@
 namespace hairnet::server {
 
 // A response's status, headers and the part of its body that is in memory.
-struct HttpReply {
+struct HttpResponse {
   int status = 200;
   std::string content_type = "text/plain; charset=utf-8";
   std::string cache_control = "no-store";
   std::string body;
-  std::uint64_t file_bytes = 0;         // size of a body that is sent from a file, instead of `body`
-  std::string etag, location, upgrade;  // their headers, when not empty
+  std::uint64_t file_bytes = 0;                        // size of a body that is sent from a file, instead of `body`
+  std::string etag = {}, location = {}, upgrade = {};  // their headers, when not empty
 };
 
-HttpReply refusal(int status, std::string_view why);
+HttpResponse refusal(int status, std::string_view why);
 
 // The header with its last empty line. `date_s`: seconds since 1970. Every page may run its own scripts and
 // WebAssembly, draw with WebGL, and connect to any WebSocket; the policy forbids everything else.
-std::string header_of(const HttpReply& reply, bool keep_alive, std::int64_t date_s);
+std::string header_of(const HttpResponse& response, bool keep_alive, std::int64_t date_s);
 
 }  // namespace hairnet::server

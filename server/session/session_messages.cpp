@@ -1,0 +1,362 @@
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "server/session/session.hpp"
+#include "server/telemetry/log_text.hpp"
+
+namespace hairnet::server {
+namespace {
+
+using wire::ErrorReason;
+using wire::GoodbyeReason;
+
+constexpr std::int64_t kPoseErrorInterval_ns = 1'000'000'000;
+constexpr std::size_t kIntegersPerWeight = 64;       // of a hair state: about as many bytes as a pose
+constexpr std::size_t kFreeChunkLeast_bytes = 4096;  // a smaller chunk counts as a message
+
+// In the command queue.
+std::size_t weight_of(const wire::AddCharacter& add) {
+  return 1 + (add.state ? (add.state->displacements.size() + add.state->velocities.size()) / kIntegersPerWeight : 0);
+}
+std::size_t weight_of(const auto& request) {
+  if constexpr (requires { request.members; }) return 1 + request.members.size();
+  return 1;
+}
+
+// What an error names of the message that it answers.
+std::uint32_t character_of(const auto& message) {
+  if constexpr (requires { message.character; }) return message.character;
+  return 0;
+}
+wire::GroomHash groom_of(const auto& message) {
+  if constexpr (requires { message.groom; }) return message.groom;
+  if constexpr (requires { message.hash; }) return message.hash;
+  return {};
+}
+
+}  // namespace
+
+// What a session does with each message: one operator() a message, which returns why the message is refused.
+struct Session::MessageHandler {
+  Session& session;
+  std::int64_t now_ns;
+  SessionContext& context = *session.context_;
+  SessionCounters& counters = context.counters;
+  SessionIdentity& identity = session.identity_;
+
+  void handle(auto& message) {
+    const Refused refused = (*this)(message);
+    if (!refused) return;
+    if (Counter* counter = refused_counter(message)) counter->add();
+    session.refuse(refused, now_ns, character_of(message), groom_of(message));
+  }
+  // Counts the refused messages of one kind. Null: only a full command queue refuses them, and is counted as that.
+  Counter* refused_counter(const wire::GroomOffer&) { return &counters.requests_refused_groom; }
+  Counter* refused_counter(const wire::GroomChunk&) { return &counters.requests_refused_chunk; }
+  Counter* refused_counter(const wire::GroomRequest&) { return &counters.requests_refused_download; }
+  Counter* refused_counter(const wire::AddCharacter&) { return &counters.requests_refused_character; }
+  Counter* refused_counter(const wire::RemoveCharacter&) { return &counters.requests_refused_character; }
+  Counter* refused_counter(const wire::SetLevel&) { return &counters.requests_refused_level; }
+  Counter* refused_counter(const wire::SetMaterial&) { return &counters.requests_refused_material; }
+  Counter* refused_counter(const wire::SetWind&) { return &counters.requests_refused_wind; }
+  Counter* refused_counter(const wire::Observe&) { return &counters.requests_refused_observe; }
+  Counter* refused_counter(const auto&) { return nullptr; }
+
+  Refused operator()(const auto&) {
+    session.refuse_unexpected("a message that only servers send", now_ns);
+    return {};
+  }
+
+  Refused operator()(wire::Goodbye& goodbye) {
+    spdlog::info("event=client_goodbye session={} detail={}", session.id(), log_text(goodbye.detail));
+    session.close(to_string(GoodbyeReason::client_leaves), now_ns);
+    return {};
+  }
+
+  Refused operator()(wire::Hello& hello) {
+    if (session.state_ != State::awaiting_hello) {
+      session.refuse_unexpected("a second hello", now_ns);
+    } else if (hello.protocol_version != wire::kProtocolVersion) {
+      counters.sessions_refused_version.add();
+      end({ErrorReason::version_unsupported, "this server speaks version " + std::to_string(wire::kProtocolVersion) +
+                                                 ", not " + std::to_string(hello.protocol_version)},
+          GoodbyeReason::version_unsupported);
+    } else if (!try_resume(hello) && join(hello)) {
+      welcome(false);
+    }
+    return {};
+  }
+  bool try_resume(const wire::Hello& hello) {
+    if (hello.session == 0 || !context.directory) return false;
+    auto resumed =
+        hello.session <= std::numeric_limits<SessionId>::max()
+            ? context.directory->take_over(session, static_cast<SessionId>(hello.session), hello.secret, now_ns)
+            : std::nullopt;
+    if (!resumed) {
+      counters.sessions_not_resumed.add();
+      return false;
+    }
+    identity = std::move(*resumed);
+    session.state_ = State::active;
+    session.joined_ = true;
+    counters.sessions_resumed.add();
+    spdlog::info("event=session_resumed session={} peer={}", session.id(), session.connection_->peer());
+    welcome(true);
+    context.grooms.resend_states(session.id(), now_ns);
+    return true;
+  }
+  // False when the session was refused and ends.
+  bool join(const wire::Hello& hello) {
+    const SessionLimits& limits = context.limits;
+    identity.name = hello.client_name;
+    identity.room = hello.room;
+    identity.role = hello.role;
+    identity.character_count_max = hello.role == wire::Role::observer ? 0 : limits.characters_per_session_max;
+    if (context.session_count >= limits.session_count_max) {
+      counters.sessions_refused_full.add();
+      session.drain(GoodbyeReason::server_full,
+                    "the server is full: at most " + std::to_string(limits.session_count_max) + " clients", now_ns);
+      return false;
+    }
+    Refused refused;
+    const RoomCensus::Count room = context.rooms.count(hello.room);
+    if (!wire::is_room_name(hello.room))
+      refused = {ErrorReason::room_invalid, wire::kRoomNameRule};
+    else if (room.sessions == 0 && context.rooms.room_count() >= limits.room_count_max)
+      refused = {ErrorReason::limit_exceeded,
+                 "the server is full: at most " + std::to_string(limits.room_count_max) + " rooms"};
+    else if (room.sessions >= limits.sessions_per_room_max)
+      refused = {ErrorReason::limit_exceeded,
+                 "the room is full: at most " + std::to_string(limits.sessions_per_room_max) + " clients"};
+    if (refused) {
+      counters.sessions_refused_room.add();
+      end(refused, GoodbyeReason::room_refused);
+      return false;
+    }
+    if (!check_token(hello)) return false;
+    session.state_ = State::active;
+    session.joined_ = true;
+    ++context.session_count;
+    context.rooms.enter(identity.room);
+    context.grooms.open(session.id(), identity.strand_count_max, now_ns);
+    counters.sessions_welcomed.add();
+    spdlog::info("event=session_opened session={} client={} room={} peer={} transport={}", session.id(),
+                 log_text(identity.name), log_text(identity.room), session.connection_->peer(),
+                 session.connection_->transport());
+    return true;
+  }
+  bool check_token(const wire::Hello& hello) {
+    if (!context.token_key) return true;
+    const auto claims = channel::verify(hello.token, *context.token_key, context.unix_time_s(), hello.room);
+    Refused refused;
+    if (!claims)
+      refused = {ErrorReason::token_invalid, std::string(channel::to_string(claims.error()))};
+    else if (claims->role == wire::Role::observer && hello.role == wire::Role::participant)
+      refused = {ErrorReason::token_invalid, "the token lets its bearer observe only"};
+    if (refused) {
+      counters.sessions_refused_token.add();
+      end(refused, GoodbyeReason::token_refused);
+      return false;
+    }
+    if (claims->characters_max)
+      identity.character_count_max = std::min<std::size_t>(identity.character_count_max, *claims->characters_max);
+    if (claims->strands_max) identity.strand_count_max = *claims->strands_max;
+    return true;
+  }
+  void end(const Refused& refused, GoodbyeReason reason) {
+    session.refuse(refused, now_ns);
+    session.drain(reason, refused.detail, now_ns);
+  }
+  // The answer comes before anything that the tick says to the session.
+  void welcome(bool resumed) {
+    wire::Welcome welcome;
+    welcome.session = session.id();
+    welcome.tick_rate_hz = context.tick_rate_hz;
+    welcome.tick = context.tick.load(std::memory_order_relaxed);
+    welcome.character_count_max = static_cast<std::uint32_t>(identity.character_count_max);
+    welcome.groom_bytes_max = context.groom_bytes_max;
+    welcome.room = identity.room;
+    welcome.secret = identity.secret;
+    welcome.resumed = resumed;
+    welcome.resume_grace_s = static_cast<float>(static_cast<double>(context.limits.resume_grace_ns) * 1e-9);
+    welcome.pose_delay_ns = context.pose_delay_ns;
+    session.send(welcome, now_ns);
+    context.commands.put(OpenSession{session.id(), session.outbox_, identity.room, resumed});
+  }
+
+  Refused operator()(wire::GroomOffer& offer) { return context.grooms.offer(session.id(), offer, now_ns); }
+  Refused operator()(wire::GroomChunk& chunk) {
+    const bool was_free = is_free(chunk);
+    const ChunkAnswer answer = context.grooms.chunk(session.id(), std::move(chunk), now_ns);
+    if (was_free && !answer.was_wanted && !session.take_message(now_ns)) return {};  // only wanted bytes are free
+    return answer;
+  }
+  static bool is_free(const wire::GroomChunk& chunk) { return chunk.bytes.size() >= kFreeChunkLeast_bytes; }
+  Refused operator()(wire::GroomRequest& request) {
+    if (Refused refused = session.downloads_.add(request)) return refused;
+    session.flush(now_ns);
+    return {};
+  }
+
+  Refused operator()(wire::AddCharacter& add) {
+    if (Refused refused = check(add)) return refused;
+    if (Refused refused = context.grooms.retain(session.id(), add.groom)) return refused;
+    if (add.state) {
+      if (std::string fault = wire::validate(*add.state); !fault.empty()) {
+        // The character is added without the state: its hair starts at rest.
+        counters.requests_refused_hair_state.add();
+        session.refuse({ErrorReason::state_invalid, std::move(fault)}, now_ns, add.character, add.groom);
+        add.state.reset();
+      }
+    }
+    if (Refused refused = put(wire::AddCharacter{add.character, add.groom, add.level, std::move(add.state)}))
+      return refused;
+    identity.characters.emplace(add.character, add.groom);
+    ++context.character_count;
+    context.rooms.add_character(identity.room);
+    counters.characters_added.add();
+    return {};
+  }
+  [[nodiscard]] Refused check(const wire::AddCharacter& add) const {
+    const SessionLimits& limits = context.limits;
+    if (add.character == 0) return {ErrorReason::malformed, "character 0 names none; numbers start at 1"};
+    if (identity.role == wire::Role::observer) return {ErrorReason::not_allowed, "an observer has no characters"};
+    if (identity.characters.contains(add.character))
+      return {ErrorReason::character_exists, "character " + std::to_string(add.character) + " exists"};
+    if (identity.characters.size() >= identity.character_count_max)
+      return {ErrorReason::limit_exceeded,
+              "at most " + std::to_string(identity.character_count_max) + " characters a session"};
+    if (context.rooms.count(identity.room).characters >= limits.characters_per_room_max)
+      return {ErrorReason::limit_exceeded,
+              "the room is full: at most " + std::to_string(limits.characters_per_room_max) + " characters"};
+    if (context.character_count >= limits.character_count_max)
+      return {ErrorReason::limit_exceeded,
+              "the server is full: at most " + std::to_string(limits.character_count_max) + " characters"};
+    return {};
+  }
+  Refused operator()(wire::RemoveCharacter& remove) {
+    if (Refused refused = check_own(remove.character, "remove")) return refused;
+    session.remove(remove.character);
+    return {};
+  }
+  Refused operator()(wire::SetLevel& set) {
+    if (Refused refused = check_own(set.character, "set_level")) return refused;
+    return put(set);
+  }
+  Refused operator()(wire::SetMaterial& set) {
+    if (Refused refused = check_own(set.character, "set_material")) return refused;
+    if (std::string fault = validate(set.scale); !fault.empty())
+      return {ErrorReason::material_invalid, std::move(fault)};
+    return put(set);
+  }
+  Refused operator()(wire::SetWind& set) {
+    if (!context.limits.wind_from_clients)
+      return {ErrorReason::not_allowed, "this server's wind is not for clients to set"};
+    if (std::string fault = validate(set.wind); !fault.empty()) return {ErrorReason::wind_invalid, std::move(fault)};
+    return put(set);
+  }
+  Refused operator()(wire::Observe& observe) {
+    if (std::string fault = wire::validate(observe); !fault.empty())
+      return {ErrorReason::observe_invalid, std::move(fault)};
+    return put(std::move(observe));
+  }
+  Refused operator()(wire::ReportImportance& report) { return put(std::move(report)); }
+  Refused operator()(wire::RequestKeyframes& request) {
+    counters.keyframes_requested.add();
+    return put(std::move(request));
+  }
+  // Queues a request for the tick; refused when the queue is full.
+  template <class Request>
+  Refused put(Request request) {
+    const std::size_t weight = weight_of(request);
+    Command command = FromClient{session.id(), std::move(request)};
+    if (context.commands.try_put(command, weight)) return {};
+    counters.commands_dropped.add();
+    return {ErrorReason::limit_exceeded, "the server is busy; try again"};
+  }
+  // Refuses a character that the session does not have.
+  [[nodiscard]] Refused check_own(std::uint32_t character, std::string_view what) const {
+    if (identity.characters.contains(character)) return {};
+    return {ErrorReason::character_unknown, std::string(what) + " of character " + std::to_string(character)};
+  }
+
+  Refused operator()(wire::PoseBatch& batch) {
+    const std::size_t received = batch.poses.size();
+    counters.poses_received.add(received);
+    if (!session.poses_.take(static_cast<double>(received), now_ns)) {
+      counters.poses_dropped_over_rate.add(received);
+      return {};
+    }
+    PutPoses passed{session.id(), now_ns, std::move(batch.poses)};
+    std::size_t kept = 0;
+    for (wire::PoseSample& sample : passed.poses) {
+      if (const Refused refused = check_pose(sample)) {
+        if (now_ns < session.pose_error_next_ns_) continue;
+        session.pose_error_next_ns_ = now_ns + kPoseErrorInterval_ns;
+        session.refuse(refused, now_ns, sample.character);
+      } else {
+        passed.poses[kept++] = sample;
+      }
+    }
+    passed.poses.resize(kept);
+    Command command = std::move(passed);
+    if (kept > 0 && !context.commands.try_put(command, 1 + kept)) counters.poses_dropped_busy.add(kept);
+    return {};
+  }
+  // Why a pose is not passed on, counted; or puts its capture time on the server's clock.
+  Refused check_pose(wire::PoseSample& sample) {
+    if (Refused refused = check_own(sample.character, "pose")) {
+      counters.poses_rejected_character.add();
+      return refused;
+    }
+    const wire::PoseRefusal refusal = wire::validate_pose(sample.pose);
+    switch (refusal) {
+      case wire::PoseRefusal::none:
+        break;
+      case wire::PoseRefusal::not_finite:
+        counters.poses_rejected_not_finite.add();
+        break;
+      case wire::PoseRefusal::not_unit:
+        counters.poses_rejected_not_unit.add();
+        break;
+      case wire::PoseRefusal::too_far:
+        counters.poses_rejected_too_far.add();
+        break;
+    }
+    if (refusal != wire::PoseRefusal::none) return {ErrorReason::pose_invalid, wire::to_string(refusal)};
+    const std::optional<std::int64_t> captured_ns = session.clock_.to_server(sample.capture_time_ns);
+    if (!captured_ns) {
+      counters.poses_rejected_time.add();
+      return {ErrorReason::pose_invalid, "capture time is far from the envelope's clock"};
+    }
+    sample.capture_time_ns = *captured_ns;
+    return {};
+  }
+};
+
+void Session::on_message(wire::Envelope envelope, std::int64_t now_ns) {
+  if (state_ == State::draining || state_ == State::closed) return;
+  heard_ns_ = now_ns;
+  const auto* chunk = std::get_if<wire::GroomChunk>(&envelope.message);
+  if (!(chunk && MessageHandler::is_free(*chunk)) && !take_message(now_ns)) return;
+  if (!clock_.observe(envelope.clock_ns, now_ns)) {
+    context_->counters.packets_refused_invalid.add();
+    refuse({ErrorReason::malformed, "envelope clock out of range"}, now_ns);
+    return;
+  }
+  const bool expected = std::holds_alternative<wire::Hello>(envelope.message) ||
+                        std::holds_alternative<wire::Goodbye>(envelope.message) || state_ == State::active;
+  if (!expected) {
+    refuse_unexpected("the first message must be hello", now_ns);
+    context_->counters.sessions_closed_by_server_protocol_error.add();
+    drain(GoodbyeReason::protocol_error, "the first message must be hello", now_ns);
+    return;
+  }
+  MessageHandler handler{*this, now_ns};
+  std::visit([&](auto& message) { handler.handle(message); }, envelope.message);
+}
+
+}  // namespace hairnet::server
