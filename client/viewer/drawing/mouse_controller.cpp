@@ -61,16 +61,16 @@ void MouseController::apply(const MouseInput& mouse, HairSource& source, OrbitCa
   if (!mouse.elsewhere && mouse.wheel != 0) camera.zoom(mouse.wheel);
   const bool pressed = mouse.left || mouse.middle || mouse.right;
   if (!pressed) {
-    if (drag_ != Drag::none) release(show);
+    if (drag_ != Drag::none) release(source);
     return;
   }
-  if (drag_ == Drag::none) begin(mouse, show, camera, width_px, height_px);
+  if (drag_ == Drag::none) begin(mouse, source, camera, width_px, height_px);
   if (mouse.right_px == 0 && mouse.down_px == 0) return;
   if (drag_ == Drag::orbit) camera.orbit(mouse.right_px, mouse.down_px, height_px);
   if (drag_ == Drag::pan) camera.pan(mouse.right_px, mouse.down_px, height_px);
   if (drag_ != Drag::head) return;
   HeadGrab* grab = source.grab(*grabbed_);
-  if (grab == nullptr) return release(show);
+  if (grab == nullptr) return release(source);
   if (mouse.shift) {
     const double pixel_m = camera.pixel_m(height_px) * depth_m_ / camera.distance_m();
     grab->move(pixel_m * (mouse.right_px * camera.right() - mouse.down_px * camera.up()));

@@ -220,7 +220,7 @@ void LocalWorld::show(SimulatedCharacter& simulated, ViewedCharacter& character)
   }
   simulated.blend.apply({true, {}, lattice.level, simulated.shown, std::llround(1e9 * shown_s_), lattice.geometry});
 
-  subject = {};
+  character = {};
   character.id = simulated.id;
   character.name = simulated.def.name;
   character.groom = simulated.def.groom;

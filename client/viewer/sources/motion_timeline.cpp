@@ -12,7 +12,7 @@ namespace {
 constexpr double kSeam_m = 0.02, kSeam_rad = 0.1;
 
 // Whether anything in the clip is a jump of its own: then it goes on at another place, and no drift can be told.
-bool teleports(const Motion& motion) {
+bool has_teleport(const Motion& motion) {
   return std::find(motion.teleports.begin(), motion.teleports.end(), true) != motion.teleports.end();
 }
 
@@ -23,7 +23,7 @@ MotionTimeline::MotionTimeline(const Motion& motion, double duration_s, Loop loo
   const RigidTransform &first = motion.poses.front().head(), &last = motion.poses.back().head();
   loops_smoothly_ =
       (first.position - last.position).norm() < kSeam_m && first.rotation.angularDistance(last.rotation) < kSeam_rad;
-  if (loops_smoothly_ || loop == Loop::plain || !(period_s_ > 0) || teleports(motion)) return;
+  if (loops_smoothly_ || loop == Loop::plain || !(period_s_ > 0) || has_teleport(motion)) return;
   loops_smoothly_ = eases_seam_ = true;
   drift_m_per_s_ = (last.position - first.position) / period_s_;
   drift_m_per_s_.y() = 0;
