@@ -28,12 +28,9 @@ struct DetachSession {  // its connection is lost; its characters stay
 struct CloseSession {  // and its characters
   SessionId session = 0;
 };
-// What the tick does for a client, in the client's own numbers of characters and members.
-using ClientRequest = std::variant<wire::AddCharacter, wire::RemoveCharacter, wire::SetLevel, wire::SetMaterial,
-                                   wire::SetWind, wire::Observe, wire::ReportImportance, wire::RequestKeyframes>;
-struct FromClient {
+struct FromClient {  // a message that the tick acts on, in the client's own numbers of characters and members
   SessionId session = 0;
-  ClientRequest request;
+  wire::ClientMessage message;
 };
 struct PutPoses {
   SessionId session = 0;

@@ -131,8 +131,9 @@ struct Scheduler::CommandHandler {
     scheduler.rooms_.close(c.session, now_ns);
   }
   void operator()(FromClient& c) const {
-    std::visit([&](auto& request) { handle(c.session, request); }, c.request);
+    std::visit([&](auto& message) { handle(c.session, message); }, c.message);
   }
+  void handle(SessionId, const auto&) const {}  // sessions act on all other messages themselves
   void handle(SessionId session, wire::AddCharacter& add) const {
     Character* character = scheduler.rooms_.add(character_key(session, add.character), add.groom, add.level);
     if (!character) return;
