@@ -69,7 +69,7 @@ class SessionTest : public testing::Test {
   std::vector<T> requests() {
     std::vector<T> found;
     for (FromClient& command : commands<FromClient>()) {
-      if (T* request = std::get_if<T>(&command.request)) found.push_back(std::move(*request));
+      if (T* message = std::get_if<T>(&command.message)) found.push_back(std::move(*message));
     }
     return found;
   }

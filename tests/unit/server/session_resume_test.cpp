@@ -91,7 +91,7 @@ TEST_F(ResumeTest, continues_with_characters_and_grooms_over_another_connection)
   const std::vector<FromClient> commanded = commands<FromClient>();
   ASSERT_EQ(commanded.size(), 1u);
   EXPECT_EQ(commanded[0].session, told.session);
-  EXPECT_EQ(std::get<wire::SetLevel>(commanded[0].request).character, 1u);
+  EXPECT_EQ(std::get<wire::SetLevel>(commanded[0].message).character, 1u);
 }
 
 TEST_F(ResumeTest, takes_over_from_a_connection_that_still_looks_alive) {

@@ -16,7 +16,7 @@ using State = Session::State;
 
 template <class T>
 const T& request(const Command& command) {
-  return std::get<T>(std::get<FromClient>(command).request);
+  return std::get<T>(std::get<FromClient>(command).message);
 }
 
 TEST_F(SessionTest, welcomes_a_hello_of_its_version) {
