@@ -30,7 +30,7 @@ struct Link::Impl {
     std::unique_ptr<ServerStream> stream;
     asio::steady_timer wake;  // its writer waits on it when there is nothing to write
     bool open = false, half_closed = false;
-    bool over = false;  // the core has been told, or has let it go
+    bool over = false;  // the core knows, or has dropped it
   };
 
   explicit Impl(LinkOptions o) : options(std::move(o)), core(options.core), thread([this] { io.run(); }) {

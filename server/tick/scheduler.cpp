@@ -8,8 +8,7 @@
 namespace hairnet::server {
 namespace {
 
-constexpr std::uint64_t kInterestTicks =
-    8;  // from one look at who wants to see whom to the next, unless something changed
+constexpr std::uint64_t kInterestTicks = 8;  // from one update of interest to the next, unless something changed
 constexpr std::uint64_t kStateWait_s = 2;
 constexpr std::size_t kChunk = 64;  // characters that a worker takes at once
 constexpr double kMotionSmoothing_s = 1;

@@ -80,7 +80,7 @@ class Scheduler {
   LevelChooser level_chooser_;
   Publisher publisher_;
   std::vector<Command> taken_;
-  std::set<CharacterKey> materials_changed_;  // and the World not told
+  std::set<CharacterKey> materials_changed_;  // that the World does not know yet
   wire::RecordedTick inputs_;                 // of the tick being made
   std::vector<MemberHead> heads_;             // of one room at a time
   std::vector<bool> wanted_;

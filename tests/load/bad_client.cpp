@@ -14,7 +14,7 @@ constexpr std::size_t kFloodUnsentMax = 64u << 10;  // a server that does not re
 
 std::vector<std::uint8_t> hello(std::int64_t now_ns) {
   wire::Hello message;
-  message.client_name = "hairnet-load misfit";
+  message.client_name = "hairnet-load bad client";
   return wire::encode_packet({now_ns, std::move(message)});
 }
 

@@ -46,7 +46,7 @@ void BadClient::connect() {
   if (timeline_->now_ns() >= until_ns_ || connection_) return;
   ++turn_;
   splitter_ = channel::PacketSplitter(wire::kPacketBytesMax);
-  journal_->count(std::string(kMisbehaviourNames[static_cast<std::size_t>(plan_.kind)]) + " misfit dials");
+  journal_->count(std::string(kMisbehaviourNames[static_cast<std::size_t>(plan_.kind)]) + " bad client dials");
   connection_ = std::make_shared<SimulatedConnection>(*timeline_, *host_, *this, plan_.quality, random_.next());
   connection_->connect(false);
 }
@@ -134,11 +134,11 @@ void BadClient::on_packet(std::span<const std::uint8_t> packet) {
   } else if (const auto* joined = std::get_if<wire::MemberJoined>(&message)) {
     members_.push_back(joined->member);
   } else if (const auto* error = std::get_if<wire::Error>(&message)) {
-    journal_->count("misfit told " + std::string(wire::to_string(error->reason)));
+    journal_->count("bad client got " + std::string(wire::to_string(error->reason)));
     if (error->reason == wire::ErrorReason::none || error->detail.empty())
       journal_->fault(name(), "is refused without a reason");
   } else if (const auto* goodbye = std::get_if<wire::Goodbye>(&message)) {
-    journal_->count("misfit sent away, " + std::string(wire::to_string(goodbye->reason)));
+    journal_->count("bad client sent away, " + std::string(wire::to_string(goodbye->reason)));
     if (goodbye->reason == wire::GoodbyeReason::none) journal_->fault(name(), "is sent away without a reason");
   }
 }

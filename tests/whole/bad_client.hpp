@@ -56,7 +56,7 @@ class BadClient final : public ClientEvents {
  private:
   [[nodiscard]] std::int64_t clock_ns() const { return timeline_->now_ns() + 77 * kSecond_ns; }
   [[nodiscard]] std::string name() const {
-    return "misfit " + std::to_string(plan_.number) + " (" +
+    return "bad client " + std::to_string(plan_.number) + " (" +
            std::string(kMisbehaviourNames[static_cast<std::size_t>(plan_.kind)]) + ")";
   }
   void connect();

@@ -85,12 +85,12 @@ struct Player::EventHandler {
     if (p.characters_.contains(e.character)) p.fault("loses a character that it has not removed");
   }
   void operator()(const wire::MemberJoined& e) const {
-    if (e.session == p.session()) p.fault("is told of its own character as another's");
+    if (e.session == p.session()) p.fault("gets its own character as another's");
     Player::Member member;
     member.key = server::character_key(static_cast<server::SessionId>(e.session), e.character);
     member.groom = e.groom;
     for (const auto& [number, other] : p.members_) {
-      if (other.key == member.key && number != e.member) p.fault("is told of another's character twice");
+      if (other.key == member.key && number != e.member) p.fault("gets another's character twice");
     }
     p.members_[e.member] = member;
     p.journal_->mix(e.member);
@@ -103,7 +103,7 @@ struct Player::EventHandler {
     p.journal_->mix(e.member);
     const auto found = p.members_.find(e.member);
     if (found == p.members_.end()) return;
-    if (found->second.own) p.fault("is told that its own character left");
+    if (found->second.own) p.fault("gets its own character as left");
     p.members_.erase(found);
   }
   void operator()(const link::LevelReceived& e) const {
@@ -118,7 +118,7 @@ struct Player::EventHandler {
   }
   void operator()(const wire::Error& e) const {
     p.journal_->mix(static_cast<std::uint64_t>(e.reason));
-    p.journal_->count("client told " + std::string(wire::to_string(e.reason)));
+    p.journal_->count("client got " + std::string(wire::to_string(e.reason)));
     if (e.reason == ErrorReason::none || e.detail.empty()) p.fault("is refused without a reason");
     const bool expected =
         e.reason == ErrorReason::groom_unavailable || (e.reason == ErrorReason::pose_invalid && p.plan_.sends_garbage);
@@ -150,7 +150,7 @@ void Player::check(const link::FrameBatch& batch) {
     last = frame.member;
     const auto found = members_.find(frame.member);
     if (found == members_.end()) {
-      fault("gets a frame of member " + std::to_string(frame.member) + ", whom it does not know");
+      fault("gets a frame of member " + std::to_string(frame.member) + ", which it does not know");
       continue;
     }
     check(batch, frame, found->second);

@@ -34,7 +34,7 @@ class Scenario {
   server::Config make_config();
   NetworkQuality make_quality();
   void make_players();
-  void make_misfits();
+  void make_bad_clients();
   void disturb();
   void disturb_one(Player& player);
   void restart_server();
@@ -155,7 +155,7 @@ void Scenario::make_players() {
   }
 }
 
-void Scenario::make_misfits() {
+void Scenario::make_bad_clients() {
   const int count = chance(0.25) ? 0 : static_cast<int>(1 + random_.next() % 3);
   for (int n = 0; n < count; ++n) {
     BadClientPlan plan;
@@ -165,15 +165,15 @@ void Scenario::make_misfits() {
     if (wants_tokens_) plan.token = assets().token(false, plan.room);
     plan.quality = make_quality();
     bad_clients_.push_back(std::make_unique<BadClient>(timeline_, journal_, *host_, plan, seed_));
-    BadClient& misfit = *bad_clients_.back();
-    timeline_.at(moment(0, disturbed_until_ns_ / 2), [this, &misfit] { misfit.start(disturbed_until_ns_); });
+    BadClient& bad_client = *bad_clients_.back();
+    timeline_.at(moment(0, disturbed_until_ns_ / 2), [this, &bad_client] { bad_client.start(disturbed_until_ns_); });
   }
 }
 
 void Scenario::disturb_one(Player& player) {
   const std::uint64_t pick = random_.next() % 8;
-  const auto told = [&] { return static_cast<std::int64_t>(random_.between(0, chance(0.5) ? 5e7 : 2.5e9)); };
-  const ConnectionLoss how{told(), chance(0.3) ? -1 : told()};
+  const auto delay_ns = [&] { return static_cast<std::int64_t>(random_.between(0, chance(0.5) ? 5e7 : 2.5e9)); };
+  const ConnectionLoss how{delay_ns(), chance(0.3) ? -1 : delay_ns()};
   say("disturbs " + player.name() + " by " + std::to_string(pick));
   if (pick <= 2) {
     player.break_connection(how, {}, false);
@@ -275,16 +275,16 @@ std::string Scenario::unsettled() {
       return player->name() + " knows " + std::to_string(seen.size()) + " members where there are " +
              std::to_string(expected.size());
     for (const auto& [number, member] : player->members()) {
-      const std::string whom = " of member " + std::to_string(number);
-      if (member.frames == 0) return player->name() + " has no frame" + whom;
+      const std::string which = " of member " + std::to_string(number);
+      if (member.frames == 0) return player->name() + " has no frame" + which;
       // The client may not have noticed the loss of its connection yet.
-      if (member.last_ns < player->calm_since_ns()) return player->name() + " has no frame since all is calm" + whom;
+      if (member.last_ns < player->calm_since_ns()) return player->name() + " has no frame since all is calm" + which;
       for (const auto& other : players_) {
         if (other->session() != server::session_of(member.key)) continue;
         const LevelIndex wanted = other->characters().at(server::number_of(member.key)).level;
         if ((member.level == LevelIndex::rigid) != (wanted == LevelIndex::rigid) || member.level < wanted)
           return player->name() + " has frames on level " + name_of(member.level) + ", where " + name_of(wanted) +
-                 " is wanted," + whom;
+                 " is wanted," + which;
       }
     }
   }
@@ -293,7 +293,7 @@ std::string Scenario::unsettled() {
 
 void Scenario::calm() {
   say("calm");
-  for (const auto& misfit : bad_clients_) misfit->stop();
+  for (const auto& bad_client : bad_clients_) bad_client->stop();
   // Packets sent before, over lost connections, may contradict later ones.
   const auto has_all_arrived = [](const auto& client) { return client->has_all_arrived(); };
   const std::int64_t stopped_ns = timeline_.now_ns();
@@ -435,7 +435,7 @@ Outcome Scenario::run() {
   host_ = std::make_unique<ServerHost>(timeline_, journal_, config_, seed_);
   host_->start();
   make_players();
-  make_misfits();
+  make_bad_clients();
   disturb();
   calm();
   check_motion();

@@ -47,7 +47,7 @@ export class Actor {
         return socket as unknown as WebSocketLike;
       },
     });
-    joined.on("fault", ({ detail }) => console.log(`the actor is told: ${detail}`));
+    joined.on("fault", ({ detail }) => console.log(`the server reports: ${detail}`));
     return new Actor(joined, joined.addCharacter(groom), at);
   }
 

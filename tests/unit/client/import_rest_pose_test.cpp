@@ -50,7 +50,7 @@ Quat turn(double degrees, const Vec3& axis) {
 }
 
 // How a file describes that person. Zero poses differ by the axes that each joint has when the person is upright.
-struct Told {
+struct TestMotion {
   std::function<Quat(std::size_t)> axes = [](std::size_t) { return Quat::Identity(); };
   Quat file = Quat::Identity();  // from the person's axes to the file's
   double unit_m = 1;
@@ -77,13 +77,13 @@ Quat bowed(std::size_t) {
   return turn(80, Vec3::UnitX());
 }
 
-void write(const Told& told, std::size_t joint, std::string& out) {
+void write(const TestMotion& made, std::size_t joint, std::string& out) {
   const std::vector<Joint>& joints = person();
   const int parent = joints[joint].parent;
-  Vec3 offset = told.file * joints[joint].at / told.unit_m;
+  Vec3 offset = made.file * joints[joint].at / made.unit_m;
   if (parent >= 0) {
     const auto p = static_cast<std::size_t>(parent);
-    offset = told.axes(p).conjugate() * (joints[joint].at - joints[p].at) / told.unit_m;
+    offset = made.axes(p).conjugate() * (joints[joint].at - joints[p].at) / made.unit_m;
   }
   char text[160];
   std::snprintf(text, sizeof text, "%s %s {\n OFFSET %.9g %.9g %.9g\n CHANNELS %s Zrotation Xrotation Yrotation\n",
@@ -91,20 +91,20 @@ void write(const Told& told, std::size_t joint, std::string& out) {
                 parent < 0 ? "6 Xposition Yposition Zposition" : "3");
   out += text;
   for (std::size_t child = 0; child < joints.size(); ++child) {
-    if (joints[child].parent == static_cast<int>(joint)) write(told, child, out);
+    if (joints[child].parent == static_cast<int>(joint)) write(made, child, out);
   }
   out += "}\n";
 }
 
-void write_values(const Told& told, const std::function<Quat(std::size_t)>& frame, std::size_t joint,
+void write_values(const TestMotion& made, const std::function<Quat(std::size_t)>& frame, std::size_t joint,
                   std::string& out) {
   const std::vector<Joint>& joints = person();
   const int parent = joints[joint].parent;
-  const auto axes = [&](std::size_t j) { return told.file * frame(j) * told.axes(j); };
+  const auto axes = [&](std::size_t j) { return made.file * frame(j) * made.axes(j); };
   Quat local = axes(joint);
   char text[160];
   if (parent < 0) {
-    const Vec3 at = told.file * joints[joint].at / told.unit_m;
+    const Vec3 at = made.file * joints[joint].at / made.unit_m;
     std::snprintf(text, sizeof text, "%.9g %.9g %.9g ", at.x(), at.y(), at.z());
     out += text;
   } else {
@@ -114,16 +114,16 @@ void write_values(const Told& told, const std::function<Quat(std::size_t)>& fram
   std::snprintf(text, sizeof text, "%.9g %.9g %.9g ", zxy[0], zxy[1], zxy[2]);
   out += text;
   for (std::size_t child = 0; child < joints.size(); ++child) {
-    if (joints[child].parent == static_cast<int>(joint)) write_values(told, frame, child, out);
+    if (joints[child].parent == static_cast<int>(joint)) write_values(made, frame, child, out);
   }
 }
 
-std::string bvh(const Told& told) {
+std::string bvh(const TestMotion& made) {
   std::string out = "HIERARCHY\n";
-  write(told, 0, out);
-  out += "MOTION\nFrames: " + std::to_string(told.frames.size()) + "\nFrame Time: 0.02\n";
-  for (const auto& frame : told.frames) {
-    write_values(told, frame, 0, out);
+  write(made, 0, out);
+  out += "MOTION\nFrames: " + std::to_string(made.frames.size()) + "\nFrame Time: 0.02\n";
+  for (const auto& frame : made.frames) {
+    write_values(made, frame, 0, out);
     out += '\n';
   }
   return out;
@@ -137,97 +137,97 @@ Vec3 head_joint(const std::function<Quat(std::size_t)>& frame) {
 }
 
 // Every bone turns like its joint, for any axes of the file.
-void expect_told(const Told& told, const ImportedMotion& imported) {
-  const Quat to_world = Quat::FromTwoVectors(told.file * Vec3::UnitY(), Vec3::UnitY()) * told.file;
-  ASSERT_EQ(imported.motion.poses.size(), told.frames.size());
-  for (std::size_t f = 0; f < told.frames.size(); ++f) {
+void expect_same_motion(const TestMotion& made, const ImportedMotion& imported) {
+  const Quat to_world = Quat::FromTwoVectors(made.file * Vec3::UnitY(), Vec3::UnitY()) * made.file;
+  ASSERT_EQ(imported.motion.poses.size(), made.frames.size());
+  for (std::size_t f = 0; f < made.frames.size(); ++f) {
     const Pose& pose = imported.motion.poses[f];
     for (const auto& [bone, joint] : {std::pair{Bone::head, kHead}, std::pair{Bone::upper_trunk, kChest},
                                       std::pair{Bone::left_shoulder, kLeftShoulder}}) {
-      EXPECT_LT(pose[bone].rotation.angularDistance(to_world * told.frames[f](joint)), 1e-5)
+      EXPECT_LT(pose[bone].rotation.angularDistance(to_world * made.frames[f](joint)), 1e-5)
           << f << ' ' << kBoneNames[static_cast<std::size_t>(bone)];
     }
-    EXPECT_LT((pose.head().position - to_world * head_joint(told.frames[f])).norm(), 1e-5) << f;
+    EXPECT_LT((pose.head().position - to_world * head_joint(made.frames[f])).norm(), 1e-5) << f;
   }
 }
 
-Result<ImportedMotion> imported(const Told& told, const BvhImport& import = {}) {
-  return decode_bvh(bvh(told), import);
+Result<ImportedMotion> imported(const TestMotion& made, const BvhImport& import = {}) {
+  return decode_bvh(bvh(made), import);
 }
 
 TEST(ImportRestPose, an_upright_zero_pose_is_the_rest_without_a_word) {
-  const Told told{.frames = {bowed, head_left}};
-  const auto motion = imported(told);
+  const TestMotion made{.frames = {bowed, head_left}};
+  const auto motion = imported(made);
   ASSERT_TRUE(motion) << motion.error();
-  expect_told(told, *motion);
+  expect_same_motion(made, *motion);
   EXPECT_THAT(motion->warnings, IsEmpty());
 }
 
 TEST(ImportRestPose, the_first_frame_is_the_rest_where_zero_bones_lie_along_x) {
-  const Told told{.axes = along_bone, .frames = {upright, head_left, bowed}};
-  const auto motion = imported(told);
+  const TestMotion made{.axes = along_bone, .frames = {upright, head_left, bowed}};
+  const auto motion = imported(made);
   ASSERT_TRUE(motion) << motion.error();
-  expect_told(told, *motion);
+  expect_same_motion(made, *motion);
   EXPECT_THAT(motion->warnings, ElementsAre(HasSubstr("the first frame is taken as the rest pose")));
 }
 
 TEST(ImportRestPose, the_first_frame_is_the_rest_where_the_zero_pose_lies) {
   for (const double degrees : {90.0, -90.0}) {
-    const Told told{.axes = [&](std::size_t) { return turn(degrees, Vec3::UnitX()); },
+    const TestMotion made{.axes = [&](std::size_t) { return turn(degrees, Vec3::UnitX()); },
                     .frames = {upright, head_left, bowed}};
-    const auto motion = imported(told);
+    const auto motion = imported(made);
     ASSERT_TRUE(motion) << motion.error();
-    expect_told(told, *motion);
+    expect_same_motion(made, *motion);
     EXPECT_THAT(motion->warnings, ElementsAre(HasSubstr("the first frame is taken as the rest pose")));
   }
 }
 
 TEST(ImportRestPose, a_first_frame_that_faces_any_way_gives_the_facing) {
   for (const double degrees : {20.0, 90.0, 180.0, -130.0}) {
-    const Told told{.axes = along_bone, .file = turn(degrees, Vec3::UnitY()), .frames = {upright, head_left}};
-    const auto motion = imported(told);
+    const TestMotion made{.axes = along_bone, .file = turn(degrees, Vec3::UnitY()), .frames = {upright, head_left}};
+    const auto motion = imported(made);
     ASSERT_TRUE(motion) << motion.error();
-    expect_told(told, *motion);
+    expect_same_motion(made, *motion);
   }
 }
 
 TEST(ImportRestPose, left_and_right_determine_where_the_zero_pose_faces) {
   for (const double degrees : {90.0, 180.0, -90.0}) {
-    const Told told{.file = turn(degrees, Vec3::UnitY()), .frames = {head_left, bowed}};
-    Told same = told;  // its axes are the file's, so that the zero pose stands and faces that way
-    same.axes = [&](std::size_t) { return told.file.conjugate(); };
+    const TestMotion made{.file = turn(degrees, Vec3::UnitY()), .frames = {head_left, bowed}};
+    TestMotion same = made;  // its axes are the file's, so that the zero pose stands and faces that way
+    same.axes = [&](std::size_t) { return made.file.conjugate(); };
     const auto motion = imported(same);
     ASSERT_TRUE(motion) << motion.error();
-    expect_told(same, *motion);
+    expect_same_motion(same, *motion);
     EXPECT_THAT(motion->warnings, ElementsAre(HasSubstr("the rest pose faces")));
   }
 }
 
 TEST(ImportRestPose, z_up_is_found_from_the_skeleton) {
-  Told told{.file = turn(90, Vec3::UnitX()), .frames = {upright, head_left, bowed}};
-  told.axes = [&](std::size_t) { return told.file.conjugate(); };
-  auto motion = imported(told);
+  TestMotion made{.file = turn(90, Vec3::UnitX()), .frames = {upright, head_left, bowed}};
+  made.axes = [&](std::size_t) { return made.file.conjugate(); };
+  auto motion = imported(made);
   ASSERT_TRUE(motion) << motion.error();
-  expect_told(told, *motion);
+  expect_same_motion(made, *motion);
   EXPECT_THAT(motion->warnings, Contains(HasSubstr("+z is taken as up")));
-  told.axes = along_bone;
-  motion = imported(told);
+  made.axes = along_bone;
+  motion = imported(made);
   ASSERT_TRUE(motion) << motion.error();
-  expect_told(told, *motion);
+  expect_same_motion(made, *motion);
   EXPECT_THAT(motion->warnings, Contains(HasSubstr("the first frame is taken")));
 }
 
 TEST(ImportRestPose, a_skeleton_that_is_never_upright_is_refused_and_the_flag_named) {
   const auto on_the_side = [](std::size_t) { return turn(80, Vec3::UnitZ()); };
-  const Told told{.axes = along_bone, .frames = {on_the_side, on_the_side}};
-  const auto motion = imported(told);
+  const TestMotion made{.axes = along_bone, .frames = {on_the_side, on_the_side}};
+  const auto motion = imported(made);
   ASSERT_FALSE(motion);
   EXPECT_THAT(motion.error(), HasSubstr("--rest"));
   EXPECT_EQ(motion.error().find('\n'), std::string::npos);
   for (const RestPose rest : {RestPose::zero, RestPose::first}) {
     BvhImport import;
     import.rest = rest;
-    const auto named = imported(told, import);
+    const auto named = imported(made, import);
     ASSERT_TRUE(named) << named.error();
     EXPECT_THAT(named->warnings, Contains(HasSubstr("not upright")));
   }
@@ -236,34 +236,34 @@ TEST(ImportRestPose, a_skeleton_that_is_never_upright_is_refused_and_the_flag_na
 TEST(ImportRestPose, the_flag_overrides_the_bones) {
   // The first frame bows the head; taken as the rest, that is upright.
   const auto nod = [](std::size_t joint) { return joint == kHead ? turn(30, Vec3::UnitX()) : Quat::Identity(); };
-  const Told told{.frames = {nod, head_left}};
+  const TestMotion made{.frames = {nod, head_left}};
   BvhImport import;
   import.rest = RestPose::first;
-  const auto motion = imported(told, import);
+  const auto motion = imported(made, import);
   ASSERT_TRUE(motion) << motion.error();
   EXPECT_LT(motion->motion.poses[0].head().rotation.angularDistance(Quat::Identity()), 1e-6);
   import.rest = RestPose::zero;
-  expect_told(told, *imported(told, import));
+  expect_same_motion(made, *imported(made, import));
 }
 
 TEST(ImportRestPose, a_unit_that_gives_the_size_of_a_person_is_used_with_a_warning) {
   for (const auto& [unit_m, name] : {std::pair{0.01, "centimetre"}, std::pair{0.001, "millimetre"},
                                      std::pair{0.0254, "inch"}, std::pair{0.0254 / 0.45, "CMU"}}) {
     for (const auto& axes : {std::function<Quat(std::size_t)>(upright), std::function<Quat(std::size_t)>(along_bone)}) {
-      const Told told{.axes = axes, .unit_m = unit_m, .frames = {upright, head_left, bowed}};
-      const auto motion = imported(told);
+      const TestMotion made{.axes = axes, .unit_m = unit_m, .frames = {upright, head_left, bowed}};
+      const auto motion = imported(made);
       ASSERT_TRUE(motion) << motion.error();
-      expect_told(told, *motion);
+      expect_same_motion(made, *motion);
       EXPECT_THAT(motion->warnings, Contains(testing::AllOf(HasSubstr(name), HasSubstr("--unit"))));
     }
   }
 }
 
 TEST(ImportRestPose, a_unit_that_is_given_is_taken_though_it_makes_a_giant) {
-  const Told told{.unit_m = 0.01, .frames = {upright, head_left}};
+  const TestMotion made{.unit_m = 0.01, .frames = {upright, head_left}};
   BvhImport import;
   import.unit_m = 1;
-  const auto motion = imported(told, import);
+  const auto motion = imported(made, import);
   ASSERT_TRUE(motion) << motion.error();
   EXPECT_NEAR(motion->motion.poses[0].head().position.y(), 155, 1e-3);
   EXPECT_THAT(motion->warnings, ElementsAre(HasSubstr("--unit 0.01")));

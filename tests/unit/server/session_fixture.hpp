@@ -30,7 +30,7 @@ class FakeGroomService final : public GroomService {
   Refused retain(SessionId, const wire::GroomHash& groom) override {
     return groom == known ? Refused{} : Refused{wire::ErrorReason::groom_unknown, "offer it first"};
   }
-  void resend_states(SessionId session, std::int64_t) override { told.push_back(session); }
+  void resend_states(SessionId session, std::int64_t) override { resent.push_back(session); }
   std::shared_ptr<const std::vector<std::uint8_t>> bytes(const wire::GroomHash& groom) override {
     return groom == known ? file : nullptr;
   }
@@ -43,7 +43,7 @@ class FakeGroomService final : public GroomService {
   void release(SessionId session, std::int64_t) override { released.push_back(session); }
 
   wire::GroomHash known{1}, kept{2};  // in memory, on disk
-  std::vector<SessionId> released, told, fetched;
+  std::vector<SessionId> released, resent, fetched;
   std::map<SessionId, std::uint64_t> strands_max;
   std::shared_ptr<const std::vector<std::uint8_t>> file =
       std::make_shared<const std::vector<std::uint8_t>>(200'000, std::uint8_t{7});

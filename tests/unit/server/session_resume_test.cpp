@@ -66,21 +66,21 @@ class ResumeTest : public SessionTest {
 TEST_F(ResumeTest, continues_with_characters_and_grooms_over_another_connection) {
   Client first = connect(0, {}, "hall");
   send(first, wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
-  const wire::Welcome told = first.welcome();
-  EXPECT_FALSE(told.resumed);
+  const wire::Welcome welcome = first.welcome();
+  EXPECT_FALSE(welcome.resumed);
   first.sink->on_closed("reset", now_ns_);
   registry_.poll(now_ns_);
   EXPECT_EQ(counters_.gauges.clients.value(), 1);
   EXPECT_EQ(counters_.gauges.clients_detached.value(), 1);
-  Client second = connect(told.session, told.secret, "ignored");
+  Client second = connect(welcome.session, welcome.secret, "ignored");
   const wire::Welcome again = second.welcome();
   EXPECT_TRUE(again.resumed);
   EXPECT_EQ(counters_.sessions_closed_by_server_taken_over.value(), 0u) << "nobody was sent away";
   EXPECT_EQ(counters_.characters_removed.value(), 0u);
-  EXPECT_EQ(again.session, told.session);
+  EXPECT_EQ(again.session, welcome.session);
   EXPECT_EQ(again.room, "hall");
-  EXPECT_EQ(again.secret, told.secret);
-  EXPECT_THAT(groom_service_.told, ElementsAre(static_cast<SessionId>(told.session)));
+  EXPECT_EQ(again.secret, welcome.secret);
+  EXPECT_THAT(groom_service_.resent, ElementsAre(static_cast<SessionId>(welcome.session)));
   EXPECT_THAT(groom_service_.released, IsEmpty());
   registry_.poll(now_ns_ + context_.limits.resume_grace_ns + 1);
   EXPECT_EQ(registry_.count(), 1u);
@@ -90,14 +90,14 @@ TEST_F(ResumeTest, continues_with_characters_and_grooms_over_another_connection)
   send(second, wire::SetLevel{1, LevelIndex::high});
   const std::vector<FromClient> commanded = commands<FromClient>();
   ASSERT_EQ(commanded.size(), 1u);
-  EXPECT_EQ(commanded[0].session, told.session);
+  EXPECT_EQ(commanded[0].session, welcome.session);
   EXPECT_EQ(std::get<wire::SetLevel>(commanded[0].message).character, 1u);
 }
 
 TEST_F(ResumeTest, takes_over_from_a_connection_that_still_looks_alive) {
   Client first = connect();
-  const wire::Welcome told = first.welcome();
-  Client second = connect(told.session, told.secret);
+  const wire::Welcome welcome = first.welcome();
+  Client second = connect(welcome.session, welcome.secret);
   EXPECT_TRUE(second.welcome().resumed);
   ASSERT_EQ(first.connection->all<wire::Goodbye>().size(), 1u);
   EXPECT_EQ(first.connection->all<wire::Goodbye>()[0].reason, GoodbyeReason::session_taken_over);
@@ -110,24 +110,24 @@ TEST_F(ResumeTest, takes_over_from_a_connection_that_still_looks_alive) {
 
 TEST_F(ResumeTest, with_a_wrong_secret_is_a_new_session_and_leaves_the_other_alone) {
   Client first = connect();
-  const wire::Welcome told = first.welcome();
-  wire::SessionSecret wrong = told.secret;
+  const wire::Welcome welcome = first.welcome();
+  wire::SessionSecret wrong = welcome.secret;
   wrong[15] ^= 1;
-  Client second = connect(told.session, wrong);
+  Client second = connect(welcome.session, wrong);
   EXPECT_FALSE(second.welcome().resumed);
-  EXPECT_NE(second.welcome().session, told.session);
+  EXPECT_NE(second.welcome().session, welcome.session);
   EXPECT_FALSE(first.connection->closed);
   EXPECT_EQ(counters_.sessions_not_resumed.value(), 1u);
 }
 
 TEST_F(ResumeTest, after_the_grace_is_a_new_session) {
   Client first = connect();
-  const wire::Welcome told = first.welcome();
+  const wire::Welcome welcome = first.welcome();
   first.sink->on_closed("reset", now_ns_);
   now_ns_ += context_.limits.resume_grace_ns + 1;
   registry_.poll(now_ns_);
   registry_.poll(now_ns_);
-  EXPECT_FALSE(connect(told.session, told.secret).welcome().resumed);
+  EXPECT_FALSE(connect(welcome.session, welcome.secret).welcome().resumed);
 }
 
 TEST_F(ResumeTest, of_a_session_above_any_number_is_refused_kindly) {

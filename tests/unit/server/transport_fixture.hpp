@@ -149,7 +149,7 @@ class TransportTest : public testing::Test {
     return run_until([&] { return counters_.connections_closed.value() == counters_.connections_accepted.value(); });
   }
   // Sends all of it, and reads until the server ends the connection.
-  std::string told(Peer& peer, std::string_view text) {
+  std::string answer_to(Peer& peer, std::string_view text) {
     std::size_t at = 0;
     EXPECT_TRUE(run_until([&] {
       if (at < text.size()) at += peer.send(text.substr(at));

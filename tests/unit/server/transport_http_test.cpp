@@ -51,7 +51,7 @@ class HttpTest : public TransportTest {
   void TearDown() override { std::filesystem::remove_all(root_); }
   std::string get(std::string_view path, std::string_view more = "", std::string_view method = "GET") {
     Peer peer(listener_->port());
-    return told(peer, std::string(method) + " " + std::string(path) +
+    return answer_to(peer, std::string(method) + " " + std::string(path) +
                           " HTTP/1.1\r\nHost: here\r\nConnection: close\r\n" + std::string(more) + "\r\n");
   }
   // The first response when the server is to keep the connection.
@@ -157,7 +157,7 @@ TEST_F(HttpTest, every_kind_of_wrong_request_has_its_status) {
   EXPECT_THAT(get("/", "no colon\r\n"), StartsWith("HTTP/1.1 400 "));
   EXPECT_THAT(get("/ws"), StartsWith("HTTP/1.1 426 "));
   Peer peer(listener_->port());
-  EXPECT_THAT(told(peer, "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"), StartsWith("HTTP/1.1 400 "));
+  EXPECT_THAT(answer_to(peer, "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"), StartsWith("HTTP/1.1 400 "));
   EXPECT_EQ(counters_.connections_opened_http.value(), 3u) << "the requests for none, /../x and %00 are sound";
   EXPECT_TRUE(all_closed());
   EXPECT_TRUE(echoes_.empty());
@@ -167,7 +167,7 @@ TEST_F(HttpTest, a_connection_is_kept_for_a_bounded_number_of_requests) {
   Peer peer(listener_->port());
   std::string all;
   for (int i = 0; i < 8; ++i) all += "GET /healthz HTTP/1.1\r\nHost: here\r\n\r\n";  // pipelined, too
-  const std::string got = told(peer, all);
+  const std::string got = answer_to(peer, all);
   std::size_t responses = 0;
   for (std::size_t at = got.find("HTTP/1.1 200"); at != std::string::npos; at = got.find("HTTP/1.1 200", at + 1))
     ++responses;
@@ -202,16 +202,16 @@ TEST_F(HttpTest, a_request_that_never_ends_is_ended) {
 
 TEST_F(HttpTest, a_kept_connection_that_asks_nothing_more_is_ended_without_being_a_failure) {
   Peer peer(listener_->port());
-  EXPECT_THAT(told(peer, "GET /healthz HTTP/1.1\r\nHost: here\r\n\r\n"), HasSubstr("Connection: keep-alive"));
+  EXPECT_THAT(answer_to(peer, "GET /healthz HTTP/1.1\r\nHost: here\r\n\r\n"), HasSubstr("Connection: keep-alive"));
   EXPECT_EQ(counters_.handshakes_failed_timeout.value(), 0u);
 }
 
 TEST_F(HttpTest, a_silent_peer_is_closed) {
   Peer peer(listener_->port());
-  EXPECT_EQ(told(peer, ""), "");
+  EXPECT_EQ(answer_to(peer, ""), "");
   EXPECT_EQ(counters_.handshakes_failed_timeout.value(), 1u);
   Peer part(listener_->port());
-  EXPECT_EQ(told(part, "GE"), "");
+  EXPECT_EQ(answer_to(part, "GE"), "");
   EXPECT_EQ(counters_.handshakes_failed_timeout.value(), 2u);
   { Peer gone(listener_->port()); }
   ASSERT_TRUE(run_until([&] { return counters_.handshakes_failed_silent.value() == 1; }));

@@ -137,7 +137,7 @@ TEST_F(TlsTest, pages_travel_inside_tls_and_plain_beside_it) {
   EXPECT_EQ(failed, "");
   EXPECT_THAT(page, StartsWith("HTTP/1.1 404 "));
   Peer peer(listener_->port());
-  EXPECT_THAT(told(peer, "GET /none HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n"), StartsWith("HTTP/1.1 404 "));
+  EXPECT_THAT(answer_to(peer, "GET /none HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n"), StartsWith("HTTP/1.1 404 "));
 }
 
 TEST_F(TlsTest, a_closing_session_sends_waiting_packets_and_ends_tls) {
@@ -206,7 +206,7 @@ TEST_F(TlsTest, a_handshake_may_come_byte_by_byte_but_must_end) {
 
 TEST_F(TlsTest, garbage_that_begins_as_tls_is_ended) {
   Peer peer(listener_->port());
-  told(peer, "\x16\x03\x01" + std::string(2000, 'x'));
+  answer_to(peer, "\x16\x03\x01" + std::string(2000, 'x'));
   EXPECT_EQ(counters_.handshakes_failed_tls.value(), 1u);
   EXPECT_TRUE(all_closed());
 }
@@ -239,9 +239,9 @@ class TlsRequiredTest : public TlsTest {
 
 TEST_F(TlsRequiredTest, what_is_plain_is_turned_away) {
   Peer page(listener_->port()), packets(listener_->port());
-  EXPECT_THAT(told(page, "GET / HTTP/1.1\r\nHost: x\r\n\r\n"), HasSubstr("this port takes TLS only"));
+  EXPECT_THAT(answer_to(page, "GET / HTTP/1.1\r\nHost: x\r\n\r\n"), HasSubstr("this port takes TLS only"));
   const auto sent = packet(64, 1);
-  EXPECT_EQ(told(packets, {reinterpret_cast<const char*>(sent.data()), sent.size()}), "");
+  EXPECT_EQ(answer_to(packets, {reinterpret_cast<const char*>(sent.data()), sent.size()}), "");
   EXPECT_EQ(counters_.handshakes_failed_tls_required.value(), 2u);
   EXPECT_TRUE(echoes_.empty());
   EXPECT_EQ(with_client([](TlsSocket& socket) {
@@ -254,7 +254,7 @@ TEST_F(TlsRequiredTest, what_is_plain_is_turned_away) {
 
 TEST_F(TransportTest, tls_without_a_certificate_is_answered_with_an_alert) {
   Peer peer(listener_->port());
-  const std::string alert = told(peer, std::string_view("\x16\x03\x01\x02\x00\x01", 6));
+  const std::string alert = answer_to(peer, std::string_view("\x16\x03\x01\x02\x00\x01", 6));
   EXPECT_EQ(alert, std::string("\x15\x03\x01\x00\x02\x02\x28", 7));
   EXPECT_EQ(counters_.handshakes_failed_tls_absent.value(), 1u);
 }

@@ -91,7 +91,7 @@ class WebSocketTest : public TransportTest {
   }
   std::string refused(std::string_view request) {
     Peer peer(listener_->port());
-    return told(peer, request);
+    return answer_to(peer, request);
   }
   std::string response_;
 };

@@ -7,7 +7,7 @@ const kOtherBytesMax = 256 << 20;
 const kObjectBytes = 512;
 
 /**
- * What a caller has not taken yet. Bounded: the oldest frames give way, and for the rest the caller who takes nothing is
+ * What a caller has not taken yet. Bounded: the oldest frames are dropped, and for the rest the caller who takes nothing is
  * cut off. No I/O.
  */
 export class EventQueue {

@@ -13,7 +13,7 @@ import type {
   Welcome,
 } from "./messages";
 
-// What a client is told, in order.
+// The events of a client, in order.
 
 export interface Connected {
   readonly type: "connected";

@@ -5,7 +5,7 @@ import { LinkCore } from "./linkCore";
 import type { LinkCounters, LinkCoreOptions } from "./linkCoreOptions";
 import type { ClientMessage, Welcome } from "./messages";
 
-// Bytes that may wait in the socket before no more packets are taken: poses wait where old ones can give way.
+// Bytes that may wait in the socket before no more packets are taken: poses wait in the queue, which can drop old ones.
 const kBufferedBytesMax = 64 << 10;
 const kBufferedWaitMs = 10;
 // Timers' own limit is 2^31 ms.

@@ -59,7 +59,7 @@ export class LinkCore {
   #deadlineNs = Infinity;
   /** while reconnecting */
   #giveUpNs = Infinity;
-  /** all told of again, after a resume */
+  /** the server has announced all of them again after a resume */
   #membersDueNs = Infinity;
   #activeSinceNs = 0;
   /** since when it is, or was last, without a connection that lasts */

@@ -42,7 +42,7 @@ export interface LinkCounters {
   framesDropped: number;
   /** what they refer to was missing, or their bytes were wrong */
   framesUndecodable: number;
-  /** of no member that was told of, or no newer than the last */
+  /** of no announced member, or no newer than the last */
   framesUnknown: number;
   /** not sent in time */
   posesDropped: number;

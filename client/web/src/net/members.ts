@@ -59,7 +59,7 @@ export interface DecodedFrame {
   wantsKeyframe: boolean;
   /** the frame's own, or that of an undecodable one before it */
   discontinuous: boolean;
-  /** one's own number; 0: another's */
+  /** this client's number; 0: another client's character */
   character: number;
   /** of a decoded frame; until the next frame of the member */
   integers: FrameIntegers | null;
@@ -69,7 +69,7 @@ export interface DecodedFrame {
 }
 
 /**
- * The members of the room as this session was told of them, and the recent frames of each, from which the next are
+ * The members of the room as the server announced them, and the recent frames of each, from which the next are
  * decoded.
  */
 export class Members {
@@ -87,7 +87,7 @@ export class Members {
     geometry: null,
   };
 
-  /** False when nothing is new by it: told again after a resume. */
+  /** False when the member is known already: after a resume the server announces all members again. */
   join(joined: MemberJoined): boolean {
     return this.#put(joined.member, new Member(joined.session, joined.character, joined.groom));
   }

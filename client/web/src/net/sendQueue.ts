@@ -6,7 +6,7 @@ const kOthersMax = 65_536;
 
 /**
  * What waits to be sent, in order, but for groom bytes. Bounded: when the connection does not keep up, the oldest pose
- * batches give way (newer poses supersede them). No I/O.
+ * batches are dropped (newer poses supersede them). No I/O.
  */
 export class SendQueue {
   #messages: ClientMessage[] = [];

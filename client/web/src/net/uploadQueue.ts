@@ -34,7 +34,7 @@ export class UploadQueue {
     return true;
   }
 
-  /** The server has all of it, or refused it: the bytes are let go. */
+  /** The server has all of it, or refused it: drops the bytes. */
   drop(hash: GroomHash): void {
     this.#uploads.delete(hash);
     this.#wanted = this.#wanted.filter((wanted) => wanted !== hash);

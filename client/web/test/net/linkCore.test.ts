@@ -92,7 +92,7 @@ describe("link: opening", () => {
     expect(driver.core.hasEnded).toBe(true);
   });
 
-  it("ends with a server that begins with something else than a welcome", () => {
+  it("ends with a server that does not begin with a welcome", () => {
     const driver = new LinkCoreDriver();
     driver.open();
     driver.tell({ type: "memberLeft", member: 1 });
@@ -275,7 +275,7 @@ describe("link: frames", () => {
     expect(driver.core.isActive).toBe(true);
   });
 
-  it("overlooks frames of members that it was not told of, and those that come late", () => {
+  it("ignores frames of unknown members, and late frames", () => {
     const driver = joinedDriver();
     driver.tell(batch(0, { member: 301 }));
     driver.tell(batch(0, {}, 105));
@@ -355,7 +355,7 @@ describe("link: staying alive, importance, poses", () => {
     expect(driver.sent().length).toBe(1);
   });
 
-  it("lets the oldest poses give way when the connection does not keep up, and passes their teleports on", () => {
+  it("drops the oldest poses when the connection does not keep up, and passes their teleports on", () => {
     const driver = new LinkCoreDriver();
     driver.join();
     driver.core.pushPoses([pose(1, 1, true)]);

@@ -12,7 +12,7 @@ const kSecond = 1e9;
 const groom = "ab".repeat(32);
 
 /** A room whose server sends what the test wants. */
-class Told {
+class ServedRoom {
   nowNs = 100 * kSecond;
   readonly sockets: FakeSocket[] = [];
   readonly link = new Link("localhost:7420", {
@@ -28,24 +28,24 @@ class Told {
   constructor() {
     void this.link.connect();
     this.socket.onopen?.(undefined as never);
-    this.tell(new LinkCoreDriver().welcome());
+    this.receive(new LinkCoreDriver().welcome());
   }
 
   get socket(): FakeSocket {
     return this.sockets[this.sockets.length - 1];
   }
-  tell(message: ServerMessage): void {
+  receive(message: ServerMessage): void {
     const packet = serverPacket(this.nowNs, message);
     this.socket.onmessage?.({ data: packet.buffer.slice(packet.byteOffset, packet.byteOffset + packet.length) });
   }
-  said(): ClientMessage[] {
+  sent(): ClientMessage[] {
     return this.socket.sent.splice(0).map((packet) => decodePacket(packet).message as ClientMessage);
   }
   /** A rigid frame at the origin, after which no other comes. */
-  tellAsleep(member: number): void {
+  receiveAsleep(member: number): void {
     const frame = { member, level: LevelIndex.rigid, errorClass: ErrorClass.halfMm, discontinuous: false, asleep: true };
     const rest = { velocities: false, order: 0, stride: 1, stepStride: 1, content: rigidContent() };
-    this.tell({ type: "frameBatch", tick: 1, sampleTimeNs: this.nowNs, frames: [{ ...frame, ...rest }] });
+    this.receive({ type: "frameBatch", tick: 1, sampleTimeNs: this.nowNs, frames: [{ ...frame, ...rest }] });
   }
 }
 
@@ -64,150 +64,150 @@ class FakeSocket implements WebSocketLike {
 }
 
 test("shows a sleeping member whose only frame came together with the news of it", () => {
-  const told = new Told();
-  told.tell({ type: "memberJoined", member: 5, session: 9n, character: 1, groom });
-  told.tellAsleep(5);
-  const [member] = told.room.sample(0);
+  const served = new ServedRoom();
+  served.receive({ type: "memberJoined", member: 5, session: 9n, character: 1, groom });
+  served.receiveAsleep(5);
+  const [member] = served.room.sample(0);
   expect(member.member).toBe(5);
-  told.nowNs += kSecond;
-  told.room.sample(0);
+  served.nowNs += kSecond;
+  served.room.sample(0);
   expect(member.pose && [...member.pose]).toEqual([...rigidPose()].map((x) => expect.closeTo(x, 4)));
 });
 
 test("asks for a missing groom, and again later when no member can give it", () => {
-  const told = new Told();
-  told.room.sample(0);
-  told.said();
-  told.tell({ type: "memberJoined", member: 5, session: 9n, character: 1, groom });
-  told.room.sample(0);
-  const requests = () => told.said().filter((message) => message.type === "groomRequest");
-  told.link.flush();
+  const served = new ServedRoom();
+  served.room.sample(0);
+  served.sent();
+  served.receive({ type: "memberJoined", member: 5, session: 9n, character: 1, groom });
+  served.room.sample(0);
+  const requests = () => served.sent().filter((message) => message.type === "groomRequest");
+  served.link.flush();
   expect(requests()).toHaveLength(1);
-  told.tell({ type: "error", reason: 20, character: 0, groom, detail: "not here" }); // groomUnavailable
-  told.room.sample(0);
-  told.link.flush();
+  served.receive({ type: "error", reason: 20, character: 0, groom, detail: "not here" }); // groomUnavailable
+  served.room.sample(0);
+  served.link.flush();
   expect(requests()).toHaveLength(0);
-  told.nowNs += 4 * kSecond;
-  told.room.sample(0);
-  told.link.flush();
+  served.nowNs += 4 * kSecond;
+  served.room.sample(0);
+  served.link.flush();
   expect(requests()).toHaveLength(1);
 });
 
 test("forgets members that have left, and reports members in order", () => {
-  const told = new Told();
+  const served = new ServedRoom();
   const heard: string[] = [];
-  told.room.on("joined", ({ member }) => heard.push(`joined ${member.member}`));
-  const stop = told.room.on("left", ({ member }) => heard.push(`left ${member.member}`));
-  told.tell({ type: "memberJoined", member: 5, session: 9n, character: 1, groom });
-  told.tell({ type: "memberJoined", member: 6, session: 9n, character: 2, groom });
-  told.tell({ type: "memberLeft", member: 5 });
-  expect(told.room.sample(0).map((member) => member.member)).toEqual([6]);
+  served.room.on("joined", ({ member }) => heard.push(`joined ${member.member}`));
+  const stop = served.room.on("left", ({ member }) => heard.push(`left ${member.member}`));
+  served.receive({ type: "memberJoined", member: 5, session: 9n, character: 1, groom });
+  served.receive({ type: "memberJoined", member: 6, session: 9n, character: 2, groom });
+  served.receive({ type: "memberLeft", member: 5 });
+  expect(served.room.sample(0).map((member) => member.member)).toEqual([6]);
   expect(heard).toEqual(["joined 5", "joined 6", "left 5"]);
   stop();
-  told.tell({ type: "memberLeft", member: 6 });
-  expect(told.room.sample(0)).toEqual([]);
+  served.receive({ type: "memberLeft", member: 6 });
+  expect(served.room.sample(0)).toEqual([]);
   expect(heard).toHaveLength(3);
 });
 
 test("an own character is drawn with the last pushed pose, independent of frames", () => {
-  const told = new Told();
-  told.tell({ type: "memberJoined", member: 5, session: 9n, character: 1, groom });
-  told.room.sample(0);
-  const own = told.room.addCharacterLike(told.room.members.get(5)!);
-  told.tell({ type: "characterAdded", character: own.character, groom, level: LevelIndex.rigid, member: 7 });
-  told.tellAsleep(7);
+  const served = new ServedRoom();
+  served.receive({ type: "memberJoined", member: 5, session: 9n, character: 1, groom });
+  served.room.sample(0);
+  const own = served.room.addCharacterLike(served.room.members.get(5)!);
+  served.receive({ type: "characterAdded", character: own.character, groom, level: LevelIndex.rigid, member: 7 });
+  served.receiveAsleep(7);
   own.push(rigidPose([0, 0, 0, 1], [1, 2, 3]));
-  told.room.sample(0);
-  const mine = told.room.members.get(7)!;
+  served.room.sample(0);
+  const mine = served.room.members.get(7)!;
   expect(mine.own).toBe(true);
   expect([...mine.pose!.subarray(4, 7)]).toEqual([1, 2, 3]);
   expect(() => own.push(new Float64Array(35))).toThrow("unit length");
-  expect([...told.room.members.get(7)!.pose!.subarray(4, 7)]).toEqual([1, 2, 3]);
+  expect([...served.room.members.get(7)!.pose!.subarray(4, 7)]).toEqual([1, 2, 3]);
 });
 
 test("all own characters exist when a new server swaps their numbers, and their hair continues", () => {
-  const told = new Told();
-  told.tell({ type: "memberJoined", member: 5, session: 9n, character: 1, groom });
-  told.room.sample(0);
-  const like = told.room.members.get(5)!;
-  const own = [told.room.addCharacterLike(like), told.room.addCharacterLike(like)];
+  const served = new ServedRoom();
+  served.receive({ type: "memberJoined", member: 5, session: 9n, character: 1, groom });
+  served.room.sample(0);
+  const like = served.room.members.get(5)!;
+  const own = [served.room.addCharacterLike(like), served.room.addCharacterLike(like)];
   const add = (n: number, member: number) =>
-    told.tell({ type: "characterAdded", character: own[n].character, groom, level: LevelIndex.rigid, member });
+    served.receive({ type: "characterAdded", character: own[n].character, groom, level: LevelIndex.rigid, member });
   add(0, 1);
   add(1, 2);
-  told.room.sample(0);
-  const playouts = own.map(({ character }) => [...told.room.members.values()].find((one) => one.character === character)!.playout);
-  told.socket.onclose?.({ code: 1006, reason: "" });
-  told.nowNs += 20 * kSecond;
-  told.room.sample(0);
-  told.socket.onopen?.(undefined as never);
-  told.tell(new LinkCoreDriver().welcome());
+  served.room.sample(0);
+  const playouts = own.map(({ character }) => [...served.room.members.values()].find((one) => one.character === character)!.playout);
+  served.socket.onclose?.({ code: 1006, reason: "" });
+  served.nowNs += 20 * kSecond;
+  served.room.sample(0);
+  served.socket.onopen?.(undefined as never);
+  served.receive(new LinkCoreDriver().welcome());
   add(0, 2);
   add(1, 1);
-  told.tellAsleep(2); // before any sample has processed the new numbers
-  told.room.sample(0);
-  expect([...told.room.members.keys()].sort()).toEqual([1, 2]);
+  served.receiveAsleep(2); // before any sample has processed the new numbers
+  served.room.sample(0);
+  expect([...served.room.members.keys()].sort()).toEqual([1, 2]);
   own.forEach(({ character }, n) => {
-    const member = told.room.members.get(2 - n)!;
+    const member = served.room.members.get(2 - n)!;
     expect(member.character).toBe(character);
     expect(member.playout).toBe(playouts[n]);
   });
-  expect(told.room.delayS(told.room.members.get(2)!)).toBeGreaterThan(0);
-  expect(told.room.delayS(told.room.members.get(1)!)).toBe(0);
+  expect(served.room.delayS(served.room.members.get(2)!)).toBeGreaterThan(0);
+  expect(served.room.delayS(served.room.members.get(1)!)).toBe(0);
 });
 
 test("an unused groom is not requested again, and not kept as damaged", () => {
-  const told = new Told();
+  const served = new ServedRoom();
   const requests = () => {
-    told.room.sample(0);
-    told.link.flush();
-    return told.said().filter((message) => message.type === "groomRequest").length;
+    served.room.sample(0);
+    served.link.flush();
+    return served.sent().filter((message) => message.type === "groomRequest").length;
   };
-  const join = (member: number) => told.tell({ type: "memberJoined", member, session: 9n, character: 1, groom });
-  const leave = (member: number) => told.tell({ type: "memberLeft", member });
+  const join = (member: number) => served.receive({ type: "memberJoined", member, session: 9n, character: 1, groom });
+  const leave = (member: number) => served.receive({ type: "memberLeft", member });
   join(5);
   expect(requests()).toBe(1);
   leave(5);
-  told.tell({ type: "error", reason: 20, character: 0, groom, detail: "not here" }); // groomUnavailable
+  served.receive({ type: "error", reason: 20, character: 0, groom, detail: "not here" }); // groomUnavailable
   expect(requests()).toBe(0);
-  told.nowNs += 4 * kSecond;
+  served.nowNs += 4 * kSecond;
   expect(requests()).toBe(0);
   // A groom that was damaged on its way may arrive intact the next time.
   join(6);
   expect(requests()).toBe(1);
-  told.tell({ type: "groomData", hash: groom, offset: 0, byteCount: 3, bytes: new Uint8Array(3) });
-  told.room.sample(0);
-  expect(told.room.members.get(6)!.fault).not.toBe("");
+  served.receive({ type: "groomData", hash: groom, offset: 0, byteCount: 3, bytes: new Uint8Array(3) });
+  served.room.sample(0);
+  expect(served.room.members.get(6)!.fault).not.toBe("");
   leave(6);
   join(7);
   expect(requests()).toBe(1);
-  expect(told.room.members.get(7)!.fault).toBe("");
+  expect(served.room.members.get(7)!.fault).toBe("");
 });
 
 test("reports a lost and a restored connection", () => {
-  const told = new Told();
+  const served = new ServedRoom();
   const states: string[] = [];
-  told.room.on("state", ({ state }) => states.push(state));
-  told.room.sample(0);
-  told.socket.onclose?.({ code: 1006, reason: "" });
-  told.room.sample(0);
-  expect(told.room.state).toBe("reconnecting");
-  told.nowNs += 20 * kSecond;
-  told.room.sample(0);
-  told.socket.onopen?.(undefined as never);
-  told.tell(new LinkCoreDriver().welcome({ resumed: true }));
-  told.room.sample(0);
+  served.room.on("state", ({ state }) => states.push(state));
+  served.room.sample(0);
+  served.socket.onclose?.({ code: 1006, reason: "" });
+  served.room.sample(0);
+  expect(served.room.state).toBe("reconnecting");
+  served.nowNs += 20 * kSecond;
+  served.room.sample(0);
+  served.socket.onopen?.(undefined as never);
+  served.receive(new LinkCoreDriver().welcome({ resumed: true }));
+  served.room.sample(0);
   expect(states.filter((state, n) => state !== states[n - 1])).toEqual(["connected", "reconnecting", "connected"]);
-  told.room.close();
-  expect(told.room.state).toBe("closed");
+  served.room.close();
+  expect(served.room.state).toBe("closed");
 });
 
 test("a refusal that would come again closes the room as refused", () => {
-  const told = new Told();
+  const served = new ServedRoom();
   const closed: boolean[] = [];
-  told.room.on("state", ({ state, isRefused }) => state === "closed" && closed.push(isRefused));
-  told.tell({ type: "goodbye", reason: GoodbyeReason.tokenRefused, detail: "expired" });
-  told.room.sample(0);
+  served.room.on("state", ({ state, isRefused }) => state === "closed" && closed.push(isRefused));
+  served.receive({ type: "goodbye", reason: GoodbyeReason.tokenRefused, detail: "expired" });
+  served.room.sample(0);
   expect(closed).toEqual([true]);
 });
 

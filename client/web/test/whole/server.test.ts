@@ -88,7 +88,7 @@ describe.skipIf(program === null)("with a server", () => {
     owner.stream();
     const observer = await join_("observer");
 
-    await until("the member is told of", () => observer.of("memberJoined").length > 0);
+    await until("the member is announced", () => observer.of("memberJoined").length > 0);
     const joined: MemberJoined = observer.of("memberJoined")[0];
     expect(joined).toMatchObject({ character: 1, groom: hash });
 
@@ -122,7 +122,7 @@ describe.skipIf(program === null)("with a server", () => {
     // sends it rigid until then.
     const first = owner.frames.slice(before).find((each) => !each.frame.lastKnown && each.frame.level === LevelIndex.low)!;
     expect(moves(first.frame)).toBe(true);
-    await until("the member is told of again", () => observer.of("memberJoined").length === 2);
+    await until("the member is announced again", () => observer.of("memberJoined").length === 2);
     expect(observer.of("memberLeft").length).toBe(1);
     expect(owner.of("error")).toEqual([]);
     expect(observer.of("error")).toEqual([]);

@@ -3,7 +3,7 @@ import { unfold16 } from "./golomb";
 import type { Neighbours } from "./neighbours";
 
 // The walk over the nodes of a frame, from the last to the first: each one's prediction corrected by the errors of its
-// neighbours, and its Rice parameter told by how much they needed (schema/codec/README.md, Displacements).
+// neighbours, and its Rice parameter chosen by the bits that they needed (schema/codec/README.md, Displacements).
 
 export const kSpatialBits = 2;
 /** In 32nds of the sum of the neighbours' errors, by how many there are; a frame chooses a row. */
