@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/smoothstep.hpp"
+
 namespace hairnet::render {
 namespace {
 
@@ -55,8 +57,7 @@ float Scalp::density(const Vec3f& position) const {
 }
 
 float Scalp::at(const Vec3f& position) const {
-  const float t = std::clamp((density(position) / usual_ - kBare) / (kFull - kBare), 0.0f, 1.0f);
-  return t * t * (3 - 2 * t);
+  return smoothstep(kBare, kFull, density(position) / usual_);
 }
 
 }  // namespace hairnet::render

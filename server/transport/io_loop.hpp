@@ -6,7 +6,7 @@
 #include <memory>
 #include <mutex>
 
-#include "schema/channel/monotonic_clock.hpp"
+#include "schema/channel/monotonic_clock.hpp"  // all times of the server are on this clock
 
 namespace hairnet::server {
 

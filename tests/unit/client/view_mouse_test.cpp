@@ -291,7 +291,7 @@ TEST_F(MouseControllerTest, a_drag_that_began_beside_keeps_to_the_camera_over_a_
 }
 
 TEST(Framing, all_heads_are_in_view_from_every_side) {
-  TwoHeads show;
+  TwoHeads source;
   for (const View view : {View::front, View::side, View::back, View::three_quarter}) {
     OrbitCamera camera;
     frame_all(source.viewed_characters(), view, kWidth, kHeight, camera);

@@ -56,7 +56,7 @@ TEST(MotionTimeline, an_end_that_does_not_meet_the_beginning_is_a_jump) {
 TEST(MotionTimeline, a_clip_that_closes_loops_without_a_jump) {
   Motion closed = leaning(0);
   closed.poses.back() = closed.poses.front();
-  EXPECT_FALSE(MotionTimeline(closed, 3).jumps(0.95, 1.05));
+  EXPECT_FALSE(MotionTimeline(closed, 3).teleports(0.95, 1.05));
 }
 
 TEST(MotionTimeline, the_clips_own_teleports_are_jumps) {

@@ -1,5 +1,6 @@
 import { kBare, kCardRoots, kFull, kReachMinM, kSamples, kSkullM2, kSpacings } from "../../generated/constants";
 import type { Groom } from "../../hair/groom";
+import { smoothstep } from "../../hair/smoothstep";
 
 /** Where the roots of a groom grow on the skin: the skin there is drawn in the colour of the hair. */
 export class Scalp {
@@ -24,8 +25,7 @@ export class Scalp {
    * rows of roots too; falls to 0 within reach of the outermost roots.
    */
   at(x: number, y: number, z: number): number {
-    const t = Math.min(Math.max((this.#density(x, y, z) / this.#usual - kBare) / (kFull - kBare), 0), 1);
-    return t * t * (3 - 2 * t);
+    return smoothstep(kBare, kFull, this.#density(x, y, z) / this.#usual);
   }
 
   #density(x: number, y: number, z: number): number {
