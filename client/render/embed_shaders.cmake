@@ -15,11 +15,11 @@ foreach(path IN LISTS SHADERS)
 endforeach()
 file(WRITE "${OUT}" "#include \"client/render/shader_text.hpp\"
 
-namespace hairnet::view {
+namespace hairnet::render {
 
 std::string_view shader_text(std::string_view file) {
 ${entries}  return {};
 }
 
-}  // namespace hairnet::view
+}  // namespace hairnet::render
 ")
