@@ -15,7 +15,7 @@ std::string to_text(const Metrics& metrics, char between, char after) {
   const auto add = [&](const CounterSet& set) {
     for (const Counter* counter : set.counters()) {
       if (counter->value() == 0) continue;
-      text += fmt::format("{}{}{:.12g}{}", counter->name().flat(), between, counter->scaled_value(), after);
+      text += fmt::format("{}{}{:.15g}{}", counter->name().flat(), between, counter->scaled_value(), after);
     }
   };
   for (const CounterSet* set : metrics.counter_sets()) add(*set);

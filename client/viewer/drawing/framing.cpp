@@ -20,6 +20,10 @@ double hang_m(const Groom& groom) {
 
 }  // namespace
 
+Vec3 head_middle(const Pose& pose) {
+  return pose.head().point(Vec3(0, 0.08, 0.01));
+}
+
 Vec3 direction_of(View view) {
   switch (view) {
     case View::front:

@@ -9,6 +9,9 @@
 
 namespace hairnet::viewer {
 
+// The middle of a head in the world.
+Vec3 head_middle(const Pose& pose);
+
 // The direction from the head to the eye before a heading about +Y turns it; its length is about 1.
 Vec3 direction_of(View view);
 

@@ -5,11 +5,9 @@
 #include <numbers>
 #include <utility>
 
-namespace hairnet::viewer {
+#include "client/viewer/drawing/framing.hpp"
 
-Vec3 head_middle(const Pose& pose) {
-  return pose.head().point(Vec3(0, 0.08, 0.01));
-}
+namespace hairnet::viewer {
 
 std::optional<std::uint64_t> pick(const Ray& ray, std::span<const ViewedCharacter> viewed) {
   std::optional<std::uint64_t> nearest;

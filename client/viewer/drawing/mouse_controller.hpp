@@ -37,8 +37,7 @@ class MouseController {
   std::optional<std::uint64_t> grabbed_, chosen_;
 };
 
-// The middle of a head in the world, for picking and framing, and its radius.
-Vec3 head_middle(const Pose& pose);
+// Of the ball about head_middle() that stands for a head when it is picked.
 inline constexpr double kHeadRadius_m = 0.15;
 
 // The character whose head the ray hits first.
