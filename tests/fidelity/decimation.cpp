@@ -67,12 +67,12 @@ Result<void> measure(const std::string& groom_name, const Options& options, Deci
     clips.push_back(make_clip(*motion, kRate_hz, kDuration_s));
   }
   if (options.has_lattices) {
-    auto lattices = measure_lattices(*groom, clips, kTruthNodes, counts, say);
+    auto lattices = measure_lattices(*groom, clips, kTruthNodes, counts, print_line);
     if (!lattices) return Refusal(lattices.error());
     report.lattices.insert(report.lattices.end(), lattices->begin(), lattices->end());
     return {};
   }
-  auto rows = measure_decimation(*groom, clips, counts, say);
+  auto rows = measure_decimation(*groom, clips, counts, print_line);
   if (!rows) return Refusal(rows.error());
   report.rows.insert(report.rows.end(), rows->begin(), rows->end());
   return {};

@@ -58,10 +58,10 @@ void Player::make_core() {
   for (const auto& [number, character] : characters_) {
     const Assets::GroomFile& groom = assets().grooms[character.groom];
     core_->offer_groom(groom.hash, groom.bytes);
-    core_->add_character(number, groom.hash, character.level);
+    core_->send(wire::AddCharacter{number, groom.hash, character.level});
   }
-  if (!sees_all_) core_->observe(observe_);
-  if (calm_) core_->set_wind({});  // its room may still have one that it set before it left
+  if (!sees_all_) core_->send(observe_);
+  if (calm_) core_->send(wire::SetWind{});  // its room may still have one that it set before it left
 }
 
 void Player::add_character() {
@@ -82,7 +82,7 @@ void Player::add_character() {
   if (!core_) return;
   const Assets::GroomFile& groom = assets().grooms[character.groom];
   core_->offer_groom(groom.hash, groom.bytes);
-  core_->add_character(number, groom.hash, character.level);
+  core_->send(wire::AddCharacter{number, groom.hash, character.level});
 }
 
 void Player::leave(bool says_goodbye) {
@@ -133,12 +133,12 @@ void Player::calm_down() {
   observe_ = {};
   sees_all_ = true;
   if (!core_) return;
-  core_->observe(observe_);
-  core_->set_wind({});
+  core_->send(observe_);
+  core_->send(wire::SetWind{});
   std::vector<wire::MemberImportance> all;
   for (const auto& [member, m] : members_) all.push_back({member, 0.5f, true});
   core_->report_importance(all);
-  for (const auto& [number, character] : characters_) core_->set_material(number, {});
+  for (const auto& [number, character] : characters_) core_->send(wire::SetMaterial{number, {}});
   if (connection_ && !is_active()) journal_->count("calm while connecting");
   turn();
 }
@@ -357,25 +357,25 @@ void Player::act() {
   } else if (pick == 1 && numbers.size() > 1) {
     const std::uint32_t number = numbers.back();
     characters_.erase(number);
-    core_->remove_character(number);
+    core_->send(wire::RemoveCharacter{number});
     journal_->count("character removed");
   } else if (pick <= 3 && !numbers.empty() && !plain) {
     const std::uint32_t number = one_of(numbers, random_);
     characters_[number].level = static_cast<LevelIndex>(2 + random_.next() % 3);
-    core_->set_level(number, characters_[number].level);
+    core_->send(wire::SetLevel{number, characters_[number].level});
     journal_->count("level set");
   } else if (pick == 4 && !numbers.empty()) {
     MaterialScale scale;
     scale.stiffness = static_cast<float>(random_.between(0.05, 20));
     scale.density = static_cast<float>(random_.between(0.2, 5));
     scale.gel_per_s2 = static_cast<float>(random_.between(0, 100));
-    core_->set_material(one_of(numbers, random_), scale);
+    core_->send(wire::SetMaterial{one_of(numbers, random_), scale});
     journal_->count("material set");
   } else if (pick == 5) {
     Wind wind;
     if (random_.unit() < 0.5) wind.mean_m_per_s = {random_.between(-8, 8), 0, random_.between(-8, 8)};
     if (random_.unit() < 0.3) wind.turbulence_rms_m_per_s = 1;
-    core_->set_wind(wind);
+    core_->send(wire::SetWind{wind});
     journal_->count("wind set");
   } else if (pick <= 7) {
     observe_ = {};
@@ -388,7 +388,7 @@ void Player::act() {
     observe_.stride = plain ? 1 : 1u << random_.next() % 3;
     observe_.velocities = random_.unit() < 0.4;
     sees_all_ = false;
-    core_->observe(observe_);
+    core_->send(observe_);
     journal_->count("observe");
   } else if (pick <= 9 && !seen.empty()) {
     std::vector<wire::MemberImportance> report;
