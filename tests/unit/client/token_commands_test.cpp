@@ -55,7 +55,7 @@ TEST_F(TokenCommands, what_is_wrong_is_one_line) {
   make.claims.name = "\xff";
   EXPECT_EQ(make_token(make, kNow_s).error(), "the name is not valid UTF-8");
   make.claims.room = "a b";
-  EXPECT_THAT(make_token(make, kNow_s).error(), HasSubstr("a room is"));
+  EXPECT_THAT(make_token(make, kNow_s).error(), HasSubstr("a room's name is"));
   EXPECT_EQ(show_token({file_, "a.b.c"}, kNow_s).error(), "the token is refused: malformed");
   std::ofstream(file_) << "no key\n";
   EXPECT_THAT(make_token(make, kNow_s).error(), HasSubstr("is no key"));

@@ -139,13 +139,13 @@ TEST(ProtocolPage, has_a_row_with_the_fields_of_every_message) {
   const auto server = alternatives("schema/wire/server_messages.hpp", "ServerMessage");
   std::map<std::string, std::vector<Row>> tables;
   for (const char* section :
-       {"## Messages from client to server", "## Messages from server to client", "## Messages either way"})
+       {"## Messages from client to server", "## Messages from server to client", "## Messages in both directions"})
     tables[section] = table_below(section);
   std::string messages = block_of("schema/messages.fbs", "union Body");
   for (const std::string& name : matches_of(messages.substr(messages.find('{')), "(\\w+)")) {
     ASSERT_TRUE(client.contains(name) || server.contains(name)) << name;
     const std::vector<Row>& rows = tables[!server.contains(name)  ? "## Messages from client to server"
-                                          : client.contains(name) ? "## Messages either way"
+                                          : client.contains(name) ? "## Messages in both directions"
                                                                   : "## Messages from server to client"];
     const auto row = std::find_if(rows.begin(), rows.end(), [&](const Row& each) { return each.front() == name; });
     ASSERT_NE(row, rows.end()) << name;
