@@ -26,7 +26,7 @@ foreach(enum IN LISTS enums)
   list(JOIN values "\", \"" quoted)
   string(APPEND text "\ninline constexpr std::array<std::string_view, ${count}> k${name}Names{\"${quoted}\"};\n")
   if(name STREQUAL "LevelIndex")
-    continue()   # core's own type; flatbuffer_convert.cpp holds the two to each other
+    continue()   # core's own type; flatbuffer_convert.cpp checks that both list the same levels
   endif()
   string(APPEND text
     "enum class ${name} : std::uint8_t { ${commas} };\n"

@@ -5,8 +5,9 @@
 #include <cstdint>
 #include <string_view>
 
-// What bounds messages and groom files, and the version of the protocol. The TypeScript constants are generated from
-// these lines (client/web/scripts/generate.mjs), and PROTOCOL.md has a row for each: keep to one plain number a line.
+// The limits of messages, and the version of the protocol. Limits of grooms: GroomLimits (core/groom/groom.hpp). The
+// TypeScript constants are generated from these lines (client/web/scripts/generate.mjs), and PROTOCOL.md has a row for
+// each: write one plain number a line.
 namespace hairnet::wire {
 
 inline constexpr std::uint16_t kProtocolVersion = 3;

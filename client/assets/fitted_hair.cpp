@@ -8,7 +8,7 @@
 #include "client/assets/made/made.hpp"
 #include "core/geometry/mesh_query.hpp"
 
-namespace hairnet::viewer {
+namespace hairnet {
 namespace {
 
 constexpr std::size_t kStrandCount = 4000;
@@ -49,4 +49,4 @@ Result<Groom> fitted_hair(const TriangleMesh& body) {
   return groom;
 }
 
-}  // namespace hairnet::viewer
+}  // namespace hairnet

@@ -3,10 +3,10 @@
 #include "core/groom/groom.hpp"
 #include "core/result.hpp"
 
-namespace hairnet::viewer {
+namespace hairnet {
 
 // Made hair for a body without hair, in head space: a short style of the made bust, stretched to the other skull and
 // moved onto its skin. `body` needs only its mesh.
 Result<Groom> fitted_hair(const TriangleMesh& body);
 
-}  // namespace hairnet::viewer
+}  // namespace hairnet

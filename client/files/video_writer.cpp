@@ -19,7 +19,7 @@ extern char** environ;  // NOLINT: POSIX names it so
 
 #include "client/files/read_file.hpp"
 
-namespace hairnet::viewer {
+namespace hairnet {
 namespace {
 
 using Words = std::vector<std::string>;
@@ -126,7 +126,7 @@ Result<VideoWriter> VideoWriter::create(const std::string& path, int width, int 
   posix_spawn_file_actions_adddup2(&actions, pictures_read, STDIN_FILENO);
   posix_spawn_file_actions_adddup2(&actions, complaints_write, STDERR_FILENO);
   posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-  // The child ignores keyboard signals: this program handles them and ends the clip.
+  // The child has its own process group, so Ctrl+C reaches only this program, which then ends the video.
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
@@ -204,4 +204,4 @@ std::string VideoWriter::end_process() {
   return said.empty() ? "ffmpeg failed" : first_line(said);
 }
 
-}  // namespace hairnet::viewer
+}  // namespace hairnet

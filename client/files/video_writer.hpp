@@ -7,13 +7,13 @@
 
 #include "core/result.hpp"
 
-namespace hairnet::viewer {
+namespace hairnet {
 
 // Whether a file of that name is a video: .mp4, .gif or .webm.
 bool is_video(std::string_view path);
 
-// Writes pictures of one size, at a fixed rate, to a clip through a pipe to ffmpeg. The file appears when the clip is
-// finished; an abandoned clip leaves no file. One thread.
+// Writes pictures of one size, at a fixed rate, to a video through a pipe to ffmpeg. The file appears when the video is
+// finished; an abandoned video leaves no file. One thread.
 class VideoWriter {
  public:
   // Returns an error for another extension, sizes outside 16 ... 8192, a rate outside 1 ... 240, a missing folder, and
@@ -21,7 +21,7 @@ class VideoWriter {
   static Result<VideoWriter> create(const std::string& path, int width, int height, double rate_hz);
   VideoWriter(VideoWriter&& other) noexcept;
   VideoWriter& operator=(VideoWriter&&) = delete;
-  ~VideoWriter();  // abandons an unfinished clip
+  ~VideoWriter();  // abandons an unfinished video
 
   // RGBA, rows from the top.
   Result<void> add(std::span<const std::uint8_t> rgba);
@@ -36,4 +36,4 @@ class VideoWriter {
   int process_ = -1, pictures_fd_ = -1, complaints_fd_ = -1;
 };
 
-}  // namespace hairnet::viewer
+}  // namespace hairnet

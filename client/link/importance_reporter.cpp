@@ -19,7 +19,7 @@ void ImportanceReporter::report(std::span<const wire::MemberImportance> members)
     const auto [found, is_new] = members_.try_emplace(m.member);
     Reported& reported = found->second;
     reported.now = m;
-    reported.due = reported.due || differs(reported.now, reported.said);
+    reported.due = reported.due || differs(reported.now, reported.sent);
     any_due_ = any_due_ || reported.due;
   }
 }
@@ -45,7 +45,7 @@ std::optional<wire::ReportImportance> ImportanceReporter::take(std::int64_t now_
       break;
     }
     message.members.push_back(reported.now);
-    reported.said = reported.now;
+    reported.sent = reported.now;
     reported.due = false;
   }
   next_ns_ = now_ns + kInterval_ns;

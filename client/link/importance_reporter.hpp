@@ -27,7 +27,7 @@ class ImportanceReporter {
 
  private:
   struct Reported {
-    wire::MemberImportance now, said;
+    wire::MemberImportance now, sent;
     bool due = true;
   };
   std::map<std::uint32_t, Reported> members_;

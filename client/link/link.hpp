@@ -29,7 +29,8 @@ class Link {
   Result<wire::Welcome> connect();
   // Offers the groom; its bytes follow as far as the server lacks them. The same groom twice is one upload.
   wire::GroomHash upload(const Groom& groom);
-  // Any request but those with a call of their own below.
+  // Sends a request. The calls from add_character to observe are shorthands for it. Importance, grooms and poses have
+  // calls of their own.
   void send(wire::ClientMessage message);
   void add_character(std::uint32_t character, const wire::GroomHash& groom, LevelIndex level) {
     send(wire::AddCharacter{character, groom, level});

@@ -50,7 +50,7 @@ LinkCore::LinkCore(LinkCoreOptions options)
       backoff_(options_.seed),
       splitter_(wire::kPacketBytesMax),
       uploads_(kChunkBytes),
-      upload_share_(kChunkBytes),
+      upload_scheduler_(kChunkBytes),
       members_(options_.catalog ? options_.catalog : std::make_shared<LevelCatalog>(), options_.decode_share) {}
 
 void LinkCore::start() {
@@ -211,7 +211,7 @@ void LinkCore::push(Event event) {
 std::vector<std::uint8_t> LinkCore::take_packet(std::int64_t now_ns) {
   if (!connection_ || ended() || goodbye_taken_) return {};
   if (state_ != State::greeting && state_ != State::active && state_ != State::leaving) return {};
-  const bool is_chunk = active() && uploads_.is_waiting() && (queue_.empty() || upload_share_.is_due());
+  const bool is_chunk = active() && uploads_.is_waiting() && (queue_.empty() || upload_scheduler_.is_due());
   std::optional<wire::ClientMessage> message = is_chunk ? uploads_.next_chunk() : queue_.pop();
   if (!message) return {};
   goodbye_taken_ = std::holds_alternative<wire::Goodbye>(*message);
@@ -219,9 +219,9 @@ std::vector<std::uint8_t> LinkCore::take_packet(std::int64_t now_ns) {
   const auto to_message = [](auto& m) { return wire::Message(std::move(m)); };
   std::vector<std::uint8_t> packet = wire::encode_packet({now_ns, std::visit(to_message, *message)});
   if (is_chunk)
-    upload_share_.sent_bulk();
+    upload_scheduler_.sent_bulk();
   else
-    upload_share_.sent_urgent(packet.size(), uploads_.is_waiting());
+    upload_scheduler_.sent_urgent(packet.size(), uploads_.is_waiting());
   counters_.bytes_sent += packet.size();
   return packet;
 }

@@ -89,15 +89,15 @@ class LinkCore {
 
   // The caller's side.
   void start();
-  // `bytes` is the groom's file and `hash` its hash; kept for as long as they may have to be sent again.
+  // `bytes` is the groom's file and `hash` its hash; stored while they may be sent again.
   void offer_groom(const wire::GroomHash& hash, RequestedState::Bytes bytes);
   // Any request but those with a call of their own here. What must outlive the connection is also stored: characters,
   // levels, and the newest of every message that has a kResent.
   void send(wire::ClientMessage message);
   void push_poses(std::vector<wire::PoseSample> poses);
-  // Said a few times a second at most, and what has changed enough to matter.
+  // Sends at most four reports a second, of relevant changes only.
   void report_importance(std::span<const wire::MemberImportance> members) { importance_.report(members); }
-  // Another's groom: GroomFetched follows, or an Error (groom_unavailable).
+  // Requests the groom of another client: GroomFetched follows, or an Error (groom_unavailable).
   void request_groom(const wire::GroomHash& hash);
   void set_frame_sink(FrameSink* sink) { sink_ = sink; }
   void leave(std::int64_t now_ns);  // says goodbye; ended() follows
@@ -165,7 +165,7 @@ class LinkCore {
   channel::ClockEstimate clock_;
   RequestedState requested_;
   UploadQueue uploads_;
-  channel::BulkScheduler upload_share_;
+  channel::BulkScheduler upload_scheduler_;
   SendQueue queue_;
   Members members_;
   LastKnownHair last_known_;

@@ -13,7 +13,8 @@
 namespace hairnet::link {
 
 // The jitter buffer of one character: plays its frames smoothly, with a small delay behind the newest. It interpolates
-// between two frames; when no frame comes it freezes for 100 ms, then eases to rest; a sleeping character stays frozen
+// between two frames; when no frame comes it freezes for 100 ms, or for two steps of the
+// character if that is longer, then eases to rest; a sleeping character stays frozen
 // until it wakes. Time is a parameter, always on the client's clock. One thread.
 //
 // Between frames with velocities the hair moves along a cubic with these velocities (Hermite), otherwise in a straight

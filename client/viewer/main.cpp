@@ -16,7 +16,7 @@ namespace {
 using namespace hairnet;
 using namespace hairnet::viewer;
 
-// The times for which moments are stored: for the sheet and the last picture, or for each picture of a clip.
+// The times for which moments are stored: for the sheet and the last picture, or for each picture of a video.
 std::vector<double> moment_times_s(const ViewOptions& options) {
   if (options.output == Output::video) return video_times_s(options);
   std::vector<double> times_s;

@@ -33,13 +33,13 @@ HairVolume::HairVolume(std::span<const Centreline> centrelines) {
 }
 
 Vec3 HairVolume::towards_surface(const Vec3& point) const {
-  constexpr int kCubesMost = 2;  // from the point's own cube, in each direction
+  constexpr int kCubesMax = 2;  // from the point's own cube, in each direction
   const Cube middle = cube_at(point, kCube);
   Vec3 sum = Vec3::Zero();
   double weight_sum = 0;
-  for (int x = -kCubesMost; x <= kCubesMost; ++x) {
-    for (int y = -kCubesMost; y <= kCubesMost; ++y) {
-      for (int z = -kCubesMost; z <= kCubesMost; ++z) {
+  for (int x = -kCubesMax; x <= kCubesMax; ++x) {
+    for (int y = -kCubesMax; y <= kCubesMax; ++y) {
+      for (int z = -kCubesMax; z <= kCubesMax; ++z) {
         const auto found = cubes_.find(key_of(middle + Cube(x, y, z)));
         if (found == cubes_.end()) continue;
         const Vec3 offset = found->second.sum / found->second.count - point;

@@ -252,16 +252,16 @@ class CurvatureMemory {
   [[nodiscard]] VectorXd descent(const VectorXd& gradient) const {
     if (pairs_.empty()) return -kFirstStep / gradient.norm() * gradient;
     VectorXd direction = -gradient;
-    std::vector<double> lumped(pairs_.size());
+    std::vector<double> alphas(pairs_.size());
     for (std::size_t i = pairs_.size(); i-- > 0;) {
       const auto& [step, change] = pairs_[i];
-      lumped[i] = step.dot(direction) / step.dot(change);
-      direction -= lumped[i] * change;
+      alphas[i] = step.dot(direction) / step.dot(change);
+      direction -= alphas[i] * change;
     }
     direction *= pairs_.back().first.dot(pairs_.back().second) / pairs_.back().second.squaredNorm();
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
       const auto& [step, change] = pairs_[i];
-      direction += (lumped[i] - change.dot(direction) / step.dot(change)) * step;
+      direction += (alphas[i] - change.dot(direction) / step.dot(change)) * step;
     }
     return direction;
   }

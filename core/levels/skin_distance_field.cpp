@@ -13,7 +13,7 @@ namespace {
 constexpr double kShareMin = 0.35;  // of a triangle's weights; a bone carries triangles with at least this share
 constexpr float kReach_m = 0.15f;   // skin farther from the hair's box than this touches no hair
 constexpr double kMargin_m = 0.03;  // of the grid, around the skin
-constexpr double kCellLeast_m = 0.008;
+constexpr double kCellMin_m = 0.008;
 constexpr double kNodesMax = 24'000;  // of one bone's grid
 constexpr double kEndSlope = 2;
 constexpr double kSearch_m = 0.08;  // no code needs distances beyond this
@@ -64,7 +64,7 @@ struct Part {
 
 SkinDistanceField grid_around(const Box& box, Bone bone) {
   const Vec3 size = (box.high - box.low).cast<double>() + Vec3::Constant(2 * kMargin_m);
-  const double cell = std::max(kCellLeast_m, std::cbrt(size.prod() / kNodesMax));
+  const double cell = std::max(kCellMin_m, std::cbrt(size.prod() / kNodesMax));
   SkinDistanceField field;
   field.bone = bone;
   field.cell_m = static_cast<float>(cell);

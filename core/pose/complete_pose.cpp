@@ -1,6 +1,5 @@
 #include "core/pose/complete_pose.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 

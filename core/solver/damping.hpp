@@ -9,9 +9,9 @@ namespace hairnet {
 // instead of ringing.
 inline constexpr double kNumericalDampingShare = 1.0 / 3;
 
-// Backward Euler damps a stiffness k like a viscosity h k (zeta = omega h / 2, paper 2.2), so one material would look
-// stiffer at long steps. The solver's own damping is therefore subtracted from the wanted viscosity q; the difference
-// may be negative.
+// Backward Euler damps a stiffness k like a viscosity h k (it adds the damping ratio omega h / 2), so one material
+// would look stiffer at long steps. The solver's own damping is therefore subtracted from the wanted viscosity q; the
+// difference may be negative.
 template <class S>
 S solver_damping(S k, S q, S step_s) {
   return std::max(q - step_s * k, -static_cast<S>(kNumericalDampingShare) * step_s * k);

@@ -55,8 +55,8 @@ struct Skin {
     const Real distance = hn::MulAdd(z.t, high - low, low) + hn::Sqrt(L::dot(beyond, beyond)) / L::real(field.per_cell);
     return {distance, L::scale(L::real(1) / hn::Sqrt(length2), gradient)};
   }
-  // A lower bound of the distance at the point, from the value at the nearest node: along an edge the distance changes
-  // by at most the edge's length, and at most three edges lead from the point's cell to the node.
+  // A lower bound of the distance at the point, from the value at the nearest node: along an axis the distance changes
+  // by at most the path's length, and the path along the axes is at most sqrt(3) times the straight one.
   static HWY_INLINE Real distance_min(const SkinDistanceFieldView& field, const Vector& point) {
     const Vector at = L::scale(L::real(field.per_cell), L::subtract(point, L::vector(field.origin)));
     const auto along = [](Real a, float cells)

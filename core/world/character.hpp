@@ -23,7 +23,7 @@ struct Character {
   MaterialScale material;
   std::uint32_t environment = 0;
   Pose from, to;                // `from`: pose at state_tick, to which the state belongs; `to`: the newest
-  Pose last_from;               // pose at which the last substep began: with `from` it gives the rest velocity
+  Pose last_from;               // pose at which the last substep began: with `from` it gives the rigid velocity
   double last_step_s = 0;       // the length of that substep
   Pose still_pose;              // the bones have stayed near it for bones_still_s
   double bones_still_s = 0;     // duration

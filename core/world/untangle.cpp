@@ -12,9 +12,9 @@ namespace {
 constexpr double kAfter_s = 1;  // of rest
 constexpr double kUntangle_s = 1;
 constexpr double kLookEvery_s = 0.2;
-constexpr double kStiffnessLeast = 0.01;
+constexpr double kStiffnessMin = 0.01;
 constexpr float kHome_m = 0.002f;
-constexpr std::size_t kPointsMost = 400;
+constexpr std::size_t kPointsMax = 400;
 constexpr float kDifference = 0.05f;  // of a cell: the step of the gradient's differences
 
 // In an upright body no hair presses into the skin, so it is safe without contact.
@@ -48,7 +48,7 @@ bool is_folded(const Level& level, std::span<const Vec3f> displacement) {
   thread_local std::vector<Vec3f> grid;
   grid.resize(lattice.node_count());
   expand_displacements(level.geometry, displacement, grid);
-  const std::size_t stride = level.contacts.count() / kPointsMost + 1;
+  const std::size_t stride = level.contacts.count() / kPointsMax + 1;
   for (std::size_t p = 0; p < level.contacts.count(); p += stride) {
     Mat3f gradient;
     for (int axis = 0; axis < 3; ++axis) {
@@ -74,7 +74,7 @@ void Untangle::update(const Pose& pose, double still_s, double elapsed_s, const 
 }
 
 double Untangle::stiffness() const {
-  return std::max(kStiffnessLeast, 1 - share_);
+  return std::max(kStiffnessMin, 1 - share_);
 }
 
 }  // namespace hairnet

@@ -20,15 +20,15 @@ set(CPACK_PRE_BUILD_SCRIPTS ${CMAKE_CURRENT_SOURCE_DIR}/cmake/move_etc.cmake)
 set(debian ${CMAKE_CURRENT_SOURCE_DIR}/debian)
 set(CPACK_DEBIAN_SERVER_PACKAGE_NAME hairnet-server)
 set(CPACK_COMPONENT_SERVER_DESCRIPTION "hairnet-server takes head poses from clients, steps one lattice a character at
-a fixed rate, and streams the lattices to everyone in a room.")
+a fixed rate, and streams the lattices to every client in the room.")
 set(CPACK_DEBIAN_SERVER_PACKAGE_CONTROL_EXTRA
     ${debian}/conffiles ${debian}/postinst ${debian}/prerm ${debian}/postrm)
 set(CPACK_DEBIAN_SERVER_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 
 set(CPACK_DEBIAN_TOOLS_PACKAGE_NAME hairnet-tools)
 set(CPACK_COMPONENT_TOOLS_DESCRIPTION "hairnet-groom imports and makes hairstyles, hairnet-view streams and draws
-them, hairnet-sim simulates files, hairnet-token makes tokens of entry, hairnet-load
-says how many characters a server bears.")
-# Drawing without a screen; what the window loads by name; clips.
+them, hairnet-sim simulates files, hairnet-token makes access tokens, hairnet-load
+measures how many characters a server can serve.")
+# Drawing without a screen; what the window loads by name; videos.
 set(CPACK_DEBIAN_TOOLS_PACKAGE_RECOMMENDS "libgl1-mesa-dri, libgl1, ffmpeg")
 include(CPack)

@@ -107,7 +107,7 @@ void walk(const BoneArray& predicted, bool intra, const Choices& choices, BoneAr
 
 using ZigzagBones = std::array<U32, kBoneIntegers>;
 
-ZigzagBones folded(const BoneArray& error, std::size_t chained_from) {
+ZigzagBones zigzagged(const BoneArray& error, std::size_t chained_from) {
   ZigzagBones out;
   for (std::size_t i = 0; i < kBoneIntegers; ++i)
     out[i] = zigzag(as_signed(i < chained_from ? error[i] : error[i] - error[i - kPerBone]));
@@ -122,7 +122,8 @@ unsigned bits_of(const ZigzagBones& integers, std::size_t begin, std::size_t end
   return bits;
 }
 
-// The parameter with the fewest bits for the positions' or the rotations' part of `folded`, among those near its mean.
+// The parameter with the fewest bits for the positions' or the rotations' part of `zigzagged`, among those near its
+// mean.
 unsigned best_parameter(const ZigzagBones& integers, std::size_t begin, std::size_t end) {
   std::uint64_t sum = 0;
   for (std::size_t bone = 0; bone < kBoneIntegers; bone += kPerBone)
@@ -151,13 +152,13 @@ Choices choose(const BoneArray& values, History history) {
   for (unsigned weights = 0; weights < weight_choices; ++weights) {
     BoneArray error = predict(history, weights);
     for (std::size_t i = 0; i < kBoneIntegers; ++i) error[i] = values[i] - error[i];
-    const unsigned bits = bits_of(folded(error, kBoneIntegers), 0, kPerBone);
+    const unsigned bits = bits_of(zigzagged(error, kBoneIntegers), 0, kPerBone);
     if (bits >= least) continue;
     least = bits;
     best.weights = weights;
     best_error = error;
   }
-  const ZigzagBones unchained = folded(best_error, kBoneIntegers), chained = folded(best_error, kPerBone);
+  const ZigzagBones unchained = zigzagged(best_error, kBoneIntegers), chained = zigzagged(best_error, kPerBone);
   const auto decide = [&](std::size_t begin, std::size_t end, bool& chain, unsigned& k) {
     chain = bits_of(chained, begin, end) < bits_of(unchained, begin, end);
     k = best_parameter(chain ? chained : unchained, begin, end);

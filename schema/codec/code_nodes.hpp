@@ -35,7 +35,7 @@ inline constexpr Expectation kVelocityExpectation{72, 0};
 // The data of a coded node that later nodes need.
 struct CodedNode {
   std::array<std::int16_t, 3> error;  // node minus temporal prediction
-  std::uint16_t size;                 // sum of the three folded integers; at most kSizeMax
+  std::uint16_t size;                 // sum of the three zigzag integers; at most kSizeMax
 };
 inline constexpr unsigned kSizeMax = 16383;
 

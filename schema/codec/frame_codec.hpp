@@ -38,7 +38,7 @@ inline constexpr float kVelocityStepsPer_s = 32;  // a velocity unit is 32 steps
 void quantise_pose(const Pose& pose, const FrameIntegers* last, FrameIntegers& out);
 // The pose for steps, frames and clients, rounded to float like rounded_to_wire.
 Pose dequantise_pose(const FrameIntegers& integers);
-// Returns false when a coordinate does not fit 16 bits in that class (use a coarser one; the coarse class clamps it).
+// Returns false when a coordinate does not fit 16 bits in that class (use a coarser class; class one_mm clamps it).
 bool quantise_nodes(std::span<const Vec3f> displacement, ErrorClass error_class, std::vector<std::int16_t>& out);
 void dequantise_nodes(std::span<const std::int16_t> nodes, ErrorClass error_class, std::vector<Vec3f>& displacement);
 // m/s, head space; clamped to 16 bits.

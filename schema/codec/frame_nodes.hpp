@@ -8,8 +8,8 @@
 // The part of the node coding that encoder and decoder share, for a whole frame or for a range of its nodes.
 namespace hairnet::codec {
 
-// Encodes or decodes one component of nodes from `nodes` (3 each, from the range's first on). Decoding returns false at
-// the end of the bits.
+// Encodes or decodes the displacements or the velocities of the nodes: 3 integers each, from the range's first node on.
+// Decoding returns false at the end of the bits.
 void encode_nodes(const NodeWalk& walk, const std::int16_t* nodes, BitWriter& writer);
 [[nodiscard]] bool decode_nodes(const NodeWalk& walk, BitReader& reader, std::int16_t* nodes);
 

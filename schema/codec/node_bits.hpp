@@ -6,7 +6,7 @@
 
 #include "schema/codec/bits.hpp"
 
-// The bits of a node: three folded integers z, Rice coded with one parameter k. First z >> k zeros and a one for each,
+// The bits of a node: three zigzag integers z, Rice coded with one parameter k. First z >> k zeros and a one for each,
 // then the low k bits of each. An integer with kZerosMax zeros or more has exactly kZerosMax zeros and no one, and all
 // its 16 bits later. All zeros come first so that a decoder can count them before it knows k.
 namespace hairnet::codec {

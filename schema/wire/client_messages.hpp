@@ -48,13 +48,13 @@ struct GroomChunk {
 struct HairState {
   LevelIndex level = LevelIndex::high;
   float step_m = 0;
-  std::vector<std::int16_t> displacements, velocities;  // as many; velocities may be empty: at rest
+  std::vector<std::int16_t> displacements, velocities;  // of equal size; velocities may be empty: at rest
 };
 struct AddCharacter {
   std::uint32_t character = 0;
   GroomHash groom{};
-  LevelIndex level = LevelIndex::high;  // the finest that it is given
-  std::optional<HairState> state = {};  // what it goes on from; none: its design
+  LevelIndex level = LevelIndex::high;  // the finest level that it may have
+  std::optional<HairState> state = {};  // the state in which the hair starts; none: at rest
 };
 struct SetLevel {
   std::uint32_t character = 0;
@@ -87,8 +87,8 @@ struct SetWind {  // of the session's room
 struct Observe {
   static constexpr Resent kResent = Resent::per_session;
   ObserveMode mode = ObserveMode::all;
-  std::uint32_t count = 0;             // nearest: so many
-  float radius_m = 0;                  // radius: heads within it
+  std::uint32_t count = 0;             // in mode nearest: how many
+  float radius_m = 0;                  // in mode radius: the distance of heads
   std::optional<Vec3f> from;           // what nearest and radius are measured from, world; none: its own nearest head
   std::vector<std::uint32_t> members;  // list
   ErrorClass error_class = ErrorClass::half_mm;
@@ -108,12 +108,12 @@ struct ReportImportance {
 struct RequestKeyframes {
   std::vector<std::uint32_t> members;  // the next frame of these refers to none before; empty: of all
 };
-struct GroomRequest {  // another's groom, which the client lacks; answered by GroomData
+struct GroomRequest {  // asks for a groom that the client lacks; answered by GroomData
   GroomHash hash{};
   std::uint64_t offset = 0;
 };
 
-// Both ends say it.
+// Both ends send it.
 struct Goodbye {
   GoodbyeReason reason = GoodbyeReason::none;
   std::string detail;
@@ -123,7 +123,8 @@ using ClientMessage =
     std::variant<Hello, GroomOffer, GroomChunk, AddCharacter, SetLevel, RemoveCharacter, PoseBatch, SetMaterial,
                  SetWind, Observe, ReportImportance, RequestKeyframes, GroomRequest, Goodbye>;
 
-// Empty when sound (ranges, finite numbers); else one line. A hair state's count is its level's to judge.
+// Empty when valid (ranges, finite numbers); else one line. The number of integers of a hair state is checked later,
+// against the level.
 std::string validate(const Observe& observe);
 std::string validate(const HairState& state);
 

@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "core/result.hpp"
 #include "schema/wire/client_messages.hpp"
 #include "schema/wire/server_messages.hpp"
 
@@ -33,14 +32,14 @@ void set_clock(std::span<std::uint8_t> packet, std::int64_t clock_ns);
 // kPacketOverheadBytesMax can be sent.
 std::size_t frame_bytes(const Frame& frame);
 
-// `packet` is exactly one packet, size prefix included. It is verified, validated (ranges, counts, finite numbers, unit
-// rotations, consistent geometry) and copied out. Values of poses, materials and winds are not checked here, so that
-// one bad value does not refuse the whole packet: see validate_pose and validate.
 struct DecodedPacket {
   DecodeError error = DecodeError::none;
   std::string detail;
   Envelope envelope;
 };
+// `packet` is exactly one packet, size prefix included. It is verified, validated (ranges, counts, finite numbers,
+// consistent geometry) and copied out. Values of poses, materials and winds are not checked here, so that one bad value
+// does not refuse the whole packet: see validate_pose and validate.
 DecodedPacket decode_packet(std::span<const std::uint8_t> packet);
 
 // Why a pose is refused.

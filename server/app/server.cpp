@@ -82,7 +82,8 @@ Result<std::unique_ptr<Server>> Server::create(const Config& config, Metrics& me
   if (!config.token_key_file.empty()) {
     token_key.emplace(read_token_key(config.token_key_file));
     if (token_key->empty())
-      return Refusal("token key file " + config.token_key_file + ": cannot be read, or is no key of hairnet-token's");
+      return Refusal("token key file " + config.token_key_file +
+                     ": cannot be read, or was not made by hairnet-token key");
   }
   return std::unique_ptr<Server>(new Server(config, metrics, std::move(recorder), std::move(token_key), now_ns, clock));
 }

@@ -338,7 +338,7 @@ void GroomStore::pass_on(Grooms::iterator groom, std::int64_t now_ns) {
     refuse_user(groom, session, refused, now_ns);
   }
   if (entry.users.empty()) return erase(groom);
-  refuse_all(groom, {ErrorReason::groom_unknown, "nobody who has the groom is there; offer it"},
+  refuse_all(groom, {ErrorReason::groom_unknown, "no connected session has the groom; offer it"},
              counters_->grooms_refused_absent, now_ns);
 }
 

@@ -18,8 +18,8 @@ class Downloads {
  public:
   static constexpr std::size_t kPiece_bytes = 16 << 10;  // frames wait for at most one piece
 
-  Downloads(GroomService& desk, const SessionLimits& limits, SessionCounters& counters)
-      : groom_service_(&desk), limits_(&limits), counters_(&counters) {}
+  Downloads(GroomService& groom_service, const SessionLimits& limits, SessionCounters& counters)
+      : groom_service_(&groom_service), limits_(&limits), counters_(&counters) {}
 
   // A groom that is requested again while it waits is sent once.
   Refused add(const wire::GroomRequest& request);

@@ -148,9 +148,9 @@ void Session::flush(std::int64_t now_ns) {
     context_->counters.packets_sent.add();
     context_->counters.histograms.sent_packet_bytes.observe(static_cast<double>(packet.size()));
     context_->counters.bytes_sent.add(packet.size());
-    download_share_.sent_urgent(packet.size(), downloads_.is_waiting());
+    download_scheduler_.sent_urgent(packet.size(), downloads_.is_waiting());
     connection_->send(std::move(packet));
-    if (download_share_.is_due() && send_download(now_ns)) download_share_.sent_bulk();
+    if (download_scheduler_.is_due() && send_download(now_ns)) download_scheduler_.sent_bulk();
   }
   outbox_->mark_blocked();
   if (full_since_ns_ == 0) full_since_ns_ = now_ns;

@@ -99,7 +99,7 @@ class Session final : public PacketSink {
   PeerClock clock_;
   TokenBucket messages_, poses_;
   Downloads downloads_;
-  channel::BulkScheduler download_share_{Downloads::kPiece_bytes};
+  channel::BulkScheduler download_scheduler_{Downloads::kPiece_bytes};
   std::int64_t opened_ns_, heard_ns_;
   std::int64_t full_since_ns_ = 0;  // the connection has taken nothing since; 0 = it does
   std::int64_t drain_since_ns_ = 0, detached_since_ns_ = 0;

@@ -170,7 +170,7 @@ struct Session::MessageHandler {
     session.refuse(refused, now_ns);
     session.drain(reason, refused.detail, now_ns);
   }
-  // The answer comes before anything that the tick says to the session.
+  // Welcome is queued before the command, so it precedes all messages of the tick.
   void welcome(bool resumed) {
     wire::Welcome welcome;
     welcome.session = session.id();
@@ -306,7 +306,7 @@ struct Session::MessageHandler {
     if (kept > 0 && !context.commands.try_put(command, 1 + kept)) counters.poses_dropped_busy.add(kept);
     return {};
   }
-  // Why a pose is not passed on, counted; or puts its capture time on the server's clock.
+  // Returns why the pose is refused, and counts that; otherwise converts its capture time to the server's clock.
   Refused check_pose(wire::PoseSample& sample) {
     if (Refused refused = check_own(sample.character, "pose")) {
       counters.poses_rejected_character.add();

@@ -9,7 +9,7 @@ namespace hairnet::server {
 // counter's ends in _total.
 struct MetricName {
   std::string_view family, label = {}, value = {};  // empty label and value: the family has no label
-  double scale = 1;                                 // shown are our value times this: Prometheus counts in seconds
+  double scale = 1;                                 // the shown value is ours times this: Prometheus wants seconds
 
   // FAMILY or FAMILY_VALUE, for the log and for standard output.
   [[nodiscard]] std::string flat() const {

@@ -27,10 +27,11 @@ struct Rung {
 };
 
 // Shares of the available time, far enough apart that noise does not cross both.
-constexpr double kEntitledLeast = 0.8, kEntitledMost = 1.0;
+constexpr double kEntitledMin = 0.8, kEntitledMax = 1.0;
 
 // The rungs of the ladder, by the finest level asked for. A rung that costs more than a finer one and has more error is
-// left out: low at every tick is below medium at every second one, high at every second below medium at every tick.
+// left out: low at every tick (medium at every second tick is better), and high at every second tick (medium at every
+// tick is better).
 using enum LevelIndex;
 constexpr std::array<Rung, 7> kToHigh{
     {{rigid, 4}, {ether, 4}, {low, 4}, {low, 2}, {medium, 2}, {medium, 1}, {high, 1}}};
@@ -209,16 +210,16 @@ class Chooser {
     return fits;
   }
 
-  // Lowers characters that cost more than kEntitledMost of their fair share, and raises characters that have less than
-  // kEntitledLeast of theirs. The remainder of the shares is not spent.
+  // Lowers characters that cost more than kEntitledMax of their fair share, and raises characters that have less than
+  // kEntitledMin of theirs. The remainder of the shares is not spent.
   void rebalance() {
     s_.entitled.resize(s_.items.size());
-    fill_budget(share_of(kEntitledLeast), s_.items, s_.fill, s_.entitled, Remainder::keep);
+    fill_budget(share_of(kEntitledMin), s_.items, s_.fill, s_.entitled, Remainder::keep);
     const auto lacks = [this](std::size_t i) { return s_.entitled[i] > s_.items[i].now && has_dwelt(s_.items[i]); };
     bool does_anyone = false;
     for (std::size_t i = 0; i < s_.items.size() && !does_anyone; ++i) does_anyone = lacks(i);
     if (!does_anyone) return;
-    fill_budget(share_of(kEntitledMost), s_.items, s_.fill, s_.target, Remainder::keep);
+    fill_budget(share_of(kEntitledMax), s_.items, s_.fill, s_.target, Remainder::keep);
     sum_ns_ = 0;
     for (std::size_t i = 0; i < s_.items.size(); ++i) {
       const BudgetItem& item = s_.items[i];

@@ -7,11 +7,11 @@
 namespace hairnet::server {
 namespace {
 
-constexpr double kTrustLeast = 0.02;
-constexpr double kCutMost = 0.5;     // in one tick: a single very late tick says little about the right amount
+constexpr double kTrustMin = 0.02;
+constexpr double kCutMax = 0.5;      // in one tick: a single very late tick says little about the right amount
 constexpr double kCalm = 0.85;       // share of the target: below it, trust recovers
 constexpr double kReturnPerS = 2.5;  // of the trust, times the distance of a tick below kCalm
-constexpr double kKeptLeast = 0.8;
+constexpr double kMarginFactorMin = 0.8;
 constexpr double kMarginStep = 0.08;    // for each overrun
 constexpr double kMarginReturn = 4e-5;  // for each tick: one overrun in 2000 keeps the balance
 // between two steps of the margin: a cause of one late tick often lasts for the next few
@@ -36,7 +36,7 @@ void TickGuard::observe(double tick_duration_s, double work_s, double wanted_s) 
   if (tick_duration_s <= def_.tick_s) {
     margin_factor_ = std::min(1.0, margin_factor_ * (1 + kMarginReturn));
   } else if (calm_ticks_ > kMarginTicks) {
-    margin_factor_ = std::max(kKeptLeast, margin_factor_ * (1 - kMarginStep));
+    margin_factor_ = std::max(kMarginFactorMin, margin_factor_ * (1 - kMarginStep));
     calm_ticks_ = 0;
   }
   choose_share(wanted_s);
@@ -44,7 +44,7 @@ void TickGuard::observe(double tick_duration_s, double work_s, double wanted_s) 
   recent_ = static_cast<std::uint8_t>(recent_ << 1 | (is_beyond ? 1 : 0));
   if (is_beyond) {
     if (std::popcount(static_cast<unsigned>(recent_ & 0xfu)) < 2) return;
-    trust_ = std::max(kTrustLeast, trust_ * std::max(kCutMost, 1 / used));
+    trust_ = std::max(kTrustMin, trust_ * std::max(kCutMax, 1 / used));
     recent_ = 0;
   } else if (used < kCalm) {
     trust_ = std::min(1.0, trust_ * (1 + kReturnPerS * (kCalm - used) * def_.tick_s));
@@ -53,12 +53,12 @@ void TickGuard::observe(double tick_duration_s, double work_s, double wanted_s) 
 
 double TickGuard::available_s() const {
   const double all_s = share_ * def_.tick_s * def_.workers;
-  return std::max(kTrustLeast * all_s, trust_ * (all_s - overhead_s_));
+  return std::max(kTrustMin * all_s, trust_ * (all_s - overhead_s_));
 }
 
 // The safety margin applies only as far as the wanted work exceeds the available work.
 void TickGuard::choose_share(double wanted_s) {
-  const double there_s = std::max(kTrustLeast * full_s(), trust_ * (full_s() - overhead_s_));
+  const double there_s = std::max(kTrustMin * full_s(), trust_ * (full_s() - overhead_s_));
   share_ = def_.tick_share * std::clamp(2 - wanted_s / there_s, margin_factor_, 1.0);
 }
 

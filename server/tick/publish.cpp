@@ -10,7 +10,7 @@ using codec::ErrorClass;
 static_assert(kStrideMax == wire::kStrideMax);
 
 // The error class asked for, or the next coarser one whose 16-bit integers cover every displacement of the level.
-ErrorClass holding_class(ErrorClass wanted, const Level* level) {
+ErrorClass error_class_that_fits(ErrorClass wanted, const Level* level) {
   auto index = static_cast<std::size_t>(wanted);
   while (level && index + 1 < codec::kErrorClassCount && 32767 * codec::kStep_m[index] < level->displacement_max_m)
     ++index;
@@ -157,7 +157,7 @@ int Publisher::request(const Terms& terms, const Room& room, Observer& observer)
       counters_->level_records_sent.add();
       observer.sink->push(wire::LevelRecord{character->groom, character->shown, model->geometry}, terms.now_ns);
     }
-    const ErrorClass error_class = holding_class(observer.observe.error_class, model);
+    const ErrorClass error_class = error_class_that_fits(observer.observe.error_class, model);
     const Coding coding = coding_for(view, *character, error_class, tick);
     const bool velocities = observer.observe.velocities && model;
     observer.requests.push_back(
@@ -175,10 +175,10 @@ void Publisher::encode(const Terms& terms, Character& character) const {
   const std::uint64_t tick = terms.tick.tick;
   const auto strides =
       static_cast<std::uint64_t>(std::max(terms.rooms.room(character.room).stride_max, character.stride));
-  std::uint64_t kept_ticks = codec::kHistoryMax * strides;
+  std::uint64_t history_ticks = codec::kHistoryMax * strides;
   for (const FrameVariant& v : variants)  // an observer that had a longer stride before still refers to older frames
-    kept_ticks = std::max(kept_ticks, std::uint64_t{v.order} * v.stride);
-  const std::uint64_t keep_from = tick - std::min(tick, kept_ticks);
+    history_ticks = std::max(history_ticks, std::uint64_t{v.order} * v.stride);
+  const std::uint64_t keep_from = tick - std::min(tick, history_ticks);
   std::array<codec::FrameIntegers*, codec::kErrorClassCount> integers{};
   for (const FrameVariant& variant : variants) {
     codec::FrameIntegers*& now = integers[static_cast<std::size_t>(variant.error_class)];

@@ -179,7 +179,7 @@ struct Scheduler::CommandHandler {
     const Room& room = scheduler.rooms_.room(observer->room);
     observer->views.resize(room.slots.size());
     for (const wire::MemberImportance& m : report.members) {
-      // A member that has left meanwhile is no fault.
+      // A member that has left meanwhile is not an error.
       if (m.member == 0 || m.member > room.slots.size() || !room.slots[m.member - 1].character) continue;
       View& view = Scheduler::view_of(*observer, room, m.member - 1);
       view.screen_height = m.screen_height;
@@ -326,7 +326,7 @@ void Scheduler::update_interest(const Room& room, Observer& observer) {
       awaits_pose = awaits_pose || (c && !c->in_world);
     }
     choose_members(observer.observe, heads_, wanted_);
-    // Somebody who has no pose yet is looked at again once there is one.
+    // Choose again once every character has a pose.
     observer.observe_changed = by_place && awaits_pose;
   }
   for (std::size_t s = 0; s < room.slots.size(); ++s) {

@@ -26,8 +26,8 @@ struct SchedulerDef {
   Wind wind;  // of every room, until a client of it sets another
   std::uint32_t tick_rate_hz = 30;
   std::int64_t pose_delay_ns = 25'000'000;
-  std::int64_t room_grace_ns = 10'000'000'000;           // that an empty room stays
-  std::size_t room_count_max = 4096;                     // empty ones among them
+  std::int64_t room_grace_ns = 10'000'000'000;           // how long an empty room exists
+  std::size_t room_count_max = 4096;                     // including empty ones
   std::size_t state_bytes_max = std::size_t{256} << 20;  // of all hair states that wait for their levels
 };
 
@@ -66,7 +66,7 @@ class Scheduler {
   void refuse_hair_state(CharacterKey key, std::string detail, std::int64_t now_ns);
   void note_motion(Character& character, double moved_m, double turned_rad) const;
   void record_groom(const wire::GroomHash& groom);
-  // The session's view of who sits there now.
+  // The session's view of the character that has the slot now.
   static View& view_of(Observer& observer, const Room& room, std::size_t slot);
 
   [[nodiscard]] std::int64_t clock_ns() const { return def_.world.now_ns ? def_.world.now_ns() : 0; }

@@ -243,8 +243,8 @@ class HttpConnection {
 }  // namespace
 
 asio::awaitable<void> serve_http(std::shared_ptr<ConnectionRouter> router, std::shared_ptr<ByteStream> stream) {
-  HttpConnection conversation(std::move(router), std::move(stream));
-  co_await conversation.run();
+  HttpConnection connection(std::move(router), std::move(stream));
+  co_await connection.run();
 }
 
 }  // namespace hairnet::server

@@ -21,7 +21,7 @@ constexpr const char* kFooter = R"(A stage is KIND:DURATION[:KEY=VALUE,...]
   storm=50%                   of the clients lose their connections at half time, and return
   slow= flood= malformed= silent= half_open=   misbehaving clients beside the others: a number, or a share such as 10%
   warm=2s measured=yes|no name=WORD
-What a stage does not say is as in the one before, but churn, storm, warm and measured.
+A missing key has the value of the stage before, except churn, storm, warm and measured.
 
 Examples:
   hairnet-load --server 127.0.0.1:7420 --stage ramp:5s:clients=8,characters=8 --stage steady:30s

@@ -165,9 +165,9 @@ void refine(Sphere& sphere, std::span<const Vec3> inliers, double spread, double
   // Keeps a step small in directions that the points do not determine.
   normal.diagonal().head<3>().array() += 1 / (usual_radius * usual_radius);
   if (band) {
-    const double strip_precision = std::pow(kBandDeviation * usual_radius, -2);
-    normal.topLeftCorner<3, 3>() += strip_precision * band->across * band->across.transpose();
-    right.head<3>() -= strip_precision * band->across.dot(sphere.centre - band->middle) * band->across;
+    const double band_precision = std::pow(kBandDeviation * usual_radius, -2);
+    normal.topLeftCorner<3, 3>() += band_precision * band->across * band->across.transpose();
+    right.head<3>() -= band_precision * band->across.dot(sphere.centre - band->middle) * band->across;
   }
   const Eigen::Vector4d step = normal.ldlt().solve(right);
   if (!step.allFinite()) return;

@@ -10,7 +10,7 @@
 #include "client/assets/import/guess_unit.hpp"
 #include "client/assets/import/skull_fit.hpp"
 
-namespace hairnet::viewer {
+namespace hairnet {
 namespace {
 
 constexpr double kUnitSlack = 0.5;  // of its logarithm, for hair over a body
@@ -261,4 +261,4 @@ std::string to_string(const Placement& placement) {
   return text;
 }
 
-}  // namespace hairnet::viewer
+}  // namespace hairnet

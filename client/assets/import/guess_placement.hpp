@@ -7,7 +7,7 @@
 #include "client/assets/import/placement.hpp"
 #include "core/geometry/triangle_mesh.hpp"
 
-namespace hairnet::viewer {
+namespace hairnet {
 
 // Guesses the placement of files of strands from the strands themselves: roots lie on the upper back of a skull of
 // usual size, and most hair hangs. Usual units (m, cm, mm, inch ...) are preferred. The error is one line: there are no
@@ -29,4 +29,4 @@ Result<Placement> guess_mesh_placement(const TriangleMesh& mesh);
 // Returns text like "up +z, face +y, 0.0033 m a unit".
 std::string to_string(const Placement& placement);
 
-}  // namespace hairnet::viewer
+}  // namespace hairnet

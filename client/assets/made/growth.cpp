@@ -58,8 +58,8 @@ Path grow(const Growth& growth) {
     const double nearness = 1 - smootherstep(0, kMargin, gap);
     const bool near = nearness > 0;
     const Vec3 normal = near ? bust_normal(p) : Vec3(Vec3::Zero());
-    const Vec3 wish = without_inward(growth.wish({p, s, normal, nearness}), normal, nearness);
-    direction += turn * (wish.normalized() - direction);
+    const Vec3 preferred = without_inward(growth.preferred_direction({p, s, normal, nearness}), normal, nearness);
+    direction += turn * (preferred.normalized() - direction);
     if (near) {
       direction = without_inward(direction, normal, 1 - smootherstep(0, 0.3 * kMargin, gap));
     }

@@ -26,7 +26,7 @@ struct Growth {
   double bend_m = 0.02;  // arc length over which it turns to its preferred direction: the hair's stiffness
   double step_m = 0.005;
   // The preferred direction at a point; not normalised, gravity included.
-  std::function<Vec3(const GrowthPoint&)> wish;
+  std::function<Vec3(const GrowthPoint&)> preferred_direction;
   // The distance from the skin at that place.
   std::function<double(const Vec3& p, double s)> clearance;
   bool spares_face = true;                            // grows around the face instead of across it

@@ -27,7 +27,7 @@ constexpr double kEaseOut_s = 0.8;
 
 // A gaze that moves from one random direction to the next, one glance at a time.
 struct Glances {
-  static constexpr double kHold_s = 1.1, kTurn_s = 0.55;
+  static constexpr double kGlance_s = 1.1, kTurn_s = 0.55;
   explicit Glances(std::uint32_t seed) {
     Random random(seed, 11);
     for (auto& target : targets)
@@ -35,9 +35,10 @@ struct Glances {
     targets[0].setZero();
   }
   [[nodiscard]] Vec3 at(double t) const {
-    const auto glance = static_cast<std::size_t>(t / kHold_s);
+    const auto glance = static_cast<std::size_t>(t / kGlance_s);
     const Vec3 &from = targets[glance % targets.size()], &to = targets[(glance + 1) % targets.size()];
-    return from + smootherstep(kHold_s - kTurn_s, kHold_s, t - static_cast<double>(glance) * kHold_s) * (to - from);
+    return from +
+           smootherstep(kGlance_s - kTurn_s, kGlance_s, t - static_cast<double>(glance) * kGlance_s) * (to - from);
   }
   std::array<Vec3, 61> targets;  // yaw, pitch, roll
 };

@@ -28,7 +28,7 @@ Path make_core(const Tie& tie, double length_m) {
   growth.length_m = length_m;
   growth.bend_m = 0.03;
   growth.spares_face = false;
-  growth.wish = [&](const GrowthPoint& at) {
+  growth.preferred_direction = [&](const GrowthPoint& at) {
     return Vec3(Vec3(-6 * at.p.x(), -1, 0) + tie.axis * std::exp(-at.s / 0.02));
   };
   growth.clearance = [](const Vec3&, double s) { return mix(0.012, 0.026, smootherstep(0, 0.08, s)); };

@@ -30,7 +30,7 @@ Path tail(double length_m, Random& random) {
   growth.bend_m = 0.042;
   growth.spares_face = false;
   const double spread = 0.038 * ring;
-  growth.wish = [=](const GrowthPoint& at) {
+  growth.preferred_direction = [=](const GrowthPoint& at) {
     const double gathered = smootherstep(0, 0.10, at.s) * (1 - 0.75 * smootherstep(0.4 * length_m, length_m, at.s));
     // Gathers sideways only: the fall determines the forward and backward position.
     const double in = 6 * (spread * radial.x() * gathered - at.p.x());

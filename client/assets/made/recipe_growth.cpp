@@ -26,7 +26,8 @@ Vec3 along_skin(const Vec3& v, const Vec3& normal) {
   return v - v.dot(normal) * normal;
 }
 
-Vec3 wish(const LooseRecipe& recipe, const Root& root, const StrandVariation& variation, const GrowthPoint& at) {
+Vec3 direction_of(const LooseRecipe& recipe, const Root& root, const StrandVariation& variation,
+                  const GrowthPoint& at) {
   const double reach = at.s / recipe.comb_reach_m;
   const double held = at.nearness * std::exp(-reach * reach);
   Vec3 sum(0, -mix(1, recipe.fall, held), 0);
@@ -41,7 +42,8 @@ Vec3 wish(const LooseRecipe& recipe, const Root& root, const StrandVariation& va
   return sum + variation.stray * (1 - 0.5 * held);
 }
 
-Vec3 fringe_wish(const LooseRecipe& recipe, const Root& root, const StrandVariation& variation, const GrowthPoint& at) {
+Vec3 fringe_direction(const LooseRecipe& recipe, const Root& root, const StrandVariation& variation,
+                      const GrowthPoint& at) {
   const double held = at.nearness * std::exp(-at.s / 0.05);
   const Vec3 ahead = recipe.comb(at.p, root) * 0.5 + Vec3(recipe.fringe.sweep, 0, 0.5);
   return held * along_skin(ahead, at.normal) + Vec3(0.25 * recipe.fringe.sweep, -1, 0) + variation.stray;
@@ -82,10 +84,10 @@ Growth growth_of(const LooseRecipe& recipe, const Root& root, const StrandVariat
   growth.step_m = std::clamp(variation.length_m / 24, 0.0015, 0.005);
   growth.bend_m = variation.fringe ? 0.6 * recipe.bend_m : recipe.bend_m;
   growth.spares_face = !variation.fringe;
-  growth.wish = [&recipe, root, variation](const GrowthPoint& at) {
-    return variation.fringe ? fringe_wish(recipe, root, variation, at) : wish(recipe, root, variation, at);
+  growth.preferred_direction = [&recipe, root, variation](const GrowthPoint& at) {
+    return variation.fringe ? fringe_direction(recipe, root, variation, at) : direction_of(recipe, root, variation, at);
   };
-  const Vec3 flat = along_skin(growth.wish({root.point, 0, root.normal, 1}), root.normal).normalized();
+  const Vec3 flat = along_skin(growth.preferred_direction({root.point, 0, root.normal, 1}), root.normal).normalized();
   growth.direction = recipe.rise * root.normal + flat + variation.stray;
 
   // Strands with higher roots lie farther out, because they must pass over the others.

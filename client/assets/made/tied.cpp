@@ -28,7 +28,7 @@ Path pulled(const Root& root, const Tie& tie, Random& random) {
   growth.step_m = 0.004;
   growth.bend_m = 0.008;
   growth.spares_face = false;
-  growth.wish = [goal, stray](const GrowthPoint& at) {
+  growth.preferred_direction = [goal, stray](const GrowthPoint& at) {
     const Vec3 to = goal - at.p;
     return Vec3(to.normalized() + stray * std::exp(-at.s / 0.05));
   };

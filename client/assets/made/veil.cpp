@@ -26,7 +26,7 @@ Path column_path(double across, double length_m) {
   growth.bend_m = 0.03;
   growth.step_m = 0.004;
   growth.spares_face = false;
-  growth.wish = [=](const GrowthPoint& at) {
+  growth.preferred_direction = [=](const GrowthPoint& at) {
     const double back = 1.1 * std::exp(-at.s / 0.09);
     return Vec3(0.10 * across + 0.12 * std::sin(angle) * std::exp(-at.s / 0.2), -1, -back - 0.06);
   };

@@ -2,7 +2,7 @@
 
 #include <csignal>
 
-namespace hairnet::viewer {
+namespace hairnet {
 namespace {
 
 volatile std::sig_atomic_t g_asked = 0;
@@ -26,4 +26,4 @@ bool stop_requested() {
   return g_asked != 0;
 }
 
-}  // namespace hairnet::viewer
+}  // namespace hairnet

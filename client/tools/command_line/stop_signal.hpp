@@ -1,6 +1,6 @@
 #pragma once
 
-namespace hairnet::viewer {
+namespace hairnet {
 
 // Installs handlers: the first SIGINT or SIGTERM only requests a stop (see stop_requested), the second one ends the
 // program at once.
@@ -8,4 +8,4 @@ void install_stop_signal_handlers();
 // Whether a stop was requested.
 [[nodiscard]] bool stop_requested();
 
-}  // namespace hairnet::viewer
+}  // namespace hairnet

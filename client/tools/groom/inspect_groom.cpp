@@ -72,7 +72,7 @@ void print_features(const Groom& groom) {
   for (const Knot& knot : groom.knots) tied += knot.points.size();
   if (!groom.clumps.empty()) std::printf("clumps     %zu, of %zu more drawn strands\n", groom.clumps.size(), copies);
   if (!groom.threads.empty()) std::printf("threads    %zu\n", groom.threads.size());
-  if (!groom.cards.empty()) std::printf("cards     %zu\n", groom.cards.size());
+  if (!groom.cards.empty()) std::printf("cards      %zu\n", groom.cards.size());
   if (!groom.cloths.empty())
     std::printf("cloths     %zu of %zu triangles, %zu pinned to the skull\n", groom.cloths.size(), triangles, pinned);
   if (!groom.knots.empty()) std::printf("knots      %zu, tying %zu points\n", groom.knots.size(), tied);
@@ -118,7 +118,7 @@ void print_far_cards(const Groom& groom) {
   std::vector<std::uint32_t> strands;
   for (const FarCard& card : far.cards) strands.push_back(card.strand_count);
   std::ranges::sort(strands);
-  std::printf("far cards %zu%s", far.cards.size(), has_own || far.cards.empty() ? "" : ", made as it is loaded");
+  std::printf("far cards  %zu%s", far.cards.size(), has_own || far.cards.empty() ? "" : ", made as it is loaded");
   if (!strands.empty()) {
     std::printf("; each for %u / %u / %u strands (least, median, most), %zu points", strands.front(),
                 strands[strands.size() / 2], strands.back(), far.points.size());
@@ -131,13 +131,13 @@ void print_levels(const Groom& groom) {
   const double start_s = now_s();
   {
     ProgressBar bar("building levels");
-    BuildCallbacks observer;
-    observer.clock_s = now_s;
-    observer.progress = [&](double fraction, std::string_view stage) {
+    BuildCallbacks callbacks;
+    callbacks.clock_s = now_s;
+    callbacks.progress = [&](double fraction, std::string_view stage) {
       bar.show(fraction, stage);
       return true;
     };
-    (void)build_levels(groom, observer, &reports);
+    (void)build_levels(groom, callbacks, &reports);
   }
   std::printf("\nlevel   lattice   active   springs           attachments       contacts   decimation   total\n");
   for (std::size_t i = 0; i < reports.size(); ++i) {

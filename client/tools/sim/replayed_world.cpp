@@ -56,12 +56,12 @@ Result<std::shared_ptr<const LevelSet>> ReplayedWorld::levels_of(const wire::Gro
   RecordedLevels& recorded = found->second;
   if (!recorded.levels) {
     if (recorded.groom->points.empty()) return Refusal("levels of a groom without strand points");
-    BuildCallbacks observer;
-    observer.progress = [this](double fraction, std::string_view stage) {
+    BuildCallbacks callbacks;
+    callbacks.progress = [this](double fraction, std::string_view stage) {
       progress_(fraction, stage);
       return true;
     };
-    recorded.levels = build_levels(*recorded.groom, observer);
+    recorded.levels = build_levels(*recorded.groom, callbacks);
     recorded.groom.reset();
   }
   return recorded.levels;

@@ -56,14 +56,14 @@ Result<Groom> load_sound_groom(const SimulateOptions& o) {
 
 // Builds only the requested level: the others are left empty.
 std::shared_ptr<const LevelSet> build_one(const SimulateOptions& o, const Groom& groom, ProgressBar& bar) {
-  BuildCallbacks observer;
-  observer.progress = [&bar](double fraction, std::string_view stage) {
+  BuildCallbacks callbacks;
+  callbacks.progress = [&bar](double fraction, std::string_view stage) {
     bar.show(fraction, stage);
     return true;
   };
   const auto index = static_cast<std::size_t>(o.level);
   auto levels = std::make_shared<LevelSet>();
-  levels->levels[index] = *build_level(groom, kLevelSpecs[index], observer);
+  levels->levels[index] = *build_level(groom, kLevelSpecs[index], callbacks);
   return levels;
 }
 

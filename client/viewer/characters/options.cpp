@@ -20,7 +20,7 @@ constexpr std::string_view kFooter = R"(A character is given as key=value, separ
   material=soft|normal|stiff|gelled|wet (a change while it runs)   at=X:Z:HEADING (metres, degrees)
   colour=brown|blonde|black|red|dark_blonde|dark_brown|auburn|grey|#rrggbb   strands=N (made grooms)
   rest=auto|zero|first up=+y face=+z unit=1 (BVH: the pose that is upright, its axes, metres a unit; found, unless given)
-Time 0 is when the clips begin: heads rest upright until every lattice has arrived.
+Motions begin at time 0: heads rest upright until every lattice has arrived.
 A window opens unless --out, --sheet, --trace or --no-draw is given; H in it shows the keys.
 Examples:
   hairnet-view --local                                             a testbed: choose hair and motion in the window
@@ -234,7 +234,7 @@ void add_flags(CLI::App& app, ViewOptions& o, Texts& texts) {
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   app.add_option("--duration", texts.duration,
-                 "seconds of the clips, which loop, or 'forever' (6; in a window, forever)");
+                 "seconds of the motions, which loop, or 'forever' (6; in a window, forever)");
   app.add_option("--settle", o.settle_s, "seconds added, the heads easing upright, then still")
       ->check(in_range(0.0, kDuration_s_max));
   app.add_option("--out", o.out, "PNG: every character at the end; or a video, .mp4, .gif or .webm");

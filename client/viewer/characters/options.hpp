@@ -37,7 +37,7 @@ enum class Output : std::uint8_t { window, pictures, video, none };
 struct ViewOptions {
   Source source = Source::server;
   Output output = Output::window;
-  std::vector<std::string> files;  // to be shown without further options
+  std::vector<std::string> files;  // shown as they are; unit, axes and rest pose are guessed
   link::Address server;
   link::TlsOptions tls;
   std::string room, token;
@@ -53,7 +53,7 @@ struct ViewOptions {
   std::optional<Wind> wind;   // for the whole room
   std::string out, sheet, trace;
   std::vector<double> times_s;    // of the sheet's columns
-  std::vector<View> views;        // the rows of the sheet; each has all characters
+  std::vector<View> views;        // the sheet has one row for each character and view
   int width = 480, height = 540;  // of a picture, a video or the window
 };
 

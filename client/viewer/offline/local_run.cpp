@@ -62,12 +62,12 @@ LocalWorld local_world_of(const ViewOptions& options, const std::vector<Characte
     if (!set) set = std::make_shared<LevelSet>();
     const auto index = static_cast<std::size_t>(setup.level);
     if (!set->levels[index].rest.empty()) continue;
-    BuildCallbacks observer;
-    observer.progress = [&bar](double fraction, std::string_view stage) {
+    BuildCallbacks callbacks;
+    callbacks.progress = [&bar](double fraction, std::string_view stage) {
       bar.show(fraction, stage);
       return true;
     };
-    set->levels[index] = *build_level(*setup.groom, kLevelSpecs[index], observer);
+    set->levels[index] = *build_level(*setup.groom, kLevelSpecs[index], callbacks);
   }
   for (const auto& [groom, set] : sets) world.give_levels(*groom, set);
   return world;

@@ -12,7 +12,7 @@
 
 namespace hairnet::viewer {
 
-// Records a window: a clip of its pictures at a fixed rate, and a trace of a local world's ticks, as long as the ticks
+// Records a window: a video of its pictures at a fixed rate, and a trace of a local world's ticks, as long as the ticks
 // count from one beginning. Files are named hairnet-N.mp4 and hairnet-N.trace, in the folder in which the program was
 // started; N is the first free number. One thread.
 class Recorder {

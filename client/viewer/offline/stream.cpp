@@ -22,7 +22,7 @@ class Streamer {
   Streamer(const ViewOptions& options, const std::vector<CharacterSetup>& characters,
            const std::vector<double>& moment_times_s)
       : options_(options), moment_times_s_(moment_times_s), room_(options, characters, false) {
-    // Twice the picture rate, so that each picture of a fast clip has its own time.
+    // Twice the picture rate, so that each picture of a fast video has its own time.
     if (options.output == Output::video)
       play_interval_ns_ = std::min(play_interval_ns_, static_cast<std::int64_t>(0.5e9 / options.frame_rate_hz));
     if (!moment_times_s.empty()) room_.keep_moments();

@@ -18,13 +18,13 @@
 namespace hairnet::viewer {
 namespace {
 
-constexpr std::size_t kKeptMax = 60'000;  // lattices of a stream that are stored for a clip: at most a gigabyte
+constexpr std::size_t kKeptMax = 60'000;  // lattices of a stream that are stored for a video: at most a gigabyte
 
 Result<std::unique_ptr<render::Renderer>> make_renderer() {
   return render::Renderer::create();
 }
 
-// Draws one picture after the other into a clip. The camera frames all characters of the first picture, and then moves
+// Draws one picture after the other into a video. The camera frames all characters of the first picture, and then moves
 // with their mean place.
 class VideoRecording {
  public:
@@ -53,9 +53,9 @@ class VideoRecording {
 };
 
 // Makes `count` pictures; `picture` returns the characters of the n-th one. Ends early when `ended` returns true.
-Result<void> film(const ViewOptions& options, std::size_t count,
-                  const std::function<std::span<const ViewedCharacter>(std::size_t)>& picture,
-                  const std::function<bool()>& ended) {
+Result<void> draw_video(const ViewOptions& options, std::size_t count,
+                        const std::function<std::span<const ViewedCharacter>(std::size_t)>& picture,
+                        const std::function<bool()>& ended) {
   Result<std::unique_ptr<render::Renderer>> renderer = make_renderer();
   if (!renderer) return Refusal(renderer.error());
   Result<VideoWriter> video = VideoWriter::create(options.out, options.width, options.height, options.frame_rate_hz);
@@ -63,7 +63,7 @@ Result<void> film(const ViewOptions& options, std::size_t count,
   ProgressBar bar("hairnet-view");
   VideoRecording pictures(options, **renderer, *video);
   for (std::size_t i = 0; i < count && !ended(); ++i) {
-    bar.show(static_cast<double>(i) / static_cast<double>(count), "filming");
+    bar.show(static_cast<double>(i) / static_cast<double>(count), "drawing");
     if (Result<void> added = pictures.add(picture(i)); !added) return added;
   }
   return video->finish();
@@ -119,7 +119,7 @@ Result<void> record_local_video(const ViewOptions& options, const std::vector<Ch
     world.advance_to(times_s[i]);
     return world.viewed_characters();
   };
-  return film(options, times_s.size(), picture, stop_requested);
+  return draw_video(options, times_s.size(), picture, stop_requested);
 }
 
 Result<void> record_stream_video(const ViewOptions& options, const std::vector<CharacterSetup>& characters,
@@ -140,8 +140,8 @@ Result<void> record_stream_video(const ViewOptions& options, const std::vector<C
     for (const Shown& one : shown) viewed.push_back(one.viewed_character());
     return viewed;
   };
-  // The signal that ended the stream does not end the film.
-  return film(options, streamed.moments.size(), picture, [&] { return !streamed.stopped && stop_requested(); });
+  // The signal that ended the stream does not end the video.
+  return draw_video(options, streamed.moments.size(), picture, [&] { return !streamed.stopped && stop_requested(); });
 }
 
 }  // namespace hairnet::viewer

@@ -45,7 +45,7 @@ class HairSource {
   // Valid until the next non-const call.
   [[nodiscard]] virtual std::span<const ViewedCharacter> viewed_characters() const = 0;
 
-  // The grab of an own character; null, without effect, for other characters.
+  // The next four calls act on own characters only. For others grab() returns null and the rest do nothing.
   virtual HeadGrab* grab(std::uint64_t id) = 0;
   virtual void set_material(std::uint64_t id, const MaterialScale& scale) = 0;
   virtual void set_level(std::uint64_t id, LevelIndex level) = 0;

@@ -8,7 +8,7 @@
 namespace hairnet::viewer {
 namespace {
 
-constexpr double kHeldRate_per_s = 45, kFreeRate_per_s = 9;
+constexpr double kGrabbedRate_per_s = 45, kFreeRate_per_s = 9;
 constexpr double kAtRest = 1e-5;  // rad and m, and a second
 
 Quat from_rotation_vector(const Vec3& v) {
@@ -62,7 +62,7 @@ void HeadGrab::release() {
 
 void HeadGrab::advance(double elapsed_s) {
   if (!(elapsed_s > 0)) return;
-  const double rate_per_s = grabbed_ ? kHeldRate_per_s : kFreeRate_per_s;
+  const double rate_per_s = grabbed_ ? kGrabbedRate_per_s : kFreeRate_per_s;
   turn_.advance(elapsed_s, rate_per_s, kTurnSpeedMax_rad_per_s);
   shift_.advance(elapsed_s, rate_per_s, kShiftSpeedMax_m_per_s);
   if (grabbed_ || !at_rest()) return;

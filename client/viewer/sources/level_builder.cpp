@@ -41,8 +41,8 @@ void LevelBuilder::work() {
     const std::shared_ptr<const Groom> groom = std::move(queue_.front());
     queue_.pop_front();
     lock.unlock();
-    BuildCallbacks observer;
-    observer.progress = [this, &groom](double fraction, std::string_view) {
+    BuildCallbacks callbacks;
+    callbacks.progress = [this, &groom](double fraction, std::string_view) {
       char text[160];
       std::snprintf(text, sizeof text, "building levels of %.80s: %.0f %%", groom->name.c_str(), 100 * fraction);
       const std::lock_guard guard(mutex_);
@@ -51,7 +51,7 @@ void LevelBuilder::work() {
     };
     // A groom without points has nothing to simulate.
     std::shared_ptr<const LevelSet> levels =
-        groom->points.empty() ? std::make_shared<const LevelSet>() : build_levels(*groom, observer);
+        groom->points.empty() ? std::make_shared<const LevelSet>() : build_levels(*groom, callbacks);
     lock.lock();
     status_.clear();
     if (const auto found = built_.find(groom.get()); found != built_.end()) found->second.levels = std::move(levels);

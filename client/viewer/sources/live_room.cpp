@@ -192,7 +192,7 @@ void LiveRoom::take(const link::Frame& frame, const link::FrameBatch& batch, std
   }
   OwnCharacter& own = own_characters_[frame.character - 1];
   own.at_level = own.at_level || frame.level == own.level_wanted;
-  if (!own.coarser_ns && frame.level != LevelIndex::rigid) own.coarser_ns = now_ns;
+  if (!own.first_lattice_ns && frame.level != LevelIndex::rigid) own.first_lattice_ns = now_ns;
   own.playout.push(frame, sampled_ns, now_ns);
   statistics_.count_displacement(frame.character, displacement_);
   if (on_frame_) on_frame_(frame, batch.tick, displacement_, session_ << 32 | frame.character);
@@ -201,7 +201,7 @@ void LiveRoom::take(const link::Frame& frame, const link::FrameBatch& batch, std
 // All clips begin together, once every character that is not refused is simulated at its level.
 void LiveRoom::begin_when_ready(std::int64_t now_ns) {
   const bool ready = std::all_of(own_characters_.begin(), own_characters_.end(), [&](const OwnCharacter& own) {
-    return own.refused || own.at_level || (own.coarser_ns && now_ns - *own.coarser_ns > kCoarser_ns);
+    return own.refused || own.at_level || (own.first_lattice_ns && now_ns - *own.first_lattice_ns > kCoarser_ns);
   });
   if (!ready || now_ns < opened_ns_ + kUprightMin_ns) return;
   zero_ns_ = now_ns + to_ns(MotionTimeline::kLeadIn_s);

@@ -86,8 +86,7 @@ class LiveRoom : public HairSource {
     bool aside = false, teleport_pending = false;  // by teleport()
     bool at_level = false;                         // a frame at the requested level has arrived
     bool refused = false;                          // noted as refused: its lattice may never arrive
-    // since when it has had a lattice of a coarser level that the server chose
-    std::optional<std::int64_t> coarser_ns;
+    std::optional<std::int64_t> first_lattice_ns;  // when its first lattice arrived
   };
   static link::LinkOptions link_options(const ViewOptions& options);
   Result<void> take_events();

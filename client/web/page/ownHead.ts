@@ -29,7 +29,7 @@ export class OwnHead {
   #wanted: Angles = { yaw: 0, pitch: 0 };
   #now: Angles = { yaw: 0, pitch: 0 };
   #bodyYaw = 0;
-  #isHeld = false;
+  #isGrabbed = false;
   readonly #headset = new Quaternion();
   readonly #keys = new Set<string>();
 
@@ -53,7 +53,7 @@ export class OwnHead {
   }
 
   grab(): void {
-    this.#isHeld = true;
+    this.#isGrabbed = true;
   }
 
   /** Drags the grabbed head by that many pixels; `moves`: along the picture instead of about the neck. */
@@ -70,14 +70,14 @@ export class OwnHead {
   }
 
   release(): void {
-    this.#isHeld = false;
+    this.#isGrabbed = false;
   }
 
   /** Returns the pose at this moment. */
   update(dtS: number, camera: Camera): Pose {
     const keysTurn = this.#turnByKeys(dtS);
     if (this.followsView) this.#lookAlong(camera);
-    else if (!this.#isHeld && !keysTurn) this.#wanted = { yaw: 0, pitch: 0 };
+    else if (!this.#isGrabbed && !keysTurn) this.#wanted = { yaw: 0, pitch: 0 };
     this.#wanted.yaw = clamp(this.#wanted.yaw, kTurnMaxRad);
     this.#wanted.pitch = clamp(this.#wanted.pitch, kNodMaxRad);
     const share = 1 - Math.exp(-kEagerness * dtS);

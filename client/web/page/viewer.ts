@@ -26,7 +26,7 @@ export class PageViewer {
   readonly stage: Stage;
   readonly members = new MemberList(element<HTMLUListElement>("members"));
   hair: HairScene | null = null;
-  readonly #session: PersistentRoom;
+  readonly #persistentRoom: PersistentRoom;
   readonly #head = new OwnHead();
   readonly #quality = new AdaptiveQuality();
   readonly #graph = new Graph(element<HTMLCanvasElement>("graph"));
@@ -45,7 +45,7 @@ export class PageViewer {
 
   constructor(private readonly query: Query) {
     this.stage = new Stage(element<HTMLCanvasElement>("view"), () => coveredByPanel());
-    this.#session = new PersistentRoom(
+    this.#persistentRoom = new PersistentRoom(
       query,
       (room) => this.#enter(room),
       (state, detail) => this.#showState(state, detail),
@@ -63,13 +63,13 @@ export class PageViewer {
   }
 
   get room(): Room | null {
-    return this.#session.room;
+    return this.#persistentRoom.room;
   }
 
   async start(): Promise<void> {
     this.stage.renderer.setAnimationLoop((timeMs) => this.#draw(timeMs));
     void offerHeadset(element("enter-vr"), this.stage.renderer, (detail) => this.#showFault(detail));
-    void this.#session.start();
+    void this.#persistentRoom.start();
     if (this.query.observe) return;
     this.#listed = await listedHairstyles();
     this.#offerHairstyles();

@@ -24,7 +24,7 @@ export class VrmViewer {
   model: VRM | null = null;
   /** stands still when false */
   isMoving = true;
-  readonly #session: PersistentRoom;
+  readonly #persistentRoom: PersistentRoom;
   readonly #quality = new AdaptiveQuality();
   #own: OwnCharacter | null = null;
   #groom: Groom | null = null;
@@ -38,7 +38,7 @@ export class VrmViewer {
     const rim = new DirectionalLight(0xdfe8ff, 2);
     rim.position.set(1, 1.8, -2);
     this.stage.scene.add(key, rim, new HemisphereLight(0xbfc8d8, 0x6b5f55, 0.9));
-    this.#session = new PersistentRoom(
+    this.#persistentRoom = new PersistentRoom(
       query,
       (room) => this.#enter(room),
       (state, detail) => detail && showFault(detail, state === "refused" ? Infinity : kFaultShownMs),
@@ -56,7 +56,7 @@ export class VrmViewer {
   async start(model: ArrayBuffer): Promise<void> {
     await this.setModel(model);
     this.stage.renderer.setAnimationLoop((timeMs) => this.#draw(timeMs));
-    await this.#session.start();
+    await this.#persistentRoom.start();
   }
 
   async setModel(bytes: ArrayBuffer): Promise<void> {
@@ -87,7 +87,7 @@ export class VrmViewer {
     this.#groom = decodeGroom(file);
     this.#file = file;
     this.worn?.fit(this.#groom);
-    const { room } = this.#session;
+    const { room } = this.#persistentRoom;
     if (!room || this.query.observe) return;
     if (this.#own) room.removeCharacter(this.#own);
     this.#own = room.addCharacter(file);
@@ -118,7 +118,7 @@ export class VrmViewer {
     this.#quality.add(timeMs - this.#lastMs);
     this.#lastMs = timeMs;
     const { stage, model, worn, hair } = this;
-    const { room } = this.#session;
+    const { room } = this.#persistentRoom;
     if (this.isMoving) this.#timeS += dtS;
     if (model) {
       lookAbout(model, this.#timeS);

@@ -12,7 +12,7 @@ export interface Frame {
   readonly errorClass: ErrorClass;
   /** teleport, reset or level switch: do not interpolate from the last frame */
   readonly discontinuous: boolean;
-  /** the lattice is at rest: the server sends no further frame until it moves */
+  /** the lattice is at rest: the server sends no further frame until the character wakes */
   readonly asleep: boolean;
   /** the last known hair from before a reconnect: the new server has no lattice yet */
   readonly lastKnown: boolean;

@@ -7,14 +7,14 @@ const kOtherBytesMax = 256 << 20;
 const kObjectBytes = 512;
 
 /**
- * What a caller has not taken yet. Bounded: the oldest frames are dropped, and for the rest the caller who takes nothing is
- * cut off. No I/O.
+ * Events that the caller has not taken yet, in order. The queue is bounded: it drops the oldest frames first. A caller that
+ * takes nothing at all is disconnected. No I/O.
  */
 export class EventQueue {
   #events: LinkEvent[] = [];
   #frameBytes = 0;
   #otherBytes = 0;
-  /** members whose next frame continues from none that was taken */
+  /** members whose next frame does not continue the last taken one */
   readonly #discontinuityPending = new Set<number>();
   #framesDropped = 0;
   #ended = false;
@@ -64,7 +64,7 @@ export class EventQueue {
     }
   }
 
-  /** A jump that the reader never sees still parts the frames around it. */
+  /** Marks the member's next queued frame as discontinuous, so that the caller does not interpolate across the gap. */
   #carryDiscontinuity(member: number, from: number): void {
     for (let i = from; i < this.#events.length; ++i) {
       const event = this.#events[i];

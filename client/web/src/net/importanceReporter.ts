@@ -7,11 +7,11 @@ const kChange = 0.1;
 
 interface Reported {
   now: MemberImportance;
-  said: MemberImportance;
+  sent: MemberImportance;
   due: boolean;
 }
 
-/** How this client sees members, said to the server a few times a second at most, and only what has changed enough. */
+/** Reports how this client sees members: at most four times a second, relevant changes only. */
 export class ImportanceReporter {
   readonly #members = new Map<number, Reported>();
   #anyDue = false;
@@ -21,11 +21,11 @@ export class ImportanceReporter {
     for (const now of members) {
       let reported = this.#members.get(now.member);
       if (!reported) {
-        reported = { now, said: now, due: true };
+        reported = { now, sent: now, due: true };
         this.#members.set(now.member, reported);
       }
       reported.now = { member: now.member, screenHeight: now.screenHeight, inView: now.inView };
-      reported.due ||= differs(reported.now, reported.said);
+      reported.due ||= differs(reported.now, reported.sent);
       this.#anyDue ||= reported.due;
     }
   }
@@ -45,7 +45,7 @@ export class ImportanceReporter {
     this.#anyDue = this.#members.size > 0;
   }
 
-  /** What is to be said now, if anything. */
+  /** The report that is due now, if any. */
   take(nowNs: number): ReportImportance | null {
     if (nowNs < this.dueNs) return null;
     const members: MemberImportance[] = [];
@@ -57,14 +57,14 @@ export class ImportanceReporter {
         break;
       }
       members.push(reported.now);
-      reported.said = reported.now;
+      reported.sent = reported.now;
       reported.due = false;
     }
     this.#nextNs = nowNs + kIntervalNs;
     return members.length > 0 ? { type: "reportImportance", members } : null;
   }
 
-  /** When something may be said; Infinity when there is nothing. */
+  /** When the next report is due; Infinity when nothing is to be reported. */
   get dueNs(): number {
     return this.#anyDue ? this.#nextNs : Infinity;
   }

@@ -23,8 +23,8 @@ export class LevelCatalog {
     const geometry = before && isSame(before, record.geometry) ? before : record.geometry;
     // Another server may build the level differently: the new record wins.
     if (geometry !== before) this.#levels.set(key, new WeakRef(geometry));
-    for (const [other, held] of this.#levels) {
-      if (!held.deref()) this.#levels.delete(other);
+    for (const [other, reference] of this.#levels) {
+      if (!reference.deref()) this.#levels.delete(other);
     }
     return { geometry, neighbours: new Neighbours(geometry) };
   }

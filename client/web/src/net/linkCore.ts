@@ -26,9 +26,9 @@ import { UploadQueue } from "./uploadQueue";
 // A pose waits for at most one chunk of a groom: it is kept small.
 const kChunkBytes = 16 << 10;
 const kGoodbyeWaitNs = 400_000_000;
-// A session that lasted so long was no failed attempt: the next one comes soon again.
+// A session that lasted this long counts as successful: the backoff starts again at its shortest wait.
 const kStableNs = 5_000_000_000;
-// After a resume the server tells of all members at once; who is not among them by then has left meanwhile.
+// After a resume the server announces all members at once. A member that it has not announced by then has left.
 const kMembersResendWaitNs = 1_000_000_000;
 
 type State = "idle" | "waiting" | "wanting" | "opening" | "greeting" | "active" | "leaving" | "ended";
@@ -45,8 +45,8 @@ type State = "idle" | "waiting" | "wanting" | "opening" | "greeting" | "active" 
  *
  * What arrives goes into onPacket(), the end of the connection into onClosed().
  *
- * When the connection breaks it asks for a new one after a while, and then says again what its caller asked for. Calls
- * of the caller are taken in every state; what cannot be sent now is said later, but poses, which are dropped. They
+ * When the connection breaks it asks for a new one after a wait, and then sends the caller's requests again. The
+ * caller may call in every state: requests that cannot be sent now are sent later; poses are dropped. Calls
  * throw `HairnetError` for arguments that no server takes, and then change nothing.
  */
 export class LinkCore {
@@ -69,7 +69,7 @@ export class LinkCore {
   #clock = new ClockEstimate();
   readonly #requested = new RequestedState();
   readonly #uploads = new UploadQueue(kChunkBytes);
-  readonly #uploadShare = new BulkScheduler(kChunkBytes);
+  readonly #uploadScheduler = new BulkScheduler(kChunkBytes);
   readonly #queue = new SendQueue();
   readonly #members = new Members();
   readonly #lastKnown = new LastKnownHair();
@@ -262,14 +262,14 @@ export class LinkCore {
   takePacket(nowNs: number): Uint8Array | null {
     if (!this.#connection || this.#goodbyeTaken) return null;
     if (this.#state !== "greeting" && !this.isActive && this.#state !== "leaving") return null;
-    const isChunk = this.isActive && this.#uploads.isWaiting && (this.#queue.isEmpty || this.#uploadShare.isDue);
+    const isChunk = this.isActive && this.#uploads.isWaiting && (this.#queue.isEmpty || this.#uploadScheduler.isDue);
     const message = isChunk ? this.#uploads.nextChunk() : this.#queue.pop();
     if (!message) return null;
     this.#goodbyeTaken = message.type === "goodbye";
     this.#sentNs = nowNs;
     const packet = encodePacket(nowNs, message);
-    if (isChunk) this.#uploadShare.sentBulk();
-    else this.#uploadShare.sentSoon(packet.length, this.#uploads.isWaiting);
+    if (isChunk) this.#uploadScheduler.sentBulk();
+    else this.#uploadScheduler.sentSoon(packet.length, this.#uploads.isWaiting);
     this.#counters.bytesSent += packet.length;
     return packet;
   }
@@ -506,7 +506,7 @@ export class LinkCore {
       this.#requested.onRefused(groom);
     }
     if (!this.#requested.onError(error)) return this.#push(error);
-    // Its removal was said twice, and the answer to the first lost with a connection.
+    // The removal was sent twice, and the first answer was lost with a connection.
     if (reason === ErrorReason.characterUnknown && this.#members.removeOwn(character))
       this.#push({ type: "characterRemoved", character });
   }

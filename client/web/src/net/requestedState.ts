@@ -21,14 +21,14 @@ interface RequestedCharacter {
   confirmed: boolean;
 }
 
-/** What is to be said over a new connection; offers first. */
+/** What is to be sent over a new connection; offers first. */
 export interface Resend {
   readonly offers: (readonly [GroomHash, Uint8Array])[];
   readonly messages: ClientMessage[];
 }
 
 /**
- * What a client has asked for and what of it the server has confirmed, so that all of it can be sent again over a new
+ * The requests of a client, and which of them the server has confirmed, so that all can be sent again over a new
  * connection. No I/O.
  */
 export class RequestedState {
@@ -36,7 +36,7 @@ export class RequestedState {
   readonly #characters = new Map<number, RequestedCharacter>();
   /** removed, and not confirmed */
   readonly #leaving = new Set<number>();
-  /** Of which the server may have heard already; it may tell of them before it refuses them. */
+  /** characters that the server may know already; it may announce them before it refuses them */
   readonly #sentTwice = new Set<number>();
   /** what is resent of the session */
   readonly #settings: Settings = new Map();
@@ -104,7 +104,7 @@ export class RequestedState {
     this.#leaving.delete(character);
   }
 
-  /** True for an error that only says that the message had arrived before the connection broke, and was said twice. */
+  /** True for an error that only means that the message was sent twice: it had arrived before the connection broke. */
   onError(error: ErrorMessage): boolean {
     if (error.character === 0) return false;
     if (error.reason === ErrorReason.characterUnknown) return this.#leaving.delete(error.character);

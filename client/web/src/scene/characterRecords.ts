@@ -14,7 +14,7 @@ export interface PlacedLayer {
 }
 
 /** The data of a character in its row. */
-export interface Record {
+export interface CharacterRecord {
   /** scene */
   readonly pose: Pose;
   readonly hairAlbedo: readonly [number, number, number];
@@ -36,7 +36,7 @@ export interface PointRows {
 }
 
 /** The records of all characters in a frame; one row each, in the order of the draw calls. */
-export class Records {
+export class CharacterRecords {
   readonly #rows = new FloatTexture(kRecordTexels);
   #count = 0;
 
@@ -56,7 +56,7 @@ export class Records {
   }
 
   /** Returns the row of the record. */
-  add(record: Record): number {
+  add(record: CharacterRecord): number {
     writeRecord(record, this.#rows.values.subarray(4 * kRecordTexels * this.#count));
     return this.#count++;
   }
@@ -71,7 +71,7 @@ export class Records {
 }
 
 /** Writes it into the first kRecordTexels texels of `out`. */
-export function writeRecord(record: Record, out: Float32Array): void {
+export function writeRecord(record: CharacterRecord, out: Float32Array): void {
   const { pose, detail, layers } = record;
   const put = (texel: number, a: number, b: number, c: number, d: number) => {
     out[4 * texel] = a;

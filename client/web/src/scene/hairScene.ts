@@ -10,7 +10,7 @@ import { HairCharacter } from "./hairCharacter";
 import { SceneUniforms, type HairPart } from "./hairMaterials";
 import { sceneLights, studioLights } from "./lightRig";
 import { place } from "./placement";
-import { Lattices, Records, type PlacedLayer, type PointRows } from "./characterRecords";
+import { CharacterRecords, Lattices, type PlacedLayer, type PointRows } from "./characterRecords";
 import { fitShares, StrandDeformPass, type PlacedGroom } from "./strandDeformPass";
 import { CardTexture } from "./cardTexture";
 import { seenBy, viewsOf, type View } from "./view";
@@ -70,7 +70,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   readonly #source: HairSource;
   readonly #renderer: WebGLRenderer;
   readonly #options: HairSceneOptions;
-  readonly #records = new Records();
+  readonly #records = new CharacterRecords();
   readonly #lattices = new Lattices();
   readonly #placement = new StrandDeformPass(this.#records.texture, this.#lattices.texture);
   readonly #uniforms = new SceneUniforms(this.#records.texture, this.#lattices.texture, this.#placement.texture);
