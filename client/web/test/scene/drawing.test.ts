@@ -8,13 +8,13 @@ import { GroomDrawing, inDrawingOrder, type DrawCounts } from "../../src/scene/g
 import { HairCharacter } from "../../src/scene/hairCharacter";
 import { SceneUniforms } from "../../src/scene/hairMaterials";
 import { place } from "../../src/scene/placement";
-import { Lattices, Records, writeRecord, type Record } from "../../src/scene/characterRecords";
+import { CharacterRecords, Lattices, writeRecord, type CharacterRecord } from "../../src/scene/characterRecords";
 import { shader } from "../../src/scene/shaders";
 import { fitShares } from "../../src/scene/strandDeformPass";
 import { seenBy, viewsOf } from "../../src/scene/view";
 import { madeGroom } from "../support/madeGroom";
 
-const record: Record = {
+const record: CharacterRecord = {
   pose: rigidPose([0, 0.6, 0, 0.8], [1, 2, 3]),
   hairAlbedo: [0.1, 0.2, 0.3],
   skinAlbedo: [0.4, 0.5, 0.6],
@@ -52,7 +52,7 @@ describe("records", () => {
   });
 
   test("hold as many as are begun, and keep them apart", () => {
-    const records = new Records();
+    const records = new CharacterRecords();
     records.begin(40);
     for (let n = 0; n < 40; ++n) expect(records.add({ ...record, widthM: n })).toBe(n);
     records.end();
@@ -70,7 +70,7 @@ describe("records", () => {
   });
 
   test("take at most a few times the memory in use", () => {
-    const records = new Records();
+    const records = new CharacterRecords();
     const height = () => (records.texture.image as { height: number }).height;
     records.begin(1000);
     expect(height()).toBeGreaterThanOrEqual(1000);
@@ -98,7 +98,7 @@ describe("records", () => {
 describe("draw calls", () => {
   const counts = (): DrawCounts => ({ drawCalls: 0, strands: 0, cards: 0, vertices: 0 });
   const group = new Group();
-  const uniforms = new SceneUniforms(new Records().texture, new Lattices().texture, new Texture());
+  const uniforms = new SceneUniforms(new CharacterRecords().texture, new Lattices().texture, new Texture());
   const materials: RawShaderMaterial[] = [];
   const drawing = new GroomDrawing(makeGroomGeometry(madeGroom()), group, uniforms, (material) => materials.push(material));
   const at = (px: number) => {
