@@ -29,7 +29,7 @@ constexpr const char* kExamples = R"(Examples:
   hairnet-server --config server.toml --port 7421  settings of a file, but for the port
   hairnet-server --bind :: --tls-certificate chain.pem --tls-key key.pem --web-root web
                                                    browsers and headsets as well, over TLS
-  hairnet-server --check --tick-rate 90            say what would run, and end
+  hairnet-server --check --tick-rate 90            show what would run, and exit
 
 Exit status: 0 after SIGTERM or SIGINT, 2 when the configuration is wrong or the port is taken.)";
 
@@ -93,7 +93,7 @@ ParsedConfig parse_config(int argc, const char* const* argv) {
   app.get_formatter()->column_width(28);
   std::string file;
   app.add_option("--config", file, "TOML file of settings; flags override it")->type_name("FILE");
-  app.add_flag("--check", parsed.check_only, "check the configuration, say what it is, and end");
+  app.add_flag("--check", parsed.check_only, "check the configuration, show it, and exit");
   Given given;
   for (const Setting& setting : settings) add_flag(app, setting, given);
   try {

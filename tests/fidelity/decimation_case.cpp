@@ -100,7 +100,7 @@ Result<DecimationRow> measure_model(const Level& merged, const Clip& clip, const
 }  // namespace
 
 Result<std::vector<DecimationRow>> measure_decimation(const Groom& groom, std::span<const Clip> clips,
-                                                      const DecimationOptions& options, const Say& say) {
+                                                      const DecimationOptions& options, const PrintLine& print_line) {
   const StrandPoints strands(groom, options.point_count_max);
   std::vector<DecimationRow> rows;
   for (const int nodes : kLatticeNodes) {
@@ -114,7 +114,7 @@ Result<std::vector<DecimationRow>> measure_decimation(const Groom& groom, std::s
         auto row = measure_model(*merged, clip, strands, *truth, options);
         if (!row) return Refusal(row.error());
         row->groom = groom.name;
-        say(text("%s, %s, %d^3, %zu+%zu of %zu+%zu: merged %.1f %%, random %.1f %% of %.1f mm", row->groom.c_str(),
+        print_line(text("%s, %s, %d^3, %zu+%zu of %zu+%zu: merged %.1f %%, random %.1f %% of %.1f mm", row->groom.c_str(),
                  row->motion.c_str(), nodes, row->spring_count, row->attachment_count, row->spring_count_all,
                  row->attachment_count_all, 100 * row->merged.rms, 100 * row->random.rms, 1e3 * row->motion_m));
         rows.push_back(std::move(*row));
@@ -125,7 +125,7 @@ Result<std::vector<DecimationRow>> measure_decimation(const Groom& groom, std::s
 }
 
 Result<std::vector<LatticeRow>> measure_lattices(const Groom& groom, std::span<const Clip> clips, int truth_nodes,
-                                                 const DecimationOptions& options, const Say& say) {
+                                                 const DecimationOptions& options, const PrintLine& print_line) {
   const StrandPoints strands(groom, options.point_count_max);
   const auto fine = build(groom, truth_nodes, kAll, kAll);
   std::vector<LatticeRow> rows;
@@ -136,7 +136,7 @@ Result<std::vector<LatticeRow>> measure_lattices(const Groom& groom, std::span<c
       const auto one = relative_distance(*build(groom, nodes, kAll, kAll), clip, strands, *truth);
       if (!one) return Refusal(one.error());
       rows.push_back({groom.name, clip.name, nodes, truth_nodes, truth->motion_m, *one});
-      say(text("%s, %s, all stiffeners on %d^3: %.1f %% off %d^3", groom.name.c_str(), clip.name.c_str(), nodes,
+      print_line(text("%s, %s, all stiffeners on %d^3: %.1f %% off %d^3", groom.name.c_str(), clip.name.c_str(), nodes,
                100 * one->rms, truth_nodes));
     }
   }

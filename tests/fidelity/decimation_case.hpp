@@ -43,12 +43,12 @@ struct LatticeRow {
   Distance distance;
 };
 
-using Say = std::function<void(const std::string&)>;
+using PrintLine = std::function<void(const std::string&)>;
 
 // All counts on all lattices, of one groom and some clips.
 Result<std::vector<DecimationRow>> measure_decimation(const Groom& groom, std::span<const Clip> clips,
-                                                      const DecimationOptions& options, const Say& say);
+                                                      const DecimationOptions& options, const PrintLine& print_line);
 Result<std::vector<LatticeRow>> measure_lattices(const Groom& groom, std::span<const Clip> clips, int truth_nodes,
-                                                 const DecimationOptions& options, const Say& say);
+                                                 const DecimationOptions& options, const PrintLine& print_line);
 
 }  // namespace hairnet::fidelity

@@ -55,7 +55,7 @@ class Scenario {
     if (!config_.level_cache.empty()) std::filesystem::remove_all(config_.level_cache, ignored);
   }
   [[nodiscard]] bool chance(double p) { return random_.unit() < p; }
-  void say(const std::string& what) const {
+  void report(const std::string& what) const {
     if (says_all_) std::fprintf(stderr, "%.4f s: %s\n", 1e-9 * static_cast<double>(timeline_.now_ns()), what.c_str());
   }
   std::int64_t moment(std::int64_t from_ns, std::int64_t to_ns) {
@@ -145,7 +145,7 @@ void Scenario::make_players() {
     players_.push_back(std::make_unique<Player>(timeline_, journal_, *host_, plan, seed_));
     Player& player = *players_.back();
     timeline_.at(plan.steady ? 0 : moment(0, disturbed_until_ns_ / 2), [this, &player] {
-      say(player.name() + " joins, over " + std::to_string(std::llround(player.plan().quality.least_bytes_per_s())) +
+      report(player.name() + " joins, over " + std::to_string(std::llround(player.plan().quality.least_bytes_per_s())) +
           " bytes/s");
       player.join();
       player.add_character();
@@ -174,7 +174,7 @@ void Scenario::disturb_one(Player& player) {
   const std::uint64_t pick = random_.next() % 8;
   const auto delay_ns = [&] { return static_cast<std::int64_t>(random_.between(0, chance(0.5) ? 5e7 : 2.5e9)); };
   const ConnectionLoss how{delay_ns(), chance(0.3) ? -1 : delay_ns()};
-  say("disturbs " + player.name() + " by " + std::to_string(pick));
+  report("disturbs " + player.name() + " by " + std::to_string(pick));
   if (pick <= 2) {
     player.break_connection(how, {}, false);
   } else if (pick <= 5) {
@@ -182,7 +182,7 @@ void Scenario::disturb_one(Player& player) {
   } else if (!player.plan().steady) {
     player.leave(pick == 6);
     timeline_.after(moment(10 * kMs, 1500 * kMs), [this, &player] {
-      say(player.name() + " joins again");
+      report(player.name() + " joins again");
       player.join();
     });
   }
@@ -190,7 +190,7 @@ void Scenario::disturb_one(Player& player) {
 
 void Scenario::restart_server() {
   const bool drained = chance(0.4);
-  say(drained ? "server is stopped" : "server is killed");
+  report(drained ? "server is stopped" : "server is killed");
   journal_.count(drained ? "server stopped" : "server killed");
   if (drained) host_->drain();
   const std::int64_t down_ns = moment(10 * kMs, 1200 * kMs);
@@ -199,7 +199,7 @@ void Scenario::restart_server() {
     count_life(host_->life());
     host_->kill({told_ns, -1});
     timeline_.after(down_ns, [this] {
-      say("server starts");
+      report("server starts");
       host_->start();
     });
   });
@@ -292,7 +292,7 @@ std::string Scenario::unsettled() {
 }
 
 void Scenario::calm() {
-  say("calm");
+  report("calm");
   for (const auto& bad_client : bad_clients_) bad_client->stop();
   // Packets sent before, over lost connections, may contradict later ones.
   const auto has_all_arrived = [](const auto& client) { return client->has_all_arrived(); };
@@ -317,7 +317,7 @@ void Scenario::calm() {
   if (!why.empty())
     journal_.fault(
         "all", "are not well " + std::to_string(kSettle_ns_max / kSecond_ns) + " s after the last disturbance: " + why);
-  say("settled after " + std::to_string((timeline_.now_ns() - begun_ns) / kMs) + " ms");
+  report("settled after " + std::to_string((timeline_.now_ns() - begun_ns) / kMs) + " ms");
 }
 
 // The time that packets to a player wait behind level records and full buffers, on a slow connection.
@@ -362,11 +362,11 @@ void Scenario::check_rest() {
                                            name_of(member.level));
     }
   }
-  say("at rest after " + std::to_string((timeline_.now_ns() - begun_ns) / kMs) + " ms");
+  report("at rest after " + std::to_string((timeline_.now_ns() - begun_ns) / kMs) + " ms");
 }
 
 void Scenario::leave() {
-  say("all leave");
+  report("all leave");
   for (const auto& player : players_) {
     timeline_.after(moment(0, 500 * kMs), [this, &player] { player->leave(chance(0.5)); });
   }

@@ -111,7 +111,7 @@ int main(int argc, char** argv) {
   app.add_option("--jobs", options.jobs, "threads")->check(CLI::Range(1, 64));
   app.add_option("--twice-every", options.twice_every,
                  "of so many seeds one is run twice, for the same outcome; 0: none");
-  app.add_flag("--verbose", options.is_verbose, "say what the scenario and the server do");
+  app.add_flag("--verbose", options.is_verbose, "show what the scenario and the server do");
   app.add_flag("--quiet", options.quiet, "no list of events");
   CLI11_PARSE(app, argc, argv);
   spdlog::set_level(options.is_verbose ? spdlog::level::debug : spdlog::level::off);

@@ -299,7 +299,7 @@ const poseBatch: ClientCodec<PoseBatch> = {
   },
 };
 
-/** Factors on what a groom's materials say; gel is ether stiffness over mass, 1/s^2, and added. */
+/** Factors on the values of a groom's materials; gel is ether stiffness over mass, 1/s^2, and added. */
 export interface MaterialScale {
   readonly stiffness: number;
   readonly damping: number;

@@ -1,7 +1,7 @@
 import type { ClientMessage } from "./clientMessages";
 import type { ServerMessage } from "./serverMessages";
 
-// What client and server say to each other.
+// The messages between client and server.
 
 export type * from "./clientMessages";
 export type * from "./serverMessages";

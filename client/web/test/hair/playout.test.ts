@@ -208,7 +208,7 @@ describe("switches of level", () => {
     expect(blend.update({ ...sampleAt(0, 1e6, 0.01), geometry: fullGrid([4, 4, 4], 0.2) }).length).toBe(1);
   });
 
-  it("are shown as they are where the caller says that hair has jumped", () => {
+  it("are shown as they are where the caller marks the hair as discontinuous", () => {
     const blend = new LatticeBlend();
     blend.update(sampleAt(0, 0, 0.01));
     expect(blend.update(sampleAt(1, 1e6, 0.01), true).length).toBe(1);

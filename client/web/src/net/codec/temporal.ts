@@ -3,7 +3,7 @@ import type { History } from "./frameIntegers";
 /** Frames of the history that are used, and eighths of the first and the second difference. */
 export type TemporalWeights = readonly [frames: number, first: number, second: number];
 
-/** So many bits say which weights, by order. */
+/** The number of bits that select the weights, by order. */
 export const kTemporalBits: readonly number[] = [0, 1, 3, 4];
 
 /** Those a frame can choose from, by order. */
