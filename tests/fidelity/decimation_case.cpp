@@ -114,9 +114,10 @@ Result<std::vector<DecimationRow>> measure_decimation(const Groom& groom, std::s
         auto row = measure_model(*merged, clip, strands, *truth, options);
         if (!row) return Refusal(row.error());
         row->groom = groom.name;
-        print_line(text("%s, %s, %d^3, %zu+%zu of %zu+%zu: merged %.1f %%, random %.1f %% of %.1f mm", row->groom.c_str(),
-                 row->motion.c_str(), nodes, row->spring_count, row->attachment_count, row->spring_count_all,
-                 row->attachment_count_all, 100 * row->merged.rms, 100 * row->random.rms, 1e3 * row->motion_m));
+        print_line(text("%s, %s, %d^3, %zu+%zu of %zu+%zu: merged %.1f %%, random %.1f %% of %.1f mm",
+                        row->groom.c_str(), row->motion.c_str(), nodes, row->spring_count, row->attachment_count,
+                        row->spring_count_all, row->attachment_count_all, 100 * row->merged.rms, 100 * row->random.rms,
+                        1e3 * row->motion_m));
         rows.push_back(std::move(*row));
       }
     }
@@ -137,7 +138,7 @@ Result<std::vector<LatticeRow>> measure_lattices(const Groom& groom, std::span<c
       if (!one) return Refusal(one.error());
       rows.push_back({groom.name, clip.name, nodes, truth_nodes, truth->motion_m, *one});
       print_line(text("%s, %s, all stiffeners on %d^3: %.1f %% off %d^3", groom.name.c_str(), clip.name.c_str(), nodes,
-               100 * one->rms, truth_nodes));
+                      100 * one->rms, truth_nodes));
     }
   }
   return rows;

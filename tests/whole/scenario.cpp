@@ -146,7 +146,7 @@ void Scenario::make_players() {
     Player& player = *players_.back();
     timeline_.at(plan.steady ? 0 : moment(0, disturbed_until_ns_ / 2), [this, &player] {
       report(player.name() + " joins, over " + std::to_string(std::llround(player.plan().quality.least_bytes_per_s())) +
-          " bytes/s");
+             " bytes/s");
       player.join();
       player.add_character();
       if (!player.plan().steady && chance(0.5)) player.add_character();
