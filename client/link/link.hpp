@@ -40,7 +40,6 @@ class Link {
   // Refused with an Error when out of range.
   void set_material(std::uint32_t character, const MaterialScale& scale) { send(wire::SetMaterial{character, scale}); }
   void set_wind(const Wind& wind) { send(wire::SetWind{wind}); }  // of the whole room; the last client to set it wins
-  void mark(std::uint32_t number) { send(wire::Mark{number}); }   // in the server's log
   void observe(const wire::Observe& wanted) { send(wanted); }     // of others; every frame of all at first
   // How large members are on this screen. Sends at most four reports a second, of relevant changes only.
   void report_importance(const std::vector<wire::MemberImportance>& members);

@@ -152,15 +152,6 @@ Fault read(const fb::SetWind& in, SetWind& out) {
   return {};
 }
 
-Offset<fb::Mark> write(FlatBufferBuilder& to, const Mark& m) {
-  return fb::CreateMark(to, m.number);
-}
-
-Fault read(const fb::Mark& in, Mark& out) {
-  out.number = in.number();
-  return {};
-}
-
 Offset<fb::Observe> write(FlatBufferBuilder& to, const Observe& m) {
   const fb::Vec3 from = m.from ? to_flatbuffer(*m.from) : fb::Vec3();
   return fb::CreateObserveDirect(to, &m.members, m.from ? &from : nullptr, m.count, m.radius_m, m.stride,

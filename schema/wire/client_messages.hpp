@@ -113,10 +113,6 @@ struct GroomRequest {  // asks for a groom that the client lacks; answered by Gr
   std::uint64_t offset = 0;
 };
 
-struct Mark {  // the tick that takes it logs the number
-  std::uint32_t number = 0;
-};
-
 // Both ends send it.
 struct Goodbye {
   GoodbyeReason reason = GoodbyeReason::none;
@@ -125,7 +121,7 @@ struct Goodbye {
 
 using ClientMessage =
     std::variant<Hello, GroomOffer, GroomChunk, AddCharacter, SetLevel, RemoveCharacter, PoseBatch, SetMaterial,
-                 SetWind, Observe, ReportImportance, RequestKeyframes, GroomRequest, Goodbye, Mark>;
+                 SetWind, Observe, ReportImportance, RequestKeyframes, GroomRequest, Goodbye>;
 
 // Empty when valid (ranges, finite numbers); else one line. The number of integers of a hair state is checked later,
 // against the level.

@@ -258,7 +258,6 @@ struct Session::MessageHandler {
     if (std::string fault = validate(set.wind); !fault.empty()) return {ErrorReason::wind_invalid, std::move(fault)};
     return put(set);
   }
-  Refused operator()(wire::Mark& mark) { return put(mark); }
   Refused operator()(wire::Observe& observe) {
     if (std::string fault = wire::validate(observe); !fault.empty())
       return {ErrorReason::observe_invalid, std::move(fault)};

@@ -1,7 +1,5 @@
 #include "server/tick/scheduler.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <utility>
 
@@ -168,9 +166,6 @@ struct Scheduler::CommandHandler {
     Room& room = scheduler.rooms_.room(observer->room);
     room.wind = set.wind;
     room.wind_changed = true;
-  }
-  void handle(SessionId session, const wire::Mark& mark) const {
-    spdlog::info("event=mark session={} number={}", session, mark.number);
   }
   void handle(SessionId session, wire::Observe& observe) const {
     Observer* observer = scheduler.rooms_.observer(session);

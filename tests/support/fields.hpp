@@ -58,7 +58,6 @@ BOOST_DESCRIBE_STRUCT(PoseSample, (), (character, sequence, capture_time_ns, tel
 BOOST_DESCRIBE_STRUCT(PoseBatch, (), (poses))
 BOOST_DESCRIBE_STRUCT(SetMaterial, (), (character, scale))
 BOOST_DESCRIBE_STRUCT(SetWind, (), (wind))
-BOOST_DESCRIBE_STRUCT(Mark, (), (number))
 BOOST_DESCRIBE_STRUCT(Observe, (), (mode, count, radius_m, from, members, error_class, stride, velocities))
 BOOST_DESCRIBE_STRUCT(MemberImportance, (), (member, screen_height, in_view))
 BOOST_DESCRIBE_STRUCT(ReportImportance, (), (members))

@@ -65,14 +65,6 @@ TEST_F(SessionTest, refuses_messages_that_only_servers_send) {
   EXPECT_EQ(session_.state(), State::active);
 }
 
-TEST_F(SessionTest, passes_on_marks) {
-  hello();
-  send(wire::Mark{42});
-  const std::vector<wire::Mark> marks = requests<wire::Mark>();
-  ASSERT_EQ(marks.size(), 1u);
-  EXPECT_EQ(marks[0].number, 42u);
-}
-
 TEST_F(SessionTest, passes_on_valid_materials_and_winds) {
   hello();
   send(wire::AddCharacter{1, groom_service_.known, LevelIndex::medium});

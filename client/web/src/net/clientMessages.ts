@@ -541,25 +541,14 @@ const goodbye: ClientCodec<Goodbye> = {
   check() {},
 };
 
-/** The tick that takes it writes the number to the server's log. */
-export interface Mark {
-  readonly type: "mark";
-  readonly number: number;
-}
-const mark: ClientCodec<Mark> = {
-  write: (to, { number }) => fb.Mark.createMark(to, number),
-  read: (from) => ({ number: from.number() }),
-  check: ({ number }) => checkInteger(number, 0, 0xffffffff, "mark"),
-};
-
 export type ClientMessage =
   | Hello | GroomOffer | GroomChunk | AddCharacter | SetLevel | RemoveCharacter | PoseBatch | SetMaterial | SetWind
-  | Observe | ReportImportance | RequestKeyframes | GroomRequest | Goodbye | Mark;
+  | Observe | ReportImportance | RequestKeyframes | GroomRequest | Goodbye;
 
 /** @internal Types of the package do not show generated code. */
 export const clientCodecs: { readonly [M in ClientMessage as M["type"]]: ClientCodec<M> } = {
   hello, groomOffer, groomChunk, addCharacter, setLevel, removeCharacter, poseBatch, setMaterial, setWind, observe,
-  reportImportance, requestKeyframes, groomRequest, goodbye, mark,
+  reportImportance, requestKeyframes, groomRequest, goodbye,
 };
 
 /** @internal */

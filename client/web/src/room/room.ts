@@ -152,11 +152,6 @@ export class Room implements HairSource {
     this.link.send({ type: "setWind", wind: { ...wind } });
   }
 
-  /** A number for the server's log. */
-  mark(number: number): void {
-    this.link.send({ type: "mark", number });
-  }
-
   /** Says goodbye; the room stays empty afterwards. */
   close(): void {
     this.link.close();
