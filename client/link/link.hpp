@@ -19,15 +19,16 @@ struct LinkOptions {
   LinkCoreOptions core;
 };
 
-// A client's conversation with a server over a socket: a LinkCore, and a thread that drives it. Every call is for one
-// thread and none blocks, but connect().
+// A client's conversation with a server over a socket: a LinkCore, and a thread that drives it. Make all calls from one
+// thread. Only connect() blocks.
 class Link {
  public:
   explicit Link(LinkOptions options);
-  ~Link();  // says goodbye, waits a moment for it to leave
-  // Resolve, connect, hello, welcome; within the time-out. Once only: a link that ended is not used again.
+  ~Link();  // sends a goodbye, and waits a moment until it is sent
+  // Resolves the name, connects, and exchanges hello and welcome, within the time-out. Call it once: a link that has
+  // ended cannot be used again.
   Result<wire::Welcome> connect();
-  // Offers the groom; its bytes follow as far as the server lacks them. The same groom twice is one upload.
+  // Offers the groom, and sends the bytes that the server lacks. The same groom twice is one upload.
   wire::GroomHash upload(const Groom& groom);
   // Sends a request. The calls from add_character to observe are shorthands for it. Importance, grooms and poses have
   // calls of their own.
@@ -47,10 +48,10 @@ class Link {
   void request_groom(const wire::GroomHash& hash);
   // Poses captured at `capture_time_ns` of now_ns(); sent as one batch.
   void push_poses(std::vector<wire::PoseSample> poses);
-  // What arrived since the last call. A caller that never polls loses the oldest frames, not memory.
+  // The events since the last call. A caller that never polls loses the oldest frames; memory stays bounded.
   std::vector<Event> poll();
   [[nodiscard]] std::int64_t now_ns() const;  // this link's monotonic clock
-  // A time on the server's clock, on now_ns(). Once connected.
+  // Converts a time of the server's clock to that of now_ns(). Requires a connection.
   [[nodiscard]] std::int64_t to_local_ns(std::int64_t server_time_ns) const;
   [[nodiscard]] LinkCounters counters() const;
   void close();

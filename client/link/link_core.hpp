@@ -31,17 +31,17 @@ struct LinkCoreOptions {
   std::string room, token;  // empty: the lobby; none
   wire::Role role = wire::Role::participant;
   double connect_timeout_s = 5;  // from the attempt to the welcome
-  double keep_alive_s = 15;      // after so long without anything to send, an empty pose batch goes out
-  bool reconnect = true;         // once welcomed; a first attempt that fails is the last
+  double keep_alive_s = 15;      // after this time without anything to send, an empty pose batch is sent
+  bool reconnect = true;         // after the first welcome; a first attempt that fails is the last
   double give_up_after_s = 0;    // of trying to reconnect; 0: never
   std::uint64_t seed = 1;        // of the waits between attempts
   double decode_share = 1;       // fraction of members whose frames are decoded; the others are only counted
-  std::shared_ptr<LevelCatalog> catalog = {};  // shared by cores of one thread; null: one of its own
+  std::shared_ptr<LevelCatalog> catalog = {};  // shared by cores of one thread; null: the core makes its own
 };
 
 struct LinkCounters {
   std::uint64_t bytes_sent = 0, bytes_received = 0;
-  std::uint64_t frame_bytes_received = 0;  // of packets that hold frames
+  std::uint64_t frame_bytes_received = 0;  // of packets with frames
   std::uint64_t frames_dropped = 0;        // not polled in time
   std::uint64_t poses_dropped = 0;         // not sent in time
   std::uint64_t frames_received = 0;
@@ -51,7 +51,7 @@ struct LinkCounters {
   std::uint64_t resumes = 0;             // of these, by a server that still had the session
 };
 
-// A frame as it came, before any copy.
+// A frame as received, before any copy.
 struct ReceivedFrame {
   std::uint64_t tick = 0;
   std::int64_t sample_time_ns = 0;  // server clock
@@ -91,8 +91,8 @@ class LinkCore {
   void start();
   // `bytes` is the groom's file and `hash` its hash; stored while they may be sent again.
   void offer_groom(const wire::GroomHash& hash, RequestedState::Bytes bytes);
-  // Any request but those with a call of their own here. What must outlive the connection is also stored: characters,
-  // levels, and the newest of every message that has a kResent.
+  // Sends a request. Poses, importance and grooms have calls of their own. Requests that must outlive the connection
+  // are also stored: characters, levels, and the newest of every message that has a kResent.
   void send(wire::ClientMessage message);
   void push_poses(std::vector<wire::PoseSample> poses);
   // Sends at most four reports a second, of relevant changes only.
@@ -106,7 +106,7 @@ class LinkCore {
   [[nodiscard]] bool ended() const { return state_ == State::ended; }
   [[nodiscard]] const std::string& end_detail() const { return end_detail_; }             // once ended()
   [[nodiscard]] const std::optional<wire::Welcome>& welcome() const { return welcome_; }  // the last one
-  // A time on the server's clock, on ours. As it is while no server's clock is known.
+  // Converts a time of the server's clock to ours. Returns it unchanged while no server's clock is known.
   [[nodiscard]] std::int64_t to_local_ns(std::int64_t server_time_ns) const;
   [[nodiscard]] LinkCounters counters() const;
 

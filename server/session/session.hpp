@@ -35,7 +35,7 @@ struct SessionContext {
   std::uint64_t groom_bytes_max = 0;
   const std::atomic<std::uint64_t>& tick;
   std::int64_t pose_delay_ns = 0;
-  std::optional<channel::TokenKey> token_key = {};                             // none: no tokens are asked for
+  std::optional<channel::TokenKey> token_key = {};                             // none: no token is needed
   std::function<std::int64_t()> unix_time_s = [] { return std::int64_t{0}; };  // for tokens
   SessionDirectory* directory = nullptr;
   std::size_t session_count = 0;    // sessions that have joined a room and not left it
@@ -43,8 +43,8 @@ struct SessionContext {
   RoomCensus rooms = {};
 };
 
-// One client's conversation: awaiting_hello -> active -> draining -> closed. When its connection breaks an active one
-// is detached, until another takes over its identity or the grace is over. I/O thread.
+// One client's conversation: awaiting_hello -> active -> draining -> closed. When its connection breaks, an active
+// session is detached until another session takes over its identity or the grace time ends. I/O thread.
 class Session final : public PacketSink {
  public:
   enum class State : std::uint8_t { awaiting_hello, active, detached, draining, closed };
@@ -58,15 +58,15 @@ class Session final : public PacketSink {
   void on_message(wire::Envelope envelope, std::int64_t now_ns);
 
   void send(const wire::Message& message, std::int64_t now_ns);
-  void flush(std::int64_t now_ns);  // as much of the outbox as the connection takes
-  void poll(std::int64_t now_ns);   // time-outs and slow consumers
+  void flush(std::int64_t now_ns);  // sends as much of the outbox as the connection accepts
+  void poll(std::int64_t now_ns);   // ends sessions that time out or consume too slowly
   // Removes the characters, queues the goodbye, sends the queue and closes.
   void drain(wire::GoodbyeReason reason, std::string detail, std::int64_t now_ns);
 
-  // What GroomService::fetch was asked for; null when it could not be read.
+  // The file that GroomService::fetch was asked for; null when it could not be read.
   void on_groom_read(const wire::GroomHash& groom, std::shared_ptr<const std::vector<std::uint8_t>> bytes,
                      std::int64_t now_ns);
-  // The session may not use the groom any more: removes the characters that wear it.
+  // The session may not use the groom any more: removes the characters that use it.
   void revoke_groom(const wire::GroomHash& groom);
 
   // Gives the identity to the session of a new connection. This session ends without leaving the room.
@@ -86,7 +86,7 @@ class Session final : public PacketSink {
               const wire::GroomHash& groom = {});
   void refuse_unexpected(std::string_view detail, std::int64_t now_ns);
   bool take_message(std::int64_t now_ns);   // counts against the rate; false: the session ends with over_rate
-  void remove(std::uint32_t character);     // one that there is
+  void remove(std::uint32_t character);     // it must exist
   bool send_download(std::int64_t now_ns);  // the next piece of a groom; false when there is none
   void leave(std::int64_t now_ns);          // leaves the room, and releases its characters and grooms
   void close(std::string_view reason, std::int64_t now_ns);
@@ -101,7 +101,7 @@ class Session final : public PacketSink {
   Downloads downloads_;
   channel::BulkScheduler download_scheduler_{Downloads::kPiece_bytes};
   std::int64_t opened_ns_, heard_ns_;
-  std::int64_t full_since_ns_ = 0;  // the connection has taken nothing since; 0 = it does
+  std::int64_t full_since_ns_ = 0;  // the connection has accepted nothing since this time; 0: it accepts
   std::int64_t drain_since_ns_ = 0, detached_since_ns_ = 0;
   std::int64_t pose_error_next_ns_;  // at most one error about poses is sent a second
   bool joined_ = false;              // the room knows the session

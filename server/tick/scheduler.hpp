@@ -23,7 +23,7 @@ struct SchedulerDef {
   WorldDef world;
   PublishDef publish;
   LevelChooserDef levels;
-  Wind wind;  // of every room, until a client of it sets another
+  Wind wind;  // of every room, until one of its clients sets another
   std::uint32_t tick_rate_hz = 30;
   std::int64_t pose_delay_ns = 25'000'000;
   std::int64_t room_grace_ns = 10'000'000'000;           // how long an empty room exists

@@ -16,11 +16,11 @@ export function addBody({ groom, occlusion }: GeometrySource, mesh: MeshBuilder)
     const nx = normals[3 * v];
     const ny = normals[3 * v + 1];
     const nz = normals[3 * v + 2];
-    // Its own cell holds the skin itself: look from a little outside.
+    // A point's own cell contains the skin itself: sample a little outside.
     const out = 1.5 * occlusion.cellM;
     occlusion.at(x + out * nx, y + out * ny, z + out * nz, left, [nx, ny, nz]);
     const share = boneWeights.subarray(5 * v, 5 * v + 5);
-    // Hair at rest shades the head always, if softly, but back and shoulders only until it is swung away.
+    // Hair at rest always shades the head, softly; it shades back and shoulders only until it swings away.
     const lit = kSwungAway + share[0] * (kScattered - kSwungAway);
     for (let side = 0; side < 6; ++side) left[side] += lit * (1 - left[side]);
     mesh.add(x, y, z, 0, nx, ny, nz, scalp.at(x, y, z), left, share[4], 0);

@@ -3,13 +3,13 @@ import { farCardBlend } from "../../hair/rootBlend";
 import type { GeometrySource } from "./geometrySource";
 import type { MeshBuilder } from "./meshBuilder";
 
-/** The groom's own cards. */
+/** Adds the groom's own cards. */
 export function addCards(source: GeometrySource, mesh: MeshBuilder): void {
   const { groom, blend, rest } = source;
   groom.cards.forEach((card, number) => addCard(source, edgesOf(groom.points, blend, rest, card.points), number, mesh));
 }
 
-/** What stands for the strands far away. */
+/** Adds the cards that replace the strands far away. */
 export function addFarCards(source: GeometrySource, mesh: MeshBuilder): void {
   const { farCards } = source.groom;
   const blend = farCardBlend(source.groom);
@@ -19,7 +19,7 @@ export function addFarCards(source: GeometrySource, mesh: MeshBuilder): void {
   );
 }
 
-/** Left, right, left, right ... from the root. */
+/** Adds one card, whose points are left, right, left, right ... from the root. */
 interface Edges {
   readonly points: Float32Array;
   readonly directions: Float32Array;
@@ -77,7 +77,7 @@ function addCard({ occlusion }: GeometrySource, edges: Edges, number: number, me
   }
 }
 
-/** Along the middle, to each pair. */
+/** The arc length along the middle of the card, for each pair of points. */
 function lengthsOf(points: Float32Array, pairs: number): Float32Array {
   const lengths = new Float32Array(pairs);
   for (let i = 1; i < pairs; ++i) {

@@ -2,7 +2,7 @@ import type { Groom } from "../../hair/groom";
 
 const kGoldenAngle = Math.PI * (3 - 2.2360679775);
 
-/** A groom's own strands and its clumps' copies. */
+/** The number of drawn strands: the groom's own and the copies of its clumps. */
 export function drawnStrandCount(groom: Groom): number {
   return groom.clumps.reduce((count, clump) => count + clump.copyCount, groom.strands.count);
 }
@@ -13,7 +13,7 @@ export function eachClumpCopy(groom: Groom, take: (points: Float32Array, strand:
     const begin = groom.strands.begin[clump.strand];
     const points = groom.points.subarray(3 * begin, 3 * groom.strands.begin[clump.strand + 1]);
     for (let c = 0; c < clump.copyCount; ++c) {
-      // A sunflower's places fill the disc evenly; another turn for each strand.
+      // Copies fill the disc evenly, like the seeds of a sunflower; each strand has its own rotation.
       const ring = Math.min(Math.sqrt((c + 0.7) / clump.copyCount), 1);
       const angle = (kGoldenAngle * (c + 7 * (clump.strand % 1024))) % (2 * Math.PI);
       take(follow(points, ring, angle, clump.radiusM, clump.tipRadiusM), clump.strand);
@@ -21,7 +21,7 @@ export function eachClumpCopy(groom: Groom, take: (points: Float32Array, strand:
   }
 }
 
-/** At an offset in a frame that is carried along the strand without twisting (core/ffd/clump_strands.cpp). */
+/** Places the copy at an offset in a frame that moves along the strand without twist (core/ffd/clump_strands.cpp). */
 function follow(points: Float32Array, ring: number, angle: number, radiusM: number, tipRadiusM: number): Float32Array {
   const out = new Float32Array(points.length);
   const last = points.length / 3 - 1;
@@ -51,7 +51,7 @@ function across(direction: number[], wanted: number[]): number[] {
   return flat.map((x) => x / length);
 }
 
-/** Across a direction, as Eigen's unitOrthogonal chooses it. */
+/** A unit vector across `direction`, the same as Eigen's unitOrthogonal chooses. */
 function orthogonal([x, y, z]: number[]): number[] {
   return Math.hypot(x, y) > 1e-5 * Math.abs(z) ? [-y, x, 0] : [0, -z, y];
 }

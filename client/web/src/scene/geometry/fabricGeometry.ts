@@ -3,7 +3,7 @@ import type { GeometrySource } from "./geometrySource";
 import type { MeshBuilder } from "./meshBuilder";
 import { vertexNormals } from "./vertexNormals";
 
-/** Threads, then cloths. */
+/** Adds threads, then cloths. */
 export function addFabric(source: GeometrySource, mesh: MeshBuilder): void {
   for (const thread of source.groom.threads) if (thread.radiusM > 0) addThread(source, thread, mesh);
   for (const cloth of source.groom.cloths) addCloth(source, cloth, mesh);

@@ -1,8 +1,8 @@
 import type { MeshArrays } from "./meshBuilder";
 
-/** Which points of the strands are drawn. Strands stand in the order of drawing. */
+/** The drawn points of the strands, for one tolerance. Strands are in the order of drawing. */
 export interface SimplifiedStrands {
-  /** no point left out is further from the line, m */
+  /** largest distance of an omitted point from the drawn line, m */
   readonly toleranceM: number;
   /** two triangles a segment */
   readonly triangles: Uint32Array;
@@ -18,9 +18,9 @@ export interface StrandGeometry {
   readonly arc: Float32Array;
   /** the first n strands have the points below pointEnd[n]; strand count + 1 */
   readonly pointEnd: Uint32Array;
-  /** two vertices a point, left and right of its ribbon; 4 a vertex, of 255: light left from +x -x +y -y */
+  /** two vertices a point, left and right of its ribbon; 4 a vertex, of 255: transmittance from +x -x +y -y */
   readonly sides: Uint8Array;
-  /** 4 a vertex, of 255: light left from +z -z, fraction of the strand's length, 0 */
+  /** 4 a vertex, of 255: transmittance from +z -z, fraction of the strand's length, 0 */
   readonly ends: Uint8Array;
   /** the strand's place in the order of drawing */
   readonly strand: Float32Array;
@@ -29,31 +29,31 @@ export interface StrandGeometry {
 }
 
 /**
- * What the shaders take of a groom, at rest in head space: made once, for all its characters (client/shaders). Plain
+ * The data of a groom for the shaders (client/shaders), at rest in head space; made once for all its characters. Plain
  * arrays, so that a worker can make it; client/render/groom_geometry.hpp is the same in C++.
  */
 export interface GroomGeometry {
   readonly strands: StrandGeometry;
-  /** that are drawn: clumps' copies among them */
+  /** number of drawn strands, with the copies of clumps */
   readonly strandCount: number;
-  /** at the root, when all strands and two follow hairs each are drawn */
+  /** the width at the root, m, when all strands are drawn with two follow hairs each */
   readonly strandWidthM: number;
   /** the groom's own; `extra`: unit side, left to right; number of the card */
   readonly cards: MeshArrays;
-  /** in place of its strands */
+  /** the cards that replace the strands far away */
   readonly farCards: MeshArrays;
   readonly farCardCount: number;
-  /** 0: hairs keep to the course of their lock; 1: curls */
+  /** 0: hair is straight over a few centimetres; 1: curls */
   readonly waviness: number;
   /** `extra`: linear RGB, opacity, half of a thread's width (negative on its left; 0: cloth) */
   readonly fabric: MeshArrays;
   /** `rest` has the fifth bone's share in `ends`; `extra`: shares of the first four bones */
   readonly body: MeshArrays;
-  /** of a ball about the head joint that holds all of it, m */
+  /** radius of a ball about the head joint that contains body and hair, m */
   readonly radiusM: number;
 }
 
-/** What a worker hands over rather than copies. */
+/** The buffers that a worker transfers instead of copying. */
 export function buffersOf(geometry: GroomGeometry): ArrayBuffer[] {
   const buffers: ArrayBuffer[] = [];
   for (const mesh of [geometry.strands, geometry.cards, geometry.farCards, geometry.fabric, geometry.body])

@@ -9,7 +9,7 @@ export class Growing<T extends Numbers> {
     this.#values = make(1024);
   }
 
-  /** Room for `count` more numbers; where they go is from `length` on, which grows by them. */
+  /** Makes room for `count` more numbers at the old `length`, and adds `count` to `length`. */
   extend(count: number): T {
     const length = this.length + count;
     if (length > this.#values.length) {
@@ -26,7 +26,7 @@ export class Growing<T extends Numbers> {
     this.extend(numbers.length).set(numbers, at);
   }
 
-  /** A copy of just what was put in. */
+  /** A copy of the numbers that were put in. */
   take(): T {
     return this.#values.slice(0, this.length) as T;
   }

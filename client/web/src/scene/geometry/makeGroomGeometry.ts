@@ -12,7 +12,7 @@ import { MeshBuilder } from "./meshBuilder";
 import { OcclusionGrid } from "./occlusionGrid";
 import { makeStrands } from "./strandGeometry";
 
-/** `groom` is sound, as decoding leaves it. */
+/** `groom` must be valid, as the decoder returns it. */
 export function makeGroomGeometry(groom: Groom): GroomGeometry {
   const strandCount = drawnStrandCount(groom);
   const strandWidthM = widthFor(strandCount);

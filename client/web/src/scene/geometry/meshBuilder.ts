@@ -6,11 +6,11 @@ import type { Transmittance } from "./occlusionGrid";
 export interface MeshArrays {
   /** 4 a vertex: head space, m; delta */
   readonly rest: Float32Array;
-  /** 4 IEEE halves a vertex: a direction; d delta / ds, 1/m, or what the part says */
+  /** 4 IEEE halves a vertex: a direction; d delta / ds, 1/m, or a value of the part */
   readonly direction: Uint16Array;
-  /** 4 a vertex, of 255: light left from +x -x +y -y */
+  /** 4 a vertex, of 255: transmittance from +x -x +y -y */
   readonly sides: Uint8Array;
-  /** 4 a vertex, of 255: from +z -z, and two that the part says */
+  /** 4 a vertex, of 255: from +z -z, and two values of the part */
   readonly ends: Uint8Array;
   /** `extraSize` a vertex */
   readonly extra: Float32Array;
@@ -18,7 +18,7 @@ export interface MeshArrays {
   readonly triangles: Uint32Array;
 }
 
-/** Puts vertices and triangles together, for a part of a groom's geometry. */
+/** Collects the vertices and triangles of one part of a groom's geometry. */
 export class MeshBuilder {
   readonly triangles = growingIndices();
   #vertexCount = 0;
@@ -72,7 +72,7 @@ export class MeshBuilder {
     ends[at + 3] = toByte(fourth);
   }
 
-  /** Of the vertex added last. */
+  /** The index of the last vertex. */
   addExtra(...numbers: number[]): void {
     this.#extra.push(...numbers);
   }

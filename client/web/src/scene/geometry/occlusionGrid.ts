@@ -16,14 +16,14 @@ export class OcclusionGrid {
   #count = [0, 0, 0];
   /** optical depth of one cell's width; empty: there is no hair */
   #extinction = new Float32Array(0);
-  /** what is left along each ray, kRayCount a cell */
+  /** transmittance along each ray, kRayCount a cell */
   #transmittance = new Float32Array(0);
-  // Of one place, while it is looked at.
+  // Scratch values of one lookup.
   readonly #rays = new Float32Array(kRayCount);
   readonly #base = [0, 0, 0];
   readonly #part = [0, 0, 0];
 
-  /** `widthM`: of a strand as drawn, with all that is drawn beside it. */
+  /** `widthM`: the drawn width of a strand, with its follow hairs. */
   constructor(groom: Groom, widthM: number) {
     if (!this.#layOut(groom)) return;
     const size = this.#count[0] * this.#count[1] * this.#count[2];
@@ -36,8 +36,8 @@ export class OcclusionGrid {
   }
 
   /**
-   * Into `out`, 0 to 1 each. A side gets half from its face's ray and half from the four corners about it. `normal`: on a
-   * surface, what comes from behind it does not count.
+   * Writes the light of each side into `out`, 0 to 1. Half of it comes from the ray of the side's face, half from the four
+   * corners around it. With the `normal` of a surface, light from behind the surface does not count.
    */
   at(x: number, y: number, z: number, out: Transmittance, normal: readonly number[] | null = null): Transmittance {
     out.fill(1);
@@ -83,7 +83,7 @@ export class OcclusionGrid {
     return (z * this.#count[1] + y) * this.#count[0] + x;
   }
 
-  /** The cell of a place, or -1. */
+  /** The index of the cell at a point, or -1. */
   #find(x: number, y: number, z: number): number {
     const i = (x - this.#origin[0]) / this.cellM;
     const j = (y - this.#origin[1]) / this.cellM;
@@ -105,7 +105,7 @@ export class OcclusionGrid {
     extend(0, groom.strands.begin[groom.strands.count]);
     for (const card of groom.cards) extend(card.points.begin, card.points.end);
     if (!(low[0] <= high[0])) return false;
-    // In floats: of the longest side, which has kCellsAcross cells exactly, the last may be lost to rounding, or not.
+    // Computed in floats like C++: the longest side has exactly kCellsAcross cells, so rounding decides whether the last counts.
     const size = [0, 1, 2].map((axis) => Math.fround(high[axis] - low[axis]));
     this.cellM = Math.fround(Math.max(Math.max(...size) / kCellsAcross, kCellMinM));
     for (let axis = 0; axis < 3; ++axis) {
@@ -122,7 +122,7 @@ export class OcclusionGrid {
       const begin = strands.begin[s];
       const end = strands.begin[s + 1];
       for (let i = begin + 1; i < end; ++i) {
-        // A long segment is more than one cell's.
+        // A long segment crosses more than one cell.
         const at = 3 * i - 3;
         const dx = points[at + 3] - points[at];
         const dy = points[at + 4] - points[at + 1];
@@ -138,7 +138,7 @@ export class OcclusionGrid {
     }
   }
 
-  // A card shades as the hair that it stands for. Cloth and threads are thin beside hair and left out.
+  // A card gives the shade of the hair that it replaces. Cloth and threads are thin compared with hair and are left out.
   #addCards(groom: Groom): void {
     const { points } = groom;
     const distance = (a: number, b: number) =>
@@ -183,7 +183,7 @@ export class OcclusionGrid {
     for (let i = 0; i < solid.length; ++i) if (solid[i]) this.#extinction[i] += kBodyExtinction;
   }
 
-  // Light that comes along a ray reversed: from the far side of the grid inwards, each cell adds what it holds.
+  // Light comes along the reversed ray: from the far side of the grid inwards, each cell adds its optical depth.
   #sweep(ray: number): void {
     const [nx, ny, nz] = this.#count;
     const towards = kRays[ray];

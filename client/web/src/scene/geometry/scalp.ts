@@ -21,8 +21,8 @@ export class Scalp {
   }
 
   /**
-   * How much of a scalp a place is: 1 where roots stand as dense as they usually do on this groom, on partings between
-   * rows of roots too; falls to 0 within reach of the outermost roots.
+   * How far a point belongs to the scalp: 1 where roots are as dense as usual on this groom, including partings between
+   * rows of roots; it falls to 0 within reach of the outermost roots.
    */
   at(x: number, y: number, z: number): number {
     return smoothstep(kBare, kFull, this.#density(x, y, z) / this.#usual);

@@ -5,7 +5,7 @@ import type { StrandGeometry } from "./groomGeometry";
 import { growingBytes, growingFloats, growingIndices } from "./growing";
 import { toByte } from "./meshBuilder";
 
-/** One drawn strand, a number a point. */
+/** One drawn strand; each array has one number a point. */
 interface Line {
   count: number;
   x: Float32Array; // 3 a point
@@ -95,7 +95,7 @@ class PointBuilder {
   }
 }
 
-/** The groom's own strands, then clumps' copies, whose points have what their strand's have. */
+/** The groom's own strands, then the copies of clumps. The points of a copy have the values of its strand's points. */
 function drawnStrands({ groom }: GeometrySource): { points: Float32Array; strand: number }[] {
   const drawn: { points: Float32Array; strand: number }[] = [];
   for (let s = 0; s < groom.strands.count; ++s)
@@ -124,7 +124,7 @@ function mixBits(bits: bigint): bigint {
   return z ^ (z >> 31n);
 }
 
-/** Null when there is nothing to draw. `first`: of the groom's points that those of the line go with. */
+/** Returns null when there is nothing to draw. `first`: the first of the groom's points that belong to the line. */
 function lineOf({ blend }: GeometrySource, points: Float32Array, first: number): Line | null {
   const count = points.length / 3;
   if (count < 2) return null;
@@ -151,7 +151,7 @@ function lengthOf(x: number, y: number, z: number): number {
   return Math.sqrt(x * x + y * y + z * z);
 }
 
-/** Corners of a polyline become a curve (Catmull-Rom) through the same points. */
+/** Replaces the corners of a polyline by a curve (Catmull-Rom) through the same points. */
 function smoothed(line: Line): Line {
   const most = (line.count - 1) * kPiecesMax + 1;
   const smooth: Line = {
@@ -210,12 +210,12 @@ function keptPoints(line: Line, toleranceM: number): Uint8Array {
   const kept = new Uint8Array(line.count);
   if (toleranceM === 0) return kept.fill(1);
   kept[0] = kept[last] = 1;
-  // Roots and tips are where hair is seen to begin and end: a straight line keeps some points for the lattice to bend.
+  // Roots and tips stay, since one sees where hair begins and ends. A straight line keeps some points for the lattice to bend.
   if (toleranceM < 2e-3) for (let i = 0; i < line.count; i += 4) kept[i] = 1;
   if (toleranceM < 5e-4) for (let i = 0; i < line.count; ++i) kept[i] |= line.own[i];
   kept[line.count >> 1] = kept[line.count >> 2] = 1;
   for (let i = 0; i < line.count; i += kRunMax) kept[i] = 1;
-  // Between each two that stay, as a piece of its own: its ends are where the drawn line bends.
+  // Each piece between two kept points is simplified alone: the drawn line bends at its ends.
   for (let first = 0, i = 1; i <= last; ++i) {
     if (!kept[i]) continue;
     simplify(line, first, i, toleranceM, kept);
@@ -224,7 +224,7 @@ function keptPoints(line: Line, toleranceM: number): Uint8Array {
   return kept;
 }
 
-/** Marks what of (first, last) must stay so that nothing is further than the tolerance from the line (Douglas, Peucker). */
+/** Marks the points between first and last that must stay, so that none is further than the tolerance from the line (Douglas-Peucker). */
 function simplify(line: Line, first: number, last: number, toleranceM: number, kept: Uint8Array): void {
   const open = [first, last];
   while (open.length > 0) {
@@ -237,7 +237,7 @@ function simplify(line: Line, first: number, last: number, toleranceM: number, k
   }
 }
 
-/** Of the points between two the one furthest from their line; `first` when none is further than the tolerance. */
+/** The point between first and last that is furthest from their line; `first` when none is further than the tolerance. */
 function furthest(line: Line, first: number, last: number, toleranceM: number): number {
   const { x } = line;
   const f = 3 * first;
