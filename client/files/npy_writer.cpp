@@ -1,10 +1,11 @@
 #include "client/files/npy_writer.hpp"
 
 #include <bit>
-#include <cassert>
 #include <cerrno>
 #include <cstring>
 #include <utility>
+
+#include "core/assert.hpp"
 
 namespace hairnet {
 namespace {
@@ -51,7 +52,7 @@ void NpyWriter::write_header() {
   const char* descr = type_ == NpyType::float32 ? "<f4" : "<i8";
   std::string header = {'\x93', 'N', 'U', 'M', 'P', 'Y', '\1', '\0', '\0', '\0'};
   header += std::string("{'descr': '") + descr + "', 'fortran_order': False, 'shape': (" + shape + "), }";
-  assert(header.size() < kHeaderBytes);
+  HAIRNET_ASSERT(header.size() < kHeaderBytes);
   header[8] = static_cast<char>(kHeaderBytes - 10);  // bytes after this field, u16
   header.resize(kHeaderBytes - 1, ' ');
   header += '\n';
@@ -59,13 +60,13 @@ void NpyWriter::write_header() {
 }
 
 void NpyWriter::append(std::span<const float> values) {
-  assert(type_ == NpyType::float32);
+  HAIRNET_ASSERT(type_ == NpyType::float32);
   append_bytes(std::as_bytes(values));
   row_count_ += row_bytes_ > 0 ? values.size_bytes() / row_bytes_ : 1;
 }
 
 void NpyWriter::append(std::span<const std::int64_t> values) {
-  assert(type_ == NpyType::int64);
+  HAIRNET_ASSERT(type_ == NpyType::int64);
   append_bytes(std::as_bytes(values));
   row_count_ += row_bytes_ > 0 ? values.size_bytes() / row_bytes_ : 1;
 }
@@ -75,7 +76,7 @@ void NpyWriter::append_bytes(std::span<const std::byte> bytes) {
 }
 
 Result<void> NpyWriter::finish() {
-  assert(file_);
+  HAIRNET_ASSERT(file_);
   std::fseek(file_.get(), 0, SEEK_SET);
   write_header();
   const bool written = std::ferror(file_.get()) == 0;

@@ -1,8 +1,9 @@
 #include "client/render/character_records.hpp"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
+
+#include "core/assert.hpp"
 
 namespace hairnet::render {
 namespace {
@@ -49,7 +50,7 @@ void CharacterRecords::add(const ShownCharacter& character, const Vec3& origin, 
 
 bool CharacterRecords::add_layer(const LatticeLayer& layer, Vec4f* texels) {
   if (layer.geometry == nullptr || layer.grid_displacements.empty() || layer.weight == 0) return false;
-  assert(layer.grid_displacements.size() == layer.geometry->lattice.node_count());
+  HAIRNET_ASSERT(layer.grid_displacements.size() == layer.geometry->lattice.node_count());
   if (!std::isfinite(layer.weight)) return false;
   for (const Vec3f& u : layer.grid_displacements) {
     if (!u.allFinite()) return false;

@@ -1,9 +1,10 @@
 #include "core/ffd/clump_strands.hpp"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <numbers>
+
+#include "core/assert.hpp"
 
 namespace hairnet {
 namespace {
@@ -39,7 +40,7 @@ ClumpStrands::ClumpStrands(const Groom& groom)
 }
 
 void ClumpStrands::follow(std::span<const Vec3f> points, std::span<Vec3f> points_out) const {
-  assert(points.size() >= own_point_count_ && points_out.size() == point_count());
+  HAIRNET_ASSERT(points.size() >= own_point_count_ && points_out.size() == point_count());
   std::copy_n(points.begin(), own_point_count_, points_out.begin());
   std::size_t out = own_point_count_;
   for (const Copy& copy : copies_) {

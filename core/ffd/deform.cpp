@@ -1,10 +1,11 @@
 #include "core/ffd/deform.hpp"
 
 #include <algorithm>
-#include <cassert>
 #include <limits>
 #include <numeric>
 #include <tuple>
+
+#include "core/assert.hpp"
 
 namespace hairnet {
 namespace {
@@ -65,9 +66,9 @@ std::vector<DeformCell> make_cells(const Lattice& lattice, FfdKind kind, std::sp
 Deformer::Deformer(const Lattice& lattice, std::span<const Vec3f> points_head, std::span<const float> blend,
                    const RestTangents* rest, FfdKind kind)
     : lattice_(lattice), kind_(kind), point_count_(points_head.size()) {
-  assert(blend.empty() || blend.size() == points_head.size());
-  assert(kind == FfdKind::linear || *std::min_element(lattice.dims.begin(), lattice.dims.end()) >= 3);
-  assert(points_head.size() <= std::numeric_limits<std::uint32_t>::max() / 3);
+  HAIRNET_ASSERT(blend.empty() || blend.size() == points_head.size());
+  HAIRNET_ASSERT(kind == FfdKind::linear || *std::min_element(lattice.dims.begin(), lattice.dims.end()) >= 3);
+  HAIRNET_ASSERT(points_head.size() <= std::numeric_limits<std::uint32_t>::max() / 3);
   std::vector<FfdSite> sites;
   sites.reserve(points_head.size());
   for (const Vec3f& x : points_head) sites.push_back(ffd_site(lattice, kind, x));
@@ -76,7 +77,7 @@ Deformer::Deformer(const Lattice& lattice, std::span<const Vec3f> points_head, s
   output_offsets_ = sorted<std::uint32_t>(order, [](std::uint32_t p) { return 3 * p; });
   points_ = sorted_four(order, points_head, blend);
   if (rest == nullptr) return;
-  assert(rest->direction.size() == points_head.size() && rest->blend_slope.size() == points_head.size());
+  HAIRNET_ASSERT(rest->direction.size() == points_head.size() && rest->blend_slope.size() == points_head.size());
   slopes_ = sorted_four(order, rest->direction, rest->blend_slope);
 }
 
@@ -93,7 +94,7 @@ Deformer::Deformer(const Groom& groom, const Lattice& lattice, FfdKind kind)
 
 WideDeform Deformer::make_work(std::span<const Vec3f> grid_displacements, std::span<Vec3f> points_out) const {
   static_assert(sizeof(Vec3f) == 3 * sizeof(float));
-  assert(grid_displacements.size() == lattice_.node_count() && points_out.size() == point_count_);
+  HAIRNET_ASSERT(grid_displacements.size() == lattice_.node_count() && points_out.size() == point_count_);
   WideDeform work{};
   work.cells = cells_.data();
   work.cell_count = cells_.size();
@@ -118,7 +119,7 @@ void Deformer::deform(std::span<const Vec3f> grid_displacements, std::span<Vec3f
 
 void Deformer::deform(std::span<const Vec3f> grid_displacements, std::span<Vec3f> points_out,
                       std::span<Vec3f> tangents_out) const {
-  assert(has_tangents() && tangents_out.size() == point_count_);
+  HAIRNET_ASSERT(has_tangents() && tangents_out.size() == point_count_);
   if (point_count_ == 0) return;
   WideDeform work = make_work(grid_displacements, points_out);
   work.tangents_out = tangents_out.data()->data();

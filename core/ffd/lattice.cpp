@@ -1,6 +1,6 @@
 #include "core/ffd/lattice.hpp"
 
-#include <cassert>
+#include "core/assert.hpp"
 
 namespace hairnet {
 namespace {
@@ -37,7 +37,7 @@ bool is_partition(const LevelGeometry& geometry) {
 }  // namespace
 
 void expand_displacements(const LevelGeometry& geometry, std::span<const Vec3f> active, std::span<Vec3f> grid_out) {
-  assert(active.size() == geometry.active_nodes.size() && grid_out.size() == geometry.lattice.node_count());
+  HAIRNET_ASSERT(active.size() == geometry.active_nodes.size() && grid_out.size() == geometry.lattice.node_count());
   for (std::size_t a = 0; a < active.size(); ++a) grid_out[geometry.active_nodes[a]] = active[a];
   for (std::size_t t = 0; t < geometry.trimmed_nodes.size(); ++t) {
     Vec3f sum = Vec3f::Zero();

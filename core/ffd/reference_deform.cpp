@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cassert>
 #include <cmath>
 #include <tuple>
+
+#include "core/assert.hpp"
 
 namespace hairnet {
 namespace {
@@ -42,7 +43,7 @@ AxisWeights linear_axis(double g, double spacing, int node_count) {
 
 DeformedPoint reference_deform(const Lattice& lattice, FfdKind kind, const RestPoint& point,
                                std::span<const Vec3f> grid_displacements) {
-  assert(grid_displacements.size() == lattice.node_count());
+  HAIRNET_ASSERT(grid_displacements.size() == lattice.node_count());
   const Vec3 origin = lattice.origin.cast<double>(), spacing = lattice.spacing.cast<double>();
   std::array<AxisWeights, 3> axes;
   for (int a = 0; a < 3; ++a) {

@@ -1,7 +1,8 @@
 #include "core/ffd/rest_tangents.hpp"
 
 #include <algorithm>
-#include <cassert>
+
+#include "core/assert.hpp"
 
 namespace hairnet {
 namespace {
@@ -28,7 +29,7 @@ void add_line(std::span<const Vec3f> points, std::span<const float> blend, const
 }  // namespace
 
 RestTangents rest_tangents(const Groom& groom, std::span<const float> blend) {
-  assert(blend.size() == groom.points.size());
+  HAIRNET_ASSERT(blend.size() == groom.points.size());
   RestTangents rest = none_of(groom.points.size());
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {
     const PointRange range{groom.strand_begin[s], groom.strand_begin[s + 1]};
@@ -44,7 +45,7 @@ RestTangents rest_tangents(const Groom& groom, std::span<const float> blend) {
 }
 
 RestTangents far_card_tangents(const FarCards& far, std::span<const float> blend) {
-  assert(blend.size() == far.points.size());
+  HAIRNET_ASSERT(blend.size() == far.points.size());
   RestTangents rest = none_of(far.points.size());
   for (const FarCard& card : far.cards) {
     if (card.points.count() >= 2) add_line(far.points, blend, card.points, 2, rest);
@@ -53,7 +54,7 @@ RestTangents far_card_tangents(const FarCards& far, std::span<const float> blend
 }
 
 std::vector<Vec3f> far_card_normals(const FarCards& far, const RestTangents& rest) {
-  assert(rest.direction.size() == far.points.size());
+  HAIRNET_ASSERT(rest.direction.size() == far.points.size());
   std::vector<Vec3f> normals(far.points.size());
   for (const FarCard& card : far.cards) {
     for (std::uint32_t p = card.points.begin; p + 1 < card.points.end; p += 2) {

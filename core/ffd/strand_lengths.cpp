@@ -1,7 +1,8 @@
 #include "core/ffd/strand_lengths.hpp"
 
 #include <algorithm>
-#include <cassert>
+
+#include "core/assert.hpp"
 
 namespace hairnet {
 namespace {
@@ -33,7 +34,7 @@ void limit_strand(std::span<Vec3f> strand, std::span<const float> arc_m, std::sp
 
 StrandLengths::StrandLengths(std::span<const Vec3f> points, std::span<const std::uint32_t> strand_begin)
     : strand_begin_(strand_begin.begin(), strand_begin.end()), arc_m_(strand_begin.empty() ? 0 : strand_begin.back()) {
-  assert(arc_m_.size() <= points.size());
+  HAIRNET_ASSERT(arc_m_.size() <= points.size());
   for (std::size_t s = 0; s + 1 < strand_begin_.size(); ++s) {
     const std::uint32_t begin = strand_begin_[s], count = strand_begin_[s + 1] - begin;
     measure(points.subspan(begin, count), std::span(arc_m_).subspan(begin, count));
@@ -43,7 +44,7 @@ StrandLengths::StrandLengths(std::span<const Vec3f> points, std::span<const std:
 StrandLengths::StrandLengths(const Groom& groom) : StrandLengths(groom.points, groom.strand_begin) {}
 
 void StrandLengths::limit(std::span<Vec3f> points) const {
-  assert(points.size() >= arc_m_.size());
+  HAIRNET_ASSERT(points.size() >= arc_m_.size());
   std::vector<float> arc_m;
   for (std::size_t s = 0; s + 1 < strand_begin_.size(); ++s) {
     const std::uint32_t begin = strand_begin_[s], count = strand_begin_[s + 1] - begin;

@@ -1,9 +1,9 @@
 #include "core/groom/body.hpp"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 
+#include "core/assert.hpp"
 #include "core/smoothstep.hpp"
 
 namespace hairnet {
@@ -35,7 +35,7 @@ void generate_bone_weights(Body& body) {
 }
 
 void skin_vertices(const Body& body, const Pose& pose, std::vector<Vec3f>& out) {
-  assert(body.bone_weights.size() == body.mesh.vertices.size());
+  HAIRNET_ASSERT(body.bone_weights.size() == body.mesh.vertices.size());
   std::array<Eigen::Matrix<double, 3, 4>, kBoneCount> bones;
   for (std::size_t b = 0; b < kBoneCount; ++b)
     bones[b] << pose.bones[b].rotation.toRotationMatrix(), pose.bones[b].position;

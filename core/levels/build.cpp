@@ -1,10 +1,10 @@
 #include "core/levels/build.hpp"
 
 #include <algorithm>
-#include <cassert>
 #include <limits>
 #include <optional>
 
+#include "core/assert.hpp"
 #include "core/ffd/deform.hpp"
 #include "core/levels/build_progress.hpp"
 #include "core/levels/cloth.hpp"
@@ -190,7 +190,7 @@ bool make_level(const Groom& groom, const LevelSpec& spec, std::shared_ptr<const
                 const LevelProgress& progress, const ParallelFor& parallel_for, Level& level, LevelReport& report) {
   const double start_s = progress.clock_s();
   const Grid grid(fit_lattice(groom.points, spec.dims));
-  assert(grid.node_count() <= std::numeric_limits<std::uint16_t>::max());
+  HAIRNET_ASSERT(grid.node_count() <= std::numeric_limits<std::uint16_t>::max());
 
   GroomMechanics mechanics{{}, {}, {}, LumpedHair(grid.node_count())};
   if (!add_strands(groom, grid, progress, mechanics)) return false;

@@ -1,12 +1,13 @@
 #include "core/levels/fit_lattice.hpp"
 
 #include <algorithm>
-#include <cassert>
+
+#include "core/assert.hpp"
 
 namespace hairnet {
 
 Lattice fit_lattice(std::span<const Vec3f> points_head, const std::array<int, 3>& dims) {
-  assert(std::ranges::all_of(dims, [](int n) { return n >= 3; }));
+  HAIRNET_ASSERT(std::ranges::all_of(dims, [](int n) { return n >= 3; }));
   Vec3f low = Vec3f::Zero(), high = Vec3f::Zero();
   if (!points_head.empty()) low = high = points_head.front();
   for (const Vec3f& point : points_head) {

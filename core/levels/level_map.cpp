@@ -3,10 +3,10 @@
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
 #include <algorithm>
-#include <cassert>
 #include <optional>
 #include <vector>
 
+#include "core/assert.hpp"
 #include "core/ffd/deform.hpp"
 
 namespace hairnet {
@@ -97,7 +97,7 @@ bool has_same_nodes(const LevelGeometry& a, const LevelGeometry& b) {
 struct LevelMap::End {
   End(const Level& of, std::span<const Vec3f> points, std::span<const float> blend)
       : level(&of), F(ffd_matrix(of, points, blend)), F_transposed(F.transpose()) {
-    assert(points.size() == blend.size());
+    HAIRNET_ASSERT(points.size() == blend.size());
     Matrix normal = F_transposed * F;
     const auto count = static_cast<double>(of.rest.size());
     follow = kFollow * std::max(normal.diagonal().sum() / count, 1e-9);
@@ -105,7 +105,7 @@ struct LevelMap::End {
     identity.setIdentity();
     normal += follow * identity;
     factor = std::make_shared<const Factor>(normal);
-    assert(factor->info() == Eigen::Success);
+    HAIRNET_ASSERT(factor->info() == Eigen::Success);
   }
 
   using Factor = Eigen::SimplicialLDLT<Matrix>;

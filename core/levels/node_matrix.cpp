@@ -1,7 +1,8 @@
 #include "core/levels/node_matrix.hpp"
 
 #include <algorithm>
-#include <cassert>
+
+#include "core/assert.hpp"
 
 namespace hairnet {
 namespace {
@@ -71,7 +72,7 @@ void NodeMatrix::add(std::span<const std::uint16_t> nodes, std::span<const doubl
     const auto column_end = rows_.begin() + column_begin_[nodes[j] + 1u];
     for (std::size_t i = j; i < nodes.size(); ++i) {
       place = std::lower_bound(place, column_end, nodes[i]);
-      assert(place != column_end && *place == nodes[i]);
+      HAIRNET_ASSERT(place != column_end && *place == nodes[i]);
       add_scaled(block, weights[i] * weights[j], blocks_[static_cast<std::size_t>(place - rows_.begin())]);
     }
   }

@@ -1,13 +1,14 @@
 #include "core/pose/motion.hpp"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
+
+#include "core/assert.hpp"
 
 namespace hairnet {
 
 Pose Motion::sample(double time_s) const {
-  assert(!poses.empty());
+  HAIRNET_ASSERT(!poses.empty());
   const double last = static_cast<double>(poses.size()) - 1;
   const double at = std::clamp(time_s * rate_hz, 0.0, last);
   const auto before = static_cast<std::size_t>(at);

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cassert>
 #include <cstring>
 
+#include "core/assert.hpp"
 #include "core/solver/kernels.hpp"
 #include "core/solver/step_terms.hpp"
 
@@ -90,12 +90,12 @@ std::size_t crowd_count_min() {
 
 void step_crowd(const Level& level, std::span<CrowdMember> members, const SolverSettings& settings,
                 StepScratch& scratch) {
-  assert(members.size() <= crowd_width());
+  HAIRNET_ASSERT(members.size() <= crowd_width());
   if (members.empty()) return;
   for (CrowdMember& member : members) {
-    assert(member.state->displacement.size() == level.rest.size() &&
-           member.state->velocity.size() == level.rest.size());
-    assert(member.inputs.size() == members.front().inputs.size());
+    HAIRNET_ASSERT(member.state->displacement.size() == level.rest.size() &&
+                   member.state->velocity.size() == level.rest.size());
+    HAIRNET_ASSERT(member.inputs.size() == members.front().inputs.size());
     member.is_finite = true;
   }
   Lanes lanes(level, members, scratch);

@@ -1,10 +1,10 @@
 #include "core/solver/step.hpp"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <cstring>
 
+#include "core/assert.hpp"
 #include "core/solver/kernels.hpp"
 #include "core/solver/step_terms.hpp"
 
@@ -37,7 +37,7 @@ int iterations_for(LevelIndex level, double step_s) {
 
 bool step(const Level& level, const StepInput& input, const SolverSettings& settings, StepScratch& scratch,
           LatticeState& state) {
-  assert(state.displacement.size() == level.rest.size() && state.velocity.size() == level.rest.size());
+  HAIRNET_ASSERT(state.displacement.size() == level.rest.size() && state.velocity.size() == level.rest.size());
   const LaneSizes sizes = single_sizes();
   const LevelView level_view = make_view(level, {.wind = !input.environment->wind.is_still()}, scratch.view);
   const LaneMemory memory = scratch.lanes.allocate(sizes, level_view);

@@ -1,9 +1,9 @@
 #include "core/solver/wind.hpp"
 
-#include <cassert>
 #include <cmath>
 #include <numbers>
 
+#include "core/assert.hpp"
 #include "core/random.hpp"
 
 namespace hairnet {
@@ -86,7 +86,7 @@ std::string validate(const Wind& wind) {
 }
 
 WindField::WindField(const Wind& wind) {
-  assert(validate(wind).empty());
+  HAIRNET_ASSERT(validate(wind).empty());
   const bool is_moving = wind.mean_m_per_s != Vec3::Zero();
   if (!is_moving && wind.turbulence_rms_m_per_s == 0) return;
   auto modes = std::make_shared<Modes>();

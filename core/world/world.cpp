@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <bit>
-#include <cassert>
 #include <deque>
 #include <functional>
 #include <tuple>
 #include <utility>
 #include <vector>
 
+#include "core/assert.hpp"
 #include "core/world/batches.hpp"
 #include "core/world/character.hpp"
 #include "core/world/switch_level.hpp"
@@ -42,7 +42,7 @@ struct World::Impl {
   explicit Impl(const WorldDef& d) : def(d), plans(plans_of(d)), environments{d.environment} {}
 
   static StepPlans plans_of(const WorldDef& d) {
-    assert(d.tick_s > 0 && d.substep_count >= 0 && d.iterations >= 0);
+    HAIRNET_ASSERT(d.tick_s > 0 && d.substep_count >= 0 && d.iterations >= 0);
     return {d.tick_s, d.substep_count > 0 ? d.substep_count : substep_count_for(d.tick_s), d.iterations};
   }
 
@@ -73,7 +73,7 @@ struct World::Impl {
   [[nodiscard]] Character& at(std::size_t i) { return slots[order[i].slot].character; }
 
   void need_environment(std::uint32_t index) {
-    assert(index < kEnvironmentCountMax);
+    HAIRNET_ASSERT(index < kEnvironmentCountMax);
     if (index >= environments.size()) environments.resize(index + 1, def.environment);
   }
 
@@ -176,7 +176,7 @@ void World::remove(CharacterId id) {
 }
 
 void World::set_pose(CharacterId id, const Pose& pose, bool teleport) {
-  assert(is_valid(pose));
+  HAIRNET_ASSERT(is_valid(pose));
   if (Character* c = impl_->find(id)) {
     c->to = pose;
     c->teleport = c->teleport || teleport;
@@ -199,7 +199,7 @@ bool World::set_level(CharacterId id, LevelIndex index) {
 }
 
 void World::set_material(CharacterId id, const MaterialScale& material) {
-  assert(validate(material).empty());
+  HAIRNET_ASSERT(validate(material).empty());
   Character* c = impl_->find(id);
   if (!c || c->material == material) return;
   c->material = material;
@@ -216,7 +216,7 @@ void World::set_environment(std::uint32_t index, const Environment& environment)
 }
 
 void World::set_stride(CharacterId id, int stride) {
-  assert(stride == 1 || stride == 2 || stride == kStrideMax);
+  HAIRNET_ASSERT(stride == 1 || stride == 2 || stride == kStrideMax);
   Character* c = impl_->find(id);
   if (!c || c->stride == stride) return;
   c->stride = static_cast<std::uint8_t>(stride);
@@ -257,7 +257,7 @@ std::size_t World::character_count() const {
 
 LatticeView World::lattice(CharacterId id) const {
   const Slot* slot = std::as_const(*impl_).find(id);
-  assert(slot);
+  HAIRNET_ASSERT(slot);
   const Character& c = slot->character;
   const bool stepped = c.changed_tick == impl_->tick && !c.suspended;
   return {c.level, c.model(), c.state.displacement, &c.from, c.is_asleep(), stepped, c.discontinuous};
@@ -265,7 +265,7 @@ LatticeView World::lattice(CharacterId id) const {
 
 const LatticeState& World::state(CharacterId id) const {
   const Slot* slot = std::as_const(*impl_).find(id);
-  assert(slot);
+  HAIRNET_ASSERT(slot);
   return slot->character.state;
 }
 

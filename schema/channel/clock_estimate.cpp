@@ -1,7 +1,8 @@
 #include "schema/channel/clock_estimate.hpp"
 
-#include <cassert>
 #include <limits>
+
+#include "core/assert.hpp"
 
 namespace hairnet::channel {
 namespace {
@@ -24,7 +25,7 @@ std::int64_t saturating_subtract(std::int64_t a, std::int64_t b) {
 }  // namespace
 
 ClockEstimate::ClockEstimate(std::int64_t window_ns) : window_ns_(window_ns) {
-  assert(window_ns > 0);
+  HAIRNET_ASSERT(window_ns > 0);
 }
 
 void ClockEstimate::observe(std::int64_t peer_clock_ns, std::int64_t now_ns) {
@@ -37,7 +38,7 @@ void ClockEstimate::observe(std::int64_t peer_clock_ns, std::int64_t now_ns) {
 }
 
 std::int64_t ClockEstimate::to_local(std::int64_t peer_time_ns) const {
-  assert(known());
+  HAIRNET_ASSERT(known());
   return saturating_add(peer_time_ns, window_.front().offset_ns);
 }
 

@@ -1,9 +1,10 @@
 #pragma once
 
-#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <span>
+
+#include "core/assert.hpp"
 
 // Bits in the order of their use: the first bit of a stream is the lowest of its first byte, and a number's lowest bit
 // comes first. The last byte is filled up with zeros.
@@ -16,7 +17,7 @@ class BitWriter {
 
   // Writes the low `count` bits of `bits`, 0 to 56; higher bits must be 0.
   void put(std::uint64_t bits, unsigned count) {
-    assert(count <= 56 && (bits >> count) == 0);
+    HAIRNET_ASSERT(count <= 56 && (bits >> count) == 0);
     word_ |= bits << used_;
     used_ += count;
     flush();

@@ -1,6 +1,6 @@
-#include <cassert>
 #include <memory>
 
+#include "core/assert.hpp"
 #include "schema/codec/bones.hpp"
 #include "schema/codec/frame_nodes.hpp"
 
@@ -80,9 +80,9 @@ void encode_planes(const FrameIntegers& frame, History history, std::span<const 
 
 void append_content(const FrameIntegers& frame, History history, const Neighbours* neighbours, NodeRange range,
                     bool with_bones, std::vector<std::uint8_t>& out) {
-  assert(history.size() <= kHistoryMax);
-  assert(frame.nodes.size() == (neighbours ? 3 * neighbours->node_count() : 0));
-  assert(frame.velocities.empty() || frame.velocities.size() == frame.nodes.size());
+  HAIRNET_ASSERT(history.size() <= kHistoryMax);
+  HAIRNET_ASSERT(frame.nodes.size() == (neighbours ? 3 * neighbours->node_count() : 0));
+  HAIRNET_ASSERT(frame.velocities.empty() || frame.velocities.size() == frame.nodes.size());
   // Reserves the worst case; most of this memory is never touched.
   const std::size_t bytes_max = kBonesBytesMax + kNodeBytesMax * range.count + kWriterSlackBytes;
   const std::unique_ptr<std::uint8_t[]> room = std::make_unique_for_overwrite<std::uint8_t[]>(bytes_max);

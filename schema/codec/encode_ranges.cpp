@@ -1,13 +1,13 @@
 #include <algorithm>
-#include <cassert>
 
+#include "core/assert.hpp"
 #include "schema/codec/frame_nodes.hpp"
 
 namespace hairnet::codec {
 
 std::vector<EncodedRange> encode_ranges(const FrameIntegers& frame, History history, const Neighbours* neighbours,
                                         std::size_t bytes_max) {
-  assert(bytes_max >= kRangeBytesMin);
+  HAIRNET_ASSERT(bytes_max >= kRangeBytesMin);
   const auto node_count = static_cast<std::uint32_t>(frame.nodes.size() / 3);
   std::vector<EncodedRange> ranges;
   std::uint32_t count = node_count;  // the next count to try: that of the last range that fitted, or the rest

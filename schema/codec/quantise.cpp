@@ -1,7 +1,7 @@
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 
+#include "core/assert.hpp"
 #include "schema/codec/frame_codec.hpp"
 
 namespace hairnet::codec {
@@ -87,7 +87,7 @@ double dot(const Quat& q, const std::int32_t* integers) {
 }  // namespace
 
 void quantise_pose(const Pose& pose, const FrameIntegers* last, FrameIntegers& out) {
-  assert(is_valid(pose));
+  HAIRNET_ASSERT(is_valid(pose));
   for (std::size_t bone = 0; bone < kBoneCount; ++bone) {
     std::int32_t* integers = out.bones.data() + kPerBone * bone;
     // Chooses q or -q: near the last frame's quaternion, or near the previous bone's.

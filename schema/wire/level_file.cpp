@@ -3,9 +3,9 @@
 #include <sodium/crypto_generichash.h>
 
 #include <algorithm>
-#include <cassert>
 #include <limits>
 
+#include "core/assert.hpp"
 #include "core/levels/build.hpp"
 #include "levels_generated.h"
 #include "schema/wire/flatbuffer_convert.hpp"
@@ -226,7 +226,7 @@ DecodedLevels decode_levels(std::span<const std::uint8_t> bytes, const GroomHash
 }
 
 void set_level_file_checksum(std::span<std::uint8_t> bytes) {
-  assert(bytes.size() >= kLevelFileHeaderBytes);
+  HAIRNET_ASSERT(bytes.size() >= kLevelFileHeaderBytes);
   const std::uint64_t payload_bytes = bytes.size() - kLevelFileHeaderBytes;
   std::memcpy(bytes.data() + offsetof(Header, payload_bytes), &payload_bytes, sizeof(payload_bytes));
   const Checksum checksum = checksum_of(bytes);

@@ -2,13 +2,13 @@
 
 #include <array>
 #include <atomic>
-#include <cassert>
 #include <cmath>
 #include <cstdint>
 #include <initializer_list>
 #include <string_view>
 #include <vector>
 
+#include "core/assert.hpp"
 #include "server/telemetry/metric_name.hpp"
 
 namespace hairnet::server {
@@ -56,9 +56,9 @@ class Histogram {
 
   // `bounds` are ascending; each is the highest value of its bucket.
   Histogram(HistogramSet& set, std::string_view family, std::initializer_list<double> bounds) : name_{family} {
-    assert(bounds.size() <= kBoundsMax);
+    HAIRNET_ASSERT(bounds.size() <= kBoundsMax);
     for (const double bound : bounds) {
-      assert(bound_count_ == 0 || bound > bounds_[bound_count_ - 1]);
+      HAIRNET_ASSERT(bound_count_ == 0 || bound > bounds_[bound_count_ - 1]);
       bounds_[bound_count_++] = bound;
     }
     set.histograms_.push_back(this);

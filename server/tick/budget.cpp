@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <bit>
-#include <cassert>
 #include <numeric>
 #include <tuple>
+
+#include "core/assert.hpp"
 
 namespace hairnet::server {
 namespace {
@@ -279,7 +280,7 @@ double expected_error(LevelIndex level, int stride) {
 
 BudgetReport choose_levels(const BudgetTerms& terms, std::span<const BudgetCharacter> characters,
                            BudgetScratch& scratch, std::span<Lod> chosen) {
-  assert(terms.cost && chosen.size() == characters.size());
+  HAIRNET_ASSERT(terms.cost && chosen.size() == characters.size());
   return Chooser(terms, characters, scratch, chosen).run();
 }
 

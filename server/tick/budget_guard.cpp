@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <bit>
-#include <cassert>
+
+#include "core/assert.hpp"
 
 namespace hairnet::server {
 namespace {
@@ -22,7 +23,7 @@ constexpr double kOverheadMin = 0.05;  // share of a tick that one sample of the
 }  // namespace
 
 TickGuard::TickGuard(const TickGuardDef& def) : def_(def), share_(def.tick_share) {
-  assert(def.tick_s > 0 && def.tick_share > 0 && def.tick_share <= 1 && def.workers > 0);
+  HAIRNET_ASSERT(def.tick_s > 0 && def.tick_share > 0 && def.tick_share <= 1 && def.workers > 0);
 }
 
 void TickGuard::observe(double tick_duration_s, double work_s, double wanted_s) {

@@ -1,6 +1,6 @@
 #include "server/tick/tick_clock.hpp"
 
-#include <cassert>
+#include "core/assert.hpp"
 
 namespace hairnet::server {
 namespace {
@@ -11,7 +11,7 @@ constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
 TickClock::TickClock(std::uint32_t rate_hz, std::uint32_t behind_max, std::int64_t start_ns)
     : rate_hz_(rate_hz), behind_max_(behind_max), start_ns_(start_ns) {
-  assert(rate_hz > 0);
+  HAIRNET_ASSERT(rate_hz > 0);
 }
 
 std::int64_t TickClock::due_ns(std::uint64_t tick) const {

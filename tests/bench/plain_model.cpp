@@ -1,8 +1,8 @@
 #include "tests/bench/plain_model.hpp"
 
 #include <algorithm>
-#include <cassert>
 
+#include "core/assert.hpp"
 #include "core/solver/head_motion.hpp"
 #include "core/solver/node_terms.hpp"
 
@@ -74,7 +74,7 @@ void PlainModel::take(const Stiffeners& stiffeners, double step_s, const Materia
 }
 
 PlainStep::PlainStep(const Level& level, const StepInput& input) : input_{} {
-  assert(input.environment->wind.is_still());
+  HAIRNET_ASSERT(input.environment->wind.is_still());
   input_.step_s = input.step_s;
   input_.head_from = plain(input.from.head());
   input_.head_to = plain(input.to.head());

@@ -1,7 +1,8 @@
 #include "tests/load/capacity_search.hpp"
 
 #include <algorithm>
-#include <cassert>
+
+#include "core/assert.hpp"
 
 namespace hairnet::load {
 
@@ -22,7 +23,7 @@ bool CapacitySearch::bracketed() const {
 }
 
 void CapacitySearch::report(bool passed) {
-  assert(next_);
+  HAIRNET_ASSERT(next_);
   Probe probe = *next_;
   probe.passed = passed;
   probes_.push_back(probe);

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <stdexcept>
 #include <thread>
 
 #include "tests/whole/whole_test.hpp"
@@ -39,28 +40,38 @@ void write_hair(const std::string& file) {
 
 class WindowTest : public WholeTest {
  protected:
-  // Starts hairnet-view on a virtual display.
-  std::unique_ptr<Process> start_on_display(const Arguments& more) {
-    Arguments command{"/usr/bin/xvfb-run",
-                      "-a",
-                      "-s",
-                      "-screen 0 640x480x24",
-                      std::string(HAIRNET_BIN_DIR) + "/hairnet-view",
-                      "--size",
-                      "320x240"};
-    command.insert(command.end(), more.begin(), more.end());
-    return std::make_unique<Process>(command, path("view"));
+  ~WindowTest() override {
+    if (!display_) return;
+    display_->send(SIGTERM);  // it removes its lock
+    display_->wait();
   }
-  static bool has_display() { return HAIRNET_HAS_VIEW && std::filesystem::exists("/usr/bin/xvfb-run"); }
+  // Starts hairnet-view on a virtual display of this test's own, whose number Xvfb picks and prints.
+  std::unique_ptr<Process> start_on_display(const Arguments& more) {
+    const Arguments command{"/usr/bin/Xvfb", "-displayfd", "1", "-screen", "0", "640x480x24", "-nolisten", "tcp"};
+    display_ = std::make_unique<Process>(command, path("display"));
+    if (!wait_for_file(path("display.out"), std::string("0\n").size(), *display_))
+      throw std::runtime_error("Xvfb does not start: " + display_->err());
+    std::string number;
+    std::ifstream(path("display.out")) >> number;
+    setenv("DISPLAY", (":" + number).c_str(), 1);
+    unsetenv("WAYLAND_DISPLAY");
+    Arguments arguments{"--size", "320x240"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return start("hairnet-view", arguments, "view");
+  }
+  static bool has_display() { return HAIRNET_HAS_VIEW && std::filesystem::exists("/usr/bin/Xvfb"); }
   [[nodiscard]] std::string server_address() const {
     std::string port;
     std::ifstream(path("server.port")) >> port;
     return "127.0.0.1:" + port;
   }
+
+ private:
+  std::unique_ptr<Process> display_;
 };
 
 #define SKIP_WITHOUT_DISPLAY() \
-  if (!has_display()) GTEST_SKIP() << "NOT TESTED: no xvfb-run (Debian: xvfb), or a build without the renderer"
+  if (!has_display()) GTEST_SKIP() << "NOT TESTED: no Xvfb (Debian: xvfb), or a build without the renderer"
 
 TEST_F(WindowTest, a_window_shows_a_local_world_until_its_duration_is_over) {
   SKIP_WITHOUT_DISPLAY();
