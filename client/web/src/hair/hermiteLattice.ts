@@ -45,6 +45,7 @@ export class HermiteLattice {
     ];
     turnBack(from, drift, this.#driftFrom);
     turnBack(to, drift, this.#driftTo);
+    // biome-ignore format: a matrix is three rows of three.
     this.#turned.set([
       1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
       2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
