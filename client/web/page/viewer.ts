@@ -198,7 +198,10 @@ export class PageViewer {
   #listen(): void {
     const { query } = this;
     const quality = element<HTMLSelectElement>("quality");
-    quality.addEventListener("change", () => (this.#quality.chosen = quality.value === "auto" ? null : Number(quality.value)));
+    quality.addEventListener(
+      "change",
+      () => (this.#quality.chosen = quality.value === "auto" ? null : Number(quality.value)),
+    );
     const exposure = element<HTMLInputElement>("exposure");
     exposure.addEventListener("input", () => {
       if (this.hair) this.hair.exposure = Number(exposure.value);
@@ -254,7 +257,13 @@ export class PageViewer {
   }
 
   #showState(state: PersistentRoomState, detail: string): void {
-    const texts = { connecting: "connecting", connected: "connected", reconnecting: "reconnecting", closed: "server gone", refused: "refused" };
+    const texts = {
+      connecting: "connecting",
+      connected: "connected",
+      reconnecting: "reconnecting",
+      closed: "server gone",
+      refused: "refused",
+    };
     const shown = element("state");
     shown.dataset.state = state;
     shown.textContent = texts[state];

@@ -182,7 +182,8 @@ export class Members {
    */
   dropPreviousNumber(session: bigint, character: number, number: number): number | null {
     for (const [other, member] of this.#members) {
-      if (member.confirmed || other === number || member.session !== session || member.character !== character) continue;
+      if (member.confirmed || other === number || member.session !== session || member.character !== character)
+        continue;
       this.#members.delete(other);
       return other;
     }

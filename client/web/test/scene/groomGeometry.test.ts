@@ -27,7 +27,8 @@ describe("a groom's geometry", () => {
       for (let t = 0; t < triangles.length; t += 6) {
         const [from, to] = [triangles[t], triangles[t + 2]];
         for (let v = from + 2; v < to; v += 2)
-          if (distanceToSegment(strands.rest, v, from, to) > toleranceM) expect.fail(`point ${v} is further off than ${toleranceM}`);
+          if (distanceToSegment(strands.rest, v, from, to) > toleranceM)
+            expect.fail(`point ${v} is further off than ${toleranceM}`);
       }
     expect(strands.lists[2].triangles.length).toBeLessThan(strands.lists[0].triangles.length);
   });

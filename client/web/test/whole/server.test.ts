@@ -120,7 +120,9 @@ describe.skipIf(program === null)("with a server", () => {
     );
     // It continued from its last state: hair was not at rest. A server that needs more than two seconds for its levels
     // sends it rigid until then.
-    const first = owner.frames.slice(before).find((each) => !each.frame.lastKnown && each.frame.level === LevelIndex.low)!;
+    const first = owner.frames
+      .slice(before)
+      .find((each) => !each.frame.lastKnown && each.frame.level === LevelIndex.low)!;
     expect(moves(first.frame)).toBe(true);
     await until("the member is announced again", () => observer.of("memberJoined").length === 2);
     expect(observer.of("memberLeft").length).toBe(1);

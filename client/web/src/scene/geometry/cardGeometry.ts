@@ -82,7 +82,9 @@ function lengthsOf(points: Float32Array, pairs: number): Float32Array {
   const lengths = new Float32Array(pairs);
   for (let i = 1; i < pairs; ++i) {
     const at = 6 * i;
-    const step = [0, 1, 2].map((axis) => points[at + axis] + points[at + 3 + axis] - points[at - 6 + axis] - points[at - 3 + axis]);
+    const step = [0, 1, 2].map(
+      (axis) => points[at + axis] + points[at + 3 + axis] - points[at - 6 + axis] - points[at - 3 + axis],
+    );
     lengths[i] = lengths[i - 1] + 0.5 * Math.hypot(...step);
   }
   return lengths;
