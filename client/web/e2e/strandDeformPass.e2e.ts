@@ -137,9 +137,8 @@ function placeOnGpu(work: Work): number[] {
     }
     gl.linkProgram(program);
     gl.useProgram(program);
-    ["records", "lattices", "rest_points", "rest_arcs", "deformed_points"].forEach((name, unit) =>
-      gl.uniform1i(gl.getUniformLocation(program, name), unit),
-    );
+    for (const [unit, name] of ["records", "lattices", "rest_points", "rest_arcs", "deformed_points"].entries())
+      gl.uniform1i(gl.getUniformLocation(program, name), unit);
     gl.uniform1i(gl.getUniformLocation(program, "first_record"), 0);
     gl.uniform1i(gl.getUniformLocation(program, "target_rows"), work.rows + 1);
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, targets[n], 0);

@@ -299,7 +299,7 @@ function assemble(json: string, chunks: readonly Uint8Array[], binaryBytes: numb
   const out = new Uint8Array(12 + 8 + textBytes + 8 + binaryBytes);
   const view = new DataView(out.buffer);
   const header = [0x46546c67, 2, out.length, textBytes, 0x4e4f534a];
-  header.forEach((word, n) => view.setUint32(4 * n, word, true));
+  for (const [n, word] of header.entries()) view.setUint32(4 * n, word, true);
   out.fill(0x20, 20, 20 + textBytes);
   out.set(text, 20);
   view.setUint32(20 + textBytes, binaryBytes, true);

@@ -27,7 +27,7 @@ export class OwnHead {
   heading = 0;
   followsView = false;
   #wanted: Angles = { yaw: 0, pitch: 0 };
-  #now: Angles = { yaw: 0, pitch: 0 };
+  readonly #now: Angles = { yaw: 0, pitch: 0 };
   #bodyYaw = 0;
   #isGrabbed = false;
   readonly #headset = new Quaternion();

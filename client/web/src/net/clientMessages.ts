@@ -1,7 +1,7 @@
 import type { MemberImportance } from "../hair/hairSource";
 import { ErrorClass, LevelIndex } from "../hair/level";
 import { kPoseNumbers, validatePose, type Pose } from "../hair/pose";
-import { GoodbyeReason, ObserveMode, Role, kGoodbyeReasonLast } from "../generated/enums";
+import { type GoodbyeReason, ObserveMode, Role, kGoodbyeReasonLast } from "../generated/enums";
 import * as fb from "./generated/messages";
 import { hashBytes, type GroomHash } from "./groomHash";
 import {

@@ -224,6 +224,6 @@ function rigidContent(): Uint8Array {
   const bits: number[] = new Array(14).fill(0);
   for (let bone = 0; bone < 5; ++bone) bits.push(1, 1, 0, 1, 1, 1, 1, 1, 1, 1);
   const bytes = new Uint8Array(Math.ceil(bits.length / 8));
-  bits.forEach((bit, i) => (bytes[i >> 3] |= bit << (i & 7)));
+  for (const [i, bit] of bits.entries()) bytes[i >> 3] |= bit << (i & 7);
   return bytes;
 }

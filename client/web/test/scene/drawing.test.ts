@@ -157,7 +157,7 @@ describe("draw calls", () => {
     const firsts = group.children
       .filter((mesh) => mesh.visible && mesh.name === "hairnet strand")
       .map((mesh) => (mesh as unknown as { material: RawShaderMaterial }).material.uniforms.first_record.value);
-    expect(firsts.sort()).toEqual([0, 2]);
+    expect(firsts.sort((a, b) => a - b)).toEqual([0, 2]);
   });
 
   test("with details of their own, too, all are drawn: those of one list together", () => {

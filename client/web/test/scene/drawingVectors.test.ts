@@ -67,8 +67,8 @@ function near(name: string, a: ArrayLike<number>, b: ArrayLike<number>, most: nu
 }
 
 /** Numbers `first` to `first + size` of each run of `every`. */
-function column(all: ArrayLike<number>, every: number, first: number, size: number): number[] {
-  return Array.from(all).filter((_, i) => i % every >= first && i % every < first + size);
+function column(values: ArrayLike<number>, every: number, first: number, size: number): number[] {
+  return Array.from(values).filter((_, i) => i % every >= first && i % every < first + size);
 }
 
 function expectMesh(name: string, mesh: MeshArrays, vector: MeshVector, restSize = 4): void {

@@ -6,7 +6,8 @@ import type { MeshBuilder } from "./meshBuilder";
 /** Adds the groom's own cards. */
 export function addCards(source: GeometrySource, mesh: MeshBuilder): void {
   const { groom, blend, rest } = source;
-  groom.cards.forEach((card, number) => addCard(source, edgesOf(groom.points, blend, rest, card.points), number, mesh));
+  for (const [number, card] of groom.cards.entries())
+    addCard(source, edgesOf(groom.points, blend, rest, card.points), number, mesh);
 }
 
 /** Adds the cards that replace the strands far away. */
@@ -14,9 +15,8 @@ export function addFarCards(source: GeometrySource, mesh: MeshBuilder): void {
   const { farCards } = source.groom;
   const blend = farCardBlend(source.groom);
   const rest = farCardTangents(farCards, blend);
-  farCards.cards.forEach((card, number) =>
-    addCard(source, edgesOf(farCards.points, blend, rest, card.points), number, mesh),
-  );
+  for (const [number, card] of farCards.cards.entries())
+    addCard(source, edgesOf(farCards.points, blend, rest, card.points), number, mesh);
 }
 
 /** Adds one card, whose points are left, right, left, right ... from the root. */
