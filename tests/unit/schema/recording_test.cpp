@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "core/world/world.hpp"
 #include "tests/support/random_messages.hpp"
 #include "tests/unit/schema/equal.hpp"
 
@@ -134,6 +135,21 @@ TEST(Recording, refuses_poses_and_levels_that_no_world_takes) {
   tick.states = {{1, {Vec3f::Zero()}, {Vec3f::Zero()}}};
   EXPECT_TRUE(decode_one(tick));
   tick.states[0].velocities[0].x() = std::numeric_limits<float>::infinity();
+  EXPECT_FALSE(decode_one(tick));
+}
+
+TEST(Recording, refuses_rooms_that_no_world_has) {
+  RecordedTick tick;
+  tick.added.resize(1);
+  tick.added[0].room = kEnvironmentCountMax - 1;
+  EXPECT_TRUE(decode_one(tick));
+  tick.added[0].room = kEnvironmentCountMax;
+  EXPECT_FALSE(decode_one(tick));
+  tick.added.clear();
+  tick.winds.resize(1);
+  tick.winds[0].room = kEnvironmentCountMax - 1;
+  EXPECT_TRUE(decode_one(tick));
+  tick.winds[0].room = ~0u;
   EXPECT_FALSE(decode_one(tick));
 }
 
