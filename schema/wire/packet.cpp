@@ -1,3 +1,4 @@
+#include "core/assert.hpp"
 #include "schema/wire/message_codec.hpp"
 
 namespace hairnet::wire {
@@ -68,8 +69,10 @@ const char* to_string(DecodeError error) {
 }
 
 void set_clock(std::span<std::uint8_t> packet, std::int64_t clock_ns) {
+  HAIRNET_ASSERT(packet.size() >= kPacketBytesMin);
   auto* root = flatbuffers::GetMutableRoot<flatbuffers::Table>(packet.data() + sizeof(flatbuffers::uoffset_t));
-  [[maybe_unused]] const bool is_set = root->SetField<std::int64_t>(fb::Envelope::VT_CLOCK_NS, clock_ns, clock_ns);
+  const bool is_set = root->SetField<std::int64_t>(fb::Envelope::VT_CLOCK_NS, clock_ns, clock_ns);
+  HAIRNET_ASSERT(is_set);
 }
 
 std::vector<std::uint8_t> encode_packet(const Envelope& envelope) {
