@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/assert.hpp"
 #include "server/transport/io_loop.hpp"
 
 namespace hairnet::server {
@@ -39,6 +40,8 @@ asio::awaitable<boost::system::error_code> WebSocketConnection::accept(const Req
 }
 
 void WebSocketConnection::start(PacketSink* sink) {
+  HAIRNET_ASSERT(!sink_);
+  HAIRNET_ASSERT(sink || closing_);
   sink_ = sink;
   const auto self = shared_from_this();
   asio::co_spawn(
@@ -75,6 +78,7 @@ asio::awaitable<void> WebSocketConnection::read() {
 }
 
 void WebSocketConnection::deliver() {
+  HAIRNET_ASSERT(sink_);
   counters_->received_packets_websocket.add();
   const auto bytes = message_.cdata();
   sink_->on_packet({static_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, channel::monotonic_ns());
@@ -89,6 +93,7 @@ asio::awaitable<void> WebSocketConnection::write() {
       co_await wake_writer_.async_wait(kAwaitable);
       continue;
     }
+    HAIRNET_ASSERT(sending_.empty());
     std::swap(sending_, unsent_);
     if (sink_) sink_->on_writable(channel::monotonic_ns());
     if (const auto error = co_await write_out()) {
