@@ -6,7 +6,8 @@ namespace {
 
 template <class Table>
 std::pair<fb::Body, Offset<void>> written(Offset<Table> table) {
-  return {fb::BodyTraits<Table>::enum_value, table.Union()};
+  constexpr fb::Body type = fb::BodyTraits<Table>::enum_value;  // by value: the generated constant has no definition
+  return {type, table.Union()};
 }
 
 // Bytes of the bulk that a message brings, so that the buffer is allocated once and never beyond the limit.
