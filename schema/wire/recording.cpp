@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/world/world.hpp"
 #include "recording_generated.h"
 #include "schema/wire/flatbuffer_convert.hpp"
 #include "schema/wire/groom_file.hpp"
@@ -130,11 +129,10 @@ Fault read_pose(const fb::Bones& from, Pose& to) {
   return refusal == PoseRefusal::none ? Fault() : std::string("pose: ") + to_string(refusal);
 }
 
-// The World has an environment for each room below its bound.
 Fault check_room(std::uint32_t room) {
-  return room < kEnvironmentCountMax
+  return room < kRecordedRoomCountMax
              ? Fault()
-             : "room " + std::to_string(room) + ", not below " + std::to_string(kEnvironmentCountMax);
+             : "room " + std::to_string(room) + ", not below " + std::to_string(kRecordedRoomCountMax);
 }
 
 Fault read(const fb::RecordedAdd& in, RecordedAdd& out) {

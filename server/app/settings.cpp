@@ -11,9 +11,9 @@
 #include <utility>
 
 #include "core/assert.hpp"
-#include "core/world/world.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "schema/wire/messages.hpp"
+#include "schema/wire/recording.hpp"
 
 namespace hairnet::server {
 namespace {
@@ -165,7 +165,7 @@ void add_limits(List& list, Config& c) {
   list.integer(s.character_count_max, "characters_max", 1, 65'536, "characters of all clients");
   list.integer(s.characters_per_session_max, "characters_per_client_max", 1, 65'536,
                "characters of one client; characters_max applies too");
-  list.integer(s.room_count_max, "rooms_max", 1, kEnvironmentCountMax, "rooms at once");
+  list.integer(s.room_count_max, "rooms_max", 1, wire::kRecordedRoomCountMax, "rooms at once");
   list.integer(s.sessions_per_room_max, "clients_per_room_max", 1, 10'000, "clients of one room");
   list.integer(s.characters_per_room_max, "characters_per_room_max", 1, 65'536, "characters of one room");
   list.integer(s.downloads_per_session_max, "downloads_per_client_max", 1, 65'536,

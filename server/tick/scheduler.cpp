@@ -66,7 +66,7 @@ Scheduler::Scheduler(const SchedulerDef& def, CommandQueue& commands, RoomCounte
   if (recorder_) recorder_->put(header_of(def_));
 }
 
-// The views of an observer and the waiting hair states are those that the rooms and characters have.
+// The World has only characters that were placed, and the waiting hair states are counted in full.
 void Scheduler::check_invariants() const {
   HAIRNET_ASSERT(state_bytes_ <= def_.state_bytes_max);
 #ifdef HAIRNET_VALIDATE_ON

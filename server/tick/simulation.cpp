@@ -6,6 +6,8 @@
 
 namespace hairnet::server {
 
+static_assert(wire::kRecordedRoomCountMax <= kEnvironmentCountMax);
+
 Simulation::Simulation(const WorldDef& def, const Wind& wind)
     : environment_(def.environment), world_([&] {
         WorldDef windy = def;

@@ -4,7 +4,6 @@
 
 #include <limits>
 
-#include "core/world/world.hpp"
 #include "tests/support/random_messages.hpp"
 #include "tests/unit/schema/equal.hpp"
 
@@ -141,13 +140,13 @@ TEST(Recording, refuses_poses_and_levels_that_no_world_takes) {
 TEST(Recording, refuses_rooms_that_no_world_has) {
   RecordedTick tick;
   tick.added.resize(1);
-  tick.added[0].room = kEnvironmentCountMax - 1;
+  tick.added[0].room = kRecordedRoomCountMax - 1;
   EXPECT_TRUE(decode_one(tick));
-  tick.added[0].room = kEnvironmentCountMax;
+  tick.added[0].room = kRecordedRoomCountMax;
   EXPECT_FALSE(decode_one(tick));
   tick.added.clear();
   tick.winds.resize(1);
-  tick.winds[0].room = kEnvironmentCountMax - 1;
+  tick.winds[0].room = kRecordedRoomCountMax - 1;
   EXPECT_TRUE(decode_one(tick));
   tick.winds[0].room = ~0u;
   EXPECT_FALSE(decode_one(tick));
