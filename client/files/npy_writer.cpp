@@ -5,6 +5,7 @@
 #include <cstring>
 #include <utility>
 
+#include "client/files/system_refusal.hpp"
 #include "core/assert.hpp"
 
 namespace hairnet {
@@ -14,10 +15,6 @@ static_assert(std::endian::native == std::endian::little, "arrays are written as
 
 // NumPy wants data aligned to 64 bytes. Two such blocks fit the longest row count, so the header never moves the data.
 constexpr std::size_t kHeaderBytes = 128;
-
-Refusal system_refusal(const char* what) {
-  return Refusal(std::string(what) + ": " + std::strerror(errno));
-}
 
 std::size_t item_bytes(NpyType type) {
   return type == NpyType::float32 ? 4 : 8;

@@ -10,6 +10,8 @@
 #include <cstring>
 #include <filesystem>
 
+#include "client/files/system_refusal.hpp"
+
 namespace hairnet {
 namespace {
 
@@ -27,10 +29,6 @@ class Descriptor {
  private:
   int number_;
 };
-
-Refusal system_refusal(const char* what) {
-  return Refusal(std::string(what) + ": " + std::strerror(errno));
-}
 
 }  // namespace
 

@@ -9,12 +9,10 @@
 #include <cstring>
 #include <filesystem>
 
+#include "client/files/system_refusal.hpp"
+
 namespace hairnet {
 namespace {
-
-Refusal system_refusal(const char* what) {
-  return Refusal(std::string(what) + ": " + std::strerror(errno));
-}
 
 bool write_all(int file, std::span<const std::byte> bytes) {
   while (!bytes.empty()) {

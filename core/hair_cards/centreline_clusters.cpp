@@ -15,7 +15,7 @@ constexpr float kRootWeight = 1.5f;
 using Columns = Eigen::Matrix<float, kNumbers, Eigen::Dynamic>;
 
 constexpr std::size_t kLearntFrom = 20'000;  // centrelines; the others join the nearest of the clusters that these give
-constexpr int kRounds = 12;
+constexpr int kClusterRounds = 12;
 constexpr Eigen::Index kBlock = 1024;  // columns compared at once
 
 Columns columns_of(std::span<const Centreline> centrelines, std::span<const std::uint32_t> members) {
@@ -94,7 +94,7 @@ std::vector<std::vector<std::uint32_t>> cluster_centrelines(std::span<const Cent
   for (std::size_t m = 0; m < members.size(); m += stride) some.push_back(members[m]);
   const Columns learnt_from = columns_of(centrelines, some);
   Columns centres = first_centres(learnt_from, std::min(count, some.size()));
-  for (int round = 0; round < kRounds; ++round)
+  for (int round = 0; round < kClusterRounds; ++round)
     move_to_means(learnt_from, nearest_centres(learnt_from, centres), centres);
 
   const std::vector<Eigen::Index> nearest = nearest_centres(columns_of(centrelines, members), centres);

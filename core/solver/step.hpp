@@ -44,7 +44,7 @@ struct SolverSettings {
 };
 
 // Measured (tests/fidelity/README.md): with steps of at most kStepMax_s and these iterations per step, the error of a
-// trajectory is about a tenth of the motion on the high level and a hundredth on the low. An ether level needs one
+// trajectory is about a quarter of the motion on the high level and a tenth on the low. An ether level needs one
 // iteration: its system is block diagonal, and the preconditioner solves it.
 inline constexpr double kStepMax_s = 1.0 / 50;
 inline constexpr std::array<int, kLevelCount> kLevelIterations{16, 10, 8, 1, 0};

@@ -12,7 +12,6 @@ namespace {
 using U32 = std::uint32_t;
 using BoneArray = std::array<U32, kBoneIntegers>;  // unsigned: everything is modulo 2^32
 
-constexpr std::size_t kPerBone = 7;
 constexpr std::size_t kRotation = 3;  // index of a bone's quaternion
 constexpr unsigned kWeightBits = 2;   // for the choice of a prediction
 constexpr unsigned kParameterBits = 5;
@@ -94,19 +93,19 @@ std::int32_t as_signed(U32 x) {
 template <class Visit, class CodeLargest>
 void walk(const BoneArray& predicted, bool intra, const Choices& choices, BoneArray& values, Visit visit,
           CodeLargest code_largest) {
-  std::array<U32, kPerBone> error{};
+  std::array<U32, kIntegersPerBone> error{};
   for (std::size_t bone = 0; bone < kBoneCount; ++bone) {
-    const U32* from = predicted.data() + kPerBone * bone;
-    U32* value = values.data() + kPerBone * bone;
+    const U32* from = predicted.data() + kIntegersPerBone * bone;
+    U32* value = values.data() + kIntegersPerBone * bone;
     const Largest largest = intra ? code_largest(value + kRotation) : largest_of(from + kRotation);
     const std::size_t skipped = kRotation + largest.component;
-    for (std::size_t c = 0; c < kPerBone; ++c) {
+    for (std::size_t c = 0; c < kIntegersPerBone; ++c) {
       if (c == skipped) continue;
       const U32 expected = from[c] + (choices.chains(c) ? error[c] : 0);
-      value[c] = visit(kPerBone * bone + c, expected, choices.k(c));
+      value[c] = visit(kIntegersPerBone * bone + c, expected, choices.k(c));
       error[c] = value[c] - from[c];
     }
-    value[skipped] = visit(kPerBone * bone + skipped, implied(value + kRotation, largest), 0);
+    value[skipped] = visit(kIntegersPerBone * bone + skipped, implied(value + kRotation, largest), 0);
     error[skipped] = value[skipped] - from[skipped];
   }
 }
@@ -116,14 +115,14 @@ using ZigzagBones = std::array<U32, kBoneIntegers>;
 ZigzagBones zigzagged(const BoneArray& error, std::size_t chained_from) {
   ZigzagBones out;
   for (std::size_t i = 0; i < kBoneIntegers; ++i)
-    out[i] = zigzag(as_signed(i < chained_from ? error[i] : error[i] - error[i - kPerBone]));
+    out[i] = zigzag(as_signed(i < chained_from ? error[i] : error[i] - error[i - kIntegersPerBone]));
   return out;
 }
 
 // The approximate number of bits of positions or rotations.
 unsigned bits_of(const ZigzagBones& integers, std::size_t begin, std::size_t end) {
   unsigned bits = 0;
-  for (std::size_t bone = 0; bone < kBoneIntegers; bone += kPerBone)
+  for (std::size_t bone = 0; bone < kBoneIntegers; bone += kIntegersPerBone)
     for (std::size_t c = begin; c < end; ++c) bits += static_cast<unsigned>(std::bit_width(integers[bone + c]));
   return bits;
 }
@@ -131,15 +130,15 @@ unsigned bits_of(const ZigzagBones& integers, std::size_t begin, std::size_t end
 // The parameter with the fewest bits for the positions' or the rotations' part of `zigzagged`, among those near its
 // mean.
 unsigned best_parameter(const ZigzagBones& integers, std::size_t begin, std::size_t end) {
-  HAIRNET_ASSERT(begin < end && end <= kPerBone);
+  HAIRNET_ASSERT(begin < end && end <= kIntegersPerBone);
   std::uint64_t sum = 0;
-  for (std::size_t bone = 0; bone < kBoneIntegers; bone += kPerBone)
+  for (std::size_t bone = 0; bone < kBoneIntegers; bone += kIntegersPerBone)
     for (std::size_t c = begin; c < end; ++c) sum += integers[bone + c];
   const auto mean_bits = static_cast<unsigned>(std::bit_width(sum / (kBoneCount * (end - begin))));
   unsigned best = 0, least = ~0u;
   for (unsigned k = mean_bits > 4 ? mean_bits - 4 : 0; k < std::max(mean_bits, 1u); ++k) {
     unsigned bits = 0;
-    for (std::size_t bone = 0; bone < kBoneIntegers; bone += kPerBone) {
+    for (std::size_t bone = 0; bone < kBoneIntegers; bone += kIntegersPerBone) {
       for (std::size_t c = begin; c < end; ++c)
         bits +=
             2 * static_cast<unsigned>(std::bit_width(std::uint64_t{integers[bone + c]} + (std::uint64_t{1} << k))) - k;
@@ -160,19 +159,19 @@ Choices choose(const BoneArray& values, History history) {
   for (unsigned weights = 0; weights < weight_choices; ++weights) {
     BoneArray error = predict(history, weights);
     for (std::size_t i = 0; i < kBoneIntegers; ++i) error[i] = values[i] - error[i];
-    const unsigned bits = bits_of(zigzagged(error, kBoneIntegers), 0, kPerBone);
+    const unsigned bits = bits_of(zigzagged(error, kBoneIntegers), 0, kIntegersPerBone);
     if (bits >= least) continue;
     least = bits;
     best.weights = weights;
     best_error = error;
   }
-  const ZigzagBones unchained = zigzagged(best_error, kBoneIntegers), chained = zigzagged(best_error, kPerBone);
+  const ZigzagBones unchained = zigzagged(best_error, kBoneIntegers), chained = zigzagged(best_error, kIntegersPerBone);
   const auto decide = [&](std::size_t begin, std::size_t end, bool& chain, unsigned& k) {
     chain = bits_of(chained, begin, end) < bits_of(unchained, begin, end);
     k = best_parameter(chain ? chained : unchained, begin, end);
   };
   decide(0, kRotation, best.chain_positions, best.k_positions);
-  decide(kRotation, kPerBone, best.chain_rotations, best.k_rotations);
+  decide(kRotation, kIntegersPerBone, best.chain_rotations, best.k_rotations);
   HAIRNET_ASSERT(best.weights < weight_choices);
   return best;
 }

@@ -20,7 +20,8 @@ inline constexpr std::size_t kErrorClassCount = wire::kErrorClassNames.size();
 inline constexpr std::array<float, kErrorClassCount> kStep_m{0.25e-3f, 0.5e-3f, 1e-3f};
 
 // 5 bones: position x y z in units of kPositionStep_m, quaternion x y z w in units of kRotationStep.
-inline constexpr std::size_t kBoneIntegers = 7 * kBoneCount;
+inline constexpr std::size_t kIntegersPerBone = 7;
+inline constexpr std::size_t kBoneIntegers = kIntegersPerBone * kBoneCount;
 inline constexpr double kPositionStep_m = 1.0 / (1 << 14);
 inline constexpr double kRotationStep = 1.0 / (1 << 15);
 

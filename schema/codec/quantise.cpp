@@ -8,7 +8,6 @@
 namespace hairnet::codec {
 namespace {
 
-constexpr std::size_t kPerBone = 7;
 constexpr float kIntegerMax = 32767;  // symmetric: -32768 never occurs
 
 // Rounds to the nearest integer, for any float up to 2^22: beyond 2^23 floats have no fraction. Unlike std::nearbyint
@@ -93,14 +92,14 @@ double dot(const Quat& q, const std::int32_t* integers) {
 void quantise_pose(const Pose& pose, const FrameIntegers* last, FrameIntegers& out) {
   HAIRNET_ASSERT(is_valid(pose));
   for (std::size_t bone = 0; bone < kBoneCount; ++bone) {
-    std::int32_t* integers = out.bones.data() + kPerBone * bone;
+    std::int32_t* integers = out.bones.data() + kIntegersPerBone * bone;
     // Chooses q or -q: near the last frame's quaternion, or near the previous bone's.
     const Quat& q = pose.bones[bone].rotation;
     double side = q.w();
     if (last) {
-      side = dot(q, last->bones.data() + kPerBone * bone + 3);
+      side = dot(q, last->bones.data() + kIntegersPerBone * bone + 3);
     } else if (bone > 0) {
-      side = dot(q, integers - kPerBone + 3);
+      side = dot(q, integers - kIntegersPerBone + 3);
     }
     const Vec3& position = pose.bones[bone].position;
     HAIRNET_ASSERT(position.cwiseAbs().maxCoeff() <= wire::kPositionMax_m);
@@ -117,7 +116,7 @@ void quantise_pose(const Pose& pose, const FrameIntegers* last, FrameIntegers& o
 Pose dequantise_pose(const FrameIntegers& integers) {
   Pose pose;
   for (std::size_t bone = 0; bone < kBoneCount; ++bone) {
-    const std::int32_t* from = integers.bones.data() + kPerBone * bone;
+    const std::int32_t* from = integers.bones.data() + kIntegersPerBone * bone;
     for (int c = 0; c < 3; ++c) pose.bones[bone].position[c] = as_float(from[c] * kPositionStep_m);
     pose.bones[bone].rotation = dequantise_rotation(from + 3);
   }

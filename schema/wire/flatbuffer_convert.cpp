@@ -4,20 +4,16 @@ namespace hairnet::wire {
 
 static_assert(kLevelNames == kLevelIndexNames, "core/levels/level.hpp and enums.fbs list the same levels");
 
-namespace {
-
 fb::Transform to_flatbuffer(const RigidTransform& bone) {
   const Eigen::Vector4f q = bone.rotation.coeffs().cast<float>();
   const Vec3f p = bone.position.cast<float>();
-  return {fb::Quaternion(q.x(), q.y(), q.z(), q.w()), wire::to_flatbuffer(p)};
+  return {fb::Quaternion(q.x(), q.y(), q.z(), q.w()), to_flatbuffer(p)};
 }
 
 RigidTransform from_flatbuffer(const fb::Transform& bone) {
   const fb::Quaternion& q = bone.rotation();
-  return {Quat(q.w(), q.x(), q.y(), q.z()), wire::from_flatbuffer(bone.position()).cast<double>()};
+  return {Quat(q.w(), q.x(), q.y(), q.z()), from_flatbuffer(bone.position()).cast<double>()};
 }
-
-}  // namespace
 
 fb::Hash to_flatbuffer(const GroomHash& hash) {
   fb::Hash flat;

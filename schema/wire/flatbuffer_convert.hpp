@@ -25,6 +25,9 @@ fb::Secret to_flatbuffer(const SessionSecret& secret);
 SessionSecret from_flatbuffer(const fb::Secret& secret);
 
 // Rounded to float like rounded_to_wire; decoding gives exactly that pose.
+fb::Transform to_flatbuffer(const RigidTransform& bone);
+RigidTransform from_flatbuffer(const fb::Transform& bone);
+
 fb::Bones to_flatbuffer(const Pose& pose);
 Pose from_flatbuffer(const fb::Bones& bones);
 

@@ -24,33 +24,36 @@ std::uint32_t count_of(const PointRange& range) {
   return static_cast<std::uint32_t>(range.count());
 }
 
-fb::StrandProperties to_flatbuffer(const StrandProperties& s) {
+}  // namespace
+
+// Not in the unnamed namespace, where they would hide the other conversions.
+static fb::StrandProperties to_flatbuffer(const StrandProperties& s) {
   return {s.radius_m, s.hair_count, s.root_length_m, s.group, s.rooted};
 }
-StrandProperties from_flatbuffer(const fb::StrandProperties& s) {
+static StrandProperties from_flatbuffer(const fb::StrandProperties& s) {
   return {s.radius_m(), s.hair_count(), s.root_length_m(), s.group(), s.rooted()};
 }
 
-fb::Thread to_flatbuffer(const Thread& t) {
+static fb::Thread to_flatbuffer(const Thread& t) {
   return {count_of(t.points),
           t.group,
           t.rooted,
           t.root_length_m,
           t.radius_m,
-          wire::to_flatbuffer(t.colour),
+          to_flatbuffer(t.colour),
           t.axial_stiffness_n,
           t.damping_time_s,
           t.pin_stiffness_n_per_m,
           t.linear_density_kg_per_m,
           t.air_drag_ns_per_m2};
 }
-Thread from_flatbuffer(const fb::Thread& t, const PointRange& points) {
+static Thread from_flatbuffer(const fb::Thread& t, const PointRange& points) {
   return {points,
           t.group(),
           t.rooted(),
           t.root_length_m(),
           t.radius_m(),
-          wire::from_flatbuffer(t.colour()),
+          from_flatbuffer(t.colour()),
           t.axial_stiffness_n(),
           t.damping_time_s(),
           t.pin_stiffness_n_per_m(),
@@ -58,13 +61,13 @@ Thread from_flatbuffer(const fb::Thread& t, const PointRange& points) {
           t.air_drag_ns_per_m2()};
 }
 
-fb::Cloth to_flatbuffer(const Cloth& c) {
+static fb::Cloth to_flatbuffer(const Cloth& c) {
   return {count_of(c.points),
           static_cast<std::uint32_t>(c.triangles.size()),
           c.group,
           !c.root_distance_m.empty(),
           c.root_length_m,
-          wire::to_flatbuffer(c.colour),
+          to_flatbuffer(c.colour),
           c.opacity,
           c.stretch_stiffness_n_per_m,
           c.shear_stiffness_n_per_m,
@@ -73,13 +76,13 @@ fb::Cloth to_flatbuffer(const Cloth& c) {
           c.area_density_kg_per_m2,
           c.air_drag_ns_per_m3};
 }
-Cloth from_flatbuffer(const fb::Cloth& c, const PointRange& points) {
+static Cloth from_flatbuffer(const fb::Cloth& c, const PointRange& points) {
   return {points,
           c.group(),
           {},
           {},
           c.root_length_m(),
-          wire::from_flatbuffer(c.colour()),
+          from_flatbuffer(c.colour()),
           c.opacity(),
           c.stretch_stiffness_n_per_m(),
           c.shear_stiffness_n_per_m(),
@@ -88,6 +91,8 @@ Cloth from_flatbuffer(const fb::Cloth& c, const PointRange& points) {
           c.area_density_kg_per_m2(),
           c.air_drag_ns_per_m3()};
 }
+
+namespace {
 
 // Takes an absent vector for an empty one, piece by piece.
 template <class T>

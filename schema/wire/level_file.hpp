@@ -17,11 +17,11 @@ namespace hairnet::wire {
 //        0      8  magic "HNLEVELS"
 //        8      4  version of this layout
 //       12      4  kBuildVersion: of what makes levels of a groom
-//       16     80  the levels' specs as asked for, four times: nodes x, y, z, springs, attachments
-//       96     32  hash of the groom
-//      128      8  bytes of the payload
-//      136     32  BLAKE2b-256 of all the bytes before and after this
-//      168         payload
+//       16     96  the levels' specs as asked for, four times: nodes x, y, z, springs, attachments, contact points
+//      112     32  hash of the groom
+//      144      8  bytes of the payload
+//      152     32  BLAKE2b-256 of all the bytes before and after this
+//      184         payload
 inline constexpr std::size_t kLevelFileHeaderBytes = 184;
 inline constexpr std::size_t kLevelFileBytesMax = std::size_t{256} << 20;
 

@@ -13,8 +13,8 @@ namespace {
 // Measured errors from tests/fidelity/README.md. The error of a level combines the error of its lattice against 14^3
 // and of its share of the springs against all of them, as the root of the sum of squares (10^3: 0.30 and 0.21, 7^3:
 // 0.44 and 0.21, 5^3: 0.64 and 0.20). The value of the ether level is a guess from how much faster it swings. The error
-// of a stride against every tick (Strides there), played out between its turns, is combined with the level's in the
-// same way.
+// of a stride against every tick (Strides there has newer figures), played out between its turns, is combined with the
+// level's in the same way.
 constexpr std::array<std::array<double, 3>, kLevelCount> kError{
     {{0.37, 0.53, 0.68}, {0.48, 0.58, 0.71}, {0.67, 0.73, 0.81}, {0.85, 0.90, 0.98}, {1.00, 1.02, 1.05}}};
 

@@ -17,12 +17,12 @@ bool goes_before(const FillStep& a, const FillStep& b) {
 // The step from the rung below to `rung`.
 FillStep step_to(std::span<const BudgetItem> items, std::size_t index, std::uint8_t rung) {
   HAIRNET_VALIDATE(rung >= 1 && rung <= items[index].last);
-  constexpr double kEven = 1e6;  // larger than any error over time
+  constexpr double kPerRung = 1e6;  // larger than any error over time
   const BudgetItem& item = items[index];
   const std::int64_t cost_ns = item.cost_ns[rung] - item.cost_ns[rung - 1u];
   double priority = item.weight * (rung <= item.now ? kHysteresis : 1.0);
   if (rung <= item.even) {
-    priority += kEven * static_cast<double>(kRungCountMax - rung);
+    priority += kPerRung * static_cast<double>(kRungCountMax - rung);
   } else {
     const double gain = static_cast<double>(item.error[rung - 1u]) - static_cast<double>(item.error[rung]);
     priority *= gain / static_cast<double>(std::max<std::int64_t>(cost_ns, 1));

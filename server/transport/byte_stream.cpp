@@ -53,6 +53,47 @@ std::size_t ByteStream::write_now(std::span<const std::uint8_t> bytes) {
   return socket_.write_some(asio::buffer(bytes.data(), bytes.size()), would_wait);
 }
 
+void ByteStream::read_some(asio::mutable_buffer into, Handler handler) {
+  if (!put_back_.empty()) {
+    const std::size_t taken = asio::buffer_copy(into, asio::buffer(put_back_));
+    put_back_.erase(put_back_.begin(), put_back_.begin() + static_cast<std::ptrdiff_t>(taken));
+    asio::post(get_executor(), asio::append(std::move(handler), boost::system::error_code(), taken));
+  } else if (tls_) {
+    tls_->async_read_some(into, std::move(handler));
+  } else {
+    socket_.async_read_some(into, std::move(handler));
+  }
+}
+
+void ByteStream::write_some(const WriteBuffers& from, Handler handler) {
+  if (is_corked_ || !corked_.empty()) {
+    const std::size_t before = corked_.size(), bytes = asio::buffer_size(from);
+    corked_.resize(before + bytes);
+    asio::buffer_copy(asio::buffer(corked_.data() + before, bytes), from);
+    write_corked(bytes, std::move(handler));
+  } else if (tls_) {
+    tls_->async_write_some(from, std::move(handler));
+  } else {
+    socket_.async_write_some(from, std::move(handler));
+  }
+}
+
+void ByteStream::write_corked(std::size_t bytes, Handler handler) {
+  if (is_corked_)
+    return asio::post(get_executor(), asio::append(std::move(handler), boost::system::error_code(), bytes));
+  leaving_.clear();
+  std::swap(leaving_, corked_);
+  // The handler gets the count of its own bytes only: earlier writers already got theirs.
+  auto done = asio::bind_executor(get_executor(), [handler = std::move(handler), bytes](
+                                                      const boost::system::error_code& error, std::size_t) mutable {
+    std::move(handler)(error, error ? 0 : bytes);
+  });
+  if (tls_)
+    asio::async_write(*tls_, asio::buffer(leaving_), std::move(done));
+  else
+    asio::async_write(socket_, asio::buffer(leaving_), std::move(done));
+}
+
 asio::awaitable<boost::system::error_code> ByteStream::accept_tls(asio::ssl::context& context) {
   HAIRNET_ASSERT(!tls_);
   tls_.emplace(socket_, context);

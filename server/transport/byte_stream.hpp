@@ -1,5 +1,7 @@
 #pragma once
 
+#include <boost/asio/any_completion_handler.hpp>
+#include <boost/container/static_vector.hpp>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -14,6 +16,9 @@
 #include "server/transport/transport_counters.hpp"
 
 namespace hairnet::server {
+
+// Connections read at most so many bytes at a time, so that their memory grows with the received bytes.
+inline constexpr std::size_t kReadBytes = std::size_t{64} << 10;
 
 // A socket, plain or inside TLS, with the stream operations that Asio and Beast need: one read and one write at a time.
 // Bytes that were read to detect the protocol can be put back. Reads and writes fail once the time of expires_after()
@@ -51,16 +56,18 @@ class ByteStream : public std::enable_shared_from_this<ByteStream> {
   // plain; no write may be in progress. An error is ignored here: the next write meets the same error and reports it.
   std::size_t write_now(std::span<const std::uint8_t> bytes);
 
+  // Each operation of TLS and of the socket is compiled once, in byte_stream.cpp: their handlers are of one type here.
+  // A read fills the first buffer that has room, a write takes up to kWriteBuffersMax buffers: both may do a part of
+  // what is asked.
   template <class Buffers, class Token>
   auto async_read_some(const Buffers& into, Token&& token) {
     return asio::async_initiate<Token, void(boost::system::error_code, std::size_t)>(
         [this](auto handler, const Buffers& buffers) {
-          if (const std::size_t taken = take_back(buffers))
-            asio::post(get_executor(), asio::append(std::move(handler), boost::system::error_code(), taken));
-          else if (tls_)
-            tls_->async_read_some(buffers, std::move(handler));
-          else
-            socket_.async_read_some(buffers, std::move(handler));
+          asio::mutable_buffer first;
+          for (auto at = asio::buffer_sequence_begin(buffers);
+               first.size() == 0 && at != asio::buffer_sequence_end(buffers); ++at)
+            first = *at;
+          read_some(first, std::move(handler));
         },
         token, into);
   }
@@ -69,47 +76,23 @@ class ByteStream : public std::enable_shared_from_this<ByteStream> {
   auto async_write_some(const Buffers& from, Token&& token) {
     return asio::async_initiate<Token, void(boost::system::error_code, std::size_t)>(
         [this](auto handler, const Buffers& buffers) {
-          if (is_corked_ || !corked_.empty())
-            write_corked(append_corked(buffers), std::move(handler));
-          else if (tls_)
-            tls_->async_write_some(buffers, std::move(handler));
-          else
-            socket_.async_write_some(buffers, std::move(handler));
+          WriteBuffers some;
+          for (auto at = asio::buffer_sequence_begin(buffers);
+               at != asio::buffer_sequence_end(buffers) && some.size() < kWriteBuffersMax; ++at)
+            some.push_back(*at);
+          write_some(some, std::move(handler));
         },
         token, from);
   }
 
  private:
-  template <class Buffers>
-  std::size_t take_back(const Buffers& into) {
-    if (put_back_.empty()) return 0;
-    const std::size_t taken = asio::buffer_copy(into, asio::buffer(put_back_));
-    put_back_.erase(put_back_.begin(), put_back_.begin() + static_cast<std::ptrdiff_t>(taken));
-    return taken;
-  }
-  template <class Buffers>
-  std::size_t append_corked(const Buffers& from) {
-    const std::size_t before = corked_.size(), bytes = asio::buffer_size(from);
-    corked_.resize(before + bytes);
-    asio::buffer_copy(asio::buffer(corked_.data() + before, bytes), from);
-    return bytes;
-  }
-  template <class Handler>
-  void write_corked(std::size_t bytes, Handler handler) {
-    if (is_corked_)
-      return asio::post(get_executor(), asio::append(std::move(handler), boost::system::error_code(), bytes));
-    leaving_.clear();
-    std::swap(leaving_, corked_);
-    // The handler gets the count of its own bytes only: earlier writers already got theirs.
-    auto done = asio::bind_executor(get_executor(), [handler = std::move(handler), bytes](
-                                                        const boost::system::error_code& error, std::size_t) mutable {
-      std::move(handler)(error, error ? 0 : bytes);
-    });
-    if (tls_)
-      asio::async_write(*tls_, asio::buffer(leaving_), std::move(done));
-    else
-      asio::async_write(socket_, asio::buffer(leaving_), std::move(done));
-  }
+  static constexpr std::size_t kWriteBuffersMax = 16;
+  using WriteBuffers = boost::container::static_vector<asio::const_buffer, kWriteBuffersMax>;
+  using Handler = asio::any_completion_handler<void(boost::system::error_code, std::size_t)>;
+
+  void read_some(asio::mutable_buffer into, Handler handler);
+  void write_some(const WriteBuffers& from, Handler handler);
+  void write_corked(std::size_t bytes, Handler handler);
 
   asio::ip::tcp::socket socket_;
   std::optional<asio::ssl::stream<asio::ip::tcp::socket&>> tls_;

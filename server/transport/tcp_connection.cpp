@@ -8,7 +8,6 @@
 namespace hairnet::server {
 namespace {
 
-constexpr std::size_t kReadBytes = std::size_t{64} << 10;
 constexpr std::size_t kFlatBytesMax = std::size_t{16} << 10;  // up to this size copying costs less than gathering
 constexpr std::size_t kFlatKeptBytes = std::size_t{128} << 10;
 

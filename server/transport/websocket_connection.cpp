@@ -9,8 +9,6 @@
 namespace hairnet::server {
 namespace {
 
-// at a time, so that memory grows with the received bytes
-constexpr std::size_t kReadBytes = std::size_t{64} << 10;
 constexpr std::size_t kKeptBytes = std::size_t{64} << 10;  // kept of a larger message's memory
 // up to this size a copy costs less than another system call
 constexpr std::size_t kCorkedBytesMax = std::size_t{32} << 10;

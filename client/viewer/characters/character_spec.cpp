@@ -35,14 +35,14 @@ Result<LevelIndex> parse_level(const std::string& text) {
 }
 
 Result<std::size_t> parse_strand_count(const std::string& text) {
-  const Result<double> number = parse_number(text);
+  const Result<double> number = parse_finite_number(text);
   if (!number || *number < 1 || *number > 200'000 || *number != std::floor(*number))
     return Refusal("strands " + quoted(text) + " is not a whole number in 1 ... 200000");
   return static_cast<std::size_t>(*number);
 }
 
 Result<double> parse_unit(const std::string& text) {
-  const Result<double> number = parse_number(text);
+  const Result<double> number = parse_finite_number(text);
   if (!number || !(*number > 0)) return Refusal("unit " + quoted(text) + " is not a number above 0");
   return number;
 }
@@ -66,7 +66,7 @@ Result<void> set(CharacterOptions& o, const std::string& key, const std::string&
 
 }  // namespace
 
-Result<double> parse_number(std::string_view text) {
+Result<double> parse_finite_number(std::string_view text) {
   double number = 0;
   const char* end = text.data() + text.size();
   const auto [parsed, error] = std::from_chars(text.data(), end, number);

@@ -12,6 +12,6 @@ namespace hairnet::viewer {
 Result<CharacterOptions> parse_character(const std::string& spec);
 
 // Parses the whole of `text` as a finite number.
-Result<double> parse_number(std::string_view text);
+Result<double> parse_finite_number(std::string_view text);
 
 }  // namespace hairnet::viewer

@@ -63,7 +63,7 @@ std::vector<std::string> split(const std::string& text, char separator) {
 }
 
 double whole_number(const std::string& flag, const std::string& text, double least, double most) {
-  const Result<double> number = parse_number(text);
+  const Result<double> number = parse_finite_number(text);
   if (!number || *number != std::floor(*number) || *number < least || *number > most)
     refuse(flag, "'" + text + "' is not a whole number in range");
   return *number;
@@ -87,7 +87,7 @@ void take_observe(ViewOptions& o, std::string text) {
     observe.mode = wire::ObserveMode::nearest;
     observe.count = static_cast<std::uint32_t>(whole_number("--observe", parts[1], 1, 1e6));
   } else if (parts.size() == 2 && parts[0] == "radius") {
-    const Result<double> radius_m = parse_number(parts[1]);
+    const Result<double> radius_m = parse_finite_number(parts[1]);
     if (!radius_m) refuse("--observe", radius_m.error());
     observe.mode = wire::ObserveMode::radius;
     observe.radius_m = static_cast<float>(*radius_m);
@@ -107,7 +107,7 @@ void take_room(const ViewOptions& o) {
 // Parses seconds, from `least_s` to a day, or the word 'forever' as infinity.
 double seconds(const std::string& flag, const std::string& text, double least_s) {
   if (text == "forever") return std::numeric_limits<double>::infinity();
-  const Result<double> number = parse_number(text);
+  const Result<double> number = parse_finite_number(text);
   if (!number || !(*number >= least_s && *number <= kDuration_s_max))
     refuse(flag, "'" + text + "' is not 'forever', nor seconds in " + (least_s > 0 ? "0.1" : "0") + " ... 86400");
   return *number;
@@ -155,7 +155,7 @@ void take_times(ViewOptions& o, const std::string& text) {
   if (text.empty()) return;
   if (o.sheet.empty()) refuse("--times", "needs --sheet");
   for (const std::string& part : split(text, ',')) {
-    const Result<double> time = parse_number(part);
+    const Result<double> time = parse_finite_number(part);
     if (!time) refuse("--times", time.error());
     if (*time < 0 || *time > o.duration_s + o.settle_s) refuse("--times", part + " is not within the duration");
     o.times_s.push_back(*time);

@@ -74,7 +74,9 @@ test("the GPU places the points of strands as the CPU does, and none is further 
       furthest = Math.max(furthest, Math.abs(placed[4 * p + axis] - points[3 * p + axis]));
       moved = Math.max(moved, Math.abs(deformed[3 * p + axis] - points[3 * p + axis]));
     }
-  console.log(`points within ${furthest.toExponential(1)} m, of up to ${moved.toExponential(1)} m that they were moved`);
+  console.log(
+    `points within ${furthest.toExponential(1)} m, of up to ${moved.toExponential(1)} m that they were moved`,
+  );
   expect(moved).toBeGreaterThan(0.01);
   expect(furthest).toBeLessThan(1e-4);
   await page.close();
@@ -95,7 +97,15 @@ interface Work {
 function placeOnGpu(work: Work): number[] {
   const gl = document.createElement("canvas").getContext("webgl2")!;
   const [pointRow, recordTexels, latticeRow] = work.widths;
-  const make = (unit: number, format: number, width: number, height: number, from: number, type: number, values: ArrayBufferView | null) => {
+  const make = (
+    unit: number,
+    format: number,
+    width: number,
+    height: number,
+    from: number,
+    type: number,
+    values: ArrayBufferView | null,
+  ) => {
     const texture = gl.createTexture();
     gl.activeTexture(gl.TEXTURE0 + unit);
     gl.bindTexture(gl.TEXTURE_2D, texture);
@@ -127,9 +137,8 @@ function placeOnGpu(work: Work): number[] {
     }
     gl.linkProgram(program);
     gl.useProgram(program);
-    ["records", "lattices", "rest_points", "rest_arcs", "deformed_points"].forEach((name, unit) =>
-      gl.uniform1i(gl.getUniformLocation(program, name), unit),
-    );
+    for (const [unit, name] of ["records", "lattices", "rest_points", "rest_arcs", "deformed_points"].entries())
+      gl.uniform1i(gl.getUniformLocation(program, name), unit);
     gl.uniform1i(gl.getUniformLocation(program, "first_record"), 0);
     gl.uniform1i(gl.getUniformLocation(program, "target_rows"), work.rows + 1);
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, targets[n], 0);

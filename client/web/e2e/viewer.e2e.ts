@@ -134,7 +134,10 @@ test("two pages see each other, and a head that keys or the mouse turn is seen t
   const at = await page.evaluate(() => {
     const { hair, stage } = (window as unknown as { hairnet: PageGlobals }).hairnet;
     const own = [...hair!.characters.values()].find((one) => one.own)!;
-    const { x, y } = own.position.clone().setY(own.position.y + 0.08).project(stage.camera);
+    const { x, y } = own.position
+      .clone()
+      .setY(own.position.y + 0.08)
+      .project(stage.camera);
     return { x: ((x + 1) / 2) * innerWidth, y: ((1 - y) / 2) * innerHeight };
   });
   await page.mouse.move(at.x, at.y);
@@ -156,7 +159,9 @@ test("a phone's width has no sideways scrolling and still shows the head", async
   await page.setViewportSize({ width: 320, height: 640 });
   await until("it is ready", async () => (await readyCount(page)) === 1);
   const widest = await page.evaluate(() => {
-    const edges = [...document.querySelectorAll<HTMLElement>("#panel *")].filter((one) => one.offsetParent).map((one) => one.getBoundingClientRect());
+    const edges = [...document.querySelectorAll<HTMLElement>("#panel *")]
+      .filter((one) => one.offsetParent)
+      .map((one) => one.getBoundingClientRect());
     return {
       scroll: Math.max(document.documentElement.scrollWidth, document.body.scrollWidth),
       right: Math.max(...edges.map((edge) => edge.right)),
@@ -199,7 +204,9 @@ test("hair is drawn again after the graphics context was lost", async () => {
 test("a missing server and a browser that cannot draw are each reported in one line", async () => {
   page = await browser.open(`${server.address}/?server=ws://127.0.0.1:9`);
   await until("the state says so", async () => (await state()) === "closed");
-  await until("a line says why", async () => /no WebSocket at ws:\/\/127\.0\.0\.1:9/.test((await page.textContent("#fault")) ?? ""));
+  await until("a line says why", async () =>
+    /no WebSocket at ws:\/\/127\.0\.0\.1:9/.test((await page.textContent("#fault")) ?? ""),
+  );
   await shoot("server_gone");
   await page.addInitScript(() => {
     const get = HTMLCanvasElement.prototype.getContext;

@@ -33,7 +33,7 @@ export class Graph {
     const x = (n: number) => width * (1 - (this.#rates.length - 1 - n) / (kSamples - 1));
     context.beginPath();
     context.moveTo(x(0), height);
-    this.#rates.forEach((rate, n) => context.lineTo(x(n), height * (1 - (0.9 * rate) / rateMax)));
+    for (const [n, rate] of this.#rates.entries()) context.lineTo(x(n), height * (1 - (0.9 * rate) / rateMax));
     context.lineTo(width, height);
     context.fillStyle = "#5f9fbf55";
     context.fill();

@@ -27,7 +27,8 @@ export function poseOf(rotation: Quaternion, position: Vector, bodyYawRad: numbe
   const neckWorld = add(rotate(rotation, kNeck), position);
   const neck = halfWay(trunk, rotation);
   putBone(pose, Bone.neck, neck, neckWorld, kNeck);
-  for (const bone of [Bone.leftShoulder, Bone.rightShoulder, Bone.upperTrunk]) putBone(pose, bone, trunk, neckWorld, kNeck);
+  for (const bone of [Bone.leftShoulder, Bone.rightShoulder, Bone.upperTrunk])
+    putBone(pose, bone, trunk, neckWorld, kNeck);
   return pose;
 }
 

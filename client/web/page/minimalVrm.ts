@@ -10,7 +10,11 @@ export function makeMinimalVrm(): ArrayBuffer {
   }
   const head = placeOf("head");
   body.addEgg([head[0], head[1] + 0.085, head[2] + 0.02], [0.085, 0.125, 0.105], indexOf("head"));
-  body.addBox([head[0], head[1] + 0.06, head[2] + 0.12], { middle: [0, 0, 0], half: [0.012, 0.02, 0.015] }, indexOf("head"));
+  body.addBox(
+    [head[0], head[1] + 0.06, head[2] + 0.12],
+    { middle: [0, 0, 0], half: [0.012, 0.02, 0.015] },
+    indexOf("head"),
+  );
   hair.addEgg([head[0], head[1] + 0.11, head[2] + 0.005], [0.1, 0.125, 0.118], indexOf("head"));
   const tail = placeOf("hair_tail");
   hair.addBox(tail, { middle: [0, -0.15, 0], half: [0.04, 0.15, 0.025] }, indexOf("hair_tail"));
@@ -81,8 +85,20 @@ const limb = (side: 1 | -1, prefix: string): BoneSpec[] => [
 
 const kBones: readonly BoneSpec[] = [
   { name: "hips", parent: null, at: [0, 0.95, 0], box: { middle: [0, 0, 0], half: [0.14, 0.09, 0.09] }, human: true },
-  { name: "spine", parent: "hips", at: [0, 0.1, 0], box: { middle: [0, 0.05, 0], half: [0.12, 0.07, 0.08] }, human: true },
-  { name: "chest", parent: "spine", at: [0, 0.12, 0], box: { middle: [0, 0.06, 0], half: [0.13, 0.08, 0.085] }, human: true },
+  {
+    name: "spine",
+    parent: "hips",
+    at: [0, 0.1, 0],
+    box: { middle: [0, 0.05, 0], half: [0.12, 0.07, 0.08] },
+    human: true,
+  },
+  {
+    name: "chest",
+    parent: "spine",
+    at: [0, 0.12, 0],
+    box: { middle: [0, 0.06, 0], half: [0.13, 0.08, 0.085] },
+    human: true,
+  },
   {
     name: "upperChest",
     parent: "chest",
@@ -90,7 +106,13 @@ const kBones: readonly BoneSpec[] = [
     box: { middle: [0, 0.06, -0.01], half: [0.15, 0.07, 0.085] },
     human: true,
   },
-  { name: "neck", parent: "upperChest", at: [0, 0.14, -0.01], box: { middle: [0, 0.04, 0], half: [0.045, 0.06, 0.045] }, human: true },
+  {
+    name: "neck",
+    parent: "upperChest",
+    at: [0, 0.14, -0.01],
+    box: { middle: [0, 0.04, 0], half: [0.045, 0.06, 0.045] },
+    human: true,
+  },
   { name: "head", parent: "neck", at: [0, 0.09, 0.01], human: true },
   { name: "hair_tail", parent: "head", at: [0, 0.1, -0.11] },
   ...limb(1, "left"),
@@ -119,14 +141,23 @@ class MeshBytes {
     for (let axis = 0; axis < 3; ++axis)
       for (const side of [-1, 1]) {
         const first = this.positions.length / 3;
-        for (const [u, v] of [[-1, -1], [1, -1], [1, 1], [-1, 1]]) {
+        for (const [u, v] of [
+          [-1, -1],
+          [1, -1],
+          [1, 1],
+          [-1, 1],
+        ]) {
           const place = [0, 0, 0];
           const normal: [number, number, number] = [0, 0, 0];
           place[axis] = side;
           place[(axis + 1) % 3] = u;
           place[(axis + 2) % 3] = v;
           normal[axis] = side;
-          this.#add([0, 1, 2].map((a) => at[a] + middle[a] + half[a] * place[a]), normal, bone);
+          this.#add(
+            [0, 1, 2].map((a) => at[a] + middle[a] + half[a] * place[a]),
+            normal,
+            bone,
+          );
         }
         const [b, d] = side > 0 ? [1, 3] : [3, 1];
         this.indices.push(first, first + b, first + 2, first, first + 2, first + d);
@@ -144,7 +175,11 @@ class MeshBytes {
         const n = [Math.sin(polar) * Math.sin(turn), Math.cos(polar), Math.sin(polar) * Math.cos(turn)];
         const slope = n.map((x, axis) => x / radii[axis]);
         const length = Math.hypot(...slope);
-        this.#add(n.map((x, axis) => middle[axis] + radii[axis] * x), slope.map((x) => x / length), bone);
+        this.#add(
+          n.map((x, axis) => middle[axis] + radii[axis] * x),
+          slope.map((x) => x / length),
+          bone,
+        );
         if (i === rings || j === turns) continue;
         const a = first + i * (turns + 1) + j;
         const b = a + turns + 1;
@@ -175,7 +210,10 @@ function glb(meshes: readonly MeshBytes[]): ArrayBuffer {
     chunk.set(new Uint8Array(array.buffer));
     bufferViews.push({ buffer: 0, byteOffset: bytes, byteLength: array.byteLength });
     const column = (n: number) => values.filter((_, i) => i % size === n);
-    const bounds = { min: [0, 1, 2].map((n) => Math.min(...column(n))), max: [0, 1, 2].map((n) => Math.max(...column(n))) };
+    const bounds = {
+      min: [0, 1, 2].map((n) => Math.min(...column(n))),
+      max: [0, 1, 2].map((n) => Math.max(...column(n))),
+    };
     accessors.push({
       bufferView: bufferViews.length - 1,
       componentType: isShort ? kShort : kFloat,
@@ -210,11 +248,13 @@ function glb(meshes: readonly MeshBytes[]): ArrayBuffer {
     scene: 0,
     scenes: [{ nodes: [indexOf("hips"), bodyNode, bodyNode + 1] }],
     nodes: [
-      ...kBones.map((bone) => ({
-        name: bone.name,
-        translation: bone.at,
-        children: kBones.flatMap((other, n) => (other.parent === bone.name ? [n] : [])),
-      })).map((node) => (node.children.length > 0 ? node : { ...node, children: undefined })),
+      ...kBones
+        .map((bone) => ({
+          name: bone.name,
+          translation: bone.at,
+          children: kBones.flatMap((other, n) => (other.parent === bone.name ? [n] : [])),
+        }))
+        .map((node) => (node.children.length > 0 ? node : { ...node, children: undefined })),
       { name: "Body", mesh: 0, skin: 0 },
       { name: "Hair", mesh: 1, skin: 0 },
     ],
@@ -224,8 +264,14 @@ function glb(meshes: readonly MeshBytes[]): ArrayBuffer {
     ],
     skins: [{ joints, inverseBindMatrices, skeleton: indexOf("hips") }],
     materials: [
-      { name: "Skin", pbrMetallicRoughness: { baseColorFactor: [0.75, 0.55, 0.45, 1], metallicFactor: 0, roughnessFactor: 0.8 } },
-      { name: "HairCap", pbrMetallicRoughness: { baseColorFactor: [0.2, 0.3, 0.7, 1], metallicFactor: 0, roughnessFactor: 0.6 } },
+      {
+        name: "Skin",
+        pbrMetallicRoughness: { baseColorFactor: [0.75, 0.55, 0.45, 1], metallicFactor: 0, roughnessFactor: 0.8 },
+      },
+      {
+        name: "HairCap",
+        pbrMetallicRoughness: { baseColorFactor: [0.2, 0.3, 0.7, 1], metallicFactor: 0, roughnessFactor: 0.6 },
+      },
     ],
     accessors,
     bufferViews,
@@ -253,7 +299,7 @@ function assemble(json: string, chunks: readonly Uint8Array[], binaryBytes: numb
   const out = new Uint8Array(12 + 8 + textBytes + 8 + binaryBytes);
   const view = new DataView(out.buffer);
   const header = [0x46546c67, 2, out.length, textBytes, 0x4e4f534a];
-  header.forEach((word, n) => view.setUint32(4 * n, word, true));
+  for (const [n, word] of header.entries()) view.setUint32(4 * n, word, true);
   out.fill(0x20, 20, 20 + textBytes);
   out.set(text, 20);
   view.setUint32(20 + textBytes, binaryBytes, true);

@@ -27,7 +27,7 @@ export class OwnHead {
   heading = 0;
   followsView = false;
   #wanted: Angles = { yaw: 0, pitch: 0 };
-  #now: Angles = { yaw: 0, pitch: 0 };
+  readonly #now: Angles = { yaw: 0, pitch: 0 };
   #bodyYaw = 0;
   #isGrabbed = false;
   readonly #headset = new Quaternion();
@@ -62,7 +62,9 @@ export class OwnHead {
       const right = new Vector3().setFromMatrixColumn(camera.matrixWorld, 0);
       const up = new Vector3().setFromMatrixColumn(camera.matrixWorld, 1);
       const distance = this.position.distanceTo(camera.getWorldPosition(new Vector3()));
-      this.position.addScaledVector(right, dx * kMPerPx * 0.6 * distance).addScaledVector(up, -dy * kMPerPx * 0.6 * distance);
+      this.position
+        .addScaledVector(right, dx * kMPerPx * 0.6 * distance)
+        .addScaledVector(up, -dy * kMPerPx * 0.6 * distance);
     } else {
       this.#wanted.yaw += dx * kRadPerPx;
       this.#wanted.pitch += dy * kRadPerPx;

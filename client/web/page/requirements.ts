@@ -2,7 +2,8 @@
 export function missingOf(canvas: HTMLCanvasElement): string | null {
   if (typeof WebSocket === "undefined") return "This browser has no WebSocket.";
   const gl = canvas.getContext("webgl2");
-  if (!gl) return "This browser offers no WebGL 2, which drawing needs: switch on hardware acceleration, or use another browser.";
+  if (!gl)
+    return "This browser offers no WebGL 2, which drawing needs: switch on hardware acceleration, or use another browser.";
   const fault = textureFault(gl);
   gl.getExtension("WEBGL_lose_context")?.loseContext();
   return fault;

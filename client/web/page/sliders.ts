@@ -40,7 +40,7 @@ export class Sliders {
   }
 
   get material(): MaterialScale {
-    const read = (name: keyof MaterialScale) => valueOf(kMaterial[name], this.#material.get(name));
+    const read = (name: keyof MaterialScale) => valueOfSlider(kMaterial[name], this.#material.get(name));
     return {
       stiffness: read("stiffness"),
       damping: read("damping"),
@@ -52,7 +52,7 @@ export class Sliders {
   }
 
   #readWind(): Wind {
-    const read = (name: keyof typeof kWind) => valueOf(kWind[name], this.#wind.get(name));
+    const read = (name: keyof typeof kWind) => valueOfSlider(kWind[name], this.#wind.get(name));
     const from = (read("bearing") * Math.PI) / 180;
     const speed = read("speed");
     return {
@@ -107,7 +107,7 @@ function addSliders(
   }
 }
 
-function valueOf(slider: Slider, input: HTMLInputElement | undefined): number {
+function valueOfSlider(slider: Slider, input: HTMLInputElement | undefined): number {
   if (!input) return slider.start;
   const at = Number(input.value);
   if (slider.isLogarithmic) return slider.least * (slider.most / slider.least) ** at;

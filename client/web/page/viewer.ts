@@ -198,7 +198,10 @@ export class PageViewer {
   #listen(): void {
     const { query } = this;
     const quality = element<HTMLSelectElement>("quality");
-    quality.addEventListener("change", () => (this.#quality.chosen = quality.value === "auto" ? null : Number(quality.value)));
+    quality.addEventListener(
+      "change",
+      () => (this.#quality.chosen = quality.value === "auto" ? null : Number(quality.value)),
+    );
     const exposure = element<HTMLInputElement>("exposure");
     exposure.addEventListener("input", () => {
       if (this.hair) this.hair.exposure = Number(exposure.value);
@@ -243,7 +246,7 @@ export class PageViewer {
     const { bytesReceived } = room.counters;
     const rate = Math.max(bytesReceived - this.#bytesBefore, 0) / 1000 / spanS;
     this.#bytesBefore = bytesReceived;
-    const delays = [...room.members.values()].map((member) => 1000 * room.delayS(member)).filter((delay) => delay > 0);
+    const delays = [...room.members.values()].map((member) => 1000 * room.delayS(member)).filter((ms) => ms > 0);
     const delay = delays.length > 0 ? delays.sort((a, b) => a - b)[delays.length >> 1] : null;
     this.#graph.add(delay, rate);
     const { drawCalls, strands, cards } = hair.statistics;
@@ -254,7 +257,13 @@ export class PageViewer {
   }
 
   #showState(state: PersistentRoomState, detail: string): void {
-    const texts = { connecting: "connecting", connected: "connected", reconnecting: "reconnecting", closed: "server gone", refused: "refused" };
+    const texts = {
+      connecting: "connecting",
+      connected: "connected",
+      reconnecting: "reconnecting",
+      closed: "server gone",
+      refused: "refused",
+    };
     const shown = element("state");
     shown.dataset.state = state;
     shown.textContent = texts[state];

@@ -21,7 +21,11 @@ const files = [
 
 // The value as JSON, or null where it is an expression. A std::array may have one pair of braces more than it needs.
 function numbersOf(value) {
-  const text = value.replace(/(\d)'/g, "$1").replace(/(\d)f\b/g, "$1").replaceAll("{", "[").replaceAll("}", "]");
+  const text = value
+    .replace(/(\d)'/g, "$1")
+    .replace(/(\d)f\b/g, "$1")
+    .replaceAll("{", "[")
+    .replaceAll("}", "]");
   try {
     const numbers = JSON.parse(text);
     return Array.isArray(numbers) && numbers.length === 1 ? numbers[0] : numbers;
@@ -34,7 +38,9 @@ export function constantsOf(root) {
   const constants = new Map();
   for (const file of files) {
     const text = readFileSync(join(root, file), "utf8").replace(/\/\/.*/g, "");
-    for (const [, declared] of text.matchAll(/constexpr (?:int|float|double|std::size_t|std::array<[^;{]*>) (k[^;]*);/g))
+    for (const [, declared] of text.matchAll(
+      /constexpr (?:int|float|double|std::size_t|std::array<[^;{]*>) (k[^;]*);/g,
+    ))
       for (const each of declared.split(/,\s*(?=k[A-Z])/)) {
         const [, name, value] = each.match(/^(k\w+)(?: = |(?={))(.*)$/s);
         const here = name.replace(/_(\w)/g, (_, letter) => letter.toUpperCase());
@@ -44,6 +50,8 @@ export function constantsOf(root) {
         constants.set(here, JSON.stringify(numbers));
       }
   }
-  const lines = [...constants].map(([name, numbers]) => `export const ${name} = ${numbers}${numbers[0] === "[" ? " as const" : ""};\n`);
+  const lines = [...constants].map(
+    ([name, numbers]) => `export const ${name} = ${numbers}${numbers[0] === "[" ? " as const" : ""};\n`,
+  );
   return `// Made by scripts/constants.mjs of the C++ renderer's constants, which say what each is.\n${lines.join("")}`;
 }

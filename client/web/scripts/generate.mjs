@@ -102,9 +102,9 @@ function generate(scratch) {
   return files;
 }
 
-const scratch = mkdtempSync(join(tmpdir(), "hairnet-schema-"));
+const scratchFolder = mkdtempSync(join(tmpdir(), "hairnet-schema-"));
 try {
-  const files = generate(scratch);
+  const files = generate(scratchFolder);
   for (const folder of ["generated", flatcFolder, join(flatcFolder, classFolder)]) {
     mkdirSync(join(outFolder, folder), { recursive: true });
     for (const name of readdirSync(join(outFolder, folder))) {
@@ -116,5 +116,5 @@ try {
     if (!existsSync(path) || readFileSync(path, "utf8") !== text) writeFileSync(path, text);
   }
 } finally {
-  rmSync(scratch, { recursive: true });
+  rmSync(scratchFolder, { recursive: true });
 }

@@ -29,7 +29,10 @@ class Table {
     const at = this.at(field);
     if (!at) return [];
     const begin = this.bytes.__vector(at);
-    return Array.from({ length: this.bytes.__vector_len(at) }, (_, i) => new Table(this.bytes, this.bytes.__indirect(begin + 4 * i)));
+    return Array.from(
+      { length: this.bytes.__vector_len(at) },
+      (_, i) => new Table(this.bytes, this.bytes.__indirect(begin + 4 * i)),
+    );
   }
   u8(field) {
     return this.at(field) ? this.bytes.readUint8(this.at(field)) : 0;

@@ -77,9 +77,13 @@ export class Deformer {
     for (let p = 0; p < this.pointCount; ++p) {
       const at = 3 * p;
       this.#weigh(at);
-      let ux = 0, uy = 0, uz = 0;
+      let ux = 0;
+      let uy = 0;
+      let uz = 0;
       // The gradient of u along the rest tangent.
-      let gx = 0, gy = 0, gz = 0;
+      let gx = 0;
+      let gy = 0;
+      let gz = 0;
       const direction = tangents ? this.#rest!.direction : null;
       const tx = direction ? direction[at] : 0;
       const ty = direction ? direction[at + 1] : 0;

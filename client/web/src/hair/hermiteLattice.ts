@@ -45,6 +45,7 @@ export class HermiteLattice {
     ];
     turnBack(from, drift, this.#driftFrom);
     turnBack(to, drift, this.#driftTo);
+    // biome-ignore format: a matrix is three rows of three.
     this.#turned.set([
       1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
       2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
@@ -69,13 +70,25 @@ export class HermiteLattice {
     for (let n = 0; n < geometry.activeNodes.length; ++n) {
       nodePosition(geometry.lattice, geometry.activeNodes[n], rest);
       const at = 3 * n;
-      const ax = from.displacement[at], ay = from.displacement[at + 1], az = from.displacement[at + 2];
-      const bx = to.displacement[at], by = to.displacement[at + 1], bz = to.displacement[at + 2];
-      const vx = from.velocity[at], vy = from.velocity[at + 1], vz = from.velocity[at + 2];
-      const ux = to.velocity[at], uy = to.velocity[at + 1], uz = to.velocity[at + 2];
+      const ax = from.displacement[at];
+      const ay = from.displacement[at + 1];
+      const az = from.displacement[at + 2];
+      const bx = to.displacement[at];
+      const by = to.displacement[at + 1];
+      const bz = to.displacement[at + 2];
+      const vx = from.velocity[at];
+      const vy = from.velocity[at + 1];
+      const vz = from.velocity[at + 2];
+      const ux = to.velocity[at];
+      const uy = to.velocity[at + 1];
+      const uz = to.velocity[at + 2];
       // spin x (rest + displacement)
-      const px = rest[0] + ax, py = rest[1] + ay, pz = rest[2] + az;
-      const qx = rest[0] + bx, qy = rest[1] + by, qz = rest[2] + bz;
+      const px = rest[0] + ax;
+      const py = rest[1] + ay;
+      const pz = rest[2] + az;
+      const qx = rest[0] + bx;
+      const qy = rest[1] + by;
+      const qz = rest[2] + bz;
       const fromX = vx + half * (m[0] * ux + m[1] * uy + m[2] * uz - vx) - driftFrom[0] - (wy * pz - wz * py);
       const fromY = vy + half * (m[3] * ux + m[4] * uy + m[5] * uz - vy) - driftFrom[1] - (wz * px - wx * pz);
       const fromZ = vz + half * (m[6] * ux + m[7] * uy + m[8] * uz - vz) - driftFrom[2] - (wx * py - wy * px);
@@ -91,7 +104,10 @@ export class HermiteLattice {
 
 /** conj(a) * b of the heads' rotations, x y z w, with the sign of less than half a turn. */
 function nearerProduct(a: Pose, b: Pose): [number, number, number, number] {
-  const ax = -a[0], ay = -a[1], az = -a[2], aw = a[3];
+  const ax = -a[0];
+  const ay = -a[1];
+  const az = -a[2];
+  const aw = a[3];
   const [bx, by, bz, bw] = b;
   const w = aw * bw - ax * bx - ay * by - az * bz;
   const side = w < 0 ? -1 : 1;
@@ -105,7 +121,10 @@ function nearerProduct(a: Pose, b: Pose): [number, number, number, number] {
 
 /** Rotates a world vector into the axes of the pose's head. */
 function turnBack(pose: Pose, [vx, vy, vz]: readonly [number, number, number], out: Float64Array): void {
-  const x = -pose[0], y = -pose[1], z = -pose[2], w = pose[3];
+  const x = -pose[0];
+  const y = -pose[1];
+  const z = -pose[2];
+  const w = pose[3];
   // v + 2 q x (q x v + w v)
   const cx = y * vz - z * vy + w * vx;
   const cy = z * vx - x * vz + w * vy;

@@ -92,7 +92,8 @@ function latticeFault(lattice: Lattice): string | null {
     if (!(nodes >= 2 && nodes <= kLatticeNodesPerAxisMax)) return `lattice: ${nodes} nodes on an axis, not 2 to 64`;
   }
   for (let axis = 0; axis < 3; ++axis) {
-    if (!(Math.abs(lattice.origin[axis]) <= kLatticeCoordinateMaxM)) return "lattice: origin not finite or too far away";
+    if (!(Math.abs(lattice.origin[axis]) <= kLatticeCoordinateMaxM))
+      return "lattice: origin not finite or too far away";
     if (!(lattice.spacing[axis] > 0 && lattice.spacing[axis] <= kLatticeCoordinateMaxM))
       return "lattice: spacing not finite, not above 0 or too large";
   }

@@ -229,7 +229,8 @@ export class Playout {
 
   /** Advances the play time to `renderTimeNs`. */
   #advance(renderTimeNs: number): void {
-    const target = (this.#target ??= this.#targetDelayNs());
+    this.#target ??= this.#targetDelayNs();
+    const target = this.#target;
     const shown = this.#shown;
     if (!this.#started) {
       this.#started = true;

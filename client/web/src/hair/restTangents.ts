@@ -42,7 +42,9 @@ export function farCardNormals(far: FarCards, rest: RestTangents): Float32Array 
       // One normal for each pair, so that a card is flat across.
       const [ax, ay, az] = [points[p + 3] - points[p], points[p + 4] - points[p + 1], points[p + 5] - points[p + 2]];
       const [bx, by, bz] = [
-        direction[p] + direction[p + 3], direction[p + 1] + direction[p + 4], direction[p + 2] + direction[p + 5],
+        direction[p] + direction[p + 3],
+        direction[p + 1] + direction[p + 4],
+        direction[p + 2] + direction[p + 5],
       ];
       const x = ay * bz - az * by;
       const y = az * bx - ax * bz;

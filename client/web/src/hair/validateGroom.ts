@@ -162,7 +162,7 @@ function checkCloth(what: string, cloth: Cloth, groom: Groom): void {
   }
   if (rootDistanceM.length !== 0 && rootDistanceM.length !== points.end - points.begin)
     refuse(`${what}: distances from the pins are neither none nor one a point`);
-  rootDistanceM.forEach((distance) => checkRange(`${what}: a distance from the pins (m)`, distance, 0, 100));
+  for (const distance of rootDistanceM) checkRange(`${what}: a distance from the pins (m)`, distance, 0, 100);
   checkRange(`${what}: root length (m)`, cloth.rootLengthM, 0, 10);
   checkRange(`${what}: opacity`, cloth.opacity, 0, 1);
 }

@@ -1,17 +1,46 @@
 import type { MemberImportance } from "../hair/hairSource";
 import { ErrorClass, LevelIndex } from "../hair/level";
 import { kPoseNumbers, validatePose, type Pose } from "../hair/pose";
-import { GoodbyeReason, ObserveMode, Role, kGoodbyeReasonLast } from "../generated/enums";
+import { type GoodbyeReason, ObserveMode, Role, kGoodbyeReasonLast } from "../generated/enums";
 import * as fb from "./generated/messages";
 import { hashBytes, type GroomHash } from "./groomHash";
 import {
-  kGroomBytesMax, kGroomChunkBytesMax, kHairStateIntegersMax, kHairStateStepMaxM, kMembersPerMessageMax,
-  kObserveRadiusMaxM, kPosesPerBatchMax, kPositionMaxM, kRoomNameBytesMax, kRoomNameRule, kScreenHeightMax, kTimeMaxNs,
+  kGroomBytesMax,
+  kGroomChunkBytesMax,
+  kHairStateIntegersMax,
+  kHairStateStepMaxM,
+  kMembersPerMessageMax,
+  kObserveRadiusMaxM,
+  kPosesPerBatchMax,
+  kPositionMaxM,
+  kRoomNameBytesMax,
+  kRoomNameRule,
+  kScreenHeightMax,
+  kTimeMaxNs,
   kTokenBytesMax,
 } from "../generated/limits";
 import {
-  checkCharacter, checkInteger, checkLevel, checkMember, checkMembers, checkNumbers, enumOf, hashOf, invalid, kUtf8,
-  levelOf, membersOf, secretOf, textOf, timeOf, vectorOf, wholeNs, words, writeHash, type Builder, type ClientCodec,
+  checkCharacter,
+  checkInteger,
+  checkLevel,
+  checkMember,
+  checkMembers,
+  checkNumbers,
+  enumOf,
+  hashOf,
+  invalid,
+  kUtf8,
+  levelOf,
+  membersOf,
+  secretOf,
+  textOf,
+  timeOf,
+  vectorOf,
+  wholeNs,
+  words,
+  writeHash,
+  type Builder,
+  type ClientCodec,
   type Offset,
 } from "./messageCodec";
 import { fitText } from "./text";
@@ -321,7 +350,13 @@ const setMaterial: ClientCodec<SetMaterial> = {
     fb.SetMaterial.addScale(
       to,
       fb.MaterialScale.createMaterialScale(
-        to, s.stiffness, s.damping, s.density, s.etherDamping, s.airDrag, s.gelPerS2,
+        to,
+        s.stiffness,
+        s.damping,
+        s.density,
+        s.etherDamping,
+        s.airDrag,
+        s.gelPerS2,
       ),
     );
     fb.SetMaterial.addCharacter(to, character);
@@ -369,7 +404,15 @@ const setWind: ClientCodec<SetWind> = {
     fb.SetWind.addWind(
       to,
       fb.Wind.createWind(
-        to, x, y, z, w.gustRatio, w.gustPeriodS, w.turbulenceRmsMPerS, w.turbulenceScaleM, BigInt.asUintN(64, w.seed),
+        to,
+        x,
+        y,
+        z,
+        w.gustRatio,
+        w.gustPeriodS,
+        w.turbulenceRmsMPerS,
+        w.turbulenceScaleM,
+        BigInt.asUintN(64, w.seed),
       ),
     );
     return fb.SetWind.endSetWind(to);
@@ -542,13 +585,37 @@ const goodbye: ClientCodec<Goodbye> = {
 };
 
 export type ClientMessage =
-  | Hello | GroomOffer | GroomChunk | AddCharacter | SetLevel | RemoveCharacter | PoseBatch | SetMaterial | SetWind
-  | Observe | ReportImportance | RequestKeyframes | GroomRequest | Goodbye;
+  | Hello
+  | GroomOffer
+  | GroomChunk
+  | AddCharacter
+  | SetLevel
+  | RemoveCharacter
+  | PoseBatch
+  | SetMaterial
+  | SetWind
+  | Observe
+  | ReportImportance
+  | RequestKeyframes
+  | GroomRequest
+  | Goodbye;
 
 /** @internal Types of the package do not show generated code. */
 export const clientCodecs: { readonly [M in ClientMessage as M["type"]]: ClientCodec<M> } = {
-  hello, groomOffer, groomChunk, addCharacter, setLevel, removeCharacter, poseBatch, setMaterial, setWind, observe,
-  reportImportance, requestKeyframes, groomRequest, goodbye,
+  hello,
+  groomOffer,
+  groomChunk,
+  addCharacter,
+  setLevel,
+  removeCharacter,
+  poseBatch,
+  setMaterial,
+  setWind,
+  observe,
+  reportImportance,
+  requestKeyframes,
+  groomRequest,
+  goodbye,
 };
 
 /** @internal */

@@ -80,7 +80,9 @@ export class EventQueue {
   }
 
   #withDiscontinuities(batch: FrameBatch): FrameBatch {
-    const frames = batch.frames.map((frame) => (this.#discontinuityPending.delete(frame.member) ? { ...frame, discontinuous: true } : frame));
+    const frames = batch.frames.map((frame) =>
+      this.#discontinuityPending.delete(frame.member) ? { ...frame, discontinuous: true } : frame,
+    );
     return { ...batch, frames };
   }
 }

@@ -152,7 +152,11 @@ function readRootBlends(from: fb.Groom): Float32Array[] {
 /** Hands out the points after the strands'; whether they are there is checked with the whole groom. */
 function pointCounter(first: number): (count: number) => g.PointRange {
   let next = first;
-  return (count) => ({ begin: next, end: (next += count) });
+  return (count) => {
+    const begin = next;
+    next += count;
+    return { begin, end: next };
+  };
 }
 
 function colourOf(from: fb.Vec3): g.Colour {

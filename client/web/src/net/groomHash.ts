@@ -1,4 +1,4 @@
-import { blake2b } from "@noble/hashes/blake2b";
+import { blake2b } from "@noble/hashes/blake2.js";
 import { HairnetError } from "../hair/hairnetError";
 
 /** BLAKE2b-256 of a groom's file, as 64 lower-case hexadecimal digits. */

@@ -517,7 +517,5 @@ const kClosedHere = "closed by this client";
 /** A refusal of a whole groom; a chunk alone may have come where none was asked for. */
 function endsUpload(error: m.ErrorMessage): boolean {
   const { reason, character } = error;
-  return (
-    reason !== ErrorReason.groomUnavailable && reason !== ErrorReason.unexpectedMessage && character === 0
-  );
+  return reason !== ErrorReason.groomUnavailable && reason !== ErrorReason.unexpectedMessage && character === 0;
 }

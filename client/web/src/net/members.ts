@@ -182,7 +182,8 @@ export class Members {
    */
   dropPreviousNumber(session: bigint, character: number, number: number): number | null {
     for (const [other, member] of this.#members) {
-      if (member.confirmed || other === number || member.session !== session || member.character !== character) continue;
+      if (member.confirmed || other === number || member.session !== session || member.character !== character)
+        continue;
       this.#members.delete(other);
       return other;
     }
@@ -241,7 +242,7 @@ export class Members {
     const slot = (member.newest + 1) % kSlotCount;
     const next = member.history[slot];
     next.valid = false;
-    if (!decodeFrame(frame.content, history, frame.order, level && level.neighbours, frame.velocities, next.integers))
+    if (!decodeFrame(frame.content, history, frame.order, level?.neighbours ?? null, frame.velocities, next.integers))
       return false;
     dequantisePose(next.integers.bones, member.pose);
     if (poseFault(member.pose)) return false;
@@ -252,11 +253,12 @@ export class Members {
     member.newest = slot;
     decoded.integers = next.integers;
     decoded.pose = member.pose;
-    decoded.geometry = level && level.geometry;
+    decoded.geometry = level?.geometry ?? null;
     return true;
   }
 
   #levelOf(member: Member, level: LevelIndex): KnownLevel | undefined {
-    return (member.levels[level] ??= this.#levels.get(levelKey(member.groom, level)));
+    member.levels[level] ??= this.#levels.get(levelKey(member.groom, level));
+    return member.levels[level];
   }
 }

@@ -15,8 +15,9 @@ export type Offset = flatbuffers.Offset;
 
 /** A message has the name of its table in the schema, but for the case of the first letter. */
 export type TableName<M extends { readonly type: string }> = Capitalize<M["type"]> & keyof typeof fb;
-export type TableOf<M extends { readonly type: string }> =
-  (typeof fb)[TableName<M>] extends new () => infer Table ? Table : never;
+export type TableOf<M extends { readonly type: string }> = (typeof fb)[TableName<M>] extends new () => infer Table
+  ? Table
+  : never;
 
 /** How a message is read from its table. */
 export interface MessageReader<M extends { readonly type: string }> {
@@ -51,8 +52,7 @@ export function timeOf(ns: bigint, name: string): number {
 export function textOf(bytes: string | Uint8Array | null, name: string): string {
   if (bytes === null) return "";
   const text = decodeText(bytes as Uint8Array);
-  if (text === null)
-    throw invalid(`${name}: not UTF-8 of at most ${kTextBytesMax} bytes free of control characters`);
+  if (text === null) throw invalid(`${name}: not UTF-8 of at most ${kTextBytesMax} bytes free of control characters`);
   return text;
 }
 

@@ -6,7 +6,15 @@ import type { ServerMessage } from "./serverMessages";
 export type * from "./clientMessages";
 export type * from "./serverMessages";
 export * from "../generated/limits";
-export { ErrorReason, GoodbyeReason, GroomState, ObserveMode, Role, kErrorReasonLast, kGoodbyeReasonLast } from "../generated/enums";
+export {
+  ErrorReason,
+  GoodbyeReason,
+  GroomState,
+  ObserveMode,
+  Role,
+  kErrorReasonLast,
+  kGoodbyeReasonLast,
+} from "../generated/enums";
 
 export type Message = ClientMessage | ServerMessage;
 

@@ -23,6 +23,7 @@ const readers = new Map<fb.Body, Reader>();
 for (const [key, reader] of Object.entries({ ...clientCodecs, ...serverReaders })) {
   const type = key as Message["type"];
   const name = tableName(type);
+  // biome-ignore lint/performance/noDynamicNamespaceImportAccess: every message needs its table.
   readers.set(fb.Body[name], { type, table: fb[name], read: reader.read } as Reader);
 }
 

@@ -33,7 +33,9 @@ export class SendQueue {
 
   /** In batches as large as may be. A dropped pose's teleport passes to the character's next pose. */
   pushPoses(poses: readonly PoseSample[]): void {
-    const fresh = poses.map((pose) => (this.#teleportPending.delete(pose.character) ? { ...pose, teleport: true } : pose));
+    const fresh = poses.map((pose) =>
+      this.#teleportPending.delete(pose.character) ? { ...pose, teleport: true } : pose,
+    );
     for (let begin = 0; begin < fresh.length; begin += kPosesPerBatchMax) {
       this.#messages.push({ type: "poseBatch", poses: fresh.slice(begin, begin + kPosesPerBatchMax) });
       if (++this.#poseBatchCount > kPoseBatchesMax) this.#dropOldestPoses();

@@ -6,7 +6,16 @@ import { decodeFrames, type CodedFrame } from "./frameBatch";
 import type { GroomHash } from "./groomHash";
 import { kGroomBytesMax, kGroomChunkBytesMax, kTickRateMaxHz } from "../generated/limits";
 import {
-  enumOf, hashOf, invalid, kUtf8, levelOf, secretOf, textOf, timeOf, vectorOf, type MessageReader,
+  enumOf,
+  hashOf,
+  invalid,
+  kUtf8,
+  levelOf,
+  secretOf,
+  textOf,
+  timeOf,
+  vectorOf,
+  type MessageReader,
 } from "./messageCodec";
 
 // What a server says to its client. A message is its interface, its reader below it, and its name in `ServersAlone` and
@@ -209,12 +218,30 @@ const error: MessageReader<ErrorMessage> = {
 
 /** `Goodbye` is either side's. */
 type ServersAlone =
-  | Welcome | GroomNeed | GroomStatus | GroomData | CharacterAdded | CharacterRemoved | MemberJoined | MemberLeft
-  | LevelRecord | CodedFrameBatch | ErrorMessage;
+  | Welcome
+  | GroomNeed
+  | GroomStatus
+  | GroomData
+  | CharacterAdded
+  | CharacterRemoved
+  | MemberJoined
+  | MemberLeft
+  | LevelRecord
+  | CodedFrameBatch
+  | ErrorMessage;
 export type ServerMessage = ServersAlone | Goodbye;
 
 /** @internal Types of the package do not show generated code. */
 export const serverReaders: { readonly [M in ServersAlone as M["type"]]: MessageReader<M> } = {
-  welcome, groomNeed, groomStatus, groomData, characterAdded, characterRemoved, memberJoined, memberLeft, levelRecord,
-  frameBatch, error,
+  welcome,
+  groomNeed,
+  groomStatus,
+  groomData,
+  characterAdded,
+  characterRemoved,
+  memberJoined,
+  memberLeft,
+  levelRecord,
+  frameBatch,
+  error,
 };

@@ -4,8 +4,9 @@ export { kTextBytesMax };
 
 const decoder = new TextDecoder("utf-8", { fatal: true, ignoreBOM: true });
 const encoder = new TextEncoder();
-const kControl = /[\u0000-\u001f\u007f-\u009f]/;
-const kControls = new RegExp(kControl, "g");
+// Unicode's control characters: U+0000 to U+001F and U+007F to U+009F.
+const kControl = /\p{Cc}/u;
+const kControls = /\p{Cc}/gu;
 const kLoneSurrogates = /[\ud800-\udbff](?![\udc00-\udfff])|(?<![\ud800-\udbff])[\udc00-\udfff]/g;
 
 /** The text of these bytes, or null: not UTF-8, with control characters, or too long. */

@@ -1,4 +1,4 @@
-import { LevelIndex } from "../hair/level";
+import type { LevelIndex } from "../hair/level";
 import { validatePose, type Pose } from "../hair/pose";
 import type { Link } from "../net/link";
 import type { MaterialScale } from "../net/messages";

@@ -108,9 +108,7 @@ export class GroomDrawing {
       strand: new BufferAttribute(points.strand, 1),
     };
     const strandCount = { value: Math.max(geometry.strandCount, 1) };
-    this.#strands = points.lists.map((list) =>
-      make("strand", strands, list.triangles, { strand_count: strandCount }),
-    );
+    this.#strands = points.lists.map((list) => make("strand", strands, list.triangles, { strand_count: strandCount }));
     const parts = [this.#body, this.#fabric, this.#cards, ...this.#strands, this.#farCards];
     this.#parts = parts.filter((part) => part !== null);
     for (const part of this.#parts) group.add(part.mesh);
@@ -217,7 +215,13 @@ const kOrder: Record<HairPart, number> = { body: 0, fabric: 1, card: 2, strand: 
 class Part {
   readonly mesh: Mesh<InstancedBufferGeometry, RawShaderMaterial>;
 
-  constructor(part: HairPart, attributes: Attributes, triangles: Uint32Array, material: RawShaderMaterial, uniforms: SceneUniforms) {
+  constructor(
+    part: HairPart,
+    attributes: Attributes,
+    triangles: Uint32Array,
+    material: RawShaderMaterial,
+    uniforms: SceneUniforms,
+  ) {
     const geometry = new InstancedBufferGeometry();
     for (const [name, attribute] of Object.entries(attributes)) {
       // The body's shader has another name for this attribute.

@@ -52,7 +52,11 @@ export class SceneUniforms {
 /**
  * A material for one part of one groom. `own`: its uniforms beside the shared ones, including first_record and copies.
  */
-export function makeMaterial(part: HairPart, shared: SceneUniforms, own: Record<string, IUniform> = {}): RawShaderMaterial {
+export function makeMaterial(
+  part: HairPart,
+  shared: SceneUniforms,
+  own: Record<string, IUniform> = {},
+): RawShaderMaterial {
   return new RawShaderMaterial({
     name: `hairnet ${part}`,
     side: DoubleSide,

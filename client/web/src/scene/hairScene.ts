@@ -1,4 +1,11 @@
-import { Group, type Camera, type Object3D, type Object3DEventMap, type RawShaderMaterial, type WebGLRenderer } from "three";
+import {
+  Group,
+  type Camera,
+  type Object3D,
+  type Object3DEventMap,
+  type RawShaderMaterial,
+  type WebGLRenderer,
+} from "three";
 import { kLatticeLayersMax, kStrayM } from "../generated/constants";
 import type { HairSource, MemberImportance, ShownMember } from "../hair/hairSource";
 import type { LatticeLayer } from "../hair/latticeBlend";

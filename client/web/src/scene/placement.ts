@@ -23,7 +23,10 @@ export function place(character: HairCharacter, pose: Pose, room: Matrix4): { po
     const head = new Vector3(pose[4], pose[5], pose[6]);
     for (let at = 0; at < kBoneCount * kNumbersPerBone; at += kNumbersPerBone) {
       const turn = rotation.clone().multiply(toHead);
-      const offset = new Vector3(pose[at + 4], pose[at + 5], pose[at + 6]).sub(head).applyQuaternion(turn).multiplyScalar(size);
+      const offset = new Vector3(pose[at + 4], pose[at + 5], pose[at + 6])
+        .sub(head)
+        .applyQuaternion(turn)
+        .multiplyScalar(size);
       const own = turn.multiply(new Quaternion(pose[at], pose[at + 1], pose[at + 2], pose[at + 3]));
       put(placed, at, own, offset.add(position));
     }

@@ -50,7 +50,9 @@ export function shader(name: string): string {
 
 /** The same of another shader's text. */
 export function withIncludes(text: string): string {
-  return resolve(text, new Set()).replace(/^#version.*$/gm, "").trimStart();
+  return resolve(text, new Set())
+    .replace(/^#version.*$/gm, "")
+    .trimStart();
 }
 
 function resolve(text: string, included: Set<string>): string {

@@ -71,7 +71,7 @@ export class VrmHair {
 
   dispose(): void {
     this.wear(null);
-    this.hiddenMeshes.forEach((mesh, n) => (mesh.visible = this.#meshWasVisible[n]));
+    for (const [n, mesh] of this.hiddenMeshes.entries()) mesh.visible = this.#meshWasVisible[n];
     this.skeleton.dispose();
   }
 

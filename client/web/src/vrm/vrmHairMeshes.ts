@@ -51,7 +51,6 @@ function shareOf(mesh: SkinnedMesh, bones: Set<Object3D>): number {
 export function heaviest(mesh: SkinnedMesh, vertex: number): number {
   const { skinIndex, skinWeight } = mesh.geometry.attributes;
   let best = 0;
-  for (let i = 1; i < 4; ++i)
-    if (skinWeight.getComponent(vertex, i) > skinWeight.getComponent(vertex, best)) best = i;
+  for (let i = 1; i < 4; ++i) if (skinWeight.getComponent(vertex, i) > skinWeight.getComponent(vertex, best)) best = i;
   return skinIndex.getComponent(vertex, best);
 }

@@ -98,7 +98,9 @@ describe("whole grooms", () => {
       expect(furthest(blend, each.rootBlend)).toBeLessThan(2e-6);
       expect(furthest(rest.direction, each.direction)).toBeLessThan(1e-6);
       for (let p = 0; p < blend.length; ++p)
-        expect(Math.abs(rest.blendSlope[p] - each.blendSlope[p])).toBeLessThan(1e-5 * (10 + Math.abs(each.blendSlope[p])));
+        expect(Math.abs(rest.blendSlope[p] - each.blendSlope[p])).toBeLessThan(
+          1e-5 * (10 + Math.abs(each.blendSlope[p])),
+        );
       const deformer = new Deformer(geometryOf(each.geometry).lattice, groom.points, blend, "quadratic", rest);
       const out = { points: new Float32Array(groom.points.length), tangents: new Float32Array(groom.points.length) };
       deformer.deform(Float32Array.from(each.grid), out);

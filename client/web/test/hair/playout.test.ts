@@ -152,7 +152,7 @@ describe("switches of level", () => {
   const points = Float32Array.from({ length: 60 }, (_, i) => 0.15 + 0.1 * Math.sin(3 * i));
 
   it("stay within the layers there are, and leave out the weakest alone, however many follow each other", () => {
-    const shapes = [0, 1, 4].map((level) => blended(points, new LatticeBlend().update(sampleAt(level, 0, 0.01))));
+    const shapes = [0, 1, 4].map((each) => blended(points, new LatticeBlend().update(sampleAt(each, 0, 0.01))));
     const apart = Math.max(...shapes.flatMap((a) => shapes.map((b) => furthest(a, b))));
     const blend = new LatticeBlend();
     let level = 0;

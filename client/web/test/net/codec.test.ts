@@ -40,7 +40,12 @@ describe("frame codec", () => {
       const history = each.history.map(integersOf);
       orders.add(history.length);
       const decoded = decodeFrame(
-        fromHex(each.content), history, history.length, neighboursOf(each), each.has_velocities, out,
+        fromHex(each.content),
+        history,
+        history.length,
+        neighboursOf(each),
+        each.has_velocities,
+        out,
       );
       expect(decoded, each.name).toBe(true);
       expect(Array.from(out.bones), each.name).toEqual(each.bones);

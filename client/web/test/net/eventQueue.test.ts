@@ -19,17 +19,25 @@ function batch(tick: number, members: readonly number[], discontinuous = false):
   return { type: "frameBatch", tick, sampleTimeNs: tick, frames: frames as unknown as Frame[] };
 }
 const jumps = (queue: EventQueue) =>
-  queue.takeAll().flatMap((event) => (event.type === "frameBatch" ? event.frames.map((f) => [f.member, f.discontinuous]) : []));
+  queue
+    .takeAll()
+    .flatMap((event) => (event.type === "frameBatch" ? event.frames.map((f) => [f.member, f.discontinuous]) : []));
 
 test("a jump whose frame was dropped parts the character's next frame, queued by then or not", () => {
   const queue = new EventQueue();
   queue.push(batch(1, [1, 2], true));
   queue.push(batch(2, [2, 3]));
   expect(queue.framesDropped).toBe(2);
-  expect(jumps(queue)).toEqual([[2, true], [3, false]]);
+  expect(jumps(queue)).toEqual([
+    [2, true],
+    [3, false],
+  ]);
   queue.push(batch(3, [3]));
   queue.push(batch(4, [1]));
-  expect(jumps(queue)).toEqual([[3, false], [1, true]]);
+  expect(jumps(queue)).toEqual([
+    [3, false],
+    [1, true],
+  ]);
   queue.push(batch(5, [1]));
   expect(jumps(queue)).toEqual([[1, false]]);
 });
@@ -40,5 +48,8 @@ test("a discontinuity is not passed on past a member that has left", () => {
   queue.push(batch(2, [2]));
   queue.push({ type: "memberLeft", member: 1 });
   queue.push(batch(3, [1]));
-  expect(jumps(queue)).toEqual([[2, false], [1, false]]);
+  expect(jumps(queue)).toEqual([
+    [2, false],
+    [1, false],
+  ]);
 });

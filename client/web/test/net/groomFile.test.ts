@@ -29,7 +29,10 @@ describe("groom files", () => {
     }
     const grooms = cases.map((each) => each.groom as Groom);
     for (const part of ["clumps", "threads", "cards", "cloths", "knots", "rootBlends"] as const)
-      expect(grooms.some((groom) => groom[part].length > 0), part).toBe(true);
+      expect(
+        grooms.some((groom) => groom[part].length > 0),
+        part,
+      ).toBe(true);
   });
 
   it("hashes a file as C++ does", () => {

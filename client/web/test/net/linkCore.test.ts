@@ -192,7 +192,10 @@ describe("link: grooms", () => {
   });
 
   it("says what is wrong with a groom that is not the one asked for, or has gaps", () => {
-    for (const [hash, offset] of [[groom, 0], [hashGroom(file), 7]] as const) {
+    for (const [hash, offset] of [
+      [groom, 0],
+      [hashGroom(file), 7],
+    ] as const) {
       const driver = new LinkCoreDriver();
       driver.join();
       driver.events();
@@ -386,8 +389,15 @@ describe("link: coming back", () => {
     const hash = driver.core.offerGroom(file);
     driver.core.send(addCharacter(7, hash, LevelIndex.low));
     driver.core.send({
-      type: "observe", mode: ObserveMode.nearest, count: 5, radiusM: 0, from: null, members: [],
-      errorClass: ErrorClass.halfMm, stride: 1, velocities: true,
+      type: "observe",
+      mode: ObserveMode.nearest,
+      count: 5,
+      radiusM: 0,
+      from: null,
+      members: [],
+      errorClass: ErrorClass.halfMm,
+      stride: 1,
+      velocities: true,
     });
     driver.sent();
     driver.tell({ type: "groomStatus", hash, state: GroomState.ready });
@@ -416,7 +426,12 @@ describe("link: coming back", () => {
     const setWind = (gustRatio: number): m.SetWind => ({
       type: "setWind",
       wind: {
-        meanMPerS: [1, 0, 0], gustRatio, gustPeriodS: 4, turbulenceRmsMPerS: 0, turbulenceScaleM: 0.6, seed: 1n,
+        meanMPerS: [1, 0, 0],
+        gustRatio,
+        gustPeriodS: 4,
+        turbulenceRmsMPerS: 0,
+        turbulenceScaleM: 0.6,
+        seed: 1n,
       },
     });
     for (const gustRatio of [0, 0.5]) driver.core.send(setWind(gustRatio));
@@ -528,7 +543,11 @@ describe("link: coming back", () => {
     expect(said.map((message) => message.type)).toContain("addCharacter");
     driver.events();
     const exists: m.ErrorMessage = {
-      type: "error", reason: ErrorReason.characterExists, character: 7, groom: null, detail: "",
+      type: "error",
+      reason: ErrorReason.characterExists,
+      character: 7,
+      groom: null,
+      detail: "",
     };
     driver.tell(exists);
     expect(driver.events()).toEqual([]);
@@ -553,7 +572,7 @@ describe("link: coming back", () => {
     const bits: number[] = new Array(14).fill(0);
     for (let bone = 0; bone < 5; ++bone) bits.push(1, 1, 0, 1, 1, 1, 1, 1, 1, 1);
     const bytes = new Uint8Array(Math.ceil(bits.length / 8));
-    bits.forEach((bit, i) => (bytes[i >> 3] |= bit << (i & 7)));
+    for (const [i, bit] of bits.entries()) bytes[i >> 3] |= bit << (i & 7);
     return bytes;
   }
 });

@@ -22,7 +22,14 @@ const cases = vectors<PacketVector[]>("packets.json");
 const kClientTypes = new Set(Object.keys(clientCodecs));
 // 64-bit numbers that are numbers here: text in the vectors.
 const kWide = new Set([
-  "clockNs", "captureTimeNs", "sampleTimeNs", "poseDelayNs", "tick", "offset", "byteCount", "groomBytesMax",
+  "clockNs",
+  "captureTimeNs",
+  "sampleTimeNs",
+  "poseDelayNs",
+  "tick",
+  "offset",
+  "byteCount",
+  "groomBytesMax",
 ]);
 
 /** Like the vectors, but with wide numbers rounded on both sides. */
@@ -147,7 +154,8 @@ describe("spoilt packets", () => {
         const kind = below(4);
         if (kind === 0) packet[at] ^= 1 << below(8);
         else if (kind === 1) packet[at] = below(256);
-        else if (kind === 2 && at + 4 <= packet.length) view.setUint32(at, [0, 1, 0x7fffffff, 0xffffffff][below(4)], true);
+        else if (kind === 2 && at + 4 <= packet.length)
+          view.setUint32(at, [0, 1, 0x7fffffff, 0xffffffff][below(4)], true);
         else if (at + 2 <= packet.length) view.setUint16(at, [0, 0x7fff, 0x8000, 0xffff][below(4)], true);
       }
       const result = attempt(packet);
@@ -211,7 +219,15 @@ describe("what a client may not say", () => {
     [
       "a stride of 3",
       {
-        type: "observe", mode: 0, count: 0, radiusM: 0, from: null, members: [], errorClass: 1, stride: 3, velocities: true,
+        type: "observe",
+        mode: 0,
+        count: 0,
+        radiusM: 0,
+        from: null,
+        members: [],
+        errorClass: 1,
+        stride: 3,
+        velocities: true,
       },
     ],
     ["a screen height below 0", { type: "reportImportance", members: [{ member: 1, screenHeight: -1, inView: true }] }],

@@ -69,7 +69,8 @@ test("a headset's eyes are where the pose has them, and its trunk stays upright"
   const seen = (tracked: boolean): HeadsetView => ({
     getReferenceSpace: () => ({}) as XRReferenceSpace,
     getFrame: () => ({
-      getViewerPose: () => (tracked ? ({ transform: { matrix: new Float32Array(matrix.elements) } } as unknown as XRViewerPose) : undefined),
+      getViewerPose: () =>
+        tracked ? ({ transform: { matrix: new Float32Array(matrix.elements) } } as unknown as XRViewerPose) : undefined,
     }),
   });
   const head = new OwnHead();

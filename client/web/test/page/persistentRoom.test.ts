@@ -36,7 +36,12 @@ afterEach(() => {
 function begin(room = "hall"): { states: PersistentRoomState[]; session: PersistentRoom; started: Promise<void> } {
   const states: PersistentRoomState[] = [];
   const query = { room, server: "http://localhost:7420", token: "", observe: false };
-  const session = new PersistentRoom(query, () => {}, (state) => states.push(state), () => {});
+  const session = new PersistentRoom(
+    query,
+    () => {},
+    (state) => states.push(state),
+    () => {},
+  );
   return { states, session, started: session.start() };
 }
 

@@ -43,7 +43,13 @@ class ServedRoom {
   }
   /** A rigid frame at the origin, after which no other comes. */
   receiveAsleep(member: number): void {
-    const frame = { member, level: LevelIndex.rigid, errorClass: ErrorClass.halfMm, discontinuous: false, asleep: true };
+    const frame = {
+      member,
+      level: LevelIndex.rigid,
+      errorClass: ErrorClass.halfMm,
+      discontinuous: false,
+      asleep: true,
+    };
     const rest = { velocities: false, order: 0, stride: 1, stepStride: 1, content: rigidContent() };
     this.receive({ type: "frameBatch", tick: 1, sampleTimeNs: this.nowNs, frames: [{ ...frame, ...rest }] });
   }
@@ -136,7 +142,9 @@ test("all own characters exist when a new server swaps their numbers, and their 
   add(0, 1);
   add(1, 2);
   served.room.sample(0);
-  const playouts = own.map(({ character }) => [...served.room.members.values()].find((one) => one.character === character)!.playout);
+  const playouts = own.map(
+    ({ character }) => [...served.room.members.values()].find((one) => one.character === character)!.playout,
+  );
   served.socket.onclose?.({ code: 1006, reason: "" });
   served.nowNs += 20 * kSecond;
   served.room.sample(0);
@@ -216,6 +224,6 @@ function rigidContent(): Uint8Array {
   const bits: number[] = new Array(14).fill(0);
   for (let bone = 0; bone < 5; ++bone) bits.push(1, 1, 0, 1, 1, 1, 1, 1, 1, 1);
   const bytes = new Uint8Array(Math.ceil(bits.length / 8));
-  bits.forEach((bit, i) => (bytes[i >> 3] |= bit << (i & 7)));
+  for (const [i, bit] of bits.entries()) bytes[i >> 3] |= bit << (i & 7);
   return bytes;
 }

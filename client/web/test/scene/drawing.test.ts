@@ -56,7 +56,11 @@ describe("records", () => {
     records.begin(40);
     for (let n = 0; n < 40; ++n) expect(records.add({ ...record, widthM: n })).toBe(n);
     records.end();
-    const { data, width, height } = records.texture.image as unknown as { data: Float32Array; width: number; height: number };
+    const { data, width, height } = records.texture.image as unknown as {
+      data: Float32Array;
+      width: number;
+      height: number;
+    };
     expect(height).toBeGreaterThanOrEqual(40);
     for (let n = 0; n < 40; ++n) expect(data[4 * (n * width + 2) + 3]).toBe(n);
   });
@@ -100,7 +104,9 @@ describe("draw calls", () => {
   const group = new Group();
   const uniforms = new SceneUniforms(new CharacterRecords().texture, new Lattices().texture, new Texture());
   const materials: RawShaderMaterial[] = [];
-  const drawing = new GroomDrawing(makeGroomGeometry(madeGroom()), group, uniforms, (material) => materials.push(material));
+  const drawing = new GroomDrawing(makeGroomGeometry(madeGroom()), group, uniforms, (material) =>
+    materials.push(material),
+  );
   const at = (px: number) => {
     const detail = detailFor(px, 1, drawing.strandCount, drawing.waviness);
     return { detail: { ...detail, cards: 0 }, list: drawing.listFor(detail.toleranceM) };
@@ -108,11 +114,18 @@ describe("draw calls", () => {
 
   test("characters of one groom and one drawing level share one", () => {
     const drawn = counts();
-    drawing.show(Array.from({ length: 20 }, () => at(400)), 5, drawn);
+    drawing.show(
+      Array.from({ length: 20 }, () => at(400)),
+      5,
+      drawn,
+    );
     expect(drawn.drawCalls).toBe(2); // body, strands
     const strand = group.children.filter((mesh) => mesh.visible && mesh.name === "hairnet strand");
     expect(strand).toHaveLength(1);
-    const { geometry, material } = strand[0] as unknown as { geometry: { instanceCount: number }; material: RawShaderMaterial };
+    const { geometry, material } = strand[0] as unknown as {
+      geometry: { instanceCount: number };
+      material: RawShaderMaterial;
+    };
     expect(geometry.instanceCount).toBe(20 * material.uniforms.copies.value);
     expect(material.uniforms.first_record.value).toBe(5);
   });
@@ -144,7 +157,7 @@ describe("draw calls", () => {
     const firsts = group.children
       .filter((mesh) => mesh.visible && mesh.name === "hairnet strand")
       .map((mesh) => (mesh as unknown as { material: RawShaderMaterial }).material.uniforms.first_record.value);
-    expect(firsts.sort()).toEqual([0, 2]);
+    expect(firsts.sort((a, b) => a - b)).toEqual([0, 2]);
   });
 
   test("with details of their own, too, all are drawn: those of one list together", () => {
@@ -152,12 +165,17 @@ describe("draw calls", () => {
     const geometry = { ...made, farCards: { ...made.farCards, triangles: Uint32Array.of(0, 1, 2) }, farCardCount: 3 };
     const hall = new Group();
     const mixed = new GroomDrawing(geometry, hall, uniforms, () => {});
-    const one = (list: number, cards: number) => ({ list, detail: { ...detailFor(400, 1, 40, 0), followHairCount: 0, cards } });
+    const one = (list: number, cards: number) => ({
+      list,
+      detail: { ...detailFor(400, 1, 40, 0), followHairCount: 0, cards },
+    });
     const shown = [one(1, 0), one(0, 0.5), one(1, 0.5), one(0, 0), one(2, 1), one(0, 1)].sort(inDrawingOrder);
     const drawn = counts();
     mixed.show(shown, 0, drawn);
     const strands = hall.children.filter((mesh) => mesh.visible && mesh.name === "hairnet strand");
-    const instances = strands.map((mesh) => (mesh as unknown as { geometry: { instanceCount: number } }).geometry.instanceCount);
+    const instances = strands.map(
+      (mesh) => (mesh as unknown as { geometry: { instanceCount: number } }).geometry.instanceCount,
+    );
     expect(instances).toEqual([2, 2]);
     expect(drawn.cards).toBeGreaterThanOrEqual(3 * 4);
   });
@@ -234,7 +252,16 @@ describe("how a head is seen", () => {
 });
 
 test("shaders contain each included file once, and no version line", () => {
-  for (const name of ["strand.vert", "strand.frag", "card.vert", "card.frag", "body.vert", "body.frag", "fabric.vert", "fabric.frag"]) {
+  for (const name of [
+    "strand.vert",
+    "strand.frag",
+    "card.vert",
+    "card.frag",
+    "body.vert",
+    "body.frag",
+    "fabric.vert",
+    "fabric.frag",
+  ]) {
     const text = shader(name);
     expect(text).not.toMatch(/^#(include|version)/m);
     expect(text.match(/uniform mat4 viewMatrix/g)).toHaveLength(1);

@@ -67,8 +67,8 @@ function near(name: string, a: ArrayLike<number>, b: ArrayLike<number>, most: nu
 }
 
 /** Numbers `first` to `first + size` of each run of `every`. */
-function column(all: ArrayLike<number>, every: number, first: number, size: number): number[] {
-  return Array.from(all).filter((_, i) => i % every >= first && i % every < first + size);
+function column(values: ArrayLike<number>, every: number, first: number, size: number): number[] {
+  return Array.from(values).filter((_, i) => i % every >= first && i % every < first + size);
 }
 
 function expectMesh(name: string, mesh: MeshArrays, vector: MeshVector, restSize = 4): void {
@@ -119,7 +119,12 @@ describe.each(all.geometry.map((vector) => ({ vector, groom: decodeGroom(fromHex
       near("fabric albedo", column(geometry.fabric.extra, 5, 0, 4), floats(expected.fabric.albedo), 0);
       near("fabric cord", column(geometry.fabric.extra, 5, 4, 1), floats(expected.fabric.cord), 0);
       expectMesh("body", geometry.body, expected.body, 3);
-      near("body shares", geometry.body.extra.map((share) => Math.round(255 * share)), fromHex(expected.body.shares), kByte);
+      near(
+        "body shares",
+        geometry.body.extra.map((share) => Math.round(255 * share)),
+        fromHex(expected.body.shares),
+        kByte,
+      );
       near("waviness", [geometry.waviness], [expected.waviness], kDetail);
       near("radius", [geometry.radiusM], [expected.radiusM], kPointM);
     });
@@ -164,9 +169,24 @@ test("the studio's lights stand in the same places about the camera and have the
     camera.lookAt(target[0], target[1], target[2]);
     camera.updateMatrixWorld();
     studioLights(camera, rig);
-    near("towards", rig.towards.flatMap((light) => light.toArray()), towards, kDirection);
-    near("colours", rig.colours.flatMap((light) => light.toArray()), colours, kDirection);
-    near("ambient", [rig.ambientAbove, rig.ambientBelow].flatMap((light) => light.toArray()), ambient, kDirection);
+    near(
+      "towards",
+      rig.towards.flatMap((light) => light.toArray()),
+      towards,
+      kDirection,
+    );
+    near(
+      "colours",
+      rig.colours.flatMap((light) => light.toArray()),
+      colours,
+      kDirection,
+    );
+    near(
+      "ambient",
+      [rig.ambientAbove, rig.ambientBelow].flatMap((light) => light.toArray()),
+      ambient,
+      kDirection,
+    );
   }
 });
 
@@ -180,7 +200,10 @@ test("a character's record and its lattices lie in textures as in C++", () => {
   });
   const out = new Float32Array(floats(record).length);
   const widthM = strandWidthM * widthScale(same.detail);
-  writeRecord({ ...same, pose: Float64Array.from(pose), widthM, strayM: kStrayM, size: 1, bodyVisible: false, layers: placed }, out);
+  writeRecord(
+    { ...same, pose: Float64Array.from(pose), widthM, strayM: kStrayM, size: 1, bodyVisible: false, layers: placed },
+    out,
+  );
   near("record", out, floats(record), kDirection);
   const { data } = nodes.texture.image as unknown as { data: Float32Array };
   near("lattices", data.subarray(0, floats(lattices).length), floats(lattices), 0);

@@ -22,14 +22,15 @@ describe("a groom's geometry", () => {
     const count = 40_000;
     const long = madeGroom(1, count);
     for (let i = 0; i < count; ++i) long.points[3 * i] = ((i % 2 ? 0.05 : -0.05) * i) / count;
-    const { strands } = makeGroomGeometry(long);
-    for (const { triangles, toleranceM } of strands.lists)
+    const { lists, rest } = makeGroomGeometry(long).strands;
+    for (const { triangles, toleranceM } of lists)
       for (let t = 0; t < triangles.length; t += 6) {
         const [from, to] = [triangles[t], triangles[t + 2]];
         for (let v = from + 2; v < to; v += 2)
-          if (distanceToSegment(strands.rest, v, from, to) > toleranceM) expect.fail(`point ${v} is further off than ${toleranceM}`);
+          if (distanceToSegment(rest, v, from, to) > toleranceM)
+            expect.fail(`point ${v} is further off than ${toleranceM}`);
       }
-    expect(strands.lists[2].triangles.length).toBeLessThan(strands.lists[0].triangles.length);
+    expect(lists[2].triangles.length).toBeLessThan(lists[0].triangles.length);
   });
 
   test("names each buffer once for a worker to hand over", () => {

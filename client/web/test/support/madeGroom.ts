@@ -56,7 +56,11 @@ function egg(): { vertices: Float32Array; triangles: Uint32Array } {
     for (let j = 0; j <= turns; ++j) {
       const polar = (Math.PI * i) / rings;
       const turn = (2 * Math.PI * j) / turns;
-      vertices.push(0.08 * Math.sin(polar) * Math.sin(turn), 0.08 + 0.12 * Math.cos(polar), 0.02 + 0.1 * Math.sin(polar) * Math.cos(turn));
+      vertices.push(
+        0.08 * Math.sin(polar) * Math.sin(turn),
+        0.08 + 0.12 * Math.cos(polar),
+        0.02 + 0.1 * Math.sin(polar) * Math.cos(turn),
+      );
       if (i === rings || j === turns) continue;
       const a = i * (turns + 1) + j;
       triangles.push(a, a + turns + 1, a + 1, a + 1, a + turns + 1, a + turns + 2);

@@ -30,7 +30,10 @@ export class Server {
     rmSync(portFile, { force: true });
     const flags = ["--port", String(this.port), "--port-file", portFile, ...this.flags];
     this.#process = spawn(this.program, flags, { stdio: ["ignore", "ignore", "inherit"] });
-    await until("the server writes its port", () => existsSync(portFile) && readFileSync(portFile, "utf8").trim() !== "");
+    await until(
+      "the server writes its port",
+      () => existsSync(portFile) && readFileSync(portFile, "utf8").trim() !== "",
+    );
     this.port = Number(readFileSync(portFile, "utf8"));
   }
 

@@ -130,8 +130,9 @@ function writeBody(to: flatbuffers.Builder, message: m.ServerMessage): [fb.Body,
 function packFrames(frames: readonly m.CodedFrame[]): Uint8Array {
   const bytes: number[] = [];
   const varint = (value: number): void => {
-    for (; value >= 128; value = Math.floor(value / 128)) bytes.push((value % 128) | 0x80);
-    bytes.push(value);
+    let rest = value;
+    for (; rest >= 128; rest = Math.floor(rest / 128)) bytes.push((rest % 128) | 0x80);
+    bytes.push(rest);
   };
   let member = 0;
   for (const f of frames) {

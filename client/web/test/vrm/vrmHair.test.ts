@@ -136,7 +136,11 @@ describe("hair on a model", () => {
     expect(moved(pose, Bone.head, new Vector3()).distanceTo(origin)).toBeLessThan(1e-5);
     // The trunk's transform, enlarged about the head again, leaves the model's chest where it is.
     const chest = vrm.humanoid.getRawBoneNode("upperChest")!.getWorldPosition(new Vector3());
-    const rest = chest.clone().sub(headJoint).sub(new Vector3(0, 0.01, 0)).divideScalar(1.25);
+    const rest = chest
+      .clone()
+      .sub(headJoint)
+      .sub(new Vector3(0, 0.01, 0))
+      .divideScalar(1.25);
     const drawn = moved(pose, Bone.upperTrunk, rest).sub(origin).multiplyScalar(1.25).add(origin);
     expect(drawn.distanceTo(chest)).toBeLessThan(1e-4);
   });

@@ -15,7 +15,7 @@ class Client {
   readonly frames: { frame: Frame; sampleTimeNs: number; arrivalNs: number }[] = [];
   readonly link: Link;
   socket: WebSocket | null = null;
-  #turns: ReturnType<typeof setInterval>;
+  readonly #turns: ReturnType<typeof setInterval>;
   #sequence = 0;
   #isStreaming = false;
 
@@ -23,7 +23,10 @@ class Client {
     this.link = new Link(`127.0.0.1:${port}`, {
       clientName: name,
       room: "web",
-      makeSocket: (url) => (this.socket = new WebSocket(url, "hairnet")) as unknown as WebSocketLike,
+      makeSocket: (url) => {
+        this.socket = new WebSocket(url, "hairnet");
+        return this.socket as unknown as WebSocketLike;
+      },
     });
     this.#turns = setInterval(() => this.#turn(), 10);
   }
@@ -120,7 +123,9 @@ describe.skipIf(program === null)("with a server", () => {
     );
     // It continued from its last state: hair was not at rest. A server that needs more than two seconds for its levels
     // sends it rigid until then.
-    const first = owner.frames.slice(before).find((each) => !each.frame.lastKnown && each.frame.level === LevelIndex.low)!;
+    const first = owner.frames
+      .slice(before)
+      .find((each) => !each.frame.lastKnown && each.frame.level === LevelIndex.low)!;
     expect(moves(first.frame)).toBe(true);
     await until("the member is announced again", () => observer.of("memberJoined").length === 2);
     expect(observer.of("memberLeft").length).toBe(1);

@@ -19,7 +19,12 @@ const kSizeShares: readonly number[] = [6, 6, 3, 2];
 /** Weights of the neighbours' sizes and of the node's motion in what is expected of its own size. */
 export type Expectation = readonly [neighbours: number, motion: number];
 /** By the number of frames that the prediction uses. */
-export const kDisplacementExpectation: readonly Expectation[] = [[72, 0], [70, 0], [52, 60], [40, 150]];
+export const kDisplacementExpectation: readonly Expectation[] = [
+  [72, 0],
+  [70, 0],
+  [52, 60],
+  [40, 150],
+];
 export const kVelocityExpectation: Expectation = [72, 0];
 const kExpectationShift = 10;
 

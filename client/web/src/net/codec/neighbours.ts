@@ -19,7 +19,7 @@ export class Neighbours {
     this.nodes = new Uint32Array(kAxes * this.nodeCount).fill(this.nodeCount);
     this.counts = new Uint8Array(this.nodeCount);
     const activeIndex = new Int32Array(nx * ny * nz).fill(-1);
-    activeNodes.forEach((node, index) => (activeIndex[node] = index));
+    for (let index = 0; index < this.nodeCount; ++index) activeIndex[activeNodes[index]] = index;
     for (let index = 0; index < this.nodeCount; ++index) {
       const node = activeNodes[index];
       const i = node % nx;

@@ -7,6 +7,7 @@ export type TemporalWeights = readonly [frames: number, first: number, second: n
 export const kTemporalBits: readonly number[] = [0, 1, 3, 4];
 
 /** Those a frame can choose from, by order. */
+// biome-ignore format: the table reads as one row for each order.
 export const kTemporalWeights: readonly (readonly TemporalWeights[])[] = [
   [[0, 0, 0]],
   [[1, 0, 0], [0, 0, 0]],

@@ -6,7 +6,8 @@ import type { MeshBuilder } from "./meshBuilder";
 /** Adds the groom's own cards. */
 export function addCards(source: GeometrySource, mesh: MeshBuilder): void {
   const { groom, blend, rest } = source;
-  groom.cards.forEach((card, number) => addCard(source, edgesOf(groom.points, blend, rest, card.points), number, mesh));
+  for (const [number, card] of groom.cards.entries())
+    addCard(source, edgesOf(groom.points, blend, rest, card.points), number, mesh);
 }
 
 /** Adds the cards that replace the strands far away. */
@@ -14,9 +15,8 @@ export function addFarCards(source: GeometrySource, mesh: MeshBuilder): void {
   const { farCards } = source.groom;
   const blend = farCardBlend(source.groom);
   const rest = farCardTangents(farCards, blend);
-  farCards.cards.forEach((card, number) =>
-    addCard(source, edgesOf(farCards.points, blend, rest, card.points), number, mesh),
-  );
+  for (const [number, card] of farCards.cards.entries())
+    addCard(source, edgesOf(farCards.points, blend, rest, card.points), number, mesh);
 }
 
 /** Adds one card, whose points are left, right, left, right ... from the root. */
@@ -82,7 +82,9 @@ function lengthsOf(points: Float32Array, pairs: number): Float32Array {
   const lengths = new Float32Array(pairs);
   for (let i = 1; i < pairs; ++i) {
     const at = 6 * i;
-    const step = [0, 1, 2].map((axis) => points[at + axis] + points[at + 3 + axis] - points[at - 6 + axis] - points[at - 3 + axis]);
+    const step = [0, 1, 2].map(
+      (axis) => points[at + axis] + points[at + 3 + axis] - points[at - 6 + axis] - points[at - 3 + axis],
+    );
     lengths[i] = lengths[i - 1] + 0.5 * Math.hypot(...step);
   }
   return lengths;

@@ -43,6 +43,18 @@ function addVertex(
   const y = groom.points[3 * point + 1];
   const z = groom.points[3 * point + 2];
   occlusion.at(x, y, z, left);
-  mesh.add(x, y, z, blend[point], directions[3 * at], directions[3 * at + 1], directions[3 * at + 2], rest.blendSlope[point], left, 0, 0);
+  mesh.add(
+    x,
+    y,
+    z,
+    blend[point],
+    directions[3 * at],
+    directions[3 * at + 1],
+    directions[3 * at + 2],
+    rest.blendSlope[point],
+    left,
+    0,
+    0,
+  );
   mesh.addExtra(colour[0], colour[1], colour[2], opacity, cord);
 }

@@ -58,6 +58,7 @@ export function buffersOf(geometry: GroomGeometry): ArrayBuffer[] {
   const buffers: ArrayBuffer[] = [];
   for (const mesh of [geometry.strands, geometry.cards, geometry.farCards, geometry.fabric, geometry.body])
     for (const array of Object.values(mesh)) if (ArrayBuffer.isView(array)) buffers.push(array.buffer as ArrayBuffer);
-  for (const list of geometry.strands.lists) buffers.push(list.triangles.buffer as ArrayBuffer, list.end.buffer as ArrayBuffer);
+  for (const list of geometry.strands.lists)
+    buffers.push(list.triangles.buffer as ArrayBuffer, list.end.buffer as ArrayBuffer);
   return buffers;
 }

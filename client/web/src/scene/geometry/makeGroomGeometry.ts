@@ -55,7 +55,11 @@ function wavinessOf({ strands, points }: Groom): number {
   let length = 0;
   let course = 0;
   const distance = (a: number, b: number) =>
-    Math.hypot(points[3 * a] - points[3 * b], points[3 * a + 1] - points[3 * b + 1], points[3 * a + 2] - points[3 * b + 2]);
+    Math.hypot(
+      points[3 * a] - points[3 * b],
+      points[3 * a + 1] - points[3 * b + 1],
+      points[3 * a + 2] - points[3 * b + 2],
+    );
   for (let s = 0; s < strands.count; ++s) {
     const end = strands.begin[s + 1];
     let piece = 0;

@@ -12,12 +12,12 @@ const kRayCount = kRays.length;
  */
 export class OcclusionGrid {
   cellM = 0.01;
-  #origin = [0, 0, 0];
-  #count = [0, 0, 0];
+  readonly #origin = [0, 0, 0];
+  readonly #count = [0, 0, 0];
   /** optical depth of one cell's width; empty: there is no hair */
-  #extinction = new Float32Array(0);
+  readonly #extinction = new Float32Array(0);
   /** transmittance along each ray, kRayCount a cell */
-  #transmittance = new Float32Array(0);
+  readonly #transmittance = new Float32Array(0);
   // Scratch values of one lookup.
   readonly #rays = new Float32Array(kRayCount);
   readonly #base = [0, 0, 0];

@@ -99,7 +99,10 @@ class PointBuilder {
 function drawnStrands({ groom }: GeometrySource): { points: Float32Array; strand: number }[] {
   const drawn: { points: Float32Array; strand: number }[] = [];
   for (let s = 0; s < groom.strands.count; ++s)
-    drawn.push({ points: groom.points.subarray(3 * groom.strands.begin[s], 3 * groom.strands.begin[s + 1]), strand: s });
+    drawn.push({
+      points: groom.points.subarray(3 * groom.strands.begin[s], 3 * groom.strands.begin[s + 1]),
+      strand: s,
+    });
   eachClumpCopy(groom, (points, strand) => drawn.push({ points, strand }));
   if (drawn.length !== drawnStrandCount(groom)) throw new Error("clumps' copies do not add up");
   return drawn;
