@@ -92,7 +92,8 @@ class LinkCore {
   // The caller's side.
 
   void start();
-  // `bytes` is the groom's file and `hash` its hash; stored while they may be sent again.
+  // `bytes` is the groom's file and `hash` its hash; stored while they may be sent again. Asserts that `bytes` is not
+  // null.
   void offer_groom(const wire::GroomHash& hash, RequestedState::Bytes bytes);
   // Sends a request. Poses, importance and grooms have calls of their own. Requests that must outlive the connection
   // are also stored: characters, levels, and the newest of every message that has a kResent.
@@ -153,6 +154,7 @@ class LinkCore {
   void push(Event event);
   void lose(wire::GoodbyeReason reason, std::string detail, std::int64_t now_ns);
   void end(wire::GoodbyeReason reason, std::string detail);
+  void check_invariants() const;
 
   const LinkCoreOptions options_;
   State state_ = State::idle;
