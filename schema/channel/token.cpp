@@ -151,8 +151,8 @@ tl::expected<TokenClaims, TokenRefusal> read_claims(std::string_view token, cons
   if (const auto most = reader.whole("strands_max", kStrandsMax))
     claims.strands_max = static_cast<std::uint64_t>(*most);
   claims.name = reader.text("name").value_or("");
-  if (!reader.sound() || !role || !expires_s || (claims.room && !wire::is_room_name(*claims.room)) ||
-      !is_name(claims.name))
+  if (!role || !expires_s) return tl::unexpected(TokenRefusal::malformed);
+  if (!reader.sound() || (claims.room && !wire::is_room_name(*claims.room)) || !is_name(claims.name))
     return tl::unexpected(TokenRefusal::malformed);
   claims.role = *role;
   claims.expires_s = *expires_s;

@@ -11,7 +11,7 @@ void encode_nodes(const NodeWalk& walk, const std::int16_t* nodes, BitWriter& wr
   BitWriter out = writer;  // a copy, which stays in registers
   std::uint32_t size = 0;
   for (std::uint32_t i = walk.count; i-- > 0;) {
-    const std::int16_t* node = nodes + 3 * i;
+    const std::int16_t* node = nodes + std::size_t{3} * i;
     const NodeContext around = make_node_context(walk, i, weights, size);
     ZigzagNode z;
     for (unsigned axis = 0; axis < 3; ++axis)
@@ -35,7 +35,7 @@ bool decode_nodes(const NodeWalk& walk, BitReader& reader, std::int16_t* nodes) 
   BitReader in = reader;  // a copy, which stays in registers
   std::uint32_t size = 0;
   for (std::uint32_t i = walk.count; i-- > 0;) {
-    std::int16_t* node = nodes + 3 * i;
+    std::int16_t* node = nodes + std::size_t{3} * i;
     const NodeContext around = make_node_context(walk, i, weights, size);
     ZigzagNode z{};
     if (!around.quiet()) {

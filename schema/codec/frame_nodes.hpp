@@ -21,7 +21,8 @@ inline constexpr std::size_t kNodeBytesMax = 2 * (1 + 3 * (kZerosMax + 16)) / 8 
 
 // The working memory of one range.
 struct NodeScratch {
-  explicit NodeScratch(NodeRange range) : predicted(3 * range.count), motion(range.count), coded(range.count + 1) {}
+  explicit NodeScratch(NodeRange range)
+      : predicted(std::size_t{3} * range.count), motion(range.count), coded(range.count + 1) {}
 
   [[nodiscard]] NodeWalk walk(std::span<const NodeNeighbours> neighbours, NodeRange range,
                               const SpatialWeights& spatial, const Expectation& expectation) {

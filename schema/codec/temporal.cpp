@@ -41,7 +41,7 @@ void predict_nodes(History history, NodeRange range, TemporalWeights weights, st
   }
   const I16* b = history[1]->nodes.data() + begin;
   const I16* c = history.size() > 2 ? history[2]->nodes.data() + begin : nullptr;
-  std::array<std::uint16_t, 3 * 64> size;
+  std::array<std::uint16_t, 192> size;
   for (std::size_t at = 0; at < count; at += size.size()) {
     const std::size_t n = std::min(size.size(), count - at);
     I16* out = predicted.data() + at;

@@ -172,7 +172,7 @@ std::string read(std::span<const std::uint8_t> payload, LevelSet& set) {
     if (!read(*root->levels()->Get(static_cast<flatbuffers::uoffset_t>(i)), kLevelSpecs[i], set.levels[i]))
       return "level " + name + ": counts disagree";
     if (!fits_packet(set.levels[i].geometry)) return "level " + name + ": its geometry is larger than a packet";
-    if (std::string fault = validate(set.levels[i]); !fault.empty()) return "level " + name + ": " + fault;
+    if (std::string fault = validate(set.levels[i]); !fault.empty()) return fault.insert(0, "level " + name + ": ");
   }
   return {};
 }

@@ -49,7 +49,7 @@ void choose_members(const wire::Observe& observe, std::span<const MemberHead> he
     for (std::size_t i = 0; i < heads.size(); ++i) wanted[i] = listed.contains(heads[i].member);
   } else if (observe.mode != wire::ObserveMode::all) {
     std::vector<Distance> others = distances(observe, heads);
-    std::size_t count = others.size();
+    std::size_t count = 0;
     if (observe.mode == wire::ObserveMode::nearest) {
       count = std::min<std::size_t>(observe.count, others.size());
       std::ranges::nth_element(others, others.begin() + static_cast<std::ptrdiff_t>(count), {},
