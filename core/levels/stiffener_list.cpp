@@ -30,7 +30,7 @@ void append_difference(const TrilinearWeights& plus, const TrilinearWeights& min
 
 void close_stiffener(double stiffness, double damping_time_s, std::uint16_t group, const std::array<Vec3, 2>& ends,
                      StiffenerList& list) {
-  HAIRNET_ASSERT(stiffness >= kStiffnessMin);
+  HAIRNET_ASSERT(stiffness >= kStoredStiffnessMin);
   HAIRNET_ASSERT(std::isfinite(stiffness));
   HAIRNET_ASSERT(damping_time_s >= 0);
   HAIRNET_ASSERT(list.begin.back() < list.entries.size());
@@ -63,7 +63,7 @@ void add_spring(const Grid& grid, const Vec3& from, const Vec3& to, double axial
 }
 
 void add_spring(const Grid& grid, const Vec3& from, const Vec3& to, const SpringLaw& law, StiffenerList& springs) {
-  if (grid.length(to - from) < kLengthMin || !(law.stiffness_n_per_m >= kStiffnessMin)) return;
+  if (grid.length(to - from) < kLengthMin || !(law.stiffness_n_per_m >= kStoredStiffnessMin)) return;
   append_difference(grid.weights(to), grid.weights(from), springs.entries);
   close_stiffener(law.stiffness_n_per_m, law.damping_time_s, law.group, {from, to}, springs);
 }
@@ -85,7 +85,7 @@ void append(const StiffenerList& more, StiffenerList& list) {
 
 void add_attachment(const Grid& grid, const Vec3& point, double stiffness_n_per_m, double damping_time_s,
                     std::uint16_t group, StiffenerList& attachments) {
-  if (!(stiffness_n_per_m >= kStiffnessMin)) return;
+  if (!(stiffness_n_per_m >= kStoredStiffnessMin)) return;
   const TrilinearWeights weights = grid.weights(point);
   attachments.entries.insert(attachments.entries.end(), weights.begin(), weights.end());
   close_stiffener(stiffness_n_per_m, damping_time_s, group, {point, point}, attachments);

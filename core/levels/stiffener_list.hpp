@@ -28,7 +28,7 @@ struct StiffenerList {
 };
 
 // The least stiffness that a built level can store: it has floats. There is no weaker stiffener.
-inline constexpr double kStiffnessMin = std::numeric_limits<float>::min();  // N/m
+inline constexpr double kStoredStiffnessMin = std::numeric_limits<float>::min();  // N/m
 
 // Eq. 3: the weights of `to` minus those of `from`. k = axial_stiffness_n / chord length, with a length of at least a
 // tenth of a cell; q = k damping_time_s. Adds nothing when the chord has no length or the stiffness is too small.
