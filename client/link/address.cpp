@@ -5,6 +5,8 @@
 #include <charconv>
 #include <utility>
 
+#include "core/assert.hpp"
+
 namespace hairnet::link {
 namespace {
 
@@ -79,6 +81,7 @@ Result<Address> parse_address(std::string_view text) {
 std::string to_string(const Address& address) {
   const auto scheme =
       std::find_if(kSchemes.begin(), kSchemes.end(), [&](const Scheme& s) { return s.transport == address.transport; });
+  HAIRNET_ASSERT(scheme != kSchemes.end());
   const bool bracketed = address.host.find(':') != std::string::npos;
   std::string text = std::string(scheme->name) + "://";
   text += bracketed ? "[" + address.host + "]" : address.host;

@@ -2,7 +2,12 @@
 
 #include <algorithm>
 
+#include "core/assert.hpp"
+
 namespace hairnet::link {
+
+static_assert(0 < Backoff::kBoundMin_ns && Backoff::kBoundMin_ns <= Backoff::kBoundMax_ns);
+
 namespace {
 
 // SplitMix64 (Steele, Lea, Flood 2014): eight bytes of state, because a load test has thousands of these.
@@ -17,7 +22,9 @@ std::uint64_t next_random(std::uint64_t& state) {
 
 std::int64_t Backoff::next_ns(std::int64_t away_ns) {
   const std::int64_t bound_ns = std::clamp(away_ns, kBoundMin_ns, kBoundMax_ns);
-  return static_cast<std::int64_t>(next_random(state_) % static_cast<std::uint64_t>(bound_ns + 1));
+  const auto wait_ns = static_cast<std::int64_t>(next_random(state_) % static_cast<std::uint64_t>(bound_ns + 1));
+  HAIRNET_ASSERT(wait_ns >= 0 && wait_ns <= kBoundMax_ns);
+  return wait_ns;
 }
 
 }  // namespace hairnet::link

@@ -4,6 +4,8 @@
 #include <iterator>
 #include <utility>
 
+#include "core/assert.hpp"
+
 namespace hairnet::link {
 namespace {
 
@@ -16,6 +18,7 @@ std::size_t bytes_of(const FrameBatch& batch) {
 
 std::size_t bytes_of(const Event& event) {
   if (const auto* known = std::get_if<LevelReceived>(&event)) {
+    HAIRNET_ASSERT(known->geometry);
     const LevelGeometry& g = *known->geometry;
     return sizeof(Event) + 4 * (g.active_nodes.size() + g.trimmed_nodes.size() + g.trimmed_begin.size() +
                                 g.trimmed_from.size() + g.trimmed_weights.size());
@@ -39,6 +42,25 @@ void carry_discontinuity(std::uint32_t member, std::deque<Event>::iterator from,
 }
 
 }  // namespace
+
+void EventQueue::check_invariants() const {
+  HAIRNET_ASSERT(frame_bytes_ <= kFrameBytesMax);
+  HAIRNET_ASSERT(other_bytes_ <= kOtherBytesMax);
+#ifdef HAIRNET_VALIDATE_ON
+  std::size_t frame_bytes = 0, other_bytes = 0;
+  for (const Event& event : events_) {
+    const auto* batch = std::get_if<FrameBatch>(&event);
+    const bool is_last = ended_ && &event == &events_.back();
+    if (batch) {
+      frame_bytes += bytes_of(*batch);
+    } else if (!is_last) {
+      other_bytes += bytes_of(event);
+    }
+  }
+  HAIRNET_ASSERT(frame_bytes == frame_bytes_);
+  HAIRNET_ASSERT(other_bytes == other_bytes_);
+#endif
+}
 
 bool EventQueue::push(Event event) {
   if (ended_) return true;
@@ -64,16 +86,19 @@ void EventQueue::push_last(Disconnected event) {
 void EventQueue::drop_oldest_frames() {
   const auto oldest = std::find_if(events_.begin(), events_.end(),
                                    [](const Event& e) { return std::holds_alternative<FrameBatch>(e); });
+  HAIRNET_ASSERT(oldest != events_.end());  // their bytes are counted
   const FrameBatch dropped = std::get<FrameBatch>(std::move(*oldest));
   const auto after = events_.erase(oldest);
   for (const Frame& frame : dropped.frames) {
     if (frame.discontinuous) carry_discontinuity(frame.member, after, events_.end());
   }
+  HAIRNET_ASSERT(frame_bytes_ >= bytes_of(dropped));
   frame_bytes_ -= bytes_of(dropped);
   frames_dropped_ += dropped.frames.size();
 }
 
 std::vector<Event> EventQueue::take_all() {
+  check_invariants();
   frame_bytes_ = other_bytes_ = 0;
   std::vector<Event> taken{std::make_move_iterator(events_.begin()), std::make_move_iterator(events_.end())};
   events_.clear();

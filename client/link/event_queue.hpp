@@ -24,6 +24,7 @@ class EventQueue {
 
  private:
   void drop_oldest_frames();
+  void check_invariants() const;
 
   std::deque<Event> events_;
   std::size_t frame_bytes_ = 0, other_bytes_ = 0;

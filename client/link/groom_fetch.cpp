@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "core/assert.hpp"
 #include "schema/wire/groom_file.hpp"
 
 namespace hairnet::link {
@@ -22,9 +23,10 @@ std::optional<GroomFetched> GroomFetch::take(const wire::GroomData& data) {
   if (found == fetches_.end()) return std::nullopt;  // refused or cancelled meanwhile
   std::vector<std::uint8_t>& bytes = found->second;
   if (data.byte_count > wire::kGroomBytesMax) return fail(data.hash, "larger than a groom may be");
-  if (data.offset != bytes.size() || data.bytes.size() > data.byte_count - data.offset)
+  if (data.offset != bytes.size() || data.offset > data.byte_count || data.bytes.size() > data.byte_count - data.offset)
     return fail(data.hash, "its pieces do not fit together");
   bytes.insert(bytes.end(), data.bytes.begin(), data.bytes.end());
+  HAIRNET_ASSERT(bytes.size() <= data.byte_count);
   if (bytes.size() < data.byte_count) return std::nullopt;
   if (wire::hash_groom(bytes) != data.hash) return fail(data.hash, "its bytes are not those of its hash");
   GroomFetched fetched{data.hash, std::make_shared<const std::vector<std::uint8_t>>(std::move(bytes)), {}};
@@ -33,6 +35,7 @@ std::optional<GroomFetched> GroomFetch::take(const wire::GroomData& data) {
 }
 
 GroomFetched GroomFetch::fail(const wire::GroomHash& hash, std::string why) {
+  HAIRNET_ASSERT(!why.empty());
   fetches_.erase(hash);
   return {hash, nullptr, std::move(why)};
 }

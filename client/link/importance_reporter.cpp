@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/assert.hpp"
+
 namespace hairnet::link {
 namespace {
 
@@ -48,6 +50,8 @@ std::optional<wire::ReportImportance> ImportanceReporter::take(std::int64_t now_
     reported.sent = reported.now;
     reported.due = false;
   }
+  HAIRNET_ASSERT(message.members.size() <= wire::kMembersPerMessageMax);
+  HAIRNET_VALIDATE(any_due_ || std::ranges::none_of(members_, [](const auto& m) { return m.second.due; }));
   next_ns_ = now_ns + kInterval_ns;
   if (message.members.empty()) return std::nullopt;
   return message;

@@ -1,11 +1,22 @@
 #include "client/link/last_known_hair.hpp"
 
+#include <utility>
+
+#include "core/assert.hpp"
+
 namespace hairnet::link {
 namespace {
 
 constexpr std::int64_t kLatticeWait_ns = 1'000'000'000;
 
 }  // namespace
+
+void LastKnownHair::keep(std::uint32_t character, HairSnapshot hair) {
+  HAIRNET_ASSERT(hair.geometry);
+  HAIRNET_ASSERT(hair.state.level != LevelIndex::rigid);
+  HAIRNET_ASSERT(hair.state.displacements.size() == 3 * hair.geometry->active_nodes.size());
+  last_known_[character] = {std::move(hair), kNever_ns};
+}
 
 void LastKnownHair::drop_of(const wire::GroomHash& groom) {
   std::erase_if(last_known_, [&](const auto& k) { return k.second.hair.groom == groom; });

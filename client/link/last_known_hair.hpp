@@ -23,7 +23,8 @@ struct HairSnapshot {
 // until it has the groom, so it sends rigid frames at first. The link shows this hair instead. One thread.
 class LastKnownHair {
  public:
-  void keep(std::uint32_t character, HairSnapshot hair) { last_known_[character] = {std::move(hair), kNever_ns}; }
+  // Asserts that the hair fits its geometry.
+  void keep(std::uint32_t character, HairSnapshot hair);
   void drop(std::uint32_t character) { last_known_.erase(character); }
   void drop_of(const wire::GroomHash& groom);
   void drop_all() { last_known_.clear(); }

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "client/link/switch_blend.hpp"
+#include "core/assert.hpp"
 
 namespace hairnet::link {
 
@@ -10,6 +11,7 @@ void LatticeBlend::fill(const Playout::Sample& sample, Field& field) {
   field.geometry = sample.displacement.empty() ? nullptr : sample.geometry;
   field.grid.clear();
   if (!field.geometry) return;
+  HAIRNET_ASSERT(sample.displacement.size() == field.geometry->active_nodes.size());
   field.grid.resize(field.geometry->lattice.node_count());
   expand_displacements(*field.geometry, sample.displacement, field.grid);
 }
@@ -20,6 +22,7 @@ void LatticeBlend::begin_switch(std::int64_t time_ns) {
   // Earlier switches have less weight than the new one, the oldest the least.
   switches_.insert(switches_.begin(), {std::move(last_), newest_, 1});
   if (switches_.size() > kSwitchesMax) switches_.pop_back();
+  HAIRNET_ASSERT(switches_.size() <= kSwitchesMax);
   switched_ns_ = time_ns;
 }
 
@@ -37,12 +40,16 @@ void LatticeBlend::apply(const Playout::Sample& sample, bool discontinuous) {
   started_ = true;
   level_ = sample.level;
   left_ = switches_.empty() ? 0 : SwitchBlend::left_after(sample.time_ns - switched_ns_);
+  HAIRNET_ASSERT(left_ >= 0 && left_ <= 1);
   if (left_ <= 0) switches_.clear();
   list_layers();
 }
 
 void LatticeBlend::list(const Field& field, float weight) {
-  if (field.geometry) layers_[layer_count_++] = {field.geometry.get(), field.grid, weight};
+  if (!field.geometry) return;
+  HAIRNET_ASSERT(layer_count_ < layers_.size());
+  HAIRNET_ASSERT(field.grid.size() == field.geometry->lattice.node_count());
+  layers_[layer_count_++] = {field.geometry.get(), field.grid, weight};
 }
 
 void LatticeBlend::list_layers() {

@@ -21,7 +21,8 @@ namespace hairnet::link {
 // becomes part of the new one. One object per character; one thread.
 class LatticeBlend {
  public:
-  // Takes the samples of one Playout in order of time and skips those that are not valid. A `discontinuous` sample, or
+  // Takes the samples of one Playout in order of time and skips those that are not valid. Asserts that
+  // displacements fit their geometry. A `discontinuous` sample, or
   // another geometry of the same level, ends all fades: there is nothing to blend from.
   void apply(const Playout::Sample& sample, bool discontinuous = false);
 
@@ -40,6 +41,7 @@ class LatticeBlend {
     float share = 1;
   };
   static constexpr std::size_t kSwitchesMax = (kLatticeLayersMax - 1) / 2;
+  static_assert(kSwitchesMax >= 1);
 
   static void fill(const Playout::Sample& sample, Field& field);
   void begin_switch(std::int64_t time_ns);

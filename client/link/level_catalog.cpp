@@ -1,5 +1,7 @@
 #include "client/link/level_catalog.hpp"
 
+#include "core/assert.hpp"
+
 namespace hairnet::link {
 namespace {
 
@@ -13,6 +15,8 @@ bool is_same(const LevelGeometry& a, const LevelGeometry& b) {
 }  // namespace
 
 std::shared_ptr<const KnownLevel> LevelCatalog::keep(wire::LevelRecord record) {
+  HAIRNET_ASSERT(record.level != LevelIndex::rigid);
+  HAIRNET_VALIDATE(validate(record.geometry).empty());
   std::weak_ptr<const KnownLevel>& kept = levels_[{record.groom, record.level}];
   if (std::shared_ptr<const KnownLevel> known = kept.lock(); known && is_same(known->geometry, record.geometry))
     return known;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "client/link/server_stream.hpp"
+#include "core/assert.hpp"
 #include "schema/channel/monotonic_clock.hpp"
 #include "schema/wire/groom_file.hpp"
 
@@ -100,6 +101,7 @@ struct Link::Impl {
 
   // The mutex is held.
   void drop(std::int64_t now_ns) {
+    HAIRNET_ASSERT(current);
     current->over = true;
     current->stream->close();
     current->wake.cancel();

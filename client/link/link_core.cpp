@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "core/assert.hpp"
+
 namespace hairnet::link {
 namespace {
 
@@ -53,11 +55,45 @@ LinkCore::LinkCore(LinkCoreOptions options)
       upload_scheduler_(kChunkBytes),
       members_(options_.catalog ? options_.catalog : std::make_shared<LevelCatalog>(), options_.decode_share) {}
 
+// Holds between two calls from outside.
+void LinkCore::check_invariants() const {
+  switch (state_) {
+    case State::idle:
+      HAIRNET_ASSERT(!connection_);
+      HAIRNET_ASSERT(!welcome_);
+      break;
+    case State::waiting:
+      HAIRNET_ASSERT(welcome_);  // without one, the first attempt was the last
+      HAIRNET_ASSERT(deadline_ns_ != kNever_ns);
+      break;
+    case State::opening:
+    case State::greeting:
+      HAIRNET_ASSERT(connection_);
+      HAIRNET_ASSERT(deadline_ns_ != kNever_ns);
+      break;
+    case State::active:
+      HAIRNET_ASSERT(connection_ && welcome_);
+      HAIRNET_ASSERT(deadline_ns_ == kNever_ns && give_up_ns_ == kNever_ns);
+      break;
+    case State::leaving:
+      HAIRNET_ASSERT(connection_ && welcome_);
+      HAIRNET_ASSERT(deadline_ns_ != kNever_ns);
+      break;
+    case State::wanting:
+      HAIRNET_ASSERT(deadline_ns_ == kNever_ns);
+      break;
+    case State::ended:
+      HAIRNET_ASSERT(queue_.empty());
+      break;
+  }
+}
+
 void LinkCore::start() {
   if (state_ == State::idle) state_ = State::wanting;
 }
 
 void LinkCore::offer_groom(const wire::GroomHash& hash, RequestedState::Bytes bytes) {
+  HAIRNET_ASSERT(bytes);
   requested_.offer(hash, bytes);
   if (!active()) return;
   if (const auto offer = uploads_.offer(hash, std::move(bytes))) enqueue(*offer);
@@ -97,6 +133,7 @@ void LinkCore::leave(std::int64_t now_ns) {
 }
 
 void LinkCore::poll(std::int64_t now_ns) {
+  check_invariants();
   if (ended()) return;
   if (now_ns >= give_up_ns_) return end(GoodbyeReason::none, "gave up reconnecting");
   if (active() && now_ns - sent_ns_ >= to_ns(options_.keep_alive_s)) {
@@ -174,6 +211,7 @@ void LinkCore::on_closed(std::string detail, std::int64_t now_ns) {
 }
 
 void LinkCore::lose(GoodbyeReason reason, std::string detail, std::int64_t now_ns) {
+  HAIRNET_ASSERT(state_ == State::opening || state_ == State::greeting || state_ == State::active);
   if (!welcome_ || !options_.reconnect || is_final(reason)) return end(reason, std::move(detail));
   if (active()) {
     if (!away_since_ns_ || now_ns - active_since_ns_ >= kStable_ns) away_since_ns_ = now_ns;
@@ -193,6 +231,7 @@ void LinkCore::lose(GoodbyeReason reason, std::string detail, std::int64_t now_n
   const std::int64_t wait_ns = backoff_.next_ns(now_ns - away_since_ns_.value_or(now_ns));
   deadline_ns_ = now_ns + wait_ns;
   push(Reconnecting{reason, std::move(detail), 1e-9 * static_cast<double>(wait_ns)});
+  check_invariants();
 }
 
 void LinkCore::end(GoodbyeReason reason, std::string detail) {
@@ -223,6 +262,7 @@ std::vector<std::uint8_t> LinkCore::take_packet(std::int64_t now_ns) {
   else
     upload_scheduler_.sent_urgent(packet.size(), uploads_.is_waiting());
   counters_.bytes_sent += packet.size();
+  check_invariants();
   return packet;
 }
 
@@ -264,6 +304,8 @@ void LinkCore::on(wire::Welcome& welcome, std::int64_t now_ns) {
   active_since_ns_ = now_ns;
   const bool again = welcome_.has_value();
   const bool resumed = again && welcome.resumed;
+  HAIRNET_ASSERT(connection_);
+  HAIRNET_ASSERT(welcome.tick_rate_hz > 0);  // a divisor; the decoder has checked it
   welcome_ = welcome;
   counters_.reconnects += again;
   counters_.resumes += resumed;
@@ -370,6 +412,8 @@ void LinkCore::on(wire::FrameBatch& batch, std::int64_t now_ns) {
 
 void LinkCore::dispatch(const ReceivedFrame& received, FrameBatch& events, std::int64_t now_ns) {
   const auto& [tick, sample_time_ns, frame, decoded] = received;
+  HAIRNET_ASSERT(welcome_);
+  HAIRNET_ASSERT(!decoded.integers || decoded.outcome == Members::Outcome::decoded);
   if (decoded.character != 0 && decoded.integers && frame.level != LevelIndex::rigid) {  // the server simulates it
     last_known_.drop(decoded.character);
     requested_.forget_state(decoded.character);
@@ -402,6 +446,7 @@ void LinkCore::show_last_known(Frame& frame, std::int64_t now_ns) {
     frame.error_class = hair->error_class;
     frame.displacements = hair->state.displacements;
     frame.geometry = hair->geometry;
+    HAIRNET_ASSERT(frame.velocities.empty());
   }
 }
 

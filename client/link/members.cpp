@@ -47,6 +47,7 @@ bool Members::remove_own(std::uint32_t character) {
 }
 
 std::shared_ptr<const LevelGeometry> Members::add_level(wire::LevelRecord record) {
+  HAIRNET_ASSERT(record.level != LevelIndex::rigid);
   const std::pair key{record.groom, record.level};
   std::shared_ptr<const KnownLevel> known = catalog_->keep(std::move(record));
   levels_[key] = known;
@@ -64,6 +65,7 @@ bool Members::decodes(std::uint32_t number) const {
 }
 
 const KnownLevel* Members::level_of(Member& member, LevelIndex level) const {
+  HAIRNET_ASSERT(static_cast<std::size_t>(level) < member.levels.size());
   std::shared_ptr<const KnownLevel>& known = member.levels[static_cast<std::size_t>(level)];
   if (!known) {
     if (const auto found = levels_.find({member.groom, level}); found != levels_.end()) known = found->second;
@@ -102,6 +104,8 @@ bool Members::decode(Member& member, const wire::Frame& frame, std::uint64_t tic
   const KnownLevel* level = rigid ? nullptr : level_of(member, frame.level);
   if (!rigid && !level) return false;
   const std::size_t integer_count = rigid ? 0 : 3 * level->geometry.active_nodes.size();
+  HAIRNET_ASSERT(frame.order <= codec::kHistoryMax);
+  HAIRNET_ASSERT(wire::is_stride(frame.stride));
   std::array<const codec::FrameIntegers*, codec::kHistoryMax> history{};
   for (std::size_t k = 0; k < frame.order; ++k) {
     const HistoryEntry& past = member.history[(member.newest + kSlotCount - k) % kSlotCount];
@@ -117,6 +121,8 @@ bool Members::decode(Member& member, const wire::Frame& frame, std::uint64_t tic
     return false;
   decoded.pose = codec::dequantise_pose(next.integers);
   if (wire::validate_pose(decoded.pose) != wire::PoseRefusal::none) return false;
+  HAIRNET_ASSERT(next.integers.nodes.size() == integer_count);
+  HAIRNET_ASSERT(next.integers.velocities.size() == (frame.velocities ? integer_count : 0));
   next.valid = true;
   next.tick = tick;
   next.level = frame.level;
@@ -134,7 +140,10 @@ std::optional<HairSnapshot> Members::hair_of(std::uint32_t character) const {
   const Member& member = found->second;
   const HistoryEntry& last = member.history[member.newest];
   if (!last.valid || last.integers.nodes.empty()) return std::nullopt;
+  HAIRNET_ASSERT(last.level != LevelIndex::rigid);
   const std::shared_ptr<const KnownLevel>& known = member.levels[static_cast<std::size_t>(last.level)];
+  // The server may have sent another geometry of the level after the frame.
+  if (!known || last.integers.nodes.size() != 3 * known->geometry.active_nodes.size()) return std::nullopt;
   return HairSnapshot{member.groom,
                       last.error_class,
                       {last.level, codec::kStep_m[static_cast<std::size_t>(last.error_class)], last.integers.nodes,

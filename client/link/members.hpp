@@ -11,6 +11,7 @@
 
 #include "client/link/last_known_hair.hpp"
 #include "client/link/level_catalog.hpp"
+#include "core/assert.hpp"
 #include "schema/codec/frame_codec.hpp"
 #include "schema/wire/messages.hpp"
 
@@ -21,8 +22,11 @@ namespace hairnet::link {
 class Members {
  public:
   // `decode_share`: the share of members whose frames are decoded; other frames are only counted.
+  // Asserts that `catalog` is not null.
   Members(std::shared_ptr<LevelCatalog> catalog, double decode_share)
-      : catalog_(std::move(catalog)), decode_share_(decode_share) {}
+      : catalog_(std::move(catalog)), decode_share_(decode_share) {
+    HAIRNET_ASSERT(catalog_);
+  }
 
   // Returns false when the member is known already: the server announces all members again after a resume.
   bool join(const wire::MemberJoined& joined);
@@ -49,7 +53,7 @@ class Members {
   };
   DecodedFrame decode_frame(const wire::Frame& frame, std::uint64_t tick, std::int64_t now_ns);
 
-  // The lattice of an own character's last frame, if it had one.
+  // The lattice of an own character's last frame, if it had one that fits the level's newest geometry.
   [[nodiscard]] std::optional<HairSnapshot> hair_of(std::uint32_t character) const;
 
   // The connection broke: frames of the next connection do not refer to earlier ones.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/assert.hpp"
 #include "core/smoothstep.hpp"
 
 namespace hairnet::link {
@@ -34,7 +35,19 @@ bool Playout::is_cubic(const BufferedFrame& from, const BufferedFrame& to) {
          to.time_ns - from.time_ns <= kCubic_ns_max;
 }
 
+// The buffered frames are in order of time, no two at the same.
+void Playout::check_invariants() const {
+  HAIRNET_ASSERT(frames_.size() <= kFramesMax);
+  HAIRNET_ASSERT(arrivals_.size() <= kArrivalsMax);
+  HAIRNET_ASSERT(frames_.empty() || !arrivals_.empty());
+  for (std::size_t i = 1; i < frames_.size(); ++i) HAIRNET_VALIDATE(frames_[i - 1].time_ns < frames_[i].time_ns);
+}
+
 void Playout::push(const Frame& frame, std::int64_t sample_time_ns, std::int64_t arrival_time_ns) {
+  HAIRNET_ASSERT(frame.displacements.size() % 3 == 0);
+  HAIRNET_ASSERT(frame.velocities.empty() || frame.velocities.size() == frame.displacements.size());
+  HAIRNET_ASSERT(!frame.geometry || frame.displacements.empty() ||
+                 frame.displacements.size() == 3 * frame.geometry->active_nodes.size());
   record_arrival(sample_time_ns, arrival_time_ns);
   const auto after = std::find_if(frames_.begin(), frames_.end(),
                                   [&](const BufferedFrame& buffered) { return buffered.time_ns >= sample_time_ns; });
@@ -60,11 +73,13 @@ void Playout::push(const Frame& frame, std::int64_t sample_time_ns, std::int64_t
     frames_.pop_front();
     ++dropped_count_;
   }
+  check_invariants();
 }
 
 void Playout::freeze() {
   if (frames_.empty()) return;
   BufferedFrame& last = frames_.back();
+  HAIRNET_ASSERT(!started_ || shown_.time_ns < last.time_ns || shown_.displacement.size() == last.displacement.size());
   // the shown state may already be easing
   if (started_ && shown_.time_ns >= last.time_ns) last.displacement = shown_.displacement;
   last.asleep = true;
@@ -76,6 +91,8 @@ void Playout::record_arrival(std::int64_t sample_time_ns, std::int64_t arrival_t
 }
 
 std::int64_t Playout::target_delay_ns() const {
+  HAIRNET_ASSERT(!arrivals_.empty());
+  HAIRNET_ASSERT(!frames_.empty());
   std::int64_t least = arrivals_.front().lateness_ns, most = least;
   std::vector<std::int64_t> intervals;
   for (std::size_t i = 0; i < arrivals_.size(); ++i) {
@@ -125,10 +142,15 @@ Playout::Sample Playout::sample(std::int64_t render_time_ns) {
     show_last(frames_[0]);
   else
     show_between(frames_[0], frames_[1]);
+  check_invariants();
+  HAIRNET_ASSERT(shown_.displacement.empty() || !shown_.geometry ||
+                 shown_.displacement.size() == shown_.geometry->active_nodes.size());
   return {true, shown_.pose, shown_.level, shown_.displacement, now, shown_.geometry};
 }
 
 void Playout::show_between(const BufferedFrame& from, const BufferedFrame& to) {
+  HAIRNET_ASSERT(from.time_ns < to.time_ns);
+  HAIRNET_ASSERT(shown_.time_ns > from.time_ns && shown_.time_ns < to.time_ns);
   shown_.level = from.level;
   const bool joined =
       !to.discontinuous && to.level == from.level &&
@@ -141,7 +163,7 @@ void Playout::show_between(const BufferedFrame& from, const BufferedFrame& to) {
   }
   const double s = static_cast<double>(shown_.time_ns - from.time_ns) / static_cast<double>(to.time_ns - from.time_ns);
   shown_.pose = interpolate(from.pose, to.pose, s);
-  shown_.geometry = to.geometry ? to.geometry : from.geometry;
+  shown_.geometry = to.displacement.empty() ? from.geometry : to.geometry;
   if (is_cubic(from, to)) return show_cubic(from, to, s);
   // An empty frame is a lattice at rest.
   shown_.displacement.assign(std::max(from.displacement.size(), to.displacement.size()), Vec3f::Zero());
@@ -160,6 +182,8 @@ void Playout::show_between(const BufferedFrame& from, const BufferedFrame& to) {
 // frame. That velocity is the mean over the step that ended with the frame; half a step's change gives the velocity at
 // the frame's moment.
 void Playout::show_cubic(const BufferedFrame& from, const BufferedFrame& to, double s) {
+  HAIRNET_ASSERT(is_cubic(from, to));
+  HAIRNET_ASSERT(s >= 0 && s <= 1);
   const double duration_s = 1e-9 * static_cast<double>(to.time_ns - from.time_ns);
   const RigidTransform &a = from.pose.head(), &b = to.pose.head();
   const Quat turn = nearer(a.rotation.conjugate() * b.rotation);  // from the axes of `to` into those of `from`

@@ -26,7 +26,8 @@ namespace hairnet::link {
 class Playout {
  public:
   // Takes a frame whose poses were sampled at `sample_time_ns` and which arrived at `arrival_time_ns`. Drops duplicates
-  // and frames that are not newer than the play time.
+  // and frames that are not newer than the play time. Asserts that the frame's displacements, velocities and geometry
+  // have the same number of nodes, where it has them.
   void push(const Frame& frame, std::int64_t sample_time_ns, std::int64_t arrival_time_ns);
 
   // Freezes the shown state until the next frame arrives. For callers that know that no frame will come for a while, as
@@ -69,6 +70,7 @@ class Playout {
   static bool is_cubic(const BufferedFrame& from, const BufferedFrame& to);
   void show_cubic(const BufferedFrame& from, const BufferedFrame& to, double s);
   void show_last(const BufferedFrame& last);
+  void check_invariants() const;
 
   std::deque<BufferedFrame> frames_;  // by time; at most one at or before the play time once sampled
   std::deque<Arrival> arrivals_;      // of the last frames, by arrival

@@ -1,10 +1,14 @@
 #include "client/link/requested_state.hpp"
 
+#include <algorithm>
 #include <utility>
+
+#include "core/assert.hpp"
 
 namespace hairnet::link {
 
 void RequestedState::offer(const wire::GroomHash& hash, Bytes bytes) {
+  HAIRNET_ASSERT(bytes);
   grooms_.try_emplace(hash, Offered{std::move(bytes), false});
 }
 
@@ -43,6 +47,8 @@ void RequestedState::set_level(const wire::SetLevel& wanted) {
 }
 
 void RequestedState::remember(std::uint32_t character, wire::HairState state) {
+  HAIRNET_ASSERT(state.level != LevelIndex::rigid);
+  HAIRNET_ASSERT(wire::validate(state).empty());
   if (Character* known = find(character)) known->added.state = std::move(state);
 }
 
@@ -67,6 +73,7 @@ bool RequestedState::on_error(const wire::Error& error) {
 }
 
 RequestedState::Resend RequestedState::take_resend(bool resumed) {
+  HAIRNET_VALIDATE(std::ranges::all_of(characters_, [](const auto& c) { return c.first == c.second.added.character; }));
   Resend resend;
   sent_twice_.clear();
   for (auto& [hash, groom] : grooms_) {

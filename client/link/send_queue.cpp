@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/assert.hpp"
+
 namespace hairnet::link {
 namespace {
 
@@ -28,7 +30,13 @@ bool carry_teleport(std::deque<wire::ClientMessage>::iterator from, std::deque<w
 
 }  // namespace
 
+void SendQueue::check_invariants() const {
+  HAIRNET_ASSERT(pose_batch_count_ <= messages_.size());
+  HAIRNET_VALIDATE(std::cmp_equal(pose_batch_count_, std::ranges::count_if(messages_, holds_poses)));
+}
+
 bool SendQueue::push(wire::ClientMessage message) {
+  HAIRNET_ASSERT(pose_batch_count_ <= messages_.size());
   if (messages_.size() - pose_batch_count_ >= kOthersMax) return false;
   pose_batch_count_ += holds_poses(message);
   messages_.push_back(std::move(message));
@@ -45,10 +53,12 @@ void SendQueue::push_poses(std::vector<wire::PoseSample> poses) {
         {poses.begin() + static_cast<std::ptrdiff_t>(begin), poses.begin() + static_cast<std::ptrdiff_t>(end)}});
     if (++pose_batch_count_ > kPoseBatchesMax) drop_oldest_poses();
   }
+  check_invariants();
 }
 
 void SendQueue::drop_oldest_poses() {
   const auto oldest = std::find_if(messages_.begin(), messages_.end(), holds_poses);
+  HAIRNET_ASSERT(oldest != messages_.end());  // it is counted
   const wire::PoseBatch dropped = std::get<wire::PoseBatch>(std::move(*oldest));
   const auto after = messages_.erase(oldest);
   --pose_batch_count_;
@@ -63,11 +73,13 @@ std::optional<wire::ClientMessage> SendQueue::pop() {
   if (messages_.empty()) return std::nullopt;
   wire::ClientMessage message = std::move(messages_.front());
   messages_.pop_front();
+  HAIRNET_ASSERT(pose_batch_count_ > 0 || !holds_poses(message));
   pose_batch_count_ -= holds_poses(message);
   return message;
 }
 
 void SendQueue::clear() {
+  check_invariants();
   for (const wire::ClientMessage& message : messages_) {
     if (const auto* batch = std::get_if<wire::PoseBatch>(&message)) drop_poses(batch->poses);
   }

@@ -33,6 +33,7 @@ class SendQueue {
 
  private:
   void drop_oldest_poses();
+  void check_invariants() const;
 
   std::deque<wire::ClientMessage> messages_;
   std::size_t pose_batch_count_ = 0;

@@ -1,5 +1,6 @@
 #include "client/link/switch_blend.hpp"
 
+#include "core/assert.hpp"
 #include "core/smoothstep.hpp"
 
 namespace hairnet::link {
@@ -18,6 +19,7 @@ void SwitchBlend::apply(LevelIndex level, std::int64_t time_ns, bool discontinuo
   }
   level_ = level;
   if (!offset_.empty()) {
+    HAIRNET_ASSERT(offset_.size() == points_head.size());
     const float left = left_after(time_ns - switched_ns_);
     for (std::size_t i = 0; i < points_head.size(); ++i) points_head[i] += left * offset_[i];
     if (left <= 0) offset_.clear();

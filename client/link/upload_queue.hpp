@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/assert.hpp"
 #include "schema/wire/messages.hpp"
 
 namespace hairnet::link {
@@ -15,9 +16,9 @@ namespace hairnet::link {
 class UploadQueue {
  public:
   using Bytes = std::shared_ptr<const std::vector<std::uint8_t>>;
-  explicit UploadQueue(std::size_t chunk_bytes) : chunk_bytes_(chunk_bytes) {}
+  explicit UploadQueue(std::size_t chunk_bytes) : chunk_bytes_(chunk_bytes) { HAIRNET_ASSERT(chunk_bytes > 0); }
 
-  // The offer to send; none if this groom is already being uploaded.
+  // Asserts that `bytes` is not null. The offer to send; none if this groom is already being uploaded.
   std::optional<wire::GroomOffer> offer(const wire::GroomHash& hash, Bytes bytes);
   // The server wants the bytes from `need.offset` on. An offset equal to the groom's size means that it wants none now:
   // another client may be uploading them, and if it leaves, the server asks again. False for an unknown groom, or an
@@ -34,6 +35,8 @@ class UploadQueue {
   [[nodiscard]] std::size_t groom_count() const { return uploads_.size(); }
 
  private:
+  void check_invariants() const;
+
   struct Upload {
     Bytes bytes;
     std::uint64_t sent_bytes = 0;

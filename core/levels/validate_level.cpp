@@ -142,11 +142,15 @@ std::string validate_contacts(const Level& level) {
 
 std::string validate(const Level& level) {
   if (std::string fault = validate(level.geometry); !fault.empty()) return fault;
+  if (std::ranges::min(level.geometry.lattice.dims) < 3)
+    return "lattice: fewer than the 3 nodes an axis of quadratic FFD";
   if (!within(level.displacement_max_m, std::numeric_limits<float>::min())) return "no bound on displacements";
   if (std::string fault = validate_nodes(level); !fault.empty()) return fault;
   if (std::string fault = validate_stiffeners(level.springs, 0, level); !fault.empty()) return "springs: " + fault;
   if (std::string fault = validate_stiffeners(level.attachments, 1, level); !fault.empty())
     return "attachments: " + fault;
+  if (level.springs.count() + level.attachments.count() > std::numeric_limits<std::uint16_t>::max())
+    return "stiffeners: more than have an index";
   if (!level.skin) return "no skin";
   if (std::string fault = validate_skin(*level.skin); !fault.empty()) return fault;
   return validate_contacts(level);

@@ -2,6 +2,8 @@
 
 #include <cstddef>
 
+#include "core/assert.hpp"
+
 namespace hairnet::channel {
 
 // Decides when bulk data (pieces of grooms) is sent before urgent messages (poses, frames, answers) of one connection.
@@ -9,7 +11,7 @@ namespace hairnet::channel {
 // at least a quarter of the bytes there. One thread.
 class BulkScheduler {
  public:
-  explicit BulkScheduler(std::size_t piece_bytes) : piece_bytes_(piece_bytes) {}
+  explicit BulkScheduler(std::size_t piece_bytes) : piece_bytes_(piece_bytes) { HAIRNET_ASSERT(piece_bytes > 0); }
 
   void sent_urgent(std::size_t bytes, bool bulk_waits) { credit_bytes_ = bulk_waits ? credit_bytes_ + bytes : 0; }
   void sent_bulk() { credit_bytes_ = 0; }

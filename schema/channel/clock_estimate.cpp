@@ -1,5 +1,6 @@
 #include "schema/channel/clock_estimate.hpp"
 
+#include <algorithm>
 #include <limits>
 
 #include "core/assert.hpp"
@@ -35,6 +36,8 @@ void ClockEstimate::observe(std::int64_t peer_clock_ns, std::int64_t now_ns) {
       !window_.empty() && saturating_subtract(now_ns, window_.back().at_ns) < window_ns_ / kSamplesPerWindow;
   if (!merged) window_.push_back(sample);
   while (saturating_subtract(now_ns, window_.front().at_ns) > window_ns_) window_.pop_front();
+  HAIRNET_ASSERT(known());
+  HAIRNET_VALIDATE(std::ranges::is_sorted(window_, {}, &Sample::offset_ns));
 }
 
 std::int64_t ClockEstimate::to_local(std::int64_t peer_time_ns) const {

@@ -15,7 +15,7 @@ class ClockEstimate {
   // `now_ns` must not decrease from call to call.
   void observe(std::int64_t peer_clock_ns, std::int64_t now_ns);
   [[nodiscard]] bool known() const { return !window_.empty(); }
-  // Converts a time of the peer's clock to ours. Requires known().
+  // Converts a time of the peer's clock to ours. Asserts known().
   [[nodiscard]] std::int64_t to_local(std::int64_t peer_time_ns) const;
   [[nodiscard]] std::size_t sample_count() const { return window_.size(); }  // bounded, for any rate
 

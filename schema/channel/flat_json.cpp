@@ -4,6 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "core/assert.hpp"
+
 namespace hairnet::channel {
 namespace {
 
@@ -12,7 +14,12 @@ constexpr int kDepthMax = 8;
 // Each handler returns whether to continue; the first false ends the parse.
 class Collector final : public nlohmann::json_sax<nlohmann::json> {
  public:
-  FlatJson take() { return std::move(members_); }
+  // Asserts that the parse has ended.
+  FlatJson take() {
+    HAIRNET_ASSERT(depth_ == 0);
+    HAIRNET_ASSERT(!list_);
+    return std::move(members_);
+  }
 
   bool null() override { return put(std::monostate()); }
   bool boolean(bool value) override { return put(value); }
@@ -40,11 +47,13 @@ class Collector final : public nlohmann::json_sax<nlohmann::json> {
     if (depth_ == 1) {
       put(std::vector<std::string>());
       list_ = std::get_if<std::vector<std::string>>(&members_.at(name_));
+      HAIRNET_ASSERT(list_);
     }
     return ++depth_ <= kDepthMax;
   }
   bool end_array() override { return leave(); }
   bool key(std::string& name) override {
+    HAIRNET_ASSERT(depth_ >= 1);
     if (depth_ != 1) return true;
     name_ = std::move(name);
     return !members_.contains(name_);
@@ -66,6 +75,7 @@ class Collector final : public nlohmann::json_sax<nlohmann::json> {
     members_[name_] = std::monostate();
   }
   bool leave() {
+    HAIRNET_ASSERT(depth_ >= 1);
     if (--depth_ == 1) list_ = nullptr;
     return true;
   }

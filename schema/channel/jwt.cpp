@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/assert.hpp"
 #include "schema/channel/flat_json.hpp"
 #include "schema/limits.hpp"
 
@@ -18,6 +19,7 @@ constexpr std::string_view kHeader = R"({"alg":"HS256","typ":"JWT"})";
 using Mac = std::array<std::uint8_t, crypto_auth_hmacsha256_BYTES>;
 
 Mac mac_of(std::string_view text, const TokenKey& key) {
+  HAIRNET_ASSERT(!key.empty());
   Mac mac;
   crypto_auth_hmacsha256_state state;
   crypto_auth_hmacsha256_init(&state, key.bytes().data(), key.bytes().size());
@@ -42,6 +44,7 @@ std::optional<std::vector<std::uint8_t>> from_base64(std::string_view text) {
   if (sodium_base642bin(bytes.data(), bytes.size(), text.data(), text.size(), nullptr, &count, &end, kBase64) != 0 ||
       end != text.data() + text.size())
     return std::nullopt;
+  HAIRNET_ASSERT(count <= bytes.size());
   bytes.resize(count);
   return bytes;
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "core/assert.hpp"
+
 namespace hairnet::channel {
 namespace {
 
@@ -20,10 +22,15 @@ std::size_t packet_bytes(const std::uint8_t* prefix) {
 
 }  // namespace
 
-PacketSplitter::PacketSplitter(std::size_t packet_bytes_max) : packet_bytes_max_(packet_bytes_max) {}
+PacketSplitter::PacketSplitter(std::size_t packet_bytes_max) : packet_bytes_max_(packet_bytes_max) {
+  HAIRNET_ASSERT(packet_bytes_max >= wire::kPacketBytesMin);
+}
 
 bool PacketSplitter::feed(std::span<const std::uint8_t> bytes,
                           const std::function<void(std::span<const std::uint8_t>)>& on_packet) {
+  HAIRNET_ASSERT(on_packet);
+  HAIRNET_ASSERT(!is_feeding_);
+  is_feeding_ = true;
   while (!dead_ && !bytes.empty()) {
     if (filled_ < kPrefixBytes) {
       bytes = take(bytes, kPrefixBytes);
@@ -39,10 +46,14 @@ bool PacketSplitter::feed(std::span<const std::uint8_t> bytes,
     filled_ = 0;
     on_packet({data(), whole});
   }
+  is_feeding_ = false;
+  check_invariants();
   return !dead_;
 }
 
 std::span<const std::uint8_t> PacketSplitter::take(std::span<const std::uint8_t> bytes, std::size_t until) {
+  HAIRNET_ASSERT(filled_ <= until);
+  HAIRNET_ASSERT(until <= packet_bytes_max_);
   const std::size_t taken = std::min(bytes.size(), until - filled_);
   const std::size_t words = words_for(filled_ + taken);
   if (words > buffer_.size()) {
@@ -53,11 +64,18 @@ std::span<const std::uint8_t> PacketSplitter::take(std::span<const std::uint8_t>
   }
   if (taken != 0) std::memcpy(reinterpret_cast<std::uint8_t*>(buffer_.data()) + filled_, bytes.data(), taken);
   filled_ += taken;
+  HAIRNET_ASSERT(filled_ <= buffer_.size() * sizeof(std::uint64_t));
   return bytes.subspan(taken);
 }
 
 const std::uint8_t* PacketSplitter::data() const {
   return reinterpret_cast<const std::uint8_t*>(buffer_.data());
+}
+
+void PacketSplitter::check_invariants() const {
+  HAIRNET_ASSERT(filled_ < packet_bytes_max_);  // a whole packet is passed on at once
+  HAIRNET_ASSERT(capacity_bytes() <= packet_bytes_max_ + sizeof(std::uint64_t));
+  if (dead_) HAIRNET_ASSERT(buffer_.empty() && filled_ == 0);
 }
 
 void PacketSplitter::kill() {

@@ -13,11 +13,12 @@ namespace hairnet::channel {
 // Cuts a byte stream into size-prefixed packets (u32 little endian, not counting itself). No I/O.
 class PacketSplitter {
  public:
+  // Asserts that the limit is at least kPacketBytesMin.
   explicit PacketSplitter(std::size_t packet_bytes_max);
-  // Calls `on_packet` with each complete packet: prefix included, 8-byte aligned, valid only during the call. The
-  // callback must not call the splitter. Returns false when a prefix is larger than the limit or smaller than the
-  // smallest packet; from then on the stream is unusable. Memory grows with the bytes received, not with the announced
-  // size, up to one packet.
+  // Calls `on_packet` with each complete packet: prefix included, 8-byte aligned, valid only during the call. Asserts
+  // that the callback does not call the splitter. Returns false when a prefix is larger than the limit or smaller than
+  // the smallest packet; from then on the stream is unusable. Memory grows with the bytes received, not with the
+  // announced size, up to one packet.
   bool feed(std::span<const std::uint8_t> bytes, const std::function<void(std::span<const std::uint8_t>)>& on_packet);
   [[nodiscard]] std::size_t buffered_bytes() const { return filled_; }
   [[nodiscard]] std::size_t capacity_bytes() const { return buffer_.capacity() * sizeof(std::uint64_t); }
@@ -27,11 +28,12 @@ class PacketSplitter {
   std::span<const std::uint8_t> take(std::span<const std::uint8_t> bytes, std::size_t until);
   [[nodiscard]] const std::uint8_t* data() const;
   void kill();
+  void check_invariants() const;
 
   std::size_t packet_bytes_max_;
   std::vector<std::uint64_t> buffer_;  // 64-bit words for alignment
   std::size_t filled_ = 0;             // bytes of the current packet
-  bool dead_ = false;
+  bool dead_ = false, is_feeding_ = false;
 };
 
 }  // namespace hairnet::channel

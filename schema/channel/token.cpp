@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/assert.hpp"
 #include "schema/channel/flat_json.hpp"
 #include "schema/limits.hpp"
 
@@ -115,6 +116,8 @@ std::string validate(const TokenClaims& claims) {
 }
 
 std::string sign(const TokenClaims& claims, const TokenKey& key) {
+  HAIRNET_ASSERT(validate(claims).empty());
+  HAIRNET_ASSERT(!key.empty());
   nlohmann::ordered_json json;
   if (claims.room) json["room"] = *claims.room;
   json["role"] = to_string(claims.role);
@@ -123,7 +126,10 @@ std::string sign(const TokenClaims& claims, const TokenKey& key) {
   if (claims.characters_max) json["characters_max"] = *claims.characters_max;
   if (claims.strands_max) json["strands_max"] = *claims.strands_max;
   if (!claims.name.empty()) json["name"] = claims.name;
-  return sign_jwt(json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace), key);
+  std::string token = sign_jwt(json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace), key);
+  HAIRNET_ASSERT(!token.empty());
+  HAIRNET_ASSERT(token.size() <= wire::kTokenBytesMax);  // so that a Hello can carry it
+  return token;
 }
 
 tl::expected<TokenClaims, TokenRefusal> read_claims(std::string_view token, const TokenKey& key) {

@@ -40,7 +40,7 @@ std::string_view to_string(TokenRefusal refusal);
 
 // Returns an empty string when the claims can be signed; else one line with the reason.
 std::string validate(const TokenClaims& claims);
-// `claims` must be valid and `key` not empty.
+// Asserts that `claims` are valid and `key` is not empty.
 std::string sign(const TokenClaims& claims, const TokenKey& key);
 
 // Verifies that the text is a token signed with this key that is valid now and in `room`. Accepts untrusted text. Reads

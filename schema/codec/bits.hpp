@@ -13,11 +13,12 @@ namespace hairnet::codec {
 // Writes bits to memory, buffered in a 64-bit word. The caller provides enough space (kWriterSlackBytes).
 class BitWriter {
  public:
-  explicit BitWriter(std::uint8_t* out) : begin_(out), out_(out) {}
+  explicit BitWriter(std::uint8_t* out) : begin_(out), out_(out) { HAIRNET_ASSERT(out); }
 
   // Writes the low `count` bits of `bits`, 0 to 56; higher bits must be 0.
   void put(std::uint64_t bits, unsigned count) {
-    HAIRNET_ASSERT(count <= 56 && (bits >> count) == 0);
+    HAIRNET_VALIDATE(count <= 56);
+    HAIRNET_VALIDATE((bits >> count) == 0);
     word_ |= bits << used_;
     used_ += count;
     flush();
@@ -25,6 +26,7 @@ class BitWriter {
 
   // Returns the number of bytes written; do not use the writer afterwards.
   std::size_t finish() {
+    HAIRNET_ASSERT(used_ <= 7);
     if (used_ > 0) *out_++ = static_cast<std::uint8_t>(word_);
     return static_cast<std::size_t>(out_ - begin_);
   }
@@ -67,6 +69,7 @@ class BitReader {
 
   // Takes 0 to 56 bits.
   std::uint64_t take(unsigned count) {
+    HAIRNET_VALIDATE(count <= 56);
     const std::uint64_t bits = peek() & ((std::uint64_t{1} << count) - 1);
     skip(count);
     return bits;

@@ -15,6 +15,9 @@ using BoneArray = std::array<U32, kBoneIntegers>;  // unsigned: everything is mo
 constexpr std::size_t kRotation = 3;  // index of a bone's quaternion
 constexpr unsigned kWeightBits = 2;   // for the choice of a prediction
 constexpr unsigned kParameterBits = 5;
+constexpr unsigned kHeaderBits = kWeightBits + 2 + 2 * kParameterBits, kLargestBits = 3;
+constexpr unsigned kIntegerBitsMax = 65;  // of put_exponential
+static_assert(kHeaderBits + kBoneCount * kLargestBits + kBoneIntegers * kIntegerBitsMax <= 8 * kBonesBytesMax);
 
 U32 half(U32 x) {
   return static_cast<U32>(static_cast<std::int32_t>(x) >> 1);
@@ -22,6 +25,8 @@ U32 half(U32 x) {
 
 // a, plus halves of the first and the second difference; missing frames continue the existing ones evenly.
 BoneArray predict(History history, unsigned choice) {
+  HAIRNET_ASSERT(choice < 1u << kWeightBits);
+  HAIRNET_ASSERT(history.size() <= kHistoryMax);
   BoneArray out{};
   if (history.empty()) return out;
   for (std::size_t i = 0; i < kBoneIntegers; ++i) {
@@ -66,6 +71,7 @@ Largest largest_of(const U32* quaternion) {
 }
 
 U32 implied(const U32* quaternion, Largest largest) {
+  HAIRNET_ASSERT(largest.component < 4);
   constexpr std::int64_t kOne = std::int64_t{1} << 15;  // 1 / kRotationStep
   std::int64_t rest = kOne * kOne;
   for (unsigned c = 0; c < 4; ++c) {
@@ -124,6 +130,7 @@ unsigned bits_of(const ZigzagBones& integers, std::size_t begin, std::size_t end
 // The parameter with the fewest bits for the positions' or the rotations' part of `zigzagged`, among those near its
 // mean.
 unsigned best_parameter(const ZigzagBones& integers, std::size_t begin, std::size_t end) {
+  HAIRNET_ASSERT(begin < end && end <= kIntegersPerBone);
   std::uint64_t sum = 0;
   for (std::size_t bone = 0; bone < kBoneIntegers; bone += kIntegersPerBone)
     for (std::size_t c = begin; c < end; ++c) sum += integers[bone + c];
@@ -140,6 +147,7 @@ unsigned best_parameter(const ZigzagBones& integers, std::size_t begin, std::siz
     least = bits;
     best = k;
   }
+  HAIRNET_ASSERT(best < 1u << kParameterBits);
   return best;
 }
 
@@ -164,6 +172,7 @@ Choices choose(const BoneArray& values, History history) {
   };
   decide(0, kRotation, best.chain_positions, best.k_positions);
   decide(kRotation, kIntegersPerBone, best.chain_rotations, best.k_rotations);
+  HAIRNET_ASSERT(best.weights < weight_choices);
   return best;
 }
 

@@ -5,6 +5,8 @@
 namespace hairnet::codec {
 
 void encode_nodes(const NodeWalk& walk, const std::int16_t* nodes, BitWriter& writer) {
+  check_walk(walk);
+  HAIRNET_ASSERT(nodes);
   const std::array<std::uint32_t, 4> weights = size_weights(walk.expectation);
   BitWriter out = writer;  // a copy, which stays in registers
   std::uint32_t size = 0;
@@ -27,6 +29,8 @@ void encode_nodes(const NodeWalk& walk, const std::int16_t* nodes, BitWriter& wr
 }
 
 bool decode_nodes(const NodeWalk& walk, BitReader& reader, std::int16_t* nodes) {
+  check_walk(walk);
+  HAIRNET_ASSERT(nodes);
   const std::array<std::uint32_t, 4> weights = size_weights(walk.expectation);
   BitReader in = reader;  // a copy, which stays in registers
   std::uint32_t size = 0;

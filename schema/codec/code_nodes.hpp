@@ -39,6 +39,15 @@ struct CodedNode {
 };
 inline constexpr unsigned kSizeMax = 16383;
 
+// The largest expected size, of a node whose neighbours' sizes and motion are the largest.
+constexpr std::uint32_t expected_size_max(const Expectation& expectation) {
+  return (6 * expectation.neighbours * kSizeMax + expectation.motion * kMotionMax) >> kExpectationShift;
+}
+static_assert(std::ranges::all_of(kDisplacementExpectation, [](const Expectation& e) {
+  return std::bit_width(expected_size_max(e) | 1) - 1 <= kRiceParameterMax;
+}));
+static_assert(std::bit_width(expected_size_max(kVelocityExpectation) | 1) - 1 <= kRiceParameterMax);
+
 // The data of the walk, without the bits.
 struct NodeWalk {
   std::span<const NodeNeighbours> neighbours;  // of the range's nodes
@@ -58,6 +67,13 @@ struct NodeContext {
   [[nodiscard]] bool quiet() const { return expected_size == 0; }
   [[nodiscard]] unsigned rice_parameter() const { return static_cast<unsigned>(std::bit_width(expected_size | 1)) - 1; }
 };
+
+// Asserts that the arrays of a walk have the sizes that its range needs.
+inline void check_walk(const NodeWalk& walk) {
+  HAIRNET_ASSERT(walk.neighbours.size() == walk.count);
+  HAIRNET_ASSERT(walk.predicted && walk.motion && walk.coded);
+  HAIRNET_ASSERT(walk.coded[walk.count].size == 0);  // absent neighbours
+}
 
 // `last_size`: of the node coded before, used when there is no neighbour.
 inline NodeContext make_node_context(const NodeWalk& walk, std::uint32_t i,
@@ -86,6 +102,7 @@ inline std::array<std::uint32_t, 4> size_weights(const Expectation& expectation)
 }
 
 inline void remember(const NodeWalk& walk, std::uint32_t i, const std::int16_t* node, std::uint32_t size) {
+  HAIRNET_VALIDATE(size <= kSizeMax);
   CodedNode& coded = walk.coded[i];
   for (unsigned axis = 0; axis < 3; ++axis)
     coded.error[axis] = static_cast<std::int16_t>(node[axis] - walk.predicted[3 * i + axis]);

@@ -1,3 +1,4 @@
+#include "core/assert.hpp"
 #include "schema/codec/bones.hpp"
 #include "schema/codec/frame_nodes.hpp"
 
@@ -16,6 +17,10 @@ bool decode_plane(std::span<const NodeNeighbours> neighbours, NodeRange range, c
 
 bool decode_planes(BitReader& reader, NodeRange range, History history, std::span<const NodeNeighbours> neighbours,
                    bool has_velocities, FrameIntegers& out) {
+  // decode_range has checked the arguments that come from outside.
+  HAIRNET_ASSERT(history.size() <= kHistoryMax);
+  HAIRNET_ASSERT(std::size_t{range.first} + range.count <= neighbours.size());
+  HAIRNET_ASSERT(out.velocities.size() == (has_velocities ? out.nodes.size() : 0));
   NodeScratch scratch(range);
   const std::size_t begin = 3 * std::size_t{range.first};
   const TemporalWeights& temporal = kTemporalWeights[history.size()][reader.take(kTemporalBits[history.size()])];

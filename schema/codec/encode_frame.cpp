@@ -10,6 +10,7 @@ namespace {
 // The spatial weights that leave the smallest errors, estimated on some of the nodes.
 unsigned choose_spatial(std::span<const NodeNeighbours> neighbours, NodeRange range, const std::int16_t* nodes,
                         const std::int16_t* predicted) {
+  HAIRNET_ASSERT(std::size_t{range.first} + range.count <= neighbours.size());
   constexpr std::uint32_t kSamplesMax = 32;
   const std::uint32_t stride = range.count / kSamplesMax + 1;
   std::array<std::uint32_t, kSpatialWeights.size()> sums{};
@@ -38,6 +39,8 @@ unsigned choose_spatial(std::span<const NodeNeighbours> neighbours, NodeRange ra
 
 // The scale for which displacements predict velocities best, by least squares.
 int choose_velocity_scale(const FrameIntegers& frame, std::span<const std::int16_t> before, NodeRange range) {
+  HAIRNET_ASSERT(before.size() == frame.nodes.size());
+  HAIRNET_ASSERT(frame.velocities.size() == frame.nodes.size());
   std::int64_t product = 0, square = 0;
   for (std::size_t i = 3 * std::size_t{range.first}; i < 3 * (std::size_t{range.first} + range.count); ++i) {
     const int moved = frame.nodes[i] - before[i];
@@ -82,6 +85,12 @@ void append_content(const FrameIntegers& frame, History history, const Neighbour
                     bool with_bones, std::vector<std::uint8_t>& out) {
   HAIRNET_ASSERT(history.size() <= kHistoryMax);
   HAIRNET_ASSERT(frame.nodes.size() == (neighbours ? 3 * neighbours->node_count() : 0));
+  for (const FrameIntegers* earlier : history) {
+    HAIRNET_ASSERT(earlier);
+    HAIRNET_ASSERT(earlier->nodes.size() == frame.nodes.size());
+  }
+  HAIRNET_ASSERT(range.first <= frame.nodes.size() / 3);
+  HAIRNET_ASSERT(range.count <= frame.nodes.size() / 3 - range.first);
   HAIRNET_ASSERT(frame.velocities.empty() || frame.velocities.size() == frame.nodes.size());
   // Reserves the worst case; most of this memory is never touched.
   const std::size_t bytes_max = kBonesBytesMax + kNodeBytesMax * range.count + kWriterSlackBytes;
@@ -89,7 +98,9 @@ void append_content(const FrameIntegers& frame, History history, const Neighbour
   BitWriter writer(room.get());
   if (with_bones) encode_bones(frame, history, writer);
   if (range.count > 0) encode_planes(frame, history, NeighbourAccess::of(*neighbours), range, writer);
-  out.insert(out.end(), room.get(), room.get() + writer.finish());
+  const std::size_t byte_count = writer.finish();
+  HAIRNET_ASSERT(byte_count + kWriterSlackBytes <= bytes_max);
+  out.insert(out.end(), room.get(), room.get() + byte_count);
 }
 
 void encode_frame(const FrameIntegers& frame, History history, const Neighbours* neighbours,

@@ -25,7 +25,10 @@ std::vector<EncodedRange> encode_ranges(const FrameIntegers& frame, History hist
       // As many as would fit if all nodes had the same size, and a little less.
       count = static_cast<std::uint32_t>(std::uint64_t{count} * bytes_max * 15 / (range.bytes.size() * 16));
     }
+    HAIRNET_ASSERT(range.bytes.size() <= bytes_max);
+    HAIRNET_ASSERT(range.nodes.count > 0 || with_bones);  // every range makes progress
   } while (ranges.back().nodes.first + ranges.back().nodes.count < node_count);
+  HAIRNET_ASSERT(ranges.back().nodes.first + ranges.back().nodes.count == node_count);
   return ranges;
 }
 

@@ -25,6 +25,8 @@ struct NodeScratch {
 
   [[nodiscard]] NodeWalk walk(std::span<const NodeNeighbours> neighbours, NodeRange range,
                               const SpatialWeights& spatial, const Expectation& expectation) {
+    HAIRNET_ASSERT(std::size_t{range.first} + range.count <= neighbours.size());
+    HAIRNET_ASSERT(motion.size() == range.count);  // the range of the constructor
     return {neighbours.subspan(range.first, range.count),
             range.first,
             range.count,
@@ -43,6 +45,10 @@ struct NodeScratch {
 // Predicts velocities from the displacements since the newest earlier frame, times `scale` / 16.
 inline void predict_velocities(const FrameIntegers& frame, History history, NodeRange range, int scale,
                                NodeScratch& scratch) {
+  HAIRNET_ASSERT(scratch.predicted.size() == 3 * std::size_t{range.count});
+  HAIRNET_ASSERT(frame.nodes.size() >= 3 * (std::size_t{range.first} + range.count));
+  HAIRNET_ASSERT(scale >= 0 && scale < 1 << kVelocityScaleBits);
+  HAIRNET_ASSERT(history.empty() || history[0]->nodes.size() == frame.nodes.size());
   std::ranges::fill(scratch.motion, std::uint16_t{0});
   const std::size_t begin = 3 * std::size_t{range.first};
   for (std::size_t i = 0; i < scratch.predicted.size(); ++i) {
@@ -51,7 +57,8 @@ inline void predict_velocities(const FrameIntegers& frame, History history, Node
   }
 }
 
-// Appends the bones if `with_bones`, and the nodes of the range.
+// Asserts what encode_frame asserts, and that the range lies within the frame. Appends the bones if `with_bones`, and
+// the nodes of the range.
 void append_content(const FrameIntegers& frame, History history, const Neighbours* neighbours, NodeRange range,
                     bool with_bones, std::vector<std::uint8_t>& out);
 

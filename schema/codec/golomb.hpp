@@ -24,8 +24,9 @@ inline std::int32_t unzigzag(std::uint32_t z) {
 }
 
 // Exponential Golomb: with y = z + 2^k, first one zero for each bit of y beyond k + 1, then a one, then y without its
-// highest bit. For 32-bit z; at most 32 - k zeros.
+// highest bit. For 32-bit z and k < 32; at most 32 - k zeros.
 inline void put_exponential(BitWriter& writer, std::uint32_t z, unsigned k) {
+  HAIRNET_VALIDATE(k < 32);
   const std::uint64_t y = std::uint64_t{z} + (std::uint64_t{1} << k);
   const auto low_bits = static_cast<unsigned>(std::bit_width(y)) - 1;
   writer.put(std::uint64_t{1} << (low_bits - k), low_bits - k + 1);
@@ -33,6 +34,7 @@ inline void put_exponential(BitWriter& writer, std::uint32_t z, unsigned k) {
 }
 
 inline std::uint32_t take_exponential(BitReader& reader, unsigned k) {
+  HAIRNET_VALIDATE(k < 32);
   const auto zeros = std::min(static_cast<unsigned>(std::countr_zero(reader.peek() | std::uint64_t{1} << 55)), 32 - k);
   reader.skip(zeros + 1);
   const unsigned low_bits = zeros + k;

@@ -2,10 +2,14 @@
 
 #include <algorithm>
 
+#include "core/assert.hpp"
+
 namespace hairnet::codec {
 
 Neighbours::Neighbours(const LevelGeometry& geometry) {
   const std::vector<std::uint32_t>& active = geometry.active_nodes;
+  HAIRNET_ASSERT(active.empty() || active.back() < geometry.lattice.node_count());
+  HAIRNET_VALIDATE(std::ranges::is_sorted(active));
   nodes_.reserve(active.size());
   for (const std::uint32_t node : active) {
     NodeNeighbours& found = nodes_.emplace_back();
@@ -20,6 +24,7 @@ Neighbours::Neighbours(const LevelGeometry& geometry) {
       if (place != active.end() && *place == grid_index)
         found[count++] = static_cast<std::uint32_t>(place - active.begin());
     }
+    HAIRNET_VALIDATE(std::ranges::all_of(found, [&](std::uint32_t n) { return n >= nodes_.size(); }));
   }
 }
 

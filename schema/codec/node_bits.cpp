@@ -5,6 +5,7 @@
 namespace hairnet::codec {
 
 void put_long_node(BitWriter& writer, const ZigzagNode& z, unsigned k) {
+  HAIRNET_ASSERT(k <= kRiceParameterMax);
   for (const std::uint16_t integer : z) {
     const unsigned zeros = static_cast<unsigned>(integer) >> k;
     if (zeros < kZerosMax) {
@@ -20,6 +21,7 @@ void put_long_node(BitWriter& writer, const ZigzagNode& z, unsigned k) {
 }
 
 ZigzagNode take_long_node(BitReader& reader, unsigned k) {
+  HAIRNET_ASSERT(k <= kRiceParameterMax);
   std::array<unsigned, 3> zeros;
   for (unsigned& count : zeros) {
     count = std::min(static_cast<unsigned>(std::countr_zero(reader.peek())), kZerosMax);

@@ -23,6 +23,7 @@ void put_long_node(BitWriter& writer, const ZigzagNode& z, unsigned k);
 ZigzagNode take_long_node(BitReader& reader, unsigned k);
 
 inline void put_node(BitWriter& writer, const ZigzagNode& z, unsigned k) {
+  HAIRNET_VALIDATE(k <= kRiceParameterMax);
   const unsigned a = z[0] >> k, b = z[1] >> k, c = z[2] >> k;
   const unsigned zeros_bits = a + b + c + 3;
   // kZerosMax is a power of 2, so the OR shows a value that large
@@ -35,6 +36,7 @@ inline void put_node(BitWriter& writer, const ZigzagNode& z, unsigned k) {
 }
 
 inline ZigzagNode take_node(BitReader& reader, unsigned k) {
+  HAIRNET_VALIDATE(k <= kRiceParameterMax);
   const std::uint64_t word = reader.peek();
   std::uint64_t rest = word;
   const auto a = static_cast<unsigned>(std::countr_zero(rest));

@@ -3,6 +3,7 @@
 
 #include "core/assert.hpp"
 #include "schema/codec/frame_codec.hpp"
+#include "schema/limits.hpp"
 
 namespace hairnet::codec {
 namespace {
@@ -23,6 +24,7 @@ std::int32_t to_integer(double x) {
 
 // Returns true when all values fitted. 3 integers for each vector.
 bool quantise(std::span<const Vec3f> vectors, float unit, std::vector<std::int16_t>& out) {
+  HAIRNET_ASSERT(unit > 0);
   out.resize(3 * vectors.size());
   if (vectors.empty()) return true;
   const float* value = vectors.front().data();
@@ -37,6 +39,7 @@ bool quantise(std::span<const Vec3f> vectors, float unit, std::vector<std::int16
 }
 
 void dequantise(std::span<const std::int16_t> integers, float unit, std::vector<Vec3f>& vectors) {
+  HAIRNET_ASSERT(integers.size() % 3 == 0);
   vectors.resize(integers.size() / 3);
   const std::int16_t* integer = integers.data();
   for (Vec3f& v : vectors) {
@@ -45,6 +48,7 @@ void dequantise(std::span<const std::int16_t> integers, float unit, std::vector<
 }
 
 float step_m(ErrorClass error_class) {
+  HAIRNET_ASSERT(static_cast<std::size_t>(error_class) < kErrorClassCount);
   return kStep_m[static_cast<std::size_t>(error_class)];
 }
 
@@ -98,6 +102,7 @@ void quantise_pose(const Pose& pose, const FrameIntegers* last, FrameIntegers& o
       side = dot(q, integers - kIntegersPerBone + 3);
     }
     const Vec3& position = pose.bones[bone].position;
+    HAIRNET_ASSERT(position.cwiseAbs().maxCoeff() <= wire::kPositionMax_m);
     for (int c = 0; c < 3; ++c) {
       // Far from the origin a float is coarser than a step.
       const double steps = as_float(to_integer(position[c] / kPositionStep_m) * kPositionStep_m) / kPositionStep_m;
@@ -115,6 +120,7 @@ Pose dequantise_pose(const FrameIntegers& integers) {
     for (int c = 0; c < 3; ++c) pose.bones[bone].position[c] = as_float(from[c] * kPositionStep_m);
     pose.bones[bone].rotation = dequantise_rotation(from + 3);
   }
+  HAIRNET_VALIDATE(is_valid(pose));  // for any integers
   return pose;
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "core/assert.hpp"
+
 namespace hairnet::codec {
 namespace {
 
@@ -20,6 +22,9 @@ I16 step_of(I16 first, I16 second, TemporalWeights weights) {
 
 void predict_nodes(History history, NodeRange range, TemporalWeights weights, std::span<I16> predicted,
                    std::span<std::uint16_t> motion) {
+  HAIRNET_ASSERT(weights.frames <= history.size());
+  HAIRNET_ASSERT(predicted.size() == 3 * std::size_t{range.count});
+  HAIRNET_ASSERT(motion.size() == range.count);
   const std::size_t begin = 3 * std::size_t{range.first};
   const std::size_t count = predicted.size();
   history = history.first(weights.frames);
@@ -62,6 +67,7 @@ void predict_nodes(History history, NodeRange range, TemporalWeights weights, st
 }
 
 unsigned choose_temporal(const FrameIntegers& frame, History history, NodeRange range) {
+  HAIRNET_ASSERT(history.size() <= kHistoryMax);
   if (history.empty()) return 0;
   const std::size_t begin = 3 * std::size_t{range.first}, coordinates = 3 * std::size_t{range.count};
   const auto frame_from = [&](std::size_t age) {
@@ -73,6 +79,7 @@ unsigned choose_temporal(const FrameIntegers& frame, History history, NodeRange 
   std::array<I16, kSamplesMax> value, moved, first, second;
   std::size_t stride = coordinates / kSamplesMax + 1;
   if (stride % 3 == 0) ++stride;  // otherwise all samples would be of one axis
+  HAIRNET_ASSERT((coordinates + stride - 1) / stride <= kSamplesMax);
   std::size_t samples = 0;
   for (std::size_t i = 0; i < coordinates; i += stride, ++samples) {
     value[samples] = x[i];
@@ -94,6 +101,7 @@ unsigned choose_temporal(const FrameIntegers& frame, History history, NodeRange 
     least = sum;
     best = choice;
   }
+  HAIRNET_ASSERT(kTemporalWeights[history.size()][best].frames <= history.size());
   return best;
 }
 

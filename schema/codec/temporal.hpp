@@ -39,6 +39,16 @@ inline constexpr std::array<std::array<TemporalWeights, 16>, kHistoryMax + 1> kT
       {0, 0, 0}}},
 }};
 
+// A choice of an order uses at most as many frames as there are.
+static_assert([] {
+  for (std::size_t order = 0; order <= kHistoryMax; ++order) {
+    for (std::size_t choice = 0; choice < std::size_t{1} << kTemporalBits[order]; ++choice) {
+      if (kTemporalWeights[order][choice].frames > order) return false;
+    }
+  }
+  return true;
+}());
+
 // Predicts from the frames that the weights use, modulo 2^16. `motion` is the size of the highest difference in the
 // history (0 for orders 0 and 1), summed over a node's three coordinates, at most kMotionMax. Where it is large, the
 // expected error is large.

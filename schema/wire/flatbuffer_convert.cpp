@@ -60,6 +60,7 @@ AlignedBytes::AlignedBytes(std::span<const std::uint8_t> bytes) : bytes_(bytes) 
   if (reinterpret_cast<std::uintptr_t>(bytes.data()) % alignof(std::uint64_t) == 0) return;
   copy_.resize((bytes.size() + sizeof(std::uint64_t) - 1) / sizeof(std::uint64_t));
   std::memcpy(copy_.data(), bytes.data(), bytes.size());
+  HAIRNET_ASSERT(copy_.size() * sizeof(std::uint64_t) >= bytes.size());
   bytes_ = {reinterpret_cast<const std::uint8_t*>(copy_.data()), bytes.size()};
 }
 

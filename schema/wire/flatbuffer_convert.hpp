@@ -8,6 +8,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "core/assert.hpp"
 #include "flatbuffers/flatbuffers.h"
 #include "schema/wire/messages.hpp"
 #include "types_generated.h"
@@ -72,6 +73,7 @@ class AlignedBytes {
 // The root of a size-prefixed buffer, or null when the 8-byte aligned `bytes` are not exactly one valid buffer.
 template <class Root>
 const Root* verified_root(std::span<const std::uint8_t> bytes, const char* identifier) {
+  HAIRNET_ASSERT(reinterpret_cast<std::uintptr_t>(bytes.data()) % alignof(std::uint64_t) == 0);
   // The verifier compares the identifier before it has checked that these bytes exist.
   if (bytes.size() < kPacketBytesMin || bytes.size() >= FLATBUFFERS_MAX_BUFFER_SIZE) return nullptr;
   flatbuffers::Verifier::Options limits;
@@ -89,10 +91,11 @@ bool is_aligned(const flatbuffers::Vector<const Struct*>& structs) {
   return structs.size() == 0 || reinterpret_cast<std::uintptr_t>(structs.Data()) % alignof(Struct) == 0;
 }
 
-// Scalars, or plain structs of the same layout.
+// Scalars, or plain structs of the same layout. Asserts that the last struct is whole: the caller has checked it.
 template <class To, class From>
 void from_flatbuffer(const flatbuffers::Vector<From>& from, std::vector<To>& to) {
   static_assert(std::is_arithmetic_v<From> && sizeof(To) % sizeof(From) == 0);
+  HAIRNET_ASSERT(from.size() % (sizeof(To) / sizeof(From)) == 0);
   to.resize(from.size() / (sizeof(To) / sizeof(From)));
   if (!to.empty()) std::memcpy(static_cast<void*>(to.data()), from.Data(), to.size() * sizeof(To));
 }

@@ -1,5 +1,7 @@
 #include "schema/wire/groom_features.hpp"
 
+#include <limits>
+
 #include "schema/wire/flatbuffer_convert.hpp"
 
 namespace hairnet::wire {
@@ -18,6 +20,7 @@ auto write_structs(FlatBufferBuilder& to, const std::vector<T>& structs) {
 }
 
 std::uint32_t count_of(const PointRange& range) {
+  HAIRNET_ASSERT(range.begin <= range.end);
   return static_cast<std::uint32_t>(range.count());
 }
 
@@ -106,6 +109,7 @@ class Pieces {
     out.resize(count);
     if (count > 0) std::memcpy(static_cast<void*>(out.data()), all_->data() + next_, count * sizeof(To));
     next_ += count * kEach;
+    HAIRNET_ASSERT(!all_ || next_ <= all_->size());
     return true;
   }
   [[nodiscard]] bool all_taken() const { return next_ == (all_ ? all_->size() : 0); }
@@ -145,6 +149,7 @@ class PointCounter {
   PointRange take(std::uint32_t count) {
     const std::uint32_t begin = next_;
     next_ = count > ~next_ ? ~std::uint32_t{0} : next_ + count;
+    HAIRNET_ASSERT(begin <= next_);
     return {begin, next_};
   }
 
@@ -200,6 +205,7 @@ FlatFeatures write_features(FlatBufferBuilder& to, const Groom& groom) {
   std::vector<float> far_points;
   std::vector<std::uint32_t> triangles, tied;
   for (const RootBlend& blend : groom.root_blends) {
+    HAIRNET_ASSERT(blend.points.size() <= std::numeric_limits<std::uint16_t>::max());
     blend_counts.push_back(static_cast<std::uint16_t>(blend.points.size()));
     for (const auto& point : blend.points) blend_points.insert(blend_points.end(), point.begin(), point.end());
   }

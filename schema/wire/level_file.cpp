@@ -45,6 +45,7 @@ static_assert(kChecksumAt + sizeof(Checksum) == kLevelFileHeaderBytes);
 static_assert(kLevelFileHeaderBytes % 8 == 0, "the payload keeps the buffer's alignment");
 
 Checksum checksum_of(std::span<const std::uint8_t> file) {
+  HAIRNET_ASSERT(file.size() >= kLevelFileHeaderBytes);
   crypto_generichash_state state;
   crypto_generichash_init(&state, nullptr, 0, sizeof(Checksum));
   crypto_generichash_update(&state, file.data(), kChecksumAt);
@@ -81,6 +82,7 @@ Offset<fb::SkinDistanceField> write(FlatBufferBuilder& to, const SkinDistanceFie
 
 Offset<fb::BuiltLevel> write(FlatBufferBuilder& to, const Level& level) {
   const LevelGeometry& g = level.geometry;
+  HAIRNET_ASSERT(g.lattice.dims[0] > 0 && g.lattice.dims[1] > 0 && g.lattice.dims[2] > 0);
   const fb::Vec3 origin = to_flatbuffer(g.lattice.origin), spacing = to_flatbuffer(g.lattice.spacing);
   const auto dims = [&](std::size_t axis) { return static_cast<std::uint32_t>(g.lattice.dims[axis]); };
   const ContactPoints& c = level.contacts;
@@ -119,6 +121,13 @@ bool read_contacts(const fb::BuiltLevel& in, ContactPoints& out) {
   return read(*in.contact_begin(), out.begin) && read(*in.contact_nodes(), out.nodes) &&
          read(*in.contact_weights(), out.weights) && read(*in.contact_rest(), out.rest) &&
          read(*in.contact_potential(), out.potential) && read(*in.contact_limit(), out.limit);
+}
+
+// Whether a LevelRecord of the geometry fits a packet. Levels that the server builds are far smaller.
+bool fits_packet(const LevelGeometry& g) {
+  const std::size_t numbers = g.active_nodes.size() + g.trimmed_nodes.size() + g.trimmed_begin.size() +
+                              g.trimmed_from.size() + g.trimmed_weights.size();
+  return numbers <= (kPacketBytesMax - kPacketOverheadBytesMax) / sizeof(std::uint32_t);
 }
 
 // Counts as they stand: validate() judges them.
@@ -162,6 +171,7 @@ std::string read(std::span<const std::uint8_t> payload, LevelSet& set) {
     set.levels[i].skin = skin;
     if (!read(*root->levels()->Get(static_cast<flatbuffers::uoffset_t>(i)), kLevelSpecs[i], set.levels[i]))
       return "level " + name + ": counts disagree";
+    if (!fits_packet(set.levels[i].geometry)) return "level " + name + ": its geometry is larger than a packet";
     if (std::string fault = validate(set.levels[i]); !fault.empty()) return "level " + name + ": " + fault;
   }
   return {};
@@ -184,6 +194,7 @@ std::vector<std::uint8_t> encode_levels(const GroomHash& groom, const LevelSet& 
   std::vector<Offset<fb::BuiltLevel>> levels;
   for (const Level& level : set.levels) levels.push_back(write(to, level));
   std::vector<Offset<fb::SkinDistanceField>> skin;
+  HAIRNET_ASSERT(set.levels.front().skin);
   for (const SkinDistanceField& field : *set.levels.front().skin) skin.push_back(write(to, field));
   const auto payload = finish(to, fb::CreateBuiltLevels(to, to.CreateVector(levels), to.CreateVector(skin)),
                               fb::BuiltLevelsIdentifier());

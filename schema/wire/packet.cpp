@@ -1,3 +1,4 @@
+#include "core/assert.hpp"
 #include "schema/wire/message_codec.hpp"
 
 namespace hairnet::wire {
@@ -5,7 +6,8 @@ namespace {
 
 template <class Table>
 std::pair<fb::Body, Offset<void>> written(Offset<Table> table) {
-  return {fb::BodyTraits<Table>::enum_value, table.Union()};
+  constexpr fb::Body type = fb::BodyTraits<Table>::enum_value;  // by value: the generated constant has no definition
+  return {type, table.Union()};
 }
 
 // Bytes of the bulk that a message brings, so that the buffer is allocated once and never beyond the limit.
@@ -68,8 +70,10 @@ const char* to_string(DecodeError error) {
 }
 
 void set_clock(std::span<std::uint8_t> packet, std::int64_t clock_ns) {
+  HAIRNET_ASSERT(packet.size() >= kPacketBytesMin);
   auto* root = flatbuffers::GetMutableRoot<flatbuffers::Table>(packet.data() + sizeof(flatbuffers::uoffset_t));
-  [[maybe_unused]] const bool is_set = root->SetField<std::int64_t>(fb::Envelope::VT_CLOCK_NS, clock_ns, clock_ns);
+  const bool is_set = root->SetField<std::int64_t>(fb::Envelope::VT_CLOCK_NS, clock_ns, clock_ns);
+  HAIRNET_ASSERT(is_set);
 }
 
 std::vector<std::uint8_t> encode_packet(const Envelope& envelope) {

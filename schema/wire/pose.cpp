@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "core/assert.hpp"
 #include "schema/wire/messages.hpp"
 
 namespace hairnet::wire {
@@ -21,6 +22,7 @@ PoseRefusal validate_pose(const Pose& pose) {
     const PoseRefusal refusal = validate_bone(bone);
     if (refusal != PoseRefusal::none) return refusal;
   }
+  HAIRNET_VALIDATE(is_valid(pose));  // what the World asserts
   return PoseRefusal::none;
 }
 

@@ -66,6 +66,7 @@ Body write(FlatBufferBuilder& to, const RecordedTick& e) {
   std::vector<fb::RecordedState> states;
   std::vector<Vec3f> displacements, velocities;
   for (const RecordedState& s : e.states) {
+    HAIRNET_ASSERT(s.displacements.size() == s.velocities.size());
     states.emplace_back(s.character, static_cast<std::uint32_t>(s.displacements.size()));
     displacements.insert(displacements.end(), s.displacements.begin(), s.displacements.end());
     velocities.insert(velocities.end(), s.velocities.begin(), s.velocities.end());
@@ -128,12 +129,19 @@ Fault read_pose(const fb::Bones& from, Pose& to) {
   return refusal == PoseRefusal::none ? Fault() : std::string("pose: ") + to_string(refusal);
 }
 
+Fault check_room(std::uint32_t room) {
+  return room < kRecordedRoomCountMax
+             ? Fault()
+             : "room " + std::to_string(room) + ", not below " + std::to_string(kRecordedRoomCountMax);
+}
+
 Fault read(const fb::RecordedAdd& in, RecordedAdd& out) {
   out.character = in.character();
   out.groom = from_flatbuffer(in.groom());
   out.room = in.room();
   out.levels_ready = in.levels_ready();
   Fault fault = read_enum(in.level(), "level", out.level);
+  if (fault.empty()) fault = check_room(out.room);
   return fault.empty() ? read_pose(in.bones(), out.pose) : fault;
 }
 
@@ -159,7 +167,8 @@ Fault read(const fb::RecordedSuspension& in, RecordedSuspension& out) {
 
 Fault read(const fb::RecordedWind& in, RecordedWind& out) {
   out = {in.room(), from_flatbuffer(in.wind())};
-  return validate(out.wind);
+  Fault fault = check_room(out.room);
+  return fault.empty() ? validate(out.wind) : fault;
 }
 
 Fault read_vectors(const flatbuffers::Vector<float>& in, std::vector<Vec3f>& out) {
@@ -187,6 +196,7 @@ Fault read_states(const fb::RecordedTick& in, std::vector<RecordedState>& out) {
                    {velocities.begin() + first, velocities.begin() + last}});
     first = last;
   }
+  HAIRNET_ASSERT(static_cast<std::size_t>(first) == displacements.size());
   return {};
 }
 
@@ -259,6 +269,7 @@ Result<RecordEntry> take_record_entry(std::span<const std::uint8_t>& bytes) {
   if (!root) return Refusal("not a recording, or a damaged one: an entry is not sound");
   RecordEntry entry;
   if (Fault fault = read_body(*root, entry); !fault.empty()) return Refusal(std::move(fault));
+  HAIRNET_ASSERT(entry_bytes >= kPacketBytesMin);  // so that the caller's loop ends
   bytes = bytes.subspan(entry_bytes);
   return entry;
 }

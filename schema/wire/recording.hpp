@@ -12,6 +12,9 @@
 // stored as floats: give the World poses that went through rounded_to_wire.
 namespace hairnet::wire {
 
+// Rooms are numbered below this: the World has no more environments.
+inline constexpr std::uint32_t kRecordedRoomCountMax = 65'536;
+
 struct RecordingHeader {
   std::uint32_t tick_rate_hz = 30;
   std::int32_t substep_count = 1;

@@ -198,11 +198,13 @@ Offset<fb::FrameBatch> write(FlatBufferBuilder& to, const FrameBatch& m) {
   std::uint8_t* at = nullptr;
   to.ForceVectorAlignment(byte_count, 1, 4);
   const Offset<flatbuffers::Vector<std::uint8_t>> frames = to.CreateUninitializedVector(byte_count, &at);
+  const std::uint8_t* const end = at + byte_count;
   member = 0;
   for (const Frame& f : m.frames) {
     at = write_frame(f, member, at);
     member = f.member;
   }
+  HAIRNET_ASSERT(at == end);
   return fb::CreateFrameBatch(to, m.tick, m.sample_time_ns, frames);
 }
 
@@ -250,6 +252,7 @@ Fault read_frame(Unpacker& in, std::uint32_t member_before, Frame& out) {
     return "frame batch: ends within a frame";
   if (step == 0 || step > 0xffffffffu - member_before) return "frame batch: members do not ascend";
   out.member = member_before + step;
+  HAIRNET_ASSERT(out.member > member_before);
   if (Fault fault = read_enum(static_cast<fb::LevelIndex>(head & 7), "level", out.level); !fault.empty()) return fault;
   out.discontinuous = (head & 8) != 0;
   out.asleep = (head & 16) != 0;

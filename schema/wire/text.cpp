@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "core/assert.hpp"
 #include "schema/wire/messages.hpp"
 
 namespace hairnet::wire {
@@ -31,6 +32,7 @@ bool is_allowed(std::uint32_t code) {
 
 // Bytes of the allowed character that `text` starts with; 0 when it starts with none.
 std::size_t character_bytes(std::string_view text) {
+  HAIRNET_ASSERT(!text.empty());
   const LeadByte first = lead(static_cast<unsigned char>(text.front()));
   if (first.length == 0 || first.length > text.size()) return 0;
   std::uint32_t code = first.bits;
@@ -64,6 +66,7 @@ std::string fit_text(std::string_view text) {
     fitted += character;
     text.remove_prefix(std::max<std::size_t>(bytes, 1));
   }
+  HAIRNET_VALIDATE(is_text(fitted));
   return fitted;
 }
 

@@ -4,6 +4,8 @@
 #include <fstream>
 #include <utility>
 
+#include "core/assert.hpp"
+
 namespace hairnet::server {
 namespace {
 
@@ -137,6 +139,7 @@ void Server::poll_io(std::int64_t now_ns) {
 bool Server::poll_tick(std::int64_t now_ns) {
   const std::optional<TickClock::Tick> due = tick_clock_.take(now_ns);
   if (!due) return false;
+  HAIRNET_ASSERT(due->tick == 0 || due->tick > tick_.load(std::memory_order_relaxed));
   tick_.store(due->tick, std::memory_order_relaxed);
   scheduler_.run_tick(*due, now_ns);
   return true;

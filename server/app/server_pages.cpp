@@ -2,13 +2,16 @@
 
 #include <utility>
 
+#include "core/assert.hpp"
 #include "server/app/process_gauges.hpp"
 #include "server/telemetry/prometheus_text.hpp"
 
 namespace hairnet::server {
 
 ServerPages::ServerPages(Metrics& metrics, std::function<Health()> health)
-    : metrics_(&metrics), health_(std::move(health)) {}
+    : metrics_(&metrics), health_(std::move(health)) {
+  HAIRNET_ASSERT(health_);
+}
 
 HttpResponse ServerPages::handle(const HttpRequest& request) {
   const std::string_view path = request.path;

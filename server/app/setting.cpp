@@ -6,12 +6,17 @@
 #include <charconv>
 #include <type_traits>
 
+#include "core/assert.hpp"
+
 namespace hairnet::server {
 namespace {
 
 constexpr std::array<const char*, 5> kKindNames{"a boolean", "an integer", "a number", "text", "three numbers"};
 
+static_assert(kKindNames.size() == std::variant_size_v<Setting::Value>);
+
 const char* kind_name(std::size_t kind) {
+  HAIRNET_ASSERT(kind < kKindNames.size());
   return kKindNames[kind];
 }
 
@@ -49,6 +54,8 @@ std::string check_text(const Setting& s, const std::string& text) {
 
 std::string check(const Setting& s, Setting::Value& value) {
   using Kind = Setting::Kind;
+  HAIRNET_ASSERT(s.integer_min <= s.integer_max);
+  HAIRNET_ASSERT(s.number_min <= s.number_max);
   const Kind kind = s.kind();
   if (const auto* whole = std::get_if<std::int64_t>(&value); whole && kind == Kind::number)
     value = static_cast<double>(*whole);
@@ -93,6 +100,7 @@ bool parse_words(const Setting& s, const std::vector<std::string>& words, Settin
     return false;
   }
   fault = check(s, value);
+  HAIRNET_ASSERT(static_cast<Setting::Kind>(value.index()) == kind);
   return fault.empty();
 }
 

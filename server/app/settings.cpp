@@ -10,8 +10,10 @@
 #include <sstream>
 #include <utility>
 
+#include "core/assert.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "schema/wire/messages.hpp"
+#include "schema/wire/recording.hpp"
 
 namespace hairnet::server {
 namespace {
@@ -34,6 +36,7 @@ class List {
   template <class Integer>
   Setting& integer(Integer& to, const char* key, std::int64_t least, std::int64_t most, const char* about,
                    const char* flag = "") {
+    HAIRNET_ASSERT(least <= most);
     Setting& s = add(key, flag, about);
     s.integer_min = least;
     s.integer_max = most;
@@ -104,6 +107,7 @@ class List {
     return s;
   }
   Setting& ranged(const char* key, const char* flag, const char* about, double least, double most) {
+    HAIRNET_ASSERT(least <= most);
     Setting& s = add(key, flag, about);
     s.number_min = least;
     s.number_max = most;
@@ -161,7 +165,7 @@ void add_limits(List& list, Config& c) {
   list.integer(s.character_count_max, "characters_max", 1, 65'536, "characters of all clients");
   list.integer(s.characters_per_session_max, "characters_per_client_max", 1, 65'536,
                "characters of one client; characters_max applies too");
-  list.integer(s.room_count_max, "rooms_max", 1, 65'536, "rooms at once");
+  list.integer(s.room_count_max, "rooms_max", 1, wire::kRecordedRoomCountMax, "rooms at once");
   list.integer(s.sessions_per_room_max, "clients_per_room_max", 1, 10'000, "clients of one room");
   list.integer(s.characters_per_room_max, "characters_per_room_max", 1, 65'536, "characters of one room");
   list.integer(s.downloads_per_session_max, "downloads_per_client_max", 1, 65'536,

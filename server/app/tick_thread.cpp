@@ -3,6 +3,7 @@
 #include <chrono>
 #include <utility>
 
+#include "core/assert.hpp"
 #include "server/transport/io_loop.hpp"
 
 namespace hairnet::server {
@@ -20,6 +21,7 @@ TickThread::~TickThread() {
 }
 
 void TickThread::count_tick(std::int64_t begun_ns, std::int64_t done_ns) {
+  HAIRNET_ASSERT(done_ns >= begun_ns);
   const auto spent_ns = static_cast<std::uint64_t>(done_ns - begun_ns);
   const double spent_s = static_cast<double>(spent_ns) * 1e-9;
   const double budget_used = spent_s / counters_->gauges.tick_period_seconds.value();

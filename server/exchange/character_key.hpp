@@ -18,5 +18,6 @@ constexpr SessionId session_of(CharacterKey key) {
 constexpr std::uint32_t number_of(CharacterKey key) {
   return static_cast<std::uint32_t>(key);
 }
+static_assert(session_of(character_key(3, ~0u)) == 3 && number_of(character_key(~0u, 7)) == 7);
 
 }  // namespace hairnet::server

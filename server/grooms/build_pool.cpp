@@ -1,5 +1,7 @@
 #include "server/grooms/build_pool.hpp"
 
+#include "core/assert.hpp"
+
 namespace hairnet::server {
 
 BuildPool::BuildPool(std::size_t thread_count) {
@@ -13,9 +15,11 @@ BuildPool::~BuildPool() {
   }
   begun_.notify_all();
   for (std::thread& helper : helpers_) helper.join();
+  HAIRNET_ASSERT(loops_.empty());
 }
 
 void BuildPool::parallel_for(std::size_t count, const std::function<void(std::size_t)>& body) {
+  HAIRNET_ASSERT(body);
   if (count <= 1 || helpers_.empty()) {
     for (std::size_t i = 0; i < count; ++i) body(i);
     return;
@@ -26,6 +30,7 @@ void BuildPool::parallel_for(std::size_t count, const std::function<void(std::si
   while (loop->next < count) run_next(*loop, lock);
   // Other threads run the rest. They wait for nothing but their own nested loops, so this wait ends.
   ended_.wait(lock, [&] { return loop->done == count; });
+  HAIRNET_ASSERT(loop->next == count);
   loops_.erase(loop);
 }
 
@@ -39,10 +44,13 @@ void BuildPool::help() {
 }
 
 void BuildPool::run_next(Loop& loop, std::unique_lock<std::mutex>& lock) {
+  HAIRNET_ASSERT(lock.owns_lock());
+  HAIRNET_ASSERT(loop.next < loop.count);
   const std::size_t i = loop.next++;
   lock.unlock();
   loop.body(i);
   lock.lock();
+  HAIRNET_ASSERT(loop.done < loop.next);
   if (++loop.done == loop.count) ended_.notify_all();
 }
 

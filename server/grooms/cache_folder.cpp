@@ -15,6 +15,7 @@
 #include <tuple>
 #include <utility>
 
+#include "core/assert.hpp"
 #include "server/telemetry/log_text.hpp"
 
 namespace hairnet::server {
@@ -50,6 +51,7 @@ bool write_all(int descriptor, std::span<const std::uint8_t> bytes) {
     const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
     if (written < 0 && errno == EINTR) continue;
     if (written < 0) return false;
+    HAIRNET_ASSERT(std::cmp_less_equal(written, bytes.size()));
     bytes = bytes.subspan(static_cast<std::size_t>(written));
   }
   return true;
@@ -64,6 +66,7 @@ std::optional<std::vector<std::uint8_t>> read_all(int descriptor, std::size_t si
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) return std::nullopt;
     if (got == 0) break;
+    HAIRNET_ASSERT(std::cmp_less_equal(got, size - count));
     count += static_cast<std::size_t>(got);
   }
   bytes.resize(count);
@@ -75,6 +78,7 @@ bool begins_with_hash(std::string_view name) {
 }
 
 wire::GroomHash hash_of(std::string_view name) {
+  HAIRNET_ASSERT(begins_with_hash(name));
   wire::GroomHash hash{};
   for (std::size_t i = 0; i < hash.size(); ++i)
     hash[i] = static_cast<std::uint8_t>(16 * kDigits.find(name[2 * i]) + kDigits.find(name[2 * i + 1]));
@@ -113,6 +117,9 @@ std::vector<CacheFile> files_of(const fs::path& folder, std::string_view suffix)
 
 CacheFolder::CacheFolder(CacheFolderDef def, Counter& written, Counter& writes_failed, Counter& evicted)
     : def_(std::move(def)), written_(&written), writes_failed_(&writes_failed), evicted_(&evicted) {
+  HAIRNET_ASSERT(!def_.folder.empty());
+  HAIRNET_ASSERT(def_.suffix.starts_with('.'));
+  HAIRNET_ASSERT(def_.file_bytes_max > 0);
   std::error_code error;
   if (fs::is_directory(def_.folder, error)) return;
   if (fs::create_directories(def_.folder, error); error) {
@@ -205,6 +212,7 @@ void CacheFolder::make_room(const fs::path& newest) {
     std::error_code error;
     if (file.path == newest || file.is_being_written(now) || !fs::remove(file.path, error)) continue;
     evicted_->add();
+    HAIRNET_ASSERT(bytes >= file.bytes);
     bytes -= file.bytes;
   }
 }

@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "core/assert.hpp"
 #include "core/levels/build.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "server/grooms/build_pool.hpp"
@@ -27,6 +28,7 @@ std::vector<std::uint8_t> joined(std::vector<std::vector<std::uint8_t>> chunks) 
 }
 
 GroomResult refused(const wire::GroomHash& hash, Fault fault, std::string detail) {
+  HAIRNET_ASSERT(fault != Fault::none);
   GroomResult result;
   result.hash = hash;
   result.outcome = Outcome::refused;
@@ -37,7 +39,9 @@ GroomResult refused(const wire::GroomHash& hash, Fault fault, std::string detail
 
 }  // namespace
 
-GroomBuilder::GroomBuilder(const GroomBuilderDef& def) : def_(def), reads_(0), jobs_(def.queue_max), results_(0) {}
+GroomBuilder::GroomBuilder(const GroomBuilderDef& def) : def_(def), reads_(0), jobs_(def.queue_max), results_(0) {
+  HAIRNET_ASSERT(def.queue_max > 0);
+}
 
 bool GroomBuilder::try_put(GroomJob& job) {
   if (!jobs_.try_put(job)) return false;
@@ -60,7 +64,15 @@ void GroomBuilder::wake() {
   if (on_job) on_job();
 }
 
+// What the store relies on, for each kind of result.
+void GroomBuilder::check(const GroomResult& result) {
+  HAIRNET_ASSERT((result.outcome == Outcome::refused) == (result.fault != Fault::none));
+  HAIRNET_ASSERT((result.outcome == Outcome::ready) == (result.levels != nullptr));
+  if (result.outcome == Outcome::building) HAIRNET_ASSERT(result.bytes);
+}
+
 void GroomBuilder::put(GroomResult result) {
+  check(result);
   results_.put(std::move(result));
   if (on_result) on_result();
 }

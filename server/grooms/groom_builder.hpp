@@ -77,6 +77,7 @@ class GroomBuilder {
   std::function<void()> on_job, on_result;  // wake the other side; set before use
 
  private:
+  static void check(const GroomResult& result);
   void put(GroomResult result);
   void wake();
   bool poll_read();

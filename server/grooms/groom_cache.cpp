@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "core/assert.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "server/telemetry/log_text.hpp"
 
@@ -54,6 +55,7 @@ GroomCache::Bytes GroomCache::find(const wire::GroomHash& groom) {
 }
 
 void GroomCache::put(const wire::GroomHash& groom, std::span<const std::uint8_t> bytes) {
+  HAIRNET_VALIDATE(wire::hash_groom(bytes) == groom);
   if (folder_.put(groom, bytes)) refresh();
 }
 

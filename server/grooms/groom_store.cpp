@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/assert.hpp"
 #include "server/grooms/level_bytes.hpp"
 #include "server/telemetry/log_text.hpp"
 
@@ -59,7 +60,34 @@ Counter& counter_of(GroomResult::Fault fault, GroomCounters& counters) {
 
 GroomStore::GroomStore(const GroomStoreLimits& limits, GroomBuilder& builder, CommandQueue& commands,
                        GroomCounters& counters, GroomListener listener)
-    : limits_(limits), builder_(&builder), commands_(&commands), counters_(&counters), listener_(std::move(listener)) {}
+    : limits_(limits), builder_(&builder), commands_(&commands), counters_(&counters), listener_(std::move(listener)) {
+  HAIRNET_ASSERT(listener_.send);
+  HAIRNET_ASSERT(limits.groom_bytes_max > 0);
+  HAIRNET_ASSERT(limits.groom_count_max > 0);
+}
+
+// The sums are those of the entries, and every entry has what its state needs.
+void GroomStore::check_invariants() const {
+  HAIRNET_ASSERT(grooms_.size() <= limits_.groom_count_max);
+  HAIRNET_ASSERT(reading_count_ <= kReadingMax);
+#ifdef HAIRNET_VALIDATE_ON
+  std::size_t upload_bytes = 0, level_bytes = 0, reading = 0;
+  for (const auto& [hash, entry] : grooms_) {
+    upload_bytes += entry.upload_bytes;
+    level_bytes += entry.level_bytes;
+    reading += entry.state == State::reading ? 1 : 0;
+    HAIRNET_ASSERT(entry.received <= entry.byte_count || entry.state != State::uploading);
+    HAIRNET_ASSERT((entry.state == State::building || entry.state == State::ready) == (entry.bytes != nullptr));
+    HAIRNET_ASSERT((entry.state == State::ready) == (entry.level_bytes > 0));
+    HAIRNET_ASSERT(entry.chunks.empty() || entry.state == State::uploading);
+    HAIRNET_ASSERT(entry.used <= uses_);
+    if (entry.state == State::uploading) HAIRNET_ASSERT(entry.users.contains(entry.uploader));
+  }
+  HAIRNET_ASSERT(upload_bytes == upload_bytes_);
+  HAIRNET_ASSERT(level_bytes == level_bytes_);
+  HAIRNET_ASSERT(reading == to_read_.size() + reading_count_);
+#endif
+}
 
 void GroomStore::open(SessionId session, std::uint64_t strand_count_max, std::int64_t now_ns) {
   Account& own = account(session, now_ns);
@@ -89,6 +117,8 @@ Refused GroomStore::offer(SessionId session, const wire::GroomOffer& offer, std:
 
 Refused GroomStore::offer_known(Grooms::iterator groom, SessionId session, const wire::GroomOffer& offer,
                                 std::int64_t now_ns) {
+  HAIRNET_ASSERT(groom != grooms_.end());
+  HAIRNET_ASSERT(offer.byte_count > 0);
   Entry& entry = groom->second;
   // The first offer may state a wrong size; it is known only once the bytes have been checked against the hash.
   const bool is_known = entry.state == State::building || entry.state == State::ready;
@@ -159,6 +189,7 @@ Refused GroomStore::check_retain(SessionId session, Grooms::const_iterator groom
 }
 
 bool GroomStore::is_over_strands(SessionId session, Grooms::const_iterator groom) const {
+  HAIRNET_ASSERT(groom != grooms_.end());
   std::uint64_t strands = groom->second.strand_count;
   for (auto retained = grooms_.begin(); retained != grooms_.end(); ++retained) {
     if (retained != groom && retained->second.users.contains(session)) strands += retained->second.strand_count;
@@ -199,6 +230,7 @@ Refused GroomStore::check_upload(SessionId session, std::uint64_t byte_count, st
 Refused GroomStore::begin_upload(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns) {
   if (Refused refused = make_place()) return refused;
   if (Refused refused = check_upload(session, offer.byte_count, now_ns)) return refused;
+  HAIRNET_ASSERT(!grooms_.contains(offer.hash));
   Entry& entry = grooms_[offer.hash];
   entry.users[session] = offer.byte_count;
   entry.used = ++uses_;
@@ -208,6 +240,8 @@ Refused GroomStore::begin_upload(SessionId session, const wire::GroomOffer& offe
 
 void GroomStore::await_upload(Grooms::iterator groom, SessionId uploader, std::int64_t now_ns) {
   Entry& entry = groom->second;
+  HAIRNET_ASSERT(entry.users.contains(uploader));
+  HAIRNET_ASSERT(entry.users.at(uploader) > 0);  // it has offered the groom
   if (entry.byte_count != entry.users.at(uploader)) {
     entry.byte_count = entry.users.at(uploader);
     entry.received = 0;
@@ -224,6 +258,7 @@ void GroomStore::await_upload(Grooms::iterator groom, SessionId uploader, std::i
 
 Refused GroomStore::begin_reading(SessionId session, const wire::GroomHash& hash) {
   if (Refused refused = make_place()) return refused;
+  HAIRNET_ASSERT(!grooms_.contains(hash));
   Entry& entry = grooms_[hash];
   entry.state = State::reading;
   entry.users[session] = 0;
@@ -236,6 +271,8 @@ Refused GroomStore::begin_reading(SessionId session, const wire::GroomHash& hash
 void GroomStore::feed_builder() {
   while (!to_read_.empty() && reading_count_ < kReadingMax) {
     const auto groom = grooms_.find(to_read_.front());
+    HAIRNET_ASSERT(groom != grooms_.end());
+    HAIRNET_ASSERT(groom->second.state == State::reading);
     if (groom->second.users.empty()) {  // they have left
       erase(groom);
     } else {
@@ -276,6 +313,7 @@ Refused GroomStore::put_chunk(Grooms::iterator groom, SessionId session, wire::G
   if (chunk.bytes.size() > entry.byte_count - entry.received)
     return {ErrorReason::limit_exceeded, fmt::format("more than the {} bytes offered", entry.byte_count)};
   entry.received += chunk.bytes.size();
+  HAIRNET_ASSERT(entry.received <= entry.byte_count);
   account(session, now_ns).chunk_ns = now_ns;
   counters_->groom_bytes_received.add(chunk.bytes.size());
   chunk.bytes.shrink_to_fit();
@@ -284,6 +322,8 @@ Refused GroomStore::put_chunk(Grooms::iterator groom, SessionId session, wire::G
 }
 
 Refused GroomStore::finish_upload(Grooms::iterator groom, std::int64_t now_ns) {
+  HAIRNET_ASSERT(groom->second.received == groom->second.byte_count);
+  HAIRNET_ASSERT(!groom->second.chunks.empty());  // without chunks the builder would read the cache
   counters_->grooms_uploaded.add();
   GroomJob job{groom->first, std::move(groom->second.chunks)};
   if (!builder_->try_put(job)) {
@@ -366,6 +406,7 @@ void GroomStore::poll(std::int64_t now_ns) {
     groom = next;
   }
   std::erase_if(read_, [](const auto& read) { return read.second.expired(); });
+  check_invariants();
   counters_->gauges.grooms.set(static_cast<double>(grooms_.size()));
   counters_->gauges.groom_upload_bytes.set(static_cast<double>(upload_bytes_));
   counters_->gauges.groom_level_bytes.set(static_cast<double>(level_bytes_));
@@ -379,7 +420,10 @@ void GroomStore::take(GroomResult result, std::int64_t now_ns) {
   if (result.outcome == GroomResult::Outcome::read) return hand_over(result, now_ns);
   const auto groom = grooms_.find(result.hash);
   if (groom == grooms_.end()) return;
-  if (groom->second.state == State::reading) --reading_count_;
+  if (groom->second.state == State::reading) {
+    HAIRNET_ASSERT(reading_count_ > 0);
+    --reading_count_;
+  }
   switch (result.outcome) {
     case GroomResult::Outcome::building:
       return take_building(groom, std::move(result), now_ns);
@@ -403,6 +447,8 @@ void GroomStore::hand_over(const GroomResult& read, std::int64_t now_ns) {
 
 void GroomStore::take_building(Grooms::iterator groom, GroomResult result, std::int64_t now_ns) {
   Entry& entry = groom->second;
+  HAIRNET_ASSERT(entry.state == State::queued || entry.state == State::reading);
+  HAIRNET_ASSERT(result.bytes);
   entry.state = State::building;
   entry.bytes = std::move(result.bytes);
   entry.strand_count = result.strand_count;
@@ -427,6 +473,8 @@ void GroomStore::take_building(Grooms::iterator groom, GroomResult result, std::
 
 void GroomStore::take_ready(Grooms::iterator groom, GroomResult result, std::int64_t now_ns) {
   Entry& entry = groom->second;
+  HAIRNET_ASSERT(entry.state == State::building);
+  HAIRNET_ASSERT(result.levels);
   const std::size_t bytes = entry.bytes->size() + server::level_bytes(*result.levels);
   while (level_bytes_ + bytes > limits_.level_bytes_max && evict_one()) {
   }
@@ -487,6 +535,7 @@ void GroomStore::send_state(Grooms::const_iterator groom, GroomState state, std:
 }
 
 void GroomStore::set_upload_bytes(Entry& entry, std::size_t bytes) {
+  HAIRNET_ASSERT(upload_bytes_ >= entry.upload_bytes);
   upload_bytes_ += bytes - entry.upload_bytes;
   entry.upload_bytes = bytes;
 }
@@ -494,6 +543,7 @@ void GroomStore::set_upload_bytes(Entry& entry, std::size_t bytes) {
 void GroomStore::erase(Grooms::iterator groom) {
   Entry& entry = groom->second;
   set_upload_bytes(entry, 0);
+  HAIRNET_ASSERT(level_bytes_ >= entry.level_bytes);
   level_bytes_ -= entry.level_bytes;
   if (entry.state == State::ready) commands_->put(ForgetGroom{groom->first});
   grooms_.erase(groom);

@@ -136,6 +136,7 @@ class GroomStore final : public GroomService {
   void send_state(Grooms::const_iterator groom, wire::GroomState state, std::int64_t now_ns);
   void set_upload_bytes(Entry& entry, std::size_t bytes);
   void erase(Grooms::iterator groom);
+  void check_invariants() const;
   bool evict_one();  // the least recently used ready groom that no session uses
 
   GroomStoreLimits limits_;

@@ -2,6 +2,8 @@
 
 #include <vector>
 
+#include "core/assert.hpp"
+
 namespace hairnet::server {
 namespace {
 
@@ -39,6 +41,7 @@ std::size_t bytes_of(const Level& level) {
 }  // namespace
 
 std::size_t level_bytes(const LevelSet& set) {
+  HAIRNET_ASSERT(set.levels.front().skin);
   std::size_t bytes = bytes_of(*set.levels.front().skin);
   for (const Level& level : set.levels) bytes += bytes_of(level);
   return bytes;

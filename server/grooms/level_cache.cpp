@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "core/assert.hpp"
 #include "schema/wire/level_file.hpp"
 #include "server/telemetry/log_text.hpp"
 
@@ -50,6 +51,7 @@ std::shared_ptr<LevelSet> LevelCache::find(const wire::GroomHash& groom) {
       count(decoded.detail, groom, counters_->level_cache_rejected_unsound);
       return nullptr;
   }
+  HAIRNET_ASSERT(decoded.levels);
   counters_->level_cache_hits.add();
   folder_.touch(groom);
   return std::move(decoded.levels);

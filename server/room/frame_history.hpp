@@ -13,7 +13,7 @@ namespace hairnet::server {
 class FrameHistory {
  public:
   // Adds an entry for the frame of `tick`. It replaces an entry older than `keep_from`, if there is one, and reuses its
-  // vectors. Valid until the next call.
+  // vectors. Valid until the next call. Asserts that the tick has no entry yet.
   codec::FrameIntegers& add(codec::ErrorClass error_class, std::uint64_t tick, std::uint64_t keep_from);
   // Null when there is no frame of that tick. Valid until the next add of that class.
   [[nodiscard]] const codec::FrameIntegers* find(codec::ErrorClass error_class, std::uint64_t tick) const;

@@ -4,6 +4,8 @@
 #include <limits>
 #include <unordered_set>
 
+#include "core/assert.hpp"
+
 namespace hairnet::server {
 namespace {
 
@@ -39,6 +41,8 @@ std::vector<Distance> distances(const wire::Observe& observe, std::span<const Me
 }  // namespace
 
 void choose_members(const wire::Observe& observe, std::span<const MemberHead> heads, std::vector<bool>& wanted) {
+  HAIRNET_VALIDATE(wire::validate(observe).empty());
+  HAIRNET_VALIDATE(std::ranges::is_sorted(heads, {}, &MemberHead::member));
   wanted.assign(heads.size(), observe.mode == wire::ObserveMode::all);
   if (observe.mode == wire::ObserveMode::list) {
     const std::unordered_set<std::uint32_t> listed(observe.members.begin(), observe.members.end());
@@ -55,6 +59,7 @@ void choose_members(const wire::Observe& observe, std::span<const MemberHead> he
       count = static_cast<std::size_t>(
           std::ranges::partition(others, [&](const Distance& d) { return d.m2 <= radius2; }).begin() - others.begin());
     }
+    HAIRNET_ASSERT(count <= others.size());
     for (std::size_t i = 0; i < count; ++i) wanted[others[i].index] = true;
   }
   for (std::size_t i = 0; i < heads.size(); ++i) {

@@ -19,7 +19,8 @@ struct MemberHead {
 
 // Chooses the members whose frames a session gets: `wanted` has one entry a head. A session always gets its own
 // members. It gets others by `observe`: the ones nearest to `from`, or to any of its own heads; with neither, all
-// distances are 0. Of two members at the same distance the lower number wins. Pure.
+// distances are 0. Of two members at the same distance the lower number wins. Heads are in order of their
+// numbers, and `observe` is valid. Pure.
 void choose_members(const wire::Observe& observe, std::span<const MemberHead> heads, std::vector<bool>& wanted);
 
 }  // namespace hairnet::server

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/assert.hpp"
+
 namespace hairnet::server {
 namespace {
 
@@ -10,6 +12,8 @@ constexpr std::int64_t kSlopeLeast_ns = 8'000'000;
 constexpr std::int64_t kSlopeMost_ns = 250'000'000;
 
 double fraction(std::int64_t from_ns, std::int64_t to_ns, std::int64_t at_ns) {
+  HAIRNET_ASSERT(from_ns < to_ns);
+  HAIRNET_ASSERT(at_ns >= from_ns);
   return static_cast<double>(at_ns - from_ns) / static_cast<double>(to_ns - from_ns);
 }
 
@@ -19,6 +23,15 @@ bool is_newer(std::uint32_t a, std::uint32_t b) {
 }
 
 }  // namespace
+
+void PoseInbox::check_invariants() const {
+  HAIRNET_ASSERT(poses_.size() <= kPosesMax);
+  for (std::size_t i = 1; i < poses_.size(); ++i) {
+    HAIRNET_VALIDATE(poses_[i].sample.capture_time_ns > poses_[i - 1].sample.capture_time_ns);
+    HAIRNET_VALIDATE(is_newer(poses_[i].sample.sequence, poses_[i - 1].sample.sequence));
+    HAIRNET_VALIDATE(poses_[i - 1].teleport_reported || !poses_[i].teleport_reported);
+  }
+}
 
 PoseInbox::Put PoseInbox::put(const wire::PoseSample& sample, std::int64_t now_ns) {
   if (sample.capture_time_ns > now_ns + kLeadMax_ns) return Put::future;
@@ -35,12 +48,14 @@ PoseInbox::Put PoseInbox::put(const wire::PoseSample& sample, std::int64_t now_n
     poses_.erase(poses_.begin());
   }
   poses_.push_back({sample});
+  check_invariants();
   return Put::accepted;
 }
 
 PoseInbox::Sample PoseInbox::sample(std::int64_t time_ns) {
   if (poses_.empty()) return {};
   forget_before(time_ns - kHistory_ns);
+  HAIRNET_ASSERT(!poses_.empty());
   const auto after = std::find_if(poses_.begin(), poses_.end(),
                                   [&](const Entry& entry) { return entry.sample.capture_time_ns > time_ns; });
   bool teleport = false;
@@ -62,7 +77,9 @@ PoseInbox::Sample PoseInbox::sample(std::int64_t time_ns) {
 }
 
 PoseInbox::Sample PoseInbox::beyond_newest(std::int64_t time_ns) const {
+  HAIRNET_ASSERT(!poses_.empty());
   const wire::PoseSample& newest = poses_.back().sample;
+  HAIRNET_ASSERT(time_ns >= newest.capture_time_ns);
   if (time_ns == newest.capture_time_ns) return {Kind::interpolated, false, newest.pose};
   const std::int64_t to_ns = std::min(time_ns, newest.capture_time_ns + kExtrapolationMax_ns);
   const Kind kind = to_ns == time_ns ? Kind::extrapolated : Kind::stale;
@@ -86,6 +103,7 @@ void PoseInbox::forget_before(std::int64_t time_ns) {
          poses_[passed].teleport_reported)
     ++passed;
   poses_.erase(poses_.begin(), poses_.begin() + static_cast<std::ptrdiff_t>(passed));
+  check_invariants();
 }
 
 }  // namespace hairnet::server

@@ -47,6 +47,7 @@ class PoseInbox {
   };
   Sample beyond_newest(std::int64_t time_ns) const;
   void forget_before(std::int64_t time_ns);
+  void check_invariants() const;
 
   std::vector<Entry> poses_;  // capture_time_ns and sequence rise
 };

@@ -5,6 +5,20 @@
 
 namespace hairnet::server {
 
+void Rooms::check_invariants() const {
+  HAIRNET_ASSERT(by_key_.size() == characters_.size());
+  HAIRNET_ASSERT(by_name_.size() + free_rooms_.size() == rooms_.size());
+}
+
+void Rooms::check_invariants(const Room& room) {
+  HAIRNET_ASSERT(room.in_use);
+  HAIRNET_ASSERT(room.member_count + room.free_slots.size() == room.slots.size());
+  HAIRNET_ASSERT(room.empty_since_ns == 0 || room.is_empty());
+  HAIRNET_VALIDATE(std::cmp_equal(room.member_count, std::ranges::count_if(room.slots, [](const Room::Slot& slot) {
+                                    return slot.character != nullptr;
+                                  })));
+}
+
 Room& Rooms::room_named(const std::string& name) {
   if (const auto found = by_name_.find(name); found != by_name_.end()) return rooms_[found->second];
   if (by_name_.size() >= room_count_max_) forget_longest_empty();
@@ -15,7 +29,9 @@ Room& Rooms::room_named(const std::string& name) {
     index = free_rooms_.back();
     free_rooms_.pop_back();
   }
+  HAIRNET_ASSERT(index < kEnvironmentCountMax);  // of the World, one a room
   Room& room = rooms_[index];
+  HAIRNET_ASSERT(!room.in_use);
   room = {};
   room.index = index;
   room.in_use = true;
@@ -23,10 +39,13 @@ Room& Rooms::room_named(const std::string& name) {
   room.wind = wind_;
   by_name_.emplace(name, index);
   counters_->rooms_opened.add();
+  check_invariants();
   return room;
 }
 
 Observer& Rooms::open(SessionId session, const std::string& name, std::shared_ptr<ObserverSink> sink) {
+  HAIRNET_ASSERT(session != 0);
+  HAIRNET_ASSERT(!observers_.contains(session));
   Room& room = room_named(name);
   room.empty_since_ns = 0;
   Observer& observer = observers_[session];
@@ -34,14 +53,18 @@ Observer& Rooms::open(SessionId session, const std::string& name, std::shared_pt
   observer.room = room.index;
   observer.sink = std::move(sink);
   room.observers.push_back(&observer);
+  check_invariants(room);
   return observer;
 }
 
 void Rooms::close(SessionId session, std::int64_t now_ns) {
   const auto found = observers_.find(session);
   if (found == observers_.end()) return;
+  const auto first = characters_.lower_bound(character_key(session, 0));
+  HAIRNET_ASSERT(first == characters_.end() || session_of(first->first) != session);
   Room& room = rooms_[found->second.room];
-  std::erase(room.observers, &found->second);
+  const std::size_t erased = std::erase(room.observers, &found->second);
+  HAIRNET_ASSERT(erased == 1);
   observers_.erase(found);
   note_empty(room, now_ns);
 }
@@ -50,6 +73,7 @@ Character* Rooms::add(CharacterKey key, const wire::GroomHash& groom, LevelIndex
   const Observer* owner = observer(session_of(key));
   if (!owner) return nullptr;
   Room& room = rooms_[owner->room];
+  HAIRNET_ASSERT(!characters_.contains(key));
   Character& character = characters_[key];
   by_key_[key] = &character;
   is_everyone_current_ = false;
@@ -65,9 +89,12 @@ Character* Rooms::add(CharacterKey key, const wire::GroomHash& groom, LevelIndex
     room.free_slots.pop_back();
   }
   Room::Slot& slot = room.slots[character.slot];
+  HAIRNET_ASSERT(!slot.character);
   slot.character = &character;
   ++slot.generation;
   ++room.member_count;
+  check_invariants();
+  check_invariants(room);
   return &character;
 }
 
@@ -75,6 +102,8 @@ void Rooms::remove(CharacterKey key, std::int64_t now_ns) {
   const auto found = characters_.find(key);
   if (found == characters_.end()) return;
   Room& room = rooms_[found->second.room];
+  HAIRNET_ASSERT(room.slots[found->second.slot].character == &found->second);
+  HAIRNET_ASSERT(room.member_count > 0);
   room.slots[found->second.slot].character = nullptr;
   room.free_slots.push_back(found->second.slot);
   --room.member_count;
@@ -82,6 +111,8 @@ void Rooms::remove(CharacterKey key, std::int64_t now_ns) {
   by_key_.erase(key);
   is_everyone_current_ = false;
   note_empty(room, now_ns);
+  check_invariants();
+  check_invariants(room);
 }
 
 void Rooms::note_empty(Room& room, std::int64_t now_ns) {
@@ -104,10 +135,13 @@ void Rooms::forget_longest_empty() {
 }
 
 void Rooms::forget(Room& room) {
+  HAIRNET_ASSERT(room.in_use);
+  HAIRNET_ASSERT(room.is_empty());
   by_name_.erase(room.name);
   room.in_use = false;
   free_rooms_.push_back(room.index);
   counters_->rooms_closed.add();
+  check_invariants();
 }
 
 Character* Rooms::find(CharacterKey key) {
@@ -120,6 +154,7 @@ std::span<Character* const> Rooms::everyone() {
     everyone_.clear();
     for (auto& [key, character] : characters_) everyone_.push_back(&character);
   }
+  HAIRNET_ASSERT(everyone_.size() == characters_.size());
   return everyone_;
 }
 

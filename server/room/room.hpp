@@ -9,6 +9,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "core/assert.hpp"
 #include "core/solver/wind.hpp"
 #include "server/exchange/command.hpp"
 #include "server/room/character.hpp"
@@ -46,10 +47,10 @@ class Rooms {
   Rooms(RoomCounters& counters, const Wind& wind, std::int64_t grace_ns, std::size_t room_count_max)
       : counters_(&counters), wind_(wind), grace_ns_(grace_ns), room_count_max_(room_count_max) {}
 
-  // Adds the session's observer; creates the room if no room has that name.
+  // Adds the session's observer, and asserts that it has none; creates the room if no room has that name.
   Observer& open(SessionId session, const std::string& room, std::shared_ptr<ObserverSink> sink);
-  void close(SessionId session, std::int64_t now_ns);  // its characters must be gone
-  // Null when the session is not known.
+  void close(SessionId session, std::int64_t now_ns);  // asserts that its characters are gone
+  // Null when the session is not known. Asserts that the character does not exist.
   Character* add(CharacterKey key, const wire::GroomHash& groom, LevelIndex finest);
   void remove(CharacterKey key, std::int64_t now_ns);
   void put(const PutPoses& batch);
@@ -59,7 +60,10 @@ class Rooms {
   // Null when unknown.
   [[nodiscard]] Character* find(CharacterKey key);
   [[nodiscard]] Observer* observer(SessionId session);
-  [[nodiscard]] Room& room(std::uint32_t index) { return rooms_[index]; }
+  [[nodiscard]] Room& room(std::uint32_t index) {
+    HAIRNET_ASSERT(index < rooms_.size());
+    return rooms_[index];
+  }
   [[nodiscard]] std::map<CharacterKey, Character>& characters() { return characters_; }
   [[nodiscard]] const std::map<CharacterKey, Character>& characters() const { return characters_; }
   // The same characters in one array, since iterating over a map misses the cache at each node. Valid until a character
@@ -78,6 +82,8 @@ class Rooms {
   void note_empty(Room& room, std::int64_t now_ns);
   void forget_longest_empty();
   void forget(Room& room);
+  void check_invariants() const;
+  static void check_invariants(const Room& room);
 
   RoomCounters* counters_;
   Wind wind_;  // of a new room

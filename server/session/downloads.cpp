@@ -4,6 +4,8 @@
 #include <span>
 #include <utility>
 
+#include "core/assert.hpp"
+
 namespace hairnet::server {
 namespace {
 
@@ -14,6 +16,15 @@ constexpr const char* kBeyondEnd = "beyond the groom's end";
 
 }  // namespace
 
+// Only the first groom may be on its way from the disk.
+void Downloads::check_invariants() const {
+  HAIRNET_ASSERT(waiting_.size() <= limits_->downloads_per_session_max);
+  for (std::size_t i = 0; i < waiting_.size(); ++i) {
+    HAIRNET_VALIDATE(i == 0 || (!waiting_[i].is_fetching && !waiting_[i].is_gone));
+    HAIRNET_VALIDATE(!waiting_[i].bytes || (!waiting_[i].is_fetching && !waiting_[i].is_gone));
+  }
+}
+
 Refused Downloads::add(const wire::GroomRequest& request) {
   if (std::ranges::any_of(waiting_, [&](const Download& d) { return d.hash == request.hash; })) return {};
   auto bytes = groom_service_->bytes(request.hash);
@@ -22,6 +33,7 @@ Refused Downloads::add(const wire::GroomRequest& request) {
   if (waiting_.size() >= limits_->downloads_per_session_max)
     return {ErrorReason::limit_exceeded, "too many grooms are asked for at once"};
   waiting_.push_back({request.hash, request.offset, std::move(bytes)});
+  check_invariants();
   return {};
 }
 
@@ -44,6 +56,7 @@ std::optional<wire::Message> Downloads::next(SessionId session) {
   const auto piece = rest.first(std::min(rest.size(), kPiece_bytes));
   data.bytes.assign(piece.begin(), piece.end());
   download.offset += piece.size();
+  HAIRNET_ASSERT(download.offset <= download.bytes->size());
   counters_->download_bytes_sent.add(piece.size());
   if (download.offset == download.bytes->size()) waiting_.pop_front();
   return data;
@@ -55,6 +68,7 @@ bool Downloads::on_read(const wire::GroomHash& groom, std::shared_ptr<const std:
   download.is_fetching = false;
   download.is_gone = bytes == nullptr;
   download.bytes = std::move(bytes);
+  check_invariants();
   return true;
 }
 

@@ -33,6 +33,8 @@ class Downloads {
   [[nodiscard]] bool is_waiting() const { return !waiting_.empty(); }
 
  private:
+  void check_invariants() const;
+
   struct Download {
     wire::GroomHash hash{};
     std::uint64_t offset = 0;

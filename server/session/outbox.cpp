@@ -3,13 +3,40 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/assert.hpp"
+
 namespace hairnet::server {
 
 Outbox::Outbox(std::size_t control_bytes_max, SessionCounters& counters)
-    : control_bytes_max_(control_bytes_max), counters_(&counters) {}
+    : control_bytes_max_(control_bytes_max), counters_(&counters) {
+  HAIRNET_ASSERT(control_bytes_max > 0);
+}
+
+void Outbox::check_invariants() const {
+  HAIRNET_ASSERT(control_bytes_ <= control_bytes_max_);
+  HAIRNET_ASSERT(ticks_waiting_ <= waiting_.size());
+#ifdef HAIRNET_VALIDATE_ON
+  std::size_t message_bytes = 0, ticks = 0;
+  std::uint64_t tick = 0;
+  for (const Waiting& waiting : waiting_) {
+    HAIRNET_ASSERT((waiting.tick == 0) == (waiting.frame_count == 0));
+    if (waiting.tick == 0) {
+      message_bytes += waiting.packet.size();
+    } else {
+      HAIRNET_ASSERT(waiting.tick >= tick);
+      ticks += waiting.tick > tick ? 1 : 0;
+      tick = waiting.tick;
+    }
+  }
+  HAIRNET_ASSERT(closed_ ? control_bytes_ <= message_bytes : control_bytes_ == message_bytes);
+  HAIRNET_ASSERT(ticks == ticks_waiting_);
+  HAIRNET_ASSERT(tick <= last_tick_);
+#endif
+}
 
 void Outbox::push(const wire::Message& message, std::int64_t now_ns) {
   std::vector<std::uint8_t> packet = wire::encode_packet({now_ns, message});
+  HAIRNET_ASSERT(!packet.empty());
   if (std::holds_alternative<wire::Error>(message)) counters_->errors_sent.add();
   const std::lock_guard lock(mutex_);
   push_packet(std::move(packet));
@@ -23,6 +50,7 @@ void Outbox::push_packet(std::vector<std::uint8_t> packet) {
   }
   control_bytes_ += packet.size();
   waiting_.push_back({std::move(packet), 0, 0});
+  check_invariants();
 }
 
 void Outbox::push_frames(std::vector<FramePacket> packets) {
@@ -31,7 +59,12 @@ void Outbox::push_frames(std::vector<FramePacket> packets) {
   if (closed_ || overflowed_) return;
   ++last_tick_;
   ++ticks_waiting_;
+  for (const FramePacket& packet : packets) {
+    HAIRNET_ASSERT(!packet.bytes.empty());
+    HAIRNET_ASSERT(packet.frame_count > 0);
+  }
   for (FramePacket& packet : packets) waiting_.push_back({std::move(packet.bytes), last_tick_, packet.frame_count});
+  check_invariants();
 }
 
 bool Outbox::drop_if_congested() {
@@ -47,6 +80,7 @@ void Outbox::drop_frames() {
     return waiting.tick != 0;
   });
   ticks_waiting_ = 0;
+  check_invariants();
 }
 
 void Outbox::push_goodbye(const wire::Goodbye& goodbye, std::int64_t now_ns) {
@@ -60,6 +94,7 @@ void Outbox::push_goodbye(const wire::Goodbye& goodbye, std::int64_t now_ns) {
   }
   if (!closed_) waiting_.push_back({std::move(packet), 0, 0});
   closed_ = true;
+  check_invariants();
 }
 
 bool Outbox::take(std::vector<std::uint8_t>& packet, std::int64_t now_ns) {
@@ -74,9 +109,11 @@ bool Outbox::take(std::vector<std::uint8_t>& packet, std::int64_t now_ns) {
     } else {
       counters_->frames_sent.add(first.frame_count);
       // The packets of one tick are pushed together, so they are adjacent.
+      HAIRNET_ASSERT(ticks_waiting_ > 0);
       if (waiting_.size() == 1 || waiting_[1].tick != first.tick) --ticks_waiting_;
     }
     waiting_.pop_front();
+    check_invariants();
   }
   wire::set_clock(packet, now_ns);
   return true;

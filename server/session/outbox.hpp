@@ -22,6 +22,7 @@ class Outbox final : public ObserverSink {
 
   Outbox(std::size_t control_bytes_max, SessionCounters& counters);
 
+  // Asserts that the message fits a packet: the server sends none that does not.
   void push(const wire::Message& message, std::int64_t now_ns) override;
   void push_frames(std::vector<FramePacket> packets) override;
   bool drop_if_congested() override;
@@ -47,6 +48,8 @@ class Outbox final : public ObserverSink {
   };
   void push_packet(std::vector<std::uint8_t> packet);
   void drop_frames();
+  // The mutex is held.
+  void check_invariants() const;
 
   const std::size_t control_bytes_max_;
   SessionCounters* counters_;

@@ -2,8 +2,15 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <limits>
+
+#include "core/assert.hpp"
 
 namespace hairnet::server {
+
+// Sums of two times that the wire carries cannot overflow.
+static_assert(PeerClock::kClockMax_ns < std::numeric_limits<std::int64_t>::max() / 2);
+static_assert(PeerClock::kCaptureSpan_ns < PeerClock::kClockMax_ns);
 
 bool PeerClock::observe(std::int64_t peer_clock_ns, std::int64_t now_ns) {
   if (peer_clock_ns > kClockMax_ns || peer_clock_ns < -kClockMax_ns) return false;
@@ -19,6 +26,7 @@ bool PeerClock::observe(std::int64_t peer_clock_ns, std::int64_t now_ns) {
   }
   started_ = true;
   slewed_at_ns_ = now_ns;
+  HAIRNET_ASSERT(std::abs(estimate_.to_local(peer_clock_ns) - peer_clock_ns - offset_ns_) <= kJump_ns);
   return true;
 }
 

@@ -4,9 +4,12 @@
 #include <map>
 #include <string>
 
+#include "core/assert.hpp"
+
 namespace hairnet::server {
 
-// How many sessions and characters each room has, for limits. I/O thread.
+// How many sessions and characters each room has, for limits. A room exists from its first enter() to its last leave();
+// all other calls assert that it exists. I/O thread.
 class RoomCensus {
  public:
   struct Count {
@@ -20,12 +23,24 @@ class RoomCensus {
   void enter(const std::string& room) { ++rooms_[room].sessions; }
   void leave(const std::string& room, std::size_t characters) {
     const auto found = rooms_.find(room);
-    if (found == rooms_.end()) return;
+    HAIRNET_ASSERT(found != rooms_.end());
+    HAIRNET_ASSERT(found->second.characters >= characters);
     found->second.characters -= characters;
-    if (--found->second.sessions == 0) rooms_.erase(found);
+    if (--found->second.sessions != 0) return;
+    HAIRNET_ASSERT(found->second.characters == 0);
+    rooms_.erase(found);
   }
-  void add_character(const std::string& room) { ++rooms_[room].characters; }
-  void remove_character(const std::string& room) { --rooms_[room].characters; }
+  void add_character(const std::string& room) {
+    const auto found = rooms_.find(room);
+    HAIRNET_ASSERT(found != rooms_.end());
+    ++found->second.characters;
+  }
+  void remove_character(const std::string& room) {
+    const auto found = rooms_.find(room);
+    HAIRNET_ASSERT(found != rooms_.end());
+    HAIRNET_ASSERT(found->second.characters > 0);
+    --found->second.characters;
+  }
 
  private:
   std::map<std::string, Count> rooms_;

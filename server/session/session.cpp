@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/assert.hpp"
 #include "server/telemetry/log_text.hpp"
 
 namespace hairnet::server {
@@ -26,9 +27,22 @@ Session::Session(SessionId id, std::shared_ptr<Connection> connection, SessionCo
       opened_ns_(now_ns),
       heard_ns_(now_ns),
       pose_error_next_ns_(now_ns) {
+  HAIRNET_ASSERT(id != 0);
+  HAIRNET_ASSERT(connection_);
   identity_.id = id;
   randombytes_buf(identity_.secret.data(), identity_.secret.size());
   context_->counters.sessions_opened.add();
+}
+
+// Holds between two calls from outside.
+void Session::check_invariants() const {
+  HAIRNET_ASSERT(joined_ == (state_ == State::active || state_ == State::detached));
+  HAIRNET_ASSERT(joined_ || identity_.characters.empty());
+  if (state_ == State::detached) HAIRNET_ASSERT(!connection_);
+  if (state_ == State::active || state_ == State::awaiting_hello || state_ == State::draining)
+    HAIRNET_ASSERT(connection_);
+  HAIRNET_ASSERT(context_->character_count >= identity_.characters.size());
+  HAIRNET_ASSERT(!joined_ || context_->session_count > 0);
 }
 
 void Session::on_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns) {
@@ -79,6 +93,7 @@ void Session::on_closed(std::string_view reason, std::int64_t now_ns) {
   connection_ = nullptr;
   downloads_.clear();
   context_->commands.put(DetachSession{id()});
+  check_invariants();
 }
 
 bool Session::take_message(std::int64_t now_ns) {
@@ -90,6 +105,7 @@ bool Session::take_message(std::int64_t now_ns) {
 }
 
 SessionIdentity Session::release_identity(std::int64_t now_ns) {
+  HAIRNET_ASSERT(joined_);
   if (connection_) {
     context_->counters.sessions_closed_by_server_taken_over.add();
     connection_->send(wire::encode_packet({now_ns, wire::Goodbye{GoodbyeReason::session_taken_over, ""}}));
@@ -102,6 +118,8 @@ SessionIdentity Session::release_identity(std::int64_t now_ns) {
 }
 
 void Session::remove(std::uint32_t character) {
+  HAIRNET_ASSERT(identity_.characters.contains(character));
+  HAIRNET_ASSERT(context_->character_count > 0);
   identity_.characters.erase(character);
   --context_->character_count;
   context_->rooms.remove_character(identity_.room);
@@ -127,6 +145,7 @@ void Session::refuse(const Refused& refused, std::int64_t now_ns, std::uint32_t 
                      const wire::GroomHash& groom) {
   spdlog::debug("event=request_refused session={} reason={} detail={}", id(), to_string(refused.reason),
                 log_text(refused.detail));
+  HAIRNET_ASSERT(refused.reason != ErrorReason::none);
   send(wire::Error{refused.reason, character, groom, refused.detail}, now_ns);
 }
 
@@ -171,6 +190,7 @@ void Session::on_groom_read(const wire::GroomHash& groom, std::shared_ptr<const 
 void Session::poll(std::int64_t now_ns) {
   const SessionLimits& limits = context_->limits;
   SessionCounters& counters = context_->counters;
+  check_invariants();
   if (state_ == State::closed) return;
   if (state_ == State::detached) {
     if (now_ns - detached_since_ns_ <= limits.resume_grace_ns) return;
@@ -207,6 +227,8 @@ void Session::drain(GoodbyeReason reason, std::string detail, std::int64_t now_n
 void Session::leave(std::int64_t now_ns) {
   if (!joined_) return;
   joined_ = false;
+  HAIRNET_ASSERT(context_->session_count > 0);
+  HAIRNET_ASSERT(context_->character_count >= identity_.characters.size());
   --context_->session_count;
   context_->character_count -= identity_.characters.size();
   context_->counters.characters_removed.add(identity_.characters.size());
@@ -222,6 +244,7 @@ void Session::close(std::string_view reason, std::int64_t now_ns) {
   state_ = State::closed;
   leave(now_ns);
   if (connection_) connection_->close(reason);
+  check_invariants();
   context_->counters.sessions_closed.add();
   spdlog::info("event=session_closed session={} detail={}", id(), log_text(reason));
 }

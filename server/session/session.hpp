@@ -85,8 +85,9 @@ class Session final : public PacketSink {
   void refuse(const Refused& refused, std::int64_t now_ns, std::uint32_t character = 0,
               const wire::GroomHash& groom = {});
   void refuse_unexpected(std::string_view detail, std::int64_t now_ns);
+  void check_invariants() const;
   bool take_message(std::int64_t now_ns);   // counts against the rate; false: the session ends with over_rate
-  void remove(std::uint32_t character);     // it must exist
+  void remove(std::uint32_t character);     // asserts that it exists
   bool send_download(std::int64_t now_ns);  // the next piece of a groom; false when there is none
   void leave(std::int64_t now_ns);          // leaves the room, and releases its characters and grooms
   void close(std::string_view reason, std::int64_t now_ns);

@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/assert.hpp"
 #include "server/session/session.hpp"
 #include "server/telemetry/log_text.hpp"
 
@@ -99,6 +100,7 @@ struct Session::MessageHandler {
       counters.sessions_not_resumed.add();
       return false;
     }
+    HAIRNET_ASSERT(resumed->id == hello.session);
     identity = std::move(*resumed);
     session.state_ = State::active;
     session.joined_ = true;
@@ -167,11 +169,14 @@ struct Session::MessageHandler {
     return true;
   }
   void end(const Refused& refused, GoodbyeReason reason) {
+    HAIRNET_ASSERT(refused);
     session.refuse(refused, now_ns);
     session.drain(reason, refused.detail, now_ns);
   }
   // Welcome is queued before the command, so it precedes all messages of the tick.
   void welcome(bool resumed) {
+    HAIRNET_ASSERT(session.joined_);
+    HAIRNET_ASSERT(wire::is_room_name(identity.room));
     wire::Welcome welcome;
     welcome.session = session.id();
     welcome.tick_rate_hz = context.tick_rate_hz;
@@ -301,6 +306,7 @@ struct Session::MessageHandler {
         passed.poses[kept++] = sample;
       }
     }
+    HAIRNET_ASSERT(kept <= received);
     passed.poses.resize(kept);
     Command command = std::move(passed);
     if (kept > 0 && !context.commands.try_put(command, 1 + kept)) counters.poses_dropped_busy.add(kept);
@@ -332,6 +338,7 @@ struct Session::MessageHandler {
       counters.poses_rejected_time.add();
       return {ErrorReason::pose_invalid, "capture time is far from the envelope's clock"};
     }
+    HAIRNET_VALIDATE(is_valid(sample.pose));  // what the tick asserts
     sample.capture_time_ns = *captured_ns;
     return {};
   }
@@ -357,6 +364,7 @@ void Session::on_message(wire::Envelope envelope, std::int64_t now_ns) {
   }
   MessageHandler handler{*this, now_ns};
   std::visit([&](auto& message) { handler.handle(message); }, envelope.message);
+  check_invariants();
 }
 
 }  // namespace hairnet::server

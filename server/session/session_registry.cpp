@@ -5,9 +5,26 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/assert.hpp"
+
 namespace hairnet::server {
 
+// A session is filed under its id, and no two have the same.
+void SessionRegistry::check_invariants() const {
+  HAIRNET_ASSERT(context_->session_count <= sessions_.size());
+#ifdef HAIRNET_VALIDATE_ON
+  std::size_t joined = 0;
+  for (const auto& [id, session] : sessions_) {
+    HAIRNET_ASSERT(session && session->id() == id);
+    HAIRNET_ASSERT(id != 0);
+    joined += session->is_joined() ? 1 : 0;
+  }
+  HAIRNET_ASSERT(joined == context_->session_count);
+#endif
+}
+
 PacketSink* SessionRegistry::open(std::shared_ptr<Connection> connection, std::int64_t now_ns) {
+  HAIRNET_ASSERT(connection);
   const auto awaiting_hello = std::ranges::count_if(
       sessions_, [](const auto& entry) { return entry.second->state() == Session::State::awaiting_hello; });
   if (draining_ || std::cmp_greater_equal(awaiting_hello, context_->limits.session_count_max)) {
@@ -19,9 +36,16 @@ PacketSink* SessionRegistry::open(std::shared_ptr<Connection> connection, std::i
     connection->close(to_string(goodbye.reason));
     return nullptr;
   }
-  const SessionId id = ++last_id_;
+  // Numbers start again after the last one; 0 names no session.
+  do {
+    ++last_id_;
+  } while (last_id_ == 0 || sessions_.contains(last_id_));
+  const SessionId id = last_id_;
   auto session = std::make_unique<Session>(id, std::move(connection), *context_, now_ns);
-  return sessions_.emplace(id, std::move(session)).first->second.get();
+  const auto [opened, is_new] = sessions_.emplace(id, std::move(session));
+  HAIRNET_ASSERT(is_new);
+  check_invariants();
+  return opened->second.get();
 }
 
 std::optional<SessionIdentity> SessionRegistry::take_over(Session& successor, SessionId id,
@@ -31,7 +55,9 @@ std::optional<SessionIdentity> SessionRegistry::take_over(Session& successor, Se
   const wire::SessionSecret& expected = found->second->secret();
   if (sodium_memcmp(expected.data(), secret.data(), expected.size()) != 0) return std::nullopt;
   auto node = sessions_.extract(successor.id());
+  HAIRNET_ASSERT(!node.empty());
   SessionIdentity identity = found->second->release_identity(now_ns);
+  HAIRNET_ASSERT(identity.id == id);
   released_.push_back(std::exchange(found->second, std::move(node.mapped())));
   return identity;
 }
@@ -49,6 +75,7 @@ void SessionRegistry::poll(std::int64_t now_ns) {
   released_.clear();
   std::erase_if(sessions_, [](const auto& entry) { return entry.second->state() == Session::State::closed; });
   std::size_t detached = 0, packets_waiting = 0;
+  check_invariants();
   for (auto& [id, session] : sessions_) {
     session->poll(now_ns);
     detached += session->state() == Session::State::detached ? 1 : 0;

@@ -28,6 +28,8 @@ class SessionRegistry final : public SessionDirectory {
   [[nodiscard]] const std::map<SessionId, std::unique_ptr<Session>>& all() const { return sessions_; }
 
  private:
+  void check_invariants() const;
+
   SessionContext* context_;
   std::map<SessionId, std::unique_ptr<Session>> sessions_;
   std::vector<std::unique_ptr<Session>> released_;  // until their connections are closed completely

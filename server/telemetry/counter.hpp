@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/assert.hpp"
 #include "server/telemetry/metric_name.hpp"
 
 namespace hairnet::server {
@@ -30,6 +31,7 @@ class Counter {
   Counter(CounterSet& set, std::string_view family, std::string_view label = {}, std::string_view value = {},
           double scale = 1)
       : name_{family, label, value, scale} {
+    HAIRNET_ASSERT(name_.is_valid());
     set.counters_.push_back(this);
   }
   Counter(const Counter&) = delete;

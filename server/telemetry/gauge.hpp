@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/assert.hpp"
 #include "server/telemetry/metric_name.hpp"
 
 namespace hairnet::server {
@@ -30,6 +31,7 @@ class Gauge {
  public:
   Gauge(GaugeSet& set, std::string_view family, std::string_view label = {}, std::string_view value = {})
       : name_{family, label, value} {
+    HAIRNET_ASSERT(name_.is_valid());
     set.gauges_.push_back(this);
   }
   Gauge(const Gauge&) = delete;

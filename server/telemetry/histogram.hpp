@@ -56,6 +56,8 @@ class Histogram {
 
   // `bounds` are ascending; each is the highest value of its bucket.
   Histogram(HistogramSet& set, std::string_view family, std::initializer_list<double> bounds) : name_{family} {
+    HAIRNET_ASSERT(name_.is_valid());
+    HAIRNET_ASSERT(bounds.size() > 0);
     HAIRNET_ASSERT(bounds.size() <= kBoundsMax);
     for (const double bound : bounds) {
       HAIRNET_ASSERT(bound_count_ == 0 || bound > bounds_[bound_count_ - 1]);
@@ -74,9 +76,15 @@ class Histogram {
 
   [[nodiscard]] const MetricName& name() const { return name_; }
   [[nodiscard]] std::size_t bound_count() const { return bound_count_; }
-  [[nodiscard]] double bound(std::size_t i) const { return bounds_[i]; }
+  [[nodiscard]] double bound(std::size_t i) const {
+    HAIRNET_ASSERT(i < bound_count_);
+    return bounds_[i];
+  }
   // Count of bucket i alone, without the buckets below; i = bound_count() is the bucket above every bound.
-  [[nodiscard]] std::uint64_t count(std::size_t i) const { return counts_[i].load(std::memory_order_relaxed); }
+  [[nodiscard]] std::uint64_t count(std::size_t i) const {
+    HAIRNET_ASSERT(i <= bound_count_);
+    return counts_[i].load(std::memory_order_relaxed);
+  }
   [[nodiscard]] double sum() const { return sum_.load(std::memory_order_relaxed); }
 
  private:

@@ -11,6 +11,8 @@ struct MetricName {
   std::string_view family, label = {}, value = {};  // empty label and value: the family has no label
   double scale = 1;                                 // the shown value is ours times this: Prometheus wants seconds
 
+  // A label and its value come together, and the scale is positive.
+  [[nodiscard]] bool is_valid() const { return !family.empty() && label.empty() == value.empty() && scale > 0; }
   // FAMILY or FAMILY_VALUE, for the log and for standard output.
   [[nodiscard]] std::string flat() const {
     std::string text(family);

@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/assert.hpp"
+
 namespace hairnet::server {
 namespace {
 
@@ -52,6 +54,7 @@ class Families {
   ClientMetric& add(const MetricName& name, const char* suffix, MetricType type) {
     const std::string shown = "hairnet_" + std::string(name.family) + suffix;
     MetricFamily& family = families_[shown];
+    HAIRNET_ASSERT(family.metric.empty() || family.type == type);  // one family, one kind
     family.name = shown;
     family.type = type;
     ClientMetric& metric = family.metric.emplace_back();

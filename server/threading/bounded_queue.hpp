@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/assert.hpp"
+
 namespace hairnet::server {
 
 // A queue between threads, bounded by the sum of its items' weights. A full queue refuses an item and never blocks. Any
@@ -32,9 +34,11 @@ class BoundedQueue {
   bool take(T& out) {
     const std::lock_guard lock(mutex_);
     if (items_.empty()) return false;
+    HAIRNET_ASSERT(weight_ >= items_.front().weight);
     out = std::move(items_.front().item);
     weight_ -= items_.front().weight;
     items_.pop_front();
+    HAIRNET_ASSERT(!items_.empty() || weight_ == 0);
     return true;
   }
   // Takes all items in order; overwrites `out`.

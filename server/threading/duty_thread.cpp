@@ -5,6 +5,8 @@
 
 #include <utility>
 
+#include "core/assert.hpp"
+
 namespace hairnet::server {
 namespace {
 
@@ -38,6 +40,7 @@ void DutyThread::wake() {
 }
 
 void DutyThread::run() {
+  HAIRNET_ASSERT(poll_);
   if (priority_ == Priority::low) lower_priority();
   while (true) {
     while (poll_()) {

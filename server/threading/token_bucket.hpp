@@ -3,15 +3,22 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "core/assert.hpp"
+
 namespace hairnet::server {
 
 // A token bucket: allows `burst` at once and `rate_per_s` on average.
 class TokenBucket {
  public:
   TokenBucket(double rate_per_s, double burst, std::int64_t now_ns)
-      : rate_per_s_(rate_per_s), burst_(burst), tokens_(burst), at_ns_(now_ns) {}
+      : rate_per_s_(rate_per_s), burst_(burst), tokens_(burst), at_ns_(now_ns) {
+    HAIRNET_ASSERT(rate_per_s >= 0);
+    HAIRNET_ASSERT(burst >= 0);
+  }
 
+  // A time before the last one counts as the last one.
   bool take(double count, std::int64_t now_ns) {
+    HAIRNET_ASSERT(count >= 0);
     tokens_ = std::min(burst_,
                        tokens_ + rate_per_s_ * 1e-9 * static_cast<double>(std::max<std::int64_t>(0, now_ns - at_ns_)));
     at_ns_ = std::max(at_ns_, now_ns);

@@ -1,5 +1,7 @@
 #include "server/threading/worker_pool.hpp"
 
+#include "core/assert.hpp"
+
 namespace hairnet::server {
 
 WorkerPool::WorkerPool(std::size_t worker_count) {
@@ -16,12 +18,15 @@ WorkerPool::~WorkerPool() {
 }
 
 void WorkerPool::parallel_for(std::size_t count, const std::function<void(std::size_t)>& body) {
+  HAIRNET_ASSERT(body);
   if (count <= 1 || helpers_.empty()) {
     for (std::size_t i = 0; i < count; ++i) body(i);
     return;
   }
   {
     const std::lock_guard lock(mutex_);
+    HAIRNET_ASSERT(helping_ == 0);
+    HAIRNET_ASSERT(!stopping_);
     body_ = &body;
     count_ = count;
     next_.store(0, std::memory_order_relaxed);
@@ -32,6 +37,7 @@ void WorkerPool::parallel_for(std::size_t count, const std::function<void(std::s
   work();
   std::unique_lock lock(mutex_);
   ended_.wait(lock, [this] { return helping_ == 0; });
+  HAIRNET_ASSERT(next_.load() >= count);
 }
 
 void WorkerPool::help() {
@@ -45,6 +51,7 @@ void WorkerPool::help() {
     }
     work();
     const std::lock_guard lock(mutex_);
+    HAIRNET_ASSERT(helping_ > 0);
     if (--helping_ == 0) ended_.notify_one();
   }
 }

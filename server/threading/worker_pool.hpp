@@ -18,7 +18,8 @@ class WorkerPool {
   WorkerPool(const WorkerPool&) = delete;
   WorkerPool& operator=(const WorkerPool&) = delete;
 
-  // Calls body(i) for each i in [0, count) and returns when all are done. One caller at a time; `body` must not throw.
+  // Calls body(i) for each i in [0, count) and returns when all are done. Asserts that there is one
+  // caller at a time, and that a body does not call it; `body` must not throw.
   void parallel_for(std::size_t count, const std::function<void(std::size_t)>& body);
 
  private:

@@ -19,6 +19,7 @@ constexpr std::array<std::array<double, 3>, kLevelCount> kError{
     {{0.37, 0.53, 0.68}, {0.48, 0.58, 0.71}, {0.67, 0.73, 0.81}, {0.85, 0.90, 0.98}, {1.00, 1.02, 1.05}}};
 
 constexpr double error_of(LevelIndex level, int stride) {
+  HAIRNET_ASSERT(stride == 1 || stride == 2 || stride == 4);
   return kError[static_cast<std::size_t>(level)][static_cast<std::size_t>(std::countr_zero(unsigned(stride)))];
 }
 
@@ -43,6 +44,20 @@ constexpr std::array<Rung, 3> kToRigid{{{rigid, 4}, {rigid, 2}, {rigid, 1}}};
 constexpr std::array<std::span<const Rung>, kLevelCount> kLadders{kToHigh, kToMedium, kToLow, kToEther, kToRigid};
 constexpr std::array<std::uint8_t, kLevelCount> kEven{2, 2, 2, 1, 0};  // low at every fourth tick, or ether
 
+// Each ladder goes from the largest error to the least, and fits an item.
+static_assert([] {
+  for (std::size_t l = 0; l < kLevelCount; ++l) {
+    const std::span<const Rung> ladder = kLadders[l];
+    if (ladder.empty() || ladder.size() > kRungCountMax || kEven[l] >= ladder.size()) return false;
+    if (ladder.back().level != static_cast<LevelIndex>(l) || ladder.back().stride != 1) return false;
+    for (std::size_t r = 1; r < ladder.size(); ++r) {
+      if (error_of(ladder[r].level, ladder[r].stride) >= error_of(ladder[r - 1].level, ladder[r - 1].stride))
+        return false;
+    }
+  }
+  return true;
+}());
+
 constexpr auto kRungErrors = [] {
   std::array<std::array<float, kRungCountMax>, kLevelCount> errors{};
   for (std::size_t l = 0; l < kLevelCount; ++l) {
@@ -59,7 +74,9 @@ double weight_of(const BudgetCharacter& c) {
   const double motion =
       static_cast<double>(c.head_speed_m_per_s) + kHairLength_m * static_cast<double>(c.head_angular_speed_rad_per_s);
   const double lively = motion > 0 ? std::min(1.0, motion / kLively_m_per_s) : 0;
-  return size * (kStill + (1 - kStill) * lively);
+  const double weight = size * (kStill + (1 - kStill) * lively);
+  HAIRNET_ASSERT(weight > 0);
+  return weight;
 }
 
 LevelIndex finest(const BudgetCharacter& c) {
@@ -155,6 +172,7 @@ class Chooser {
       return std::tuple(c.room, c.session, c.key);
     };
     if (!std::ranges::is_sorted(s_.order, {}, place)) std::ranges::sort(s_.order, {}, place);
+    HAIRNET_VALIDATE(std::ranges::adjacent_find(s_.order, {}, place) == s_.order.end());  // keys are unique
   }
 
   // Puts only characters that have a cost; the levels of the others are chosen at once.
@@ -185,6 +203,7 @@ class Chooser {
       item.even = kEven[static_cast<std::size_t>(ladder_of)];
       prices.put(ladder_of, c.observer_count, item);
       if (c.unseen_s > 0) item.last = item.now;
+      HAIRNET_ASSERT(item.now <= item.last);
     }
   }
 
@@ -243,6 +262,7 @@ class Chooser {
 
   void set(std::size_t item, std::uint8_t rung) {
     const BudgetItem& i = s_.items[item];
+    HAIRNET_ASSERT(rung <= i.last);
     const Rung& r = kLadders[static_cast<std::size_t>(finest(characters_[i.character]))][rung];
     chosen_[i.character] = {r.level, r.stride, false};
   }
@@ -280,7 +300,8 @@ double expected_error(LevelIndex level, int stride) {
 
 BudgetReport choose_levels(const BudgetTerms& terms, std::span<const BudgetCharacter> characters,
                            BudgetScratch& scratch, std::span<Lod> chosen) {
-  HAIRNET_ASSERT(terms.cost && chosen.size() == characters.size());
+  HAIRNET_ASSERT(terms.cost);
+  HAIRNET_ASSERT(chosen.size() == characters.size());
   return Chooser(terms, characters, scratch, chosen).run();
 }
 

@@ -66,8 +66,8 @@ struct BudgetScratch {
 };
 
 // Chooses the Lod of every character; README.md, "Budget", has the rule. Pure: the result depends on the arguments
-// only, and not on the order of `characters`. Writes `chosen[i]` for `characters[i]`; both have the same size. Keys
-// must be unique.
+// only, and not on the order of `characters`. Writes `chosen[i]` for `characters[i]`; asserts that both have the same
+// size. Keys must be unique.
 BudgetReport choose_levels(const BudgetTerms& terms, std::span<const BudgetCharacter> characters,
                            BudgetScratch& scratch, std::span<Lod> chosen);
 

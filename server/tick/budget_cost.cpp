@@ -4,6 +4,8 @@
 #include <bit>
 #include <cmath>
 
+#include "core/assert.hpp"
+
 namespace hairnet::server {
 namespace {
 
@@ -22,12 +24,14 @@ constexpr double kFullSteps = 16;
 constexpr double kMachineGain = 0.05;
 
 std::size_t index_of(int stride) {
+  HAIRNET_ASSERT(stride == 1 || stride == 2 || stride == 4);
   return static_cast<std::size_t>(std::countr_zero(static_cast<unsigned>(stride)));
 }
 
 }  // namespace
 
 CostEstimate::CostEstimate(double tick_s) {
+  HAIRNET_ASSERT(tick_s > 0);
   for (std::size_t l = 0; l < kLevelCount; ++l) {
     for (std::size_t s = 0; s < kStrides; ++s) estimates_[l][s].table_s = kTable_s[l][s] * (tick_s / kTableTick_s);
   }
@@ -50,6 +54,8 @@ void CostEstimate::observe(const StepCosts& costs) {
       const double share = std::min(1.0, cost.character_steps / kFullSteps);
       estimate.measured_s *= std::pow(off, kGain * share);
       machine_ *= std::pow(std::clamp(ratio / machine_, 1 / kSampleMost, kSampleMost), kMachineGain * share);
+      HAIRNET_ASSERT(estimate.measured_s > 0 && std::isfinite(estimate.measured_s));
+      HAIRNET_ASSERT(machine_ > 0 && std::isfinite(machine_));
     }
   }
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/assert.hpp"
+
 namespace hairnet::server {
 namespace {
 
@@ -14,6 +16,7 @@ bool goes_before(const FillStep& a, const FillStep& b) {
 
 // The step from the rung below to `rung`.
 FillStep step_to(std::span<const BudgetItem> items, std::size_t index, std::uint8_t rung) {
+  HAIRNET_VALIDATE(rung >= 1 && rung <= items[index].last);
   constexpr double kPerRung = 1e6;  // larger than any error over time
   const BudgetItem& item = items[index];
   const std::int64_t cost_ns = item.cost_ns[rung] - item.cost_ns[rung - 1u];
@@ -28,18 +31,25 @@ FillStep step_to(std::span<const BudgetItem> items, std::size_t index, std::uint
 }
 
 std::int64_t clamp_to_share(std::int64_t level_ns, const FillShare& share) {
+  HAIRNET_VALIDATE(share.least_ns <= share.most_ns);
   return std::clamp(level_ns, share.least_ns, share.most_ns);
+}
+
+// What the shares cost when all are filled to a level.
+std::int64_t level_cost(std::int64_t level_ns, std::span<const FillShare> shares) {
+  std::int64_t sum = 0;
+  for (const FillShare& share : shares) sum += clamp_to_share(level_ns, share);
+  return sum;
 }
 
 // The highest level to which all shares can be filled, with none beyond its maximum or below its minimum.
 std::int64_t water_level(std::int64_t budget_ns, std::span<const FillShare> shares) {
+  HAIRNET_VALIDATE(level_cost(0, shares) <= budget_ns);
   std::int64_t low = 0, high = 0;
   for (const FillShare& share : shares) high = std::max(high, share.most_ns);
   while (low < high) {
     const std::int64_t level = low + (high - low + 1) / 2;
-    std::int64_t sum = 0;
-    for (const FillShare& share : shares) sum += clamp_to_share(level, share);
-    if (sum <= budget_ns) {
+    if (level_cost(level, shares) <= budget_ns) {
       low = level;
     } else {
       high = level - 1;
@@ -49,6 +59,7 @@ std::int64_t water_level(std::int64_t budget_ns, std::span<const FillShare> shar
 }
 
 void add(const FillShare& part, std::size_t index, bool is_same, std::vector<FillShare>& shares) {
+  HAIRNET_ASSERT(!is_same || (!shares.empty() && shares.back().end == index));
   if (!is_same) shares.push_back({index, index, 0, 0});
   shares.back().end = index + 1;
   shares.back().least_ns += part.least_ns;
@@ -77,6 +88,7 @@ class ClientFill {
 
   void fill(const FillShare& client, std::int64_t share_ns) {
     if (client.end - client.begin == 1) return fill_one(client.begin, share_ns);
+    HAIRNET_ASSERT(share_ns >= client.least_ns);
     put_steps(client);
     std::int64_t left_ns = share_ns - client.least_ns;
     // The better half of [begin, end) is bought as a whole, or searched by halves.
@@ -146,6 +158,7 @@ void spend_remainder(std::int64_t left_ns, std::span<const BudgetItem> items, st
       continue;
     }
     left_ns -= step.cost_ns;
+    HAIRNET_ASSERT(step.rung == rungs[step.item] + 1);
     rungs[step.item] = step.rung;
   }
 }
@@ -156,12 +169,22 @@ std::int64_t cost_of(std::span<const BudgetItem> items, std::span<const std::uin
   return sum;
 }
 
+// Whether rungs exist and cost no less than the rungs below.
+[[maybe_unused]] bool is_ladder(const BudgetItem& item) {
+  return item.last < kRungCountMax && item.now <= item.last && item.error && item.cost_ns[0] >= 0 &&
+         std::is_sorted(item.cost_ns.begin(), item.cost_ns.begin() + item.last + 1);
+}
+
 }  // namespace
 
 std::int64_t fill_budget(std::int64_t budget_ns, std::span<const BudgetItem> items, FillScratch& scratch,
                          std::span<std::uint8_t> rungs, Remainder remainder) {
+  HAIRNET_ASSERT(rungs.size() == items.size());
+  HAIRNET_VALIDATE(std::ranges::all_of(items, is_ladder));
   std::ranges::fill(rungs, std::uint8_t{0});
   group(items, scratch);
+  HAIRNET_ASSERT(scratch.rooms.size() <= scratch.clients.size());
+  HAIRNET_ASSERT(scratch.clients.size() <= items.size());
   const std::int64_t least_ns = cost_of(items, rungs);
   if (least_ns >= budget_ns) return least_ns;
   const std::int64_t room_level = water_level(budget_ns, scratch.rooms);
@@ -172,9 +195,12 @@ std::int64_t fill_budget(std::int64_t budget_ns, std::span<const BudgetItem> ite
     for (const FillShare& client : clients) filler.fill(client, clamp_to_share(client_level, client));
   }
   const std::int64_t spent_ns = cost_of(items, rungs);
+  HAIRNET_ASSERT(spent_ns <= budget_ns);
   if (remainder == Remainder::spend && spent_ns < budget_ns)
     spend_remainder(budget_ns - spent_ns, items, scratch.steps, rungs);
-  return cost_of(items, rungs);
+  const std::int64_t cost_ns = cost_of(items, rungs);
+  HAIRNET_ASSERT(cost_ns <= budget_ns);
+  return cost_ns;
 }
 
 }  // namespace hairnet::server

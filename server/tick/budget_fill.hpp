@@ -46,7 +46,7 @@ enum class Remainder : std::uint8_t { keep, spend };
 // clients of a room, max-min fair. Within a client the even rungs come first, then the steps with the most removed
 // error for their time. Remainder::spend gives the time that shares could not use to the items that gain most. When not
 // even rung 0 of all items fits, all get rung 0. The rung that an item has now is worth kHysteresis times as much.
-// Returns the cost of the result.
+// Returns the cost of the result. Asserts that there is a rung for each item.
 std::int64_t fill_budget(std::int64_t budget_ns, std::span<const BudgetItem> items, FillScratch& scratch,
                          std::span<std::uint8_t> rungs, Remainder remainder);
 

@@ -23,7 +23,17 @@ constexpr double kOverheadMin = 0.05;  // share of a tick that one sample of the
 }  // namespace
 
 TickGuard::TickGuard(const TickGuardDef& def) : def_(def), share_(def.tick_share) {
-  HAIRNET_ASSERT(def.tick_s > 0 && def.tick_share > 0 && def.tick_share <= 1 && def.workers > 0);
+  HAIRNET_ASSERT(def.tick_s > 0);
+  HAIRNET_ASSERT(def.tick_share > 0 && def.tick_share <= 1);
+  HAIRNET_ASSERT(def.workers > 0);
+}
+
+// Written so that NaN fails.
+void TickGuard::check_invariants() const {
+  HAIRNET_ASSERT(trust_ >= kTrustMin && trust_ <= 1);
+  HAIRNET_ASSERT(margin_factor_ >= kMarginFactorMin && margin_factor_ <= 1);
+  HAIRNET_ASSERT(share_ > 0 && share_ <= def_.tick_share);
+  HAIRNET_ASSERT(overhead_s_ >= 0);
 }
 
 void TickGuard::observe(double tick_duration_s, double work_s, double wanted_s) {
@@ -41,6 +51,7 @@ void TickGuard::observe(double tick_duration_s, double work_s, double wanted_s) 
     calm_ticks_ = 0;
   }
   choose_share(wanted_s);
+  check_invariants();
   const bool is_beyond = used > 1;
   recent_ = static_cast<std::uint8_t>(recent_ << 1 | (is_beyond ? 1 : 0));
   if (is_beyond) {
@@ -50,11 +61,14 @@ void TickGuard::observe(double tick_duration_s, double work_s, double wanted_s) 
   } else if (used < kCalm) {
     trust_ = std::min(1.0, trust_ * (1 + kReturnPerS * (kCalm - used) * def_.tick_s));
   }
+  check_invariants();
 }
 
 double TickGuard::available_s() const {
   const double all_s = share_ * def_.tick_s * def_.workers;
-  return std::max(kTrustMin * all_s, trust_ * (all_s - overhead_s_));
+  const double available_s = std::max(kTrustMin * all_s, trust_ * (all_s - overhead_s_));
+  HAIRNET_ASSERT(available_s > 0 && available_s <= full_s());
+  return available_s;
 }
 
 // The safety margin applies only as far as the wanted work exceeds the available work.

@@ -30,6 +30,7 @@ class TickGuard {
   [[nodiscard]] double available_s() const;
 
  private:
+  void check_invariants() const;
   void choose_share(double wanted_s);
   [[nodiscard]] double full_s() const { return def_.tick_share * def_.tick_s * def_.workers; }
 

@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "core/assert.hpp"
+
 namespace hairnet::server {
 
 void update_character_gauges(const Rooms& rooms, const Simulation& simulation, TickGauges& gauges) {
@@ -13,6 +15,7 @@ void update_character_gauges(const Rooms& rooms, const Simulation& simulation, T
       continue;
     }
     const LatticeView lattice = simulation.lattice(key);
+    HAIRNET_ASSERT(static_cast<std::size_t>(lattice.level) < kLevelCount);
     ++at_level[static_cast<std::size_t>(lattice.level)];
     ++(character.suspended ? suspended : lattice.asleep ? asleep : stepped);
   }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/assert.hpp"
+
 namespace hairnet::server {
 namespace {
 
@@ -10,10 +12,12 @@ constexpr double kSmoothing = 0.05;         // of measured times, for each tick
 constexpr double kUnbounded_s = 1e9;
 
 void smooth(double& mean, double value) {
+  HAIRNET_ASSERT(value >= 0);
   mean += (mean == 0 ? 1 : kSmoothing) * (value - mean);
 }
 
 Lod lod_of(const Character& character) {
+  HAIRNET_ASSERT(wire::is_stride(static_cast<std::uint64_t>(character.stride)));
   return {character.level, static_cast<std::uint8_t>(character.stride), character.suspended};
 }
 
@@ -52,6 +56,8 @@ BudgetCharacter LevelChooser::as_budgeted(const Character& character, bool ready
   b.levels_ready = ready;
   b.asleep = character.asleep;
   b.now = lod_of(character);
+  HAIRNET_ASSERT(!character.lod_chosen || character.lod_since <= tick);
+  HAIRNET_ASSERT(b.importance >= 0);
   if (character.lod_chosen) b.since_s = static_cast<double>(tick - character.lod_since) * def_.tick_s;
   return b;
 }
@@ -91,6 +97,8 @@ void LevelChooser::apply(Character& character, const Lod& lod, wire::RecordedTic
   // A hair state fits one level only: start at that level and change later.
   if (character.state && character.level == LevelIndex::rigid && level != LevelIndex::rigid)
     level = std::max(character.state->level, character.requested_level);
+  HAIRNET_ASSERT(character.in_world);
+  HAIRNET_ASSERT(wire::is_stride(lod.stride));
   const bool ready = level != LevelIndex::rigid;
   if (!(lod == lod_of(character)) || !character.lod_chosen) character.lod_since = inputs.tick;
   character.lod_chosen = character.lod_chosen || ready;
@@ -117,6 +125,7 @@ void LevelChooser::observe(Rooms& rooms, const StepCosts& costs, double tick_dur
   std::array<std::size_t, kLevelCount> encoded{};
   for (const Character* character : rooms.everyone()) {
     if (character->variant_count == 0) continue;
+    HAIRNET_ASSERT(character->variant_count <= character->variants.size());
     encode_ns[static_cast<std::size_t>(character->shown)] += character->encode_ns;
     ++encoded[static_cast<std::size_t>(character->shown)];
   }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/assert.hpp"
+
 namespace hairnet::server {
 namespace {
 
@@ -23,6 +25,8 @@ struct Coding {
 
 // The highest order for which server and client both have the earlier frames.
 Coding coding_for(const View& view, const Character& character, ErrorClass error_class, std::uint64_t tick) {
+  HAIRNET_ASSERT(view.sent_count <= view.sent.size());
+  HAIRNET_ASSERT(view.sent_count == 0 || view.sent[0] < tick);  // one frame a tick
   if (view.sent_count == 0 || view.level != character.shown || view.error_class != error_class) return {};
   const std::uint64_t stride = tick - view.sent[0];
   if (!wire::is_stride(stride)) return {};
@@ -30,10 +34,12 @@ Coding coding_for(const View& view, const Character& character, ErrorClass error
   while (coding.order < view.sent_count && view.sent[coding.order] == tick - stride * (coding.order + 1u) &&
          character.history.find(error_class, view.sent[coding.order]))
     ++coding.order;
+  HAIRNET_ASSERT(coding.order <= codec::kHistoryMax);
   return coding.order == 0 ? Coding{} : coding;
 }
 
 std::uint32_t variant_of(Character& character, ErrorClass error_class, Coding coding, bool velocities) {
+  HAIRNET_ASSERT(character.variant_count <= character.variants.size());
   for (std::size_t i = 0; i < character.variant_count; ++i) {
     const FrameVariant& v = character.variants[i];
     if (v.error_class == error_class && v.order == coding.order && v.stride == coding.stride &&
@@ -83,6 +89,7 @@ void Publisher::publish(Rooms& rooms, const Simulation& simulation, const wire::
 }
 
 void Publisher::follow_level(const LatticeView& lattice, Character& character) {
+  HAIRNET_ASSERT((lattice.level == LevelIndex::rigid) == (lattice.model == nullptr));
   if (lattice.level == character.shown) return;
   character.shown = lattice.level;
   character.discontinuous = true;
@@ -92,6 +99,7 @@ void Publisher::follow_level(const LatticeView& lattice, Character& character) {
   const std::lock_guard lock(neighbours_mutex_);
   auto& neighbours = neighbours_[{character.groom, lattice.level}];
   if (!neighbours) neighbours = std::make_shared<const codec::Neighbours>(lattice.model->geometry);
+  HAIRNET_ASSERT(neighbours->node_count() == lattice.displacement.size());
   character.neighbours = neighbours;
 }
 
@@ -146,6 +154,7 @@ int Publisher::request(const Terms& terms, const Room& room, Observer& observer)
     Character* character = room.slots[s].character;
     if (!character || !character->in_world) continue;
     View& view = observer.views[s];
+    HAIRNET_ASSERT(character->slot == s);
     if (!character->asleep) view.sleep_sent = false;
     if (!view.wanted || !view.in_view) continue;
     view.discontinuity_pending = view.discontinuity_pending || character->discontinuous;
@@ -173,6 +182,8 @@ void Publisher::encode(const Terms& terms, Character& character) const {
   const std::int64_t begun_ns = clock_ns();
   const LatticeView& lattice = character.lattice;
   const std::uint64_t tick = terms.tick.tick;
+  HAIRNET_ASSERT(lattice.level == character.shown);
+  HAIRNET_ASSERT(lattice.displacement.size() == (character.neighbours ? character.neighbours->node_count() : 0));
   const auto strides =
       static_cast<std::uint64_t>(std::max(terms.rooms.room(character.room).stride_max, character.stride));
   std::uint64_t history_ticks = codec::kHistoryMax * strides;
@@ -196,8 +207,10 @@ void Publisher::encode(const Terms& terms, Character& character) const {
       if (velocities && now.velocities.empty())
         codec::quantise_velocities(terms.simulation.velocity(character.key), variant.error_class, now.velocities);
       std::array<const codec::FrameIntegers*, codec::kHistoryMax> history{};
-      for (std::size_t k = 0; k < variant.order; ++k)
+      for (std::size_t k = 0; k < variant.order; ++k) {
         history[k] = character.history.find(variant.error_class, tick - variant.stride * (k + 1));
+        HAIRNET_ASSERT(history[k]);
+      }
       variant.content.clear();
       codec::encode_frame(now, std::span(history).first(variant.order), character.neighbours.get(), variant.content);
     }
@@ -214,12 +227,16 @@ void Publisher::send(const Terms& terms, Observer& observer) const {
   std::size_t bytes = 0;
   const auto flush = [&] {
     const std::size_t frame_count = batch.frames.size();
+    HAIRNET_ASSERT(frame_count > 0);
     packets.push_back({wire::encode_packet({terms.now_ns, std::move(batch)}), frame_count});
+    HAIRNET_ASSERT(!packets.back().bytes.empty());  // a packet of frames fits the protocol's bound
     batch = {terms.tick.tick, terms.tick.sample_time_ns, {}};
     bytes = 0;
   };
   for (const Observer::Request& request : observer.requests) {
     const Character& character = *request.character;
+    HAIRNET_ASSERT(request.variant < character.variant_count);
+    HAIRNET_ASSERT(batch.frames.empty() || batch.frames.back().member < member_of(character));
     const FrameVariant& variant = character.variants[request.variant];
     wire::Frame frame;
     frame.member = member_of(character);

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/assert.hpp"
 #include "core/parallel_for.hpp"
 #include "server/room/room.hpp"
 #include "server/tick/simulation.hpp"
@@ -25,7 +26,9 @@ struct PublishDef {
 // workers.
 class Publisher {
  public:
-  Publisher(const PublishDef& def, TickCounters& counters) : def_(def), counters_(&counters) {}
+  Publisher(const PublishDef& def, TickCounters& counters) : def_(def), counters_(&counters) {
+    HAIRNET_ASSERT(def.packet_bytes_max <= wire::kPacketBytesMax - wire::kPacketOverheadBytesMax);
+  }
 
   void publish(Rooms& rooms, const Simulation& simulation, const wire::RecordedTick& tick,
                const ParallelFor& parallel_for, std::int64_t now_ns);

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <utility>
 
+#include "core/assert.hpp"
 #include "server/telemetry/log_text.hpp"
 
 namespace hairnet::server {
@@ -26,13 +27,16 @@ Result<std::unique_ptr<Recorder>> Recorder::create(const std::string& path, Tick
 }
 
 Recorder::Recorder(std::FILE* file, std::string path, TickCounters& counters)
-    : file_(file), path_(std::move(path)), counters_(&counters), queue_(kQueueBytesMax) {}
+    : file_(file), path_(std::move(path)), counters_(&counters), queue_(kQueueBytesMax) {
+  HAIRNET_ASSERT(file_);
+}
 
 void Recorder::put(const wire::RecordingHeader& header) {
   put(Item(std::in_place_type<wire::RecordingHeader>, header), sizeof(header));
 }
 
 void Recorder::put_groom(Bytes bytes) {
+  HAIRNET_ASSERT(bytes);
   const std::size_t count = bytes->size();
   put(std::move(bytes), count);
 }
@@ -46,6 +50,7 @@ void Recorder::put(wire::RecordedTick tick) {
 }
 
 void Recorder::put(Item&& item, std::size_t bytes) {
+  HAIRNET_ASSERT(bytes > 0);
   if (failed()) return;
   if (!queue_.try_put(item, bytes)) return fail("the disk is too slow");
   if (on_put) on_put();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/assert.hpp"
 #include "server/tick/character_gauges.hpp"
 
 namespace hairnet::server {
@@ -19,11 +20,13 @@ std::size_t bytes_of(const wire::HairState& state) {
 }
 
 void copy_vectors(const std::vector<std::int16_t>& integers, float unit, std::vector<Vec3f>& to) {
+  HAIRNET_ASSERT(integers.size() % 3 == 0);
   for (std::size_t i = 0; i + 2 < integers.size(); i += 3)
     to.push_back(unit * Vec3f(integers[i], integers[i + 1], integers[i + 2]));
 }
 
 SchedulerDef completed(SchedulerDef def) {
+  HAIRNET_ASSERT(def.tick_rate_hz > 0);
   def.world.tick_s = def.levels.tick_s = 1.0 / def.tick_rate_hz;
   def.levels.now_ns = def.publish.now_ns = def.world.now_ns;
   if (def.world.substep_count == 0) def.world.substep_count = substep_count_for(def.world.tick_s);
@@ -63,6 +66,20 @@ Scheduler::Scheduler(const SchedulerDef& def, CommandQueue& commands, RoomCounte
   if (recorder_) recorder_->put(header_of(def_));
 }
 
+// The World has only characters that were placed, and the waiting hair states are counted in full.
+void Scheduler::check_invariants() const {
+  HAIRNET_ASSERT(state_bytes_ <= def_.state_bytes_max);
+#ifdef HAIRNET_VALIDATE_ON
+  std::size_t state_bytes = 0;
+  for (const auto& [key, character] : rooms_.characters()) {
+    HAIRNET_ASSERT(character.key == key);
+    HAIRNET_ASSERT(character.in_world || !simulation_.contains(key));
+    if (character.state) state_bytes += bytes_of(*character.state);
+  }
+  HAIRNET_ASSERT(state_bytes == state_bytes_);
+#endif
+}
+
 void Scheduler::run_tick(const TickClock::Tick& tick, std::int64_t now_ns) {
   const std::int64_t begun_ns = clock_ns();
   counters_->ticks_run.add();
@@ -86,6 +103,7 @@ void Scheduler::run_tick(const TickClock::Tick& tick, std::int64_t now_ns) {
   if (tick.tick % def_.tick_rate_hz == 0) update_character_gauges(rooms_, simulation_, counters_->gauges);
   record();
   rooms_.poll(now_ns);
+  check_invariants();
   level_chooser_.observe(rooms_, report.costs, static_cast<double>(clock_ns() - begun_ns) * 1e-9);
 }
 
@@ -278,6 +296,7 @@ bool Scheduler::awaits_levels(Character& character) const {
 
 // Adds the character to the World on the rigid level; when its levels are ready, one is chosen in the same tick.
 void Scheduler::place(Character& character) {
+  HAIRNET_ASSERT(!character.in_world);
   const bool ready = simulation_.has_levels(character.groom);
   character.in_world = true;
   character.discontinuous = true;
@@ -295,6 +314,8 @@ void Scheduler::note_motion(Character& character, double moved_m, double turned_
 }
 
 View& Scheduler::view_of(Observer& observer, const Room& room, std::size_t slot) {
+  HAIRNET_ASSERT(slot < observer.views.size());
+  HAIRNET_ASSERT(slot < room.slots.size());
   View& view = observer.views[slot];
   if (view.generation != room.slots[slot].generation) {
     view = {};
@@ -326,6 +347,7 @@ void Scheduler::update_interest(const Room& room, Observer& observer) {
       awaits_pose = awaits_pose || (c && !c->in_world);
     }
     choose_members(observer.observe, heads_, wanted_);
+    HAIRNET_ASSERT(wanted_.size() == room.slots.size());
     // Choose again once every character has a pose.
     observer.observe_changed = by_place && awaits_pose;
   }
@@ -344,7 +366,9 @@ void Scheduler::update_interest(const Room& room, Observer& observer) {
 
 void Scheduler::apply_hair_states() {
   for (const wire::RecordedLevel& change : inputs_.levels) {
-    Character& character = *rooms_.find(change.character);
+    Character* const changed = rooms_.find(change.character);
+    HAIRNET_ASSERT(changed);
+    Character& character = *changed;
     if (change.level == LevelIndex::rigid || !character.state) continue;
     if (character.state->level == change.level) {
       const wire::HairState& state = *character.state;
@@ -359,6 +383,8 @@ void Scheduler::apply_hair_states() {
 }
 
 void Scheduler::store_hair_state(Character& character, wire::HairState state, std::int64_t now_ns) {
+  HAIRNET_ASSERT(!character.state);
+  HAIRNET_ASSERT(wire::validate(state).empty());
   const std::size_t bytes = bytes_of(state);
   if (character.requested_level == LevelIndex::rigid) return;
   if (state_bytes_ + bytes > def_.state_bytes_max) {
@@ -372,6 +398,7 @@ void Scheduler::store_hair_state(Character& character, wire::HairState state, st
 
 void Scheduler::forget_hair_state(Character& character) {
   if (!character.state) return;
+  HAIRNET_ASSERT(state_bytes_ >= bytes_of(*character.state));
   state_bytes_ -= bytes_of(*character.state);
   character.state.reset();
 }
@@ -419,6 +446,7 @@ StepReport Scheduler::step(std::int64_t now_ns) {
 }
 
 void Scheduler::record_groom(const wire::GroomHash& groom) {
+  HAIRNET_ASSERT(recorder_);
   const auto bytes = unrecorded_.find(groom);
   if (bytes == unrecorded_.end()) return;
   recorder_->put_groom(std::move(bytes->second));

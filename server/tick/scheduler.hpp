@@ -63,6 +63,7 @@ class Scheduler {
   void apply_hair_states();
   void store_hair_state(Character& character, wire::HairState state, std::int64_t now_ns);
   void forget_hair_state(Character& character);
+  void check_invariants() const;
   void refuse_hair_state(CharacterKey key, std::string detail, std::int64_t now_ns);
   void note_motion(Character& character, double moved_m, double turned_rad) const;
   void record_groom(const wire::GroomHash& groom);

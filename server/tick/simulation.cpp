@@ -2,7 +2,11 @@
 
 #include <utility>
 
+#include "core/assert.hpp"
+
 namespace hairnet::server {
+
+static_assert(wire::kRecordedRoomCountMax <= kEnvironmentCountMax);
 
 Simulation::Simulation(const WorldDef& def, const Wind& wind)
     : environment_(def.environment), world_([&] {
@@ -12,11 +16,14 @@ Simulation::Simulation(const WorldDef& def, const Wind& wind)
       }()) {}
 
 void Simulation::set_wind(std::uint32_t room, const Wind& wind) {
+  HAIRNET_ASSERT(room < kEnvironmentCountMax);
+  HAIRNET_VALIDATE(validate(wind).empty());
   environment_.wind = WindField(wind);
   world_.set_environment(room, environment_);
 }
 
 void Simulation::put_levels(const wire::GroomHash& groom, std::shared_ptr<const LevelSet> levels) {
+  HAIRNET_ASSERT(levels);
   levels_[groom] = std::move(levels);
 }
 
@@ -62,10 +69,12 @@ StepReport Simulation::step(const wire::RecordedTick& inputs) {
     const auto placed = characters_.find(pose.character);
     if (placed != characters_.end()) world_.set_pose(placed->second.id, pose.pose, pose.teleport);
   }
+  HAIRNET_ASSERT(world_.character_count() == characters_.size());
   return world_.step();
 }
 
 void Simulation::add(const wire::RecordedAdd& added) {
+  HAIRNET_ASSERT(added.room < kEnvironmentCountMax);
   if (characters_.contains(added.character)) return;
   CharacterDef def;
   if (added.levels_ready) def.levels = levels(added.groom);
@@ -91,10 +100,12 @@ void Simulation::set_level(const wire::RecordedLevel& change) {
 }
 
 std::span<const Vec3f> Simulation::velocity(CharacterKey key) const {
+  HAIRNET_ASSERT(contains(key));
   return world_.state(characters_.at(key).id).velocity;
 }
 
 LatticeView Simulation::lattice(CharacterKey key) const {
+  HAIRNET_ASSERT(contains(key));
   return world_.lattice(characters_.at(key).id);
 }
 

@@ -20,7 +20,7 @@ class Simulation {
   // `wind` replaces def's wind for rooms without their own; it must pass validate().
   explicit Simulation(const WorldDef& def, const Wind& wind = {});
 
-  // Sets the levels of a groom, by its hash, from now on.
+  // Sets the levels of a groom, by its hash, from now on. Asserts that they are not null.
   void put_levels(const wire::GroomHash& groom, std::shared_ptr<const LevelSet> levels);
   void forget_levels(const wire::GroomHash& groom);  // characters with these levels keep them
   [[nodiscard]] std::shared_ptr<const LevelSet> levels(const wire::GroomHash& groom) const;
@@ -31,7 +31,7 @@ class Simulation {
   StepReport step(const wire::RecordedTick& inputs);
 
   [[nodiscard]] bool contains(CharacterKey key) const { return characters_.contains(key); }
-  [[nodiscard]] LatticeView lattice(CharacterKey key) const;              // requires contains(key)
+  [[nodiscard]] LatticeView lattice(CharacterKey key) const;              // asserts contains(key)
   [[nodiscard]] std::span<const Vec3f> velocity(CharacterKey key) const;  // of the lattice's nodes, head space, m/s
   // Characters whose initial hair state did not fit in the last step.
   [[nodiscard]] const std::vector<CharacterKey>& hair_states_refused() const { return hair_states_refused_; }

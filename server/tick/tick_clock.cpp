@@ -26,10 +26,13 @@ std::optional<TickClock::Tick> TickClock::take(std::int64_t now_ns) {
   std::uint64_t overdue = static_cast<std::uint64_t>(now_ns - due_ns(next_)) * rate_hz_ / kSecond_ns;
   while (due_ns(next_ + overdue) > now_ns) --overdue;  // a period is not a whole number of nanoseconds
   while (due_ns(next_ + overdue + 1) <= now_ns) ++overdue;
+  HAIRNET_ASSERT(due_ns(next_ + overdue) <= now_ns);
   if (overdue > behind_max_) next_ += overdue;
   Tick tick{next_, due_ns(next_), next_ - first, false};
   tick.late = now_ns - tick.time_ns > kSecond_ns / rate_hz_ / 2;
   ++next_;
+  HAIRNET_ASSERT(tick.time_ns <= now_ns);
+  HAIRNET_ASSERT(tick.time_ns < next_due_ns());
   return tick;
 }
 

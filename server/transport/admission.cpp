@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "core/assert.hpp"
+
 namespace hairnet::server {
 namespace {
 
@@ -30,6 +32,7 @@ Admission::Ticket::~Ticket() {
 bool Admission::Ticket::move_to(Place place) {
   if (!admission_ || place == place_) return true;
   if (place == Place::http && admission_->places_[index_of(place)] >= admission_->limits_.http_max) return false;
+  HAIRNET_ASSERT(admission_->places_[index_of(place_)] > 0);
   --admission_->places_[index_of(place_)];
   ++admission_->places_[index_of(place)];
   place_ = place;
@@ -49,14 +52,18 @@ Admission::Verdict Admission::enter(std::uint64_t address, Ticket& ticket) {
   ++addresses_[address];
   ++count_;
   ++places_[index_of(Place::arrival)];
+  HAIRNET_ASSERT(count_ == places_[0] + places_[1] + places_[2]);
   ticket = std::move(entered);
   return Verdict::admitted;
 }
 
 void Admission::leave(std::uint64_t address, Place place) {
+  HAIRNET_ASSERT(count_ > 0);
+  HAIRNET_ASSERT(places_[index_of(place)] > 0);
   --count_;
   --places_[index_of(place)];
   const auto found = addresses_.find(address);
+  HAIRNET_ASSERT(found != addresses_.end());
   if (--found->second == 0) addresses_.erase(found);
 }
 

@@ -5,6 +5,8 @@
 #include <array>
 #include <utility>
 
+#include "core/assert.hpp"
+
 namespace hairnet::server {
 namespace {
 
@@ -45,6 +47,8 @@ void ByteStream::put_back(std::span<const std::uint8_t> bytes) {
 }
 
 std::size_t ByteStream::write_now(std::span<const std::uint8_t> bytes) {
+  HAIRNET_ASSERT(!tls_);
+  HAIRNET_ASSERT(!is_corked_ && corked_.empty());  // else these bytes would overtake them
   boost::system::error_code would_wait;
   return socket_.write_some(asio::buffer(bytes.data(), bytes.size()), would_wait);
 }
@@ -91,6 +95,7 @@ void ByteStream::write_corked(std::size_t bytes, Handler handler) {
 }
 
 asio::awaitable<boost::system::error_code> ByteStream::accept_tls(asio::ssl::context& context) {
+  HAIRNET_ASSERT(!tls_);
   tls_.emplace(socket_, context);
   const std::vector<std::uint8_t> first = std::exchange(put_back_, {});
   const auto [error, count] =

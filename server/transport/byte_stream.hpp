@@ -52,8 +52,8 @@ class ByteStream : public std::enable_shared_from_this<ByteStream> {
   // the first half of close_gracefully(): ends TLS, then the socket's sending direction
   asio::awaitable<void> end_writing();
 
-  // Writes as many bytes as the system takes without waiting, and returns their number. Only for a plain stream that
-  // has no write in progress. An error is ignored here: the next write meets the same error and reports it.
+  // Writes as many bytes as the system takes without waiting, and returns their number. Asserts that the stream is
+  // plain; no write may be in progress. An error is ignored here: the next write meets the same error and reports it.
   std::size_t write_now(std::span<const std::uint8_t> bytes);
 
   // Each operation of TLS and of the socket is compiled once, in byte_stream.cpp: their handlers are of one type here.

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "core/assert.hpp"
 #include "server/telemetry/log_text.hpp"
 #include "server/transport/detected_protocol.hpp"
 #include "server/transport/io_loop.hpp"
@@ -50,9 +51,13 @@ Counter& counter_of(TransportCounters& counters, Admission::Verdict verdict) {
       return counters.connections_refused_address;
     case Admission::Verdict::arrivals_full:
       return counters.connections_refused_arrivals;
-    default:
+    case Admission::Verdict::full:
       return counters.connections_refused_full;
+    case Admission::Verdict::admitted:
+      break;
   }
+  HAIRNET_ASSERT(false && "an admitted connection is not refused");
+  return counters.connections_refused_full;
 }
 
 struct Found {
@@ -66,6 +71,7 @@ asio::awaitable<Found> read_protocol(ByteStream& stream) {
   std::size_t filled = 0;
   Found found;
   while (found.protocol == DetectedProtocol::unknown) {
+    HAIRNET_ASSERT(filled < kProtocolBytesMax);  // that many bytes show the protocol
     const auto [error, count] =
         co_await stream.async_read_some(asio::buffer(first.data() + filled, first.size() - filled), kAwaitable);
     if (error) {
@@ -88,6 +94,7 @@ void ConnectionRouter::accept(tcp::socket socket) {
     counters->handshakes_failed_silent.add();
     return;
   }
+  HAIRNET_ASSERT(counters && admission && open_session);
   Admission::Ticket ticket;
   const Admission::Verdict verdict = admission->enter(address_number(endpoint.address()), ticket);
   if (verdict != Admission::Verdict::admitted) {

@@ -3,6 +3,8 @@
 #include <array>
 #include <ctime>
 
+#include "core/assert.hpp"
+
 namespace hairnet::server {
 namespace {
 
@@ -27,6 +29,7 @@ std::string http_date(std::int64_t date_s) {
 }
 
 void add(std::string& header, std::string_view name, std::string_view value) {
+  HAIRNET_ASSERT(value.find_first_of("\r\n") == std::string_view::npos);  // would begin another field
   if (!value.empty()) header.append(name).append(": ").append(value).append("\r\n");
 }
 
@@ -68,6 +71,7 @@ std::string_view status_name(int status) {
 }  // namespace
 
 HttpResponse refusal(int status, std::string_view why) {
+  HAIRNET_ASSERT(status >= 300 && status <= 599);
   HttpResponse response;
   response.status = status;
   response.body = std::string(why) + "\n";
@@ -75,6 +79,7 @@ HttpResponse refusal(int status, std::string_view why) {
 }
 
 std::string header_of(const HttpResponse& response, bool keep_alive, std::int64_t date_s) {
+  HAIRNET_ASSERT(response.body.empty() || response.file_bytes == 0);
   std::string header = "HTTP/1.1 " + std::to_string(response.status) + " ";
   header.append(status_name(response.status)).append("\r\nServer: hairnet\r\n");
   add(header, "Date", http_date(date_s));

@@ -4,6 +4,7 @@
 #include <csignal>
 #include <utility>
 
+#include "core/assert.hpp"
 #include "server/transport/io_loop_core.hpp"
 
 namespace hairnet::server {
@@ -52,6 +53,7 @@ void IoLoop::stop() {
 }
 
 void IoLoop::post(std::function<void()> task) {
+  HAIRNET_ASSERT(task);
   asio::post(core_->serial, std::move(task));
   wake();
 }
@@ -63,10 +65,13 @@ void IoLoop::wake() {
 }
 
 void IoLoop::every(std::int64_t period_ns, std::function<void()> task) {
+  HAIRNET_ASSERT(period_ns > 0);
+  HAIRNET_ASSERT(task);
   asio::co_spawn(core_->serial, repeat(std::chrono::nanoseconds(period_ns), std::move(task)), asio::detached);
 }
 
 void IoLoop::on_terminate(std::function<void()> task) {
+  HAIRNET_ASSERT(task);
   core_->signals.add(SIGTERM);
   core_->signals.add(SIGINT);
   wait_for_signal(*core_, std::make_shared<std::function<void()>>(std::move(task)));

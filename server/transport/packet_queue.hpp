@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/assert.hpp"
+
 namespace hairnet::server {
 
 // Packets that wait to be sent in one write, in order.
@@ -17,6 +19,7 @@ struct PacketQueue {
 
   [[nodiscard]] bool empty() const { return packets.empty(); }
   void push(std::vector<std::uint8_t> packet) {
+    HAIRNET_ASSERT(!packet.empty());
     bytes += packet.size();
     packets.push_back(std::move(packet));
   }

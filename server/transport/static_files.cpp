@@ -12,6 +12,8 @@
 #include <cstring>
 #include <utility>
 
+#include "core/assert.hpp"
+
 namespace hairnet::server {
 namespace {
 
@@ -124,6 +126,7 @@ StaticFile::~StaticFile() {
 }
 
 std::size_t StaticFile::read(std::uint64_t offset, std::span<std::uint8_t> into) const {
+  HAIRNET_ASSERT(descriptor_ >= 0);
   const ssize_t count = ::pread(descriptor_, into.data(), into.size(), static_cast<off_t>(offset));
   return count > 0 ? static_cast<std::size_t>(count) : 0;
 }
@@ -143,6 +146,7 @@ StaticFind StaticFiles::find(std::string_view path, StaticFile& file) const {
   if (!decode_path(path, decoded)) return StaticFind::bad_path;
   if (decoded.ends_with('/')) decoded += "index.html";
 
+  HAIRNET_ASSERT(decoded.starts_with('/'));
   std::string_view rest = std::string_view(decoded).substr(1);
   Descriptor folder(-1);
   for (std::size_t depth = 0; depth < kDepthMax; ++depth) {
@@ -189,6 +193,7 @@ bool decode_path(std::string_view path, std::string& decoded) {
     if (is_control(c) || c == '\\') return false;
     decoded += c;
   }
+  HAIRNET_ASSERT(decoded.size() <= path.size());
   return true;
 }
 

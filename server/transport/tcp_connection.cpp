@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "core/assert.hpp"
 #include "server/transport/io_loop.hpp"
 
 namespace hairnet::server {
@@ -20,6 +21,8 @@ TcpConnection::TcpConnection(std::shared_ptr<ByteStream> stream, std::size_t pac
       counters_(&counters) {}
 
 void TcpConnection::start(PacketSink* sink) {
+  HAIRNET_ASSERT(!sink_);
+  HAIRNET_ASSERT(sink || closing_);
   sink_ = sink;
   const auto self = shared_from_this();
   asio::co_spawn(
@@ -57,6 +60,8 @@ asio::awaitable<void> TcpConnection::write() {
       co_await wake_writer_.async_wait(kAwaitable);
       continue;
     }
+    HAIRNET_ASSERT(sending_.empty());
+    HAIRNET_ASSERT(!is_writing_);
     std::swap(sending_, unsent_);
     is_writing_ = true;
     if (sink_) sink_->on_writable(channel::monotonic_ns());
@@ -76,6 +81,7 @@ asio::awaitable<void> TcpConnection::write() {
 asio::awaitable<boost::system::error_code> TcpConnection::write_out() {
   boost::system::error_code error;
   std::size_t count = 0;
+  HAIRNET_ASSERT(!sending_.empty());
   if (sending_.packets.size() == 1) {
     std::tie(error, count) = co_await asio::async_write(*stream_, asio::buffer(sending_.packets[0]), kAwaitable);
   } else if (stream_->is_tls() || sending_.bytes <= kFlatBytesMax) {
@@ -98,6 +104,7 @@ void TcpConnection::count_written(std::size_t bytes, std::size_t packet_count) {
 }
 
 void TcpConnection::send(std::vector<std::uint8_t> packet) {
+  HAIRNET_ASSERT(!packet.empty());
   if (closing_) return;
   if (!is_writing_ && unsent_.empty() && !stream_->is_tls()) {
     const std::size_t bytes = stream_->write_now(packet);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/assert.hpp"
 #include "server/transport/io_loop.hpp"
 
 namespace hairnet::server {
@@ -37,6 +38,8 @@ asio::awaitable<boost::system::error_code> WebSocketConnection::accept(const Req
 }
 
 void WebSocketConnection::start(PacketSink* sink) {
+  HAIRNET_ASSERT(!sink_);
+  HAIRNET_ASSERT(sink || closing_);
   sink_ = sink;
   const auto self = shared_from_this();
   asio::co_spawn(
@@ -73,6 +76,7 @@ asio::awaitable<void> WebSocketConnection::read() {
 }
 
 void WebSocketConnection::deliver() {
+  HAIRNET_ASSERT(sink_);
   counters_->received_packets_websocket.add();
   const auto bytes = message_.cdata();
   sink_->on_packet({static_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, channel::monotonic_ns());
@@ -87,6 +91,7 @@ asio::awaitable<void> WebSocketConnection::write() {
       co_await wake_writer_.async_wait(kAwaitable);
       continue;
     }
+    HAIRNET_ASSERT(sending_.empty());
     std::swap(sending_, unsent_);
     if (sink_) sink_->on_writable(channel::monotonic_ns());
     if (const auto error = co_await write_out()) {

@@ -236,6 +236,26 @@ TEST_F(Receiving, hair_continues_from_its_last_lattice_on_a_new_server) {
   EXPECT_EQ(added.state->velocities, moving(11, kOwnMember, true).velocities);
 }
 
+TEST_F(Receiving, hair_of_a_level_whose_geometry_has_changed_since_is_not_kept) {
+  send_frame(10, kOwnMember, {});
+  LevelGeometry larger = small_grid();
+  larger.lattice.dims = {3, 3, 4};
+  for (std::uint32_t node = 27; node < 36; ++node) larger.active_nodes.push_back(node);
+  d.send(wire::LevelRecord{hash_of(1), LevelIndex::low, larger});
+  d.core.on_closed("the cable", d.now_ns);
+  d.open();
+  d.expect<wire::Hello>();
+  d.send(welcome_to(6));
+  EXPECT_FALSE(d.expect<wire::AddCharacter>().state);
+  tell_members();
+  d.core.take_events();
+  send_rigid_frame(3, kOwnMember);
+  const std::optional<Frame> frame = received();
+  ASSERT_TRUE(frame);
+  EXPECT_FALSE(frame->last_known);
+  EXPECT_TRUE(frame->displacements.empty());
+}
+
 // Hair that swung when its server was lost; another server has the character, and no lattice of it yet.
 class Restarted : public Receiving {
  protected:

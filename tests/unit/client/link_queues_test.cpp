@@ -153,6 +153,11 @@ FrameBatch frames_at(std::uint64_t tick, std::size_t numbers, bool discontinuous
   return batch;
 }
 
+TEST(UploadQueueDeathTest, an_offer_without_bytes_stops_the_program) {
+  UploadQueue uploads(1000);
+  EXPECT_DEATH(uploads.offer({1}, nullptr), "assertion failed: bytes");
+}
+
 TEST(EventQueue, events_come_in_order_and_only_once) {
   EventQueue events;
   ASSERT_TRUE(events.push(wire::CharacterAdded{1, {}, LevelIndex::high, 1}));

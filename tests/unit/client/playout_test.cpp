@@ -304,6 +304,25 @@ TEST_F(Swinging, frames_with_and_without_velocities_are_played_as_they_can) {
   }
 }
 
+// A level may have no active nodes: its frames then have a geometry and no displacements.
+TEST_F(Playing, a_level_that_loses_its_nodes_keeps_displacements_and_geometry_together) {
+  const auto geometry_of = [](std::uint32_t node_count) {
+    auto geometry = std::make_shared<LevelGeometry>();
+    for (std::uint32_t node = 0; node < node_count; ++node) geometry->active_nodes.push_back(node);
+    return geometry;
+  };
+  Frame from = frame_at(10), to = frame_at(20);
+  from.geometry = geometry_of(2);
+  to.displacements.clear();
+  to.geometry = geometry_of(0);
+  playout_.push(from, 0, kLateness);
+  playout_.push(to, kInterval, kInterval + kLateness);
+  const Playout::Sample sample = playout_.sample(kDelay + kInterval / 2);
+  ASSERT_TRUE(sample.geometry);
+  EXPECT_EQ(sample.displacement.size(), 2u);
+  EXPECT_EQ(sample.geometry->active_nodes.size(), sample.displacement.size());
+}
+
 TEST_F(Playing, memory_is_bounded_without_sampling) {
   for (std::int64_t i = 0; i < 10'000; ++i) push(i, 0);
   EXPECT_EQ(playout_.dropped_count(), 10'000u - 256u);

@@ -102,5 +102,31 @@ TEST(ValidateLevel, refuses_a_level_without_nodes) {
   EXPECT_NE(validate(Level{}), "");
 }
 
+TEST(ValidateLevel, refuses_a_lattice_too_small_for_quadratic_ffd) {
+  Level level = sound_level();
+  level.geometry = {.lattice = {.dims = {2, 3, 3}}};
+  for (std::uint32_t node = 0; node < level.geometry.lattice.node_count(); ++node)
+    level.geometry.active_nodes.push_back(node);
+  level.geometry.trimmed_begin = {0};
+  ASSERT_EQ(validate(level.geometry), "");
+  EXPECT_EQ(validate(level), "lattice: fewer than the 3 nodes an axis of quadratic FFD");
+}
+
+TEST(ValidateLevel, refuses_more_stiffeners_than_have_an_index) {
+  Level level = sound_level();
+  Stiffeners& springs = level.springs;
+  while (springs.count() <= std::numeric_limits<std::uint16_t>::max()) {
+    for (std::uint32_t e = 0; e < springs.begin[1]; ++e) {
+      springs.nodes.push_back(std::uint16_t{springs.nodes[e]});
+      springs.weights.push_back(float{springs.weights[e]});
+    }
+    springs.begin.push_back(static_cast<std::uint32_t>(springs.nodes.size()));
+    springs.stiffness.push_back(springs.stiffness[0]);
+    springs.damping.push_back(springs.damping[0]);
+    springs.rest.push_back(Vec3f(springs.rest[0]));
+  }
+  EXPECT_EQ(validate(level), "stiffeners: more than have an index");
+}
+
 }  // namespace
 }  // namespace hairnet

@@ -131,5 +131,14 @@ TEST(FrameDecoder, refuses_a_history_of_other_nodes) {
   EXPECT_FALSE(decode_frame(bytes, {}, nullptr, false, got)) << "nodes where none are known";
 }
 
+TEST(FrameEncoderDeathTest, a_history_of_other_nodes_stops_the_program) {
+  RandomFrames random(6);
+  const Neighbours neighbours(RandomFrames::full_grid({4, 4, 4}));
+  const FrameIntegers frame = random.frame(64, 8, false), other = random.frame(63, 8, false);
+  const std::vector<const FrameIntegers*> wrong{&other};
+  std::vector<std::uint8_t> bytes;
+  EXPECT_DEATH(encode_frame(frame, wrong, &neighbours, bytes), "assertion failed: earlier->nodes.size\\(\\)");
+}
+
 }  // namespace
 }  // namespace hairnet::codec

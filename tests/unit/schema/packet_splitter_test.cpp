@@ -54,6 +54,13 @@ TEST(PacketSplitter, gives_the_same_packets_for_any_partition) {
   }
 }
 
+TEST(PacketSplitterDeathTest, a_callback_that_calls_the_splitter_stops_the_program) {
+  const Bytes whole = packet(100, 1);
+  PacketSplitter splitter(kMax_bytes);
+  const auto feed_again = [&](std::span<const std::uint8_t> bytes) { splitter.feed(bytes, [](auto) {}); };
+  EXPECT_DEATH(splitter.feed(whole, feed_again), "assertion failed: !is_feeding_");
+}
+
 TEST(PacketSplitter, keeps_an_incomplete_packet_to_itself) {
   const Bytes whole = packet(100, 1);
   PacketSplitter splitter(kMax_bytes);

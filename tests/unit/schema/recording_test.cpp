@@ -137,5 +137,20 @@ TEST(Recording, refuses_poses_and_levels_that_no_world_takes) {
   EXPECT_FALSE(decode_one(tick));
 }
 
+TEST(Recording, refuses_rooms_that_no_world_has) {
+  RecordedTick tick;
+  tick.added.resize(1);
+  tick.added[0].room = kRecordedRoomCountMax - 1;
+  EXPECT_TRUE(decode_one(tick));
+  tick.added[0].room = kRecordedRoomCountMax;
+  EXPECT_FALSE(decode_one(tick));
+  tick.added.clear();
+  tick.winds.resize(1);
+  tick.winds[0].room = kRecordedRoomCountMax - 1;
+  EXPECT_TRUE(decode_one(tick));
+  tick.winds[0].room = ~0u;
+  EXPECT_FALSE(decode_one(tick));
+}
+
 }  // namespace
 }  // namespace hairnet::wire

@@ -157,6 +157,13 @@ TEST(Token, grants_what_was_signed) {
   EXPECT_EQ(*verified, claims);
 }
 
+TEST(TokenDeathTest, claims_that_are_not_valid_are_not_signed) {
+  TokenClaims claims = full_claims();
+  claims.name = "two\nlines";
+  EXPECT_DEATH(sign(claims, rfc_key()), "assertion failed: validate\\(claims\\)");
+  EXPECT_DEATH(sign(full_claims(), TokenKey({})), "assertion failed: !key.empty\\(\\)");
+}
+
 TEST(Token, without_a_room_is_good_in_any_and_with_the_empty_one_in_the_lobby) {
   TokenClaims claims = full_claims();
   claims.room.reset();

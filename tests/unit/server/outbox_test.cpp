@@ -133,6 +133,12 @@ TEST_F(OutboxTest, overflows_when_messages_exceed_their_bound) {
   EXPECT_TRUE(is_empty());
 }
 
+using OutboxDeathTest = OutboxTest;
+
+TEST_F(OutboxDeathTest, a_packet_without_bytes_stops_the_program) {
+  EXPECT_DEATH(outbox_.push_frames({{{}, 1}}), "assertion failed: !packet.bytes.empty\\(\\)");
+}
+
 TEST_F(OutboxTest, nothing_follows_a_goodbye) {
   outbox_.push_frames(frames_of(1));
   outbox_.push_goodbye({wire::GoodbyeReason::server_draining, ""}, 0);
