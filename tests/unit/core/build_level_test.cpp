@@ -124,7 +124,7 @@ TEST(StiffenerOrder, each_stiffener_keeps_its_law_and_equal_nodes_their_order) {
 
 TEST(BuildLevels, hair_too_weak_for_float_gives_a_level_without_stiffeners) {
   Groom groom = support::make_head_of_hair(30);
-  for (StrandProperties& strand : groom.strands) strand.hair_count = 1e-37f;
+  for (StrandProperties& strand : groom.strands) strand.hair_count = 1e-38f;
   ASSERT_EQ(validate(groom), "");
   const auto level = build_level(groom, kLevelSpecs[2]);
   EXPECT_EQ(validate(*level), "");
@@ -134,7 +134,7 @@ TEST(BuildLevels, hair_too_weak_for_float_gives_a_level_without_stiffeners) {
 
 TEST(BuildLevels, weak_hair_beside_strong_hair_gives_finite_stiffeners) {
   Groom groom = support::make_head_of_hair(400);
-  for (std::size_t s = 0; s < groom.strand_count(); s += 2) groom.strands[s].hair_count = 1e-37f;
+  for (std::size_t s = 0; s < groom.strand_count(); s += 2) groom.strands[s].hair_count = 1e-38f;
   ASSERT_EQ(validate(groom), "");
   const auto set = build_levels(groom);
   for (const Level& level : set->levels) EXPECT_EQ(validate(level), "");
