@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <numeric>
 
+#include "core/assert.hpp"
 #include "core/geometry/mesh_query.hpp"
 #include "core/hair_cards/centreline_clusters.hpp"
 #include "core/hair_cards/hair_volume.hpp"
@@ -22,6 +24,8 @@ constexpr double kRootReachMax = 0.15, kTipReachMax = 0.1;        // of the leng
 constexpr double kMoveMax = 0.01;                                 // m, outwards
 constexpr double kClearanceRoot = 0.001, kClearanceRest = 0.003;  // m off the skin
 constexpr std::size_t kPairCount = 12;
+static_assert(kPairCount >= 2 && kPairCount <= kCentrelinePoints, "each pair is at a point of the line");
+static_assert(kPairCount <= GroomLimits().far_card_pair_count_max);
 constexpr double kEvenness = 0.05;  // weight of a pair's distance from other pairs
 
 template <class T>
@@ -54,6 +58,7 @@ struct Head {
   }
   // The point itself, or the nearest point at that distance from the skin.
   [[nodiscard]] Vec3 outside(Vec3 point, double clearance_m) const {
+    HAIRNET_ASSERT(clearance_m > 0);
     constexpr int kTries = 4;  // outside one fold of the skin may be inside another
     for (int i = 0; i < kTries; ++i) {
       const bool inside = skin.inside(point);
@@ -72,6 +77,7 @@ struct Head {
 };
 
 Vec3 direction_at(const AlongCard<Vec3>& line, std::size_t i) {
+  HAIRNET_ASSERT(i < line.size());
   const Vec3 chord = line[std::min(i + 1, line.size() - 1)] - line[i > 0 ? i - 1 : 0];
   return chord.norm() > 1e-9 ? Vec3(chord.normalized()) : Vec3(-Vec3::UnitY());
 }
@@ -79,6 +85,7 @@ Vec3 direction_at(const AlongCard<Vec3>& line, std::size_t i) {
 // A cluster of centrelines: their mean, and their spread about it.
 struct Lock {
   Lock(const std::vector<Centreline>& centrelines, const std::vector<std::uint32_t>& members) {
+    HAIRNET_ASSERT(!members.empty());
     const auto count = static_cast<double>(members.size());
     middle.fill(Vec3::Zero());
     spread.fill(Mat3::Zero());
@@ -92,6 +99,7 @@ struct Lock {
         spread[i] += offset * offset.transpose() / count;
       }
     }
+    HAIRNET_ASSERT(own_variance >= 0);
   }
   // Curls and locks make the card wider, but not at its beginning and end.
   void add_own_width() {
@@ -108,6 +116,7 @@ double deviation(const Mat3& spread, const Vec3& direction) {
 }
 
 double median_length(const std::vector<Centreline>& centrelines, const std::vector<std::uint32_t>& members) {
+  HAIRNET_ASSERT(!members.empty());
   std::vector<float> lengths;
   for (const std::uint32_t m : members) lengths.push_back(outline_length(centrelines[m].outline));
   const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
@@ -124,6 +133,7 @@ double length_of(const AlongCard<Vec3>& line) {
 // The mean of diverging lines is shorter than each of them. Lengths are compared without waves, which the mean does not
 // have.
 void stretch_to(double length_m, AlongCard<Vec3>& line) {
+  HAIRNET_ASSERT(length_m >= 0);
   const double own = length_of(line);
   const double ratio = own > 0 ? std::clamp(length_m / own, 1.0, kStretchMax) : 1;
   for (std::size_t i = line.size() - 1; i > 0; --i) line[i] = line[0] + ratio * (line[i] - line[0]);
@@ -178,6 +188,7 @@ AlongCard<Vec3> sides_of(const Head& head, const AlongCard<Vec3>& line, const Al
   if (looks_out < 0) {
     for (Vec3& side : sides) side = -side;
   }
+  HAIRNET_VALIDATE(std::ranges::all_of(sides, [](const Vec3& side) { return std::abs(side.norm() - 1) < 1e-6; }));
   return sides;
 }
 
@@ -213,8 +224,11 @@ std::vector<std::size_t> places_of_pairs(const AlongCard<Vec3>& line) {
         if (worth > best) best = worth, place = i, at = k + 1;
       }
     }
+    HAIRNET_ASSERT(best >= 0);
     places.insert(places.begin() + static_cast<std::ptrdiff_t>(at), place);
   }
+  HAIRNET_ASSERT(std::ranges::adjacent_find(places, std::greater_equal{}) == places.end());
+  HAIRNET_ASSERT(places.back() + 1 == line.size());
   return places;
 }
 
@@ -232,11 +246,14 @@ std::vector<Vec3> edges_of(const Head& head, const AlongCard<Vec3>& line, const 
     const double clearance = rooted && i == 0 ? kClearanceRoot : kClearanceRest;
     for (const double hand : {-1.0, 1.0}) edges.push_back(head.outside(line[i] + hand * half * sides[i], clearance));
   }
+  HAIRNET_ASSERT(edges.size() == 2 * kPairCount);
   return edges;
 }
 
 // Where the skin bulges between the points, moves them out.
 void clear_between(const Head& head, std::vector<Vec3>& edges) {
+  HAIRNET_ASSERT(edges.size() >= 4);
+  HAIRNET_ASSERT(edges.size() % 2 == 0);
   constexpr int kRounds = 3;
   for (int round = 0; round < kRounds; ++round) {
     for (std::size_t i = 0; i + 3 < edges.size(); i += 2) {
@@ -249,6 +266,7 @@ void clear_between(const Head& head, std::vector<Vec3>& edges) {
 
 std::vector<Vec3f> ribbon_about(const Head& head, const std::vector<Centreline>& centrelines,
                                 const std::vector<std::uint32_t>& members) {
+  HAIRNET_ASSERT(!members.empty());
   const bool rooted = centrelines[members[0]].rooted;
   Lock lock(centrelines, members);
   auto& [line, spread, own_variance] = lock;
@@ -264,10 +282,16 @@ std::vector<Vec3f> ribbon_about(const Head& head, const std::vector<Centreline>&
   clear_between(head, edges);
   std::vector<Vec3f> ribbon;
   for (const Vec3& x : edges) ribbon.push_back(bounded(x));
+  HAIRNET_VALIDATE(std::ranges::all_of(ribbon, [](const Vec3f& x) { return x.allFinite(); }));
   return ribbon;
 }
 
 FarCard properties_of(const std::vector<Centreline>& centrelines, const std::vector<std::uint32_t>& members) {
+  HAIRNET_ASSERT(!members.empty());
+  HAIRNET_VALIDATE(std::ranges::all_of(members, [&](std::uint32_t m) {
+    return centrelines[m].group == centrelines[members[0]].group &&
+           centrelines[m].rooted == centrelines[members[0]].rooted;
+  }));
   double root_length = 0;
   for (const std::uint32_t m : members) root_length += static_cast<double>(centrelines[m].root_length_m);
   const Centreline& first = centrelines[members[0]];
@@ -294,12 +318,14 @@ std::vector<Kind> kinds_of(const std::vector<Centreline>& centrelines) {
   for (auto& [key, kind] : kinds) list.push_back(std::move(kind));
   // The longest kind last: it pays for the minimum of small kinds.
   std::ranges::stable_sort(list, {}, &Kind::length_m);
+  HAIRNET_ASSERT(list.empty() == centrelines.empty());
   return list;
 }
 
 }  // namespace
 
 FarCards make_far_cards(const Groom& groom, std::size_t count) {
+  HAIRNET_ASSERT(count <= GroomLimits().far_card_count_max);
   if (count == 0) return {};
   const std::vector<Centreline> centrelines = make_centrelines(groom);
   const Head head(groom, centrelines);
@@ -315,11 +341,14 @@ FarCards make_far_cards(const Groom& groom, std::size_t count) {
     for (const auto& members : cluster_centrelines(centrelines, kind.members, static_cast<std::size_t>(share)))
       far.add(ribbon_about(head, centrelines, members), properties_of(centrelines, members));
   }
+  HAIRNET_ASSERT(far.cards.size() <= std::max(count, kinds.size()));
+  HAIRNET_ASSERT(far.points.size() == 2 * kPairCount * far.cards.size());
   return far;
 }
 
 std::size_t far_card_count_for(const Groom& groom) {
   constexpr std::size_t kMax = 400, kStrandsEach = 6, kFew = 24;
+  static_assert(kFew <= kMax && kMax <= GroomLimits().far_card_count_max);
   const std::size_t lines = groom.strand_count() + groom.cards.size();
   return std::clamp(lines / kStrandsEach, std::min(lines, kFew), kMax);
 }

@@ -10,10 +10,10 @@ namespace hairnet {
 // for a cluster of strands that run side by side and belong to one group; either all of them are rooted or none. The
 // card follows the mean of the cluster, is as long as its strands hang and as wide as they and their curls spread. Its
 // width runs where the strands spread most, or else along the surface of the hair. It lies outside the body. It has 12
-// pairs of points, closer where it bends. Strands without length are left out. `count`: from 0 (none) to 4096; the
-// result has more cards only when there are more kinds of hair (group, rooted or not), and fewer when there are fewer
-// strands. `groom` must pass validate(). The same groom gives the same bits. Takes about 0.2 s for 10 000 strands. Any
-// thread may call it.
+// pairs of points, closer where it bends. Strands without length are left out. Asserts that `count` is at most
+// GroomLimits::far_card_count_max; 0 gives none. The result has more cards only when there are more kinds of hair
+// (group, rooted or not), and fewer when there are fewer strands. `groom` must pass validate(). The same groom gives
+// the same bits. Takes about 0.2 s for 10 000 strands. Any thread may call it.
 FarCards make_far_cards(const Groom& groom, std::size_t count);
 
 // The default number of cards for a groom: at most 400, fewer for few strands, 0 without hair.

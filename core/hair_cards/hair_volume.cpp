@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/assert.hpp"
+
 namespace hairnet {
 namespace {
 
 using Cube = Eigen::Matrix<std::int64_t, 3, 1>;
 
 Cube cube_at(const Vec3& point, double size_m) {
+  HAIRNET_ASSERT(point.allFinite());
   return (point / size_m).array().floor().cast<std::int64_t>();
 }
 
@@ -50,6 +53,7 @@ Vec3 HairVolume::towards_surface(const Vec3& point) const {
       }
     }
   }
+  HAIRNET_ASSERT(sum.norm() <= 1.001 * kReach * weight_sum);
   return weight_sum > 0 ? Vec3(-sum / (weight_sum * kReach)) : Vec3(Vec3::Zero());
 }
 

@@ -14,7 +14,8 @@ class HairVolume {
   explicit HairVolume(std::span<const Centreline> centrelines);
 
   // Points away from the surrounding hair: (point - mean of the hair within kReach) / kReach. Its length is about 0.5
-  // at the surface, and 0 inside evenly distributed hair or where there is none.
+  // at the surface, at most 1, and 0 inside evenly distributed hair or where there is none. Asserts that the point is
+  // finite.
   [[nodiscard]] Vec3 towards_surface(const Vec3& point) const;
 
  private:

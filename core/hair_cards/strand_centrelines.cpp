@@ -1,8 +1,10 @@
 #include "core/hair_cards/strand_centrelines.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <span>
 
+#include "core/assert.hpp"
 #include "core/levels/resample.hpp"
 
 namespace hairnet {
@@ -23,6 +25,9 @@ class ArcIntegral {
       arcs_.push_back(points_.empty() ? 0 : arcs_.back() + step);
       points_.push_back(point);
     }
+    HAIRNET_ASSERT(integrals_.size() == points_.size());
+    HAIRNET_ASSERT(points_.empty() == line.empty());
+    HAIRNET_VALIDATE(std::ranges::adjacent_find(arcs_, std::greater_equal{}) == arcs_.end());
   }
   [[nodiscard]] double length() const { return arcs_.empty() ? 0 : arcs_.back(); }
   [[nodiscard]] std::size_t point_count() const { return points_.size(); }
@@ -31,6 +36,9 @@ class ArcIntegral {
 
   // The mean of the points from `begin` to `end`, both as shares of the length.
   [[nodiscard]] Vec3 mean(double begin, double end) const {
+    HAIRNET_ASSERT(begin >= 0);
+    HAIRNET_ASSERT(begin <= end);
+    HAIRNET_ASSERT(end < 1.001);
     const Place from = place(begin * length()), to = place(end * length());
     const double arc = to.arc - from.arc;
     return arc > 1e-9 * length() ? Vec3((to.integral - from.integral) / arc) : from.point;
@@ -42,6 +50,7 @@ class ArcIntegral {
     Vec3 point, integral;
   };
   [[nodiscard]] Place place(double arc) const {
+    HAIRNET_ASSERT(points_.size() >= 2);
     const auto after = std::upper_bound(arcs_.begin() + 1, arcs_.end() - 1, arc) - arcs_.begin();
     const auto i = static_cast<std::size_t>(after) - 1;
     const double step = arc - arcs_[i];
@@ -56,6 +65,9 @@ class ArcIntegral {
 // tip, which are not averaged.
 template <std::size_t kCount>
 std::array<Vec3f, kCount> sample(const ArcIntegral& line, double reach) {
+  static_assert(kCount >= 2);
+  HAIRNET_ASSERT(reach >= 0);
+  HAIRNET_ASSERT(line.length() > 0);
   std::array<Vec3f, kCount> points;
   constexpr double kStep = 1.0 / (kCount - 1);
   for (std::size_t i = 0; i < kCount; ++i) {
@@ -68,6 +80,7 @@ std::array<Vec3f, kCount> sample(const ArcIntegral& line, double reach) {
 // The variance of the line's points about its centreline, for each axis across it: half the mean square of their
 // distances.
 float variance_about(const std::array<Vec3f, kCentrelinePoints>& centreline, const ArcIntegral& line) {
+  HAIRNET_ASSERT(line.point_count() >= 2);
   double sum = 0;
   for (std::size_t i = 0; i < line.point_count(); ++i) {
     const double at = line.share(i) * (kCentrelinePoints - 1);
@@ -91,6 +104,8 @@ void append_centreline(std::span<const Vec3f> line, const StrandProperties& prop
 
 // As if the hair filled the card evenly from edge to edge.
 float variance_across(std::span<const Vec3f> edges) {
+  HAIRNET_ASSERT(!edges.empty());
+  HAIRNET_ASSERT(edges.size() % 2 == 0);
   float width_sum = 0;
   for (std::size_t i = 0; i + 1 < edges.size(); i += 2) width_sum += (edges[i + 1] - edges[i]).norm();
   const float width = 2 * width_sum / static_cast<float>(edges.size());
@@ -100,8 +115,10 @@ float variance_across(std::span<const Vec3f> edges) {
 }  // namespace
 
 std::vector<Centreline> make_centrelines(const Groom& groom) {
+  HAIRNET_ASSERT(groom.strand_begin.size() == groom.strand_count() + 1);
   std::vector<float> lock_variance(groom.strand_count(), 0.0f);
   for (const Clump& clump : groom.clumps) {
+    HAIRNET_ASSERT(clump.strand < groom.strand_count());
     const float radius = 0.5f * (clump.radius_m + clump.tip_radius_m);
     lock_variance[clump.strand] = 0.25f * radius * radius;  // of an even disc
   }
@@ -114,6 +131,7 @@ std::vector<Centreline> make_centrelines(const Groom& groom) {
     middle_of(groom, card, middle);
     append_centreline(middle, card.properties, variance_across(groom.points_of(card.points)), centrelines);
   }
+  HAIRNET_ASSERT(centrelines.size() <= groom.strand_count() + groom.cards.size());
   return centrelines;
 }
 

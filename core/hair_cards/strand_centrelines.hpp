@@ -20,6 +20,7 @@ struct Centreline {
 };
 
 // Makes the centrelines of all strands, then those of the cards' middle lines. Lines without length are left out.
+// Asserts that the strands of clumps exist.
 std::vector<Centreline> make_centrelines(const Groom& groom);
 
 // The length of the polyline through the outline's points, m.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "core/assert.hpp"
 #include "core/ffd/deform.hpp"
@@ -25,6 +26,12 @@
 
 namespace hairnet {
 namespace {
+
+constexpr std::size_t kGridNodesMax = std::numeric_limits<std::uint16_t>::max();  // of a grid: stiffeners store 16 bits
+static_assert(std::ranges::all_of(kLevelSpecs, [](const LevelSpec& spec) {
+  return std::ranges::min(spec.dims) >= 3 &&
+         std::cmp_less_equal(spec.dims[0] * spec.dims[1] * spec.dims[2], kGridNodesMax);
+}));
 
 // The contribution of a groom to one lattice, before any reduction.
 struct GroomMechanics {
@@ -60,6 +67,7 @@ void add_strand(std::span<const Vec3f> points, const StrandProperties& propertie
 
 // False when cancelled.
 bool add_strands(const Groom& groom, const Grid& grid, const LevelProgress& progress, GroomMechanics& mechanics) {
+  HAIRNET_ASSERT(groom.strand_begin.size() == groom.strand_count() + 1);
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {
     const double fraction = static_cast<double>(s) / static_cast<double>(groom.strand_count());
     if (s % 1024 == 0 && !progress.at(0.3 * fraction, "cutting strands")) return false;
@@ -76,6 +84,8 @@ bool add_strands(const Groom& groom, const Grid& grid, const LevelProgress& prog
 
 // A stiffener may reach into cells without hair or cloth: a knot's frame, a triangle's corner.
 void touch_nodes(const StiffenerList& list, LumpedHair& lumped) {
+  HAIRNET_VALIDATE(
+      std::ranges::all_of(list.entries, [&](const NodeWeight& entry) { return entry.node < lumped.touched.size(); }));
   for (const NodeWeight& entry : list.entries) lumped.touched[entry.node] = true;
 }
 
@@ -83,6 +93,8 @@ void touch_nodes(const StiffenerList& list, LumpedHair& lumped) {
 // knot has its own.
 void add_fabric(const Groom& groom, const Grid& grid, GroomMechanics& mechanics) {
   const std::size_t group_count = groom.group_names.size();
+  HAIRNET_ASSERT(2 * group_count <= std::numeric_limits<std::uint16_t>::max());
+  HAIRNET_ASSERT(groom.knots.size() <= std::numeric_limits<std::uint16_t>::max());
   for (const Thread& thread : groom.threads) {
     const ThreadAsStrand strand(thread, groom.materials.base, static_cast<std::uint16_t>(group_count + thread.group));
     add_strand(groom.points_of(thread.points), strand.properties, strand.material, grid, mechanics,
@@ -108,9 +120,11 @@ bool decimate_springs(const Grid& grid, std::size_t count_max, const std::functi
   constexpr StiffenerKind kSpring = StiffenerKind::spring;
   const std::size_t left_over = count_max - std::min(count_max, mechanics.springs.count());
   if (!decimate(grid, kSpring, std::max(count_max / 4, left_over), mechanics.ties)) return false;
+  HAIRNET_ASSERT(mechanics.ties.count() <= count_max);
   if (!decimate(grid, kSpring, count_max - mechanics.ties.count(), mechanics.springs, keep_going, parallel_for))
     return false;
   append(mechanics.ties, mechanics.springs);
+  HAIRNET_ASSERT(mechanics.springs.count() <= count_max);
   return true;
 }
 
@@ -124,9 +138,12 @@ bool decimate_both(const Grid& grid, const LevelSpec& spec, const LevelProgress&
                   parallel_for);
 }
 
-// Of every grid node; 0 for trimmed ones.
+// Of every grid node; kTrimmed for trimmed ones.
+constexpr std::uint32_t kTrimmed = ~0u;
 std::vector<std::uint32_t> active_indices(const LevelGeometry& geometry) {
-  std::vector<std::uint32_t> indices(geometry.lattice.node_count(), 0);
+  HAIRNET_ASSERT(!geometry.active_nodes.empty());
+  HAIRNET_ASSERT(geometry.active_nodes.back() < geometry.lattice.node_count());
+  std::vector<std::uint32_t> indices(geometry.lattice.node_count(), kTrimmed);
   for (std::uint32_t a = 0; a < geometry.active_nodes.size(); ++a) indices[geometry.active_nodes[a]] = a;
   return indices;
 }
@@ -135,11 +152,13 @@ std::vector<std::uint32_t> active_indices(const LevelGeometry& geometry) {
 // balance to the last bit that the solver uses.
 Stiffeners store_stiffeners(const StiffenerList& list, const std::vector<std::uint32_t>& active_index,
                             const std::vector<Vec3f>& rest_head) {
+  list.check_invariants();
   Stiffeners stored;
   for (std::size_t s = 0; s < list.count(); ++s) {
     Vec3 rest = Vec3::Zero();
     for (const auto& [node, weight] : list.weights(s)) {
       const std::uint32_t active = active_index[node];
+      HAIRNET_ASSERT(active != kTrimmed);
       stored.nodes.push_back(static_cast<std::uint16_t>(active));
       stored.weights.push_back(static_cast<float>(weight));
       rest += static_cast<double>(stored.weights.back()) * rest_head[active].cast<double>();
@@ -149,10 +168,13 @@ Stiffeners store_stiffeners(const StiffenerList& list, const std::vector<std::ui
     stored.damping.push_back(static_cast<float>(list.damping[s]));
     stored.rest.push_back(rest.cast<float>());
   }
+  HAIRNET_ASSERT(stored.count() == list.count());
+  HAIRNET_ASSERT(stored.begin.back() == list.entries.size());
   return stored;
 }
 
 void store_level(const GroomMechanics& mechanics, Level& level) {
+  HAIRNET_ASSERT(level.rest.empty());
   const std::vector<std::uint32_t>& active_nodes = level.geometry.active_nodes;
   const std::vector<std::uint32_t> active_index = active_indices(level.geometry);
   for (std::uint32_t a = 0; a < active_nodes.size(); ++a) {
@@ -164,6 +186,7 @@ void store_level(const GroomMechanics& mechanics, Level& level) {
   level.mass.assign(nodes.mass.begin(), nodes.mass.end());
   level.ether_stiffness.assign(nodes.ether_stiffness.begin(), nodes.ether_stiffness.end());
   level.ether_damping.assign(nodes.ether_damping.begin(), nodes.ether_damping.end());
+  HAIRNET_ASSERT(level.mass.size() == level.rest.size());
   level.springs = store_stiffeners(mechanics.springs, active_index, level.rest);
   level.attachments = store_stiffeners(mechanics.attachments, active_index, level.rest);
 }
@@ -178,6 +201,7 @@ float displacement_max_m(const Lattice& lattice) {
 // False when cancelled.
 bool match_springs(const StiffenerList& all_springs, const StiffenerList& all_attachments,
                    const LevelProgress& progress, Level& level) {
+  HAIRNET_ASSERT(level.springs.count() <= all_springs.count());
   if (level.springs.count() == all_springs.count()) return true;
   const std::vector<std::uint32_t> active_index = active_indices(level.geometry);
   const auto matched = [&](double share) { return progress.at(0.75 + 0.25 * share, "matching the springs"); };
@@ -190,7 +214,7 @@ bool make_level(const Groom& groom, const LevelSpec& spec, std::shared_ptr<const
                 const LevelProgress& progress, const ParallelFor& parallel_for, Level& level, LevelReport& report) {
   const double start_s = progress.clock_s();
   const Grid grid(fit_lattice(groom.points, spec.dims));
-  HAIRNET_ASSERT(grid.node_count() <= std::numeric_limits<std::uint16_t>::max());
+  HAIRNET_ASSERT(grid.node_count() <= kGridNodesMax);
 
   GroomMechanics mechanics{{}, {}, {}, LumpedHair(grid.node_count())};
   if (!add_strands(groom, grid, progress, mechanics)) return false;
@@ -216,6 +240,9 @@ bool make_level(const Groom& groom, const LevelSpec& spec, std::shared_ptr<const
   order_by_nodes(level.attachments);
   report.decimation_s = progress.clock_s() - decimation_start_s;
 
+  HAIRNET_ASSERT(level.springs.count() <= spec.spring_count);
+  HAIRNET_ASSERT(level.attachments.count() <= spec.attachment_count);
+  HAIRNET_ASSERT(level.contacts.count() <= spec.contact_count);
   report.springs_after = level.springs.count();
   report.attachments_after = level.attachments.count();
   report.active_nodes = level.geometry.active_nodes.size();
@@ -230,6 +257,8 @@ bool make_level(const Groom& groom, const LevelSpec& spec, std::shared_ptr<const
 void make_level_maps(const Groom& groom, LevelSet& set, const ParallelFor& parallel_for) {
   constexpr std::size_t kMapPoints = 6000;
   const std::vector<float> blend = root_blend(groom);
+  HAIRNET_ASSERT(!groom.points.empty());
+  HAIRNET_ASSERT(blend.size() == groom.points.size());
   const std::size_t stride = std::max<std::size_t>(1, groom.points.size() / kMapPoints);
   std::vector<Vec3f> some_points;
   std::vector<float> some_blend;
@@ -243,6 +272,8 @@ void make_level_maps(const Groom& groom, LevelSet& set, const ParallelFor& paral
 
 std::shared_ptr<const Level> build_level(const Groom& groom, const LevelSpec& spec, const BuildCallbacks& callbacks,
                                          LevelReport* report, const ParallelFor& parallel_for) {
+  HAIRNET_ASSERT(!groom.points.empty());
+  HAIRNET_VALIDATE(validate(groom).empty());
   BuildProgress progress(callbacks, 1);
   if (!progress.at(0, 0, "measuring the skin")) return nullptr;
   const std::shared_ptr<const Skin> skin = make_skin(groom, parallel_for);
@@ -256,6 +287,8 @@ std::shared_ptr<const Level> build_level(const Groom& groom, const LevelSpec& sp
 
 std::shared_ptr<const LevelSet> build_levels(const Groom& groom, const BuildCallbacks& callbacks,
                                              std::array<LevelReport, 4>* reports, const ParallelFor& parallel_for) {
+  HAIRNET_ASSERT(!groom.points.empty());
+  HAIRNET_VALIDATE(validate(groom).empty());
   BuildProgress progress(callbacks, kLevelSpecs.size());
   if (!progress.at(0, 0, "measuring the skin")) return nullptr;
   const std::shared_ptr<const Skin> skin = make_skin(groom, parallel_for);

@@ -31,7 +31,7 @@ struct BuildCallbacks {
   std::function<double()> clock_s;  // for the times of the report; core reads no clock of its own
 };
 
-// Builds one level. `groom` must pass validate() and have at least one point. Returns null only when cancelled. The
+// Builds one level. `groom` must pass validate(). Asserts that it has a point. Returns null only when cancelled. The
 // result has the same bits for any `parallel_for`, whose body may call `parallel_for` again; an empty one runs
 // serially.
 std::shared_ptr<const Level> build_level(const Groom& groom, const LevelSpec& spec,

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/assert.hpp"
 #include "core/levels/build.hpp"
 
 namespace hairnet {
@@ -14,10 +15,15 @@ namespace hairnet {
 class BuildProgress {
  public:
   BuildProgress(const BuildCallbacks& callbacks, std::size_t part_count)
-      : observer_(callbacks), done_(part_count, 0.0) {}
+      : observer_(callbacks), done_(part_count, 0.0) {
+    HAIRNET_ASSERT(part_count > 0);
+  }
 
-  // False to cancel.
+  // False to cancel. Asserts that the part exists, and that the fraction is within 0 and 1.
   [[nodiscard]] bool at(std::size_t part, double fraction, std::string_view stage) {
+    HAIRNET_ASSERT(part < done_.size());
+    HAIRNET_ASSERT(fraction >= 0);
+    HAIRNET_ASSERT(fraction <= 1);
     if (!observer_.progress) return true;
     const std::lock_guard lock(mutex_);
     if (cancelled_) return false;

@@ -1,8 +1,10 @@
 #include "core/levels/cloth.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
+#include "core/assert.hpp"
 #include "core/levels/resample.hpp"
 
 namespace hairnet {
@@ -34,7 +36,9 @@ Edges edges_of(std::span<const Vec3f> points, const Cloth& cloth) {
   constexpr double kClearlyLonger = 1.1;  // an equilateral triangle has no diagonal
   Edges edges;
   for (const auto& triangle : cloth.triangles) {
+    HAIRNET_VALIDATE(std::ranges::max(triangle) < points.size());
     const double area = Triangle(points, triangle).area;
+    HAIRNET_ASSERT(area >= 0);
     for (int i = 0; i < 3; ++i) {
       const std::uint32_t a = triangle[i], b = triangle[(i + 1) % 3], c = triangle[(i + 2) % 3];
       Edge& edge = edges[{std::min(a, b), std::max(a, b)}];
@@ -50,6 +54,7 @@ Edges edges_of(std::span<const Vec3f> points, const Cloth& cloth) {
 // Adds a straight piece of cloth of that axial stiffness in newtons, cut like hair.
 void add_straight(const Grid& grid, const Vec3f& from, const Vec3f& to, double axial_n, double damping_time_s,
                   std::uint16_t group, StiffenerList& springs) {
+  HAIRNET_ASSERT(axial_n >= 0);
   std::vector<Vec3> line, cuts;
   polyline_on_grid(grid, std::array{from, to}, line);
   if (line.size() < 2) return;
@@ -61,12 +66,16 @@ void add_straight(const Grid& grid, const Vec3f& from, const Vec3f& to, double a
 }
 
 double hanging_height(std::span<const Vec3f> points, const Cloth& cloth) {
+  HAIRNET_ASSERT(cloth.points.begin < cloth.points.end);
+  HAIRNET_ASSERT(cloth.points.end <= points.size());
   float pinned = -INFINITY, any = -INFINITY;
   for (std::uint32_t i = cloth.points.begin; i < cloth.points.end; ++i) {
     any = std::max(any, points[i].y());
     if (!cloth.root_distance_m.empty() && cloth.root_distance_m[i - cloth.points.begin] <= 0)
       pinned = std::max(pinned, points[i].y());
   }
+  HAIRNET_ASSERT(std::isfinite(any));
+  HAIRNET_ASSERT(pinned <= any);
   return pinned > -INFINITY ? pinned : any;
 }
 
@@ -74,6 +83,9 @@ double hanging_height(std::span<const Vec3f> points, const Cloth& cloth) {
 
 void add_cloth(const Grid& grid, std::span<const Vec3f> points_head, const Cloth& cloth, std::uint16_t group,
                StiffenerList& springs, StiffenerList& attachments) {
+  HAIRNET_ASSERT(cloth.points.begin <= cloth.points.end);
+  HAIRNET_ASSERT(cloth.points.end <= points_head.size());
+  HAIRNET_ASSERT(cloth.root_distance_m.empty() || cloth.root_distance_m.size() == cloth.points.count());
   const double stretch = cloth.stretch_stiffness_n_per_m,
                shear = 2 * static_cast<double>(cloth.shear_stiffness_n_per_m);
   const double damping_time_s = cloth.damping_time_s;
@@ -96,6 +108,7 @@ void add_cloth(const Grid& grid, std::span<const Vec3f> points_head, const Cloth
 
 void lump_cloth(const Grid& grid, std::span<const Vec3f> points_head, const Cloth& cloth, const Material& material,
                 LumpedHair& lumped) {
+  HAIRNET_ASSERT(lumped.mass.size() == grid.node_count());
   const double root_height = hanging_height(points_head, cloth);
   for (std::uint32_t i = cloth.points.begin; i < cloth.points.end; ++i) {
     for (const auto& [node, weight] : grid.weights(grid.from_head(points_head[i]))) lumped.touched[node] = true;

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "core/assert.hpp"
 #include "core/ffd/deform.hpp"
 #include "core/levels/hair_sample.hpp"
 #include "core/levels/skin_distance_field.hpp"
@@ -26,6 +27,7 @@ constexpr float kArmStretch = 1.3f, kArmSlack_m = 0.05f;
 
 // U for which f = 3 U p^2 / depth^3 carries the load at p = kDent_m.
 double potential_for_load(double load_n) {
+  HAIRNET_ASSERT(load_n >= 0);
   return load_n * kContactDepth_m * kContactDepth_m * kContactDepth_m / (3 * kDent_m * kDent_m);
 }
 
@@ -37,11 +39,13 @@ struct Line {
 
   [[nodiscard]] std::size_t count() const { return (points.count() + stride - 1) / stride; }
   [[nodiscard]] std::uint32_t point(std::size_t i) const {
+    HAIRNET_VALIDATE(i < count());
     return points.begin + static_cast<std::uint32_t>(i) * stride;
   }
 };
 
 std::vector<Line> lines_of(const Groom& groom) {
+  HAIRNET_ASSERT(groom.strand_begin.size() == groom.strand_count() + 1);
   std::vector<Line> lines;
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {
     lines.push_back({{groom.strand_begin[s], groom.strand_begin[s + 1]}, 1, groom.strands[s].rooted});
@@ -64,12 +68,14 @@ std::vector<Line> candidates_of(const Groom& groom) {
     const double turn = static_cast<double>(l) * (std::numbers::phi - 1);
     if (turn - std::floor(turn) < share) some.push_back(all[l]);
   }
+  HAIRNET_ASSERT(some.empty() == all.empty());
   return some;
 }
 
 // The begin, middle and end of a line.
 using Centreline = std::array<Vec3f, 3>;
 Centreline centreline_of(const Groom& groom, const Line& line) {
+  HAIRNET_ASSERT(line.count() > 0);
   const auto at = [&](std::size_t i) { return groom.points[line.point(i)]; };
   return {at(0), at(line.count() / 2), at(line.count() - 1)};
 }
@@ -87,6 +93,9 @@ struct Chosen {
 // Adds points at even distances along the line, including the tip, where hair takes enough of the lattice's motion.
 void add_points(const Groom& groom, const std::vector<float>& blend, const Line& line, float spacing_m,
                 Chosen& chosen) {
+  HAIRNET_ASSERT(spacing_m > 0);
+  HAIRNET_ASSERT(blend.size() == groom.points.size());
+  HAIRNET_ASSERT(line.count() > 0);
   const Vec3f root = groom.points[line.point(0)];
   float owed_m = spacing_m, arm_m = line.rooted ? 0 : std::numeric_limits<float>::infinity();
   for (std::size_t i = 0; i < line.count(); ++i) {
@@ -102,6 +111,9 @@ void add_points(const Groom& groom, const std::vector<float>& blend, const Line&
     chosen.root.push_back(root);
     chosen.arm_m.push_back(arm_m);
   }
+  HAIRNET_ASSERT(chosen.hair.blend.size() == chosen.hair.points.size());
+  HAIRNET_ASSERT(chosen.root.size() == chosen.hair.points.size());
+  HAIRNET_ASSERT(chosen.arm_m.size() == chosen.hair.points.size());
 }
 
 // Chooses one candidate after the other, each the farthest from all chosen ones (Gonzalez 1985), while their points
@@ -110,11 +122,13 @@ class FarthestFirst {
  public:
   FarthestFirst(const Groom& groom, const std::vector<Line>& lines)
       : to_chosen_(lines.size(), std::numeric_limits<float>::max()) {
+    HAIRNET_ASSERT(!lines.empty());
     for (const Line& line : lines) centrelines_.push_back(centreline_of(groom, line));
   }
   [[nodiscard]] bool is_over() const { return !(*std::ranges::max_element(to_chosen_) > 0); }
   std::size_t next() {
     const auto chosen = static_cast<std::size_t>(std::ranges::max_element(to_chosen_) - to_chosen_.begin());
+    HAIRNET_ASSERT(to_chosen_[chosen] > 0);
     for (std::size_t l = 0; l < centrelines_.size(); ++l) {
       to_chosen_[l] = std::min(to_chosen_[l], apart2(centrelines_[l], centrelines_[chosen]));
     }
@@ -139,11 +153,14 @@ Chosen choose_points(const Groom& groom, float spacing_m, std::size_t count_max)
     if (more.arm_m.size() > count_max) break;
     chosen = std::move(more);
   }
+  HAIRNET_ASSERT(chosen.arm_m.size() <= count_max);
   return chosen;
 }
 
 // The distance to the skin at which contact of a point begins.
 float limit_of(const SkinDistanceField& field, const Chosen& chosen, std::size_t point, float thickness_m) {
+  HAIRNET_ASSERT(point < chosen.arm_m.size());
+  HAIRNET_ASSERT(thickness_m >= 0);
   const auto distance_m = [&](const Vec3f& at) { return static_cast<float>(skin_distance(field, at.cast<double>())); };
   const float arm_m = kArmSlack_m + kArmStretch * chosen.arm_m[point];
   if (field.bone != Bone::head && distance_m(chosen.root[point]) > arm_m) return kContactNever_m;
@@ -154,6 +171,7 @@ float limit_of(const SkinDistanceField& field, const Chosen& chosen, std::size_t
 
 ContactPoints make_contact_points(const Groom& groom, const LevelGeometry& geometry, std::span<const float> mass,
                                   const Skin& skin, std::size_t count_max) {
+  HAIRNET_ASSERT(mass.size() == geometry.active_nodes.size());
   ContactPoints contacts;
   if (skin.empty()) return contacts;
   const float spacing_m = std::max(kSpacingMin_m, static_cast<float>(kSpacing) * geometry.lattice.spacing.mean());
@@ -177,6 +195,11 @@ ContactPoints make_contact_points(const Groom& groom, const LevelGeometry& geome
       contacts.limit.push_back(limit_of(field, chosen, p, material.thickness_m));
     }
   }
+  HAIRNET_ASSERT(contacts.count() <= count_max);
+  HAIRNET_ASSERT(contacts.begin.size() == contacts.count() + 1);
+  HAIRNET_ASSERT(contacts.begin.back() == contacts.nodes.size());
+  HAIRNET_ASSERT(contacts.potential.size() == contacts.count());
+  HAIRNET_ASSERT(contacts.limit.size() == contacts.count() * skin.size());
   return contacts;
 }
 

@@ -10,6 +10,7 @@ namespace hairnet {
 // other as possible. Contact begins at the smaller of two distances to the skin: the point's own in the design, and
 // the hair's thickness. U is chosen so that a load of 160 g on the point's share of the mass presses it 5 mm in, and 1
 // g 0.4 mm. U is scaled by the material's metaball potential over the default material's. `mass`: of active nodes, kg.
+// Asserts that there is one mass for each active node.
 ContactPoints make_contact_points(const Groom& groom, const LevelGeometry& geometry, std::span<const float> mass,
                                   const Skin& skin, std::size_t count_max);
 

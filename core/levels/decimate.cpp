@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <numeric>
 #include <queue>
 
+#include "core/assert.hpp"
 #include "core/levels/nearest_chords.hpp"
 
 namespace hairnet {
@@ -49,6 +51,7 @@ std::vector<NodeWeight> sum_of(const std::vector<NodeWeight>& a, const std::vect
   }
   sum.insert(sum.end(), i, a.end());
   sum.insert(sum.end(), j, b.end());
+  HAIRNET_VALIDATE(std::ranges::adjacent_find(sum, std::greater_equal{}, &NodeWeight::node) == sum.end());
   return sum;
 }
 
@@ -61,6 +64,7 @@ void append_greatest(std::vector<NodeWeight> side, std::size_t count, std::vecto
   std::ranges::stable_sort(side, std::greater{}, [](const NodeWeight& w) { return std::abs(w.weight); });
   if (side.size() > count) side.resize(count);
   const double left = sum(side);
+  HAIRNET_ASSERT(side.empty() || left != 0);
   for (NodeWeight& w : side) kept.push_back({w.node, w.weight * (whole / left)});
 }
 
@@ -79,6 +83,8 @@ class Decimation {
         chords_(list.ends),
         version_(list.count(), 0),
         merged_into_(list.count()) {
+    HAIRNET_ASSERT(count_start_ > count_max_);
+    list.check_invariants();
     std::iota(merged_into_.begin(), merged_into_.end(), 0);
     for (std::size_t s = 0; s < count_; ++s) clusters_.push_back(cluster_of(s));
   }
@@ -88,6 +94,7 @@ class Decimation {
     if (count_max_ > 0) merge_identical();
     if (count_max_ > 0 && !run_rounds()) return false;
     store(most_important());
+    HAIRNET_ASSERT(count_ == count_max_);
     return report();
   }
 
@@ -97,6 +104,9 @@ class Decimation {
     const double length = kind_ == StiffenerKind::spring ? length_of(list_.weights(s)) : 1.0;
     Cluster cluster{k * length, k * length * length, q * length * length, {}};
     for (const auto& [node, weight] : list_.weights(s)) cluster.weights.push_back({node, cluster.share * weight});
+    HAIRNET_ASSERT(cluster.share > 0);
+    HAIRNET_ASSERT(cluster.moment > 0);
+    HAIRNET_ASSERT(!cluster.weights.empty());
     return cluster;
   }
 
@@ -134,6 +144,8 @@ class Decimation {
       if (std::ranges::all_of(groups, [](const auto& members) { return members.size() < 2; })) return true;
       const std::size_t before = count_;
       if (!run_round(groups, neighbour_count)) return false;
+      HAIRNET_ASSERT(count_ < before);
+      HAIRNET_ASSERT(count_ >= count_max_);
       if (before - count_ <= before / 32) neighbour_count = std::min(2 * neighbour_count, before);
     }
     return true;
@@ -141,6 +153,7 @@ class Decimation {
 
   // False when cancelled.
   bool run_round(const std::vector<std::vector<std::uint32_t>>& groups, std::size_t neighbour_count) {
+    HAIRNET_ASSERT(neighbour_count > 0);
     std::vector<Candidate> candidates;
     for (const auto& members : groups) {
       if (!append_candidates(members, neighbour_count, candidates)) return false;
@@ -190,12 +203,20 @@ class Decimation {
 
   // Ward's cost.
   [[nodiscard]] Candidate evaluate(std::uint32_t a, std::uint32_t b) const {
+    HAIRNET_ASSERT(a < b);
+    HAIRNET_VALIDATE(merged_into_[a] == a);
+    HAIRNET_VALIDATE(merged_into_[b] == b);
     const double moment_a = clusters_[a].moment, moment_b = clusters_[b].moment;
     const double cost = moment_a * moment_b / (moment_a + moment_b) * squared_distance(chords_[a], chords_[b]);
     return {cost, a, b, version_[a], version_[b]};
   }
 
   void merge(std::uint32_t kept, std::uint32_t merged) {
+    HAIRNET_ASSERT(kept < merged);
+    HAIRNET_ASSERT(merged_into_[kept] == kept);
+    HAIRNET_ASSERT(merged_into_[merged] == merged);
+    HAIRNET_ASSERT(list_.group[kept] == list_.group[merged]);
+    HAIRNET_ASSERT(count_ > count_max_);
     Cluster &a = clusters_[kept], &b = clusters_[merged];
     Chord &chord_a = chords_[kept], &chord_b = chords_[merged];
     if ((chord_a[1] - chord_a[0]).dot(chord_b[1] - chord_b[0]) < 0) {
@@ -225,9 +246,13 @@ class Decimation {
 
   [[nodiscard]] std::vector<std::vector<std::uint32_t>> members_by_group() const {
     std::map<std::uint16_t, std::vector<std::uint32_t>> by_group;
+    std::size_t left = 0;
     for (std::uint32_t s = 0; s < merged_into_.size(); ++s) {
-      if (merged_into_[s] == s) by_group[list_.group[s]].push_back(s);
+      if (merged_into_[s] != s) continue;
+      by_group[list_.group[s]].push_back(s);
+      ++left;
     }
+    HAIRNET_ASSERT(left == count_);
     std::vector<std::vector<std::uint32_t>> groups;
     for (auto& [group, members] : by_group) groups.push_back(std::move(members));
     return groups;
@@ -239,6 +264,7 @@ class Decimation {
     for (std::uint32_t s = 0; s < merged_into_.size(); ++s) {
       if (merged_into_[s] == s) left.push_back(s);
     }
+    HAIRNET_ASSERT(left.size() == count_);
     if (left.size() > count_max_) {
       std::ranges::stable_sort(left, std::greater{}, [&](std::uint32_t s) { return clusters_[s].moment; });
       left.resize(count_max_);
@@ -254,9 +280,12 @@ class Decimation {
       if (weight == 0) continue;
       (weight > 0 ? pulling : pulled).push_back({node, weight / cluster.share});
     }
+    HAIRNET_ASSERT(kind_ == StiffenerKind::spring || pulled.empty());
     append_greatest(pulling, kind_ == StiffenerKind::spring ? kNodesPerEndMax : kNodesPerAttachmentMax, kept);
     append_greatest(pulled, kNodesPerEndMax, kept);
     std::ranges::sort(kept, {}, &NodeWeight::node);
+    HAIRNET_ASSERT(!kept.empty());
+    HAIRNET_VALIDATE(std::ranges::adjacent_find(kept, std::greater_equal{}, &NodeWeight::node) == kept.end());
     return kept;
   }
 
@@ -279,6 +308,7 @@ class Decimation {
       const std::vector<NodeWeight> weights =
           is_merged ? mean_weights(cluster) : std::vector<NodeWeight>(own.begin(), own.end());
       const double length = kind_ == StiffenerKind::spring ? std::max(length_of(weights), length_min(s)) : 1.0;
+      HAIRNET_ASSERT(length > 0);
       kept.entries.insert(kept.entries.end(), weights.begin(), weights.end());
       kept.begin.push_back(static_cast<std::uint32_t>(kept.entries.size()));
       kept.stiffness.push_back(is_merged ? cluster.moment / (length * length) : list_.stiffness[s]);
@@ -286,14 +316,16 @@ class Decimation {
       kept.group.push_back(list_.group[s]);
       kept.ends.push_back(chords_[s]);
     }
+    kept.check_invariants();
     list_ = std::move(kept);
     count_ = list_.count();
   }
 
   bool report() const {
     if (!keep_going_) return true;
-    const double all = static_cast<double>(count_start_ - std::min(count_start_, count_max_));
-    return keep_going_(all > 0 ? static_cast<double>(count_start_ - count_) / all : 1.0);
+    HAIRNET_ASSERT(count_ >= count_max_);
+    HAIRNET_ASSERT(count_ <= count_start_);
+    return keep_going_(static_cast<double>(count_start_ - count_) / static_cast<double>(count_start_ - count_max_));
   }
 
   const Grid& grid_;
@@ -313,6 +345,7 @@ class Decimation {
 
 bool decimate(const Grid& grid, StiffenerKind kind, std::size_t count_max, StiffenerList& list,
               const std::function<bool(double)>& keep_going, const ParallelFor& parallel_for) {
+  list.check_invariants();
   if (list.count() <= count_max) return true;
   return Decimation(grid, kind, count_max, list, keep_going, parallel_for).run();
 }

@@ -29,7 +29,7 @@ inline constexpr std::size_t kNodesPerAttachmentMax = 16;
 // Comparing all pairs would be quadratic. Candidates are each stiffener's few nearest neighbours, searched again in
 // rounds that halve the number, which is nearly linear. `keep_going` may be empty. Any thread of `parallel_for` may
 // call it with the finished fraction; when it returns false, decimate returns false and the contents of `list` are
-// undefined.
+// undefined. Asserts that the counts of `list` agree.
 [[nodiscard]] bool decimate(const Grid& grid, StiffenerKind kind, std::size_t count_max, StiffenerList& list,
                             const std::function<bool(double)>& keep_going = {}, const ParallelFor& parallel_for = {});
 

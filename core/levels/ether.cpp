@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/assert.hpp"
+
 namespace hairnet {
 namespace {
 
@@ -23,6 +25,7 @@ struct LumpedSum {
 };
 
 LumpedSum hair_around(const Lattice& lattice, const LumpedHair& lumped, std::uint32_t node) {
+  HAIRNET_ASSERT(node < lattice.node_count());
   const auto [ci, cj, ck] = lattice.coordinates(node);
   LumpedSum sum;
   for (int k = std::max(ck - 1, 0); k <= std::min(ck + 1, lattice.dims[2] - 1); ++k) {
@@ -45,6 +48,9 @@ LumpedSum all_hair(const LumpedHair& lumped) {
 }  // namespace
 
 NodeMechanics fill_ether(const LevelGeometry& geometry, const LumpedHair& lumped) {
+  HAIRNET_ASSERT(lumped.mass.size() == geometry.lattice.node_count());
+  HAIRNET_ASSERT(lumped.hang_moment.size() == lumped.mass.size());
+  HAIRNET_ASSERT(lumped.ether_mass >= 0);
   const LumpedSum all = all_hair(lumped);
   const double ether_mass = std::max(lumped.ether_mass, kEtherMassMin);
   NodeMechanics mechanics;
@@ -53,12 +59,19 @@ NodeMechanics fill_ether(const LevelGeometry& geometry, const LumpedHair& lumped
     hair.add(lumped, node);
     if (!(hair.mass > 0)) hair = hair_around(geometry.lattice, lumped, node);
     if (!(hair.mass > 0)) hair = all;
+    HAIRNET_ASSERT(hair.mass > 0);
+    HAIRNET_ASSERT(hair.hang >= 0.999 * kHangLengthMin * hair.mass);
+    HAIRNET_ASSERT(hair.gel >= 0);
     const double mass = lumped.mass[node] + ether_mass / static_cast<double>(geometry.active_nodes.size());
     const double stiffness = mass * (kGravity * hair.mass / hair.hang + hair.gel / hair.mass);
     mechanics.mass.push_back(mass);
     mechanics.ether_stiffness.push_back(stiffness);
     mechanics.ether_damping.push_back(2 * hair.damping / hair.mass * std::sqrt(stiffness * mass));
   }
+  HAIRNET_ASSERT(mechanics.mass.size() == geometry.active_nodes.size());
+  HAIRNET_VALIDATE(std::ranges::all_of(mechanics.mass, [](double mass) { return mass > 0; }));
+  HAIRNET_VALIDATE(std::ranges::all_of(mechanics.ether_stiffness, [](double stiffness) { return stiffness > 0; }));
+  HAIRNET_VALIDATE(std::ranges::all_of(mechanics.ether_damping, [](double damping) { return damping >= 0; }));
   return mechanics;
 }
 

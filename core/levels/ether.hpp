@@ -27,7 +27,8 @@ struct NodeMechanics {
 //
 // Damping: q_i = 2 zeta_i sqrt(k_i m_i), a fraction of the critical damping of the node's swing about its design
 // position, which is the swing of the hair as a pendulum. Lengths, gel and ratios are averaged by mass. Nodes without
-// hair take the values of their neighbours, or the average of all nodes.
+// hair take the values of their neighbours, or the average of all nodes. Asserts that `lumped` has the nodes of
+// `geometry`.
 NodeMechanics fill_ether(const LevelGeometry& geometry, const LumpedHair& lumped);
 
 }  // namespace hairnet

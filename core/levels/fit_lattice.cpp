@@ -7,7 +7,7 @@
 namespace hairnet {
 
 Lattice fit_lattice(std::span<const Vec3f> points_head, const std::array<int, 3>& dims) {
-  HAIRNET_ASSERT(std::ranges::all_of(dims, [](int n) { return n >= 3; }));
+  HAIRNET_ASSERT(std::ranges::min(dims) >= 3);
   Vec3f low = Vec3f::Zero(), high = Vec3f::Zero();
   if (!points_head.empty()) low = high = points_head.front();
   for (const Vec3f& point : points_head) {
@@ -23,6 +23,12 @@ Lattice fit_lattice(std::span<const Vec3f> points_head, const std::array<int, 3>
     lattice.spacing[axis] = static_cast<float>(spacing);
     lattice.origin[axis] = static_cast<float>(centre - 0.5 * spacing * (dims[axis] - 1));
   }
+  HAIRNET_ASSERT(lattice.origin.allFinite());
+  HAIRNET_ASSERT(lattice.spacing.allFinite());
+  HAIRNET_VALIDATE(std::ranges::all_of(points_head, [&](const Vec3f& point) {
+    const Vec3f end = lattice.node(lattice.index(dims[0] - 1, dims[1] - 1, dims[2] - 1));
+    return (point - lattice.origin).minCoeff() > 0 && (end - point).minCoeff() > 0;
+  }));
   return lattice;
 }
 

@@ -2,10 +2,23 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <numeric>
+
+#include "core/assert.hpp"
 
 namespace hairnet {
 
+Grid::Grid(const Lattice& lattice)
+    : lattice_(lattice), origin_(lattice.origin.cast<double>()), spacing_(lattice.spacing.cast<double>()) {
+  HAIRNET_ASSERT(std::ranges::min(lattice.dims) >= 2);
+  HAIRNET_ASSERT(origin_.allFinite());
+  HAIRNET_ASSERT(spacing_.allFinite());
+  HAIRNET_ASSERT(spacing_.minCoeff() > 0);
+}
+
 Vec3 Grid::from_head(const Vec3f& head) const {
+  HAIRNET_VALIDATE(head.allFinite());
   constexpr double kOnPlane = 4e-6;  // node spacings; float resolves 3e-8 m at 0.3 m
   Vec3 grid = (head.cast<double>() - origin_).cwiseQuotient(spacing_);
   for (double& x : grid) {
@@ -15,11 +28,13 @@ Vec3 Grid::from_head(const Vec3f& head) const {
 }
 
 Vec3 Grid::node_head(std::uint32_t node) const {
+  HAIRNET_ASSERT(node < node_count());
   const auto [i, j, k] = lattice_.coordinates(node);
   return to_head(Vec3(i, j, k));
 }
 
 TrilinearWeights Grid::weights(const Vec3& grid) const {
+  HAIRNET_VALIDATE(grid.allFinite());
   std::array<int, 3> base;
   Vec3 t;
   for (int axis = 0; axis < 3; ++axis) {
@@ -33,6 +48,11 @@ TrilinearWeights Grid::weights(const Vec3& grid) const {
     if (weight == 0) continue;
     weights.entries[weights.count++] = {lattice_.index(base[0] + i, base[1] + j, base[2] + k), weight};
   }
+  HAIRNET_ASSERT(weights.count > 0);
+  HAIRNET_VALIDATE(std::ranges::adjacent_find(weights, std::greater_equal{}, &NodeWeight::node) == weights.end());
+  HAIRNET_VALIDATE(weights.entries[weights.count - 1].node < node_count());
+  HAIRNET_VALIDATE(std::abs(std::transform_reduce(weights.begin(), weights.end(), -1.0, std::plus{},
+                                                  [](const NodeWeight& w) { return w.weight; })) < 1e-12);
   return weights;
 }
 

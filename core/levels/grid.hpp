@@ -24,8 +24,8 @@ struct TrilinearWeights {
 // and a point on a lattice plane has a whole number there.
 class Grid {
  public:
-  explicit Grid(const Lattice& lattice)
-      : lattice_(lattice), origin_(lattice.origin.cast<double>()), spacing_(lattice.spacing.cast<double>()) {}
+  // Asserts that every axis has two nodes or more and a finite spacing above 0.
+  explicit Grid(const Lattice& lattice);
 
   [[nodiscard]] const Lattice& lattice() const { return lattice_; }
   [[nodiscard]] const Vec3& spacing() const { return spacing_; }  // m
@@ -35,10 +35,12 @@ class Grid {
   // activate nodes of the neighbouring cells with weights of 1e-7.
   [[nodiscard]] Vec3 from_head(const Vec3f& head) const;
   [[nodiscard]] Vec3 to_head(const Vec3& grid) const { return origin_ + grid.cwiseProduct(spacing_); }
+  // Asserts that the node exists.
   [[nodiscard]] Vec3 node_head(std::uint32_t node) const;
   // Length in metres of a difference of grid coordinates.
   [[nodiscard]] double length(const Vec3& grid_vector) const { return grid_vector.cwiseProduct(spacing_).norm(); }
 
+  // A point outside the grid has the weights of the nearest point of the grid.
   [[nodiscard]] TrilinearWeights weights(const Vec3& grid) const;
 
  private:

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/assert.hpp"
 #include "core/ffd/deform.hpp"
 
 namespace hairnet {
@@ -15,6 +16,7 @@ class WeightSums {
   explicit WeightSums(std::size_t node_count) : sums_(node_count), is_in_(node_count) {}
 
   void add(std::uint32_t node, double weight) {
+    HAIRNET_VALIDATE(node < sums_.size());
     if (!is_in_[node]) nodes_.push_back(node);
     is_in_[node] = true;
     sums_[node] += weight;
@@ -41,6 +43,8 @@ class WeightSums {
 class Followed {
  public:
   explicit Followed(const LevelGeometry& geometry) : geometry_(geometry), place_(geometry.lattice.node_count()) {
+    HAIRNET_ASSERT(geometry.active_nodes.size() + geometry.trimmed_nodes.size() == place_.size());
+    HAIRNET_ASSERT(geometry.trimmed_begin.size() == geometry.trimmed_nodes.size() + 1);
     for (std::uint32_t a = 0; a < geometry.active_nodes.size(); ++a) place_[geometry.active_nodes[a]] = {true, a};
     for (std::uint32_t t = 0; t < geometry.trimmed_nodes.size(); ++t) place_[geometry.trimmed_nodes[t]] = {false, t};
   }
@@ -65,6 +69,7 @@ class Followed {
 }  // namespace
 
 HairStencils make_stencils(const LevelGeometry& geometry, const HairSample& hair) {
+  HAIRNET_ASSERT(hair.blend.size() == hair.points.size());
   const Followed followed(geometry);
   HairStencils stencils;
   WeightSums sums(geometry.active_nodes.size());
@@ -81,9 +86,13 @@ HairStencils make_stencils(const LevelGeometry& geometry, const HairSample& hair
       stencils.nodes.push_back(node);
       stencils.weights.push_back(weight);
     });
+    HAIRNET_ASSERT(whole <= 1 + 1e-4);
+    HAIRNET_ASSERT(stencils.weights.size() == first || whole > 0);
     for (std::size_t e = first; e < stencils.weights.size(); ++e) stencils.weights[e] *= whole / kept;
     stencils.begin.push_back(static_cast<std::uint32_t>(stencils.nodes.size()));
   }
+  HAIRNET_ASSERT(stencils.begin.size() == hair.points.size() + 1);
+  HAIRNET_ASSERT(stencils.weights.size() == stencils.nodes.size());
   return stencils;
 }
 

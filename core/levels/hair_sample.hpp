@@ -16,11 +16,11 @@ struct HairSample {
 
 // For each point of a sample, the active nodes that move it and their weights: quadratic FFD with the root blend.
 // Trimmed nodes are replaced by the active nodes that they follow. Weights below 0.01 are dropped and the others scaled
-// up. Point p has entries [begin[p], begin[p + 1]).
+// up. Point p has entries [begin[p], begin[p + 1]). Asserts that each point has a blend.
 struct HairStencils {
   std::vector<std::uint32_t> begin{0};
   std::vector<std::uint32_t> nodes;  // active index
-  std::vector<double> weights;       // > 0
+  std::vector<double> weights;       // > 0; the sum for a point is at most 1
 };
 HairStencils make_stencils(const LevelGeometry& geometry, const HairSample& hair);
 

@@ -1,11 +1,16 @@
 #include "core/levels/knots.hpp"
 
 #include <algorithm>
+#include <cmath>
+
+#include "core/assert.hpp"
 
 namespace hairnet {
 namespace {
 
 Vec3 mean_of(std::span<const Vec3f> points_head, const Knot& knot) {
+  HAIRNET_ASSERT(!knot.points.empty());
+  HAIRNET_VALIDATE(std::ranges::max(knot.points) < points_head.size());
   Vec3 sum = Vec3::Zero();
   for (const std::uint32_t p : knot.points) sum += points_head[p].cast<double>();
   return sum / static_cast<double>(knot.points.size());
@@ -27,6 +32,8 @@ std::vector<Vec3> spread_joints(std::span<const Vec3f> points_head, const Knot& 
       distance[i] = joints.size() == 1 ? to_new : std::min(distance[i], to_new);
     }
   }
+  HAIRNET_ASSERT(!joints.empty());
+  HAIRNET_ASSERT(joints.size() <= kKnotJointsMax);
   return joints;
 }
 
@@ -40,6 +47,7 @@ void add_knot(const Grid& grid, std::span<const Vec3f> points_head, const Knot& 
   for (const Vec3& joint : joints) extent = std::max(extent, (joint - mean).norm());
   for (const Vec3& corner : {Vec3(1, 1, 1), Vec3(1, -1, -1), Vec3(-1, 1, -1), Vec3(-1, -1, 1)})
     joints.push_back(mean + 0.5 * extent * corner.normalized());
+  HAIRNET_ASSERT(std::isfinite(extent));
   const SpringLaw law{static_cast<double>(knot.stiffness_n_per_m) / static_cast<double>(joints.size() - 1),
                       static_cast<double>(knot.damping_time_s), group};
   for (std::size_t a = 0; a < joints.size(); ++a) {
@@ -50,6 +58,7 @@ void add_knot(const Grid& grid, std::span<const Vec3f> points_head, const Knot& 
 
 void add_knot_mass(const Grid& grid, std::span<const Vec3f> points_head, const Knot& knot, const Material& material,
                    LumpedHair& lumped) {
+  HAIRNET_ASSERT(lumped.mass.size() == grid.node_count());
   if (!(knot.mass_kg > 0)) return;
   for (const auto& [node, weight] : grid.weights(grid.from_head(mean_of(points_head, knot).cast<float>()))) {
     const double mass = static_cast<double>(knot.mass_kg) * weight;

@@ -12,7 +12,7 @@ namespace hairnet {
 // possible (points at one place of a lattice cannot separate), and four corners of a tetrahedron about their mean, half
 // a knot's extent away. Without these corners, points in a plane or on a line could shear past each other. A spring
 // joins each two joints. All of them act between two points of the lattice, so they exert no force on the knot as a
-// whole. Each has k = stiffness / (joints - 1).
+// whole. Each has k = stiffness / (joints - 1). Asserts that the knot ties points.
 inline constexpr std::size_t kKnotJointsMax = 6;
 void add_knot(const Grid& grid, std::span<const Vec3f> points_head, const Knot& knot, std::uint16_t group,
               StiffenerList& ties);

@@ -23,6 +23,10 @@ constexpr double kFollow = 1e-3;
 class ActiveCombinations {
  public:
   explicit ActiveCombinations(const LevelGeometry& geometry) : combinations_(geometry.lattice.node_count()) {
+    HAIRNET_ASSERT(geometry.active_nodes.size() + geometry.trimmed_nodes.size() == combinations_.size());
+    HAIRNET_ASSERT(geometry.trimmed_begin.size() == geometry.trimmed_nodes.size() + 1);
+    HAIRNET_ASSERT(geometry.trimmed_weights.size() == geometry.trimmed_from.size());
+    HAIRNET_VALIDATE(validate(geometry).empty());
     for (std::uint32_t a = 0; a < geometry.active_nodes.size(); ++a) {
       combinations_[geometry.active_nodes[a]].push_back({a, 1});
     }
@@ -35,6 +39,7 @@ class ActiveCombinations {
   }
   // Adds weight * (displacement of a grid node) to row `row`.
   void add(std::uint32_t grid_node, double weight, Eigen::Index row, Triplets& triplets) const {
+    HAIRNET_VALIDATE(grid_node < combinations_.size());
     for (const auto& [active, share] : combinations_[grid_node]) triplets.emplace_back(row, active, weight * share);
   }
 
@@ -50,6 +55,8 @@ Matrix assembled(Eigen::Index rows, Eigen::Index columns, const Triplets& triple
 
 // F: maps displacements of active nodes to displacements of points, each times its delta.
 Matrix ffd_matrix(const Level& level, std::span<const Vec3f> points, std::span<const float> blend) {
+  HAIRNET_ASSERT(points.size() == blend.size());
+  HAIRNET_ASSERT(std::ranges::min(level.geometry.lattice.dims) >= 3);
   const ActiveCombinations active(level.geometry);
   Triplets triplets;
   for (std::size_t p = 0; p < points.size(); ++p) {
@@ -97,7 +104,8 @@ bool has_same_nodes(const LevelGeometry& a, const LevelGeometry& b) {
 struct LevelMap::End {
   End(const Level& of, std::span<const Vec3f> points, std::span<const float> blend)
       : level(&of), F(ffd_matrix(of, points, blend)), F_transposed(F.transpose()) {
-    HAIRNET_ASSERT(points.size() == blend.size());
+    HAIRNET_ASSERT(!of.rest.empty());
+    HAIRNET_ASSERT(of.rest.size() == of.geometry.active_nodes.size());
     Matrix normal = F_transposed * F;
     const auto count = static_cast<double>(of.rest.size());
     follow = kFollow * std::max(normal.diagonal().sum() / count, 1e-9);
@@ -119,7 +127,10 @@ struct LevelMap::End {
 struct LevelMap::LeastSquares {
   LeastSquares(const End& from, const End& to)
       : factor(to.factor),
-        right(Matrix(to.F_transposed * from.F) + to.follow * sampling_matrix(*from.level, *to.level)) {}
+        right(Matrix(to.F_transposed * from.F) + to.follow * sampling_matrix(*from.level, *to.level)) {
+    HAIRNET_ASSERT(right.rows() == static_cast<Eigen::Index>(to.level->rest.size()));
+    HAIRNET_ASSERT(right.cols() == static_cast<Eigen::Index>(from.level->rest.size()));
+  }
   std::shared_ptr<const End::Factor> factor;  // shared by all maps to one level
   Matrix right;
 };
@@ -136,9 +147,12 @@ LevelMap::~LevelMap() = default;
 
 void LevelMap::apply(std::span<const Vec3f> from, std::span<Vec3f> to) const {
   if (!least_squares_) {
+    HAIRNET_ASSERT(from.size() == to.size());
     std::ranges::copy(from, to.begin());
     return;
   }
+  HAIRNET_ASSERT(static_cast<Eigen::Index>(from.size()) == least_squares_->right.cols());
+  HAIRNET_ASSERT(static_cast<Eigen::Index>(to.size()) == least_squares_->right.rows());
   Eigen::MatrixX3d old_nodes(static_cast<Eigen::Index>(from.size()), 3);
   for (std::size_t i = 0; i < from.size(); ++i) {
     old_nodes.row(static_cast<Eigen::Index>(i)) = from[i].cast<double>().transpose();

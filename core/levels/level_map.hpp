@@ -15,7 +15,7 @@ namespace hairnet {
 class LevelMap {
  public:
   // `points_head`: hair points at rest. `blend`: delta of each point (root_blend); points with a small delta count
-  // little.
+  // little. Asserts that there is one delta for each point, and that both levels have nodes.
   LevelMap(const Level& from, const Level& to, std::span<const Vec3f> points_head, std::span<const float> blend);
   ~LevelMap();
 
@@ -23,7 +23,7 @@ class LevelMap {
   friend void make_level_maps(LevelSet& set, std::span<const Vec3f> points_head, std::span<const float> blend,
                               const ParallelFor& parallel_for);
 
-  // One entry for each active node, head space. Costs about as much as two iterations of a step.
+  // Head space. Asserts that there is one entry for each active node. Costs about as much as two iterations of a step.
   void apply(std::span<const Vec3f> from, std::span<Vec3f> to) const;
 
  private:

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+
+#include "core/assert.hpp"
 
 namespace hairnet {
 namespace {
@@ -21,6 +24,9 @@ void split_by_cells(const Vec3& a, const Vec3& b, std::vector<double>& fractions
   fractions.erase(std::unique(fractions.begin(), fractions.end(), is_same), fractions.end());
   if (is_same(fractions.back(), 1.0) && fractions.size() > 1) fractions.pop_back();
   fractions.push_back(1.0);
+  HAIRNET_ASSERT(fractions.size() >= 2);
+  HAIRNET_ASSERT(fractions.front() == 0);
+  HAIRNET_VALIDATE(std::ranges::adjacent_find(fractions, std::greater_equal{}) == fractions.end());
 }
 
 std::array<double, 6> drag_tensor(const Vec3& direction) {
@@ -31,6 +37,9 @@ std::array<double, 6> drag_tensor(const Vec3& direction) {
 }  // namespace
 
 void add_mass(std::uint32_t node, double mass, double hang_length, const Material& material, LumpedHair& lumped) {
+  HAIRNET_ASSERT(mass >= 0);
+  HAIRNET_VALIDATE(node < lumped.mass.size());
+  HAIRNET_VALIDATE(std::isfinite(hang_length));
   lumped.touched[node] = true;
   lumped.mass[node] += mass;
   lumped.ether_mass += mass * static_cast<double>(material.ether_mass_ratio);
@@ -41,6 +50,9 @@ void add_mass(std::uint32_t node, double mass, double hang_length, const Materia
 
 void lump_strand(const Grid& grid, std::span<const Vec3> polyline, const StrandProperties& strand,
                  const Material& material, LumpedHair& lumped) {
+  HAIRNET_ASSERT(lumped.mass.size() == grid.node_count());
+  HAIRNET_ASSERT(strand.hair_count > 0);
+  HAIRNET_ASSERT(material.linear_density_kg_per_m > 0);
   // Gauss's rule of two points integrates cubics exactly.
   const double gauss_offset = 0.5 / std::sqrt(3.0);
   const double hair_count = strand.hair_count;
@@ -53,6 +65,7 @@ void lump_strand(const Grid& grid, std::span<const Vec3> polyline, const StrandP
   for (std::size_t i = 1; i < polyline.size(); ++i) {
     const Vec3 &a = polyline[i - 1], &b = polyline[i];
     const double length = grid.length(b - a);
+    HAIRNET_ASSERT(length > 0);
     const std::array<double, 6> drag = drag_tensor((b - a).cwiseProduct(grid.spacing()) / length);
     split_by_cells(a, b, fractions);
     for (std::size_t f = 1; f < fractions.size(); ++f) {

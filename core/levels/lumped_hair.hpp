@@ -35,11 +35,11 @@ struct LumpedHair {
 inline constexpr double kHangLengthMin = 0.015;  // m
 
 // Adds hair or fabric that weighs `mass` (kg) on the node and hangs `hang_length` (m) below its root, in the ether of
-// `material`.
+// `material`. Asserts that the mass is not negative.
 void add_mass(std::uint32_t node, double mass, double hang_length, const Material& material, LumpedHair& lumped);
 
-// Adds one strand. `polyline` is in grid coordinates, without repeated points; its nodes are touched even if it is a
-// single point.
+// Adds one strand. `polyline` is in grid coordinates; its nodes are touched even if it is a single point. Asserts that
+// no point repeats the one before, and that `lumped` has the nodes of `grid`.
 void lump_strand(const Grid& grid, std::span<const Vec3> polyline, const StrandProperties& strand,
                  const Material& material, LumpedHair& lumped);
 

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "core/assert.hpp"
 #include "core/levels/node_matrix.hpp"
 
 namespace hairnet {
@@ -28,6 +29,7 @@ Index row(std::size_t node) {
 }
 
 std::span<const std::uint16_t> nodes_of(const Stiffeners& list, std::size_t s) {
+  HAIRNET_VALIDATE(s < list.count());
   return {list.nodes.data() + list.begin[s], list.nodes.data() + list.begin[s + 1]};
 }
 
@@ -37,12 +39,15 @@ double with_damping(const Stiffeners& list, std::size_t s) {
 
 // Loads: mass times accelerations, one column each.
 MatrixXd smooth_loads(const Level& level) {
+  HAIRNET_ASSERT(!level.rest.empty());
+  HAIRNET_ASSERT(level.mass.size() == level.rest.size());
   Vec3f low = level.rest.front(), high = low;
   for (const Vec3f& p : level.rest) {
     low = low.cwiseMin(p);
     high = high.cwiseMax(p);
   }
   const double extent = static_cast<double>((high - low).maxCoeff());
+  HAIRNET_ASSERT(extent > 0);
   MatrixXd loads = MatrixXd::Zero(row(level.rest.size()), kAffineCount + kWaveCount);
   for (std::size_t i = 0; i < level.rest.size(); ++i) {
     const Vec3 p = level.rest[i].cast<double>();
@@ -64,7 +69,9 @@ MatrixXd smooth_loads(const Level& level) {
 // The mass of the hair only, one entry for each unknown. The ether's share is the same at all nodes, and would be
 // nearly all of the smallest mass.
 VectorXd hair_mass(const Level& level) {
+  HAIRNET_ASSERT(level.mass.size() == level.rest.size());
   const double ether = 0.8 * double{*std::ranges::min_element(level.mass)};
+  HAIRNET_ASSERT(ether > 0);
   VectorXd mass(row(level.rest.size()));
   for (std::size_t i = 0; i < level.rest.size(); ++i)
     mass.segment<3>(row(i)).setConstant(double{level.mass[i]} - ether);
@@ -73,6 +80,9 @@ VectorXd hair_mass(const Level& level) {
 
 // Adds all parts of A except the springs.
 void add_others(const Level& level, const Stiffeners& attachments, NodeMatrix& matrix) {
+  HAIRNET_ASSERT(level.ether_stiffness.size() == level.rest.size());
+  HAIRNET_ASSERT(level.ether_damping.size() == level.rest.size());
+  HAIRNET_ASSERT(level.drag.size() == level.rest.size());
   for (std::size_t i = 0; i < level.rest.size(); ++i) {
     const double diagonal = double{level.mass[i]} / (kResponse_s * kResponse_s) +
                             double{level.ether_damping[i]} / kResponse_s + double{level.ether_stiffness[i]};
@@ -94,6 +104,8 @@ struct Responses {
 };
 
 Responses respond(const Stiffeners& springs, const Stiffeners& attachments, const Level& level, const VectorXd& mass) {
+  HAIRNET_ASSERT(springs.rest.size() == springs.count());
+  HAIRNET_ASSERT(mass.size() == row(level.rest.size()));
   NodeMatrix matrix(level.rest.size(), {&springs, &attachments});
   matrix.set_zero();
   add_others(level, attachments, matrix);
@@ -133,6 +145,12 @@ class ResponseError {
         springs_(level.springs),
         matrix_(level.rest.size(), {&level.springs, &level.attachments}),
         start_(static_cast<Index>(level.springs.weights.size())) {
+    HAIRNET_ASSERT(springs_.count() > 0);
+    HAIRNET_ASSERT(springs_.weights.size() == springs_.nodes.size());
+    HAIRNET_ASSERT(springs_.damping.size() == springs_.count());
+    HAIRNET_ASSERT(mass.size() == row(level.rest.size()));
+    HAIRNET_ASSERT(wanted.displacements.rows() == mass.size());
+    HAIRNET_ASSERT(wanted.displacements.cols() == wanted.loads.cols());
     for (std::size_t s = 0; s < springs_.count(); ++s) {
       auto x = of(start_, s);
       for (Index e = 0; e < x.size(); ++e)
@@ -147,6 +165,7 @@ class ResponseError {
 
   // Infinite where a spring's vector changes its length too much, or where the system cannot be solved.
   double value(const VectorXd& x, VectorXd* gradient) {
+    HAIRNET_ASSERT(x.size() == start_.size());
     for (std::size_t s = 0; s < springs_.count(); ++s) {
       const double ratio = vector(x, s).norm() / start_length_[s];
       if (!(ratio < kLengthChangeMax && ratio > 1 / kLengthChangeMax)) return std::numeric_limits<double>::infinity();
@@ -170,6 +189,8 @@ class ResponseError {
   // Stores the springs of x in the level: each spring keeps its length, and k gets the value for which k w w^T is z
   // z^T.
   void store(const VectorXd& x, Level& level) const {
+    HAIRNET_ASSERT(&level == &level_);
+    HAIRNET_ASSERT(x.size() == start_.size());
     Stiffeners& springs = level.springs;
     for (std::size_t s = 0; s < springs.count(); ++s) {
       const double damping_time_s = double{springs.damping[s]} / double{springs.stiffness[s]};
@@ -244,12 +265,16 @@ class ResponseError {
 class CurvatureMemory {
  public:
   void put(VectorXd step, VectorXd change) {
+    HAIRNET_ASSERT(step.size() == change.size());
+    HAIRNET_ASSERT(pairs_.empty() || step.size() == pairs_.front().first.size());
     if (!(step.dot(change) > 0)) return;
     pairs_.emplace_back(std::move(step), std::move(change));
     if (pairs_.size() > 10) pairs_.pop_front();
   }
 
   [[nodiscard]] VectorXd descent(const VectorXd& gradient) const {
+    HAIRNET_ASSERT(gradient.norm() > 0);
+    HAIRNET_ASSERT(pairs_.empty() || gradient.size() == pairs_.front().first.size());
     if (pairs_.empty()) return -kFirstStep / gradient.norm() * gradient;
     VectorXd direction = -gradient;
     std::vector<double> alphas(pairs_.size());
@@ -273,6 +298,8 @@ class CurvatureMemory {
 
 // One step of descent, halved until the error falls enough. Returns false when the error does not fall.
 bool descend(ResponseError& error, const CurvatureMemory& memory, VectorXd& x, VectorXd& gradient, double& value) {
+  HAIRNET_ASSERT(gradient.size() == x.size());
+  HAIRNET_ASSERT(std::isfinite(value));
   const VectorXd direction = memory.descent(gradient);
   const double slope = gradient.dot(direction);
   VectorXd next_gradient;
@@ -313,6 +340,7 @@ bool match_response(const Stiffeners& all_springs, const Stiffeners& all_attachm
 }
 
 double response_error(const Stiffeners& all_springs, const Stiffeners& all_attachments, const Level& level) {
+  HAIRNET_ASSERT(level.springs.count() > 0);
   const VectorXd mass = hair_mass(level);
   const Responses wanted = respond(all_springs, all_attachments, level, mass);
   ResponseError error(wanted, mass, level);

@@ -18,13 +18,14 @@ namespace hairnet {
 // the error from the merged springs; the adjoint solution gives the gradient. A spring keeps its q / k, weights that
 // sum to 0, and k > 0.
 //
-// Does nothing for a level without springs. `keep_going` may be empty. It gets the finished fraction from time to time;
-// when it returns false, match_response returns false and the contents of `level` are undefined.
+// Asserts that the counts of the lists agree. Does nothing for a level without springs. `keep_going` may be empty. It
+// gets the finished fraction from time to time; when it returns false, match_response returns false and the contents of
+// `level` are undefined.
 [[nodiscard]] bool match_response(const Stiffeners& all_springs, const Stiffeners& all_attachments, Level& level,
                                   const std::function<bool(double)>& keep_going = {});
 
 // The relative error that match_response reduces: sqrt(sum m |u - u_all|^2 / sum m |u_all|^2). Every load has the same
-// weight.
+// weight. Asserts that the level has springs.
 double response_error(const Stiffeners& all_springs, const Stiffeners& all_attachments, const Level& level);
 
 }  // namespace hairnet

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <nanoflann.hpp>
 
+#include "core/assert.hpp"
+
 namespace hairnet {
 namespace {
 
@@ -23,6 +25,8 @@ using ChordTree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adapt
 
 // The midpoint, then the weighted vector, with its greatest component positive.
 ChordPoint point_of(const Chord& chord) {
+  HAIRNET_VALIDATE(chord[0].allFinite());
+  HAIRNET_VALIDATE(chord[1].allFinite());
   const Vec3 middle = 0.5 * (chord[0] + chord[1]);
   Vec3 vector = kVectorWeight * (chord[1] - chord[0]);
   int axis = 0;
@@ -40,6 +44,7 @@ ChordPoint point_of(const Chord& chord) {
 std::vector<std::uint32_t> cell_by_cell(std::span<const Chord> chords, std::span<const std::uint32_t> members) {
   std::vector<std::pair<std::array<int, 6>, std::uint32_t>> keys;
   keys.reserve(members.size());
+  HAIRNET_VALIDATE(std::ranges::all_of(members, [&](std::uint32_t s) { return s < chords.size(); }));
   for (const std::uint32_t s : members) {
     const ChordPoint point = point_of(chords[s]);
     std::array<int, 6> cell;
@@ -80,12 +85,19 @@ struct NearestChords::Impl {
 };
 
 NearestChords::NearestChords(std::span<const Chord> chords, std::span<const std::uint32_t> members)
-    : impl_(std::make_unique<Impl>(chords, members)) {}
+    : impl_(std::make_unique<Impl>(chords, members)) {
+  HAIRNET_ASSERT(!members.empty());
+  HAIRNET_ASSERT(impl_->members.size() == members.size());
+}
 NearestChords::~NearestChords() = default;
 NearestChords::NearestChords(NearestChords&&) noexcept = default;
 NearestChords& NearestChords::operator=(NearestChords&&) noexcept = default;
 
 void NearestChords::append_pairs(std::size_t begin, std::size_t end, std::size_t neighbour_count, Pairs& pairs) const {
+  HAIRNET_ASSERT(impl_ != nullptr);
+  HAIRNET_ASSERT(begin <= end);
+  HAIRNET_ASSERT(end <= impl_->members.size());
+  HAIRNET_ASSERT(neighbour_count > 0);
   std::vector<std::uint32_t> found(neighbour_count + 1);  // including itself
   std::vector<float> distances(neighbour_count + 1);
   for (std::size_t m = begin; m < end; ++m) {

@@ -23,14 +23,15 @@ double squared_distance(const Chord& a, const Chord& b);
 // Finds neighbouring chords with a k-d tree. Takes quadratic time when many chords are identical: merge those first.
 class NearestChords {
  public:
-  // `members`: indices into `chords`.
+  // `members`: indices into `chords`. Asserts that there is one.
   NearestChords(std::span<const Chord> chords, std::span<const std::uint32_t> members);
   ~NearestChords();
   NearestChords(NearestChords&&) noexcept;
   NearestChords& operator=(NearestChords&&) noexcept;
 
   // For each member in [begin, end), appends the pairs (first < second) with its `neighbour_count` nearest chords. The
-  // order of the pairs is unspecified but deterministic. Over all members a pair appears once or twice.
+  // order of the pairs is unspecified but deterministic. Over all members a pair appears once or twice. Asserts that
+  // these members exist, and that `neighbour_count` is not 0.
   using Pairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
   void append_pairs(std::size_t begin, std::size_t end, std::size_t neighbour_count, Pairs& pairs) const;
 

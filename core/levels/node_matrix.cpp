@@ -1,6 +1,8 @@
 #include "core/levels/node_matrix.hpp"
 
 #include <algorithm>
+#include <functional>
+#include <limits>
 
 #include "core/assert.hpp"
 
@@ -30,9 +32,13 @@ SymmetricBlock scaled(double a, const SymmetricBlock& block) {
 }
 
 NodeMatrix::NodeMatrix(std::size_t node_count, std::initializer_list<const Stiffeners*> lists) {
+  HAIRNET_ASSERT(node_count <= std::numeric_limits<std::uint16_t>::max());
   std::vector<std::vector<bool>> is_coupled(node_count, std::vector<bool>(node_count, false));  // [column][row]
   for (std::size_t i = 0; i < node_count; ++i) is_coupled[i][i] = true;
   for (const Stiffeners* list : lists) {
+    HAIRNET_ASSERT(list->begin.size() == list->count() + 1);
+    HAIRNET_ASSERT(list->begin.back() == list->nodes.size());
+    HAIRNET_VALIDATE(std::ranges::all_of(list->nodes, [&](std::uint16_t node) { return node < node_count; }));
     for (std::size_t s = 0; s < list->count(); ++s) {
       for (std::uint32_t j = list->begin[s]; j < list->begin[s + 1]; ++j) {
         for (std::uint32_t i = j; i < list->begin[s + 1]; ++i) is_coupled[list->nodes[j]][list->nodes[i]] = true;
@@ -51,28 +57,39 @@ NodeMatrix::NodeMatrix(std::size_t node_count, std::initializer_list<const Stiff
     column_begin_.push_back(static_cast<std::uint32_t>(rows_.size()));
   }
   blocks_.resize(rows_.size());
+  HAIRNET_ASSERT(column_begin_.size() == node_count + 1);
   const auto size = static_cast<Eigen::Index>(3 * node_count);
   matrix_.resize(size, size);
   matrix_.setFromTriplets(places.begin(), places.end());
   factors_.analyzePattern(matrix_);
+  HAIRNET_ASSERT(static_cast<std::size_t>(matrix_.nonZeros()) == 9 * blocks_.size() - 3 * node_count);
 }
 
 void NodeMatrix::set_zero() {
   std::ranges::fill(blocks_, SymmetricBlock{});
+  is_factored_ = false;
 }
 
 void NodeMatrix::add(std::size_t node, const SymmetricBlock& block) {
+  HAIRNET_ASSERT(node + 1 < column_begin_.size());
+  HAIRNET_ASSERT(rows_[column_begin_[node]] == node);
   add_scaled(block, 1, blocks_[column_begin_[node]]);
+  is_factored_ = false;
 }
 
 void NodeMatrix::add(std::span<const std::uint16_t> nodes, std::span<const double> weights,
                      const SymmetricBlock& block) {
+  HAIRNET_ASSERT(weights.size() == nodes.size());
+  HAIRNET_ASSERT(nodes.empty() || nodes.back() + 1u < column_begin_.size());
+  HAIRNET_VALIDATE(std::ranges::adjacent_find(nodes, std::greater_equal{}) == nodes.end());
+  is_factored_ = false;
   for (std::size_t j = 0; j < nodes.size(); ++j) {
     auto place = rows_.begin() + column_begin_[nodes[j]];
     const auto column_end = rows_.begin() + column_begin_[nodes[j] + 1u];
     for (std::size_t i = j; i < nodes.size(); ++i) {
       place = std::lower_bound(place, column_end, nodes[i]);
-      HAIRNET_ASSERT(place != column_end && *place == nodes[i]);
+      HAIRNET_ASSERT(place != column_end);
+      HAIRNET_ASSERT(*place == nodes[i]);
       add_scaled(block, weights[i] * weights[j], blocks_[static_cast<std::size_t>(place - rows_.begin())]);
     }
   }
@@ -81,12 +98,15 @@ void NodeMatrix::add(std::span<const std::uint16_t> nodes, std::span<const doubl
 bool NodeMatrix::factor() {
   fill_values();
   factors_.factorize(matrix_);
-  return factors_.info() == Eigen::Success;
+  is_factored_ = factors_.info() == Eigen::Success;
+  return is_factored_;
 }
 
 // Like Eigen's own solve, which goes through the factors once for each column. Here all columns of a row are adjacent,
 // and one pass solves them all.
 Eigen::MatrixXd NodeMatrix::solve(const Eigen::MatrixXd& loads) const {
+  HAIRNET_ASSERT(is_factored_);
+  HAIRNET_ASSERT(loads.rows() == matrix_.rows());
   using RowByRow = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   const auto& lower = factors_.matrixL().nestedExpression();  // below the unit diagonal, column by column
   RowByRow x = factors_.permutationP() * loads;
@@ -113,6 +133,7 @@ void NodeMatrix::fill_values() {
       }
     }
   }
+  HAIRNET_ASSERT(value == matrix_.valuePtr() + matrix_.nonZeros());
 }
 
 }  // namespace hairnet

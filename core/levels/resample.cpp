@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/assert.hpp"
+
 namespace hairnet {
 namespace {
 
@@ -13,6 +15,7 @@ void append_crossings(const Grid& grid, const Vec3& a, const Vec3& b, std::vecto
   const double from = a[axis], to = b[axis];
   if (from == to) return;
   const double first_plane = std::ceil(std::min(from, to)), last_plane = std::floor(std::max(from, to));
+  HAIRNET_ASSERT(first_plane <= last_plane + 1);
   const int count = static_cast<int>(last_plane - first_plane) + 1;
   for (int i = 0; i < count; ++i) {
     const double plane = from < to ? first_plane + i : last_plane - i;
@@ -24,6 +27,8 @@ void append_crossings(const Grid& grid, const Vec3& a, const Vec3& b, std::vecto
 
 // Removes interior points that are nearer than `length_min` to the previous point or to the tip.
 void merge_short_pieces(const Grid& grid, double length_min, std::vector<Vec3>& cuts) {
+  HAIRNET_ASSERT(cuts.size() >= 2);
+  HAIRNET_ASSERT(length_min > 0);
   const Vec3 tip = cuts.back();
   std::size_t kept = 1;
   for (std::size_t i = 1; i + 1 < cuts.size(); ++i) {
@@ -32,6 +37,9 @@ void merge_short_pieces(const Grid& grid, double length_min, std::vector<Vec3>& 
   while (kept > 1 && grid.length(tip - cuts[kept - 1]) < length_min) --kept;
   cuts.resize(kept);
   cuts.push_back(tip);
+  HAIRNET_VALIDATE(cuts.size() == 2 || std::ranges::adjacent_find(cuts, [&](const Vec3& a, const Vec3& b) {
+                                         return grid.length(b - a) < length_min;
+                                       }) == cuts.end());
 }
 
 }  // namespace
@@ -42,6 +50,7 @@ void polyline_on_grid(const Grid& grid, std::span<const Vec3f> points_head, std:
     const Vec3 on_grid = grid.from_head(point);
     if (polyline.empty() || polyline.back() != on_grid) polyline.push_back(on_grid);
   }
+  HAIRNET_ASSERT(polyline.empty() == points_head.empty());
 }
 
 double arc_length(const Grid& grid, std::span<const Vec3> polyline) {
@@ -55,10 +64,13 @@ double piece_length_min(const Grid& grid) {
 }
 
 void cut_points(const Grid& grid, std::span<const Vec3> polyline, std::vector<Vec3>& cuts) {
+  HAIRNET_ASSERT(polyline.size() >= 2);
   cuts.assign(1, polyline.front());
   for (std::size_t i = 1; i < polyline.size(); ++i) append_crossings(grid, polyline[i - 1], polyline[i], cuts);
   cuts.push_back(polyline.back());
   merge_short_pieces(grid, piece_length_min(grid), cuts);
+  HAIRNET_ASSERT(cuts.front() == polyline.front());
+  HAIRNET_ASSERT(cuts.back() == polyline.back());
 }
 
 }  // namespace hairnet

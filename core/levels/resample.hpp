@@ -22,7 +22,8 @@ double piece_length_min(const Grid& grid);  // m: a tenth of the smallest spacin
 // The points where a strand is cut into springs (paper 3.1), in grid coordinates; root and tip are the first and last.
 // Each segment is cut at the lattice planes of the axis along which it is longest. These cuts include every crossing at
 // more than 45 degrees; a body diagonal, which crosses all planes at 35 degrees, is cut as well. A cut point has an
-// exact whole number on its axis, so that only four nodes have a weight there. `polyline` has at least two points.
+// exact whole number on its axis, so that only four nodes have a weight there. Asserts that `polyline` has two points
+// or more.
 void cut_points(const Grid& grid, std::span<const Vec3> polyline, std::vector<Vec3>& cuts);
 
 }  // namespace hairnet

@@ -4,7 +4,9 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
+#include "core/assert.hpp"
 #include "core/geometry/mesh_query.hpp"
 
 namespace hairnet {
@@ -38,6 +40,8 @@ Box reach_of(const Groom& groom) {
 }
 
 double share_of(const Body& body, const std::array<std::uint32_t, 3>& triangle, std::size_t bone) {
+  HAIRNET_ASSERT(bone < kBoneCount);
+  HAIRNET_VALIDATE(std::ranges::max(triangle) < body.bone_weights.size());
   double sum = 0;
   for (const std::uint32_t corner : triangle) sum += static_cast<double>(body.bone_weights[corner][bone]);
   return sum / 3;
@@ -63,6 +67,7 @@ struct Part {
 };
 
 SkinDistanceField grid_around(const Box& box, Bone bone) {
+  HAIRNET_ASSERT(!box.is_empty());
   const Vec3 size = (box.high - box.low).cast<double>() + Vec3::Constant(2 * kMargin_m);
   const double cell = std::max(kCellMin_m, std::cbrt(size.prod() / kNodesMax));
   SkinDistanceField field;
@@ -72,6 +77,8 @@ SkinDistanceField grid_around(const Box& box, Bone bone) {
   for (std::size_t a = 0; a < 3; ++a) {
     field.dims[a] = static_cast<int>(std::ceil(size[static_cast<Eigen::Index>(a)] / cell)) + 1;
   }
+  HAIRNET_ASSERT(std::ranges::min(field.dims) >= 2);
+  HAIRNET_ASSERT(field.origin.allFinite());
   return field;
 }
 
@@ -79,6 +86,8 @@ SkinDistanceField grid_around(const Box& box, Bone bone) {
 // previous node.
 void fill_row(const MeshQuery& body, const MeshQuery& part, const std::vector<bool>& carried, SkinDistanceField& field,
               int j, int k) {
+  HAIRNET_ASSERT(j >= 0 && k >= 0);
+  HAIRNET_ASSERT(std::cmp_equal(field.distance.size(), field.dims[0] * (j + field.dims[1] * k)));
   const double cell = static_cast<double>(field.cell_m);
   double last_m = 0;
   bool inside = false;
@@ -90,6 +99,7 @@ void fill_row(const MeshQuery& body, const MeshQuery& part, const std::vector<bo
     last_m = whole_m;
     // Below skin that another bone carries, this bone's part of the body ends; the further away its own skin is, the
     // sooner it ends.
+    HAIRNET_VALIDATE(nearest.triangle < carried.size());
     const bool is_own = !std::isfinite(nearest.distance) || carried[nearest.triangle];
     const double own_m = is_own ? whole_m : std::min(part.closest(at, kSearch_m).distance, kSearch_m);
     const double depth_m = whole_m - kEndSlope * (own_m - whole_m);
@@ -105,12 +115,15 @@ std::optional<SkinDistanceField> make_field(const Body& body, const MeshQuery& w
   for (int k = 0; k < field.dims[2]; ++k) {
     for (int j = 0; j < field.dims[1]; ++j) fill_row(whole, skin, part.carried, field, j, k);
   }
+  HAIRNET_ASSERT(std::cmp_equal(field.distance.size(), field.dims[0] * field.dims[1] * field.dims[2]));
+  HAIRNET_VALIDATE(std::ranges::all_of(field.distance, [](float distance) { return std::isfinite(distance); }));
   return field;
 }
 
 }  // namespace
 
 std::shared_ptr<const Skin> make_skin(const Groom& groom, const ParallelFor& parallel_for) {
+  HAIRNET_ASSERT(groom.body.bone_weights.size() == groom.body.mesh.vertices.size());
   const MeshQuery whole(groom.body.mesh);
   const Box reach = reach_of(groom);
   std::array<std::optional<SkinDistanceField>, kBoneCount> fields;
@@ -126,6 +139,9 @@ std::shared_ptr<const Skin> make_skin(const Groom& groom, const ParallelFor& par
 }
 
 double skin_distance(const SkinDistanceField& field, const Vec3& point, Vec3* gradient) {
+  HAIRNET_ASSERT(field.cell_m > 0);
+  HAIRNET_VALIDATE(std::ranges::min(field.dims) >= 2);
+  HAIRNET_VALIDATE(std::cmp_equal(field.distance.size(), field.dims[0] * field.dims[1] * field.dims[2]));
   const Vec3 at = (point - field.origin.cast<double>()) / static_cast<double>(field.cell_m);
   Vec3 within, t;
   std::array<int, 3> low;

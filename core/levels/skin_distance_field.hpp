@@ -7,11 +7,12 @@
 namespace hairnet {
 
 // Makes the distance field of each bone's skin that hair can reach. A triangle counts for a bone that has a large part
-// of its weights. The same bits for any `parallel_for`.
+// of its weights. The same bits for any `parallel_for`. Asserts that each vertex of the body has bone weights.
 std::shared_ptr<const Skin> make_skin(const Groom& groom, const ParallelFor& parallel_for = {});
 
 // The signed distance at a point (head space at rest, m): trilinear inside the grid; outside it, the value at the
-// nearest point of the grid plus the distance to that point. `gradient` may be null; its length is about 1.
+// nearest point of the grid plus the distance to that point. `gradient` may be null; its length is about 1. Asserts
+// that the field has cells.
 double skin_distance(const SkinDistanceField& field, const Vec3& point, Vec3* gradient = nullptr);
 
 }  // namespace hairnet

@@ -4,9 +4,17 @@
 #include <numeric>
 #include <span>
 
+#include "core/assert.hpp"
+
 namespace hairnet {
 
 void order_by_nodes(Stiffeners& list) {
+  HAIRNET_ASSERT(list.begin.size() == list.count() + 1);
+  HAIRNET_ASSERT(list.begin.back() == list.nodes.size());
+  HAIRNET_ASSERT(list.weights.size() == list.nodes.size());
+  HAIRNET_ASSERT(list.damping.size() == list.count());
+  HAIRNET_ASSERT(list.rest.size() == list.count());
+  HAIRNET_VALIDATE(std::ranges::is_sorted(list.begin));
   const auto nodes = [&](std::size_t s) {
     return std::span(list.nodes).subspan(list.begin[s], list.begin[s + 1] - list.begin[s]);
   };
@@ -26,6 +34,8 @@ void order_by_nodes(Stiffeners& list) {
     ordered.damping.push_back(list.damping[s]);
     ordered.rest.push_back(list.rest[s]);
   }
+  HAIRNET_ASSERT(ordered.count() == list.count());
+  HAIRNET_ASSERT(ordered.nodes.size() == list.nodes.size());
   list = std::move(ordered);
 }
 

@@ -3,6 +3,9 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cstdlib>
+#include <numeric>
+
+#include "core/assert.hpp"
 
 namespace hairnet {
 namespace {
@@ -18,6 +21,7 @@ struct Neighbour {
 // Active nodes within kTrimReach on each axis, nearest first.
 std::vector<Neighbour> neighbours(const Lattice& lattice, const std::vector<std::int32_t>& active_index,
                                   std::uint32_t node) {
+  HAIRNET_ASSERT(active_index[node] < 0);
   const auto [ci, cj, ck] = lattice.coordinates(node);
   std::vector<Neighbour> found;
   for (int k = std::max(ck - kTrimReach, 0); k <= std::min(ck + kTrimReach, lattice.dims[2] - 1); ++k) {
@@ -33,6 +37,8 @@ std::vector<Neighbour> neighbours(const Lattice& lattice, const std::vector<std:
 }
 
 std::vector<double> mean_weights(std::span<const Neighbour> near) {
+  HAIRNET_ASSERT(!near.empty());
+  HAIRNET_ASSERT(near.front().offset.squaredNorm() >= 1);
   std::vector<double> weights;
   double sum = 0;
   for (const Neighbour& n : near) sum += weights.emplace_back(1 / n.offset.squaredNorm());
@@ -57,6 +63,7 @@ std::vector<double> affine_weights(std::span<const Neighbour> near) {
     const Vec4 row(1, n.offset[0], n.offset[1], n.offset[2]);
     weights.push_back(at_node.dot(row) / n.offset.squaredNorm());
   }
+  HAIRNET_ASSERT(std::abs(std::accumulate(weights.begin(), weights.end(), -1.0)) < 1e-6);
   return weights;
 }
 
@@ -69,6 +76,7 @@ double amplification(std::span<const double> weights) {
 // Blends `affine` and `mean`: as much of `affine` as the bound on the amplification allows. The weights of both, and of
 // the result, sum to 1.
 std::vector<double> bounded_blend(const std::vector<double>& affine, const std::vector<double>& mean) {
+  HAIRNET_ASSERT(affine.size() == mean.size());
   double low = 0, high = 1;
   std::vector<double> blend(mean.size());
   for (int halving = 0; halving < 40; ++halving) {
@@ -77,11 +85,13 @@ std::vector<double> bounded_blend(const std::vector<double>& affine, const std::
     (amplification(blend) <= kAmplificationMax ? low : high) = share;
   }
   for (std::size_t i = 0; i < mean.size(); ++i) blend[i] = low * affine[i] + (1 - low) * mean[i];
+  HAIRNET_ASSERT(amplification(blend) <= kAmplificationMax);
   return blend;
 }
 
 // Uses only the nearest few nodes, because combinations are sent to clients.
 std::vector<double> combination(std::span<const Neighbour> near) {
+  HAIRNET_ASSERT(!near.empty());
   std::vector<double> affine;
   for (const std::size_t count : {8, 16, 32}) {
     affine = affine_weights(near.first(std::min(count, near.size())));
@@ -91,6 +101,8 @@ std::vector<double> combination(std::span<const Neighbour> near) {
   if (!affine.empty()) return bounded_blend(affine, mean_weights(near.first(affine.size())));
   std::vector<double> mean = mean_weights(near.first(std::min<std::size_t>(8, near.size())));
   const double fade = 1 - near.front().offset.cwiseAbs().maxCoeff() / (kTrimReach + 1);
+  HAIRNET_ASSERT(fade > 0);
+  HAIRNET_ASSERT(fade < 1);
   for (double& w : mean) w *= fade;
   return mean;
 }
@@ -98,6 +110,7 @@ std::vector<double> combination(std::span<const Neighbour> near) {
 }  // namespace
 
 LevelGeometry trim(const Lattice& lattice, const std::vector<bool>& is_active) {
+  HAIRNET_ASSERT(is_active.size() == lattice.node_count());
   LevelGeometry geometry;
   geometry.lattice = lattice;
   geometry.trimmed_begin = {0};
@@ -109,6 +122,7 @@ LevelGeometry trim(const Lattice& lattice, const std::vector<bool>& is_active) {
   for (const std::uint32_t node : geometry.trimmed_nodes) {
     const std::vector<Neighbour> near = neighbours(lattice, active_index, node);
     const std::vector<double> weights = near.empty() ? std::vector<double>{} : combination(near);
+    HAIRNET_ASSERT(weights.size() <= near.size());
     for (std::size_t i = 0; i < weights.size(); ++i) {
       if (weights[i] == 0) continue;
       geometry.trimmed_from.push_back(near[i].active);
@@ -116,6 +130,8 @@ LevelGeometry trim(const Lattice& lattice, const std::vector<bool>& is_active) {
     }
     geometry.trimmed_begin.push_back(static_cast<std::uint32_t>(geometry.trimmed_from.size()));
   }
+  HAIRNET_ASSERT(geometry.trimmed_begin.size() == geometry.trimmed_nodes.size() + 1);
+  HAIRNET_VALIDATE(validate(geometry).empty());
   return geometry;
 }
 

@@ -13,6 +13,7 @@ namespace hairnet {
 // - if the amplification is larger: a blend of this function and the weighted mean of these nodes that meets the bound;
 // - if they lie in one plane: their weighted mean, fading with distance;
 // - if the node is farther than two nodes from any active one: no entries, no displacement.
+// Asserts that `is_active` has one entry for each grid node.
 LevelGeometry trim(const Lattice& lattice, const std::vector<bool>& is_active);
 
 inline constexpr int kTrimReach = 2;            // nodes an axis

@@ -13,7 +13,8 @@ namespace {
 constexpr float kMax = 1e9f;
 constexpr float kWeightMax = 1e3f;
 constexpr float kCellMin_m = 1e-4f;
-constexpr int kSkinNodesMax = 1 << 20;  // of one grid: an entry's number is exact in float
+constexpr int kSkinNodesMax = 1 << 20;  // of one grid
+static_assert(kSkinNodesMax <= 1 << std::numeric_limits<float>::digits, "an entry's number is exact in float");
 // The rounding error allowed in sums that are exact by construction.
 constexpr double kSumTolerance = 1e-4;
 constexpr double kRestTolerance_m = 1e-4;

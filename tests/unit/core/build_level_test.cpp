@@ -122,6 +122,28 @@ TEST(StiffenerOrder, each_stiffener_keeps_its_law_and_equal_nodes_their_order) {
   for (std::size_t s = 0; s < list.count(); ++s) EXPECT_EQ(list.rest[s], Vec3f::Constant(100 * list.stiffness[s]));
 }
 
+TEST(BuildLevels, hair_too_weak_for_float_gives_a_level_without_stiffeners) {
+  Groom groom = support::make_head_of_hair(30);
+  for (StrandProperties& strand : groom.strands) strand.hair_count = 1e-38f;
+  ASSERT_EQ(validate(groom), "");
+  const auto level = build_level(groom, kLevelSpecs[2]);
+  EXPECT_EQ(validate(*level), "");
+  EXPECT_EQ(level->springs.count(), 0u);
+  EXPECT_EQ(level->attachments.count(), 0u);
+}
+
+TEST(BuildLevels, weak_hair_beside_strong_hair_gives_finite_stiffeners) {
+  Groom groom = support::make_head_of_hair(400);
+  for (std::size_t s = 0; s < groom.strand_count(); s += 2) groom.strands[s].hair_count = 1e-38f;
+  ASSERT_EQ(validate(groom), "");
+  const auto set = build_levels(groom);
+  for (const Level& level : set->levels) EXPECT_EQ(validate(level), "");
+}
+
+TEST(BuildLevelsDeathTest, asserts_that_the_groom_has_a_point) {
+  EXPECT_DEATH(build_level({}, kLevelSpecs[2]), "!groom.points.empty\\(\\)");
+}
+
 TEST(BuildLevels, total_mass_and_drag_are_equal_at_every_level) {
   const Groom groom = support::make_odd_groom();
   const auto set = build_levels(groom);

@@ -163,6 +163,10 @@ TEST(CutPoints, root_and_tip_stay_and_no_piece_is_shorter_than_a_tenth_of_a_cell
   }
 }
 
+TEST(CutPointsDeathTest, asserts_that_the_polyline_has_two_points) {
+  EXPECT_DEATH(cuts_of(unit_grid(4), {{1.1f, 1.2f, 1.3f}}), "polyline.size\\(\\) >= 2");
+}
+
 TEST(CutPoints, a_strand_inside_one_cell_is_one_piece) {
   EXPECT_EQ(cuts_of(unit_grid(4), {{1.1f, 1.2f, 1.3f}, {1.4f, 1.6f, 1.2f}, {1.9f, 1.8f, 1.7f}}).size(), 2u);
 }

@@ -131,6 +131,23 @@ TEST(Stiffening, a_chord_without_length_gives_no_spring) {
   EXPECT_TRUE(springs.entries.empty());
 }
 
+TEST(Stiffening, a_stiffness_that_float_cannot_store_gives_no_stiffener) {
+  Lattice lattice;
+  lattice.dims = {4, 4, 4};
+  const Grid grid(lattice);
+  StiffenerList list;
+  add_spring(grid, Vec3(1, 1.3, 1.4), Vec3(2, 1.6, 1.7), 1e-40, kDampingTime_s, 0, list);
+  add_attachment(grid, Vec3(1, 1.3, 1.4), 1e-40, kDampingTime_s, 0, list);
+  EXPECT_EQ(list.count(), 0u);
+  add_spring(grid, Vec3(1, 1.3, 1.4), Vec3(2, 1.6, 1.7), 1e-30, kDampingTime_s, 0, list);
+  EXPECT_EQ(list.count(), 1u);
+}
+
+TEST(StiffenerListDeathTest, asserts_that_a_list_is_not_appended_to_itself) {
+  StiffenerList list;
+  EXPECT_DEATH(append(list, list), "&more != &list");
+}
+
 TEST(Stiffening, a_spring_across_a_cell_has_eight_nodes) {
   Lattice lattice;
   lattice.dims = {4, 4, 4};

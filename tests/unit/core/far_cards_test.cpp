@@ -214,6 +214,10 @@ TEST(FarCards, never_outnumber_what_a_groom_may_have_or_leave_its_bounds) {
   EXPECT_EQ(fault_with(groom, make_far_cards(groom, 4096)), "");
 }
 
+TEST(FarCardsDeathTest, asserts_that_no_more_are_wanted_than_a_groom_may_have) {
+  EXPECT_DEATH(make_far_cards(make_sheet(10), 4097), "far_card_count_max");
+}
+
 TEST(FarCards, of_identical_strands_are_valid) {
   Groom groom;
   for (int s = 0; s < 50; ++s) support::add(groom, support::straight({0.013f, 0.1f, 0.07f}, {0.3f, -1, 0.2f}, 0.3f, 7));

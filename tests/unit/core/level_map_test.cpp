@@ -11,6 +11,7 @@
 #include "core/solver/energy.hpp"
 #include "core/solver/head_motion.hpp"
 #include "core/solver/step.hpp"
+#include "tests/support/levels.hpp"
 
 namespace hairnet {
 namespace {
@@ -107,6 +108,16 @@ TEST_F(LevelMaps, back_and_forth_a_thousand_times_adds_no_energy) {
     for (int i = 0; i < 1000; ++i) nodes = mapped(other, LevelIndex::high, mapped(LevelIndex::high, other, nodes));
     EXPECT_LE(energy_j(), first);
   }
+}
+
+TEST(LevelMapDeathTest, asserts_that_there_is_one_entry_for_each_node) {
+  const Level from = support::make_random_level({.nodes_per_axis = 4});
+  const Level to = support::make_random_level({.nodes_per_axis = 5});
+  const LevelMap map(from, to, from.rest, std::vector<float>(from.rest.size(), 1.0f));
+  std::vector<Vec3f> few(from.rest.size() - 1, Vec3f::Zero()), nodes(to.rest.size());
+  EXPECT_DEATH(map.apply(few, nodes), "from.size\\(\\)");
+  const LevelMap same(from, from, from.rest, std::vector<float>(from.rest.size(), 1.0f));
+  EXPECT_DEATH(same.apply(from.rest, nodes), "from.size\\(\\) == to.size\\(\\)");
 }
 
 }  // namespace

@@ -56,5 +56,24 @@ TEST(NodeMatrix, refuses_a_matrix_that_is_singular) {
   EXPECT_FALSE(matrix.factor());
 }
 
+TEST(NodeMatrixDeathTest, asserts_that_the_matrix_is_factored_since_its_last_change) {
+  NodeMatrix matrix(1, {});
+  matrix.set_zero();
+  matrix.add(0, isotropic_and_axial(1, 0, Vec3::Zero()));
+  const Eigen::MatrixXd loads = Eigen::MatrixXd::Ones(3, 1);
+  EXPECT_DEATH(static_cast<void>(matrix.solve(loads)), "is_factored_");
+  ASSERT_TRUE(matrix.factor());
+  EXPECT_NEAR((matrix.solve(loads) - loads).norm(), 0, 1e-12);
+  matrix.add(0, isotropic_and_axial(1, 0, Vec3::Zero()));
+  EXPECT_DEATH(static_cast<void>(matrix.solve(loads)), "is_factored_");
+}
+
+TEST(NodeMatrixDeathTest, asserts_that_two_nodes_share_a_stiffener) {
+  NodeMatrix matrix(2, {});
+  const std::array<std::uint16_t, 2> nodes{0, 1};
+  const std::array<double, 2> weights{1, -1};
+  EXPECT_DEATH(matrix.add(nodes, weights, isotropic_and_axial(1, 0, Vec3::Zero())), "place != column_end");
+}
+
 }  // namespace
 }  // namespace hairnet
