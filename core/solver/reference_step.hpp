@@ -12,7 +12,7 @@ struct WorldLattice {
   std::vector<Vec3> P, P_dot;
 };
 
-// Assert that the state or the lattice fits the level.
+// Both assert that the state or lattice fits the level.
 WorldLattice to_world(const Level& level, const RigidTransform& head, const LatticeState& state);
 LatticeState to_head(const Level& level, const RigidTransform& head, const WorldLattice& lattice);
 
