@@ -11,7 +11,7 @@
 
 namespace hairnet::link {
 
-// The events that a link reports to its caller, in order.
+// The server has welcomed the client: for the first time, or after a Reconnecting.
 struct Connected {
   wire::Welcome welcome;
   bool again = false;  // true after a Reconnecting; `welcome.resumed`: the server still had the session
@@ -40,6 +40,7 @@ struct GroomFetched {
   std::shared_ptr<const std::vector<std::uint8_t>> bytes;
   std::string fault;
 };
+// What a link reports to its caller, in order.
 using Event =
     std::variant<Connected, Reconnecting, Disconnected, wire::GroomStatus, wire::CharacterAdded, wire::CharacterRemoved,
                  wire::MemberJoined, wire::MemberLeft, LevelReceived, FrameBatch, GroomFetched, wire::Error>;

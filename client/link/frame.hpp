@@ -29,6 +29,7 @@ struct Frame {
   std::shared_ptr<const LevelGeometry> geometry;  // of the level; null: rigid
 };
 
+// The frames of one tick.
 struct FrameBatch {
   std::uint64_t tick = 0;
   std::int64_t sample_time_ns = 0;  // server clock: when the poses were sampled (tick time - pose delay)

@@ -54,6 +54,7 @@ class Link {
   // Converts a time of the server's clock to that of now_ns(). Requires a connection.
   [[nodiscard]] std::int64_t to_local_ns(std::int64_t server_time_ns) const;
   [[nodiscard]] LinkCounters counters() const;
+  // Says goodbye and ends the link; Disconnected is the last event.
   void close();
 
  private:

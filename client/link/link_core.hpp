@@ -26,6 +26,7 @@
 
 namespace hairnet::link {
 
+// Who connects, and when the link gives up.
 struct LinkCoreOptions {
   std::string client_name = "hairnet-link";
   std::string room, token;  // empty: the lobby; none
@@ -39,6 +40,7 @@ struct LinkCoreOptions {
   std::shared_ptr<LevelCatalog> catalog = {};  // shared by cores of one thread; null: the core makes its own
 };
 
+// What has happened since the start.
 struct LinkCounters {
   std::uint64_t bytes_sent = 0, bytes_received = 0;
   std::uint64_t frame_bytes_received = 0;  // of packets with frames
@@ -88,6 +90,7 @@ class LinkCore {
   LinkCore& operator=(const LinkCore&) = delete;
 
   // The caller's side.
+
   void start();
   // `bytes` is the groom's file and `hash` its hash; stored while they may be sent again.
   void offer_groom(const wire::GroomHash& hash, RequestedState::Bytes bytes);
@@ -111,6 +114,7 @@ class LinkCore {
   [[nodiscard]] LinkCounters counters() const;
 
   // The connection's side.
+
   void poll(std::int64_t now_ns);
   [[nodiscard]] std::int64_t next_deadline_ns() const;
   [[nodiscard]] bool wants_connection() const { return state_ == State::wanting && !connection_; }

@@ -7,6 +7,8 @@
 
 namespace hairnet {
 
+// How displacements are interpolated between nodes: by quadratic B-splines (paper 4), or linearly, which is faster
+// and less smooth.
 enum class FfdKind : std::uint8_t { quadratic, linear };
 
 // The position of a point relative to the lattice nodes that move it.

@@ -13,6 +13,7 @@
 
 namespace hairnet {
 
+// The properties of one strand.
 struct StrandProperties {
   float radius_m = 4e-5f;       // of one real hair, for drawing
   float hair_count = 10;        // real hairs that this strand represents: multiplies stiffness, mass and drag
@@ -96,6 +97,7 @@ void set_group_material(std::uint16_t group, const Material& material, Groom& gr
 void middle_of(const Groom& groom, const HairCard& card, std::vector<Vec3f>& line);
 void middle_of(const FarCards& all, const FarCard& card, std::vector<Vec3f>& line);
 
+// The largest groom that `validate` accepts.
 struct GroomLimits {
   std::size_t strand_count_max = 200'000;
   std::size_t point_count_max = 8'000'000;

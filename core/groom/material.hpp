@@ -43,13 +43,14 @@ std::span<const std::string_view> material_names();
 Result<Material> make_material(std::string_view name);     // an unknown name gives an error that lists the known ones
 std::string_view material_name(const Material& material);  // "custom" when it has none
 
-// A groom's materials: one for the whole groom, and others for some of its groups. Thickness and metaball potential
-// come from the base only, because groups share nodes.
+// The material of one group of a groom.
 struct GroupMaterial {
   std::uint16_t group = 0;  // index into Groom::group_names
   Material material;
   friend bool operator==(const GroupMaterial&, const GroupMaterial&) = default;
 };
+// A groom's materials: one for the whole groom, and others for some of its groups. Thickness and metaball potential
+// come from the base only, because groups share nodes.
 struct MaterialSet {
   Material base;
   std::vector<GroupMaterial> groups;  // ascending by group

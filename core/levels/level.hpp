@@ -13,6 +13,8 @@
 
 namespace hairnet {
 
+// How finely hair is simulated, from the finest. `ether` has no springs; `rigid` has no lattice: the hair moves with
+// the head.
 enum class LevelIndex : std::uint8_t { high, medium, low, ether, rigid };
 inline constexpr std::size_t kLevelCount = 5;
 inline constexpr std::array<std::string_view, kLevelCount> kLevelNames{"high", "medium", "low", "ether", "rigid"};

@@ -29,8 +29,8 @@ struct Welcome {
 };
 struct GroomNeed {
   GroomHash hash{};
-  std::uint64_t offset = 0;
-};  // send from here on; offset = byte_count: all there
+  std::uint64_t offset = 0;  // send from here on; byte_count of the offer: all there
+};
 struct GroomStatus {
   GroomHash hash{};
   GroomState state = GroomState::queued;

@@ -2,6 +2,7 @@
 
 #include "core/solver/reference_step.hpp"
 #include "tests/bench/step_runner.hpp"
+#include "tests/support/case_name.hpp"
 #include "tests/support/levels.hpp"
 
 namespace hairnet::bench {
@@ -31,13 +32,13 @@ Workload random_cast(const Level& level) {
   return cast;
 }
 
-class Baselines : public testing::TestWithParam<Baseline> {};
+class Baselines : public testing::TestWithParam<support::Named<Baseline>> {};
 
 TEST_P(Baselines, agree_with_the_reference_when_their_solver_converges) {
   const Level level = make_random_level();
   const Workload cast = random_cast(level);
-  const auto performer =
-      make_baseline(GetParam(), level, cast, {.iterations = 4000, .steps_per_frame = 1, .relative_residual = 1e-12});
+  const auto performer = make_baseline(GetParam().value, level, cast,
+                                       {.iterations = 4000, .steps_per_frame = 1, .relative_residual = 1e-12});
   performer->rewind();
   ASSERT_TRUE(performer->perform());
   const std::vector<LatticeState> states = performer->states();
@@ -60,8 +61,8 @@ TEST_P(Baselines, agree_with_the_reference_when_their_solver_converges) {
 TEST_P(Baselines, stop_at_their_iterations) {
   const Level level = make_random_level();
   const Workload cast = random_cast(level);
-  const auto few = make_baseline(GetParam(), level, cast, {.iterations = 2});
-  const auto more = make_baseline(GetParam(), level, cast, {.iterations = 3});
+  const auto few = make_baseline(GetParam().value, level, cast, {.iterations = 2});
+  const auto more = make_baseline(GetParam().value, level, cast, {.iterations = 3});
   few->rewind();
   more->rewind();
   ASSERT_TRUE(few->perform() && more->perform());
@@ -77,13 +78,15 @@ TEST_P(Baselines, take_what_is_not_finite_for_a_failure) {
   const Level level = make_random_level();
   Workload cast = random_cast(level);
   cast.characters[1].state.velocity[3].x() = std::numeric_limits<float>::quiet_NaN();
-  const auto performer = make_baseline(GetParam(), level, cast, {});
+  const auto performer = make_baseline(GetParam().value, level, cast, {});
   performer->rewind();
   EXPECT_FALSE(performer->perform());
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Baselines, testing::Values(Baseline::naive, Baseline::fair),
-                         [](const auto& c) { return c.param == Baseline::naive ? "naive" : "fair"; });
+INSTANTIATE_TEST_SUITE_P(All, Baselines,
+                         testing::Values(support::Named{"naive", Baseline::naive},
+                                         support::Named{"fair", Baseline::fair}),
+                         support::CaseName());
 
 TEST(Performers, crowd_and_single_give_the_same_bits) {
   const Level level = make_random_level();

@@ -4,6 +4,7 @@
 
 #include "core/levels/build.hpp"
 #include "tests/support/build_grooms.hpp"
+#include "tests/support/case_name.hpp"
 
 namespace hairnet::fidelity {
 namespace {
@@ -12,6 +13,8 @@ struct Case {
   const char* name;
   LevelSpec spec;
   double turn_rad;  // of the head in the step
+
+  friend void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
 };
 
 class DirectSteps : public testing::TestWithParam<Case> {};
@@ -63,7 +66,7 @@ INSTANTIATE_TEST_SUITE_P(Models, DirectSteps,
                          testing::Values(Case{"all_springs", {{6, 6, 6}, 100'000, 100'000}, 0.1},
                                          Case{"few_springs", {{6, 6, 6}, 50, 10}, 0.1},
                                          Case{"steady_head", {{4, 5, 6}, 100, 20}, 0}),
-                         [](const auto& c) { return std::string(c.param.name); });
+                         support::CaseName());
 
 }  // namespace
 }  // namespace hairnet::fidelity

@@ -8,6 +8,7 @@
 #include "tests/fidelity/depth_in_skin.hpp"
 #include "tests/fidelity/motion_figures_measure.hpp"
 #include "tests/fidelity/motion_sets.hpp"
+#include "tests/support/case_name.hpp"
 
 // What one sees of hair in motions of every day: the measures of hairnet-fidelity-motion on few strands.
 namespace hairnet::fidelity {
@@ -60,10 +61,7 @@ TEST_P(EverydayHair, stays_out_of_the_body_keeps_its_length_never_jumps_and_come
 
 INSTANTIATE_TEST_SUITE_P(Made, EverydayHair,
                          testing::Combine(testing::Values("long_straight", "bob"), testing::ValuesIn(kBounds)),
-                         [](const auto& test) {
-                           return std::string(std::get<0>(test.param)) + "_" +
-                                  std::string(std::get<1>(test.param).motion);
-                         });
+                         support::CaseName());
 
 TEST(LoopedMotion, continues_at_the_place_and_heading_of_its_end) {
   Motion motion = make_motion("dance").value();

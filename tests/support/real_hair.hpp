@@ -1,5 +1,7 @@
 #pragma once
 
+#include <ostream>
+
 #include "client/assets/import/placement.hpp"
 #include "core/result.hpp"
 #include "tests/support/import_files.hpp"
@@ -12,6 +14,8 @@ struct RealHair {
   const char* path;
   StrandFormat format;
   Placement placement;
+
+  friend void PrintTo(const RealHair& hair, std::ostream* out) { *out << hair.name; }
 };
 
 // Straight and long, tied back, wavy to curly, layered.

@@ -24,6 +24,7 @@ struct MadeName {
   std::string_view name, description;
 };
 std::span<const MadeName> hairstyle_names();  // long_straight, long_curly, bob, ponytail, short, …
+// An unknown name, or an option out of range, gives an error of one line.
 Result<Groom> make_hairstyle(std::string_view name, const HairstyleOptions& options = {});
 
 struct MotionOptions {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "client/assets/import/strands.hpp"
+#include "tests/support/case_name.hpp"
 #include "tests/support/import_files.hpp"
 
 namespace hairnet {
@@ -21,6 +22,8 @@ struct Made {
   std::vector<std::byte> (*file)();
   std::vector<std::uint32_t> strand_begin;
   std::size_t needed_bytes;  // a file cut before this is refused
+
+  friend void PrintTo(const Made& made, std::ostream* out) { *out << made.name; }
 };
 
 const std::vector<Made>& all_formats() {
@@ -112,8 +115,7 @@ TEST_P(ImportStrands, refuses_empty_input_and_other_formats) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(AllFormats, ImportStrands, testing::ValuesIn(all_formats()),
-                         [](const auto& made) { return made.param.name; });
+INSTANTIATE_TEST_SUITE_P(AllFormats, ImportStrands, testing::ValuesIn(all_formats()), support::CaseName());
 
 // Counts that would take 4 GiB and more if they were believed; the allocation would fail under the sanitizer.
 TEST(ImportStrandsCounts, absurd_counts_are_refused_in_every_field) {

@@ -10,6 +10,7 @@
 #include "client/link/link.hpp"
 #include "server/transport/io_loop.hpp"
 #include "server/transport/listener.hpp"
+#include "tests/support/case_name.hpp"
 
 // A Link against the server's own port, by every transport.
 namespace hairnet::link {
@@ -65,7 +66,7 @@ struct Certificate {
   bool sound = false;
 };
 
-class LinkByTransport : public ::testing::TestWithParam<Transport> {
+class LinkByTransport : public ::testing::TestWithParam<support::Named<Transport>> {
  protected:
   void SetUp() override {
     ASSERT_TRUE(certificate_.sound) << "deploy/certificate failed";
@@ -81,7 +82,7 @@ class LinkByTransport : public ::testing::TestWithParam<Transport> {
         });
     ASSERT_TRUE(listener) << listener.error();
     listener_ = std::move(*listener);
-    options_.server.transport = GetParam();
+    options_.server.transport = GetParam().value;
     options_.server.port = listener_->port();
     options_.tls.ca_file = (certificate_.folder / "chain.pem").string();
     thread_ = std::thread([this] { loop_.run(); });
@@ -167,13 +168,10 @@ TEST_P(LinkByTransport, a_certificate_of_another_host_is_refused) {
   ASSERT_FALSE(refused);
 }
 
-std::string name_of(const ::testing::TestParamInfo<Transport>& info) {
-  const Address address{info.param, "", 0, ""};
-  const std::string text = to_string(address);
-  return text.substr(0, text.find(':'));
-}
 INSTANTIATE_TEST_SUITE_P(Transports, LinkByTransport,
-                         ::testing::Values(Transport::tcp, Transport::tls, Transport::ws, Transport::wss), name_of);
+                         ::testing::Values(support::Named{"tcp", Transport::tcp}, support::Named{"tls", Transport::tls},
+                                           support::Named{"ws", Transport::ws}, support::Named{"wss", Transport::wss}),
+                         support::CaseName());
 
 }  // namespace
 }  // namespace hairnet::link

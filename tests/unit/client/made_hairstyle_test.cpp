@@ -8,6 +8,7 @@
 
 #include "client/assets/made/bust_shape.hpp"
 #include "client/assets/made/made.hpp"
+#include "tests/support/case_name.hpp"
 
 namespace hairnet {
 namespace {
@@ -142,8 +143,7 @@ std::vector<std::string_view> all_names() {
   for (const MadeName& name : hairstyle_names()) names.push_back(name.name);
   return names;
 }
-INSTANTIATE_TEST_SUITE_P(All, MadeHairstyle, testing::ValuesIn(all_names()),
-                         [](const auto& test) { return std::string(test.param); });
+INSTANTIATE_TEST_SUITE_P(AllHairstyles, MadeHairstyle, testing::ValuesIn(all_names()), support::CaseName());
 
 TEST(MadeHairstyles, contain_the_five_promised_styles) {
   const auto names = all_names();

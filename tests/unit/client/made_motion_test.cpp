@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "client/assets/made/made.hpp"
+#include "tests/support/case_name.hpp"
 
 namespace hairnet {
 namespace {
@@ -74,8 +75,7 @@ std::vector<std::string_view> all_names() {
   for (const MadeName& name : motion_names()) names.push_back(name.name);
   return names;
 }
-INSTANTIATE_TEST_SUITE_P(All, MadeMotion, testing::ValuesIn(all_names()),
-                         [](const auto& test) { return std::string(test.param); });
+INSTANTIATE_TEST_SUITE_P(AllMotions, MadeMotion, testing::ValuesIn(all_names()), support::CaseName());
 
 TEST(MadeMotions, refuse_what_they_cannot_make) {
   EXPECT_FALSE(make_motion("moonwalk"));

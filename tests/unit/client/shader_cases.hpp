@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cctype>
 #include <optional>
 #include <string>
 #include <vector>
@@ -84,13 +82,6 @@ inline std::vector<std::string> all_grooms() {
 
 inline bool can_load(const std::string& groom) {
   return groom.starts_with("made:") || fidelity::has_real_data();
-}
-
-inline std::string test_name(const testing::TestParamInfo<std::string>& groom) {
-  std::string name = groom.param;
-  std::ranges::replace_if(
-      name, [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
-  return name;
 }
 
 }  // namespace hairnet::render

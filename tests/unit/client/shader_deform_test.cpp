@@ -1,6 +1,7 @@
 // The shaders' free-form deformation beside core's: positions and tangents read back by transform feedback.
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -10,6 +11,7 @@
 #include "core/ffd/deform.hpp"
 #include "core/levels/fit_lattice.hpp"
 #include "core/random.hpp"
+#include "tests/support/case_name.hpp"
 #include "tests/unit/client/shader_cases.hpp"
 
 namespace hairnet::render {
@@ -265,7 +267,7 @@ TEST_P(ShaderDeformGroom, moves_all_of_a_hairstyle_as_core_does) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Grooms, ShaderDeformGroom, testing::ValuesIn(all_grooms()), test_name);
+INSTANTIATE_TEST_SUITE_P(Grooms, ShaderDeformGroom, testing::ValuesIn(all_grooms()), support::CaseName());
 
 }  // namespace
 }  // namespace hairnet::render

@@ -3,12 +3,14 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <bit>
 
 #include "client/assets/made/made.hpp"
 #include "core/ffd/deform.hpp"
 #include "core/ffd/strand_lengths.hpp"
 #include "core/levels/fit_lattice.hpp"
+#include "tests/support/case_name.hpp"
 #include "tests/unit/client/shader_cases.hpp"
 
 namespace hairnet::render {
@@ -132,7 +134,7 @@ TEST_P(StrandDeformPassGroom, places_all_points_as_core_does_and_makes_no_strand
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Grooms, StrandDeformPassGroom, testing::ValuesIn(all_grooms()), test_name);
+INSTANTIATE_TEST_SUITE_P(Grooms, StrandDeformPassGroom, testing::ValuesIn(all_grooms()), support::CaseName());
 
 }  // namespace
 }  // namespace hairnet::render

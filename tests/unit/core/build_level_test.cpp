@@ -9,6 +9,7 @@
 #include "core/levels/build.hpp"
 #include "core/levels/stiffener_order.hpp"
 #include "tests/support/build_grooms.hpp"
+#include "tests/support/case_name.hpp"
 #include "tests/support/equal_levels.hpp"
 #include "tests/unit/core/level_checks.hpp"
 
@@ -22,20 +23,26 @@ Groom groom_with_body(Groom groom) {
   return groom;
 }
 
-class BuildLevel : public testing::TestWithParam<std::size_t> {};
+class BuildLevel : public testing::TestWithParam<support::Named<LevelSpec>> {};
+
+std::vector<support::Named<LevelSpec>> level_specs() {
+  std::vector<support::Named<LevelSpec>> specs;
+  for (std::size_t l = 0; l < kLevelSpecs.size(); ++l) specs.push_back({kLevelNames[l], kLevelSpecs[l]});
+  return specs;
+}
 
 TEST_P(BuildLevel, odd_strands_give_a_valid_level) {
   const Groom groom = groom_with_body(support::make_odd_groom());
   ASSERT_EQ(validate(groom), "");
   LevelReport report;
-  const auto level = build_level(groom, kLevelSpecs[GetParam()], {}, &report);
+  const auto level = build_level(groom, GetParam().value, {}, &report);
   expect_sound(*level);
   EXPECT_EQ(report.degenerate_strands, 4u);  // empty, one point, coincident points, hardly any length
   EXPECT_EQ(report.active_nodes, level->rest.size());
   EXPECT_EQ(report.springs_after, level->springs.count());
   EXPECT_EQ(report.attachments_after, level->attachments.count());
-  EXPECT_EQ(report.springs_after, std::min(report.springs_before, kLevelSpecs[GetParam()].spring_count));
-  EXPECT_EQ(report.attachments_after, std::min(report.attachments_before, kLevelSpecs[GetParam()].attachment_count));
+  EXPECT_EQ(report.springs_after, std::min(report.springs_before, GetParam().value.spring_count));
+  EXPECT_EQ(report.attachments_after, std::min(report.attachments_before, GetParam().value.attachment_count));
   EXPECT_GT(report.contacts, 0u);
 }
 
@@ -46,13 +53,13 @@ TEST_P(BuildLevel, each_odd_strand_alone_gives_a_valid_level) {
     SCOPED_TRACE(s);
     Groom groom;
     support::add(groom, {all.strand_points(s).begin(), all.strand_points(s).end()}, all.strands[s]);
-    expect_sound(*build_level(groom, kLevelSpecs[GetParam()]));
+    expect_sound(*build_level(groom, GetParam().value));
   }
 }
 
 TEST_P(BuildLevel, every_groom_point_has_its_nodes_active) {
   const Groom groom = support::make_odd_groom();
-  const auto level = build_level(groom, kLevelSpecs[GetParam()]);
+  const auto level = build_level(groom, GetParam().value);
   const Lattice& lattice = level->geometry.lattice;
   for (const Vec3f& point : groom.points) {
     const Vec3f at = (point - lattice.origin).cwiseQuotient(lattice.spacing);
@@ -67,21 +74,21 @@ TEST_P(BuildLevel, unrooted_strands_have_no_attachment) {
   Groom groom = support::make_head_of_hair(30);
   for (StrandProperties& strand : groom.strands) strand.rooted = false;
   LevelReport report;
-  const auto level = build_level(groom, kLevelSpecs[GetParam()], {}, &report);
+  const auto level = build_level(groom, GetParam().value, {}, &report);
   EXPECT_EQ(report.attachments_before, 0u);
   EXPECT_EQ(level->attachments.count(), 0u);
   expect_sound(*level);
 }
 
 TEST_P(BuildLevel, rest_positions_are_the_lattices_nodes) {
-  const auto level = build_level(support::make_head_of_hair(30), kLevelSpecs[GetParam()]);
+  const auto level = build_level(support::make_head_of_hair(30), GetParam().value);
   for (std::size_t i = 0; i < level->rest.size(); ++i) {
     EXPECT_EQ(level->rest[i], level->geometry.lattice.node(level->geometry.active_nodes[i]));
   }
 }
 
 TEST_P(BuildLevel, stiffeners_come_in_the_order_of_their_nodes) {
-  const auto level = build_level(support::make_odd_groom(), kLevelSpecs[GetParam()]);
+  const auto level = build_level(support::make_odd_groom(), GetParam().value);
   for (const Stiffeners* list : {&level->springs, &level->attachments}) {
     const auto nodes = [&](std::size_t s) {
       return std::span(list->nodes).subspan(list->begin[s], list->begin[s + 1] - list->begin[s]);
@@ -92,7 +99,7 @@ TEST_P(BuildLevel, stiffeners_come_in_the_order_of_their_nodes) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Levels, BuildLevel, testing::Values(0, 1, 2, 3));
+INSTANTIATE_TEST_SUITE_P(Levels, BuildLevel, testing::ValuesIn(level_specs()), support::CaseName());
 
 TEST(StiffenerOrder, each_stiffener_keeps_its_law_and_equal_nodes_their_order) {
   Stiffeners list;

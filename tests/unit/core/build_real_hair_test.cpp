@@ -2,6 +2,7 @@
 
 #include "core/levels/build.hpp"
 #include "core/levels/decimate.hpp"
+#include "tests/support/case_name.hpp"
 #include "tests/support/real_hair.hpp"
 #include "tests/unit/core/build_lists.hpp"
 #include "tests/unit/core/level_checks.hpp"
@@ -50,8 +51,7 @@ TEST_P(RealHairs, decimation_errs_far_less_than_a_random_part_of_the_springs_mad
   EXPECT_LT(error, 0.1 * all.norm());
 }
 
-INSTANTIATE_TEST_SUITE_P(Styles, RealHairs, testing::ValuesIn(test::kRealHair),
-                         [](const auto& style) { return std::string(style.param.name); });
+INSTANTIATE_TEST_SUITE_P(Styles, RealHairs, testing::ValuesIn(test::kRealHair), support::CaseName());
 
 }  // namespace
 }  // namespace hairnet

@@ -6,6 +6,7 @@
 #include "core/levels/resample.hpp"
 #include "core/levels/stiffener_list.hpp"
 #include "tests/support/build_grooms.hpp"
+#include "tests/support/case_name.hpp"
 
 namespace hairnet {
 namespace {
@@ -86,7 +87,7 @@ TEST_P(Stiffening, weighted_nodes_give_the_chord_and_the_root_back) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(NodesAnAxis, Stiffening, testing::Values(3, 5, 7, 10));
+INSTANTIATE_TEST_SUITE_P(NodesAnAxis, Stiffening, testing::Values(3, 5, 7, 10), support::CaseName{"_nodes"});
 
 TEST(Stiffening, springs_in_series_are_as_stiff_as_the_whole_strand) {
   Groom groom;

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "core/solver/reference_step.hpp"
+#include "tests/support/case_name.hpp"
 #include "tests/support/levels.hpp"
 
 namespace hairnet {
@@ -102,16 +103,16 @@ std::vector<std::uint32_t> bits(const LatticeState& state) {
 }
 
 // Each instruction set that this machine has, and the plain scalar code.
-class InstructionSets : public testing::TestWithParam<std::int64_t> {
+class InstructionSets : public testing::TestWithParam<support::Named<std::int64_t>> {
  protected:
-  void SetUp() override { hwy::SetSupportedTargetsForTest(GetParam()); }
+  void SetUp() override { hwy::SetSupportedTargetsForTest(GetParam().value); }
   void TearDown() override { hwy::SetSupportedTargetsForTest(0); }
 };
 
-std::vector<std::int64_t> instruction_sets() {
-  std::vector<std::int64_t> sets;
+std::vector<support::Named<std::int64_t>> instruction_sets() {
+  std::vector<support::Named<std::int64_t>> sets;
   for (std::int64_t left = hwy::SupportedTargets() & HWY_TARGETS; left != 0; left &= left - 1)
-    sets.push_back(left & -left);
+    sets.push_back({hwy::TargetName(left & -left), left & -left});
   return sets;
 }
 
@@ -192,8 +193,7 @@ TEST(InstructionSetsThatFuse, give_the_same_bits_for_any_width) {
 }
 #endif
 
-INSTANTIATE_TEST_SUITE_P(All, InstructionSets, testing::ValuesIn(instruction_sets()),
-                         [](const auto& set) { return std::string(hwy::TargetName(set.param)); });
+INSTANTIATE_TEST_SUITE_P(AllTargets, InstructionSets, testing::ValuesIn(instruction_sets()), support::CaseName());
 
 }  // namespace
 }  // namespace hairnet

@@ -9,6 +9,7 @@
 
 #include "core/levels/nearest_chords.hpp"
 #include "tests/support/build_grooms.hpp"
+#include "tests/support/case_name.hpp"
 #include "tests/unit/core/build_lists.hpp"
 
 namespace hairnet {
@@ -123,7 +124,8 @@ TEST_P(Decimating, leaves_exactly_the_count_asked_for) {
   EXPECT_EQ(springs.ends.size(), springs.count());
 }
 
-INSTANTIATE_TEST_SUITE_P(Counts, Decimating, testing::Values(0, 1, 2, 3, 17, 100, 800));
+INSTANTIATE_TEST_SUITE_P(Counts, Decimating, testing::Values(0, 1, 2, 3, 17, 100, 800),
+                         support::CaseName{"_stiffeners"});
 
 TEST(Decimating, keeps_all_there_are_when_asked_for_more) {
   const Groom groom = support::make_head_of_hair(20);

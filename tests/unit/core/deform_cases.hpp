@@ -6,10 +6,13 @@
 #include <vector>
 
 #include "core/ffd/deform.hpp"
+#include "tests/support/case_name.hpp"
 #include "tests/support/levels.hpp"
 
 // Lattices, shapes of them and points of all sorts, for tests of the wide FFD.
 namespace hairnet::deform_cases {
+
+inline constexpr support::Named<FfdKind> kFfdKinds[] = {{"quadratic", FfdKind::quadratic}, {"linear", FfdKind::linear}};
 
 inline Lattice make_lattice(std::array<int, 3> dims) {
   return {Vec3f(-0.1f, -0.3f, -0.15f), Vec3f(0.03f, 0.05f, 0.04f), dims};

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/ffd/reference_deform.hpp"
+#include "tests/support/case_name.hpp"
 #include "tests/unit/core/deform_cases.hpp"
 
 namespace hairnet {
@@ -22,8 +23,8 @@ RestPoint curl_at(double s) {
   return point;
 }
 
-class DeformTangents : public testing::TestWithParam<FfdKind> {};
-INSTANTIATE_TEST_SUITE_P(Both, DeformTangents, testing::Values(FfdKind::quadratic, FfdKind::linear));
+class DeformTangents : public testing::TestWithParam<support::Named<FfdKind>> {};
+INSTANTIATE_TEST_SUITE_P(BothKinds, DeformTangents, testing::ValuesIn(kFfdKinds), support::CaseName());
 
 TEST_P(DeformTangents, of_the_reference_are_the_derivative_of_the_deformed_curve) {
   const Lattice lattice = make_lattice({6, 5, 4});
@@ -33,14 +34,17 @@ TEST_P(DeformTangents, of_the_reference_are_the_derivative_of_the_deformed_curve
   double of_blend_max = 0;
   for (int n = 0; n < 400; ++n) {
     const double s = 0.0005 * n + kStep_m;
-    const auto at = [&](double arc) { return reference_deform(lattice, GetParam(), curl_at(arc), displacements); };
+    const auto at = [&](double arc) {
+      return reference_deform(lattice, GetParam().value, curl_at(arc), displacements);
+    };
     const Vec3 forward = (at(s + kStep_m).x - at(s).x) / kStep_m, backward = (at(s).x - at(s - kStep_m).x) / kStep_m;
     if ((forward - backward).norm() > 1e-4) continue;  // across a corner of the linear field
     EXPECT_LT((at(s).tangent - 0.5 * (forward + backward)).norm(), 1e-6) << s;
     RestPoint unblended = curl_at(s);
     unblended.delta_slope = 0;
     of_blend_max = std::max(
-        of_blend_max, (at(s).tangent - reference_deform(lattice, GetParam(), unblended, displacements).tangent).norm());
+        of_blend_max,
+        (at(s).tangent - reference_deform(lattice, GetParam().value, unblended, displacements).tangent).norm());
     ++compared;
   }
   EXPECT_GT(compared, 380);
@@ -62,8 +66,8 @@ TEST_P(DeformTangents, of_a_groom_agree_with_the_chords_of_the_drawn_hair) {
   const std::vector<float> blend = root_blend(groom);
   const RestTangents rest = rest_tangents(groom, blend);
   std::vector<Vec3f> moved(strand.size()), tangents(strand.size());
-  Deformer(lattice, groom.points, blend, rest, GetParam()).deform(displacements, moved, tangents);
-  const double allowed = GetParam() == FfdKind::quadratic ? 0.01 : 0.2;  // linear: chords cut its corners
+  Deformer(lattice, groom.points, blend, rest, GetParam().value).deform(displacements, moved, tangents);
+  const double allowed = GetParam().value == FfdKind::quadratic ? 0.01 : 0.2;  // linear: chords cut its corners
   for (std::size_t p = 1; p + 1 < strand.size(); ++p) {
     const Vec3f chord = (moved[p + 1] - moved[p - 1]) / 0.001f;
     EXPECT_LT((tangents[p] - chord).norm(), allowed) << p;

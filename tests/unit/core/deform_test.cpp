@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "core/ffd/reference_deform.hpp"
+#include "tests/support/case_name.hpp"
 #include "tests/unit/core/deform_cases.hpp"
 
 namespace hairnet {
@@ -23,21 +24,22 @@ bool same_bits(std::span<const Vec3f> a, std::span<const Vec3f> b) {
 }
 
 // Every kind by every instruction set that this machine has.
-class WideDeformCases : public testing::TestWithParam<std::tuple<FfdKind, std::int64_t>> {
+using Case = std::tuple<support::Named<FfdKind>, support::Named<std::int64_t>>;
+class WideDeformCases : public testing::TestWithParam<Case> {
  protected:
-  void SetUp() override { hwy::SetSupportedTargetsForTest(std::get<1>(GetParam())); }
+  void SetUp() override { hwy::SetSupportedTargetsForTest(std::get<1>(GetParam()).value); }
   void TearDown() override { hwy::SetSupportedTargetsForTest(0); }
-  static FfdKind kind() { return std::get<0>(GetParam()); }
+  static FfdKind kind() { return std::get<0>(GetParam()).value; }
 };
 
-std::string case_name(const testing::TestParamInfo<std::tuple<FfdKind, std::int64_t>>& test) {
-  const auto& [kind, target] = test.param;
-  return std::string(kind == FfdKind::quadratic ? "quadratic_" : "linear_") + hwy::TargetName(target);
+std::vector<support::Named<std::int64_t>> instruction_sets() {
+  std::vector<support::Named<std::int64_t>> sets;
+  for (const std::int64_t set : hwy::SupportedAndGeneratedTargets()) sets.push_back({hwy::TargetName(set), set});
+  return sets;
 }
 INSTANTIATE_TEST_SUITE_P(AllTargets, WideDeformCases,
-                         testing::Combine(testing::Values(FfdKind::quadratic, FfdKind::linear),
-                                          testing::ValuesIn(hwy::SupportedAndGeneratedTargets())),
-                         case_name);
+                         testing::Combine(testing::ValuesIn(kFfdKinds), testing::ValuesIn(instruction_sets())),
+                         support::CaseName());
 
 // Rounding of x itself, and of t: some 1e-7 of a cell for every cell from the origin, times the difference of u across
 // a cell. Both grow with the extrapolation.

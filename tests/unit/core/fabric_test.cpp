@@ -11,6 +11,7 @@
 #include "core/levels/threads.hpp"
 #include "core/solver/step.hpp"
 #include "tests/support/build_grooms.hpp"
+#include "tests/support/case_name.hpp"
 #include "tests/support/levels.hpp"
 #include "tests/unit/core/build_lists.hpp"
 #include "tests/unit/core/level_checks.hpp"
@@ -269,7 +270,7 @@ TEST_P(FabricInHairstyles, stay_intact_when_thrown_about) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Made, FabricInHairstyles, testing::Values("ponytail", "plait", "veiled", "strips", "locks"),
-                         [](const auto& test) { return std::string(test.param); });
+                         support::CaseName());
 
 }  // namespace
 }  // namespace hairnet

@@ -7,6 +7,7 @@
 #include "client/assets/made/made.hpp"
 #include "core/geometry/mesh_query.hpp"
 #include "core/hair_cards/far_cards.hpp"
+#include "tests/support/case_name.hpp"
 #include "tests/support/real_hair.hpp"
 
 // Whole hairstyles: what far cards cover of them, and that they stay off the skin.
@@ -127,7 +128,7 @@ TEST_P(FarCardsOfMadeHair, cover_it_and_stay_off_the_skin) {
 INSTANTIATE_TEST_SUITE_P(Made, FarCardsOfMadeHair,
                          testing::Values("long_straight", "long_curly", "wavy", "bob", "side_part", "ponytail", "short",
                                          "plait", "veiled", "locks", "strips"),
-                         [](const auto& style) { return std::string(style.param); });
+                         support::CaseName());
 
 class FarCardsOfRealHair : public testing::TestWithParam<test::RealHair> {};
 
@@ -139,8 +140,7 @@ TEST_P(FarCardsOfRealHair, cover_it_and_stay_off_the_skin) {
   expect_sound(std::move(*groom));
 }
 
-INSTANTIATE_TEST_SUITE_P(Styles, FarCardsOfRealHair, testing::ValuesIn(test::kRealHair),
-                         [](const auto& style) { return std::string(style.param.name); });
+INSTANTIATE_TEST_SUITE_P(Styles, FarCardsOfRealHair, testing::ValuesIn(test::kRealHair), support::CaseName());
 
 // Left for right, and its strands in another order, so that the clusters are others.
 Groom mirrored(const Groom& groom) {

@@ -3,18 +3,18 @@
 #include <random>
 
 #include "core/ffd/deform.hpp"
+#include "tests/support/case_name.hpp"
 #include "tests/support/levels.hpp"
+#include "tests/unit/core/deform_cases.hpp"
 
 namespace hairnet {
 namespace {
 
+using deform_cases::kFfdKinds;
+using deform_cases::make_lattice;
 using support::random_vec;
 
-Lattice make_lattice(std::array<int, 3> dims) {
-  return {Vec3f(-0.1f, -0.3f, -0.15f), Vec3f(0.03f, 0.05f, 0.04f), dims};
-}
-
-class FfdKinds : public testing::TestWithParam<FfdKind> {};
+class FfdKinds : public testing::TestWithParam<support::Named<FfdKind>> {};
 
 TEST_P(FfdKinds, reproduces_any_affine_field_inside_and_outside_the_grid) {
   const Lattice lattice = make_lattice({6, 5, 4});
@@ -27,7 +27,7 @@ TEST_P(FfdKinds, reproduces_any_affine_field_inside_and_outside_the_grid) {
   std::vector<Vec3f> points;
   for (int i = 0; i < 2000; ++i) points.push_back(Vec3f(0, -0.2f, -0.1f) + random_vec(random, 0.25f));
   std::vector<Vec3f> moved(points.size());
-  Deformer(lattice, points, {}, GetParam()).deform(displacements, moved);
+  Deformer(lattice, points, {}, GetParam().value).deform(displacements, moved);
   for (std::size_t i = 0; i < points.size(); ++i) {
     EXPECT_LT((moved[i] - (points[i] + turn * points[i] + shift)).norm(), 1e-5f)
         << points[i].transpose();  // rounding, enlarged by extrapolation
@@ -43,11 +43,11 @@ TEST_P(FfdKinds, is_continuous_everywhere) {
   for (int i = 0; i <= 2000; ++i)
     line.push_back(Vec3f(-0.12f, -0.32f, -0.17f) + static_cast<float>(i) * Vec3f(1e-4f, 0.8e-4f, 0.9e-4f));
   std::vector<Vec3f> moved(line.size());
-  Deformer(lattice, line, {}, GetParam()).deform(displacements, moved);
+  Deformer(lattice, line, {}, GetParam().value).deform(displacements, moved);
   for (std::size_t i = 1; i < line.size(); ++i) EXPECT_LT((moved[i] - moved[i - 1]).norm(), 2e-3f) << i;
 }
 
-INSTANTIATE_TEST_SUITE_P(Both, FfdKinds, testing::Values(FfdKind::quadratic, FfdKind::linear));
+INSTANTIATE_TEST_SUITE_P(Both, FfdKinds, testing::ValuesIn(kFfdKinds), support::CaseName());
 
 TEST(Ffd, quadratic_has_a_continuous_slope_also_across_the_border) {
   const Lattice lattice = make_lattice({6, 5, 4});

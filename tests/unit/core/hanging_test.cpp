@@ -6,6 +6,7 @@
 #include "core/ffd/deform.hpp"
 #include "core/levels/build.hpp"
 #include "core/solver/step.hpp"
+#include "tests/support/case_name.hpp"
 #include "tests/support/levels.hpp"
 
 namespace hairnet {
@@ -62,7 +63,7 @@ TEST_P(Hanging, a_strand_is_a_pendulum_that_ends_vertical_at_any_tilt) {
   EXPECT_NEAR(direction.norm(), length_m, 0.05f * length_m);
 }
 
-INSTANTIATE_TEST_SUITE_P(Tilts, Hanging, testing::Values(15.0, 45.0, 90.0, 180.0));
+INSTANTIATE_TEST_SUITE_P(Tilts, Hanging, testing::Values(15.0, 45.0, 90.0, 180.0), support::CaseName{"_degrees"});
 
 TEST(Hanging, more_ether_stiffness_is_gel_that_keeps_the_design) {
   const Groom groom = make_lock(0.3f);

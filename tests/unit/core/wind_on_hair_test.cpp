@@ -7,6 +7,7 @@
 #include "core/levels/build.hpp"
 #include "core/solver/step.hpp"
 #include "tests/support/build_grooms.hpp"
+#include "tests/support/case_name.hpp"
 
 // Built hair in the wind and out of it, against what can be worked out by hand.
 namespace hairnet {
@@ -123,11 +124,11 @@ TEST(WindOnHair, a_change_of_material_ends_where_hair_built_of_it_does) {
 }
 
 // The second swing's height over the first's is that of an oscillator of the ratio asked for.
-class Swing : public testing::TestWithParam<float> {};
+class Swing : public testing::TestWithParam<support::Named<float>> {};
 
 TEST_P(Swing, of_a_node_dies_out_by_the_ratio_asked_for) {
   Material material;
-  material.ether_damping_ratio = GetParam();
+  material.ether_damping_ratio = GetParam().value;
   material.air_drag_ns_per_m2 = 0;
   const auto level = build_level(make_curtain(material), kEtherOnly);
   LatticeState state;
@@ -141,12 +142,15 @@ TEST_P(Swing, of_a_node_dies_out_by_the_ratio_asked_for) {
     ASSERT_TRUE(step(*level, input, {.iterations = 1}, scratch, state));
     for (std::size_t i = 0; i < lowest.size(); ++i) lowest[i] = std::min(lowest[i], state.displacement[i].x());
   }
-  const double zeta = GetParam();
+  const double zeta = GetParam().value;
   const double overshoot = std::exp(-zeta * std::numbers::pi / std::sqrt(1 - zeta * zeta));
   for (const float low : lowest) EXPECT_NEAR(-static_cast<double>(low) / 0.05, overshoot, 0.05);
 }
 
-INSTANTIATE_TEST_SUITE_P(Ratios, Swing, testing::Values(0.1f, 0.2f, 0.5f));
+INSTANTIATE_TEST_SUITE_P(Ratios, Swing,
+                         testing::Values(support::Named{"tenth", 0.1f}, support::Named{"fifth", 0.2f},
+                                         support::Named{"half", 0.5f}),
+                         support::CaseName());
 
 }  // namespace
 }  // namespace hairnet

@@ -6,6 +6,7 @@
 
 #include "core/levels/level_map.hpp"
 #include "core/world/world.hpp"
+#include "tests/support/case_name.hpp"
 #include "tests/support/levels.hpp"
 
 namespace hairnet {
@@ -36,18 +37,21 @@ std::vector<Vec3f> displacement(const World& world, CharacterId id) {
   return {nodes.begin(), nodes.end()};
 }
 
-class Strides : public testing::TestWithParam<int> {};
+class Strides : public testing::TestWithParam<support::Named<int>> {
+ protected:
+  static int stride() { return GetParam().value; }
+};
 
 TEST_P(Strides, a_character_steps_in_its_turns_and_stays_as_it_was_between) {
   World world({});
   const CharacterId id = world.add({make_levels(), LevelIndex::low, swaying(0, 0)});
-  world.set_stride(id, GetParam());
+  world.set_stride(id, stride());
   for (int tick = 1; tick <= 24; ++tick) {
     const std::vector<Vec3f> before = displacement(world, id);
     const Vec3 place = world.lattice(id).pose->head().position;
     world.set_pose(id, swaying(0, tick));
     const StepReport report = world.step();
-    const bool is_due = (tick - 1) % GetParam() == 0;
+    const bool is_due = (tick - 1) % stride() == 0;
     EXPECT_EQ(world.lattice(id).stepped, is_due) << "tick " << tick;
     EXPECT_EQ(report.stepped, is_due ? 1u : 0u);
     EXPECT_EQ(report.waiting, is_due ? 0u : 1u);
@@ -64,18 +68,18 @@ TEST_P(Strides, a_character_steps_in_its_turns_and_stays_as_it_was_between) {
 TEST_P(Strides, the_turns_of_one_stride_spread_over_the_ticks) {
   World world({});
   const auto levels = make_levels();
-  for (int i = 0; i < 8; ++i) world.set_stride(world.add({levels, LevelIndex::low, {}}), GetParam());
-  for (int tick = 0; tick < 8; ++tick) EXPECT_EQ(world.step().stepped, 8u / static_cast<unsigned>(GetParam()));
+  for (int i = 0; i < 8; ++i) world.set_stride(world.add({levels, LevelIndex::low, {}}), stride());
+  for (int tick = 0; tick < 8; ++tick) EXPECT_EQ(world.step().stepped, 8u / static_cast<unsigned>(stride()));
 }
 
 TEST_P(Strides, a_character_falls_asleep_as_soon_as_at_every_tick) {
   World world({});
   const CharacterId id = world.add({make_levels(), LevelIndex::low, {}});
-  world.set_stride(id, GetParam());
+  world.set_stride(id, stride());
   int ticks = 0;
   while (world.step().asleep == 0 && ticks < 1000) ++ticks;
-  EXPECT_GE(ticks, static_cast<int>(kSleepAfter_s * 30) - GetParam());
-  EXPECT_LE(ticks, static_cast<int>(kSleepAfter_s * 30) + 2 * GetParam());
+  EXPECT_GE(ticks, static_cast<int>(kSleepAfter_s * 30) - stride());
+  EXPECT_LE(ticks, static_cast<int>(kSleepAfter_s * 30) + 2 * stride());
   EXPECT_TRUE(world.lattice(id).asleep);
   EXPECT_FALSE(world.lattice(id).stepped);
 }
@@ -83,16 +87,19 @@ TEST_P(Strides, a_character_falls_asleep_as_soon_as_at_every_tick) {
 TEST_P(Strides, the_rigid_level_is_eased_into_in_the_same_time) {
   World world({});
   const CharacterId id = world.add({make_levels(), LevelIndex::low, {}});
-  world.set_stride(id, GetParam());
+  world.set_stride(id, stride());
   world.set_pose(id, rigid_pose({Quat::Identity(), {0.2, 0, 0}}));
   for (int tick = 0; tick < 4; ++tick) world.step();
   ASSERT_TRUE(world.set_level(id, LevelIndex::rigid));
   int ticks = 0;
   for (; world.lattice(id).level != LevelIndex::rigid && ticks < 100; ++ticks) world.step();
-  EXPECT_NEAR(ticks, kRigidEase_s * 30, GetParam());
+  EXPECT_NEAR(ticks, kRigidEase_s * 30, stride());
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Strides, testing::Values(1, 2, 4));
+INSTANTIATE_TEST_SUITE_P(All, Strides,
+                         testing::Values(support::Named{"every_tick", 1}, support::Named{"every_second_tick", 2},
+                                         support::Named{"every_fourth_tick", 4}),
+                         support::CaseName());
 
 // The error of a turn over several ticks, relative to the motion. The head sways in a gusty wind, so that poses, steps
 // and the wind's time must all be right. It moves little and touches no skin: springs that stiffen, and contact, depend

@@ -5,6 +5,8 @@
 #include <atomic>
 #include <set>
 
+#include "tests/support/case_name.hpp"
+
 namespace hairnet::server {
 namespace {
 
@@ -40,7 +42,7 @@ TEST_P(BuildPools, no_more_threads_run_than_asked_for) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Threads, BuildPools, testing::Values(0, 1, 2, 5));
+INSTANTIATE_TEST_SUITE_P(Threads, BuildPools, testing::Values(0, 1, 2, 5), support::CaseName{"_threads"});
 
 }  // namespace
 }  // namespace hairnet::server
