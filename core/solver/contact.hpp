@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/assert.hpp"
 #include "core/levels/level.hpp"
 
 namespace hairnet {
@@ -14,6 +15,7 @@ inline constexpr double kContactSlope = 6 / (kContactDepth_m * kContactDepth_m *
 
 // Contact reaches its full stiffness at this depth. A fast point meets that stiffness before it enters the skin.
 inline constexpr double kContactStiffnessDepth_m = 0.01;
+static_assert(kContactStiffnessDepth_m <= kContactDepth_m);
 // The highest speed at which contact pushes a point out.
 inline constexpr double kContactRecovery_m_per_s = 0.4;
 // The force on a point in a step. `p`: its depth at the end of the step if it moved with the bone. `ahead`: its depth
@@ -24,6 +26,8 @@ struct ContactLaw {
 };
 
 inline ContactLaw contact_law(double U, double p, double ahead, double step_s) {
+  HAIRNET_ASSERT(U >= 0);
+  HAIRNET_ASSERT(step_s > 0);
   const double slope = kContactSlope * U;
   const double k = slope * std::clamp(std::max(p, ahead), 0.0, kContactStiffnessDepth_m);
   if (p < 0) return {k * p, k};  // outside: no force at the limit

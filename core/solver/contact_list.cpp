@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/assert.hpp"
 #include "core/levels/skin_distance_field.hpp"
 #include "core/solver/contact.hpp"
 #include "core/solver/node_terms.hpp"
@@ -18,6 +19,7 @@ struct Path {
 
 Path path_of(const Level& level, const StepInput& input, const WorldLattice& lattice, std::size_t p) {
   const ContactPoints& points = level.contacts;
+  HAIRNET_VALIDATE(points.begin[p] <= points.begin[p + 1]);
   const RigidTransform &from = input.from.head(), &to = input.to.head();
   Path path;
   Vec3 displacement = Vec3::Zero(), velocity = Vec3::Zero();
@@ -40,6 +42,12 @@ Path path_of(const Level& level, const StepInput& input, const WorldLattice& lat
 
 std::vector<Contact> find_contacts(const Level& level, const StepInput& input, const WorldLattice& lattice) {
   const ContactPoints& points = level.contacts;
+  HAIRNET_ASSERT(lattice.P.size() == level.rest.size());
+  HAIRNET_ASSERT(lattice.P_dot.size() == level.rest.size());
+  HAIRNET_ASSERT(points.begin.size() == points.count() + 1);
+  HAIRNET_ASSERT(points.limit.size() == points.count() * level.skin->size());
+  HAIRNET_ASSERT(input.contact_release >= 0);
+  HAIRNET_ASSERT(input.contact_release <= 1);
   const double h = input.step_s;
   const double scale = (1 - input.contact_release) * double{std::max(input.material.density, 1.0f)};
   std::vector<Contact> contacts;

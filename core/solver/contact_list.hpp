@@ -15,6 +15,7 @@ struct Contact {
   double force = 0;      // N, when every node moves rigidly
   double stiffness = 0;  // N/m, the point's stiffness times the sum of the weights
 };
+// Asserts that `lattice` fits the level.
 std::vector<Contact> find_contacts(const Level& level, const StepInput& input, const WorldLattice& lattice);
 
 }  // namespace hairnet

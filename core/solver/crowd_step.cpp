@@ -11,9 +11,10 @@
 namespace hairnet {
 namespace {
 
-constexpr std::size_t kWidthMax = 16;
+constexpr std::size_t kCrowdWidthMax = 16;
 
 void put_terms(const StepTerms& terms, std::size_t lane, std::size_t width, float* lanes) {
+  HAIRNET_ASSERT(lane < width);
   std::array<float, kStepTermCount> floats;
   std::memcpy(floats.data(), &terms, sizeof terms);
   for (std::size_t f = 0; f < kStepTermCount; ++f) lanes[f * width + lane] = floats[f];
@@ -23,6 +24,24 @@ bool is_windy(std::span<const CrowdMember> members) {
   return std::ranges::any_of(members, [](const CrowdMember& member) {
     return std::ranges::any_of(member.inputs, [](const StepInput& i) { return !i.environment->wind.is_still(); });
   });
+}
+
+// Whether a state appears twice: then two lanes would write to it.
+[[maybe_unused]] bool has_shared_state(std::span<const CrowdMember> members) {
+  for (std::size_t a = 0; a < members.size(); ++a) {
+    for (std::size_t b = 0; b < a; ++b) {
+      if (members[a].state == members[b].state) return true;
+    }
+  }
+  return false;
+}
+
+void check_member(const Level& level, const CrowdMember& member, std::size_t step_count) {
+  HAIRNET_ASSERT(member.state);
+  HAIRNET_ASSERT(member.state->displacement.size() == level.rest.size());
+  HAIRNET_ASSERT(member.state->velocity.size() == level.rest.size());
+  HAIRNET_ASSERT(member.inputs.size() == step_count);
+  for (const StepInput& input : member.inputs) HAIRNET_ASSERT(input.environment);
 }
 
 class Lanes {
@@ -65,7 +84,7 @@ class Lanes {
  private:
   template <class Array, class Move>
   void exchange(Array array_of, Move move) {
-    std::array<float*, kWidthMax> at{};
+    std::array<float*, kCrowdWidthMax> at{};
     for (std::size_t l = 0; l < members_.size(); ++l) at[l] = array_of(*members_[l].state);
     move(at.data(), 3 * view_.node_count);
   }
@@ -81,7 +100,10 @@ class Lanes {
 }  // namespace
 
 std::size_t crowd_width() {
-  return crowd_sizes().real;
+  const std::size_t width = crowd_sizes().real;
+  HAIRNET_ASSERT(width >= 1);
+  HAIRNET_ASSERT(width <= kCrowdWidthMax);
+  return width;
 }
 
 std::size_t crowd_count_min() {
@@ -91,13 +113,13 @@ std::size_t crowd_count_min() {
 void step_crowd(const Level& level, std::span<CrowdMember> members, const SolverSettings& settings,
                 StepScratch& scratch) {
   HAIRNET_ASSERT(members.size() <= crowd_width());
+  HAIRNET_ASSERT(settings.iterations >= 0);
   if (members.empty()) return;
   for (CrowdMember& member : members) {
-    HAIRNET_ASSERT(member.state->displacement.size() == level.rest.size() &&
-                   member.state->velocity.size() == level.rest.size());
-    HAIRNET_ASSERT(member.inputs.size() == members.front().inputs.size());
+    check_member(level, member, members.front().inputs.size());
     member.is_finite = true;
   }
+  HAIRNET_VALIDATE(!has_shared_state(members));
   Lanes lanes(level, members, scratch);
   lanes.load();
   for (std::size_t index = 0; index < members.front().inputs.size(); ++index) lanes.step(index, settings.iterations);

@@ -1,5 +1,6 @@
 #include "core/solver/energy.hpp"
 
+#include "core/assert.hpp"
 #include "core/solver/node_terms.hpp"
 #include "core/solver/spring.hpp"
 #include "core/solver/weighted_sum.hpp"
@@ -15,6 +16,8 @@ double half_square(double k, double x2) {
 
 LatticeEnergy energy(const Level& level, const MaterialScale& material, const HeadMotion& motion,
                      const LatticeState& state) {
+  HAIRNET_ASSERT(state.displacement.size() == level.rest.size());
+  HAIRNET_ASSERT(state.velocity.size() == level.rest.size());
   LatticeEnergy sum;
   std::vector<Vec3> displacement;
   for (const Vec3f& d : state.displacement) displacement.push_back(d.cast<double>());
@@ -34,6 +37,9 @@ LatticeEnergy energy(const Level& level, const MaterialScale& material, const He
     const Vec3 velocity = state.velocity[i].cast<double>() - motion.rigid_velocity(level.rest[i].cast<double>());
     sum.kinetic_j += half_square(node_mass(level, material, i), velocity.squaredNorm());
   }
+  // Not `>= 0`: the state may have numbers that are not finite.
+  HAIRNET_ASSERT(!(sum.kinetic_j < 0));
+  HAIRNET_ASSERT(!(sum.elastic_j < 0));
   return sum;
 }
 

@@ -7,7 +7,7 @@
 namespace hairnet {
 
 // Kinetic energy relative to the rigid motion with the head, and elastic energy (springs, attachments, ether), J.
-// `motion`: the head motion of the step that led to `state`.
+// `motion`: the head motion of the step that led to `state`. Asserts that `state` fits the level.
 struct LatticeEnergy {
   double kinetic_j = 0, elastic_j = 0;
 };

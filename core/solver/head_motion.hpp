@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "core/assert.hpp"
 #include "core/levels/level.hpp"
 #include "core/solver/step.hpp"
 
@@ -18,7 +19,9 @@ struct HeadMotion {
         turn(relative.rotation.toRotationMatrix()),
         rotation_less_identity(turn - Mat3::Identity()),
         step_s(input.step_s),
-        gravity_load(input.to.head().rotation.conjugate() * input.environment->gravity - kDesignGravity) {}
+        gravity_load(input.to.head().rotation.conjugate() * input.environment->gravity - kDesignGravity) {
+    HAIRNET_ASSERT(step_s > 0);
+  }
 
   // R' p^0 = (B_1 p^0 - B_0 p^0) / h: the velocity of a point that moves rigidly with the head.
   [[nodiscard]] Vec3 rigid_velocity(const Vec3& rest) const {

@@ -1,5 +1,7 @@
 #include "core/solver/kernels.hpp"
 
+#include "core/assert.hpp"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/solver/kernels.cpp"
 #include <hwy/foreach_target.h>
@@ -52,6 +54,7 @@ HWY_INLINE void transpose(V (&rows)[4]) {
 #endif
 
 constexpr std::size_t kLaneCount = CrowdLanes::kReal;
+static_assert(kLaneCount % kTile == 0, "characters move to lanes in whole tiles");
 
 void to_lanes_here(const float* const* characters, std::size_t character_count, std::size_t float_count, float* lanes) {
   std::size_t f = 0;
@@ -107,6 +110,13 @@ HWY_EXPORT(crowd_kernel_here);
 HWY_EXPORT(single_kernel_here);
 HWY_EXPORT(to_lanes_here);
 HWY_EXPORT(from_lanes_here);
+
+void check_kernel_input(const LevelView& level, const LaneMemory& memory, int iterations) {
+  HAIRNET_ASSERT(memory.terms);
+  HAIRNET_ASSERT(iterations >= 0);
+  HAIRNET_ASSERT(level.springs.count == 0 || level.springs.rest_length);
+  HAIRNET_ASSERT(level.skin_count == 0 || level.skin);
+}
 }  // namespace
 
 LaneSizes crowd_sizes() {
@@ -116,15 +126,22 @@ LaneSizes single_sizes() {
   return HWY_DYNAMIC_DISPATCH(single_sizes_here)();
 }
 void crowd_kernel(const LevelView& level, const LaneMemory& memory, int iterations) {
+  HAIRNET_ASSERT(level.incidences.begin);  // the view was made for a crowd
+  check_kernel_input(level, memory, iterations);
   HWY_DYNAMIC_DISPATCH(crowd_kernel_here)(level, memory, iterations);
 }
 void single_kernel(const LevelView& level, const LaneMemory& memory, int iterations) {
+  check_kernel_input(level, memory, iterations);
   HWY_DYNAMIC_DISPATCH(single_kernel_here)(level, memory, iterations);
 }
 void to_lanes(const float* const* characters, std::size_t character_count, std::size_t float_count, float* lanes) {
+  HAIRNET_ASSERT(character_count <= crowd_sizes().real);
+  for (std::size_t c = 0; c < character_count; ++c) HAIRNET_ASSERT(characters[c] || float_count == 0);
   HWY_DYNAMIC_DISPATCH(to_lanes_here)(characters, character_count, float_count, lanes);
 }
 void from_lanes(const float* lanes, std::size_t float_count, float* const* characters, std::size_t character_count) {
+  HAIRNET_ASSERT(character_count <= crowd_sizes().real);
+  for (std::size_t c = 0; c < character_count; ++c) HAIRNET_ASSERT(characters[c] || float_count == 0);
   HWY_DYNAMIC_DISPATCH(from_lanes_here)(lanes, float_count, characters, character_count);
 }
 

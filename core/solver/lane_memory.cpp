@@ -2,11 +2,15 @@
 
 #include <algorithm>
 
+#include "core/assert.hpp"
 #include "core/solver/step_terms.hpp"
 
 namespace hairnet {
 
 LaneMemory LaneArena::allocate(const LaneSizes& sizes, const LevelView& level) {
+  HAIRNET_ASSERT(sizes.real > 0);
+  HAIRNET_ASSERT(sizes.vector >= 3 * sizes.real);
+  HAIRNET_ASSERT(sizes.block >= 6 * sizes.real);
   LaneMemory memory;
   struct Part {
     float** at;
@@ -38,6 +42,7 @@ LaneMemory LaneArena::allocate(const LaneSizes& sizes, const LevelView& level) {
       Part{&memory.speed_max, sizes.real},
       Part{&memory.is_finite, sizes.real},
   };
+  static_assert(std::tuple_size_v<decltype(parts)> * sizeof(float*) == sizeof(LaneMemory), "each pointer gets a part");
   constexpr std::size_t kLine = std::tuple_size_v<decltype(Line::floats)>;
   const auto lines = [](std::size_t floats) { return (floats + kLine - 1) / kLine; };
   std::size_t count = 0;
@@ -48,6 +53,7 @@ LaneMemory LaneArena::allocate(const LaneSizes& sizes, const LevelView& level) {
     *part.at = next->floats.data();
     next += lines(part.floats);
   }
+  HAIRNET_ASSERT(next == lines_.data() + count);
   memory.terms = terms_;
   return memory;
 }

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "core/assert.hpp"
 #include "core/solver/level_view.hpp"
 
 namespace hairnet {
@@ -38,7 +39,11 @@ struct LaneSizes {
 class LaneArena {
  public:
   LaneMemory allocate(const LaneSizes& sizes, const LevelView& level);
-  [[nodiscard]] float* terms() { return terms_; }
+  // Where the terms of the memory that was allocated last are. Asserts that `allocate` has been called.
+  [[nodiscard]] float* terms() {
+    HAIRNET_ASSERT(terms_);
+    return terms_;
+  }
 
  private:
   struct alignas(64) Line {

@@ -1,7 +1,55 @@
 #include "core/solver/level_view.hpp"
 
+#include <algorithm>
+#include <limits>
+
+#include "core/assert.hpp"
+
 namespace hairnet {
 namespace {
+
+// Offsets of runs of entries that name nodes. Each run of a stiffener has an entry; that of a contact point may be
+// empty.
+[[maybe_unused]] bool are_runs_of_nodes(const std::vector<std::uint32_t>& begin,
+                                        const std::vector<std::uint16_t>& nodes, std::size_t node_count,
+                                        std::size_t entries_min) {
+  if (begin.front() != 0 || begin.back() != nodes.size()) return false;
+  for (std::size_t run = 0; run + 1 < begin.size(); ++run) {
+    if (begin[run] + entries_min > begin[run + 1]) return false;
+  }
+  return std::ranges::all_of(nodes, [node_count](std::uint16_t node) { return node < node_count; });
+}
+
+void check_view_stiffeners(const Stiffeners& s, std::size_t node_count) {
+  HAIRNET_ASSERT(s.begin.size() == s.count() + 1);
+  HAIRNET_ASSERT(s.damping.size() == s.count());
+  HAIRNET_ASSERT(s.rest.size() == s.count());
+  HAIRNET_ASSERT(s.weights.size() == s.nodes.size());
+  HAIRNET_VALIDATE(are_runs_of_nodes(s.begin, s.nodes, node_count, 1));
+}
+
+void check_view_contacts(const ContactPoints& contacts, std::size_t field_count, std::size_t node_count) {
+  HAIRNET_ASSERT(contacts.begin.size() == contacts.count() + 1);
+  HAIRNET_ASSERT(contacts.weights.size() == contacts.nodes.size());
+  HAIRNET_ASSERT(contacts.potential.size() == contacts.count());
+  HAIRNET_ASSERT(contacts.limit.size() == contacts.count() * field_count);
+  HAIRNET_VALIDATE(are_runs_of_nodes(contacts.begin, contacts.nodes, node_count, 0));
+}
+
+// Sizes that the kernels rely on. They never check an index.
+void check_view_arrays(const Level& level) {
+  const std::size_t node_count = level.rest.size();
+  HAIRNET_ASSERT(level.geometry.active_nodes.size() == node_count);
+  HAIRNET_ASSERT(level.mass.size() == node_count);
+  HAIRNET_ASSERT(level.ether_stiffness.size() == node_count);
+  HAIRNET_ASSERT(level.ether_damping.size() == node_count);
+  HAIRNET_ASSERT(level.drag.size() == node_count);
+  HAIRNET_ASSERT(level.displacement_max_m > 0);
+  HAIRNET_ASSERT(level.skin);
+  check_view_stiffeners(level.springs, node_count);
+  check_view_stiffeners(level.attachments, node_count);
+  check_view_contacts(level.contacts, level.skin->size(), node_count);
+}
 
 StiffenerView make_view(const Stiffeners& s, const float* rest_length) {
   return {s.count(),
@@ -21,6 +69,7 @@ void put_rest_lengths(const Stiffeners& springs, std::vector<float>& length) {
 
 void put_wind_fractions(const LevelGeometry& geometry, std::vector<float>& fraction) {
   fraction.clear();
+  HAIRNET_ASSERT(geometry.active_nodes.empty() || std::ranges::min(geometry.lattice.dims) >= 2);
   for (const std::uint32_t node : geometry.active_nodes) {
     const auto coordinates = geometry.lattice.coordinates(node);
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -29,10 +78,20 @@ void put_wind_fractions(const LevelGeometry& geometry, std::vector<float>& fract
   }
 }
 
+// An entry's number is exact in float up to here.
+constexpr std::size_t kFieldEntriesMax = std::size_t{1} << std::numeric_limits<float>::digits;
+
 void put_skin(const Level& level, std::vector<SkinDistanceFieldView>& skin) {
   skin.clear();
   const float* limit = level.contacts.limit.data();
   for (const SkinDistanceField& field : *level.skin) {
+    HAIRNET_ASSERT(static_cast<std::size_t>(field.bone) < kBoneCount);
+    HAIRNET_ASSERT(field.cell_m > 0);
+    HAIRNET_ASSERT(std::ranges::min(field.dims) >= 2);
+    HAIRNET_ASSERT(field.distance.size() == static_cast<std::size_t>(field.dims[0]) *
+                                                static_cast<std::size_t>(field.dims[1]) *
+                                                static_cast<std::size_t>(field.dims[2]));
+    HAIRNET_ASSERT(field.distance.size() <= kFieldEntriesMax);
     SkinDistanceFieldView view{};
     view.bone = static_cast<std::size_t>(field.bone);
     for (std::size_t a = 0; a < 3; ++a) {
@@ -58,7 +117,10 @@ ContactPointsView make_view(const ContactPoints& contacts) {
           contacts.potential.data()};
 }
 
+constexpr std::size_t kIncidentStiffenersMax = std::size_t{1} << std::numeric_limits<std::uint16_t>::digits;
+
 IncidenceView put_incidences(const Level& level, LevelViewScratch& scratch) {
+  HAIRNET_ASSERT(level.springs.count() + level.attachments.count() <= kIncidentStiffenersMax);
   // Counts are stored one place later, so that after filling a node's entries begin[node + 1] is the start of the next
   // node's.
   auto& begin = scratch.incidence_begin;
@@ -80,12 +142,14 @@ IncidenceView put_incidences(const Level& level, LevelViewScratch& scratch) {
     }
     first += list->count();
   }
+  HAIRNET_ASSERT(begin[level.rest.size()] == scratch.incidence_stiffeners.size());
   return {begin.data(), scratch.incidence_stiffeners.data(), scratch.incidence_weights.data()};
 }
 
 }  // namespace
 
 LevelView make_view(const Level& level, const ViewFor& what_for, LevelViewScratch& scratch) {
+  check_view_arrays(level);
   put_rest_lengths(level.springs, scratch.rest_length);
   if (what_for.wind) put_wind_fractions(level.geometry, scratch.wind_fraction);
   put_skin(level, scratch.skin);

@@ -67,7 +67,8 @@ struct ViewFor {
   bool wind = false, crowd = false;
 };
 
-// Valid while `level` exists and until `scratch` is used again.
+// Valid while `level` exists and until `scratch` is used again. Asserts that the level's counts agree and, with
+// HAIRNET_VALIDATE, that its indices are in range.
 LevelView make_view(const Level& level, const ViewFor& what_for, LevelViewScratch& scratch);
 
 }  // namespace hairnet

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/assert.hpp"
 #include "core/groom/material_scale.hpp"
 #include "core/levels/level.hpp"
 #include "core/solver/damping.hpp"
@@ -38,6 +39,7 @@ inline Mat3f drag_tensor(const Level& level, const MaterialScale& material, std:
 // k, and the q for the solver.
 inline std::pair<float, float> stiffener_terms(const Stiffeners& stiffeners, const MaterialScale& material,
                                                std::size_t s, float step_s) {
+  HAIRNET_ASSERT(s < stiffeners.count());
   const float k = material.stiffness * stiffeners.stiffness[s];
   return {k, solver_damping(k, material.damping * stiffeners.damping[s], step_s)};
 }
@@ -49,6 +51,8 @@ struct SpringTerms {
   double q;          // for the solver
 };
 inline SpringTerms spring_terms(const Level& level, const StepInput& input, std::size_t s, double length) {
+  HAIRNET_ASSERT(s < level.springs.count());
+  HAIRNET_ASSERT(length > 0);
   const double k = double{input.material.stiffness} * double{level.springs.stiffness[s]};
   const double rest_length = level.springs.rest[s].cast<double>().norm();
   const double stiffness = spring_stiffness(k, rest_length, length - rest_length);
@@ -60,11 +64,13 @@ inline SpringTerms spring_terms(const Level& level, const StepInput& input, std:
 class NodeWind {
  public:
   NodeWind(const Lattice& lattice, const StepInput& input) : lattice_(lattice) {
+    HAIRNET_ASSERT(input.environment);
     const WindField& field = input.environment->wind;
     is_still_ = field.is_still();
     if (!is_still_) wind_ = wind_on(field, lattice, input.to.head(), input.time_s);
   }
   [[nodiscard]] Vec3f at(std::uint32_t grid_node) const {
+    HAIRNET_ASSERT(grid_node < lattice_.node_count());
     if (is_still_) return Vec3f::Zero();
     const auto [i, j, k] = lattice_.coordinates(grid_node);
     return wind_.at({fraction(i, 0), fraction(j, 1), fraction(k, 2)});

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/assert.hpp"
 #include "core/solver/contact_list.hpp"
 #include "core/solver/head_motion.hpp"
 #include "core/solver/node_terms.hpp"
@@ -81,6 +82,7 @@ void add_contacts(const Level& level, const StepInput& input, const std::vector<
 
 // a df/dp' x + b df/dp x, never assembled (paper 2.2)
 std::vector<Vec3> multiply(const System& system, double a, double b, const std::vector<Vec3>& x) {
+  HAIRNET_ASSERT(x.size() == system.df_dp.size());
   std::vector<Vec3> out(x.size());
   for (std::size_t i = 0; i < x.size(); ++i) out[i] = (a * system.df_dp_dot[i] + b * system.df_dp[i]) * x[i];
   for (const Linearised& s : system.stiffeners) {
@@ -90,6 +92,7 @@ std::vector<Vec3> multiply(const System& system, double a, double b, const std::
 }
 
 double dot(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+  HAIRNET_ASSERT(a.size() == b.size());
   double sum = 0;
   for (std::size_t i = 0; i < a.size(); ++i) sum += a[i].dot(b[i]);
   return sum;
@@ -98,6 +101,8 @@ double dot(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
 }  // namespace
 
 WorldLattice to_world(const Level& level, const RigidTransform& head, const LatticeState& state) {
+  HAIRNET_ASSERT(state.displacement.size() == level.rest.size());
+  HAIRNET_ASSERT(state.velocity.size() == level.rest.size());
   WorldLattice lattice;
   for (std::size_t i = 0; i < level.rest.size(); ++i) {
     lattice.P.push_back(head.point(level.rest[i].cast<double>() + state.displacement[i].cast<double>()));
@@ -107,6 +112,8 @@ WorldLattice to_world(const Level& level, const RigidTransform& head, const Latt
 }
 
 LatticeState to_head(const Level& level, const RigidTransform& head, const WorldLattice& lattice) {
+  HAIRNET_ASSERT(lattice.P.size() == level.rest.size());
+  HAIRNET_ASSERT(lattice.P_dot.size() == level.rest.size());
   const RigidTransform back = head.inverse();
   LatticeState state;
   for (std::size_t i = 0; i < level.rest.size(); ++i) {
@@ -118,6 +125,11 @@ LatticeState to_head(const Level& level, const RigidTransform& head, const World
 
 int reference_step(const Level& level, const StepInput& input, WorldLattice& lattice, double relative_residual) {
   const std::size_t n = level.rest.size();
+  HAIRNET_ASSERT(lattice.P.size() == n);
+  HAIRNET_ASSERT(lattice.P_dot.size() == n);
+  HAIRNET_ASSERT(input.environment);
+  HAIRNET_ASSERT(input.step_s > 0);
+  HAIRNET_ASSERT(relative_residual > 0);
   const double h = input.step_s;
   std::vector<Vec3> rest(n), rest_dot(n);  // R P^0 and R' P^0 at the end of the step
   for (std::size_t i = 0; i < n; ++i) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/assert.hpp"
 #include "core/geometry/vec.hpp"
 
 namespace hairnet {
@@ -10,11 +11,15 @@ namespace hairnet {
 inline constexpr double kStiffStrain = 0.02, kStiffening = 2;     // of the rest length; the addition to k, over k
 inline constexpr double kBucklingStrain = 0.05, kBuckling = 0.9;  // the reduction of k, over k
 
+static_assert(kStiffening >= 0 && kBuckling >= 0, "the tension is convex");
+static_assert(kBuckling < 1, "a shorter spring pushes more");
+
 // T = k (x + change (x - beyond)): the branch of the law at some elongation.
 struct SpringBranch {
   double change, beyond;
 };
 inline SpringBranch spring_branch(double rest_length, double x) {
+  HAIRNET_ASSERT(rest_length >= 0);
   if (x > kStiffStrain * rest_length) return {kStiffening, kStiffStrain * rest_length};
   if (x < -kBucklingStrain * rest_length) return {-kBuckling, -kBucklingStrain * rest_length};
   return {0, 0};
@@ -34,7 +39,9 @@ inline double spring_energy(double k, double rest_length, double x) {
   return 0.5 * k * (x * x + branch.change * over * over);
 }
 
+// These three assert that the spring has a length, as one of no length has no direction.
 inline Vec3 spring_force(double k, double q, double rest_length, const Vec3& eps, const Vec3& eps_dot) {
+  HAIRNET_ASSERT(eps.norm() > 0);
   const Vec3 e = eps.normalized();
   return -(spring_tension(k, rest_length, eps.norm() - rest_length) + q * eps_dot.dot(e)) * e;
 }
@@ -42,6 +49,7 @@ inline Vec3 spring_force(double k, double q, double rest_length, const Vec3& eps
 // The part of d sigma / d eps that the solver uses, -k e e^T with k = dT/dx. It is always negative semi-definite, and
 // the exact derivative at the rest length with eps' = 0. With q instead of k it is exactly d sigma / d eps'.
 inline Mat3 spring_jacobian(double k, const Vec3& eps) {
+  HAIRNET_ASSERT(eps.norm() > 0);
   const Vec3 e = eps.normalized();
   return -k * e * e.transpose();
 }
@@ -49,6 +57,7 @@ inline Mat3 spring_jacobian(double k, const Vec3& eps) {
 // The exact d sigma / d eps. Its other terms push across a shortened spring and may therefore be indefinite.
 inline Mat3 spring_jacobian_exact(double k, double q, double rest_length, const Vec3& eps, const Vec3& eps_dot) {
   const double length = eps.norm(), x = length - rest_length;
+  HAIRNET_ASSERT(length > 0);
   const Vec3 e = eps / length;
   const Mat3 across = Mat3::Identity() - e * e.transpose();
   const Mat3 turning = (eps_dot.dot(e) * across + e * (across * eps_dot).transpose()) / length;

@@ -13,6 +13,7 @@ namespace {
 
 // Copies between a node's three floats and its place in a single character's layout.
 void spread(const std::vector<Vec3f>& nodes, std::size_t stride, float* out) {
+  HAIRNET_ASSERT(stride == 3 || stride == 4);
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     std::memcpy(out + i * stride, nodes[i].data(), sizeof(Vec3f));
     if (stride > 3) out[i * stride + 3] = 0;
@@ -22,14 +23,24 @@ void gather(const float* in, std::size_t stride, std::vector<Vec3f>& nodes) {
   for (std::size_t i = 0; i < nodes.size(); ++i) std::memcpy(nodes[i].data(), in + i * stride, sizeof(Vec3f));
 }
 
+[[maybe_unused]] bool is_within_bound(const std::vector<Vec3f>& displacement, float most_m) {
+  constexpr float kRounding = 1e-4f;
+  return std::ranges::all_of(displacement, [&](const Vec3f& d) { return d.norm() <= most_m * (1 + kRounding); });
+}
+
 }  // namespace
 
 int substep_count_for(double tick_s) {
+  HAIRNET_ASSERT(tick_s > 0);
   constexpr double kRounding = 1e-9;
-  return std::max(1, static_cast<int>(std::ceil(tick_s / kStepMax_s - kRounding)));
+  const double count = std::ceil(tick_s / kStepMax_s - kRounding);
+  HAIRNET_ASSERT(count <= std::numeric_limits<int>::max());
+  return std::max(1, static_cast<int>(count));
 }
 
 int iterations_for(LevelIndex level, double step_s) {
+  HAIRNET_ASSERT(static_cast<std::size_t>(level) < kLevelIterations.size());
+  HAIRNET_ASSERT(step_s > 0);
   constexpr double kRounding = 1e-9;
   const int longest = kLevelIterations[static_cast<std::size_t>(level)];
   return static_cast<int>(std::ceil(longest * step_s / kStepMax_s - kRounding));
@@ -37,7 +48,9 @@ int iterations_for(LevelIndex level, double step_s) {
 
 bool step(const Level& level, const StepInput& input, const SolverSettings& settings, StepScratch& scratch,
           LatticeState& state) {
-  HAIRNET_ASSERT(state.displacement.size() == level.rest.size() && state.velocity.size() == level.rest.size());
+  HAIRNET_ASSERT(state.displacement.size() == level.rest.size());
+  HAIRNET_ASSERT(state.velocity.size() == level.rest.size());
+  HAIRNET_ASSERT(input.environment);
   const LaneSizes sizes = single_sizes();
   const LevelView level_view = make_view(level, {.wind = !input.environment->wind.is_still()}, scratch.view);
   const LaneMemory memory = scratch.lanes.allocate(sizes, level_view);
@@ -50,7 +63,10 @@ bool step(const Level& level, const StepInput& input, const SolverSettings& sett
   gather(memory.velocity, sizes.vector, state.velocity);
   state.elastic_energy_max_j = *memory.elastic_energy_max_j;
   state.speed_max_m_per_s = *memory.speed_max;
-  return *memory.is_finite != 0;
+  const bool is_finite = *memory.is_finite != 0;
+  HAIRNET_ASSERT(!is_finite || state.speed_max_m_per_s >= 0);
+  HAIRNET_VALIDATE(!is_finite || is_within_bound(state.displacement, level.displacement_max_m));
+  return is_finite;
 }
 
 void reset_to_rest(const Level& level, LatticeState& state) {

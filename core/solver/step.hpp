@@ -51,10 +51,10 @@ inline constexpr std::array<int, kLevelCount> kLevelIterations{16, 10, 8, 1, 0};
 
 // The iterations for a step of that length. Shorter steps need fewer for the same error: conjugate gradient converges
 // with the square root of the condition number, which grows with the step's length.
-int iterations_for(LevelIndex level, double step_s);
+int iterations_for(LevelIndex level, double step_s);  // asserts that the step has a length
 
 // The smallest number of steps in a tick for which no step exceeds kStepMax_s.
-int substep_count_for(double tick_s);
+int substep_count_for(double tick_s);  // asserts that the tick has a length
 
 // Buffers of a step, reused for all characters and levels. They grow to the largest level seen and are never freed.
 struct StepScratch {
@@ -63,9 +63,10 @@ struct StepScratch {
 };
 
 // One backward Euler step: matrix-free conjugate gradient with block-Jacobi preconditioning, in float and in the axes
-// of the head at the end of the step. It starts from the rigid velocity R' P^0. `state` must fit the level. Do not call
-// it for a teleport: leave the state as it is, and the lattice moves rigidly with the head. Returns false when the
-// system or its solution is not finite; then discard the state (reset_to_rest).
+// of the head at the end of the step. It starts from the rigid velocity R' P^0. Do not call it for a teleport: leave
+// the state as it is, and the lattice moves rigidly with the head. Returns false when the system or its solution is not
+// finite; then discard the state (reset_to_rest). Asserts that `state` fits the level, that the step has a length and
+// an environment, and that the input's fractions and factors are in range.
 //
 // The step solves "(M - h df/dp' - h^2 df/dp) dP' = h (f + h df/dp P')" of paper 2.2 in other unknowns:
 // y = P'_1 - R'P^0, the velocity at the end of the step relative to the rest's. The displacement at the end is then

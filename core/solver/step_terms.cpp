@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <type_traits>
 
+#include "core/assert.hpp"
 #include "core/solver/head_motion.hpp"
 #include "core/solver/wind.hpp"
 
@@ -10,6 +11,8 @@ namespace hairnet {
 namespace {
 
 static_assert(std::is_trivially_copyable_v<StepTerms> && sizeof(StepTerms) % sizeof(float) == 0);
+
+static_assert(sizeof(StepTerms::AffineMap) == 12 * sizeof(float), "the kernels read twelve numbers without gaps");
 
 void put(const Mat3& m, float (&out)[9]) {
   Eigen::Map<Mat3f>{out} = m.cast<float>();
@@ -33,9 +36,22 @@ void put_bones(const Level& level, const StepInput& input, StepTerms& terms) {
   }
 }
 
+void check_step_input(const StepInput& input) {
+  HAIRNET_ASSERT(input.environment);
+  HAIRNET_ASSERT(input.step_s > 0);
+  HAIRNET_ASSERT(input.contact_release >= 0);
+  HAIRNET_ASSERT(input.contact_release <= 1);
+  HAIRNET_ASSERT(input.material.stiffness > 0);
+  HAIRNET_ASSERT(input.material.density > 0);
+  HAIRNET_VALIDATE(is_valid(input.from));
+  HAIRNET_VALIDATE(is_valid(input.to));
+}
+
 }  // namespace
 
 StepTerms step_terms(const Level& level, const StepInput& input, const LatticeState& state) {
+  check_step_input(input);
+  HAIRNET_ASSERT(!(state.elastic_energy_max_j < 0));  // of a state that is not finite it may be no number
   StepTerms terms;
   const HeadMotion motion(input);
   terms.step_s = static_cast<float>(input.step_s);

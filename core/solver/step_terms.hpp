@@ -32,6 +32,7 @@ struct StepTerms {
 };
 inline constexpr std::size_t kStepTermCount = sizeof(StepTerms) / sizeof(float);
 
+// Asserts that the input's fractions, factors and step are in range.
 StepTerms step_terms(const Level& level, const StepInput& input, const LatticeState& state);
 
 }  // namespace hairnet

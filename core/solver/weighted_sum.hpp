@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "core/assert.hpp"
 #include "core/levels/level.hpp"
 
 // Eqs. 1-2 in double, for steps that are written to be read: the quantity that a stiffener acts on, and its force on
@@ -10,6 +11,7 @@ namespace hairnet {
 
 // epsilon = sum_j w_j p_j
 inline Vec3 weighted_sum(const Stiffeners& s, std::size_t index, const std::vector<Vec3>& nodes) {
+  HAIRNET_ASSERT(index < s.count());
   Vec3 sum = Vec3::Zero();
   for (std::uint32_t e = s.begin[index]; e < s.begin[index + 1]; ++e) sum += double{s.weights[e]} * nodes[s.nodes[e]];
   return sum;
@@ -17,6 +19,7 @@ inline Vec3 weighted_sum(const Stiffeners& s, std::size_t index, const std::vect
 
 // f_i += w_i sigma
 inline void scatter(const Stiffeners& s, std::size_t index, const Vec3& sigma, std::vector<Vec3>& nodes) {
+  HAIRNET_ASSERT(index < s.count());
   for (std::uint32_t e = s.begin[index]; e < s.begin[index + 1]; ++e) nodes[s.nodes[e]] += double{s.weights[e]} * sigma;
 }
 

@@ -18,6 +18,9 @@ constexpr double kGustPeriodMin_s = 0.2, kGustPeriodMax_s = 120;
 // Wave vectors come in sets of six: two polarisations on each of three perpendicular axes, so that each component of
 // the velocity gets the same share.
 constexpr int kEddySets = 4;
+constexpr std::size_t kEddiesPerSet = 6;
+constexpr double kWindAxisTolerance = 1e-9;
+[[maybe_unused]] constexpr float kFractionRounding = 1e-5f;  // of a position in the box
 
 // Sine by its series, |turns| <= 1/4: within 1e-13, and the same bits from every compiler and library.
 double sine_of_quarter(double turns) {
@@ -28,6 +31,7 @@ double sine_of_quarter(double turns) {
     }
     return series;
   }();
+  HAIRNET_VALIDATE(std::abs(turns) <= 0.25);
   const double x = kTurn * turns, xx = x * x;
   double sum = 0;
   for (std::size_t n = kSeries.size(); n-- > 0;) sum = kSeries[n] + xx * sum;
@@ -58,6 +62,8 @@ std::array<Vec3, 3> random_axes(Random& random) {
   Vec3 across = a.cross(random_direction(random));
   while (across.squaredNorm() < 0.01) across = a.cross(random_direction(random));
   const Vec3 b = across / std::sqrt(across.squaredNorm());
+  HAIRNET_ASSERT(std::abs(a.squaredNorm() - 1) < kWindAxisTolerance);
+  HAIRNET_ASSERT(std::abs(a.dot(b)) < kWindAxisTolerance);
   return {a, b, a.cross(b)};
 }
 
@@ -115,11 +121,13 @@ WindField::WindField(const Wind& wind) {
         }
       }
     }
+    HAIRNET_ASSERT(modes->turbulence.size() == kEddySets * kEddiesPerSet);
   }
   modes_ = std::move(modes);
 }
 
 Vec3 WindField::velocity(const Vec3& point_world, double time_s) const {
+  HAIRNET_ASSERT(std::isfinite(time_s));
   if (!modes_) return Vec3::Zero();
   double gust = 0, gust_sum_s = 0;  // g and its integral over time
   for (const Gust& g : modes_->gusts) {
@@ -136,6 +144,8 @@ Vec3 WindField::velocity(const Vec3& point_world, double time_s) const {
 }
 
 Vec3f LatticeWind::at(const Vec3f& fraction) const {
+  HAIRNET_VALIDATE(fraction.minCoeff() >= -kFractionRounding);
+  HAIRNET_VALIDATE(fraction.maxCoeff() <= 1 + kFractionRounding);
   const auto mix = [](const Vec3f& a, const Vec3f& b, float t) { return Vec3f(a + t * (b - a)); };
   const auto edge = [&](std::size_t corner) { return mix(corners[corner], corners[corner + 1], fraction[0]); };
   return mix(mix(edge(0), edge(2), fraction[1]), mix(edge(4), edge(6), fraction[1]), fraction[2]);

@@ -27,8 +27,8 @@ inline constexpr double kTurbulenceScaleMin_m = 0.3;
 // Empty when every value is finite and in its range; else one line that names the value and the range.
 std::string validate(const Wind& wind);
 
-// Air velocity everywhere and at any time, from a valid Wind. Immutable and cheap to copy. The same Wind gives the same
-// bits on every machine: the code uses no sine or distribution of a library.
+// Air velocity everywhere and at any time, from a Wind; asserts that validate(wind) finds no fault. Immutable and cheap
+// to copy. The same Wind gives the same bits on every machine: the code uses no sine or distribution of a library.
 //
 //     u(x, t) = mean (1 + ratio g(t)) + sum_m a_m cos(k_m . (x - X(t)) + w_m t + phi_m),     |g| <= 1
 //

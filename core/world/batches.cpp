@@ -4,6 +4,8 @@
 #include <functional>
 #include <utility>
 
+#include "core/assert.hpp"
+
 namespace hairnet {
 
 void Batches::clear() {
@@ -13,6 +15,8 @@ void Batches::clear() {
 
 void Batches::add(Character& character, Outcome& outcome) {
   const Level* model = character.model();
+  HAIRNET_ASSERT(model);
+  HAIRNET_ASSERT(outcome == Outcome::stepped);
   const int ticks = character.step_ticks;
   const std::size_t index = items_.size();
   items_.push_back({&character, &outcome});
@@ -20,6 +24,7 @@ void Batches::add(Character& character, Outcome& outcome) {
                     index - batches_.back().begin < width_;
   if (!fits) batches_.push_back({model, character.level, ticks, index, index, 0});
   batches_.back().end = index + 1;
+  HAIRNET_ASSERT(batches_.back().end - batches_.back().begin <= width_);
 }
 
 void Batches::step(const TickContext& terms, ClockNs now_ns, const ParallelFor& parallel_for) {
@@ -34,15 +39,21 @@ void Batches::step(const TickContext& terms, ClockNs now_ns, const ParallelFor& 
 
 StepCosts Batches::costs() const {
   StepCosts costs;
+  std::size_t counted = 0;
   for (const Batch& batch : batches_) {
     StepCost& cost = costs.of(batch.level, batch.ticks);
     cost.step_ns += batch.step_ns;
     cost.character_steps += static_cast<std::uint32_t>(batch.end - batch.begin);
+    counted += batch.end - batch.begin;
   }
+  HAIRNET_ASSERT(counted == items_.size());
   return costs;
 }
 
 void Batches::step(const TickContext& terms, const Batch& batch) {
+  HAIRNET_ASSERT(terms.plans);
+  HAIRNET_ASSERT(batch.begin < batch.end);
+  HAIRNET_ASSERT(batch.end <= items_.size());
   std::unique_ptr<Scratch> scratch = take_scratch();
   const std::size_t count = batch.end - batch.begin;
   const StepPlan& plan = terms.plans->of(batch.level, batch.ticks);
@@ -54,6 +65,8 @@ void Batches::step(const TickContext& terms, const Batch& batch) {
   };
   for (std::size_t i = 0; i < count; ++i) {
     Character& character = *items_[batch.begin + i].character;
+    HAIRNET_ASSERT(character.model() == batch.model);
+    HAIRNET_ASSERT(character.step_ticks == batch.ticks);
     put_inputs(terms, character, inputs_of(i));
     scratch->members[i] = {inputs_of(i), &character.state};
   }
@@ -84,6 +97,7 @@ std::unique_ptr<Batches::Scratch> Batches::take_scratch() {
 }
 
 void Batches::put_scratch(std::unique_ptr<Scratch> scratch) {
+  HAIRNET_ASSERT(scratch);
   const std::lock_guard lock(mutex_);
   scratches_.push_back(std::move(scratch));
 }

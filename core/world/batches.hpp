@@ -17,7 +17,8 @@ namespace hairnet {
 class Batches {
  public:
   void clear();
-  // Add characters of one level and one stride one after the other, so that they share batches.
+  // Adds a character that begin_tick has told to step; asserts that it has a level. Add characters of one level and one
+  // stride one after the other, so that they share batches.
   void add(Character& character, Outcome& outcome);
 
   // Steps all characters and ends their tick. `now_ns` may be null: then nothing is timed.

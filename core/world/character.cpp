@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/assert.hpp"
 #include "core/smoothstep.hpp"
 #include "core/world/rigid_velocity.hpp"
 
@@ -42,6 +43,7 @@ struct SwitchEase {
 void ease_to_rigid(double elapsed_s, Character& c) {
   const auto left = [](double since_s) { return 1 - smoothstep(0.0, kRigidEase_s, since_s); };
   const double before = left(c.rigid_ease_s);
+  HAIRNET_ASSERT(before > 0);
   c.rigid_ease_s += elapsed_s;
   const double after = left(c.rigid_ease_s);
   if (after <= 0) {
@@ -90,8 +92,31 @@ void add_next_rigid_velocity(const StepPlan& plan, Character& c) {
 
 }  // namespace
 
+void check_invariants(const Character& c) {
+  const Level* model = c.model();
+  HAIRNET_ASSERT(c.level == LevelIndex::rigid || c.levels);
+  HAIRNET_ASSERT(c.state.displacement.size() == (model ? model->rest.size() : 0));
+  HAIRNET_ASSERT(c.state.velocity.size() == c.state.displacement.size());
+  HAIRNET_ASSERT(c.rigid_ease_s < kRigidEase_s);
+  HAIRNET_ASSERT(c.rigid_ease_s < 0 || model);  // only a lattice eases
+  HAIRNET_ASSERT(c.stiffness > 0);
+  HAIRNET_ASSERT(c.stiffness <= 1);
+  HAIRNET_ASSERT(c.contact_release >= 0);
+  HAIRNET_ASSERT(c.contact_release <= 1);
+  HAIRNET_ASSERT(c.bones_still_s >= 0);
+  HAIRNET_ASSERT(c.still_s >= 0);
+  HAIRNET_ASSERT(c.last_step_s > 0);
+  HAIRNET_ASSERT(c.stride == 1 || c.stride == 2 || c.stride == kStrideMax);
+  HAIRNET_ASSERT(c.step_ticks >= 1);
+  HAIRNET_ASSERT(c.step_ticks <= kStrideMax);
+  HAIRNET_ASSERT(c.changed_tick == kNeverChanged || c.changed_tick <= c.state_tick);
+}
+
 Outcome begin_tick(const TickContext& terms, Character& c) {
+  HAIRNET_ASSERT(!c.suspended);
+  HAIRNET_ASSERT(c.state_tick <= terms.tick);  // once a tick
   if (!is_due(terms, c)) return Outcome::waiting;
+  HAIRNET_ASSERT(terms.tick + 1 - c.state_tick <= kStrideMax);
   c.steps_next_tick = false;
   c.step_ticks = static_cast<std::uint8_t>(terms.tick + 1 - c.state_tick);
   c.state_tick = terms.tick + 1;
@@ -115,16 +140,20 @@ Outcome begin_tick(const TickContext& terms, Character& c) {
   } else if (c.model()) {
     if (std::exchange(c.velocity_is_relative, false)) add_next_rigid_velocity(plan, c);
     ease_in(terms, c);
+    check_invariants(c);
     return Outcome::stepped;
   }
   c.last_from = c.discontinuous ? c.to : interpolate(c.from, c.to, (plan.substep_count - 1.0) / plan.substep_count);
   c.from = c.to;
   if (outcome == Outcome::idle) c.still_s += plan.interval_s;
+  check_invariants(c);
   return outcome;
 }
 
 void put_inputs(const TickContext& terms, const Character& c, std::span<StepInput> inputs) {
   const StepPlan& plan = terms.plan(c);
+  HAIRNET_ASSERT(inputs.size() == static_cast<std::size_t>(plan.substep_count));
+  HAIRNET_ASSERT(c.state_tick == terms.tick + 1);  // begin_tick has run
   const std::uint64_t first_tick = terms.tick + 1 - c.step_ticks;
   for (std::size_t s = 0; s < inputs.size(); ++s) {
     StepInput& input = inputs[s];
@@ -141,18 +170,23 @@ void put_inputs(const TickContext& terms, const Character& c, std::span<StepInpu
 }
 
 Outcome end_tick(const TickContext& terms, std::span<const StepInput> inputs, bool is_finite, Character& c) {
+  HAIRNET_ASSERT(!inputs.empty());
+  HAIRNET_ASSERT(c.model());
   c.last_from = inputs.back().from;
   c.from = c.to;
   if (!is_finite) {
     reset_to_rest(*c.model(), c.state);
     c.discontinuous = true;
+    check_invariants(c);
     return Outcome::reset;
   }
   count_stillness(terms.plan(c).interval_s, c);
+  check_invariants(c);
   return Outcome::stepped;
 }
 
 void suspend(Character& c) {
+  HAIRNET_ASSERT(!c.suspended);
   c.suspended = true;
   if (c.model() && !c.velocity_is_relative) add_rigid_velocity(*c.model(), last_head_motion(c), -1, c.state);
   c.last_from = c.from;
@@ -160,6 +194,8 @@ void suspend(Character& c) {
 }
 
 void unsuspend(std::uint64_t tick, Character& c) {
+  HAIRNET_ASSERT(c.suspended);
+  HAIRNET_ASSERT(c.state_tick <= tick);
   c.suspended = false;
   c.steps_next_tick = c.teleport = true;
   c.state_tick = tick;
@@ -177,6 +213,7 @@ bool replace_state(std::span<const Vec3f> displacement, std::span<const Vec3f> v
   if (!std::ranges::all_of(displacement, within(farthest_m))) return false;
   if (!std::ranges::all_of(velocity, within(kStateSpeedMax_m_per_s))) return false;
   reset_to_rest(*level, c.state);
+  HAIRNET_ASSERT(c.state.displacement.size() == displacement.size());
   std::ranges::copy(displacement, c.state.displacement.begin());
   std::ranges::copy(velocity, c.state.velocity.begin());
   c.last_from = velocity.empty() ? c.from : c.last_from;

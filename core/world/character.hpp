@@ -4,6 +4,7 @@
 #include <memory>
 #include <span>
 
+#include "core/assert.hpp"
 #include "core/levels/level.hpp"
 #include "core/solver/step.hpp"
 #include "core/world/step_plan.hpp"
@@ -14,6 +15,7 @@ namespace hairnet {
 inline constexpr double kRigidEase_s = 0.3;
 inline constexpr double kSwitchEase_s = 0.5;
 inline constexpr double kSleepAfter_s = 4.5;
+inline constexpr std::uint64_t kNeverChanged = ~0ull;  // no tick
 
 // One character of a world.
 struct Character {
@@ -33,8 +35,8 @@ struct Character {
   double stiffness = 1;         // factor of the last tick from the level switch and untangling
   double contact_release = 0;
   Untangle untangle;
-  std::uint64_t state_tick = 0;        // ticks that the state includes
-  std::uint64_t changed_tick = ~0ull;  // state_tick when it last changed
+  std::uint64_t state_tick = 0;                // ticks that the state includes
+  std::uint64_t changed_tick = kNeverChanged;  // state_tick when it last changed
   // of its turns: the character has a turn when tick + phase is a multiple of the stride
   std::uint32_t phase = 0;
   std::uint8_t stride = 1;            // 1, 2 or 4
@@ -52,6 +54,9 @@ struct Character {
   void wake() { still_s = 0; }
 };
 
+// Asserts what holds between all calls below: the state fits the level, numbers are in range, and ticks do not go back.
+void check_invariants(const Character& character);
+
 // Data that all characters of a tick share.
 struct TickContext {
   double tick_s = 0;
@@ -59,24 +64,32 @@ struct TickContext {
   const StepPlans* plans = nullptr;
   std::uint64_t tick = 0;
 
-  [[nodiscard]] const StepPlan& plan(const Character& c) const { return plans->of(c.level, c.step_ticks); }
-  [[nodiscard]] const Environment& environment(const Character& c) const { return environments[c.environment]; }
+  [[nodiscard]] const StepPlan& plan(const Character& c) const {
+    HAIRNET_ASSERT(plans);
+    return plans->of(c.level, c.step_ticks);
+  }
+  [[nodiscard]] const Environment& environment(const Character& c) const {
+    HAIRNET_ASSERT(c.environment < environments.size());
+    return environments[c.environment];
+  }
 };
 
 enum class Outcome : std::uint8_t { waiting, idle, stepped, eased, teleport, reset, asleep };
 
 // Everything of a tick before the stepping. `waiting`: it is not the character's turn. `stepped`: the lattice must be
-// stepped; otherwise the character's tick is done.
+// stepped; otherwise the character's tick is done. Asserts that the character is not suspended and had no turn in this
+// tick.
 Outcome begin_tick(const TickContext& terms, Character& character);
 
-// Makes the inputs of the steps in a character's turn; one for each substep of its plan.
+// Makes the inputs of the steps in a character's turn; asserts that there is one for each substep of its plan.
 void put_inputs(const TickContext& terms, const Character& character, std::span<StepInput> inputs);
 
-// Call it after the last step. A lattice that is not finite returns to rest.
+// Call it after the last step. A lattice that is not finite returns to rest. Asserts that the character has a lattice.
 Outcome end_tick(const TickContext& terms, std::span<const StepInput> inputs, bool is_finite, Character& character);
 
 // A suspended character, which no observer sees, has no turns. When it is resumed, it moves rigidly with the head to
-// the newest pose in the next tick, `tick`, and then continues with its hair's velocity relative to the head.
+// the newest pose in the next tick, `tick`, and then continues with its hair's velocity relative to the head. Each
+// asserts that it changes something.
 void suspend(Character& character);
 void unsuspend(std::uint64_t tick, Character& character);
 

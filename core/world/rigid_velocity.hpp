@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/assert.hpp"
 #include "core/solver/head_motion.hpp"
 #include "core/world/character.hpp"
 
@@ -17,6 +18,7 @@ inline HeadMotion last_head_motion(const Character& c) {
 // Adds `sign` times the rigid velocity, that of hair that moves rigidly with the head; head axes at the end of
 // `motion`.
 inline void add_rigid_velocity(const Level& level, const HeadMotion& motion, float sign, LatticeState& state) {
+  HAIRNET_ASSERT(state.velocity.size() == level.rest.size());
   for (std::size_t i = 0; i < level.rest.size(); ++i) {
     state.velocity[i] += sign * motion.rigid_velocity(level.rest[i].cast<double>()).cast<float>();
   }

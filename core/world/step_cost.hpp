@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "core/assert.hpp"
 #include "core/levels/level.hpp"
 #include "core/world/step_plan.hpp"
 
@@ -21,11 +22,20 @@ struct StepCost {
 struct StepCosts {
   std::array<std::array<StepCost, kStrideMax>, kLevelCount> sums{};
 
+  // Asserts that `ticks` is from 1 to kStrideMax.
   [[nodiscard]] StepCost& of(LevelIndex level, int ticks) {
+    check(level, ticks);
     return sums[static_cast<std::size_t>(level)][static_cast<std::size_t>(ticks - 1)];
   }
   [[nodiscard]] const StepCost& of(LevelIndex level, int ticks) const {
+    check(level, ticks);
     return sums[static_cast<std::size_t>(level)][static_cast<std::size_t>(ticks - 1)];
+  }
+
+  static void check(LevelIndex level, int ticks) {
+    HAIRNET_ASSERT(static_cast<std::size_t>(level) < kLevelCount);
+    HAIRNET_ASSERT(ticks >= 1);
+    HAIRNET_ASSERT(ticks <= kStrideMax);
   }
 };
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 
+#include "core/assert.hpp"
 #include "core/levels/level.hpp"
 
 namespace hairnet {
@@ -26,10 +27,15 @@ struct StepPlan {
 // (core/README.md has errors and costs). An ether level needs no iterations and takes as many steps as one tick.
 class StepPlans {
  public:
-  // `substep_count`: of one tick; `iterations`: of one of its steps on every level, 0 for iterations_for.
+  // `substep_count`: of one tick; `iterations`: of one of its steps on every level, 0 for iterations_for. Asserts that
+  // the tick has a length and at least one substep.
   StepPlans(double tick_s, int substep_count, int iterations);
 
+  // Asserts that `ticks` is from 1 to kStrideMax.
   [[nodiscard]] const StepPlan& of(LevelIndex level, int ticks) const {
+    HAIRNET_ASSERT(static_cast<std::size_t>(level) < kLevelCount);
+    HAIRNET_ASSERT(ticks >= 1);
+    HAIRNET_ASSERT(ticks <= kStrideMax);
     return plans_[static_cast<std::size_t>(level)][static_cast<std::size_t>(ticks - 1)];
   }
 

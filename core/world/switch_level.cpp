@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/assert.hpp"
 #include "core/levels/level_map.hpp"
 #include "core/solver/energy.hpp"
 #include "core/world/rigid_velocity.hpp"
@@ -25,6 +26,8 @@ bool has_same_nodes(const Level* a, const Level* b) {
 // velocity is an exact function of the poses. Velocities are scaled down if the map added kinetic energy.
 void transfer_state(const LevelMap& map, const Level& old_level, LatticeState old_state, const HeadMotion& motion,
                     const MaterialScale& material, const Level& level, LatticeState& state) {
+  HAIRNET_ASSERT(old_state.displacement.size() == old_level.rest.size());
+  HAIRNET_ASSERT(state.displacement.size() == level.rest.size());
   const double kinetic_max_j = energy(old_level, material, motion, old_state).kinetic_j;
   add_rigid_velocity(old_level, motion, -1, old_state);
   map.apply(old_state.displacement, state.displacement);
@@ -34,6 +37,8 @@ void transfer_state(const LevelMap& map, const Level& old_level, LatticeState ol
   if (farthest_m > level.displacement_max_m) {
     for (Vec3f& d : state.displacement) d *= level.displacement_max_m / farthest_m;
   }
+  HAIRNET_ASSERT(state.displacement.size() == level.rest.size());
+  HAIRNET_ASSERT(state.velocity.size() == level.rest.size());
   double kinetic_j = 0;
   for (std::size_t i = 0; i < level.rest.size(); ++i) {
     kinetic_j += 0.5 * static_cast<double>(material.density * level.mass[i] * state.velocity[i].squaredNorm());
@@ -57,11 +62,14 @@ void switch_to_rigid(Character& c) {
 }  // namespace
 
 void switch_level(LevelIndex to, Character& c) {
+  HAIRNET_ASSERT(static_cast<std::size_t>(to) < kLevelCount);
+  HAIRNET_ASSERT(to == LevelIndex::rigid || c.levels);
   c.wake();
   if (to == LevelIndex::rigid) return switch_to_rigid(c);
   const Level* old_level = c.model();
   const HeadMotion motion = last_head_motion(c);
   if (std::exchange(c.rigid_ease_s, -1) >= 0) {
+    HAIRNET_ASSERT(old_level);  // only a lattice eases
     // Easing has no velocity of its own.
     const std::vector<Vec3f> displacement = std::move(c.state.displacement);
     reset_to_rest(*old_level, c.state);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "core/assert.hpp"
 #include "core/ffd/bspline.hpp"
 
 namespace hairnet {
@@ -32,6 +33,7 @@ bool is_upright(const Pose& pose) {
 
 Vec3f moved(const Lattice& lattice, std::span<const Vec3f> grid, const Vec3f& point) {
   Vec3f at = point;
+  HAIRNET_VALIDATE(grid.size() == lattice.node_count());
   for (const auto& [node, weight] : quadratic_ffd_weights(lattice, point)) at += weight * grid[node];
   return at;
 }
@@ -43,6 +45,7 @@ bool is_home(std::span<const Vec3f> displacement) {
 }  // namespace
 
 bool is_folded(const Level& level, std::span<const Vec3f> displacement) {
+  HAIRNET_ASSERT(displacement.size() == level.rest.size());
   const Lattice& lattice = level.geometry.lattice;
   // Static, so that later ticks allocate nothing.
   thread_local std::vector<Vec3f> grid;
@@ -63,6 +66,9 @@ bool is_folded(const Level& level, std::span<const Vec3f> displacement) {
 
 void Untangle::update(const Pose& pose, double still_s, double elapsed_s, const Level& level,
                       std::span<const Vec3f> displacement) {
+  HAIRNET_ASSERT(still_s >= 0);
+  HAIRNET_ASSERT(elapsed_s > 0);
+  HAIRNET_ASSERT(displacement.size() == level.rest.size());
   since_look_s_ += elapsed_s;
   if (still_s < kAfter_s || !is_upright(pose)) {
     is_tangled_ = false;

@@ -8,7 +8,7 @@
 namespace hairnet {
 
 // Whether the lattice is turned inside out where there is hair: the Jacobian of the FFD has a negative determinant at a
-// contact point. `displacement`: active order.
+// contact point. `displacement`: active order; asserts that it fits the level.
 bool is_folded(const Level& level, std::span<const Vec3f> displacement);
 
 // Resolves hair that rests turned through itself: contact keeps its layers around the neck, or buckled springs keep a
@@ -17,7 +17,8 @@ bool is_folded(const Level& level, std::span<const Vec3f> displacement);
 // the same rate once the hair is there, where both are zero, or once the body moves.
 class Untangle {
  public:
-  // Call it every tick. `still_s`: how long the bones have been at rest in the world.
+  // Call it every tick. `still_s`: how long the bones have been at rest in the world. Asserts that time passes and that
+  // `displacement` fits the level.
   void update(const Pose& pose, double still_s, double elapsed_s, const Level& level,
               std::span<const Vec3f> displacement);
   // The share of contact that is switched off, 0 to 1, and the factor of the stiffness of springs and attachments.

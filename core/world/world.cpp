@@ -42,7 +42,10 @@ struct World::Impl {
   explicit Impl(const WorldDef& d) : def(d), plans(plans_of(d)), environments{d.environment} {}
 
   static StepPlans plans_of(const WorldDef& d) {
-    HAIRNET_ASSERT(d.tick_s > 0 && d.substep_count >= 0 && d.iterations >= 0);
+    HAIRNET_ASSERT(d.tick_s > 0);
+    HAIRNET_ASSERT(d.substep_count >= 0);
+    HAIRNET_ASSERT(d.iterations >= 0);
+    HAIRNET_ASSERT(d.environment.gravity.allFinite());
     return {d.tick_s, d.substep_count > 0 ? d.substep_count : substep_count_for(d.tick_s), d.iterations};
   }
 
@@ -57,24 +60,50 @@ struct World::Impl {
   }
   [[nodiscard]] TickContext terms() const { return {def.tick_s, environments, &plans, tick}; }
 
+  struct Placed {
+    LevelIndex level;
+    std::uint8_t stride;
+    std::uint32_t step_phase;
+    std::uintptr_t model;
+    std::uint32_t slot;
+    friend bool operator==(const Placed&, const Placed&) = default;
+  };
+  static auto key_of(const Placed& p) { return std::tuple(p.level, p.model, p.stride, p.step_phase, p.slot); }
+  [[nodiscard]] Placed placed_at(std::uint32_t slot) const {
+    const Character& c = slots[slot].character;
+    return {c.level, c.stride, c.phase % c.stride, std::bit_cast<std::uintptr_t>(c.model()), slot};
+  }
+
   // Sorts characters by level, stride and tick of their next step, so that batches are full; costly levels come first,
   // so that no worker starts a long batch last.
   void arrange() {
     order.clear();
     for (std::uint32_t s = 0; s < slots.size(); ++s) {
-      const Character& c = slots[s].character;
-      if (!slots[s].live || c.suspended) continue;
-      order.push_back({c.level, c.stride, c.phase % c.stride, std::bit_cast<std::uintptr_t>(c.model()), s});
+      if (slots[s].live && !slots[s].character.suspended) order.push_back(placed_at(s));
     }
-    std::ranges::sort(order, {},
-                      [](const Placed& p) { return std::tuple(p.level, p.model, p.stride, p.step_phase, p.slot); });
+    std::ranges::sort(order, {}, key_of);
     is_arranged = true;
+  }
+  // Whether `order` is what arrange() would make of the current characters.
+  [[nodiscard]] bool is_order_right() const {
+    std::size_t count = 0;
+    for (const Slot& slot : slots) count += slot.live && !slot.character.suspended;
+    const auto is_current = [this](const Placed& placed) { return placed == placed_at(placed.slot); };
+    return order.size() == count && std::ranges::all_of(order, is_current) &&
+           std::ranges::adjacent_find(order, std::ranges::greater_equal{}, key_of) == order.end();
   }
   [[nodiscard]] Character& at(std::size_t i) { return slots[order[i].slot].character; }
 
   void need_environment(std::uint32_t index) {
     HAIRNET_ASSERT(index < kEnvironmentCountMax);
     if (index >= environments.size()) environments.resize(index + 1, def.environment);
+  }
+
+  void check_invariants() const {
+    HAIRNET_ASSERT(slots.size() == live_count + free_slots.size());
+    HAIRNET_ASSERT(live_count <= def.character_count_max);
+    HAIRNET_ASSERT(environments.size() <= kEnvironmentCountMax);
+    HAIRNET_VALIDATE(!is_arranged || is_order_right());
   }
 
   void begin_ticks() {
@@ -90,6 +119,7 @@ struct World::Impl {
   }
 
   void step_batches() {
+    HAIRNET_ASSERT(outcomes.size() == order.size());
     batches.clear();
     for (std::size_t i = 0; i < order.size(); ++i) {
       if (outcomes[i] == Outcome::stepped) batches.add(at(i), outcomes[i]);
@@ -107,6 +137,7 @@ struct World::Impl {
       sum.asleep += outcome == Outcome::asleep;
       sum.waiting += outcome == Outcome::waiting;
     }
+    HAIRNET_ASSERT(order.size() <= live_count);
     sum.suspended = static_cast<std::uint32_t>(live_count - order.size());
     sum.costs = batches.costs();
     return sum;
@@ -118,18 +149,12 @@ struct World::Impl {
   std::deque<Slot> slots;  // a deque, so that slots never move in memory; removed slots are reused
   std::vector<std::uint32_t> free_slots;
   std::size_t live_count = 0;
-  struct Placed {
-    LevelIndex level;
-    std::uint8_t stride;
-    std::uint32_t step_phase;
-    std::uintptr_t model;
-    std::uint32_t slot;
-  };
   std::vector<Placed> order;      // live slots without suspended ones, in the order of arrange()
   bool is_arranged = false;       // order is still right for the current characters, levels and strides
   std::vector<Outcome> outcomes;  // of the last tick, in this order
   Batches batches;
   std::uint64_t tick = 0;
+  bool is_stepping = false;  // within World::step()
 };
 
 World::World(const WorldDef& def) : impl_(std::make_unique<Impl>(def)) {}
@@ -137,70 +162,92 @@ World::~World() = default;
 World::World(World&&) noexcept = default;
 World& World::operator=(World&&) noexcept = default;
 
+World::Impl& World::between_steps() const {
+  HAIRNET_ASSERT(impl_);  // not moved from
+  HAIRNET_ASSERT(!impl_->is_stepping);
+  return *impl_;
+}
+
 CharacterId World::add(const CharacterDef& def) {
-  if (impl_->live_count >= impl_->def.character_count_max) return {};
+  Impl& w = between_steps();
+  HAIRNET_ASSERT(is_valid(def.pose));
+  if (w.live_count >= w.def.character_count_max) return {};
   std::uint32_t index = 0;
-  if (impl_->free_slots.empty()) {
-    index = static_cast<std::uint32_t>(impl_->slots.size());
-    impl_->slots.emplace_back();
+  if (w.free_slots.empty()) {
+    index = static_cast<std::uint32_t>(w.slots.size());
+    w.slots.emplace_back();
   } else {
-    index = impl_->free_slots.back();
-    impl_->free_slots.pop_back();
+    index = w.free_slots.back();
+    w.free_slots.pop_back();
   }
-  Slot& slot = impl_->slots[index];
+  Slot& slot = w.slots[index];
+  HAIRNET_ASSERT(!slot.live);
+  HAIRNET_ASSERT(slot.generation != 0);
   slot.live = true;
   slot.character = {};
   slot.character.levels = def.levels;
   slot.character.from = slot.character.to = slot.character.last_from = slot.character.still_pose = def.pose;
-  slot.character.last_step_s = impl_->def.tick_s;
-  slot.character.state_tick = impl_->tick;
+  slot.character.last_step_s = w.def.tick_s;
+  slot.character.state_tick = w.tick;
   slot.character.phase = index;
   slot.character.environment = def.environment;
-  impl_->need_environment(def.environment);
-  ++impl_->live_count;
-  impl_->is_arranged = false;
+  w.need_environment(def.environment);
+  ++w.live_count;
+  w.is_arranged = false;
   const CharacterId id{index, slot.generation};
   set_level(id, def.level);
+  w.check_invariants();
   return id;
 }
 
 void World::remove(CharacterId id) {
-  if (!impl_->find(id)) return;
-  Slot& slot = impl_->slots[id.slot];
+  Impl& w = between_steps();
+  if (!w.find(id)) return;
+  Slot& slot = w.slots[id.slot];
   slot.live = false;
   slot.character = {};
   if (++slot.generation == 0) slot.generation = 1;
-  impl_->free_slots.push_back(id.slot);
-  impl_->is_arranged = false;
-  --impl_->live_count;
+  w.free_slots.push_back(id.slot);
+  w.is_arranged = false;
+  HAIRNET_ASSERT(w.live_count > 0);
+  --w.live_count;
+  w.check_invariants();
 }
 
 void World::set_pose(CharacterId id, const Pose& pose, bool teleport) {
+  Impl& w = between_steps();
   HAIRNET_ASSERT(is_valid(pose));
-  if (Character* c = impl_->find(id)) {
+  if (Character* c = w.find(id)) {
     c->to = pose;
     c->teleport = c->teleport || teleport;
   }
 }
 
 void World::set_level_set(CharacterId id, std::shared_ptr<const LevelSet> levels) {
-  Character* c = impl_->find(id);
+  Impl& w = between_steps();
+  Character* c = w.find(id);
   if (!c) return;
   replace_levels(std::move(levels), *c);
-  impl_->is_arranged = false;
+  w.is_arranged = false;
+  check_invariants(*c);
 }
 
 bool World::set_level(CharacterId id, LevelIndex index) {
-  Character* c = impl_->find(id);
+  Impl& w = between_steps();
+  HAIRNET_ASSERT(static_cast<std::size_t>(index) < kLevelCount);
+  Character* c = w.find(id);
   if (!c || (index != LevelIndex::rigid && !c->levels)) return false;
   switch_level(index, *c);
-  impl_->is_arranged = false;
+  w.is_arranged = false;
+  HAIRNET_ASSERT(c->level == index || c->rigid_ease_s >= 0);
+  check_invariants(*c);
   return true;
 }
 
 void World::set_material(CharacterId id, const MaterialScale& material) {
+  Impl& w = between_steps();
   HAIRNET_ASSERT(validate(material).empty());
-  Character* c = impl_->find(id);
+  Character* c = w.find(id);
   if (!c || c->material == material) return;
   c->material = material;
   c->state.elastic_energy_max_j = std::numeric_limits<float>::infinity();
@@ -208,43 +255,54 @@ void World::set_material(CharacterId id, const MaterialScale& material) {
 }
 
 void World::set_environment(std::uint32_t index, const Environment& environment) {
-  impl_->need_environment(index);
-  impl_->environments[index] = environment;
-  for (Slot& slot : impl_->slots) {
+  Impl& w = between_steps();
+  HAIRNET_ASSERT(environment.gravity.allFinite());
+  w.need_environment(index);
+  w.environments[index] = environment;
+  for (Slot& slot : w.slots) {
     if (slot.character.environment == index) slot.character.wake();
   }
 }
 
 void World::set_stride(CharacterId id, int stride) {
+  Impl& w = between_steps();
   HAIRNET_ASSERT(stride == 1 || stride == 2 || stride == kStrideMax);
-  Character* c = impl_->find(id);
+  Character* c = w.find(id);
   if (!c || c->stride == stride) return;
   c->stride = static_cast<std::uint8_t>(stride);
-  impl_->is_arranged = false;
+  w.is_arranged = false;
 }
 
 void World::set_suspended(CharacterId id, bool suspended) {
-  Character* c = impl_->find(id);
+  Impl& w = between_steps();
+  Character* c = w.find(id);
   if (!c || c->suspended == suspended) return;
   if (suspended) {
     suspend(*c);
   } else {
-    unsuspend(impl_->tick, *c);
+    unsuspend(w.tick, *c);
   }
-  impl_->is_arranged = false;
+  w.is_arranged = false;
+  check_invariants(*c);
 }
 
 bool World::set_state(CharacterId id, std::span<const Vec3f> displacement, std::span<const Vec3f> velocity) {
-  Character* c = impl_->find(id);
-  return c && replace_state(displacement, velocity, *c);
+  Character* c = between_steps().find(id);
+  if (!c || !replace_state(displacement, velocity, *c)) return false;
+  check_invariants(*c);
+  return true;
 }
 
 StepReport World::step() {
-  Impl& w = *impl_;
+  Impl& w = between_steps();
+  w.is_stepping = true;
   if (!w.is_arranged) w.arrange();
+  HAIRNET_VALIDATE(w.is_order_right());
   w.begin_ticks();
   w.step_batches();
   ++w.tick;
+  w.is_stepping = false;
+  w.check_invariants();
   return w.report();
 }
 
@@ -256,7 +314,7 @@ std::size_t World::character_count() const {
 }
 
 LatticeView World::lattice(CharacterId id) const {
-  const Slot* slot = std::as_const(*impl_).find(id);
+  const Slot* slot = std::as_const(between_steps()).find(id);
   HAIRNET_ASSERT(slot);
   const Character& c = slot->character;
   const bool stepped = c.changed_tick == impl_->tick && !c.suspended;
@@ -264,15 +322,16 @@ LatticeView World::lattice(CharacterId id) const {
 }
 
 const LatticeState& World::state(CharacterId id) const {
-  const Slot* slot = std::as_const(*impl_).find(id);
+  const Slot* slot = std::as_const(between_steps()).find(id);
   HAIRNET_ASSERT(slot);
   return slot->character.state;
 }
 
 std::uint64_t World::hash() const {
+  const Impl& w = between_steps();
   Fnv fnv;
-  for (std::size_t s = 0; s < impl_->slots.size(); ++s) {
-    const Slot& slot = impl_->slots[s];
+  for (std::size_t s = 0; s < w.slots.size(); ++s) {
+    const Slot& slot = w.slots[s];
     if (!slot.live) continue;
     const Character& c = slot.character;
     fnv.add(std::uint64_t{s});
@@ -290,7 +349,7 @@ std::uint64_t World::hash() const {
     fnv.add(std::uint64_t{c.environment} << 8 | std::uint64_t{c.stride} << 4 |
             std::uint64_t{c.velocity_is_relative} << 3 | std::uint64_t{c.suspended} << 2 |
             std::uint64_t{c.steps_next_tick} << 1 | std::uint64_t{c.teleport});
-    fnv.add(c.suspended ? 0 : impl_->tick - c.state_tick);
+    fnv.add(c.suspended ? 0 : w.tick - c.state_tick);
     for (const Pose* pose : {&c.from, &c.to}) {
       for (const RigidTransform& bone : pose->bones) {
         for (int i = 0; i < 4; ++i) fnv.add(bone.rotation.coeffs()[i]);

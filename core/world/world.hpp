@@ -61,20 +61,21 @@ struct LatticeView {
       false;  // the last change was a teleport, the end of a suspension or a reset: do not interpolate to it
 };
 
-// The simulated characters. One thread at a time may call it; no calls while step() runs. Deterministic: the same calls
-// give the same bits for any parallel_for.
+// The simulated characters. One thread at a time may call it; asserts that no call comes while step() runs.
+// Deterministic: the same calls give the same bits for any parallel_for.
 class World {
  public:
-  explicit World(const WorldDef& def);
+  explicit World(const WorldDef& def);  // asserts that the tick has a length, and finite gravity
   ~World();
   World(World&&) noexcept;
   World& operator=(World&&) noexcept;
 
-  [[nodiscard]] CharacterId add(const CharacterDef& def);  // null id when full
-  void remove(CharacterId id);                             // unknown ids are ignored
+  // Returns a null id when full. Asserts a valid pose, and an environment below kEnvironmentCountMax.
+  [[nodiscard]] CharacterId add(const CharacterDef& def);
+  void remove(CharacterId id);  // unknown ids are ignored
   // The pose at the end of the next step. `teleport`: the lattice moves rigidly with the head. A pose change that is
-  // too large for the time since the character's last step (is_teleport) is treated as a teleport too. `pose` must be
-  // valid.
+  // too large for the time since the character's last step (is_teleport) is treated as a teleport too. Asserts
+  // that `pose` is valid.
   void set_pose(CharacterId id, const Pose& pose, bool teleport = false);
   // A lattice of the same nodes (built with another material) keeps its state, any other starts at rest.
   void set_level_set(CharacterId id, std::shared_ptr<const LevelSet> levels);
@@ -83,13 +84,15 @@ class World {
   // the displacements fade out over kRigidEase_s, and the old level stays until then. Returns false when the character
   // has no such level.
   bool set_level(CharacterId id, LevelIndex level);
-  void set_material(CharacterId id, const MaterialScale& material);  // must be valid; from the next step on
-  // Sets the environment of the characters with that index, below kEnvironmentCountMax; from the next step on.
+  void set_material(CharacterId id, const MaterialScale& material);  // asserts that it is valid; from the next step on
+  // Sets the environment of the characters with that index; from the next step on. Asserts that the index is below
+  // kEnvironmentCountMax and gravity is finite.
   void set_environment(std::uint32_t index, const Environment& environment);
   void set_environment(const Environment& environment) { set_environment(0, environment); }
   // A character of stride 2 or 4 is stepped every second or fourth tick, over all of these ticks at once: from the pose
   // of its last step to the newest. Between these ticks its lattice and pose do not change. Its slot decides which
-  // ticks, so that the characters of one stride spread over them. New characters have stride 1.
+  // ticks, so that the characters of one stride spread over them. New characters have stride 1. Asserts a stride of 1,
+  // 2 or 4.
   void set_stride(CharacterId id, int stride);
   // A suspended character is not stepped and costs nothing; for characters that nobody sees. When the suspension ends,
   // the lattice moves rigidly with the head to the newest pose in the next tick, as after a teleport. The hair then
@@ -105,12 +108,14 @@ class World {
 
   [[nodiscard]] bool contains(CharacterId id) const;
   [[nodiscard]] std::size_t character_count() const;
-  [[nodiscard]] LatticeView lattice(CharacterId id) const;  // requires contains(id)
-  [[nodiscard]] const LatticeState& state(CharacterId id) const;
-  [[nodiscard]] std::uint64_t hash() const;  // all live state, in order of slots
+  [[nodiscard]] LatticeView lattice(CharacterId id) const;        // asserts contains(id)
+  [[nodiscard]] const LatticeState& state(CharacterId id) const;  // asserts contains(id)
+  [[nodiscard]] std::uint64_t hash() const;                       // all live state, in order of slots
 
  private:
   struct Impl;
+  [[nodiscard]] Impl& between_steps() const;
+
   std::unique_ptr<Impl> impl_;
 };
 

@@ -14,6 +14,7 @@ namespace hairnet {
 namespace {
 
 constexpr int kNone = -1;
+constexpr double kFarthest_m = 1e6;  // any coordinate, absolute: poses are later rounded to float
 using JointOfBone = std::array<int, kBoneCount>;
 
 int find_joint(const BvhFile& file, std::string_view name) {
@@ -120,6 +121,12 @@ std::string check(const BvhImport& import) {
   return validate(given);
 }
 
+bool is_usable(const Pose& pose) {
+  return is_valid(pose) && std::ranges::all_of(pose.bones, [](const RigidTransform& bone) {
+           return bone.position.cwiseAbs().maxCoeff() <= kFarthest_m;
+         });
+}
+
 void warn_of_bones(ImportedMotion& imported) {
   for (std::size_t b = 0; b < kBoneCount; ++b) {
     if (imported.joints[b].empty())
@@ -178,7 +185,7 @@ Result<ImportedMotion> decode_bvh(std::string_view text, const BvhImport& import
     }
     imported.motion.poses.push_back(pose);
   }
-  if (!std::ranges::all_of(imported.motion.poses, is_valid)) return Refusal("the motion's numbers are too large");
+  if (!std::ranges::all_of(imported.motion.poses, is_usable)) return Refusal("the motion's numbers are too large");
   return imported;
 }
 

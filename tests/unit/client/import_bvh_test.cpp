@@ -206,6 +206,17 @@ TEST(ImportBvh, huge_numbers_are_refused_or_give_valid_poses) {
   }
 }
 
+TEST(ImportBvh, refuses_poses_that_are_not_finite_once_rounded_to_float) {
+  BvhImport import;
+  import.unit_m = 1000;
+  const std::string far = person("0 0 0", "Zrotation Xrotation Yrotation", "3e38 1 0 0 0 0");
+  EXPECT_THAT(refusal(far, import), HasSubstr("too large"));
+  import.unit_m = 1;
+  EXPECT_THAT(refusal(person("0 0 0", "Zrotation Xrotation Yrotation", "2e6 1 0 0 0 0"), import),
+              HasSubstr("too large"));
+  EXPECT_EQ(refusal(person("0 0 0", "Zrotation Xrotation Yrotation", "9e5 1 0 0 0 0"), import), "");
+}
+
 TEST(ImportBvh, refuses_absurd_counts_and_times) {
   for (const char* count :
        {"0", "-1", "1", "3", "4294967295", "18446744073709551615", "99999999999999999999", "x", "2.5"}) {

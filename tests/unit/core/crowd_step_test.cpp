@@ -170,6 +170,14 @@ TEST_P(InstructionSets, a_broken_state_is_reported_and_harms_no_other_lane) {
   }
 }
 
+TEST(CrowdStepDeathTest, more_members_than_lanes_stop_the_program) {
+  TestCrowd cast(crowd_width() + 1);
+  std::vector<CrowdMember> members;
+  for (std::size_t c = 0; c < cast.states.size(); ++c) members.push_back({cast.inputs[c], &cast.states[c]});
+  StepScratch scratch;
+  EXPECT_DEATH(step_crowd(cast.level, members, {}, scratch), "assertion failed: members.size\\(\\) <= crowd_width");
+}
+
 #if HWY_ARCH_X86
 TEST(InstructionSetsThatFuse, give_the_same_bits_for_any_width) {
   constexpr std::int64_t kFusing = HWY_AVX2 | HWY_AVX3;

@@ -330,6 +330,35 @@ TEST(Step, skin_that_moves_into_the_hair_pushes_it_out) {
   EXPECT_GT(pushed, 0) << "no point in the way: the case tests nothing";
 }
 
+TEST(StepDeathTest, a_state_of_another_level_stops_the_program) {
+  const Level level = make_random_level({.nodes_per_axis = 4}), other = make_random_level({.nodes_per_axis = 5});
+  LatticeState state;
+  reset_to_rest(other, state);
+  StepScratch scratch;
+  EXPECT_DEATH((void)step(level, {}, {}, scratch, state), "assertion failed: state.displacement.size\\(\\)");
+}
+
+TEST(StepDeathTest, a_step_without_length_stops_the_program) {
+  const Level level = make_random_level();
+  LatticeState state;
+  reset_to_rest(level, state);
+  StepScratch scratch;
+  StepInput input;
+  input.step_s = 0;
+  EXPECT_DEATH((void)step(level, input, {}, scratch, state), "assertion failed: input.step_s > 0");
+}
+
+#ifdef HAIRNET_VALIDATE_ON
+TEST(StepDeathTest, a_node_that_the_level_lacks_stops_the_program) {
+  Level level = make_random_level();
+  level.springs.nodes.front() = static_cast<std::uint16_t>(level.rest.size());
+  LatticeState state;
+  reset_to_rest(level, state);
+  StepScratch scratch;
+  EXPECT_DEATH((void)step(level, {}, {}, scratch, state), "assertion failed: are_runs_of_nodes");
+}
+#endif
+
 // Hair is thrown at the head, faster than through it within a step.
 TEST(Step, hair_does_not_pass_through_the_skull_however_fast) {
   Level level =

@@ -204,6 +204,12 @@ TEST(Wind, blows_as_smoothly_after_a_month_and_far_from_the_origin) {
   }
 }
 
+TEST(WindDeathTest, a_field_of_values_that_validate_refuses_stops_the_program) {
+  Wind wind = make_storm();
+  wind.gust_period_s = 0;
+  EXPECT_DEATH(WindField{wind}, "assertion failed: validate\\(wind\\).empty\\(\\)");
+}
+
 TEST(LatticeWind, corners_are_the_field_in_the_axes_of_the_head) {
   const WindField field(make_storm());
   const Lattice lattice{{-0.1f, -0.3f, -0.2f}, {0.05f, 0.1f, 0.04f}, {5, 6, 7}};

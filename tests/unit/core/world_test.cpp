@@ -311,6 +311,30 @@ TEST(World, a_change_of_material_moves_nothing_at_once) {
   EXPECT_EQ(world.state(id).velocity, before.velocity);
 }
 
+TEST(WorldDeathTest, a_pose_that_is_not_finite_stops_the_program) {
+  World world({});
+  const CharacterId id = world.add({});
+  Pose pose;
+  pose[Bone::neck].position.x() = std::numeric_limits<double>::infinity();
+  EXPECT_DEATH(world.set_pose(id, pose), "assertion failed: is_valid\\(pose\\)");
+}
+
+TEST(WorldDeathTest, the_lattice_of_a_removed_character_stops_the_program) {
+  World world({});
+  const CharacterId id = world.add({});
+  world.remove(id);
+  EXPECT_DEATH((void)world.lattice(id), "assertion failed: slot");
+}
+
+TEST(WorldDeathTest, a_call_while_a_step_runs_stops_the_program) {
+  World* stepped = nullptr;
+  WorldDef def;
+  def.parallel_for = [&](std::size_t, const std::function<void(std::size_t)>&) { stepped->remove({}); };
+  World world(def);
+  stepped = &world;
+  EXPECT_DEATH(world.step(), "assertion failed: !impl_->is_stepping");
+}
+
 // Random poses (from shaking at the tick rate to jumps), levels, materials and wind. Nodes stay within the bound and
 // always return to rest.
 TEST(World, nothing_makes_a_lattice_run_away_and_everything_comes_home) {
