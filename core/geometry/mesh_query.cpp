@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/assert.hpp"
+
 namespace hairnet {
 namespace {
 
@@ -98,16 +100,22 @@ double triangle_solid_angle(const Vec3& a, const Vec3& b, const Vec3& c, const V
 }  // namespace
 
 MeshQuery::MeshQuery(const TriangleMesh& mesh) {
+  HAIRNET_ASSERT(mesh.triangles.size() <= std::numeric_limits<std::uint32_t>::max());
+  HAIRNET_VALIDATE(std::ranges::all_of(mesh.vertices, [](const Vec3f& v) { return v.allFinite(); }));
   corners_.reserve(mesh.triangles.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& [a, b, c] = mesh.triangles[t];
+    HAIRNET_ASSERT(std::max({a, b, c}) < mesh.vertices.size());
     corners_.push_back({mesh.vertices[a].cast<double>(), mesh.vertices[b].cast<double>(),
                         mesh.vertices[c].cast<double>(), static_cast<std::uint32_t>(t)});
   }
   if (!corners_.empty()) add_box(0, static_cast<std::uint32_t>(corners_.size()));
+  HAIRNET_ASSERT(corners_.empty() == boxes_.empty());
 }
 
 std::uint32_t MeshQuery::add_box(std::uint32_t begin, std::uint32_t end) {
+  HAIRNET_ASSERT(begin < end);
+  HAIRNET_ASSERT(end <= corners_.size());
   Box box{Vec3::Constant(std::numeric_limits<double>::infinity()),
           Vec3::Constant(-std::numeric_limits<double>::infinity()),
           begin,
@@ -129,6 +137,7 @@ std::uint32_t MeshQuery::add_box(std::uint32_t begin, std::uint32_t end) {
   box.dipole_centre = area_sum > 0 ? Vec3(box.dipole_centre / area_sum) : Vec3(0.5 * (box.low + box.high));
   box.dipole_radius = (box.dipole_centre - box.low).cwiseMax(box.high - box.dipole_centre).norm();
 
+  HAIRNET_VALIDATE(std::isfinite(box.dipole_radius));
   const auto index = static_cast<std::uint32_t>(boxes_.size());
   boxes_.push_back(box);
   if (end - begin <= kLeafTriangles) return index;
@@ -142,21 +151,26 @@ std::uint32_t MeshQuery::add_box(std::uint32_t begin, std::uint32_t end) {
       [&](const Corners& s, const Corners& t) { return key(s) != key(t) ? key(s) < key(t) : s.triangle < t.triangle; });
   add_box(begin, middle);
   const std::uint32_t second = add_box(middle, end);
+  HAIRNET_ASSERT(second > index + 1);  // the first child lies between them
   boxes_[index].second = second;
   return index;
 }
 
 MeshQuery::Closest MeshQuery::closest(const Vec3& point, double distance_max) const {
+  HAIRNET_ASSERT(distance_max >= 0);
   Closest best;
   if (empty()) return best;
   best.distance = distance_max;
   find_closest(0, point, best);
   // A point that was found has barycentric coordinates with sum 1.
   if (best.barycentric.isZero(0)) best.distance = std::numeric_limits<double>::infinity();
+  HAIRNET_ASSERT(best.distance <= distance_max || best.distance == std::numeric_limits<double>::infinity());
+  HAIRNET_VALIDATE(best.barycentric.isZero(0) || std::abs(best.barycentric.sum() - 1) < 1e-6);
   return best;
 }
 
 void MeshQuery::find_closest(std::uint32_t index, const Vec3& point, Closest& best) const {
+  HAIRNET_VALIDATE(index < boxes_.size());
   const Box& box = boxes_[index];
   if (box_distance2(box.low, box.high, point) >= best.distance * best.distance) return;
   if (box.second == 0) {
@@ -179,8 +193,11 @@ void MeshQuery::find_closest(std::uint32_t index, const Vec3& point, Closest& be
 
 std::optional<MeshQuery::Hit> MeshQuery::first_hit(const Vec3& origin, const Vec3& direction,
                                                    double distance_max) const {
+  HAIRNET_ASSERT(std::abs(direction.squaredNorm() - 1) < 1e-3);
   std::optional<Hit> best;
-  if (!empty()) find_hit(0, origin, direction, best, distance_max);
+  double limit = distance_max;
+  if (!empty()) find_hit(0, origin, direction, best, limit);
+  HAIRNET_ASSERT(!best || best->distance <= distance_max);
   return best;
 }
 
@@ -207,6 +224,7 @@ double MeshQuery::winding_number(const Vec3& point) const {
 }
 
 double MeshQuery::solid_angle(std::uint32_t index, const Vec3& point) const {
+  HAIRNET_VALIDATE(index < boxes_.size());
   const Box& box = boxes_[index];
   const Vec3 to_centre = box.dipole_centre - point;
   const double distance = to_centre.norm();

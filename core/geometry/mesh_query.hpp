@@ -13,7 +13,7 @@ namespace hairnet {
 // may have inner shells and degenerate triangles. Copies the triangles; queries are const and may run on many threads.
 class MeshQuery {
  public:
-  // Every triangle's indices must be in range, every vertex finite.
+  // Asserts that every triangle's indices are in range. Every vertex must be finite.
   explicit MeshQuery(const TriangleMesh& mesh);
 
   [[nodiscard]] bool empty() const { return corners_.empty(); }
@@ -31,7 +31,7 @@ class MeshQuery {
     std::uint32_t triangle = 0;
     double distance = 0;  // m along the ray
   };
-  // The nearest triangle on the ray, from either side. `direction` is a unit vector.
+  // The nearest triangle on the ray, from either side. Asserts that `direction` is a unit vector.
   [[nodiscard]] std::optional<Hit> first_hit(const Vec3& origin, const Vec3& direction, double distance_max) const;
 
   // The winding number of the mesh about the point: 1 inside a closed mesh, 0 outside, between them for an open mesh.

@@ -169,5 +169,10 @@ TEST(MeshQuery, many_coincident_triangles_do_not_stop_the_tree) {
   EXPECT_TRUE(query.first_hit({0.2, 0.2, 3}, -Vec3::UnitZ(), 5));
 }
 
+TEST(MeshQueryDeathTest, a_triangle_with_a_vertex_that_does_not_exist_stops_the_program) {
+  const TriangleMesh mesh{{Vec3f::Zero(), Vec3f::UnitX()}, {{0, 1, 2}}};
+  EXPECT_DEATH(MeshQuery{mesh}, "assertion failed: .* < mesh.vertices.size\\(\\)");
+}
+
 }  // namespace
 }  // namespace hairnet
