@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/assert.hpp"
 #include "core/smoothstep.hpp"
 
 namespace hairnet {
@@ -38,7 +39,10 @@ Quat neck_rotation(const Quat& trunk, const Quat& head) {
 }  // namespace
 
 PoseCompletion::PoseCompletion(const Vec3& neck_joint_head, double yaw_lag_s)
-    : neck_joint_(neck_joint_head), yaw_lag_s_(yaw_lag_s) {}
+    : neck_joint_(neck_joint_head), yaw_lag_s_(yaw_lag_s) {
+  HAIRNET_ASSERT(neck_joint_head.allFinite());
+  HAIRNET_ASSERT(yaw_lag_s >= 0);
+}
 
 Pose PoseCompletion::complete(const RigidTransform& head, double elapsed_s) {
   const Yaw yaw = yaw_of(head.rotation);
@@ -50,6 +54,8 @@ Pose PoseCompletion::complete(const RigidTransform& head, double elapsed_s) {
     const double behind = std::remainder(yaw.angle - trunk_yaw_, 2 * kPi);
     trunk_yaw_ = std::remainder(trunk_yaw_ + share * yaw.trust * behind, 2 * kPi);
   }
+  HAIRNET_ASSERT(started_);
+  HAIRNET_ASSERT(!(std::abs(trunk_yaw_) > kPi + 1e-9));
   const Quat trunk(Eigen::AngleAxisd(trunk_yaw_, Vec3::UnitY()));
 
   Pose pose = rigid_pose(about_joint(trunk, head, neck_joint_));

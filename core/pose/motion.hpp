@@ -18,6 +18,7 @@ struct Motion {
     return poses.empty() ? 0 : (static_cast<double>(poses.size()) - 1) / rate_hz;
   }
   // Interpolates between poses, except across a teleport. Times before the first pose or after the last are clamped.
+  // Asserts that there is a pose, that the rate is positive and that the time is a number.
   [[nodiscard]] Pose sample(double time_s) const;
   // Whether a teleport lies in (from_s, to_s].
   [[nodiscard]] bool teleports_within(double from_s, double to_s) const;

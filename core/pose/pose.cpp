@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/assert.hpp"
+
 namespace hairnet {
 namespace {
 
@@ -23,6 +25,7 @@ Pose rigid_pose(const RigidTransform& whole) {
 }
 
 Pose interpolate(const Pose& a, const Pose& b, double s) {
+  HAIRNET_ASSERT(std::isfinite(s));
   Pose out;
   for (std::size_t i = 0; i < kBoneCount; ++i) out.bones[i] = interpolate(a.bones[i], b.bones[i], s);
   return out;
@@ -46,6 +49,7 @@ Pose rounded_to_wire(const Pose& pose) {
 }
 
 bool is_teleport(const Pose& from, const Pose& to, double interval_s) {
+  HAIRNET_ASSERT(interval_s > 0);
   const double distance_m = (to.head().position - from.head().position).norm();
   const double turn_deg = from.head().rotation.angularDistance(to.head().rotation) * 180 / std::numbers::pi;
   return distance_m > kTeleportSpeed_m_per_s * interval_s || turn_deg > kTeleportTurn_deg_per_s * interval_s;

@@ -72,5 +72,9 @@ TEST(Motion, keeps_its_ends_and_interpolates_between_but_not_into_a_teleport) {
   EXPECT_FALSE(motion.teleports_within(0.1, 0.2));
 }
 
+TEST(MotionDeathTest, sampling_a_clip_without_poses_stops_the_program) {
+  EXPECT_DEATH((void)Motion{}.sample(0), "assertion failed: !poses.empty\\(\\)");
+}
+
 }  // namespace
 }  // namespace hairnet
