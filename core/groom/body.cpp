@@ -15,6 +15,8 @@ void generate_bone_weights(Body& body) {
   const double shoulder_m =
       std::max(0.5 * (body.joint(Bone::left_shoulder).x() - body.joint(Bone::right_shoulder).x()), 0.01);
 
+  HAIRNET_ASSERT(neck_m > 0);
+  HAIRNET_ASSERT(shoulder_m > 0);
   body.bone_weights.clear();
   body.bone_weights.reserve(body.mesh.vertices.size());
   for (const Vec3f& vertex : body.mesh.vertices) {
@@ -32,10 +34,12 @@ void generate_bone_weights(Body& body) {
                                  static_cast<float>(left), static_cast<float>(shoulder - left),
                                  static_cast<float>(trunk - shoulder)});
   }
+  HAIRNET_ASSERT(body.bone_weights.size() == body.mesh.vertices.size());
 }
 
 void skin_vertices(const Body& body, const Pose& pose, std::vector<Vec3f>& out) {
   HAIRNET_ASSERT(body.bone_weights.size() == body.mesh.vertices.size());
+  HAIRNET_VALIDATE(is_valid(pose));
   std::array<Eigen::Matrix<double, 3, 4>, kBoneCount> bones;
   for (std::size_t b = 0; b < kBoneCount; ++b)
     bones[b] << pose.bones[b].rotation.toRotationMatrix(), pose.bones[b].position;

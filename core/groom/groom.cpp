@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/assert.hpp"
 #include "core/groom/fault_text.hpp"
 #include "core/groom/validate_features.hpp"
 
@@ -65,6 +66,7 @@ std::string validate_body(const Body& body, const GroomLimits& limits) {
 void middle_between(std::span<const Vec3f> edges, std::vector<Vec3f>& line) {
   line.clear();
   for (std::size_t i = 0; i + 1 < edges.size(); i += 2) line.push_back(0.5f * (edges[i] + edges[i + 1]));
+  HAIRNET_ASSERT(line.size() == edges.size() / 2);
 }
 
 }  // namespace
@@ -83,6 +85,7 @@ void set_material(const Material& material, Groom& groom) {
 }
 
 void set_group_material(std::uint16_t group, const Material& material, Groom& groom) {
+  HAIRNET_ASSERT(group < groom.group_names.size());
   groom.materials.set(group, material);
   for (FarCard& card : groom.far_cards.cards) {
     if (card.rooted && card.group == group) card.root_length_m = material.root_length_m;
@@ -98,16 +101,23 @@ void set_group_material(std::uint16_t group, const Material& material, Groom& gr
 void Groom::add_cloth(std::span<const Vec3f> vertices, Cloth cloth) {
   cloth.points = append(vertices);
   for (auto& triangle : cloth.triangles) {
-    for (std::uint32_t& corner : triangle) corner += cloth.points.begin;
+    for (std::uint32_t& corner : triangle) {
+      HAIRNET_ASSERT(corner < vertices.size());
+      corner += cloth.points.begin;
+    }
   }
   cloths.push_back(std::move(cloth));
 }
 
 void middle_of(const Groom& groom, const HairCard& card, std::vector<Vec3f>& line) {
+  HAIRNET_ASSERT(card.points.begin <= card.points.end);
+  HAIRNET_ASSERT(card.points.end <= groom.points.size());
   middle_between(groom.points_of(card.points), line);
 }
 
 void middle_of(const FarCards& all, const FarCard& card, std::vector<Vec3f>& line) {
+  HAIRNET_ASSERT(card.points.begin <= card.points.end);
+  HAIRNET_ASSERT(card.points.end <= all.points.size());
   middle_between({all.points.data() + card.points.begin, all.points.data() + card.points.end}, line);
 }
 

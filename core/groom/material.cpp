@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/assert.hpp"
+
 namespace hairnet {
 namespace {
 
@@ -105,6 +107,8 @@ std::string validate(const Material& material) {
 double axial_damping_time_s(const Material& material, double strand_length_m) {
   const double axial_stiffness_n = material.axial_stiffness_n;
   if (!(axial_stiffness_n > 0)) return 0;  // no axial mode to damp
+  HAIRNET_ASSERT(strand_length_m > 0);
+  HAIRNET_ASSERT(material.linear_density_kg_per_m > 0);
   const double omega = std::numbers::pi / 2 / strand_length_m *
                        std::sqrt(axial_stiffness_n / static_cast<double>(material.linear_density_kg_per_m));
   return 2 * static_cast<double>(material.damping_ratio) / omega;
@@ -129,6 +133,7 @@ std::string_view material_name(const Material& material) {
 }
 
 const Material& MaterialSet::of(std::uint16_t group) const {
+  HAIRNET_VALIDATE(std::ranges::is_sorted(groups, {}, &GroupMaterial::group));
   const auto found = std::ranges::lower_bound(groups, group, {}, &GroupMaterial::group);
   return found != groups.end() && found->group == group ? found->material : base;
 }
@@ -140,6 +145,8 @@ void MaterialSet::set(std::uint16_t group, const Material& material) {
   } else {
     groups.insert(at, {group, material});
   }
+  HAIRNET_VALIDATE(std::ranges::is_sorted(groups, {}, &GroupMaterial::group));
+  HAIRNET_VALIDATE(std::ranges::count(groups, group, &GroupMaterial::group) == 1);
 }
 
 std::string validate(const MaterialSet& materials, std::size_t group_count) {

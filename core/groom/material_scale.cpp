@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "core/assert.hpp"
+
 namespace hairnet {
 namespace {
 
@@ -49,6 +51,8 @@ std::string validate(const MaterialScale& scale) {
 }
 
 MaterialScale scale_between(const Material& built, const Material& wanted) {
+  HAIRNET_VALIDATE(validate(built).empty());
+  HAIRNET_VALIDATE(validate(wanted).empty());
   const auto gel_built = static_cast<double>(built.ether_stiffness_per_s2);
   const double gel = std::max(static_cast<double>(wanted.ether_stiffness_per_s2), gel_built);
   MaterialScale scale;
@@ -59,6 +63,7 @@ MaterialScale scale_between(const Material& built, const Material& wanted) {
   scale.air_drag = ratio(wanted.air_drag_ns_per_m2, built.air_drag_ns_per_m2);
   scale.gel_per_s2 = static_cast<float>(gel - gel_built);
   for (const Range& range : kRanges) scale.*range.value = std::clamp(scale.*range.value, range.low, range.high);
+  HAIRNET_ASSERT(validate(scale).empty());
   return scale;
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/assert.hpp"
+
 namespace hairnet {
 namespace {
 
@@ -12,11 +14,13 @@ struct Point {
 
 // Point i of the curve; the first one is the origin.
 Point point(const RootBlend& blend, std::size_t i) {
+  HAIRNET_ASSERT(i <= blend.points.size());
   if (i == 0) return {};
   return {static_cast<double>(blend.points[i - 1][0]), static_cast<double>(blend.points[i - 1][1])};
 }
 
 double slope_between(const Point& a, const Point& b) {
+  HAIRNET_ASSERT(b.x > a.x);
   return (b.y - a.y) / (b.x - a.x);
 }
 
@@ -32,11 +36,15 @@ double slope_at(const RootBlend& blend, std::size_t i) {
 }  // namespace
 
 double blend_at(const RootBlend& blend, double lambda_ratio) {
+  HAIRNET_ASSERT(lambda_ratio >= 0);
   if (blend.points.empty()) return -std::expm1(-lambda_ratio * lambda_ratio);
   std::size_t next = 1;
   while (next <= blend.points.size() && point(blend, next).x <= lambda_ratio) ++next;
   if (next > blend.points.size()) return point(blend, blend.points.size()).y;
   const Point a = point(blend, next - 1), b = point(blend, next);
+  HAIRNET_ASSERT(a.x <= lambda_ratio);
+  HAIRNET_ASSERT(lambda_ratio < b.x);
+  HAIRNET_ASSERT(a.y <= b.y);
   const double width = b.x - a.x, t = (lambda_ratio - a.x) / width;
   const double from_a = slope_at(blend, next - 1) * width, from_b = slope_at(blend, next) * width;
   // Hermite cubic.

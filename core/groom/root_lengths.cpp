@@ -3,21 +3,27 @@
 #include <algorithm>
 #include <random>
 
+#include "core/assert.hpp"
+
 namespace hairnet {
 
 float root_length_at(const RootLengths& lengths, const Vec3f& root_head) {
   // Where regions overlap, each counts by its weight; the sum of the weights is at most 1.
   float sum = 0, weighted = 0;
   for (const RootLengthRegion& region : lengths.regions) {
+    HAIRNET_ASSERT(region.radius_m > 0);
     const float u = (root_head - region.centre).squaredNorm() / (region.radius_m * region.radius_m);
     const float weight = u < 1 ? (1 - u) * (1 - u) : 0;
     sum += weight;
     weighted += weight * region.root_length_m;
   }
+  HAIRNET_ASSERT(!(sum < 0));
   return sum < 1 ? (1 - sum) * lengths.root_length_m + weighted : weighted / sum;
 }
 
 void set_root_lengths(const RootLengths& lengths, int group, Groom& groom) {
+  HAIRNET_ASSERT(group == kEveryGroup || (group >= 0 && static_cast<std::size_t>(group) < groom.group_names.size()));
+  HAIRNET_ASSERT(groom.strand_begin.size() == groom.strand_count() + 1);
   std::mt19937_64 random(lengths.seed);  // the standard defines its numbers, unlike those of distributions
   const float spread = std::clamp(lengths.spread, 0.0f, 0.95f);
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {
@@ -28,6 +34,8 @@ void set_root_lengths(const RootLengths& lengths, int group, Groom& groom) {
   }
   for (FarCard& card : groom.far_cards.cards) {
     if (!card.rooted || (group != kEveryGroup && card.group != group)) continue;
+    HAIRNET_ASSERT(card.points.count() >= 2);
+    HAIRNET_ASSERT(card.points.end <= groom.far_cards.points.size());
     const Vec3f& left = groom.far_cards.points[card.points.begin];
     const Vec3f& right = groom.far_cards.points[card.points.begin + 1];
     card.root_length_m = root_length_at(lengths, 0.5f * (left + right));

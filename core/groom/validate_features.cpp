@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/assert.hpp"
 #include "core/groom/fault_text.hpp"
 
 namespace hairnet {
@@ -29,12 +30,15 @@ bool is_colour(const Vec3f& c) {
 // The points of threads, cards and cloths follow those of the strands, one after the other.
 class Points {
  public:
-  explicit Points(const Groom& groom) : next_(groom.strand_begin.back()), count_(groom.points.size()) {}
+  explicit Points(const Groom& groom) : next_(groom.strand_begin.back()), count_(groom.points.size()) {
+    HAIRNET_ASSERT(next_ <= count_);
+  }
 
   // The next run of points must be `range`, of at least `least` points and a multiple of `unit`.
   std::string take(const PointRange& range, std::size_t least, std::size_t unit) {
     if (range.begin != next_ || range.end < range.begin || range.end > count_)
       return "its points do not follow those before it";
+    HAIRNET_ASSERT(least > 0);
     next_ = range.end;
     return range.count() < least || range.count() % unit != 0 ? "too few points, or one without its partner" : "";
   }
@@ -116,6 +120,7 @@ std::string validate_clumps(const Groom& groom, const GroomLimits& limits) {
   for (std::size_t c = 0; c < groom.clumps.size(); ++c) {
     const Clump& clump = groom.clumps[c];
     if (const std::string fault = fault_of(clump, groom, limits); !fault.empty()) return fault_at("clump", c, fault);
+    HAIRNET_ASSERT(clump.strand < groom.strand_count());
     drawn_points += clump.copy_count * groom.strand_points(clump.strand).size();
   }
   if (drawn_points > limits.point_count_max)
@@ -154,6 +159,7 @@ std::string fault_of(const StrandProperties& properties, const Groom& groom) {
 }
 
 std::string validate_features(const Groom& groom, const GroomLimits& limits) {
+  HAIRNET_ASSERT(groom.strand_begin.size() == groom.strand_count() + 1);
   for (const auto& [name, count] : {std::pair<std::string_view, std::size_t>{"threads", groom.threads.size()},
                                     {"cards", groom.cards.size()},
                                     {"cloths", groom.cloths.size()},
