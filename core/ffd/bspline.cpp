@@ -1,6 +1,9 @@
 #include "core/ffd/bspline.hpp"
 
+#include <algorithm>
 #include <cmath>
+
+#include "core/assert.hpp"
 
 namespace hairnet {
 namespace {
@@ -17,6 +20,7 @@ std::array<float, 3> quadratic_weights(float t) {
 
 FfdSite ffd_site(const Lattice& lattice, FfdKind kind, const Vec3f& point_head) {
   const bool quadratic = kind == FfdKind::quadratic;
+  HAIRNET_VALIDATE(std::ranges::min(lattice.dims) >= (quadratic ? 3 : 2));
   const Vec3f g = (point_head - lattice.origin).cwiseQuotient(lattice.spacing);
   std::array<int, 3> lowest{};
   FfdSite site{0, Vec3f::Zero(), false};
@@ -30,6 +34,7 @@ FfdSite ffd_site(const Lattice& lattice, FfdKind kind, const Vec3f& point_head) 
     site.outside |= quadratic ? std::abs(site.t[a]) > 0.5f : site.t[a] < 0 || site.t[a] > 1;
   }
   site.base = lattice.index(lowest[0], lowest[1], lowest[2]);
+  HAIRNET_VALIDATE(site.base < lattice.node_count());
   return site;
 }
 
@@ -44,6 +49,7 @@ std::array<FfdWeight, 27> quadratic_ffd_weights(const Lattice& lattice, const Ve
     const std::uint32_t i = e % 3, j = e / 3 % 3, k = e / 9;
     weights[e] = {site.base + i + j * row + k * slice, w[0][i] * w[1][j] * w[2][k]};
   }
+  HAIRNET_ASSERT(weights.back().node < lattice.node_count());
   return weights;
 }
 

@@ -27,6 +27,7 @@ ClumpStrands::ClumpStrands(const Groom& groom)
     : own_point_count_(groom.strand_begin.back()), strand_begin_(groom.strand_begin) {
   constexpr float kGoldenAngle = std::numbers::pi_v<float> * (3 - 2.2360679775f);
   for (const Clump& clump : groom.clumps) {
+    HAIRNET_ASSERT(clump.strand < groom.strand_count());
     const std::uint32_t begin = groom.strand_begin[clump.strand], end = groom.strand_begin[clump.strand + 1];
     for (std::uint32_t c = 0; c < clump.copy_count; ++c) {
       // A sunflower pattern fills the disc evenly; each strand starts at another angle.
@@ -37,10 +38,12 @@ ClumpStrands::ClumpStrands(const Groom& groom)
       strand_begin_.push_back(strand_begin_.back() + (end - begin));
     }
   }
+  HAIRNET_ASSERT(strand_begin_.size() == groom.strand_begin.size() + copies_.size());
 }
 
 void ClumpStrands::follow(std::span<const Vec3f> points, std::span<Vec3f> points_out) const {
-  HAIRNET_ASSERT(points.size() >= own_point_count_ && points_out.size() == point_count());
+  HAIRNET_ASSERT(points.size() >= own_point_count_);
+  HAIRNET_ASSERT(points_out.size() == point_count());
   std::copy_n(points.begin(), own_point_count_, points_out.begin());
   std::size_t out = own_point_count_;
   for (const Copy& copy : copies_) {
@@ -58,6 +61,7 @@ void ClumpStrands::follow(std::span<const Vec3f> points, std::span<Vec3f> points
       points_out[out++] = points[i] + offset * (std::cos(copy.angle) * side + std::sin(copy.angle) * other);
     }
   }
+  HAIRNET_ASSERT(out == points_out.size());
 }
 
 }  // namespace hairnet

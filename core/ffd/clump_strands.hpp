@@ -19,7 +19,8 @@ class ClumpStrands {
   [[nodiscard]] std::span<const std::uint32_t> strand_begin() const { return strand_begin_; }
   [[nodiscard]] std::size_t point_count() const { return strand_begin_.back(); }
 
-  // `points`: of the groom, deformed, head space. `points_out`: point_count() of them; the strands' own are copied.
+  // `points`: of the groom, deformed, head space. The strands' own points are copied. Asserts that `points` has all of
+  // them, and `points_out` point_count() entries.
   void follow(std::span<const Vec3f> points, std::span<Vec3f> points_out) const;
 
  private:

@@ -22,6 +22,7 @@ std::vector<Number> sorted(std::span<const std::uint32_t> order, const Of& of) {
 
 std::array<std::vector<float>, 4> sorted_four(std::span<const std::uint32_t> order, std::span<const Vec3f> vectors,
                                               std::span<const float> fourth) {
+  HAIRNET_ASSERT(vectors.size() == order.size());
   std::array<std::vector<float>, 4> four;
   for (int axis = 0; axis < 3; ++axis) {
     four[static_cast<std::size_t>(axis)] = sorted<float>(order, [&](std::uint32_t p) { return vectors[p][axis]; });
@@ -58,6 +59,11 @@ std::vector<DeformCell> make_cells(const Lattice& lattice, FfdKind kind, std::sp
     }
     cells.back().end = n + 1;
   }
+  HAIRNET_ASSERT(cells.empty() == order.empty());
+  HAIRNET_ASSERT(cells.empty() || cells.back().end == order.size());
+  HAIRNET_VALIDATE(std::ranges::adjacent_find(cells, [](const DeformCell& a, const DeformCell& b) {
+                     return a.end != b.begin;
+                   }) == cells.end());
   return cells;
 }
 
@@ -67,7 +73,8 @@ Deformer::Deformer(const Lattice& lattice, std::span<const Vec3f> points_head, s
                    const RestTangents* rest, FfdKind kind)
     : lattice_(lattice), kind_(kind), point_count_(points_head.size()) {
   HAIRNET_ASSERT(blend.empty() || blend.size() == points_head.size());
-  HAIRNET_ASSERT(kind == FfdKind::linear || *std::min_element(lattice.dims.begin(), lattice.dims.end()) >= 3);
+  HAIRNET_ASSERT(std::ranges::min(lattice.dims) >= (kind == FfdKind::quadratic ? 3 : 2));
+  HAIRNET_ASSERT(lattice.spacing.minCoeff() > 0);
   HAIRNET_ASSERT(points_head.size() <= std::numeric_limits<std::uint32_t>::max() / 3);
   std::vector<FfdSite> sites;
   sites.reserve(points_head.size());
@@ -77,7 +84,8 @@ Deformer::Deformer(const Lattice& lattice, std::span<const Vec3f> points_head, s
   output_offsets_ = sorted<std::uint32_t>(order, [](std::uint32_t p) { return 3 * p; });
   points_ = sorted_four(order, points_head, blend);
   if (rest == nullptr) return;
-  HAIRNET_ASSERT(rest->direction.size() == points_head.size() && rest->blend_slope.size() == points_head.size());
+  HAIRNET_ASSERT(rest->direction.size() == points_head.size());
+  HAIRNET_ASSERT(rest->blend_slope.size() == points_head.size());
   slopes_ = sorted_four(order, rest->direction, rest->blend_slope);
 }
 
@@ -94,7 +102,9 @@ Deformer::Deformer(const Groom& groom, const Lattice& lattice, FfdKind kind)
 
 WideDeform Deformer::make_work(std::span<const Vec3f> grid_displacements, std::span<Vec3f> points_out) const {
   static_assert(sizeof(Vec3f) == 3 * sizeof(float));
-  HAIRNET_ASSERT(grid_displacements.size() == lattice_.node_count() && points_out.size() == point_count_);
+  HAIRNET_ASSERT(grid_displacements.size() == lattice_.node_count());
+  HAIRNET_ASSERT(points_out.size() == point_count_);
+  HAIRNET_ASSERT(output_offsets_.size() == point_count_ + kDeformOverhang);
   WideDeform work{};
   work.cells = cells_.data();
   work.cell_count = cells_.size();
@@ -119,7 +129,8 @@ void Deformer::deform(std::span<const Vec3f> grid_displacements, std::span<Vec3f
 
 void Deformer::deform(std::span<const Vec3f> grid_displacements, std::span<Vec3f> points_out,
                       std::span<Vec3f> tangents_out) const {
-  HAIRNET_ASSERT(has_tangents() && tangents_out.size() == point_count_);
+  HAIRNET_ASSERT(has_tangents());
+  HAIRNET_ASSERT(tangents_out.size() == point_count_);
   if (point_count_ == 0) return;
   WideDeform work = make_work(grid_displacements, points_out);
   work.tangents_out = tangents_out.data()->data();

@@ -33,13 +33,13 @@ class Deformer {
   Deformer(const Groom& groom, const Lattice& lattice, FfdKind kind);
 
   // points_out[i] = x_i + delta_i u(x_i), u(x) = sum_j w_j(x) displacement_j; head space, m. `grid_displacements` has
-  // an entry for every grid node (expand_displacements makes it); `points_out` one for each point.
+  // an entry for every grid node (expand_displacements makes it); `points_out` one for each point: both are asserted.
   void deform(std::span<const Vec3f> grid_displacements, std::span<Vec3f> points_out) const;
   // Also writes tangents_out[i] = d(points_out)/ds, where s is the arc length at rest. With t the rest tangent and J
   // the gradient of u:
   //     t + delta J t + (d delta / ds) u.
   // The last term matters near the root, where delta rises. Tangents are not normalised: they are longer where hair is
-  // stretched. Only for a Deformer that was constructed with RestTangents.
+  // stretched. Asserts that the Deformer was constructed with RestTangents.
   void deform(std::span<const Vec3f> grid_displacements, std::span<Vec3f> points_out,
               std::span<Vec3f> tangents_out) const;
 

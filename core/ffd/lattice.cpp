@@ -37,7 +37,12 @@ bool is_partition(const LevelGeometry& geometry) {
 }  // namespace
 
 void expand_displacements(const LevelGeometry& geometry, std::span<const Vec3f> active, std::span<Vec3f> grid_out) {
-  HAIRNET_ASSERT(active.size() == geometry.active_nodes.size() && grid_out.size() == geometry.lattice.node_count());
+  HAIRNET_ASSERT(active.size() == geometry.active_nodes.size());
+  HAIRNET_ASSERT(grid_out.size() == geometry.lattice.node_count());
+  HAIRNET_ASSERT(geometry.active_nodes.size() + geometry.trimmed_nodes.size() == grid_out.size());
+  HAIRNET_ASSERT(geometry.trimmed_nodes.empty() || geometry.trimmed_begin.size() == geometry.trimmed_nodes.size() + 1);
+  HAIRNET_ASSERT(geometry.trimmed_from.size() == geometry.trimmed_weights.size());
+  HAIRNET_VALIDATE(is_partition(geometry));
   for (std::size_t a = 0; a < active.size(); ++a) grid_out[geometry.active_nodes[a]] = active[a];
   for (std::size_t t = 0; t < geometry.trimmed_nodes.size(); ++t) {
     Vec3f sum = Vec3f::Zero();

@@ -18,6 +18,8 @@ struct AxisWeights {
 };
 
 AxisWeights quadratic_axis(double g, double spacing, int node_count) {
+  HAIRNET_ASSERT(node_count >= 3);
+  HAIRNET_ASSERT(spacing > 0);
   const double middle = std::clamp(std::round(g), 1.0, node_count - 2.0), t = g - middle;
   AxisWeights axis{static_cast<int>(middle) - 1, 3, {}, {}};
   if (t < -0.5) {  // beyond the grid, linear from its border
@@ -35,6 +37,8 @@ AxisWeights quadratic_axis(double g, double spacing, int node_count) {
 }
 
 AxisWeights linear_axis(double g, double spacing, int node_count) {
+  HAIRNET_ASSERT(node_count >= 2);
+  HAIRNET_ASSERT(spacing > 0);
   const double lowest = std::clamp(std::floor(g), 0.0, node_count - 2.0), t = g - lowest;
   return {static_cast<int>(lowest), 2, {1 - t, t, 0}, {-1 / spacing, 1 / spacing, 0}};
 }

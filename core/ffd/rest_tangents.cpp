@@ -14,6 +14,10 @@ RestTangents none_of(std::size_t point_count) {
 // Takes every `stride`-th of `points`: a card has two edges.
 void add_line(std::span<const Vec3f> points, std::span<const float> blend, const PointRange& range,
               std::uint32_t stride, RestTangents& rest) {
+  HAIRNET_ASSERT(range.begin < range.end);
+  HAIRNET_ASSERT(range.end <= points.size());
+  HAIRNET_ASSERT(range.count() >= stride);
+  HAIRNET_ASSERT(range.count() % stride == 0);
   const std::uint32_t last = range.end - stride;
   for (std::uint32_t p = range.begin; p < range.end; ++p) {
     const std::uint32_t before = p < range.begin + stride ? p : p - stride, after = p >= last ? p : p + stride;
@@ -21,6 +25,7 @@ void add_line(std::span<const Vec3f> points, std::span<const float> blend, const
     const float chord_m = chord.norm();
     if (chord_m == 0) continue;
     const float arc_m = (points[after] - points[p]).norm() + (points[p] - points[before]).norm();
+    HAIRNET_ASSERT(arc_m > 0);
     rest.direction[p] = chord / chord_m;
     rest.blend_slope[p] = (blend[after] - blend[before]) / arc_m;
   }
@@ -57,6 +62,7 @@ std::vector<Vec3f> far_card_normals(const FarCards& far, const RestTangents& res
   HAIRNET_ASSERT(rest.direction.size() == far.points.size());
   std::vector<Vec3f> normals(far.points.size());
   for (const FarCard& card : far.cards) {
+    HAIRNET_ASSERT(card.points.end <= far.points.size());
     for (std::uint32_t p = card.points.begin; p + 1 < card.points.end; p += 2) {
       // One normal for each pair, so that a card is flat across.
       const Vec3f along = rest.direction[p] + rest.direction[p + 1];

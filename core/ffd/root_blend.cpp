@@ -1,3 +1,6 @@
+#include <algorithm>
+
+#include "core/assert.hpp"
 #include "core/ffd/deform.hpp"
 
 namespace hairnet {
@@ -5,11 +8,14 @@ namespace {
 
 const RootBlend& blend_of(const Groom& groom, std::uint16_t group) {
   static const RootBlend kEquation7;
+  HAIRNET_ASSERT(groom.root_blends.empty() || group < groom.root_blends.size());
   return groom.root_blends.empty() ? kEquation7 : groom.root_blends[group];
 }
 
 // Along a line of points from its root.
 void blend_line(const RootBlend& blend, float root_length_m, std::span<const Vec3f> line, std::span<float> delta) {
+  HAIRNET_ASSERT(root_length_m > 0);
+  HAIRNET_ASSERT(delta.size() == line.size());
   double lambda = 0;
   for (std::size_t i = 0; i < line.size(); ++i) {
     if (i > 0) lambda += static_cast<double>((line[i] - line[i - 1]).norm());
@@ -21,6 +27,7 @@ void blend_line(const RootBlend& blend, float root_length_m, std::span<const Vec
 // `middle`.
 void blend_card(const RootBlend& blend, float root_length_m, std::span<const Vec3f> middle,
                 std::vector<float>& middle_delta, std::span<float> delta) {
+  HAIRNET_ASSERT(delta.size() == 2 * middle.size());
   middle_delta.resize(middle.size());
   blend_line(blend, root_length_m, middle, middle_delta);
   for (std::size_t i = 0; i < delta.size(); ++i) delta[i] = middle_delta[i / 2];
@@ -51,12 +58,14 @@ std::vector<float> root_blend(const Groom& groom) {
   }
   for (const Cloth& cloth : groom.cloths) {
     if (cloth.root_length_m <= 0) continue;
+    HAIRNET_ASSERT(cloth.root_distance_m.empty() || cloth.root_distance_m.size() == cloth.points.count());
     const RootBlend& blend = blend_of(groom, cloth.group);
     for (std::size_t i = 0; i < cloth.root_distance_m.size(); ++i) {
       const double ratio = static_cast<double>(cloth.root_distance_m[i]) / static_cast<double>(cloth.root_length_m);
       delta[cloth.points.begin + i] = static_cast<float>(blend_at(blend, ratio));
     }
   }
+  HAIRNET_VALIDATE(std::ranges::all_of(delta, [](float d) { return d >= 0 && d <= 1; }));
   return delta;
 }
 
@@ -70,6 +79,7 @@ std::vector<float> far_card_blend(const Groom& groom) {
     blend_card(blend_of(groom, card.group), card.root_length_m, middle, middle_delta,
                {delta.data() + card.points.begin, delta.data() + card.points.end});
   }
+  HAIRNET_VALIDATE(std::ranges::all_of(delta, [](float d) { return d >= 0 && d <= 1; }));
   return delta;
 }
 

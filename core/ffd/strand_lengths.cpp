@@ -9,6 +9,7 @@ namespace {
 
 // Arc lengths at rest and deformed come from the same sums, so equal points have equal arc lengths.
 void measure(std::span<const Vec3f> strand, std::span<float> arc_m) {
+  HAIRNET_ASSERT(arc_m.size() == strand.size());
   double length_m = 0;
   for (std::size_t i = 0; i < strand.size(); ++i) {
     if (i > 0) length_m += static_cast<double>((strand[i] - strand[i - 1]).norm());
@@ -19,12 +20,15 @@ void measure(std::span<const Vec3f> strand, std::span<float> arc_m) {
 // `arc_m` and `rest_arc_m`: L and l of each point. Goes from the tip to the root: a point moves towards the root only,
 // and lies between two points that have not moved yet.
 void limit_strand(std::span<Vec3f> strand, std::span<const float> arc_m, std::span<const float> rest_arc_m) {
+  HAIRNET_ASSERT(arc_m.size() == strand.size());
+  HAIRNET_ASSERT(rest_arc_m.size() == strand.size());
   std::size_t after = strand.size();  // the end of the segment that contains the arc length l_i
   for (std::size_t i = strand.size(); i-- > 1;) {
     const float wanted_m = rest_arc_m[i];
     if (arc_m[i] <= wanted_m) continue;
     after = std::min(after, i);
     while (arc_m[after - 1] > wanted_m) --after;
+    HAIRNET_VALIDATE(after > 0);
     const float t = (wanted_m - arc_m[after - 1]) / (arc_m[after] - arc_m[after - 1]);
     strand[i] = strand[after - 1] + t * (strand[after] - strand[after - 1]);
   }
@@ -35,6 +39,7 @@ void limit_strand(std::span<Vec3f> strand, std::span<const float> arc_m, std::sp
 StrandLengths::StrandLengths(std::span<const Vec3f> points, std::span<const std::uint32_t> strand_begin)
     : strand_begin_(strand_begin.begin(), strand_begin.end()), arc_m_(strand_begin.empty() ? 0 : strand_begin.back()) {
   HAIRNET_ASSERT(arc_m_.size() <= points.size());
+  HAIRNET_ASSERT(std::ranges::is_sorted(strand_begin_));
   for (std::size_t s = 0; s + 1 < strand_begin_.size(); ++s) {
     const std::uint32_t begin = strand_begin_[s], count = strand_begin_[s + 1] - begin;
     measure(points.subspan(begin, count), std::span(arc_m_).subspan(begin, count));

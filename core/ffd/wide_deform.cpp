@@ -1,5 +1,7 @@
 #include "core/ffd/wide_deform.hpp"
 
+#include "core/assert.hpp"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/ffd/wide_deform.cpp"
 #include <hwy/foreach_target.h>  // compiles this file once more for each instruction set
@@ -252,6 +254,11 @@ HWY_EXPORT(deform_quadratic);
 HWY_EXPORT(deform_linear);
 
 void wide_deform(FfdKind kind, const WideDeform& work) {
+  HAIRNET_ASSERT(work.cell_count > 0);
+  HAIRNET_ASSERT(work.displacements != nullptr);
+  HAIRNET_ASSERT(work.points_out != nullptr);
+  HAIRNET_ASSERT(work.tangents_out == nullptr || work.slopes[0] != nullptr);
+  HAIRNET_ASSERT(work.cells[work.cell_count - 1].base < work.node_count);
   if (kind == FfdKind::quadratic) {
     HWY_DYNAMIC_DISPATCH(deform_quadratic)(work);
   } else {

@@ -211,5 +211,13 @@ TEST(Deformer, has_tangents_only_when_it_was_given_those_at_rest) {
   EXPECT_EQ(points.deformer(lattice, FfdKind::linear).point_count(), points.x.size());
 }
 
+TEST(DeformerDeathTest, points_out_of_another_count_stop_the_program) {
+  const Lattice lattice{Vec3f::Zero(), Vec3f::Ones(), {3, 3, 3}};
+  const std::vector<Vec3f> points(2, Vec3f::Ones()), displacements(27, Vec3f::Zero());
+  const Deformer deformer(lattice, points, {}, FfdKind::quadratic);
+  std::vector<Vec3f> points_out(1);
+  EXPECT_DEATH(deformer.deform(displacements, points_out), "assertion failed: points_out.size\\(\\) == point_count_");
+}
+
 }  // namespace
 }  // namespace hairnet
