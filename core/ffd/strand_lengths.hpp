@@ -24,7 +24,8 @@ class StrandLengths {
   StrandLengths(std::span<const Vec3f> points, std::span<const std::uint32_t> strand_begin);
   explicit StrandLengths(const Groom& groom);
 
-  // Moves the deformed `points` of the strands. Points after the last strand stay unchanged. Asserts that all are there.
+  // Moves the deformed `points` of the strands. Points after the last strand stay unchanged. Asserts that all are
+  // there.
   void limit(std::span<Vec3f> points) const;
 
   // l_i, m: the arc length at rest from the root of the strand to each point.

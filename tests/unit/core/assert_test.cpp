@@ -7,7 +7,7 @@ namespace {
 
 TEST(AssertDeathTest, a_false_condition_stops_the_program_and_says_where) {
   const int count = 2;
-  EXPECT_DEATH(HAIRNET_ASSERT(count == 3), "tests/unit/core/assert_test.cpp:11: .*assertion failed: count == 3");
+  EXPECT_DEATH(HAIRNET_ASSERT(count == 3), "tests/unit/core/assert_test.cpp:10: .*assertion failed: count == 3");
 }
 
 TEST(Assert, a_true_condition_is_evaluated_once) {
