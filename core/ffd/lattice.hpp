@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/assert.hpp"
 #include "core/geometry/vec.hpp"
 
 namespace hairnet {
@@ -21,9 +22,11 @@ struct Lattice {
     return static_cast<std::size_t>(dims[0]) * static_cast<std::size_t>(dims[1]) * static_cast<std::size_t>(dims[2]);
   }
   [[nodiscard]] std::uint32_t index(int i, int j, int k) const {
+    HAIRNET_VALIDATE(0 <= i && i < dims[0] && 0 <= j && j < dims[1] && 0 <= k && k < dims[2]);
     return static_cast<std::uint32_t>(i + dims[0] * (j + dims[1] * k));
   }
   [[nodiscard]] std::array<int, 3> coordinates(std::uint32_t node) const {
+    HAIRNET_VALIDATE(node < node_count());
     const int n = static_cast<int>(node);
     return {n % dims[0], n / dims[0] % dims[1], n / (dims[0] * dims[1])};
   }

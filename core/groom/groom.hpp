@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/assert.hpp"
 #include "core/groom/body.hpp"
 #include "core/groom/fabric.hpp"
 #include "core/groom/far_cards.hpp"
@@ -59,23 +60,28 @@ struct Groom {
 
   [[nodiscard]] std::size_t strand_count() const { return strands.size(); }
   [[nodiscard]] std::span<const Vec3f> strand_points(std::size_t s) const {
+    HAIRNET_VALIDATE(s + 1 < strand_begin.size());
     return {points.data() + strand_begin[s], points.data() + strand_begin[s + 1]};
   }
   [[nodiscard]] std::span<const Vec3f> points_of(const PointRange& range) const {
+    HAIRNET_VALIDATE(range.begin <= range.end && range.end <= points.size());
     return {points.data() + range.begin, points.data() + range.end};
   }
 
-  // Each function sets the point range of the part that it adds. Add strands first, then threads, cards, cloths.
+  // Each function sets the point range of the part that it adds. Asserts the order: strands, threads, cards, cloths.
   void add_strand(std::span<const Vec3f> strand, const StrandProperties& properties) {
+    HAIRNET_ASSERT(threads.empty() && cards.empty() && cloths.empty());
     append(strand);
     strand_begin.push_back(static_cast<std::uint32_t>(points.size()));
     strands.push_back(properties);
   }
   void add_thread(std::span<const Vec3f> polyline, Thread thread) {
+    HAIRNET_ASSERT(cards.empty() && cloths.empty());
     thread.points = append(polyline);
     threads.push_back(thread);
   }
   void add_card(std::span<const Vec3f> edges, const StrandProperties& properties) {
+    HAIRNET_ASSERT(cloths.empty());
     const PointRange range = append(edges);
     cards.push_back({range, properties});
   }
