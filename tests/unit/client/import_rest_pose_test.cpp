@@ -174,7 +174,7 @@ TEST(ImportRestPose, the_first_frame_is_the_rest_where_zero_bones_lie_along_x) {
 TEST(ImportRestPose, the_first_frame_is_the_rest_where_the_zero_pose_lies) {
   for (const double degrees : {90.0, -90.0}) {
     const TestMotion made{.axes = [&](std::size_t) { return turn(degrees, Vec3::UnitX()); },
-                    .frames = {upright, head_left, bowed}};
+                          .frames = {upright, head_left, bowed}};
     const auto motion = imported(made);
     ASSERT_TRUE(motion) << motion.error();
     expect_same_motion(made, *motion);

@@ -52,7 +52,7 @@ class HttpTest : public TransportTest {
   std::string get(std::string_view path, std::string_view more = "", std::string_view method = "GET") {
     Peer peer(listener_->port());
     return answer_to(peer, std::string(method) + " " + std::string(path) +
-                          " HTTP/1.1\r\nHost: here\r\nConnection: close\r\n" + std::string(more) + "\r\n");
+                               " HTTP/1.1\r\nHost: here\r\nConnection: close\r\n" + std::string(more) + "\r\n");
   }
   // The first response when the server is to keep the connection.
   std::string first_response(Peer& peer, std::string_view text, std::string_view until) {

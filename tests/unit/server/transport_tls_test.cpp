@@ -137,7 +137,8 @@ TEST_F(TlsTest, pages_travel_inside_tls_and_plain_beside_it) {
   EXPECT_EQ(failed, "");
   EXPECT_THAT(page, StartsWith("HTTP/1.1 404 "));
   Peer peer(listener_->port());
-  EXPECT_THAT(answer_to(peer, "GET /none HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n"), StartsWith("HTTP/1.1 404 "));
+  EXPECT_THAT(answer_to(peer, "GET /none HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n"),
+              StartsWith("HTTP/1.1 404 "));
 }
 
 TEST_F(TlsTest, a_closing_session_sends_waiting_packets_and_ends_tls) {
