@@ -124,7 +124,8 @@ TEST(StiffenerOrder, each_stiffener_keeps_its_law_and_equal_nodes_their_order) {
 
 TEST(BuildLevels, hair_too_weak_for_float_gives_a_level_without_stiffeners) {
   Groom groom = support::make_head_of_hair(30);
-  for (StrandProperties& strand : groom.strands) strand.hair_count = 1e-38f;
+  groom.materials.base.axial_stiffness_n = 1e-42f;
+  groom.materials.base.attachment_stiffness_n_per_m = 1e-42f;
   ASSERT_EQ(validate(groom), "");
   const auto level = build_level(groom, kLevelSpecs[2]);
   EXPECT_EQ(validate(*level), "");

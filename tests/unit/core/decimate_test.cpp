@@ -21,7 +21,7 @@ using support::grid_of;
 using support::springs_of;
 using support::weight_matrix;
 
-Grid unit_grid(int n) {
+Grid grid_of_cells(int n) {
   Lattice lattice;
   lattice.dims = {n, n, n};
   return Grid(lattice);
@@ -139,7 +139,7 @@ TEST(Decimating, keeps_all_there_are_when_asked_for_more) {
 }
 
 TEST(Decimating, an_empty_list_stays_empty) {
-  const Grid grid = unit_grid(4);
+  const Grid grid = grid_of_cells(4);
   StiffenerList list;
   EXPECT_TRUE(decimate(grid, StiffenerKind::spring, 10, list));
   EXPECT_TRUE(decimate(grid, StiffenerKind::attachment, 0, list));
@@ -147,7 +147,7 @@ TEST(Decimating, an_empty_list_stays_empty) {
 }
 
 TEST(Decimating, identical_springs_merge_exactly) {
-  const Grid grid = unit_grid(4);
+  const Grid grid = grid_of_cells(4);
   StiffenerList springs;
   for (int i = 0; i < 50; ++i) {
     add_spring(grid, Vec3(1, 1.3, 1.4), Vec3(2, 1.6, 1.7), {}, {}, springs);
@@ -162,7 +162,7 @@ TEST(Decimating, identical_springs_merge_exactly) {
 }
 
 TEST(Decimating, two_bundles_of_identical_springs_become_two_springs_without_any_error) {
-  const Grid grid = unit_grid(5);
+  const Grid grid = grid_of_cells(5);
   StiffenerList springs;
   for (int i = 0; i < 40; ++i) {
     add_spring(grid, Vec3(1, 1.3, 1.4), Vec3(2, 1.6, 1.7), {}, {}, springs);
@@ -187,7 +187,7 @@ TEST(Decimating, attachments_keep_their_total_stiffness_in_each_group) {
 }
 
 TEST(Decimating, the_nearest_attachments_merge_first) {
-  const Grid grid = unit_grid(12);
+  const Grid grid = grid_of_cells(12);
   StiffenerList attachments;
   for (const double x : {1.5, 4.0, 9.5}) add_attachment(grid, Vec3(x, 2.5, 2.5), {}, {}, attachments);
   ASSERT_TRUE(decimate(grid, StiffenerKind::attachment, 2, attachments));
@@ -198,7 +198,7 @@ TEST(Decimating, the_nearest_attachments_merge_first) {
 }
 
 TEST(Decimating, springs_never_gain_from_another_group) {
-  const Grid grid = unit_grid(4);
+  const Grid grid = grid_of_cells(4);
   StiffenerList springs;
   for (int i = 0; i < 20; ++i) {
     add_spring(grid, Vec3(1, 1.3, 1.4), Vec3(2, 1.6, 1.7), {.hair_count = 1, .group = 0}, {}, springs);
@@ -225,7 +225,7 @@ TEST(Decimating, springs_keep_their_resistance_to_stretching_in_each_group) {
 }
 
 TEST(Decimating, parallel_springs_of_a_cell_pull_its_nodes_as_before_when_it_is_stretched) {
-  const Grid grid = unit_grid(4);
+  const Grid grid = grid_of_cells(4);
   StiffenerList springs;
   const Vec3 along(1, 0.1, -0.2);
   for (int i = 0; i < 30; ++i) {
@@ -241,7 +241,7 @@ TEST(Decimating, parallel_springs_of_a_cell_pull_its_nodes_as_before_when_it_is_
 }
 
 TEST(Decimating, springs_that_run_against_each_other_do_not_cancel) {
-  const Grid grid = unit_grid(4);
+  const Grid grid = grid_of_cells(4);
   StiffenerList springs;
   add_spring(grid, Vec3(1, 1.3, 1.4), Vec3(2, 1.6, 1.7), {}, {}, springs);
   add_spring(grid, Vec3(2, 1.5, 1.7), Vec3(1, 1.2, 1.4), {}, {}, springs);
@@ -250,7 +250,7 @@ TEST(Decimating, springs_that_run_against_each_other_do_not_cancel) {
 }
 
 TEST(Decimating, more_groups_than_asked_for_lose_the_weakest) {
-  const Grid grid = unit_grid(12);
+  const Grid grid = grid_of_cells(12);
   StiffenerList springs;
   const float hair_counts[] = {3, 1, 2, 5};
   for (std::uint16_t i = 0; i < 4; ++i) {
@@ -349,7 +349,7 @@ TEST(Decimating, reports_a_share_that_never_falls) {
 }
 
 TEST(Decimating, many_coincident_stiffeners_are_no_trouble) {
-  const Grid grid = unit_grid(5);
+  const Grid grid = grid_of_cells(5);
   StiffenerList springs, attachments;
   for (int i = 0; i < 100'000; ++i) {  // hangs where any step is quadratic in them
     add_spring(grid, Vec3(1, 1.3, 1.4), Vec3(2, 1.6, 1.7), {}, {}, springs);

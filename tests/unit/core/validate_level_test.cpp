@@ -104,7 +104,8 @@ TEST(ValidateLevel, refuses_a_level_without_nodes) {
 
 TEST(ValidateLevel, refuses_a_lattice_too_small_for_quadratic_ffd) {
   Level level = sound_level();
-  level.geometry = {.lattice = {.dims = {2, 3, 3}}};
+  level.geometry = {};
+  level.geometry.lattice.dims = {2, 3, 3};
   for (std::uint32_t node = 0; node < level.geometry.lattice.node_count(); ++node)
     level.geometry.active_nodes.push_back(node);
   level.geometry.trimmed_begin = {0};
