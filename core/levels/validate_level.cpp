@@ -12,7 +12,7 @@ namespace {
 // Far larger than any built value, and far below values at which the solver's sums overflow.
 constexpr float kMax = 1e9f;
 constexpr float kWeightMax = 1e3f;
-constexpr float kCellMin_m = 1e-4f;
+constexpr float kSkinCellMin_m = 1e-4f;
 constexpr int kSkinNodesMax = 1 << 20;  // of one grid
 static_assert(kSkinNodesMax <= 1 << std::numeric_limits<float>::digits, "an entry's number is exact in float");
 // The rounding error allowed in sums that are exact by construction.
@@ -99,7 +99,7 @@ std::string validate_skin(const Skin& skin) {
     const auto bone = static_cast<std::size_t>(field.bone);
     if (bone >= kBoneCount || std::exchange(is_met[bone], true)) return "skin: no such bone, or two fields of one";
     if (!field.origin.allFinite() || field.origin.cwiseAbs().maxCoeff() > kMax) return "skin: an origin is not finite";
-    if (!within(field.cell_m, kCellMin_m)) return "skin: a cell without size";
+    if (!within(field.cell_m, kSkinCellMin_m)) return "skin: a cell without size";
     std::size_t count = 1;
     for (const int nodes : field.dims) {
       if (nodes < 2 || nodes > kSkinNodesMax) return "skin: a grid of no or too many nodes";

@@ -36,7 +36,7 @@ std::string case_text(const std::tuple<First, Rest...>& values) {
   return std::apply(
       [](const First& first, const Rest&... rest) {
         std::string text = case_text(first);
-        ((text += "_" + case_text(rest)), ...);
+        ((text += '_', text += case_text(rest)), ...);
         return text;
       },
       values);
