@@ -195,7 +195,7 @@ struct Session::MessageHandler {
   Refused operator()(wire::GroomOffer& offer) { return context.grooms.offer(session.id(), offer, now_ns); }
   Refused operator()(wire::GroomChunk& chunk) {
     const bool was_free = is_free(chunk);
-    const ChunkAnswer answer = context.grooms.chunk(session.id(), std::move(chunk), now_ns);
+    ChunkAnswer answer = context.grooms.chunk(session.id(), std::move(chunk), now_ns);
     if (was_free && !answer.was_wanted && !session.take_message(now_ns)) return {};  // only wanted bytes are free
     return answer;
   }
