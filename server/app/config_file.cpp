@@ -57,7 +57,8 @@ class Reader {
       if (setting == settings_->end()) return place(node, fmt::format("there is no key '{}'", name));
       std::optional<Setting::Value> value = value_of(node);
       if (!value) return place(node, name + ": is of a type that no setting takes");
-      if (const std::string wrong = check(*setting, *value); !wrong.empty()) return place(node, fmt::format("{}: {}", name, wrong));
+      if (const std::string wrong = check(*setting, *value); !wrong.empty())
+        return place(node, fmt::format("{}: {}", name, wrong));
       setting->set(*value);
       names_.insert(name);
     }
