@@ -22,6 +22,8 @@ struct Named {
 
   friend void PrintTo(const Named& named, std::ostream* out) { *out << named.name; }
 };
+template <class Value>
+Named(const char*, Value) -> Named<Value>;
 
 template <class Value>
 std::string case_text(const Value& value) {

@@ -38,7 +38,7 @@ inline std::vector<std::pair<std::uint32_t, float>> trilinear(const Lattice& lat
 
 // Every node of the grid active; weights are folded and given in ascending order.
 inline void add_stiffener(const Level& level, Stiffeners& stiffeners,
-                          std::vector<std::pair<std::uint32_t, float>> weights, float k, float q) {
+                          const std::vector<std::pair<std::uint32_t, float>>& weights, float k, float q) {
   std::vector<float> by_node(level.rest.size(), 0.0f);
   for (const auto& [node, w] : weights) by_node[node] += w;
   Vec3f rest = Vec3f::Zero();
