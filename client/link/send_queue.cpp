@@ -14,8 +14,8 @@ bool holds_poses(const wire::ClientMessage& message) {
 
 // Marks the character's next pose after the one at `from` as a teleport, because it does not continue from the last
 // pose that the server received. False when no pose of it waits.
-bool carry_teleport(std::deque<wire::ClientMessage>::iterator from, std::deque<wire::ClientMessage>::iterator end,
-                    std::uint32_t character) {
+bool carry_teleport(std::deque<wire::ClientMessage>::iterator from,
+                    const std::deque<wire::ClientMessage>::iterator& end, std::uint32_t character) {
   for (; from != end; ++from) {
     auto* batch = std::get_if<wire::PoseBatch>(&*from);
     if (!batch) continue;
