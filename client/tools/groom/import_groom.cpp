@@ -11,7 +11,8 @@ namespace hairnet::groom {
 namespace {
 
 void spread_root_lengths(const ImportOptions& options, Groom& groom) {
-  for (std::uint16_t group = 0; group < groom.group_names.size(); ++group) {
+  const auto group_count = static_cast<std::uint16_t>(groom.group_names.size());
+  for (std::uint16_t group = 0; group < group_count; ++group) {
     RootLengths lengths;
     const double of_material = static_cast<double>(groom.materials.of(group).root_length_m);
     lengths.root_length_m = static_cast<float>(options.root_length_m.value_or(of_material));
