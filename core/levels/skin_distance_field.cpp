@@ -154,8 +154,8 @@ double skin_distance(const SkinDistanceField& field, const Vec3& point, Vec3* gr
   double corner[2][2][2];
   for (int c = 0; c < 8; ++c) {
     const int i = c & 1, j = c >> 1 & 1, k = c >> 2;
-    const int at = low[0] + i + field.dims[0] * (low[1] + j + field.dims[1] * (low[2] + k));
-    corner[k][j][i] = static_cast<double>(field.distance[static_cast<std::size_t>(at)]);
+    const int entry = low[0] + i + field.dims[0] * (low[1] + j + field.dims[1] * (low[2] + k));
+    corner[k][j][i] = static_cast<double>(field.distance[static_cast<std::size_t>(entry)]);
   }
   const auto mix = [](double s, double a, double b) { return a + s * (b - a); };
   double edge[2][2], slope_x[2][2];
