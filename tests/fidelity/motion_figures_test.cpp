@@ -66,6 +66,7 @@ INSTANTIATE_TEST_SUITE_P(Made, EverydayHair,
 TEST(LoopedMotion, continues_at_the_place_and_heading_of_its_end) {
   Motion motion = make_motion("dance").value();
   motion.poses.resize(200);  // in the middle of a turn
+  motion.teleports.resize(200);
   const double length_s = motion.duration_s();
   const Motion all = looped(motion, 12);
   EXPECT_GE(all.duration_s(), 12);
