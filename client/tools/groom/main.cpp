@@ -50,7 +50,7 @@ void add_material_flags(CLI::App& app, groom::MaterialOptions& o) {
   constexpr const char* kGroupFlag = "--group-material";
   app.add_option_function<std::vector<std::string>>(
          kGroupFlag,
-         [&o, kGroupFlag](const std::vector<std::string>& texts) {
+         [&o](const std::vector<std::string>& texts) {
            for (const std::string& text : texts) {
              const std::size_t equals = text.rfind('=');
              if (equals == std::string::npos)

@@ -4,11 +4,10 @@ import { kPoseNumbers, validatePose, type Pose } from "../hair/pose";
 import { type GoodbyeReason, ObserveMode, Role, kGoodbyeReasonLast } from "../generated/enums";
 import * as fb from "./generated/messages";
 import { hashBytes, type GroomHash } from "./groomHash";
+import { checkState, readState, writeState, type HairState } from "./hairState";
 import {
   kGroomBytesMax,
   kGroomChunkBytesMax,
-  kHairStateIntegersMax,
-  kHairStateStepMaxM,
   kMembersPerMessageMax,
   kObserveRadiusMaxM,
   kPosesPerBatchMax,
@@ -41,7 +40,6 @@ import {
   writeHash,
   type Builder,
   type ClientCodec,
-  type Offset,
 } from "./messageCodec";
 import { fitText } from "./text";
 
@@ -50,7 +48,7 @@ import { fitText } from "./text";
 //
 // Times are nanoseconds as numbers: exact to 104 days, to 256 ns at 73 years. Offsets and sizes are exact to 2^53.
 
-export type { MemberImportance };
+export type { HairState, MemberImportance };
 
 export interface Hello {
   readonly type: "hello";
@@ -156,48 +154,6 @@ const groomChunk: ClientCodec<GroomChunk> = {
     checkInteger(bytes.length, 1, kGroomChunkBytesMax, "chunk's bytes");
   },
 };
-
-/** A lattice: displacement = stepM * integer, velocity = 32 stepM/s * integer, 3 an active node. */
-export interface HairState {
-  readonly level: LevelIndex;
-  readonly stepM: number;
-  readonly displacements: Int16Array;
-  /** as many, or none: at rest */
-  readonly velocities: Int16Array;
-}
-
-function writeShorts(to: Builder, integers: Int16Array): Offset {
-  to.startVector(2, integers.length, 2);
-  for (let i = integers.length - 1; i >= 0; --i) to.addInt16(integers[i]);
-  return to.endVector();
-}
-
-function writeState(to: Builder, state: HairState): Offset {
-  const displacements = writeShorts(to, state.displacements);
-  const velocities = writeShorts(to, state.velocities);
-  return fb.HairState.createHairState(to, displacements, velocities, state.stepM, state.level);
-}
-
-function readState(from: fb.HairState): HairState {
-  const count = from.displacementsLength();
-  if (count > kHairStateIntegersMax) throw invalid(`hair state: more than ${kHairStateIntegersMax} integers`);
-  if (from.velocitiesLength() !== 0 && from.velocitiesLength() !== count) throw invalid("hair state: counts differ");
-  return {
-    level: enumOf(from.level(), LevelIndex.high, LevelIndex.ether, "level of a hair state"),
-    stepM: from.stepM(),
-    displacements: from.displacementsArray()!.slice(),
-    velocities: from.velocitiesArray()!.slice(),
-  };
-}
-
-function checkState({ level, stepM, displacements, velocities }: HairState): void {
-  checkInteger(level, LevelIndex.high, LevelIndex.ether, "level of a hair state");
-  const count = displacements.length;
-  if (count === 0 || count % 3 !== 0 || count > kHairStateIntegersMax)
-    throw invalid("hair state: not 3 integers a node, or too many");
-  if (velocities.length !== 0 && velocities.length !== count) throw invalid("hair state: counts differ");
-  if (!(stepM > 0 && stepM <= kHairStateStepMaxM)) throw invalid("hair state: step not in (0, 0.001] m");
-}
 
 export interface AddCharacter {
   readonly type: "addCharacter";
