@@ -1,5 +1,5 @@
 import type { MemberImportance } from "../hair/hairSource";
-import { ErrorClass, LevelIndex } from "../hair/level";
+import { ErrorClass, type LevelIndex } from "../hair/level";
 import { kPoseNumbers, validatePose, type Pose } from "../hair/pose";
 import { type GoodbyeReason, ObserveMode, Role, kGoodbyeReasonLast } from "../generated/enums";
 import * as fb from "./generated/messages";
