@@ -45,7 +45,7 @@ std::span<const float> GridNodes::velocities(const RigidTransform& from, const R
 
 Result<TrajectoryFiles> TrajectoryFiles::create(const SimulateOptions& options, const Groom& groom,
                                                 const Level& level) {
-  TrajectoryFiles files(groom, level);
+  TrajectoryFiles files(level);
   const std::size_t node_count = level.geometry.lattice.node_count();
   const std::size_t point_count = groom.points.size();
   for (const Result<void>& opened : {files.open(files.positions_file_, options.out, {node_count, 3}),

@@ -45,12 +45,11 @@ class TrajectoryFiles {
     std::string path;
     NpyWriter writer;
   };
-  TrajectoryFiles(const Groom& groom, const Level& level) : groom_(groom), nodes_(level.geometry) {}
+  explicit TrajectoryFiles(const Level& level) : nodes_(level.geometry) {}
   Result<void> open(std::optional<File>& file, const std::string& path, std::vector<std::size_t> row_shape);
   void add_points(const RigidTransform& head);
   void add_pose(const Pose& pose);
 
-  const Groom& groom_;
   GridNodes nodes_;
   std::optional<Deformer> deformer_;
   std::optional<StrandLengths> lengths_;
