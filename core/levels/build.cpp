@@ -275,8 +275,9 @@ std::shared_ptr<const Level> build_level(const Groom& groom, const LevelSpec& sp
   HAIRNET_ASSERT(!groom.points.empty());
   HAIRNET_VALIDATE(validate(groom).empty());
   BuildProgress progress(callbacks, 1);
-  if (!progress.at(0, 0, "measuring the skin")) return nullptr;
-  const std::shared_ptr<const Skin> skin = make_skin(groom, parallel_for);
+  const auto measuring = [&progress] { return progress.at(0, 0, "measuring the skin"); };
+  const std::shared_ptr<const Skin> skin = measuring() ? make_skin(groom, parallel_for, measuring) : nullptr;
+  if (!skin) return nullptr;
   auto level = std::make_shared<Level>();
   LevelReport own_report;
   LevelReport& counts = report ? *report : own_report;
@@ -290,8 +291,9 @@ std::shared_ptr<const LevelSet> build_levels(const Groom& groom, const BuildCall
   HAIRNET_ASSERT(!groom.points.empty());
   HAIRNET_VALIDATE(validate(groom).empty());
   BuildProgress progress(callbacks, kLevelSpecs.size());
-  if (!progress.at(0, 0, "measuring the skin")) return nullptr;
-  const std::shared_ptr<const Skin> skin = make_skin(groom, parallel_for);
+  const auto measuring = [&progress] { return progress.at(0, 0, "measuring the skin"); };
+  const std::shared_ptr<const Skin> skin = measuring() ? make_skin(groom, parallel_for, measuring) : nullptr;
+  if (!skin) return nullptr;
   auto set = std::make_shared<LevelSet>();
   std::array<LevelReport, 4> own_reports;
   std::array<bool, kLevelSpecs.size()> is_made{};

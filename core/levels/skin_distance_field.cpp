@@ -1,6 +1,7 @@
 #include "core/levels/skin_distance_field.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -107,13 +108,18 @@ void fill_row(const MeshQuery& body, const MeshQuery& part, const std::vector<bo
   }
 }
 
-std::optional<SkinDistanceField> make_field(const Body& body, const MeshQuery& whole, Bone bone, const Box& reach) {
+// None when the bone carries no skin within reach, or when `keep_going` says no.
+std::optional<SkinDistanceField> make_field(const Body& body, const MeshQuery& whole, Bone bone, const Box& reach,
+                                            const std::function<bool()>& keep_going) {
   const Part part(body, static_cast<std::size_t>(bone), reach);
   if (part.mesh.triangles.empty() || part.box.is_empty()) return std::nullopt;
   const MeshQuery skin(part.mesh);
   SkinDistanceField field = grid_around(part.box, bone);
   for (int k = 0; k < field.dims[2]; ++k) {
-    for (int j = 0; j < field.dims[1]; ++j) fill_row(whole, skin, part.carried, field, j, k);
+    for (int j = 0; j < field.dims[1]; ++j) {
+      if (!keep_going()) return std::nullopt;
+      fill_row(whole, skin, part.carried, field, j, k);
+    }
   }
   HAIRNET_ASSERT(std::cmp_equal(field.distance.size(), field.dims[0] * field.dims[1] * field.dims[2]));
   HAIRNET_VALIDATE(std::ranges::all_of(field.distance, [](float distance) { return std::isfinite(distance); }));
@@ -122,15 +128,22 @@ std::optional<SkinDistanceField> make_field(const Body& body, const MeshQuery& w
 
 }  // namespace
 
-std::shared_ptr<const Skin> make_skin(const Groom& groom, const ParallelFor& parallel_for) {
+std::shared_ptr<const Skin> make_skin(const Groom& groom, const ParallelFor& parallel_for,
+                                      const std::function<bool()>& keep_going) {
   HAIRNET_ASSERT(groom.body.bone_weights.size() == groom.body.mesh.vertices.size());
   const MeshQuery whole(groom.body.mesh);
   const Box reach = reach_of(groom);
   std::array<std::optional<SkinDistanceField>, kBoneCount> fields;
+  std::atomic<bool> is_cancelled = false;
+  const auto goes_on = [&] {
+    if (keep_going && !is_cancelled && !keep_going()) is_cancelled = true;
+    return !is_cancelled;
+  };
   if (!whole.empty() && !groom.points.empty()) {
     run_loop(parallel_for, kBoneCount,
-             [&](std::size_t b) { fields[b] = make_field(groom.body, whole, static_cast<Bone>(b), reach); });
+             [&](std::size_t b) { fields[b] = make_field(groom.body, whole, static_cast<Bone>(b), reach, goes_on); });
   }
+  if (is_cancelled) return nullptr;
   auto skin = std::make_shared<Skin>();
   for (std::optional<SkinDistanceField>& field : fields) {
     if (field) skin->push_back(std::move(*field));

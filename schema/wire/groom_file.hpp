@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -16,5 +17,16 @@ std::vector<std::uint8_t> encode_groom(const Groom& groom);
 // Files of version 1 have no materials; their hair gets the material `normal`.
 Result<Groom> decode_groom(std::span<const std::uint8_t> bytes, const GroomLimits& limits = {});
 GroomHash hash_groom(std::span<const std::uint8_t> groom_bytes);
+
+// The same hash of bytes that come in pieces.
+class GroomHasher {
+ public:
+  GroomHasher();
+  void add(std::span<const std::uint8_t> piece);
+  [[nodiscard]] GroomHash hash() const;  // of all pieces so far
+
+ private:
+  alignas(64) std::array<std::uint8_t, 384> state_;  // of libsodium, whose header this one spares its readers
+};
 
 }  // namespace hairnet::wire

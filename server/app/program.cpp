@@ -136,7 +136,8 @@ int run_program(const Config& config) {
   set_up_log(config.log_level);
   Metrics metrics;
   IoLoop loop;  // outlives the sessions, which own its sockets
-  auto created = Server::create(config, metrics, channel::monotonic_ns(), channel::monotonic_ns);
+  auto created =
+      Server::create(config, metrics, channel::monotonic_ns(), channel::monotonic_ns, build_levels_in_process);
   if (!created) return refuse(created.error());
   Server& server = **created;
   metrics.program.start_time_seconds.set(static_cast<double>(std::time(nullptr)));

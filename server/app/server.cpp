@@ -43,16 +43,17 @@ std::optional<GroomCache> make_groom_cache(const Config& config, GroomCacheCount
 }
 
 GroomBuilderDef builder_def(const Config& config, std::optional<LevelCache>& levels, std::optional<GroomCache>& grooms,
-                            ClockNs clock) {
+                            ClockNs clock, const BuildLevels& build_levels) {
   GroomBuilderDef def;
-  def.limits = config.grooms.groom;
+  def.build.groom = config.grooms.groom;
+  def.build.thread_count = config.build_threads;
+  def.build.memory_bytes_max = config.grooms.build_memory_bytes_max;
+  def.build.ns_max = config.grooms.build_ns_max;
+  def.build_levels = build_levels;
   def.bytes_max = config.grooms.groom_bytes_max;
-  def.queue_max = config.grooms.build_queue_max;
-  def.thread_count = config.build_threads;
   def.levels = levels ? &*levels : nullptr;
   def.grooms = grooms ? &*grooms : nullptr;
   def.now_ns = clock;
-  def.build_ns_max = config.grooms.build_ns_max;
   return def;
 }
 
@@ -72,7 +73,7 @@ std::int64_t unix_time_s() {
 }  // namespace
 
 Result<std::unique_ptr<Server>> Server::create(const Config& config, Metrics& metrics, std::int64_t now_ns,
-                                               ClockNs clock) {
+                                               ClockNs clock, const BuildLevels& build_levels) {
   if (std::string wrong = validate(config); !wrong.empty()) return Refusal(std::move(wrong));
   std::unique_ptr<Recorder> recorder;
   if (!config.record.empty()) {
@@ -87,16 +88,18 @@ Result<std::unique_ptr<Server>> Server::create(const Config& config, Metrics& me
       return Refusal("token key file " + config.token_key_file +
                      ": cannot be read, or was not made by hairnet-token key");
   }
-  return std::unique_ptr<Server>(new Server(config, metrics, std::move(recorder), std::move(token_key), now_ns, clock));
+  return std::unique_ptr<Server>(
+      new Server(config, metrics, std::move(recorder), std::move(token_key), now_ns, clock, build_levels));
 }
 
 Server::Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder> recorder,
-               std::optional<channel::TokenKey> token_key, std::int64_t now_ns, ClockNs clock)
+               std::optional<channel::TokenKey> token_key, std::int64_t now_ns, ClockNs clock,
+               const BuildLevels& build_levels)
     : commands_(config.command_weight_max),
       recorder_(std::move(recorder)),
       groom_cache_(make_groom_cache(config, metrics.groom_cache)),
       level_cache_(make_level_cache(config, metrics.level_cache)),
-      builder_(builder_def(config, level_cache_, groom_cache_, clock)),
+      builder_(builder_def(config, level_cache_, groom_cache_, clock, build_levels)),
       grooms_(config.grooms, builder_, commands_, metrics.groom, groom_listener()),
       context_{config.sessions,
                metrics.session,

@@ -25,9 +25,10 @@ class Server {
  public:
   // `metrics` must outlive the server. Ticks are counted from `now_ns`. `clock`, which any thread may call, measures
   // the duration of work; without one nothing is measured and every character is stepped at the level that its owner
-  // asked for.
+  // asked for. `build_levels` builds the grooms, on the builder thread.
   static Result<std::unique_ptr<Server>> create(const Config& config, Metrics& metrics, std::int64_t now_ns,
-                                                ClockNs clock = nullptr);
+                                                ClockNs clock = nullptr,
+                                                const BuildLevels& build_levels = build_levels_here);
 
   // I/O thread.
   PacketSink* open(std::shared_ptr<Connection> connection, std::int64_t now_ns);
@@ -56,7 +57,8 @@ class Server {
 
  private:
   Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder> recorder,
-         std::optional<channel::TokenKey> token_key, std::int64_t now_ns, ClockNs clock);
+         std::optional<channel::TokenKey> token_key, std::int64_t now_ns, ClockNs clock,
+         const BuildLevels& build_levels);
 
   GroomListener groom_listener();
 

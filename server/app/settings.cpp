@@ -227,7 +227,7 @@ void add_grooms(List& list, Config& c) {
   list.section("grooms");
   list.integer(g.groom_bytes_max, "groom_bytes_max", 1024, of(wire::kGroomBytesMax), "bytes of one groom");
   list.integer(g.upload_bytes_max, "upload_bytes_max", 1024, 64 * kGiB,
-               "bytes of all unfinished uploads; by default room for four grooms at least");
+               "bytes received for grooms that are not built yet; by default room for four grooms at least");
   list.integer(g.level_bytes_max, "level_bytes_max", 1 << 20, 1024 * kGiB, "bytes of all levels in memory");
   list.integer(g.groom_count_max, "grooms_max", 1, 1 << 20, "grooms of all clients");
   list.integer(g.grooms_per_session_max, "grooms_per_client_max", 1, 1 << 20, "grooms of one client");
@@ -237,8 +237,15 @@ void add_grooms(List& list, Config& c) {
   list.number(g.upload_burst_bytes, "upload_burst_bytes", 1024, 1e12,
               "bytes of grooms from one client, at once; by default room for four grooms at least");
   list.integer(g.build_queue_max, "build_queue_max", 1, 1 << 16, "grooms that wait to be built");
-  list.seconds(g.upload_timeout_ns, "upload_timeout_s", 1, 3600, "seconds without a chunk, then an upload is refused");
+  list.number(g.upload_bytes_per_s_min, "upload_bytes_per_s_min", 0, 1e12,
+              "bytes of grooms that a client which uploads must send a second, mean over upload_timeout_s");
+  list.seconds(g.upload_timeout_ns, "upload_timeout_s", 1, 3600,
+               "seconds over which upload_bytes_per_s_min is measured; slower uploads are refused");
+  list.seconds(g.upload_patience_ns, "upload_patience_s", 0.1, 3600,
+               "seconds that a client waits for another's upload of the same groom before it is asked for its own");
   list.seconds(g.build_ns_max, "build_seconds_max", 0.1, 86'400, "seconds that one groom may take to build");
+  list.integer(g.build_memory_bytes_max, "build_memory_bytes_max", 64 << 20, 1024 * kGiB,
+               "bytes that one groom's build may take, in a process of its own");
   list.integer(c.build_threads, "build_threads", 0, 64,
                "threads of a groom's build, of low priority; 0: one for each hardware thread, at most 4");
   list.text(c.groom_cache, "groom_cache",

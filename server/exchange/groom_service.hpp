@@ -34,7 +34,7 @@ class GroomService {
   virtual ChunkAnswer chunk(SessionId session, wire::GroomChunk chunk, std::int64_t now_ns) = 0;
   // The session uses the groom from now on, so the groom is not evicted. Refuses groom_unknown when no session has
   // offered the groom and the cache does not have it.
-  virtual Refused retain(SessionId session, const wire::GroomHash& groom) = 0;
+  virtual Refused retain(SessionId session, const wire::GroomHash& groom, std::int64_t now_ns) = 0;
   // Sends the state of each groom that the session uses again.
   virtual void resend_states(SessionId session, std::int64_t now_ns) = 0;
   // The validated file of a groom in memory; null when it is not in memory. The pointer stays valid after the groom is

@@ -25,13 +25,15 @@ void BuildPool::parallel_for(std::size_t count, const std::function<void(std::si
     return;
   }
   std::unique_lock lock(mutex_);
-  const auto loop = loops_.insert(loops_.end(), Loop{body, count});
+  const auto loop = loops_.insert(loops_.end(), Loop{body, count, 0, 0, nullptr});
   begun_.notify_all();
   while (loop->next < count) run_next(*loop, lock);
   // Other threads run the rest. They wait for nothing but their own nested loops, so this wait ends.
   ended_.wait(lock, [&] { return loop->done == count; });
   HAIRNET_ASSERT(loop->next == count);
+  const std::exception_ptr thrown = loop->thrown;
   loops_.erase(loop);
+  if (thrown) std::rethrow_exception(thrown);
 }
 
 void BuildPool::help() {
@@ -47,9 +49,16 @@ void BuildPool::run_next(Loop& loop, std::unique_lock<std::mutex>& lock) {
   HAIRNET_ASSERT(lock.owns_lock());
   HAIRNET_ASSERT(loop.next < loop.count);
   const std::size_t i = loop.next++;
+  const bool is_left_out = loop.thrown != nullptr;
   lock.unlock();
-  loop.body(i);
+  std::exception_ptr thrown;
+  try {
+    if (!is_left_out) loop.body(i);
+  } catch (...) {
+    thrown = std::current_exception();
+  }
   lock.lock();
+  if (thrown && !loop.thrown) loop.thrown = thrown;
   HAIRNET_ASSERT(loop.done < loop.next);
   if (++loop.done == loop.count) ended_.notify_all();
 }

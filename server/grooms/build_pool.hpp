@@ -2,6 +2,7 @@
 
 #include <condition_variable>
 #include <cstddef>
+#include <exception>
 #include <functional>
 #include <list>
 #include <mutex>
@@ -19,13 +20,15 @@ class BuildPool {
   BuildPool(const BuildPool&) = delete;
   BuildPool& operator=(const BuildPool&) = delete;
 
-  // Calls body(i) for each i in [0, count) and returns when all are done. `body` must not throw.
+  // Calls body(i) for each i in [0, count) and returns when all are done. When a body throws, throws its exception
+  // then; bodies that have not begun are left out.
   void parallel_for(std::size_t count, const std::function<void(std::size_t)>& body);
 
  private:
   struct Loop {
     const std::function<void(std::size_t)>& body;
     std::size_t count, next = 0, done = 0;
+    std::exception_ptr thrown;  // by the first body that threw
   };
   void help();
   void run_next(Loop& loop, std::unique_lock<std::mutex>& lock);

@@ -206,14 +206,16 @@ void CacheFolder::make_room(const fs::path& newest) {
   const fs::file_time_type now = fs::last_write_time(newest, gone);
   if (gone) return;  // another server has made room already
   std::uint64_t bytes = 0;
+  std::size_t count = files.size();
   for (const CacheFile& file : files) bytes += file.bytes;
   for (const CacheFile& file : files) {
-    if (bytes <= def_.bytes_max) return;
+    if (bytes <= def_.bytes_max && count <= def_.file_count_max) return;
     std::error_code error;
     if (file.path == newest || file.is_being_written(now) || !fs::remove(file.path, error)) continue;
     evicted_->add();
     HAIRNET_ASSERT(bytes >= file.bytes);
     bytes -= file.bytes;
+    --count;
   }
 }
 

@@ -14,17 +14,18 @@ namespace hairnet::server {
 
 struct CacheFolderDef {
   std::filesystem::path folder;
-  std::string suffix;              // of its files' names, with the dot, after the groom's hash
-  std::uint64_t bytes_max = 0;     // of all its files
-  std::size_t file_bytes_max = 0;  // of one
-  std::string write_failed_event;  // the log event when a file cannot be written
-  std::string contents;            // the content of its files, in words for log lines
+  std::string suffix;                 // of its files' names, with the dot, after the groom's hash
+  std::uint64_t bytes_max = 0;        // of all its files
+  std::size_t file_bytes_max = 0;     // of one
+  std::string write_failed_event;     // the log event when a file cannot be written
+  std::string contents;               // the content of its files, in words for log lines
+  std::size_t file_count_max = 8192;  // every put lists the folder
 };
 
-// An LRU cache of files in one folder, bounded in bytes. Each file is named by the hash of a groom. A file is written
-// under a temporary name and renamed, so several servers may share the folder and never find half a file; the reader
-// checks its content. Files with other names or suffixes are not touched. A disk error is no failure of the server: it
-// is counted, and one warning is logged. One thread.
+// An LRU cache of files in one folder, bounded in bytes and files. Each file is named by the hash of a groom. A file is
+// written under a temporary name and renamed, so several servers may share the folder and never find half a file; the
+// reader checks its content. Files with other names or suffixes are not touched. A disk error is no failure of the
+// server: it is counted, and one warning is logged. One thread.
 class CacheFolder {
  public:
   // Makes the folder (and its parents) if it does not exist. The counters must outlive it.

@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <new>
 #include <utility>
 
 #include "core/assert.hpp"
 #include "core/levels/build.hpp"
+#include "core/levels/build_estimate.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "server/grooms/build_pool.hpp"
 
@@ -13,7 +15,6 @@ namespace hairnet::server {
 namespace {
 
 using Outcome = GroomResult::Outcome;
-using Fault = GroomResult::Fault;
 
 std::vector<std::uint8_t> joined(std::vector<std::vector<std::uint8_t>> chunks) {
   std::size_t count = 0;
@@ -27,10 +28,9 @@ std::vector<std::uint8_t> joined(std::vector<std::vector<std::uint8_t>> chunks) 
   return bytes;
 }
 
-GroomResult refused(const wire::GroomHash& hash, Fault fault, std::string detail) {
-  HAIRNET_ASSERT(fault != Fault::none);
+GroomResult refused(BuildFault fault, std::string detail) {
+  HAIRNET_ASSERT(fault != BuildFault::none);
   GroomResult result;
-  result.hash = hash;
   result.outcome = Outcome::refused;
   result.fault = fault;
   result.detail = std::move(detail);
@@ -39,14 +39,14 @@ GroomResult refused(const wire::GroomHash& hash, Fault fault, std::string detail
 
 }  // namespace
 
-GroomBuilder::GroomBuilder(const GroomBuilderDef& def) : def_(def), reads_(0), jobs_(def.queue_max), results_(0) {
-  HAIRNET_ASSERT(def.queue_max > 0);
+GroomBuilder::GroomBuilder(const GroomBuilderDef& def) : def_(def), reads_(0), jobs_(0), results_(0) {
+  HAIRNET_ASSERT(def.build_levels);
 }
 
-bool GroomBuilder::try_put(GroomJob& job) {
-  if (!jobs_.try_put(job)) return false;
+void GroomBuilder::put(GroomJob job) {
+  HAIRNET_ASSERT(job.number > 0);
+  jobs_.put(std::move(job));
   wake();
-  return true;
 }
 
 void GroomBuilder::read(const wire::GroomHash& groom) {
@@ -66,12 +66,12 @@ void GroomBuilder::wake() {
 
 // What the store relies on, for each kind of result.
 void GroomBuilder::check(const GroomResult& result) {
-  HAIRNET_ASSERT((result.outcome == Outcome::refused) == (result.fault != Fault::none));
+  HAIRNET_ASSERT((result.outcome == Outcome::refused) == (result.fault != BuildFault::none));
   HAIRNET_ASSERT((result.outcome == Outcome::ready) == (result.levels != nullptr));
   if (result.outcome == Outcome::building) HAIRNET_ASSERT(result.bytes);
 }
 
-void GroomBuilder::put(GroomResult result) {
+void GroomBuilder::give(GroomResult result) {
   check(result);
   results_.put(std::move(result));
   if (on_result) on_result();
@@ -92,75 +92,107 @@ bool GroomBuilder::poll_read() {
   if (!reads_.take(result.hash)) return false;
   result.outcome = Outcome::read;
   if (def_.grooms) result.bytes = def_.grooms->find(result.hash);
-  put(std::move(result));
+  give(std::move(result));
   return true;
 }
 
 bool GroomBuilder::poll_job() {
   GroomJob job;
   if (!jobs_.take(job)) return false;
-  build(std::move(job));
+  do_job(std::move(job));
   return true;
 }
 
-void GroomBuilder::build(GroomJob job) {
+void GroomBuilder::do_job(GroomJob job) {
+  const std::uint64_t number = job.number;
   const wire::GroomHash hash = job.hash;
-  const bool uploaded = !job.chunks.empty();
-  std::shared_ptr<const std::vector<std::uint8_t>> bytes;
-  if (uploaded) {
-    bytes = std::make_shared<const std::vector<std::uint8_t>>(joined(std::move(job.chunks)));
-    if (wire::hash_groom(*bytes) != hash)
-      return put(refused(hash, Fault::hash, "the bytes do not have the offered hash"));
-  } else if (def_.grooms) {
-    bytes = def_.grooms->find(hash);
-  }
+  const std::int64_t begun_ns = clock_ns();
   GroomResult result;
-  result.hash = hash;
-  if (!bytes) {
-    result.outcome = Outcome::absent;
-    return put(std::move(result));
+  try {
+    result = build(std::move(job));
+  } catch (const std::bad_alloc&) {
+    result = refused(BuildFault::memory, "the server has no memory left for its build");
   }
-  if (bytes->size() > def_.bytes_max)
-    return put(refused(hash, Fault::size,
-                       fmt::format("a groom of {} bytes; at most {} are taken", bytes->size(), def_.bytes_max)));
-  const Result<Groom> groom = wire::decode_groom(*bytes, def_.limits);
-  if (!groom) return put(refused(hash, Fault::invalid, groom.error()));
-  if (groom->points.empty()) return put(refused(hash, Fault::invalid, "the groom has no strand points"));
-  result.bytes = bytes;
-  result.strand_count = groom->strand_count();
-  put(result);
-  result.bytes = nullptr;
-  result.levels = levels_of(hash, *groom);
-  if (!result.levels && cancelled_) return put(refused(hash, Fault::stopping, "the server is stopping"));
-  if (!result.levels)
-    return put(
-        refused(hash, Fault::time,
-                fmt::format("building it takes longer than {:g} s", static_cast<double>(def_.build_ns_max) * 1e-9)));
-  result.outcome = Outcome::ready;
-  put(std::move(result));
-  // Cache only grooms that could be built, and only after the result is out.
-  if (uploaded && def_.grooms) def_.grooms->put(hash, *bytes);
+  result.job = number;
+  result.hash = hash;
+  result.build_ns = clock_ns() - begun_ns;
+  give(std::move(result));
 }
 
-std::shared_ptr<const LevelSet> GroomBuilder::levels_of(const wire::GroomHash& hash, const Groom& groom) const {
-  BuildPool pool(def_.thread_count);
-  const ParallelFor parallel_for = [&pool](std::size_t count, const std::function<void(std::size_t)>& body) {
-    pool.parallel_for(count, body);
+GroomResult GroomBuilder::build(GroomJob job) {
+  const bool is_uploaded = !job.chunks.empty();
+  GroomResult building;
+  building.job = job.number;
+  building.hash = job.hash;
+  if (is_uploaded) {
+    building.bytes = std::make_shared<const std::vector<std::uint8_t>>(joined(std::move(job.chunks)));
+    HAIRNET_VALIDATE(wire::hash_groom(*building.bytes) == job.hash);
+  } else if (def_.grooms) {
+    building.bytes = def_.grooms->find(job.hash);
+  }
+  if (!building.bytes) {
+    building.outcome = Outcome::absent;
+    return building;
+  }
+  const std::shared_ptr<const std::vector<std::uint8_t>> file = building.bytes;
+  if (file->size() > def_.bytes_max)
+    return refused(BuildFault::size,
+                   fmt::format("a groom of {} bytes; at most {} are taken", file->size(), def_.bytes_max));
+  const Result<Groom> groom = wire::decode_groom(*file, def_.build.groom);
+  if (!groom) return refused(BuildFault::invalid, groom.error());
+  if (groom->points.empty()) return refused(BuildFault::invalid, "the groom has no strand points");
+  building.strand_count = groom->strand_count();
+  give(std::move(building));
+  GroomResult result = build(job, *file, *groom);
+  // Cache only grooms that could be built.
+  if (result.levels && is_uploaded && def_.grooms) def_.grooms->put(job.hash, *file);
+  return result;
+}
+
+GroomResult GroomBuilder::build(const GroomJob& job, const std::vector<std::uint8_t>& file, const Groom& groom) const {
+  const std::int64_t begun_ns = clock_ns();
+  const GoesOn goes_on = [&] {
+    if (cancelled_ || dropped_ == job.number) return BuildFault::dropped;
+    return clock_ns() - begun_ns > def_.build.ns_max ? BuildFault::time : BuildFault::none;
   };
+  const LevelBuild build = levels_of(job, file, groom, goes_on);
+  switch (build.fault) {
+    case BuildFault::none:
+      break;
+    case BuildFault::dropped:
+      return refused(build.fault, cancelled_ ? "the server is stopping" : "nobody uses the groom any more");
+    case BuildFault::time:
+      return refused(build.fault, fmt::format("building it takes longer than {:g} s",
+                                              static_cast<double>(def_.build.ns_max) * 1e-9));
+    default:
+      return refused(build.fault, build.detail);
+  }
+  GroomResult result;
+  result.outcome = Outcome::ready;
+  result.levels = build.levels;
+  return result;
+}
+
+LevelBuild GroomBuilder::levels_of(const GroomJob& job, const std::vector<std::uint8_t>& file, const Groom& groom,
+                                   const GoesOn& goes_on) const {
   if (def_.levels) {
-    if (const std::shared_ptr<LevelSet> cached = def_.levels->find(hash)) {
-      make_level_maps(groom, *cached, parallel_for);
-      return cached;
+    if (std::shared_ptr<LevelSet> cached = def_.levels->find(job.hash)) {
+      BuildPool pool(def_.build.thread_count);
+      make_level_maps(groom, *cached, [&pool](std::size_t count, const std::function<void(std::size_t)>& body) {
+        pool.parallel_for(count, body);
+      });
+      return {std::move(cached), BuildFault::none, {}};
     }
   }
-  const std::int64_t begun_ns = def_.now_ns ? def_.now_ns() : 0;
-  BuildCallbacks observer;
-  observer.progress = [this, begun_ns](double, std::string_view) {
-    return !cancelled_.load() && (!def_.now_ns || def_.now_ns() - begun_ns <= def_.build_ns_max);
-  };
-  std::shared_ptr<const LevelSet> levels = build_levels(groom, observer, nullptr, parallel_for);
-  if (def_.levels && levels) def_.levels->put(hash, *levels);
-  return levels;
+  const BuildEstimate estimate = estimate_build(groom);
+  if (estimate.memory_bytes > def_.build.memory_bytes_max)
+    return {nullptr, BuildFault::memory,
+            fmt::format("its {} pieces of hair between lattice planes need about {} MiB of memory; a build may take {}",
+                        estimate.spring_count, estimate.memory_bytes >> 20, def_.build.memory_bytes_max >> 20)};
+  LevelBuild build = def_.build_levels(def_.build, job.hash, file, groom, goes_on);
+  HAIRNET_ASSERT((build.levels == nullptr) == (build.fault != BuildFault::none));
+  if (def_.levels && build.levels) def_.levels->put(job.hash, *build.levels);
+  return build;
 }
 
 }  // namespace hairnet::server

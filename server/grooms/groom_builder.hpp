@@ -12,54 +12,57 @@
 #include "core/world/step_cost.hpp"
 #include "schema/wire/messages.hpp"
 #include "server/grooms/groom_cache.hpp"
+#include "server/grooms/level_build.hpp"
 #include "server/grooms/level_cache.hpp"
 #include "server/threading/bounded_queue.hpp"
 
 namespace hairnet::server {
 
 struct GroomJob {
+  std::uint64_t number = 0;  // in the order of jobs, from 1
   wire::GroomHash hash{};
-  std::vector<std::vector<std::uint8_t>> chunks;  // of the upload, in order; empty: read it from the groom cache
+  std::vector<std::vector<std::uint8_t>> chunks;  // of the file of that hash, in order; empty: it is in the groom cache
 };
 
 struct GroomResult {
-  enum class Fault : std::uint8_t { none, hash, size, invalid, time, stopping };
   enum class Outcome : std::uint8_t {
-    building,  // the bytes match the hash, and the groom is within limits; ready or refused follows
+    building,  // it is a groom within limits; ready or refused follows
     ready,
     refused,
     absent,  // the groom cache did not have the file
     read,    // the answer to read(); nothing is built
   };
+  std::uint64_t job = 0;  // its number; 0: the answer to read()
   wire::GroomHash hash{};
   Outcome outcome = Outcome::building;
-  Fault fault = Fault::none;                               // when refused
+  BuildFault fault = BuildFault::none;                     // when refused
   std::string detail;                                      // of the fault
   std::shared_ptr<const LevelSet> levels;                  // when ready
   std::shared_ptr<const std::vector<std::uint8_t>> bytes;  // of the file, when building or read; null when read: absent
   std::size_t strand_count = 0;                            // when building
+  std::int64_t build_ns = 0;                               // that the builder took, when ready or refused
 };
 
 struct GroomBuilderDef {
-  GroomLimits limits;
+  LevelBuildDef build;
+  BuildLevels build_levels = build_levels_here;
   std::size_t bytes_max = std::size_t{64} << 20;  // of one file
-  std::size_t queue_max = 16;
-  std::size_t thread_count = 1;                 // of a build, including the builder's own
-  LevelCache* levels = nullptr;                 // null: none; else outlives the builder
-  GroomCache* grooms = nullptr;                 // null: none; else outlives the builder
-  ClockNs now_ns = nullptr;                     // null: builds have no time limit
-  std::int64_t build_ns_max = 600'000'000'000;  // the builder has low priority, so a busy machine needs long
+  LevelCache* levels = nullptr;                   // null: none; else outlives the builder
+  GroomCache* grooms = nullptr;                   // null: none; else outlives the builder
+  ClockNs now_ns = nullptr;                       // null: builds have no time limit
 };
 
-// Makes levels of uploaded bytes: checks the hash, decodes, and builds the levels or reads them from the cache. That
-// takes about a second, so it runs on a thread of low priority, which starts more such threads for each build. The I/O
-// thread puts jobs and takes results.
+// Makes levels of a groom's file: decodes it, estimates the build, and builds the levels or reads them from the cache.
+// That takes about a second, so it runs on a thread of low priority; a build has more such threads, or a process. The
+// I/O thread puts jobs and takes results.
 class GroomBuilder {
  public:
   explicit GroomBuilder(const GroomBuilderDef& def);
 
-  // I/O thread. False when the queue is full.
-  bool try_put(GroomJob& job);
+  // I/O thread.
+  void put(GroomJob job);
+  // Refuses the job soon, unless it has ended. I/O thread.
+  void drop(std::uint64_t job) { dropped_ = job; }
   // Whether the groom cache had the groom when its folder was last listed. Does not read the disk.
   [[nodiscard]] bool is_cached(const wire::GroomHash& groom) const {
     return def_.grooms && def_.grooms->is_cached(groom);
@@ -78,18 +81,23 @@ class GroomBuilder {
 
  private:
   static void check(const GroomResult& result);
-  void put(GroomResult result);
+  void give(GroomResult result);
   void wake();
   bool poll_read();
   bool poll_job();
-  void build(GroomJob job);
-  // Null when the build took too long or was cancelled.
-  std::shared_ptr<const LevelSet> levels_of(const wire::GroomHash& hash, const Groom& groom) const;
+  void do_job(GroomJob job);
+  GroomResult build(GroomJob job);
+  // Refused, or ready.
+  GroomResult build(const GroomJob& job, const std::vector<std::uint8_t>& file, const Groom& groom) const;
+  [[nodiscard]] LevelBuild levels_of(const GroomJob& job, const std::vector<std::uint8_t>& file, const Groom& groom,
+                                     const GoesOn& goes_on) const;
+  [[nodiscard]] std::int64_t clock_ns() const { return def_.now_ns ? def_.now_ns() : 0; }
 
   GroomBuilderDef def_;
   BoundedQueue<wire::GroomHash> reads_;  // one a groom
-  BoundedQueue<GroomJob> jobs_;
-  BoundedQueue<GroomResult> results_;  // at most two a job
+  BoundedQueue<GroomJob> jobs_;          // the store gives one after the other
+  BoundedQueue<GroomResult> results_;    // at most two a job
+  std::atomic<std::uint64_t> dropped_{0};
   std::atomic<bool> cancelled_{false}, refresh_{false};
   bool is_reading_next_ = false;
 };

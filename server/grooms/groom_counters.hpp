@@ -7,7 +7,7 @@ namespace hairnet::server {
 
 struct GroomGauges : GaugeSet {
   Gauge grooms{*this, "grooms"};
-  Gauge groom_upload_bytes{*this, "groom_upload_bytes"};  // of uploads under way, as announced
+  Gauge groom_upload_bytes{*this, "groom_upload_bytes"};  // received, and not built yet
   Gauge groom_level_bytes{*this, "groom_level_bytes"};    // of all levels in memory
   Gauge grooms_waiting{*this, "grooms_waiting"};          // uploaded, and not yet ready: queued or being built
 };
@@ -28,6 +28,8 @@ struct GroomCounters : CounterSet {
   Counter grooms_refused_strands{*this, "grooms_refused", "reason", "strands"};  // too many in all grooms of a session
   Counter grooms_refused_rate{*this, "grooms_refused", "reason", "rate"};        // of bytes to upload
   Counter grooms_refused_build_time{*this, "grooms_refused", "reason", "build_time"};  // beyond that of one groom
+  Counter grooms_refused_build_memory{*this, "grooms_refused", "reason", "build_memory"};
+  Counter grooms_refused_build_crash{*this, "grooms_refused", "reason", "build_crash"};
   Counter grooms_refused_absent{*this, "grooms_refused", "reason", "absent"};  // used, but nobody there could upload it
   Counter groom_bytes_received{*this, "groom_bytes_received"};
 };

@@ -3,6 +3,8 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <set>
+#include <tuple>
 #include <utility>
 
 #include "core/assert.hpp"
@@ -15,8 +17,6 @@ namespace {
 using wire::ErrorReason;
 using wire::GroomState;
 
-// The builder gets at most this many cached grooms at once, so that uploads do not wait long behind them.
-constexpr std::size_t kReadingMax = 2;
 // The longest time until a groom is found that another server has put into the cache's folder.
 constexpr std::int64_t kRefreshInterval_ns = 10'000'000'000;
 
@@ -24,33 +24,35 @@ std::string hex(const wire::GroomHash& hash) {
   return fmt::format("{:02x}{:02x}{:02x}{:02x}", hash[0], hash[1], hash[2], hash[3]);
 }
 
-ErrorReason reason_of(GroomResult::Fault fault) {
+ErrorReason reason_of(BuildFault fault) {
   switch (fault) {
-    case GroomResult::Fault::none:
+    case BuildFault::none:
       return ErrorReason::none;
-    case GroomResult::Fault::hash:
-      return ErrorReason::groom_hash_mismatch;
-    case GroomResult::Fault::size:
-    case GroomResult::Fault::time:
+    case BuildFault::size:
+    case BuildFault::time:
+    case BuildFault::memory:
       return ErrorReason::limit_exceeded;
-    case GroomResult::Fault::invalid:
-    case GroomResult::Fault::stopping:
+    case BuildFault::invalid:
+    case BuildFault::crash:
+    case BuildFault::dropped:
       break;
   }
   return ErrorReason::groom_invalid;
 }
 
-Counter& counter_of(GroomResult::Fault fault, GroomCounters& counters) {
+Counter& counter_of(BuildFault fault, GroomCounters& counters) {
   switch (fault) {
-    case GroomResult::Fault::hash:
-      return counters.grooms_refused_hash;
-    case GroomResult::Fault::size:
+    case BuildFault::size:
       return counters.grooms_refused_size;
-    case GroomResult::Fault::time:
+    case BuildFault::time:
       return counters.grooms_refused_build_time;
-    case GroomResult::Fault::none:
-    case GroomResult::Fault::invalid:
-    case GroomResult::Fault::stopping:
+    case BuildFault::memory:
+      return counters.grooms_refused_build_memory;
+    case BuildFault::crash:
+      return counters.grooms_refused_build_crash;
+    case BuildFault::none:
+    case BuildFault::invalid:
+    case BuildFault::dropped:
       break;
   }
   return counters.grooms_refused_invalid;
@@ -69,23 +71,32 @@ GroomStore::GroomStore(const GroomStoreLimits& limits, GroomBuilder& builder, Co
 // The sums are those of the entries, and every entry has what its state needs.
 void GroomStore::check_invariants() const {
   HAIRNET_ASSERT(grooms_.size() <= limits_.groom_count_max);
-  HAIRNET_ASSERT(reading_count_ <= kReadingMax);
 #ifdef HAIRNET_VALIDATE_ON
-  std::size_t upload_bytes = 0, level_bytes = 0, reading = 0;
+  std::size_t upload_bytes = 0, level_bytes = 0, at_builder = 0;
+  std::map<SessionId, std::size_t> upload_counts;
   for (const auto& [hash, entry] : grooms_) {
     upload_bytes += entry.upload_bytes;
     level_bytes += entry.level_bytes;
-    reading += entry.state == State::reading ? 1 : 0;
-    HAIRNET_ASSERT(entry.received <= entry.byte_count || entry.state != State::uploading);
+    at_builder += entry.job == 0 ? 0 : 1;
     HAIRNET_ASSERT((entry.state == State::building || entry.state == State::ready) == (entry.bytes != nullptr));
     HAIRNET_ASSERT((entry.state == State::ready) == (entry.level_bytes > 0));
-    HAIRNET_ASSERT(entry.chunks.empty() || entry.state == State::uploading);
+    HAIRNET_ASSERT(entry.uploads.empty() == (entry.state != State::uploading));
+    HAIRNET_ASSERT(entry.chunks.empty() || entry.state == State::queued);
     HAIRNET_ASSERT(entry.used <= uses_);
-    if (entry.state == State::uploading) HAIRNET_ASSERT(entry.users.contains(entry.uploader));
+    std::size_t received = 0;
+    for (const auto& [session, upload] : entry.uploads) {
+      HAIRNET_ASSERT(entry.users.contains(session));
+      HAIRNET_ASSERT(upload.received < entry.users.at(session).offered_bytes);
+      received += upload.received;
+      ++upload_counts[session];
+    }
+    HAIRNET_ASSERT(entry.state != State::uploading || received == entry.upload_bytes);
   }
   HAIRNET_ASSERT(upload_bytes == upload_bytes_);
   HAIRNET_ASSERT(level_bytes == level_bytes_);
-  HAIRNET_ASSERT(reading == to_read_.size() + reading_count_);
+  HAIRNET_ASSERT(at_builder <= (is_builder_busy_ ? 1 : 0));
+  for (const auto& [session, account] : accounts_)
+    HAIRNET_ASSERT(account.upload_count == (upload_counts.contains(session) ? upload_counts[session] : 0));
 #endif
 }
 
@@ -96,7 +107,11 @@ void GroomStore::open(SessionId session, std::uint64_t strand_count_max, std::in
 
 GroomStore::Account& GroomStore::account(SessionId session, std::int64_t now_ns) {
   const Account fresh{TokenBucket(limits_.upload_bytes_per_s, limits_.upload_burst_bytes, now_ns),
-                      limits_.strands_per_session_max};
+                      limits_.strands_per_session_max,
+                      0,
+                      now_ns,
+                      0,
+                      0};
   return accounts_.try_emplace(session, fresh).first->second;
 }
 
@@ -107,12 +122,20 @@ Refused GroomStore::offer(SessionId session, const wire::GroomOffer& offer, std:
     return {ErrorReason::limit_exceeded,
             fmt::format("a groom of {} bytes; 1 to {} are taken", offer.byte_count, limits_.groom_bytes_max)};
   }
-  const auto groom = grooms_.find(offer.hash);
+  auto groom = grooms_.find(offer.hash);
   if (Refused refused = check_retain(session, groom)) return refused;
   if (groom != grooms_.end()) return offer_known(groom, session, offer, now_ns);
-  if (!builder_->is_cached(offer.hash)) return begin_upload(session, offer, now_ns);
-  if (Refused refused = begin_reading(session, offer.hash)) return refused;
-  return offer_known(grooms_.find(offer.hash), session, offer, now_ns);
+  if (builder_->is_cached(offer.hash)) {
+    if (Refused refused = queue_cached(session, offer.hash, now_ns)) return refused;
+    return offer_known(grooms_.find(offer.hash), session, offer, now_ns);
+  }
+  if (Refused refused = make_place(session, now_ns)) return refused;
+  groom = grooms_.try_emplace(offer.hash).first;
+  groom->second.users[session].offered_bytes = offer.byte_count;
+  groom->second.used = ++uses_;
+  Refused refused = ask(groom, session, now_ns);
+  if (refused) erase(groom);
+  return refused;
 }
 
 Refused GroomStore::offer_known(Grooms::iterator groom, SessionId session, const wire::GroomOffer& offer,
@@ -120,21 +143,21 @@ Refused GroomStore::offer_known(Grooms::iterator groom, SessionId session, const
   HAIRNET_ASSERT(groom != grooms_.end());
   HAIRNET_ASSERT(offer.byte_count > 0);
   Entry& entry = groom->second;
-  // The first offer may state a wrong size; it is known only once the bytes have been checked against the hash.
-  const bool is_known = entry.state == State::building || entry.state == State::ready;
-  const bool uploads = entry.state == State::uploading && entry.uploader == session;
-  if ((is_known || uploads) && entry.byte_count != offer.byte_count) {
+  const auto upload = entry.uploads.find(session);
+  const std::uint64_t known_bytes =
+      upload == entry.uploads.end() ? entry.byte_count : entry.users.at(session).offered_bytes;
+  if (known_bytes != 0 && known_bytes != offer.byte_count) {
     counters_->grooms_refused_hash.add();
     return {ErrorReason::groom_hash_mismatch,
-            fmt::format("the groom of that hash has {} bytes, not {}", entry.byte_count, offer.byte_count)};
+            fmt::format("the groom of that hash has {} bytes, not {}", known_bytes, offer.byte_count)};
   }
-  const bool offered = std::exchange(entry.users[session], offer.byte_count) != 0;
+  const bool has_offered = std::exchange(entry.users[session].offered_bytes, offer.byte_count) != 0;
   entry.used = ++uses_;
-  if (uploads) {
-    send(session, wire::GroomNeed{offer.hash, entry.received}, now_ns);
+  if (upload != entry.uploads.end()) {
+    send(session, wire::GroomNeed{offer.hash, upload->second.received}, now_ns);
     return {};
   }
-  if (!offered) counters_->grooms_shared.add();
+  if (!has_offered) counters_->grooms_shared.add();
   send(session, wire::GroomNeed{offer.hash, offer.byte_count}, now_ns);
   send(session, wire::GroomStatus{offer.hash, state_of(entry)}, now_ns);
   return {};
@@ -147,11 +170,13 @@ wire::GroomState GroomStore::state_of(const Entry& entry) {
 }
 
 void GroomStore::resend_states(SessionId session, std::int64_t now_ns) {
+  Account& own = account(session, now_ns);
+  own.since_ns = now_ns;  // no chunk could come while the session was detached
+  own.received = 0;
   for (auto& [hash, entry] : grooms_) {
     if (!entry.users.contains(session)) continue;
-    if (entry.state == State::uploading && entry.uploader == session) {
-      entry.asked_ns = now_ns;  // no chunk could come while the session was detached
-      send(session, wire::GroomNeed{hash, entry.received}, now_ns);
+    if (const auto upload = entry.uploads.find(session); upload != entry.uploads.end()) {
+      send(session, wire::GroomNeed{hash, upload->second.received}, now_ns);
     } else {
       send(session, wire::GroomStatus{hash, state_of(entry)}, now_ns);
     }
@@ -207,144 +232,253 @@ Refused GroomStore::too_many_strands(SessionId session) const {
           fmt::format("at most {} strands in all grooms of the session", strand_count_max(session))};
 }
 
-Refused GroomStore::make_place() {
+Refused GroomStore::make_place(SessionId session, std::int64_t now_ns) {
   while (grooms_.size() >= limits_.groom_count_max) {
     if (evict_one()) continue;
+    // The session with the most unfinished uploads loses one, unless it is this one.
+    auto most = accounts_.end();
+    for (auto a = accounts_.begin(); a != accounts_.end(); ++a) {
+      if (most == accounts_.end() || a->second.upload_count > most->second.upload_count) most = a;
+    }
+    const Refused refused{ErrorReason::limit_exceeded, "the server has its maximum number of grooms; try again"};
+    if (most == accounts_.end() || most->second.upload_count <= account(session, now_ns).upload_count + 1) {
+      counters_->grooms_refused_limit.add();
+      return refused;
+    }
+    const SessionId loser = most->first;
+    const auto lost = std::ranges::find_if(grooms_, [&](const auto& g) { return g.second.uploads.contains(loser); });
+    HAIRNET_ASSERT(lost != grooms_.end());
     counters_->grooms_refused_limit.add();
-    return {ErrorReason::limit_exceeded, "the server has its maximum number of grooms"};
+    refuse_upload(lost, loser, refused, now_ns);
   }
   return {};
 }
 
-Refused GroomStore::check_upload(SessionId session, std::uint64_t byte_count, std::int64_t now_ns) {
-  if (upload_bytes_ + byte_count > limits_.upload_bytes_max) {
-    counters_->grooms_refused_limit.add();
-    return {ErrorReason::limit_exceeded, "too many bytes are being uploaded; try again"};
-  }
-  if (account(session, now_ns).bytes.take(static_cast<double>(byte_count), now_ns)) return {};
-  counters_->grooms_refused_rate.add();
-  return {ErrorReason::limit_exceeded,
-          fmt::format("more than {:.0f} bytes of grooms a second; try again later", limits_.upload_bytes_per_s)};
-}
-
-Refused GroomStore::begin_upload(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns) {
-  if (Refused refused = make_place()) return refused;
-  if (Refused refused = check_upload(session, offer.byte_count, now_ns)) return refused;
-  HAIRNET_ASSERT(!grooms_.contains(offer.hash));
-  Entry& entry = grooms_[offer.hash];
-  entry.users[session] = offer.byte_count;
-  entry.used = ++uses_;
-  await_upload(grooms_.find(offer.hash), session, now_ns);
-  return {};
-}
-
-void GroomStore::await_upload(Grooms::iterator groom, SessionId uploader, std::int64_t now_ns) {
+Refused GroomStore::ask(Grooms::iterator groom, SessionId session, std::int64_t now_ns) {
   Entry& entry = groom->second;
-  HAIRNET_ASSERT(entry.users.contains(uploader));
-  HAIRNET_ASSERT(entry.users.at(uploader) > 0);  // it has offered the groom
-  if (entry.byte_count != entry.users.at(uploader)) {
-    entry.byte_count = entry.users.at(uploader);
-    entry.received = 0;
-    entry.chunks.clear();
+  HAIRNET_ASSERT(entry.users.contains(session));
+  HAIRNET_ASSERT(!entry.uploads.contains(session));
+  User& user = entry.users.at(session);
+  HAIRNET_ASSERT(user.offered_bytes > 0);
+  Account& own = account(session, now_ns);
+  if (!own.bytes.take(static_cast<double>(user.offered_bytes), now_ns)) {
+    counters_->grooms_refused_rate.add();
+    return {ErrorReason::limit_exceeded,
+            fmt::format("more than {:.0f} bytes of grooms a second; try again later", limits_.upload_bytes_per_s)};
   }
-  entry.is_mixed = entry.received > 0 && (entry.is_mixed || entry.uploader != uploader);
-  entry.is_asked_again = false;
+  if (own.upload_count++ == 0) {
+    own.since_ns = now_ns;
+    own.received = 0;
+  }
+  user.was_asked = true;
   entry.state = State::uploading;
-  entry.uploader = uploader;
+  entry.uploads.try_emplace(session);
   entry.asked_ns = now_ns;
-  set_upload_bytes(entry, entry.byte_count);
-  send(uploader, wire::GroomNeed{groom->first, entry.received}, now_ns);
+  send(session, wire::GroomNeed{groom->first, 0}, now_ns);
+  return {};
 }
 
-Refused GroomStore::begin_reading(SessionId session, const wire::GroomHash& hash) {
-  if (Refused refused = make_place()) return refused;
+bool GroomStore::ask_next(Grooms::iterator groom, std::int64_t now_ns) {
+  Entry& entry = groom->second;
+  const auto users = entry.users;
+  for (const auto& [session, user] : users) {
+    if (user.offered_bytes == 0 || entry.uploads.contains(session)) continue;
+    const Refused refused = ask(groom, session, now_ns);
+    if (!refused) return true;
+    refuse_user(groom, session, refused, now_ns);
+  }
+  return false;
+}
+
+Refused GroomStore::queue_cached(SessionId session, const wire::GroomHash& hash, std::int64_t now_ns) {
+  if (Refused refused = make_place(session, now_ns)) return refused;
   HAIRNET_ASSERT(!grooms_.contains(hash));
   Entry& entry = grooms_[hash];
-  entry.state = State::reading;
-  entry.users[session] = 0;
+  entry.users.try_emplace(session);
   entry.used = ++uses_;
-  to_read_.push_back(hash);
+  queue(entry, session);
   feed_builder();
   return {};
 }
 
+void GroomStore::queue(Entry& entry, SessionId owner) {
+  entry.state = State::queued;
+  entry.owner = owner;
+  entry.order = ++orders_;
+}
+
 void GroomStore::feed_builder() {
-  while (!to_read_.empty() && reading_count_ < kReadingMax) {
-    const auto groom = grooms_.find(to_read_.front());
-    HAIRNET_ASSERT(groom != grooms_.end());
-    HAIRNET_ASSERT(groom->second.state == State::reading);
-    if (groom->second.users.empty()) {  // they have left
-      erase(groom);
-    } else {
-      GroomJob job{groom->first, {}};
-      if (!builder_->try_put(job)) return;
-      ++reading_count_;
-    }
-    to_read_.pop_front();
+  if (is_builder_busy_) return;
+  // Owners that have left are last. So are, of the others, those whose builds have taken the most time.
+  const auto place = [this](const Entry& entry) {
+    const auto owner = accounts_.find(entry.owner);
+    return std::tuple(owner == accounts_.end(), owner == accounts_.end() ? 0 : owner->second.build_ns, entry.order);
+  };
+  auto next = grooms_.end();
+  for (auto groom = grooms_.begin(); groom != grooms_.end(); ++groom) {
+    if (groom->second.state != State::queued) continue;
+    if (next == grooms_.end() || place(groom->second) < place(next->second)) next = groom;
   }
+  if (next == grooms_.end()) return;
+  is_builder_busy_ = true;
+  next->second.job = ++jobs_;
+  builder_->put({jobs_, next->first, std::exchange(next->second.chunks, {})});
 }
 
 ChunkAnswer GroomStore::chunk(SessionId session, wire::GroomChunk chunk, std::int64_t now_ns) {
   const auto groom = grooms_.find(chunk.hash);
   if (groom == grooms_.end() || !groom->second.users.contains(session))
     return {{ErrorReason::groom_unknown, "a chunk of a groom that was not offered"}};
-  if (is_repeated(groom->second, session, chunk)) return {};
+  const auto upload = groom->second.uploads.find(session);
+  // Bytes that are here already, or that were asked for until another session brought them.
+  const bool is_repeated =
+      upload == groom->second.uploads.end()
+          ? groom->second.users.at(session).was_asked
+          : chunk.offset < upload->second.received && chunk.bytes.size() <= upload->second.received - chunk.offset;
+  if (is_repeated && !chunk.bytes.empty()) return {};
   Refused refused = put_chunk(groom, session, std::move(chunk), now_ns);
   const bool was_taken = !refused;
   return {std::move(refused), was_taken};
 }
 
-bool GroomStore::is_repeated(const Entry& entry, SessionId session, const wire::GroomChunk& chunk) {
-  if (chunk.bytes.empty() || entry.uploader != session) return false;
-  if (entry.state == State::uploading && entry.is_asked_again && chunk.offset > entry.received) return true;
-  const std::uint64_t there = entry.state == State::uploading ? entry.received : entry.byte_count;
-  return chunk.offset < there && chunk.bytes.size() <= there - chunk.offset;
-}
-
 Refused GroomStore::put_chunk(Grooms::iterator groom, SessionId session, wire::GroomChunk chunk, std::int64_t now_ns) {
   Entry& entry = groom->second;
-  if (entry.state != State::uploading || entry.uploader != session)
-    return {ErrorReason::unexpected_message, "a chunk that was not asked for"};
+  const auto found = entry.uploads.find(session);
+  if (found == entry.uploads.end()) return {ErrorReason::unexpected_message, "a chunk that was not asked for"};
+  Upload& upload = found->second;
+  const std::uint64_t byte_count = entry.users.at(session).offered_bytes;
   if (chunk.bytes.empty() || chunk.bytes.size() > wire::kGroomChunkBytesMax)
     return {ErrorReason::limit_exceeded, fmt::format("a chunk of {} bytes", chunk.bytes.size())};
-  if (chunk.offset != entry.received)
+  if (chunk.offset != upload.received)
     return {ErrorReason::unexpected_message,
-            fmt::format("a chunk at {}, where {} was expected", chunk.offset, entry.received)};
-  if (chunk.bytes.size() > entry.byte_count - entry.received)
-    return {ErrorReason::limit_exceeded, fmt::format("more than the {} bytes offered", entry.byte_count)};
-  entry.received += chunk.bytes.size();
-  HAIRNET_ASSERT(entry.received <= entry.byte_count);
-  account(session, now_ns).chunk_ns = now_ns;
+            fmt::format("a chunk at {}, where {} was expected", chunk.offset, upload.received)};
+  if (chunk.bytes.size() > byte_count - upload.received)
+    return {ErrorReason::limit_exceeded, fmt::format("more than the {} bytes offered", byte_count)};
+  if (!make_room(session, chunk.bytes.size(), now_ns)) {
+    counters_->grooms_refused_limit.add();
+    refuse_upload(groom, session, {ErrorReason::limit_exceeded, "too many bytes are being uploaded; try again"},
+                  now_ns);
+    return {};
+  }
+  Account& own = account(session, now_ns);
+  own.received += chunk.bytes.size();
+  upload.received += chunk.bytes.size();
+  set_upload_bytes(entry, entry.upload_bytes + chunk.bytes.size());
   counters_->groom_bytes_received.add(chunk.bytes.size());
+  upload.hasher.add(chunk.bytes);
   chunk.bytes.shrink_to_fit();
-  entry.chunks.push_back(std::move(chunk.bytes));
-  return entry.received == entry.byte_count ? finish_upload(groom, now_ns) : Refused{};
+  upload.chunks.push_back(std::move(chunk.bytes));
+  return upload.received == byte_count ? finish_upload(groom, session, now_ns) : Refused{};
 }
 
-Refused GroomStore::finish_upload(Grooms::iterator groom, std::int64_t now_ns) {
-  HAIRNET_ASSERT(groom->second.received == groom->second.byte_count);
-  HAIRNET_ASSERT(!groom->second.chunks.empty());  // without chunks the builder would read the cache
+bool GroomStore::make_room(SessionId session, std::size_t bytes, std::int64_t now_ns) {
+  while (upload_bytes_ + bytes > limits_.upload_bytes_max) {
+    std::map<SessionId, std::size_t> held;
+    for (const auto& [hash, entry] : grooms_) {
+      for (const auto& [uploader, upload] : entry.uploads) held[uploader] += upload.received;
+    }
+    const auto most = std::ranges::max_element(held, {}, [](const auto& h) { return h.second; });
+    if (most == held.end() || most->second <= held[session] + bytes) return false;
+    const SessionId loser = most->first;
+    const auto lost = std::ranges::find_if(grooms_, [&](const auto& g) {
+      const auto upload = g.second.uploads.find(loser);
+      return upload != g.second.uploads.end() && upload->second.received > 0;
+    });
+    HAIRNET_ASSERT(lost != grooms_.end());
+    counters_->grooms_refused_limit.add();
+    refuse_upload(lost, loser, {ErrorReason::limit_exceeded, "too many bytes are being uploaded; try again"}, now_ns);
+  }
+  return true;
+}
+
+Refused GroomStore::finish_upload(Grooms::iterator groom, SessionId session, std::int64_t now_ns) {
+  Entry& entry = groom->second;
+  if (entry.uploads.at(session).hasher.hash() != groom->first) {
+    counters_->grooms_refused_hash.add();
+    refuse_upload(groom, session, {ErrorReason::groom_hash_mismatch, "the bytes do not have the offered hash"}, now_ns);
+    return {};
+  }
   counters_->grooms_uploaded.add();
-  GroomJob job{groom->first, std::move(groom->second.chunks)};
-  if (!builder_->try_put(job)) {
-    counters_->grooms_refused_queue_full.add();
+  if (Refused refused = make_place_in_queue(session, now_ns)) {
     send_state(groom, GroomState::refused, now_ns);
     erase(groom);
-    return {ErrorReason::groom_build_queue_full, "too many grooms wait to be built; try again"};
+    return refused;
   }
-  groom->second.chunks.clear();
-  groom->second.state = State::queued;
+  entry.byte_count = entry.users.at(session).offered_bytes;
+  entry.chunks = std::move(entry.uploads.at(session).chunks);
+  while (!entry.uploads.empty()) end_upload(groom, entry.uploads.begin()->first);
+  set_upload_bytes(entry, entry.byte_count);
+  queue(entry, session);
+  const auto users = entry.users;
+  for (const auto& [user, its] : users) {
+    if (its.offered_bytes != 0 && its.offered_bytes != entry.byte_count) refuse_other_size(groom, user, now_ns);
+  }
   send_state(groom, GroomState::queued, now_ns);
+  feed_builder();
   return {};
 }
 
-Refused GroomStore::retain(SessionId session, const wire::GroomHash& hash) {
+Refused GroomStore::make_place_in_queue(SessionId session, std::int64_t now_ns) {
+  std::map<SessionId, std::size_t> waiting;
+  std::size_t count = 0;
+  for (const auto& [hash, entry] : grooms_) {
+    if (entry.state != State::queued || entry.chunks.empty()) continue;
+    ++waiting[entry.owner];
+    ++count;
+  }
+  if (count < limits_.build_queue_max) return {};
+  const Refused refused{ErrorReason::groom_build_queue_full, "too many grooms wait to be built; try again"};
+  counters_->grooms_refused_queue_full.add();
+  const auto most = std::ranges::max_element(waiting, {}, [](const auto& w) { return w.second; });
+  if (most == waiting.end() || most->second <= waiting[session] + 1) return refused;
+  // The newest of the session that has the most.
+  auto lost = grooms_.end();
+  for (auto groom = grooms_.begin(); groom != grooms_.end(); ++groom) {
+    const Entry& entry = groom->second;
+    if (entry.state != State::queued || entry.chunks.empty() || entry.owner != most->first) continue;
+    if (lost == grooms_.end() || entry.order > lost->second.order) lost = groom;
+  }
+  HAIRNET_ASSERT(lost != grooms_.end());
+  const auto users = lost->second.users;
+  for (const auto& [user, its] : users) refuse_user(lost, user, refused, now_ns);
+  erase(lost);
+  return {};
+}
+
+void GroomStore::end_upload(Grooms::iterator groom, SessionId session) {
+  Entry& entry = groom->second;
+  const auto upload = entry.uploads.find(session);
+  HAIRNET_ASSERT(upload != entry.uploads.end());
+  set_upload_bytes(entry, entry.upload_bytes - upload->second.received);
+  entry.uploads.erase(upload);
+  const auto own = accounts_.find(session);
+  if (own == accounts_.end()) return;
+  HAIRNET_ASSERT(own->second.upload_count > 0);
+  --own->second.upload_count;
+}
+
+void GroomStore::refuse_upload(Grooms::iterator groom, SessionId session, const Refused& refused, std::int64_t now_ns) {
+  end_upload(groom, session);
+  refuse_user(groom, session, refused, now_ns);
+  go_on_without(groom, now_ns);
+}
+
+void GroomStore::go_on_without(Grooms::iterator groom, std::int64_t now_ns) {
+  Entry& entry = groom->second;
+  if (entry.users.empty()) return erase(groom);
+  if (!entry.uploads.empty() || ask_next(groom, now_ns)) return;
+  if (entry.users.empty()) return erase(groom);
+  refuse_all(groom, {ErrorReason::groom_unknown, "no connected session has the groom; offer it"},
+             counters_->grooms_refused_absent, now_ns);
+}
+
+Refused GroomStore::retain(SessionId session, const wire::GroomHash& hash, std::int64_t now_ns) {
   const auto groom = grooms_.find(hash);
   if (groom == grooms_.end() && !builder_->is_cached(hash))
     return {ErrorReason::groom_unknown, "offer the groom first"};
   if (Refused refused = check_retain(session, groom)) return refused;
-  if (groom == grooms_.end()) return begin_reading(session, hash);
-  groom->second.users.try_emplace(session, 0);
+  if (groom == grooms_.end()) return queue_cached(session, hash, now_ns);
+  groom->second.users.try_emplace(session);
   groom->second.used = ++uses_;
   return {};
 }
@@ -355,36 +489,46 @@ bool GroomStore::ready(const wire::GroomHash& hash) const {
 }
 
 void GroomStore::release(SessionId session, std::int64_t now_ns) {
-  accounts_.erase(session);
   for (auto& [hash, waiting] : fetches_) std::erase(waiting, session);
   for (auto groom = grooms_.begin(); groom != grooms_.end();) {
     const auto next = std::next(groom);
     Entry& entry = groom->second;
-    entry.users.erase(session);
-    if (entry.state == State::uploading && entry.uploader == session) pass_on(groom, now_ns);
+    const bool was_user = entry.users.erase(session) > 0;
+    if (entry.uploads.contains(session)) {
+      end_upload(groom, session);
+      go_on_without(groom, now_ns);
+    } else if (was_user && entry.users.empty() && entry.state != State::ready) {
+      erase(groom);
+    }
     groom = next;
   }
+  accounts_.erase(session);
 }
 
-void GroomStore::pass_on(Grooms::iterator groom, std::int64_t now_ns) {
-  Entry& entry = groom->second;
-  if (entry.users.empty()) return erase(groom);
-  set_upload_bytes(entry, 0);
-  const auto users = entry.users;
-  for (const auto& [session, byte_count] : users) {
-    if (byte_count == 0) continue;
-    const Refused refused = check_upload(session, byte_count, now_ns);
-    if (!refused) return await_upload(groom, session, now_ns);
-    refuse_user(groom, session, refused, now_ns);
+// Uploads that are too slow end. A user who has waited for another's for too long is asked for its own bytes.
+void GroomStore::check_uploads(std::int64_t now_ns) {
+  std::set<SessionId> stalled;
+  for (auto& [session, own] : accounts_) {
+    if (own.upload_count == 0 || now_ns - own.since_ns <= limits_.upload_timeout_ns) continue;
+    const double bytes_min = limits_.upload_bytes_per_s_min * 1e-9 * static_cast<double>(now_ns - own.since_ns);
+    if (own.received == 0 || static_cast<double>(own.received) < bytes_min) stalled.insert(session);
+    own.since_ns = now_ns;
+    own.received = 0;
   }
-  if (entry.users.empty()) return erase(groom);
-  refuse_all(groom, {ErrorReason::groom_unknown, "no connected session has the groom; offer it"},
-             counters_->grooms_refused_absent, now_ns);
-}
-
-bool GroomStore::has_stalled(const Entry& entry, std::int64_t now_ns) {
-  const std::int64_t heard_ns = std::max(entry.asked_ns, account(entry.uploader, now_ns).chunk_ns);
-  return now_ns - heard_ns > limits_.upload_timeout_ns;
+  for (const SessionId session : stalled) {
+    for (auto groom = grooms_.begin(); groom != grooms_.end();) {
+      const auto next = std::next(groom);
+      if (groom->second.uploads.contains(session)) {
+        counters_->grooms_refused_stalled.add();
+        refuse_upload(groom, session, {ErrorReason::limit_exceeded, "the upload stalled"}, now_ns);
+      }
+      groom = next;
+    }
+  }
+  for (auto groom = grooms_.begin(); groom != grooms_.end(); ++groom) {
+    const Entry& entry = groom->second;
+    if (entry.state == State::uploading && now_ns - entry.asked_ns > limits_.upload_patience_ns) ask_next(groom, now_ns);
+  }
 }
 
 void GroomStore::poll(std::int64_t now_ns) {
@@ -394,17 +538,8 @@ void GroomStore::poll(std::int64_t now_ns) {
   }
   GroomResult result;
   while (builder_->take(result)) take(std::move(result), now_ns);
+  check_uploads(now_ns);
   feed_builder();
-  for (auto groom = grooms_.begin(); groom != grooms_.end();) {
-    const auto next = std::next(groom);
-    Entry& entry = groom->second;
-    if (entry.state == State::uploading && has_stalled(entry, now_ns)) {
-      counters_->grooms_refused_stalled.add();
-      refuse_user(groom, entry.uploader, {ErrorReason::limit_exceeded, "the upload stalled"}, now_ns);
-      pass_on(groom, now_ns);
-    }
-    groom = next;
-  }
   std::erase_if(read_, [](const auto& read) { return read.second.expired(); });
   check_invariants();
   counters_->gauges.grooms.set(static_cast<double>(grooms_.size()));
@@ -418,24 +553,20 @@ void GroomStore::poll(std::int64_t now_ns) {
 
 void GroomStore::take(GroomResult result, std::int64_t now_ns) {
   if (result.outcome == GroomResult::Outcome::read) return hand_over(result, now_ns);
+  if (result.outcome != GroomResult::Outcome::building) is_builder_busy_ = false;
   const auto groom = grooms_.find(result.hash);
-  if (groom == grooms_.end()) return;
-  if (groom->second.state == State::reading) {
-    HAIRNET_ASSERT(reading_count_ > 0);
-    --reading_count_;
-  }
-  switch (result.outcome) {
-    case GroomResult::Outcome::building:
-      return take_building(groom, std::move(result), now_ns);
-    case GroomResult::Outcome::ready:
-      return take_ready(groom, std::move(result), now_ns);
-    case GroomResult::Outcome::refused:
-      return take_refused(groom, result, now_ns);
-    case GroomResult::Outcome::absent:
-      return pass_on(groom, now_ns);  // the cache lost it: ask a session that has offered it for the upload
-    case GroomResult::Outcome::read:
-      break;
-  }
+  // A dropped groom may have been offered again.
+  if (groom == grooms_.end() || groom->second.job != result.job) return;
+  Entry& entry = groom->second;
+  if (result.outcome == GroomResult::Outcome::building) return take_building(groom, std::move(result), now_ns);
+  entry.job = 0;
+  if (const auto owner = accounts_.find(entry.owner); owner != accounts_.end())
+    owner->second.build_ns += result.build_ns;
+  if (result.outcome == GroomResult::Outcome::ready) return take_ready(groom, std::move(result), now_ns);
+  if (result.outcome == GroomResult::Outcome::refused)
+    return refuse_all(groom, {reason_of(result.fault), result.detail}, counter_of(result.fault, *counters_), now_ns);
+  HAIRNET_ASSERT(result.outcome == GroomResult::Outcome::absent);
+  go_on_without(groom, now_ns);  // the cache has lost it
 }
 
 void GroomStore::hand_over(const GroomResult& read, std::int64_t now_ns) {
@@ -447,7 +578,7 @@ void GroomStore::hand_over(const GroomResult& read, std::int64_t now_ns) {
 
 void GroomStore::take_building(Grooms::iterator groom, GroomResult result, std::int64_t now_ns) {
   Entry& entry = groom->second;
-  HAIRNET_ASSERT(entry.state == State::queued || entry.state == State::reading);
+  HAIRNET_ASSERT(entry.state == State::queued);
   HAIRNET_ASSERT(result.bytes);
   entry.state = State::building;
   entry.bytes = std::move(result.bytes);
@@ -455,13 +586,9 @@ void GroomStore::take_building(Grooms::iterator groom, GroomResult result, std::
   set_upload_bytes(entry, entry.bytes->size());
   entry.byte_count = entry.bytes->size();
   const auto users = entry.users;
-  for (const auto& [session, offered_bytes] : users) {
-    if (offered_bytes != 0 && offered_bytes != entry.byte_count) {
-      counters_->grooms_refused_hash.add();
-      refuse_user(groom, session,
-                  {ErrorReason::groom_hash_mismatch,
-                   fmt::format("the groom of that hash has {} bytes, not {}", entry.byte_count, offered_bytes)},
-                  now_ns);
+  for (const auto& [session, user] : users) {
+    if (user.offered_bytes != 0 && user.offered_bytes != entry.byte_count) {
+      refuse_other_size(groom, session, now_ns);
     } else if (is_over_strands(session, groom)) {
       counters_->grooms_refused_strands.add();
       refuse_user(groom, session, too_many_strands(session), now_ns);
@@ -491,23 +618,13 @@ void GroomStore::take_ready(Grooms::iterator groom, GroomResult result, std::int
   send_state(groom, GroomState::ready, now_ns);
 }
 
-void GroomStore::take_refused(Grooms::iterator groom, const GroomResult& result, std::int64_t now_ns) {
-  const Refused refused{reason_of(result.fault), result.detail};
-  Counter& counter = counter_of(result.fault, *counters_);
-  if (result.fault != GroomResult::Fault::hash) return refuse_all(groom, refused, counter, now_ns);
-  // One wrong uploader must not spoil the groom for the others.
-  Entry& entry = groom->second;
-  const bool is_there = entry.users.contains(entry.uploader);
-  entry.received = 0;
-  // The bytes came from several uploaders: ask the last one for all of them before it is refused.
-  if (entry.is_mixed && is_there) {
-    await_upload(groom, entry.uploader, now_ns);
-    entry.is_asked_again = true;
-    return;
-  }
-  counter.add();
-  if (is_there) refuse_user(groom, entry.uploader, refused, now_ns);
-  pass_on(groom, now_ns);
+void GroomStore::refuse_other_size(Grooms::iterator groom, SessionId session, std::int64_t now_ns) {
+  counters_->grooms_refused_hash.add();
+  const std::uint64_t offered_bytes = groom->second.users.at(session).offered_bytes;
+  refuse_user(groom, session,
+              {ErrorReason::groom_hash_mismatch,
+               fmt::format("the groom of that hash has {} bytes, not {}", groom->second.byte_count, offered_bytes)},
+              now_ns);
 }
 
 void GroomStore::refuse_user(Grooms::iterator groom, SessionId session, const Refused& refused, std::int64_t now_ns) {
@@ -521,7 +638,7 @@ void GroomStore::refuse_all(Grooms::iterator groom, const Refused& refused, Coun
   spdlog::info("event=groom_refused groom={} reason={} detail={}", hex(groom->first), to_string(refused.reason),
                log_text(refused.detail));
   counter.add();
-  for (const auto& [session, byte_count] : users) refuse_user(groom, session, refused, now_ns);
+  for (const auto& [session, user] : users) refuse_user(groom, session, refused, now_ns);
   erase(groom);
 }
 
@@ -530,8 +647,7 @@ void GroomStore::send(SessionId session, const wire::Message& message, std::int6
 }
 
 void GroomStore::send_state(Grooms::const_iterator groom, GroomState state, std::int64_t now_ns) {
-  for (const auto& [session, byte_count] : groom->second.users)
-    send(session, wire::GroomStatus{groom->first, state}, now_ns);
+  for (const auto& [session, user] : groom->second.users) send(session, wire::GroomStatus{groom->first, state}, now_ns);
 }
 
 void GroomStore::set_upload_bytes(Entry& entry, std::size_t bytes) {
@@ -542,6 +658,8 @@ void GroomStore::set_upload_bytes(Entry& entry, std::size_t bytes) {
 
 void GroomStore::erase(Grooms::iterator groom) {
   Entry& entry = groom->second;
+  while (!entry.uploads.empty()) end_upload(groom, entry.uploads.begin()->first);
+  if (entry.job != 0) builder_->drop(entry.job);
   set_upload_bytes(entry, 0);
   HAIRNET_ASSERT(level_bytes_ >= entry.level_bytes);
   level_bytes_ -= entry.level_bytes;

@@ -1,13 +1,12 @@
 #pragma once
 
 #include <cstdint>
-#include <deque>
 #include <functional>
-#include <limits>
 #include <map>
 #include <memory>
 #include <vector>
 
+#include "schema/wire/groom_file.hpp"
 #include "server/exchange/command.hpp"
 #include "server/exchange/groom_service.hpp"
 #include "server/grooms/groom_builder.hpp"
@@ -18,16 +17,21 @@ namespace hairnet::server {
 
 struct GroomStoreLimits {
   std::size_t groom_bytes_max = std::size_t{64} << 20;    // of one groom
-  std::size_t upload_bytes_max = std::size_t{256} << 20;  // of all unfinished and waiting uploads, as announced
+  std::size_t upload_bytes_max = std::size_t{256} << 20;  // received for all unfinished uploads and waiting builds
   std::size_t level_bytes_max = std::size_t{1} << 30;     // of all levels, and of the files of their grooms
   std::size_t groom_count_max = 1024;
   std::size_t grooms_per_session_max = 64;
   std::size_t strands_per_session_max = 1'000'000;  // of all grooms that a session uses
   double upload_bytes_per_s = 16.0 * (1 << 20);     // of a session, as announced
   double upload_burst_bytes = 256.0 * (1 << 20);
-  std::size_t build_queue_max = 16;
-  std::int64_t build_ns_max = 600'000'000'000;      // the builder has low priority, so a busy machine needs long
-  std::int64_t upload_timeout_ns = 30'000'000'000;  // without a chunk
+  std::size_t build_queue_max = 64;  // grooms that wait for the builder
+  // What the uploads of a session must bring together in each upload_timeout_ns.
+  double upload_bytes_per_s_min = 8.0 * (1 << 10);
+  std::int64_t upload_timeout_ns = 30'000'000'000;
+  // After this time a session that waits for another's upload of the same groom is asked for its own.
+  std::int64_t upload_patience_ns = 5'000'000'000;
+  std::int64_t build_ns_max = 600'000'000'000;  // the builder has low priority, so a busy machine needs long
+  std::size_t build_memory_bytes_max = std::size_t{2} << 30;
   GroomLimits groom;
 };
 
@@ -42,9 +46,11 @@ struct GroomListener {
   std::function<void(SessionId, const wire::GroomHash&, std::int64_t now_ns)> revoke;
 };
 
-// All grooms by content hash, from offer to built levels. Sessions that offer the same hash share one upload; when the
-// uploader leaves or stalls, another session that has offered the groom continues it. A groom in the cache is not
-// uploaded. A groom that no session uses stays until its memory is needed. I/O thread.
+// All grooms by content hash, from offer to built levels. Sessions that offer the same hash wait for the first one's
+// upload, but not for long: then the next is asked for its own. Each session's bytes stay apart, so no session can
+// delay or spoil a groom for another. A groom in the cache is not uploaded. One groom is built at a time: of the
+// sessions that wait, the one whose builds have taken the least time is next. A groom that no session uses is dropped
+// until it is ready, and then stays until its memory is needed. I/O thread.
 class GroomStore final : public GroomService {
  public:
   using Bytes = std::shared_ptr<const std::vector<std::uint8_t>>;
@@ -54,13 +60,12 @@ class GroomStore final : public GroomService {
   void open(SessionId session, std::uint64_t strand_count_max, std::int64_t now_ns) override;
   Refused offer(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns) override;
   ChunkAnswer chunk(SessionId session, wire::GroomChunk chunk, std::int64_t now_ns) override;
-  Refused retain(SessionId session, const wire::GroomHash& groom) override;
+  Refused retain(SessionId session, const wire::GroomHash& groom, std::int64_t now_ns) override;
   void resend_states(SessionId session, std::int64_t now_ns) override;
   Bytes bytes(const wire::GroomHash& groom) override;
   bool fetch(SessionId session, const wire::GroomHash& groom) override;
   [[nodiscard]] bool is_cached(const wire::GroomHash& groom) const override { return builder_->is_cached(groom); }
   void release(SessionId session, std::int64_t now_ns) override;
-  // An upload has not stalled while its uploader sends chunks of another groom.
   void poll(std::int64_t now_ns);  // results of the builder, stalled uploads
 
   [[nodiscard]] bool ready(const wire::GroomHash& groom) const;
@@ -71,25 +76,31 @@ class GroomStore final : public GroomService {
 
  private:
   enum class State : std::uint8_t {
-    reading,  // in the cache, waiting for the builder or being read
     uploading,
-    queued,
+    queued,  // its bytes are here, or in the cache
     building,
     ready,
   };
-  struct Entry {
-    State state = State::uploading;
-    std::uint64_t byte_count = 0;  // of the upload, as the uploader announced; from building on, the real count
+  struct User {
+    std::uint64_t offered_bytes = 0;  // 0: it has not offered the groom, so it cannot upload it
+    bool was_asked = false;           // for its bytes; those that still come are no fault
+  };
+  struct Upload {
     std::uint64_t received = 0;
     std::vector<std::vector<std::uint8_t>> chunks;
-    SessionId uploader = 0;
-    bool is_mixed = false;  // the received bytes came from several uploaders
-    // requested a second time: the uploader may still be sending the bytes of the first request
-    bool is_asked_again = false;
-    std::int64_t asked_ns = 0;  // when the bytes were requested from its uploader
-    std::map<SessionId, std::uint64_t>
-        users;                     // the size that each session has offered; 0: it has not offered, so it cannot upload
-    std::size_t upload_bytes = 0;  // its share of the bytes of all uploads
+    wire::GroomHasher hasher;
+  };
+  struct Entry {
+    State state = State::uploading;
+    std::map<SessionId, User> users;
+    std::map<SessionId, Upload> uploads;            // while uploading; of users
+    std::int64_t asked_ns = 0;                      // when a user was last asked for the bytes
+    std::vector<std::vector<std::uint8_t>> chunks;  // of the file, while queued; none: it is in the cache
+    SessionId owner = 0;           // uploaded it, or asked for the cached one; its build counts as theirs
+    std::uint64_t order = 0;       // of coming into the queue
+    std::uint64_t job = 0;         // the builder's number, while it has the groom; else 0
+    std::uint64_t byte_count = 0;  // of the file, from queued on; 0: not known yet
+    std::size_t upload_bytes = 0;  // that it holds before it is ready
     std::size_t level_bytes = 0;   // once ready; including the bytes of the file
     Bytes bytes;                   // of the file, from building on
     std::size_t strand_count = 0;  // from building on
@@ -99,8 +110,11 @@ class GroomStore final : public GroomService {
   struct Account {
     TokenBucket bytes;
     std::uint64_t strand_count_max = 0;
-    // arrival of the uploader's last chunk, of any groom
-    std::int64_t chunk_ns = std::numeric_limits<std::int64_t>::min();
+    std::int64_t build_ns = 0;  // of its grooms, together
+    // What its uploads brought since a time. They stall when that is too little.
+    std::int64_t since_ns = 0;
+    std::uint64_t received = 0;
+    std::size_t upload_count = 0;  // under way
   };
 
   static wire::GroomState state_of(const Entry& entry);
@@ -110,27 +124,33 @@ class GroomStore final : public GroomService {
   [[nodiscard]] bool is_over_strands(SessionId session, Grooms::const_iterator groom) const;
   [[nodiscard]] std::uint64_t strand_count_max(SessionId session) const;
   [[nodiscard]] Refused too_many_strands(SessionId session) const;
-  // Why a session may not begin or continue to upload a groom of this size.
-  Refused check_upload(SessionId session, std::uint64_t byte_count, std::int64_t now_ns);
   Refused offer_known(Grooms::iterator groom, SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns);
-  Refused make_place();  // makes room for one more groom
-  Refused begin_upload(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns);
-  // Continues after the received bytes, unless the uploader's groom has another length.
-  void await_upload(Grooms::iterator groom, SessionId uploader, std::int64_t now_ns);
-  static bool is_repeated(const Entry& entry, SessionId session, const wire::GroomChunk& chunk);
+  Refused make_place(SessionId session, std::int64_t now_ns);  // makes room for one more groom
+  // Asks the session for the groom's bytes. Refuses when it has uploaded too much lately.
+  Refused ask(Grooms::iterator groom, SessionId session, std::int64_t now_ns);
+  // Asks users who have offered the groom, one after the other, until one may upload it. False: there is none; those
+  // who may not have been refused.
+  bool ask_next(Grooms::iterator groom, std::int64_t now_ns);
   Refused put_chunk(Grooms::iterator groom, SessionId session, wire::GroomChunk chunk, std::int64_t now_ns);
-  Refused begin_reading(SessionId session, const wire::GroomHash& groom);
-  void feed_builder();  // gives cached grooms to the builder
-  Refused finish_upload(Grooms::iterator groom, std::int64_t now_ns);
-  bool has_stalled(const Entry& entry, std::int64_t now_ns);
-  // Asks another session that has offered the groom to continue the upload; without one, refuses the groom to all.
-  void pass_on(Grooms::iterator groom, std::int64_t now_ns);
+  // Frees memory for a chunk, at the cost of the session whose unfinished uploads hold most. False when that is the
+  // session itself.
+  bool make_room(SessionId session, std::size_t bytes, std::int64_t now_ns);
+  Refused finish_upload(Grooms::iterator groom, SessionId session, std::int64_t now_ns);
+  void end_upload(Grooms::iterator groom, SessionId session);
+  // The upload is refused; the groom goes on with another user's bytes, or is refused to all.
+  void refuse_upload(Grooms::iterator groom, SessionId session, const Refused& refused, std::int64_t now_ns);
+  void go_on_without(Grooms::iterator groom, std::int64_t now_ns);
+  Refused queue_cached(SessionId session, const wire::GroomHash& groom, std::int64_t now_ns);
+  void queue(Entry& entry, SessionId owner);
+  Refused make_place_in_queue(SessionId session, std::int64_t now_ns);
+  void feed_builder();
+  void check_uploads(std::int64_t now_ns);
   void take(GroomResult result, std::int64_t now_ns);
   void take_building(Grooms::iterator groom, GroomResult result, std::int64_t now_ns);
   void take_ready(Grooms::iterator groom, GroomResult result, std::int64_t now_ns);
-  void take_refused(Grooms::iterator groom, const GroomResult& result, std::int64_t now_ns);
   void hand_over(const GroomResult& read, std::int64_t now_ns);
   void refuse_user(Grooms::iterator groom, SessionId session, const Refused& refused, std::int64_t now_ns);
+  void refuse_other_size(Grooms::iterator groom, SessionId session, std::int64_t now_ns);  // than the groom's
   void refuse_all(Grooms::iterator groom, const Refused& refused, Counter& counter, std::int64_t now_ns);
   void send(SessionId session, const wire::Message& message, std::int64_t now_ns);
   void send_state(Grooms::const_iterator groom, wire::GroomState state, std::int64_t now_ns);
@@ -146,12 +166,12 @@ class GroomStore final : public GroomService {
   GroomListener listener_;
   Grooms grooms_;
   std::map<SessionId, Account> accounts_;
-  std::deque<wire::GroomHash> to_read_;                                             // not yet given to the builder
-  std::size_t reading_count_ = 0;                                                   // given to the builder
   std::map<wire::GroomHash, std::vector<SessionId>> fetches_;                       // requested from the builder
   std::map<wire::GroomHash, std::weak_ptr<const std::vector<std::uint8_t>>> read_;  // fetched, and still being sent
   std::size_t upload_bytes_ = 0, level_bytes_ = 0;
-  std::uint64_t uses_ = 0;
+  std::uint64_t uses_ = 0, orders_ = 0;
+  std::uint64_t jobs_ = 0;  // given to the builder
+  bool is_builder_busy_ = false;
   std::int64_t refresh_next_ns_ = 0;
 };
 

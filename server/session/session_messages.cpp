@@ -208,7 +208,7 @@ struct Session::MessageHandler {
 
   Refused operator()(wire::AddCharacter& add) {
     if (Refused refused = check(add)) return refused;
-    if (Refused refused = context.grooms.retain(session.id(), add.groom)) return refused;
+    if (Refused refused = context.grooms.retain(session.id(), add.groom, now_ns)) return refused;
     if (add.state) {
       if (std::string fault = wire::validate(*add.state); !fault.empty()) {
         // The character is added without the state: its hair starts at rest.

@@ -190,14 +190,20 @@ TEST(BuildLevels, progress_never_falls_and_ends_at_one) {
   EXPECT_EQ(fractions.back(), 1);
 }
 
+// At every call but those of the skin's many rows, of which some are tried.
 TEST(BuildLevels, can_be_cancelled_at_every_call) {
+  constexpr std::size_t kRowsApart = 101;
   const Groom groom = groom_with_body(support::make_head_of_hair(60));
-  int call_count = 0;
+  std::vector<std::string> stages;
   BuildCallbacks observer;
-  observer.progress = [&](double, std::string_view) { return ++call_count > 0; };
+  observer.progress = [&](double, std::string_view stage) {
+    stages.emplace_back(stage);
+    return true;
+  };
   ASSERT_TRUE(build_levels(groom, observer));
-  for (int stop = 1; stop <= call_count; ++stop) {
-    int calls = 0;
+  for (std::size_t stop = 1; stop <= stages.size(); ++stop) {
+    if (stages[stop - 1] == "measuring the skin" && stop % kRowsApart != 1) continue;
+    std::size_t calls = 0;
     observer.progress = [&](double, std::string_view) { return ++calls < stop; };
     EXPECT_FALSE(build_levels(groom, observer));
     EXPECT_EQ(calls, stop);  // it is not asked again

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <new>
 #include <set>
 
 #include "tests/support/case_name.hpp"
@@ -39,6 +40,29 @@ TEST_P(BuildPools, no_more_threads_run_than_asked_for) {
   EXPECT_LE(threads.size(), std::max<std::size_t>(1, GetParam()));
   if (GetParam() <= 1) {
     EXPECT_TRUE(threads.contains(std::this_thread::get_id()));
+  }
+}
+
+TEST_P(BuildPools, what_a_body_throws_reaches_the_caller_once_and_the_pool_goes_on) {
+  BuildPool pool(GetParam());
+  for (int repeat = 0; repeat < 20; ++repeat) {
+    std::atomic<int> caught = 0;
+    EXPECT_THROW(pool.parallel_for(8,
+                                   [&](std::size_t i) {
+                                     try {
+                                       pool.parallel_for(8, [&](std::size_t j) {
+                                         if (j == i) throw std::bad_alloc();
+                                       });
+                                     } catch (const std::bad_alloc&) {
+                                       ++caught;
+                                       throw;
+                                     }
+                                   }),
+                 std::bad_alloc);
+    EXPECT_GE(caught, 1);
+    std::atomic<int> count = 0;
+    pool.parallel_for(100, [&](std::size_t) { ++count; });
+    EXPECT_EQ(count, 100);
   }
 }
 

@@ -46,7 +46,9 @@ TEST(Config, its_time_outs_are_the_documented_ones) {
   const std::map<std::string, std::string> expected{
       {"handshake", seconds(config.sessions.handshake_timeout_ns)},
       {"idle, no message from a client", seconds(config.sessions.idle_timeout_ns)},
-      {"upload without a chunk of any groom", seconds(config.grooms.upload_timeout_ns)},
+      {"upload, less than " + std::to_string(static_cast<int>(config.grooms.upload_bytes_per_s_min) / 1024) +
+           " KiB a second",
+       seconds(config.grooms.upload_timeout_ns)},
       {"slow consumer, nothing read", seconds(config.sessions.slow_consumer_ns)},
       {"draining", seconds(config.sessions.drain_timeout_ns)}};
   EXPECT_EQ(documented_time_outs(), expected);

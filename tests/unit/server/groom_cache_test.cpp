@@ -146,6 +146,19 @@ TEST_F(GroomCacheTest, what_was_used_least_lately_goes_first) {
   EXPECT_EQ(counters_.groom_cache_evicted.value(), 1u);
 }
 
+TEST_F(GroomCacheTest, small_files_are_bounded_in_number) {
+  CacheFolder folder({folder_, ".hngroom", kPlenty, kFileBytes, "write_failed", "grooms", 3},
+                     counters_.groom_cache_written, counters_.groom_cache_writes_failed, counters_.groom_cache_evicted);
+  for (std::uint8_t name = 1; name <= 5; ++name) {
+    EXPECT_TRUE(folder.put(wire::GroomHash{name}, std::vector<std::uint8_t>{name}));
+    age(path(wire::GroomHash{name}), 10 - name);
+  }
+  EXPECT_EQ(file_count(), 3u);
+  EXPECT_EQ(counters_.groom_cache_evicted.value(), 2u);
+  EXPECT_FALSE(fs::exists(path(wire::GroomHash{2})));
+  EXPECT_TRUE(fs::exists(path(wire::GroomHash{5})));
+}
+
 TEST_F(GroomCacheTest, a_folder_that_cannot_be_written_is_one_warning_and_no_failure) {
   write(folder_, {1, 2, 3});  // a file: not even root may write within
   testing::internal::CaptureStdout();

@@ -34,12 +34,13 @@ class GroomStoreTest : public testing::Test {
   ~GroomStoreTest() override { std::filesystem::remove_all(folder_); }
   void make(const GroomStoreLimits& limits, ClockNs clock = nullptr) {
     GroomBuilderDef def;
-    def.limits = limits.groom;
+    def.build.groom = limits.groom;
+    def.build.ns_max = limits.build_ns_max;
+    def.build.memory_bytes_max = limits.build_memory_bytes_max;
+    if (build_levels_) def.build_levels = build_levels_;
     def.bytes_max = limits.groom_bytes_max;
-    def.queue_max = limits.build_queue_max;
     def.grooms = cache_ ? &*cache_ : nullptr;
     def.now_ns = clock;
-    def.build_ns_max = limits.build_ns_max;
     store_.reset();
     builder_ = std::make_unique<GroomBuilder>(def);
     GroomListener listener;
@@ -117,6 +118,7 @@ class GroomStoreTest : public testing::Test {
   }
 
   Upload good_{wire::encode_groom(small_groom())};
+  BuildLevels build_levels_;  // of the next make(); empty: the default
   CommandQueue commands_{1000};
   GroomCounters counters_;
   std::vector<std::pair<SessionId, wire::Message>> sent_;

@@ -213,11 +213,10 @@ TEST_F(LevelCacheTest, a_builder_takes_from_it_what_another_has_built) {
   const std::vector<std::uint8_t> bytes = wire::encode_groom(small_groom());
   const auto built = [&](LevelCache* cache, std::size_t thread_count) {
     GroomBuilderDef def;
-    def.thread_count = thread_count;
+    def.build.thread_count = thread_count;
     def.levels = cache;
     GroomBuilder builder(def);
-    GroomJob job{wire::hash_groom(bytes), {bytes}};
-    EXPECT_TRUE(builder.try_put(job));
+    builder.put({1, wire::hash_groom(bytes), {bytes}});
     EXPECT_TRUE(builder.poll());
     GroomResult result;
     while (builder.take(result)) {
@@ -238,11 +237,10 @@ TEST_F(LevelCacheTest, levels_that_were_not_built_to_the_end_are_not_kept) {
   const std::vector<std::uint8_t> bytes = wire::encode_groom(small_groom());
   LevelCache cache(folder_, kPlenty, counters_);
   GroomBuilderDef def;
-  def.thread_count = 2;
+  def.build.thread_count = 2;
   def.levels = &cache;
   GroomBuilder builder(def);
-  GroomJob job{wire::hash_groom(bytes), {bytes}};
-  ASSERT_TRUE(builder.try_put(job));
+  builder.put({1, wire::hash_groom(bytes), {bytes}});
   builder.cancel();
   EXPECT_TRUE(builder.poll());
   EXPECT_EQ(counters_.level_cache_written.value(), 0u);

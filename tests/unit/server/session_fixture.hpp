@@ -27,7 +27,7 @@ class FakeGroomService final : public GroomService {
   ChunkAnswer chunk(SessionId, wire::GroomChunk, std::int64_t) override {
     return {{wire::ErrorReason::unexpected_message, "not asked for"}};
   }
-  Refused retain(SessionId, const wire::GroomHash& groom) override {
+  Refused retain(SessionId, const wire::GroomHash& groom, std::int64_t) override {
     return groom == known ? Refused{} : Refused{wire::ErrorReason::groom_unknown, "offer it first"};
   }
   void resend_states(SessionId session, std::int64_t) override { resent.push_back(session); }

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <cstddef>
+
+#include "core/groom/groom.hpp"
+
+namespace hairnet {
+
+// What building all levels of a groom takes, from one pass over its points for each level.
+struct BuildEstimate {
+  std::size_t spring_count = 0;  // of all levels before decimation, at most; without those of knots
+  // At most, beside the groom itself, while all levels are built at once.
+  std::size_t memory_bytes = 0;
+};
+// The groom must be valid and have points.
+BuildEstimate estimate_build(const Groom& groom);
+
+}  // namespace hairnet

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "core/groom/groom.hpp"
+#include "core/levels/level.hpp"
+#include "schema/wire/messages.hpp"
+
+namespace hairnet::server {
+
+enum class BuildFault : std::uint8_t {
+  none,
+  size,     // more bytes than a groom may have
+  invalid,  // no groom, or one without hair
+  time,     // longer than a build may take
+  memory,   // more than a build may take
+  crash,    // the process of the build ended without a result
+  dropped,  // nobody uses the groom any more, or the server stops
+};
+
+// Whether a build may go on: none, time or dropped. Any thread may ask.
+using GoesOn = std::function<BuildFault()>;
+
+struct LevelBuildDef {
+  GroomLimits groom;
+  std::size_t thread_count = 1;
+  std::size_t memory_bytes_max = std::size_t{2} << 30;
+  std::int64_t ns_max = 600'000'000'000;  // of the processor's time a thread, when the build has a process
+};
+
+struct LevelBuild {
+  std::shared_ptr<const LevelSet> levels;  // null when there is a fault
+  BuildFault fault = BuildFault::none;
+  std::string detail;  // one line, of a fault
+};
+
+// Builds the levels of a groom's file. Both give the same bits.
+using BuildLevels = std::function<LevelBuild(const LevelBuildDef& def, const wire::GroomHash& hash,
+                                             std::span<const std::uint8_t> file, const Groom& groom, const GoesOn&)>;
+
+// On the calling thread and helper threads. A build that is out of memory has the fault `memory`.
+LevelBuild build_levels_here(const LevelBuildDef& def, const wire::GroomHash& hash, std::span<const std::uint8_t> file,
+                             const Groom& groom, const GoesOn& goes_on);
+
+// In a process of its own: this program, started with kLevelBuildFlag, which its main() answers with
+// run_level_build_process(). Whatever a groom does to a build, more memory or time than allowed or a crash, ends that
+// process only. When the answer of `goes_on` is no, the process is killed.
+LevelBuild build_levels_in_process(const LevelBuildDef& def, const wire::GroomHash& hash,
+                                   std::span<const std::uint8_t> file, const Groom& groom, const GoesOn& goes_on);
+
+inline constexpr const char* kLevelBuildFlag = "--build-levels-for-parent";
+// Returns the exit status.
+int run_level_build_process();
+
+}  // namespace hairnet::server

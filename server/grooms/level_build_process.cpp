@@ -1,0 +1,263 @@
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <spawn.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <new>
+#include <utility>
+#include <vector>
+
+#include "core/assert.hpp"
+#include "core/levels/build.hpp"
+#include "schema/wire/groom_file.hpp"
+#include "schema/wire/level_file.hpp"
+#include "server/grooms/build_pool.hpp"
+#include "server/grooms/level_build.hpp"
+
+// The two processes talk over a pair of sockets. The child gets a Request and the groom's file until its end, and
+// answers with one byte, a BuildFault, followed by the level file or the fault's detail.
+
+extern char** environ;
+
+namespace hairnet::server {
+namespace {
+
+struct Request {
+  std::array<char, 8> magic;
+  wire::GroomHash hash;
+  GroomLimits groom;
+  std::uint64_t thread_count, memory_bytes_max;
+  std::int64_t ns_max;
+};
+static_assert(std::is_trivially_copyable_v<Request>);
+
+constexpr std::array<char, 8> kMagic{'h', 'n', 'b', 'u', 'i', 'l', 'd', '1'};
+constexpr int kLookPeriod_ms = 20;  // how often the parent looks whether the build may go on
+constexpr int kExitNoMemory = 3;
+// Beside the memory of the build: the program, and a stack and the allocator's own for each thread.
+constexpr std::uint64_t kProcessBytes = std::uint64_t{64} << 20, kThreadBytes = std::uint64_t{16} << 20;
+
+class File {
+ public:
+  explicit File(int descriptor) : descriptor_(descriptor) {}
+  ~File() { close(); }
+  File(const File&) = delete;
+  File& operator=(const File&) = delete;
+  void close() {
+    if (descriptor_ >= 0) ::close(std::exchange(descriptor_, -1));
+  }
+  [[nodiscard]] int get() const { return descriptor_; }
+
+ private:
+  int descriptor_;
+};
+
+// A child that is killed and reaped at the latest when this ends.
+class Child {
+ public:
+  explicit Child(pid_t id) : id_(id) {}
+  ~Child() {
+    if (id_ <= 0) return;
+    kill(id_, SIGKILL);
+    wait();
+  }
+  Child(const Child&) = delete;
+  Child& operator=(const Child&) = delete;
+  int wait() {
+    int status = 0;
+    while (waitpid(id_, &status, 0) < 0 && errno == EINTR) {
+    }
+    id_ = 0;
+    return status;
+  }
+
+ private:
+  pid_t id_;
+};
+
+pid_t spawn(int socket) {
+  posix_spawn_file_actions_t files;
+  posix_spawnattr_t attributes;
+  posix_spawn_file_actions_init(&files);
+  posix_spawn_file_actions_adddup2(&files, socket, STDIN_FILENO);
+  posix_spawn_file_actions_adddup2(&files, socket, STDOUT_FILENO);
+  posix_spawn_file_actions_addclosefrom_np(&files, STDERR_FILENO + 1);
+  posix_spawnattr_init(&attributes);
+  sigset_t none, all;
+  sigemptyset(&none);
+  sigfillset(&all);
+  posix_spawnattr_setsigmask(&attributes, &none);
+  posix_spawnattr_setsigdefault(&attributes, &all);
+  // A group of its own, so that Ctrl-C at a terminal reaches the parent only, which then decides.
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
+  std::array<char, 16> name{"hairnet-build"};
+  std::string flag = kLevelBuildFlag;
+  std::array<char*, 3> arguments{name.data(), flag.data(), nullptr};
+  pid_t child = 0;
+  const int error = posix_spawn(&child, "/proc/self/exe", &files, &attributes, arguments.data(), environ);
+  posix_spawnattr_destroy(&attributes);
+  posix_spawn_file_actions_destroy(&files);
+  return error == 0 ? child : -1;
+}
+
+// Sends the request and the file while it receives the answer.
+BuildFault exchange(int socket, std::span<const std::uint8_t> request, std::span<const std::uint8_t> file,
+                    std::vector<std::uint8_t>& answer, const GoesOn& goes_on) {
+  std::array<std::uint8_t, 1 << 16> piece;
+  while (true) {
+    if (const BuildFault fault = goes_on(); fault != BuildFault::none) return fault;
+    std::span<const std::uint8_t>& next = request.empty() ? file : request;
+    pollfd look{socket, static_cast<short>(next.empty() ? POLLIN : POLLIN | POLLOUT), 0};
+    if (::poll(&look, 1, kLookPeriod_ms) <= 0) continue;
+    if (look.revents & POLLOUT) {
+      const ssize_t sent = ::send(socket, next.data(), next.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+      if (sent > 0) next = next.subspan(static_cast<std::size_t>(sent));
+      if (request.empty() && file.empty()) ::shutdown(socket, SHUT_WR);
+    }
+    if (!(look.revents & (POLLIN | POLLHUP | POLLERR))) continue;
+    const ssize_t received = ::recv(socket, piece.data(), piece.size(), MSG_DONTWAIT);
+    if (received == 0 || (received < 0 && errno != EAGAIN && errno != EINTR)) return BuildFault::none;
+    if (received > 0) answer.insert(answer.end(), piece.begin(), piece.begin() + received);
+    if (answer.size() > wire::kLevelFileBytesMax + 1) return BuildFault::memory;
+  }
+}
+
+std::string memory_detail(const LevelBuildDef& def) {
+  return fmt::format("its build takes more than {} MiB of memory", def.memory_bytes_max >> 20);
+}
+
+LevelBuild faulty(BuildFault fault, std::string detail = {}) {
+  return {nullptr, fault, std::move(detail)};
+}
+
+std::string how_it_ended(int status) {
+  return WIFSIGNALED(status) ? fmt::format("by signal {}", WTERMSIG(status))
+                             : fmt::format("with status {}", WEXITSTATUS(status));
+}
+
+// The child's side.
+
+[[noreturn]] void end_without_memory() {
+  ::_exit(kExitNoMemory);
+}
+
+void limit(__rlimit_resource resource, std::uint64_t value) {
+  rlimit limits{};
+  getrlimit(resource, &limits);
+  limits.rlim_cur = std::min<rlim_t>(value, limits.rlim_max);
+  setrlimit(resource, &limits);
+}
+
+void confine(const Request& request) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  limit(RLIMIT_CORE, 0);
+  limit(RLIMIT_FSIZE, 0);
+  limit(RLIMIT_CPU, 2 + static_cast<std::uint64_t>(request.ns_max) / 1'000'000'000 * request.thread_count);
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // they map terabytes that they never touch
+  limit(RLIMIT_DATA, kProcessBytes + kThreadBytes * request.thread_count + request.memory_bytes_max);
+#endif
+  // When the machine itself is out of memory, this process ends first.
+  if (const File score(::open("/proc/self/oom_score_adj", O_WRONLY | O_CLOEXEC)); score.get() >= 0)
+    static_cast<void>(!::write(score.get(), "1000", 4));
+  std::set_new_handler(end_without_memory);
+}
+
+bool receive_all(void* to, std::size_t size) {
+  auto* at = static_cast<std::uint8_t*>(to);
+  while (size > 0) {
+    const ssize_t count = ::read(STDIN_FILENO, at, size);
+    if (count <= 0) return false;
+    at += count;
+    size -= static_cast<std::size_t>(count);
+  }
+  return true;
+}
+
+std::vector<std::uint8_t> receive_rest() {
+  std::vector<std::uint8_t> bytes;
+  std::array<std::uint8_t, 1 << 16> piece;
+  for (ssize_t count; (count = ::read(STDIN_FILENO, piece.data(), piece.size())) > 0;)
+    bytes.insert(bytes.end(), piece.begin(), piece.begin() + count);
+  return bytes;
+}
+
+int answer(BuildFault fault, std::span<const std::uint8_t> bytes) {
+  const auto code = static_cast<std::uint8_t>(fault);
+  bool is_sent = ::send(STDOUT_FILENO, &code, 1, MSG_NOSIGNAL) == 1;
+  while (is_sent && !bytes.empty()) {
+    const ssize_t count = ::send(STDOUT_FILENO, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+    is_sent = count > 0;
+    if (is_sent) bytes = bytes.subspan(static_cast<std::size_t>(count));
+  }
+  return is_sent ? EXIT_SUCCESS : EXIT_FAILURE;
+}
+
+int answer(BuildFault fault, const std::string& detail) {
+  return answer(fault, {reinterpret_cast<const std::uint8_t*>(detail.data()), detail.size()});
+}
+
+}  // namespace
+
+LevelBuild build_levels_in_process(const LevelBuildDef& def, const wire::GroomHash& hash,
+                                   std::span<const std::uint8_t> file, const Groom& groom, const GoesOn& goes_on) {
+  HAIRNET_ASSERT(goes_on);
+  HAIRNET_ASSERT(!file.empty());
+  std::array<int, 2> pair{-1, -1};
+  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair.data()) != 0)
+    return faulty(BuildFault::crash, fmt::format("no sockets for its build: {}", std::strerror(errno)));
+  const File ours(pair[0]);
+  File theirs(pair[1]);
+  Child child(spawn(theirs.get()));
+  theirs.close();
+  const Request request{kMagic, hash, def.groom, def.thread_count, def.memory_bytes_max, def.ns_max};
+  std::vector<std::uint8_t> answer;
+  const BuildFault fault =
+      exchange(ours.get(), {reinterpret_cast<const std::uint8_t*>(&request), sizeof(request)}, file, answer, goes_on);
+  if (fault != BuildFault::none) return faulty(fault, fault == BuildFault::memory ? memory_detail(def) : "");
+  const int status = child.wait();
+  if (WIFEXITED(status) && WEXITSTATUS(status) == kExitNoMemory) return faulty(BuildFault::memory, memory_detail(def));
+  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) return faulty(BuildFault::time);
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != EXIT_SUCCESS || answer.empty())
+    return faulty(BuildFault::crash, "its build ended " + how_it_ended(status));
+  const std::span<const std::uint8_t> rest = std::span(answer).subspan(1);
+  if (answer[0] != static_cast<std::uint8_t>(BuildFault::none))
+    return faulty(answer[0] == static_cast<std::uint8_t>(BuildFault::invalid) ? BuildFault::invalid : BuildFault::crash,
+                  std::string(rest.begin(), rest.end()));
+  wire::DecodedLevels decoded = wire::decode_levels(rest, hash);
+  if (!decoded.levels) return faulty(BuildFault::crash, "its build gave no levels: " + decoded.detail);
+  BuildPool pool(def.thread_count);
+  make_level_maps(groom, *decoded.levels, [&pool](std::size_t count, const std::function<void(std::size_t)>& body) {
+    pool.parallel_for(count, body);
+  });
+  return {std::move(decoded.levels), BuildFault::none, {}};
+}
+
+int run_level_build_process() {
+  Request request;
+  if (!receive_all(&request, sizeof(request)) || request.magic != kMagic) {
+    fmt::print(stderr, "{} is how hairnet-server starts the builds of its grooms\n", kLevelBuildFlag);
+    return 2;
+  }
+  confine(request);
+  const std::vector<std::uint8_t> file = receive_rest();
+  const Result<Groom> groom = wire::decode_groom(file, request.groom);
+  if (!groom) return answer(BuildFault::invalid, groom.error());
+  if (groom->points.empty()) return answer(BuildFault::invalid, std::string("the groom has no strand points"));
+  LevelBuildDef def;
+  def.thread_count = request.thread_count;
+  const LevelBuild build = build_levels_here(def, request.hash, file, *groom, [] { return BuildFault::none; });
+  if (!build.levels) return kExitNoMemory;
+  return answer(BuildFault::none, wire::encode_levels(request.hash, *build.levels));
+}
+
+}  // namespace hairnet::server

@@ -1,0 +1,135 @@
+#include "core/levels/build_estimate.hpp"
+
+#include <gtest/gtest.h>
+#include <malloc.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+#include <random>
+#include <thread>
+
+#include "client/assets/made/made.hpp"
+#include "core/levels/build.hpp"
+#include "tests/support/build_grooms.hpp"
+
+namespace {
+
+// What the whole program holds, by the sizes that malloc gives, and its peak since the last reset.
+std::atomic<std::size_t> held_bytes = 0, peak_bytes = 0;
+
+void* counted(void* block) {
+  if (!block) throw std::bad_alloc();
+  const std::size_t held = held_bytes += malloc_usable_size(block);
+  std::size_t peak = peak_bytes;
+  while (held > peak && !peak_bytes.compare_exchange_weak(peak, held)) {
+  }
+  return block;
+}
+
+}  // namespace
+
+[[gnu::noinline]] void* operator new(std::size_t size) {
+  return counted(std::malloc(size));
+}
+[[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment) {
+  const auto bytes = static_cast<std::size_t>(alignment);
+  return counted(std::aligned_alloc(bytes, (size + bytes - 1) / bytes * bytes));
+}
+[[gnu::noinline]] void operator delete(void* block) noexcept {
+  held_bytes -= block ? malloc_usable_size(block) : 0;
+  std::free(block);
+}
+void operator delete(void* block, std::size_t) noexcept {
+  operator delete(block);
+}
+void operator delete(void* block, std::align_val_t) noexcept {
+  operator delete(block);
+}
+void operator delete(void* block, std::size_t, std::align_val_t) noexcept {
+  operator delete(block);
+}
+
+namespace hairnet {
+namespace {
+
+// One strand that runs from end to end of its box `turns` times.
+Groom zigzag(std::size_t turns) {
+  Groom groom;
+  groom.group_names = {"hair"};
+  std::vector<Vec3f> points;
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> place(-0.1f, 0.1f);
+  for (std::size_t i = 0; i <= turns; ++i) points.emplace_back(i % 2 ? 0.15f : -0.15f, place(random), place(random));
+  groom.add_strand(points, {});
+  return groom;
+}
+
+// Each loop on threads of its own, so that all levels are built at once.
+void on_threads(std::size_t count, const std::function<void(std::size_t)>& body) {
+  std::vector<std::thread> threads;
+  for (std::size_t i = 0; i < std::min<std::size_t>(count, 4); ++i) {
+    threads.emplace_back([&, i] {
+      for (std::size_t n = i; n < count; n += 4) body(n);
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+}
+
+struct Taken {
+  std::size_t springs = 0, bytes = 0;
+};
+
+Taken build_and_measure(const Groom& groom) {
+  std::array<LevelReport, 4> reports;
+  const std::size_t before = held_bytes;
+  peak_bytes = before;
+  EXPECT_TRUE(build_levels(groom, {}, &reports, on_threads));
+  Taken taken;
+  taken.bytes = peak_bytes - before;
+  for (const LevelReport& report : reports) taken.springs += report.springs_before;
+  return taken;
+}
+
+void expect_bound(const Groom& groom) {
+  const BuildEstimate estimate = estimate_build(groom);
+  const Taken taken = build_and_measure(groom);
+  EXPECT_GE(estimate.spring_count, taken.springs);
+  EXPECT_LE(estimate.spring_count, 3 * taken.springs + 100) << "too many for a bound that refuses grooms";
+  EXPECT_GE(estimate.memory_bytes, taken.bytes) << "of " << taken.springs << " springs";
+  EXPECT_LE(estimate.memory_bytes, (std::size_t{48} << 20) + 4 * taken.bytes);
+}
+
+TEST(BuildEstimate, bounds_springs_and_memory_of_a_strand_that_crosses_its_box_again_and_again) {
+  for (const std::size_t turns : {10u, 300u, 3000u}) {
+    SCOPED_TRACE(turns);
+    expect_bound(zigzag(turns));
+  }
+}
+
+TEST(BuildEstimate, bounds_springs_and_memory_of_hair) {
+  expect_bound(support::make_head_of_hair(2000));
+}
+
+TEST(BuildEstimate, bounds_springs_and_memory_of_made_hairstyles) {
+  for (const char* name : {"bob", "long_curly", "veiled"}) {
+    SCOPED_TRACE(name);
+    HairstyleOptions options;
+    options.strand_count = 3000;
+    const Result<Groom> groom = make_hairstyle(name, options);
+    ASSERT_TRUE(groom) << groom.error();
+    expect_bound(*groom);
+  }
+}
+
+TEST(BuildEstimate, bounds_the_memory_of_a_body_of_triangles_in_one_place) {
+  Groom groom = support::make_head_of_hair(10);
+  groom.body = support::make_plain_body();
+  const std::vector<std::array<std::uint32_t, 3>> triangles = groom.body.mesh.triangles;
+  for (int i = 0; i < 20; ++i)
+    groom.body.mesh.triangles.insert(groom.body.mesh.triangles.end(), triangles.begin(), triangles.end());
+  expect_bound(groom);
+}
+
+}  // namespace
+}  // namespace hairnet

@@ -1,0 +1,122 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <random>
+
+#include "schema/wire/groom_file.hpp"
+#include "server/grooms/level_build.hpp"
+#include "tests/support/equal_levels.hpp"
+#include "tests/unit/server/small_groom.hpp"
+
+// The processes of the builds are this program.
+int main(int argc, char** argv) {
+  if (argc == 2 && std::string_view(argv[1]) == hairnet::server::kLevelBuildFlag)
+    return hairnet::server::run_level_build_process();
+  testing::InitGoogleMock(&argc, argv);
+  return RUN_ALL_TESTS();
+}
+
+namespace hairnet::server {
+namespace {
+
+BuildFault always() {
+  return BuildFault::none;
+}
+
+// One strand that runs from end to end of its box again and again: a spring for each lattice plane, each time.
+Groom zigzag(std::size_t turns) {
+  Groom groom = small_groom();
+  std::vector<Vec3f> points;
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> place(-0.1f, 0.1f);
+  for (std::size_t i = 0; i <= turns; ++i) points.emplace_back(i % 2 ? 0.15f : -0.15f, place(random), place(random));
+  groom.add_strand(points, {});
+  return groom;
+}
+
+struct Ordered {
+  explicit Ordered(Groom g) : groom(std::move(g)), file(wire::encode_groom(groom)), hash(wire::hash_groom(file)) {}
+  [[nodiscard]] LevelBuild build(const GoesOn& goes_on = always) const {
+    return build_levels_in_process(def, hash, file, groom, goes_on);
+  }
+  LevelBuildDef def;
+  Groom groom;
+  std::vector<std::uint8_t> file;
+  wire::GroomHash hash;
+};
+
+bool has_children() {
+  return ::waitpid(-1, nullptr, WNOHANG) >= 0;
+}
+
+pid_t child_of_this_process() {
+  for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
+    std::ifstream file(entry.path() / "stat");
+    pid_t id = 0, parent = 0;
+    std::string name, state;
+    if (file >> id >> name >> state >> parent && parent == ::getpid()) return id;
+  }
+  return 0;
+}
+
+TEST(LevelBuildProcess, gives_the_bits_of_a_build_in_this_process) {
+  Ordered order(small_groom());
+  order.def.thread_count = 2;
+  const LevelBuild own = order.build(),
+                   here = build_levels_here(order.def, order.hash, order.file, order.groom, always);
+  ASSERT_EQ(own.fault, BuildFault::none) << own.detail;
+  ASSERT_TRUE(own.levels && here.levels);
+  support::expect_equal(*here.levels, *own.levels);
+  EXPECT_FALSE(has_children());
+}
+
+TEST(LevelBuildProcess, of_bytes_that_are_no_groom_says_so) {
+  Ordered order(small_groom());
+  order.file.assign(500, 7);
+  const LevelBuild build = order.build();
+  EXPECT_EQ(build.fault, BuildFault::invalid);
+  EXPECT_FALSE(build.detail.empty());
+  EXPECT_FALSE(build.levels);
+}
+
+TEST(LevelBuildProcess, that_takes_too_much_memory_ends_alone) {
+  if (HAIRNET_SANITIZED) GTEST_SKIP() << "sanitizers need terabytes of addresses, so the limit is off";
+  Ordered order(zigzag(40'000));
+  order.def.memory_bytes_max = 16 << 20;
+  const LevelBuild build = order.build();
+  EXPECT_EQ(build.fault, BuildFault::memory) << build.detail;
+  EXPECT_THAT(build.detail, testing::HasSubstr("16 MiB"));
+  EXPECT_FALSE(has_children());
+}
+
+TEST(LevelBuildProcess, ends_when_it_may_not_go_on) {
+  for (const BuildFault fault : {BuildFault::time, BuildFault::dropped}) {
+    Ordered order(zigzag(10'000));
+    int looks = 0;
+    EXPECT_EQ(order.build([&] { return ++looks > 3 ? fault : BuildFault::none; }).fault, fault);
+    EXPECT_EQ(looks, 4) << "it is not asked again";
+    EXPECT_FALSE(has_children());
+  }
+}
+
+TEST(LevelBuildProcess, that_is_killed_is_a_fault_of_that_build_only) {
+  Ordered order(zigzag(10'000));
+  int looks = 0;
+  const LevelBuild killed = order.build([&] {
+    if (++looks == 3) {
+      EXPECT_EQ(::kill(child_of_this_process(), SIGKILL), 0);
+    }
+    return BuildFault::none;
+  });
+  EXPECT_EQ(killed.fault, BuildFault::crash);
+  EXPECT_THAT(killed.detail, testing::HasSubstr("signal 9"));
+  EXPECT_EQ(Ordered(small_groom()).build().fault, BuildFault::none);
+}
+
+}  // namespace
+}  // namespace hairnet::server
