@@ -133,6 +133,9 @@ void add_server(List& list, Config& c) {
       "threads of a tick; 0: one for each hardware thread, minus one for the network if there are more than two");
   list.text(c.token_key_file, "token_key_file",
             "clients need tokens signed by the key in this file (hairnet-token key); empty: they need none");
+  list.text(c.token_revoked_file, "token_revoked_file",
+            "refuse the tokens whose id (jti) or subject is a line of this file, which is read again when it changes; "
+            "empty: none");
   list.number(c.drain_s, "drain_s", 0, 600, "seconds at shutdown for clients to read their waiting packets");
   list.text(c.record, "record", "write a recording to this file; empty: none");
 }
@@ -168,6 +171,12 @@ void add_limits(List& list, Config& c) {
   list.integer(s.room_count_max, "rooms_max", 1, wire::kRecordedRoomCountMax, "rooms at once");
   list.integer(s.sessions_per_room_max, "clients_per_room_max", 1, 10'000, "clients of one room");
   list.integer(s.characters_per_room_max, "characters_per_room_max", 1, 65'536, "characters of one room");
+  list.integer(s.sessions_per_subject_max, "clients_per_subject_max", 1, 10'000,
+               "clients of one subject, which their tokens name");
+  list.integer(s.sessions_per_address_max, "clients_per_address_max", 1, 10'000,
+               "clients of one IPv4 address or IPv6 /64 whose tokens name no subject; the server's own has no bound");
+  list.integer(s.characters_per_subject_max, "characters_per_subject_max", 1, 65'536,
+               "characters of one subject, or of one address without one");
   list.integer(s.downloads_per_session_max, "downloads_per_client_max", 1, 65'536,
                "grooms that a client may request at once");
   list.integer(s.control_bytes_max, "control_bytes_max", 1 << 20, kGiB,

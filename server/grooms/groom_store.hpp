@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "server/exchange/command.hpp"
@@ -51,7 +52,7 @@ class GroomStore final : public GroomService {
   GroomStore(const GroomStoreLimits& limits, GroomBuilder& builder, CommandQueue& commands, GroomCounters& counters,
              GroomListener listener);
 
-  void open(SessionId session, std::uint64_t strand_count_max, std::int64_t now_ns) override;
+  void open(SessionId session, std::uint32_t bearer, std::uint64_t strand_count_max, std::int64_t now_ns) override;
   Refused offer(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns) override;
   ChunkAnswer chunk(SessionId session, wire::GroomChunk chunk, std::int64_t now_ns) override;
   Refused retain(SessionId session, const wire::GroomHash& groom) override;
@@ -96,9 +97,11 @@ class GroomStore final : public GroomService {
     std::uint64_t used = 0;        // order of last use, to evict by
   };
   using Grooms = std::map<wire::GroomHash, Entry>;
+  static constexpr std::uint64_t kNoStrandsMax = std::numeric_limits<std::uint64_t>::max();
   struct Account {
     TokenBucket bytes;
-    std::uint64_t strand_count_max = 0;
+    std::uint32_t bearer = 0;                        // who shares strand_count_max
+    std::uint64_t strand_count_max = kNoStrandsMax;  // of all sessions of the bearer
     // arrival of the uploader's last chunk, of any groom
     std::int64_t chunk_ns = std::numeric_limits<std::int64_t>::min();
   };
@@ -107,9 +110,11 @@ class GroomStore final : public GroomService {
   Account& account(SessionId session, std::int64_t now_ns);
   // Why a session may not use the groom (grooms_.end(): not in memory) in addition to those it uses. Counts refusals.
   Refused check_retain(SessionId session, Grooms::const_iterator groom);
-  [[nodiscard]] bool is_over_strands(SessionId session, Grooms::const_iterator groom) const;
-  [[nodiscard]] std::uint64_t strand_count_max(SessionId session) const;
-  [[nodiscard]] Refused too_many_strands(SessionId session) const;
+  // Why the strands of the groom are too many in addition to those that the session, or its bearer, uses. Counts
+  // refusals.
+  Refused check_strands(SessionId session, Grooms::const_iterator groom);
+  // The strands of the groom and of all others that one of the sessions uses.
+  [[nodiscard]] std::uint64_t strands_with(std::span<const SessionId> sessions, Grooms::const_iterator groom) const;
   // Why a session may not begin or continue to upload a groom of this size.
   Refused check_upload(SessionId session, std::uint64_t byte_count, std::int64_t now_ns);
   Refused offer_known(Grooms::iterator groom, SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns);

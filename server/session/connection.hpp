@@ -18,6 +18,8 @@ class Connection {
   // Sends the queued packets, for up to two seconds, and closes. The sink is not called again. `reason` is for the log.
   virtual void close(std::string_view reason) = 0;
   [[nodiscard]] virtual std::string_view peer() const = 0;
+  // The peer's IPv4 address or IPv6 /64 network, for limits; empty when the peer is on this machine.
+  [[nodiscard]] virtual std::string_view network() const { return {}; }
   // The kind of connection, for the log: "tcp", "tls", "ws" or "wss".
   [[nodiscard]] virtual std::string_view transport() const { return "none"; }
 };

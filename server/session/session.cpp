@@ -123,6 +123,8 @@ void Session::remove(std::uint32_t character) {
   identity_.characters.erase(character);
   --context_->character_count;
   context_->rooms.remove_character(identity_.room);
+  context_->subjects.remove_character(identity_.subject.name);
+  context_->bearers.remove_character(identity_.subject.bearer);
   context_->counters.characters_removed.add();
   context_->commands.put(FromClient{id(), wire::RemoveCharacter{character}});
 }
@@ -193,9 +195,8 @@ void Session::poll(std::int64_t now_ns) {
   check_invariants();
   if (state_ == State::closed) return;
   if (state_ == State::detached) {
-    if (now_ns - detached_since_ns_ <= limits.resume_grace_ns) return;
-    counters.sessions_closed_by_server_grace_over.add();
-    return close("not resumed", now_ns);
+    if (now_ns - detached_since_ns_ > limits.resume_grace_ns) end_detached(now_ns);
+    return;
   }
   if (state_ == State::draining) {
     if (now_ns - drain_since_ns_ > limits.drain_timeout_ns) close("drain time-out", now_ns);
@@ -211,6 +212,24 @@ void Session::poll(std::int64_t now_ns) {
     counters.sessions_closed_by_server_idle.add();
     drain(GoodbyeReason::idle_timeout, "nothing was heard", now_ns);
   }
+}
+
+void Session::end_detached(std::int64_t now_ns) {
+  HAIRNET_ASSERT(state_ == State::detached);
+  context_->counters.sessions_closed_by_server_grace_over.add();
+  close("not resumed", now_ns);
+}
+
+void Session::check_token(std::int64_t unix_s, std::int64_t now_ns) {
+  if (!joined_ || !identity_.claims) return;
+  const bool is_revoked = context_->revoked_tokens.contains(*identity_.claims);
+  if (!is_revoked && unix_s < identity_.claims->expires_s) return;
+  SessionCounters& counters = context_->counters;
+  (is_revoked ? counters.sessions_closed_by_server_token_revoked : counters.sessions_closed_by_server_token_expired)
+      .add();
+  const char* detail = is_revoked ? "the token was revoked" : "the token has expired";
+  refuse({ErrorReason::token_invalid, detail}, now_ns);
+  drain(GoodbyeReason::token_refused, detail, now_ns);
 }
 
 void Session::drain(GoodbyeReason reason, std::string detail, std::int64_t now_ns) {
@@ -233,6 +252,8 @@ void Session::leave(std::int64_t now_ns) {
   context_->character_count -= identity_.characters.size();
   context_->counters.characters_removed.add(identity_.characters.size());
   context_->rooms.leave(identity_.room, identity_.characters.size());
+  context_->subjects.leave(identity_.subject.name, identity_.characters.size());
+  context_->bearers.leave(identity_.subject.bearer, identity_.characters.size());
   identity_.characters.clear();
   downloads_.clear();
   context_->commands.put(CloseSession{id()});

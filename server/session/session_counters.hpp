@@ -9,6 +9,7 @@ namespace hairnet::server {
 struct SessionGauges : GaugeSet {
   Gauge clients{*this, "clients"};                    // all, including detached ones
   Gauge clients_detached{*this, "clients_detached"};  // their connections broke, and they may resume
+  Gauge subjects{*this, "subjects"};                  // that clients belong to: of tokens, or addresses
   Gauge packets_waiting{*this, "packets_waiting"};    // in outboxes, until connections send them
 };
 
@@ -26,6 +27,8 @@ struct SessionCounters : CounterSet {
   Counter sessions_refused_full{*this, "sessions_refused", "reason", "full"};
   Counter sessions_refused_token{*this, "sessions_refused", "reason", "token"};
   Counter sessions_refused_room{*this, "sessions_refused", "reason", "room"};
+  Counter sessions_refused_subject{*this, "sessions_refused", "reason", "subject"};  // its token's has too many
+  Counter sessions_refused_address{*this, "sessions_refused", "reason", "address"};  // its address has too many
   Counter sessions_detached{*this, "sessions_detached"};
   Counter sessions_resumed{*this, "sessions_resumed"};
   // resume was requested, but the session was unknown or over; a new one was made
@@ -39,6 +42,8 @@ struct SessionCounters : CounterSet {
   Counter sessions_closed_by_server_taken_over{*this, "sessions_closed_by_server", "reason", "taken_over"};
   Counter sessions_closed_by_server_grace_over{*this, "sessions_closed_by_server", "reason", "grace_over"};
   Counter sessions_closed_by_server_protocol_error{*this, "sessions_closed_by_server", "reason", "protocol_error"};
+  Counter sessions_closed_by_server_token_expired{*this, "sessions_closed_by_server", "reason", "token_expired"};
+  Counter sessions_closed_by_server_token_revoked{*this, "sessions_closed_by_server", "reason", "token_revoked"};
   Counter packets_received{*this, "packets_received"};
   Counter packets_refused_malformed{*this, "packets_refused", "reason", "malformed"};
   Counter packets_refused_invalid{*this, "packets_refused", "reason", "invalid"};

@@ -8,6 +8,11 @@
 #include "core/assert.hpp"
 
 namespace hairnet::server {
+namespace {
+
+constexpr std::int64_t kTokenInterval_ns = 1'000'000'000;  // between two checks of all sessions' tokens
+
+}  // namespace
 
 // A session is filed under its id, and no two have the same.
 void SessionRegistry::check_invariants() const {
@@ -48,18 +53,33 @@ PacketSink* SessionRegistry::open(std::shared_ptr<Connection> connection, std::i
   return opened->second.get();
 }
 
-std::optional<SessionIdentity> SessionRegistry::take_over(Session& successor, SessionId id,
-                                                          const wire::SessionSecret& secret, std::int64_t now_ns) {
+const SessionIdentity* SessionRegistry::find(SessionId id, const wire::SessionSecret& secret) const {
   const auto found = sessions_.find(id);
-  if (found == sessions_.end() || !found->second->is_joined() || found->second.get() == &successor) return std::nullopt;
-  const wire::SessionSecret& expected = found->second->secret();
-  if (sodium_memcmp(expected.data(), secret.data(), expected.size()) != 0) return std::nullopt;
+  if (found == sessions_.end() || !found->second->is_joined()) return nullptr;
+  const SessionIdentity& identity = found->second->identity();
+  const bool is_right = sodium_memcmp(identity.secret.data(), secret.data(), secret.size()) == 0;
+  return is_right ? &identity : nullptr;
+}
+
+SessionIdentity SessionRegistry::take_over(Session& successor, SessionId id, std::int64_t now_ns) {
+  const auto found = sessions_.find(id);
+  HAIRNET_ASSERT(found != sessions_.end() && found->second.get() != &successor);
   auto node = sessions_.extract(successor.id());
   HAIRNET_ASSERT(!node.empty());
   SessionIdentity identity = found->second->release_identity(now_ns);
   HAIRNET_ASSERT(identity.id == id);
   released_.push_back(std::exchange(found->second, std::move(node.mapped())));
   return identity;
+}
+
+bool SessionRegistry::end_detached(std::string_view bearer, std::int64_t now_ns) {
+  Session* longest = nullptr;
+  for (auto& [id, session] : sessions_) {
+    if (session->state() != Session::State::detached || session->identity().subject.bearer != bearer) continue;
+    if (!longest || session->detached_since_ns() < longest->detached_since_ns()) longest = session.get();
+  }
+  if (longest) longest->end_detached(now_ns);
+  return longest != nullptr;
 }
 
 Session* SessionRegistry::find(SessionId id) {
@@ -76,6 +96,11 @@ void SessionRegistry::poll(std::int64_t now_ns) {
   std::erase_if(sessions_, [](const auto& entry) { return entry.second->state() == Session::State::closed; });
   std::size_t detached = 0, packets_waiting = 0;
   check_invariants();
+  if (context_->token_key && now_ns >= tokens_due_ns_) {
+    tokens_due_ns_ = now_ns + kTokenInterval_ns;
+    const std::int64_t unix_s = context_->unix_time_s();
+    for (auto& [id, session] : sessions_) session->check_token(unix_s, now_ns);
+  }
   for (auto& [id, session] : sessions_) {
     session->poll(now_ns);
     detached += session->state() == Session::State::detached ? 1 : 0;
@@ -84,6 +109,7 @@ void SessionRegistry::poll(std::int64_t now_ns) {
   SessionGauges& gauges = context_->counters.gauges;
   gauges.clients.set(static_cast<double>(sessions_.size()));
   gauges.clients_detached.set(static_cast<double>(detached));
+  gauges.subjects.set(static_cast<double>(context_->subjects.size()));
   gauges.packets_waiting.set(static_cast<double>(packets_waiting));
 }
 

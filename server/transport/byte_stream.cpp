@@ -21,6 +21,12 @@ using UnsentLow = asio::detail::socket_option::integer<IPPROTO_TCP, TCP_NOTSENT_
 
 }  // namespace
 
+std::string network_of(const asio::ip::address& address) {
+  if (address.is_v4()) return address.to_string();
+  if (address.to_v6().is_v4_mapped()) return make_address_v4(asio::ip::v4_mapped, address.to_v6()).to_string();
+  return make_network_v6(address.to_v6(), 64).canonical().to_string();
+}
+
 ByteStream::ByteStream(asio::ip::tcp::socket socket, std::string peer, Admission::Ticket ticket,
                        TransportCounters& counters)
     : socket_(std::move(socket)),
@@ -35,6 +41,7 @@ ByteStream::ByteStream(asio::ip::tcp::socket socket, std::string peer, Admission
   const asio::ip::address address = socket_.remote_endpoint(ignored).address();
   from_loopback_ = address.is_loopback() || (address.is_v6() && address.to_v6().is_v4_mapped() &&
                                              make_address_v4(asio::ip::v4_mapped, address.to_v6()).is_loopback());
+  if (!from_loopback_) network_ = network_of(address);
   counters_->connections_accepted.add();
 }
 

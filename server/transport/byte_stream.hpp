@@ -20,6 +20,9 @@ namespace hairnet::server {
 // Connections read at most so many bytes at a time, so that their memory grows with the received bytes.
 inline constexpr std::size_t kReadBytes = std::size_t{64} << 10;
 
+// The IPv4 address, or the IPv6 /64 network, whose users share limits.
+std::string network_of(const asio::ip::address& address);
+
 // A socket, plain or inside TLS, with the stream operations that Asio and Beast need: one read and one write at a time.
 // Bytes that were read to detect the protocol can be put back. Reads and writes fail once the time of expires_after()
 // has passed. Lives in a shared_ptr, on the loop's serial executor.
@@ -32,6 +35,8 @@ class ByteStream : public std::enable_shared_from_this<ByteStream> {
 
   executor_type get_executor() { return socket_.get_executor(); }
   [[nodiscard]] const std::string& peer() const { return peer_; }
+  // The peer's IPv4 address or IPv6 /64 network; empty for the loopback.
+  [[nodiscard]] const std::string& network() const { return network_; }
   [[nodiscard]] bool is_tls() const { return tls_.has_value(); }
   [[nodiscard]] bool is_open() const { return socket_.is_open(); }
   [[nodiscard]] bool is_from_loopback() const { return from_loopback_; }
@@ -97,7 +102,7 @@ class ByteStream : public std::enable_shared_from_this<ByteStream> {
   asio::ip::tcp::socket socket_;
   std::optional<asio::ssl::stream<asio::ip::tcp::socket&>> tls_;
   asio::steady_timer expiry_;
-  std::string peer_;
+  std::string peer_, network_;
   Admission::Ticket ticket_;
   TransportCounters* counters_;
   std::vector<std::uint8_t> put_back_, corked_, leaving_;

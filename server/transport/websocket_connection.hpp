@@ -34,6 +34,7 @@ class WebSocketConnection final : public Connection, public std::enable_shared_f
   [[nodiscard]] bool writable() const override { return !closing_ && unsent_.bytes < PacketQueue::kBytesMax; }
   void close(std::string_view reason) override;
   [[nodiscard]] std::string_view peer() const override { return stream_->peer(); }
+  [[nodiscard]] std::string_view network() const override { return stream_->network(); }
   [[nodiscard]] std::string_view transport() const override { return stream_->is_tls() ? "wss" : "ws"; }
 
  private:

@@ -384,7 +384,9 @@ void Scenario::check_nothing_left() {
   check("sessions", server.session_count());
   check("sessions, counted by themselves,", server.context().session_count);
   check("characters, counted by sessions,", server.context().character_count);
-  check("rooms, counted by sessions,", server.context().rooms.room_count());
+  check("rooms, counted by sessions,", server.context().rooms.size());
+  check("subjects, counted by sessions,", server.context().subjects.size());
+  check("bearers of tokens, counted by sessions,", server.context().bearers.size());
   check("users of grooms", server.grooms().user_count());
   check("bytes of uploads", server.grooms().upload_bytes());
   check("characters in the World", server.scheduler().simulation().character_count());

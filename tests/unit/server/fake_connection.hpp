@@ -26,6 +26,7 @@ class FakeConnection final : public Connection {
     close_reason = reason;
   }
   [[nodiscard]] std::string_view peer() const override { return "nowhere"; }
+  [[nodiscard]] std::string_view network() const override { return address; }
 
   // The messages of one kind, in order; they stay.
   template <class T>
@@ -41,7 +42,7 @@ class FakeConnection final : public Connection {
   std::deque<wire::Envelope> received;
   std::size_t largest_packet_bytes = 0;
   bool takes_more = true, closed = false, sound = true;
-  std::string close_reason;
+  std::string close_reason, address;
 };
 
 }  // namespace hairnet::server

@@ -349,7 +349,7 @@ TEST_F(SessionTest, gives_everything_back_once_when_it_leaves) {
   EXPECT_EQ(context_.character_count, 0u);
   EXPECT_EQ(counters_.characters_added.value(), 1u);
   EXPECT_EQ(counters_.characters_removed.value(), 1u);
-  EXPECT_EQ(context_.rooms.room_count(), 0u);
+  EXPECT_EQ(context_.rooms.size(), 0u);
 }
 
 TEST_F(SessionTest, joins_the_room_that_hello_names) {

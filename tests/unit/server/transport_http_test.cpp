@@ -300,6 +300,7 @@ TEST_F(DualStackTest, every_address_of_both_kinds_reaches_one_listener) {
   over_v4.send(packet(32, 1));
   ASSERT_TRUE(run_until([&] { return echoes_.size() == 1; }));
   EXPECT_THAT(echoes_[0]->connection->peer(), StartsWith("127.0.0.1:"));
+  EXPECT_EQ(echoes_[0]->connection->network(), "") << "this machine has no address";
   EXPECT_EQ(echoes_[0]->connection->transport(), "tcp");
 }
 

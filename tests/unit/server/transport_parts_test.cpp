@@ -8,6 +8,7 @@
 #include <string>
 
 #include "server/transport/admission.hpp"
+#include "server/transport/byte_stream.hpp"
 #include "server/transport/detected_protocol.hpp"
 #include "server/transport/origin.hpp"
 #include "server/transport/static_files.hpp"
@@ -46,6 +47,15 @@ TEST(DetectedProtocol, any_prefix_of_a_first_message_is_a_packet) {
                                              0};
     ASSERT_EQ(detect_protocol(prefix), DetectedProtocol::packets) << bytes;
   }
+}
+
+TEST(Network, is_an_ipv4_address_or_an_ipv6_network) {
+  const auto of = [](const char* address) { return network_of(asio::ip::make_address(address)); };
+  EXPECT_EQ(of("192.0.2.1"), "192.0.2.1");
+  EXPECT_EQ(of("::ffff:192.0.2.1"), "192.0.2.1");
+  EXPECT_EQ(of("2001:db8:1:2:3:4:5:6"), "2001:db8:1:2::/64");
+  EXPECT_EQ(of("2001:db8:1:2::ffff"), "2001:db8:1:2::/64");
+  EXPECT_EQ(of("2001:db8:1:3::1"), "2001:db8:1:3::/64");
 }
 
 TEST(Origin, without_a_list_only_the_servers_own_pages_may) {
