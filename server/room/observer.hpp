@@ -40,6 +40,7 @@ struct View {
 struct Observer {
   SessionId session = 0;
   std::uint32_t room = 0;
+  std::uint32_t subject = 0;           // that its session belongs to
   std::shared_ptr<ObserverSink> sink;  // null while its connection is lost
   wire::Observe observe;
   bool observe_changed = true;

@@ -129,6 +129,7 @@ struct Scheduler::CommandHandler {
     Observer* observer = c.resumed ? scheduler.rooms_.observer(c.session) : nullptr;
     if (!observer) {
       observer = &scheduler.rooms_.open(c.session, c.room, std::move(c.sink));
+      observer->subject = c.subject;
     } else {
       observer->sink = std::move(c.sink);
       observer->records_sent.clear();

@@ -113,6 +113,23 @@ TEST_F(RoomsPollTest, a_late_joiner_gets_all_members_and_sees_sleepers_at_once) 
   EXPECT_EQ(seen[0].displacements, sleeper->frames(1).back().displacements);
 }
 
+TEST_F(RoomsPollTest, characters_of_one_address_belong_to_one_subject_in_whatever_rooms) {
+  start();
+  std::vector<std::unique_ptr<FakeClient>> clients;
+  for (const char* address : {"192.0.2.1", "192.0.2.1", "192.0.2.2"}) {
+    clients.push_back(std::make_unique<FakeClient>(*server_, now_ns_));
+    FakeClient& client = *clients.back();
+    client.connection->address = address;
+    client.hello(now_ns_, "room" + std::to_string(clients.size()));
+    client.upload(bytes_, hash_, now_ns_);
+    client.send(wire::AddCharacter{1, hash_, LevelIndex::low}, now_ns_);
+  }
+  run_ms(100, {clients[0].get()});
+  std::vector<std::uint32_t> subjects;
+  for (const auto& [key, character] : server_->scheduler().rooms().characters()) subjects.push_back(character.subject);
+  EXPECT_THAT(subjects, ElementsAre(1, 1, 2));
+}
+
 TEST_F(RoomsPollTest, an_observer_sees_without_being_seen) {
   start();
   const auto player = join("stage");
