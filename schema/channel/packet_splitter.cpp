@@ -26,6 +26,11 @@ PacketSplitter::PacketSplitter(std::size_t packet_bytes_max) : packet_bytes_max_
   HAIRNET_ASSERT(packet_bytes_max >= wire::kPacketBytesMin);
 }
 
+void PacketSplitter::allow(std::size_t packet_bytes_max) {
+  HAIRNET_ASSERT(packet_bytes_max >= packet_bytes_max_);
+  packet_bytes_max_ = packet_bytes_max;
+}
+
 bool PacketSplitter::feed(std::span<const std::uint8_t> bytes,
                           const std::function<void(std::span<const std::uint8_t>)>& on_packet) {
   HAIRNET_ASSERT(on_packet);
@@ -45,6 +50,7 @@ bool PacketSplitter::feed(std::span<const std::uint8_t> bytes,
     if (filled_ < whole) break;
     filled_ = 0;
     on_packet({data(), whole});
+    if (whole > kRetainedBytesMax) buffer_ = {};
   }
   is_feeding_ = false;
   check_invariants();

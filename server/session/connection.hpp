@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string_view>
@@ -7,10 +8,17 @@
 
 namespace hairnet::server {
 
+// The largest packet, in bytes with its size prefix, until the session has joined. Until then the peer may be anyone,
+// so it may not fill the server's memory. The largest valid Hello has half as many bytes.
+inline constexpr std::size_t kHelloPacketBytesMax = std::size_t{16} << 10;
+
 // The socket level as a session sees it. I/O thread.
 class Connection {
  public:
   virtual ~Connection() = default;
+  // The session has joined: from the next packet on, the peer may send packets of up to kPacketBytesMax. Before, a
+  // packet has at most kHelloPacketBytesMax bytes, and a connection that closes may end at once, to free its memory.
+  virtual void mark_joined() = 0;
   // Queues a packet to be sent in order. Call it only while writable(), which bounds the queue.
   virtual void send(std::vector<std::uint8_t> packet) = 0;
   // Whether the send queue has room. PacketSink::on_writable is called when it has room again.

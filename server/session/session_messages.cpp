@@ -188,6 +188,7 @@ struct Session::MessageHandler {
     welcome.resumed = resumed;
     welcome.resume_grace_s = static_cast<float>(static_cast<double>(context.limits.resume_grace_ns) * 1e-9);
     welcome.pose_delay_ns = context.pose_delay_ns;
+    session.connection_->mark_joined();
     session.send(welcome, now_ns);
     context.commands.put(OpenSession{session.id(), session.outbox_, identity.room, resumed});
   }

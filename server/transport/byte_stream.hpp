@@ -27,16 +27,19 @@ class ByteStream : public std::enable_shared_from_this<ByteStream> {
  public:
   using executor_type = asio::ip::tcp::socket::executor_type;
 
-  ByteStream(asio::ip::tcp::socket socket, std::string peer, Admission::Ticket ticket, TransportCounters& counters);
+  ByteStream(asio::ip::tcp::socket socket, const asio::ip::tcp::endpoint& peer, Admission::Ticket ticket,
+             TransportCounters& counters);
   ~ByteStream();
 
   executor_type get_executor() { return socket_.get_executor(); }
   [[nodiscard]] const std::string& peer() const { return peer_; }
+  void set_peer(const asio::ip::tcp::endpoint& peer);  // as a proxy names it
   [[nodiscard]] bool is_tls() const { return tls_.has_value(); }
   [[nodiscard]] bool is_open() const { return socket_.is_open(); }
   [[nodiscard]] bool is_from_loopback() const { return from_loopback_; }
   [[nodiscard]] bool has_expired() const { return has_expired_; }
   bool move_to(Admission::Place place) { return ticket_.move_to(place); }
+  Admission::Ticket& ticket() { return ticket_; }
 
   void put_back(std::span<const std::uint8_t> bytes);  // before the bytes that are read next
   asio::awaitable<boost::system::error_code> accept_tls(asio::ssl::context& context);
