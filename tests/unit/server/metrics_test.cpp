@@ -161,7 +161,7 @@ TEST(LogText, bytes_that_are_not_utf8_are_written_as_their_numbers) {
   EXPECT_EQ(log_text("\xed\xa0\x80"), "\"\\xed\\xa0\\x80\"") << "half of a pair of UTF-16";
   EXPECT_EQ(log_text("\xf4\x90\x80\x80"), "\"\\xf4\\x90\\x80\\x80\"") << "beyond the last character";
   EXPECT_EQ(log_text(std::string(199, 'a') + "\u00e4"), '"' + std::string(199, 'a') + '"') << "no half character";
-  EXPECT_EQ(log_text(std::string(300, '\x80')).size(), 2 + 4 * 200u);
+  EXPECT_EQ(log_text(std::string(300, '\xff')).size(), 2 + 4 * 200u);
 }
 
 TEST(Metrics, the_process_is_measured) {
