@@ -50,7 +50,8 @@ bool PacketSplitter::feed(std::span<const std::uint8_t> bytes,
     if (filled_ < whole) break;
     filled_ = 0;
     on_packet({data(), whole});
-    if (whole > kRetainedBytesMax) buffer_ = {};
+    // An assignment of {} would keep the memory.
+    if (whole > kRetainedBytesMax) buffer_ = std::vector<std::uint64_t>();
   }
   is_feeding_ = false;
   check_invariants();
@@ -87,7 +88,7 @@ void PacketSplitter::check_invariants() const {
 void PacketSplitter::kill() {
   dead_ = true;
   filled_ = 0;
-  buffer_ = {};
+  buffer_ = std::vector<std::uint64_t>();
 }
 
 }  // namespace hairnet::channel

@@ -76,7 +76,7 @@ asio::awaitable<void> TcpConnection::write() {
     }
     sending_.clear();
     is_writing_ = false;
-    if (flat_.capacity() > kFlatKeptBytes) flat_ = {};
+    if (flat_.capacity() > kFlatKeptBytes) flat_ = std::vector<std::uint8_t>();
   }
   // Close only our direction first: the peer reads everything and then the end. The peer's own end, or the linger
   // time-out, ends the reader.

@@ -84,6 +84,7 @@ TEST(PacketSplitter, takes_the_largest_packet_and_dies_of_a_larger_one) {
   EXPECT_FALSE(splitter.feed({}, on_packet));
   EXPECT_EQ(count, 1);
   EXPECT_EQ(splitter.buffered_bytes(), 0u);
+  EXPECT_EQ(splitter.capacity_bytes(), 0u);
 }
 
 TEST(PacketSplitter, dies_of_a_packet_below_the_least) {
