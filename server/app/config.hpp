@@ -14,7 +14,10 @@ namespace hairnet::server {
 struct Config {
   std::string bind = "127.0.0.1";
   std::uint16_t port = 7420;  // 0: the system picks one
-  std::string port_file;      // file to which the port in use is written; empty: none
+  // Port of /healthz, /readyz and /metrics, plain HTTP; 0: they are on `port`.
+  std::uint16_t service_port = 0;
+  std::string service_bind = "127.0.0.1";
+  std::string port_file;  // file to which the port in use is written; empty: none
   std::uint32_t tick_rate_hz = 30;
   // how far before its time a tick samples poses: an interval of a 60-72 Hz client and its jitter
   double pose_delay_ms = 25;

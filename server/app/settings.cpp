@@ -122,6 +122,9 @@ void add_server(List& list, Config& c) {
   list.section("server");
   list.text(c.bind, "bind", "numeric address to listen on").may_be_empty = false;
   list.integer(c.port, "port", 0, 65535, "TCP port; 0 picks a free one");
+  list.integer(c.service_port, "service_port", 0, 65535,
+               "TCP port of /healthz, /readyz and /metrics alone, without TLS; 0: they are on the other port");
+  list.text(c.service_bind, "service_bind", "numeric address to listen on for service_port").may_be_empty = false;
   list.text(c.port_file, "port_file", "write the port in use to this file; empty: nowhere");
   list.integer(c.tick_rate_hz, "tick_rate_hz", 10, 120, "steps and frames a second", "--tick-rate");
   list.number(c.pose_delay_ms, "pose_delay_ms", 0, 200, "poses are sampled this far back");
@@ -174,11 +177,13 @@ void add_limits(List& list, Config& c) {
   list.integer(s.sessions_per_subject_max, "clients_per_subject_max", 1, 10'000,
                "clients of one subject, which their tokens name");
   list.integer(s.sessions_per_address_max, "clients_per_address_max", 1, 10'000,
-               "clients of one IPv4 address or IPv6 /64 whose tokens name no subject; the server's own has no bound");
+               "clients of one IPv4 address or IPv6 /64 whose tokens name no subject");
   list.integer(s.characters_per_subject_max, "characters_per_subject_max", 1, 65'536,
                "characters of one subject, or of one address without one");
   list.integer(s.downloads_per_session_max, "downloads_per_client_max", 1, 65'536,
                "grooms that a client may request at once");
+  list.number(s.download_bytes_per_s, "download_bytes_per_s", 65'536, 1e12,
+              "bytes of grooms to one client, mean and at once");
   list.integer(s.control_bytes_max, "control_bytes_max", 1 << 20, kGiB,
                "unsent answers and level records of a client; more ends its session");
   list.integer(s.frame_packet_bytes_max, "frame_packet_bytes_max", 4096,
@@ -209,6 +214,9 @@ void add_transport(List& list, Config& c) {
   list.text(t.web_root, "web_root", "folder of pages to serve; empty: none");
   list.words(t.origins, "origins",
              "pages that may open a WebSocket, as https://host[:port], * for all; empty: the server's own");
+  list.words(t.hosts, "hosts",
+             "names that the Host of requests may have, * for all; empty: all, but on the loopback a page opens a "
+             "WebSocket as localhost only. Numeric addresses always pass");
   list.text(t.tls.certificate, "tls_certificate", "PEM file, the certificate's chain; empty: no TLS");
   list.text(t.tls.key, "tls_key", "PEM file, the certificate's key, without a passphrase");
   list.boolean(t.tls_required, "tls_required", "refuse plain connections");
@@ -218,6 +226,19 @@ void add_transport(List& list, Config& c) {
   list.integer(a.http_max, "page_connections_max", 1, 1 << 16, "connections that request pages");
   list.integer(a.connections_per_address_max, "connections_per_address_max", 0, 1 << 20,
                "connections of one IPv4 address or IPv6 /64; 0: no bound");
+  list.number(a.connections_per_s, "connections_per_s", 1, 1e6,
+              "new connections of all addresses, mean; more wait in the system's queue");
+  list.number(a.connections_burst, "connections_burst", 1, 1e6, "new connections of all addresses, at once");
+  list.number(a.connections_per_address_per_s, "connections_per_address_per_s", 0.01, 1e6,
+              "new connections of one address, mean");
+  list.number(a.connections_per_address_burst, "connections_per_address_burst", 1, 1e6,
+              "new connections of one address, at once");
+  list.words(t.exempt_addresses, "exempt_addresses",
+             "numeric addresses that the limits of one address do not apply to");
+  list.words(t.proxy_protocol, "proxy_protocol",
+             "numeric addresses of proxies: their connections must begin with a header of the PROXY protocol");
+  list.number(t.page_bytes_per_s, "page_bytes_per_s", 65'536, 1e12,
+              "bytes of pages to one connection, mean and at once");
   list.integer(t.requests_per_connection_max, "requests_per_connection_max", 1, 1 << 20, "pages of one connection");
   list.seconds(t.opening_timeout, "opening_timeout_s", 0.1, 600,
                "seconds for a connection's first bytes, and again for TLS");

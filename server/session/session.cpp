@@ -23,7 +23,7 @@ Session::Session(SessionId id, std::shared_ptr<Connection> connection, SessionCo
       outbox_(std::make_shared<Outbox>(context.limits.control_bytes_max, context.counters)),
       messages_(context.limits.messages_per_s, context.limits.messages_burst, now_ns),
       poses_(context.limits.poses_per_s, context.limits.poses_burst, now_ns),
-      downloads_(context.grooms, context.limits, context.counters),
+      downloads_(context.grooms, context.limits, context.counters, now_ns),
       opened_ns_(now_ns),
       heard_ns_(now_ns),
       pose_error_next_ns_(now_ns) {
@@ -179,7 +179,7 @@ void Session::flush(std::int64_t now_ns) {
 
 bool Session::send_download(std::int64_t now_ns) {
   if (state_ != State::active) return false;
-  const std::optional<wire::Message> next = downloads_.next(id());
+  const std::optional<wire::Message> next = downloads_.next(id(), now_ns);
   if (next) outbox_->push(*next, now_ns);
   return next.has_value();
 }

@@ -17,11 +17,12 @@ struct SessionLimits {
   std::size_t room_count_max = 4096;
   std::size_t sessions_per_room_max = 256;
   std::size_t characters_per_room_max = 65'536;
-  // Of a subject that a token names, or of an address; clients on the server's own machine have no such limit.
+  // Of a subject that a token names, or of an address; exempt addresses have no such limit.
   std::size_t sessions_per_subject_max = 16;
   std::size_t sessions_per_address_max = 128;  // many users may share an address
   std::size_t characters_per_subject_max = 2048;
   std::size_t downloads_per_session_max = 64;  // grooms that were requested and not yet sent
+  double download_bytes_per_s = 32 << 20;      // of grooms to a session; also at once
   bool wind_from_clients = true;               // every client may set the wind of its room
   double messages_per_s = 1000;                // requested groom bytes do not count
   double messages_burst = 2000;

@@ -190,7 +190,7 @@ struct Session::MessageHandler {
   // subject ends first: its client has probably come back without the secret.
   bool has_place_for_subject() {
     const Subject& subject = identity.subject;
-    if (subject.kind == Subject::Kind::local) return true;
+    if (subject.kind == Subject::Kind::exempt) return true;
     const bool is_token = subject.kind == Subject::Kind::token;
     const std::size_t most =
         is_token ? context.limits.sessions_per_subject_max : context.limits.sessions_per_address_max;
@@ -242,6 +242,7 @@ struct Session::MessageHandler {
     welcome.resumed = resumed;
     welcome.resume_grace_s = static_cast<float>(static_cast<double>(context.limits.resume_grace_ns) * 1e-9);
     welcome.pose_delay_ns = context.pose_delay_ns;
+    session.connection_->mark_joined();
     session.send(welcome, now_ns);
     context.commands.put(OpenSession{session.id(), session.outbox_, identity.room,
                                      context.subjects.count(identity.subject.name).number, resumed});
@@ -305,7 +306,7 @@ struct Session::MessageHandler {
                 "at most " + std::to_string(character_count_max_of_token()) +
                     " characters of one token; those of a lost connection count for a while"};
     }
-    if (identity.subject.kind != Subject::Kind::local &&
+    if (identity.subject.kind != Subject::Kind::exempt &&
         context.subjects.count(identity.subject.name).characters >= limits.characters_per_subject_max)
       return {ErrorReason::limit_exceeded,
               "at most " + std::to_string(limits.characters_per_subject_max) + " characters of one user or address"};

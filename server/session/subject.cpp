@@ -17,8 +17,8 @@ Subject subject_of(const std::optional<channel::TokenClaims>& claims, std::strin
     subject.bearer = subject.name;
     return subject;
   }
-  subject.kind = network.empty() ? Subject::Kind::local : Subject::Kind::address;
-  subject.name = network.empty() ? "local" : "address:" + std::string(network);
+  subject.kind = network.empty() ? Subject::Kind::exempt : Subject::Kind::address;
+  subject.name = network.empty() ? "exempt" : "address:" + std::string(network);
   // The signature, which differs wherever tokens differ.
   subject.bearer = claims ? "token:" + std::string(token.substr(token.rfind('.') + 1)) : subject.name;
   return subject;

@@ -14,12 +14,12 @@ struct Subject {
   enum class Kind : std::uint8_t {
     token,    // named by the session's token
     address,  // everyone at the same address
-    local,    // everyone on the server's own machine: no limits of a subject
+    exempt,   // everyone at an exempt address, such as the loopback: no limits of a subject
   };
-  Kind kind = Kind::local;
-  std::string name = "local";  // also in the log: "sub:alice", "name:Alice", "address:192.0.2.1", "local"
+  Kind kind = Kind::exempt;
+  std::string name = "exempt";  // also in the log: "sub:alice", "name:Alice", "address:192.0.2.1", "exempt"
   // Where the quotas of the session's token are counted: `name`, or the token itself when it names no subject.
-  std::string bearer = "local";
+  std::string bearer = "exempt";
 };
 
 // The name of a token's subject: its `sub`, else its `name`; empty when it has neither.

@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "server/transport/admission.hpp"
@@ -20,9 +21,6 @@ namespace hairnet::server {
 // Connections read at most so many bytes at a time, so that their memory grows with the received bytes.
 inline constexpr std::size_t kReadBytes = std::size_t{64} << 10;
 
-// The IPv4 address, or the IPv6 /64 network, whose users share limits.
-std::string network_of(const asio::ip::address& address);
-
 // A socket, plain or inside TLS, with the stream operations that Asio and Beast need: one read and one write at a time.
 // Bytes that were read to detect the protocol can be put back. Reads and writes fail once the time of expires_after()
 // has passed. Lives in a shared_ptr, on the loop's serial executor.
@@ -30,18 +28,21 @@ class ByteStream : public std::enable_shared_from_this<ByteStream> {
  public:
   using executor_type = asio::ip::tcp::socket::executor_type;
 
-  ByteStream(asio::ip::tcp::socket socket, std::string peer, Admission::Ticket ticket, TransportCounters& counters);
+  ByteStream(asio::ip::tcp::socket socket, const asio::ip::tcp::endpoint& peer, Admission::Ticket ticket,
+             TransportCounters& counters);
   ~ByteStream();
 
   executor_type get_executor() { return socket_.get_executor(); }
   [[nodiscard]] const std::string& peer() const { return peer_; }
-  // The peer's IPv4 address or IPv6 /64 network; empty for the loopback.
-  [[nodiscard]] const std::string& network() const { return network_; }
+  // The peer's IPv4 address or IPv6 /64 network; empty when no limits of one address apply to the connection.
+  [[nodiscard]] std::string_view network() const { return ticket_.has_address() ? network_ : std::string_view(); }
+  void set_peer(const asio::ip::tcp::endpoint& peer);  // as a proxy names it
   [[nodiscard]] bool is_tls() const { return tls_.has_value(); }
   [[nodiscard]] bool is_open() const { return socket_.is_open(); }
   [[nodiscard]] bool is_from_loopback() const { return from_loopback_; }
   [[nodiscard]] bool has_expired() const { return has_expired_; }
   bool move_to(Admission::Place place) { return ticket_.move_to(place); }
+  Admission::Ticket& ticket() { return ticket_; }
 
   void put_back(std::span<const std::uint8_t> bytes);  // before the bytes that are read next
   asio::awaitable<boost::system::error_code> accept_tls(asio::ssl::context& context);

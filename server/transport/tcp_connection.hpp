@@ -20,10 +20,11 @@ class TcpConnection final : public Connection, public std::enable_shared_from_th
  public:
   static constexpr std::chrono::seconds kLinger{2};  // for packets that wait when the connection closes
 
-  TcpConnection(std::shared_ptr<ByteStream> stream, std::size_t packet_bytes_max, TransportCounters& counters);
+  TcpConnection(std::shared_ptr<ByteStream> stream, TransportCounters& counters);
 
   void start(PacketSink* sink);  // null: the connection was refused and has been closed
 
+  void mark_joined() override;
   void send(std::vector<std::uint8_t> packet) override;
   [[nodiscard]] bool writable() const override { return !closing_ && unsent_.bytes < PacketQueue::kBytesMax; }
   void close(std::string_view reason) override;
@@ -48,7 +49,7 @@ class TcpConnection final : public Connection, public std::enable_shared_from_th
   std::vector<std::uint8_t> flat_;  // of small packets, or for TLS
   std::vector<asio::const_buffer> gathered_;
   bool is_writing_ = false;  // sending_ is being written
-  bool closing_ = false, shut_ = false;
+  bool is_joined_ = false, closing_ = false, shut_ = false;
 };
 
 }  // namespace hairnet::server

@@ -96,7 +96,7 @@ class SubjectTest : public SessionTest {
 TEST(Subject, is_that_of_the_token_or_else_the_address) {
   channel::TokenClaims claims;
   const auto of = [&claims](std::string_view network) { return subject_of(claims, "head.payload.signature", network); };
-  EXPECT_EQ(of("").kind, Subject::Kind::local);
+  EXPECT_EQ(of("").kind, Subject::Kind::exempt);
   EXPECT_EQ(of("192.0.2.1").kind, Subject::Kind::address);
   EXPECT_EQ(of("192.0.2.1").name, "address:192.0.2.1");
   EXPECT_EQ(of("192.0.2.1").bearer, "token:signature");
@@ -194,7 +194,7 @@ TEST_F(SubjectTest, sessions_of_a_subject_are_limited) {
   EXPECT_TRUE(join(claims("alice")).is_welcome());
 }
 
-TEST_F(SubjectTest, sessions_of_an_address_are_limited_but_not_those_of_this_machine) {
+TEST_F(SubjectTest, sessions_of_an_address_are_limited_but_not_those_of_exempt_ones) {
   context_.limits.sessions_per_address_max = 2;
   Client first = join_without_token("192.0.2.1");
   EXPECT_TRUE(join_without_token("192.0.2.1").is_welcome());
@@ -206,7 +206,7 @@ TEST_F(SubjectTest, sessions_of_an_address_are_limited_but_not_those_of_this_mac
   EXPECT_FALSE(join_without_token("192.0.2.1").is_welcome()) << "another user's detached session does not give way";
 }
 
-TEST_F(SubjectTest, characters_of_a_subject_or_an_address_are_limited_but_not_those_of_this_machine) {
+TEST_F(SubjectTest, characters_of_a_subject_or_an_address_are_limited_but_not_those_of_exempt_ones) {
   context_.limits.characters_per_subject_max = 2;
   Client alice = join(claims("alice"));
   Client first = join_without_token("192.0.2.1"), second = join_without_token("192.0.2.1"),

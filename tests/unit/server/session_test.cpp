@@ -30,6 +30,28 @@ TEST_F(SessionTest, welcomes_a_hello_of_its_version) {
   EXPECT_EQ(commands<OpenSession>().size(), 1u);
 }
 
+TEST_F(SessionTest, large_packets_are_allowed_once_it_has_joined_and_not_before) {
+  EXPECT_FALSE(connection_->joined);
+  hello();
+  EXPECT_TRUE(connection_->joined);
+}
+
+TEST_F(SessionTest, a_refused_hello_allows_no_large_packets) {
+  send(wire::Hello{wire::kProtocolVersion, "test", "no room of that name"});
+  EXPECT_THAT(goodbyes(), ElementsAre(GoodbyeReason::room_refused));
+  EXPECT_FALSE(connection_->joined);
+}
+
+TEST(Hello, the_largest_valid_one_fits_what_a_connection_takes_before_it_joins) {
+  wire::Hello hello;
+  hello.client_name = std::string(wire::kTextBytesMax, 'n');
+  hello.room = std::string(wire::kRoomNameBytesMax, 'r');
+  hello.token = std::string(wire::kTokenBytesMax, 't');
+  const std::vector<std::uint8_t> packet = wire::encode_packet({1, hello});
+  EXPECT_EQ(wire::decode_packet(packet).error, wire::DecodeError::none);
+  EXPECT_LE(2 * packet.size(), kHelloPacketBytesMax);
+}
+
 TEST_F(SessionTest, refuses_another_version_by_name_and_closes) {
   send(wire::Hello{wire::kProtocolVersion + 1, "test"});
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::version_unsupported));
