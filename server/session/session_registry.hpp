@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <map>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "server/session/session.hpp"
@@ -18,8 +17,8 @@ class SessionRegistry final : public SessionDirectory {
   // Null when the server is full or draining: the connection then gets a Goodbye and is closed. The sink exists until
   // the first poll() after the connection is closed.
   PacketSink* open(std::shared_ptr<Connection> connection, std::int64_t now_ns);
-  std::optional<SessionIdentity> take_over(Session& successor, SessionId id, const wire::SessionSecret& secret,
-                                           std::int64_t now_ns) override;
+  Session* find_joined(SessionId id, const wire::SessionSecret& secret) override;
+  SessionIdentity take_over(Session& former, Session& successor, std::int64_t now_ns) override;
   [[nodiscard]] Session* find(SessionId id);
   void flush(std::int64_t now_ns);
   void poll(std::int64_t now_ns);
