@@ -78,6 +78,17 @@ class List {
     s.set = [&to](const Setting::Value& v) { to = std::get<std::string>(v); };
     return s;
   }
+  // One of the words, which are in the order of the enum's values.
+  template <class Enum>
+  Setting& choice(Enum& to, const char* key, const char* about, std::vector<std::string> words, const char* flag = "") {
+    Setting& s = add(key, flag, about);
+    s.choices = words;
+    s.get = [&to, words] { return Setting::Value(words.at(static_cast<std::size_t>(to))); };
+    s.set = [&to, words](const Setting::Value& v) {
+      to = static_cast<Enum>(std::ranges::find(words, std::get<std::string>(v)) - words.begin());
+    };
+    return s;
+  }
   Setting& boolean(bool& to, const char* key, const char* about, const char* flag = "") {
     Setting& s = add(key, flag, about);
     s.get = [&to] { return Setting::Value(to); };
@@ -160,8 +171,8 @@ void add_wind(List& list, Config& c) {
   list.number(w.turbulence_scale_m, "turbulence_scale_m", kTurbulenceScaleMin_m, 100,
               "metres over which turbulence changes", "--turbulence-scale");
   list.integer(w.seed, "seed", 0, kWholeMax, "another seed, another turbulence", "--wind-seed");
-  list.boolean(c.sessions.wind_from_clients, "from_clients", "whether clients may set their room's wind",
-               "--wind-from-clients");
+  list.choice(c.sessions.wind_from_clients, "from_clients", "which clients may set their room's wind",
+              {"off", "participants", "everyone"}, "--wind-from-clients");
 }
 
 void add_limits(List& list, Config& c) {
@@ -192,7 +203,7 @@ void add_limits(List& list, Config& c) {
                "commands and poses on their way to the tick; poses beyond it are dropped");
   list.integer(c.state_bytes_max, "state_bytes_max", 0, 64 * kGiB,
                "bytes of clients' hair states that wait for their levels; beyond it hair starts at rest");
-  list.number(s.messages_per_s, "messages_per_s", 1, 1e6, "messages of a client, mean");
+  list.number(s.messages_per_s, "messages_per_s", 1, 1e6, "messages of a client, mean; costly ones count more");
   list.number(s.messages_burst, "messages_burst", 1, 1e7, "messages of a client, at once");
   list.number(s.poses_per_s, "poses_per_s", 1, 1e8, "poses of a client, mean");
   list.number(s.poses_burst, "poses_burst", 1, 1e8, "poses of a client, at once");
@@ -201,9 +212,10 @@ void add_limits(List& list, Config& c) {
   list.seconds(s.idle_timeout_ns, "idle_timeout_s", 1, 86'400, "seconds without a message, then the session ends");
   list.seconds(s.resume_grace_ns, "resume_grace_s", 0, 3600,
                "seconds in which a client may resume after its connection broke");
+  list.seconds(s.resume_interval_ns, "resume_interval_s", 0, 3600, "seconds from one resume of a session to the next");
   list.seconds(c.room_grace_ns, "room_grace_s", 0, 86'400, "seconds that an empty room, and its wind, exists");
   list.seconds(s.slow_consumer_ns, "slow_consumer_s", 0.1, 600,
-               "seconds in which a client reads nothing, then the session ends");
+               "seconds in which a client reads nothing, or too slowly, then the session ends");
   list.seconds(s.drain_timeout_ns, "goodbye_timeout_s", 0, 600, "seconds for a client to read its goodbye");
 }
 

@@ -48,6 +48,7 @@ struct ForgetGroom {  // the groom was evicted
 };
 
 using Command = std::variant<OpenSession, DetachSession, CloseSession, FromClient, PutPoses, GroomReady, ForgetGroom>;
-using CommandQueue = BoundedQueue<Command>;  // weight: one a command, a pose, a member, 64 integers of hair
+using CommandQueue = BoundedQueue<Command>;  // weight: one a command, a pose, a member that it names or that the
+                                             // session joins, 64 integers of hair
 
 }  // namespace hairnet::server

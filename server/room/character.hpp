@@ -35,6 +35,7 @@ struct Character {
   std::optional<wire::HairState> state;  // sent by its owner; reset once the World has it
   std::uint64_t state_ticks = 0;         // ticks that it has waited for its levels
   PoseInbox inbox;
+  std::vector<std::uint8_t> joined_packet;  // the encoded MemberJoined that announces it to other sessions
 
   bool in_world = false;                                           // in the World, from its first pose on
   LevelIndex level = LevelIndex::rigid;                            // current level in the World

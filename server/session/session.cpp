@@ -18,11 +18,10 @@ using wire::GoodbyeReason;
 }  // namespace
 
 Session::Session(SessionId id, std::shared_ptr<Connection> connection, SessionContext& context, std::int64_t now_ns)
-    : connection_(std::move(connection)),
+    : identity_(context.limits, now_ns),
+      connection_(std::move(connection)),
       context_(&context),
       outbox_(std::make_shared<Outbox>(context.limits.control_bytes_max, context.counters)),
-      messages_(context.limits.messages_per_s, context.limits.messages_burst, now_ns),
-      poses_(context.limits.poses_per_s, context.limits.poses_burst, now_ns),
       downloads_(context.grooms, context.limits, context.counters, now_ns),
       opened_ns_(now_ns),
       heard_ns_(now_ns),
@@ -96,8 +95,8 @@ void Session::on_closed(std::string_view reason, std::int64_t now_ns) {
   check_invariants();
 }
 
-bool Session::take_message(std::int64_t now_ns) {
-  if (messages_.take(1, now_ns)) return true;
+bool Session::take_message(std::int64_t now_ns, double price) {
+  if (identity_.messages.take(price, now_ns)) return true;
   context_->counters.messages_refused_over_rate.add();
   context_->counters.sessions_closed_by_server_over_rate.add();
   drain(GoodbyeReason::over_rate, "too many messages a second", now_ns);
@@ -132,7 +131,7 @@ void Session::remove(std::uint32_t character) {
 void Session::revoke_groom(const wire::GroomHash& groom) {
   std::vector<std::uint32_t> lost;
   for (const auto& [character, its] : identity_.characters) {
-    if (its == groom) lost.push_back(character);
+    if (its.groom == groom) lost.push_back(character);
   }
   std::ranges::sort(lost);
   for (const std::uint32_t character : lost) remove(character);
@@ -202,7 +201,9 @@ void Session::poll(std::int64_t now_ns) {
     if (now_ns - drain_since_ns_ > limits.drain_timeout_ns) close("drain time-out", now_ns);
     return;
   }
-  if (outbox_->overflowed() || (full_since_ns_ != 0 && now_ns - full_since_ns_ > limits.slow_consumer_ns)) {
+  const bool is_stuck = full_since_ns_ != 0 && (now_ns - full_since_ns_ > limits.slow_consumer_ns ||
+                                                outbox_->is_overdue(now_ns, limits.slow_consumer_ns));
+  if (outbox_->overflowed() || is_stuck) {
     counters.sessions_closed_by_server_slow.add();
     drain(GoodbyeReason::slow_consumer, "messages are not taken fast enough", now_ns);
   } else if (state_ == State::awaiting_hello && now_ns - opened_ns_ > limits.handshake_timeout_ns) {

@@ -22,7 +22,6 @@
 #include "server/session/session_counters.hpp"
 #include "server/session/session_directory.hpp"
 #include "server/session/session_limits.hpp"
-#include "server/threading/token_bucket.hpp"
 
 namespace hairnet::server {
 
@@ -93,7 +92,8 @@ class Session final : public PacketSink {
               const wire::GroomHash& groom = {});
   void refuse_unexpected(std::string_view detail, std::int64_t now_ns);
   void check_invariants() const;
-  bool take_message(std::int64_t now_ns);   // counts against the rate; false: the session ends with over_rate
+  // Counts against the rate of messages; false: the session ends with over_rate.
+  bool take_message(std::int64_t now_ns, double price = 1);
   void remove(std::uint32_t character);     // asserts that it exists
   bool send_download(std::int64_t now_ns);  // the next piece of a groom; false when there is none
   void leave(std::int64_t now_ns);          // leaves the room, and releases its characters and grooms
@@ -105,7 +105,6 @@ class Session final : public PacketSink {
   std::shared_ptr<Outbox> outbox_;
   State state_ = State::awaiting_hello;
   PeerClock clock_;
-  TokenBucket messages_, poses_;
   Downloads downloads_;
   channel::BulkScheduler download_scheduler_{Downloads::kPiece_bytes};
   std::int64_t opened_ns_, heard_ns_;

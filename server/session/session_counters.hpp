@@ -29,6 +29,8 @@ struct SessionCounters : CounterSet {
   Counter sessions_refused_room{*this, "sessions_refused", "reason", "room"};
   Counter sessions_refused_subject{*this, "sessions_refused", "reason", "subject"};  // its token's has too many
   Counter sessions_refused_address{*this, "sessions_refused", "reason", "address"};  // its address has too many
+  Counter sessions_refused_busy{*this, "sessions_refused", "reason", "busy"};        // the queue to the tick was full
+  Counter sessions_refused_early{*this, "sessions_refused", "reason", "early"};      // a session was resumed too often
   Counter sessions_detached{*this, "sessions_detached"};
   Counter sessions_resumed{*this, "sessions_resumed"};
   // resume was requested, but the session was unknown or over; a new one was made
@@ -50,6 +52,7 @@ struct SessionCounters : CounterSet {
   Counter packets_refused_oversize{*this, "packets_refused", "reason", "oversize"};
   Counter messages_refused_unexpected{*this, "messages_refused", "reason", "unexpected"};
   Counter messages_refused_over_rate{*this, "messages_refused", "reason", "over_rate"};
+  Counter messages_refused_work{*this, "messages_refused", "reason", "work"};  // too much work a second
   Counter characters_added{*this, "characters_added"};
   Counter characters_removed{*this, "characters_removed"};  // by their clients, or when their sessions ended
   Counter requests_refused_character{*this, "requests_refused", "request", "character"};
@@ -67,6 +70,8 @@ struct SessionCounters : CounterSet {
   Counter poses_received{*this, "poses_received"};
   Counter poses_dropped_over_rate{*this, "poses_dropped", "reason", "over_rate"};
   Counter poses_dropped_busy{*this, "poses_dropped", "reason", "busy"};
+  // The character's last pose was captured less than 4 ms before or after.
+  Counter poses_thinned{*this, "poses_thinned"};
   Counter poses_rejected_character{*this, "poses_rejected", "reason", "character"};
   Counter poses_rejected_time{*this, "poses_rejected", "reason", "time"};
   Counter poses_rejected_not_finite{*this, "poses_rejected", "reason", "not_finite"};
@@ -75,6 +80,7 @@ struct SessionCounters : CounterSet {
   Counter commands_dropped{*this, "commands_dropped"};
   Counter frames_sent{*this, "frames_sent"};
   Counter frames_superseded{*this, "frames_superseded"};
+  Counter messages_cancelled{*this, "messages_cancelled"};  // MemberJoined: the member left while it waited
   Counter packets_sent{*this, "packets_sent"};
   Counter bytes_sent{*this, "bytes_sent"};
   Counter errors_sent{*this, "errors_sent"};

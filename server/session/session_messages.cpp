@@ -1,10 +1,13 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "core/assert.hpp"
+#include "server/session/message_price.hpp"
 #include "server/session/session.hpp"
 #include "server/telemetry/log_hash.hpp"
 #include "server/telemetry/log_text.hpp"
@@ -16,6 +19,10 @@ using wire::ErrorReason;
 using wire::GoodbyeReason;
 
 constexpr std::int64_t kPoseErrorInterval_ns = 1'000'000'000;
+// A pose that was captured so close to another adds nothing to a tick's sample. No headset captures as often.
+constexpr std::int64_t kPoseSpacing_ns = 4'000'000;
+// Shares of the burst: what only plain messages may use, and the most that one message takes.
+constexpr double kPlainReserve = 0.25, kPriceMax = 0.5;
 constexpr std::size_t kIntegersPerWeight = 64;       // of a hair state: about as many bytes as a pose
 constexpr std::size_t kFreeChunkLeast_bytes = 4096;  // a smaller chunk counts as a message
 
@@ -50,10 +57,19 @@ struct Session::MessageHandler {
   SessionIdentity& identity = session.identity_;
 
   void handle(auto& message) {
-    const Refused refused = (*this)(message);
+    Refused refused = charge(message);
+    if (!refused) refused = (*this)(message);
     if (!refused) return;
     if (Counter* counter = refused_counter(message)) counter->add();
     session.refuse(refused, now_ns, character_of(message), groom_of(message));
+  }
+  // The message is paid for as a plain one; takes the rest of its price.
+  Refused charge(const auto& message) {
+    const double burst = context.limits.messages_burst;
+    const double rest = std::min(price_of(message, context.rooms, identity.room) - 1, kPriceMax * burst);
+    if (rest <= 0 || identity.messages.take(rest, now_ns, kPlainReserve * burst)) return {};
+    counters.messages_refused_work.add();
+    return {ErrorReason::limit_exceeded, "more work than a client may ask for in a second; try again later"};
   }
   // Counts the refused messages of one kind. Null: only a full command queue refuses them, and is counted as that.
   Counter* refused_counter(const wire::GroomOffer&) { return &counters.requests_refused_groom; }
@@ -91,27 +107,36 @@ struct Session::MessageHandler {
     }
     return {};
   }
-  // False when the client gets a new session.
+  // False when there is nothing to resume: the client gets a new session.
   bool try_resume(const wire::Hello& hello) {
     if (hello.session == 0 || !context.directory) return false;
-    const SessionIdentity* found = hello.session <= std::numeric_limits<SessionId>::max()
-                                       ? context.directory->find(static_cast<SessionId>(hello.session), hello.secret)
-                                       : nullptr;
-    if (!found) {
+    Session* const former = hello.session <= std::numeric_limits<SessionId>::max()
+                                ? context.directory->find_joined(static_cast<SessionId>(hello.session), hello.secret)
+                                : nullptr;
+    if (!former) {
       counters.sessions_not_resumed.add();
       return false;
     }
-    HAIRNET_ASSERT(found->claims.has_value() == context.token_key.has_value());
+    const std::optional<std::int64_t> resumed_ns = former->identity().resumed_ns;
+    if (resumed_ns && now_ns - *resumed_ns < context.limits.resume_interval_ns) {
+      counters.sessions_refused_early.add();
+      session.drain(GoodbyeReason::over_rate, "the session was resumed a moment ago; try again later", now_ns);
+      return true;
+    }
     std::optional<channel::TokenClaims> claims;
-    Refused refused = check_token(hello.token, found->room, found->role, claims);
-    if (!refused && claims && subject_name(*claims) != subject_name(*found->claims))
+    const SessionIdentity& found = former->identity();
+    HAIRNET_ASSERT(found.claims.has_value() == context.token_key.has_value());
+    Refused refused = check_token(hello.token, found.room, found.role, claims);
+    if (!refused && claims && subject_name(*claims) != subject_name(*found.claims))
       refused = {ErrorReason::token_invalid, "the token is not of the session's subject"};
     if (refused) {
       refuse_token(refused);
       return true;
     }
-    identity = context.directory->take_over(session, found->id, now_ns);
+    if (!has_room_for(found.room)) return true;
+    identity = context.directory->take_over(*former, session, now_ns);
     HAIRNET_ASSERT(identity.id == hello.session);
+    identity.resumed_ns = now_ns;
     use_claims(std::move(claims));
     session.state_ = State::active;
     session.joined_ = true;
@@ -155,7 +180,8 @@ struct Session::MessageHandler {
       return false;
     }
     identity.subject = subject_of(claims, hello.token, session.connection_->network());
-    if (!has_place_for_subject()) return false;
+    // In this order: a detached session that gives way puts a command into the queue.
+    if (!has_place_for_subject() || !has_room_for(identity.room)) return false;
     session.state_ = State::active;
     session.joined_ = true;
     ++context.session_count;
@@ -169,6 +195,17 @@ struct Session::MessageHandler {
                  log_text(identity.name), log_text(identity.room), session.connection_->peer(),
                  session.connection_->transport());
     return true;
+  }
+  // In the command queue, every member of the room counts: each is announced to the session.
+  [[nodiscard]] std::size_t open_weight(const std::string& room) const {
+    return 1 + context.rooms.count(room).characters;
+  }
+  // False when the command queue is full: the session was refused and ends.
+  bool has_room_for(const std::string& room) {
+    if (context.commands.fits(open_weight(room))) return true;
+    counters.sessions_refused_busy.add();
+    session.drain(GoodbyeReason::server_full, "the server is busy; try again", now_ns);
+    return false;
   }
   // Why the token does not let a client into the room in that role; else sets its claims, if the server needs a token.
   Refused check_token(const std::string& token, const std::string& room, wire::Role role,
@@ -244,8 +281,10 @@ struct Session::MessageHandler {
     welcome.pose_delay_ns = context.pose_delay_ns;
     session.connection_->mark_joined();
     session.send(welcome, now_ns);
-    context.commands.put(OpenSession{session.id(), session.outbox_, identity.room,
-                                     context.subjects.count(identity.subject.name).number, resumed});
+    Command open = OpenSession{session.id(), session.outbox_, identity.room,
+                               context.subjects.count(identity.subject.name).number, resumed};
+    const bool was_put = context.commands.try_put(open, open_weight(identity.room));
+    HAIRNET_ASSERT(was_put);  // has_room_for() said so, and only this thread puts commands
   }
 
   Refused operator()(wire::GroomOffer& offer) {
@@ -283,7 +322,7 @@ struct Session::MessageHandler {
     }
     if (Refused refused = put(wire::AddCharacter{add.character, add.groom, add.level, std::move(add.state)}))
       return refused;
-    identity.characters.emplace(add.character, add.groom);
+    identity.characters.emplace(add.character, OwnCharacter{add.groom, {}, false});
     ++context.character_count;
     context.rooms.add_character(identity.room);
     context.subjects.add_character(identity.subject.name);
@@ -334,8 +373,10 @@ struct Session::MessageHandler {
     return put(set);
   }
   Refused operator()(wire::SetWind& set) {
-    const bool by_setting = context.limits.wind_from_clients;
-    if (!(identity.claims ? identity.claims->wind.value_or(by_setting) : by_setting))
+    const WindFromClients who = context.limits.wind_from_clients;
+    const bool by_role = who == WindFromClients::everyone ||
+                         (who == WindFromClients::participants && identity.role == wire::Role::participant);
+    if (!(identity.claims ? identity.claims->wind.value_or(by_role) : by_role))
       return {ErrorReason::not_allowed, "this session may not set the wind"};
     if (std::string fault = validate(set.wind); !fault.empty()) return {ErrorReason::wind_invalid, std::move(fault)};
     return put(set);
@@ -368,8 +409,9 @@ struct Session::MessageHandler {
   Refused operator()(wire::PoseBatch& batch) {
     const std::size_t received = batch.poses.size();
     counters.poses_received.add(received);
-    if (!session.poses_.take(static_cast<double>(received), now_ns)) {
+    if (!identity.poses.take(static_cast<double>(received), now_ns)) {
       counters.poses_dropped_over_rate.add(received);
+      session.take_message(now_ns, kDroppedPosePrice * static_cast<double>(received));
       return {};
     }
     PutPoses passed{session.id(), now_ns, std::move(batch.poses)};
@@ -379,6 +421,8 @@ struct Session::MessageHandler {
         if (now_ns < session.pose_error_next_ns_) continue;
         session.pose_error_next_ns_ = now_ns + kPoseErrorInterval_ns;
         session.refuse(refused, now_ns, sample.character);
+      } else if (is_thinned(sample)) {
+        counters.poses_thinned.add();
       } else {
         passed.poses[kept++] = sample;
       }
@@ -388,6 +432,18 @@ struct Session::MessageHandler {
     Command command = std::move(passed);
     if (kept > 0 && !context.commands.try_put(command, 1 + kept)) counters.poses_dropped_busy.add(kept);
     return {};
+  }
+  // True when the pose is left out because it is too close to the character's last one. The next pose then has its
+  // teleport.
+  bool is_thinned(wire::PoseSample& sample) {
+    OwnCharacter& character = identity.characters.at(sample.character);
+    if (character.pose_ns && std::abs(sample.capture_time_ns - *character.pose_ns) < kPoseSpacing_ns) {
+      character.teleport_pending = character.teleport_pending || sample.teleport;
+      return true;
+    }
+    character.pose_ns = sample.capture_time_ns;
+    sample.teleport = std::exchange(character.teleport_pending, false) || sample.teleport;
+    return false;
   }
   // Returns why the pose is refused, and counts that; otherwise converts its capture time to the server's clock.
   Refused check_pose(wire::PoseSample& sample) {

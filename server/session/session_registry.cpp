@@ -53,20 +53,21 @@ PacketSink* SessionRegistry::open(std::shared_ptr<Connection> connection, std::i
   return opened->second.get();
 }
 
-const SessionIdentity* SessionRegistry::find(SessionId id, const wire::SessionSecret& secret) const {
-  const auto found = sessions_.find(id);
-  if (found == sessions_.end() || !found->second->is_joined()) return nullptr;
-  const SessionIdentity& identity = found->second->identity();
-  const bool is_right = sodium_memcmp(identity.secret.data(), secret.data(), secret.size()) == 0;
-  return is_right ? &identity : nullptr;
+Session* SessionRegistry::find_joined(SessionId id, const wire::SessionSecret& secret) {
+  Session* const session = find(id);
+  if (!session || !session->is_joined()) return nullptr;
+  const wire::SessionSecret& expected = session->identity().secret;
+  return sodium_memcmp(expected.data(), secret.data(), expected.size()) == 0 ? session : nullptr;
 }
 
-SessionIdentity SessionRegistry::take_over(Session& successor, SessionId id, std::int64_t now_ns) {
+SessionIdentity SessionRegistry::take_over(Session& former, Session& successor, std::int64_t now_ns) {
+  const SessionId id = former.id();
   const auto found = sessions_.find(id);
-  HAIRNET_ASSERT(found != sessions_.end() && found->second.get() != &successor);
+  HAIRNET_ASSERT(found != sessions_.end() && found->second.get() == &former);
+  HAIRNET_ASSERT(&former != &successor);
   auto node = sessions_.extract(successor.id());
   HAIRNET_ASSERT(!node.empty());
-  SessionIdentity identity = found->second->release_identity(now_ns);
+  SessionIdentity identity = former.release_identity(now_ns);
   HAIRNET_ASSERT(identity.id == id);
   released_.push_back(std::exchange(found->second, std::move(node.mapped())));
   return identity;

@@ -18,8 +18,8 @@ class SessionRegistry final : public SessionDirectory {
   // Null when the server is full or draining: the connection then gets a Goodbye and is closed. The sink exists until
   // the first poll() after the connection is closed.
   PacketSink* open(std::shared_ptr<Connection> connection, std::int64_t now_ns);
-  [[nodiscard]] const SessionIdentity* find(SessionId id, const wire::SessionSecret& secret) const override;
-  SessionIdentity take_over(Session& successor, SessionId id, std::int64_t now_ns) override;
+  Session* find_joined(SessionId id, const wire::SessionSecret& secret) override;
+  SessionIdentity take_over(Session& former, Session& successor, std::int64_t now_ns) override;
   bool end_detached(std::string_view bearer, std::int64_t now_ns) override;
   [[nodiscard]] Session* find(SessionId id);
   void flush(std::int64_t now_ns);

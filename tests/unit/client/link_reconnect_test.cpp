@@ -234,6 +234,19 @@ TEST_F(Settled, a_draining_server_is_come_back_to) {
   EXPECT_TRUE(d.core.wants_connection());
 }
 
+TEST_F(Settled, a_resume_that_comes_too_early_is_tried_again) {
+  break_off();
+  d.open();
+  d.expect<wire::Hello>();
+  d.core.take_events();
+  d.send(wire::Goodbye{wire::GoodbyeReason::over_rate, "the session was resumed a moment ago"});
+  EXPECT_EQ(d.event<Reconnecting>()->reason, wire::GoodbyeReason::over_rate);
+  d.close_as_wanted();
+  come_back(welcome_to(5, true));
+  EXPECT_EQ(hello.session, 5u);
+  EXPECT_EQ(d.core.counters().resumes, 1u);
+}
+
 TEST_F(Settled, refusals_that_would_be_repeated_end_it) {
   for (const wire::GoodbyeReason reason :
        {wire::GoodbyeReason::version_unsupported, wire::GoodbyeReason::token_refused,

@@ -295,7 +295,8 @@ TEST_F(SubjectTest, a_resume_takes_the_quotas_of_the_newest_token) {
 }
 
 TEST_F(SubjectTest, observers_upload_and_everyone_sets_wind_as_the_token_says) {
-  const auto may = [this](wire::Role role, std::optional<bool> upload, std::optional<bool> wind, bool setting) {
+  const auto may = [this](wire::Role role, std::optional<bool> upload, std::optional<bool> wind,
+                          WindFromClients setting) {
     context_.limits.wind_from_clients = setting;
     channel::TokenClaims granted = claims("");
     granted.role = role;
@@ -310,13 +311,15 @@ TEST_F(SubjectTest, observers_upload_and_everyone_sets_wind_as_the_token_says) {
     return std::pair(uploads, refused == 0);
   };
   using enum wire::Role;
-  EXPECT_EQ(may(participant, {}, {}, true), std::pair(true, true));
-  EXPECT_EQ(may(participant, false, false, true), std::pair(false, false));
-  EXPECT_EQ(may(participant, {}, {}, false), std::pair(true, false));
-  EXPECT_EQ(may(participant, true, true, false), std::pair(true, true));
-  EXPECT_EQ(may(observer, {}, {}, false), std::pair(false, false));
-  EXPECT_EQ(may(observer, true, true, false), std::pair(true, true));
-  EXPECT_EQ(counters_.requests_refused_groom.value(), 2u);
+  using enum WindFromClients;
+  EXPECT_EQ(may(participant, {}, {}, participants), std::pair(true, true));
+  EXPECT_EQ(may(participant, false, false, everyone), std::pair(false, false));
+  EXPECT_EQ(may(participant, {}, {}, off), std::pair(true, false));
+  EXPECT_EQ(may(participant, true, true, off), std::pair(true, true));
+  EXPECT_EQ(may(observer, {}, {}, participants), std::pair(false, false));
+  EXPECT_EQ(may(observer, {}, {}, everyone), std::pair(false, true));
+  EXPECT_EQ(may(observer, true, true, off), std::pair(true, true));
+  EXPECT_EQ(counters_.requests_refused_groom.value(), 3u);
   EXPECT_EQ(counters_.requests_refused_wind.value(), 3u);
 }
 
