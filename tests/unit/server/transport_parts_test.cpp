@@ -155,6 +155,18 @@ TEST(Admission, leaving_makes_room_and_a_refusal_names_the_full_limit) {
   EXPECT_EQ(admission->count(), 0u);
 }
 
+TEST(Admission, by_default_one_address_takes_neither_all_handshakes_nor_all_pages) {
+  const AdmissionLimits limits;
+  auto admission = std::make_shared<Admission>(limits);
+  std::vector<Admission::Ticket> tickets(1000);
+  std::size_t count = 0;
+  while (count < tickets.size() && admission->enter(1, kStart_ns, tickets[count]) == Admission::Verdict::admitted)
+    ++count;
+  EXPECT_LT(2 * count, limits.arrivals_max);
+  EXPECT_LT(2 * count, limits.http_max);
+  EXPECT_EQ(admission->enter(2, kStart_ns, tickets[count]), Admission::Verdict::admitted);
+}
+
 TEST(Admission, new_connections_of_one_address_are_limited_in_rate_and_regain_it) {
   AdmissionLimits limits;
   limits.connections_per_address_per_s = 2;
