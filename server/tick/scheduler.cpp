@@ -14,6 +14,9 @@ constexpr std::uint64_t kInterestTicks = 8;  // from one choice of members by pl
 // Members that one tick announces to a session that has joined or resumed, and to all such sessions together; the
 // others follow at later ticks. A room's 4096 members are announced within a second also at 10 Hz.
 constexpr std::size_t kAnnouncementsMax = 512, kAnnouncementsOfAllMax = 4096;
+// Messages about characters that come and go which one tick sends to all sessions; later commands wait for the next
+// tick.
+constexpr std::int64_t kCharacterMessagesMax = 32'768;
 constexpr std::uint32_t kWindChangesPer_s = 4;  // of one room
 constexpr std::uint64_t kStateWait_s = 2;
 constexpr std::size_t kChunk = 64;  // characters that a worker takes at once
@@ -152,7 +155,10 @@ struct Scheduler::CommandHandler {
     const auto first = characters.lower_bound(character_key(c.session, 0));
     std::vector<CharacterKey> keys;
     for (auto it = first; it != characters.end() && session_of(it->first) == c.session; ++it) keys.push_back(it->first);
-    for (const CharacterKey key : keys) scheduler.remove(key, now_ns);
+    for (const CharacterKey key : keys) {
+      if (scheduler.character_messages_left_ <= 0) return;  // the command stays
+      scheduler.remove(key, now_ns);
+    }
     scheduler.rooms_.close(c.session, now_ns);
   }
   void operator()(FromClient& c) const {
@@ -165,6 +171,7 @@ struct Scheduler::CommandHandler {
     if (add.state) scheduler.store_hair_state(*character, std::move(*add.state), now_ns);
     character->joined_packet = wire::encode_packet({now_ns, joined_message(*character)});
     Room& room = scheduler.rooms_.room(character->room);
+    scheduler.character_messages_left_ -= static_cast<std::int64_t>(room.observers.size());
     for (Observer* observer : room.observers) {
       observer->observe_changed = true;
       if (observer->knows(character->slot)) announce(*observer, *character, now_ns);
@@ -272,11 +279,25 @@ void Scheduler::announce(const Observer& observer, const Character& c, std::int6
     observer.sink->push_encoded(joined_message(c), c.joined_packet, now_ns);
 }
 
+// What earlier ticks have left comes first, so the order of commands is kept.
 void Scheduler::take_commands(std::int64_t now_ns) {
   counters_->gauges.commands_waiting.set(static_cast<double>(commands_->weight()));
-  commands_->take_all(taken_);
-  for (Command& command : taken_) std::visit(CommandHandler{*this, now_ns}, command);
-  taken_.clear();
+  character_messages_left_ = kCharacterMessagesMax;
+  run_commands(now_ns);
+  if (next_command_ == taken_.size()) {
+    commands_->take_all(taken_);
+    next_command_ = 0;
+    run_commands(now_ns);
+  }
+  counters_->gauges.commands_deferred.set(static_cast<double>(taken_.size() - next_command_));
+}
+
+void Scheduler::run_commands(std::int64_t now_ns) {
+  for (; next_command_ < taken_.size() && character_messages_left_ > 0; ++next_command_) {
+    std::visit(CommandHandler{*this, now_ns}, taken_[next_command_]);
+    const auto* close = std::get_if<CloseSession>(&taken_[next_command_]);
+    if (close && rooms_.observer(close->session)) return;  // some of its characters are left
+  }
 }
 
 void Scheduler::remove(CharacterKey key, std::int64_t now_ns) {
@@ -284,6 +305,7 @@ void Scheduler::remove(CharacterKey key, std::int64_t now_ns) {
   if (!character) return;
   forget_hair_state(*character);
   if (character->in_world) inputs_.removed.push_back(key);
+  character_messages_left_ -= static_cast<std::int64_t>(rooms_.room(character->room).observers.size());
   const wire::MemberLeft left{member_of(*character)};
   const std::vector<std::uint8_t> packet = wire::encode_packet({now_ns, left});
   for (Observer* observer : rooms_.room(character->room).observers) {

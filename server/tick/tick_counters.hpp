@@ -31,6 +31,7 @@ class LevelGauges {
 struct TickGauges : GaugeSet {
   Gauge tick_period_seconds{*this, "tick_period_seconds"};  // period of a tick
   Gauge commands_waiting{*this, "commands_waiting"};        // commands and poses on their way to the tick
+  Gauge commands_deferred{*this, "commands_deferred"};      // taken, but left to the next tick
   Gauge announcements_waiting{*this,
                               "announcements_waiting"};  // sessions that do not know all members of their room yet
   Gauge rooms{*this, "rooms"};

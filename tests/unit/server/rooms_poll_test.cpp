@@ -574,5 +574,35 @@ TEST_F(RoomsPollTest, a_wind_changes_a_few_times_a_second_and_the_newest_wins) {
   EXPECT_LE(metrics_.tick.winds_changed.value() - before, 6u);
 }
 
+TEST_F(RoomsPollTest, a_crowd_that_comes_and_goes_before_many_observers_is_spread_over_ticks) {
+  start();
+  std::vector<std::unique_ptr<FakeClient>> observers;
+  for (int i = 0; i < 99; ++i) {
+    observers.push_back(std::make_unique<FakeClient>(*server_, now_ns_));
+    observers.back()->hello(now_ns_, "hall");
+  }
+  const auto crowd = join("hall", LevelIndex::rigid);
+  run_ms(100);
+  const auto count = [&] { return server_->scheduler().rooms().characters().size(); };
+  for (std::uint32_t character = 2; character <= 400; ++character)
+    crowd->send(wire::AddCharacter{character, hash_, LevelIndex::rigid}, now_ns_);
+  run_ms(34);
+  EXPECT_EQ(count(), 329u) << "100 messages each: one tick sends 32 768";
+  EXPECT_GT(metrics_.tick.gauges.commands_deferred.value(), 0);
+  run_ms(34);
+  EXPECT_EQ(count(), 400u);
+  EXPECT_EQ(observers.back()->connection->all<wire::MemberJoined>().size(), 400u);
+  crowd->send(wire::Goodbye{wire::GoodbyeReason::client_leaves, ""}, now_ns_);
+  FakeClient late(*server_, now_ns_);
+  late.hello(now_ns_, "hall");
+  run_ms(34);
+  EXPECT_EQ(count(), 400u - 328u);
+  EXPECT_THAT(late.connection->all<wire::MemberJoined>(), IsEmpty()) << "its turn comes after those who left";
+  run_ms(34);
+  EXPECT_EQ(count(), 0u);
+  EXPECT_EQ(observers.back()->connection->all<wire::MemberLeft>().size(), 400u);
+  EXPECT_EQ(server_->scheduler().rooms().observers().size(), 100u);
+}
+
 }  // namespace
 }  // namespace hairnet::server
