@@ -26,6 +26,11 @@ PacketSplitter::PacketSplitter(std::size_t packet_bytes_max) : packet_bytes_max_
   HAIRNET_ASSERT(packet_bytes_max >= wire::kPacketBytesMin);
 }
 
+void PacketSplitter::allow(std::size_t packet_bytes_max) {
+  HAIRNET_ASSERT(packet_bytes_max >= packet_bytes_max_);
+  packet_bytes_max_ = packet_bytes_max;
+}
+
 bool PacketSplitter::feed(std::span<const std::uint8_t> bytes,
                           const std::function<void(std::span<const std::uint8_t>)>& on_packet) {
   HAIRNET_ASSERT(on_packet);
@@ -45,6 +50,8 @@ bool PacketSplitter::feed(std::span<const std::uint8_t> bytes,
     if (filled_ < whole) break;
     filled_ = 0;
     on_packet({data(), whole});
+    // An assignment of {} would keep the memory.
+    if (whole > kRetainedBytesMax) buffer_ = std::vector<std::uint64_t>();
   }
   is_feeding_ = false;
   check_invariants();
@@ -81,7 +88,7 @@ void PacketSplitter::check_invariants() const {
 void PacketSplitter::kill() {
   dead_ = true;
   filled_ = 0;
-  buffer_ = {};
+  buffer_ = std::vector<std::uint64_t>();
 }
 
 }  // namespace hairnet::channel

@@ -13,8 +13,13 @@ namespace hairnet::channel {
 // Cuts a byte stream into size-prefixed packets (u32 little endian, not counting itself). No I/O.
 class PacketSplitter {
  public:
+  // After a packet of more bytes its memory is freed.
+  static constexpr std::size_t kRetainedBytesMax = std::size_t{64} << 10;
+
   // Asserts that the limit is at least kPacketBytesMin.
   explicit PacketSplitter(std::size_t packet_bytes_max);
+  // Raises the limit, from the next packet on. Asserts that it does not become lower. A callback of feed() may call it.
+  void allow(std::size_t packet_bytes_max);
   // Calls `on_packet` with each complete packet: prefix included, 8-byte aligned, valid only during the call. Asserts
   // that the callback does not call the splitter. Returns false when a prefix is larger than the limit or smaller than
   // the smallest packet; from then on the stream is unusable. Memory grows with the bytes received, not with the

@@ -43,6 +43,13 @@ class ClaimReader {
     sound_ = false;
     return std::nullopt;
   }
+  std::optional<bool> boolean(const char* name) {
+    const FlatJsonValue* value = find(name);
+    if (!value) return std::nullopt;
+    if (const auto* boolean = std::get_if<bool>(value)) return *boolean;
+    sound_ = false;
+    return std::nullopt;
+  }
   std::optional<std::int64_t> whole(const char* name, std::int64_t most) {
     const FlatJsonValue* value = find(name);
     if (!value) return std::nullopt;
@@ -111,7 +118,8 @@ std::string validate(const TokenClaims& claims) {
   if (!is_time(claims.expires_s) || !is_time(claims.not_before_s.value_or(0))) return "a time is not in 1970 to 9999";
   if (claims.not_before_s && *claims.not_before_s >= claims.expires_s) return "it expires before it is good";
   if (claims.strands_max.value_or(0) > static_cast<std::uint64_t>(kStrandsMax)) return "strands_max is too large";
-  if (!is_name(claims.name)) return "a name is up to 256 bytes, without control characters";
+  if (!is_name(claims.name) || !is_name(claims.subject) || !is_name(claims.id))
+    return "a name, subject or id is up to 256 bytes, without control characters";
   return {};
 }
 
@@ -126,7 +134,11 @@ std::string sign(const TokenClaims& claims, const TokenKey& key) {
   if (claims.characters_max) json["characters_max"] = *claims.characters_max;
   if (claims.strands_max) json["strands_max"] = *claims.strands_max;
   if (!claims.name.empty()) json["name"] = claims.name;
-  std::string token = sign_jwt(json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace), key);
+  if (!claims.subject.empty()) json["sub"] = claims.subject;
+  if (!claims.id.empty()) json["jti"] = claims.id;
+  if (claims.upload) json["upload"] = *claims.upload;
+  if (claims.wind) json["wind"] = *claims.wind;
+  std::string token = sign_jwt(json.dump(-1, ' ', true, nlohmann::json::error_handler_t::ignore), key);
   HAIRNET_ASSERT(!token.empty());
   HAIRNET_ASSERT(token.size() <= wire::kTokenBytesMax);  // so that a Hello can carry it
   return token;
@@ -151,8 +163,13 @@ tl::expected<TokenClaims, TokenRefusal> read_claims(std::string_view token, cons
   if (const auto most = reader.whole("strands_max", kStrandsMax))
     claims.strands_max = static_cast<std::uint64_t>(*most);
   claims.name = reader.text("name").value_or("");
+  claims.subject = reader.text("sub").value_or("");
+  claims.id = reader.text("jti").value_or("");
+  claims.upload = reader.boolean("upload");
+  claims.wind = reader.boolean("wind");
   if (!role || !expires_s) return tl::unexpected(TokenRefusal::malformed);
-  if (!reader.sound() || (claims.room && !wire::is_room_name(*claims.room)) || !is_name(claims.name))
+  if (!reader.sound() || (claims.room && !wire::is_room_name(*claims.room)) || !is_name(claims.name) ||
+      !is_name(claims.subject) || !is_name(claims.id))
     return tl::unexpected(TokenRefusal::malformed);
   claims.role = *role;
   claims.expires_s = *expires_s;

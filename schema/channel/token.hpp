@@ -12,15 +12,21 @@
 namespace hairnet::channel {
 
 // The rights that a token grants. As claims of a JSON Web Token, in this order: room, role, exp, nbf, characters_max,
-// strands_max, name. Other claims are ignored, except `aud`, which must name "hairnet" if it is present.
+// strands_max, name, sub, jti, upload, wind. Other claims are ignored, except `aud`, which must name "hairnet" if it is
+// present. A text of at most kTokenNameBytesMax bytes is empty when the token lacks it.
 struct TokenClaims {
   std::optional<std::string> room;  // none: any room
   wire::Role role = wire::Role::participant;
-  std::int64_t expires_s = 0;                   // seconds since 1970; invalid from then on
-  std::optional<std::int64_t> not_before_s;     // invalid until then
-  std::optional<std::uint32_t> characters_max;  // none: the server's own limit
-  std::optional<std::uint64_t> strands_max;     // of all its grooms together
-  std::string name;                             // for people and logs, at most kTokenNameBytesMax
+  std::int64_t expires_s = 0;                // seconds since 1970; invalid from then on
+  std::optional<std::int64_t> not_before_s;  // invalid until then
+  // Quotas of all sessions of the subject together; none: the server's own limit.
+  std::optional<std::uint32_t> characters_max;
+  std::optional<std::uint64_t> strands_max;  // of all grooms together
+  std::string name;                          // for people and logs
+  std::string subject;                       // `sub`: the person whose token it is, for quotas and shares
+  std::string id;                            // `jti`: names this token, so that it can be revoked
+  std::optional<bool> upload;                // may upload grooms; none: a participant may, an observer may not
+  std::optional<bool> wind;                  // may set the wind of the room; none: as the server is set
 
   friend bool operator==(const TokenClaims&, const TokenClaims&) = default;
 };

@@ -135,6 +135,8 @@ std::string validate(const Config& config) {
   if (s.frame_packet_bytes_max > wire::kPacketBytesMax - wire::kPacketOverheadBytesMax)
     return "a packet of frames would exceed the protocol's packet bound";
   if (s.characters_per_session_max > s.character_count_max) return "more characters a session than in all";
+  if (!config.token_revoked_file.empty() && config.token_key_file.empty())
+    return "server.token_revoked_file needs server.token_key_file";
   if (!config.record.empty() && config.record == config.port_file)
     return "the recording and the port file are the same file";
   return {};

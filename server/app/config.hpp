@@ -14,7 +14,10 @@ namespace hairnet::server {
 struct Config {
   std::string bind = "127.0.0.1";
   std::uint16_t port = 7420;  // 0: the system picks one
-  std::string port_file;      // file to which the port in use is written; empty: none
+  // Port of /healthz, /readyz and /metrics, plain HTTP; 0: they are on `port`.
+  std::uint16_t service_port = 0;
+  std::string service_bind = "127.0.0.1";
+  std::string port_file;  // file to which the port in use is written; empty: none
   std::uint32_t tick_rate_hz = 30;
   // how far before its time a tick samples poses: an interval of a 60-72 Hz client and its jitter
   double pose_delay_ms = 25;
@@ -35,6 +38,7 @@ struct Config {
   double counters_interval_s = 10;                       // at log level debug
   std::size_t command_weight_max = 262'144;              // commands and poses on their way to the tick
   std::string token_key_file;                            // clients need tokens signed by it; empty: none
+  std::string token_revoked_file;                        // names of revoked tokens, one a line; empty: none
   std::size_t state_bytes_max = std::size_t{256} << 20;  // of all hair states that wait for their levels
   std::int64_t room_grace_ns = 10'000'000'000;           // how long an empty room, and its wind, exists
   double drain_s = 2;                                    // at shutdown, for clients to read what waits

@@ -9,8 +9,9 @@
 #include <ctime>
 #include <memory>
 #include <optional>
+#include <utility>
+#include <vector>
 
-#include "schema/wire/messages.hpp"
 #include "server/app/metrics.hpp"
 #include "server/app/server.hpp"
 #include "server/app/server_pages.hpp"
@@ -24,6 +25,7 @@ namespace {
 
 constexpr std::int64_t kIoPeriod_ns = 20'000'000;  // time-outs, builder results
 constexpr int kExitBadConfiguration = 2;
+constexpr std::size_t kServiceConnectionsMax = 64;
 
 int refuse(const std::string& why) {
   fmt::print(stderr, "hairnet-server: {}\n", why);
@@ -50,7 +52,6 @@ TransportOptions transport_options(const Config& config) {
   TransportOptions options = config.transport;
   options.addresses = {config.bind};
   options.port = config.port;
-  options.packet_bytes_max = wire::kPacketBytesMax;
   AdmissionLimits& admission = options.admission;
   // Twice the sessions, so that a client beyond the limit still gets a Goodbye.
   if (admission.connections_max == 0)
@@ -58,20 +59,30 @@ TransportOptions transport_options(const Config& config) {
   return options;
 }
 
-// On a signal: the port closes, clients get a Goodbye and their waiting packets, then the loop stops.
+// The port of health and metrics. Its few connections have limits of their own, so that no client can fill them.
+TransportOptions service_options(const Config& config) {
+  TransportOptions options;
+  options.addresses = {config.service_bind};
+  options.port = config.service_port;
+  options.admission.connections_max = kServiceConnectionsMax;
+  return options;
+}
+
+// On a signal: the ports close, clients get a Goodbye and their waiting packets, then the loop stops.
 class Shutdown {
  public:
-  Shutdown(IoLoop& loop, Server& server, Listener& listener, const TransportCounters& counters, double drain_s)
+  Shutdown(IoLoop& loop, Server& server, std::vector<std::unique_ptr<Listener>>& listeners,
+           const TransportCounters& counters, double drain_s)
       : loop_(&loop),
         server_(&server),
-        listener_(&listener),
+        listeners_(&listeners),
         counters_(&counters),
         drain_ns_(static_cast<std::int64_t>(drain_s * 1e9)) {}
 
   void begin(std::int64_t now_ns) {
     if (begun_ns_) return loop_->stop();  // the second signal: stop at once
     begun_ns_ = now_ns;
-    listener_->close();
+    for (const auto& listener : *listeners_) listener->close();
     server_->drain(now_ns);
   }
   void poll(std::int64_t now_ns) {
@@ -85,7 +96,7 @@ class Shutdown {
  private:
   IoLoop* loop_;
   Server* server_;
-  Listener* listener_;
+  std::vector<std::unique_ptr<Listener>>* listeners_;
   const TransportCounters* counters_;
   std::int64_t drain_ns_;
   std::optional<std::int64_t> begun_ns_;
@@ -148,18 +159,26 @@ int run_program(const Config& config) {
     now.now_ns = channel::monotonic_ns();
     return now;
   });
+  const bool has_service_port = config.service_port != 0;
   auto listener = Listener::create(
       loop, transport_options(config), metrics.transport,
       [&server](std::shared_ptr<Connection> connection, std::int64_t now_ns) {
         return server.open(std::move(connection), now_ns);
       },
-      &pages);
+      has_service_port ? nullptr : &pages);
   if (!listener) return refuse(listener.error());
   const std::uint16_t port = (*listener)->port();
+  std::vector<std::unique_ptr<Listener>> listeners;
+  listeners.push_back(std::move(*listener));
+  if (has_service_port) {
+    auto service = Listener::create(loop, service_options(config), metrics.transport, nullptr, &pages);
+    if (!service) return refuse(service.error());
+    listeners.push_back(std::move(*service));
+  }
   if (!config.port_file.empty() && !write_port(config.port_file, port))
     return refuse("cannot write the port file " + config.port_file);
 
-  Shutdown shutdown(loop, server, **listener, metrics.transport, config.drain_s);
+  Shutdown shutdown(loop, server, listeners, metrics.transport, config.drain_s);
   loop.on_terminate([&shutdown, &health] {
     health.draining = true;
     shutdown.begin(channel::monotonic_ns());

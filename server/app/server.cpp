@@ -88,8 +88,14 @@ Result<std::unique_ptr<Server>> Server::create(const Config& config, Metrics& me
       return Refusal("token key file " + config.token_key_file +
                      ": cannot be read, or was not made by hairnet-token key");
   }
-  return std::unique_ptr<Server>(
+  std::unique_ptr<Server> server(
       new Server(config, metrics, std::move(recorder), std::move(token_key), now_ns, clock, build_levels));
+  if (!config.token_revoked_file.empty()) {
+    RevokedTokensFile& file = server->revoked_tokens_file_.emplace(config.token_revoked_file);
+    file.poll(server->context_.revoked_tokens, now_ns);
+    if (file.has_failed()) return Refusal("file of revoked tokens " + config.token_revoked_file + ": cannot be read");
+  }
+  return server;
 }
 
 Server::Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder> recorder,
@@ -135,6 +141,7 @@ PacketSink* Server::open(std::shared_ptr<Connection> connection, std::int64_t no
 }
 
 void Server::poll_io(std::int64_t now_ns) {
+  if (revoked_tokens_file_) revoked_tokens_file_->poll(context_.revoked_tokens, now_ns);
   grooms_.poll(now_ns);
   sessions_.poll(now_ns);
 }

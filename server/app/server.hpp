@@ -9,6 +9,7 @@
 #include "core/result.hpp"
 #include "server/app/config.hpp"
 #include "server/app/metrics.hpp"
+#include "server/app/revoked_tokens_file.hpp"
 #include "server/grooms/groom_store.hpp"
 #include "server/session/session_registry.hpp"
 #include "server/threading/worker_pool.hpp"
@@ -70,6 +71,7 @@ class Server {
   GroomBuilder builder_;
   GroomStore grooms_;
   SessionContext context_;
+  std::optional<RevokedTokensFile> revoked_tokens_file_;
   SessionRegistry sessions_;
   WorkerPool workers_;
   TickClock tick_clock_;

@@ -78,6 +78,17 @@ class List {
     s.set = [&to](const Setting::Value& v) { to = std::get<std::string>(v); };
     return s;
   }
+  // One of the words, which are in the order of the enum's values.
+  template <class Enum>
+  Setting& choice(Enum& to, const char* key, const char* about, std::vector<std::string> words, const char* flag = "") {
+    Setting& s = add(key, flag, about);
+    s.choices = words;
+    s.get = [&to, words] { return Setting::Value(words.at(static_cast<std::size_t>(to))); };
+    s.set = [&to, words](const Setting::Value& v) {
+      to = static_cast<Enum>(std::ranges::find(words, std::get<std::string>(v)) - words.begin());
+    };
+    return s;
+  }
   Setting& boolean(bool& to, const char* key, const char* about, const char* flag = "") {
     Setting& s = add(key, flag, about);
     s.get = [&to] { return Setting::Value(to); };
@@ -122,6 +133,9 @@ void add_server(List& list, Config& c) {
   list.section("server");
   list.text(c.bind, "bind", "numeric address to listen on").may_be_empty = false;
   list.integer(c.port, "port", 0, 65535, "TCP port; 0 picks a free one");
+  list.integer(c.service_port, "service_port", 0, 65535,
+               "TCP port of /healthz, /readyz and /metrics alone, without TLS; 0: they are on the other port");
+  list.text(c.service_bind, "service_bind", "numeric address to listen on for service_port").may_be_empty = false;
   list.text(c.port_file, "port_file", "write the port in use to this file; empty: nowhere");
   list.integer(c.tick_rate_hz, "tick_rate_hz", 10, 120, "steps and frames a second", "--tick-rate");
   list.number(c.pose_delay_ms, "pose_delay_ms", 0, 200, "poses are sampled this far back");
@@ -133,6 +147,9 @@ void add_server(List& list, Config& c) {
       "threads of a tick; 0: one for each hardware thread, minus one for the network if there are more than two");
   list.text(c.token_key_file, "token_key_file",
             "clients need tokens signed by the key in this file (hairnet-token key); empty: they need none");
+  list.text(c.token_revoked_file, "token_revoked_file",
+            "refuse the tokens whose id (jti) or subject is a line of this file, which is read again when it changes; "
+            "empty: none");
   list.number(c.drain_s, "drain_s", 0, 600, "seconds at shutdown for clients to read their waiting packets");
   list.text(c.record, "record", "write a recording to this file; empty: none");
 }
@@ -154,8 +171,8 @@ void add_wind(List& list, Config& c) {
   list.number(w.turbulence_scale_m, "turbulence_scale_m", kTurbulenceScaleMin_m, 100,
               "metres over which turbulence changes", "--turbulence-scale");
   list.integer(w.seed, "seed", 0, kWholeMax, "another seed, another turbulence", "--wind-seed");
-  list.boolean(c.sessions.wind_from_clients, "from_clients", "whether clients may set their room's wind",
-               "--wind-from-clients");
+  list.choice(c.sessions.wind_from_clients, "from_clients", "which clients may set their room's wind",
+              {"off", "participants", "everyone"}, "--wind-from-clients");
 }
 
 void add_limits(List& list, Config& c) {
@@ -168,8 +185,16 @@ void add_limits(List& list, Config& c) {
   list.integer(s.room_count_max, "rooms_max", 1, wire::kRecordedRoomCountMax, "rooms at once");
   list.integer(s.sessions_per_room_max, "clients_per_room_max", 1, 10'000, "clients of one room");
   list.integer(s.characters_per_room_max, "characters_per_room_max", 1, 65'536, "characters of one room");
+  list.integer(s.sessions_per_subject_max, "clients_per_subject_max", 1, 10'000,
+               "clients of one subject, which their tokens name");
+  list.integer(s.sessions_per_address_max, "clients_per_address_max", 1, 10'000,
+               "clients of one IPv4 address or IPv6 /64 whose tokens name no subject");
+  list.integer(s.characters_per_subject_max, "characters_per_subject_max", 1, 65'536,
+               "characters of one subject, or of one address without one");
   list.integer(s.downloads_per_session_max, "downloads_per_client_max", 1, 65'536,
                "grooms that a client may request at once");
+  list.number(s.download_bytes_per_s, "download_bytes_per_s", 65'536, 1e12,
+              "bytes of grooms to one client, mean and at once");
   list.integer(s.control_bytes_max, "control_bytes_max", 1 << 20, kGiB,
                "unsent answers and level records of a client; more ends its session");
   list.integer(s.frame_packet_bytes_max, "frame_packet_bytes_max", 4096,
@@ -178,7 +203,7 @@ void add_limits(List& list, Config& c) {
                "commands and poses on their way to the tick; poses beyond it are dropped");
   list.integer(c.state_bytes_max, "state_bytes_max", 0, 64 * kGiB,
                "bytes of clients' hair states that wait for their levels; beyond it hair starts at rest");
-  list.number(s.messages_per_s, "messages_per_s", 1, 1e6, "messages of a client, mean");
+  list.number(s.messages_per_s, "messages_per_s", 1, 1e6, "messages of a client, mean; costly ones count more");
   list.number(s.messages_burst, "messages_burst", 1, 1e7, "messages of a client, at once");
   list.number(s.poses_per_s, "poses_per_s", 1, 1e8, "poses of a client, mean");
   list.number(s.poses_burst, "poses_burst", 1, 1e8, "poses of a client, at once");
@@ -187,9 +212,10 @@ void add_limits(List& list, Config& c) {
   list.seconds(s.idle_timeout_ns, "idle_timeout_s", 1, 86'400, "seconds without a message, then the session ends");
   list.seconds(s.resume_grace_ns, "resume_grace_s", 0, 3600,
                "seconds in which a client may resume after its connection broke");
+  list.seconds(s.resume_interval_ns, "resume_interval_s", 0, 3600, "seconds from one resume of a session to the next");
   list.seconds(c.room_grace_ns, "room_grace_s", 0, 86'400, "seconds that an empty room, and its wind, exists");
   list.seconds(s.slow_consumer_ns, "slow_consumer_s", 0.1, 600,
-               "seconds in which a client reads nothing, then the session ends");
+               "seconds in which a client reads nothing, or too slowly, then the session ends");
   list.seconds(s.drain_timeout_ns, "goodbye_timeout_s", 0, 600, "seconds for a client to read its goodbye");
 }
 
@@ -200,6 +226,9 @@ void add_transport(List& list, Config& c) {
   list.text(t.web_root, "web_root", "folder of pages to serve; empty: none");
   list.words(t.origins, "origins",
              "pages that may open a WebSocket, as https://host[:port], * for all; empty: the server's own");
+  list.words(t.hosts, "hosts",
+             "names that the Host of requests may have, * for all; empty: all, but on the loopback a page opens a "
+             "WebSocket as localhost only. Numeric addresses always pass");
   list.text(t.tls.certificate, "tls_certificate", "PEM file, the certificate's chain; empty: no TLS");
   list.text(t.tls.key, "tls_key", "PEM file, the certificate's key, without a passphrase");
   list.boolean(t.tls_required, "tls_required", "refuse plain connections");
@@ -209,6 +238,19 @@ void add_transport(List& list, Config& c) {
   list.integer(a.http_max, "page_connections_max", 1, 1 << 16, "connections that request pages");
   list.integer(a.connections_per_address_max, "connections_per_address_max", 0, 1 << 20,
                "connections of one IPv4 address or IPv6 /64; 0: no bound");
+  list.number(a.connections_per_s, "connections_per_s", 1, 1e6,
+              "new connections of all addresses, mean; more wait in the system's queue");
+  list.number(a.connections_burst, "connections_burst", 1, 1e6, "new connections of all addresses, at once");
+  list.number(a.connections_per_address_per_s, "connections_per_address_per_s", 0.01, 1e6,
+              "new connections of one address, mean");
+  list.number(a.connections_per_address_burst, "connections_per_address_burst", 1, 1e6,
+              "new connections of one address, at once");
+  list.words(t.exempt_addresses, "exempt_addresses",
+             "numeric addresses that the limits of one address do not apply to");
+  list.words(t.proxy_protocol, "proxy_protocol",
+             "numeric addresses of proxies: their connections must begin with a header of the PROXY protocol");
+  list.number(t.page_bytes_per_s, "page_bytes_per_s", 65'536, 1e12,
+              "bytes of pages to one connection, mean and at once");
   list.integer(t.requests_per_connection_max, "requests_per_connection_max", 1, 1 << 20, "pages of one connection");
   list.seconds(t.opening_timeout, "opening_timeout_s", 0.1, 600,
                "seconds for a connection's first bytes, and again for TLS");

@@ -20,7 +20,8 @@ struct OpenSession {
   SessionId session = 0;
   std::shared_ptr<ObserverSink> sink;
   std::string room;
-  bool resumed = false;  // the session exists already and gets a new sink
+  std::uint32_t subject = 0;  // sessions of the same subject share its part of the budget
+  bool resumed = false;       // the session exists already and gets a new sink
 };
 struct DetachSession {  // its connection is lost; its characters stay
   SessionId session = 0;
@@ -47,6 +48,7 @@ struct ForgetGroom {  // the groom was evicted
 };
 
 using Command = std::variant<OpenSession, DetachSession, CloseSession, FromClient, PutPoses, GroomReady, ForgetGroom>;
-using CommandQueue = BoundedQueue<Command>;  // weight: one a command, a pose, a member, 64 integers of hair
+using CommandQueue = BoundedQueue<Command>;  // weight: one a command, a pose, a member that it names or that the
+                                             // session joins, 64 integers of hair
 
 }  // namespace hairnet::server

@@ -28,8 +28,9 @@ struct ChunkAnswer : Refused {
 class GroomService {
  public:
   virtual ~GroomService() = default;
-  // A session begins. `strand_count_max` limits its strands; without this call only the server's limit applies.
-  virtual void open(SessionId session, std::uint64_t strand_count_max, std::int64_t now_ns) = 0;
+  // A session begins, or its token changes. `strand_count_max` limits the strands of all sessions with the same number
+  // `bearer`, each groom once; without this call only the server's limit for one session applies.
+  virtual void open(SessionId session, std::uint32_t bearer, std::uint64_t strand_count_max, std::int64_t now_ns) = 0;
   virtual Refused offer(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns) = 0;
   virtual ChunkAnswer chunk(SessionId session, wire::GroomChunk chunk, std::int64_t now_ns) = 0;
   // The session uses the groom from now on, so the groom is not evicted. Refuses groom_unknown when no session has

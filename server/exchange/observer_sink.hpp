@@ -20,6 +20,8 @@ class ObserverSink {
   virtual ~ObserverSink() = default;
   // Queues a message. Order is kept, and no message is dropped: one that does not fit ends the session.
   virtual void push(const wire::Message& message, std::int64_t now_ns) = 0;
+  // The same; `packet` is the encoded message. For messages that many sessions get: they are encoded once.
+  virtual void push_encoded(const wire::Message& message, std::vector<std::uint8_t> packet, std::int64_t now_ns) = 0;
   // Queues the frames of one tick, after the messages pushed so far.
   virtual void push_frames(std::vector<FramePacket> packets) = 0;
   // Call it before making frames. When the frames of too many ticks wait, drops them all and returns true: the next

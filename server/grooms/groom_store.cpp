@@ -9,6 +9,7 @@
 
 #include "core/assert.hpp"
 #include "server/grooms/level_bytes.hpp"
+#include "server/telemetry/log_hash.hpp"
 #include "server/telemetry/log_text.hpp"
 
 namespace hairnet::server {
@@ -19,10 +20,6 @@ using wire::GroomState;
 
 // The longest time until a groom is found that another server has put into the cache's folder.
 constexpr std::int64_t kRefreshInterval_ns = 10'000'000'000;
-
-std::string hex(const wire::GroomHash& hash) {
-  return fmt::format("{:02x}{:02x}{:02x}{:02x}", hash[0], hash[1], hash[2], hash[3]);
-}
 
 ErrorReason reason_of(BuildFault fault) {
   switch (fault) {
@@ -100,18 +97,15 @@ void GroomStore::check_invariants() const {
 #endif
 }
 
-void GroomStore::open(SessionId session, std::uint64_t strand_count_max, std::int64_t now_ns) {
+void GroomStore::open(SessionId session, std::uint32_t bearer, std::uint64_t strand_count_max, std::int64_t now_ns) {
   Account& own = account(session, now_ns);
-  own.strand_count_max = std::min(own.strand_count_max, strand_count_max);
+  own.bearer = bearer;
+  own.strand_count_max = strand_count_max;
 }
 
 GroomStore::Account& GroomStore::account(SessionId session, std::int64_t now_ns) {
-  const Account fresh{TokenBucket(limits_.upload_bytes_per_s, limits_.upload_burst_bytes, now_ns),
-                      limits_.strands_per_session_max,
-                      0,
-                      now_ns,
-                      0,
-                      0};
+  const Account fresh{.bytes = TokenBucket(limits_.upload_bytes_per_s, limits_.upload_burst_bytes, now_ns),
+                      .since_ns = now_ns};
   return accounts_.try_emplace(session, fresh).first->second;
 }
 
@@ -208,28 +202,37 @@ Refused GroomStore::check_retain(SessionId session, Grooms::const_iterator groom
     counters_->grooms_refused_limit.add();
     return {ErrorReason::limit_exceeded, fmt::format("at most {} grooms a session", limits_.grooms_per_session_max)};
   }
-  if (groom == grooms_.end() || !is_over_strands(session, groom)) return {};
-  counters_->grooms_refused_strands.add();
-  return too_many_strands(session);
+  return groom == grooms_.end() ? Refused() : check_strands(session, groom);
 }
 
-bool GroomStore::is_over_strands(SessionId session, Grooms::const_iterator groom) const {
+Refused GroomStore::check_strands(SessionId session, Grooms::const_iterator groom) {
+  Refused refused;
+  if (strands_with({&session, 1}, groom) > limits_.strands_per_session_max)
+    refused = {ErrorReason::limit_exceeded,
+               fmt::format("at most {} strands in all grooms of the session", limits_.strands_per_session_max)};
+  const auto own = accounts_.find(session);
+  if (!refused && own != accounts_.end() && own->second.strand_count_max != kNoStrandsMax) {
+    std::vector<SessionId> sessions;
+    for (const auto& [id, account] : accounts_) {
+      if (account.bearer == own->second.bearer) sessions.push_back(id);
+    }
+    if (strands_with(sessions, groom) > own->second.strand_count_max)
+      refused = {ErrorReason::limit_exceeded,
+                 fmt::format("at most {} strands in all grooms of the token", own->second.strand_count_max)};
+  }
+  if (refused) counters_->grooms_refused_strands.add();
+  return refused;
+}
+
+std::uint64_t GroomStore::strands_with(std::span<const SessionId> sessions, Grooms::const_iterator groom) const {
   HAIRNET_ASSERT(groom != grooms_.end());
   std::uint64_t strands = groom->second.strand_count;
   for (auto retained = grooms_.begin(); retained != grooms_.end(); ++retained) {
-    if (retained != groom && retained->second.users.contains(session)) strands += retained->second.strand_count;
+    const auto& users = retained->second.users;
+    const bool is_used = std::ranges::any_of(sessions, [&users](SessionId id) { return users.contains(id); });
+    if (retained != groom && is_used) strands += retained->second.strand_count;
   }
-  return strands > strand_count_max(session);
-}
-
-std::uint64_t GroomStore::strand_count_max(SessionId session) const {
-  const auto found = accounts_.find(session);
-  return found == accounts_.end() ? limits_.strands_per_session_max : found->second.strand_count_max;
-}
-
-Refused GroomStore::too_many_strands(SessionId session) const {
-  return {ErrorReason::limit_exceeded,
-          fmt::format("at most {} strands in all grooms of the session", strand_count_max(session))};
+  return strands;
 }
 
 Refused GroomStore::make_place(SessionId session, std::int64_t now_ns) {
@@ -527,7 +530,8 @@ void GroomStore::check_uploads(std::int64_t now_ns) {
   }
   for (auto groom = grooms_.begin(); groom != grooms_.end(); ++groom) {
     const Entry& entry = groom->second;
-    if (entry.state == State::uploading && now_ns - entry.asked_ns > limits_.upload_patience_ns) ask_next(groom, now_ns);
+    if (entry.state == State::uploading && now_ns - entry.asked_ns > limits_.upload_patience_ns)
+      ask_next(groom, now_ns);
   }
 }
 
@@ -589,9 +593,8 @@ void GroomStore::take_building(Grooms::iterator groom, GroomResult result, std::
   for (const auto& [session, user] : users) {
     if (user.offered_bytes != 0 && user.offered_bytes != entry.byte_count) {
       refuse_other_size(groom, session, now_ns);
-    } else if (is_over_strands(session, groom)) {
-      counters_->grooms_refused_strands.add();
-      refuse_user(groom, session, too_many_strands(session), now_ns);
+    } else if (const Refused refused = check_strands(session, groom)) {
+      refuse_user(groom, session, refused, now_ns);
       if (listener_.revoke) listener_.revoke(session, groom->first, now_ns);
     }
   }
@@ -613,7 +616,7 @@ void GroomStore::take_ready(Grooms::iterator groom, GroomResult result, std::int
   level_bytes_ += bytes;
   set_upload_bytes(entry, 0);
   counters_->grooms_ready.add();
-  spdlog::info("event=groom_ready groom={} level_bytes={}", hex(groom->first), bytes);
+  spdlog::info("event=groom_ready groom={} level_bytes={}", log_hash(groom->first), bytes);
   commands_->put(GroomReady{groom->first, std::move(result.levels), entry.bytes});
   send_state(groom, GroomState::ready, now_ns);
 }
@@ -635,7 +638,7 @@ void GroomStore::refuse_user(Grooms::iterator groom, SessionId session, const Re
 
 void GroomStore::refuse_all(Grooms::iterator groom, const Refused& refused, Counter& counter, std::int64_t now_ns) {
   const auto users = groom->second.users;
-  spdlog::info("event=groom_refused groom={} reason={} detail={}", hex(groom->first), to_string(refused.reason),
+  spdlog::info("event=groom_refused groom={} reason={} detail={}", log_hash(groom->first), to_string(refused.reason),
                log_text(refused.detail));
   counter.add();
   for (const auto& [session, user] : users) refuse_user(groom, session, refused, now_ns);

@@ -2,8 +2,10 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "schema/wire/groom_file.hpp"
@@ -57,7 +59,7 @@ class GroomStore final : public GroomService {
   GroomStore(const GroomStoreLimits& limits, GroomBuilder& builder, CommandQueue& commands, GroomCounters& counters,
              GroomListener listener);
 
-  void open(SessionId session, std::uint64_t strand_count_max, std::int64_t now_ns) override;
+  void open(SessionId session, std::uint32_t bearer, std::uint64_t strand_count_max, std::int64_t now_ns) override;
   Refused offer(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns) override;
   ChunkAnswer chunk(SessionId session, wire::GroomChunk chunk, std::int64_t now_ns) override;
   Refused retain(SessionId session, const wire::GroomHash& groom, std::int64_t now_ns) override;
@@ -107,10 +109,12 @@ class GroomStore final : public GroomService {
     std::uint64_t used = 0;        // order of last use, to evict by
   };
   using Grooms = std::map<wire::GroomHash, Entry>;
+  static constexpr std::uint64_t kNoStrandsMax = std::numeric_limits<std::uint64_t>::max();
   struct Account {
     TokenBucket bytes;
-    std::uint64_t strand_count_max = 0;
-    std::int64_t build_ns = 0;  // of its grooms, together
+    std::uint32_t bearer = 0;                        // who shares strand_count_max
+    std::uint64_t strand_count_max = kNoStrandsMax;  // of all sessions of the bearer
+    std::int64_t build_ns = 0;                       // of its grooms, together
     // What its uploads brought since a time. They stall when that is too little.
     std::int64_t since_ns = 0;
     std::uint64_t received = 0;
@@ -121,9 +125,11 @@ class GroomStore final : public GroomService {
   Account& account(SessionId session, std::int64_t now_ns);
   // Why a session may not use the groom (grooms_.end(): not in memory) in addition to those it uses. Counts refusals.
   Refused check_retain(SessionId session, Grooms::const_iterator groom);
-  [[nodiscard]] bool is_over_strands(SessionId session, Grooms::const_iterator groom) const;
-  [[nodiscard]] std::uint64_t strand_count_max(SessionId session) const;
-  [[nodiscard]] Refused too_many_strands(SessionId session) const;
+  // Why the strands of the groom are too many in addition to those that the session, or its bearer, uses. Counts
+  // refusals.
+  Refused check_strands(SessionId session, Grooms::const_iterator groom);
+  // The strands of the groom and of all others that one of the sessions uses.
+  [[nodiscard]] std::uint64_t strands_with(std::span<const SessionId> sessions, Grooms::const_iterator groom) const;
   Refused offer_known(Grooms::iterator groom, SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns);
   Refused make_place(SessionId session, std::int64_t now_ns);  // makes room for one more groom
   // Asks the session for the groom's bytes. Refuses when it has uploaded too much lately.

@@ -26,14 +26,16 @@ struct FrameVariant {
 // A character on the tick thread; its lattice is in the World.
 struct Character {
   CharacterKey key = 0;
-  std::uint32_t room = 0;  // index
-  std::uint32_t slot = 0;  // in its room; the member number minus one
+  std::uint32_t room = 0;     // index
+  std::uint32_t slot = 0;     // in its room; the member number minus one
+  std::uint32_t subject = 0;  // its owner's; pays for it in the budget
   wire::GroomHash groom{};
   LevelIndex requested_level = LevelIndex::high;  // the finest level that its owner asked for
   MaterialScale material;
   std::optional<wire::HairState> state;  // sent by its owner; reset once the World has it
   std::uint64_t state_ticks = 0;         // ticks that it has waited for its levels
   PoseInbox inbox;
+  std::vector<std::uint8_t> joined_packet;  // the encoded MemberJoined that announces it to other sessions
 
   bool in_world = false;                                           // in the World, from its first pose on
   LevelIndex level = LevelIndex::rigid;                            // current level in the World

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <limits>
-#include <unordered_set>
+#include <nanoflann.hpp>
+#include <optional>
 
 #include "core/assert.hpp"
 
@@ -15,12 +16,45 @@ struct Distance {
   std::size_t index = 0;
 };
 
-// Squared distance to the nearest of `from`; zero when `from` is empty.
-double distance2(const Vec3& head, std::span<const Vec3> from) {
-  double least = from.empty() ? 0 : std::numeric_limits<double>::infinity();
-  for (const Vec3& point : from) least = std::min(least, (head - point).squaredNorm());
-  return least;
-}
+constexpr std::size_t kTreeLeast = 16;  // a plain loop over fewer points is as fast as a tree
+
+// nanoflann's names.
+struct PointCloud {
+  std::span<const Vec3> points;
+  [[nodiscard]] std::size_t kdtree_get_point_count() const { return points.size(); }
+  [[nodiscard]] double kdtree_get_pt(std::size_t point, std::size_t axis) const {
+    return points[point][static_cast<Eigen::Index>(axis)];
+  }
+  template <class Box>
+  bool kdtree_get_bbox(Box&) const {
+    return false;
+  }
+};
+using PointTree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, PointCloud>, PointCloud, 3>;
+
+// Squared distances to the nearest of some points; zero without points.
+class NearestPoint {
+ public:
+  explicit NearestPoint(std::span<const Vec3> points) : cloud_{points} {
+    if (points.size() >= kTreeLeast) tree_.emplace(3, cloud_);
+  }
+  [[nodiscard]] double distance2(const Vec3& head) const {
+    if (cloud_.points.empty()) return 0;
+    if (tree_) {
+      std::uint32_t nearest = 0;
+      double m2 = 0;
+      tree_->knnSearch(head.data(), 1, &nearest, &m2);
+      return (head - cloud_.points[nearest]).squaredNorm();
+    }
+    double least = std::numeric_limits<double>::infinity();
+    for (const Vec3& point : cloud_.points) least = std::min(least, (head - point).squaredNorm());
+    return least;
+  }
+
+ private:
+  PointCloud cloud_;
+  std::optional<PointTree> tree_;  // of many points
+};
 
 std::vector<Distance> distances(const wire::Observe& observe, std::span<const MemberHead> heads) {
   std::vector<Vec3> from;
@@ -31,9 +65,10 @@ std::vector<Distance> distances(const wire::Observe& observe, std::span<const Me
       if (head.own && head.has_pose) from.push_back(head.head);
     }
   }
+  const NearestPoint nearest(from);
   std::vector<Distance> all;
   for (std::size_t i = 0; i < heads.size(); ++i) {
-    if (!heads[i].own && heads[i].has_pose) all.push_back({distance2(heads[i].head, from), heads[i].member, i});
+    if (!heads[i].own && heads[i].has_pose) all.push_back({nearest.distance2(heads[i].head), heads[i].member, i});
   }
   return all;
 }
@@ -45,8 +80,10 @@ void choose_members(const wire::Observe& observe, std::span<const MemberHead> he
   HAIRNET_VALIDATE(std::ranges::is_sorted(heads, {}, &MemberHead::member));
   wanted.assign(heads.size(), observe.mode == wire::ObserveMode::all);
   if (observe.mode == wire::ObserveMode::list) {
-    const std::unordered_set<std::uint32_t> listed(observe.members.begin(), observe.members.end());
-    for (std::size_t i = 0; i < heads.size(); ++i) wanted[i] = listed.contains(heads[i].member);
+    for (const std::uint32_t member : observe.members) {
+      const auto head = std::ranges::lower_bound(heads, member, {}, &MemberHead::member);
+      if (head != heads.end() && head->member == member) wanted[static_cast<std::size_t>(head - heads.begin())] = true;
+    }
   } else if (observe.mode != wire::ObserveMode::all) {
     std::vector<Distance> others = distances(observe, heads);
     std::size_t count = 0;

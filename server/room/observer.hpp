@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <set>
 #include <utility>
 #include <vector>
@@ -40,9 +41,14 @@ struct View {
 struct Observer {
   SessionId session = 0;
   std::uint32_t room = 0;
+  std::uint32_t subject = 0;           // that its session belongs to
   std::shared_ptr<ObserverSink> sink;  // null while its connection is lost
   wire::Observe observe;
-  bool observe_changed = true;
+  bool observe_changed = true;  // the members that it wants are not chosen yet; does not count for a choice by place
+  std::uint64_t place_chosen_next = 0;  // first tick at which members may be chosen by place again
+  // Members of slots from here on have not been announced to the session, and it gets no frames of them; none: all
+  // have.
+  std::optional<std::uint32_t> unannounced_from;
   std::vector<View> views;  // by slot
   std::set<std::pair<wire::GroomHash, LevelIndex>> records_sent;
   int congestion_stride = 1;              // ticks between frames that the connection can carry
@@ -57,6 +63,10 @@ struct Observer {
   std::vector<Request> requests;
   std::int64_t send_ns = 0;  // time spent on them, without encoding
 
+  [[nodiscard]] bool knows(std::uint32_t slot) const { return !unannounced_from || slot < *unannounced_from; }
+  [[nodiscard]] bool chooses_by_place() const {
+    return observe.mode == wire::ObserveMode::nearest || observe.mode == wire::ObserveMode::radius;
+  }
   // New frames must not refer to frames sent before: the next ones are keyframes.
   void forget_sent() {
     for (View& view : views) view.forget_sent();

@@ -79,6 +79,7 @@ Character* Rooms::add(CharacterKey key, const wire::GroomHash& groom, LevelIndex
   is_everyone_current_ = false;
   character.key = key;
   character.room = room.index;
+  character.subject = owner->subject;
   character.groom = groom;
   character.requested_level = finest;
   if (room.free_slots.empty()) {

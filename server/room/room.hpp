@@ -4,6 +4,7 @@
 #include <deque>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <unordered_map>
@@ -31,10 +32,11 @@ struct Room {
   std::vector<std::uint32_t> free_slots;
   std::size_t member_count = 0;
   std::vector<Observer*> observers;
-  Wind wind;
-  bool wind_changed = true;         // the World does not have it yet
-  int stride_max = 1;               // largest stride of the frames for its observers
-  std::int64_t empty_since_ns = 0;  // 0: the room is not empty
+  Wind wind;                            // the one that was set last
+  std::optional<Wind> wind_in_world;    // none: the World has an earlier room's
+  std::uint64_t wind_changes_next = 0;  // first tick at which the World may get another wind
+  int stride_max = 1;                   // largest stride of the frames for its observers
+  std::int64_t empty_since_ns = 0;      // 0: the room is not empty
 
   [[nodiscard]] bool is_empty() const { return member_count == 0 && observers.empty(); }
 };

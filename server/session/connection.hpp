@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string_view>
@@ -7,10 +8,17 @@
 
 namespace hairnet::server {
 
+// The largest packet, in bytes with its size prefix, until the session has joined. Until then the peer may be anyone,
+// so it may not fill the server's memory. The largest valid Hello has half as many bytes.
+inline constexpr std::size_t kHelloPacketBytesMax = std::size_t{16} << 10;
+
 // The socket level as a session sees it. I/O thread.
 class Connection {
  public:
   virtual ~Connection() = default;
+  // The session has joined: from the next packet on, the peer may send packets of up to kPacketBytesMax. Before, a
+  // packet has at most kHelloPacketBytesMax bytes, and a connection that closes may end at once, to free its memory.
+  virtual void mark_joined() = 0;
   // Queues a packet to be sent in order. Call it only while writable(), which bounds the queue.
   virtual void send(std::vector<std::uint8_t> packet) = 0;
   // Whether the send queue has room. PacketSink::on_writable is called when it has room again.
@@ -18,6 +26,8 @@ class Connection {
   // Sends the queued packets, for up to two seconds, and closes. The sink is not called again. `reason` is for the log.
   virtual void close(std::string_view reason) = 0;
   [[nodiscard]] virtual std::string_view peer() const = 0;
+  // The peer's IPv4 address or IPv6 /64 network, for limits; empty when no limits of one address apply.
+  [[nodiscard]] virtual std::string_view network() const { return {}; }
   // The kind of connection, for the log: "tcp", "tls", "ws" or "wss".
   [[nodiscard]] virtual std::string_view transport() const { return "none"; }
 };

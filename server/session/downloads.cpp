@@ -37,7 +37,7 @@ Refused Downloads::add(const wire::GroomRequest& request) {
   return {};
 }
 
-std::optional<wire::Message> Downloads::next(SessionId session) {
+std::optional<wire::Message> Downloads::next(SessionId session, std::int64_t now_ns) {
   if (waiting_.empty() || waiting_.front().is_fetching) return std::nullopt;
   Download& download = waiting_.front();
   if (!download.bytes && !download.is_gone) download.bytes = groom_service_->bytes(download.hash);
@@ -54,6 +54,10 @@ std::optional<wire::Message> Downloads::next(SessionId session) {
   wire::GroomData data{download.hash, download.bytes->size(), download.offset, {}};
   const auto rest = std::span(*download.bytes).subspan(download.offset);
   const auto piece = rest.first(std::min(rest.size(), kPiece_bytes));
+  if (!bytes_.take(static_cast<double>(piece.size()), now_ns)) {
+    counters_->downloads_delayed.add();
+    return std::nullopt;
+  }
   data.bytes.assign(piece.begin(), piece.end());
   download.offset += piece.size();
   HAIRNET_ASSERT(download.offset <= download.bytes->size());

@@ -10,6 +10,7 @@
 #include "server/exchange/groom_service.hpp"
 #include "server/session/session_counters.hpp"
 #include "server/session/session_limits.hpp"
+#include "server/threading/token_bucket.hpp"
 
 namespace hairnet::server {
 
@@ -18,14 +19,17 @@ class Downloads {
  public:
   static constexpr std::size_t kPiece_bytes = 16 << 10;  // frames wait for at most one piece
 
-  Downloads(GroomService& groom_service, const SessionLimits& limits, SessionCounters& counters)
-      : groom_service_(&groom_service), limits_(&limits), counters_(&counters) {}
+  Downloads(GroomService& groom_service, const SessionLimits& limits, SessionCounters& counters, std::int64_t now_ns)
+      : groom_service_(&groom_service),
+        limits_(&limits),
+        counters_(&counters),
+        bytes_(limits.download_bytes_per_s, limits.download_bytes_per_s, now_ns) {}
 
   // A groom that is requested again while it waits is sent once.
   Refused add(const wire::GroomRequest& request);
-  // The next piece, or an error instead of a groom; none while nothing waits, or while the first groom is read from
-  // disk.
-  std::optional<wire::Message> next(SessionId session);
+  // The next piece, or an error instead of a groom; none while nothing waits, while the first groom is read from disk,
+  // or while the session has had its share of bytes.
+  std::optional<wire::Message> next(SessionId session, std::int64_t now_ns);
   // Takes the result of GroomService::fetch; null when the file is gone or damaged. True when this session waited for
   // it.
   bool on_read(const wire::GroomHash& groom, std::shared_ptr<const std::vector<std::uint8_t>> bytes);
@@ -47,6 +51,7 @@ class Downloads {
   GroomService* groom_service_;
   const SessionLimits* limits_;
   SessionCounters* counters_;
+  TokenBucket bytes_;
   std::deque<Download> waiting_;
 };
 

@@ -1,6 +1,7 @@
 #include "server/session/outbox.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "core/assert.hpp"
@@ -15,6 +16,7 @@ Outbox::Outbox(std::size_t control_bytes_max, SessionCounters& counters)
 void Outbox::check_invariants() const {
   HAIRNET_ASSERT(control_bytes_ <= control_bytes_max_);
   HAIRNET_ASSERT(ticks_waiting_ <= waiting_.size());
+  HAIRNET_ASSERT(joined_.size() <= waiting_.size());
 #ifdef HAIRNET_VALIDATE_ON
   std::size_t message_bytes = 0, ticks = 0;
   std::uint64_t tick = 0;
@@ -35,22 +37,50 @@ void Outbox::check_invariants() const {
 }
 
 void Outbox::push(const wire::Message& message, std::int64_t now_ns) {
-  std::vector<std::uint8_t> packet = wire::encode_packet({now_ns, message});
+  push_encoded(message, wire::encode_packet({now_ns, message}), now_ns);
+}
+
+void Outbox::push_encoded(const wire::Message& message, std::vector<std::uint8_t> packet, std::int64_t now_ns) {
   HAIRNET_ASSERT(!packet.empty());
   if (std::holds_alternative<wire::Error>(message)) counters_->errors_sent.add();
   const std::lock_guard lock(mutex_);
-  push_packet(std::move(packet));
-}
-
-void Outbox::push_packet(std::vector<std::uint8_t> packet) {
+  const auto* left = std::get_if<wire::MemberLeft>(&message);
+  if (left && cancel_joined(left->member)) return;
   if (closed_ || overflowed_) return;
   if (control_bytes_ + packet.size() > control_bytes_max_) {
     overflowed_ = true;
     return;
   }
+  Waiting& last = waiting_.emplace_back();
+  last.expected_ns =
+      now_ns + static_cast<std::int64_t>(1e9 * static_cast<double>(control_bytes_) / kReadLeast_bytes_per_s);
   control_bytes_ += packet.size();
-  waiting_.push_back({std::move(packet), 0, 0});
+  last.packet = std::move(packet);
+  if (const auto* joined = std::get_if<wire::MemberJoined>(&message)) {
+    last.joined_member = joined->member;
+    last.joined_in_tick = last_tick_;
+    joined_[joined->member] = std::prev(waiting_.end());
+  }
   check_invariants();
+}
+
+bool Outbox::cancel_joined(std::uint32_t member) {
+  const auto found = joined_.find(member);
+  if (found == joined_.end()) return false;
+  const Queue::iterator joined = found->second;
+  joined_.erase(found);
+  if (!is_blocked_ || closed_) return false;
+  // The frames behind it may be the member's.
+  if (ticks_waiting_ > 0 && last_tick_ > joined->joined_in_tick) {
+    drop_frames();
+    frames_lost_ = true;
+  }
+  HAIRNET_ASSERT(control_bytes_ >= joined->packet.size());
+  control_bytes_ -= joined->packet.size();
+  waiting_.erase(joined);
+  counters_->messages_cancelled.add();
+  check_invariants();
+  return true;
 }
 
 void Outbox::push_frames(std::vector<FramePacket> packets) {
@@ -63,13 +93,19 @@ void Outbox::push_frames(std::vector<FramePacket> packets) {
     HAIRNET_ASSERT(!packet.bytes.empty());
     HAIRNET_ASSERT(packet.frame_count > 0);
   }
-  for (FramePacket& packet : packets) waiting_.push_back({std::move(packet.bytes), last_tick_, packet.frame_count});
+  for (FramePacket& packet : packets) {
+    Waiting& last = waiting_.emplace_back();
+    last.packet = std::move(packet.bytes);
+    last.tick = last_tick_;
+    last.frame_count = packet.frame_count;
+  }
   check_invariants();
 }
 
 bool Outbox::drop_if_congested() {
   const std::lock_guard lock(mutex_);
-  if (ticks_waiting_ < (is_blocked_ ? kTicksWaitingMax : kTicksUnseenMax)) return false;
+  const bool is_full = ticks_waiting_ >= (is_blocked_ ? kTicksWaitingMax : kTicksUnseenMax);
+  if (!std::exchange(frames_lost_, false) && !is_full) return false;
   drop_frames();
   return true;
 }
@@ -89,10 +125,11 @@ void Outbox::push_goodbye(const wire::Goodbye& goodbye, std::int64_t now_ns) {
   drop_frames();
   if (overflowed_) {
     waiting_.clear();
+    joined_.clear();
     control_bytes_ = 0;
     overflowed_ = false;
   }
-  if (!closed_) waiting_.push_back({std::move(packet), 0, 0});
+  if (!closed_) waiting_.emplace_back().packet = std::move(packet);
   closed_ = true;
   check_invariants();
 }
@@ -110,8 +147,10 @@ bool Outbox::take(std::vector<std::uint8_t>& packet, std::int64_t now_ns) {
       counters_->frames_sent.add(first.frame_count);
       // The packets of one tick are pushed together, so they are adjacent.
       HAIRNET_ASSERT(ticks_waiting_ > 0);
-      if (waiting_.size() == 1 || waiting_[1].tick != first.tick) --ticks_waiting_;
+      if (waiting_.size() == 1 || std::next(waiting_.begin())->tick != first.tick) --ticks_waiting_;
     }
+    const auto joined = joined_.find(first.joined_member);
+    if (joined != joined_.end() && joined->second == waiting_.begin()) joined_.erase(joined);
     waiting_.pop_front();
     check_invariants();
   }
@@ -127,6 +166,12 @@ void Outbox::mark_blocked() {
 bool Outbox::overflowed() const {
   const std::lock_guard lock(mutex_);
   return overflowed_;
+}
+
+bool Outbox::is_overdue(std::int64_t now_ns, std::int64_t wait_ns) const {
+  const std::lock_guard lock(mutex_);
+  const auto message = std::ranges::find(waiting_, std::uint64_t{0}, &Waiting::tick);
+  return message != waiting_.end() && now_ns - message->expected_ns > wait_ns;
 }
 
 std::size_t Outbox::packet_count() const {

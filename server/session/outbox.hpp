@@ -1,8 +1,9 @@
 #pragma once
 
 #include <cstdint>
-#include <deque>
+#include <list>
 #include <mutex>
+#include <unordered_map>
 #include <vector>
 
 #include "server/exchange/observer_sink.hpp"
@@ -11,19 +12,22 @@
 namespace hairnet::server {
 
 // The send queue of one session: messages, bounded in bytes, and the frames of a few ticks, in order. Frames are
-// predicted from earlier frames, so a full queue drops all of them together. The tick and I/O threads push; the I/O
-// thread takes.
+// predicted from earlier frames, so a full queue drops all of them together. While the connection is blocked, the
+// announcement of a member that leaves before it was sent is removed instead of followed by a MemberLeft: members that
+// come and go do not fill the queue of a client that reads slowly. The tick and I/O threads push; the I/O thread takes.
 class Outbox final : public ObserverSink {
  public:
   static constexpr std::size_t kTicksWaitingMax = 3;  // while the connection is blocked
   // The bound while the I/O thread has not tried to send. A late server runs several ticks without a pause, which does
   // not mean that the client is slow.
   static constexpr std::size_t kTicksUnseenMax = 8;
+  static constexpr double kReadLeast_bytes_per_s = 16'384;  // a client that reads less may be called slow
 
   Outbox(std::size_t control_bytes_max, SessionCounters& counters);
 
   // Asserts that the message fits a packet: the server sends none that does not.
   void push(const wire::Message& message, std::int64_t now_ns) override;
+  void push_encoded(const wire::Message& message, std::vector<std::uint8_t> packet, std::int64_t now_ns) override;
   void push_frames(std::vector<FramePacket> packets) override;
   bool drop_if_congested() override;
   // Queues the goodbye as the last packet: drops the frames that wait, and everything pushed later.
@@ -36,6 +40,9 @@ class Outbox final : public ObserverSink {
 
   // A message did not fit: the client misses it, so the session must end.
   [[nodiscard]] bool overflowed() const;
+  // The first message has waited longer than `wait_ns`, plus the time that the messages before it took at
+  // kReadLeast_bytes_per_s.
+  [[nodiscard]] bool is_overdue(std::int64_t now_ns, std::int64_t wait_ns) const;
   [[nodiscard]] std::size_t packet_count() const;
   [[nodiscard]] std::size_t control_bytes_waiting() const;
   [[nodiscard]] std::size_t ticks_waiting() const;
@@ -45,20 +52,27 @@ class Outbox final : public ObserverSink {
     std::vector<std::uint8_t> packet;
     std::uint64_t tick = 0;  // counts pushes of frames; 0: a message
     std::size_t frame_count = 0;
+    std::int64_t expected_ns = 0;      // a message: when the ones before it are sent, at kReadLeast_bytes_per_s
+    std::uint32_t joined_member = 0;   // of a MemberJoined
+    std::uint64_t joined_in_tick = 0;  // last_tick_ when that was pushed
   };
-  void push_packet(std::vector<std::uint8_t> packet);
-  void drop_frames();
+  using Queue = std::list<Waiting>;  // messages leave from its middle
   // The mutex is held.
+  // Removes the MemberJoined of that member if it waits and the connection is blocked.
+  bool cancel_joined(std::uint32_t member);
+  void drop_frames();
   void check_invariants() const;
 
   const std::size_t control_bytes_max_;
   SessionCounters* counters_;
   mutable std::mutex mutex_;
-  std::deque<Waiting> waiting_;
+  Queue waiting_;
+  std::unordered_map<std::uint32_t, Queue::iterator> joined_;  // by member: the last MemberJoined that waits
   std::size_t control_bytes_ = 0;
   std::uint64_t last_tick_ = 0;
   std::size_t ticks_waiting_ = 0;
   bool overflowed_ = false, closed_ = false, is_blocked_ = false;
+  bool frames_lost_ = false;  // since the last drop_if_congested()
 };
 
 }  // namespace hairnet::server

@@ -18,12 +18,11 @@ using wire::GoodbyeReason;
 }  // namespace
 
 Session::Session(SessionId id, std::shared_ptr<Connection> connection, SessionContext& context, std::int64_t now_ns)
-    : connection_(std::move(connection)),
+    : identity_(context.limits, now_ns),
+      connection_(std::move(connection)),
       context_(&context),
       outbox_(std::make_shared<Outbox>(context.limits.control_bytes_max, context.counters)),
-      messages_(context.limits.messages_per_s, context.limits.messages_burst, now_ns),
-      poses_(context.limits.poses_per_s, context.limits.poses_burst, now_ns),
-      downloads_(context.grooms, context.limits, context.counters),
+      downloads_(context.grooms, context.limits, context.counters, now_ns),
       opened_ns_(now_ns),
       heard_ns_(now_ns),
       pose_error_next_ns_(now_ns) {
@@ -96,8 +95,8 @@ void Session::on_closed(std::string_view reason, std::int64_t now_ns) {
   check_invariants();
 }
 
-bool Session::take_message(std::int64_t now_ns) {
-  if (messages_.take(1, now_ns)) return true;
+bool Session::take_message(std::int64_t now_ns, double price) {
+  if (identity_.messages.take(price, now_ns)) return true;
   context_->counters.messages_refused_over_rate.add();
   context_->counters.sessions_closed_by_server_over_rate.add();
   drain(GoodbyeReason::over_rate, "too many messages a second", now_ns);
@@ -123,6 +122,8 @@ void Session::remove(std::uint32_t character) {
   identity_.characters.erase(character);
   --context_->character_count;
   context_->rooms.remove_character(identity_.room);
+  context_->subjects.remove_character(identity_.subject.name);
+  context_->bearers.remove_character(identity_.subject.bearer);
   context_->counters.characters_removed.add();
   context_->commands.put(FromClient{id(), wire::RemoveCharacter{character}});
 }
@@ -130,7 +131,7 @@ void Session::remove(std::uint32_t character) {
 void Session::revoke_groom(const wire::GroomHash& groom) {
   std::vector<std::uint32_t> lost;
   for (const auto& [character, its] : identity_.characters) {
-    if (its == groom) lost.push_back(character);
+    if (its.groom == groom) lost.push_back(character);
   }
   std::ranges::sort(lost);
   for (const std::uint32_t character : lost) remove(character);
@@ -177,7 +178,7 @@ void Session::flush(std::int64_t now_ns) {
 
 bool Session::send_download(std::int64_t now_ns) {
   if (state_ != State::active) return false;
-  const std::optional<wire::Message> next = downloads_.next(id());
+  const std::optional<wire::Message> next = downloads_.next(id(), now_ns);
   if (next) outbox_->push(*next, now_ns);
   return next.has_value();
 }
@@ -193,15 +194,16 @@ void Session::poll(std::int64_t now_ns) {
   check_invariants();
   if (state_ == State::closed) return;
   if (state_ == State::detached) {
-    if (now_ns - detached_since_ns_ <= limits.resume_grace_ns) return;
-    counters.sessions_closed_by_server_grace_over.add();
-    return close("not resumed", now_ns);
+    if (now_ns - detached_since_ns_ > limits.resume_grace_ns) end_detached(now_ns);
+    return;
   }
   if (state_ == State::draining) {
     if (now_ns - drain_since_ns_ > limits.drain_timeout_ns) close("drain time-out", now_ns);
     return;
   }
-  if (outbox_->overflowed() || (full_since_ns_ != 0 && now_ns - full_since_ns_ > limits.slow_consumer_ns)) {
+  const bool is_stuck = full_since_ns_ != 0 && (now_ns - full_since_ns_ > limits.slow_consumer_ns ||
+                                                outbox_->is_overdue(now_ns, limits.slow_consumer_ns));
+  if (outbox_->overflowed() || is_stuck) {
     counters.sessions_closed_by_server_slow.add();
     drain(GoodbyeReason::slow_consumer, "messages are not taken fast enough", now_ns);
   } else if (state_ == State::awaiting_hello && now_ns - opened_ns_ > limits.handshake_timeout_ns) {
@@ -211,6 +213,24 @@ void Session::poll(std::int64_t now_ns) {
     counters.sessions_closed_by_server_idle.add();
     drain(GoodbyeReason::idle_timeout, "nothing was heard", now_ns);
   }
+}
+
+void Session::end_detached(std::int64_t now_ns) {
+  HAIRNET_ASSERT(state_ == State::detached);
+  context_->counters.sessions_closed_by_server_grace_over.add();
+  close("not resumed", now_ns);
+}
+
+void Session::check_token(std::int64_t unix_s, std::int64_t now_ns) {
+  if (!joined_ || !identity_.claims) return;
+  const bool is_revoked = context_->revoked_tokens.contains(*identity_.claims);
+  if (!is_revoked && unix_s < identity_.claims->expires_s) return;
+  SessionCounters& counters = context_->counters;
+  (is_revoked ? counters.sessions_closed_by_server_token_revoked : counters.sessions_closed_by_server_token_expired)
+      .add();
+  const char* detail = is_revoked ? "the token was revoked" : "the token has expired";
+  refuse({ErrorReason::token_invalid, detail}, now_ns);
+  drain(GoodbyeReason::token_refused, detail, now_ns);
 }
 
 void Session::drain(GoodbyeReason reason, std::string detail, std::int64_t now_ns) {
@@ -233,6 +253,8 @@ void Session::leave(std::int64_t now_ns) {
   context_->character_count -= identity_.characters.size();
   context_->counters.characters_removed.add(identity_.characters.size());
   context_->rooms.leave(identity_.room, identity_.characters.size());
+  context_->subjects.leave(identity_.subject.name, identity_.characters.size());
+  context_->bearers.leave(identity_.subject.bearer, identity_.characters.size());
   identity_.characters.clear();
   downloads_.clear();
   context_->commands.put(CloseSession{id()});

@@ -13,15 +13,15 @@
 #include "schema/channel/token.hpp"
 #include "server/exchange/command.hpp"
 #include "server/exchange/groom_service.hpp"
+#include "server/session/census.hpp"
 #include "server/session/connection.hpp"
 #include "server/session/downloads.hpp"
 #include "server/session/outbox.hpp"
 #include "server/session/peer_clock.hpp"
-#include "server/session/room_census.hpp"
+#include "server/session/revoked_tokens.hpp"
 #include "server/session/session_counters.hpp"
 #include "server/session/session_directory.hpp"
 #include "server/session/session_limits.hpp"
-#include "server/threading/token_bucket.hpp"
 
 namespace hairnet::server {
 
@@ -38,9 +38,10 @@ struct SessionContext {
   std::optional<channel::TokenKey> token_key = {};                             // none: no token is needed
   std::function<std::int64_t()> unix_time_s = [] { return std::int64_t{0}; };  // for tokens
   SessionDirectory* directory = nullptr;
-  std::size_t session_count = 0;    // sessions that have joined a room and not left it
-  std::size_t character_count = 0;  // of all sessions
-  RoomCensus rooms = {};
+  std::size_t session_count = 0;                   // sessions that have joined a room and not left it
+  std::size_t character_count = 0;                 // of all sessions
+  Census rooms = {}, subjects = {}, bearers = {};  // by SessionIdentity's room, subject.name and subject.bearer
+  RevokedTokens revoked_tokens = {};
 };
 
 // One client's conversation: awaiting_hello -> active -> draining -> closed. When its connection breaks, an active
@@ -63,6 +64,10 @@ class Session final : public PacketSink {
   // Removes the characters, queues the goodbye, sends the queue and closes.
   void drain(wire::GoodbyeReason reason, std::string detail, std::int64_t now_ns);
 
+  void end_detached(std::int64_t now_ns);  // asserts that it is detached
+  // Ends the session when its token has expired or is revoked. `unix_s`: seconds since 1970.
+  void check_token(std::int64_t unix_s, std::int64_t now_ns);
+
   // The file that GroomService::fetch was asked for; null when it could not be read.
   void on_groom_read(const wire::GroomHash& groom, std::shared_ptr<const std::vector<std::uint8_t>> bytes,
                      std::int64_t now_ns);
@@ -73,9 +78,10 @@ class Session final : public PacketSink {
   SessionIdentity release_identity(std::int64_t now_ns);
 
   [[nodiscard]] SessionId id() const { return identity_.id; }
-  [[nodiscard]] const wire::SessionSecret& secret() const { return identity_.secret; }
+  [[nodiscard]] const SessionIdentity& identity() const { return identity_; }
   [[nodiscard]] bool is_joined() const { return joined_; }
   [[nodiscard]] State state() const { return state_; }
+  [[nodiscard]] std::int64_t detached_since_ns() const { return detached_since_ns_; }
   [[nodiscard]] Outbox& outbox() { return *outbox_; }
   [[nodiscard]] const Outbox& outbox() const { return *outbox_; }
 
@@ -86,7 +92,8 @@ class Session final : public PacketSink {
               const wire::GroomHash& groom = {});
   void refuse_unexpected(std::string_view detail, std::int64_t now_ns);
   void check_invariants() const;
-  bool take_message(std::int64_t now_ns);   // counts against the rate; false: the session ends with over_rate
+  // Counts against the rate of messages; false: the session ends with over_rate.
+  bool take_message(std::int64_t now_ns, double price = 1);
   void remove(std::uint32_t character);     // asserts that it exists
   bool send_download(std::int64_t now_ns);  // the next piece of a groom; false when there is none
   void leave(std::int64_t now_ns);          // leaves the room, and releases its characters and grooms
@@ -98,7 +105,6 @@ class Session final : public PacketSink {
   std::shared_ptr<Outbox> outbox_;
   State state_ = State::awaiting_hello;
   PeerClock clock_;
-  TokenBucket messages_, poses_;
   Downloads downloads_;
   channel::BulkScheduler download_scheduler_{Downloads::kPiece_bytes};
   std::int64_t opened_ns_, heard_ns_;

@@ -9,6 +9,7 @@ namespace hairnet::server {
 struct SessionGauges : GaugeSet {
   Gauge clients{*this, "clients"};                    // all, including detached ones
   Gauge clients_detached{*this, "clients_detached"};  // their connections broke, and they may resume
+  Gauge subjects{*this, "subjects"};                  // that clients belong to: of tokens, or addresses
   Gauge packets_waiting{*this, "packets_waiting"};    // in outboxes, until connections send them
 };
 
@@ -26,6 +27,10 @@ struct SessionCounters : CounterSet {
   Counter sessions_refused_full{*this, "sessions_refused", "reason", "full"};
   Counter sessions_refused_token{*this, "sessions_refused", "reason", "token"};
   Counter sessions_refused_room{*this, "sessions_refused", "reason", "room"};
+  Counter sessions_refused_subject{*this, "sessions_refused", "reason", "subject"};  // its token's has too many
+  Counter sessions_refused_address{*this, "sessions_refused", "reason", "address"};  // its address has too many
+  Counter sessions_refused_busy{*this, "sessions_refused", "reason", "busy"};        // the queue to the tick was full
+  Counter sessions_refused_early{*this, "sessions_refused", "reason", "early"};      // a session was resumed too often
   Counter sessions_detached{*this, "sessions_detached"};
   Counter sessions_resumed{*this, "sessions_resumed"};
   // resume was requested, but the session was unknown or over; a new one was made
@@ -39,12 +44,15 @@ struct SessionCounters : CounterSet {
   Counter sessions_closed_by_server_taken_over{*this, "sessions_closed_by_server", "reason", "taken_over"};
   Counter sessions_closed_by_server_grace_over{*this, "sessions_closed_by_server", "reason", "grace_over"};
   Counter sessions_closed_by_server_protocol_error{*this, "sessions_closed_by_server", "reason", "protocol_error"};
+  Counter sessions_closed_by_server_token_expired{*this, "sessions_closed_by_server", "reason", "token_expired"};
+  Counter sessions_closed_by_server_token_revoked{*this, "sessions_closed_by_server", "reason", "token_revoked"};
   Counter packets_received{*this, "packets_received"};
   Counter packets_refused_malformed{*this, "packets_refused", "reason", "malformed"};
   Counter packets_refused_invalid{*this, "packets_refused", "reason", "invalid"};
   Counter packets_refused_oversize{*this, "packets_refused", "reason", "oversize"};
   Counter messages_refused_unexpected{*this, "messages_refused", "reason", "unexpected"};
   Counter messages_refused_over_rate{*this, "messages_refused", "reason", "over_rate"};
+  Counter messages_refused_work{*this, "messages_refused", "reason", "work"};  // too much work a second
   Counter characters_added{*this, "characters_added"};
   Counter characters_removed{*this, "characters_removed"};  // by their clients, or when their sessions ended
   Counter requests_refused_character{*this, "requests_refused", "request", "character"};
@@ -57,10 +65,13 @@ struct SessionCounters : CounterSet {
   Counter requests_refused_observe{*this, "requests_refused", "request", "observe"};
   Counter requests_refused_download{*this, "requests_refused", "request", "download"};
   Counter download_bytes_sent{*this, "download_bytes_sent"};
+  Counter downloads_delayed{*this, "downloads_delayed"};  // a piece waited, as the session had its share of bytes
   Counter keyframes_requested{*this, "keyframes_requested"};
   Counter poses_received{*this, "poses_received"};
   Counter poses_dropped_over_rate{*this, "poses_dropped", "reason", "over_rate"};
   Counter poses_dropped_busy{*this, "poses_dropped", "reason", "busy"};
+  // The character's last pose was captured less than 4 ms before or after.
+  Counter poses_thinned{*this, "poses_thinned"};
   Counter poses_rejected_character{*this, "poses_rejected", "reason", "character"};
   Counter poses_rejected_time{*this, "poses_rejected", "reason", "time"};
   Counter poses_rejected_not_finite{*this, "poses_rejected", "reason", "not_finite"};
@@ -69,6 +80,7 @@ struct SessionCounters : CounterSet {
   Counter commands_dropped{*this, "commands_dropped"};
   Counter frames_sent{*this, "frames_sent"};
   Counter frames_superseded{*this, "frames_superseded"};
+  Counter messages_cancelled{*this, "messages_cancelled"};  // MemberJoined: the member left while it waited
   Counter packets_sent{*this, "packets_sent"};
   Counter bytes_sent{*this, "bytes_sent"};
   Counter errors_sent{*this, "errors_sent"};

@@ -1,38 +1,58 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <unordered_map>
 
+#include "schema/channel/token.hpp"
 #include "schema/wire/messages.hpp"
 #include "server/exchange/character_key.hpp"
+#include "server/session/session_limits.hpp"
+#include "server/session/subject.hpp"
+#include "server/threading/token_bucket.hpp"
 
 namespace hairnet::server {
 
 class Session;
 
+// A character as its session knows it.
+struct OwnCharacter {
+  wire::GroomHash groom{};
+  std::optional<std::int64_t> pose_ns;  // server time at which the last pose that reached the tick was captured
+  bool teleport_pending = false;        // of a pose that was left out
+};
+
 // The part of a session that survives its connection and moves to the session that resumes it.
 struct SessionIdentity {
+  SessionIdentity(const SessionLimits& limits, std::int64_t now_ns)
+      : messages(limits.messages_per_s, limits.messages_burst, now_ns),
+        poses(limits.poses_per_s, limits.poses_burst, now_ns) {}
+
   SessionId id = 0;
   wire::SessionSecret secret{};
   std::string name, room;
   wire::Role role = wire::Role::participant;
+  Subject subject;
+  std::optional<channel::TokenClaims> claims;  // of its newest token; none when the server needs no token
   std::size_t character_count_max = 0;
-  // Of all grooms together; the server's own limit applies too.
-  std::uint64_t strand_count_max = std::numeric_limits<std::uint64_t>::max();
-  std::unordered_map<std::uint32_t, wire::GroomHash> characters;
+  std::unordered_map<std::uint32_t, OwnCharacter> characters;
+  TokenBucket messages, poses;
+  std::optional<std::int64_t> resumed_ns;  // when it was last resumed
 };
 
 // Finds the session that a new connection resumes. I/O thread.
 class SessionDirectory {
  public:
   virtual ~SessionDirectory() = default;
-  // Replaces the session `id` by `successor` and returns its identity. A connection that the session still has is
-  // closed. None when there is no such session or the secret is wrong.
-  virtual std::optional<SessionIdentity> take_over(Session& successor, SessionId id, const wire::SessionSecret& secret,
-                                                   std::int64_t now_ns) = 0;
+  // Null when no session of that number has joined, or the secret is wrong.
+  virtual Session* find_joined(SessionId id, const wire::SessionSecret& secret) = 0;
+  // Replaces `former`, which has joined, by `successor` and returns its identity. A connection that `former` still has
+  // is closed.
+  virtual SessionIdentity take_over(Session& former, Session& successor, std::int64_t now_ns) = 0;
+  // Ends the session of this bearer that has been detached longest. False when the bearer has no detached session.
+  virtual bool end_detached(std::string_view bearer, std::int64_t now_ns) = 0;
 };
 
 }  // namespace hairnet::server

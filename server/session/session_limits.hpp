@@ -5,6 +5,9 @@
 
 namespace hairnet::server {
 
+// Who may set the wind of a room.
+enum class WindFromClients : std::uint8_t { off, participants, everyone };
+
 struct SessionLimits {
   // Sessions that have joined, including detached ones. As many connections again may wait for their Welcome, so that a
   // client can resume its session when the server is full.
@@ -17,16 +20,24 @@ struct SessionLimits {
   std::size_t room_count_max = 4096;
   std::size_t sessions_per_room_max = 256;
   std::size_t characters_per_room_max = 65'536;
+  // Of a subject that a token names, or of an address; exempt addresses have no such limit.
+  std::size_t sessions_per_subject_max = 16;
+  std::size_t sessions_per_address_max = 128;  // many users may share an address
+  std::size_t characters_per_subject_max = 2048;
   std::size_t downloads_per_session_max = 64;  // grooms that were requested and not yet sent
-  bool wind_from_clients = true;               // every client may set the wind of its room
-  double messages_per_s = 1000;                // requested groom bytes do not count
-  double messages_burst = 2000;
-  double poses_per_s = 200'000;
-  double poses_burst = 200'000;
+  double download_bytes_per_s = 32 << 20;      // of grooms to a session; also at once
+  WindFromClients wind_from_clients = WindFromClients::participants;
+  // Of plain messages: message_price.hpp has what other messages count. Requested groom bytes do not count.
+  double messages_per_s = 1000;
+  double messages_burst = 8000;  // a client that joins adds 1024 characters at once
+  double poses_per_s = 80'000;   // a little more than 1024 characters at 72 Hz
+  double poses_burst = 80'000;
   std::int64_t handshake_timeout_ns = 5'000'000'000;
   std::int64_t idle_timeout_ns = 60'000'000'000;
-  std::int64_t resume_grace_ns = 10'000'000'000;   // how long a session outlives its connection; 0: not at all
-  std::int64_t slow_consumer_ns = 10'000'000'000;  // without any progress of a full connection
+  std::int64_t resume_grace_ns = 10'000'000'000;    // how long a session outlives its connection; 0: not at all
+  std::int64_t resume_interval_ns = 1'000'000'000;  // from one resume of a session to the next
+  // For which a full connection makes no progress, or a message waits: see Outbox::is_overdue.
+  std::int64_t slow_consumer_ns = 10'000'000'000;
   std::int64_t drain_timeout_ns = 2'000'000'000;
 };
 

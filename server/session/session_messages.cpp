@@ -1,11 +1,15 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "core/assert.hpp"
+#include "server/session/message_price.hpp"
 #include "server/session/session.hpp"
+#include "server/telemetry/log_hash.hpp"
 #include "server/telemetry/log_text.hpp"
 
 namespace hairnet::server {
@@ -15,6 +19,10 @@ using wire::ErrorReason;
 using wire::GoodbyeReason;
 
 constexpr std::int64_t kPoseErrorInterval_ns = 1'000'000'000;
+// A pose that was captured so close to another adds nothing to a tick's sample. No headset captures as often.
+constexpr std::int64_t kPoseSpacing_ns = 4'000'000;
+// Shares of the burst: what only plain messages may use, and the most that one message takes.
+constexpr double kPlainReserve = 0.25, kPriceMax = 0.5;
 constexpr std::size_t kIntegersPerWeight = 64;       // of a hair state: about as many bytes as a pose
 constexpr std::size_t kFreeChunkLeast_bytes = 4096;  // a smaller chunk counts as a message
 
@@ -49,10 +57,19 @@ struct Session::MessageHandler {
   SessionIdentity& identity = session.identity_;
 
   void handle(auto& message) {
-    const Refused refused = (*this)(message);
+    Refused refused = charge(message);
+    if (!refused) refused = (*this)(message);
     if (!refused) return;
     if (Counter* counter = refused_counter(message)) counter->add();
     session.refuse(refused, now_ns, character_of(message), groom_of(message));
+  }
+  // The message is paid for as a plain one; takes the rest of its price.
+  Refused charge(const auto& message) {
+    const double burst = context.limits.messages_burst;
+    const double rest = std::min(price_of(message, context.rooms, identity.room) - 1, kPriceMax * burst);
+    if (rest <= 0 || identity.messages.take(rest, now_ns, kPlainReserve * burst)) return {};
+    counters.messages_refused_work.add();
+    return {ErrorReason::limit_exceeded, "more work than a client may ask for in a second; try again later"};
   }
   // Counts the refused messages of one kind. Null: only a full command queue refuses them, and is counted as that.
   Counter* refused_counter(const wire::GroomOffer&) { return &counters.requests_refused_groom; }
@@ -90,22 +107,42 @@ struct Session::MessageHandler {
     }
     return {};
   }
+  // False when there is nothing to resume: the client gets a new session.
   bool try_resume(const wire::Hello& hello) {
     if (hello.session == 0 || !context.directory) return false;
-    auto resumed =
-        hello.session <= std::numeric_limits<SessionId>::max()
-            ? context.directory->take_over(session, static_cast<SessionId>(hello.session), hello.secret, now_ns)
-            : std::nullopt;
-    if (!resumed) {
+    Session* const former = hello.session <= std::numeric_limits<SessionId>::max()
+                                ? context.directory->find_joined(static_cast<SessionId>(hello.session), hello.secret)
+                                : nullptr;
+    if (!former) {
       counters.sessions_not_resumed.add();
       return false;
     }
-    HAIRNET_ASSERT(resumed->id == hello.session);
-    identity = std::move(*resumed);
+    const std::optional<std::int64_t> resumed_ns = former->identity().resumed_ns;
+    if (resumed_ns && now_ns - *resumed_ns < context.limits.resume_interval_ns) {
+      counters.sessions_refused_early.add();
+      session.drain(GoodbyeReason::over_rate, "the session was resumed a moment ago; try again later", now_ns);
+      return true;
+    }
+    std::optional<channel::TokenClaims> claims;
+    const SessionIdentity& found = former->identity();
+    HAIRNET_ASSERT(found.claims.has_value() == context.token_key.has_value());
+    Refused refused = check_token(hello.token, found.room, found.role, claims);
+    if (!refused && claims && subject_name(*claims) != subject_name(*found.claims))
+      refused = {ErrorReason::token_invalid, "the token is not of the session's subject"};
+    if (refused) {
+      refuse_token(refused);
+      return true;
+    }
+    if (!has_room_for(found.room)) return true;
+    identity = context.directory->take_over(*former, session, now_ns);
+    HAIRNET_ASSERT(identity.id == hello.session);
+    identity.resumed_ns = now_ns;
+    use_claims(std::move(claims));
     session.state_ = State::active;
     session.joined_ = true;
     counters.sessions_resumed.add();
-    spdlog::info("event=session_resumed session={} peer={}", session.id(), session.connection_->peer());
+    spdlog::info("event=session_resumed session={} subject={} peer={}", session.id(), log_text(identity.subject.name),
+                 session.connection_->peer());
     welcome(true);
     context.grooms.resend_states(session.id(), now_ns);
     return true;
@@ -116,7 +153,6 @@ struct Session::MessageHandler {
     identity.name = hello.client_name;
     identity.room = hello.room;
     identity.role = hello.role;
-    identity.character_count_max = hello.role == wire::Role::observer ? 0 : limits.characters_per_session_max;
     if (context.session_count >= limits.session_count_max) {
       counters.sessions_refused_full.add();
       session.drain(GoodbyeReason::server_full,
@@ -124,10 +160,10 @@ struct Session::MessageHandler {
       return false;
     }
     Refused refused;
-    const RoomCensus::Count room = context.rooms.count(hello.room);
+    const Census::Count room = context.rooms.count(hello.room);
     if (!wire::is_room_name(hello.room))
       refused = {ErrorReason::room_invalid, wire::kRoomNameRule};
-    else if (room.sessions == 0 && context.rooms.room_count() >= limits.room_count_max)
+    else if (room.sessions == 0 && context.rooms.size() >= limits.room_count_max)
       refused = {ErrorReason::limit_exceeded,
                  "the server is full: at most " + std::to_string(limits.room_count_max) + " rooms"};
     else if (room.sessions >= limits.sessions_per_room_max)
@@ -138,35 +174,90 @@ struct Session::MessageHandler {
       end(refused, GoodbyeReason::room_refused);
       return false;
     }
-    if (!check_token(hello)) return false;
+    std::optional<channel::TokenClaims> claims;
+    if (const Refused of_token = check_token(hello.token, hello.room, hello.role, claims)) {
+      refuse_token(of_token);
+      return false;
+    }
+    identity.subject = subject_of(claims, hello.token, session.connection_->network());
+    // In this order: a detached session that gives way puts a command into the queue.
+    if (!has_place_for_subject() || !has_room_for(identity.room)) return false;
     session.state_ = State::active;
     session.joined_ = true;
     ++context.session_count;
     context.rooms.enter(identity.room);
-    context.grooms.open(session.id(), identity.strand_count_max, now_ns);
+    context.subjects.enter(identity.subject.name);
+    context.bearers.enter(identity.subject.bearer);
+    use_claims(std::move(claims));
     counters.sessions_welcomed.add();
-    spdlog::info("event=session_opened session={} client={} room={} peer={} transport={}", session.id(),
+    spdlog::info("event=session_opened session={} subject={} token={} client={} room={} peer={} transport={}",
+                 session.id(), log_text(identity.subject.name), log_text(identity.claims ? identity.claims->id : ""),
                  log_text(identity.name), log_text(identity.room), session.connection_->peer(),
                  session.connection_->transport());
     return true;
   }
-  bool check_token(const wire::Hello& hello) {
-    if (!context.token_key) return true;
-    const auto claims = channel::verify(hello.token, *context.token_key, context.unix_time_s(), hello.room);
-    Refused refused;
-    if (!claims)
-      refused = {ErrorReason::token_invalid, std::string(channel::to_string(claims.error()))};
-    else if (claims->role == wire::Role::observer && hello.role == wire::Role::participant)
-      refused = {ErrorReason::token_invalid, "the token lets its bearer observe only"};
-    if (refused) {
-      counters.sessions_refused_token.add();
-      end(refused, GoodbyeReason::token_refused);
+  // In the command queue, every member of the room counts: each is announced to the session.
+  [[nodiscard]] std::size_t open_weight(const std::string& room) const {
+    return 1 + context.rooms.count(room).characters;
+  }
+  // False when the command queue is full: the session was refused and ends.
+  bool has_room_for(const std::string& room) {
+    if (context.commands.fits(open_weight(room))) return true;
+    counters.sessions_refused_busy.add();
+    session.drain(GoodbyeReason::server_full, "the server is busy; try again", now_ns);
+    return false;
+  }
+  // Why the token does not let a client into the room in that role; else sets its claims, if the server needs a token.
+  Refused check_token(const std::string& token, const std::string& room, wire::Role role,
+                      std::optional<channel::TokenClaims>& claims) const {
+    if (!context.token_key) return {};
+    auto verified = channel::verify(token, *context.token_key, context.unix_time_s(), room);
+    if (!verified) return {ErrorReason::token_invalid, std::string(channel::to_string(verified.error()))};
+    if (context.revoked_tokens.contains(*verified)) return {ErrorReason::token_invalid, "revoked"};
+    if (verified->role == wire::Role::observer && role == wire::Role::participant)
+      return {ErrorReason::token_invalid, "the token lets its bearer observe only"};
+    claims = std::move(*verified);
+    return {};
+  }
+  void refuse_token(const Refused& refused) {
+    counters.sessions_refused_token.add();
+    end(refused, GoodbyeReason::token_refused);
+  }
+  // False when the subject has too many sessions, and the new session ends. A detached session of the same token's
+  // subject ends first: its client has probably come back without the secret.
+  bool has_place_for_subject() {
+    const Subject& subject = identity.subject;
+    if (subject.kind == Subject::Kind::exempt) return true;
+    const bool is_token = subject.kind == Subject::Kind::token;
+    const std::size_t most =
+        is_token ? context.limits.sessions_per_subject_max : context.limits.sessions_per_address_max;
+    while (context.subjects.count(subject.name).sessions >= most) {
+      if (is_token && end_detached()) continue;
+      (is_token ? counters.sessions_refused_subject : counters.sessions_refused_address).add();
+      session.drain(GoodbyeReason::server_full,
+                    "at most " + std::to_string(most) + (is_token ? " clients of one user" : " clients of one address"),
+                    now_ns);
       return false;
     }
-    if (claims->characters_max)
-      identity.character_count_max = std::min<std::size_t>(identity.character_count_max, *claims->characters_max);
-    if (claims->strands_max) identity.strand_count_max = *claims->strands_max;
     return true;
+  }
+  bool end_detached() const {
+    return context.directory && context.directory->end_detached(identity.subject.bearer, now_ns);
+  }
+  // The newest token of a session counts.
+  void use_claims(std::optional<channel::TokenClaims> claims) {
+    constexpr std::uint64_t kNoMax = std::numeric_limits<std::uint64_t>::max();
+    identity.claims = std::move(claims);
+    const std::size_t of_token = character_count_max_of_token();
+    identity.character_count_max =
+        identity.role == wire::Role::observer ? 0 : std::min(context.limits.characters_per_session_max, of_token);
+    context.grooms.open(session.id(), context.bearers.count(identity.subject.bearer).number,
+                        identity.claims ? identity.claims->strands_max.value_or(kNoMax) : kNoMax, now_ns);
+  }
+  // Of all sessions of the bearer.
+  [[nodiscard]] std::size_t character_count_max_of_token() const {
+    constexpr std::size_t kNoMax = std::numeric_limits<std::size_t>::max();
+    return identity.claims && identity.claims->characters_max ? *identity.claims->characters_max : kNoMax;
   }
   void end(const Refused& refused, GoodbyeReason reason) {
     HAIRNET_ASSERT(refused);
@@ -188,11 +279,23 @@ struct Session::MessageHandler {
     welcome.resumed = resumed;
     welcome.resume_grace_s = static_cast<float>(static_cast<double>(context.limits.resume_grace_ns) * 1e-9);
     welcome.pose_delay_ns = context.pose_delay_ns;
+    session.connection_->mark_joined();
     session.send(welcome, now_ns);
-    context.commands.put(OpenSession{session.id(), session.outbox_, identity.room, resumed});
+    Command open = OpenSession{session.id(), session.outbox_, identity.room,
+                               context.subjects.count(identity.subject.name).number, resumed};
+    const bool was_put = context.commands.try_put(open, open_weight(identity.room));
+    HAIRNET_ASSERT(was_put);  // has_room_for() said so, and only this thread puts commands
   }
 
-  Refused operator()(wire::GroomOffer& offer) { return context.grooms.offer(session.id(), offer, now_ns); }
+  Refused operator()(wire::GroomOffer& offer) {
+    const bool by_role = identity.role == wire::Role::participant;
+    if (!(identity.claims ? identity.claims->upload.value_or(by_role) : by_role))
+      return {ErrorReason::not_allowed, "this session may not upload grooms"};
+    if (Refused refused = context.grooms.offer(session.id(), offer, now_ns)) return refused;
+    spdlog::info("event=groom_offered session={} subject={} groom={}", session.id(), log_text(identity.subject.name),
+                 log_hash(offer.hash));
+    return {};
+  }
   Refused operator()(wire::GroomChunk& chunk) {
     const bool was_free = is_free(chunk);
     ChunkAnswer answer = context.grooms.chunk(session.id(), std::move(chunk), now_ns);
@@ -219,9 +322,11 @@ struct Session::MessageHandler {
     }
     if (Refused refused = put(wire::AddCharacter{add.character, add.groom, add.level, std::move(add.state)}))
       return refused;
-    identity.characters.emplace(add.character, add.groom);
+    identity.characters.emplace(add.character, OwnCharacter{add.groom, {}, false});
     ++context.character_count;
     context.rooms.add_character(identity.room);
+    context.subjects.add_character(identity.subject.name);
+    context.bearers.add_character(identity.subject.bearer);
     counters.characters_added.add();
     return {};
   }
@@ -234,6 +339,16 @@ struct Session::MessageHandler {
     if (identity.characters.size() >= identity.character_count_max)
       return {ErrorReason::limit_exceeded,
               "at most " + std::to_string(identity.character_count_max) + " characters a session"};
+    while (context.bearers.count(identity.subject.bearer).characters >= character_count_max_of_token()) {
+      if (!end_detached())
+        return {ErrorReason::limit_exceeded,
+                "at most " + std::to_string(character_count_max_of_token()) +
+                    " characters of one token; those of a lost connection count for a while"};
+    }
+    if (identity.subject.kind != Subject::Kind::exempt &&
+        context.subjects.count(identity.subject.name).characters >= limits.characters_per_subject_max)
+      return {ErrorReason::limit_exceeded,
+              "at most " + std::to_string(limits.characters_per_subject_max) + " characters of one user or address"};
     if (context.rooms.count(identity.room).characters >= limits.characters_per_room_max)
       return {ErrorReason::limit_exceeded,
               "the room is full: at most " + std::to_string(limits.characters_per_room_max) + " characters"};
@@ -258,8 +373,11 @@ struct Session::MessageHandler {
     return put(set);
   }
   Refused operator()(wire::SetWind& set) {
-    if (!context.limits.wind_from_clients)
-      return {ErrorReason::not_allowed, "this server's wind is not for clients to set"};
+    const WindFromClients who = context.limits.wind_from_clients;
+    const bool by_role = who == WindFromClients::everyone ||
+                         (who == WindFromClients::participants && identity.role == wire::Role::participant);
+    if (!(identity.claims ? identity.claims->wind.value_or(by_role) : by_role))
+      return {ErrorReason::not_allowed, "this session may not set the wind"};
     if (std::string fault = validate(set.wind); !fault.empty()) return {ErrorReason::wind_invalid, std::move(fault)};
     return put(set);
   }
@@ -291,8 +409,9 @@ struct Session::MessageHandler {
   Refused operator()(wire::PoseBatch& batch) {
     const std::size_t received = batch.poses.size();
     counters.poses_received.add(received);
-    if (!session.poses_.take(static_cast<double>(received), now_ns)) {
+    if (!identity.poses.take(static_cast<double>(received), now_ns)) {
       counters.poses_dropped_over_rate.add(received);
+      session.take_message(now_ns, kDroppedPosePrice * static_cast<double>(received));
       return {};
     }
     PutPoses passed{session.id(), now_ns, std::move(batch.poses)};
@@ -302,6 +421,8 @@ struct Session::MessageHandler {
         if (now_ns < session.pose_error_next_ns_) continue;
         session.pose_error_next_ns_ = now_ns + kPoseErrorInterval_ns;
         session.refuse(refused, now_ns, sample.character);
+      } else if (is_thinned(sample)) {
+        counters.poses_thinned.add();
       } else {
         passed.poses[kept++] = sample;
       }
@@ -311,6 +432,18 @@ struct Session::MessageHandler {
     Command command = std::move(passed);
     if (kept > 0 && !context.commands.try_put(command, 1 + kept)) counters.poses_dropped_busy.add(kept);
     return {};
+  }
+  // True when the pose is left out because it is too close to the character's last one. The next pose then has its
+  // teleport.
+  bool is_thinned(wire::PoseSample& sample) {
+    OwnCharacter& character = identity.characters.at(sample.character);
+    if (character.pose_ns && std::abs(sample.capture_time_ns - *character.pose_ns) < kPoseSpacing_ns) {
+      character.teleport_pending = character.teleport_pending || sample.teleport;
+      return true;
+    }
+    character.pose_ns = sample.capture_time_ns;
+    sample.teleport = std::exchange(character.teleport_pending, false) || sample.teleport;
+    return false;
   }
   // Returns why the pose is refused, and counts that; otherwise converts its capture time to the server's clock.
   Refused check_pose(wire::PoseSample& sample) {

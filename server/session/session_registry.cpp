@@ -8,6 +8,11 @@
 #include "core/assert.hpp"
 
 namespace hairnet::server {
+namespace {
+
+constexpr std::int64_t kTokenInterval_ns = 1'000'000'000;  // between two checks of all sessions' tokens
+
+}  // namespace
 
 // A session is filed under its id, and no two have the same.
 void SessionRegistry::check_invariants() const {
@@ -48,18 +53,34 @@ PacketSink* SessionRegistry::open(std::shared_ptr<Connection> connection, std::i
   return opened->second.get();
 }
 
-std::optional<SessionIdentity> SessionRegistry::take_over(Session& successor, SessionId id,
-                                                          const wire::SessionSecret& secret, std::int64_t now_ns) {
+Session* SessionRegistry::find_joined(SessionId id, const wire::SessionSecret& secret) {
+  Session* const session = find(id);
+  if (!session || !session->is_joined()) return nullptr;
+  const wire::SessionSecret& expected = session->identity().secret;
+  return sodium_memcmp(expected.data(), secret.data(), expected.size()) == 0 ? session : nullptr;
+}
+
+SessionIdentity SessionRegistry::take_over(Session& former, Session& successor, std::int64_t now_ns) {
+  const SessionId id = former.id();
   const auto found = sessions_.find(id);
-  if (found == sessions_.end() || !found->second->is_joined() || found->second.get() == &successor) return std::nullopt;
-  const wire::SessionSecret& expected = found->second->secret();
-  if (sodium_memcmp(expected.data(), secret.data(), expected.size()) != 0) return std::nullopt;
+  HAIRNET_ASSERT(found != sessions_.end() && found->second.get() == &former);
+  HAIRNET_ASSERT(&former != &successor);
   auto node = sessions_.extract(successor.id());
   HAIRNET_ASSERT(!node.empty());
-  SessionIdentity identity = found->second->release_identity(now_ns);
+  SessionIdentity identity = former.release_identity(now_ns);
   HAIRNET_ASSERT(identity.id == id);
   released_.push_back(std::exchange(found->second, std::move(node.mapped())));
   return identity;
+}
+
+bool SessionRegistry::end_detached(std::string_view bearer, std::int64_t now_ns) {
+  Session* longest = nullptr;
+  for (auto& [id, session] : sessions_) {
+    if (session->state() != Session::State::detached || session->identity().subject.bearer != bearer) continue;
+    if (!longest || session->detached_since_ns() < longest->detached_since_ns()) longest = session.get();
+  }
+  if (longest) longest->end_detached(now_ns);
+  return longest != nullptr;
 }
 
 Session* SessionRegistry::find(SessionId id) {
@@ -76,6 +97,11 @@ void SessionRegistry::poll(std::int64_t now_ns) {
   std::erase_if(sessions_, [](const auto& entry) { return entry.second->state() == Session::State::closed; });
   std::size_t detached = 0, packets_waiting = 0;
   check_invariants();
+  if (context_->token_key && now_ns >= tokens_due_ns_) {
+    tokens_due_ns_ = now_ns + kTokenInterval_ns;
+    const std::int64_t unix_s = context_->unix_time_s();
+    for (auto& [id, session] : sessions_) session->check_token(unix_s, now_ns);
+  }
   for (auto& [id, session] : sessions_) {
     session->poll(now_ns);
     detached += session->state() == Session::State::detached ? 1 : 0;
@@ -84,6 +110,7 @@ void SessionRegistry::poll(std::int64_t now_ns) {
   SessionGauges& gauges = context_->counters.gauges;
   gauges.clients.set(static_cast<double>(sessions_.size()));
   gauges.clients_detached.set(static_cast<double>(detached));
+  gauges.subjects.set(static_cast<double>(context_->subjects.size()));
   gauges.packets_waiting.set(static_cast<double>(packets_waiting));
 }
 

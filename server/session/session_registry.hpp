@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
-#include <optional>
+#include <string_view>
 #include <vector>
 
 #include "server/session/session.hpp"
@@ -18,8 +18,9 @@ class SessionRegistry final : public SessionDirectory {
   // Null when the server is full or draining: the connection then gets a Goodbye and is closed. The sink exists until
   // the first poll() after the connection is closed.
   PacketSink* open(std::shared_ptr<Connection> connection, std::int64_t now_ns);
-  std::optional<SessionIdentity> take_over(Session& successor, SessionId id, const wire::SessionSecret& secret,
-                                           std::int64_t now_ns) override;
+  Session* find_joined(SessionId id, const wire::SessionSecret& secret) override;
+  SessionIdentity take_over(Session& former, Session& successor, std::int64_t now_ns) override;
+  bool end_detached(std::string_view bearer, std::int64_t now_ns) override;
   [[nodiscard]] Session* find(SessionId id);
   void flush(std::int64_t now_ns);
   void poll(std::int64_t now_ns);
@@ -34,6 +35,7 @@ class SessionRegistry final : public SessionDirectory {
   std::map<SessionId, std::unique_ptr<Session>> sessions_;
   std::vector<std::unique_ptr<Session>> released_;  // until their connections are closed completely
   SessionId last_id_ = 0;
+  std::int64_t tokens_due_ns_ = 0;  // when the tokens of all sessions are checked next
   bool draining_ = false;
 };
 

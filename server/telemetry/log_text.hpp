@@ -5,14 +5,9 @@
 
 namespace hairnet::server {
 
-// Text from outside as the value of a log field: in quotes, on one line, at most 200 bytes of it.
-inline std::string log_text(std::string_view text) {
-  std::string out = "\"";
-  for (const char c : text.substr(0, 200)) {
-    if (c == '"' || c == '\\') out += '\\';
-    out += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? '?' : c;
-  }
-  return out + '"';
-}
+// Text from outside as the value of a log field: in quotes, on one line, at most 200 bytes of it. ASCII controls become
+// '?'. Everything else that could end the line, turn its direction in a terminal or break its encoding is written as
+// \uXXXX, or \xXX for a byte that is not UTF-8.
+std::string log_text(std::string_view text);
 
 }  // namespace hairnet::server

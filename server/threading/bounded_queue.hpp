@@ -20,10 +20,15 @@ class BoundedQueue {
   // Returns false, without changing `item`, when it does not fit. An item heavier than the bound fits an empty queue.
   bool try_put(T& item, std::size_t weight = 1) {
     const std::lock_guard lock(mutex_);
-    if (!items_.empty() && weight_ + weight > weight_max_) return false;
+    if (!has_room(weight)) return false;
     weight_ += weight;
     items_.emplace_back(std::move(item), weight);
     return true;
+  }
+  // Whether try_put() takes an item of that weight. An answer of true holds until another item is put.
+  [[nodiscard]] bool fits(std::size_t weight) const {
+    const std::lock_guard lock(mutex_);
+    return has_room(weight);
   }
   // For items that must not be lost, and whose number has another bound: the number of sessions, characters or grooms.
   // Weighs nothing.
@@ -59,6 +64,8 @@ class BoundedQueue {
   }
 
  private:
+  [[nodiscard]] bool has_room(std::size_t weight) const { return items_.empty() || weight_ + weight <= weight_max_; }
+
   struct Item {
     Item(T&& i, std::size_t w) : item(std::move(i)), weight(w) {}
     T item;

@@ -16,13 +16,15 @@ class TokenBucket {
     HAIRNET_ASSERT(burst >= 0);
   }
 
-  // A time before the last one counts as the last one.
-  bool take(double count, std::int64_t now_ns) {
+  // Takes nothing and returns false when fewer than `count + reserve` tokens are left. A time before the last one
+  // counts as the last one.
+  bool take(double count, std::int64_t now_ns, double reserve = 0) {
     HAIRNET_ASSERT(count >= 0);
+    HAIRNET_ASSERT(reserve >= 0);
     tokens_ = std::min(burst_,
                        tokens_ + rate_per_s_ * 1e-9 * static_cast<double>(std::max<std::int64_t>(0, now_ns - at_ns_)));
     at_ns_ = std::max(at_ns_, now_ns);
-    if (tokens_ < count) return false;
+    if (tokens_ < count + reserve) return false;
     tokens_ -= count;
     return true;
   }

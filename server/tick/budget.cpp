@@ -169,7 +169,7 @@ class Chooser {
     }
     const auto place = [this](std::uint32_t i) {
       const BudgetCharacter& c = characters_[i];
-      return std::tuple(c.room, c.session, c.key);
+      return std::tuple(c.subject, c.session, c.key);
     };
     if (!std::ranges::is_sorted(s_.order, {}, place)) std::ranges::sort(s_.order, {}, place);
     HAIRNET_VALIDATE(std::ranges::adjacent_find(s_.order, {}, place) == s_.order.end());  // keys are unique
@@ -193,7 +193,7 @@ class Chooser {
       const LevelIndex ladder_of = finest(c);
       BudgetItem& item = s_.items.emplace_back();
       item.character = i;
-      item.room = c.room;
+      item.subject = c.subject;
       item.session = c.session;
       item.key = c.key;
       item.weight = weight_of(c);

@@ -24,7 +24,7 @@ struct Lod {
 struct BudgetCharacter {
   std::uint64_t key = 0;  // unique; breaks ties between characters that are equal otherwise
   std::uint64_t session = 0;
-  std::uint32_t room = 0;
+  std::uint32_t subject = 0;         // the person or address that `session` belongs to
   std::uint32_t observer_count = 0;  // that its frames go to
   float importance = 0;              // the largest over observers: height of the head over the height of the screen
   float unseen_s = 0;                // time since an observer last had it in view; 0: in view now

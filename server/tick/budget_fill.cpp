@@ -66,17 +66,18 @@ void add(const FillShare& part, std::size_t index, bool is_same, std::vector<Fil
   shares.back().most_ns += part.most_ns;
 }
 
-// Clients are runs of items, rooms runs of clients.
+// Clients are runs of items, subjects runs of clients.
 void group(std::span<const BudgetItem> items, FillScratch& scratch) {
   scratch.clients.clear();
-  scratch.rooms.clear();
+  scratch.subjects.clear();
   for (std::size_t i = 0; i < items.size(); ++i) {
-    const bool is_same = i > 0 && items[i].room == items[i - 1].room && items[i].session == items[i - 1].session;
+    const bool is_same = i > 0 && items[i].subject == items[i - 1].subject && items[i].session == items[i - 1].session;
     add({i, i + 1, items[i].cost_ns[0], items[i].cost_ns[items[i].last]}, i, is_same, scratch.clients);
   }
   for (std::size_t c = 0; c < scratch.clients.size(); ++c) {
-    const bool is_same = c > 0 && items[scratch.clients[c].begin].room == items[scratch.clients[c - 1].begin].room;
-    add(scratch.clients[c], c, is_same, scratch.rooms);
+    const bool is_same =
+        c > 0 && items[scratch.clients[c].begin].subject == items[scratch.clients[c - 1].begin].subject;
+    add(scratch.clients[c], c, is_same, scratch.subjects);
   }
 }
 
@@ -183,15 +184,15 @@ std::int64_t fill_budget(std::int64_t budget_ns, std::span<const BudgetItem> ite
   HAIRNET_VALIDATE(std::ranges::all_of(items, is_ladder));
   std::ranges::fill(rungs, std::uint8_t{0});
   group(items, scratch);
-  HAIRNET_ASSERT(scratch.rooms.size() <= scratch.clients.size());
+  HAIRNET_ASSERT(scratch.subjects.size() <= scratch.clients.size());
   HAIRNET_ASSERT(scratch.clients.size() <= items.size());
   const std::int64_t least_ns = cost_of(items, rungs);
   if (least_ns >= budget_ns) return least_ns;
-  const std::int64_t room_level = water_level(budget_ns, scratch.rooms);
+  const std::int64_t subject_level = water_level(budget_ns, scratch.subjects);
   ClientFill filler(items, scratch.steps, rungs);
-  for (const FillShare& room : scratch.rooms) {
-    const auto clients = std::span(scratch.clients).subspan(room.begin, room.end - room.begin);
-    const std::int64_t client_level = water_level(clamp_to_share(room_level, room), clients);
+  for (const FillShare& subject : scratch.subjects) {
+    const auto clients = std::span(scratch.clients).subspan(subject.begin, subject.end - subject.begin);
+    const std::int64_t client_level = water_level(clamp_to_share(subject_level, subject), clients);
     for (const FillShare& client : clients) filler.fill(client, clamp_to_share(client_level, client));
   }
   const std::int64_t spent_ns = cost_of(items, rungs);

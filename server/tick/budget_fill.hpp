@@ -13,7 +13,7 @@ inline constexpr std::size_t kRungCountMax = 8;
 // One character on its ladder: rung 0 is the least, `last` the finest that it may have. Costs never fall with the rung.
 struct BudgetItem {
   std::uint32_t character = 0;  // of the caller
-  std::uint32_t room = 0;
+  std::uint32_t subject = 0;
   std::uint64_t session = 0, key = 0;
   double weight = 0;                                  // the weight of its error
   std::array<std::int64_t, kRungCountMax> cost_ns{};  // for each tick, in whole ns, so that sums are exact in any order
@@ -36,17 +36,17 @@ struct FillShare {
 };
 
 struct FillScratch {
-  std::vector<FillShare> clients, rooms;
+  std::vector<FillShare> clients, subjects;
   std::vector<FillStep> steps;
 };
 
 enum class Remainder : std::uint8_t { keep, spend };
 
-// Chooses rungs for at most `budget_ns`. Items are in order of room, session and key. Rooms share the budget, then the
-// clients of a room, max-min fair. Within a client the even rungs come first, then the steps with the most removed
-// error for their time. Remainder::spend gives the time that shares could not use to the items that gain most. When not
-// even rung 0 of all items fits, all get rung 0. The rung that an item has now is worth kHysteresis times as much.
-// Returns the cost of the result. Asserts that there is a rung for each item.
+// Chooses rungs for at most `budget_ns`. Items are in order of subject, session and key. Subjects share the budget,
+// then the clients of a subject, max-min fair. Within a client the even rungs come first, then the steps with the most
+// removed error for their time. Remainder::spend gives the time that shares could not use to the items that gain most.
+// When not even rung 0 of all items fits, all get rung 0. The rung that an item has now is worth kHysteresis times as
+// much. Returns the cost of the result. Asserts that there is a rung for each item.
 std::int64_t fill_budget(std::int64_t budget_ns, std::span<const BudgetItem> items, FillScratch& scratch,
                          std::span<std::uint8_t> rungs, Remainder remainder);
 

@@ -46,7 +46,7 @@ BudgetCharacter LevelChooser::as_budgeted(const Character& character, bool ready
   BudgetCharacter b;
   b.key = character.key;
   b.session = session_of(character.key);
-  b.room = character.room;
+  b.subject = character.subject;
   b.observer_count = character.observer_count;
   b.importance = character.screen_height;
   b.unseen_s = static_cast<float>(static_cast<double>(character.unseen_ticks) * def_.tick_s);

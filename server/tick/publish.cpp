@@ -156,7 +156,7 @@ int Publisher::request(const Terms& terms, const Room& room, Observer& observer)
     View& view = observer.views[s];
     HAIRNET_ASSERT(character->slot == s);
     if (!character->asleep) view.sleep_sent = false;
-    if (!view.wanted || !view.in_view) continue;
+    if (!view.wanted || !view.in_view || !observer.knows(character->slot)) continue;
     view.discontinuity_pending = view.discontinuity_pending || character->discontinuous;
     const bool due = character->changed && (view.sent_count == 0 || tick - view.sent[0] >= stride);
     if (!due && (!character->asleep || view.sleep_sent)) continue;

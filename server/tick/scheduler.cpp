@@ -1,6 +1,7 @@
 #include "server/tick/scheduler.hpp"
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 
 #include "core/assert.hpp"
@@ -9,7 +10,14 @@
 namespace hairnet::server {
 namespace {
 
-constexpr std::uint64_t kInterestTicks = 8;  // from one update of interest to the next, unless something changed
+constexpr std::uint64_t kInterestTicks = 8;  // from one choice of members by place to the next
+// Members that one tick announces to a session that has joined or resumed, and to all such sessions together; the
+// others follow at later ticks. A room's 4096 members are announced within a second also at 10 Hz.
+constexpr std::size_t kAnnouncementsMax = 512, kAnnouncementsOfAllMax = 4096;
+// Messages about characters that come and go which one tick sends to all sessions; later commands wait for the next
+// tick.
+constexpr std::int64_t kCharacterMessagesMax = 32'768;
+constexpr std::uint32_t kWindChangesPer_s = 4;  // of one room
 constexpr std::uint64_t kStateWait_s = 2;
 constexpr std::size_t kChunk = 64;  // characters that a worker takes at once
 constexpr double kMotionSmoothing_s = 1;
@@ -25,6 +33,14 @@ void copy_vectors(const std::vector<std::int16_t>& integers, float unit, std::ve
     to.push_back(unit * Vec3f(integers[i], integers[i + 1], integers[i + 2]));
 }
 
+bool is_same(const Wind& a, const Wind& b) {
+  const auto values = [](const Wind& w) {
+    return std::tie(w.mean_m_per_s, w.gust_ratio, w.gust_period_s, w.turbulence_rms_m_per_s, w.turbulence_scale_m,
+                    w.seed);
+  };
+  return values(a) == values(b);
+}
+
 SchedulerDef completed(SchedulerDef def) {
   HAIRNET_ASSERT(def.tick_rate_hz > 0);
   def.world.tick_s = def.levels.tick_s = 1.0 / def.tick_rate_hz;
@@ -36,6 +52,10 @@ SchedulerDef completed(SchedulerDef def) {
     };
   }
   return def;
+}
+
+wire::MemberJoined joined_message(const Character& c) {
+  return {member_of(c), session_of(c.key), number_of(c.key), c.groom};
 }
 
 wire::RecordingHeader header_of(const SchedulerDef& def) {
@@ -89,6 +109,7 @@ void Scheduler::run_tick(const TickClock::Tick& tick, std::int64_t now_ns) {
   inputs_.tick = tick.tick;
   inputs_.sample_time_ns = tick.time_ns - def_.pose_delay_ns;
 
+  announce_members(now_ns);
   take_commands(now_ns);
   sample_poses();
   update_interest();
@@ -111,30 +132,20 @@ struct Scheduler::CommandHandler {
   Scheduler& scheduler;
   std::int64_t now_ns;
 
-  void send_members(const Observer& observer) const {
-    for (const Room::Slot& slot : scheduler.rooms_.room(observer.room).slots) {
-      if (slot.character) send_joined(observer, *slot.character);
-    }
-  }
-  void send_joined(const Observer& observer, const Character& c) const {
-    if (!observer.sink) return;
-    const SessionId owner = session_of(c.key);
-    const std::uint32_t member = member_of(c);
-    if (owner == observer.session)
-      observer.sink->push(wire::CharacterAdded{number_of(c.key), c.groom, c.shown, member}, now_ns);
-    else
-      observer.sink->push(wire::MemberJoined{member, owner, number_of(c.key), c.groom}, now_ns);
-  }
   void operator()(OpenSession& c) const {
     Observer* observer = c.resumed ? scheduler.rooms_.observer(c.session) : nullptr;
     if (!observer) {
       observer = &scheduler.rooms_.open(c.session, c.room, std::move(c.sink));
+      observer->subject = c.subject;
     } else {
       observer->sink = std::move(c.sink);
       observer->records_sent.clear();
       observer->forget_sent();
     }
-    send_members(*observer);
+    const bool is_waiting = observer->unannounced_from.has_value();
+    observer->unannounced_from = 0;
+    scheduler.announce_members(*observer, now_ns);
+    if (observer->unannounced_from && !is_waiting) scheduler.announcements_.push_back(c.session);
   }
   void operator()(const DetachSession& c) const {
     if (Observer* observer = scheduler.rooms_.observer(c.session)) observer->sink = nullptr;
@@ -144,7 +155,10 @@ struct Scheduler::CommandHandler {
     const auto first = characters.lower_bound(character_key(c.session, 0));
     std::vector<CharacterKey> keys;
     for (auto it = first; it != characters.end() && session_of(it->first) == c.session; ++it) keys.push_back(it->first);
-    for (const CharacterKey key : keys) scheduler.remove(key, now_ns);
+    for (const CharacterKey key : keys) {
+      if (scheduler.character_messages_left_ <= 0) return;  // the command stays
+      scheduler.remove(key, now_ns);
+    }
     scheduler.rooms_.close(c.session, now_ns);
   }
   void operator()(FromClient& c) const {
@@ -155,10 +169,12 @@ struct Scheduler::CommandHandler {
     Character* character = scheduler.rooms_.add(character_key(session, add.character), add.groom, add.level);
     if (!character) return;
     if (add.state) scheduler.store_hair_state(*character, std::move(*add.state), now_ns);
+    character->joined_packet = wire::encode_packet({now_ns, joined_message(*character)});
     Room& room = scheduler.rooms_.room(character->room);
+    scheduler.character_messages_left_ -= static_cast<std::int64_t>(room.observers.size());
     for (Observer* observer : room.observers) {
       observer->observe_changed = true;
-      send_joined(*observer, *character);
+      if (observer->knows(character->slot)) announce(*observer, *character, now_ns);
     }
   }
   void handle(SessionId session, const wire::RemoveCharacter& remove) const {
@@ -181,9 +197,7 @@ struct Scheduler::CommandHandler {
   void handle(SessionId session, const wire::SetWind& set) const {
     const Observer* observer = scheduler.rooms_.observer(session);
     if (!observer) return;
-    Room& room = scheduler.rooms_.room(observer->room);
-    room.wind = set.wind;
-    room.wind_changed = true;
+    scheduler.rooms_.room(observer->room).wind = set.wind;
   }
   void handle(SessionId session, wire::Observe& observe) const {
     Observer* observer = scheduler.rooms_.observer(session);
@@ -226,11 +240,64 @@ struct Scheduler::CommandHandler {
   }
 };
 
+// Continues what earlier ticks have begun, in turn.
+void Scheduler::announce_members(std::int64_t now_ns) {
+  announcement_count_left_ = kAnnouncementsOfAllMax;
+  for (std::size_t waiting = announcements_.size(); waiting > 0 && announcement_count_left_ > 0; --waiting) {
+    const SessionId session = announcements_.front();
+    announcements_.pop_front();
+    Observer* const observer = rooms_.observer(session);
+    if (!observer || !observer->unannounced_from) continue;
+    announce_members(*observer, now_ns);
+    if (observer->unannounced_from) announcements_.push_back(session);
+  }
+  counters_->gauges.announcements_waiting.set(static_cast<double>(announcements_.size()));
+}
+
+void Scheduler::announce_members(Observer& observer, std::int64_t now_ns) {
+  HAIRNET_ASSERT(observer.unannounced_from);
+  const std::vector<Room::Slot>& slots = rooms_.room(observer.room).slots;
+  std::size_t count = std::min(kAnnouncementsMax, announcement_count_left_);
+  std::uint32_t& slot = *observer.unannounced_from;
+  for (; slot < slots.size(); ++slot) {
+    const Character* const character = slots[slot].character;
+    if (!character) continue;
+    if (count == 0) return;
+    --count;
+    --announcement_count_left_;
+    counters_->members_announced.add();
+    announce(observer, *character, now_ns);
+  }
+  observer.unannounced_from.reset();
+}
+
+void Scheduler::announce(const Observer& observer, const Character& c, std::int64_t now_ns) {
+  if (!observer.sink) return;
+  if (session_of(c.key) == observer.session)
+    observer.sink->push(wire::CharacterAdded{number_of(c.key), c.groom, c.shown, member_of(c)}, now_ns);
+  else
+    observer.sink->push_encoded(joined_message(c), c.joined_packet, now_ns);
+}
+
+// What earlier ticks have left comes first, so the order of commands is kept.
 void Scheduler::take_commands(std::int64_t now_ns) {
   counters_->gauges.commands_waiting.set(static_cast<double>(commands_->weight()));
-  commands_->take_all(taken_);
-  for (Command& command : taken_) std::visit(CommandHandler{*this, now_ns}, command);
-  taken_.clear();
+  character_messages_left_ = kCharacterMessagesMax;
+  run_commands(now_ns);
+  if (next_command_ == taken_.size()) {
+    commands_->take_all(taken_);
+    next_command_ = 0;
+    run_commands(now_ns);
+  }
+  counters_->gauges.commands_deferred.set(static_cast<double>(taken_.size() - next_command_));
+}
+
+void Scheduler::run_commands(std::int64_t now_ns) {
+  for (; next_command_ < taken_.size() && character_messages_left_ > 0; ++next_command_) {
+    std::visit(CommandHandler{*this, now_ns}, taken_[next_command_]);
+    const auto* close = std::get_if<CloseSession>(&taken_[next_command_]);
+    if (close && rooms_.observer(close->session)) return;  // some of its characters are left
+  }
 }
 
 void Scheduler::remove(CharacterKey key, std::int64_t now_ns) {
@@ -238,9 +305,12 @@ void Scheduler::remove(CharacterKey key, std::int64_t now_ns) {
   if (!character) return;
   forget_hair_state(*character);
   if (character->in_world) inputs_.removed.push_back(key);
+  character_messages_left_ -= static_cast<std::int64_t>(rooms_.room(character->room).observers.size());
   const wire::MemberLeft left{member_of(*character)};
+  const std::vector<std::uint8_t> packet = wire::encode_packet({now_ns, left});
   for (Observer* observer : rooms_.room(character->room).observers) {
-    if (observer->sink && observer->session != session_of(key)) observer->sink->push(left, now_ns);
+    if (observer->sink && observer->session != session_of(key) && observer->knows(character->slot))
+      observer->sink->push_encoded(left, packet, now_ns);
   }
   rooms_.remove(key, now_ns);
 }
@@ -334,28 +404,33 @@ void Scheduler::update_interest() {
 void Scheduler::update_interest(const Room& room, Observer& observer) {
   if (!observer.sink) return;
   observer.views.resize(room.slots.size());
-  const bool by_place =
-      observer.observe.mode == wire::ObserveMode::nearest || observer.observe.mode == wire::ObserveMode::radius;
-  const bool look = observer.observe_changed || (by_place && (inputs_.tick + observer.session) % kInterestTicks == 0);
+  const bool by_place = observer.chooses_by_place();
+  const bool look = by_place ? inputs_.tick >= observer.place_chosen_next : observer.observe_changed;
   if (look) {
     heads_.clear();
-    bool awaits_pose = false;
     for (std::size_t s = 0; s < room.slots.size(); ++s) {
       const Character* c = room.slots[s].character;
       heads_.push_back({static_cast<std::uint32_t>(s + 1), c ? c->pose.head().position : Vec3::Zero(),
                         c && session_of(c->key) == observer.session, c && c->in_world});
-      awaits_pose = awaits_pose || (c && !c->in_world);
     }
     choose_members(observer.observe, heads_, wanted_);
     HAIRNET_ASSERT(wanted_.size() == room.slots.size());
-    // Choose again once every character has a pose.
-    observer.observe_changed = by_place && awaits_pose;
+    observer.observe_changed = false;
+    if (by_place) {
+      counters_->place_choices.add();
+      // Sessions take turns.
+      observer.place_chosen_next = inputs_.tick + kInterestTicks - (inputs_.tick + observer.session) % kInterestTicks;
+    }
   }
   for (std::size_t s = 0; s < room.slots.size(); ++s) {
     Character* c = room.slots[s].character;
     if (!c) continue;
+    const bool is_new = observer.views[s].generation != room.slots[s].generation;
     View& view = view_of(observer, room, s);
-    if (look) view.wanted = wanted_[s];
+    if (look)
+      view.wanted = wanted_[s];
+    else if (is_new && by_place)
+      view.wanted = session_of(c->key) == observer.session;  // others wait for the next choice
     if (!view.wanted || !view.in_view) continue;
     c->seen = true;
     ++c->observer_count;
@@ -420,7 +495,12 @@ void Scheduler::change_materials() {
 
 void Scheduler::change_winds() {
   for (Room& room : rooms_.rooms()) {
-    if (room.in_use && std::exchange(room.wind_changed, false)) inputs_.winds.push_back({room.index, room.wind});
+    if (!room.in_use || inputs_.tick < room.wind_changes_next) continue;
+    if (room.wind_in_world && is_same(*room.wind_in_world, room.wind)) continue;
+    if (room.wind_in_world) room.wind_changes_next = inputs_.tick + def_.tick_rate_hz / kWindChangesPer_s;
+    room.wind_in_world = room.wind;
+    counters_->winds_changed.add();
+    inputs_.winds.push_back({room.index, room.wind});
   }
 }
 

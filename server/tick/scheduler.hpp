@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <memory>
 #include <set>
@@ -46,7 +47,11 @@ class Scheduler {
  private:
   struct CommandHandler;
 
+  void announce_members(std::int64_t now_ns);
+  void announce_members(Observer& observer, std::int64_t now_ns);
+  static void announce(const Observer& observer, const Character& character, std::int64_t now_ns);
   void take_commands(std::int64_t now_ns);
+  void run_commands(std::int64_t now_ns);
   void sample_poses();
   void sample_pose(Character& character, Histogram::Tally& ages);  // workers
   void update_interest();
@@ -80,7 +85,11 @@ class Scheduler {
   Simulation simulation_;
   LevelChooser level_chooser_;
   Publisher publisher_;
-  std::vector<Command> taken_;
+  std::vector<Command> taken_;  // the ones before next_command_ are done
+  std::size_t next_command_ = 0;
+  std::int64_t character_messages_left_ = 0;  // that this tick may send about characters that come and go
+  std::deque<SessionId> announcements_;       // sessions to which some members of their room have not been announced
+  std::size_t announcement_count_left_ = 0;   // at this tick, of all sessions
   std::set<CharacterKey> materials_changed_;  // that the World does not know yet
   wire::RecordedTick inputs_;                 // of the tick being made
   std::vector<MemberHead> heads_;             // of one room at a time

@@ -31,6 +31,9 @@ class LevelGauges {
 struct TickGauges : GaugeSet {
   Gauge tick_period_seconds{*this, "tick_period_seconds"};  // period of a tick
   Gauge commands_waiting{*this, "commands_waiting"};        // commands and poses on their way to the tick
+  Gauge commands_deferred{*this, "commands_deferred"};      // taken, but left to the next tick
+  Gauge announcements_waiting{*this,
+                              "announcements_waiting"};  // sessions that do not know all members of their room yet
   Gauge rooms{*this, "rooms"};
   LevelGauges characters{*this, "characters"};  // by the level of the lattice, asleep or not
   Gauge characters_by_state_stepped{*this, "characters_by_state", "state", "stepped"};
@@ -72,6 +75,9 @@ struct TickCounters : CounterSet {
   Counter characters_stepped{*this, "characters_stepped"};
   Counter characters_asleep{*this, "characters_asleep"};  // not stepped: at rest
   Counter teleports{*this, "teleports"};
+  Counter members_announced{*this, "members_announced"};  // to sessions that joined or resumed
+  Counter winds_changed{*this, "winds_changed"};          // also a room's first
+  Counter place_choices{*this, "place_choices"};          // of an observer's members by distance
   Counter lattices_reset{*this, "lattices_reset"};
   // Worker time in ns: stepping; encoding frames; choosing and making each observer's packets.
   Counter step_ns_total{*this, "duty_seconds", "duty", "step", 1e-9};

@@ -7,6 +7,8 @@
 namespace hairnet::server {
 namespace {
 
+constexpr std::int64_t kForgetInterval_ns = 1'000'000'000;
+
 std::size_t index_of(Admission::Place place) {
   return static_cast<std::size_t>(place);
 }
@@ -31,7 +33,9 @@ Admission::Ticket::~Ticket() {
 
 bool Admission::Ticket::move_to(Place place) {
   if (!admission_ || place == place_) return true;
-  if (place == Place::http && admission_->places_[index_of(place)] >= admission_->limits_.http_max) return false;
+  const std::size_t count = admission_->places_[index_of(place)];
+  if (place == Place::http && count >= admission_->limits_.http_max) return false;
+  if (place == Place::leaving && count >= kLeavingMax) return false;
   HAIRNET_ASSERT(admission_->places_[index_of(place_)] > 0);
   --admission_->places_[index_of(place_)];
   ++admission_->places_[index_of(place)];
@@ -39,32 +43,72 @@ bool Admission::Ticket::move_to(Place place) {
   return true;
 }
 
-Admission::Verdict Admission::enter(std::uint64_t address, Ticket& ticket) {
+Admission::Verdict Admission::Ticket::set_address(std::uint64_t address, std::int64_t now_ns) {
+  HAIRNET_ASSERT(admission_ && !address_);
+  const Verdict verdict = admission_->enter_address(address, now_ns);
+  if (verdict == Verdict::admitted) address_ = address;
+  return verdict;
+}
+
+Admission::Admission(const AdmissionLimits& limits)
+    : limits_(limits), rate_(limits.connections_per_s, limits.connections_burst, 0) {
+  HAIRNET_ASSERT(limits.connections_burst >= 1 && limits.connections_per_address_burst >= 1);
+}
+
+Admission::Verdict Admission::enter(std::optional<std::uint64_t> address, std::int64_t now_ns, Ticket& ticket) {
   if (limits_.connections_max != 0 && count_ >= limits_.connections_max) return Verdict::full;
   if (places_[index_of(Place::arrival)] >= limits_.arrivals_max) return Verdict::arrivals_full;
-  const std::size_t of_address_max = limits_.connections_per_address_max;
-  if (const auto found = addresses_.find(address);
-      of_address_max != 0 && found != addresses_.end() && found->second >= of_address_max)
-    return Verdict::address_full;
+  const Verdict verdict = address ? enter_address(*address, now_ns) : Verdict::admitted;
+  if (verdict != Verdict::admitted) return verdict;
   Ticket entered;
   entered.admission_ = shared_from_this();
   entered.address_ = address;
-  ++addresses_[address];
   ++count_;
+  ++unpaid_count_;
   ++places_[index_of(Place::arrival)];
-  HAIRNET_ASSERT(count_ == places_[0] + places_[1] + places_[2]);
+  HAIRNET_ASSERT(count_ == places_[0] + places_[1] + places_[2] + places_[3]);
   ticket = std::move(entered);
   return Verdict::admitted;
 }
 
-void Admission::leave(std::uint64_t address, Place place) {
+Admission::Verdict Admission::enter_address(std::uint64_t address, std::int64_t now_ns) {
+  forget_idle(now_ns);
+  const TokenBucket full(limits_.connections_per_address_per_s, limits_.connections_per_address_burst, now_ns);
+  Address& entry = addresses_.try_emplace(address, Address{0, full}).first->second;
+  const std::size_t count_max = limits_.connections_per_address_max;
+  if (count_max != 0 && entry.count >= count_max) return Verdict::address_full;
+  if (!entry.arrivals.take(1, now_ns)) return Verdict::address_rate;
+  ++entry.count;
+  return Verdict::admitted;
+}
+
+bool Admission::may_accept(std::int64_t now_ns) {
+  while (unpaid_count_ > 0 && rate_.take(1, now_ns)) --unpaid_count_;
+  return unpaid_count_ == 0;
+}
+
+// An address whose bucket is full again is like one that never came.
+void Admission::forget_idle(std::int64_t now_ns) {
+  const bool is_crowded = addresses_.size() >= kIdleAddressesMax + count_;
+  if (now_ns < forget_next_ns_ && !is_crowded) return;
+  forget_next_ns_ = now_ns + kForgetInterval_ns;
+  std::erase_if(addresses_, [&](const auto& entry) {
+    const Address& address = entry.second;
+    return address.count == 0 &&
+           (is_crowded || TokenBucket(address.arrivals).take(limits_.connections_per_address_burst, now_ns));
+  });
+}
+
+void Admission::leave(std::optional<std::uint64_t> address, Place place) {
   HAIRNET_ASSERT(count_ > 0);
   HAIRNET_ASSERT(places_[index_of(place)] > 0);
   --count_;
   --places_[index_of(place)];
-  const auto found = addresses_.find(address);
+  if (!address) return;
+  const auto found = addresses_.find(*address);
   HAIRNET_ASSERT(found != addresses_.end());
-  if (--found->second == 0) addresses_.erase(found);
+  HAIRNET_ASSERT(found->second.count > 0);
+  --found->second.count;
 }
 
 }  // namespace hairnet::server

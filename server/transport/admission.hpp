@@ -3,22 +3,36 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <unordered_map>
+
+#include "server/threading/token_bucket.hpp"
 
 namespace hairnet::server {
 
+// An address is an IPv4 address, or an IPv6 network of 64 bits.
 struct AdmissionLimits {
-  std::size_t connections_max = 0;              // 0: no bound
-  std::size_t connections_per_address_max = 0;  // an IPv4 address, or an IPv6 network of 64 bits; 0: no bound
-  std::size_t arrivals_max = 256;               // connections whose protocol is not known yet
-  std::size_t http_max = 512;                   // connections that request pages
+  std::size_t connections_max = 0;               // 0: no bound
+  std::size_t connections_per_address_max = 64;  // 0: no bound
+  std::size_t arrivals_max = 256;                // connections whose protocol is not known yet
+  std::size_t http_max = 512;                    // connections that request pages
+  double connections_per_s = 500;                // new ones of all addresses, mean
+  double connections_burst = 1000;               // at once
+  double connections_per_address_per_s = 20;     // new ones of one address, mean
+  double connections_per_address_burst = 200;    // at once
 };
 
-// Limits the number of connections, in all and by address, before they become sessions. I/O thread.
+// Limits the number of connections and the rate of new ones, in all and by address, before they become sessions. I/O
+// thread.
 class Admission : public std::enable_shared_from_this<Admission> {
  public:
-  enum class Verdict : std::uint8_t { admitted, full, address_full, arrivals_full };
-  enum class Place : std::uint8_t { arrival, http, session };
+  enum class Verdict : std::uint8_t { admitted, full, address_full, address_rate, arrivals_full };
+  enum class Place : std::uint8_t { arrival, http, session, leaving };
+
+  // Connections that never joined, and that wait for their peer to read the last bytes.
+  static constexpr std::size_t kLeavingMax = 64;
+  // Addresses without a connection that are remembered for their rate.
+  static constexpr std::size_t kIdleAddressesMax = 65'536;
 
   // Counts one connection for as long as the ticket lives.
   class Ticket {
@@ -30,26 +44,44 @@ class Admission : public std::enable_shared_from_this<Admission> {
     // Counts the connection in `place` from now on. Returns false, and changes nothing, when there are too many of that
     // kind.
     bool move_to(Place place);
+    // Whether the limits of one address apply.
+    [[nodiscard]] bool has_address() const { return address_.has_value(); }
+    // Counts a connection without an address as one of `address` from now on, unless the verdict is a refusal.
+    Verdict set_address(std::uint64_t address, std::int64_t now_ns);
 
    private:
     friend class Admission;
     std::shared_ptr<Admission> admission_;
-    std::uint64_t address_ = 0;
+    std::optional<std::uint64_t> address_;
     Place place_ = Place::arrival;
   };
 
-  explicit Admission(const AdmissionLimits& limits) : limits_(limits) {}
-  // `address`: connections with the same number share one limit.
-  Verdict enter(std::uint64_t address, Ticket& ticket);
+  explicit Admission(const AdmissionLimits& limits);
+  // `address`: connections with the same number share the limits of one address. None: those limits do not apply.
+  Verdict enter(std::optional<std::uint64_t> address, std::int64_t now_ns, Ticket& ticket);
+  // False when more connections were admitted than the total rate allows: accept no more for now. Refused connections
+  // do not count, so one address cannot use up the rate of all.
+  bool may_accept(std::int64_t now_ns);
   [[nodiscard]] std::size_t count() const { return count_; }
+  [[nodiscard]] std::size_t address_count() const { return addresses_.size(); }
 
  private:
-  void leave(std::uint64_t address, Place place);
+  struct Address {
+    std::size_t count = 0;
+    TokenBucket arrivals;
+  };
+
+  Verdict enter_address(std::uint64_t address, std::int64_t now_ns);
+  void forget_idle(std::int64_t now_ns);
+  void leave(std::optional<std::uint64_t> address, Place place);
 
   AdmissionLimits limits_;
   std::size_t count_ = 0;
-  std::size_t places_[3] = {};
-  std::unordered_map<std::uint64_t, std::size_t> addresses_;
+  std::size_t places_[4] = {};
+  std::unordered_map<std::uint64_t, Address> addresses_;
+  std::int64_t forget_next_ns_ = 0;
+  TokenBucket rate_;
+  std::size_t unpaid_count_ = 0;  // admitted connections that rate_ has not counted yet
 };
 
 }  // namespace hairnet::server

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/assert.hpp"
+#include "server/transport/peer_address.hpp"
 
 namespace hairnet::server {
 namespace {
@@ -21,25 +22,25 @@ using UnsentLow = asio::detail::socket_option::integer<IPPROTO_TCP, TCP_NOTSENT_
 
 }  // namespace
 
-ByteStream::ByteStream(asio::ip::tcp::socket socket, std::string peer, Admission::Ticket ticket,
+ByteStream::ByteStream(asio::ip::tcp::socket socket, const asio::ip::tcp::endpoint& peer, Admission::Ticket ticket,
                        TransportCounters& counters)
-    : socket_(std::move(socket)),
-      expiry_(socket_.get_executor()),
-      peer_(std::move(peer)),
-      ticket_(std::move(ticket)),
-      counters_(&counters) {
+    : socket_(std::move(socket)), expiry_(socket_.get_executor()), ticket_(std::move(ticket)), counters_(&counters) {
   boost::system::error_code ignored;
   socket_.set_option(asio::ip::tcp::no_delay(true), ignored);
   socket_.non_blocking(true, ignored);
   socket_.set_option(UnsentLow(kUnsentSystemBytes), ignored);
-  const asio::ip::address address = socket_.remote_endpoint(ignored).address();
-  from_loopback_ = address.is_loopback() || (address.is_v6() && address.to_v6().is_v4_mapped() &&
-                                             make_address_v4(asio::ip::v4_mapped, address.to_v6()).is_loopback());
+  set_peer(peer);
   counters_->connections_accepted.add();
 }
 
 ByteStream::~ByteStream() {
   counters_->connections_closed.add();
+}
+
+void ByteStream::set_peer(const asio::ip::tcp::endpoint& peer) {
+  peer_ = shown(peer);
+  network_ = network_of(peer.address());
+  from_loopback_ = unmapped(peer.address()).is_loopback();
 }
 
 void ByteStream::put_back(std::span<const std::uint8_t> bytes) {

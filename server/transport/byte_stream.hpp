@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "server/transport/admission.hpp"
@@ -27,16 +28,21 @@ class ByteStream : public std::enable_shared_from_this<ByteStream> {
  public:
   using executor_type = asio::ip::tcp::socket::executor_type;
 
-  ByteStream(asio::ip::tcp::socket socket, std::string peer, Admission::Ticket ticket, TransportCounters& counters);
+  ByteStream(asio::ip::tcp::socket socket, const asio::ip::tcp::endpoint& peer, Admission::Ticket ticket,
+             TransportCounters& counters);
   ~ByteStream();
 
   executor_type get_executor() { return socket_.get_executor(); }
   [[nodiscard]] const std::string& peer() const { return peer_; }
+  // The peer's IPv4 address or IPv6 /64 network; empty when no limits of one address apply to the connection.
+  [[nodiscard]] std::string_view network() const { return ticket_.has_address() ? network_ : std::string_view(); }
+  void set_peer(const asio::ip::tcp::endpoint& peer);  // as a proxy names it
   [[nodiscard]] bool is_tls() const { return tls_.has_value(); }
   [[nodiscard]] bool is_open() const { return socket_.is_open(); }
   [[nodiscard]] bool is_from_loopback() const { return from_loopback_; }
   [[nodiscard]] bool has_expired() const { return has_expired_; }
   bool move_to(Admission::Place place) { return ticket_.move_to(place); }
+  Admission::Ticket& ticket() { return ticket_; }
 
   void put_back(std::span<const std::uint8_t> bytes);  // before the bytes that are read next
   asio::awaitable<boost::system::error_code> accept_tls(asio::ssl::context& context);
@@ -97,7 +103,7 @@ class ByteStream : public std::enable_shared_from_this<ByteStream> {
   asio::ip::tcp::socket socket_;
   std::optional<asio::ssl::stream<asio::ip::tcp::socket&>> tls_;
   asio::steady_timer expiry_;
-  std::string peer_;
+  std::string peer_, network_;
   Admission::Ticket ticket_;
   TransportCounters* counters_;
   std::vector<std::uint8_t> put_back_, corked_, leaving_;

@@ -2,8 +2,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <array>
-#include <sstream>
 #include <string_view>
 #include <utility>
 
@@ -11,6 +11,8 @@
 #include "server/telemetry/log_text.hpp"
 #include "server/transport/detected_protocol.hpp"
 #include "server/transport/io_loop.hpp"
+#include "server/transport/peer_address.hpp"
+#include "server/transport/proxy_header.hpp"
 #include "server/transport/tcp_connection.hpp"
 
 namespace hairnet::server {
@@ -26,29 +28,12 @@ constexpr std::string_view kTlsOnly =
     "HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain; charset=utf-8\r\nContent-Length: 25\r\n"
     "Connection: close\r\n\r\nthis port takes TLS only\n";
 
-// One number for an IPv4 address or an IPv6 /64 network. IPv4 addresses use a range that no IPv6 network has.
-std::uint64_t address_number(const asio::ip::address& address) {
-  if (address.is_v4()) return 0xffff'0000'0000u | address.to_v4().to_uint();
-  const asio::ip::address_v6 v6 = address.to_v6();
-  if (v6.is_v4_mapped()) return address_number(make_address_v4(asio::ip::v4_mapped, v6));
-  std::uint64_t network = 0;
-  for (std::size_t i = 0; i < 8; ++i) network = network << 8 | v6.to_bytes()[i];
-  return network;
-}
-
-std::string shown(const tcp::endpoint& endpoint) {
-  asio::ip::address address = endpoint.address();
-  if (address.is_v6() && address.to_v6().is_v4_mapped())
-    address = make_address_v4(asio::ip::v4_mapped, address.to_v6());
-  std::ostringstream text;
-  text << tcp::endpoint(address, endpoint.port());
-  return text.str();
-}
-
 Counter& counter_of(TransportCounters& counters, Admission::Verdict verdict) {
   switch (verdict) {
     case Admission::Verdict::address_full:
       return counters.connections_refused_address;
+    case Admission::Verdict::address_rate:
+      return counters.connections_refused_address_rate;
     case Admission::Verdict::arrivals_full:
       return counters.connections_refused_arrivals;
     case Admission::Verdict::full:
@@ -94,29 +79,75 @@ void ConnectionRouter::accept(tcp::socket socket) {
     counters->handshakes_failed_silent.add();
     return;
   }
-  HAIRNET_ASSERT(counters && admission && open_session);
+  HAIRNET_ASSERT(counters && admission);
+  const bool is_proxied = std::ranges::count(proxies, unmapped(endpoint.address())) != 0;
+  const auto address = is_proxied ? std::nullopt : limited_address(endpoint.address());
   Admission::Ticket ticket;
-  const Admission::Verdict verdict = admission->enter(address_number(endpoint.address()), ticket);
-  if (verdict != Admission::Verdict::admitted) {
-    Counter& counter = counter_of(*counters, verdict);
-    counter.add();
-    if (refusal_log.allow(channel::monotonic_ns()))
-      spdlog::warn("event={} peer={} count={}", counter.name().flat(), shown(endpoint), counter.value());
-    return;
-  }
-  auto stream = std::make_shared<ByteStream>(std::move(socket), shown(endpoint), std::move(ticket), *counters);
+  const Admission::Verdict verdict = admission->enter(address, channel::monotonic_ns(), ticket);
+  if (verdict != Admission::Verdict::admitted) return count_refusal(verdict, endpoint);
+  auto stream = std::make_shared<ByteStream>(std::move(socket), endpoint, std::move(ticket), *counters);
   pending.emplace(stream.get(), stream);
   asio::co_spawn(
-      stream->get_executor(), [self = shared_from_this(), stream] { return self->serve(stream); }, asio::detached);
+      stream->get_executor(),
+      [self = shared_from_this(), stream, is_proxied] { return self->serve(stream, is_proxied); }, asio::detached);
 }
 
-asio::awaitable<void> ConnectionRouter::serve(std::shared_ptr<ByteStream> stream) {
-  co_await route(stream);
+std::optional<std::uint64_t> ConnectionRouter::limited_address(const asio::ip::address& address) const {
+  if (std::ranges::count(exempt, unmapped(address)) != 0) return std::nullopt;
+  return address_number(address);
+}
+
+void ConnectionRouter::count_refusal(Admission::Verdict verdict, const tcp::endpoint& peer) {
+  Counter& counter = counter_of(*counters, verdict);
+  counter.add();
+  if (refusal_log.allow(channel::monotonic_ns()))
+    spdlog::warn("event={} peer={} count={}", counter.name().flat(), shown(peer), counter.value());
+}
+
+asio::awaitable<void> ConnectionRouter::serve(std::shared_ptr<ByteStream> stream, bool is_proxied) {
+  stream->expires_after(options.opening_timeout);
+  bool is_known = true;
+  if (is_proxied) is_known = co_await read_proxy_header(*stream);
+  if (is_known) co_await route(stream);
   pending.erase(stream.get());
 }
 
+asio::awaitable<bool> ConnectionRouter::read_proxy_header(ByteStream& stream) {
+  std::vector<std::uint8_t> first(kProxyHeaderBytesMax);
+  std::size_t filled = 0;
+  ProxyHeader header;
+  while (header.status == ProxyHeader::Status::incomplete) {
+    const auto [error, count] =
+        co_await stream.async_read_some(asio::buffer(first.data() + filled, first.size() - filled), kAwaitable);
+    if (error) {
+      (stream.has_expired() ? counters->handshakes_failed_timeout : counters->handshakes_failed_silent).add();
+      stream.close();
+      co_return false;
+    }
+    filled += count;
+    header = parse_proxy_header(std::span(first).first(filled));
+  }
+  if (header.status == ProxyHeader::Status::malformed) {
+    counters->handshakes_failed_proxy.add();
+    stream.close();
+    co_return false;
+  }
+  if (header.peer) {
+    stream.set_peer(*header.peer);
+    const auto address = limited_address(header.peer->address());
+    const auto verdict =
+        address ? stream.ticket().set_address(*address, channel::monotonic_ns()) : Admission::Verdict::admitted;
+    if (verdict != Admission::Verdict::admitted) {
+      count_refusal(verdict, *header.peer);
+      stream.close();
+      co_return false;
+    }
+  }
+  stream.put_back(std::span(first).subspan(header.bytes, filled - header.bytes));
+  co_return true;
+}
+
 asio::awaitable<void> ConnectionRouter::route(std::shared_ptr<ByteStream> stream) {
-  stream->expires_after(options.opening_timeout);
   Found found = co_await read_protocol(*stream);
   if (found.protocol == DetectedProtocol::tls && !tls) {
     counters->handshakes_failed_tls_absent.add();
@@ -151,11 +182,16 @@ asio::awaitable<void> ConnectionRouter::route(std::shared_ptr<ByteStream> stream
     co_await serve_http(shared_from_this(), stream);
     co_return;
   }
+  if (!open_session) {
+    counters->handshakes_failed_http.add();
+    stream->close();
+    co_return;
+  }
   // TLS inside TLS is not supported: its first bytes count as a size prefix, which is out of bounds.
   stream->expires_never();
   stream->move_to(Admission::Place::session);
   counters->connections_opened_tcp.add();
-  auto connection = std::make_shared<TcpConnection>(stream, options.packet_bytes_max, *counters);
+  auto connection = std::make_shared<TcpConnection>(stream, *counters);
   PacketSink* sink = open_session(connection, channel::monotonic_ns());
   connection->start(sink);
 }

@@ -2,7 +2,9 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <unordered_map>
+#include <vector>
 
 #include "server/session/connection.hpp"
 #include "server/transport/admission.hpp"
@@ -34,21 +36,28 @@ struct ConnectionRouter : std::enable_shared_from_this<ConnectionRouter> {
 
   TransportOptions options;
   TransportCounters* counters = nullptr;
-  OpenSession open_session;
+  OpenSession open_session;  // none: the port has pages only
   HttpService* service = nullptr;
+  std::vector<asio::ip::address> exempt, proxies;
   std::shared_ptr<Admission> admission;
   std::shared_ptr<asio::ssl::context> tls;                                   // null: no TLS
   std::unique_ptr<StaticFiles> files;                                        // null: none
   std::unordered_map<const ByteStream*, std::weak_ptr<ByteStream>> pending;  // pending handshakes, and pages
+  bool is_local = true;                                                      // all its addresses are of the loopback
   bool is_closed = false;
-  LogThrottle refusal_log, origin_log, accept_log;
+  LogThrottle refusal_log, origin_log, host_log, accept_log;
 
   void accept(asio::ip::tcp::socket socket);
   void close();  // closes the pending connections; the session registry closes the sessions
 
  private:
-  asio::awaitable<void> serve(std::shared_ptr<ByteStream> stream);
+  asio::awaitable<void> serve(std::shared_ptr<ByteStream> stream, bool is_proxied);
   asio::awaitable<void> route(std::shared_ptr<ByteStream> stream);
+  // Reads the proxy's header, and counts the connection as one of the address in it. False: the stream is closed.
+  asio::awaitable<bool> read_proxy_header(ByteStream& stream);
+  // None: the limits of one address do not apply.
+  [[nodiscard]] std::optional<std::uint64_t> limited_address(const asio::ip::address& address) const;
+  void count_refusal(Admission::Verdict verdict, const asio::ip::tcp::endpoint& peer);
 };
 
 // Answers requests until the connection ends or becomes a WebSocket.

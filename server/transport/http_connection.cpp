@@ -1,11 +1,13 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <chrono>
 #include <ctime>
 #include <optional>
 #include <utility>
 
 #include "server/telemetry/log_text.hpp"
+#include "server/threading/token_bucket.hpp"
 #include "server/transport/beast.hpp"
 #include "server/transport/connection_router.hpp"
 #include "server/transport/http_response.hpp"
@@ -21,6 +23,7 @@ constexpr std::size_t kTargetBytesMax = 2048;
 constexpr std::size_t kBodyBytesMax = 4096;  // of a body that comes with a GET; it is read and ignored
 constexpr std::size_t kReadBytesMax = 16 << 10;
 constexpr std::size_t kFilePieceBytes = std::size_t{64} << 10;
+constexpr std::chrono::milliseconds kRateWait{10};  // for a connection that receives pages at its limit
 
 using Request = WebSocketConnection::Request;
 
@@ -61,7 +64,8 @@ class HttpConnection {
         stream_(std::move(stream)),
         options_(&router_->options),
         counters_(router_->counters),
-        buffer_(kReadBytesMax) {}
+        buffer_(kReadBytesMax),
+        bytes_(options_->page_bytes_per_s, options_->page_bytes_per_s, channel::monotonic_ns()) {}
 
   asio::awaitable<void> run() {
     for (std::size_t count = 1; !router_->is_closed; ++count) {
@@ -72,11 +76,12 @@ class HttpConnection {
       auto refused = co_await read(parser, count == 1);
       if (!stream_->is_open()) co_return;
       const Request& request = parser.get();
+      if (!refused) refused = refuse_host(request);
       if (!refused && count == 1 && !stream_->move_to(Admission::Place::http) && !websocket::is_upgrade(request)) {
         counters_->connections_refused_http.add();
         refused = refusal(503, "too many connections ask for pages; try again later");
       }
-      if (!refused && path_of(view(request.target())) == WebSocketConnection::kPath) {
+      if (!refused && router_->open_session && path_of(view(request.target())) == WebSocketConnection::kPath) {
         refused = refuse_upgrade(request);
         if (!refused) {
           co_await upgrade(request);
@@ -177,6 +182,7 @@ class HttpConnection {
         offset += count;
         left -= count;
       }
+      co_await wait_for_rate(piece.size());
       stream_->expires_after(options_->response_timeout);
       const auto [error, bytes] = co_await asio::async_write(*stream_, asio::buffer(piece), kAwaitable);
       counters_->bytes_written.add(bytes);
@@ -188,6 +194,37 @@ class HttpConnection {
       if (left == 0) co_return true;
       piece.clear();
     }
+  }
+
+  asio::awaitable<void> wait_for_rate(std::size_t bytes) {
+    const double counted = std::min(static_cast<double>(bytes), options_->page_bytes_per_s);
+    while (stream_->is_open() && !bytes_.take(counted, channel::monotonic_ns())) {
+      counters_->pages_delayed.add();
+      stream_->expires_after(options_->response_timeout);
+      asio::steady_timer timer(stream_->get_executor(), kRateWait);
+      co_await timer.async_wait(kAwaitable);
+    }
+  }
+
+  // A page of another site that reaches this server under the site's name would be the server's own page for the
+  // browser.
+  std::optional<HttpResponse> refuse_host(const Request& request) {
+    static const std::vector<std::string> kLocalHosts{"localhost"};
+    const std::string_view host = view(request[http::field::host]);
+    if (host.empty()) return std::nullopt;  // browsers always name one
+    const bool is_own_page =
+        websocket::is_upgrade(request) && request.count(http::field::origin) != 0 && options_->origins.empty();
+    const std::vector<std::string>* hosts = &options_->hosts;
+    if (hosts->empty()) {
+      if (!router_->is_local || !is_own_page) return std::nullopt;
+      hosts = &kLocalHosts;
+    }
+    if (host_allowed(host, *hosts)) return std::nullopt;
+    counters_->hosts_refused.add();
+    if (router_->host_log.allow(channel::monotonic_ns()))
+      spdlog::warn("event=host_refused host={} peer={} count={}", log_text(host), stream_->peer(),
+                   counters_->hosts_refused.value());
+    return refusal(421, "this server has no such name; its setting transport.hosts lists them");
   }
 
   std::optional<HttpResponse> refuse_upgrade(const Request& request) {
@@ -238,6 +275,7 @@ class HttpConnection {
   const TransportOptions* options_;
   TransportCounters* counters_;
   beast::flat_buffer buffer_;
+  TokenBucket bytes_;
 };
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "server/telemetry/log_text.hpp"
 #include "server/transport/connection_router.hpp"
 #include "server/transport/io_loop_core.hpp"
+#include "server/transport/peer_address.hpp"
 #include "server/transport/tls_context.hpp"
 
 namespace hairnet::server {
@@ -18,6 +19,7 @@ using asio::ip::tcp;
 
 // After a failed accept (for example without free file descriptors) the next try waits, so that the loop does not spin.
 constexpr std::chrono::milliseconds kRetry{100};
+constexpr std::chrono::milliseconds kPause{10};  // while too many connections arrive
 
 std::string shown(const std::string& address, std::uint16_t port) {
   const bool is_v6 = address.find(':') != std::string::npos;
@@ -46,6 +48,13 @@ asio::awaitable<void> accept(std::shared_ptr<ConnectionRouter> router, std::shar
     if (!acceptor->is_open()) co_return;
     if (!error) {
       router->accept(std::move(socket));
+      // Further connections wait in the system's queue.
+      bool is_paused = false;
+      while (acceptor->is_open() && !router->admission->may_accept(channel::monotonic_ns())) {
+        if (!std::exchange(is_paused, true)) router->counters->accepts_paused.add();
+        retry.expires_after(kPause);
+        co_await retry.async_wait(kAwaitable);
+      }
       continue;
     }
     router->counters->accepts_failed.add();
@@ -54,6 +63,12 @@ asio::awaitable<void> accept(std::shared_ptr<ConnectionRouter> router, std::shar
     retry.expires_after(kRetry);
     co_await retry.async_wait(kAwaitable);
   }
+}
+
+std::vector<asio::ip::address> parse_addresses(const std::vector<std::string>& texts) {
+  std::vector<asio::ip::address> addresses;
+  for (const std::string& text : texts) addresses.push_back(unmapped(asio::ip::make_address(text)));
+  return addresses;
 }
 
 }  // namespace
@@ -74,6 +89,8 @@ Result<std::unique_ptr<Listener>> Listener::create(IoLoop& loop, const Transport
   router.counters = &counters;
   router.open_session = std::move(open_session);
   router.service = service;
+  router.exempt = parse_addresses(options.exempt_addresses);
+  router.proxies = parse_addresses(options.proxy_protocol);
   router.admission = std::make_shared<Admission>(options.admission);
   if (!options.tls.certificate.empty()) {
     auto tls = make_tls_context(options.tls);
@@ -91,7 +108,9 @@ Result<std::unique_ptr<Listener>> Listener::create(IoLoop& loop, const Transport
     if (const auto error = listen(*acceptor, address, port))
       return Refusal("cannot listen on " + shown(address, port) + ": " + error.message());
     boost::system::error_code ignored;
-    port = acceptor->local_endpoint(ignored).port();  // all addresses use the port that the system picked for the first
+    const tcp::endpoint local = acceptor->local_endpoint(ignored);
+    port = local.port();  // all addresses use the port that the system picked for the first
+    router.is_local = router.is_local && local.address().is_loopback();
     impl->acceptors.push_back(std::move(acceptor));
   }
   for (const auto& acceptor : impl->acceptors)

@@ -21,7 +21,7 @@ class Listener {
   using OpenSession = std::function<PacketSink*(std::shared_ptr<Connection>, std::int64_t now_ns)>;
 
   // Creates the listener, or returns one line about a wrong address, certificate or folder. `counters` and `service`,
-  // which may be null, must outlive the loop's last run.
+  // which may be null, must outlive the loop's last run. Without `open_session` the port has pages only.
   static Result<std::unique_ptr<Listener>> create(IoLoop& loop, const TransportOptions& options,
                                                   TransportCounters& counters, OpenSession open_session,
                                                   HttpService* service = nullptr);

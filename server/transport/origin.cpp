@@ -27,6 +27,10 @@ std::string normal_origin(std::string_view origin) {
   return out;
 }
 
+bool is_digit(char c) {
+  return c >= '0' && c <= '9';
+}
+
 }  // namespace
 
 bool origin_allowed(std::string_view origin, std::string_view host, std::span<const std::string> list) {
@@ -39,6 +43,21 @@ bool origin_allowed(std::string_view origin, std::string_view host, std::span<co
   }
   return std::ranges::any_of(
       list, [&](const std::string& listed) { return listed == "*" || asked == normal_origin(listed); });
+}
+
+bool host_allowed(std::string_view host, std::span<const std::string> list) {
+  if (host.starts_with('[')) return true;  // IPv6
+  const std::string name = lowered(host.substr(0, host.find(':')));
+  // No name under a top-level domain has digits only.
+  if (std::ranges::all_of(name, [](char c) { return is_digit(c) || c == '.'; })) return !name.empty();
+  return std::ranges::any_of(list, [&](const std::string& listed) { return listed == "*" || name == lowered(listed); });
+}
+
+std::string validate_host(std::string_view host) {
+  const bool sound = host == "*" || (!host.empty() && std::ranges::all_of(lowered(host), [](char c) {
+                       return is_digit(c) || (c >= 'a' && c <= 'z') || c == '.' || c == '-' || c == '_';
+                     }));
+  return sound ? std::string() : "the host \"" + std::string(host) + "\" is not a name without scheme and port";
 }
 
 std::string validate_origin(std::string_view origin) {

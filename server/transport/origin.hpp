@@ -11,6 +11,14 @@ namespace hairnet::server {
 // only the listed origins, where "*" allows every page.
 bool origin_allowed(std::string_view origin, std::string_view host, std::span<const std::string> list);
 
+// Whether a request may name `host` (the Host header, with or without a port). A numeric address may always be named: a
+// page of another site reaches this server under the site's own name only, when the site's DNS answers with this
+// server's address. "*" in the list allows every name.
+bool host_allowed(std::string_view host, std::span<const std::string> list);
+
+// Returns an empty string when `host` is valid in the list ("hair.example.com" or "*"); else one line.
+std::string validate_host(std::string_view host);
+
 // Returns an empty string when `origin` is valid in the list ("https://example.com:8443", "null" or "*"); else one
 // line.
 std::string validate_origin(std::string_view origin);

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "core/assert.hpp"
+#include "schema/limits.hpp"
 #include "server/transport/io_loop.hpp"
 
 namespace hairnet::server {
@@ -13,11 +14,10 @@ constexpr std::size_t kFlatKeptBytes = std::size_t{128} << 10;
 
 }  // namespace
 
-TcpConnection::TcpConnection(std::shared_ptr<ByteStream> stream, std::size_t packet_bytes_max,
-                             TransportCounters& counters)
+TcpConnection::TcpConnection(std::shared_ptr<ByteStream> stream, TransportCounters& counters)
     : stream_(std::move(stream)),
       wake_writer_(stream_->get_executor(), asio::steady_timer::time_point::max()),
-      splitter_(packet_bytes_max),
+      splitter_(kHelloPacketBytesMax),
       counters_(&counters) {}
 
 void TcpConnection::start(PacketSink* sink) {
@@ -33,9 +33,14 @@ void TcpConnection::start(PacketSink* sink) {
 
 asio::awaitable<void> TcpConnection::read() {
   // Not cleared, so that the system provides memory only for the used part.
-  const auto buffer = std::make_unique_for_overwrite<std::uint8_t[]>(kReadBytes);
+  std::size_t buffer_bytes = kHelloPacketBytesMax;
+  auto buffer = std::make_unique_for_overwrite<std::uint8_t[]>(buffer_bytes);
   while (!shut_) {
-    const auto [error, count] = co_await stream_->async_read_some(asio::buffer(buffer.get(), kReadBytes), kAwaitable);
+    if (is_joined_ && buffer_bytes < kReadBytes) {
+      buffer_bytes = kReadBytes;
+      buffer = std::make_unique_for_overwrite<std::uint8_t[]>(buffer_bytes);
+    }
+    const auto [error, count] = co_await stream_->async_read_some(asio::buffer(buffer.get(), buffer_bytes), kAwaitable);
     if (error) {
       const bool ended = error == asio::error::eof || error == asio::ssl::error::stream_truncated;
       end(ended ? "the peer closed" : error.message());
@@ -71,7 +76,7 @@ asio::awaitable<void> TcpConnection::write() {
     }
     sending_.clear();
     is_writing_ = false;
-    if (flat_.capacity() > kFlatKeptBytes) flat_ = {};
+    if (flat_.capacity() > kFlatKeptBytes) flat_ = std::vector<std::uint8_t>();
   }
   // Close only our direction first: the peer reads everything and then the end. The peer's own end, or the linger
   // time-out, ends the reader.
@@ -103,6 +108,11 @@ void TcpConnection::count_written(std::size_t bytes, std::size_t packet_count) {
   counters_->sent_packets_tcp.add(packet_count);
 }
 
+void TcpConnection::mark_joined() {
+  is_joined_ = true;
+  splitter_.allow(wire::kPacketBytesMax);
+}
+
 void TcpConnection::send(std::vector<std::uint8_t> packet) {
   HAIRNET_ASSERT(!packet.empty());
   if (closing_) return;
@@ -120,6 +130,10 @@ void TcpConnection::close(std::string_view) {
   if (closing_) return;
   closing_ = true;
   sink_ = nullptr;
+  if (!is_joined_ && !stream_->move_to(Admission::Place::leaving)) {
+    counters_->connections_cut_leaving.add();
+    return shut();
+  }
   wake_writer_.cancel();
   stream_->expires_after(kLinger);
 }

@@ -20,14 +20,16 @@ class TcpConnection final : public Connection, public std::enable_shared_from_th
  public:
   static constexpr std::chrono::seconds kLinger{2};  // for packets that wait when the connection closes
 
-  TcpConnection(std::shared_ptr<ByteStream> stream, std::size_t packet_bytes_max, TransportCounters& counters);
+  TcpConnection(std::shared_ptr<ByteStream> stream, TransportCounters& counters);
 
   void start(PacketSink* sink);  // null: the connection was refused and has been closed
 
+  void mark_joined() override;
   void send(std::vector<std::uint8_t> packet) override;
   [[nodiscard]] bool writable() const override { return !closing_ && unsent_.bytes < PacketQueue::kBytesMax; }
   void close(std::string_view reason) override;
   [[nodiscard]] std::string_view peer() const override { return stream_->peer(); }
+  [[nodiscard]] std::string_view network() const override { return stream_->network(); }
   [[nodiscard]] std::string_view transport() const override { return stream_->is_tls() ? "tls" : "tcp"; }
 
  private:
@@ -47,7 +49,7 @@ class TcpConnection final : public Connection, public std::enable_shared_from_th
   std::vector<std::uint8_t> flat_;  // of small packets, or for TLS
   std::vector<asio::const_buffer> gathered_;
   bool is_writing_ = false;  // sending_ is being written
-  bool closing_ = false, shut_ = false;
+  bool is_joined_ = false, closing_ = false, shut_ = false;
 };
 
 }  // namespace hairnet::server

@@ -13,6 +13,8 @@ struct TransportCounters : CounterSet {
   Counter connections_refused_full{*this, "connections_refused", "reason", "full"};
   Counter connections_refused_address{*this, "connections_refused", "reason", "address"};
   Counter connections_refused_arrivals{*this, "connections_refused", "reason", "arrivals"};
+  Counter connections_refused_address_rate{*this, "connections_refused", "reason", "address_rate"};
+  Counter accepts_paused{*this, "accepts_paused"};  // new connections of all addresses exceeded their rate
   Counter connections_refused_http{*this, "connections_refused", "reason", "http"};
 
   Counter connections_opened_tcp{*this, "connections_opened", "transport", "tcp"};
@@ -41,9 +43,14 @@ struct TransportCounters : CounterSet {
   Counter handshakes_failed_tls_absent{*this, "handshakes_failed", "reason", "tls_absent"};
   // plain, but the server requires TLS
   Counter handshakes_failed_tls_required{*this, "handshakes_failed", "reason", "tls_required"};
+  // a proxy's connection that does not begin with a header of the PROXY protocol
+  Counter handshakes_failed_proxy{*this, "handshakes_failed", "reason", "proxy"};
   Counter handshakes_failed_http{*this, "handshakes_failed", "reason", "http"};
   Counter handshakes_failed_websocket{*this, "handshakes_failed", "reason", "websocket"};
   Counter origins_refused{*this, "origins_refused"};
+  Counter hosts_refused{*this, "hosts_refused"};
+  Counter pages_delayed{*this, "pages_delayed"};  // a piece waited, as the connection had its share of bytes
+  Counter connections_cut_leaving{*this, "connections_cut", "reason", "leaving"};  // before their last bytes were read
 
   Counter http_responses_2xx{*this, "http_responses", "code", "2xx"};
   Counter http_responses_3xx{*this, "http_responses", "code", "3xx"};

@@ -19,21 +19,28 @@ struct TlsFiles {
 struct TransportOptions {
   std::vector<std::string> addresses = {"127.0.0.1"};  // IPv4 or IPv6, numeric; "::" is all of both
   std::uint16_t port = 7420;                           // 0: the system picks one
-  std::size_t packet_bytes_max = 0;
 
   TlsFiles tls;
   bool tls_required = false;  // plain connections are refused
 
   std::vector<std::string> origins;  // pages that may open a WebSocket; none: the server's own
-  std::string web_root;              // folder of the pages; empty: none
+  // Names that the Host of a request may have; none: any. A page of the server's own may then open a WebSocket only as
+  // localhost if `addresses` are all of the loopback. Numeric hosts always pass.
+  std::vector<std::string> hosts;
+  std::string web_root;  // folder of the pages; empty: none
 
   AdmissionLimits admission;
+  // Numeric; the limits of one address do not apply to these. Load tools and proxies connect from them.
+  std::vector<std::string> exempt_addresses = {"127.0.0.1", "::1"};
+  // Numeric; of proxies, whose connections must begin with a header of the PROXY protocol. It names the peer.
+  std::vector<std::string> proxy_protocol;
   std::chrono::milliseconds opening_timeout{5000};    // for the first bytes, and again for the TLS handshake
   std::chrono::milliseconds request_timeout{10000};   // for a whole HTTP request, including the wait for it
   std::chrono::milliseconds response_timeout{10000};  // for each 64 KiB of a response
   // a silent WebSocket gets a ping after this time, and is closed after twice this time
   std::chrono::milliseconds ping_after{15000};
   std::size_t requests_per_connection_max = 100;
+  double page_bytes_per_s = 32 << 20;  // of a connection; also at once
 };
 
 // Returns an empty string when the options agree with each other; else one line.

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/assert.hpp"
+#include "schema/limits.hpp"
 #include "server/transport/io_loop.hpp"
 
 namespace hairnet::server {
@@ -19,12 +20,11 @@ WebSocketConnection::WebSocketConnection(std::shared_ptr<ByteStream> stream, con
                                          TransportCounters& counters)
     : stream_(std::move(stream)),
       socket_(*stream_),
-      message_(options.packet_bytes_max),
       wake_writer_(stream_->get_executor(), asio::steady_timer::time_point::max()),
       counters_(&counters) {
   socket_.binary(true);
   socket_.auto_fragment(false);
-  socket_.read_message_max(options.packet_bytes_max);
+  socket_.read_message_max(kHelloPacketBytesMax);
   socket_.set_option(websocket::stream_base::timeout{options.opening_timeout, 2 * options.ping_after, true});
 }
 
@@ -122,6 +122,11 @@ asio::awaitable<boost::system::error_code> WebSocketConnection::write_out() {
   co_return boost::system::error_code();
 }
 
+void WebSocketConnection::mark_joined() {
+  is_joined_ = true;
+  socket_.read_message_max(wire::kPacketBytesMax);
+}
+
 void WebSocketConnection::send(std::vector<std::uint8_t> packet) {
   if (closing_) return;
   unsent_.push(std::move(packet));
@@ -137,6 +142,10 @@ void WebSocketConnection::close_with(websocket::close_code code, std::string_vie
   closing_ = true;
   sink_ = nullptr;
   close_reason_ = {code, beast::string_view(reason.data(), std::min<std::size_t>(reason.size(), 100))};
+  if (!is_joined_ && !stream_->move_to(Admission::Place::leaving)) {
+    counters_->connections_cut_leaving.add();
+    return stream_->close();
+  }
   wake_writer_.cancel();
   stream_->expires_after(kLinger);
 }

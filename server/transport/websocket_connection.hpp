@@ -30,10 +30,12 @@ class WebSocketConnection final : public Connection, public std::enable_shared_f
   asio::awaitable<boost::system::error_code> accept(const Request& request, bool with_subprotocol);
   void start(PacketSink* sink);  // null: the connection was refused and has been closed
 
+  void mark_joined() override;
   void send(std::vector<std::uint8_t> packet) override;
   [[nodiscard]] bool writable() const override { return !closing_ && unsent_.bytes < PacketQueue::kBytesMax; }
   void close(std::string_view reason) override;
   [[nodiscard]] std::string_view peer() const override { return stream_->peer(); }
+  [[nodiscard]] std::string_view network() const override { return stream_->network(); }
   [[nodiscard]] std::string_view transport() const override { return stream_->is_tls() ? "wss" : "ws"; }
 
  private:
@@ -53,7 +55,7 @@ class WebSocketConnection final : public Connection, public std::enable_shared_f
   PacketSink* sink_ = nullptr;    // null once closed
   PacketQueue unsent_, sending_;  // one fills while the other is being sent
   websocket::close_reason close_reason_{websocket::close_code::normal};
-  bool closing_ = false, ended_ = false;
+  bool is_joined_ = false, closing_ = false, ended_ = false;
 };
 
 // Beast calls it to end the socket below the WebSocket.

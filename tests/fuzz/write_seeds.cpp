@@ -111,6 +111,7 @@ void add_token_seeds(Folder& folder) {
   claims.name = "a";
   add(0, channel::sign(claims, key));
   add(1, R"({"room":"hall","role":"observer","exp":1900000000,"nbf":1.5e9,"strands_max":9,"aud":["hairnet"]})");
+  add(1, R"({"role":"observer","exp":1900000000,"sub":"a/b","jti":"7","upload":true,"wind":false})");
   add(1, R"({"role":"participant","exp":1900000000.5,"name":"\u00e9","aud":"hairnet","x":{"y":[null,true]}})");
 }
 

@@ -121,7 +121,7 @@ SimulatedConnection::SimulatedConnection(Timeline& timeline, Host& host, ClientE
       quality_(quality),
       up_(std::make_shared<Pipe>(timeline, quality, 2 * seed)),
       down_(std::make_shared<Pipe>(timeline, quality, 2 * seed + 1)),
-      splitter_(wire::kPacketBytesMax) {}
+      splitter_(server::kHelloPacketBytesMax) {}
 
 void SimulatedConnection::connect(bool into_nothing) {
   if (into_nothing) return;

@@ -127,6 +127,7 @@ class SimulatedConnection final : public server::Connection, public std::enable_
   void forget_client() { client_ = nullptr; }
 
   // The server's side.
+  void mark_joined() override { splitter_.allow(wire::kPacketBytesMax); }
   void send(std::vector<std::uint8_t> packet) override;
   [[nodiscard]] bool writable() const override {
     return !server_closed_ && down_->unsent_bytes() < quality_.unsent_bytes_max;

@@ -47,9 +47,11 @@ struct Player::EventHandler {
       if (p.timeline_->now_ns() - p.broken_ns_ + 100 * kMs < least_ns / 2)
         p.fault("finds the server full, which has its session");
     }
-    if (e.reason != GoodbyeReason::none && e.reason != GoodbyeReason::server_full) p.broken_ns_ = -1;
+    const bool is_early = e.reason == GoodbyeReason::over_rate && p.broken_ns_ >= 0;  // a resume soon after the last
+    if (is_early) p.journal_->count("resumed too early");
+    if (e.reason != GoodbyeReason::none && e.reason != GoodbyeReason::server_full && !is_early) p.broken_ns_ = -1;
     if (e.reason == GoodbyeReason::protocol_error) p.fault("lost for a protocol error: " + e.detail);
-    if (e.reason == GoodbyeReason::over_rate) p.fault("sends too much, says the server: " + e.detail);
+    if (e.reason == GoodbyeReason::over_rate && !is_early) p.fault("sends too much, says the server: " + e.detail);
     if (p.plan_.steady && (e.reason == GoodbyeReason::slow_consumer || e.reason == GoodbyeReason::idle_timeout))
       p.fault("is steady, and was sent away: " + e.detail);
   }

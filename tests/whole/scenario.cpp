@@ -102,6 +102,7 @@ server::Config Scenario::make_config() {
   limits.handshake_timeout_ns = kSecond_ns;
   limits.idle_timeout_ns = 4 * kSecond_ns;
   limits.resume_grace_ns = chance(0.1) ? 0 : moment(kSecond_ns / 2, 3 * kSecond_ns);
+  limits.resume_interval_ns = 200 * kMs;
   limits.slow_consumer_ns = moment(kSecond_ns, 2 * kSecond_ns);
   limits.drain_timeout_ns = 500 * kMs;
   limits.downloads_per_session_max = 4;
@@ -384,7 +385,9 @@ void Scenario::check_nothing_left() {
   check("sessions", server.session_count());
   check("sessions, counted by themselves,", server.context().session_count);
   check("characters, counted by sessions,", server.context().character_count);
-  check("rooms, counted by sessions,", server.context().rooms.room_count());
+  check("rooms, counted by sessions,", server.context().rooms.size());
+  check("subjects, counted by sessions,", server.context().subjects.size());
+  check("bearers of tokens, counted by sessions,", server.context().bearers.size());
   check("users of grooms", server.grooms().user_count());
   check("bytes of uploads", server.grooms().upload_bytes());
   check("characters in the World", server.scheduler().simulation().character_count());
@@ -404,10 +407,11 @@ void Scenario::check_counts(int life) {
   const server::SessionCounters& s = m.session;
   const server::RoomCounters& r = m.room;
   const std::uint64_t judged =
-      s.poses_dropped_over_rate.value() + s.poses_dropped_busy.value() + s.poses_rejected_character.value() +
-      s.poses_rejected_time.value() + s.poses_rejected_not_finite.value() + s.poses_rejected_not_unit.value() +
-      s.poses_rejected_too_far.value() + r.poses_accepted.value() + r.poses_rejected_stale.value() +
-      r.poses_rejected_out_of_order.value() + r.poses_rejected_future.value() + r.poses_rejected_unknown.value();
+      s.poses_dropped_over_rate.value() + s.poses_dropped_busy.value() + s.poses_thinned.value() +
+      s.poses_rejected_character.value() + s.poses_rejected_time.value() + s.poses_rejected_not_finite.value() +
+      s.poses_rejected_not_unit.value() + s.poses_rejected_too_far.value() + r.poses_accepted.value() +
+      r.poses_rejected_stale.value() + r.poses_rejected_out_of_order.value() + r.poses_rejected_future.value() +
+      r.poses_rejected_unknown.value();
   if (judged != s.poses_received.value())
     journal_.fault("server", "received " + std::to_string(s.poses_received.value()) + " poses and judged " +
                                  std::to_string(judged));

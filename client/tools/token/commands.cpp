@@ -49,7 +49,7 @@ Result<std::string> make_token(const MakeOptions& options, std::int64_t now_s) {
   if (options.not_before_s) claims.not_before_s = now_s + *options.not_before_s;
   if (std::string wrong = validate(claims); !wrong.empty()) return Refusal(std::move(wrong));
   std::string token = sign(claims, *key);
-  if (read_claims(token, *key) != claims) return Refusal("the name is not valid UTF-8");
+  if (read_claims(token, *key) != claims) return Refusal("the name, subject or id is not valid UTF-8");
   return token;
 }
 
@@ -67,6 +67,10 @@ Result<std::string> show_token(const ShowOptions& options, std::int64_t now_s) {
   if (claims->characters_max) json["characters_max"] = *claims->characters_max;
   if (claims->strands_max) json["strands_max"] = *claims->strands_max;
   if (!claims->name.empty()) json["name"] = claims->name;
+  if (!claims->subject.empty()) json["subject"] = claims->subject;
+  if (!claims->id.empty()) json["id"] = claims->id;
+  if (claims->upload) json["upload"] = *claims->upload;
+  if (claims->wind) json["wind"] = *claims->wind;
   return json.dump(2);
 }
 

@@ -3,6 +3,7 @@
 #include <ctime>
 #include <functional>
 #include <iostream>
+#include <optional>
 
 #include "client/tools/token/commands.hpp"
 #include "client/tools/token/duration.hpp"
@@ -13,8 +14,9 @@ using namespace hairnet;
 
 constexpr const char* kFooter = R"(Examples:
   (umask 077; hairnet-token key > token.key)
-  hairnet-token make --key-file token.key --room stage --role participant --expires 12h --characters-max 2
-  hairnet-token make --key-file token.key --any-room --role observer --expires 30d --name "wall display"
+  hairnet-token make --key-file token.key --room stage --role participant --expires 12h --subject alice \
+                     --characters-max 2
+  hairnet-token make --key-file token.key --any-room --role observer --expires 30d --name "wall display" --id wall-7
   hairnet-token show --key-file token.key TOKEN
 )";
 
@@ -27,6 +29,12 @@ CLI::Option* add_duration(CLI::App& app, const char* flag, std::function<void(st
         store(*seconds);
       },
       about);
+}
+
+void add_right(CLI::App& app, const char* flag, std::optional<bool>& right, const char* about) {
+  app.add_option_function<std::string>(
+         flag, [&right](const std::string& text) { right = text == "on"; }, about)
+      ->check(CLI::IsMember({"on", "off"}));
 }
 
 void add_make(CLI::App& app, token::MakeOptions& o) {
@@ -51,11 +59,16 @@ void add_make(CLI::App& app, token::MakeOptions& o) {
   add_duration(
       make, "--not-before", [&o](std::int64_t s) { o.not_before_s = s; }, "good only from so far in the future on");
   make.add_option_function<std::uint32_t>(
-      "--characters-max", [&o](std::uint32_t n) { o.claims.characters_max = n; }, "characters (the server's limit)");
+      "--characters-max", [&o](std::uint32_t n) { o.claims.characters_max = n; },
+      "characters of all clients of the subject (the server's limit)");
   make.add_option_function<std::uint64_t>(
       "--strands-max", [&o](std::uint64_t n) { o.claims.strands_max = n; },
-      "strands of all grooms (the server's limit)");
+      "strands of all grooms of the subject (the server's limit)");
   make.add_option("--name", o.claims.name, "for people and logs");
+  make.add_option("--subject", o.claims.subject, "whose token it is: quotas and shares count by subject (the name)");
+  make.add_option("--id", o.claims.id, "names this token in the server's list of revoked tokens");
+  add_right(make, "--upload", o.claims.upload, "may upload grooms (a participant may, an observer may not)");
+  add_right(make, "--wind", o.claims.wind, "may set the wind of the room (as the server is set)");
 }
 
 int report(const Result<std::string>& result) {

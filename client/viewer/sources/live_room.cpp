@@ -45,7 +45,8 @@ link::LinkOptions LiveRoom::link_options(const ViewOptions& options) {
   link.core.client_name = "hairnet-view";
   link.core.room = options.room;
   link.core.token = options.token;
-  if (options.characters.empty()) link.core.role = wire::Role::observer;
+  // An observer may not set the wind.
+  if (options.characters.empty() && !options.wind) link.core.role = wire::Role::observer;
   link.core.reconnect = options.reconnect_s > 0;
   link.core.give_up_after_s = std::isfinite(options.reconnect_s) ? options.reconnect_s : 0;
   return link;

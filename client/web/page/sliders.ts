@@ -29,13 +29,8 @@ export class Sliders {
   readonly #material = new Map<string, HTMLInputElement>();
   readonly #wind = new Map<string, HTMLInputElement>();
 
-  constructor(
-    place: HTMLElement,
-    onMaterial: (scale: MaterialScale) => void,
-    onWind: (wind: Wind) => void,
-    hasOwn: boolean,
-  ) {
-    if (hasOwn) addSliders(place, kMaterial, this.#material, () => onMaterial(this.material));
+  constructor(place: HTMLElement, onMaterial: (scale: MaterialScale) => void, onWind: (wind: Wind) => void) {
+    addSliders(place, kMaterial, this.#material, () => onMaterial(this.material));
     addSliders(place, kWind, this.#wind, () => onWind(this.#readWind()));
   }
 

@@ -55,10 +55,10 @@ export class PageViewer {
       element("sliders"),
       (scale) => this.#own?.setMaterial(scale),
       (wind) => this.room?.setWind(wind),
-      !query.observe,
     );
     element("room").textContent = query.room || "(lobby)";
-    element("you").hidden = query.observe;
+    // An observer has no hair of its own, and servers do not let it set the wind.
+    for (const id of ["you", "hair-and-wind"]) element(id).hidden = query.observe;
     this.#listen();
   }
 

@@ -101,6 +101,23 @@ TEST_F(Settled, hello_names_the_session_and_its_secret) {
   EXPECT_EQ(d.core.counters().resumes, 1u);
 }
 
+class SettledWithToken : public Settled {
+ protected:
+  SettledWithToken() : Settled(with_token()) {}
+  static LinkCoreOptions with_token() {
+    LinkCoreOptions options;
+    options.token = "a.b.c";
+    return options;
+  }
+};
+
+TEST_F(SettledWithToken, a_resume_brings_the_token_again) {
+  break_off();
+  come_back(welcome_to(5, true));
+  EXPECT_EQ(hello.session, 5u);
+  EXPECT_EQ(hello.token, "a.b.c");
+}
+
 TEST_F(Settled, after_a_resume_only_possibly_missed_messages_are_sent_again) {
   d.core.offer_groom(hash_of(2), ten_bytes());
   d.core.send(wire::AddCharacter{8, hash_of(2), LevelIndex::high});
@@ -215,6 +232,19 @@ TEST_F(Settled, a_draining_server_is_come_back_to) {
   EXPECT_FALSE(d.core.wants_connection());  // the old one is still there
   d.close_as_wanted();
   EXPECT_TRUE(d.core.wants_connection());
+}
+
+TEST_F(Settled, a_resume_that_comes_too_early_is_tried_again) {
+  break_off();
+  d.open();
+  d.expect<wire::Hello>();
+  d.core.take_events();
+  d.send(wire::Goodbye{wire::GoodbyeReason::over_rate, "the session was resumed a moment ago"});
+  EXPECT_EQ(d.event<Reconnecting>()->reason, wire::GoodbyeReason::over_rate);
+  d.close_as_wanted();
+  come_back(welcome_to(5, true));
+  EXPECT_EQ(hello.session, 5u);
+  EXPECT_EQ(d.core.counters().resumes, 1u);
 }
 
 TEST_F(Settled, refusals_that_would_be_repeated_end_it) {

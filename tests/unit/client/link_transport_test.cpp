@@ -29,6 +29,7 @@ class Welcoming : public server::PacketSink {
     const wire::DecodedPacket decoded = wire::decode_packet(packet);
     ASSERT_EQ(decoded.error, wire::DecodeError::none);
     if (const auto* hello = std::get_if<wire::Hello>(&decoded.envelope.message)) {
+      connection_->mark_joined();
       wire::Welcome welcome;
       welcome.session = 42;
       welcome.resumed = hello->session == 42;
@@ -72,7 +73,6 @@ class LinkByTransport : public ::testing::TestWithParam<support::Named<Transport
     ASSERT_TRUE(certificate_.sound) << "deploy/certificate failed";
     server::TransportOptions options;
     options.port = 0;
-    options.packet_bytes_max = wire::kPacketBytesMax;
     options.tls = {(certificate_.folder / "chain.pem").string(), (certificate_.folder / "key.pem").string()};
     auto listener = server::Listener::create(
         loop_, options, counters_, [this](std::shared_ptr<server::Connection> c, std::int64_t) {

@@ -32,6 +32,10 @@ TEST_F(TokenCommands, a_made_token_shows_what_it_grants) {
   make.claims.room = "stage";
   make.claims.characters_max = 2;
   make.claims.name = "a \"b\"";
+  make.claims.subject = "alice";
+  make.claims.id = "t-1";
+  make.claims.upload = false;
+  make.claims.wind = true;
   const Result<std::string> token = make_token(make, kNow_s);
   ASSERT_TRUE(token) << token.error();
   const auto shown = [&](std::int64_t now_s) { return show_token({file_, *token}, now_s).value_or("refused"); };
@@ -44,7 +48,11 @@ TEST_F(TokenCommands, a_made_token_shows_what_it_grants) {
   "expires": "2023-11-14T22:14:20Z",
   "not_before": "2023-11-14T22:13:30Z",
   "characters_max": 2,
-  "name": "a \"b\""
+  "name": "a \"b\"",
+  "subject": "alice",
+  "id": "t-1",
+  "upload": false,
+  "wind": true
 })");
 }
 
@@ -53,7 +61,7 @@ TEST_F(TokenCommands, what_is_wrong_is_one_line) {
   EXPECT_THAT(make_token(make, kNow_s).error(), testing::StartsWith(file_ + "x: "));
   make.key_file = file_;
   make.claims.name = "\xff";
-  EXPECT_EQ(make_token(make, kNow_s).error(), "the name is not valid UTF-8");
+  EXPECT_EQ(make_token(make, kNow_s).error(), "the name, subject or id is not valid UTF-8");
   make.claims.room = "a b";
   EXPECT_THAT(make_token(make, kNow_s).error(), HasSubstr("a room's name is"));
   EXPECT_EQ(show_token({file_, "a.b.c"}, kNow_s).error(), "the token is refused: malformed");

@@ -84,6 +84,7 @@ TEST(PacketSplitter, takes_the_largest_packet_and_dies_of_a_larger_one) {
   EXPECT_FALSE(splitter.feed({}, on_packet));
   EXPECT_EQ(count, 1);
   EXPECT_EQ(splitter.buffered_bytes(), 0u);
+  EXPECT_EQ(splitter.capacity_bytes(), 0u);
 }
 
 TEST(PacketSplitter, dies_of_a_packet_below_the_least) {
@@ -125,6 +126,33 @@ TEST(PacketSplitter, allocates_for_received_bytes_and_not_for_announced_ones) {
   EXPECT_LE(splitter.capacity_bytes(), 300'000u);
   ASSERT_TRUE(splitter.feed(std::span(announced).subspan(100'010), ignore));
   EXPECT_LE(splitter.capacity_bytes(), kHuge_bytes);
+}
+
+TEST(PacketSplitter, a_raised_limit_holds_from_the_next_packet_on) {
+  PacketSplitter splitter(100);
+  int count = 0;
+  const auto on_packet = [&](std::span<const std::uint8_t>) {
+    ++count;
+    splitter.allow(kMax_bytes);
+  };
+  Bytes stream = packet(100, 1);
+  const Bytes large = packet(kMax_bytes, 2);
+  stream.insert(stream.end(), large.begin(), large.end());
+  EXPECT_TRUE(splitter.feed(stream, on_packet));
+  EXPECT_EQ(count, 2);
+  EXPECT_FALSE(splitter.feed(packet(kMax_bytes + 1, 3), on_packet));
+  EXPECT_EQ(count, 2);
+}
+
+TEST(PacketSplitter, frees_the_memory_of_a_large_packet_when_it_is_done) {
+  constexpr std::size_t kLarge_bytes = 4u << 20;
+  PacketSplitter splitter(kLarge_bytes);
+  const auto ignore = [](std::span<const std::uint8_t>) {};
+  ASSERT_TRUE(splitter.feed(packet(PacketSplitter::kRetainedBytesMax, 1), ignore));
+  EXPECT_GT(splitter.capacity_bytes(), 0u) << "memory of small packets is used again";
+  ASSERT_TRUE(splitter.feed(packet(kLarge_bytes, 1), ignore));
+  EXPECT_EQ(splitter.capacity_bytes(), 0u);
+  ASSERT_TRUE(splitter.feed(packet(100, 1), ignore));
 }
 
 }  // namespace

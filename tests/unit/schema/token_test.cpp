@@ -50,6 +50,10 @@ TokenClaims full_claims() {
   claims.characters_max = 3;
   claims.strands_max = 200'000;
   claims.name = "Zoë \"Z\"";
+  claims.subject = "users/zoë";
+  claims.id = "7f-3";
+  claims.upload = true;
+  claims.wind = false;
   return claims;
 }
 
@@ -164,6 +168,17 @@ TEST(TokenDeathTest, claims_that_are_not_valid_are_not_signed) {
   EXPECT_DEATH(sign(full_claims(), TokenKey({})), "assertion failed: !key.empty\\(\\)");
 }
 
+TEST(Token, fits_a_hello_with_the_longest_texts) {
+  std::string longest, invalid(kTokenNameBytesMax, '\xff');
+  while (longest.size() < kTokenNameBytesMax) longest += "ß";  // six bytes each in the payload
+  TokenClaims claims = full_claims();
+  for (const std::string& text : {longest, invalid, std::string(kTokenNameBytesMax, '"')}) {
+    claims.name = claims.subject = claims.id = text;
+    ASSERT_EQ(validate(claims), "");
+    EXPECT_LE(sign(claims, rfc_key()).size(), wire::kTokenBytesMax);
+  }
+}
+
 TEST(Token, without_a_room_is_good_in_any_and_with_the_empty_one_in_the_lobby) {
   TokenClaims claims = full_claims();
   claims.room.reset();
@@ -239,6 +254,11 @@ TEST(Token, a_signed_payload_that_is_not_in_order_is_malformed) {
                            R"("name":"\u0085")",
                            R"("name":"\ud800")",
                            "\"name\":\"\xff\"",
+                           R"("sub":7)",
+                           R"("sub":"a\nb")",
+                           R"("jti":["a"])",
+                           R"("upload":1)",
+                           R"("wind":"on")",
                            R"("x":1,"x":2)",
                            R"("x":1e999)",
                            R"("x":[[[[[[[[[]]]]]]]]])",
@@ -254,7 +274,10 @@ TEST(Token, a_signed_payload_that_is_not_in_order_is_malformed) {
         R"({"role":"observer","exp":18446744073709551615})", R"({"role":"observer","exp":1800000000} x)"})
     EXPECT_EQ(refusal_of_payload(json), "malformed") << json;
   EXPECT_EQ(refusal_of_payload("{" + good + R"(,"room":")" + std::string(65, 'a') + "\"}"), "malformed");
-  EXPECT_EQ(refusal_of_payload("{" + good + R"(,"name":")" + std::string(257, 'a') + "\"}"), "malformed");
+  for (const char* claim : {"name", "sub", "jti"}) {
+    EXPECT_EQ(refusal_of_payload("{" + good + ",\"" + claim + "\":\"" + std::string(256, 'a') + "\"}"), "taken");
+    EXPECT_EQ(refusal_of_payload("{" + good + ",\"" + claim + "\":\"" + std::string(257, 'a') + "\"}"), "malformed");
+  }
 }
 
 TEST(Token, every_truncation_of_a_payload_is_malformed) {
@@ -274,6 +297,8 @@ TEST(Token, claims_that_make_no_sense_are_not_to_be_signed) {
   EXPECT_NE(fault([](TokenClaims& c) { c.expires_s = -1; }), "");
   EXPECT_NE(fault([](TokenClaims& c) { c.not_before_s = c.expires_s; }), "");
   EXPECT_NE(fault([](TokenClaims& c) { c.name = "a\tb"; }), "");
+  EXPECT_NE(fault([](TokenClaims& c) { c.subject = "a\tb"; }), "");
+  EXPECT_NE(fault([](TokenClaims& c) { c.id = std::string(257, 'a'); }), "");
   EXPECT_NE(fault([](TokenClaims& c) { c.strands_max = ~std::uint64_t{0}; }), "");
 }
 

@@ -48,10 +48,10 @@ struct Play {
     terms.send_s = 0.1e-6;
   }
 
-  BudgetCharacter& add(std::uint32_t room, std::uint64_t session, float importance = 0.3f) {
+  BudgetCharacter& add(std::uint32_t subject, std::uint64_t session, float importance = 0.3f) {
     BudgetCharacter c;
     c.key = characters.size() + 1;
-    c.room = room;
+    c.subject = subject;
     c.session = session;
     c.importance = importance;
     c.observer_count = 4;
@@ -100,10 +100,11 @@ struct Dice {
 Play random_play(unsigned seed, bool with_odd_ones = true) {
   Dice dice{std::mt19937(seed)};
   Play play(std::pow(10, dice.uniform(-4.5, -1.5)));
-  const std::uint32_t count = 1 + dice.below(300), rooms = 1 + dice.below(8), sessions = 1 + dice.below(100);
+  const std::uint32_t count = 1 + dice.below(300), subjects = 1 + dice.below(8), sessions = 1 + dice.below(100);
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::uint32_t session = dice.below(sessions);
-    BudgetCharacter& c = play.add(session % rooms, session, static_cast<float>(std::pow(10, dice.uniform(-2.5, 0.2))));
+    BudgetCharacter& c =
+        play.add(session % subjects, session, static_cast<float>(std::pow(10, dice.uniform(-2.5, 0.2))));
     c.observer_count = dice.below(20);
     c.head_speed_m_per_s = static_cast<float>(dice.uniform(0, 2));
     c.requested_level = static_cast<LevelIndex>(dice.below(kLevelCount));
@@ -283,7 +284,7 @@ TEST(Budget, lowers_at_once_and_gives_back_within_two_seconds) {
   }
 }
 
-TEST(Budget, a_crowd_takes_nothing_from_another_rooms_share) {
+TEST(Budget, a_subject_of_many_clients_takes_nothing_from_another_subjects_share) {
   Play play(3e-3);
   for (std::uint64_t i = 0; i < 4; ++i) play.add(1, 100 + i, 0.1f);
   for (int tick = 0; tick < 60; ++tick) play.tick();
@@ -302,6 +303,36 @@ TEST(Budget, a_client_of_many_takes_nothing_from_another_clients_share) {
   for (int tick = 0; tick < 90; ++tick) play.tick();
   EXPECT_EQ(play.chosen[0], (Lod{LevelIndex::high, 1, false}));
   EXPECT_GT(play.report.below_wanted, 100u);
+}
+
+// Eight people of one room and forty people in rooms of their own: rooms have no share.
+TEST(Budget, forty_subjects_leave_eight_their_equal_shares) {
+  constexpr double kAvailable_s = 4e-3;
+  Play alone(kAvailable_s / 48);
+  alone.add(1, 1, 0.1f);
+  for (int tick = 0; tick < 90; ++tick) alone.tick();
+  Play play(kAvailable_s);
+  for (std::uint32_t i = 0; i < 8; ++i) play.add(1 + i, 100 + i, 0.1f);
+  for (std::uint32_t i = 0; i < 40; ++i) {
+    for (int character = 0; character < 20; ++character) play.add(50 + i, 1000 + i, 1.0f);
+  }
+  for (int tick = 0; tick < 90; ++tick) play.tick();
+  EXPECT_LT(alone.error(0), 1) << "the share buys something";
+  for (std::size_t i = 0; i < 8; ++i) EXPECT_LE(play.error(i), alone.error(0)) << i;
+  EXPECT_GT(play.report.below_wanted, 100u);
+}
+
+TEST(Budget, a_subject_gains_nothing_by_more_sessions) {
+  Play one(1e-3), many(1e-3);
+  for (Play* play : {&one, &many}) {
+    for (std::uint64_t i = 0; i < 4; ++i) play->add(1 + static_cast<std::uint32_t>(i), 100 + i, 0.1f);
+    for (std::uint64_t i = 0; i < 40; ++i) play->add(9, play == &one ? 900 : 900 + i, 1.0f);
+    for (int tick = 0; tick < 90; ++tick) play->tick();
+  }
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(one.chosen[i].level, LevelIndex::high);
+    EXPECT_EQ(many.chosen[i].level, LevelIndex::high);
+  }
 }
 
 // Shares that were full before the newcomer came are cut for it.

@@ -129,9 +129,9 @@ TEST(Config, takes_a_wind_and_who_may_set_it) {
   EXPECT_EQ(parsed.config.wind.turbulence_rms_m_per_s, 1.5);
   EXPECT_EQ(parsed.config.wind.turbulence_scale_m, 0.7);
   EXPECT_EQ(parsed.config.wind.seed, 12u);
-  EXPECT_FALSE(parsed.config.sessions.wind_from_clients);
-  EXPECT_TRUE(parse({}).config.sessions.wind_from_clients);
-  EXPECT_TRUE(parse({"--wind-from-clients", "on"}).config.sessions.wind_from_clients);
+  EXPECT_EQ(parsed.config.sessions.wind_from_clients, WindFromClients::off);
+  EXPECT_EQ(parse({}).config.sessions.wind_from_clients, WindFromClients::participants);
+  EXPECT_EQ(parse({"--wind-from-clients", "everyone"}).config.sessions.wind_from_clients, WindFromClients::everyone);
 }
 
 TEST(Config, refuses_what_is_out_of_range_with_status_2) {

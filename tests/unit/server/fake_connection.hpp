@@ -13,6 +13,7 @@ namespace hairnet::server {
 // A fake connection that stores the sent packets, decoded.
 class FakeConnection final : public Connection {
  public:
+  void mark_joined() override { joined = true; }
   void send(std::vector<std::uint8_t> packet) override {
     wire::DecodedPacket decoded = wire::decode_packet(packet);
     if (room) --*room;
@@ -26,6 +27,7 @@ class FakeConnection final : public Connection {
     close_reason = reason;
   }
   [[nodiscard]] std::string_view peer() const override { return "nowhere"; }
+  [[nodiscard]] std::string_view network() const override { return address; }
 
   // The messages of one kind, in order; they stay.
   template <class T>
@@ -40,8 +42,8 @@ class FakeConnection final : public Connection {
   std::optional<std::size_t> room;  // for so many packets more
   std::deque<wire::Envelope> received;
   std::size_t largest_packet_bytes = 0;
-  bool takes_more = true, closed = false, sound = true;
-  std::string close_reason;
+  bool takes_more = true, joined = false, closed = false, sound = true;
+  std::string close_reason, address;
 };
 
 }  // namespace hairnet::server

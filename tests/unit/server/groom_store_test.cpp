@@ -513,8 +513,8 @@ TEST_F(GroomStoreTest, the_strands_of_all_grooms_of_a_session_are_bounded) {
 
 TEST_F(GroomStoreTest, a_session_may_be_allowed_fewer_strands_than_the_server_allows) {
   const std::size_t strands = small_groom().strand_count();
-  store_->open(kAnna, strands - 1, now_ns_);
-  store_->open(kBert, strands, now_ns_);
+  store_->open(kAnna, 1, strands - 1, now_ns_);
+  store_->open(kBert, 2, strands, now_ns_);
   offer(kAnna, good_);
   offer(kBert, good_);
   send_all(kAnna, good_);
@@ -523,6 +523,23 @@ TEST_F(GroomStoreTest, a_session_may_be_allowed_fewer_strands_than_the_server_al
   EXPECT_THAT(errors(kBert), IsEmpty());
   EXPECT_EQ(states(kBert).back(), GroomState::ready);
   EXPECT_THAT(lost_, ElementsAre(kAnna));
+}
+
+TEST_F(GroomStoreTest, sessions_of_one_bearer_share_its_strands) {
+  const std::size_t strands = small_groom().strand_count();
+  const Upload second(wire::encode_groom(small_groom(2)));
+  for (const SessionId session : {kAnna, kBert}) store_->open(session, 1, strands, now_ns_);
+  EXPECT_EQ(offer(kAnna, good_), ErrorReason::none);
+  send_all(kAnna, good_);
+  build();
+  EXPECT_EQ(offer(kBert, good_), ErrorReason::none) << "one groom counts once";
+  EXPECT_EQ(offer(kBert, second), ErrorReason::none) << "its strands are not known yet";
+  send_all(kBert, second);
+  build();
+  EXPECT_THAT(errors(kBert), ElementsAre(ErrorReason::limit_exceeded));
+  EXPECT_THAT(lost_, ElementsAre(kBert));
+  store_->open(kBert, 1, 2 * strands, now_ns_);
+  EXPECT_EQ(offer(kBert, second), ErrorReason::none) << "another token, another quota";
 }
 
 TEST_F(GroomStoreTest, uploads_of_a_session_have_a_rate) {

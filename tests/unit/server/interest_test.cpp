@@ -3,6 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <limits>
+#include <random>
+
 namespace hairnet::server {
 namespace {
 
@@ -68,6 +72,55 @@ TEST(Interest, without_head_and_place_is_in_the_lowest_numbers) {
   observe.mode = wire::ObserveMode::nearest;
   observe.count = 2;
   EXPECT_THAT(chosen(observe, heads), ElementsAre(true, true, false, false, false));
+}
+
+// The squared distance to the nearest own head, by a plain loop.
+double plain_distance2(const std::vector<MemberHead>& heads, const MemberHead& head) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const MemberHead& own : heads) {
+    if (own.own && own.has_pose) least = std::min(least, (head.head - own.head).squaredNorm());
+  }
+  return least;
+}
+
+TEST(Interest, measured_from_many_own_heads_is_that_of_a_plain_loop) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> place(-20, 20);
+  for (const std::size_t count : {10u, 40u, 700u}) {
+    std::vector<MemberHead> heads;
+    for (std::uint32_t member = 1; member <= count; ++member)
+      heads.push_back({member, {place(random), place(random), place(random)}, random() % 3 != 0, random() % 10 != 0});
+    std::vector<std::pair<double, std::uint32_t>> others;
+    for (const MemberHead& head : heads) {
+      if (!head.own && head.has_pose) others.emplace_back(plain_distance2(heads, head), head.member);
+    }
+    std::ranges::sort(others);
+    wire::Observe observe;
+    observe.mode = wire::ObserveMode::nearest;
+    observe.count = static_cast<std::uint32_t>(others.size() / 3);
+    const std::vector<bool> nearest = chosen(observe, heads);
+    observe.mode = wire::ObserveMode::radius;
+    observe.radius_m = 5;
+    const std::vector<bool> within = chosen(observe, heads);
+    for (std::size_t i = 0; i < others.size(); ++i) {
+      const auto [m2, member] = others[i];
+      EXPECT_EQ(nearest[member - 1], i < observe.count) << member << " of " << count;
+      EXPECT_EQ(within[member - 1], m2 <= 25) << member << " of " << count;
+    }
+  }
+}
+
+TEST(Interest, many_own_heads_may_be_in_one_place) {
+  std::vector<MemberHead> heads;
+  for (std::uint32_t member = 1; member <= 100; ++member) heads.push_back({member, {1, 2, 3}, true, true});
+  heads.push_back({101, {1, 2, 4}, false, true});
+  heads.push_back({102, {1, 2, 5.1}, false, true});
+  wire::Observe observe;
+  observe.mode = wire::ObserveMode::radius;
+  observe.radius_m = 2;
+  const std::vector<bool> wanted = chosen(observe, heads);
+  EXPECT_TRUE(wanted[100]);
+  EXPECT_FALSE(wanted[101]);
 }
 
 }  // namespace

@@ -133,6 +133,76 @@ TEST_F(OutboxTest, overflows_when_messages_exceed_their_bound) {
   EXPECT_TRUE(is_empty());
 }
 
+TEST_F(OutboxTest, a_member_that_leaves_before_a_slow_client_was_told_leaves_no_trace) {
+  outbox_.push(wire::MemberLeft{1}, 0);
+  outbox_.mark_blocked();
+  for (int i = 0; i < 1000; ++i) {
+    outbox_.push(wire::MemberJoined{1, 9, 1, {}}, 0);
+    outbox_.push(wire::MemberJoined{2, 9, 2, {}}, 0);
+    outbox_.push(wire::MemberLeft{2}, 0);
+    outbox_.push(wire::MemberLeft{1}, 0);
+  }
+  outbox_.push(wire::MemberJoined{2, 9, 7, {}}, 0);
+  EXPECT_EQ(outbox_.packet_count(), 2u);
+  EXPECT_EQ(counters_.messages_cancelled.value(), 2000u);
+  EXPECT_FALSE(outbox_.overflowed());
+  EXPECT_EQ(std::get<wire::MemberLeft>(take()).member, 1u);
+  EXPECT_EQ(std::get<wire::MemberJoined>(take()).character, 7u);
+  EXPECT_EQ(outbox_.control_bytes_waiting(), 0u);
+}
+
+TEST_F(OutboxTest, a_member_that_the_client_knows_leaves_by_a_message) {
+  outbox_.push(wire::MemberJoined{1, 9, 1, {}}, 0);
+  outbox_.push(wire::MemberJoined{2, 9, 2, {}}, 0);
+  take();
+  outbox_.mark_blocked();
+  outbox_.push(wire::MemberLeft{1}, 0);
+  EXPECT_EQ(std::get<wire::MemberJoined>(take()).member, 2u);
+  EXPECT_EQ(std::get<wire::MemberLeft>(take()).member, 1u);
+}
+
+TEST_F(OutboxTest, a_client_that_reads_gets_every_message) {
+  outbox_.push(wire::MemberJoined{1, 9, 1, {}}, 0);
+  outbox_.push_frames(frames_of(1));
+  outbox_.push(wire::MemberLeft{1}, 0);
+  EXPECT_EQ(std::get<wire::MemberJoined>(take()).member, 1u);
+  EXPECT_EQ(take_tick(), 1u);
+  EXPECT_EQ(std::get<wire::MemberLeft>(take()).member, 1u);
+}
+
+TEST_F(OutboxTest, frames_of_a_member_that_the_client_never_hears_of_are_dropped) {
+  outbox_.mark_blocked();
+  outbox_.push(wire::MemberJoined{1, 9, 1, {}}, 0);
+  outbox_.push_frames(frames_of(1));
+  outbox_.push(wire::MemberLeft{1}, 0);
+  EXPECT_TRUE(outbox_.drop_if_congested()) << "the next frames must be keyframes";
+  EXPECT_FALSE(outbox_.drop_if_congested());
+  EXPECT_TRUE(is_empty());
+  outbox_.mark_blocked();
+  outbox_.push_frames(frames_of(2));
+  outbox_.push(wire::MemberJoined{1, 9, 1, {}}, 0);
+  outbox_.push(wire::MemberLeft{1}, 0);
+  EXPECT_FALSE(outbox_.drop_if_congested()) << "those frames are older than the member";
+  EXPECT_EQ(take_tick(), 2u);
+}
+
+TEST_F(OutboxTest, a_message_is_overdue_after_its_wait_and_the_time_of_those_before_it) {
+  constexpr std::int64_t kSecond_ns = 1'000'000'000;
+  EXPECT_FALSE(outbox_.is_overdue(100 * kSecond_ns, kSecond_ns)) << "nothing waits";
+  outbox_.push_frames(frames_of(1));
+  EXPECT_FALSE(outbox_.is_overdue(100 * kSecond_ns, kSecond_ns)) << "frames make way, so they may wait";
+  outbox_.push(wire::Error{wire::ErrorReason::malformed, 0, {}, std::string(1000, 'x')}, 0);
+  const auto first_bytes = static_cast<double>(outbox_.control_bytes_waiting());
+  outbox_.push(wire::CharacterRemoved{1}, 0);
+  EXPECT_FALSE(outbox_.is_overdue(kSecond_ns, kSecond_ns));
+  EXPECT_TRUE(outbox_.is_overdue(kSecond_ns + 1, kSecond_ns));
+  take();
+  take();
+  const auto read_ns = static_cast<std::int64_t>(1e9 * first_bytes / Outbox::kReadLeast_bytes_per_s);
+  EXPECT_FALSE(outbox_.is_overdue(kSecond_ns + read_ns, kSecond_ns));
+  EXPECT_TRUE(outbox_.is_overdue(kSecond_ns + read_ns + 1, kSecond_ns));
+}
+
 using OutboxDeathTest = OutboxTest;
 
 TEST_F(OutboxDeathTest, a_packet_without_bytes_stops_the_program) {

@@ -54,5 +54,12 @@ TEST(TokenBucket, allows_a_burst_and_then_the_rate) {
   EXPECT_NEAR(taken, 105, 1);
 }
 
+TEST(TokenBucket, leaves_a_reserve_to_those_who_need_none) {
+  TokenBucket bucket(1, 10, 0);
+  EXPECT_TRUE(bucket.take(6, 0, 4));
+  EXPECT_FALSE(bucket.take(1, 0, 4));
+  EXPECT_TRUE(bucket.take(4, 0));
+}
+
 }  // namespace
 }  // namespace hairnet::server

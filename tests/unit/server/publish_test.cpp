@@ -16,6 +16,7 @@ using testing::IsEmpty;
 class FakeObserverSink final : public ObserverSink {
  public:
   void push(const wire::Message&, std::int64_t) override {}
+  void push_encoded(const wire::Message&, std::vector<std::uint8_t>, std::int64_t) override {}
   void push_frames(std::vector<FramePacket> packets) override {
     ++ticks_waiting;
     for (const FramePacket& packet : packets) {

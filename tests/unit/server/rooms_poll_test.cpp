@@ -113,6 +113,23 @@ TEST_F(RoomsPollTest, a_late_joiner_gets_all_members_and_sees_sleepers_at_once) 
   EXPECT_EQ(seen[0].displacements, sleeper->frames(1).back().displacements);
 }
 
+TEST_F(RoomsPollTest, characters_of_one_address_belong_to_one_subject_in_whatever_rooms) {
+  start();
+  std::vector<std::unique_ptr<FakeClient>> clients;
+  for (const char* address : {"192.0.2.1", "192.0.2.1", "192.0.2.2"}) {
+    clients.push_back(std::make_unique<FakeClient>(*server_, now_ns_));
+    FakeClient& client = *clients.back();
+    client.connection->address = address;
+    client.hello(now_ns_, "room" + std::to_string(clients.size()));
+    client.upload(bytes_, hash_, now_ns_);
+    client.send(wire::AddCharacter{1, hash_, LevelIndex::low}, now_ns_);
+  }
+  run_ms(100, {clients[0].get()});
+  std::vector<std::uint32_t> subjects;
+  for (const auto& [key, character] : server_->scheduler().rooms().characters()) subjects.push_back(character.subject);
+  EXPECT_THAT(subjects, ElementsAre(1, 1, 2));
+}
+
 TEST_F(RoomsPollTest, an_observer_sees_without_being_seen) {
   start();
   const auto player = join("stage");
@@ -432,6 +449,159 @@ TEST_F(RoomsPollTest, an_empty_room_forgets_its_wind_after_a_while) {
     next->send(wire::Goodbye{wire::GoodbyeReason::client_leaves, ""}, now_ns_);
     run_ms(2000);
   }
+}
+
+TEST_F(RoomsPollTest, a_large_room_is_announced_over_several_ticks_and_frames_follow_the_announcements) {
+  start();
+  const auto crowd = join("hall", LevelIndex::rigid);
+  constexpr std::uint32_t kCount = 600;
+  wire::PoseBatch batch;
+  for (std::uint32_t character = 2; character <= kCount; ++character)
+    crowd->send(wire::AddCharacter{character, hash_, LevelIndex::rigid}, now_ns_);
+  for (std::uint32_t character = 1; character <= kCount; ++character)
+    batch.poses.push_back({character, 1, now_ns_, false, rigid_pose({})});
+  crowd->send(batch, now_ns_);
+  run_ms(100);
+  FakeClient late(*server_, now_ns_);
+  late.hello(now_ns_, "hall");
+  crowd->send(wire::RemoveCharacter{kCount}, now_ns_);
+  crowd->send(wire::AddCharacter{kCount + 1, hash_, LevelIndex::rigid}, now_ns_);
+  run_ms(34);
+  EXPECT_EQ(late.connection->all<wire::MemberJoined>().size(), 512u);
+  EXPECT_EQ(members_seen(late).size(), 512u);
+  run_ms(100);
+  EXPECT_EQ(late.connection->all<wire::MemberJoined>().size(), kCount);
+  EXPECT_THAT(late.connection->all<wire::MemberLeft>(), IsEmpty()) << "it was never announced";
+  EXPECT_EQ(members_seen(late).size(), kCount - 1) << "the newest has no pose";
+  EXPECT_EQ(crowd->connection->all<wire::CharacterRemoved>().size(), 1u);
+}
+
+TEST_F(RoomsPollTest, a_storm_of_resumes_announces_no_more_than_a_tick_has_time_for) {
+  Config config;
+  config.sessions.resume_interval_ns = 0;
+  start(config);
+  const auto crowd = join("hall", LevelIndex::rigid);
+  for (std::uint32_t character = 2; character <= 400; ++character)
+    crowd->send(wire::AddCharacter{character, hash_, LevelIndex::rigid}, now_ns_);
+  run_ms(100);
+  const wire::Welcome welcome = crowd->connection->all<wire::Welcome>().at(0);
+  std::vector<std::unique_ptr<FakeClient>> resumed;
+  for (int i = 0; i < 100; ++i) {
+    resumed.push_back(std::make_unique<FakeClient>(*server_, now_ns_));
+    resumed.back()->resume(welcome, now_ns_);
+  }
+  const std::uint64_t before = metrics_.tick.members_announced.value();
+  run_ms(34);
+  EXPECT_LE(metrics_.tick.members_announced.value() - before, 4096u);
+  run_ms(2000);
+  EXPECT_EQ(resumed.back()->connection->all<wire::CharacterAdded>().size(), 400u);
+}
+
+TEST_F(RoomsPollTest, members_are_chosen_by_place_a_few_times_a_second_and_the_newest_choice_wins) {
+  start();
+  const auto a = join(), b = join();
+  FakeClient watcher(*server_, now_ns_);
+  watcher.hello(now_ns_);
+  run_ms(300, {a.get(), b.get()});
+  wire::Observe observe;
+  observe.mode = wire::ObserveMode::nearest;
+  for (int i = 0; i < 1000; ++i) {
+    observe.from = Vec3f(static_cast<float>(i), 0, 0);
+    observe.count = i < 999 ? 2 : 0;
+    watcher.send(observe, now_ns_);
+    run_ms(1);
+  }
+  EXPECT_LE(metrics_.tick.place_choices.value(), 6u);
+  run_ms(300, {a.get(), b.get()});
+  const std::size_t before = watcher.all_frames().size();
+  run_ms(300, {a.get(), b.get()});
+  EXPECT_EQ(watcher.all_frames().size(), before) << "none is wanted any more";
+}
+
+TEST_F(RoomsPollTest, a_member_that_joins_waits_for_the_next_choice_by_place) {
+  start();
+  const auto a = join();
+  FakeClient watcher(*server_, now_ns_);
+  watcher.hello(now_ns_);
+  wire::Observe observe;
+  observe.mode = wire::ObserveMode::radius;
+  observe.from = Vec3f(50, 0, 0);
+  observe.radius_m = 1;
+  watcher.send(observe, now_ns_);
+  run_ms(300, {a.get()});
+  const std::uint64_t choices = metrics_.tick.place_choices.value();
+  for (std::uint32_t character = 2; character < 12; ++character) {
+    a->send(wire::AddCharacter{character, hash_, LevelIndex::low}, now_ns_);
+    a->pose(character, moving_pose(0), now_ns_);
+    run_ms(34, {a.get()});
+  }
+  EXPECT_LE(metrics_.tick.place_choices.value() - choices, 2u);
+  EXPECT_THAT(watcher.all_frames(), IsEmpty());
+}
+
+TEST_F(RoomsPollTest, the_wind_that_blows_already_wakes_nobody) {
+  start();
+  const auto sleeper = join();
+  sleeper->pose(1, rigid_pose({}), now_ns_);
+  run_ms(9000);
+  ASSERT_TRUE(sleeper->frames(1).back().asleep);
+  const std::size_t before = sleeper->all_frames().size();
+  for (int i = 0; i < 30; ++i) {
+    sleeper->send(wire::SetWind{}, now_ns_);
+    run_ms(33);
+  }
+  EXPECT_EQ(sleeper->all_frames().size(), before);
+  EXPECT_EQ(metrics_.tick.winds_changed.value(), 1u) << "the room's first";
+}
+
+TEST_F(RoomsPollTest, a_wind_changes_a_few_times_a_second_and_the_newest_wins) {
+  start();
+  const auto client = join();
+  client->pose(1, rigid_pose({}), now_ns_);
+  run_ms(100);
+  const std::uint64_t before = metrics_.tick.winds_changed.value();
+  wire::SetWind set;
+  for (int i = 0; i < 100; ++i) {
+    set.wind.mean_m_per_s = {-0.1 * i, 0, 0};
+    client->send(set, now_ns_);
+    run_ms(10);
+  }
+  EXPECT_LE(metrics_.tick.winds_changed.value() - before, 5u);
+  set.wind.mean_m_per_s = {6, 0, 0};
+  client->send(set, now_ns_);
+  run_ms(1500);
+  EXPECT_THAT(client->frames(1).back().displacements, testing::Contains(testing::Gt(4)));
+  EXPECT_LE(metrics_.tick.winds_changed.value() - before, 6u);
+}
+
+TEST_F(RoomsPollTest, a_crowd_that_comes_and_goes_before_many_observers_is_spread_over_ticks) {
+  start();
+  std::vector<std::unique_ptr<FakeClient>> observers;
+  for (int i = 0; i < 99; ++i) {
+    observers.push_back(std::make_unique<FakeClient>(*server_, now_ns_));
+    observers.back()->hello(now_ns_, "hall");
+  }
+  const auto crowd = join("hall", LevelIndex::rigid);
+  run_ms(100);
+  const auto count = [&] { return server_->scheduler().rooms().characters().size(); };
+  for (std::uint32_t character = 2; character <= 400; ++character)
+    crowd->send(wire::AddCharacter{character, hash_, LevelIndex::rigid}, now_ns_);
+  run_ms(34);
+  EXPECT_EQ(count(), 329u) << "100 messages each: one tick sends 32 768";
+  EXPECT_GT(metrics_.tick.gauges.commands_deferred.value(), 0);
+  run_ms(34);
+  EXPECT_EQ(count(), 400u);
+  EXPECT_EQ(observers.back()->connection->all<wire::MemberJoined>().size(), 400u);
+  crowd->send(wire::Goodbye{wire::GoodbyeReason::client_leaves, ""}, now_ns_);
+  FakeClient late(*server_, now_ns_);
+  late.hello(now_ns_, "hall");
+  run_ms(34);
+  EXPECT_EQ(count(), 400u - 328u);
+  EXPECT_THAT(late.connection->all<wire::MemberJoined>(), IsEmpty()) << "its turn comes after those who left";
+  run_ms(34);
+  EXPECT_EQ(count(), 0u);
+  EXPECT_EQ(observers.back()->connection->all<wire::MemberLeft>().size(), 400u);
+  EXPECT_EQ(server_->scheduler().rooms().observers().size(), 100u);
 }
 
 }  // namespace

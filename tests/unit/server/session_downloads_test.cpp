@@ -61,6 +61,26 @@ TEST_F(SessionTest, a_groom_that_could_not_be_read_from_disk_is_unavailable) {
   EXPECT_EQ(errors().size(), 2u) << "beyond its end";
 }
 
+TEST_F(SessionTest, a_groom_is_sent_no_faster_than_its_limit) {
+  context_.limits.download_bytes_per_s = 65'536;
+  Session slow(8, connection_, context_, now_ns_);
+  slow.on_message({now_ns_, wire::Hello{wire::kProtocolVersion, "test", "", "", wire::Role::participant, 0, {}}},
+                  now_ns_);
+  slow.on_message({now_ns_, wire::GroomRequest{groom_service_.known, 0}}, now_ns_);
+  const auto got_bytes = [&] {
+    std::size_t bytes = 0;
+    for (const wire::GroomData& data : connection_->all<wire::GroomData>()) bytes += data.bytes.size();
+    return bytes;
+  };
+  EXPECT_EQ(got_bytes(), 65'536u);
+  EXPECT_EQ(counters_.downloads_delayed.value(), 1u);
+  slow.flush(now_ns_ + kSecond_ns / 2);
+  EXPECT_EQ(got_bytes(), 65'536u + 32'768);
+  slow.flush(now_ns_ + 10 * kSecond_ns);
+  slow.flush(now_ns_ + 20 * kSecond_ns);
+  EXPECT_EQ(got_bytes(), groom_service_.file->size());
+}
+
 TEST_F(SessionTest, limits_the_number_of_groom_requests_at_once) {
   context_.limits.downloads_per_session_max = 1;
   hello();

@@ -20,8 +20,9 @@ inline constexpr std::int64_t kSecond_ns = 1'000'000'000;
 // One groom in memory and one on disk; no chunk is wanted.
 class FakeGroomService final : public GroomService {
  public:
-  void open(SessionId session, std::uint64_t strand_count_max, std::int64_t) override {
+  void open(SessionId session, std::uint32_t bearer, std::uint64_t strand_count_max, std::int64_t) override {
     strands_max[session] = strand_count_max;
+    bearers[session] = bearer;
   }
   Refused offer(SessionId, const wire::GroomOffer&, std::int64_t) override { return {}; }
   ChunkAnswer chunk(SessionId, wire::GroomChunk, std::int64_t) override {
@@ -45,6 +46,7 @@ class FakeGroomService final : public GroomService {
   wire::GroomHash known{1}, kept{2};  // in memory, on disk
   std::vector<SessionId> released, resent, fetched;
   std::map<SessionId, std::uint64_t> strands_max;
+  std::map<SessionId, std::uint32_t> bearers;
   std::shared_ptr<const std::vector<std::uint8_t>> file =
       std::make_shared<const std::vector<std::uint8_t>>(200'000, std::uint8_t{7});
 };

@@ -134,5 +134,65 @@ TEST_F(ResumeTest, of_a_session_above_any_number_is_refused_kindly) {
   EXPECT_FALSE(connect(~std::uint64_t{0}).welcome().resumed);
 }
 
+TEST_F(ResumeTest, of_a_session_resumed_a_moment_ago_is_refused_and_leaves_it_alone) {
+  const wire::Welcome welcome = connect().welcome();
+  Client second = connect(welcome.session, welcome.secret);
+  ASSERT_TRUE(second.welcome().resumed);
+  commands<OpenSession>();
+  now_ns_ += context_.limits.resume_interval_ns - 1;
+  const Client early = connect(welcome.session, welcome.secret);
+  EXPECT_THAT(early.connection->all<wire::Welcome>(), IsEmpty());
+  EXPECT_EQ(early.connection->all<wire::Goodbye>().at(0).reason, GoodbyeReason::over_rate);
+  EXPECT_TRUE(early.connection->closed);
+  EXPECT_EQ(counters_.sessions_refused_early.value(), 1u);
+  EXPECT_THAT(commands<OpenSession>(), IsEmpty());
+  EXPECT_FALSE(second.connection->closed);
+  now_ns_ += 1;
+  EXPECT_TRUE(connect(welcome.session, welcome.secret).welcome().resumed);
+}
+
+TEST_F(ResumeTest, with_a_wrong_secret_does_not_say_when_the_session_was_resumed) {
+  const wire::Welcome welcome = connect().welcome();
+  connect(welcome.session, welcome.secret);
+  EXPECT_FALSE(connect(welcome.session).welcome().resumed);
+  EXPECT_EQ(counters_.sessions_refused_early.value(), 0u);
+}
+
+TEST_F(ResumeTest, waits_for_room_in_the_queue_to_the_tick) {
+  Client first = connect();
+  const wire::Welcome welcome = first.welcome();
+  for (Command filler = DetachSession{}; commands_.try_put(filler);) filler = DetachSession{};
+  for (const bool is_new : {true, false}) {
+    const Client refused = is_new ? connect() : connect(welcome.session, welcome.secret);
+    EXPECT_THAT(refused.connection->all<wire::Welcome>(), IsEmpty());
+    EXPECT_EQ(refused.connection->all<wire::Goodbye>().at(0).reason, GoodbyeReason::server_full);
+  }
+  EXPECT_EQ(counters_.sessions_refused_busy.value(), 2u);
+  EXPECT_EQ(context_.session_count, 1u);
+  EXPECT_FALSE(first.connection->closed);
+  commands<OpenSession>();
+  EXPECT_TRUE(connect(welcome.session, welcome.secret).welcome().resumed);
+}
+
+TEST_F(ResumeTest, weighs_as_much_as_its_room_has_members) {
+  Client first = connect();
+  for (const std::uint32_t character : {1u, 2u})
+    send(first, wire::AddCharacter{character, groom_service_.known, LevelIndex::low});
+  commands<OpenSession>();
+  connect(first.welcome().session, first.welcome().secret);
+  EXPECT_EQ(commands_.weight(), 3u);
+}
+
+TEST_F(ResumeTest, does_not_refill_what_a_client_may_send) {
+  Client first = connect();
+  for (int i = 0; i < 30; ++i) send(first, wire::SetLevel{1, LevelIndex::low});
+  Client second = connect(first.welcome().session, first.welcome().secret);
+  for (int i = 0; i < 9; ++i) send(second, wire::SetLevel{1, LevelIndex::low});
+  EXPECT_FALSE(second.connection->closed);
+  send(second, wire::SetLevel{1, LevelIndex::low});
+  ASSERT_THAT(second.connection->all<wire::Goodbye>(), testing::SizeIs(1));
+  EXPECT_EQ(second.connection->all<wire::Goodbye>()[0].reason, GoodbyeReason::over_rate);
+}
+
 }  // namespace
 }  // namespace hairnet::server

@@ -30,6 +30,28 @@ TEST_F(SessionTest, welcomes_a_hello_of_its_version) {
   EXPECT_EQ(commands<OpenSession>().size(), 1u);
 }
 
+TEST_F(SessionTest, large_packets_are_allowed_once_it_has_joined_and_not_before) {
+  EXPECT_FALSE(connection_->joined);
+  hello();
+  EXPECT_TRUE(connection_->joined);
+}
+
+TEST_F(SessionTest, a_refused_hello_allows_no_large_packets) {
+  send(wire::Hello{wire::kProtocolVersion, "test", "no room of that name"});
+  EXPECT_THAT(goodbyes(), ElementsAre(GoodbyeReason::room_refused));
+  EXPECT_FALSE(connection_->joined);
+}
+
+TEST(Hello, the_largest_valid_one_fits_what_a_connection_takes_before_it_joins) {
+  wire::Hello hello;
+  hello.client_name = std::string(wire::kTextBytesMax, 'n');
+  hello.room = std::string(wire::kRoomNameBytesMax, 'r');
+  hello.token = std::string(wire::kTokenBytesMax, 't');
+  const std::vector<std::uint8_t> packet = wire::encode_packet({1, hello});
+  EXPECT_EQ(wire::decode_packet(packet).error, wire::DecodeError::none);
+  EXPECT_LE(2 * packet.size(), kHelloPacketBytesMax);
+}
+
 TEST_F(SessionTest, refuses_another_version_by_name_and_closes) {
   send(wire::Hello{wire::kProtocolVersion + 1, "test"});
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::version_unsupported));
@@ -107,7 +129,7 @@ TEST_F(SessionTest, refuses_invalid_materials_and_winds_completely_and_continues
 }
 
 TEST_F(SessionTest, refuses_winds_of_clients_when_so_configured) {
-  context_.limits.wind_from_clients = false;
+  context_.limits.wind_from_clients = WindFromClients::off;
   hello();
   send(wire::SetWind{});
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::not_allowed));
@@ -349,7 +371,7 @@ TEST_F(SessionTest, gives_everything_back_once_when_it_leaves) {
   EXPECT_EQ(context_.character_count, 0u);
   EXPECT_EQ(counters_.characters_added.value(), 1u);
   EXPECT_EQ(counters_.characters_removed.value(), 1u);
-  EXPECT_EQ(context_.rooms.room_count(), 0u);
+  EXPECT_EQ(context_.rooms.size(), 0u);
 }
 
 TEST_F(SessionTest, joins_the_room_that_hello_names) {
@@ -517,6 +539,106 @@ TEST_F(SessionTest, silent_connections_are_limited) {
   registry.poll(now_ns_ + 6 * kSecond_ns);
   registry.poll(now_ns_ + 6 * kSecond_ns);
   EXPECT_EQ(registry.count(), 0u);
+}
+
+TEST_F(SessionTest, an_observer_sets_the_wind_only_where_everyone_may) {
+  send(wire::Hello{wire::kProtocolVersion, "test", "", "", wire::Role::observer, 0, {}});
+  send(wire::SetWind{});
+  EXPECT_THAT(errors(), ElementsAre(ErrorReason::not_allowed));
+  EXPECT_THAT(requests<wire::SetWind>(), IsEmpty());
+  context_.limits.wind_from_clients = WindFromClients::everyone;
+  send(wire::SetWind{});
+  EXPECT_EQ(requests<wire::SetWind>().size(), 1u);
+}
+
+TEST_F(SessionTest, more_work_than_a_client_may_ask_for_is_refused_and_plain_messages_still_pass) {
+  hello();
+  const wire::RequestKeyframes costly{std::vector<std::uint32_t>(80, 1)};  // worth 11 plain messages
+  for (int i = 0; i < 5; ++i) send(costly);
+  EXPECT_EQ(requests<wire::RequestKeyframes>().size(), 2u);
+  EXPECT_THAT(errors(),
+              ElementsAre(ErrorReason::limit_exceeded, ErrorReason::limit_exceeded, ErrorReason::limit_exceeded));
+  EXPECT_EQ(counters_.messages_refused_work.value(), 3u);
+  for (int i = 0; i < 10; ++i) send(wire::PoseBatch{});
+  EXPECT_EQ(session_.state(), State::active);
+  now_ns_ += 2 * kSecond_ns;
+  send(costly);
+  EXPECT_EQ(requests<wire::RequestKeyframes>().size(), 1u) << "later there is time for it";
+}
+
+TEST_F(SessionTest, no_message_costs_more_than_a_client_can_save_up) {
+  hello();
+  send(wire::RequestKeyframes{std::vector<std::uint32_t>(800, 1)});
+  EXPECT_THAT(errors(), IsEmpty());
+  EXPECT_EQ(requests<wire::RequestKeyframes>().size(), 1u);
+}
+
+TEST_F(SessionTest, poses_that_are_captured_too_close_together_are_left_out) {
+  hello();
+  for (const std::uint32_t character : {1u, 2u})
+    send(wire::AddCharacter{character, groom_service_.known, LevelIndex::low});
+  wire::PoseBatch batch;
+  for (std::uint32_t i = 0; i < 10; ++i) {
+    now_ns_ += 1'000'000;
+    for (const std::uint32_t character : {1u, 2u})
+      batch.poses.push_back({character, i + 1, now_ns_, character == 2 && i == 2, rigid_pose({})});
+  }
+  send(batch);
+  EXPECT_EQ(counters_.poses_thinned.value(), 14u);
+  const auto puts = commands<PutPoses>();
+  ASSERT_EQ(puts.size(), 1u);
+  std::vector<std::uint32_t> sequences;
+  for (const wire::PoseSample& pose : puts[0].poses) {
+    sequences.push_back(pose.sequence);
+    EXPECT_EQ(pose.teleport, pose.character == 2 && pose.sequence == 5) << "the next pose has the teleport";
+  }
+  EXPECT_THAT(sequences, ElementsAre(1, 1, 5, 5, 9, 9));
+}
+
+TEST_F(SessionTest, poses_of_a_quick_headset_all_pass) {
+  hello();
+  send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
+  for (std::uint32_t i = 1; i <= 90; ++i) {
+    now_ns_ += kSecond_ns / 90;
+    send(wire::PoseBatch{{{1, i, now_ns_, false, rigid_pose({})}}});
+    if (i % 9 == 0) now_ns_ += 8 * kSecond_ns / 10;  // stays below the rate of messages
+  }
+  EXPECT_EQ(counters_.poses_thinned.value(), 0u);
+  EXPECT_EQ(counters_.poses_dropped_over_rate.value(), 0u);
+}
+
+TEST_F(SessionTest, closes_a_client_far_above_the_rate_of_poses) {
+  hello();
+  wire::PoseBatch batch;
+  batch.poses.assign(640, {1, 1, now_ns_, false, rigid_pose({})});  // 10 plain messages more
+  for (int i = 0; i < 3; ++i) send(batch);
+  EXPECT_EQ(session_.state(), State::active);
+  send(batch);
+  EXPECT_THAT(goodbyes(), ElementsAre(GoodbyeReason::over_rate));
+}
+
+TEST_F(SessionTest, closes_a_client_that_reads_but_leaves_messages_waiting) {
+  hello();
+  session_.outbox().push_frames({{wire::encode_packet({1, wire::FrameBatch{}}), 1}});
+  const auto takes_one = [&] {
+    connection_->room = 1;
+    session_.on_writable(now_ns_);
+    session_.poll(now_ns_);
+  };
+  connection_->room = 0;
+  for (int second = 0; second < 10; ++second) {
+    for (int i = 0; i < 3; ++i) session_.send(wire::CharacterRemoved{1}, now_ns_);
+    takes_one();
+    now_ns_ += kSecond_ns;
+    send(wire::PoseBatch{});
+  }
+  EXPECT_EQ(session_.state(), State::active);
+  for (int second = 0; second < 10 && session_.state() == State::active; ++second) {
+    takes_one();
+    now_ns_ += kSecond_ns;
+  }
+  EXPECT_EQ(session_.state(), State::draining);
+  EXPECT_EQ(counters_.sessions_closed_by_server_slow.value(), 1u);
 }
 
 }  // namespace

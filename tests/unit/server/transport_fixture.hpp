@@ -21,16 +21,16 @@
 
 namespace hairnet::server {
 
-inline constexpr std::size_t kPacketMax = 1u << 20;
-
 // A socket of the other end that never blocks, and sends any bytes.
 class Peer {
  public:
-  explicit Peer(std::uint16_t port, int receive_bytes = 0)
+  explicit Peer(std::uint16_t port, int receive_bytes = 0, const char* from = "127.0.0.1")
       : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK, 0)) {
     if (receive_bytes > 0) ::setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &receive_bytes, sizeof(receive_bytes));
     sockaddr_in address{};
     address.sin_family = AF_INET;
+    inet_pton(AF_INET, from, &address.sin_addr);
+    ::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof(address));
     address.sin_port = htons(port);
     inet_pton(AF_INET, "127.0.0.1", &address.sin_addr);
     ::connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof(address));
@@ -69,7 +69,9 @@ class Peer {
 // Sends every packet back.
 class Echo final : public PacketSink {
  public:
-  explicit Echo(std::shared_ptr<Connection> c) : connection(std::move(c)) {}
+  explicit Echo(std::shared_ptr<Connection> c, bool joins = true) : connection(std::move(c)) {
+    if (joins) connection->mark_joined();
+  }
   void on_packet(std::span<const std::uint8_t> packet, std::int64_t) override {
     aligned &= reinterpret_cast<std::uintptr_t>(packet.data()) % 8 == 0;
     ++packets;
@@ -109,7 +111,6 @@ class TransportTest : public testing::Test {
   virtual TransportOptions options() {
     TransportOptions made;
     made.port = 0;
-    made.packet_bytes_max = kPacketMax;
     return made;
   }
   virtual HttpService* service() { return nullptr; }
@@ -122,7 +123,7 @@ class TransportTest : public testing::Test {
             connection->close("refused");
             return nullptr;
           }
-          echoes_.push_back(std::make_unique<Echo>(std::move(connection)));
+          echoes_.push_back(std::make_unique<Echo>(std::move(connection), joins_));
           return echoes_.back().get();
         },
         service());
@@ -162,7 +163,7 @@ class TransportTest : public testing::Test {
   TransportCounters counters_;
   IoLoop loop_;
   std::vector<std::unique_ptr<Echo>> echoes_;
-  bool refuse_ = false;
+  bool refuse_ = false, joins_ = true;
   std::unique_ptr<Listener> listener_;
 };
 

@@ -217,11 +217,61 @@ TEST_F(HttpTest, a_silent_peer_is_closed) {
   ASSERT_TRUE(run_until([&] { return counters_.handshakes_failed_silent.value() == 1; }));
 }
 
+class LimitedPagesTest : public HttpTest {
+ protected:
+  TransportOptions options() override {
+    TransportOptions made = HttpTest::options();
+    made.page_bytes_per_s = 100'000;
+    return made;
+  }
+};
+
+TEST_F(LimitedPagesTest, a_page_is_sent_no_faster_than_its_limit) {
+  Peer peer(listener_->port());
+  peer.send("GET /large.wasm HTTP/1.1\r\nHost: here\r\nConnection: close\r\n\r\n");
+  ASSERT_TRUE(run_until([&] {
+    peer.receive();
+    return counters_.pages_delayed.value() > 3;
+  }));
+  EXPECT_FALSE(peer.ended);
+  EXPECT_LT(counters_.sent_bytes_http.value(), kLargeBytes / 2);
+}
+
+TEST_F(HttpTest, a_port_of_its_own_has_the_servers_pages_and_nothing_else) {
+  TransportOptions alone = TransportTest::options();
+  const auto created = Listener::create(loop_, alone, counters_, nullptr, &pages_);
+  ASSERT_TRUE(created) << created.error();
+  const std::uint16_t port = (*created)->port();
+  const auto ask = [&](std::string_view path, std::string_view more = "") {
+    Peer peer(port);
+    return answer_to(peer, "GET " + std::string(path) + " HTTP/1.1\r\nHost: here\r\n" + std::string(more) + "\r\n");
+  };
+  EXPECT_THAT(ask("/metrics", "Connection: close\r\n"), StartsWith("HTTP/1.1 200 "));
+  EXPECT_THAT(ask("/index.html", "Connection: close\r\n"), StartsWith("HTTP/1.1 404 "));
+  EXPECT_THAT(ask("/ws",
+                  "Upgrade: websocket\r\nConnection: Upgrade, close\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
+                  "Sec-WebSocket-Version: 13\r\n"),
+              StartsWith("HTTP/1.1 404 "));
+  Peer speaks_packets(port);
+  EXPECT_EQ(answer_to(speaks_packets, std::string_view("\x20\0\0\0", 4)), "");
+  EXPECT_EQ(counters_.handshakes_failed_http.value(), 1u);
+  EXPECT_TRUE(echoes_.empty());
+}
+
+TEST_F(TransportTest, the_servers_own_pages_are_not_on_a_port_without_them) {
+  for (const char* path : {"/healthz", "/readyz", "/metrics"}) {
+    Peer peer(listener_->port());
+    EXPECT_THAT(answer_to(peer, "GET " + std::string(path) + " HTTP/1.1\r\nHost: here\r\nConnection: close\r\n\r\n"),
+                StartsWith("HTTP/1.1 404 "));
+  }
+}
+
 class LimitedTest : public TransportTest {
  protected:
   TransportOptions options() override {
     TransportOptions made = TransportTest::options();
     made.admission = {40, 30, 10, 5};
+    made.exempt_addresses = {};
     return made;
   }
 };
@@ -286,6 +336,123 @@ TEST_F(LimitedTest, a_loop_that_ends_leaves_nothing_behind) {
   ASSERT_TRUE(run_until([&] { return echoes_.size() == 1 && counters_.connections_accepted.value() == 3; }));
 }
 
+class RateOfAddressTest : public TransportTest {
+ protected:
+  TransportOptions options() override {
+    TransportOptions made = TransportTest::options();
+    made.admission.connections_per_address_per_s = 1e-6;
+    made.admission.connections_per_address_burst = 3;
+    made.exempt_addresses = {"127.0.0.2"};
+    return made;
+  }
+};
+
+TEST_F(RateOfAddressTest, new_connections_of_one_address_are_limited_also_after_the_old_ones_went) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    Peer peer(listener_->port());
+    peer.send(packet(32, 1));
+    ASSERT_TRUE(run_until([&] { return echoes_.size() == i + 1; }));
+  }
+  Peer fourth(listener_->port());
+  EXPECT_EQ(answer_to(fourth, ""), "") << "closed at once";
+  EXPECT_EQ(counters_.connections_refused_address_rate.value(), 1u);
+  EXPECT_EQ(counters_.connections_accepted.value(), 3u);
+  for (std::size_t i = 0; i < 6; ++i) {
+    Peer exempt(listener_->port(), 0, "127.0.0.2");
+    exempt.send(packet(32, 1));
+    ASSERT_TRUE(run_until([&] { return echoes_.size() == i + 4; }));
+  }
+}
+
+class RateOfAllTest : public TransportTest {
+ protected:
+  TransportOptions options() override {
+    TransportOptions made = TransportTest::options();
+    made.admission.connections_per_s = 1e-6;
+    made.admission.connections_burst = 3;
+    return made;
+  }
+};
+
+TEST_F(RateOfAllTest, new_connections_of_all_addresses_wait_in_the_systems_queue) {
+  std::vector<std::unique_ptr<Peer>> peers;
+  for (int i = 0; i < 8; ++i) peers.push_back(std::make_unique<Peer>(listener_->port()));
+  ASSERT_TRUE(run_until([&] { return counters_.accepts_paused.value() == 1; }));
+  run_rounds(200);
+  EXPECT_EQ(counters_.connections_accepted.value(), 4u) << "one beyond the rate";
+  peers.back()->receive();
+  EXPECT_FALSE(peers.back()->ended);
+  peers[0]->send(packet(32, 1));
+  ASSERT_TRUE(run_until([&] { return echoes_.size() == 1; })) << "accepted ones are served meanwhile";
+}
+
+class ProxiedTest : public TransportTest {
+ protected:
+  TransportOptions options() override {
+    TransportOptions made = TransportTest::options();
+    made.proxy_protocol = {"127.0.0.1"};
+    made.admission.connections_per_address_max = 2;
+    return made;
+  }
+  void send_with(Peer& peer, std::string_view header) {
+    const auto first = packet(32, 1);
+    peer.send(std::string(header) + std::string(first.begin(), first.end()));
+  }
+};
+
+TEST_F(ProxiedTest, the_peer_is_the_one_that_the_header_names) {
+  Peer first(listener_->port()), second(listener_->port()), third(listener_->port());
+  send_with(first, "PROXY TCP4 203.0.113.7 192.0.2.1 51000 7420\r\n");
+  send_with(second, "PROXY TCP6 2001:db8::1 2001:db8::2 51001 7420\r\n");
+  send_with(third, "PROXY UNKNOWN\r\n");
+  ASSERT_TRUE(run_until([&] { return echoes_.size() == 3; }));
+  std::vector<std::string> named;
+  for (const auto& echo : echoes_) named.emplace_back(echo->connection->peer());
+  EXPECT_THAT(named,
+              testing::UnorderedElementsAre("203.0.113.7:51000", "[2001:db8::1]:51001", StartsWith("127.0.0.1:")));
+}
+
+TEST_F(ProxiedTest, the_header_may_come_byte_by_byte) {
+  Peer peer(listener_->port());
+  const std::string header = "PROXY TCP4 203.0.113.7 192.0.2.1 51000 7420\r\n";
+  std::size_t at = 0;
+  ASSERT_TRUE(run_until([&] {
+    if (at < header.size()) at += peer.send(std::string_view(header).substr(at, 1));
+    return at == header.size();
+  }));
+  peer.send(packet(32, 1));
+  ASSERT_TRUE(run_until([&] { return echoes_.size() == 1; }));
+  EXPECT_EQ(echoes_[0]->connection->peer(), "203.0.113.7:51000");
+}
+
+TEST_F(ProxiedTest, the_limits_of_one_address_are_those_of_the_named_one) {
+  std::vector<std::unique_ptr<Peer>> peers;
+  for (int i = 0; i < 3; ++i) {
+    peers.push_back(std::make_unique<Peer>(listener_->port()));
+    send_with(*peers.back(), "PROXY TCP4 203.0.113.7 192.0.2.1 51000 7420\r\n");
+  }
+  ASSERT_TRUE(run_until([&] { return counters_.connections_refused_address.value() == 1; }));
+  Peer other(listener_->port());
+  send_with(other, "PROXY TCP4 203.0.113.8 192.0.2.1 51000 7420\r\n");
+  ASSERT_TRUE(run_until([&] { return echoes_.size() == 3; }));
+}
+
+TEST_F(ProxiedTest, a_connection_of_a_proxy_without_a_header_is_closed) {
+  Peer packets(listener_->port()), request(listener_->port());
+  packets.send(packet(32, 1));
+  EXPECT_EQ(answer_to(packets, ""), "");
+  EXPECT_EQ(answer_to(request, "GET / HTTP/1.1\r\nHost: here\r\n\r\n"), "");
+  EXPECT_EQ(counters_.handshakes_failed_proxy.value(), 2u);
+  EXPECT_TRUE(echoes_.empty());
+}
+
+TEST_F(TransportTest, a_proxys_header_from_another_peer_is_an_error) {
+  Peer text(listener_->port()), binary(listener_->port());
+  EXPECT_THAT(answer_to(text, "PROXY TCP4 203.0.113.7 192.0.2.1 51000 7420\r\n"), StartsWith("HTTP/1.1 400 "));
+  binary.send(std::string_view("\r\n\r\n\0\r\nQUIT\n\x20\0\0", 16));
+  ASSERT_TRUE(run_until([&] { return echoes_.size() == 1 && echoes_[0]->broken; }));
+}
+
 class DualStackTest : public TransportTest {
  protected:
   TransportOptions options() override {
@@ -300,6 +467,7 @@ TEST_F(DualStackTest, every_address_of_both_kinds_reaches_one_listener) {
   over_v4.send(packet(32, 1));
   ASSERT_TRUE(run_until([&] { return echoes_.size() == 1; }));
   EXPECT_THAT(echoes_[0]->connection->peer(), StartsWith("127.0.0.1:"));
+  EXPECT_EQ(echoes_[0]->connection->network(), "") << "the loopback is exempt";
   EXPECT_EQ(echoes_[0]->connection->transport(), "tcp");
 }
 

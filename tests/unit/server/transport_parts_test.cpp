@@ -6,10 +6,13 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <utility>
 
 #include "server/transport/admission.hpp"
 #include "server/transport/detected_protocol.hpp"
 #include "server/transport/origin.hpp"
+#include "server/transport/peer_address.hpp"
+#include "server/transport/proxy_header.hpp"
 #include "server/transport/static_files.hpp"
 #include "server/transport/transport_options.hpp"
 
@@ -19,6 +22,8 @@ namespace {
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
+
+constexpr std::int64_t kStart_ns = 1'000'000'000'000;
 
 DetectedProtocol opening_of_text(std::string_view bytes) {
   return detect_protocol({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
@@ -46,6 +51,15 @@ TEST(DetectedProtocol, any_prefix_of_a_first_message_is_a_packet) {
                                              0};
     ASSERT_EQ(detect_protocol(prefix), DetectedProtocol::packets) << bytes;
   }
+}
+
+TEST(Network, is_an_ipv4_address_or_an_ipv6_network) {
+  const auto of = [](const char* address) { return network_of(asio::ip::make_address(address)); };
+  EXPECT_EQ(of("192.0.2.1"), "192.0.2.1");
+  EXPECT_EQ(of("::ffff:192.0.2.1"), "192.0.2.1");
+  EXPECT_EQ(of("2001:db8:1:2:3:4:5:6"), "2001:db8:1:2::/64");
+  EXPECT_EQ(of("2001:db8:1:2::ffff"), "2001:db8:1:2::/64");
+  EXPECT_EQ(of("2001:db8:1:3::1"), "2001:db8:1:3::/64");
 }
 
 TEST(Origin, without_a_list_only_the_servers_own_pages_may) {
@@ -78,6 +92,37 @@ TEST(Origin, what_is_no_origin_is_refused_at_start) {
     EXPECT_THAT(validate_origin(bad), Not(IsEmpty())) << bad;
 }
 
+TEST(Host, a_name_must_be_listed_and_a_numeric_address_always_passes) {
+  const std::vector<std::string> list{"localhost", "Hair.example.com"};
+  for (const char* good : {"localhost", "LOCALHOST:7420", "hair.example.com", "hair.EXAMPLE.com:443", "127.0.0.1",
+                           "10.0.0.7:7420", "[::1]", "[2001:db8::1]:7420"})
+    EXPECT_TRUE(host_allowed(good, list)) << good;
+  for (const char* bad : {"", ":7420", "evil.example", "localhost.evil.example", "example.com", "x.hair.example.com",
+                          "1.2.3.4.evil.example", "7f000001.example"})
+    EXPECT_FALSE(host_allowed(bad, list)) << bad;
+  EXPECT_TRUE(host_allowed("anything", std::vector<std::string>{"*"}));
+}
+
+TEST(Host, what_is_no_name_is_refused_at_start) {
+  for (const char* good : {"a.example", "localhost", "*"}) EXPECT_THAT(validate_host(good), IsEmpty()) << good;
+  for (const char* bad : {"", "https://a.example", "a.example:7420", "a b", "*.example"})
+    EXPECT_THAT(validate_host(bad), Not(IsEmpty())) << bad;
+}
+
+TEST(TransportOptions, lists_must_be_of_numeric_addresses_and_of_names) {
+  TransportOptions options;
+  options.proxy_protocol = {"192.0.2.1", "2001:db8::1"};
+  EXPECT_THAT(validate(options), IsEmpty());
+  options.proxy_protocol = {"balancer.example"};
+  EXPECT_THAT(validate(options), HasSubstr("balancer.example"));
+  options.proxy_protocol = {};
+  options.exempt_addresses = {"10.0.0.0/8"};
+  EXPECT_THAT(validate(options), HasSubstr("10.0.0.0/8"));
+  options.exempt_addresses = {};
+  options.hosts = {"http://a"};
+  EXPECT_THAT(validate(options), HasSubstr("http://a"));
+}
+
 TEST(TransportOptions, half_of_tls_is_refused) {
   TransportOptions options;
   EXPECT_THAT(validate(options), IsEmpty());
@@ -92,22 +137,186 @@ TEST(Admission, leaving_makes_room_and_a_refusal_names_the_full_limit) {
   auto admission = std::make_shared<Admission>(AdmissionLimits{4, 2, 3, 1});
   using Verdict = Admission::Verdict;
   std::vector<Admission::Ticket> tickets(6);
-  EXPECT_EQ(admission->enter(1, tickets[0]), Verdict::admitted);
-  EXPECT_EQ(admission->enter(1, tickets[1]), Verdict::admitted);
-  EXPECT_EQ(admission->enter(1, tickets[2]), Verdict::address_full);
-  EXPECT_EQ(admission->enter(2, tickets[2]), Verdict::admitted);
-  EXPECT_EQ(admission->enter(3, tickets[3]), Verdict::arrivals_full);
+  EXPECT_EQ(admission->enter(1, 0, tickets[0]), Verdict::admitted);
+  EXPECT_EQ(admission->enter(1, 0, tickets[1]), Verdict::admitted);
+  EXPECT_EQ(admission->enter(1, 0, tickets[2]), Verdict::address_full);
+  EXPECT_EQ(admission->enter(2, 0, tickets[2]), Verdict::admitted);
+  EXPECT_EQ(admission->enter(3, 0, tickets[3]), Verdict::arrivals_full);
   EXPECT_TRUE(tickets[0].move_to(Admission::Place::session));
   EXPECT_TRUE(tickets[1].move_to(Admission::Place::http));
   EXPECT_FALSE(tickets[2].move_to(Admission::Place::http)) << "one at most";
   EXPECT_TRUE(tickets[1].move_to(Admission::Place::session));
   EXPECT_TRUE(tickets[2].move_to(Admission::Place::http));
-  EXPECT_EQ(admission->enter(3, tickets[3]), Verdict::admitted);
-  EXPECT_EQ(admission->enter(4, tickets[4]), Verdict::full);
+  EXPECT_EQ(admission->enter(3, 0, tickets[3]), Verdict::admitted);
+  EXPECT_EQ(admission->enter(4, 0, tickets[4]), Verdict::full);
   tickets[0] = {};
-  EXPECT_EQ(admission->enter(1, tickets[4]), Verdict::admitted);
+  EXPECT_EQ(admission->enter(1, 0, tickets[4]), Verdict::admitted);
   tickets.clear();
   EXPECT_EQ(admission->count(), 0u);
+}
+
+TEST(Admission, by_default_one_address_takes_neither_all_handshakes_nor_all_pages) {
+  const AdmissionLimits limits;
+  auto admission = std::make_shared<Admission>(limits);
+  std::vector<Admission::Ticket> tickets(1000);
+  std::size_t count = 0;
+  while (count < tickets.size() && admission->enter(1, kStart_ns, tickets[count]) == Admission::Verdict::admitted)
+    ++count;
+  EXPECT_LT(2 * count, limits.arrivals_max);
+  EXPECT_LT(2 * count, limits.http_max);
+  EXPECT_EQ(admission->enter(2, kStart_ns, tickets[count]), Admission::Verdict::admitted);
+}
+
+TEST(Admission, new_connections_of_one_address_are_limited_in_rate_and_regain_it) {
+  AdmissionLimits limits;
+  limits.connections_per_address_per_s = 2;
+  limits.connections_per_address_burst = 3;
+  auto admission = std::make_shared<Admission>(limits);
+  using Verdict = Admission::Verdict;
+  const auto visit = [&](std::optional<std::uint64_t> address, std::int64_t now_ns) {
+    Admission::Ticket ticket;
+    return admission->enter(address, now_ns, ticket);
+  };
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(visit(1, kStart_ns), Verdict::admitted);
+  EXPECT_EQ(visit(1, kStart_ns), Verdict::address_rate);
+  EXPECT_EQ(visit(2, kStart_ns), Verdict::admitted) << "another address has a rate of its own";
+  for (int i = 0; i < 10; ++i) EXPECT_EQ(visit(std::nullopt, kStart_ns), Verdict::admitted) << "exempt";
+  EXPECT_EQ(visit(1, kStart_ns + 500'000'000), Verdict::admitted);
+  EXPECT_EQ(visit(1, kStart_ns + 500'000'000), Verdict::address_rate);
+}
+
+TEST(Admission, addresses_are_forgotten_once_their_rate_is_whole_again) {
+  AdmissionLimits limits;
+  limits.connections_per_address_per_s = 10;
+  limits.connections_per_address_burst = 20;
+  auto admission = std::make_shared<Admission>(limits);
+  std::vector<Admission::Ticket> tickets(2);
+  for (std::uint64_t address = 0; address < 100; ++address) admission->enter(address, kStart_ns, tickets[0]);
+  EXPECT_EQ(admission->address_count(), 100u);
+  admission->enter(1000, kStart_ns + 2'000'000'000, tickets[1]);
+  EXPECT_EQ(admission->address_count(), 2u) << "the one that is still connected, and the new one";
+}
+
+TEST(Admission, the_table_of_addresses_is_bounded) {
+  auto admission = std::make_shared<Admission>(AdmissionLimits{});
+  for (std::uint64_t address = 0; address < 2 * Admission::kIdleAddressesMax; ++address) {
+    Admission::Ticket ticket;
+    ASSERT_EQ(admission->enter(address, kStart_ns, ticket), Admission::Verdict::admitted);
+    ASSERT_LE(admission->address_count(), Admission::kIdleAddressesMax + 1);
+  }
+}
+
+TEST(Admission, more_new_connections_than_the_rate_of_all_stop_the_accepting_until_it_has_recovered) {
+  AdmissionLimits limits;
+  limits.connections_per_s = 2;
+  limits.connections_burst = 3;
+  auto admission = std::make_shared<Admission>(limits);
+  std::vector<Admission::Ticket> tickets(5);
+  for (std::size_t i = 0; i < 3; ++i) {
+    admission->enter(i, kStart_ns, tickets[i]);
+    EXPECT_TRUE(admission->may_accept(kStart_ns));
+  }
+  admission->enter(3, kStart_ns, tickets[3]);
+  EXPECT_FALSE(admission->may_accept(kStart_ns));
+  EXPECT_FALSE(admission->may_accept(kStart_ns + 400'000'000));
+  EXPECT_TRUE(admission->may_accept(kStart_ns + 500'000'000));
+}
+
+TEST(Admission, refused_connections_use_up_nothing_of_the_rate_of_all) {
+  AdmissionLimits limits;
+  limits.connections_per_address_per_s = 1e-6;
+  limits.connections_per_address_burst = 1;
+  limits.connections_per_s = 1e-6;
+  limits.connections_burst = 2;
+  auto admission = std::make_shared<Admission>(limits);
+  std::vector<Admission::Ticket> tickets(2);
+  admission->enter(1, kStart_ns, tickets[0]);
+  for (int i = 0; i < 100; ++i) {
+    Admission::Ticket refused;
+    EXPECT_EQ(admission->enter(1, kStart_ns, refused), Admission::Verdict::address_rate);
+  }
+  EXPECT_TRUE(admission->may_accept(kStart_ns));
+  EXPECT_EQ(admission->enter(2, kStart_ns, tickets[1]), Admission::Verdict::admitted);
+  EXPECT_TRUE(admission->may_accept(kStart_ns));
+}
+
+TEST(Admission, a_proxied_connection_counts_as_one_of_the_address_that_it_is_given_later) {
+  AdmissionLimits limits;
+  limits.connections_per_address_max = 1;
+  auto admission = std::make_shared<Admission>(limits);
+  std::vector<Admission::Ticket> tickets(3);
+  for (Admission::Ticket& ticket : tickets) admission->enter(std::nullopt, kStart_ns, ticket);
+  EXPECT_EQ(tickets[0].set_address(7, kStart_ns), Admission::Verdict::admitted);
+  EXPECT_EQ(tickets[1].set_address(7, kStart_ns), Admission::Verdict::address_full);
+  tickets[0] = {};
+  EXPECT_EQ(tickets[2].set_address(7, kStart_ns), Admission::Verdict::admitted);
+  tickets.clear();
+  EXPECT_EQ(admission->count(), 0u);
+}
+
+ProxyHeader header_of_text(std::string_view text) {
+  return parse_proxy_header({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+}
+
+std::string binary_header(std::uint8_t command, std::uint8_t family, std::string_view rest) {
+  std::string header("\r\n\r\n\0\r\nQUIT\n", 12);
+  header += {static_cast<char>(command), static_cast<char>(family), static_cast<char>(rest.size() >> 8),
+             static_cast<char>(rest.size())};
+  return header.append(rest);
+}
+
+const std::string kV4Addresses("\xcb\0\x71\x07\xc0\0\x02\x01\xc7\x38\x1c\xfc", 12);
+
+using ProxyStatus = ProxyHeader::Status;
+
+TEST(ProxyHeader, names_the_peer_in_text_and_in_binary) {
+  const std::string more(40, '\x01');  // values behind the addresses
+  std::string v6(36, '\0');
+  v6[0] = 0x20, v6[1] = 0x01, v6[15] = 0x09, v6[33] = 0x50;
+  const std::pair<std::string, std::string> cases[] = {
+      {"PROXY TCP4 203.0.113.7 192.0.2.1 51000 7420\r\n", "203.0.113.7:51000"},
+      {"PROXY TCP6 2001::9 2001:db8::2 80 7420\r\n", "[2001::9]:80"},
+      {binary_header(0x21, 0x11, kV4Addresses), "203.0.113.7:51000"},
+      {binary_header(0x21, 0x11, kV4Addresses + more), "203.0.113.7:51000"},
+      {binary_header(0x21, 0x21, v6), "[2001::9]:80"},
+  };
+  for (const auto& [text, peer] : cases) {
+    for (std::size_t n = 0; n < text.size(); ++n)
+      ASSERT_EQ(header_of_text(std::string_view(text).substr(0, n)).status, ProxyStatus::incomplete) << peer << n;
+    const ProxyHeader header = header_of_text(text + "rest");
+    ASSERT_EQ(header.status, ProxyStatus::complete) << peer;
+    EXPECT_EQ(header.bytes, text.size());
+    ASSERT_TRUE(header.peer) << peer;
+    EXPECT_EQ(shown(*header.peer), peer);
+  }
+}
+
+TEST(ProxyHeader, a_proxys_own_connection_keeps_its_address) {
+  for (const std::string& text :
+       {std::string("PROXY UNKNOWN\r\n"), std::string("PROXY UNKNOWN ffff::1 ffff::2 1 2\r\n"),
+        binary_header(0x20, 0x00, ""), binary_header(0x20, 0x11, kV4Addresses), binary_header(0x21, 0x00, ""),
+        binary_header(0x21, 0x31, std::string(216, 'x'))}) {
+    const ProxyHeader header = header_of_text(text);
+    EXPECT_EQ(header.status, ProxyStatus::complete);
+    EXPECT_EQ(header.bytes, text.size());
+    EXPECT_FALSE(header.peer);
+  }
+}
+
+TEST(ProxyHeader, everything_else_is_malformed) {
+  for (const std::string& text :
+       {std::string("GET / HTTP/1.1\r\n"), std::string("\x20\0\0\0", 4), std::string("PROXYTCP4"),
+        std::string("PROXY TCP4 203.0.113.7 192.0.2.1 51000\r\n"), std::string("PROXY \r\n"),
+        std::string("PROXY TCP4 203.0.113.7 192.0.2.1 51000 7420 1\r\n"),
+        std::string("PROXY TCP4 203.0.113.7 192.0.2.1 65536 7420\r\n"),
+        std::string("PROXY TCP4 203.0.113.7 192.0.2.1 -1 7420\r\n"),
+        std::string("PROXY TCP4 2001::9 192.0.2.1 1 2\r\n"), std::string("PROXY TCP6 203.0.113.7 2001::9 1 2\r\n"),
+        std::string("PROXY TCP5 203.0.113.7 192.0.2.1 1 2\r\n"), std::string("PROXY UDP4 1.2.3.4 1.2.3.4 1 2\r\n"),
+        std::string("PROXY TCP4  203.0.113.7 192.0.2.1 1 2\r\n"), "PROXY UNKNOWN " + std::string(107, 'x') + "\r\n",
+        binary_header(0x31, 0x11, kV4Addresses), binary_header(0x22, 0x11, kV4Addresses),
+        binary_header(0x21, 0x11, kV4Addresses.substr(1)), binary_header(0x21, 0x21, kV4Addresses),
+        binary_header(0x21, 0x11, std::string(kProxyHeaderBytesMax, 'x'))})
+    EXPECT_EQ(header_of_text(text).status, ProxyStatus::malformed) << text;
 }
 
 class StaticFilesTest : public testing::Test {

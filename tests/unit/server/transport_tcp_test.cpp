@@ -1,3 +1,4 @@
+#include "schema/limits.hpp"
 #include "tests/unit/server/transport_fixture.hpp"
 
 namespace hairnet::server {
@@ -26,7 +27,7 @@ TEST_F(TransportTest, packets_come_back_whole_however_the_bytes_are_cut) {
 }
 
 TEST_F(TransportTest, a_peer_that_does_not_read_makes_the_connection_unwritable_and_loses_nothing) {
-  constexpr std::size_t kPackets = 64;
+  constexpr std::size_t kPackets = 64, kBytes = std::size_t{512} << 10;
   Peer peer(listener_->port());
   peer.send(packet(32, 1));
   ASSERT_TRUE(run_until([&] {
@@ -35,8 +36,7 @@ TEST_F(TransportTest, a_peer_that_does_not_read_makes_the_connection_unwritable_
   }));
   peer.received.clear();
   Echo& echo = *echoes_[0];
-  for (std::size_t i = 0; i < kPackets; ++i)
-    echo.waiting.push_back(packet(kPacketMax / 2, static_cast<std::uint8_t>(i)));
+  for (std::size_t i = 0; i < kPackets; ++i) echo.waiting.push_back(packet(kBytes, static_cast<std::uint8_t>(i)));
   echo.flush();
   EXPECT_FALSE(echo.connection->writable());
   run_rounds(1000);
@@ -44,10 +44,10 @@ TEST_F(TransportTest, a_peer_that_does_not_read_makes_the_connection_unwritable_
   EXPECT_FALSE(echo.waiting.empty());
   ASSERT_TRUE(run_until([&] {
     peer.receive();
-    return peer.received.size() == kPackets * kPacketMax / 2;
+    return peer.received.size() == kPackets * kBytes;
   }));
   EXPECT_TRUE(echo.connection->writable());
-  for (std::size_t i = 0; i < kPackets; ++i) ASSERT_EQ(peer.received[i * kPacketMax / 2 + 100], i);
+  for (std::size_t i = 0; i < kPackets; ++i) ASSERT_EQ(peer.received[i * kBytes + 100], i);
 }
 
 TEST_F(TransportTest, an_oversize_prefix_breaks_the_stream) {
@@ -55,6 +55,45 @@ TEST_F(TransportTest, an_oversize_prefix_breaks_the_stream) {
   const std::vector<std::uint8_t> prefix{0xff, 0xff, 0xff, 0x7f, 0, 0, 0, 0};
   ASSERT_EQ(peer.send(prefix), prefix.size());
   ASSERT_TRUE(run_until([&] { return !echoes_.empty() && echoes_[0]->broken; }));
+}
+
+TEST_F(TransportTest, the_largest_packet_is_allowed_once_the_session_has_joined) {
+  joins_ = false;
+  Peer peer(listener_->port());
+  peer.send(packet(kHelloPacketBytesMax, 1));
+  ASSERT_TRUE(run_until([&] { return !echoes_.empty() && echoes_[0]->packets == 1; }));
+  echoes_[0]->connection->mark_joined();
+  const auto large = packet(wire::kPacketBytesMax, 2);
+  std::size_t at = 0;
+  ASSERT_TRUE(run_until([&] {
+    if (at < large.size()) at += peer.send(std::span(large).subspan(at));
+    peer.receive();
+    return echoes_[0]->packets == 2;
+  }));
+  EXPECT_FALSE(echoes_[0]->broken);
+}
+
+TEST_F(TransportTest, before_the_session_has_joined_a_larger_packet_breaks_the_stream_by_its_prefix) {
+  joins_ = false;
+  Peer peer(listener_->port());
+  const auto large = packet(kHelloPacketBytesMax + 1, 1);
+  peer.send(std::span(large).first(4));
+  ASSERT_TRUE(run_until([&] { return !echoes_.empty() && echoes_[0]->broken; }));
+}
+
+TEST_F(TransportTest, connections_that_never_joined_do_not_pile_up_while_they_leave) {
+  // Their peers read nothing and do not end the connection.
+  refuse_ = true;
+  constexpr std::size_t kPeers = Admission::kLeavingMax + 40;
+  std::vector<std::unique_ptr<Peer>> peers;
+  for (std::size_t i = 0; i < kPeers; ++i) {
+    peers.push_back(std::make_unique<Peer>(listener_->port()));
+    peers.back()->send(packet(32, 1));
+  }
+  ASSERT_TRUE(run_until([&] { return counters_.connections_opened_tcp.value() == kPeers; }));
+  run_rounds(20);
+  EXPECT_GT(counters_.connections_cut_leaving.value(), 0u);
+  EXPECT_LE(counters_.connections_accepted.value() - counters_.connections_closed.value(), Admission::kLeavingMax);
 }
 
 TEST_F(TransportTest, a_closing_connection_sends_what_waits_and_ends) {

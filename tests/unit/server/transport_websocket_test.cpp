@@ -1,6 +1,7 @@
 #include <atomic>
 #include <thread>
 
+#include "schema/limits.hpp"
 #include "server/transport/beast.hpp"
 #include "tests/unit/server/transport_fixture.hpp"
 
@@ -69,6 +70,7 @@ class WebSocketTest : public TransportTest {
   TransportOptions options() override {
     TransportOptions made = TransportTest::options();
     made.request_timeout = std::chrono::milliseconds(500);
+    made.hosts = {"here"};
     return made;
   }
   // Upgrades, and removes the response from the received bytes.
@@ -169,8 +171,8 @@ TEST_F(WebSocketTest, frames_sent_with_the_upgrade_are_not_lost) {
 
 TEST_F(WebSocketTest, each_wrong_frame_ends_the_connection_with_its_close_code_and_a_counter) {
   const std::uint8_t text[] = {'h', 'i'};
-  const std::vector<std::uint8_t> large(kPacketMax + 1);
-  const std::vector<std::uint8_t> half(kPacketMax / 2 + 1);
+  const std::vector<std::uint8_t> large(wire::kPacketBytesMax + 1);
+  const std::vector<std::uint8_t> half(wire::kPacketBytesMax / 2 + 1);
   struct Case {
     std::string name, bytes;
     int code;
@@ -333,6 +335,57 @@ TEST_F(WebSocketTest, pages_of_other_origins_are_refused) {
   Peer own(listener_->port());
   upgrade(own, "Origin: http://here:7420\r\n");
   EXPECT_THAT(response_, StartsWith("HTTP/1.1 101 "));
+}
+
+std::string with_host(std::string request, std::string_view host) {
+  return request.replace(request.find("here:7420"), 9, host);
+}
+
+TEST_F(WebSocketTest, requests_for_other_hosts_than_those_listed_are_refused) {
+  EXPECT_THAT(refused(with_host(upgrade_request(), "evil.example:7420")), StartsWith("HTTP/1.1 421 "));
+  EXPECT_THAT(refused("GET / HTTP/1.1\r\nHost: evil.example\r\nConnection: close\r\n\r\n"),
+              StartsWith("HTTP/1.1 421 "));
+  EXPECT_EQ(counters_.hosts_refused.value(), 2u);
+  EXPECT_THAT(refused("GET / HTTP/1.0\r\n\r\n"), StartsWith("HTTP/1.1 404 ")) << "no browser leaves the host out";
+  EXPECT_TRUE(echoes_.empty());
+}
+
+class LocalTest : public WebSocketTest {
+ protected:
+  TransportOptions options() override {
+    TransportOptions made = WebSocketTest::options();
+    made.hosts = {};
+    return made;
+  }
+};
+
+TEST_F(LocalTest, on_the_loopback_a_page_that_came_under_another_name_may_open_none) {
+  // A site whose DNS answers with 127.0.0.1: for the browser the page and the server are of one origin.
+  EXPECT_THAT(refused(with_host(upgrade_request("Origin: http://evil.example:7420\r\n"), "evil.example:7420")),
+              StartsWith("HTTP/1.1 421 "));
+  EXPECT_EQ(counters_.hosts_refused.value(), 1u);
+  EXPECT_TRUE(echoes_.empty());
+  std::size_t opened = 0;
+  for (const std::string host : {"localhost:7420", "127.0.0.1:7420", "[::1]:7420"}) {
+    Peer own(listener_->port());
+    own.send(with_host(upgrade_request("Origin: http://" + host + "\r\n"), host));
+    ++opened;
+    EXPECT_TRUE(run_until([&] { return echoes_.size() == opened; })) << host;
+  }
+  Peer program(listener_->port());
+  upgrade(program, "");
+  EXPECT_THAT(response_, StartsWith("HTTP/1.1 101 ")) << "it is no page";
+}
+
+TEST_F(WebSocketTest, a_message_beyond_a_hello_ends_the_connection_before_the_session_has_joined) {
+  joins_ = false;
+  Peer peer(listener_->port());
+  upgrade(peer);
+  peer.send(frame(kBinary, packet(kHelloPacketBytesMax, 1)));
+  ASSERT_TRUE(run_until([&] { return echoes_[0]->packets == 1; }));
+  peer.send(frame(kBinary, packet(kHelloPacketBytesMax + 1, 1)).substr(0, 8));
+  ASSERT_TRUE(run_until([&] { return echoes_[0]->closed == 1; }));
+  EXPECT_EQ(counters_.websockets_closed_oversize.value(), 1u);
 }
 
 TEST_F(WebSocketTest, wrong_upgrades_are_refused_with_a_reason) {

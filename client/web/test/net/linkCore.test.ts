@@ -421,6 +421,30 @@ describe("link: coming back", () => {
     expect(driver.core.counters).toMatchObject({ reconnects: 1, resumes: 1 });
   });
 
+  it("brings its token again when it resumes", () => {
+    const driver = new LinkCoreDriver({ token: "a.b.c" });
+    expect(driver.open()).toMatchObject({ type: "hello", token: "a.b.c", session: 0n });
+    driver.tell(driver.welcome());
+    driver.break();
+    driver.pass(6 * kSecond);
+    expect(driver.open()).toMatchObject({ type: "hello", token: "a.b.c", session: 77n });
+  });
+
+  it("tries a resume again that came too early", () => {
+    const { driver } = withCharacter();
+    driver.break();
+    driver.pass(6 * kSecond);
+    driver.open();
+    driver.events();
+    driver.tell({ type: "goodbye", reason: GoodbyeReason.overRate, detail: "resumed a moment ago" });
+    expect(driver.events()).toMatchObject([{ type: "reconnecting", reason: GoodbyeReason.overRate }]);
+    driver.break();
+    driver.pass(12 * kSecond);
+    expect(driver.open()).toMatchObject({ type: "hello", session: 77n });
+    driver.tell(driver.welcome({ resumed: true }));
+    expect(driver.core.counters).toMatchObject({ reconnects: 1, resumes: 1 });
+  });
+
   it("tells a server that has lost the session everything, with the hair as it was", () => {
     const { driver, hash } = withCharacter();
     const setWind = (gustRatio: number): m.SetWind => ({

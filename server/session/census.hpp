@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/assert.hpp"
+
+namespace hairnet::server {
+
+// How many sessions and characters share a name, for limits: the name of a room, or of a subject. A name exists from
+// its first enter() to its last leave(); add_character() and so on assert that it exists. I/O thread.
+class Census {
+ public:
+  struct Count {
+    std::size_t sessions = 0, characters = 0;
+    std::uint32_t number = 0;  // of the name while it exists, from 1; small, since numbers are used again
+  };
+  [[nodiscard]] std::size_t size() const { return counts_.size(); }
+  // All zero for an unknown name.
+  [[nodiscard]] Count count(const std::string& name) const {
+    const auto found = counts_.find(name);
+    return found == counts_.end() ? Count{} : found->second;
+  }
+  void enter(const std::string& name) {
+    Count& count = counts_[name];
+    if (count.sessions++ == 0) count.number = take_number();
+  }
+  void leave(const std::string& name, std::size_t characters) {
+    Count& count = existing(name);
+    HAIRNET_ASSERT(count.characters >= characters);
+    count.characters -= characters;
+    if (--count.sessions != 0) return;
+    HAIRNET_ASSERT(count.characters == 0);
+    free_numbers_.push_back(count.number);
+    counts_.erase(name);
+  }
+  void add_character(const std::string& name) { ++existing(name).characters; }
+  void remove_character(const std::string& name) {
+    Count& count = existing(name);
+    HAIRNET_ASSERT(count.characters > 0);
+    --count.characters;
+  }
+
+ private:
+  Count& existing(const std::string& name) {
+    const auto found = counts_.find(name);
+    HAIRNET_ASSERT(found != counts_.end());
+    return found->second;
+  }
+  std::uint32_t take_number() {
+    if (free_numbers_.empty()) return static_cast<std::uint32_t>(counts_.size());
+    const std::uint32_t number = free_numbers_.back();
+    free_numbers_.pop_back();
+    return number;
+  }
+
+  std::map<std::string, Count> counts_;
+  std::vector<std::uint32_t> free_numbers_;  // of 1 to the largest number so far
+};
+
+}  // namespace hairnet::server

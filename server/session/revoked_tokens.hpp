@@ -1,0 +1,24 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <unordered_set>
+
+#include "schema/channel/token.hpp"
+
+namespace hairnet::server {
+
+// Tokens that the server refuses before they expire. I/O thread.
+class RevokedTokens {
+ public:
+  RevokedTokens() = default;
+  // A line names one token by its `jti`, or all tokens of a subject by their `sub` or, if they have none, their `name`.
+  // Spaces around it, and empty lines, are ignored.
+  explicit RevokedTokens(std::string_view lines);
+  [[nodiscard]] bool contains(const channel::TokenClaims& claims) const;
+
+ private:
+  std::unordered_set<std::string> names_;
+};
+
+}  // namespace hairnet::server

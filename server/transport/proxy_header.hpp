@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "server/transport/asio.hpp"
+
+namespace hairnet::server {
+
+// The header of the PROXY protocol, version 1 or 2, with which a proxy begins a connection that it passes on
+// (https://www.haproxy.org/download/2.9/doc/proxy-protocol.txt).
+struct ProxyHeader {
+  enum class Status : std::uint8_t {
+    incomplete,  // more bytes are needed, never more than kProxyHeaderBytesMax
+    malformed,
+    complete,
+  };
+  Status status = Status::incomplete;
+  std::size_t bytes = 0;                             // of a complete header
+  std::optional<asio::ip::tcp::endpoint> peer = {};  // none: the proxy's own connection, or not one of TCP
+};
+
+// Proxies add values of type, length and value behind the addresses; this is room for 2 KB of them.
+inline constexpr std::size_t kProxyHeaderBytesMax = 2048;
+
+ProxyHeader parse_proxy_header(std::span<const std::uint8_t> first);
+
+}  // namespace hairnet::server

@@ -1,0 +1,97 @@
+#include "server/app/revoked_tokens_file.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "tests/unit/server/fake_client.hpp"
+
+namespace hairnet::server {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr std::int64_t kSecond_ns = 1'000'000'000;
+
+class RevokedTokensFileTest : public testing::Test {
+ protected:
+  ~RevokedTokensFileTest() override { std::filesystem::remove_all(folder_); }
+  void write(const std::string& text) { std::ofstream(file_) << text; }
+  static channel::TokenClaims claims(const std::string& subject) {
+    channel::TokenClaims claims;
+    claims.subject = subject;
+    claims.expires_s = channel::kTokenTimeMax_s;
+    return claims;
+  }
+  [[nodiscard]] bool revokes(const std::string& subject) const { return tokens_.contains(claims(subject)); }
+
+  const std::filesystem::path folder_ =
+      std::filesystem::path(testing::TempDir()) / ("revoked_tokens_" + std::to_string(::getpid()));
+  const bool made_ = std::filesystem::create_directories(folder_);
+  const std::string file_ = folder_ / "revoked", key_file_ = folder_ / "key";
+  RevokedTokens tokens_;
+  Metrics metrics_;
+};
+
+TEST_F(RevokedTokensFileTest, is_read_again_when_it_changes_and_at_most_once_a_second) {
+  write("alice\n");
+  RevokedTokensFile file(file_);
+  file.poll(tokens_, 0);
+  EXPECT_TRUE(revokes("alice"));
+  write("alice\nbob\n");
+  file.poll(tokens_, kSecond_ns - 1);
+  EXPECT_FALSE(revokes("bob"));
+  file.poll(tokens_, kSecond_ns);
+  EXPECT_TRUE(revokes("bob"));
+  write("");
+  file.poll(tokens_, 2 * kSecond_ns);
+  EXPECT_FALSE(revokes("alice"));
+  EXPECT_FALSE(file.has_failed());
+}
+
+TEST_F(RevokedTokensFileTest, keeps_its_names_while_it_cannot_be_read) {
+  write("alice\n");
+  RevokedTokensFile file(file_);
+  file.poll(tokens_, 0);
+  std::filesystem::remove(file_);
+  file.poll(tokens_, kSecond_ns);
+  EXPECT_TRUE(file.has_failed());
+  EXPECT_TRUE(revokes("alice"));
+  write("bob\n");
+  file.poll(tokens_, 2 * kSecond_ns);
+  EXPECT_FALSE(file.has_failed());
+  EXPECT_TRUE(revokes("bob"));
+}
+
+TEST_F(RevokedTokensFileTest, a_server_does_not_start_without_it_and_ends_the_sessions_that_it_names) {
+  const channel::TokenKey key = channel::TokenKey::make_random();
+  std::ofstream(key_file_) << key.to_text() << '\n';
+  Config config;
+  config.workers = 1;
+  config.token_revoked_file = file_;
+  EXPECT_THAT(Server::create(config, metrics_, 0).error(), HasSubstr("needs server.token_key_file"));
+  config.token_key_file = key_file_;
+  EXPECT_THAT(Server::create(config, metrics_, 0).error(), HasSubstr(file_ + ": cannot be read"));
+  write("");
+  auto server = Server::create(config, metrics_, 0);
+  ASSERT_TRUE(server) << server.error();
+  FakeClient client(**server, 0);
+  wire::Hello hello;
+  hello.token = channel::sign(claims("alice"), key);
+  client.send(hello, 0);
+  (*server)->poll_io(0);
+  ASSERT_EQ(client.connection->all<wire::Welcome>().size(), 1u);
+  EXPECT_EQ(metrics_.session.gauges.subjects.value(), 1);
+  write("alice\n");
+  (*server)->poll_io(2 * kSecond_ns);
+  ASSERT_EQ(client.connection->all<wire::Goodbye>().size(), 1u);
+  EXPECT_EQ(client.connection->all<wire::Goodbye>()[0].reason, wire::GoodbyeReason::token_refused);
+  EXPECT_EQ(metrics_.session.sessions_closed_by_server_token_revoked.value(), 1u);
+}
+
+}  // namespace
+}  // namespace hairnet::server
