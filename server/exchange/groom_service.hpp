@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -23,14 +24,20 @@ struct ChunkAnswer : Refused {
   bool was_wanted = false;
 };
 
+// Who shares what with other sessions.
+struct GroomShare {
+  std::uint32_t subject = 0;  // sessions with this number have one share of places, bytes and builds; 0: this one alone
+  std::uint32_t bearer = 0;   // sessions with this number have at most strand_count_max strands, each groom once
+  std::uint64_t strand_count_max = std::numeric_limits<std::uint64_t>::max();
+};
+
 // What sessions can do with grooms: offer, upload, use and download them. I/O thread. Answers (GroomNeed, GroomStatus,
 // late errors) are sent to the session as messages, in order.
 class GroomService {
  public:
   virtual ~GroomService() = default;
-  // A session begins, or its token changes. `strand_count_max` limits the strands of all sessions with the same number
-  // `bearer`, each groom once; without this call only the server's limit for one session applies.
-  virtual void open(SessionId session, std::uint32_t bearer, std::uint64_t strand_count_max, std::int64_t now_ns) = 0;
+  // A session begins, or its token changes. Without this call it shares with none.
+  virtual void open(SessionId session, const GroomShare& share, std::int64_t now_ns) = 0;
   virtual Refused offer(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns) = 0;
   virtual ChunkAnswer chunk(SessionId session, wire::GroomChunk chunk, std::int64_t now_ns) = 0;
   // The session uses the groom from now on, so the groom is not evicted. Refuses groom_unknown when no session has

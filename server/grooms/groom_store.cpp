@@ -97,10 +97,14 @@ void GroomStore::check_invariants() const {
 #endif
 }
 
-void GroomStore::open(SessionId session, std::uint32_t bearer, std::uint64_t strand_count_max, std::int64_t now_ns) {
-  Account& own = account(session, now_ns);
-  own.bearer = bearer;
-  own.strand_count_max = strand_count_max;
+void GroomStore::open(SessionId session, const GroomShare& share, std::int64_t now_ns) {
+  account(session, now_ns).share = share;
+}
+
+GroomStore::Sharer GroomStore::sharer_of(SessionId session) const {
+  const auto own = accounts_.find(session);
+  const std::uint32_t subject = own == accounts_.end() ? 0 : own->second.share.subject;
+  return {subject, subject == 0 ? session : 0};
 }
 
 GroomStore::Account& GroomStore::account(SessionId session, std::int64_t now_ns) {
@@ -211,14 +215,14 @@ Refused GroomStore::check_strands(SessionId session, Grooms::const_iterator groo
     refused = {ErrorReason::limit_exceeded,
                fmt::format("at most {} strands in all grooms of the session", limits_.strands_per_session_max)};
   const auto own = accounts_.find(session);
-  if (!refused && own != accounts_.end() && own->second.strand_count_max != kNoStrandsMax) {
+  if (!refused && own != accounts_.end() && own->second.share.strand_count_max != GroomShare{}.strand_count_max) {
     std::vector<SessionId> sessions;
     for (const auto& [id, account] : accounts_) {
-      if (account.bearer == own->second.bearer) sessions.push_back(id);
+      if (account.share.bearer == own->second.share.bearer) sessions.push_back(id);
     }
-    if (strands_with(sessions, groom) > own->second.strand_count_max)
+    if (strands_with(sessions, groom) > own->second.share.strand_count_max)
       refused = {ErrorReason::limit_exceeded,
-                 fmt::format("at most {} strands in all grooms of the token", own->second.strand_count_max)};
+                 fmt::format("at most {} strands in all grooms of the token", own->second.share.strand_count_max)};
   }
   if (refused) counters_->grooms_refused_strands.add();
   return refused;
@@ -238,21 +242,21 @@ std::uint64_t GroomStore::strands_with(std::span<const SessionId> sessions, Groo
 Refused GroomStore::make_place(SessionId session, std::int64_t now_ns) {
   while (grooms_.size() >= limits_.groom_count_max) {
     if (evict_one()) continue;
-    // The session with the most unfinished uploads loses one, unless it is this one.
-    auto most = accounts_.end();
-    for (auto a = accounts_.begin(); a != accounts_.end(); ++a) {
-      if (most == accounts_.end() || a->second.upload_count > most->second.upload_count) most = a;
-    }
+    // Who has most unfinished uploads loses one, unless that is this session's own.
+    std::map<Sharer, std::size_t> counts;
+    for (const auto& [id, own] : accounts_) counts[sharer_of(id)] += own.upload_count;
+    const auto most = std::ranges::max_element(counts, {}, [](const auto& c) { return c.second; });
     const Refused refused{ErrorReason::limit_exceeded, "the server has its maximum number of grooms; try again"};
-    if (most == accounts_.end() || most->second.upload_count <= account(session, now_ns).upload_count + 1) {
+    if (most == counts.end() || most->second <= counts[sharer_of(session)] + 1) {
       counters_->grooms_refused_limit.add();
       return refused;
     }
-    const SessionId loser = most->first;
-    const auto lost = std::ranges::find_if(grooms_, [&](const auto& g) { return g.second.uploads.contains(loser); });
+    const auto is_losers = [&](const auto& upload) { return sharer_of(upload.first) == most->first; };
+    const auto lost =
+        std::ranges::find_if(grooms_, [&](const auto& g) { return std::ranges::any_of(g.second.uploads, is_losers); });
     HAIRNET_ASSERT(lost != grooms_.end());
     counters_->grooms_refused_limit.add();
-    refuse_upload(lost, loser, refused, now_ns);
+    refuse_upload(lost, std::ranges::find_if(lost->second.uploads, is_losers)->first, refused, now_ns);
   }
   return {};
 }
@@ -312,10 +316,10 @@ void GroomStore::queue(Entry& entry, SessionId owner) {
 
 void GroomStore::feed_builder() {
   if (is_builder_busy_) return;
-  // Owners that have left are last. So are, of the others, those whose builds have taken the most time.
+  // Owners that have left are last, then those whose builds have taken more time.
   const auto place = [this](const Entry& entry) {
-    const auto owner = accounts_.find(entry.owner);
-    return std::tuple(owner == accounts_.end(), owner == accounts_.end() ? 0 : owner->second.build_ns, entry.order);
+    const auto taken = build_ns_.find(sharer_of(entry.owner));
+    return std::tuple(!accounts_.contains(entry.owner), taken == build_ns_.end() ? 0 : taken->second, entry.order);
   };
   auto next = grooms_.end();
   for (auto groom = grooms_.begin(); groom != grooms_.end(); ++groom) {
@@ -376,20 +380,21 @@ Refused GroomStore::put_chunk(Grooms::iterator groom, SessionId session, wire::G
 
 bool GroomStore::make_room(SessionId session, std::size_t bytes, std::int64_t now_ns) {
   while (upload_bytes_ + bytes > limits_.upload_bytes_max) {
-    std::map<SessionId, std::size_t> held;
+    std::map<Sharer, std::size_t> held;
     for (const auto& [hash, entry] : grooms_) {
-      for (const auto& [uploader, upload] : entry.uploads) held[uploader] += upload.received;
+      for (const auto& [uploader, upload] : entry.uploads) held[sharer_of(uploader)] += upload.received;
     }
     const auto most = std::ranges::max_element(held, {}, [](const auto& h) { return h.second; });
-    if (most == held.end() || most->second <= held[session] + bytes) return false;
-    const SessionId loser = most->first;
-    const auto lost = std::ranges::find_if(grooms_, [&](const auto& g) {
-      const auto upload = g.second.uploads.find(loser);
-      return upload != g.second.uploads.end() && upload->second.received > 0;
-    });
+    if (most == held.end() || most->second <= held[sharer_of(session)] + bytes) return false;
+    const auto is_losers = [&](const auto& upload) {
+      return upload.second.received > 0 && sharer_of(upload.first) == most->first;
+    };
+    const auto lost =
+        std::ranges::find_if(grooms_, [&](const auto& g) { return std::ranges::any_of(g.second.uploads, is_losers); });
     HAIRNET_ASSERT(lost != grooms_.end());
     counters_->grooms_refused_limit.add();
-    refuse_upload(lost, loser, {ErrorReason::limit_exceeded, "too many bytes are being uploaded; try again"}, now_ns);
+    refuse_upload(lost, std::ranges::find_if(lost->second.uploads, is_losers)->first,
+                  {ErrorReason::limit_exceeded, "too many bytes are being uploaded; try again"}, now_ns);
   }
   return true;
 }
@@ -422,23 +427,23 @@ Refused GroomStore::finish_upload(Grooms::iterator groom, SessionId session, std
 }
 
 Refused GroomStore::make_place_in_queue(SessionId session, std::int64_t now_ns) {
-  std::map<SessionId, std::size_t> waiting;
+  std::map<Sharer, std::size_t> waiting;
   std::size_t count = 0;
   for (const auto& [hash, entry] : grooms_) {
     if (entry.state != State::queued || entry.chunks.empty()) continue;
-    ++waiting[entry.owner];
+    ++waiting[sharer_of(entry.owner)];
     ++count;
   }
   if (count < limits_.build_queue_max) return {};
   const Refused refused{ErrorReason::groom_build_queue_full, "too many grooms wait to be built; try again"};
   counters_->grooms_refused_queue_full.add();
   const auto most = std::ranges::max_element(waiting, {}, [](const auto& w) { return w.second; });
-  if (most == waiting.end() || most->second <= waiting[session] + 1) return refused;
-  // The newest of the session that has the most.
+  if (most == waiting.end() || most->second <= waiting[sharer_of(session)] + 1) return refused;
+  // The newest of who has most.
   auto lost = grooms_.end();
   for (auto groom = grooms_.begin(); groom != grooms_.end(); ++groom) {
     const Entry& entry = groom->second;
-    if (entry.state != State::queued || entry.chunks.empty() || entry.owner != most->first) continue;
+    if (entry.state != State::queued || entry.chunks.empty() || sharer_of(entry.owner) != most->first) continue;
     if (lost == grooms_.end() || entry.order > lost->second.order) lost = groom;
   }
   HAIRNET_ASSERT(lost != grooms_.end());
@@ -505,7 +510,10 @@ void GroomStore::release(SessionId session, std::int64_t now_ns) {
     }
     groom = next;
   }
+  const Sharer sharer = sharer_of(session);
   accounts_.erase(session);
+  if (std::ranges::none_of(accounts_, [&](const auto& a) { return sharer_of(a.first) == sharer; }))
+    build_ns_.erase(sharer);
 }
 
 // Uploads that are too slow end. A user who has waited for another's for too long is asked for its own bytes.
@@ -564,8 +572,7 @@ void GroomStore::take(GroomResult result, std::int64_t now_ns) {
   Entry& entry = groom->second;
   if (result.outcome == GroomResult::Outcome::building) return take_building(groom, std::move(result), now_ns);
   entry.job = 0;
-  if (const auto owner = accounts_.find(entry.owner); owner != accounts_.end())
-    owner->second.build_ns += result.build_ns;
+  if (accounts_.contains(entry.owner)) build_ns_[sharer_of(entry.owner)] += result.build_ns;
   if (result.outcome == GroomResult::Outcome::ready) return take_ready(groom, std::move(result), now_ns);
   if (result.outcome == GroomResult::Outcome::refused)
     return refuse_all(groom, {reason_of(result.fault), result.detail}, counter_of(result.fault, *counters_), now_ns);

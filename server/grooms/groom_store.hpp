@@ -59,7 +59,7 @@ class GroomStore final : public GroomService {
   GroomStore(const GroomStoreLimits& limits, GroomBuilder& builder, CommandQueue& commands, GroomCounters& counters,
              GroomListener listener);
 
-  void open(SessionId session, std::uint32_t bearer, std::uint64_t strand_count_max, std::int64_t now_ns) override;
+  void open(SessionId session, const GroomShare& share, std::int64_t now_ns) override;
   Refused offer(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns) override;
   ChunkAnswer chunk(SessionId session, wire::GroomChunk chunk, std::int64_t now_ns) override;
   Refused retain(SessionId session, const wire::GroomHash& groom, std::int64_t now_ns) override;
@@ -109,17 +109,18 @@ class GroomStore final : public GroomService {
     std::uint64_t used = 0;        // order of last use, to evict by
   };
   using Grooms = std::map<wire::GroomHash, Entry>;
-  static constexpr std::uint64_t kNoStrandsMax = std::numeric_limits<std::uint64_t>::max();
   struct Account {
     TokenBucket bytes;
-    std::uint32_t bearer = 0;                        // who shares strand_count_max
-    std::uint64_t strand_count_max = kNoStrandsMax;  // of all sessions of the bearer
-    std::int64_t build_ns = 0;                       // of its grooms, together
+    GroomShare share = {};
     // What its uploads brought since a time. They stall when that is too little.
     std::int64_t since_ns = 0;
     std::uint64_t received = 0;
     std::size_t upload_count = 0;  // under way
   };
+
+  // A subject of sessions, or one session: who takes turns with others.
+  using Sharer = std::pair<std::uint32_t, SessionId>;
+  [[nodiscard]] Sharer sharer_of(SessionId session) const;
 
   static wire::GroomState state_of(const Entry& entry);
   Account& account(SessionId session, std::int64_t now_ns);
@@ -138,8 +139,8 @@ class GroomStore final : public GroomService {
   // who may not have been refused.
   bool ask_next(Grooms::iterator groom, std::int64_t now_ns);
   Refused put_chunk(Grooms::iterator groom, SessionId session, wire::GroomChunk chunk, std::int64_t now_ns);
-  // Frees memory for a chunk, at the cost of the session whose unfinished uploads hold most. False when that is the
-  // session itself.
+  // Frees memory for a chunk, at the cost of the sharer whose unfinished uploads hold most. False when that is the
+  // session's own.
   bool make_room(SessionId session, std::size_t bytes, std::int64_t now_ns);
   Refused finish_upload(Grooms::iterator groom, SessionId session, std::int64_t now_ns);
   void end_upload(Grooms::iterator groom, SessionId session);
@@ -172,6 +173,7 @@ class GroomStore final : public GroomService {
   GroomListener listener_;
   Grooms grooms_;
   std::map<SessionId, Account> accounts_;
+  std::map<Sharer, std::int64_t> build_ns_;  // that the builds of each have taken together; of those that have sessions
   std::map<wire::GroomHash, std::vector<SessionId>> fetches_;                       // requested from the builder
   std::map<wire::GroomHash, std::weak_ptr<const std::vector<std::uint8_t>>> read_;  // fetched, and still being sent
   std::size_t upload_bytes_ = 0, level_bytes_ = 0;

@@ -196,9 +196,11 @@ struct Session::MessageHandler {
                  session.connection_->transport());
     return true;
   }
-  // In the command queue, every member of the room counts: each is announced to the session.
+  // In the command queue, the members of the room count: each is announced to the session, over several ticks if there
+  // are many.
   [[nodiscard]] std::size_t open_weight(const std::string& room) const {
-    return 1 + context.rooms.count(room).characters;
+    constexpr std::size_t kCountedMax = 512;
+    return 1 + std::min(context.rooms.count(room).characters, kCountedMax);
   }
   // False when the command queue is full: the session was refused and ends.
   bool has_room_for(const std::string& room) {
@@ -251,8 +253,12 @@ struct Session::MessageHandler {
     const std::size_t of_token = character_count_max_of_token();
     identity.character_count_max =
         identity.role == wire::Role::observer ? 0 : std::min(context.limits.characters_per_session_max, of_token);
-    context.grooms.open(session.id(), context.bearers.count(identity.subject.bearer).number,
-                        identity.claims ? identity.claims->strands_max.value_or(kNoMax) : kNoMax, now_ns);
+    const bool shares = identity.subject.kind != Subject::Kind::exempt;
+    context.grooms.open(session.id(),
+                        {shares ? context.subjects.count(identity.subject.name).number : 0,
+                         context.bearers.count(identity.subject.bearer).number,
+                         identity.claims ? identity.claims->strands_max.value_or(kNoMax) : kNoMax},
+                        now_ns);
   }
   // Of all sessions of the bearer.
   [[nodiscard]] std::size_t character_count_max_of_token() const {
@@ -283,8 +289,8 @@ struct Session::MessageHandler {
     session.send(welcome, now_ns);
     Command open = OpenSession{session.id(), session.outbox_, identity.room,
                                context.subjects.count(identity.subject.name).number, resumed};
-    const bool was_put = context.commands.try_put(open, open_weight(identity.room));
-    HAIRNET_ASSERT(was_put);  // has_room_for() said so, and only this thread puts commands
+    // has_room_for() said that it fits; another command may have come since.
+    if (!context.commands.try_put(open, open_weight(identity.room))) context.commands.put(std::move(open));
   }
 
   Refused operator()(wire::GroomOffer& offer) {

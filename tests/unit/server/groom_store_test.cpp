@@ -160,6 +160,29 @@ TEST_F(GroomStoreTest, when_places_are_scarce_the_session_with_most_uploads_lose
   EXPECT_EQ(store_->groom_count(), 4u);
 }
 
+TEST_F(GroomStoreTest, sessions_of_one_subject_have_one_share) {
+  constexpr SessionId kCarl = 3;
+  GroomStoreLimits limits;
+  limits.groom_count_max = 4;
+  make(limits);
+  store_->open(kAnna, {7, 0}, now_ns_);
+  store_->open(kCarl, {7, 0}, now_ns_);
+  store_->open(kBert, {8, 0}, now_ns_);
+  for (std::uint8_t name = 1; name <= 2; ++name) {
+    for (const SessionId session : {kAnna, kCarl}) {
+      const wire::GroomHash hash{name, static_cast<std::uint8_t>(session)};
+      EXPECT_EQ(store_->offer(session, {hash, 100}, now_ns_).reason, ErrorReason::none);
+    }
+  }
+  EXPECT_EQ(store_->offer(kBert, {wire::GroomHash{9}, 100}, now_ns_).reason, ErrorReason::none);
+  EXPECT_EQ(offer(kBert, good_), ErrorReason::none) << "two of its own against three of Anna and Carl";
+  EXPECT_EQ(errors(kAnna).size() + errors(kCarl).size(), 2u);
+  EXPECT_EQ(store_->offer(kBert, {wire::GroomHash{10}, 100}, now_ns_).reason, ErrorReason::limit_exceeded);
+  EXPECT_EQ(send_all(kBert, good_), ErrorReason::none);
+  build();
+  EXPECT_TRUE(store_->ready(good_.hash));
+}
+
 TEST_F(GroomStoreTest, the_session_whose_builds_took_least_is_built_next) {
   std::vector<Upload> many;
   for (unsigned seed = 2; seed < 6; ++seed) many.emplace_back(wire::encode_groom(small_groom(seed)));
@@ -513,8 +536,8 @@ TEST_F(GroomStoreTest, the_strands_of_all_grooms_of_a_session_are_bounded) {
 
 TEST_F(GroomStoreTest, a_session_may_be_allowed_fewer_strands_than_the_server_allows) {
   const std::size_t strands = small_groom().strand_count();
-  store_->open(kAnna, 1, strands - 1, now_ns_);
-  store_->open(kBert, 2, strands, now_ns_);
+  store_->open(kAnna, {0, 1, strands - 1}, now_ns_);
+  store_->open(kBert, {0, 2, strands}, now_ns_);
   offer(kAnna, good_);
   offer(kBert, good_);
   send_all(kAnna, good_);
@@ -528,7 +551,7 @@ TEST_F(GroomStoreTest, a_session_may_be_allowed_fewer_strands_than_the_server_al
 TEST_F(GroomStoreTest, sessions_of_one_bearer_share_its_strands) {
   const std::size_t strands = small_groom().strand_count();
   const Upload second(wire::encode_groom(small_groom(2)));
-  for (const SessionId session : {kAnna, kBert}) store_->open(session, 1, strands, now_ns_);
+  for (const SessionId session : {kAnna, kBert}) store_->open(session, {0, 1, strands}, now_ns_);
   EXPECT_EQ(offer(kAnna, good_), ErrorReason::none);
   send_all(kAnna, good_);
   build();
@@ -538,7 +561,7 @@ TEST_F(GroomStoreTest, sessions_of_one_bearer_share_its_strands) {
   build();
   EXPECT_THAT(errors(kBert), ElementsAre(ErrorReason::limit_exceeded));
   EXPECT_THAT(lost_, ElementsAre(kBert));
-  store_->open(kBert, 1, 2 * strands, now_ns_);
+  store_->open(kBert, {0, 1, 2 * strands}, now_ns_);
   EXPECT_EQ(offer(kBert, second), ErrorReason::none) << "another token, another quota";
 }
 

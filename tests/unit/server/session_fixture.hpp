@@ -20,9 +20,9 @@ inline constexpr std::int64_t kSecond_ns = 1'000'000'000;
 // One groom in memory and one on disk; no chunk is wanted.
 class FakeGroomService final : public GroomService {
  public:
-  void open(SessionId session, std::uint32_t bearer, std::uint64_t strand_count_max, std::int64_t) override {
-    strands_max[session] = strand_count_max;
-    bearers[session] = bearer;
+  void open(SessionId session, const GroomShare& share, std::int64_t) override {
+    strands_max[session] = share.strand_count_max;
+    bearers[session] = share.bearer;
   }
   Refused offer(SessionId, const wire::GroomOffer&, std::int64_t) override { return {}; }
   ChunkAnswer chunk(SessionId, wire::GroomChunk, std::int64_t) override {
