@@ -289,7 +289,10 @@ bool GroomStore::ask_next(Grooms::iterator groom, std::int64_t now_ns) {
   Entry& entry = groom->second;
   const auto users = entry.users;
   for (const auto& [session, user] : users) {
-    if (user.offered_bytes == 0 || entry.uploads.contains(session)) continue;
+    const auto is_of_same = [&, own = sharer_of(session)](const auto& upload) {
+      return sharer_of(upload.first) == own;
+    };
+    if (user.offered_bytes == 0 || std::ranges::any_of(entry.uploads, is_of_same)) continue;
     const Refused refused = ask(groom, session, now_ns);
     if (!refused) return true;
     refuse_user(groom, session, refused, now_ns);

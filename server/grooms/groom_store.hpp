@@ -135,8 +135,8 @@ class GroomStore final : public GroomService {
   Refused make_place(SessionId session, std::int64_t now_ns);  // makes room for one more groom
   // Asks the session for the groom's bytes. Refuses when it has uploaded too much lately.
   Refused ask(Grooms::iterator groom, SessionId session, std::int64_t now_ns);
-  // Asks users who have offered the groom, one after the other, until one may upload it. False: there is none; those
-  // who may not have been refused.
+  // Asks users who have offered the groom, one after the other, until one may upload it: of each sharer one at a time,
+  // so that nobody waits for many sessions of another. False: there is none; those who may not have been refused.
   bool ask_next(Grooms::iterator groom, std::int64_t now_ns);
   Refused put_chunk(Grooms::iterator groom, SessionId session, wire::GroomChunk chunk, std::int64_t now_ns);
   // Frees memory for a chunk, at the cost of the sharer whose unfinished uploads hold most. False when that is the

@@ -30,7 +30,8 @@ struct LevelBuildDef {
   GroomLimits groom;
   std::size_t thread_count = 1;
   std::size_t memory_bytes_max = std::size_t{2} << 30;
-  std::int64_t ns_max = 600'000'000'000;  // of the processor's time a thread, when the build has a process
+  // The caller ends a build that takes longer. A process may also use no more processor time on each thread.
+  std::int64_t ns_max = 600'000'000'000;
 };
 
 struct LevelBuild {

@@ -24,7 +24,7 @@
 #include "server/grooms/build_pool.hpp"
 #include "server/grooms/level_build.hpp"
 
-// The two processes talk over a pair of sockets. The child gets a Request and the groom's file until its end, and
+// The two processes talk over a pair of sockets. The child gets a Request and the groom's file, and
 // answers with one byte, a BuildFault, followed by the level file or the fault's detail.
 
 extern char** environ;
@@ -38,14 +38,17 @@ struct Request {
   GroomLimits groom;
   std::uint64_t thread_count, memory_bytes_max;
   std::int64_t ns_max;
+  std::uint64_t file_bytes;
 };
 static_assert(std::is_trivially_copyable_v<Request>);
 
 constexpr std::array<char, 8> kMagic{'h', 'n', 'b', 'u', 'i', 'l', 'd', '1'};
 constexpr int kLookPeriod_ms = 20;  // how often the parent looks whether the build may go on
 constexpr int kExitNoMemory = 3;
-// Beside the memory of the build: the program, and a stack and the allocator's own for each thread.
-constexpr std::uint64_t kProcessBytes = std::uint64_t{64} << 20, kThreadBytes = std::uint64_t{16} << 20;
+// Beside the memory of the build: the program, a stack and the allocator's own for each thread, and the groom, which is
+// there as a file and decoded.
+constexpr std::uint64_t kProcessBytes = std::uint64_t{64} << 20, kThreadBytes = std::uint64_t{16} << 20,
+                        kBytesPerFileByte = 4;
 
 class File {
  public:
@@ -85,7 +88,8 @@ class Child {
   pid_t id_;
 };
 
-pid_t spawn(int socket) {
+// Returns the system's error, or 0.
+int spawn(int socket, pid_t& child) {
   posix_spawn_file_actions_t files;
   posix_spawnattr_t attributes;
   posix_spawn_file_actions_init(&files);
@@ -103,11 +107,10 @@ pid_t spawn(int socket) {
   std::array<char, 16> name{"hairnet-build"};
   std::string flag = kLevelBuildFlag;
   std::array<char*, 3> arguments{name.data(), flag.data(), nullptr};
-  pid_t child = 0;
   const int error = posix_spawn(&child, "/proc/self/exe", &files, &attributes, arguments.data(), environ);
   posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&files);
-  return error == 0 ? child : -1;
+  return error;
 }
 
 // Sends the request and the file while it receives the answer.
@@ -122,7 +125,6 @@ BuildFault exchange(int socket, std::span<const std::uint8_t> request, std::span
     if (look.revents & POLLOUT) {
       const ssize_t sent = ::send(socket, next.data(), next.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
       if (sent > 0) next = next.subspan(static_cast<std::size_t>(sent));
-      if (request.empty() && file.empty()) ::shutdown(socket, SHUT_WR);
     }
     if (!(look.revents & (POLLIN | POLLHUP | POLLERR))) continue;
     const ssize_t received = ::recv(socket, piece.data(), piece.size(), MSG_DONTWAIT);
@@ -164,7 +166,8 @@ void confine(const Request& request) {
   limit(RLIMIT_FSIZE, 0);
   limit(RLIMIT_CPU, 2 + static_cast<std::uint64_t>(request.ns_max) / 1'000'000'000 * request.thread_count);
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // they map terabytes that they never touch
-  limit(RLIMIT_DATA, kProcessBytes + kThreadBytes * request.thread_count + request.memory_bytes_max);
+  limit(RLIMIT_DATA, kProcessBytes + kThreadBytes * request.thread_count + kBytesPerFileByte * request.file_bytes +
+                         request.memory_bytes_max);
 #endif
   // When the machine itself is out of memory, this process ends first.
   if (const File score(::open("/proc/self/oom_score_adj", O_WRONLY | O_CLOEXEC)); score.get() >= 0)
@@ -181,14 +184,6 @@ bool receive_all(void* to, std::size_t size) {
     size -= static_cast<std::size_t>(count);
   }
   return true;
-}
-
-std::vector<std::uint8_t> receive_rest() {
-  std::vector<std::uint8_t> bytes;
-  std::array<std::uint8_t, 1 << 16> piece;
-  for (ssize_t count; (count = ::read(STDIN_FILENO, piece.data(), piece.size())) > 0;)
-    bytes.insert(bytes.end(), piece.begin(), piece.begin() + count);
-  return bytes;
 }
 
 int answer(BuildFault fault, std::span<const std::uint8_t> bytes) {
@@ -217,9 +212,12 @@ LevelBuild build_levels_in_process(const LevelBuildDef& def, const wire::GroomHa
     return faulty(BuildFault::crash, fmt::format("no sockets for its build: {}", std::strerror(errno)));
   const File ours(pair[0]);
   File theirs(pair[1]);
-  Child child(spawn(theirs.get()));
+  pid_t id = 0;
+  if (const int error = spawn(theirs.get(), id); error != 0)
+    return faulty(BuildFault::crash, fmt::format("no process for its build: {}", std::strerror(error)));
+  Child child(id);
   theirs.close();
-  const Request request{kMagic, hash, def.groom, def.thread_count, def.memory_bytes_max, def.ns_max};
+  const Request request{kMagic, hash, def.groom, def.thread_count, def.memory_bytes_max, def.ns_max, file.size()};
   std::vector<std::uint8_t> answer;
   const BuildFault fault =
       exchange(ours.get(), {reinterpret_cast<const std::uint8_t*>(&request), sizeof(request)}, file, answer, goes_on);
@@ -249,7 +247,8 @@ int run_level_build_process() {
     return 2;
   }
   confine(request);
-  const std::vector<std::uint8_t> file = receive_rest();
+  std::vector<std::uint8_t> file(request.file_bytes);
+  if (!receive_all(file.data(), file.size())) return EXIT_FAILURE;
   const Result<Groom> groom = wire::decode_groom(file, request.groom);
   if (!groom) return answer(BuildFault::invalid, groom.error());
   if (groom->points.empty()) return answer(BuildFault::invalid, std::string("the groom has no strand points"));

@@ -47,6 +47,20 @@ inline std::vector<Vec3f> wander(std::mt19937& random, int segment_count) {
   return strand;
 }
 
+// One strand that runs from end to end of its box `turns` times: a spring for each lattice plane, each time.
+inline Groom make_zigzag(int turns) {
+  Groom groom;
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> place(-0.1f, 0.1f);
+  std::vector<Vec3f> strand;
+  for (int i = 0; i <= turns; ++i) {
+    const float y = place(random), z = place(random);
+    strand.emplace_back(i % 2 ? 0.15f : -0.15f, y, z);
+  }
+  add(groom, strand);
+  return groom;
+}
+
 // Hair on a cap of a head of 9 cm, hanging 25 cm.
 inline Groom make_head_of_hair(int strand_count, unsigned seed = 1) {
   Groom groom;

@@ -6,7 +6,6 @@
 #include <atomic>
 #include <cstdlib>
 #include <new>
-#include <random>
 #include <thread>
 
 #include "client/assets/made/made.hpp"
@@ -53,18 +52,6 @@ void operator delete(void* block, std::size_t, std::align_val_t) noexcept {
 namespace hairnet {
 namespace {
 
-// One strand that runs from end to end of its box `turns` times.
-Groom zigzag(std::size_t turns) {
-  Groom groom;
-  groom.group_names = {"hair"};
-  std::vector<Vec3f> points;
-  std::mt19937 random(1);
-  std::uniform_real_distribution<float> place(-0.1f, 0.1f);
-  for (std::size_t i = 0; i <= turns; ++i) points.emplace_back(i % 2 ? 0.15f : -0.15f, place(random), place(random));
-  groom.add_strand(points, {});
-  return groom;
-}
-
 // Each loop on threads of its own, so that all levels are built at once.
 void on_threads(std::size_t count, const std::function<void(std::size_t)>& body) {
   std::vector<std::thread> threads;
@@ -101,9 +88,9 @@ void expect_bound(const Groom& groom) {
 }
 
 TEST(BuildEstimate, bounds_springs_and_memory_of_a_strand_that_crosses_its_box_again_and_again) {
-  for (const std::size_t turns : {10u, 300u, 3000u}) {
+  for (const int turns : {10, 300, 3000}) {
     SCOPED_TRACE(turns);
-    expect_bound(zigzag(turns));
+    expect_bound(support::make_zigzag(turns));
   }
 }
 

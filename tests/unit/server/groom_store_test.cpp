@@ -115,6 +115,20 @@ TEST_F(GroomStoreTest, nobody_can_hold_the_groom_of_another_session) {
   EXPECT_EQ(store_->upload_bytes(), 0u);
 }
 
+TEST_F(GroomStoreTest, nobody_waits_for_many_sessions_of_another_subject) {
+  constexpr SessionId kCarl = 10;
+  for (SessionId session = 1; session < kCarl; ++session) {
+    store_->open(session, {7, 0}, now_ns_);
+    offer(session, good_);
+  }
+  store_->open(kCarl, {8, 0}, now_ns_);
+  offer(kCarl, good_);
+  now_ns_ += 6 * kSecond_ns;
+  store_->poll(now_ns_);
+  EXPECT_THAT(needs(kBert), ElementsAre(good_.bytes.size())) << "Anna, of the same subject, is asked already";
+  EXPECT_THAT(needs(kCarl), ElementsAre(good_.bytes.size(), 0u));
+}
+
 TEST_F(GroomStoreTest, when_bytes_are_scarce_the_session_that_holds_most_loses_an_upload) {
   const Upload large(wire::encode_groom(small_groom(2)));
   GroomStoreLimits limits;

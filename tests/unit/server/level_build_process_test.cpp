@@ -6,10 +6,10 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
-#include <random>
 
 #include "schema/wire/groom_file.hpp"
 #include "server/grooms/level_build.hpp"
+#include "tests/support/build_grooms.hpp"
 #include "tests/support/equal_levels.hpp"
 #include "tests/unit/server/small_groom.hpp"
 
@@ -26,17 +26,6 @@ namespace {
 
 BuildFault always() {
   return BuildFault::none;
-}
-
-// One strand that runs from end to end of its box again and again: a spring for each lattice plane, each time.
-Groom zigzag(std::size_t turns) {
-  Groom groom = small_groom();
-  std::vector<Vec3f> points;
-  std::mt19937 random(1);
-  std::uniform_real_distribution<float> place(-0.1f, 0.1f);
-  for (std::size_t i = 0; i <= turns; ++i) points.emplace_back(i % 2 ? 0.15f : -0.15f, place(random), place(random));
-  groom.add_strand(points, {});
-  return groom;
 }
 
 struct Ordered {
@@ -86,7 +75,7 @@ TEST(LevelBuildProcess, of_bytes_that_are_no_groom_says_so) {
 
 TEST(LevelBuildProcess, that_takes_too_much_memory_ends_alone) {
   if (HAIRNET_SANITIZED) GTEST_SKIP() << "sanitizers need terabytes of addresses, so the limit is off";
-  Ordered order(zigzag(40'000));
+  Ordered order(support::make_zigzag(40'000));
   order.def.memory_bytes_max = 16 << 20;
   const LevelBuild build = order.build();
   EXPECT_EQ(build.fault, BuildFault::memory) << build.detail;
@@ -96,7 +85,7 @@ TEST(LevelBuildProcess, that_takes_too_much_memory_ends_alone) {
 
 TEST(LevelBuildProcess, ends_when_it_may_not_go_on) {
   for (const BuildFault fault : {BuildFault::time, BuildFault::dropped}) {
-    Ordered order(zigzag(10'000));
+    Ordered order(support::make_zigzag(10'000));
     int looks = 0;
     EXPECT_EQ(order.build([&] { return ++looks > 3 ? fault : BuildFault::none; }).fault, fault);
     EXPECT_EQ(looks, 4) << "it is not asked again";
@@ -105,7 +94,7 @@ TEST(LevelBuildProcess, ends_when_it_may_not_go_on) {
 }
 
 TEST(LevelBuildProcess, that_is_killed_is_a_fault_of_that_build_only) {
-  Ordered order(zigzag(10'000));
+  Ordered order(support::make_zigzag(10'000));
   int looks = 0;
   const LevelBuild killed = order.build([&] {
     if (++looks == 3) {
