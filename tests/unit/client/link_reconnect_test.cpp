@@ -250,7 +250,7 @@ TEST_F(Settled, a_resume_that_comes_too_early_is_tried_again) {
 TEST_F(Settled, refusals_that_would_be_repeated_end_it) {
   for (const wire::GoodbyeReason reason :
        {wire::GoodbyeReason::version_unsupported, wire::GoodbyeReason::token_refused,
-        wire::GoodbyeReason::session_taken_over, wire::GoodbyeReason::protocol_error}) {
+        wire::GoodbyeReason::session_taken_over, wire::GoodbyeReason::protocol_error, wire::GoodbyeReason::removed}) {
     LinkCoreDriver c;
     c.connect();
     c.core.on_closed("the cable", c.now_ns);
