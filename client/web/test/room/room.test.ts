@@ -214,11 +214,13 @@ test("moderates the owner of a member, a named person, or the room", () => {
   const served = new ServedRoom();
   served.receive({ type: "memberJoined", member: 5, session: 9n, character: 1, groom });
   served.room.sample(0);
+  served.link.flush();
   served.sent();
   const { room } = served;
   room.moderate(ModerateAction.remove, room.members.get(5)!, 60, "be kind");
   room.moderate(ModerateAction.mute, "sub:mallory");
   room.moderate(ModerateAction.lock);
+  served.link.flush();
   const nobody = { type: "moderate", session: 0n, subject: "", seconds: 0, reason: "" };
   expect(served.sent()).toEqual([
     { ...nobody, action: ModerateAction.remove, session: 9n, seconds: 60, reason: "be kind" },
