@@ -30,7 +30,7 @@ class Link {
   Result<wire::Welcome> connect();
   // Offers the groom, and sends the bytes that the server lacks. The same groom twice is one upload.
   wire::GroomHash upload(const Groom& groom);
-  // Sends a request. The calls from add_character to observe are shorthands for it. Importance, grooms and poses have
+  // Sends a request. The calls from add_character to moderate are shorthands for it. Importance, grooms and poses have
   // calls of their own.
   void send(wire::ClientMessage message);
   void add_character(std::uint32_t character, const wire::GroomHash& groom, LevelIndex level) {
@@ -42,6 +42,8 @@ class Link {
   void set_material(std::uint32_t character, const MaterialScale& scale) { send(wire::SetMaterial{character, scale}); }
   void set_wind(const Wind& wind) { send(wire::SetWind{wind}); }  // of the whole room; the last client to set it wins
   void observe(const wire::Observe& wanted) { send(wanted); }     // of others; every frame of all at first
+  // Refused with an Error unless the link's token says `moderate`. Sent once, and not again over a new connection.
+  void moderate(const wire::Moderate& action) { send(action); }
   // How large members are on this screen. Sends at most four reports a second, of relevant changes only.
   void report_importance(const std::vector<wire::MemberImportance>& members);
   // Requests the groom of another client. GroomFetched follows, or an Error (groom_unavailable).

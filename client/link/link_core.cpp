@@ -37,7 +37,7 @@ bool ends_upload(const wire::Error& error) {
 bool is_final(GoodbyeReason reason) {
   return reason == GoodbyeReason::client_leaves || reason == GoodbyeReason::protocol_error ||
          reason == GoodbyeReason::version_unsupported || reason == GoodbyeReason::token_refused ||
-         reason == GoodbyeReason::session_taken_over;
+         reason == GoodbyeReason::session_taken_over || reason == GoodbyeReason::removed;
 }
 
 bool may_come_first(const wire::Message& message) {

@@ -138,6 +138,7 @@ std::string sign(const TokenClaims& claims, const TokenKey& key) {
   if (!claims.id.empty()) json["jti"] = claims.id;
   if (claims.upload) json["upload"] = *claims.upload;
   if (claims.wind) json["wind"] = *claims.wind;
+  if (claims.moderate) json["moderate"] = true;
   std::string token = sign_jwt(json.dump(-1, ' ', true, nlohmann::json::error_handler_t::ignore), key);
   HAIRNET_ASSERT(!token.empty());
   HAIRNET_ASSERT(token.size() <= wire::kTokenBytesMax);  // so that a Hello can carry it
@@ -167,6 +168,7 @@ tl::expected<TokenClaims, TokenRefusal> read_claims(std::string_view token, cons
   claims.id = reader.text("jti").value_or("");
   claims.upload = reader.boolean("upload");
   claims.wind = reader.boolean("wind");
+  claims.moderate = reader.boolean("moderate").value_or(false);
   if (!role || !expires_s) return tl::unexpected(TokenRefusal::malformed);
   if (!reader.sound() || (claims.room && !wire::is_room_name(*claims.room)) || !is_name(claims.name) ||
       !is_name(claims.subject) || !is_name(claims.id))

@@ -12,8 +12,8 @@
 namespace hairnet::channel {
 
 // The rights that a token grants. As claims of a JSON Web Token, in this order: room, role, exp, nbf, characters_max,
-// strands_max, name, sub, jti, upload, wind. Other claims are ignored, except `aud`, which must name "hairnet" if it is
-// present. A text of at most kTokenNameBytesMax bytes is empty when the token lacks it.
+// strands_max, name, sub, jti, upload, wind, moderate. Other claims are ignored, except `aud`, which must name
+// "hairnet" if it is present. A text of at most kTokenNameBytesMax bytes is empty when the token lacks it.
 struct TokenClaims {
   std::optional<std::string> room;  // none: any room
   wire::Role role = wire::Role::participant;
@@ -27,6 +27,7 @@ struct TokenClaims {
   std::string id;                            // `jti`: names this token, so that it can be revoked
   std::optional<bool> upload;                // may upload grooms; none: a participant may, an observer may not
   std::optional<bool> wind;                  // may set the wind of the room; none: as the server is set
+  bool moderate = false;                     // may remove and mute others of the room, and lock it
 
   friend bool operator==(const TokenClaims&, const TokenClaims&) = default;
 };

@@ -223,6 +223,20 @@ Fault read(const fb::GroomRequest& in, GroomRequest& out) {
   return {};
 }
 
+Offset<fb::Moderate> write(FlatBufferBuilder& to, const Moderate& m) {
+  const auto subject = to.CreateString(fit_text(m.subject));
+  const auto reason = to.CreateString(fit_text(m.reason));
+  return fb::CreateModerate(to, subject, reason, m.session, m.seconds, static_cast<fb::ModerateAction>(m.action));
+}
+
+Fault read(const fb::Moderate& in, Moderate& out) {
+  out.session = in.session();
+  out.seconds = in.seconds();
+  Fault fault = read_text(in.subject(), "subject", out.subject);
+  if (fault.empty()) fault = read_text(in.reason(), "reason", out.reason);
+  return fault.empty() ? read_enum(in.action(), "moderation", out.action) : fault;
+}
+
 Offset<fb::Goodbye> write(FlatBufferBuilder& to, const Goodbye& m) {
   return fb::CreateGoodbye(to, to.CreateString(fit_text(m.detail)), static_cast<fb::GoodbyeReason>(m.reason));
 }

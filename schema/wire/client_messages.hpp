@@ -112,6 +112,14 @@ struct GroomRequest {  // asks for a groom that the client lacks; answered by Gr
   GroomHash hash{};
   std::uint64_t offset = 0;
 };
+// What a moderator does in its room. A person is named by `session` or, if that is 0, by `subject`.
+struct Moderate {
+  ModerateAction action = ModerateAction::remove;
+  std::uint64_t session = 0;  // the owner of a member, as MemberJoined names it
+  std::string subject;        // as the server's log names it: "sub:alice"
+  std::uint32_t seconds = 0;  // of the ban after a removal; 0: none
+  std::string reason = {};    // for people and the log
+};
 
 // Both ends send it.
 struct Goodbye {
@@ -121,7 +129,7 @@ struct Goodbye {
 
 using ClientMessage =
     std::variant<Hello, GroomOffer, GroomChunk, AddCharacter, SetLevel, RemoveCharacter, PoseBatch, SetMaterial,
-                 SetWind, Observe, ReportImportance, RequestKeyframes, GroomRequest, Goodbye>;
+                 SetWind, Observe, ReportImportance, RequestKeyframes, GroomRequest, Moderate, Goodbye>;
 
 // Empty when valid (ranges, finite numbers); else one line. The number of integers of a hair state is checked later,
 // against the level.

@@ -116,6 +116,7 @@ Server::Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder>
                config.grooms.groom_bytes_max,
                tick_,
                static_cast<std::int64_t>(config.pose_delay_ms * 1e6),
+               config.room_grace_ns,
                std::move(token_key),
                unix_time_s},
       sessions_(context_),

@@ -176,7 +176,7 @@ void add_wind(List& list, Config& c) {
               "metres over which turbulence changes", "--turbulence-scale");
   list.integer(w.seed, "seed", 0, kWholeMax, "another seed, another turbulence", "--wind-seed");
   list.choice(c.sessions.wind_from_clients, "from_clients", "which clients may set their room's wind",
-              {"off", "participants", "everyone"}, "--wind-from-clients");
+              {"off", "moderators", "participants", "everyone"}, "--wind-from-clients");
 }
 
 void add_limits(List& list, Config& c) {
@@ -207,6 +207,7 @@ void add_limits(List& list, Config& c) {
                "commands and poses on their way to the tick; poses beyond it are dropped");
   list.integer(c.state_bytes_max, "state_bytes_max", 0, 64 * kGiB,
                "bytes of clients' hair states that wait for their levels; beyond it hair starts at rest");
+  list.integer(s.bans_max, "bans_max", 0, 1 << 20, "bans, mutes and locks by moderators, of all rooms");
   list.number(s.messages_per_s, "messages_per_s", 1, 1e6, "messages of a client, mean; costly ones count more");
   list.number(s.messages_burst, "messages_burst", 1, 1e7, "messages of a client, at once");
   list.number(s.poses_per_s, "poses_per_s", 1, 1e8, "poses of a client, mean");
@@ -217,7 +218,8 @@ void add_limits(List& list, Config& c) {
   list.seconds(s.resume_grace_ns, "resume_grace_s", 0, 3600,
                "seconds in which a client may resume after its connection broke");
   list.seconds(s.resume_interval_ns, "resume_interval_s", 0, 3600, "seconds from one resume of a session to the next");
-  list.seconds(c.room_grace_ns, "room_grace_s", 0, 86'400, "seconds that an empty room, and its wind, exists");
+  list.seconds(c.room_grace_ns, "room_grace_s", 0, 86'400,
+               "seconds that an empty room exists, with its wind, mutes and lock");
   list.seconds(s.slow_consumer_ns, "slow_consumer_s", 0.1, 600,
                "seconds in which a client reads nothing, or too slowly, then the session ends");
   list.seconds(s.drain_timeout_ns, "goodbye_timeout_s", 0, 600, "seconds for a client to read its goodbye");

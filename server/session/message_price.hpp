@@ -42,6 +42,9 @@ inline double price_of(const wire::GroomRequest&, const Census&, const std::stri
 inline double price_of(const wire::SetWind&, const Census&, const std::string&) {
   return 4;  // a change wakes the whole room, a few times a second at most
 }
+inline double price_of(const wire::Moderate&, const Census&, const std::string&) {
+  return 16;  // all sessions are looked through, and a line is logged
+}
 // Of a pose that exceeds its rate, and is decoded all the same.
 inline constexpr double kDroppedPosePrice = 1.0 / 64;
 

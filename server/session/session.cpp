@@ -31,6 +31,13 @@ Session::Session(SessionId id, std::shared_ptr<Connection> connection, SessionCo
   identity_.id = id;
   randombytes_buf(identity_.secret.data(), identity_.secret.size());
   context_->counters.sessions_opened.add();
+  ++context_->awaiting_hello_count;
+}
+
+void Session::set_state(State state) {
+  if (state_ == State::awaiting_hello) --context_->awaiting_hello_count;
+  HAIRNET_ASSERT(state != State::awaiting_hello);
+  state_ = state;
 }
 
 // Holds between two calls from outside.
@@ -94,7 +101,7 @@ void Session::on_closed(std::string_view reason, std::int64_t now_ns) {
   if (state_ != State::active || context_->limits.resume_grace_ns == 0) return close(reason, now_ns);
   spdlog::info("event=session_detached session={} detail={}", id(), log_text(reason));
   context_->counters.sessions_detached.add();
-  state_ = State::detached;
+  set_state(State::detached);
   detached_since_ns_ = now_ns;
   connection_ = nullptr;
   downloads_.clear();
@@ -118,7 +125,7 @@ SessionIdentity Session::release_identity(std::int64_t now_ns) {
     connection_->close(to_string(GoodbyeReason::session_taken_over));
   }
   joined_ = false;
-  state_ = State::closed;
+  set_state(State::closed);
   context_->counters.sessions_closed.add();
   return std::move(identity_);
 }
@@ -250,7 +257,7 @@ void Session::drain(GoodbyeReason reason, std::string detail, std::int64_t now_n
   if (state_ == State::draining || state_ == State::closed) return;
   spdlog::info("event=session_draining session={} reason={} detail={}", id(), to_string(reason), log_text(detail));
   if (!connection_) return close(to_string(reason), now_ns);
-  state_ = State::draining;
+  set_state(State::draining);
   drain_since_ns_ = now_ns;
   leave(now_ns);
   outbox_->push_goodbye({reason, std::move(detail)}, now_ns);
@@ -266,6 +273,8 @@ void Session::leave(std::int64_t now_ns) {
   context_->character_count -= identity_.characters.size();
   context_->counters.characters_removed.add(identity_.characters.size());
   context_->rooms.leave(identity_.room, identity_.characters.size());
+  if (context_->rooms.count(identity_.room).sessions == 0)
+    context_->rules.close_room(identity_.room, now_ns + context_->room_grace_ns);
   context_->subjects.leave(identity_.subject.name, identity_.characters.size());
   context_->bearers.leave(identity_.subject.bearer, identity_.characters.size());
   identity_.characters.clear();
@@ -276,7 +285,7 @@ void Session::leave(std::int64_t now_ns) {
 
 void Session::close(std::string_view reason, std::int64_t now_ns) {
   if (state_ == State::closed) return;
-  state_ = State::closed;
+  set_state(State::closed);
   leave(now_ns);
   if (connection_) connection_->close(reason);
   check_invariants();

@@ -19,6 +19,7 @@
 #include "server/session/outbox.hpp"
 #include "server/session/peer_clock.hpp"
 #include "server/session/revoked_tokens.hpp"
+#include "server/session/room_rules.hpp"
 #include "server/session/session_counters.hpp"
 #include "server/session/session_directory.hpp"
 #include "server/session/session_limits.hpp"
@@ -35,7 +36,8 @@ struct SessionContext {
   std::uint64_t groom_bytes_max = 0;
   const std::atomic<std::uint64_t>& tick;
   std::int64_t pose_delay_ns = 0;
-  std::optional<channel::TokenKey> token_key = {};                             // none: no token is needed
+  std::int64_t room_grace_ns = 0;                   // how long an empty room, with its mutes and lock, exists
+  std::optional<channel::TokenKey> token_key = {};  // none: no token is needed
   std::function<std::int64_t()> unix_time_s = [] { return std::int64_t{0}; };  // for tokens
   SessionDirectory* directory = nullptr;
   std::size_t session_count = 0;                   // sessions that have joined a room and not left it
@@ -43,6 +45,8 @@ struct SessionContext {
   Census rooms = {}, subjects = {}, bearers = {};  // by SessionIdentity's room, subject.name and subject.bearer
   RevokedTokens revoked_tokens = {};
   std::function<bool()> is_memory_full = [] { return false; };  // the server has none for what needs more
+  RoomRules rules = {};
+  std::size_t awaiting_hello_count = 0;  // sessions in that state
 };
 
 inline constexpr const char* kMemoryFull = "the server has no memory left for this; try again later";
@@ -97,6 +101,7 @@ class Session final : public PacketSink {
               const wire::GroomHash& groom = {});
   void refuse_unexpected(std::string_view detail, std::int64_t now_ns);
   void check_invariants() const;
+  void set_state(State state);
   // Counts against the rate of messages; false: the session ends with over_rate.
   bool take_message(std::int64_t now_ns, double price = 1);
   void remove(std::uint32_t character);     // asserts that it exists

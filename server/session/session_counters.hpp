@@ -11,6 +11,7 @@ struct SessionGauges : GaugeSet {
   Gauge clients_detached{*this, "clients_detached"};  // their connections broke, and they may resume
   Gauge subjects{*this, "subjects"};                  // that clients belong to: of tokens, or addresses
   Gauge packets_waiting{*this, "packets_waiting"};    // in outboxes, until connections send them
+  Gauge bans{*this, "bans"};                          // bans, mutes and locks by moderators
 };
 
 struct SessionHistograms : HistogramSet {
@@ -32,6 +33,8 @@ struct SessionCounters : CounterSet {
   Counter sessions_refused_busy{*this, "sessions_refused", "reason", "busy"};        // the queue to the tick was full
   Counter sessions_refused_early{*this, "sessions_refused", "reason", "early"};      // a session was resumed too often
   Counter sessions_refused_memory{*this, "sessions_refused", "reason", "memory"};
+  Counter sessions_refused_banned{*this, "sessions_refused", "reason", "banned"};  // from the room
+  Counter sessions_refused_locked{*this, "sessions_refused", "reason", "locked"};  // the room is locked
   Counter sessions_detached{*this, "sessions_detached"};
   Counter sessions_resumed{*this, "sessions_resumed"};
   // resume was requested, but the session was unknown or over; a new one was made
@@ -48,6 +51,12 @@ struct SessionCounters : CounterSet {
   Counter sessions_closed_by_server_token_expired{*this, "sessions_closed_by_server", "reason", "token_expired"};
   Counter sessions_closed_by_server_token_revoked{*this, "sessions_closed_by_server", "reason", "token_revoked"};
   Counter sessions_closed_by_server_memory{*this, "sessions_closed_by_server", "reason", "memory"};
+  Counter sessions_closed_by_server_removed{*this, "sessions_closed_by_server", "reason", "removed"};
+  Counter moderations_remove{*this, "moderations", "action", "remove"};
+  Counter moderations_mute{*this, "moderations", "action", "mute"};
+  Counter moderations_unmute{*this, "moderations", "action", "unmute"};
+  Counter moderations_lock{*this, "moderations", "action", "lock"};
+  Counter moderations_unlock{*this, "moderations", "action", "unlock"};
   Counter packets_received{*this, "packets_received"};
   Counter packets_refused_malformed{*this, "packets_refused", "reason", "malformed"};
   Counter packets_refused_invalid{*this, "packets_refused", "reason", "invalid"};
@@ -63,6 +72,7 @@ struct SessionCounters : CounterSet {
   Counter requests_refused_level{*this, "requests_refused", "request", "level"};
   Counter requests_refused_material{*this, "requests_refused", "request", "material"};
   Counter requests_refused_wind{*this, "requests_refused", "request", "wind"};
+  Counter requests_refused_moderate{*this, "requests_refused", "request", "moderate"};
   Counter requests_refused_groom{*this, "requests_refused", "request", "groom"};
   Counter requests_refused_chunk{*this, "requests_refused", "request", "chunk"};
   Counter requests_refused_observe{*this, "requests_refused", "request", "observe"};

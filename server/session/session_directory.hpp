@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <vector>
 
 #include "schema/channel/token.hpp"
 #include "schema/wire/messages.hpp"
@@ -42,7 +43,7 @@ struct SessionIdentity {
   std::optional<std::int64_t> resumed_ns;  // when it was last resumed
 };
 
-// Finds the session that a new connection resumes. I/O thread.
+// Finds the session that a new connection resumes, and those of a room. I/O thread.
 class SessionDirectory {
  public:
   virtual ~SessionDirectory() = default;
@@ -53,6 +54,8 @@ class SessionDirectory {
   virtual SessionIdentity take_over(Session& former, Session& successor, std::int64_t now_ns) = 0;
   // Ends the session of this bearer that has been detached longest. False when the bearer has no detached session.
   virtual bool end_detached(std::string_view bearer, std::int64_t now_ns) = 0;
+  // The sessions that have joined the room, detached ones included.
+  virtual std::vector<Session*> in_room(const std::string& room) = 0;
 };
 
 }  // namespace hairnet::server

@@ -5,8 +5,8 @@
 
 namespace hairnet::server {
 
-// Who may set the wind of a room.
-enum class WindFromClients : std::uint8_t { off, participants, everyone };
+// Who may set the wind of a room. A value includes those before it.
+enum class WindFromClients : std::uint8_t { off, moderators, participants, everyone };
 
 struct SessionLimits {
   // Sessions that have joined, including detached ones. As many connections again may wait for their Welcome, so that a
@@ -27,6 +27,7 @@ struct SessionLimits {
   std::size_t downloads_per_session_max = 64;  // grooms that were requested and not yet sent
   double download_bytes_per_s = 32 << 20;      // of grooms to a session; also at once
   WindFromClients wind_from_clients = WindFromClients::participants;
+  std::size_t bans_max = 4096;  // bans, mutes and locks by moderators, of all rooms
   // Of plain messages: message_price.hpp has what other messages count. Requested groom bytes do not count.
   double messages_per_s = 1000;
   double messages_burst = 8000;  // a client that joins adds 1024 characters at once

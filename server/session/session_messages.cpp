@@ -8,6 +8,7 @@
 
 #include "core/assert.hpp"
 #include "server/session/message_price.hpp"
+#include "server/session/moderation.hpp"
 #include "server/session/session.hpp"
 #include "server/telemetry/log_hash.hpp"
 #include "server/telemetry/log_text.hpp"
@@ -88,6 +89,7 @@ struct Session::MessageHandler {
   Counter* refused_counter(const wire::SetLevel&) { return &counters.requests_refused_level; }
   Counter* refused_counter(const wire::SetMaterial&) { return &counters.requests_refused_material; }
   Counter* refused_counter(const wire::SetWind&) { return &counters.requests_refused_wind; }
+  Counter* refused_counter(const wire::Moderate&) { return &counters.requests_refused_moderate; }
   Counter* refused_counter(const wire::Observe&) { return &counters.requests_refused_observe; }
   Counter* refused_counter(const auto&) { return nullptr; }
 
@@ -141,12 +143,12 @@ struct Session::MessageHandler {
       refuse_token(refused);
       return true;
     }
-    if (!has_room_for(found.room)) return true;
+    if (is_kept_out(found.room, found.subject, claims) || !has_room_for(found.room)) return true;
     identity = context.directory->take_over(*former, session, now_ns);
     HAIRNET_ASSERT(identity.id == hello.session);
     identity.resumed_ns = now_ns;
     use_claims(std::move(claims));
-    session.state_ = State::active;
+    session.set_state(State::active);
     session.joined_ = true;
     counters.sessions_resumed.add();
     spdlog::info("event=session_resumed session={} subject={} peer={}", session.id(), log_text(identity.subject.name),
@@ -193,12 +195,19 @@ struct Session::MessageHandler {
       return false;
     }
     identity.subject = subject_of(claims, hello.token, session.connection_->network());
+    if (is_kept_out(identity.room, identity.subject, claims)) return false;
+    if (context.rules.is_locked(identity.room) && !is_moderator(claims)) {
+      counters.sessions_refused_locked.add();
+      end({ErrorReason::not_allowed, "a moderator has locked the room"}, GoodbyeReason::room_refused);
+      return false;
+    }
     // In this order: a detached session that gives way puts a command into the queue.
     if (!has_place_for_subject() || !has_room_for(identity.room)) return false;
-    session.state_ = State::active;
+    session.set_state(State::active);
     session.joined_ = true;
     ++context.session_count;
     context.rooms.enter(identity.room);
+    context.rules.open_room(identity.room);
     context.subjects.enter(identity.subject.name);
     context.bearers.enter(identity.subject.bearer);
     use_claims(std::move(claims));
@@ -207,6 +216,13 @@ struct Session::MessageHandler {
                  session.id(), log_text(identity.subject.name), log_text(identity.claims ? identity.claims->id : ""),
                  log_text(identity.name), log_text(identity.room), session.connection_->peer(),
                  session.connection_->transport());
+    return true;
+  }
+  // True when the subject is banned from the room: the session was refused and ends.
+  bool is_kept_out(const std::string& room, const Subject& subject, const std::optional<channel::TokenClaims>& claims) {
+    if (is_moderator(claims) || !context.rules.is_banned(room, subject.name, now_ns)) return false;
+    counters.sessions_refused_banned.add();
+    session.drain(GoodbyeReason::removed, "a moderator has removed this user from the room for some time", now_ns);
     return true;
   }
   // In the command queue, the members of the room count: each is announced to the session, over several ticks if there
@@ -392,14 +408,21 @@ struct Session::MessageHandler {
     return put(set);
   }
   Refused operator()(wire::SetWind& set) {
-    const WindFromClients who = context.limits.wind_from_clients;
-    const bool by_role = who == WindFromClients::everyone ||
-                         (who == WindFromClients::participants && identity.role == wire::Role::participant);
-    if (!(identity.claims ? identity.claims->wind.value_or(by_role) : by_role))
-      return {ErrorReason::not_allowed, "this session may not set the wind"};
+    if (!may_set_wind()) return {ErrorReason::not_allowed, "this session may not set the wind"};
+    if (!is_moderator(identity.claims) && context.rules.is_muted(identity.room, identity.subject.name))
+      return {ErrorReason::not_allowed, "a moderator does not let this user set the wind"};
     if (std::string fault = validate(set.wind); !fault.empty()) return {ErrorReason::wind_invalid, std::move(fault)};
     return put(set);
   }
+  // What the token says counts; else the setting.
+  [[nodiscard]] bool may_set_wind() const {
+    if (identity.claims && identity.claims->wind) return *identity.claims->wind;
+    const WindFromClients who = context.limits.wind_from_clients;
+    if (is_moderator(identity.claims)) return who >= WindFromClients::moderators;
+    if (identity.role == wire::Role::participant) return who >= WindFromClients::participants;
+    return who == WindFromClients::everyone;
+  }
+  Refused operator()(wire::Moderate& request) { return moderate(request, identity, context, now_ns); }
   Refused operator()(wire::Observe& observe) {
     if (std::string fault = wire::validate(observe); !fault.empty())
       return {ErrorReason::observe_invalid, std::move(fault)};

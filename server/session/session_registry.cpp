@@ -2,7 +2,6 @@
 
 #include <sodium.h>
 
-#include <algorithm>
 #include <utility>
 
 #include "core/assert.hpp"
@@ -10,7 +9,7 @@
 namespace hairnet::server {
 namespace {
 
-constexpr std::int64_t kTokenInterval_ns = 1'000'000'000;        // between two checks of all sessions' tokens
+constexpr std::int64_t kTokenInterval_ns = 1'000'000'000;  // between two checks of all sessions' tokens and of bans
 constexpr std::size_t kFreedLeast_bytes = std::size_t{1} << 20;  // by the end of a session that reads too slowly
 
 }  // namespace
@@ -31,9 +30,7 @@ void SessionRegistry::check_invariants() const {
 
 PacketSink* SessionRegistry::open(std::shared_ptr<Connection> connection, std::int64_t now_ns) {
   HAIRNET_ASSERT(connection);
-  const auto awaiting_hello = std::ranges::count_if(
-      sessions_, [](const auto& entry) { return entry.second->state() == Session::State::awaiting_hello; });
-  if (draining_ || std::cmp_greater_equal(awaiting_hello, context_->limits.session_count_max)) {
+  if (draining_ || context_->awaiting_hello_count >= context_->limits.session_count_max) {
     context_->counters.sessions_refused_full.add();
     const wire::Goodbye goodbye =
         draining_ ? wire::Goodbye{wire::GoodbyeReason::server_draining, "the server stops"}
@@ -84,6 +81,14 @@ bool SessionRegistry::end_detached(std::string_view bearer, std::int64_t now_ns)
   return longest != nullptr;
 }
 
+std::vector<Session*> SessionRegistry::in_room(const std::string& room) {
+  std::vector<Session*> found;
+  for (auto& [id, session] : sessions_) {
+    if (session->is_joined() && session->identity().room == room) found.push_back(session.get());
+  }
+  return found;
+}
+
 Session* SessionRegistry::find(SessionId id) {
   const auto found = sessions_.find(id);
   return found == sessions_.end() ? nullptr : found->second.get();
@@ -102,6 +107,7 @@ void SessionRegistry::poll(std::int64_t now_ns) {
     tokens_due_ns_ = now_ns + kTokenInterval_ns;
     const std::int64_t unix_s = context_->unix_time_s();
     for (auto& [id, session] : sessions_) session->check_token(unix_s, now_ns);
+    context_->rules.expire(now_ns);
   }
   for (auto& [id, session] : sessions_) {
     session->poll(now_ns);
@@ -112,6 +118,7 @@ void SessionRegistry::poll(std::int64_t now_ns) {
   gauges.clients.set(static_cast<double>(sessions_.size()));
   gauges.clients_detached.set(static_cast<double>(detached));
   gauges.subjects.set(static_cast<double>(context_->subjects.size()));
+  gauges.bans.set(static_cast<double>(context_->rules.entry_count()));
   gauges.packets_waiting.set(static_cast<double>(packets_waiting));
 }
 

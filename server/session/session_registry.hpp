@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -21,6 +22,7 @@ class SessionRegistry final : public SessionDirectory {
   Session* find_joined(SessionId id, const wire::SessionSecret& secret) override;
   SessionIdentity take_over(Session& former, Session& successor, std::int64_t now_ns) override;
   bool end_detached(std::string_view bearer, std::int64_t now_ns) override;
+  std::vector<Session*> in_room(const std::string& room) override;
   [[nodiscard]] Session* find(SessionId id);
   void flush(std::int64_t now_ns);
   void poll(std::int64_t now_ns);
@@ -37,7 +39,7 @@ class SessionRegistry final : public SessionDirectory {
   std::map<SessionId, std::unique_ptr<Session>> sessions_;
   std::vector<std::unique_ptr<Session>> released_;  // until their connections are closed completely
   SessionId last_id_ = 0;
-  std::int64_t tokens_due_ns_ = 0;  // when the tokens of all sessions are checked next
+  std::int64_t tokens_due_ns_ = 0;  // when the tokens of all sessions are checked, and bans expire, next
   bool draining_ = false;
 };
 

@@ -63,6 +63,7 @@ BOOST_DESCRIBE_STRUCT(MemberImportance, (), (member, screen_height, in_view))
 BOOST_DESCRIBE_STRUCT(ReportImportance, (), (members))
 BOOST_DESCRIBE_STRUCT(RequestKeyframes, (), (members))
 BOOST_DESCRIBE_STRUCT(GroomRequest, (), (hash, offset))
+BOOST_DESCRIBE_STRUCT(Moderate, (), (action, session, subject, seconds, reason))
 BOOST_DESCRIBE_STRUCT(Welcome, (),
                       (protocol_version, session, tick_rate_hz, tick, character_count_max, groom_bytes_max, room,
                        secret, resumed, resume_grace_s, pose_delay_ns))

@@ -53,6 +53,7 @@ class RandomMessages {
   void draw(std::string& string) { string = text(); }
   void draw(LevelIndex& index) { index = level(); }
   void draw(GroomState& state) { state = static_cast<GroomState>(integer(0, 3)); }
+  void draw(ModerateAction& action) { action = static_cast<ModerateAction>(integer(0, 4)); }
   void draw(Pose& sound) { sound = pose(); }
   void draw(MaterialScale& scale) { scale = material_scale(); }
   void draw(Wind& any) { any = wind(); }

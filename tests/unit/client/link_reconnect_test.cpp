@@ -215,6 +215,19 @@ TEST_F(Settled, a_new_server_gets_everything) {
   EXPECT_EQ(hello.session, 6u);
 }
 
+TEST_F(Settled, a_moderation_is_sent_once) {
+  d.core.send(wire::Moderate{wire::ModerateAction::remove, 9, "", 60, "be kind"});
+  const auto sent = d.expect<wire::Moderate>();
+  EXPECT_EQ(sent.session, 9u);
+  EXPECT_EQ(sent.seconds, 60u);
+  break_off();
+  d.core.send(wire::Moderate{wire::ModerateAction::lock, 0, ""});
+  come_back(welcome_to(6));
+  d.expect<wire::GroomOffer>();
+  d.expect<wire::AddCharacter>();
+  EXPECT_FALSE(d.take());
+}
+
 TEST_F(Settled, a_refused_groom_is_not_offered_again) {
   d.send(wire::GroomStatus{hash_of(1), wire::GroomState::refused});
   break_off();
@@ -250,7 +263,7 @@ TEST_F(Settled, a_resume_that_comes_too_early_is_tried_again) {
 TEST_F(Settled, refusals_that_would_be_repeated_end_it) {
   for (const wire::GoodbyeReason reason :
        {wire::GoodbyeReason::version_unsupported, wire::GoodbyeReason::token_refused,
-        wire::GoodbyeReason::session_taken_over, wire::GoodbyeReason::protocol_error}) {
+        wire::GoodbyeReason::session_taken_over, wire::GoodbyeReason::protocol_error, wire::GoodbyeReason::removed}) {
     LinkCoreDriver c;
     c.connect();
     c.core.on_closed("the cable", c.now_ns);

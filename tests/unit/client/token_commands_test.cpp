@@ -36,6 +36,7 @@ TEST_F(TokenCommands, a_made_token_shows_what_it_grants) {
   make.claims.id = "t-1";
   make.claims.upload = false;
   make.claims.wind = true;
+  make.claims.moderate = true;
   const Result<std::string> token = make_token(make, kNow_s);
   ASSERT_TRUE(token) << token.error();
   const auto shown = [&](std::int64_t now_s) { return show_token({file_, *token}, now_s).value_or("refused"); };
@@ -52,7 +53,8 @@ TEST_F(TokenCommands, a_made_token_shows_what_it_grants) {
   "subject": "alice",
   "id": "t-1",
   "upload": false,
-  "wind": true
+  "wind": true,
+  "moderate": true
 })");
 }
 

@@ -492,6 +492,7 @@ TEST_F(SessionTest, a_full_server_refuses_and_continues_with_its_clients) {
 }
 
 TEST_F(SessionTest, silent_connections_are_limited) {
+  send(wire::Goodbye{GoodbyeReason::client_leaves, ""});  // the fixture's own session waits no longer
   SessionRegistry registry(context_);
   std::vector<std::shared_ptr<FakeConnection>> connections;
   for (int i = 0; i < 3; ++i) {

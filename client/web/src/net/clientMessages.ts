@@ -1,7 +1,7 @@
 import type { MemberImportance } from "../hair/hairSource";
 import { ErrorClass, type LevelIndex } from "../hair/level";
 import { kPoseNumbers, validatePose, type Pose } from "../hair/pose";
-import { type GoodbyeReason, ObserveMode, Role, kGoodbyeReasonLast } from "../generated/enums";
+import { type GoodbyeReason, ModerateAction, ObserveMode, Role, kGoodbyeReasonLast } from "../generated/enums";
 import * as fb from "./generated/messages";
 import { hashBytes, type GroomHash } from "./groomHash";
 import { checkState, readState, writeState, type HairState } from "./hairState";
@@ -525,6 +525,38 @@ const groomRequest: ClientCodec<GroomRequest> = {
   },
 };
 
+/** What a moderator does in its room. A person is named by `session` or, if that is 0, by `subject`. */
+export interface Moderate {
+  readonly type: "moderate";
+  readonly action: ModerateAction;
+  /** the owner of a member, as MemberJoined names it */
+  readonly session: bigint;
+  /** as the server's log names it: "sub:alice" */
+  readonly subject: string;
+  /** of the ban after a removal; 0: none */
+  readonly seconds: number;
+  /** for people and the log */
+  readonly reason: string;
+}
+const moderate: ClientCodec<Moderate> = {
+  write(to, { action, session, subject, seconds, reason }) {
+    const subjectAt = to.createString(fitText(subject));
+    const reasonAt = to.createString(fitText(reason));
+    return fb.Moderate.createModerate(to, subjectAt, reasonAt, session, seconds, action);
+  },
+  read: (from) => ({
+    action: enumOf(from.action(), ModerateAction.remove, ModerateAction.unlock, "moderation"),
+    session: from.session(),
+    subject: textOf(from.subject(kUtf8), "subject"),
+    seconds: from.seconds(),
+    reason: textOf(from.reason(kUtf8), "reason"),
+  }),
+  check({ action, seconds }) {
+    checkInteger(action, ModerateAction.remove, ModerateAction.unlock, "moderation");
+    checkInteger(seconds, 0, 0xffffffff, "seconds of a ban");
+  },
+};
+
 /** The last message of either side. */
 export interface Goodbye {
   readonly type: "goodbye";
@@ -554,6 +586,7 @@ export type ClientMessage =
   | ReportImportance
   | RequestKeyframes
   | GroomRequest
+  | Moderate
   | Goodbye;
 
 /** @internal Types of the package do not show generated code. */
@@ -571,6 +604,7 @@ export const clientCodecs: { readonly [M in ClientMessage as M["type"]]: ClientC
   reportImportance,
   requestKeyframes,
   groomRequest,
+  moderate,
   goodbye,
 };
 

@@ -6,6 +6,7 @@ const kFinal: ReadonlySet<GoodbyeReason> = new Set([
   GoodbyeReason.versionUnsupported,
   GoodbyeReason.tokenRefused,
   GoodbyeReason.sessionTakenOver,
+  GoodbyeReason.removed,
 ]);
 
 /** True when a reconnect is useless: every server would refuse this client again for the same reason. */

@@ -10,6 +10,7 @@ export {
   ErrorReason,
   GoodbyeReason,
   GroomState,
+  ModerateAction,
   ObserveMode,
   Role,
   kErrorReasonLast,

@@ -20,6 +20,8 @@ export class Member {
     /** this client's own number for it; 0: another client's character */
     readonly character: number,
     readonly groomKey: GroomHash,
+    /** the owner's; 0n: this client's */
+    readonly session: bigint,
     /** the same character under another number: its shown state continues */
     former?: Member,
   ) {

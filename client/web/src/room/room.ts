@@ -6,7 +6,7 @@ import { decodeGroom } from "../net/groomFile";
 import { isFinal } from "../net/finalGoodbye";
 import { hashGroom } from "../net/groomHash";
 import type { LinkCounters } from "../net/linkCoreOptions";
-import { ErrorReason, GroomState, ObserveMode, type Wind } from "../net/messages";
+import { ErrorReason, GroomState, type ModerateAction, ObserveMode, type Wind } from "../net/messages";
 import type { HairSource, MemberImportance } from "../hair/hairSource";
 import { Arrivals } from "./arrivals";
 import { EarlyFrames } from "./earlyFrames";
@@ -152,6 +152,16 @@ export class Room implements HairSource {
     this.link.send({ type: "setWind", wind: { ...wind } });
   }
 
+  /**
+   * Removes or mutes a person, or locks the room, if this client's token says `moderate`; otherwise a "fault" follows.
+   * `who` is a character of the person, or the person's subject as the server's log names it ("sub:alice"); "" for
+   * `lock` and `unlock`. `seconds` is how long a removed person is banned, and `reason` is for people.
+   */
+  moderate(action: ModerateAction, who: Member | string = "", seconds = 0, reason = ""): void {
+    const [session, subject] = typeof who === "string" ? [0n, who] : [who.session, ""];
+    this.link.send({ type: "moderate", action, session, subject, seconds, reason });
+  }
+
   /** Says goodbye; the room stays empty afterwards. */
   close(): void {
     this.link.close();
@@ -179,7 +189,7 @@ export class Room implements HairSource {
         for (const member of [...this.members.values()]) this.#drop(member);
         return this.#setState("closed", event.detail, 0, isFinal(event.reason));
       case "memberJoined":
-        return this.#meet(new Member(event.member, 0, event.groom));
+        return this.#meet(new Member(event.member, 0, event.groom, event.session));
       case "characterAdded":
         return this.#meetOwn(event.character, event.member, event.groom);
       case "memberLeft": {
@@ -214,7 +224,7 @@ export class Room implements HairSource {
     if (isKnown || !this.#own.has(character)) return;
     const former = this.#ownMembers.get(character);
     if (former && this.members.get(former.member) === former) this.#drop(former);
-    const member = new Member(number, character, groom, former);
+    const member = new Member(number, character, groom, 0n, former);
     this.#ownMembers.set(character, member);
     this.#meet(member);
   }

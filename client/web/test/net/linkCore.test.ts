@@ -7,7 +7,7 @@ import { rigidPose } from "../../src/hair/pose";
 import { hashGroom } from "../../src/net/groomHash";
 import { LinkCore } from "../../src/net/linkCore";
 import type * as m from "../../src/net/messages";
-import { ErrorReason, GoodbyeReason, GroomState, ObserveMode } from "../../src/net/messages";
+import { ErrorReason, GoodbyeReason, GroomState, ModerateAction, ObserveMode } from "../../src/net/messages";
 import { encodePacket } from "../../src/net/packet";
 import { LinkCoreDriver, addCharacter, kSecond } from "../support/linkCoreDriver";
 import type { GeometryVector } from "../support/shapes";
@@ -474,6 +474,15 @@ describe("link: coming back", () => {
     expect(added.state!.velocities.length).toBe(sequence.nodes[0].length);
   });
 
+  it("does not repeat a moderation over a new connection", () => {
+    const { driver } = withCharacter();
+    const action = ModerateAction.lock;
+    driver.core.send({ type: "moderate", action, session: 0n, subject: "", seconds: 0, reason: "" });
+    expect(driver.sent().map((message) => message.type)).toContain("moderate");
+    driver.break();
+    expect(driver.rejoin().map((message) => message.type)).not.toContain("moderate");
+  });
+
   it("shows the kept hair while the new server has none of it, and no longer", () => {
     const { driver, hash } = withCharacter();
     driver.break();
@@ -546,6 +555,7 @@ describe("link: coming back", () => {
     for (const [reason, ends] of [
       [GoodbyeReason.tokenRefused, true],
       [GoodbyeReason.sessionTakenOver, true],
+      [GoodbyeReason.removed, true],
       [GoodbyeReason.serverDraining, false],
       [GoodbyeReason.slowConsumer, false],
     ] as const) {

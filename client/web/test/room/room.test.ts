@@ -3,7 +3,7 @@ import { LevelIndex, ErrorClass } from "../../src/hair/level";
 import { rigidPose } from "../../src/hair/pose";
 import { Link, type WebSocketLike } from "../../src/net/link";
 import { decodePacket } from "../../src/net/packet";
-import { GoodbyeReason, type ClientMessage, type ServerMessage } from "../../src/net/messages";
+import { GoodbyeReason, ModerateAction, type ClientMessage, type ServerMessage } from "../../src/net/messages";
 import { Room } from "../../src/room/index";
 import { LinkCoreDriver } from "../support/linkCoreDriver";
 import { serverPacket } from "../support/serverPacket";
@@ -208,6 +208,38 @@ test("reports a lost and a restored connection", () => {
   expect(states.filter((state, n) => state !== states[n - 1])).toEqual(["connected", "reconnecting", "connected"]);
   served.room.close();
   expect(served.room.state).toBe("closed");
+});
+
+test("moderates the owner of a member, a named person, or the room", () => {
+  const served = new ServedRoom();
+  served.receive({ type: "memberJoined", member: 5, session: 9n, character: 1, groom });
+  served.room.sample(0);
+  served.link.flush();
+  served.sent();
+  const { room } = served;
+  room.moderate(ModerateAction.remove, room.members.get(5)!, 60, "be kind");
+  room.moderate(ModerateAction.mute, "sub:mallory");
+  room.moderate(ModerateAction.lock);
+  served.link.flush();
+  const nobody = { type: "moderate", session: 0n, subject: "", seconds: 0, reason: "" };
+  expect(served.sent()).toEqual([
+    { ...nobody, action: ModerateAction.remove, session: 9n, seconds: 60, reason: "be kind" },
+    { ...nobody, action: ModerateAction.mute, subject: "sub:mallory" },
+    { ...nobody, action: ModerateAction.lock },
+  ]);
+  expect(() => room.moderate(ModerateAction.remove, "sub:mallory", -1)).toThrow("seconds of a ban");
+});
+
+test("a removal by a moderator closes the room as refused", () => {
+  const served = new ServedRoom();
+  const closed: { detail: string; isRefused: boolean }[] = [];
+  served.room.on("state", ({ state, detail, isRefused }) => {
+    if (state === "closed") closed.push({ detail, isRefused });
+  });
+  served.receive({ type: "goodbye", reason: GoodbyeReason.removed, detail: "be kind" });
+  served.room.sample(0);
+  expect(closed).toEqual([{ detail: "the server says goodbye: be kind", isRefused: true }]);
+  expect(served.sockets.length).toBe(1);
 });
 
 test("a refusal that would come again closes the room as refused", () => {

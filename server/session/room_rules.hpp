@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+
+namespace hairnet::server {
+
+// What moderators have decided about rooms: who is banned or muted there, by Subject::name, and which rooms are locked.
+// A ban lasts its time. Mutes and a lock last while the room exists. I/O thread.
+class RoomRules {
+ public:
+  // `entries_max`: of bans, mutes and locks of all rooms together. ban(), mute() and lock() return false, and change
+  // nothing, when they need one more.
+
+  // Bans the subject until then, instead of until the end of an earlier ban; at `now_ns` or before: ends that ban.
+  [[nodiscard]] bool ban(const std::string& room, const std::string& subject, std::int64_t until_ns,
+                         std::int64_t now_ns, std::size_t entries_max);
+  [[nodiscard]] bool mute(const std::string& room, const std::string& subject, std::size_t entries_max);
+  void unmute(const std::string& room, const std::string& subject) { mutes_.erase({room, subject}); }
+  [[nodiscard]] bool lock(const std::string& room, std::size_t entries_max);
+  void unlock(const std::string& room) { locks_.erase(room); }
+
+  [[nodiscard]] bool is_banned(const std::string& room, const std::string& subject, std::int64_t now_ns) const;
+  [[nodiscard]] bool is_muted(const std::string& room, const std::string& subject) const {
+    return !mutes_.empty() && mutes_.contains({room, subject});
+  }
+  [[nodiscard]] bool is_locked(const std::string& room) const { return locks_.contains(room); }
+  [[nodiscard]] std::size_t entry_count() const { return bans_.size() + mutes_.size() + locks_.size(); }
+
+  void open_room(const std::string& room) { ends_ns_.erase(room); }  // a session has entered
+  void close_room(const std::string& room, std::int64_t ends_ns);    // nobody is left, and the room ends then
+  void expire(std::int64_t now_ns);                                  // forgets bans and rooms that have ended
+
+ private:
+  using Person = std::pair<std::string, std::string>;  // room and subject
+  [[nodiscard]] bool has_mutes(const std::string& room) const;
+
+  std::map<Person, std::int64_t> bans_;  // when each ends
+  std::set<Person> mutes_;
+  std::set<std::string> locks_;                  // of rooms
+  std::map<std::string, std::int64_t> ends_ns_;  // of empty rooms with mutes or a lock
+};
+
+}  // namespace hairnet::server

@@ -1,0 +1,88 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tests/unit/server/session_fixture.hpp"
+
+namespace hairnet::server {
+
+inline constexpr std::int64_t kUnixNow_s = 1000, kUnixEnd_s = 2000;
+
+// Sessions of a server that needs tokens, in a registry.
+class SubjectTest : public SessionTest {
+ protected:
+  struct Client {
+    std::shared_ptr<FakeConnection> connection = std::make_shared<FakeConnection>();
+    PacketSink* sink = nullptr;
+    [[nodiscard]] bool is_welcome() const { return connection->all<wire::Welcome>().size() == 1; }
+    [[nodiscard]] wire::Welcome welcome() const { return connection->all<wire::Welcome>().at(0); }
+    [[nodiscard]] std::vector<wire::ErrorReason> errors() const {
+      std::vector<wire::ErrorReason> reasons;
+      for (const auto& error : connection->all<wire::Error>()) reasons.push_back(error.reason);
+      return reasons;
+    }
+    [[nodiscard]] std::vector<wire::GoodbyeReason> goodbyes() const {
+      std::vector<wire::GoodbyeReason> reasons;
+      for (const auto& goodbye : connection->all<wire::Goodbye>()) reasons.push_back(goodbye.reason);
+      return reasons;
+    }
+  };
+
+  SubjectTest() {
+    context_.token_key.emplace(std::vector<std::uint8_t>(32, 7));
+    context_.unix_time_s = [this] { return unix_s_; };
+    context_.limits.session_count_max = context_.limits.character_count_max = 100;
+    context_.limits.characters_per_session_max = 10;
+    context_.limits.messages_burst = 1000;
+  }
+  static channel::TokenClaims claims(const std::string& subject) {
+    channel::TokenClaims claims;
+    claims.subject = subject;
+    claims.expires_s = kUnixEnd_s;
+    return claims;
+  }
+  Client connect(const wire::Hello& hello, const std::string& address = "") {
+    Client client;
+    client.connection->address = address;
+    client.sink = registry_.open(client.connection, now_ns_);
+    send(client, hello);
+    return client;
+  }
+  [[nodiscard]] wire::Hello hello_with(const channel::TokenClaims& claims) const {
+    wire::Hello hello;
+    hello.token = channel::sign(claims, *context_.token_key);
+    hello.role = claims.role;
+    return hello;
+  }
+  Client join(const channel::TokenClaims& claims, const std::string& address = "") {
+    return connect(hello_with(claims), address);
+  }
+  Client join_without_token(const std::string& address) {
+    context_.token_key.reset();
+    return connect(wire::Hello{}, address);
+  }
+  Client resume(const Client& client, wire::Hello hello, const std::string& address = "") {
+    hello.session = client.welcome().session;
+    hello.secret = client.welcome().secret;
+    return connect(hello, address);
+  }
+  void send(Client& client, const wire::Message& message) {
+    client.sink->on_packet(wire::encode_packet({now_ns_, message}), now_ns_);
+  }
+  void add(Client& client, std::uint32_t character) {
+    send(client, wire::AddCharacter{character, groom_service_.known, LevelIndex::low});
+  }
+  void break_connection(Client& client) { client.sink->on_closed("reset", now_ns_); }
+  void leave(Client& client) { send(client, wire::Goodbye{wire::GoodbyeReason::client_leaves, ""}); }
+  void poll_next_second() {
+    now_ns_ += kSecond_ns;
+    registry_.poll(now_ns_);
+  }
+
+  std::int64_t unix_s_ = kUnixNow_s;
+  SessionRegistry registry_{context_};
+};
+
+}  // namespace hairnet::server
