@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kZigzagPoints = 580'000;
 constexpr std::uint32_t kBodyVertices = 1'000'000;
-constexpr int kBigStrands = 200'000;
+constexpr int kBigStrands = 90'000;
 
 Vec3f point_within(Random& random, float reach_m) {
   const auto coordinate = [&] { return static_cast<float>(random.symmetric()) * reach_m; };

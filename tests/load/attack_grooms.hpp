@@ -16,7 +16,7 @@ inline constexpr std::string_view kAttackGroomName = "attack-00000000";
 std::vector<std::uint8_t> make_zigzag_groom();
 // A strand over a body of a million vertices and two million triangles, all through each other.
 std::vector<std::uint8_t> make_body_groom();
-// The largest that is still a hairstyle: 200 000 strands of 20 points.
+// Nearly the largest hairstyle that a build's memory allows: 90 000 strands of 20 points.
 std::vector<std::uint8_t> make_big_groom();
 // Not a groom.
 std::vector<std::uint8_t> make_rubbish(std::size_t byte_count);

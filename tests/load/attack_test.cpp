@@ -77,6 +77,7 @@ class AttackTest : public testing::Test {
   void welcome(Attacker& attacker, const wire::Welcome& welcome = {}) {
     attacker.act(kSecond_ns);
     wire_.events->on_open(kSecond_ns);
+    attacker.act(kSecond_ns);
     wire_.answer(welcome, kSecond_ns);
   }
 
@@ -158,6 +159,7 @@ TEST_F(AttackTest, observer_reads_little_and_churn_adds_and_removes) {
 TEST_F(AttackTest, upload_sends_from_the_wanted_offset_and_then_another_groom) {
   AttackUpload upload(context_, 9, make_rubbish(300'000), 1);
   welcome(upload);
+  ASSERT_THAT(wire_.messages(), SizeIs(2));  // Hello and GroomOffer
   const wire::GroomOffer offer = wire_.all<wire::GroomOffer>().at(0);
   EXPECT_EQ(offer.byte_count, 300'000u);
   upload.act(kSecond_ns);

@@ -29,7 +29,7 @@ class Rate {
   std::optional<std::int64_t> take(std::int64_t now_ns);
 
  private:
-  double interval_ns_, next_ns_ = 0;
+  double interval_ns_, next_ns_ = -1e18;  // long ago
 };
 
 // A connection that attacks the server. It connects again a while after it was closed. Long packets, which carry

@@ -231,7 +231,8 @@ TEST(Figures, server_ticks_come_from_its_metrics) {
 
 TEST(Tally, gaps_count_missed_frames_by_stride) {
   Plan plan;
-  plan.stages = {Stage{.duration_s = 10}};
+  plan.stages.resize(1);
+  plan.stages[0].duration_s = 10;
   Tally tally(plan, 0);
   tally.record_gap(1, 2, 2);  // none missed
   EXPECT_EQ(tally.stage(0).counts.gap_ticks_max, 1u);
