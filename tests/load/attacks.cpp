@@ -85,7 +85,7 @@ const std::array<std::string_view, kAttackNames.size()>& attack_meanings() {
       "offers of 64 MiB and a byte every 4.5 s, 400 tiny offers a second, the newcomer's groom offered and never sent, "
       "rubbish behind long builds",
       "2000 silent sockets, and 600 pages whose answers nobody reads",
-      "24 persons connect, say hello and leave, some thousand times a second together",
+      "24 persons connect, say hello and leave, as often as the server accepts them",
       "256 connections send a packet without its last byte before their hello: of 4 MiB, and of 16 KiB",
       "40 observers read 1 kB/s while characters come and go 420 times a second",
       "40 clients in 40 rooms with 51 moving characters each",
