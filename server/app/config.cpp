@@ -14,6 +14,7 @@
 #include "core/solver/step.hpp"
 #include "schema/wire/messages.hpp"
 #include "server/app/config_file.hpp"
+#include "server/app/process_memory.hpp"
 #include "server/app/settings.hpp"
 
 namespace hairnet::server {
@@ -67,6 +68,10 @@ void complete(Config& config, const std::set<std::string>& named) {
   const unsigned threads = std::max(1u, std::thread::hardware_concurrency());
   if (config.workers == 0) config.workers = threads > 2 ? threads - 1 : threads;
   if (config.build_threads == 0) config.build_threads = std::clamp(std::thread::hardware_concurrency(), 1u, 4u);
+  const std::size_t memory = memory_limit_bytes();
+  if (config.memory_max_mib == 0) config.memory_max_mib = memory / 2 >> 20;
+  if (named.count("grooms.build_memory_bytes_max") == 0 && memory > 0)
+    config.grooms.build_memory_bytes_max = std::min(config.grooms.build_memory_bytes_max, memory / 2);
   config.sessions.characters_per_session_max =
       std::min(config.sessions.characters_per_session_max, config.sessions.character_count_max);
   if (named.count("grooms.upload_bytes_max") == 0)

@@ -27,8 +27,9 @@ struct Config {
   double tick_budget = 0.7;            // share of a tick that its work may take: levels are lowered to stay within it
   // threads of the tick; 0: one for each hardware thread, minus one if there are three or more
   std::uint32_t workers = 0;
-  std::uint32_t build_threads = 0;  // threads of a groom's build; 0: one for each hardware thread, at most 4
-  std::string groom_cache;          // folder of uploaded grooms; empty: no cache
+  std::uint64_t memory_max_mib = 0;  // of the server's process; 0: half of the machine's
+  std::uint32_t build_threads = 0;   // threads of a groom's build; 0: one for each hardware thread, at most 4
+  std::string groom_cache;           // folder of uploaded grooms; empty: no cache
   std::uint64_t groom_cache_mib = 4096;
   std::string level_cache;  // folder of built levels; empty: no cache
   std::uint64_t level_cache_mib = 1024;

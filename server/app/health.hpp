@@ -9,6 +9,7 @@ namespace hairnet::server {
 struct Health {
   bool accepting = false;         // the port is open
   bool draining = false;          // a signal has asked it to end
+  bool memory_full = false;       // newcomers are refused
   std::int64_t last_tick_ns = 0;  // when the newest tick ended; 0: none yet
   std::int64_t now_ns = 0;
 };

@@ -16,7 +16,13 @@ struct ProgramGauges : GaugeSet {
   Gauge start_time_seconds{*this, "start_time_seconds"};  // since 1970
   Gauge cpu_seconds{*this, "cpu_seconds"};                // of all threads, since the start
   Gauge resident_memory_bytes{*this, "resident_memory_bytes"};
+  Gauge memory_max_bytes{*this, "memory_max_bytes"};  // of resident memory; 0: no bound
+  Gauge memory_full{*this, "memory_full"};            // 1 while the server takes nothing that needs more
   Gauge open_files{*this, "open_files"};
+};
+
+struct ProgramCounters : CounterSet {
+  Counter memory_reserve_used{*this, "memory_reserve_used"};  // an allocation failed
 };
 
 // All counters, gauges and histograms of the server. Any thread.
@@ -29,9 +35,10 @@ struct Metrics {
   GroomCacheCounters groom_cache;
   LevelCacheCounters level_cache;
   ProgramGauges program;
+  ProgramCounters program_counters;
 
-  [[nodiscard]] std::array<const CounterSet*, 7> counter_sets() const {
-    return {&transport, &session, &room, &tick, &groom, &groom_cache, &level_cache};
+  [[nodiscard]] std::array<const CounterSet*, 8> counter_sets() const {
+    return {&transport, &session, &room, &tick, &groom, &groom_cache, &level_cache, &program_counters};
   }
   [[nodiscard]] std::array<const GaugeSet*, 4> gauge_sets() const {
     return {&program, &session.gauges, &tick.gauges, &groom.gauges};

@@ -1,6 +1,7 @@
 #include "server/app/program.hpp"
 
 #include <fmt/format.h>
+#include <malloc.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "server/app/metrics.hpp"
+#include "server/app/process_memory.hpp"
 #include "server/app/server.hpp"
 #include "server/app/server_pages.hpp"
 #include "server/app/tick_thread.hpp"
@@ -26,6 +28,9 @@ namespace {
 constexpr std::int64_t kIoPeriod_ns = 20'000'000;  // time-outs, builder results
 constexpr int kExitBadConfiguration = 2;
 constexpr std::size_t kServiceConnectionsMax = 64;
+// More than the largest packet and all that the server makes of it, and what ticks need until sessions have been ended.
+// The system provides no memory for it: it is never used.
+constexpr std::size_t kMemoryReserveBytes = std::size_t{64} << 20;
 
 int refuse(const std::string& why) {
   fmt::print(stderr, "hairnet-server: {}\n", why);
@@ -66,6 +71,16 @@ TransportOptions service_options(const Config& config) {
   options.port = config.service_port;
   options.admission.connections_max = kServiceConnectionsMax;
   return options;
+}
+
+ProcessMemory process_memory(const Config& config, MemoryReserve& reserve) {
+  ProcessMemory memory;
+  memory.bytes_max = config.memory_max_mib << 20;
+  memory.resident_bytes = resident_bytes;
+  memory.allocated_bytes = allocated_bytes;
+  memory.give_back = [] { malloc_trim(0); };
+  memory.reserve = &reserve;
+  return memory;
 }
 
 // On a signal: the ports close, clients get a Goodbye and their waiting packets, then the loop stops.
@@ -147,14 +162,16 @@ int run_program(const Config& config) {
   set_up_log(config.log_level);
   Metrics metrics;
   IoLoop loop;  // outlives the sessions, which own its sockets
-  auto created =
-      Server::create(config, metrics, channel::monotonic_ns(), channel::monotonic_ns, build_levels_in_process);
+  MemoryReserve reserve(kMemoryReserveBytes);
+  auto created = Server::create(config, metrics, channel::monotonic_ns(), channel::monotonic_ns,
+                                build_levels_in_process, process_memory(config, reserve));
   if (!created) return refuse(created.error());
   Server& server = **created;
   metrics.program.start_time_seconds.set(static_cast<double>(std::time(nullptr)));
   Health health;
-  ServerPages pages(metrics, [&health, &metrics] {
+  ServerPages pages(metrics, [&health, &metrics, &server] {
     Health now = health;
+    now.memory_full = server.is_memory_full();
     now.last_tick_ns = metrics.tick.gauges.last_tick_ns.load(std::memory_order_relaxed);
     now.now_ns = channel::monotonic_ns();
     return now;

@@ -73,7 +73,7 @@ std::int64_t unix_time_s() {
 }  // namespace
 
 Result<std::unique_ptr<Server>> Server::create(const Config& config, Metrics& metrics, std::int64_t now_ns,
-                                               ClockNs clock, const BuildLevels& build_levels) {
+                                               ClockNs clock, const BuildLevels& build_levels, ProcessMemory memory) {
   if (std::string wrong = validate(config); !wrong.empty()) return Refusal(std::move(wrong));
   std::unique_ptr<Recorder> recorder;
   if (!config.record.empty()) {
@@ -88,8 +88,8 @@ Result<std::unique_ptr<Server>> Server::create(const Config& config, Metrics& me
       return Refusal("token key file " + config.token_key_file +
                      ": cannot be read, or was not made by hairnet-token key");
   }
-  std::unique_ptr<Server> server(
-      new Server(config, metrics, std::move(recorder), std::move(token_key), now_ns, clock, build_levels));
+  std::unique_ptr<Server> server(new Server(config, metrics, std::move(recorder), std::move(token_key), now_ns, clock,
+                                            build_levels, std::move(memory)));
   if (!config.token_revoked_file.empty()) {
     RevokedTokensFile& file = server->revoked_tokens_file_.emplace(config.token_revoked_file);
     file.poll(server->context_.revoked_tokens, now_ns);
@@ -100,8 +100,9 @@ Result<std::unique_ptr<Server>> Server::create(const Config& config, Metrics& me
 
 Server::Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder> recorder,
                std::optional<channel::TokenKey> token_key, std::int64_t now_ns, ClockNs clock,
-               const BuildLevels& build_levels)
-    : commands_(config.command_weight_max),
+               const BuildLevels& build_levels, ProcessMemory memory)
+    : memory_(std::move(memory), metrics.program, metrics.program_counters),
+      commands_(config.command_weight_max),
       recorder_(std::move(recorder)),
       groom_cache_(make_groom_cache(config, metrics.groom_cache)),
       level_cache_(make_level_cache(config, metrics.level_cache)),
@@ -120,7 +121,9 @@ Server::Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder>
       sessions_(context_),
       workers_(config.workers),
       tick_clock_(config.tick_rate_hz, config.ticks_behind_max, now_ns),
-      scheduler_(scheduler_def(config, workers_, clock), commands_, metrics.room, metrics.tick, recorder_.get()) {}
+      scheduler_(scheduler_def(config, workers_, clock), commands_, metrics.room, metrics.tick, recorder_.get()) {
+  context_.is_memory_full = [this] { return memory_.is_full(); };
+}
 
 GroomListener Server::groom_listener() {
   GroomListener listener;
@@ -142,6 +145,11 @@ PacketSink* Server::open(std::shared_ptr<Connection> connection, std::int64_t no
 
 void Server::poll_io(std::int64_t now_ns) {
   if (revoked_tokens_file_) revoked_tokens_file_->poll(context_.revoked_tokens, now_ns);
+  memory_.poll(now_ns);
+  if (memory_.is_full()) {
+    grooms_.free_memory(now_ns);
+    sessions_.free_memory(now_ns);
+  }
   grooms_.poll(now_ns);
   sessions_.poll(now_ns);
 }

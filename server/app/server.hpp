@@ -8,6 +8,7 @@
 
 #include "core/result.hpp"
 #include "server/app/config.hpp"
+#include "server/app/memory_watch.hpp"
 #include "server/app/metrics.hpp"
 #include "server/app/revoked_tokens_file.hpp"
 #include "server/grooms/groom_store.hpp"
@@ -26,10 +27,11 @@ class Server {
  public:
   // `metrics` must outlive the server. Ticks are counted from `now_ns`. `clock`, which any thread may call, measures
   // the duration of work; without one nothing is measured and every character is stepped at the level that its owner
-  // asked for. `build_levels` builds the grooms, on the builder thread.
+  // asked for. `build_levels` builds the grooms, on the builder thread. `memory` may be empty.
   static Result<std::unique_ptr<Server>> create(const Config& config, Metrics& metrics, std::int64_t now_ns,
                                                 ClockNs clock = nullptr,
-                                                const BuildLevels& build_levels = build_levels_here);
+                                                const BuildLevels& build_levels = build_levels_here,
+                                                ProcessMemory memory = {});
 
   // I/O thread.
   PacketSink* open(std::shared_ptr<Connection> connection, std::int64_t now_ns);
@@ -55,15 +57,18 @@ class Server {
   [[nodiscard]] const SessionRegistry& sessions() const { return sessions_; }
   [[nodiscard]] const SessionContext& context() const { return context_; }
   [[nodiscard]] const GroomStore& grooms() const { return grooms_; }
+  // /readyz asks. Any thread.
+  [[nodiscard]] bool is_memory_full() const { return memory_.is_full(); }
 
  private:
   Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder> recorder,
          std::optional<channel::TokenKey> token_key, std::int64_t now_ns, ClockNs clock,
-         const BuildLevels& build_levels);
+         const BuildLevels& build_levels, ProcessMemory memory);
 
   GroomListener groom_listener();
 
   std::atomic<std::uint64_t> tick_{0};  // the newest tick that has begun, for Welcome
+  MemoryWatch memory_;
   CommandQueue commands_;
   std::unique_ptr<Recorder> recorder_;
   std::optional<GroomCache> groom_cache_;

@@ -145,6 +145,10 @@ void add_server(List& list, Config& c) {
   list.integer(
       c.workers, "workers", 0, 256,
       "threads of a tick; 0: one for each hardware thread, minus one for the network if there are more than two");
+  list.integer(
+      c.memory_max_mib, "memory_max_mib", 0, std::int64_t{1} << 30,
+      "MiB of memory; the server then refuses what needs more; 0: half of what the machine or the control group has",
+      "--memory-max");
   list.text(c.token_key_file, "token_key_file",
             "clients need tokens signed by the key in this file (hairnet-token key); empty: they need none");
   list.text(c.token_revoked_file, "token_revoked_file",

@@ -1,6 +1,7 @@
 #include "server/grooms/build_pool.hpp"
 
 #include "core/assert.hpp"
+#include "server/threading/memory_reserve.hpp"
 
 namespace hairnet::server {
 
@@ -53,6 +54,7 @@ void BuildPool::run_next(Loop& loop, std::unique_lock<std::mutex>& lock) {
   lock.unlock();
   std::exception_ptr thrown;
   try {
+    const MemoryReserve::MayFail may_fail;
     if (!is_left_out) loop.body(i);
   } catch (...) {
     thrown = std::current_exception();

@@ -10,6 +10,7 @@
 #include "core/levels/build_estimate.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "server/grooms/build_pool.hpp"
+#include "server/threading/memory_reserve.hpp"
 
 namespace hairnet::server {
 namespace {
@@ -91,7 +92,14 @@ bool GroomBuilder::poll_read() {
   GroomResult result;
   if (!reads_.take(result.hash)) return false;
   result.outcome = Outcome::read;
-  if (def_.grooms) result.bytes = def_.grooms->find(result.hash);
+  if (def_.grooms) {
+    try {
+      const MemoryReserve::MayFail may_fail;
+      result.bytes = def_.grooms->find(result.hash);
+    } catch (const std::bad_alloc&) {
+      result.bytes = nullptr;
+    }
+  }
   give(std::move(result));
   return true;
 }
@@ -109,6 +117,7 @@ void GroomBuilder::do_job(GroomJob job) {
   const std::int64_t begun_ns = clock_ns();
   GroomResult result;
   try {
+    const MemoryReserve::MayFail may_fail;
     result = build(std::move(job));
   } catch (const std::bad_alloc&) {
     result = refused(BuildFault::memory, "the server has no memory left for its build");

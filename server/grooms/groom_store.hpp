@@ -69,6 +69,8 @@ class GroomStore final : public GroomService {
   [[nodiscard]] bool is_cached(const wire::GroomHash& groom) const override { return builder_->is_cached(groom); }
   void release(SessionId session, std::int64_t now_ns) override;
   void poll(std::int64_t now_ns);  // results of the builder, stalled uploads
+  // Evicts a groom that nobody uses; if there is none, ends the upload that holds most.
+  void free_memory(std::int64_t now_ns);
 
   [[nodiscard]] bool ready(const wire::GroomHash& groom) const;
   [[nodiscard]] std::size_t groom_count() const { return grooms_.size(); }

@@ -144,6 +144,24 @@ bool GroomStore::make_room(SessionId session, std::size_t bytes, std::int64_t no
   return true;
 }
 
+void GroomStore::free_memory(std::int64_t now_ns) {
+  if (evict_one()) return;
+  auto lost = grooms_.end();
+  SessionId uploader = 0;
+  std::uint64_t most = 0;
+  for (auto groom = grooms_.begin(); groom != grooms_.end(); ++groom) {
+    for (const auto& [session, upload] : groom->second.uploads) {
+      if (upload.received <= most) continue;
+      most = upload.received;
+      lost = groom;
+      uploader = session;
+    }
+  }
+  if (lost == grooms_.end()) return;
+  counters_->grooms_refused_limit.add();
+  refuse_upload(lost, uploader, {ErrorReason::limit_exceeded, "the server has no memory left; try again"}, now_ns);
+}
+
 Refused GroomStore::finish_upload(Grooms::iterator groom, SessionId session, std::int64_t now_ns) {
   Entry& entry = groom->second;
   if (entry.uploads.at(session).hasher.hash() != groom->first) {

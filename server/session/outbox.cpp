@@ -184,6 +184,13 @@ std::size_t Outbox::control_bytes_waiting() const {
   return control_bytes_;
 }
 
+std::size_t Outbox::bytes_waiting() const {
+  const std::lock_guard lock(mutex_);
+  std::size_t bytes = 0;
+  for (const Waiting& waiting : waiting_) bytes += waiting.packet.size();
+  return bytes;
+}
+
 std::size_t Outbox::ticks_waiting() const {
   const std::lock_guard lock(mutex_);
   return ticks_waiting_;

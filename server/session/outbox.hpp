@@ -45,6 +45,7 @@ class Outbox final : public ObserverSink {
   [[nodiscard]] bool is_overdue(std::int64_t now_ns, std::int64_t wait_ns) const;
   [[nodiscard]] std::size_t packet_count() const;
   [[nodiscard]] std::size_t control_bytes_waiting() const;
+  [[nodiscard]] std::size_t bytes_waiting() const;  // of messages and frames
   [[nodiscard]] std::size_t ticks_waiting() const;
 
  private:

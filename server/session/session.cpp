@@ -48,6 +48,13 @@ void Session::on_packet(std::span<const std::uint8_t> packet, std::int64_t now_n
   if (state_ == State::draining || state_ == State::closed) return;
   context_->counters.packets_received.add();
   context_->counters.histograms.received_packet_bytes.observe(static_cast<double>(packet.size()));
+  const bool was_full = context_->is_memory_full();
+  take_packet(packet, now_ns);
+  // It was this packet for which no memory was left.
+  if (!was_full && context_->is_memory_full()) end_for_memory(now_ns);
+}
+
+void Session::take_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns) {
   wire::DecodedPacket decoded = wire::decode_packet(packet);
   if (decoded.error == wire::DecodeError::none) {
     on_message(std::move(decoded.envelope), now_ns);
@@ -219,6 +226,12 @@ void Session::end_detached(std::int64_t now_ns) {
   HAIRNET_ASSERT(state_ == State::detached);
   context_->counters.sessions_closed_by_server_grace_over.add();
   close("not resumed", now_ns);
+}
+
+void Session::end_for_memory(std::int64_t now_ns) {
+  if (state_ == State::draining || state_ == State::closed) return;
+  context_->counters.sessions_closed_by_server_memory.add();
+  drain(GoodbyeReason::server_full, kMemoryFull, now_ns);
 }
 
 void Session::check_token(std::int64_t unix_s, std::int64_t now_ns) {

@@ -42,7 +42,10 @@ struct SessionContext {
   std::size_t character_count = 0;                 // of all sessions
   Census rooms = {}, subjects = {}, bearers = {};  // by SessionIdentity's room, subject.name and subject.bearer
   RevokedTokens revoked_tokens = {};
+  std::function<bool()> is_memory_full = [] { return false; };  // the server has none for what needs more
 };
+
+inline constexpr const char* kMemoryFull = "the server has no memory left for this; try again later";
 
 // One client's conversation: awaiting_hello -> active -> draining -> closed. When its connection breaks, an active
 // session is detached until another session takes over its identity or the grace time ends. I/O thread.
@@ -65,6 +68,7 @@ class Session final : public PacketSink {
   void drain(wire::GoodbyeReason reason, std::string detail, std::int64_t now_ns);
 
   void end_detached(std::int64_t now_ns);  // asserts that it is detached
+  void end_for_memory(std::int64_t now_ns);
   // Ends the session when its token has expired or is revoked. `unix_s`: seconds since 1970.
   void check_token(std::int64_t unix_s, std::int64_t now_ns);
 
@@ -88,6 +92,7 @@ class Session final : public PacketSink {
  private:
   struct MessageHandler;  // in session_messages.cpp
 
+  void take_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns);
   void refuse(const Refused& refused, std::int64_t now_ns, std::uint32_t character = 0,
               const wire::GroomHash& groom = {});
   void refuse_unexpected(std::string_view detail, std::int64_t now_ns);

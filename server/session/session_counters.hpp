@@ -31,6 +31,7 @@ struct SessionCounters : CounterSet {
   Counter sessions_refused_address{*this, "sessions_refused", "reason", "address"};  // its address has too many
   Counter sessions_refused_busy{*this, "sessions_refused", "reason", "busy"};        // the queue to the tick was full
   Counter sessions_refused_early{*this, "sessions_refused", "reason", "early"};      // a session was resumed too often
+  Counter sessions_refused_memory{*this, "sessions_refused", "reason", "memory"};
   Counter sessions_detached{*this, "sessions_detached"};
   Counter sessions_resumed{*this, "sessions_resumed"};
   // resume was requested, but the session was unknown or over; a new one was made
@@ -46,13 +47,15 @@ struct SessionCounters : CounterSet {
   Counter sessions_closed_by_server_protocol_error{*this, "sessions_closed_by_server", "reason", "protocol_error"};
   Counter sessions_closed_by_server_token_expired{*this, "sessions_closed_by_server", "reason", "token_expired"};
   Counter sessions_closed_by_server_token_revoked{*this, "sessions_closed_by_server", "reason", "token_revoked"};
+  Counter sessions_closed_by_server_memory{*this, "sessions_closed_by_server", "reason", "memory"};
   Counter packets_received{*this, "packets_received"};
   Counter packets_refused_malformed{*this, "packets_refused", "reason", "malformed"};
   Counter packets_refused_invalid{*this, "packets_refused", "reason", "invalid"};
   Counter packets_refused_oversize{*this, "packets_refused", "reason", "oversize"};
   Counter messages_refused_unexpected{*this, "messages_refused", "reason", "unexpected"};
   Counter messages_refused_over_rate{*this, "messages_refused", "reason", "over_rate"};
-  Counter messages_refused_work{*this, "messages_refused", "reason", "work"};  // too much work a second
+  Counter messages_refused_memory{*this, "messages_refused", "reason", "memory"};  // no memory for what it asks
+  Counter messages_refused_work{*this, "messages_refused", "reason", "work"};      // too much work a second
   Counter characters_added{*this, "characters_added"};
   Counter characters_removed{*this, "characters_removed"};  // by their clients, or when their sessions ended
   Counter requests_refused_character{*this, "requests_refused", "request", "character"};

@@ -63,14 +63,22 @@ struct Session::MessageHandler {
     if (Counter* counter = refused_counter(message)) counter->add();
     session.refuse(refused, now_ns, character_of(message), groom_of(message));
   }
-  // The message is paid for as a plain one; takes the rest of its price.
+  // The message is paid for as a plain one; takes the rest of its price, and looks whether there is memory for it.
   Refused charge(const auto& message) {
+    if (needs_memory(message) && context.is_memory_full()) {
+      counters.messages_refused_memory.add();
+      return {ErrorReason::limit_exceeded, kMemoryFull};
+    }
     const double burst = context.limits.messages_burst;
     const double rest = std::min(price_of(message, context.rooms, identity.room) - 1, kPriceMax * burst);
     if (rest <= 0 || identity.messages.take(rest, now_ns, kPlainReserve * burst)) return {};
     counters.messages_refused_work.add();
     return {ErrorReason::limit_exceeded, "more work than a client may ask for in a second; try again later"};
   }
+  static bool needs_memory(const wire::GroomOffer&) { return true; }
+  static bool needs_memory(const wire::GroomRequest&) { return true; }
+  static bool needs_memory(const wire::AddCharacter&) { return true; }
+  static bool needs_memory(const auto&) { return false; }
   // Counts the refused messages of one kind. Null: only a full command queue refuses them, and is counted as that.
   Counter* refused_counter(const wire::GroomOffer&) { return &counters.requests_refused_groom; }
   Counter* refused_counter(const wire::GroomChunk&) { return &counters.requests_refused_chunk; }
@@ -157,6 +165,11 @@ struct Session::MessageHandler {
       counters.sessions_refused_full.add();
       session.drain(GoodbyeReason::server_full,
                     "the server is full: at most " + std::to_string(limits.session_count_max) + " clients", now_ns);
+      return false;
+    }
+    if (context.is_memory_full()) {
+      counters.sessions_refused_memory.add();
+      session.drain(GoodbyeReason::server_full, kMemoryFull, now_ns);
       return false;
     }
     Refused refused;

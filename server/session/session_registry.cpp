@@ -10,7 +10,8 @@
 namespace hairnet::server {
 namespace {
 
-constexpr std::int64_t kTokenInterval_ns = 1'000'000'000;  // between two checks of all sessions' tokens
+constexpr std::int64_t kTokenInterval_ns = 1'000'000'000;        // between two checks of all sessions' tokens
+constexpr std::size_t kFreedLeast_bytes = std::size_t{1} << 20;  // by the end of a session that reads too slowly
 
 }  // namespace
 
@@ -112,6 +113,18 @@ void SessionRegistry::poll(std::int64_t now_ns) {
   gauges.clients_detached.set(static_cast<double>(detached));
   gauges.subjects.set(static_cast<double>(context_->subjects.size()));
   gauges.packets_waiting.set(static_cast<double>(packets_waiting));
+}
+
+void SessionRegistry::free_memory(std::int64_t now_ns) {
+  Session* largest = nullptr;
+  std::size_t most = kFreedLeast_bytes;
+  for (auto& [id, session] : sessions_) {
+    const std::size_t bytes = session->outbox().bytes_waiting();
+    if (bytes < most) continue;
+    most = bytes;
+    largest = session.get();
+  }
+  if (largest) largest->end_for_memory(now_ns);
 }
 
 void SessionRegistry::drain(std::int64_t now_ns) {

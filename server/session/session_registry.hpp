@@ -25,6 +25,8 @@ class SessionRegistry final : public SessionDirectory {
   void flush(std::int64_t now_ns);
   void poll(std::int64_t now_ns);
   void drain(std::int64_t now_ns);  // all sessions, and refuses new ones
+  // Ends the session for which most bytes wait, if that frees memory worth it.
+  void free_memory(std::int64_t now_ns);
   [[nodiscard]] std::size_t count() const { return sessions_.size(); }
   [[nodiscard]] const std::map<SessionId, std::unique_ptr<Session>>& all() const { return sessions_; }
 

@@ -1,7 +1,10 @@
 #include "server/transport/io_loop.hpp"
 
+#include <spdlog/spdlog.h>
+
 #include <chrono>
 #include <csignal>
+#include <new>
 #include <utility>
 
 #include "core/assert.hpp"
@@ -12,12 +15,21 @@ namespace {
 
 constexpr std::chrono::milliseconds kBetweenWakes{1};
 
+// A task that finds no memory is cut short; the loop goes on.
+void run_task(const std::function<void()>& task) {
+  try {
+    task();
+  } catch (const std::bad_alloc&) {
+    spdlog::error("event=out_of_memory");
+  }
+}
+
 asio::awaitable<void> repeat(std::chrono::nanoseconds period, std::function<void()> task) {
   asio::steady_timer timer(co_await asio::this_coro::executor);
   while (true) {
     timer.expires_after(period);
-    co_await timer.async_wait(asio::use_awaitable);
-    task();
+    co_await timer.async_wait(kAwaitable);
+    run_task(task);
   }
 }
 
@@ -54,7 +66,7 @@ void IoLoop::stop() {
 
 void IoLoop::post(std::function<void()> task) {
   HAIRNET_ASSERT(task);
-  asio::post(core_->serial, std::move(task));
+  asio::post(core_->serial, [task = std::move(task)] { run_task(task); });
   wake();
 }
 

@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <chrono>
+#include <new>
 #include <utility>
 #include <vector>
 
@@ -47,7 +48,11 @@ asio::awaitable<void> accept(std::shared_ptr<ConnectionRouter> router, std::shar
     auto [error, socket] = co_await acceptor->async_accept(kAwaitable);
     if (!acceptor->is_open()) co_return;
     if (!error) {
-      router->accept(std::move(socket));
+      try {
+        router->accept(std::move(socket));
+      } catch (const std::bad_alloc&) {
+        router->counters->accepts_failed.add();
+      }
       // Further connections wait in the system's queue.
       bool is_paused = false;
       while (acceptor->is_open() && !router->admission->may_accept(channel::monotonic_ns())) {

@@ -1,5 +1,6 @@
 #include "server/transport/tcp_connection.hpp"
 
+#include <new>
 #include <utility>
 
 #include "core/assert.hpp"
@@ -50,11 +51,15 @@ asio::awaitable<void> TcpConnection::read() {
     counters_->received_bytes_tcp.add(count);
     if (!sink_) continue;  // closing: drop what still arrives; unread bytes would reset the connection
     const std::int64_t now_ns = channel::monotonic_ns();
-    const bool sound = splitter_.feed({buffer.get(), count}, [&](std::span<const std::uint8_t> packet) {
-      counters_->received_packets_tcp.add();
-      if (sink_) sink_->on_packet(packet, now_ns);
-    });
-    if (!sound && sink_) sink_->on_broken_stream(now_ns);
+    try {
+      const bool sound = splitter_.feed({buffer.get(), count}, [&](std::span<const std::uint8_t> packet) {
+        counters_->received_packets_tcp.add();
+        if (sink_) sink_->on_packet(packet, now_ns);
+      });
+      if (!sound && sink_) sink_->on_broken_stream(now_ns);
+    } catch (const std::bad_alloc&) {
+      end("no memory was left");
+    }
   }
 }
 

@@ -1,6 +1,7 @@
 #include "server/transport/websocket_connection.hpp"
 
 #include <algorithm>
+#include <new>
 #include <utility>
 
 #include "core/assert.hpp"
@@ -79,7 +80,12 @@ void WebSocketConnection::deliver() {
   HAIRNET_ASSERT(sink_);
   counters_->received_packets_websocket.add();
   const auto bytes = message_.cdata();
-  sink_->on_packet({static_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, channel::monotonic_ns());
+  try {
+    sink_->on_packet({static_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, channel::monotonic_ns());
+  } catch (const std::bad_alloc&) {
+    report_closed("no memory was left");
+    stream_->close();
+  }
   message_.consume(message_.size());
   if (message_.capacity() > kKeptBytes) message_.shrink_to_fit();
 }

@@ -75,6 +75,7 @@ class Echo final : public PacketSink {
   void on_packet(std::span<const std::uint8_t> packet, std::int64_t) override {
     aligned &= reinterpret_cast<std::uintptr_t>(packet.data()) % 8 == 0;
     ++packets;
+    if (finds_no_memory) throw std::bad_alloc();
     waiting.emplace_back(packet.begin(), packet.end());
     flush();
   }
@@ -93,7 +94,7 @@ class Echo final : public PacketSink {
   std::shared_ptr<Connection> connection;
   std::vector<std::vector<std::uint8_t>> waiting;
   std::size_t packets = 0;
-  bool broken = false, aligned = true;
+  bool broken = false, aligned = true, finds_no_memory = false;
   int closed = 0;
   std::string reason;
 };

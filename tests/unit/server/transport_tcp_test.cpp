@@ -50,6 +50,24 @@ TEST_F(TransportTest, a_peer_that_does_not_read_makes_the_connection_unwritable_
   for (std::size_t i = 0; i < kPackets; ++i) ASSERT_EQ(peer.received[i * kBytes + 100], i);
 }
 
+TEST_F(TransportTest, a_packet_for_which_no_memory_was_left_ends_its_connection_only) {
+  Peer unlucky(listener_->port()), other(listener_->port());
+  unlucky.send(packet(32, 1));
+  ASSERT_TRUE(run_until([&] { return echoes_.size() == 1; }));
+  echoes_[0]->finds_no_memory = true;
+  unlucky.send(packet(32, 2));
+  other.send(packet(32, 3));
+  EXPECT_TRUE(run_until([&] {
+    unlucky.receive();
+    other.receive();
+    return unlucky.ended && other.received.size() == 32;
+  }));
+  ASSERT_EQ(echoes_.size(), 2u);
+  EXPECT_EQ(echoes_[0]->closed, 1);
+  EXPECT_EQ(echoes_[0]->reason, "no memory was left");
+  EXPECT_EQ(echoes_[1]->closed, 0);
+}
+
 TEST_F(TransportTest, an_oversize_prefix_breaks_the_stream) {
   Peer peer(listener_->port());
   const std::vector<std::uint8_t> prefix{0xff, 0xff, 0xff, 0x7f, 0, 0, 0, 0};

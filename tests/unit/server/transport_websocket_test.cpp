@@ -140,6 +140,22 @@ TEST_F(WebSocketTest, one_packet_is_one_message_both_ways_however_the_bytes_are_
   EXPECT_EQ(counters_.sent_packets_websocket.value(), packets.size());
 }
 
+TEST_F(WebSocketTest, a_message_for_which_no_memory_was_left_ends_its_connection_only) {
+  Peer unlucky(listener_->port()), other(listener_->port());
+  upgrade(unlucky);
+  upgrade(other);
+  echoes_[0]->finds_no_memory = true;
+  unlucky.send(frame(kBinary, packet(32, 1)));
+  until_ended(unlucky);
+  EXPECT_EQ(echoes_[0]->closed, 1);
+  EXPECT_EQ(echoes_[0]->reason, "no memory was left");
+  other.send(frame(kBinary, packet(32, 1)));
+  EXPECT_TRUE(run_until([&] {
+    other.receive();
+    return frames_of(other.received).size() == 1;
+  }));
+}
+
 TEST_F(WebSocketTest, a_message_in_fragments_is_one_packet_also_with_a_ping_between) {
   // Browsers cut large messages.
   Peer peer(listener_->port());

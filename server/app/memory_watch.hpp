@@ -1,0 +1,49 @@
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+
+#include "server/app/metrics.hpp"
+#include "server/threading/memory_reserve.hpp"
+
+namespace hairnet::server {
+
+// How the server sees the memory of its process.
+struct ProcessMemory {
+  std::size_t bytes_max = 0;  // of resident memory; 0: no bound
+  std::function<std::size_t()> resident_bytes, allocated_bytes;
+  std::function<void()> give_back;   // gives memory that the allocator holds and nobody uses to the system
+  MemoryReserve* reserve = nullptr;  // null: none
+};
+
+// Says when the process has as much memory as it may have, and gives memory back after a peak. I/O thread, except
+// is_full().
+class MemoryWatch {
+ public:
+  // Memory is full from `bytes_max` until it is below this share of it.
+  static constexpr double kRefillShare = 0.95;
+  static constexpr std::int64_t kGiveBackInterval_ns = 2'000'000'000;
+  // Unused memory that is worth giving back. A small step: the allocator's lock is held meanwhile.
+  static constexpr std::size_t kGiveBack_bytes = std::size_t{32} << 20;
+
+  MemoryWatch(ProcessMemory memory, ProgramGauges& gauges, ProgramCounters& counters);
+
+  void poll(std::int64_t now_ns);
+  // The server must not take what needs more memory. Any thread.
+  [[nodiscard]] bool is_full() const { return is_full_ || (memory_.reserve && memory_.reserve->is_spent()); }
+
+ private:
+  void give_back(std::size_t resident_bytes, std::int64_t now_ns);
+
+  ProcessMemory memory_;
+  ProgramGauges* gauges_;
+  ProgramCounters* counters_;
+  std::atomic<bool> is_full_{false};
+  std::int64_t give_back_next_ns_ = 0;
+  bool gave_back_ = false;
+  std::ptrdiff_t unused_least_ = 0;  // resident and not allocated, since memory was last given back
+};
+
+}  // namespace hairnet::server

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <thread>
+
+namespace hairnet::server {
+
+// Address space that is kept for when the system gives no more: the process then has it to end what it cannot carry.
+// While the object lives (one at a time), an allocation that fails takes the reserve and is tried again. Without a
+// reserve left, the allocation waits until other threads have freed memory; it throws std::bad_alloc after kWaitMax.
+// Two kinds of threads do not wait: the owner, which made the reserve, because it is the one that frees memory, and
+// threads in a scope of MayFail, which never take the reserve.
+class MemoryReserve {
+ public:
+  static constexpr std::int64_t kWaitMax_ns = 30'000'000'000;
+
+  explicit MemoryReserve(std::size_t bytes);
+  ~MemoryReserve();
+  MemoryReserve(const MemoryReserve&) = delete;
+  MemoryReserve& operator=(const MemoryReserve&) = delete;
+
+  // Any thread. True from the first failed allocation until refill() succeeds.
+  [[nodiscard]] bool is_spent() const { return !block_.load(std::memory_order_relaxed); }
+  // Owner. Returns false when the system does not give that much.
+  bool refill();
+
+  // For large allocations whose failure ends one job: they throw std::bad_alloc at once.
+  class MayFail {
+   public:
+    MayFail();
+    ~MayFail();
+    MayFail(const MayFail&) = delete;
+    MayFail& operator=(const MayFail&) = delete;
+
+   private:
+    bool before_;
+  };
+
+ private:
+  static void on_failed_allocation();
+  bool spend();  // false: it is spent already
+
+  const std::size_t bytes_;
+  const std::thread::id owner_;
+  std::atomic<void*> block_;
+};
+
+}  // namespace hairnet::server
